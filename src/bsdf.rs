@@ -1,0 +1,144 @@
+//! Reflection models: Lambert (13), Oren-Nayar (14)-(15) in two forms, mirror and glass.
+//!
+//! Directions are local unit vectors that point away from the surface, the normal is z.
+
+use std::f64::consts::FRAC_1_PI;
+
+use glam::DVec3;
+
+/// How a surface scatters light. Albedos are per colour channel, in [0, 1].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bsdf {
+    /// Reflects nothing.
+    Black,
+    /// (13).
+    Lambert {
+        /// ρ.
+        albedo: DVec3,
+    },
+    /// (14) and (15).
+    OrenNayar {
+        /// ρ.
+        albedo: DVec3,
+        /// What (15) makes of σ.
+        constants: OrenNayar,
+        /// Which form of (14).
+        form: OrenNayarForm,
+    },
+    /// A perfect mirror.
+    Mirror {
+        /// Share of radiance that is reflected.
+        reflectance: DVec3,
+    },
+    /// Smooth glass in air (index 1), without absorption.
+    Glass {
+        /// Index of refraction on the inner side of the surface.
+        index: f64,
+    },
+}
+
+/// The two forms of (14).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum OrenNayarForm {
+    /// sin α tan β, Oren and Nayar 1994.
+    #[default]
+    Corrected,
+    /// sin α sin β, as the report prints it: not Oren-Nayar.
+    Printed,
+}
+
+/// A and B of (15), [`crate::equation::OREN_NAYAR_CONSTANTS`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OrenNayar {
+    /// A.
+    pub a: f64,
+    /// B.
+    pub b: f64,
+}
+
+impl OrenNayar {
+    /// The constants of a surface whose facets' slope angle has standard deviation σ ≥ 0, radians.
+    pub fn new(sigma: f64) -> Self {
+        let s2 = sigma * sigma;
+        Self {
+            a: 1.0 - s2 / (2.0 * (s2 + 0.33)),
+            b: 0.45 * s2 / (s2 + 0.09),
+        }
+    }
+}
+
+/// f_r of (13), [`crate::equation::LAMBERT`], 1/sr.
+#[inline]
+pub fn lambert(albedo: DVec3) -> DVec3 {
+    albedo * FRAC_1_PI
+}
+
+/// The bracket of (14), π f_r/ρ, in the angles in which it is printed; [`crate::equation::OREN_NAYAR`].
+///
+/// Inclinations in [0, π/2), `azimuth` = φ_in − φ_out, radians.
+pub fn oren_nayar_angles(
+    constants: OrenNayar,
+    form: OrenNayarForm,
+    theta_in: f64,
+    theta_out: f64,
+    azimuth: f64,
+) -> f64 {
+    let alpha = theta_in.max(theta_out);
+    let beta = theta_in.min(theta_out);
+    let last = match form {
+        OrenNayarForm::Corrected => beta.tan(),
+        OrenNayarForm::Printed => beta.sin(),
+    };
+    constants.a + constants.b * azimuth.cos().max(0.0) * alpha.sin() * last
+}
+
+/// The bracket of (14) without angles, as the renderer evaluates it: sin θ_in sin θ_out cos Δφ is the
+/// scalar product of the tangential parts, and tan β = sin β / max(cos θ_in, cos θ_out).
+#[inline]
+pub fn oren_nayar(constants: OrenNayar, form: OrenNayarForm, wo: DVec3, wi: DVec3) -> f64 {
+    let tangential = (wo.x * wi.x + wo.y * wi.y).max(0.0);
+    let last = match form {
+        OrenNayarForm::Corrected => tangential / wo.z.max(wi.z),
+        OrenNayarForm::Printed => tangential,
+    };
+    constants.a + constants.b * last
+}
+
+impl Bsdf {
+    /// Oren-Nayar with the given albedo, σ in radians, and form.
+    pub fn oren_nayar(albedo: DVec3, sigma: f64, form: OrenNayarForm) -> Self {
+        Self::OrenNayar {
+            albedo,
+            constants: OrenNayar::new(sigma),
+            form,
+        }
+    }
+
+    /// f_r(wo, wi) in 1/sr for a diffuse model; zero for the others, whose light is concentrated in
+    /// single directions, and below the horizon.
+    #[inline]
+    pub fn eval(&self, wo: DVec3, wi: DVec3) -> DVec3 {
+        if wo.z <= 0.0 || wi.z <= 0.0 {
+            return DVec3::ZERO;
+        }
+        match *self {
+            Self::Lambert { albedo } => lambert(albedo),
+            Self::OrenNayar {
+                albedo,
+                constants,
+                form,
+            } => lambert(albedo) * oren_nayar(constants, form, wo, wi),
+            Self::Black | Self::Mirror { .. } | Self::Glass { .. } => DVec3::ZERO,
+        }
+    }
+
+    /// ρ of the diffuse models, the reflectance of a mirror, 1 for glass: what a denoiser calls albedo.
+    pub fn albedo(&self) -> DVec3 {
+        match *self {
+            Self::Black => DVec3::ZERO,
+            Self::Lambert { albedo } | Self::OrenNayar { albedo, .. } => albedo,
+            Self::Mirror { reflectance } => reflectance,
+            Self::Glass { .. } => DVec3::ONE,
+        }
+    }
+}

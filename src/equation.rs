@@ -1,0 +1,177 @@
+//! The equations of the report and of what it leaves out: id, number, LaTeX, source, our verdict.
+//!
+//! Code cites an equation by an intra-doc link to its constant, trials and experiments by value, the
+//! book by `id`. A wrong name is an error of the documentation, of the compiler or of the book.
+
+/// What our trials and the literature say of an equation or method as the report prints it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Right as printed.
+    Correct,
+    /// Right, but silent on a case or an assumption that breaks a literal implementation.
+    Trap,
+    /// Wrong as printed.
+    Error,
+    /// Not in the report; added because the report needs it.
+    Added,
+}
+
+/// One entry of the registry.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Equation {
+    /// Stable name, used by the book and in messages.
+    pub id: &'static str,
+    /// The report's number or section; empty for what we added.
+    pub number: &'static str,
+    /// What it is, in a few words.
+    pub title: &'static str,
+    /// The form that the program uses.
+    pub latex: &'static str,
+    /// The form that the report prints, where it differs.
+    pub printed: Option<&'static str>,
+    /// Where it comes from.
+    pub source: &'static str,
+    /// Our verdict on the printed form.
+    pub verdict: Verdict,
+    /// Why, in one sentence.
+    pub finding: &'static str,
+}
+
+macro_rules! equations {
+    ($($name:ident = $id:literal, $number:literal, $title:literal, $latex:literal, $printed:expr,
+       $source:literal, $verdict:ident, $finding:literal;)*) => {
+        $(
+            #[doc = concat!($title, " (", $number, ").\n\n`", $latex, "`\n\n", $finding)]
+            pub const $name: Equation = Equation {
+                id: $id, number: $number, title: $title, latex: $latex, printed: $printed,
+                source: $source, verdict: Verdict::$verdict, finding: $finding,
+            };
+        )*
+        /// Every equation, in the order of the report.
+        pub const ALL: &[Equation] = &[$($name),*];
+    };
+}
+
+equations! {
+    WHITTED = "whitted", "2.1", "Whitted ray tracing",
+        r"L(\omega) = L_e + L_{\mathrm{direct}} + k_r L(\omega_r) + k_t L(\omega_t)", None,
+        "Whitted, CACM 23(6), 343-349, 1980", Trap,
+        "Leaves out every path that meets two diffuse surfaces; the report misspells the author and year.";
+    RAY = "ray", "1", "Ray",
+        r"R(t) = O + tD", None,
+        "Möller and Trumbore, J. Graphics Tools 2(1), 21-28, 1997", Correct,
+        "The direction is a unit vector; t is a distance, not a vector.";
+    TRIANGLE_POINT = "triangle.point", "2", "Point of a triangle",
+        r"T(u,v) = (1-u-v)V_0 + uV_1 + vV_2", None,
+        "Möller and Trumbore 1997", Correct,
+        "Barycentric coordinates with u, v ≥ 0 and u + v ≤ 1.";
+    TRIANGLE_SYSTEM = "triangle.system", "3", "Ray meets triangle",
+        r"\begin{bmatrix} -D & V_1-V_0 & V_2-V_0 \end{bmatrix} \begin{bmatrix} t \\ u \\ v \end{bmatrix} = O - V_0", None,
+        "Möller and Trumbore 1997", Correct,
+        "Three linear equations in t, u, v.";
+    TRIANGLE_SOLUTION = "triangle.solution", "4", "Möller-Trumbore solution",
+        r"\begin{bmatrix} t \\ u \\ v \end{bmatrix} = \frac{1}{P \cdot E_1} \begin{bmatrix} Q \cdot E_2 \\ P \cdot T \\ Q \cdot D \end{bmatrix}", None,
+        "Möller and Trumbore 1997; watertight form: Woop, Benthin and Wald, JCGT 2(1), 2013", Trap,
+        "No test of the determinant, and rays aimed at a shared edge may miss both triangles.";
+    SPHERE = "sphere", "5", "Sphere",
+        r"\lVert \mathbf{x} - \mathbf{c} \rVert^2 = r^2", None,
+        "analytic geometry", Correct,
+        "The set of points at distance r from c.";
+    SPHERE_RAY = "sphere.ray", "6", "Ray in the sphere's notation",
+        r"\mathbf{x} = \mathbf{o} + d\,\mathbf{l}", None,
+        "as (1)", Correct,
+        "The same ray as (1) under other names.";
+    SPHERE_DISTANCE = "sphere.distance", "7", "Ray meets sphere",
+        r"d = -\mathbf{l}\cdot(\mathbf{o}-\mathbf{c}) \pm \sqrt{(\mathbf{l}\cdot(\mathbf{o}-\mathbf{c}))^2 - \lVert\mathbf{o}-\mathbf{c}\rVert^2 + r^2}",
+        Some(r"d = -\frac{2\mathbf{l}(\mathbf{o}-\mathbf{c})}{2} \pm \sqrt{\left(\frac{2\mathbf{l}(\mathbf{o}-\mathbf{c})}{2}\right)^2 - ((\mathbf{o}-\mathbf{c})^2 - r^2)}"),
+        "stable form: Haines, Günther and Akenine-Möller, Ray Tracing Gems, ch. 7, 2019", Trap,
+        "Assumes a unit direction, does not say which root is meant, and cancels for far spheres.";
+    RENDERING = "rendering", "8", "Rendering equation",
+        r"L(x \leftarrow \omega) = L_e(x \leftarrow \omega) + \int_{\Omega} f^*(x_1,-\omega,\omega_1)\, L(x_1 \leftarrow \omega_1)\, d\omega_1", None,
+        "Kajiya, SIGGRAPH 1986; Dutré, Bala and Bekaert 2006", Trap,
+        "x₁ is the point that x sees along ω; the domain is the hemisphere of x₁, the full sphere for glass.";
+    COSINE = "cosine", "9", "Cosine term",
+        r"f^*(x_1,-\omega,\omega_1) = f_r(x_1,-\omega,\omega_1)\cos\theta_1", None,
+        "Dutré, Bala and Bekaert 2006", Correct,
+        "f* is not reciprocal, f_r is; the cosine is zero below the surface.";
+    FRESNEL_S = "fresnel.s", "10", "Fresnel, perpendicular",
+        r"R_s = \left(\frac{n_1\cos\theta_1 - n_2\sqrt{1-(\frac{n_1}{n_2}\sin\theta_1)^2}}{n_1\cos\theta_1 + n_2\sqrt{1-(\frac{n_1}{n_2}\sin\theta_1)^2}}\right)^2", None,
+        "Born and Wolf, Principles of Optics, 1.5", Trap,
+        "Past the critical angle the radicand is negative: total reflection, R = 1, is not mentioned.";
+    FRESNEL_P = "fresnel.p", "11", "Fresnel, parallel",
+        r"R_p = \left(\frac{n_1\sqrt{1-(\frac{n_1}{n_2}\sin\theta_1)^2} - n_2\cos\theta_1}{n_1\sqrt{1-(\frac{n_1}{n_2}\sin\theta_1)^2} + n_2\cos\theta_1}\right)^2", None,
+        "Born and Wolf, Principles of Optics, 1.5", Trap,
+        "As (10); zero at Brewster's angle.";
+    FRESNEL = "fresnel", "12", "Fresnel, unpolarised",
+        r"R = \frac{R_s + R_p}{2}, \quad L_t = (1-R)\left(\frac{n_2}{n_1}\right)^2 L_i",
+        Some(r"R = \frac{R_s + R_p}{2}, \quad T = 1 - R \text{ (of radiance)}"),
+        "Veach, thesis, 5.2, 1997", Error,
+        "1 - R is the share of flux; transmitted radiance also scales with the squared ratio of indices.";
+    LAMBERT = "lambert", "13", "Lambert",
+        r"f_r = \frac{\rho}{\pi}", None,
+        "Lambert, Photometria, 1760", Correct,
+        "Energy conserving for 0 ≤ ρ ≤ 1.";
+    OREN_NAYAR = "oren-nayar", "14", "Oren-Nayar",
+        r"f_r = \frac{\rho}{\pi}\left(A + B\max(0,\cos(\phi_i-\phi_o))\sin\alpha\tan\beta\right)",
+        Some(r"f_r = \frac{\rho}{\pi}\left(A + B\max(0,\cos(\phi_i-\phi_o))\sin\alpha\sin\beta\right)"),
+        "Oren and Nayar, SIGGRAPH 1994", Error,
+        "The report prints sin β for tan β, which removes the flat look at grazing angles that the model is for.";
+    OREN_NAYAR_CONSTANTS = "oren-nayar.constants", "15", "Oren-Nayar constants",
+        r"A = 1 - \frac{\sigma^2}{2(\sigma^2+0.33)}, \quad B = \frac{0.45\,\sigma^2}{\sigma^2+0.09}", None,
+        "Oren and Nayar, SIGGRAPH 1994", Correct,
+        "σ is the standard deviation of the facets' slope angle in radians, which the report does not say.";
+    ESTIMATOR = "estimator", "16", "Monte Carlo estimator",
+        r"\langle E \rangle = \frac{1}{N}\sum_{i=1}^{N}\frac{f(X_i)}{p(X_i)}", None,
+        "Dutré, Bala and Bekaert 2006", Correct,
+        "Unbiased for every N if p > 0 wherever f ≠ 0.";
+    HEMISPHERE_PDF = "hemisphere.pdf", "17", "Uniform pdf of the hemisphere",
+        r"\int_{\Omega} p\, d\omega = 2\pi p = 1 \Leftrightarrow p = \frac{1}{2\pi}",
+        Some(r"\int_{\omega}^{2\pi} p\, d\omega = p(2\pi - 0) = 1 \Leftrightarrow p = \frac{1}{2\pi}"),
+        "solid-angle measure", Correct,
+        "The limits of the integral are misprinted, the result is right.";
+    HEMISPHERE_THETA = "hemisphere.theta", "18", "Uniform inclination",
+        r"\theta = \arccos(1 - r_1)", Some(r"\theta = \arccos(1 - r)"),
+        "inversion of the distribution function", Error,
+        "The report calls this importance sampling; it is the uniform hemisphere of (17).";
+    HEMISPHERE_PHI = "hemisphere.phi", "19", "Uniform azimuth",
+        r"\phi = 2\pi r_2", Some(r"\phi = r \cdot 2\pi"),
+        "inversion of the distribution function", Error,
+        "With the same r in (18) and (19), as printed, all directions lie on one curve.";
+    COSINE_HEMISPHERE = "hemisphere.cosine", "", "Cosine-weighted hemisphere",
+        r"\theta = \arccos\sqrt{1 - r_1}, \quad \phi = 2\pi r_2, \quad p = \frac{\cos\theta}{\pi}", None,
+        "Malley's method; Pharr, Jakob and Humphreys, 4th ed., A.5.3", Added,
+        "What importance sampling of (9) asks for.";
+    ROULETTE = "roulette", "2.6.2", "Russian roulette",
+        r"L' = \begin{cases} L/(1-\alpha) & r \le 1-\alpha \\ 0 & \text{otherwise} \end{cases}", None,
+        "Arvo and Kirk, SIGGRAPH 1990", Trap,
+        "Only what follows the survival is divided; a survival below the squared albedo has infinite variance.";
+    PATH_LENGTH = "path.length", "3.1", "Seven bounces at most",
+        r"L_b = L\,(1 - a^{b+1})", Some(r"b \le 7 \text{, called unbiased}"),
+        "Neumann series of the closed furnace", Error,
+        "Cutting the path is a bias of −a^(b+1) in a furnace of albedo a: 10 % at 0.75.";
+    SUPERSAMPLING = "supersampling", "2.7", "Supersampling on a grid",
+        r"I = \frac{1}{n^2}\sum_{j,k} L\!\left(\frac{j+\frac12}{n}, \frac{k+\frac12}{n}\right)", None,
+        "report, 2.7", Trap,
+        "Deterministic: its error is systematic on edges along the axes.";
+    RANDOMISATION = "randomisation", "2.7", "Ray randomisation",
+        r"I = \frac{1}{N}\sum_{i} L(\xi_i, \eta_i), \quad \text{jittered: } L\!\left(\frac{j+\xi}{n}, \frac{k+\eta}{n}\right)", None,
+        "report, 2.7; Cook, ACM TOG 5(1), 1986", Trap,
+        "Grid and randomness together are the jittered grid, whose error falls faster than that of random rays.";
+    GEOMETRY = "geometry", "", "Geometry term",
+        r"G(x,y) = \frac{\cos\theta_x\cos\theta_y}{\lVert x-y\rVert^2}", None,
+        "Kajiya 1986; Dutré, Bala and Bekaert 2006", Added,
+        "Changes the measure of (8) from solid angle to area, as every shadow ray needs.";
+    REFRACTION = "refraction", "", "Refraction and its radiance factor",
+        r"n_1\sin\theta_1 = n_2\sin\theta_2, \quad \frac{L_1}{n_1^2} = \frac{L_2}{n_2^2}", None,
+        "Snell; Veach, thesis, 5.2, 1997", Added,
+        "A camera path from n₁ into n₂ multiplies its throughput by (n₁/n₂)².";
+    MIS = "mis", "", "Multiple importance sampling",
+        r"w_s = \frac{p_s}{\sum_k p_k}", None,
+        "Veach and Guibas, SIGGRAPH 1995", Added,
+        "Counts light that is both hit and sampled once.";
+}
+
+/// The equation with this id.
+pub fn by_id(id: &str) -> Option<&'static Equation> {
+    ALL.iter().find(|equation| equation.id == id)
+}

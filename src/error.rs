@@ -1,0 +1,63 @@
+//! What can go wrong with a user's input, each as one line that says what, where and how to mend it.
+
+use std::path::{Path, PathBuf};
+
+/// A fault of the input or of the file system; programs print it as one line and exit with code 2.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A file could not be read or written.
+    #[error("cannot {action} {}: {source} (check that the folder exists and may be written)", path.display())]
+    File {
+        /// "read", "write" or "create".
+        action: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// An EXR or PNG file could not be decoded or encoded.
+    #[error("cannot {action} {}: {message}", path.display())]
+    Image {
+        /// "read" or "write".
+        action: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// What the codec said.
+        message: String,
+    },
+    /// An option's value makes no sense, alone or together with others.
+    #[error("{0}")]
+    Option(String),
+    /// An estimator returned a value that no film can hold.
+    #[error(
+        "an estimator returned the radiance {value}; a film holds finite values up to {}: \
+         look for a zero or infinite pdf",
+        crate::moments::LARGEST
+    )]
+    Radiance {
+        /// The value.
+        value: f64,
+    },
+    /// A scene that cannot be rendered: not finite, degenerate, or referring to what is not there.
+    #[error("scene {scene}: {message}")]
+    Scene {
+        /// The scene's name.
+        scene: String,
+        /// What is wrong and how to mend it.
+        message: String,
+    },
+}
+
+impl Error {
+    /// For `map_err` on an operation on `path`.
+    pub fn file<'a>(
+        action: &'static str,
+        path: &'a Path,
+    ) -> impl FnOnce(std::io::Error) -> Self + 'a {
+        move |source| Self::File {
+            action,
+            path: path.to_owned(),
+            source,
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! Orthonormal frames and spherical coordinates. Local directions have the normal as z.
+
+use glam::DVec3;
+
+/// A right-handed orthonormal frame around a unit normal.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame {
+    /// First tangent, local x.
+    pub x: DVec3,
+    /// Second tangent, local y.
+    pub y: DVec3,
+    /// The normal, local z.
+    pub z: DVec3,
+}
+
+impl Frame {
+    /// The frame of a unit normal, without branches or singularities (Duff et al., "Building an
+    /// Orthonormal Basis, Revisited", JCGT 6(1), 2017).
+    #[inline]
+    pub fn new(n: DVec3) -> Self {
+        let sign = 1f64.copysign(n.z);
+        let a = -1.0 / (sign + n.z);
+        let b = n.x * n.y * a;
+        Self {
+            x: DVec3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x),
+            y: DVec3::new(b, sign + n.y * n.y * a, -n.y),
+            z: n,
+        }
+    }
+
+    /// From world to local coordinates.
+    #[inline]
+    pub fn local(&self, w: DVec3) -> DVec3 {
+        DVec3::new(self.x.dot(w), self.y.dot(w), self.z.dot(w))
+    }
+
+    /// From local to world coordinates.
+    #[inline]
+    pub fn world(&self, w: DVec3) -> DVec3 {
+        w.x * self.x + w.y * self.y + w.z * self.z
+    }
+}
+
+/// The unit vector with inclination θ from z and azimuth φ from x, radians.
+pub fn from_spherical(theta: f64, phi: f64) -> DVec3 {
+    let (sin_theta, cos_theta) = theta.sin_cos();
+    let (sin_phi, cos_phi) = phi.sin_cos();
+    DVec3::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta)
+}
+
+/// Inclination θ in [0, π] and azimuth φ in [0, 2π) of a unit vector, radians.
+pub fn to_spherical(w: DVec3) -> (f64, f64) {
+    let theta = w.x.hypot(w.y).atan2(w.z);
+    let phi = w.y.atan2(w.x);
+    (
+        theta,
+        if phi < 0.0 {
+            phi + std::f64::consts::TAU
+        } else {
+            phi
+        },
+    )
+}

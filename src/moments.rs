@@ -1,0 +1,144 @@
+//! Running moments of the Monte Carlo estimator, in floating point and exactly.
+
+use crate::error::Error;
+
+/// The estimator of (16), ⟨E⟩ = 1/N Σ f(Xᵢ)/p(Xᵢ), with the running second moment that gives its
+/// standard error (Welford 1962; merging after Chan, Golub and LeVeque 1979).
+///
+/// Equation: [`crate::equation::ESTIMATOR`]. The values pushed are the ratios f/p.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Moments {
+    count: u64,
+    mean: f64,
+    /// Sum of squared deviations from the mean.
+    squares: f64,
+}
+
+impl Moments {
+    /// Adds one value f(X)/p(X).
+    #[inline]
+    pub fn push(&mut self, value: f64) {
+        self.count += 1;
+        let deviation = value - self.mean;
+        self.mean += deviation / self.count as f64;
+        self.squares += deviation * (value - self.mean);
+    }
+
+    /// The moments of both sets of values together.
+    pub fn merge(self, other: Self) -> Self {
+        if self.count == 0 || other.count == 0 {
+            return if self.count == 0 { other } else { self };
+        }
+        let (n, m) = (self.count as f64, other.count as f64);
+        let difference = other.mean - self.mean;
+        Self {
+            count: self.count + other.count,
+            mean: self.mean + difference * (m / (n + m)),
+            squares: self.squares + other.squares + difference * difference * (n * m / (n + m)),
+        }
+    }
+
+    /// How many values were pushed.
+    pub fn count(&self) -> u64 {
+        self.count
+    }
+
+    /// The estimate: the arithmetic mean (0 when empty).
+    pub fn mean(&self) -> f64 {
+        self.mean
+    }
+
+    /// The unbiased sample variance; infinite below two values, where nothing is known of it.
+    pub fn variance(&self) -> f64 {
+        if self.count < 2 {
+            return f64::INFINITY;
+        }
+        self.squares / (self.count - 1) as f64
+    }
+
+    /// The standard error of the mean; infinite below two values.
+    pub fn standard_error(&self) -> f64 {
+        (self.variance() / self.count as f64).sqrt()
+    }
+}
+
+impl FromIterator<f64> for Moments {
+    fn from_iter<I: IntoIterator<Item = f64>>(values: I) -> Self {
+        let mut moments = Self::default();
+        values.into_iter().for_each(|value| moments.push(value));
+        moments
+    }
+}
+
+/// Values are rounded once to a multiple of this unit; every later step is exact.
+pub const UNIT: f64 = 1.0 / 4_294_967_296.0;
+/// The largest absolute value that [`ExactMoments`] takes.
+pub const LARGEST: f64 = 16_777_216.0;
+
+/// First and second moment (16) as integers, so that merging is exact: associative, commutative,
+/// and independent of threads, passes and machines.
+///
+/// A value is rounded to the nearest multiple of [`UNIT`] = 2⁻³² and must not exceed
+/// [`LARGEST`] = 2²⁴ in absolute value. Its square is then a multiple of 2⁻⁶⁴ below 2⁴⁸, and sums of
+/// 2¹⁵ such squares fit 128 bits even when every value is the largest.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ExactMoments {
+    sum: i128,
+    squares: i128,
+}
+
+impl ExactMoments {
+    /// Adds one value, whose count the caller keeps (channels of a pixel share it).
+    ///
+    /// # Errors
+    /// [`Error::Radiance`] if the value is not finite or exceeds [`LARGEST`].
+    #[inline]
+    pub fn push(&mut self, value: f64) -> Result<(), Error> {
+        // The comparison is false for NaN, too.
+        if value.abs() <= LARGEST {
+            let units = (value * (1.0 / UNIT)).round_ties_even() as i64;
+            self.sum += i128::from(units);
+            self.squares += i128::from(units) * i128::from(units);
+            Ok(())
+        } else {
+            Err(Error::Radiance { value })
+        }
+    }
+
+    /// Adds the values of another accumulator: exact, in any order.
+    pub fn merge(&mut self, other: &Self) {
+        self.sum += other.sum;
+        self.squares += other.squares;
+    }
+
+    /// The mean of `count` values; 0 if there are none.
+    pub fn mean(&self, count: u32) -> f64 {
+        if count == 0 {
+            return 0.0;
+        }
+        self.sum as f64 / f64::from(count) * UNIT
+    }
+
+    /// The unbiased sample variance of `count` values; infinite below two values.
+    pub fn variance(&self, count: u32) -> f64 {
+        if count < 2 {
+            return f64::INFINITY;
+        }
+        // Σ(q − m)² about an integer m near the mean, in exact arithmetic (products may wrap on the
+        // way; the result fits), then the remaining shift of the mean in floating point.
+        let n = i128::from(count);
+        let centre = self.sum / n;
+        let about_centre = self
+            .squares
+            .wrapping_sub((2 * centre).wrapping_mul(self.sum))
+            .wrapping_add(n.wrapping_mul(centre.wrapping_mul(centre)));
+        let shift = (self.sum - centre * n) as f64;
+        let squares = about_centre as f64 - shift * shift / f64::from(count);
+        squares.max(0.0) / f64::from(count - 1) * UNIT * UNIT
+    }
+
+    /// The standard error of the mean of `count` values; infinite below two values.
+    pub fn standard_error(&self, count: u32) -> f64 {
+        (self.variance(count) / f64::from(count)).sqrt()
+    }
+}

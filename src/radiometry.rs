@@ -1,0 +1,39 @@
+//! The rendering equation's measures and factors, each written once.
+
+use glam::DVec3;
+
+/// The cosine of (9), [`crate::equation::COSINE`]: n·ω for unit vectors, 0 below the surface.
+#[inline]
+pub fn cosine(normal: DVec3, direction: DVec3) -> f64 {
+    normal.dot(direction).max(0.0)
+}
+
+/// The integrand of (8) divided by the pdf of its direction, f_r L cos θ / p:
+/// [`crate::equation::RENDERING`]. `pdf` with respect to solid angle.
+#[inline]
+pub fn reflected(brdf: DVec3, radiance: DVec3, cosine: f64, pdf: f64) -> DVec3 {
+    brdf * radiance * (cosine / pdf)
+}
+
+/// Solid angle per area dω/dA = cos θ_y / ‖x − y‖² (1/m² if lengths are metres) of a surface at y
+/// seen from x: one half of [`crate::equation::GEOMETRY`], whose other half is [`cosine`] at x.
+#[inline]
+pub fn solid_angle_per_area(cosine_at_y: f64, distance_squared: f64) -> f64 {
+    cosine_at_y / distance_squared
+}
+
+/// G(x, y) of [`crate::equation::GEOMETRY`] between two points with unit normals.
+pub fn geometry_term(x: DVec3, normal_x: DVec3, y: DVec3, normal_y: DVec3) -> f64 {
+    let to_y = y - x;
+    let distance_squared = to_y.length_squared();
+    let direction = to_y / distance_squared.sqrt();
+    cosine(normal_x, direction)
+        * solid_angle_per_area(cosine(normal_y, -direction), distance_squared)
+}
+
+/// The balance heuristic of [`crate::equation::MIS`]: the weight of a sample drawn with `pdf` that
+/// another strategy would draw with `other`, both with respect to the same measure.
+#[inline]
+pub fn balance(pdf: f64, other: f64) -> f64 {
+    pdf / (pdf + other)
+}

@@ -1,0 +1,55 @@
+//! Counter-based random streams: the only place in the library that makes a generator.
+//!
+//! A stream is named by (seed, domain, index): there is no global state, and asking for the streams
+//! in another order, or from another thread, gives the same numbers. The counter (domain, index)
+//! enters the generator's first state word through a bijection of 64-bit integers, so two different
+//! counters under one seed never start in the same state.
+
+use rand::rngs::Xoshiro256PlusPlus;
+use rand::{Rng, RngExt, SeedableRng};
+
+/// A portable generator (Xoshiro256++, Blackman and Vigna 2021) started by [`stream`].
+pub type Stream = Xoshiro256PlusPlus;
+
+/// The stream of random numbers for one counter: `high` and `low` name, for example, a pixel and a
+/// sample of it.
+pub fn stream(seed: u64, high: u32, low: u32) -> Stream {
+    let counter = (u64::from(high) << 32) | u64::from(low);
+    let mut state = [0u8; 32];
+    for (i, word) in state.chunks_exact_mut(8).enumerate() {
+        // Each word has its own key; for a fixed key the map counter -> word is a bijection.
+        let key = mix(seed.wrapping_add(GOLDEN.wrapping_mul(i as u64 + 1)));
+        word.copy_from_slice(&mix(counter ^ key).to_le_bytes());
+    }
+    Stream::from_seed(state)
+}
+
+/// The seed of a named part of the program (a trial, an experiment): adding or reordering names
+/// changes no other name's numbers.
+pub fn seed_for(master: u64, name: &str) -> u64 {
+    name.bytes().fold(mix(master), |hash, byte| {
+        mix((hash ^ u64::from(byte)).wrapping_add(GOLDEN))
+    })
+}
+
+/// One uniform number in [0, 1) with 53 random bits.
+#[inline]
+pub fn uniform<R: Rng + ?Sized>(rng: &mut R) -> f64 {
+    rng.random()
+}
+
+/// Two independent uniform numbers in [0, 1).
+#[inline]
+pub fn uniform2<R: Rng + ?Sized>(rng: &mut R) -> [f64; 2] {
+    [rng.random(), rng.random()]
+}
+
+const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
+
+/// The finaliser of SplitMix64 (Steele, Lea and Flood 2014): a bijection of 64-bit integers.
+#[inline]
+const fn mix(mut z: u64) -> u64 {
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    z ^ (z >> 31)
+}

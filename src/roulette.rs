@@ -1,0 +1,35 @@
+//! Russian roulette, section 2.6.2: [`crate::equation::ROULETTE`].
+
+use glam::DVec3;
+
+/// The path goes on if r ≤ survival = 1 − α, for r uniform in [0, 1).
+#[inline]
+pub fn survives(r: f64, survival: f64) -> bool {
+    r < survival
+}
+
+/// What a survivor's throughput is multiplied by: 1/(1 − α).
+#[inline]
+pub fn weight(survival: f64) -> f64 {
+    1.0 / survival
+}
+
+/// The highest survival of [`by_throughput`]: paths between perfect mirrors end, too.
+pub const HIGHEST_SURVIVAL: f64 = 0.95;
+
+/// The survival policy of the path tracer: the largest channel of the throughput, at most
+/// [`HIGHEST_SURVIVAL`].
+///
+/// A survivor's largest channel is then 1 (or the throughput divided by 0.95), so weights stay bounded
+/// and the variance finite wherever albedos are at most 0.95. `throughput` is without the radiance
+/// factors of refraction, which cancel when the path leaves the glass.
+#[inline]
+pub fn by_throughput(throughput: DVec3) -> f64 {
+    throughput.max_element().min(HIGHEST_SURVIVAL)
+}
+
+/// The report's policy: survival 1 − α with the absorption α of the surface.
+#[inline]
+pub fn by_absorption(absorption: f64) -> f64 {
+    1.0 - absorption
+}
