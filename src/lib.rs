@@ -1,15 +1,22 @@
 //! whitefurnace: a global-illumination testbed in which every equation is on trial.
+pub mod accel;
 pub mod bsdf;
 pub mod camera;
+pub mod emitter;
 pub mod equation;
 pub mod error;
+pub mod estimator;
+pub mod film;
 pub mod frame;
 pub mod fresnel;
+pub mod image;
 pub mod moments;
 pub mod pixel;
 pub mod radiometry;
+pub mod render;
 pub mod rng;
 pub mod roulette;
 pub mod sampling;
+pub mod scene;
 pub mod shape;
 pub mod watertight;

@@ -1,1 +1,5 @@
+//! The programs of whitefurnace.
 
+pub mod cli;
+pub mod job;
+pub mod progress;

@@ -1,0 +1,367 @@
+//! A render job: what the command line and the experiments ask the library to render.
+
+use std::fmt::Write as _;
+
+use clap::ValueEnum;
+use whitefurnace::bsdf::OrenNayarForm;
+use whitefurnace::error::Error;
+use whitefurnace::estimator::{Estimator, LightRules, Path, Published, Report, Standard, Whitted};
+use whitefurnace::film::{Film, Window};
+use whitefurnace::image::Display;
+use whitefurnace::pixel::PixelSampling;
+use whitefurnace::render::{Sampling, render};
+use whitefurnace::scene::room::{self, Convention};
+use whitefurnace::scene::{Scene, simple};
+
+use crate::progress::Progress;
+
+/// The scenes that programs can name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SceneName {
+    /// The report's final scene
+    Report,
+    /// The same room with Lambert surfaces only
+    DiffuseRoom,
+    /// White sphere, mirror and glass in a uniform environment: every pixel is 1
+    Environment,
+    /// Closed cube of albedo 0.75 whose walls emit: every pixel is 4
+    FurnaceBox,
+    /// Spherical cavity of albedo 0.75 with an emitting cap: off the cap every pixel is 0.75
+    CavityCap,
+    /// Glass cube in a uniform environment: every pixel is 1
+    GlassCube,
+    /// The Cornell box
+    Cornell,
+}
+
+/// The estimators that programs can name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum EstimatorName {
+    /// Path tracing: light sampling and cosine sampling combined, no bounce limit
+    Path,
+    /// The report's: shadow rays, uniform hemisphere, roulette, at most 7 segments
+    Report,
+    /// Whitted ray tracing: shadow rays, mirror and glass tree, no indirect light
+    Whitted,
+}
+
+/// The light-transport conventions, as programs name them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ConventionName {
+    /// Energy-consistent light transport
+    Physical,
+    /// What the report's text describes
+    Report,
+    /// A hypothesis about the program that made the published figure 6
+    Published,
+}
+
+/// The forms of equation (14), as programs name them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum OrenNayarName {
+    /// sin α tan β, as Oren and Nayar have it
+    Corrected,
+    /// sin α sin β, as the report prints it
+    Printed,
+}
+
+/// The strategies of section 2.7, as programs name them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PixelName {
+    /// Every ray through the pixel's centre
+    Centre,
+    /// The centres of n × n sub-pixels
+    Grid,
+    /// Random points
+    Random,
+    /// A random point in each of n × n sub-pixels
+    Jitter,
+}
+
+/// The name that the command line uses for a value.
+pub fn name<T: ValueEnum>(value: T) -> String {
+    value
+        .to_possible_value()
+        .map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
+/// Everything that decides the pixels of an image.
+#[derive(Clone, Copy, Debug)]
+pub struct Job {
+    /// The scene.
+    pub scene: SceneName,
+    /// How light travels and is shown.
+    pub convention: ConventionName,
+    /// The estimator.
+    pub estimator: EstimatorName,
+    /// The form of (14).
+    pub oren_nayar: OrenNayarName,
+    /// N of (16) for the report's estimator.
+    pub rays: u32,
+    /// Where in a pixel the rays go.
+    pub pixel: PixelName,
+    /// n of the n × n sub-pixels of a grid.
+    pub grid: u32,
+    /// Width and height of the full frame in pixels.
+    pub size: [u32; 2],
+    /// The part of the frame to render.
+    pub window: Option<Window>,
+    /// Samples per pixel.
+    pub spp: u32,
+    /// Master seed.
+    pub seed: u64,
+}
+
+impl Default for Job {
+    /// The report's figure 6 under the `physical` convention.
+    fn default() -> Self {
+        Self {
+            scene: SceneName::Report,
+            convention: ConventionName::Physical,
+            estimator: EstimatorName::Path,
+            oren_nayar: OrenNayarName::Corrected,
+            rays: 1,
+            pixel: PixelName::Random,
+            grid: 4,
+            size: [1024, 768],
+            window: None,
+            spp: 512,
+            seed: 1,
+        }
+    }
+}
+
+/// A film and whether all the samples that were asked for are on it.
+pub struct Rendered {
+    /// The film.
+    pub film: Film,
+    /// False after Ctrl-C.
+    pub complete: bool,
+}
+
+impl Job {
+    /// The report's scene under a convention, with the estimator that belongs to it.
+    pub fn report(convention: ConventionName) -> Self {
+        let estimator = match convention {
+            ConventionName::Physical => EstimatorName::Path,
+            ConventionName::Report | ConventionName::Published => EstimatorName::Report,
+        };
+        Self {
+            convention,
+            estimator,
+            ..Self::default()
+        }
+    }
+
+    /// How the convention shows radiance; `exposure` in stops, for `physical`.
+    pub fn display(&self, exposure: f64) -> Display {
+        match self.convention {
+            ConventionName::Physical => Display::Srgb { exposure },
+            ConventionName::Report | ConventionName::Published => Display::Truncated,
+        }
+    }
+
+    /// Key=value lines of all that decides the pixels, for the EXR's attribute.
+    pub fn provenance(&self, complete: bool) -> String {
+        let mut text = format!(
+            "program=whitefurnace\nversion={}\ncommit={}\n",
+            env!("CARGO_PKG_VERSION"),
+            env!("WHITEFURNACE_COMMIT")
+        );
+        let [width, height] = self.size;
+        let mut line = |key: &str, value: &str| {
+            // Writing to a string cannot fail.
+            let _ = writeln!(text, "{key}={value}");
+        };
+        line("scene", &name(self.scene));
+        line("convention", &name(self.convention));
+        line("estimator", &name(self.estimator));
+        line("oren-nayar", &name(self.oren_nayar));
+        line("rays", &self.rays.to_string());
+        line("pixel", &name(self.pixel));
+        line("grid", &self.grid.to_string());
+        line("size", &format!("{width}x{height}"));
+        if let Some(Window {
+            corner: [x, y],
+            size: [w, h],
+        }) = self.window
+        {
+            line("window", &format!("{w}x{h}+{x}+{y}"));
+        }
+        line("spp", &self.spp.to_string());
+        line("seed", &self.seed.to_string());
+        line("complete", if complete { "yes" } else { "no" });
+        text
+    }
+
+    /// Refuses what makes no sense, before any work is done.
+    ///
+    /// # Errors
+    /// [`Error::Option`] with what to change.
+    pub fn check(&self) -> Result<(), Error> {
+        let refuse = |message: String| Err(Error::Option(message));
+        let convention = name(self.convention);
+        if self.scene != SceneName::Report && self.convention != ConventionName::Physical {
+            return refuse(format!(
+                "--scene {} is defined under --convention physical only; --convention {convention} \
+                 belongs to --scene report",
+                name(self.scene)
+            ));
+        }
+        let legal = match self.convention {
+            ConventionName::Physical => self.estimator != EstimatorName::Report,
+            ConventionName::Report => self.estimator != EstimatorName::Path,
+            ConventionName::Published => self.estimator == EstimatorName::Report,
+        };
+        if !legal {
+            let takes = match self.convention {
+                ConventionName::Physical => "path or whitted",
+                ConventionName::Report => "report or whitted",
+                ConventionName::Published => "report",
+            };
+            return refuse(format!(
+                "--estimator {} does not follow --convention {convention}, which takes --estimator {takes}",
+                name(self.estimator)
+            ));
+        }
+        if self.rays == 0 || self.rays > 64 {
+            return refuse(format!("--rays {} must be between 1 and 64", self.rays));
+        }
+        if self.rays > 1
+            && (self.estimator, self.convention) != (EstimatorName::Report, ConventionName::Report)
+        {
+            return refuse(
+                "--rays is an option of --estimator report under --convention report".to_owned(),
+            );
+        }
+        if self.grid == 0 || self.grid > 1024 {
+            return refuse(format!("--grid {} must be between 1 and 1024", self.grid));
+        }
+        let cells = self.sampling().pixel.samples_per_replication();
+        if self.spp == 0 {
+            return refuse("--spp 0 renders nothing: it must be at least 1".to_owned());
+        }
+        if !self.spp.is_multiple_of(cells) {
+            return refuse(format!(
+                "--spp {} is not a multiple of the {cells} samples of a {}x{} grid: take {} or change --grid",
+                self.spp,
+                self.grid,
+                self.grid,
+                (self.spp / cells + 1) * cells
+            ));
+        }
+        let [width, height] = self.size;
+        if u64::from(width) * u64::from(height) > u64::from(u32::MAX) {
+            return refuse(format!(
+                "--size {width}x{height} has more than 2^32 pixels: take a smaller one"
+            ));
+        }
+        Ok(())
+    }
+
+    /// Renders the job.
+    ///
+    /// # Errors
+    /// What [`check`](Self::check), [`Film::new`] and [`render`] refuse.
+    pub fn render(&self, progress: &Progress) -> Result<Rendered, Error> {
+        self.check()?;
+        let scene = self.build_scene()?;
+        let rules = match self.convention {
+            ConventionName::Physical => LightRules::PHYSICAL,
+            ConventionName::Report | ConventionName::Published => LightRules::REPORT,
+        };
+        match (self.estimator, self.convention) {
+            (EstimatorName::Path, _) => {
+                self.render_with(&scene, &Path::<Standard>::default(), progress)
+            }
+            (EstimatorName::Whitted, _) => self.render_with(&scene, &Whitted::new(rules), progress),
+            (EstimatorName::Report, ConventionName::Published) => {
+                self.render_with(&scene, &Published, progress)
+            }
+            (EstimatorName::Report, _) => {
+                let report = Report {
+                    rays: self.rays,
+                    rules,
+                    ..Report::default()
+                };
+                self.render_with(&scene, &report, progress)
+            }
+        }
+    }
+
+    fn sampling(&self) -> Sampling {
+        let pixel = match self.pixel {
+            PixelName::Centre => PixelSampling::Centre,
+            PixelName::Grid => PixelSampling::Grid(self.grid),
+            PixelName::Random => PixelSampling::Random,
+            PixelName::Jitter => PixelSampling::Jitter(self.grid),
+        };
+        Sampling {
+            pixel,
+            seed: self.seed,
+        }
+    }
+
+    fn build_scene(&self) -> Result<Scene, Error> {
+        match self.scene {
+            SceneName::Report => {
+                let convention = match self.convention {
+                    ConventionName::Physical => Convention::Physical,
+                    ConventionName::Report => Convention::Report,
+                    ConventionName::Published => Convention::Published,
+                };
+                let form = match self.oren_nayar {
+                    OrenNayarName::Corrected => OrenNayarForm::Corrected,
+                    OrenNayarName::Printed => OrenNayarForm::Printed,
+                };
+                room::report(convention, form)
+            }
+            SceneName::DiffuseRoom => room::diffuse(),
+            SceneName::Environment => simple::environment(),
+            SceneName::FurnaceBox => simple::furnace_box(0.75),
+            SceneName::CavityCap => simple::cavity_cap(0.75, simple::Cap::Reflecting),
+            SceneName::GlassCube => simple::glass_cube(false),
+            SceneName::Cornell => simple::cornell(),
+        }
+    }
+
+    /// Renders in passes that double up to [`LARGEST_PASS`] replications, so that error and image are
+    /// known early.
+    fn render_with<E: Estimator>(
+        &self,
+        scene: &Scene,
+        estimator: &E,
+        progress: &Progress,
+    ) -> Result<Rendered, Error> {
+        let sampling = self.sampling();
+        let per_replication = sampling.pixel.samples_per_replication();
+        let mut film = Film::new(self.size, self.window, per_replication)?;
+        let replications = self.spp / per_replication;
+        let [width, height] = film.size().map(u64::from);
+        let bar = progress.bar(width * height * u64::from(self.spp));
+        let mut done = 0;
+        while done < replications {
+            let end = replications.min(done + done.clamp(1, LARGEST_PASS));
+            let row_done = |samples| bar.advance(samples);
+            if !render(
+                scene,
+                estimator,
+                sampling,
+                &mut film,
+                &(done..end),
+                &row_done,
+            )? {
+                break;
+            }
+            done = end;
+            bar.error(film.relative_error());
+        }
+        bar.finish();
+        Ok(Rendered {
+            film,
+            complete: done == replications,
+        })
+    }
+}
+
+const LARGEST_PASS: u32 = 16;

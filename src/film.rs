@@ -1,0 +1,249 @@
+//! The film: per pixel, exact first and second moments of the radiance over independent replications,
+//! and what the camera sees first.
+
+use glam::DVec3;
+
+use crate::error::Error;
+use crate::moments::{ExactMoments, UNIT};
+
+/// A rectangle of pixels: `corner` is its first pixel, x to the right, y down.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Window {
+    /// x and y of the first pixel.
+    pub corner: [u32; 2],
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+}
+
+/// What a camera ray meets first, for denoisers and comparisons.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Features {
+    /// Albedo per channel, in [0, 1].
+    pub albedo: DVec3,
+    /// Unit normal on the camera's side.
+    pub normal: DVec3,
+    /// Distance from the eye.
+    pub depth: f64,
+}
+
+/// The accumulators of one pixel. All are integers, so sums are exact in any order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Pixel {
+    replications: u32,
+    /// Camera rays that met something.
+    hits: u32,
+    radiance: [ExactMoments; 3],
+    /// Sums over the hits, in multiples of [`UNIT`].
+    albedo: [i64; 3],
+    normal: [i64; 3],
+    depth: i128,
+}
+
+/// A sum's unit share of a value of ordinary size.
+fn units(value: f64) -> i64 {
+    (value * (1.0 / UNIT)).round_ties_even() as i64
+}
+
+impl Pixel {
+    /// Adds one replication: the mean radiance of its samples.
+    ///
+    /// # Errors
+    /// [`Error::Radiance`] for a value that is not finite or too large; the pixel is then useless.
+    #[inline]
+    pub fn push(&mut self, radiance: DVec3) -> Result<(), Error> {
+        for (channel, value) in self.radiance.iter_mut().zip(radiance.to_array()) {
+            channel.push(value)?;
+        }
+        self.replications += 1;
+        Ok(())
+    }
+
+    /// Adds what one camera ray met.
+    #[inline]
+    pub fn push_features(&mut self, features: &Features) {
+        self.hits += 1;
+        for axis in 0..3 {
+            self.albedo[axis] += units(features.albedo[axis]);
+            self.normal[axis] += units(features.normal[axis]);
+        }
+        self.depth += i128::from(units(features.depth));
+    }
+
+    /// Adds another pixel's replications: exact, in any order.
+    pub fn merge(&mut self, other: &Self) {
+        self.replications += other.replications;
+        self.hits += other.hits;
+        for channel in 0..3 {
+            self.radiance[channel].merge(&other.radiance[channel]);
+            self.albedo[channel] += other.albedo[channel];
+            self.normal[channel] += other.normal[channel];
+        }
+        self.depth += other.depth;
+    }
+
+    /// Independent replications so far.
+    pub fn replications(&self) -> u32 {
+        self.replications
+    }
+
+    /// Mean radiance per channel; 0 without replications.
+    pub fn mean(&self) -> DVec3 {
+        DVec3::from_array(self.radiance.map(|channel| channel.mean(self.replications)))
+    }
+
+    /// Standard error of the mean per channel; infinite below two replications.
+    pub fn standard_error(&self) -> DVec3 {
+        DVec3::from_array(
+            self.radiance
+                .map(|channel| channel.standard_error(self.replications)),
+        )
+    }
+
+    /// Mean features over the camera rays that met something; zero if none did.
+    pub fn features(&self) -> Features {
+        if self.hits == 0 {
+            return Features::default();
+        }
+        let scale = UNIT / f64::from(self.hits);
+        let mean = |sums: [i64; 3]| DVec3::from_array(sums.map(|sum| sum as f64 * scale));
+        Features {
+            albedo: mean(self.albedo),
+            normal: mean(self.normal),
+            depth: self.depth as f64 * scale,
+        }
+    }
+}
+
+/// A window of an image with its accumulators, row by row from the top.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Film {
+    frame: [u32; 2],
+    window: Window,
+    samples_per_replication: u32,
+    pixels: Vec<Pixel>,
+}
+
+/// Pixels of the largest film: 16 GiB of accumulators.
+pub const LARGEST_FILM: u64 = (16 << 30) / size_of::<Pixel>() as u64;
+
+impl Film {
+    /// An empty film for the `window` (or all) of a frame of `frame` pixels, whose replications have
+    /// `samples_per_replication` samples each.
+    ///
+    /// # Errors
+    /// [`Error::Option`] for a size of 0, above [`LARGEST_FILM`], or a window that leaves the frame.
+    pub fn new(
+        frame: [u32; 2],
+        window: Option<Window>,
+        samples_per_replication: u32,
+    ) -> Result<Self, Error> {
+        let window = window.unwrap_or(Window {
+            corner: [0, 0],
+            size: frame,
+        });
+        let [width, height] = window.size;
+        let count = u64::from(width) * u64::from(height);
+        if frame.contains(&0) || count == 0 {
+            return Err(Error::Option(format!(
+                "size {}x{} has no pixels: both numbers must be at least 1",
+                width.min(frame[0]),
+                height.min(frame[1])
+            )));
+        }
+        if count > LARGEST_FILM {
+            return Err(Error::Option(format!(
+                "size {width}x{height} needs {} GiB of memory: take at most {LARGEST_FILM} pixels",
+                (count * size_of::<Pixel>() as u64) >> 30
+            )));
+        }
+        let inside = |axis: usize| {
+            u64::from(window.corner[axis]) + u64::from(window.size[axis]) <= u64::from(frame[axis])
+        };
+        if !(inside(0) && inside(1)) {
+            return Err(Error::Option(format!(
+                "window {}x{} at ({}, {}) leaves the frame of {}x{} pixels",
+                width, height, window.corner[0], window.corner[1], frame[0], frame[1]
+            )));
+        }
+        Ok(Self {
+            frame,
+            window,
+            samples_per_replication,
+            pixels: vec![Pixel::default(); count as usize],
+        })
+    }
+
+    /// Width and height of the full frame in pixels.
+    pub fn frame(&self) -> [u32; 2] {
+        self.frame
+    }
+
+    /// The part of the frame that this film holds.
+    pub fn window(&self) -> Window {
+        self.window
+    }
+
+    /// Width and height of the film in pixels.
+    pub fn size(&self) -> [u32; 2] {
+        self.window.size
+    }
+
+    /// Samples in one replication.
+    pub fn samples_per_replication(&self) -> u32 {
+        self.samples_per_replication
+    }
+
+    /// The pixels, row by row from the top.
+    pub fn pixels(&self) -> &[Pixel] {
+        &self.pixels
+    }
+
+    /// The pixels, to add to.
+    pub fn pixels_mut(&mut self) -> &mut [Pixel] {
+        &mut self.pixels
+    }
+
+    /// The pixel at (x, y) of the film.
+    pub fn pixel(&self, x: u32, y: u32) -> &Pixel {
+        &self.pixels[y as usize * self.window.size[0] as usize + x as usize]
+    }
+
+    /// Adds another film's replications: exact, in any order.
+    ///
+    /// # Errors
+    /// [`Error::Option`] if frames, windows or replications differ.
+    pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
+        let kind = |film: &Self| (film.frame, film.window, film.samples_per_replication);
+        if kind(self) != kind(other) {
+            return Err(Error::Option(format!(
+                "films of different frames, windows or replications cannot be merged: {:?} and {:?}",
+                kind(self),
+                kind(other)
+            )));
+        }
+        for (pixel, added) in self.pixels.iter_mut().zip(&other.pixels) {
+            pixel.merge(added);
+        }
+        Ok(())
+    }
+
+    /// Mean radiance over all pixels and channels.
+    pub fn mean(&self) -> f64 {
+        self.average(Pixel::mean)
+    }
+
+    /// Mean standard error of the pixels, relative to the mean radiance; infinite below two
+    /// replications.
+    pub fn relative_error(&self) -> f64 {
+        self.average(Pixel::standard_error) / self.mean()
+    }
+
+    fn average(&self, of: impl Fn(&Pixel) -> DVec3) -> f64 {
+        let sum: f64 = self
+            .pixels
+            .iter()
+            .map(|pixel| of(pixel).element_sum())
+            .sum();
+        sum / (3.0 * self.pixels.len() as f64)
+    }
+}

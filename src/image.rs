@@ -1,0 +1,203 @@
+//! Image files: EXR with linear radiance and its standard error, PNG for the eye.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use exr::prelude::{
+    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image,
+    Layer, LayerAttributes, LineOrder, Text, WritableImage,
+};
+use glam::DVec3;
+
+use crate::error::Error;
+use crate::film::{Film, Pixel};
+
+/// How linear radiance becomes an 8-bit value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Display {
+    /// Radiance × 2^`exposure`, cut at 1, through the sRGB transfer curve (IEC 61966-2-1), rounded.
+    Srgb {
+        /// In stops.
+        exposure: f64,
+    },
+    /// floor(255 · min(1, radiance)): what the report's program did.
+    Truncated,
+}
+
+impl Display {
+    /// The 8-bit value of a linear radiance of at least 0.
+    pub fn encode(self, radiance: f64) -> u8 {
+        match self {
+            Self::Srgb { exposure } => {
+                let linear = (radiance * exposure.exp2()).clamp(0.0, 1.0);
+                (255.0 * srgb(linear)).round() as u8
+            }
+            Self::Truncated => (255.0 * radiance.min(1.0)) as u8,
+        }
+    }
+}
+
+/// The sRGB transfer curve from linear [0, 1] to encoded [0, 1].
+pub fn srgb(linear: f64) -> f64 {
+    if linear <= 0.003_130_8 {
+        12.92 * linear
+    } else {
+        1.055 * linear.powf(1.0 / 2.4) - 0.055
+    }
+}
+
+/// Writes the film as one EXR part of 32-bit floats: mean radiance in R, G, B (linear, not clamped),
+/// its standard error in `stderr.*` (infinite below two replications), camera samples in `samples.Y`,
+/// and the first hit's `albedo.*`, `normal.*` and `depth.Z`. `provenance` becomes the one text
+/// attribute of that name.
+///
+/// # Errors
+/// [`Error::File`] or [`Error::Image`]; nothing is left behind then.
+pub fn write_exr(path: &Path, film: &Film, provenance: &str) -> Result<(), Error> {
+    let channel = |name: &str, value: &dyn Fn(&Pixel) -> f64| {
+        let samples = film
+            .pixels()
+            .iter()
+            .map(|pixel| value(pixel) as f32)
+            .collect();
+        AnyChannel::new(name, FlatSamples::F32(samples))
+    };
+    let mut channels = Vec::new();
+    let mut triple = |names: [&str; 3], value: &dyn Fn(&Pixel) -> DVec3| {
+        for (axis, name) in names.into_iter().enumerate() {
+            channels.push(channel(name, &|pixel| value(pixel)[axis]));
+        }
+    };
+    triple(["R", "G", "B"], &Pixel::mean);
+    triple(["stderr.R", "stderr.G", "stderr.B"], &Pixel::standard_error);
+    triple(["albedo.R", "albedo.G", "albedo.B"], &|pixel| {
+        pixel.features().albedo
+    });
+    triple(["normal.X", "normal.Y", "normal.Z"], &|pixel| {
+        pixel.features().normal
+    });
+    channels.push(channel("depth.Z", &|pixel| pixel.features().depth));
+    let per_replication = f64::from(film.samples_per_replication());
+    channels.push(channel("samples.Y", &|pixel| {
+        f64::from(pixel.replications()) * per_replication
+    }));
+
+    let mut attributes = LayerAttributes::default();
+    let text = Text::new_or_none(provenance).ok_or_else(|| Error::Image {
+        action: "write",
+        path: path.to_owned(),
+        message: "the provenance has characters outside Latin-1".to_owned(),
+    })?;
+    attributes
+        .other
+        .insert(Text::from("provenance"), AttributeValue::Text(text));
+    let [width, height] = film.size().map(|n| n as usize);
+    let layer = Layer::new(
+        (width, height),
+        attributes,
+        Encoding {
+            compression: Compression::ZIP16,
+            blocks: Blocks::ScanLines,
+            line_order: LineOrder::Increasing,
+        },
+        AnyChannels::sort(channels.into_iter().collect()),
+    );
+    let image = Image::from_layer(layer);
+    write_whole(path, |file| {
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        image
+            .write()
+            .to_buffered(&mut bytes)
+            .map_err(|error| Error::Image {
+                action: "write",
+                path: path.to_owned(),
+                message: error.to_string(),
+            })?;
+        file.write_all(bytes.get_ref())
+            .map_err(Error::file("write", path))
+    })
+}
+
+/// Writes the film's mean radiance as an 8-bit PNG.
+///
+/// # Errors
+/// [`Error::File`] or [`Error::Image`]; nothing is left behind then.
+pub fn write_png(path: &Path, film: &Film, display: Display) -> Result<(), Error> {
+    let encoded = film.pixels().iter().flat_map(|pixel| {
+        pixel
+            .mean()
+            .to_array()
+            .map(|radiance| display.encode(radiance))
+    });
+    write_rgb(path, film.size(), &encoded.collect::<Vec<u8>>())
+}
+
+/// Writes 8-bit RGB triples, row by row from the top, as a PNG.
+///
+/// # Errors
+/// [`Error::File`] or [`Error::Image`]; nothing is left behind then.
+pub fn write_rgb(path: &Path, size: [u32; 2], rgb: &[u8]) -> Result<(), Error> {
+    write_whole(path, |file| {
+        let failed = |error: png::EncodingError| Error::Image {
+            action: "write",
+            path: path.to_owned(),
+            message: error.to_string(),
+        };
+        let mut encoder = png::Encoder::new(file, size[0], size[1]);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        let mut writer = encoder.write_header().map_err(failed)?;
+        writer.write_image_data(rgb).map_err(failed)
+    })
+}
+
+/// Writes a file whole or not at all: into a temporary file beside it, then renamed.
+///
+/// # Errors
+/// [`Error::File`] if the file cannot be created or renamed, or what `fill` returns.
+pub fn write_whole(
+    path: &Path,
+    fill: impl FnOnce(&mut BufWriter<File>) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let temporary = temporary_beside(path);
+    let result = File::create(&temporary)
+        .map_err(Error::file("create", path))
+        .and_then(|file| {
+            let mut file = BufWriter::new(file);
+            fill(&mut file)?;
+            file.flush().map_err(Error::file("write", path))
+        })
+        .and_then(|()| std::fs::rename(&temporary, path).map_err(Error::file("write", path)));
+    if result.is_err() {
+        // The first error is the one to report; there may be nothing to remove.
+        drop(std::fs::remove_file(&temporary));
+    }
+    result
+}
+
+/// Checks, before hours of work, that `path` can be written: its folder exists or can be made, takes a
+/// file, and `path` is not a folder.
+///
+/// # Errors
+/// [`Error::File`].
+pub fn check_writable(path: &Path) -> Result<(), Error> {
+    if path.is_dir() {
+        let source = std::io::Error::from(std::io::ErrorKind::IsADirectory);
+        return Err(Error::file("write", path)(source));
+    }
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder).map_err(Error::file("create", folder))?;
+    }
+    let temporary = temporary_beside(path);
+    File::create(&temporary).map_err(Error::file("create", path))?;
+    std::fs::remove_file(&temporary).map_err(Error::file("create", path))
+}
+
+fn temporary_beside(path: &Path) -> PathBuf {
+    let mut name = std::ffi::OsString::from(".");
+    name.push(path.file_name().unwrap_or_default());
+    name.push(format!(".{}.tmp", std::process::id()));
+    path.with_file_name(name)
+}

@@ -1,0 +1,382 @@
+//! Scenes as plain data: surfaces, an indexed triangle mesh, spheres, emitters, a camera.
+
+pub mod room;
+pub mod simple;
+
+use glam::DVec3;
+
+use crate::accel::{Bvh, Primitive};
+use crate::bsdf::Bsdf;
+use crate::camera::Camera;
+use crate::emitter::{Emitter, EmitterShape};
+use crate::error::Error;
+use crate::shape::{Ray, Sphere};
+
+/// How a surface scatters, emits and, in the report's roulette, absorbs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surface {
+    /// How it scatters light, on both sides unless it is glass.
+    pub bsdf: Bsdf,
+    /// Radiance that its front emits; zero for most.
+    pub emission: DVec3,
+    /// α of section 2.6.2; used by the report's estimator only.
+    pub absorption: f64,
+}
+
+impl Surface {
+    /// A surface that emits nothing and, in the report's roulette, absorbs nothing.
+    pub fn new(bsdf: Bsdf) -> Self {
+        Self {
+            bsdf,
+            emission: DVec3::ZERO,
+            absorption: 0.0,
+        }
+    }
+
+    /// The same surface with emission.
+    pub fn emitting(self, emission: DVec3) -> Self {
+        Self { emission, ..self }
+    }
+
+    /// The same surface with absorption α.
+    pub fn absorbing(self, absorption: f64) -> Self {
+        Self { absorption, ..self }
+    }
+}
+
+/// Where a ray meets the scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Distance from the ray's origin.
+    pub t: f64,
+    /// The point, on the surface to rounding and inside it by [`EDGE_MARGIN`].
+    pub point: DVec3,
+    /// Unit geometric normal of the surface's front, whatever side was hit.
+    pub normal: DVec3,
+    /// Index of the [`Surface`].
+    pub surface: u32,
+    /// Index of the [`Emitter`], if the surface emits.
+    pub emitter: Option<u32>,
+}
+
+/// A hit on a triangle lies at least this far from each edge, as a share of the height over it.
+///
+/// Rounding can put a point on an edge of a closed room outside the room, where its next ray is lost.
+/// The share of points that moves is about 10⁻⁹ of a triangle, by at most 2⁻³¹ of its size: no trial
+/// could see it.
+pub const EDGE_MARGIN: f64 = 1.0 / 4_294_967_296.0;
+/// Rays leave a surface from this far above it, relative to the largest coordinate of the scene: some
+/// thousand roundings of a hit point, and a thousandth of [`EDGE_MARGIN`]'s step.
+pub const OFFSET: f64 = 1.0 / 1_099_511_627_776.0;
+
+/// One primitive's place in the scene.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    surface: u32,
+    emitter: Option<u32>,
+    shape: PartShape,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum PartShape {
+    Triangle { vertices: [u32; 3], normal: DVec3 },
+    Sphere(Sphere),
+}
+
+/// A scene, validated, with its acceleration structure.
+#[derive(Debug)]
+pub struct Scene {
+    name: String,
+    surfaces: Vec<Surface>,
+    vertices: Vec<DVec3>,
+    parts: Vec<Part>,
+    emitters: Vec<Emitter>,
+    background: DVec3,
+    camera: Camera,
+    bvh: Bvh,
+    offset: f64,
+}
+
+impl Scene {
+    /// The scene's name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The camera.
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// The emitters that shadow rays can pick.
+    pub fn emitters(&self) -> &[Emitter] {
+        &self.emitters
+    }
+
+    /// Radiance of rays that meet nothing.
+    pub fn background(&self) -> DVec3 {
+        self.background
+    }
+
+    /// The surface of a hit.
+    #[inline]
+    pub fn surface(&self, hit: &Hit) -> &Surface {
+        &self.surfaces[hit.surface as usize]
+    }
+
+    /// The acceleration structure, whose brute-force twin tests use.
+    pub fn bvh(&self) -> &Bvh {
+        &self.bvh
+    }
+
+    /// The nearest hit along a ray with a unit direction.
+    #[inline]
+    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        let found = self.bvh.closest(ray, f64::INFINITY)?;
+        let part = &self.parts[found.primitive as usize];
+        let (point, normal) = match &part.shape {
+            PartShape::Triangle { vertices, normal } => {
+                let weights = found.weights.map(|w| w.max(EDGE_MARGIN));
+                let scale = 1.0 / (weights[0] + weights[1] + weights[2]);
+                let [a, b, c] = vertices.map(|v| self.vertices[v as usize]);
+                let point = (weights[0] * a + weights[1] * b + weights[2] * c) * scale;
+                (point, *normal)
+            }
+            PartShape::Sphere(sphere) => {
+                let normal = sphere.normal(ray.at(found.t));
+                let outward = if sphere.inward { -normal } else { normal };
+                (sphere.centre + sphere.radius * outward, normal)
+            }
+        };
+        Some(Hit {
+            t: found.t,
+            point,
+            normal,
+            surface: part.surface,
+            emitter: part.emitter,
+        })
+    }
+
+    /// The ray that leaves a surface point with the given unit normal, from the side that `direction`
+    /// points to.
+    #[inline]
+    pub fn leave(&self, point: DVec3, normal: DVec3, direction: DVec3) -> Ray {
+        let origin = point + normal * self.offset.copysign(normal.dot(direction));
+        Ray::new(origin, direction)
+    }
+
+    /// Whether the segment between two surface points with unit normals is free. Glass blocks it unless
+    /// `through_glass`.
+    #[inline]
+    pub fn visible(
+        &self,
+        (x, normal_x): (DVec3, DVec3),
+        (y, normal_y): (DVec3, DVec3),
+        through_glass: bool,
+    ) -> bool {
+        let start = self.leave(x, normal_x, y - x).origin;
+        let end = self.leave(y, normal_y, x - y).origin;
+        let segment = Ray::new(start, end - start);
+        if through_glass {
+            !self.bvh.occluded(&segment, 1.0, |primitive| {
+                let surface = self.parts[primitive as usize].surface;
+                !matches!(self.surfaces[surface as usize].bsdf, Bsdf::Glass { .. })
+            })
+        } else {
+            !self.bvh.occluded(&segment, 1.0, |_| true)
+        }
+    }
+}
+
+/// Collects a scene's parts; [`build`](Self::build) validates them.
+#[derive(Debug)]
+pub struct SceneBuilder {
+    name: String,
+    surfaces: Vec<Surface>,
+    vertices: Vec<DVec3>,
+    parts: Vec<Part>,
+    emitters: Vec<Emitter>,
+    background: DVec3,
+}
+
+/// The index of a surface within its builder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SurfaceId(u32);
+
+impl SceneBuilder {
+    /// An empty scene in the dark.
+    pub fn new(name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            surfaces: Vec::new(),
+            vertices: Vec::new(),
+            parts: Vec::new(),
+            emitters: Vec::new(),
+            background: DVec3::ZERO,
+        }
+    }
+
+    /// Sets the radiance of rays that meet nothing.
+    pub fn background(&mut self, radiance: DVec3) {
+        self.background = radiance;
+    }
+
+    /// Adds a surface.
+    pub fn surface(&mut self, surface: Surface) -> SurfaceId {
+        self.surfaces.push(surface);
+        SurfaceId(self.surfaces.len() as u32 - 1)
+    }
+
+    /// Adds an indexed triangle mesh; each emitting triangle is an emitter of its own. Fronts are where
+    /// the vertices run counter-clockwise. Neighbours that share an edge must share its indices.
+    pub fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]], surface: SurfaceId) {
+        let first = self.vertices.len() as u32;
+        self.vertices.extend_from_slice(vertices);
+        for triangle in triangles {
+            let triangle = triangle.map(|v| first.saturating_add(v));
+            // An index that points nowhere is refused by `build`.
+            let corner = |v: u32| self.vertices.get(v as usize).copied().unwrap_or(DVec3::NAN);
+            let shape = EmitterShape::Triangle(triangle.map(corner));
+            let emitter = self.emitter(surface, shape);
+            self.triangle(triangle, surface, emitter);
+        }
+    }
+
+    /// Adds a parallelogram as two triangles and, if it emits, one emitter. Its front is where
+    /// `edges[0] × edges[1]` points.
+    pub fn rectangle(&mut self, corner: DVec3, edges: [DVec3; 2], surface: SurfaceId) {
+        let first = self.vertices.len() as u32;
+        let [a, b] = edges;
+        self.vertices
+            .extend([corner, corner + a, corner + a + b, corner + b]);
+        let emitter = self.emitter(surface, EmitterShape::Rectangle { corner, edges });
+        self.triangle([first, first + 1, first + 2], surface, emitter);
+        self.triangle([first, first + 2, first + 3], surface, emitter);
+    }
+
+    /// Adds a sphere or a zone of one.
+    pub fn sphere(&mut self, sphere: Sphere, surface: SurfaceId) {
+        let emitter = self.emitter(surface, EmitterShape::Sphere(sphere));
+        self.parts.push(Part {
+            surface: surface.0,
+            emitter,
+            shape: PartShape::Sphere(sphere),
+        });
+    }
+
+    fn triangle(&mut self, vertices: [u32; 3], surface: SurfaceId, emitter: Option<u32>) {
+        self.parts.push(Part {
+            surface: surface.0,
+            emitter,
+            shape: PartShape::Triangle {
+                vertices,
+                normal: DVec3::ZERO,
+            },
+        });
+    }
+
+    fn emitter(&mut self, surface: SurfaceId, shape: EmitterShape) -> Option<u32> {
+        let radiance = self.surfaces[surface.0 as usize].emission;
+        (radiance != DVec3::ZERO).then(|| {
+            self.emitters.push(Emitter::new(shape, radiance));
+            self.emitters.len() as u32 - 1
+        })
+    }
+
+    /// Validates the parts and builds the acceleration structure.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] for a number that is not finite, an albedo or absorption outside [0, 1], a
+    /// negative radiance, an index that points nowhere, a triangle without area, a sphere without
+    /// radius.
+    pub fn build(mut self, camera: Camera) -> Result<Scene, Error> {
+        self.check_surfaces()?;
+        let mut primitives = Vec::with_capacity(self.parts.len());
+        let mut extent = camera.eye.abs().max_element();
+        for (i, part) in self.parts.iter_mut().enumerate() {
+            primitives.push(match &mut part.shape {
+                PartShape::Triangle { vertices, normal } => {
+                    let corner = |v: u32| self.vertices.get(v as usize).copied();
+                    let [Some(a), Some(b), Some(c)] = vertices.map(corner) else {
+                        return Err(invalid(&self.name, format!(
+                            "triangle {i} uses vertices {vertices:?}, but there are only {}",
+                            self.vertices.len()
+                        )));
+                    };
+                    extent = [a, b, c].iter().fold(extent, |e, v| e.max(v.abs().max_element()));
+                    let scaled = (b - a).cross(c - a);
+                    *normal = scaled.normalize_or_zero();
+                    if !scaled.is_finite() || *normal == DVec3::ZERO {
+                        return Err(invalid(&self.name, format!(
+                            "triangle {i} ({a}, {b}, {c}) has no area or is not finite: remove it"
+                        )));
+                    }
+                    Primitive::triangle([a, b, c])
+                }
+                PartShape::Sphere(sphere) => {
+                    let Sphere { centre, radius, .. } = *sphere;
+                    if !(centre.is_finite() && radius.is_finite() && radius > 0.0) {
+                        return Err(invalid(&self.name, format!(
+                            "sphere {i} (centre {centre}, radius {radius}) needs finite numbers and a radius above 0"
+                        )));
+                    }
+                    extent = extent.max((centre.abs() + radius).max_element());
+                    Primitive::Sphere(*sphere)
+                }
+            });
+        }
+        Ok(Scene {
+            bvh: Bvh::new(&primitives),
+            name: self.name,
+            surfaces: self.surfaces,
+            vertices: self.vertices,
+            parts: self.parts,
+            emitters: self.emitters,
+            background: self.background,
+            camera,
+            offset: extent * OFFSET,
+        })
+    }
+
+    fn check_surfaces(&self) -> Result<(), Error> {
+        let share = |v: DVec3| v.cmpge(DVec3::ZERO).all() && v.cmple(DVec3::ONE).all();
+        let radiance = |v: DVec3| v.is_finite() && v.cmpge(DVec3::ZERO).all();
+        if !radiance(self.background) {
+            let message = format!(
+                "the background radiance {} must be finite and not negative",
+                self.background
+            );
+            return Err(invalid(&self.name, message));
+        }
+        for (i, surface) in self.surfaces.iter().enumerate() {
+            let constants_finite = match surface.bsdf {
+                Bsdf::OrenNayar { constants, .. } => {
+                    constants.a.is_finite() && constants.b.is_finite()
+                }
+                Bsdf::Glass { index } => index.is_finite() && index > 0.0,
+                Bsdf::Black | Bsdf::Lambert { .. } | Bsdf::Mirror { .. } => true,
+            };
+            let valid = share(surface.bsdf.albedo())
+                && share(DVec3::splat(surface.absorption))
+                && radiance(surface.emission)
+                && constants_finite;
+            if !valid {
+                return Err(invalid(
+                    &self.name,
+                    format!(
+                        "surface {i} needs albedo and absorption in [0, 1], a finite radiance of at least 0 \
+                     and an index above 0: {surface:?}"
+                    ),
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn invalid(scene: &str, message: String) -> Error {
+    Error::Scene {
+        scene: scene.to_owned(),
+        message,
+    }
+}
