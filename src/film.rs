@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use crate::error::Error;
-use crate::moments::{ExactMoments, UNIT};
+use crate::moments::{ExactMoments, UNIT, in_units};
 
 /// A rectangle of pixels: `corner` is its first pixel, x to the right, y down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,11 +39,6 @@ pub struct Pixel {
     depth: i128,
 }
 
-/// A sum's unit share of a value of ordinary size.
-fn units(value: f64) -> i64 {
-    (value * (1.0 / UNIT)).round_ties_even() as i64
-}
-
 impl Pixel {
     /// Adds one replication: the mean radiance of its samples.
     ///
@@ -63,10 +58,10 @@ impl Pixel {
     pub fn push_features(&mut self, features: &Features) {
         self.hits += 1;
         for axis in 0..3 {
-            self.albedo[axis] += units(features.albedo[axis]);
-            self.normal[axis] += units(features.normal[axis]);
+            self.albedo[axis] += in_units(features.albedo[axis]);
+            self.normal[axis] += in_units(features.normal[axis]);
         }
-        self.depth += i128::from(units(features.depth));
+        self.depth += i128::from(in_units(features.depth));
     }
 
     /// Adds another pixel's replications: exact, in any order.

@@ -87,6 +87,12 @@ pub struct ExactMoments {
     squares: i128,
 }
 
+/// The nearest multiple of [`UNIT`], halves away from zero.
+#[inline]
+pub fn in_units(value: f64) -> i64 {
+    (value * (1.0 / UNIT) + 0.5f64.copysign(value)) as i64
+}
+
 impl ExactMoments {
     /// Adds one value, whose count the caller keeps (channels of a pixel share it).
     ///
@@ -96,7 +102,7 @@ impl ExactMoments {
     pub fn push(&mut self, value: f64) -> Result<(), Error> {
         // The comparison is false for NaN, too.
         if value.abs() <= LARGEST {
-            let units = (value * (1.0 / UNIT)).round_ties_even() as i64;
+            let units = in_units(value);
             self.sum += i128::from(units);
             self.squares += i128::from(units) * i128::from(units);
             Ok(())
