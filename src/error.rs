@@ -25,6 +25,9 @@ pub enum Error {
         /// What the codec said.
         message: String,
     },
+    /// Ctrl-C was pressed.
+    #[error("interrupted; the same command goes on where it stopped")]
+    Interrupted,
     /// An option's value makes no sense, alone or together with others.
     #[error("{0}")]
     Option(String),

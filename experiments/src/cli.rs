@@ -2,15 +2,23 @@
 
 use std::process::ExitCode;
 
+use clap::{Args, FromArgMatches};
 use whitefurnace::error::Error;
 
-/// Exit code 0, or 2 with one line on standard error.
+use crate::lab::{self, Experiment};
+use crate::progress::catch_interrupt;
+
+/// Exit code 0; else one line on standard error and 2, or 130 after Ctrl-C.
 pub fn exit(result: Result<(), Error>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error}");
-            ExitCode::from(2)
+            ExitCode::from(if matches!(error, Error::Interrupted) {
+                130
+            } else {
+                2
+            })
         }
     }
 }
@@ -44,4 +52,17 @@ pub fn use_threads(threads: Option<usize>) -> Result<(), Error> {
         .num_threads(threads)
         .build_global()
         .map_err(|error| Error::Option(format!("--threads {threads} cannot be started: {error}")))
+}
+
+/// The whole program of an experiment's own binary.
+pub fn run_experiment(experiment: &'static Experiment) -> ExitCode {
+    let command = lab::Options::augment_args(clap::Command::new(experiment.id))
+        .about(experiment.title)
+        .version(env!("CARGO_PKG_VERSION"));
+    let options = match lab::Options::from_arg_matches(&command.get_matches()) {
+        Ok(options) => options,
+        Err(error) => error.exit(),
+    };
+    catch_interrupt();
+    exit(use_threads(options.threads).and_then(|()| lab::run_all(&[experiment], &options, true)))
 }

@@ -79,7 +79,7 @@ pub enum PixelName {
 }
 
 /// The name that the command line uses for a value.
-pub fn name<T: ValueEnum>(value: T) -> String {
+pub fn name<T: ValueEnum + Copy>(value: T) -> String {
     value
         .to_possible_value()
         .map_or_else(String::new, |value| value.get_name().to_owned())

@@ -1,5 +1,24 @@
-//! The programs of whitefurnace.
+//! The programs of whitefurnace: `reproduce` runs every experiment, `render` makes one image, and each
+//! experiment has a binary of its own name.
 
 pub mod cli;
+pub mod figures;
 pub mod job;
+pub mod lab;
+pub mod plot;
 pub mod progress;
+pub mod regions;
+pub mod watertight;
+
+use lab::Experiment;
+
+/// Every experiment, in the order in which `reproduce` runs them.
+pub const EXPERIMENTS: &[&Experiment] = &[
+    &figures::FIG6,
+    &figures::FIG7A,
+    &figures::FIG7B,
+    &figures::FIG8,
+    &figures::FIG9,
+    &regions::REGIONS,
+    &watertight::WATERTIGHT,
+];

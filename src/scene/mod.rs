@@ -124,6 +124,16 @@ impl Scene {
         &self.surfaces[hit.surface as usize]
     }
 
+    /// The corners of every triangle.
+    pub fn triangles(&self) -> impl Iterator<Item = [DVec3; 3]> + '_ {
+        self.parts.iter().filter_map(|part| match part.shape {
+            PartShape::Triangle { vertices, .. } => {
+                Some(vertices.map(|v| self.vertices[v as usize]))
+            }
+            PartShape::Sphere(_) => None,
+        })
+    }
+
     /// The acceleration structure, whose brute-force twin tests use.
     pub fn bvh(&self) -> &Bvh {
         &self.bvh

@@ -102,6 +102,12 @@ pub fn diffuse() -> Result<Scene, Error> {
     room("diffuse-room", &objects)
 }
 
+/// Whether a point is inside the room's walls, floor and ceiling.
+pub fn contains(p: DVec3) -> bool {
+    let along = 0.5 * p.y.abs();
+    p.y.abs() < 6.0 && p.x > along - 3.0 && p.x < 13.0 - along && p.z > FLOOR && p.z < CEILING
+}
+
 fn room(name: &str, objects: &Objects) -> Result<Scene, Error> {
     let mut scene = SceneBuilder::new(name);
     shell(&mut scene);

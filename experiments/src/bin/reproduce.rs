@@ -1,1 +1,66 @@
-fn main() {}
+//! The main job: reproduces the report and says what it found.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use experiments::lab::{self, Experiment};
+use experiments::progress::catch_interrupt;
+use experiments::{EXPERIMENTS, cli};
+use whitefurnace::error::Error;
+
+/// Reproduce the report: render its figures, measure its claims, print a table of what was found.
+///
+/// Everything goes to one folder, with results.json for machines. A run that was interrupted goes on
+/// where it stopped.
+#[derive(Parser)]
+#[command(name = "reproduce", version)]
+struct Options {
+    #[command(flatten)]
+    shared: lab::Options,
+    /// Run this experiment only; may be repeated
+    #[arg(long, value_name = "ID")]
+    only: Vec<String>,
+    /// List the experiments and end
+    #[arg(long)]
+    list: bool,
+    /// Do everything again, even what an earlier run of this program has done
+    #[arg(long)]
+    fresh: bool,
+}
+
+fn main() -> ExitCode {
+    cli::exit(run(&Options::parse()))
+}
+
+fn run(options: &Options) -> Result<(), Error> {
+    if options.list {
+        for experiment in EXPERIMENTS {
+            println!("{:12} {}", experiment.id, experiment.title);
+        }
+        return Ok(());
+    }
+    let chosen = choose(&options.only)?;
+    cli::use_threads(options.shared.threads)?;
+    catch_interrupt();
+    lab::run_all(&chosen, &options.shared, options.fresh)
+}
+
+fn choose(only: &[String]) -> Result<Vec<&'static Experiment>, Error> {
+    if only.is_empty() {
+        return Ok(EXPERIMENTS.to_vec());
+    }
+    let find = |id: &String| {
+        EXPERIMENTS
+            .iter()
+            .copied()
+            .find(|experiment| experiment.id == id)
+            .ok_or_else(|| {
+                let ids: Vec<&str> = EXPERIMENTS.iter().map(|experiment| experiment.id).collect();
+                Error::Option(format!(
+                    "--only {id} is no experiment: take one of {}",
+                    ids.join(", ")
+                ))
+            })
+    };
+    only.iter().map(find).collect()
+}

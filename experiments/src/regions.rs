@@ -1,0 +1,175 @@
+//! Regions of the published figure 6, as measured on the image, against our three conventions.
+
+use whitefurnace::equation;
+use whitefurnace::error::Error;
+use whitefurnace::film::{Film, Window};
+use whitefurnace::image::Display;
+
+use crate::figures::CONVENTIONS;
+use crate::job::{ConventionName, Job};
+use crate::lab::{Experiment, Lab};
+use crate::plot;
+
+/// Compares region means with the published image.
+pub const REGIONS: Experiment = Experiment {
+    id: "regions",
+    title: "region means of the published figure 6 (8-bit R G B) against the three conventions",
+    version: 1,
+    equations: &[&equation::RENDERING, &equation::ROULETTE],
+    run,
+};
+
+/// A rectangle of figure 6 and its published mean.
+struct Region {
+    name: &'static str,
+    corner: [u32; 2],
+    size: [u32; 2],
+    published: [f64; 3],
+    /// Grey levels within which the `published` convention must meet it.
+    margin: f64,
+}
+
+const fn region(
+    name: &'static str,
+    [x0, y0, x1, y1]: [u32; 4],
+    published: [f64; 3],
+    margin: f64,
+) -> Region {
+    Region {
+        name,
+        corner: [x0, y0],
+        size: [x1 - x0, y1 - y0],
+        published,
+        margin,
+    }
+}
+
+/// The white sphere's reconstruction is coarser than the rest.
+const SPHERE: f64 = 6.0;
+const OTHER: f64 = 2.5;
+
+const TABLE: [Region; 9] = [
+    region("red wall", [80, 300, 180, 400], [144.0, 36.5, 37.4], OTHER),
+    region("blue wall", [350, 280, 430, 380], [23.3, 29.0, 76.8], OTHER),
+    region(
+        "cyan, near",
+        [880, 250, 980, 350],
+        [0.0, 150.5, 155.1],
+        OTHER,
+    ),
+    region(
+        "floor, mid",
+        [600, 690, 660, 740],
+        [142.9, 149.9, 164.8],
+        OTHER,
+    ),
+    region(
+        "sphere top",
+        [560, 335, 590, 355],
+        [239.2, 245.6, 248.7],
+        SPHERE,
+    ),
+    region(
+        "sphere middle",
+        [560, 375, 590, 395],
+        [126.6, 129.1, 141.9],
+        SPHERE,
+    ),
+    region(
+        "sphere bottom",
+        [560, 420, 590, 438],
+        [65.4, 61.3, 67.7],
+        SPHERE,
+    ),
+    region(
+        "sphere right",
+        [612, 375, 626, 395],
+        [41.1, 73.6, 73.7],
+        SPHERE,
+    ),
+    region(
+        "light in glass",
+        [483, 468, 497, 476],
+        [111.2, 109.2, 110.8],
+        OTHER,
+    ),
+];
+
+fn run(lab: &mut Lab) -> Result<(), Error> {
+    let mut rows = Vec::new();
+    let mut differences = Vec::new();
+    for (convention, stem) in CONVENTIONS {
+        let mut panel = Vec::new();
+        for region in &TABLE {
+            let mean = region_mean(lab, convention, region)?;
+            let difference = [0, 1, 2].map(|c| mean[c] - region.published[c]);
+            let worst = difference
+                .iter()
+                .fold(0.0f64, |worst, d| worst.max(d.abs()));
+            let what = format!("{stem}: {}", region.name);
+            let value = format!(
+                "{} (published {}), at most {worst:.1} off",
+                triple(mean),
+                triple(region.published)
+            );
+            if convention == ConventionName::Published {
+                lab.claim(
+                    &what,
+                    format!("{value} of {} allowed", region.margin),
+                    worst <= region.margin,
+                );
+            } else {
+                lab.note(&what, value);
+            }
+            for (channel, c) in ["r", "g", "b"].into_iter().zip(0..) {
+                let key = format!("{stem}.{}.{channel}", region.name.replace([' ', ','], ""));
+                lab.number(&key, mean[c]);
+                rows.push(format!(
+                    "{stem},{},{channel},{:.3},{:.1}",
+                    region.name.replace(',', ""),
+                    mean[c],
+                    region.published[c]
+                ));
+            }
+            panel.push(difference);
+        }
+        differences.push((stem, panel));
+    }
+    lab.csv(
+        "regions.csv",
+        "convention,region,channel,rendered,published",
+        &rows,
+    )?;
+    let names = TABLE.map(|region| region.name);
+    plot::differences(&lab.figure("regions.svg"), &names, &differences)
+}
+
+fn triple([r, g, b]: [f64; 3]) -> String {
+    format!("{r:.1} {g:.1} {b:.1}")
+}
+
+/// The mean over the region of floor(255 · min(1, pixel mean)), as the published image was measured.
+fn region_mean(lab: &Lab, convention: ConventionName, region: &Region) -> Result<[f64; 3], Error> {
+    let window = Some(Window {
+        corner: region.corner,
+        size: region.size,
+    });
+    let spp = lab.by_tier(256, 1024);
+    let job = lab.prepared(Job {
+        window,
+        spp,
+        ..Job::report(convention)
+    });
+    let film = lab.render(&job, region.name)?;
+    Ok(encoded_mean(&film))
+}
+
+fn encoded_mean(film: &Film) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for pixel in film.pixels() {
+        for (sum, radiance) in sum.iter_mut().zip(pixel.mean().to_array()) {
+            *sum += f64::from(Display::Truncated.encode(radiance));
+        }
+    }
+    sum.map(|sum| sum / film.pixels().len() as f64)
+}
