@@ -118,54 +118,61 @@ pub struct Film {
     pixels: Vec<Pixel>,
 }
 
-/// Pixels of the largest film: 16 GiB of accumulators.
-pub const LARGEST_FILM: u64 = (16 << 30) / size_of::<Pixel>() as u64;
+/// Pixels of the largest film, about 17 GB of accumulators.
+pub const LARGEST_FILM: u64 = 100_000_000;
 
 impl Film {
     /// An empty film for the `window` (or all) of a frame of `frame` pixels, whose replications have
     /// `samples_per_replication` samples each.
     ///
     /// # Errors
-    /// [`Error::Option`] for a size of 0, above [`LARGEST_FILM`], or a window that leaves the frame.
+    /// As [`checked_window`](Self::checked_window).
     pub fn new(
         frame: [u32; 2],
         window: Option<Window>,
         samples_per_replication: u32,
     ) -> Result<Self, Error> {
+        let window = Self::checked_window(frame, window)?;
+        let [width, height] = window.size.map(|n| n as usize);
+        Ok(Self {
+            frame,
+            window,
+            samples_per_replication,
+            pixels: vec![Pixel::default(); width * height],
+        })
+    }
+
+    /// The window that a film would hold.
+    ///
+    /// # Errors
+    /// [`Error::Option`] for a size of 0, above [`LARGEST_FILM`], or a window that leaves the frame.
+    pub fn checked_window(frame: [u32; 2], window: Option<Window>) -> Result<Window, Error> {
         let window = window.unwrap_or(Window {
             corner: [0, 0],
             size: frame,
         });
         let [width, height] = window.size;
-        let count = u64::from(width) * u64::from(height);
-        if frame.contains(&0) || count == 0 {
-            return Err(Error::Option(format!(
-                "size {}x{} has no pixels: both numbers must be at least 1",
-                width.min(frame[0]),
-                height.min(frame[1])
-            )));
-        }
-        if count > LARGEST_FILM {
-            return Err(Error::Option(format!(
-                "size {width}x{height} needs {} GiB of memory: take at most {LARGEST_FILM} pixels",
-                (count * size_of::<Pixel>() as u64) >> 30
-            )));
-        }
         let inside = |axis: usize| {
             u64::from(window.corner[axis]) + u64::from(window.size[axis]) <= u64::from(frame[axis])
         };
         if !(inside(0) && inside(1)) {
             return Err(Error::Option(format!(
-                "window {}x{} at ({}, {}) leaves the frame of {}x{} pixels",
-                width, height, window.corner[0], window.corner[1], frame[0], frame[1]
+                "window {width}x{height} at ({}, {}) leaves the frame of {}x{} pixels",
+                window.corner[0], window.corner[1], frame[0], frame[1]
             )));
         }
-        Ok(Self {
-            frame,
-            window,
-            samples_per_replication,
-            pixels: vec![Pixel::default(); count as usize],
-        })
+        let count = u64::from(width) * u64::from(height);
+        if count == 0 {
+            return Err(Error::Option(format!(
+                "size {width}x{height} has no pixels: both numbers must be at least 1"
+            )));
+        }
+        if count > LARGEST_FILM || frame[0].checked_mul(frame[1]).is_none() {
+            return Err(Error::Option(format!(
+                "size {width}x{height} is too large for memory: take a smaller one, at most {LARGEST_FILM} pixels"
+            )));
+        }
+        Ok(window)
     }
 
     /// Width and height of the full frame in pixels.

@@ -119,25 +119,28 @@ pub fn write_exr(path: &Path, film: &Film, provenance: &str) -> Result<(), Error
     })
 }
 
-/// Writes the film's mean radiance as an 8-bit PNG.
+/// Writes the film's mean radiance as an 8-bit PNG, each pixel as `magnification`² equal ones.
 ///
 /// # Errors
 /// [`Error::File`] or [`Error::Image`]; nothing is left behind then.
-pub fn write_png(path: &Path, film: &Film, display: Display) -> Result<(), Error> {
-    let encoded = film.pixels().iter().flat_map(|pixel| {
-        pixel
-            .mean()
-            .to_array()
-            .map(|radiance| display.encode(radiance))
-    });
-    write_rgb(path, film.size(), &encoded.collect::<Vec<u8>>())
+pub fn write_png(
+    path: &Path,
+    film: &Film,
+    display: Display,
+    magnification: u32,
+) -> Result<(), Error> {
+    let [width, height] = film.size().map(|n| n * magnification);
+    let mut rgb = Vec::with_capacity(3 * width as usize * height as usize);
+    for y in 0..height {
+        for x in 0..width {
+            let mean = film.pixel(x / magnification, y / magnification).mean();
+            rgb.extend(mean.to_array().map(|radiance| display.encode(radiance)));
+        }
+    }
+    write_rgb(path, [width, height], &rgb)
 }
 
-/// Writes 8-bit RGB triples, row by row from the top, as a PNG.
-///
-/// # Errors
-/// [`Error::File`] or [`Error::Image`]; nothing is left behind then.
-pub fn write_rgb(path: &Path, size: [u32; 2], rgb: &[u8]) -> Result<(), Error> {
+fn write_rgb(path: &Path, size: [u32; 2], rgb: &[u8]) -> Result<(), Error> {
     write_whole(path, |file| {
         let failed = |error: png::EncodingError| Error::Image {
             action: "write",

@@ -1,4 +1,39 @@
 //! whitefurnace: a global-illumination testbed in which every equation is on trial.
+//!
+//! It implements the report *Global Illumination Rendering With Monte Carlo Ray-tracing* (Blåwiik and
+//! Nilsson, 2019) from its text: every equation stands once, as a small function beside its formula,
+//! and cites its entry in the [`equation`] registry. Where the report is wrong, the correct form is the
+//! default and the printed form stands beside it under a name that says so.
+//!
+//! # The house
+//!
+//! | room | what is in it |
+//! |---|---|
+//! | [`equation`] | the registry: id, formula, source, our verdict |
+//! | [`shape`], [`watertight`] | (1)-(7): rays, triangles, spheres |
+//! | [`radiometry`] | (8)-(9): cosine, geometry term, measures |
+//! | [`fresnel`], [`bsdf`] | (10)-(15): interfaces and reflection models |
+//! | [`moments`], [`sampling`], [`roulette`], [`pixel`] | (16)-(19), 2.6.2, 2.7: Monte Carlo |
+//! | [`scene`], [`emitter`], [`camera`], [`accel`] | what is rendered, as plain data |
+//! | [`estimator`] | how: estimators composed from replaceable parts |
+//! | [`render`], [`film`], [`image`] | the loop, the accumulators, the files |
+//! | [`rng`], [`frame`], [`error`] | streams of random numbers, coordinates, errors |
+//!
+//! # Invariants
+//!
+//! - The library prints nothing and reads no clock. Only [`image`] touches files.
+//! - Only [`rng`] makes generators. Randomness is an argument everywhere else.
+//! - Same seed, same bytes: sums on the film are integers, so no order of threads can show.
+//! - No clamp, depth limit or epsilon without a named constant and a sentence on the bias it brings.
+//! - An estimator sees a scene only through its methods, and every decision it makes is a method of
+//!   [`estimator::Parts`] that a trial can replace.
+//! - Directions are unit vectors. Pdfs of directions are with respect to solid angle, of points with
+//!   respect to area. Angles are in radians.
+//!
+//! # Departures from the report's literal text
+//!
+//! The finding of each [`equation`] says them one by one.
+
 pub mod accel;
 pub mod bsdf;
 pub mod camera;

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use clap::{Args, FromArgMatches};
+use clap::{Args, FromArgMatches, Parser};
 use whitefurnace::error::Error;
 
 use crate::lab::{self, Experiment};
@@ -20,6 +20,29 @@ pub fn exit(result: Result<(), Error>) -> ExitCode {
                 2
             })
         }
+    }
+}
+
+/// Parses the command line; a wrong option gets one line on standard error and exit code 2.
+pub fn parse<T: Parser>() -> T {
+    or_one_line(T::try_parse())
+}
+
+fn or_one_line<T>(parsed: Result<T, clap::Error>) -> T {
+    match parsed {
+        Ok(options) => options,
+        Err(error) if error.use_stderr() => {
+            let message = error.render().to_string();
+            let lines: Vec<&str> = message
+                .lines()
+                .map(str::trim)
+                .filter(|line| !line.is_empty() && !line.starts_with("Usage:"))
+                .collect();
+            eprintln!("{}", lines.join(" "));
+            std::process::exit(2);
+        }
+        // Help and version.
+        Err(error) => error.exit(),
     }
 }
 
@@ -59,10 +82,8 @@ pub fn run_experiment(experiment: &'static Experiment) -> ExitCode {
     let command = lab::Options::augment_args(clap::Command::new(experiment.id))
         .about(experiment.title)
         .version(env!("CARGO_PKG_VERSION"));
-    let options = match lab::Options::from_arg_matches(&command.get_matches()) {
-        Ok(options) => options,
-        Err(error) => error.exit(),
-    };
+    let matches = or_one_line(command.try_get_matches());
+    let options = or_one_line(lab::Options::from_arg_matches(&matches));
     catch_interrupt();
     exit(use_threads(options.threads).and_then(|()| lab::run_all(&[experiment], &options, true)))
 }

@@ -250,12 +250,7 @@ impl Job {
                 (self.spp / cells + 1) * cells
             ));
         }
-        let [width, height] = self.size;
-        if u64::from(width) * u64::from(height) > u64::from(u32::MAX) {
-            return refuse(format!(
-                "--size {width}x{height} has more than 2^32 pixels: take a smaller one"
-            ));
-        }
+        Film::checked_window(self.size, self.window)?;
         Ok(())
     }
 

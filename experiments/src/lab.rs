@@ -174,7 +174,12 @@ impl Lab {
             &job.provenance(true),
         )?;
         let png = self.figure(&format!("{stem}.png"));
-        write_png(&png, &film, job.display(0.0))?;
+        let magnification = if job.window.is_some() {
+            CROP_MAGNIFICATION
+        } else {
+            1
+        };
+        write_png(&png, &film, job.display(0.0), magnification)?;
         let [width, height] = film.size();
         self.number(&format!("{stem}.mean"), film.mean());
         self.number(&format!("{stem}.relative_error"), film.relative_error());
@@ -232,6 +237,9 @@ impl Lab {
         )
     }
 }
+
+/// Crops are shown this many times larger than their pixels.
+const CROP_MAGNIFICATION: u32 = 3;
 
 /// Runs experiments one after the other and writes `results.json`; results of an earlier run of this
 /// very program with the same options are kept unless `fresh`.

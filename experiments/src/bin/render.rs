@@ -21,7 +21,7 @@ use whitefurnace::image::{check_writable, write_exr, write_png};
 /// The same options give the same bytes, whatever the number of threads. Ctrl-C writes what is done.
 #[derive(Parser)]
 #[command(name = "render", version, verbatim_doc_comment)]
-struct Options {
+struct Render {
     /// What to render
     #[arg(long, value_enum, default_value_t = SceneName::Report)]
     scene: SceneName,
@@ -64,10 +64,10 @@ struct Options {
 }
 
 fn main() -> ExitCode {
-    cli::exit(run(&Options::parse()))
+    cli::exit(run(&cli::parse()))
 }
 
-fn run(options: &Options) -> Result<(), Error> {
+fn run(options: &Render) -> Result<(), Error> {
     let convention = options.convention.unwrap_or(match options.estimator {
         Some(EstimatorName::Report) => ConventionName::Report,
         _ => ConventionName::Physical,
@@ -106,9 +106,9 @@ fn run(options: &Options) -> Result<(), Error> {
         )));
     }
     let png = options.out.with_extension("png");
+    cli::use_threads(options.threads)?;
     check_writable(&options.out)?;
     check_writable(&png)?;
-    cli::use_threads(options.threads)?;
     catch_interrupt();
 
     let start = Instant::now();
@@ -119,7 +119,7 @@ fn run(options: &Options) -> Result<(), Error> {
         &rendered.film,
         &job.provenance(rendered.complete),
     )?;
-    write_png(&png, &rendered.film, job.display(options.exposure))?;
+    write_png(&png, &rendered.film, job.display(options.exposure), 1)?;
     let samples: u64 = rendered
         .film
         .pixels()

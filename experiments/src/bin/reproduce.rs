@@ -14,7 +14,7 @@ use whitefurnace::error::Error;
 /// where it stopped.
 #[derive(Parser)]
 #[command(name = "reproduce", version)]
-struct Options {
+struct Reproduce {
     #[command(flatten)]
     shared: lab::Options,
     /// Run this experiment only; may be repeated
@@ -29,10 +29,10 @@ struct Options {
 }
 
 fn main() -> ExitCode {
-    cli::exit(run(&Options::parse()))
+    cli::exit(run(&cli::parse()))
 }
 
-fn run(options: &Options) -> Result<(), Error> {
+fn run(options: &Reproduce) -> Result<(), Error> {
     if options.list {
         for experiment in EXPERIMENTS {
             println!("{:12} {}", experiment.id, experiment.title);
