@@ -72,6 +72,7 @@ fn draw_differences(
                     .map_or_else(String::new, ToString::to_string)
             })
             .y_labels(5)
+            .y_label_formatter(&|y| format!("{y:+.0}"))
             .y_desc("rendered − published (grey levels)")
             .draw()?;
         chart.draw_series(LineSeries::new(
@@ -92,7 +93,7 @@ fn draw_differences(
         }
         chart
             .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
+            .position(SeriesLabelPosition::LowerLeft)
             .background_style(WHITE.mix(0.85))
             .border_style(FAINT)
             .label_font((FONT, 13, &INK))

@@ -50,7 +50,7 @@ struct Render {
     #[arg(long, default_value_t = 64)]
     spp: u32,
     /// Seed of all random numbers
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
     /// Threads [default: one per core]
     #[arg(long)]
