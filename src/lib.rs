@@ -5,6 +5,7 @@ pub mod equation;
 pub mod error;
 pub mod frame;
 pub mod fresnel;
+pub mod harness;
 pub mod moments;
 pub mod pixel;
 pub mod radiometry;
