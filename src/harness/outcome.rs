@@ -186,6 +186,9 @@ impl Outcome {
 
     /// The verdict at level [`ALPHA`].
     pub fn verdict(&self) -> Verdict {
+        if self.p.is_nan() {
+            return Verdict::Fails;
+        }
         if self.n < self.valid_from {
             return Verdict::Undecided {
                 needed: self.valid_from,
@@ -198,7 +201,7 @@ impl Outcome {
             Claim::Approximate { margin } => {
                 approximate_verdict(self.interval, self.reference, margin, self.n)
             }
-            Claim::Test if self.p < ALPHA || self.p.is_nan() => Verdict::Fails,
+            Claim::Test if self.p < ALPHA => Verdict::Fails,
             Claim::Test => Verdict::Holds,
         }
     }

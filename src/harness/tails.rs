@@ -167,7 +167,9 @@ fn log_defect(x: f64) -> f64 {
         return x - x.ln_1p();
     }
     // x²/2 − x³/3 + …: fourteen terms reach 1e-18 of the first.
-    let series = (2..16).rev().fold(0.0, |sum, k| 1.0 / f64::from(k) - x * sum);
+    let series = (2..16)
+        .rev()
+        .fold(0.0, |sum, k| 1.0 / f64::from(k) - x * sum);
     x * x * series
 }
 
