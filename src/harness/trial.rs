@@ -123,7 +123,8 @@ impl Control {
 
 /// A property on trial.
 pub struct Trial {
-    /// Unique name, words joined by '-', parts by '/': "hemisphere/uniform/chi-square".
+    /// Unique name, words joined by '-', parts by '/': "hemisphere/uniform/chi-square". The first part
+    /// is the [`group`].
     pub name: String,
     /// The statement that is true or false.
     pub property: String,
@@ -342,7 +343,8 @@ fn explain(trial: &Trial, rows: &[Row], context: &Context) -> String {
     text
 }
 
-/// The shell command that repeats one trial.
+/// The shell command that repeats the trial: the integration test of its group, which is the part of
+/// its name before the first '/'.
 pub fn command(context: &Context, trial: &str) -> String {
     let scale = if context.scale == 1.0 {
         String::new()
@@ -350,9 +352,15 @@ pub fn command(context: &Context, trial: &str) -> String {
         format!("WHITEFURNACE_SCALE={} ", context.scale)
     };
     format!(
-        "WHITEFURNACE_SEED={} {scale}WHITEFURNACE_TRIAL={trial} cargo test -p whitefurnace --test it -- trials",
-        context.seed
+        "WHITEFURNACE_SEED={} {scale}cargo test -p whitefurnace --test it -- trials::{}",
+        context.seed,
+        group(trial)
     )
+}
+
+/// The part of a trial's name before the first '/': the name of its integration test.
+pub fn group(trial: &str) -> &str {
+    trial.split('/').next().unwrap_or(trial)
 }
 
 /// Writes the cells of a row as CSV (place, expected, observed, sigmas) and returns the path; nothing
