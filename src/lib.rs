@@ -13,4 +13,5 @@ pub mod rng;
 pub mod roulette;
 pub mod sampling;
 pub mod shape;
+pub mod trials;
 pub mod watertight;

@@ -107,5 +107,5 @@ pub fn f_test(a: (f64, u64), b: (f64, u64), ratio: f64) -> f64 {
     let f = a.0 / b.0 / ratio;
     let (d1, d2) = (a.1 as f64 - 1.0, b.1 as f64 - 1.0);
     // The lower tail is the upper tail of the reciprocal.
-    (2.0 * f_sf(f, d1, d2).min(f_sf(1.0 / f, d2, d1))).min(1.0)
+    2.0 * f_sf(f, d1, d2).min(f_sf(1.0 / f, d2, d1))
 }

@@ -170,6 +170,20 @@ impl Partition {
         }
     }
 
+    /// Outcomes of a discrete law with these probabilities (which sum to one): for counts made elsewhere.
+    pub fn of_masses(masses: Vec<f64>, places: Vec<String>) -> Self {
+        Self {
+            domain: Domain::Square,
+            rows: 1,
+            columns: masses.len(),
+            cell_of: (0..masses.len()).collect(),
+            masses,
+            places,
+            loss: 0.0,
+            error: 0.0,
+        }
+    }
+
     /// About `cells` cells of nearly equal probability under a density, by adaptive quadrature: fields
     /// of a fine grid are integrated and gathered by halving. What is missing to one is the loss.
     pub fn of_pdf(domain: Domain, cells: usize, pdf: &dyn Fn(DVec3) -> f64) -> Self {

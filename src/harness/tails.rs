@@ -230,7 +230,7 @@ fn lentz(b0: f64, term: impl Fn(f64) -> (f64, f64)) -> f64 {
         let step = c * d;
         value *= step;
         // A fraction of ours has converged long before this many steps, or never will.
-        if (step - 1.0).abs() <= 4.0 * STEP || i > 1e7 {
+        if (step - 1.0).abs() <= 4.0 * STEP || step.is_nan() || i > 1e7 {
             return value;
         }
     }
