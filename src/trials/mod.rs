@@ -3,6 +3,7 @@
 //! The tests and the experiments only loop over [`all`].
 
 pub mod bsdf;
+pub mod convergence;
 pub mod fresnel;
 pub mod hemisphere;
 pub mod roulette;
@@ -18,6 +19,7 @@ pub fn all() -> Vec<Trial> {
         bsdf::trials(),
         roulette::trials(),
         streams::trials(),
+        convergence::trials(),
     ]
     .into_iter()
     .flatten()

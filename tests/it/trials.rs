@@ -36,7 +36,7 @@ macro_rules! groups {
     };
 }
 
-groups! { hemisphere fresnel bsdf roulette streams }
+groups! { hemisphere fresnel bsdf roulette streams convergence }
 
 #[test]
 fn every_trial_has_a_test_a_control_and_its_own_name() {
