@@ -93,7 +93,12 @@ fn inclination(wo: DVec3) -> f64 {
 }
 
 fn lambert_check(context: &Context, subject: BsdfSubject) -> Vec<Outcome> {
-    check_up(&subject.albedo(|_| RHO), &CheckUp::default(), context)
+    // Twice the usual size, for uniform sampling of Lambert: relative standard deviation 1/√3.
+    let size = CheckUp {
+        samples: 2 * CheckUp::default().samples,
+        ..CheckUp::default()
+    };
+    check_up(&subject.albedo(|_| RHO), &size, context)
 }
 
 fn oren_nayar_check(context: &Context, eval: Eval) -> Vec<Outcome> {

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
 use whitefurnace::harness::outcome::CAPACITY;
-use whitefurnace::harness::trial::{Context, check, group};
+use whitefurnace::harness::trial::{Context, Row, check, group};
 use whitefurnace::trials::all;
 
 /// Runs every trial of a group, prints the verdict table, and fails with all messages at once.
@@ -22,11 +22,32 @@ fn run(name: &str) {
     let mut messages = String::new();
     for result in checked {
         match result {
-            Ok(rows) => rows.iter().for_each(|row| println!("{}", row.csv())),
+            Ok(rows) => rows.iter().for_each(|row| {
+                println!("{}", row.csv());
+                messages += &too_weak(row, &context);
+            }),
             Err(message) => messages += &message,
         }
     }
     assert!(messages.is_empty(), "\n{messages}");
+}
+
+/// Says so if a mean's δ is below its minimum detectable effect: then *undecided* would come up more
+/// often than the error budget allows. (Cells and distribution functions have no single such number.)
+fn too_weak(row: &Row, context: &Context) -> String {
+    let outcome = &row.outcome;
+    let [found, size] = [outcome.minimum_detectable_effect(), outcome.claim.size()];
+    let is_mean = ["t", "z", "Welch", "variance ratio"].contains(&outcome.statistic);
+    if is_mean && context.scale >= 1.0 && found > size {
+        format!(
+            "{}: {} detects {found:.3e}, more than δ = {size:.3e}; needs {:.0} samples\n",
+            row.trial,
+            outcome.name,
+            outcome.n as f64 * (found / size).powi(2)
+        )
+    } else {
+        String::new()
+    }
 }
 
 macro_rules! groups {
