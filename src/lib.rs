@@ -18,10 +18,13 @@
 //! | [`estimator`] | how: estimators composed from replaceable parts |
 //! | [`render`], [`film`], [`image`] | the loop, the accumulators, the files |
 //! | [`rng`], [`frame`], [`error`] | streams of random numbers, coordinates, errors |
+//! | [`harness`] | statistics, verdicts, trials as data: put your own code on trial with it |
+//! | [`trials`] | the registry: every property of this library on trial, with negative controls |
 //!
 //! # Invariants
 //!
-//! - The library prints nothing and reads no clock. Only [`image`] touches files.
+//! - The library prints nothing and reads no clock. Only [`image`] and [`harness::trial`] touch files;
+//!   only the latter reads the environment.
 //! - Only [`rng`] makes generators. Randomness is an argument everywhere else.
 //! - Same seed, same bytes: sums on the film are integers, so no order of threads can show.
 //! - No clamp, depth limit or epsilon without a named constant and a sentence on the bias it brings.
@@ -44,6 +47,7 @@ pub mod estimator;
 pub mod film;
 pub mod frame;
 pub mod fresnel;
+pub mod harness;
 pub mod image;
 pub mod moments;
 pub mod pixel;
@@ -54,4 +58,5 @@ pub mod roulette;
 pub mod sampling;
 pub mod scene;
 pub mod shape;
+pub mod trials;
 pub mod watertight;

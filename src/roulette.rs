@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-/// The path goes on if r ≤ survival = 1 − α, for r uniform in [0, 1).
+/// The path goes on if r < survival = 1 − α, for r uniform in [0, 1): exactly with that probability.
 #[inline]
 pub fn survives(r: f64, survival: f64) -> bool {
     r < survival

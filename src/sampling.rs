@@ -22,7 +22,7 @@ pub fn uniform_phi(r: f64) -> f64 {
 /// A direction of the hemisphere by (18) and (19) with two independent numbers.
 ///
 /// The same map as `from_spherical(uniform_theta(r₁), uniform_phi(r₂))` without the inverse cosine:
-/// cos θ = 1 − r₁ and sin θ = √(r₁(2 − r₁)); they agree to 4e-16 per component... see the tests.
+/// cos θ = 1 − r₁ and sin θ = √(r₁(2 − r₁)); they agree to a few roundings.
 #[inline]
 pub fn uniform_hemisphere([r1, r2]: [f64; 2]) -> DVec3 {
     let sin_theta = (r1 * (2.0 - r1)).sqrt();

@@ -1,0 +1,494 @@
+//! A BSDF's check-up in one call, for any BSDF: closures are all it takes.
+//!
+//! # Example: a microfacet conductor that is not ours
+//!
+//! Trowbridge-Reitz (GGX) with visible-normal sampling (Heitz, JCGT 7(4), 2018), perfectly reflecting
+//! facets. Samples that leave below the horizon are lost, so the pdf integrates to less than one.
+//!
+//! ```
+//! use glam::DVec3;
+//! use std::f64::consts::{PI, TAU};
+//! use whitefurnace::harness::bsdf_checkup::{BsdfSample, BsdfSubject, CheckUp, Loss, check_up};
+//! use whitefurnace::harness::outcome::Verdict;
+//! use whitefurnace::harness::trial::Context;
+//!
+//! const ALPHA: f64 = 0.5;
+//! fn lambda(w: DVec3) -> f64 {
+//!     let tan2 = (w.x * w.x + w.y * w.y) / (w.z * w.z);
+//!     0.5 * ((1.0 + ALPHA * ALPHA * tan2).sqrt() - 1.0)
+//! }
+//! fn distribution(h: DVec3) -> f64 {
+//!     let d = (h.x * h.x + h.y * h.y) / (ALPHA * ALPHA) + h.z * h.z;
+//!     1.0 / (PI * ALPHA * ALPHA * d * d)
+//! }
+//! fn eval(wo: DVec3, wi: DVec3) -> f64 {
+//!     if wo.z <= 0.0 || wi.z <= 0.0 { return 0.0; }
+//!     let g2 = 1.0 / (1.0 + lambda(wo) + lambda(wi));
+//!     distribution((wo + wi).normalize()) * g2 / (4.0 * wo.z * wi.z)
+//! }
+//! fn pdf(wo: DVec3, wi: DVec3) -> f64 {
+//!     if wo.z <= 0.0 || wi.z <= 0.0 { return 0.0; }
+//!     distribution((wo + wi).normalize()) / (1.0 + lambda(wo)) / (4.0 * wo.z)
+//! }
+//! fn sample(wo: DVec3, [r1, r2, _]: [f64; 3]) -> Option<BsdfSample> {
+//!     let v = DVec3::new(ALPHA * wo.x, ALPHA * wo.y, wo.z).normalize();
+//!     let across = v.x.hypot(v.y);
+//!     let t1 = if across > 0.0 { DVec3::new(-v.y, v.x, 0.0) / across } else { DVec3::X };
+//!     let t2 = v.cross(t1);
+//!     let (radius, (sin, cos)) = (r1.sqrt(), (TAU * r2).sin_cos());
+//!     let s = 0.5 * (1.0 + v.z);
+//!     let a = radius * cos;
+//!     let b = (1.0 - s) * (1.0 - a * a).sqrt() + s * radius * sin;
+//!     let n = a * t1 + b * t2 + (1.0 - a * a - b * b).max(0.0).sqrt() * v;
+//!     let h = DVec3::new(ALPHA * n.x, ALPHA * n.y, n.z).normalize();
+//!     let wi = 2.0 * wo.dot(h) * h - wo;
+//!     (wi.z > 0.0).then(|| BsdfSample {
+//!         wi,
+//!         // f cos/pdf = G₂/G₁, derived on its own.
+//!         weight: (1.0 + lambda(wo)) / (1.0 + lambda(wo) + lambda(wi)),
+//!         pdf: pdf(wo, wi),
+//!     })
+//! }
+//!
+//! let subject = BsdfSubject::new(eval, sample, pdf).loss(Loss::Allowed).energy_bound(1.0);
+//! let context = Context::new(2019, 1.0).unwrap().named("my GGX");
+//! for outcome in check_up(&subject, &CheckUp::default(), &context) {
+//!     assert_eq!(outcome.verdict(), Verdict::Holds, "{}: {}", outcome.name, outcome.worst);
+//! }
+//! ```
+
+use glam::DVec3;
+
+use super::chi_square::{CELL_DELTA, chi_square, count};
+use super::domain::{Domain, MASS_TOLERANCE, Partition};
+use super::mean::{Values, mean};
+use super::outcome::{Claim, Outcome};
+use super::trial::Context;
+use crate::frame::from_spherical;
+use crate::rng::{Stream, uniform};
+use crate::sampling::{uniform_hemisphere, uniform_hemisphere_pdf};
+
+/// What a BSDF's sampler returns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BsdfSample {
+    /// The sampled direction, unit, pointing away from the surface.
+    pub wi: DVec3,
+    /// What the path's throughput is multiplied by: f |cos θᵢ| / pdf.
+    pub weight: f64,
+    /// The pdf of `wi` with respect to solid angle, 1/sr.
+    pub pdf: f64,
+}
+
+/// How many samples a sampler may lose (return `None`).
+pub enum Loss {
+    /// None: the pdf integrates to one.
+    None,
+    /// This share, for each wo, known apart from the pdf.
+    Declared(Box<dyn Fn(DVec3) -> f64 + Send + Sync>),
+    /// As many as the pdf's integral says, which is at most one.
+    Allowed,
+}
+
+type Eval = Box<dyn Fn(DVec3, DVec3) -> f64 + Send + Sync>;
+type Sample = Box<dyn Fn(DVec3, [f64; 3]) -> Option<BsdfSample> + Send + Sync>;
+
+/// A BSDF under trial, one colour channel. Directions are local unit vectors that point away from the
+/// surface; the normal is z.
+pub struct BsdfSubject {
+    /// f(wo, wi), 1/sr, without the cosine.
+    pub eval: Eval,
+    /// Draws wi for wo from three uniform numbers in [0, 1).
+    pub sample: Sample,
+    /// The pdf of wi given wo, with respect to solid angle, 1/sr.
+    pub pdf: Eval,
+    /// Whether f(wo, wi) = f(wi, wo) must hold. Refraction does not.
+    pub reciprocal: bool,
+    /// Whether light may leave through the other side, so that the domain is the sphere.
+    pub transmits: bool,
+    /// What the sampler may lose.
+    pub loss: Loss,
+    /// No directional albedo may exceed this. Correct Oren-Nayar exceeds 1 by up to 1.52 %.
+    pub energy_bound: f64,
+    /// The directional albedo, where it is known in closed form.
+    pub albedo: Option<Box<dyn Fn(DVec3) -> f64 + Send + Sync>>,
+}
+
+impl BsdfSubject {
+    /// A reciprocal BSDF of the upper hemisphere whose sampler loses nothing, energy bound 1; the
+    /// methods below change that.
+    pub fn new(
+        eval: impl Fn(DVec3, DVec3) -> f64 + Send + Sync + 'static,
+        sample: impl Fn(DVec3, [f64; 3]) -> Option<BsdfSample> + Send + Sync + 'static,
+        pdf: impl Fn(DVec3, DVec3) -> f64 + Send + Sync + 'static,
+    ) -> Self {
+        Self {
+            eval: Box::new(eval),
+            sample: Box::new(sample),
+            pdf: Box::new(pdf),
+            reciprocal: true,
+            transmits: false,
+            loss: Loss::None,
+            energy_bound: 1.0,
+            albedo: None,
+        }
+    }
+
+    /// Sets whether f(wo, wi) = f(wi, wo) must hold.
+    pub fn reciprocal(self, reciprocal: bool) -> Self {
+        Self { reciprocal, ..self }
+    }
+
+    /// Sets whether light may leave through the other side.
+    pub fn transmits(self, transmits: bool) -> Self {
+        Self { transmits, ..self }
+    }
+
+    /// Sets what the sampler may lose.
+    pub fn loss(self, loss: Loss) -> Self {
+        Self { loss, ..self }
+    }
+
+    /// Sets the bound of all directional albedos.
+    pub fn energy_bound(self, energy_bound: f64) -> Self {
+        Self {
+            energy_bound,
+            ..self
+        }
+    }
+
+    /// Sets the closed form of the directional albedo.
+    pub fn albedo(self, albedo: impl Fn(DVec3) -> f64 + Send + Sync + 'static) -> Self {
+        Self {
+            albedo: Some(Box::new(albedo)),
+            ..self
+        }
+    }
+
+    fn domain(&self) -> Domain {
+        if self.transmits {
+            Domain::Sphere
+        } else {
+            Domain::Hemisphere
+        }
+    }
+}
+
+/// The size of a check-up at scale 1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CheckUp {
+    /// Inclinations of wo, degrees from the normal, for chi-square, albedo and furnace.
+    pub inclinations: Vec<f64>,
+    /// Samples of each chi-square test and furnace.
+    pub samples: u64,
+    /// Cells of each chi-square test.
+    pub cells: usize,
+    /// Random pairs of directions of the pointwise checks.
+    pub pairs: u64,
+    /// δ of the furnace means, relative to the albedo.
+    pub delta: f64,
+}
+
+impl Default for CheckUp {
+    fn default() -> Self {
+        Self {
+            // Normal incidence, the middle, and grazing.
+            inclinations: vec![0.0, 40.0, 75.0, 89.0],
+            samples: 4_000_000,
+            cells: 6,
+            pairs: 20_000,
+            delta: 0.003,
+        }
+    }
+}
+
+/// How many of [`check_up`]'s outcomes are random.
+pub fn assertions(size: &CheckUp) -> usize {
+    2 * size.inclinations.len()
+}
+
+/// Relative tolerance of pointwise identities: a few hundred roundings.
+const POINTWISE: f64 = 1e-9;
+/// Below this cosine, products of cosines in a BSDF's denominators lose the digits of [`POINTWISE`].
+const LEAST_COSINE: f64 = 1e-4;
+
+/// Everything that can be asked of a BSDF without a scene: no NaN, negative or infinite values on a
+/// fuzzed domain; reciprocity; the sampler's weight = f cos/pdf and reported pdf = pdf, pointwise; and
+/// for each inclination the pdf's integral, chi-square of the sampler, the directional albedo against
+/// its closed form and bound, and the furnace (mean weight) against the albedo by quadrature.
+pub fn check_up(subject: &BsdfSubject, size: &CheckUp, context: &Context) -> Vec<Outcome> {
+    let mut outcomes = vec![
+        sane(subject, size, &mut context.rng("sane")),
+        weights(subject, size, &mut context.rng("weights")),
+    ];
+    if subject.reciprocal {
+        outcomes.push(reciprocity(subject, size, &mut context.rng("reciprocity")));
+    }
+    for (i, &degrees) in size.inclinations.iter().enumerate() {
+        // An azimuth that favours no axis and is not the same twice.
+        let wo = from_spherical(degrees.to_radians(), 0.7 + i as f64);
+        outcomes.extend(at_direction(subject, size, context, wo, degrees));
+    }
+    outcomes
+}
+
+/// The checks for one outgoing direction, `degrees` from the normal.
+pub fn at_direction(
+    subject: &BsdfSubject,
+    size: &CheckUp,
+    context: &Context,
+    wo: DVec3,
+    degrees: f64,
+) -> Vec<Outcome> {
+    let partition = Partition::of_pdf(subject.domain(), size.cells, &|wi| (subject.pdf)(wo, wi));
+    let albedo = subject
+        .domain()
+        .integrate_all(MASS_TOLERANCE, &|wi| (subject.eval)(wo, wi) * wi.z.abs());
+    let n = context.n(size.samples);
+    let mut values = Values::new(albedo.value);
+    let mut rng = context.rng(&format!("samples at {degrees}"));
+    let draw = || {
+        let sample = (subject.sample)(wo, uniform3(&mut rng));
+        // A lost sample carries nothing, and counts.
+        values.push(sample.map_or(0.0, |s| s.weight));
+        sample.map(|s| s.wi)
+    };
+    let counts = count(&partition, n, draw, |wi| {
+        let pdf = (subject.pdf)(wo, wi);
+        pdf > 0.0 && pdf.is_finite()
+    });
+    let at = |what: &str| format!("{what} at {degrees} degrees");
+    let mut outcomes = vec![
+        mass(subject, wo, &at("integral of the pdf")),
+        chi_square(
+            &at("chi-square of samples"),
+            &partition,
+            &counts,
+            CELL_DELTA,
+        ),
+        mean(
+            &at("furnace"),
+            &values,
+            known_to(albedo.value, values.moments.mean()),
+            Claim::Exact {
+                delta: size.delta * albedo.value,
+            },
+        ),
+        Outcome::exact(
+            at("energy bound"),
+            1,
+            (albedo.value - subject.energy_bound).max(0.0),
+            MASS_TOLERANCE,
+            format!("directional albedo {:.6}", albedo.value),
+        ),
+    ];
+    if let Some(known) = &subject.albedo {
+        let known = known(wo);
+        outcomes.push(Outcome::exact(
+            at("directional albedo"),
+            1,
+            (albedo.value - known).abs(),
+            2.0 * MASS_TOLERANCE,
+            format!(
+                "{:.9} by quadrature, {known:.9} in closed form",
+                albedo.value
+            ),
+        ));
+    }
+    outcomes
+}
+
+fn mass(subject: &BsdfSubject, wo: DVec3, name: &str) -> Outcome {
+    let integral = subject
+        .domain()
+        .integrate_all(0.25 * MASS_TOLERANCE, &|wi| (subject.pdf)(wo, wi));
+    let error = match &subject.loss {
+        Loss::None => (integral.value - 1.0).abs(),
+        Loss::Declared(loss) => (integral.value - (1.0 - loss(wo))).abs(),
+        Loss::Allowed => (integral.value - 1.0).max(0.0),
+    };
+    let worst = format!(
+        "the pdf integrates to {:.9} (quadrature error {:.1e})",
+        integral.value, integral.error
+    );
+    Outcome::exact(
+        name,
+        1,
+        nan_or(integral.value, error),
+        MASS_TOLERANCE,
+        worst,
+    )
+}
+
+/// A reference known to within [`MASS_TOLERANCE`]: an estimate that near is equal to it, even where
+/// nothing varies and every difference would be significant.
+fn known_to(reference: f64, estimate: f64) -> f64 {
+    if (estimate - reference).abs() <= MASS_TOLERANCE {
+        estimate
+    } else {
+        reference
+    }
+}
+
+/// `max` forgets NaN; this does not.
+fn nan_or(value: f64, error: f64) -> f64 {
+    if value.is_nan() { value } else { error }
+}
+
+/// No value is NaN, infinite or negative, nor any sampled direction off the unit sphere; corners of the
+/// domain (normal and grazing incidence, both; retroreflection; random numbers at 0 and near 1)
+/// included.
+fn sane(subject: &BsdfSubject, size: &CheckUp, rng: &mut Stream) -> Outcome {
+    let mut worst = String::from("every value is finite and not negative");
+    let mut bad = 0.0;
+    let ok = |x: f64| x.is_finite() && x >= 0.0;
+    for _ in 0..size.pairs {
+        let [wo, wi] = [
+            fuzzed_direction(rng, false),
+            fuzzed_direction(rng, subject.transmits),
+        ];
+        let u = [fuzzed_number(rng), fuzzed_number(rng), fuzzed_number(rng)];
+        let (f, pdf, sample) = (
+            (subject.eval)(wo, wi),
+            (subject.pdf)(wo, wi),
+            (subject.sample)(wo, u),
+        );
+        let sample_ok = sample.is_none_or(|s| {
+            ok(s.weight)
+                && s.pdf > 0.0
+                && s.pdf.is_finite()
+                && (s.wi.length() - 1.0).abs() < POINTWISE
+        });
+        if !(ok(f) && ok(pdf) && sample_ok) {
+            bad = 1.0;
+            worst = format!("wo = {wo}, wi = {wi}: f = {f}, pdf = {pdf}; random {u:?}: {sample:?}");
+        }
+    }
+    Outcome::exact("finite and not negative", size.pairs, bad, 0.0, worst)
+}
+
+/// weight · pdf = f cos, and the sample's pdf is the pdf, pointwise.
+fn weights(subject: &BsdfSubject, size: &CheckUp, rng: &mut Stream) -> Outcome {
+    let mut largest = Largest::default();
+    for _ in 0..size.pairs {
+        let wo = inner_direction(rng);
+        let Some(s) = (subject.sample)(wo, uniform3(rng)) else {
+            continue;
+        };
+        if s.wi.z.abs() < LEAST_COSINE {
+            continue;
+        }
+        let [f, pdf] = [(subject.eval)(wo, s.wi), (subject.pdf)(wo, s.wi)];
+        let error = relative(s.weight * pdf, f * s.wi.z.abs());
+        largest.see(error, || {
+            format!(
+                "weight {} but f cos/pdf = {} at wo = {wo}, wi = {}",
+                s.weight,
+                f * s.wi.z.abs() / pdf,
+                s.wi
+            )
+        });
+        largest.see(relative(s.pdf, pdf), || {
+            format!(
+                "the sample says pdf = {}, pdf() says {pdf} at wo = {wo}, wi = {}",
+                s.pdf, s.wi
+            )
+        });
+    }
+    Outcome::exact(
+        "weight = f cos/pdf",
+        size.pairs,
+        largest.error,
+        POINTWISE,
+        largest.place,
+    )
+}
+
+fn reciprocity(subject: &BsdfSubject, size: &CheckUp, rng: &mut Stream) -> Outcome {
+    let mut largest = Largest::default();
+    for _ in 0..size.pairs {
+        let [wo, wi] = [inner_direction(rng), inner_direction(rng)];
+        let [there, back] = [(subject.eval)(wo, wi), (subject.eval)(wi, wo)];
+        largest.see(relative(there, back), || {
+            format!("f = {there} and {back} with wo = {wo}, wi = {wi} and exchanged")
+        });
+    }
+    Outcome::exact(
+        "reciprocity",
+        size.pairs,
+        largest.error,
+        POINTWISE,
+        largest.place,
+    )
+}
+
+/// The largest error seen and where.
+#[derive(Default)]
+struct Largest {
+    error: f64,
+    place: String,
+}
+
+impl Largest {
+    /// NaN counts as the largest error, and stays.
+    fn see(&mut self, error: f64, place: impl FnOnce() -> String) {
+        if error.is_nan() || error > self.error {
+            (self.error, self.place) = (error, place());
+        }
+    }
+}
+
+fn relative(a: f64, b: f64) -> f64 {
+    if a == b {
+        0.0
+    } else {
+        (a - b).abs() / a.abs().max(b.abs())
+    }
+}
+
+fn uniform3(rng: &mut Stream) -> [f64; 3] {
+    [uniform(rng), uniform(rng), uniform(rng)]
+}
+
+/// A uniform direction of the hemisphere, away from exact grazing.
+fn inner_direction(rng: &mut Stream) -> DVec3 {
+    loop {
+        let w = uniform_hemisphere([uniform(rng), uniform(rng)]);
+        if w.z > LEAST_COSINE && uniform_hemisphere_pdf(w.z) > 0.0 {
+            return w;
+        }
+    }
+}
+
+/// Random, and often at the corners: θ at 0, 1e-9 and near 90 degrees, φ at multiples of 45 degrees.
+fn fuzzed_direction(rng: &mut Stream, both_sides: bool) -> DVec3 {
+    const INCLINATIONS: [f64; 4] = [0.0, 1e-9, std::f64::consts::FRAC_PI_4, 1.570_795];
+    let pick = (uniform(rng) * 8.0) as usize;
+    let theta = INCLINATIONS
+        .get(pick)
+        .copied()
+        .unwrap_or_else(|| uniform(rng) * std::f64::consts::FRAC_PI_2);
+    let turn = uniform(rng);
+    let phi = std::f64::consts::TAU
+        * if pick.is_multiple_of(2) {
+            (turn * 8.0).floor() / 8.0
+        } else {
+            turn
+        };
+    let w = from_spherical(theta, phi);
+    if both_sides && uniform(rng) < 0.5 {
+        -w
+    } else {
+        w
+    }
+}
+
+fn fuzzed_number(rng: &mut Stream) -> f64 {
+    let [pick, r] = [uniform(rng), uniform(rng)];
+    if pick < 0.1 {
+        0.0
+    } else if pick < 0.2 {
+        1.0 - f64::EPSILON / 2.0
+    } else {
+        r
+    }
+}

@@ -1,0 +1,258 @@
+//! A sampler against its pdf: chi-square over cells, exact binomial tails for what is lost.
+
+use glam::DVec3;
+
+use super::domain::Partition;
+use super::outcome::{ALPHA, Cell, Claim, Outcome};
+use super::tails::{
+    binomial_cdf, binomial_interval, binomial_sf, binomial_two_sided, chi_square_sf, normal_upper,
+};
+
+/// A cell must expect this many samples where there are fewer than [`FEW_CELLS`] cells...
+pub const LEAST_EXPECTED_FEW: f64 = 1000.0;
+/// ...and this many otherwise, for the far tail to be valid.
+pub const LEAST_EXPECTED_MANY: f64 = 100.0;
+/// See [`LEAST_EXPECTED_FEW`].
+pub const FEW_CELLS: usize = 32;
+
+/// How many samples fell where.
+#[derive(Clone, Debug, Default)]
+pub struct Counts {
+    /// Samples asked for: accepted, lost and forbidden.
+    pub n: u64,
+    /// Samples per cell.
+    pub observed: Vec<u64>,
+    /// Samples that the sampler did not return.
+    pub lost: u64,
+    /// Samples outside the domain, or where the pdf is not a positive finite number.
+    pub forbidden: u64,
+    /// The first of those.
+    pub example: Option<DVec3>,
+}
+
+/// Counts n samples. `allowed` says whether the pdf is a positive finite number at a point.
+pub fn count(
+    partition: &Partition,
+    n: u64,
+    mut sample: impl FnMut() -> Option<DVec3>,
+    allowed: impl Fn(DVec3) -> bool,
+) -> Counts {
+    let mut counts = Counts {
+        n,
+        observed: vec![0; partition.masses.len()],
+        ..Counts::default()
+    };
+    for _ in 0..n {
+        match sample() {
+            None => counts.lost += 1,
+            Some(point) => match partition.cell(point).filter(|_| allowed(point)) {
+                Some(cell) => counts.observed[cell] += 1,
+                None => {
+                    counts.forbidden += 1;
+                    counts.example.get_or_insert(point);
+                }
+            },
+        }
+    }
+    counts
+}
+
+/// Pearson's test of counts against a partition, together with the exact test of the lost samples and
+/// the rejection of any forbidden one.
+///
+/// The estimate is the largest relative deviation of a cell's probability; the interval is the hull of
+/// the simultaneous intervals of all cells, and must lie within ±`delta`. Lost samples are part of the
+/// count: they are compared with the partition's loss, not divided away.
+pub fn chi_square(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Outcome {
+    let kept: u64 = counts.observed.iter().sum();
+    let mass = partition.mass();
+    let expected: Vec<f64> = partition
+        .masses
+        .iter()
+        .map(|m| kept as f64 * m / mass)
+        .collect();
+    let pooled = pool(&expected, &counts.observed);
+    let statistic: f64 = pooled.iter().map(|&[e, o]| (o - e).powi(2) / e).sum();
+    let dof = pooled.len().saturating_sub(1) as f64;
+    let p_cells = if dof > 0.0 {
+        chi_square_sf(statistic, dof)
+    } else {
+        1.0
+    };
+    let p_lost = lost_p(partition, counts);
+    let p = if counts.forbidden > 0 {
+        0.0
+    } else if p_cells.is_nan() {
+        f64::NAN
+    } else if partition.loss == 0.0 && partition.error == 0.0 {
+        // Nothing may be lost at all: no chance in that, and no second test to pay for.
+        p_cells.min(p_lost)
+    } else {
+        (2.0 * p_cells.min(p_lost)).min(1.0)
+    };
+    let hull = Hull::new(&pooled, kept as f64);
+    Outcome {
+        name: name.to_owned(),
+        statistic: "chi-square",
+        value: statistic,
+        dof: Some(dof),
+        p,
+        n: counts.n,
+        valid_from: 2,
+        estimate: hull.worst,
+        reference: 0.0,
+        interval: hull.interval,
+        claim: Claim::Exact { delta },
+        worst: describe(partition, counts, &expected, p_lost),
+        cells: cells(partition, counts, &expected),
+    }
+}
+
+/// One call for a sampler with cells of known probability: `n` samples, a 2 % claim per cell.
+pub fn sampler_against_partition(
+    name: &str,
+    partition: &Partition,
+    n: u64,
+    sample: impl FnMut() -> Option<DVec3>,
+) -> Outcome {
+    chi_square(
+        name,
+        partition,
+        &count(partition, n, sample, |_| true),
+        CELL_DELTA,
+    )
+}
+
+/// The ceiling of δ for a single cell's probability, relative.
+pub const CELL_DELTA: f64 = 0.02;
+
+/// Cells that expect too little are joined, smallest first, until none does; pairs of expected and
+/// observed counts.
+pub fn pool(expected: &[f64], observed: &[u64]) -> Vec<[f64; 2]> {
+    let least = |cells: usize| {
+        if cells < FEW_CELLS {
+            LEAST_EXPECTED_FEW
+        } else {
+            LEAST_EXPECTED_MANY
+        }
+    };
+    let mut cells: Vec<[f64; 2]> = expected
+        .iter()
+        .zip(observed)
+        .map(|(&e, &o)| [e, o as f64])
+        .collect();
+    cells.sort_by(|a, b| b[0].total_cmp(&a[0]));
+    while cells.len() > 1 && cells[cells.len() - 1][0] < least(cells.len()) {
+        let [e, o] = cells.pop().unwrap_or_default();
+        let last = cells.len() - 1;
+        cells[last][0] += e;
+        cells[last][1] += o;
+        // The pool has grown: put it back in order.
+        let pooled = cells.pop().unwrap_or_default();
+        let at = cells.partition_point(|c| c[0] >= pooled[0]);
+        cells.insert(at, pooled);
+    }
+    cells
+}
+
+/// The two-sided exact p-value of the number of lost samples, given that the loss is known to within
+/// the partition's error.
+fn lost_p(partition: &Partition, counts: &Counts) -> f64 {
+    let most = partition.loss + partition.error;
+    let least = (partition.loss - partition.error).max(0.0);
+    let tails =
+        binomial_sf(counts.lost, counts.n, most).min(binomial_cdf(counts.lost, counts.n, least));
+    (2.0 * tails).min(1.0)
+}
+
+/// The hull of the cells' relative deviations.
+struct Hull {
+    worst: f64,
+    interval: [f64; 2],
+}
+
+impl Hull {
+    fn new(pooled: &[[f64; 2]], kept: f64) -> Self {
+        let z = normal_upper(ALPHA / (2.0 * pooled.len() as f64));
+        let mut hull = Self {
+            worst: 0.0,
+            interval: [0.0, 0.0],
+        };
+        for &[e, o] in pooled {
+            let deviation = o / e - 1.0;
+            let half = z * ((1.0 - e / kept).max(0.0) / e).sqrt();
+            if deviation.abs() > hull.worst.abs() {
+                hull.worst = deviation;
+            }
+            hull.interval[0] = hull.interval[0].min(deviation - half);
+            hull.interval[1] = hull.interval[1].max(deviation + half);
+        }
+        hull
+    }
+}
+
+fn cells(partition: &Partition, counts: &Counts, expected: &[f64]) -> Vec<Cell> {
+    expected
+        .iter()
+        .zip(&counts.observed)
+        .zip(&partition.places)
+        .map(|((&e, &o), place)| Cell {
+            place: place.clone(),
+            expected: e,
+            observed: o as f64,
+            // A cell without probability and without samples is right.
+            sigmas: if o as f64 == e {
+                0.0
+            } else {
+                (o as f64 - e) / e.sqrt()
+            },
+        })
+        .collect()
+}
+
+fn describe(partition: &Partition, counts: &Counts, expected: &[f64], p_lost: f64) -> String {
+    if let Some(point) = counts.example {
+        return format!(
+            "{} of {} samples where the pdf is zero, the first at {point}",
+            counts.forbidden, counts.n
+        );
+    }
+    if p_lost < ALPHA {
+        return format!(
+            "{} samples lost, {:.1} expected",
+            counts.lost,
+            partition.loss * counts.n as f64
+        );
+    }
+    cells(partition, counts, expected)
+        .iter()
+        .max_by(|a, b| a.sigmas.abs().total_cmp(&b.sigmas.abs()))
+        .map_or_else(String::new, |cell| {
+            format!(
+                "cell at {}: {} samples, {:.1} expected, {:+.1} sigmas",
+                cell.place, cell.observed, cell.expected, cell.sigmas
+            )
+        })
+}
+
+/// A discrete choice (mirror or refraction, which lobe, which light): k of n against its probability,
+/// by exact binomial tails. `delta` is absolute.
+pub fn binomial(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Outcome {
+    let [share, expected] = [k as f64 / n as f64, n as f64 * probability];
+    let sigmas = (k as f64 - expected) / (expected * (1.0 - probability)).sqrt();
+    Outcome {
+        name: name.to_owned(),
+        statistic: "binomial",
+        value: k as f64,
+        dof: None,
+        p: binomial_two_sided(k, n, probability),
+        n,
+        valid_from: 1,
+        estimate: share,
+        reference: probability,
+        interval: binomial_interval(k, n, ALPHA / 2.0),
+        claim: Claim::Exact { delta },
+        worst: format!("{k} of {n}, {expected:.1} expected, {sigmas:+.1} sigmas"),
+        cells: Vec::new(),
+    }
+}

@@ -1,0 +1,111 @@
+//! How fast an error shrinks, and how the variances of two samplers compare.
+
+use super::mean::{Values, mean};
+use super::outcome::{ALPHA, Cell, Claim, Outcome};
+use super::tails::{f_sf, student_two_sided, student_upper};
+
+/// The least-squares slope of ln `errors` against ln `sizes`.
+pub fn log_slope(sizes: &[f64], errors: &[f64]) -> f64 {
+    let n = sizes.len() as f64;
+    let x: Vec<f64> = sizes.iter().map(|s| s.ln()).collect();
+    let centre = x.iter().sum::<f64>() / n;
+    let spread: f64 = x.iter().map(|x| (x - centre).powi(2)).sum();
+    x.iter()
+        .zip(errors)
+        .map(|(x, e)| (x - centre) * e.ln())
+        .sum::<f64>()
+        / spread
+}
+
+/// Tests the order of convergence: the mean over independent `groups` of the slope of ln error against
+/// ln N must be within ±`margin` of `reference`.
+///
+/// Each group holds one error (variance or mean squared error) per size. A logarithm of a noisy error
+/// is biased, but equally at every size if each group's errors come from the same number of
+/// replications at all sizes: the slope is not biased.
+pub fn slope(
+    name: &str,
+    sizes: &[f64],
+    groups: &[Vec<f64>],
+    reference: f64,
+    margin: f64,
+) -> Outcome {
+    let mut slopes = Values::new(reference);
+    groups
+        .iter()
+        .for_each(|errors| slopes.push(log_slope(sizes, errors)));
+    let mut outcome = mean(name, &slopes, reference, Claim::Approximate { margin });
+    outcome.cells = mean_errors(sizes, groups, reference);
+    outcome
+}
+
+/// Mean errors per size against the line of the reference slope through their centre.
+fn mean_errors(sizes: &[f64], groups: &[Vec<f64>], reference: f64) -> Vec<Cell> {
+    let logs: Vec<f64> = (0..sizes.len())
+        .map(|i| groups.iter().map(|g| g[i].ln()).sum::<f64>() / groups.len() as f64)
+        .collect();
+    let centre = |v: &mut dyn Iterator<Item = f64>| v.sum::<f64>() / sizes.len() as f64;
+    let (x, y) = (
+        centre(&mut sizes.iter().map(|s| s.ln())),
+        centre(&mut logs.iter().copied()),
+    );
+    sizes
+        .iter()
+        .zip(&logs)
+        .map(|(&size, &log)| Cell {
+            place: format!("N = {size}"),
+            expected: (y + reference * (size.ln() - x)).exp(),
+            observed: log.exp(),
+            sigmas: 0.0,
+        })
+        .collect()
+}
+
+/// Tests the ratio of the variances of two samplers whose means are known, against a closed form:
+/// within ±`delta`, relative. Valid for every law with a finite fourth moment: it compares the mean of
+/// (x − μ)² with `ratio` times that of (y − ν)²; the interval of the ratio is Fieller's (1954).
+///
+/// `a` and `b` hold the squared deviations.
+pub fn variance_ratio(name: &str, a: &Values, b: &Values, ratio: f64, delta: f64) -> Outcome {
+    let (ma, mb) = (a.moments, b.moments);
+    let dof = ma.count().min(mb.count()) as f64 - 1.0;
+    let [va, vb] = [ma, mb].map(|m| m.variance() / m.count() as f64);
+    let t = (ma.mean() - ratio * mb.mean()) / (va + ratio * ratio * vb).sqrt();
+    let critical = student_upper(ALPHA / 2.0, dof.max(1.0));
+    Outcome {
+        name: name.to_owned(),
+        statistic: "variance ratio",
+        value: t,
+        dof: Some(dof),
+        p: student_two_sided(t, dof),
+        n: dof as u64 + 1,
+        valid_from: a.valid_from().max(b.valid_from()),
+        estimate: ma.mean() / mb.mean(),
+        reference: ratio,
+        interval: fieller([ma.mean(), mb.mean()], [va, vb], critical),
+        claim: Claim::Exact {
+            delta: delta * ratio,
+        },
+        worst: format!("{t:+.2} standard errors"),
+        cells: Vec::new(),
+    }
+}
+
+/// All r with |x − r y| ≤ c √(v_x + r² v_y), for independent x and y; the whole line if y is not
+/// clearly different from zero.
+fn fieller([x, y]: [f64; 2], [vx, vy]: [f64; 2], c: f64) -> [f64; 2] {
+    let g = y * y - c * c * vy;
+    let radicand = (x * y).powi(2) - g * (x * x - c * c * vx);
+    if g <= 0.0 || radicand < 0.0 {
+        return [f64::NEG_INFINITY, f64::INFINITY];
+    }
+    [(x * y - radicand.sqrt()) / g, (x * y + radicand.sqrt()) / g]
+}
+
+/// The two-sided F test of the ratio of two sample variances (s², n) of *normal* values.
+pub fn f_test(a: (f64, u64), b: (f64, u64), ratio: f64) -> f64 {
+    let f = a.0 / b.0 / ratio;
+    let (d1, d2) = (a.1 as f64 - 1.0, b.1 as f64 - 1.0);
+    // The lower tail is the upper tail of the reciprocal.
+    2.0 * f_sf(f, d1, d2).min(f_sf(1.0 / f, d2, d1))
+}

@@ -1,0 +1,267 @@
+//! Where samplers put their points, and how the place is cut into cells.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+
+use super::quadrature::{Integral, Rectangle, integrate};
+
+/// A set of directions (local, unit, measured by solid angle) or of points (measured by area), with a
+/// map to the unit square in which rows and columns make cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Domain {
+    /// All directions; rows of equal solid angle.
+    Sphere,
+    /// Directions with z ≥ 0; rows of equal solid angle: equal probability for the uniform law.
+    Hemisphere,
+    /// The same directions; rows of equal projected solid angle: equal probability for cos θ/π.
+    CosineHemisphere,
+    /// Points (x, y, 0) with x² + y² ≤ 1; rings of equal area.
+    Disk,
+    /// Points (x, y, 0) of the unit square.
+    Square,
+    /// Points (u, v, 0) with u, v ≥ 0 and u + v ≤ 1; strips of equal area.
+    Triangle,
+}
+
+/// Unit vectors and borders may be missed by rounding, not by more.
+const ROUNDING: f64 = 1e-9;
+
+impl Domain {
+    /// The place of a point in the unit square; `None` outside the domain (and for NaN).
+    pub fn to_square(self, p: DVec3) -> Option<[f64; 2]> {
+        let azimuth = || {
+            let turn = p.y.atan2(p.x) / TAU;
+            if turn < 0.0 { turn + 1.0 } else { turn }
+        };
+        let inside = |yes: bool, square: [f64; 2]| yes.then_some(square);
+        let unit = (p.length_squared() - 1.0).abs() < ROUNDING;
+        match self {
+            Self::Sphere => inside(unit, [0.5 * (1.0 - p.z), azimuth()]),
+            Self::Hemisphere => inside(unit && p.z >= 0.0, [1.0 - p.z, azimuth()]),
+            Self::CosineHemisphere => {
+                inside(unit && p.z >= 0.0, [p.x * p.x + p.y * p.y, azimuth()])
+            }
+            Self::Disk => {
+                let s = p.x * p.x + p.y * p.y;
+                inside(s <= 1.0 + ROUNDING && p.z == 0.0, [s, azimuth()])
+            }
+            Self::Square => {
+                let unit = 0.0..=1.0;
+                inside(unit.contains(&p.x) && unit.contains(&p.y), [p.x, p.y])
+            }
+            Self::Triangle => {
+                let rest = 1.0 - p.x;
+                let yes = p.x >= 0.0 && p.y >= 0.0 && p.y <= rest + ROUNDING;
+                inside(
+                    yes,
+                    [1.0 - rest * rest, if rest > 0.0 { p.y / rest } else { 0.0 }],
+                )
+            }
+        }
+    }
+
+    /// The smooth coordinate (θ, r, x or u) of the row border at s in [0, 1].
+    fn border(self, s: f64) -> f64 {
+        match self {
+            Self::Sphere => (1.0 - 2.0 * s).acos(),
+            Self::Hemisphere => (1.0 - s).acos(),
+            Self::CosineHemisphere => s.sqrt().asin(),
+            Self::Disk => s.sqrt(),
+            Self::Square => s,
+            Self::Triangle => 1.0 - (1.0 - s).sqrt(),
+        }
+    }
+
+    /// The point at smooth coordinate a and column coordinate b in [0, 1], and its measure per da db.
+    fn point(self, a: f64, b: f64) -> (DVec3, f64) {
+        let (sin_phi, cos_phi) = (TAU * b).sin_cos();
+        match self {
+            Self::Sphere | Self::Hemisphere | Self::CosineHemisphere => {
+                let (sin, cos) = a.sin_cos();
+                (DVec3::new(sin * cos_phi, sin * sin_phi, cos), TAU * sin)
+            }
+            Self::Disk => (DVec3::new(a * cos_phi, a * sin_phi, 0.0), TAU * a),
+            Self::Square => (DVec3::new(a, b, 0.0), 1.0),
+            Self::Triangle => (DVec3::new(a, b * (1.0 - a), 0.0), 1.0 - a),
+        }
+    }
+
+    /// ∫ f over rows × columns [s₀, s₁] × [b₀, b₁] of the square, with respect to the domain's measure.
+    pub fn integrate(
+        self,
+        [rows, columns]: [[f64; 2]; 2],
+        tolerance: f64,
+        f: &dyn Fn(DVec3) -> f64,
+    ) -> Integral {
+        let area = Rectangle {
+            x: rows.map(|s| self.border(s)),
+            y: columns,
+        };
+        integrate(area, tolerance, &mut |a, b| {
+            let (point, measure) = self.point(a, b);
+            f(point) * measure
+        })
+    }
+
+    /// ∫ f over the whole domain, cut into 2 × 4 parts to begin with, so that a lobe is not overlooked.
+    pub fn integrate_all(self, tolerance: f64, f: &dyn Fn(DVec3) -> f64) -> Integral {
+        let parts = grid(2, 4).map(|part| self.integrate(part, tolerance / 8.0, f));
+        parts.fold(Integral::default(), |sum, part| Integral {
+            value: sum.value + part.value,
+            error: sum.error + part.error,
+        })
+    }
+}
+
+/// The fields of a grid of the unit square, row by row.
+fn grid(rows: usize, columns: usize) -> impl Iterator<Item = [[f64; 2]; 2]> {
+    let ends = |i: usize, n: usize| [i as f64 / n as f64, (i + 1) as f64 / n as f64];
+    (0..rows * columns).map(move |k| [ends(k / columns, rows), ends(k % columns, columns)])
+}
+
+/// A domain cut into cells of known probability.
+#[derive(Clone, Debug)]
+pub struct Partition {
+    /// What is cut.
+    pub domain: Domain,
+    /// The cells' probabilities; with `loss` they sum to one.
+    pub masses: Vec<f64>,
+    /// Where each cell lies, in words.
+    pub places: Vec<String>,
+    /// The probability that the sampler returns nothing.
+    pub loss: f64,
+    /// How exactly the probabilities are known: 0 for closed forms, else the quadrature's tolerance.
+    pub error: f64,
+    rows: usize,
+    columns: usize,
+    /// For each field of the grid, its cell.
+    cell_of: Vec<usize>,
+}
+
+/// Fields of the grid on which a density is integrated, before they are gathered into cells.
+const FIELDS: [usize; 2] = [32, 64];
+/// To how much a partition's probabilities are known.
+pub const MASS_TOLERANCE: f64 = 1e-6;
+
+impl Partition {
+    /// rows × columns cells of equal probability, for the law that is uniform in the domain's square:
+    /// exact, without loss.
+    pub fn equal(domain: Domain, rows: usize, columns: usize) -> Self {
+        let cells = rows * columns;
+        Self {
+            domain,
+            masses: vec![1.0 / cells as f64; cells],
+            places: (0..cells)
+                .map(|k| {
+                    place(
+                        [k / columns, k / columns + 1],
+                        [k % columns, k % columns + 1],
+                        rows,
+                        columns,
+                    )
+                })
+                .collect(),
+            loss: 0.0,
+            error: 0.0,
+            rows,
+            columns,
+            cell_of: (0..cells).collect(),
+        }
+    }
+
+    /// Outcomes of a discrete law with these probabilities (which sum to one): for counts made elsewhere.
+    pub fn of_masses(masses: Vec<f64>, places: Vec<String>) -> Self {
+        Self {
+            domain: Domain::Square,
+            rows: 1,
+            columns: masses.len(),
+            cell_of: (0..masses.len()).collect(),
+            masses,
+            places,
+            loss: 0.0,
+            error: 0.0,
+        }
+    }
+
+    /// About `cells` cells of nearly equal probability under a density, by adaptive quadrature: fields
+    /// of a fine grid are integrated and gathered by halving. What is missing to one is the loss.
+    pub fn of_pdf(domain: Domain, cells: usize, pdf: &dyn Fn(DVec3) -> f64) -> Self {
+        let [rows, columns] = FIELDS;
+        let tolerance = MASS_TOLERANCE / (rows * columns) as f64;
+        let fields: Vec<f64> = grid(rows, columns)
+            .map(|field| domain.integrate(field, tolerance, pdf).value)
+            .collect();
+        let mut partition = Self {
+            domain,
+            masses: Vec::new(),
+            places: Vec::new(),
+            loss: (1.0 - fields.iter().sum::<f64>()).max(0.0),
+            error: MASS_TOLERANCE,
+            rows,
+            columns,
+            cell_of: vec![0; fields.len()],
+        };
+        partition.gather(&fields, [0, rows], [0, columns], cells);
+        partition
+    }
+
+    /// The cell of a point; `None` outside the domain.
+    pub fn cell(&self, point: DVec3) -> Option<usize> {
+        let [s, b] = self.domain.to_square(point)?;
+        let index = |x: f64, n: usize| ((x * n as f64) as usize).min(n - 1);
+        Some(self.cell_of[index(s, self.rows) * self.columns + index(b, self.columns)])
+    }
+
+    /// The sum of all probabilities: 1 − loss.
+    pub fn mass(&self) -> f64 {
+        self.masses.iter().sum()
+    }
+
+    /// Cuts a block of fields into `cells` cells of about equal probability.
+    fn gather(&mut self, fields: &[f64], rows: [usize; 2], columns: [usize; 2], cells: usize) {
+        let mass = |r: [usize; 2], c: [usize; 2]| -> f64 {
+            (r[0]..r[1])
+                .map(|i| {
+                    fields[i * FIELDS[1] + c[0]..i * FIELDS[1] + c[1]]
+                        .iter()
+                        .sum::<f64>()
+                })
+                .sum()
+        };
+        let total = mass(rows, columns);
+        let first = cells / 2;
+        let target = total * first as f64 / cells as f64;
+        // Every cut across rows or columns, by how far it is from the wanted share.
+        let cuts = (rows[0] + 1..rows[1])
+            .map(|m| ([[rows[0], m], columns], [[m, rows[1]], columns]))
+            .chain(
+                (columns[0] + 1..columns[1])
+                    .map(|m| ([rows, [columns[0], m]], [rows, [m, columns[1]]])),
+            );
+        let best = cuts
+            .map(|(a, b)| ((mass(a[0], a[1]) - target).abs(), a, b))
+            .min_by(|x, y| x.0.total_cmp(&y.0));
+        match best {
+            Some((_, a, b)) if cells > 1 => {
+                self.gather(fields, a[0], a[1], first);
+                self.gather(fields, b[0], b[1], cells - first);
+            }
+            _ => {
+                for i in rows[0]..rows[1] {
+                    self.cell_of[i * FIELDS[1] + columns[0]..i * FIELDS[1] + columns[1]]
+                        .fill(self.masses.len());
+                }
+                self.masses.push(total);
+                self.places.push(place(rows, columns, FIELDS[0], FIELDS[1]));
+            }
+        }
+    }
+}
+
+fn place(r: [usize; 2], c: [usize; 2], rows: usize, columns: usize) -> String {
+    format!(
+        "row {}-{} of {rows}; column {}-{} of {columns}",
+        r[0], r[1], c[0], c[1]
+    )
+}

@@ -1,0 +1,70 @@
+//! One-dimensional laws: the Kolmogorov-Smirnov test.
+
+use super::outcome::{ALPHA, Cell, Claim, Outcome};
+use super::tails::{kolmogorov_sf, kolmogorov_upper};
+
+/// How many points of the two distribution functions are kept for the data file.
+const KEPT_POINTS: usize = 64;
+
+/// Tests whether independent values follow the law with the continuous distribution function `cdf`.
+///
+/// The estimate is D, the largest distance between the two distribution functions; the claim is that
+/// the law's own distance is at most `delta`. Massart's inequality gives the interval and the far tail
+/// (see [`kolmogorov_sf`]). Values are sorted in place.
+pub fn kolmogorov_smirnov(
+    name: &str,
+    values: &mut [f64],
+    cdf: impl Fn(f64) -> f64,
+    delta: f64,
+) -> Outcome {
+    values.sort_by(f64::total_cmp);
+    let count = values.len() as u64;
+    let n = values.len() as f64;
+    let (mut d, mut at) = (0.0, f64::NAN);
+    for (i, &x) in values.iter().enumerate() {
+        let expected = cdf(x);
+        let gap = (expected - i as f64 / n).max((i as f64 + 1.0) / n - expected);
+        // NaN from the law or among the values is the largest of all distances.
+        if gap.is_nan() {
+            return not_a_number(name, count);
+        }
+        if gap > d {
+            (d, at) = (gap, x);
+        }
+    }
+    let cells = values
+        .iter()
+        .enumerate()
+        .step_by((values.len() / KEPT_POINTS).max(1))
+        .map(|(i, &x)| {
+            let (expected, observed) = (cdf(x), (i as f64 + 0.5) / n);
+            Cell {
+                place: format!("{x:.6}"),
+                expected,
+                observed,
+                sigmas: (observed - expected) * n.sqrt() / (expected * (1.0 - expected)).sqrt(),
+            }
+        })
+        .collect();
+    let radius = kolmogorov_upper(count, ALPHA);
+    Outcome {
+        name: name.to_owned(),
+        statistic: "Kolmogorov-Smirnov",
+        value: n.sqrt() * d,
+        dof: None,
+        p: kolmogorov_sf(count, d),
+        n: count,
+        valid_from: 100,
+        estimate: d,
+        reference: 0.0,
+        interval: [(d - radius).max(0.0), d + radius],
+        claim: Claim::Exact { delta },
+        worst: format!("distribution functions differ by {d:.5} at {at:.6}"),
+        cells,
+    }
+}
+
+/// The outcome of values, or of a law, that are not numbers: fails.
+fn not_a_number(name: &str, n: u64) -> Outcome {
+    Outcome::exact(name, n, f64::NAN, 0.0, "a value or its cdf is NaN")
+}

@@ -1,0 +1,276 @@
+//! Means on trial: against a closed form, against another mean, exactly or within a margin.
+
+use super::outcome::{ALPHA, Claim, Outcome};
+use super::tails::{normal_sf, normal_upper, student_two_sided, student_upper};
+use crate::moments::Moments;
+
+/// Differences below this share of the reference are rounding, not effect: sums of up to 1e9 values
+/// stay well within it.
+pub const ROUNDING: f64 = 1e-12;
+
+/// How far skewness may bend the far tail: |skewness| z³/(6√n), the first term of the Edgeworth
+/// expansion, relative to the tail itself.
+pub const LARGEST_SKEW_TERM: f64 = 0.3;
+
+/// Independent values of which the mean is in question: moments up to the third.
+#[derive(Clone, Copy, Debug)]
+pub struct Values {
+    /// Count, mean and variance.
+    pub moments: Moments,
+    /// A value near the mean, about which the cubes are summed.
+    centre: f64,
+    cubes: f64,
+}
+
+impl Values {
+    /// No values yet; the mean is expected near `centre`.
+    pub fn new(centre: f64) -> Self {
+        Self {
+            moments: Moments::default(),
+            centre,
+            cubes: 0.0,
+        }
+    }
+
+    /// `n` values from a sampler.
+    pub fn collect(centre: f64, n: u64, mut sample: impl FnMut() -> f64) -> Self {
+        let mut values = Self::new(centre);
+        (0..n).for_each(|_| values.push(sample()));
+        values
+    }
+
+    /// Adds one value.
+    #[inline]
+    pub fn push(&mut self, value: f64) {
+        self.moments.push(value);
+        self.cubes += (value - self.centre).powi(3);
+    }
+
+    /// The sample skewness; 0 where the variance is 0.
+    pub fn skewness(&self) -> f64 {
+        let variance = self.moments.variance();
+        if variance <= 0.0 {
+            return 0.0;
+        }
+        let shift = self.moments.mean() - self.centre;
+        let third = self.cubes / self.moments.count() as f64
+            - 3.0 * shift * variance
+            - shift * shift * shift;
+        third / variance.powf(1.5)
+    }
+
+    /// From how many values on a z or t tail at [`ALPHA`] is valid, as far as skewness decides it:
+    /// |skewness| z³/(6√n) ≤ [`LARGEST_SKEW_TERM`].
+    pub fn valid_from(&self) -> u64 {
+        let z = normal_upper(ALPHA / 2.0);
+        let root = self.skewness().abs() * z.powi(3) / (6.0 * LARGEST_SKEW_TERM);
+        if root.is_nan() {
+            return u64::MAX;
+        }
+        ((root * root).ceil() as u64).max(2)
+    }
+}
+
+/// A difference that is close to normal: what z, t and Welch tests have in common.
+struct Difference {
+    estimate: f64,
+    reference: f64,
+    standard_error: f64,
+    dof: f64,
+}
+
+impl Difference {
+    fn outcome(&self, name: &str, statistic: &'static str, n: u64, claim: Claim) -> Outcome {
+        let scale = self.reference.abs().max(self.estimate.abs());
+        let difference = self.estimate - self.reference;
+        let t = if difference.abs() <= ROUNDING * scale {
+            0.0
+        } else {
+            // Infinite if nothing varies and yet the mean is wrong; NaN stays NaN and fails.
+            difference / self.standard_error
+        };
+        let p = if self.dof.is_finite() && self.dof > 0.0 {
+            student_two_sided(t, self.dof)
+        } else {
+            f64::NAN
+        };
+        let half =
+            student_upper(ALPHA / 2.0, self.dof.max(1.0)) * self.standard_error + ROUNDING * scale;
+        Outcome {
+            name: name.to_owned(),
+            statistic,
+            value: t,
+            dof: Some(self.dof),
+            p,
+            n,
+            valid_from: 2,
+            estimate: self.estimate,
+            reference: self.reference,
+            interval: [self.estimate - half, self.estimate + half],
+            claim,
+            worst: format!("{t:+.2} standard errors"),
+            cells: Vec::new(),
+        }
+    }
+}
+
+/// Student's t test of a mean against a closed form. The tail's validity is checked by skewness: below
+/// [`Values::valid_from`] the outcome is undecided.
+pub fn mean(name: &str, values: &Values, reference: f64, claim: Claim) -> Outcome {
+    let moments = values.moments;
+    let mut outcome = Difference {
+        estimate: moments.mean(),
+        reference,
+        standard_error: moments.standard_error(),
+        dof: moments.count() as f64 - 1.0,
+    }
+    .outcome(name, "t", moments.count(), claim);
+    outcome.valid_from = values.valid_from();
+    outcome
+}
+
+/// The z test of a mean whose standard deviation `sigma` > 0 is known in closed form.
+pub fn mean_known_sigma(
+    name: &str,
+    values: &Values,
+    reference: f64,
+    sigma: f64,
+    claim: Claim,
+) -> Outcome {
+    let moments = values.moments;
+    let n = moments.count();
+    let standard_error = sigma / (n as f64).sqrt();
+    let z = (moments.mean() - reference) / standard_error;
+    let half = normal_upper(ALPHA / 2.0) * standard_error;
+    Outcome {
+        name: name.to_owned(),
+        statistic: "z",
+        value: z,
+        dof: None,
+        p: 2.0 * normal_sf(z.abs()),
+        n,
+        valid_from: values.valid_from(),
+        estimate: moments.mean(),
+        reference,
+        interval: [moments.mean() - half, moments.mean() + half],
+        claim,
+        worst: format!("{z:+.2} standard errors"),
+        cells: Vec::new(),
+    }
+}
+
+/// A test of the mean of values that lie in [low, high], valid for every n ≥ 2 and every law: the
+/// empirical Bernstein inequality (Maurer and Pontil, COLT 2009, theorem 4), both sides.
+///
+/// |mean − μ| > √(2VL/n) + 7(high − low)L/(3(n − 1)) has probability at most 4 exp(−L).
+pub fn bounded_mean(
+    name: &str,
+    values: &Values,
+    reference: f64,
+    [low, high]: [f64; 2],
+    claim: Claim,
+) -> Outcome {
+    let moments = values.moments;
+    let n = moments.count() as f64;
+    let root = (2.0 * moments.variance() / n).sqrt();
+    let range = 7.0 * (high - low) / (3.0 * (n - 1.0));
+    let radius = |l: f64| root * l.sqrt() + range * l;
+    let deviation = (moments.mean() - reference).abs();
+    // The L at which the interval just reaches the reference: a quadratic equation in √L.
+    let l = (2.0 * deviation / (root + (root * root + 4.0 * range * deviation).sqrt())).powi(2);
+    let p = if deviation == 0.0 {
+        1.0
+    } else if l.is_nan() {
+        f64::NAN
+    } else {
+        (4.0 * (-l).exp()).min(1.0)
+    };
+    let half = radius((4.0 / ALPHA).ln());
+    Outcome {
+        name: name.to_owned(),
+        statistic: "empirical Bernstein",
+        value: deviation,
+        dof: None,
+        p,
+        n: moments.count(),
+        valid_from: 2,
+        estimate: moments.mean(),
+        reference,
+        interval: [
+            (moments.mean() - half).max(low),
+            (moments.mean() + half).min(high),
+        ],
+        claim,
+        worst: format!("{deviation:.3e} from the reference"),
+        cells: Vec::new(),
+    }
+}
+
+/// Welch's test of the difference of two means; the claim's size is in the units of the difference.
+///
+/// With [`Claim::Approximate`] this is the equivalence of two means: the interval within ±Δ is the
+/// verdict of two one-sided tests.
+pub fn welch(name: &str, a: &Values, b: &Values, claim: Claim) -> Outcome {
+    let (ma, mb) = (a.moments, b.moments);
+    let mut outcome = welch_moments(name, ma, mb, claim);
+    // Each side's skewness counts for its own number of values.
+    if a.valid_from() > ma.count() || b.valid_from() > mb.count() {
+        outcome.valid_from = outcome
+            .n
+            .saturating_add(1)
+            .max(a.valid_from().max(b.valid_from()));
+    }
+    outcome
+}
+
+/// As [`welch`], where the third moment is not known and the tail's validity is the caller's care.
+pub fn welch_moments(name: &str, a: Moments, b: Moments, claim: Claim) -> Outcome {
+    let [va, vb] = [a, b].map(|m| m.variance() / m.count() as f64);
+    let mut outcome = Difference {
+        estimate: a.mean() - b.mean(),
+        reference: 0.0,
+        standard_error: (va + vb).sqrt(),
+        dof: welch_satterthwaite([(va, a.count()), (vb, b.count())]),
+    }
+    .outcome(name, "Welch", a.count().min(b.count()), claim);
+    // Rounding is relative to the means, not to their difference.
+    if outcome.estimate.abs() <= ROUNDING * a.mean().abs().max(b.mean().abs()) {
+        outcome.p = 1.0;
+        outcome.value = 0.0;
+    }
+    outcome
+}
+
+/// Degrees of freedom of a sum of independent variances of means (v, n); infinite variance of few
+/// values gives NaN, and no variance at all the number of values.
+pub fn welch_satterthwaite(parts: impl IntoIterator<Item = (f64, u64)>) -> f64 {
+    let (mut sum, mut squares, mut count) = (0.0, 0.0, 0.0);
+    for (v, n) in parts {
+        sum += v;
+        squares += v * v / (n as f64 - 1.0);
+        count += n as f64 - 1.0;
+    }
+    if squares == 0.0 {
+        count
+    } else {
+        sum * sum / squares
+    }
+}
+
+/// The p-value of equivalence of a mean to its reference (two one-sided tests, Schuirmann 1987): the
+/// larger of the p-values of "at least Δ above" and "at least Δ below".
+pub fn equivalence_p(
+    estimate: f64,
+    reference: f64,
+    standard_error: f64,
+    dof: f64,
+    margin: f64,
+) -> f64 {
+    let nearest = margin - (estimate - reference).abs();
+    let two_sided = student_two_sided(nearest / standard_error, dof);
+    if nearest >= 0.0 {
+        0.5 * two_sided
+    } else {
+        1.0 - 0.5 * two_sided
+    }
+}

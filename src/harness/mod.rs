@@ -1,0 +1,48 @@
+//! The harness: statistics that put a sampler, a BSDF, an estimator or an image on trial.
+//!
+//! Nothing here needs our scenes or our renderer: samplers and BSDFs come in as closures, images as
+//! slices.
+//!
+//! | question | answer |
+//! |---|---|
+//! | do samples follow this pdf? | [`domain::Partition`], [`chi_square`] |
+//! | does this number follow this law? | [`ks`] |
+//! | is the mean this closed form, or that other mean? | [`mean`] |
+//! | do two images agree? | [`welch_map`] |
+//! | is this BSDF right? | [`bsdf_checkup`] |
+//! | how fast does the error fall, and by how much is one variance below another? | [`convergence`] |
+//! | can an expensive test stop early? | [`sequential`] |
+//! | how is all this registered, run and reported? | [`trial`] |
+//!
+//! Every statistic returns an [`Outcome`](outcome::Outcome): statistic, p-value, estimate, interval,
+//! minimum detectable effect, worst cell. Its [`Verdict`](outcome::Verdict) has three values: a test
+//! that could not have seen the effect is *undecided*, never green.
+//!
+//! A sampler on trial, in full:
+//!
+//! ```
+//! use whitefurnace::harness::chi_square::sampler_against_partition;
+//! use whitefurnace::harness::domain::{Domain, Partition};
+//! use whitefurnace::harness::outcome::Verdict;
+//! use whitefurnace::{rng, sampling};
+//!
+//! let mut rng = rng::stream(rng::seed_for(2019, "my sampler"), 0, 0);
+//! // Cells of equal probability under cos θ/π.
+//! let cells = Partition::equal(Domain::CosineHemisphere, 3, 4);
+//! let outcome = sampler_against_partition("cells", &cells, 8_000_000, || {
+//!     Some(sampling::cosine_hemisphere(rng::uniform2(&mut rng)))
+//! });
+//! assert_eq!(outcome.verdict(), Verdict::Holds, "{}", outcome.worst);
+//! ```
+pub mod bsdf_checkup;
+pub mod chi_square;
+pub mod convergence;
+pub mod domain;
+pub mod ks;
+pub mod mean;
+pub mod outcome;
+pub mod quadrature;
+pub mod sequential;
+pub mod tails;
+pub mod trial;
+pub mod welch_map;

@@ -1,0 +1,231 @@
+//! What one statistic found, and the three-valued verdict on it.
+
+use super::tails::{normal_sf, normal_upper};
+
+/// Each assertion's share of the chance that a correct build goes red.
+pub const ALPHA: f64 = 1e-9;
+/// How many assertions that chance can turn red a suite may hold: the Bonferroni factor, fixed, so
+/// that adding a trial changes no other.
+pub const CAPACITY: usize = 1000;
+/// The chance that a correct build goes red anywhere, under a fresh master seed: at most this.
+pub const SUITE_BUDGET: f64 = ALPHA * CAPACITY as f64;
+
+/// What is claimed of an estimate, and how finely.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Claim {
+    /// Equal to the reference; an effect of size `delta` must not stay unseen.
+    Exact {
+        /// δ > 0, in the units of the estimate.
+        delta: f64,
+    },
+    /// Within ±`margin` of the reference.
+    Approximate {
+        /// Δ > 0, in the units of the estimate.
+        margin: f64,
+    },
+    /// Rejected or not rejected; no size of effect is claimed (maps of tiles and pixels).
+    Test,
+}
+
+impl Claim {
+    /// δ or Δ; 0 where no size is claimed.
+    pub fn size(self) -> f64 {
+        match self {
+            Self::Exact { delta } => delta,
+            Self::Approximate { margin } => margin,
+            Self::Test => 0.0,
+        }
+    }
+}
+
+/// The answer to a trial.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The claim stands, as finely as it was made.
+    Holds,
+    /// The claim is rejected.
+    Fails,
+    /// There are too few samples to say.
+    Undecided {
+        /// About how many would decide.
+        needed: u64,
+    },
+}
+
+impl Verdict {
+    /// One word for tables.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Holds => "holds",
+            Self::Fails => "fails",
+            Self::Undecided { .. } => "undecided",
+        }
+    }
+}
+
+/// The verdict on an exact claim: fails if p < [`ALPHA`]; holds if not, and the interval lies within
+/// ±`delta` of the reference; else undecided. `n` samples gave the interval.
+pub fn exact_verdict(p: f64, interval: [f64; 2], reference: f64, delta: f64, n: u64) -> Verdict {
+    if p < ALPHA || p.is_nan() {
+        Verdict::Fails
+    } else if within(interval, reference, delta) {
+        Verdict::Holds
+    } else {
+        undecided(interval, delta, n)
+    }
+}
+
+/// The verdict on an approximate claim: holds if the interval lies within ±`margin` of the reference,
+/// fails if it lies wholly outside, else undecided.
+pub fn approximate_verdict(interval: [f64; 2], reference: f64, margin: f64, n: u64) -> Verdict {
+    let [low, high] = interval;
+    if low.is_nan() || high.is_nan() || low > reference + margin || high < reference - margin {
+        Verdict::Fails
+    } else if within(interval, reference, margin) {
+        Verdict::Holds
+    } else {
+        undecided(interval, margin, n)
+    }
+}
+
+fn within([low, high]: [f64; 2], reference: f64, size: f64) -> bool {
+    low >= reference - size && high <= reference + size
+}
+
+/// Half the width shrinks as 1/√n; a claim is decided almost surely once its size is twice that.
+fn undecided([low, high]: [f64; 2], size: f64, n: u64) -> Verdict {
+    let needed = n as f64 * ((high - low) / size).powi(2);
+    Verdict::Undecided {
+        // A float cast saturates: an infinite interval asks for u64::MAX samples.
+        needed: needed.ceil().max(n as f64 + 1.0) as u64,
+    }
+}
+
+/// A cell of a histogram, a tile or a pixel: what a data file holds and a plot shows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cell {
+    /// Where it is, in words.
+    pub place: String,
+    /// What the hypothesis expects.
+    pub expected: f64,
+    /// What was found.
+    pub observed: f64,
+    /// The difference in standard deviations.
+    pub sigmas: f64,
+}
+
+/// What one statistic found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outcome {
+    /// What was measured: "mean of z", "chi-square".
+    pub name: String,
+    /// The statistic: "t", "chi-square", "binomial", "exact".
+    pub statistic: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// Its degrees of freedom, where it has any.
+    pub dof: Option<f64>,
+    /// The probability of a value at least as extreme under the hypothesis.
+    pub p: f64,
+    /// How many independent values entered.
+    pub n: u64,
+    /// The least number of values for which the tail is valid; 0 where it always is.
+    pub valid_from: u64,
+    /// What is estimated (a mean, a worst relative deviation).
+    pub estimate: f64,
+    /// What the estimate should be.
+    pub reference: f64,
+    /// The interval for the estimate at level 1 − [`ALPHA`].
+    pub interval: [f64; 2],
+    /// The claim that the estimate is held to.
+    pub claim: Claim,
+    /// The worst cell, tile, pixel or argument, in words.
+    pub worst: String,
+    /// The cells behind the statistic, if it has any.
+    pub cells: Vec<Cell>,
+}
+
+impl Outcome {
+    /// An identity checked without chance: the largest error found over `n` arguments against its
+    /// tolerance; `worst` names the argument.
+    pub fn exact(
+        name: impl Into<String>,
+        n: u64,
+        error: f64,
+        tolerance: f64,
+        worst: impl Into<String>,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            statistic: "exact",
+            value: error,
+            dof: None,
+            // NaN must fail, hence the comparison that NaN does not satisfy.
+            p: if error.abs() <= tolerance { 1.0 } else { 0.0 },
+            n,
+            valid_from: 0,
+            estimate: error,
+            reference: 0.0,
+            interval: [error, error],
+            claim: Claim::Exact { delta: tolerance },
+            worst: worst.into(),
+            cells: Vec::new(),
+        }
+    }
+
+    /// The same outcome under a more telling name.
+    pub fn named(mut self, name: impl Into<String>) -> Self {
+        self.name = name.into();
+        self
+    }
+
+    /// Whether chance can change the verdict: such outcomes use up the suite's error budget.
+    pub fn is_random(&self) -> bool {
+        self.statistic != "exact"
+    }
+
+    /// The verdict at level [`ALPHA`].
+    pub fn verdict(&self) -> Verdict {
+        if self.p.is_nan() {
+            return Verdict::Fails;
+        }
+        if self.n < self.valid_from {
+            return Verdict::Undecided {
+                needed: self.valid_from,
+            };
+        }
+        match self.claim {
+            Claim::Exact { delta } => {
+                exact_verdict(self.p, self.interval, self.reference, delta, self.n)
+            }
+            Claim::Approximate { margin } => {
+                approximate_verdict(self.interval, self.reference, margin, self.n)
+            }
+            Claim::Test if self.p < ALPHA => Verdict::Fails,
+            Claim::Test => Verdict::Holds,
+        }
+    }
+
+    /// Half the width of the interval.
+    pub fn half_width(&self) -> f64 {
+        0.5 * (self.interval[1] - self.interval[0])
+    }
+
+    /// The smallest effect that is rejected with probability at least 1 − [`ALPHA`], from the width of
+    /// the interval: (z(α/2) + z(α)) standard errors.
+    pub fn minimum_detectable_effect(&self) -> f64 {
+        self.half_width() * (1.0 + normal_upper(ALPHA) / normal_upper(ALPHA / 2.0))
+    }
+
+    /// The probability that an effect of the claim's size is rejected, for a statistic that is close to
+    /// normal. 1 for exact identities.
+    pub fn power(&self) -> f64 {
+        let critical = normal_upper(ALPHA / 2.0);
+        let standard_error = self.half_width() / critical;
+        if standard_error > 0.0 {
+            normal_sf(critical - self.claim.size() / standard_error)
+        } else {
+            1.0
+        }
+    }
+}

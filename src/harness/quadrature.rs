@@ -1,0 +1,157 @@
+//! Adaptive quadrature of functions of two variables: products of the Gauss-Kronrod pair (7, 15).
+
+use std::collections::BinaryHeap;
+
+/// Nodes of the 15-point Kronrod rule in [0, 1) of [−1, 1], largest first; odd ones are Gauss nodes.
+const NODES: [f64; 8] = [
+    0.991_455_371_120_812_6,
+    0.949_107_912_342_758_5,
+    0.864_864_423_359_769_1,
+    0.741_531_185_599_394_4,
+    0.586_087_235_467_691_1,
+    0.405_845_151_377_397_2,
+    0.207_784_955_007_898_47,
+    0.0,
+];
+/// Their Kronrod weights.
+const KRONROD: [f64; 8] = [
+    0.022_935_322_010_529_224,
+    0.063_092_092_629_978_55,
+    0.104_790_010_322_250_18,
+    0.140_653_259_715_525_92,
+    0.169_004_726_639_267_9,
+    0.190_350_578_064_785_4,
+    0.204_432_940_075_298_9,
+    0.209_482_141_084_727_82,
+];
+/// The Gauss weights of the odd ones.
+const GAUSS: [f64; 4] = [
+    0.129_484_966_168_869_7,
+    0.279_705_391_489_276_64,
+    0.381_830_050_505_118_9,
+    0.417_959_183_673_469_4,
+];
+
+/// An axis-parallel rectangle: x in [`x[0]`, `x[1]`], y likewise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rectangle {
+    /// Range of the first variable.
+    pub x: [f64; 2],
+    /// Range of the second variable.
+    pub y: [f64; 2],
+}
+
+/// A value and a bound on its error, as far as the pair of rules can tell.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Integral {
+    /// ∫∫ f dx dy.
+    pub value: f64,
+    /// Sum of the differences between the Kronrod and Gauss values.
+    pub error: f64,
+}
+
+/// At most this many rectangles, 225 evaluations each.
+const MOST_RECTANGLES: usize = 20_000;
+
+/// ∫∫ f over `domain`, refined where the error is largest until its sum is below `tolerance`
+/// (absolute) or [`MOST_RECTANGLES`] are used; then `error` says what was reached. A value that is not
+/// finite makes the integral NaN.
+pub fn integrate(
+    domain: Rectangle,
+    tolerance: f64,
+    f: &mut dyn FnMut(f64, f64) -> f64,
+) -> Integral {
+    let first = Part::new(domain, f);
+    let mut total = first.integral;
+    let mut parts = BinaryHeap::from([first]);
+    while total.error > tolerance && parts.len() < MOST_RECTANGLES {
+        let Some(worst) = parts.pop() else { break };
+        for half in worst.halves() {
+            parts.push(Part::new(half, f));
+        }
+        // Sums are renewed rather than updated, lest rounding piles up.
+        total = parts
+            .iter()
+            .fold(Integral::default(), |sum, part| Integral {
+                value: sum.value + part.integral.value,
+                error: sum.error + part.integral.error,
+            });
+    }
+    total
+}
+
+/// A rectangle with its integral.
+struct Part {
+    domain: Rectangle,
+    integral: Integral,
+    /// Whether the error comes from the first variable.
+    along_x: bool,
+}
+
+impl Part {
+    fn new(domain: Rectangle, f: &mut dyn FnMut(f64, f64) -> f64) -> Self {
+        let Rectangle { x, y } = domain;
+        // Kronrod in both variables, Gauss in x only, Gauss in y only.
+        let (mut both, mut gauss_x, mut gauss_y) = (0.0, 0.0, 0.0);
+        for [node_x, kronrod_x, weight_gauss_x] in nodes(x) {
+            for [node_y, kronrod_y, weight_gauss_y] in nodes(y) {
+                let value = f(node_x, node_y);
+                both += kronrod_x * kronrod_y * value;
+                gauss_x += weight_gauss_x * kronrod_y * value;
+                gauss_y += kronrod_x * weight_gauss_y * value;
+            }
+        }
+        let errors = [(both - gauss_x).abs(), (both - gauss_y).abs()];
+        Self {
+            domain,
+            integral: Integral {
+                value: both,
+                error: errors[0] + errors[1],
+            },
+            along_x: errors[0] >= errors[1],
+        }
+    }
+
+    fn halves(&self) -> [Rectangle; 2] {
+        let Rectangle { x, y } = self.domain;
+        let middle = |[low, high]: [f64; 2]| 0.5 * (low + high);
+        if self.along_x {
+            let m = middle(x);
+            [[x[0], m], [m, x[1]]].map(|x| Rectangle { x, y })
+        } else {
+            let m = middle(y);
+            [[y[0], m], [m, y[1]]].map(|y| Rectangle { x, y })
+        }
+    }
+}
+
+impl PartialEq for Part {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+impl Eq for Part {}
+impl PartialOrd for Part {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+impl Ord for Part {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.integral.error.total_cmp(&other.integral.error)
+    }
+}
+
+/// The 15 nodes of an interval, each with its Kronrod and its Gauss weight (0 for even nodes).
+fn nodes([low, high]: [f64; 2]) -> impl Iterator<Item = [f64; 3]> {
+    let (centre, half) = (0.5 * (low + high), 0.5 * (high - low));
+    (0..15).map(move |i: usize| {
+        let (k, sign) = if i < 8 { (i, -1.0) } else { (14 - i, 1.0) };
+        let gauss = if k % 2 == 1 { GAUSS[k / 2] } else { 0.0 };
+        [
+            centre + sign * half * NODES[k],
+            half * KRONROD[k],
+            half * gauss,
+        ]
+    })
+}

@@ -1,0 +1,397 @@
+//! Trials as data: a property, a statistic, a size, and functions that run it on the right subject and
+//! on faulty ones.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use super::outcome::{Outcome, Verdict};
+use crate::equation::Equation;
+use crate::error::Error;
+use crate::rng::{Stream, seed_for, stream};
+
+/// The master seed if `WHITEFURNACE_SEED` is not set.
+pub const DEFAULT_SEED: u64 = 2019;
+
+/// What a run of trials shares: master seed, scale of sample sizes, folder for data files.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Context {
+    /// Every trial's stream is derived from this and the trial's name.
+    pub seed: u64,
+    /// Sample sizes are multiplied by this.
+    pub scale: f64,
+    /// Where data files of failures go; made when needed.
+    pub folder: PathBuf,
+    /// The trial (and subject) whose streams these are.
+    pub name: String,
+}
+
+impl Context {
+    /// A context with the given seed and scale (positive and finite).
+    ///
+    /// # Errors
+    /// [`Error::Option`] for a scale that makes no sense.
+    pub fn new(seed: u64, scale: f64) -> Result<Self, Error> {
+        if !(scale.is_finite() && scale > 0.0) {
+            return Err(Error::Option(format!(
+                "the scale of sample sizes is {scale}; it must be a positive number such as 16 or 0.25"
+            )));
+        }
+        Ok(Self {
+            seed,
+            scale,
+            folder: PathBuf::from("target/trials"),
+            name: String::new(),
+        })
+    }
+
+    /// Reads `WHITEFURNACE_SEED` (default [`DEFAULT_SEED`]) and `WHITEFURNACE_SCALE` (default 1). The
+    /// only place in the library that reads the environment.
+    ///
+    /// # Errors
+    /// [`Error::Option`] if one of them is not a number, or the scale is not positive.
+    pub fn from_environment() -> Result<Self, Error> {
+        fn read<T: std::str::FromStr>(name: &str, default: T, example: &str) -> Result<T, Error> {
+            let Some(text) = std::env::var_os(name) else {
+                return Ok(default);
+            };
+            text.to_str()
+                .and_then(|text| text.trim().parse().ok())
+                .ok_or_else(|| {
+                    Error::Option(format!(
+                        "{name} is {}, not a number; set it to one, such as {example}, or unset it",
+                        text.display()
+                    ))
+                })
+        }
+        Self::new(
+            read("WHITEFURNACE_SEED", DEFAULT_SEED, "2019")?,
+            read("WHITEFURNACE_SCALE", 1.0, "16")?,
+        )
+    }
+
+    /// The same context for the trial or test with this name.
+    pub fn named(&self, name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            ..self.clone()
+        }
+    }
+
+    /// The seed of a part of this trial; independent for different trials and parts.
+    pub fn seed_of(&self, part: &str) -> u64 {
+        seed_for(seed_for(self.seed, &self.name), part)
+    }
+
+    /// The random stream of a part of this trial.
+    pub fn rng(&self, part: &str) -> Stream {
+        stream(self.seed_of(part), 0, 0)
+    }
+
+    /// A sample size at this scale, at least 2.
+    pub fn n(&self, samples: u64) -> u64 {
+        ((samples as f64 * self.scale).round() as u64).max(2)
+    }
+}
+
+/// What a trial does: takes its random numbers and sizes from the context, returns what it found.
+pub type Run = Box<dyn Fn(&Context) -> Vec<Outcome> + Send + Sync>;
+
+/// A faulty subject on which the same trial must fail.
+pub struct Control {
+    /// A short name, unique within its trial.
+    pub name: &'static str,
+    /// What is wrong, in one line.
+    pub wrong: &'static str,
+    /// The trial's function with the faulty subject.
+    pub run: Run,
+}
+
+impl Control {
+    /// A control from its parts.
+    pub fn new(
+        name: &'static str,
+        wrong: &'static str,
+        run: impl Fn(&Context) -> Vec<Outcome> + Send + Sync + 'static,
+    ) -> Self {
+        Self {
+            name,
+            wrong,
+            run: Box::new(run),
+        }
+    }
+}
+
+/// A property on trial.
+pub struct Trial {
+    /// Unique name, words joined by '-', parts by '/': "hemisphere/uniform/chi-square". The first part
+    /// is the [`group`].
+    pub name: String,
+    /// The statement that is true or false.
+    pub property: String,
+    /// The equation or claim that the property belongs to.
+    pub equation: &'static Equation,
+    /// What is examined: the path of the function.
+    pub subject: &'static str,
+    /// Which statistic.
+    pub statistic: &'static str,
+    /// Sample size at scale 1 (arguments tried, for an exact trial).
+    pub samples: u64,
+    /// The largest δ among its claims: an effect of this size is seen.
+    pub delta: f64,
+    /// How many of its outcomes chance can turn: its shares of the error budget.
+    pub assertions: usize,
+    /// The function on the right subject.
+    pub run: Run,
+    /// The same function on faulty subjects; at least one.
+    pub controls: Vec<Control>,
+}
+
+impl Trial {
+    /// All shares of the error budget that the trial and its controls use.
+    pub fn budget(&self) -> usize {
+        // A control needs one rejection: one share each, unless nothing is random.
+        self.assertions
+            + if self.assertions > 0 {
+                self.controls.len()
+            } else {
+                0
+            }
+    }
+}
+
+/// One line of the report: what one outcome of a trial says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// The trial's name.
+    pub trial: String,
+    /// The control's name; empty for the trial itself.
+    pub control: String,
+    /// The trial's property.
+    pub property: String,
+    /// The equation's id.
+    pub equation: &'static str,
+    /// What was found.
+    pub outcome: Outcome,
+    /// The verdict on it.
+    pub verdict: Verdict,
+    /// The master seed.
+    pub seed: u64,
+}
+
+/// The columns of [`Row::csv`].
+pub const CSV_HEADER: &str = "trial,control,equation,measure,statistic,n,estimate,reference,low,high,\
+     p,verdict,delta,minimum_detectable_effect,power,seed";
+
+impl Row {
+    /// The row with the columns of [`CSV_HEADER`].
+    pub fn csv(&self) -> String {
+        let o = &self.outcome;
+        format!(
+            "{},{},{},\"{}\",{},{},{:e},{:e},{:e},{:e},{:e},{},{:e},{:e},{:.6},{}",
+            self.trial,
+            self.control,
+            self.equation,
+            o.name,
+            o.statistic,
+            o.n,
+            o.estimate,
+            o.reference,
+            o.interval[0],
+            o.interval[1],
+            o.p,
+            self.verdict.word(),
+            o.claim.size(),
+            o.minimum_detectable_effect(),
+            o.power(),
+            self.seed
+        )
+    }
+}
+
+/// Runs a trial on its subject.
+pub fn run_trial(trial: &Trial, context: &Context) -> Vec<Row> {
+    rows(trial, "", &trial.run, context)
+}
+
+/// Runs a trial on a faulty subject, with random numbers of its own.
+pub fn run_control(trial: &Trial, control: &Control, context: &Context) -> Vec<Row> {
+    rows(trial, control.name, &control.run, context)
+}
+
+fn rows(trial: &Trial, control: &str, run: &Run, context: &Context) -> Vec<Row> {
+    let name = if control.is_empty() {
+        trial.name.clone()
+    } else {
+        format!("{}!{control}", trial.name)
+    };
+    run(&context.named(&name))
+        .into_iter()
+        .map(|outcome| Row {
+            trial: trial.name.clone(),
+            control: control.to_owned(),
+            property: trial.property.clone(),
+            equation: trial.equation.id,
+            verdict: outcome.verdict(),
+            outcome,
+            seed: context.seed,
+        })
+        .collect()
+}
+
+/// Whether a trial's rows are green: every outcome holds; *undecided* is green below scale 1 only.
+pub fn trial_is_green(rows: &[Row], context: &Context) -> bool {
+    !rows.is_empty()
+        && rows.iter().all(|row| match row.verdict {
+            Verdict::Holds => true,
+            Verdict::Fails => false,
+            Verdict::Undecided { .. } => context.scale < 1.0,
+        })
+}
+
+/// Whether a control's rows are green: some outcome fails; below scale 1 *undecided* will do.
+pub fn control_is_green(rows: &[Row], context: &Context) -> bool {
+    rows.iter().any(|row| match row.verdict {
+        Verdict::Fails => true,
+        Verdict::Undecided { .. } => context.scale < 1.0,
+        Verdict::Holds => false,
+    })
+}
+
+/// Puts a trial and all of its controls to the test. The error is a message to act on, one paragraph
+/// for the trial and each control that is red; data files are written to the context's folder.
+///
+/// # Errors
+/// The message, if anything is red.
+pub fn check(trial: &Trial, context: &Context) -> Result<Vec<Row>, String> {
+    let mut message = String::new();
+    let found = run_trial(trial, context);
+    let random = found.iter().filter(|row| row.outcome.is_random()).count();
+    if random != trial.assertions {
+        let _ = writeln!(
+            message,
+            "{} declares {} random outcomes and has {random}: correct `assertions`",
+            trial.name, trial.assertions
+        );
+    }
+    if !trial_is_green(&found, context) {
+        message += &explain(trial, &found, context);
+    }
+    for control in &trial.controls {
+        let rows = run_control(trial, control, context);
+        if !control_is_green(&rows, context) {
+            let _ = writeln!(
+                message,
+                "{}: the negative control {} was not rejected\n  what is wrong with it: {}",
+                trial.name, control.name, control.wrong
+            );
+            message += &explain(trial, &rows, context);
+        }
+    }
+    if message.is_empty() {
+        Ok(found)
+    } else {
+        Err(message)
+    }
+}
+
+/// What a person needs in order to act on a verdict.
+fn explain(trial: &Trial, rows: &[Row], context: &Context) -> String {
+    let mut text = String::new();
+    for row in rows
+        .iter()
+        .filter(|row| row.verdict != Verdict::Holds || !row.control.is_empty())
+    {
+        let o = &row.outcome;
+        let verdict = match row.verdict {
+            Verdict::Undecided { needed } => format!("undecided, needs about {needed} samples"),
+            other => other.word().to_owned(),
+        };
+        let _ = writeln!(
+            text,
+            "{}: {verdict}\n  property   {}\n  equation   {} ({}), {}\n  subject    {}\n  \
+             statistic  {} of {}: {:.6}, n = {}, p = {:.3e}\n  estimate   {:.9} in [{:.9}, {:.9}], \
+             should be {:.9} ± {:.3e}\n  worst      {}\n  repeat     {}",
+            row.trial,
+            trial.property,
+            trial.equation.id,
+            trial.equation.number,
+            trial.equation.title,
+            trial.subject,
+            o.statistic,
+            o.name,
+            o.value,
+            o.n,
+            o.p,
+            o.estimate,
+            o.interval[0],
+            o.interval[1],
+            o.reference,
+            o.claim.size(),
+            o.worst,
+            command(context, &trial.name),
+        );
+        match write_cells(row, &context.folder) {
+            Ok(Some(path)) => {
+                let _ = writeln!(text, "  data       {}", path.display());
+            }
+            Ok(None) => {}
+            Err(error) => {
+                let _ = writeln!(text, "  data       not written: {error}");
+            }
+        }
+    }
+    text
+}
+
+/// The shell command that repeats the trial: the integration test of its group, which is the part of
+/// its name before the first '/'.
+pub fn command(context: &Context, trial: &str) -> String {
+    let scale = if context.scale == 1.0 {
+        String::new()
+    } else {
+        format!("WHITEFURNACE_SCALE={} ", context.scale)
+    };
+    format!(
+        "WHITEFURNACE_SEED={} {scale}cargo test -p whitefurnace --test it -- trials::{}",
+        context.seed,
+        group(trial)
+    )
+}
+
+/// The part of a trial's name before the first '/': the name of its integration test.
+pub fn group(trial: &str) -> &str {
+    trial.split('/').next().unwrap_or(trial)
+}
+
+/// Writes the cells of a row as CSV (place, expected, observed, sigmas) and returns the path; nothing
+/// for an outcome without cells.
+///
+/// # Errors
+/// [`Error::File`] if the folder or the file cannot be written.
+pub fn write_cells(row: &Row, folder: &Path) -> Result<Option<PathBuf>, Error> {
+    if row.outcome.cells.is_empty() {
+        return Ok(None);
+    }
+    let mut text = String::from("place,expected,observed,sigmas\n");
+    for cell in &row.outcome.cells {
+        let _ = writeln!(
+            text,
+            "\"{}\",{:e},{:e},{:.3}",
+            cell.place, cell.expected, cell.observed, cell.sigmas
+        );
+    }
+    let name: String = format!("{} {} {}", row.trial, row.control, row.outcome.name)
+        .chars()
+        .map(|c| {
+            if c.is_alphanumeric() || c == '-' || c == '.' {
+                c
+            } else {
+                '_'
+            }
+        })
+        .collect();
+    let path = folder.join(name + ".csv");
+    std::fs::create_dir_all(folder).map_err(Error::file("create", folder))?;
+    std::fs::write(&path, text).map_err(Error::file("write", &path))?;
+    Ok(Some(path))
+}

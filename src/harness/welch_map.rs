@@ -1,0 +1,178 @@
+//! Two images against each other: Welch's test of the image mean, of tiles and of pixels (Jung, Hanika
+//! and Dachsbacher, "Detecting Bias in Monte Carlo Renderers using Welch's t-test", JCGT 9(2), 2020).
+//!
+//! Images enter as plain slices, so that any renderer's will do. Only the image mean carries a claim of
+//! equivalence: per-pixel tests are far less sensitive to a bias that is the same everywhere.
+
+use super::ks::kolmogorov_smirnov;
+use super::mean::welch_satterthwaite;
+use super::outcome::{ALPHA, Cell, Claim, Outcome};
+use super::tails::{student_two_sided, student_upper};
+
+/// One channel of an image with the statistics of each pixel, row by row. The count is of independent
+/// replications: whole grids where samples within a pixel are stratified.
+#[derive(Clone, Copy, Debug)]
+pub struct PixelStatistics<'a> {
+    /// Mean of each pixel.
+    pub mean: &'a [f64],
+    /// Sample variance of one replication, each pixel.
+    pub variance: &'a [f64],
+    /// Replications of each pixel.
+    pub count: &'a [u64],
+}
+
+/// A map of p-values.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PValueMap {
+    /// Tiles across.
+    pub width: usize,
+    /// Tiles down.
+    pub height: usize,
+    /// p of each tile, row by row; NaN where neither image has any variance and both agree.
+    pub p: Vec<f64>,
+    /// The difference of the tile's means in standard errors.
+    pub sigmas: Vec<f64>,
+}
+
+impl PValueMap {
+    /// Counts of the p-values in `bins` equal bins of [0, 1]: flat if there is no bias.
+    pub fn histogram(&self, bins: usize) -> Vec<u64> {
+        let mut counts = vec![0; bins];
+        for p in self.p.iter().filter(|p| !p.is_nan()) {
+            counts[((p * bins as f64) as usize).min(bins - 1)] += 1;
+        }
+        counts
+    }
+
+    /// Whether the p-values are uniform, by Kolmogorov-Smirnov. `delta` is the distance that would
+    /// matter: the pixels' values are means of few samples, and only nearly normal.
+    pub fn flatness(&self, name: &str, delta: f64) -> Outcome {
+        let mut p: Vec<f64> = self.p.iter().copied().filter(|p| !p.is_nan()).collect();
+        let mut outcome = kolmogorov_smirnov(name, &mut p, |p| p, delta);
+        outcome.claim = Claim::Approximate { margin: delta };
+        outcome
+    }
+
+    /// The smallest p-value times the number of tiles (Bonferroni), with the worst tile; no size of
+    /// effect is claimed.
+    pub fn smallest(&self, name: &str, n: u64) -> Outcome {
+        let valid = || self.p.iter().enumerate().filter(|(_, p)| !p.is_nan());
+        let (worst, p) = valid()
+            .min_by(|a, b| a.1.total_cmp(b.1))
+            .map_or((0, 1.0), |(i, &p)| (i, p));
+        let tests = valid().count();
+        Outcome {
+            name: name.to_owned(),
+            statistic: "Welch map",
+            value: self.sigmas[worst],
+            dof: None,
+            p: (p * tests as f64).min(1.0),
+            n,
+            valid_from: 2,
+            estimate: self.sigmas[worst],
+            reference: 0.0,
+            interval: [self.sigmas[worst]; 2],
+            claim: Claim::Test,
+            worst: format!(
+                "({}, {}) of {} × {}: {:+.2} sigmas",
+                worst % self.width,
+                worst / self.width,
+                self.width,
+                self.height,
+                self.sigmas[worst]
+            ),
+            cells: self.cells(),
+        }
+    }
+
+    fn cells(&self) -> Vec<Cell> {
+        (0..self.p.len())
+            .map(|i| Cell {
+                place: format!("x {} y {}", i % self.width, i / self.width),
+                expected: 0.0,
+                observed: self.sigmas[i],
+                sigmas: self.sigmas[i],
+            })
+            .collect()
+    }
+}
+
+/// A difference of means of a set of pixels.
+struct Difference {
+    difference: f64,
+    variance: f64,
+    dof: f64,
+}
+
+fn difference(a: &PixelStatistics, b: &PixelStatistics, pixels: &[usize]) -> Difference {
+    let share = 1.0 / pixels.len() as f64;
+    let part = |s: &PixelStatistics, i: usize| {
+        (
+            s.variance[i] / s.count[i] as f64 * share * share,
+            s.count[i],
+        )
+    };
+    let parts = || pixels.iter().flat_map(|&i| [part(a, i), part(b, i)]);
+    Difference {
+        difference: pixels.iter().map(|&i| a.mean[i] - b.mean[i]).sum::<f64>() * share,
+        variance: parts().map(|(v, _)| v).sum(),
+        dof: welch_satterthwaite(parts()),
+    }
+}
+
+/// The test of the means of the two images: `delta` is relative to the mean of `b`. An approximate
+/// claim of equality, as both sides are random.
+pub fn image_mean(name: &str, a: &PixelStatistics, b: &PixelStatistics, delta: f64) -> Outcome {
+    let pixels: Vec<usize> = (0..a.mean.len()).collect();
+    let d = difference(a, b, &pixels);
+    let scale = b.mean.iter().sum::<f64>() / b.mean.len() as f64;
+    let standard_error = d.variance.sqrt();
+    let t = if d.difference == 0.0 {
+        0.0
+    } else {
+        d.difference / standard_error
+    };
+    let half = student_upper(ALPHA / 2.0, d.dof.max(1.0)) * standard_error;
+    Outcome {
+        name: name.to_owned(),
+        statistic: "Welch",
+        value: t,
+        dof: Some(d.dof),
+        p: student_two_sided(t, d.dof),
+        n: a.count.iter().chain(b.count).copied().min().unwrap_or(0),
+        valid_from: 2,
+        estimate: d.difference,
+        reference: 0.0,
+        interval: [d.difference - half, d.difference + half],
+        claim: Claim::Approximate {
+            margin: delta * scale.abs(),
+        },
+        worst: format!("image means differ by {t:+.2} standard errors"),
+        cells: Vec::new(),
+    }
+}
+
+/// p-values of square tiles of `tile` × `tile` pixels; 1 gives pixels. Tiles at the right and lower
+/// border may be smaller.
+pub fn map(a: &PixelStatistics, b: &PixelStatistics, width: usize, tile: usize) -> PValueMap {
+    let height = a.mean.len() / width;
+    let [across, down] = [width.div_ceil(tile), height.div_ceil(tile)];
+    let (p, sigmas) = (0..across * down)
+        .map(|t| {
+            let [x0, y0] = [t % across * tile, t / across * tile];
+            let pixels: Vec<usize> = (y0..(y0 + tile).min(height))
+                .flat_map(|y| (x0..(x0 + tile).min(width)).map(move |x| y * width + x))
+                .collect();
+            let d = difference(a, b, &pixels);
+            let t = d.difference / d.variance.sqrt();
+            // 0/0: no variance and no difference says nothing; x/0 is certain.
+            (student_two_sided(t, d.dof), t)
+        })
+        .unzip();
+    PValueMap {
+        width: across,
+        height: down,
+        p,
+        sigmas,
+    }
+}

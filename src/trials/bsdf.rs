@@ -1,0 +1,234 @@
+//! Check-ups of the diffuse BSDFs (9), (13)-(15) with cosine sampling.
+
+use std::f64::consts::{FRAC_1_PI, PI};
+
+use glam::DVec3;
+
+use crate::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
+use crate::equation::{COSINE, Equation, LAMBERT, OREN_NAYAR, OREN_NAYAR_CONSTANTS};
+use crate::harness::bsdf_checkup::{BsdfSample, BsdfSubject, CheckUp, assertions, check_up};
+use crate::harness::chi_square::CELL_DELTA;
+use crate::harness::outcome::Outcome;
+use crate::harness::trial::{Context, Control, Trial};
+use crate::sampling::{
+    cosine_hemisphere, cosine_hemisphere_pdf, uniform_hemisphere, uniform_hemisphere_pdf,
+};
+
+/// f(wo, wi) in 1/sr.
+type Eval = fn(DVec3, DVec3) -> f64;
+
+const RHO: f64 = 0.75;
+const SIGMA: f64 = 0.5;
+/// The largest directional albedo of correct Oren-Nayar with ρ = 1 (at σ = 0.1985, grazing) is 1.01518.
+const OREN_NAYAR_BOUND: f64 = 1.0152;
+
+fn lambert(wo: DVec3, wi: DVec3) -> f64 {
+    Bsdf::Lambert {
+        albedo: DVec3::splat(RHO),
+    }
+    .eval(wo, wi)
+    .x
+}
+
+fn oren_nayar(wo: DVec3, wi: DVec3) -> f64 {
+    Bsdf::oren_nayar(DVec3::splat(RHO), SIGMA, OrenNayarForm::Corrected)
+        .eval(wo, wi)
+        .x
+}
+
+fn oren_nayar_printed(wo: DVec3, wi: DVec3) -> f64 {
+    Bsdf::oren_nayar(DVec3::splat(RHO), SIGMA, OrenNayarForm::Printed)
+        .eval(wo, wi)
+        .x
+}
+
+/// A BSDF with cosine sampling, weight π f.
+fn with_cosine_sampling(eval: Eval) -> BsdfSubject {
+    BsdfSubject::new(
+        eval,
+        move |wo, [r1, r2, _]| {
+            let wi = cosine_hemisphere([r1, r2]);
+            // r₁ so near 1 that the cosine underflows to 0 has no density: that sample is lost.
+            (wi.z > 0.0).then(|| BsdfSample {
+                wi,
+                weight: PI * eval(wo, wi),
+                pdf: cosine_hemisphere_pdf(wi.z),
+            })
+        },
+        |_, wi| cosine_hemisphere_pdf(wi.z),
+    )
+    .energy_bound(OREN_NAYAR_BOUND)
+}
+
+/// A BSDF whose sampler draws uniform directions but claims the cosine pdf.
+fn with_wrong_sampling(eval: Eval) -> BsdfSubject {
+    BsdfSubject {
+        sample: Box::new(move |wo, [r1, r2, _]| {
+            let wi = uniform_hemisphere([r1, r2]);
+            Some(BsdfSample {
+                wi,
+                weight: PI * eval(wo, wi),
+                pdf: cosine_hemisphere_pdf(wi.z).max(f64::MIN_POSITIVE),
+            })
+        }),
+        ..with_cosine_sampling(eval)
+    }
+}
+
+/// Directional albedo of correct Oren-Nayar, ρ = 1: A + (2B/π)[sin t (t − sin t cos t)/2 +
+/// tan t (1 − sin³ t)/3], t the inclination; radians.
+pub fn oren_nayar_albedo(constants: OrenNayar, t: f64) -> f64 {
+    let (sin, cos) = t.sin_cos();
+    let bracket = sin * (t - sin * cos) / 2.0 + t.tan() * (1.0 - sin.powi(3)) / 3.0;
+    constants.a + 2.0 * constants.b * FRAC_1_PI * bracket
+}
+
+/// Directional albedo of the printed form, ρ = 1: A + 2B sin t/(3π).
+pub fn oren_nayar_printed_albedo(constants: OrenNayar, t: f64) -> f64 {
+    constants.a + 2.0 * constants.b * t.sin() / (3.0 * PI)
+}
+
+fn inclination(wo: DVec3) -> f64 {
+    wo.x.hypot(wo.y).atan2(wo.z)
+}
+
+fn lambert_check(context: &Context, subject: BsdfSubject) -> Vec<Outcome> {
+    // Twice the usual size, for uniform sampling of Lambert: relative standard deviation 1/√3.
+    let size = CheckUp {
+        samples: 2 * CheckUp::default().samples,
+        ..CheckUp::default()
+    };
+    check_up(&subject.albedo(|_| RHO), &size, context)
+}
+
+fn oren_nayar_check(context: &Context, eval: Eval) -> Vec<Outcome> {
+    let subject = with_cosine_sampling(eval)
+        .albedo(|wo| RHO * oren_nayar_albedo(OrenNayar::new(SIGMA), inclination(wo)));
+    check_up(&subject, &CheckUp::default(), context)
+}
+
+fn printed_check(context: &Context, eval: Eval) -> Vec<Outcome> {
+    let subject = with_cosine_sampling(eval)
+        .albedo(|wo| RHO * oren_nayar_printed_albedo(OrenNayar::new(SIGMA), inclination(wo)));
+    check_up(&subject, &CheckUp::default(), context)
+}
+
+fn trial(
+    name: &str,
+    property: &str,
+    equation: &'static Equation,
+    run: impl Fn(&Context) -> Vec<Outcome> + Send + Sync + 'static,
+    controls: Vec<Control>,
+) -> Trial {
+    let size = CheckUp::default();
+    Trial {
+        name: format!("bsdf/{name}"),
+        property: property.to_owned(),
+        equation,
+        subject: "bsdf::Bsdf::eval, sampling::cosine_hemisphere",
+        statistic: "BSDF check-up",
+        samples: size.samples,
+        delta: CELL_DELTA,
+        assertions: assertions(&size),
+        run: Box::new(run),
+        controls,
+    }
+}
+
+/// Every trial of the diffuse BSDFs.
+pub fn trials() -> Vec<Trial> {
+    vec![
+        trial(
+            "lambert",
+            "Lambert passes the check-up and its directional albedo is ρ",
+            &LAMBERT,
+            |c| lambert_check(c, with_cosine_sampling(lambert)),
+            vec![
+                Control::new("no-pi", "f = ρ", |c| {
+                    lambert_check(c, with_cosine_sampling(|wo, wi| PI * lambert(wo, wi)))
+                }),
+                Control::new("uniform-sampler", "uniform directions, cosine pdf", |c| {
+                    lambert_check(c, with_wrong_sampling(lambert))
+                }),
+                Control::new("weight", "the weight misses π", |c| {
+                    lambert_check(c, wrong_weight(lambert))
+                }),
+            ],
+        ),
+        trial(
+            "cosine",
+            "f_r, not f_r cos θ, is what eval returns and what is reciprocal",
+            &COSINE,
+            |c| lambert_check(c, uniform_sampling(lambert)),
+            vec![Control::new(
+                "cosine-in-f",
+                "eval returns f_r cos θ",
+                |c| lambert_check(c, uniform_sampling(|wo, wi| lambert(wo, wi) * wi.z)),
+            )],
+        ),
+        trial(
+            "oren-nayar",
+            "Oren-Nayar passes the check-up and has the directional albedo of sin α tan β",
+            &OREN_NAYAR,
+            |c| oren_nayar_check(c, oren_nayar),
+            vec![Control::new(
+                "printed",
+                "sin β for tan β, as the report prints",
+                |c| oren_nayar_check(c, oren_nayar_printed),
+            )],
+        ),
+        trial(
+            "oren-nayar-printed",
+            "the printed form has its own closed-form albedo: it is not Oren-Nayar",
+            &OREN_NAYAR_CONSTANTS,
+            |c| printed_check(c, oren_nayar_printed),
+            vec![
+                Control::new("correct", "the correct form", |c| {
+                    printed_check(c, oren_nayar)
+                }),
+                Control::new("constant", "0.57 for 0.33 in A", |c| {
+                    printed_check(c, |wo, wi| {
+                        let s2 = SIGMA * SIGMA;
+                        let constants = OrenNayar {
+                            a: 1.0 - s2 / (2.0 * (s2 + 0.57)),
+                            ..OrenNayar::new(SIGMA)
+                        };
+                        let bracket =
+                            crate::bsdf::oren_nayar(constants, OrenNayarForm::Printed, wo, wi);
+                        RHO * FRAC_1_PI * bracket
+                    })
+                }),
+            ],
+        ),
+    ]
+}
+
+fn wrong_weight(eval: Eval) -> BsdfSubject {
+    BsdfSubject {
+        sample: Box::new(move |wo, [r1, r2, _]| {
+            let wi = cosine_hemisphere([r1, r2]);
+            (wi.z > 0.0).then(|| BsdfSample {
+                wi,
+                weight: eval(wo, wi),
+                pdf: cosine_hemisphere_pdf(wi.z),
+            })
+        }),
+        ..with_cosine_sampling(eval)
+    }
+}
+
+/// A BSDF with uniform sampling, weight 2π f cos θ.
+fn uniform_sampling(eval: Eval) -> BsdfSubject {
+    BsdfSubject::new(
+        eval,
+        move |wo, [r1, r2, _]| {
+            let wi = uniform_hemisphere([r1, r2]);
+            Some(BsdfSample {
+                wi,
+                weight: 2.0 * PI * eval(wo, wi) * wi.z,
+                pdf: uniform_hemisphere_pdf(wi.z),
+            })
+        },
+        |_, wi| uniform_hemisphere_pdf(wi.z),
+    )
+}

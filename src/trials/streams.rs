@@ -1,0 +1,236 @@
+//! Random-number streams: distinct values, gaps, and no correlation between neighbouring pixels,
+//! samples and draws.
+
+use crate::equation::ESTIMATOR;
+use crate::harness::chi_square::{CELL_DELTA, Counts, chi_square, sampler_against_partition};
+use crate::harness::domain::{Domain, Partition};
+use crate::harness::mean::{Values, mean};
+use crate::harness::outcome::{Claim, Outcome};
+use crate::harness::tails::{poisson_cdf, poisson_sf};
+use crate::harness::trial::{Context, Control, Trial};
+use crate::rng::{stream, uniform};
+use glam::DVec3;
+
+/// A number of [0, 1) from (seed, pixel, sample, draw).
+pub type Numbers = fn(u64, u32, u32, u32) -> f64;
+
+const DISTINCT: u64 = 1_000_000;
+const GAPS: u64 = 4_000_000;
+const PAIRS: u64 = 12_000_000;
+/// δ of correlations.
+const CORRELATION_DELTA: f64 = 0.005;
+/// Bits of a uniform number.
+const BITS: i32 = 53;
+
+/// The program's streams: draw 0 or 1 of the stream of a pixel and a sample.
+fn right(seed: u64, pixel: u32, sample: u32, draw: u32) -> f64 {
+    let mut rng = stream(seed, pixel, sample);
+    for _ in 0..draw {
+        uniform(&mut rng);
+    }
+    uniform(&mut rng)
+}
+
+/// Equal values among n first numbers of different pixels: about n²/2⁵⁴ are expected, a Poisson count.
+pub fn distinct(context: &Context, numbers: Numbers) -> Vec<Outcome> {
+    let seed = context.seed_of("distinct");
+    let n = context.n(DISTINCT);
+    let mut bits: Vec<u64> = (0..n)
+        .map(|i| numbers(seed, i as u32, 0, 0).to_bits())
+        .collect();
+    bits.sort_unstable();
+    let equal = bits.windows(2).filter(|pair| pair[0] == pair[1]).count() as u64;
+    let expected = 0.5 * (n as f64).powi(2) * 2f64.powi(-BITS);
+    let p = 2.0 * poisson_sf(equal, expected).min(poisson_cdf(equal, expected));
+    vec![Outcome {
+        statistic: "Poisson",
+        value: equal as f64,
+        p: p.min(1.0),
+        claim: Claim::Test,
+        ..Outcome::exact(
+            "equal values",
+            n,
+            equal as f64,
+            0.0,
+            format!("{equal} pairs of {n} values are equal, {expected:.1e} expected"),
+        )
+    }]
+}
+
+/// Lengths of the gaps between visits of [0, 1/2) along the samples of a pixel: 0, 1, 2 or more with
+/// probabilities 1/2, 1/4, 1/8, 1/8.
+pub fn gaps(context: &Context, numbers: Numbers) -> Vec<Outcome> {
+    let seed = context.seed_of("gaps");
+    let n = context.n(GAPS);
+    let mut observed = vec![0; 4];
+    let mut length = 0;
+    let mut found = 0;
+    // On average every second sample ends a gap; a generator that never does must end, too.
+    for sample in 0..u32::try_from(8 * n).unwrap_or(u32::MAX) {
+        if numbers(seed, 7, sample, 0) >= 0.5 {
+            length += 1;
+        } else {
+            observed[length.min(3)] += 1;
+            (length, found) = (0, found + 1);
+        }
+        if found == n {
+            break;
+        }
+    }
+    let partition = Partition::of_masses(
+        vec![0.5, 0.25, 0.125, 0.125],
+        (0..4).map(|length| format!("gap of {length}")).collect(),
+    );
+    let counts = Counts {
+        n,
+        observed,
+        ..Counts::default()
+    };
+    vec![chi_square("gaps", &partition, &counts, CELL_DELTA)]
+}
+
+/// Which two numbers are neighbours.
+type Neighbours = fn(Numbers, u64, u32) -> [f64; 2];
+
+const NEIGHBOURS: [(&str, Neighbours); 3] = [
+    ("pixels", |f, seed, i| {
+        [f(seed, 2 * i, 0, 0), f(seed, 2 * i + 1, 0, 0)]
+    }),
+    ("samples", |f, seed, i| {
+        [f(seed, 5, 2 * i, 0), f(seed, 5, 2 * i + 1, 0)]
+    }),
+    ("draws", |f, seed, i| [f(seed, i, 3, 0), f(seed, i, 3, 1)]),
+];
+
+/// Pairs of neighbouring pixels, samples and draws: uniform over 4 × 4 cells of the unit square, and
+/// without correlation (the values 12 (u − ½)(v − ½) have mean 0 and variance 1).
+pub fn neighbours(context: &Context, numbers: Numbers) -> Vec<Outcome> {
+    NEIGHBOURS
+        .iter()
+        .flat_map(|(name, pair)| {
+            let seed = context.seed_of(name);
+            let (mut i, mut products) = (0_u32, Values::new(0.0));
+            let draw = || {
+                let [u, v] = pair(numbers, seed, i);
+                i = i.wrapping_add(1);
+                products.push(12.0 * (u - 0.5) * (v - 0.5));
+                Some(DVec3::new(u, v, 0.0))
+            };
+            let partition = Partition::equal(Domain::Square, 4, 4);
+            let cells = sampler_against_partition(
+                &format!("pairs of neighbouring {name}"),
+                &partition,
+                context.n(PAIRS),
+                draw,
+            );
+            let claim = Claim::Exact {
+                delta: CORRELATION_DELTA,
+            };
+            let name = format!("correlation of neighbouring {name}");
+            [cells, mean(&name, &products, 0.0, claim)]
+        })
+        .collect()
+}
+
+// The faults.
+
+/// Only sixteen random bits.
+fn coarse(seed: u64, pixel: u32, sample: u32, draw: u32) -> f64 {
+    (right(seed, pixel, sample, draw) * 65_536.0).floor() / 65_536.0
+}
+
+/// Neighbouring pixels share a stream.
+fn shared_pixels(seed: u64, pixel: u32, sample: u32, draw: u32) -> f64 {
+    right(seed, pixel / 2, sample, draw)
+}
+
+/// Every second sample repeats the one before.
+fn shared_samples(seed: u64, pixel: u32, sample: u32, draw: u32) -> f64 {
+    right(seed, pixel, sample / 2, draw)
+}
+
+/// The same number for both draws.
+fn shared_draws(seed: u64, pixel: u32, sample: u32, _: u32) -> f64 {
+    right(seed, pixel, sample, 0)
+}
+
+/// Multiples of the golden ratio: uniform, distinct, and not random.
+fn golden(seed: u64, pixel: u32, sample: u32, draw: u32) -> f64 {
+    const RATIO: f64 = 0.618_033_988_749_894_9;
+    let start = right(seed, 0, 0, draw);
+    (start + RATIO * (f64::from(pixel) + f64::from(sample))).fract()
+}
+
+fn trial(
+    name: &str,
+    property: &str,
+    statistic: &'static str,
+    (samples, delta, assertions): (u64, f64, usize),
+    run: fn(&Context, Numbers) -> Vec<Outcome>,
+    faults: &[(&'static str, &'static str, Numbers)],
+) -> Trial {
+    Trial {
+        name: format!("streams/{name}"),
+        property: property.to_owned(),
+        equation: &ESTIMATOR,
+        subject: "rng::stream, rng::uniform",
+        statistic,
+        samples,
+        delta,
+        assertions,
+        run: Box::new(move |context| run(context, right)),
+        controls: faults
+            .iter()
+            .map(|&(name, wrong, numbers)| Control::new(name, wrong, move |c| run(c, numbers)))
+            .collect(),
+    }
+}
+
+/// Every trial of the random-number streams.
+pub fn trials() -> Vec<Trial> {
+    vec![
+        trial(
+            "distinct",
+            "numbers of different pixels are distinct: 53 random bits",
+            "Poisson",
+            (DISTINCT, 0.0, 1),
+            distinct,
+            &[("coarse", "sixteen random bits", coarse)],
+        ),
+        trial(
+            "gaps",
+            "gaps between visits of [0, 1/2) are geometric",
+            "chi-square",
+            (GAPS, CELL_DELTA, 1),
+            gaps,
+            &[
+                ("golden", "multiples of the golden ratio", golden),
+                (
+                    "shared-samples",
+                    "every second sample repeats the one before",
+                    shared_samples,
+                ),
+            ],
+        ),
+        trial(
+            "neighbours",
+            "neighbouring pixels, samples and draws are independent",
+            "chi-square and t",
+            (PAIRS, CELL_DELTA, 6),
+            neighbours,
+            &[
+                (
+                    "shared-pixels",
+                    "neighbouring pixels share a stream",
+                    shared_pixels,
+                ),
+                (
+                    "shared-samples",
+                    "every second sample repeats the one before",
+                    shared_samples,
+                ),
+                ("shared-draws", "the same number twice", shared_draws),
+            ],
+        ),
+    ]
+}

@@ -1,0 +1,134 @@
+//! The BSDF check-up on a BSDF that is not ours, a microfacet conductor (GGX, visible normals), and on
+//! faulty versions of it, each of which must be rejected.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::DVec3;
+use whitefurnace::harness::bsdf_checkup::{BsdfSample, BsdfSubject, CheckUp, Loss, check_up};
+use whitefurnace::harness::outcome::Verdict;
+
+use crate::support::context;
+
+const ROUGHNESS: f64 = 0.5;
+fn lambda(w: DVec3) -> f64 {
+    let tan2 = (w.x * w.x + w.y * w.y) / (w.z * w.z);
+    0.5 * ((1.0 + ROUGHNESS * ROUGHNESS * tan2).sqrt() - 1.0)
+}
+fn distribution(h: DVec3) -> f64 {
+    let d = (h.x * h.x + h.y * h.y) / (ROUGHNESS * ROUGHNESS) + h.z * h.z;
+    1.0 / (PI * ROUGHNESS * ROUGHNESS * d * d)
+}
+fn eval(wo: DVec3, wi: DVec3) -> f64 {
+    if wo.z <= 0.0 || wi.z <= 0.0 {
+        return 0.0;
+    }
+    let g2 = 1.0 / (1.0 + lambda(wo) + lambda(wi));
+    distribution((wo + wi).normalize()) * g2 / (4.0 * wo.z * wi.z)
+}
+fn pdf(wo: DVec3, wi: DVec3) -> f64 {
+    if wo.z <= 0.0 || wi.z <= 0.0 {
+        return 0.0;
+    }
+    distribution((wo + wi).normalize()) / (1.0 + lambda(wo)) / (4.0 * wo.z)
+}
+fn sample(wo: DVec3, [r1, r2, _]: [f64; 3]) -> Option<BsdfSample> {
+    let v = DVec3::new(ROUGHNESS * wo.x, ROUGHNESS * wo.y, wo.z).normalize();
+    let across = v.x.hypot(v.y);
+    let t1 = if across > 0.0 {
+        DVec3::new(-v.y, v.x, 0.0) / across
+    } else {
+        DVec3::X
+    };
+    let t2 = v.cross(t1);
+    let (radius, (sin, cos)) = (r1.sqrt(), (TAU * r2).sin_cos());
+    let s = 0.5 * (1.0 + v.z);
+    let a = radius * cos;
+    let b = (1.0 - s) * (1.0 - a * a).sqrt() + s * radius * sin;
+    let n = a * t1 + b * t2 + (1.0 - a * a - b * b).max(0.0).sqrt() * v;
+    let h = DVec3::new(ROUGHNESS * n.x, ROUGHNESS * n.y, n.z).normalize();
+    let wi = 2.0 * wo.dot(h) * h - wo;
+    (wi.z > 0.0).then(|| BsdfSample {
+        wi,
+        // f cos/pdf = G₂/G₁, derived on its own.
+        weight: (1.0 + lambda(wo)) / (1.0 + lambda(wo) + lambda(wi)),
+        pdf: pdf(wo, wi),
+    })
+}
+
+fn subject() -> BsdfSubject {
+    BsdfSubject::new(eval, sample, pdf).loss(Loss::Allowed)
+}
+
+/// The names of the outcomes that do not hold.
+fn complaints(name: &str, subject: &BsdfSubject) -> Vec<String> {
+    let context = context(name);
+    check_up(subject, &CheckUp::default(), &context)
+        .into_iter()
+        .filter(|outcome| match outcome.verdict() {
+            Verdict::Holds => false,
+            Verdict::Fails => true,
+            Verdict::Undecided { .. } => context.scale >= 1.0,
+        })
+        .map(|outcome| format!("{}: {}", outcome.name, outcome.worst))
+        .collect()
+}
+
+/// Asserts that some complaint begins with `expected`.
+fn assert_rejected(name: &str, subject: &BsdfSubject, expected: &str) {
+    let complaints = complaints(name, subject);
+    assert!(
+        complaints.iter().any(|c| c.starts_with(expected)),
+        "{name}: no complaint about {expected} among {complaints:?}"
+    );
+}
+
+#[test]
+fn a_right_microfacet_bsdf_passes() {
+    let complaints = complaints("GGX", &subject());
+    assert!(complaints.is_empty(), "{}", complaints.join("\n"));
+}
+
+#[test]
+fn faulty_microfacet_bsdfs_are_rejected() {
+    let faulty_eval = |wrong: fn(DVec3, DVec3) -> f64| {
+        let right = subject();
+        BsdfSubject {
+            eval: Box::new(move |wo, wi| eval(wo, wi) * wrong(wo, wi)),
+            ..right
+        }
+    };
+    assert_rejected("factor", &faulty_eval(|_, _| 1.01), "weight = f cos/pdf");
+    assert_rejected("factor, furnace", &faulty_eval(|_, _| 1.01), "furnace");
+    assert_rejected("asymmetric", &faulty_eval(|wo, _| wo.z), "reciprocity");
+    assert_rejected("gain", &faulty_eval(|_, _| 1.5), "energy bound");
+    assert_rejected(
+        "negative",
+        &faulty_eval(|_, _| -1.0),
+        "finite and not negative",
+    );
+    let lossless = subject().loss(Loss::None);
+    assert_rejected("undeclared loss", &lossless, "integral of the pdf");
+    let wrong_pdf = BsdfSubject {
+        pdf: Box::new(|wo, wi| 0.9 * pdf(wo, wi)),
+        ..subject()
+    };
+    assert_rejected("scaled pdf", &wrong_pdf, "chi-square");
+    // The classic slip: the sampled half vector's distribution without the visible normals.
+    let wrong_sampler = BsdfSubject {
+        sample: Box::new(|wo, [r1, r2, r3]| sample(wo, [r1 * r1, r2, r3])),
+        ..subject()
+    };
+    assert_rejected("wrong sampler", &wrong_sampler, "chi-square");
+    // Below the horizon instead of lost.
+    let leaking = BsdfSubject {
+        sample: Box::new(|wo, u| {
+            sample(wo, u).or(Some(BsdfSample {
+                wi: DVec3::NEG_Z,
+                weight: 0.0,
+                pdf: 1.0,
+            }))
+        }),
+        ..subject()
+    };
+    assert_rejected("leaking sampler", &leaking, "chi-square");
+}
