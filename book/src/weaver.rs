@@ -1,0 +1,423 @@
+//! Replaces directives and formulas on the pages.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use mdbook_driver::book::Book;
+
+use crate::bibliography::Bibliography;
+use crate::error::Problem;
+use crate::mathml::{Math, escape};
+use crate::results::{Recorded, Results};
+use crate::scan::{self, Directive, Page};
+use crate::{equations, listing, nearest, number};
+
+/// The directives that exist.
+const DIRECTIVES: [&str; 10] = [
+    "eq",
+    "ref",
+    "equations",
+    "tally",
+    "result",
+    "figure",
+    "code",
+    "cite",
+    "bibliography",
+    "experiments",
+];
+
+/// Where pages of the book are found by what they show.
+#[derive(Debug, Default)]
+struct Places {
+    equations: BTreeMap<String, PathBuf>,
+    bibliography: Option<PathBuf>,
+    experiments: Option<PathBuf>,
+}
+
+/// A link to a heading or another id, to be checked when the pages are written.
+#[derive(Debug)]
+pub struct Target {
+    /// The file and line of the link.
+    pub file: PathBuf,
+    /// From 1.
+    pub line: usize,
+    /// The page it leads to, relative to the pages.
+    pub page: PathBuf,
+    /// The id after `#`.
+    pub id: String,
+}
+
+/// Everything that pages may refer to, and what was found on them.
+pub struct Weaver<'a> {
+    /// The folder of the pages, for messages and links.
+    pub pages: &'a Path,
+    /// The project, for code.
+    pub sources: &'a Path,
+    /// Recorded results.
+    pub results: &'a Results,
+    /// Cited works.
+    pub bibliography: &'a Bibliography,
+    math: Math,
+    places: Places,
+    /// What is wrong so far.
+    pub problems: Vec<Problem>,
+    /// Figures to copy, as `EXPERIMENT/NAME` and file.
+    pub figures: BTreeMap<String, PathBuf>,
+    /// Links into pages.
+    pub targets: Vec<Target>,
+}
+
+/// The page in hand.
+struct Context<'a> {
+    path: &'a Path,
+    text: &'a str,
+    /// The chapter's number such as "4", and how many figures it has so far.
+    chapter: Option<String>,
+    figures: usize,
+}
+
+impl<'a> Weaver<'a> {
+    /// A weaver that has seen no page.
+    pub fn new(
+        pages: &'a Path,
+        sources: &'a Path,
+        results: &'a Results,
+        bibliography: &'a Bibliography,
+    ) -> Self {
+        Self {
+            pages,
+            sources,
+            results,
+            bibliography,
+            math: Math::new(),
+            places: Places::default(),
+            problems: Vec::new(),
+            figures: BTreeMap::new(),
+            targets: Vec::new(),
+        }
+    }
+
+    /// Replaces everything in every chapter; faults are collected in `problems`.
+    pub fn weave(&mut self, book: &mut Book) {
+        let mut scanned: BTreeMap<PathBuf, Page> = BTreeMap::new();
+        for chapter in book.chapters() {
+            if let Some(path) = &chapter.path {
+                let page = scan::page(&chapter.content);
+                self.place(path, &chapter.content, &page);
+                scanned.insert(path.clone(), page);
+            }
+        }
+        let known: BTreeSet<PathBuf> = scanned.keys().cloned().collect();
+        book.for_each_chapter_mut(|chapter| {
+            let Some(path) = chapter.path.clone() else {
+                return;
+            };
+            let Some(page) = scanned.remove(&path) else {
+                return;
+            };
+            let number = chapter.number.as_ref();
+            let mut context = Context {
+                path: &path,
+                text: &chapter.content,
+                chapter: number.map(|n| n.to_string().trim_end_matches('.').to_owned()),
+                figures: 0,
+            };
+            self.links(&context, &page, &known);
+            chapter.content = self.page(&mut context, page);
+        });
+        self.problems.sort();
+    }
+
+    /// Notes what a page shows.
+    fn place(&mut self, path: &Path, text: &str, page: &Page) {
+        for directive in &page.directives {
+            let arguments = &directive.arguments;
+            match (directive.name.as_str(), arguments.first()) {
+                ("eq", Some(id)) => {
+                    if let Some(first) = self.places.equations.get(id) {
+                        let message = format!(
+                            "equation \"{id}\" is already shown on {}; write {{{{#ref {id}}}}}",
+                            first.display()
+                        );
+                        self.problem(path, text, directive.span.start, message);
+                    } else {
+                        self.places.equations.insert(id.clone(), path.to_owned());
+                    }
+                }
+                ("bibliography", _) => self.places.bibliography = Some(path.to_owned()),
+                ("experiments", _) => self.places.experiments = Some(path.to_owned()),
+                _ => {}
+            }
+        }
+    }
+
+    fn problem(&mut self, path: &Path, text: &str, at: usize, message: impl Into<String>) {
+        let line = line(text, at);
+        self.problems
+            .push(Problem::new(self.pages.join(path), line, message));
+    }
+
+    /// A page with everything replaced.
+    fn page(&mut self, context: &mut Context<'_>, page: Page) -> String {
+        for (at, message) in page.problems {
+            self.problem(context.path, context.text, at, message);
+        }
+        let mut edits: Vec<(Range<usize>, String)> = Vec::new();
+        for formula in page.formulas {
+            match self.math.inline(&formula.latex, formula.display) {
+                Ok(html) => edits.push((formula.span, html)),
+                Err(message) => {
+                    self.problem(context.path, context.text, formula.span.start, message);
+                }
+            }
+        }
+        for directive in page.directives {
+            match self.directive(context, &directive) {
+                Ok(text) => edits.push((directive.span, text)),
+                Err(message) => {
+                    self.problem(context.path, context.text, directive.span.start, message);
+                }
+            }
+        }
+        edits.sort_by_key(|(span, _)| span.start);
+        let mut out = String::with_capacity(2 * context.text.len());
+        let mut from = 0;
+        for (span, text) in edits {
+            out.push_str(&context.text[from..span.start]);
+            out.push_str(&text);
+            from = span.end;
+        }
+        out.push_str(&context.text[from..]);
+        out
+    }
+
+    /// What stands in place of a directive.
+    fn directive(&mut self, context: &mut Context<'_>, directive: &Directive) -> Result<String, String> {
+        let words: Vec<&str> = directive.arguments.iter().map(String::as_str).collect();
+        let name = directive.name.as_str();
+        let inline = matches!(name, "ref" | "result" | "cite");
+        if !inline && DIRECTIVES.contains(&name) && !directive.alone {
+            return Err(format!("{{{{#{name}}}}} must stand alone on its line"));
+        }
+        let block = |html: String| format!("\n\n{html}\n\n");
+        match (name, &words[..]) {
+            ("eq", [id]) => equations::boxed(equations::find(id)?, &self.math).map(block),
+            ("ref", [id]) => self.reference(context, id),
+            ("equations", []) => {
+                let place = |id: &str| self.equation_address(context.path, id);
+                equations::matrix(&self.math, place).map(block)
+            }
+            ("tally", []) => Ok(block(equations::tally())),
+            ("result", [key]) => number::format(self.results.number(key)?, None),
+            ("result", [key, format]) => number::format(self.results.number(key)?, Some(format)),
+            ("figure", [name, caption]) => self.figure(context, name, caption).map(block),
+            ("code", [path, items @ ..]) if !items.is_empty() => self.code(path, items),
+            ("cite", [key]) => self.cite(context, key),
+            ("bibliography", []) => Ok(block(self.bibliography.list())),
+            ("experiments", []) => Ok(block(self.experiments())),
+            _ => Err(match usage(name) {
+                Some(usage) => format!("this directive is written {{{{#{usage}}}}}"),
+                None => {
+                    let hint = nearest::hint(name, DIRECTIVES);
+                    format!("unknown directive \"{name}\"{hint}")
+                }
+            }),
+        }
+    }
+
+    fn reference(&self, context: &Context<'_>, id: &str) -> Result<String, String> {
+        let equation = equations::find(id)?;
+        let address = self
+            .equation_address(context.path, id)
+            .ok_or_else(|| format!("no page shows equation \"{id}\"; add {{{{#eq {id}}}}} to one"))?;
+        Ok(format!(
+            "<a class=\"equation-ref\" href=\"{address}\">{}</a>",
+            equations::label(equation)
+        ))
+    }
+
+    fn equation_address(&self, from: &Path, id: &str) -> Option<String> {
+        let page = self.places.equations.get(id)?;
+        Some(address(from, page, &equations::fragment(id)))
+    }
+
+    fn cite(&self, context: &Context<'_>, key: &str) -> Result<String, String> {
+        let label = escape(&self.bibliography.work(key)?.label);
+        Ok(match &self.places.bibliography {
+            Some(page) => {
+                let address = address(context.path, page, &format!("cite-{key}"));
+                format!("<a class=\"citation\" href=\"{address}\">{label}</a>")
+            }
+            None => format!("<span class=\"citation\">{label}</span>"),
+        })
+    }
+
+    fn figure(&mut self, context: &mut Context<'_>, name: &str, caption: &str) -> Result<String, String> {
+        let (recorded, file) = self.results.figure(name)?;
+        if caption.trim().is_empty() {
+            return Err("a figure needs a caption that can be read alone".to_owned());
+        }
+        let html = self.math.text(caption)?;
+        context.figures += 1;
+        let label = match &context.chapter {
+            Some(chapter) => format!("Figure {chapter}.{}", context.figures),
+            None => format!("Figure {}", context.figures),
+        };
+        let experiment = match &self.places.experiments {
+            Some(page) => {
+                let address = address(context.path, page, &experiment_fragment(&recorded.id));
+                format!("<a href=\"{address}\">{}</a>", escape(&recorded.id))
+            }
+            None => escape(&recorded.id),
+        };
+        let figure = format!(
+            "<figure id=\"figure-{}\"><img src=\"{}figures/{}\" alt=\"{}\"><figcaption>\
+             <strong>{label}.</strong> {html} <span class=\"figure-source\">Experiment \
+             {experiment}; repeat with <code>{}</code>.</span></figcaption></figure>",
+            escape(&name.replace(['/', '.'], "-")),
+            to_root(context.path),
+            escape(name),
+            escape(caption),
+            escape(&recorded.command),
+        );
+        self.figures.insert(name.to_owned(), file);
+        Ok(figure)
+    }
+
+    fn code(&self, path: &str, items: &[&str]) -> Result<String, String> {
+        let source = listing::read(self.sources, path)?;
+        let listings = items
+            .iter()
+            .map(|item| listing::item(&source, item).map_err(|e| format!("{path}: {e}")))
+            .collect::<Result<Vec<_>, _>>()?;
+        let code: Vec<_> = listings.iter().map(|listing| listing.code.as_str()).collect();
+        let lines: Vec<_> = listings.iter().map(|l| l.line.to_string()).collect();
+        let plural = if lines.len() == 1 { "line" } else { "lines" };
+        Ok(format!(
+            "\n\n<p class=\"listing-source\"><code>{}</code>, {plural} {}</p>\n\n\
+             ``````rust,ignore,noplayground\n{}\n``````\n\n",
+            escape(path),
+            lines.join(", "),
+            code.join("\n\n"),
+        ))
+    }
+
+    /// The list of all recorded experiments.
+    fn experiments(&self) -> String {
+        let sections: Vec<String> = self.results.all().map(experiment).collect();
+        if sections.is_empty() {
+            return "<p>No results are recorded yet.</p>".to_owned();
+        }
+        sections.join("")
+    }
+
+    /// Checks the targets of links and images as far as the sources tell.
+    fn links(&mut self, context: &Context<'_>, page: &Page, known: &BTreeSet<PathBuf>) {
+        for (span, target) in &page.links {
+            let at = span.start;
+            let (file, id) = target.split_once('#').unwrap_or((target, ""));
+            if target.contains("://") || target.starts_with("//") || file.contains(':') {
+                let message = format!("link to the outside, {target}; cite the work instead");
+                self.problem(context.path, context.text, at, message);
+                continue;
+            }
+            let resolved = match file {
+                "" => context.path.to_owned(),
+                _ => join(context.path.parent().unwrap_or(Path::new("")), file),
+            };
+            if resolved.extension().is_some_and(|e| e == "md") {
+                if !known.contains(&resolved) {
+                    let names: Vec<_> = known.iter().filter_map(|p| p.to_str()).collect();
+                    let hint = nearest::hint(file, names);
+                    let message = format!("no page {file} in SUMMARY.md{hint}");
+                    self.problem(context.path, context.text, at, message);
+                } else if !id.is_empty() {
+                    self.targets.push(Target {
+                        file: self.pages.join(context.path),
+                        line: line(context.text, at),
+                        page: resolved,
+                        id: id.to_owned(),
+                    });
+                }
+            } else if !self.pages.join(&resolved).is_file() {
+                let message = format!("no file {file} beside this page");
+                self.problem(context.path, context.text, at, message);
+            }
+        }
+    }
+}
+
+/// The line of a byte, from 1.
+fn line(text: &str, at: usize) -> usize {
+    1 + text[..at].matches('\n').count()
+}
+
+/// How a directive is written.
+fn usage(name: &str) -> Option<&'static str> {
+    Some(match name {
+        "eq" => "eq ID",
+        "ref" => "ref ID",
+        "equations" => "equations",
+        "tally" => "tally",
+        "result" => "result EXPERIMENT.KEY [FORMAT]",
+        "figure" => "figure EXPERIMENT/NAME.svg \"caption\"",
+        "code" => "code PATH ITEM...",
+        "cite" => "cite KEY",
+        "bibliography" => "bibliography",
+        "experiments" => "experiments",
+        _ => return None,
+    })
+}
+
+/// `../` once per folder above the page.
+fn to_root(page: &Path) -> String {
+    "../".repeat(page.components().count().saturating_sub(1))
+}
+
+/// The relative address of an id on another page.
+fn address(from: &Path, page: &Path, id: &str) -> String {
+    let page = page.with_extension("html");
+    format!("{}{}#{id}", to_root(from), page.display())
+}
+
+/// `file` relative to `folder`, with `..` resolved.
+fn join(folder: &Path, file: &str) -> PathBuf {
+    let mut path = folder.to_owned();
+    for part in file.split('/') {
+        match part {
+            "." | "" => {}
+            ".." if path.pop() => {}
+            part => path.push(part),
+        }
+    }
+    path
+}
+
+/// The id of an experiment's place.
+fn experiment_fragment(id: &str) -> String {
+    format!("experiment-{id}")
+}
+
+/// What one experiment recorded.
+fn experiment(recorded: &Recorded) -> String {
+    let rows: String = recorded
+        .numbers
+        .iter()
+        .map(|(key, &value)| {
+            let value = number::format(value, None).unwrap_or_default();
+            format!("<tr><td><code>{}</code></td><td>{value}</td></tr>", escape(key))
+        })
+        .collect();
+    format!(
+        "<h2 id=\"{}\">{}</h2><p>Version {}, tier {}, seed {}. Repeat with <code>{}</code>.</p>\
+         <div class=\"table-wrapper\"><table><thead><tr><th>number</th><th>value</th></tr></thead>\
+         <tbody>{rows}</tbody></table></div>",
+        experiment_fragment(&recorded.id),
+        escape(&recorded.id),
+        escape(&recorded.version.to_string()),
+        escape(&recorded.tier),
+        recorded.seed,
+        escape(&recorded.command),
+    )
+}
