@@ -52,13 +52,21 @@ pub fn targets(targets: &[Target], out: &Path) -> Result<(), Error> {
 pub fn output(out: &Path) -> Result<(), Error> {
     let mut problems = Vec::new();
     for file in files(out)? {
-        let extension = file.extension().and_then(|e| e.to_str()).unwrap_or_default();
+        let extension = file
+            .extension()
+            .and_then(|e| e.to_str())
+            .unwrap_or_default();
         if !matches!(extension, "html" | "css") {
             continue;
         }
         let text = std::fs::read_to_string(&file).map_err(Error::io(&file))?;
         let marks: &[(&str, char)] = match extension {
-            "html" => &[(" src=\"", '"'), (" href=\"", '"'), (" srcset=\"", '"'), (" action=\"", '"')],
+            "html" => &[
+                (" src=\"", '"'),
+                (" href=\"", '"'),
+                (" srcset=\"", '"'),
+                (" action=\"", '"'),
+            ],
             _ => &[("url(", ')'), ("@import ", ';')],
         };
         for (at, address) in marks.iter().flat_map(|mark| addresses(&text, *mark)) {
@@ -125,7 +133,10 @@ fn wrong(file: &Path, text: &str, address: &str) -> Result<Option<String>, Error
     let found = if target == file {
         has_id(text, id)
     } else {
-        has_id(&std::fs::read_to_string(&target).map_err(Error::io(&target))?, id)
+        has_id(
+            &std::fs::read_to_string(&target).map_err(Error::io(&target))?,
+            id,
+        )
     };
     Ok((!found).then(|| format!("nothing with the id of address {address}")))
 }

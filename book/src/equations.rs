@@ -74,8 +74,9 @@ pub fn boxed(equation: &Equation, math: &Math) -> Result<String, String> {
 /// If a formula does not convert.
 pub fn matrix(math: &Math, place: impl Fn(&str) -> Option<String>) -> Result<String, String> {
     let mut html = String::from(
-        "<div class=\"table-wrapper\"><table class=\"matrix\"><thead><tr><th>No.</th>\
-         <th>Equation</th><th>Verdict</th><th>Finding and source</th></tr></thead><tbody>",
+        "<table class=\"matrix\"><thead><tr><th class=\"col-number\">No.</th>\
+         <th>Equation, finding, source</th><th class=\"col-verdict\">Verdict</th></tr></thead>\
+         <tbody>",
     );
     for equation in ALL {
         let title = typeset(equation.title);
@@ -88,28 +89,37 @@ pub fn matrix(math: &Math, place: impl Fn(&str) -> Option<String>) -> Result<Str
             _ => label(equation),
         };
         html.push_str(&format!(
-            "<tr><td class=\"nowrap\">{number}</td><td class=\"matrix-formula\">{title} \
-             <code>{}</code><div class=\"scroll\">{}</div></td><td>{}</td>\
-             <td class=\"matrix-finding\">{}<div class=\"equation-source\">{}</div></td></tr>",
+            "<tr><td class=\"nowrap\">{number}</td><td>{title} <code>{}</code>\
+             <div class=\"scroll\">{}</div>{}<div class=\"equation-source\">{}</div></td>\
+             <td>{}</td></tr>",
             equation.id,
             math.block(equation.latex, true)?,
-            badge(equation.verdict),
             typeset(equation.finding),
             typeset(equation.source),
+            badge(equation.verdict),
         ));
     }
-    html.push_str("</tbody></table></div>");
+    html.push_str("</tbody></table>");
     Ok(html)
 }
 
 /// How many equations have each verdict, as a table row of counts.
 pub fn tally() -> String {
-    let verdicts = [Verdict::Correct, Verdict::Trap, Verdict::Error, Verdict::Added];
+    let verdicts = [
+        Verdict::Correct,
+        Verdict::Trap,
+        Verdict::Error,
+        Verdict::Added,
+    ];
     let items: String = verdicts
         .iter()
         .map(|&verdict| {
             let count = ALL.iter().filter(|e| e.verdict == verdict).count();
-            format!("<li>{} <strong>{count}</strong> {}</li>", badge(verdict), meaning(verdict))
+            format!(
+                "<li>{} <strong>{count}</strong> <span>{}</span></li>",
+                badge(verdict),
+                meaning(verdict)
+            )
         })
         .collect();
     format!("<ul class=\"tally\">{items}</ul>")
@@ -135,7 +145,9 @@ fn name(verdict: Verdict) -> &'static str {
 fn meaning(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Correct => "right as printed",
-        Verdict::Trap => "right, but silent on a case or an assumption that breaks a literal program",
+        Verdict::Trap => {
+            "right, but silent on a case or an assumption that breaks a literal program"
+        }
         Verdict::Error => "wrong as printed",
         Verdict::Added => "not in the report, added because the report needs it",
     }

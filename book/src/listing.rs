@@ -244,10 +244,17 @@ mod tests {
 
     #[test]
     fn items_come_whole_with_their_documentation() {
-        assert_eq!(code("LIMIT"), "/// A constant.\npub const LIMIT: f64 = 1.0;");
+        assert_eq!(
+            code("LIMIT"),
+            "/// A constant.\npub const LIMIT: f64 = 1.0;"
+        );
         assert!(code("TABLE").ends_with("    2,\n];"));
         let twice = item(SOURCE, "twice").expect("twice");
-        assert!(twice.code.starts_with("/// Twice.\n///\n/// More.\n#[inline]\npub fn"));
+        assert!(
+            twice
+                .code
+                .starts_with("/// Twice.\n///\n/// More.\n#[inline]\npub fn")
+        );
         assert!(twice.code.ends_with("\n    2.0 * x\n}"));
         assert_eq!(twice.line, 16);
         assert_eq!(code("A"), "pub struct A;");
@@ -273,7 +280,12 @@ mod tests {
 
     #[test]
     fn paths_stay_inside_the_project() {
-        for path in ["../Cargo.toml", "/etc/passwd", "src/../../x.rs", "Cargo.toml"] {
+        for path in [
+            "../Cargo.toml",
+            "/etc/passwd",
+            "src/../../x.rs",
+            "Cargo.toml",
+        ] {
             assert!(read(Path::new("."), path).is_err(), "{path}");
         }
     }

@@ -112,7 +112,11 @@ pub fn typeset(text: &str) -> String {
             if c == '-' && between { '–' } else { c }
         })
         .collect();
-    escape(&ranged.replace("Möller-Trumbore", "Möller–Trumbore").replace("Oren-Nayar", "Oren–Nayar"))
+    escape(
+        &ranged
+            .replace("Möller-Trumbore", "Möller–Trumbore")
+            .replace("Oren-Nayar", "Oren–Nayar"),
+    )
 }
 
 /// Text without line ends.
@@ -128,7 +132,10 @@ mod tests {
     fn every_registered_formula_converts() {
         let math = Math::new();
         for equation in whitefurnace::equation::ALL {
-            for latex in [Some(equation.latex), equation.printed].into_iter().flatten() {
+            for latex in [Some(equation.latex), equation.printed]
+                .into_iter()
+                .flatten()
+            {
                 let mathml = math.block(latex, true);
                 assert!(mathml.is_ok(), "{}: {mathml:?}", equation.id);
             }
@@ -140,7 +147,10 @@ mod tests {
         let math = Math::new();
         let html = math.inline(r"a_1^* + [b] \| c | \backslash", false);
         let html = html.expect("valid LaTeX");
-        assert!(!html.contains(['*', '_', '[', ']', '|', '~', '\\', '`']), "{html}");
+        assert!(
+            !html.contains(['*', '_', '[', ']', '|', '~', '\\', '`']),
+            "{html}"
+        );
     }
 
     #[test]

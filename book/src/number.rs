@@ -12,9 +12,7 @@ pub fn format(value: f64, format: Option<&str>) -> Result<String, String> {
     let Some(format) = format else {
         return Ok(significant(value, DIGITS));
     };
-    let wrong = || {
-        format!("\"{format}\" is not a format; there is %.3f, %.3e, %.3g, %.1%, %d")
-    };
+    let wrong = || format!("\"{format}\" is not a format; there is %.3f, %.3e, %.3g, %.1%, %d");
     let body = format.strip_prefix('%').ok_or_else(wrong)?;
     if body == "d" {
         return if value.fract() == 0.0 && value.abs() < 1e15 {
@@ -88,7 +86,11 @@ fn grouped(value: f64) -> String {
         }
         text.push(digit);
     }
-    if value < 0.0 { format!("−{text}") } else { text }
+    if value < 0.0 {
+        format!("−{text}")
+    } else {
+        text
+    }
 }
 
 /// With a minus sign instead of a hyphen, and none before zero.

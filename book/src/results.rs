@@ -131,7 +131,9 @@ impl Results {
         let recorded = self.experiment(id)?;
         if !recorded.figures.iter().any(|figure| figure == file) {
             let hint = nearest::hint(file, recorded.figures.iter().map(String::as_str));
-            return Err(format!("experiment \"{id}\" recorded no figure \"{file}\"{hint}"));
+            return Err(format!(
+                "experiment \"{id}\" recorded no figure \"{file}\"{hint}"
+            ));
         }
         let path = self.folder.join(id).join(file);
         if !path.is_file() {

@@ -193,7 +193,11 @@ impl<'a> Weaver<'a> {
     }
 
     /// What stands in place of a directive.
-    fn directive(&mut self, context: &mut Context<'_>, directive: &Directive) -> Result<String, String> {
+    fn directive(
+        &mut self,
+        context: &mut Context<'_>,
+        directive: &Directive,
+    ) -> Result<String, String> {
         let words: Vec<&str> = directive.arguments.iter().map(String::as_str).collect();
         let name = directive.name.as_str();
         let inline = matches!(name, "ref" | "result" | "cite");
@@ -228,9 +232,9 @@ impl<'a> Weaver<'a> {
 
     fn reference(&self, context: &Context<'_>, id: &str) -> Result<String, String> {
         let equation = equations::find(id)?;
-        let address = self
-            .equation_address(context.path, id)
-            .ok_or_else(|| format!("no page shows equation \"{id}\"; add {{{{#eq {id}}}}} to one"))?;
+        let address = self.equation_address(context.path, id).ok_or_else(|| {
+            format!("no page shows equation \"{id}\"; add {{{{#eq {id}}}}} to one")
+        })?;
         Ok(format!(
             "<a class=\"equation-ref\" href=\"{address}\">{}</a>",
             equations::label(equation)
@@ -253,7 +257,12 @@ impl<'a> Weaver<'a> {
         })
     }
 
-    fn figure(&mut self, context: &mut Context<'_>, name: &str, caption: &str) -> Result<String, String> {
+    fn figure(
+        &mut self,
+        context: &mut Context<'_>,
+        name: &str,
+        caption: &str,
+    ) -> Result<String, String> {
         let (recorded, file) = self.results.figure(name)?;
         if caption.trim().is_empty() {
             return Err("a figure needs a caption that can be read alone".to_owned());
@@ -291,7 +300,10 @@ impl<'a> Weaver<'a> {
             .iter()
             .map(|item| listing::item(&source, item).map_err(|e| format!("{path}: {e}")))
             .collect::<Result<Vec<_>, _>>()?;
-        let code: Vec<_> = listings.iter().map(|listing| listing.code.as_str()).collect();
+        let code: Vec<_> = listings
+            .iter()
+            .map(|listing| listing.code.as_str())
+            .collect();
         let lines: Vec<_> = listings.iter().map(|l| l.line.to_string()).collect();
         let plural = if lines.len() == 1 { "line" } else { "lines" };
         Ok(format!(
@@ -406,7 +418,10 @@ fn experiment(recorded: &Recorded) -> String {
         .iter()
         .map(|(key, &value)| {
             let value = number::format(value, None).unwrap_or_default();
-            format!("<tr><td><code>{}</code></td><td>{value}</td></tr>", escape(key))
+            format!(
+                "<tr><td><code>{}</code></td><td>{value}</td></tr>",
+                escape(key)
+            )
         })
         .collect();
     format!(
