@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use mdbook_markdown::pulldown_cmark::{Event, Parser, Tag};
 
 use crate::error::{Error, Problem};
-use crate::weaver::Target;
+use crate::links::Target;
 
 /// Whether every page that `SUMMARY.md` names exists.
 ///

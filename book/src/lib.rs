@@ -21,6 +21,7 @@ pub mod bibliography;
 pub mod check;
 pub mod equations;
 pub mod error;
+pub mod links;
 pub mod listing;
 pub mod mathml;
 pub mod nearest;

@@ -112,11 +112,23 @@ pub fn typeset(text: &str) -> String {
             if c == '-' && between { '–' } else { c }
         })
         .collect();
-    escape(
-        &ranged
-            .replace("Möller-Trumbore", "Möller–Trumbore")
-            .replace("Oren-Nayar", "Oren–Nayar"),
-    )
+    let named = ranged
+        .replace("Möller-Trumbore", "Möller–Trumbore")
+        .replace("Oren-Nayar", "Oren–Nayar");
+    raised(&escape(&named).replace("f_r", "<i>f</i><sub>r</sub>"))
+}
+
+/// `a^(b+1)` with its exponent raised.
+fn raised(text: &str) -> String {
+    let mut parts = text.split("^(");
+    let mut html = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        match part.split_once(')') {
+            Some((exponent, rest)) => html.push_str(&format!("<sup>{exponent}</sup>{rest}")),
+            None => html.push_str(&format!("^({part}")),
+        }
+    }
+    html
 }
 
 /// Text without line ends.
@@ -163,5 +175,9 @@ mod tests {
     fn text_is_typeset() {
         assert_eq!(typeset("23(6), 343-349"), "23(6), 343–349");
         assert_eq!(typeset("1 - R < x-ray"), "1 − R &lt; x-ray");
+        assert_eq!(
+            typeset("f_r: −a^(b+1) of"),
+            "<i>f</i><sub>r</sub>: −a<sup>b+1</sup> of"
+        );
     }
 }

@@ -8,6 +8,7 @@ use mdbook_driver::book::Book;
 
 use crate::bibliography::Bibliography;
 use crate::error::Problem;
+use crate::links::{self, Target, address, line, to_root};
 use crate::mathml::{Math, escape};
 use crate::results::{Recorded, Results};
 use crate::scan::{self, Directive, Page};
@@ -33,19 +34,6 @@ struct Places {
     equations: BTreeMap<String, PathBuf>,
     bibliography: Option<PathBuf>,
     experiments: Option<PathBuf>,
-}
-
-/// A link to a heading or another id, to be checked when the pages are written.
-#[derive(Debug)]
-pub struct Target {
-    /// The file and line of the link.
-    pub file: PathBuf,
-    /// From 1.
-    pub line: usize,
-    /// The page it leads to, relative to the pages.
-    pub page: PathBuf,
-    /// The id after `#`.
-    pub id: String,
 }
 
 /// Everything that pages may refer to, and what was found on them.
@@ -123,7 +111,14 @@ impl<'a> Weaver<'a> {
                 chapter: number.map(|n| n.to_string().trim_end_matches('.').to_owned()),
                 figures: 0,
             };
-            self.links(&context, &page, &known);
+            self.targets.extend(links::check(
+                self.pages,
+                &path,
+                context.text,
+                &page,
+                &known,
+                &mut self.problems,
+            ));
             chapter.content = self.page(&mut context, page);
         });
         self.problems.sort();
@@ -166,7 +161,8 @@ impl<'a> Weaver<'a> {
         let mut edits: Vec<(Range<usize>, String)> = Vec::new();
         for formula in page.formulas {
             match self.math.inline(&formula.latex, formula.display) {
-                Ok(html) => edits.push((formula.span, html)),
+                Ok(html) if formula.display => edits.push((formula.span, html)),
+                Ok(html) => edits.push(keep_together(context.text, formula.span, &html)),
                 Err(message) => {
                     self.problem(context.path, context.text, formula.span.start, message);
                 }
@@ -323,46 +319,20 @@ impl<'a> Weaver<'a> {
         }
         sections.join("")
     }
-
-    /// Checks the targets of links and images as far as the sources tell.
-    fn links(&mut self, context: &Context<'_>, page: &Page, known: &BTreeSet<PathBuf>) {
-        for (span, target) in &page.links {
-            let at = span.start;
-            let (file, id) = target.split_once('#').unwrap_or((target, ""));
-            if target.contains("://") || target.starts_with("//") || file.contains(':') {
-                let message = format!("link to the outside, {target}; cite the work instead");
-                self.problem(context.path, context.text, at, message);
-                continue;
-            }
-            let resolved = match file {
-                "" => context.path.to_owned(),
-                _ => join(context.path.parent().unwrap_or(Path::new("")), file),
-            };
-            if resolved.extension().is_some_and(|e| e == "md") {
-                if !known.contains(&resolved) {
-                    let names: Vec<_> = known.iter().filter_map(|p| p.to_str()).collect();
-                    let hint = nearest::hint(file, names);
-                    let message = format!("no page {file} in SUMMARY.md{hint}");
-                    self.problem(context.path, context.text, at, message);
-                } else if !id.is_empty() {
-                    self.targets.push(Target {
-                        file: self.pages.join(context.path),
-                        line: line(context.text, at),
-                        page: resolved,
-                        id: id.to_owned(),
-                    });
-                }
-            } else if !self.pages.join(&resolved).is_file() {
-                let message = format!("no file {file} beside this page");
-                self.problem(context.path, context.text, at, message);
-            }
-        }
-    }
 }
 
-/// The line of a byte, from 1.
-fn line(text: &str, at: usize) -> usize {
-    1 + text[..at].matches('\n').count()
+/// A formula with the punctuation after it, so that no line begins with the punctuation.
+fn keep_together(text: &str, span: Range<usize>, html: &str) -> (Range<usize>, String) {
+    let after = &text[span.end..];
+    let length = after.len()
+        - after
+            .trim_start_matches([',', '.', ';', ':', ')', '?'])
+            .len();
+    if length == 0 {
+        return (span, html.to_owned());
+    }
+    let kept = format!("<span class=\"keep\">{html}{}</span>", &after[..length]);
+    (span.start..span.end + length, kept)
 }
 
 /// How a directive is written.
@@ -380,30 +350,6 @@ fn usage(name: &str) -> Option<&'static str> {
         "experiments" => "experiments",
         _ => return None,
     })
-}
-
-/// `../` once per folder above the page.
-fn to_root(page: &Path) -> String {
-    "../".repeat(page.components().count().saturating_sub(1))
-}
-
-/// The relative address of an id on another page.
-fn address(from: &Path, page: &Path, id: &str) -> String {
-    let page = page.with_extension("html");
-    format!("{}{}#{id}", to_root(from), page.display())
-}
-
-/// `file` relative to `folder`, with `..` resolved.
-fn join(folder: &Path, file: &str) -> PathBuf {
-    let mut path = folder.to_owned();
-    for part in file.split('/') {
-        match part {
-            "." | "" => {}
-            ".." if path.pop() => {}
-            part => path.push(part),
-        }
-    }
-    path
 }
 
 /// The id of an experiment's place.
