@@ -62,12 +62,10 @@ impl Bibliography {
         })
     }
 
-    /// The list of all works as HTML, sorted by author and year.
+    /// The list of all works as HTML, by key, which begins with the first author's name.
     pub fn list(&self) -> String {
-        let mut works: Vec<_> = self.works.iter().collect();
-        works.sort_by_key(|(key, work)| (&work.authors, work.year, *key));
         let mut html = String::from("<ul class=\"bibliography\">");
-        for (key, work) in works {
+        for (key, work) in &self.works {
             let doi = work.doi.as_ref().map_or_else(String::new, |doi| {
                 format!(" <span class=\"doi\">doi:{}</span>", escape(doi))
             });

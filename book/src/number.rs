@@ -109,7 +109,7 @@ mod tests {
     #[test]
     fn numbers_are_printed_as_asked() {
         let cases = [
-            (3.14159, None, "3.142"),
+            (2.71849, None, "2.718"),
             (0.0, None, "0"),
             (-0.000123456, None, "−0.0001235"),
             (0.0000123456, None, "1.235\u{a0}×\u{a0}10⁻⁵"),

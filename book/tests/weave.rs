@@ -349,14 +349,12 @@ fn the_real_book_weaves_twice_to_the_same_bytes_and_loads_nothing_from_outside()
         let name = name.as_ref().expect("inside");
         if name.extension().is_some_and(|e| e == "html") {
             let html = String::from_utf8_lossy(content);
-            // The namespace of inline icons and their licence comment are not fetched.
-            let html = html
-                .replace("http://www.w3.org/2000/svg", "")
-                .replace("https://fontawesome.com", "");
+            // Comments and the namespace of inline icons are not fetched.
+            let html = without_comments(&html).replace("http://www.w3.org/2000/svg", "");
             assert!(!html.contains("://"), "{} has an address", name.display());
             assert!(!html.contains("{{#"), "{} has a directive", name.display());
             assert!(
-                !html.contains("playground"),
+                !html.contains("\"playground\""),
                 "{} may call out",
                 name.display()
             );
@@ -368,6 +366,15 @@ fn the_real_book_weaves_twice_to_the_same_bytes_and_loads_nothing_from_outside()
             .any(|(file, _)| file.as_deref() == Ok(Path::new(name)))
     };
     assert!(has("searchindex.js") && has("index.html") && has("equations.html"));
+}
+
+/// HTML without its comments.
+fn without_comments(html: &str) -> String {
+    let mut parts = html.split("<!--");
+    let first = parts.next().unwrap_or_default().to_owned();
+    parts.fold(first, |text, part| {
+        text + part.split_once("-->").map_or("", |(_, rest)| rest)
+    })
 }
 
 #[test]
