@@ -40,7 +40,7 @@ impl fmt::Display for Problem {
 /// Why no book was woven.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The sources have faults; every one that was found, in the order of the pages.
+    /// The sources have faults; every one that was found, by file and line.
     #[error("{}", list(.0))]
     Problems(Vec<Problem>),
     /// A file could not be read or written.

@@ -19,6 +19,7 @@ use mdbook_driver::MDBook;
 
 pub mod bibliography;
 pub mod check;
+pub mod directives;
 pub mod equations;
 pub mod error;
 pub mod links;

@@ -2,8 +2,6 @@
 
 use math_core::{LatexToMathML, MathCoreConfig, MathDisplay};
 
-use crate::scan;
-
 /// Converts formulas.
 pub struct Math {
     converter: LatexToMathML,
@@ -27,7 +25,9 @@ impl Math {
         } else {
             MathDisplay::Inline
         };
-        match self.converter.convert_with_local_state(latex.trim(), mode) {
+        // TeX's negative space before \left undoes a space that MathML does not add.
+        let spaced = latex.trim().replace(r"\!\left", r"\left");
+        match self.converter.convert_with_local_state(&spaced, mode) {
             Ok(result) if result.warnings.has_undefined_references() => Err(format!(
                 "formula \"{}\" refers to a label that is not in it",
                 one_line(latex)
@@ -64,22 +64,6 @@ impl Math {
             out.push_str("</span>");
         }
         Ok(out)
-    }
-
-    /// Plain text with formulas as HTML.
-    ///
-    /// # Errors
-    /// As [`Self::block`].
-    pub fn text(&self, text: &str) -> Result<String, String> {
-        let mut html = String::new();
-        let mut from = 0;
-        for formula in scan::page(text).formulas {
-            html.push_str(&escape(&text[from..formula.span.start]));
-            html.push_str(&self.block(&formula.latex, formula.display)?);
-            from = formula.span.end;
-        }
-        html.push_str(&escape(&text[from..]));
-        Ok(html)
     }
 }
 

@@ -2,20 +2,28 @@
 
 /// Significant digits without a format.
 const DIGITS: usize = 4;
+/// Below this, integers are printed digit by digit.
+const LARGEST_INTEGER: f64 = 1e15;
 
 /// `value` in `format`: `%.3f` fixed, `%.3e` powers of ten, `%.3g` significant digits, `%.1%` per cent,
-/// `%d` an integer in groups of three. Without one, four significant digits.
+/// `%d` an integer in groups of three. Without one, integers as with `%d` and others with four
+/// significant digits. Powers of ten come as HTML.
 ///
 /// # Errors
 /// One line if the format is none of these, or `%d` meets a fraction.
 pub fn format(value: f64, format: Option<&str>) -> Result<String, String> {
+    let integer = value.fract() == 0.0 && value.abs() < LARGEST_INTEGER;
     let Some(format) = format else {
-        return Ok(significant(value, DIGITS));
+        return Ok(if integer {
+            grouped(value)
+        } else {
+            significant(value, DIGITS)
+        });
     };
     let wrong = || format!("\"{format}\" is not a format; there is %.3f, %.3e, %.3g, %.1%, %d");
     let body = format.strip_prefix('%').ok_or_else(wrong)?;
     if body == "d" {
-        return if value.fract() == 0.0 && value.abs() < 1e15 {
+        return if integer {
             Ok(grouped(value))
         } else {
             Err(format!("{value} is not an integer, which %d asks for"))
@@ -56,24 +64,15 @@ fn significant(value: f64, digits: usize) -> String {
     signed(&format!("{value:.decimals$}"))
 }
 
-/// 1.23 × 10⁻⁴.
+/// 1.23 × 10⁻⁴, with the exponent as HTML.
 fn scientific(value: f64, digits: usize) -> String {
     let text = format!("{value:.digits$e}");
     let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
-    let power: String = exponent
-        .chars()
-        .map(|c| match c {
-            '-' => '⁻',
-            '1' => '¹',
-            '2' => '²',
-            '3' => '³',
-            _ => c
-                .to_digit(10)
-                .and_then(|digit| char::from_u32(0x2070 + digit))
-                .unwrap_or(c),
-        })
-        .collect();
-    format!("{}\u{a0}×\u{a0}10{power}", signed(mantissa))
+    format!(
+        "{}\u{a0}×\u{a0}10<sup>{}</sup>",
+        signed(mantissa),
+        signed(exponent)
+    )
 }
 
 /// An integer with narrow spaces between groups of three, from five digits on.
@@ -111,13 +110,15 @@ mod tests {
         let cases = [
             (2.71849, None, "2.718"),
             (0.0, None, "0"),
+            (65536.0, None, "65\u{202f}536"),
+            (1e20, None, "1.000\u{a0}×\u{a0}10<sup>20</sup>"),
             (-0.000123456, None, "−0.0001235"),
-            (0.0000123456, None, "1.235\u{a0}×\u{a0}10⁻⁵"),
+            (0.0000123456, None, "1.235\u{a0}×\u{a0}10<sup>−5</sup>"),
             (99999.6, None, "100000"),
-            (999999.6, None, "1.000\u{a0}×\u{a0}10⁶"),
+            (999999.6, None, "1.000\u{a0}×\u{a0}10<sup>6</sup>"),
             (2.5, Some("%.3f"), "2.500"),
             (-0.0001, Some("%.2f"), "0.00"),
-            (-12345.0, Some("%.1e"), "−1.2\u{a0}×\u{a0}10⁴"),
+            (-12345.0, Some("%.1e"), "−1.2\u{a0}×\u{a0}10<sup>4</sup>"),
             (0.1001, Some("%.1%"), "10.0\u{202f}%"),
             (1234567.0, Some("%d"), "1\u{202f}234\u{202f}567"),
             (1234.0, Some("%d"), "1234"),

@@ -12,21 +12,7 @@ use crate::links::{self, Target, address, line, to_root};
 use crate::mathml::{Math, escape};
 use crate::results::{Recorded, Results};
 use crate::scan::{self, Directive, Page};
-use crate::{equations, listing, nearest, number};
-
-/// The directives that exist.
-const DIRECTIVES: [&str; 10] = [
-    "eq",
-    "ref",
-    "equations",
-    "tally",
-    "result",
-    "figure",
-    "code",
-    "cite",
-    "bibliography",
-    "experiments",
-];
+use crate::{directives, equations, listing, number};
 
 /// Where pages of the book are found by what they show.
 #[derive(Debug, Default)]
@@ -176,16 +162,7 @@ impl<'a> Weaver<'a> {
                 }
             }
         }
-        edits.sort_by_key(|(span, _)| span.start);
-        let mut out = String::with_capacity(2 * context.text.len());
-        let mut from = 0;
-        for (span, text) in edits {
-            out.push_str(&context.text[from..span.start]);
-            out.push_str(&text);
-            from = span.end;
-        }
-        out.push_str(&context.text[from..]);
-        out
+        replace(context.text, edits, str::to_owned)
     }
 
     /// What stands in place of a directive.
@@ -195,13 +172,15 @@ impl<'a> Weaver<'a> {
         directive: &Directive,
     ) -> Result<String, String> {
         let words: Vec<&str> = directive.arguments.iter().map(String::as_str).collect();
-        let name = directive.name.as_str();
-        let inline = matches!(name, "ref" | "result" | "cite");
-        if !inline && DIRECTIVES.contains(&name) && !directive.alone {
-            return Err(format!("{{{{#{name}}}}} must stand alone on its line"));
+        let kind = directives::find(&directive.name)?;
+        if !kind.inline && !directive.alone {
+            return Err(format!(
+                "{{{{#{}}}}} must stand alone on its line",
+                kind.name
+            ));
         }
         let block = |html: String| format!("\n\n{html}\n\n");
-        match (name, &words[..]) {
+        match (kind.name, &words[..]) {
             ("eq", [id]) => equations::boxed(equations::find(id)?, &self.math).map(block),
             ("ref", [id]) => self.reference(context, id),
             ("equations", []) => {
@@ -216,13 +195,7 @@ impl<'a> Weaver<'a> {
             ("cite", [key]) => self.cite(context, key),
             ("bibliography", []) => Ok(block(self.bibliography.list())),
             ("experiments", []) => Ok(block(self.experiments())),
-            _ => Err(match usage(name) {
-                Some(usage) => format!("this directive is written {{{{#{usage}}}}}"),
-                None => {
-                    let hint = nearest::hint(name, DIRECTIVES);
-                    format!("unknown directive \"{name}\"{hint}")
-                }
-            }),
+            _ => Err(format!("this directive is written {}", kind.usage())),
         }
     }
 
@@ -259,11 +232,12 @@ impl<'a> Weaver<'a> {
         name: &str,
         caption: &str,
     ) -> Result<String, String> {
-        let (recorded, file) = self.results.figure(name)?;
+        let results = self.results;
+        let (recorded, file) = results.figure(name)?;
         if caption.trim().is_empty() {
             return Err("a figure needs a caption that can be read alone".to_owned());
         }
-        let html = self.math.text(caption)?;
+        let html = self.caption(context, caption)?;
         context.figures += 1;
         let label = match &context.chapter {
             Some(chapter) => format!("Figure {chapter}.{}", context.figures),
@@ -277,17 +251,38 @@ impl<'a> Weaver<'a> {
             None => escape(&recorded.id),
         };
         let figure = format!(
-            "<figure id=\"figure-{}\"><img src=\"{}figures/{}\" alt=\"{}\"><figcaption>\
+            "<figure id=\"figure-{}\"><img src=\"{}figures/{}\" alt=\"{label}, \
+             described below\"><figcaption>\
              <strong>{label}.</strong> {html} <span class=\"figure-source\">Experiment \
              {experiment}; repeat with <code>{}</code>.</span></figcaption></figure>",
             escape(&name.replace(['/', '.'], "-")),
             to_root(context.path),
             escape(name),
-            escape(caption),
             escape(&recorded.command),
         );
         self.figures.insert(name.to_owned(), file);
         Ok(figure)
+    }
+
+    /// A caption as HTML: plain text with formulas and the directives of running text.
+    fn caption(&mut self, context: &mut Context<'_>, text: &str) -> Result<String, String> {
+        let page = scan::page(text);
+        if let Some((_, message)) = page.problems.into_iter().next() {
+            return Err(message);
+        }
+        let mut edits = Vec::new();
+        for formula in page.formulas {
+            let html = self.math.block(&formula.latex, formula.display)?;
+            edits.push((formula.span, html));
+        }
+        for directive in page.directives {
+            if !directives::find(&directive.name)?.inline {
+                return Err(format!("{{{{#{}}}}} inside a caption", directive.name));
+            }
+            let html = self.directive(context, &directive)?;
+            edits.push((directive.span, html));
+        }
+        Ok(replace(text, edits, escape))
     }
 
     fn code(&self, path: &str, items: &[&str]) -> Result<String, String> {
@@ -321,6 +316,24 @@ impl<'a> Weaver<'a> {
     }
 }
 
+/// `text` with spans replaced, and what is between them passed through `rest`.
+fn replace(
+    text: &str,
+    mut edits: Vec<(Range<usize>, String)>,
+    rest: impl Fn(&str) -> String,
+) -> String {
+    edits.sort_by_key(|(span, _)| span.start);
+    let mut out = String::with_capacity(2 * text.len());
+    let mut from = 0;
+    for (span, replacement) in edits {
+        out.push_str(&rest(&text[from..span.start]));
+        out.push_str(&replacement);
+        from = span.end;
+    }
+    out.push_str(&rest(&text[from..]));
+    out
+}
+
 /// A formula with the punctuation after it, so that no line begins with the punctuation.
 fn keep_together(text: &str, span: Range<usize>, html: &str) -> (Range<usize>, String) {
     let after = &text[span.end..];
@@ -333,23 +346,6 @@ fn keep_together(text: &str, span: Range<usize>, html: &str) -> (Range<usize>, S
     }
     let kept = format!("<span class=\"keep\">{html}{}</span>", &after[..length]);
     (span.start..span.end + length, kept)
-}
-
-/// How a directive is written.
-fn usage(name: &str) -> Option<&'static str> {
-    Some(match name {
-        "eq" => "eq ID",
-        "ref" => "ref ID",
-        "equations" => "equations",
-        "tally" => "tally",
-        "result" => "result EXPERIMENT.KEY [FORMAT]",
-        "figure" => "figure EXPERIMENT/NAME.svg \"caption\"",
-        "code" => "code PATH ITEM...",
-        "cite" => "cite KEY",
-        "bibliography" => "bibliography",
-        "experiments" => "experiments",
-        _ => return None,
-    })
 }
 
 /// The id of an experiment's place.

@@ -121,6 +121,14 @@ fn a_missing_figure_is_refused() {
     );
     refused("{{#figure demo/plot.svg \"\"}}", &["caption"]);
     refused(
+        "{{#figure demo/plot.svg \"See {{#result demo.no}}.\"}}",
+        &["recorded no number \"no\""],
+    );
+    refused(
+        "{{#figure demo/plot.svg \"See {{#eq ray}}.\"}}",
+        &["{{#eq}} inside a caption"],
+    );
+    refused(
         "{{#figure demo/plot.svg}}",
         &["is written {{#figure EXPERIMENT/NAME.svg"],
     );
@@ -292,13 +300,13 @@ fn equations_numbers_and_code_appear() {
 #[test]
 fn figures_carry_number_caption_and_command() {
     let book = Small::new(
-        "# Page\n\n{{#figure demo/plot.svg \"Error $\\sigma$ & more.\"}}\n\n{{#experiments}}\n",
+        "# Page\n\n{{#figure demo/plot.svg \"Error $\\sigma$ & {{#result demo.psnr %.1f}} dB.\"}}\n\n{{#experiments}}\n",
     );
     let html = book.html();
     for part in [
         "src=\"figures/demo/plot.svg\"",
         "Figure 1.1.",
-        "&amp; more.",
+        "&amp; 31.4 dB.",
         "<math>",
         "cargo run --release -- --only demo",
         "page.html#experiment-demo",
