@@ -1,1 +1,63 @@
-fn main() {}
+//! `cargo run --release -p book`: weaves the book and prints the path of its first page.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use book::{Options, weave};
+
+const HELP: &str = "\
+Weaves the whitefurnace book, offline.
+
+Usage: cargo run --release -p book -- [OPTIONS]
+
+Options:
+  --out DIR      where to write it [out/book]
+  --results DIR  recorded results to take numbers and figures from [book/recorded]
+  --help         this text";
+
+/// What the command line asks for; `None` for help.
+fn parse(arguments: impl IntoIterator<Item = String>) -> Result<Option<Options>, String> {
+    let mut options = Options::default();
+    let mut arguments = arguments.into_iter();
+    while let Some(argument) = arguments.next() {
+        let (name, value) = match argument.split_once('=') {
+            Some((name, value)) => (name, Some(value.to_owned())),
+            None => (argument.as_str(), None),
+        };
+        let target = match name {
+            "--help" | "-h" => return Ok(None),
+            "--out" => &mut options.out,
+            "--results" => &mut options.results,
+            _ => return Err(format!("unknown option {argument}; try --help")),
+        };
+        let value = value.or_else(|| arguments.next());
+        let value = value.filter(|value| !value.is_empty());
+        *target = PathBuf::from(value.ok_or_else(|| format!("{name} needs a folder"))?);
+    }
+    if !options.results.is_dir() {
+        return Err(format!(
+            "--results {} is not a folder",
+            options.results.display()
+        ));
+    }
+    Ok(Some(options))
+}
+
+fn main() -> ExitCode {
+    let outcome = parse(std::env::args().skip(1)).and_then(|options| match options {
+        Some(options) => weave(&options)
+            .map(|page| page.display().to_string())
+            .map_err(|error| error.to_string()),
+        None => Ok(HELP.to_owned()),
+    });
+    match outcome {
+        Ok(text) => {
+            println!("{text}");
+            ExitCode::SUCCESS
+        }
+        Err(text) => {
+            eprintln!("{text}");
+            ExitCode::from(2)
+        }
+    }
+}

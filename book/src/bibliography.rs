@@ -1,0 +1,83 @@
+//! The works that the book cites, from one TOML file.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::Deserialize;
+
+use crate::error::{Error, Problem};
+use crate::mathml::escape;
+use crate::nearest;
+
+/// A work.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Work {
+    /// How the text calls it, such as "Kajiya 1986".
+    pub label: String,
+    /// All authors.
+    pub authors: String,
+    /// Its title.
+    pub title: String,
+    /// Journal, volume and pages; proceedings; publisher.
+    pub venue: String,
+    /// When it was published.
+    pub year: u16,
+    /// Its digital object identifier, printed as text.
+    pub doi: Option<String>,
+}
+
+/// All works, by key.
+#[derive(Debug, Default)]
+pub struct Bibliography {
+    works: BTreeMap<String, Work>,
+}
+
+impl Bibliography {
+    /// Reads the file; a missing file holds none.
+    ///
+    /// # Errors
+    /// The line that is not as it should be.
+    pub fn load(file: &Path) -> Result<Self, Error> {
+        if !file.exists() {
+            return Ok(Self::default());
+        }
+        let text = std::fs::read_to_string(file).map_err(Error::io(file))?;
+        let works = toml::from_str(&text).map_err(|error| {
+            let at = error.span().map_or(0, |span| span.start);
+            let line = 1 + text[..at].matches('\n').count();
+            Error::Problems(vec![Problem::new(file, line, error.message())])
+        })?;
+        Ok(Self { works })
+    }
+
+    /// The work with this key.
+    ///
+    /// # Errors
+    /// One line that names the nearest key.
+    pub fn work(&self, key: &str) -> Result<&Work, String> {
+        self.works.get(key).ok_or_else(|| {
+            let hint = nearest::hint(key, self.works.keys().map(String::as_str));
+            format!("no work \"{key}\" in the bibliography{hint}")
+        })
+    }
+
+    /// The list of all works as HTML, by key, which begins with the first author's name.
+    pub fn list(&self) -> String {
+        let mut html = String::from("<ul class=\"bibliography\">");
+        for (key, work) in &self.works {
+            let doi = work.doi.as_ref().map_or_else(String::new, |doi| {
+                format!(" <span class=\"doi\">doi:{}</span>", escape(doi))
+            });
+            html.push_str(&format!(
+                "<li id=\"cite-{key}\">{} ({}). <em>{}</em>. {}.{doi}</li>",
+                escape(&work.authors),
+                work.year,
+                escape(&work.title),
+                escape(&work.venue),
+            ));
+        }
+        html.push_str("</ul>");
+        html
+    }
+}

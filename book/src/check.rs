@@ -1,0 +1,154 @@
+//! Checks that need the written pages or `SUMMARY.md`.
+
+use std::path::{Path, PathBuf};
+
+use mdbook_markdown::pulldown_cmark::{Event, Parser, Tag};
+
+use crate::error::{Error, Problem};
+use crate::links::Target;
+
+/// Whether every page that `SUMMARY.md` names exists.
+///
+/// # Errors
+/// The lines whose page is missing.
+pub fn summary(pages: &Path) -> Result<(), Error> {
+    let file = pages.join("SUMMARY.md");
+    let text = std::fs::read_to_string(&file).map_err(Error::io(&file))?;
+    let mut problems = Vec::new();
+    for (event, span) in Parser::new(&text).into_offset_iter() {
+        if let Event::Start(Tag::Link { dest_url, .. }) = event
+            && !dest_url.is_empty()
+            && !pages.join(dest_url.as_ref()).is_file()
+        {
+            let line = 1 + text[..span.start].matches('\n').count();
+            let message = format!("there is no page {dest_url}");
+            problems.push(Problem::new(&file, line, message));
+        }
+    }
+    fail_if(problems)
+}
+
+/// Whether the ids that links name exist on the written pages.
+///
+/// # Errors
+/// The lines whose target is missing.
+pub fn targets(targets: &[Target], out: &Path) -> Result<(), Error> {
+    let mut problems = Vec::new();
+    for target in targets {
+        let page = out.join(target.page.with_extension("html"));
+        let html = std::fs::read_to_string(&page).map_err(Error::io(&page))?;
+        if !has_id(&html, &target.id) {
+            let message = format!("no heading #{} on {}", target.id, target.page.display());
+            problems.push(Problem::new(&target.file, target.line, message));
+        }
+    }
+    fail_if(problems)
+}
+
+/// Whether the written pages load nothing from outside and link to nothing that does not exist.
+///
+/// # Errors
+/// The written files with the address that is wrong.
+pub fn output(out: &Path) -> Result<(), Error> {
+    let mut problems = Vec::new();
+    for file in files(out)? {
+        let extension = file
+            .extension()
+            .and_then(|e| e.to_str())
+            .unwrap_or_default();
+        if !matches!(extension, "html" | "css") {
+            continue;
+        }
+        let text = std::fs::read_to_string(&file).map_err(Error::io(&file))?;
+        let marks: &[(&str, char)] = match extension {
+            "html" => &[
+                (" src=\"", '"'),
+                (" href=\"", '"'),
+                (" srcset=\"", '"'),
+                (" action=\"", '"'),
+            ],
+            _ => &[("url(", ')'), ("@import ", ';')],
+        };
+        for (at, address) in marks.iter().flat_map(|mark| addresses(&text, *mark)) {
+            if let Some(message) = wrong(&file, &text, address)? {
+                let line = 1 + text[..at].matches('\n').count();
+                problems.push(Problem::new(&file, line, message));
+            }
+        }
+    }
+    problems.sort();
+    fail_if(problems)
+}
+
+/// Every file below `folder`.
+///
+/// # Errors
+/// If a folder cannot be read.
+pub fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(Error::io(folder))? {
+        let path = entry.map_err(Error::io(folder))?.path();
+        if path.is_dir() {
+            files.extend(self::files(&path)?);
+        } else {
+            files.push(path);
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
+/// The text between every `mark.0` and the next `mark.1`, with its place.
+fn addresses<'a>(
+    text: &'a str,
+    mark: (&'static str, char),
+) -> impl Iterator<Item = (usize, &'a str)> {
+    text.match_indices(mark.0).map(move |(at, found)| {
+        let rest = &text[at + found.len()..];
+        let end = rest.find(mark.1).unwrap_or(rest.len());
+        (at, rest[..end].trim_matches(['"', '\'', ' ']))
+    })
+}
+
+/// What is wrong with an address in `file`, whose text is `text`.
+fn wrong(file: &Path, text: &str, address: &str) -> Result<Option<String>, Error> {
+    if address.starts_with("data:") {
+        return Ok(None);
+    }
+    if address.contains("://") || address.starts_with("//") || address.starts_with('/') {
+        return Ok(Some(format!("address outside of the book: {address}")));
+    }
+    let (path, id) = address.split_once('#').unwrap_or((address, ""));
+    let path = path.split('?').next().unwrap_or_default();
+    let target = match path {
+        "" => file.to_owned(),
+        _ => file.parent().unwrap_or(Path::new("")).join(path),
+    };
+    if !target.is_file() {
+        return Ok(Some(format!("no file for address {address}")));
+    }
+    if id.is_empty() || target.extension().is_none_or(|e| e != "html") {
+        return Ok(None);
+    }
+    let found = if target == file {
+        has_id(text, id)
+    } else {
+        has_id(
+            &std::fs::read_to_string(&target).map_err(Error::io(&target))?,
+            id,
+        )
+    };
+    Ok((!found).then(|| format!("nothing with the id of address {address}")))
+}
+
+fn has_id(html: &str, id: &str) -> bool {
+    html.contains(&format!("id=\"{id}\""))
+}
+
+fn fail_if(problems: Vec<Problem>) -> Result<(), Error> {
+    if problems.is_empty() {
+        Ok(())
+    } else {
+        Err(Error::Problems(problems))
+    }
+}

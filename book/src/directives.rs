@@ -1,0 +1,54 @@
+//! The directives that exist.
+
+use crate::nearest;
+
+/// A directive that pages may use.
+pub struct Kind {
+    /// The word after `#`.
+    pub name: &'static str,
+    /// What follows it.
+    pub arguments: &'static str,
+    /// Whether it belongs into running text; the others stand alone on their lines.
+    pub inline: bool,
+}
+
+/// All of them.
+pub const ALL: [Kind; 10] = [
+    kind("eq", "ID", false),
+    kind("ref", "ID", true),
+    kind("equations", "", false),
+    kind("tally", "", false),
+    kind("result", "EXPERIMENT.KEY [FORMAT]", true),
+    kind("figure", "EXPERIMENT/NAME.svg \"caption\"", false),
+    kind("code", "PATH ITEM...", false),
+    kind("cite", "KEY", true),
+    kind("bibliography", "", false),
+    kind("experiments", "", false),
+];
+
+const fn kind(name: &'static str, arguments: &'static str, inline: bool) -> Kind {
+    Kind {
+        name,
+        arguments,
+        inline,
+    }
+}
+
+impl Kind {
+    /// How it is written.
+    pub fn usage(&self) -> String {
+        let text = format!("{} {}", self.name, self.arguments);
+        format!("{{{{#{}}}}}", text.trim_end())
+    }
+}
+
+/// The directive with this name.
+///
+/// # Errors
+/// One line that names the nearest.
+pub fn find(name: &str) -> Result<&'static Kind, String> {
+    ALL.iter().find(|kind| kind.name == name).ok_or_else(|| {
+        let hint = nearest::hint(name, ALL.iter().map(|kind| kind.name));
+        format!("unknown directive \"{name}\"{hint}")
+    })
+}

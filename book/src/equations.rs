@@ -1,0 +1,154 @@
+//! The registry's equations as HTML: the box on a chapter's page, and the matrix of all.
+
+use whitefurnace::equation::{ALL, Equation, Verdict, by_id};
+
+use crate::mathml::{Math, typeset};
+use crate::nearest;
+
+/// The equation with this id.
+///
+/// # Errors
+/// One line that names the nearest.
+pub fn find(id: &str) -> Result<&'static Equation, String> {
+    by_id(id).ok_or_else(|| {
+        let hint = nearest::hint(id, ALL.iter().map(|equation| equation.id));
+        format!("no equation \"{id}\" in the registry{hint}")
+    })
+}
+
+/// How the text calls an equation: its number, its section, or its title if the report lacks it.
+pub fn label(equation: &Equation) -> String {
+    match equation.number {
+        "" => equation.title.to_lowercase(),
+        section if section.contains('.') => format!("§ {section}"),
+        number => format!("({number})"),
+    }
+}
+
+/// The fragment of the place that shows an equation.
+pub fn fragment(id: &str) -> String {
+    format!("eq-{id}")
+}
+
+/// The box that shows an equation with our verdict; one line of HTML.
+///
+/// # Errors
+/// If one of its formulas does not convert.
+pub fn boxed(equation: &Equation, math: &Math) -> Result<String, String> {
+    let mut html = format!(
+        "<div class=\"equation verdict-{}\" id=\"{}\"><div class=\"equation-head\">\
+         <span class=\"equation-title\">{}</span>{}</div>",
+        name(equation.verdict),
+        fragment(equation.id),
+        typeset(equation.title),
+        badge(equation.verdict),
+    );
+    let number = match equation.number {
+        "" => String::new(),
+        _ => format!("<span class=\"equation-number\">{}</span>", label(equation)),
+    };
+    let formula = math.block(equation.latex, true)?;
+    html.push_str(&format!(
+        "<div class=\"equation-line\"><div class=\"scroll\">{formula}</div>{number}</div>"
+    ));
+    if let Some(printed) = equation.printed {
+        let printed = math.block(printed, true)?;
+        html.push_str(&format!(
+            "<div class=\"equation-printed\"><span class=\"equation-note\">As the report prints \
+             it:</span><div class=\"scroll\">{printed}</div></div>"
+        ));
+    }
+    html.push_str(&format!(
+        "<div class=\"equation-finding\">{}</div><div class=\"equation-source\">Source: {}. \
+         Registry: <code>{}</code>.</div></div>",
+        typeset(equation.finding),
+        typeset(equation.source),
+        equation.id,
+    ));
+    Ok(html)
+}
+
+/// The table of all equations. `place` gives the address of the page that shows one.
+///
+/// # Errors
+/// If a formula does not convert.
+pub fn matrix(math: &Math, place: impl Fn(&str) -> Option<String>) -> Result<String, String> {
+    let mut html = String::from(
+        "<table class=\"matrix\"><thead><tr><th class=\"col-number\">No.</th>\
+         <th>Equation, finding, source</th><th class=\"col-verdict\">Verdict</th></tr></thead>\
+         <tbody>",
+    );
+    for equation in ALL {
+        let title = typeset(equation.title);
+        let title = match place(equation.id) {
+            Some(address) => format!("<a href=\"{address}\">{title}</a>"),
+            None => title,
+        };
+        let number = match equation.number {
+            "" => "–".to_owned(),
+            _ => label(equation),
+        };
+        html.push_str(&format!(
+            "<tr><td class=\"nowrap\">{number}</td><td>{title} <code>{}</code>\
+             <div class=\"scroll\">{}</div>{}<div class=\"equation-source\">{}</div></td>\
+             <td>{}</td></tr>",
+            equation.id,
+            math.block(equation.latex, true)?,
+            typeset(equation.finding),
+            typeset(equation.source),
+            badge(equation.verdict),
+        ));
+    }
+    html.push_str("</tbody></table>");
+    Ok(html)
+}
+
+/// How many equations have each verdict, as a table row of counts.
+pub fn tally() -> String {
+    let verdicts = [
+        Verdict::Correct,
+        Verdict::Trap,
+        Verdict::Error,
+        Verdict::Added,
+    ];
+    let items: String = verdicts
+        .iter()
+        .map(|&verdict| {
+            let count = ALL.iter().filter(|e| e.verdict == verdict).count();
+            format!(
+                "<li>{} <strong>{count}</strong> <span>{}</span></li>",
+                badge(verdict),
+                meaning(verdict)
+            )
+        })
+        .collect();
+    format!("<ul class=\"tally\">{items}</ul>")
+}
+
+/// The verdict as a coloured word.
+fn badge(verdict: Verdict) -> String {
+    let name = name(verdict);
+    format!("<span class=\"badge badge-{name}\">{name}</span>")
+}
+
+/// The verdict in one word.
+fn name(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Correct => "correct",
+        Verdict::Trap => "trap",
+        Verdict::Error => "error",
+        Verdict::Added => "added",
+    }
+}
+
+/// The verdict in one clause.
+fn meaning(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Correct => "right as printed",
+        Verdict::Trap => {
+            "right, but silent on a case or an assumption that breaks a literal program"
+        }
+        Verdict::Error => "wrong as printed",
+        Verdict::Added => "not in the report, added because the report needs it",
+    }
+}

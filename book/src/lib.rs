@@ -1,0 +1,118 @@
+//! Weaves the whitefurnace book: mdBook as a library, with the project's equations, code, recorded
+//! numbers and figures put in by directives. Nothing is read from the network or the clock.
+//!
+//! | directive | puts in |
+//! |---|---|
+//! | `{{#eq ID}}` | an equation of the registry with its verdict, finding and source |
+//! | `{{#ref ID}}` | a link to the place that shows it |
+//! | `{{#result EXPERIMENT.KEY [FORMAT]}}` | a recorded number, see [`number::format`] |
+//! | `{{#figure EXPERIMENT/NAME.svg "caption"}}` | a recorded figure and the command that repeats it |
+//! | `{{#code PATH ITEM...}}` | items of a source file, see [`listing`] |
+//! | `{{#cite KEY}}` | a link into the bibliography |
+//! | `{{#equations}}`, `{{#tally}}`, `{{#experiments}}`, `{{#bibliography}}` | generated tables |
+//!
+//! Formulas are written `$…$` and `$$…$$`. Whatever is missing fails the build with file and line.
+
+use std::path::{Path, PathBuf};
+
+use mdbook_driver::MDBook;
+
+pub mod bibliography;
+pub mod check;
+pub mod directives;
+pub mod equations;
+pub mod error;
+pub mod links;
+pub mod listing;
+pub mod mathml;
+pub mod nearest;
+pub mod number;
+pub mod results;
+pub mod scan;
+pub mod weaver;
+
+pub use error::{Error, Problem};
+
+/// What to weave, and where to.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// The folder with `book.toml`, `bibliography.toml` and the pages.
+    pub book: PathBuf,
+    /// The project's folder, from which code is taken.
+    pub sources: PathBuf,
+    /// The folder of recorded results.
+    pub results: PathBuf,
+    /// The folder to write. What a former weave left there is removed.
+    pub out: PathBuf,
+}
+
+impl Default for Options {
+    /// This project's book with its recorded results, into `out/book`.
+    fn default() -> Self {
+        let book = Path::new(env!("CARGO_MANIFEST_DIR"));
+        Self {
+            book: book.to_owned(),
+            sources: book.parent().unwrap_or(book).to_owned(),
+            results: book.join("recorded"),
+            out: PathBuf::from("out/book"),
+        }
+    }
+}
+
+/// Weaves the book and returns the path of its first page.
+///
+/// # Errors
+/// Every fault of the sources with file and line; nothing is written then, unless only the written
+/// pages showed the fault.
+pub fn weave(options: &Options) -> Result<PathBuf, Error> {
+    let mdbook = |error: mdbook_driver::errors::Error| Error::Mdbook(format!("{error:#}"));
+    let book = brief(&options.book);
+    let out = std::path::absolute(&options.out).map_err(Error::io(&options.out))?;
+    refuse_strangers(&options.out)?;
+    let results = results::Results::load(&brief(&options.results))?;
+    let bibliography = bibliography::Bibliography::load(&book.join("bibliography.toml"))?;
+
+    let config = book.join("book.toml");
+    let mut config = mdbook_driver::config::Config::from_disk(&config).map_err(mdbook)?;
+    let pages = book.join(&config.book.src);
+    check::summary(&pages)?;
+    config.build.build_dir.clone_from(&out);
+    let mut mdbook_book = MDBook::load_with_config(&options.book, config).map_err(mdbook)?;
+
+    let mut weaver = weaver::Weaver::new(&pages, &options.sources, &results, &bibliography);
+    weaver.weave(&mut mdbook_book.book);
+    if !weaver.problems.is_empty() {
+        return Err(Error::Problems(weaver.problems));
+    }
+    mdbook_book.build().map_err(mdbook)?;
+    for (name, file) in &weaver.figures {
+        let copy = out.join("figures").join(name);
+        let folder = copy.parent().unwrap_or(&out);
+        std::fs::create_dir_all(folder).map_err(Error::io(folder))?;
+        std::fs::copy(file, &copy).map_err(Error::io(file))?;
+    }
+    check::targets(&weaver.targets, &out)?;
+    check::output(&out)?;
+    Ok(options.out.join("index.html"))
+}
+
+/// Refuses to empty a folder that holds something other than a woven book.
+fn refuse_strangers(out: &Path) -> Result<(), Error> {
+    if !out.exists() {
+        return Ok(());
+    }
+    let mut entries = std::fs::read_dir(out).map_err(Error::io(out))?;
+    let woven = out.join("index.html").is_file() && out.join("toc.js").is_file();
+    if entries.next().is_some() && !woven {
+        return Err(Error::Occupied(out.to_owned()));
+    }
+    Ok(())
+}
+
+/// `path` relative to the current folder where that is shorter, for messages.
+fn brief(path: &Path) -> PathBuf {
+    std::env::current_dir()
+        .ok()
+        .and_then(|here| path.strip_prefix(here).ok().map(Path::to_owned))
+        .unwrap_or_else(|| path.to_owned())
+}

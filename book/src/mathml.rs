@@ -1,0 +1,167 @@
+//! LaTeX to MathML, and text to HTML.
+
+use math_core::{LatexToMathML, MathCoreConfig, MathDisplay};
+
+/// Converts formulas.
+pub struct Math {
+    converter: LatexToMathML,
+}
+
+impl Math {
+    /// A converter without macros.
+    pub fn new() -> Self {
+        // Only macro definitions can fail, and there are none.
+        let converter = LatexToMathML::new(MathCoreConfig::default()).unwrap_or_default();
+        Self { converter }
+    }
+
+    /// A formula as MathML on one line, for an HTML block.
+    ///
+    /// # Errors
+    /// What is wrong with the LaTeX, in one line.
+    pub fn block(&self, latex: &str, display: bool) -> Result<String, String> {
+        let mode = if display {
+            MathDisplay::Block
+        } else {
+            MathDisplay::Inline
+        };
+        // TeX's negative space before \left undoes a space that MathML does not add.
+        let spaced = latex.trim().replace(r"\!\left", r"\left");
+        match self.converter.convert_with_local_state(&spaced, mode) {
+            Ok(result) if result.warnings.has_undefined_references() => Err(format!(
+                "formula \"{}\" refers to a label that is not in it",
+                one_line(latex)
+            )),
+            Ok(result) => Ok(result.mathml.replace('\n', " ")),
+            Err(error) => Err(format!(
+                "formula \"{}\": {}",
+                one_line(latex),
+                one_line(&error.to_string())
+            )),
+        }
+    }
+
+    /// A formula for running Markdown text: as [`Self::block`], with every character that Markdown
+    /// would read again written as a character reference.
+    ///
+    /// # Errors
+    /// As [`Self::block`].
+    pub fn inline(&self, latex: &str, display: bool) -> Result<String, String> {
+        let mathml = self.block(latex, display)?;
+        let mut out = String::with_capacity(2 * mathml.len());
+        if display {
+            out.push_str("<span class=\"formula\">");
+        }
+        for character in mathml.chars() {
+            match character {
+                '*' | '_' | '[' | ']' | '|' | '~' | '\\' | '`' | '$' | '\'' => {
+                    out.push_str(&format!("&#{};", u32::from(character)));
+                }
+                _ => out.push(character),
+            }
+        }
+        if display {
+            out.push_str("</span>");
+        }
+        Ok(out)
+    }
+}
+
+impl Default for Math {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Text for HTML content and quoted attributes.
+pub fn escape(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}
+
+/// The registry's plain text as HTML with the signs of print: minus signs, ranges of pages.
+pub fn typeset(text: &str) -> String {
+    let characters: Vec<char> = text.replace(" - ", " − ").chars().collect();
+    let is_digit = |at: Option<usize>| {
+        at.and_then(|at| characters.get(at))
+            .is_some_and(char::is_ascii_digit)
+    };
+    let ranged: String = characters
+        .iter()
+        .enumerate()
+        .map(|(at, &c)| {
+            let between = is_digit(at.checked_sub(1)) && is_digit(Some(at + 1));
+            if c == '-' && between { '–' } else { c }
+        })
+        .collect();
+    let named = ranged
+        .replace("Möller-Trumbore", "Möller–Trumbore")
+        .replace("Oren-Nayar", "Oren–Nayar");
+    raised(&escape(&named).replace("f_r", "<i>f</i><sub>r</sub>"))
+}
+
+/// `a^(b+1)` with its exponent raised.
+fn raised(text: &str) -> String {
+    let mut parts = text.split("^(");
+    let mut html = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        match part.split_once(')') {
+            Some((exponent, rest)) => html.push_str(&format!("<sup>{exponent}</sup>{rest}")),
+            None => html.push_str(&format!("^({part}")),
+        }
+    }
+    html
+}
+
+/// Text without line ends.
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_registered_formula_converts() {
+        let math = Math::new();
+        for equation in whitefurnace::equation::ALL {
+            for latex in [Some(equation.latex), equation.printed]
+                .into_iter()
+                .flatten()
+            {
+                let mathml = math.block(latex, true);
+                assert!(mathml.is_ok(), "{}: {mathml:?}", equation.id);
+            }
+        }
+    }
+
+    #[test]
+    fn inline_mathml_has_nothing_that_markdown_reads() {
+        let math = Math::new();
+        let html = math.inline(r"a_1^* + [b] \| c | \backslash", false);
+        let html = html.expect("valid LaTeX");
+        assert!(
+            !html.contains(['*', '_', '[', ']', '|', '~', '\\', '`']),
+            "{html}"
+        );
+    }
+
+    #[test]
+    fn an_unknown_command_is_named() {
+        let message = Math::new().block(r"\nosuch", true).expect_err("unknown");
+        assert!(message.contains("nosuch"), "{message}");
+    }
+
+    #[test]
+    fn text_is_typeset() {
+        assert_eq!(typeset("23(6), 343-349"), "23(6), 343–349");
+        assert_eq!(typeset("1 - R < x-ray"), "1 − R &lt; x-ray");
+        assert_eq!(
+            typeset("f_r: −a^(b+1) of"),
+            "<i>f</i><sub>r</sub>: −a<sup>b+1</sup> of"
+        );
+    }
+}

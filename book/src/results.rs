@@ -1,0 +1,166 @@
+//! Recorded results: one folder per experiment with `result.json` and figures beside it.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use crate::error::{Error, Problem};
+use crate::nearest;
+
+/// What an experiment recorded.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Recorded {
+    /// The experiment's name, also its folder's.
+    pub id: String,
+    /// The version that the experiment declared.
+    pub version: Version,
+    /// The command that repeats it.
+    pub command: String,
+    /// `quick` or `full`.
+    pub tier: String,
+    /// The seed it ran with.
+    pub seed: u64,
+    /// Named numbers.
+    pub numbers: BTreeMap<String, f64>,
+    /// Names of the figures beside the file.
+    pub figures: Vec<String>,
+}
+
+/// A version: a string, or a number.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(untagged)]
+pub enum Version {
+    /// Such as "1.2".
+    Text(String),
+    /// Such as 3.
+    Number(u64),
+}
+
+impl std::fmt::Display for Version {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Text(text) => out.write_str(text),
+            Self::Number(number) => write!(out, "{number}"),
+        }
+    }
+}
+
+/// All recorded results.
+#[derive(Debug, Default)]
+pub struct Results {
+    folder: PathBuf,
+    by_id: BTreeMap<String, Recorded>,
+}
+
+impl Results {
+    /// Reads every `*/result.json` of `folder`; a missing folder holds none.
+    ///
+    /// # Errors
+    /// The problems of all files that cannot be read or contradict themselves.
+    pub fn load(folder: &Path) -> Result<Self, Error> {
+        let mut results = Self {
+            folder: folder.to_owned(),
+            by_id: BTreeMap::new(),
+        };
+        if !folder.exists() {
+            return Ok(results);
+        }
+        let mut problems = Vec::new();
+        for entry in std::fs::read_dir(folder).map_err(Error::io(folder))? {
+            let entry = entry.map_err(Error::io(folder))?;
+            let file = entry.path().join("result.json");
+            if !file.is_file() {
+                continue;
+            }
+            let name = entry.file_name().to_string_lossy().into_owned();
+            match read(&file, &name) {
+                Ok(recorded) => {
+                    results.by_id.insert(name, recorded);
+                }
+                Err(problem) => problems.push(problem),
+            }
+        }
+        if problems.is_empty() {
+            Ok(results)
+        } else {
+            problems.sort();
+            Err(Error::Problems(problems))
+        }
+    }
+
+    /// Every experiment, by name.
+    pub fn all(&self) -> impl Iterator<Item = &Recorded> {
+        self.by_id.values()
+    }
+
+    /// The experiment with this name.
+    ///
+    /// # Errors
+    /// One line that names the nearest.
+    pub fn experiment(&self, id: &str) -> Result<&Recorded, String> {
+        self.by_id.get(id).ok_or_else(|| {
+            let hint = nearest::hint(id, self.by_id.keys().map(String::as_str));
+            format!("no recorded result of an experiment \"{id}\"{hint}")
+        })
+    }
+
+    /// The number `EXPERIMENT.KEY`; the key may itself have dots.
+    ///
+    /// # Errors
+    /// One line that names the nearest.
+    pub fn number(&self, name: &str) -> Result<f64, String> {
+        let (id, key) = name
+            .split_once('.')
+            .ok_or_else(|| format!("\"{name}\" is not of the form EXPERIMENT.KEY"))?;
+        let recorded = self.experiment(id)?;
+        recorded.numbers.get(key).copied().ok_or_else(|| {
+            let hint = nearest::hint(key, recorded.numbers.keys().map(String::as_str));
+            format!("experiment \"{id}\" recorded no number \"{key}\"{hint}")
+        })
+    }
+
+    /// The experiment and the file of the figure `EXPERIMENT/NAME`.
+    ///
+    /// # Errors
+    /// One line that names the nearest.
+    pub fn figure(&self, name: &str) -> Result<(&Recorded, PathBuf), String> {
+        let (id, file) = name
+            .split_once('/')
+            .ok_or_else(|| format!("\"{name}\" is not of the form EXPERIMENT/NAME.svg"))?;
+        let recorded = self.experiment(id)?;
+        if !recorded.figures.iter().any(|figure| figure == file) {
+            let hint = nearest::hint(file, recorded.figures.iter().map(String::as_str));
+            return Err(format!(
+                "experiment \"{id}\" recorded no figure \"{file}\"{hint}"
+            ));
+        }
+        let path = self.folder.join(id).join(file);
+        if !path.is_file() {
+            return Err(format!(
+                "figure \"{name}\" is recorded, but {} is missing; run {}",
+                path.display(),
+                recorded.command
+            ));
+        }
+        Ok((recorded, path))
+    }
+}
+
+/// One `result.json`.
+fn read(file: &Path, folder: &str) -> Result<Recorded, Problem> {
+    let text = std::fs::read_to_string(file)
+        .map_err(|error| Problem::new(file, 1, format!("cannot be read: {error}")))?;
+    let recorded: Recorded = serde_json::from_str(&text)
+        .map_err(|error| Problem::new(file, error.line().max(1), error.to_string()))?;
+    if recorded.id != folder {
+        let message = format!("the id is \"{}\", but the folder \"{folder}\"", recorded.id);
+        return Err(Problem::new(file, 1, message));
+    }
+    let plain = |name: &String| !name.contains(['/', '\\']) && !name.starts_with('.');
+    if let Some(name) = recorded.figures.iter().find(|name| !plain(name)) {
+        let message = format!("\"{name}\" is not the name of a file beside this one");
+        return Err(Problem::new(file, 1, message));
+    }
+    Ok(recorded)
+}

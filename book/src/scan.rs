@@ -1,0 +1,235 @@
+//! Reads one page: where its directives, formulas, links and code are.
+
+use std::ops::Range;
+
+use mdbook_markdown::pulldown_cmark::{
+    BrokenLink, CodeBlockKind, CowStr, Event, LinkType, Options, Parser, Tag,
+};
+
+/// A directive `{{#name arguments}}` outside of code.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Directive {
+    /// From the opening to the closing braces.
+    pub span: Range<usize>,
+    /// The word after `#`.
+    pub name: String,
+    /// Words, and quoted texts without their quotes.
+    pub arguments: Vec<String>,
+    /// Whether nothing else stands on its lines.
+    pub alone: bool,
+}
+
+/// A formula `$…$` or `$$…$$`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Formula {
+    /// With its dollar signs.
+    pub span: Range<usize>,
+    /// What is between them.
+    pub latex: String,
+    /// Whether it stands on its own line.
+    pub display: bool,
+}
+
+/// Everything on a page that the weave touches. Spans are in bytes.
+#[derive(Debug, Default)]
+pub struct Page {
+    /// In order of appearance.
+    pub directives: Vec<Directive>,
+    /// In order of appearance, directives' arguments excluded.
+    pub formulas: Vec<Formula>,
+    /// Link and image targets.
+    pub links: Vec<(Range<usize>, String)>,
+    /// What is wrong with the Markdown itself.
+    pub problems: Vec<(usize, String)>,
+}
+
+/// The Markdown options of mdBook's HTML renderer, with formulas.
+fn options() -> Options {
+    Options::ENABLE_TABLES
+        | Options::ENABLE_FOOTNOTES
+        | Options::ENABLE_STRIKETHROUGH
+        | Options::ENABLE_TASKLISTS
+        | Options::ENABLE_HEADING_ATTRIBUTES
+        | Options::ENABLE_SMART_PUNCTUATION
+        | Options::ENABLE_DEFINITION_LIST
+        | Options::ENABLE_GFM
+        | Options::ENABLE_MATH
+}
+
+/// Reads a page.
+pub fn page(text: &str) -> Page {
+    let mut page = Page::default();
+    let mut code = Vec::new();
+    let mut formulas = Vec::new();
+    let mut broken = Vec::new();
+    let mut on_broken = |link: BrokenLink<'_>| -> Option<(CowStr<'_>, CowStr<'_>)> {
+        if matches!(link.link_type, LinkType::Reference | LinkType::Collapsed) {
+            let message = format!("link to \"{}\", which is not defined", link.reference);
+            broken.push((link.span.start, message));
+        }
+        None
+    };
+    let parser = Parser::new_with_broken_link_callback(text, options(), Some(&mut on_broken));
+    for (event, span) in parser.into_offset_iter() {
+        match event {
+            Event::Code(_) => code.push(span),
+            Event::Start(Tag::CodeBlock(kind)) => {
+                if let CodeBlockKind::Fenced(info) = kind
+                    && is_rust(&info)
+                {
+                    let message = "Rust code typed into the page; take it from the source with \
+                                   {{#code PATH ITEM}}";
+                    page.problems.push((span.start, message.to_owned()));
+                }
+                code.push(span);
+            }
+            Event::InlineMath(latex) => formulas.push((span, latex.into_string(), false)),
+            Event::DisplayMath(latex) => formulas.push((span, latex.into_string(), true)),
+            Event::Start(Tag::Link { dest_url, .. } | Tag::Image { dest_url, .. }) => {
+                page.links.push((span, dest_url.into_string()));
+            }
+            _ => {}
+        }
+    }
+    page.problems.extend(broken);
+    directives(text, &code, &mut page);
+    for (span, latex, display) in formulas {
+        let inside = |outer: &Range<usize>| outer.start <= span.start && span.end <= outer.end;
+        if page.directives.iter().any(|d| inside(&d.span)) {
+            continue;
+        }
+        let overlaps = |d: &Directive| d.span.start < span.end && span.start < d.span.end;
+        if page.directives.iter().any(overlaps) {
+            let message = "a directive inside a formula; put it beside the formula";
+            page.problems.push((span.start, message.to_owned()));
+            continue;
+        }
+        page.formulas.push(Formula {
+            span,
+            latex,
+            display,
+        });
+    }
+    page
+}
+
+/// Whether a fence's info string says Rust.
+fn is_rust(info: &str) -> bool {
+    let language = info
+        .split([',', ' ', '\t', '{'])
+        .next()
+        .unwrap_or_default()
+        .to_ascii_lowercase();
+    matches!(language.as_str(), "rust" | "rs")
+}
+
+/// Finds the directives outside of the code spans.
+fn directives(text: &str, code: &[Range<usize>], page: &mut Page) {
+    let mut from = 0;
+    while let Some(found) = text[from..].find("{{#") {
+        let start = from + found;
+        if let Some(span) = code.iter().find(|span| span.contains(&start)) {
+            from = span.end;
+            continue;
+        }
+        let inner = start + 3;
+        let Some(end) = closing(&text[inner..]).map(|length| inner + length) else {
+            let message = "this directive is not closed by }}";
+            page.problems.push((start, message.to_owned()));
+            return;
+        };
+        from = end + 2;
+        let mut words = words(&text[inner..end]);
+        if words.is_empty() {
+            page.problems
+                .push((start, "a directive without a name".to_owned()));
+            continue;
+        }
+        let before = text[..start].rsplit('\n').next().unwrap_or_default();
+        let after = text[from..].split('\n').next().unwrap_or_default();
+        page.directives.push(Directive {
+            span: start..from,
+            name: words.remove(0),
+            arguments: words,
+            alone: before.trim().is_empty() && after.trim().is_empty(),
+        });
+    }
+}
+
+/// Where the `}}` outside of quotes is.
+fn closing(text: &str) -> Option<usize> {
+    let mut quoted = false;
+    for (at, character) in text.char_indices() {
+        match character {
+            '"' => quoted = !quoted,
+            '}' if !quoted && text[at..].starts_with("}}") => return Some(at),
+            _ => {}
+        }
+    }
+    None
+}
+
+/// Splits at white space outside of quotes; line ends in quotes become spaces.
+fn words(text: &str) -> Vec<String> {
+    let mut words = Vec::new();
+    for (index, part) in text.split('"').enumerate() {
+        if index % 2 == 1 {
+            words.push(part.split_whitespace().collect::<Vec<_>>().join(" "));
+        } else {
+            words.extend(part.split_whitespace().map(str::to_owned));
+        }
+    }
+    words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directives_in_code_are_left_alone() {
+        let text = "`{{#eq a}}` and {{#eq b}}\n\n```text\n{{#eq c}}\n```\n";
+        let names: Vec<_> = page(text)
+            .directives
+            .into_iter()
+            .map(|d| d.arguments)
+            .collect();
+        assert_eq!(names, [["b"]]);
+    }
+
+    #[test]
+    fn quotes_hold_braces_spaces_and_formulas() {
+        let found = page("{{#figure a/b.svg \"one $\\frac{a}{b_{c}}$\ntwo\"}}\n");
+        let directive = &found.directives[0];
+        assert!(directive.alone && found.formulas.is_empty());
+        assert_eq!(
+            directive.arguments,
+            ["a/b.svg", "one $\\frac{a}{b_{c}}$ two"]
+        );
+    }
+
+    #[test]
+    fn rust_fences_are_problems_and_other_fences_are_not() {
+        for info in ["rust", "Rust", "rs", "rust,ignore", "rust ignore"] {
+            assert_eq!(
+                page(&format!("```{info}\nfn f() {{}}\n```\n"))
+                    .problems
+                    .len(),
+                1,
+                "{info}"
+            );
+        }
+        assert!(page("```sh\nls\n```\n").problems.is_empty());
+    }
+
+    #[test]
+    fn formulas_are_found_outside_of_code_only() {
+        let found = page("$a_1$ `$b$` and $$c$$");
+        let latex: Vec<_> = found
+            .formulas
+            .iter()
+            .map(|f| (f.latex.as_str(), f.display))
+            .collect();
+        assert_eq!(latex, [("a_1", false), ("c", true)]);
+    }
+}

@@ -1,0 +1,380 @@
+//! Replaces directives and formulas on the pages.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use mdbook_driver::book::Book;
+
+use crate::bibliography::Bibliography;
+use crate::error::Problem;
+use crate::links::{self, Target, address, line, to_root};
+use crate::mathml::{Math, escape};
+use crate::results::{Recorded, Results};
+use crate::scan::{self, Directive, Page};
+use crate::{directives, equations, listing, number};
+
+/// Where pages of the book are found by what they show.
+#[derive(Debug, Default)]
+struct Places {
+    equations: BTreeMap<String, PathBuf>,
+    bibliography: Option<PathBuf>,
+    experiments: Option<PathBuf>,
+}
+
+/// Everything that pages may refer to, and what was found on them.
+pub struct Weaver<'a> {
+    /// The folder of the pages, for messages and links.
+    pub pages: &'a Path,
+    /// The project, for code.
+    pub sources: &'a Path,
+    /// Recorded results.
+    pub results: &'a Results,
+    /// Cited works.
+    pub bibliography: &'a Bibliography,
+    math: Math,
+    places: Places,
+    /// What is wrong so far.
+    pub problems: Vec<Problem>,
+    /// Figures to copy, as `EXPERIMENT/NAME` and file.
+    pub figures: BTreeMap<String, PathBuf>,
+    /// Links into pages.
+    pub targets: Vec<Target>,
+}
+
+/// The page in hand.
+struct Context<'a> {
+    path: &'a Path,
+    text: &'a str,
+    /// The chapter's number such as "4", and how many figures it has so far.
+    chapter: Option<String>,
+    figures: usize,
+}
+
+impl<'a> Weaver<'a> {
+    /// A weaver that has seen no page.
+    pub fn new(
+        pages: &'a Path,
+        sources: &'a Path,
+        results: &'a Results,
+        bibliography: &'a Bibliography,
+    ) -> Self {
+        Self {
+            pages,
+            sources,
+            results,
+            bibliography,
+            math: Math::new(),
+            places: Places::default(),
+            problems: Vec::new(),
+            figures: BTreeMap::new(),
+            targets: Vec::new(),
+        }
+    }
+
+    /// Replaces everything in every chapter; faults are collected in `problems`.
+    pub fn weave(&mut self, book: &mut Book) {
+        let mut scanned: BTreeMap<PathBuf, Page> = BTreeMap::new();
+        for chapter in book.chapters() {
+            if let Some(path) = &chapter.path {
+                let page = scan::page(&chapter.content);
+                self.place(path, &chapter.content, &page);
+                scanned.insert(path.clone(), page);
+            }
+        }
+        let known: BTreeSet<PathBuf> = scanned.keys().cloned().collect();
+        book.for_each_chapter_mut(|chapter| {
+            let Some(path) = chapter.path.clone() else {
+                return;
+            };
+            let Some(page) = scanned.remove(&path) else {
+                return;
+            };
+            let number = chapter.number.as_ref();
+            let mut context = Context {
+                path: &path,
+                text: &chapter.content,
+                chapter: number.map(|n| n.to_string().trim_end_matches('.').to_owned()),
+                figures: 0,
+            };
+            self.targets.extend(links::check(
+                self.pages,
+                &path,
+                context.text,
+                &page,
+                &known,
+                &mut self.problems,
+            ));
+            chapter.content = self.page(&mut context, page);
+        });
+        self.problems.sort();
+    }
+
+    /// Notes what a page shows.
+    fn place(&mut self, path: &Path, text: &str, page: &Page) {
+        for directive in &page.directives {
+            let arguments = &directive.arguments;
+            match (directive.name.as_str(), arguments.first()) {
+                ("eq", Some(id)) => {
+                    if let Some(first) = self.places.equations.get(id) {
+                        let message = format!(
+                            "equation \"{id}\" is already shown on {}; write {{{{#ref {id}}}}}",
+                            first.display()
+                        );
+                        self.problem(path, text, directive.span.start, message);
+                    } else {
+                        self.places.equations.insert(id.clone(), path.to_owned());
+                    }
+                }
+                ("bibliography", _) => self.places.bibliography = Some(path.to_owned()),
+                ("experiments", _) => self.places.experiments = Some(path.to_owned()),
+                _ => {}
+            }
+        }
+    }
+
+    fn problem(&mut self, path: &Path, text: &str, at: usize, message: impl Into<String>) {
+        let line = line(text, at);
+        self.problems
+            .push(Problem::new(self.pages.join(path), line, message));
+    }
+
+    /// A page with everything replaced.
+    fn page(&mut self, context: &mut Context<'_>, page: Page) -> String {
+        for (at, message) in page.problems {
+            self.problem(context.path, context.text, at, message);
+        }
+        let mut edits: Vec<(Range<usize>, String)> = Vec::new();
+        for formula in page.formulas {
+            match self.math.inline(&formula.latex, formula.display) {
+                Ok(html) if formula.display => edits.push((formula.span, html)),
+                Ok(html) => edits.push(keep_together(context.text, formula.span, &html)),
+                Err(message) => {
+                    self.problem(context.path, context.text, formula.span.start, message);
+                }
+            }
+        }
+        for directive in page.directives {
+            match self.directive(context, &directive) {
+                Ok(text) => edits.push((directive.span, text)),
+                Err(message) => {
+                    self.problem(context.path, context.text, directive.span.start, message);
+                }
+            }
+        }
+        replace(context.text, edits, str::to_owned)
+    }
+
+    /// What stands in place of a directive.
+    fn directive(
+        &mut self,
+        context: &mut Context<'_>,
+        directive: &Directive,
+    ) -> Result<String, String> {
+        let words: Vec<&str> = directive.arguments.iter().map(String::as_str).collect();
+        let kind = directives::find(&directive.name)?;
+        if !kind.inline && !directive.alone {
+            return Err(format!(
+                "{{{{#{}}}}} must stand alone on its line",
+                kind.name
+            ));
+        }
+        let block = |html: String| format!("\n\n{html}\n\n");
+        match (kind.name, &words[..]) {
+            ("eq", [id]) => equations::boxed(equations::find(id)?, &self.math).map(block),
+            ("ref", [id]) => self.reference(context, id),
+            ("equations", []) => {
+                let place = |id: &str| self.equation_address(context.path, id);
+                equations::matrix(&self.math, place).map(block)
+            }
+            ("tally", []) => Ok(block(equations::tally())),
+            ("result", [key]) => number::format(self.results.number(key)?, None),
+            ("result", [key, format]) => number::format(self.results.number(key)?, Some(format)),
+            ("figure", [name, caption]) => self.figure(context, name, caption).map(block),
+            ("code", [path, items @ ..]) if !items.is_empty() => self.code(path, items),
+            ("cite", [key]) => self.cite(context, key),
+            ("bibliography", []) => Ok(block(self.bibliography.list())),
+            ("experiments", []) => Ok(block(self.experiments())),
+            _ => Err(format!("this directive is written {}", kind.usage())),
+        }
+    }
+
+    fn reference(&self, context: &Context<'_>, id: &str) -> Result<String, String> {
+        let equation = equations::find(id)?;
+        let address = self.equation_address(context.path, id).ok_or_else(|| {
+            format!("no page shows equation \"{id}\"; add {{{{#eq {id}}}}} to one")
+        })?;
+        Ok(format!(
+            "<a class=\"equation-ref\" href=\"{address}\">{}</a>",
+            equations::label(equation)
+        ))
+    }
+
+    fn equation_address(&self, from: &Path, id: &str) -> Option<String> {
+        let page = self.places.equations.get(id)?;
+        Some(address(from, page, &equations::fragment(id)))
+    }
+
+    fn cite(&self, context: &Context<'_>, key: &str) -> Result<String, String> {
+        let label = escape(&self.bibliography.work(key)?.label);
+        Ok(match &self.places.bibliography {
+            Some(page) => {
+                let address = address(context.path, page, &format!("cite-{key}"));
+                format!("<a class=\"citation\" href=\"{address}\">{label}</a>")
+            }
+            None => format!("<span class=\"citation\">{label}</span>"),
+        })
+    }
+
+    fn figure(
+        &mut self,
+        context: &mut Context<'_>,
+        name: &str,
+        caption: &str,
+    ) -> Result<String, String> {
+        let results = self.results;
+        let (recorded, file) = results.figure(name)?;
+        if caption.trim().is_empty() {
+            return Err("a figure needs a caption that can be read alone".to_owned());
+        }
+        let html = self.caption(context, caption)?;
+        context.figures += 1;
+        let label = match &context.chapter {
+            Some(chapter) => format!("Figure {chapter}.{}", context.figures),
+            None => format!("Figure {}", context.figures),
+        };
+        let experiment = match &self.places.experiments {
+            Some(page) => {
+                let address = address(context.path, page, &experiment_fragment(&recorded.id));
+                format!("<a href=\"{address}\">{}</a>", escape(&recorded.id))
+            }
+            None => escape(&recorded.id),
+        };
+        let figure = format!(
+            "<figure id=\"figure-{}\"><img src=\"{}figures/{}\" alt=\"{label}, \
+             described below\"><figcaption>\
+             <strong>{label}.</strong> {html} <span class=\"figure-source\">Experiment \
+             {experiment}; repeat with <code>{}</code>.</span></figcaption></figure>",
+            escape(&name.replace(['/', '.'], "-")),
+            to_root(context.path),
+            escape(name),
+            escape(&recorded.command),
+        );
+        self.figures.insert(name.to_owned(), file);
+        Ok(figure)
+    }
+
+    /// A caption as HTML: plain text with formulas and the directives of running text.
+    fn caption(&mut self, context: &mut Context<'_>, text: &str) -> Result<String, String> {
+        let page = scan::page(text);
+        if let Some((_, message)) = page.problems.into_iter().next() {
+            return Err(message);
+        }
+        let mut edits = Vec::new();
+        for formula in page.formulas {
+            let html = self.math.block(&formula.latex, formula.display)?;
+            edits.push((formula.span, html));
+        }
+        for directive in page.directives {
+            if !directives::find(&directive.name)?.inline {
+                return Err(format!("{{{{#{}}}}} inside a caption", directive.name));
+            }
+            let html = self.directive(context, &directive)?;
+            edits.push((directive.span, html));
+        }
+        Ok(replace(text, edits, escape))
+    }
+
+    fn code(&self, path: &str, items: &[&str]) -> Result<String, String> {
+        let source = listing::read(self.sources, path)?;
+        let listings = items
+            .iter()
+            .map(|item| listing::item(&source, item).map_err(|e| format!("{path}: {e}")))
+            .collect::<Result<Vec<_>, _>>()?;
+        let code: Vec<_> = listings
+            .iter()
+            .map(|listing| listing.code.as_str())
+            .collect();
+        let lines: Vec<_> = listings.iter().map(|l| l.line.to_string()).collect();
+        let plural = if lines.len() == 1 { "line" } else { "lines" };
+        Ok(format!(
+            "\n\n<p class=\"listing-source\"><code>{}</code>, {plural} {}</p>\n\n\
+             ``````rust,ignore,noplayground\n{}\n``````\n\n",
+            escape(path),
+            lines.join(", "),
+            code.join("\n\n"),
+        ))
+    }
+
+    /// The list of all recorded experiments.
+    fn experiments(&self) -> String {
+        let sections: Vec<String> = self.results.all().map(experiment).collect();
+        if sections.is_empty() {
+            return "<p>No results are recorded yet.</p>".to_owned();
+        }
+        sections.join("")
+    }
+}
+
+/// `text` with spans replaced, and what is between them passed through `rest`.
+fn replace(
+    text: &str,
+    mut edits: Vec<(Range<usize>, String)>,
+    rest: impl Fn(&str) -> String,
+) -> String {
+    edits.sort_by_key(|(span, _)| span.start);
+    let mut out = String::with_capacity(2 * text.len());
+    let mut from = 0;
+    for (span, replacement) in edits {
+        out.push_str(&rest(&text[from..span.start]));
+        out.push_str(&replacement);
+        from = span.end;
+    }
+    out.push_str(&rest(&text[from..]));
+    out
+}
+
+/// A formula with the punctuation after it, so that no line begins with the punctuation.
+fn keep_together(text: &str, span: Range<usize>, html: &str) -> (Range<usize>, String) {
+    let after = &text[span.end..];
+    let length = after.len()
+        - after
+            .trim_start_matches([',', '.', ';', ':', ')', '?'])
+            .len();
+    if length == 0 {
+        return (span, html.to_owned());
+    }
+    let kept = format!("<span class=\"keep\">{html}{}</span>", &after[..length]);
+    (span.start..span.end + length, kept)
+}
+
+/// The id of an experiment's place.
+fn experiment_fragment(id: &str) -> String {
+    format!("experiment-{id}")
+}
+
+/// What one experiment recorded.
+fn experiment(recorded: &Recorded) -> String {
+    let rows: String = recorded
+        .numbers
+        .iter()
+        .map(|(key, &value)| {
+            let value = number::format(value, None).unwrap_or_default();
+            format!(
+                "<tr><td><code>{}</code></td><td>{value}</td></tr>",
+                escape(key)
+            )
+        })
+        .collect();
+    format!(
+        "<h2 id=\"{}\">{}</h2><p>Version {}, tier {}, seed {}. Repeat with <code>{}</code>.</p>\
+         <div class=\"table-wrapper\"><table><thead><tr><th>number</th><th>value</th></tr></thead>\
+         <tbody>{rows}</tbody></table></div>",
+        experiment_fragment(&recorded.id),
+        escape(&recorded.id),
+        escape(&recorded.version.to_string()),
+        escape(&recorded.tier),
+        recorded.seed,
+        escape(&recorded.command),
+    )
+}

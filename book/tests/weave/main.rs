@@ -1,0 +1,335 @@
+//! What the weave refuses and puts in, shown on small books; `real` weaves the real one.
+
+use std::fs;
+use std::path::PathBuf;
+
+use book::{Error, Options, weave};
+use tempfile::TempDir;
+
+mod real;
+
+const RESULT: &str = r#"{
+  "id": "demo", "version": 1, "command": "cargo run --release -- --only demo",
+  "tier": "quick", "seed": 1,
+  "numbers": { "psnr": 31.41592, "count": 12345 },
+  "figures": ["plot.svg", "lost.svg"]
+}"#;
+
+const SOURCE: &str = "/// Twice `x`.\npub fn twice(x: f64) -> f64 {\n    2.0 * x\n}\n";
+
+/// A book of one page, with one source file, one result and one work.
+struct Small {
+    folder: TempDir,
+}
+
+impl Small {
+    fn new(page: &str) -> Self {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let book = Self { folder };
+        book.write("book/book.toml", BOOK_TOML);
+        book.write("book/pages/SUMMARY.md", "- [Page](page.md)\n");
+        book.write("book/pages/page.md", page);
+        book.write("book/pages/plain.txt", "x");
+        book.write("book/bibliography.toml", BIBLIOGRAPHY);
+        book.write("src/demo.rs", SOURCE);
+        book.write("recorded/demo/result.json", RESULT);
+        book.write(
+            "recorded/demo/plot.svg",
+            "<svg xmlns=\"http://www.w3.org/2000/svg\"/>",
+        );
+        book
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        let path = self.path(name);
+        fs::create_dir_all(path.parent().expect("a folder")).expect("folder");
+        fs::write(path, text).expect("file");
+    }
+
+    fn weave(&self) -> Result<PathBuf, Error> {
+        weave(&Options {
+            book: self.path("book"),
+            sources: self.folder.path().to_owned(),
+            results: self.path("recorded"),
+            out: self.path("out"),
+        })
+    }
+
+    /// The page's HTML.
+    fn html(&self) -> String {
+        self.weave().expect("this book is sound");
+        fs::read_to_string(self.path("out/page.html")).expect("the page")
+    }
+
+    /// The message, which must name the page's third line and all of `parts`.
+    fn refused(&self, parts: &[&str]) {
+        let message = self.weave().expect_err("this book is faulty").to_string();
+        for part in parts.iter().chain(&["pages/page.md:3: "]) {
+            assert!(message.contains(part), "no {part:?} in: {message}");
+        }
+        assert!(!self.path("out/page.html").exists(), "nothing is written");
+    }
+}
+
+const BOOK_TOML: &str = "[book]\ntitle = \"Small\"\nsrc = \"pages\"\n[build]\ncreate-missing = false\n\
+                         use-default-preprocessors = false\n[output.html]\ninput-404 = \"\"\n\
+                         hash-files = false\n[output.html.print]\nenable = false\n";
+
+const BIBLIOGRAPHY: &str = "[kajiya1986]\nlabel = \"Kajiya 1986\"\nauthors = \"J. Kajiya\"\n\
+                            title = \"The rendering equation\"\nvenue = \"SIGGRAPH\"\nyear = 1986\n";
+
+fn refused(line: &str, parts: &[&str]) {
+    Small::new(&format!("# Page\n\n{line}\n")).refused(parts);
+}
+
+fn woven(text: &str) -> String {
+    Small::new(&format!("# Page\n\n{text}\n")).html()
+}
+
+#[test]
+fn a_missing_equation_is_refused() {
+    refused(
+        "{{#eq fresnell}}",
+        &["\"fresnell\"", "did you mean \"fresnel\"?"],
+    );
+    refused("See {{#ref cosin}}.", &["did you mean \"cosine\"?"]);
+    refused(
+        "See {{#ref cosine}}.",
+        &["no page shows equation \"cosine\""],
+    );
+}
+
+#[test]
+fn a_missing_result_is_refused() {
+    refused("It is {{#result demo.psnt}}.", &["did you mean \"psnr\"?"]);
+    refused("It is {{#result demmo.psnr}}.", &["did you mean \"demo\"?"]);
+    refused("It is {{#result demo}}.", &["EXPERIMENT.KEY"]);
+    refused("It is {{#result demo.psnr %5}}.", &["not a format"]);
+}
+
+#[test]
+fn a_missing_figure_is_refused() {
+    refused(
+        "{{#figure demo/plt.svg \"A plot.\"}}",
+        &["did you mean \"plot.svg\"?"],
+    );
+    refused(
+        "{{#figure demo/lost.svg \"A plot.\"}}",
+        &["is missing; run cargo run"],
+    );
+    refused("{{#figure demo/plot.svg \"\"}}", &["caption"]);
+    refused(
+        "{{#figure demo/plot.svg \"See {{#result demo.no}}.\"}}",
+        &["recorded no number \"no\""],
+    );
+    refused(
+        "{{#figure demo/plot.svg \"See {{#eq ray}}.\"}}",
+        &["{{#eq}} inside a caption"],
+    );
+    refused(
+        "{{#figure demo/plot.svg}}",
+        &["is written {{#figure EXPERIMENT/NAME.svg"],
+    );
+}
+
+#[test]
+fn missing_code_is_refused() {
+    refused("{{#code src/demo.rs twise}}", &["did you mean \"twice\"?"]);
+    refused(
+        "{{#code src/dem.rs twice}}",
+        &["did you mean \"src/demo.rs\"?"],
+    );
+    refused("{{#code ../demo.rs twice}}", &["inside the project"]);
+}
+
+#[test]
+fn a_missing_citation_is_refused() {
+    refused(
+        "As in {{#cite kajya1986}}.",
+        &["did you mean \"kajiya1986\"?"],
+    );
+}
+
+#[test]
+fn broken_links_are_refused() {
+    refused(
+        "[There](pag.md).",
+        &["no page pag.md", "did you mean \"page.md\"?"],
+    );
+    refused("![Plot](plot.png)", &["no file plot.png"]);
+    refused("[There](there.txt).", &["no file there.txt"]);
+    refused("[There][nowhere].", &["\"nowhere\", which is not defined"]);
+    refused("[Out](https://example.org/).", &["link to the outside"]);
+}
+
+#[test]
+fn a_link_to_a_missing_heading_is_refused() {
+    let book = Small::new("# Page\n\n[Here](#nothing).\n");
+    let message = book.weave().expect_err("no such heading").to_string();
+    assert!(
+        message.contains("page.md:3: no heading #nothing"),
+        "{message}"
+    );
+}
+
+#[test]
+fn raw_html_cannot_reach_outside() {
+    for html in [
+        "<img src=\"https://example.org/a.png\">",
+        "<a href=\"gone.html\">x</a>",
+    ] {
+        let message = Small::new(&format!("# Page\n\n{html}\n")).weave();
+        let message = message.expect_err("outside").to_string();
+        assert!(message.contains("page.html:"), "{message}");
+    }
+}
+
+#[test]
+fn unknown_and_misused_directives_are_refused() {
+    refused(
+        "{{#equation fresnel}}",
+        &["unknown directive \"equation\"", "\"equations\""],
+    );
+    refused("{{#include page.md}}", &["unknown directive \"include\""]);
+    refused("Look: {{#eq fresnel}}", &["must stand alone on its line"]);
+    refused("{{#eq fresnel", &["not closed"]);
+    refused("{{#}}", &["without a name"]);
+    refused("$a + {{#result demo.psnr}}$", &["inside a formula"]);
+}
+
+#[test]
+fn typed_rust_is_refused() {
+    refused(
+        "```rust\nfn f() {}\n```",
+        &["Rust code typed into the page"],
+    );
+}
+
+#[test]
+fn wrong_formulas_are_refused() {
+    refused(r"So $\nosuch{a}$.", &["nosuch"]);
+    refused(r"$$\frac{a}$$", &["formula"]);
+}
+
+#[test]
+fn an_equation_is_shown_once() {
+    let book = Small::new("{{#eq ray}}\n\n{{#eq ray}}\n");
+    book.refused(&["already shown on page.md"]);
+}
+
+#[test]
+fn a_missing_page_is_refused() {
+    let book = Small::new("# Page\n");
+    book.write(
+        "book/pages/SUMMARY.md",
+        "- [Page](page.md)\n- [Lost](lost.md)\n",
+    );
+    let message = book.weave().expect_err("no such page").to_string();
+    assert!(
+        message.contains("SUMMARY.md:2: there is no page lost.md"),
+        "{message}"
+    );
+}
+
+#[test]
+fn a_damaged_record_is_refused() {
+    let book = Small::new("# Page\n");
+    for (text, part) in [
+        ("{\n  \"id\": \"demo\",\n", "result.json:"),
+        (&RESULT.replace("31.41592", "null"), "result.json:"),
+        (
+            &RESULT.replace("\"demo\"", "\"other\""),
+            "the folder \"demo\"",
+        ),
+        (
+            &RESULT.replace("plot.svg", "../plot.svg"),
+            "beside this one",
+        ),
+    ] {
+        book.write("recorded/demo/result.json", text);
+        let message = book.weave().expect_err("damaged").to_string();
+        assert!(message.contains(part), "no {part:?} in: {message}");
+    }
+}
+
+#[test]
+fn a_damaged_bibliography_is_refused() {
+    let book = Small::new("# Page\n");
+    book.write("book/bibliography.toml", "\n[a]\nlabel = 1\n");
+    let message = book.weave().expect_err("damaged").to_string();
+    assert!(message.contains("bibliography.toml:3: "), "{message}");
+}
+
+#[test]
+fn every_fault_of_a_book_is_told_at_once() {
+    let book = Small::new("{{#eq a}}\n{{#result b.c}}\n\n{{#cite d}}\n");
+    let message = book.weave().expect_err("faulty").to_string();
+    assert_eq!(message.lines().count(), 3, "{message}");
+}
+
+#[test]
+fn a_folder_of_something_else_is_not_emptied() {
+    let book = Small::new("# Page\n");
+    book.write("out/precious.txt", "x");
+    assert!(matches!(book.weave(), Err(Error::Occupied(_))));
+    assert!(book.path("out/precious.txt").exists());
+}
+
+#[test]
+fn equations_numbers_and_code_appear() {
+    let html = woven(
+        "{{#eq oren-nayar}}\n\nSee {{#ref oren-nayar}}: {{#result demo.psnr %.1f}} of \
+         {{#result demo.count %d}}.\n\n{{#code src/demo.rs twice}}\n",
+    );
+    for part in [
+        "id=\"eq-oren-nayar\"",
+        "(14)",
+        "As the report prints it",
+        "badge-error",
+        "page.html#eq-oren-nayar",
+        "31.4 of 12\u{202f}345",
+        "/// Twice `x`.\npub fn twice",
+    ] {
+        assert!(html.contains(part), "no {part:?}");
+    }
+    assert!(!html.contains("{{"), "a directive is left over");
+}
+
+#[test]
+fn figures_carry_number_caption_and_command() {
+    let book = Small::new(
+        "# Page\n\n{{#figure demo/plot.svg \"Error $\\sigma$ & {{#result demo.psnr %.1f}} dB.\"}}\n\n{{#experiments}}\n",
+    );
+    let html = book.html();
+    for part in [
+        "src=\"figures/demo/plot.svg\"",
+        "Figure 1.1.",
+        "&amp; 31.4 dB.",
+        "<math>",
+        "cargo run --release -- --only demo",
+        "page.html#experiment-demo",
+        "id=\"experiment-demo\"",
+    ] {
+        assert!(html.contains(part), "no {part:?}");
+    }
+    assert!(book.path("out/figures/demo/plot.svg").is_file());
+}
+
+#[test]
+fn citations_lead_to_the_bibliography() {
+    let html = woven("As {{#cite kajiya1986}}.\n\n{{#bibliography}}");
+    assert!(html.contains("page.html#cite-kajiya1986\">Kajiya 1986</a>"));
+    assert!(html.contains("id=\"cite-kajiya1986\""));
+}
+
+#[test]
+fn formulas_survive_markdown_and_code_does_not_change() {
+    let html = woven("$a_1 * b_2 * [c]$ costs `$5_1$`.\n\n| $|x|$ | b |\n|---|---|\n| 1 | $y_1$ |");
+    assert!(html.contains("<code>$5_1$</code>"), "code is left alone");
+    assert!(!html.contains("<em>"), "no emphasis inside formulas");
+    assert!(html.matches("<math").count() >= 2);
+}

@@ -1,0 +1,88 @@
+//! The book of this project.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use book::{Options, check, weave};
+
+#[test]
+fn weaves_twice_to_the_same_bytes_and_loads_nothing_from_outside() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let bytes = |name: &str| {
+        let out = folder.path().join(name);
+        let first = weave(&Options {
+            out: out.clone(),
+            ..Options::default()
+        });
+        let first = first.unwrap_or_else(|error| panic!("{error}"));
+        assert!(first.is_file());
+        check::output(&out).unwrap_or_else(|error| panic!("{error}"));
+        let read = |file: PathBuf| {
+            let content = fs::read(&file).expect("a written file");
+            (file.strip_prefix(&out).map(Path::to_owned), content)
+        };
+        let files = check::files(&out).expect("the written files");
+        files.into_iter().map(read).collect::<Vec<_>>()
+    };
+    let files = bytes("one");
+    assert_eq!(files, bytes("two"));
+    for (name, content) in &files {
+        let name = name.as_ref().expect("inside");
+        if name.extension().is_some_and(|e| e == "html") {
+            let html = String::from_utf8_lossy(content);
+            // Comments and the namespace of inline icons are not fetched.
+            let html = without_comments(&html).replace("http://www.w3.org/2000/svg", "");
+            assert!(!html.contains("://"), "{} has an address", name.display());
+            assert!(!html.contains("{{#"), "{} has a directive", name.display());
+            assert!(
+                !html.contains("\"playground\""),
+                "{} may call out",
+                name.display()
+            );
+        }
+    }
+    let has = |name: &str| {
+        files
+            .iter()
+            .any(|(file, _)| file.as_deref() == Ok(Path::new(name)))
+    };
+    assert!(has("searchindex.js") && has("index.html") && has("equations.html"));
+}
+
+/// HTML without its comments.
+fn without_comments(html: &str) -> String {
+    let mut parts = html.split("<!--");
+    let first = parts.next().unwrap_or_default().to_owned();
+    parts.fold(first, |text, part| {
+        text + part.split_once("-->").map_or("", |(_, rest)| rest)
+    })
+}
+
+#[test]
+fn shows_every_equation_and_every_chapter_asks_and_sets_a_task() {
+    let pages = Options::default().book.join("pages");
+    let mut shown = Vec::new();
+    for file in check::files(&pages).expect("pages") {
+        let text = fs::read_to_string(&file).expect("a page");
+        let equations = text.lines().filter_map(|line| line.strip_prefix("{{#eq "));
+        let before = shown.len();
+        shown.extend(equations.map(|id| id.trim_end_matches("}}").to_owned()));
+        if shown.len() > before {
+            assert!(text.contains("\n\n> "), "{} asks nothing", file.display());
+            assert!(
+                text.contains("\n## Exercise\n"),
+                "{} has no exercise",
+                file.display()
+            );
+            let words = text.split_whitespace().count();
+            assert!(words < 2000, "{} has {words} words", file.display());
+        }
+    }
+    shown.sort();
+    let mut all: Vec<_> = whitefurnace::equation::ALL
+        .iter()
+        .map(|e| e.id.to_owned())
+        .collect();
+    all.sort();
+    assert_eq!(shown, all);
+}
