@@ -148,7 +148,7 @@ equations! {
     PATH_LENGTH = "path.length", "3.1", "Seven bounces at most",
         r"L_b = L\,(1 - a^{b+1})", Some(r"b \le 7 \text{, called unbiased}"),
         "Neumann series of the closed furnace", Error,
-        "Cutting the path is a bias of −a^(b+1) in a furnace of albedo a: 10 % at 0.75.";
+        "Cutting the path after b bounces is a relative bias of −a^(b+1) in a furnace of albedo a.";
     SUPERSAMPLING = "supersampling", "2.7", "Supersampling on a grid",
         r"I = \frac{1}{n^2}\sum_{j,k} L\!\left(\frac{j+\frac12}{n}, \frac{k+\frac12}{n}\right)", None,
         "report, 2.7", Trap,

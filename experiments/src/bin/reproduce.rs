@@ -42,7 +42,22 @@ fn run(options: &Reproduce) -> Result<(), Error> {
     let chosen = choose(&options.only)?;
     cli::use_threads(options.shared.threads)?;
     catch_interrupt();
-    lab::run_all(&chosen, &options.shared, options.fresh)
+    lab::run_all(&chosen, &options.shared, options.fresh)?;
+    if options.only.is_empty() {
+        weave_book(&options.shared)?;
+    }
+    Ok(())
+}
+
+/// Weaves the book from the recorded results and says where it begins.
+fn weave_book(options: &lab::Options) -> Result<(), Error> {
+    let book = book::Options {
+        out: options.out.join("book"),
+        ..book::Options::default()
+    };
+    let page = book::weave(&book).map_err(|error| Error::Option(error.to_string()))?;
+    println!("the book begins at {}", page.display());
+    Ok(())
 }
 
 fn choose(only: &[String]) -> Result<Vec<&'static Experiment>, Error> {
