@@ -30,6 +30,8 @@ pub struct Emitter {
     pub radiance: DVec3,
     /// Its area.
     pub area: f64,
+    /// The unit normal of the front of a flat shape; not used for spheres.
+    normal: DVec3,
 }
 
 /// A point on an emitter, uniform with respect to area.
@@ -44,15 +46,22 @@ pub struct EmitterPoint {
 impl Emitter {
     /// An emitter of the given shape and radiance.
     pub fn new(shape: EmitterShape, radiance: DVec3) -> Self {
-        let area = match shape {
-            EmitterShape::Rectangle { edges: [a, b], .. } => a.cross(b).length(),
-            EmitterShape::Triangle([a, b, c]) => 0.5 * (b - a).cross(c - a).length(),
-            EmitterShape::Sphere(sphere) => sphere.area(),
+        let (area, normal) = match shape {
+            EmitterShape::Rectangle { edges: [a, b], .. } => {
+                let across = a.cross(b);
+                (across.length(), across.normalize_or_zero())
+            }
+            EmitterShape::Triangle([a, b, c]) => {
+                let across = (b - a).cross(c - a);
+                (0.5 * across.length(), across.normalize_or_zero())
+            }
+            EmitterShape::Sphere(sphere) => (sphere.area(), DVec3::ZERO),
         };
         Self {
             shape,
             radiance,
             area,
+            normal,
         }
     }
 
@@ -62,14 +71,13 @@ impl Emitter {
         match self.shape {
             EmitterShape::Rectangle { corner, edges } => EmitterPoint {
                 point: corner + random[0] * edges[0] + random[1] * edges[1],
-                normal: edges[0].cross(edges[1]).normalize(),
+                normal: self.normal,
             },
             EmitterShape::Triangle(vertices) => {
                 let [u, v] = sampling::triangle(random);
-                let [a, b, c] = vertices;
                 EmitterPoint {
                     point: triangle_point(vertices, u, v),
-                    normal: (b - a).cross(c - a).normalize(),
+                    normal: self.normal,
                 }
             }
             EmitterShape::Sphere(sphere) => {

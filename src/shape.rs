@@ -88,9 +88,8 @@ pub fn sphere_distances(ray: &Ray, centre: DVec3, radius: f64) -> Option<[f64; 2
         return None;
     }
     let far = -half - (a * radicand).sqrt().copysign(half);
-    // The product of the roots is (‖o − c‖² − r²)/a, with the difference of squares factored.
-    let distance = o_c.length();
-    let product = (distance - radius) * (distance + radius);
+    // The product of the roots is (‖o − c‖² − r²)/a.
+    let product = o_c.length_squared() - radius * radius;
     let roots = if far == 0.0 {
         [0.0, 0.0]
     } else {

@@ -219,7 +219,7 @@ fn direct_light<P: Parts, R: Rng>(
     let light = parts.sample_emitter(emitter, uniform2(rng));
     let to_light = light.point - vertex.point;
     let distance_squared = to_light.length_squared();
-    let direction = to_light / distance_squared.sqrt();
+    let direction = to_light * distance_squared.sqrt().recip();
     let cosine = parts.cosine(vertex.frame.z, direction);
     let cosine_at_light = parts.cosine(light.normal, -direction);
     if cosine <= 0.0 || cosine_at_light <= 0.0 {

@@ -27,14 +27,15 @@ impl<P: Parts> Estimator for Path<P> {
         let parts = &self.parts;
         let (mut ray, mut hit) = (*ray, hit);
         let mut radiance = DVec3::ZERO;
+        // Without the radiance factors of refraction, whose product is kept beside it: they cancel when
+        // the path leaves the glass, and roulette should not see them.
         let mut throughput = DVec3::ONE;
-        // Product of the radiance factors in `throughput`: 1 again once the path has left the glass.
-        let mut factors = 1.0;
+        let mut factor = 1.0;
         // Pdf of the last direction if a shadow ray could have found the same light.
         let mut shared_pdf = None;
         loop {
             let Some(here) = hit else {
-                return radiance + throughput * scene.background();
+                return radiance + factor * throughput * scene.background();
             };
             if let Some(index) = here.emitter {
                 let weight = shared_pdf.map_or(1.0, |pdf| {
@@ -43,7 +44,7 @@ impl<P: Parts> Estimator for Path<P> {
                     let other = emitter_pdf(parts, scene, emitter, cosine, here.t * here.t);
                     parts.mis_weight(pdf, other)
                 });
-                radiance += throughput * emitted(scene, &here, &ray) * weight;
+                radiance += factor * weight * throughput * emitted(scene, &here, &ray);
             }
             let direction = match scene.surface(&here).bsdf {
                 Bsdf::Black => return radiance,
@@ -54,10 +55,9 @@ impl<P: Parts> Estimator for Path<P> {
                 }
                 Bsdf::Glass { index } => {
                     let sides = interface(&here, &ray, index);
-                    let (direction, factor) =
+                    let (direction, scale) =
                         scatter_glass(parts, sides, ray.direction, uniform(rng));
-                    throughput *= factor;
-                    factors *= factor;
+                    factor *= scale;
                     shared_pdf = None;
                     direction
                 }
@@ -67,8 +67,10 @@ impl<P: Parts> Estimator for Path<P> {
                         direct_light(parts, scene, bsdf, &vertex, &LightRules::PHYSICAL, rng);
                     if let Some(light) = light {
                         let other = parts.cosine_hemisphere_pdf(light.wi.z);
-                        radiance +=
-                            throughput * light.reflected * parts.mis_weight(light.pdf, other);
+                        radiance += factor
+                            * parts.mis_weight(light.pdf, other)
+                            * throughput
+                            * light.reflected;
                     }
                     let wi = parts.cosine_hemisphere(uniform2(rng));
                     let pdf = parts.cosine_hemisphere_pdf(wi.z);
@@ -82,7 +84,7 @@ impl<P: Parts> Estimator for Path<P> {
                     vertex.frame.world(wi)
                 }
             };
-            let survival = parts.survival_by_throughput(throughput / factors);
+            let survival = parts.survival_by_throughput(throughput);
             if !parts.survives(uniform(rng), survival) {
                 return radiance;
             }
