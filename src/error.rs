@@ -33,13 +33,15 @@ pub enum Error {
     Option(String),
     /// An estimator returned a value that no film can hold.
     #[error(
-        "an estimator returned the radiance {value}; a film holds finite values up to {}: \
+        "an estimator returned the radiance {value}{place}; a film holds finite values up to {}: \
          look for a zero or infinite pdf",
         crate::moments::LARGEST
     )]
     Radiance {
         /// The value.
         value: f64,
+        /// Which pixel and replication, as the end of a clause; empty if unknown.
+        place: String,
     },
     /// A scene that cannot be rendered: not finite, degenerate, or referring to what is not there.
     #[error("scene {scene}: {message}")]

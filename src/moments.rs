@@ -107,7 +107,10 @@ impl ExactMoments {
             self.squares += i128::from(units) * i128::from(units);
             Ok(())
         } else {
-            Err(Error::Radiance { value })
+            Err(Error::Radiance {
+                value,
+                place: String::new(),
+            })
         }
     }
 

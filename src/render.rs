@@ -112,7 +112,15 @@ fn add_replication<E: Estimator>(
         }
         sum += estimator.radiance(scene, &ray, hit, &mut rng);
     }
-    pixel.push(sum / f64::from(samples))
+    pixel
+        .push(sum / f64::from(samples))
+        .map_err(|error| match error {
+            Error::Radiance { value, .. } => Error::Radiance {
+                value,
+                place: format!(" at pixel ({x}, {y}), replication {replication}"),
+            },
+            other => other,
+        })
 }
 
 #[inline]

@@ -176,10 +176,16 @@ impl Job {
         line("scene", &name(self.scene));
         line("convention", &name(self.convention));
         line("estimator", &name(self.estimator));
-        line("oren-nayar", &name(self.oren_nayar));
-        line("rays", &self.rays.to_string());
+        if self.scene == SceneName::Report && self.convention != ConventionName::Published {
+            line("oren-nayar", &name(self.oren_nayar));
+        }
+        if (self.estimator, self.convention) == (EstimatorName::Report, ConventionName::Report) {
+            line("rays", &self.rays.to_string());
+        }
         line("pixel", &name(self.pixel));
-        line("grid", &self.grid.to_string());
+        if matches!(self.pixel, PixelName::Grid | PixelName::Jitter) {
+            line("grid", &self.grid.to_string());
+        }
         line("size", &format!("{width}x{height}"));
         if let Some(Window {
             corner: [x, y],
