@@ -1,0 +1,44 @@
+//! The master seed of the tests, and what is derived from it.
+
+use proptest::strategy::Strategy;
+use proptest::test_runner::{Config, RngSeed, TestRunner};
+use whitefurnace::rng::{Stream, seed_for, stream};
+
+const DEFAULT: u64 = 1;
+
+/// The master seed: `WHITEFURNACE_SEED`, or the default.
+pub fn master() -> u64 {
+    std::env::var("WHITEFURNACE_SEED").map_or(DEFAULT, |text| {
+        text.parse()
+            .expect("WHITEFURNACE_SEED must be an unsigned 64-bit integer")
+    })
+}
+
+/// A test's own generator. Its output shows how to repeat the test, if it fails.
+pub fn rng(name: &str) -> Stream {
+    println!(
+        "repeat with WHITEFURNACE_SEED={} cargo test -p whitefurnace --test it",
+        master()
+    );
+    stream(seed_for(master(), name), 0, 0)
+}
+
+/// Runs `check` on `cases` values of the strategy; a failure is shrunk and shown, never stored.
+pub fn property<S: Strategy>(name: &str, cases: u32, strategy: &S, check: impl Fn(S::Value)) {
+    let config = Config {
+        cases,
+        failure_persistence: None,
+        rng_seed: RngSeed::Fixed(seed_for(master(), name)),
+        ..Config::default()
+    };
+    let result = TestRunner::new(config).run(strategy, |value| {
+        check(value);
+        Ok(())
+    });
+    if let Err(error) = result {
+        panic!(
+            "{name}: {error}\nrepeat with WHITEFURNACE_SEED={} cargo test -p whitefurnace --test it",
+            master()
+        );
+    }
+}
