@@ -148,7 +148,7 @@ impl Film {
         if count > LARGEST_FILM {
             return Err(Error::Option(format!(
                 "size {width}x{height} needs {} GiB of memory: take at most {LARGEST_FILM} pixels",
-                (count * size_of::<Pixel>() as u64) >> 30
+                (u128::from(count) * size_of::<Pixel>() as u128) >> 30
             )));
         }
         let inside = |axis: usize| {
