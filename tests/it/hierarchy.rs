@@ -195,7 +195,7 @@ fn hundred_thousand_triangles() {
     for _ in 0..20_000 {
         let pick = between(&mut rng, 0.0, globe.triangles.len() as f64) as usize;
         let [a, b, _] = globe.corners(globe.triangles[pick]);
-        let target = if pick % 2 == 0 {
+        let target = if pick.is_multiple_of(2) {
             a
         } else {
             a + uniform(&mut rng) * (b - a)
