@@ -106,7 +106,8 @@ fn spheres_among_triangles() {
             })
             .collect();
         let hits = check_all(&mixed, &rays(&mut rng, 3000));
-        assert!(hits > 10, "only {hits} hits among {count}");
+        // Two small primitives may well be missed by all rays; a hundred may not.
+        assert!(count < 100 || hits > 100, "only {hits} hits among {count}");
     }
 }
 
