@@ -496,6 +496,14 @@ fn zones_divide_the_sphere() {
         "through the open bottom"
     );
     assert_eq!(cap.intersect(&up, 4.0), None, "t_max is exclusive");
+    // A level ray at the very border belongs to the upper zone only.
+    let level = Ray::new(DVec3::new(-3.0, 0.0, 0.5), DVec3::X);
+    let below = Sphere {
+        zone: [f64::NEG_INFINITY, 0.5],
+        ..cap
+    };
+    assert!(cap.intersect(&level, 10.0).is_some());
+    assert_eq!(below.intersect(&level, 10.0), None);
     assert_eq!(cap.heights(), [0.5, 1.0]);
     assert_abs_diff_eq!(cap.area(), std::f64::consts::PI, epsilon = 4.0 * U * 4.0);
 }
