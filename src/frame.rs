@@ -50,14 +50,19 @@ pub fn from_spherical(theta: f64, phi: f64) -> DVec3 {
 
 /// Inclination θ in [0, π] and azimuth φ in [0, 2π) of a unit vector, radians.
 pub fn to_spherical(w: DVec3) -> (f64, f64) {
-    let theta = w.x.hypot(w.y).atan2(w.z);
+    (w.x.hypot(w.y).atan2(w.z), azimuth(w))
+}
+
+/// Azimuth φ in [0, 2π) of a vector, radians; angles just below 0 that would round to a full turn are 0.
+pub fn azimuth(w: DVec3) -> f64 {
     let phi = w.y.atan2(w.x);
-    (
-        theta,
-        if phi < 0.0 {
-            phi + std::f64::consts::TAU
-        } else {
-            phi
-        },
-    )
+    if phi >= 0.0 {
+        return phi;
+    }
+    let turned = phi + std::f64::consts::TAU;
+    if turned < std::f64::consts::TAU {
+        turned
+    } else {
+        0.0
+    }
 }

@@ -80,7 +80,7 @@ pub const LARGEST: f64 = 16_777_216.0;
 ///
 /// A value is rounded to the nearest multiple of [`UNIT`] = 2⁻³² and must not exceed
 /// [`LARGEST`] = 2²⁴ in absolute value. Its square is then a multiple of 2⁻⁶⁴ below 2⁴⁸, and sums of
-/// 2¹⁵ such squares fit 128 bits even when every value is the largest.
+/// fewer than 2¹⁵ such squares fit 128 bits even when every value is the largest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ExactMoments {
     sum: i128,
@@ -90,7 +90,10 @@ pub struct ExactMoments {
 /// The nearest multiple of [`UNIT`], halves away from zero.
 #[inline]
 pub fn in_units(value: f64) -> i64 {
-    (value * (1.0 / UNIT) + 0.5f64.copysign(value)) as i64
+    let scaled = value * (1.0 / UNIT);
+    let whole = scaled as i64;
+    // The rest is exact; adding a half to `scaled` would round odd numbers above 2⁵² to even ones.
+    whole + (2.0 * (scaled - whole as f64)) as i64
 }
 
 impl ExactMoments {

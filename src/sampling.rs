@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_1_PI, PI, TAU};
 
 use glam::DVec3;
 
-use crate::frame::from_spherical;
+use crate::frame::{azimuth, from_spherical};
 
 /// θ of (18), [`crate::equation::HEMISPHERE_THETA`], from r in [0, 1].
 pub fn uniform_theta(r: f64) -> f64 {
@@ -92,6 +92,5 @@ pub fn triangle([r1, r2]: [f64; 2]) -> [f64; 2] {
 
 /// Azimuth as a share of the full turn, [0, 1).
 fn turns(w: DVec3) -> f64 {
-    let turn = w.y.atan2(w.x) / TAU;
-    if turn < 0.0 { turn + 1.0 } else { turn }
+    azimuth(w) / TAU
 }

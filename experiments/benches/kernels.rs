@@ -1,0 +1,263 @@
+//! Time per kernel and per whole path: `cargo bench`, or `cargo bench -p experiments -- NAME`.
+
+use divan::counter::ItemsCount;
+use divan::{Bencher, black_box};
+use glam::DVec3;
+use whitefurnace::accel::{Bvh, Primitive};
+use whitefurnace::bsdf::{OrenNayar, OrenNayarForm, oren_nayar};
+use whitefurnace::estimator::{Estimator, LightRules, Path, Published, Report, Standard, Whitted};
+use whitefurnace::film::{Features, Pixel};
+use whitefurnace::frame::from_spherical;
+use whitefurnace::rng::{stream, uniform, uniform2};
+use whitefurnace::scene::Scene;
+use whitefurnace::scene::room::{self, Convention};
+use whitefurnace::shape::{Ray, Sphere, moller_trumbore};
+use whitefurnace::watertight::Shear;
+use whitefurnace::{fresnel, sampling};
+
+fn main() {
+    divan::main();
+}
+
+/// Inputs per iteration: enough to defeat branch prediction, few enough for the cache.
+const COUNT: u32 = 1024;
+
+/// Runs `kernel` over the same random inputs again and again.
+fn bench<I, O>(bencher: Bencher, input: impl Fn(u32) -> I, kernel: impl Fn(&I) -> O) {
+    let inputs: Vec<I> = (0..COUNT).map(input).collect();
+    bencher
+        .counter(ItemsCount::new(COUNT))
+        .bench_local(|| inputs.iter().for_each(|i| drop(black_box(kernel(i)))));
+}
+
+fn unit_vector(i: u32) -> DVec3 {
+    let [r1, r2] = uniform2(&mut stream(1, 0, i));
+    sampling::sphere_zone([r1, r2], 1.0, [-1.0, 1.0])
+}
+
+fn upper(i: u32, high: u32) -> DVec3 {
+    sampling::uniform_hemisphere(uniform2(&mut stream(2, high, i)))
+}
+
+fn square(i: u32) -> [f64; 2] {
+    uniform2(&mut stream(3, 0, i))
+}
+
+/// Rays towards the middle, of which about half meet a primitive of radius 1 there.
+fn ray(i: u32) -> Ray {
+    let mut rng = stream(4, 0, i);
+    let target = DVec3::from_array([0; 3].map(|_| 2.0 * uniform(&mut rng) - 1.0));
+    let origin = 3.0 * unit_vector(i);
+    Ray::new(origin, (target - origin).normalize())
+}
+
+fn report(convention: Convention) -> Scene {
+    room::report(convention, OrenNayarForm::Corrected).expect("the room is valid")
+}
+
+fn camera_ray(scene: &Scene, i: u32) -> Ray {
+    let [x, y] = square(i);
+    scene.camera().ray([4, 3], 4.0 * x, 3.0 * y)
+}
+
+/// Rays as they leave the first surface that a camera ray meets.
+fn bounced_ray(scene: &Scene, i: u32) -> Ray {
+    let ray = camera_ray(scene, i);
+    let hit = scene.intersect(&ray).expect("the room is closed");
+    scene.leave(
+        hit.point,
+        hit.normal,
+        (hit.normal + 0.99 * unit_vector(i)).normalize(),
+    )
+}
+
+const TRIANGLE: [DVec3; 3] = [
+    DVec3::new(-1.0, -1.0, 0.1),
+    DVec3::new(1.0, -0.8, -0.2),
+    DVec3::new(0.0, 1.0, 0.3),
+];
+
+#[divan::bench]
+fn triangle_watertight(bencher: Bencher) {
+    let vertices = TRIANGLE.map(|v| [v.x, v.y, v.z, 0.0]);
+    bench(bencher, ray, |ray| {
+        Shear::new(ray).intersect(black_box(&vertices), f64::INFINITY)
+    });
+}
+
+#[divan::bench]
+fn triangle_moller_trumbore(bencher: Bencher) {
+    bench(bencher, ray, |ray| {
+        moller_trumbore(ray, black_box(TRIANGLE))
+    });
+}
+
+#[divan::bench]
+fn sphere(bencher: Bencher) {
+    let sphere = Sphere::new(DVec3::ZERO, 1.0);
+    bench(bencher, ray, |ray| {
+        black_box(&sphere).intersect(ray, f64::INFINITY)
+    });
+}
+
+#[divan::bench]
+fn room_closest(bencher: Bencher) {
+    let scene = report(Convention::Physical);
+    bench(
+        bencher,
+        |i| bounced_ray(&scene, i),
+        |ray| scene.bvh().closest(ray, f64::INFINITY),
+    );
+}
+
+#[divan::bench]
+fn room_closest_brute_force(bencher: Bencher) {
+    let scene = report(Convention::Physical);
+    bench(
+        bencher,
+        |i| bounced_ray(&scene, i),
+        |ray| scene.bvh().closest_brute_force(ray, f64::INFINITY),
+    );
+}
+
+#[divan::bench]
+fn room_occluded(bencher: Bencher) {
+    let scene = report(Convention::Physical);
+    let light = DVec3::new(4.0, 0.0, 4.99);
+    let to_light = |i| {
+        let from = bounced_ray(&scene, i).origin;
+        Ray::new(from, light - from)
+    };
+    bench(bencher, to_light, |ray| {
+        scene.bvh().occluded(ray, 1.0, |_| true)
+    });
+}
+
+/// A wavy sphere of about 100 000 triangles.
+fn large_mesh() -> Vec<Primitive> {
+    const SIDE: u32 = 224;
+    let at = |row: u32, column: u32| {
+        let theta = std::f64::consts::PI * f64::from(row) / f64::from(SIDE);
+        let phi = std::f64::consts::TAU * f64::from(column % SIDE) / f64::from(SIDE);
+        from_spherical(theta, phi) * (1.0 + 0.1 * (8.0 * theta).sin() * (9.0 * phi).cos())
+    };
+    (0..SIDE * SIDE)
+        .flat_map(|i| {
+            let (row, column) = (i / SIDE, i % SIDE);
+            let [a, b] = [at(row, column), at(row, column + 1)];
+            let [c, d] = [at(row + 1, column), at(row + 1, column + 1)];
+            [[a, c, d], [a, d, b]]
+        })
+        .map(Primitive::triangle)
+        .collect()
+}
+
+#[divan::bench]
+fn large_mesh_closest(bencher: Bencher) {
+    let bvh = Bvh::new(&large_mesh());
+    bench(bencher, ray, |ray| bvh.closest(ray, f64::INFINITY));
+}
+
+#[divan::bench(sample_count = 5, sample_size = 1)]
+fn large_mesh_build(bencher: Bencher) {
+    let mesh = large_mesh();
+    bencher
+        .counter(ItemsCount::new(mesh.len()))
+        .bench_local(|| Bvh::new(black_box(&mesh)));
+}
+
+#[divan::bench]
+fn uniform_hemisphere(bencher: Bencher) {
+    bench(bencher, square, |&r| sampling::uniform_hemisphere(r));
+}
+
+#[divan::bench]
+fn cosine_hemisphere(bencher: Bencher) {
+    bench(bencher, square, |&r| sampling::cosine_hemisphere(r));
+}
+
+#[divan::bench]
+fn fresnel_reflectance(bencher: Bencher) {
+    bench(bencher, square, |r| {
+        let n2 = if r[1] < 0.5 { 1.0 } else { 1.5 };
+        fresnel::reflectance(r[0], 2.5 - n2, n2)
+    });
+}
+
+#[divan::bench(args = [OrenNayarForm::Corrected, OrenNayarForm::Printed])]
+fn oren_nayar_bracket(bencher: Bencher, form: OrenNayarForm) {
+    let constants = OrenNayar::new(0.3);
+    bench(
+        bencher,
+        |i| (upper(i, 0), upper(i, 1)),
+        |&(wo, wi)| oren_nayar(black_box(constants), form, wo, wi),
+    );
+}
+
+#[divan::bench]
+fn stream_start(bencher: Bencher) {
+    bench(bencher, |i| i, |&i| uniform(&mut stream(1, 2, i)));
+}
+
+#[divan::bench]
+fn film_push(bencher: Bencher) {
+    let mut pixel = Pixel::default();
+    let values: Vec<DVec3> = (0..COUNT).map(|i| upper(i, 0)).collect();
+    bencher.counter(ItemsCount::new(COUNT)).bench_local(|| {
+        pixel = Pixel::default();
+        for &value in &values {
+            pixel.push(value).expect("finite radiance");
+        }
+        black_box(pixel)
+    });
+}
+
+#[divan::bench]
+fn film_push_features(bencher: Bencher) {
+    let mut pixel = Pixel::default();
+    let features: Vec<Features> = (0..COUNT)
+        .map(|i| Features {
+            albedo: upper(i, 0),
+            normal: unit_vector(i),
+            depth: f64::from(i),
+        })
+        .collect();
+    bencher.counter(ItemsCount::new(COUNT)).bench_local(|| {
+        features.iter().for_each(|f| pixel.push_features(f));
+        black_box(pixel)
+    });
+}
+
+/// Whole paths from the camera, one thread: items per second are samples per second.
+fn paths<E: Estimator>(bencher: Bencher, scene: &Scene, estimator: &E) {
+    bench(
+        bencher,
+        |i| (camera_ray(scene, i), i),
+        |&(ray, i)| {
+            let mut rng = stream(5, 0, i);
+            estimator.radiance(scene, &ray, scene.intersect(&ray), &mut rng)
+        },
+    );
+}
+
+#[divan::bench]
+fn paths_path(bencher: Bencher) {
+    let estimator = Path::<Standard>::default();
+    paths(bencher, &report(Convention::Physical), &estimator);
+}
+
+#[divan::bench]
+fn paths_report(bencher: Bencher) {
+    paths(bencher, &report(Convention::Report), &Report::default());
+}
+
+#[divan::bench]
+fn paths_published(bencher: Bencher) {
+    paths(bencher, &report(Convention::Published), &Published);
+}
+
+#[divan::bench]
+fn paths_whitted(bencher: Bencher) {
+    let estimator = Whitted::new(LightRules::PHYSICAL);
+    paths(bencher, &report(Convention::Physical), &estimator);
+}

@@ -1,0 +1,256 @@
+//! Equations (13)-(15): Lambert and Oren-Nayar in both forms.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use approx::{assert_abs_diff_eq, assert_relative_eq};
+use glam::{DMat3, DVec3};
+use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm, lambert, oren_nayar, oren_nayar_angles};
+use whitefurnace::frame::from_spherical;
+
+use crate::helpers::{U, gauss_legendre, integrate, upper};
+use crate::reference;
+use crate::seed::property;
+
+const FORMS: [OrenNayarForm; 2] = [OrenNayarForm::Corrected, OrenNayarForm::Printed];
+
+fn white(sigma: f64, form: OrenNayarForm) -> Bsdf {
+    Bsdf::oren_nayar(DVec3::ONE, sigma, form)
+}
+
+/// ∫ f_r cos θ over the hemisphere of incident directions. The integrand has kinks where the azimuths
+/// are a quarter turn apart and where the inclinations are equal; between them it is smooth.
+fn directional_albedo(bsdf: &Bsdf, theta_out: f64) -> f64 {
+    let rule = gauss_legendre(32);
+    let wo = from_spherical(theta_out, 0.0);
+    let ring = |theta: f64| {
+        let slice = |from: f64, to: f64| {
+            integrate(&rule, from, to, |phi| {
+                bsdf.eval(wo, from_spherical(theta, phi)).x
+            })
+        };
+        let around = slice(-FRAC_PI_2, FRAC_PI_2) + slice(FRAC_PI_2, 3.0 * FRAC_PI_2);
+        around * theta.sin() * theta.cos()
+    };
+    integrate(&rule, 0.0, theta_out, ring) + integrate(&rule, theta_out, FRAC_PI_2, ring)
+}
+
+/// 2 ∫ E(θ) sin θ cos θ dθ: the albedo under uniform light.
+fn average_albedo(bsdf: &Bsdf) -> f64 {
+    let rule = gauss_legendre(32);
+    integrate(&rule, 0.0, FRAC_PI_2, |theta| {
+        2.0 * directional_albedo(bsdf, theta) * theta.sin() * theta.cos()
+    })
+}
+
+/// Values of at most A + B/2 ≤ 1.2 summed in two nested blocks of 32, each term with some 16 roundings.
+const QUADRATURE: f64 = 128.0 * U;
+
+#[test]
+fn lambert_reflects_its_albedo() {
+    let albedo = DVec3::new(0.1, 0.5, 1.0);
+    let bsdf = Bsdf::Lambert { albedo };
+    assert_eq!(lambert(albedo), albedo * (1.0 / PI));
+    assert_abs_diff_eq!(lambert(albedo).y * PI, 0.5, epsilon = 2.0 * U);
+    property("lambert", 200, &(upper(1e-9), upper(1e-9)), |(wo, wi)| {
+        assert_eq!(bsdf.eval(wo, wi), lambert(albedo));
+    });
+    for theta in [0.0, 0.5, 1.5] {
+        let albedo = directional_albedo(&Bsdf::Lambert { albedo: DVec3::ONE }, theta);
+        assert_abs_diff_eq!(albedo, 1.0, epsilon = QUADRATURE);
+    }
+}
+
+#[test]
+fn constants_are_those_of_the_1994_model() {
+    for [sigma, a, b, ..] in reference::oren_nayar_average() {
+        let constants = OrenNayar::new(sigma);
+        // Five roundings of terms of at most 1.
+        assert_abs_diff_eq!(constants.a, a, epsilon = 5.0 * U);
+        assert_abs_diff_eq!(constants.b, b, epsilon = 5.0 * U);
+    }
+    assert_eq!(OrenNayar::new(0.0), OrenNayar { a: 1.0, b: 0.0 });
+}
+
+#[test]
+fn angles_and_vectors_give_the_same() {
+    let strategy = (
+        0.0..FRAC_PI_2,
+        0.0..FRAC_PI_2,
+        0.0..TAU,
+        0.0..TAU,
+        0.0..FRAC_PI_2,
+    );
+    property(
+        "angle form",
+        4000,
+        &strategy,
+        |(theta_in, theta_out, phi_in, phi_out, sigma): (f64, f64, f64, f64, f64)| {
+            let constants = OrenNayar::new(sigma);
+            let (wi, wo) = (
+                from_spherical(theta_in, phi_in),
+                from_spherical(theta_out, phi_out),
+            );
+            for form in FORMS {
+                let readable =
+                    oren_nayar_angles(constants, form, theta_in, theta_out, phi_in - phi_out);
+                let fast = oren_nayar(constants, form, wo, wi);
+                // sin θᵢ sin θₒ cos Δφ is off by 8 U sin sin on either way, and by 7 U more through
+                // the rounded difference of azimuths; the last factor and the sum by 4 U each.
+                let alpha = theta_in.max(theta_out);
+                let last = match form {
+                    OrenNayarForm::Corrected => theta_in.min(theta_out).tan(),
+                    OrenNayarForm::Printed => theta_in.min(theta_out).sin(),
+                };
+                let bound = 32.0 * U * constants.b * alpha.sin() * last + 4.0 * U * readable;
+                assert_abs_diff_eq!(readable, fast, epsilon = bound);
+            }
+        },
+    );
+}
+
+#[test]
+fn known_values() {
+    // Retro-reflection at σ = 0.5 and 60°: A + B sin 60° tan 60° = A + 1.5 B, printed A + 0.75 B.
+    let (a, b) = (0.784_482_758_620_689_7, 0.330_882_352_941_176_5);
+    let w = from_spherical(PI / 3.0, 1.0);
+    for (form, expected) in FORMS.into_iter().zip([a + 1.5 * b, a + 0.75 * b]) {
+        let found = white(0.5, form).eval(w, w).x * PI;
+        assert_abs_diff_eq!(found, expected, epsilon = 32.0 * U);
+        // Across the normal only A is left.
+        let across = from_spherical(PI / 3.0, 1.0 + PI);
+        assert_abs_diff_eq!(
+            white(0.5, form).eval(w, across).x * PI,
+            a,
+            epsilon = 8.0 * U
+        );
+        assert_abs_diff_eq!(
+            white(0.5, form).eval(w, DVec3::Z).x * PI,
+            a,
+            epsilon = 8.0 * U
+        );
+    }
+}
+
+#[test]
+fn both_forms_are_reciprocal() {
+    let strategy = (upper(1e-6), upper(1e-6), 0.0..FRAC_PI_2);
+    property("reciprocal", 1000, &strategy, |(wo, wi, sigma)| {
+        for form in FORMS {
+            let bsdf = white(sigma, form);
+            assert_eq!(bsdf.eval(wo, wi), bsdf.eval(wi, wo));
+            assert!(bsdf.eval(wo, wi).x > 0.0);
+        }
+    });
+}
+
+#[test]
+fn smooth_surfaces_are_lambert() {
+    property("smooth", 200, &(upper(1e-6), upper(1e-6)), |(wo, wi)| {
+        for form in FORMS {
+            let albedo = DVec3::new(0.2, 0.4, 0.9);
+            let rough = Bsdf::oren_nayar(albedo, 0.0, form);
+            assert_eq!(rough.eval(wo, wi), lambert(albedo));
+        }
+    });
+}
+
+#[test]
+fn turning_both_directions_changes_nothing() {
+    let strategy = (upper(0.01), upper(0.01), 0.0..FRAC_PI_2, 0.0..TAU);
+    property("rotation", 1000, &strategy, |(wo, wi, sigma, angle)| {
+        let turn = DMat3::from_rotation_z(angle);
+        for form in FORMS {
+            let bsdf = white(sigma, form);
+            // The tangential product moves by 12 U, and is divided by a cosine of at least 0.01.
+            let bound = 12.0 * U / wo.z.max(wi.z);
+            assert_abs_diff_eq!(
+                bsdf.eval(wo, wi).x,
+                bsdf.eval(turn * wo, turn * wi).x,
+                epsilon = bound
+            );
+        }
+    });
+}
+
+#[test]
+fn nothing_below_the_horizon_or_from_singular_models() {
+    let albedo = DVec3::splat(0.5);
+    let lambertian = Bsdf::Lambert { albedo };
+    let rough = white(0.5, OrenNayarForm::Corrected);
+    let up = from_spherical(0.5, 0.0);
+    for below in [from_spherical(2.0, 1.0), DVec3::X, -DVec3::Z] {
+        for bsdf in [lambertian, rough] {
+            assert_eq!(bsdf.eval(up, below), DVec3::ZERO);
+            assert_eq!(bsdf.eval(below, up), DVec3::ZERO);
+            assert_eq!(bsdf.eval(below, below), DVec3::ZERO);
+        }
+    }
+    let reflectance = DVec3::splat(0.9);
+    for (bsdf, albedo) in [
+        (Bsdf::Black, DVec3::ZERO),
+        (Bsdf::Mirror { reflectance }, reflectance),
+        (Bsdf::Glass { index: 1.5 }, DVec3::ONE),
+    ] {
+        assert_eq!(bsdf.eval(up, up), DVec3::ZERO);
+        assert_eq!(bsdf.albedo(), albedo);
+    }
+    assert_eq!(lambertian.albedo(), albedo);
+    assert_eq!(rough.albedo(), DVec3::ONE);
+}
+
+#[test]
+fn albedo_scales_the_model() {
+    let albedo = DVec3::new(0.25, 0.5, 0.75);
+    let (wo, wi) = (from_spherical(0.7, 0.1), from_spherical(1.1, 0.4));
+    for form in FORMS {
+        let coloured = Bsdf::oren_nayar(albedo, 0.4, form).eval(wo, wi);
+        let plain = white(0.4, form).eval(wo, wi);
+        assert!((coloured - albedo * plain).abs().max_element() <= 4.0 * U);
+    }
+}
+
+#[test]
+fn directional_albedos_meet_the_reference() {
+    let rows = reference::oren_nayar();
+    assert_eq!(rows.len(), 99);
+    for [sigma, degrees, corrected, printed] in rows {
+        let theta = degrees.to_radians();
+        for (form, expected) in FORMS.into_iter().zip([corrected, printed]) {
+            let found = directional_albedo(&white(sigma, form), theta);
+            let off = (found - expected).abs();
+            assert!(
+                off <= QUADRATURE,
+                "{form:?} at sigma {sigma}, {degrees} deg: {found} is off by {off:e}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_printed_form_is_not_oren_nayar() {
+    let mut compared = 0;
+    for [sigma, degrees, corrected, _] in reference::oren_nayar() {
+        if degrees >= 60.0 && sigma >= 0.3 {
+            let printed = white(sigma, OrenNayarForm::Printed);
+            let ratio = directional_albedo(&printed, degrees.to_radians()) / corrected;
+            assert!(ratio < 0.975, "{ratio} at sigma {sigma}, {degrees} deg");
+            compared += 1;
+        }
+    }
+    assert_eq!(compared, 35);
+}
+
+#[test]
+fn average_albedos_meet_their_closed_forms() {
+    for [sigma, a, b, corrected, printed] in reference::oren_nayar_average() {
+        let closed = [
+            a + b * (2.0 / 3.0 - 64.0 / (45.0 * PI)),
+            a + 4.0 * b / (9.0 * PI),
+        ];
+        for ((form, expected), closed) in FORMS.into_iter().zip([corrected, printed]).zip(closed) {
+            assert_relative_eq!(closed, expected, max_relative = 8.0 * U);
+            let found = average_albedo(&white(sigma, form));
+            assert_abs_diff_eq!(found, expected, epsilon = 2.0 * QUADRATURE);
+        }
+    }
+}

@@ -1,0 +1,228 @@
+//! Estimators, path by path, where every path has the same value or none.
+
+use glam::DVec3;
+use whitefurnace::bsdf::{Bsdf, OrenNayarForm};
+use whitefurnace::estimator::{Estimator, LightRules, Parts, Path, Report, Whitted};
+use whitefurnace::rng::uniform2;
+use whitefurnace::scene::room::{self, Convention};
+use whitefurnace::scene::{Scene, SceneBuilder, Surface, simple};
+use whitefurnace::shape::{Ray, Sphere};
+
+use crate::helpers::{U, any_camera, unit_vector};
+use crate::seed::{property, rng};
+
+/// Roulette without its weight: a path has the value that it would have without roulette, or none.
+#[derive(Clone, Copy, Debug, Default)]
+struct Unweighted;
+
+impl Parts for Unweighted {
+    fn roulette_weight(&self, _: f64) -> f64 {
+        1.0
+    }
+}
+
+/// Values of paths from the scene's camera through random points of the image.
+fn values<E: Estimator>(scene: &Scene, estimator: &E, count: usize) -> Vec<DVec3> {
+    let mut rng = rng(scene.name());
+    (0..count)
+        .map(|_| {
+            let [x, y] = uniform2(&mut rng);
+            let ray = scene.camera().ray([1, 1], x, y);
+            estimator.radiance(scene, &ray, scene.intersect(&ray), &mut rng)
+        })
+        .collect()
+}
+
+/// Every value is 0 or `expected`, and enough are the latter. A path of up to fifty bounces rounds its
+/// throughput eight times per bounce.
+fn assert_all_or_nothing(values: &[DVec3], expected: f64) {
+    let full = |v: &DVec3| (*v - expected).abs().max_element() <= 400.0 * U * expected;
+    for value in values {
+        assert!(
+            *value == DVec3::ZERO || full(value),
+            "{value} is not {expected}"
+        );
+    }
+    let count = values.iter().filter(|v| full(v)).count();
+    assert!(
+        2 * count > values.len(),
+        "only {count} of {} arrived",
+        values.len()
+    );
+}
+
+#[test]
+fn paths_in_a_uniform_environment_see_it() {
+    let path = Path { parts: Unweighted };
+    let scene = simple::environment().expect("a scene");
+    assert_all_or_nothing(&values(&scene, &path, 5000), 1.0);
+    let scene = simple::glass_cube(false).expect("a scene");
+    assert_all_or_nothing(&values(&scene, &path, 5000), 1.0);
+}
+
+#[test]
+fn paths_inside_glass_see_the_squared_index() {
+    // Rays straight at the faces leave at once but for R = 4 %.
+    let path = Path { parts: Unweighted };
+    let scene = simple::glass_cube(true).expect("a scene");
+    let mut rng = rng("inside glass");
+    let values: Vec<_> = (0..3000)
+        .map(|i| {
+            let tilt = 0.1 * unit_vector(&mut rng);
+            let ray = Ray::new(DVec3::ZERO, (DVec3::AXES[i % 3] + tilt).normalize());
+            path.radiance(&scene, &ray, scene.intersect(&ray), &mut rng)
+        })
+        .collect();
+    assert_all_or_nothing(&values, 2.25);
+}
+
+/// A glass sphere around the origin in a uniform environment.
+fn glass_sphere(index: f64) -> Scene {
+    let mut scene = SceneBuilder::new("glass sphere");
+    scene.background(DVec3::ONE);
+    let glass = scene.surface(Surface::new(Bsdf::Glass { index }));
+    scene.sphere(Sphere::new(DVec3::ZERO, 1.0), glass);
+    scene.build(any_camera()).expect("a scene")
+}
+
+#[test]
+fn whitted_trees_lose_only_what_the_limit_cuts() {
+    // From the centre a ray meets the sphere squarely: n² (1 − R) Σ R^k over the inner segments, with
+    // the segment after the last hit one of seven.
+    for index in [1.2, 1.5, 2.4] {
+        let scene = glass_sphere(index);
+        let mut rng = rng("whitted");
+        let ray = Ray::new(DVec3::ZERO, unit_vector(&mut rng));
+        let whitted = Whitted::new(LightRules::PHYSICAL);
+        let found = whitted.radiance(&scene, &ray, scene.intersect(&ray), &mut rng);
+        let r = ((index - 1.0) / (index + 1.0)).powi(2);
+        let expected = index * index * (1.0 - r.powi(6));
+        assert!((found - expected).abs().max_element() <= 100.0 * U * expected);
+        // The report's rules have no radiance factor.
+        let whitted = Whitted::new(LightRules::REPORT);
+        let found = whitted.radiance(&scene, &ray, scene.intersect(&ray), &mut rng);
+        assert!((found - (1.0 - r.powi(6))).abs().max_element() <= 100.0 * U);
+    }
+}
+
+#[test]
+fn index_matched_glass_is_not_there() {
+    let scene = glass_sphere(1.0);
+    let mut rng = rng("index-matched");
+    for _ in 0..1000 {
+        let offset = 0.7 * unit_vector(&mut rng);
+        let ray = Ray::new(DVec3::new(-3.0, offset.y, offset.z), DVec3::X);
+        let whitted = Whitted::new(LightRules::PHYSICAL);
+        let found = whitted.radiance(&scene, &ray, scene.intersect(&ray), &mut rng);
+        assert!((found - 1.0).abs().max_element() <= 100.0 * U, "{found}");
+    }
+}
+
+#[test]
+fn emitters_are_seen_under_each_rule() {
+    let eye = DVec3::new(12.5, 0.0, 0.0);
+    let front = Ray::new(eye, (DVec3::new(4.0, 0.0, 4.999) - eye).normalize());
+    // Between the light and the ceiling, looking down at its back.
+    let back = Ray::new(DVec3::new(4.0, 0.0, 4.9995), -DVec3::Z);
+    let mut rng = rng("emitters");
+    let scene = room::report(Convention::Physical, OrenNayarForm::Corrected).expect("the room");
+    let path = Path { parts: Unweighted };
+    let whitted = Whitted::new(LightRules::PHYSICAL);
+    let report = Report::default();
+    for (ray, radiance, shown) in [(front, 50.0, 1.0), (back, 0.0, 0.0)] {
+        let hit = scene.intersect(&ray);
+        assert!(hit.is_some_and(|hit| hit.emitter == Some(0)));
+        assert_eq!(
+            path.radiance(&scene, &ray, hit, &mut rng),
+            DVec3::splat(radiance)
+        );
+        assert_eq!(
+            whitted.radiance(&scene, &ray, hit, &mut rng),
+            DVec3::splat(radiance)
+        );
+        assert_eq!(
+            report.radiance(&scene, &ray, hit, &mut rng),
+            DVec3::splat(shown)
+        );
+    }
+}
+
+#[test]
+fn facing_mirrors_end() {
+    // Between perfect mirrors only roulette, or the limit on segments, ends a path: radiance is 0.
+    let mut scene = SceneBuilder::new("facing mirrors");
+    let mirror = scene.surface(Surface::new(Bsdf::Mirror {
+        reflectance: DVec3::ONE,
+    }));
+    scene.sphere(
+        Sphere {
+            inward: true,
+            ..Sphere::new(DVec3::ZERO, 1.0)
+        },
+        mirror,
+    );
+    let scene = scene.build(any_camera()).expect("a scene");
+    let path = Path { parts: Unweighted };
+    let found = values(&scene, &path, 1000);
+    assert!(found.iter().all(|v| *v == DVec3::ZERO));
+    assert!(
+        values(&scene, &Report::default(), 100)
+            .iter()
+            .all(|v| *v == DVec3::ZERO)
+    );
+}
+
+#[test]
+fn emitters_are_picked_evenly() {
+    #[derive(Clone, Copy)]
+    struct Plain;
+    impl Parts for Plain {}
+    property("pick", 500, &(0.0..1.0, 1usize..20), |(r, count)| {
+        let pick = Plain.pick_emitter(r, count);
+        assert_eq!(pick, (r * count as f64).floor() as usize);
+        assert!(
+            Plain.pick_emitter(1.0 - U, count) == count - 1,
+            "never one too many"
+        );
+        // Equal shares of [0, 1).
+        let middle = (pick as f64 + 0.5) / count as f64;
+        assert_eq!(Plain.pick_emitter(middle, count), pick);
+    });
+}
+
+#[test]
+fn direct_light_of_whitted_is_f_cos_over_pdf() {
+    // One emitter far above a floor, and the point that the shadow ray draws is known from the stream.
+    let mut scene = SceneBuilder::new("floor and light");
+    let albedo = DVec3::new(0.2, 0.5, 0.8);
+    let floor = scene.surface(Surface::new(Bsdf::Lambert { albedo }));
+    scene.rectangle(
+        DVec3::new(-5.0, -5.0, 0.0),
+        [10.0 * DVec3::X, 10.0 * DVec3::Y],
+        floor,
+    );
+    let light = scene.surface(Surface::new(Bsdf::Black).emitting(DVec3::splat(3.0)));
+    scene.rectangle(
+        DVec3::new(-1.0, -1.0, 2.0),
+        [2.0 * DVec3::Y, 2.0 * DVec3::X],
+        light,
+    );
+    let scene = scene.build(any_camera()).expect("a scene");
+    let ray = Ray::new(
+        DVec3::new(4.0, 0.0, 1.0),
+        DVec3::new(-1.0, 0.0, -1.0).normalize(),
+    );
+    let hit = scene.intersect(&ray).expect("the floor");
+    let mut rng = rng("direct light");
+    for _ in 0..200 {
+        let mut copy = rng.clone();
+        let found = Whitted::new(LightRules::PHYSICAL).radiance(&scene, &ray, Some(hit), &mut rng);
+        // The draws: which emitter, then where on it.
+        let _ = whitefurnace::rng::uniform(&mut copy);
+        let [s, t] = uniform2(&mut copy);
+        let y = DVec3::new(-1.0 + 2.0 * t, -1.0 + 2.0 * s, 2.0);
+        let d2 = (y - hit.point).length_squared();
+        let expected = albedo / std::f64::consts::PI * 3.0 * 4.0 * (2.0 * 2.0) / (d2 * d2);
+        assert!((found - expected).abs().max_element() <= 64.0 * U);
+    }
+}

@@ -1,0 +1,210 @@
+//! The film's accumulators: exact, mergeable in any order, and picky about sizes.
+
+use approx::assert_abs_diff_eq;
+use glam::DVec3;
+use proptest::prelude::*;
+use whitefurnace::error::Error;
+use whitefurnace::film::{Features, Film, LARGEST_FILM, Pixel, Window};
+use whitefurnace::moments::{Moments, UNIT};
+
+use crate::helpers::{U, point};
+use crate::seed::property;
+
+fn pixel(values: &[DVec3]) -> Pixel {
+    let mut pixel = Pixel::default();
+    for &value in values {
+        pixel.push(value).expect("a legal value");
+    }
+    pixel
+}
+
+#[test]
+fn pixels_hold_mean_and_standard_error() {
+    property(
+        "pixel",
+        300,
+        &prop::collection::vec(point(10.0), 2..40),
+        |values| {
+            let pixel = pixel(&values);
+            assert_eq!(pixel.replications(), values.len() as u32);
+            for channel in 0..3 {
+                let moments: Moments = values.iter().map(|v| v[channel]).collect();
+                // Values of at most 10 move by half a unit; 40 of them are summed.
+                let bound = UNIT + 4000.0 * U;
+                assert_abs_diff_eq!(pixel.mean()[channel], moments.mean(), epsilon = bound);
+                let error = pixel.standard_error()[channel];
+                assert_abs_diff_eq!(error, moments.standard_error(), epsilon = 2.0 * bound);
+            }
+        },
+    );
+}
+
+#[test]
+fn pixels_merge_exactly() {
+    let strategy = (
+        prop::collection::vec(point(1e4), 1..40),
+        any::<prop::sample::Index>(),
+    );
+    property("pixel merge", 300, &strategy, |(values, cut)| {
+        let (a, b) = values.split_at(cut.index(values.len()));
+        let (a, b, all) = (pixel(a), pixel(b), pixel(&values));
+        let merged = |mut a: Pixel, b: &Pixel| {
+            a.merge(b);
+            a
+        };
+        assert_eq!(merged(a, &b), all);
+        assert_eq!(merged(b, &a), all);
+        assert_eq!(merged(all, &Pixel::default()), all);
+    });
+}
+
+#[test]
+fn pixels_without_replications() {
+    let empty = Pixel::default();
+    assert_eq!(empty.mean(), DVec3::ZERO);
+    assert_eq!(empty.standard_error(), DVec3::INFINITY);
+    assert_eq!(empty.features().depth, 0.0);
+    assert_eq!(pixel(&[DVec3::ONE]).standard_error(), DVec3::INFINITY);
+    assert_eq!(pixel(&[DVec3::ONE; 2]).standard_error(), DVec3::ZERO);
+}
+
+#[test]
+fn pixels_refuse_what_they_cannot_hold() {
+    for channel in 0..3 {
+        for value in [f64::NAN, f64::INFINITY, 1e9] {
+            let mut radiance = DVec3::ONE;
+            radiance[channel] = value;
+            let result = Pixel::default().push(radiance);
+            assert!(matches!(result, Err(Error::Radiance { .. })), "{radiance}");
+        }
+    }
+}
+
+#[test]
+fn features_are_means_over_the_hits() {
+    let feature = |albedo: f64, depth: f64| Features {
+        albedo: DVec3::new(albedo, 0.5, 1.0),
+        normal: DVec3::new(0.0, -1.0, albedo),
+        depth,
+    };
+    let (mut one, mut other) = (Pixel::default(), Pixel::default());
+    one.push_features(&feature(0.25, 2.0));
+    one.push_features(&feature(0.75, 4.0));
+    other.push_features(&feature(0.5, 12.0));
+    one.merge(&other);
+    let found = one.features();
+    assert_eq!(found.albedo, DVec3::new(0.5, 0.5, 1.0));
+    assert_eq!(found.normal, DVec3::new(0.0, -1.0, 0.5));
+    assert_eq!(found.depth, 6.0);
+    // Rays that met nothing do not count; replications do not matter.
+    one.push(DVec3::ONE).expect("legal");
+    assert_eq!(one.features().depth, 6.0);
+}
+
+fn refusal(frame: [u32; 2], window: Option<Window>) -> String {
+    let error = Film::new(frame, window, 1).expect_err("must be refused");
+    let message = error.to_string();
+    assert!(matches!(error, Error::Option(_)));
+    assert!(!message.contains('\n'), "{message}");
+    message
+}
+
+#[test]
+fn impossible_sizes_are_refused() {
+    for frame in [[0, 5], [5, 0], [0, 0]] {
+        assert!(refusal(frame, None).contains("at least 1"));
+    }
+    for frame in [
+        [1_000_000_000, 1_000_000_000],
+        [u32::MAX, u32::MAX],
+        [1 << 20, 1 << 20],
+    ] {
+        assert!(refusal(frame, None).contains("memory"));
+    }
+    let above = u32::try_from(LARGEST_FILM + 1).expect("a 32-bit number");
+    assert!(refusal([above, 1], None).contains("memory"));
+}
+
+#[test]
+fn windows_must_lie_in_the_frame() {
+    let window = |x, y, width, height| {
+        Some(Window {
+            corner: [x, y],
+            size: [width, height],
+        })
+    };
+    for bad in [
+        window(0, 0, 9, 6),
+        window(0, 0, 8, 7),
+        window(1, 0, 8, 6),
+        window(0, 1, 8, 6),
+        window(8, 0, 1, 1),
+        window(u32::MAX, 0, 2, 1),
+        window(0, u32::MAX, 1, 2),
+    ] {
+        assert!(refusal([8, 6], bad).contains("leaves the frame"), "{bad:?}");
+    }
+    for empty in [window(0, 0, 0, 3), window(0, 0, 3, 0)] {
+        assert!(refusal([8, 6], empty).contains("at least 1"));
+    }
+    let film = Film::new([8, 6], window(5, 4, 3, 2), 4).expect("the last pixels");
+    assert_eq!((film.frame(), film.size()), ([8, 6], [3, 2]));
+    assert_eq!(film.samples_per_replication(), 4);
+    assert_eq!(film.pixels().len(), 6);
+    // A small window of a frame too large to hold.
+    assert!(Film::new([1 << 15, 1 << 15], window(7, 7, 2, 2), 1).is_ok());
+    // Pixels are numbered with 32 bits.
+    assert!(refusal([1 << 20, 1 << 20], window(7, 7, 2, 2)).contains("smaller"));
+}
+
+#[test]
+fn pixels_are_stored_row_by_row() {
+    let mut film = Film::new([4, 3], None, 1).expect("a film");
+    assert_eq!(film.window().size, [4, 3]);
+    film.pixels_mut()[4 * 2 + 1]
+        .push(DVec3::ONE)
+        .expect("legal");
+    assert_eq!(film.pixel(1, 2).replications(), 1);
+    assert_eq!(
+        film.pixels()
+            .iter()
+            .filter(|p| p.replications() == 1)
+            .count(),
+        1
+    );
+}
+
+#[test]
+fn films_of_different_kinds_do_not_merge() {
+    let window = Some(Window {
+        corner: [1, 0],
+        size: [3, 3],
+    });
+    let film = |frame, window, samples| Film::new(frame, window, samples).expect("a film");
+    let mut base = film([4, 3], None, 1);
+    for other in [
+        film([3, 4], None, 1),
+        film([4, 3], window, 1),
+        film([4, 3], None, 4),
+    ] {
+        let message = base.merge(&other).expect_err("must be refused").to_string();
+        assert!(message.contains("cannot be merged"));
+    }
+    assert!(base.merge(&film([4, 3], None, 1)).is_ok());
+}
+
+#[test]
+fn averages_run_over_pixels_and_channels() {
+    let mut film = Film::new([2, 1], None, 1).expect("a film");
+    for value in [1.0, 3.0] {
+        let [first, second] = film.pixels_mut() else {
+            unreachable!("two pixels");
+        };
+        first.push(DVec3::splat(value)).expect("legal");
+        second.push(DVec3::new(6.0, 0.0, 0.0)).expect("legal");
+    }
+    // Means 2, 2, 2 and 6, 0, 0; standard errors 1, 1, 1 and 0, 0, 0.
+    assert_eq!(film.mean(), 2.0);
+    assert_abs_diff_eq!(film.relative_error(), 0.25, epsilon = 4.0 * U);
+    assert_eq!(Film::new([1, 1], None, 1).expect("a film").mean(), 0.0);
+}

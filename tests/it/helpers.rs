@@ -1,0 +1,180 @@
+//! Random geometry, meshes and quadrature that several modules use.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::DVec3;
+use proptest::prelude::*;
+use rand::Rng;
+use whitefurnace::camera::Camera;
+use whitefurnace::frame::from_spherical;
+use whitefurnace::rng::uniform;
+
+/// Unit roundoff: one operation has a relative error of at most this.
+pub const U: f64 = f64::EPSILON / 2.0;
+
+/// A uniform number in [low, high).
+pub fn between<R: Rng>(rng: &mut R, low: f64, high: f64) -> f64 {
+    low + (high - low) * uniform(rng)
+}
+
+/// A uniform unit vector.
+pub fn unit_vector<R: Rng>(rng: &mut R) -> DVec3 {
+    let theta = between(rng, -1.0, 1.0).acos();
+    from_spherical(theta, between(rng, 0.0, TAU))
+}
+
+/// A point of the cube [−half, half]³.
+pub fn in_cube<R: Rng>(rng: &mut R, half: f64) -> DVec3 {
+    DVec3::from_array([0; 3].map(|_| between(rng, -half, half)))
+}
+
+/// Positive barycentric weights that sum to one up to rounding.
+pub fn weights<R: Rng>(rng: &mut R) -> [f64; 3] {
+    let [a, b] = [uniform(rng), uniform(rng)];
+    let (low, high) = (a.min(b), a.max(b));
+    [low, high - low, 1.0 - high]
+}
+
+/// The point with barycentric weights `w`.
+pub fn barycentric(w: [f64; 3], [a, b, c]: [DVec3; 3]) -> DVec3 {
+    w[0] * a + w[1] * b + w[2] * c
+}
+
+/// Unit vectors for property tests.
+pub fn unit() -> impl Strategy<Value = DVec3> {
+    (0.0..=PI, 0.0..TAU).prop_map(|(theta, phi)| from_spherical(theta, phi))
+}
+
+/// Unit vectors of the upper hemisphere with cos θ of at least `lowest`.
+pub fn upper(lowest: f64) -> impl Strategy<Value = DVec3> {
+    (lowest..=1.0, 0.0..TAU).prop_map(|(z, phi): (f64, f64)| from_spherical(z.acos(), phi))
+}
+
+/// Points of the cube [−half, half]³ for property tests.
+pub fn point(half: f64) -> impl Strategy<Value = DVec3> {
+    prop::array::uniform3(-half..=half).prop_map(DVec3::from_array)
+}
+
+/// Nodes and weights of the Gauss-Legendre rule of `n` points on [−1, 1], by Newton's method.
+pub fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
+    (0..n)
+        .map(|i| {
+            let mut x = (PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();
+            let mut slope = 1.0;
+            for _ in 0..50 {
+                let (value, derivative) = legendre(n, x);
+                slope = derivative;
+                x -= value / derivative;
+            }
+            (x, 2.0 / ((1.0 - x * x) * slope * slope))
+        })
+        .collect()
+}
+
+/// The Legendre polynomial of degree `n` and its derivative.
+fn legendre(n: usize, x: f64) -> (f64, f64) {
+    let (mut before, mut value) = (1.0, x);
+    for k in 2..=n {
+        let k = k as f64;
+        (before, value) = (
+            value,
+            ((2.0 * k - 1.0) * x * value - (k - 1.0) * before) / k,
+        );
+    }
+    (value, n as f64 * (x * value - before) / (x * x - 1.0))
+}
+
+/// ∫ f over [a, b] by a rule of [`gauss_legendre`].
+pub fn integrate(rule: &[(f64, f64)], a: f64, b: f64, f: impl Fn(f64) -> f64) -> f64 {
+    let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
+    half * rule
+        .iter()
+        .map(|&(x, w)| w * f(middle + half * x))
+        .sum::<f64>()
+}
+
+/// An indexed triangle mesh.
+pub struct Mesh {
+    pub vertices: Vec<DVec3>,
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl Mesh {
+    /// The vertices of a triangle.
+    pub fn corners(&self, triangle: [u32; 3]) -> [DVec3; 3] {
+        triangle.map(|v| self.vertices[v as usize])
+    }
+
+    /// The mesh with every vertex mapped.
+    pub fn map(mut self, f: impl Fn(DVec3) -> DVec3) -> Self {
+        for vertex in &mut self.vertices {
+            *vertex = f(*vertex);
+        }
+        self
+    }
+
+    /// A closed prism over a convex outline, fronts outward, bottom and top as fans.
+    pub fn prism(outline: &[[f64; 2]], [bottom, top]: [f64; 2]) -> Self {
+        let n = outline.len() as u32;
+        let ring = |z: f64| outline.iter().map(move |&[x, y]| DVec3::new(x, y, z));
+        let mut triangles = Vec::new();
+        for i in 1..n - 1 {
+            triangles.extend([[0, i + 1, i], [n, n + i, n + i + 1]]);
+        }
+        for i in 0..n {
+            let next = (i + 1) % n;
+            triangles.extend([[i, next, next + n], [i, next + n, i + n]]);
+        }
+        Self {
+            vertices: ring(bottom).chain(ring(top)).collect(),
+            triangles,
+        }
+    }
+
+    /// The cube [−1, 1]³.
+    pub fn cube() -> Self {
+        Self::prism(
+            &[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]],
+            [-1.0, 1.0],
+        )
+    }
+
+    /// The walls, floor and ceiling of the report's room.
+    pub fn room_shell() -> Self {
+        Self::prism(&crate::scene::OUTLINE, [-5.0, 5.0])
+    }
+
+    /// A unit sphere of `rows` × `columns` quadrilaterals, two triangles each except at the poles.
+    pub fn globe(rows: u32, columns: u32) -> Self {
+        let mut vertices = vec![DVec3::Z];
+        for row in 1..rows {
+            for column in 0..columns {
+                let theta = PI * f64::from(row) / f64::from(rows);
+                let phi = TAU * f64::from(column) / f64::from(columns);
+                vertices.push(from_spherical(theta, phi));
+            }
+        }
+        vertices.push(-DVec3::Z);
+        let south = vertices.len() as u32 - 1;
+        let at = |row: u32, column: u32| 1 + (row - 1) * columns + column % columns;
+        let mut triangles = Vec::new();
+        for column in 0..columns {
+            triangles.push([0, at(1, column), at(1, column + 1)]);
+            for row in 1..rows - 1 {
+                let (a, b) = (at(row, column), at(row, column + 1));
+                let (c, d) = (at(row + 1, column), at(row + 1, column + 1));
+                triangles.extend([[a, c, d], [a, d, b]]);
+            }
+            triangles.push([south, at(rows - 1, column + 1), at(rows - 1, column)]);
+        }
+        Self {
+            vertices,
+            triangles,
+        }
+    }
+}
+
+/// A camera for scenes whose picture does not matter.
+pub fn any_camera() -> Camera {
+    Camera::new(DVec3::ZERO, DVec3::X, DVec3::Z, 1.0)
+}

@@ -1,0 +1,208 @@
+//! The hierarchy against its brute-force twin.
+
+use glam::DVec3;
+use rand::Rng;
+use whitefurnace::accel::{Bvh, Primitive, PrimitiveHit};
+use whitefurnace::rng::uniform;
+use whitefurnace::shape::{Ray, Sphere};
+
+use crate::helpers::{Mesh, between, in_cube, unit_vector};
+use crate::seed::rng;
+
+/// Checks all three queries for a ray; says whether it hit.
+///
+/// Distances are those of the primitives themselves, so they agree to the last bit. Only primitives at
+/// the very same distance may stand for each other.
+fn check(bvh: &Bvh, ray: &Ray, t_max: f64) -> bool {
+    let expected = bvh.closest_brute_force(ray, t_max);
+    let found = bvh.closest(ray, t_max);
+    let t = |hit: Option<PrimitiveHit>| hit.map(|hit| hit.t);
+    assert_eq!(t(found), t(expected), "{ray:?} up to {t_max}");
+    assert_eq!(bvh.occluded(ray, t_max, |_| true), expected.is_some());
+    assert!(!bvh.occluded(ray, t_max, |_| false));
+    if let Some(hit) = expected {
+        assert!(!bvh.occluded(ray, hit.t, |_| true), "t_max is exclusive");
+        assert!(bvh.occluded(ray, hit.t.next_up(), |_| true));
+        let only = found.map(|hit| hit.primitive);
+        assert!(bvh.occluded(ray, t_max, |id| Some(id) == only));
+    }
+    expected.is_some()
+}
+
+fn random_triangle<R: Rng>(rng: &mut R, size: f64) -> [DVec3; 3] {
+    let centre = in_cube(rng, 1.0);
+    [0; 3].map(|_| centre + size * in_cube(rng, 1.0))
+}
+
+/// Rays of every awkward kind: random, along an axis, in a coordinate plane, from far away.
+fn rays<R: Rng>(rng: &mut R, count: usize) -> Vec<Ray> {
+    (0..count)
+        .map(|i| {
+            let mut origin = in_cube(rng, 1.5);
+            let mut direction = unit_vector(rng);
+            let axis = i / 5 % 3;
+            match i % 5 {
+                0 => {}
+                1 => direction = DVec3::AXES[axis].copysign(direction),
+                2 => direction[axis] = 0f64.copysign(direction[axis]),
+                3 => origin[axis] = (2.0 * origin[axis]).round() * 0.5,
+                _ => origin -= 1e4 * direction,
+            }
+            Ray::new(origin, direction)
+        })
+        .collect()
+}
+
+fn check_all(primitives: &[Primitive], rays: &[Ray]) -> usize {
+    let bvh = Bvh::new(primitives);
+    rays.iter()
+        .enumerate()
+        .filter(|(i, ray)| {
+            let t_max = if i % 3 == 0 { 1.0 } else { f64::INFINITY };
+            check(&bvh, ray, t_max)
+        })
+        .count()
+}
+
+#[test]
+fn empty() {
+    let bvh = Bvh::new(&[]);
+    let ray = Ray::new(DVec3::ZERO, DVec3::X);
+    assert_eq!(bvh.closest(&ray, f64::INFINITY), None);
+    assert!(!bvh.occluded(&ray, f64::INFINITY, |_| true));
+}
+
+#[test]
+fn random_soups() {
+    let mut rng = rng("soups");
+    for count in [1, 2, 3, 4, 5, 8, 9, 17, 60, 400] {
+        for size in [1.0, 0.1, 1e-3] {
+            let soup: Vec<_> = (0..count)
+                .map(|_| Primitive::triangle(random_triangle(&mut rng, size)))
+                .collect();
+            check_all(&soup, &rays(&mut rng, 300));
+        }
+    }
+}
+
+#[test]
+fn spheres_among_triangles() {
+    let mut rng = rng("mixed");
+    for count in [2, 10, 100] {
+        let mixed: Vec<_> = (0..count)
+            .map(|i| {
+                if i % 2 == 0 {
+                    return Primitive::triangle(random_triangle(&mut rng, 0.3));
+                }
+                let radius = between(&mut rng, 0.01, 0.3);
+                let whole = Sphere::new(in_cube(&mut rng, 1.0), radius);
+                let height = between(&mut rng, -radius, radius);
+                let zone = [height, f64::INFINITY];
+                Primitive::Sphere(if i % 4 == 1 {
+                    whole
+                } else {
+                    Sphere { zone, ..whole }
+                })
+            })
+            .collect();
+        let hits = check_all(&mixed, &rays(&mut rng, 3000));
+        // Two small primitives may well be missed by all rays; a hundred may not.
+        assert!(count < 100 || hits > 100, "only {hits} hits among {count}");
+    }
+}
+
+#[test]
+fn flat_and_axis_aligned_geometry() {
+    let mut rng = rng("flat");
+    for axis in 0..3 {
+        // Unit squares of a grid in one plane, and the faces of boxes: bounds without thickness.
+        let mut flat = Vec::new();
+        for i in 0..100 {
+            let (p, q) = ((axis + 1) % 3, (axis + 2) % 3);
+            let (x, y) = (DVec3::AXES[p] * 0.2, DVec3::AXES[q] * 0.2);
+            let corner = -DVec3::splat(1.0) + f64::from(i % 10) * x + f64::from(i / 10) * y;
+            let corner = corner + DVec3::AXES[axis] * (1.0 + 0.5 * f64::from(i % 3));
+            flat.push(Primitive::triangle([corner, corner + x, corner + x + y]));
+            flat.push(Primitive::triangle([corner, corner + x + y, corner + y]));
+        }
+        let hits = check_all(&flat, &rays(&mut rng, 4000));
+        assert!(hits > 100, "only {hits} hits");
+        // Rays within the plane of the faces, and aimed at their corners.
+        let bvh = Bvh::new(&flat);
+        for primitive in &flat {
+            let Primitive::Triangle([a, ..]) = primitive else {
+                continue;
+            };
+            let corner = DVec3::new(a[0], a[1], a[2]);
+            let mut along = unit_vector(&mut rng);
+            along[axis] = 0.0;
+            check(&bvh, &Ray::new(corner - along, along), f64::INFINITY);
+            let origin = in_cube(&mut rng, 2.0);
+            check(&bvh, &Ray::new(origin, corner - origin), f64::INFINITY);
+        }
+    }
+}
+
+#[test]
+fn scales_and_offsets() {
+    let mut rng = rng("scales");
+    for scale in [1e-4, 1e4] {
+        for offset in [0.0, 100.0] {
+            let globe = Mesh::globe(12, 16).map(|v| (v + offset) * scale);
+            let mesh: Vec<_> = globe
+                .triangles
+                .iter()
+                .map(|&t| Primitive::triangle(globe.corners(t)))
+                .collect();
+            let rays: Vec<_> = rays(&mut rng, 2000)
+                .into_iter()
+                .map(|ray| Ray::new((ray.origin + offset) * scale, ray.direction))
+                .collect();
+            let hits = check_all(&mesh, &rays);
+            assert!(hits > 200, "only {hits} hits at scale {scale:e}");
+        }
+    }
+}
+
+#[test]
+fn equal_primitives_are_all_there() {
+    // Nothing separates them: a heuristic that insists on a split would not end.
+    let triangle = Primitive::triangle([DVec3::ZERO, DVec3::X, DVec3::Y]);
+    let bvh = Bvh::new(&vec![triangle; 100]);
+    let ray = Ray::new(DVec3::new(0.25, 0.25, 1.0), -DVec3::Z);
+    assert_eq!(bvh.closest(&ray, 2.0).map(|hit| hit.t), Some(1.0));
+    for id in 0..100 {
+        assert!(bvh.occluded(&ray, 2.0, |other| other == id), "lost {id}");
+    }
+}
+
+#[test]
+fn hundred_thousand_triangles() {
+    let mut rng = rng("large mesh");
+    let globe = Mesh::globe(225, 223).map(|v| v * DVec3::new(1.0, 0.7, 0.4));
+    assert!(globe.triangles.len() > 99_000);
+    let mesh: Vec<_> = globe
+        .triangles
+        .iter()
+        .map(|&t| Primitive::triangle(globe.corners(t)))
+        .collect();
+    let bvh = Bvh::new(&mesh);
+    let mut hits = 0;
+    for ray in rays(&mut rng, 400) {
+        hits += usize::from(check(&bvh, &ray, f64::INFINITY));
+    }
+    assert!(hits > 8, "only {hits} hits");
+    // From inside, at vertices and edges: closed, so every ray meets it.
+    for _ in 0..20_000 {
+        let pick = between(&mut rng, 0.0, globe.triangles.len() as f64) as usize;
+        let [a, b, _] = globe.corners(globe.triangles[pick]);
+        let target = if pick.is_multiple_of(2) {
+            a
+        } else {
+            a + uniform(&mut rng) * (b - a)
+        };
+        let origin = 0.2 * in_cube(&mut rng, 1.0);
+        let ray = Ray::new(origin, target - origin);
+        assert!(bvh.closest(&ray, f64::INFINITY).is_some(), "lost {ray:?}");
+    }
+}

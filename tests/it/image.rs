@@ -1,0 +1,262 @@
+//! EXR and PNG files: what is in them, byte for byte, and what is not left behind.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+
+use approx::assert_abs_diff_eq;
+use exr::prelude::{AttributeValue, FlatSamples, read_all_flat_layers_from_file};
+use glam::DVec3;
+use whitefurnace::error::Error;
+use whitefurnace::film::{Features, Film};
+use whitefurnace::image::{Display, check_writable, srgb, write_exr, write_png, write_whole};
+
+use crate::helpers::U;
+
+/// An empty folder of the test's own.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    // It may be there from an earlier run.
+    drop(fs::remove_dir_all(&folder));
+    fs::create_dir_all(&folder).expect("a folder for tests");
+    folder
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).expect("a folder");
+    entries
+        .map(|entry| {
+            entry
+                .expect("an entry")
+                .file_name()
+                .to_string_lossy()
+                .into_owned()
+        })
+        .collect()
+}
+
+/// A film of 3 × 2 pixels with different values in every channel.
+fn film() -> Film {
+    let mut film = Film::new([3, 2], None, 4).expect("a film");
+    for (i, pixel) in film.pixels_mut().iter_mut().enumerate() {
+        let value = DVec3::new(0.1, 10.0, 0.0) * i as f64;
+        for shift in [0.0, 0.5, 2.0] {
+            pixel.push(value + shift).expect("legal");
+        }
+        pixel.push_features(&Features {
+            albedo: DVec3::new(0.25, 0.5, 0.75),
+            normal: DVec3::new(0.0, -0.6, 0.8),
+            depth: 3.0 + i as f64,
+        });
+    }
+    film
+}
+
+#[test]
+fn exr_holds_every_channel() {
+    let path = folder("exr").join("film.exr");
+    let film = film();
+    write_exr(&path, &film, "seed=1\nspp=12\n").expect("written");
+    let image = read_all_flat_layers_from_file(&path).expect("readable");
+    let [layer] = image.layer_data.as_slice() else {
+        panic!("one part");
+    };
+    assert_eq!((layer.size.0, layer.size.1), (3, 2));
+    type Channel = (&'static str, fn(&Film, usize) -> f64);
+    let expected: [Channel; 14] = [
+        ("B", |f, i| f.pixels()[i].mean().z),
+        ("G", |f, i| f.pixels()[i].mean().y),
+        ("R", |f, i| f.pixels()[i].mean().x),
+        ("albedo.B", |f, i| f.pixels()[i].features().albedo.z),
+        ("albedo.G", |f, i| f.pixels()[i].features().albedo.y),
+        ("albedo.R", |f, i| f.pixels()[i].features().albedo.x),
+        ("depth.Z", |f, i| f.pixels()[i].features().depth),
+        ("normal.X", |f, i| f.pixels()[i].features().normal.x),
+        ("normal.Y", |f, i| f.pixels()[i].features().normal.y),
+        ("normal.Z", |f, i| f.pixels()[i].features().normal.z),
+        ("samples.Y", |_, _| 12.0),
+        ("stderr.B", |f, i| f.pixels()[i].standard_error().z),
+        ("stderr.G", |f, i| f.pixels()[i].standard_error().y),
+        ("stderr.R", |f, i| f.pixels()[i].standard_error().x),
+    ];
+    let channels = &layer.channel_data.list;
+    let found: Vec<String> = channels.iter().map(|c| c.name.to_string()).collect();
+    assert_eq!(found, expected.map(|(name, _)| name.to_owned()));
+    for (channel, (name, value)) in channels.iter().zip(expected) {
+        let FlatSamples::F32(samples) = &channel.sample_data else {
+            panic!("{name} is not of 32-bit floats");
+        };
+        for (i, sample) in samples.iter().enumerate() {
+            assert_eq!(*sample, value(&film, i) as f32, "{name} of pixel {i}");
+        }
+    }
+    // Values that were put in, not only what the film says of itself.
+    let FlatSamples::F32(green) = &channels[1].sample_data else {
+        unreachable!("checked above");
+    };
+    assert!((green[5] - (50.0 + 2.5 / 3.0)).abs() < 1e-5);
+}
+
+#[test]
+fn exr_has_one_attribute_of_ours() {
+    let path = folder("provenance").join("film.exr");
+    write_exr(&path, &film(), "version=0.1.0\nseed=7\n").expect("written");
+    let image = read_all_flat_layers_from_file(&path).expect("readable");
+    let other = &image.layer_data[0].attributes.other;
+    assert_eq!(other.len(), 1);
+    let (name, value) = other.iter().next().expect("one attribute");
+    assert_eq!(name.to_string(), "provenance");
+    let AttributeValue::Text(text) = value else {
+        panic!("not a text");
+    };
+    assert_eq!(text.to_string(), "version=0.1.0\nseed=7\n");
+    assert!(image.attributes.other.is_empty());
+}
+
+#[test]
+fn the_same_film_makes_the_same_bytes() {
+    let folder = folder("bytes");
+    let paths = ["a", "b"].map(|name| folder.join(name));
+    for path in &paths {
+        write_exr(&path.with_extension("exr"), &film(), "x").expect("written");
+        write_png(&path.with_extension("png"), &film(), Display::Truncated, 1).expect("written");
+    }
+    for extension in ["exr", "png"] {
+        let [a, b] = paths
+            .each_ref()
+            .map(|path| fs::read(path.with_extension(extension)));
+        assert_eq!(a.expect("a file"), b.expect("a file"));
+    }
+    assert_eq!(names(&folder).len(), 4, "no temporary files stay");
+}
+
+fn read_png(path: &Path) -> ([u32; 2], Vec<u8>) {
+    let file = std::io::BufReader::new(File::open(path).expect("a file"));
+    let mut reader = png::Decoder::new(file).read_info().expect("a PNG");
+    let mut bytes = vec![0; reader.output_buffer_size().expect("a size")];
+    let info = reader.next_frame(&mut bytes).expect("a frame");
+    assert_eq!(
+        (info.color_type, info.bit_depth),
+        (png::ColorType::Rgb, png::BitDepth::Eight)
+    );
+    ([info.width, info.height], bytes)
+}
+
+#[test]
+fn png_holds_the_encoded_mean() {
+    let path = folder("png").join("film.png");
+    for display in [Display::Truncated, Display::Srgb { exposure: -3.0 }] {
+        let film = film();
+        write_png(&path, &film, display, 1).expect("written");
+        let (size, bytes) = read_png(&path);
+        assert_eq!(size, [3, 2]);
+        let expected: Vec<u8> = film
+            .pixels()
+            .iter()
+            .flat_map(|pixel| pixel.mean().to_array().map(|value| display.encode(value)))
+            .collect();
+        assert_eq!(bytes, expected);
+    }
+    // Magnified twice, every pixel is four equal ones.
+    let film = film();
+    write_png(&path, &film, Display::Truncated, 2).expect("written");
+    let (size, bytes) = read_png(&path);
+    assert_eq!(size, [6, 4]);
+    for (i, rgb) in bytes.chunks_exact(3).enumerate() {
+        let mean = film
+            .pixel(i as u32 % 6 / 2, i as u32 / 6 / 2)
+            .mean()
+            .to_array();
+        assert_eq!(rgb, mean.map(|value| Display::Truncated.encode(value)));
+    }
+}
+
+#[test]
+fn displays_encode_as_they_say() {
+    let truncated = |x| Display::Truncated.encode(x);
+    for (radiance, value) in [
+        (0.0, 0),
+        (1.0 / 255.0, 1),
+        (0.999 / 255.0, 0),
+        (0.5, 127),
+        (0.9999, 254),
+        (1.0, 255),
+        (50.0, 255),
+    ] {
+        assert_eq!(truncated(radiance), value, "{radiance}");
+    }
+    // 25-digit values of IEC 61966-2-1. The last term of the power law loses 8 U in all.
+    for (linear, encoded) in [
+        (0.0, 0.0),
+        (0.001, 0.01292),
+        (0.0031308, 0.040449936),
+        (0.01, 0.09985282273412834),
+        (0.18, 0.46135612950044164),
+        (0.5, 0.7353569830524495),
+        (0.75, 0.8808250210902998),
+        (1.0, 1.0),
+    ] {
+        assert_abs_diff_eq!(srgb(linear), encoded, epsilon = 8.0 * U);
+        let display = Display::Srgb { exposure: 0.0 };
+        assert_eq!(f64::from(display.encode(linear)), (255.0 * encoded).round());
+        // A stop doubles.
+        let brighter = Display::Srgb { exposure: 2.0 };
+        assert_eq!(brighter.encode(linear / 4.0), display.encode(linear));
+        assert_eq!(display.encode(1.0 + linear), 255);
+    }
+    assert!(
+        srgb(0.0031308f64.next_up()) >= srgb(0.0031308) - 1e-7,
+        "no step back at the joint"
+    );
+}
+
+#[test]
+fn nothing_is_left_behind_on_failure() {
+    let folder = folder("failures");
+    let film = film();
+    let taken = folder.join("taken");
+    fs::create_dir(&taken).expect("a folder");
+    let file = folder.join("file");
+    fs::write(&file, "kept").expect("a file");
+    for path in [
+        taken.clone(),
+        folder.join("missing/film.exr"),
+        file.join("film.exr"),
+    ] {
+        for result in [
+            write_exr(&path, &film, ""),
+            write_png(&path, &film, Display::Truncated, 1),
+            write_whole(&path, |_| Ok(())),
+        ] {
+            let error = result.expect_err("cannot be written");
+            assert!(matches!(error, Error::File { .. }), "{error}");
+            let message = error.to_string();
+            assert!(message.contains(&*path.to_string_lossy()) && !message.contains('\n'));
+        }
+    }
+    let mut found = names(&folder);
+    found.sort();
+    assert_eq!(found, ["file", "taken"]);
+    assert!(names(&taken).is_empty());
+    // What was there before a failing write stays as it was.
+    let failing = write_whole(&file, |_| Err(Error::Option("no".to_owned())));
+    assert!(failing.is_err());
+    assert_eq!(fs::read_to_string(&file).expect("a file"), "kept");
+    assert!(write_exr(&file, &film, "not Latin-1: \u{4e00}").is_err());
+    assert_eq!(fs::read_to_string(&file).expect("a file"), "kept");
+}
+
+#[test]
+fn paths_are_checked_beforehand() {
+    let folder = folder("check");
+    let file = folder.join("file");
+    fs::write(&file, "kept").expect("a file");
+    assert!(check_writable(&folder.join("new/deep/film.exr")).is_ok());
+    assert!(
+        names(&folder.join("new/deep")).is_empty(),
+        "no trace but the folder"
+    );
+    assert!(check_writable(&file).is_ok());
+    assert_eq!(fs::read_to_string(&file).expect("a file"), "kept");
+    assert!(check_writable(&folder).is_err());
+    assert!(check_writable(&file.join("film.exr")).is_err());
+}

@@ -1,0 +1,249 @@
+//! Equation (16): running moments, in floating point and exact.
+
+use approx::{assert_abs_diff_eq, assert_relative_eq};
+use proptest::prelude::*;
+use whitefurnace::error::Error;
+use whitefurnace::moments::{ExactMoments, LARGEST, Moments, UNIT, in_units};
+
+use crate::helpers::U;
+use crate::seed::property;
+
+fn values() -> impl Strategy<Value = Vec<f64>> {
+    let offset = prop_oneof![Just(0.0), -1e3..1e3, Just(1e6)];
+    (offset, prop::collection::vec(-1.0..1.0, 2..200))
+        .prop_map(|(offset, values): (f64, Vec<f64>)| values.iter().map(|x| x + offset).collect())
+}
+
+/// Mean and unbiased variance by two passes.
+fn two_pass(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let squares: f64 = values.iter().map(|x| (x - mean).powi(2)).sum();
+    (mean, squares / (n - 1.0))
+}
+
+/// Bounds on the errors of mean and variance over both ways: sums of n terms lose at most n U of the
+/// largest; a running variance loses n U κ of itself, κ² = 1 + mean²/variance (Chan, Golub and
+/// LeVeque 1983), to first order: twice each for the two ways, twice again for the rest.
+fn error(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let (mean, variance) = two_pass(values);
+    let largest = values.iter().fold(0f64, |m, x| m.max(x.abs()));
+    let kappa = (1.0 + mean * mean / variance).sqrt();
+    (4.0 * n * U * largest, 4.0 * n * U * kappa * variance)
+}
+
+fn exact(values: &[f64]) -> ExactMoments {
+    let mut moments = ExactMoments::default();
+    for &value in values {
+        moments.push(value).expect("a legal value");
+    }
+    moments
+}
+
+#[test]
+fn running_moments_meet_two_passes() {
+    property("two passes", 500, &values(), |values| {
+        let moments: Moments = values.iter().copied().collect();
+        let ((mean, variance), (e_mean, e_variance)) = (two_pass(&values), error(&values));
+        assert_eq!(moments.count(), values.len() as u64);
+        assert_abs_diff_eq!(moments.mean(), mean, epsilon = e_mean);
+        assert_abs_diff_eq!(moments.variance(), variance, epsilon = e_variance);
+        let standard_error = (moments.variance() / values.len() as f64).sqrt();
+        assert_eq!(moments.standard_error(), standard_error);
+    });
+}
+
+#[test]
+fn merging_is_associative_up_to_rounding() {
+    let strategy = (values(), 0.0..1.0, 0.0..1.0);
+    property(
+        "merging",
+        500,
+        &strategy,
+        |(values, s, t): (Vec<f64>, f64, f64)| {
+            let cut = |share: f64| (share * values.len() as f64) as usize;
+            let (first, second) = (cut(s.min(t)), cut(s.max(t)));
+            let part =
+                |from: usize, to: usize| values[from..to].iter().copied().collect::<Moments>();
+            let (a, b, c) = (
+                part(0, first),
+                part(first, second),
+                part(second, values.len()),
+            );
+            let (e_mean, e_variance) = error(&values);
+            let all = part(0, values.len());
+            for merged in [
+                a.merge(b).merge(c),
+                a.merge(b.merge(c)),
+                c.merge(a).merge(b),
+            ] {
+                assert_eq!(merged.count(), all.count());
+                assert_abs_diff_eq!(merged.mean(), all.mean(), epsilon = e_mean);
+                assert_abs_diff_eq!(merged.variance(), all.variance(), epsilon = e_variance);
+            }
+        },
+    );
+}
+
+#[test]
+fn few_values() {
+    let none = Moments::default();
+    let one: Moments = [3.0].into_iter().collect();
+    let two: Moments = [3.0, 5.0].into_iter().collect();
+    assert_eq!((none.count(), none.mean()), (0, 0.0));
+    assert_eq!(none.variance(), f64::INFINITY);
+    assert_eq!((one.mean(), one.variance()), (3.0, f64::INFINITY));
+    assert_eq!(one.standard_error(), f64::INFINITY);
+    assert_eq!(
+        (two.mean(), two.variance(), two.standard_error()),
+        (4.0, 2.0, 1.0)
+    );
+    assert_eq!(none.merge(two), two);
+    assert_eq!(two.merge(none), two);
+    assert_eq!(one.merge([5.0].into_iter().collect()), two);
+}
+
+#[test]
+fn units_are_the_nearest_multiples() {
+    let multiples = -(1i64 << 56)..=(1i64 << 56);
+    property("units", 2000, &multiples, |units| {
+        // What a double can hold of it.
+        let value = units as f64 * UNIT;
+        assert_eq!(in_units(value), units as f64 as i64);
+    });
+    property("large units", 500, &((1i64 << 52)..(1i64 << 53)), |units| {
+        assert_eq!(
+            in_units(units as f64 * UNIT),
+            units,
+            "every integer of 53 bits"
+        );
+        assert_eq!(in_units(-units as f64 * UNIT), -units);
+    });
+    for (units, expected) in [(0.5, 1), (-0.5, -1), (1.5, 2), (0.25, 0), (-1.75, -2)] {
+        assert_eq!(in_units(units * UNIT), expected, "{units}");
+    }
+    assert_eq!(in_units(0.5f64.next_down() * UNIT), 0);
+    assert_eq!(in_units(-0.5f64.next_down() * UNIT), 0);
+}
+
+#[test]
+fn exact_moments_agree_with_two_passes() {
+    property("exact", 500, &values(), |values| {
+        let n = values.len() as u32;
+        let moments = exact(&values);
+        let ((mean, variance), (e_mean, e_variance)) = (two_pass(&values), error(&values));
+        assert_abs_diff_eq!(moments.mean(n), mean, epsilon = e_mean + 0.5 * UNIT);
+        // Every value moves by at most half a unit.
+        let moved = 2.0 * (2.0 * variance).sqrt() * UNIT + UNIT * UNIT;
+        assert_abs_diff_eq!(moments.variance(n), variance, epsilon = e_variance + moved);
+        let standard_error = (moments.variance(n) / f64::from(n)).sqrt();
+        assert_eq!(moments.standard_error(n), standard_error);
+    });
+}
+
+#[test]
+fn exact_moments_merge_in_any_order() {
+    let strategy = (
+        values(),
+        prop::collection::vec(any::<prop::sample::Index>(), 3),
+    );
+    property("any order", 500, &strategy, |(mut values, cuts)| {
+        let all = exact(&values);
+        let cut = cuts[0].index(values.len());
+        let (left, right) = values.split_at(cut);
+        for (a, b) in [(left, right), (right, left)] {
+            let mut merged = exact(a);
+            merged.merge(&exact(b));
+            assert_eq!(merged, all);
+        }
+        let turn = cuts[1].index(values.len());
+        values.rotate_left(turn);
+        assert_eq!(exact(&values), all);
+        values.reverse();
+        assert_eq!(exact(&values), all);
+    });
+}
+
+#[test]
+fn constants_have_no_variance() {
+    property(
+        "constants",
+        500,
+        &(-LARGEST..LARGEST, 2..500u32),
+        |(value, n)| {
+            let moments = exact(&vec![value; n as usize]);
+            assert_eq!(moments.variance(n), 0.0);
+            assert_abs_diff_eq!(
+                moments.mean(n),
+                value,
+                epsilon = 0.5 * UNIT + 2.0 * U * value.abs()
+            );
+        },
+    );
+}
+
+#[test]
+fn large_offsets_do_not_cancel() {
+    // Mean 2²³ + 1/2, deviations 1/2: Σ(x − m)² = n/4.
+    let n = 1000;
+    let values: Vec<f64> = (0..n).map(|i| LARGEST / 2.0 + f64::from(i % 2)).collect();
+    let moments = exact(&values);
+    assert_eq!(moments.mean(n), LARGEST / 2.0 + 0.5);
+    let expected = f64::from(n) / 4.0 / f64::from(n - 1);
+    assert_relative_eq!(moments.variance(n), expected, max_relative = 4.0 * U);
+    // The smallest difference that the unit resolves, on top of the largest value.
+    let two = exact(&[LARGEST, LARGEST - UNIT * 8.0]);
+    assert_eq!(two.variance(2), 32.0 * UNIT * UNIT);
+}
+
+#[test]
+fn sums_of_largest_values_fit() {
+    let n = (1 << 15) - 1;
+    for sign in [1.0, -1.0] {
+        let moments = exact(&vec![sign * LARGEST; n as usize]);
+        assert_eq!(moments.mean(n), sign * LARGEST);
+        assert_eq!(moments.variance(n), 0.0);
+    }
+}
+
+#[test]
+fn values_that_no_film_holds_are_refused() {
+    let above = LARGEST.next_up();
+    for value in [
+        f64::NAN,
+        f64::INFINITY,
+        -f64::INFINITY,
+        above,
+        -above,
+        f64::MAX,
+    ] {
+        let mut moments = ExactMoments::default();
+        assert!(
+            matches!(moments.push(value), Err(Error::Radiance { .. })),
+            "{value}"
+        );
+        assert_eq!(moments, ExactMoments::default());
+    }
+    assert!(ExactMoments::default().push(LARGEST).is_ok());
+    assert!(ExactMoments::default().push(-LARGEST).is_ok());
+    let message = ExactMoments::default()
+        .push(f64::NAN)
+        .expect_err("NaN")
+        .to_string();
+    assert!(
+        message.contains("NaN") && !message.contains('\n'),
+        "{message}"
+    );
+}
+
+#[test]
+fn few_exact_values() {
+    let moments = exact(&[3.0, 5.0]);
+    assert_eq!(ExactMoments::default().mean(0), 0.0);
+    assert_eq!(ExactMoments::default().variance(0), f64::INFINITY);
+    assert_eq!(exact(&[3.0]).variance(1), f64::INFINITY);
+    assert_eq!(exact(&[3.0]).standard_error(1), f64::INFINITY);
+    assert_eq!((moments.mean(2), moments.variance(2)), (4.0, 2.0));
+    assert_eq!(moments.standard_error(2), 1.0);
+}

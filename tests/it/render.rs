@@ -1,0 +1,299 @@
+//! The loop over pixels: the same bits on any threads, in any division.
+#![expect(
+    clippy::single_range_in_vec_init,
+    reason = "one range is a run in one piece"
+)]
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use glam::DVec3;
+use rand::Rng;
+use rayon::ThreadPoolBuilder;
+use whitefurnace::bsdf::OrenNayarForm;
+use whitefurnace::error::Error;
+use whitefurnace::estimator::{Estimator, LightRules, Path, Published, Report, Standard, Whitted};
+use whitefurnace::film::{Film, Window};
+use whitefurnace::pixel::PixelSampling::{self, Centre, Grid, Jitter, Random};
+use whitefurnace::render::{Sampling, render};
+use whitefurnace::scene::room::{self, Convention};
+use whitefurnace::scene::{Hit, Scene, simple};
+use whitefurnace::shape::Ray;
+
+use crate::seed::master;
+
+const FRAME: [u32; 2] = [24, 18];
+
+fn room() -> Scene {
+    room::report(Convention::Physical, OrenNayarForm::Corrected).expect("the room")
+}
+
+fn path() -> Path {
+    Path::<Standard>::default()
+}
+
+fn sampling(pixel: PixelSampling) -> Sampling {
+    let seed = master();
+    Sampling { pixel, seed }
+}
+
+fn film(pixel: PixelSampling, window: Option<Window>) -> Film {
+    Film::new(FRAME, window, pixel.samples_per_replication()).expect("a film")
+}
+
+/// The film after the given ranges of replications.
+fn rendered<E: Estimator>(
+    scene: &Scene,
+    estimator: &E,
+    pixel: PixelSampling,
+    window: Option<Window>,
+    ranges: &[std::ops::Range<u32>],
+) -> Film {
+    let mut film = film(pixel, window);
+    for range in ranges {
+        let done = render(scene, estimator, sampling(pixel), &mut film, range, &|_| {
+            true
+        });
+        assert!(done.expect("legal radiance"));
+    }
+    film
+}
+
+fn whole<E: Estimator>(scene: &Scene, estimator: &E, pixel: PixelSampling) -> Film {
+    rendered(scene, estimator, pixel, None, &[0..4])
+}
+
+fn assert_threads_do_not_matter<E: Estimator>(scene: &Scene, estimator: &E) {
+    let films = [1, 2, 3, 7].map(|threads| {
+        let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.expect("threads")
+            .install(|| whole(scene, estimator, Random))
+    });
+    assert!(films.iter().all(|film| *film == films[0]));
+    assert!(films[0].mean() > 0.0);
+}
+
+#[test]
+fn threads_do_not_matter() {
+    let scene = room();
+    assert_threads_do_not_matter(&scene, &path());
+    assert_threads_do_not_matter(&scene, &Report::default());
+    assert_threads_do_not_matter(&scene, &Published);
+    assert_threads_do_not_matter(&scene, &Whitted::new(LightRules::PHYSICAL));
+}
+
+#[test]
+fn divided_ranges_are_one_run() {
+    let scene = room();
+    let once = rendered(&scene, &path(), Random, None, &[0..7]);
+    for ranges in [
+        vec![0..3, 3..7],
+        vec![4..7, 0..1, 1..4],
+        vec![0..0, 0..7, 7..7],
+    ] {
+        assert!(rendered(&scene, &path(), Random, None, &ranges) == once);
+    }
+    // As films of their own, merged in any order.
+    let parts = [0..2, 2..3, 3..7].map(|range| rendered(&scene, &path(), Random, None, &[range]));
+    for order in [[0, 1, 2], [2, 0, 1], [1, 2, 0]] {
+        let mut sum = film(Random, None);
+        for i in order {
+            sum.merge(&parts[i]).expect("films of one kind");
+        }
+        assert!(sum == once, "merged as {order:?}");
+    }
+}
+
+#[test]
+fn windows_are_crops() {
+    let scene = room();
+    for pixel in [Random, Jitter(2)] {
+        let full = whole(&scene, &path(), pixel);
+        for (corner, size) in [([0, 0], FRAME), ([5, 3], [7, 9]), ([23, 17], [1, 1])] {
+            let window = Window { corner, size };
+            let crop = rendered(&scene, &path(), pixel, Some(window), &[0..4]);
+            for y in 0..size[1] {
+                for x in 0..size[0] {
+                    let expected = full.pixel(corner[0] + x, corner[1] + y);
+                    assert_eq!(crop.pixel(x, y), expected, "({x}, {y}) of {window:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn one_sub_pixel_is_the_whole_pixel() {
+    let scene = room();
+    assert!(whole(&scene, &path(), Grid(1)) == whole(&scene, &path(), Centre));
+    assert!(whole(&scene, &path(), Jitter(1)) == whole(&scene, &path(), Random));
+    assert!(whole(&scene, &path(), Centre) != whole(&scene, &path(), Random));
+}
+
+#[test]
+fn seeds_pixels_and_replications_matter() {
+    let scene = room();
+    let seeded = |seed| {
+        let mut film = film(Random, None);
+        let sampling = Sampling {
+            pixel: Random,
+            seed,
+        };
+        render(&scene, &path(), sampling, &mut film, &(0..2), &|_| true).expect("legal");
+        film
+    };
+    assert!(seeded(1) == seeded(1));
+    assert!(seeded(1) != seeded(2));
+    let first = rendered(&scene, &path(), Random, None, &[0..1]);
+    assert!(first != rendered(&scene, &path(), Random, None, &[1..2]));
+}
+
+/// Shows where on the image plane a ray passes, as its horizontal and vertical slope plus 2.
+struct Slopes;
+
+impl Estimator for Slopes {
+    fn radiance<R: Rng>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, _: &mut R) -> DVec3 {
+        assert_eq!(hit, scene.intersect(ray), "the hit belongs to the ray");
+        let d = ray.direction / -ray.direction.x;
+        DVec3::new(d.y + 2.0, d.z + 2.0, 0.0)
+    }
+}
+
+#[test]
+fn pixels_are_where_they_belong() {
+    // Half height 0.77704 at distance 1: a pixel is 2 · 0.77704/18 wide. Roundings to units of 2⁻³².
+    let scene = room();
+    let step = 2.0 * 0.77704 / 18.0;
+    for pixel in [Centre, Grid(2), Grid(3)] {
+        let film = whole(&scene, &Slopes, pixel);
+        for (x, y) in [(0, 0), (23, 0), (5, 11), (23, 17)] {
+            let mean = film.pixel(x, y).mean();
+            let expected = DVec3::new(
+                2.0 + (f64::from(x) + 0.5 - 12.0) * step,
+                2.0 + (9.0 - f64::from(y) - 0.5) * step,
+                0.0,
+            );
+            assert!((mean - expected).abs().max_element() < 1.0 / (1u64 << 31) as f64);
+            // Whole grids are the replications, and all alike.
+            assert_eq!(film.pixel(x, y).standard_error(), DVec3::ZERO);
+            assert_eq!(film.pixel(x, y).replications(), 4);
+        }
+    }
+    for pixel in [Random, Jitter(2)] {
+        let film = whole(&scene, &Slopes, pixel);
+        let found = film.pixel(5, 11);
+        assert_eq!(found.replications(), 4);
+        assert!(found.standard_error().x > 0.0);
+        // Never farther than half a pixel from the centre.
+        assert!((found.mean().x - (2.0 - 6.5 * step)).abs() <= 0.5 * step);
+        assert!((found.mean().y - (2.0 - 2.5 * step)).abs() <= 0.5 * step);
+    }
+}
+
+#[test]
+fn features_are_those_of_the_first_hit() {
+    let scene = room();
+    let film = whole(&scene, &path(), Centre);
+    for (x, y) in [(12, 2), (2, 9), (12, 13), (20, 4)] {
+        let [px, py] = [x, y].map(|v| f64::from(v) + 0.5);
+        let ray = scene.camera().ray(FRAME, px, py);
+        let hit = scene.intersect(&ray).expect("closed");
+        let found = film.pixel(x, y).features();
+        let unit = 1.0 / (1u64 << 32) as f64;
+        assert!(
+            (found.albedo - scene.surface(&hit).bsdf.albedo())
+                .abs()
+                .max_element()
+                <= unit
+        );
+        assert!((found.depth - hit.t).abs() <= unit);
+        assert!(
+            (found.normal - hit.normal).abs().max_element() <= unit,
+            "the room's fronts"
+        );
+    }
+    // Where nothing is met there are no features; from inside glass the normal is on our side.
+    let open = whole(&simple::environment().expect("a scene"), &path(), Centre);
+    assert_eq!(open.pixel(0, 0).features().depth, 0.0);
+    assert_eq!(open.pixel(0, 0).mean(), DVec3::ONE);
+    let glass = simple::glass_cube(true).expect("a scene");
+    let inside = whole(&glass, &path(), Centre);
+    let ray = glass.camera().ray(FRAME, 12.5, 9.5);
+    assert!(inside.pixel(12, 9).features().normal.dot(ray.direction) < 0.0);
+}
+
+#[test]
+fn rows_are_reported_and_can_be_stopped() {
+    let scene = room();
+    let samples = AtomicU64::new(0);
+    let count = |row: u64| {
+        samples.fetch_add(row, Ordering::Relaxed);
+        true
+    };
+    let mut target = film(Jitter(2), None);
+    let done = render(
+        &scene,
+        &path(),
+        sampling(Jitter(2)),
+        &mut target,
+        &(0..3),
+        &count,
+    );
+    assert!(matches!(done, Ok(true)));
+    assert_eq!(samples.into_inner(), 24 * 18 * 3 * 4);
+    let mut target = film(Random, None);
+    let pool = ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .expect("a thread");
+    let done = pool.install(|| {
+        render(
+            &scene,
+            &path(),
+            sampling(Random),
+            &mut target,
+            &(0..1),
+            &|_| false,
+        )
+    });
+    assert!(matches!(done, Ok(false)));
+    let touched = target
+        .pixels()
+        .iter()
+        .filter(|p| p.replications() > 0)
+        .count();
+    assert_eq!(touched, 24, "one row, then stop");
+}
+
+/// Returns one value for every ray.
+struct Constant(f64);
+
+impl Estimator for Constant {
+    fn radiance<R: Rng>(&self, _: &Scene, _: &Ray, _: Option<Hit>, _: &mut R) -> DVec3 {
+        DVec3::splat(self.0)
+    }
+}
+
+#[test]
+fn what_no_film_holds_ends_the_render() {
+    let scene = room();
+    for value in [f64::NAN, f64::INFINITY, 1e9] {
+        let mut film = film(Centre, None);
+        let result = render(
+            &scene,
+            &Constant(value),
+            sampling(Centre),
+            &mut film,
+            &(0..1),
+            &|_| true,
+        );
+        assert!(matches!(result, Err(Error::Radiance { .. })), "{value}");
+    }
+    let constant = whole(&scene, &Constant(0.3), Jitter(3));
+    assert!(
+        constant
+            .pixels()
+            .iter()
+            .all(|p| p.standard_error() == DVec3::ZERO)
+    );
+    assert!((constant.mean() - 0.3).abs() <= 1.0 / (1u64 << 32) as f64);
+}

@@ -1,0 +1,58 @@
+//! Section 2.6.2: Russian roulette.
+
+use approx::assert_abs_diff_eq;
+use glam::DVec3;
+use proptest::prelude::*;
+use whitefurnace::roulette::{HIGHEST_SURVIVAL, by_absorption, by_throughput, survives, weight};
+
+use crate::helpers::U;
+use crate::seed::property;
+
+#[test]
+fn survivors_stand_for_all() {
+    property("weight", 1000, &(1e-6..=1.0), |survival| {
+        assert_abs_diff_eq!(weight(survival) * survival, 1.0, epsilon = 2.0 * U);
+    });
+    assert_eq!(weight(0.25), 4.0);
+}
+
+#[test]
+fn the_share_of_survivors_is_the_survival() {
+    // Of n equally spaced numbers in [0, 1), exactly k are below k/n.
+    let n = 1024;
+    for k in [0, 1, 100, 768, 1023, 1024] {
+        let survival = f64::from(k) / f64::from(n);
+        let count = (0..n)
+            .filter(|&i| survives(f64::from(i) / f64::from(n), survival))
+            .count();
+        assert_eq!(count, k as usize);
+    }
+    assert!(!survives(0.0, 0.0), "survival 0 is certain death");
+    assert!(survives(1.0 - U, 1.0), "survival 1 is certain life");
+}
+
+#[test]
+fn survival_by_absorption_is_the_rest() {
+    for (absorption, survival) in [(0.25, 0.75), (0.0, 1.0), (1.0, 0.0)] {
+        assert_eq!(by_absorption(absorption), survival);
+    }
+}
+
+#[test]
+fn survival_by_throughput_bounds_weights() {
+    assert_eq!(HIGHEST_SURVIVAL, 0.95);
+    assert_eq!(by_throughput(DVec3::ZERO), 0.0);
+    assert_eq!(by_throughput(DVec3::new(0.1, 0.7, 0.3)), 0.7);
+    assert_eq!(by_throughput(DVec3::new(0.1, 0.2, 7.0)), HIGHEST_SURVIVAL);
+    let throughput = prop::array::uniform3(0.0..4.0).prop_map(DVec3::from_array);
+    property("throughput", 1000, &throughput, |throughput: DVec3| {
+        let survival = by_throughput(throughput);
+        assert!((0.0..=HIGHEST_SURVIVAL).contains(&survival));
+        let after = throughput.max_element() * weight(survival);
+        if throughput.max_element() <= HIGHEST_SURVIVAL {
+            assert_abs_diff_eq!(after, 1.0, epsilon = 2.0 * U);
+        } else {
+            assert_abs_diff_eq!(after * 0.95, throughput.max_element(), epsilon = 16.0 * U);
+        }
+    });
+}

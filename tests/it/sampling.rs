@@ -1,0 +1,315 @@
+//! Equations (17)-(19), cosine-weighted directions, points on emitters.
+
+use std::f64::consts::{PI, TAU};
+
+use approx::{assert_abs_diff_eq, assert_relative_eq};
+use glam::DVec3;
+use proptest::prelude::*;
+use whitefurnace::emitter::{Emitter, EmitterShape};
+use whitefurnace::frame::{from_spherical, to_spherical};
+use whitefurnace::sampling::{
+    cosine_hemisphere, cosine_hemisphere_inverse, cosine_hemisphere_pdf, hemisphere_printed,
+    sphere_zone, triangle, uniform_hemisphere, uniform_hemisphere_inverse, uniform_hemisphere_pdf,
+    uniform_phi, uniform_theta,
+};
+use whitefurnace::shape::Sphere;
+
+use crate::helpers::{U, gauss_legendre, integrate, point};
+use crate::seed::property;
+
+type Square = [f64; 2];
+
+/// Numbers as the generator makes them: multiples of 2⁻⁵³ in [0, 1), its ends included.
+fn random() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        8 => 0u64..1 << 53,
+        1 => 0u64..1000,
+        1 => (1u64 << 53) - 1000..1 << 53,
+    ]
+    .prop_map(|n| n as f64 * U)
+}
+
+fn square() -> impl Strategy<Value = Square> {
+    [random(), random()]
+}
+
+/// Numbers away from the borders, for derivatives.
+fn inner() -> impl Strategy<Value = Square> {
+    prop::array::uniform2(0.05..0.95)
+}
+
+/// Shortest distance on a circle of circumference 1.
+fn apart(a: f64, b: f64) -> f64 {
+    let d = (a - b).abs();
+    d.min(1.0 - d)
+}
+
+/// Area per area of a map from the square into space, by central differences.
+///
+/// With the step 2⁻¹⁷ they are off by step²/6 times the third derivatives, below 700 here (a root at
+/// 0.05, a full turn cubed), hence 7e-9 each, times the other derivative of at most 7, and by
+/// U/step = 1e-11: together below 1e-7.
+fn area_ratio(map: impl Fn(Square) -> DVec3, [r1, r2]: Square) -> f64 {
+    const STEP: f64 = 1.0 / 131_072.0;
+    let d1 = map([r1 + STEP, r2]) - map([r1 - STEP, r2]);
+    let d2 = map([r1, r2 + STEP]) - map([r1, r2 - STEP]);
+    d1.cross(d2).length() / (4.0 * STEP * STEP)
+}
+
+const DIFFERENCES: f64 = 1e-7;
+
+#[test]
+fn fast_map_is_equations_18_and_19() {
+    property("angles", 2000, &square(), |[r1, r2]| {
+        let (theta, phi) = (uniform_theta(r1), uniform_phi(r2));
+        assert!((0.0..=PI / 2.0).contains(&theta) && (0.0..TAU).contains(&phi));
+        assert_abs_diff_eq!(theta.cos(), 1.0 - r1, epsilon = 4.0 * U);
+        assert_eq!(phi, TAU * r2);
+        // 1 − r is exact for the generator's numbers; arc cosine, sine and root each lose at most
+        // 2 U of a value of at most 1, the products 1 U.
+        let difference = uniform_hemisphere([r1, r2]) - from_spherical(theta, phi);
+        assert!(difference.abs().max_element() <= 8.0 * U, "{difference}");
+    });
+    assert_eq!(uniform_hemisphere([0.0, 0.3]), DVec3::Z);
+    assert_eq!(uniform_hemisphere([1.0, 0.0]), DVec3::X);
+    assert_eq!(uniform_hemisphere([0.5, 0.0]).z, 0.5);
+    assert_eq!(uniform_hemisphere_pdf(0.5), 0.5 / PI);
+    assert_eq!(
+        cosine_hemisphere([0.75, 0.0]),
+        DVec3::new(0.75f64.sqrt(), 0.0, 0.5)
+    );
+    assert_eq!(cosine_hemisphere([0.0, 0.3]), DVec3::Z);
+}
+
+#[test]
+fn quarter_turns_go_round_the_pole() {
+    for map in [uniform_hemisphere, cosine_hemisphere] {
+        for (r2, axis) in [
+            (0.0, DVec3::X),
+            (0.25, DVec3::Y),
+            (0.5, -DVec3::X),
+            (0.75, -DVec3::Y),
+        ] {
+            let w = map([0.75, r2]);
+            let tangent = DVec3::new(w.x, w.y, 0.0);
+            assert!((tangent - axis * tangent.length()).length() <= 8.0 * U);
+        }
+    }
+}
+
+#[test]
+fn directions_are_unit_and_above_the_horizon() {
+    property("unit", 2000, &square(), |random| {
+        for w in [uniform_hemisphere(random), cosine_hemisphere(random)] {
+            assert_abs_diff_eq!(w.length(), 1.0, epsilon = 6.0 * U);
+            assert!(w.z > 0.0);
+        }
+    });
+}
+
+#[test]
+fn inverses_undo_the_maps() {
+    type Map = (fn(Square) -> DVec3, fn(DVec3) -> Square);
+    let maps: [Map; 2] = [
+        (uniform_hemisphere, uniform_hemisphere_inverse),
+        (cosine_hemisphere, cosine_hemisphere_inverse),
+    ];
+    property("inverse", 2000, &square(), |[r1, r2]| {
+        for (map, inverse) in maps {
+            let w = map([r1, r2]);
+            let [s1, s2] = inverse(w);
+            assert_abs_diff_eq!(s1, r1, epsilon = 8.0 * U);
+            assert!((0.0..1.0).contains(&s2), "azimuth {s2}");
+            // At the pole there is no azimuth. Elsewhere its error is that of a quotient of components,
+            // and of sine and cosine near zero: TAU r₂ is rounded by U of up to a full turn.
+            if r1 > 0.0 {
+                assert!(apart(s2, r2) <= 8.0 * U, "{s2} for {r2}");
+            }
+            // And back to the direction: the roots of r₁ near 0 and 1 divide its error by themselves.
+            let bound = 64.0 * U / r1.min(1.0 - r1).max(U).sqrt();
+            assert!((map([s1, s2]) - w).length() <= bound);
+        }
+    });
+}
+
+#[test]
+fn azimuth_is_below_a_full_turn() {
+    for y in [-1e-20, -1e-300, -f64::MIN_POSITIVE, -0.0, 0.0, 1e-300] {
+        let w = DVec3::new(1.0, y, 0.0);
+        for inverse in [uniform_hemisphere_inverse, cosine_hemisphere_inverse] {
+            let turn = inverse(w)[1];
+            assert!((0.0..1.0).contains(&turn), "{turn} of a turn for y = {y:e}");
+        }
+        let phi = to_spherical(w).1;
+        assert!((0.0..TAU).contains(&phi), "{phi} for y = {y:e}");
+    }
+}
+
+#[test]
+fn pdfs_integrate_to_one() {
+    let rule = gauss_legendre(16);
+    for pdf in [uniform_hemisphere_pdf, cosine_hemisphere_pdf] {
+        // Polynomials of degree one: exact but for the rounding of 16 terms.
+        let total = integrate(&rule, 0.0, 1.0, |cos| TAU * pdf(cos));
+        assert_abs_diff_eq!(total, 1.0, epsilon = 32.0 * U);
+        assert_eq!(pdf(-0.5), 0.0);
+        assert_eq!(pdf(-f64::MIN_POSITIVE), 0.0);
+    }
+    assert_abs_diff_eq!(cosine_hemisphere_pdf(1.0), 1.0 / PI, epsilon = U);
+    assert_eq!(uniform_hemisphere_pdf(1.0), uniform_hemisphere_pdf(0.1));
+}
+
+#[test]
+fn pdfs_are_the_inverse_of_the_stretch() {
+    property("stretch", 500, &inner(), |random| {
+        let z = uniform_hemisphere(random).z;
+        let product = uniform_hemisphere_pdf(z) * area_ratio(uniform_hemisphere, random);
+        assert_abs_diff_eq!(product, 1.0, epsilon = DIFFERENCES);
+        let z = cosine_hemisphere(random).z;
+        let product = cosine_hemisphere_pdf(z) * area_ratio(cosine_hemisphere, random);
+        assert_abs_diff_eq!(product, 1.0, epsilon = DIFFERENCES);
+    });
+}
+
+#[test]
+fn one_number_for_both_angles_is_a_spiral() {
+    property("spiral", 500, &random(), |r| {
+        let w = hemisphere_printed(r);
+        assert_abs_diff_eq!(w.z, 1.0 - r, epsilon = 4.0 * U);
+        if r > 0.0 {
+            // The azimuth follows from the inclination: a curve, not a surface.
+            let turn = uniform_hemisphere_inverse(w)[1];
+            assert!(apart(turn, 1.0 - w.z) <= 16.0 * U);
+        }
+    });
+    // Its mean is off the axis: ∫ sin θ(r) (cos, sin)(2πr) dr with 1 − r = cos θ, where the integrand
+    // is smooth in θ. 25-digit values.
+    let rule = gauss_legendre(64);
+    let mean = |axis: usize| {
+        integrate(&rule, 0.0, PI / 2.0, |theta| {
+            hemisphere_printed(1.0 - theta.cos())[axis] * theta.sin()
+        })
+    };
+    // 1 − cos θ loses up to 1e-16/θ of the angle, weighted with sin θ: 64 terms of 8 U.
+    assert_abs_diff_eq!(mean(0), -0.053095632519092266, epsilon = 128.0 * U);
+    assert_abs_diff_eq!(mean(1), -0.10318111396098005, epsilon = 128.0 * U);
+    assert_abs_diff_eq!(mean(2), 0.5, epsilon = 128.0 * U);
+}
+
+#[test]
+fn zone_points_are_uniform_on_their_zone() {
+    let heights = (-1.0..1.0, -1.0..1.0).prop_map(|(a, b): (f64, f64)| [a.min(b), a.max(b)]);
+    property(
+        "zone",
+        1000,
+        &(square(), 0.1..10.0, heights),
+        |(random, r, h)| {
+            let heights = h.map(|z| z * r);
+            let p = sphere_zone(random, r, heights);
+            assert_abs_diff_eq!(p.length(), r, epsilon = 8.0 * U * r);
+            assert!(p.z >= heights[0] - 2.0 * U * r && p.z <= heights[1] + 2.0 * U * r);
+            // Archimedes: the height and the azimuth are uniform.
+            let z = heights[0] + random[0] * (heights[1] - heights[0]);
+            assert_abs_diff_eq!(p.z, z, epsilon = 4.0 * U * r);
+        },
+    );
+    property("zone area", 500, &inner(), |random| {
+        let heights = [-0.9, 0.4];
+        let ratio = area_ratio(|random| sphere_zone(random, 1.0, heights), random);
+        assert_relative_eq!(ratio, TAU * 1.3, max_relative = 10.0 * DIFFERENCES);
+    });
+    assert_eq!(
+        sphere_zone([0.0, 0.0], 2.0, [-2.0, 2.0]),
+        DVec3::new(0.0, 0.0, -2.0)
+    );
+    assert_eq!(
+        sphere_zone([0.5, 0.0], 2.0, [-2.0, 2.0]),
+        DVec3::new(2.0, 0.0, 0.0)
+    );
+}
+
+#[test]
+fn triangle_points_are_uniform_in_it() {
+    property("fold", 2000, &square(), |[r1, r2]| {
+        let [u, v] = triangle([r1, r2]);
+        assert!(u >= 0.0 && v >= 0.0 && u + v <= 1.0, "({u}, {v})");
+        // Each point of the triangle has two origins, of which one is itself.
+        assert!([u, v] == [r1, r2] || [1.0 - u, 1.0 - v] == [r1, r2]);
+        assert_eq!([u, v] == [r1, r2], r1 + r2 <= 1.0);
+    });
+}
+
+#[test]
+fn emitters_sample_their_own_area() {
+    let shapes = (point(2.0), point(2.0), point(2.0), inner());
+    property("emitters", 300, &shapes, |(a, b, c, random)| {
+        let sphere = Sphere {
+            zone: [-0.5, f64::INFINITY],
+            inward: true,
+            ..Sphere::new(a, 1.5)
+        };
+        let edges = [b - a, c - a];
+        let parallelogram = edges[0].cross(edges[1]);
+        for (shape, area, normal, fold) in [
+            (
+                EmitterShape::Rectangle { corner: a, edges },
+                parallelogram.length(),
+                Some(1.0),
+                1.0,
+            ),
+            (
+                EmitterShape::Triangle([a, b, c]),
+                0.5 * parallelogram.length(),
+                Some(1.0),
+                2.0,
+            ),
+            (EmitterShape::Sphere(sphere), TAU * 1.5 * 2.0, None, 1.0),
+        ] {
+            let emitter = Emitter::new(shape, DVec3::ONE);
+            assert_relative_eq!(emitter.area, area, max_relative = 8.0 * U);
+            assert_relative_eq!(emitter.pdf_area() * area, 1.0, max_relative = 16.0 * U);
+            // The fold covers the triangle twice, each time with the whole density.
+            let ratio = area_ratio(|random| emitter.sample(random).point, random);
+            let off_fold = (random[0] + random[1] - 1.0).abs() > 1e-4;
+            if off_fold {
+                let bound = 20.0 * DIFFERENCES * (1.0 + area);
+                assert_abs_diff_eq!(ratio, area * fold, epsilon = bound);
+            }
+            let found = emitter.sample(random);
+            let expected = match normal {
+                Some(sign) => sign * parallelogram.normalize(),
+                None => (a - found.point).normalize(),
+            };
+            // The cross product of nearly parallel edges is off by 4 U of the product of lengths.
+            let conditioning = edges[0].length() * edges[1].length() / parallelogram.length();
+            let bound = 32.0 * U * (1.0 + conditioning);
+            assert!((found.normal - expected).length() <= bound);
+        }
+    });
+}
+
+#[test]
+fn emitter_points_lie_on_the_emitter() {
+    let corner = DVec3::new(3.0, -1.0, 5.0);
+    let edges = [2.0 * DVec3::Y, 2.0 * DVec3::X];
+    let light = Emitter::new(EmitterShape::Rectangle { corner, edges }, DVec3::ONE);
+    assert_eq!(light.area, 4.0);
+    assert_eq!(light.pdf_area(), 0.25);
+    let sample = light.sample([0.25, 0.75]);
+    assert_eq!(sample.point, DVec3::new(4.5, -0.5, 5.0));
+    assert_eq!(sample.normal, -DVec3::Z);
+    let triangle = Emitter::new(
+        EmitterShape::Triangle([DVec3::ZERO, DVec3::X, DVec3::Y]),
+        DVec3::ONE,
+    );
+    assert_eq!(triangle.area, 0.5);
+    assert_eq!(
+        triangle.sample([0.25, 0.5]).point,
+        DVec3::new(0.25, 0.5, 0.0)
+    );
+    assert_eq!(
+        triangle.sample([0.75, 0.5]).point,
+        DVec3::new(0.25, 0.5, 0.0)
+    );
+    assert_eq!(triangle.sample([0.25, 0.5]).normal, DVec3::Z);
+}

@@ -1,0 +1,195 @@
+//! Closed meshes must not leak: rays aimed at edges and vertices, from inside and from surfaces.
+
+use glam::DVec3;
+use rand::Rng;
+use whitefurnace::bsdf::Bsdf;
+use whitefurnace::frame::Frame;
+use whitefurnace::rng::uniform2;
+use whitefurnace::sampling::uniform_hemisphere;
+use whitefurnace::scene::{Hit, Scene, SceneBuilder, Surface, room, simple};
+use whitefurnace::shape::Ray;
+
+use crate::helpers::{Mesh, any_camera, barycentric, between, unit_vector, weights};
+use crate::seed::rng;
+
+const SCALES: [f64; 3] = [1e-4, 1.0, 1e4];
+
+/// Closed convex meshes around the origin, with the half width of a cube inside.
+fn meshes() -> Vec<(Mesh, f64)> {
+    vec![
+        (Mesh::cube(), 0.99),
+        (Mesh::globe(13, 17), 0.5),
+        (Mesh::room_shell().map(|v| v - DVec3::X), 1.0),
+    ]
+}
+
+fn scene_of(mesh: &Mesh) -> Scene {
+    let mut scene = SceneBuilder::new("mesh");
+    let surface = scene.surface(Surface::new(Bsdf::Black));
+    scene.mesh(&mesh.vertices, &mesh.triangles, surface);
+    scene.build(any_camera()).expect("a valid mesh")
+}
+
+/// A vertex, or a point on an edge: where watertightness is decided.
+fn border<R: Rng>(rng: &mut R, mesh: &Mesh) -> DVec3 {
+    let pick = between(rng, 0.0, mesh.triangles.len() as f64) as usize;
+    let [a, b, c] = mesh.corners(mesh.triangles[pick]);
+    let s = between(rng, -0.5, 1.0).max(0.0);
+    let side = between(rng, 0.0, 3.0) as usize;
+    let (p, q) = [(a, b), (b, c), (c, a)][side];
+    p + s * (q - p)
+}
+
+/// The ray from a hit's surface into the half space that it was hit from.
+fn onward(scene: &Scene, hit: &Hit, arrived: DVec3, local: DVec3) -> Ray {
+    let facing = hit.normal * -hit.normal.dot(arrived).signum();
+    scene.leave(hit.point, hit.normal, Frame::new(facing).world(local))
+}
+
+#[test]
+fn rays_from_inside_meet_every_edge_and_vertex() {
+    let mut rng = rng("aimed from inside");
+    for scale in SCALES {
+        for (mesh, half) in meshes() {
+            let mesh = mesh.map(|v| v * scale);
+            let scene = scene_of(&mesh);
+            for _ in 0..20_000 {
+                let origin = scale * half * crate::helpers::in_cube(&mut rng, 1.0);
+                let target = border(&mut rng, &mesh);
+                // Aimed as exactly as numbers allow: not normalised.
+                let exact = Ray::new(origin, target - origin);
+                assert!(
+                    scene.bvh().closest(&exact, f64::INFINITY).is_some(),
+                    "lost {exact:?}"
+                );
+                let ray = Ray::new(origin, (target - origin).normalize());
+                assert!(scene.intersect(&ray).is_some(), "lost {ray:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn meshes_far_from_the_origin_do_not_leak() {
+    let mut rng = rng("far meshes");
+    let far = DVec3::new(1000.0, -2000.0, 500.0);
+    for (mesh, half) in meshes() {
+        let mesh = mesh.map(|v| v + far);
+        let scene = scene_of(&mesh);
+        for _ in 0..10_000 {
+            let origin = far + half * crate::helpers::in_cube(&mut rng, 1.0);
+            let target = border(&mut rng, &mesh);
+            let ray = Ray::new(origin, (target - origin).normalize());
+            assert!(scene.intersect(&ray).is_some(), "lost {ray:?}");
+        }
+    }
+}
+
+#[test]
+fn rays_from_edges_and_vertices_stay_inside() {
+    let mut rng = rng("from borders");
+    for scale in SCALES {
+        for (mesh, half) in meshes() {
+            let mesh = mesh.map(|v| v * scale);
+            let scene = scene_of(&mesh);
+            for _ in 0..20_000 {
+                let eye = scale * half * crate::helpers::in_cube(&mut rng, 1.0);
+                let aim = (border(&mut rng, &mesh) - eye).normalize();
+                let hit = scene.intersect(&Ray::new(eye, aim)).expect("inside");
+                let ray = onward(&scene, &hit, aim, uniform_hemisphere(uniform2(&mut rng)));
+                assert!(scene.intersect(&ray).is_some(), "lost {ray:?} from {hit:?}");
+                // On to another edge or vertex, if it is on this side.
+                let to = (border(&mut rng, &mesh) - hit.point).normalize_or_zero();
+                if hit.normal.dot(to) * hit.normal.dot(aim) < 0.0 {
+                    let ray = scene.leave(hit.point, hit.normal, to);
+                    assert!(scene.intersect(&ray).is_some(), "lost {ray:?} from {hit:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn rays_from_surfaces_do_not_hit_their_own_triangle() {
+    let mut rng = rng("own triangle");
+    for scale in SCALES {
+        let mesh = Mesh::cube().map(|v| v * scale);
+        let scene = scene_of(&mesh);
+        for i in 0..20_000 {
+            let triangle = mesh.corners(mesh.triangles[i % mesh.triangles.len()]);
+            let target = barycentric(weights(&mut rng), triangle);
+            let hit = scene
+                .intersect(&Ray::new(DVec3::ZERO, target.normalize()))
+                .expect("inside");
+            let ray = onward(&scene, &hit, target, uniform_hemisphere(uniform2(&mut rng)));
+            let next = scene.intersect(&ray).expect("inside");
+            // Faces of a cube are flat: whoever leaves one meets another.
+            assert_ne!(next.normal, hit.normal, "{ray:?} from {hit:?}");
+        }
+    }
+}
+
+#[test]
+fn no_ray_leaves_the_closed_scenes() {
+    let scenes = [
+        room::diffuse(),
+        simple::furnace_box(0.75),
+        simple::cavity_cap(0.75, simple::Cap::Black),
+    ];
+    for scene in scenes {
+        let scene = scene.expect("a valid scene");
+        let mut rng = rng(scene.name());
+        let mut ray = Ray::new(scene.camera().eye, DVec3::X);
+        for bounce in 0..200_000 {
+            // A fresh start now and then, so that no trap hides the rest.
+            if bounce % 50 == 0 {
+                ray = Ray::new(scene.camera().eye, unit_vector(&mut rng));
+            }
+            let hit = scene
+                .intersect(&ray)
+                .unwrap_or_else(|| panic!("{}: lost {ray:?}", scene.name()));
+            let local = uniform_hemisphere(uniform2(&mut rng));
+            ray = onward(&scene, &hit, ray.direction, local);
+        }
+    }
+}
+
+#[test]
+fn walks_stay_in_shells_of_any_size() {
+    for scale in SCALES {
+        for (mesh, _) in meshes() {
+            let scene = scene_of(&mesh.map(|v| v * scale));
+            let mut rng = rng("walks");
+            let mut ray = Ray::new(DVec3::ZERO, unit_vector(&mut rng));
+            for _ in 0..20_000 {
+                let hit = scene
+                    .intersect(&ray)
+                    .unwrap_or_else(|| panic!("lost {ray:?} at scale {scale:e}"));
+                let local = uniform_hemisphere(uniform2(&mut rng));
+                ray = onward(&scene, &hit, ray.direction, local);
+            }
+        }
+    }
+}
+
+#[test]
+fn corners_of_the_room_hold() {
+    // Into each corner and along each edge of the shell, where three and two surfaces meet.
+    let scene = room::diffuse().expect("a valid scene");
+    let shell = Mesh::room_shell();
+    let mut rng = rng("corners");
+    for _ in 0..50_000 {
+        let eye = DVec3::new(
+            between(&mut rng, 11.0, 12.0),
+            between(&mut rng, -1.0, 1.0),
+            between(&mut rng, -4.0, 4.0),
+        );
+        let aim = (border(&mut rng, &shell) - eye).normalize();
+        let ray = Ray::new(eye, aim);
+        let hit = scene
+            .intersect(&ray)
+            .unwrap_or_else(|| panic!("lost {ray:?}"));
+        let ray = onward(&scene, &hit, aim, uniform_hemisphere(uniform2(&mut rng)));
+        assert!(scene.intersect(&ray).is_some(), "lost {ray:?} from {hit:?}");
+    }
+}
