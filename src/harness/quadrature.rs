@@ -54,7 +54,7 @@ pub struct Integral {
 const MOST_RECTANGLES: usize = 20_000;
 
 /// ∫∫ f over `domain`, refined where the error is largest until its sum is below `tolerance`
-/// (absolute) or [`MOST_RECTANGLES`] are used; then `error` says what was reached. A value that is not
+/// (absolute) or `MOST_RECTANGLES` are used; then `error` says what was reached. A value that is not
 /// finite makes the integral NaN.
 pub fn integrate(
     domain: Rectangle,
