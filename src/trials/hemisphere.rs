@@ -14,17 +14,20 @@ use crate::harness::domain::{Domain, Partition};
 use crate::harness::ks::kolmogorov_smirnov;
 use crate::harness::mean::{Values, mean};
 use crate::harness::outcome::{Claim, Outcome};
-use crate::harness::trial::{Context, Control, Trial};
+use crate::harness::trial::Context;
 use crate::rng::uniform2;
 use crate::sampling::{
     cosine_hemisphere, cosine_hemisphere_pdf, hemisphere_printed, uniform_hemisphere,
     uniform_hemisphere_pdf,
 };
+use crate::zoo::{AnyFamily, Bench, Family, Mutant, data, mutant};
 
 /// A map from two random numbers to a direction.
 pub type Sampler = fn([f64; 2]) -> DVec3;
 /// A pdf as a function of cos θ, 1/sr.
 pub type Pdf = fn(f64) -> f64;
+/// A way to sample: directions, and the pdf by which they are weighted.
+pub type Method = (Sampler, Pdf);
 
 /// Samples per statistic: enough for δ of each (see the standard errors in the functions' comments).
 const CELL_SAMPLES: u64 = 8_000_000;
@@ -43,8 +46,7 @@ const KS_DELTA: f64 = 0.007;
 struct Law {
     name: &'static str,
     subject: &'static str,
-    sampler: Sampler,
-    pdf: Pdf,
+    method: Method,
     /// Cells of equal probability under the law.
     domain: Domain,
     /// E[cos θ] and E[cos² θ].
@@ -57,8 +59,7 @@ struct Law {
 const UNIFORM: Law = Law {
     name: "uniform",
     subject: "sampling::uniform_hemisphere",
-    sampler: uniform_hemisphere,
-    pdf: uniform_hemisphere_pdf,
+    method: (uniform_hemisphere, uniform_hemisphere_pdf),
     domain: Domain::Hemisphere,
     moments: [1.0 / 2.0, 1.0 / 3.0],
     cos_cdf: |c| c,
@@ -68,8 +69,7 @@ const UNIFORM: Law = Law {
 const COSINE: Law = Law {
     name: "cosine",
     subject: "sampling::cosine_hemisphere",
-    sampler: cosine_hemisphere,
-    pdf: cosine_hemisphere_pdf,
+    method: (cosine_hemisphere, cosine_hemisphere_pdf),
     domain: Domain::CosineHemisphere,
     moments: [2.0 / 3.0, 1.0 / 2.0],
     cos_cdf: |c| c * c,
@@ -171,184 +171,256 @@ pub fn normalised(pdf: Pdf) -> Vec<Outcome> {
 // The faults.
 
 /// (18) without the inverse cosine, θ = rπ/2.
-fn linear_theta([r1, r2]: [f64; 2]) -> DVec3 {
+pub(super) fn linear_theta([r1, r2]: [f64; 2]) -> DVec3 {
     crate::frame::from_spherical(r1 * PI / 2.0, TAU * r2)
 }
 
 /// (19) over half the circle.
-fn half_circle([r1, r2]: [f64; 2]) -> DVec3 {
+pub(super) fn half_circle([r1, r2]: [f64; 2]) -> DVec3 {
     crate::frame::from_spherical(crate::sampling::uniform_theta(r1), PI * r2)
 }
 
 /// (18) and (19) with one random number.
-fn shared_number([r, _]: [f64; 2]) -> DVec3 {
+pub(super) fn shared_number([r, _]: [f64; 2]) -> DVec3 {
     hemisphere_printed(r)
 }
 
 /// The cosine map with one random number.
-fn shared_number_cosine([r, _]: [f64; 2]) -> DVec3 {
+pub(super) fn shared_number_cosine([r, _]: [f64; 2]) -> DVec3 {
     cosine_hemisphere([r, r])
 }
 
 /// The cosine map without its root: sin θ = r.
-fn no_root([r1, r2]: [f64; 2]) -> DVec3 {
+pub(super) fn no_root([r1, r2]: [f64; 2]) -> DVec3 {
     let (sin, cos) = (TAU * r2).sin_cos();
     DVec3::new(r1 * cos, r1 * sin, (1.0 - r1 * r1).sqrt())
 }
 
-/// Every trial of the two samplers.
-pub fn trials() -> Vec<Trial> {
-    [UNIFORM, COSINE].into_iter().flat_map(law_trials).collect()
+/// The cosine map over half the circle.
+pub(super) fn half_circle_cosine([r1, r2]: [f64; 2]) -> DVec3 {
+    cosine_hemisphere([r1, 0.5 * r2])
 }
 
-/// Samplers that are wrong under a law, with what is wrong.
-fn faults(law: &Law) -> [(&'static str, &'static str, Sampler); 2] {
-    if law.name == "uniform" {
-        [
-            (
-                "shared-number",
-                "one random number for θ and φ, as printed",
-                shared_number,
-            ),
-            ("linear-theta", "θ = rπ/2", linear_theta),
-        ]
-    } else {
-        [
-            (
-                "shared-number",
-                "one random number for θ and φ",
-                shared_number_cosine,
-            ),
-            ("no-root", "sin θ = r for sin θ = √r", no_root),
-        ]
-    }
+/// cos θ a little too often high: pdf proportional to cos^0.05 θ.
+fn slip([r1, r2]: [f64; 2]) -> DVec3 {
+    uniform_hemisphere([1.0 - (1.0 - r1).powf(1.0 / 1.05), r2])
 }
 
-fn law_trials(law: Law) -> Vec<Trial> {
-    let name = |what: &str| format!("hemisphere/{}/{what}", law.name);
-    let with_faults = |run: fn(&Context, Law, Sampler) -> Vec<Outcome>| -> Vec<Control> {
-        faults(&law)
-            .into_iter()
-            .map(|(name, wrong, sampler)| Control::new(name, wrong, move |c| run(c, law, sampler)))
-            .collect()
+fn twice(cos: f64) -> f64 {
+    2.0 * uniform_hemisphere_pdf(cos)
+}
+
+fn benches(law: Law) -> Vec<Bench<Method>> {
+    let trial = |what: &str, property: String, equation, statistic, size| {
+        let name = format!("hemisphere/{}/{what}", law.name);
+        data(name, property, equation, law.subject, statistic, size)
     };
-    let trial = |what: &str, property: String, statistic, samples, delta, assertions| Trial {
-        name: name(what),
-        property,
-        equation: law.angles,
-        subject: law.subject,
-        statistic,
-        samples,
-        delta,
-        assertions,
-        run: Box::new(|_| Vec::new()),
-        controls: Vec::new(),
-    };
+    let [z, z2] = law.moments;
+    let reflects =
+        "a white Lambert surface reflects 1, 2/3, 1, 1 in furnaces 1, cos θ, 1 + x, 1 + y";
     vec![
-        Trial {
-            run: Box::new(move |c| cells(c, law.domain, law.sampler)),
-            controls: with_faults(|c, law, sampler| cells(c, law.domain, sampler)),
-            ..trial(
+        Bench::new(
+            trial(
                 "cells",
                 format!("directions have the {} density", law.name),
+                law.angles,
                 "chi-square",
-                CELL_SAMPLES,
-                CELL_DELTA,
-                1,
-            )
-        },
-        Trial {
-            run: Box::new(move |c| moments(c, law.moments, law.sampler)),
-            controls: with_faults(|c, law, sampler| moments(c, law.moments, sampler)),
-            ..trial(
+                (CELL_SAMPLES, CELL_DELTA, 1),
+            ),
+            move |c, (sampler, _)| cells(c, law.domain, sampler),
+        ),
+        Bench::new(
+            trial(
                 "moments",
-                format!(
-                    "E[x] = E[y] = 0, E[z] = {:.4}, E[z²] = {:.4}",
-                    law.moments[0], law.moments[1]
-                ),
+                format!("E[x] = E[y] = 0, E[z] = {z:.4}, E[z²] = {z2:.4}"),
+                law.angles,
                 "t",
-                MEAN_SAMPLES,
-                MOMENT_DELTA,
-                4,
-            )
-        },
-        Trial {
-            equation: &HEMISPHERE_PHI,
-            run: Box::new(move |c| angles(c, law.cos_cdf, law.sampler)),
-            controls: vec![Control::new(
-                "half-circle",
-                "φ over half the circle",
-                move |c| angles(c, law.cos_cdf, half_circle),
-            )],
-            ..trial(
+                (MEAN_SAMPLES, MOMENT_DELTA, 4),
+            ),
+            move |c, (sampler, _)| moments(c, law.moments, sampler),
+        ),
+        Bench::new(
+            trial(
                 "angles",
                 String::from("cos θ and φ follow their laws"),
+                &HEMISPHERE_PHI,
                 "Kolmogorov-Smirnov",
-                KS_SAMPLES,
-                KS_DELTA,
-                2,
-            )
-        },
-        Trial {
-            equation: &ESTIMATOR,
-            run: Box::new(move |c| furnaces(c, law.sampler, law.pdf)),
-            controls: furnace_controls(law),
-            ..trial(
+                (KS_SAMPLES, KS_DELTA, 2),
+            ),
+            move |c, (sampler, _)| angles(c, law.cos_cdf, sampler),
+        ),
+        Bench::new(
+            trial(
                 "furnaces",
-                String::from(
-                    "a white Lambert surface reflects 1, 2/3, 1, 1 in furnaces 1, cos θ, 1 + x, 1 + y",
-                ),
+                reflects.to_owned(),
+                &ESTIMATOR,
                 "t",
-                MEAN_SAMPLES,
-                FURNACE_DELTA,
-                4,
-            )
-        },
-        Trial {
-            equation: &HEMISPHERE_PDF,
-            run: Box::new(move |_| normalised(law.pdf)),
-            controls: vec![Control::new("twice", "the pdf is twice too large", |_| {
-                normalised(|cos| 2.0 * uniform_hemisphere_pdf(cos))
-            })],
-            ..trial(
+                (MEAN_SAMPLES, FURNACE_DELTA, 4),
+            ),
+            |c, (sampler, pdf)| furnaces(c, sampler, pdf),
+        ),
+        Bench::new(
+            trial(
                 "pdf",
                 String::from("the pdf integrates to one"),
+                &HEMISPHERE_PDF,
                 "exact",
-                1,
-                1e-6,
-                0,
-            )
-        },
+                (1, 1e-6, 0),
+            ),
+            |_, (_, pdf)| normalised(pdf),
+        ),
     ]
 }
 
-fn furnace_controls(law: Law) -> Vec<Control> {
-    if law.name == "uniform" {
-        vec![
-            Control::new(
-                "cosine-weight",
-                "uniform directions with the weight of the cosine pdf: radiance 1 does not see it",
-                |c| furnaces(c, uniform_hemisphere, cosine_hemisphere_pdf),
-            ),
-            Control::new("shared-number", "one random number for θ and φ", |c| {
-                furnaces(c, shared_number, uniform_hemisphere_pdf)
-            }),
-            Control::new("half-circle", "φ over half the circle", |c| {
-                furnaces(c, half_circle, uniform_hemisphere_pdf)
-            }),
-        ]
-    } else {
-        vec![
-            Control::new(
-                "uniform-weight",
-                "cosine directions with the weight 2 cos θ",
-                |c| furnaces(c, cosine_hemisphere, uniform_hemisphere_pdf),
-            ),
-            Control::new(
-                "uniform-sampler",
-                "uniform directions with the cosine pdf's weight",
-                |c| furnaces(c, uniform_hemisphere, cosine_hemisphere_pdf),
-            ),
-        ]
-    }
+/// Share of the trials' samples that the faults get: the slip needs the most, 30 000.
+const SHARE: f64 = 1.0 / 8.0;
+
+/// The two samplers, each under its own law; each is a fault under the other's.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    let family = |law: Law, faults, equivalents| -> Box<dyn AnyFamily> {
+        Box::new(Family {
+            benches: benches(law),
+            faults,
+            equivalents,
+            share: SHARE,
+            ..Family::new(law.name, law.method)
+        })
+    };
+    vec![
+        family(UNIFORM, uniform_faults(), uniform_equivalents()),
+        family(COSINE, cosine_faults(), cosine_equivalents()),
+    ]
+}
+
+fn uniform_faults() -> Vec<Mutant<Method>> {
+    let pdf: Pdf = uniform_hemisphere_pdf;
+    vec![
+        mutant(
+            "shared-number",
+            &HEMISPHERE_PHI,
+            "one random number for θ and φ, as printed",
+            (shared_number, pdf),
+            &[
+                "hemisphere/uniform/cells",
+                "hemisphere/uniform/moments",
+                "hemisphere/uniform/furnaces",
+            ],
+        ),
+        mutant(
+            "linear-theta",
+            &HEMISPHERE_THETA,
+            "θ = rπ/2",
+            (linear_theta, pdf),
+            &["hemisphere/uniform/moments", "hemisphere/uniform/cells"],
+        ),
+        mutant(
+            "half-circle",
+            &HEMISPHERE_PHI,
+            "φ over half the circle",
+            (half_circle, pdf),
+            &["hemisphere/uniform/angles", "hemisphere/uniform/furnaces"],
+        ),
+        mutant(
+            "cosine-weight",
+            &ESTIMATOR,
+            "uniform directions with the weight of the cosine pdf: radiance 1 does not see it",
+            (uniform_hemisphere, cosine_hemisphere_pdf),
+            &["hemisphere/uniform/furnaces"],
+        ),
+        mutant(
+            "pdf-twice",
+            &HEMISPHERE_PDF,
+            "the pdf is 1/π",
+            (uniform_hemisphere, twice),
+            &["hemisphere/uniform/pdf"],
+        ),
+        mutant(
+            "cosine-for-uniform",
+            &HEMISPHERE_THETA,
+            "cosine-weighted directions, called importance sampling, for (18)",
+            (cosine_hemisphere, pdf),
+            &["hemisphere/uniform/moments"],
+        ),
+        mutant(
+            "slip",
+            &HEMISPHERE_THETA,
+            "density proportional to the power 0.05 of cos θ",
+            (slip, pdf),
+            &["hemisphere/uniform/moments"],
+        ),
+    ]
+}
+
+fn uniform_equivalents() -> Vec<Mutant<Method>> {
+    vec![mutant(
+        "one-minus-r",
+        &HEMISPHERE_THETA,
+        "1 − r for r in (18): it is as uniform as r",
+        (
+            |[r1, r2]| uniform_hemisphere([1.0 - r1, r2]),
+            uniform_hemisphere_pdf,
+        ),
+        &["hemisphere/uniform/moments"],
+    )]
+}
+
+fn cosine_faults() -> Vec<Mutant<Method>> {
+    let pdf: Pdf = cosine_hemisphere_pdf;
+    vec![
+        mutant(
+            "shared-number",
+            &COSINE_HEMISPHERE,
+            "one random number for θ and φ",
+            (shared_number_cosine, pdf),
+            &["hemisphere/cosine/cells"],
+        ),
+        mutant(
+            "no-root",
+            &COSINE_HEMISPHERE,
+            "sin θ = r for sin θ = √r",
+            (no_root, pdf),
+            &["hemisphere/cosine/moments", "hemisphere/cosine/cells"],
+        ),
+        mutant(
+            "half-circle",
+            &COSINE_HEMISPHERE,
+            "φ over half the circle",
+            (half_circle_cosine, pdf),
+            &["hemisphere/cosine/angles"],
+        ),
+        mutant(
+            "uniform-weight",
+            &COSINE_HEMISPHERE,
+            "cosine directions with the weight 2 cos θ",
+            (cosine_hemisphere, uniform_hemisphere_pdf),
+            &["hemisphere/cosine/furnaces"],
+        ),
+        mutant(
+            "uniform-sampler",
+            &COSINE_HEMISPHERE,
+            "uniform directions with the cosine pdf's weight",
+            (uniform_hemisphere, pdf),
+            &["hemisphere/cosine/furnaces"],
+        ),
+        mutant(
+            "pdf-twice",
+            &HEMISPHERE_PDF,
+            "the pdf is 2 cos θ/π",
+            (cosine_hemisphere, |cos| 2.0 * cosine_hemisphere_pdf(cos)),
+            &["hemisphere/cosine/pdf"],
+        ),
+    ]
+}
+
+fn cosine_equivalents() -> Vec<Mutant<Method>> {
+    vec![mutant(
+        "turned",
+        &COSINE_HEMISPHERE,
+        "φ counted from y: the law has no direction of its own",
+        (
+            |[r1, r2]| cosine_hemisphere([r1, (r2 + 0.25).fract()]),
+            cosine_hemisphere_pdf,
+        ),
+        &["hemisphere/cosine/moments"],
+    )]
 }

@@ -6,3 +6,4 @@ mod references; // pure functions against reference values
 mod statistics; // the statistics' own code, tested exactly
 mod support; // what the modules share
 mod trials; // the registry: every trial and its negative controls
+mod zoo; // every fault under the trials that must reject it
