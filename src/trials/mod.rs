@@ -4,10 +4,18 @@
 
 pub mod bsdf;
 pub mod convergence;
+pub mod estimator;
 pub mod fresnel;
+pub mod furnace;
+pub mod glass;
 pub mod hemisphere;
+pub mod images;
+pub mod irradiance;
+pub mod probes;
 pub mod roulette;
+pub mod scenes;
 pub mod streams;
+pub mod subject;
 
 use crate::harness::trial::Trial;
 use crate::zoo::AnyFamily;
@@ -21,6 +29,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         roulette::families(),
         streams::families(),
         convergence::families(),
+        estimator::families(),
     ]
     .into_iter()
     .flatten()
