@@ -41,7 +41,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         benches,
         faults,
         equivalents: equivalents(),
-        share: 1.0 / 8.0,
+        share: 1.0 / 4.0,
         ..Family::new("estimator", STANDARD)
     })]
 }
@@ -128,7 +128,7 @@ fn reflection() -> Vec<Mutant<Subject>> {
                 cosine: |n, w| if n.dot(w) > 0.0 { 1.0 } else { 0.0 },
                 ..RIGHT
             }),
-            &["irradiance/rectangle"],
+            &["irradiance/rectangle", "irradiance/shadow-rays-alone"],
         ),
         mutant(
             "cosine-doubled",
@@ -233,7 +233,12 @@ fn sampling() -> Vec<Mutant<Subject>> {
                 uniform_hemisphere_pdf: |cos| 2.0 * uniform_hemisphere_pdf(cos),
                 ..RIGHT
             }),
-            &["furnace/report/absorption-0.25", "furnace/sky/report"],
+            &[
+                "furnace/report/absorption-0.25",
+                "furnace/report/seven-segments",
+                "furnace/sky/report",
+                "images/diffuse-room",
+            ],
         ),
         mutant(
             "no-roulette-weight",
@@ -243,7 +248,13 @@ fn sampling() -> Vec<Mutant<Subject>> {
                 roulette_weight: |_| 1.0,
                 ..RIGHT
             }),
-            &["furnace/path/albedo-0.75", "furnace/mirrors/hall"],
+            &[
+                "furnace/path/albedo-0.75",
+                "furnace/mirrors/hall",
+                "furnace/mirrors/facing",
+                "glass/cube-outside",
+                "images/white-furnace",
+            ],
         ),
         mutant(
             "roulette-flipped",
@@ -342,6 +353,16 @@ fn lights() -> Vec<Mutant<Subject>> {
                 ..RIGHT
             }),
             &["irradiance/half-hidden"],
+        ),
+        mutant(
+            "shadows-pass-glass",
+            &MIS,
+            "shadow rays pass glass, and light through glass counts as well when it is hit",
+            parts(Table {
+                visible: |scene, x, y, _| scene.visible(x, y, true),
+                ..RIGHT
+            }),
+            &["glass/index-matched"],
         ),
         mutant(
             "no-shadow-rays",
@@ -601,7 +622,7 @@ fn told() -> Vec<Mutant<Subject>> {
             &PATH_LENGTH,
             "at most seven segments, called unbiased",
             segments(7),
-            &["furnace/report/albedo-0.75"],
+            &["furnace/report/albedo-0.65"],
         ),
         mutant(
             "four-segments",

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::probes::{BOUNCES, SINGLE, any_direction, radiance, words};
 use super::scenes::{
-    FLOOR, SIGMA, WALL, at_origin, lambert, polygon_irradiance, rough_floor, scene, sphere_furnace,
+    SIGMA, WALL, at_origin, lambert, polygon_irradiance, rough_floor, scene, sphere_furnace,
     towards_origin, walled_sky,
 };
 use super::subject::{Kind, Subject};
@@ -53,8 +53,8 @@ pub fn benches() -> Vec<Bench<Subject>> {
 
 fn boxes() -> Vec<Bench<Subject>> {
     [
-        ("furnace/path/albedo-0.5", 0.5, 4_000_000),
-        ("furnace/path/albedo-0.75", 0.75, 5_000_000),
+        ("furnace/path/albedo-0.5", 0.5, 2_600_000),
+        ("furnace/path/albedo-0.75", 0.75, 4_400_000),
         ("furnace/path/albedo-0.9", 0.9, 6_000_000),
     ]
     .into_iter()
@@ -82,11 +82,11 @@ fn boxes() -> Vec<Bench<Subject>> {
 fn reports() -> Vec<Bench<Subject>> {
     let cut = |a: f64, segments: u32| (1.0 - a.powi(segments as i32 + 1)) / (1.0 - a);
     [
-        ("furnace/report/absorption-0.25", 0.5, 0.25, LONG, 3_000_000),
-        ("furnace/report/absorption-0.1", 0.5, 0.1, LONG, 3_000_000),
-        ("furnace/report/albedo-0.75", 0.75, 0.1, LONG, 24_000_000),
-        ("furnace/report/seven-segments", 0.75, 0.1, 7, 12_000_000),
-        ("furnace/report/three-segments", 0.9, 0.1, 3, 4_000_000),
+        ("furnace/report/absorption-0.25", 0.5, 0.25, LONG, 1_600_000),
+        ("furnace/report/absorption-0.1", 0.5, 0.1, LONG, 800_000),
+        ("furnace/report/albedo-0.65", 0.65, 0.05, LONG, 2_400_000),
+        ("furnace/report/seven-segments", 0.75, 0.1, 7, 2_600_000),
+        ("furnace/report/three-segments", 0.9, 0.1, 3, 1_000_000),
     ]
     .into_iter()
     .map(|(name, a, absorption, segments, samples)| {
@@ -123,15 +123,17 @@ fn cavities() -> Vec<Bench<Subject>> {
             "furnace/cavity/reflecting",
             Cap::Reflecting,
             rho * CAP_SHARE / (1.0 - rho),
+            6_400_000,
         ),
         (
             "furnace/cavity/black",
             Cap::Black,
             rho * CAP_SHARE / (1.0 - rho * (1.0 - CAP_SHARE)),
+            3_000_000,
         ),
     ]
     .into_iter()
-    .filter_map(|(name, cap, reference)| {
+    .filter_map(|(name, cap, reference, samples)| {
         let scene = cavity_cap(rho, cap).ok()?.into();
         let words = words(
             name,
@@ -139,7 +141,7 @@ fn cavities() -> Vec<Bench<Subject>> {
             &RENDERING,
         );
         let probe = (&scene, Kind::Path, off_cap as fn(&mut Stream) -> Ray);
-        Some(radiance(words, probe, reference, (8_000_000, BOUNCES)))
+        Some(radiance(words, probe, reference, (samples, BOUNCES)))
     })
     .collect()
 }
@@ -147,7 +149,7 @@ fn cavities() -> Vec<Bench<Subject>> {
 /// Floors under a sky of radiance 1.
 fn skies() -> Vec<Bench<Subject>> {
     let walled = walled_sky();
-    let visible = FLOOR * (1.0 - polygon_irradiance(&WALL) / PI);
+    let visible = 1.0 - polygon_irradiance(&WALL) / PI;
     let property = format!("a floor under a sky that a wall hides in part reflects {visible:.6}");
     let rough = rough_floor();
     let inclination = 75f64.to_radians();
@@ -157,13 +159,13 @@ fn skies() -> Vec<Bench<Subject>> {
             words("furnace/sky/path", property.clone(), &COSINE_HEMISPHERE),
             (&walled, Kind::Path, |_| at_origin()),
             visible,
-            (5_000_000, SINGLE),
+            (8_500_000, SINGLE),
         ),
         radiance(
             words("furnace/sky/report", property, &HEMISPHERE_PHI),
             (&walled, Kind::Report(2), |_| at_origin()),
             visible,
-            (12_000_000, SINGLE),
+            (17_000_000, SINGLE),
         ),
         radiance(
             words(
@@ -173,7 +175,7 @@ fn skies() -> Vec<Bench<Subject>> {
             ),
             (&rough, Kind::Path, |_| towards_origin(75f64.to_radians())),
             albedo,
-            (5_000_000, SINGLE),
+            (4_200_000, SINGLE),
         ),
     ]
 }
@@ -208,7 +210,7 @@ fn mirrors() -> Vec<Bench<Subject>> {
             ),
             (&hall, Kind::Path, inside),
             hall_mean,
-            (5_000_000, BOUNCES),
+            (5_200_000, BOUNCES),
         ),
         radiance(
             words(
@@ -222,7 +224,7 @@ fn mirrors() -> Vec<Bench<Subject>> {
                 Ray::new(DVec3::ZERO, slanted.normalize())
             }),
             1.0,
-            (1_000_000, BOUNCES),
+            (1_200_000, BOUNCES),
         ),
     ]
 }

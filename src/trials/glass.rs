@@ -116,7 +116,7 @@ fn aims() -> Vec<Bench<Subject>> {
             ),
             (&lit_from_below(), Kind::Path, probe),
             transmitted / LIGHT,
-            (3_000_000, SINGLE),
+            (2_400_000, SINGLE),
         ),
     ]
 }
@@ -255,7 +255,7 @@ fn cubes() -> Vec<Bench<Subject>> {
             ),
             (&outside, Kind::Path, from_outside),
             1.0,
-            (6_000_000, BOUNCES),
+            (1_000_000, BOUNCES),
         ),
         radiance(
             words(
@@ -265,7 +265,7 @@ fn cubes() -> Vec<Bench<Subject>> {
             ),
             (&inside, Kind::Path, leaving),
             n2,
-            (6_000_000, BOUNCES),
+            (1_000_000, BOUNCES),
         ),
         radiance(
             words(
@@ -297,6 +297,6 @@ fn vanishing() -> Bench<Subject> {
         ),
         (&scene, Kind::Path, |_| at_origin()),
         reference,
-        (10_000_000, IMAGE),
+        (5_800_000, IMAGE),
     )
 }

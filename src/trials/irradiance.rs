@@ -67,7 +67,7 @@ fn lights() -> Vec<Bench<Subject>> {
             Arc::clone(&rectangle),
             Kind::Path,
             square,
-            6_000_000,
+            3_800_000,
             &GEOMETRY,
         ),
         bench(
@@ -76,7 +76,7 @@ fn lights() -> Vec<Bench<Subject>> {
             Arc::clone(&rectangle),
             Kind::Report(2),
             square,
-            2_000_000,
+            700_000,
             &GEOMETRY,
         ),
         bench(
@@ -85,7 +85,7 @@ fn lights() -> Vec<Bench<Subject>> {
             rectangle,
             Kind::Whitted(7),
             square,
-            2_000_000,
+            700_000,
             &WHITTED,
         ),
         bench(
@@ -94,7 +94,7 @@ fn lights() -> Vec<Bench<Subject>> {
             Arc::clone(&hidden),
             Kind::Path,
             polygon_irradiance(&visible_half),
-            16_000_000,
+            20_000_000,
             &GEOMETRY,
         ),
         bench(
@@ -112,7 +112,7 @@ fn lights() -> Vec<Bench<Subject>> {
             triangle_light(),
             Kind::Path,
             polygon_irradiance(&TRIANGLE),
-            10_000_000,
+            2_600_000,
             &GEOMETRY,
         ),
         bench(
@@ -121,7 +121,7 @@ fn lights() -> Vec<Bench<Subject>> {
             sphere_light(),
             Kind::Path,
             sphere_irradiance(0.5, 2.0, 1.0),
-            6_000_000,
+            11_500_000,
             &GEOMETRY,
         ),
         bench(
@@ -130,7 +130,7 @@ fn lights() -> Vec<Bench<Subject>> {
             three_lights(),
             Kind::Path,
             three(),
-            20_000_000,
+            13_000_000,
             &ESTIMATOR,
         ),
     ]
@@ -173,7 +173,7 @@ fn strategies() -> Vec<Bench<Subject>> {
             "by shadow rays alone",
             far,
             &RECTANGLE,
-            2_000_000,
+            700_000,
             // A horizontal direction has no density: the path ends after its shadow ray.
             |table| Table {
                 cosine_hemisphere: |_| DVec3::X,
@@ -234,7 +234,7 @@ fn weights() -> Bench<Subject> {
     )
 }
 
-const PICKS: u64 = 3_000_000;
+const PICKS: u64 = 900_000;
 
 /// Each of three emitters is picked with probability 1/3.
 struct Picks;

@@ -2,11 +2,14 @@
 //!
 //! The tests and the experiments only loop over [`all`]; the faults are listed in [`crate::zoo`].
 
+pub mod accumulators;
 pub mod bsdf;
 pub mod convergence;
+pub mod emitters;
 pub mod estimator;
 pub mod fresnel;
 pub mod furnace;
+pub mod geometry;
 pub mod glass;
 pub mod hemisphere;
 pub mod images;
@@ -29,6 +32,9 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         roulette::families(),
         streams::families(),
         convergence::families(),
+        geometry::families(),
+        emitters::families(),
+        accumulators::families(),
         estimator::families(),
     ]
     .into_iter()

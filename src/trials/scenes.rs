@@ -165,7 +165,7 @@ pub fn half_hidden_light() -> Arc<Scene> {
 pub fn walled_sky() -> Arc<Scene> {
     scene("walled sky", |s| {
         s.background(DVec3::ONE);
-        floor(s, lambert(FLOOR));
+        floor(s, lambert(1.0));
         let black = s.surface(Surface::new(Bsdf::Black));
         let [x, z] = [DVec3::new(4.0, 0.0, 0.0), DVec3::new(0.0, 0.0, 3.0)];
         s.rectangle(WALL[0], [x, z], black);
