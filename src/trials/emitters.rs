@@ -54,8 +54,8 @@ const RIGHT: Points = Points {
     geometry: geometry_term,
 };
 
-const SAMPLES: u64 = 2_400_000;
-const FORM_SAMPLES: u64 = 1_500_000;
+const SAMPLES: u64 = 5_600_000;
+const FORM_SAMPLES: u64 = 2_200_000;
 /// δ of form factors, relative.
 const DELTA: f64 = 0.003;
 /// The form factor of unit squares that face each other at distance 1 (Howell's catalogue, C-11).

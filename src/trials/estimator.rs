@@ -213,7 +213,7 @@ fn sampling() -> Vec<Mutant<Subject>> {
                 uniform_hemisphere: linear_theta,
                 ..RIGHT
             }),
-            &["furnace/sky/report", "furnace/report/absorption-0.25"],
+            &["furnace/sky/report"],
         ),
         mutant(
             "cosine-for-uniform",
@@ -250,6 +250,7 @@ fn sampling() -> Vec<Mutant<Subject>> {
             }),
             &[
                 "furnace/path/albedo-0.75",
+                "furnace/report/absorption-0.1",
                 "furnace/mirrors/hall",
                 "furnace/mirrors/facing",
                 "glass/cube-outside",
@@ -264,7 +265,7 @@ fn sampling() -> Vec<Mutant<Subject>> {
                 survives: |r, q| r >= q,
                 ..RIGHT
             }),
-            &["furnace/path/albedo-0.9", "furnace/report/absorption-0.1"],
+            &["furnace/path/albedo-0.9"],
         ),
         mutant(
             "roulette-other-share",
@@ -382,7 +383,7 @@ fn lights() -> Vec<Mutant<Subject>> {
                 mis_weight: |_, _| 1.0,
                 ..RIGHT
             }),
-            &["irradiance/rectangle", "furnace/path/albedo-0.5"],
+            &["irradiance/rectangle"],
         ),
         mutant(
             "not-counted",
@@ -403,6 +404,16 @@ fn lights() -> Vec<Mutant<Subject>> {
                 ..RIGHT
             }),
             &["irradiance/weights", "irradiance/rectangle"],
+        ),
+        mutant(
+            "equal-weights",
+            &MIS,
+            "half for each strategy: the mean stays, the variance does not",
+            parts(Table {
+                mis_weight: |_, _| 0.5,
+                ..RIGHT
+            }),
+            &["irradiance/weights"],
         ),
         mutant(
             "weights-swapped",
@@ -682,16 +693,6 @@ fn equivalents() -> Vec<Mutant<Subject>> {
                 ..RIGHT
             }),
             &["furnace/sky/path"],
-        ),
-        mutant(
-            "equal-weights",
-            &MIS,
-            "half for each strategy: weights that sum to one leave the mean alone",
-            parts(Table {
-                mis_weight: |_, _| 0.5,
-                ..RIGHT
-            }),
-            &["irradiance/rectangle"],
         ),
         mutant(
             "uniform-with-its-weight",

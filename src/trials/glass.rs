@@ -204,7 +204,7 @@ fn total_reflection() -> Bench<Subject> {
             Ray::new(-0.5 * d, d)
         }),
         1.0,
-        (10_000, SINGLE),
+        (400_000, SINGLE),
     )
 }
 
@@ -275,7 +275,7 @@ fn cubes() -> Vec<Bench<Subject>> {
             ),
             (&inside, Kind::Path, trapped),
             0.0,
-            (50_000, BOUNCES),
+            (400_000, BOUNCES),
         ),
     ]
 }

@@ -234,7 +234,7 @@ fn weights() -> Bench<Subject> {
     )
 }
 
-const PICKS: u64 = 900_000;
+const PICKS: u64 = 1_000_000;
 
 /// Each of three emitters is picked with probability 1/3.
 struct Picks;
