@@ -208,12 +208,12 @@ fn total_reflection() -> Bench<Subject> {
     )
 }
 
-/// A direction in which light can leave a glass cube: within the critical angle of one of its faces.
+/// A direction in which light can leave a glass cube: well within the critical angle of one of its
+/// faces. Just within it R is near 1, a path outlives any roulette, and the variance is infinite.
 fn leaving(rng: &mut Stream) -> Ray {
-    let critical = (1.0 - 1.0 / (INDEX * INDEX)).sqrt();
     loop {
         let d = any_direction(rng);
-        if d.abs().max_element() > critical + 1e-6 {
+        if d.abs().max_element() > 0.85 {
             return Ray::new(DVec3::new(0.09, -0.13, 0.07), d);
         }
     }
@@ -260,7 +260,7 @@ fn cubes() -> Vec<Bench<Subject>> {
         radiance(
             words(
                 "glass/cube-inside",
-                "from inside it shows n² in every direction that can leave",
+                "from inside it shows n² in directions that can leave",
                 &REFRACTION,
             ),
             (&inside, Kind::Path, leaving),

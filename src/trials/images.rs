@@ -107,8 +107,8 @@ struct SameImage {
     scene: Arc<Scene>,
 }
 
-const ROOM_SIZE: [u32; 2] = [32, 24];
-const ROOM_REPLICATIONS: u64 = 2_400;
+const ROOM_SIZE: [u32; 2] = [40, 30];
+const ROOM_REPLICATIONS: u64 = 1_500;
 /// Segments of the report's estimator: what it leaves out is below 0.75³¹ ≈ 1.3e-4 of the whole, a
 /// hundredth of the margin, as no albedo exceeds 0.75.
 const ROOM_SEGMENTS: u32 = 30;
