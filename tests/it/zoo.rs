@@ -1,12 +1,19 @@
 //! Every fault of the zoo under the trials that name it, a test for each group of trials.
 
 use std::collections::BTreeSet;
+use std::f64::consts::PI;
 
+use approx::assert_abs_diff_eq;
+use glam::DVec3;
 use rayon::prelude::*;
 use whitefurnace::equation;
+use whitefurnace::harness::domain::Domain;
 use whitefurnace::harness::outcome::CAPACITY;
 use whitefurnace::harness::trial::{Context, check_control, group};
 use whitefurnace::trials::all;
+use whitefurnace::trials::scenes::{
+    RECTANGLE, TRIANGLE, WALL, polygon_irradiance, sphere_irradiance,
+};
 use whitefurnace::zoo::{equivalents, faults};
 
 use crate::support::context;
@@ -115,4 +122,35 @@ fn the_error_budget_is_kept() {
         used <= CAPACITY * 17 / 20,
         "{used} assertions of {CAPACITY}"
     );
+}
+
+/// The references of the trials through scenes, by a second route: quadrature over the light.
+#[test]
+fn polygon_and_sphere_irradiance_agree_with_quadrature() {
+    let up = |x: DVec3| x.normalize().z.max(0.0);
+    let over = |corner: DVec3, a: DVec3, b: DVec3, normal: DVec3| {
+        let f = |p: DVec3| {
+            let y = corner + p.x * a + p.y * b;
+            up(y) * normal.dot(-y.normalize()).max(0.0) / y.length_squared()
+        };
+        Domain::Square.integrate_all(1e-9, &f).value * a.cross(b).length()
+    };
+    let [a, b, _, d] = RECTANGLE;
+    let square = over(a, b - a, d - a, -DVec3::Z);
+    assert_abs_diff_eq!(square, polygon_irradiance(&RECTANGLE), epsilon = 1e-7);
+    assert_abs_diff_eq!(square, 0.752_274_688_454_107_5, epsilon = 1e-7);
+    let [a, b, _, d] = WALL;
+    let wall = over(a, b - a, d - a, -DVec3::Y);
+    assert_abs_diff_eq!(wall, polygon_irradiance(&WALL), epsilon = 1e-7);
+    let [a, b, c] = TRIANGLE;
+    let normal = (b - a).cross(c - a);
+    let f = |p: DVec3| {
+        let y = a + p.x * (b - a) + p.y * (c - a);
+        up(y) * normal.normalize().dot(-y.normalize()).max(0.0) / y.length_squared()
+    };
+    let triangle = Domain::Triangle.integrate_all(1e-9, &f).value * normal.length();
+    assert_abs_diff_eq!(triangle, polygon_irradiance(&TRIANGLE), epsilon = 1e-7);
+    // The solid angle of a sphere is a cone around the zenith with sin θ = R/d.
+    let cone = PI * 0.25_f64.powi(2);
+    assert_abs_diff_eq!(cone, sphere_irradiance(0.5, 2.0, 1.0), epsilon = 1e-15);
 }
