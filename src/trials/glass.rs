@@ -204,7 +204,7 @@ fn total_reflection() -> Bench<Subject> {
             Ray::new(-0.5 * d, d)
         }),
         1.0,
-        (400_000, SINGLE),
+        (2_000_000, SINGLE),
     )
 }
 
@@ -275,7 +275,7 @@ fn cubes() -> Vec<Bench<Subject>> {
             ),
             (&inside, Kind::Path, trapped),
             0.0,
-            (400_000, BOUNCES),
+            (1_600_000, BOUNCES),
         ),
     ]
 }

@@ -76,7 +76,7 @@ pub fn mean_is_right(context: &Context, parts: Parts, [a, q]: [f64; 2]) -> Vec<O
     )]
 }
 
-/// Var = (1 + 2a m)/(1 − a²/q) − m² with m = 1/(1 − a): from X = 1 + [survival] (a/q) X′. Infinite for
+/// Var = (1 + 2a m)/(1 − a²/q) − m² with m = 1/(1 − a): from X = 1 + (a/q) X′ for survivors. Infinite for
 /// q ≤ a².
 pub fn variance(a: f64, q: f64) -> f64 {
     let m = 1.0 / (1.0 - a);

@@ -89,7 +89,7 @@ pub fn cells(context: &Context, domain: Domain, sampler: Sampler) -> Vec<Outcome
     )]
 }
 
-/// E[x] = E[y] = 0, E[z] and E[z²]. Standard deviations are at most 0.58: 1.4e-4 standard error.
+/// The means of x and y, 0, and of z and z². Standard deviations are at most 0.58: 1.4e-4 standard error.
 pub fn moments(context: &Context, expected: [f64; 2], sampler: Sampler) -> Vec<Outcome> {
     let mut rng = context.rng("moments");
     let references = [0.0, 0.0, expected[0], expected[1]];
