@@ -20,6 +20,7 @@
 //! | [`rng`], [`frame`], [`error`] | streams of random numbers, coordinates, errors |
 //! | [`harness`] | statistics, verdicts, trials as data: put your own code on trial with it |
 //! | [`trials`] | the registry: every property of this library on trial, with negative controls |
+//! | [`zoo`] | named faults, the trials that must reject them, and the table of both |
 //!
 //! # Invariants
 //!
@@ -60,3 +61,4 @@ pub mod scene;
 pub mod shape;
 pub mod trials;
 pub mod watertight;
+pub mod zoo;

@@ -263,6 +263,24 @@ pub fn control_is_green(rows: &[Row], context: &Context) -> bool {
 /// # Errors
 /// The message, if anything is red.
 pub fn check(trial: &Trial, context: &Context) -> Result<Vec<Row>, String> {
+    let found = check_subject(trial, context);
+    let message: String = trial
+        .controls
+        .iter()
+        .filter_map(|control| check_control(trial, control, context).err())
+        .collect();
+    match found {
+        Ok(rows) if message.is_empty() => Ok(rows),
+        Ok(_) => Err(message),
+        Err(first) => Err(first + &message),
+    }
+}
+
+/// Puts a trial to the test on its right subject alone.
+///
+/// # Errors
+/// The message, if it is red.
+pub fn check_subject(trial: &Trial, context: &Context) -> Result<Vec<Row>, String> {
     let mut message = String::new();
     let found = run_trial(trial, context);
     let random = found.iter().filter(|row| row.outcome.is_random()).count();
@@ -276,22 +294,33 @@ pub fn check(trial: &Trial, context: &Context) -> Result<Vec<Row>, String> {
     if !trial_is_green(&found, context) {
         message += &explain(trial, &found, context);
     }
-    for control in &trial.controls {
-        let rows = run_control(trial, control, context);
-        if !control_is_green(&rows, context) {
-            let _ = writeln!(
-                message,
-                "{}: the negative control {} was not rejected\n  what is wrong with it: {}",
-                trial.name, control.name, control.wrong
-            );
-            message += &explain(trial, &rows, context);
-        }
-    }
     if message.is_empty() {
         Ok(found)
     } else {
         Err(message)
     }
+}
+
+/// Puts a trial to the test on one of its faulty subjects.
+///
+/// # Errors
+/// The message, if the fault is not rejected.
+pub fn check_control(
+    trial: &Trial,
+    control: &Control,
+    context: &Context,
+) -> Result<Vec<Row>, String> {
+    let rows = run_control(trial, control, context);
+    if control_is_green(&rows, context) {
+        return Ok(rows);
+    }
+    Err(format!(
+        "{}: the negative control {} was not rejected\n  what is wrong with it: {}\n{}",
+        trial.name,
+        control.name,
+        control.wrong,
+        explain(trial, &rows, context)
+    ))
 }
 
 /// What a person needs in order to act on a verdict.
@@ -328,7 +357,11 @@ fn explain(trial: &Trial, rows: &[Row], context: &Context) -> String {
             o.reference,
             o.claim.size(),
             o.worst,
-            command(context, &trial.name),
+            if row.control.is_empty() {
+                command(context, &trial.name)
+            } else {
+                control_command(context, &trial.name)
+            },
         );
         match write_cells(row, &context.folder) {
             Ok(Some(path)) => {
@@ -346,15 +379,23 @@ fn explain(trial: &Trial, rows: &[Row], context: &Context) -> String {
 /// The shell command that repeats the trial: the integration test of its group, which is the part of
 /// its name before the first '/'.
 pub fn command(context: &Context, trial: &str) -> String {
+    test_command(context, &format!("trials::{}", group(trial)))
+}
+
+/// The shell command that repeats the faults of the trial's group.
+fn control_command(context: &Context, trial: &str) -> String {
+    test_command(context, &format!("zoo::{}", group(trial)))
+}
+
+fn test_command(context: &Context, test: &str) -> String {
     let scale = if context.scale == 1.0 {
         String::new()
     } else {
         format!("WHITEFURNACE_SCALE={} ", context.scale)
     };
     format!(
-        "WHITEFURNACE_SEED={} {scale}cargo test -p whitefurnace --test it -- trials::{}",
-        context.seed,
-        group(trial)
+        "WHITEFURNACE_SEED={} {scale}cargo test -p whitefurnace --test it -- {test}",
+        context.seed
     )
 }
 

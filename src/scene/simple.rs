@@ -102,6 +102,10 @@ pub fn cavity_cap(albedo: f64, cap: Cap) -> Result<Scene, Error> {
 /// A glass cube of index 1.5 in a uniform environment of radiance 1. Every pixel's expectation is
 /// exactly 1 from outside and 1.5² from inside, total internal reflection included.
 ///
+/// From inside that holds for directions within the critical angle, 41.8°, of some axis; in all others
+/// light is trapped and the radiance is 0. The inner camera looks along an axis, so that every pixel of
+/// a frame up to 4:3 can see out.
+///
 /// # Errors
 /// None for these numbers; the type is that of [`SceneBuilder::build`].
 pub fn glass_cube(inside: bool) -> Result<Scene, Error> {
@@ -111,7 +115,8 @@ pub fn glass_cube(inside: bool) -> Result<Scene, Error> {
     closed_cube(&mut scene, 1.0, false, glass);
     let distance = if inside { 0.1 } else { 3.0 };
     let eye = distance * DVec3::new(0.9, -1.3, 0.7);
-    scene.build(Camera::new(eye, DVec3::ZERO, DVec3::Z, 0.5))
+    let target = if inside { eye + DVec3::Y } else { DVec3::ZERO };
+    scene.build(Camera::new(eye, target, DVec3::Z, 0.5))
 }
 
 /// The Cornell box: published dimensions in decimetres, three-channel albedos near the published

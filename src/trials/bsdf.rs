@@ -5,14 +5,15 @@ use std::f64::consts::{FRAC_1_PI, PI};
 use glam::DVec3;
 
 use crate::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
-use crate::equation::{COSINE, Equation, LAMBERT, OREN_NAYAR, OREN_NAYAR_CONSTANTS};
+use crate::equation::{COSINE, LAMBERT, OREN_NAYAR, OREN_NAYAR_CONSTANTS};
 use crate::harness::bsdf_checkup::{BsdfSample, BsdfSubject, CheckUp, assertions, check_up};
 use crate::harness::chi_square::CELL_DELTA;
 use crate::harness::outcome::Outcome;
-use crate::harness::trial::{Context, Control, Trial};
+use crate::harness::trial::Context;
 use crate::sampling::{
     cosine_hemisphere, cosine_hemisphere_pdf, uniform_hemisphere, uniform_hemisphere_pdf,
 };
+use crate::zoo::{AnyFamily, Bench, Family, Mutant, data, mutant};
 
 /// f(wo, wi) in 1/sr.
 type Eval = fn(DVec3, DVec3) -> f64;
@@ -113,96 +114,6 @@ fn printed_check(context: &Context, eval: Eval) -> Vec<Outcome> {
     check_up(&subject, &CheckUp::default(), context)
 }
 
-fn trial(
-    name: &str,
-    property: &str,
-    equation: &'static Equation,
-    run: impl Fn(&Context) -> Vec<Outcome> + Send + Sync + 'static,
-    controls: Vec<Control>,
-) -> Trial {
-    let size = CheckUp::default();
-    Trial {
-        name: format!("bsdf/{name}"),
-        property: property.to_owned(),
-        equation,
-        subject: "bsdf::Bsdf::eval, sampling::cosine_hemisphere",
-        statistic: "BSDF check-up",
-        samples: size.samples,
-        delta: CELL_DELTA,
-        assertions: assertions(&size),
-        run: Box::new(run),
-        controls,
-    }
-}
-
-/// Every trial of the diffuse BSDFs.
-pub fn trials() -> Vec<Trial> {
-    vec![
-        trial(
-            "lambert",
-            "Lambert passes the check-up and its directional albedo is ρ",
-            &LAMBERT,
-            |c| lambert_check(c, with_cosine_sampling(lambert)),
-            vec![
-                Control::new("no-pi", "f = ρ", |c| {
-                    lambert_check(c, with_cosine_sampling(|wo, wi| PI * lambert(wo, wi)))
-                }),
-                Control::new("uniform-sampler", "uniform directions, cosine pdf", |c| {
-                    lambert_check(c, with_wrong_sampling(lambert))
-                }),
-                Control::new("weight", "the weight misses π", |c| {
-                    lambert_check(c, wrong_weight(lambert))
-                }),
-            ],
-        ),
-        trial(
-            "cosine",
-            "f_r, not f_r cos θ, is what eval returns and what is reciprocal",
-            &COSINE,
-            |c| lambert_check(c, uniform_sampling(lambert)),
-            vec![Control::new(
-                "cosine-in-f",
-                "eval returns f_r cos θ",
-                |c| lambert_check(c, uniform_sampling(|wo, wi| lambert(wo, wi) * wi.z)),
-            )],
-        ),
-        trial(
-            "oren-nayar",
-            "Oren-Nayar passes the check-up and has the directional albedo of sin α tan β",
-            &OREN_NAYAR,
-            |c| oren_nayar_check(c, oren_nayar),
-            vec![Control::new(
-                "printed",
-                "sin β for tan β, as the report prints",
-                |c| oren_nayar_check(c, oren_nayar_printed),
-            )],
-        ),
-        trial(
-            "oren-nayar-printed",
-            "the printed form has its own closed-form albedo: it is not Oren-Nayar",
-            &OREN_NAYAR_CONSTANTS,
-            |c| printed_check(c, oren_nayar_printed),
-            vec![
-                Control::new("correct", "the correct form", |c| {
-                    printed_check(c, oren_nayar)
-                }),
-                Control::new("constant", "0.57 for 0.33 in A", |c| {
-                    printed_check(c, |wo, wi| {
-                        let s2 = SIGMA * SIGMA;
-                        let constants = OrenNayar {
-                            a: 1.0 - s2 / (2.0 * (s2 + 0.57)),
-                            ..OrenNayar::new(SIGMA)
-                        };
-                        let bracket =
-                            crate::bsdf::oren_nayar(constants, OrenNayarForm::Printed, wo, wi);
-                        RHO * FRAC_1_PI * bracket
-                    })
-                }),
-            ],
-        ),
-    ]
-}
-
 fn wrong_weight(eval: Eval) -> BsdfSubject {
     BsdfSubject {
         sample: Box::new(move |wo, [r1, r2, _]| {
@@ -231,4 +142,169 @@ fn uniform_sampling(eval: Eval) -> BsdfSubject {
         },
         |_, wi| uniform_hemisphere_pdf(wi.z),
     )
+}
+
+/// The diffuse models, each replaceable.
+#[derive(Clone, Copy)]
+pub struct Models {
+    /// (13) with cosine sampling.
+    pub lambert: fn() -> BsdfSubject,
+    /// (13) with uniform sampling.
+    pub lambert_uniform: fn() -> BsdfSubject,
+    /// (14) with sin α tan β.
+    pub oren_nayar: fn(DVec3, DVec3) -> f64,
+    /// (14) as printed.
+    pub printed: fn(DVec3, DVec3) -> f64,
+}
+
+const RIGHT: Models = Models {
+    lambert: || with_cosine_sampling(lambert),
+    lambert_uniform: || uniform_sampling(lambert),
+    oren_nayar,
+    printed: oren_nayar_printed,
+};
+
+/// (14) as printed with 0.57 for 0.33 in A.
+fn printed_with_other_constant(wo: DVec3, wi: DVec3) -> f64 {
+    let s2 = SIGMA * SIGMA;
+    let constants = OrenNayar {
+        a: 1.0 - s2 / (2.0 * (s2 + 0.57)),
+        ..OrenNayar::new(SIGMA)
+    };
+    RHO * FRAC_1_PI * crate::bsdf::oren_nayar(constants, OrenNayarForm::Printed, wo, wi)
+}
+
+fn benches() -> Vec<Bench<Models>> {
+    let size = CheckUp::default();
+    let trial = |name: &str, property: &str, equation| {
+        let subject = "bsdf::Bsdf::eval, sampling::cosine_hemisphere";
+        let size = (size.samples, CELL_DELTA, assertions(&size));
+        data(
+            format!("bsdf/{name}"),
+            property,
+            equation,
+            subject,
+            "BSDF check-up",
+            size,
+        )
+    };
+    vec![
+        Bench::new(
+            trial(
+                "lambert",
+                "Lambert passes the check-up and its directional albedo is ρ",
+                &LAMBERT,
+            ),
+            |c, models: Models| lambert_check(c, (models.lambert)()),
+        ),
+        Bench::new(
+            trial(
+                "cosine",
+                "f_r, not f_r cos θ, is what eval returns and what is reciprocal",
+                &COSINE,
+            ),
+            |c, models: Models| lambert_check(c, (models.lambert_uniform)()),
+        ),
+        Bench::new(
+            trial(
+                "oren-nayar",
+                "Oren-Nayar passes the check-up and has the directional albedo of sin α tan β",
+                &OREN_NAYAR,
+            ),
+            |c, models: Models| oren_nayar_check(c, models.oren_nayar),
+        ),
+        Bench::new(
+            trial(
+                "oren-nayar-printed",
+                "the printed form has its own closed-form albedo: it is not Oren-Nayar",
+                &OREN_NAYAR_CONSTANTS,
+            ),
+            |c, models: Models| printed_check(c, models.printed),
+        ),
+    ]
+}
+
+fn faults() -> Vec<Mutant<Models>> {
+    vec![
+        mutant(
+            "no-pi",
+            &LAMBERT,
+            "f = ρ",
+            Models {
+                lambert: || with_cosine_sampling(|wo, wi| PI * lambert(wo, wi)),
+                ..RIGHT
+            },
+            &["bsdf/lambert"],
+        ),
+        mutant(
+            "uniform-sampler",
+            &LAMBERT,
+            "uniform directions, cosine pdf",
+            Models {
+                lambert: || with_wrong_sampling(lambert),
+                ..RIGHT
+            },
+            &["bsdf/lambert"],
+        ),
+        mutant(
+            "weight",
+            &LAMBERT,
+            "the weight misses π",
+            Models {
+                lambert: || wrong_weight(lambert),
+                ..RIGHT
+            },
+            &["bsdf/lambert"],
+        ),
+        mutant(
+            "cosine-in-f",
+            &COSINE,
+            "eval returns f_r cos θ",
+            Models {
+                lambert_uniform: || uniform_sampling(|wo, wi| lambert(wo, wi) * wi.z),
+                ..RIGHT
+            },
+            &["bsdf/cosine"],
+        ),
+        mutant(
+            "printed",
+            &OREN_NAYAR,
+            "sin β for tan β, as the report prints",
+            Models {
+                oren_nayar: oren_nayar_printed,
+                ..RIGHT
+            },
+            &["bsdf/oren-nayar"],
+        ),
+        mutant(
+            "correct-for-printed",
+            &OREN_NAYAR,
+            "tan β where the printed form is meant",
+            Models {
+                printed: oren_nayar,
+                ..RIGHT
+            },
+            &["bsdf/oren-nayar-printed"],
+        ),
+        mutant(
+            "constant",
+            &OREN_NAYAR_CONSTANTS,
+            "0.57 for 0.33 in A",
+            Models {
+                printed: printed_with_other_constant,
+                ..RIGHT
+            },
+            &["bsdf/oren-nayar-printed"],
+        ),
+    ]
+}
+
+/// The diffuse models.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    vec![Box::new(Family {
+        benches: benches(),
+        faults: faults(),
+        share: 1.0 / 16.0,
+        ..Family::new("bsdf", RIGHT)
+    })]
 }

@@ -7,13 +7,14 @@ use crate::equation::{COSINE_HEMISPHERE, RANDOMISATION, SUPERSAMPLING};
 use crate::harness::convergence::{slope, variance_ratio};
 use crate::harness::mean::{Values, mean};
 use crate::harness::outcome::{Claim, Outcome};
-use crate::harness::trial::{Context, Control, Trial};
+use crate::harness::trial::Context;
 use crate::pixel::PixelSampling;
 use crate::rng::{Stream, uniform, uniform2};
 use crate::sampling::{
     cosine_hemisphere, cosine_hemisphere_pdf, uniform_hemisphere, uniform_hemisphere_pdf,
 };
-use crate::trials::hemisphere::{Pdf, Sampler};
+use crate::trials::hemisphere::Method;
+use crate::zoo::{AnyFamily, Bench, Family, data, mutant};
 
 const RATIO_SAMPLES: u64 = 16_000_000;
 /// δ of variance ratios and mean squared errors, relative.
@@ -69,8 +70,6 @@ const PROFILES: [Profile; 4] = [
     },
 ];
 
-/// A way to sample: directions and the pdf by which they are weighted.
-type Method = (Sampler, Pdf);
 const UNIFORM: Method = (uniform_hemisphere, uniform_hemisphere_pdf);
 const COSINE: Method = (cosine_hemisphere, cosine_hemisphere_pdf);
 
@@ -151,92 +150,140 @@ fn edge_slope(
     )]
 }
 
-fn ratio_trial(profile: Profile) -> Trial {
-    Trial {
-        name: format!("convergence/ratio-{}", profile.name),
-        property: format!(
-            "uniform sampling has {:.4} times the variance of cosine sampling",
-            profile.uniform / profile.cosine
+fn ratio_bench(profile: Profile) -> Bench<[Method; 2]> {
+    let ratio_of = profile.uniform / profile.cosine;
+    Bench::new(
+        data(
+            format!("convergence/ratio-{}", profile.name),
+            format!("uniform sampling has {ratio_of:.4} times the variance of cosine sampling"),
+            &COSINE_HEMISPHERE,
+            "sampling::uniform_hemisphere, sampling::cosine_hemisphere",
+            "variance ratio",
+            (RATIO_SAMPLES, VARIANCE_DELTA, 1),
         ),
-        equation: &COSINE_HEMISPHERE,
-        subject: "sampling::uniform_hemisphere, sampling::cosine_hemisphere",
-        statistic: "variance ratio",
-        samples: RATIO_SAMPLES,
-        delta: VARIANCE_DELTA,
-        assertions: 1,
-        run: Box::new(move |c| ratio(c, profile, [UNIFORM, COSINE])),
-        controls: vec![Control::new(
+        move |c, methods| ratio(c, profile, methods),
+    )
+}
+
+fn ratios() -> Family<[Method; 2]> {
+    Family {
+        benches: PROFILES.into_iter().map(ratio_bench).collect(),
+        faults: vec![mutant(
             "not-importance-sampling",
+            &COSINE_HEMISPHERE,
             "(18) taken for importance sampling, as the report does: both methods are uniform",
-            move |c| ratio(c, profile, [UNIFORM, UNIFORM]),
+            [UNIFORM, UNIFORM],
+            &[
+                "convergence/ratio-cos",
+                "convergence/ratio-1-cos",
+                "convergence/ratio-cos2",
+                "convergence/ratio-cap",
+            ],
         )],
+        share: 1.0 / 16.0,
+        ..Family::new("variance", [UNIFORM, COSINE])
     }
 }
 
-/// A strategy's name, its form for n, the mean squared error at [`EDGE_SIDE`], and the slope.
-type Strategy = (&'static str, fn(u32) -> PixelSampling, f64, f64);
+/// A strategy for n × n samples.
+type Strategy = fn(u32) -> PixelSampling;
 
-const STRATEGIES: [Strategy; 3] = [
-    ("grid", PixelSampling::Grid, 1.0 / 192.0, -1.0),
-    ("random", |_| PixelSampling::Random, 1.0 / 96.0, -1.0),
-    ("jitter", PixelSampling::Jitter, 1.0 / 384.0, -1.5),
-];
-
-fn strategy_trials(index: usize) -> [Trial; 2] {
-    let (name, strategy, error, order) = STRATEGIES[index];
-    // Each strategy is the other's fault: jitter for the two of order 1, random for jitter.
-    let (_, other, ..) = STRATEGIES[if name == "jitter" { 1 } else { 2 }];
-    let trial = |what: &str, property: String, statistic, samples, delta| Trial {
-        name: format!("convergence/{name}-{what}"),
-        property,
-        equation: if name == "grid" {
-            &SUPERSAMPLING
-        } else {
-            &RANDOMISATION
-        },
-        subject: "pixel::PixelSampling::position",
-        statistic,
-        samples,
-        delta,
-        assertions: 1,
-        run: Box::new(|_| Vec::new()),
-        controls: Vec::new(),
+fn strategy_benches(name: &'static str, error: f64, order: f64) -> Vec<Bench<Strategy>> {
+    let equation = if name == "grid" {
+        &SUPERSAMPLING
+    } else {
+        &RANDOMISATION
     };
-    let wrong = "another strategy in its place";
-    [
-        Trial {
-            run: Box::new(move |c| edge(c, strategy(EDGE_SIDE), error)),
-            controls: vec![Control::new("other", wrong, move |c| {
-                edge(c, other(EDGE_SIDE), error)
-            })],
-            ..trial(
-                "error",
+    let subject = "pixel::PixelSampling::position";
+    vec![
+        Bench::new(
+            data(
+                format!("convergence/{name}-error"),
                 format!("the mean squared error on an edge is {error:.6}"),
+                equation,
+                subject,
                 "t",
-                EDGE_SAMPLES,
-                VARIANCE_DELTA,
-            )
-        },
-        Trial {
-            run: Box::new(move |c| edge_slope(c, strategy, order)),
-            controls: vec![Control::new("other", wrong, move |c| {
-                edge_slope(c, other, order)
-            })],
-            ..trial(
-                "slope",
+                (EDGE_SAMPLES, VARIANCE_DELTA, 1),
+            ),
+            move |c, strategy: Strategy| edge(c, strategy(EDGE_SIDE), error),
+        ),
+        Bench::new(
+            data(
+                format!("convergence/{name}-slope"),
                 format!("the squared error falls with the power {order} of the number of samples"),
+                equation,
+                subject,
                 "t of slopes",
-                GROUPS,
-                SLOPE_MARGIN,
-            )
-        },
+                (GROUPS, SLOPE_MARGIN, 1),
+            ),
+            move |c, strategy: Strategy| edge_slope(c, strategy, order),
+        ),
     ]
 }
 
-/// Every trial of variances and orders of convergence.
-pub fn trials() -> Vec<Trial> {
-    let ratios = PROFILES.into_iter().map(ratio_trial);
-    ratios
-        .chain((0..STRATEGIES.len()).flat_map(strategy_trials))
-        .collect()
+const RANDOM: Strategy = |_| PixelSampling::Random;
+
+/// Variances of samplers, and the pixel strategies, each a fault under the others' trials.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    let benches = strategy_benches;
+    vec![
+        Box::new(ratios()),
+        Box::new(Family {
+            benches: benches("grid", 1.0 / 192.0, -1.0),
+            faults: vec![
+                mutant(
+                    "jitter",
+                    &SUPERSAMPLING,
+                    "the sub-pixels' points are random",
+                    PixelSampling::Jitter,
+                    &["convergence/grid-error", "convergence/grid-slope"],
+                ),
+                mutant(
+                    "centre",
+                    &SUPERSAMPLING,
+                    "every ray through the centre: more samples change nothing",
+                    |_| PixelSampling::Centre,
+                    &["convergence/grid-error", "convergence/grid-slope"],
+                ),
+            ],
+            share: SHARE,
+            ..Family::new("grid", PixelSampling::Grid as Strategy)
+        }),
+        Box::new(Family {
+            benches: benches("random", 1.0 / 96.0, -1.0),
+            faults: vec![mutant(
+                "jitter",
+                &RANDOMISATION,
+                "one random point in each sub-pixel",
+                PixelSampling::Jitter,
+                &["convergence/random-error", "convergence/random-slope"],
+            )],
+            share: SHARE,
+            ..Family::new("random", RANDOM)
+        }),
+        Box::new(Family {
+            benches: benches("jitter", 1.0 / 384.0, -1.5),
+            faults: vec![
+                mutant(
+                    "random",
+                    &RANDOMISATION,
+                    "random points in the whole pixel",
+                    RANDOM,
+                    &["convergence/jitter-error", "convergence/jitter-slope"],
+                ),
+                mutant(
+                    "grid",
+                    &RANDOMISATION,
+                    "the sub-pixels' centres: no randomness",
+                    PixelSampling::Grid,
+                    &["convergence/jitter-error", "convergence/jitter-slope"],
+                ),
+            ],
+            share: SHARE,
+            ..Family::new("jitter", PixelSampling::Jitter as Strategy)
+        }),
+    ]
 }
+
+/// Share of the trials' samples that the faults get; the slopes' tails need 1000 groups.
+const SHARE: f64 = 1.0 / 4.0;

@@ -2,14 +2,15 @@
 
 use glam::DVec3;
 
-use crate::equation::{Equation, FRESNEL, FRESNEL_P, FRESNEL_S, REFRACTION};
+use crate::equation::{FRESNEL, FRESNEL_P, FRESNEL_S, REFRACTION};
 use crate::fresnel::{cos_refracted, reflectance, reflectance_p, reflectance_s};
 use crate::harness::domain::Domain;
 use crate::harness::mean::{Values, mean};
 use crate::harness::outcome::{Claim, Outcome};
-use crate::harness::trial::{Context, Control, Trial};
+use crate::harness::trial::Context;
 use crate::rng::{Stream, uniform, uniform2};
 use crate::sampling::cosine_hemisphere;
+use crate::zoo::{AnyFamily, Bench, Family, Mutant, data, mutant};
 
 /// A reflectance as a function of cos θ₁, n₁, n₂.
 pub type Reflectance = fn(f64, f64, f64) -> f64;
@@ -183,31 +184,31 @@ pub fn averages(context: &Context, r: Reflectance) -> Vec<Outcome> {
     outcomes
 }
 
-// The faults.
-
-/// (10) with n₁ and n₂ exchanged in front of the cosines.
-fn exchanged(cos_1: f64, n1: f64, n2: f64) -> f64 {
-    reflectance_p(cos_1, n1, n2)
+/// (10), (11) and (12), each replaceable.
+#[derive(Clone, Copy)]
+pub struct Reflectances {
+    /// (10).
+    pub s: Reflectance,
+    /// (11).
+    pub p: Reflectance,
+    /// (12).
+    pub unpolarised: Reflectance,
 }
 
-/// (11) for (10) and (10) for (11).
-fn exchanged_s(cos_1: f64, n1: f64, n2: f64) -> f64 {
-    reflectance_s(cos_1, n1, n2)
-}
-
-/// (10) without its square.
-fn amplitude(cos_1: f64, n1: f64, n2: f64) -> f64 {
-    reflectance_s(cos_1, n1, n2).sqrt()
-}
+const RIGHT: Reflectances = Reflectances {
+    s: reflectance_s,
+    p: reflectance_p,
+    unpolarised: reflectance,
+};
 
 /// Schlick's approximation in place of (12).
-fn schlick(cos_1: f64, n1: f64, n2: f64) -> f64 {
+pub(super) fn schlick(cos_1: f64, n1: f64, n2: f64) -> f64 {
     let r0 = ((n1 - n2) / (n1 + n2)).powi(2);
     r0 + (1.0 - r0) * (1.0 - cos_1).powi(5)
 }
 
-/// The radicand's magnitude, so that total reflection is missing.
-fn no_total_reflection(cos_1: f64, n1: f64, n2: f64) -> f64 {
+/// A finite R past the critical angle, so that total reflection is missing.
+pub(super) fn no_total_reflection(cos_1: f64, n1: f64, n2: f64) -> f64 {
     match cos_refracted(cos_1, n1, n2) {
         Some(_) => reflectance(cos_1, n1, n2),
         None => reflectance(1.0, n1, n2),
@@ -222,117 +223,146 @@ fn literal(cos_1: f64, n1: f64, n2: f64) -> f64 {
     0.5 * (s * s + p * p)
 }
 
-/// Only (10), as if light were polarised.
-fn only_s(cos_1: f64, n1: f64, n2: f64) -> f64 {
-    reflectance_s(cos_1, n1, n2)
-}
-
-/// (12) without the half.
-fn sum(cos_1: f64, n1: f64, n2: f64) -> f64 {
-    reflectance_s(cos_1, n1, n2) + reflectance_p(cos_1, n1, n2)
-}
-
-fn trial(
-    name: &str,
-    property: &str,
-    equation: &'static Equation,
-    run: impl Fn(&Context) -> Vec<Outcome> + Send + Sync + 'static,
-    controls: Vec<Control>,
-) -> Trial {
-    Trial {
-        name: format!("fresnel/{name}"),
-        property: property.to_owned(),
-        equation,
-        subject: "fresnel::reflectance, reflectance_s, reflectance_p",
-        statistic: "exact",
-        samples: ARGUMENTS,
-        delta: TOLERANCE,
-        assertions: 0,
-        run: Box::new(run),
-        controls,
-    }
-}
-
-/// Every trial of the reflectances.
-pub fn trials() -> Vec<Trial> {
+fn benches() -> Vec<Bench<Reflectances>> {
+    let trial = |name: &str, property: &str, equation| {
+        let subject = "fresnel::reflectance, reflectance_s, reflectance_p";
+        let size = (ARGUMENTS, TOLERANCE, 0);
+        data(
+            format!("fresnel/{name}"),
+            property,
+            equation,
+            subject,
+            "exact",
+            size,
+        )
+    };
+    let sampled = data(
+        "fresnel/averages",
+        "hemispherical averages follow Walsh, and 1 − F_int = (1 − F_ext)/n²",
+        &REFRACTION,
+        "fresnel::reflectance",
+        "t",
+        (SAMPLES, AVERAGE_DELTA, 2),
+    );
     vec![
-        trial(
-            "energy",
-            "reflected and transmitted flux sum to one for each polarisation",
-            &FRESNEL_S,
-            |c| energy(c, reflectance_s, reflectance_p),
-            vec![
-                Control::new("amplitude", "R_s without its square", |c| {
-                    energy(c, amplitude, reflectance_p)
-                }),
-                Control::new("exchanged", "R_p for R_s and R_s for R_p", |c| {
-                    energy(c, exchanged, exchanged_s)
-                }),
-            ],
+        Bench::new(
+            trial(
+                "energy",
+                "reflected and transmitted flux sum to one for each polarisation",
+                &FRESNEL_S,
+            ),
+            |c, r: Reflectances| energy(c, r.s, r.p),
         ),
-        trial(
-            "brewster",
-            "R_p vanishes at Brewster's angle and R_s has its closed form",
-            &FRESNEL_P,
-            |c| brewster(c, reflectance_s, reflectance_p),
-            vec![Control::new("exchanged", "R_s for R_p", |c| {
-                brewster(c, exchanged, exchanged_s)
-            })],
+        Bench::new(
+            trial(
+                "brewster",
+                "R_p vanishes at Brewster's angle and R_s has its closed form",
+                &FRESNEL_P,
+            ),
+            |c, r: Reflectances| brewster(c, r.s, r.p),
         ),
-        trial(
-            "reversible",
-            "R is the same from both sides along one ray",
-            &FRESNEL,
-            |c| reversible(c, reflectance),
-            vec![Control::new("schlick", "Schlick's approximation", |c| {
-                reversible(c, schlick)
-            })],
+        Bench::new(
+            trial(
+                "reversible",
+                "R is the same from both sides along one ray",
+                &FRESNEL,
+            ),
+            |c, r: Reflectances| reversible(c, r.unpolarised),
         ),
-        trial(
-            "limits",
-            "R at normal and at grazing incidence",
-            &FRESNEL,
-            |c| limits(c, reflectance),
-            vec![Control::new("sum", "R_s + R_p without the half", |c| {
-                limits(c, sum)
-            })],
+        Bench::new(
+            trial("limits", "R at normal and at grazing incidence", &FRESNEL),
+            |c, r: Reflectances| limits(c, r.unpolarised),
         ),
-        trial(
-            "critical",
-            "reflection is total past the critical angle and not before",
-            &FRESNEL,
-            |c| critical(c, reflectance),
-            vec![
-                Control::new(
-                    "no-total-reflection",
-                    "a finite R past the critical angle",
-                    |c| critical(c, no_total_reflection),
-                ),
-                Control::new("literal", "(10)-(12) as printed: NaN", |c| {
-                    critical(c, literal)
-                }),
-            ],
+        Bench::new(
+            trial(
+                "critical",
+                "reflection is total past the critical angle and not before",
+                &FRESNEL,
+            ),
+            |c, r: Reflectances| critical(c, r.unpolarised),
         ),
-        Trial {
-            statistic: "t",
-            samples: SAMPLES,
-            delta: AVERAGE_DELTA,
-            assertions: 2,
-            ..trial(
-                "averages",
-                "hemispherical averages follow Walsh, and 1 − F_int = (1 − F_ext)/n²",
-                &REFRACTION,
-                |c| averages(c, reflectance),
-                vec![
-                    Control::new("schlick", "Schlick's approximation", |c| {
-                        averages(c, schlick)
-                    }),
-                    Control::new("only-s", "R_s alone", |c| averages(c, only_s)),
-                    Control::new("no-total-reflection", "no total reflection", |c| {
-                        averages(c, no_total_reflection)
-                    }),
-                ],
-            )
-        },
+        Bench::new(sampled, |c, r: Reflectances| averages(c, r.unpolarised)),
     ]
+}
+
+fn faults() -> Vec<Mutant<Reflectances>> {
+    let whole = |r: Reflectance| Reflectances {
+        unpolarised: r,
+        ..RIGHT
+    };
+    vec![
+        mutant(
+            "amplitude",
+            &FRESNEL_S,
+            "R_s without its square",
+            Reflectances {
+                s: |c, n1, n2| reflectance_s(c, n1, n2).sqrt(),
+                ..RIGHT
+            },
+            &["fresnel/energy"],
+        ),
+        mutant(
+            "exchanged",
+            &FRESNEL_P,
+            "R_p for R_s and R_s for R_p",
+            Reflectances {
+                s: reflectance_p,
+                p: reflectance_s,
+                ..RIGHT
+            },
+            &["fresnel/brewster", "fresnel/energy"],
+        ),
+        mutant(
+            "schlick",
+            &FRESNEL,
+            "Schlick's approximation",
+            whole(schlick),
+            &["fresnel/reversible", "fresnel/averages"],
+        ),
+        mutant(
+            "sum",
+            &FRESNEL,
+            "R_s + R_p without the half",
+            whole(|c, n1, n2| reflectance_s(c, n1, n2) + reflectance_p(c, n1, n2)),
+            &["fresnel/limits"],
+        ),
+        mutant(
+            "no-total-reflection",
+            &FRESNEL,
+            "a finite R past the critical angle",
+            whole(no_total_reflection),
+            &["fresnel/critical", "fresnel/averages"],
+        ),
+        mutant(
+            "literal",
+            &FRESNEL,
+            "(10)-(12) as printed: NaN past the critical angle",
+            whole(literal),
+            &["fresnel/critical"],
+        ),
+        mutant(
+            "only-s",
+            &FRESNEL,
+            "R_s alone, as if light were polarised",
+            whole(reflectance_s),
+            &["fresnel/averages"],
+        ),
+        mutant(
+            "swapped-indices",
+            &FRESNEL,
+            "n₁ and n₂ exchanged",
+            whole(|c, n1, n2| reflectance(c, n2, n1)),
+            &["fresnel/critical"],
+        ),
+    ]
+}
+
+/// The reflectances.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    vec![Box::new(Family {
+        benches: benches(),
+        faults: faults(),
+        share: 1.0 / 16.0,
+        ..Family::new("fresnel", RIGHT)
+    })]
 }

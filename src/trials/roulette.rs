@@ -4,9 +4,10 @@
 use crate::equation::{PATH_LENGTH, ROULETTE};
 use crate::harness::mean::{Values, mean, welch};
 use crate::harness::outcome::{Claim, Outcome};
-use crate::harness::trial::{Context, Control, Trial};
+use crate::harness::trial::Context;
 use crate::rng::{Stream, uniform};
 use crate::roulette;
+use crate::zoo::{AnyFamily, Bench, Family, Mutant, data, mutant};
 
 const SAMPLES: u64 = 8_000_000;
 const VARIANCE_SAMPLES: u64 = 16_000_000;
@@ -24,6 +25,10 @@ pub struct Parts {
     pub weight: fn(f64) -> f64,
     /// Bounces after which the path is cut, if at all.
     pub longest: Option<u32>,
+    /// What emission is multiplied by, from the survival probability that follows it.
+    pub emission: fn(f64) -> f64,
+    /// Bounces that a cut path makes beyond what is said.
+    pub slip: u32,
 }
 
 /// The program's parts.
@@ -31,6 +36,8 @@ pub const RIGHT: Parts = Parts {
     survives: roulette::survives,
     weight: roulette::weight,
     longest: None,
+    emission: |_| 1.0,
+    slip: 0,
 };
 
 /// A walk that never ends is a fault of roulette; so long a right one is never met (0.95^2000 = 3e-45).
@@ -38,13 +45,13 @@ const GIVE_UP: u32 = 2_000;
 
 /// One estimate of the furnace's radiance.
 pub fn walk(rng: &mut Stream, parts: Parts, albedo: f64, survival: f64) -> f64 {
-    let (mut radiance, mut throughput) = (1.0, 1.0);
+    let (mut radiance, mut throughput) = ((parts.emission)(survival), 1.0);
     for _ in 0..parts.longest.unwrap_or(GIVE_UP) {
         if !(parts.survives)(uniform(rng), survival) {
             break;
         }
         throughput *= albedo * (parts.weight)(survival);
-        radiance += throughput;
+        radiance += throughput * (parts.emission)(survival);
     }
     radiance
 }
@@ -69,7 +76,7 @@ pub fn mean_is_right(context: &Context, parts: Parts, [a, q]: [f64; 2]) -> Vec<O
     )]
 }
 
-/// Var = (1 + 2a m)/(1 − a²/q) − m² with m = 1/(1 − a): from X = 1 + 1(survival) (a/q) X′. Infinite for
+/// Var = (1 + 2a m)/(1 − a²/q) − m² with m = 1/(1 − a): from X = 1 + (a/q) X′ for survivors. Infinite for
 /// q ≤ a².
 pub fn variance(a: f64, q: f64) -> f64 {
     let m = 1.0 / (1.0 - a);
@@ -105,13 +112,13 @@ pub fn same_mean(context: &Context, parts: [Parts; 2], a: f64, q: [f64; 2]) -> V
 
 /// Cutting paths after b bounces leaves (1 − a^(b+1))/(1 − a), for b from 1 to 12. The path is cut
 /// after b + `slip` bounces: 0 is right.
-pub fn truncation(context: &Context, a: f64, slip: u32) -> Vec<Outcome> {
+pub fn truncation(context: &Context, parts: Parts, a: f64) -> Vec<Outcome> {
     (1..=12)
         .map(|b: u32| {
             let reference = (1.0 - a.powi(b as i32 + 1)) / (1.0 - a);
             let parts = Parts {
-                longest: Some(b + slip),
-                ..RIGHT
+                longest: Some(b + parts.slip),
+                ..parts
             };
             let values = walks(
                 context,
@@ -131,23 +138,6 @@ pub fn truncation(context: &Context, a: f64, slip: u32) -> Vec<Outcome> {
         .collect()
 }
 
-const NO_WEIGHT: Parts = Parts {
-    weight: |_| 1.0,
-    ..RIGHT
-};
-const FLIPPED: Parts = Parts {
-    survives: |r, q| r >= q,
-    ..RIGHT
-};
-const OTHER_SHARE: Parts = Parts {
-    weight: |q| 1.0 / (1.0 - q),
-    ..RIGHT
-};
-const CUT: Parts = Parts {
-    longest: Some(7),
-    ..RIGHT
-};
-
 /// (albedo, survival). From survival = albedo on weights are bounded, lengths geometric, and all moments
 /// exist; at (0.5, 0.45) seven do (the tail falls with the power ln q/ln(q/a) = 7.6), enough for the
 /// mean. Survival at or below the squared albedo has infinite variance and no such trial.
@@ -163,117 +153,173 @@ const PAIRS: [[f64; 2]; 9] = [
     [0.9, 0.95],
 ];
 
-fn trial(name: String, property: String, samples: u64, delta: f64, assertions: usize) -> Trial {
-    Trial {
-        name,
-        property,
-        equation: &ROULETTE,
-        subject: "roulette::survives, roulette::weight",
-        statistic: "t",
-        samples,
-        delta,
-        assertions,
-        run: Box::new(|_| Vec::new()),
-        controls: Vec::new(),
-    }
-}
+const SUBJECT: &str = "roulette::survives, roulette::weight";
 
-/// Every trial of roulette and path length.
-pub fn trials() -> Vec<Trial> {
-    let mut trials: Vec<Trial> = PAIRS.into_iter().flat_map(pair_trials).collect();
-    trials.push(Trial {
-        statistic: "Welch, equivalence",
-        run: Box::new(|c| same_mean(c, [RIGHT; 2], 0.75, [0.75, 0.9])),
-        controls: vec![Control::new(
-            "no-weight",
-            "one policy omits the weight",
-            |c| same_mean(c, [RIGHT, NO_WEIGHT], 0.75, [0.75, 0.9]),
-        )],
-        ..trial(
-            String::from("roulette/same-mean"),
-            String::from("survivals 0.75 and 0.9 have the same mean at albedo 0.75"),
-            SAMPLES,
-            MEAN_DELTA,
-            1,
-        )
-    });
-    trials.extend([0.5, 0.75, 0.9].map(|a| Trial {
-        equation: &PATH_LENGTH,
-        run: Box::new(move |c| truncation(c, a, 0)),
-        controls: vec![Control::new(
-            "off-by-one",
-            "one bounce more than said",
-            move |c| truncation(c, a, 1),
-        )],
-        ..trial(
-            format!("roulette/albedo-{a}/cut"),
-            String::from("a path cut after b bounces has the relative bias −a^(b+1), b = 1 to 12"),
-            SAMPLES / 2,
-            MEAN_DELTA,
-            12,
-        )
-    }));
-    trials
-}
-
-fn pair_trials(pair: [f64; 2]) -> Vec<Trial> {
+fn pair_benches(pair: [f64; 2]) -> Vec<Bench<Parts>> {
     let [a, q] = pair;
     let name = |what| format!("roulette/albedo-{a}/survival-{q}/{what}");
-    let mut controls = vec![Control::new(
-        "no-weight",
-        "survivors are not divided by the survival",
-        move |c| mean_is_right(c, NO_WEIGHT, pair),
-    )];
-    // At survival 1/2, α and 1 − α are the same and these two are right.
-    if q != 0.5 {
-        controls.push(Control::new(
-            "flipped",
-            "survives if r ≥ survival",
-            move |c| mean_is_right(c, FLIPPED, pair),
-        ));
-    }
-    if a == 0.75 {
-        controls.push(Control::new(
-            "cut",
-            "paths end after seven bounces",
-            move |c| mean_is_right(c, CUT, pair),
-        ));
-    }
-    if q < 0.5 {
-        // Above 1/2 this fault's mean is infinite, and a t test says nothing of it.
-        controls.push(Control::new(
-            "other-share",
-            "divides by α for 1 − α",
-            move |c| mean_is_right(c, OTHER_SHARE, pair),
-        ));
-    }
-    let mut trials = vec![Trial {
-        run: Box::new(move |c| mean_is_right(c, RIGHT, pair)),
-        controls,
-        ..trial(
+    let m = 1.0 / (1.0 - a);
+    let mut benches = vec![Bench::new(
+        data(
             name("mean"),
-            format!("the mean is {} whatever the survival", 1.0 / (1.0 - a)),
-            SAMPLES,
-            MEAN_DELTA,
-            1,
-        )
-    }];
+            format!("the mean is {m} whatever the survival"),
+            &ROULETTE,
+            SUBJECT,
+            "t",
+            (SAMPLES, MEAN_DELTA, 1),
+        ),
+        move |c, parts| mean_is_right(c, parts, pair),
+    )];
     if q >= a {
-        trials.push(Trial {
-            run: Box::new(move |c| variance_is_right(c, RIGHT, pair)),
-            controls: vec![Control::new(
-                "no-weight",
-                "survivors are not divided",
-                move |c| variance_is_right(c, NO_WEIGHT, pair),
-            )],
-            ..trial(
+        benches.push(Bench::new(
+            data(
                 name("variance"),
                 format!("the variance is {:.6}", variance(a, q)),
-                VARIANCE_SAMPLES,
-                VARIANCE_DELTA,
-                1,
-            )
-        });
+                &ROULETTE,
+                SUBJECT,
+                "t",
+                (VARIANCE_SAMPLES, VARIANCE_DELTA, 1),
+            ),
+            move |c, parts| variance_is_right(c, parts, pair),
+        ));
     }
-    trials
+    benches
+}
+
+fn benches() -> Vec<Bench<Parts>> {
+    let mut benches: Vec<_> = PAIRS.into_iter().flat_map(pair_benches).collect();
+    benches.push(Bench::new(
+        data(
+            "roulette/same-mean",
+            "survivals 0.75 and 0.9 have the same mean at albedo 0.75",
+            &ROULETTE,
+            SUBJECT,
+            "Welch, equivalence",
+            (SAMPLES, MEAN_DELTA, 1),
+        ),
+        |c, parts| same_mean(c, [RIGHT, parts], 0.75, [0.75, 0.9]),
+    ));
+    benches.extend([0.5, 0.75, 0.9].map(|a| {
+        Bench::new(
+            data(
+                format!("roulette/albedo-{a}/cut"),
+                "a path cut after b bounces has the relative bias −a^(b+1), b = 1 to 12",
+                &PATH_LENGTH,
+                SUBJECT,
+                "t",
+                (SAMPLES / 2, MEAN_DELTA, 12),
+            ),
+            move |c, parts| truncation(c, parts, a),
+        )
+    }));
+    benches
+}
+
+fn faults() -> Vec<Mutant<Parts>> {
+    vec![
+        mutant(
+            "no-weight",
+            &ROULETTE,
+            "survivors are not divided by the survival",
+            Parts {
+                weight: |_| 1.0,
+                ..RIGHT
+            },
+            &[
+                "roulette/albedo-0.5/survival-0.45/mean",
+                "roulette/albedo-0.5/survival-0.5/mean",
+                "roulette/albedo-0.5/survival-0.5/variance",
+                "roulette/albedo-0.5/survival-0.75/mean",
+                "roulette/albedo-0.5/survival-0.75/variance",
+                "roulette/albedo-0.5/survival-0.9/variance",
+                "roulette/albedo-0.75/survival-0.75/mean",
+                "roulette/albedo-0.75/survival-0.75/variance",
+                "roulette/albedo-0.75/survival-0.9/variance",
+                "roulette/albedo-0.75/survival-0.95/variance",
+                "roulette/albedo-0.9/survival-0.9/mean",
+                "roulette/albedo-0.9/survival-0.9/variance",
+                "roulette/albedo-0.9/survival-0.95/variance",
+                "roulette/same-mean",
+            ],
+        ),
+        mutant(
+            "flipped",
+            &ROULETTE,
+            "survives if r ≥ survival: not seen at survival 1/2, where α and 1 − α are one",
+            Parts {
+                survives: |r, q| r >= q,
+                ..RIGHT
+            },
+            &[
+                "roulette/albedo-0.5/survival-0.9/mean",
+                "roulette/albedo-0.75/survival-0.9/mean",
+                "roulette/albedo-0.75/survival-0.95/mean",
+                "roulette/albedo-0.9/survival-0.95/mean",
+            ],
+        ),
+        mutant(
+            "other-share",
+            &ROULETTE,
+            "divides by α for 1 − α: tried below 1/2, as the mean is infinite above",
+            Parts {
+                weight: |q| 1.0 / (1.0 - q),
+                ..RIGHT
+            },
+            &["roulette/albedo-0.5/survival-0.45/mean"],
+        ),
+        mutant(
+            "weighted-emission",
+            &ROULETTE,
+            "emission that was counted before the decision is divided as well",
+            Parts {
+                emission: |q| 1.0 / q,
+                ..RIGHT
+            },
+            &["roulette/albedo-0.75/survival-0.9/mean"],
+        ),
+        mutant(
+            "cut",
+            &PATH_LENGTH,
+            "paths end after seven bounces, called unbiased",
+            Parts {
+                longest: Some(7),
+                ..RIGHT
+            },
+            &[
+                "roulette/albedo-0.75/survival-0.75/mean",
+                "roulette/albedo-0.75/survival-0.9/mean",
+            ],
+        ),
+        mutant(
+            "off-by-one",
+            &PATH_LENGTH,
+            "a cut path makes one bounce more than said",
+            Parts { slip: 1, ..RIGHT },
+            &[
+                "roulette/albedo-0.5/cut",
+                "roulette/albedo-0.75/cut",
+                "roulette/albedo-0.9/cut",
+            ],
+        ),
+    ]
+}
+
+/// Roulette in the abstract furnace.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    vec![Box::new(Family {
+        benches: benches(),
+        faults: faults(),
+        equivalents: vec![mutant(
+            "upper-end",
+            &ROULETTE,
+            "survives if r ≥ 1 − survival: the same probability at the other end",
+            Parts {
+                survives: |r, q| r >= 1.0 - q,
+                ..RIGHT
+            },
+            &["roulette/albedo-0.75/survival-0.9/mean"],
+        )],
+        share: 1.0 / 16.0,
+        ..Family::new("roulette", RIGHT)
+    })]
 }

@@ -7,8 +7,9 @@ use crate::harness::domain::{Domain, Partition};
 use crate::harness::mean::{Values, mean};
 use crate::harness::outcome::{Claim, Outcome};
 use crate::harness::tails::{poisson_cdf, poisson_sf};
-use crate::harness::trial::{Context, Control, Trial};
+use crate::harness::trial::Context;
 use crate::rng::{stream, uniform};
+use crate::zoo::{AnyFamily, Bench, Family, Mutant, data, mutant};
 use glam::DVec3;
 
 /// A number of [0, 1) from (seed, pixel, sample, draw).
@@ -161,76 +162,100 @@ fn golden(seed: u64, pixel: u32, sample: u32, draw: u32) -> f64 {
     (start + RATIO * (f64::from(pixel) + f64::from(sample))).fract()
 }
 
-fn trial(
-    name: &str,
-    property: &str,
-    statistic: &'static str,
-    (samples, delta, assertions): (u64, f64, usize),
-    run: fn(&Context, Numbers) -> Vec<Outcome>,
-    faults: &[(&'static str, &'static str, Numbers)],
-) -> Trial {
-    Trial {
-        name: format!("streams/{name}"),
-        property: property.to_owned(),
-        equation: &ESTIMATOR,
-        subject: "rng::stream, rng::uniform",
-        statistic,
-        samples,
-        delta,
-        assertions,
-        run: Box::new(move |context| run(context, right)),
-        controls: faults
-            .iter()
-            .map(|&(name, wrong, numbers)| Control::new(name, wrong, move |c| run(c, numbers)))
-            .collect(),
-    }
-}
-
-/// Every trial of the random-number streams.
-pub fn trials() -> Vec<Trial> {
+fn benches() -> Vec<Bench<Numbers>> {
+    let trial = |name: &str, property: &str, statistic, size| {
+        let subject = "rng::stream, rng::uniform";
+        data(
+            format!("streams/{name}"),
+            property,
+            &ESTIMATOR,
+            subject,
+            statistic,
+            size,
+        )
+    };
     vec![
-        trial(
-            "distinct",
-            "numbers of different pixels are distinct: 53 random bits",
-            "Poisson",
-            (DISTINCT, 0.0, 1),
+        Bench::new(
+            trial(
+                "distinct",
+                "numbers of different pixels are distinct: 53 random bits",
+                "Poisson",
+                (DISTINCT, 0.0, 1),
+            ),
             distinct,
-            &[("coarse", "sixteen random bits", coarse)],
         ),
-        trial(
-            "gaps",
-            "gaps between visits of [0, 1/2) are geometric",
-            "chi-square",
-            (GAPS, CELL_DELTA, 1),
+        Bench::new(
+            trial(
+                "gaps",
+                "gaps between visits of [0, 1/2) are geometric",
+                "chi-square",
+                (GAPS, CELL_DELTA, 1),
+            ),
             gaps,
-            &[
-                ("golden", "multiples of the golden ratio", golden),
-                (
-                    "shared-samples",
-                    "every second sample repeats the one before",
-                    shared_samples,
-                ),
-            ],
         ),
-        trial(
-            "neighbours",
-            "neighbouring pixels, samples and draws are independent",
-            "chi-square and t",
-            (PAIRS, CELL_DELTA, 6),
+        Bench::new(
+            trial(
+                "neighbours",
+                "neighbouring pixels, samples and draws are independent",
+                "chi-square and t",
+                (PAIRS, CELL_DELTA, 6),
+            ),
             neighbours,
-            &[
-                (
-                    "shared-pixels",
-                    "neighbouring pixels share a stream",
-                    shared_pixels,
-                ),
-                (
-                    "shared-samples",
-                    "every second sample repeats the one before",
-                    shared_samples,
-                ),
-                ("shared-draws", "the same number twice", shared_draws),
-            ],
         ),
     ]
+}
+
+fn faults() -> Vec<Mutant<Numbers>> {
+    let fault = |name, wrong, numbers: Numbers, caught_by| {
+        mutant(name, &ESTIMATOR, wrong, numbers, caught_by)
+    };
+    vec![
+        fault(
+            "coarse",
+            "sixteen random bits",
+            coarse,
+            &["streams/distinct"],
+        ),
+        fault(
+            "golden",
+            "multiples of the golden ratio",
+            golden,
+            &["streams/gaps"],
+        ),
+        fault(
+            "shared-samples",
+            "every second sample repeats the one before",
+            shared_samples,
+            &["streams/neighbours", "streams/gaps"],
+        ),
+        fault(
+            "shared-pixels",
+            "neighbouring pixels share a stream",
+            shared_pixels,
+            &["streams/neighbours"],
+        ),
+        fault(
+            "shared-draws",
+            "the same number twice",
+            shared_draws,
+            &["streams/neighbours"],
+        ),
+    ]
+}
+
+/// The random-number streams.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    vec![Box::new(Family {
+        benches: benches(),
+        faults: faults(),
+        equivalents: vec![mutant(
+            "one-minus-r",
+            &ESTIMATOR,
+            "1 − r for every number r",
+            |seed, pixel, sample, draw| 1.0 - right(seed, pixel, sample, draw),
+            &["streams/gaps"],
+        )],
+        share: 1.0 / 8.0,
+        ..Family::new("streams", right as Numbers)
+    })]
 }

@@ -30,3 +30,4 @@ mod references; // closed forms of the trials against reference values
 mod statistics; // the statistics' own code, tested exactly
 mod support; // what the statistical modules share
 mod trials; // the registry: every trial and its negative controls
+mod zoo; // every fault under the trials that must reject it

@@ -1,0 +1,125 @@
+//! The family of whole estimators: its trials are in [`super::furnace`], [`super::irradiance`],
+//! [`super::glass`] and [`super::images`]; here and below are its faults.
+
+mod interfaces;
+mod lights;
+mod reflection;
+mod sampling;
+
+use std::f64::consts::FRAC_1_PI;
+
+use super::subject::{RIGHT, STANDARD, Setup, Subject, Table, parts};
+use crate::equation::{COSINE_HEMISPHERE, ESTIMATOR, PATH_LENGTH, REFRACTION, ROULETTE, WHITTED};
+use crate::estimator::LightRules;
+use crate::sampling::{cosine_hemisphere, uniform_hemisphere};
+use crate::trials::{furnace, glass, images, irradiance};
+use crate::zoo::{AnyFamily, Family, Mutant, mutant};
+
+/// The family.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    let mut benches = furnace::benches();
+    benches.extend(irradiance::benches());
+    benches.extend(glass::benches());
+    benches.extend(images::benches());
+    let mut faults = reflection::faults();
+    faults.extend(sampling::faults());
+    faults.extend(lights::faults());
+    faults.extend(interfaces::faults());
+    faults.extend(told());
+    vec![Box::new(Family {
+        whole_estimator: true,
+        benches,
+        faults,
+        equivalents: equivalents(),
+        share: 1.0 / 4.0,
+        ..Family::new("estimator", STANDARD)
+    })]
+}
+
+/// Faults in what an estimator is told.
+fn told() -> Vec<Mutant<Subject>> {
+    let rules = |rules| Setup { rules, ..STANDARD };
+    let segments = |segments| Setup {
+        segments: Some(segments),
+        ..STANDARD
+    };
+    vec![
+        mutant(
+            "seven-segments",
+            &PATH_LENGTH,
+            "at most seven segments, called unbiased",
+            segments(7),
+            &["furnace/report/albedo-0.65"],
+        ),
+        mutant(
+            "four-segments",
+            &PATH_LENGTH,
+            "one segment more than said",
+            segments(4),
+            &["furnace/report/three-segments"],
+        ),
+        mutant(
+            "not-seen-in-mirrors",
+            &WHITTED,
+            "lights are dark to rays that have met only mirrors and glass",
+            rules(LightRules {
+                seen: Some(0.0),
+                ..LightRules::PHYSICAL
+            }),
+            &["glass/mirror-aim"],
+        ),
+        mutant(
+            "lights-show-one",
+            &WHITTED,
+            "lights that are seen show 1, as in the report's figures",
+            rules(LightRules {
+                seen: Some(1.0),
+                ..LightRules::PHYSICAL
+            }),
+            &["glass/mirror-aim"],
+        ),
+        mutant(
+            "rules-without-factor",
+            &REFRACTION,
+            "the report's rules: radiance is not scaled by (n₁/n₂)²",
+            rules(LightRules::REPORT),
+            &["glass/snell-aim"],
+        ),
+    ]
+}
+
+fn equivalents() -> Vec<Mutant<Subject>> {
+    vec![
+        mutant(
+            "survival-constant",
+            &ROULETTE,
+            "survival 0.9 whatever the throughput: every policy has the same mean",
+            parts(Table {
+                survival_by_throughput: |_| 0.9,
+                ..RIGHT
+            }),
+            &["furnace/cavity/black"],
+        ),
+        mutant(
+            "one-minus-r",
+            &COSINE_HEMISPHERE,
+            "1 − r for r: as uniform as r",
+            parts(Table {
+                cosine_hemisphere: |[r1, r2]| cosine_hemisphere([1.0 - r1, 1.0 - r2]),
+                ..RIGHT
+            }),
+            &["furnace/sky/path"],
+        ),
+        mutant(
+            "uniform-with-its-weight",
+            &ESTIMATOR,
+            "uniform directions with the uniform pdf: another density, the same mean",
+            parts(Table {
+                cosine_hemisphere: uniform_hemisphere,
+                cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI,
+                ..RIGHT
+            }),
+            &["furnace/cavity/black"],
+        ),
+    ]
+}

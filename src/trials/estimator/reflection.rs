@@ -1,0 +1,117 @@
+//! Faults of reflection: models and the cosine, (8), (9), (13)-(15).
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use crate::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
+use crate::equation::{COSINE, LAMBERT, OREN_NAYAR, OREN_NAYAR_CONSTANTS, RENDERING};
+use crate::trials::subject::{RIGHT, Subject, Table, parts};
+use crate::zoo::{Mutant, mutant};
+
+/// The albedo of a diffuse surface squared.
+fn squared_albedo(bsdf: &Bsdf, wo: DVec3, wi: DVec3) -> DVec3 {
+    bsdf.eval(wo, wi) * bsdf.albedo()
+}
+
+/// (14) in another form, or with other constants.
+fn oren_nayar(bsdf: &Bsdf, wo: DVec3, wi: DVec3, form: OrenNayarForm, a: fn(f64) -> f64) -> DVec3 {
+    match *bsdf {
+        Bsdf::OrenNayar {
+            albedo, constants, ..
+        } => {
+            let constants = OrenNayar {
+                a: a(constants.a),
+                ..constants
+            };
+            Bsdf::OrenNayar {
+                albedo,
+                constants,
+                form,
+            }
+            .eval(wo, wi)
+        }
+        _ => bsdf.eval(wo, wi),
+    }
+}
+
+pub(super) fn faults() -> Vec<Mutant<Subject>> {
+    vec![
+        mutant(
+            "no-pi",
+            &LAMBERT,
+            "the BRDF misses 1/π",
+            parts(Table {
+                brdf: |bsdf, wo, wi| PI * bsdf.eval(wo, wi),
+                ..RIGHT
+            }),
+            &["irradiance/rectangle-whitted"],
+        ),
+        mutant(
+            "albedo-squared",
+            &LAMBERT,
+            "the albedo enters twice",
+            parts(Table {
+                brdf: squared_albedo,
+                ..RIGHT
+            }),
+            &["furnace/path/albedo-0.75"],
+        ),
+        mutant(
+            "printed-oren-nayar",
+            &OREN_NAYAR,
+            "sin β for tan β, as printed",
+            parts(Table {
+                brdf: |bsdf, wo, wi| oren_nayar(bsdf, wo, wi, OrenNayarForm::Printed, |a| a),
+                ..RIGHT
+            }),
+            &["furnace/sky/oren-nayar"],
+        ),
+        mutant(
+            "oren-nayar-constant",
+            &OREN_NAYAR_CONSTANTS,
+            "0.57 for 0.33 in A",
+            parts(Table {
+                brdf: |bsdf, wo, wi| {
+                    // A = 1 − σ²/2(σ² + 0.33), solved for σ².
+                    oren_nayar(bsdf, wo, wi, OrenNayarForm::Corrected, |a| {
+                        let s2 = 0.66 * (1.0 - a) / (2.0 * a - 1.0);
+                        1.0 - s2 / (2.0 * (s2 + 0.57))
+                    })
+                },
+                ..RIGHT
+            }),
+            &["furnace/sky/oren-nayar"],
+        ),
+        mutant(
+            "cosine-dropped",
+            &COSINE,
+            "f* = f_r: no cosine",
+            parts(Table {
+                cosine: |n, w| if n.dot(w) > 0.0 { 1.0 } else { 0.0 },
+                ..RIGHT
+            }),
+            &["irradiance/rectangle", "irradiance/shadow-rays-alone"],
+        ),
+        mutant(
+            "cosine-doubled",
+            &COSINE,
+            "the cosine enters twice",
+            parts(Table {
+                cosine: |n, w| n.dot(w).max(0.0).powi(2),
+                ..RIGHT
+            }),
+            &["irradiance/rectangle", "furnace/sky/path"],
+        ),
+        mutant(
+            "reflection-lost",
+            &RENDERING,
+            "a twentieth of the integral in (8) is lost at each bounce",
+            parts(Table {
+                brdf: |bsdf, wo, wi| 0.95 * bsdf.eval(wo, wi),
+                ..RIGHT
+            }),
+            &["furnace/cavity/reflecting", "furnace/cavity/black"],
+        ),
+    ]
+}

@@ -1,0 +1,191 @@
+//! Whole estimators as subjects: the parts that programs run, or a table of parts of which some are
+//! faulty.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use crate::bsdf::Bsdf;
+use crate::emitter::{Emitter, EmitterPoint};
+use crate::estimator::{Estimator, LightRules, Parts, Path, Report, Standard, Whitted};
+use crate::harness::outcome::Outcome;
+use crate::harness::trial::Context;
+use crate::rng::Stream;
+use crate::scene::Scene;
+use crate::shape::Ray;
+
+/// Two ends of a shadow ray, or points with their normals.
+type End = (DVec3, DVec3);
+
+macro_rules! table {
+    ($($name:ident($($argument:ident: $kind:ty),*) -> $result:ty;)*) => {
+        /// Parts as data: a fault is [`RIGHT`] with another function in one place.
+        #[derive(Clone, Copy)]
+        pub struct Table {
+            $(
+                #[doc = concat!("In place of [`Parts::", stringify!($name), "`].")]
+                pub $name: fn($($kind),*) -> $result,
+            )*
+        }
+
+        /// The parts of [`Standard`] as a table.
+        pub const RIGHT: Table = Table {
+            $($name: |$($argument),*| Standard.$name($($argument),*),)*
+        };
+
+        impl Parts for Table {
+            $(fn $name(&self, $($argument: $kind),*) -> $result {
+                (self.$name)($($argument),*)
+            })*
+        }
+    };
+}
+
+table! {
+    fresnel(cos_1: f64, n1: f64, n2: f64) -> f64;
+    refract(d: DVec3, n: DVec3, n1: f64, n2: f64) -> Option<DVec3>;
+    radiance_factor(n1: f64, n2: f64) -> f64;
+    mirror(d: DVec3, n: DVec3) -> DVec3;
+    brdf(bsdf: &Bsdf, wo: DVec3, wi: DVec3) -> DVec3;
+    cosine(normal: DVec3, direction: DVec3) -> f64;
+    uniform_hemisphere(random: [f64; 2]) -> DVec3;
+    uniform_hemisphere_pdf(cos_theta: f64) -> f64;
+    cosine_hemisphere(random: [f64; 2]) -> DVec3;
+    cosine_hemisphere_pdf(cos_theta: f64) -> f64;
+    survival_by_throughput(throughput: DVec3) -> f64;
+    survival_by_absorption(absorption: f64) -> f64;
+    survives(r: f64, survival: f64) -> bool;
+    roulette_weight(survival: f64) -> f64;
+    pick_emitter(r: f64, count: usize) -> usize;
+    sample_emitter(emitter: &Emitter, random: [f64; 2]) -> EmitterPoint;
+    emitter_pdf_area(emitter: &Emitter) -> f64;
+    solid_angle_per_area(cosine_at_emitter: f64, distance_squared: f64) -> f64;
+    visible(scene: &Scene, x: End, y: End, glass: bool) -> bool;
+    mis_weight(pdf: f64, other: f64) -> f64;
+}
+
+/// What a fault can replace in an estimator: its parts, and what it is told.
+#[derive(Clone, Copy)]
+pub struct Setup<P> {
+    /// The parts.
+    pub parts: P,
+    /// The longest path in segments, in place of the trial's own choice (not of [`Path`], which has
+    /// no limit).
+    pub segments: Option<u32>,
+    /// The light rules (not of [`Path`], which is always physical).
+    pub rules: LightRules,
+}
+
+/// A subject: `None` in the place of the parts stands for [`Standard`], the very code that programs
+/// run.
+pub type Subject = Setup<Option<Table>>;
+
+/// The right subject.
+pub const STANDARD: Subject = Setup {
+    parts: None,
+    segments: None,
+    rules: LightRules::PHYSICAL,
+};
+
+/// The right subject with other parts.
+pub const fn parts(table: Table) -> Subject {
+    Setup {
+        parts: Some(table),
+        ..STANDARD
+    }
+}
+
+/// What a trial does with any estimator's parts.
+pub trait Property: Send + Sync + 'static {
+    /// The trial's function.
+    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome>;
+}
+
+/// A property as a function of the subject.
+pub fn on<Q: Property>(property: Q) -> impl Fn(&Context, Subject) -> Vec<Outcome> + Send + Sync {
+    move |context, subject| {
+        let Setup {
+            parts,
+            segments,
+            rules,
+        } = subject;
+        match parts {
+            None => property.run(
+                context,
+                Setup {
+                    parts: Standard,
+                    segments,
+                    rules,
+                },
+            ),
+            Some(parts) => property.run(
+                context,
+                Setup {
+                    parts,
+                    segments,
+                    rules,
+                },
+            ),
+        }
+    }
+}
+
+/// Which estimator, with its own limit on segments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// [`Path`].
+    Path,
+    /// [`Report`] with one sample ray.
+    Report(u32),
+    /// [`Whitted`].
+    Whitted(u32),
+}
+
+impl Kind {
+    /// One estimate of the radiance along a ray by this estimator.
+    pub fn radiance<P: Parts + Copy>(
+        self,
+        setup: Setup<P>,
+        scene: &Scene,
+        ray: &Ray,
+        rng: &mut Stream,
+    ) -> DVec3 {
+        let Setup { parts, rules, .. } = setup;
+        let hit = scene.intersect(ray);
+        match self {
+            Self::Path => Path { parts }.radiance(scene, ray, hit, rng),
+            Self::Report(segments) => Report {
+                parts,
+                rays: 1,
+                segments: setup.segments.unwrap_or(segments),
+                rules,
+            }
+            .radiance(scene, ray, hit, rng),
+            Self::Whitted(segments) => Whitted {
+                parts,
+                segments: setup.segments.unwrap_or(segments),
+                rules,
+            }
+            .radiance(scene, ray, hit, rng),
+        }
+    }
+}
+
+/// A scene, an estimator and rays into the scene.
+#[derive(Clone)]
+pub struct Probe {
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// The estimator.
+    pub kind: Kind,
+    /// The rays, from random numbers.
+    pub ray: fn(&mut Stream) -> Ray,
+}
+
+impl Probe {
+    /// One estimate along one ray.
+    pub fn radiance<P: Parts + Copy>(&self, setup: Setup<P>, rng: &mut Stream) -> DVec3 {
+        let ray = (self.ray)(rng);
+        self.kind.radiance(setup, &self.scene, &ray, rng)
+    }
+}

@@ -1,0 +1,263 @@
+//! The zoo: named faults, each with the trial that must reject it.
+//!
+//! A [`Family`] is a type of subject (a sampler, a reflectance, an estimator's parts ...), the right
+//! subject of that type, trials that take any subject of it, and faulty subjects. From it come the
+//! registry's trials (a fault is the negative control of each trial that names it), the list of faults,
+//! and the table of every fault under every trial of its family.
+
+use std::sync::Arc;
+
+use crate::equation::Equation;
+use crate::harness::outcome::Outcome;
+use crate::harness::trial::{Context, Control, Run, Trial};
+
+/// A trial's function, for any subject of the family's type.
+pub type On<S> = Arc<dyn Fn(&Context, S) -> Vec<Outcome> + Send + Sync>;
+
+/// A trial that takes any subject of its family.
+pub struct Bench<S> {
+    /// The trial as data; the family fills in its functions.
+    pub trial: Trial,
+    /// Its function.
+    pub on: On<S>,
+}
+
+impl<S> Bench<S> {
+    /// A bench from its parts.
+    pub fn new(
+        trial: Trial,
+        on: impl Fn(&Context, S) -> Vec<Outcome> + Send + Sync + 'static,
+    ) -> Self {
+        Self {
+            trial,
+            on: Arc::new(on),
+        }
+    }
+}
+
+/// A subject that differs from the right one.
+pub struct Mutant<S> {
+    /// Its name, unique within the family.
+    pub name: &'static str,
+    /// The equation that it breaks.
+    pub equation: &'static Equation,
+    /// What is wrong, in one line; for an equivalent mutant, why nothing is.
+    pub wrong: &'static str,
+    /// The faulty subject.
+    pub subject: S,
+    /// The trials that must reject it; of an equivalent mutant, those that must accept it.
+    pub caught_by: &'static [&'static str],
+}
+
+/// A mutant from its parts, in the order of its fields.
+pub fn mutant<S>(
+    name: &'static str,
+    equation: &'static Equation,
+    wrong: &'static str,
+    subject: S,
+    caught_by: &'static [&'static str],
+) -> Mutant<S> {
+    Mutant {
+        name,
+        equation,
+        wrong,
+        subject,
+        caught_by,
+    }
+}
+
+/// Trials of one type of subject, and faults of that type.
+pub struct Family<S> {
+    /// Its name.
+    pub name: &'static str,
+    /// Whether its subjects act through a whole estimator.
+    pub whole_estimator: bool,
+    /// The right subject.
+    pub right: S,
+    /// The trials.
+    pub benches: Vec<Bench<S>>,
+    /// The faults.
+    pub faults: Vec<Mutant<S>>,
+    /// Mutants that are as right as the right subject.
+    pub equivalents: Vec<Mutant<S>>,
+    /// Sizes of the faults' runs, as a share of the trials': a fault's effect is many times δ.
+    pub share: f64,
+}
+
+/// A fault as data.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fault {
+    /// The family, whose trials can be run on it.
+    pub family: &'static str,
+    /// Its name, unique within the family.
+    pub name: &'static str,
+    /// The equation that it breaks.
+    pub equation: &'static Equation,
+    /// What is wrong, in one line; for an equivalent mutant, why nothing is.
+    pub wrong: &'static str,
+    /// The trials that must reject it (accept it, if it is equivalent).
+    pub caught_by: &'static [&'static str],
+    /// Whether it acts through a whole estimator.
+    pub whole_estimator: bool,
+    /// Whether it is a mutant that no trial can or should reject.
+    pub equivalent: bool,
+}
+
+/// A fault under a trial of its family.
+pub struct Pair {
+    /// The fault.
+    pub fault: Fault,
+    /// The trial's name.
+    pub trial: String,
+    /// Whether the trial is one of those that must reject (or accept) the fault.
+    pub named: bool,
+    /// The trial's function on the fault, at the sizes of the suite's faults.
+    pub run: Run,
+}
+
+/// A family without its type of subject.
+pub trait AnyFamily {
+    /// Its trials, with the faults that name them as negative controls.
+    fn trials(&self) -> Vec<Trial>;
+    /// Its faults, then its equivalent mutants.
+    fn faults(&self) -> Vec<Fault>;
+    /// Every fault and equivalent mutant under every trial.
+    fn pairs(&self) -> Vec<Pair>;
+}
+
+impl<S: Copy + Send + Sync + 'static> Family<S> {
+    /// A family with the right subject `right`, without trials and faults.
+    pub fn new(name: &'static str, right: S) -> Self {
+        Self {
+            name,
+            whole_estimator: false,
+            right,
+            benches: Vec::new(),
+            faults: Vec::new(),
+            equivalents: Vec::new(),
+            share: 1.0,
+        }
+    }
+
+    fn mutants(&self) -> impl Iterator<Item = (&Mutant<S>, bool)> {
+        let faults = self.faults.iter().map(|fault| (fault, false));
+        faults.chain(self.equivalents.iter().map(|mutant| (mutant, true)))
+    }
+
+    fn fault(&self, mutant: &Mutant<S>, equivalent: bool) -> Fault {
+        Fault {
+            family: self.name,
+            name: mutant.name,
+            equation: mutant.equation,
+            wrong: mutant.wrong,
+            caught_by: mutant.caught_by,
+            whole_estimator: self.whole_estimator,
+            equivalent,
+        }
+    }
+
+    /// A trial's function on a mutant. An equivalent mutant is held to the whole size.
+    fn run(&self, bench: &Bench<S>, mutant: &Mutant<S>, equivalent: bool) -> Run {
+        let (on, subject) = (Arc::clone(&bench.on), mutant.subject);
+        let share = if equivalent { 1.0 } else { self.share };
+        Box::new(move |context| {
+            let context = Context {
+                scale: context.scale * share,
+                ..context.clone()
+            };
+            on(&context, subject)
+        })
+    }
+}
+
+impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
+    fn trials(&self) -> Vec<Trial> {
+        let trial = |bench: &Bench<S>| {
+            let (on, right) = (Arc::clone(&bench.on), self.right);
+            let data = &bench.trial;
+            let named = self
+                .faults
+                .iter()
+                .filter(|fault| fault.caught_by.contains(&data.name.as_str()));
+            Trial {
+                name: data.name.clone(),
+                property: data.property.clone(),
+                run: Box::new(move |context| on(context, right)),
+                controls: named
+                    .map(|fault| Control {
+                        name: fault.name,
+                        wrong: fault.wrong,
+                        run: self.run(bench, fault, false),
+                    })
+                    .collect(),
+                ..*data
+            }
+        };
+        self.benches.iter().map(trial).collect()
+    }
+
+    fn faults(&self) -> Vec<Fault> {
+        self.mutants()
+            .map(|(mutant, equivalent)| self.fault(mutant, equivalent))
+            .collect()
+    }
+
+    fn pairs(&self) -> Vec<Pair> {
+        self.mutants()
+            .flat_map(|(mutant, equivalent)| {
+                self.benches.iter().map(move |bench| Pair {
+                    fault: self.fault(mutant, equivalent),
+                    trial: bench.trial.name.clone(),
+                    named: mutant.caught_by.contains(&bench.trial.name.as_str()),
+                    run: self.run(bench, mutant, equivalent),
+                })
+            })
+            .collect()
+    }
+}
+
+/// Every fault of the zoo and every equivalent mutant.
+pub fn faults() -> Vec<Fault> {
+    crate::trials::families()
+        .iter()
+        .flat_map(|family| family.faults())
+        .collect()
+}
+
+/// The full table: every fault and equivalent mutant under every trial that takes its type of subject.
+pub fn matrix() -> Vec<Pair> {
+    crate::trials::families()
+        .iter()
+        .flat_map(|family| family.pairs())
+        .collect()
+}
+
+/// The equivalent mutants under the trials that must accept them.
+pub fn equivalents() -> Vec<Pair> {
+    let mut pairs = matrix();
+    pairs.retain(|pair| pair.fault.equivalent && pair.named);
+    pairs
+}
+
+/// A trial as data: the family fills in its functions.
+pub fn data(
+    name: impl Into<String>,
+    property: impl Into<String>,
+    equation: &'static Equation,
+    subject: &'static str,
+    statistic: &'static str,
+    (samples, delta, assertions): (u64, f64, usize),
+) -> Trial {
+    Trial {
+        name: name.into(),
+        property: property.into(),
+        equation,
+        subject,
+        statistic,
+        samples,
+        delta,
+        assertions,
+        run: Box::new(|_| Vec::new()),
+        controls: Vec::new(),
+    }
+}
