@@ -19,21 +19,18 @@ pub fn trials(equation: impl Fn(&str) -> String) -> String {
             };
             let controls: Vec<_> = trial.controls.iter().map(|c| code(c.name)).collect();
             format!(
-                "<tr><td>{}</td><td>{}.<div class=\"equation-source\">{}</div></td><td>{}</td>\
-                 <td>{}</td><td>{delta}</td><td>{}</td></tr>",
+                "<tr><td>{}</td><td>{}.<div class=\"equation-source\">{}; \
+                 controls {}</div></td><td>{}</td><td>{}</td><td class=\"nowrap\">{delta}</td></tr>",
                 equation(trial.equation.id),
                 upper(&typeset(&trial.property)),
                 code(&trial.name),
+                controls.join(", "),
                 escape(trial.statistic),
                 trial.samples,
-                controls.join(", "),
             )
         })
         .collect();
-    table(
-        &["equation", "property", "statistic", "n", "δ", "controls"],
-        &rows,
-    )
+    table(&["equation", "property", "statistic", "n", "δ"], &rows)
 }
 
 /// The table of faults: what is wrong, and the trials that must reject it.

@@ -18,6 +18,9 @@ pub const FAULTS: Experiment = Experiment {
     run,
 };
 
+/// A trial on a faulty subject.
+type RunFault = Box<dyn Fn(&Context) -> Vec<Row> + Send + Sync>;
+
 /// A fault inside a trial.
 struct Pair {
     /// The row of the matrix.
@@ -29,7 +32,7 @@ struct Pair {
     /// Whether the trial is the one that must reject it.
     named: bool,
     /// The trial on the faulty subject.
-    run: Box<dyn Fn(&Context) -> Vec<Row> + Send + Sync>,
+    run: RunFault,
 }
 
 /// Every pair that is tried: here each trial with its own negative controls.

@@ -24,6 +24,9 @@ pub const POWER: Experiment = Experiment {
 /// Powers at which the stated curve is checked.
 const CHECKED: [f64; 5] = [0.1, 0.3, 0.5, 0.9, 0.99];
 
+/// Power as a function of the effect.
+type Curve = fn(f64) -> f64;
+
 /// What was measured at one effect.
 struct Point {
     stated: f64,
@@ -38,7 +41,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     let mut rows = Vec::new();
     let statistics: Vec<Statistic> = continuous().into_iter().chain([discrete()]).collect();
     let known = statistics.iter().filter_map(|s| Some((s, s.power?)));
-    let known: Vec<(&Statistic, fn(f64) -> f64)> = known.collect();
+    let known: Vec<(&Statistic, Curve)> = known.collect();
     let level = FAMILY / (known.len() * CHECKED.len()) as f64;
     for (i, &(statistic, power)) in known.iter().enumerate() {
         let mut points = Vec::new();
@@ -91,7 +94,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
 }
 
 /// The effect with this power: the curve rises.
-fn effect_of(power: fn(f64) -> f64, wanted: f64, unit: f64) -> f64 {
+fn effect_of(power: Curve, wanted: f64, unit: f64) -> f64 {
     let (mut low, mut high) = (0.0, 20.0 * unit);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
@@ -153,7 +156,7 @@ fn report(lab: &mut Lab, statistic: &Statistic, point: &Point, replications: u64
 /// The stated curve, and the measured points with 95 % intervals.
 fn series(
     statistic: &Statistic,
-    power: fn(f64) -> f64,
+    power: Curve,
     points: &[Point],
     colour: usize,
     replications: u64,

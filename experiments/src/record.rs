@@ -47,7 +47,7 @@ pub fn run_all(experiments: &[&Experiment], options: &Options, fresh: bool) -> R
             }
             None => {
                 let start = Instant::now();
-                let outcome = run_one(experiment, options, folder, fingerprint)?;
+                let outcome = run_one(experiment, options, &folder, fingerprint)?;
                 println!(
                     "{}",
                     table(&outcome, &format!("{:.1} s", start.elapsed().as_secs_f64()))
@@ -65,11 +65,11 @@ pub fn run_all(experiments: &[&Experiment], options: &Options, fresh: bool) -> R
 fn run_one(
     experiment: &Experiment,
     options: &Options,
-    folder: PathBuf,
+    folder: &Path,
     fingerprint: String,
 ) -> Result<Outcome, Error> {
-    std::fs::create_dir_all(&folder).map_err(Error::file("create", &folder))?;
-    let mut lab = Lab::new(experiment, options, folder.clone(), fingerprint);
+    std::fs::create_dir_all(folder).map_err(Error::file("create", folder))?;
+    let mut lab = Lab::new(experiment, options, folder.to_owned(), fingerprint);
     (experiment.run)(&mut lab)?;
     if interrupted() {
         return Err(Error::Interrupted);

@@ -1,7 +1,6 @@
 //! From every equation to its code, trial, experiment and chapter: one line per hole.
 
 #[path = "../../book/src/trace.rs"]
-#[expect(dead_code, reason = "the book shows what is only counted here")]
 mod trace;
 
 use std::path::Path;
