@@ -13,7 +13,7 @@ pub struct Kind {
 }
 
 /// All of them.
-pub const ALL: [Kind; 10] = [
+pub const ALL: [Kind; 13] = [
     kind("eq", "ID", false),
     kind("ref", "ID", true),
     kind("equations", "", false),
@@ -24,6 +24,9 @@ pub const ALL: [Kind; 10] = [
     kind("cite", "KEY", true),
     kind("bibliography", "", false),
     kind("experiments", "", false),
+    kind("trials", "", false),
+    kind("faults", "", false),
+    kind("traceability", "", false),
 ];
 
 const fn kind(name: &'static str, arguments: &'static str, inline: bool) -> Kind {

@@ -10,6 +10,7 @@
 //! | `{{#code PATH ITEM...}}` | items of a source file, see [`listing`] |
 //! | `{{#cite KEY}}` | a link into the bibliography |
 //! | `{{#equations}}`, `{{#tally}}`, `{{#experiments}}`, `{{#bibliography}}` | generated tables |
+//! | `{{#trials}}`, `{{#faults}}`, `{{#traceability}}` | tables from the registry of trials |
 //!
 //! Formulas are written `$…$` and `$$…$$`. Whatever is missing fails the build with file and line.
 
@@ -27,8 +28,10 @@ pub mod listing;
 pub mod mathml;
 pub mod nearest;
 pub mod number;
+pub mod registry;
 pub mod results;
 pub mod scan;
+pub mod trace;
 pub mod weaver;
 
 pub use error::{Error, Problem};

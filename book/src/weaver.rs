@@ -12,7 +12,7 @@ use crate::links::{self, Target, address, line, to_root};
 use crate::mathml::{Math, escape};
 use crate::results::{Recorded, Results};
 use crate::scan::{self, Directive, Page};
-use crate::{directives, equations, listing, number};
+use crate::{directives, equations, listing, number, registry};
 
 /// Where pages of the book are found by what they show.
 #[derive(Debug, Default)]
@@ -195,6 +195,16 @@ impl<'a> Weaver<'a> {
             ("cite", [key]) => self.cite(context, key),
             ("bibliography", []) => Ok(block(self.bibliography.list())),
             ("experiments", []) => Ok(block(self.experiments())),
+            ("trials", []) => Ok(block(registry::trials(|id| {
+                self.equation_link(context, id)
+            }))),
+            ("faults", []) => Ok(block(registry::faults())),
+            ("traceability", []) => registry::traceability(
+                self.sources,
+                |id| self.equation_link(context, id),
+                |id| self.experiment_link(context.path, id),
+            )
+            .map(block),
             _ => Err(format!("this directive is written {}", kind.usage())),
         }
     }
@@ -208,6 +218,24 @@ impl<'a> Weaver<'a> {
             "<a class=\"equation-ref\" href=\"{address}\">{}</a>",
             equations::label(equation)
         ))
+    }
+
+    /// The equation's number with a link to the page that shows it, if one does.
+    fn equation_link(&self, context: &Context<'_>, id: &str) -> String {
+        self.reference(context, id)
+            .or_else(|_| equations::find(id).map(equations::label))
+            .unwrap_or_default()
+    }
+
+    /// The experiment's name with a link to what it recorded, if it did.
+    fn experiment_link(&self, from: &Path, id: &str) -> String {
+        match &self.places.experiments {
+            Some(page) if self.results.experiment(id).is_ok() => {
+                let address = address(from, page, &experiment_fragment(id));
+                format!("<a href=\"{address}\">{}</a>", escape(id))
+            }
+            _ => escape(id),
+        }
     }
 
     fn equation_address(&self, from: &Path, id: &str) -> Option<String> {
@@ -243,13 +271,7 @@ impl<'a> Weaver<'a> {
             Some(chapter) => format!("Figure {chapter}.{}", context.figures),
             None => format!("Figure {}", context.figures),
         };
-        let experiment = match &self.places.experiments {
-            Some(page) => {
-                let address = address(context.path, page, &experiment_fragment(&recorded.id));
-                format!("<a href=\"{address}\">{}</a>", escape(&recorded.id))
-            }
-            None => escape(&recorded.id),
-        };
+        let experiment = self.experiment_link(context.path, &recorded.id);
         let figure = format!(
             "<figure id=\"figure-{}\"><img src=\"{}figures/{}\" alt=\"{label}, \
              described below\"><figcaption>\

@@ -7,6 +7,7 @@ use whitefurnace::error::Error;
 
 use crate::lab::{self, Experiment};
 use crate::progress::catch_interrupt;
+use crate::record;
 
 /// Exit code 0; else one line on standard error and 2, or 130 after Ctrl-C.
 pub fn exit(result: Result<(), Error>) -> ExitCode {
@@ -85,5 +86,5 @@ pub fn run_experiment(experiment: &'static Experiment) -> ExitCode {
     let matches = or_one_line(command.try_get_matches());
     let options = or_one_line(lab::Options::from_arg_matches(&matches));
     catch_interrupt();
-    exit(use_threads(options.threads).and_then(|()| lab::run_all(&[experiment], &options, true)))
+    exit(use_threads(options.threads).and_then(|()| record::run_all(&[experiment], &options, true)))
 }

@@ -1,20 +1,17 @@
-//! The frame that every experiment hangs into: options, output folder, results, the table.
+//! The frame that every experiment hangs into: options, output folder, numbers, figures, findings.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 use whitefurnace::equation::Equation;
 use whitefurnace::error::Error;
 use whitefurnace::film::Film;
-use whitefurnace::image::{check_writable, write_exr, write_png, write_whole};
+use whitefurnace::image::{write_exr, write_png, write_whole};
 
 use crate::job::{Job, Rendered, name};
-use crate::progress::{Progress, interrupted};
+use crate::progress::Progress;
 
 /// How much work a run does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
@@ -55,7 +52,8 @@ pub struct Experiment {
     pub title: &'static str,
     /// Raised when its numbers or figures change on purpose.
     pub version: u32,
-    /// The equations that it bears on.
+    /// The equations that it bears on; those that loop over the registry of trials add theirs by
+    /// [`Lab::bears_on`].
     pub equations: &'static [&'static Equation],
     /// Does the work.
     pub run: fn(&mut Lab) -> Result<(), Error>,
@@ -107,6 +105,46 @@ pub struct Lab {
 }
 
 impl Lab {
+    /// The frame for one run of an experiment.
+    pub(crate) fn new(
+        experiment: &Experiment,
+        options: &Options,
+        folder: PathBuf,
+        fingerprint: String,
+    ) -> Self {
+        Self {
+            options: options.clone(),
+            outcome: Outcome {
+                id: experiment.id.to_owned(),
+                title: experiment.title.to_owned(),
+                version: experiment.version,
+                tier: options.tier,
+                seed: options.seed,
+                command: format!(
+                    "cargo run --release --bin {} -- --tier {} --seed {}",
+                    experiment.id,
+                    name(options.tier),
+                    options.seed
+                ),
+                equations: experiment
+                    .equations
+                    .iter()
+                    .map(|equation| equation.id.to_owned())
+                    .collect(),
+                numbers: BTreeMap::new(),
+                figures: Vec::new(),
+                findings: Vec::new(),
+                fingerprint,
+            },
+            folder,
+        }
+    }
+
+    /// What the experiment found.
+    pub(crate) fn into_outcome(self) -> Outcome {
+        self.outcome
+    }
+
     /// The tier.
     pub fn tier(&self) -> Tier {
         self.options.tier
@@ -123,6 +161,26 @@ impl Lab {
     /// A count, divided as the options ask; at least 1.
     pub fn count(&self, count: u64) -> u64 {
         (count / u64::from(self.options.shrink)).max(1)
+    }
+
+    /// The scale of the trials' sample sizes: `scale`, divided as the options ask, and at least
+    /// 1/1024, below which some statistics are undefined.
+    pub fn scale(&self, scale: f64) -> f64 {
+        (scale / f64::from(self.options.shrink)).max(1.0 / 1024.0)
+    }
+
+    /// A file of the experiment's folder.
+    pub fn path(&self, file: &str) -> PathBuf {
+        self.folder.join(file)
+    }
+
+    /// Adds the equations that the registry's trials bear on.
+    pub fn bears_on(&mut self, equations: impl IntoIterator<Item = &'static Equation>) {
+        for equation in equations {
+            if !self.outcome.equations.iter().any(|id| id == equation.id) {
+                self.outcome.equations.push(equation.id.to_owned());
+            }
+        }
     }
 
     /// The master seed.
@@ -203,9 +261,11 @@ impl Lab {
         self.folder.join(file)
     }
 
-    /// Records a number.
+    /// Records a number. JSON knows finite ones only; others are left out.
     pub fn number(&mut self, key: &str, value: f64) {
-        self.outcome.numbers.insert(key.to_owned(), value);
+        if value.is_finite() {
+            self.outcome.numbers.insert(key.to_owned(), value);
+        }
     }
 
     /// Adds a line to the table.
@@ -241,145 +301,6 @@ impl Lab {
 /// Crops are shown this many times larger than their pixels.
 const CROP_MAGNIFICATION: u32 = 3;
 
-/// Runs experiments one after the other and writes `results.json`; results of an earlier run of this
-/// very program with the same options are kept unless `fresh`.
-///
-/// # Errors
-/// The first error of an experiment; results so far are kept.
-pub fn run_all(experiments: &[&Experiment], options: &Options, fresh: bool) -> Result<(), Error> {
-    let results = options.out.join("results.json");
-    check_writable(&results)?;
-    let program = fingerprint_of_program();
-    let mut outcomes = Vec::new();
-    for experiment in experiments {
-        let fingerprint = format!(
-            "{program:016x} {} {} {} {}",
-            experiment.version,
-            name(options.tier),
-            options.seed,
-            options.shrink
-        );
-        let folder = options.out.join(experiment.id);
-        let kept = if fresh {
-            None
-        } else {
-            kept(&folder, &fingerprint)
-        };
-        let outcome = match kept {
-            Some(outcome) => {
-                println!("{}", table(&outcome, "kept from an earlier run"));
-                outcome
-            }
-            None => {
-                let start = Instant::now();
-                let outcome = run_one(experiment, options, folder, fingerprint)?;
-                println!(
-                    "{}",
-                    table(&outcome, &format!("{:.1} s", start.elapsed().as_secs_f64()))
-                );
-                outcome
-            }
-        };
-        outcomes.push(outcome);
-    }
-    write_results(&results, &outcomes, options)?;
-    summary(&outcomes, &results);
-    Ok(())
-}
-
-fn run_one(
-    experiment: &Experiment,
-    options: &Options,
-    folder: PathBuf,
-    fingerprint: String,
-) -> Result<Outcome, Error> {
-    std::fs::create_dir_all(&folder).map_err(Error::file("create", &folder))?;
-    let mut lab = Lab {
-        options: options.clone(),
-        outcome: Outcome {
-            id: experiment.id.to_owned(),
-            title: experiment.title.to_owned(),
-            version: experiment.version,
-            tier: options.tier,
-            seed: options.seed,
-            command: format!(
-                "cargo run --release --bin {} -- --tier {} --seed {}",
-                experiment.id,
-                name(options.tier),
-                options.seed
-            ),
-            equations: experiment
-                .equations
-                .iter()
-                .map(|equation| equation.id.to_owned())
-                .collect(),
-            numbers: BTreeMap::new(),
-            figures: Vec::new(),
-            findings: Vec::new(),
-            fingerprint,
-        },
-        folder,
-    };
-    (experiment.run)(&mut lab)?;
-    if interrupted() {
-        return Err(Error::Interrupted);
-    }
-    write_json(&lab.folder.join("result.json"), &lab.outcome)?;
-    Ok(lab.outcome)
-}
-
-/// The result in a folder if it has this fingerprint and its figures are still there.
-fn kept(folder: &Path, fingerprint: &str) -> Option<Outcome> {
-    let text = std::fs::read_to_string(folder.join("result.json")).ok()?;
-    let outcome: Outcome = serde_json::from_str(&text).ok()?;
-    let there = outcome
-        .figures
-        .iter()
-        .all(|figure| folder.join(figure).is_file());
-    (there && outcome.fingerprint == fingerprint).then_some(outcome)
-}
-
-/// A hash of the running program's file: any change of code makes earlier results stale.
-fn fingerprint_of_program() -> u64 {
-    let mut hasher = DefaultHasher::new();
-    let bytes = std::env::current_exe().and_then(std::fs::read);
-    bytes.unwrap_or_default().hash(&mut hasher);
-    hasher.finish()
-}
-
-#[derive(Serialize)]
-struct Results<'a> {
-    program: &'static str,
-    version: &'static str,
-    commit: &'static str,
-    tier: Tier,
-    seed: u64,
-    experiments: &'a [Outcome],
-}
-
-fn write_results(path: &Path, outcomes: &[Outcome], options: &Options) -> Result<(), Error> {
-    write_json(
-        path,
-        &Results {
-            program: "whitefurnace",
-            version: env!("CARGO_PKG_VERSION"),
-            commit: env!("WHITEFURNACE_COMMIT"),
-            tier: options.tier,
-            seed: options.seed,
-            experiments: outcomes,
-        },
-    )
-}
-
-fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<(), Error> {
-    let text = serde_json::to_string_pretty(value).map_err(|error| Error::Image {
-        action: "write",
-        path: path.to_owned(),
-        message: error.to_string(),
-    })?;
-    write_text(path, &(text + "\n"))
-}
-
 /// Writes a text file whole or not at all.
 ///
 /// # Errors
@@ -390,41 +311,4 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), Error> {
         file.write_all(text.as_bytes())
             .map_err(Error::file("write", path))
     })
-}
-
-/// An experiment's findings as text.
-fn table(outcome: &Outcome, how: &str) -> String {
-    let mut text = format!("{}: {} ({how})", outcome.id, outcome.title);
-    let width = outcome
-        .findings
-        .iter()
-        .map(|row| row.what.chars().count())
-        .max()
-        .unwrap_or(0);
-    for row in &outcome.findings {
-        let verdict = match row.holds {
-            None => "",
-            Some(true) => "  holds",
-            Some(false) => "  FAILS",
-        };
-        // Writing to a string cannot fail.
-        let _ = write!(text, "\n  {:width$}  {}{verdict}", row.what, row.value);
-    }
-    text
-}
-
-fn summary(outcomes: &[Outcome], results: &Path) {
-    let verdicts: Vec<bool> = outcomes
-        .iter()
-        .flat_map(|outcome| &outcome.findings)
-        .filter_map(|row| row.holds)
-        .collect();
-    let holding = verdicts.iter().filter(|&&holds| holds).count();
-    let figures: usize = outcomes.iter().map(|outcome| outcome.figures.len()).sum();
-    println!(
-        "\n{} experiments, {figures} figures, {holding} of {} claims hold; for machines: {}",
-        outcomes.len(),
-        verdicts.len(),
-        results.display()
-    );
 }

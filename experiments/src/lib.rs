@@ -1,13 +1,23 @@
 //! The programs of whitefurnace: `reproduce` runs every experiment, `render` makes one image, and each
 //! experiment has a binary of its own name.
 
+pub mod calibration;
+pub mod cells;
 pub mod cli;
+pub mod false_alarms;
+pub mod faults;
 pub mod figures;
 pub mod job;
 pub mod lab;
+pub mod ledger;
 pub mod plot;
+pub mod power;
 pub mod progress;
+pub mod record;
 pub mod regions;
+pub mod statistics;
+pub mod suite;
+pub mod trials;
 pub mod watertight;
 
 use lab::Experiment;
@@ -21,4 +31,9 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &figures::FIG9,
     &regions::REGIONS,
     &watertight::WATERTIGHT,
+    &trials::TRIALS,
+    &faults::FAULTS,
+    &calibration::CALIBRATION,
+    &power::POWER,
+    &false_alarms::FALSE_ALARMS,
 ];

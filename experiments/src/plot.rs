@@ -1,18 +1,30 @@
 //! The look of all plots: SVG, one typeface, colours that colour-blind readers can tell apart.
 
+pub mod chart;
+pub mod forest;
+pub mod matrix;
+
 use std::path::Path;
 
+use plotters::coord::Shift;
 use plotters::prelude::*;
 use whitefurnace::error::Error;
 
 use crate::lab::write_text;
 
-/// Colours of Okabe and Ito: vermilion, bluish green, blue.
-const RGB: [RGBColor; 3] = [
+/// Colours of Okabe and Ito, which colour-blind readers can tell apart: vermilion, bluish green, blue,
+/// reddish purple, orange, sky blue, black.
+const OKABE_ITO: [RGBColor; 7] = [
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
     RGBColor(0, 114, 178),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(0, 0, 0),
 ];
+/// For the channels red, green and blue.
+const RGB: [RGBColor; 3] = [OKABE_ITO[0], OKABE_ITO[1], OKABE_ITO[2]];
 const INK: RGBColor = RGBColor(40, 40, 40);
 const FAINT: RGBColor = RGBColor(215, 215, 215);
 const FONT: &str = "sans-serif";
@@ -26,8 +38,29 @@ pub fn differences(
     regions: &[&str],
     panels: &[(&str, Vec<[f64; 3]>)],
 ) -> Result<(), Error> {
+    write_svg(path, [960, 840], |root| {
+        draw_differences(root, regions, panels)
+    })
+}
+
+/// What drawing may end with.
+type Drawn = Result<(), Box<dyn std::error::Error>>;
+
+/// Draws an SVG of this size in pixels on a white ground.
+fn write_svg(
+    path: &Path,
+    [width, height]: [u32; 2],
+    draw: impl FnOnce(&DrawingArea<SVGBackend<'_>, Shift>) -> Drawn,
+) -> Result<(), Error> {
     let mut svg = String::new();
-    draw_differences(&mut svg, regions, panels).map_err(|error| Error::Image {
+    let drawn = || -> Drawn {
+        let root = SVGBackend::with_string(&mut svg, (width, height)).into_drawing_area();
+        root.fill(&WHITE)?;
+        draw(&root)?;
+        root.present()?;
+        Ok(())
+    };
+    drawn().map_err(|error| Error::Image {
         action: "write",
         path: path.to_owned(),
         message: error.to_string(),
@@ -36,12 +69,10 @@ pub fn differences(
 }
 
 fn draw_differences(
-    svg: &mut String,
+    root: &DrawingArea<SVGBackend<'_>, Shift>,
     regions: &[&str],
     panels: &[(&str, Vec<[f64; 3]>)],
-) -> Result<(), Box<dyn std::error::Error>> {
-    let root = SVGBackend::with_string(svg, (960, 840)).into_drawing_area();
-    root.fill(&WHITE)?;
+) -> Drawn {
     for (area, (title, rows)) in root.split_evenly((panels.len(), 1)).iter().zip(panels) {
         let largest = rows
             .iter()
@@ -99,6 +130,5 @@ fn draw_differences(
             .label_font((FONT, 13, &INK))
             .draw()?;
     }
-    root.present()?;
     Ok(())
 }

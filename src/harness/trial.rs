@@ -365,7 +365,11 @@ fn explain(trial: &Trial, rows: &[Row], context: &Context) -> String {
         );
         match write_cells(row, &context.folder) {
             Ok(Some(path)) => {
-                let _ = writeln!(text, "  data       {}", path.display());
+                let _ = writeln!(
+                    text,
+                    "  data       {0}\n  plot       cargo run --release --bin plot-cells -- '{0}'",
+                    path.display()
+                );
             }
             Ok(None) => {}
             Err(error) => {

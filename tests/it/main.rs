@@ -29,5 +29,6 @@ mod checkup; // the BSDF check-up on a BSDF that is not ours, and on faulty ones
 mod references; // closed forms of the trials against reference values
 mod statistics; // the statistics' own code, tested exactly
 mod support; // what the statistical modules share
+mod traceability; // equation, code, trial, experiment, chapter: nothing is missing
 mod trials; // the registry: every trial and its negative controls
 mod zoo; // every fault under the trials that must reject it

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use clap::Parser;
 use experiments::lab::{self, Experiment};
 use experiments::progress::catch_interrupt;
-use experiments::{EXPERIMENTS, cli};
+use experiments::{EXPERIMENTS, cli, record};
 use whitefurnace::error::Error;
 
 /// Reproduce the report: render its figures, measure its claims, print a table of what was found.
@@ -26,6 +26,9 @@ struct Reproduce {
     /// Do everything again, even what an earlier run of this program has done
     #[arg(long)]
     fresh: bool,
+    /// Record the results and figures of a full run in book/recorded
+    #[arg(long)]
+    update_book: bool,
 }
 
 fn main() -> ExitCode {
@@ -40,9 +43,15 @@ fn run(options: &Reproduce) -> Result<(), Error> {
         return Ok(());
     }
     let chosen = choose(&options.only)?;
+    if options.update_book {
+        record::check_recordable(&options.shared)?;
+    }
     cli::use_threads(options.shared.threads)?;
     catch_interrupt();
-    lab::run_all(&chosen, &options.shared, options.fresh)?;
+    record::run_all(&chosen, &options.shared, options.fresh)?;
+    if options.update_book {
+        record::update_book(&chosen, &options.shared)?;
+    }
     if options.only.is_empty() {
         weave_book(&options.shared)?;
     }

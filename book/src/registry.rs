@@ -1,0 +1,117 @@
+//! The registry of trials as HTML: trials, faults, and the way from equation to chapter.
+
+use std::path::Path;
+
+use whitefurnace::trials::all;
+use whitefurnace::zoo;
+
+use crate::mathml::{escape, typeset};
+use crate::trace::Sources;
+
+/// The table of all trials. `equation` gives an equation's number as a link.
+pub fn trials(equation: impl Fn(&str) -> String) -> String {
+    let rows: Vec<String> = all()
+        .iter()
+        .map(|trial| {
+            let delta = match trial.delta {
+                0.0 => "–".to_owned(),
+                delta => escape(&format!("{delta:.1e}")),
+            };
+            let controls: Vec<_> = trial.controls.iter().map(|c| code(c.name)).collect();
+            format!(
+                "<tr><td>{}</td><td>{}.<div class=\"equation-source\">{}; \
+                 controls {}</div></td><td>{}</td><td>{}</td><td class=\"nowrap\">{delta}</td></tr>",
+                equation(trial.equation.id),
+                upper(&typeset(&trial.property)),
+                code(&trial.name),
+                controls.join(", "),
+                escape(trial.statistic),
+                trial.samples,
+            )
+        })
+        .collect();
+    table(&["equation", "property", "statistic", "n", "δ"], &rows)
+}
+
+/// The table of faults: what is wrong, and the trials that must reject it.
+pub fn faults() -> String {
+    let rows: Vec<String> = zoo::faults()
+        .iter()
+        .map(|fault| {
+            let trials: Vec<_> = fault.caught_by.iter().map(|trial| code(trial)).collect();
+            let verb = if fault.equivalent {
+                "accepted by"
+            } else {
+                "rejected by"
+            };
+            format!(
+                "<tr><td>{}</td><td>{}</td><td>{verb}<br>{}</td></tr>",
+                code(&format!("{}: {}", fault.family, fault.name)),
+                typeset(fault.wrong),
+                trials.join("<br>"),
+            )
+        })
+        .collect();
+    table(&["fault", "what is wrong", "trials"], &rows)
+}
+
+/// The matrix equation → code → trials and tests → experiments → chapter, from the project in
+/// `sources`.
+///
+/// # Errors
+/// One line if a source cannot be read.
+pub fn traceability(
+    sources: &Path,
+    equation: impl Fn(&str) -> String,
+    experiment: impl Fn(&str) -> String,
+) -> Result<String, String> {
+    let read = Sources::read(sources)
+        .map_err(|error| format!("cannot read the sources in {}: {error}", sources.display()))?;
+    let lines = |items: &[String]| {
+        if items.is_empty() {
+            return "–".to_owned();
+        }
+        let items: Vec<_> = items.iter().map(|item| code(item)).collect();
+        items.join("<br>")
+    };
+    let rows: Vec<String> = read
+        .matrix(&all())
+        .iter()
+        .map(|row| {
+            let judged: Vec<String> = row.trials.iter().chain(&row.tests).cloned().collect();
+            let experiments: Vec<_> = row.experiments.iter().map(|id| experiment(id)).collect();
+            format!(
+                "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+                equation(row.equation.id),
+                lines(&row.code),
+                lines(&judged),
+                experiments.join(", "),
+            )
+        })
+        .collect();
+    Ok(table(
+        &["chapter", "code", "trials and tests", "experiments"],
+        &rows,
+    ))
+}
+
+fn table(columns: &[&str], rows: &[String]) -> String {
+    let head: String = columns.iter().map(|c| format!("<th>{c}</th>")).collect();
+    format!(
+        "<div class=\"table-wrapper\"><table class=\"registry\"><thead><tr>{head}</tr></thead>\
+         <tbody>{}</tbody></table></div>",
+        rows.concat()
+    )
+}
+
+fn code(text: &str) -> String {
+    format!("<code>{}</code>", escape(text))
+}
+
+/// With a capital first letter.
+fn upper(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
+}

@@ -1,0 +1,245 @@
+//! Whether the statistics keep their stated error rates.
+
+use std::collections::BTreeMap;
+
+use whitefurnace::error::Error;
+use whitefurnace::harness::ks::kolmogorov_smirnov;
+use whitefurnace::harness::tails::{binomial_sf, kolmogorov_upper};
+use whitefurnace::harness::trial::{Context, Trial, group, run_trial};
+use whitefurnace::rng::{seed_for, stream};
+use whitefurnace::trials;
+
+use crate::lab::{Experiment, Lab};
+use crate::ledger::{Ledger, number};
+use crate::plot::chart::{Chart, Corner, Mark, Series, charts};
+use crate::statistics::{self, N};
+use crate::suite::{FAMILY, equations, parallel};
+
+/// p-values of true hypotheses over many seeds.
+pub const CALIBRATION: Experiment = Experiment {
+    id: "calibration",
+    title: "p-values of true hypotheses are uniform, stated error rates are kept (accumulates over runs)",
+    version: 1,
+    equations: &[],
+    run,
+};
+
+/// The scale at which the registry's trials are repeated.
+const SCALE: f64 = 1.0 / 1024.0;
+/// Statistics of continuous variables, whose p-values are uniform rather than only not too small...
+const CONTINUOUS: [&str; 6] = [
+    "t",
+    "z",
+    "Welch",
+    "chi-square",
+    "Kolmogorov-Smirnov",
+    "variance ratio",
+];
+/// ...from about this many values on.
+const LEAST_VALUES: u64 = 900;
+
+/// The prefixes of names in the ledger.
+const STATISTIC: &str = "statistic ";
+const PROMISE: &str = "promise ";
+const TRIAL: &str = "trial ";
+
+fn run(lab: &mut Lab) -> Result<(), Error> {
+    let key = format!(
+        "calibration version {}, seed {}, n = {N}, registry at scale 1/1024",
+        CALIBRATION.version,
+        lab.seed()
+    );
+    let mut ledger = Ledger::open(lab.path("calibration.csv"), &key, "replication,name,p");
+    let first = ledger.next();
+    let replications: Vec<u64> = (first..first + lab.count(lab.by_tier(256, 2048))).collect();
+    let registry = trials::all();
+    lab.bears_on(equations(&registry));
+    let master = lab.seed();
+    let found = parallel(&replications, |&k| -> Result<Vec<[String; 2]>, Error> {
+        let mut rows = examine_statistics(master, k);
+        rows.extend(examine_registry(&registry, master, k)?);
+        Ok(rows)
+    })?;
+    for (&k, rows) in replications.iter().zip(found) {
+        rows?.iter().for_each(|row| ledger.push(k, row));
+    }
+    ledger.write()?;
+    let mut by_name: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+    for row in ledger.rows() {
+        let name = row.get(1).map_or("", String::as_str);
+        by_name.entry(name).or_default().push(number(row, 2));
+    }
+    lab.note(
+        "size",
+        format!(
+            "{} replications so far, {} of this run; n = {N} per statistic, registry at scale 1/1024; \
+             family-wise level {FAMILY:.0e}",
+            ledger.next(),
+            replications.len()
+        ),
+    );
+    lab.number("replications", ledger.next() as f64);
+    judge(lab, &by_name);
+    draw(lab, &by_name)
+}
+
+/// The p-values of the statistics, and whether each promise was broken, in replication k.
+fn examine_statistics(master: u64, k: u64) -> Vec<[String; 2]> {
+    let rng = |name: &str| stream(seed_for(master, name), k as u32, 0);
+    let mut rows = Vec::new();
+    for statistic in statistics::continuous() {
+        let name = format!("{STATISTIC}{}", statistic.name);
+        let outcome = (statistic.run)(&mut rng(&name), 0.0);
+        rows.push([name, format!("{:.6e}", outcome.p)]);
+    }
+    for promise in statistics::promises() {
+        let name = format!("{PROMISE}{}", promise.name);
+        let happened = (promise.happened)(&mut rng(&name));
+        rows.push([name, u8::from(happened).to_string()]);
+    }
+    rows
+}
+
+/// The p-values of the registry's trials with continuous statistics. The check-ups of whole BSDFs are
+/// left out: they integrate for seconds.
+fn examine_registry(registry: &[Trial], master: u64, k: u64) -> Result<Vec<[String; 2]>, Error> {
+    let context = Context::new(seed_for(master, &format!("calibration {k}")), SCALE)?;
+    let mut rows = Vec::new();
+    for trial in registry.iter().filter(|trial| group(&trial.name) != "bsdf") {
+        for row in run_trial(trial, &context) {
+            let o = &row.outcome;
+            // A furnace that is constant by construction has no p-values to speak of.
+            let varies = o.half_width() > 1e-9 * o.reference.abs();
+            if CONTINUOUS.contains(&o.statistic) && o.n >= LEAST_VALUES && varies {
+                let name = format!("{TRIAL}{}: {}", trial.name, o.name.replace(',', ";"));
+                rows.push([name, format!("{:.6e}", o.p)]);
+            }
+        }
+    }
+    Ok(rows)
+}
+
+/// The level of each test: the family's share.
+fn level(by_name: &BTreeMap<&str, Vec<f64>>) -> f64 {
+    FAMILY / by_name.len().max(10) as f64
+}
+
+fn judge(lab: &mut Lab, by_name: &BTreeMap<&str, Vec<f64>>) {
+    let level = level(by_name);
+    let rates: BTreeMap<String, f64> = statistics::promises()
+        .iter()
+        .map(|promise| (format!("{PROMISE}{}", promise.name), promise.rate))
+        .collect();
+    let (mut registered, mut worst) = (0, (1.0, String::from("none")));
+    for (&name, values) in by_name {
+        let n = values.len() as u64;
+        if let Some(&rate) = rates.get(name) {
+            let k = values.iter().filter(|&&happened| happened > 0.5).count() as u64;
+            let value = format!("{k} of {n}, at most {rate:.0e} promised");
+            lab.number(&format!("{name}.share"), k as f64 / n as f64);
+            lab.claim(name, value, binomial_sf(k, n, rate) >= level);
+            continue;
+        }
+        let outcome = kolmogorov_smirnov(name, &mut values.clone(), |p| p, 1.0);
+        lab.number(&format!("{name}.distance"), outcome.estimate);
+        if name.starts_with(TRIAL) {
+            registered += 1;
+            if outcome.p < worst.0 {
+                worst = (outcome.p, name.to_owned());
+            }
+            if outcome.p >= level {
+                continue;
+            }
+        }
+        let value = format!(
+            "D = {:.4} over {n} seeds, p = {:.2e}",
+            outcome.estimate, outcome.p
+        );
+        lab.claim(name, value, outcome.p >= level);
+    }
+    lab.claim(
+        "p-values of the registry's trials",
+        format!(
+            "{registered} measures, least p = {:.2e} ({})",
+            worst.0, worst.1
+        ),
+        worst.0 >= level,
+    );
+}
+
+fn draw(lab: &mut Lab, by_name: &BTreeMap<&str, Vec<f64>>) -> Result<(), Error> {
+    let n = by_name
+        .values()
+        .map(|values| values.len() as u64)
+        .max()
+        .unwrap_or(1);
+    let radius = kolmogorov_upper(n, level(by_name));
+    let band = |sign: f64| {
+        Series::new(
+            if sign > 0.0 {
+                "limit at the family-wise level 1e-3"
+            } else {
+                ""
+            },
+            6,
+            Mark::Line,
+            vec![[0.0, sign * radius], [1.0, sign * radius]],
+        )
+    };
+    let panel = |title: String, prefix: &str, mark: Mark| {
+        let mut series: Vec<Series> = by_name
+            .iter()
+            .filter(|(name, _)| name.starts_with(prefix))
+            .enumerate()
+            .map(|(i, (name, values))| {
+                let label = if mark == Mark::Faint {
+                    ""
+                } else {
+                    &name[prefix.len()..]
+                };
+                Series::new(label, i, mark, deviations(values))
+            })
+            .collect();
+        series.extend([band(1.0), band(-1.0)]);
+        Chart {
+            title,
+            axes: [
+                "p-value expected at this rank".into(),
+                "observed − expected".into(),
+            ],
+            ranges: [[0.0, 1.0], [-1.5 * radius, 2.8 * radius]],
+            log: [false, false],
+            series,
+            legend: Corner::UpperRight,
+        }
+    };
+    charts(
+        &lab.figure("quantiles.svg"),
+        [900, 900],
+        &[
+            panel(
+                format!("Statistics of true hypotheses, {n} seeds, n = {N}"),
+                STATISTIC,
+                Mark::Line,
+            ),
+            panel(
+                format!("The registry's trials, {n} seeds, scale 1/1024, a line each"),
+                TRIAL,
+                Mark::Faint,
+            ),
+        ],
+    )
+}
+
+/// Sorted p-values against their expected quantiles, as differences.
+fn deviations(values: &[f64]) -> Vec<[f64; 2]> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let n = sorted.len() as f64;
+    let expected = |i: usize| (i as f64 + 0.5) / n;
+    sorted
+        .iter()
+        .enumerate()
+        .map(|(i, p)| [expected(i), p - expected(i)])
+        .collect()
+}

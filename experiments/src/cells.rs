@@ -1,0 +1,124 @@
+//! Plots the data file that a failing trial leaves behind.
+
+use std::path::Path;
+
+use whitefurnace::error::Error;
+
+use crate::plot::chart::{Chart, Corner, Mark, Series, charts};
+
+/// One cell, tile or pixel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cell {
+    /// Where it is.
+    pub place: String,
+    /// What the hypothesis expects.
+    pub expected: f64,
+    /// What was found.
+    pub observed: f64,
+    /// The difference in standard deviations.
+    pub sigmas: f64,
+}
+
+const HEADER: &str = "place,expected,observed,sigmas";
+
+/// Reads a data file.
+///
+/// # Errors
+/// One line that names file and line.
+pub fn read(path: &Path) -> Result<Vec<Cell>, Error> {
+    let text = std::fs::read_to_string(path).map_err(Error::file("read", path))?;
+    let wrong = |line: usize, message: &str| {
+        Error::Option(format!("{} line {line}: {message}", path.display()))
+    };
+    let mut lines = text.lines();
+    if lines.next() != Some(HEADER) {
+        return Err(wrong(1, &format!("expected the columns {HEADER}")));
+    }
+    let cells = lines
+        .enumerate()
+        .map(|(i, line)| {
+            cell(line).ok_or_else(|| wrong(i + 2, "expected a quoted place and three numbers"))
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    if cells.is_empty() {
+        return Err(wrong(2, "no cells"));
+    }
+    Ok(cells)
+}
+
+/// `"place",expected,observed,sigmas`.
+fn cell(line: &str) -> Option<Cell> {
+    let (place, rest) = line.strip_prefix('"')?.rsplit_once("\",")?;
+    let numbers: Vec<f64> = rest
+        .split(',')
+        .map(str::parse)
+        .collect::<Result<_, _>>()
+        .ok()?;
+    let [expected, observed, sigmas] = numbers[..] else {
+        return None;
+    };
+    Some(Cell {
+        place: place.to_owned(),
+        expected,
+        observed,
+        sigmas,
+    })
+}
+
+/// Draws residuals above, expected and observed values below.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn plot(cells: &[Cell], title: &str, path: &Path) -> Result<(), Error> {
+    let finite = |value: f64| if value.is_finite() { value } else { 0.0 };
+    let points = |value: fn(&Cell) -> f64| -> Vec<[f64; 2]> {
+        let place = |(i, cell)| [i as f64 + 1.0, finite(value(cell))];
+        cells.iter().enumerate().map(place).collect()
+    };
+    let residuals = points(|cell| cell.sigmas);
+    let largest = residuals
+        .iter()
+        .fold(3.0f64, |most, point| most.max(point[1].abs()))
+        * 1.15;
+    let x = [0.0, cells.len() as f64 + 1.0];
+    let axis = format!("cell (1 to {}, in the order of the file)", cells.len());
+    let worst = cells
+        .iter()
+        .max_by(|a, b| finite(a.sigmas).abs().total_cmp(&finite(b.sigmas).abs()));
+    let place = worst.map_or("", |cell| cell.place.as_str());
+    let mut stems = Series::new("", 0, Mark::Points, residuals.clone());
+    stems.bars = residuals.iter().map(|point| [0.0, point[1]]).collect();
+    let zero = Series::new("", 6, Mark::Line, vec![[x[0], 0.0], [x[1], 0.0]]);
+    let (expected, observed) = (points(|cell| cell.expected), points(|cell| cell.observed));
+    let both = || expected.iter().chain(&observed).map(|point| point[1]);
+    let (low, high) = (
+        both().fold(f64::MAX, f64::min),
+        both().fold(f64::MIN, f64::max),
+    );
+    let room = 0.08 * (high - low).max(1e-3 * high.abs()).max(f64::MIN_POSITIVE);
+    charts(
+        path,
+        [900, 820],
+        &[
+            Chart {
+                title: format!("{title}: worst at {place}"),
+                axes: [axis.clone(), "(observed − expected)/σ".into()],
+                ranges: [x, [-largest, largest]],
+                log: [false, false],
+                series: vec![zero, stems],
+                legend: Corner::UpperRight,
+            },
+            Chart {
+                title: String::from("expected and observed"),
+                axes: [axis, "value (counts, or the units of the estimate)".into()],
+                ranges: [x, [low - room, high + 3.0 * room]],
+                log: [false, false],
+                series: vec![
+                    Series::new("expected", 6, Mark::Line, expected),
+                    Series::new("observed", 0, Mark::Points, observed),
+                ],
+                legend: Corner::UpperRight,
+            },
+        ],
+    )
+}

@@ -1,0 +1,145 @@
+//! The whole suite under many master seeds: how often a correct build goes red.
+
+use whitefurnace::error::Error;
+use whitefurnace::harness::outcome::{ALPHA, CAPACITY, Verdict};
+use whitefurnace::harness::tails::binomial_interval;
+use whitefurnace::harness::trial::Row;
+use whitefurnace::rng::seed_for;
+use whitefurnace::trials;
+
+use crate::lab::{Experiment, Lab};
+use crate::ledger::{Ledger, number};
+use crate::plot::chart::{Chart, Corner, Mark, Series, charts};
+use crate::suite::{self, FAMILY};
+
+/// The suite at a reduced scale over master seeds.
+pub const FALSE_ALARMS: Experiment = Experiment {
+    id: "false-alarms",
+    title: "the whole suite under fresh master seeds (accumulates over runs)",
+    version: 1,
+    equations: &[],
+    run,
+};
+
+const COLUMNS: &str = "replication,holds,fails,undecided,random,smallest_p,where";
+const FAILS: usize = 2;
+const RANDOM: usize = 4;
+const SMALLEST: usize = 5;
+
+fn run(lab: &mut Lab) -> Result<(), Error> {
+    let trials = trials::all();
+    lab.bears_on(suite::equations(&trials));
+    let scale = lab.scale(suite::REDUCED);
+    let key = format!(
+        "false-alarms version {}, seed {}, scale {scale}, {} trials",
+        FALSE_ALARMS.version,
+        lab.seed(),
+        trials.len()
+    );
+    let mut ledger = Ledger::open(lab.path("false-alarms.csv"), &key, COLUMNS);
+    let first = ledger.next();
+    for k in first..first + lab.count(lab.by_tier(4, 200)) {
+        let seed = seed_for(lab.seed(), &format!("false-alarms {k}"));
+        let rows = suite::run(&trials, seed, scale)?;
+        ledger.push(k, &fields(&rows.concat()));
+        // A long run that is interrupted goes on from here.
+        ledger.write()?;
+    }
+    report(lab, &ledger, scale);
+    draw(lab, &ledger)
+}
+
+fn fields(rows: &[Row]) -> Vec<String> {
+    let count = |wanted: fn(Verdict) -> bool| rows.iter().filter(|row| wanted(row.verdict)).count();
+    let random = || rows.iter().filter(|row| row.outcome.is_random());
+    let smallest = random().min_by(|a, b| a.outcome.p.total_cmp(&b.outcome.p));
+    vec![
+        count(|verdict| verdict == Verdict::Holds).to_string(),
+        count(|verdict| verdict == Verdict::Fails).to_string(),
+        count(|verdict| matches!(verdict, Verdict::Undecided { .. })).to_string(),
+        random().count().to_string(),
+        smallest.map_or(1.0, |row| row.outcome.p).to_string(),
+        smallest.map_or_else(String::new, |row| row.trial.clone()),
+    ]
+}
+
+fn report(lab: &mut Lab, ledger: &Ledger, scale: f64) {
+    let rows = ledger.rows();
+    let column = |at: usize| rows.iter().map(move |row| number(row, at));
+    let seeds = rows.len() as f64;
+    let (fails, random): (f64, f64) = (column(FAILS).sum(), column(RANDOM).sum());
+    let bound = ALPHA * CAPACITY as f64;
+    let red = column(FAILS).filter(|&fails| fails > 0.0).count() as u64;
+    let [_, high] = binomial_interval(red, rows.len() as u64, 0.5 * FAMILY);
+    lab.number("seeds", seeds);
+    lab.number("fails", fails);
+    lab.number("tests", random);
+    lab.number("bound", bound);
+    lab.claim(
+        "suites with a false rejection",
+        format!(
+            "{red} of {seeds} at scale {scale}, stated bound {bound:.0e} each; the rate is below {high:.2} \
+             at level {FAMILY:.0e}"
+        ),
+        fails == 0.0,
+    );
+    let smallest = column(SMALLEST).fold(1.0, f64::min);
+    // P(least of m p-values ≤ x) ≤ m x, under any dependence.
+    let chance = (random * smallest).min(1.0);
+    lab.number("smallest_p", smallest);
+    lab.claim(
+        "least p-value of all",
+        format!(
+            "{smallest:.2e} of {random} tests, about {:.1e} expected; so small with probability at most {chance:.3}",
+            1.0 / random
+        ),
+        chance >= FAMILY,
+    );
+    let undecided: f64 = column(3).sum();
+    lab.note(
+        "undecided",
+        format!("{:.1} measures per seed at this scale", undecided / seeds),
+    );
+}
+
+/// Each seed's least p-value against the quantile that independent tests would give it.
+fn draw(lab: &mut Lab, ledger: &Ledger) -> Result<(), Error> {
+    let mut least: Vec<f64> = ledger
+        .rows()
+        .iter()
+        .map(|row| number(row, SMALLEST))
+        .collect();
+    least.sort_by(f64::total_cmp);
+    let seeds = least.len() as f64;
+    let random = ledger
+        .rows()
+        .last()
+        .map_or(1.0, |row| number(row, RANDOM))
+        .max(1.0);
+    let expected = |i: usize| 1.0 - (1.0 - (i as f64 + 0.5) / seeds).powf(1.0 / random);
+    let points = least
+        .iter()
+        .enumerate()
+        .map(|(i, &p)| [expected(i), p])
+        .collect();
+    let low = 0.1 / (random * seeds);
+    let diagonal = vec![[low, low], [0.1, 0.1]];
+    charts(
+        &lab.figure("false-alarms.svg"),
+        [900, 560],
+        &[Chart {
+            title: format!("Least p-value of each of {seeds} suites of {random} random tests"),
+            axes: [
+                "expected of independent tests at this rank".into(),
+                "least p-value observed".into(),
+            ],
+            ranges: [[low, 0.1], [low.min(0.5 * least[0]), 1.0]],
+            log: [true, true],
+            series: vec![
+                Series::new("as expected", 6, Mark::Line, diagonal),
+                Series::new("a suite under a fresh master seed", 2, Mark::Points, points),
+            ],
+            legend: Corner::LowerRight,
+        }],
+    )
+}

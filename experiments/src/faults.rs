@@ -1,0 +1,134 @@
+//! Which trials see which faults.
+
+use std::collections::HashMap;
+
+use whitefurnace::error::Error;
+use whitefurnace::harness::outcome::{Outcome, Verdict};
+use whitefurnace::harness::trial::Context;
+use whitefurnace::trials;
+use whitefurnace::zoo::{self, Pair};
+
+use crate::lab::{Experiment, Lab, Tier};
+use crate::plot::matrix::{Seen, matrix};
+use crate::suite::{self, parallel};
+
+/// Runs every pair of a fault and a trial that fit together.
+pub const FAULTS: Experiment = Experiment {
+    id: "faults",
+    title: "fault × trial: which trials reject which faults",
+    version: 1,
+    equations: &[],
+    run,
+};
+
+fn run(lab: &mut Lab) -> Result<(), Error> {
+    let trials = trials::all();
+    lab.bears_on(suite::equations(&trials));
+    // Quick: the pairs that the suite asserts. Full: every fault under every trial of its family.
+    let mut pairs = zoo::matrix();
+    pairs.retain(|pair| !pair.fault.equivalent);
+    if lab.tier() == Tier::Quick {
+        pairs.retain(|pair| pair.named);
+    }
+    let scale = lab.scale(lab.by_tier(suite::REDUCED, 1.0));
+    let context = Context::new(lab.seed(), scale)?;
+    let seen = parallel(&pairs, |pair| {
+        let name = format!("{}!{}", pair.trial, pair.fault.name);
+        judge(&(pair.run)(&context.named(&name)))
+    })?;
+    let table: Vec<String> = pairs
+        .iter()
+        .zip(&seen)
+        .map(|(pair, seen)| {
+            let wrong = pair.fault.wrong.replace('"', "'");
+            format!("{},{},{},\"{wrong}\"", label(pair), pair.trial, word(*seen))
+        })
+        .collect();
+    lab.csv("faults.csv", "fault,trial,verdict,wrong", &table)?;
+    draw(lab, &pairs, &seen)?;
+    for (pair, seen) in pairs.iter().zip(&seen) {
+        if pair.named && *seen == Seen::Missed {
+            lab.claim(
+                &format!("{} in {}", label(pair), pair.trial),
+                "not rejected".to_owned(),
+                false,
+            );
+        }
+    }
+    totals(lab, &pairs, &seen, scale);
+    Ok(())
+}
+
+/// A fault's row of the matrix: faults of different families may have one name.
+fn label(pair: &Pair) -> String {
+    format!("{}: {}", pair.fault.family, pair.fault.name)
+}
+
+/// Rejected if any outcome fails; a fault that every outcome lets through is missed.
+fn judge(outcomes: &[Outcome]) -> Seen {
+    let any =
+        |wanted: fn(Verdict) -> bool| outcomes.iter().any(|outcome| wanted(outcome.verdict()));
+    if any(|verdict| verdict == Verdict::Fails) {
+        Seen::Rejected
+    } else if any(|verdict| matches!(verdict, Verdict::Undecided { .. })) {
+        Seen::Undecided
+    } else {
+        Seen::Missed
+    }
+}
+
+fn word(seen: Seen) -> &'static str {
+    match seen {
+        Seen::Rejected => "rejected",
+        Seen::Missed => "not rejected",
+        Seen::Undecided => "undecided",
+    }
+}
+
+fn totals(lab: &mut Lab, pairs: &[Pair], seen: &[Seen], scale: f64) {
+    let mut counts = Vec::new();
+    for kind in [Seen::Rejected, Seen::Missed, Seen::Undecided] {
+        let count = seen.iter().filter(|&&s| s == kind).count();
+        lab.number(&word(kind).replace(' ', "_"), count as f64);
+        counts.push(format!("{count} {}", word(kind)));
+    }
+    lab.number("pairs", pairs.len() as f64);
+    let named = || pairs.iter().zip(seen).filter(|(pair, _)| pair.named);
+    let missed = named().filter(|(_, seen)| **seen == Seen::Missed).count();
+    let value = format!(
+        "{} pairs at scale {scale}: {}; a correct build misses a named fault with probability at most \
+         1e-9 each, 1e-6 in all, at scale 1",
+        pairs.len(),
+        counts.join(", ")
+    );
+    if scale >= 1.0 || missed > 0 {
+        let rejected = named().all(|(_, seen)| *seen == Seen::Rejected);
+        lab.claim("every fault is rejected by its trial", value, rejected);
+    } else {
+        lab.note("faults rejected by their trials", value);
+    }
+}
+
+fn draw(lab: &mut Lab, pairs: &[Pair], seen: &[Seen]) -> Result<(), Error> {
+    let unique = |names: Vec<String>| {
+        let mut found: Vec<String> = Vec::new();
+        for name in names {
+            if !found.contains(&name) {
+                found.push(name);
+            }
+        }
+        found
+    };
+    let rows = unique(pairs.iter().map(label).collect());
+    let columns = unique(pairs.iter().map(|pair| pair.trial.clone()).collect());
+    let cells: HashMap<(String, &str), Seen> = pairs
+        .iter()
+        .zip(seen)
+        .map(|(pair, seen)| ((label(pair), pair.trial.as_str()), *seen))
+        .collect();
+    matrix(&lab.figure("faults.svg"), &rows, &columns, |row, column| {
+        cells
+            .get(&(rows[row].clone(), columns[column].as_str()))
+            .copied()
+    })
+}

@@ -1,0 +1,114 @@
+//! Results that the book keeps, and how they get there.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use experiments::EXPERIMENTS;
+use experiments::record::{LARGEST_RECORDED, record, recorded, recorded_folder};
+
+fn folder(test: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
+    if folder.exists() {
+        fs::remove_dir_all(&folder).expect("an old test folder can be removed");
+    }
+    fs::create_dir_all(&folder).expect("a test folder can be made");
+    folder
+}
+
+#[test]
+fn recorded_results_are_those_of_the_code() {
+    let book = recorded_folder();
+    let mut stale = Vec::new();
+    for entry in fs::read_dir(&book).expect("the recorded folder") {
+        let path = entry.expect("an entry").path();
+        if !path.is_dir() {
+            continue;
+        }
+        let id = path.file_name().expect("a name").to_string_lossy();
+        let experiment = EXPERIMENTS.iter().find(|e| e.id == id);
+        match (experiment, recorded(&book, &id)) {
+            (None, _) => stale.push(format!("{id}: no such experiment")),
+            (_, None) => stale.push(format!("{id}: result.json cannot be read")),
+            (Some(e), Some(found)) if (e.id, e.version) != (&found.id, found.version) => {
+                stale.push(format!(
+                    "{id}: recorded {} version {}, the code has version {}",
+                    found.id, found.version, e.version
+                ));
+            }
+            _ => {}
+        }
+    }
+    assert!(
+        stale.is_empty(),
+        "{}\nrun cargo run --release -- --tier full --update-book",
+        stale.join("\n")
+    );
+}
+
+#[test]
+fn recording_copies_figures_and_leaves_out_large_ones() {
+    let folder = folder("record");
+    let [from, to] = ["from", "to"].map(|name| folder.join(name));
+    fs::create_dir_all(&from).expect("folder");
+    fs::create_dir_all(&to).expect("folder");
+    fs::write(to.join("old.svg"), "old").expect("file");
+    fs::write(from.join("a.svg"), "plot").expect("file");
+    fs::write(from.join("b.png"), vec![0; LARGEST_RECORDED as usize + 1]).expect("file");
+    let result = r#"{"id": "demo", "title": "", "version": 1, "tier": "full", "seed": 1,
+        "command": "", "equations": [], "numbers": {"x": 1.5}, "figures": ["a.svg", "b.png"],
+        "findings": [], "fingerprint": "abc"}"#;
+    fs::write(from.join("result.json"), result).expect("file");
+    assert_eq!(record(&from, &to).expect("recorded"), ["b.png"]);
+    let found = recorded(&folder, "to").expect("a result");
+    assert_eq!(found.figures, ["a.svg"]);
+    assert!(found.fingerprint.is_empty());
+    assert!(to.join("a.svg").is_file() && !to.join("b.png").exists());
+    assert!(!to.join("old.svg").exists());
+}
+
+#[test]
+fn only_full_runs_are_recorded() {
+    for options in ["--update-book", "--update-book --tier full --shrink 2"] {
+        let output = Command::new(env!("CARGO_BIN_EXE_reproduce"))
+            .args(options.split(' '))
+            .current_dir(folder("refuse"))
+            .output()
+            .expect("the program starts");
+        assert_eq!(output.status.code(), Some(2), "{options}");
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(message.lines().count(), 1, "{message}");
+        assert!(message.contains("--tier full"), "{message}");
+    }
+}
+
+#[test]
+fn cells_of_a_failed_trial_are_plotted_and_bad_files_refused() {
+    let folder = folder("cells");
+    let plot = |name: &str, text: &str| {
+        fs::write(folder.join(name), text).expect("file");
+        Command::new(env!("CARGO_BIN_EXE_plot-cells"))
+            .arg(name)
+            .current_dir(&folder)
+            .output()
+            .expect("the program starts")
+    };
+    let good = plot(
+        "good.csv",
+        "place,expected,observed,sigmas\n\"u, v\",1e3,1.1e3,3.2\n\"w\",5e2,4.9e2,-0.4\n",
+    );
+    assert!(good.status.success());
+    let svg = fs::read_to_string(folder.join("good.svg")).expect("a plot");
+    assert!(svg.contains("u, v"));
+    for (text, line) in [
+        ("a,b\n", "line 1"),
+        ("place,expected,observed,sigmas\n", "line 2"),
+        ("place,expected,observed,sigmas\n\"x\",1,2\n", "line 2"),
+    ] {
+        let bad = plot("bad.csv", text);
+        assert_eq!(bad.status.code(), Some(2));
+        let message = String::from_utf8_lossy(&bad.stderr);
+        assert_eq!(message.lines().count(), 1, "{message}");
+        assert!(message.contains(line), "{message}");
+    }
+}
