@@ -265,7 +265,7 @@ fn cubes() -> Vec<Bench<Subject>> {
             ),
             (&inside, Kind::Path, leaving),
             n2,
-            (1_000_000, BOUNCES),
+            (2_400_000, BOUNCES),
         ),
         radiance(
             words(
