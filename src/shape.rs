@@ -82,12 +82,13 @@ pub fn sphere_distances(ray: &Ray, centre: DVec3, radius: f64) -> Option<[f64; 2
     let o_c = ray.origin - centre;
     let a = ray.direction.length_squared();
     let half = ray.direction.dot(o_c);
-    let to_line = o_c - (half / a) * ray.direction;
-    let radicand = radius * radius - to_line.length_squared();
+    // Both times a, so that a miss costs no division.
+    let to_line = a * o_c - half * ray.direction;
+    let radicand = (a * radius) * (a * radius) - to_line.length_squared();
     if radicand < 0.0 {
         return None;
     }
-    let far = -half - (a * radicand).sqrt().copysign(half);
+    let far = -half - (radicand / a).sqrt().copysign(half);
     // The product of the roots is (‖o − c‖² − r²)/a.
     let product = o_c.length_squared() - radius * radius;
     let roots = if far == 0.0 {

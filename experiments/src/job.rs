@@ -339,7 +339,7 @@ impl Job {
         let mut film = Film::new(self.size, self.window, per_replication)?;
         let replications = self.spp / per_replication;
         let [width, height] = film.size().map(u64::from);
-        let bar = progress.bar(width * height * u64::from(self.spp));
+        let mut bar = progress.bar(width * height * u64::from(self.spp));
         let mut done = 0;
         while done < replications {
             let end = replications.min(done + done.clamp(1, LARGEST_PASS));
@@ -355,7 +355,7 @@ impl Job {
                 break;
             }
             done = end;
-            bar.error(film.relative_error());
+            bar.error(|| film.relative_error());
         }
         bar.finish();
         Ok(Rendered {

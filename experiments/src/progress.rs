@@ -1,6 +1,7 @@
 //! Progress bars and Ctrl-C.
 
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -46,30 +47,45 @@ impl Progress {
             bar.set_style(style);
         }
         bar.set_prefix(self.label.clone());
-        Bar(bar)
+        Bar {
+            bar,
+            shown: Instant::now(),
+        }
     }
 }
 
 /// One bar.
-pub struct Bar(ProgressBar);
+pub struct Bar {
+    bar: ProgressBar,
+    /// When the error was last shown.
+    shown: Instant,
+}
+
+/// The error over all pixels is costly: it is shown about this often.
+const ERROR_EVERY: Duration = Duration::from_secs(2);
 
 impl Bar {
     /// Counts samples; false after Ctrl-C.
     pub fn advance(&self, samples: u64) -> bool {
-        self.0.inc(samples);
+        self.bar.inc(samples);
         !interrupted()
     }
 
-    /// Shows the mean relative standard error of the pixels.
-    pub fn error(&self, relative: f64) {
+    /// Shows the mean relative standard error of the pixels, from time to time.
+    pub fn error(&mut self, relative: impl FnOnce() -> f64) {
+        if self.bar.is_hidden() || self.shown.elapsed() < ERROR_EVERY {
+            return;
+        }
+        self.shown = Instant::now();
+        let relative = relative();
         if relative.is_finite() {
-            self.0
+            self.bar
                 .set_message(format!(", error {:.2} %", 100.0 * relative));
         }
     }
 
     /// Removes the bar.
     pub fn finish(&self) {
-        self.0.finish_and_clear();
+        self.bar.finish_and_clear();
     }
 }

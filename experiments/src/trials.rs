@@ -62,11 +62,12 @@ fn summarise(lab: &mut Lab, equation: &Equation, trials: &[(&Trial, &Vec<Row>)])
     }
     let verdict = suite::joint(verdicts(trials.iter().flat_map(|(_, rows)| rows.iter())));
     let names: usize = trials.iter().map(|(_, rows)| rows.len()).sum();
-    let value = format!(
-        "{} trials, {names} measures: {}",
-        trials.len(),
-        verdict.word()
-    );
+    // A verdict that can be ticked is added to the line by the table.
+    let words = match verdict {
+        Verdict::Holds | Verdict::Fails => "",
+        Verdict::Undecided { .. } => ", undecided at this scale",
+    };
+    let value = format!("trials {}, measures {names}{words}", trials.len());
     finding(lab, &what, value, verdict);
 }
 

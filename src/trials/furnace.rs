@@ -137,7 +137,10 @@ fn cavities() -> Vec<Bench<Subject>> {
         let scene = cavity_cap(rho, cap).ok()?.into();
         let words = words(
             name,
-            format!("off a {cap:?} cap the radiance in a cavity of albedo {rho} is {reference:.6}"),
+            format!(
+                "off a {} cap the radiance in a cavity of albedo {rho} is {reference:.6}",
+                format!("{cap:?}").to_lowercase()
+            ),
             &RENDERING,
         );
         let probe = (&scene, Kind::Path, off_cap as fn(&mut Stream) -> Ray);

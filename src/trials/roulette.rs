@@ -162,7 +162,7 @@ fn pair_benches(pair: [f64; 2]) -> Vec<Bench<Parts>> {
     let mut benches = vec![Bench::new(
         data(
             name("mean"),
-            format!("the mean is {m} whatever the survival"),
+            format!("the mean is {m:.0} whatever the survival"),
             &ROULETTE,
             SUBJECT,
             "t",
