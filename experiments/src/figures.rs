@@ -76,6 +76,25 @@ pub const FIG9: Experiment = Experiment {
     },
 };
 
+/// The room small and clean, for a first look.
+pub const ROOM: Experiment = Experiment {
+    id: "room",
+    title: "the report's room, small and clean",
+    version: 1,
+    equations: &[&equation::RENDERING],
+    run: |lab| {
+        let spp = lab.by_tier(64, 1024);
+        let size = [400, 300];
+        let job = Job {
+            size,
+            spp,
+            ..Job::report(ConventionName::Report)
+        };
+        lab.picture(job, "room")?;
+        Ok(())
+    },
+};
+
 /// The conventions, with the names of their pictures.
 pub const CONVENTIONS: [(ConventionName, &str); 3] = [
     (ConventionName::Physical, "physical"),

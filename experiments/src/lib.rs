@@ -24,6 +24,7 @@ use lab::Experiment;
 
 /// Every experiment, in the order in which `reproduce` runs them.
 pub const EXPERIMENTS: &[&Experiment] = &[
+    &figures::ROOM,
     &figures::FIG6,
     &figures::FIG7A,
     &figures::FIG7B,
