@@ -274,6 +274,13 @@ fn seen(scene: &Scene, hit: &Hit, ray: &Ray, rules: &LightRules) -> DVec3 {
     }
 }
 
+/// The ray that leaves a hit in a direction, and what it meets.
+#[inline]
+fn onward(scene: &Scene, here: &Hit, direction: DVec3) -> (Ray, Option<Hit>) {
+    let ray = scene.leave(here.point, here.normal, direction);
+    (ray, scene.intersect(&ray))
+}
+
 /// The indices on the ray's side and beyond it, and the unit normal on the ray's side.
 #[inline]
 fn interface(hit: &Hit, ray: &Ray, index: f64) -> (f64, f64, DVec3) {

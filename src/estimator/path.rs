@@ -6,7 +6,7 @@ use rand::Rng;
 
 use super::{
     Estimator, LightRules, Parts, Standard, Vertex, direct_light, emitted, emitter_pdf, interface,
-    scatter_glass,
+    onward, scatter_glass,
 };
 use crate::bsdf::Bsdf;
 use crate::radiometry::reflected;
@@ -89,8 +89,7 @@ impl<P: Parts> Estimator for Path<P> {
                 return radiance;
             }
             throughput *= parts.roulette_weight(survival);
-            ray = scene.leave(here.point, here.normal, direction);
-            hit = scene.intersect(&ray);
+            (ray, hit) = onward(scene, &here, direction);
         }
     }
 }

@@ -7,7 +7,8 @@ use glam::DVec3;
 use rand::Rng;
 
 use super::{
-    Estimator, LightRules, Parts, Standard, Vertex, direct_light, interface, scatter_glass, seen,
+    Estimator, LightRules, Parts, Standard, Vertex, direct_light, interface, onward, scatter_glass,
+    seen,
 };
 use crate::bsdf::Bsdf;
 use crate::rng::{uniform, uniform2};
@@ -73,8 +74,7 @@ impl Estimator for Published {
                 }
             };
             if segment < SEGMENTS {
-                ray = scene.leave(here.point, here.normal, direction);
-                hit = scene.intersect(&ray);
+                (ray, hit) = onward(scene, &here, direction);
             }
         }
         radiance

@@ -5,7 +5,8 @@ use glam::DVec3;
 use rand::Rng;
 
 use super::{
-    Estimator, LightRules, Parts, Standard, Vertex, direct_light, interface, scatter_glass, seen,
+    Estimator, LightRules, Parts, Standard, Vertex, direct_light, interface, onward, scatter_glass,
+    seen,
 };
 use crate::bsdf::Bsdf;
 use crate::radiometry::reflected;
@@ -118,14 +119,7 @@ impl<P: Parts> Report<P> {
         if segments == 1 {
             return DVec3::ZERO;
         }
-        let ray = scene.leave(here.point, here.normal, direction);
-        self.arriving(
-            scene,
-            &ray,
-            scene.intersect(&ray),
-            segments - 1,
-            direct,
-            rng,
-        )
+        let (ray, hit) = onward(scene, here, direction);
+        self.arriving(scene, &ray, hit, segments - 1, direct, rng)
     }
 }

@@ -3,7 +3,9 @@
 use glam::DVec3;
 use rand::Rng;
 
-use super::{Estimator, LightRules, Parts, Standard, Vertex, direct_light, interface, seen};
+use super::{
+    Estimator, LightRules, Parts, Standard, Vertex, direct_light, interface, onward, seen,
+};
 use crate::bsdf::Bsdf;
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
@@ -94,7 +96,7 @@ impl<P: Parts> Whitted<P> {
         if segments == 1 {
             return DVec3::ZERO;
         }
-        let ray = scene.leave(here.point, here.normal, direction);
-        self.arriving(scene, &ray, scene.intersect(&ray), segments - 1, rng)
+        let (ray, hit) = onward(scene, here, direction);
+        self.arriving(scene, &ray, hit, segments - 1, rng)
     }
 }
