@@ -38,7 +38,7 @@ pub struct Options {
     /// Threads [default: one per core]
     #[arg(long)]
     pub threads: Option<usize>,
-    /// Divide the number of pixels of every picture and all counts by this, for a trial run
+    /// Divide the pixels of every picture and all counts by this, to try things out; nothing is judged then
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub shrink: u32,
 }
@@ -273,9 +273,10 @@ impl Lab {
         self.finding(what, value, None);
     }
 
-    /// Adds a line about a claim to the table.
+    /// Adds a line about a claim to the table. A shrunk run claims nothing: claims state the sizes at
+    /// which they can be judged.
     pub fn claim(&mut self, what: &str, value: String, holds: bool) {
-        self.finding(what, value, Some(holds));
+        self.finding(what, value, (self.options.shrink == 1).then_some(holds));
     }
 
     fn finding(&mut self, what: &str, value: String, holds: Option<bool>) {
