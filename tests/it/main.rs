@@ -21,6 +21,7 @@ mod roulette;
 mod sampling;
 mod scene;
 mod seed; // the master seed and what is derived from it
+mod spheres;
 mod watertight;
 
 // Statistical: what only sampling can show, with its error budget.
@@ -29,6 +30,7 @@ mod checkup; // the BSDF check-up on a BSDF that is not ours, and on faulty ones
 mod references; // closed forms of the trials against reference values
 mod statistics; // the statistics' own code, tested exactly
 mod support; // what the statistical modules share
+mod tails; // tails and quantiles against reference values
 mod traceability; // equation, code, trial, experiment, chapter: nothing is missing
 mod trials; // the registry: every trial and its negative controls
 mod zoo; // every fault under the trials that must reject it

@@ -1,0 +1,256 @@
+//! Equations (5)-(7): rays and spheres.
+
+use approx::assert_abs_diff_eq;
+use glam::DVec3;
+use proptest::prelude::*;
+use whitefurnace::shape::{
+    Ray, Sphere, sphere_distances, sphere_distances_printed, sphere_residual,
+};
+
+use crate::helpers::{U, between, in_cube, point, unit};
+use crate::seed::{property, rng};
+
+/// A sphere and a ray whose line passes it at `miss` radii from the centre, from distances around the
+/// radius to far away.
+fn ray_and_sphere(
+    misses: impl Strategy<Value = f64>,
+) -> impl Strategy<Value = (Ray, DVec3, f64, f64)> {
+    (
+        point(10.0),
+        unit(),
+        misses,
+        -2.0..6.0,
+        -2.0..2.0,
+        any::<bool>(),
+    )
+        .prop_map(
+            |(centre, direction, miss, along, size, behind): (_, DVec3, f64, f64, f64, bool)| {
+                let radius = 10f64.powf(size);
+                let side = direction.any_orthonormal_vector();
+                let along = 10f64.powf(along) * if behind { -1.0 } else { 1.0 };
+                let origin = centre + radius * (miss * side - along * direction);
+                (Ray::new(origin, direction), centre, radius, miss)
+            },
+        )
+}
+
+/// Bound on |‖x − c‖² − r²| at a computed root: the radicand is off by 16 U r d, each root by that
+/// over twice the half chord and by 8 U d more, and the point by 4 U of its coordinates. The residual
+/// changes by twice the half chord per distance, which cancels the first denominator.
+fn sphere_bound(ray: &Ray, centre: DVec3, radius: f64) -> f64 {
+    let distance = (ray.origin - centre).length() + radius;
+    let coordinates = ray.origin.length() + centre.length() + distance;
+    64.0 * U * radius * (distance + coordinates) + 16.0 * U * radius * radius
+}
+
+#[test]
+fn sphere_roots_lie_on_the_sphere() {
+    let misses = prop_oneof![0.0..0.999, 0.999..1.0];
+    property("roots", 3000, &ray_and_sphere(misses), |(ray, c, r, _)| {
+        // Within rounding of the tangent the line may pass outside.
+        let Some(roots) = sphere_distances(&ray, c, r) else {
+            let tangential = (c - ray.origin).cross(ray.direction).length();
+            assert!(
+                r - tangential <= sphere_bound(&ray, c, r) / r,
+                "lost a root"
+            );
+            return;
+        };
+        assert!(roots[0] <= roots[1]);
+        for t in roots {
+            let residual = sphere_residual(ray.at(t), c, r).abs();
+            let bound = sphere_bound(&ray, c, r);
+            assert!(
+                residual <= bound,
+                "residual of (5): {residual:e} > {bound:e}"
+            );
+        }
+    });
+}
+
+#[test]
+fn lines_that_pass_the_sphere_have_no_roots() {
+    property(
+        "passing",
+        1000,
+        &ray_and_sphere(1.001..3.0),
+        |(ray, c, r, miss)| {
+            // Far away the offset itself drowns in the coordinates' rounding.
+            if (miss - 1.0) * r > 8.0 * U * (ray.origin.length() + c.length()) * 1e3 {
+                assert_eq!(sphere_distances(&ray, c, r), None);
+            }
+        },
+    );
+}
+
+#[test]
+fn known_sphere_roots() {
+    let along_x = |x: f64, y: f64| Ray::new(DVec3::new(x, y, 0.0), DVec3::X);
+    let roots = |ray: &Ray| sphere_distances(ray, DVec3::ZERO, 5.0);
+    for (ray, expected) in [
+        (along_x(-10.0, 3.0), Some([6.0, 14.0])),
+        (along_x(0.0, 3.0), Some([-4.0, 4.0])),
+        (along_x(10.0, 3.0), Some([-14.0, -6.0])),
+        (along_x(-10.0, 5.0), Some([10.0, 10.0])),
+        (along_x(-10.0, 6.0), None),
+        (along_x(-5.0, 0.0), Some([0.0, 10.0])),
+        (along_x(0.0, 0.0), Some([-5.0, 5.0])),
+        (along_x(0.0, 5.0), Some([0.0, 0.0])),
+    ] {
+        assert_eq!(sphere_distances_printed(&ray, DVec3::ZERO, 5.0), expected);
+        let found = roots(&ray);
+        assert_eq!(found.is_some(), expected.is_some(), "{ray:?}");
+        // The stable form takes the square root of the distance: four roundings of at most 15.
+        for (t, expected) in found.iter().flatten().zip(expected.iter().flatten()) {
+            assert_abs_diff_eq!(t, expected, epsilon = 4.0 * U * 15.0);
+        }
+    }
+    let nearest = |ray: &Ray| Sphere::new(DVec3::ZERO, 5.0).intersect(ray, f64::INFINITY);
+    assert_eq!(nearest(&along_x(-9.0, 0.0)), Some(4.0), "from outside");
+    assert_eq!(nearest(&along_x(0.0, 0.0)), Some(5.0), "from inside");
+    assert_eq!(nearest(&along_x(9.0, 0.0)), None, "behind");
+    assert_eq!(nearest(&along_x(-5.0, 0.0)), Some(10.0), "from the surface");
+}
+
+#[test]
+fn sphere_distance_is_in_units_of_the_direction() {
+    let strategy = (ray_and_sphere(0.0..0.99), -40i32..40);
+    property("units", 500, &strategy, |((ray, c, r, _), k)| {
+        let longer = Ray::new(ray.origin, ray.direction * 2f64.powi(k));
+        let expected = sphere_distances(&ray, c, r).map(|roots| roots.map(|t| t * 2f64.powi(-k)));
+        // Powers of four are exact throughout; odd powers meet a square root of 2^k, which is not.
+        if k % 2 == 0 {
+            assert_eq!(sphere_distances(&longer, c, r), expected);
+        }
+        for t in sphere_distances(&longer, c, r).into_iter().flatten() {
+            let residual = sphere_residual(longer.at(t), c, r).abs();
+            assert!(residual <= sphere_bound(&ray, c, r));
+        }
+    });
+}
+
+#[test]
+fn printed_and_stable_roots_agree_nearby() {
+    let nearby = ray_and_sphere(0.0..0.9).prop_filter("near", |(ray, c, r, _)| {
+        (ray.origin - c).length() < 10.0 * r
+    });
+    property("printed nearby", 500, &nearby, |(ray, c, r, _)| {
+        let stable = sphere_distances(&ray, c, r).expect("a hit");
+        let printed = sphere_distances_printed(&ray, c, r).expect("a hit");
+        // At most 10 radii away and a half chord of 0.43 radii: the printed radicand is off by
+        // 8 U d², the coordinates of the origin by U of their length.
+        let d = (ray.origin - c).length() + r;
+        let bound = (8.0 * U * d * d + sphere_bound(&ray, c, r)) / (0.4 * r);
+        for i in 0..2 {
+            assert_abs_diff_eq!(stable[i], printed[i], epsilon = bound);
+        }
+    });
+}
+
+#[test]
+fn far_spheres_are_stable() {
+    // Integer origins, directions and radii: half · half − a (d² − r²) = a r² − ‖o × D‖² is an exact
+    // integer, so its root gives the near distance with a relative error of 2 U.
+    let mut rng = rng("far spheres");
+    let mut worst = [0f64; 2];
+    let mut hits = 0;
+    for _ in 0..3000 {
+        let integer = |rng: &mut _, half: f64| in_cube(rng, half).round();
+        let (d, w) = (integer(&mut rng, 1000.0), integer(&mut rng, 30.0));
+        let origin = -between(&mut rng, 100.0, 5000.0).round() * d + w;
+        let radius = 50.0;
+        let i = |v: DVec3| v.to_array().map(|x| x as i128);
+        let ([ox, oy, oz], [dx, dy, dz]) = (i(origin), i(d));
+        let a = dx * dx + dy * dy + dz * dz;
+        let half = ox * dx + oy * dy + oz * dz;
+        let cross = [oy * dz - oz * dy, oz * dx - ox * dz, ox * dy - oy * dx];
+        let q = a * 2500 - cross.iter().map(|x| x * x).sum::<i128>();
+        if a == 0 || q <= 0 {
+            continue;
+        }
+        hits += 1;
+        let chord = (q as f64).sqrt();
+        let exact = (-half as f64 - chord) / a as f64;
+        let ray = Ray::new(origin, d);
+        let stable = sphere_distances(&ray, DVec3::ZERO, radius).expect("a hit")[0];
+        // As `sphere_bound`, divided by twice the half chord, in units of ‖D‖.
+        let length = d.length();
+        let bound = sphere_bound(&ray, DVec3::ZERO, radius) * (a as f64) / (2.0 * chord * length);
+        let error = (stable - exact).abs() * length;
+        assert!(error <= bound, "near root off by {error:e} > {bound:e}");
+        let unit = Ray::new(origin, d / length);
+        let printed = sphere_distances_printed(&unit, DVec3::ZERO, radius);
+        let printed = printed.map_or(radius, |t| (t[0] - exact * length).abs());
+        worst = [worst[0].max(error), worst[1].max(printed)];
+    }
+    assert!(hits > 1000, "only {hits} hits");
+    assert!(
+        worst[1] > 1000.0 * worst[0],
+        "the printed form should cancel: worst errors stable {:e}, printed {:e}",
+        worst[0],
+        worst[1]
+    );
+}
+
+#[test]
+fn zones_divide_the_sphere() {
+    let strategy = (ray_and_sphere(0.0..1.5), -1.0..1.0);
+    property(
+        "zones",
+        2000,
+        &strategy,
+        |((ray, c, r, _), cut): (_, f64)| {
+            let whole = Sphere::new(c, r);
+            let height = cut * r;
+            let zone = |zone| Sphere { zone, ..whole };
+            let lower = zone([f64::NEG_INFINITY, height]).intersect(&ray, f64::INFINITY);
+            let upper = zone([height, f64::INFINITY]).intersect(&ray, f64::INFINITY);
+            let first = match (lower, upper) {
+                (Some(a), Some(b)) => Some(a.min(b)),
+                (a, b) => a.or(b),
+            };
+            assert_eq!(first, whole.intersect(&ray, f64::INFINITY));
+        },
+    );
+    let cap = Sphere {
+        zone: [0.5, f64::INFINITY],
+        ..Sphere::new(DVec3::ZERO, 1.0)
+    };
+    let down = Ray::new(DVec3::new(0.0, 0.0, 3.0), -DVec3::Z);
+    let up = Ray::new(DVec3::new(0.0, 0.0, -3.0), DVec3::Z);
+    assert_eq!(cap.intersect(&down, 10.0), Some(2.0));
+    assert_eq!(
+        cap.intersect(&up, 10.0),
+        Some(4.0),
+        "through the open bottom"
+    );
+    assert_eq!(cap.intersect(&up, 4.0), None, "t_max is exclusive");
+    // A level ray at the very border belongs to the upper zone only.
+    let level = Ray::new(DVec3::new(-3.0, 0.0, 0.5), DVec3::X);
+    let below = Sphere {
+        zone: [f64::NEG_INFINITY, 0.5],
+        ..cap
+    };
+    assert!(cap.intersect(&level, 10.0).is_some());
+    assert_eq!(below.intersect(&level, 10.0), None);
+    assert_eq!(cap.heights(), [0.5, 1.0]);
+    assert_abs_diff_eq!(cap.area(), std::f64::consts::PI, epsilon = 4.0 * U * 4.0);
+}
+
+#[test]
+fn sphere_normals_are_unit_and_on_their_side() {
+    let strategy = (point(10.0), unit(), -3.0..3.0);
+    property("normals", 500, &strategy, |(c, n, size): (_, _, f64)| {
+        let r = 10f64.powf(size);
+        let outward = Sphere::new(c, r).normal(c + r * n);
+        let inward = Sphere {
+            inward: true,
+            ..Sphere::new(c, r)
+        };
+        assert_eq!(inward.normal(c + r * n), -outward);
+        assert_abs_diff_eq!(outward.length(), 1.0, epsilon = 6.0 * U);
+        // The point is rounded relative to its coordinates, the normal relative to the radius.
+        let bound = 4.0 * U * (c.length() + r) / r + 8.0 * U;
+        assert!((outward - n).length() <= bound);
+    });
+}
