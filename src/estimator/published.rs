@@ -4,14 +4,12 @@
 use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
-use rand::Rng;
 
-use super::{
-    Estimator, LightRules, Parts, Standard, Vertex, direct_light, interface, onward, scatter_glass,
-    seen,
-};
+use super::vertex::{Vertex, direct_light, interface, onward, scatter_glass, seen};
+use super::{Estimator, LightRules, Parts, Standard};
 use crate::bsdf::Bsdf;
 use crate::rng::{uniform, uniform2};
+use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
 
@@ -29,7 +27,13 @@ pub struct Published;
 const SEGMENTS: u32 = 7;
 
 impl Estimator for Published {
-    fn radiance<R: Rng>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3 {
+    fn radiance<R: Sampler>(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        hit: Option<Hit>,
+        rng: &mut R,
+    ) -> DVec3 {
         let (parts, rules) = (Standard, LightRules::REPORT);
         let (mut ray, mut hit) = (*ray, hit);
         let mut radiance = DVec3::ZERO;
