@@ -1,6 +1,7 @@
 //! The programs of whitefurnace: `reproduce` runs every experiment, `render` makes one image, and each
 //! experiment has a binary of its own name.
 
+pub mod bands;
 pub mod calibration;
 pub mod cells;
 pub mod cli;
