@@ -13,7 +13,7 @@ pub struct Kind {
 }
 
 /// All of them.
-pub const ALL: [Kind; 14] = [
+pub const ALL: [Kind; 15] = [
     kind("eq", "ID", false),
     kind("ref", "ID", true),
     kind("equations", "", false),
@@ -29,6 +29,7 @@ pub const ALL: [Kind; 14] = [
     kind("cite", "KEY", true),
     kind("bibliography", "", false),
     kind("experiments", "", false),
+    kind("trial", "NAME", true),
     kind("trials", "", false),
     kind("faults", "", false),
     kind("traceability", "", false),

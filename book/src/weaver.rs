@@ -20,6 +20,7 @@ struct Places {
     equations: BTreeMap<String, PathBuf>,
     bibliography: Option<PathBuf>,
     experiments: Option<PathBuf>,
+    trials: Option<PathBuf>,
 }
 
 /// Everything that pages may refer to, and what was found on them.
@@ -128,6 +129,7 @@ impl<'a> Weaver<'a> {
                 }
                 ("bibliography", _) => self.places.bibliography = Some(path.to_owned()),
                 ("experiments", _) => self.places.experiments = Some(path.to_owned()),
+                ("trials", _) => self.places.trials = Some(path.to_owned()),
                 _ => {}
             }
         }
@@ -198,6 +200,7 @@ impl<'a> Weaver<'a> {
             ("cite", [key]) => self.cite(context, key),
             ("bibliography", []) => Ok(block(self.bibliography.list())),
             ("experiments", []) => Ok(block(self.experiments())),
+            ("trial", [name]) => self.trial(context, name),
             ("trials", []) => Ok(block(registry::trials(|id| {
                 self.equation_link(context, id)
             }))),
@@ -244,6 +247,18 @@ impl<'a> Weaver<'a> {
     fn equation_address(&self, from: &Path, id: &str) -> Option<String> {
         let page = self.places.equations.get(id)?;
         Some(address(from, page, &equations::fragment(id)))
+    }
+
+    /// A trial's name with a link to its row.
+    fn trial(&self, context: &Context<'_>, name: &str) -> Result<String, String> {
+        let label = registry::trial(name)?;
+        Ok(match &self.places.trials {
+            Some(page) => {
+                let address = address(context.path, page, &registry::trial_fragment(name));
+                format!("<a href=\"{address}\">{label}</a>")
+            }
+            None => label,
+        })
     }
 
     fn cite(&self, context: &Context<'_>, key: &str) -> Result<String, String> {

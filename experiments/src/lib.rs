@@ -5,6 +5,7 @@ pub mod bands;
 pub mod calibration;
 pub mod cells;
 pub mod cli;
+pub mod errata;
 pub mod false_alarms;
 pub mod faults;
 pub mod figures;
@@ -33,6 +34,7 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &figures::FIG9,
     &regions::REGIONS,
     &watertight::WATERTIGHT,
+    &errata::ERRATA,
     &trials::TRIALS,
     &faults::FAULTS,
     &calibration::CALIBRATION,
