@@ -359,7 +359,7 @@ impl Job {
             }
             (EstimatorName::Whitted, _) => self.render_with(&scene, &Whitted::new(rules), progress),
             (EstimatorName::Report, ConventionName::Published) => {
-                self.render_with(&scene, &Published, progress)
+                self.render_with(&scene, &Published::default(), progress)
             }
             (EstimatorName::Report, _) => {
                 let report = Report {
@@ -390,7 +390,11 @@ impl Job {
         }
     }
 
-    fn build_scene(&self) -> Result<Scene, Error> {
+    /// The scene of the job.
+    ///
+    /// # Errors
+    /// None for the scenes that programs can name.
+    pub fn build_scene(&self) -> Result<Scene, Error> {
         match self.scene {
             SceneName::Report => {
                 let convention = match self.convention {
@@ -443,7 +447,10 @@ impl Job {
 
     /// Renders in passes that double up to [`LARGEST_PASS`] replications, so that error and image are
     /// known early.
-    fn render_with<E: Estimator>(
+    ///
+    /// # Errors
+    /// As [`render`](Self::render).
+    pub fn render_with<E: Estimator>(
         &self,
         scene: &Scene,
         estimator: &E,

@@ -33,6 +33,7 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &figures::FIG8,
     &figures::FIG9,
     &regions::REGIONS,
+    &regions::QUIRKS,
     &watertight::WATERTIGHT,
     &errata::ERRATA,
     &trials::TRIALS,

@@ -15,7 +15,7 @@ use glam::DVec3;
 
 pub use light_tracer::LightTracer;
 pub use path::{Path, Strategy};
-pub use published::Published;
+pub use published::{Published, Quirks};
 pub use report::Report;
 pub use whitted::Whitted;
 

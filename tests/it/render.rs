@@ -82,7 +82,7 @@ fn threads_do_not_matter() {
     let scene = room();
     assert_threads_do_not_matter(&scene, &path());
     assert_threads_do_not_matter(&scene, &Report::default());
-    assert_threads_do_not_matter(&scene, &Published);
+    assert_threads_do_not_matter(&scene, &Published::default());
     assert_threads_do_not_matter(&scene, &Whitted::new(LightRules::PHYSICAL));
 }
 
