@@ -27,6 +27,8 @@ mod watertight;
 // Statistical: what only sampling can show, with its error budget.
 mod calibration; // error rates and power of the statistics, at a small size
 mod checkup; // the BSDF check-up on a BSDF that is not ours, and on faulty ones
+mod failures; // what a red trial says
+mod power; // stated power, against closed forms and sums over whole laws
 mod references; // closed forms of the trials against reference values
 mod statistics; // the statistics' own code, tested exactly
 mod support; // what the statistical modules share
