@@ -15,8 +15,9 @@ fn toy(centre: f64) -> Trial {
     let run = |centre: f64| {
         move |context: &Context| {
             let mut rng = context.rng("toy");
-            let values =
-                Values::collect(0.5, context.n(1_000_000), || uniform(&mut rng) + centre - 0.5);
+            let values = Values::collect(0.5, context.n(1_000_000), || {
+                uniform(&mut rng) + centre - 0.5
+            });
             vec![mean("mean", &values, 0.5, Claim::Exact { delta: 0.005 })]
         }
     };
@@ -33,6 +34,10 @@ fn toy(centre: f64) -> Trial {
         controls: vec![Control::new("moved", "the mean is 0.51", run(0.51))],
     }
 }
+
+/// How many verdicts on toys chance could turn, in this module: a right toy with its control, a wrong one
+/// with its control, one with a blind control, two that are too small, one that leaves a data file.
+pub const TOYS: usize = 2 + 2 + 2 + 2 + 1;
 
 #[test]
 fn a_failure_says_what_to_do() {

@@ -24,6 +24,9 @@ mod seed; // the master seed and what is derived from it
 mod spheres;
 mod watertight;
 
+// What chance can turn red, module by module.
+mod budget;
+
 // Statistical: what only sampling can show, with its error budget.
 mod calibration; // error rates and power of the statistics, at a small size
 mod checkup; // the BSDF check-up on a BSDF that is not ours, and on faulty ones

@@ -8,7 +8,6 @@ use glam::DVec3;
 use rayon::prelude::*;
 use whitefurnace::equation;
 use whitefurnace::harness::domain::Domain;
-use whitefurnace::harness::outcome::CAPACITY;
 use whitefurnace::harness::trial::{check_control, full_name, group};
 use whitefurnace::trials::all;
 use whitefurnace::trials::scenes::{
@@ -109,24 +108,6 @@ fn the_zoo_is_large_enough_and_covers_every_equation() {
             equation.id
         );
     }
-}
-
-/// The calibration tests and properties outside the registry have a reserve.
-#[test]
-fn the_error_budget_is_kept() {
-    let trials = all();
-    let suite: usize = trials.iter().map(|trial| trial.budget()).sum();
-    let accepted: usize = equivalents()
-        .iter()
-        .filter_map(|pair| trials.iter().find(|trial| trial.name == pair.trial))
-        .map(|trial| trial.assertions)
-        .sum();
-    let used = suite + accepted;
-    println!("{used} assertions of {CAPACITY}, {accepted} of them for equivalent mutants");
-    assert!(
-        used <= CAPACITY * 17 / 20,
-        "{used} assertions of {CAPACITY}"
-    );
 }
 
 /// The references of the trials through scenes, by a second route: quadrature over the light.
