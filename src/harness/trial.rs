@@ -154,6 +154,9 @@ impl Control {
 }
 
 /// A property on trial.
+///
+/// Its power follows from what its outcomes vary ([`Outcome::miss`]); the tests assert that each random
+/// outcome misses an effect of its δ with probability at most [`ALPHA`](super::outcome::ALPHA).
 pub struct Trial {
     /// Unique name, words joined by '-', parts by '/': "hemisphere/uniform/chi-square". The first part
     /// is the [`group`].
@@ -168,7 +171,7 @@ pub struct Trial {
     pub statistic: &'static str,
     /// Sample size at scale 1 (arguments tried, for an exact trial).
     pub samples: u64,
-    /// The largest δ among its claims: an effect of this size is seen.
+    /// The largest δ among its claims: an effect of this size is seen, with that power.
     pub delta: f64,
     /// How many of its outcomes chance can turn: its shares of the error budget.
     pub assertions: usize,

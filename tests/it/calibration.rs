@@ -38,8 +38,11 @@ fn uniforms(rng: &mut Stream, n: u64) -> Values {
     Values::collect(0.5, n, || uniform(rng))
 }
 
+/// What is done in one replication, with its own stream.
+type Replication<T> = fn(&mut Stream) -> T;
+
 /// Statistics of continuous variables, under a true hypothesis.
-const CONTINUOUS: [(&str, fn(&mut Stream) -> Outcome); 4] = [
+const CONTINUOUS: [(&str, Replication<Outcome>); 4] = [
     ("t", |rng| mean("t", &uniforms(rng, 2000), 0.5, ANY)),
     ("Welch", |rng| {
         welch("w", &uniforms(rng, 1000), &uniforms(rng, 3000), ANY)
@@ -85,7 +88,7 @@ fn sprt(rng: &mut Stream, truth: f64, wrong: Decision) -> bool {
 }
 
 /// What must not happen, and how often it may at most.
-const PROMISES: [(&str, f64, fn(&mut Stream) -> bool); 6] = [
+const PROMISES: [(&str, f64, Replication<bool>); 6] = [
     ("empirical Bernstein rejects a true mean", LEVEL, |rng| {
         bounded_mean("b", &uniforms(rng, 500), 0.5, [0.0, 1.0], ANY).p < LEVEL
     }),

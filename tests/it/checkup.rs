@@ -87,8 +87,11 @@ fn multiplied(by: impl Fn(DVec3) -> f64 + Send + Sync + 'static) -> BsdfSubject 
     }
 }
 
-/// Faulty versions: a name, the subject, and how some complaint about it begins.
-pub const FAULTY: [(&str, fn() -> BsdfSubject, &str); 9] = [
+/// A name, a faulty subject, and how some complaint about it begins.
+type Faulty = (&'static str, fn() -> BsdfSubject, &'static str);
+
+/// Faulty versions, each of which must be rejected.
+pub const FAULTY: [Faulty; 9] = [
     ("factor", || multiplied(|_| 1.01), "weight = f cos/pdf"),
     ("factor, furnace", || multiplied(|_| 1.01), "furnace"),
     ("asymmetric", || multiplied(|wo| wo.z), "reciprocity"),
