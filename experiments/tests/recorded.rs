@@ -183,7 +183,7 @@ fn batches_of_a_mean_are_plotted() {
         .expect("the program starts");
     assert!(plot.status.success());
     let svg = fs::read_to_string(path.with_extension("svg")).expect("a plot");
-    assert!(svg.contains(" of 16 values"));
+    assert!(svg.contains(" (16 values)"));
 }
 
 #[test]
