@@ -14,9 +14,9 @@ pub enum Decision {
 /// Wald's sequential probability ratio test (Ann. Math. Stat. 16(2), 1945).
 ///
 /// Guarantee: with thresholds ln(1/α) and ln β, a true null hypothesis is rejected with probability at
-/// most α, a true alternative at most β (power is 1 − β by construction), whenever the test stops. (The likelihood ratio is a
-/// non-negative martingale under the null hypothesis, its reciprocal under the alternative; Ville's
-/// inequality.)
+/// most α, a true alternative at most β, at whatever time the test stops: its power is at least 1 − β
+/// by construction. (The likelihood ratio is a non-negative martingale under the null hypothesis, its
+/// reciprocal under the alternative; Ville's inequality.)
 #[derive(Clone, Copy, Debug)]
 pub struct Sprt {
     log_ratio: f64,
