@@ -24,9 +24,14 @@ mod seed; // the master seed and what is derived from it
 mod spheres;
 mod watertight;
 
+// What chance can turn red, module by module.
+mod budget;
+
 // Statistical: what only sampling can show, with its error budget.
 mod calibration; // error rates and power of the statistics, at a small size
 mod checkup; // the BSDF check-up on a BSDF that is not ours, and on faulty ones
+mod failures; // what a red trial says
+mod power; // stated power, against closed forms and sums over whole laws
 mod references; // closed forms of the trials against reference values
 mod statistics; // the statistics' own code, tested exactly
 mod support; // what the statistical modules share
