@@ -9,7 +9,7 @@ use whitefurnace::scene::{Scene, SceneBuilder, Surface, simple};
 use whitefurnace::shape::{Ray, Sphere};
 
 use crate::helpers::{U, any_camera, unit_vector};
-use crate::seed::{property, rng};
+use crate::support::{property, rng};
 
 /// Roulette without its weight: a path has the value that it would have without roulette, or none.
 #[derive(Clone, Copy, Debug, Default)]

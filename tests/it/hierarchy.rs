@@ -7,7 +7,7 @@ use whitefurnace::rng::uniform;
 use whitefurnace::shape::{Ray, Sphere};
 
 use crate::helpers::{Mesh, between, in_cube, unit_vector};
-use crate::seed::rng;
+use crate::support::rng;
 
 /// Checks all three queries for a ray; says whether it hit.
 ///
