@@ -181,11 +181,11 @@ impl Property for Convex {
     }
 }
 
-/// A white sphere under a square light, before nothing.
+/// A diffuse sphere under a square light, before nothing.
 fn convex() -> Arc<Scene> {
     scene("convex object", |s| {
-        let white = s.surface(Surface::new(lambert(FLOOR)));
-        s.sphere(Sphere::new(DVec3::ZERO, 0.5), white);
+        let diffuse = s.surface(Surface::new(lambert(FLOOR)));
+        s.sphere(Sphere::new(DVec3::ZERO, 0.5), diffuse);
         square(s, 1.5 * DVec3::Z, 0.2, false, light(LIGHT));
     })
 }

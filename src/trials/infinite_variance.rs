@@ -141,7 +141,7 @@ const SUMMED: f64 = 1e-9;
 /// of so many bounces have: the mean is 1/(1 − a) on both sides of the boundary; the second moment is
 /// the closed form's where survival exceeds the squared albedo, and elsewhere its terms never fall.
 fn boundary(context: &Context, parts: Parts) -> Vec<Outcome> {
-    let mut rng = context.rng("no random number is used");
+    let mut rng = context.rng("walks of given length");
     let [mut mean_error, mut moment_error] = [(0.0, String::new()), (0.0, String::new())];
     let see = |worst: &mut (f64, String), error: f64, place: String| {
         if error.is_nan() || error > worst.0 {

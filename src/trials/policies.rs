@@ -18,11 +18,14 @@ use crate::roulette::{self, HIGHEST_SURVIVAL};
 use crate::scene::simple::{CAP_SHARE, Cap, cavity_cap};
 use crate::zoo::{AnyFamily, Bench, Family, Mutant, data, mutant};
 
+/// Survival probability from the throughput.
+pub type Survival = fn(DVec3) -> f64;
+
 /// A policy that sees the throughput, and what it does to survivors.
 #[derive(Clone, Copy)]
 pub struct Policy {
     /// Survival probability from the throughput.
-    pub survival: fn(DVec3) -> f64,
+    pub survival: Survival,
     /// What a survivor is multiplied by, from the survival.
     pub weight: fn(f64) -> f64,
 }
@@ -145,7 +148,7 @@ fn benches() -> Vec<Bench<Policy>> {
 }
 
 fn faults() -> Vec<Mutant<Policy>> {
-    let survival = |name, wrong, survival: fn(DVec3) -> f64, caught_by| {
+    let survival = |name, wrong, survival: Survival, caught_by| {
         let policy = Policy {
             survival,
             ..BY_THROUGHPUT
@@ -203,7 +206,7 @@ const PATHS: u64 = 4_900_000;
 
 /// The policies that must give the mean of [`roulette::by_throughput`] in the cavity: a constant, and
 /// the report's 1 − α, where the walls absorb α = 1 − ρ.
-const OTHERS: [(&str, fn(DVec3) -> f64); 2] = [
+const OTHERS: [(&str, Survival); 2] = [
     ("survival 0.9", |_| 0.9),
     ("survival 1 − α", |_| roulette::by_absorption(1.0 - RHO)),
 ];

@@ -54,14 +54,19 @@ fn nothing() -> Option<Arc<Scene>> {
 /// second number of the estimator, and the number that placed the ray in its pixel.
 pub type Numbers = fn(&Scene, u64, u32) -> Vec<DVec3>;
 
-/// What `render` gives; nothing if it fails.
+/// Numbers that every trial rejects.
+fn failed() -> Vec<DVec3> {
+    vec![DVec3::NAN; PIXELS]
+}
+
+/// What `render` gives.
 fn right(scene: &Scene, seed: u64, sample: u32) -> Vec<DVec3> {
     let sampling = Sampling {
         pixel: PixelSampling::Random,
         seed,
     };
     let Ok(mut film) = Film::new(SIZE, None, 1) else {
-        return Vec::new();
+        return failed();
     };
     let range = sample..sample + 1;
     match render(scene, &FirstNumbers, sampling, &mut film, &range, &|_| true) {
@@ -70,7 +75,7 @@ fn right(scene: &Scene, seed: u64, sample: u32) -> Vec<DVec3> {
             .iter()
             .map(|p| p.mean() / BITS_TO_UNITS)
             .collect(),
-        _ => Vec::new(),
+        _ => failed(),
     }
 }
 
