@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::vertex::{Vertex, direct_light, interface, onward, scatter_glass, seen};
+use super::vertex::{Vertex, direct_light, interface, next, scatter_glass, seen};
 use super::{Estimator, LightRules, Parts, Standard};
 use crate::bsdf::Bsdf;
 use crate::radiometry::reflected;
@@ -70,11 +70,16 @@ impl<P: Parts> Report<P> {
             DVec3::ZERO
         };
         let surface = scene.surface(&here);
+        let next = |direction, direct, rng: &mut R| {
+            next(scene, &here, direction, segments, |ray, hit, left| {
+                self.arriving(scene, ray, hit, left, direct, rng)
+            })
+        };
         match surface.bsdf {
             Bsdf::Black => {}
             Bsdf::Mirror { reflectance } => {
                 let direction = parts.mirror(ray.direction, here.normal);
-                radiance += reflectance * self.next(scene, &here, direction, segments, direct, rng);
+                radiance += reflectance * next(direction, direct, rng);
             }
             Bsdf::Glass { index } => {
                 let sides = interface(&here, ray, index);
@@ -84,7 +89,7 @@ impl<P: Parts> Report<P> {
                 } else {
                     1.0
                 };
-                radiance += factor * self.next(scene, &here, direction, segments, direct, rng);
+                radiance += factor * next(direction, direct, rng);
             }
             ref bsdf @ (Bsdf::Lambert { .. } | Bsdf::OrenNayar { .. }) => {
                 let vertex = Vertex::new(&here, ray);
@@ -99,7 +104,7 @@ impl<P: Parts> Report<P> {
                     }
                     let wi = parts.uniform_hemisphere(uniform2(rng));
                     let direction = vertex.frame.world(wi);
-                    let arriving = self.next(scene, &here, direction, segments, false, rng);
+                    let arriving = next(direction, false, rng);
                     let brdf = parts.brdf(bsdf, vertex.wo, wi);
                     let cosine = parts.cosine(DVec3::Z, wi);
                     let pdf = parts.uniform_hemisphere_pdf(wi.z);
@@ -108,22 +113,5 @@ impl<P: Parts> Report<P> {
             }
         }
         radiance
-    }
-
-    /// Radiance that arrives at a hit from a direction; zero where the segments are used up.
-    fn next<R: Sampler>(
-        &self,
-        scene: &Scene,
-        here: &Hit,
-        direction: DVec3,
-        segments: u32,
-        direct: bool,
-        rng: &mut R,
-    ) -> DVec3 {
-        if segments == 1 {
-            return DVec3::ZERO;
-        }
-        let (ray, hit) = onward(scene, here, direction);
-        self.arriving(scene, &ray, hit, segments - 1, direct, rng)
     }
 }

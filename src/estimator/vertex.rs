@@ -124,6 +124,23 @@ pub(super) fn onward(scene: &Scene, here: &Hit, direction: DVec3) -> (Ray, Optio
     (ray, scene.intersect(&ray))
 }
 
+/// Radiance that arrives at a hit from a direction, by `arriving` with one of the `segments` fewer; zero
+/// where this was the last.
+#[inline]
+pub(super) fn next(
+    scene: &Scene,
+    here: &Hit,
+    direction: DVec3,
+    segments: u32,
+    arriving: impl FnOnce(&Ray, Option<Hit>, u32) -> DVec3,
+) -> DVec3 {
+    if segments == 1 {
+        return DVec3::ZERO;
+    }
+    let (ray, hit) = onward(scene, here, direction);
+    arriving(&ray, hit, segments - 1)
+}
+
 /// The indices on the ray's side and beyond it, and the unit normal on the ray's side.
 #[inline]
 pub(super) fn interface(hit: &Hit, ray: &Ray, index: f64) -> (f64, f64, DVec3) {

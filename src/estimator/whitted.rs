@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::vertex::{Vertex, direct_light, interface, onward, seen};
+use super::vertex::{Vertex, direct_light, interface, next, seen};
 use super::{Estimator, LightRules, Parts, Standard};
 use crate::bsdf::Bsdf;
 use crate::sampler::Sampler;
@@ -57,6 +57,11 @@ impl<P: Parts> Whitted<P> {
         let Some(here) = hit else {
             return scene.background();
         };
+        let next = |direction, rng: &mut R| {
+            next(scene, &here, direction, segments, |ray, hit, left| {
+                self.arriving(scene, ray, hit, left, rng)
+            })
+        };
         let emitted = seen(scene, &here, ray, &self.rules);
         let scattered = match scene.surface(&here).bsdf {
             Bsdf::Black => DVec3::ZERO,
@@ -67,13 +72,13 @@ impl<P: Parts> Whitted<P> {
             }
             Bsdf::Mirror { reflectance } => {
                 let direction = parts.mirror(ray.direction, here.normal);
-                reflectance * self.next(scene, &here, direction, segments, rng)
+                reflectance * next(direction, rng)
             }
             Bsdf::Glass { index } => {
                 let (n1, n2, normal) = interface(&here, ray, index);
                 let share = parts.fresnel(-ray.direction.dot(normal), n1, n2);
                 let mirrored = parts.mirror(ray.direction, normal);
-                let reflected = share * self.next(scene, &here, mirrored, segments, rng);
+                let reflected = share * next(mirrored, rng);
                 let Some(refracted) = parts.refract(ray.direction, normal, n1, n2) else {
                     return emitted + reflected;
                 };
@@ -82,26 +87,10 @@ impl<P: Parts> Whitted<P> {
                 } else {
                     1.0
                 };
-                let transmitted = self.next(scene, &here, refracted, segments, rng);
+                let transmitted = next(refracted, rng);
                 reflected + (1.0 - share) * factor * transmitted
             }
         };
         emitted + scattered
-    }
-
-    /// Radiance that arrives at a hit from a direction; zero where the segments are used up.
-    fn next<R: Sampler>(
-        &self,
-        scene: &Scene,
-        here: &Hit,
-        direction: DVec3,
-        segments: u32,
-        rng: &mut R,
-    ) -> DVec3 {
-        if segments == 1 {
-            return DVec3::ZERO;
-        }
-        let (ray, hit) = onward(scene, here, direction);
-        self.arriving(scene, &ray, hit, segments - 1, rng)
     }
 }

@@ -1,4 +1,5 @@
-//! A BSDF's check-up in one call, for any BSDF: closures are all it takes.
+//! A BSDF's check-up in one call, for any BSDF with a density: closures are all it takes. For mirrors
+//! and glass, whose light goes into single directions, see [`super::lobe_checkup`].
 //!
 //! # Example: a microfacet conductor that is not ours
 //!
@@ -63,10 +64,13 @@ use super::chi_square::{CELL_DELTA, chi_square, count};
 use super::domain::{Domain, MASS_TOLERANCE, Partition};
 use super::mean::{Values, mean};
 use super::outcome::{Claim, Outcome};
+use super::pointwise::{
+    LEAST_COSINE, Largest, POINTWISE, fuzzed_direction, fuzzed_number, inner_direction, relative,
+    uniform3,
+};
 use super::trial::Context;
 use crate::frame::from_spherical;
-use crate::rng::{Stream, uniform};
-use crate::sampling::{uniform_hemisphere, uniform_hemisphere_pdf};
+use crate::rng::Stream;
 
 /// What a BSDF's sampler returns.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -176,7 +180,8 @@ impl BsdfSubject {
 /// The size of a check-up at scale 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CheckUp {
-    /// Inclinations of wo, degrees from the normal, for chi-square, albedo and furnace.
+    /// Inclinations of wo, degrees from the normal, for chi-square, albedo and furnace; above 90 they
+    /// are those of a BSDF that transmits, seen from the other side.
     pub inclinations: Vec<f64>,
     /// Samples of each chi-square test and furnace.
     pub samples: u64,
@@ -205,11 +210,6 @@ impl Default for CheckUp {
 pub fn assertions(size: &CheckUp) -> usize {
     2 * size.inclinations.len()
 }
-
-/// Relative tolerance of pointwise identities: a few hundred roundings.
-const POINTWISE: f64 = 1e-9;
-/// Below this cosine, products of cosines in a BSDF's denominators lose the digits of [`POINTWISE`].
-const LEAST_COSINE: f64 = 1e-4;
 
 /// Everything that can be asked of a BSDF without a scene: no NaN, negative or infinite values on a
 /// fuzzed domain; reciprocity; the sampler's weight = f cos/pdf and reported pdf = pdf, pointwise; and
@@ -343,7 +343,7 @@ fn sane(subject: &BsdfSubject, size: &CheckUp, rng: &mut Stream) -> Outcome {
     let ok = |x: f64| x.is_finite() && x >= 0.0;
     for _ in 0..size.pairs {
         let [wo, wi] = [
-            fuzzed_direction(rng, false),
+            fuzzed_direction(rng, subject.transmits),
             fuzzed_direction(rng, subject.transmits),
         ];
         let u = [fuzzed_number(rng), fuzzed_number(rng), fuzzed_number(rng)];
@@ -370,7 +370,7 @@ fn sane(subject: &BsdfSubject, size: &CheckUp, rng: &mut Stream) -> Outcome {
 fn weights(subject: &BsdfSubject, size: &CheckUp, rng: &mut Stream) -> Outcome {
     let mut largest = Largest::default();
     for _ in 0..size.pairs {
-        let wo = inner_direction(rng);
+        let wo = inner_direction(rng, subject.transmits);
         let Some(s) = (subject.sample)(wo, uniform3(rng)) else {
             continue;
         };
@@ -406,7 +406,7 @@ fn weights(subject: &BsdfSubject, size: &CheckUp, rng: &mut Stream) -> Outcome {
 fn reciprocity(subject: &BsdfSubject, size: &CheckUp, rng: &mut Stream) -> Outcome {
     let mut largest = Largest::default();
     for _ in 0..size.pairs {
-        let [wo, wi] = [inner_direction(rng), inner_direction(rng)];
+        let [wo, wi] = [(); 2].map(|()| inner_direction(rng, subject.transmits));
         let [there, back] = [(subject.eval)(wo, wi), (subject.eval)(wi, wo)];
         largest.see(relative(there, back), || {
             format!("f = {there} and {back} with wo = {wo}, wi = {wi} and exchanged")
@@ -419,76 +419,4 @@ fn reciprocity(subject: &BsdfSubject, size: &CheckUp, rng: &mut Stream) -> Outco
         POINTWISE,
         largest.place,
     )
-}
-
-/// The largest error seen and where.
-#[derive(Default)]
-struct Largest {
-    error: f64,
-    place: String,
-}
-
-impl Largest {
-    /// NaN counts as the largest error, and stays.
-    fn see(&mut self, error: f64, place: impl FnOnce() -> String) {
-        if error.is_nan() || error > self.error {
-            (self.error, self.place) = (error, place());
-        }
-    }
-}
-
-fn relative(a: f64, b: f64) -> f64 {
-    if a == b {
-        0.0
-    } else {
-        (a - b).abs() / a.abs().max(b.abs())
-    }
-}
-
-fn uniform3(rng: &mut Stream) -> [f64; 3] {
-    [uniform(rng), uniform(rng), uniform(rng)]
-}
-
-/// A uniform direction of the hemisphere, away from exact grazing.
-fn inner_direction(rng: &mut Stream) -> DVec3 {
-    loop {
-        let w = uniform_hemisphere([uniform(rng), uniform(rng)]);
-        if w.z > LEAST_COSINE && uniform_hemisphere_pdf(w.z) > 0.0 {
-            return w;
-        }
-    }
-}
-
-/// Random, and often at the corners: θ at 0, 1e-9 and near 90 degrees, φ at multiples of 45 degrees.
-fn fuzzed_direction(rng: &mut Stream, both_sides: bool) -> DVec3 {
-    const INCLINATIONS: [f64; 4] = [0.0, 1e-9, std::f64::consts::FRAC_PI_4, 1.570_795];
-    let pick = (uniform(rng) * 8.0) as usize;
-    let theta = INCLINATIONS
-        .get(pick)
-        .copied()
-        .unwrap_or_else(|| uniform(rng) * std::f64::consts::FRAC_PI_2);
-    let turn = uniform(rng);
-    let phi = std::f64::consts::TAU
-        * if pick.is_multiple_of(2) {
-            (turn * 8.0).floor() / 8.0
-        } else {
-            turn
-        };
-    let w = from_spherical(theta, phi);
-    if both_sides && uniform(rng) < 0.5 {
-        -w
-    } else {
-        w
-    }
-}
-
-fn fuzzed_number(rng: &mut Stream) -> f64 {
-    let [pick, r] = [uniform(rng), uniform(rng)];
-    if pick < 0.1 {
-        0.0
-    } else if pick < 0.2 {
-        1.0 - f64::EPSILON / 2.0
-    } else {
-        r
-    }
 }

@@ -9,7 +9,7 @@
 //! | does this number follow this law? | [`ks`] |
 //! | is the mean this closed form, or that other mean? | [`mean`] |
 //! | do two images agree? | [`welch_map`] |
-//! | is this BSDF right? | [`bsdf_checkup`] |
+//! | is this BSDF right? | [`bsdf_checkup`]; mirrors and glass: [`lobe_checkup`] |
 //! | how fast does the error fall, and by how much is one variance below another? | [`convergence`] |
 //! | can an expensive test stop early? | [`sequential`] |
 //! | how large an effect would have been seen, how surely? | [`power`] |
@@ -41,8 +41,10 @@ pub mod chi_square;
 pub mod convergence;
 pub mod domain;
 pub mod ks;
+pub mod lobe_checkup;
 pub mod mean;
 pub mod outcome;
+mod pointwise;
 pub mod power;
 pub mod quadrature;
 pub mod sequential;

@@ -4,7 +4,10 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
+use super::infinite_variance;
+use super::policies;
 use super::probes::{BOUNCES, SINGLE, any_direction, radiance, words};
+use super::sample_rays;
 use super::scenes::{
     SIGMA, WALL, at_origin, lambert, polygon_irradiance, rough_floor, scene, sphere_furnace,
     towards_origin, walled_sky,
@@ -22,13 +25,13 @@ use crate::trials::bsdf::oren_nayar_albedo;
 use crate::zoo::Bench;
 
 /// From a random point of a small ball in every direction.
-fn inside(rng: &mut Stream) -> Ray {
+pub fn inside(rng: &mut Stream) -> Ray {
     let origin = 0.4 * uniform(rng) * any_direction(rng);
     Ray::new(origin, any_direction(rng))
 }
 
 /// From within the cavity to where the emitting cap is not.
-fn off_cap(rng: &mut Stream) -> Ray {
+pub fn off_cap(rng: &mut Stream) -> Ray {
     let target = loop {
         let target = any_direction(rng);
         if target.z < 1.0 - 2.0 * CAP_SHARE {
@@ -45,9 +48,12 @@ const LONG: u32 = 60;
 pub fn benches() -> Vec<Bench<Subject>> {
     let mut benches = boxes();
     benches.extend(reports());
+    benches.extend(sample_rays::benches());
     benches.extend(cavities());
+    benches.extend(policies::cavity());
     benches.extend(skies());
     benches.extend(mirrors());
+    benches.push(infinite_variance::hall());
     benches
 }
 

@@ -3,10 +3,13 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::probes::IMAGE;
+use glam::DVec3;
+
+use super::probes::{BOUNCES, IMAGE};
+use super::scenes::{FLOOR, LIGHT, lambert, light, scene, square};
 use super::subject::{Property, Setup, Subject, on};
-use crate::equation::RENDERING;
-use crate::estimator::{Estimator, Parts, Path, Report, Standard, Strategy};
+use crate::equation::{RENDERING, WHITTED};
+use crate::estimator::{Estimator, Parts, Path, Report, Standard, Strategy, Whitted};
 use crate::film::Film;
 use crate::harness::mean::{Values, mean};
 use crate::harness::outcome::{Claim, Outcome};
@@ -14,9 +17,10 @@ use crate::harness::trial::Context;
 use crate::harness::welch_map::{PixelStatistics, image_mean, map};
 use crate::pixel::PixelSampling;
 use crate::render::{Numbers, Sampling, render};
-use crate::scene::Scene;
 use crate::scene::room::diffuse;
 use crate::scene::simple::environment;
+use crate::scene::{Scene, Surface};
+use crate::shape::Sphere;
 use crate::zoo::{Bench, data};
 
 /// A film of a scene, every ray through its pixel's centre, so that edges add no noise; `None` if the estimator returns what no film can hold, which is a fault.
@@ -153,6 +157,48 @@ impl Property for SameImage {
     }
 }
 
+/// Whitted's estimator and the path tracer on a convex diffuse object under a light that reflects
+/// nothing: no light meets two diffuse surfaces, so Whitted leaves nothing out.
+struct Convex {
+    scene: Arc<Scene>,
+}
+
+const CONVEX_SIZE: [u32; 2] = [32, 32];
+const CONVEX_REPLICATIONS: u64 = 2_400;
+
+impl Property for Convex {
+    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+        let n = context.n(CONVEX_REPLICATIONS) as u32;
+        let whitted = Whitted {
+            parts: setup.parts,
+            segments: setup.segments.unwrap_or(1),
+            rules: setup.rules,
+        };
+        let frame = (&*self.scene, CONVEX_SIZE, 0..n);
+        let a = film(context, "whitted", frame.clone(), &whitted);
+        let b = film(context, "path", frame, &Path::<Standard>::default());
+        let (Some(a), Some(b)) = (a, b) else {
+            return not_a_film();
+        };
+        let (a, b) = (Channel::new(&a), Channel::new(&b));
+        vec![image_mean(
+            "image mean",
+            &a.statistics(),
+            &b.statistics(),
+            BOUNCES,
+        )]
+    }
+}
+
+/// A diffuse sphere under a square light, before nothing.
+fn convex() -> Arc<Scene> {
+    scene("convex object", |s| {
+        let diffuse = s.surface(Surface::new(lambert(FLOOR)));
+        s.sphere(Sphere::new(DVec3::ZERO, 0.5), diffuse);
+        square(s, 1.5 * DVec3::Z, 0.2, false, light(LIGHT));
+    })
+}
+
 /// The trials.
 pub fn benches() -> Vec<Bench<Subject>> {
     let (Ok(white), Ok(room)) = (environment(), diffuse()) else {
@@ -166,6 +212,7 @@ pub fn benches() -> Vec<Bench<Subject>> {
     };
     let pixels = u64::from(FURNACE_SIZE[0] * FURNACE_SIZE[1]) * FURNACE_REPLICATIONS;
     let room_pixels = u64::from(ROOM_SIZE[0] * ROOM_SIZE[1]) * ROOM_REPLICATIONS;
+    let convex_pixels = u64::from(CONVEX_SIZE[0] * CONVEX_SIZE[1]) * CONVEX_REPLICATIONS;
     vec![
         Bench::new(
             data(
@@ -188,6 +235,17 @@ pub fn benches() -> Vec<Bench<Subject>> {
                 (room_pixels, IMAGE, 2),
             ),
             on(same),
+        ),
+        Bench::new(
+            data(
+                "images/convex-object",
+                "of one convex diffuse object Whitted's estimator and the path tracer make the same image",
+                &WHITTED,
+                "render::render, estimator::Whitted, estimator::Path",
+                "Welch, equivalence",
+                (convex_pixels, BOUNCES, 1),
+            ),
+            on(Convex { scene: convex() }),
         ),
     ]
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::form_factors;
 use super::probes::{MeanRadiance, SINGLE, radiance, words};
 use super::scenes::{
     FLOOR, LIGHT, NEAR, RECTANGLE, SMALL_LIGHT, TRIANGLE, at_origin, corners, half_hidden_light,
@@ -38,6 +39,7 @@ fn three() -> f64 {
 pub fn benches() -> Vec<Bench<Subject>> {
     let mut benches = lights();
     benches.extend(strategies());
+    benches.extend(form_factors::benches());
     benches.push(weights());
     benches.push(picks());
     benches

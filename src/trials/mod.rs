@@ -7,15 +7,20 @@ pub mod bsdf;
 pub mod convergence;
 pub mod emitters;
 pub mod estimator;
+pub mod form_factors;
 pub mod fresnel;
 pub mod furnace;
 pub mod geometry;
 pub mod glass;
 pub mod hemisphere;
 pub mod images;
+pub mod infinite_variance;
 pub mod irradiance;
+pub mod policies;
 pub mod probes;
+pub mod render_streams;
 pub mod roulette;
+pub mod sample_rays;
 pub mod scenes;
 pub mod streams;
 pub mod subject;
@@ -30,7 +35,9 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         fresnel::families(),
         bsdf::families(),
         roulette::families(),
+        policies::families(),
         streams::families(),
+        render_streams::families(),
         convergence::families(),
         geometry::families(),
         emitters::families(),

@@ -1,6 +1,7 @@
 //! Russian roulette and path length in an abstract closed furnace: a walk in which every surface emits
 //! 1 and reflects the share a, so that the radiance is 1/(1 − a).
 
+use super::infinite_variance;
 use crate::equation::{PATH_LENGTH, ROULETTE};
 use crate::harness::mean::{Values, mean, welch};
 use crate::harness::outcome::{Claim, Outcome};
@@ -140,7 +141,8 @@ pub fn truncation(context: &Context, parts: Parts, a: f64) -> Vec<Outcome> {
 
 /// (albedo, survival). From survival = albedo on weights are bounded, lengths geometric, and all moments
 /// exist; at (0.5, 0.45) seven do (the tail falls with the power ln q/ln(q/a) = 7.6), enough for the
-/// mean. Survival at or below the squared albedo has infinite variance and no such trial.
+/// mean. For survival at or below the squared albedo, where the variance is infinite, see
+/// [`super::infinite_variance`].
 const PAIRS: [[f64; 2]; 9] = [
     [0.5, 0.45],
     [0.5, 0.5],
@@ -153,7 +155,8 @@ const PAIRS: [[f64; 2]; 9] = [
     [0.9, 0.95],
 ];
 
-const SUBJECT: &str = "roulette::survives, roulette::weight";
+/// What walks examine.
+pub const SUBJECT: &str = "roulette::survives, roulette::weight";
 
 fn pair_benches(pair: [f64; 2]) -> Vec<Bench<Parts>> {
     let [a, q] = pair;
@@ -212,6 +215,7 @@ fn benches() -> Vec<Bench<Parts>> {
             move |c, parts| truncation(c, parts, a),
         )
     }));
+    benches.extend(infinite_variance::benches());
     benches
 }
 
@@ -240,6 +244,8 @@ fn faults() -> Vec<Mutant<Parts>> {
                 "roulette/albedo-0.9/survival-0.9/variance",
                 "roulette/albedo-0.9/survival-0.95/variance",
                 "roulette/same-mean",
+                "roulette/infinite-variance/law",
+                "roulette/infinite-variance/boundary",
             ],
         ),
         mutant(
@@ -255,6 +261,7 @@ fn faults() -> Vec<Mutant<Parts>> {
                 "roulette/albedo-0.75/survival-0.9/mean",
                 "roulette/albedo-0.75/survival-0.95/mean",
                 "roulette/albedo-0.9/survival-0.95/mean",
+                "roulette/infinite-variance/law",
             ],
         ),
         mutant(
@@ -275,7 +282,10 @@ fn faults() -> Vec<Mutant<Parts>> {
                 emission: |q| 1.0 / q,
                 ..RIGHT
             },
-            &["roulette/albedo-0.75/survival-0.9/mean"],
+            &[
+                "roulette/albedo-0.75/survival-0.9/mean",
+                "roulette/infinite-variance/boundary",
+            ],
         ),
         mutant(
             "cut",
@@ -288,6 +298,7 @@ fn faults() -> Vec<Mutant<Parts>> {
             &[
                 "roulette/albedo-0.75/survival-0.75/mean",
                 "roulette/albedo-0.75/survival-0.9/mean",
+                "roulette/infinite-variance/law",
             ],
         ),
         mutant(

@@ -2,9 +2,7 @@
 //! samples and draws.
 
 use crate::equation::ESTIMATOR;
-use crate::harness::chi_square::{
-    CELL_DELTA, Counts, chi_square, poisson, sampler_against_partition,
-};
+use crate::harness::chi_square::{CELL_DELTA, Counts, chi_square, poisson};
 use crate::harness::domain::{Domain, Partition};
 use crate::harness::mean::{Values, mean};
 use crate::harness::outcome::{Claim, Outcome};
@@ -41,22 +39,26 @@ fn equal_pairs(n: u64, bits: i32) -> f64 {
     0.5 * (n as f64).powi(2) * 2f64.powi(-bits)
 }
 
-/// Equal values among n first numbers of different pixels: a Poisson count.
+/// First numbers of different pixels are distinct.
 pub fn distinct(context: &Context, numbers: Numbers) -> Vec<Outcome> {
     let seed = context.seed_of("distinct");
-    let n = context.n(DISTINCT);
-    let mut bits: Vec<u64> = (0..n)
-        .map(|i| numbers(seed, i as u32, 0, 0).to_bits())
-        .collect();
+    let pixels = 0..context.n(DISTINCT);
+    vec![collisions(pixels.map(|i| numbers(seed, i as u32, 0, 0)))]
+}
+
+/// Equal values among n numbers: about n²/2⁵⁴ are expected, a Poisson count.
+pub fn collisions(numbers: impl Iterator<Item = f64>) -> Outcome {
+    let mut bits: Vec<u64> = numbers.map(f64::to_bits).collect();
     bits.sort_unstable();
+    let n = bits.len() as u64;
     let equal = bits.windows(2).filter(|pair| pair[0] == pair[1]).count() as u64;
-    vec![poisson(
+    poisson(
         "equal pairs",
         equal,
         n,
         equal_pairs(n, BITS),
         equal_pairs(n, COARSE_BITS),
-    )]
+    )
 }
 
 /// Lengths of the gaps between visits of [0, 1/2) along the samples of a pixel: 0, 1, 2 or more with
@@ -104,32 +106,70 @@ const NEIGHBOURS: [(&str, Neighbours); 3] = [
     ("draws", |f, seed, i| [f(seed, i, 3, 0), f(seed, i, 3, 1)]),
 ];
 
-/// Pairs of neighbouring pixels, samples and draws: uniform over 4 × 4 cells of the unit square, and
-/// without correlation (the values 12 (u − ½)(v − ½) have mean 0 and variance 1).
+/// Pairs of numbers that should be uniform over 4 × 4 cells of the unit square, and without
+/// correlation (the values 12 (u − ½)(v − ½) have mean 0 and variance 1).
+pub struct Pairs {
+    partition: Partition,
+    counts: Counts,
+    products: Values,
+}
+
+impl Default for Pairs {
+    fn default() -> Self {
+        let partition = Partition::equal(Domain::Square, 4, 4);
+        Self {
+            counts: Counts {
+                observed: vec![0; partition.masses.len()],
+                ..Counts::default()
+            },
+            partition,
+            products: Values::new(0.0),
+        }
+    }
+}
+
+impl Pairs {
+    /// Adds a pair.
+    pub fn push(&mut self, [u, v]: [f64; 2]) {
+        self.counts.n += 1;
+        match self.partition.cell(DVec3::new(u, v, 0.0)) {
+            Some(cell) => self.counts.observed[cell] += 1,
+            None => self.counts.forbidden += 1,
+        }
+        self.products.push(12.0 * (u - 0.5) * (v - 0.5));
+    }
+
+    /// The tests of both, for neighbours of this kind.
+    pub fn outcomes(&self, name: &str) -> [Outcome; 2] {
+        let claim = Claim::Exact {
+            delta: CORRELATION_DELTA,
+        };
+        [
+            chi_square(
+                &format!("pairs of neighbouring {name}"),
+                &self.partition,
+                &self.counts,
+                CELL_DELTA,
+            ),
+            mean(
+                &format!("correlation of neighbouring {name}"),
+                &self.products,
+                0.0,
+                claim,
+            ),
+        ]
+    }
+}
+
+/// Pairs of neighbouring pixels, samples and draws.
 pub fn neighbours(context: &Context, numbers: Numbers) -> Vec<Outcome> {
     NEIGHBOURS
         .iter()
         .flat_map(|(name, pair)| {
             let seed = context.seed_of(name);
-            let (mut i, mut products) = (0_u32, Values::new(0.0));
-            let draw = || {
-                let [u, v] = pair(numbers, seed, i);
-                i = i.wrapping_add(1);
-                products.push(12.0 * (u - 0.5) * (v - 0.5));
-                Some(DVec3::new(u, v, 0.0))
-            };
-            let partition = Partition::equal(Domain::Square, 4, 4);
-            let cells = sampler_against_partition(
-                &format!("pairs of neighbouring {name}"),
-                &partition,
-                context.n(PAIRS),
-                draw,
-            );
-            let claim = Claim::Exact {
-                delta: CORRELATION_DELTA,
-            };
-            let name = format!("correlation of neighbouring {name}");
-            [cells, mean(&name, &products, 0.0, claim)]
+            let mut pairs = Pairs::default();
+            (0..context.n(PAIRS)).for_each(|i| pairs.push(pair(numbers, seed, i as u32)));
+            pairs.outcomes(name)
         })
         .collect()
 }

@@ -9,7 +9,7 @@ use whitefurnace::frame::from_spherical;
 
 use crate::helpers::{U, gauss_legendre, integrate, upper};
 use crate::reference;
-use crate::seed::property;
+use crate::support::property;
 
 const FORMS: [OrenNayarForm; 2] = [OrenNayarForm::Corrected, OrenNayarForm::Printed];
 

@@ -8,7 +8,7 @@ use whitefurnace::scene::room::{self, Convention};
 use whitefurnace::scene::{Hit, Scene};
 
 use crate::helpers::{U, point};
-use crate::seed::property;
+use crate::support::property;
 
 const SIZE: [u32; 2] = [1024, 768];
 const WHITE: DVec3 = DVec3::new(0.0, 1.5, 0.0);

@@ -1,11 +1,12 @@
-//! The BSDF check-up on a BSDF that is not ours, a microfacet conductor (GGX, visible normals), and on
-//! faulty versions of it, each of which must be rejected.
+//! The BSDF check-ups on right BSDFs and on faulty versions of them, each of which must be rejected: a
+//! microfacet conductor that is not ours (GGX, visible normals).
 
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 use whitefurnace::harness::bsdf_checkup::{BsdfSample, BsdfSubject, CheckUp, Loss, check_up};
-use whitefurnace::harness::outcome::Verdict;
+use whitefurnace::harness::outcome::{Outcome, Verdict};
+use whitefurnace::harness::trial::Context;
 
 use crate::support::context;
 
@@ -59,10 +60,14 @@ fn subject() -> BsdfSubject {
     BsdfSubject::new(eval, sample, pdf).loss(Loss::Allowed)
 }
 
-/// The names of the outcomes that do not hold.
-fn complaints(name: &str, subject: &BsdfSubject) -> Vec<String> {
+pub fn complaints(name: &str, subject: &BsdfSubject) -> Vec<String> {
     let context = context(name);
-    check_up(subject, &CheckUp::default(), &context)
+    red(check_up(subject, &CheckUp::default(), &context), &context)
+}
+
+/// The outcomes that do not hold.
+pub fn red(outcomes: Vec<Outcome>, context: &Context) -> Vec<String> {
+    outcomes
         .into_iter()
         .filter(|outcome| match outcome.verdict() {
             Verdict::Holds => false,

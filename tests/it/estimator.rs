@@ -10,7 +10,7 @@ use whitefurnace::shape::{Ray, Sphere};
 
 use crate::budget::enough;
 use crate::helpers::{U, any_camera, unit_vector};
-use crate::seed::{property, rng};
+use crate::support::{property, rng};
 
 /// Roulette without its weight: a path has the value that it would have without roulette, or none.
 #[derive(Clone, Copy, Debug, Default)]

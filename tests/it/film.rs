@@ -8,7 +8,7 @@ use whitefurnace::film::{Features, Film, LARGEST_FILM, Pixel, Window};
 use whitefurnace::moments::{Moments, UNIT};
 
 use crate::helpers::{U, point};
-use crate::seed::property;
+use crate::support::property;
 
 fn pixel(values: &[DVec3]) -> Pixel {
     let mut pixel = Pixel::default();

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use whitefurnace::frame::{Frame, from_spherical, to_spherical};
 
 use crate::helpers::{U, point, unit};
-use crate::seed::property;
+use crate::support::property;
 
 /// Normals everywhere, more of them near the poles and the equator, where signs change.
 fn normals() -> impl Strategy<Value = DVec3> {

@@ -9,7 +9,7 @@ use whitefurnace::fresnel::{
 
 use crate::helpers::{U, gauss_legendre, integrate, unit};
 use crate::reference;
-use crate::seed::property;
+use crate::support::property;
 
 /// Bound on the error of cos θ₂: its square is off by 4 U (1 + ρ²), ρ = n₁/n₂, from seven roundings
 /// and that of cos θ₁; halved by the root, and never more than the root of the whole.

@@ -9,7 +9,7 @@ use whitefurnace::watertight::{Shear, TriangleHit, Vertices};
 
 use crate::budget::enough;
 use crate::helpers::{U, between, in_cube, point};
-use crate::seed::{property, rng};
+use crate::support::{property, rng};
 
 const STANDARD: [DVec3; 3] = [DVec3::ZERO, DVec3::X, DVec3::Y];
 

@@ -8,7 +8,7 @@ use whitefurnace::shape::{Ray, Sphere};
 
 use crate::budget::enough;
 use crate::helpers::{Mesh, between, in_cube, unit_vector};
-use crate::seed::rng;
+use crate::support::rng;
 
 /// Checks all three queries for a ray; says whether it hit.
 ///

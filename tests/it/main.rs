@@ -14,14 +14,14 @@ mod image;
 mod moments;
 mod pixel;
 mod radiometry;
-mod reference; // tables of reference values
+mod reference; // tables of reference values, and closed forms of the trials against them
 mod render;
 mod rng;
 mod roulette;
 mod sampling;
 mod scene;
-mod seed; // the master seed and what is derived from it
 mod spheres;
+mod support; // the master seed and what is derived from it
 mod watertight;
 
 // What chance can turn red, module by module.
@@ -31,10 +31,9 @@ mod budget;
 mod calibration; // error rates and power of the statistics, at a small size
 mod checkup; // the BSDF check-up on a BSDF that is not ours, and on faulty ones
 mod failures; // what a red trial says
+mod lobes; // the check-ups of paper, mirrors and glass, and of faulty ones
 mod power; // stated power, against closed forms and sums over whole laws
-mod references; // closed forms of the trials against reference values
 mod statistics; // the statistics' own code, tested exactly
-mod support; // what the statistical modules share
 mod tails; // tails and quantiles against reference values
 mod traceability; // equation, code, trial, experiment, chapter: nothing is missing
 mod trials; // the registry: every trial and its negative controls

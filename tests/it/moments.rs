@@ -6,7 +6,7 @@ use whitefurnace::error::Error;
 use whitefurnace::moments::{ExactMoments, LARGEST, Moments, UNIT, in_units};
 
 use crate::helpers::U;
-use crate::seed::property;
+use crate::support::property;
 
 fn values() -> impl Strategy<Value = Vec<f64>> {
     let offset = prop_oneof![Just(0.0), -1e3..1e3, Just(1e6)];

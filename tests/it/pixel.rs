@@ -6,7 +6,7 @@ use whitefurnace::pixel::PixelSampling::{self, Centre, Grid, Jitter, Random};
 use whitefurnace::rng::uniform2;
 
 use crate::helpers::{U, between};
-use crate::seed::{property, rng};
+use crate::support::{property, rng};
 
 /// The largest number that the generator makes.
 const LAST: f64 = 1.0 - U;

@@ -7,7 +7,7 @@ use glam::DVec3;
 use whitefurnace::radiometry::{balance, cosine, geometry_term, reflected, solid_angle_per_area};
 
 use crate::helpers::{U, gauss_legendre, integrate, point, unit};
-use crate::seed::property;
+use crate::support::property;
 
 /// ∫ of `f` over the parallelogram, with respect to area, by a product rule.
 fn over(corner: DVec3, [a, b]: [DVec3; 2], f: impl Fn(DVec3) -> f64) -> f64 {

@@ -19,7 +19,7 @@ use whitefurnace::scene::room::{self, Convention};
 use whitefurnace::scene::{Hit, Scene, simple};
 use whitefurnace::shape::Ray;
 
-use crate::seed::master;
+use crate::support::master;
 
 const FRAME: [u32; 2] = [24, 18];
 

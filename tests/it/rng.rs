@@ -6,7 +6,7 @@ use std::convert::Infallible;
 use rand::{Rng, TryRng};
 use whitefurnace::rng::{seed_for, stream, uniform, uniform2};
 
-use crate::seed::master;
+use crate::support::master;
 
 /// First numbers of four streams, by an independent implementation of SplitMix64's finaliser and
 /// Xoshiro256++: a change of any of them changes every picture.

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use whitefurnace::roulette::{HIGHEST_SURVIVAL, by_absorption, by_throughput, survives, weight};
 
 use crate::helpers::U;
-use crate::seed::property;
+use crate::support::property;
 
 #[test]
 fn survivors_stand_for_all() {

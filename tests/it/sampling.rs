@@ -15,7 +15,7 @@ use whitefurnace::sampling::{
 use whitefurnace::shape::Sphere;
 
 use crate::helpers::{U, gauss_legendre, integrate, point};
-use crate::seed::property;
+use crate::support::property;
 
 type Square = [f64; 2];
 

@@ -10,7 +10,7 @@ use whitefurnace::scene::{EDGE_MARGIN, OFFSET, Scene, SceneBuilder, Surface, Sur
 use whitefurnace::shape::{Ray, Sphere};
 
 use crate::helpers::{U, any_camera, in_cube, unit_vector};
-use crate::seed::rng;
+use crate::support::rng;
 
 /// The floor of the room, as the report's scene was measured: counter-clockwise from above.
 pub const OUTLINE: [[f64; 2]; 6] = [

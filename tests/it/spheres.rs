@@ -9,7 +9,7 @@ use whitefurnace::shape::{
 
 use crate::budget::enough;
 use crate::helpers::{U, between, in_cube, point, unit};
-use crate::seed::{property, rng};
+use crate::support::{property, rng};
 
 /// A sphere and a ray whose line passes it at `miss` radii from the centre, from distances around the
 /// radius to far away.

@@ -1,8 +1,9 @@
-//! What several test modules need.
+//! The master seed of the tests, and what is derived from it.
 
 use proptest::strategy::Strategy;
-use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestRng, TestRunner};
+use proptest::test_runner::{Config, RngSeed, TestRunner};
 use whitefurnace::harness::trial::Context;
+use whitefurnace::rng::{Stream, seed_for, stream};
 
 /// The context of the environment for the test with this name.
 pub fn context(name: &str) -> Context {
@@ -11,36 +12,37 @@ pub fn context(name: &str) -> Context {
         .named(name)
 }
 
-/// Checks a property on random arguments. The random numbers come from the master seed and the name;
-/// no file is written.
-pub fn property<S: Strategy>(
-    name: &str,
-    arguments: S,
-    test: impl Fn(S::Value) -> Result<(), TestCaseError>,
-) {
-    let context = context(name);
-    let mut seed = [0; 32];
-    for (i, word) in seed.chunks_exact_mut(8).enumerate() {
-        word.copy_from_slice(&context.seed_of(&format!("proptest word {i}")).to_le_bytes());
-    }
+/// The master seed of the environment.
+pub fn master() -> u64 {
+    context("").seed
+}
+
+/// A test's own generator. Its output shows how to repeat the test, if it fails.
+pub fn rng(name: &str) -> Stream {
+    println!("{}", repeat());
+    stream(seed_for(master(), name), 0, 0)
+}
+
+/// Runs `check` on `cases` values of the strategy; a failure is shrunk and shown, never stored.
+pub fn property<S: Strategy>(name: &str, cases: u32, strategy: &S, check: impl Fn(S::Value)) {
     let config = Config {
+        cases,
         failure_persistence: None,
+        rng_seed: RngSeed::Fixed(seed_for(master(), name)),
         ..Config::default()
     };
-    let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &seed);
-    if let Err(error) = TestRunner::new_with_rng(config, rng).run(&arguments, test) {
-        panic!("{name} (WHITEFURNACE_SEED={}): {error}", context.seed);
+    let result = TestRunner::new(config).run(strategy, |value| {
+        check(value);
+        Ok(())
+    });
+    if let Err(error) = result {
+        panic!("{name}: {error}\n{}", repeat());
     }
 }
 
-/// The rows of a data file: comma-separated, '#' for comments.
-pub fn rows(text: &'static str) -> impl Iterator<Item = Vec<&'static str>> {
-    text.lines()
-        .filter(|line| !line.starts_with('#'))
-        .map(|line| line.split(',').collect())
-}
-
-/// A number of a data file.
-pub fn number(text: &str) -> f64 {
-    text.parse().expect("a number in a data file")
+fn repeat() -> String {
+    format!(
+        "repeat with WHITEFURNACE_SEED={} cargo test -p whitefurnace --test it",
+        master()
+    )
 }

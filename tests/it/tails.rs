@@ -1,10 +1,10 @@
 //! Tails and quantiles against values of 25 digits and against each other.
 
 use approx::assert_relative_eq;
-use proptest::prelude::*;
 use whitefurnace::harness::tails;
 
-use crate::support::{number, property, rows};
+use crate::reference::{fields, number};
+use crate::support::property;
 
 fn evaluate(function: &str, a: &[f64]) -> f64 {
     match function {
@@ -26,7 +26,7 @@ fn evaluate(function: &str, a: &[f64]) -> f64 {
 #[test]
 fn tails_agree_with_reference_values() {
     let mut wrong = Vec::new();
-    for row in rows(include_str!("data/tails.csv")) {
+    for row in fields(include_str!("data/tails.csv")) {
         let (function, value) = (row[0], number(row[2]));
         let arguments: Vec<f64> = row[1].split(' ').map(number).collect();
         let found = evaluate(function, &arguments);
@@ -65,14 +65,14 @@ fn student_and_kolmogorov_quantiles_undo_their_tails() {
 fn binomial_and_poisson_tails_sum_to_one() {
     property(
         "binomial tails",
-        (1_u64..5000, 0.0..1.0, 0.0..1.0),
+        256,
+        &(1_u64..5000, 0.0..1.0, 0.0..1.0),
         |(n, share, q)| {
             let k = (share * n as f64) as u64;
             let sum = tails::binomial_cdf(k, n, q) + tails::binomial_sf(k + 1, n, q);
-            prop_assert!((sum - 1.0).abs() < 1e-10, "{sum}");
+            assert!((sum - 1.0).abs() < 1e-10, "{sum}");
             let sum = tails::poisson_cdf(k, q * 100.0) + tails::poisson_sf(k + 1, q * 100.0);
-            prop_assert!((sum - 1.0).abs() < 1e-10, "{sum}");
-            Ok(())
+            assert!((sum - 1.0).abs() < 1e-10, "{sum}");
         },
     );
 }

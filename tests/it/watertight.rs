@@ -10,7 +10,7 @@ use whitefurnace::scene::{Hit, Scene, SceneBuilder, Surface, room, simple};
 use whitefurnace::shape::Ray;
 
 use crate::helpers::{Mesh, any_camera, barycentric, between, unit_vector, weights};
-use crate::seed::rng;
+use crate::support::rng;
 
 const SCALES: [f64; 3] = [1e-4, 1.0, 1e4];
 

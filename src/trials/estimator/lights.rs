@@ -165,7 +165,11 @@ fn light_measures() -> Vec<Mutant<Subject>> {
                 solid_angle_per_area: |cos, _| cos,
                 ..RIGHT
             }),
-            &["irradiance/rectangle-report", "irradiance/triangle"],
+            &[
+                "irradiance/rectangle-report",
+                "irradiance/triangle",
+                "irradiance/perpendicular-squares",
+            ],
         ),
         mutant(
             "distance-not-squared",
@@ -175,7 +179,11 @@ fn light_measures() -> Vec<Mutant<Subject>> {
                 solid_angle_per_area: |cos, d2| cos / d2.sqrt(),
                 ..RIGHT
             }),
-            &["irradiance/rectangle-report", "irradiance/sphere"],
+            &[
+                "irradiance/rectangle-report",
+                "irradiance/sphere",
+                "irradiance/parallel-squares",
+            ],
         ),
         mutant(
             "back-shines",
@@ -195,7 +203,11 @@ fn light_measures() -> Vec<Mutant<Subject>> {
                 emitter_pdf_area: |emitter| 2.0 * emitter.pdf_area(),
                 ..RIGHT
             }),
-            &["irradiance/sphere", "irradiance/rectangle"],
+            &[
+                "irradiance/parallel-squares",
+                "irradiance/sphere",
+                "irradiance/rectangle",
+            ],
         ),
         mutant(
             "light-squeezed",
@@ -205,7 +217,7 @@ fn light_measures() -> Vec<Mutant<Subject>> {
                 sample_emitter: squeezed,
                 ..RIGHT
             }),
-            &["irradiance/sphere"],
+            &["irradiance/sphere", "images/convex-object"],
         ),
         mutant(
             "light-centre",

@@ -56,7 +56,14 @@ fn told() -> Vec<Mutant<Subject>> {
             &PATH_LENGTH,
             "one segment more than said",
             segments(4),
-            &["furnace/report/three-segments"],
+            &[
+                "furnace/report/three-segments",
+                "furnace/report/rays-1",
+                "furnace/report/rays-2",
+                "furnace/report/cost-1",
+                "furnace/report/cost-2",
+                "furnace/report/cost-4",
+            ],
         ),
         mutant(
             "not-seen-in-mirrors",

@@ -45,7 +45,7 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
                 brdf: |bsdf, wo, wi| PI * bsdf.eval(wo, wi),
                 ..RIGHT
             }),
-            &["irradiance/rectangle-whitted"],
+            &["irradiance/rectangle-whitted", "images/convex-object"],
         ),
         mutant(
             "albedo-squared",
@@ -101,7 +101,11 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
                 cosine: |n, w| n.dot(w).max(0.0).powi(2),
                 ..RIGHT
             }),
-            &["irradiance/rectangle", "furnace/sky/path"],
+            &[
+                "irradiance/rectangle",
+                "furnace/sky/path",
+                "images/convex-object",
+            ],
         ),
         mutant(
             "reflection-lost",

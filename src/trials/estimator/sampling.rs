@@ -1,8 +1,9 @@
 //! Faults of sampling: directions (17)-(19), cosine-weighted directions, roulette.
 
 use crate::equation::{
-    COSINE_HEMISPHERE, HEMISPHERE_PDF, HEMISPHERE_PHI, HEMISPHERE_THETA, ROULETTE,
+    COSINE_HEMISPHERE, ESTIMATOR, HEMISPHERE_PDF, HEMISPHERE_PHI, HEMISPHERE_THETA, ROULETTE,
 };
+use crate::roulette;
 use crate::sampling::{cosine_hemisphere, uniform_hemisphere, uniform_hemisphere_pdf};
 use crate::trials::hemisphere::faults::{
     half_circle, half_circle_cosine, linear_theta, no_root, shared_number,
@@ -110,6 +111,7 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
                 "furnace/report/absorption-0.1",
                 "furnace/mirrors/hall",
                 "furnace/mirrors/facing",
+                "furnace/mirrors/infinite-variance",
                 "glass/cube-outside",
                 "images/white-furnace",
             ],
@@ -122,7 +124,10 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
                 survives: |r, q| r >= q,
                 ..RIGHT
             }),
-            &["furnace/path/albedo-0.9"],
+            &[
+                "furnace/path/albedo-0.9",
+                "furnace/mirrors/infinite-variance",
+            ],
         ),
         mutant(
             "roulette-other-share",
@@ -133,6 +138,26 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
                 ..RIGHT
             }),
             &["furnace/sky/path"],
+        ),
+        mutant(
+            "weight-of-one-policy",
+            &ROULETTE,
+            "survivors are divided by 0.9 whatever the survival was",
+            parts(Table {
+                roulette_weight: |_| 1.0 / 0.9,
+                ..RIGHT
+            }),
+            &["furnace/cavity/policies"],
+        ),
+        mutant(
+            "sum-of-four-rays",
+            &ESTIMATOR,
+            "the sum of N = 4 sample rays, without 1/N",
+            parts(Table {
+                roulette_weight: |q| 4.0 * roulette::weight(q),
+                ..RIGHT
+            }),
+            &["furnace/report/rays-4"],
         ),
         mutant(
             "black-holes",

@@ -1,0 +1,93 @@
+//! Random arguments of pointwise checks, and the worst error found over them.
+
+use glam::DVec3;
+
+use crate::frame::from_spherical;
+use crate::rng::{Stream, uniform};
+use crate::sampling::uniform_hemisphere;
+
+/// Relative tolerance of pointwise identities: a few hundred roundings.
+pub const POINTWISE: f64 = 1e-9;
+/// Below this cosine, products of cosines in a BSDF's denominators lose the digits of [`POINTWISE`].
+pub const LEAST_COSINE: f64 = 1e-4;
+
+/// The largest error seen and where.
+#[derive(Default)]
+pub struct Largest {
+    /// The error.
+    pub error: f64,
+    /// Its place, in words.
+    pub place: String,
+}
+
+impl Largest {
+    /// NaN counts as the largest error, and stays.
+    pub fn see(&mut self, error: f64, place: impl FnOnce() -> String) {
+        if error.is_nan() || error > self.error {
+            (self.error, self.place) = (error, place());
+        }
+    }
+}
+
+/// The difference relative to the larger magnitude.
+pub fn relative(a: f64, b: f64) -> f64 {
+    if a == b {
+        0.0
+    } else {
+        (a - b).abs() / a.abs().max(b.abs())
+    }
+}
+
+/// Three uniform numbers in [0, 1).
+pub fn uniform3(rng: &mut Stream) -> [f64; 3] {
+    [uniform(rng), uniform(rng), uniform(rng)]
+}
+
+/// A uniform direction of the hemisphere, or of the sphere, away from exact grazing.
+pub fn inner_direction(rng: &mut Stream, both_sides: bool) -> DVec3 {
+    loop {
+        let w = uniform_hemisphere([uniform(rng), uniform(rng)]);
+        if w.z > LEAST_COSINE {
+            return either_side(w, rng, both_sides);
+        }
+    }
+}
+
+/// The direction, or as likely its opposite, where both sides count.
+fn either_side(w: DVec3, rng: &mut Stream, both_sides: bool) -> DVec3 {
+    if both_sides && uniform(rng) < 0.5 {
+        -w
+    } else {
+        w
+    }
+}
+
+/// Random, and often at the corners: θ at 0, 1e-9 and near 90 degrees, φ at multiples of 45 degrees.
+pub fn fuzzed_direction(rng: &mut Stream, both_sides: bool) -> DVec3 {
+    const INCLINATIONS: [f64; 4] = [0.0, 1e-9, std::f64::consts::FRAC_PI_4, 1.570_795];
+    let pick = (uniform(rng) * 8.0) as usize;
+    let theta = INCLINATIONS
+        .get(pick)
+        .copied()
+        .unwrap_or_else(|| uniform(rng) * std::f64::consts::FRAC_PI_2);
+    let turn = uniform(rng);
+    let phi = std::f64::consts::TAU
+        * if pick.is_multiple_of(2) {
+            (turn * 8.0).floor() / 8.0
+        } else {
+            turn
+        };
+    either_side(from_spherical(theta, phi), rng, both_sides)
+}
+
+/// A number of [0, 1), often 0 or the largest.
+pub fn fuzzed_number(rng: &mut Stream) -> f64 {
+    let [pick, r] = [uniform(rng), uniform(rng)];
+    if pick < 0.1 {
+        0.0
+    } else if pick < 0.2 {
+        1.0 - f64::EPSILON / 2.0
+    } else {
+        r
+    }
+}

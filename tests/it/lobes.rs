@@ -1,0 +1,279 @@
+//! The check-ups of BSDFs that transmit or have single directions, and of faulty versions, each of which
+//! must be rejected: a sheet of paper that absorbs and lets light through, a mirror that absorbs, glass.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use whitefurnace::fresnel::{mirror, radiance_factor, reflectance, refract};
+use whitefurnace::harness::bsdf_checkup::{BsdfSample, BsdfSubject, CheckUp, Loss, check_up};
+use whitefurnace::harness::lobe_checkup::{Lobe, LobeSample, LobeSubject, check_up_lobes};
+use whitefurnace::harness::outcome::Outcome;
+use whitefurnace::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
+
+use crate::checkup::{complaints, red};
+use crate::support::context;
+
+/// Outcomes of the right subjects that chance can turn: paper, mirror and glass.
+pub const PASSES: [usize; 3] = [4, 8, 22];
+/// Faulty subjects, each of which has to be rejected.
+pub const FAULTY: usize = 16;
+
+fn random(outcomes: &[Outcome]) -> usize {
+    outcomes
+        .iter()
+        .filter(|outcome| outcome.is_random())
+        .count()
+}
+
+/// Asserts that some complaint begins with `expected`.
+fn assert_rejected(name: &str, subject: &BsdfSubject, expected: &str) {
+    assert_complaint(name, &complaints(name, subject), expected);
+}
+
+fn assert_complaint(name: &str, complaints: &[String], expected: &str) {
+    assert!(
+        complaints.iter().any(|c| c.starts_with(expected)),
+        "{name}: no complaint about {expected} among {complaints:?}"
+    );
+}
+
+/// Reflects a half and lets through a quarter, both diffusely. The sampler ends the path with the
+/// probability of absorption.
+const REFLECTED: f64 = 0.5;
+const LET_THROUGH: f64 = 0.25;
+
+/// The share of light that goes to the side of wi.
+fn paper_share(wo: DVec3, wi: DVec3) -> f64 {
+    if (wo.z > 0.0) == (wi.z > 0.0) {
+        REFLECTED
+    } else {
+        LET_THROUGH
+    }
+}
+
+fn paper_sample(wo: DVec3, [r1, r2, r3]: [f64; 3]) -> Option<BsdfSample> {
+    let up = cosine_hemisphere([r1, r2]);
+    let side = if r3 < REFLECTED {
+        wo.z.signum()
+    } else {
+        -wo.z.signum()
+    };
+    let wi = up.with_z(side * up.z);
+    (r3 < REFLECTED + LET_THROUGH).then(|| BsdfSample {
+        wi,
+        weight: 1.0,
+        pdf: paper_share(wo, wi) * cosine_hemisphere_pdf(up.z),
+    })
+}
+
+/// Paper whose sampler loses `loss` by declaration.
+fn paper(loss: f64) -> BsdfSubject {
+    let eval = |wo: DVec3, wi: DVec3| paper_share(wo, wi) / PI;
+    let pdf = |wo: DVec3, wi: DVec3| paper_share(wo, wi) * cosine_hemisphere_pdf(wi.z.abs());
+    BsdfSubject::new(eval, paper_sample, pdf)
+        .transmits(true)
+        .loss(Loss::Declared(Box::new(move |_| loss)))
+        .albedo(|_| REFLECTED + LET_THROUGH)
+}
+
+#[test]
+fn paper_that_absorbs_and_lets_light_through_passes() {
+    let size = CheckUp {
+        inclinations: vec![40.0, 140.0],
+        ..CheckUp::default()
+    };
+    let context = context("paper");
+    let outcomes = check_up(&paper(0.25), &size, &context);
+    assert!(random(&outcomes) <= PASSES[0], "{}", random(&outcomes));
+    let red = red(outcomes, &context);
+    assert!(red.is_empty(), "{}", red.join("\n"));
+}
+
+#[test]
+fn faulty_paper_is_rejected() {
+    assert_rejected("paper, loss", &paper(0.2), "integral of the pdf");
+    let loses_more = BsdfSubject {
+        sample: Box::new(|wo, [r1, r2, r3]| paper_sample(wo, [r1, r2, 1.05 * r3])),
+        ..paper(0.25)
+    };
+    assert_rejected("paper, loses more", &loses_more, "chi-square");
+    let other_side = BsdfSubject {
+        sample: Box::new(|wo, u| paper_sample(-wo, u)),
+        ..paper(0.25)
+    };
+    assert_rejected("paper, other side", &other_side, "weight = f cos/pdf");
+    let one_way = BsdfSubject {
+        eval: Box::new(|wo, wi| paper_share(wo, wi) / PI * if wo.z < 0.0 { 0.9 } else { 1.0 }),
+        ..paper(0.25)
+    };
+    assert_rejected("paper, one way", &one_way, "reciprocity");
+    let opaque = paper(0.25).transmits(false);
+    assert_rejected("paper, called opaque", &opaque, "integral of the pdf");
+}
+
+fn lobe_complaints(name: &str, subject: &LobeSubject, size: &CheckUp) -> Vec<String> {
+    let context = context(name);
+    red(check_up_lobes(subject, size, &context), &context)
+}
+
+fn assert_lobes_rejected(name: &str, subject: &LobeSubject, expected: &str) {
+    let size = CheckUp {
+        samples: 400_000,
+        ..CheckUp::default()
+    };
+    assert_complaint(name, &lobe_complaints(name, subject, &size), expected);
+}
+
+const REFLECTANCE: f64 = 0.8;
+
+fn mirror_sample(wo: DVec3, [r, ..]: [f64; 3]) -> Option<LobeSample> {
+    (r < REFLECTANCE).then(|| LobeSample {
+        wi: mirror(-wo, DVec3::Z),
+        weight: 1.0,
+    })
+}
+
+/// A mirror on which paths end with the probability of absorption.
+fn absorbing_mirror() -> LobeSubject {
+    let lobes = |wo: DVec3| {
+        vec![Lobe {
+            direction: DVec3::new(-wo.x, -wo.y, wo.z),
+            probability: REFLECTANCE,
+            share: REFLECTANCE,
+        }]
+    };
+    LobeSubject::new(lobes, mirror_sample).loss(Loss::Declared(Box::new(|_| 1.0 - REFLECTANCE)))
+}
+
+const INDEX: f64 = 1.5;
+
+/// The indices on the side of wo and beyond, and the normal on the side of wo.
+fn sides(wo: DVec3) -> (f64, f64, DVec3) {
+    if wo.z > 0.0 {
+        (1.0, INDEX, DVec3::Z)
+    } else {
+        (INDEX, 1.0, -DVec3::Z)
+    }
+}
+
+/// Glass, its lobes written out in coordinates: Snell's law for the tangential part.
+fn glass_lobes(wo: DVec3) -> Vec<Lobe> {
+    let (n1, n2, normal) = sides(wo);
+    let r = reflectance(wo.z.abs(), n1, n2);
+    let mirrored = Lobe {
+        direction: DVec3::new(-wo.x, -wo.y, wo.z),
+        probability: r,
+        share: r,
+    };
+    let tangential = -(n1 / n2) * wo.with_z(0.0);
+    let squared = 1.0 - tangential.length_squared();
+    if squared <= 0.0 {
+        return vec![mirrored];
+    }
+    let refracted = Lobe {
+        direction: tangential - squared.sqrt() * normal,
+        probability: 1.0 - r,
+        share: (1.0 - r) * (n1 / n2).powi(2),
+    };
+    vec![mirrored, refracted]
+}
+
+/// The library's functions, as its estimators use them; `choice` is the probability of reflection.
+fn glass_sample(wo: DVec3, r: f64, choice: impl Fn(f64) -> f64) -> Option<LobeSample> {
+    let (n1, n2, normal) = sides(wo);
+    let share = reflectance(wo.z.abs(), n1, n2);
+    match refract(-wo, normal, n1, n2) {
+        Some(wi) if r >= choice(share) => Some(LobeSample {
+            wi,
+            weight: radiance_factor(n1, n2) * (1.0 - share) / (1.0 - choice(share)),
+        }),
+        Some(_) => Some(LobeSample {
+            wi: mirror(-wo, normal),
+            weight: share / choice(share),
+        }),
+        None => Some(LobeSample {
+            wi: mirror(-wo, normal),
+            weight: 1.0,
+        }),
+    }
+}
+
+fn glass() -> LobeSubject {
+    LobeSubject::new(glass_lobes, |wo, [r, ..]| {
+        glass_sample(wo, r, |share| share)
+    })
+    .transmits(true)
+    .energy_bound(INDEX * INDEX)
+}
+
+#[test]
+fn an_absorbing_mirror_and_glass_pass() {
+    for (name, subject, passes) in [
+        ("mirror", absorbing_mirror(), PASSES[1]),
+        ("glass", glass(), PASSES[2]),
+    ] {
+        let context = context(name);
+        let outcomes = check_up_lobes(&subject, &CheckUp::default(), &context);
+        assert!(random(&outcomes) <= passes, "{}", random(&outcomes));
+        let complaints = red(outcomes, &context);
+        assert!(complaints.is_empty(), "{name}: {}", complaints.join("\n"));
+    }
+}
+
+#[test]
+fn faulty_mirrors_are_rejected() {
+    let lossless = absorbing_mirror().loss(Loss::None);
+    assert_lobes_rejected("mirror, loss", &lossless, "sum of probabilities");
+    assert_lobes_rejected("mirror, lost", &lossless, "samples of no lobe");
+    let sampled = |sample: fn(DVec3, [f64; 3]) -> Option<LobeSample>| LobeSubject {
+        sample: Box::new(sample),
+        ..absorbing_mirror()
+    };
+    let back = sampled(|wo, u| mirror_sample(wo, u).map(|s| LobeSample { wi: -s.wi, ..s }));
+    assert_lobes_rejected("mirror, sign", &back, "weight = share/probability");
+    assert_lobes_rejected("mirror, sign", &back, "samples of no lobe");
+    let twice = sampled(|wo, u| {
+        mirror_sample(wo, u).map(|s| LobeSample {
+            weight: REFLECTANCE,
+            ..s
+        })
+    });
+    assert_lobes_rejected("mirror, absorbs twice", &twice, "furnace");
+    let rarely = sampled(|wo, [r, s, t]| mirror_sample(wo, [1.1 * r, s, t]));
+    assert_lobes_rejected("mirror, survives too rarely", &rarely, "samples towards");
+    let bright = absorbing_mirror().energy_bound(0.5);
+    assert_lobes_rejected("mirror, too bright", &bright, "energy bound");
+    let broken = sampled(|wo, u| {
+        mirror_sample(wo, u).map(|s| LobeSample {
+            weight: f64::NAN,
+            ..s
+        })
+    });
+    assert_lobes_rejected("mirror, NaN", &broken, "finite and not negative");
+}
+
+#[test]
+fn faulty_glass_is_rejected() {
+    let sampled = |sample: fn(DVec3, f64) -> Option<LobeSample>| LobeSubject {
+        sample: Box::new(move |wo, [r, ..]| sample(wo, r)),
+        ..glass()
+    };
+    let even = sampled(|wo, r| glass_sample(wo, r, |_| 0.5));
+    assert_lobes_rejected("glass, even choice", &even, "samples towards");
+    let without_factor = sampled(|wo, r| {
+        glass_sample(wo, r, |share| share).map(|s| LobeSample { weight: 1.0, ..s })
+    });
+    assert_lobes_rejected("glass, no factor", &without_factor, "furnace");
+    let bent = LobeSubject {
+        lobes: Box::new(|wo| {
+            let mut lobes = glass_lobes(wo);
+            // Straight through, from inside only: light does not find its way back.
+            if let (true, Some(refracted)) = (wo.z < 0.0, lobes.get_mut(1)) {
+                refracted.direction = -wo;
+            }
+            lobes
+        }),
+        ..glass()
+    };
+    assert_lobes_rejected("glass, one way", &bent, "way back");
+}
