@@ -1,5 +1,6 @@
 //! The look of all plots: SVG, one typeface, colours that colour-blind readers can tell apart.
 
+pub mod agreement;
 pub mod chart;
 pub mod forest;
 pub mod matrix;
