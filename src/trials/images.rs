@@ -92,15 +92,7 @@ impl Property for WhiteFurnace {
         for replication in 0..context.n(FURNACE_REPLICATIONS) {
             let part = format!("film {replication}");
             let frame = (&*self.scene, FURNACE_SIZE, 0..1);
-            let Some(film) = film(
-                context,
-                &part,
-                frame,
-                &Path {
-                    parts,
-                    strategy: Strategy::Mis,
-                },
-            ) else {
+            let Some(film) = film(context, &part, frame, &Path::new(parts, Strategy::Mis)) else {
                 return not_a_film();
             };
             values.push(film.mean());
