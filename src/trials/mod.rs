@@ -17,6 +17,7 @@ pub mod irradiance;
 pub mod probes;
 pub mod roulette;
 pub mod scenes;
+pub mod solid_angle;
 pub mod streams;
 pub mod subject;
 
@@ -34,6 +35,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         convergence::families(),
         geometry::families(),
         emitters::families(),
+        solid_angle::families(),
         accumulators::families(),
         estimator::families(),
     ]

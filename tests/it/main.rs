@@ -21,6 +21,7 @@ mod roulette;
 mod sampling;
 mod scene;
 mod seed; // the master seed and what is derived from it
+mod solid_angle;
 mod spheres;
 mod watertight;
 
