@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::probes::IMAGE;
 use super::subject::{Property, Setup, Subject, on};
-use crate::equation::RENDERING;
+use crate::equation::{MIS, RENDERING};
 use crate::estimator::{Estimator, Parts, Path, Report, Standard, Strategy};
 use crate::film::Film;
 use crate::harness::mean::{Values, mean};
@@ -16,7 +16,7 @@ use crate::pixel::PixelSampling;
 use crate::render::{Numbers, Sampling, render};
 use crate::scene::Scene;
 use crate::scene::room::diffuse;
-use crate::scene::simple::environment;
+use crate::scene::simple::{Cap, cavity_cap, environment};
 use crate::zoo::{Bench, data};
 
 /// A film of a scene, every ray through its pixel's centre, so that edges add no noise; `None` if the estimator returns what no film can hold, which is a fault.
@@ -145,9 +145,55 @@ impl Property for SameImage {
     }
 }
 
+/// The path tracer's three strategies in a diffuse cavity with an emitting cap.
+struct SameStrategies {
+    scene: Arc<Scene>,
+}
+
+const CAVITY_SIZE: [u32; 2] = [20, 15];
+const CAVITY_REPLICATIONS: u64 = 8_000;
+
+impl Property for SameStrategies {
+    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+        let n = context.n(CAVITY_REPLICATIONS) as u32;
+        let frame = (&*self.scene, CAVITY_SIZE, 0..n);
+        let [bsdf, light, mis] = [Strategy::Bsdf, Strategy::Light, Strategy::Mis].map(|strategy| {
+            let path = Path::new(setup.parts, strategy);
+            film(context, &format!("{strategy:?}"), frame.clone(), &path)
+        });
+        let (Some(bsdf), Some(light), Some(mis)) = (bsdf, light, mis) else {
+            return not_a_film();
+        };
+        let [bsdf, light, mis] = [bsdf, light, mis].map(|film| Channel::new(&film));
+        let same = |name, a: &Channel, b: &Channel| {
+            image_mean(name, &a.statistics(), &b.statistics(), IMAGE)
+        };
+        vec![
+            same("bsdf and mis", &bsdf, &mis),
+            same("light and mis", &light, &mis),
+        ]
+    }
+}
+
+fn strategies(scene: Scene) -> Bench<Subject> {
+    let pixels = u64::from(CAVITY_SIZE[0] * CAVITY_SIZE[1]) * CAVITY_REPLICATIONS;
+    let trial = data(
+        "images/three-strategies",
+        "hits, shadow rays and both make the same image of a diffuse cavity with an emitting cap",
+        &MIS,
+        "render::render, estimator::Path",
+        "Welch, equivalence",
+        (pixels, IMAGE, 2),
+    );
+    let scene = Arc::new(scene);
+    Bench::new(trial, on(SameStrategies { scene }))
+}
+
 /// The trials.
 pub fn benches() -> Vec<Bench<Subject>> {
-    let (Ok(white), Ok(room)) = (environment(), diffuse()) else {
+    let (Ok(white), Ok(room), Ok(cavity)) =
+        (environment(), diffuse(), cavity_cap(0.75, Cap::Reflecting))
+    else {
         return Vec::new();
     };
     let white = WhiteFurnace {
@@ -181,5 +227,6 @@ pub fn benches() -> Vec<Bench<Subject>> {
             ),
             on(same),
         ),
+        strategies(cavity),
     ]
 }

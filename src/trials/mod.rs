@@ -18,6 +18,7 @@ pub mod probes;
 pub mod roulette;
 pub mod scenes;
 pub mod solid_angle;
+pub mod strategies;
 pub mod streams;
 pub mod subject;
 
