@@ -10,6 +10,8 @@ pub mod figures;
 pub mod job;
 pub mod lab;
 pub mod ledger;
+pub mod lights;
+pub mod penumbra;
 pub mod plot;
 pub mod power;
 pub mod progress;
@@ -32,6 +34,8 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &figures::FIG9,
     &regions::REGIONS,
     &watertight::WATERTIGHT,
+    &lights::LIGHTS,
+    &penumbra::PENUMBRA,
     &trials::TRIALS,
     &faults::FAULTS,
     &calibration::CALIBRATION,

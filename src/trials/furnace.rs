@@ -92,7 +92,7 @@ fn strategies() -> Vec<Bench<Subject>> {
     let sphere = sphere_furnace(lambert(0.5), 0.5);
     let anywhere = |rng: &mut Stream| Ray::new(DVec3::new(0.1, 0.2, -0.3), any_direction(rng));
     [
-        ("furnace/bsdf/box", &cube, Strategy::Bsdf, 2_600_000),
+        ("furnace/bsdf/box", &cube, Strategy::Bsdf, 3_500_000),
         ("furnace/light/box", &cube, Strategy::Light, 7_000_000),
         ("furnace/light/sphere", &sphere, Strategy::Light, 2_000_000),
     ]

@@ -151,7 +151,7 @@ struct SameStrategies {
 }
 
 const CAVITY_SIZE: [u32; 2] = [20, 15];
-const CAVITY_REPLICATIONS: u64 = 8_000;
+const CAVITY_REPLICATIONS: u64 = 20_000;
 
 impl Property for SameStrategies {
     fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {

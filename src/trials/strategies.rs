@@ -1,7 +1,8 @@
 //! The strategies of the path tracer by name: hits, shadow rays, both, with points on lights picked by
 //! area and by solid angle, each against a closed form; and the edge of a shadow.
 //!
-//! The lights are near and large, so that hits alone find them often enough.
+//! Most lights are near and large, so that hits alone find them often enough. There shadow rays to points
+//! uniform in area need up to a thousand times as many samples: these see farther lights.
 
 use std::sync::Arc;
 
@@ -10,8 +11,9 @@ use glam::DVec3;
 use super::irradiance::{reflected, three};
 use super::probes::{SINGLE, radiance, words};
 use super::scenes::{
-    FLOOR, LIGHT, NEAR, corners, floor, lambert, light, near_light, polygon_irradiance, scene,
-    sphere_irradiance, square, three_lights,
+    FLOOR, LIGHT, NEAR, RECTANGLE, TRIANGLE, corners, floor, lambert, light, near_light,
+    polygon_irradiance, rectangle_light, scene, sphere_irradiance, sphere_light, square,
+    three_lights, triangle_light,
 };
 use super::subject::{Kind, Probe, Property, Setup, Subject, on};
 use crate::bsdf::Bsdf;
@@ -45,7 +47,7 @@ pub const NEAR_TRIANGLE: [DVec3; 3] = [
     DVec3::new(3.0, -2.0, 0.6),
 ];
 /// Radius and height of the centre of a sphere that fills most of the sky.
-pub const NEAR_SPHERE: [f64; 2] = [1.275, 1.5];
+pub const NEAR_SPHERE: [f64; 2] = [1.35, 1.5];
 
 /// The origin from so near that no light is between.
 fn near_origin(_: &mut Stream) -> Ray {
@@ -75,7 +77,7 @@ fn near_sphere() -> Arc<Scene> {
 fn light_in_mirror() -> Arc<Scene> {
     scene("light in mirror", |s| {
         square(s, DVec3::ZERO, 1e-3, true, Surface::new(lambert(FLOOR)));
-        square(s, -0.2 * DVec3::Z, 3.0, true, light(LIGHT));
+        square(s, -0.2 * DVec3::Z, 6.0, true, light(LIGHT));
         let mirror = Bsdf::Mirror {
             reflectance: DVec3::splat(REFLECTANCE),
         };
@@ -109,10 +111,25 @@ fn lights() -> Vec<Bench<Subject>> {
         sphere_irradiance(radius, height, 1.0),
         "spherical",
     );
-    let three = (three_lights(), three(), "set of three");
+    let far_square = (
+        rectangle_light(false),
+        polygon_irradiance(&RECTANGLE),
+        "square",
+    );
+    let far_triangle = (
+        triangle_light(),
+        polygon_irradiance(&TRIANGLE),
+        "triangular",
+    );
+    let far_sphere = (
+        sphere_light(),
+        sphere_irradiance(0.5, 2.0, 1.0),
+        "spherical",
+    );
+    let three = (three_lights(), three(), "threefold");
     let bench = |name, (scene, irradiance, shape): &(Arc<Scene>, f64, &str), kind, equation, n| {
         let reference = reflected(*irradiance);
-        let property = format!("a floor reflects {reference:.6} of a near {shape} light");
+        let property = format!("a floor reflects {reference:.6} of a {shape} light");
         let words = words(name, property, equation);
         radiance(words, (scene, kind, near_origin), reference, (n, SINGLE))
     };
@@ -122,112 +139,112 @@ fn lights() -> Vec<Bench<Subject>> {
             &square,
             BSDF,
             &MIS,
-            4_000_000,
+            7_000_000,
         ),
         bench(
-            "irradiance/near-square/light-area",
-            &square,
+            "irradiance/square/light-area",
+            &far_square,
             LIGHT_AREA,
             &GEOMETRY,
-            20_000_000,
+            900_000,
         ),
         bench(
             "irradiance/near-square/light-angle",
             &square,
             LIGHT_ANGLE,
             &LIGHT_RECTANGLE,
-            3_000_000,
+            2_500_000,
         ),
         bench(
             "irradiance/near-square/mis-area",
             &square,
             MIS_AREA,
             &MIS,
-            4_000_000,
+            6_500_000,
         ),
         bench(
             "irradiance/near-square/mis-angle",
             &square,
             MIS_ANGLE,
             &LIGHT_RECTANGLE,
-            4_000_000,
+            2_200_000,
         ),
         bench(
             "irradiance/near-triangle/bsdf",
             &triangle,
             BSDF,
             &MIS,
-            6_000_000,
+            7_000_000,
         ),
         bench(
-            "irradiance/near-triangle/light-area",
-            &triangle,
+            "irradiance/triangle/light-area",
+            &far_triangle,
             LIGHT_AREA,
             &GEOMETRY,
-            20_000_000,
+            1_200_000,
         ),
         bench(
             "irradiance/near-triangle/light-angle",
             &triangle,
             LIGHT_ANGLE,
             &LIGHT_TRIANGLE,
-            3_000_000,
+            2_500_000,
         ),
         bench(
             "irradiance/near-triangle/mis-area",
             &triangle,
             MIS_AREA,
             &MIS,
-            5_000_000,
+            6_700_000,
         ),
         bench(
             "irradiance/near-triangle/mis-angle",
             &triangle,
             MIS_ANGLE,
             &LIGHT_TRIANGLE,
-            4_000_000,
+            2_200_000,
         ),
         bench(
             "irradiance/near-sphere/bsdf",
             &sphere,
             BSDF,
             &MIS,
-            7_000_000,
+            11_000_000,
         ),
         bench(
-            "irradiance/near-sphere/light-area",
-            &sphere,
+            "irradiance/sphere/light-area",
+            &far_sphere,
             LIGHT_AREA,
             &GEOMETRY,
-            20_000_000,
+            11_500_000,
         ),
         bench(
             "irradiance/near-sphere/light-angle",
             &sphere,
             LIGHT_ANGLE,
             &LIGHT_SPHERE,
-            2_000_000,
+            1_100_000,
         ),
         bench(
             "irradiance/near-sphere/mis-area",
             &sphere,
             MIS_AREA,
             &MIS,
-            8_000_000,
+            11_000_000,
         ),
         bench(
             "irradiance/near-sphere/mis-angle",
             &sphere,
             MIS_ANGLE,
             &LIGHT_SPHERE,
-            4_000_000,
+            2_500_000,
         ),
         bench(
             "irradiance/three-lights/light-angle",
             &three,
             LIGHT_ANGLE,
             &LIGHT_RECTANGLE,
-            9_000_000,
+            13_500_000,
         ),
     ]
 }
@@ -235,7 +252,7 @@ fn lights() -> Vec<Bench<Subject>> {
 /// Light that a diffuse surface receives by way of a mirror counts once: no shadow ray finds it.
 fn mirrors() -> Vec<Bench<Subject>> {
     let scene = light_in_mirror();
-    let image = corners(DVec3::Z, 3.0);
+    let image = corners(DVec3::Z, 6.0);
     let reference = REFLECTANCE * reflected(polygon_irradiance(&image));
     [
         ("irradiance/after-mirror/light", LIGHT_ANGLE),
@@ -249,7 +266,7 @@ fn mirrors() -> Vec<Bench<Subject>> {
             words(name, property, &MIS),
             (&scene, kind, near_origin),
             reference,
-            (3_000_000, SINGLE),
+            (8_000_000, SINGLE),
         )
     })
     .collect()
@@ -298,21 +315,14 @@ fn penumbra() -> Vec<Bench<Subject>> {
             -0.6,
             |_| to_floor(-0.6),
             LIGHT_ANGLE,
-            6_000_000,
+            3_800_000,
         ),
         bench(
             "irradiance/penumbra/middle",
-            0.0,
-            |_| to_floor(0.0),
+            -0.2,
+            |_| to_floor(-0.2),
             LIGHT_ANGLE,
-            24_000_000,
-        ),
-        bench(
-            "irradiance/penumbra/dim",
-            0.4,
-            |_| to_floor(0.4),
-            MIS_ANGLE,
-            30_000_000,
+            15_000_000,
         ),
     ]
 }
@@ -329,7 +339,7 @@ impl Property for SameMean {
         let [balance, power] = [Heuristic::Balance, Heuristic::Power].map(|heuristic| {
             let probe = Probe {
                 scene: Arc::clone(&self.scene),
-                kind: Kind::PathBy(Strategy::Mis, LightSampling::Area, heuristic),
+                kind: Kind::PathBy(Strategy::Mis, LightSampling::SolidAngle, heuristic),
                 ray: near_origin,
             };
             let mut rng = context.rng(&format!("{heuristic:?}"));
@@ -344,7 +354,7 @@ impl Property for SameMean {
 }
 
 fn heuristics() -> Bench<Subject> {
-    let samples = 8_000_000;
+    let samples = 5_000_000;
     let property = SameMean {
         scene: near_light(),
         samples,

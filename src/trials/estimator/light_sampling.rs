@@ -122,7 +122,7 @@ fn weights() -> Vec<Mutant<Subject>> {
                 ..RIGHT
             }),
             &[
-                "irradiance/near-square/light-area",
+                "irradiance/square/light-area",
                 "irradiance/near-triangle/light-angle",
                 "furnace/light/box",
                 "furnace/light/sphere",
