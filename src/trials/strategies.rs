@@ -18,7 +18,9 @@ use super::scenes::{
 use super::subject::{Kind, Probe, Property, Setup, Subject, on};
 use crate::bsdf::Bsdf;
 use crate::emitter::LightSampling;
-use crate::equation::{GEOMETRY, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE, MIS, MIS_POWER};
+use crate::equation::{
+    GEOMETRY, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE, MIS, MIS_POWER, SOLID_ANGLE,
+};
 use crate::estimator::{Heuristic, Parts, Strategy};
 use crate::frame::from_spherical;
 use crate::harness::mean::{Values, welch};
@@ -187,7 +189,7 @@ fn lights() -> Vec<Bench<Subject>> {
             "irradiance/near-triangle/light-angle",
             &triangle,
             LIGHT_ANGLE,
-            &LIGHT_TRIANGLE,
+            &SOLID_ANGLE,
             2_500_000,
         ),
         bench(

@@ -194,6 +194,7 @@ fn far_and_small_shapes_keep_their_digits() {
     }
 }
 
+/// [`whitefurnace::equation::SOLID_ANGLE`] and its kin where the value is a simple share of the sphere.
 #[test]
 fn exact_values() {
     // A face of a cube from its middle, an octant, a sphere that touches a cone of 60°.

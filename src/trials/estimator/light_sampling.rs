@@ -110,6 +110,7 @@ fn weights() -> Vec<Mutant<Subject>> {
             }),
             &[
                 "irradiance/near-square/mis-angle",
+                "irradiance/near-triangle/mis-angle",
                 "irradiance/near-sphere/mis-angle",
             ],
         ),
@@ -124,6 +125,8 @@ fn weights() -> Vec<Mutant<Subject>> {
             &[
                 "irradiance/square/light-area",
                 "irradiance/near-triangle/light-angle",
+                "irradiance/triangle/light-area",
+                "irradiance/sphere/light-area",
                 "furnace/light/box",
                 "furnace/light/sphere",
                 "images/three-strategies",
@@ -157,7 +160,12 @@ fn weights() -> Vec<Mutant<Subject>> {
                 hit_counts: |_, sampled| !sampled,
                 ..RIGHT
             }),
-            &["irradiance/near-square/bsdf", "furnace/bsdf/box"],
+            &[
+                "irradiance/near-square/bsdf",
+                "furnace/bsdf/box",
+                "irradiance/near-triangle/bsdf",
+                "irradiance/near-sphere/bsdf",
+            ],
         ),
         mutant(
             "power-without-square",
