@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use crate::sampling;
 use crate::shape::{Sphere, triangle_point};
+use crate::solid_angle::{SphericalRectangle, SphericalTriangle, VisibleCap};
 
 /// The shape of an emitter.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,6 +22,39 @@ pub enum EmitterShape {
     Sphere(Sphere),
 }
 
+/// The shape of an emitter as seen from a point.
+#[derive(Clone, Copy, Debug)]
+pub enum Seen {
+    /// A rectangle.
+    Rectangle(SphericalRectangle),
+    /// A triangle.
+    Triangle(SphericalTriangle),
+    /// A sphere.
+    Cap(VisibleCap),
+}
+
+impl Seen {
+    /// Its solid angle.
+    #[inline]
+    pub fn solid_angle(&self) -> f64 {
+        match self {
+            Self::Rectangle(rectangle) => rectangle.solid_angle,
+            Self::Triangle(triangle) => triangle.solid_angle,
+            Self::Cap(cap) => cap.solid_angle,
+        }
+    }
+
+    /// The point in whose direction two uniform numbers map.
+    #[inline]
+    pub fn sample(&self, random: [f64; 2]) -> DVec3 {
+        match self {
+            Self::Rectangle(rectangle) => rectangle.sample(random),
+            Self::Triangle(triangle) => triangle.sample(random),
+            Self::Cap(cap) => cap.sample(random),
+        }
+    }
+}
+
 /// A diffuse emitter: the same radiance in all directions of its front, nothing behind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Emitter {
@@ -34,7 +68,18 @@ pub struct Emitter {
     normal: DVec3,
 }
 
-/// A point on an emitter, uniform with respect to area.
+/// How shadow rays pick points on an emitter.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LightSampling {
+    /// Uniform with respect to area.
+    #[default]
+    Area,
+    /// Uniform with respect to the solid angle under which the emitter is seen: rectangles, triangles
+    /// and whole spheres from outside. All else falls back to area.
+    SolidAngle,
+}
+
+/// A point on an emitter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EmitterPoint {
     /// The point.
@@ -95,5 +140,40 @@ impl Emitter {
     #[inline]
     pub fn pdf_area(&self) -> f64 {
         1.0 / self.area
+    }
+
+    /// Maps two uniform numbers to a point whose direction from `from` is uniform in the solid angle of
+    /// the emitter's visible front, with its pdf with respect to that; `None` where [`seen`](Self::seen)
+    /// is.
+    #[inline]
+    pub fn sample_solid_angle(&self, from: DVec3, random: [f64; 2]) -> Option<(EmitterPoint, f64)> {
+        let seen = self.seen(from)?;
+        let point = seen.sample(random);
+        let normal = match self.shape {
+            EmitterShape::Sphere(sphere) => sphere.normal(point),
+            EmitterShape::Rectangle { .. } | EmitterShape::Triangle(_) => self.normal,
+        };
+        Some((EmitterPoint { point, normal }, 1.0 / seen.solid_angle()))
+    }
+
+    /// The pdf of [`sample_solid_angle`](Self::sample_solid_angle) with respect to solid angle.
+    #[inline]
+    pub fn pdf_solid_angle(&self, from: DVec3) -> Option<f64> {
+        Some(1.0 / self.seen(from)?.solid_angle())
+    }
+
+    /// The emitter as seen from a point; `None` from behind or within, for zones and insides of
+    /// spheres, parallelograms without right angles, and emitters that are too small.
+    #[inline]
+    pub fn seen(&self, from: DVec3) -> Option<Seen> {
+        match self.shape {
+            EmitterShape::Rectangle { corner, edges } => {
+                SphericalRectangle::new(from, corner, edges).map(Seen::Rectangle)
+            }
+            EmitterShape::Triangle(vertices) => {
+                SphericalTriangle::new(from, vertices).map(Seen::Triangle)
+            }
+            EmitterShape::Sphere(ref sphere) => VisibleCap::new(from, sphere).map(Seen::Cap),
+        }
     }
 }

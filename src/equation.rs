@@ -169,6 +169,26 @@ equations! {
         r"w_s = \frac{p_s}{\sum_k p_k}", None,
         "Veach and Guibas, SIGGRAPH 1995", Added,
         "Counts light that is both hit and sampled once.";
+    MIS_POWER = "mis.power", "", "Power heuristic",
+        r"w_s = \frac{p_s^2}{\sum_k p_k^2}", None,
+        "Veach and Guibas, SIGGRAPH 1995", Added,
+        "Gives light more wholly to the strategy that finds it better; the mean is that of every heuristic.";
+    SOLID_ANGLE = "solid-angle", "", "Solid angle of a triangle",
+        r"\tan\frac{\Omega}{2} = \frac{a \cdot (b \times c)}{1 + a \cdot b + b \cdot c + c \cdot a}", None,
+        "van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30(2), 125-126, 1983", Added,
+        "For unit vectors to the vertices; no sum of angles cancels.";
+    LIGHT_TRIANGLE = "light.triangle", "", "Uniform directions in a triangle",
+        r"\Omega(A, B, C') = r_1\Omega, \quad \cos(B, P) = 1 - r_2(1 - B \cdot C'), \quad p = \frac{1}{\Omega}", None,
+        "Arvo, SIGGRAPH 1995", Added,
+        "C' on the arc AC solves the solid angle's formula for the tangent of half its arc: no cancellation.";
+    LIGHT_RECTANGLE = "light.rectangle", "", "Uniform directions in a rectangle",
+        r"\Omega = \sum_{i=0}^{3}\arcsin(z_i z_{i+1}), \quad p = \frac{1}{\Omega}", None,
+        "Ureña, Fajardo and King, Computer Graphics Forum 32(4), 2013", Added,
+        "z are the components, along the rectangle's normal, of the unit normals of the planes through its edges.";
+    LIGHT_SPHERE = "light.sphere", "", "Uniform directions in a sphere's cone",
+        r"\Omega = \frac{2\pi\sin^2\theta}{1 + \cos\theta}, \quad \sin\theta = \frac{R}{d}, \quad p = \frac{1}{\Omega}", None,
+        "Shirley, Wang and Zimmerman, ACM TOG 15(1), 1996", Added,
+        "The form 2π(1 - cos θ) loses all digits for far spheres; half of the points uniform in area are unseen.";
 }
 
 /// The equation with this id.

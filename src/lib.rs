@@ -14,6 +14,7 @@
 //! | [`radiometry`] | (8)-(9): cosine, geometry term, measures |
 //! | [`fresnel`], [`bsdf`] | (10)-(15): interfaces and reflection models |
 //! | [`moments`], [`sampling`], [`roulette`], [`pixel`] | (16)-(19), 2.6.2, 2.7: Monte Carlo |
+//! | [`solid_angle`] | lights as they are seen: closed forms and uniform directions |
 //! | [`scene`], [`emitter`], [`camera`], [`accel`] | what is rendered, as plain data |
 //! | [`estimator`] | how: estimators composed from replaceable parts |
 //! | [`render`], [`film`], [`splat`], [`image`] | the loop, the accumulators, the files |
@@ -61,6 +62,7 @@ pub mod sampler;
 pub mod sampling;
 pub mod scene;
 pub mod shape;
+pub mod solid_angle;
 pub mod splat;
 pub mod trials;
 pub mod watertight;

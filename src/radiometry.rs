@@ -35,5 +35,19 @@ pub fn geometry_term(x: DVec3, normal_x: DVec3, y: DVec3, normal_y: DVec3) -> f6
 /// another strategy would draw with `other`, both with respect to the same measure.
 #[inline]
 pub fn balance(pdf: f64, other: f64) -> f64 {
-    pdf / (pdf + other)
+    1.0 / (1.0 + ratio(other, pdf))
+}
+
+/// The power heuristic with exponent 2 of [`crate::equation::MIS_POWER`], arguments as [`balance`]. The
+/// ratio is squared, not the pdfs, so that none overflows.
+#[inline]
+pub fn power(pdf: f64, other: f64) -> f64 {
+    let ratio = ratio(other, pdf);
+    1.0 / (1.0 + ratio * ratio)
+}
+
+/// a/b in [0, ∞] for a, b in [0, ∞], where 0/0 and ∞/∞ are 1, so that weights sum to one there, too.
+#[inline]
+fn ratio(a: f64, b: f64) -> f64 {
+    if a == b { 1.0 } else { a / b }
 }

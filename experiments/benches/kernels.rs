@@ -5,6 +5,7 @@ use divan::{Bencher, black_box};
 use glam::DVec3;
 use whitefurnace::accel::{Bvh, Primitive};
 use whitefurnace::bsdf::{OrenNayar, OrenNayarForm, oren_nayar};
+use whitefurnace::emitter::LightSampling;
 use whitefurnace::estimator::{Estimator, LightRules, Path, Published, Report, Standard, Whitted};
 use whitefurnace::film::{Features, Pixel};
 use whitefurnace::frame::from_spherical;
@@ -243,6 +244,15 @@ fn paths<E: Estimator>(bencher: Bencher, scene: &Scene, estimator: &E) {
 #[divan::bench]
 fn paths_path(bencher: Bencher) {
     let estimator = Path::<Standard>::default();
+    paths(bencher, &report(Convention::Physical), &estimator);
+}
+
+#[divan::bench]
+fn paths_path_solid_angle(bencher: Bencher) {
+    let estimator = Path {
+        lights: LightSampling::SolidAngle,
+        ..Path::<Standard>::default()
+    };
     paths(bencher, &report(Convention::Physical), &estimator);
 }
 

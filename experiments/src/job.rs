@@ -5,10 +5,11 @@ use std::fmt::Write as _;
 use clap::ValueEnum;
 use glam::DVec3;
 use whitefurnace::bsdf::OrenNayarForm;
+use whitefurnace::emitter::LightSampling;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::{
-    Estimator, ImageEstimator, LightRules, LightTracer, Path, Published, Report, Standard,
-    Strategy, Whitted,
+    Estimator, Heuristic, ImageEstimator, LightRules, LightTracer, Path, Published, Report,
+    Standard, Strategy, Whitted,
 };
 use whitefurnace::film::{Film, Window};
 use whitefurnace::image::Display;
@@ -98,6 +99,26 @@ pub enum SamplerName {
     Sobol,
 }
 
+/// How shadow rays of path tracing pick points on lights, as programs name it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum LightSamplingName {
+    /// Uniform in area
+    #[default]
+    Area,
+    /// Uniform in the solid angle under which the light is seen
+    SolidAngle,
+}
+
+/// The heuristics of multiple importance sampling, as programs name them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum HeuristicName {
+    /// In proportion to the densities
+    #[default]
+    Balance,
+    /// In proportion to their squares
+    Power,
+}
+
 /// The name that the command line uses for a value.
 pub fn name<T: ValueEnum + Copy>(value: T) -> String {
     value
@@ -114,6 +135,10 @@ pub struct Job {
     pub convention: ConventionName,
     /// The estimator.
     pub estimator: EstimatorName,
+    /// How shadow rays of path tracing pick points on lights.
+    pub light_sampling: LightSamplingName,
+    /// How [`EstimatorName::Mis`] weights.
+    pub heuristic: HeuristicName,
     /// The form of (14).
     pub oren_nayar: OrenNayarName,
     /// N of (16) for the report's estimator.
@@ -143,6 +168,8 @@ impl Default for Job {
             scene: SceneName::Report,
             convention: ConventionName::Physical,
             estimator: EstimatorName::Mis,
+            light_sampling: LightSamplingName::default(),
+            heuristic: HeuristicName::default(),
             oren_nayar: OrenNayarName::Corrected,
             rays: 1,
             pixel: PixelName::Random,
@@ -202,6 +229,12 @@ impl Job {
         line("scene", &name(self.scene));
         line("convention", &name(self.convention));
         line("estimator", &name(self.estimator));
+        if matches!(self.estimator, EstimatorName::Light | EstimatorName::Mis) {
+            line("light-sampling", &name(self.light_sampling));
+        }
+        if self.estimator == EstimatorName::Mis {
+            line("heuristic", &name(self.heuristic));
+        }
         if self.scene == SceneName::Report && self.convention != ConventionName::Published {
             line("oren-nayar", &name(self.oren_nayar));
         }
@@ -274,6 +307,13 @@ impl Job {
             return refuse(
                 "--rays is an option of --estimator report under --convention report".to_owned(),
             );
+        }
+        let shadow_rays = matches!(self.estimator, EstimatorName::Light | EstimatorName::Mis);
+        if self.light_sampling != LightSamplingName::default() && !shadow_rays {
+            return refuse("--light-sampling is an option of --estimator light and mis".to_owned());
+        }
+        if self.heuristic != HeuristicName::default() && self.estimator != EstimatorName::Mis {
+            return refuse("--heuristic is an option of --estimator mis".to_owned());
         }
         if self.grid == 0 || self.grid > 1024 {
             return refuse(format!("--grid {} must be between 1 and 1024", self.grid));
@@ -423,8 +463,19 @@ impl Job {
         strategy: Strategy,
         progress: &Progress,
     ) -> Result<Rendered, Error> {
-        let parts = Standard;
-        self.render_with(scene, &Path { parts, strategy }, progress)
+        let path = Path {
+            parts: Standard,
+            strategy,
+            lights: match self.light_sampling {
+                LightSamplingName::Area => LightSampling::Area,
+                LightSamplingName::SolidAngle => LightSampling::SolidAngle,
+            },
+            heuristic: match self.heuristic {
+                HeuristicName::Balance => Heuristic::Balance,
+                HeuristicName::Power => Heuristic::Power,
+            },
+        };
+        self.render_with(scene, &path, progress)
     }
 
     /// Renders whole images, each a replication.

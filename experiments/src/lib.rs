@@ -12,6 +12,8 @@ pub mod figures;
 pub mod job;
 pub mod lab;
 pub mod ledger;
+pub mod lights;
+pub mod penumbra;
 pub mod plot;
 pub mod power;
 pub mod progress;
@@ -36,6 +38,8 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &regions::QUIRKS,
     &watertight::WATERTIGHT,
     &errata::ERRATA,
+    &lights::LIGHTS,
+    &penumbra::PENUMBRA,
     &trials::TRIALS,
     &faults::FAULTS,
     &calibration::CALIBRATION,

@@ -42,6 +42,7 @@ fn same_seed_gives_the_same_bytes_on_any_number_of_threads() {
         "--convention published --pixel grid --grid 3 --spp 9",
         "--estimator whitted --pixel centre --spp 3",
         "--scene diffuse-room --spp 3",
+        "--scene cornell --light-sampling solid-angle --heuristic power --spp 3",
     ];
     for case in cases {
         let bytes = [1, 2, 16].map(|threads| {
@@ -88,6 +89,13 @@ fn every_scene_renders_with_every_legal_estimator() {
                 text(&output.stderr)
             );
         }
+        let options = format!("--scene {scene} --light-sampling solid-angle --size 16x12 --spp 2");
+        let output = render(&folder, &options);
+        assert!(
+            output.status.success(),
+            "{options}: {}",
+            text(&output.stderr)
+        );
     }
 }
 
@@ -114,6 +122,11 @@ fn bad_input_gets_one_line_exit_code_two_and_leaves_nothing() {
         ),
         ("--scene cornell --convention report", "--scene report"),
         ("--rays 4", "--estimator report"),
+        (
+            "--estimator bsdf --light-sampling solid-angle",
+            "--estimator light and mis",
+        ),
+        ("--estimator light --heuristic power", "--estimator mis"),
         ("--convention report --rays 0", "between 1 and 64"),
     ];
     for (options, hint) in cases {

@@ -14,7 +14,7 @@ mod whitted;
 use glam::DVec3;
 
 pub use light_tracer::LightTracer;
-pub use path::{Path, Strategy};
+pub use path::{Heuristic, Path, Strategy};
 pub use published::{Published, Quirks};
 pub use report::Report;
 pub use whitted::Whitted;
@@ -149,15 +149,42 @@ pub trait Parts: Sync {
     fn solid_angle_per_area(&self, cosine_at_emitter: f64, distance_squared: f64) -> f64 {
         radiometry::solid_angle_per_area(cosine_at_emitter, distance_squared)
     }
+    /// A point on an emitter whose direction is uniform in the solid angle seen from a point, and its
+    /// pdf with respect to that; `None` for emitters that are sampled by area alone.
+    #[inline]
+    fn sample_solid_angle(
+        &self,
+        emitter: &Emitter,
+        from: DVec3,
+        random: [f64; 2],
+    ) -> Option<(EmitterPoint, f64)> {
+        emitter.sample_solid_angle(from, random)
+    }
+    /// The same pdf for any point of the emitter's front.
+    #[inline]
+    fn pdf_solid_angle(&self, emitter: &Emitter, from: DVec3) -> Option<f64> {
+        emitter.pdf_solid_angle(from)
+    }
     /// Whether two points see each other.
     #[inline]
     fn visible(&self, scene: &Scene, x: (DVec3, DVec3), y: (DVec3, DVec3), glass: bool) -> bool {
         scene.visible(x, y, glass)
     }
-    /// The weight of a sample in multiple importance sampling.
+    /// The weight of a sample in multiple importance sampling by the balance heuristic.
     #[inline]
     fn mis_weight(&self, pdf: f64, other: f64) -> f64 {
         radiometry::balance(pdf, other)
+    }
+    /// The same by the power heuristic.
+    #[inline]
+    fn mis_power_weight(&self, pdf: f64, other: f64) -> f64 {
+        radiometry::power(pdf, other)
+    }
+    /// Whether light that a path hits counts if it is not weighted by pdfs; `sampled` if shadow rays
+    /// look for the same light.
+    #[inline]
+    fn hit_counts(&self, strategy: Strategy, sampled: bool) -> bool {
+        !(sampled && strategy == Strategy::Light)
     }
 }
 

@@ -8,6 +8,7 @@ use super::vertex::{
 };
 use super::{Estimator, LightRules, Parts, Standard};
 use crate::bsdf::Bsdf;
+use crate::emitter::LightSampling;
 use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
@@ -17,12 +18,22 @@ use crate::shape::Ray;
 pub enum Strategy {
     /// By the directions in which paths go on, which hit emitters by chance.
     Bsdf,
-    /// By shadow rays to points on emitters. In corners of emitting rooms its variance is infinite: the
-    /// geometry term has no bound.
+    /// By shadow rays to points on emitters. With points uniform in area its variance is infinite in
+    /// corners of emitting rooms: the geometry term has no bound.
     Light,
-    /// By both, weighted by [`Parts::mis_weight`].
+    /// By both, weighted by a [`Heuristic`].
     #[default]
     Mis,
+}
+
+/// How multiple importance sampling weights: any of them leaves the mean as it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Heuristic {
+    /// [`Parts::mis_weight`].
+    #[default]
+    Balance,
+    /// [`Parts::mis_power_weight`].
+    Power,
 }
 
 /// An unbiased estimator of (8) on every scene.
@@ -32,6 +43,22 @@ pub struct Path<P = Standard> {
     pub parts: P,
     /// How it finds direct light.
     pub strategy: Strategy,
+    /// How its shadow rays pick points.
+    pub lights: LightSampling,
+    /// How [`Strategy::Mis`] weights.
+    pub heuristic: Heuristic,
+}
+
+impl<P> Path<P> {
+    /// With the default light sampling and heuristic.
+    pub fn new(parts: P, strategy: Strategy) -> Self {
+        Self {
+            parts,
+            strategy,
+            lights: LightSampling::default(),
+            heuristic: Heuristic::default(),
+        }
+    }
 }
 
 impl<P: Parts> Path<P> {
@@ -40,14 +67,21 @@ impl<P: Parts> Path<P> {
     #[inline]
     fn weight_of_hit(&self, scene: &Scene, here: &Hit, ray: &Ray, pdf: Option<f64>) -> f64 {
         match (pdf, self.strategy, here.emitter) {
-            (Some(_), Strategy::Light, _) => 0.0,
             (Some(pdf), Strategy::Mis, Some(index)) => {
-                let cosine = self.parts.cosine(here.normal, -ray.direction);
                 let emitter = &scene.emitters()[index as usize];
-                let other = emitter_pdf(&self.parts, scene, emitter, cosine, here.t * here.t);
-                self.parts.mis_weight(pdf, other)
+                let other = emitter_pdf(&self.parts, scene, emitter, self.lights, (ray, here));
+                self.weight(pdf, other)
             }
-            _ => 1.0,
+            _ => f64::from(self.parts.hit_counts(self.strategy, pdf.is_some())),
+        }
+    }
+
+    /// The weight of a sample of pdf `pdf` that the other strategy finds with pdf `other`.
+    #[inline]
+    fn weight(&self, pdf: f64, other: f64) -> f64 {
+        match self.heuristic {
+            Heuristic::Balance => self.parts.mis_weight(pdf, other),
+            Heuristic::Power => self.parts.mis_power_weight(pdf, other),
         }
     }
 
@@ -60,13 +94,14 @@ impl<P: Parts> Path<P> {
             return DVec3::ZERO;
         }
         let vertex = Vertex::new(here, ray);
-        let rules = &LightRules::PHYSICAL;
-        let Some(light) = direct_light(&self.parts, scene, bsdf, &vertex, rules, rng) else {
+        let (parts, rules) = (&self.parts, &LightRules::PHYSICAL);
+        let light = direct_light(parts, scene, bsdf, &vertex, rules, self.lights, rng);
+        let Some(light) = light else {
             return DVec3::ZERO;
         };
         let weight = if self.strategy == Strategy::Mis {
             let other = self.parts.cosine_hemisphere_pdf(light.wi.z);
-            self.parts.mis_weight(light.pdf, other)
+            self.weight(light.pdf, other)
         } else {
             1.0
         };

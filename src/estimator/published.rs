@@ -8,6 +8,7 @@ use glam::DVec3;
 use super::vertex::{Vertex, direct_light, interface, onward, scatter_glass, seen};
 use super::{Estimator, LightRules, Parts, Standard};
 use crate::bsdf::Bsdf;
+use crate::emitter::LightSampling;
 use crate::rng::{uniform, uniform2};
 use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
@@ -100,7 +101,15 @@ impl Estimator for Published {
                     };
                     let plain = Bsdf::Lambert { albedo };
                     let vertex = Vertex::new(&here, &ray);
-                    let light = direct_light(&parts, scene, &plain, &vertex, &rules, rng);
+                    let light = direct_light(
+                        &parts,
+                        scene,
+                        &plain,
+                        &vertex,
+                        &rules,
+                        LightSampling::Area,
+                        rng,
+                    );
                     if let Some(light) = light {
                         radiance += throughput * extra * light.reflected;
                     }

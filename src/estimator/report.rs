@@ -6,6 +6,7 @@ use glam::DVec3;
 use super::vertex::{Vertex, direct_light, interface, next, scatter_glass, seen};
 use super::{Estimator, LightRules, Parts, Standard};
 use crate::bsdf::Bsdf;
+use crate::emitter::LightSampling;
 use crate::radiometry::reflected;
 use crate::rng::{uniform, uniform2};
 use crate::sampler::Sampler;
@@ -93,7 +94,15 @@ impl<P: Parts> Report<P> {
             }
             ref bsdf @ (Bsdf::Lambert { .. } | Bsdf::OrenNayar { .. }) => {
                 let vertex = Vertex::new(&here, ray);
-                if let Some(light) = direct_light(parts, scene, bsdf, &vertex, &self.rules, rng) {
+                if let Some(light) = direct_light(
+                    parts,
+                    scene,
+                    bsdf,
+                    &vertex,
+                    &self.rules,
+                    LightSampling::Area,
+                    rng,
+                ) {
                     radiance += light.reflected;
                 }
                 let survival = parts.survival_by_absorption(surface.absorption);

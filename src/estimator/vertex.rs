@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::{LightRules, Parts};
 use crate::bsdf::Bsdf;
-use crate::emitter::Emitter;
+use crate::emitter::{Emitter, LightSampling};
 use crate::frame::Frame;
 use crate::radiometry;
 use crate::rng::{uniform, uniform2};
@@ -43,8 +43,8 @@ pub(super) struct DirectLight {
     pub pdf: f64,
 }
 
-/// Next-event estimation: one shadow ray from a diffuse vertex to a point picked on an emitter.
-/// `None` if nothing arrives.
+/// Next-event estimation: one shadow ray from a diffuse vertex to a point picked on an emitter, by
+/// `lights`. `None` if nothing arrives.
 #[inline]
 pub(super) fn direct_light<P: Parts, R: Sampler>(
     parts: &P,
@@ -52,6 +52,7 @@ pub(super) fn direct_light<P: Parts, R: Sampler>(
     bsdf: &Bsdf,
     vertex: &Vertex,
     rules: &LightRules,
+    lights: LightSampling,
     rng: &mut R,
 ) -> Option<DirectLight> {
     let emitters = scene.emitters();
@@ -59,7 +60,15 @@ pub(super) fn direct_light<P: Parts, R: Sampler>(
         return None;
     }
     let emitter = &emitters[parts.pick_emitter(uniform(rng), emitters.len())];
-    let light = parts.sample_emitter(emitter, uniform2(rng));
+    let random = uniform2(rng);
+    let by_solid_angle = match lights {
+        LightSampling::SolidAngle => parts.sample_solid_angle(emitter, vertex.point, random),
+        LightSampling::Area => None,
+    };
+    let light = match by_solid_angle {
+        Some((light, _)) => light,
+        None => parts.sample_emitter(emitter, random),
+    };
     let to_light = light.point - vertex.point;
     let distance_squared = to_light.length_squared();
     let direction = to_light * distance_squared.sqrt().recip();
@@ -70,7 +79,10 @@ pub(super) fn direct_light<P: Parts, R: Sampler>(
     }
     let wi = vertex.frame.local(direction);
     let brdf = parts.brdf(bsdf, vertex.wo, wi);
-    let pdf = emitter_pdf(parts, scene, emitter, cosine_at_light, distance_squared);
+    let pdf = match by_solid_angle {
+        Some((_, pdf)) => pdf,
+        None => area_pdf(parts, emitter, cosine_at_light, distance_squared),
+    } / scene.emitters().len() as f64;
     let ends = ((vertex.point, vertex.frame.z), (light.point, light.normal));
     if brdf == DVec3::ZERO || !parts.visible(scene, ends.0, ends.1, rules.shadows_pass_glass) {
         return None;
@@ -82,18 +94,36 @@ pub(super) fn direct_light<P: Parts, R: Sampler>(
     })
 }
 
-/// The pdf, with respect to solid angle, with which [`direct_light`] picks a point on an emitter.
+/// The pdf, with respect to solid angle, of a point uniform in area on an emitter.
+#[inline]
+fn area_pdf<P: Parts>(
+    parts: &P,
+    emitter: &Emitter,
+    cosine_at_light: f64,
+    distance_squared: f64,
+) -> f64 {
+    parts.emitter_pdf_area(emitter) / parts.solid_angle_per_area(cosine_at_light, distance_squared)
+}
+
+/// The pdf, with respect to solid angle, with which [`direct_light`] picks the point of an emitter that
+/// a ray has hit.
 #[inline]
 pub(super) fn emitter_pdf<P: Parts>(
     parts: &P,
     scene: &Scene,
     emitter: &Emitter,
-    cosine_at_light: f64,
-    distance_squared: f64,
+    lights: LightSampling,
+    (ray, hit): (&Ray, &Hit),
 ) -> f64 {
-    parts.emitter_pdf_area(emitter)
-        / scene.emitters().len() as f64
-        / parts.solid_angle_per_area(cosine_at_light, distance_squared)
+    let by_solid_angle = match lights {
+        LightSampling::SolidAngle => parts.pdf_solid_angle(emitter, ray.origin),
+        LightSampling::Area => None,
+    };
+    let pdf = by_solid_angle.unwrap_or_else(|| {
+        let cosine_at_light = parts.cosine(hit.normal, -ray.direction);
+        area_pdf(parts, emitter, cosine_at_light, hit.t * hit.t)
+    });
+    pdf / scene.emitters().len() as f64
 }
 
 /// What an emitter shows along a ray that hit it; zero for its back and for other surfaces.

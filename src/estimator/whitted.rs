@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::vertex::{Vertex, direct_light, interface, next, seen};
 use super::{Estimator, LightRules, Parts, Standard};
 use crate::bsdf::Bsdf;
+use crate::emitter::LightSampling;
 use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
@@ -67,8 +68,16 @@ impl<P: Parts> Whitted<P> {
             Bsdf::Black => DVec3::ZERO,
             ref bsdf @ (Bsdf::Lambert { .. } | Bsdf::OrenNayar { .. }) => {
                 let vertex = Vertex::new(&here, ray);
-                direct_light(parts, scene, bsdf, &vertex, &self.rules, rng)
-                    .map_or(DVec3::ZERO, |light| light.reflected)
+                direct_light(
+                    parts,
+                    scene,
+                    bsdf,
+                    &vertex,
+                    &self.rules,
+                    LightSampling::Area,
+                    rng,
+                )
+                .map_or(DVec3::ZERO, |light| light.reflected)
             }
             Bsdf::Mirror { reflectance } => {
                 let direction = parts.mirror(ray.direction, here.normal);

@@ -12,11 +12,14 @@ use super::scenes::{
     SIGMA, WALL, at_origin, lambert, polygon_irradiance, rough_floor, scene, sphere_furnace,
     towards_origin, walled_sky,
 };
+use super::strategies::by;
 use super::subject::{Kind, Subject};
 use crate::bsdf::{Bsdf, OrenNayar};
+use crate::emitter::LightSampling;
 use crate::equation::{
     COSINE_HEMISPHERE, HEMISPHERE_PHI, OREN_NAYAR, PATH_LENGTH, RENDERING, ROULETTE,
 };
+use crate::estimator::Strategy;
 use crate::rng::{Stream, uniform};
 use crate::scene::Surface;
 use crate::scene::simple::{CAP_SHARE, Cap, cavity_cap, furnace_box};
@@ -47,6 +50,7 @@ const LONG: u32 = 60;
 /// The trials.
 pub fn benches() -> Vec<Bench<Subject>> {
     let mut benches = boxes();
+    benches.extend(strategies());
     benches.extend(reports());
     benches.extend(sample_rays::benches());
     benches.extend(cavities());
@@ -79,6 +83,36 @@ fn boxes() -> Vec<Bench<Subject>> {
             m,
             (samples, BOUNCES),
         ))
+    })
+    .collect()
+}
+
+/// One strategy alone. Shadow rays to points uniform in area have infinite variance in a box, whose
+/// corners bring points as near to each other as one likes; by solid angle their weight is bounded, and
+/// in a sphere, which is sampled by area, it is constant.
+fn strategies() -> Vec<Bench<Subject>> {
+    let Ok(cube) = furnace_box(0.5) else {
+        return Vec::new();
+    };
+    let cube = cube.into();
+    let sphere = sphere_furnace(lambert(0.5), 0.5);
+    let anywhere = |rng: &mut Stream| Ray::new(DVec3::new(0.1, 0.2, -0.3), any_direction(rng));
+    [
+        ("furnace/bsdf/box", &cube, Strategy::Bsdf, 3_500_000),
+        ("furnace/light/box", &cube, Strategy::Light, 7_000_000),
+        ("furnace/light/sphere", &sphere, Strategy::Light, 2_000_000),
+    ]
+    .into_iter()
+    .map(|(name, scene, strategy, samples)| {
+        let property =
+            format!("in a furnace of albedo 0.5 the radiance by {strategy:?} alone is 2");
+        let kind = by(strategy, LightSampling::SolidAngle);
+        radiance(
+            words(name, property, &RENDERING),
+            (scene, kind, anywhere),
+            2.0,
+            (samples, BOUNCES),
+        )
     })
     .collect()
 }

@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::probes::{BOUNCES, IMAGE};
 use super::scenes::{FLOOR, LIGHT, lambert, light, scene, square};
 use super::subject::{Property, Setup, Subject, on};
-use crate::equation::{RENDERING, WHITTED};
+use crate::equation::{MIS, RENDERING, WHITTED};
 use crate::estimator::{Estimator, Parts, Path, Report, Standard, Strategy, Whitted};
 use crate::film::Film;
 use crate::harness::mean::{Values, mean};
@@ -18,7 +18,7 @@ use crate::harness::welch_map::{PixelStatistics, image_mean, map};
 use crate::pixel::PixelSampling;
 use crate::render::{Numbers, Sampling, render};
 use crate::scene::room::diffuse;
-use crate::scene::simple::environment;
+use crate::scene::simple::{Cap, cavity_cap, environment};
 use crate::scene::{Scene, Surface};
 use crate::shape::Sphere;
 use crate::zoo::{Bench, data};
@@ -96,15 +96,7 @@ impl Property for WhiteFurnace {
         for replication in 0..context.n(FURNACE_REPLICATIONS) {
             let part = format!("film {replication}");
             let frame = (&*self.scene, FURNACE_SIZE, 0..1);
-            let Some(film) = film(
-                context,
-                &part,
-                frame,
-                &Path {
-                    parts,
-                    strategy: Strategy::Mis,
-                },
-            ) else {
+            let Some(film) = film(context, &part, frame, &Path::new(parts, Strategy::Mis)) else {
                 return not_a_film();
             };
             values.push(film.mean());
@@ -199,9 +191,55 @@ fn convex() -> Arc<Scene> {
     })
 }
 
+/// The path tracer's three strategies in a diffuse cavity with an emitting cap.
+struct SameStrategies {
+    scene: Arc<Scene>,
+}
+
+const CAVITY_SIZE: [u32; 2] = [20, 15];
+const CAVITY_REPLICATIONS: u64 = 20_000;
+
+impl Property for SameStrategies {
+    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+        let n = context.n(CAVITY_REPLICATIONS) as u32;
+        let frame = (&*self.scene, CAVITY_SIZE, 0..n);
+        let [bsdf, light, mis] = [Strategy::Bsdf, Strategy::Light, Strategy::Mis].map(|strategy| {
+            let path = Path::new(setup.parts, strategy);
+            film(context, &format!("{strategy:?}"), frame.clone(), &path)
+        });
+        let (Some(bsdf), Some(light), Some(mis)) = (bsdf, light, mis) else {
+            return not_a_film();
+        };
+        let [bsdf, light, mis] = [bsdf, light, mis].map(|film| Channel::new(&film));
+        let same = |name, a: &Channel, b: &Channel| {
+            image_mean(name, &a.statistics(), &b.statistics(), IMAGE)
+        };
+        vec![
+            same("bsdf and mis", &bsdf, &mis),
+            same("light and mis", &light, &mis),
+        ]
+    }
+}
+
+fn strategies(scene: Scene) -> Bench<Subject> {
+    let pixels = u64::from(CAVITY_SIZE[0] * CAVITY_SIZE[1]) * CAVITY_REPLICATIONS;
+    let trial = data(
+        "images/three-strategies",
+        "hits, shadow rays and both make the same image of a diffuse cavity with an emitting cap",
+        &MIS,
+        "render::render, estimator::Path",
+        "Welch, equivalence",
+        (pixels, IMAGE, 2),
+    );
+    let scene = Arc::new(scene);
+    Bench::new(trial, on(SameStrategies { scene }))
+}
+
 /// The trials.
 pub fn benches() -> Vec<Bench<Subject>> {
-    let (Ok(white), Ok(room)) = (environment(), diffuse()) else {
+    let (Ok(white), Ok(room), Ok(cavity)) =
+        (environment(), diffuse(), cavity_cap(0.75, Cap::Reflecting))
+    else {
         return Vec::new();
     };
     let white = WhiteFurnace {
@@ -247,5 +285,6 @@ pub fn benches() -> Vec<Bench<Subject>> {
             ),
             on(Convex { scene: convex() }),
         ),
+        strategies(cavity),
     ]
 }

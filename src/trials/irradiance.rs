@@ -24,12 +24,12 @@ use crate::rng::uniform;
 use crate::zoo::{Bench, data};
 
 /// What the floor reflects of an irradiance E, given as E/L, of a light of radiance [`LIGHT`].
-fn reflected(irradiance: f64) -> f64 {
+pub fn reflected(irradiance: f64) -> f64 {
     FLOOR * FRAC_1_PI * LIGHT * irradiance
 }
 
 /// E/L of the three lights together, in units of [`LIGHT`].
-fn three() -> f64 {
+pub fn three() -> f64 {
     0.5 * polygon_irradiance(&TRIANGLE)
         + 2.0 * sphere_irradiance(0.5, 2.0, 1.0)
         + 4.0 * polygon_irradiance(&corners(SMALL_LIGHT, 0.4))

@@ -22,6 +22,8 @@ pub mod render_streams;
 pub mod roulette;
 pub mod sample_rays;
 pub mod scenes;
+pub mod solid_angle;
+pub mod strategies;
 pub mod streams;
 pub mod subject;
 
@@ -41,6 +43,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         convergence::families(),
         geometry::families(),
         emitters::families(),
+        solid_angle::families(),
         accumulators::families(),
         estimator::families(),
     ]

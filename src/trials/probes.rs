@@ -71,7 +71,7 @@ pub fn words(
 /// The path of an estimator of this kind.
 pub fn path(kind: Kind) -> &'static str {
     match kind {
-        Kind::Path => "estimator::Path",
+        Kind::Path | Kind::PathBy(..) => "estimator::Path",
         Kind::Report(_) => "estimator::Report",
         Kind::Whitted(_) => "estimator::Whitted",
     }

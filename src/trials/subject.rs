@@ -6,8 +6,10 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use crate::bsdf::Bsdf;
-use crate::emitter::{Emitter, EmitterPoint};
-use crate::estimator::{Estimator, LightRules, Parts, Path, Report, Standard, Strategy, Whitted};
+use crate::emitter::{Emitter, EmitterPoint, LightSampling};
+use crate::estimator::{
+    Estimator, Heuristic, LightRules, Parts, Path, Report, Standard, Strategy, Whitted,
+};
 use crate::harness::outcome::Outcome;
 use crate::harness::trial::Context;
 use crate::rng::Stream;
@@ -60,8 +62,12 @@ table! {
     sample_emitter(emitter: &Emitter, random: [f64; 2]) -> EmitterPoint;
     emitter_pdf_area(emitter: &Emitter) -> f64;
     solid_angle_per_area(cosine_at_emitter: f64, distance_squared: f64) -> f64;
+    sample_solid_angle(emitter: &Emitter, from: DVec3, random: [f64; 2]) -> Option<(EmitterPoint, f64)>;
+    pdf_solid_angle(emitter: &Emitter, from: DVec3) -> Option<f64>;
     visible(scene: &Scene, x: End, y: End, glass: bool) -> bool;
     mis_weight(pdf: f64, other: f64) -> f64;
+    mis_power_weight(pdf: f64, other: f64) -> f64;
+    hit_counts(strategy: Strategy, sampled: bool) -> bool;
 }
 
 /// What a fault can replace in an estimator: its parts, and what it is told.
@@ -133,8 +139,10 @@ pub fn on<Q: Property>(property: Q) -> impl Fn(&Context, Subject) -> Vec<Outcome
 /// Which estimator, with its own limit on segments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// [`Path`].
+    /// [`Path`] as programs run it.
     Path,
+    /// [`Path`] that finds direct light in another way.
+    PathBy(Strategy, LightSampling, Heuristic),
     /// [`Report`] with one sample ray.
     Report(u32),
     /// [`Whitted`].
@@ -153,10 +161,14 @@ impl Kind {
         let Setup { parts, rules, .. } = setup;
         let hit = scene.intersect(ray);
         match self {
-            Self::Path => {
-                let strategy = Strategy::Mis;
-                Path { parts, strategy }.radiance(scene, ray, hit, rng)
+            Self::Path => Path::new(parts, Strategy::Mis).radiance(scene, ray, hit, rng),
+            Self::PathBy(strategy, lights, heuristic) => Path {
+                parts,
+                strategy,
+                lights,
+                heuristic,
             }
+            .radiance(scene, ray, hit, rng),
             Self::Report(segments) => Report {
                 parts,
                 rays: 1,

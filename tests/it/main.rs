@@ -20,6 +20,7 @@ mod rng;
 mod roulette;
 mod sampling;
 mod scene;
+mod solid_angle;
 mod spheres;
 mod support; // the master seed and what is derived from it
 mod watertight;

@@ -4,7 +4,9 @@ use std::f64::consts::PI;
 
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use glam::DVec3;
-use whitefurnace::radiometry::{balance, cosine, geometry_term, reflected, solid_angle_per_area};
+use whitefurnace::radiometry::{
+    balance, cosine, geometry_term, power, reflected, solid_angle_per_area,
+};
 
 use crate::helpers::{U, gauss_legendre, integrate, point, unit};
 use crate::support::property;
@@ -152,6 +154,39 @@ fn balance_weights_are_shares() {
         assert_eq!(balance(0.0, q), 0.0);
     });
     assert_eq!(balance(1.0, 3.0), 0.25);
+}
+
+/// Any two densities of this list, zero, infinity and the ends of the floats included, get weights in
+/// [0, 1] that sum to one; the larger density gets the larger weight, and by power more of it.
+#[test]
+fn weights_sum_to_one_for_extreme_densities() {
+    let mut densities = vec![0.0, f64::INFINITY, f64::MIN_POSITIVE, f64::MAX, 1.0];
+    densities.extend((-300..=300).step_by(23).map(|e| 1.7 * 10f64.powi(e)));
+    for &p in &densities {
+        for &q in &densities {
+            for weight in [balance, power] {
+                let (a, b) = (weight(p, q), weight(q, p));
+                assert!((0.0..=1.0).contains(&a), "{a} for {p} and {q}");
+                assert_abs_diff_eq!(a + b, 1.0, epsilon = 4.0 * U);
+            }
+            if p > q {
+                assert!(
+                    power(p, q) >= balance(p, q) && balance(p, q) >= 0.5,
+                    "{p}, {q}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn power_weights_are_shares_of_squares() {
+    let strategy = (1e-6..1e6, 1e-6..1e6);
+    property("power", 1000, &strategy, |(p, q): (f64, f64)| {
+        // The definition, whose squares stay far from the ends of the floats here.
+        assert_relative_eq!(power(p, q), p * p / (p * p + q * q), max_relative = 8.0 * U);
+    });
+    assert_eq!(power(1.0, 3.0), 0.1);
 }
 
 #[test]

@@ -49,7 +49,7 @@ fn apart(a: f64, b: f64) -> f64 {
 /// With the step 2⁻¹⁷ they are off by step²/6 times the third derivatives, below 700 here (a root at
 /// 0.05, a full turn cubed), hence 7e-9 each, times the other derivative of at most 7, and by
 /// U/step = 1e-11: together below 1e-7.
-fn area_ratio(map: impl Fn(Square) -> DVec3, [r1, r2]: Square) -> f64 {
+pub fn area_ratio(map: impl Fn(Square) -> DVec3, [r1, r2]: Square) -> f64 {
     const STEP: f64 = 1.0 / 131_072.0;
     let d1 = map([r1 + STEP, r2]) - map([r1 - STEP, r2]);
     let d2 = map([r1, r2 + STEP]) - map([r1, r2 - STEP]);

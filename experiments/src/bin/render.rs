@@ -7,7 +7,8 @@ use std::time::Instant;
 use clap::Parser;
 use experiments::cli::{self, parse_size};
 use experiments::job::{
-    ConventionName, EstimatorName, Job, OrenNayarName, PixelName, SamplerName, SceneName,
+    ConventionName, EstimatorName, HeuristicName, Job, LightSamplingName, OrenNayarName, PixelName,
+    SamplerName, SceneName,
 };
 use experiments::progress::{Progress, catch_interrupt};
 use whitefurnace::error::Error;
@@ -33,6 +34,12 @@ struct Render {
     /// How to compute it [default: mis, or report under --convention report and published]
     #[arg(long, value_enum)]
     estimator: Option<EstimatorName>,
+    /// How shadow rays pick points on lights, for --estimator light and mis
+    #[arg(long, value_enum, default_value_t)]
+    light_sampling: LightSamplingName,
+    /// How --estimator mis weights light that is both hit and sampled
+    #[arg(long, value_enum, default_value_t)]
+    heuristic: HeuristicName,
     /// Form of equation (14) on the white sphere
     #[arg(long, value_enum, default_value_t = OrenNayarName::Corrected)]
     oren_nayar: OrenNayarName,
@@ -87,6 +94,8 @@ fn run(options: &Render) -> Result<(), Error> {
         scene: options.scene,
         convention,
         estimator,
+        light_sampling: options.light_sampling,
+        heuristic: options.heuristic,
         oren_nayar: options.oren_nayar,
         rays: options.rays,
         pixel: options.pixel,

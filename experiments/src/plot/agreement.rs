@@ -109,7 +109,10 @@ fn draw(
     root.draw(&Rectangle::new([from, to], fill.filled()))?;
     match standing {
         Standing::Explained => {
-            root.draw(&PathElement::new(vec![(from.0, to.1 - 2), (to.0, to.1 - 2)], OKABE_ITO[2].stroke_width(3)))?;
+            root.draw(&PathElement::new(
+                vec![(from.0, to.1 - 2), (to.0, to.1 - 2)],
+                OKABE_ITO[2].stroke_width(3),
+            ))?;
         }
         Standing::Differs => {
             root.draw(&PathElement::new(vec![from, to], INK))?;
@@ -145,7 +148,11 @@ pub fn histograms(path: &Path, title: &str, panels: &[(String, Vec<u64>)]) -> Re
             let x = 14 + (i % ACROSS) as i32 * PANEL.0;
             let y = 36 + (i / ACROSS) as i32 * PANEL.1;
             let (left, right, base, top) = (x + 6, x + PANEL.0 - 12, y + 92, y + 22);
-            root.draw(&Text::new(name.as_str(), (left, y + 10), text(12, HPos::Left)))?;
+            root.draw(&Text::new(
+                name.as_str(),
+                (left, y + 10),
+                text(12, HPos::Left),
+            ))?;
             let flat = counts.iter().sum::<u64>() as f64 / counts.len().max(1) as f64;
             // A flat histogram reaches half of the height.
             let scale = 0.5 * f64::from(base - top) / flat.max(1.0);
@@ -159,7 +166,10 @@ pub fn histograms(path: &Path, title: &str, panels: &[(String, Vec<u64>)]) -> Re
                 root.draw(&Rectangle::new(corners, OKABE_ITO[2].mix(0.7).filled()))?;
             }
             let level = (base + top) / 2;
-            root.draw(&PathElement::new(vec![(left, level), (right, level)], OKABE_ITO[0]))?;
+            root.draw(&PathElement::new(
+                vec![(left, level), (right, level)],
+                OKABE_ITO[0],
+            ))?;
             root.draw(&PathElement::new(vec![(left, base), (right, base)], INK))?;
         }
         let foot = size[1] as i32 - 16;

@@ -69,7 +69,11 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
                 visible: always_visible,
                 ..RIGHT
             }),
-            &["irradiance/half-hidden"],
+            &[
+                "irradiance/half-hidden",
+                "irradiance/penumbra/bright",
+                "irradiance/penumbra/middle",
+            ],
         ),
         mutant(
             "shadows-pass-glass",
@@ -99,7 +103,12 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
                 mis_weight: |_, _| 1.0,
                 ..RIGHT
             }),
-            &["irradiance/rectangle"],
+            &[
+                "irradiance/rectangle",
+                "irradiance/near-square/mis-area",
+                "irradiance/near-triangle/mis-area",
+                "irradiance/near-sphere/mis-area",
+            ],
         ),
         mutant(
             "not-counted",

@@ -1,7 +1,8 @@
 //! The family of whole estimators: its trials are in [`super::furnace`], [`super::irradiance`],
-//! [`super::glass`] and [`super::images`]; here and below are its faults.
+//! [`super::strategies`], [`super::glass`] and [`super::images`]; here and below are its faults.
 
 mod interfaces;
+mod light_sampling;
 mod lights;
 mod reflection;
 mod sampling;
@@ -12,18 +13,20 @@ use super::subject::{RIGHT, STANDARD, Setup, Subject, Table, parts};
 use crate::equation::{COSINE_HEMISPHERE, ESTIMATOR, PATH_LENGTH, REFRACTION, ROULETTE, WHITTED};
 use crate::estimator::LightRules;
 use crate::sampling::{cosine_hemisphere, uniform_hemisphere};
-use crate::trials::{furnace, glass, images, irradiance};
+use crate::trials::{furnace, glass, images, irradiance, strategies};
 use crate::zoo::{AnyFamily, Family, Mutant, mutant};
 
 /// The family.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let mut benches = furnace::benches();
     benches.extend(irradiance::benches());
+    benches.extend(strategies::benches());
     benches.extend(glass::benches());
     benches.extend(images::benches());
     let mut faults = reflection::faults();
     faults.extend(sampling::faults());
     faults.extend(lights::faults());
+    faults.extend(light_sampling::faults());
     faults.extend(interfaces::faults());
     faults.extend(told());
     vec![Box::new(Family {

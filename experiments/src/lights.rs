@@ -1,0 +1,216 @@
+//! What solid-angle sampling of lights gains: variance by distance for each shape, and in whole scenes.
+
+use std::f64::consts::FRAC_1_PI;
+use std::sync::Arc;
+
+use glam::DVec3;
+use whitefurnace::emitter::LightSampling;
+use whitefurnace::equation;
+use whitefurnace::error::Error;
+use whitefurnace::estimator::{Estimator, Heuristic, Path, Standard, Strategy};
+use whitefurnace::moments::Moments;
+use whitefurnace::rng::{seed_for, stream};
+use whitefurnace::scene::{Scene, SceneBuilder};
+use whitefurnace::shape::{Ray, Sphere};
+use whitefurnace::trials::scenes::{
+    floor, lambert, light, polygon_irradiance, scene, sphere_irradiance,
+};
+
+use crate::job::{ConventionName, Job, LightSamplingName, SceneName, name};
+use crate::lab::{Experiment, Lab};
+use crate::plot::chart::{Chart, Corner, Mark, Series, charts};
+use crate::suite::parallel;
+
+/// Variance of shadow rays by area and by solid angle.
+pub const LIGHTS: Experiment = Experiment {
+    id: "lights",
+    title: "variance of direct light: points on lights by area and by solid angle",
+    version: 1,
+    equations: &[
+        &equation::LIGHT_RECTANGLE,
+        &equation::LIGHT_TRIANGLE,
+        &equation::LIGHT_SPHERE,
+        &equation::SOLID_ANGLE,
+        &equation::MIS,
+        &equation::MIS_POWER,
+    ],
+    run,
+};
+
+/// A light of size about 1 above the origin, its lowest point at this height.
+struct Shape {
+    name: &'static str,
+    add: fn(&mut SceneBuilder, f64),
+    /// Irradiance at the origin per radiance.
+    irradiance: fn(f64) -> f64,
+}
+
+const SHAPES: [Shape; 3] = [
+    Shape {
+        name: "rectangle",
+        add: |s, height| {
+            let surface = s.surface(light(1.0));
+            let [a, b, _, d] = square(height);
+            s.rectangle(a, [d - a, b - a], surface);
+        },
+        irradiance: |height| polygon_irradiance(&square(height)),
+    },
+    Shape {
+        name: "triangle",
+        add: |s, height| {
+            let surface = s.surface(light(1.0));
+            s.mesh(&triangle(height), &[[0, 2, 1]], surface);
+        },
+        irradiance: |height| polygon_irradiance(&triangle(height)),
+    },
+    Shape {
+        name: "sphere",
+        add: |s, height| {
+            let surface = s.surface(light(1.0));
+            s.sphere(Sphere::new((height + 1.0) * DVec3::Z, 1.0), surface);
+        },
+        irradiance: |height| sphere_irradiance(1.0, height + 1.0, 1.0),
+    },
+];
+
+fn square(height: f64) -> [DVec3; 4] {
+    [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| DVec3::new(x, y, height))
+}
+
+fn triangle(height: f64) -> [DVec3; 3] {
+    [[-1.5, -1.0], [1.5, -1.0], [0.0, 2.0]].map(|[x, y]| DVec3::new(x, y, height))
+}
+
+/// Heights of the lights.
+const HEIGHTS: [f64; 11] = [0.05, 0.1, 0.2, 0.4, 0.7, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
+
+/// What is compared: a label, a strategy, a light sampling.
+const WAYS: [(&str, Strategy, LightSampling); 4] = [
+    ("light area", Strategy::Light, LightSampling::Area),
+    (
+        "light solid angle",
+        Strategy::Light,
+        LightSampling::SolidAngle,
+    ),
+    ("mis area", Strategy::Mis, LightSampling::Area),
+    ("mis solid angle", Strategy::Mis, LightSampling::SolidAngle),
+];
+
+fn run(lab: &mut Lab) -> Result<(), Error> {
+    by_distance(lab)?;
+    scenes(lab)
+}
+
+fn by_distance(lab: &mut Lab) -> Result<(), Error> {
+    let samples = lab.count(lab.by_tier(100_000, 2_000_000)) as u32;
+    let mut rows = Vec::new();
+    let mut panels = Vec::new();
+    for shape in &SHAPES {
+        let scenes = HEIGHTS.map(|height| (height, over_floor(shape, height)));
+        let mut series = Vec::new();
+        for (colour, (label, strategy, lights)) in WAYS.into_iter().enumerate() {
+            let path = Path {
+                parts: Standard,
+                strategy,
+                lights,
+                heuristic: Heuristic::Balance,
+            };
+            let seed = seed_for(lab.seed(), &format!("{} {label}", shape.name));
+            let variances = parallel(&scenes, |(height, scene)| {
+                let expected = FRAC_1_PI * (shape.irradiance)(*height);
+                relative_variance(scene, &path, seed, samples, expected)
+            })?;
+            for (height, variance) in HEIGHTS.into_iter().zip(&variances) {
+                rows.push(format!(
+                    "{},{label},{height},{samples},{variance:e}",
+                    shape.name
+                ));
+                let key = format!("{}.{}.{height}", shape.name, label.replace(' ', "-"));
+                lab.number(&key, *variance);
+            }
+            let points = HEIGHTS.into_iter().zip(variances).map(|(x, y)| [x, y]);
+            series.push(Series::new(label, colour, Mark::Line, points.collect()));
+        }
+        let [area, angle] = [0, 1].map(|way: usize| series[way].points[0][1]);
+        lab.note(
+            &format!("{} at height {}", shape.name, HEIGHTS[0]),
+            format!("variance by shadow rays alone: area {area:.3e}, solid angle {angle:.3e}, relative to the squared mean"),
+        );
+        panels.push(Chart {
+            title: format!(
+                "{}: variance of one sample, relative to the squared mean",
+                shape.name
+            ),
+            axes: [
+                "height over the floor (half side, or radius, 1)".into(),
+                "relative variance".into(),
+            ],
+            ranges: [[0.04, 40.0], [1e-6, 1e3]],
+            log: [true, true],
+            series,
+            legend: Corner::UpperRight,
+        });
+    }
+    lab.csv(
+        "lights.csv",
+        "shape,way,height,samples,relative variance",
+        &rows,
+    )?;
+    charts(&lab.figure("lights.svg"), [900, 1200], &panels)
+}
+
+fn over_floor(shape: &Shape, height: f64) -> Arc<Scene> {
+    scene(shape.name, |s| {
+        floor(s, lambert(1.0));
+        (shape.add)(s, height);
+    })
+}
+
+/// The variance of one sample of the radiance of the origin over the square of its closed form.
+fn relative_variance(scene: &Scene, path: &Path, seed: u64, samples: u32, expected: f64) -> f64 {
+    let to_origin = DVec3::new(0.1, 0.05, -1.0).normalize();
+    let ray = Ray::new(-0.02 * to_origin, to_origin);
+    let hit = scene.intersect(&ray);
+    let mut moments = Moments::default();
+    for i in 0..samples {
+        moments.push(path.radiance(scene, &ray, hit, &mut stream(seed, 0, i)).x);
+    }
+    moments.variance() / (expected * expected)
+}
+
+/// Whole images by multiple importance sampling at equal samples.
+fn scenes(lab: &mut Lab) -> Result<(), Error> {
+    for scene in [SceneName::Report, SceneName::Cornell] {
+        let ways = [LightSamplingName::Area, LightSamplingName::SolidAngle];
+        let mut variances = Vec::new();
+        for light_sampling in ways {
+            let job = lab.prepared(Job {
+                scene,
+                light_sampling,
+                size: [128, 96],
+                spp: lab.by_tier(64, 1024),
+                ..Job::report(ConventionName::Physical)
+            });
+            let label = format!("{} {}", name(scene), name(light_sampling));
+            let film = lab.render(&job, &label)?;
+            let sum: f64 = film
+                .pixels()
+                .iter()
+                .map(|p| p.standard_error().y.powi(2))
+                .sum();
+            let variance = sum * f64::from(job.spp) / film.pixels().len() as f64;
+            lab.number(&label.replace(' ', "."), variance);
+            variances.push(variance);
+        }
+        lab.note(
+            &format!("{}, mean variance of a pixel's sample", name(scene)),
+            format!(
+                "area {:.4e}, solid angle {:.4e}: ratio {:.3}",
+                variances[0],
+                variances[1],
+                variances[1] / variances[0]
+            ),
+        );
+    }
+    Ok(())
+}
