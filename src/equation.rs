@@ -120,6 +120,18 @@ equations! {
         r"A = 1 - \frac{\sigma^2}{2(\sigma^2+0.33)}, \quad B = \frac{0.45\,\sigma^2}{\sigma^2+0.09}", None,
         "Oren and Nayar, SIGGRAPH 1994", Correct,
         "σ is the standard deviation of the facets' slope angle in radians, which the report does not say.";
+    EON_SINGLE = "eon.single", "", "EON, single scattering",
+        r"f_1 = \frac{\rho}{\pi} A \left(1 + r\,\frac{s}{t}\right), \quad s = \omega_i\cdot\omega_o - \cos\theta_i\cos\theta_o, \quad t = \begin{cases} \max(\cos\theta_i, \cos\theta_o) & s > 0 \\ 1 & s \le 0 \end{cases}, \quad A = \frac{1}{1 + \left(\frac12 - \frac{2}{3\pi}\right) r}", None,
+        "Fujii 2013; Portsmouth, Kutz and Hill, JCGT 14(1), 2025", Added,
+        "Its directional albedo is never above 1 and is 1 at grazing, for every roughness r in [0, 1].";
+    EON_ALBEDO = "eon.albedo", "", "EON, directional albedo",
+        r"E(\theta) = A\left(1 + \frac{r}{\pi}\,G(\theta)\right), \quad G(\theta) = \sin\theta\left(\theta - \sin\theta\cos\theta - \tfrac23\right) + \tfrac23 \tan\theta\,(1 - \sin^3\theta)", None,
+        "Portsmouth, Kutz and Hill, JCGT 14(1), 2025", Added,
+        "The exact integral of single scattering with ρ = 1; its average is A(1 + r(2/3 − 28/(15π))).";
+    EON_MULTIPLE = "eon.multiple", "", "EON, multiple scattering",
+        r"f_2 = \frac{\rho_m}{\pi}\,\frac{(1 - E(\theta_i))(1 - E(\theta_o))}{1 - \bar E}, \quad \rho_m = \frac{\rho^2 \bar E}{1 - \rho(1 - \bar E)}", None,
+        "Portsmouth, Kutz and Hill, JCGT 14(1), 2025; Kulla and Conty, SIGGRAPH course, 2017", Added,
+        "With it a white surface reflects all light, whatever its roughness: neither form of (14) does.";
     ESTIMATOR = "estimator", "16", "Monte Carlo estimator",
         r"\langle E \rangle = \frac{1}{N}\sum_{i=1}^{N}\frac{f(X_i)}{p(X_i)}", None,
         "Dutré, Bala and Bekaert 2006", Correct,

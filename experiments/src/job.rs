@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use clap::ValueEnum;
 use glam::DVec3;
-use whitefurnace::bsdf::OrenNayarForm;
+use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
 use whitefurnace::error::Error;
 use whitefurnace::estimator::{
     Estimator, ImageEstimator, LightRules, LightTracer, Path, Published, Report, Standard,
@@ -67,13 +67,45 @@ pub enum ConventionName {
     Published,
 }
 
-/// The forms of equation (14), as programs name them.
+/// The diffuse models, as programs name them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum OrenNayarName {
-    /// sin α tan β, as Oren and Nayar have it
-    Corrected,
-    /// sin α sin β, as the report prints it
+pub enum DiffuseName {
+    /// Lambert, equation (13)
+    Lambert,
+    /// Equation (14) as the report prints it, with sin α sin β
     Printed,
+    /// Equation (14) as Oren and Nayar have it, with sin α tan β
+    Corrected,
+    /// Energy-preserving Oren-Nayar
+    Eon,
+}
+
+impl DiffuseName {
+    /// All, in the order in which figures show them.
+    pub const ALL: [Self; 4] = [Self::Lambert, Self::Printed, Self::Corrected, Self::Eon];
+
+    /// The model with the given albedo and σ in radians; EON gets the roughness of the same shape.
+    pub fn bsdf(self, albedo: DVec3, sigma: f64) -> Bsdf {
+        match self {
+            Self::Lambert => Bsdf::Lambert { albedo },
+            Self::Printed => Bsdf::oren_nayar(albedo, sigma, OrenNayarForm::Printed),
+            Self::Corrected => Bsdf::oren_nayar(albedo, sigma, OrenNayarForm::Corrected),
+            Self::Eon => Bsdf::Eon {
+                albedo,
+                roughness: OrenNayar::new(sigma).roughness(),
+            },
+        }
+    }
+
+    /// How plots and tables name it.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Lambert => "Lambert",
+            Self::Printed => "Oren–Nayar as printed",
+            Self::Corrected => "Oren–Nayar corrected",
+            Self::Eon => "EON",
+        }
+    }
 }
 
 /// The strategies of section 2.7, as programs name them.
@@ -114,8 +146,8 @@ pub struct Job {
     pub convention: ConventionName,
     /// The estimator.
     pub estimator: EstimatorName,
-    /// The form of (14).
-    pub oren_nayar: OrenNayarName,
+    /// The model of the report's white sphere.
+    pub diffuse: DiffuseName,
     /// N of (16) for the report's estimator.
     pub rays: u32,
     /// Where in a pixel the rays go.
@@ -143,7 +175,7 @@ impl Default for Job {
             scene: SceneName::Report,
             convention: ConventionName::Physical,
             estimator: EstimatorName::Mis,
-            oren_nayar: OrenNayarName::Corrected,
+            diffuse: DiffuseName::Corrected,
             rays: 1,
             pixel: PixelName::Random,
             grid: 4,
@@ -203,7 +235,7 @@ impl Job {
         line("convention", &name(self.convention));
         line("estimator", &name(self.estimator));
         if self.scene == SceneName::Report && self.convention != ConventionName::Published {
-            line("oren-nayar", &name(self.oren_nayar));
+            line("diffuse", &name(self.diffuse));
         }
         if (self.estimator, self.convention) == (EstimatorName::Report, ConventionName::Report) {
             line("rays", &self.rays.to_string());
@@ -392,18 +424,15 @@ impl Job {
 
     fn build_scene(&self) -> Result<Scene, Error> {
         match self.scene {
-            SceneName::Report => {
-                let convention = match self.convention {
-                    ConventionName::Physical => Convention::Physical,
-                    ConventionName::Report => Convention::Report,
-                    ConventionName::Published => Convention::Published,
-                };
-                let form = match self.oren_nayar {
-                    OrenNayarName::Corrected => OrenNayarForm::Corrected,
-                    OrenNayarName::Printed => OrenNayarForm::Printed,
-                };
-                room::report(convention, form)
-            }
+            SceneName::Report => match self.convention {
+                ConventionName::Physical | ConventionName::Report => {
+                    let albedo = DVec3::splat(room::WHITE);
+                    room::with_white_sphere(self.diffuse.bsdf(albedo, room::SIGMA))
+                }
+                ConventionName::Published => {
+                    room::report(Convention::Published, OrenNayarForm::Corrected)
+                }
+            },
             SceneName::DiffuseRoom => room::diffuse(),
             SceneName::Environment => simple::environment(),
             SceneName::FurnaceBox => simple::furnace_box(0.75),

@@ -86,7 +86,7 @@ impl<P: Parts> Report<P> {
                 };
                 radiance += factor * self.next(scene, &here, direction, segments, direct, rng);
             }
-            ref bsdf @ (Bsdf::Lambert { .. } | Bsdf::OrenNayar { .. }) => {
+            ref bsdf @ (Bsdf::Lambert { .. } | Bsdf::OrenNayar { .. } | Bsdf::Eon { .. }) => {
                 let vertex = Vertex::new(&here, ray);
                 if let Some(light) = direct_light(parts, scene, bsdf, &vertex, &self.rules, rng) {
                     radiance += light.reflected;

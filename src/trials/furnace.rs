@@ -6,13 +6,13 @@ use glam::DVec3;
 
 use super::probes::{BOUNCES, SINGLE, any_direction, radiance, words};
 use super::scenes::{
-    SIGMA, WALL, at_origin, lambert, polygon_irradiance, rough_floor, scene, sphere_furnace,
-    towards_origin, walled_sky,
+    SIGMA, WALL, at_origin, eon_floor, lambert, polygon_irradiance, rough_floor, scene,
+    sphere_furnace, towards_origin, walled_sky,
 };
 use super::subject::{Kind, Subject};
 use crate::bsdf::{Bsdf, OrenNayar};
 use crate::equation::{
-    COSINE_HEMISPHERE, HEMISPHERE_PHI, OREN_NAYAR, PATH_LENGTH, RENDERING, ROULETTE,
+    COSINE_HEMISPHERE, EON_MULTIPLE, HEMISPHERE_PHI, OREN_NAYAR, PATH_LENGTH, RENDERING, ROULETTE,
 };
 use crate::rng::{Stream, uniform};
 use crate::scene::Surface;
@@ -179,6 +179,16 @@ fn skies() -> Vec<Bench<Subject>> {
             (&rough, Kind::Path, |_| towards_origin(75f64.to_radians())),
             albedo,
             (4_200_000, SINGLE),
+        ),
+        radiance(
+            words(
+                "furnace/sky/eon",
+                "a white floor of EON with roughness 1 reflects all of a white sky",
+                &EON_MULTIPLE,
+            ),
+            (&eon_floor(1.0), Kind::Path, |_| at_origin()),
+            1.0,
+            (1_600_000, SINGLE),
         ),
     ]
 }

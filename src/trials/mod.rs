@@ -6,6 +6,7 @@ pub mod accumulators;
 pub mod bsdf;
 pub mod convergence;
 pub mod emitters;
+pub mod eon;
 pub mod estimator;
 pub mod fresnel;
 pub mod furnace;
@@ -29,6 +30,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         hemisphere::families(),
         fresnel::families(),
         bsdf::families(),
+        eon::families(),
         roulette::families(),
         streams::families(),
         convergence::families(),

@@ -3,6 +3,7 @@
 // Exact: identities, closed forms and stored values of the library, module by module.
 mod bsdf;
 mod camera;
+mod eon;
 mod estimator;
 mod film;
 mod frame;

@@ -7,7 +7,7 @@ use std::time::Instant;
 use clap::Parser;
 use experiments::cli::{self, parse_size};
 use experiments::job::{
-    ConventionName, EstimatorName, Job, OrenNayarName, PixelName, SamplerName, SceneName,
+    ConventionName, DiffuseName, EstimatorName, Job, PixelName, SamplerName, SceneName,
 };
 use experiments::progress::{Progress, catch_interrupt};
 use whitefurnace::error::Error;
@@ -33,9 +33,9 @@ struct Render {
     /// How to compute it [default: mis, or report under --convention report and published]
     #[arg(long, value_enum)]
     estimator: Option<EstimatorName>,
-    /// Form of equation (14) on the white sphere
-    #[arg(long, value_enum, default_value_t = OrenNayarName::Corrected)]
-    oren_nayar: OrenNayarName,
+    /// Diffuse model of the report's white sphere
+    #[arg(long, alias = "oren-nayar", value_enum, default_value_t = DiffuseName::Corrected)]
+    diffuse: DiffuseName,
     /// Sample rays per diffuse hit, N of equation (16), for --estimator report
     #[arg(long, default_value_t = 1)]
     rays: u32,
@@ -87,7 +87,7 @@ fn run(options: &Render) -> Result<(), Error> {
         scene: options.scene,
         convention,
         estimator,
-        oren_nayar: options.oren_nayar,
+        diffuse: options.diffuse,
         rays: options.rays,
         pixel: options.pixel,
         grid: options.grid,
