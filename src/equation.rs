@@ -153,6 +153,10 @@ equations! {
         r"\theta = \arccos\sqrt{1 - r_1}, \quad \phi = 2\pi r_2, \quad p = \frac{\cos\theta}{\pi}", None,
         "Malley's method; Pharr, Jakob and Humphreys, 4th ed., A.5.3", Added,
         "What importance sampling of (9) asks for.";
+    SOBOL = "sobol", "", "Low-discrepancy points",
+        r"\#\left\{ i < 2^m : \left(\tfrac{j}{2^a}, \tfrac{k}{2^{m-a}}\right) \le (x_i, y_i) < \left(\tfrac{j+1}{2^a}, \tfrac{k+1}{2^{m-a}}\right) \right\} = 1", None,
+        "Sobol' 1967; Joe and Kuo, SIAM J. Sci. Comput. 30(5), 2008; Owen 1995; Burley, JCGT 9(4), 2020", Added,
+        "Points of one scramble repel each other: the error of smooth integrands falls faster, and error bars come from several scrambles.";
     ROULETTE = "roulette", "2.6.2", "Russian roulette",
         r"L' = \begin{cases} L/(1-\alpha) & r \le 1-\alpha \\ 0 & \text{otherwise} \end{cases}", None,
         "Arvo and Kirk, SIGGRAPH 1990", Trap,

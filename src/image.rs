@@ -140,7 +140,12 @@ pub fn write_png(
     write_rgb(path, [width, height], &rgb)
 }
 
-fn write_rgb(path: &Path, size: [u32; 2], rgb: &[u8]) -> Result<(), Error> {
+/// Writes 8-bit sRGB triples, row by row from the top, as a PNG of `size` pixels.
+///
+/// # Errors
+/// [`Error::File`] or [`Error::Image`], for triples that do not fill the size, too; nothing is left
+/// behind then.
+pub fn write_rgb(path: &Path, size: [u32; 2], rgb: &[u8]) -> Result<(), Error> {
     write_whole(path, |file| {
         let failed = |error: png::EncodingError| Error::Image {
             action: "write",

@@ -3,13 +3,17 @@
 
 pub mod calibration;
 pub mod cells;
+pub mod claims;
 pub mod cli;
+pub mod convergence;
+pub mod diffuse;
 pub mod false_alarms;
 pub mod faults;
 pub mod figures;
 pub mod job;
 pub mod lab;
 pub mod ledger;
+pub mod pictures;
 pub mod plot;
 pub mod power;
 pub mod progress;
@@ -25,6 +29,7 @@ use lab::Experiment;
 /// Every experiment, in the order in which `reproduce` runs them.
 pub const EXPERIMENTS: &[&Experiment] = &[
     &figures::ROOM,
+    &diffuse::FIG2,
     &figures::FIG6,
     &figures::FIG7A,
     &figures::FIG7B,
@@ -32,6 +37,9 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &figures::FIG9,
     &regions::REGIONS,
     &watertight::WATERTIGHT,
+    &diffuse::ALBEDO,
+    &convergence::CONVERGENCE,
+    &claims::SAMPLING_CLAIMS,
     &trials::TRIALS,
     &faults::FAULTS,
     &calibration::CALIBRATION,

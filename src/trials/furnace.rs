@@ -188,7 +188,7 @@ fn skies() -> Vec<Bench<Subject>> {
             ),
             (&eon_floor(1.0), Kind::Path, |_| at_origin()),
             1.0,
-            (1_600_000, SINGLE),
+            (2_400_000, SINGLE),
         ),
     ]
 }

@@ -23,7 +23,7 @@ use crate::rng::uniform;
 use crate::zoo::{Bench, data};
 
 /// What the floor reflects of an irradiance E, given as E/L, of a light of radiance [`LIGHT`].
-fn reflected(irradiance: f64) -> f64 {
+pub(super) fn reflected(irradiance: f64) -> f64 {
     FLOOR * FRAC_1_PI * LIGHT * irradiance
 }
 

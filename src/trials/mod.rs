@@ -18,6 +18,7 @@ pub mod irradiance;
 pub mod probes;
 pub mod roulette;
 pub mod scenes;
+pub mod sobol;
 pub mod streams;
 pub mod subject;
 
@@ -33,6 +34,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         eon::families(),
         roulette::families(),
         streams::families(),
+        sobol::families(),
         convergence::families(),
         geometry::families(),
         emitters::families(),

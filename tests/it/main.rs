@@ -19,6 +19,7 @@ mod reference; // tables of reference values
 mod render;
 mod rng;
 mod roulette;
+mod sampler;
 mod sampling;
 mod scene;
 mod seed; // the master seed and what is derived from it
