@@ -110,12 +110,7 @@ impl Fall {
     }
 }
 
-fn measure(
-    integrand: &Integrand,
-    sobol: bool,
-    seed: u64,
-    sizes: &[u32],
-) -> Result<Fall, Error> {
+fn measure(integrand: &Integrand, sobol: bool, seed: u64, sizes: &[u32]) -> Result<Fall, Error> {
     let groups: Vec<u32> = (0..GROUPS).collect();
     let found: Vec<Vec<f64>> = parallel(&groups, |&group| {
         let variance = |&samples: &u32| {
@@ -132,7 +127,14 @@ fn measure(
     // so where few samples leave the mean skewed.
     let without = |left_out: Option<usize>| -> Vec<Moments> {
         let kept = |&(k, _): &(usize, &Vec<f64>)| Some(k) != left_out;
-        let at = |i: usize| found.iter().enumerate().filter(kept).map(|(_, group)| group[i]).collect();
+        let at = |i: usize| {
+            found
+                .iter()
+                .enumerate()
+                .filter(kept)
+                .map(|(_, group)| group[i])
+                .collect()
+        };
         (0..sizes.len()).map(at).collect()
     };
     let slope = |variances: &[Moments]| {
@@ -158,7 +160,12 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
             Integrand::Smooth(rectangle_light(false)),
             lab.by_tier(10, 13),
         ),
-        ("edge", "Half-covered pixel", Integrand::Edge, lab.by_tier(11, 14)),
+        (
+            "edge",
+            "Half-covered pixel",
+            Integrand::Edge,
+            lab.by_tier(11, 14),
+        ),
         (
             "room",
             "A pixel of the room",
@@ -223,7 +230,12 @@ fn drawn(label: &str, colour: usize, sizes: &[u32], fall: &Fall) -> [Series; 2] 
             bars: bars.collect(),
             ..Series::new(label, colour, Mark::Points, points.collect())
         },
-        Series::new("", colour, Mark::Line, axis.iter().map(|&n| line(n)).collect()),
+        Series::new(
+            "",
+            colour,
+            Mark::Line,
+            axis.iter().map(|&n| line(n)).collect(),
+        ),
     ]
 }
 
@@ -233,7 +245,10 @@ fn judge(lab: &mut Lab, key: &str, title: &str, slopes: &[(f64, [f64; 2])]) {
     };
     lab.claim(
         &format!("{title}: slope of independent samples is −1"),
-        format!("{independent:.4}, interval [{:.4}, {:.4}]", around[0], around[1]),
+        format!(
+            "{independent:.4}, interval [{:.4}, {:.4}]",
+            around[0], around[1]
+        ),
         around[0] <= -1.0 && -1.0 <= around[1],
     );
     let value = format!("{sobol:.4}, interval [{:.4}, {:.4}]", net[0], net[1]);

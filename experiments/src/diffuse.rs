@@ -2,12 +2,13 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use clap::ValueEnum;
 use glam::DVec3;
-use whitefurnace::bsdf::{Bsdf, OrenNayar};
+use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
 use whitefurnace::camera::Camera;
 use whitefurnace::equation;
 use whitefurnace::error::Error;
-use whitefurnace::estimator::{Estimator, Path};
+use whitefurnace::estimator::{Estimator, Path, Standard};
 use whitefurnace::film::Film;
 use whitefurnace::frame::from_spherical;
 use whitefurnace::harness::tails::normal_upper;
@@ -21,12 +22,53 @@ use whitefurnace::scene::{Scene, SceneBuilder, Surface};
 use whitefurnace::shape::{Ray, Sphere};
 use whitefurnace::trials::bsdf::{oren_nayar_albedo, oren_nayar_printed_albedo};
 
-use crate::job::{DiffuseName, name};
+use crate::job::name;
 use crate::lab::{Experiment, Lab};
 use crate::pictures::write_grid;
 use crate::plot::chart::{Chart, Corner, Mark, Series, charts};
 use crate::progress::interrupted;
 use crate::suite::FAMILY;
+
+/// The diffuse models, as programs name them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum DiffuseName {
+    /// Lambert, equation (13)
+    Lambert,
+    /// Equation (14) as the report prints it, with sin α sin β
+    Printed,
+    /// Equation (14) as Oren and Nayar have it, with sin α tan β
+    Corrected,
+    /// Energy-preserving Oren-Nayar
+    Eon,
+}
+
+impl DiffuseName {
+    /// All, in the order in which figures show them.
+    pub const ALL: [Self; 4] = [Self::Lambert, Self::Printed, Self::Corrected, Self::Eon];
+
+    /// The model with the given albedo and σ in radians; EON gets the roughness of the same shape.
+    pub fn bsdf(self, albedo: DVec3, sigma: f64) -> Bsdf {
+        match self {
+            Self::Lambert => Bsdf::Lambert { albedo },
+            Self::Printed => Bsdf::oren_nayar(albedo, sigma, OrenNayarForm::Printed),
+            Self::Corrected => Bsdf::oren_nayar(albedo, sigma, OrenNayarForm::Corrected),
+            Self::Eon => Bsdf::Eon {
+                albedo,
+                roughness: OrenNayar::new(sigma).roughness(),
+            },
+        }
+    }
+
+    /// How plots and tables name it.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Lambert => "Lambert",
+            Self::Printed => "Oren–Nayar as printed",
+            Self::Corrected => "Oren–Nayar corrected",
+            Self::Eon => "EON",
+        }
+    }
+}
 
 /// Figure 2: a rough sphere lit from the front.
 pub const FIG2: Experiment = Experiment {
@@ -107,19 +149,32 @@ fn figure(lab: &mut Lab) -> Result<(), Error> {
             seed: lab.seed(),
         };
         let on = |_| !interrupted();
-        if !render(&scene, &Path::default(), sampling, &mut film, &(0..spp), &on)? {
+        if !render(
+            &scene,
+            &Path::<Standard>::default(),
+            sampling,
+            &mut film,
+            &(0..spp),
+            &on,
+        )? {
             return Err(Error::Interrupted);
         }
         let curve = (0..=240).map(|i| {
             let x = f64::from(i) / 240.0;
             [x, frontal(&bsdf, x.asin().min(FRAC_PI_2 - 1e-6))]
         });
-        series.push(Series::new(model.title(), colour, Mark::Line, curve.collect()));
+        series.push(Series::new(
+            model.title(),
+            colour,
+            Mark::Line,
+            curve.collect(),
+        ));
         series.push(Series::new("", colour, Mark::Points, profile(&film)));
         limb(lab, model, &scene, &bsdf);
         films.push(film);
     }
-    let display = Display::Srgb { exposure: 0.0 };
+    // EON's centre is a little above 1.
+    let display = Display::Srgb { exposure: -0.25 };
     write_grid(&lab.figure("moons.png"), &films, 4, display, 1)?;
     lab.note(
         "moons.png",
@@ -129,12 +184,14 @@ fn figure(lab: &mut Lab) -> Result<(), Error> {
         &lab.figure("profile.svg"),
         [900, 600],
         &[Chart {
-            title: format!("Radiance across the disc, white sphere lit from the front, σ = {SIGMA}"),
+            title: format!(
+                "Radiance across the disc, white sphere lit from the front, σ = {SIGMA}"
+            ),
             axes: [
                 "distance from the centre (radii)".into(),
                 "radiance (points: pixels of the picture; lines: π f cos θ)".into(),
             ],
-            ranges: [[0.0, 1.0], [0.0, 1.05]],
+            ranges: [[0.0, 1.0], [0.0, 1.1]],
             log: [false, false],
             series,
             legend: Corner::LowerLeft,
@@ -173,7 +230,9 @@ fn limb(lab: &mut Lab, model: DiffuseName, scene: &Scene, bsdf: &Bsdf) {
         (0..samples)
             .map(|i| {
                 let hit = scene.intersect(&ray);
-                Path::default().radiance(scene, &ray, hit, &mut stream(seed, 0, i)).x
+                Path::<Standard>::default()
+                    .radiance(scene, &ray, hit, &mut stream(seed, 0, i))
+                    .x
             })
             .collect()
     };
@@ -210,7 +269,12 @@ fn albedo(lab: &mut Lab) -> Result<(), Error> {
     for (colour, model) in (0..).zip(DiffuseName::ALL) {
         let bsdf = model.bsdf(DVec3::ONE, SIGMA);
         let curve = (0..=89).map(|d| [f64::from(d), closed_form(model, f64::from(d).to_radians())]);
-        series.push(Series::new(model.title(), colour, Mark::Line, curve.collect()));
+        series.push(Series::new(
+            model.title(),
+            colour,
+            Mark::Line,
+            curve.collect(),
+        ));
         let found = sampled(lab, model, &bsdf, samples);
         let mut worst = 0.0_f64;
         for (degrees, moments) in ANGLES.into_iter().zip(&found) {
@@ -226,7 +290,10 @@ fn albedo(lab: &mut Lab) -> Result<(), Error> {
         }
         lab.claim(
             &format!("albedo of {} against its closed form", model.title()),
-            format!("worst of {} angles {worst:.2} standard errors", ANGLES.len()),
+            format!(
+                "worst of {} angles {worst:.2} standard errors",
+                ANGLES.len()
+            ),
             worst < critical,
         );
         let points = ANGLES.into_iter().zip(&found).map(|(d, m)| [d, m.mean()]);
@@ -263,11 +330,13 @@ fn albedo(lab: &mut Lab) -> Result<(), Error> {
     ));
     charts(
         &lab.figure("lobes.svg"),
-        [900, 560],
+        [900, 400],
         &[Chart {
-            title: format!("π f in the plane of incidence, light at {INCIDENT}°, ρ = 1, σ = {SIGMA}"),
+            title: format!(
+                "π f in the plane of incidence, light at {INCIDENT}°, ρ = 1, σ = {SIGMA}"
+            ),
             axes: ["π f sin θ (towards the light →)".into(), "π f cos θ".into()],
-            ranges: [[-1.6, 2.0], [0.0, 2.0]],
+            ranges: [[-1.2, 2.0], [0.0, 1.2]],
             log: [false, false],
             series: lobes,
             legend: Corner::UpperLeft,

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use clap::ValueEnum;
 use glam::DVec3;
-use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
+use whitefurnace::bsdf::OrenNayarForm;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::{
     Estimator, ImageEstimator, LightRules, LightTracer, Path, Published, Report, Standard,
@@ -18,6 +18,7 @@ use whitefurnace::sampler::LONGEST;
 use whitefurnace::scene::room::{self, Convention};
 use whitefurnace::scene::{Scene, simple};
 
+use crate::diffuse::DiffuseName;
 use crate::progress::Progress;
 
 /// The scenes that programs can name.
@@ -65,47 +66,6 @@ pub enum ConventionName {
     Report,
     /// A hypothesis about the program that made the published figure 6
     Published,
-}
-
-/// The diffuse models, as programs name them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum DiffuseName {
-    /// Lambert, equation (13)
-    Lambert,
-    /// Equation (14) as the report prints it, with sin α sin β
-    Printed,
-    /// Equation (14) as Oren and Nayar have it, with sin α tan β
-    Corrected,
-    /// Energy-preserving Oren-Nayar
-    Eon,
-}
-
-impl DiffuseName {
-    /// All, in the order in which figures show them.
-    pub const ALL: [Self; 4] = [Self::Lambert, Self::Printed, Self::Corrected, Self::Eon];
-
-    /// The model with the given albedo and σ in radians; EON gets the roughness of the same shape.
-    pub fn bsdf(self, albedo: DVec3, sigma: f64) -> Bsdf {
-        match self {
-            Self::Lambert => Bsdf::Lambert { albedo },
-            Self::Printed => Bsdf::oren_nayar(albedo, sigma, OrenNayarForm::Printed),
-            Self::Corrected => Bsdf::oren_nayar(albedo, sigma, OrenNayarForm::Corrected),
-            Self::Eon => Bsdf::Eon {
-                albedo,
-                roughness: OrenNayar::new(sigma).roughness(),
-            },
-        }
-    }
-
-    /// How plots and tables name it.
-    pub fn title(self) -> &'static str {
-        match self {
-            Self::Lambert => "Lambert",
-            Self::Printed => "Oren–Nayar as printed",
-            Self::Corrected => "Oren–Nayar corrected",
-            Self::Eon => "EON",
-        }
-    }
 }
 
 /// The strategies of section 2.7, as programs name them.

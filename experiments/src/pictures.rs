@@ -20,7 +20,10 @@ pub fn write_grid(
     display: Display,
     magnification: u32,
 ) -> Result<(), Error> {
-    let [width, height] = films.first().map_or([1, 1], Film::size).map(|n| n * magnification);
+    let [width, height] = films
+        .first()
+        .map_or([1, 1], Film::size)
+        .map(|n| n * magnification);
     let rows = (films.len() as u32).div_ceil(columns);
     let size = [
         columns * (width + GAP) - GAP,
@@ -28,7 +31,10 @@ pub fn write_grid(
     ];
     let mut rgb = vec![u8::MAX; 3 * size[0] as usize * size[1] as usize];
     for (k, film) in (0..).zip(films) {
-        let corner = [(k % columns) * (width + GAP), (k / columns) * (height + GAP)];
+        let corner = [
+            (k % columns) * (width + GAP),
+            (k / columns) * (height + GAP),
+        ];
         for y in 0..height {
             for x in 0..width {
                 let mean = film.pixel(x / magnification, y / magnification).mean();

@@ -6,9 +6,8 @@ use std::time::Instant;
 
 use clap::Parser;
 use experiments::cli::{self, parse_size};
-use experiments::job::{
-    ConventionName, DiffuseName, EstimatorName, Job, PixelName, SamplerName, SceneName,
-};
+use experiments::diffuse::DiffuseName;
+use experiments::job::{ConventionName, EstimatorName, Job, PixelName, SamplerName, SceneName};
 use experiments::progress::{Progress, catch_interrupt};
 use whitefurnace::error::Error;
 use whitefurnace::image::{check_writable, write_exr, write_png};

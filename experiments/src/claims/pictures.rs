@@ -42,7 +42,8 @@ pub fn antialiasing(lab: &mut Lab, file: &str) -> Result<(), Error> {
     write_grid(&lab.figure(file), &films, 4, display, 6)?;
     lab.note(
         file,
-        "left to right: 1 ray through the centre; 16 rays on a grid, at random, jittered; ×6".to_owned(),
+        "left to right: 1 ray through the centre; 16 rays on a grid, at random, jittered; ×6"
+            .to_owned(),
     );
     Ok(())
 }
@@ -62,7 +63,10 @@ pub fn noise(lab: &mut Lab, [picture, plot]: [&str; 2]) -> Result<(), Error> {
         let film = crop(lab, job, &format!("{spp} spp"), [150, 100], [side, side])?;
         // One sample has no spread.
         if spp > 1 {
-            let squares = film.pixels().iter().map(|pixel| pixel.standard_error().length_squared());
+            let squares = film
+                .pixels()
+                .iter()
+                .map(|pixel| pixel.standard_error().length_squared());
             let error = (squares.sum::<f64>() / film.pixels().len() as f64).sqrt();
             lab.number(&format!("noise.{spp}"), error);
             errors.push([f64::from(spp), error]);
@@ -70,7 +74,13 @@ pub fn noise(lab: &mut Lab, [picture, plot]: [&str; 2]) -> Result<(), Error> {
         films.push(film);
     }
     let magnification = lab.by_tier(3, 2);
-    write_grid(&lab.figure(picture), &films, 4, Job::default().display(0.0), magnification)?;
+    write_grid(
+        &lab.figure(picture),
+        &films,
+        4,
+        Job::default().display(0.0),
+        magnification,
+    )?;
     let ratio = errors[1][1] / errors[2][1];
     lab.number("noise.64_over_512", ratio);
     lab.claim(
@@ -93,7 +103,12 @@ pub fn noise(lab: &mut Lab, [picture, plot]: [&str; 2]) -> Result<(), Error> {
             ranges: [[4.0, 1000.0], [error * 0.5, error * 20.0]],
             log: [true; 2],
             series: vec![
-                Series::new("N^(-1/2) through the last point", 6, Mark::Line, vec![law(4.0), law(1000.0)]),
+                Series::new(
+                    "N^(-1/2) through the last point",
+                    6,
+                    Mark::Line,
+                    vec![law(4.0), law(1000.0)],
+                ),
                 Series::new("crop", 0, Mark::Points, errors),
             ],
             legend: Corner::UpperRight,

@@ -45,12 +45,24 @@ pub fn roulette(lab: &mut Lab, file: &str) -> Result<(), Error> {
     let mut all_hold = true;
     for (colour, a) in ALBEDOS.into_iter().enumerate() {
         let exact = 1.0 / (1.0 - a);
-        let survivals = [0.5, 0.6, 0.75, 0.8, 0.9, 0.95].into_iter().filter(|&q| q >= a);
+        let survivals = [0.5, 0.6, 0.75, 0.8, 0.9, 0.95]
+            .into_iter()
+            .filter(|&q| q >= a);
         let found: Vec<_> = survivals
-            .map(|q| (q, walks(lab, &format!("roulette {a} {q}"), n, RIGHT, [a, q])))
+            .map(|q| {
+                (
+                    q,
+                    walks(lab, &format!("roulette {a} {q}"), n, RIGHT, [a, q]),
+                )
+            })
             .collect();
         let label = format!("albedo {a}");
-        means.push(Series::new(&label, colour, Mark::Line, vec![[0.2, exact], [1.0, exact]]));
+        means.push(Series::new(
+            &label,
+            colour,
+            Mark::Line,
+            vec![[0.2, exact], [1.0, exact]],
+        ));
         means.push(Series {
             bars: found.iter().map(|(_, (m, _))| interval(m)).collect(),
             ..points(colour, found.iter().map(|(q, (m, _))| [*q, m.mean()]))
@@ -60,7 +72,12 @@ pub fn roulette(lab: &mut Lab, file: &str) -> Result<(), Error> {
             survivals.map(|q| [q, f(q)]).collect::<Vec<_>>()
         };
         let efficiency = |q: f64| 1.0 / (variance(a, q) * vertices(q));
-        variances.push(Series::new(&label, colour, Mark::Line, curve(&|q| variance(a, q))));
+        variances.push(Series::new(
+            &label,
+            colour,
+            Mark::Line,
+            curve(&|q| variance(a, q)),
+        ));
         variances.push(Series {
             bars: found.iter().map(|(_, (_, s))| interval(s)).collect(),
             ..points(colour, found.iter().map(|(q, (_, s))| [*q, s.mean()]))
@@ -69,7 +86,9 @@ pub fn roulette(lab: &mut Lab, file: &str) -> Result<(), Error> {
         efficiencies.push(Series::new(&label, colour, Mark::Line, curve(&efficiency)));
         efficiencies.push(points(
             colour,
-            found.iter().map(|(q, (_, s))| [*q, 1.0 / (s.mean() * vertices(*q))]),
+            found
+                .iter()
+                .map(|(q, (_, s))| [*q, 1.0 / (s.mean() * vertices(*q))]),
         ));
         efficiencies.push(wall(a * a, [1e-3, 1e1]));
         for (q, (values, squares)) in &found {
@@ -78,7 +97,9 @@ pub fn roulette(lab: &mut Lab, file: &str) -> Result<(), Error> {
             lab.number(&format!("roulette.{a}.{q}.mean"), values.mean());
             lab.number(&format!("roulette.{a}.{q}.variance"), squares.mean());
         }
-        let best = curve(&efficiency).into_iter().max_by(|x, y| x[1].total_cmp(&y[1]));
+        let best = curve(&efficiency)
+            .into_iter()
+            .max_by(|x, y| x[1].total_cmp(&y[1]));
         if let Some([q, _]) = best {
             lab.number(&format!("roulette.{a}.best_survival"), q);
             lab.note(
@@ -105,7 +126,14 @@ pub fn roulette(lab: &mut Lab, file: &str) -> Result<(), Error> {
         [900, 1200],
         1,
         &[
-            chart("Mean: whatever the survival", "mean", [0.0, 14.0], false, means, Corner::UpperLeft),
+            chart(
+                "Mean: whatever the survival",
+                "mean",
+                [0.0, 14.0],
+                false,
+                means,
+                Corner::UpperLeft,
+            ),
             chart(
                 "Variance: infinite left of the squared albedo (grey)",
                 "variance of a path",
@@ -144,7 +172,12 @@ pub fn truncation(lab: &mut Lab, file: &str) -> Result<(), Error> {
         let exact = 1.0 / (1.0 - a);
         let curve = (0..=200).map(|i| f64::from(i) / 10.0);
         let curve = curve.map(|b| [b, a.powf(b + 1.0)]).collect();
-        series.push(Series::new(&format!("albedo {a}"), colour, Mark::Line, curve));
+        series.push(Series::new(
+            &format!("albedo {a}"),
+            colour,
+            Mark::Line,
+            curve,
+        ));
         let (mut lost, mut bars) = (Vec::new(), Vec::new());
         for b in [1, 2, 3, 5, 7, 10, 15, 20] {
             let parts = Parts {
@@ -188,7 +221,8 @@ pub fn truncation(lab: &mut Lab, file: &str) -> Result<(), Error> {
         [900, 500],
         1,
         &[Chart {
-            title: "Share of light lost by cutting paths; the report's seven bounces in grey".into(),
+            title: "Share of light lost by cutting paths; the report's seven bounces in grey"
+                .into(),
             axes: ["bounces b".into(), "relative bias".into()],
             ranges: [[0.0, 20.5], [1e-4, 1.0]],
             log: [false, true],

@@ -165,7 +165,9 @@ fn draw(area: &DrawingArea<SVGBackend<'_>, Shift>, chart: &Chart) -> Drawn {
                 Mark::Faint => {
                     Rectangle::new([(x, y), (x + 16, y + 1)], RGBColor(150, 150, 150).filled())
                 }
-                Mark::Points | Mark::Dots => Rectangle::new([(x + 4, y - 4), (x + 12, y + 4)], colour.filled()),
+                Mark::Points | Mark::Dots => {
+                    Rectangle::new([(x + 4, y - 4), (x + 12, y + 4)], colour.filled())
+                }
             });
         }
         let bars = series.points.iter().zip(&series.bars);
