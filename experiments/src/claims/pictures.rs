@@ -3,7 +3,7 @@
 use whitefurnace::error::Error;
 use whitefurnace::film::{Film, Window};
 
-use crate::job::{ConventionName, EstimatorName, Job, PixelName, name};
+use crate::job::{ConventionName, EstimatorName, Job, PixelName, SceneName, name};
 use crate::lab::Lab;
 use crate::pictures::write_grid;
 use crate::plot::chart::{Chart, Corner, Mark, Series, rows};
@@ -56,9 +56,11 @@ pub fn noise(lab: &mut Lab, [picture, plot]: [&str; 2]) -> Result<(), Error> {
     let side = lab.by_tier(64, 120);
     let (mut films, mut errors) = (Vec::new(), Vec::new());
     for spp in SAMPLES {
+        // Without mirrors and glass: their rare bright paths make a spread of its own.
         let job = Job {
+            scene: SceneName::DiffuseRoom,
             spp,
-            ..Job::report(ConventionName::Physical)
+            ..Job::default()
         };
         let film = crop(lab, job, &format!("{spp} spp"), [150, 100], [side, side])?;
         // One sample has no spread.
@@ -95,7 +97,7 @@ pub fn noise(lab: &mut Lab, [picture, plot]: [&str; 2]) -> Result<(), Error> {
         [900, 460],
         1,
         &[Chart {
-            title: "Noise of a crop of the room".into(),
+            title: "Noise of a crop of the all-diffuse room".into(),
             axes: [
                 "samples per pixel N".into(),
                 "root mean square of the pixels' standard errors (radiance)".into(),

@@ -48,7 +48,7 @@ pub fn hemispheres(lab: &mut Lab, file: &str) -> Result<(), Error> {
         }
     };
     let panels: Vec<Chart> = samplers.into_iter().enumerate().map(panel).collect();
-    rows(&lab.figure(file), [1200, 430], 3, &panels)
+    rows(&lab.figure(file), [1200, 400], 3, &panels)
 }
 
 /// Radiance from everywhere alike, and from a band at the horizon: what the trials' profiles leave out,
@@ -121,7 +121,8 @@ pub fn importance(lab: &mut Lab, file: &str) -> Result<(), Error> {
         format!("{} profiles, {n} samples each", profiles.len()),
         all_hold,
     );
-    let names: Vec<&str> = profiles.iter().map(|profile| profile.name).collect();
+    let named = |(k, profile): (usize, &Profile)| format!("{k} is {}", profile.name);
+    let names: Vec<String> = profiles.iter().enumerate().map(named).collect();
     for profile in &profiles {
         let ratio = profile.uniform / profile.cosine;
         lab.note(

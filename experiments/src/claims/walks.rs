@@ -90,23 +90,21 @@ pub fn roulette(lab: &mut Lab, file: &str) -> Result<(), Error> {
                 .iter()
                 .map(|(q, (_, s))| [*q, 1.0 / (s.mean() * vertices(*q))]),
         ));
-        efficiencies.push(wall(a * a, [1e-3, 1e1]));
+        efficiencies.push(wall(a * a, [1e-4, 1e1]));
         for (q, (values, squares)) in &found {
             all_hold &= holds(interval(values), exact);
             all_hold &= holds(interval(squares), variance(a, *q));
             lab.number(&format!("roulette.{a}.{q}.mean"), values.mean());
             lab.number(&format!("roulette.{a}.{q}.variance"), squares.mean());
         }
-        let best = curve(&efficiency)
-            .into_iter()
-            .max_by(|x, y| x[1].total_cmp(&y[1]));
-        if let Some([q, _]) = best {
-            lab.number(&format!("roulette.{a}.best_survival"), q);
-            lab.note(
-                &format!("roulette, albedo {a}: most efficient survival"),
-                format!("{q:.3}; the variance is infinite up to {:.4}", a * a),
-            );
-        }
+        let [low, high] = [a, 0.95].map(efficiency);
+        lab.note(
+            &format!("roulette, albedo {a}: efficiency at survival {a} and 0.95"),
+            format!(
+                "{low:.4}, {high:.4}; the variance is infinite up to {:.4}",
+                a * a
+            ),
+        );
     }
     lab.claim(
         "roulette: means and variances are their closed forms",
@@ -145,7 +143,7 @@ pub fn roulette(lab: &mut Lab, file: &str) -> Result<(), Error> {
             chart(
                 "Efficiency: 1/(variance × vertices)",
                 "efficiency",
-                [1e-3, 1e1],
+                [1e-4, 1e1],
                 true,
                 efficiencies,
                 Corner::UpperLeft,
@@ -163,6 +161,9 @@ fn wall(x: f64, [low, high]: [f64; 2]) -> Series {
     Series::new("", 6, Mark::Faint, vec![[x, low], [x, high]])
 }
 
+/// The smallest loss that is drawn.
+const LEAST: f64 = 1e-4;
+
 /// The relative bias of a path cut after b bounces: a^(b+1).
 pub fn truncation(lab: &mut Lab, file: &str) -> Result<(), Error> {
     let n = lab.count(lab.by_tier(200_000, 4_000_000));
@@ -171,7 +172,8 @@ pub fn truncation(lab: &mut Lab, file: &str) -> Result<(), Error> {
     for (colour, a) in ALBEDOS.into_iter().enumerate() {
         let exact = 1.0 / (1.0 - a);
         let curve = (0..=200).map(|i| f64::from(i) / 10.0);
-        let curve = curve.map(|b| [b, a.powf(b + 1.0)]).collect();
+        let curve = curve.map(|b| [b, a.powf(b + 1.0)]);
+        let curve = curve.filter(|&[_, lost]| lost >= LEAST).collect();
         series.push(Series::new(
             &format!("albedo {a}"),
             colour,
@@ -210,7 +212,7 @@ pub fn truncation(lab: &mut Lab, file: &str) -> Result<(), Error> {
             ..Series::new("", colour, Mark::Points, lost)
         });
     }
-    series.push(wall(7.0, [1e-4, 1.0]));
+    series.push(wall(7.0, [LEAST, 1.0]));
     lab.claim(
         "path length: the bias of cut paths is −a^(b+1)",
         format!("{n} walks each"),
@@ -224,7 +226,7 @@ pub fn truncation(lab: &mut Lab, file: &str) -> Result<(), Error> {
             title: "Share of light lost by cutting paths; the report's seven bounces in grey"
                 .into(),
             axes: ["bounces b".into(), "relative bias".into()],
-            ranges: [[0.0, 20.5], [1e-4, 1.0]],
+            ranges: [[0.0, 20.5], [LEAST, 1.0]],
             log: [false, true],
             series,
             legend: Corner::LowerLeft,

@@ -124,7 +124,8 @@ fn draw(area: &DrawingArea<SVGBackend<'_>, Shift>, chart: &Chart) -> Drawn {
         move |value: &f64| {
             if log {
                 if (value - value.round()).abs() < 1e-6 {
-                    format!("1e{value:.0}")
+                    // Not "1e-0".
+                    format!("1e{:.0}", value.round() + 0.0)
                 } else {
                     String::new()
                 }
