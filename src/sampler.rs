@@ -4,7 +4,7 @@ use std::convert::Infallible;
 
 use rand::{Rng, TryRng};
 
-use crate::rng::Stream;
+use crate::rng::{Stream, seed_for, stream};
 
 /// A source of uniform numbers that knows which part of a path asks.
 ///
@@ -57,6 +57,12 @@ impl Sobol {
             fill,
         }
     }
+}
+
+/// The scramble of a pixel's replication under a master seed: different ones are independent.
+#[inline]
+pub fn scramble(seed: u64, pixel: u32, replication: u32) -> u32 {
+    stream(seed_for(seed, "scramble"), pixel, replication).next_u32()
 }
 
 impl Sampler for Sobol {

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use rand::Rng;
 use whitefurnace::equation;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::{Estimator, Path, Standard, Strategy};
@@ -10,7 +9,7 @@ use whitefurnace::harness::convergence::log_slope;
 use whitefurnace::harness::tails::student_upper;
 use whitefurnace::moments::Moments;
 use whitefurnace::rng::{seed_for, stream, uniform2};
-use whitefurnace::sampler::{Sampler, Sobol};
+use whitefurnace::sampler::{Sampler, Sobol, scramble};
 use whitefurnace::scene::Scene;
 use whitefurnace::scene::room;
 use whitefurnace::shape::Ray;
@@ -67,7 +66,7 @@ impl Integrand {
 
     /// The mean of N samples of replication `k`: independent streams, or one scramble.
     fn mean(&self, sobol: bool, seed: u64, k: u32, samples: u32) -> f64 {
-        let scramble = stream(seed_for(seed, "scramble"), samples, k).next_u32();
+        let scramble = scramble(seed, samples, k);
         let seed = seed_for(seed, &samples.to_string());
         let sum: f64 = (0..samples)
             .map(|index| {

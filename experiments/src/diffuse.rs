@@ -330,13 +330,13 @@ fn albedo(lab: &mut Lab) -> Result<(), Error> {
     ));
     charts(
         &lab.figure("lobes.svg"),
-        [900, 400],
+        [900, 460],
         &[Chart {
             title: format!(
                 "π f in the plane of incidence, light at {INCIDENT}°, ρ = 1, σ = {SIGMA}"
             ),
             axes: ["π f sin θ (towards the light →)".into(), "π f cos θ".into()],
-            ranges: [[-1.2, 2.0], [0.0, 1.2]],
+            ranges: [[-1.2, 2.0], [0.0, 1.45]],
             log: [false, false],
             series: lobes,
             legend: Corner::UpperLeft,

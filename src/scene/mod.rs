@@ -296,8 +296,8 @@ impl SceneBuilder {
     /// Validates the parts and builds the acceleration structure.
     ///
     /// # Errors
-    /// [`Error::Scene`] for a number that is not finite, an albedo or absorption outside [0, 1], a
-    /// negative radiance, an index that points nowhere, a triangle without area, a sphere without
+    /// [`Error::Scene`] for a number that is not finite, an albedo, absorption or roughness outside
+    /// [0, 1], a negative radiance, an index that points nowhere, a triangle without area, a sphere without
     /// radius.
     pub fn build(mut self, camera: Camera) -> Result<Scene, Error> {
         self.check_surfaces()?;
@@ -375,8 +375,8 @@ impl SceneBuilder {
                 return Err(invalid(
                     &self.name,
                     format!(
-                        "surface {i} needs albedo and absorption in [0, 1], as a roughness, a finite radiance \
-                     of at least 0 and an index above 0: {surface:?}"
+                        "surface {i} needs albedo, absorption and roughness in [0, 1], a finite radiance of at \
+                     least 0 and an index above 0: {surface:?}"
                     ),
                 ));
             }

@@ -10,9 +10,10 @@ use whitefurnace::bsdf::eon::{
 };
 use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm, lambert, oren_nayar};
 use whitefurnace::frame::from_spherical;
+use whitefurnace::scene::{SceneBuilder, Surface};
 
 use crate::bsdf::directional_albedo;
-use crate::helpers::{U, gauss_legendre, integrate, upper};
+use crate::helpers::{U, any_camera, gauss_legendre, integrate, upper};
 use crate::reference;
 use crate::seed::property;
 
@@ -147,4 +148,21 @@ fn the_roughness_of_the_same_shape() {
         assert_relative_eq!(ratio, known, max_relative = 16.0 * U);
     }
     assert!(OrenNayar::new(FRAC_PI_2).roughness() < 0.9);
+}
+
+#[test]
+fn roughness_outside_its_range_is_refused() {
+    let albedo = DVec3::splat(0.5);
+    let build = |roughness: f64| {
+        let mut scene = SceneBuilder::new("rough");
+        scene.surface(Surface::new(Bsdf::Eon { albedo, roughness }));
+        scene.build(any_camera())
+    };
+    for good in [0.0, 0.4, 1.0] {
+        assert!(build(good).is_ok(), "{good}");
+    }
+    for bad in [-0.1, 1.01, f64::NAN, f64::INFINITY] {
+        let message = build(bad).expect_err("out of range").to_string();
+        assert!(message.contains("roughness in [0, 1]"), "{message}");
+    }
 }

@@ -17,7 +17,7 @@ use crate::harness::outcome::{Claim, Outcome};
 use crate::harness::trial::{Context, Trial};
 use crate::moments::Moments;
 use crate::rng::{seed_for, stream, uniform, uniform2};
-use crate::sampler::{BLOCK, LIGHT, Sampler, Sobol};
+use crate::sampler::{BLOCK, LIGHT, Sampler, Sobol, scramble};
 use crate::scene::Scene;
 use crate::trials::irradiance::reflected;
 use crate::trials::scenes::{RECTANGLE, at_origin, polygon_irradiance, rectangle_light};
@@ -52,7 +52,7 @@ fn sobol(point: Point, block: u32) -> Block {
         replication,
         index,
     } = point;
-    let scramble = stream(seed_for(seed, "scramble"), pixel, replication).next_u32();
+    let scramble = scramble(seed, pixel, replication);
     scrambled(
         point,
         block,
@@ -379,7 +379,7 @@ fn error_bars(context: &Context, subject: Subject) -> Vec<Outcome> {
 }
 
 fn trial(name: &str, property: &str, statistic: &'static str, size: (u64, f64, usize)) -> Trial {
-    let subject = "sampler::Sobol";
+    let subject = "sampler::Sobol, sampler::scramble";
     let name = format!("sampler/{name}");
     data(name, property, &SOBOL, subject, statistic, size)
 }
