@@ -1,6 +1,8 @@
-//! Reflection models: Lambert (13), Oren-Nayar (14)-(15) in two forms, mirror and glass.
+//! Reflection models: Lambert (13), Oren-Nayar (14)-(15) in two forms, [EON](eon), mirror and glass.
 //!
 //! Directions are local unit vectors that point away from the surface, the normal is z.
+
+pub mod eon;
 
 use std::f64::consts::FRAC_1_PI;
 
@@ -24,6 +26,13 @@ pub enum Bsdf {
         constants: OrenNayar,
         /// Which form of (14).
         form: OrenNayarForm,
+    },
+    /// Energy-preserving Oren-Nayar, [`eon`].
+    Eon {
+        /// ρ, the albedo of single scattering on a facet.
+        albedo: DVec3,
+        /// r in [0, 1].
+        roughness: f64,
     },
     /// A perfect mirror.
     Mirror {
@@ -64,6 +73,12 @@ impl OrenNayar {
             a: 1.0 - s2 / (2.0 * (s2 + 0.33)),
             b: 0.45 * s2 / (s2 + 0.09),
         }
+    }
+
+    /// The roughness B/A, in [0, 0.9), of the EON model whose single scattering has the same shape: both
+    /// are in proportion to 1 + (B/A) s/t where s > 0.
+    pub fn roughness(self) -> f64 {
+        self.b / self.a
     }
 }
 
@@ -114,6 +129,15 @@ impl Bsdf {
         }
     }
 
+    /// Whether light leaves in all directions, so that shadow rays and cosine-weighted directions serve.
+    #[inline]
+    pub fn is_diffuse(&self) -> bool {
+        matches!(
+            self,
+            Self::Lambert { .. } | Self::OrenNayar { .. } | Self::Eon { .. }
+        )
+    }
+
     /// f_r(wo, wi) in 1/sr for a diffuse model; zero for the others, whose light is concentrated in
     /// single directions, and below the horizon.
     #[inline]
@@ -128,6 +152,7 @@ impl Bsdf {
                 constants,
                 form,
             } => lambert(albedo) * oren_nayar(constants, form, wo, wi),
+            Self::Eon { albedo, roughness } => FRAC_1_PI * eon::eon(albedo, roughness, wo, wi),
             Self::Black | Self::Mirror { .. } | Self::Glass { .. } => DVec3::ZERO,
         }
     }
@@ -136,7 +161,9 @@ impl Bsdf {
     pub fn albedo(&self) -> DVec3 {
         match *self {
             Self::Black => DVec3::ZERO,
-            Self::Lambert { albedo } | Self::OrenNayar { albedo, .. } => albedo,
+            Self::Lambert { albedo }
+            | Self::OrenNayar { albedo, .. }
+            | Self::Eon { albedo, .. } => albedo,
             Self::Mirror { reflectance } => reflectance,
             Self::Glass { .. } => DVec3::ONE,
         }

@@ -120,6 +120,18 @@ equations! {
         r"A = 1 - \frac{\sigma^2}{2(\sigma^2+0.33)}, \quad B = \frac{0.45\,\sigma^2}{\sigma^2+0.09}", None,
         "Oren and Nayar, SIGGRAPH 1994", Correct,
         "σ is the standard deviation of the facets' slope angle in radians, which the report does not say.";
+    EON_SINGLE = "eon.single", "", "EON, single scattering",
+        r"f_1 = \frac{\rho}{\pi} A \left(1 + r\,\frac{s}{t}\right), \quad s = \omega_i\cdot\omega_o - \cos\theta_i\cos\theta_o, \quad t = \begin{cases} \max(\cos\theta_i, \cos\theta_o) & s > 0 \\ 1 & s \le 0 \end{cases}, \quad A = \frac{1}{1 + \left(\frac12 - \frac{2}{3\pi}\right) r}", None,
+        "Fujii 2013; Portsmouth, Kutz and Hill, JCGT 14(1), 2025", Added,
+        "Its directional albedo is never above 1 and is 1 at grazing, for every roughness r in [0, 1].";
+    EON_ALBEDO = "eon.albedo", "", "EON, directional albedo",
+        r"E(\theta) = A\left(1 + \frac{r}{\pi}\,G(\theta)\right), \quad G(\theta) = \sin\theta\left(\theta - \sin\theta\cos\theta - \tfrac23\right) + \tfrac23 \tan\theta\,(1 - \sin^3\theta)", None,
+        "Portsmouth, Kutz and Hill, JCGT 14(1), 2025", Added,
+        "The exact integral of single scattering with ρ = 1; its average is A(1 + r(2/3 − 28/(15π))).";
+    EON_MULTIPLE = "eon.multiple", "", "EON, multiple scattering",
+        r"f_2 = \frac{\rho_m}{\pi}\,\frac{(1 - E(\theta_i))(1 - E(\theta_o))}{1 - \bar E}, \quad \rho_m = \frac{\rho^2 \bar E}{1 - \rho(1 - \bar E)}", None,
+        "Portsmouth, Kutz and Hill, JCGT 14(1), 2025; Kulla and Conty, SIGGRAPH course, 2017", Added,
+        "With it a white surface reflects all light, whatever its roughness: neither form of (14) does.";
     ESTIMATOR = "estimator", "16", "Monte Carlo estimator",
         r"\langle E \rangle = \frac{1}{N}\sum_{i=1}^{N}\frac{f(X_i)}{p(X_i)}", None,
         "Dutré, Bala and Bekaert 2006", Correct,
@@ -141,6 +153,10 @@ equations! {
         r"\theta = \arccos\sqrt{1 - r_1}, \quad \phi = 2\pi r_2, \quad p = \frac{\cos\theta}{\pi}", None,
         "Malley's method; Pharr, Jakob and Humphreys, 4th ed., A.5.3", Added,
         "What importance sampling of (9) asks for.";
+    SOBOL = "sobol", "", "Low-discrepancy points",
+        r"\#\left\{ i < 2^m : \left(\tfrac{j}{2^a}, \tfrac{k}{2^{m-a}}\right) \le (x_i, y_i) < \left(\tfrac{j+1}{2^a}, \tfrac{k+1}{2^{m-a}}\right) \right\} = 1", None,
+        "Sobol' 1967; Joe and Kuo, SIAM J. Sci. Comput. 30(5), 2008; Owen 1995; Burley, JCGT 9(4), 2020", Added,
+        "Points of one scramble repel each other: the error of smooth integrands falls faster, and error bars come from several scrambles.";
     ROULETTE = "roulette", "2.6.2", "Russian roulette",
         r"L' = \begin{cases} L/(1-\alpha) & r \le 1-\alpha \\ 0 & \text{otherwise} \end{cases}", None,
         "Arvo and Kirk, SIGGRAPH 1990", Trap,

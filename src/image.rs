@@ -140,10 +140,11 @@ pub fn write_png(
     write_rgb(path, [width, height], &rgb)
 }
 
-/// Writes 8-bit sRGB values, three per pixel, row by row from the top, as a PNG.
+/// Writes 8-bit sRGB triples, row by row from the top, as a PNG of `size` pixels.
 ///
 /// # Errors
-/// As [`write_png`].
+/// [`Error::File`] or [`Error::Image`], for triples that do not fill the size, too; nothing is left
+/// behind then.
 pub fn write_rgb(path: &Path, size: [u32; 2], rgb: &[u8]) -> Result<(), Error> {
     let bytes = encode_rgb(size, rgb).map_err(|error| Error::Image {
         action: "write",

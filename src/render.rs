@@ -4,15 +4,14 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
-use rand::Rng;
 use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::estimator::{Estimator, ImageEstimator};
 use crate::film::{Features, Film, Pixel};
 use crate::pixel::PixelSampling;
-use crate::rng::{seed_for, stream, uniform2};
-use crate::sampler::{Sampler, Sobol};
+use crate::rng::{stream, uniform2};
+use crate::sampler::{Sampler, Sobol, scramble};
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
 
@@ -124,9 +123,7 @@ fn add_replication<E: Estimator>(
     let here = y * frame[0] + x;
     let scramble = match sampling.numbers {
         Numbers::Independent => 0,
-        Numbers::Sobol(_) => {
-            stream(seed_for(sampling.seed, "scramble"), here, replication).next_u32()
-        }
+        Numbers::Sobol(_) => scramble(sampling.seed, here, replication),
     };
     let mut sum = DVec3::ZERO;
     for index in 0..samples {

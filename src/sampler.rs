@@ -4,7 +4,7 @@ use std::convert::Infallible;
 
 use rand::{Rng, TryRng};
 
-use crate::rng::Stream;
+use crate::rng::{Stream, seed_for, stream};
 
 /// A source of uniform numbers that knows which part of a path asks.
 ///
@@ -22,10 +22,13 @@ pub trait Sampler: Rng {
 pub const BLOCK: u32 = 8;
 /// The first block of the light path.
 pub const LIGHT: u32 = 1 << 16;
+/// A block that is used up goes on in the block this much further on, which nobody else asks for.
+const OVERFLOW: u32 = 1 << 20;
 
 impl Sampler for Stream {}
 
-/// One point of a Sobol' sequence (Joe and Kuo 2008) with Owen scrambling by hash (Burley 2020).
+/// One point of a Sobol' sequence (Joe and Kuo 2008) with Owen scrambling by hash (Burley 2020),
+/// [`crate::equation::SOBOL`].
 ///
 /// Each block takes the first [`BLOCK`] dimensions of a sequence with scramble and shuffle of its own,
 /// so that there are as many as a path needs. The 23 leading bits of a number are the sequence's, the
@@ -56,6 +59,12 @@ impl Sobol {
     }
 }
 
+/// The scramble of a pixel's replication under a master seed: different ones are independent.
+#[inline]
+pub fn scramble(seed: u64, pixel: u32, replication: u32) -> u32 {
+    stream(seed_for(seed, "scramble"), pixel, replication).next_u32()
+}
+
 impl Sampler for Sobol {
     #[inline]
     fn block(&mut self, block: u32) {
@@ -76,7 +85,7 @@ impl TryRng for Sobol {
         let value = sobol_burley::sample(self.index, self.dimension, seed);
         self.dimension += 1;
         if self.dimension == BLOCK {
-            self.block += 1;
+            self.block = self.block.wrapping_add(OVERFLOW);
             self.dimension = 0;
         }
         let leading = (f64::from(value) * f64::from(1u32 << 23)) as u64;

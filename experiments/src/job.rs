@@ -19,6 +19,7 @@ use whitefurnace::sampler::LONGEST;
 use whitefurnace::scene::room::{self, Convention};
 use whitefurnace::scene::{Scene, simple};
 
+use crate::diffuse::DiffuseName;
 use crate::progress::Progress;
 
 /// The scenes that programs can name.
@@ -66,15 +67,6 @@ pub enum ConventionName {
     Report,
     /// A hypothesis about the program that made the published figure 6
     Published,
-}
-
-/// The forms of equation (14), as programs name them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum OrenNayarName {
-    /// sin α tan β, as Oren and Nayar have it
-    Corrected,
-    /// sin α sin β, as the report prints it
-    Printed,
 }
 
 /// The strategies of section 2.7, as programs name them.
@@ -139,8 +131,8 @@ pub struct Job {
     pub light_sampling: LightSamplingName,
     /// How [`EstimatorName::Mis`] weights.
     pub heuristic: HeuristicName,
-    /// The form of (14).
-    pub oren_nayar: OrenNayarName,
+    /// The model of the report's white sphere.
+    pub diffuse: DiffuseName,
     /// N of (16) for the report's estimator.
     pub rays: u32,
     /// Where in a pixel the rays go.
@@ -170,7 +162,7 @@ impl Default for Job {
             estimator: EstimatorName::Mis,
             light_sampling: LightSamplingName::default(),
             heuristic: HeuristicName::default(),
-            oren_nayar: OrenNayarName::Corrected,
+            diffuse: DiffuseName::Corrected,
             rays: 1,
             pixel: PixelName::Random,
             grid: 4,
@@ -236,7 +228,7 @@ impl Job {
             line("heuristic", &name(self.heuristic));
         }
         if self.scene == SceneName::Report && self.convention != ConventionName::Published {
-            line("oren-nayar", &name(self.oren_nayar));
+            line("diffuse", &name(self.diffuse));
         }
         if (self.estimator, self.convention) == (EstimatorName::Report, ConventionName::Report) {
             line("rays", &self.rays.to_string());
@@ -436,18 +428,15 @@ impl Job {
     /// None for the scenes that programs can name.
     pub fn build_scene(&self) -> Result<Scene, Error> {
         match self.scene {
-            SceneName::Report => {
-                let convention = match self.convention {
-                    ConventionName::Physical => Convention::Physical,
-                    ConventionName::Report => Convention::Report,
-                    ConventionName::Published => Convention::Published,
-                };
-                let form = match self.oren_nayar {
-                    OrenNayarName::Corrected => OrenNayarForm::Corrected,
-                    OrenNayarName::Printed => OrenNayarForm::Printed,
-                };
-                room::report(convention, form)
-            }
+            SceneName::Report => match self.convention {
+                ConventionName::Physical | ConventionName::Report => {
+                    let albedo = DVec3::splat(room::WHITE);
+                    room::with_white_sphere(self.diffuse.bsdf(albedo, room::SIGMA))
+                }
+                ConventionName::Published => {
+                    room::report(Convention::Published, OrenNayarForm::Corrected)
+                }
+            },
             SceneName::DiffuseRoom => room::diffuse(),
             SceneName::Environment => simple::environment(),
             SceneName::FurnaceBox => simple::furnace_box(0.75),

@@ -4,7 +4,10 @@
 pub mod bands;
 pub mod calibration;
 pub mod cells;
+pub mod claims;
 pub mod cli;
+pub mod convergence;
+pub mod diffuse;
 pub mod errata;
 pub mod false_alarms;
 pub mod faults;
@@ -14,6 +17,7 @@ pub mod lab;
 pub mod ledger;
 pub mod lights;
 pub mod penumbra;
+pub mod pictures;
 pub mod plot;
 pub mod power;
 pub mod progress;
@@ -29,6 +33,7 @@ use lab::Experiment;
 /// Every experiment, in the order in which `reproduce` runs them.
 pub const EXPERIMENTS: &[&Experiment] = &[
     &figures::ROOM,
+    &diffuse::FIG2,
     &figures::FIG6,
     &figures::FIG7A,
     &figures::FIG7B,
@@ -40,6 +45,9 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &errata::ERRATA,
     &lights::LIGHTS,
     &penumbra::PENUMBRA,
+    &diffuse::ALBEDO,
+    &convergence::CONVERGENCE,
+    &claims::SAMPLING_CLAIMS,
     &trials::TRIALS,
     &faults::FAULTS,
     &calibration::CALIBRATION,

@@ -43,6 +43,7 @@ fn same_seed_gives_the_same_bytes_on_any_number_of_threads() {
         "--estimator whitted --pixel centre --spp 3",
         "--scene diffuse-room --spp 3",
         "--scene cornell --light-sampling solid-angle --heuristic power --spp 3",
+        "--diffuse eon --sampler sobol --scrambles 2 --spp 8",
     ];
     for case in cases {
         let bytes = [1, 2, 16].map(|threads| {
@@ -171,6 +172,29 @@ fn bad_input_gets_one_line_exit_code_two_and_leaves_nothing() {
             "{options}: {message}"
         );
     }
+}
+
+/// Each model makes another white sphere, and the option's older name still says the same.
+#[test]
+fn the_white_sphere_takes_four_models() {
+    let folder = folder("diffuse");
+    let image = |options: &str| {
+        let output = render(
+            &folder,
+            &format!("--size 32x24 --spp 2 --out a.exr {options}"),
+        );
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        std::fs::read(folder.join("a.png")).expect("a picture")
+    };
+    let models = ["lambert", "printed", "corrected", "eon"];
+    let images = models.map(|model| image(&format!("--diffuse {model}")));
+    for (i, a) in images.iter().enumerate() {
+        for b in &images[i + 1..] {
+            assert!(a != b);
+        }
+    }
+    assert!(images[1] == image("--oren-nayar printed"));
+    assert!(images[2] == image(""));
 }
 
 #[test]

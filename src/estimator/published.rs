@@ -75,7 +75,7 @@ impl Estimator for Published {
                     let sides = interface(&here, &ray, index);
                     scatter_glass(&parts, sides, ray.direction, uniform(rng)).0
                 }
-                bsdf @ (Bsdf::Lambert { .. } | Bsdf::OrenNayar { .. }) => {
+                bsdf @ (Bsdf::Lambert { .. } | Bsdf::OrenNayar { .. } | Bsdf::Eon { .. }) => {
                     let wi = parts.uniform_hemisphere(uniform2(rng));
                     let survival = 1.0 - surface.absorption;
                     let number = if quirks.roulette_by_cosine {

@@ -92,7 +92,7 @@ impl<P: Parts> Report<P> {
                 };
                 radiance += factor * next(direction, direct, rng);
             }
-            ref bsdf @ (Bsdf::Lambert { .. } | Bsdf::OrenNayar { .. }) => {
+            ref bsdf @ (Bsdf::Lambert { .. } | Bsdf::OrenNayar { .. } | Bsdf::Eon { .. }) => {
                 let vertex = Vertex::new(&here, ray);
                 if let Some(light) = direct_light(
                     parts,

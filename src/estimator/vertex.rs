@@ -238,7 +238,7 @@ pub(super) fn scatter<P: Parts, R: Sampler>(
                 pdf: None,
             })
         }
-        ref bsdf @ (Bsdf::Lambert { .. } | Bsdf::OrenNayar { .. }) => {
+        ref bsdf @ (Bsdf::Lambert { .. } | Bsdf::OrenNayar { .. } | Bsdf::Eon { .. }) => {
             let vertex = Vertex::new(here, ray);
             let wi = parts.cosine_hemisphere(uniform2(rng));
             let pdf = parts.cosine_hemisphere_pdf(wi.z);

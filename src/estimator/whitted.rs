@@ -66,7 +66,7 @@ impl<P: Parts> Whitted<P> {
         let emitted = seen(scene, &here, ray, &self.rules);
         let scattered = match scene.surface(&here).bsdf {
             Bsdf::Black => DVec3::ZERO,
-            ref bsdf @ (Bsdf::Lambert { .. } | Bsdf::OrenNayar { .. }) => {
+            ref bsdf @ (Bsdf::Lambert { .. } | Bsdf::OrenNayar { .. } | Bsdf::Eon { .. }) => {
                 let vertex = Vertex::new(&here, ray);
                 direct_light(
                     parts,

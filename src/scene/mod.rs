@@ -296,8 +296,8 @@ impl SceneBuilder {
     /// Validates the parts and builds the acceleration structure.
     ///
     /// # Errors
-    /// [`Error::Scene`] for a number that is not finite, an albedo or absorption outside [0, 1], a
-    /// negative radiance, an index that points nowhere, a triangle without area, a sphere without
+    /// [`Error::Scene`] for a number that is not finite, an albedo, absorption or roughness outside
+    /// [0, 1], a negative radiance, an index that points nowhere, a triangle without area, a sphere without
     /// radius.
     pub fn build(mut self, camera: Camera) -> Result<Scene, Error> {
         self.check_surfaces()?;
@@ -359,23 +359,24 @@ impl SceneBuilder {
             return Err(invalid(&self.name, message));
         }
         for (i, surface) in self.surfaces.iter().enumerate() {
-            let constants_finite = match surface.bsdf {
+            let parameters_valid = match surface.bsdf {
                 Bsdf::OrenNayar { constants, .. } => {
                     constants.a.is_finite() && constants.b.is_finite()
                 }
+                Bsdf::Eon { roughness, .. } => (0.0..=1.0).contains(&roughness),
                 Bsdf::Glass { index } => index.is_finite() && index > 0.0,
                 Bsdf::Black | Bsdf::Lambert { .. } | Bsdf::Mirror { .. } => true,
             };
             let valid = share(surface.bsdf.albedo())
                 && share(DVec3::splat(surface.absorption))
                 && radiance(surface.emission)
-                && constants_finite;
+                && parameters_valid;
             if !valid {
                 return Err(invalid(
                     &self.name,
                     format!(
-                        "surface {i} needs albedo and absorption in [0, 1], a finite radiance of at least 0 \
-                     and an index above 0: {surface:?}"
+                        "surface {i} needs albedo, absorption and roughness in [0, 1], a finite radiance of at \
+                     least 0 and an index above 0: {surface:?}"
                     ),
                 ));
             }

@@ -75,6 +75,14 @@ pub fn report(convention: Convention, form: OrenNayarForm) -> Result<Scene, Erro
             Bsdf::oren_nayar(DVec3::splat(WHITE), SIGMA, form)
         }
     };
+    with_white_sphere(white)
+}
+
+/// The report's final scene with any reflection model on the white sphere.
+///
+/// # Errors
+/// A model that [`SceneBuilder::build`] refuses.
+pub fn with_white_sphere(white: Bsdf) -> Result<Scene, Error> {
     let objects = Objects {
         mirror: Bsdf::Mirror {
             reflectance: DVec3::ONE,

@@ -44,7 +44,9 @@ fn oren_nayar_printed(wo: DVec3, wi: DVec3) -> f64 {
 }
 
 /// A BSDF with cosine sampling, weight π f.
-fn with_cosine_sampling(eval: Eval) -> BsdfSubject {
+pub(super) fn with_cosine_sampling(
+    eval: impl Fn(DVec3, DVec3) -> f64 + Copy + Send + Sync + 'static,
+) -> BsdfSubject {
     BsdfSubject::new(
         eval,
         move |wo, [r1, r2, _]| {

@@ -30,16 +30,29 @@ const SLOPE_MARGIN: f64 = 0.05;
 
 /// Incoming radiance, its mean over cos θ/π, and the variances of (16) with uniform and cosine samples.
 #[derive(Clone, Copy)]
-struct Profile {
-    name: &'static str,
-    radiance: fn(DVec3) -> f64,
-    mean: f64,
-    uniform: f64,
-    cosine: f64,
+pub struct Profile {
+    /// Its name.
+    pub name: &'static str,
+    /// Incoming radiance from a local direction.
+    pub radiance: fn(DVec3) -> f64,
+    /// Its mean over cos θ/π.
+    pub mean: f64,
+    /// The variance with uniform samples.
+    pub uniform: f64,
+    /// The variance with cosine-weighted samples.
+    pub cosine: f64,
+}
+
+impl Profile {
+    /// The estimate (16) from one direction of a method.
+    pub fn estimate(&self, (sampler, pdf): Method, random: [f64; 2]) -> f64 {
+        let w = sampler(random);
+        (self.radiance)(w) * w.z * std::f64::consts::FRAC_1_PI / pdf(w.z)
+    }
 }
 
 /// By ∫ over cos θ: uniform ∫ (2cL)² dc − m², cosine ∫ L² 2c dc − m².
-const PROFILES: [Profile; 4] = [
+pub const PROFILES: [Profile; 4] = [
     Profile {
         name: "cos",
         radiance: |w| w.z,
@@ -70,17 +83,17 @@ const PROFILES: [Profile; 4] = [
     },
 ];
 
-const UNIFORM: Method = (uniform_hemisphere, uniform_hemisphere_pdf);
-const COSINE: Method = (cosine_hemisphere, cosine_hemisphere_pdf);
+/// Uniform directions and their pdf.
+pub const UNIFORM: Method = (uniform_hemisphere, uniform_hemisphere_pdf);
+/// Cosine-weighted directions and their pdf.
+pub const COSINE: Method = (cosine_hemisphere, cosine_hemisphere_pdf);
 
 /// Variance of one method over variance of the other, for one profile.
 fn ratio(context: &Context, profile: Profile, [a, b]: [Method; 2]) -> Vec<Outcome> {
-    let squares = |part: &str, (sampler, pdf): Method, expected: f64| {
+    let squares = |part: &str, method: Method, expected: f64| {
         let mut rng = context.rng(part);
         Values::collect(expected, context.n(RATIO_SAMPLES), || {
-            let w = sampler(uniform2(&mut rng));
-            let value = (profile.radiance)(w) * w.z * std::f64::consts::FRAC_1_PI / pdf(w.z);
-            (value - profile.mean).powi(2)
+            (profile.estimate(method, uniform2(&mut rng)) - profile.mean).powi(2)
         })
     };
     vec![variance_ratio(
@@ -94,7 +107,7 @@ fn ratio(context: &Context, profile: Profile, [a, b]: [Method; 2]) -> Vec<Outcom
 
 /// The squared error of a pixel whose part left of x = c is bright, c uniform in [0, 1): its coverage
 /// is c.
-fn squared_error(rng: &mut Stream, strategy: PixelSampling, samples: u32) -> f64 {
+pub fn squared_error(rng: &mut Stream, strategy: PixelSampling, samples: u32) -> f64 {
     let c = uniform(rng);
     let bright = (0..samples)
         .filter(|&i| strategy.position(i, uniform2(rng))[0] < c)

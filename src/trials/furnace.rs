@@ -9,15 +9,15 @@ use super::policies;
 use super::probes::{BOUNCES, SINGLE, any_direction, radiance, words};
 use super::sample_rays;
 use super::scenes::{
-    SIGMA, WALL, at_origin, lambert, polygon_irradiance, rough_floor, scene, sphere_furnace,
-    towards_origin, walled_sky,
+    SIGMA, WALL, at_origin, eon_floor, lambert, polygon_irradiance, rough_floor, scene,
+    sphere_furnace, towards_origin, walled_sky,
 };
 use super::strategies::by;
 use super::subject::{Kind, Subject};
 use crate::bsdf::{Bsdf, OrenNayar};
 use crate::emitter::LightSampling;
 use crate::equation::{
-    COSINE_HEMISPHERE, HEMISPHERE_PHI, OREN_NAYAR, PATH_LENGTH, RENDERING, ROULETTE,
+    COSINE_HEMISPHERE, EON_MULTIPLE, HEMISPHERE_PHI, OREN_NAYAR, PATH_LENGTH, RENDERING, ROULETTE,
 };
 use crate::estimator::Strategy;
 use crate::rng::{Stream, uniform};
@@ -219,6 +219,16 @@ fn skies() -> Vec<Bench<Subject>> {
             (&rough, Kind::Path, |_| towards_origin(75f64.to_radians())),
             albedo,
             (4_200_000, SINGLE),
+        ),
+        radiance(
+            words(
+                "furnace/sky/eon",
+                "a white floor of EON with roughness 1 reflects all of a white sky",
+                &EON_MULTIPLE,
+            ),
+            (&eon_floor(1.0), Kind::Path, |_| at_origin()),
+            1.0,
+            (2_400_000, SINGLE),
         ),
     ]
 }

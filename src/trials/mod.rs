@@ -6,6 +6,7 @@ pub mod accumulators;
 pub mod bsdf;
 pub mod convergence;
 pub mod emitters;
+pub mod eon;
 pub mod estimator;
 pub mod form_factors;
 pub mod fresnel;
@@ -22,6 +23,7 @@ pub mod render_streams;
 pub mod roulette;
 pub mod sample_rays;
 pub mod scenes;
+pub mod sobol;
 pub mod solid_angle;
 pub mod strategies;
 pub mod streams;
@@ -36,10 +38,12 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         hemisphere::families(),
         fresnel::families(),
         bsdf::families(),
+        eon::families(),
         roulette::families(),
         policies::families(),
         streams::families(),
         render_streams::families(),
+        sobol::families(),
         convergence::families(),
         geometry::families(),
         emitters::families(),

@@ -194,6 +194,16 @@ pub fn rough_floor() -> Arc<Scene> {
     })
 }
 
+/// A floor of EON with roughness 1 under a sky of radiance 1.
+pub fn eon_floor(albedo: f64) -> Arc<Scene> {
+    scene("EON floor", |s| {
+        s.background(DVec3::ONE);
+        let albedo = DVec3::splat(albedo);
+        let roughness = 1.0;
+        floor(s, Bsdf::Eon { albedo, roughness });
+    })
+}
+
 /// The origin seen from an inclination of 25°.
 pub fn at_origin() -> Ray {
     towards_origin(25f64.to_radians())

@@ -19,7 +19,7 @@ fn white(sigma: f64, form: OrenNayarForm) -> Bsdf {
 
 /// ∫ f_r cos θ over the hemisphere of incident directions. The integrand has kinks where the azimuths
 /// are a quarter turn apart and where the inclinations are equal; between them it is smooth.
-fn directional_albedo(bsdf: &Bsdf, theta_out: f64) -> f64 {
+pub fn directional_albedo(bsdf: &Bsdf, theta_out: f64) -> f64 {
     let rule = gauss_legendre(32);
     let wo = from_spherical(theta_out, 0.0);
     let ring = |theta: f64| {

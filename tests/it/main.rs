@@ -3,6 +3,7 @@
 // Exact: identities, closed forms and stored values of the library, module by module.
 mod bsdf;
 mod camera;
+mod eon;
 mod estimator;
 mod film;
 mod frame;
@@ -18,6 +19,7 @@ mod reference; // tables of reference values, and closed forms of the trials aga
 mod render;
 mod rng;
 mod roulette;
+mod sampler;
 mod sampling;
 mod scene;
 mod solid_angle;

@@ -49,6 +49,11 @@ pub fn oren_nayar() -> Vec<[f64; 4]> {
     rows(include_str!("data/oren_nayar.csv"))
 }
 
+/// r, ρ, θ in degrees, directional albedo of EON: single scattering, both lobes.
+pub fn eon() -> Vec<[f64; 5]> {
+    rows(include_str!("data/eon.txt"))
+}
+
 /// σ, A, B, average albedo of the corrected and of the printed form.
 pub fn oren_nayar_average() -> Vec<[f64; 5]> {
     rows(include_str!("data/oren_nayar_average.csv"))

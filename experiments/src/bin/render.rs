@@ -6,9 +6,10 @@ use std::time::Instant;
 
 use clap::Parser;
 use experiments::cli::{self, parse_size};
+use experiments::diffuse::DiffuseName;
 use experiments::job::{
-    ConventionName, EstimatorName, HeuristicName, Job, LightSamplingName, OrenNayarName, PixelName,
-    SamplerName, SceneName,
+    ConventionName, EstimatorName, HeuristicName, Job, LightSamplingName, PixelName, SamplerName,
+    SceneName,
 };
 use experiments::progress::{Progress, catch_interrupt};
 use whitefurnace::error::Error;
@@ -40,9 +41,9 @@ struct Render {
     /// How --estimator mis weights light that is both hit and sampled
     #[arg(long, value_enum, default_value_t)]
     heuristic: HeuristicName,
-    /// Form of equation (14) on the white sphere
-    #[arg(long, value_enum, default_value_t = OrenNayarName::Corrected)]
-    oren_nayar: OrenNayarName,
+    /// Diffuse model of the report's white sphere
+    #[arg(long, alias = "oren-nayar", value_enum, default_value_t = DiffuseName::Corrected)]
+    diffuse: DiffuseName,
     /// Sample rays per diffuse hit, N of equation (16), for --estimator report
     #[arg(long, default_value_t = 1)]
     rays: u32,
@@ -96,7 +97,7 @@ fn run(options: &Render) -> Result<(), Error> {
         estimator,
         light_sampling: options.light_sampling,
         heuristic: options.heuristic,
-        oren_nayar: options.oren_nayar,
+        diffuse: options.diffuse,
         rays: options.rays,
         pixel: options.pixel,
         grid: options.grid,

@@ -15,6 +15,8 @@ pub enum Mark {
     Line,
     /// Discs.
     Points,
+    /// Dots, for scatter.
+    Dots,
     /// Thin grey lines, for context.
     Faint,
 }
@@ -82,8 +84,16 @@ pub enum Corner {
 /// # Errors
 /// The file cannot be written.
 pub fn charts(path: &Path, size: [u32; 2], charts: &[Chart]) -> Result<(), Error> {
+    rows(path, size, 1, charts)
+}
+
+/// Draws charts in rows of `columns`, `size` in pixels for all together.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn rows(path: &Path, size: [u32; 2], columns: usize, charts: &[Chart]) -> Result<(), Error> {
     write_svg(path, size, |root| {
-        let areas = root.split_evenly((charts.len().max(1), 1));
+        let areas = root.split_evenly((charts.len().div_ceil(columns).max(1), columns));
         areas
             .iter()
             .zip(charts)
@@ -114,7 +124,8 @@ fn draw(area: &DrawingArea<SVGBackend<'_>, Shift>, chart: &Chart) -> Drawn {
         move |value: &f64| {
             if log {
                 if (value - value.round()).abs() < 1e-6 {
-                    format!("1e{value:.0}")
+                    // Not "1e-0".
+                    format!("1e{:.0}", value.round() + 0.0)
                 } else {
                     String::new()
                 }
@@ -142,8 +153,10 @@ fn draw(area: &DrawingArea<SVGBackend<'_>, Shift>, chart: &Chart) -> Drawn {
             Mark::Faint => {
                 context.draw_series(LineSeries::new(points, RGBColor(150, 150, 150).mix(0.6)))?
             }
-            Mark::Points => {
-                context.draw_series(points.map(|point| Circle::new(point, 4, colour.filled())))?
+            Mark::Points | Mark::Dots => {
+                let radius = if series.mark == Mark::Dots { 1 } else { 4 };
+                context
+                    .draw_series(points.map(|point| Circle::new(point, radius, colour.filled())))?
             }
         };
         if !series.label.is_empty() {
@@ -153,7 +166,9 @@ fn draw(area: &DrawingArea<SVGBackend<'_>, Shift>, chart: &Chart) -> Drawn {
                 Mark::Faint => {
                     Rectangle::new([(x, y), (x + 16, y + 1)], RGBColor(150, 150, 150).filled())
                 }
-                Mark::Points => Rectangle::new([(x + 4, y - 4), (x + 12, y + 4)], colour.filled()),
+                Mark::Points | Mark::Dots => {
+                    Rectangle::new([(x + 4, y - 4), (x + 12, y + 4)], colour.filled())
+                }
             });
         }
         let bars = series.points.iter().zip(&series.bars);

@@ -1,11 +1,14 @@
-//! Faults of reflection: models and the cosine, (8), (9), (13)-(15).
+//! Faults of reflection: models and the cosine, (8), (9), (13)-(15), EON.
 
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::DVec3;
 
+use crate::bsdf::eon::{multiple_albedo, multiple_scattering, single_scattering};
 use crate::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
-use crate::equation::{COSINE, LAMBERT, OREN_NAYAR, OREN_NAYAR_CONSTANTS, RENDERING};
+use crate::equation::{
+    COSINE, EON_MULTIPLE, EON_SINGLE, LAMBERT, OREN_NAYAR, OREN_NAYAR_CONSTANTS, RENDERING,
+};
 use crate::trials::subject::{RIGHT, Subject, Table, parts};
 use crate::zoo::{Mutant, mutant};
 
@@ -30,6 +33,18 @@ fn oren_nayar(bsdf: &Bsdf, wo: DVec3, wi: DVec3, form: OrenNayarForm, a: fn(f64)
                 form,
             }
             .eval(wo, wi)
+        }
+        _ => bsdf.eval(wo, wi),
+    }
+}
+
+/// EON with its first lobe's roughness and its second lobe's radiance scaled.
+fn eon(bsdf: &Bsdf, wo: DVec3, wi: DVec3, [first, second]: [f64; 2]) -> DVec3 {
+    match *bsdf {
+        Bsdf::Eon { albedo, roughness } if wo.z > 0.0 && wi.z > 0.0 => {
+            let single = albedo * single_scattering(first * roughness, wo, wi);
+            let all = multiple_albedo(albedo, roughness);
+            FRAC_1_PI * (single + second * all * multiple_scattering(roughness, wo, wi))
         }
         _ => bsdf.eval(wo, wi),
     }
@@ -82,6 +97,26 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
                 ..RIGHT
             }),
             &["furnace/sky/oren-nayar"],
+        ),
+        mutant(
+            "eon-single-scattering-only",
+            &EON_MULTIPLE,
+            "EON without its second lobe: rough white surfaces darken",
+            parts(Table {
+                brdf: |bsdf, wo, wi| eon(bsdf, wo, wi, [1.0, 0.0]),
+                ..RIGHT
+            }),
+            &["furnace/sky/eon"],
+        ),
+        mutant(
+            "eon-half-roughness",
+            &EON_SINGLE,
+            "r/2 in single scattering, r in what the second lobe gives back",
+            parts(Table {
+                brdf: |bsdf, wo, wi| eon(bsdf, wo, wi, [0.5, 1.0]),
+                ..RIGHT
+            }),
+            &["furnace/sky/eon"],
         ),
         mutant(
             "cosine-dropped",

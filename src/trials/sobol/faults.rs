@@ -1,0 +1,112 @@
+//! Faults of low-discrepancy numbers.
+
+use super::{Point, RIGHT, Subject, scrambled, sobol};
+use crate::equation::SOBOL;
+use crate::moments::Moments;
+use crate::rng::stream;
+use crate::zoo::{Mutant, mutant};
+
+/// Faults of the numbers themselves.
+pub(super) fn of_numbers() -> Vec<Mutant<Subject>> {
+    let with = |numbers| Subject { numbers, ..RIGHT };
+    vec![
+        mutant(
+            "unscrambled",
+            &SOBOL,
+            "one scramble for everything: each point of the sequence is where it always is",
+            with(|point, block| {
+                let fill = stream(point.seed, point.replication, point.index);
+                scrambled(point, block, 0, fill)
+            }),
+            &["sampler/independent"],
+        ),
+        mutant(
+            "one-scramble-for-all-pixels",
+            &SOBOL,
+            "the scramble does not depend on the pixel",
+            with(|point, block| sobol(Point { pixel: 0, ..point }, block)),
+            &["sampler/independent"],
+        ),
+        mutant(
+            "blocks-alike",
+            &SOBOL,
+            "every block is the same points",
+            with(|point, _| sobol(point, 0)),
+            &["sampler/independent"],
+        ),
+        mutant(
+            "scramble-per-sample",
+            &SOBOL,
+            "each sample has a scramble of its own: independent numbers, no net",
+            with(|point, block| {
+                let replication = point.replication ^ point.index << 16;
+                sobol(
+                    Point {
+                        replication,
+                        ..point
+                    },
+                    block,
+                )
+            }),
+            &["sampler/stratified"],
+        ),
+        mutant(
+            "second-coordinate-twice",
+            &SOBOL,
+            "the third number repeats the second: points on a light lie on its diagonal",
+            with(|point, block| {
+                let mut numbers = sobol(point, block);
+                numbers[2] = numbers[1];
+                numbers
+            }),
+            &["sampler/mean"],
+        ),
+        mutant(
+            "no-fill",
+            &SOBOL,
+            "nothing below the 23 leading bits",
+            with(|point, block| {
+                sobol(point, block).map(|u| (u * f64::from(1 << 23)).floor() / f64::from(1 << 23))
+            }),
+            &["sampler/uniform"],
+        ),
+    ]
+}
+
+/// Faults of the spread of replications, and of what is made of it.
+pub(super) fn of_error_bars() -> Vec<Mutant<Subject>> {
+    vec![
+        mutant(
+            "one-scramble-for-all-replications",
+            &SOBOL,
+            "the replications of a pixel are the same points again",
+            Subject {
+                numbers: |point, block| {
+                    let replication = 0;
+                    sobol(
+                        Point {
+                            replication,
+                            ..point
+                        },
+                        block,
+                    )
+                },
+                ..RIGHT
+            },
+            &["sampler/error-bars"],
+        ),
+        mutant(
+            "samples-as-if-independent",
+            &SOBOL,
+            "an error bar from single samples, which repel each other",
+            Subject {
+                squared_error: |rows| {
+                    let moments: Moments = rows.iter().flatten().copied().collect();
+                    moments.variance() / moments.count() as f64
+                },
+                ..RIGHT
+            },
+            &["sampler/error-bars"],
+        ),
+    ]
+}

@@ -1,0 +1,168 @@
+//! EON: both lobes against reference values, closed forms against quadrature, limits and symmetry.
+
+use std::f64::consts::FRAC_PI_2;
+
+use approx::{assert_abs_diff_eq, assert_relative_eq};
+use glam::DVec3;
+use whitefurnace::bsdf::eon::{
+    AVERAGE_GAIN, LARGEST_GAIN, albedo, average_albedo, gain, multiple_albedo, scale,
+    single_scattering,
+};
+use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm, lambert, oren_nayar};
+use whitefurnace::frame::from_spherical;
+use whitefurnace::scene::{SceneBuilder, Surface};
+
+use crate::bsdf::directional_albedo;
+use crate::helpers::{U, any_camera, gauss_legendre, integrate, upper};
+use crate::reference;
+use crate::support::property;
+
+/// Values of at most 2 summed in two nested blocks of 32, each term with some 40 roundings.
+const QUADRATURE: f64 = 256.0 * U;
+
+/// Both lobes in closed form and by quadrature, and the first alone, at each reference value.
+#[test]
+fn directional_albedos_meet_the_reference() {
+    let rows = reference::eon();
+    assert_eq!(rows.len(), 60);
+    for [roughness, rho, degrees, single, both] in rows {
+        let theta = degrees.to_radians();
+        let first = rho * albedo(roughness, theta.cos());
+        assert_abs_diff_eq!(first, single, epsilon = 16.0 * U);
+        let colour = DVec3::splat(rho);
+        let second = multiple_albedo(colour, roughness).x * (1.0 - albedo(roughness, theta.cos()));
+        assert_abs_diff_eq!(first + second, both, epsilon = 32.0 * U);
+        let model = Bsdf::Eon {
+            albedo: colour,
+            roughness,
+        };
+        let found = directional_albedo(&model, theta);
+        assert_abs_diff_eq!(found, both, epsilon = QUADRATURE);
+    }
+}
+
+/// The furnace that both forms of (14) fail: white EON reflects 1 at every angle and roughness.
+#[test]
+fn white_eon_passes_the_furnace_and_oren_nayar_does_not() {
+    for sigma in [0.05, 0.3, 0.5, 1.0, FRAC_PI_2] {
+        let roughness = OrenNayar::new(sigma).roughness();
+        let white = Bsdf::Eon {
+            albedo: DVec3::ONE,
+            roughness,
+        };
+        for theta in [0.0, 0.4, 0.8, 1.2, 1.5, 1.57] {
+            let off = (directional_albedo(&white, theta) - 1.0).abs();
+            assert!(off <= QUADRATURE, "{off:e} at r = {roughness}, θ = {theta}");
+        }
+        for form in [OrenNayarForm::Corrected, OrenNayarForm::Printed] {
+            let rough = Bsdf::oren_nayar(DVec3::ONE, sigma, form);
+            let off = (directional_albedo(&rough, 0.0) - 1.0).abs();
+            assert!(off > 0.003, "{form:?} at σ = {sigma}: {off}");
+        }
+    }
+}
+
+#[test]
+fn averages_are_the_integrals_of_the_albedo() {
+    let rule = gauss_legendre(32);
+    let average = |f: &dyn Fn(f64) -> f64| {
+        integrate(&rule, 0.0, FRAC_PI_2, |t| {
+            2.0 * f(t.cos()) * t.sin() * t.cos()
+        })
+    };
+    assert_abs_diff_eq!(average(&gain), AVERAGE_GAIN, epsilon = 64.0 * U);
+    for roughness in [0.0, 0.3, 1.0] {
+        let found = average(&|cos| albedo(roughness, cos));
+        assert_abs_diff_eq!(found, average_albedo(roughness), epsilon = 128.0 * U);
+    }
+    assert_abs_diff_eq!(gain(0.0), LARGEST_GAIN, epsilon = 2.0 * U);
+    assert_eq!(gain(1.0), 0.0);
+}
+
+/// The paper's polynomial in 1 − cos θ for G/π, of degree 4: where it is used in place of the exact
+/// form, albedos move by up to 6.03e-4, so that a white surface reflects up to that much more or less.
+#[test]
+fn the_polynomial_of_the_paper_is_within_its_error() {
+    let polynomial = |cos: f64| {
+        [
+            0.071_442_995_3,
+            -0.332_181_442,
+            0.491_881_867,
+            0.057_108_528_9,
+            0.0,
+        ]
+        .into_iter()
+        .fold(0.0, |sum, coefficient| sum * (1.0 - cos) + coefficient)
+    };
+    let off = |cos: f64| (polynomial(cos) - gain(cos)).abs();
+    let worst = (0..=10_000)
+        .map(|i| off(f64::from(i) / 10_000.0))
+        .fold(0.0, f64::max);
+    assert!((6.02e-4..6.03e-4).contains(&worst), "{worst:e}");
+    for roughness in [0.1, 0.5, 1.0] {
+        let approximate = scale(roughness) * (1.0 + roughness * polynomial(0.954));
+        let relative = (approximate / albedo(roughness, 0.954) - 1.0).abs();
+        assert!(relative < 6.03e-4 * roughness, "{relative:e}");
+    }
+}
+
+#[test]
+fn smooth_eon_is_lambert() {
+    property(
+        "smooth EON",
+        200,
+        &(upper(1e-9), upper(1e-9)),
+        |(wo, wi)| {
+            let albedo = DVec3::new(0.1, 0.5, 1.0);
+            let smooth = Bsdf::Eon {
+                albedo,
+                roughness: 0.0,
+            };
+            let off = (smooth.eval(wo, wi) - lambert(albedo)).abs().max_element();
+            assert!(off <= 2.0 * U, "{off:e}");
+        },
+    );
+}
+
+#[test]
+fn eon_is_reciprocal_and_never_negative() {
+    let strategy = (upper(1e-9), upper(1e-9), 0.0..=1.0);
+    property("EON", 2000, &strategy, |(wo, wi, roughness)| {
+        let albedo = DVec3::new(0.2, 0.7, 1.0);
+        let rough = Bsdf::Eon { albedo, roughness };
+        assert_eq!(rough.eval(wo, wi), rough.eval(wi, wo));
+        let f = rough.eval(wo, wi);
+        assert!(f.is_finite() && f.cmpge(DVec3::ZERO).all(), "{f}");
+    });
+}
+
+/// The roughness B/A makes Fujii's bracket proportional to (14) in the half-space of the light.
+#[test]
+fn the_roughness_of_the_same_shape() {
+    let constants = OrenNayar::new(0.5);
+    let roughness = constants.roughness();
+    let wo = from_spherical(1.1, 0.3);
+    for wi in [from_spherical(0.2, 0.1), from_spherical(1.4, -0.5)] {
+        let ratio = single_scattering(roughness, wo, wi) / scale(roughness);
+        let known = oren_nayar(constants, OrenNayarForm::Corrected, wo, wi) / constants.a;
+        assert_relative_eq!(ratio, known, max_relative = 16.0 * U);
+    }
+    assert!(OrenNayar::new(FRAC_PI_2).roughness() < 0.9);
+}
+
+#[test]
+fn roughness_outside_its_range_is_refused() {
+    let albedo = DVec3::splat(0.5);
+    let build = |roughness: f64| {
+        let mut scene = SceneBuilder::new("rough");
+        scene.surface(Surface::new(Bsdf::Eon { albedo, roughness }));
+        scene.build(any_camera())
+    };
+    for good in [0.0, 0.4, 1.0] {
+        assert!(build(good).is_ok(), "{good}");
+    }
+    for bad in [-0.1, 1.01, f64::NAN, f64::INFINITY] {
+        let message = build(bad).expect_err("out of range").to_string();
+        assert!(message.contains("roughness in [0, 1]"), "{message}");
+    }
+}
