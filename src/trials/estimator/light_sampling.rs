@@ -38,7 +38,6 @@ fn points() -> Vec<Mutant<Subject>> {
             &[
                 "irradiance/near-square/light-angle",
                 "irradiance/near-triangle/light-angle",
-                "irradiance/near-sphere/light-angle",
             ],
         ),
         mutant(

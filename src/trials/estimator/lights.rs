@@ -107,7 +107,6 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
                 "irradiance/rectangle",
                 "irradiance/near-square/mis-area",
                 "irradiance/near-triangle/mis-area",
-                "irradiance/near-sphere/mis-area",
             ],
         ),
         mutant(
@@ -118,7 +117,7 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
                 mis_weight: |_, _| 0.0,
                 ..RIGHT
             }),
-            &["irradiance/rectangle"],
+            &["irradiance/rectangle", "irradiance/near-sphere/mis-area"],
         ),
         mutant(
             "squares-weight",
