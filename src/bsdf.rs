@@ -132,6 +132,12 @@ impl Bsdf {
         }
     }
 
+    /// Whether light is scattered in all directions rather than in single ones or none.
+    #[inline]
+    pub fn is_diffuse(&self) -> bool {
+        matches!(self, Self::Lambert { .. } | Self::OrenNayar { .. })
+    }
+
     /// ρ of the diffuse models, the reflectance of a mirror, 1 for glass: what a denoiser calls albedo.
     pub fn albedo(&self) -> DVec3 {
         match *self {

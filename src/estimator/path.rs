@@ -7,7 +7,6 @@ use super::vertex::{
     Scattered, Vertex, direct_light, emitted, emitter_pdf, onward, scatter, survive,
 };
 use super::{Estimator, LightRules, Parts, Standard};
-use crate::bsdf::Bsdf;
 use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
@@ -55,8 +54,7 @@ impl<P: Parts> Path<P> {
     #[inline]
     fn shadow_ray<R: Sampler>(&self, scene: &Scene, here: &Hit, ray: &Ray, rng: &mut R) -> DVec3 {
         let bsdf = &scene.surface(here).bsdf;
-        let diffuse = matches!(bsdf, Bsdf::Lambert { .. } | Bsdf::OrenNayar { .. });
-        if !diffuse || self.strategy == Strategy::Bsdf {
+        if !bsdf.is_diffuse() || self.strategy == Strategy::Bsdf {
             return DVec3::ZERO;
         }
         let vertex = Vertex::new(here, ray);

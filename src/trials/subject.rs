@@ -62,6 +62,12 @@ table! {
     solid_angle_per_area(cosine_at_emitter: f64, distance_squared: f64) -> f64;
     visible(scene: &Scene, x: End, y: End, glass: bool) -> bool;
     mis_weight(pdf: f64, other: f64) -> f64;
+    photon_flux(flux: DVec3, emitted: u32, stored: usize) -> DVec3;
+    is_caustic(specular: u32) -> bool;
+    same_side(at_photon: DVec3, at_point: DVec3) -> bool;
+    photon_density(brdf: DVec3, flux: DVec3, wi: DVec3, radius_squared: f64) -> DVec3;
+    gathers_emission() -> bool;
+    pass_radius_squared(first: f64, index: u32) -> f64;
 }
 
 /// What a fault can replace in an estimator: its parts, and what it is told.
