@@ -7,8 +7,8 @@ use glam::DVec3;
 use whitefurnace::bsdf::OrenNayarForm;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::{
-    Estimator, ImageEstimator, LightRules, LightTracer, Path, Published, Report, Standard,
-    Strategy, Whitted,
+    Estimator, ImageEstimator, LightRules, LightTracer, Path, PhotonMapping, Published, Report,
+    Sppm, Standard, Strategy, Whitted,
 };
 use whitefurnace::film::{Film, Window};
 use whitefurnace::image::Display;
@@ -18,6 +18,7 @@ use whitefurnace::sampler::LONGEST;
 use whitefurnace::scene::room::{self, Convention};
 use whitefurnace::scene::{Scene, simple};
 
+use crate::photons::Photons;
 use crate::progress::Progress;
 
 /// The scenes that programs can name.
@@ -50,6 +51,10 @@ pub enum EstimatorName {
     Mis,
     /// Particles from the lights, each hit connected to the camera
     LightTracer,
+    /// Photon mapping with a kd-tree; its error bars leave out the noise of the photons that all pixels share
+    Photon,
+    /// Stochastic progressive photon mapping: each sample is a pass with photons of its own and a smaller radius
+    Sppm,
     /// The report's: shadow rays, uniform hemisphere, roulette, at most 7 segments
     Report,
     /// Whitted ray tracing: shadow rays, mirror and glass tree, no indirect light
@@ -118,6 +123,8 @@ pub struct Job {
     pub oren_nayar: OrenNayarName,
     /// N of (16) for the report's estimator.
     pub rays: u32,
+    /// What photon mapping is told.
+    pub photons: Photons,
     /// Where in a pixel the rays go.
     pub pixel: PixelName,
     /// n of the n × n sub-pixels of a grid.
@@ -145,6 +152,7 @@ impl Default for Job {
             estimator: EstimatorName::Mis,
             oren_nayar: OrenNayarName::Corrected,
             rays: 1,
+            photons: Photons::default(),
             pixel: PixelName::Random,
             grid: 4,
             sampler: SamplerName::Independent,
@@ -207,6 +215,9 @@ impl Job {
         }
         if (self.estimator, self.convention) == (EstimatorName::Report, ConventionName::Report) {
             line("rays", &self.rays.to_string());
+        }
+        if self.uses_photons() {
+            self.photons.provenance(&mut line);
         }
         line("pixel", &name(self.pixel));
         if matches!(self.pixel, PixelName::Grid | PixelName::Jitter) {
@@ -275,6 +286,14 @@ impl Job {
                 "--rays is an option of --estimator report under --convention report".to_owned(),
             );
         }
+        if self.uses_photons() {
+            self.photons.check(self.estimator)?;
+        } else if self.photons != Photons::default() {
+            return refuse(
+                "--photons, --radius, --gather and their kind are options of --estimator photon and sppm"
+                    .to_owned(),
+            );
+        }
         if self.grid == 0 || self.grid > 1024 {
             return refuse(format!("--grid {} must be between 1 and 1024", self.grid));
         }
@@ -306,7 +325,15 @@ impl Job {
 
     /// Whether the estimator makes whole images, from independent numbers and random points of pixels.
     fn renders_images(&self) -> bool {
-        self.estimator == EstimatorName::LightTracer
+        matches!(
+            self.estimator,
+            EstimatorName::LightTracer | EstimatorName::Sppm
+        )
+    }
+
+    /// Whether the estimator keeps photons.
+    fn uses_photons(&self) -> bool {
+        matches!(self.estimator, EstimatorName::Photon | EstimatorName::Sppm)
     }
 
     fn check_sobol(&self) -> Result<(), Error> {
@@ -339,9 +366,10 @@ impl Job {
     pub fn render(&self, progress: &Progress) -> Result<Rendered, Error> {
         self.check()?;
         let scene = self.build_scene()?;
-        if self.renders_images() && scene.background() != DVec3::ZERO {
+        let from_emitters = self.renders_images() || self.uses_photons();
+        if from_emitters && scene.background() != DVec3::ZERO {
             return Err(Error::Option(format!(
-                "--scene {} is lit by its background, from which --estimator {} cannot start",
+                "--scene {} is lit by its background, where the particles of --estimator {} cannot start",
                 name(self.scene),
                 name(self.estimator)
             )));
@@ -356,6 +384,20 @@ impl Job {
             (EstimatorName::Mis, _) => self.paths(&scene, Strategy::Mis, progress),
             (EstimatorName::LightTracer, _) => {
                 self.render_images(&scene, &LightTracer::<Standard>::default(), progress)
+            }
+            (EstimatorName::Photon, _) => {
+                let (map, lookup) = (self.photons.map(), self.photons.lookup());
+                let photons = PhotonMapping::new(Standard, &scene, lookup, map, (self.seed, 0))?;
+                self.render_with(&scene, &photons, progress)
+            }
+            (EstimatorName::Sppm, _) => {
+                let (particles, radius) = self.photons.map();
+                let sppm = Sppm {
+                    parts: Standard,
+                    particles,
+                    radius,
+                };
+                self.render_images(&scene, &sppm, progress)
             }
             (EstimatorName::Whitted, _) => self.render_with(&scene, &Whitted::new(rules), progress),
             (EstimatorName::Report, ConventionName::Published) => {

@@ -2,6 +2,7 @@
 //! experiment has a binary of its own name.
 
 pub mod calibration;
+pub mod caustics;
 pub mod cells;
 pub mod cli;
 pub mod false_alarms;
@@ -10,11 +11,14 @@ pub mod figures;
 pub mod job;
 pub mod lab;
 pub mod ledger;
+pub mod photon_bias;
+pub mod photons;
 pub mod plot;
 pub mod power;
 pub mod progress;
 pub mod record;
 pub mod regions;
+pub mod shadow_rays;
 pub mod statistics;
 pub mod suite;
 pub mod trials;
@@ -32,6 +36,9 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &figures::FIG9,
     &regions::REGIONS,
     &watertight::WATERTIGHT,
+    &photon_bias::PHOTON_BIAS,
+    &caustics::CAUSTICS,
+    &shadow_rays::SHADOW_RAYS,
     &trials::TRIALS,
     &faults::FAULTS,
     &calibration::CALIBRATION,

@@ -33,8 +33,8 @@ pub(super) fn emit<P: Parts, R: Sampler>(
     let emitter = &emitters[parts.pick_emitter(uniform(rng), emitters.len())];
     let light = parts.sample_emitter(emitter, uniform2(rng));
     let wi = parts.cosine_hemisphere(uniform2(rng));
-    let pdf = parts.emitter_pdf_area(emitter) / emitters.len() as f64
-        * parts.cosine_hemisphere_pdf(wi.z);
+    let pdf =
+        parts.emitter_pdf_area(emitter) / emitters.len() as f64 * parts.cosine_hemisphere_pdf(wi.z);
     if pdf == 0.0 {
         return None;
     }

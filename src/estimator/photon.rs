@@ -140,8 +140,7 @@ impl<P: Parts> PhotonMapping<P> {
             }
         };
         if let Some(there) = self.arrive(scene, way, at.vertex + 1, rng, see) {
-            radiance +=
-                there.throughput * self.looked_up(scene, &there, &self.all, self.radius);
+            radiance += there.throughput * self.looked_up(scene, &there, &self.all, self.radius);
         }
         next.throughput * radiance
     }

@@ -14,6 +14,7 @@ pub mod glass;
 pub mod hemisphere;
 pub mod images;
 pub mod irradiance;
+pub mod photon;
 pub mod probes;
 pub mod roulette;
 pub mod scenes;
@@ -36,6 +37,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         emitters::families(),
         accumulators::families(),
         estimator::families(),
+        photon::families(),
     ]
     .into_iter()
     .flatten()

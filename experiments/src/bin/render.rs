@@ -9,6 +9,7 @@ use experiments::cli::{self, parse_size};
 use experiments::job::{
     ConventionName, EstimatorName, Job, OrenNayarName, PixelName, SamplerName, SceneName,
 };
+use experiments::photons::Photons;
 use experiments::progress::{Progress, catch_interrupt};
 use whitefurnace::error::Error;
 use whitefurnace::image::{check_writable, write_exr, write_png};
@@ -39,6 +40,8 @@ struct Render {
     /// Sample rays per diffuse hit, N of equation (16), for --estimator report
     #[arg(long, default_value_t = 1)]
     rays: u32,
+    #[command(flatten)]
+    photons: Photons,
     /// Where in a pixel the rays go
     #[arg(long, value_enum, default_value_t = PixelName::Random)]
     pixel: PixelName,
@@ -89,6 +92,7 @@ fn run(options: &Render) -> Result<(), Error> {
         estimator,
         oren_nayar: options.oren_nayar,
         rays: options.rays,
+        photons: options.photons,
         pixel: options.pixel,
         grid: options.grid,
         sampler: options.sampler,
