@@ -217,7 +217,7 @@ impl Job {
             line("rays", &self.rays.to_string());
         }
         if self.uses_photons() {
-            self.photons.provenance(&mut line);
+            self.photons.provenance(self.keeps_one_map(), &mut line);
         }
         line("pixel", &name(self.pixel));
         if matches!(self.pixel, PixelName::Grid | PixelName::Jitter) {
@@ -287,7 +287,8 @@ impl Job {
             );
         }
         if self.uses_photons() {
-            self.photons.check(self.estimator)?;
+            self.photons
+                .check(self.estimator == EstimatorName::Photon)?;
         } else if self.photons != Photons::default() {
             return refuse(
                 "--photons, --radius, --gather and their kind are options of --estimator photon and sppm"
@@ -320,6 +321,26 @@ impl Job {
                 name(self.estimator)
             ));
         }
+        if self.renders_images() || self.uses_photons() {
+            self.check_emitters()?;
+        }
+        Ok(())
+    }
+
+    /// Refuses scenes whose light no particle carries, and more photons than fit memory.
+    fn check_emitters(&self) -> Result<(), Error> {
+        let scene = self.build_scene()?;
+        if scene.background() != DVec3::ZERO {
+            return Err(Error::Option(format!(
+                "--scene {} is lit by its background, where the particles of --estimator {} cannot start",
+                name(self.scene),
+                name(self.estimator)
+            )));
+        }
+        if self.uses_photons() {
+            self.photons
+                .check_memory(self.keeps_one_map(), &scene, self.seed)?;
+        }
         Ok(())
     }
 
@@ -329,6 +350,11 @@ impl Job {
             self.estimator,
             EstimatorName::LightTracer | EstimatorName::Sppm
         )
+    }
+
+    /// Whether all samples share their photons.
+    fn keeps_one_map(&self) -> bool {
+        self.estimator == EstimatorName::Photon
     }
 
     /// Whether the estimator keeps photons.
@@ -366,14 +392,6 @@ impl Job {
     pub fn render(&self, progress: &Progress) -> Result<Rendered, Error> {
         self.check()?;
         let scene = self.build_scene()?;
-        let from_emitters = self.renders_images() || self.uses_photons();
-        if from_emitters && scene.background() != DVec3::ZERO {
-            return Err(Error::Option(format!(
-                "--scene {} is lit by its background, where the particles of --estimator {} cannot start",
-                name(self.scene),
-                name(self.estimator)
-            )));
-        }
         let rules = match self.convention {
             ConventionName::Physical => LightRules::PHYSICAL,
             ConventionName::Report | ConventionName::Published => LightRules::REPORT,
@@ -386,7 +404,7 @@ impl Job {
                 self.render_images(&scene, &LightTracer::<Standard>::default(), progress)
             }
             (EstimatorName::Photon, _) => {
-                let (map, lookup) = (self.photons.map(), self.photons.lookup());
+                let (map, lookup) = (self.photons.map(), self.photons.lookup(true));
                 let photons = PhotonMapping::new(Standard, &scene, lookup, map, (self.seed, 0))?;
                 self.render_with(&scene, &photons, progress)
             }

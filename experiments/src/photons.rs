@@ -2,9 +2,11 @@
 
 use clap::{Args, ValueEnum};
 use whitefurnace::error::Error;
-use whitefurnace::estimator::Lookup;
+use whitefurnace::estimator::photon_map::{Kept, PhotonMap};
+use whitefurnace::estimator::{Lookup, Standard};
+use whitefurnace::scene::Scene;
 
-use crate::job::{EstimatorName, name};
+use crate::job::name;
 
 /// Where photons are looked up, as programs name it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -55,14 +57,14 @@ impl Photons {
         (self.photons, self.radius)
     }
 
-    /// How photons are looked up.
-    pub fn lookup(&self) -> Lookup {
+    /// How photons are looked up: `one_map` for `--estimator photon` rather than `sppm`.
+    pub fn lookup(&self, one_map: bool) -> Lookup {
         match self.gather {
-            Gather::No => Lookup::Direct,
-            Gather::Yes => Lookup::Gather {
+            Gather::Yes if one_map => Lookup::Gather {
                 caustic_particles: self.caustic_photons.unwrap_or(self.photons),
                 caustic_radius: self.caustic_radius.unwrap_or(self.radius),
             },
+            _ => Lookup::Direct,
         }
     }
 
@@ -70,7 +72,7 @@ impl Photons {
     ///
     /// # Errors
     /// [`Error::Option`].
-    pub fn check(&self, estimator: EstimatorName) -> Result<(), Error> {
+    pub fn check(&self, one_map: bool) -> Result<(), Error> {
         let refuse = |message: String| Err(Error::Option(message));
         let counts = [
             ("--photons", Some(self.photons)),
@@ -93,28 +95,50 @@ impl Photons {
             }
         }
         let caustics = self.caustic_photons.is_some() || self.caustic_radius.is_some();
-        let gathers = estimator == EstimatorName::Photon && self.gather == Gather::Yes;
+        let gathers = one_map && self.gather == Gather::Yes;
         if caustics && !gathers {
             return refuse(
                 "--caustic-photons and --caustic-radius go with --estimator photon and --gather yes"
                     .to_owned(),
             );
         }
-        if estimator == EstimatorName::Sppm && self.gather != Gather::Yes {
+        if !one_map && self.gather != Gather::Yes {
             return refuse("--gather is an option of --estimator photon".to_owned());
         }
         Ok(())
     }
 
+    /// Refuses more photons than fit memory.
+    ///
+    /// # Errors
+    /// Those of [`PhotonMap::check`].
+    pub fn check_memory(&self, one_map: bool, scene: &Scene, seed: u64) -> Result<(), Error> {
+        PhotonMap::check(&Standard, scene, Kept::All, self.photons, (seed, 0))?;
+        match self.lookup(one_map) {
+            Lookup::Direct => Ok(()),
+            Lookup::Gather {
+                caustic_particles, ..
+            } => PhotonMap::check(
+                &Standard,
+                scene,
+                Kept::Caustic,
+                caustic_particles,
+                (seed, 0),
+            ),
+        }
+    }
+
     /// What decides the pixels, line by line.
-    pub fn provenance(&self, line: &mut impl FnMut(&str, &str)) {
+    pub fn provenance(&self, one_map: bool, line: &mut impl FnMut(&str, &str)) {
         line("photons", &self.photons.to_string());
         line("radius", &self.radius.to_string());
-        line("gather", &name(self.gather));
+        if one_map {
+            line("gather", &name(self.gather));
+        }
         if let Lookup::Gather {
             caustic_particles,
             caustic_radius,
-        } = self.lookup()
+        } = self.lookup(one_map)
         {
             line("caustic-photons", &caustic_particles.to_string());
             line("caustic-radius", &caustic_radius.to_string());

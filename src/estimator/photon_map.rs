@@ -76,36 +76,18 @@ impl PhotonMap {
     /// their photons in an order that does not depend on the threads.
     ///
     /// # Errors
-    /// [`Error::Option`] if the first particles say that all will leave more photons than fit
-    /// [`LARGEST_MAP`].
+    /// Those of [`check`](Self::check).
     pub fn new<P: Parts>(
         parts: &P,
         scene: &Scene,
         kept: Kept,
         emitted: u32,
-        (seed, pass): (u64, u32),
+        name: (u64, u32),
     ) -> Result<Self, Error> {
-        let follow = |particle| {
-            let mut rng = stream(seed, particle, pass);
-            let mut photons = Vec::new();
-            follow(parts, scene, kept, &mut rng, &mut photons);
-            photons
-        };
-        let pilot = emitted.min(PILOT);
-        let mut photons: Vec<_> = (0..pilot).flat_map(follow).collect();
-        let bytes = photons.len() as f64 / f64::from(pilot)
-            * f64::from(emitted)
-            * (size_of::<(DVec3, Photon)>() + KdTree::<Photon>::BYTES) as f64;
-        if bytes > LARGEST_MAP as f64 {
-            return Err(Error::Option(format!(
-                "{emitted} particles would leave about {:.0} GB of photons, more than the {} GB that a map may \
-                 take: send fewer",
-                bytes / f64::from(1 << 30),
-                LARGEST_MAP >> 30
-            )));
-        }
-        let rest = (pilot..emitted).into_par_iter().flat_map_iter(follow);
-        photons.extend(rest.collect::<Vec<_>>());
+        let follow = |particle| follow(parts, scene, kept, particle, name);
+        let mut photons = pilot(emitted, follow)?;
+        let rest = (emitted.min(PILOT)..emitted).into_par_iter();
+        photons.extend(rest.flat_map_iter(follow).collect::<Vec<_>>());
         let stored = photons.len();
         let share = |(point, photon): (DVec3, Photon)| {
             let flux = parts.photon_flux(photon.flux, emitted, stored);
@@ -114,6 +96,24 @@ impl PhotonMap {
         Ok(Self {
             tree: KdTree::new(photons.into_iter().map(share)),
         })
+    }
+
+    /// Refuses a map that would not fit memory.
+    ///
+    /// # Errors
+    /// [`Error::Option`] if the first particles say that all will leave more photons than fit
+    /// [`LARGEST_MAP`].
+    pub fn check<P: Parts>(
+        parts: &P,
+        scene: &Scene,
+        kept: Kept,
+        emitted: u32,
+        name: (u64, u32),
+    ) -> Result<(), Error> {
+        pilot(emitted, |particle| {
+            follow(parts, scene, kept, particle, name)
+        })
+        .map(|_| ())
     }
 
     /// The photons, in the tree's order.
@@ -150,24 +150,47 @@ impl PhotonMap {
     }
 }
 
+/// The photons of the first particles, unless they say that those of all would not fit.
+fn pilot(
+    emitted: u32,
+    follow: impl Fn(u32) -> Vec<(DVec3, Photon)>,
+) -> Result<Vec<(DVec3, Photon)>, Error> {
+    let first = emitted.min(PILOT);
+    let photons: Vec<_> = (0..first).flat_map(follow).collect();
+    let each = size_of::<(DVec3, Photon)>() + KdTree::<Photon>::BYTES;
+    let per_particle = (photons.len() * each) as f64 / f64::from(first);
+    let bytes = per_particle * f64::from(emitted);
+    if bytes > LARGEST_MAP as f64 {
+        return Err(Error::Option(format!(
+            "{emitted} particles would leave about {:.0} GB of photons, more than the {} GB that a map may \
+             take: send fewer",
+            bytes / f64::from(1 << 30),
+            LARGEST_MAP >> 30
+        )));
+    }
+    Ok(photons)
+}
+
 /// Follows one particle to its end; the flux of its photons is not yet shared among all particles.
-fn follow<P: Parts, R: Sampler>(
+fn follow<P: Parts>(
     parts: &P,
     scene: &Scene,
     kept: Kept,
-    rng: &mut R,
-    photons: &mut Vec<(DVec3, Photon)>,
-) {
+    particle: u32,
+    (seed, pass): (u64, u32),
+) -> Vec<(DVec3, Photon)> {
+    let mut rng = stream(seed, particle, pass);
+    let mut photons = Vec::new();
     rng.block(LIGHT);
-    let Some(emission) = emit(parts, scene, rng) else {
-        return;
+    let Some(emission) = emit(parts, scene, &mut rng) else {
+        return photons;
     };
     let mut ray = emission.ray;
     let mut throughput = DVec3::ONE;
     let mut specular = 0;
     for vertex in 1.. {
         let Some(here) = scene.intersect(&ray) else {
-            return;
+            break;
         };
         rng.block(LIGHT + vertex);
         if scene.surface(&here).bsdf.is_diffuse() {
@@ -180,19 +203,20 @@ fn follow<P: Parts, R: Sampler>(
                 photons.push((here.point, photon));
             }
             if kept == Kept::Caustic {
-                return;
+                break;
             }
         } else {
             specular += 1;
         }
-        let Some(next) = scatter(parts, scene, &here, &ray, rng) else {
-            return;
+        let Some(next) = scatter(parts, scene, &here, &ray, &mut rng) else {
+            break;
         };
         throughput *= next.throughput;
-        let Some(weight) = survive(parts, throughput, rng) else {
-            return;
+        let Some(weight) = survive(parts, throughput, &mut rng) else {
+            break;
         };
         throughput *= weight;
         (ray, _) = onward(scene, &here, next.direction);
     }
+    photons
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::faults::HALVED;
 use super::{MAPPING, scenes};
 use crate::equation::PHOTON_DENSITY;
 use crate::estimator::{Estimator, Lookup, Parts, Path, PhotonMapping, Standard};
@@ -16,8 +17,8 @@ use crate::rng::{Stream, stream, uniform2};
 use crate::scene::Scene;
 use crate::scene::room::diffuse;
 use crate::shape::Ray;
-use crate::trials::subject::{Property, Setup, Subject, on};
-use crate::zoo::{Bench, data};
+use crate::trials::subject::{Property, Setup, Subject, on, parts};
+use crate::zoo::{Bench, Mutant, data, mutant};
 
 /// The mean radiance along random rays by final gathering and by the path tracer.
 struct SameRadiance {
@@ -135,4 +136,15 @@ pub(super) fn benches() -> Vec<Bench<Subject>> {
         ));
     }
     benches
+}
+
+/// What they must reject.
+pub(super) fn faults() -> Vec<Mutant<Subject>> {
+    vec![mutant(
+        "photons-halved",
+        &PHOTON_DENSITY,
+        "albedo/2π for the BRDF of photons",
+        parts(HALVED),
+        &["photon/caustic", "photon/diffuse-room"],
+    )]
 }

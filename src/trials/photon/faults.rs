@@ -15,6 +15,12 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
     faults
 }
 
+/// Half of every photon.
+pub(super) const HALVED: Table = Table {
+    photon_density: |brdf, flux, _, r2| density(0.5 * brdf, flux, r2),
+    ..RIGHT
+};
+
 fn densities() -> Vec<Mutant<Subject>> {
     vec![
         mutant(
@@ -51,11 +57,8 @@ fn densities() -> Vec<Mutant<Subject>> {
             "brdf-over-hemisphere",
             &PHOTON_DENSITY,
             "albedo/2π for the BRDF of photons",
-            parts(Table {
-                photon_density: |brdf, flux, _, r2| density(0.5 * brdf, flux, r2),
-                ..RIGHT
-            }),
-            &["photon/disc", "photon/gather", "photon/diffuse-room"],
+            parts(HALVED),
+            &["photon/disc", "photon/gather"],
         ),
         mutant(
             "all-sides",
@@ -130,7 +133,7 @@ fn maps() -> Vec<Mutant<Subject>> {
                 is_caustic: |_| false,
                 ..RIGHT
             }),
-            &["photon/index-matched", "photon/caustic"],
+            &["photon/index-matched"],
         ),
         mutant(
             "emitters-gathered",
@@ -165,11 +168,7 @@ fn particles() -> Vec<Mutant<Subject>> {
                 roulette_weight: |_| 1.0,
                 ..RIGHT
             }),
-            &[
-                "photon/flux-balance",
-                "photon/furnace",
-                "photon/diffuse-room",
-            ],
+            &["photon/flux-balance", "photon/furnace"],
         ),
         mutant(
             "particles-uniform",

@@ -5,7 +5,7 @@ mod equivalence;
 mod faults;
 pub mod scenes;
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -28,15 +28,23 @@ use crate::shape::Ray;
 use crate::trials::subject::Subject;
 use crate::zoo::{AnyFamily, Bench, Family, data};
 
-/// The family.
+/// The families: with closed forms, and against the path tracer.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    vec![Box::new(Family {
-        whole_estimator: true,
-        benches: benches(),
-        faults: faults::faults(),
-        share: 1.0 / 2.0,
-        ..Family::new("photon", STANDARD)
-    })]
+    vec![
+        Box::new(Family {
+            whole_estimator: true,
+            benches: benches(),
+            faults: faults::faults(),
+            share: 1.0 / 2.0,
+            ..Family::new("photon", STANDARD)
+        }),
+        Box::new(Family {
+            whole_estimator: true,
+            benches: equivalence::benches(),
+            faults: equivalence::faults(),
+            ..Family::new("photon-equivalence", STANDARD)
+        }),
+    ]
 }
 
 /// A trial of a mean: name, property, equation, subject, reference, relative δ (absolute if that is 0), and
@@ -174,7 +182,7 @@ impl Replication for Passes {
 
 /// Directions spread evenly over the sphere, on a spiral of golden angles.
 fn spread(count: u32) -> impl Iterator<Item = DVec3> {
-    let golden = TAU * (1.0 - 1.0 / std::f64::consts::GOLDEN_RATIO);
+    let golden = PI * (3.0 - 5f64.sqrt());
     (0..count).map(move |i| {
         let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(count);
         let (sin, cos) = (golden * f64::from(i)).sin_cos();
@@ -190,7 +198,6 @@ fn benches() -> Vec<Bench<Subject>> {
     benches.extend(cavities());
     benches.extend(fluxes());
     benches.push(passes());
-    benches.extend(equivalence::benches());
     benches
 }
 
@@ -248,7 +255,7 @@ fn floors() -> Vec<Bench<Subject>> {
             scenes::matched(),
             gather,
             whole,
-            (1, 40_000),
+            (8, 40_000),
         ),
         floor(
             "photon/behind",
@@ -256,7 +263,7 @@ fn floors() -> Vec<Bench<Subject>> {
             scenes::under_floor(),
             Lookup::Direct,
             0.0,
-            (1, 2_000),
+            (1, 18_000),
         ),
         floor(
             "photon/corner",
