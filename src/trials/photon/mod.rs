@@ -3,6 +3,7 @@
 
 mod equivalence;
 mod faults;
+mod replications;
 pub mod scenes;
 
 use std::f64::consts::PI;
@@ -10,23 +11,16 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use self::replications::{About, Flux, Mapping, Passes, bench};
 use super::probes::{BOUNCES, SINGLE};
 use super::scenes::{lambert, sphere_furnace};
-use super::subject::{Property, STANDARD, Setup, on};
-use crate::equation::{Equation, PHOTON_DENSITY, PHOTON_FLUX, PHOTON_RADIUS};
-use crate::estimator::photon_map::{Kept, PhotonMap};
-use crate::estimator::{
-    Estimator, ImageEstimator, Lookup, Parts, PhotonMapping, Sppm, radius_squared,
-};
-use crate::harness::mean::{Values, mean};
-use crate::harness::outcome::{Claim, Outcome};
-use crate::harness::trial::Context;
-use crate::rng::{Stream, stream};
-use crate::scene::Scene;
+use super::subject::{STANDARD, Subject};
+use crate::equation::{PHOTON_DENSITY, PHOTON_FLUX, PHOTON_RADIUS};
+use crate::estimator::photon_map::Kept;
+use crate::estimator::{Lookup, radius_squared};
 use crate::scene::simple::{CAP_SHARE, Cap, cavity_cap, furnace_box};
 use crate::shape::Ray;
-use crate::trials::subject::Subject;
-use crate::zoo::{AnyFamily, Bench, Family, data};
+use crate::zoo::{AnyFamily, Bench, Family};
 
 /// The families: with closed forms, and against the path tracer.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
@@ -45,139 +39,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             ..Family::new("photon-equivalence", STANDARD)
         }),
     ]
-}
-
-/// A trial of a mean: name, property, equation, subject, reference, relative δ (absolute if that is 0), and
-/// how many values there are at scale 1.
-struct About {
-    name: &'static str,
-    property: String,
-    equation: &'static Equation,
-    subject: &'static str,
-    reference: f64,
-    delta: f64,
-    values: u64,
-}
-
-/// One value of a trial from the stream (seed, index).
-trait Replication: Send + Sync + 'static {
-    fn value<P: Parts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64;
-}
-
-struct Mean<T> {
-    replication: T,
-    reference: f64,
-    delta: f64,
-    values: u64,
-}
-
-impl<T: Replication> Property for Mean<T> {
-    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
-        let seed = context.seed_of("replication");
-        let mut values = Values::new(self.reference);
-        for index in 0..context.n(self.values) as u32 {
-            values.push(self.replication.value(setup.parts, seed, index));
-        }
-        let claim = Claim::Exact { delta: self.delta };
-        vec![mean("mean of replications", &values, self.reference, claim)]
-    }
-}
-
-fn bench<T: Replication>(about: About, replication: T) -> Bench<Subject> {
-    let About {
-        reference, values, ..
-    } = about;
-    let scale = if reference == 0.0 { 1.0 } else { reference };
-    let trial = data(
-        about.name,
-        about.property,
-        about.equation,
-        about.subject,
-        "t over independent maps",
-        (values, about.delta, 1),
-    );
-    let property = Mean {
-        replication,
-        reference,
-        delta: about.delta * scale,
-        values,
-    };
-    Bench::new(trial, on(property))
-}
-
-/// The first channel of the mean radiance along some rays, by a map of its own.
-struct Mapping {
-    scene: Arc<Scene>,
-    lookup: Lookup,
-    particles: u32,
-    radius: f64,
-    rays: Vec<Ray>,
-}
-
-impl Replication for Mapping {
-    fn value<P: Parts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64 {
-        let (map, name) = ((self.particles, self.radius), (seed, index));
-        let Ok(photons) = PhotonMapping::new(parts, &self.scene, self.lookup, map, name) else {
-            return f64::NAN;
-        };
-        let mut rng: Stream = stream(seed, index, 0);
-        let sum: f64 = self
-            .rays
-            .iter()
-            .map(|ray| {
-                let hit = self.scene.intersect(ray);
-                photons.radiance(&self.scene, ray, hit, &mut rng).x
-            })
-            .sum();
-        sum / self.rays.len() as f64
-    }
-}
-
-/// The first channel of the flux of all photons of a map.
-struct Flux {
-    scene: Arc<Scene>,
-    kept: Kept,
-    particles: u32,
-}
-
-impl Replication for Flux {
-    fn value<P: Parts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64 {
-        let map = PhotonMap::new(
-            &parts,
-            &self.scene,
-            self.kept,
-            self.particles,
-            (seed, index),
-        );
-        map.map_or(f64::NAN, |map| {
-            map.photons().map(|photon| photon.flux.x).sum()
-        })
-    }
-}
-
-/// The mean of the first passes over an image of one pixel.
-struct Passes {
-    scene: Arc<Scene>,
-    passes: u32,
-    particles: u32,
-    radius: f64,
-}
-
-impl Replication for Passes {
-    fn value<P: Parts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64 {
-        let sppm = Sppm {
-            parts,
-            particles: self.particles,
-            radius: self.radius,
-        };
-        // The pass's index decides its radius, so replications differ by the seed.
-        let seed = seed.wrapping_add(u64::from(index) << 32);
-        let pass = |pass| sppm.pass(&self.scene, [1, 1], seed, pass);
-        let sum: f64 = (0..self.passes)
-            .map(|index| pass(index).map_or(f64::NAN, |image| image[0].x))
-            .sum();
-        sum / f64::from(self.passes)
-    }
 }
 
 /// Directions spread evenly over the sphere, on a spiral of golden angles.
