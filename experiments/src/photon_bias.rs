@@ -1,7 +1,5 @@
 //! The bias of photon lookups against their radius, and of the mean of passes against their number.
 
-use std::sync::Arc;
-
 use rayon::prelude::*;
 use whitefurnace::equation;
 use whitefurnace::error::Error;
@@ -18,6 +16,7 @@ use whitefurnace::trials::photon::scenes::{
 
 use crate::lab::{Experiment, Lab};
 use crate::plot::chart::{Chart, Corner, Mark, Series, charts};
+use crate::progress::{Bar, Progress};
 use crate::suite::FAMILY;
 
 /// Compares lookups of all radii with the closed form of their bias.
@@ -60,11 +59,12 @@ fn radii(lab: &mut Lab) -> Result<Chart, Error> {
     let maps = lab.count(lab.by_tier(4_000, 64_000)).max(LEAST) as u32;
     let mut found = Vec::new();
     let mut rows = Vec::new();
+    let bar = Progress::new("photon-bias maps").bar(u64::from(maps) * RADII.len() as u64);
     for radius in RADII {
         let seed = seed_for(lab.seed(), &format!("radius {radius}"));
         let values: Result<Vec<f64>, Error> = (0..maps)
             .into_par_iter()
-            .map(|index| looked_up(&scene, radius, (seed, index)))
+            .map(|index| looked_up(&scene, radius, (seed, index), &bar))
             .collect();
         let moments: Moments = values?.into_iter().collect();
         let expected = disc_average(radius, f64::INFINITY);
@@ -82,6 +82,7 @@ fn radii(lab: &mut Lab) -> Result<Chart, Error> {
         rows.push(format!("{radius},{bias:e},{closed:e},{reach:e}"));
         found.push((radius, bias, closed, reach));
     }
+    bar.finish();
     let [a, b] = SLOPE.map(|i| found[i]);
     let span = (b.0 / a.0).ln();
     let slope = (b.1 / a.1).ln() / span;
@@ -120,7 +121,10 @@ fn radii(lab: &mut Lab) -> Result<Chart, Error> {
     })
 }
 
-fn looked_up(scene: &Arc<Scene>, radius: f64, name: (u64, u32)) -> Result<f64, Error> {
+fn looked_up(scene: &Scene, radius: f64, name: (u64, u32), bar: &Bar) -> Result<f64, Error> {
+    if !bar.advance(1) {
+        return Err(Error::Interrupted);
+    }
     let map = (PARTICLES, radius);
     let photons = PhotonMapping::new(Standard, scene, Lookup::Direct, map, name)?;
     let ray = at_origin();
@@ -141,10 +145,14 @@ fn passes(lab: &mut Lab) -> Result<Chart, Error> {
         radius: FIRST,
     };
     let seed = seed_for(lab.seed(), "passes");
+    let bar = Progress::new("photon-bias passes").bar(u64::from(runs));
     // For each run the mean of the first n passes, for each n.
     let means: Result<Vec<Vec<f64>>, Error> = (0..runs)
         .into_par_iter()
         .map(|run| {
+            if !bar.advance(1) {
+                return Err(Error::Interrupted);
+            }
             let seed = seed_for(seed, &run.to_string());
             let mut sum = 0.0;
             (0..PASSES)
@@ -156,6 +164,7 @@ fn passes(lab: &mut Lab) -> Result<Chart, Error> {
         })
         .collect();
     let means = means?;
+    bar.finish();
     let mut expected = 0.0;
     let mut rows = Vec::new();
     let [mut closed, mut bias, mut bars, mut error] = [const { Vec::new() }; 4];

@@ -16,6 +16,7 @@ use whitefurnace::roulette;
 use whitefurnace::scene::{Scene, room};
 
 use crate::lab::{Experiment, Lab};
+use crate::progress::{Bar, Progress};
 
 /// Counts the rays of path tracing and photon mapping in the diffuse room.
 pub const SHADOW_RAYS: Experiment = Experiment {
@@ -64,13 +65,24 @@ impl Parts for Counted<'_> {
     }
 }
 
-/// What several images by one method cost and miss.
-#[derive(Default)]
+/// What images by one method cost per camera sample, and what they miss.
+#[derive(Clone, Copy)]
 struct Cost {
-    shadow_per_sample: f64,
-    rays_per_sample: f64,
-    /// Relative mean squared error of an image, a value each.
-    squared: Moments,
+    shadow: f64,
+    rays: f64,
+    picks: f64,
+    /// Root-mean-square error of the pixels, relative to the mean.
+    error: f64,
+}
+
+impl Cost {
+    /// For photons: a pick of an emitter starts a particle or goes with a gathering ray.
+    fn with_picks(self) -> Self {
+        Self {
+            rays: self.rays + self.picks,
+            ..self
+        }
+    }
 }
 
 fn run(lab: &mut Lab) -> Result<(), Error> {
@@ -93,24 +105,21 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
             film(scene, &photons, seed, SAMPLES)
         }
     };
-    let gathering = measure(
-        lab,
-        "gather",
-        images,
-        SAMPLES,
-        &reference,
-        photon(gather),
-        true,
-    )?;
-    let direct = measure(
-        lab,
-        "direct",
-        images,
-        SAMPLES,
-        &reference,
-        photon(Lookup::Direct),
-        true,
-    )?;
+    let master = lab.seed();
+    let bar = Progress::new("shadow-rays").bar(u64::from(4 * images));
+    let trace = |name, images, samples, make: &dyn Fn(&Rays, u64) -> Result<Film, Error>| {
+        measure(
+            seed_for(master, name),
+            (images, samples),
+            &reference,
+            &bar,
+            make,
+        )
+    };
+    let gathering = trace("gather", images, SAMPLES, &photon(gather))?.with_picks();
+    let direct = trace("direct", images, SAMPLES, &photon(Lookup::Direct))?.with_picks();
+    report(lab, "gather", SAMPLES, &gathering);
+    report(lab, "direct", SAMPLES, &direct);
     for (name, strategy) in [("mis", Strategy::Mis), ("light", Strategy::Light)] {
         let path = |samples| {
             let scene = &scene;
@@ -119,82 +128,73 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
                 film(scene, &Path { parts, strategy }, seed, samples)
             }
         };
-        let pilot = measure(lab, name, 2, 1, &reference, path(1), false)?;
-        let samples = f64::from(SAMPLES) * gathering.rays_per_sample / pilot.rays_per_sample;
+        let pilot = trace("pilot", 2, 1, &path(1))?;
+        let samples = f64::from(SAMPLES) * gathering.rays / pilot.rays;
         let samples = samples.round().max(1.0) as u32;
-        let cost = measure(lab, name, images, samples, &reference, path(samples), false)?;
+        let cost = trace(name, images, samples, &path(samples))?;
+        report(lab, name, samples, &cost);
         lab.claim(
             &format!("final gathering sends fewer shadow rays per sample than {name}"),
-            format!(
-                "{:.2} for {:.2}",
-                gathering.shadow_per_sample, cost.shadow_per_sample
-            ),
-            gathering.shadow_per_sample < cost.shadow_per_sample,
+            format!("{:.2} for {:.2}", gathering.shadow, cost.shadow),
+            gathering.shadow < cost.shadow,
         );
+        let ratio = gathering.error / cost.error;
         lab.note(
             &format!("error of final gathering over that of {name} at the same number of rays"),
-            format!(
-                "{:.2}",
-                (gathering.squared.mean() / cost.squared.mean()).sqrt()
-            ),
+            format!("{ratio:.2}"),
         );
-        lab.number(
-            &format!("error_ratio.{name}"),
-            (gathering.squared.mean() / cost.squared.mean()).sqrt(),
-        );
+        lab.number(&format!("error_ratio.{name}"), ratio);
     }
+    bar.finish();
     lab.claim(
         "lookups at the first diffuse surface send no shadow rays",
-        format!("{:.2} per sample", direct.shadow_per_sample),
-        direct.shadow_per_sample == 0.0,
+        format!("{:.2} per sample", direct.shadow),
+        direct.shadow == 0.0,
     );
     Ok(())
 }
 
-/// Makes images with seeds of their own and compares them with the reference. `picks_are_rays` where a
-/// pick starts a particle or goes with a gathering ray.
+/// Makes images with seeds of their own and compares them with the reference.
 fn measure(
-    lab: &mut Lab,
-    name: &str,
-    images: u32,
-    samples: u32,
+    seed: u64,
+    (images, samples): (u32, u32),
     reference: &Film,
-    make: impl Fn(&Rays, u64) -> Result<Film, Error>,
-    picks_are_rays: bool,
+    bar: &Bar,
+    make: &dyn Fn(&Rays, u64) -> Result<Film, Error>,
 ) -> Result<Cost, Error> {
     let rays = Rays::default();
     let mut squared = Moments::default();
     for image in 0..images {
-        let made = make(&rays, seed_for(lab.seed(), &format!("{name} {image}")))?;
+        let made = make(&rays, seed_for(seed, &image.to_string()))?;
         squared.push(difference(&made, reference));
+        if !bar.advance(1) {
+            return Err(Error::Interrupted);
+        }
     }
     let count = f64::from(images) * f64::from(samples) * reference.pixels().len() as f64;
     let per_sample = |counter: &AtomicU64| counter.load(Ordering::Relaxed) as f64 / count;
     let shadow = per_sample(&rays.shadow);
-    let picks = if picks_are_rays {
-        per_sample(&rays.picks)
-    } else {
-        0.0
-    };
-    let cost = Cost {
-        shadow_per_sample: shadow,
-        rays_per_sample: 1.0 + shadow + per_sample(&rays.onward) + picks,
-        squared,
-    };
-    let error = cost.squared.mean().sqrt();
-    lab.number(&format!("{name}.shadow_rays"), cost.shadow_per_sample);
-    lab.number(&format!("{name}.rays"), cost.rays_per_sample);
-    lab.number(&format!("{name}.error"), error);
+    Ok(Cost {
+        shadow,
+        rays: 1.0 + shadow + per_sample(&rays.onward),
+        picks: per_sample(&rays.picks),
+        error: squared.mean().sqrt(),
+    })
+}
+
+fn report(lab: &mut Lab, name: &str, samples: u32, cost: &Cost) {
+    lab.number(&format!("{name}.shadow_rays"), cost.shadow);
+    lab.number(&format!("{name}.rays"), cost.rays);
+    lab.number(&format!("{name}.error"), cost.error);
     lab.note(
         &format!("{name}, {samples} samples per pixel"),
         format!(
             "{:.2} shadow rays and {:.2} rays in all per sample, relative root-mean-square error {:.2} %",
-            cost.shadow_per_sample,
-            cost.rays_per_sample,
-            100.0 * error
+            cost.shadow,
+            cost.rays,
+            100.0 * cost.error
         ),
     );
-    Ok(cost)
 }
 
 fn film<E: Estimator>(

@@ -62,8 +62,7 @@ fn benches() -> Vec<Bench<Subject>> {
     benches
 }
 
-/// Particles per map of a floor, and maps: few photons serve as well, since the mean does not depend on
-/// their number.
+/// Particles per map of a floor: few do, since the mean does not depend on their number.
 const FEW: u32 = 64;
 
 fn floors() -> Vec<Bench<Subject>> {
