@@ -205,6 +205,18 @@ equations! {
         r"\Omega = \frac{2\pi\sin^2\theta}{1 + \cos\theta}, \quad \sin\theta = \frac{R}{d}, \quad p = \frac{1}{\Omega}", None,
         "Shirley, Wang and Zimmerman, ACM TOG 15(1), 1996", Added,
         "The form 2π(1 - cos θ) loses all digits for far spheres; half of the points uniform in area are unseen.";
+    PHOTON_FLUX = "photon.flux", "", "Flux of a photon",
+        r"\Delta\Phi = \frac{L_e \cos\theta}{N\, p_A\, p_\omega}", None,
+        "Jensen, EGWR 1996", Added,
+        "N counts the particles that were emitted, not the photons that were stored.";
+    PHOTON_DENSITY = "photon.density", "", "Radiance from photons",
+        r"L_r(x, \omega) \approx \frac{1}{\pi r^2} \sum_{\lVert x_p - x\rVert \le r} f_r(x, \omega_p, \omega)\,\Delta\Phi_p", None,
+        "Jensen, EGWR 1996", Added,
+        "The mean over a disc in place of the point: on a plane a bias of order r² and no other.";
+    PHOTON_RADIUS = "photon.radius", "", "Radius of pass i",
+        r"r_{i+1}^2 = \frac{i + \alpha}{i + 1}\, r_i^2, \quad \alpha = \tfrac{2}{3}", None,
+        "Hachisuka and Jensen, ACM TOG 28(5), 2009; Knaus and Zwicker, ACM TOG 30(3), 2011", Added,
+        "Bias and variance of the mean of the passes both go to zero for 0 < α < 1.";
 }
 
 /// The equation with this id.

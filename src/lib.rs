@@ -16,6 +16,7 @@
 //! | [`moments`], [`sampling`], [`roulette`], [`pixel`] | (16)-(19), 2.6.2, 2.7: Monte Carlo |
 //! | [`solid_angle`] | lights as they are seen: closed forms and uniform directions |
 //! | [`scene`], [`emitter`], [`camera`], [`accel`] | what is rendered, as plain data |
+//! | [`kd_tree`] | points by neighbourhood |
 //! | [`estimator`] | how: estimators composed from replaceable parts |
 //! | [`render`], [`film`], [`splat`], [`image`] | the loop, the accumulators, the files |
 //! | [`rng`], [`sampler`] | streams of random numbers, Owen-scrambled Sobol' points |
@@ -52,6 +53,7 @@ pub mod frame;
 pub mod fresnel;
 pub mod harness;
 pub mod image;
+pub mod kd_tree;
 pub mod moments;
 pub mod pixel;
 pub mod radiometry;

@@ -1,6 +1,6 @@
 //! A render job: what the command line and the experiments ask the library to render.
 
-use std::fmt::Write as _;
+mod provenance;
 
 use clap::ValueEnum;
 use glam::DVec3;
@@ -8,8 +8,8 @@ use whitefurnace::bsdf::OrenNayarForm;
 use whitefurnace::emitter::LightSampling;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::{
-    Estimator, Heuristic, ImageEstimator, LightRules, LightTracer, Path, Published, Report,
-    Standard, Strategy, Whitted,
+    Estimator, Heuristic, ImageEstimator, LightRules, LightTracer, Path, PhotonMapping, Published,
+    Report, Sppm, Standard, Strategy, Whitted,
 };
 use whitefurnace::film::{Film, Window};
 use whitefurnace::image::Display;
@@ -20,6 +20,7 @@ use whitefurnace::scene::room::{self, Convention};
 use whitefurnace::scene::{Scene, simple};
 
 use crate::diffuse::DiffuseName;
+use crate::photons::Photons;
 use crate::progress::Progress;
 
 /// The scenes that programs can name.
@@ -52,6 +53,10 @@ pub enum EstimatorName {
     Mis,
     /// Particles from the lights, each hit connected to the camera
     LightTracer,
+    /// Photon mapping with a kd-tree; its error bars leave out the noise of the photons that all pixels share
+    Photon,
+    /// Stochastic progressive photon mapping: each sample is a pass with photons of its own and a smaller radius
+    Sppm,
     /// The report's: shadow rays, uniform hemisphere, roulette, at most 7 segments
     Report,
     /// Whitted ray tracing: shadow rays, mirror and glass tree, no indirect light
@@ -135,6 +140,8 @@ pub struct Job {
     pub diffuse: DiffuseName,
     /// N of (16) for the report's estimator.
     pub rays: u32,
+    /// What photon mapping is told.
+    pub photons: Photons,
     /// Where in a pixel the rays go.
     pub pixel: PixelName,
     /// n of the n × n sub-pixels of a grid.
@@ -164,6 +171,7 @@ impl Default for Job {
             heuristic: HeuristicName::default(),
             diffuse: DiffuseName::Corrected,
             rays: 1,
+            photons: Photons::default(),
             pixel: PixelName::Random,
             grid: 4,
             sampler: SamplerName::Independent,
@@ -204,55 +212,6 @@ impl Job {
             ConventionName::Physical => Display::Srgb { exposure },
             ConventionName::Report | ConventionName::Published => Display::Truncated,
         }
-    }
-
-    /// Key=value lines of all that decides the pixels, for the EXR's attribute.
-    pub fn provenance(&self, complete: bool) -> String {
-        let mut text = format!(
-            "program=whitefurnace\nversion={}\ncommit={}\n",
-            env!("CARGO_PKG_VERSION"),
-            env!("WHITEFURNACE_COMMIT")
-        );
-        let [width, height] = self.size;
-        let mut line = |key: &str, value: &str| {
-            // Writing to a string cannot fail.
-            let _ = writeln!(text, "{key}={value}");
-        };
-        line("scene", &name(self.scene));
-        line("convention", &name(self.convention));
-        line("estimator", &name(self.estimator));
-        if matches!(self.estimator, EstimatorName::Light | EstimatorName::Mis) {
-            line("light-sampling", &name(self.light_sampling));
-        }
-        if self.estimator == EstimatorName::Mis {
-            line("heuristic", &name(self.heuristic));
-        }
-        if self.scene == SceneName::Report && self.convention != ConventionName::Published {
-            line("diffuse", &name(self.diffuse));
-        }
-        if (self.estimator, self.convention) == (EstimatorName::Report, ConventionName::Report) {
-            line("rays", &self.rays.to_string());
-        }
-        line("pixel", &name(self.pixel));
-        if matches!(self.pixel, PixelName::Grid | PixelName::Jitter) {
-            line("grid", &self.grid.to_string());
-        }
-        line("sampler", &name(self.sampler));
-        if self.sampler == SamplerName::Sobol {
-            line("scrambles", &self.scrambles.to_string());
-        }
-        line("size", &format!("{width}x{height}"));
-        if let Some(Window {
-            corner: [x, y],
-            size: [w, h],
-        }) = self.window
-        {
-            line("window", &format!("{w}x{h}+{x}+{y}"));
-        }
-        line("spp", &self.spp.to_string());
-        line("seed", &self.seed.to_string());
-        line("complete", if complete { "yes" } else { "no" });
-        text
     }
 
     /// Refuses what makes no sense, before any work is done.
@@ -307,6 +266,15 @@ impl Job {
         if self.heuristic != HeuristicName::default() && self.estimator != EstimatorName::Mis {
             return refuse("--heuristic is an option of --estimator mis".to_owned());
         }
+        if self.uses_photons() {
+            self.photons
+                .check(self.estimator == EstimatorName::Photon)?;
+        } else if self.photons != Photons::default() {
+            return refuse(
+                "--photons, --radius, --gather and their kind are options of --estimator photon and sppm"
+                    .to_owned(),
+            );
+        }
         if self.grid == 0 || self.grid > 1024 {
             return refuse(format!("--grid {} must be between 1 and 1024", self.grid));
         }
@@ -333,12 +301,45 @@ impl Job {
                 name(self.estimator)
             ));
         }
+        if self.renders_images() || self.uses_photons() {
+            self.check_emitters()?;
+        }
+        Ok(())
+    }
+
+    /// Refuses scenes whose light no particle carries, and more photons than fit memory.
+    fn check_emitters(&self) -> Result<(), Error> {
+        let scene = self.build_scene()?;
+        if scene.background() != DVec3::ZERO {
+            return Err(Error::Option(format!(
+                "--scene {} is lit by its background, where the particles of --estimator {} cannot start",
+                name(self.scene),
+                name(self.estimator)
+            )));
+        }
+        if self.uses_photons() {
+            self.photons
+                .check_memory(self.keeps_one_map(), &scene, self.seed)?;
+        }
         Ok(())
     }
 
     /// Whether the estimator makes whole images, from independent numbers and random points of pixels.
     fn renders_images(&self) -> bool {
-        self.estimator == EstimatorName::LightTracer
+        matches!(
+            self.estimator,
+            EstimatorName::LightTracer | EstimatorName::Sppm
+        )
+    }
+
+    /// Whether all samples share their photons.
+    fn keeps_one_map(&self) -> bool {
+        self.estimator == EstimatorName::Photon
+    }
+
+    /// Whether the estimator keeps photons.
+    fn uses_photons(&self) -> bool {
+        matches!(self.estimator, EstimatorName::Photon | EstimatorName::Sppm)
     }
 
     fn check_sobol(&self) -> Result<(), Error> {
@@ -371,13 +372,6 @@ impl Job {
     pub fn render(&self, progress: &Progress) -> Result<Rendered, Error> {
         self.check()?;
         let scene = self.build_scene()?;
-        if self.renders_images() && scene.background() != DVec3::ZERO {
-            return Err(Error::Option(format!(
-                "--scene {} is lit by its background, from which --estimator {} cannot start",
-                name(self.scene),
-                name(self.estimator)
-            )));
-        }
         let rules = match self.convention {
             ConventionName::Physical => LightRules::PHYSICAL,
             ConventionName::Report | ConventionName::Published => LightRules::REPORT,
@@ -388,6 +382,20 @@ impl Job {
             (EstimatorName::Mis, _) => self.paths(&scene, Strategy::Mis, progress),
             (EstimatorName::LightTracer, _) => {
                 self.render_images(&scene, &LightTracer::<Standard>::default(), progress)
+            }
+            (EstimatorName::Photon, _) => {
+                let (map, lookup) = (self.photons.map(), self.photons.lookup(true));
+                let photons = PhotonMapping::new(Standard, &scene, lookup, map, (self.seed, 0))?;
+                self.render_with(&scene, &photons, progress)
+            }
+            (EstimatorName::Sppm, _) => {
+                let (particles, radius) = self.photons.map();
+                let sppm = Sppm {
+                    parts: Standard,
+                    particles,
+                    radius,
+                };
+                self.render_images(&scene, &sppm, progress)
             }
             (EstimatorName::Whitted, _) => self.render_with(&scene, &Whitted::new(rules), progress),
             (EstimatorName::Report, ConventionName::Published) => {

@@ -3,6 +3,7 @@
 
 pub mod bands;
 pub mod calibration;
+pub mod caustics;
 pub mod cells;
 pub mod claims;
 pub mod cli;
@@ -17,12 +18,15 @@ pub mod lab;
 pub mod ledger;
 pub mod lights;
 pub mod penumbra;
+pub mod photon_bias;
+pub mod photons;
 pub mod pictures;
 pub mod plot;
 pub mod power;
 pub mod progress;
 pub mod record;
 pub mod regions;
+pub mod shadow_rays;
 pub mod statistics;
 pub mod suite;
 pub mod trials;
@@ -48,6 +52,9 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &diffuse::ALBEDO,
     &convergence::CONVERGENCE,
     &claims::SAMPLING_CLAIMS,
+    &photon_bias::PHOTON_BIAS,
+    &caustics::CAUSTICS,
+    &shadow_rays::SHADOW_RAYS,
     &trials::TRIALS,
     &faults::FAULTS,
     &calibration::CALIBRATION,

@@ -44,6 +44,9 @@ fn same_seed_gives_the_same_bytes_on_any_number_of_threads() {
         "--scene diffuse-room --spp 3",
         "--scene cornell --light-sampling solid-angle --heuristic power --spp 3",
         "--diffuse eon --sampler sobol --scrambles 2 --spp 8",
+        "--estimator photon --photons 3000 --radius 0.5 --spp 3",
+        "--estimator photon --photons 3000 --gather no --sampler sobol --spp 16",
+        "--estimator sppm --photons 3000 --radius 0.5 --spp 3",
     ];
     for case in cases {
         let bytes = [1, 2, 16].map(|threads| {
@@ -101,6 +104,30 @@ fn every_scene_renders_with_every_legal_estimator() {
 }
 
 #[test]
+fn photons_go_wherever_there_are_lights() {
+    let folder = folder("photons");
+    for scene in [
+        "report",
+        "diffuse-room",
+        "furnace-box",
+        "cavity-cap",
+        "cornell",
+    ] {
+        for estimator in ["photon", "photon --gather no", "sppm"] {
+            let options = format!(
+                "--scene {scene} --estimator {estimator} --photons 2000 --size 16x12 --spp 2"
+            );
+            let output = render(&folder, &options);
+            assert!(
+                output.status.success(),
+                "{options}: {}",
+                text(&output.stderr)
+            );
+        }
+    }
+}
+
+#[test]
 fn bad_input_gets_one_line_exit_code_two_and_leaves_nothing() {
     let cases = [
         ("--size 0x10", "at least 1"),
@@ -117,10 +144,7 @@ fn bad_input_gets_one_line_exit_code_two_and_leaves_nothing() {
             "--convention published --estimator mis",
             "--estimator report",
         ),
-        (
-            "--convention physical --estimator report",
-            "path or whitted",
-        ),
+        ("--convention physical --estimator report", "any but report"),
         ("--scene cornell --convention report", "--scene report"),
         ("--rays 4", "--estimator report"),
         (
@@ -128,6 +152,13 @@ fn bad_input_gets_one_line_exit_code_two_and_leaves_nothing() {
             "--estimator light and mis",
         ),
         ("--estimator light --heuristic power", "--estimator mis"),
+        ("--radius 1", "--estimator photon"),
+        ("--estimator photon --radius 0", "above 0"),
+        ("--estimator photon --photons 0", "at least 1"),
+        ("--estimator photon --photons 4000000000", "GB"),
+        ("--estimator sppm --gather no", "--estimator photon"),
+        ("--estimator sppm --caustic-radius 1", "--gather yes"),
+        ("--estimator photon --scene environment", "background"),
         ("--convention report --rays 0", "between 1 and 64"),
     ];
     for (options, hint) in cases {

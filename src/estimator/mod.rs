@@ -4,10 +4,14 @@
 //! default is the library's own function. [`Standard`] overrides nothing and is what programs run; a
 //! trial puts a faulty part in by overriding one method. All of it is resolved by the compiler.
 
+mod emission;
 mod light_tracer;
 mod path;
+mod photon;
+pub mod photon_map;
 mod published;
 mod report;
+mod sppm;
 mod vertex;
 mod whitted;
 
@@ -15,8 +19,10 @@ use glam::DVec3;
 
 pub use light_tracer::LightTracer;
 pub use path::{Heuristic, Path, Strategy};
+pub use photon::{Lookup, PhotonMapping};
 pub use published::{Published, Quirks};
 pub use report::Report;
+pub use sppm::{Sppm, radius_squared};
 pub use whitted::Whitted;
 
 use crate::bsdf::Bsdf;
@@ -185,6 +191,39 @@ pub trait Parts: Sync {
     #[inline]
     fn hit_counts(&self, strategy: Strategy, sampled: bool) -> bool {
         !(sampled && strategy == Strategy::Light)
+    }
+    /// ΔΦ of one particle of `emitted`, whatever the number of photons that they left.
+    #[inline]
+    fn photon_flux(&self, flux: DVec3, emitted: u32, _stored: usize) -> DVec3 {
+        photon_map::flux_share(flux, emitted)
+    }
+    /// Whether light that met so many mirrors and glass surfaces, and nothing else, before it arrives at a
+    /// diffuse surface is a caustic. Light that met none is found by shadow rays.
+    #[inline]
+    fn is_caustic(&self, specular: u32) -> bool {
+        specular > 0
+    }
+    /// Whether a photon lies on the same surface and side as a point, by their normals.
+    #[inline]
+    fn same_side(&self, at_photon: DVec3, at_point: DVec3) -> bool {
+        photon_map::same_side(at_photon, at_point)
+    }
+    /// What one photon adds to the reflected radiance. Its direction `_wi`, local, has no say but by the
+    /// BRDF: flux per area is irradiance, which holds the cosine.
+    #[inline]
+    fn photon_density(&self, brdf: DVec3, flux: DVec3, _wi: DVec3, radius_squared: f64) -> DVec3 {
+        photon_map::density(brdf, flux, radius_squared)
+    }
+    /// Whether an eye path that has met a diffuse surface counts emitters that it hits: not where shadow
+    /// rays and caustic photons bring the same light.
+    #[inline]
+    fn gathers_emission(&self) -> bool {
+        false
+    }
+    /// r² of a pass of stochastic progressive photon mapping.
+    #[inline]
+    fn pass_radius_squared(&self, first: f64, index: u32) -> f64 {
+        radius_squared(first, index)
     }
 }
 

@@ -17,6 +17,7 @@ pub mod hemisphere;
 pub mod images;
 pub mod infinite_variance;
 pub mod irradiance;
+pub mod photon;
 pub mod policies;
 pub mod probes;
 pub mod render_streams;
@@ -50,6 +51,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         solid_angle::families(),
         accumulators::families(),
         estimator::families(),
+        photon::families(),
     ]
     .into_iter()
     .flatten()

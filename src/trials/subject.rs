@@ -68,6 +68,12 @@ table! {
     mis_weight(pdf: f64, other: f64) -> f64;
     mis_power_weight(pdf: f64, other: f64) -> f64;
     hit_counts(strategy: Strategy, sampled: bool) -> bool;
+    photon_flux(flux: DVec3, emitted: u32, stored: usize) -> DVec3;
+    is_caustic(specular: u32) -> bool;
+    same_side(at_photon: DVec3, at_point: DVec3) -> bool;
+    photon_density(brdf: DVec3, flux: DVec3, wi: DVec3, radius_squared: f64) -> DVec3;
+    gathers_emission() -> bool;
+    pass_radius_squared(first: f64, index: u32) -> f64;
 }
 
 /// What a fault can replace in an estimator: its parts, and what it is told.

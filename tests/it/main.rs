@@ -13,6 +13,7 @@ mod helpers; // what the exact modules share
 mod hierarchy;
 mod image;
 mod moments;
+mod photon;
 mod pixel;
 mod radiometry;
 mod reference; // tables of reference values, and closed forms of the trials against them

@@ -11,6 +11,7 @@ use experiments::job::{
     ConventionName, EstimatorName, HeuristicName, Job, LightSamplingName, PixelName, SamplerName,
     SceneName,
 };
+use experiments::photons::Photons;
 use experiments::progress::{Progress, catch_interrupt};
 use whitefurnace::error::Error;
 use whitefurnace::image::{check_writable, write_exr, write_png};
@@ -47,6 +48,8 @@ struct Render {
     /// Sample rays per diffuse hit, N of equation (16), for --estimator report
     #[arg(long, default_value_t = 1)]
     rays: u32,
+    #[command(flatten)]
+    photons: Photons,
     /// Where in a pixel the rays go
     #[arg(long, value_enum, default_value_t = PixelName::Random)]
     pixel: PixelName,
@@ -99,6 +102,7 @@ fn run(options: &Render) -> Result<(), Error> {
         heuristic: options.heuristic,
         diffuse: options.diffuse,
         rays: options.rays,
+        photons: options.photons,
         pixel: options.pixel,
         grid: options.grid,
         sampler: options.sampler,

@@ -1,0 +1,274 @@
+//! The report's claim that caustics cannot be represented by Monte Carlo ray tracing, put to the test on
+//! a glass sphere between a floor and an area light.
+
+use std::ops::Range;
+
+use whitefurnace::equation;
+use whitefurnace::error::Error;
+use whitefurnace::estimator::{
+    Estimator, ImageEstimator, LightRules, Lookup, Path, PhotonMapping, Sppm, Standard, Strategy,
+    Whitted,
+};
+use whitefurnace::film::Film;
+use whitefurnace::harness::tails::student_upper;
+use whitefurnace::image::{Display, write_png};
+use whitefurnace::moments::Moments;
+use whitefurnace::pixel::PixelSampling;
+use whitefurnace::render::{Numbers, Sampling, render, render_passes};
+use whitefurnace::rng::seed_for;
+use whitefurnace::scene::Scene;
+use whitefurnace::trials::photon::scenes::{CAUSTIC, caustic, no_caustic};
+
+use crate::lab::{Experiment, Lab};
+use crate::progress::Progress;
+use crate::suite::FAMILY;
+
+/// Renders one caustic by six methods.
+pub const CAUSTICS: Experiment = Experiment {
+    id: "caustics",
+    title: "the caustic of a glass sphere by path tracing, Whitted ray tracing and photon mapping",
+    version: 1,
+    equations: &[&equation::PHOTON_FLUX, &equation::PHOTON_DENSITY],
+    run,
+};
+
+const SIZE: [u32; 2] = [120, 90];
+/// Independent images of each method: they give the intervals, maps and all.
+const IMAGES: u32 = 16;
+/// Relative difference within which means must be the same, by tier: that of the full tier leaves room for
+/// the bias of the lookups, that of the quick one for its noise.
+const MARGINS: [f64; 2] = [0.08, 0.01];
+const RADIUS: f64 = 0.03;
+/// Methods whose means are compared with path tracing's, glass and no glass.
+const COMPARISONS: usize = 7;
+
+/// How an image is made.
+#[derive(Clone, Copy)]
+enum Method {
+    Path(Strategy),
+    Whitted,
+    Photon(Lookup),
+    Sppm,
+}
+
+/// What is made of one scene by one method.
+struct Made {
+    film: Film,
+    /// The first channel's mean over the caustic, a value for each image.
+    region: Moments,
+}
+
+fn run(lab: &mut Lab) -> Result<(), Error> {
+    let samples = lab.count(lab.by_tier(16, 256)) as u32;
+    let particles = lab.count(lab.by_tier(60_000, 1_000_000)) as u32;
+    let gather = Lookup::Gather {
+        caustic_particles: particles,
+        caustic_radius: RADIUS,
+    };
+    let methods = [
+        ("mis", Method::Path(Strategy::Mis)),
+        ("bsdf", Method::Path(Strategy::Bsdf)),
+        ("whitted", Method::Whitted),
+        ("photon", Method::Photon(gather)),
+        ("photon-direct", Method::Photon(Lookup::Direct)),
+        ("sppm", Method::Sppm),
+    ];
+    let size = lab.by_tier(SIZE, SIZE.map(|n| 3 * n));
+    let mut reference = None;
+    let mut rows = Vec::new();
+    for (name, method) in methods {
+        let made = make(
+            lab,
+            &caustic(1.5),
+            (name, method),
+            size,
+            (samples, particles),
+        )?;
+        let png = lab.figure(&format!("{name}.png"));
+        write_png(&png, &made.film, Display::Srgb { exposure: 0.0 }, 2)?;
+        row(lab, name, &made, &mut rows);
+        let path = *reference.get_or_insert(made.region);
+        match method {
+            Method::Path(Strategy::Mis) => {}
+            Method::Whitted => lab.claim(
+                "whitted has no caustic",
+                format!(
+                    "{:.4} of path tracing's radiance",
+                    made.region.mean() / path.mean()
+                ),
+                made.region.mean() < 0.5 * path.mean(),
+            ),
+            _ => same(lab, &format!("{name} and mis"), (&made.region, &path)),
+        }
+    }
+    let clear = ("mis, no glass", Method::Path(Strategy::Mis));
+    let clear = make(lab, &no_caustic(), clear, size, (samples, particles))?;
+    row(lab, "no-glass", &clear, &mut rows);
+    for (name, method) in [methods[0], methods[3]] {
+        let name = format!("{name}, index 1");
+        let made = make(
+            lab,
+            &caustic(1.0),
+            (&name, method),
+            size,
+            (samples, particles),
+        )?;
+        row(
+            lab,
+            &name.replace(", ", "-").replace(' ', ""),
+            &made,
+            &mut rows,
+        );
+        same(
+            lab,
+            &format!("{name}, and no glass"),
+            (&made.region, &clear.region),
+        );
+    }
+    lab.csv("caustics.csv", "method,region,standard_error,noise", &rows)
+}
+
+/// Records a region's mean and the noise of a pixel.
+fn row(lab: &mut Lab, name: &str, made: &Made, rows: &mut Vec<String>) {
+    let Made { film, region } = made;
+    lab.number(&format!("{name}.region"), region.mean());
+    lab.number(&format!("{name}.standard_error"), region.standard_error());
+    lab.number(&format!("{name}.noise"), film.relative_error());
+    lab.note(
+        name,
+        format!(
+            "radiance of the caustic {:.4} ± {:.4}, mean relative error of a pixel {:.2} %",
+            region.mean(),
+            region.standard_error(),
+            100.0 * film.relative_error()
+        ),
+    );
+    rows.push(format!(
+        "{name},{:e},{:e},{:e}",
+        region.mean(),
+        region.standard_error(),
+        film.relative_error()
+    ));
+}
+
+/// Claims that two means are the same within the margin, by an interval at the experiment's family-wise
+/// level.
+fn same(lab: &mut Lab, what: &str, (a, b): (&Moments, &Moments)) {
+    let margin = lab.by_tier(MARGINS[0], MARGINS[1]);
+    let dof = f64::from(IMAGES) - 1.0;
+    let level = student_upper(FAMILY / COMPARISONS as f64 / 2.0, dof);
+    let reach = level * a.standard_error().hypot(b.standard_error()) / b.mean();
+    let difference = a.mean() / b.mean() - 1.0;
+    lab.claim(
+        &format!("{what} show the same caustic"),
+        format!(
+            "difference {:+.3} % ± {:.3} %, margin {} %",
+            100.0 * difference,
+            100.0 * reach,
+            100.0 * margin
+        ),
+        difference.abs() + reach <= margin,
+    );
+}
+
+/// Independent images of a scene, and the mean of all.
+fn make(
+    lab: &Lab,
+    scene: &Scene,
+    (name, method): (&str, Method),
+    size: [u32; 2],
+    (samples, particles): (u32, u32),
+) -> Result<Made, Error> {
+    let bar = Progress::new(&format!("caustics {name}")).bar(u64::from(IMAGES));
+    let pixels = region(scene, size);
+    let mut all = Film::new(size, None, 1)?;
+    let mut values = Moments::default();
+    for image in 0..IMAGES {
+        let seed = seed_for(lab.seed(), &format!("{name} {image}"));
+        let mut film = Film::new(size, None, 1)?;
+        fill(scene, method, seed, &mut film, &(0..samples), particles)?;
+        let sum: f64 = pixels.iter().map(|&i| film.pixels()[i].mean().x).sum();
+        values.push(sum / pixels.len() as f64);
+        for (pixel, one) in all.pixels_mut().iter_mut().zip(film.pixels()) {
+            pixel.push(one.mean())?;
+        }
+        if !bar.advance(1) {
+            return Err(Error::Interrupted);
+        }
+    }
+    bar.finish();
+    Ok(Made {
+        film: all,
+        region: values,
+    })
+}
+
+fn fill(
+    scene: &Scene,
+    method: Method,
+    seed: u64,
+    film: &mut Film,
+    range: &Range<u32>,
+    particles: u32,
+) -> Result<(), Error> {
+    let parts = Standard;
+    match method {
+        Method::Path(strategy) => rays(scene, &Path::new(parts, strategy), seed, film, range),
+        Method::Whitted => rays(
+            scene,
+            &Whitted::new(LightRules::PHYSICAL),
+            seed,
+            film,
+            range,
+        ),
+        Method::Photon(lookup) => {
+            let map = (particles, RADIUS);
+            let photons = PhotonMapping::new(parts, scene, lookup, map, (seed, 0))?;
+            rays(scene, &photons, seed, film, range)
+        }
+        Method::Sppm => {
+            let sppm = Sppm {
+                parts,
+                particles: particles / range.end + 1,
+                radius: 2.0 * RADIUS,
+            };
+            passes(scene, &sppm, seed, film, range)
+        }
+    }
+}
+
+fn rays<E: Estimator>(
+    scene: &Scene,
+    estimator: &E,
+    seed: u64,
+    film: &mut Film,
+    range: &Range<u32>,
+) -> Result<(), Error> {
+    let sampling = Sampling {
+        pixel: PixelSampling::Random,
+        numbers: Numbers::Independent,
+        seed,
+    };
+    render(scene, estimator, sampling, film, range, &|_| true).map(|_| ())
+}
+
+fn passes<E: ImageEstimator>(
+    scene: &Scene,
+    estimator: &E,
+    seed: u64,
+    film: &mut Film,
+    range: &Range<u32>,
+) -> Result<(), Error> {
+    render_passes(scene, estimator, seed, film, range.clone(), &|_| true).map(|_| ())
+}
+
+/// The pixels whose middle shows the part of the floor that the caustic covers.
+fn region(scene: &Scene, size: [u32; 2]) -> Vec<usize> {
+    let pixels = 0..size[0] * size[1];
+    let shows = |&pixel: &u32| {
+        let [x, y] = [pixel % size[0], pixel / size[0]].map(|i| f64::from(i) + 0.5);
+        let hit = scene.intersect(&scene.camera().ray(size, x, y));
+        hit.is_some_and(|hit| hit.point.z.abs() < 1e-9 && hit.point.truncate().length() < CAUSTIC)
+    };
+    pixels.filter(shows).map(|pixel| pixel as usize).collect()
+}

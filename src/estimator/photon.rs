@@ -1,0 +1,178 @@
+//! Photon mapping (Jensen 1996): light carried by particles, looked up by paths from the eye.
+
+use glam::DVec3;
+
+use super::photon_map::{Kept, PhotonMap};
+use super::vertex::{Vertex, direct_light, emitted, onward, scatter, survive};
+use super::{Estimator, LightRules, Parts};
+use crate::emitter::LightSampling;
+use crate::error::Error;
+use crate::rng::seed_for;
+use crate::sampler::Sampler;
+use crate::scene::{Hit, Scene};
+use crate::shape::Ray;
+
+/// Where the photons are looked up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Lookup {
+    /// At the first diffuse surface that the eye sees: all of its light by photons.
+    Direct,
+    /// At the second: the first gets direct light by a shadow ray, caustics by photons of their own, and all
+    /// other light by one ray in a cosine-weighted direction (final gathering).
+    Gather {
+        /// Particles emitted for the caustic map.
+        caustic_particles: u32,
+        /// Radius of its lookups.
+        caustic_radius: f64,
+    },
+}
+
+/// An estimator with the bias of [`crate::equation::PHOTON_DENSITY`], for light that leaves an emitter: none
+/// starts from the background.
+///
+/// Its estimates share the photons: their mean tends to what this map says, and their standard error
+/// knows nothing of the map's own. Maps of different seeds are independent replications.
+#[derive(Clone, Debug)]
+pub struct PhotonMapping<P> {
+    parts: P,
+    all: PhotonMap,
+    radius: f64,
+    /// The caustic photons and their radius, for final gathering.
+    caustics: Option<(PhotonMap, f64)>,
+}
+
+/// The first diffuse surface that a path meets by mirrors and glass alone.
+struct Arrival {
+    hit: Hit,
+    ray: Ray,
+    /// What radiance that leaves it along the path is multiplied by.
+    throughput: DVec3,
+    /// The number of its vertex, for the sampler's blocks.
+    vertex: u32,
+}
+
+impl<P: Parts> PhotonMapping<P> {
+    /// Sends `particles` ≥ 1 from the emitters and keeps their photons, to be looked up within `radius` > 0,
+    /// in the scene's units. The photons are functions of (seed, pass).
+    ///
+    /// # Errors
+    /// Those of [`PhotonMap::new`].
+    pub fn new(
+        parts: P,
+        scene: &Scene,
+        lookup: Lookup,
+        (particles, radius): (u32, f64),
+        (seed, pass): (u64, u32),
+    ) -> Result<Self, Error> {
+        let map = |kept, particles, name| {
+            let seed = seed_for(seed, name);
+            PhotonMap::new(&parts, scene, kept, particles, (seed, pass))
+        };
+        let all = map(Kept::All, particles, "photons")?;
+        let caustics = match lookup {
+            Lookup::Direct => None,
+            Lookup::Gather {
+                caustic_particles,
+                caustic_radius,
+            } => {
+                let map = map(Kept::Caustic, caustic_particles, "caustics")?;
+                Some((map, caustic_radius))
+            }
+        };
+        Ok(Self {
+            all,
+            radius,
+            caustics,
+            parts,
+        })
+    }
+
+    /// Follows mirrors and glass from the vertex with this number to the first diffuse surface, and calls
+    /// `see` with what emitters on the way show along the path.
+    fn arrive<R: Sampler>(
+        &self,
+        scene: &Scene,
+        (mut ray, mut hit): (Ray, Option<Hit>),
+        first: u32,
+        rng: &mut R,
+        mut see: impl FnMut(DVec3),
+    ) -> Option<Arrival> {
+        let mut throughput = DVec3::ONE;
+        let mut factor = 1.0;
+        for vertex in first.. {
+            let here = hit?;
+            rng.block(vertex);
+            if here.emitter.is_some() {
+                see(factor * throughput * emitted(scene, &here, &ray));
+            }
+            if scene.surface(&here).bsdf.is_diffuse() {
+                return Some(Arrival {
+                    hit: here,
+                    ray,
+                    throughput: factor * throughput,
+                    vertex,
+                });
+            }
+            let next = scatter(&self.parts, scene, &here, &ray, rng)?;
+            throughput *= next.throughput;
+            factor *= next.factor;
+            throughput *= survive(&self.parts, throughput, rng)?;
+            (ray, hit) = onward(scene, &here, next.direction);
+        }
+        None
+    }
+
+    /// What a surface reflects by the photons of a map.
+    fn looked_up(&self, scene: &Scene, at: &Arrival, map: &PhotonMap, radius: f64) -> DVec3 {
+        let bsdf = &scene.surface(&at.hit).bsdf;
+        map.reflected(&self.parts, bsdf, &Vertex::new(&at.hit, &at.ray), radius)
+    }
+
+    /// Light that a surface reflects after at least one other diffuse surface.
+    fn gathered<R: Sampler>(&self, scene: &Scene, at: &Arrival, rng: &mut R) -> DVec3 {
+        let Some(next) = scatter(&self.parts, scene, &at.hit, &at.ray, rng) else {
+            return DVec3::ZERO;
+        };
+        let way = onward(scene, &at.hit, next.direction);
+        let mut radiance = DVec3::ZERO;
+        let see = |emission| {
+            if self.parts.gathers_emission() {
+                radiance += emission;
+            }
+        };
+        if let Some(there) = self.arrive(scene, way, at.vertex + 1, rng, see) {
+            radiance += there.throughput * self.looked_up(scene, &there, &self.all, self.radius);
+        }
+        next.throughput * radiance
+    }
+}
+
+impl<P: Parts> Estimator for PhotonMapping<P> {
+    fn radiance<R: Sampler>(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        hit: Option<Hit>,
+        rng: &mut R,
+    ) -> DVec3 {
+        let mut radiance = DVec3::ZERO;
+        let see = |emission| radiance += emission;
+        let Some(here) = self.arrive(scene, (*ray, hit), 1, rng, see) else {
+            return radiance;
+        };
+        let reflected = match &self.caustics {
+            None => self.looked_up(scene, &here, &self.all, self.radius),
+            Some((caustics, caustic_radius)) => {
+                let bsdf = &scene.surface(&here.hit).bsdf;
+                let vertex = Vertex::new(&here.hit, &here.ray);
+                let rules = &LightRules::PHYSICAL;
+                let area = LightSampling::Area;
+                let light = direct_light(&self.parts, scene, bsdf, &vertex, rules, area, rng);
+                light.map_or(DVec3::ZERO, |light| light.reflected)
+                    + self.looked_up(scene, &here, caustics, *caustic_radius)
+                    + self.gathered(scene, &here, rng)
+            }
+        };
+        radiance + here.throughput * reflected
+    }
+}

@@ -1,0 +1,222 @@
+//! Photons: where particles from the emitters arrive, and the radiance that follows from their density.
+
+use std::f64::consts::FRAC_1_PI;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::Parts;
+use super::emission::emit;
+use super::vertex::{Vertex, onward, scatter, survive};
+use crate::bsdf::Bsdf;
+use crate::error::Error;
+use crate::kd_tree::KdTree;
+use crate::rng::stream;
+use crate::sampler::{LIGHT, Sampler};
+use crate::scene::Scene;
+
+/// A particle's arrival at a diffuse surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Photon {
+    /// Unit normal of the surface on the side where it arrived.
+    pub normal: DVec3,
+    /// Unit direction to where it came from.
+    pub from: DVec3,
+    /// ΔΦ of [`crate::equation::PHOTON_FLUX`].
+    pub flux: DVec3,
+}
+
+/// Which arrivals a map keeps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kept {
+    /// All at diffuse surfaces: light that came straight, by mirrors and glass, or by diffuse surfaces.
+    All,
+    /// The first at a diffuse surface if only mirrors and glass were met before: caustics.
+    Caustic,
+}
+
+/// ΔΦ of [`crate::equation::PHOTON_FLUX`]: the share of one particle of `emitted` ≥ 1. Particles that were
+/// lost on the way count as well.
+#[inline]
+pub fn flux_share(flux: DVec3, emitted: u32) -> DVec3 {
+    flux / f64::from(emitted)
+}
+
+/// What one photon adds to [`crate::equation::PHOTON_DENSITY`]: f_r ΔΦ / πr², with f_r in 1/sr and `r2` = r² > 0.
+/// The constant kernel on the disc of radius r.
+#[inline]
+pub fn density(brdf: DVec3, flux: DVec3, r2: f64) -> DVec3 {
+    brdf * flux * (FRAC_1_PI / r2)
+}
+
+/// Photons are counted where their normal and that of the point in question have at least this cosine
+/// (26°): not from behind nor round a corner. On a sphere of radius R that allows lookups up to r = 0.45 R.
+pub const SAME_SIDE: f64 = 0.9;
+
+/// Whether a photon lies on the same surface and side as a point, by their unit normals.
+#[inline]
+pub fn same_side(at_photon: DVec3, at_point: DVec3) -> bool {
+    at_photon.dot(at_point) > SAME_SIDE
+}
+
+/// The most memory that a map may take while it is made, bytes: a list of photons and the tree.
+pub const LARGEST_MAP: usize = 4 << 30;
+
+/// Particles that tell how many photons the others will leave.
+const PILOT: u32 = 1024;
+
+/// The photons that a number of particles left.
+#[derive(Clone, Debug)]
+pub struct PhotonMap {
+    tree: KdTree<Photon>,
+}
+
+impl PhotonMap {
+    /// Follows `emitted` ≥ 1 particles, of which number i draws from the stream (seed, i, pass), and keeps
+    /// their photons in an order that does not depend on the threads.
+    ///
+    /// # Errors
+    /// Those of [`check`](Self::check).
+    pub fn new<P: Parts>(
+        parts: &P,
+        scene: &Scene,
+        kept: Kept,
+        emitted: u32,
+        name: (u64, u32),
+    ) -> Result<Self, Error> {
+        let follow = |particle| follow(parts, scene, kept, particle, name);
+        let mut photons = pilot(emitted, follow)?;
+        let rest = (emitted.min(PILOT)..emitted).into_par_iter();
+        photons.extend(rest.flat_map_iter(follow).collect::<Vec<_>>());
+        let stored = photons.len();
+        let share = |(point, photon): (DVec3, Photon)| {
+            let flux = parts.photon_flux(photon.flux, emitted, stored);
+            (point, Photon { flux, ..photon })
+        };
+        Ok(Self {
+            tree: KdTree::new(photons.into_iter().map(share)),
+        })
+    }
+
+    /// Refuses a map that would not fit memory.
+    ///
+    /// # Errors
+    /// [`Error::Option`] if the first particles say that all will leave more photons than fit
+    /// [`LARGEST_MAP`].
+    pub fn check<P: Parts>(
+        parts: &P,
+        scene: &Scene,
+        kept: Kept,
+        emitted: u32,
+        name: (u64, u32),
+    ) -> Result<(), Error> {
+        pilot(emitted, |particle| {
+            follow(parts, scene, kept, particle, name)
+        })
+        .map(|_| ())
+    }
+
+    /// The photons, in the tree's order.
+    pub fn photons(&self) -> impl Iterator<Item = &Photon> {
+        self.tree.values()
+    }
+
+    /// The radiance that a diffuse vertex reflects, by [`crate::equation::PHOTON_DENSITY`] with the photons of a ball
+    /// of the given radius.
+    ///
+    /// On a plane the expectation is the mean over the disc, and on a sphere the mean over the cap that
+    /// the ball cuts out, whose area is πr², too (Archimedes). Within r of an edge it is too small by the
+    /// part of the disc that lies beyond.
+    #[inline]
+    pub(super) fn reflected<P: Parts>(
+        &self,
+        parts: &P,
+        bsdf: &Bsdf,
+        vertex: &Vertex,
+        radius: f64,
+    ) -> DVec3 {
+        let r2 = radius * radius;
+        let mut sum = DVec3::ZERO;
+        self.tree.within(vertex.point, r2, |photon| {
+            if parts.same_side(photon.normal, vertex.frame.z) {
+                // It arrived above its own surface, so it must not drown in the horizon of the vertex.
+                let wi = vertex.frame.local(photon.from);
+                let wi = wi.with_z(wi.z.max(f64::MIN_POSITIVE));
+                let brdf = parts.brdf(bsdf, vertex.wo, wi);
+                sum += parts.photon_density(brdf, photon.flux, wi, r2);
+            }
+        });
+        sum
+    }
+}
+
+/// The photons of the first particles, unless they say that those of all would not fit.
+fn pilot(
+    emitted: u32,
+    follow: impl Fn(u32) -> Vec<(DVec3, Photon)>,
+) -> Result<Vec<(DVec3, Photon)>, Error> {
+    let first = emitted.min(PILOT);
+    let photons: Vec<_> = (0..first).flat_map(follow).collect();
+    let each = size_of::<(DVec3, Photon)>() + KdTree::<Photon>::BYTES;
+    let per_particle = (photons.len() * each) as f64 / f64::from(first);
+    let bytes = per_particle * f64::from(emitted);
+    if bytes > LARGEST_MAP as f64 {
+        return Err(Error::Option(format!(
+            "{emitted} particles would leave about {:.0} GB of photons, more than the {} GB that a map may \
+             take: send fewer",
+            bytes / f64::from(1 << 30),
+            LARGEST_MAP >> 30
+        )));
+    }
+    Ok(photons)
+}
+
+/// Follows one particle to its end; the flux of its photons is not yet shared among all particles.
+fn follow<P: Parts>(
+    parts: &P,
+    scene: &Scene,
+    kept: Kept,
+    particle: u32,
+    (seed, pass): (u64, u32),
+) -> Vec<(DVec3, Photon)> {
+    let mut rng = stream(seed, particle, pass);
+    let mut photons = Vec::new();
+    rng.block(LIGHT);
+    let Some(emission) = emit(parts, scene, &mut rng) else {
+        return photons;
+    };
+    let mut ray = emission.ray;
+    let mut throughput = DVec3::ONE;
+    let mut specular = 0;
+    for vertex in 1.. {
+        let Some(here) = scene.intersect(&ray) else {
+            break;
+        };
+        rng.block(LIGHT + vertex);
+        if scene.surface(&here).bsdf.is_diffuse() {
+            if kept == Kept::All || parts.is_caustic(specular) {
+                let photon = Photon {
+                    normal: here.normal * -here.normal.dot(ray.direction).signum(),
+                    from: -ray.direction,
+                    flux: emission.flux * throughput,
+                };
+                photons.push((here.point, photon));
+            }
+            if kept == Kept::Caustic {
+                break;
+            }
+        } else {
+            specular += 1;
+        }
+        let Some(next) = scatter(parts, scene, &here, &ray, &mut rng) else {
+            break;
+        };
+        throughput *= next.throughput;
+        let Some(weight) = survive(parts, throughput, &mut rng) else {
+            break;
+        };
+        throughput *= weight;
+        (ray, _) = onward(scene, &here, next.direction);
+    }
+    photons
+}

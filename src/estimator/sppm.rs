@@ -1,0 +1,64 @@
+//! Stochastic progressive photon mapping: passes with ever smaller radii, each with photons of its own.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::photon::{Lookup, PhotonMapping};
+use super::{Estimator, ImageEstimator, Parts, Standard};
+use crate::error::Error;
+use crate::rng::{seed_for, stream, uniform2};
+use crate::scene::Scene;
+
+/// α of [`crate::equation::PHOTON_RADIUS`].
+pub const ALPHA: f64 = 2.0 / 3.0;
+
+/// r² of pass `index` = i − 1 by [`crate::equation::PHOTON_RADIUS`], where `first` is that of pass 0.
+pub fn radius_squared(first: f64, index: u32) -> f64 {
+    (1..=index).fold(first, |r2, i| {
+        r2 * (f64::from(i) + ALPHA) / (f64::from(i) + 1.0)
+    })
+}
+
+/// The method of Hachisuka and Jensen (2009) in the form of Knaus and Zwicker (2011), in which a pass
+/// knows nothing of the others.
+///
+/// All light that a diffuse surface reflects comes by photons, direct light as well; only emitters that
+/// the eye sees straight or by mirrors and glass are seen as such. Light of the background is left out.
+/// The bias of the mean of n passes falls as n^(−1/3), its variance as n^(−2/3).
+#[derive(Clone, Copy, Debug)]
+pub struct Sppm<P = Standard> {
+    /// Its parts.
+    pub parts: P,
+    /// Particles emitted in each pass, at least 1.
+    pub particles: u32,
+    /// Radius of the lookups of pass 0, in the scene's units, above 0.
+    pub radius: f64,
+}
+
+impl<P: Parts + Copy> ImageEstimator for Sppm<P> {
+    fn pass(
+        &self,
+        scene: &Scene,
+        frame: [u32; 2],
+        seed: u64,
+        index: u32,
+    ) -> Result<Vec<DVec3>, Error> {
+        let first = self.radius * self.radius;
+        let radius = self.parts.pass_radius_squared(first, index).sqrt();
+        let photons = PhotonMapping::new(
+            self.parts,
+            scene,
+            Lookup::Direct,
+            (self.particles, radius),
+            (seed_for(seed, "pass"), index),
+        )?;
+        let pixels = (0..frame[0] * frame[1]).into_par_iter().map(|pixel| {
+            let mut rng = stream(seed, pixel, index);
+            let [u, v] = uniform2(&mut rng);
+            let [x, y] = [pixel % frame[0], pixel / frame[0]].map(f64::from);
+            let ray = scene.camera().ray(frame, x + u, y + v);
+            photons.radiance(scene, &ray, scene.intersect(&ray), &mut rng)
+        });
+        Ok(pixels.collect())
+    }
+}

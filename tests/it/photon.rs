@@ -1,0 +1,146 @@
+//! The kd-tree against brute force; photon maps and passes as functions of their arguments alone.
+
+use glam::DVec3;
+use proptest::prelude::*;
+use statrs::function::gamma::ln_gamma;
+use whitefurnace::error::Error;
+use whitefurnace::estimator::photon_map::{Kept, Photon, PhotonMap, same_side};
+use whitefurnace::estimator::{ImageEstimator, Sppm, Standard, radius_squared};
+use whitefurnace::kd_tree::KdTree;
+use whitefurnace::rng::{stream, uniform};
+use whitefurnace::scene::{room, simple};
+
+use crate::helpers::point;
+use crate::support::property;
+
+/// Every point within the radius once and no other, ties and equal points included.
+#[test]
+fn a_kd_tree_finds_what_brute_force_finds() {
+    let coarse = (-4i32..=4).prop_map(|i| f64::from(i) * 0.25);
+    let grid = prop::array::uniform3(coarse).prop_map(DVec3::from_array);
+    let points = prop_oneof![
+        prop::collection::vec(point(1.0), 0..200),
+        prop::collection::vec(grid, 0..200),
+    ];
+    let arguments = (points, point(1.2), 0.0..1.5f64);
+    property("kd-tree", 256, &arguments, |(points, centre, radius)| {
+        let tree = KdTree::new(points.iter().copied().zip(0..));
+        assert_eq!(tree.len(), points.len());
+        let r2 = radius * radius;
+        let mut found = Vec::new();
+        tree.within(centre, r2, |&i: &usize| found.push(i));
+        found.sort_unstable();
+        let expected: Vec<usize> = (0..points.len())
+            .filter(|&i| points[i].distance_squared(centre) <= r2)
+            .collect();
+        assert_eq!(found, expected);
+    });
+}
+
+/// Long enough for threads to share the work.
+#[test]
+fn a_large_kd_tree_does_not_depend_on_the_threads() {
+    let mut rng = stream(7, 0, 0);
+    let points: Vec<DVec3> = (0..50_000)
+        .map(|_| DVec3::from_array([0; 3].map(|_| uniform(&mut rng))))
+        .collect();
+    let order = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool = pool.expect("a pool of threads");
+        let tree = pool.install(|| KdTree::new(points.iter().copied().zip(0u32..)));
+        let mut order = Vec::new();
+        tree.within(DVec3::splat(0.5), 0.1, |&i| order.push(i));
+        order
+    };
+    let one = order(1);
+    let within = |p: &&DVec3| p.distance_squared(DVec3::splat(0.5)) <= 0.1;
+    assert_eq!(one.len(), points.iter().filter(within).count());
+    assert_eq!(one, order(3));
+}
+
+fn photons(kept: Kept, scene: &whitefurnace::scene::Scene, emitted: u32) -> Vec<Photon> {
+    let map = PhotonMap::new(&Standard, scene, kept, emitted, (3, 1)).expect("a small map");
+    map.photons().copied().collect()
+}
+
+fn bits(photons: &[Photon]) -> Vec<[u64; 3]> {
+    let bits = |photon: &Photon| photon.flux.to_array().map(f64::to_bits);
+    photons.iter().map(bits).collect()
+}
+
+#[test]
+fn a_photon_map_does_not_depend_on_the_threads() {
+    let scene = room::diffuse().expect("a scene");
+    let map = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool = pool.expect("a pool of threads");
+        bits(&pool.install(|| photons(Kept::All, &scene, 5000)))
+    };
+    let one = map(1);
+    assert!(one.len() > 5000);
+    assert_eq!(one, map(3));
+}
+
+#[test]
+fn without_mirrors_and_glass_there_are_no_caustic_photons() {
+    let diffuse = room::diffuse().expect("a scene");
+    assert!(photons(Kept::Caustic, &diffuse, 2000).is_empty());
+    let report = room::report(room::Convention::Physical, Default::default()).expect("a scene");
+    let found = photons(Kept::Caustic, &report, 2000).len();
+    assert!(found > 0 && found < 2000, "{found}");
+}
+
+/// In a furnace whose walls absorb everything each particle leaves one photon, of flux π L A/N.
+#[test]
+fn flux_is_shared_among_the_particles_that_were_emitted() {
+    let scene = simple::furnace_box(0.0).expect("a scene");
+    let found = photons(Kept::All, &scene, 100);
+    assert_eq!(found.len(), 100);
+    for photon in found {
+        let share = std::f64::consts::PI * 24.0 / 100.0;
+        approx::assert_relative_eq!(photon.flux.x, share, max_relative = 1e-12);
+        approx::assert_relative_eq!(photon.normal.length(), 1.0, max_relative = 1e-12);
+        assert!(photon.normal.dot(photon.from) > 0.0);
+    }
+}
+
+#[test]
+fn a_map_that_would_not_fit_memory_is_refused_before_it_is_made() {
+    let scene = room::diffuse().expect("a scene");
+    let refused = PhotonMap::new(&Standard, &scene, Kept::All, u32::MAX, (1, 0));
+    assert!(matches!(refused, Err(Error::Option(message)) if message.contains("GB")));
+}
+
+#[test]
+fn photons_behind_and_round_the_corner_are_on_other_surfaces() {
+    assert!(same_side(DVec3::Z, DVec3::Z));
+    assert!(same_side(DVec3::new(0.3, 0.0, 1.0).normalize(), DVec3::Z));
+    assert!(!same_side(-DVec3::Z, DVec3::Z));
+    assert!(!same_side(DVec3::X, DVec3::Z));
+}
+
+/// The product of [`whitefurnace::equation::PHOTON_RADIUS`] is r² Γ(n + α)/(Γ(1 + α) Γ(n + 1)).
+#[test]
+fn the_radius_of_a_pass_is_a_quotient_of_gamma_functions() {
+    let alpha = 2.0 / 3.0;
+    for n in [1u32, 2, 3, 10, 1000] {
+        let x = f64::from(n);
+        let log = ln_gamma(x + alpha) - ln_gamma(1.0 + alpha) - ln_gamma(x + 1.0);
+        let expected = 0.25 * log.exp();
+        approx::assert_relative_eq!(radius_squared(0.25, n - 1), expected, max_relative = 1e-9);
+    }
+}
+
+#[test]
+fn a_pass_is_a_function_of_seed_and_index() {
+    let scene = room::diffuse().expect("a scene");
+    let sppm = Sppm {
+        parts: Standard,
+        particles: 500,
+        radius: 0.5,
+    };
+    let pass = |seed, index| sppm.pass(&scene, [8, 6], seed, index).expect("a pass");
+    assert_eq!(pass(1, 2), pass(1, 2));
+    assert_ne!(pass(1, 2), pass(1, 3));
+    assert_ne!(pass(1, 2), pass(2, 2));
+}
