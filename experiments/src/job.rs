@@ -7,7 +7,7 @@ use glam::DVec3;
 use whitefurnace::bsdf::OrenNayarForm;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::{
-    Estimator, ImageEstimator, LightRules, LightTracer, Path, Published, Report, Standard,
+    Bdpt, Estimator, ImageEstimator, LightRules, LightTracer, Path, Published, Report, Standard,
     Strategy, Whitted,
 };
 use whitefurnace::film::{Film, Window};
@@ -50,6 +50,8 @@ pub enum EstimatorName {
     Mis,
     /// Particles from the lights, each hit connected to the camera
     LightTracer,
+    /// Bidirectional path tracing: a camera path and a particle, connected in every way
+    Bdpt,
     /// The report's: shadow rays, uniform hemisphere, roulette, at most 7 segments
     Report,
     /// Whitted ray tracing: shadow rays, mirror and glass tree, no indirect light
@@ -295,18 +297,29 @@ impl Job {
             ));
         }
         Film::checked_window(self.size, self.window)?;
-        if self.renders_images() && self.window.is_some() {
-            return refuse(format!(
-                "--estimator {} renders whole images only: leave out the window",
-                name(self.estimator)
-            ));
+        if self.renders_images() {
+            let estimator = name(self.estimator);
+            if self.window.is_some() {
+                return refuse(format!(
+                    "--estimator {estimator} renders whole images only: leave out the window"
+                ));
+            }
+            if self.pixel != PixelName::Random {
+                return refuse(format!(
+                    "--estimator {estimator} takes random points of pixels: leave out --pixel {}",
+                    name(self.pixel)
+                ));
+            }
         }
         Ok(())
     }
 
     /// Whether the estimator makes whole images, from independent numbers and random points of pixels.
     fn renders_images(&self) -> bool {
-        self.estimator == EstimatorName::LightTracer
+        matches!(
+            self.estimator,
+            EstimatorName::LightTracer | EstimatorName::Bdpt
+        )
     }
 
     fn check_sobol(&self) -> Result<(), Error> {
@@ -339,7 +352,7 @@ impl Job {
     pub fn render(&self, progress: &Progress) -> Result<Rendered, Error> {
         self.check()?;
         let scene = self.build_scene()?;
-        if self.renders_images() && scene.background() != DVec3::ZERO {
+        if self.estimator == EstimatorName::LightTracer && scene.background() != DVec3::ZERO {
             return Err(Error::Option(format!(
                 "--scene {} is lit by its background, from which --estimator {} cannot start",
                 name(self.scene),
@@ -356,6 +369,9 @@ impl Job {
             (EstimatorName::Mis, _) => self.paths(&scene, Strategy::Mis, progress),
             (EstimatorName::LightTracer, _) => {
                 self.render_images(&scene, &LightTracer::<Standard>::default(), progress)
+            }
+            (EstimatorName::Bdpt, _) => {
+                self.render_images(&scene, &Bdpt::<Standard>::default(), progress)
             }
             (EstimatorName::Whitted, _) => self.render_with(&scene, &Whitted::new(rules), progress),
             (EstimatorName::Report, ConventionName::Published) => {

@@ -4,22 +4,29 @@
 //! default is the library's own function. [`Standard`] overrides nothing and is what programs run; a
 //! trial puts a faulty part in by overriding one method. All of it is resolved by the compiler.
 
+mod bdpt;
 mod light_tracer;
+mod particle;
 mod path;
 mod published;
 mod report;
+mod strategies;
 mod vertex;
+mod walk;
 mod whitted;
 
 use glam::DVec3;
 
+pub use bdpt::Bdpt;
 pub use light_tracer::LightTracer;
 pub use path::{Path, Strategy};
 pub use published::Published;
 pub use report::Report;
+pub use strategies::{Density, weight};
 pub use whitted::Whitted;
 
 use crate::bsdf::Bsdf;
+use crate::camera::Camera;
 use crate::emitter::{Emitter, EmitterPoint};
 use crate::error::Error;
 use crate::sampler::Sampler;
@@ -158,6 +165,21 @@ pub trait Parts: Sync {
     #[inline]
     fn mis_weight(&self, pdf: f64, other: f64) -> f64 {
         radiometry::balance(pdf, other)
+    }
+    /// What refraction does to the flux of a particle: nothing, whatever the factor of radiance.
+    #[inline]
+    fn flux_factor(&self, _radiance_factor: f64) -> f64 {
+        1.0
+    }
+    /// W(ω) of the pixel through which a direction leaves the eye.
+    #[inline]
+    fn importance(&self, camera: &Camera, size: [u32; 2], direction: DVec3) -> f64 {
+        camera.importance(size, direction)
+    }
+    /// The weight of the strategy with `s` light vertices among all that make the same path.
+    #[inline]
+    fn strategy_weight(&self, path: &[Density], s: usize) -> f64 {
+        weight(path, s)
     }
 }
 

@@ -6,8 +6,11 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use crate::bsdf::Bsdf;
+use crate::camera::Camera;
 use crate::emitter::{Emitter, EmitterPoint};
-use crate::estimator::{Estimator, LightRules, Parts, Path, Report, Standard, Strategy, Whitted};
+use crate::estimator::{
+    Density, Estimator, LightRules, Parts, Path, Report, Standard, Strategy, Whitted,
+};
 use crate::harness::outcome::Outcome;
 use crate::harness::trial::Context;
 use crate::rng::Stream;
@@ -62,6 +65,9 @@ table! {
     solid_angle_per_area(cosine_at_emitter: f64, distance_squared: f64) -> f64;
     visible(scene: &Scene, x: End, y: End, glass: bool) -> bool;
     mis_weight(pdf: f64, other: f64) -> f64;
+    flux_factor(radiance_factor: f64) -> f64;
+    importance(camera: &Camera, size: [u32; 2], direction: DVec3) -> f64;
+    strategy_weight(path: &[Density], s: usize) -> f64;
 }
 
 /// What a fault can replace in an estimator: its parts, and what it is told.
