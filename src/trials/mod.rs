@@ -3,6 +3,7 @@
 //! The tests and the experiments only loop over [`all`]; the faults are listed in [`crate::zoo`].
 
 pub mod accumulators;
+pub mod bidirectional;
 pub mod bsdf;
 pub mod convergence;
 pub mod emitters;
@@ -14,6 +15,7 @@ pub mod glass;
 pub mod hemisphere;
 pub mod images;
 pub mod irradiance;
+pub mod passes;
 pub mod probes;
 pub mod roulette;
 pub mod scenes;
@@ -36,6 +38,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         emitters::families(),
         accumulators::families(),
         estimator::families(),
+        bidirectional::families(),
     ]
     .into_iter()
     .flatten()
