@@ -11,7 +11,7 @@ use crate::estimator::{Bdpt, Estimator, ImageEstimator, LightTracer, Parts, Path
 use crate::harness::mean::{Values, mean, welch};
 use crate::harness::outcome::{Claim, Outcome};
 use crate::harness::trial::Context;
-use crate::rng::uniform2;
+use crate::rng::{Stream, uniform2};
 use crate::scene::Scene;
 use crate::zoo::{Bench, data};
 
@@ -178,29 +178,37 @@ pub fn image(words: Words, passes: &Passes, reference: f64, regions: &[Region]) 
     Bench::new(trial, on(property))
 }
 
-/// The image has the mean of the path tracer's, whose camera rays go through random points of the frame.
+/// The image has the mean of the path tracer's.
 struct SameAsPath {
     passes: Passes,
-    rays: u64,
+    frames: u64,
     delta: f64,
+}
+
+impl SameAsPath {
+    /// The mean of a frame by the path tracer, one camera ray through a random point of each pixel.
+    fn frame(&self, rng: &mut Stream) -> f64 {
+        let Passes { scene, frame, .. } = &self.passes;
+        let [width, height] = *frame;
+        let mut sum = DVec3::ZERO;
+        for pixel in 0..width * height {
+            let [x, y] = uniform2(rng);
+            let [column, row] = [pixel % width, pixel / width].map(f64::from);
+            let ray = scene.camera().ray(*frame, column + x, row + y);
+            let hit = scene.intersect(&ray);
+            sum += Path::<Standard>::default().radiance(scene, &ray, hit, rng);
+        }
+        sum.element_sum() / (3.0 * f64::from(width * height))
+    }
 }
 
 impl Property for SameAsPath {
     fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
-        let scene = &*self.passes.scene;
         let mut rng = context.rng("path tracer");
-        let path = Values::collect(0.0, context.n(self.rays), || {
-            let [x, y] = uniform2(&mut rng);
-            let [width, height] = self.passes.frame.map(f64::from);
-            let ray = scene.camera().ray(self.passes.frame, x * width, y * height);
-            let hit = scene.intersect(&ray);
-            Path::<Standard>::default()
-                .radiance(scene, &ray, hit, &mut rng)
-                .element_sum()
-                / 3.0
-        });
-        let regions = [whole(self.delta)];
+        let frames = context.n(self.frames);
+        let path = Values::collect(0.0, frames, || self.frame(&mut rng));
         let mean = path.moments.mean();
+        let regions = [whole(self.delta)];
         let means = self.passes.means(context, setup.parts, &regions, mean);
         let Some(image) = means.as_deref().and_then(<[Values]>::first) else {
             return not_an_image();
@@ -212,8 +220,9 @@ impl Property for SameAsPath {
     }
 }
 
-/// A trial of equivalence with the path tracer, which sends `rays` camera rays, within `delta` of the mean.
-pub fn same_as_path(words: Words, passes: &Passes, (rays, delta): (u64, f64)) -> Bench<Subject> {
+/// A trial of equivalence with the path tracer, which renders `frames` frames of one sample per pixel,
+/// within `delta` of its mean.
+pub fn same_as_path(words: Words, passes: &Passes, (frames, delta): (u64, f64)) -> Bench<Subject> {
     let trial = data(
         words.name,
         words.property,
@@ -224,14 +233,17 @@ pub fn same_as_path(words: Words, passes: &Passes, (rays, delta): (u64, f64)) ->
     );
     let property = SameAsPath {
         passes: passes.clone(),
-        rays,
+        frames,
         delta,
     };
     Bench::new(trial, on(property))
 }
 
 /// A trial whose subject is changed first, whatever else is wrong with it.
-pub fn altered(bench: Bench<Subject>, alter: fn(Subject) -> Subject) -> Bench<Subject> {
+pub fn altered(
+    bench: Bench<Subject>,
+    alter: impl Fn(Subject) -> Subject + Send + Sync + 'static,
+) -> Bench<Subject> {
     let inner = bench.on;
     Bench::new(bench.trial, move |context, subject| {
         inner(context, alter(subject))

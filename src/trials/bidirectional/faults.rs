@@ -25,7 +25,11 @@ fn particles() -> Vec<Mutant<Subject>> {
                 cosine_hemisphere_pdf: |cos| cos.max(0.0),
                 ..RIGHT
             }),
-            &["bidirectional/light-tracer/rectangle"],
+            &[
+                "bidirectional/light-tracer/rectangle",
+                "bidirectional/bdpt/environment",
+                "bidirectional/alone/sphere-hits",
+            ],
         ),
         mutant(
             "particles-leave-uniformly",
@@ -35,7 +39,11 @@ fn particles() -> Vec<Mutant<Subject>> {
                 cosine_hemisphere: uniform_hemisphere,
                 ..RIGHT
             }),
-            &["bidirectional/light-tracer/rectangle"],
+            &[
+                "bidirectional/light-tracer/rectangle",
+                "bidirectional/light-tracer/mirror-caustic",
+                "bidirectional/alone/hits",
+            ],
         ),
         mutant(
             "cosine-forgotten",
@@ -58,10 +66,7 @@ fn particles() -> Vec<Mutant<Subject>> {
                 flux_factor: |factor| factor,
                 ..RIGHT
             }),
-            &[
-                "bidirectional/light-tracer/in-glass",
-                "bidirectional/bdpt/in-glass",
-            ],
+            &["bidirectional/light-tracer/in-glass"],
         ),
         mutant(
             "radiance-not-scaled",
@@ -83,6 +88,8 @@ fn particles() -> Vec<Mutant<Subject>> {
             }),
             &[
                 "bidirectional/light-tracer/furnace-box",
+                "bidirectional/light-tracer/cavity-reflecting",
+                "bidirectional/bdpt/furnace-box",
                 "bidirectional/bdpt/cavity-black",
             ],
         ),
@@ -94,7 +101,12 @@ fn particles() -> Vec<Mutant<Subject>> {
                 emitter_pdf_area: |emitter| 12.0 * emitter.pdf_area(),
                 ..RIGHT
             }),
-            &["bidirectional/light-tracer/furnace-box"],
+            &[
+                "bidirectional/light-tracer/furnace-box",
+                "bidirectional/alone/sphere-shadow-rays",
+                "bidirectional/alone/sphere-inner-connections",
+                "bidirectional/alone/sphere-first-connections",
+            ],
         ),
     ]
 }
@@ -146,6 +158,7 @@ fn measures() -> Vec<Mutant<Subject>> {
             }),
             &[
                 "bidirectional/light-tracer/rectangle",
+                "bidirectional/light-tracer/cornell",
                 "bidirectional/alone/seen-particles",
             ],
         ),
@@ -157,10 +170,7 @@ fn measures() -> Vec<Mutant<Subject>> {
                 solid_angle_per_area: |_, d2| 1.0 / d2,
                 ..RIGHT
             }),
-            &[
-                "bidirectional/alone/inner-connections",
-                "bidirectional/bdpt/sphere",
-            ],
+            &["bidirectional/bdpt/sphere"],
         ),
         mutant(
             "connection-distance",
@@ -171,7 +181,7 @@ fn measures() -> Vec<Mutant<Subject>> {
                 ..RIGHT
             }),
             &[
-                "bidirectional/alone/first-connections",
+                "bidirectional/alone/shadow-rays",
                 "bidirectional/light-tracer/sphere",
             ],
         ),
@@ -231,7 +241,11 @@ fn strategies() -> Vec<Mutant<Subject>> {
                 },
                 ..RIGHT
             }),
-            &["bidirectional/weights", "bidirectional/bdpt/rectangle"],
+            &[
+                "bidirectional/weights",
+                "bidirectional/bdpt/rectangle",
+                "bidirectional/bdpt/diffuse-room",
+            ],
         ),
         mutant(
             "hit-and-sampled",
@@ -247,10 +261,7 @@ fn strategies() -> Vec<Mutant<Subject>> {
                 },
                 ..RIGHT
             }),
-            &[
-                "bidirectional/bdpt/rectangle",
-                "bidirectional/bdpt/cavity-reflecting",
-            ],
+            &["bidirectional/weights", "bidirectional/bdpt/frame"],
         ),
         mutant(
             "specular-connected",
@@ -276,7 +287,7 @@ fn strategies() -> Vec<Mutant<Subject>> {
                 strategy_weight: |_, _| 1.0,
                 ..RIGHT
             }),
-            &["bidirectional/bdpt/sphere", "bidirectional/bdpt/frame"],
+            &["bidirectional/bdpt/frame"],
         ),
     ]
 }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::passes::ImageKind::{Bdpt, LightTracer};
 use super::passes::{ImageKind, Passes, Region, altered, image, same_as_path, whole};
-use super::probes::{BOUNCES, IMAGE, SINGLE, words};
+use super::probes::{IMAGE, SINGLE, words};
 use super::subject::{Property, RIGHT, STANDARD, Setup, Subject, Table, on};
 use crate::equation::{Equation, GEOMETRY, IMPORTANCE, MIS, PATH_DENSITY, REFRACTION, RENDERING};
 use crate::estimator::{Density, Parts};
@@ -81,24 +81,19 @@ fn direct() -> Vec<Bench<Subject>> {
             (SQUARE, count, IMAGE),
         )
     };
-    let behind = |name, kind| {
-        let what = "a floor under a light that faces up";
-        mean(
-            (name, kind, &GEOMETRY),
-            what,
-            scenes::rectangle(true),
-            (SQUARE, 100, IMAGE),
-        )
-    };
     vec![
         rectangle("bidirectional/light-tracer/rectangle", LightTracer, 8_000),
-        rectangle("bidirectional/bdpt/rectangle", Bdpt, 4_000),
+        rectangle("bidirectional/bdpt/rectangle", Bdpt, 8_000),
         sphere("bidirectional/light-tracer/sphere", LightTracer, 20_000),
-        sphere("bidirectional/bdpt/sphere", Bdpt, 4_000),
-        behind("bidirectional/light-tracer/behind", LightTracer),
-        behind("bidirectional/bdpt/behind", Bdpt),
+        sphere("bidirectional/bdpt/sphere", Bdpt, 16_000),
+        mean(
+            ("bidirectional/bdpt/behind", Bdpt, &GEOMETRY),
+            "a floor under a light that faces up",
+            scenes::rectangle(true),
+            (SQUARE, 6_000, IMAGE),
+        ),
         frame("bidirectional/light-tracer/frame", LightTracer, 17_000),
-        frame("bidirectional/bdpt/frame", Bdpt, 17_000),
+        frame("bidirectional/bdpt/frame", Bdpt, 8_000),
     ]
 }
 
@@ -157,7 +152,7 @@ fn furnaces() -> Vec<Bench<Subject>> {
     let sky = |name, count| {
         let scene = Arc::new(environment().ok()?);
         let what = "white surfaces, mirror and glass under a white sky";
-        let size = ([24, 8], count, BOUNCES);
+        let size = ([24, 8], count, SINGLE);
         Some(mean((name, Bdpt, &RENDERING), what, (scene, 1.0), size))
     };
     [
@@ -168,25 +163,13 @@ fn furnaces() -> Vec<Bench<Subject>> {
         ),
         furnace("bidirectional/bdpt/furnace-box", Bdpt, 3_000),
         cavity(
-            "bidirectional/light-tracer/cavity-black",
-            LightTracer,
-            Cap::Black,
-            10_000,
-        ),
-        cavity(
             "bidirectional/light-tracer/cavity-reflecting",
             LightTracer,
             Cap::Reflecting,
-            10_000,
+            28_000,
         ),
-        cavity("bidirectional/bdpt/cavity-black", Bdpt, Cap::Black, 2_000),
-        cavity(
-            "bidirectional/bdpt/cavity-reflecting",
-            Bdpt,
-            Cap::Reflecting,
-            3_000,
-        ),
-        sky("bidirectional/bdpt/environment", 2_000),
+        cavity("bidirectional/bdpt/cavity-black", Bdpt, Cap::Black, 2_500),
+        sky("bidirectional/bdpt/environment", 14_000),
     ]
     .into_iter()
     .flatten()
@@ -201,16 +184,17 @@ fn specular() -> Vec<Bench<Subject>> {
             (name, kind, &PATH_DENSITY),
             what,
             scenes::mirror_caustic(),
-            ([24, 12], count, IMAGE),
+            ([22, 9], count, IMAGE),
         )
     };
-    let glass = |name, kind, count| {
-        let what = "a ball in glass, all in equilibrium";
+    let (scene, squared_index, share) = scenes::in_glass();
+    let glass = |name, kind, what, reference, count| {
+        let scene = Arc::clone(&scene);
         mean(
             (name, kind, &REFRACTION),
             what,
-            scenes::in_glass(),
-            ([16, 12], count, IMAGE),
+            (scene, reference),
+            (SQUARE, count, IMAGE),
         )
     };
     vec![
@@ -219,86 +203,119 @@ fn specular() -> Vec<Bench<Subject>> {
             LightTracer,
             60_000,
         ),
-        mirror("bidirectional/bdpt/mirror-caustic", Bdpt, 30_000),
-        glass("bidirectional/light-tracer/in-glass", LightTracer, 10_000),
-        glass("bidirectional/bdpt/in-glass", Bdpt, 3_000),
+        mirror("bidirectional/bdpt/mirror-caustic", Bdpt, 60_000),
+        glass(
+            "bidirectional/light-tracer/in-glass",
+            LightTracer,
+            "a ball in glass, all in equilibrium, before what is dark to particles",
+            share * squared_index,
+            70_000,
+        ),
+        glass(
+            "bidirectional/bdpt/in-glass",
+            Bdpt,
+            "a ball in glass, all in equilibrium",
+            squared_index,
+            3_000,
+        ),
     ]
 }
 
-/// Gives one strategy all the weight: paths of `length` vertices besides the eye, `s` of them from the
-/// light.
+/// The subject whose strategies have all the weight or none.
+fn weighted(subject: Subject, strategy_weight: fn(&[Density], usize) -> f64) -> Subject {
+    Setup {
+        parts: Some(Table {
+            strategy_weight,
+            ..subject.parts.unwrap_or(RIGHT)
+        }),
+        ..subject
+    }
+}
+
+/// All the weight for paths of `length` vertices besides the eye, `s` of them from the light.
 macro_rules! only {
     ($length:literal, $s:literal) => {
-        |subject| Setup {
-            parts: Some(Table {
-                strategy_weight: |path, s| f64::from(u8::from(path.len() == $length && s == $s)),
-                ..subject.parts.unwrap_or(RIGHT)
-            }),
-            ..subject
+        |subject| {
+            weighted(subject, |path, s| {
+                f64::from(path.len() == $length && s == $s)
+            })
         }
     };
 }
 
 /// Each strategy alone finds all the light of the paths that it makes.
 fn alone() -> Vec<Bench<Subject>> {
-    let floor = |name, what, count, only| {
+    let floor = |name, what, scene, count, only: fn(Subject) -> Subject| {
         let size = (SQUARE, count, IMAGE);
-        let bench = mean((name, Bdpt, &MIS), what, scenes::rectangle(false), size);
+        let bench = mean((name, Bdpt, &MIS), what, scene, size);
         altered(bench, only)
     };
-    // In a sphere every path of m scatterings has the expectation ρ^m.
-    let rho: f64 = 0.75;
-    let sphere = |name, what, length: i32, count, only| {
-        let scene = (scenes::sphere_furnace(rho), rho.powi(length - 1));
-        altered(
-            mean(
-                (name, Bdpt, &PATH_DENSITY),
-                what,
-                scene,
-                (SQUARE, count, IMAGE),
-            ),
-            only,
-        )
-    };
-    vec![
+    let mut benches = vec![
         floor(
             "bidirectional/alone/hits",
-            "a floor under a square light, by hits alone",
-            30_000,
+            "a floor under a near light, by hits alone",
+            scenes::near(),
+            4_000,
             only!(2, 0),
         ),
         floor(
             "bidirectional/alone/shadow-rays",
             "a floor under a square light, by shadow rays alone",
-            4_000,
+            scenes::rectangle(false),
+            5_000,
             only!(2, 1),
         ),
         floor(
             "bidirectional/alone/seen-particles",
             "a floor under a square light, by particles that the camera sees",
+            scenes::rectangle(false),
             8_000,
             only!(2, 2),
         ),
-        sphere(
-            "bidirectional/alone/first-connections",
-            "twice reflected light in a sphere, by connections next to the camera",
-            3,
-            8_000,
-            only!(3, 2),
-        ),
-        sphere(
-            "bidirectional/alone/inner-connections",
-            "light that a sphere reflects three times, by connections in the middle",
-            4,
-            12_000,
-            only!(4, 2),
-        ),
-    ]
+    ];
+    benches.extend(
+        [
+            (
+                "bidirectional/alone/sphere-hits",
+                only!(4, 0) as fn(Subject) -> Subject,
+            ),
+            ("bidirectional/alone/sphere-shadow-rays", only!(4, 1)),
+            ("bidirectional/alone/sphere-inner-connections", only!(4, 2)),
+            ("bidirectional/alone/sphere-first-connections", only!(4, 3)),
+        ]
+        .map(|(name, only)| sphere(name, only)),
+    );
+    benches
+}
+
+/// In a sphere of albedo ρ the paths of three scatterings have the expectation ρ³ for every strategy, and
+/// every single one has that value: densities are uniform. Roulette would add its noise; walks end after
+/// three scatterings instead.
+fn sphere(name: &'static str, only: fn(Subject) -> Subject) -> Bench<Subject> {
+    let rho: f64 = 0.5;
+    let scene = (scenes::sphere_furnace(rho), rho.powi(3));
+    let what = "light that a sphere reflects three times, by one strategy alone";
+    let bench = mean(
+        (name, Bdpt, &PATH_DENSITY),
+        what,
+        scene,
+        (SQUARE, 400, IMAGE),
+    );
+    altered(bench, move |subject| {
+        let table = only(subject).parts.unwrap_or(RIGHT);
+        Setup {
+            parts: Some(Table {
+                survival_by_throughput: |throughput| f64::from(throughput.x > 0.1),
+                ..table
+            }),
+            ..subject
+        }
+    })
 }
 
 /// The same image as the path tracer's.
 fn equivalence() -> Vec<Bench<Subject>> {
-    let same = |name, kind, scene, (count, rays)| {
+    let same = |name, kind, scene, (count, frames)| {
         let passes = Passes {
             scene,
             kind,
@@ -306,17 +323,17 @@ fn equivalence() -> Vec<Bench<Subject>> {
             count,
         };
         let property = "an image of particles has the path tracer's mean";
-        same_as_path(words(name, property, &RENDERING), &passes, (rays, IMAGE))
+        same_as_path(words(name, property, &RENDERING), &passes, (frames, IMAGE))
     };
     let cornell = scenes::cornell_box().ok();
     let room = scenes::diffuse_room().ok();
     let light_tracer = cornell.map(|scene| {
         let name = "bidirectional/light-tracer/cornell";
-        same(name, LightTracer, scene, (20_000, 3_000_000))
+        same(name, LightTracer, scene, (22_000, 20_000))
     });
     let bdpt = room.map(|scene| {
         let name = "bidirectional/bdpt/diffuse-room";
-        same(name, Bdpt, scene, (2_000, 3_000_000))
+        same(name, Bdpt, scene, (2_800, 16_000))
     });
     light_tracer.into_iter().chain(bdpt).collect()
 }

@@ -1,6 +1,6 @@
 //! Scenes whose images have closed-form means, for estimators in which particles meet the camera.
 
-use std::f64::consts::FRAC_1_PI;
+use std::f64::consts::{FRAC_1_PI, PI};
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -13,7 +13,7 @@ use crate::scene::simple::{Cap, cavity_cap, cornell};
 use crate::scene::{Scene, Surface, room};
 use crate::shape::Sphere;
 use crate::trials::scenes::{
-    FLOOR, HEIGHT, LIGHT, RECTANGLE, floor, lambert, light, polygon_irradiance, seen_by,
+    FLOOR, HEIGHT, LIGHT, NEAR, RECTANGLE, floor, lambert, light, polygon_irradiance, seen_by,
     sphere_irradiance, square,
 };
 
@@ -25,7 +25,7 @@ fn overhead(eye: DVec3, half: f64) -> Camera {
 /// Where [`floor_mean`]'s camera is: off the axis of the light.
 const EYE: DVec3 = DVec3::new(0.1, -0.2, 1.5);
 /// Half the height of its image, at distance 1; the frame is square.
-const HALF: f64 = 1.5;
+const HALF: f64 = 3.0;
 
 /// The mean radiance over the square image of a floor at height 0 that reflects `share` of an irradiance
 /// given as E/L: an overhead image shows equal areas of the floor in equal areas.
@@ -54,6 +54,17 @@ pub fn rectangle(up: bool) -> (Arc<Scene>, f64) {
     (scene, if up { 0.0 } else { mean })
 }
 
+/// A light so near and large that most directions from the floor hit it, and the mean of the image.
+pub fn near() -> (Arc<Scene>, f64) {
+    let eye = EYE.with_z(0.5);
+    let scene = seen_by(overhead(eye, 1.0), "near light from above", |s| {
+        floor(s, lambert(FLOOR));
+        square(s, NEAR[0].z * DVec3::Z, NEAR[2].x, false, light(LIGHT));
+    });
+    let mean = floor_mean(eye, [eye.z; 2], FLOOR, &|x| polygon_at(&NEAR, x));
+    (scene, mean)
+}
+
 /// A whole sphere as a light over the floor, and the mean of the image.
 pub fn sphere() -> (Arc<Scene>, f64) {
     let (centre, radius) = (HEIGHT * DVec3::Z, 0.5);
@@ -73,25 +84,25 @@ pub fn sphere() -> (Arc<Scene>, f64) {
 const REFLECTANCE: f64 = 0.9;
 
 /// A light that faces up under a mirror at height 1, which throws it on a patch of Lambert floor, and the
-/// mean of an image twice as wide as high. The mirror shows the patch to the light and not to itself: a
-/// straight line from patch point y to the light's image y' crosses the mirror at y + (y' − y)/1.4 < 0,
-/// one from patch to patch at positive y; and none of the former passes through the light.
+/// mean of its image. The line from a patch point y to a point y' of the light's image at height 1.1 crosses
+/// the mirror at y + (y' − y)/1.1, between −0.64 and −0.35, and passes beside the light. A line from the
+/// patch to its own image would cross at positive y, where the mirror is not.
 pub fn mirror_caustic() -> (Arc<Scene>, f64) {
-    let eye = DVec3::new(0.0, 0.7, 0.8);
-    let half = [1.2, 0.6];
-    let (depth, width) = (0.4 * DVec3::Y, 1.0 * DVec3::X);
-    let corner = DVec3::new(-0.5, -1.0, 0.6);
+    let eye = DVec3::new(0.0, 1.05, 0.8);
+    let half = [2.2, 0.9];
+    let corner = DVec3::new(-0.5, -0.7, 0.9);
+    let (width, depth) = (DVec3::X, 0.1 * DVec3::Y);
     let scene = seen_by(overhead(eye, half[1] / eye.z), "mirror caustic", |s| {
         let patch = s.surface(Surface::new(lambert(FLOOR)));
-        let sides = [2.6 * DVec3::X, 1.3 * DVec3::Y];
-        s.rectangle(DVec3::new(-1.3, 0.05, 0.0), sides, patch);
+        let sides = [4.6 * DVec3::X, 2.0 * DVec3::Y];
+        s.rectangle(DVec3::new(-2.3, 0.05, 0.0), sides, patch);
         let emitter = s.surface(light(LIGHT));
         s.rectangle(corner, [width, depth], emitter);
         let mirror = s.surface(Surface::new(Bsdf::Mirror {
             reflectance: DVec3::splat(REFLECTANCE),
         }));
-        let sides = [4.0 * DVec3::X, 0.8 * DVec3::Y];
-        s.rectangle(DVec3::new(-2.0, -0.8, 1.0), sides, mirror);
+        let sides = [2.0 * DVec3::X, 0.4 * DVec3::Y];
+        s.rectangle(DVec3::new(-1.0, -0.7, 1.0), sides, mirror);
     });
     let image = corner.with_z(2.0 - corner.z);
     let image = [image, image + width, image + width + depth, image + depth];
@@ -102,14 +113,17 @@ pub fn mirror_caustic() -> (Arc<Scene>, f64) {
 /// Index of the glass of [`in_glass`].
 const INDEX: f64 = 1.5;
 /// Albedo of the ball in it.
-const BALL: f64 = 0.5;
+const BALL: f64 = 0.25;
 
 /// Thermal equilibrium with glass: a wall of radiance 1 around a glass ball, and in its middle a ball that
 /// emits what it does not reflect, (1 − ρ) n². The camera within the glass sees n², as every ray does:
 /// the inner ball is smaller than the glass divided by n, so that nothing from it is reflected totally.
-pub fn in_glass() -> (Arc<Scene>, f64) {
-    let camera = Camera::new(0.45 * DVec3::Z, DVec3::ZERO, DVec3::Y, 0.5);
-    let scene = seen_by(camera, "in glass", |s| {
+///
+/// Beside the scene and n²: the share of its square image that shows the ball, a disc of radius tan β with
+/// sin β = 1/3. That is all of which a light tracer sees anything.
+pub fn in_glass() -> (Arc<Scene>, f64, f64) {
+    let (half, squared_tangent) = (0.36, 0.125);
+    let scene = seen_by(overhead(0.9 * DVec3::Z, half), "in glass", |s| {
         let wall = s.surface(light(1.0));
         let inward = Sphere {
             inward: true,
@@ -117,12 +131,13 @@ pub fn in_glass() -> (Arc<Scene>, f64) {
         };
         s.sphere(inward, wall);
         let glass = s.surface(Surface::new(Bsdf::Glass { index: INDEX }));
-        s.sphere(Sphere::new(DVec3::ZERO, 0.5), glass);
+        s.sphere(Sphere::new(DVec3::ZERO, 0.95), glass);
         let emission = DVec3::splat((1.0 - BALL) * INDEX * INDEX);
         let ball = s.surface(Surface::new(lambert(BALL)).emitting(emission));
         s.sphere(Sphere::new(DVec3::ZERO, 0.3), ball);
     });
-    (scene, INDEX * INDEX)
+    let share = PI * squared_tangent / (4.0 * half * half);
+    (scene, INDEX * INDEX, share)
 }
 
 /// A plane that emits and more than fills an image three times as wide as high, up to 78° off the axis.
@@ -170,13 +185,13 @@ pub fn diffuse_room() -> Result<Arc<Scene>, Error> {
     Ok(Arc::new(room::diffuse()?.with_camera(camera)))
 }
 
-/// The Cornell box without its light in sight.
+/// The Cornell box from just under its ceiling, without the light in sight.
 ///
 /// # Errors
 /// None for these numbers.
 pub fn cornell_box() -> Result<Arc<Scene>, Error> {
-    let eye = DVec3::new(2.78, 2.73, -8.0);
-    let target = DVec3::new(2.78, 1.0, 3.0);
-    let camera = Camera::new(eye, target, DVec3::Y, 0.2);
+    let eye = DVec3::new(2.78, 5.0, 0.2);
+    let target = DVec3::new(2.78, 0.0, 4.0);
+    let camera = Camera::new(eye, target, DVec3::Y, 0.8);
     Ok(Arc::new(cornell()?.with_camera(camera)))
 }
