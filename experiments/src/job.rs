@@ -304,6 +304,14 @@ impl Job {
                     "--estimator {estimator} renders whole images only: leave out the window"
                 ));
             }
+            if self.estimator == EstimatorName::LightTracer
+                && self.build_scene()?.background() != DVec3::ZERO
+            {
+                return refuse(format!(
+                    "--scene {} is lit by its background, from which --estimator {estimator} cannot start",
+                    name(self.scene)
+                ));
+            }
             if self.pixel != PixelName::Random {
                 return refuse(format!(
                     "--estimator {estimator} takes random points of pixels: leave out --pixel {}",
@@ -352,13 +360,6 @@ impl Job {
     pub fn render(&self, progress: &Progress) -> Result<Rendered, Error> {
         self.check()?;
         let scene = self.build_scene()?;
-        if self.estimator == EstimatorName::LightTracer && scene.background() != DVec3::ZERO {
-            return Err(Error::Option(format!(
-                "--scene {} is lit by its background, from which --estimator {} cannot start",
-                name(self.scene),
-                name(self.estimator)
-            )));
-        }
         let rules = match self.convention {
             ConventionName::Physical => LightRules::PHYSICAL,
             ConventionName::Report | ConventionName::Published => LightRules::REPORT,

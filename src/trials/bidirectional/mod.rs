@@ -3,30 +3,27 @@
 
 mod faults;
 mod scenes;
+mod strategies;
 
 use std::sync::Arc;
 
 use super::passes::ImageKind::{Bdpt, LightTracer};
-use super::passes::{ImageKind, Passes, Region, altered, image, same_as_path, whole};
+use super::passes::{ImageKind, Passes, Region, image, same_as_path, whole};
 use super::probes::{IMAGE, SINGLE, words};
-use super::subject::{Property, RIGHT, STANDARD, Setup, Subject, Table, on};
-use crate::equation::{Equation, GEOMETRY, IMPORTANCE, MIS, PATH_DENSITY, REFRACTION, RENDERING};
-use crate::estimator::{Density, Parts};
-use crate::harness::outcome::Outcome;
-use crate::harness::trial::Context;
-use crate::rng::uniform;
+use super::subject::{STANDARD, Subject};
+use crate::equation::{Equation, GEOMETRY, IMPORTANCE, PATH_DENSITY, REFRACTION, RENDERING};
 use crate::scene::Scene;
 use crate::scene::simple::{CAP_SHARE, Cap, environment, furnace_box};
-use crate::zoo::{AnyFamily, Bench, Family, data};
+use crate::zoo::{AnyFamily, Bench, Family};
 
 /// The family.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let mut benches = direct();
     benches.extend(furnaces());
     benches.extend(specular());
-    benches.extend(alone());
+    benches.extend(strategies::alone());
     benches.extend(equivalence());
-    benches.push(weights());
+    benches.push(strategies::weights());
     vec![Box::new(Family {
         whole_estimator: true,
         benches,
@@ -166,7 +163,7 @@ fn furnaces() -> Vec<Bench<Subject>> {
             "bidirectional/light-tracer/cavity-reflecting",
             LightTracer,
             Cap::Reflecting,
-            28_000,
+            23_500,
         ),
         cavity("bidirectional/bdpt/cavity-black", Bdpt, Cap::Black, 2_500),
         sky("bidirectional/bdpt/environment", 14_000),
@@ -201,15 +198,15 @@ fn specular() -> Vec<Bench<Subject>> {
         mirror(
             "bidirectional/light-tracer/mirror-caustic",
             LightTracer,
-            60_000,
+            53_000,
         ),
-        mirror("bidirectional/bdpt/mirror-caustic", Bdpt, 60_000),
+        mirror("bidirectional/bdpt/mirror-caustic", Bdpt, 53_000),
         glass(
             "bidirectional/light-tracer/in-glass",
             LightTracer,
             "a ball in glass, all in equilibrium, before what is dark to particles",
             share * squared_index,
-            70_000,
+            58_000,
         ),
         glass(
             "bidirectional/bdpt/in-glass",
@@ -219,98 +216,6 @@ fn specular() -> Vec<Bench<Subject>> {
             3_000,
         ),
     ]
-}
-
-/// The subject whose strategies have all the weight or none.
-fn weighted(subject: Subject, strategy_weight: fn(&[Density], usize) -> f64) -> Subject {
-    Setup {
-        parts: Some(Table {
-            strategy_weight,
-            ..subject.parts.unwrap_or(RIGHT)
-        }),
-        ..subject
-    }
-}
-
-/// All the weight for paths of `length` vertices besides the eye, `s` of them from the light.
-macro_rules! only {
-    ($length:literal, $s:literal) => {
-        |subject| {
-            weighted(subject, |path, s| {
-                f64::from(path.len() == $length && s == $s)
-            })
-        }
-    };
-}
-
-/// Each strategy alone finds all the light of the paths that it makes.
-fn alone() -> Vec<Bench<Subject>> {
-    let floor = |name, what, scene, count, only: fn(Subject) -> Subject| {
-        let size = (SQUARE, count, IMAGE);
-        let bench = mean((name, Bdpt, &MIS), what, scene, size);
-        altered(bench, only)
-    };
-    let mut benches = vec![
-        floor(
-            "bidirectional/alone/hits",
-            "a floor under a near light, by hits alone",
-            scenes::near(),
-            4_000,
-            only!(2, 0),
-        ),
-        floor(
-            "bidirectional/alone/shadow-rays",
-            "a floor under a square light, by shadow rays alone",
-            scenes::rectangle(false),
-            5_000,
-            only!(2, 1),
-        ),
-        floor(
-            "bidirectional/alone/seen-particles",
-            "a floor under a square light, by particles that the camera sees",
-            scenes::rectangle(false),
-            8_000,
-            only!(2, 2),
-        ),
-    ];
-    benches.extend(
-        [
-            (
-                "bidirectional/alone/sphere-hits",
-                only!(4, 0) as fn(Subject) -> Subject,
-            ),
-            ("bidirectional/alone/sphere-shadow-rays", only!(4, 1)),
-            ("bidirectional/alone/sphere-inner-connections", only!(4, 2)),
-            ("bidirectional/alone/sphere-first-connections", only!(4, 3)),
-        ]
-        .map(|(name, only)| sphere(name, only)),
-    );
-    benches
-}
-
-/// In a sphere of albedo ρ the paths of three scatterings have the expectation ρ³ for every strategy, and
-/// every single one has that value: densities are uniform. Roulette would add its noise; walks end after
-/// three scatterings instead.
-fn sphere(name: &'static str, only: fn(Subject) -> Subject) -> Bench<Subject> {
-    let rho: f64 = 0.5;
-    let scene = (scenes::sphere_furnace(rho), rho.powi(3));
-    let what = "light that a sphere reflects three times, by one strategy alone";
-    let bench = mean(
-        (name, Bdpt, &PATH_DENSITY),
-        what,
-        scene,
-        (SQUARE, 400, IMAGE),
-    );
-    altered(bench, move |subject| {
-        let table = only(subject).parts.unwrap_or(RIGHT);
-        Setup {
-            parts: Some(Table {
-                survival_by_throughput: |throughput| f64::from(throughput.x > 0.1),
-                ..table
-            }),
-            ..subject
-        }
-    })
 }
 
 /// The same image as the path tracer's.
@@ -336,67 +241,4 @@ fn equivalence() -> Vec<Bench<Subject>> {
         same(name, Bdpt, scene, (2_800, 16_000))
     });
     light_tracer.into_iter().chain(bdpt).collect()
-}
-
-const PATHS: u64 = 10_000;
-
-/// On any path the weights of all strategies that exist sum to one, and are in proportion to the products
-/// of densities.
-struct Weights;
-
-impl Property for Weights {
-    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
-        let mut rng = context.rng("paths");
-        let (mut sums, mut balance) = (0.0_f64, 0.0_f64);
-        for _ in 0..context.n(PATHS) {
-            let length = 1 + (8.0 * uniform(&mut rng)) as usize;
-            let path: Vec<Density> = (0..length)
-                .map(|i| Density {
-                    light: uniform(&mut rng) + 0.01,
-                    eye: uniform(&mut rng) + 0.01,
-                    specular: i > 0 && uniform(&mut rng) < 0.3,
-                })
-                .collect();
-            // The density of the strategy that takes s vertices from the light; 0 if it does not exist.
-            let density = |s: usize| -> f64 {
-                let open = |i: usize| path.get(i).is_none_or(|x| !x.specular);
-                if s > 0 && !(open(s - 1) && open(s)) {
-                    return 0.0;
-                }
-                let (light, eye) = path.split_at(s);
-                let light: f64 = light.iter().map(|x| x.light).product();
-                light * eye.iter().map(|x| x.eye).product::<f64>()
-            };
-            let all: f64 = (0..=length).map(density).sum();
-            let existing = (0..=length).filter(|&s| density(s) > 0.0);
-            let mut sum = 0.0;
-            for s in existing {
-                let weight = setup.parts.strategy_weight(&path, s);
-                balance = balance.max((weight - density(s) / all).abs());
-                sum += weight;
-            }
-            sums = sums.max((sum - 1.0).abs());
-        }
-        let exact =
-            |name, error| Outcome::exact(name, PATHS, error, 1e-12, "the worst of random paths");
-        vec![exact("sum of weights", sums), exact("balance", balance)]
-    }
-}
-
-fn weights() -> Bench<Subject> {
-    let property =
-        "the weights of all strategies of a path sum to one, in proportion to their densities";
-    let name = "bidirectional/weights";
-    let size = (PATHS, 1e-12, 0);
-    Bench::new(
-        data(
-            name,
-            property,
-            &PATH_DENSITY,
-            "estimator::weight",
-            "exact",
-            size,
-        ),
-        on(Weights),
-    )
 }
