@@ -58,14 +58,21 @@ impl Camera {
             return None;
         }
         let distance_squared = offset.length_squared();
-        let distance = distance_squared.sqrt();
-        let cosine = depth / distance;
         Some(Seen {
             pixel: [x as u32, y as u32],
-            to_eye: offset / -distance,
+            to_eye: offset / -distance_squared.sqrt(),
             distance_squared,
-            importance: 1.0 / (scale * scale * cosine.powi(3)),
         })
+    }
+
+    /// W(ω) of [`crate::equation::IMPORTANCE`], 1/sr: what the mean radiance of a pixel of an image of
+    /// `size` pixels gets from radiance 1 per solid angle around a unit direction ω that leaves the eye
+    /// through the pixel. It is also the pdf, with respect to solid angle, of a ray through a uniform
+    /// point of that pixel: the pixel has area A at distance 1, and dω covers dω/cos³θ of it.
+    #[inline]
+    pub fn importance(&self, size: [u32; 2], direction: DVec3) -> f64 {
+        let side = 2.0 * self.half_height / f64::from(size[1]);
+        1.0 / (side * side * direction.dot(self.forward).powi(3))
     }
 }
 
@@ -78,7 +85,4 @@ pub struct Seen {
     pub to_eye: DVec3,
     /// Squared distance to the eye.
     pub distance_squared: f64,
-    /// What a pixel's mean radiance gets from radiance 1 per solid angle around this direction, 1/sr: the
-    /// pixel has area A on the image at distance 1, and a solid angle dω covers dω/cos³θ of it, so 1/(A cos³θ).
-    pub importance: f64,
 }

@@ -217,6 +217,14 @@ equations! {
         r"r_{i+1}^2 = \frac{i + \alpha}{i + 1}\, r_i^2, \quad \alpha = \tfrac{2}{3}", None,
         "Hachisuka and Jensen, ACM TOG 28(5), 2009; Knaus and Zwicker, ACM TOG 30(3), 2011", Added,
         "Bias and variance of the mean of the passes both go to zero for 0 < α < 1.";
+    IMPORTANCE = "importance", "", "Importance of a pixel",
+        r"W(\omega) = \frac{1}{A\cos^3\theta}", None,
+        "Veach, thesis, 8.2, 1997; Pharr, Jakob and Humphreys, 4th ed., 5.4", Added,
+        "What a pixel of area A at distance 1 measures of radiance; particles need it, camera rays have it built in.";
+    PATH_DENSITY = "path.density", "", "Density of a whole path",
+        r"p_s = \prod_{i<s} p_L(x_i)\, \prod_{i \ge s} p_E(x_i), \quad w_s = \frac{p_s}{\sum_k p_k}", None,
+        "Veach, thesis, 10.2, 1997; Lafortune and Willems, Compugraphics, 145-153, 1993", Added,
+        "All densities are with respect to area, so that every split of one path can be compared.";
 }
 
 /// The equation with this id.

@@ -8,8 +8,8 @@ use whitefurnace::bsdf::OrenNayarForm;
 use whitefurnace::emitter::LightSampling;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::{
-    Estimator, Heuristic, ImageEstimator, LightRules, LightTracer, Path, PhotonMapping, Published,
-    Report, Sppm, Standard, Strategy, Whitted,
+    Bdpt, Estimator, Heuristic, ImageEstimator, LightRules, LightTracer, Path, PhotonMapping,
+    Published, Report, Sppm, Standard, Strategy, Whitted,
 };
 use whitefurnace::film::{Film, Window};
 use whitefurnace::image::Display;
@@ -57,6 +57,8 @@ pub enum EstimatorName {
     Photon,
     /// Stochastic progressive photon mapping: each sample is a pass with photons of its own and a smaller radius
     Sppm,
+    /// Bidirectional path tracing: a camera path and a particle, connected in every way
+    Bdpt,
     /// The report's: shadow rays, uniform hemisphere, roulette, at most 7 segments
     Report,
     /// Whitted ray tracing: shadow rays, mirror and glass tree, no indirect light
@@ -295,13 +297,21 @@ impl Job {
             ));
         }
         Film::checked_window(self.size, self.window)?;
-        if self.renders_images() && self.window.is_some() {
-            return refuse(format!(
-                "--estimator {} renders whole images only: leave out the window",
-                name(self.estimator)
-            ));
+        if self.renders_images() {
+            let estimator = name(self.estimator);
+            if self.window.is_some() {
+                return refuse(format!(
+                    "--estimator {estimator} renders whole images only: leave out the window"
+                ));
+            }
+            if self.pixel != PixelName::Random {
+                return refuse(format!(
+                    "--estimator {estimator} takes random points of pixels: leave out --pixel {}",
+                    name(self.pixel)
+                ));
+            }
         }
-        if self.renders_images() || self.uses_photons() {
+        if self.estimator == EstimatorName::LightTracer || self.uses_photons() {
             self.check_emitters()?;
         }
         Ok(())
@@ -328,7 +338,7 @@ impl Job {
     fn renders_images(&self) -> bool {
         matches!(
             self.estimator,
-            EstimatorName::LightTracer | EstimatorName::Sppm
+            EstimatorName::LightTracer | EstimatorName::Bdpt | EstimatorName::Sppm
         )
     }
 
@@ -396,6 +406,9 @@ impl Job {
                     radius,
                 };
                 self.render_images(&scene, &sppm, progress)
+            }
+            (EstimatorName::Bdpt, _) => {
+                self.render_images(&scene, &Bdpt::<Standard>::default(), progress)
             }
             (EstimatorName::Whitted, _) => self.render_with(&scene, &Whitted::new(rules), progress),
             (EstimatorName::Report, ConventionName::Published) => {

@@ -47,6 +47,8 @@ fn same_seed_gives_the_same_bytes_on_any_number_of_threads() {
         "--estimator photon --photons 3000 --radius 0.5 --spp 3",
         "--estimator photon --photons 3000 --gather no --sampler sobol --spp 16",
         "--estimator sppm --photons 3000 --radius 0.5 --spp 3",
+        "--estimator light-tracer --spp 3",
+        "--estimator bdpt --spp 2",
     ];
     for case in cases {
         let bytes = [1, 2, 16].map(|threads| {
@@ -84,7 +86,12 @@ fn every_scene_renders_with_every_legal_estimator() {
         "glass-cube",
         "cornell",
     ] {
-        for estimator in ["bsdf", "light", "mis", "whitted"] {
+        let lit_by_background = ["environment", "glass-cube"].contains(&scene);
+        let particles = (!lit_by_background).then_some("light-tracer");
+        for estimator in ["bsdf", "light", "mis", "whitted", "bdpt"]
+            .into_iter()
+            .chain(particles)
+        {
             let options = format!("--scene {scene} --estimator {estimator} --size 16x12 --spp 2");
             let output = render(&folder, &options);
             assert!(
@@ -145,6 +152,10 @@ fn bad_input_gets_one_line_exit_code_two_and_leaves_nothing() {
             "--estimator report",
         ),
         ("--convention physical --estimator report", "any but report"),
+        ("--scene environment --estimator light-tracer", "background"),
+        ("--estimator bdpt --window 4x3+1+1", "whole images"),
+        ("--estimator bdpt --pixel centre", "--pixel"),
+        ("--estimator bdpt --sampler sobol --spp 8", "single rays"),
         ("--scene cornell --convention report", "--scene report"),
         ("--rays 4", "--estimator report"),
         (

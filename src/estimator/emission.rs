@@ -3,8 +3,10 @@
 use glam::DVec3;
 
 use super::Parts;
+use super::vertex::{pick_point, point_pdf};
+use crate::emitter::{Emitter, EmitterPoint};
 use crate::frame::Frame;
-use crate::rng::{uniform, uniform2};
+use crate::rng::uniform2;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use crate::shape::Ray;
@@ -26,21 +28,27 @@ pub(super) fn emit<P: Parts, R: Sampler>(
     scene: &Scene,
     rng: &mut R,
 ) -> Option<Emission> {
-    let emitters = scene.emitters();
-    if emitters.is_empty() {
-        return None;
-    }
-    let emitter = &emitters[parts.pick_emitter(uniform(rng), emitters.len())];
-    let light = parts.sample_emitter(emitter, uniform2(rng));
-    let wi = parts.cosine_hemisphere(uniform2(rng));
-    let pdf =
-        parts.emitter_pdf_area(emitter) / emitters.len() as f64 * parts.cosine_hemisphere_pdf(wi.z);
+    let (emitter, light) = pick_point(parts, scene, rng)?;
+    emit_from(parts, scene, emitter, &light, rng)
+}
+
+/// Sends one particle from a point on an emitter that [`pick_point`] returned.
+#[inline]
+pub(super) fn emit_from<P: Parts, R: Sampler>(
+    parts: &P,
+    scene: &Scene,
+    emitter: &Emitter,
+    light: &EmitterPoint,
+    rng: &mut R,
+) -> Option<Emission> {
+    let wo = parts.cosine_hemisphere(uniform2(rng));
+    let pdf = point_pdf(parts, scene, emitter) * parts.cosine_hemisphere_pdf(wo.z);
     if pdf == 0.0 {
         return None;
     }
-    let direction = Frame::new(light.normal).world(wi);
+    let direction = Frame::new(light.normal).world(wo);
     Some(Emission {
         ray: scene.leave(light.point, light.normal, direction),
-        flux: emitter.radiance * (parts.cosine(DVec3::Z, wi) / pdf),
+        flux: emitter.radiance * (parts.cosine(DVec3::Z, wo) / pdf),
     })
 }

@@ -4,28 +4,35 @@
 //! default is the library's own function. [`Standard`] overrides nothing and is what programs run; a
 //! trial puts a faulty part in by overriding one method. All of it is resolved by the compiler.
 
+mod bdpt;
 mod emission;
 mod light_tracer;
+mod particle;
 mod path;
 mod photon;
 pub mod photon_map;
 mod published;
 mod report;
 mod sppm;
+mod strategies;
 mod vertex;
+mod walk;
 mod whitted;
 
 use glam::DVec3;
 
+pub use bdpt::Bdpt;
 pub use light_tracer::LightTracer;
 pub use path::{Heuristic, Path, Strategy};
 pub use photon::{Lookup, PhotonMapping};
 pub use published::{Published, Quirks};
 pub use report::Report;
 pub use sppm::{Sppm, radius_squared};
+pub use strategies::{Density, weight};
 pub use whitted::Whitted;
 
 use crate::bsdf::Bsdf;
+use crate::camera::Camera;
 use crate::emitter::{Emitter, EmitterPoint};
 use crate::error::Error;
 use crate::sampler::Sampler;
@@ -224,6 +231,21 @@ pub trait Parts: Sync {
     #[inline]
     fn pass_radius_squared(&self, first: f64, index: u32) -> f64 {
         radius_squared(first, index)
+    }
+    /// What refraction does to the flux of a particle: nothing, whatever the factor of radiance.
+    #[inline]
+    fn flux_factor(&self, _radiance_factor: f64) -> f64 {
+        1.0
+    }
+    /// W(ω) of the pixel through which a direction leaves the eye.
+    #[inline]
+    fn importance(&self, camera: &Camera, size: [u32; 2], direction: DVec3) -> f64 {
+        camera.importance(size, direction)
+    }
+    /// The weight of the strategy with `s` light vertices among all that make the same path.
+    #[inline]
+    fn strategy_weight(&self, path: &[Density], s: usize) -> f64 {
+        weight(path, s)
     }
 }
 

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::{LightRules, Parts};
 use crate::bsdf::Bsdf;
-use crate::emitter::{Emitter, LightSampling};
+use crate::emitter::{Emitter, EmitterPoint, LightSampling};
 use crate::frame::Frame;
 use crate::radiometry;
 use crate::rng::{uniform, uniform2};
@@ -41,6 +41,31 @@ pub(super) struct DirectLight {
     pub reflected: DVec3,
     /// p with respect to solid angle.
     pub pdf: f64,
+    /// The point.
+    pub point: EmitterPoint,
+    /// The pdf of the point with respect to area, the pick included.
+    pub pdf_area: f64,
+}
+
+/// A point on an emitter that is picked among all; `None` without emitters.
+#[inline]
+pub(super) fn pick_point<'a, P: Parts, R: Sampler>(
+    parts: &P,
+    scene: &'a Scene,
+    rng: &mut R,
+) -> Option<(&'a Emitter, EmitterPoint)> {
+    let emitters = scene.emitters();
+    if emitters.is_empty() {
+        return None;
+    }
+    let emitter = &emitters[parts.pick_emitter(uniform(rng), emitters.len())];
+    Some((emitter, parts.sample_emitter(emitter, uniform2(rng))))
+}
+
+/// The pdf, with respect to area, of a point that [`pick_point`] returns.
+#[inline]
+pub(super) fn point_pdf<P: Parts>(parts: &P, scene: &Scene, emitter: &Emitter) -> f64 {
+    parts.emitter_pdf_area(emitter) / scene.emitters().len() as f64
 }
 
 /// Next-event estimation: one shadow ray from a diffuse vertex to a point picked on an emitter, by
@@ -91,6 +116,8 @@ pub(super) fn direct_light<P: Parts, R: Sampler>(
         wi,
         reflected: radiometry::reflected(brdf, emitter.radiance, cosine, pdf),
         pdf,
+        point: light,
+        pdf_area: point_pdf(parts, scene, emitter),
     })
 }
 

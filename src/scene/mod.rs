@@ -103,6 +103,16 @@ impl Scene {
         &self.name
     }
 
+    /// The same scene seen by another camera.
+    pub fn with_camera(self, camera: Camera) -> Self {
+        let offset = self.offset.max(camera.eye.abs().max_element() * OFFSET);
+        Self {
+            camera,
+            offset,
+            ..self
+        }
+    }
+
     /// The camera.
     pub fn camera(&self) -> &Camera {
         &self.camera

@@ -3,6 +3,7 @@
 //! The tests and the experiments only loop over [`all`]; the faults are listed in [`crate::zoo`].
 
 pub mod accumulators;
+pub mod bidirectional;
 pub mod bsdf;
 pub mod convergence;
 pub mod emitters;
@@ -17,6 +18,7 @@ pub mod hemisphere;
 pub mod images;
 pub mod infinite_variance;
 pub mod irradiance;
+pub mod passes;
 pub mod photon;
 pub mod policies;
 pub mod probes;
@@ -52,6 +54,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         accumulators::families(),
         estimator::families(),
         photon::families(),
+        bidirectional::families(),
     ]
     .into_iter()
     .flatten()

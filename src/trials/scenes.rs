@@ -34,9 +34,17 @@ pub fn light(radiance: f64) -> Surface {
 /// # Panics
 /// If they are not: a mistake in a trial.
 pub fn scene(name: &str, parts: impl FnOnce(&mut SceneBuilder)) -> Arc<Scene> {
+    let camera = Camera::new(DVec3::new(0.3, -1.0, 1.2), DVec3::ZERO, DVec3::Z, 0.4);
+    seen_by(camera, name, parts)
+}
+
+/// As [`scene`], with a camera of its own.
+///
+/// # Panics
+/// If the numbers are not valid.
+pub fn seen_by(camera: Camera, name: &str, parts: impl FnOnce(&mut SceneBuilder)) -> Arc<Scene> {
     let mut builder = SceneBuilder::new(name);
     parts(&mut builder);
-    let camera = Camera::new(DVec3::new(0.3, -1.0, 1.2), DVec3::ZERO, DVec3::Z, 0.4);
     match builder.build(camera) {
         Ok(scene) => Arc::new(scene),
         Err(error) => panic!("{name}: {error}"),

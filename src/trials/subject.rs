@@ -6,9 +6,10 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use crate::bsdf::Bsdf;
+use crate::camera::Camera;
 use crate::emitter::{Emitter, EmitterPoint, LightSampling};
 use crate::estimator::{
-    Estimator, Heuristic, LightRules, Parts, Path, Report, Standard, Strategy, Whitted,
+    Density, Estimator, Heuristic, LightRules, Parts, Path, Report, Standard, Strategy, Whitted,
 };
 use crate::harness::outcome::Outcome;
 use crate::harness::trial::Context;
@@ -74,6 +75,9 @@ table! {
     photon_density(brdf: DVec3, flux: DVec3, wi: DVec3, radius_squared: f64) -> DVec3;
     gathers_emission() -> bool;
     pass_radius_squared(first: f64, index: u32) -> f64;
+    flux_factor(radiance_factor: f64) -> f64;
+    importance(camera: &Camera, size: [u32; 2], direction: DVec3) -> f64;
+    strategy_weight(path: &[Density], s: usize) -> f64;
 }
 
 /// What a fault can replace in an estimator: its parts, and what it is told.

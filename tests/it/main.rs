@@ -1,6 +1,7 @@
 //! The integration tests, one crate; one module per kind of evidence.
 
 // Exact: identities, closed forms and stored values of the library, module by module.
+mod bidirectional;
 mod bsdf;
 mod camera;
 mod eon;

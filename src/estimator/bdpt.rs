@@ -1,0 +1,198 @@
+//! Bidirectional path tracing (Lafortune and Willems 1993; Veach 1997, chapter 10): a path from the eye
+//! and one from a light, connected in every way that there is.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::particle::{Place, connect_to_eye, importance_per_particle, particle};
+use super::strategies::{Corner, WholePath};
+use super::vertex::{Vertex, direct_light, emitted, point_pdf};
+use super::walk::{Step, walk};
+use super::{ImageEstimator, LightRules, Parts, Standard};
+use crate::bsdf::Bsdf;
+use crate::emitter::LightSampling;
+use crate::error::Error;
+use crate::rng::{stream, uniform2};
+use crate::sampler::Sampler;
+use crate::scene::Scene;
+use crate::splat::Splats;
+
+/// One camera ray and one particle per pixel and pass, an unbiased estimator of (8) on every scene.
+///
+/// A path with s vertices from the light and t from the eye is found when the eye's part hits an emitter
+/// (s = 0), by a shadow ray to a fresh point of an emitter (s = 1), when the particle is seen (t = 1), and
+/// by connecting the two parts otherwise. [`Parts::strategy_weight`] combines them. No particle starts
+/// from the background: only the eye's part finds its light.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Bdpt<P = Standard> {
+    /// Its parts.
+    pub parts: P,
+}
+
+impl<P: Parts> ImageEstimator for Bdpt<P> {
+    fn pass(
+        &self,
+        scene: &Scene,
+        frame: [u32; 2],
+        seed: u64,
+        index: u32,
+    ) -> Result<Vec<DVec3>, Error> {
+        let image = Splats::new(frame);
+        (0..frame[0] * frame[1])
+            .into_par_iter()
+            .try_for_each(|pixel| {
+                let mut rng = stream(seed, pixel, index);
+                let (light, corners) = self.light_path(scene, frame, &image, &mut rng)?;
+                let pixel = [pixel % frame[0], pixel / frame[0]];
+                let radiance = self.eye_path(scene, frame, pixel, (&light, &corners), &mut rng)?;
+                image.add(pixel, radiance)
+            })?;
+        Ok(image.into_values())
+    }
+}
+
+impl<P: Parts> Bdpt<P> {
+    /// Follows a particle, adds what the eye sees of it (t = 1), and returns where it was.
+    fn light_path<'a, R: Sampler>(
+        &self,
+        scene: &'a Scene,
+        frame: [u32; 2],
+        image: &Splats,
+        rng: &mut R,
+    ) -> Result<(Vec<Place<'a>>, Vec<Corner>), Error> {
+        let (mut places, mut corners) = (Vec::new(), Vec::new());
+        particle(&self.parts, scene, rng, |place| {
+            corners.push(place.corner);
+            if let Some(splat) = connect_to_eye(&self.parts, scene, frame, &place) {
+                let path = WholePath {
+                    light: &corners,
+                    eye: &[],
+                    origin: scene.camera().eye,
+                    importance: splat.importance,
+                };
+                image.add(splat.pixel, self.weight(path) * splat.value)?;
+            }
+            places.push(place);
+            Ok(())
+        })?;
+        Ok((places, corners))
+    }
+
+    /// The radiance through a random point of a pixel by all strategies but t = 1.
+    fn eye_path<R: Sampler>(
+        &self,
+        scene: &Scene,
+        frame: [u32; 2],
+        pixel: [u32; 2],
+        (light, corners): (&[Place<'_>], &[Corner]),
+        rng: &mut R,
+    ) -> Result<DVec3, Error> {
+        rng.block(0);
+        let [x, y] = uniform2(rng);
+        let [column, row] = pixel.map(f64::from);
+        let ray = scene.camera().ray(frame, column + x, row + y);
+        let whole = WholePath {
+            light: &[],
+            eye: &[],
+            origin: ray.origin,
+            importance: importance_per_particle(&self.parts, scene, frame, ray.direction),
+        };
+        let mut radiance = DVec3::ZERO;
+        let mut eye = Vec::new();
+        let left = walk(&self.parts, scene, &ray, 0, rng, |step: &Step, rng| {
+            let mut corner = step.corner(scene);
+            if let Some(emitter) = step.here.emitter {
+                let emitter = &scene.emitters()[emitter as usize];
+                corner.start = point_pdf(&self.parts, scene, emitter);
+            }
+            eye.push(corner);
+            let found = self.found(
+                scene,
+                step,
+                WholePath { eye: &eye, ..whole },
+                (light, corners),
+                rng,
+            );
+            radiance += step.throughput * step.factor * found;
+            Ok(())
+        })?;
+        let seen = left.map_or(DVec3::ZERO, |(throughput, factor)| throughput * factor);
+        Ok(radiance + seen * scene.background())
+    }
+
+    /// The radiance that leaves a hit of the eye's path towards the eye, by every strategy that joins the
+    /// light's path here.
+    fn found<R: Sampler>(
+        &self,
+        scene: &Scene,
+        step: &Step,
+        path: WholePath<'_>,
+        (light, corners): (&[Place<'_>], &[Corner]),
+        rng: &mut R,
+    ) -> DVec3 {
+        let parts = &self.parts;
+        let mut found = emitted(scene, &step.here, &step.ray);
+        if found != DVec3::ZERO {
+            found *= self.weight(path);
+        }
+        let bsdf = &scene.surface(&step.here).bsdf;
+        if !bsdf.is_diffuse() {
+            return found;
+        }
+        let vertex = step.vertex();
+        let (rules, area) = (&LightRules::PHYSICAL, LightSampling::Area);
+        if let Some(direct) = direct_light(parts, scene, bsdf, &vertex, rules, area, rng) {
+            let fresh = Corner {
+                point: direct.point.point,
+                normal: direct.point.normal,
+                specular: false,
+                squared_index: 1.0,
+                start: direct.pdf_area,
+            };
+            let light = &[fresh];
+            found += direct.reflected * self.weight(WholePath { light, ..path });
+        }
+        for s in 2..=light.len() {
+            let connected = self.connect(scene, bsdf, &vertex, &light[s - 1]);
+            if connected != DVec3::ZERO {
+                let light = &corners[..s];
+                found += connected * self.weight(WholePath { light, ..path });
+            }
+        }
+        found
+    }
+
+    /// What a vertex of the eye's path reflects of the light that reaches it from a place of the
+    /// particle, before any weight.
+    #[inline]
+    fn connect(&self, scene: &Scene, bsdf: &Bsdf, vertex: &Vertex, place: &Place<'_>) -> DVec3 {
+        let parts = &self.parts;
+        let (here, there) = (
+            (vertex.point, vertex.frame.z),
+            (place.corner.point, place.corner.normal),
+        );
+        let offset = there.0 - here.0;
+        let distance_squared = offset.length_squared();
+        let direction = offset * distance_squared.sqrt().recip();
+        let cosine = parts.cosine(here.1, direction);
+        let cosine_there = parts.cosine(there.1, -direction);
+        if cosine <= 0.0 || cosine_there <= 0.0 {
+            return DVec3::ZERO;
+        }
+        let leaving = place.leaving(parts, -direction);
+        let brdf = parts.brdf(bsdf, vertex.wo, vertex.frame.local(direction));
+        let value =
+            leaving * brdf * cosine * parts.solid_angle_per_area(cosine_there, distance_squared);
+        if value == DVec3::ZERO || !parts.visible(scene, here, there, false) {
+            return DVec3::ZERO;
+        }
+        value
+    }
+
+    /// The weight of the strategy that made a path of these two pieces.
+    #[inline]
+    fn weight(&self, path: WholePath<'_>) -> f64 {
+        let densities = path.densities(&self.parts);
+        self.parts.strategy_weight(&densities, path.light.len())
+    }
+}

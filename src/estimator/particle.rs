@@ -1,0 +1,123 @@
+//! Particles: how they leave the emitters, where they come by, and what of them the eye sees.
+
+use glam::DVec3;
+
+use super::Parts;
+use super::emission::{Emission, emit_from};
+use super::strategies::Corner;
+use super::vertex::{Vertex, pick_point, point_pdf};
+use super::walk::{Step, walk};
+use crate::bsdf::Bsdf;
+use crate::error::Error;
+use crate::sampler::{LIGHT, Sampler};
+use crate::scene::Scene;
+
+/// Where a particle is: on its emitter or on a surface that it hit.
+pub(super) struct Place<'a> {
+    /// The vertex, its normal on the side on which light leaves.
+    pub corner: Corner,
+    /// Radiance per pdf of the emitter's point, or flux that arrives at the surface.
+    carried: DVec3,
+    /// `None` on the emitter.
+    surface: Option<(&'a Bsdf, Vertex)>,
+}
+
+impl Place<'_> {
+    /// The radiance that leaves in a unit direction, per density of particles on the area.
+    #[inline]
+    pub fn leaving<P: Parts>(&self, parts: &P, direction: DVec3) -> DVec3 {
+        match &self.surface {
+            None => self.carried,
+            Some((bsdf, vertex)) => {
+                self.carried * parts.brdf(bsdf, vertex.frame.local(direction), vertex.wo)
+            }
+        }
+    }
+}
+
+/// Sends one particle from an emitter and shows every place where it is, the emitter first. It carries
+/// flux, which refraction does not change.
+pub(super) fn particle<'a, P: Parts, R: Sampler>(
+    parts: &P,
+    scene: &'a Scene,
+    rng: &mut R,
+    mut visit: impl FnMut(Place<'a>) -> Result<(), Error>,
+) -> Result<(), Error> {
+    rng.block(LIGHT);
+    let Some((emitter, light)) = pick_point(parts, scene, rng) else {
+        return Ok(());
+    };
+    let pdf = point_pdf(parts, scene, emitter);
+    visit(Place {
+        corner: Corner {
+            point: light.point,
+            normal: light.normal,
+            specular: false,
+            squared_index: 1.0,
+            start: pdf,
+        },
+        carried: emitter.radiance / pdf,
+        surface: None,
+    })?;
+    let Some(Emission { ray, flux }) = emit_from(parts, scene, emitter, &light, rng) else {
+        return Ok(());
+    };
+    walk(parts, scene, &ray, LIGHT, rng, |step: &Step, _: &mut R| {
+        visit(Place {
+            corner: step.corner(scene),
+            carried: flux * step.throughput * parts.flux_factor(step.factor),
+            surface: Some((&scene.surface(&step.here).bsdf, step.vertex())),
+        })
+    })?;
+    Ok(())
+}
+
+/// What the eye sees of one particle among as many as the image has pixels.
+pub(super) struct Splat {
+    /// Column and row.
+    pub pixel: [u32; 2],
+    /// What it adds to the pixel's radiance, before any weight.
+    pub value: DVec3,
+    /// The pdf of the camera ray that would have found the place, as in
+    /// [`WholePath`](super::strategies::WholePath).
+    pub importance: f64,
+}
+
+/// Connects a place to the eye; `None` if the eye sees nothing of it.
+#[inline]
+pub(super) fn connect_to_eye<P: Parts>(
+    parts: &P,
+    scene: &Scene,
+    frame: [u32; 2],
+    place: &Place<'_>,
+) -> Option<Splat> {
+    let Corner { point, normal, .. } = place.corner;
+    let camera = scene.camera();
+    let seen = camera.project(frame, point)?;
+    let cosine = parts.cosine(normal, seen.to_eye);
+    let leaving = place.leaving(parts, seen.to_eye);
+    if cosine <= 0.0
+        || leaving == DVec3::ZERO
+        || !parts.visible(scene, (camera.eye, -seen.to_eye), (point, normal), false)
+    {
+        return None;
+    }
+    let importance = importance_per_particle(parts, scene, frame, -seen.to_eye);
+    Some(Splat {
+        pixel: seen.pixel,
+        value: leaving * parts.solid_angle_per_area(cosine, seen.distance_squared) * importance,
+        importance,
+    })
+}
+
+/// W(ω) of a pixel, shared among as many particles as the image has pixels.
+#[inline]
+pub(super) fn importance_per_particle<P: Parts>(
+    parts: &P,
+    scene: &Scene,
+    frame: [u32; 2],
+    direction: DVec3,
+) -> f64 {
+    let particles = f64::from(frame[0]) * f64::from(frame[1]);
+    parts.importance(scene.camera(), frame, direction) / particles
+}

@@ -1,0 +1,193 @@
+//! Light paths and the camera: densities of whole paths, weights on real paths, the same image on any
+//! threads, and importance against its definition.
+
+use std::f64::consts::PI;
+use std::sync::Mutex;
+
+use approx::assert_abs_diff_eq;
+use glam::DVec3;
+use rayon::ThreadPoolBuilder;
+use whitefurnace::bsdf::{Bsdf, OrenNayarForm};
+use whitefurnace::camera::Camera;
+use whitefurnace::error::Error;
+use whitefurnace::estimator::{
+    Bdpt, Density, ImageEstimator, LightTracer, Parts, Standard, weight,
+};
+use whitefurnace::film::{Film, Window};
+use whitefurnace::render::render_passes;
+use whitefurnace::scene::room::{self, Convention};
+use whitefurnace::scene::{Scene, SceneBuilder, Surface};
+use whitefurnace::shape::Sphere;
+
+use crate::helpers::U;
+use crate::support::{master, property};
+
+const FRAME: [u32; 2] = [12, 9];
+
+fn room() -> Scene {
+    room::report(Convention::Physical, OrenNayarForm::Corrected).expect("the room")
+}
+
+/// Keeps every path whose weight is asked for, with its number of light vertices.
+#[derive(Default)]
+struct Recorder(Mutex<Vec<(Vec<Density>, usize)>>);
+
+impl Parts for Recorder {
+    fn strategy_weight(&self, path: &[Density], s: usize) -> f64 {
+        let mut paths = self.0.lock().expect("no thread has panicked");
+        paths.push((path.to_vec(), s));
+        weight(path, s)
+    }
+}
+
+/// The paths of a few passes.
+fn paths(scene: &Scene) -> Vec<(Vec<Density>, usize)> {
+    let bdpt = Bdpt {
+        parts: Recorder::default(),
+    };
+    for index in 0..8 {
+        bdpt.pass(scene, FRAME, master(), index)
+            .expect("legal values");
+    }
+    bdpt.parts.0.into_inner().expect("no thread has panicked")
+}
+
+/// In a sphere of radius 1 that emits and reflects by Lambert's law, every vertex is uniformly distributed
+/// whatever the one before it: all densities but that of the camera's first hit are 1/4π.
+#[test]
+fn densities_in_a_sphere_are_uniform() {
+    let mut scene = SceneBuilder::new("sphere");
+    let albedo = DVec3::splat(0.6);
+    let wall = Surface::new(Bsdf::Lambert { albedo }).emitting(DVec3::ONE);
+    let wall = scene.surface(wall);
+    let sphere = Sphere {
+        inward: true,
+        ..Sphere::new(DVec3::ZERO, 1.0)
+    };
+    scene.sphere(sphere, wall);
+    let camera = Camera::new(DVec3::new(0.3, -0.5, 0.1), DVec3::ZERO, DVec3::Z, 0.7);
+    let scene = scene.build(camera).expect("a scene");
+    let found = paths(&scene);
+    for length in 1..=4 {
+        for s in 0..=length {
+            let made = |(path, by): &&(Vec<Density>, usize)| path.len() == length && *by == s;
+            assert!(found.iter().any(|path| made(&path)), "{s} of {length}");
+        }
+    }
+    let uniform = 0.25 / PI;
+    for (path, _) in &found {
+        // Two vertices nearer than a millionth would round their cosines more than this.
+        for vertex in path {
+            assert_abs_diff_eq!(vertex.light, uniform, epsilon = 1e-6);
+        }
+        for vertex in &path[..path.len() - 1] {
+            assert_abs_diff_eq!(vertex.eye, uniform, epsilon = 1e-6);
+        }
+    }
+}
+
+/// On the paths of the report's room, through mirror and glass, no strategy connects at them, and the
+/// weights of all that exist sum to one.
+#[test]
+fn weights_sum_to_one_on_real_paths() {
+    let found = paths(&room());
+    let open = |path: &[Density], i: usize| path.get(i).is_none_or(|vertex| !vertex.specular);
+    let exists = |path: &[Density], s: usize| s == 0 || (open(path, s - 1) && open(path, s));
+    let mut specular = 0;
+    for (path, s) in &found {
+        assert!(exists(path, *s), "{s} of {path:?}");
+        let all = (0..=path.len()).filter(|&s| exists(path, s));
+        let weights: Vec<f64> = all.map(|s| weight(path, s)).collect();
+        assert!(
+            weights.iter().all(|w| (0.0..=1.0).contains(w)),
+            "{weights:?}"
+        );
+        let sum: f64 = weights.iter().sum();
+        // Each ratio of a path of up to fifty vertices rounds twice.
+        assert_abs_diff_eq!(sum, 1.0, epsilon = 400.0 * U);
+        specular += usize::from(path.iter().any(|vertex| vertex.specular));
+    }
+    assert!(specular > 100, "{specular} paths meet mirror or glass");
+}
+
+fn assert_threads_do_not_matter<E: ImageEstimator>(estimator: &E) {
+    let scene = room();
+    let images = [1, 2, 7].map(|threads| {
+        let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+        let pass = || {
+            estimator
+                .pass(&scene, FRAME, master(), 3)
+                .expect("legal values")
+        };
+        pool.expect("threads").install(pass)
+    });
+    assert!(images.iter().all(|image| *image == images[0]));
+    assert!(images[0].iter().any(|pixel| *pixel != DVec3::ZERO));
+    let other = estimator
+        .pass(&scene, FRAME, master(), 4)
+        .expect("legal values");
+    assert!(other != images[0], "passes are independent");
+}
+
+#[test]
+fn threads_do_not_matter_to_passes() {
+    assert_threads_do_not_matter(&LightTracer::<Standard>::default());
+    assert_threads_do_not_matter(&Bdpt::<Standard>::default());
+}
+
+#[test]
+fn passes_fill_whole_films_only() {
+    let scene = room();
+    let bdpt = Bdpt::<Standard>::default();
+    let mut film = Film::new(FRAME, None, 1).expect("a film");
+    let done = render_passes(&scene, &bdpt, 1, &mut film, 0..3, &|_| true);
+    assert!(matches!(done, Ok(true)));
+    assert!(film.pixels().iter().all(|pixel| pixel.replications() == 3));
+    let stopped = render_passes(&scene, &bdpt, 1, &mut film, 3..9, &|_| false);
+    assert!(matches!(stopped, Ok(false)));
+    assert!(film.pixels().iter().all(|pixel| pixel.replications() == 4));
+    let window = Window {
+        corner: [1, 1],
+        size: [4, 4],
+    };
+    let mut part = Film::new(FRAME, Some(window), 1).expect("a film");
+    let refused = render_passes(&scene, &bdpt, 1, &mut part, 0..1, &|_| true);
+    assert!(matches!(refused, Err(Error::Option(_))));
+}
+
+/// A point on a camera ray is seen in the pixel of the ray, and the importance is one over the solid angle
+/// of a small pixel: the area that the ray's direction sweeps when its pixel is crossed.
+#[test]
+fn the_camera_sees_what_its_rays_meet() {
+    let size = [700, 300];
+    let eye = DVec3::new(0.3, -2.0, 1.0);
+    let strategy = (0.1..2.0, 0.01..699.99, 0.01..299.99, 0.1..10.0);
+    property(
+        "camera projection",
+        500,
+        &strategy,
+        |(half, x, y, distance)| {
+            let camera = Camera::new(eye, DVec3::new(0.5, 1.0, 0.2), DVec3::Z, half);
+            let ray = camera.ray(size, x, y);
+            let seen = camera
+                .project(size, ray.at(distance))
+                .expect("in the image");
+            for (pixel, at) in seen.pixel.map(f64::from).into_iter().zip([x, y]) {
+                assert!((pixel..=pixel + 1.0).contains(&at) || (at - at.round()).abs() < 1e-9);
+            }
+            assert!((seen.to_eye + ray.direction).length() <= 1e-12);
+            assert!((seen.distance_squared.sqrt() / distance - 1.0).abs() <= 1e-12);
+            assert!(
+                camera.project(size, ray.at(-distance)).is_none(),
+                "behind the eye"
+            );
+            let step = |dx: f64, dy: f64| camera.ray(size, x + dx, y + dy).direction;
+            let across = step(0.5, 0.0) - step(-0.5, 0.0);
+            let down = step(0.0, 0.5) - step(0.0, -0.5);
+            let solid_angle = across.cross(down).length();
+            let share = camera.importance(size, ray.direction) * solid_angle;
+            // Central differences over a pixel of at most 2/150 err by its square.
+            assert!((share - 1.0).abs() <= 1e-3, "{share}");
+        },
+    );
+}
