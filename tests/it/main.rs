@@ -27,10 +27,14 @@ mod watertight;
 // Statistical: what only sampling can show, with its error budget.
 mod calibration; // error rates and power of the statistics, at a small size
 mod checkup; // the BSDF check-up on a BSDF that is not ours, and on faulty ones
+mod counts; // chi-square, Kolmogorov-Smirnov and Welch maps on small sets
+mod means; // tests of means against textbook formulas
+mod rates; // orders of convergence, ratios of variances, sequential tests
 mod references; // closed forms of the trials against reference values
 mod statistics; // the statistics' own code, tested exactly
 mod support; // what the statistical modules share
 mod tails; // tails and quantiles against reference values
 mod traceability; // equation, code, trial, experiment, chapter: nothing is missing
 mod trials; // the registry: every trial and its negative controls
+mod verdicts; // what an outcome says, at the borders of its claim
 mod zoo; // every fault under the trials that must reject it
