@@ -66,7 +66,7 @@ use super::outcome::{Claim, Outcome};
 use super::trial::Context;
 use crate::frame::from_spherical;
 use crate::rng::{Stream, uniform};
-use crate::sampling::{uniform_hemisphere, uniform_hemisphere_pdf};
+use crate::sampling::uniform_hemisphere;
 
 /// What a BSDF's sampler returns.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -453,7 +453,7 @@ fn uniform3(rng: &mut Stream) -> [f64; 3] {
 fn inner_direction(rng: &mut Stream) -> DVec3 {
     loop {
         let w = uniform_hemisphere([uniform(rng), uniform(rng)]);
-        if w.z > LEAST_COSINE && uniform_hemisphere_pdf(w.z) > 0.0 {
+        if w.z > LEAST_COSINE {
             return w;
         }
     }
