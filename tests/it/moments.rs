@@ -99,6 +99,7 @@ fn few_values() {
         (two.mean(), two.variance(), two.standard_error()),
         (4.0, 2.0, 1.0)
     );
+    assert_eq!(none.merge(none), none);
     assert_eq!(none.merge(two), two);
     assert_eq!(two.merge(none), two);
     assert_eq!(one.merge([5.0].into_iter().collect()), two);
@@ -106,6 +107,7 @@ fn few_values() {
 
 #[test]
 fn units_are_the_nearest_multiples() {
+    assert_eq!((UNIT, LARGEST), (2f64.powi(-32), 2f64.powi(24)));
     let multiples = -(1i64 << 56)..=(1i64 << 56);
     property("units", 2000, &multiples, |units| {
         // What a double can hold of it.
