@@ -63,6 +63,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     for (&k, rows) in replications.iter().zip(found) {
         rows?.iter().for_each(|row| ledger.push(k, row));
     }
+    let family = ledger.look(FAMILY);
     ledger.write()?;
     let mut by_name: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
     for row in ledger.rows() {
@@ -73,14 +74,16 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
         "size",
         format!(
             "{} replications so far, {} of this run; n = {N} per statistic, registry at scale 1/1024; \
-             family-wise level {FAMILY:.0e}",
+             family-wise level {FAMILY:.0e} for all looks, {family:.1e} for this one, number {}",
             ledger.next(),
-            replications.len()
+            replications.len(),
+            ledger.looks()
         ),
     );
     lab.number("replications", ledger.next() as f64);
-    judge(lab, &by_name);
-    draw(lab, &by_name)
+    let level = family / by_name.len().max(10) as f64;
+    judge(lab, &by_name, level);
+    draw(lab, &by_name, level)
 }
 
 /// The p-values of the statistics, and whether each promise was broken, in replication k.
@@ -125,13 +128,8 @@ fn examine_registry(registry: &[Trial], master: u64, k: u64) -> Result<Vec<[Stri
     Ok(rows)
 }
 
-/// The level of each test: the family's share.
-fn level(by_name: &BTreeMap<&str, Vec<f64>>) -> f64 {
-    FAMILY / by_name.len().max(10) as f64
-}
-
-fn judge(lab: &mut Lab, by_name: &BTreeMap<&str, Vec<f64>>) {
-    let level = level(by_name);
+/// Judges each name at `level`, its share of the look's.
+fn judge(lab: &mut Lab, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) {
     let rates: BTreeMap<String, f64> = statistics::promises()
         .iter()
         .map(|promise| (format!("{PROMISE}{}", promise.name), promise.rate))
@@ -173,17 +171,17 @@ fn judge(lab: &mut Lab, by_name: &BTreeMap<&str, Vec<f64>>) {
     );
 }
 
-fn draw(lab: &mut Lab, by_name: &BTreeMap<&str, Vec<f64>>) -> Result<(), Error> {
+fn draw(lab: &mut Lab, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) -> Result<(), Error> {
     let n = by_name
         .values()
         .map(|values| values.len() as u64)
         .max()
         .unwrap_or(1);
-    let radius = kolmogorov_upper(n, level(by_name));
+    let radius = kolmogorov_upper(n, level);
     let band = |sign: f64| {
         Series::new(
             if sign > 0.0 {
-                "limit at the family-wise level 1e-3"
+                "limit at the level of this look"
             } else {
                 ""
             },

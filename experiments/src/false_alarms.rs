@@ -38,6 +38,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     );
     let mut ledger = Ledger::open(lab.path("false-alarms.csv"), &key, COLUMNS);
     let first = ledger.next();
+    let level = ledger.look(FAMILY);
     for k in first..first + lab.count(lab.by_tier(4, 200)) {
         let seed = seed_for(lab.seed(), &format!("false-alarms {k}"));
         let rows = suite::run(&trials, seed, scale)?;
@@ -45,7 +46,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
         // A long run that is interrupted goes on from here.
         ledger.write()?;
     }
-    report(lab, &ledger, scale);
+    report(lab, &ledger, scale, level);
     draw(lab, &ledger)
 }
 
@@ -63,14 +64,15 @@ fn fields(rows: &[Row]) -> Vec<String> {
     ]
 }
 
-fn report(lab: &mut Lab, ledger: &Ledger, scale: f64) {
+/// Judges all suites at `level`, the share of this look.
+fn report(lab: &mut Lab, ledger: &Ledger, scale: f64, level: f64) {
     let rows = ledger.rows();
     let column = |at: usize| rows.iter().map(move |row| number(row, at));
     let seeds = rows.len() as f64;
     let (fails, random): (f64, f64) = (column(FAILS).sum(), column(RANDOM).sum());
     let bound = ALPHA * CAPACITY as f64;
     let red = column(FAILS).filter(|&fails| fails > 0.0).count() as u64;
-    let [_, high] = binomial_interval(red, rows.len() as u64, 0.5 * FAMILY);
+    let [_, high] = binomial_interval(red, rows.len() as u64, 0.5 * level);
     lab.number("seeds", seeds);
     lab.number("fails", fails);
     lab.number("tests", random);
@@ -78,8 +80,9 @@ fn report(lab: &mut Lab, ledger: &Ledger, scale: f64) {
     lab.claim(
         "suites with a false rejection",
         format!(
-            "{red} of {seeds} at scale {scale}, stated bound {bound:.0e} each; the rate is below {high:.2} \
-             at level {FAMILY:.0e}"
+            "{red} of {seeds} at scale {scale}, bound {bound:.0e} each; the rate is below {high:.2} at level \
+             {level:.1e} (look {} of {FAMILY:.0e} for all)",
+            ledger.looks()
         ),
         fails == 0.0,
     );
@@ -93,7 +96,7 @@ fn report(lab: &mut Lab, ledger: &Ledger, scale: f64) {
             "{smallest:.2e} of {random} tests, about {:.1e} expected; so small with probability at most {chance:.3}",
             1.0 / random
         ),
-        chance >= FAMILY,
+        chance >= level,
     );
     let undecided: f64 = column(3).sum();
     lab.note(

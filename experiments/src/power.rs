@@ -4,28 +4,27 @@ use whitefurnace::equation;
 use whitefurnace::error::Error;
 use whitefurnace::harness::mean::Values;
 use whitefurnace::harness::outcome::ALPHA;
-use whitefurnace::harness::tails::{binomial_interval, binomial_two_sided};
+use whitefurnace::harness::tails::{binomial_cdf, binomial_interval, binomial_two_sided};
+use whitefurnace::harness::trial::Row;
 use whitefurnace::rng::{seed_for, stream};
+use whitefurnace::trials;
 
 use crate::lab::{Experiment, Lab};
 use crate::plot::chart::{Chart, Corner, Mark, Series, charts};
-use crate::statistics::{N, Statistic, continuous, discrete};
-use crate::suite::{FAMILY, parallel};
+use crate::statistics::{N, Statistic, with_power};
+use crate::suite::{self, FAMILY, parallel};
 
 /// Rejections at the suite's own level under effects of known size.
 pub const POWER: Experiment = Experiment {
     id: "power",
-    title: "power at level 1e-9: measured rejections against the stated curve",
-    version: 1,
+    title: "power at level 1e-9: measured rejections against the stated curves; the registry's own",
+    version: 2,
     equations: &[&equation::ESTIMATOR],
     run,
 };
 
 /// Powers at which the stated curve is checked.
 const CHECKED: [f64; 5] = [0.1, 0.3, 0.5, 0.9, 0.99];
-
-/// Power as a function of the effect.
-type Curve = fn(f64) -> f64;
 
 /// What was measured at one effect.
 struct Point {
@@ -39,14 +38,12 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     let replications = lab.count(lab.by_tier(200, 2000)).max(2);
     let mut panels = Vec::new();
     let mut rows = Vec::new();
-    let statistics: Vec<Statistic> = continuous().into_iter().chain([discrete()]).collect();
-    let known = statistics.iter().filter_map(|s| Some((s, s.power?)));
-    let known: Vec<(&Statistic, Curve)> = known.collect();
-    let level = FAMILY / (known.len() * CHECKED.len()) as f64;
-    for (i, &(statistic, power)) in known.iter().enumerate() {
+    let statistics = with_power();
+    let level = FAMILY / (statistics.len() * CHECKED.len()) as f64;
+    for (i, statistic) in statistics.iter().enumerate() {
         let mut points = Vec::new();
         for stated in CHECKED {
-            let effect = effect_of(power, stated, statistic.unit);
+            let effect = effect_of(statistic, stated);
             let point = measure(lab.seed(), statistic, effect, stated, replications)?;
             report(lab, statistic, &point, replications, level);
             rows.push(format!(
@@ -59,7 +56,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
             ));
             points.push(point);
         }
-        panels.extend(series(statistic, power, &points, i, replications));
+        panels.push(series(statistic, &points, i % PER_PANEL, replications).to_vec());
     }
     lab.csv(
         "power.csv",
@@ -74,31 +71,36 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
              false alarms of 1e-9"
         ),
     );
-    charts(
-        &lab.figure("power.svg"),
-        [900, 560],
-        &[Chart {
-            title: format!(
-                "Power at level 1e-9, n = {N}: curves stated, points from {replications} replications"
-            ),
-            axes: [
-                "effect (standard errors)".into(),
-                "probability of rejection".into(),
-            ],
-            ranges: [[4.0, 11.0], [0.0, 1.02]],
-            log: [false, false],
-            series: panels,
-            legend: Corner::LowerRight,
-        }],
-    )
+    let titles = ["sums of values", "counts, cells, bounds"];
+    let panels = panels.chunks(PER_PANEL).zip(titles).map(|(series, what)| Chart {
+        title: format!(
+            "Power at level 1e-9, {what}: curves stated, points from {replications} replications"
+        ),
+        axes: [
+            "effect (standard errors)".into(),
+            "probability of rejection".into(),
+        ],
+        ranges: [REACH, [0.0, 1.02]],
+        log: [false, false],
+        series: series.concat(),
+        legend: Corner::LowerRight,
+    });
+    let panels: Vec<Chart> = panels.collect();
+    charts(&lab.figure("power.svg"), [900, 900], &panels)?;
+    registry(lab)
 }
 
+/// Statistics in each panel of the figure.
+const PER_PANEL: usize = 5;
+/// Effects on the figure, in standard errors.
+const REACH: [f64; 2] = [3.0, 17.0];
+
 /// The effect with this power: the curve rises.
-fn effect_of(power: Curve, wanted: f64, unit: f64) -> f64 {
-    let (mut low, mut high) = (0.0, 20.0 * unit);
+fn effect_of(statistic: &Statistic, wanted: f64) -> f64 {
+    let (mut low, mut high) = (0.0, 20.0 * statistic.unit);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
-        if power(middle) < wanted {
+        if statistic.power(middle) < wanted {
             low = middle;
         } else {
             high = middle;
@@ -134,6 +136,13 @@ fn report(lab: &mut Lab, statistic: &Statistic, point: &Point, replications: u64
     let Point {
         stated, rejected, ..
     } = *point;
+    // A bound may be exceeded.
+    let p = if statistic.bound {
+        binomial_cdf(rejected, replications, stated)
+    } else {
+        binomial_two_sided(rejected, replications, stated)
+    };
+    let at_least = if statistic.bound { "at least " } else { "" };
     let share = rejected as f64 / replications as f64;
     let [mean, spread] = [
         point.values.moments.mean(),
@@ -144,25 +153,25 @@ fn report(lab: &mut Lab, statistic: &Statistic, point: &Point, replications: u64
     lab.number(&format!("{key}.mean"), mean);
     lab.number(&format!("{key}.spread"), spread);
     lab.claim(
-        &format!("{} at power {stated}", statistic.name),
+        &format!("{} at power {at_least}{stated}", statistic.name),
         format!(
             "{rejected} of {replications} rejected, effect {:.3} standard errors, statistic {mean:.2} ± {spread:.2}",
             point.effect / statistic.unit
         ),
-        binomial_two_sided(rejected, replications, stated) >= level,
+        p >= level,
     );
 }
 
 /// The stated curve, and the measured points with 95 % intervals.
 fn series(
     statistic: &Statistic,
-    power: Curve,
     points: &[Point],
     colour: usize,
     replications: u64,
 ) -> [Series; 2] {
-    let curve = (0..=140).map(|i| 4.0 + 0.05 * f64::from(i));
-    let curve = curve.map(|x| [x, power(x * statistic.unit)]).collect();
+    let [from, to] = REACH;
+    let curve = (0..=280).map(|i| from + (to - from) * f64::from(i) / 280.0);
+    let curve = curve.map(|x| [x, statistic.power(x * statistic.unit)]);
     let place = |point: &Point| {
         [
             point.effect / statistic.unit,
@@ -175,7 +184,118 @@ fn series(
         .map(|point| binomial_interval(point.rejected, replications, 0.025))
         .collect();
     [
-        Series::new(statistic.name, colour, Mark::Line, curve),
+        Series::new(statistic.name, colour, Mark::Line, curve.collect()),
         measured,
     ]
+}
+
+/// What one random measure of the registry detects, in units of its δ.
+struct Measure<'a> {
+    row: &'a Row,
+    ratio: f64,
+}
+
+/// The stated power of every random measure of the registry at its own δ.
+fn registry(lab: &mut Lab) -> Result<(), Error> {
+    let trials = trials::all();
+    lab.bears_on(suite::equations(&trials));
+    let scale = lab.scale(lab.by_tier(suite::REDUCED, 1.0));
+    let found = suite::run(&trials, lab.seed(), scale)?;
+    let random = found.iter().flatten().filter(|row| row.outcome.is_random());
+    let mut measures: Vec<Measure> = random
+        .map(|row| Measure {
+            row,
+            ratio: row.outcome.minimum_detectable_effect() / row.outcome.claim.size(),
+        })
+        .collect();
+    measures.sort_by(|a, b| b.ratio.total_cmp(&a.ratio));
+    let line = |Measure { row, ratio }: &Measure| {
+        let o = &row.outcome;
+        lab.number(
+            &format!("{}: {}.detects_over_delta", row.trial, o.name),
+            *ratio,
+        );
+        lab.number(&format!("{}: {}.miss", row.trial, o.name), o.miss());
+        format!(
+            "{},\"{}\",{},{},{:e},{:e},{ratio:.4},{:e}",
+            row.trial,
+            o.name,
+            o.statistic,
+            o.n,
+            o.claim.size(),
+            o.minimum_detectable_effect(),
+            o.miss()
+        )
+    };
+    let lines: Vec<String> = measures.iter().map(line).collect();
+    lab.csv(
+        "registry.csv",
+        "trial,measure,statistic,n,delta,detects,detects_over_delta,miss_at_delta",
+        &lines,
+    )?;
+    // Effects that are just detected shrink as 1/√n (in a Poisson count, whose δ grows as n², faster).
+    let limit = scale.powf(-0.5);
+    let weak = measures
+        .iter()
+        .filter(|m| m.ratio > limit || m.ratio.is_nan());
+    let weakest = measures.first().map_or_else(String::new, |m| {
+        format!("{:.3} δ ({}: {})", m.ratio, m.row.trial, m.row.outcome.name)
+    });
+    let value = format!(
+        "{} random measures at scale {scale}, {} of them weaker than {limit:.1} δ; the weakest detects {weakest}",
+        measures.len(),
+        weak.count()
+    );
+    if scale == 1.0 {
+        let all_seen = measures.iter().all(|m| m.row.outcome.miss() <= ALPHA);
+        lab.claim(
+            "the registry misses its δ at most once in 1e9",
+            value,
+            all_seen,
+        );
+    } else {
+        lab.note("the registry's power at δ, at reduced size", value);
+    }
+    draw_registry(lab, &measures, scale, limit)
+}
+
+/// Every measure in the order of its ratio, by statistic; those that vary by rounding alone lie below.
+fn draw_registry(lab: &mut Lab, measures: &[Measure], scale: f64, limit: f64) -> Result<(), Error> {
+    let mut kinds: Vec<&str> = measures.iter().map(|m| m.row.outcome.statistic).collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    let points = |kind: &str| {
+        let of_kind = measures.iter().enumerate();
+        let of_kind = of_kind.filter(|(_, m)| m.row.outcome.statistic == kind && m.ratio > 0.0);
+        of_kind.map(|(i, m)| [i as f64 + 1.0, m.ratio]).collect()
+    };
+    let count = measures.len() as f64;
+    let finite = measures
+        .iter()
+        .map(|m| m.ratio)
+        .filter(|ratio| ratio.is_finite());
+    let largest = finite.fold(limit, f64::max);
+    let mut series = vec![Series::new(
+        "just seen at full size",
+        6,
+        Mark::Line,
+        vec![[0.0, limit], [count + 1.0, limit]],
+    )];
+    let kinds = kinds.iter().enumerate();
+    series.extend(kinds.map(|(i, kind)| Series::new(kind, i, Mark::Points, points(kind))));
+    charts(
+        &lab.figure("registry.svg"),
+        [900, 560],
+        &[Chart {
+            title: format!("What each random measure of the registry detects, scale {scale}"),
+            axes: [
+                "measure, the weakest first (as in registry.csv)".into(),
+                "minimum detectable effect/δ".into(),
+            ],
+            ranges: [[0.0, count + 1.0], [0.01 * limit, 1.5 * largest]],
+            log: [false, true],
+            series,
+            legend: Corner::LowerLeft,
+        }],
+    )
 }

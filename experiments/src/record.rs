@@ -132,8 +132,11 @@ fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<(), Error> {
     write_text(path, &(text + "\n"))
 }
 
-/// An experiment's findings as text.
-fn table(outcome: &Outcome, how: &str) -> String {
+/// No line of a table is longer, in characters.
+pub const LONGEST_LINE: usize = 160;
+
+/// An experiment's findings as text, a line each; long values go on below their beginning.
+pub fn table(outcome: &Outcome, how: &str) -> String {
     let mut text = format!("{}: {} ({how})", outcome.id, outcome.title);
     let width = outcome
         .findings
@@ -143,12 +146,23 @@ fn table(outcome: &Outcome, how: &str) -> String {
         .unwrap_or(0);
     for row in &outcome.findings {
         let verdict = match row.holds {
-            None => "",
-            Some(true) => "  holds",
-            Some(false) => "  FAILS",
+            None => None,
+            Some(true) => Some(" holds"),
+            Some(false) => Some(" FAILS"),
         };
+        let indent = width + 4;
+        let mut column = indent;
         // Writing to a string cannot fail.
-        let _ = write!(text, "\n  {:width$}  {}{verdict}", row.what, row.value);
+        let _ = write!(text, "\n  {:width$} ", row.what);
+        for word in row.value.split(' ').chain(verdict) {
+            let length = word.chars().count() + 1;
+            if column + length > LONGEST_LINE && column > indent {
+                let _ = write!(text, "\n{:1$}", "", indent - 1);
+                column = indent;
+            }
+            let _ = write!(text, " {word}");
+            column += length;
+        }
     }
     text
 }

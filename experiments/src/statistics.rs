@@ -1,25 +1,25 @@
 //! The harness's statistics at small sizes, under a true hypothesis and under effects of known size:
 //! what `calibration` and `power` examine.
 
-use whitefurnace::harness::chi_square::{Counts, binomial, chi_square};
+use rand_distr::{Distribution, Poisson};
+use whitefurnace::harness::chi_square::{Counts, binomial, chi_square, poisson};
 use whitefurnace::harness::convergence::variance_ratio;
 use whitefurnace::harness::domain::Partition;
 use whitefurnace::harness::ks::kolmogorov_smirnov;
 use whitefurnace::harness::mean::{Values, bounded_mean, mean, mean_known_sigma, welch};
 use whitefurnace::harness::outcome::{ALPHA, Claim, Outcome, Verdict};
+use whitefurnace::harness::power::Sensitivity;
 use whitefurnace::harness::sequential::{ConfidenceSequence, Decision, Sprt};
-use whitefurnace::harness::tails::{
-    binomial_cdf, binomial_sf, binomial_two_sided, chi_square_sf, normal_sf, normal_upper,
-    student_upper,
-};
 use whitefurnace::rng::{Stream, uniform};
 
 /// Values per replication.
 pub const N: u64 = 4000;
-/// Cells of the chi-square test; every second one is heavier by the effect, the others lighter.
+/// Cells of the chi-square test; the first is heavier by the effect, the others evenly lighter.
 const CELLS: usize = 4;
 /// The probability of the binomial test's hypothesis.
 const SHARE: f64 = 0.3;
+/// The mean of the Poisson test's hypothesis.
+const EVENTS: f64 = 30.0;
 
 const ANY: Claim = Claim::Exact { delta: 1.0 };
 
@@ -31,14 +31,40 @@ pub struct Statistic {
     pub run: fn(&mut Stream, effect: f64) -> Outcome,
     /// One standard error of the estimate: the unit in which effects are measured.
     pub unit: f64,
-    /// The probability of rejection at level [`ALPHA`] under an effect, where a closed form is known.
-    pub power: Option<fn(effect: f64) -> f64>,
+    /// What the library states of its power, from the values' law.
+    pub sensitivity: fn(effect: f64) -> Sensitivity,
+    /// Whether the stated power is a lower bound only.
+    pub bound: bool,
+}
+
+impl Statistic {
+    /// The stated probability of rejection at level [`ALPHA`] under an effect.
+    pub fn power(&self, effect: f64) -> f64 {
+        1.0 - (self.sensitivity)(effect).miss(effect)
+    }
+}
+
+fn normal(standard_error: f64, dof: f64) -> Sensitivity {
+    Sensitivity::Normal {
+        standard_error,
+        dof,
+        tests: 1,
+    }
+}
+
+/// The standard error of a mean of [`N`] uniform numbers.
+fn mean_error() -> f64 {
+    (1.0 / 12.0 / N as f64).sqrt()
+}
+
+/// The standard error of the ratio of the mean squares of uniform numbers, those of the first scaled:
+/// the relative standard deviation of (u − ½)² is √0.8.
+fn ratio_error(scale: f64) -> f64 {
+    (0.8 * (scale * scale + 1.0) / N as f64).sqrt()
 }
 
 /// Two-sided statistics of continuous variables: their p-values are uniform under the hypothesis.
 pub fn continuous() -> [Statistic; 6] {
-    let n = N as f64;
-    let mean_error = (1.0 / 12.0 / n).sqrt();
     [
         Statistic {
             name: "z",
@@ -46,14 +72,16 @@ pub fn continuous() -> [Statistic; 6] {
                 let sigma = (1.0f64 / 12.0).sqrt();
                 mean_known_sigma("z", &uniforms(rng, N, effect), 0.5, sigma, ANY)
             },
-            unit: mean_error,
-            power: Some(|effect| normal_power(effect / (1.0 / 12.0 / N as f64).sqrt())),
+            unit: mean_error(),
+            sensitivity: |_| normal(mean_error(), f64::INFINITY),
+            bound: false,
         },
         Statistic {
             name: "t",
             run: |rng, effect| mean("t", &uniforms(rng, N, effect), 0.5, ANY),
-            unit: mean_error,
-            power: Some(|effect| student_power(effect / (1.0 / 12.0 / N as f64).sqrt(), N - 1)),
+            unit: mean_error(),
+            sensitivity: |_| normal(mean_error(), N as f64 - 1.0),
+            bound: false,
         },
         Statistic {
             name: "Welch",
@@ -61,8 +89,10 @@ pub fn continuous() -> [Statistic; 6] {
                 let a = uniforms(rng, N, effect);
                 welch("Welch", &a, &uniforms(rng, 3 * N, 0.0), ANY)
             },
-            unit: mean_error * (4.0f64 / 3.0).sqrt(),
-            power: Some(|effect| student_power(effect / (1.0 / 9.0 / N as f64).sqrt(), 2 * N)),
+            unit: mean_error() * (4.0f64 / 3.0).sqrt(),
+            // (1 + 1/3)²/(1 + 1/27) degrees of freedom per value.
+            sensitivity: |_| normal(mean_error() * (4.0f64 / 3.0).sqrt(), 12.0 / 7.0 * N as f64),
+            bound: false,
         },
         Statistic {
             name: "chi-square",
@@ -79,19 +109,24 @@ pub fn continuous() -> [Statistic; 6] {
                 let partition = Partition::of_masses(vec![1.0 / CELLS as f64; CELLS], places);
                 chi_square("cells", &partition, &counts, 1.0)
             },
-            unit: 1.0 / n.sqrt(),
-            power: Some(|effect| {
-                noncentral_chi_square_sf(CELLS as f64 - 1.0, N as f64 * effect * effect)
-            }),
+            unit: ((CELLS as f64 - 1.0) / N as f64).sqrt(),
+            sensitivity: |_| Sensitivity::Cells {
+                dof: CELLS as f64 - 1.0,
+                n: N as f64,
+                least: 1.0 / CELLS as f64,
+                level: ALPHA,
+            },
+            bound: false,
         },
         Statistic {
             name: "Kolmogorov-Smirnov",
             run: |rng, effect| {
-                let mut values: Vec<f64> = (0..N).map(|_| uniform(rng) + effect).collect();
+                let mut values: Vec<f64> = (0..N).map(|_| bent(uniform(rng), effect)).collect();
                 kolmogorov_smirnov("law", &mut values, |x| x.clamp(0.0, 1.0), 1.0)
             },
-            unit: 1.0 / n.sqrt(),
-            power: None,
+            unit: 1.0 / (N as f64).sqrt(),
+            sensitivity: |_| Sensitivity::Distance { n: N },
+            bound: true,
         },
         Statistic {
             name: "variance ratio",
@@ -102,15 +137,15 @@ pub fn continuous() -> [Statistic; 6] {
                 let a = squares(rng, 1.0 + effect);
                 variance_ratio("ratio", &a, &squares(rng, 1.0), 1.0, 1.0)
             },
-            // The relative standard deviation of (u − ½)² is √0.8.
-            unit: (2.0 * 0.8 / n).sqrt(),
-            power: None,
+            unit: ratio_error(1.0),
+            sensitivity: |effect| normal(ratio_error(1.0 + effect), N as f64 - 1.0),
+            bound: false,
         },
     ]
 }
 
-/// The binomial test: discrete, with a closed form for its power.
-pub fn discrete() -> Statistic {
+/// The binomial test.
+pub fn shares() -> Statistic {
     Statistic {
         name: "binomial",
         run: |rng, effect| {
@@ -118,8 +153,60 @@ pub fn discrete() -> Statistic {
             binomial("share", k, N, SHARE, 1.0)
         },
         unit: (SHARE * (1.0 - SHARE) / N as f64).sqrt(),
-        power: Some(binomial_power),
+        sensitivity: |_| Sensitivity::Binomial {
+            n: N,
+            probability: SHARE,
+        },
+        bound: false,
     }
+}
+
+/// The test of a Poisson count.
+fn events() -> Statistic {
+    Statistic {
+        name: "Poisson",
+        run: |rng, effect| {
+            // A positive mean is a legal one; NaN would not be rejected by mistake, but fail.
+            let count = Poisson::new(EVENTS + effect).map_or(f64::NAN, |law| law.sample(rng));
+            poisson("events", count as u64, N, EVENTS, 1.0)
+        },
+        unit: EVENTS.sqrt(),
+        sensitivity: |_| Sensitivity::Poisson { mean: EVENTS },
+        bound: false,
+    }
+}
+
+/// The empirical Bernstein test of values in [0, 1].
+fn bounded() -> Statistic {
+    Statistic {
+        name: "empirical Bernstein",
+        run: |rng, effect| {
+            let values = Values::collect(0.5, N, || uniform(rng));
+            bounded_mean("bounded", &values, 0.5 - effect, [0.0, 1.0], ANY)
+        },
+        unit: mean_error(),
+        sensitivity: |_| Sensitivity::Bernstein {
+            root: (1.0 / 6.0 / N as f64).sqrt(),
+            range: 7.0 / (3.0 * (N as f64 - 1.0)),
+        },
+        bound: true,
+    }
+}
+
+/// Every kind of statistic whose power is stated: those of sums first.
+pub fn with_power() -> Vec<Statistic> {
+    let [z, t, welch, cells, distance, ratio] = continuous();
+    vec![
+        z,
+        t,
+        welch,
+        ratio,
+        bounded(),
+        cells,
+        distance,
+        shares(),
+        events(),
+    ]
 }
 
 /// An event with a promised probability: at most `rate`.
@@ -148,7 +235,7 @@ pub fn promises() -> [Promise; 6] {
         Promise {
             name: "binomial test rejects a true share",
             rate: LEVEL,
-            happened: |rng| (discrete().run)(rng, 0.0).p < LEVEL,
+            happened: |rng| (shares().run)(rng, 0.0).p < LEVEL,
         },
         Promise {
             name: "confidence sequence ever excludes the mean",
@@ -192,53 +279,25 @@ fn sprt(rng: &mut Stream, truth: f64) -> Decision {
     test.decision()
 }
 
-/// A cell of probability (1 ± effect)/[`CELLS`].
+/// The value of a law that is uniform on either half of [0, 1] and has 1/2 + effect in the lower: its
+/// distribution function differs most at one point, the middle.
+fn bent(u: f64, effect: f64) -> f64 {
+    let lower = 0.5 + effect;
+    if u < lower {
+        0.5 * u / lower
+    } else {
+        0.5 + 0.5 * (u - lower) / (1.0 - lower)
+    }
+}
+
+/// The first cell with probability (1 + effect)/[`CELLS`], the others alike: of all laws that are off by
+/// the effect in some cell, the one that shows least.
 fn skewed_cell(rng: &mut Stream, effect: f64) -> usize {
-    let pair = (uniform(rng) * (CELLS / 2) as f64) as usize;
-    2 * pair + usize::from(uniform(rng) < 0.5 * (1.0 - effect))
-}
-
-/// Power of a two-sided z test at [`ALPHA`] under a shift in standard errors.
-fn normal_power(shift: f64) -> f64 {
-    let critical = normal_upper(ALPHA / 2.0);
-    normal_sf(critical - shift) + normal_sf(critical + shift)
-}
-
-/// The same for Student's t with many degrees of freedom: the shifted statistic is close to normal
-/// with variance 1 + t²/(2 dof).
-fn student_power(shift: f64, dof: u64) -> f64 {
-    let critical = student_upper(ALPHA / 2.0, dof as f64);
-    let spread = (1.0 + critical * critical / (2.0 * dof as f64)).sqrt();
-    normal_sf((critical - shift) / spread) + normal_sf((critical + shift) / spread)
-}
-
-/// P(X ≥ critical value at [`ALPHA`]) of the noncentral chi-square law: a Poisson mixture.
-fn noncentral_chi_square_sf(dof: f64, noncentrality: f64) -> f64 {
-    let (mut low, mut high) = (0.0, 1000.0);
-    while high - low > 1e-9 {
-        let middle = 0.5 * (low + high);
-        if chi_square_sf(middle, dof) > ALPHA {
-            low = middle;
-        } else {
-            high = middle;
-        }
+    let first = (1.0 + effect) / CELLS as f64;
+    let u = uniform(rng);
+    if u < first {
+        return 0;
     }
-    let half = 0.5 * noncentrality;
-    let mut weight = (-half).exp();
-    let mut sum = 0.0;
-    for j in 0..1000 {
-        sum += weight * chi_square_sf(high, dof + 2.0 * f64::from(j));
-        weight *= half / f64::from(j + 1);
-    }
-    sum
-}
-
-/// The exact power of the binomial test: the probability of its two tails under the effect.
-fn binomial_power(effect: f64) -> f64 {
-    let centre = (SHARE * N as f64) as u64;
-    let rejects = |k: u64| binomial_two_sided(k, N, SHARE) < ALPHA;
-    let below = (0..centre).rev().find(|&k| rejects(k));
-    let above = (centre..=N).find(|&k| rejects(k));
-    below.map_or(0.0, |k| binomial_cdf(k, N, SHARE + effect))
-        + above.map_or(0.0, |k| binomial_sf(k, N, SHARE + effect))
+    let others = (CELLS - 1) as f64;
+    (1 + ((u - first) / (1.0 - first) * others) as usize).min(CELLS - 1)
 }

@@ -81,8 +81,9 @@ fn report(lab: &mut Lab, trial: &Trial, rows: &[Row], figure: &str, recorded: &R
     let what = format!("  {}", trial.name);
     let mut value = format!("{}: {}, ", trial.property, evidence(row));
     value += &format!(
-        "detects {:.2e}, n = {}, p = {:.2e}, {figure}",
+        "detects {:.2e}, power {}, n = {}, p = {:.2e}, {figure}",
         o.minimum_detectable_effect(),
+        o.power(),
         o.n,
         o.p
     );
@@ -98,6 +99,7 @@ fn report(lab: &mut Lab, trial: &Trial, rows: &[Row], figure: &str, recorded: &R
         ("high", o.interval[1]),
         ("delta", o.claim.size()),
         ("detects", o.minimum_detectable_effect()),
+        ("miss", o.miss()),
         ("n", o.n as f64),
         ("p", o.p),
     ] {

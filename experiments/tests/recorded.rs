@@ -4,8 +4,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use experiments::EXPERIMENTS;
-use experiments::record::{LARGEST_RECORDED, record, recorded, recorded_folder};
+use experiments::lab::Finding;
+use experiments::ledger::{Ledger, level_of_look};
+use experiments::record::{
+    LARGEST_RECORDED, LONGEST_LINE, record, recorded, recorded_folder, table,
+};
+use experiments::{EXPERIMENTS, cells};
+use whitefurnace::harness::mean::{Values, mean};
+use whitefurnace::harness::outcome::Claim;
+use whitefurnace::harness::trial::{Row, write_cells};
 
 fn folder(test: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
@@ -111,4 +118,101 @@ fn cells_of_a_failed_trial_are_plotted_and_bad_files_refused() {
         assert_eq!(message.lines().count(), 1, "{message}");
         assert!(message.contains(line), "{message}");
     }
+}
+
+#[test]
+fn looks_at_a_ledger_spend_the_level_once() {
+    // 6/π² Σ 1/k² = 1, and the rest after K terms lies between 6/π²/(K + 1) and 6/π²/K.
+    let spent = |looks: u32| (1..=looks).map(|k| level_of_look(1e-3, k)).sum::<f64>();
+    let share = 6.0 / (std::f64::consts::PI * std::f64::consts::PI);
+    for looks in [1, 10, 10_000] {
+        let rest = (1.0 - spent(looks) / 1e-3) / share;
+        let k = f64::from(looks);
+        assert!(1.0 / (k + 1.0) < rest && rest < 1.0 / k, "{looks}: {rest}");
+    }
+    let path = folder("ledger").join("a.csv");
+    for look in 1..=3 {
+        let mut ledger = Ledger::open(path.clone(), "seed 1", "replication,p");
+        assert_eq!(
+            (ledger.looks(), ledger.next()),
+            (look - 1, u64::from(look - 1))
+        );
+        assert_eq!(ledger.look(0.01), level_of_look(0.01, look));
+        ledger.push(ledger.next(), &[String::from("0.5")]);
+        ledger.write().expect("a ledger");
+    }
+    let text = fs::read_to_string(&path).expect("the ledger");
+    assert_eq!(
+        text,
+        "# seed 1\n# looks: 3\nreplication,p\n0,0.5\n1,0.5\n2,0.5\n"
+    );
+    // Other numbers are other evidence, at which nobody has looked.
+    for (key, columns) in [("seed 2", "replication,p"), ("seed 1", "replication,q")] {
+        let other = Ledger::open(path.clone(), key, columns);
+        assert_eq!((other.looks(), other.rows().len()), (0, 0));
+    }
+}
+
+/// The data file of a failed mean, as the trial leaves it, is one that the program plots.
+#[test]
+fn batches_of_a_mean_are_plotted() {
+    let folder = folder("batches");
+    let values = Values::collect(0.0, 1000, {
+        let mut i = 0;
+        move || {
+            i += 1;
+            f64::from(i % 3)
+        }
+    });
+    let outcome = mean("mean, of i", &values, 2.0, Claim::Exact { delta: 0.1 });
+    let row = Row {
+        trial: String::from("toy/mean"),
+        control: String::new(),
+        property: String::new(),
+        equation: "estimator",
+        verdict: outcome.verdict(),
+        outcome,
+        seed: 1,
+    };
+    let path = write_cells(&row, &folder).expect("written").expect("cells");
+    let found = cells::read(&path).expect("a data file");
+    assert_eq!(found.len(), row.outcome.cells.len());
+    let plot = Command::new(env!("CARGO_BIN_EXE_plot-cells"))
+        .arg(&path)
+        .output()
+        .expect("the program starts");
+    assert!(plot.status.success());
+    let svg = fs::read_to_string(path.with_extension("svg")).expect("a plot");
+    assert!(svg.contains("batch 1 of"));
+}
+
+#[test]
+fn lines_of_tables_are_never_too_long() {
+    let finding = |what: &str, value: String, holds| Finding {
+        what: what.to_owned(),
+        value,
+        holds,
+    };
+    let mut outcome = recorded(&recorded_folder(), "room").expect("a recorded result");
+    let long = (0..100)
+        .map(|i| format!("word{i}"))
+        .collect::<Vec<_>>()
+        .join(" ");
+    outcome.findings = vec![
+        finding("  furnace/sky/path", long.clone(), Some(true)),
+        finding("short", String::from("0.5 ± 0.1"), Some(false)),
+    ];
+    let text = table(&outcome, "1 s");
+    let longest = text.lines().map(|line| line.chars().count()).max();
+    assert!(
+        longest.is_some_and(|longest| (120..=LONGEST_LINE).contains(&longest)),
+        "{text}"
+    );
+    let words: Vec<&str> = text.split_whitespace().collect();
+    assert!(
+        words
+            .join(" ")
+            .contains(&(long + " holds short 0.5 ± 0.1 FAILS")),
+        "{text}"
+    );
 }

@@ -4,8 +4,10 @@ use glam::DVec3;
 
 use super::domain::Partition;
 use super::outcome::{ALPHA, Cell, Claim, Outcome};
+use super::power::Sensitivity;
 use super::tails::{
     binomial_cdf, binomial_interval, binomial_sf, binomial_two_sided, chi_square_sf, normal_upper,
+    poisson_cdf, poisson_interval, poisson_sf,
 };
 
 /// A cell must expect this many samples where there are fewer than [`FEW_CELLS`] cells...
@@ -80,16 +82,20 @@ pub fn chi_square(name: &str, partition: &Partition, counts: &Counts, delta: f64
         1.0
     };
     let p_lost = lost_p(partition, counts);
+    // Where nothing may be lost at all, there is no chance in that, and no second test to pay for.
+    let tests = if partition.loss == 0.0 && partition.error == 0.0 {
+        1.0
+    } else {
+        2.0
+    };
     let p = if counts.forbidden > 0 {
         0.0
     } else if p_cells.is_nan() {
         f64::NAN
-    } else if partition.loss == 0.0 && partition.error == 0.0 {
-        // Nothing may be lost at all: no chance in that, and no second test to pay for.
-        p_cells.min(p_lost)
     } else {
-        (2.0 * p_cells.min(p_lost)).min(1.0)
+        (tests * p_cells.min(p_lost)).min(1.0)
     };
+    let least = pooled.iter().map(|&[e, _]| e).fold(f64::INFINITY, f64::min);
     let hull = Hull::new(&pooled, kept as f64);
     Outcome {
         name: name.to_owned(),
@@ -103,6 +109,12 @@ pub fn chi_square(name: &str, partition: &Partition, counts: &Counts, delta: f64
         reference: 0.0,
         interval: hull.interval,
         claim: Claim::Exact { delta },
+        sensitivity: Sensitivity::Cells {
+            dof,
+            n: kept as f64,
+            least: least / kept as f64,
+            level: ALPHA / tests,
+        },
         worst: describe(partition, counts, &expected, p_lost),
         cells: cells(partition, counts, &expected),
     }
@@ -252,7 +264,49 @@ pub fn binomial(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Out
         reference: probability,
         interval: binomial_interval(k, n, ALPHA / 2.0),
         claim: Claim::Exact { delta },
+        sensitivity: Sensitivity::Binomial { n, probability },
         worst: format!("{k} of {n}, {expected:.1} expected, {sigmas:+.1} sigmas"),
-        cells: Vec::new(),
+        cells: vec![
+            Cell {
+                place: String::from("successes"),
+                expected,
+                observed: k as f64,
+                sigmas,
+            },
+            Cell {
+                place: String::from("failures"),
+                expected: n as f64 - expected,
+                observed: (n - k) as f64,
+                sigmas: -sigmas,
+            },
+        ],
+    }
+}
+
+/// Rare events among n values: k of them against the Poisson law with mean `expected` > 0, by exact
+/// tails. `delta` is a number of events.
+pub fn poisson(name: &str, k: u64, n: u64, expected: f64, delta: f64) -> Outcome {
+    let sigmas = (k as f64 - expected) / expected.sqrt();
+    let tails = poisson_sf(k, expected).min(poisson_cdf(k, expected));
+    Outcome {
+        name: name.to_owned(),
+        statistic: "Poisson",
+        value: k as f64,
+        dof: None,
+        p: (2.0 * tails).min(1.0),
+        n,
+        valid_from: 1,
+        estimate: k as f64,
+        reference: expected,
+        interval: poisson_interval(k, ALPHA / 2.0),
+        claim: Claim::Exact { delta },
+        sensitivity: Sensitivity::Poisson { mean: expected },
+        worst: format!("{k} among {n} values, {expected:.1e} expected"),
+        cells: vec![Cell {
+            place: String::from("events"),
+            expected,
+            observed: k as f64,
+            sigmas,
+        }],
     }
 }

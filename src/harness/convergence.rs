@@ -2,6 +2,7 @@
 
 use super::mean::{Values, mean};
 use super::outcome::{ALPHA, Cell, Claim, Outcome};
+use super::power::Sensitivity;
 use super::tails::{f_sf, student_two_sided, student_upper};
 
 /// The least-squares slope of ln `errors` against ln `sizes`.
@@ -70,7 +71,10 @@ pub fn variance_ratio(name: &str, a: &Values, b: &Values, ratio: f64, delta: f64
     let (ma, mb) = (a.moments, b.moments);
     let dof = ma.count().min(mb.count()) as f64 - 1.0;
     let [va, vb] = [ma, mb].map(|m| m.variance() / m.count() as f64);
-    let t = (ma.mean() - ratio * mb.mean()) / (va + ratio * ratio * vb).sqrt();
+    let standard_error = (va + ratio * ratio * vb).sqrt();
+    let t = (ma.mean() - ratio * mb.mean()) / standard_error;
+    let mut cells = a.cells("first, ", ratio * mb.mean());
+    cells.extend(b.cells("second, ", ma.mean() / ratio));
     let critical = student_upper(ALPHA / 2.0, dof.max(1.0));
     Outcome {
         name: name.to_owned(),
@@ -86,8 +90,14 @@ pub fn variance_ratio(name: &str, a: &Values, b: &Values, ratio: f64, delta: f64
         claim: Claim::Exact {
             delta: delta * ratio,
         },
+        // An effect on the ratio moves the difference by as many times the second mean.
+        sensitivity: Sensitivity::Normal {
+            standard_error: standard_error / mb.mean(),
+            dof,
+            tests: 1,
+        },
         worst: format!("{t:+.2} standard errors"),
-        cells: Vec::new(),
+        cells,
     }
 }
 

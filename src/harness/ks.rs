@@ -1,6 +1,7 @@
 //! One-dimensional laws: the Kolmogorov-Smirnov test.
 
 use super::outcome::{ALPHA, Cell, Claim, Outcome};
+use super::power::Sensitivity;
 use super::tails::{kolmogorov_sf, kolmogorov_upper};
 
 /// How many points of the two distribution functions are kept for the data file.
@@ -59,6 +60,7 @@ pub fn kolmogorov_smirnov(
         reference: 0.0,
         interval: [(d - radius).max(0.0), d + radius],
         claim: Claim::Exact { delta },
+        sensitivity: Sensitivity::Distance { n: count },
         worst: format!("distribution functions differ by {d:.5} at {at:.6}"),
         cells,
     }

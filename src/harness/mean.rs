@@ -1,6 +1,8 @@
 //! Means on trial: against a closed form, against another mean, exactly or within a margin.
 
-use super::outcome::{ALPHA, Claim, Outcome};
+use super::batches::Batches;
+use super::outcome::{ALPHA, Cell, Claim, Outcome};
+use super::power::{Sensitivity, bernstein_exponent};
 use super::tails::{normal_sf, normal_upper, student_two_sided, student_upper};
 use crate::moments::Moments;
 
@@ -17,6 +19,8 @@ pub const LARGEST_SKEW_TERM: f64 = 0.3;
 pub struct Values {
     /// Count, mean and variance.
     pub moments: Moments,
+    /// Means of consecutive values, for the data file.
+    pub batches: Batches,
     /// A value near the mean, about which the cubes are summed.
     centre: f64,
     cubes: f64,
@@ -27,6 +31,7 @@ impl Values {
     pub fn new(centre: f64) -> Self {
         Self {
             moments: Moments::default(),
+            batches: Batches::default(),
             centre,
             cubes: 0.0,
         }
@@ -43,6 +48,7 @@ impl Values {
     #[inline]
     pub fn push(&mut self, value: f64) {
         self.moments.push(value);
+        self.batches.push(value);
         self.cubes += (value - self.centre).powi(3);
     }
 
@@ -69,6 +75,11 @@ impl Values {
             return u64::MAX;
         }
         ((root * root).ceil() as u64).max(2)
+    }
+
+    /// The batches against the mean `expected`; `what` begins the places.
+    pub fn cells(&self, what: &str, expected: f64) -> Vec<Cell> {
+        self.batches.cells(what, expected, self.moments.variance())
     }
 }
 
@@ -109,6 +120,11 @@ impl Difference {
             reference: self.reference,
             interval: [self.estimate - half, self.estimate + half],
             claim,
+            sensitivity: Sensitivity::Normal {
+                standard_error: self.standard_error,
+                dof: self.dof,
+                tests: 1,
+            },
             worst: format!("{t:+.2} standard errors"),
             cells: Vec::new(),
         }
@@ -127,6 +143,7 @@ pub fn mean(name: &str, values: &Values, reference: f64, claim: Claim) -> Outcom
     }
     .outcome(name, "t", moments.count(), claim);
     outcome.valid_from = values.valid_from();
+    outcome.cells = values.cells("", reference);
     outcome
 }
 
@@ -155,8 +172,13 @@ pub fn mean_known_sigma(
         reference,
         interval: [moments.mean() - half, moments.mean() + half],
         claim,
+        sensitivity: Sensitivity::Normal {
+            standard_error,
+            dof: f64::INFINITY,
+            tests: 1,
+        },
         worst: format!("{z:+.2} standard errors"),
-        cells: Vec::new(),
+        cells: values.batches.cells("", reference, sigma * sigma),
     }
 }
 
@@ -177,8 +199,8 @@ pub fn bounded_mean(
     let range = 7.0 * (high - low) / (3.0 * (n - 1.0));
     let radius = |l: f64| root * l.sqrt() + range * l;
     let deviation = (moments.mean() - reference).abs();
-    // The L at which the interval just reaches the reference: a quadratic equation in √L.
-    let l = (2.0 * deviation / (root + (root * root + 4.0 * range * deviation).sqrt())).powi(2);
+    // The L at which the interval just reaches the reference.
+    let l = bernstein_exponent(deviation, root, range);
     let p = if deviation == 0.0 {
         1.0
     } else if l.is_nan() {
@@ -202,8 +224,9 @@ pub fn bounded_mean(
             (moments.mean() + half).min(high),
         ],
         claim,
+        sensitivity: Sensitivity::Bernstein { root, range },
         worst: format!("{deviation:.3e} from the reference"),
-        cells: Vec::new(),
+        cells: values.cells("", reference),
     }
 }
 
@@ -221,6 +244,8 @@ pub fn welch(name: &str, a: &Values, b: &Values, claim: Claim) -> Outcome {
             .saturating_add(1)
             .max(a.valid_from().max(b.valid_from()));
     }
+    outcome.cells = a.cells("first, ", mb.mean());
+    outcome.cells.extend(b.cells("second, ", ma.mean()));
     outcome
 }
 
@@ -239,6 +264,12 @@ pub fn welch_moments(name: &str, a: Moments, b: Moments, claim: Claim) -> Outcom
         outcome.p = 1.0;
         outcome.value = 0.0;
     }
+    outcome.cells = vec![Cell {
+        place: String::from("mean of the first, against the second"),
+        expected: b.mean(),
+        observed: a.mean(),
+        sigmas: outcome.value,
+    }];
     outcome
 }
 

@@ -12,6 +12,7 @@
 //! | is this BSDF right? | [`bsdf_checkup`] |
 //! | how fast does the error fall, and by how much is one variance below another? | [`convergence`] |
 //! | can an expensive test stop early? | [`sequential`] |
+//! | how large an effect would have been seen, how surely? | [`power`] |
 //! | how is all this registered, run and reported? | [`trial`] |
 //!
 //! Every statistic returns an [`Outcome`](outcome::Outcome): statistic, p-value, estimate, interval,
@@ -34,6 +35,7 @@
 //! });
 //! assert_eq!(outcome.verdict(), Verdict::Holds, "{}", outcome.worst);
 //! ```
+pub mod batches;
 pub mod bsdf_checkup;
 pub mod chi_square;
 pub mod convergence;
@@ -41,6 +43,7 @@ pub mod domain;
 pub mod ks;
 pub mod mean;
 pub mod outcome;
+pub mod power;
 pub mod quadrature;
 pub mod sequential;
 pub mod tails;

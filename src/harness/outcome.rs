@@ -1,6 +1,6 @@
 //! What one statistic found, and the three-valued verdict on it.
 
-use super::tails::{normal_sf, normal_upper};
+use super::power::Sensitivity;
 
 /// Each assertion's share of the chance that a correct build goes red.
 pub const ALPHA: f64 = 1e-9;
@@ -139,9 +139,12 @@ pub struct Outcome {
     pub interval: [f64; 2],
     /// The claim that the estimate is held to.
     pub claim: Claim,
+    /// How the statistic answers to an effect: its power follows from it.
+    pub sensitivity: Sensitivity,
     /// The worst cell, tile, pixel or argument, in words.
     pub worst: String,
-    /// The cells behind the statistic, if it has any.
+    /// What a data file holds and a plot shows: the cells of a histogram, tiles, pixels, means of
+    /// batches, points of a distribution function. Empty for exact identities.
     pub cells: Vec<Cell>,
 }
 
@@ -168,6 +171,7 @@ impl Outcome {
             reference: 0.0,
             interval: [error, error],
             claim: Claim::Exact { delta: tolerance },
+            sensitivity: Sensitivity::Certain,
             worst: worst.into(),
             cells: Vec::new(),
         }
@@ -211,21 +215,45 @@ impl Outcome {
         0.5 * (self.interval[1] - self.interval[0])
     }
 
-    /// The smallest effect that is rejected with probability at least 1 − [`ALPHA`], from the width of
-    /// the interval: (z(α/2) + z(α)) standard errors.
+    /// The smallest effect that is seen with probability at least 1 − [`ALPHA`]: rejected, or of an
+    /// approximate claim the smallest margin within which equality is concluded. The tolerance of an
+    /// exact identity.
     pub fn minimum_detectable_effect(&self) -> f64 {
-        self.half_width() * (1.0 + normal_upper(ALPHA) / normal_upper(ALPHA / 2.0))
+        if self.is_random() {
+            self.sensitivity.smallest_effect(ALPHA / self.sides())
+        } else {
+            self.claim.size()
+        }
     }
 
-    /// The probability that an effect of the claim's size is rejected, for a statistic that is close to
-    /// normal. 1 for exact identities.
-    pub fn power(&self) -> f64 {
-        let critical = normal_upper(ALPHA / 2.0);
-        let standard_error = self.half_width() / critical;
-        if standard_error > 0.0 {
-            normal_sf(critical - self.claim.size() / standard_error)
+    /// 1 − power: the chance that an effect of the claim's size is not rejected; of an approximate
+    /// claim, that equality is not concluded where it is true. Where no size is claimed, that of the
+    /// minimum detectable effect, which is [`ALPHA`] by definition. 0 for exact identities.
+    pub fn miss(&self) -> f64 {
+        if self.claim == Claim::Test {
+            ALPHA
         } else {
-            1.0
+            (self.sides() * self.sensitivity.worst_miss(self.claim.size())).min(1.0)
+        }
+    }
+
+    /// Power in words: "exact", "0.87", or near 1 by what is missing: "1 - 2.3e-12".
+    pub fn power(&self) -> String {
+        let miss = self.miss();
+        if !self.is_random() {
+            String::from("exact")
+        } else if miss < 0.01 {
+            format!("1 - {miss:.1e}")
+        } else {
+            format!("{:.2}", 1.0 - miss)
+        }
+    }
+
+    /// Equality is missed on either side, an effect on its own.
+    fn sides(&self) -> f64 {
+        match self.claim {
+            Claim::Approximate { .. } => 2.0,
+            Claim::Exact { .. } | Claim::Test => 1.0,
         }
     }
 }

@@ -52,6 +52,39 @@ pub fn chi_square_sf(x: f64, dof: f64) -> f64 {
     gamma_q(0.5 * dof, 0.5 * x)
 }
 
+/// The x with P(X ≥ x) = p of the same law.
+pub fn chi_square_upper(p: f64, dof: f64) -> f64 {
+    let mut high = 64.0 + 2.0 * dof;
+    while chi_square_sf(high, dof) > p {
+        high *= 2.0;
+    }
+    decreasing_root(|x| chi_square_sf(x, dof), p, 0.0, high)
+}
+
+/// P(X ≤ x) of the noncentral chi-square law: a Poisson mixture, with mean `noncentrality`/2 ≥ 0, of
+/// central laws with `dof` + 2j degrees of freedom (Johnson, Kotz and Balakrishnan, Continuous
+/// Univariate Distributions 2, 1995, chapter 29). All terms are positive: the tail keeps its digits.
+pub fn noncentral_chi_square_cdf(x: f64, dof: f64, noncentrality: f64) -> f64 {
+    let half = 0.5 * noncentrality;
+    let (mut sum, mut j) = (0.0, 0.0);
+    loop {
+        let weight = if half > 0.0 {
+            (j * half.ln() - half - ln_gamma(j + 1.0)).exp()
+        } else if j == 0.0 {
+            1.0
+        } else {
+            0.0
+        };
+        let term = weight * gamma_p(0.5 * dof + j, 0.5 * x);
+        sum += term;
+        j += 1.0;
+        // Weights fall beyond their mean, the central tails everywhere.
+        if j > half && term <= STEP * sum {
+            return sum;
+        }
+    }
+}
+
 /// P(F ≥ f) of the F law with `d1` and `d2` degrees of freedom.
 pub fn f_sf(f: f64, d1: f64, d2: f64) -> f64 {
     let scale = d1 * f + d2;
@@ -148,6 +181,15 @@ pub fn poisson_sf(k: u64, mean: f64) -> f64 {
 /// P(X ≤ k) of the Poisson law with the given mean.
 pub fn poisson_cdf(k: u64, mean: f64) -> f64 {
     gamma_q(k as f64 + 1.0, mean)
+}
+
+/// The interval for a Poisson mean after k events, each side at level `p` (Garwood, Biometrika 28,
+/// 1936: it covers at least 1 − 2p).
+pub fn poisson_interval(k: u64, p: f64) -> [f64; 2] {
+    let largest = 2.0 * k as f64 - 4.0 * p.ln() + 64.0;
+    let low = decreasing_root(|mean| -poisson_sf(k, mean), -p, 0.0, largest);
+    let high = decreasing_root(|mean| poisson_cdf(k, mean), p, 0.0, largest);
+    [if k == 0 { 0.0 } else { low }, high]
 }
 
 /// ln Γ(a) − [(a − ½) ln a − a + ln √2π], Stirling's remainder, for a > 0.

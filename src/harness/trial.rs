@@ -12,7 +12,8 @@ use crate::rng::{Stream, seed_for, stream};
 /// The master seed if `WHITEFURNACE_SEED` is not set.
 pub const DEFAULT_SEED: u64 = 2019;
 
-/// What a run of trials shares: master seed, scale of sample sizes, folder for data files.
+/// What a run of trials shares: master seed, scale of sample sizes, folder for data files, and which
+/// trial alone is wanted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Context {
     /// Every trial's stream is derived from this and the trial's name.
@@ -21,6 +22,9 @@ pub struct Context {
     pub scale: f64,
     /// Where data files of failures go; made when needed.
     pub folder: PathBuf,
+    /// The one trial ("furnace/sky/path") or fault of a trial ("furnace/sky/path!no-cosine") to run;
+    /// all of them if there is none.
+    pub only: Option<String>,
     /// The trial (and subject) whose streams these are.
     pub name: String,
 }
@@ -40,12 +44,14 @@ impl Context {
             seed,
             scale,
             folder: PathBuf::from("target/trials"),
+            only: None,
             name: String::new(),
         })
     }
 
-    /// Reads `WHITEFURNACE_SEED` (default [`DEFAULT_SEED`]) and `WHITEFURNACE_SCALE` (default 1). The
-    /// only place in the library that reads the environment.
+    /// Reads `WHITEFURNACE_SEED` (default [`DEFAULT_SEED`]), `WHITEFURNACE_SCALE` (default 1) and
+    /// `WHITEFURNACE_ONLY` (the name of one trial or fault, as in [`only`](Self::only); default all).
+    /// The only place in the library that reads the environment.
     ///
     /// # Errors
     /// [`Error::Option`] if one of them is not a number, or the scale is not positive.
@@ -63,10 +69,36 @@ impl Context {
                     ))
                 })
         }
-        Self::new(
+        let context = Self::new(
             read("WHITEFURNACE_SEED", DEFAULT_SEED, "2019")?,
             read("WHITEFURNACE_SCALE", 1.0, "16")?,
-        )
+        )?;
+        let only = std::env::var_os("WHITEFURNACE_ONLY");
+        Ok(Self {
+            only: only.map(|name| name.to_string_lossy().into_owned()),
+            ..context
+        })
+    }
+
+    /// Those of `items` that are wanted: all, or the one whose name is [`only`](Self::only).
+    ///
+    /// # Errors
+    /// [`Error::Option`] if none has that name.
+    pub fn select<T>(&self, items: Vec<T>, name: impl Fn(&T) -> String) -> Result<Vec<T>, Error> {
+        let Some(only) = &self.only else {
+            return Ok(items);
+        };
+        let wanted: Vec<T> = items
+            .into_iter()
+            .filter(|item| name(item) == *only)
+            .collect();
+        if wanted.is_empty() {
+            return Err(Error::Option(format!(
+                "WHITEFURNACE_ONLY is {only}, which is none of this test's trials or faults; correct \
+                 the name, or unset it"
+            )));
+        }
+        Ok(wanted)
     }
 
     /// The same context for the trial or test with this name.
@@ -122,6 +154,9 @@ impl Control {
 }
 
 /// A property on trial.
+///
+/// Its power follows from what its outcomes vary ([`Outcome::miss`]); the tests assert that each random
+/// outcome misses an effect of its δ with probability at most [`ALPHA`](super::outcome::ALPHA).
 pub struct Trial {
     /// Unique name, words joined by '-', parts by '/': "hemisphere/uniform/chi-square". The first part
     /// is the [`group`].
@@ -136,7 +171,7 @@ pub struct Trial {
     pub statistic: &'static str,
     /// Sample size at scale 1 (arguments tried, for an exact trial).
     pub samples: u64,
-    /// The largest δ among its claims: an effect of this size is seen.
+    /// The largest δ among its claims: an effect of this size is seen, with that power.
     pub delta: f64,
     /// How many of its outcomes chance can turn: its shares of the error budget.
     pub assertions: usize,
@@ -187,7 +222,7 @@ impl Row {
     pub fn csv(&self) -> String {
         let o = &self.outcome;
         format!(
-            "{},{},{},\"{}\",{},{},{:e},{:e},{:e},{:e},{:e},{},{:e},{:e},{:.6},{}",
+            "{},{},{},\"{}\",{},{},{:e},{:e},{:e},{:e},{:e},{},{:e},{:e},{},{}",
             self.trial,
             self.control,
             self.equation,
@@ -219,12 +254,7 @@ pub fn run_control(trial: &Trial, control: &Control, context: &Context) -> Vec<R
 }
 
 fn rows(trial: &Trial, control: &str, run: &Run, context: &Context) -> Vec<Row> {
-    let name = if control.is_empty() {
-        trial.name.clone()
-    } else {
-        format!("{}!{control}", trial.name)
-    };
-    run(&context.named(&name))
+    run(&context.named(&full_name(&trial.name, control)))
         .into_iter()
         .map(|outcome| Row {
             trial: trial.name.clone(),
@@ -339,7 +369,7 @@ fn explain(trial: &Trial, rows: &[Row], context: &Context) -> String {
             text,
             "{}: {verdict}\n  property   {}\n  equation   {} ({}), {}\n  subject    {}\n  \
              statistic  {} of {}: {:.6}, n = {}, p = {:.3e}\n  estimate   {:.9} in [{:.9}, {:.9}], \
-             should be {:.9} ± {:.3e}\n  worst      {}\n  repeat     {}",
+             should be {:.9} ± {:.3e}\n  power      {} at that size, detects {:.3e}\n  worst      {}\n  repeat     {}",
             row.trial,
             trial.property,
             trial.equation.id,
@@ -356,12 +386,10 @@ fn explain(trial: &Trial, rows: &[Row], context: &Context) -> String {
             o.interval[1],
             o.reference,
             o.claim.size(),
+            o.power(),
+            o.minimum_detectable_effect(),
             o.worst,
-            if row.control.is_empty() {
-                command(context, &trial.name)
-            } else {
-                control_command(context, &trial.name)
-            },
+            command(context, &row.trial, &row.control),
         );
         match write_cells(row, &context.folder) {
             Ok(Some(path)) => {
@@ -380,26 +408,30 @@ fn explain(trial: &Trial, rows: &[Row], context: &Context) -> String {
     text
 }
 
-/// The shell command that repeats the trial: the integration test of its group, which is the part of
-/// its name before the first '/'.
-pub fn command(context: &Context, trial: &str) -> String {
-    test_command(context, &format!("trials::{}", group(trial)))
+/// The name of a trial, or of a fault (control) under it: "trial!fault".
+pub fn full_name(trial: &str, control: &str) -> String {
+    if control.is_empty() {
+        trial.to_owned()
+    } else {
+        format!("{trial}!{control}")
+    }
 }
 
-/// The shell command that repeats the faults of the trial's group.
-fn control_command(context: &Context, trial: &str) -> String {
-    test_command(context, &format!("zoo::{}", group(trial)))
-}
-
-fn test_command(context: &Context, test: &str) -> String {
+/// The shell command that repeats this trial alone, or this fault under it: the integration test of its
+/// group, restricted by name.
+pub fn command(context: &Context, trial: &str, control: &str) -> String {
+    let module = if control.is_empty() { "trials" } else { "zoo" };
     let scale = if context.scale == 1.0 {
         String::new()
     } else {
         format!("WHITEFURNACE_SCALE={} ", context.scale)
     };
     format!(
-        "WHITEFURNACE_SEED={} {scale}cargo test -p whitefurnace --test it -- {test}",
-        context.seed
+        "WHITEFURNACE_SEED={} {scale}WHITEFURNACE_ONLY='{}' cargo test -p whitefurnace --test it -- \
+         --exact {module}::{}",
+        context.seed,
+        full_name(trial, control),
+        group(trial)
     )
 }
 

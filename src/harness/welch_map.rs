@@ -7,6 +7,7 @@
 use super::ks::kolmogorov_smirnov;
 use super::mean::welch_satterthwaite;
 use super::outcome::{ALPHA, Cell, Claim, Outcome};
+use super::power::Sensitivity;
 use super::tails::{student_two_sided, student_upper};
 
 /// One channel of an image with the statistics of each pixel, row by row. The count is of independent
@@ -32,6 +33,8 @@ pub struct PValueMap {
     pub p: Vec<f64>,
     /// The difference of the tile's means in standard errors.
     pub sigmas: Vec<f64>,
+    /// Degrees of freedom of those.
+    pub dof: Vec<f64>,
 }
 
 impl PValueMap {
@@ -73,6 +76,12 @@ impl PValueMap {
             reference: 0.0,
             interval: [self.sigmas[worst]; 2],
             claim: Claim::Test,
+            // An effect on the worst tile, in its standard errors.
+            sensitivity: Sensitivity::Normal {
+                standard_error: 1.0,
+                dof: self.dof[worst],
+                tests: tests.max(1),
+            },
             worst: format!(
                 "({}, {}) of {} × {}: {:+.2} sigmas",
                 worst % self.width,
@@ -102,6 +111,13 @@ struct Difference {
     difference: f64,
     variance: f64,
     dof: f64,
+}
+
+impl Difference {
+    /// In standard errors. Without any variance: 0/0 says nothing (NaN); x/0 is certain (infinite).
+    fn sigmas(&self) -> f64 {
+        self.difference / self.variance.sqrt()
+    }
 }
 
 fn difference(a: &PixelStatistics, b: &PixelStatistics, pixels: &[usize]) -> Difference {
@@ -147,9 +163,34 @@ pub fn image_mean(name: &str, a: &PixelStatistics, b: &PixelStatistics, delta: f
         claim: Claim::Approximate {
             margin: delta * scale.abs(),
         },
+        sensitivity: Sensitivity::Normal {
+            standard_error,
+            dof: d.dof,
+            tests: 1,
+        },
         worst: format!("image means differ by {t:+.2} standard errors"),
-        cells: Vec::new(),
+        cells: stretches(a, b),
     }
+}
+
+/// How many parts of an image are kept for the data file of its mean.
+const STRETCHES: usize = 64;
+
+/// Means of consecutive pixels of the first image against the second's.
+fn stretches(a: &PixelStatistics, b: &PixelStatistics) -> Vec<Cell> {
+    let pixels: Vec<usize> = (0..a.mean.len()).collect();
+    let cell = |part: &[usize]| {
+        let d = difference(a, b, part);
+        let expected = part.iter().map(|&i| b.mean[i]).sum::<f64>() / part.len() as f64;
+        Cell {
+            place: format!("{} pixels from {} on, row by row", part.len(), part[0]),
+            expected,
+            observed: expected + d.difference,
+            sigmas: d.sigmas(),
+        }
+    };
+    let length = pixels.len().div_ceil(STRETCHES).max(1);
+    pixels.chunks(length).map(cell).collect()
 }
 
 /// p-values of square tiles of `tile` × `tile` pixels; 1 gives pixels. Tiles at the right and lower
@@ -157,22 +198,21 @@ pub fn image_mean(name: &str, a: &PixelStatistics, b: &PixelStatistics, delta: f
 pub fn map(a: &PixelStatistics, b: &PixelStatistics, width: usize, tile: usize) -> PValueMap {
     let height = a.mean.len() / width;
     let [across, down] = [width.div_ceil(tile), height.div_ceil(tile)];
-    let (p, sigmas) = (0..across * down)
+    let tiles: Vec<Difference> = (0..across * down)
         .map(|t| {
             let [x0, y0] = [t % across * tile, t / across * tile];
             let pixels: Vec<usize> = (y0..(y0 + tile).min(height))
                 .flat_map(|y| (x0..(x0 + tile).min(width)).map(move |x| y * width + x))
                 .collect();
-            let d = difference(a, b, &pixels);
-            let t = d.difference / d.variance.sqrt();
-            // 0/0: no variance and no difference says nothing; x/0 is certain.
-            (student_two_sided(t, d.dof), t)
+            difference(a, b, &pixels)
         })
-        .unzip();
+        .collect();
+    let p = |d: &Difference| student_two_sided(d.sigmas(), d.dof);
     PValueMap {
         width: across,
         height: down,
-        p,
-        sigmas,
+        p: tiles.iter().map(p).collect(),
+        sigmas: tiles.iter().map(Difference::sigmas).collect(),
+        dof: tiles.iter().map(|d| d.dof).collect(),
     }
 }

@@ -2,11 +2,12 @@
 //! samples and draws.
 
 use crate::equation::ESTIMATOR;
-use crate::harness::chi_square::{CELL_DELTA, Counts, chi_square, sampler_against_partition};
+use crate::harness::chi_square::{
+    CELL_DELTA, Counts, chi_square, poisson, sampler_against_partition,
+};
 use crate::harness::domain::{Domain, Partition};
 use crate::harness::mean::{Values, mean};
 use crate::harness::outcome::{Claim, Outcome};
-use crate::harness::tails::{poisson_cdf, poisson_sf};
 use crate::harness::trial::Context;
 use crate::rng::{stream, uniform};
 use crate::zoo::{AnyFamily, Bench, Family, Mutant, data, mutant};
@@ -32,7 +33,15 @@ fn right(seed: u64, pixel: u32, sample: u32, draw: u32) -> f64 {
     uniform(&mut rng)
 }
 
-/// Equal values among n first numbers of different pixels: about n²/2⁵⁴ are expected, a Poisson count.
+/// Numbers of so few bits would have δ equal pairs.
+const COARSE_BITS: i32 = 32;
+
+/// The equal pairs that n numbers of `bits` random bits are expected to hold.
+fn equal_pairs(n: u64, bits: i32) -> f64 {
+    0.5 * (n as f64).powi(2) * 2f64.powi(-bits)
+}
+
+/// Equal values among n first numbers of different pixels: a Poisson count.
 pub fn distinct(context: &Context, numbers: Numbers) -> Vec<Outcome> {
     let seed = context.seed_of("distinct");
     let n = context.n(DISTINCT);
@@ -41,21 +50,13 @@ pub fn distinct(context: &Context, numbers: Numbers) -> Vec<Outcome> {
         .collect();
     bits.sort_unstable();
     let equal = bits.windows(2).filter(|pair| pair[0] == pair[1]).count() as u64;
-    let expected = 0.5 * (n as f64).powi(2) * 2f64.powi(-BITS);
-    let p = 2.0 * poisson_sf(equal, expected).min(poisson_cdf(equal, expected));
-    vec![Outcome {
-        statistic: "Poisson",
-        value: equal as f64,
-        p: p.min(1.0),
-        claim: Claim::Test,
-        ..Outcome::exact(
-            "equal values",
-            n,
-            equal as f64,
-            0.0,
-            format!("{equal} pairs of {n} values are equal, {expected:.1e} expected"),
-        )
-    }]
+    vec![poisson(
+        "equal pairs",
+        equal,
+        n,
+        equal_pairs(n, BITS),
+        equal_pairs(n, COARSE_BITS),
+    )]
 }
 
 /// Lengths of the gaps between visits of [0, 1/2) along the samples of a pixel: 0, 1, 2 or more with
@@ -180,7 +181,7 @@ fn benches() -> Vec<Bench<Numbers>> {
                 "distinct",
                 "numbers of different pixels are distinct: 53 random bits",
                 "Poisson",
-                (DISTINCT, 0.0, 1),
+                (DISTINCT, equal_pairs(DISTINCT, COARSE_BITS), 1),
             ),
             distinct,
         ),

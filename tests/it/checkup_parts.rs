@@ -99,6 +99,10 @@ fn pointwise(subject: &BsdfSubject, name: &str) -> Outcome {
         .expect("an outcome of this name")
 }
 
+/// How many verdicts chance could turn, in this module: two directions with two random outcomes each, and
+/// one for all shares and means that are far within their bounds together.
+pub const ASSERTIONS: usize = 5;
+
 const SANE: &str = "finite and not negative";
 const WEIGHTS: &str = "weight = f cos/pdf";
 const MASS: &str = "integral of the pdf";

@@ -11,6 +11,7 @@ use whitefurnace::harness::domain::{Domain, Partition};
 use whitefurnace::harness::ks::kolmogorov_smirnov;
 use whitefurnace::harness::mean::welch_satterthwaite;
 use whitefurnace::harness::outcome::{ALPHA, Claim, Outcome, Verdict};
+use whitefurnace::harness::power::Sensitivity;
 use whitefurnace::harness::tails::{
     binomial_cdf, binomial_interval, binomial_sf, binomial_two_sided, chi_square_sf, kolmogorov_sf,
     kolmogorov_upper, normal_upper, student_two_sided, student_upper,
@@ -244,6 +245,7 @@ fn maps_leave_out_what_says_nothing() {
         height: 2,
         p: vec![0.5, f64::NAN, 0.2, 1.0, 0.001, 0.7],
         sigmas: vec![0.7, f64::NAN, 1.3, 0.0, -3.3, 0.4],
+        dof: vec![9.0, 8.0, 7.0, 6.0, 5.0, 4.0],
     };
     assert_eq!(found.histogram(4), [2, 0, 2, 1]);
     let mut known = vec![0.5, 0.2, 1.0, 0.001, 0.7];
@@ -258,6 +260,13 @@ fn maps_leave_out_what_says_nothing() {
     assert_relative_eq!(smallest.p, 0.005, max_relative = 1e-12);
     assert_eq!((smallest.value, smallest.estimate), (-3.3, -3.3));
     assert_eq!(smallest.claim, Claim::Test);
+    // The level is shared by the five tiles that say something.
+    let sensitivity = Sensitivity::Normal {
+        standard_error: 1.0,
+        dof: 5.0,
+        tests: 5,
+    };
+    assert_eq!(smallest.sensitivity, sensitivity);
     assert_eq!(smallest.worst, "(1, 1) of 3 × 2: -3.30 sigmas");
     assert_eq!(smallest.cells.len(), 6);
     let cell = &smallest.cells[5];

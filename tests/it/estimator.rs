@@ -8,6 +8,7 @@ use whitefurnace::scene::room::{self, Convention};
 use whitefurnace::scene::{Scene, SceneBuilder, Surface, simple};
 use whitefurnace::shape::{Ray, Sphere};
 
+use crate::budget::enough;
 use crate::helpers::{U, any_camera, unit_vector};
 use crate::seed::{property, rng};
 
@@ -33,9 +34,9 @@ fn values<E: Estimator>(scene: &Scene, estimator: &E, count: usize) -> Vec<DVec3
         .collect()
 }
 
-/// Every value is 0 or `expected`, and enough are the latter. A path of up to fifty bounces rounds its
+/// Every value is 0 or `expected`, and more than half are the latter. A path of up to fifty bounces rounds its
 /// throughput eight times per bounce.
-fn assert_all_or_nothing(values: &[DVec3], expected: f64) {
+fn assert_all_or_nothing(name: &str, values: &[DVec3], expected: f64) {
     let full = |v: &DVec3| (*v - expected).abs().max_element() <= 400.0 * U * expected;
     for value in values {
         assert!(
@@ -43,21 +44,16 @@ fn assert_all_or_nothing(values: &[DVec3], expected: f64) {
             "{value} is not {expected}"
         );
     }
-    let count = values.iter().filter(|v| full(v)).count();
-    assert!(
-        2 * count > values.len(),
-        "only {count} of {} arrived",
-        values.len()
-    );
+    enough(name, values.iter().filter(|v| full(v)).count());
 }
 
 #[test]
 fn paths_in_a_uniform_environment_see_it() {
     let path = Path { parts: Unweighted };
     let scene = simple::environment().expect("a scene");
-    assert_all_or_nothing(&values(&scene, &path, 5000), 1.0);
+    assert_all_or_nothing("around", &values(&scene, &path, 5000), 1.0);
     let scene = simple::glass_cube(false).expect("a scene");
-    assert_all_or_nothing(&values(&scene, &path, 5000), 1.0);
+    assert_all_or_nothing("through glass", &values(&scene, &path, 5000), 1.0);
 }
 
 #[test]
@@ -73,7 +69,7 @@ fn paths_inside_glass_see_the_squared_index() {
             path.radiance(&scene, &ray, scene.intersect(&ray), &mut rng)
         })
         .collect();
-    assert_all_or_nothing(&values, 2.25);
+    assert_all_or_nothing("inside glass", &values, 2.25);
 }
 
 /// A glass sphere around the origin in a uniform environment.

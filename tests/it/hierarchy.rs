@@ -6,6 +6,7 @@ use whitefurnace::accel::{Bvh, Primitive, PrimitiveHit};
 use whitefurnace::rng::uniform;
 use whitefurnace::shape::{Ray, Sphere};
 
+use crate::budget::enough;
 use crate::helpers::{Mesh, between, in_cube, unit_vector};
 use crate::seed::rng;
 
@@ -107,7 +108,9 @@ fn spheres_among_triangles() {
             .collect();
         let hits = check_all(&mixed, &rays(&mut rng, 3000));
         // Two small primitives may well be missed by all rays; a hundred may not.
-        assert!(count < 100 || hits > 100, "only {hits} hits among {count}");
+        if count == 100 {
+            enough("mixed", hits);
+        }
     }
 }
 
@@ -126,7 +129,7 @@ fn flat_and_axis_aligned_geometry() {
             flat.push(Primitive::triangle([corner, corner + x + y, corner + y]));
         }
         let hits = check_all(&flat, &rays(&mut rng, 4000));
-        assert!(hits > 100, "only {hits} hits");
+        enough("flat", hits);
         // Rays within the plane of the faces, and aimed at their corners.
         let bvh = Bvh::new(&flat);
         for primitive in &flat {
@@ -159,7 +162,7 @@ fn scales_and_offsets() {
                 .map(|ray| Ray::new((ray.origin + offset) * scale, ray.direction))
                 .collect();
             let hits = check_all(&mesh, &rays);
-            assert!(hits > 200, "only {hits} hits at scale {scale:e}");
+            enough("scales", hits);
         }
     }
 }
@@ -191,7 +194,7 @@ fn hundred_thousand_triangles() {
     for ray in rays(&mut rng, 400) {
         hits += usize::from(check(&bvh, &ray, f64::INFINITY));
     }
-    assert!(hits > 8, "only {hits} hits");
+    enough("large mesh", hits);
     // From inside, at vertices and edges: closed, so every ray meets it.
     for _ in 0..20_000 {
         let pick = between(&mut rng, 0.0, globe.triangles.len() as f64) as usize;

@@ -24,13 +24,18 @@ mod seed; // the master seed and what is derived from it
 mod spheres;
 mod watertight;
 
+// What chance can turn red, module by module.
+mod budget;
+
 // Statistical: what only sampling can show, with its error budget.
 mod calibration; // error rates and power of the statistics, at a small size
 mod checkup; // the BSDF check-up on a BSDF that is not ours, and on faulty ones
 mod checkup_parts; // what each part of the check-up reports
 mod counts; // chi-square, Kolmogorov-Smirnov and Welch maps on small sets
 mod domains; // where samplers put their points, and the masses of cells
+mod failures; // what a red trial says
 mod means; // tests of means against textbook formulas
+mod power; // stated power, against closed forms and sums over whole laws
 mod rates; // orders of convergence, ratios of variances, sequential tests
 mod references; // closed forms of the trials against reference values
 mod statistics; // the statistics' own code, tested exactly

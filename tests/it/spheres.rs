@@ -7,6 +7,7 @@ use whitefurnace::shape::{
     Ray, Sphere, sphere_distances, sphere_distances_printed, sphere_residual,
 };
 
+use crate::budget::enough;
 use crate::helpers::{U, between, in_cube, point, unit};
 use crate::seed::{property, rng};
 
@@ -183,7 +184,7 @@ fn far_spheres_are_stable() {
         let printed = printed.map_or(radius, |t| (t[0] - exact * length).abs());
         worst = [worst[0].max(error), worst[1].max(printed)];
     }
-    assert!(hits > 1000, "only {hits} hits");
+    enough("far spheres", hits);
     assert!(
         worst[1] > 1000.0 * worst[0],
         "the printed form should cancel: worst errors stable {:e}, printed {:e}",

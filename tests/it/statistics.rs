@@ -15,7 +15,6 @@ use whitefurnace::harness::outcome::{
 use whitefurnace::harness::quadrature::{Rectangle, integrate};
 use whitefurnace::harness::sequential::{ConfidenceSequence, Decision, Sprt};
 use whitefurnace::harness::tails;
-use whitefurnace::harness::trial::{Context, Control, Trial, check};
 use whitefurnace::harness::welch_map::{PixelStatistics, image_mean, map};
 
 #[test]
@@ -410,67 +409,4 @@ fn sequential_tests_stop_at_their_thresholds() {
     assert!(low < 1.0 && high > 1.0 && high - low < 0.1, "{low} {high}");
     assert_eq!(sequence.decide(1.0, 0.1), Decision::Null);
     assert_eq!(sequence.decide(1.2, 0.1), Decision::Alternative);
-}
-
-fn toy(mean: f64) -> Trial {
-    let run = |mean: f64| {
-        move |context: &Context| {
-            let mut rng = context.rng("toy");
-            let values = Values::collect(0.5, context.n(1_000_000), || {
-                whitefurnace::rng::uniform(&mut rng) + mean - 0.5
-            });
-            vec![whitefurnace::harness::mean::mean(
-                "mean",
-                &values,
-                0.5,
-                Claim::Exact { delta: 0.005 },
-            )]
-        }
-    };
-    Trial {
-        name: String::from("toy/mean"),
-        property: String::from("the mean is 1/2"),
-        equation: &whitefurnace::equation::ESTIMATOR,
-        subject: "rng::uniform",
-        statistic: "t",
-        samples: 1_000_000,
-        delta: 0.005,
-        assertions: 1,
-        run: Box::new(run(mean)),
-        controls: vec![Control::new("moved", "the mean is 0.51", run(0.51))],
-    }
-}
-
-#[test]
-fn a_failure_says_what_to_do() {
-    let context = Context::new(7, 1.0).expect("a valid scale");
-    assert!(check(&toy(0.5), &context).is_ok());
-    let message = check(&toy(0.49), &context).expect_err("the mean is wrong");
-    for part in [
-        "toy/mean: fails",
-        "the mean is 1/2",
-        "estimator (16)",
-        "rng::uniform",
-        "WHITEFURNACE_SEED=7 cargo test -p whitefurnace --test it -- trials::toy",
-    ] {
-        assert!(message.contains(part), "{part} is not in\n{message}");
-    }
-    // A control that is right is a hole in the trial.
-    let blind = Trial {
-        controls: vec![Control::new("none", "nothing is wrong", toy(0.5).run)],
-        ..toy(0.5)
-    };
-    let message = check(&blind, &context).expect_err("the control is not rejected");
-    assert!(message.contains("none was not rejected"), "{message}");
-    // Too few samples: undecided, which is red at full scale and green below.
-    let few = |scale| Context::new(7, scale).expect("a valid scale");
-    let weak = Trial {
-        run: Box::new(move |_| (toy(0.5).run)(&few(0.001).named("weak"))),
-        controls: Vec::new(),
-        ..toy(0.5)
-    };
-    let message = check(&weak, &few(1.0)).expect_err("undecided is red");
-    assert!(message.contains("undecided, needs about"), "{message}");
-    assert!(check(&weak, &few(0.5)).is_ok());
-    assert!(Context::new(1, 0.0).is_err() && Context::new(1, f64::NAN).is_err());
 }

@@ -3,17 +3,23 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
+use whitefurnace::harness::outcome::Claim;
 use whitefurnace::harness::trial::{Context, Row, check_subject, group};
 use whitefurnace::trials::all;
 
-/// Runs every trial of a group, prints the verdict table, and fails with all messages at once.
+use crate::support::context;
+
+/// Runs the trials of a group, or the one that is asked for, prints the verdict table, and fails with
+/// all messages at once.
 fn run(name: &str) {
-    let context = Context::from_environment().expect("WHITEFURNACE_SEED and WHITEFURNACE_SCALE");
-    let trials: Vec<_> = all()
-        .into_iter()
-        .filter(|trial| group(&trial.name) == name)
-        .collect();
+    let context = context("");
+    let mut trials = all();
+    trials.retain(|trial| group(&trial.name) == name);
     assert!(!trials.is_empty(), "no trial in the group {name}");
+    let trials = match context.select(trials, |trial| trial.name.clone()) {
+        Ok(trials) => trials,
+        Err(error) => panic!("trials::{name}: {error}"),
+    };
     let checked: Vec<_> = trials
         .par_iter()
         .map(|trial| check_subject(trial, &context))
@@ -31,22 +37,22 @@ fn run(name: &str) {
     assert!(messages.is_empty(), "\n{messages}");
 }
 
-/// Says so if a mean's δ is below its minimum detectable effect: then *undecided* would come up more
-/// often than the error budget allows. (Cells and distribution functions have no single such number.)
+/// Says so if an outcome's δ is below its minimum detectable effect: the power stated for a trial is
+/// 1 - 1e-9, and *undecided* must not come up more often than the error budget allows.
 fn too_weak(row: &Row, context: &Context) -> String {
     let outcome = &row.outcome;
     let [found, size] = [outcome.minimum_detectable_effect(), outcome.claim.size()];
-    let is_mean = ["t", "z", "Welch", "variance ratio"].contains(&outcome.statistic);
-    if is_mean && context.scale >= 1.0 && found > size {
-        format!(
-            "{}: {} detects {found:.3e}, more than δ = {size:.3e}; needs {:.0} samples\n",
-            row.trial,
-            outcome.name,
-            outcome.n as f64 * (found / size).powi(2)
-        )
-    } else {
-        String::new()
+    let no_size = outcome.claim == Claim::Test && found.is_finite();
+    if context.scale < 1.0 || !outcome.is_random() || no_size || found <= size {
+        return String::new();
     }
+    format!(
+        "{}: {} detects {found:.3e}, not δ = {size:.3e}; power {}; needs {:.0} samples\n",
+        row.trial,
+        outcome.name,
+        outcome.power(),
+        outcome.n as f64 * (found / size).powi(2)
+    )
 }
 
 macro_rules! groups {

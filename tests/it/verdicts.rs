@@ -4,6 +4,7 @@ use approx::assert_relative_eq;
 use whitefurnace::harness::outcome::{
     ALPHA, CAPACITY, Claim, Outcome, SUITE_BUDGET, Verdict, approximate_verdict, exact_verdict,
 };
+use whitefurnace::harness::power::Sensitivity;
 use whitefurnace::harness::tails::normal_upper;
 
 /// An estimate of 3, n = 100, in an interval of half width `half`.
@@ -20,6 +21,7 @@ fn outcome(half: f64, claim: Claim) -> Outcome {
         reference: 3.0,
         interval: [3.0 - half, 3.0 + half],
         claim,
+        sensitivity: Sensitivity::Certain,
         worst: String::new(),
         cells: Vec::new(),
     }
@@ -115,41 +117,52 @@ fn exact_identities_use_no_chance() {
     assert!(outcome(0.1, Claim::Test).is_random());
     let beyond = found(0.75);
     assert_eq!((beyond.p, beyond.verdict()), (0.0, Verdict::Fails));
-    // No width, no chance of a miss, not even where the tolerance is 0.
-    assert_eq!(on_the_border.power(), 1.0);
-    assert_eq!(Outcome::exact("same", 1, 0.0, 0.0, "").power(), 1.0);
+}
+
+/// z with a standard error of 1/8.
+fn measured(claim: Claim) -> Outcome {
+    Outcome {
+        sensitivity: Sensitivity::Normal {
+            standard_error: 0.125,
+            dof: f64::INFINITY,
+            tests: 1,
+        },
+        ..outcome(0.75, claim)
+    }
 }
 
 #[test]
-fn power_follows_from_the_width() {
-    let [critical, other] = [normal_upper(ALPHA / 2.0), normal_upper(ALPHA)];
-    let standard_error = 0.125;
-    let found = |effect: f64| {
-        let delta = effect * standard_error;
-        outcome(critical * standard_error, Claim::Exact { delta })
-    };
-    let any = found(1.0);
-    assert_relative_eq!(
-        any.half_width(),
-        critical * standard_error,
-        max_relative = 1e-14
-    );
-    assert_relative_eq!(
-        any.minimum_detectable_effect(),
-        (critical + other) * standard_error,
-        max_relative = 1e-14
-    );
-    // An effect at the critical value is rejected half of the time, one two standard errors further
-    // by P(Z ≥ −2), one of the smallest detectable size but for α.
-    assert_relative_eq!(found(critical).power(), 0.5, max_relative = 1e-12);
-    assert_relative_eq!(
-        found(critical + 2.0).power(),
-        0.977_249_868_051_820_8,
-        max_relative = 1e-9
-    );
-    assert_relative_eq!(
-        1.0 - found(critical + other).power(),
-        ALPHA,
-        max_relative = 1e-6
-    );
+fn power_is_that_of_the_claim() {
+    let critical = normal_upper(ALPHA / 2.0);
+    let exact = measured(Claim::Exact {
+        delta: 0.125 * (critical + 2.0),
+    });
+    assert_relative_eq!(exact.half_width(), 0.75, max_relative = 1e-15);
+    // P(Z ≥ 2), and twice that for both sides of an equality.
+    let tail = 0.022_750_131_948_179_2;
+    assert_relative_eq!(exact.miss(), tail, max_relative = 1e-9);
+    assert_eq!(exact.power(), "0.98");
+    let equal = measured(Claim::Approximate {
+        margin: exact.claim.size(),
+    });
+    assert_relative_eq!(equal.miss(), 2.0 * tail, max_relative = 1e-9);
+    assert_eq!(equal.power(), "0.95");
+    // A margin of no standard error is missed, at most surely.
+    assert_eq!(measured(Claim::Approximate { margin: 0.0 }).miss(), 1.0);
+    let strong = measured(Claim::Exact { delta: 2.0 });
+    assert_eq!(strong.power(), format!("1 - {:.1e}", strong.miss()));
+    assert!(strong.miss() < ALPHA);
+    for (claim, sides) in [
+        (Claim::Test, 1.0),
+        (Claim::Exact { delta: 1.0 }, 1.0),
+        (Claim::Approximate { margin: 1.0 }, 2.0),
+    ] {
+        let effect = measured(claim).minimum_detectable_effect();
+        let expected = 0.125 * (critical + normal_upper(ALPHA / sides));
+        assert_relative_eq!(effect, expected, max_relative = 1e-8);
+    }
+    assert_eq!(measured(Claim::Test).miss(), ALPHA);
+    let identity = Outcome::exact("identity", 1, 0.0, 0.25, "");
+    assert_eq!((identity.power().as_str(), identity.miss()), ("exact", 0.0));
+    assert_eq!(identity.minimum_detectable_effect(), 0.25);
 }

@@ -69,6 +69,8 @@ pub struct Chart {
 pub enum Corner {
     /// Top left.
     UpperLeft,
+    /// Bottom left.
+    LowerLeft,
     /// Bottom right.
     LowerRight,
     /// Top right.
@@ -165,6 +167,7 @@ fn draw(area: &DrawingArea<SVGBackend<'_>, Shift>, chart: &Chart) -> Drawn {
     if chart.series.iter().any(|series| !series.label.is_empty()) {
         let position = match chart.legend {
             Corner::UpperLeft => SeriesLabelPosition::UpperLeft,
+            Corner::LowerLeft => SeriesLabelPosition::LowerLeft,
             Corner::LowerRight => SeriesLabelPosition::LowerRight,
             Corner::UpperRight => SeriesLabelPosition::UpperRight,
         };

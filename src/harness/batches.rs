@@ -1,0 +1,75 @@
+//! Means of consecutive values, kept for the data file of a test that fails: they show whether all
+//! values are off, or some.
+
+use super::outcome::Cell;
+
+/// At most this many batches are kept.
+const MOST: usize = 64;
+
+/// Means of batches of equal size; the size doubles whenever there are too many.
+#[derive(Clone, Copy, Debug)]
+pub struct Batches {
+    /// Values per batch, and values in the batch that is not full yet.
+    size: u64,
+    open: u64,
+    sum: f64,
+    means: [f64; MOST],
+    full: usize,
+}
+
+impl Default for Batches {
+    fn default() -> Self {
+        Self {
+            size: 1,
+            open: 0,
+            sum: 0.0,
+            means: [0.0; MOST],
+            full: 0,
+        }
+    }
+}
+
+impl Batches {
+    /// Adds one value.
+    #[inline]
+    pub fn push(&mut self, value: f64) {
+        self.sum += value;
+        self.open += 1;
+        if self.open == self.size {
+            self.close();
+        }
+    }
+
+    fn close(&mut self) {
+        self.means[self.full] = self.sum / self.size as f64;
+        (self.sum, self.open) = (0.0, 0);
+        self.full += 1;
+        if self.full == MOST {
+            for i in 0..MOST / 2 {
+                self.means[i] = 0.5 * (self.means[2 * i] + self.means[2 * i + 1]);
+            }
+            (self.full, self.size) = (MOST / 2, 2 * self.size);
+        }
+    }
+
+    /// The means of the full batches, 32 to 63 of them once there are as many values.
+    pub fn means(&self) -> &[f64] {
+        &self.means[..self.full]
+    }
+
+    /// The batches of values with this variance against the mean `expected`; `what` begins the places.
+    pub fn cells(&self, what: &str, expected: f64, variance: f64) -> Vec<Cell> {
+        let standard_error = (variance / self.size as f64).sqrt();
+        let cell = |(i, &observed): (usize, &f64)| Cell {
+            place: format!("{what}batch {} of {} values", i + 1, self.size),
+            expected,
+            observed,
+            sigmas: if observed == expected {
+                0.0
+            } else {
+                (observed - expected) / standard_error
+            },
+        };
+        self.means().iter().enumerate().map(cell).collect()
+    }
+}

@@ -1,0 +1,224 @@
+//! Power: how likely a statistic is to reject at level [`ALPHA`] under an effect of a given size.
+//!
+//! A probability near 1 says little in 16 digits, so what is computed is its complement, the chance of
+//! a miss. The experiment `power` measures these curves where they can be measured.
+
+use super::outcome::ALPHA;
+use super::tails::{
+    binomial_cdf, binomial_sf, chi_square_upper, kolmogorov_upper, noncentral_chi_square_cdf,
+    normal_sf, normal_upper, poisson_cdf, poisson_sf, student_upper,
+};
+
+/// How a statistic answers to an effect. Effects are in the units of the estimate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Sensitivity {
+    /// Nothing is random: every error above the tolerance is found.
+    Certain,
+    /// A difference over its standard error: z, t, Welch, ratios of means.
+    Normal {
+        /// Standard error of the estimate, ≥ 0.
+        standard_error: f64,
+        /// Degrees of freedom of the standard error; infinite if it is known.
+        dof: f64,
+        /// How many such statistics share the level (Bonferroni), at least 1.
+        tests: usize,
+    },
+    /// Pearson's statistic; the effect is the relative error of some cell's probability.
+    Cells {
+        /// Degrees of freedom.
+        dof: f64,
+        /// Samples in the cells.
+        n: f64,
+        /// The smallest probability of a cell, in which an effect shows least.
+        least: f64,
+        /// The level at which the cells are tested.
+        level: f64,
+    },
+    /// Kolmogorov's distance of n values; the effect is the distance of the two laws.
+    Distance {
+        /// Values.
+        n: u64,
+    },
+    /// Successes among n, by exact tails; the effect is a change of the probability.
+    Binomial {
+        /// Values.
+        n: u64,
+        /// The hypothesis.
+        probability: f64,
+    },
+    /// A Poisson count, by exact tails; the effect is a change of its mean.
+    Poisson {
+        /// The hypothesis.
+        mean: f64,
+    },
+    /// The empirical Bernstein inequality: a deviation above `root` √L + `range` L has probability at
+    /// most 2 exp(−L) on each side.
+    Bernstein {
+        /// √(2V/n).
+        root: f64,
+        /// 7(high − low)/(3(n − 1)).
+        range: f64,
+    },
+}
+
+impl Sensitivity {
+    /// The probability that an effect of this size and sign is *not* rejected at level [`ALPHA`]: exact
+    /// for counts and cells, close for normal statistics, an upper bound for distances and bounded
+    /// values. Zero effect is missed with probability about 1.
+    pub fn miss(&self, effect: f64) -> f64 {
+        let size = effect.abs();
+        match *self {
+            Self::Certain => 0.0,
+            Self::Normal {
+                standard_error,
+                dof,
+                tests,
+            } => normal_miss(size, standard_error, dof, ALPHA / tests as f64),
+            Self::Cells {
+                dof,
+                n,
+                least,
+                level,
+            } => {
+                if dof < 1.0 {
+                    // One cell holds everything: nothing can show.
+                    return 1.0;
+                }
+                // Of all laws that are off by this share in some cell, the one that takes it evenly
+                // from all others has the least Σ (p' − p)²/p.
+                let noncentrality = n * size * size * least / (1.0 - least);
+                noncentral_chi_square_cdf(chi_square_upper(level, dof), dof, noncentrality)
+            }
+            Self::Distance { n } => {
+                // Where the laws differ most, the share of values is off by more than the excess with
+                // at most this probability (Hoeffding 1963, theorem 1).
+                let excess = (size - kolmogorov_upper(n, ALPHA)).max(0.0);
+                (-2.0 * n as f64 * excess * excess).exp()
+            }
+            Self::Binomial { n, probability } => {
+                binomial_miss(n, probability, probability + effect)
+            }
+            Self::Poisson { mean } => poisson_miss(mean, mean + effect),
+            Self::Bernstein { root, range } => {
+                let radius = |l: f64| root * l.sqrt() + range * l;
+                let excess = (size - radius((4.0 / ALPHA).ln())).max(0.0);
+                (2.0 * (-bernstein_exponent(excess, root, range)).exp()).min(1.0)
+            }
+        }
+    }
+
+    /// The probability of a miss on the worse side of the hypothesis; an effect that is impossible on
+    /// one side (a probability above 1) is looked for on the other.
+    pub fn worst_miss(&self, size: f64) -> f64 {
+        self.miss(size).max(self.miss(-size))
+    }
+
+    /// The smallest effect that is missed with probability at most `chance`, on either side; infinite
+    /// if there is none.
+    pub fn smallest_effect(&self, chance: f64) -> f64 {
+        let seen = |size: f64| self.worst_miss(size) <= chance;
+        if seen(f64::MIN_POSITIVE) {
+            return 0.0;
+        }
+        // Powers of two enclose it, halves narrow it down: misses fall as effects grow.
+        let mut high = 1.0;
+        while !seen(high) {
+            high *= 2.0;
+            if high > 1e30 {
+                return f64::INFINITY;
+            }
+        }
+        while seen(0.5 * high) {
+            high *= 0.5;
+        }
+        let mut low = 0.5 * high;
+        while high - low > 1e-9 * high {
+            let middle = 0.5 * (low + high);
+            if seen(middle) {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        high
+    }
+}
+
+/// The L at which a deviation just reaches the radius `root` √L + `range` L: a quadratic equation in
+/// √L, solved without cancellation.
+pub fn bernstein_exponent(deviation: f64, root: f64, range: f64) -> f64 {
+    (2.0 * deviation / (root + (root * root + 4.0 * range * deviation).sqrt())).powi(2)
+}
+
+/// The noncentral t law at the critical value c: (c (1 − 1/(4ν)) − δ)/√(1 + c²/(2ν)) is close to
+/// normal (Abramowitz and Stegun, 26.7.10).
+fn normal_miss(size: f64, standard_error: f64, dof: f64, level: f64) -> f64 {
+    if standard_error == 0.0 {
+        return if size > 0.0 { 0.0 } else { 1.0 };
+    }
+    let critical = if dof.is_finite() {
+        student_upper(level / 2.0, dof.max(1.0))
+    } else {
+        normal_upper(level / 2.0)
+    };
+    let spread = (1.0 + critical * critical / (2.0 * dof)).sqrt();
+    let (shift, bound) = (size / standard_error, critical * (1.0 - 0.25 / dof));
+    // Beyond the other critical value it is rejected, too.
+    normal_sf((shift - bound) / spread) - normal_sf((shift + bound) / spread)
+}
+
+/// P(k is accepted) under probability q of the two-sided exact test of `null`; q beyond [0, 1] is
+/// impossible, and misses nothing.
+fn binomial_miss(n: u64, null: f64, q: f64) -> f64 {
+    if !(0.0..=1.0).contains(&q) {
+        return 0.0;
+    }
+    // The first rejected count above, and how many below are rejected.
+    let above = first(n + 1, |k| 2.0 * binomial_sf(k, n, null) < ALPHA);
+    let below = first(n + 1, |k| 2.0 * binomial_cdf(k, n, null) >= ALPHA);
+    accepted(
+        (below, above),
+        |k| binomial_cdf(k, n, q),
+        |k| binomial_sf(k, n, q),
+    )
+}
+
+/// As [`binomial_miss`], for a count with the given means.
+fn poisson_miss(null: f64, mean: f64) -> f64 {
+    if mean < 0.0 {
+        return 0.0;
+    }
+    let most = (null + 100.0 * null.sqrt() + 1000.0).ceil() as u64;
+    let above = first(most, |k| 2.0 * poisson_sf(k, null) < ALPHA);
+    let below = first(most, |k| 2.0 * poisson_cdf(k, null) >= ALPHA);
+    accepted(
+        (below, above),
+        |k| poisson_cdf(k, mean),
+        |k| poisson_sf(k, mean),
+    )
+}
+
+/// P(below ≤ K < above), by the tails on that side on which they are small.
+fn accepted((below, above): (u64, u64), cdf: impl Fn(u64) -> f64, sf: impl Fn(u64) -> f64) -> f64 {
+    if above <= below {
+        0.0
+    } else if cdf(above - 1) < sf(below) {
+        cdf(above - 1) - below.checked_sub(1).map_or(0.0, &cdf)
+    } else {
+        sf(below) - sf(above)
+    }
+}
+
+/// The first of 0..end where an increasing condition is true; `end` if it nowhere is.
+fn first(end: u64, holds: impl Fn(u64) -> bool) -> u64 {
+    let (mut low, mut high) = (0, end);
+    while low < high {
+        let middle = low + (high - low) / 2;
+        if holds(middle) {
+            high = middle;
+        } else {
+            low = middle + 1;
+        }
+    }
+    low
+}

@@ -1,0 +1,244 @@
+//! Stated power against closed forms and against sums over whole laws.
+
+use approx::assert_relative_eq;
+use whitefurnace::harness::chi_square::{binomial, poisson};
+use whitefurnace::harness::convergence::variance_ratio;
+use whitefurnace::harness::mean::{Values, bounded_mean, mean, welch};
+use whitefurnace::harness::outcome::{ALPHA, Claim, Outcome};
+use whitefurnace::harness::power::Sensitivity;
+use whitefurnace::harness::tails::{
+    binomial_two_sided, chi_square_sf, gamma_p, noncentral_chi_square_cdf, normal_sf, normal_upper,
+    poisson_cdf, poisson_interval, poisson_sf,
+};
+
+/// With one degree of freedom the law is that of a squared normal value with mean √λ; with three, one
+/// step of the recurrence in the degrees of freedom away from it.
+#[test]
+fn the_noncentral_chi_square_law_has_its_closed_forms() {
+    let density = |x: f64| (-0.5 * x * x).exp() / std::f64::consts::TAU.sqrt();
+    for (x, noncentrality) in [(1.0, 2.0), (40.0, 30.0), (37.3, 150.0), (37.3, 600.0)] {
+        let (x, l): (f64, f64) = (x, noncentrality);
+        let (near, far) = (l.sqrt() - x.sqrt(), l.sqrt() + x.sqrt());
+        let one = normal_sf(near) - normal_sf(far);
+        assert_relative_eq!(
+            noncentral_chi_square_cdf(x, 1.0, l),
+            one,
+            max_relative = 1e-10
+        );
+        let three = one - (density(near) - density(far)) / l.sqrt();
+        assert_relative_eq!(
+            noncentral_chi_square_cdf(x, 3.0, l),
+            three,
+            // The closed form cancels.
+            max_relative = 1e-8
+        );
+    }
+    assert_relative_eq!(
+        noncentral_chi_square_cdf(9.0, 5.0, 0.0),
+        gamma_p(2.5, 4.5),
+        max_relative = 1e-14
+    );
+}
+
+#[test]
+fn intervals_of_poisson_means_undo_the_tails() {
+    for k in [1, 7, 5000] {
+        let [low, high] = poisson_interval(k, 5e-10);
+        assert_relative_eq!(poisson_sf(k, low), 5e-10, max_relative = 1e-9);
+        assert_relative_eq!(poisson_cdf(k, high), 5e-10, max_relative = 1e-9);
+    }
+    let [low, high] = poisson_interval(0, 5e-10);
+    assert_eq!(low, 0.0);
+    assert_relative_eq!(high, -(5e-10_f64).ln(), max_relative = 1e-12);
+}
+
+/// P(accepted) by adding up the law, value by value.
+fn added_up(values: u64, mass: impl Fn(u64) -> f64, accepted: impl Fn(u64) -> bool) -> f64 {
+    (0..=values).filter(|&k| accepted(k)).map(mass).sum()
+}
+
+#[test]
+fn misses_of_counts_are_sums_over_their_laws() {
+    let n = 60;
+    let choose = |k: u64| (0..k).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64);
+    let law = |q: f64| move |k: u64| choose(k) * q.powi(k as i32) * (1.0 - q).powi((n - k) as i32);
+    let test = Sensitivity::Binomial {
+        n,
+        probability: 0.4,
+    };
+    for effect in [-0.39, -0.2, 0.0, 0.1, 0.3, 0.55] {
+        let accepted = |k| binomial_two_sided(k, n, 0.4) >= ALPHA;
+        assert_relative_eq!(
+            test.miss(effect),
+            added_up(n, law(0.4 + effect), accepted),
+            max_relative = 1e-9
+        );
+    }
+    // A probability above 1 does not exist.
+    assert_eq!(test.miss(0.7), 0.0);
+
+    let poisson_law =
+        |mean: f64| move |k: u64| (1..=k).fold((-mean).exp(), |mass, i| mass * mean / i as f64);
+    let test = Sensitivity::Poisson { mean: 30.0 };
+    for effect in [-29.0, -10.0, 0.0, 20.0, 70.0] {
+        let accepted = |k| 2.0 * poisson_sf(k, 30.0).min(poisson_cdf(k, 30.0)) >= ALPHA;
+        assert_relative_eq!(
+            test.miss(effect),
+            added_up(400, poisson_law(30.0 + effect), accepted),
+            max_relative = 1e-9
+        );
+    }
+}
+
+#[test]
+fn misses_of_normal_statistics_are_normal_tails() {
+    let known = |tests| Sensitivity::Normal {
+        standard_error: 2.0,
+        dof: f64::INFINITY,
+        tests,
+    };
+    let critical = normal_upper(0.5 * ALPHA);
+    // Half of the effects at the critical value are missed, but for those beyond the other one.
+    assert_relative_eq!(known(1).miss(2.0 * critical), 0.5, max_relative = 1e-9);
+    assert_relative_eq!(known(1).miss(0.0), 1.0 - ALPHA, max_relative = 1e-12);
+    assert_relative_eq!(
+        known(1).smallest_effect(ALPHA),
+        2.0 * (critical + normal_upper(ALPHA)),
+        max_relative = 1e-8
+    );
+    let many = normal_upper(0.5 * ALPHA / 100.0);
+    assert_relative_eq!(known(100).miss(2.0 * many), 0.5, max_relative = 1e-9);
+    // With a million degrees of freedom, t is z.
+    let t = Sensitivity::Normal {
+        standard_error: 2.0,
+        dof: 1e6,
+        tests: 1,
+    };
+    assert_relative_eq!(t.miss(16.0), known(1).miss(16.0), max_relative = 1e-3);
+}
+
+/// Cells of equal probability p under an effect δ on one of them: the noncentrality is n δ² p/(1 − p).
+#[test]
+fn misses_of_cells_and_distances_are_those_of_their_laws() {
+    let cells = Sensitivity::Cells {
+        dof: 1.0,
+        n: 1e6,
+        least: 0.5,
+        level: ALPHA,
+    };
+    // Two cells are one share: the square of a z test of its relative error, standard error 1/1000.
+    let share = Sensitivity::Normal {
+        standard_error: 1e-3,
+        dof: f64::INFINITY,
+        tests: 1,
+    };
+    for effect in [0.001, 0.006, 0.012] {
+        let found = cells.miss(effect);
+        assert_relative_eq!(found, share.miss(effect), max_relative = 1e-8);
+        assert_eq!(found, cells.miss(-effect));
+    }
+    let nothing = Sensitivity::Cells {
+        dof: 0.0,
+        n: 1e6,
+        least: 1.0,
+        level: ALPHA,
+    };
+    assert_eq!(nothing.smallest_effect(ALPHA), f64::INFINITY);
+    // √(ln(2/α)/2n) to be rejected, √(ln(1/α)/2n) for certainty.
+    let distance = Sensitivity::Distance { n: 5000 };
+    let expected = ((2.0 / ALPHA).ln() / 1e4).sqrt() + ((1.0 / ALPHA).ln() / 1e4).sqrt();
+    assert_relative_eq!(
+        distance.smallest_effect(ALPHA),
+        expected,
+        max_relative = 1e-8
+    );
+    assert_eq!(distance.miss(0.04), 1.0);
+}
+
+/// Values 0 and 2 in turn: mean 1.
+fn turns(n: u64) -> Values {
+    let mut i = 0;
+    Values::collect(1.0, n, move || {
+        i += 1;
+        f64::from(2 * (i % 2))
+    })
+}
+
+/// The effect that is found by asking the statistic itself: of hypotheses further and further from the
+/// data, the first that is rejected is as far off as an effect that is missed half of the time.
+#[test]
+fn outcomes_state_the_power_of_their_own_statistic() {
+    let claim = Claim::Exact { delta: 0.1 };
+    let values = turns(10_000);
+    let first_rejected = |outcome: &dyn Fn(f64) -> Outcome| {
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if outcome(middle).p < ALPHA {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        high
+    };
+    let t = |effect: f64| mean("t", &values, 1.0 + effect, claim);
+    let at = first_rejected(&t);
+    assert_relative_eq!(t(0.0).sensitivity.miss(at), 0.5, max_relative = 1e-3);
+    let other = |effect: f64| {
+        let mut other = Values::new(1.0);
+        (0..10_000).for_each(|i| other.push(f64::from(2 * (i % 2)) + effect));
+        welch("w", &values, &other, claim)
+    };
+    let at = first_rejected(&other);
+    assert_relative_eq!(other(0.0).sensitivity.miss(at), 0.5, max_relative = 1e-3);
+    let ratio = |effect: f64| variance_ratio("r", &values, &values, 1.0 + effect, 0.1);
+    let at = first_rejected(&ratio);
+    // The hypothesis enters its own standard error, here 8 % at the critical value.
+    let wanted = ratio(0.0).sensitivity.miss(at / 1.045);
+    assert_relative_eq!(wanted, 0.5, max_relative = 0.1);
+    let bounded = |effect: f64| bounded_mean("b", &values, 1.0 + effect, [0.0, 2.0], claim);
+    let at = first_rejected(&bounded);
+    assert_relative_eq!(bounded(0.0).sensitivity.miss(at), 1.0);
+    assert!(bounded(0.0).sensitivity.miss(1.2 * at) < 1.0);
+    let detected = bounded(0.0).minimum_detectable_effect();
+    // Rejection needs ln(4/α), certainty ln(2/α) on top: a little less than twice the half width.
+    assert!(
+        1.9 * at < detected && detected < 2.0 * at,
+        "{detected} {at}"
+    );
+}
+
+#[test]
+fn power_is_stated_of_every_claim() {
+    let values = turns(10_000);
+    let exact = mean("t", &values, 1.0, Claim::Exact { delta: 0.12 });
+    let equal = mean("t", &values, 1.0, Claim::Approximate { margin: 0.12 });
+    // Equality may be missed on two sides.
+    assert_relative_eq!(equal.miss(), 2.0 * exact.miss(), max_relative = 1e-12);
+    assert!(equal.minimum_detectable_effect() > exact.minimum_detectable_effect());
+    let miss = exact.sensitivity.miss(exact.minimum_detectable_effect());
+    assert_relative_eq!(miss, ALPHA, max_relative = 1e-5);
+    assert_eq!(exact.power(), format!("1 - {:.1e}", exact.miss()));
+    let weak = mean("t", &values, 1.0, Claim::Exact { delta: 0.06 });
+    assert!(weak.power().starts_with("0."), "{}", weak.power());
+    let test = mean("t", &values, 1.0, Claim::Test);
+    assert_eq!(test.miss(), ALPHA);
+    let identity = Outcome::exact("identity", 9, 1e-16, 1e-15, "");
+    assert_eq!((identity.power().as_str(), identity.miss()), ("exact", 0.0));
+    assert_eq!(identity.minimum_detectable_effect(), 1e-15);
+    // Nothing varies: every effect is seen.
+    let constant = Values::collect(1.0, 1000, || 1.0);
+    let outcome = mean("c", &constant, 1.0, Claim::Exact { delta: 0.1 });
+    assert_eq!(
+        (outcome.miss(), outcome.minimum_detectable_effect()),
+        (0.0, 0.0)
+    );
+    let rare = poisson("rare", 0, 1_000_000, 1e-4, 30.0);
+    assert!(rare.miss() < 1e-9 && rare.verdict().word() == "holds");
+    assert!(chi_square_sf(rare.minimum_detectable_effect(), 2.0) < 1e-5);
+    let coin = binomial("coin", 500, 1000, 0.5, 0.2);
+    let detected = coin.minimum_detectable_effect();
+    // About 12 standard errors of 0.0158, less what the law's smaller spread out there saves.
+    assert!(0.17 < detected && detected < 0.19, "{detected}");
+}
