@@ -41,4 +41,44 @@ impl Camera {
             + (0.5 * height - y) * scale * self.up;
         Ray::new(self.eye, direction.normalize())
     }
+
+    /// Where an image of `size` pixels shows a point; `None` outside of the image and behind the eye.
+    #[inline]
+    pub fn project(&self, size: [u32; 2], point: DVec3) -> Option<Seen> {
+        let [width, height] = size.map(f64::from);
+        let offset = point - self.eye;
+        let depth = offset.dot(self.forward);
+        if depth <= 0.0 {
+            return None;
+        }
+        let scale = 2.0 * self.half_height / height;
+        let x = 0.5 * width + offset.dot(self.right) / (depth * scale);
+        let y = 0.5 * height - offset.dot(self.up) / (depth * scale);
+        if !(0.0..width).contains(&x) || !(0.0..height).contains(&y) {
+            return None;
+        }
+        let distance_squared = offset.length_squared();
+        let distance = distance_squared.sqrt();
+        let cosine = depth / distance;
+        Some(Seen {
+            pixel: [x as u32, y as u32],
+            to_eye: offset / -distance,
+            distance_squared,
+            importance: 1.0 / (scale * scale * cosine.powi(3)),
+        })
+    }
+}
+
+/// A point as the camera sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seen {
+    /// Column and row of its pixel.
+    pub pixel: [u32; 2],
+    /// Unit direction from the point to the eye.
+    pub to_eye: DVec3,
+    /// Squared distance to the eye.
+    pub distance_squared: f64,
+    /// What a pixel's mean radiance gets from radiance 1 per solid angle around this direction, 1/sr: the
+    /// pixel has area A on the image at distance 1, and a solid angle dω covers dω/cos³θ of it, so 1/(A cos³θ).
+    pub importance: f64,
 }

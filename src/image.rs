@@ -140,20 +140,33 @@ pub fn write_png(
     write_rgb(path, [width, height], &rgb)
 }
 
-fn write_rgb(path: &Path, size: [u32; 2], rgb: &[u8]) -> Result<(), Error> {
+/// Writes 8-bit sRGB values, three per pixel, row by row from the top, as a PNG.
+///
+/// # Errors
+/// As [`write_png`].
+pub fn write_rgb(path: &Path, size: [u32; 2], rgb: &[u8]) -> Result<(), Error> {
+    let bytes = encode_rgb(size, rgb).map_err(|error| Error::Image {
+        action: "write",
+        path: path.to_owned(),
+        message: error.to_string(),
+    })?;
     write_whole(path, |file| {
-        let failed = |error: png::EncodingError| Error::Image {
-            action: "write",
-            path: path.to_owned(),
-            message: error.to_string(),
-        };
-        let mut encoder = png::Encoder::new(file, size[0], size[1]);
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-        let mut writer = encoder.write_header().map_err(failed)?;
-        writer.write_image_data(rgb).map_err(failed)
+        file.write_all(&bytes).map_err(Error::file("write", path))
     })
+}
+
+/// The bytes of such a PNG.
+///
+/// # Errors
+/// If there are not 3 × width × height values.
+pub fn encode_rgb([width, height]: [u32; 2], rgb: &[u8]) -> Result<Vec<u8>, png::EncodingError> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    encoder.write_header()?.write_image_data(rgb)?;
+    Ok(bytes)
 }
 
 /// Writes a file whole or not at all: into a temporary file beside it, then renamed.

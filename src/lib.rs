@@ -16,8 +16,9 @@
 //! | [`moments`], [`sampling`], [`roulette`], [`pixel`] | (16)-(19), 2.6.2, 2.7: Monte Carlo |
 //! | [`scene`], [`emitter`], [`camera`], [`accel`] | what is rendered, as plain data |
 //! | [`estimator`] | how: estimators composed from replaceable parts |
-//! | [`render`], [`film`], [`image`] | the loop, the accumulators, the files |
-//! | [`rng`], [`frame`], [`error`] | streams of random numbers, coordinates, errors |
+//! | [`render`], [`film`], [`splat`], [`image`] | the loop, the accumulators, the files |
+//! | [`rng`], [`sampler`] | streams of random numbers, Owen-scrambled Sobol' points |
+//! | [`frame`], [`error`] | coordinates, errors |
 //! | [`harness`] | statistics, verdicts, trials as data: put your own code on trial with it |
 //! | [`trials`] | the registry: every property of this library on trial, with negative controls |
 //! | [`zoo`] | named faults, the trials that must reject them, and the table of both |
@@ -56,9 +57,11 @@ pub mod radiometry;
 pub mod render;
 pub mod rng;
 pub mod roulette;
+pub mod sampler;
 pub mod sampling;
 pub mod scene;
 pub mod shape;
+pub mod splat;
 pub mod trials;
 pub mod watertight;
 pub mod zoo;

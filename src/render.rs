@@ -4,13 +4,15 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
+use rand::Rng;
 use rayon::prelude::*;
 
 use crate::error::Error;
-use crate::estimator::Estimator;
+use crate::estimator::{Estimator, ImageEstimator};
 use crate::film::{Features, Film, Pixel};
 use crate::pixel::PixelSampling;
-use crate::rng::{stream, uniform2};
+use crate::rng::{seed_for, stream, uniform2};
+use crate::sampler::{Sampler, Sobol};
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
 
@@ -19,8 +21,32 @@ use crate::shape::Ray;
 pub struct Sampling {
     /// Where in a pixel the rays go.
     pub pixel: PixelSampling,
+    /// Where the random numbers come from.
+    pub numbers: Numbers,
     /// The master seed.
     pub seed: u64,
+}
+
+/// Where an estimator's random numbers come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Numbers {
+    /// A stream of its own for each sample.
+    #[default]
+    Independent,
+    /// [`Sobol`] points; a replication is one scramble of this many (at most
+    /// [`LONGEST`](crate::sampler::LONGEST)).
+    Sobol(u32),
+}
+
+impl Sampling {
+    /// How many samples one replication has: the smallest number that is independent of the next.
+    pub fn samples_per_replication(&self) -> u32 {
+        let pixel = self.pixel.samples_per_replication();
+        match self.numbers {
+            Numbers::Independent => pixel,
+            Numbers::Sobol(points) => pixel * points,
+        }
+    }
 }
 
 /// Adds the replications `range` to every pixel of the film.
@@ -94,23 +120,42 @@ fn add_replication<E: Estimator>(
     }: PixelPosition,
     pixel: &mut Pixel,
 ) -> Result<(), Error> {
-    let samples = sampling.pixel.samples_per_replication();
+    let samples = sampling.samples_per_replication();
+    let here = y * frame[0] + x;
+    let scramble = match sampling.numbers {
+        Numbers::Independent => 0,
+        Numbers::Sobol(_) => {
+            stream(seed_for(sampling.seed, "scramble"), here, replication).next_u32()
+        }
+    };
     let mut sum = DVec3::ZERO;
     for index in 0..samples {
-        let mut rng = stream(
-            sampling.seed,
-            y * frame[0] + x,
-            replication * samples + index,
-        );
-        let [dx, dy] = sampling.pixel.position(index, uniform2(&mut rng));
-        let ray = scene
-            .camera()
-            .ray(frame, f64::from(x) + dx, f64::from(y) + dy);
-        let hit = scene.intersect(&ray);
-        if let Some(hit) = &hit {
-            pixel.push_features(&features(scene, hit, &ray));
-        }
-        sum += estimator.radiance(scene, &ray, hit, &mut rng);
+        let mut stream = stream(sampling.seed, here, replication * samples + index);
+        let corner = [f64::from(x), f64::from(y)];
+        sum += match sampling.numbers {
+            Numbers::Independent => {
+                let offset = sampling.pixel.position(index, uniform2(&mut stream));
+                sample(
+                    scene,
+                    estimator,
+                    (frame, corner, offset),
+                    pixel,
+                    &mut stream,
+                )
+            }
+            Numbers::Sobol(_) => {
+                let mut points = Sobol::new(index, scramble, stream);
+                let cell = index % sampling.pixel.samples_per_replication();
+                let offset = sampling.pixel.position(cell, uniform2(&mut points));
+                sample(
+                    scene,
+                    estimator,
+                    (frame, corner, offset),
+                    pixel,
+                    &mut points,
+                )
+            }
+        };
     }
     pixel
         .push(sum / f64::from(samples))
@@ -121,6 +166,57 @@ fn add_replication<E: Estimator>(
             },
             other => other,
         })
+}
+
+/// One estimate of the radiance that arrives through a point of a pixel.
+#[inline]
+fn sample<E: Estimator, R: Sampler>(
+    scene: &Scene,
+    estimator: &E,
+    (frame, corner, offset): ([u32; 2], [f64; 2], [f64; 2]),
+    pixel: &mut Pixel,
+    rng: &mut R,
+) -> DVec3 {
+    let ray = scene
+        .camera()
+        .ray(frame, corner[0] + offset[0], corner[1] + offset[1]);
+    let hit = scene.intersect(&ray);
+    if let Some(hit) = &hit {
+        pixel.push_features(&features(scene, hit, &ray));
+    }
+    estimator.radiance(scene, &ray, hit, rng)
+}
+
+/// Adds the passes `range` of an image estimator to a film of the full frame, each as one replication.
+/// `pass_done` is called after each pass with its number of pixels; when it returns false, the remaining
+/// passes are left out and `Ok(false)` is returned.
+///
+/// # Errors
+/// [`Error::Option`] for a film that is a part of its frame; what the estimator refuses.
+pub fn render_passes<E: ImageEstimator>(
+    scene: &Scene,
+    estimator: &E,
+    seed: u64,
+    film: &mut Film,
+    range: Range<u32>,
+    pass_done: &dyn Fn(u64) -> bool,
+) -> Result<bool, Error> {
+    let frame = film.frame();
+    if film.size() != frame {
+        return Err(Error::Option(
+            "an estimator of whole images cannot render a window: take the full frame".to_owned(),
+        ));
+    }
+    for index in range {
+        let image = estimator.pass(scene, frame, seed, index)?;
+        for (pixel, value) in film.pixels_mut().iter_mut().zip(&image) {
+            pixel.push(*value)?;
+        }
+        if !pass_done(image.len() as u64) {
+            return Ok(false);
+        }
+    }
+    Ok(true)
 }
 
 #[inline]

@@ -13,17 +13,23 @@ pub struct Kind {
 }
 
 /// All of them.
-pub const ALL: [Kind; 14] = [
+pub const ALL: [Kind; 16] = [
     kind("eq", "ID", false),
     kind("ref", "ID", true),
     kind("equations", "", false),
     kind("tally", "", false),
     kind("result", "EXPERIMENT.KEY [FORMAT]", true),
     kind("figure", "EXPERIMENT/NAME.svg \"caption\"", false),
+    kind(
+        "compare",
+        "EXPERIMENT/LEFT.png EXPERIMENT/RIGHT.png \"caption\"",
+        false,
+    ),
     kind("code", "PATH ITEM...", false),
     kind("cite", "KEY", true),
     kind("bibliography", "", false),
     kind("experiments", "", false),
+    kind("trial", "NAME", true),
     kind("trials", "", false),
     kind("faults", "", false),
     kind("traceability", "", false),

@@ -6,6 +6,7 @@ use whitefurnace::trials::all;
 use whitefurnace::zoo;
 
 use crate::mathml::{escape, typeset};
+use crate::nearest;
 use crate::trace::Sources;
 
 /// The table of all trials. `equation` gives an equation's number as a link.
@@ -19,8 +20,9 @@ pub fn trials(equation: impl Fn(&str) -> String) -> String {
             };
             let controls: Vec<_> = trial.controls.iter().map(|c| code(c.name)).collect();
             format!(
-                "<tr><td>{}</td><td>{}.<div class=\"equation-source\">{}; \
+                "<tr id=\"{}\"><td>{}</td><td>{}.<div class=\"equation-source\">{}; \
                  controls {}</div></td><td>{}</td><td>{}</td><td class=\"nowrap\">{delta}</td></tr>",
+                trial_fragment(&trial.name),
                 equation(trial.equation.id),
                 upper(&typeset(&trial.property)),
                 code(&trial.name),
@@ -31,6 +33,24 @@ pub fn trials(equation: impl Fn(&str) -> String) -> String {
         })
         .collect();
     table(&["equation", "property", "statistic", "n", "δ"], &rows)
+}
+
+/// The name of a trial, checked against the registry.
+///
+/// # Errors
+/// One line that names the nearest.
+pub fn trial(name: &str) -> Result<String, String> {
+    let trials = all();
+    if trials.iter().any(|trial| trial.name == name) {
+        return Ok(code(name));
+    }
+    let hint = nearest::hint(name, trials.iter().map(|trial| trial.name.as_str()));
+    Err(format!("no trial \"{name}\"{hint}"))
+}
+
+/// The place of a trial on the page that lists them.
+pub fn trial_fragment(name: &str) -> String {
+    format!("trial-{}", name.replace(['/', '.'], "-"))
 }
 
 /// The table of faults: what is wrong, and the trials that must reject it.

@@ -125,11 +125,12 @@ impl Results {
         })
     }
 
-    /// The experiment and the file of the figure `EXPERIMENT/NAME`.
+    /// The experiment and the files of the figure `EXPERIMENT/NAME`: one, or the bands of a large
+    /// picture from the top.
     ///
     /// # Errors
     /// One line that names the nearest.
-    pub fn figure(&self, name: &str) -> Result<(&Recorded, PathBuf), String> {
+    pub fn figure(&self, name: &str) -> Result<(&Recorded, Vec<PathBuf>), String> {
         let (id, file) = name
             .split_once('/')
             .ok_or_else(|| format!("\"{name}\" is not of the form EXPERIMENT/NAME.svg"))?;
@@ -141,14 +142,21 @@ impl Results {
             ));
         }
         let path = self.folder.join(id).join(file);
-        if !path.is_file() {
+        if path.is_file() {
+            return Ok((recorded, vec![path]));
+        }
+        let bands: Vec<PathBuf> = (1..)
+            .map(|k| path.with_extension(format!("band-{k}.png")))
+            .take_while(|band| band.is_file())
+            .collect();
+        if bands.is_empty() {
             return Err(format!(
                 "figure \"{name}\" is recorded, but {} is missing; run {}",
                 path.display(),
                 recorded.command
             ));
         }
-        Ok((recorded, path))
+        Ok((recorded, bands))
     }
 }
 

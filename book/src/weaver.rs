@@ -21,6 +21,7 @@ struct Places {
     equations: BTreeMap<String, PathBuf>,
     bibliography: Option<PathBuf>,
     experiments: Option<PathBuf>,
+    trials: Option<PathBuf>,
 }
 
 /// Everything that pages may refer to, and what was found on them.
@@ -129,6 +130,7 @@ impl<'a> Weaver<'a> {
                 }
                 ("bibliography", _) => self.places.bibliography = Some(path.to_owned()),
                 ("experiments", _) => self.places.experiments = Some(path.to_owned()),
+                ("trials", _) => self.places.trials = Some(path.to_owned()),
                 _ => {}
             }
         }
@@ -192,10 +194,14 @@ impl<'a> Weaver<'a> {
             ("result", [key]) => number::format(self.results.number(key)?, None),
             ("result", [key, format]) => number::format(self.results.number(key)?, Some(format)),
             ("figure", [name, caption]) => self.figure(context, name, caption).map(block),
+            ("compare", [left, right, caption]) => {
+                self.compare(context, [left, right], caption).map(block)
+            }
             ("code", [path, items @ ..]) if !items.is_empty() => self.code(path, items),
             ("cite", [key]) => self.cite(context, key),
             ("bibliography", []) => Ok(block(self.bibliography.list())),
             ("experiments", []) => Ok(block(self.experiments())),
+            ("trial", [name]) => self.trial(context, name),
             ("trials", []) => Ok(block(registry::trials(|id| {
                 self.equation_link(context, id)
             }))),
@@ -247,6 +253,18 @@ impl<'a> Weaver<'a> {
         Some(address(from, page, &equations::fragment(id)))
     }
 
+    /// A trial's name with a link to its row.
+    fn trial(&self, context: &Context<'_>, name: &str) -> Result<String, String> {
+        let label = registry::trial(name)?;
+        Ok(match &self.places.trials {
+            Some(page) => {
+                let address = address(context.path, page, &registry::trial_fragment(name));
+                format!("<a href=\"{address}\">{label}</a>")
+            }
+            None => label,
+        })
+    }
+
     fn cite(&self, context: &Context<'_>, key: &str) -> Result<String, String> {
         let label = escape(&self.bibliography.work(key)?.label);
         Ok(match &self.places.bibliography {
@@ -264,8 +282,71 @@ impl<'a> Weaver<'a> {
         name: &str,
         caption: &str,
     ) -> Result<String, String> {
+        let (experiment, picture) = self.picture(context, name)?;
+        self.captioned(context, &[name], caption, &[experiment], |label| {
+            format!("<div class=\"picture\">{}</div>", picture(label))
+        })
+    }
+
+    /// Two pictures of one size, one over the other, and a slider that shows more of either.
+    fn compare(
+        &mut self,
+        context: &mut Context<'_>,
+        names: [&str; 2],
+        caption: &str,
+    ) -> Result<String, String> {
+        let (left, left_picture) = self.picture(context, names[0])?;
+        let (right, right_picture) = self.picture(context, names[1])?;
+        self.captioned(context, &names, caption, &[left, right], |label| {
+            format!(
+                "<div class=\"compare\"><div class=\"picture\">{}</div>\
+                 <div class=\"picture over\">{}</div>\
+                 <input type=\"range\" min=\"0\" max=\"100\" value=\"50\" \
+                 aria-label=\"how much of the left picture is shown\" \
+                 oninput=\"this.parentNode.style.setProperty('--split', this.value + '%')\"></div>",
+                left_picture(label),
+                right_picture(label)
+            )
+        })
+    }
+
+    /// A recorded picture: its experiment, and its images under a label.
+    fn picture(
+        &mut self,
+        context: &Context<'_>,
+        name: &str,
+    ) -> Result<(&'a Recorded, impl Fn(&str) -> String + use<>), String> {
         let results = self.results;
-        let (recorded, file) = results.figure(name)?;
+        let (recorded, files) = results.figure(name)?;
+        let mut addresses = Vec::new();
+        for file in files {
+            let file_name = file.file_name().unwrap_or_default().to_string_lossy();
+            let name = format!("{}/{file_name}", recorded.id);
+            addresses.push(format!(
+                "{}figures/{}",
+                to_root(context.path),
+                escape(&name)
+            ));
+            self.figures.insert(name, file);
+        }
+        let images = move |label: &str| {
+            let image = |address: &String| {
+                format!("<img src=\"{address}\" alt=\"{label}, described below\">")
+            };
+            addresses.iter().map(image).collect()
+        };
+        Ok((recorded, images))
+    }
+
+    /// A numbered figure with its caption and where it comes from.
+    fn captioned(
+        &mut self,
+        context: &mut Context<'_>,
+        names: &[&str],
+        caption: &str,
+        experiments: &[&Recorded],
+        body: impl Fn(&str) -> String,
+    ) -> Result<String, String> {
         if caption.trim().is_empty() {
             return Err("a figure needs a caption that can be read alone".to_owned());
         }
@@ -275,19 +356,24 @@ impl<'a> Weaver<'a> {
             Some(chapter) => format!("Figure {chapter}.{}", context.figures),
             None => format!("Figure {}", context.figures),
         };
-        let experiment = self.experiment_link(context.path, &recorded.id);
-        let figure = format!(
-            "<figure id=\"figure-{}\"><img src=\"{}figures/{}\" alt=\"{label}, \
-             described below\"><figcaption>\
-             <strong>{label}.</strong> {html} <span class=\"figure-source\">Experiment \
-             {experiment}; repeat with <code>{}</code>.</span></figcaption></figure>",
-            escape(&name.replace(['/', '.'], "-")),
-            to_root(context.path),
-            escape(name),
-            escape(&recorded.command),
-        );
-        self.figures.insert(name.to_owned(), file);
-        Ok(figure)
+        let mut sources: Vec<String> = experiments
+            .iter()
+            .map(|recorded| {
+                format!(
+                    "Experiment {}; repeat with <code>{}</code>.",
+                    self.experiment_link(context.path, &recorded.id),
+                    escape(&recorded.command)
+                )
+            })
+            .collect();
+        sources.dedup();
+        Ok(format!(
+            "<figure id=\"figure-{}\">{}<figcaption><strong>{label}.</strong> {html} \
+             <span class=\"figure-source\">{}</span></figcaption></figure>",
+            escape(&names.join("-").replace(['/', '.'], "-")),
+            body(&label),
+            sources.join(" "),
+        ))
     }
 
     /// A caption as HTML: plain text with formulas and the directives of running text.

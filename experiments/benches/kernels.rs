@@ -253,7 +253,11 @@ fn paths_report(bencher: Bencher) {
 
 #[divan::bench]
 fn paths_published(bencher: Bencher) {
-    paths(bencher, &report(Convention::Published), &Published);
+    paths(
+        bencher,
+        &report(Convention::Published),
+        &Published::default(),
+    );
 }
 
 #[divan::bench]

@@ -3,13 +3,18 @@
 use std::fmt::Write as _;
 
 use clap::ValueEnum;
+use glam::DVec3;
 use whitefurnace::bsdf::OrenNayarForm;
 use whitefurnace::error::Error;
-use whitefurnace::estimator::{Estimator, LightRules, Path, Published, Report, Standard, Whitted};
+use whitefurnace::estimator::{
+    Estimator, ImageEstimator, LightRules, LightTracer, Path, Published, Report, Standard,
+    Strategy, Whitted,
+};
 use whitefurnace::film::{Film, Window};
 use whitefurnace::image::Display;
 use whitefurnace::pixel::PixelSampling;
-use whitefurnace::render::{Sampling, render};
+use whitefurnace::render::{Numbers, Sampling, render, render_passes};
+use whitefurnace::sampler::LONGEST;
 use whitefurnace::scene::room::{self, Convention};
 use whitefurnace::scene::{Scene, simple};
 
@@ -37,8 +42,14 @@ pub enum SceneName {
 /// The estimators that programs can name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum EstimatorName {
-    /// Path tracing: light sampling and cosine sampling combined, no bounce limit
-    Path,
+    /// Path tracing that finds lights by the directions of its paths alone
+    Bsdf,
+    /// Path tracing that finds lights by shadow rays alone
+    Light,
+    /// Path tracing by both, combined by multiple importance sampling
+    Mis,
+    /// Particles from the lights, each hit connected to the camera
+    LightTracer,
     /// The report's: shadow rays, uniform hemisphere, roulette, at most 7 segments
     Report,
     /// Whitted ray tracing: shadow rays, mirror and glass tree, no indirect light
@@ -78,6 +89,15 @@ pub enum PixelName {
     Jitter,
 }
 
+/// Where random numbers come from, as programs name it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SamplerName {
+    /// A stream of its own for each sample
+    Independent,
+    /// Owen-scrambled Sobol' points, several scrambles per pixel
+    Sobol,
+}
+
 /// The name that the command line uses for a value.
 pub fn name<T: ValueEnum + Copy>(value: T) -> String {
     value
@@ -102,6 +122,10 @@ pub struct Job {
     pub pixel: PixelName,
     /// n of the n × n sub-pixels of a grid.
     pub grid: u32,
+    /// Where random numbers come from.
+    pub sampler: SamplerName,
+    /// Independent scrambles per pixel of `SamplerName::Sobol`: they give the error bars.
+    pub scrambles: u32,
     /// Width and height of the full frame in pixels.
     pub size: [u32; 2],
     /// The part of the frame to render.
@@ -118,11 +142,13 @@ impl Default for Job {
         Self {
             scene: SceneName::Report,
             convention: ConventionName::Physical,
-            estimator: EstimatorName::Path,
+            estimator: EstimatorName::Mis,
             oren_nayar: OrenNayarName::Corrected,
             rays: 1,
             pixel: PixelName::Random,
             grid: 4,
+            sampler: SamplerName::Independent,
+            scrambles: 8,
             size: [1024, 768],
             window: None,
             spp: 512,
@@ -143,7 +169,7 @@ impl Job {
     /// The report's scene under a convention, with the estimator that belongs to it.
     pub fn report(convention: ConventionName) -> Self {
         let estimator = match convention {
-            ConventionName::Physical => EstimatorName::Path,
+            ConventionName::Physical => EstimatorName::Mis,
             ConventionName::Report | ConventionName::Published => EstimatorName::Report,
         };
         Self {
@@ -186,6 +212,10 @@ impl Job {
         if matches!(self.pixel, PixelName::Grid | PixelName::Jitter) {
             line("grid", &self.grid.to_string());
         }
+        line("sampler", &name(self.sampler));
+        if self.sampler == SamplerName::Sobol {
+            line("scrambles", &self.scrambles.to_string());
+        }
         line("size", &format!("{width}x{height}"));
         if let Some(Window {
             corner: [x, y],
@@ -216,12 +246,17 @@ impl Job {
         }
         let legal = match self.convention {
             ConventionName::Physical => self.estimator != EstimatorName::Report,
-            ConventionName::Report => self.estimator != EstimatorName::Path,
+            ConventionName::Report => {
+                matches!(
+                    self.estimator,
+                    EstimatorName::Report | EstimatorName::Whitted
+                )
+            }
             ConventionName::Published => self.estimator == EstimatorName::Report,
         };
         if !legal {
             let takes = match self.convention {
-                ConventionName::Physical => "path or whitted",
+                ConventionName::Physical => "any but report",
                 ConventionName::Report => "report or whitted",
                 ConventionName::Published => "report",
             };
@@ -243,10 +278,13 @@ impl Job {
         if self.grid == 0 || self.grid > 1024 {
             return refuse(format!("--grid {} must be between 1 and 1024", self.grid));
         }
-        let cells = self.sampling().pixel.samples_per_replication();
         if self.spp == 0 {
             return refuse("--spp 0 renders nothing: it must be at least 1".to_owned());
         }
+        if self.sampler == SamplerName::Sobol {
+            self.check_sobol()?;
+        }
+        let cells = self.sampling().pixel.samples_per_replication();
         if !self.spp.is_multiple_of(cells) {
             return refuse(format!(
                 "--spp {} is not a multiple of the {cells} samples of a {}x{} grid: take {} or change --grid",
@@ -257,6 +295,40 @@ impl Job {
             ));
         }
         Film::checked_window(self.size, self.window)?;
+        if self.renders_images() && self.window.is_some() {
+            return refuse(format!(
+                "--estimator {} renders whole images only: leave out the window",
+                name(self.estimator)
+            ));
+        }
+        Ok(())
+    }
+
+    /// Whether the estimator makes whole images, from independent numbers and random points of pixels.
+    fn renders_images(&self) -> bool {
+        self.estimator == EstimatorName::LightTracer
+    }
+
+    fn check_sobol(&self) -> Result<(), Error> {
+        let refuse = |message: String| Err(Error::Option(message));
+        if self.renders_images() || !matches!(self.pixel, PixelName::Random | PixelName::Centre) {
+            return refuse(
+                "--sampler sobol goes with estimators of single rays and --pixel random or centre"
+                    .to_owned(),
+            );
+        }
+        if self.scrambles == 0 || !self.spp.is_multiple_of(self.scrambles) {
+            return refuse(format!(
+                "--spp {} is not a multiple of the {} scrambles: change one of them",
+                self.spp, self.scrambles
+            ));
+        }
+        if self.spp / self.scrambles > LONGEST {
+            return refuse(format!(
+                "--spp {} in {} scrambles is more than {LONGEST} points each: raise --scrambles",
+                self.spp, self.scrambles
+            ));
+        }
         Ok(())
     }
 
@@ -267,17 +339,27 @@ impl Job {
     pub fn render(&self, progress: &Progress) -> Result<Rendered, Error> {
         self.check()?;
         let scene = self.build_scene()?;
+        if self.renders_images() && scene.background() != DVec3::ZERO {
+            return Err(Error::Option(format!(
+                "--scene {} is lit by its background, from which --estimator {} cannot start",
+                name(self.scene),
+                name(self.estimator)
+            )));
+        }
         let rules = match self.convention {
             ConventionName::Physical => LightRules::PHYSICAL,
             ConventionName::Report | ConventionName::Published => LightRules::REPORT,
         };
         match (self.estimator, self.convention) {
-            (EstimatorName::Path, _) => {
-                self.render_with(&scene, &Path::<Standard>::default(), progress)
+            (EstimatorName::Bsdf, _) => self.paths(&scene, Strategy::Bsdf, progress),
+            (EstimatorName::Light, _) => self.paths(&scene, Strategy::Light, progress),
+            (EstimatorName::Mis, _) => self.paths(&scene, Strategy::Mis, progress),
+            (EstimatorName::LightTracer, _) => {
+                self.render_images(&scene, &LightTracer::<Standard>::default(), progress)
             }
             (EstimatorName::Whitted, _) => self.render_with(&scene, &Whitted::new(rules), progress),
             (EstimatorName::Report, ConventionName::Published) => {
-                self.render_with(&scene, &Published, progress)
+                self.render_with(&scene, &Published::default(), progress)
             }
             (EstimatorName::Report, _) => {
                 let report = Report {
@@ -297,13 +379,22 @@ impl Job {
             PixelName::Random => PixelSampling::Random,
             PixelName::Jitter => PixelSampling::Jitter(self.grid),
         };
+        let numbers = match self.sampler {
+            SamplerName::Independent => Numbers::Independent,
+            SamplerName::Sobol => Numbers::Sobol(self.spp / self.scrambles),
+        };
         Sampling {
             pixel,
+            numbers,
             seed: self.seed,
         }
     }
 
-    fn build_scene(&self) -> Result<Scene, Error> {
+    /// The scene of the job.
+    ///
+    /// # Errors
+    /// None for the scenes that programs can name.
+    pub fn build_scene(&self) -> Result<Scene, Error> {
         match self.scene {
             SceneName::Report => {
                 let convention = match self.convention {
@@ -326,16 +417,47 @@ impl Job {
         }
     }
 
+    fn paths(
+        &self,
+        scene: &Scene,
+        strategy: Strategy,
+        progress: &Progress,
+    ) -> Result<Rendered, Error> {
+        let parts = Standard;
+        self.render_with(scene, &Path { parts, strategy }, progress)
+    }
+
+    /// Renders whole images, each a replication.
+    fn render_images<E: ImageEstimator>(
+        &self,
+        scene: &Scene,
+        estimator: &E,
+        progress: &Progress,
+    ) -> Result<Rendered, Error> {
+        let mut film = Film::new(self.size, self.window, 1)?;
+        let [width, height] = film.size().map(u64::from);
+        let mut bar = progress.bar(width * height * u64::from(self.spp));
+        let pass_done = |samples| bar.advance(samples);
+        let range = 0..self.spp;
+        let complete = render_passes(scene, estimator, self.seed, &mut film, range, &pass_done)?;
+        bar.error(|| film.relative_error());
+        bar.finish();
+        Ok(Rendered { film, complete })
+    }
+
     /// Renders in passes that double up to [`LARGEST_PASS`] replications, so that error and image are
     /// known early.
-    fn render_with<E: Estimator>(
+    ///
+    /// # Errors
+    /// As [`render`](Self::render).
+    pub fn render_with<E: Estimator>(
         &self,
         scene: &Scene,
         estimator: &E,
         progress: &Progress,
     ) -> Result<Rendered, Error> {
         let sampling = self.sampling();
-        let per_replication = sampling.pixel.samples_per_replication();
+        let per_replication = sampling.samples_per_replication();
         let mut film = Film::new(self.size, self.window, per_replication)?;
         let replications = self.spp / per_replication;
         let [width, height] = film.size().map(u64::from);

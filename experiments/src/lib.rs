@@ -1,9 +1,11 @@
 //! The programs of whitefurnace: `reproduce` runs every experiment, `render` makes one image, and each
 //! experiment has a binary of its own name.
 
+pub mod bands;
 pub mod calibration;
 pub mod cells;
 pub mod cli;
+pub mod errata;
 pub mod false_alarms;
 pub mod faults;
 pub mod figures;
@@ -31,7 +33,9 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &figures::FIG8,
     &figures::FIG9,
     &regions::REGIONS,
+    &regions::QUIRKS,
     &watertight::WATERTIGHT,
+    &errata::ERRATA,
     &trials::TRIALS,
     &faults::FAULTS,
     &calibration::CALIBRATION,

@@ -29,17 +29,18 @@ const INK: RGBColor = RGBColor(40, 40, 40);
 const FAINT: RGBColor = RGBColor(215, 215, 215);
 const FONT: &str = "sans-serif";
 
-/// One panel per convention: for each region, how far each channel is from the published image.
+/// One panel per title: for each region, a difference of each channel.
 ///
 /// # Errors
 /// The file cannot be written.
 pub fn differences(
     path: &Path,
     regions: &[&str],
+    axis: &str,
     panels: &[(&str, Vec<[f64; 3]>)],
 ) -> Result<(), Error> {
     write_svg(path, [960, 840], |root| {
-        draw_differences(root, regions, panels)
+        draw_differences(root, regions, axis, panels)
     })
 }
 
@@ -71,6 +72,7 @@ fn write_svg(
 fn draw_differences(
     root: &DrawingArea<SVGBackend<'_>, Shift>,
     regions: &[&str],
+    axis: &str,
     panels: &[(&str, Vec<[f64; 3]>)],
 ) -> Drawn {
     for (area, (title, rows)) in root.split_evenly((panels.len(), 1)).iter().zip(panels) {
@@ -80,7 +82,7 @@ fn draw_differences(
             .fold(3.0f64, |largest, d| largest.max(d.abs()))
             * 1.15;
         let mut chart = ChartBuilder::on(area)
-            .caption(format!("convention {title}"), (FONT, 18, &INK))
+            .caption(*title, (FONT, 18, &INK))
             .margin(10)
             .x_label_area_size(28)
             .y_label_area_size(70)
@@ -104,7 +106,7 @@ fn draw_differences(
             })
             .y_labels(5)
             .y_label_formatter(&|y| format!("{y:+.0}"))
-            .y_desc("rendered − published (grey levels)")
+            .y_desc(axis)
             .draw()?;
         chart.draw_series(LineSeries::new(
             [(-0.5, 0.0), (regions.len() as f64 - 0.5, 0.0)],

@@ -9,6 +9,7 @@ use serde::Serialize;
 use whitefurnace::error::Error;
 use whitefurnace::image::check_writable;
 
+use crate::bands;
 use crate::job::name;
 use crate::lab::{Experiment, Lab, Options, Outcome, Tier, write_text};
 use crate::progress::interrupted;
@@ -207,8 +208,8 @@ pub fn check_recordable(options: &Options) -> Result<(), Error> {
     ))
 }
 
-/// Copies an experiment's result and figures from `from` to `to`, where older files go. Returns the
-/// figures that are too large and were left out.
+/// Copies an experiment's result and figures from `from` to `to`, where older files go; large pictures
+/// as [`bands`]. Returns the plots that are too large and were left out.
 ///
 /// # Errors
 /// A file cannot be read or written.
@@ -229,11 +230,14 @@ pub fn record(from: &Path, to: &Path) -> Result<Vec<String>, Error> {
         let size = std::fs::metadata(&source)
             .map_err(Error::file("read", &source))?
             .len();
-        if size > LARGEST_RECORDED {
+        if size <= LARGEST_RECORDED {
+            std::fs::copy(&source, to.join(&figure)).map_err(Error::file("copy", &source))?;
+        } else if source.extension().is_some_and(|e| e == "png") {
+            bands::split(&source, to, LARGEST_RECORDED)?;
+        } else {
             too_large.push(figure);
             continue;
         }
-        std::fs::copy(&source, to.join(&figure)).map_err(Error::file("copy", &source))?;
         outcome.figures.push(figure);
     }
     write_json(&to.join("result.json"), &outcome)?;

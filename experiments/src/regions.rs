@@ -2,6 +2,7 @@
 
 use whitefurnace::equation;
 use whitefurnace::error::Error;
+use whitefurnace::estimator::{Published, Quirks};
 use whitefurnace::film::{Film, Window};
 use whitefurnace::image::Display;
 
@@ -9,6 +10,7 @@ use crate::figures::CONVENTIONS;
 use crate::job::{ConventionName, Job};
 use crate::lab::{Experiment, Lab};
 use crate::plot;
+use crate::progress::Progress;
 
 /// Compares region means with the published image.
 pub const REGIONS: Experiment = Experiment {
@@ -95,6 +97,72 @@ const TABLE: [Region; 9] = [
     ),
 ];
 
+/// What each quirk of the reconstruction does to each region.
+pub const QUIRKS: Experiment = Experiment {
+    id: "quirks",
+    title: "the published convention with one quirk left out at a time, by region (8-bit R G B)",
+    version: 1,
+    equations: &[&equation::ROULETTE, &equation::OREN_NAYAR],
+    run: quirks,
+};
+
+fn quirks(lab: &mut Lab) -> Result<(), Error> {
+    let all = Quirks::default();
+    let own = Quirks {
+        roulette_by_cosine: false,
+        ..all
+    };
+    let kept = Quirks {
+        end_loses_direct: false,
+        ..all
+    };
+    let single = Quirks {
+        extra_cosine: false,
+        ..all
+    };
+    let variants = [
+        ("without the cosine as roulette number", "own-number", own),
+        ("without the loss of direct light", "direct-kept", kept),
+        ("without the extra cosine", "single-cosine", single),
+    ];
+    let mut panels = Vec::new();
+    for (title, stem, quirks) in variants {
+        let mut panel = Vec::new();
+        for region in &TABLE {
+            let [with, without] = [all, quirks].map(|quirks| quirked_mean(lab, region, quirks));
+            let (with, without) = (with?, without?);
+            let change = [0, 1, 2].map(|c| without[c] - with[c]);
+            for (channel, c) in ["r", "g", "b"].into_iter().zip(0..) {
+                let key = format!("{stem}.{}.{channel}", region.name.replace([' ', ','], ""));
+                lab.number(&key, change[c]);
+            }
+            lab.note(
+                &format!("{title}: {}", region.name),
+                format!("{:+.1} {:+.1} {:+.1}", change[0], change[1], change[2]),
+            );
+            panel.push(change);
+        }
+        panels.push((title, panel));
+    }
+    let names = TABLE.map(|region| region.name);
+    let axis = "change (grey levels)";
+    plot::differences(&lab.figure("quirks.svg"), &names, axis, &panels)
+}
+
+/// [`region_mean`] of the reconstruction with these quirks. All take the same random numbers, so that
+/// a difference shows the quirk and little noise.
+fn quirked_mean(lab: &Lab, region: &Region, quirks: Quirks) -> Result<[f64; 3], Error> {
+    let job = region_job(lab, ConventionName::Published, region);
+    let progress = Progress::new(&format!("quirks {}", region.name));
+    let scene = job.build_scene()?;
+    let rendered = job.render_with(&scene, &Published { quirks }, &progress)?;
+    if rendered.complete {
+        Ok(encoded_mean(&rendered.film))
+    } else {
+        Err(Error::Interrupted)
+    }
+}
+
 fn run(lab: &mut Lab) -> Result<(), Error> {
     let mut rows = Vec::new();
     let mut differences = Vec::new();
@@ -141,7 +209,8 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
         &rows,
     )?;
     let names = TABLE.map(|region| region.name);
-    plot::differences(&lab.figure("regions.svg"), &names, &differences)
+    let axis = "rendered − published (grey levels)";
+    plot::differences(&lab.figure("regions.svg"), &names, axis, &differences)
 }
 
 fn triple([r, g, b]: [f64; 3]) -> String {
@@ -150,18 +219,21 @@ fn triple([r, g, b]: [f64; 3]) -> String {
 
 /// The mean over the region of floor(255 · min(1, pixel mean)), as the published image was measured.
 fn region_mean(lab: &Lab, convention: ConventionName, region: &Region) -> Result<[f64; 3], Error> {
+    let film = lab.render(&region_job(lab, convention, region), region.name)?;
+    Ok(encoded_mean(&film))
+}
+
+fn region_job(lab: &Lab, convention: ConventionName, region: &Region) -> Job {
     let window = Some(Window {
         corner: region.corner,
         size: region.size,
     });
     let spp = lab.by_tier(256, 1024);
-    let job = lab.prepared(Job {
+    lab.prepared(Job {
         window,
         spp,
         ..Job::report(convention)
-    });
-    let film = lab.render(&job, region.name)?;
-    Ok(encoded_mean(&film))
+    })
 }
 
 fn encoded_mean(film: &Film) -> [f64; 3] {

@@ -79,7 +79,7 @@ fn every_scene_renders_with_every_legal_estimator() {
         "glass-cube",
         "cornell",
     ] {
-        for estimator in ["path", "whitted"] {
+        for estimator in ["bsdf", "light", "mis", "whitted"] {
             let options = format!("--scene {scene} --estimator {estimator} --size 16x12 --spp 2");
             let output = render(&folder, &options);
             assert!(
@@ -105,7 +105,7 @@ fn bad_input_gets_one_line_exit_code_two_and_leaves_nothing() {
         ("--out out/picture.png", ".exr"),
         ("--out /dev/null/picture.exr", "/dev/null"),
         (
-            "--convention published --estimator path",
+            "--convention published --estimator mis",
             "--estimator report",
         ),
         (

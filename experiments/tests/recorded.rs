@@ -1,6 +1,7 @@
 //! Results that the book keeps, and how they get there.
 
 use std::fs;
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -13,6 +14,7 @@ use experiments::{EXPERIMENTS, cells};
 use whitefurnace::harness::mean::{Values, mean};
 use whitefurnace::harness::outcome::Claim;
 use whitefurnace::harness::trial::{Row, write_cells};
+use whitefurnace::image::write_rgb;
 
 fn folder(test: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
@@ -54,23 +56,40 @@ fn recorded_results_are_those_of_the_code() {
 }
 
 #[test]
-fn recording_copies_figures_and_leaves_out_large_ones() {
+fn recording_divides_large_pictures_and_leaves_out_large_plots() {
     let folder = folder("record");
     let [from, to] = ["from", "to"].map(|name| folder.join(name));
     fs::create_dir_all(&from).expect("folder");
     fs::create_dir_all(&to).expect("folder");
     fs::write(to.join("old.svg"), "old").expect("file");
     fs::write(from.join("a.svg"), "plot").expect("file");
-    fs::write(from.join("b.png"), vec![0; LARGEST_RECORDED as usize + 1]).expect("file");
+    fs::write(from.join("b.svg"), vec![0; LARGEST_RECORDED as usize + 1]).expect("file");
+    let size = [640, 401];
+    let noise: Vec<u8> = (0..3 * size[0] * size[1])
+        .map(|i: u32| (i.wrapping_mul(2_654_435_761) >> 24) as u8 ^ (i.wrapping_mul(i) >> 7) as u8)
+        .collect();
+    write_rgb(&from.join("c.png"), size, &noise).expect("picture");
     let result = r#"{"id": "demo", "title": "", "version": 1, "tier": "full", "seed": 1,
-        "command": "", "equations": [], "numbers": {"x": 1.5}, "figures": ["a.svg", "b.png"],
+        "command": "", "equations": [], "numbers": {"x": 1.5}, "figures": ["a.svg", "b.svg", "c.png"],
         "findings": [], "fingerprint": "abc"}"#;
     fs::write(from.join("result.json"), result).expect("file");
-    assert_eq!(record(&from, &to).expect("recorded"), ["b.png"]);
+    assert_eq!(record(&from, &to).expect("recorded"), ["b.svg"]);
     let found = recorded(&folder, "to").expect("a result");
-    assert_eq!(found.figures, ["a.svg"]);
+    assert_eq!(found.figures, ["a.svg", "c.png"]);
     assert!(found.fingerprint.is_empty());
-    assert!(to.join("a.svg").is_file() && !to.join("b.png").exists());
+    assert!(to.join("a.svg").is_file() && !to.join("b.svg").exists());
+    let mut joined = Vec::new();
+    for band in (1..).map(|k| to.join(format!("c.band-{k}.png"))) {
+        let Ok(bytes) = fs::read(&band) else { break };
+        assert!(bytes.len() as u64 <= LARGEST_RECORDED, "{}", band.display());
+        let mut reader = png::Decoder::new(Cursor::new(bytes))
+            .read_info()
+            .expect("a PNG");
+        let mut rows = vec![0; reader.output_buffer_size().expect("a size")];
+        reader.next_frame(&mut rows).expect("pixels");
+        joined.extend(rows);
+    }
+    assert!(joined == noise && !to.join("c.png").exists());
     assert!(!to.join("old.svg").exists());
 }
 
@@ -183,7 +202,7 @@ fn batches_of_a_mean_are_plotted() {
         .expect("the program starts");
     assert!(plot.status.success());
     let svg = fs::read_to_string(path.with_extension("svg")).expect("a plot");
-    assert!(svg.contains("batch 1 of"));
+    assert!(svg.contains(" (16 values)"));
 }
 
 #[test]

@@ -4,23 +4,25 @@
 //! default is the library's own function. [`Standard`] overrides nothing and is what programs run; a
 //! trial puts a faulty part in by overriding one method. All of it is resolved by the compiler.
 
+mod light_tracer;
 mod path;
 mod published;
 mod report;
+mod vertex;
 mod whitted;
 
 use glam::DVec3;
-use rand::Rng;
 
-pub use path::Path;
-pub use published::Published;
+pub use light_tracer::LightTracer;
+pub use path::{Path, Strategy};
+pub use published::{Published, Quirks};
 pub use report::Report;
 pub use whitted::Whitted;
 
 use crate::bsdf::Bsdf;
 use crate::emitter::{Emitter, EmitterPoint};
-use crate::frame::Frame;
-use crate::rng::{uniform, uniform2};
+use crate::error::Error;
+use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
 use crate::{fresnel, radiometry, roulette, sampling};
@@ -29,7 +31,30 @@ use crate::{fresnel, radiometry, roulette, sampling};
 pub trait Estimator: Sync {
     /// One estimate of the radiance that arrives at `ray.origin` from `ray.direction` (a unit vector),
     /// where `hit` is what [`Scene::intersect`] returns for the ray.
-    fn radiance<R: Rng>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3;
+    fn radiance<R: Sampler>(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        hit: Option<Hit>,
+        rng: &mut R,
+    ) -> DVec3;
+}
+
+/// An estimate of a whole image at once, for methods in which one path reaches many pixels.
+pub trait ImageEstimator: Sync {
+    /// Pass `index`: one estimate of the mean radiance over each pixel of the `frame` (width, height),
+    /// row by row from the top. Passes are independent replications, each a function of its arguments
+    /// alone, whatever the threads.
+    ///
+    /// # Errors
+    /// [`Error::Radiance`] for a value that no film can hold.
+    fn pass(
+        &self,
+        scene: &Scene,
+        frame: [u32; 2],
+        seed: u64,
+        index: u32,
+    ) -> Result<Vec<DVec3>, Error>;
 }
 
 /// The replaceable parts of the estimators.
@@ -167,143 +192,4 @@ impl LightRules {
         shadows_pass_glass: true,
         radiance_factor: false,
     };
-}
-
-/// A hit as a scattering surface sees it: the frame around the normal on the ray's side.
-struct Vertex {
-    point: DVec3,
-    frame: Frame,
-    /// Towards where the ray came from, local.
-    wo: DVec3,
-}
-
-impl Vertex {
-    #[inline]
-    fn new(hit: &Hit, ray: &Ray) -> Self {
-        let facing = hit.normal * -hit.normal.dot(ray.direction).signum();
-        let frame = Frame::new(facing);
-        Self {
-            point: hit.point,
-            frame,
-            wo: frame.local(-ray.direction),
-        }
-    }
-}
-
-/// Light that arrives at a vertex from a point picked on an emitter.
-struct DirectLight {
-    /// Towards the emitter, local.
-    wi: DVec3,
-    /// f_r L cos θ / p, before any weight.
-    reflected: DVec3,
-    /// p with respect to solid angle.
-    pdf: f64,
-}
-
-/// Next-event estimation: one shadow ray from a diffuse vertex to a point picked on an emitter.
-/// `None` if nothing arrives.
-#[inline]
-fn direct_light<P: Parts, R: Rng>(
-    parts: &P,
-    scene: &Scene,
-    bsdf: &Bsdf,
-    vertex: &Vertex,
-    rules: &LightRules,
-    rng: &mut R,
-) -> Option<DirectLight> {
-    let emitters = scene.emitters();
-    if emitters.is_empty() {
-        return None;
-    }
-    let emitter = &emitters[parts.pick_emitter(uniform(rng), emitters.len())];
-    let light = parts.sample_emitter(emitter, uniform2(rng));
-    let to_light = light.point - vertex.point;
-    let distance_squared = to_light.length_squared();
-    let direction = to_light * distance_squared.sqrt().recip();
-    let cosine = parts.cosine(vertex.frame.z, direction);
-    let cosine_at_light = parts.cosine(light.normal, -direction);
-    if cosine <= 0.0 || cosine_at_light <= 0.0 {
-        return None;
-    }
-    let wi = vertex.frame.local(direction);
-    let brdf = parts.brdf(bsdf, vertex.wo, wi);
-    let pdf = emitter_pdf(parts, scene, emitter, cosine_at_light, distance_squared);
-    let ends = ((vertex.point, vertex.frame.z), (light.point, light.normal));
-    if brdf == DVec3::ZERO || !parts.visible(scene, ends.0, ends.1, rules.shadows_pass_glass) {
-        return None;
-    }
-    Some(DirectLight {
-        wi,
-        reflected: radiometry::reflected(brdf, emitter.radiance, cosine, pdf),
-        pdf,
-    })
-}
-
-/// The pdf, with respect to solid angle, with which [`direct_light`] picks a point on an emitter.
-#[inline]
-fn emitter_pdf<P: Parts>(
-    parts: &P,
-    scene: &Scene,
-    emitter: &Emitter,
-    cosine_at_light: f64,
-    distance_squared: f64,
-) -> f64 {
-    parts.emitter_pdf_area(emitter)
-        / scene.emitters().len() as f64
-        / parts.solid_angle_per_area(cosine_at_light, distance_squared)
-}
-
-/// What an emitter shows along a ray that hit it; zero for its back and for other surfaces.
-#[inline]
-fn emitted(scene: &Scene, hit: &Hit, ray: &Ray) -> DVec3 {
-    match hit.emitter {
-        Some(emitter) if hit.normal.dot(ray.direction) < 0.0 => {
-            scene.emitters()[emitter as usize].radiance
-        }
-        _ => DVec3::ZERO,
-    }
-}
-
-/// [`emitted`] under light rules that show every emitter alike.
-#[inline]
-fn seen(scene: &Scene, hit: &Hit, ray: &Ray, rules: &LightRules) -> DVec3 {
-    let radiance = emitted(scene, hit, ray);
-    match rules.seen {
-        Some(shown) if radiance != DVec3::ZERO => DVec3::splat(shown),
-        _ => radiance,
-    }
-}
-
-/// The ray that leaves a hit in a direction, and what it meets.
-#[inline]
-fn onward(scene: &Scene, here: &Hit, direction: DVec3) -> (Ray, Option<Hit>) {
-    let ray = scene.leave(here.point, here.normal, direction);
-    (ray, scene.intersect(&ray))
-}
-
-/// The indices on the ray's side and beyond it, and the unit normal on the ray's side.
-#[inline]
-fn interface(hit: &Hit, ray: &Ray, index: f64) -> (f64, f64, DVec3) {
-    if hit.normal.dot(ray.direction) < 0.0 {
-        (1.0, index, hit.normal)
-    } else {
-        (index, 1.0, -hit.normal)
-    }
-}
-
-/// One branch of a glass surface, chosen with probability R: its direction and radiance factor.
-#[inline]
-fn scatter_glass<P: Parts>(
-    parts: &P,
-    (n1, n2, normal): (f64, f64, DVec3),
-    direction: DVec3,
-    r: f64,
-) -> (DVec3, f64) {
-    let reflectance = parts.fresnel(-direction.dot(normal), n1, n2);
-    if r >= reflectance
-        && let Some(refracted) = parts.refract(direction, normal, n1, n2)
-    {
-        return (refracted, parts.radiance_factor(n1, n2));
-    }
-    (parts.mirror(direction, normal), 1.0)
 }

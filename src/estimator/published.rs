@@ -4,33 +4,57 @@
 use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
-use rand::Rng;
 
-use super::{
-    Estimator, LightRules, Parts, Standard, Vertex, direct_light, interface, onward, scatter_glass,
-    seen,
-};
+use super::vertex::{Vertex, direct_light, interface, onward, scatter_glass, seen};
+use super::{Estimator, LightRules, Parts, Standard};
 use crate::bsdf::Bsdf;
 use crate::rng::{uniform, uniform2};
+use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
 
-/// The reconstruction, with three quirks:
-///
-/// 1. The random number of the roulette is the cosine of the sampled direction: with survival q the
-///    path ends if cos θ > q, so directions near the normal are never sampled.
-/// 2. A path that ends loses its direct light as well; the albedo of survivors is the colour, albedo/q.
-/// 3. Oren-Nayar surfaces multiply everything by cos θ of the sampled direction once more.
-///
-/// A ray that meets an emitter returns 1 after any kind of path.
+/// The reconstruction. A ray that meets an emitter returns 1 after any kind of path.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Published;
+pub struct Published {
+    /// What it does that a correct program should not.
+    pub quirks: Quirks,
+}
+
+/// The quirks, each of which can be left out to see what it does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Quirks {
+    /// The random number of the roulette is the cosine of the sampled direction: with survival q the
+    /// path ends if cos θ > q, so directions near the normal are never sampled.
+    pub roulette_by_cosine: bool,
+    /// A path that ends loses its direct light as well; the albedo of survivors is the colour, albedo/q.
+    pub end_loses_direct: bool,
+    /// Oren-Nayar surfaces multiply everything by cos θ of the sampled direction once more.
+    pub extra_cosine: bool,
+}
+
+impl Default for Quirks {
+    /// All three.
+    fn default() -> Self {
+        Self {
+            roulette_by_cosine: true,
+            end_loses_direct: true,
+            extra_cosine: true,
+        }
+    }
+}
 
 const SEGMENTS: u32 = 7;
 
 impl Estimator for Published {
-    fn radiance<R: Rng>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3 {
+    fn radiance<R: Sampler>(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        hit: Option<Hit>,
+        rng: &mut R,
+    ) -> DVec3 {
         let (parts, rules) = (Standard, LightRules::REPORT);
+        let quirks = self.quirks;
         let (mut ray, mut hit) = (*ray, hit);
         let mut radiance = DVec3::ZERO;
         let mut throughput = DVec3::ONE;
@@ -53,23 +77,44 @@ impl Estimator for Published {
                 bsdf @ (Bsdf::Lambert { .. } | Bsdf::OrenNayar { .. }) => {
                     let wi = parts.uniform_hemisphere(uniform2(rng));
                     let survival = 1.0 - surface.absorption;
-                    if wi.z > survival {
+                    let number = if quirks.roulette_by_cosine {
+                        wi.z
+                    } else {
+                        uniform(rng)
+                    };
+                    let ends = number > survival;
+                    if ends && quirks.end_loses_direct {
                         return radiance;
                     }
-                    let extra = if matches!(bsdf, Bsdf::OrenNayar { .. }) {
+                    let rough = matches!(bsdf, Bsdf::OrenNayar { .. });
+                    let extra = if rough && quirks.extra_cosine {
                         wi.z
                     } else {
                         1.0
                     };
                     let colour = bsdf.albedo() / survival;
-                    let plain = Bsdf::Lambert { albedo: colour };
+                    let albedo = if quirks.end_loses_direct {
+                        colour
+                    } else {
+                        bsdf.albedo()
+                    };
+                    let plain = Bsdf::Lambert { albedo };
                     let vertex = Vertex::new(&here, &ray);
                     let light = direct_light(&parts, scene, &plain, &vertex, &rules, rng);
                     if let Some(light) = light {
                         radiance += throughput * extra * light.reflected;
                     }
+                    if ends {
+                        return radiance;
+                    }
                     let pdf = parts.uniform_hemisphere_pdf(wi.z);
-                    throughput *= extra * colour * (FRAC_1_PI * wi.z / pdf / survival);
+                    // Directions that the roulette leaves out would make survivors too dim.
+                    let albedo = if quirks.roulette_by_cosine {
+                        colour
+                    } else {
+                        bsdf.albedo()
+                    };
+                    throughput *= extra * albedo * (FRAC_1_PI * wi.z / pdf / survival);
                     vertex.frame.world(wi)
                 }
             };

@@ -2,15 +2,13 @@
 //! uniform hemisphere, each ended by Russian roulette, at most seven segments from the eye.
 
 use glam::DVec3;
-use rand::Rng;
 
-use super::{
-    Estimator, LightRules, Parts, Standard, Vertex, direct_light, interface, onward, scatter_glass,
-    seen,
-};
+use super::vertex::{Vertex, direct_light, interface, onward, scatter_glass, seen};
+use super::{Estimator, LightRules, Parts, Standard};
 use crate::bsdf::Bsdf;
 use crate::radiometry::reflected;
 use crate::rng::{uniform, uniform2};
+use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
 
@@ -39,7 +37,13 @@ impl Default for Report {
 }
 
 impl<P: Parts> Estimator for Report<P> {
-    fn radiance<R: Rng>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3 {
+    fn radiance<R: Sampler>(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        hit: Option<Hit>,
+        rng: &mut R,
+    ) -> DVec3 {
         self.arriving(scene, ray, hit, self.segments, true, rng)
     }
 }
@@ -47,7 +51,7 @@ impl<P: Parts> Estimator for Report<P> {
 impl<P: Parts> Report<P> {
     /// Radiance along a ray, which is the first of `segments` that remain; `direct` says whether only
     /// mirrors and glass came before, so that no shadow ray has counted the emitters.
-    fn arriving<R: Rng>(
+    fn arriving<R: Sampler>(
         &self,
         scene: &Scene,
         ray: &Ray,
@@ -107,7 +111,7 @@ impl<P: Parts> Report<P> {
     }
 
     /// Radiance that arrives at a hit from a direction; zero where the segments are used up.
-    fn next<R: Rng>(
+    fn next<R: Sampler>(
         &self,
         scene: &Scene,
         here: &Hit,

@@ -1,12 +1,11 @@
 //! Whitted ray tracing, section 2.1: [`crate::equation::WHITTED`].
 
 use glam::DVec3;
-use rand::Rng;
 
-use super::{
-    Estimator, LightRules, Parts, Standard, Vertex, direct_light, interface, onward, seen,
-};
+use super::vertex::{Vertex, direct_light, interface, onward, seen};
+use super::{Estimator, LightRules, Parts, Standard};
 use crate::bsdf::Bsdf;
+use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
 
@@ -34,13 +33,19 @@ impl Whitted {
 }
 
 impl<P: Parts> Estimator for Whitted<P> {
-    fn radiance<R: Rng>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3 {
+    fn radiance<R: Sampler>(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        hit: Option<Hit>,
+        rng: &mut R,
+    ) -> DVec3 {
         self.arriving(scene, ray, hit, self.segments, rng)
     }
 }
 
 impl<P: Parts> Whitted<P> {
-    fn arriving<R: Rng>(
+    fn arriving<R: Sampler>(
         &self,
         scene: &Scene,
         ray: &Ray,
@@ -85,7 +90,7 @@ impl<P: Parts> Whitted<P> {
     }
 
     /// Radiance that arrives at a hit from a direction; zero where the segments are used up.
-    fn next<R: Rng>(
+    fn next<R: Sampler>(
         &self,
         scene: &Scene,
         here: &Hit,

@@ -61,7 +61,7 @@ impl Batches {
     pub fn cells(&self, what: &str, expected: f64, variance: f64) -> Vec<Cell> {
         let standard_error = (variance / self.size as f64).sqrt();
         let cell = |(i, &observed): (usize, &f64)| Cell {
-            place: format!("{what}batch {} of {} values", i + 1, self.size),
+            place: format!("{what}batch {} ({} values)", i + 1, self.size),
             expected,
             observed,
             sigmas: if observed == expected {

@@ -14,9 +14,9 @@ pub enum Decision {
 /// Wald's sequential probability ratio test (Ann. Math. Stat. 16(2), 1945).
 ///
 /// Guarantee: with thresholds ln(1/α) and ln β, a true null hypothesis is rejected with probability at
-/// most α, a true alternative at most β, at whatever time the test stops. (The likelihood ratio is a
-/// non-negative martingale under the null hypothesis, its reciprocal under the alternative; Ville's
-/// inequality.)
+/// most α, a true alternative at most β, at whatever time the test stops: its power is at least 1 − β
+/// by construction. (The likelihood ratio is a non-negative martingale under the null hypothesis, its
+/// reciprocal under the alternative; Ville's inequality.)
 #[derive(Clone, Copy, Debug)]
 pub struct Sprt {
     log_ratio: f64,
@@ -142,6 +142,13 @@ impl ConfidenceSequence {
         let centre = self.weighted / self.weights;
         let half = (self.log_term + self.penalty) / self.weights;
         [centre - half, centre + half].map(|x| low + (high - low) * x)
+    }
+
+    /// The smallest effect that is seen with probability at least 1 − α after these values: the width of
+    /// the interval. As long as it covers the mean, it excludes every reference that is further off.
+    pub fn minimum_detectable_effect(&self) -> f64 {
+        let [low, high] = self.interval();
+        high - low
     }
 
     /// How many values were seen.

@@ -6,14 +6,14 @@ use std::sync::Arc;
 use super::probes::IMAGE;
 use super::subject::{Property, Setup, Subject, on};
 use crate::equation::RENDERING;
-use crate::estimator::{Estimator, Parts, Path, Report, Standard};
+use crate::estimator::{Estimator, Parts, Path, Report, Standard, Strategy};
 use crate::film::Film;
 use crate::harness::mean::{Values, mean};
 use crate::harness::outcome::{Claim, Outcome};
 use crate::harness::trial::Context;
 use crate::harness::welch_map::{PixelStatistics, image_mean, map};
 use crate::pixel::PixelSampling;
-use crate::render::{Sampling, render};
+use crate::render::{Numbers, Sampling, render};
 use crate::scene::Scene;
 use crate::scene::room::diffuse;
 use crate::scene::simple::environment;
@@ -27,6 +27,7 @@ fn film<E: Estimator>(
     estimator: &E,
 ) -> Option<Film> {
     let sampling = Sampling {
+        numbers: Numbers::Independent,
         pixel: PixelSampling::Centre,
         seed: context.seed_of(part),
     };
@@ -91,7 +92,15 @@ impl Property for WhiteFurnace {
         for replication in 0..context.n(FURNACE_REPLICATIONS) {
             let part = format!("film {replication}");
             let frame = (&*self.scene, FURNACE_SIZE, 0..1);
-            let Some(film) = film(context, &part, frame, &Path { parts }) else {
+            let Some(film) = film(
+                context,
+                &part,
+                frame,
+                &Path {
+                    parts,
+                    strategy: Strategy::Mis,
+                },
+            ) else {
                 return not_a_film();
             };
             values.push(film.mean());

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use crate::bsdf::Bsdf;
 use crate::emitter::{Emitter, EmitterPoint};
-use crate::estimator::{Estimator, LightRules, Parts, Path, Report, Standard, Whitted};
+use crate::estimator::{Estimator, LightRules, Parts, Path, Report, Standard, Strategy, Whitted};
 use crate::harness::outcome::Outcome;
 use crate::harness::trial::Context;
 use crate::rng::Stream;
@@ -153,7 +153,10 @@ impl Kind {
         let Setup { parts, rules, .. } = setup;
         let hit = scene.intersect(ray);
         match self {
-            Self::Path => Path { parts }.radiance(scene, ray, hit, rng),
+            Self::Path => {
+                let strategy = Strategy::Mis;
+                Path { parts, strategy }.radiance(scene, ray, hit, rng)
+            }
             Self::Report(segments) => Report {
                 parts,
                 rays: 1,

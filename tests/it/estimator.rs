@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use whitefurnace::bsdf::{Bsdf, OrenNayarForm};
-use whitefurnace::estimator::{Estimator, LightRules, Parts, Path, Report, Whitted};
+use whitefurnace::estimator::{Estimator, LightRules, Parts, Path, Report, Strategy, Whitted};
 use whitefurnace::rng::uniform2;
 use whitefurnace::scene::room::{self, Convention};
 use whitefurnace::scene::{Scene, SceneBuilder, Surface, simple};
@@ -49,7 +49,10 @@ fn assert_all_or_nothing(name: &str, values: &[DVec3], expected: f64) {
 
 #[test]
 fn paths_in_a_uniform_environment_see_it() {
-    let path = Path { parts: Unweighted };
+    let path = Path {
+        parts: Unweighted,
+        strategy: Strategy::Mis,
+    };
     let scene = simple::environment().expect("a scene");
     assert_all_or_nothing("around", &values(&scene, &path, 5000), 1.0);
     let scene = simple::glass_cube(false).expect("a scene");
@@ -59,7 +62,10 @@ fn paths_in_a_uniform_environment_see_it() {
 #[test]
 fn paths_inside_glass_see_the_squared_index() {
     // Rays straight at the faces leave at once but for R = 4 %.
-    let path = Path { parts: Unweighted };
+    let path = Path {
+        parts: Unweighted,
+        strategy: Strategy::Mis,
+    };
     let scene = simple::glass_cube(true).expect("a scene");
     let mut rng = rng("inside glass");
     let values: Vec<_> = (0..3000)
@@ -122,7 +128,10 @@ fn emitters_are_seen_under_each_rule() {
     let back = Ray::new(DVec3::new(4.0, 0.0, 4.9995), -DVec3::Z);
     let mut rng = rng("emitters");
     let scene = room::report(Convention::Physical, OrenNayarForm::Corrected).expect("the room");
-    let path = Path { parts: Unweighted };
+    let path = Path {
+        parts: Unweighted,
+        strategy: Strategy::Mis,
+    };
     let whitted = Whitted::new(LightRules::PHYSICAL);
     let report = Report::default();
     for (ray, radiance, shown) in [(front, 50.0, 1.0), (back, 0.0, 0.0)] {
@@ -158,7 +167,10 @@ fn facing_mirrors_end() {
         mirror,
     );
     let scene = scene.build(any_camera()).expect("a scene");
-    let path = Path { parts: Unweighted };
+    let path = Path {
+        parts: Unweighted,
+        strategy: Strategy::Mis,
+    };
     let found = values(&scene, &path, 1000);
     assert!(found.iter().all(|v| *v == DVec3::ZERO));
     assert!(

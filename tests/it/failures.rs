@@ -140,7 +140,7 @@ fn a_mean_leaves_its_batches_in_a_data_file() {
     // A million values fill 61 batches of 2^14.
     assert_eq!(lines.len(), 1 + 61);
     assert!(
-        lines[1].starts_with("\"batch 1 of 16384 values\",5e-1,4."),
+        lines[1].starts_with("\"batch 1 (16384 values)\",5e-1,4."),
         "{}",
         lines[1]
     );

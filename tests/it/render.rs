@@ -7,14 +7,14 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
-use rand::Rng;
 use rayon::ThreadPoolBuilder;
 use whitefurnace::bsdf::OrenNayarForm;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::{Estimator, LightRules, Path, Published, Report, Standard, Whitted};
 use whitefurnace::film::{Film, Window};
 use whitefurnace::pixel::PixelSampling::{self, Centre, Grid, Jitter, Random};
-use whitefurnace::render::{Sampling, render};
+use whitefurnace::render::{Numbers, Sampling, render};
+use whitefurnace::sampler::Sampler;
 use whitefurnace::scene::room::{self, Convention};
 use whitefurnace::scene::{Hit, Scene, simple};
 use whitefurnace::shape::Ray;
@@ -33,7 +33,12 @@ fn path() -> Path {
 
 fn sampling(pixel: PixelSampling) -> Sampling {
     let seed = master();
-    Sampling { pixel, seed }
+    let numbers = Numbers::Independent;
+    Sampling {
+        pixel,
+        numbers,
+        seed,
+    }
 }
 
 fn film(pixel: PixelSampling, window: Option<Window>) -> Film {
@@ -77,7 +82,7 @@ fn threads_do_not_matter() {
     let scene = room();
     assert_threads_do_not_matter(&scene, &path());
     assert_threads_do_not_matter(&scene, &Report::default());
-    assert_threads_do_not_matter(&scene, &Published);
+    assert_threads_do_not_matter(&scene, &Published::default());
     assert_threads_do_not_matter(&scene, &Whitted::new(LightRules::PHYSICAL));
 }
 
@@ -135,6 +140,7 @@ fn seeds_pixels_and_replications_matter() {
     let seeded = |seed| {
         let mut film = film(Random, None);
         let sampling = Sampling {
+            numbers: Numbers::Independent,
             pixel: Random,
             seed,
         };
@@ -151,7 +157,7 @@ fn seeds_pixels_and_replications_matter() {
 struct Slopes;
 
 impl Estimator for Slopes {
-    fn radiance<R: Rng>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, _: &mut R) -> DVec3 {
+    fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, _: &mut R) -> DVec3 {
         assert_eq!(hit, scene.intersect(ray), "the hit belongs to the ray");
         let d = ray.direction / -ray.direction.x;
         DVec3::new(d.y + 2.0, d.z + 2.0, 0.0)
@@ -268,7 +274,7 @@ fn rows_are_reported_and_can_be_stopped() {
 struct Constant(f64);
 
 impl Estimator for Constant {
-    fn radiance<R: Rng>(&self, _: &Scene, _: &Ray, _: Option<Hit>, _: &mut R) -> DVec3 {
+    fn radiance<R: Sampler>(&self, _: &Scene, _: &Ray, _: Option<Hit>, _: &mut R) -> DVec3 {
         DVec3::splat(self.0)
     }
 }

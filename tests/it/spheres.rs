@@ -45,6 +45,16 @@ fn sphere_bound(ray: &Ray, centre: DVec3, radius: f64) -> f64 {
 }
 
 #[test]
+fn the_residual_is_negative_inside_and_positive_outside() {
+    let centre = DVec3::new(1.0, -2.0, 3.0);
+    // 2, 6, 3 from the centre: distance 7.
+    let x = centre + DVec3::new(2.0, -6.0, 3.0);
+    for (radius, expected) in [(5.0, 24.0), (7.0, 0.0), (9.0, -32.0)] {
+        assert_eq!(sphere_residual(x, centre, radius), expected);
+    }
+}
+
+#[test]
 fn sphere_roots_lie_on_the_sphere() {
     let misses = prop_oneof![0.0..0.999, 0.999..1.0];
     property("roots", 3000, &ray_and_sphere(misses), |(ray, c, r, _)| {

@@ -408,5 +408,8 @@ fn sequential_tests_stop_at_their_thresholds() {
     let [low, high] = sequence.interval();
     assert!(low < 1.0 && high > 1.0 && high - low < 0.1, "{low} {high}");
     assert_eq!(sequence.decide(1.0, 0.1), Decision::Null);
+    let detected = sequence.minimum_detectable_effect();
+    assert_eq!(sequence.decide(high + 1e-9, 0.1), Decision::Alternative);
+    assert_relative_eq!(detected, high - low, max_relative = 1e-12);
     assert_eq!(sequence.decide(1.2, 0.1), Decision::Alternative);
 }

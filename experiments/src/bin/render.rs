@@ -6,7 +6,9 @@ use std::time::Instant;
 
 use clap::Parser;
 use experiments::cli::{self, parse_size};
-use experiments::job::{ConventionName, EstimatorName, Job, OrenNayarName, PixelName, SceneName};
+use experiments::job::{
+    ConventionName, EstimatorName, Job, OrenNayarName, PixelName, SamplerName, SceneName,
+};
 use experiments::progress::{Progress, catch_interrupt};
 use whitefurnace::error::Error;
 use whitefurnace::image::{check_writable, write_exr, write_png};
@@ -28,7 +30,7 @@ struct Render {
     /// How light travels and is shown [default: physical, or report with --estimator report]
     #[arg(long, value_enum)]
     convention: Option<ConventionName>,
-    /// How to compute it [default: path, or report under --convention report and published]
+    /// How to compute it [default: mis, or report under --convention report and published]
     #[arg(long, value_enum)]
     estimator: Option<EstimatorName>,
     /// Form of equation (14) on the white sphere
@@ -43,6 +45,12 @@ struct Render {
     /// Sub-pixels along each side for --pixel grid and jitter
     #[arg(long, default_value_t = 4)]
     grid: u32,
+    /// Where random numbers come from
+    #[arg(long, value_enum, default_value_t = SamplerName::Independent)]
+    sampler: SamplerName,
+    /// Independent scrambles per pixel for --sampler sobol; they give the error bars
+    #[arg(long, default_value_t = 8)]
+    scrambles: u32,
     /// Width x height in pixels
     #[arg(long, value_parser = parse_size, default_value = "1024x768")]
     size: [u32; 2],
@@ -83,6 +91,8 @@ fn run(options: &Render) -> Result<(), Error> {
         rays: options.rays,
         pixel: options.pixel,
         grid: options.grid,
+        sampler: options.sampler,
+        scrambles: options.scrambles,
         size: options.size,
         window: None,
         spp: options.spp,
