@@ -190,6 +190,8 @@ fn confidence_sequences_are_those_of_the_theorem() {
     for (i, &value) in x.iter().enumerate() {
         sequence.push(low + (high - low) * value);
         assert_eq!(sequence.count(), i as u64 + 1);
+        let [left, right] = sequence.interval();
+        assert_eq!(sequence.minimum_detectable_effect(), right - left);
         if [0, 1, 9, 299].contains(&i) {
             let expected = empirical_bernstein_sequence(0.05, &x[..=i]);
             for (found, expected) in sequence.interval().iter().zip(expected) {
