@@ -221,6 +221,12 @@ fn zones_divide_the_sphere() {
                 (a, b) => a.or(b),
             };
             assert_eq!(first, whole.intersect(&ray, f64::INFINITY));
+            // Each part has its own side: a point's height has three roundings of its terms.
+            let above = |t: Option<f64>| t.map(|t| ray.at(t).z - c.z - height);
+            let distance = (ray.origin - c).length() + r;
+            let rounding = 8.0 * U * (ray.origin.length() + c.length() + distance);
+            assert!(above(lower).is_none_or(|z| z < rounding));
+            assert!(above(upper).is_none_or(|z| z > -rounding));
         },
     );
     let cap = Sphere {
@@ -246,6 +252,9 @@ fn zones_divide_the_sphere() {
     assert_eq!(below.intersect(&level, 10.0), None);
     assert_eq!(cap.heights(), [0.5, 1.0]);
     assert_abs_diff_eq!(cap.area(), std::f64::consts::PI, epsilon = 4.0 * U * 4.0);
+    let larger = Sphere { radius: 3.0, ..cap };
+    let area = 15.0 * std::f64::consts::PI;
+    assert_abs_diff_eq!(larger.area(), area, epsilon = 4.0 * U * area);
 }
 
 #[test]
