@@ -21,6 +21,7 @@ mod roulette;
 mod sampling;
 mod scene;
 mod seed; // the master seed and what is derived from it
+mod sobol;
 mod spheres;
 mod watertight;
 
