@@ -39,6 +39,7 @@ mod means; // tests of means against textbook formulas
 mod power; // stated power, against closed forms and sums over whole laws
 mod rates; // orders of convergence, ratios of variances, sequential tests
 mod references; // closed forms of the trials against reference values
+mod rows; // the rules that trials are run by
 mod statistics; // the statistics' own code, tested exactly
 mod support; // what the statistical modules share
 mod tails; // tails and quantiles against reference values
