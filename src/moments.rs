@@ -26,13 +26,14 @@ impl Moments {
 
     /// The moments of both sets of values together.
     pub fn merge(self, other: Self) -> Self {
-        if self.count == 0 || other.count == 0 {
-            return if self.count == 0 { other } else { self };
+        let count = self.count + other.count;
+        if count == 0 {
+            return self;
         }
         let (n, m) = (self.count as f64, other.count as f64);
         let difference = other.mean - self.mean;
         Self {
-            count: self.count + other.count,
+            count,
             mean: self.mean + difference * (m / (n + m)),
             squares: self.squares + other.squares + difference * difference * (n * m / (n + m)),
         }

@@ -13,7 +13,7 @@ pub struct Kind {
 }
 
 /// All of them.
-pub const ALL: [Kind; 15] = [
+pub const ALL: [Kind; 16] = [
     kind("eq", "ID", false),
     kind("ref", "ID", true),
     kind("equations", "", false),
@@ -33,6 +33,7 @@ pub const ALL: [Kind; 15] = [
     kind("trials", "", false),
     kind("faults", "", false),
     kind("traceability", "", false),
+    kind("mutants", "", false),
 ];
 
 const fn kind(name: &'static str, arguments: &'static str, inline: bool) -> Kind {

@@ -11,6 +11,7 @@
 //! | `{{#cite KEY}}` | a link into the bibliography |
 //! | `{{#equations}}`, `{{#tally}}`, `{{#experiments}}`, `{{#bibliography}}` | generated tables |
 //! | `{{#trials}}`, `{{#faults}}`, `{{#traceability}}` | tables from the registry of trials |
+//! | `{{#mutants}}` | tables of the recorded mutants, see [`mutants::Record`] |
 //!
 //! Formulas are written `$…$` and `$$…$$`. Whatever is missing fails the build with file and line.
 
@@ -26,6 +27,7 @@ pub mod error;
 pub mod links;
 pub mod listing;
 pub mod mathml;
+pub mod mutants;
 pub mod nearest;
 pub mod number;
 pub mod registry;

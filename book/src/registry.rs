@@ -115,7 +115,8 @@ pub fn traceability(
     ))
 }
 
-fn table(columns: &[&str], rows: &[String]) -> String {
+/// A table of rows that are HTML already.
+pub fn table(columns: &[&str], rows: &[String]) -> String {
     let head: String = columns.iter().map(|c| format!("<th>{c}</th>")).collect();
     format!(
         "<div class=\"table-wrapper\"><table class=\"registry\"><thead><tr>{head}</tr></thead>\
@@ -124,7 +125,8 @@ fn table(columns: &[&str], rows: &[String]) -> String {
     )
 }
 
-fn code(text: &str) -> String {
+/// Text as code.
+pub fn code(text: &str) -> String {
     format!("<code>{}</code>", escape(text))
 }
 

@@ -89,6 +89,11 @@ impl Results {
         }
     }
 
+    /// Where they were read from.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     /// Every experiment, by name.
     pub fn all(&self) -> impl Iterator<Item = &Recorded> {
         self.by_id.values()

@@ -10,6 +10,7 @@ use crate::bibliography::Bibliography;
 use crate::error::Problem;
 use crate::links::{self, Target, address, line, to_root};
 use crate::mathml::{Math, escape};
+use crate::mutants::Record;
 use crate::results::{Recorded, Results};
 use crate::scan::{self, Directive, Page};
 use crate::{directives, equations, listing, number, registry};
@@ -205,6 +206,9 @@ impl<'a> Weaver<'a> {
                 self.equation_link(context, id)
             }))),
             ("faults", []) => Ok(block(registry::faults())),
+            ("mutants", []) => {
+                Record::read(self.results.folder()).map(|record| block(record.tables()))
+            }
             ("traceability", []) => registry::traceability(
                 self.sources,
                 |id| self.equation_link(context, id),

@@ -105,11 +105,12 @@ pub fn variance_ratio(name: &str, a: &Values, b: &Values, ratio: f64, delta: f64
 /// clearly different from zero.
 fn fieller([x, y]: [f64; 2], [vx, vy]: [f64; 2], c: f64) -> [f64; 2] {
     let g = y * y - c * c * vy;
-    let radicand = (x * y).powi(2) - g * (x * x - c * c * vx);
-    if g <= 0.0 || radicand < 0.0 {
+    if g <= 0.0 {
         return [f64::NEG_INFINITY, f64::INFINITY];
     }
-    [(x * y - radicand.sqrt()) / g, (x * y + radicand.sqrt()) / g]
+    // A quarter of the quadratic equation's discriminant, without its cancelling part (xy)².
+    let root = c * (vx * g + vy * x * x).sqrt();
+    [(x * y - root) / g, (x * y + root) / g]
 }
 
 /// The two-sided F test of the ratio of two sample variances (s², n) of *normal* values.

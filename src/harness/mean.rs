@@ -58,10 +58,11 @@ impl Values {
         if variance <= 0.0 {
             return 0.0;
         }
+        let n = self.moments.count() as f64;
         let shift = self.moments.mean() - self.centre;
-        let third = self.cubes / self.moments.count() as f64
-            - 3.0 * shift * variance
-            - shift * shift * shift;
+        // Central moments divide by n.
+        let second = variance * (n - 1.0) / n;
+        let third = self.cubes / n - shift * (3.0 * second + shift * shift);
         third / variance.powf(1.5)
     }
 

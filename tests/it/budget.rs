@@ -5,7 +5,7 @@ use whitefurnace::harness::outcome::CAPACITY;
 use whitefurnace::trials::all;
 use whitefurnace::zoo::equivalents;
 
-use crate::{calibration, checkup, failures, lobes};
+use crate::{calibration, checkup, checkup_parts, failures, lobes};
 
 /// Tests with random arguments that compare something only where a ray hits or a path arrives: their
 /// names, the count to be exceeded, and how often they ask. Each has a share of the budget, although
@@ -32,12 +32,13 @@ pub fn enough(name: &str, count: usize) {
 }
 
 /// The assertions outside the registry that chance can turn red, by where they stand.
-fn outside() -> [(&'static str, usize); 8] {
+fn outside() -> [(&'static str, usize); 9] {
     let check_up = assertions(&CheckUp::default());
     [
         ("calibration", calibration::ASSERTIONS),
         ("checkup", check_up + checkup::FAULTY.len()),
         ("lobes", lobes::PASSES.iter().sum::<usize>() + lobes::FAULTY),
+        ("checkup parts", checkup_parts::ASSERTIONS),
         ("failures", failures::TOYS),
         ("ENOUGH", ENOUGH.iter().map(|(.., times)| times).sum()),
         // The printed distances of far spheres are worse by far.

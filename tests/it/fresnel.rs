@@ -66,6 +66,9 @@ fn equal_indices_reflect_nothing() {
         &(0.01..=1.0, 1.0..3.0),
         |(cos_1, n)| {
             assert!(reflectance(cos_1, n, n) <= (cosine_error(cos_1, n, n) / cos_1).powi(2));
+            // But for exact grazing, where no light enters and 0/0 must not come up.
+            assert_eq!(cos_refracted(0.0, n, n), None);
+            assert_eq!(reflectance(0.0, n, n), 1.0);
         },
     );
 }

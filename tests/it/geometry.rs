@@ -108,6 +108,17 @@ fn triangle_point_meets_the_vertices_and_edges() {
 }
 
 #[test]
+fn residuals_are_distances_from_the_solution() {
+    let triangle = [DVec3::new(1.0, 0.0, 0.0), DVec3::Y, DVec3::Z];
+    let ray = Ray::new(DVec3::new(2.0, 4.0, 8.0), DVec3::new(0.0, -1.0, 0.5));
+    // T(u, v) − R(t) at t = 2, u = 1/4, v = 1/2: (1/4, 1/4, 1/2) − (2, 2, 9).
+    assert_eq!(
+        triangle_residual(&ray, triangle, 2.0, 0.25, 0.5),
+        DVec3::new(-1.75, -1.75, -8.5)
+    );
+}
+
+#[test]
 fn solution_has_no_residual() {
     property("solution", 2000, &aimed(), |(ray, triangle, [u, v])| {
         let (t, found_u, found_v) = moller_trumbore(&ray, triangle).expect("aimed inside");

@@ -24,6 +24,7 @@ mod roulette;
 mod sampler;
 mod sampling;
 mod scene;
+mod sobol;
 mod solid_angle;
 mod spheres;
 mod support; // the master seed and what is derived from it
@@ -35,11 +36,18 @@ mod budget;
 // Statistical: what only sampling can show, with its error budget.
 mod calibration; // error rates and power of the statistics, at a small size
 mod checkup; // the BSDF check-up on a BSDF that is not ours, and on faulty ones
+mod checkup_parts; // what each part of the check-up reports
+mod counts; // chi-square, Kolmogorov-Smirnov and Welch maps on small sets
+mod domains; // where samplers put their points, and the masses of cells
 mod failures; // what a red trial says
 mod lobes; // the check-ups of paper, mirrors and glass, and of faulty ones
+mod means; // tests of means against textbook formulas
 mod power; // stated power, against closed forms and sums over whole laws
+mod rates; // orders of convergence, ratios of variances, sequential tests
+mod rows; // the rules that trials are run by
 mod statistics; // the statistics' own code, tested exactly
 mod tails; // tails and quantiles against reference values
 mod traceability; // equation, code, trial, experiment, chapter: nothing is missing
 mod trials; // the registry: every trial and its negative controls
+mod verdicts; // what an outcome says, at the borders of its claim
 mod zoo; // every fault under the trials that must reject it

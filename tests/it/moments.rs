@@ -99,6 +99,7 @@ fn few_values() {
         (two.mean(), two.variance(), two.standard_error()),
         (4.0, 2.0, 1.0)
     );
+    assert_eq!(none.merge(none), none);
     assert_eq!(none.merge(two), two);
     assert_eq!(two.merge(none), two);
     assert_eq!(one.merge([5.0].into_iter().collect()), two);
@@ -106,6 +107,7 @@ fn few_values() {
 
 #[test]
 fn units_are_the_nearest_multiples() {
+    assert_eq!((UNIT, LARGEST), (2f64.powi(-32), 2f64.powi(24)));
     let multiples = -(1i64 << 56)..=(1i64 << 56);
     property("units", 2000, &multiples, |units| {
         // What a double can hold of it.
@@ -195,6 +197,17 @@ fn large_offsets_do_not_cancel() {
     // The smallest difference that the unit resolves, on top of the largest value.
     let two = exact(&[LARGEST, LARGEST - UNIT * 8.0]);
     assert_eq!(two.variance(2), 32.0 * UNIT * UNIT);
+    // Means between two integers: Σx² − (Σx)²/n = 1 − 1/2, 1 − 1/3, 6 − 16/3 units².
+    for (units, squares) in [
+        (vec![0.0, 1.0], 0.5),
+        (vec![0.0, -1.0, 0.0], 2.0 / 3.0),
+        (vec![1.0, 1.0, 2.0], 2.0 / 3.0),
+    ] {
+        let n = units.len() as u32;
+        let scaled: Vec<f64> = units.iter().map(|x| x * UNIT).collect();
+        let expected = squares / f64::from(n - 1) * UNIT * UNIT;
+        assert_relative_eq!(exact(&scaled).variance(n), expected, max_relative = 4.0 * U);
+    }
 }
 
 #[test]

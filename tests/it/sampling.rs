@@ -312,4 +312,21 @@ fn emitter_points_lie_on_the_emitter() {
         DVec3::new(0.25, 0.5, 0.0)
     );
     assert_eq!(triangle.sample([0.25, 0.5]).normal, DVec3::Z);
+    // Six tenths up the upper half of a sphere of radius 5 about a centre that is not the origin.
+    let sphere = Sphere {
+        zone: [0.0, f64::INFINITY],
+        ..Sphere::new(DVec3::new(1.0, -2.0, 3.0), 5.0)
+    };
+    let cap = Emitter::new(EmitterShape::Sphere(sphere), DVec3::ONE);
+    let sample = cap.sample([0.6, 0.0]);
+    assert_abs_diff_eq!(
+        (sample.point - DVec3::new(5.0, -2.0, 6.0)).length(),
+        0.0,
+        epsilon = 16.0 * U
+    );
+    assert_abs_diff_eq!(
+        (sample.normal - DVec3::new(0.8, 0.0, 0.6)).length(),
+        0.0,
+        epsilon = 16.0 * U
+    );
 }

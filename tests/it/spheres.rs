@@ -45,6 +45,16 @@ fn sphere_bound(ray: &Ray, centre: DVec3, radius: f64) -> f64 {
 }
 
 #[test]
+fn the_residual_is_negative_inside_and_positive_outside() {
+    let centre = DVec3::new(1.0, -2.0, 3.0);
+    // 2, 6, 3 from the centre: distance 7.
+    let x = centre + DVec3::new(2.0, -6.0, 3.0);
+    for (radius, expected) in [(5.0, 24.0), (7.0, 0.0), (9.0, -32.0)] {
+        assert_eq!(sphere_residual(x, centre, radius), expected);
+    }
+}
+
+#[test]
 fn sphere_roots_lie_on_the_sphere() {
     let misses = prop_oneof![0.0..0.999, 0.999..1.0];
     property("roots", 3000, &ray_and_sphere(misses), |(ray, c, r, _)| {
@@ -211,6 +221,12 @@ fn zones_divide_the_sphere() {
                 (a, b) => a.or(b),
             };
             assert_eq!(first, whole.intersect(&ray, f64::INFINITY));
+            // Each part has its own side: a point's height has three roundings of its terms.
+            let above = |t: Option<f64>| t.map(|t| ray.at(t).z - c.z - height);
+            let distance = (ray.origin - c).length() + r;
+            let rounding = 8.0 * U * (ray.origin.length() + c.length() + distance);
+            assert!(above(lower).is_none_or(|z| z < rounding));
+            assert!(above(upper).is_none_or(|z| z > -rounding));
         },
     );
     let cap = Sphere {
@@ -236,6 +252,9 @@ fn zones_divide_the_sphere() {
     assert_eq!(below.intersect(&level, 10.0), None);
     assert_eq!(cap.heights(), [0.5, 1.0]);
     assert_abs_diff_eq!(cap.area(), std::f64::consts::PI, epsilon = 4.0 * U * 4.0);
+    let larger = Sphere { radius: 3.0, ..cap };
+    let area = 15.0 * std::f64::consts::PI;
+    assert_abs_diff_eq!(larger.area(), area, epsilon = 4.0 * U * area);
 }
 
 #[test]

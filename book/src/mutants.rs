@@ -1,0 +1,159 @@
+//! The record of mutation testing: what cargo-mutants found in each source file, and why survivors live.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use crate::mathml::typeset;
+use crate::registry::{code, table};
+
+/// The file in the folder of recorded results.
+pub const FILE: &str = "mutants.json";
+
+/// What became of the mutants of every source file that was tried.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Record {
+    /// The program and its version.
+    pub tool: String,
+    /// By source file.
+    pub files: BTreeMap<String, Counts>,
+    /// Mutants that no test kills, in the order of the files.
+    pub survivors: Vec<Survivor>,
+}
+
+/// How many mutants of a file ended how.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Counts {
+    /// A test failed.
+    pub caught: usize,
+    /// The tests did not end in time: caught, too.
+    pub timeout: usize,
+    /// The tests passed.
+    pub missed: usize,
+    /// It did not compile: no mutant.
+    pub unviable: usize,
+}
+
+/// A mutant that no test kills.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Survivor {
+    /// Its name: `path:line:column: what is replaced by what`.
+    pub mutant: String,
+    /// Why it may live; formulas as on the pages.
+    pub reason: String,
+}
+
+impl Counts {
+    /// Mutants that compile.
+    pub fn viable(&self) -> usize {
+        self.caught + self.timeout + self.missed
+    }
+
+    /// Mutants that some test kills.
+    pub fn killed(&self) -> usize {
+        self.caught + self.timeout
+    }
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            caught: self.caught + other.caught,
+            timeout: self.timeout + other.timeout,
+            missed: self.missed + other.missed,
+            unviable: self.unviable + other.unviable,
+        }
+    }
+}
+
+impl Survivor {
+    /// The name without line and column, which any change above moves.
+    pub fn what(&self) -> String {
+        what(&self.mutant)
+    }
+}
+
+/// A mutant's name without line and column.
+fn what(mutant: &str) -> String {
+    let mut parts = mutant.splitn(4, ':');
+    match [parts.next(), parts.next(), parts.next(), parts.next()] {
+        [Some(path), Some(_), Some(_), Some(what)] => format!("{path}:{what}"),
+        _ => mutant.to_owned(),
+    }
+}
+
+impl Record {
+    /// Reads the record in a folder of recorded results.
+    ///
+    /// # Errors
+    /// One line if there is none, or it cannot be understood.
+    pub fn read(folder: &Path) -> Result<Self, String> {
+        let path = folder.join(FILE);
+        let text = std::fs::read_to_string(&path)
+            .map_err(|error| format!("{} cannot be read: {error}", path.display()))?;
+        serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))
+    }
+
+    /// All files together.
+    pub fn total(&self) -> Counts {
+        self.files
+            .values()
+            .copied()
+            .fold(Counts::default(), Counts::add)
+    }
+
+    /// Replaces what is known of a file; survivors keep the reasons of mutants that are alike.
+    pub fn replace(&mut self, file: &str, counts: Counts, missed: &[String]) {
+        let of_file = |survivor: &Survivor| survivor.mutant.starts_with(&format!("{file}:"));
+        let known: Vec<Survivor> = self
+            .survivors
+            .iter()
+            .filter(|s| of_file(s))
+            .cloned()
+            .collect();
+        self.survivors.retain(|survivor| !of_file(survivor));
+        self.survivors.extend(missed.iter().map(|mutant| {
+            let same = known.iter().find(|s| s.mutant == *mutant);
+            let alike = || known.iter().find(|s| s.what() == what(mutant));
+            Survivor {
+                mutant: mutant.clone(),
+                reason: same
+                    .or_else(alike)
+                    .map_or_else(String::new, |s| s.reason.clone()),
+            }
+        }));
+        // By file; within one the order is the tool's, that of the lines.
+        let path = |s: &Survivor| s.mutant.split(':').next().map(str::to_owned);
+        self.survivors.sort_by_key(path);
+        self.files.insert(file.to_owned(), counts);
+    }
+
+    /// The table of files and, below it, that of the survivors, as HTML.
+    pub fn tables(&self) -> String {
+        let row = |name: &str, counts: &Counts| {
+            format!(
+                "<tr><td>{name}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+                counts.viable(),
+                counts.caught,
+                counts.timeout,
+                counts.missed,
+            )
+        };
+        let files = self
+            .files
+            .iter()
+            .map(|(file, counts)| row(&code(file), counts));
+        let files: Vec<String> = files.chain([row("all", &self.total())]).collect();
+        let survivors = self.survivors.iter().map(|survivor| {
+            format!(
+                "<tr><td>{}</td><td>{}</td></tr>",
+                code(&survivor.mutant),
+                typeset(&survivor.reason)
+            )
+        });
+        let survivors: Vec<String> = survivors.collect();
+        table(
+            &["file", "mutants", "caught", "not ended in time", "survived"],
+            &files,
+        ) + &table(&["survivor", "why it may live"], &survivors)
+    }
+}

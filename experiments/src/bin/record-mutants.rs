@@ -1,0 +1,125 @@
+//! Records what cargo-mutants found in the book's folder.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use book::mutants::{Counts, FILE, Record};
+use clap::Parser;
+use experiments::lab::write_text;
+use experiments::{cli, record};
+use serde::Deserialize;
+use whitefurnace::error::Error;
+
+/// Record what cargo-mutants found, file by file: later outcomes of a mutant replace earlier ones.
+#[derive(Parser)]
+#[command(name = "record-mutants", version)]
+struct RecordMutants {
+    /// `outcomes.json` of one or more runs; every file of which they speak must be complete
+    #[arg(value_name = "OUTCOMES.json", required = true)]
+    outcomes: Vec<PathBuf>,
+    /// The folder of recorded results [default: the book's]
+    #[arg(long, value_name = "DIR")]
+    folder: Option<PathBuf>,
+}
+
+/// The part of the tool's file that matters here.
+#[derive(Deserialize)]
+struct Run {
+    cargo_mutants_version: String,
+    outcomes: Vec<Outcome>,
+}
+
+#[derive(Deserialize)]
+struct Outcome {
+    scenario: Scenario,
+    summary: String,
+}
+
+#[derive(Deserialize)]
+enum Scenario {
+    Baseline,
+    Mutant { name: String, file: String },
+}
+
+fn main() -> ExitCode {
+    cli::exit(run(&cli::parse()))
+}
+
+fn run(options: &RecordMutants) -> Result<(), Error> {
+    let folder = options
+        .folder
+        .clone()
+        .unwrap_or_else(record::recorded_folder);
+    let mut known = if folder.join(FILE).exists() {
+        Record::read(&folder).map_err(Error::Option)?
+    } else {
+        Record::default()
+    };
+    // By file and name; names sort by line only within digits of one length, so the order is kept apart.
+    let mut found: BTreeMap<String, Vec<(String, String)>> = BTreeMap::new();
+    for path in &options.outcomes {
+        let run = read(path)?;
+        known.tool = format!("cargo-mutants {}", run.cargo_mutants_version);
+        for Outcome { scenario, summary } in run.outcomes {
+            let Scenario::Mutant { name, file } = scenario else {
+                continue;
+            };
+            let mutants = found.entry(file).or_default();
+            match mutants.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, known)) => *known = summary,
+                None => mutants.push((name, summary)),
+            }
+        }
+    }
+    for (file, mutants) in &found {
+        let (counts, missed) = count(mutants)?;
+        known.replace(file, counts, &missed);
+    }
+    let text = serde_json::to_string_pretty(&known)
+        .map_err(|error| Error::Option(format!("{FILE}: {error}")))?;
+    write_text(&folder.join(FILE), &(text + "\n"))?;
+    report(&known, &folder);
+    Ok(())
+}
+
+fn read(path: &Path) -> Result<Run, Error> {
+    let text = std::fs::read_to_string(path).map_err(Error::file("read", path))?;
+    serde_json::from_str(&text)
+        .map_err(|error| Error::Option(format!("{}: {error}", path.display())))
+}
+
+/// Counts the ends that the tool knows, and lists the mutants that live.
+fn count(mutants: &[(String, String)]) -> Result<(Counts, Vec<String>), Error> {
+    let mut counts = Counts::default();
+    let mut missed = Vec::new();
+    for (name, summary) in mutants {
+        match summary.as_str() {
+            "CaughtMutant" => counts.caught += 1,
+            "Timeout" => counts.timeout += 1,
+            "Unviable" => counts.unviable += 1,
+            "MissedMutant" => {
+                counts.missed += 1;
+                missed.push(name.clone());
+            }
+            other => {
+                return Err(Error::Option(format!(
+                    "{name} ended with {other}: run it again"
+                )));
+            }
+        }
+    }
+    Ok((counts, missed))
+}
+
+fn report(known: &Record, folder: &Path) {
+    for (file, counts) in &known.files {
+        println!("{file}: {} of {} killed", counts.killed(), counts.viable());
+    }
+    let total = known.total();
+    println!("all: {} of {} killed", total.killed(), total.viable());
+    for survivor in known.survivors.iter().filter(|s| s.reason.is_empty()) {
+        println!("no reason yet: {}", survivor.mutant);
+    }
+    println!("{}", folder.join(FILE).display());
+}

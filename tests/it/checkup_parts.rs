@@ -1,0 +1,442 @@
+//! What each part of the BSDF check-up reports of a diffuse BSDF with one thing wrong.
+
+use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, TAU};
+use std::sync::{Arc, Mutex};
+
+use approx::{assert_abs_diff_eq, assert_relative_eq};
+use glam::DVec3;
+use whitefurnace::harness::bsdf_checkup::{
+    BsdfSample, BsdfSubject, CheckUp, Loss, assertions, at_direction, check_up,
+};
+use whitefurnace::harness::outcome::{ALPHA, Outcome, Verdict};
+use whitefurnace::harness::trial::Context;
+
+const ALBEDO: f64 = 0.5;
+
+fn eval(_: DVec3, wi: DVec3) -> f64 {
+    if wi.z > 0.0 { ALBEDO * FRAC_1_PI } else { 0.0 }
+}
+fn pdf(_: DVec3, wi: DVec3) -> f64 {
+    wi.z.max(0.0) * FRAC_1_PI
+}
+/// Malley's method: up to the hemisphere from a point of the disk.
+fn direction([r1, r2, _]: [f64; 3]) -> DVec3 {
+    let (sin, cos) = (TAU * r2).sin_cos();
+    DVec3::new(r1.sqrt() * cos, r1.sqrt() * sin, (1.0 - r1).sqrt())
+}
+fn sample(wo: DVec3, random: [f64; 3]) -> Option<BsdfSample> {
+    let wi = direction(random);
+    Some(BsdfSample {
+        wi,
+        weight: ALBEDO,
+        pdf: pdf(wo, wi),
+    })
+}
+
+fn right() -> BsdfSubject {
+    BsdfSubject::new(eval, sample, pdf).albedo(|_| ALBEDO)
+}
+
+fn with_eval(eval: impl Fn(DVec3, DVec3) -> f64 + Send + Sync + 'static) -> BsdfSubject {
+    BsdfSubject {
+        eval: Box::new(eval),
+        ..right()
+    }
+}
+
+fn with_pdf(pdf: impl Fn(DVec3, DVec3) -> f64 + Send + Sync + 'static) -> BsdfSubject {
+    BsdfSubject {
+        pdf: Box::new(pdf),
+        ..right()
+    }
+}
+
+/// The sampler with its result changed.
+fn with_sample(
+    change: impl Fn(BsdfSample) -> Option<BsdfSample> + Send + Sync + 'static,
+) -> BsdfSubject {
+    BsdfSubject {
+        sample: Box::new(move |wo, random| sample(wo, random).and_then(&change)),
+        ..right()
+    }
+}
+
+/// Too small for a verdict on cells, large enough for everything else.
+fn small() -> CheckUp {
+    CheckUp {
+        inclinations: vec![30.0],
+        samples: 20_000,
+        pairs: 500,
+        ..CheckUp::default()
+    }
+}
+
+/// The context of the environment, at scale 1 whatever the scale of the trials.
+fn context(name: &str) -> Context {
+    Context {
+        scale: 1.0,
+        ..crate::support::context(name)
+    }
+}
+
+/// The outcome whose name begins so.
+fn outcome(subject: &BsdfSubject, name: &str) -> Outcome {
+    check_up(subject, &small(), &context(name))
+        .into_iter()
+        .find(|outcome| outcome.name.starts_with(name))
+        .expect("an outcome of this name")
+}
+
+/// The pointwise checks alone: those that need no direction.
+fn pointwise(subject: &BsdfSubject, name: &str) -> Outcome {
+    let none = CheckUp {
+        inclinations: Vec::new(),
+        ..small()
+    };
+    check_up(subject, &none, &context(name))
+        .into_iter()
+        .find(|outcome| outcome.name.starts_with(name))
+        .expect("an outcome of this name")
+}
+
+/// How many verdicts chance could turn, in this module: two directions with two random outcomes each, and
+/// one for all shares and means that are far within their bounds together.
+pub const ASSERTIONS: usize = 5;
+
+const SANE: &str = "finite and not negative";
+const WEIGHTS: &str = "weight = f cos/pdf";
+const MASS: &str = "integral of the pdf";
+
+#[test]
+fn a_check_up_asks_everything() {
+    let size = CheckUp {
+        inclinations: vec![0.0, 60.0],
+        ..small()
+    };
+    let outcomes = check_up(&right(), &size, &context("everything"));
+    let names: Vec<&str> = outcomes
+        .iter()
+        .map(|outcome| outcome.name.as_str())
+        .collect();
+    assert_eq!(
+        names,
+        [
+            SANE,
+            WEIGHTS,
+            "reciprocity",
+            "integral of the pdf at 0 degrees",
+            "chi-square of samples at 0 degrees",
+            "furnace at 0 degrees",
+            "energy bound at 0 degrees",
+            "directional albedo at 0 degrees",
+            "integral of the pdf at 60 degrees",
+            "chi-square of samples at 60 degrees",
+            "furnace at 60 degrees",
+            "energy bound at 60 degrees",
+            "directional albedo at 60 degrees",
+        ]
+    );
+    assert_eq!(
+        outcomes.iter().filter(|o| o.is_random()).count(),
+        assertions(&size)
+    );
+    assert_eq!((assertions(&size), assertions(&small())), (4, 2));
+    for outcome in &outcomes {
+        // The small sample leaves the cells open, and the size of single ones only.
+        let expected = outcome.name.starts_with("chi-square");
+        assert!(outcome.p >= ALPHA, "{}: {}", outcome.name, outcome.worst);
+        assert_eq!(
+            outcome.verdict() != Verdict::Holds,
+            expected,
+            "{}",
+            outcome.name
+        );
+    }
+    // 75 degrees are a direction like any other.
+    let wo = DVec3::new(0.6, 0.0, 0.8);
+    let outcomes = at_direction(&right(), &size, &context("direction"), wo, 75.0);
+    assert!(
+        outcomes
+            .iter()
+            .all(|outcome| outcome.name.ends_with("at 75 degrees"))
+    );
+}
+
+#[test]
+fn a_subject_is_what_was_set() {
+    let new = || BsdfSubject::new(eval, sample, pdf);
+    assert!(new().reciprocal && !new().transmits && matches!(new().loss, Loss::None));
+    assert!(new().energy_bound == 1.0 && new().albedo.is_none());
+    assert!(!new().reciprocal(false).reciprocal);
+    assert!(new().transmits(true).transmits);
+    assert!(matches!(new().loss(Loss::Allowed).loss, Loss::Allowed));
+    assert_eq!(new().energy_bound(0.5).energy_bound, 0.5);
+    let outcomes = check_up(
+        &new().reciprocal(false),
+        &small(),
+        &context("no reciprocity"),
+    );
+    assert!(outcomes.iter().all(|outcome| outcome.name != "reciprocity"));
+    assert!(
+        outcomes
+            .iter()
+            .all(|o| !o.name.starts_with("directional albedo"))
+    );
+}
+
+#[test]
+fn no_value_may_be_bad() {
+    assert_eq!(pointwise(&right(), SANE).p, 1.0);
+    for bad in [f64::NAN, f64::INFINITY, -1.0] {
+        assert_eq!(
+            pointwise(&with_eval(move |_, _| bad), SANE).p,
+            0.0,
+            "f {bad}"
+        );
+        assert_eq!(
+            pointwise(&with_pdf(move |_, _| bad), SANE).p,
+            0.0,
+            "pdf {bad}"
+        );
+        let weight = with_sample(move |s| Some(BsdfSample { weight: bad, ..s }));
+        assert_eq!(pointwise(&weight, SANE).p, 0.0, "weight {bad}");
+        let density = with_sample(move |s| Some(BsdfSample { pdf: bad, ..s }));
+        assert_eq!(pointwise(&density, SANE).p, 0.0, "sampled pdf {bad}");
+    }
+    let zero = with_sample(|s| Some(BsdfSample { pdf: 0.0, ..s }));
+    assert_eq!(
+        pointwise(&zero, SANE).p,
+        0.0,
+        "sampled where the pdf is zero"
+    );
+    for factor in [0.999, 1.001] {
+        let stretched = with_sample(move |s| {
+            Some(BsdfSample {
+                wi: factor * s.wi,
+                ..s
+            })
+        });
+        assert_eq!(pointwise(&stretched, SANE).p, 0.0, "length {factor}");
+    }
+    // No light, no pdf there, and no sample are all right.
+    assert_eq!(pointwise(&with_eval(|_, _| 0.0), SANE).p, 1.0);
+    assert_eq!(pointwise(&with_pdf(|_, _| 0.0), SANE).p, 1.0);
+    let black = with_sample(|s| Some(BsdfSample { weight: 0.0, ..s }));
+    assert_eq!(pointwise(&black, SANE).p, 1.0);
+    assert_eq!(pointwise(&with_sample(|_| None), SANE).p, 1.0);
+}
+
+#[test]
+fn pointwise_errors_are_relative() {
+    let error = |subject: &BsdfSubject, name| pointwise(subject, name).estimate;
+    assert!(error(&right(), WEIGHTS) < 1e-12);
+    let heavy = with_sample(|s| {
+        Some(BsdfSample {
+            weight: 1.25 * s.weight,
+            ..s
+        })
+    });
+    assert_relative_eq!(error(&heavy, WEIGHTS), 0.2, max_relative = 1e-9);
+    let dense = with_sample(|s| {
+        Some(BsdfSample {
+            pdf: 0.75 * s.pdf,
+            ..s
+        })
+    });
+    assert_relative_eq!(error(&dense, WEIGHTS), 0.25, max_relative = 1e-9);
+    // Grazing samples are left out: their cosines have lost their digits.
+    let grazing = with_sample(|s| {
+        let wi = DVec3::new((1.0_f64 - 1e-10).sqrt(), 0.0, 1e-5);
+        Some(BsdfSample { wi, ..s })
+    });
+    assert_eq!(error(&grazing, WEIGHTS), 0.0);
+    // Samples below the surface are held to the same.
+    let below = with_sample(|s| Some(BsdfSample { wi: -s.wi, ..s }));
+    assert_eq!(error(&below, WEIGHTS), 1.0);
+    assert_eq!(error(&right(), "reciprocity"), 0.0);
+    // The first direction's half of the hemisphere is twice as bright.
+    let lopsided = with_eval(|wo, _| if wo.x > 0.0 { 2.0 } else { 1.0 });
+    assert_eq!(error(&lopsided, "reciprocity"), 0.5);
+    let broken = with_eval(|wo, wi| if wo.x > wi.x { f64::NAN } else { 1.0 });
+    assert!(error(&broken, "reciprocity").is_nan());
+    let worst = pointwise(&lopsided, "reciprocity").worst;
+    assert!(
+        worst.contains("f = 2 and 1") || worst.contains("f = 1 and 2"),
+        "{worst}"
+    );
+}
+
+#[test]
+fn the_pdf_integrates_to_what_is_not_lost() {
+    let error = |factor: f64, loss| {
+        let subject = with_pdf(move |wo, wi| factor * pdf(wo, wi)).loss(loss);
+        outcome(&subject, MASS).estimate
+    };
+    let declared = |share: f64| Loss::Declared(Box::new(move |_| share));
+    assert_abs_diff_eq!(error(1.0, Loss::None), 0.0, epsilon = 1e-7);
+    assert_abs_diff_eq!(error(0.9, Loss::None), 0.1, epsilon = 1e-7);
+    assert_abs_diff_eq!(error(0.9, declared(0.1)), 0.0, epsilon = 1e-7);
+    assert_abs_diff_eq!(error(0.9, declared(0.3)), 0.2, epsilon = 1e-7);
+    assert_abs_diff_eq!(error(0.9, Loss::Allowed), 0.0, epsilon = 1e-7);
+    assert_abs_diff_eq!(error(1.2, Loss::Allowed), 0.2, epsilon = 1e-7);
+    assert!(error(f64::NAN, Loss::Allowed).is_nan());
+    // The whole sphere counts where light may pass.
+    let through = with_pdf(|_, wi| wi.z.abs() * FRAC_1_PI);
+    assert_abs_diff_eq!(outcome(&through, MASS).estimate, 0.0, epsilon = 1e-7);
+    let through = through.transmits(true);
+    assert_abs_diff_eq!(outcome(&through, MASS).estimate, 1.0, epsilon = 1e-7);
+}
+
+#[test]
+fn albedo_bound_and_furnace_are_those_of_the_quadrature() {
+    let found = outcome(&right().energy_bound(0.375), "energy bound");
+    assert_abs_diff_eq!(found.estimate, 0.125, epsilon = 1e-7);
+    assert_eq!(outcome(&right(), "energy bound").estimate, 0.0);
+    let found = outcome(&right().albedo(|_| 0.75), "directional albedo");
+    assert_abs_diff_eq!(found.estimate, 0.25, epsilon = 1e-7);
+    let weighing = |weight: f64| {
+        let subject = with_sample(move |s| Some(BsdfSample { weight, ..s }));
+        outcome(&subject, "furnace")
+    };
+    let found = weighing(ALBEDO);
+    assert_abs_diff_eq!(found.claim.size(), 0.003 * ALBEDO, epsilon = 1e-8);
+    assert_eq!((found.n, found.verdict()), (20_000, Verdict::Holds));
+    // The quadrature is known to 1e-6; what differs by more than that fails, as nothing varies.
+    for (excess, verdict) in [
+        (8e-7, Verdict::Holds),
+        (-8e-7, Verdict::Holds),
+        (1.2e-6, Verdict::Fails),
+        (-1.2e-6, Verdict::Fails),
+    ] {
+        assert_eq!(weighing(ALBEDO + excess).verdict(), verdict, "{excess}");
+    }
+    // Lost samples carry nothing: every other one halves the mean.
+    let halved = BsdfSubject {
+        sample: Box::new(|wo, random| sample(wo, random).filter(|_| random[2] < 0.5)),
+        ..right()
+    };
+    let found = outcome(&halved, "furnace");
+    assert_eq!(found.verdict(), Verdict::Fails);
+    assert_abs_diff_eq!(found.estimate, 0.5 * ALBEDO, epsilon = 0.02);
+}
+
+#[test]
+fn samples_where_the_pdf_is_zero_or_infinite_are_forbidden() {
+    let worst = |wi: DVec3, density: f64| {
+        let subject = BsdfSubject {
+            sample: Box::new(move |wo, random| {
+                let right = sample(wo, random);
+                if random[2] < 0.25 {
+                    right.map(|s| BsdfSample { wi, ..s })
+                } else {
+                    right
+                }
+            }),
+            pdf: Box::new(move |wo, at| if at == wi { density } else { pdf(wo, at) }),
+            ..right()
+        };
+        outcome(&subject, "chi-square").worst
+    };
+    // One direction that no quadrature meets.
+    let wi = DVec3::new(0.48, 0.6, 0.64);
+    for density in [0.0, f64::INFINITY, f64::NAN, -1.0] {
+        let found = worst(wi, density);
+        assert!(found.contains("samples where the pdf is zero"), "{found}");
+    }
+    assert!(worst(wi, 1.0).starts_with("cell at"));
+}
+
+/// What a subject was asked: pairs of directions, and random numbers.
+type Asked = (Vec<[DVec3; 2]>, Vec<f64>);
+
+fn fuzzed(transmits: bool) -> Asked {
+    let asked = Arc::new(Mutex::new((Vec::new(), Vec::new())));
+    let [first, second] = [asked.clone(), asked.clone()];
+    let subject = BsdfSubject::new(
+        move |wo, wi| {
+            first.lock().expect("one thread").0.push([wo, wi]);
+            1.0
+        },
+        move |_, random| {
+            second.lock().expect("one thread").1.extend(random);
+            None
+        },
+        |_, _| 1.0,
+    );
+    let size = CheckUp {
+        inclinations: Vec::new(),
+        pairs: 5000,
+        ..small()
+    };
+    let subject = subject.transmits(transmits).reciprocal(false);
+    check_up(&subject, &size, &context("fuzzed"));
+    asked.lock().expect("one thread").clone()
+}
+
+#[test]
+fn corners_of_the_domain_are_tried() {
+    // Shares are known to 0.05, seven standard errors of 5000 trials.
+    let close = |found: usize, n: usize, share: f64| {
+        let found = found as f64 / n as f64;
+        assert_abs_diff_eq!(found, share, epsilon = 0.05);
+    };
+    let (directions, numbers) = fuzzed(false);
+    let n = directions.len();
+    assert_eq!((n, numbers.len()), (5000, 2 * 3 * 5000));
+    for side in 0..2 {
+        let inclination = |pair: &[DVec3; 2]| pair[side].truncate().length().atan2(pair[side].z);
+        let share = |low: f64, high: f64| {
+            let within = |pair: &&[DVec3; 2]| (low..=high).contains(&inclination(pair));
+            directions.iter().filter(within).count()
+        };
+        // Four corners of one eighth each; the rest is even over the quarter circle.
+        close(share(0.0, 0.0), n, 0.125);
+        close(share(0.5e-9, 2e-9), n, 0.125);
+        close(share(FRAC_PI_4 - 1e-9, FRAC_PI_4 + 1e-9), n, 0.125);
+        close(share(FRAC_PI_2 - 2e-6, FRAC_PI_2), n, 0.125);
+        close(share(0.2 * FRAC_PI_2, 0.4 * FRAC_PI_2), n, 0.1);
+        close(share(0.6 * FRAC_PI_2, 0.8 * FRAC_PI_2), n, 0.1);
+        close(share(0.0, FRAC_PI_2), n, 1.0);
+        // Half of the azimuths are multiples of 45 degrees, all eight of them.
+        let turns = |pair: &[DVec3; 2]| 8.0 * pair[side].y.atan2(pair[side].x) / TAU;
+        let tilted: Vec<f64> = directions
+            .iter()
+            .filter(|pair| inclination(pair) > 0.0)
+            .map(turns)
+            .collect();
+        let straight = |turns: &&f64| (**turns - turns.round()).abs() < 1e-9;
+        // Of the even picks 0, 2, 4, 6 the first has no azimuth.
+        close(
+            tilted.iter().filter(straight).count(),
+            tilted.len(),
+            3.0 / 7.0,
+        );
+        for eighth in -3..=4 {
+            let there = |turns: &&f64| {
+                (turns.rem_euclid(8.0) - f64::from(eighth).rem_euclid(8.0)).abs() < 0.5
+            };
+            close(tilted.iter().filter(there).count(), tilted.len(), 0.125);
+        }
+    }
+    close(
+        numbers.iter().filter(|&&u| u == 0.0).count(),
+        numbers.len(),
+        0.05,
+    );
+    let last = 1.0 - f64::EPSILON / 2.0;
+    close(
+        numbers.iter().filter(|&&u| u == last).count(),
+        numbers.len(),
+        0.05,
+    );
+    assert!(numbers.iter().all(|u| (0.0..1.0).contains(u)));
+    // The outgoing direction is above the surface; the other is below where light may pass.
+    assert!(directions.iter().flatten().all(|w| w.z >= 0.0));
+    let (directions, _) = fuzzed(true);
+    assert!(directions.iter().all(|pair| pair[0].z >= 0.0));
+    close(
+        directions.iter().filter(|pair| pair[1].z < 0.0).count(),
+        n,
+        0.5,
+    );
+}

@@ -1,0 +1,224 @@
+//! Domains and their partitions: places of points, measures of parts, masses of cells.
+
+use std::f64::consts::{PI, TAU};
+
+use approx::{assert_abs_diff_eq, assert_relative_eq};
+use glam::DVec3;
+use whitefurnace::harness::domain::{Domain, MASS_TOLERANCE, Partition};
+
+use crate::support::property;
+
+/// Every domain with its whole measure.
+const DOMAINS: [(Domain, f64); 6] = [
+    (Domain::Sphere, 4.0 * PI),
+    (Domain::Hemisphere, TAU),
+    (Domain::CosineHemisphere, TAU),
+    (Domain::Disk, PI),
+    (Domain::Square, 1.0),
+    (Domain::Triangle, 0.5),
+];
+
+/// The point with a place in the unit square, by the inverse of each domain's distribution.
+fn point_at(domain: Domain, [s, b]: [f64; 2]) -> DVec3 {
+    let around = |rho: f64, z: f64| {
+        let (sin, cos) = (TAU * b).sin_cos();
+        DVec3::new(rho * cos, rho * sin, z)
+    };
+    match domain {
+        Domain::Sphere => around((4.0 * s * (1.0 - s)).sqrt(), 1.0 - 2.0 * s),
+        Domain::Hemisphere => around((s * (2.0 - s)).sqrt(), 1.0 - s),
+        Domain::CosineHemisphere => around(s.sqrt(), (1.0 - s).sqrt()),
+        Domain::Disk => around(s.sqrt(), 0.0),
+        Domain::Square => DVec3::new(s, b, 0.0),
+        Domain::Triangle => {
+            let rest = (1.0 - s).sqrt();
+            DVec3::new(1.0 - rest, b * rest, 0.0)
+        }
+    }
+}
+
+#[test]
+fn points_have_their_place_in_the_square() {
+    for (domain, _) in DOMAINS {
+        let name = format!("{domain:?}");
+        property(&name, 500, &(0.001..0.999, 0.0..0.999), |(s, b)| {
+            let found = domain.to_square(point_at(domain, [s, b]));
+            let [found_s, found_b] = found.expect("a point of the domain");
+            assert_abs_diff_eq!(found_s, s, epsilon = 1e-12);
+            assert_abs_diff_eq!(found_b, b, epsilon = 1e-12);
+        });
+    }
+    // The azimuth starts at the x-axis, and is less than a full turn below it.
+    assert_eq!(Domain::Sphere.to_square(DVec3::X), Some([0.5, 0.0]));
+    assert_eq!(Domain::Disk.to_square(-0.5 * DVec3::X), Some([0.25, 0.5]));
+    assert_eq!(Domain::Disk.to_square(-0.5 * DVec3::Y), Some([0.25, 0.75]));
+}
+
+#[test]
+fn borders_are_inside_and_what_lies_beyond_is_not() {
+    let v = DVec3::new;
+    let nan = v(f64::NAN, 0.0, 0.0);
+    // Rounding may carry a point 5e-10 across.
+    let across = 5e-10;
+    for (domain, inside, outside) in [
+        (
+            Domain::Sphere,
+            vec![DVec3::Z, -DVec3::Z, (1.0 + 0.4 * across) * DVec3::X],
+            vec![1.001 * DVec3::X, 0.999 * DVec3::X, DVec3::ZERO, nan],
+        ),
+        (
+            Domain::Hemisphere,
+            vec![DVec3::Z, DVec3::X, -DVec3::Y],
+            vec![-DVec3::Z, 1.001 * DVec3::Z, 0.999 * DVec3::Z, nan],
+        ),
+        (
+            Domain::CosineHemisphere,
+            vec![DVec3::Z, DVec3::X, -DVec3::Y],
+            vec![-DVec3::Z, 1.001 * DVec3::Z, 0.999 * DVec3::Z, nan],
+        ),
+        (
+            Domain::Disk,
+            vec![DVec3::ZERO, -DVec3::X, (1.0 + 0.4 * across) * DVec3::Y],
+            vec![1.001 * DVec3::X, 0.5 * DVec3::X + 0.1 * DVec3::Z, nan],
+        ),
+        (
+            Domain::Square,
+            vec![DVec3::ZERO, DVec3::X, DVec3::Y, v(1.0, 1.0, 0.0)],
+            vec![
+                v(-0.1, 0.5, 0.0),
+                v(1.1, 0.5, 0.0),
+                v(0.5, -0.1, 0.0),
+                v(0.5, 1.1, 0.0),
+                nan,
+            ],
+        ),
+        (
+            Domain::Triangle,
+            vec![DVec3::ZERO, DVec3::X, DVec3::Y, v(0.25, 0.75 + across, 0.0)],
+            vec![
+                v(-0.1, 0.5, 0.0),
+                v(0.5, -0.1, 0.0),
+                v(0.75, 0.5, 0.0),
+                v(1.1, 0.0, 0.0),
+                nan,
+            ],
+        ),
+    ] {
+        for point in inside {
+            let place = domain.to_square(point);
+            assert!(
+                place.is_some_and(|p| p.iter().all(|x| (0.0..=1.0 + 3.0 * across).contains(x))),
+                "{domain:?} {point} {place:?}"
+            );
+        }
+        for point in outside {
+            assert_eq!(domain.to_square(point), None, "{domain:?} {point}");
+        }
+    }
+    assert_eq!(Domain::Triangle.to_square(DVec3::X), Some([1.0, 0.0]));
+}
+
+#[test]
+fn parts_have_their_share_of_the_measure() {
+    let part = [[0.2, 0.5], [0.1, 0.4]];
+    let area = 0.09;
+    // The mean of each coordinate of the square over the part.
+    let means = [0.35, 0.25];
+    for (domain, measure) in DOMAINS {
+        // What is even in the square: cos θ/π times 2π, or 1.
+        let even = |p: DVec3| match domain {
+            Domain::CosineHemisphere => 2.0 * p.z,
+            _ => 1.0,
+        };
+        let found = domain.integrate(part, 1e-12, &even).value;
+        assert_relative_eq!(found, area * measure, max_relative = 1e-10);
+        for (axis, mean) in means.into_iter().enumerate() {
+            let place = |p: DVec3| domain.to_square(p).expect("a point of the domain")[axis];
+            let found = domain.integrate(part, 1e-12, &|p| even(p) * place(p)).value;
+            assert_relative_eq!(found, area * measure * mean, max_relative = 1e-10);
+        }
+    }
+}
+
+#[test]
+fn errors_of_parts_add_up_to_less_than_the_tolerance() {
+    for tolerance in [1e-3, 1e-4, 1e-5, 1e-6] {
+        for kink in [0.13, 0.3, 0.41] {
+            let found = Domain::Square.integrate_all(tolerance, &|p| (p.x + p.y - kink).abs());
+            assert!(found.error > 0.0 && found.error <= tolerance, "{found:?}");
+            // ∫ (x + y − k) over the square, and twice the pyramid below the kink.
+            let exact = 1.0 - kink + kink.powi(3) / 3.0;
+            assert_abs_diff_eq!(found.value, exact, epsilon = tolerance);
+        }
+    }
+}
+
+#[test]
+fn equal_cells_run_row_by_row() {
+    let cells = Partition::equal(Domain::Square, 3, 4);
+    assert_eq!(cells.masses, vec![1.0 / 12.0; 12]);
+    assert_eq!((cells.loss, cells.error), (0.0, 0.0));
+    assert_relative_eq!(cells.mass(), 1.0, max_relative = 1e-15);
+    for k in 0..12 {
+        let [row, column] = [k / 4, k % 4];
+        let centre = [(row as f64 + 0.5) / 3.0, (column as f64 + 0.5) / 4.0];
+        assert_eq!(cells.cell(point_at(Domain::Square, centre)), Some(k));
+        let place = format!(
+            "row {row}-{} of 3; column {column}-{} of 4",
+            row + 1,
+            column + 1
+        );
+        assert_eq!(cells.places[k], place);
+    }
+    // The far border belongs to the last row and column.
+    assert_eq!(cells.cell(DVec3::new(1.0, 1.0, 0.0)), Some(11));
+    assert_eq!(cells.cell(DVec3::new(1.1, 1.0, 0.0)), None);
+    let outcomes = Partition::of_masses(vec![0.5, 0.25, 0.25], vec![String::new(); 3]);
+    for (k, x) in [0.2, 0.5, 0.8].into_iter().enumerate() {
+        assert_eq!(outcomes.cell(DVec3::new(0.5, x, 0.0)), Some(k));
+    }
+    assert_eq!(outcomes.mass(), 1.0);
+}
+
+/// The numbers of a place such as "row 0-16 of 32; column 5-9 of 64".
+fn numbers(place: &str) -> Vec<usize> {
+    let digits = |c: char| !c.is_ascii_digit();
+    let parts = place.split(digits).filter(|part| !part.is_empty());
+    parts.map(|part| part.parse().expect("a number")).collect()
+}
+
+#[test]
+fn cells_of_a_density_hold_what_lies_in_them() {
+    // 0.9 (1 + x)(3 − y²)/4: ∫ (1 + x) = 3/2, ∫ (3 − y²) = 8/3, so a tenth is lost.
+    let pdf = |p: DVec3| 0.9 * (1.0 + p.x) * (3.0 - p.y * p.y) / 4.0;
+    for cells in [1, 2, 5, 6, 12] {
+        let partition = Partition::of_pdf(Domain::Square, cells, &pdf);
+        assert_eq!(partition.masses.len(), cells);
+        assert_eq!(partition.places.len(), cells);
+        assert_eq!(partition.error, MASS_TOLERANCE);
+        assert_relative_eq!(partition.loss, 0.1, max_relative = 1e-6);
+        assert_relative_eq!(partition.mass(), 0.9, max_relative = 1e-9);
+        let mut masses = vec![0.0; cells];
+        for row in 0..32_usize {
+            for column in 0..64_usize {
+                let [x, y] = [row as f64 / 32.0, column as f64 / 64.0];
+                let centre = DVec3::new(x + 1.0 / 64.0, y + 1.0 / 128.0, 0.0);
+                let cell = partition.cell(centre).expect("a point of the square");
+                // The product of two integrals over the field.
+                let along_x = (1.0 + x + 1.0 / 64.0) / 32.0;
+                let end = y + 1.0 / 64.0;
+                let along_y = 3.0 / 64.0 - (end.powi(3) - y.powi(3)) / 3.0;
+                masses[cell] += 0.9 * along_x * along_y / 4.0;
+                let place = numbers(&partition.places[cell]);
+                assert!((place[0]..place[1]).contains(&row), "{place:?}");
+                assert!((place[3]..place[4]).contains(&column), "{place:?}");
+                assert_eq!((place[2], place[5]), (32, 64));
+            }
+        }
+        for (mass, expected) in partition.masses.iter().zip(&masses) {
+            assert_relative_eq!(*mass, *expected, max_relative = 1e-9);
+            // A row of fields has three hundredths of the whole: cuts are off by half of that at most.
+            assert_abs_diff_eq!(*mass, 0.9 / cells as f64, epsilon = 0.02);
+        }
+    }
+}

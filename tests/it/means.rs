@@ -1,0 +1,184 @@
+//! Tests of means against textbook formulas on small sets of numbers, and under changes of scale.
+
+use approx::assert_relative_eq;
+use whitefurnace::harness::mean::{
+    Values, bounded_mean, equivalence_p, mean, mean_known_sigma, welch, welch_moments,
+    welch_satterthwaite,
+};
+use whitefurnace::harness::outcome::{ALPHA, Claim, Verdict};
+use whitefurnace::harness::tails::{normal_sf, normal_upper, student_two_sided, student_upper};
+
+const CLAIM: Claim = Claim::Exact { delta: 1.0 };
+
+/// Values whose cubes are summed about `centre`.
+fn values(centre: f64, numbers: &[f64]) -> Values {
+    let mut numbers = numbers.iter();
+    let n = numbers.len() as u64;
+    Values::collect(centre, n, || *numbers.next().expect("as many as asked for"))
+}
+
+/// Mean 4, variance 12.5, third central moment 36.
+const FIVE: [f64; 5] = [1.0, 2.0, 3.0, 4.0, 10.0];
+/// Mean 1, variance 1.
+const THREE: [f64; 3] = [0.0, 1.0, 2.0];
+
+#[test]
+fn skewness_does_not_depend_on_the_centre() {
+    let expected = 36.0 / 12.5_f64.powf(1.5);
+    for centre in [4.0, 3.7, 0.0, -2.5, 100.0] {
+        let found = values(centre, &FIVE).skewness();
+        assert_relative_eq!(found, expected, max_relative = 1e-9);
+    }
+    let mirrored = values(0.0, &FIVE.map(|x| 3.0 - 2.0 * x));
+    assert_relative_eq!(mirrored.skewness(), -expected, max_relative = 1e-12);
+    let z = normal_upper(ALPHA / 2.0);
+    let from = (expected * z.powi(3) / 1.8).powi(2).ceil();
+    assert_eq!(values(4.0, &FIVE).valid_from() as f64, from);
+    assert_eq!(mirrored.valid_from() as f64, from);
+    assert_eq!(values(0.0, &THREE).valid_from(), 2);
+    assert_eq!(values(0.0, &[f64::NAN; 3]).valid_from(), u64::MAX);
+}
+
+#[test]
+fn intervals_are_those_of_the_textbook() {
+    let five = values(4.0, &FIVE);
+    let t = mean("t", &five, 3.0, CLAIM);
+    assert_eq!((t.name.as_str(), t.statistic, t.n), ("t", "t", 5));
+    assert_eq!(t.valid_from, five.valid_from());
+    assert_eq!((t.estimate, t.reference), (4.0, 3.0));
+    assert_relative_eq!(
+        t.p,
+        student_two_sided(0.4_f64.sqrt(), 4.0),
+        max_relative = 1e-12
+    );
+    let half = student_upper(ALPHA / 2.0, 4.0) * 2.5_f64.sqrt();
+    assert_relative_eq!(t.interval[0], 4.0 - half, max_relative = 1e-12);
+    assert_relative_eq!(t.interval[1], 4.0 + half, max_relative = 1e-12);
+    let z = mean_known_sigma("z", &five, 3.0, 2.0, CLAIM);
+    assert_eq!((z.name.as_str(), z.statistic, z.n), ("z", "z", 5));
+    assert_eq!(z.valid_from, five.valid_from());
+    assert_relative_eq!(z.p, 2.0 * normal_sf(1.25_f64.sqrt()), max_relative = 1e-12);
+    let half = normal_upper(ALPHA / 2.0) * 2.0 / 5_f64.sqrt();
+    assert_relative_eq!(z.interval[0], 4.0 - half, max_relative = 1e-12);
+    assert_relative_eq!(z.interval[1], 4.0 + half, max_relative = 1e-12);
+    let below = mean_known_sigma("z", &five, 5.0, 2.0, CLAIM);
+    assert_relative_eq!(below.value, -1.25_f64.sqrt(), max_relative = 1e-12);
+    assert_relative_eq!(below.p, z.p, max_relative = 1e-12);
+}
+
+#[test]
+fn one_value_says_nothing() {
+    let one = values(1.0, &[1.0]);
+    assert_eq!(mean("t", &one, 1.0, CLAIM).verdict(), Verdict::Fails);
+    assert!(mean("t", &one, 1.0, CLAIM).p.is_nan());
+}
+
+#[test]
+fn rounding_is_relative_to_the_size_of_the_numbers() {
+    for scale in [1e-6, 1.0, 1e6] {
+        let claim = Claim::Exact {
+            delta: 1e-3 * scale,
+        };
+        let same = values(scale, &[scale; 100]);
+        let verdict = |reference| mean("t", &same, reference, claim).verdict();
+        assert_eq!(verdict(scale * (1.0 + 5e-13)), Verdict::Holds);
+        assert_eq!(verdict(scale * (1.0 + 3e-12)), Verdict::Fails);
+        let [low, high] = mean("t", &same, scale, claim).interval;
+        assert_relative_eq!(high - low, 2e-12 * scale, max_relative = 1e-3);
+        let other = |factor: f64| values(scale, &[scale * factor; 100]);
+        let near = welch("w", &same, &other(1.0 + 5e-13), claim);
+        assert_eq!((near.value, near.p), (0.0, 1.0));
+        let far = welch("w", &same, &other(1.0 + 3e-12), claim);
+        assert_eq!(far.verdict(), Verdict::Fails);
+    }
+}
+
+#[test]
+fn welch_is_that_of_the_textbook() {
+    let [a, b] = [values(4.0, &FIVE), values(1.0, &THREE)];
+    let w = welch_moments("w", a.moments, b.moments, CLAIM);
+    let [va, vb]: [f64; 2] = [2.5, 1.0 / 3.0];
+    let dof = (va + vb).powi(2) / (va * va / 4.0 + vb * vb / 2.0);
+    let t = 3.0 / f64::sqrt(va + vb);
+    assert_eq!((w.name.as_str(), w.statistic, w.n), ("w", "Welch", 3));
+    assert_relative_eq!(w.value, t, max_relative = 1e-12);
+    assert_relative_eq!(
+        w.dof.expect("degrees of freedom"),
+        dof,
+        max_relative = 1e-12
+    );
+    assert_relative_eq!(w.p, student_two_sided(t, dof), max_relative = 1e-12);
+    let half = student_upper(ALPHA / 2.0, dof) * (va + vb).sqrt();
+    assert_relative_eq!(w.interval[0], 3.0 - half, max_relative = 1e-12);
+    assert_relative_eq!(w.interval[1], 3.0 + half, max_relative = 1e-12);
+    let back = welch_moments("w", b.moments, a.moments, CLAIM);
+    assert_eq!((back.value, back.p), (-w.value, w.p));
+    // Without variance every value counts.
+    assert_eq!(welch_satterthwaite([(0.0, 5), (0.0, 9)]), 12.0);
+}
+
+#[test]
+fn either_side_may_be_too_skewed_for_welch() {
+    let [skewed, even] = [values(4.0, &FIVE), values(1.0, &THREE)];
+    let pair = values(0.0, &[-1.0, 1.0]);
+    for (a, b) in [(&skewed, &even), (&even, &skewed)] {
+        assert_eq!(welch("w", a, b, CLAIM).valid_from, skewed.valid_from());
+    }
+    // Two values without skewness are just enough.
+    assert_eq!(pair.valid_from(), 2);
+    assert_eq!(welch("w", &pair, &even, CLAIM).valid_from, 2);
+    assert_eq!(welch("w", &even, &pair, CLAIM).valid_from, 2);
+    // One in a hundred is enough for 2e6 values, not for 100, whatever the other side has.
+    let rare = |n: u64| {
+        let mut i = 0;
+        Values::collect(0.01, n, || {
+            i += 1;
+            f64::from(u8::from(i % 100 == 0))
+        })
+    };
+    let [few, many] = [rare(100), rare(2_000_000)];
+    assert!(many.valid_from() < 2_000_000 && few.valid_from() > 100_000);
+    let verdict = welch("w", &many, &few, CLAIM).verdict();
+    assert!(matches!(verdict, Verdict::Undecided { needed } if needed >= few.valid_from()));
+    assert_eq!(welch("w", &many, &many, CLAIM).verdict(), Verdict::Holds);
+}
+
+#[test]
+fn bernstein_moves_and_stretches_with_its_range() {
+    let numbers: Vec<f64> = (0..500).map(|i| f64::from(i % 5) / 4.0).collect();
+    let unit = bounded_mean("b", &values(0.5, &numbers), 0.7, [0.0, 1.0], CLAIM);
+    assert_eq!(
+        (unit.statistic, unit.n, unit.valid_from),
+        ("empirical Bernstein", 500, 2)
+    );
+    assert_relative_eq!(unit.estimate, 0.5, max_relative = 1e-12);
+    assert_eq!(unit.reference, 0.7);
+    assert_relative_eq!(unit.value, 0.2, max_relative = 1e-12);
+    assert!(unit.p > ALPHA && unit.p < 0.01, "{}", unit.p);
+    for (low, width) in [(-3.0, 2.0), (5.0, 0.25)] {
+        let place = |x: f64| low + width * x;
+        let moved: Vec<f64> = numbers.iter().map(|&x| place(x)).collect();
+        let moved = values(place(0.5), &moved);
+        let bounds = [low, low + width];
+        let found = bounded_mean("b", &moved, place(0.7), bounds, CLAIM);
+        assert_relative_eq!(found.p, unit.p, max_relative = 1e-9);
+        for (found, unit) in found.interval.iter().zip(unit.interval) {
+            assert_relative_eq!(*found, place(unit), max_relative = 1e-12);
+        }
+        // The interval stays within the range.
+        let few = bounded_mean("b", &values(low, &[low, low + width]), low, bounds, CLAIM);
+        assert_eq!((few.interval, few.p), (bounds, 1.0));
+    }
+}
+
+#[test]
+fn equivalence_is_symmetric_about_the_reference() {
+    let p = |estimate| equivalence_p(estimate, 3.0, 0.5, 20.0, 1.0);
+    for estimate in [3.0, 3.25, 3.75, 4.0, 4.5, 6.0] {
+        let nearest = (4.0 - estimate) / 0.5;
+        let tail = 0.5 * student_two_sided(nearest, 20.0);
+        let expected = if estimate < 4.0 { tail } else { 1.0 - tail };
+        assert_relative_eq!(p(estimate), expected, max_relative = 1e-12);
+        assert_relative_eq!(p(6.0 - estimate), expected, max_relative = 1e-12);
+    }
+}

@@ -1,0 +1,168 @@
+//! Outcomes and verdicts at their borders: the fields of an outcome, its power, and what decides it.
+
+use approx::assert_relative_eq;
+use whitefurnace::harness::outcome::{
+    ALPHA, CAPACITY, Claim, Outcome, SUITE_BUDGET, Verdict, approximate_verdict, exact_verdict,
+};
+use whitefurnace::harness::power::Sensitivity;
+use whitefurnace::harness::tails::normal_upper;
+
+/// An estimate of 3, n = 100, in an interval of half width `half`.
+fn outcome(half: f64, claim: Claim) -> Outcome {
+    Outcome {
+        name: String::from("three"),
+        statistic: "z",
+        value: 0.0,
+        dof: None,
+        p: 1.0,
+        n: 100,
+        valid_from: 0,
+        estimate: 3.0,
+        reference: 3.0,
+        interval: [3.0 - half, 3.0 + half],
+        claim,
+        sensitivity: Sensitivity::Certain,
+        worst: String::new(),
+        cells: Vec::new(),
+    }
+}
+
+#[test]
+fn the_budget_is_shared_evenly() {
+    assert_relative_eq!(SUITE_BUDGET, 1e-6, max_relative = 1e-15);
+    assert_relative_eq!(SUITE_BUDGET / CAPACITY as f64, ALPHA, max_relative = 1e-15);
+}
+
+#[test]
+fn claims_and_verdicts_have_sizes_and_words() {
+    assert_eq!(Claim::Exact { delta: 0.25 }.size(), 0.25);
+    assert_eq!(Claim::Approximate { margin: 0.5 }.size(), 0.5);
+    assert_eq!(Claim::Test.size(), 0.0);
+    let undecided = Verdict::Undecided { needed: 1 };
+    let words = [Verdict::Holds, Verdict::Fails, undecided].map(Verdict::word);
+    assert_eq!(words, ["holds", "fails", "undecided"]);
+}
+
+#[test]
+fn borders_belong_to_the_claim() {
+    // Numbers that are exact in binary: the interval ends just on the margin.
+    let exact = |p, interval| exact_verdict(p, interval, 2.0, 0.25, 100);
+    assert_eq!(exact(ALPHA, [1.75, 2.25]), Verdict::Holds);
+    let approximate = |interval| approximate_verdict(interval, 2.0, 0.25, 100);
+    assert_eq!(approximate([1.75, 2.25]), Verdict::Holds);
+    for touching in [[2.25, 2.5], [1.5, 1.75]] {
+        assert!(matches!(approximate(touching), Verdict::Undecided { .. }));
+    }
+    for broken in [[f64::NAN, 2.0], [2.0, f64::NAN]] {
+        assert_eq!(approximate(broken), Verdict::Fails);
+    }
+}
+
+#[test]
+fn undecided_always_asks_for_more() {
+    // The width is less than δ, but the interval lies to one side.
+    let verdict = exact_verdict(1.0, [2.125, 2.3125], 2.0, 0.25, 100);
+    assert_eq!(verdict, Verdict::Undecided { needed: 101 });
+    let verdict = exact_verdict(1.0, [2.0, f64::INFINITY], 2.0, 0.25, 100);
+    assert_eq!(verdict, Verdict::Undecided { needed: u64::MAX });
+}
+
+#[test]
+fn an_outcome_is_judged_by_its_claim() {
+    let exact = outcome(0.1, Claim::Exact { delta: 0.125 });
+    assert_eq!(exact.verdict(), Verdict::Holds);
+    let few = |valid_from| Outcome {
+        valid_from,
+        ..exact.clone()
+    };
+    assert_eq!(few(99).verdict(), Verdict::Holds);
+    assert_eq!(few(100).verdict(), Verdict::Holds);
+    assert_eq!(few(101).verdict(), Verdict::Undecided { needed: 101 });
+    // The margin decides whatever p is, and p decides where there is no margin.
+    let with_p = |p, claim| Outcome {
+        p,
+        ..outcome(0.1, claim)
+    };
+    let [tiny, small] = [0.5 * ALPHA, ALPHA];
+    for (claim, at_tiny, at_small) in [
+        (
+            Claim::Exact { delta: 0.125 },
+            Verdict::Fails,
+            Verdict::Holds,
+        ),
+        (
+            Claim::Approximate { margin: 0.125 },
+            Verdict::Holds,
+            Verdict::Holds,
+        ),
+        (Claim::Test, Verdict::Fails, Verdict::Holds),
+    ] {
+        assert_eq!(with_p(tiny, claim).verdict(), at_tiny, "{claim:?}");
+        assert_eq!(with_p(small, claim).verdict(), at_small, "{claim:?}");
+        assert_eq!(with_p(1.0, claim).verdict(), Verdict::Holds, "{claim:?}");
+        assert_eq!(with_p(f64::NAN, claim).verdict(), Verdict::Fails);
+    }
+}
+
+#[test]
+fn exact_identities_use_no_chance() {
+    let found = |error| Outcome::exact("identity", 7, error, 0.5, "everywhere").named("renamed");
+    let on_the_border = found(-0.5);
+    assert_eq!(on_the_border.verdict(), Verdict::Holds);
+    assert_eq!(on_the_border.name, "renamed");
+    assert_eq!((on_the_border.n, on_the_border.p), (7, 1.0));
+    assert_eq!(on_the_border.interval, [-0.5, -0.5]);
+    assert_eq!(on_the_border.worst, "everywhere");
+    assert!(!on_the_border.is_random());
+    assert!(outcome(0.1, Claim::Test).is_random());
+    let beyond = found(0.75);
+    assert_eq!((beyond.p, beyond.verdict()), (0.0, Verdict::Fails));
+}
+
+/// z with a standard error of 1/8.
+fn measured(claim: Claim) -> Outcome {
+    Outcome {
+        sensitivity: Sensitivity::Normal {
+            standard_error: 0.125,
+            dof: f64::INFINITY,
+            tests: 1,
+        },
+        ..outcome(0.75, claim)
+    }
+}
+
+#[test]
+fn power_is_that_of_the_claim() {
+    let critical = normal_upper(ALPHA / 2.0);
+    let exact = measured(Claim::Exact {
+        delta: 0.125 * (critical + 2.0),
+    });
+    assert_relative_eq!(exact.half_width(), 0.75, max_relative = 1e-15);
+    // P(Z ≥ 2), and twice that for both sides of an equality.
+    let tail = 0.022_750_131_948_179_2;
+    assert_relative_eq!(exact.miss(), tail, max_relative = 1e-9);
+    assert_eq!(exact.power(), "0.98");
+    let equal = measured(Claim::Approximate {
+        margin: exact.claim.size(),
+    });
+    assert_relative_eq!(equal.miss(), 2.0 * tail, max_relative = 1e-9);
+    assert_eq!(equal.power(), "0.95");
+    // A margin of no standard error is missed, at most surely.
+    assert_eq!(measured(Claim::Approximate { margin: 0.0 }).miss(), 1.0);
+    let strong = measured(Claim::Exact { delta: 2.0 });
+    assert_eq!(strong.power(), format!("1 - {:.1e}", strong.miss()));
+    assert!(strong.miss() < ALPHA);
+    for (claim, sides) in [
+        (Claim::Test, 1.0),
+        (Claim::Exact { delta: 1.0 }, 1.0),
+        (Claim::Approximate { margin: 1.0 }, 2.0),
+    ] {
+        let effect = measured(claim).minimum_detectable_effect();
+        let expected = 0.125 * (critical + normal_upper(ALPHA / sides));
+        assert_relative_eq!(effect, expected, max_relative = 1e-8);
+    }
+    assert_eq!(measured(Claim::Test).miss(), ALPHA);
+    let identity = Outcome::exact("identity", 1, 0.0, 0.25, "");
+    assert_eq!((identity.power().as_str(), identity.miss()), ("exact", 0.0));
+    assert_eq!(identity.minimum_detectable_effect(), 0.25);
+}
