@@ -5,6 +5,7 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use book::mutants::{Counts, FILE, Record};
 use experiments::lab::Finding;
 use experiments::ledger::{Ledger, level_of_look};
 use experiments::record::{
