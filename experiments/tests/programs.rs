@@ -153,7 +153,6 @@ fn bad_input_gets_one_line_exit_code_two_and_leaves_nothing() {
         ),
         ("--convention physical --estimator report", "any but report"),
         ("--scene environment --estimator light-tracer", "background"),
-        ("--estimator bdpt --window 4x3+1+1", "whole images"),
         ("--estimator bdpt --pixel centre", "--pixel"),
         ("--estimator bdpt --sampler sobol --spp 8", "single rays"),
         ("--scene cornell --convention report", "--scene report"),

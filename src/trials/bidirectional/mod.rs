@@ -206,7 +206,7 @@ fn specular() -> Vec<Bench<Subject>> {
             LightTracer,
             "a ball in glass, all in equilibrium, before what is dark to particles",
             share * squared_index,
-            58_000,
+            62_000,
         ),
         glass(
             "bidirectional/bdpt/in-glass",
@@ -234,11 +234,11 @@ fn equivalence() -> Vec<Bench<Subject>> {
     let room = scenes::diffuse_room().ok();
     let light_tracer = cornell.map(|scene| {
         let name = "bidirectional/light-tracer/cornell";
-        same(name, LightTracer, scene, (22_000, 20_000))
+        same(name, LightTracer, scene, (26_000, 20_000))
     });
     let bdpt = room.map(|scene| {
         let name = "bidirectional/bdpt/diffuse-room";
-        same(name, Bdpt, scene, (2_800, 16_000))
+        same(name, Bdpt, scene, (3_500, 20_000))
     });
     light_tracer.into_iter().chain(bdpt).collect()
 }
