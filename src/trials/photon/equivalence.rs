@@ -113,9 +113,9 @@ pub(super) fn benches() -> Vec<Bench<Subject>> {
             ray: caustic_floor,
             particles: 512,
             radius: 0.05,
-            maps: 12_000,
+            maps: 15_000,
             rays: 128,
-            paths: 3_000_000,
+            paths: 3_600_000,
             margin: 0.02,
         },
     )];
