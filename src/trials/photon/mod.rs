@@ -190,7 +190,7 @@ fn cavities() -> Vec<Bench<Subject>> {
             off_cap(128),
             512,
             rho * CAP_SHARE / (1.0 - rho),
-            5_800,
+            6_400,
         ));
     }
     benches
