@@ -6,9 +6,10 @@ use clap::ValueEnum;
 use glam::DVec3;
 use whitefurnace::bsdf::OrenNayarForm;
 use whitefurnace::error::Error;
+use whitefurnace::estimator::radiosity::{Fineness, Mesh};
 use whitefurnace::estimator::{
-    Estimator, ImageEstimator, LightRules, LightTracer, Path, Published, Report, Standard,
-    Strategy, Whitted,
+    Estimator, ImageEstimator, LightRules, LightTracer, Path, Published, Radiosity, Report,
+    Standard, Strategy, Whitted,
 };
 use whitefurnace::film::{Film, Window};
 use whitefurnace::image::Display;
@@ -52,6 +53,8 @@ pub enum EstimatorName {
     LightTracer,
     /// The report's: shadow rays, uniform hemisphere, roulette, at most 7 segments
     Report,
+    /// Finite elements for Lambert surfaces: no noise, but the error of a mesh
+    Radiosity,
     /// Whitted ray tracing: shadow rays, mirror and glass tree, no indirect light
     Whitted,
 }
@@ -118,6 +121,8 @@ pub struct Job {
     pub oren_nayar: OrenNayarName,
     /// N of (16) for the report's estimator.
     pub rays: u32,
+    /// About how many patches radiosity divides the surfaces into.
+    pub patches: u32,
     /// Where in a pixel the rays go.
     pub pixel: PixelName,
     /// n of the n × n sub-pixels of a grid.
@@ -145,6 +150,7 @@ impl Default for Job {
             estimator: EstimatorName::Mis,
             oren_nayar: OrenNayarName::Corrected,
             rays: 1,
+            patches: Fineness::default().patches,
             pixel: PixelName::Random,
             grid: 4,
             sampler: SamplerName::Independent,
@@ -207,6 +213,9 @@ impl Job {
         }
         if (self.estimator, self.convention) == (EstimatorName::Report, ConventionName::Report) {
             line("rays", &self.rays.to_string());
+        }
+        if self.estimator == EstimatorName::Radiosity {
+            line("patches", &self.patches.to_string());
         }
         line("pixel", &name(self.pixel));
         if matches!(self.pixel, PixelName::Grid | PixelName::Jitter) {
@@ -274,6 +283,10 @@ impl Job {
             return refuse(
                 "--rays is an option of --estimator report under --convention report".to_owned(),
             );
+        }
+        let patches = Self::default().patches;
+        if self.patches != patches && self.estimator != EstimatorName::Radiosity {
+            return refuse("--patches is an option of --estimator radiosity".to_owned());
         }
         if self.grid == 0 || self.grid > 1024 {
             return refuse(format!("--grid {} must be between 1 and 1024", self.grid));
@@ -356,6 +369,18 @@ impl Job {
             (EstimatorName::Mis, _) => self.paths(&scene, Strategy::Mis, progress),
             (EstimatorName::LightTracer, _) => {
                 self.render_images(&scene, &LightTracer::<Standard>::default(), progress)
+            }
+            (EstimatorName::Radiosity, _) => {
+                let fineness = Fineness {
+                    patches: self.patches,
+                    halvings: 0,
+                };
+                let nodes = Mesh::new(&scene, fineness)?.nodes() as u64;
+                let bar = progress.bar(nodes);
+                let node_done = |nodes| bar.advance(nodes);
+                let solved = Radiosity::new(Standard, &scene, fineness, &node_done)?;
+                bar.finish();
+                self.render_with(&scene, &solved, progress)
             }
             (EstimatorName::Whitted, _) => self.render_with(&scene, &Whitted::new(rules), progress),
             (EstimatorName::Report, ConventionName::Published) => {

@@ -1,8 +1,10 @@
 //! The programs of whitefurnace: `reproduce` runs every experiment, `render` makes one image, and each
 //! experiment has a binary of its own name.
 
+pub mod bleeding;
 pub mod calibration;
 pub mod cells;
+pub mod cie;
 pub mod cli;
 pub mod false_alarms;
 pub mod faults;
@@ -13,6 +15,7 @@ pub mod ledger;
 pub mod plot;
 pub mod power;
 pub mod progress;
+pub mod radiosity;
 pub mod record;
 pub mod regions;
 pub mod statistics;
@@ -31,6 +34,9 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &figures::FIG8,
     &figures::FIG9,
     &regions::REGIONS,
+    &bleeding::BLEEDING,
+    &radiosity::RADIOSITY,
+    &cie::CIE,
     &watertight::WATERTIGHT,
     &trials::TRIALS,
     &faults::FAULTS,

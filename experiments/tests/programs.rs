@@ -42,6 +42,7 @@ fn same_seed_gives_the_same_bytes_on_any_number_of_threads() {
         "--convention published --pixel grid --grid 3 --spp 9",
         "--estimator whitted --pixel centre --spp 3",
         "--scene diffuse-room --spp 3",
+        "--scene diffuse-room --estimator radiosity --patches 60 --spp 2",
     ];
     for case in cases {
         let bytes = [1, 2, 16].map(|threads| {
@@ -92,6 +93,21 @@ fn every_scene_renders_with_every_legal_estimator() {
 }
 
 #[test]
+fn radiosity_renders_every_diffuse_scene() {
+    let folder = folder("radiosity");
+    for scene in ["diffuse-room", "furnace-box", "cavity-cap", "cornell"] {
+        let options =
+            format!("--scene {scene} --estimator radiosity --patches 60 --size 8x6 --spp 1");
+        let output = render(&folder, &options);
+        assert!(
+            output.status.success(),
+            "{options}: {}",
+            text(&output.stderr)
+        );
+    }
+}
+
+#[test]
 fn bad_input_gets_one_line_exit_code_two_and_leaves_nothing() {
     let cases = [
         ("--size 0x10", "at least 1"),
@@ -115,6 +131,13 @@ fn bad_input_gets_one_line_exit_code_two_and_leaves_nothing() {
         ("--scene cornell --convention report", "--scene report"),
         ("--rays 4", "--estimator report"),
         ("--convention report --rays 0", "between 1 and 64"),
+        ("--estimator radiosity", "mirrors"),
+        ("--estimator radiosity --scene environment", "background"),
+        (
+            "--estimator radiosity --scene cornell --patches 50000",
+            "memory",
+        ),
+        ("--patches 100", "--estimator radiosity"),
     ];
     for (options, hint) in cases {
         let folder = folder("errors");

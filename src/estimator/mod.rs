@@ -7,6 +7,7 @@
 mod light_tracer;
 mod path;
 mod published;
+pub mod radiosity;
 mod report;
 mod vertex;
 mod whitted;
@@ -16,12 +17,14 @@ use glam::DVec3;
 pub use light_tracer::LightTracer;
 pub use path::{Path, Strategy};
 pub use published::Published;
+pub use radiosity::Radiosity;
 pub use report::Report;
 pub use whitted::Whitted;
 
 use crate::bsdf::Bsdf;
 use crate::emitter::{Emitter, EmitterPoint};
 use crate::error::Error;
+use crate::form_factor::{self, Polygon};
 use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
@@ -153,6 +156,32 @@ pub trait Parts: Sync {
     #[inline]
     fn visible(&self, scene: &Scene, x: (DVec3, DVec3), y: (DVec3, DVec3), glass: bool) -> bool {
         scene.visible(x, y, glass)
+    }
+    /// The form factor of a polygon above the horizon, relative to the receiver.
+    #[inline]
+    fn form_factor(&self, normal: DVec3, corners: &[DVec3]) -> f64 {
+        form_factor::polygon(normal, corners)
+    }
+    /// The part of a polygon above the horizon.
+    #[inline]
+    fn horizon(&self, normal: DVec3, polygon: &Polygon) -> Polygon {
+        polygon.above(normal)
+    }
+    /// The radiance that leaves a Lambert surface.
+    #[inline]
+    fn leaving(&self, albedo: DVec3, emitted: DVec3, irradiance: DVec3) -> DVec3 {
+        radiosity::leaving(albedo, emitted, irradiance)
+    }
+    /// What patches send each other of the radiance that leaves them: all but what they emit, which
+    /// arrives as direct light.
+    #[inline]
+    fn exchanged(&self, leaving: DVec3, emitted: DVec3) -> DVec3 {
+        leaving - emitted
+    }
+    /// Whether the radiosities are good enough after so many sweeps.
+    #[inline]
+    fn solved(&self, residual: f64, _sweeps: u32) -> bool {
+        residual <= radiosity::RESIDUAL
     }
     /// The weight of a sample in multiple importance sampling.
     #[inline]

@@ -28,7 +28,7 @@ fn inside(rng: &mut Stream) -> Ray {
 }
 
 /// From within the cavity to where the emitting cap is not.
-fn off_cap(rng: &mut Stream) -> Ray {
+pub(super) fn off_cap(rng: &mut Stream) -> Ray {
     let target = loop {
         let target = any_direction(rng);
         if target.z < 1.0 - 2.0 * CAP_SHARE {

@@ -20,7 +20,7 @@ use crate::scene::simple::environment;
 use crate::zoo::{Bench, data};
 
 /// A film of a scene, every ray through its pixel's centre, so that edges add no noise; `None` if the estimator returns what no film can hold, which is a fault.
-fn film<E: Estimator>(
+pub(super) fn film<E: Estimator>(
     context: &Context,
     part: &str,
     (scene, size, range): (&Scene, [u32; 2], Range<u32>),
@@ -37,14 +37,14 @@ fn film<E: Estimator>(
 }
 
 /// Means, variances and counts of a film's first channel.
-struct Channel {
+pub(super) struct Channel {
     mean: Vec<f64>,
     variance: Vec<f64>,
     count: Vec<u64>,
 }
 
 impl Channel {
-    fn new(film: &Film) -> Self {
+    pub fn new(film: &Film) -> Self {
         let pixels = film.pixels();
         Self {
             mean: pixels.iter().map(|p| p.mean().x).collect(),
@@ -56,7 +56,7 @@ impl Channel {
         }
     }
 
-    fn statistics(&self) -> PixelStatistics<'_> {
+    pub fn statistics(&self) -> PixelStatistics<'_> {
         PixelStatistics {
             mean: &self.mean,
             variance: &self.variance,

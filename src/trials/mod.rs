@@ -4,6 +4,7 @@
 
 pub mod accumulators;
 pub mod bsdf;
+pub mod cie;
 pub mod convergence;
 pub mod emitters;
 pub mod estimator;
@@ -14,7 +15,9 @@ pub mod glass;
 pub mod hemisphere;
 pub mod images;
 pub mod irradiance;
+pub mod panes;
 pub mod probes;
+pub mod radiosity;
 pub mod roulette;
 pub mod scenes;
 pub mod streams;
@@ -36,6 +39,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         emitters::families(),
         accumulators::families(),
         estimator::families(),
+        radiosity::families(),
     ]
     .into_iter()
     .flatten()

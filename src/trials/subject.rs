@@ -8,6 +8,7 @@ use glam::DVec3;
 use crate::bsdf::Bsdf;
 use crate::emitter::{Emitter, EmitterPoint};
 use crate::estimator::{Estimator, LightRules, Parts, Path, Report, Standard, Strategy, Whitted};
+use crate::form_factor::Polygon;
 use crate::harness::outcome::Outcome;
 use crate::harness::trial::Context;
 use crate::rng::Stream;
@@ -61,6 +62,11 @@ table! {
     emitter_pdf_area(emitter: &Emitter) -> f64;
     solid_angle_per_area(cosine_at_emitter: f64, distance_squared: f64) -> f64;
     visible(scene: &Scene, x: End, y: End, glass: bool) -> bool;
+    form_factor(normal: DVec3, corners: &[DVec3]) -> f64;
+    horizon(normal: DVec3, polygon: &Polygon) -> Polygon;
+    leaving(albedo: DVec3, emitted: DVec3, irradiance: DVec3) -> DVec3;
+    exchanged(leaving: DVec3, emitted: DVec3) -> DVec3;
+    solved(residual: f64, sweeps: u32) -> bool;
     mis_weight(pdf: f64, other: f64) -> f64;
 }
 

@@ -14,6 +14,7 @@ mod image;
 mod moments;
 mod pixel;
 mod radiometry;
+mod radiosity;
 mod reference; // tables of reference values
 mod render;
 mod rng;

@@ -56,7 +56,7 @@ macro_rules! groups {
     };
 }
 
-groups! { hemisphere fresnel bsdf roulette streams convergence geometry emitter accumulator furnace irradiance glass images }
+groups! { hemisphere fresnel bsdf roulette streams convergence geometry emitter accumulator furnace irradiance glass images cie radiosity }
 
 #[test]
 fn every_trial_has_a_test_a_control_and_its_own_name() {

@@ -48,7 +48,7 @@ macro_rules! groups {
     };
 }
 
-groups! { hemisphere fresnel bsdf roulette streams convergence geometry emitter accumulator furnace irradiance glass images }
+groups! { hemisphere fresnel bsdf roulette streams convergence geometry emitter accumulator furnace irradiance glass images cie radiosity }
 
 #[test]
 fn equivalent_mutants_are_accepted() {

@@ -39,6 +39,9 @@ struct Render {
     /// Sample rays per diffuse hit, N of equation (16), for --estimator report
     #[arg(long, default_value_t = 1)]
     rays: u32,
+    /// About how many patches all surfaces are divided into, for --estimator radiosity
+    #[arg(long, default_value_t = 2000)]
+    patches: u32,
     /// Where in a pixel the rays go
     #[arg(long, value_enum, default_value_t = PixelName::Random)]
     pixel: PixelName,
@@ -89,6 +92,7 @@ fn run(options: &Render) -> Result<(), Error> {
         estimator,
         oren_nayar: options.oren_nayar,
         rays: options.rays,
+        patches: options.patches,
         pixel: options.pixel,
         grid: options.grid,
         sampler: options.sampler,

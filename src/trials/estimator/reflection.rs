@@ -101,7 +101,14 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
                 cosine: |n, w| n.dot(w).max(0.0).powi(2),
                 ..RIGHT
             }),
-            &["irradiance/rectangle", "furnace/sky/path"],
+            &[
+                "irradiance/rectangle",
+                "furnace/sky/path",
+                "cie/panel-floor",
+                "cie/panel-wall",
+                "cie/roof-opening",
+                "cie/obstruction",
+            ],
         ),
         mutant(
             "reflection-lost",
