@@ -48,7 +48,7 @@ type Ratios = [[f64; 2]; 2];
 
 fn run(lab: &mut Lab) -> Result<(), Error> {
     let room = |walls| report_with(Convention::Physical, OrenNayarForm::Corrected, walls);
-    let samples = lab.count(lab.by_tier(600, 20_000)) as u32;
+    let samples = lab.count(lab.by_tier(2_400, 40_000)) as u32;
     let mut profiles = Vec::new();
     let mut rows = Vec::new();
     for (name, scene) in [
@@ -235,7 +235,7 @@ fn draw(lab: &mut Lab, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) -> Resu
                     .to_owned(),
                 "ratio to green".to_owned(),
             ],
-            ranges: [[-85.0, 85.0], [0.5, 1.7]],
+            ranges: [[-85.0, 85.0], [0.4, 1.7]],
             log: [false, false],
             series,
             legend: Corner::UpperRight,

@@ -28,7 +28,7 @@ pub const RADIOSITY: Experiment = Experiment {
 
 const SIZE: [u32; 2] = [64, 48];
 /// Patches before they are halved.
-const COARSE: u32 = 120;
+const COARSE: u32 = 60;
 
 /// One mesh.
 struct Level {
@@ -41,7 +41,7 @@ struct Level {
 
 fn run(lab: &mut Lab) -> Result<(), Error> {
     let scene = room::diffuse()?;
-    let spp = lab.count(lab.by_tier(2_000, 20_000)) as u32;
+    let spp = lab.count(lab.by_tier(1_000, 20_000)) as u32;
     let paths = image(lab, &scene, &Path::<Standard>::default(), spp.max(2))?;
     let reference = mean(&paths);
     let halvings = lab.by_tier(2, 3);
@@ -165,7 +165,7 @@ fn draw(lab: &mut Lab, levels: &[Level], reference: f64) -> Result<(), Error> {
     let chart = Chart {
         title: "Radiosity in the diffuse room against the path tracer".to_owned(),
         axes: ["patches".to_owned(), "deviation (%)".to_owned()],
-        ranges: [[100.0, 30_000.0], [0.01, 20.0]],
+        ranges: [[50.0, 10_000.0], [0.01, 20.0]],
         log: [true, true],
         series: vec![
             series("pixels, interpolated (rms)", 2, &|l| l.distances[0]),
