@@ -45,12 +45,15 @@ fn solve<P: Parts + Copy>(setup: Setup<P>, scene: &Scene, patches: u32) -> Optio
     Radiosity::new(setup.parts, scene, fineness(patches), &|_| true).ok()
 }
 
+/// A kind of ray with its radiance.
+type KnownRay = (fn(&mut Stream) -> Ray, f64);
+
 /// A radiance that is known along every ray of a kind: the largest relative deviation.
 struct Known {
     scene: Arc<Scene>,
     patches: u32,
     /// Each kind of ray with its radiance.
-    rays: Vec<(fn(&mut Stream) -> Ray, f64)>,
+    rays: Vec<KnownRay>,
     tolerance: f64,
 }
 
@@ -60,7 +63,7 @@ impl Property for Known {
     fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
         let mut rng = context.rng("rays");
         let solved = solve(setup, &self.scene, self.patches);
-        let mut deviation = |&(ray, reference): &(fn(&mut Stream) -> Ray, f64)| {
+        let mut deviation = |&(ray, reference): &KnownRay| {
             let Some(solved) = &solved else {
                 return f64::NAN;
             };
@@ -100,7 +103,7 @@ impl Property for Factors {
             let factors = FormFactors::new(&setup.parts, &self.scene, &mesh, &|_| true).ok()?;
             let elements = mesh.elements();
             let rows: Vec<_> = (0..elements.len())
-                .map(|i| factors.from_element(&mesh, i))
+                .map(|i| factors.of_element(&mesh, i))
                 .collect();
             Some((self.error)(elements, &rows))
         };
@@ -323,7 +326,7 @@ fn floors() -> Vec<Bench<Subject>> {
     let bench = |name, what: &str, scene, irradiance: f64, tolerance| {
         let reference = FLOOR * FRAC_1_PI * LIGHT * irradiance;
         let property = format!("a floor reflects {reference:.6} of {what}");
-        let rays: Vec<(fn(&mut Stream) -> Ray, f64)> = vec![(|_| at_origin(), reference)];
+        let rays: Vec<KnownRay> = vec![(|_| at_origin(), reference)];
         let subject = Known {
             scene,
             patches: 4,

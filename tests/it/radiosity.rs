@@ -149,7 +149,7 @@ fn patches_of_a_sphere_add_up_to_its_form_factor() {
     let floor = |albedo: f64| albedo == 0.25;
     let seen: Vec<f64> = (0..mesh.elements().len())
         .filter(|&i| floor(mesh.elements()[i].albedo.x))
-        .map(|i| factors.from_element(&mesh, i).iter().sum())
+        .map(|i| factors.of_element(&mesh, i).iter().sum())
         .collect();
     assert_eq!(
         seen.iter().filter(|&&f| f > 0.0).count(),

@@ -17,7 +17,7 @@ const POINTS: u32 = 64;
 #[derive(Clone, Debug)]
 pub(super) enum Light {
     Flat {
-        patch: Patch,
+        patch: Box<Patch>,
         emitter: Emitter,
     },
     Curved {
@@ -34,11 +34,14 @@ impl Light {
                 corner,
                 edges: [a, b],
             } => Self::Flat {
-                patch: Patch::flat([corner, corner + a, corner + a + b, corner + b], true),
+                patch: Box::new(Patch::flat(
+                    [corner, corner + a, corner + a + b, corner + b],
+                    true,
+                )),
                 emitter: *emitter,
             },
             EmitterShape::Triangle(corners) => Self::Flat {
-                patch: Patch::flat(corners, true),
+                patch: Box::new(Patch::flat(corners, true)),
                 emitter: *emitter,
             },
             EmitterShape::Sphere(sphere) => Self::Curved {

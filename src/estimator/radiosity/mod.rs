@@ -81,17 +81,17 @@ impl FormFactors {
     }
 
     /// F from a node to every element that it sees, as the element's index and the factor.
-    fn from_node(&self, node: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+    fn of_node(&self, node: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let pair = |link: &Link| (link.element as usize, f64::from(link.factor));
         self.rows[node].iter().map(pair)
     }
 
     /// F from an element to every element: the mean of its nodes'.
-    pub fn from_element(&self, mesh: &Mesh, element: usize) -> Vec<f64> {
+    pub fn of_element(&self, mesh: &Mesh, element: usize) -> Vec<f64> {
         let mut factors = vec![0.0; mesh.elements.len()];
         let nodes = mesh.elements[element].nodes.clone();
         let share = 1.0 / nodes.len() as f64;
-        for (other, factor) in nodes.flat_map(|node| self.from_node(node)) {
+        for (other, factor) in nodes.flat_map(|node| self.of_node(node)) {
             factors[other] += share * factor;
         }
         factors
@@ -99,7 +99,7 @@ impl FormFactors {
 
     /// The irradiance that a node receives from elements of these radiances, divided by π.
     fn gather(&self, node: usize, radiances: &[DVec3]) -> DVec3 {
-        self.from_node(node)
+        self.of_node(node)
             .map(|(element, factor)| factor * radiances[element])
             .sum()
     }
