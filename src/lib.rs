@@ -11,7 +11,7 @@
 //! |---|---|
 //! | [`equation`] | the registry: id, formula, source, our verdict |
 //! | [`shape`], [`watertight`] | (1)-(7): rays, triangles, spheres |
-//! | [`radiometry`] | (8)-(9): cosine, geometry term, measures |
+//! | [`radiometry`], [`form_factor`] | (8)-(9): cosine, geometry term, measures, form factors |
 //! | [`fresnel`], [`bsdf`] | (10)-(15): interfaces and reflection models |
 //! | [`moments`], [`sampling`], [`roulette`], [`pixel`] | (16)-(19), 2.6.2, 2.7: Monte Carlo |
 //! | [`solid_angle`] | lights as they are seen: closed forms and uniform directions |
@@ -49,6 +49,7 @@ pub mod equation;
 pub mod error;
 pub mod estimator;
 pub mod film;
+pub mod form_factor;
 pub mod frame;
 pub mod fresnel;
 pub mod harness;

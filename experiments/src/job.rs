@@ -7,16 +7,17 @@ use glam::DVec3;
 use whitefurnace::bsdf::OrenNayarForm;
 use whitefurnace::emitter::LightSampling;
 use whitefurnace::error::Error;
+use whitefurnace::estimator::radiosity::{Fineness, Mesh};
 use whitefurnace::estimator::{
     Bdpt, Estimator, Heuristic, ImageEstimator, LightRules, LightTracer, Path, PhotonMapping,
-    Published, Report, Sppm, Standard, Strategy, Whitted,
+    Published, Radiosity, Report, Sppm, Standard, Strategy, Whitted,
 };
 use whitefurnace::film::{Film, Window};
 use whitefurnace::image::Display;
 use whitefurnace::pixel::PixelSampling;
 use whitefurnace::render::{Numbers, Sampling, render, render_passes};
 use whitefurnace::sampler::LONGEST;
-use whitefurnace::scene::room::{self, Convention};
+use whitefurnace::scene::room::{self, Convention, Walls};
 use whitefurnace::scene::{Scene, simple};
 
 use crate::diffuse::DiffuseName;
@@ -61,6 +62,8 @@ pub enum EstimatorName {
     Bdpt,
     /// The report's: shadow rays, uniform hemisphere, roulette, at most 7 segments
     Report,
+    /// Finite elements for Lambert surfaces: no noise, but the error of a mesh
+    Radiosity,
     /// Whitted ray tracing: shadow rays, mirror and glass tree, no indirect light
     Whitted,
 }
@@ -144,6 +147,8 @@ pub struct Job {
     pub rays: u32,
     /// What photon mapping is told.
     pub photons: Photons,
+    /// About how many patches radiosity divides the surfaces into.
+    pub patches: u32,
     /// Where in a pixel the rays go.
     pub pixel: PixelName,
     /// n of the n × n sub-pixels of a grid.
@@ -174,6 +179,7 @@ impl Default for Job {
             diffuse: DiffuseName::Corrected,
             rays: 1,
             photons: Photons::default(),
+            patches: Fineness::default().patches,
             pixel: PixelName::Random,
             grid: 4,
             sampler: SamplerName::Independent,
@@ -276,6 +282,10 @@ impl Job {
                 "--photons, --radius, --gather and their kind are options of --estimator photon and sppm"
                     .to_owned(),
             );
+        }
+        let patches = Self::default().patches;
+        if self.patches != patches && self.estimator != EstimatorName::Radiosity {
+            return refuse("--patches is an option of --estimator radiosity".to_owned());
         }
         if self.grid == 0 || self.grid > 1024 {
             return refuse(format!("--grid {} must be between 1 and 1024", self.grid));
@@ -410,6 +420,18 @@ impl Job {
             (EstimatorName::Bdpt, _) => {
                 self.render_images(&scene, &Bdpt::<Standard>::default(), progress)
             }
+            (EstimatorName::Radiosity, _) => {
+                let fineness = Fineness {
+                    patches: self.patches,
+                    halvings: 0,
+                };
+                let nodes = Mesh::new(&scene, fineness)?.nodes() as u64;
+                let bar = progress.bar(nodes);
+                let node_done = |nodes| bar.advance(nodes);
+                let solved = Radiosity::new(Standard, &scene, fineness, &node_done)?;
+                bar.finish();
+                self.render_with(&scene, &solved, progress)
+            }
             (EstimatorName::Whitted, _) => self.render_with(&scene, &Whitted::new(rules), progress),
             (EstimatorName::Report, ConventionName::Published) => {
                 self.render_with(&scene, &Published::default(), progress)
@@ -452,7 +474,10 @@ impl Job {
             SceneName::Report => match self.convention {
                 ConventionName::Physical | ConventionName::Report => {
                     let albedo = DVec3::splat(room::WHITE);
-                    room::with_white_sphere(self.diffuse.bsdf(albedo, room::SIGMA))
+                    room::with_white_sphere(
+                        self.diffuse.bsdf(albedo, room::SIGMA),
+                        Walls::default(),
+                    )
                 }
                 ConventionName::Published => {
                     room::report(Convention::Published, OrenNayarForm::Corrected)

@@ -2,9 +2,11 @@
 //! experiment has a binary of its own name.
 
 pub mod bands;
+pub mod bleeding;
 pub mod calibration;
 pub mod caustics;
 pub mod cells;
+pub mod cie;
 pub mod claims;
 pub mod cli;
 pub mod convergence;
@@ -24,6 +26,7 @@ pub mod pictures;
 pub mod plot;
 pub mod power;
 pub mod progress;
+pub mod radiosity;
 pub mod record;
 pub mod regions;
 pub mod shadow_rays;
@@ -45,6 +48,9 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &figures::FIG9,
     &regions::REGIONS,
     &regions::QUIRKS,
+    &bleeding::BLEEDING,
+    &radiosity::RADIOSITY,
+    &cie::CIE,
     &watertight::WATERTIGHT,
     &errata::ERRATA,
     &lights::LIGHTS,

@@ -49,6 +49,7 @@ fn same_seed_gives_the_same_bytes_on_any_number_of_threads() {
         "--estimator sppm --photons 3000 --radius 0.5 --spp 3",
         "--estimator light-tracer --spp 3",
         "--estimator bdpt --spp 2",
+        "--scene diffuse-room --estimator radiosity --patches 60 --spp 2",
     ];
     for case in cases {
         let bytes = [1, 2, 16].map(|threads| {
@@ -135,6 +136,21 @@ fn photons_go_wherever_there_are_lights() {
 }
 
 #[test]
+fn radiosity_renders_every_diffuse_scene() {
+    let folder = folder("radiosity");
+    for scene in ["diffuse-room", "furnace-box", "cavity-cap", "cornell"] {
+        let options =
+            format!("--scene {scene} --estimator radiosity --patches 60 --size 8x6 --spp 1");
+        let output = render(&folder, &options);
+        assert!(
+            output.status.success(),
+            "{options}: {}",
+            text(&output.stderr)
+        );
+    }
+}
+
+#[test]
 fn bad_input_gets_one_line_exit_code_two_and_leaves_nothing() {
     let cases = [
         ("--size 0x10", "at least 1"),
@@ -170,6 +186,13 @@ fn bad_input_gets_one_line_exit_code_two_and_leaves_nothing() {
         ("--estimator sppm --caustic-radius 1", "--gather yes"),
         ("--estimator photon --scene environment", "background"),
         ("--convention report --rays 0", "between 1 and 64"),
+        ("--estimator radiosity", "mirrors"),
+        ("--estimator radiosity --scene environment", "background"),
+        (
+            "--estimator radiosity --scene cornell --patches 50000",
+            "memory",
+        ),
+        ("--patches 100", "--estimator radiosity"),
     ];
     for (options, hint) in cases {
         let folder = folder("errors");

@@ -12,6 +12,7 @@ mod path;
 mod photon;
 pub mod photon_map;
 mod published;
+pub mod radiosity;
 mod report;
 mod sppm;
 mod strategies;
@@ -26,6 +27,7 @@ pub use light_tracer::LightTracer;
 pub use path::{Heuristic, Path, Strategy};
 pub use photon::{Lookup, PhotonMapping};
 pub use published::{Published, Quirks};
+pub use radiosity::Radiosity;
 pub use report::Report;
 pub use sppm::{Sppm, radius_squared};
 pub use strategies::{Density, weight};
@@ -35,6 +37,7 @@ use crate::bsdf::Bsdf;
 use crate::camera::Camera;
 use crate::emitter::{Emitter, EmitterPoint};
 use crate::error::Error;
+use crate::form_factor::{self, Polygon};
 use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
@@ -182,6 +185,32 @@ pub trait Parts: Sync {
     #[inline]
     fn visible(&self, scene: &Scene, x: (DVec3, DVec3), y: (DVec3, DVec3), glass: bool) -> bool {
         scene.visible(x, y, glass)
+    }
+    /// The form factor of a polygon above the horizon, relative to the receiver.
+    #[inline]
+    fn form_factor(&self, normal: DVec3, corners: &[DVec3]) -> f64 {
+        form_factor::polygon(normal, corners)
+    }
+    /// The part of a polygon above the horizon.
+    #[inline]
+    fn horizon(&self, normal: DVec3, polygon: &Polygon) -> Polygon {
+        polygon.above(normal)
+    }
+    /// The radiance that leaves a Lambert surface.
+    #[inline]
+    fn leaving(&self, albedo: DVec3, emitted: DVec3, irradiance: DVec3) -> DVec3 {
+        radiosity::leaving(albedo, emitted, irradiance)
+    }
+    /// What patches send each other of the radiance that leaves them: all but what they emit, which
+    /// arrives as direct light.
+    #[inline]
+    fn exchanged(&self, leaving: DVec3, emitted: DVec3) -> DVec3 {
+        leaving - emitted
+    }
+    /// Whether the radiosities are good enough after so many sweeps.
+    #[inline]
+    fn solved(&self, residual: f64, _sweeps: u32) -> bool {
+        residual <= radiosity::RESIDUAL
     }
     /// The weight of a sample in multiple importance sampling by the balance heuristic.
     #[inline]

@@ -53,6 +53,8 @@ pub struct Hit {
     pub point: DVec3,
     /// Unit geometric normal of the surface's front, whatever side was hit.
     pub normal: DVec3,
+    /// Index of the primitive among [`Scene::primitives`].
+    pub primitive: u32,
     /// Index of the [`Surface`].
     pub surface: u32,
     /// Index of the [`Emitter`], if the surface emits.
@@ -80,6 +82,15 @@ struct Part {
 #[derive(Clone, Copy, Debug)]
 enum PartShape {
     Triangle { vertices: [u32; 3], normal: DVec3 },
+    Sphere(Sphere),
+}
+
+/// The shape of a primitive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Geometry {
+    /// Its corners, counter-clockwise from the front.
+    Triangle([DVec3; 3]),
+    /// A sphere or a zone of one.
     Sphere(Sphere),
 }
 
@@ -134,14 +145,26 @@ impl Scene {
         &self.surfaces[hit.surface as usize]
     }
 
+    /// Every triangle and sphere with its surface.
+    pub fn primitives(&self) -> impl Iterator<Item = (Geometry, &Surface)> + '_ {
+        self.parts.iter().map(|part| {
+            let geometry = match part.shape {
+                PartShape::Triangle { vertices, .. } => {
+                    Geometry::Triangle(vertices.map(|v| self.vertices[v as usize]))
+                }
+                PartShape::Sphere(sphere) => Geometry::Sphere(sphere),
+            };
+            (geometry, &self.surfaces[part.surface as usize])
+        })
+    }
+
     /// The corners of every triangle.
     pub fn triangles(&self) -> impl Iterator<Item = [DVec3; 3]> + '_ {
-        self.parts.iter().filter_map(|part| match part.shape {
-            PartShape::Triangle { vertices, .. } => {
-                Some(vertices.map(|v| self.vertices[v as usize]))
-            }
-            PartShape::Sphere(_) => None,
-        })
+        self.primitives()
+            .filter_map(|(geometry, _)| match geometry {
+                Geometry::Triangle(corners) => Some(corners),
+                Geometry::Sphere(_) => None,
+            })
     }
 
     /// The acceleration structure, whose brute-force twin tests use.
@@ -172,6 +195,7 @@ impl Scene {
             t: found.t,
             point,
             normal,
+            primitive: found.primitive,
             surface: part.surface,
             emitter: part.emitter,
         })

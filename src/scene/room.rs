@@ -35,6 +35,14 @@ pub const GLASS: f64 = 1.5;
 /// Half the image's height at distance 1 (75.70° vertically), which meets figure 6 to the pixel.
 pub const HALF_HEIGHT: f64 = 0.77704;
 
+/// Where the white sphere is.
+pub const WHITE_SPHERE: Sphere = Sphere {
+    centre: DVec3::new(0.0, 1.5, 0.0),
+    radius: 1.5,
+    zone: [f64::NEG_INFINITY, f64::INFINITY],
+    inward: false,
+};
+
 const FLOOR: f64 = -5.0;
 const CEILING: f64 = 5.0;
 /// The floor's outline, counter-clockwise seen from above.
@@ -56,6 +64,21 @@ const WALLS: [[f64; 3]; 6] = [
     [1.0, 1.0, 0.0],
 ];
 
+/// Luminance of a colour with the primaries of ITU-R BT.709.
+fn luminance([r, g, b]: [f64; 3]) -> f64 {
+    0.2126 * r + 0.7152 * g + 0.0722 * b
+}
+
+/// The colours of the walls.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Walls {
+    /// As in the report's figures.
+    #[default]
+    Coloured,
+    /// Grey of the same luminance each.
+    Grey,
+}
+
 /// The materials of the four objects.
 struct Objects {
     mirror: Bsdf,
@@ -68,6 +91,18 @@ struct Objects {
 /// # Errors
 /// None for the numbers above; the type is that of [`SceneBuilder::build`].
 pub fn report(convention: Convention, form: OrenNayarForm) -> Result<Scene, Error> {
+    report_with(convention, form, Walls::default())
+}
+
+/// [`report`] with walls of either kind.
+///
+/// # Errors
+/// As [`report`].
+pub fn report_with(
+    convention: Convention,
+    form: OrenNayarForm,
+    walls: Walls,
+) -> Result<Scene, Error> {
     let white = match convention {
         // The authors' white sphere never absorbs; its extra cosine is the estimator's doing.
         Convention::Published => Bsdf::oren_nayar(DVec3::ONE, 0.0, form),
@@ -75,14 +110,14 @@ pub fn report(convention: Convention, form: OrenNayarForm) -> Result<Scene, Erro
             Bsdf::oren_nayar(DVec3::splat(WHITE), SIGMA, form)
         }
     };
-    with_white_sphere(white)
+    with_white_sphere(white, walls)
 }
 
-/// The report's final scene with any reflection model on the white sphere.
+/// The report's final scene with any reflection model on the white sphere, and walls of either kind.
 ///
 /// # Errors
 /// A model that [`SceneBuilder::build`] refuses.
-pub fn with_white_sphere(white: Bsdf) -> Result<Scene, Error> {
+pub fn with_white_sphere(white: Bsdf, walls: Walls) -> Result<Scene, Error> {
     let objects = Objects {
         mirror: Bsdf::Mirror {
             reflectance: DVec3::ONE,
@@ -90,7 +125,7 @@ pub fn with_white_sphere(white: Bsdf) -> Result<Scene, Error> {
         glass: Bsdf::Glass { index: GLASS },
         white,
     };
-    room("report", &objects)
+    room("report", &objects, walls)
 }
 
 /// The same room with Lambert albedo 0.5 for mirror and glass objects and 0.55 for the white sphere,
@@ -99,6 +134,14 @@ pub fn with_white_sphere(white: Bsdf) -> Result<Scene, Error> {
 /// # Errors
 /// As [`report`].
 pub fn diffuse() -> Result<Scene, Error> {
+    diffuse_with(Walls::default())
+}
+
+/// [`diffuse`] with walls of either kind.
+///
+/// # Errors
+/// As [`report`].
+pub fn diffuse_with(walls: Walls) -> Result<Scene, Error> {
     let lambert = |albedo: f64| Bsdf::Lambert {
         albedo: DVec3::splat(albedo),
     };
@@ -107,7 +150,7 @@ pub fn diffuse() -> Result<Scene, Error> {
         glass: lambert(0.5),
         white: lambert(WHITE),
     };
-    room("diffuse-room", &objects)
+    room("diffuse-room", &objects, walls)
 }
 
 /// Whether a point is inside the room's walls, floor and ceiling.
@@ -116,9 +159,9 @@ pub fn contains(p: DVec3) -> bool {
     p.y.abs() < 6.0 && p.x > along - 3.0 && p.x < 13.0 - along && p.z > FLOOR && p.z < CEILING
 }
 
-fn room(name: &str, objects: &Objects) -> Result<Scene, Error> {
+fn room(name: &str, objects: &Objects, walls: Walls) -> Result<Scene, Error> {
     let mut scene = SceneBuilder::new(name);
-    shell(&mut scene);
+    shell(&mut scene, walls);
     let light = scene.surface(Surface::new(Bsdf::Black).emitting(DVec3::splat(LIGHT)));
     scene.rectangle(
         DVec3::new(3.0, -1.0, 4.999),
@@ -130,7 +173,7 @@ fn room(name: &str, objects: &Objects) -> Result<Scene, Error> {
     let white = scene.surface(Surface::new(objects.white));
     scene.sphere(Sphere::new(DVec3::new(2.5, 4.0, -2.0), 2.0), mirror);
     scene.sphere(Sphere::new(DVec3::new(3.25, -0.5, -3.0), 2.0), glass);
-    scene.sphere(Sphere::new(DVec3::new(0.0, 1.5, 0.0), 1.5), white);
+    scene.sphere(WHITE_SPHERE, white);
     let corner = DVec3::new(0.0, -6.0, FLOOR);
     let tips = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| corner + 4.0 * axis);
     scene.mesh(
@@ -144,7 +187,7 @@ fn room(name: &str, objects: &Objects) -> Result<Scene, Error> {
 
 /// Floor, ceiling and walls as one closed set of triangles with their fronts inside: neighbours share
 /// the very same coordinates.
-fn shell(scene: &mut SceneBuilder) {
+fn shell(scene: &mut SceneBuilder, walls: Walls) {
     let ring = |z: f64| OUTLINE.map(|[x, y]| DVec3::new(x, y, z));
     let vertices: Vec<DVec3> = ring(FLOOR).into_iter().chain(ring(CEILING)).collect();
     let mut diffuse = |colour: [f64; 3]| -> SurfaceId {
@@ -152,7 +195,12 @@ fn shell(scene: &mut SceneBuilder) {
         scene.surface(Surface::new(Bsdf::Lambert { albedo }).absorbing(1.0 - COEFFICIENT))
     };
     let white = diffuse([1.0; 3]);
-    let walls = WALLS.map(&mut diffuse);
+    let walls = WALLS.map(|colour| {
+        diffuse(match walls {
+            Walls::Coloured => colour,
+            Walls::Grey => [luminance(colour); 3],
+        })
+    });
     let floor: Vec<[u32; 3]> = (1..5).map(|i| [0, i, i + 1]).collect();
     let ceiling: Vec<[u32; 3]> = (1..5).map(|i| [6, 7 + i, 6 + i]).collect();
     scene.mesh(&vertices, &floor, white);

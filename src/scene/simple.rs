@@ -203,7 +203,7 @@ pub fn cornell() -> Result<Scene, Error> {
 }
 
 /// The cube [−h, h]³ as one indexed mesh, fronts inside or outside.
-fn closed_cube(scene: &mut SceneBuilder, half: f64, inward: bool, surface: super::SurfaceId) {
+pub fn closed_cube(scene: &mut SceneBuilder, half: f64, inward: bool, surface: super::SurfaceId) {
     let vertices: Vec<DVec3> = (0..8)
         .map(|i| {
             let sign = |bit: u32| if i >> bit & 1 == 1 { half } else { -half };

@@ -24,12 +24,12 @@ use crate::scene::{Scene, Surface};
 use crate::shape::{Ray, Sphere};
 use crate::zoo::{Bench, data};
 
-const INDEX: f64 = 1.5;
+pub(super) const INDEX: f64 = 1.5;
 /// Where the probe rays of the aim trials meet the surface: 50° from the normal.
 const AIM: f64 = 50.0;
 
 /// R of (12) by Fresnel's tangent and sine laws, in the angles θ₁ and θ₂: a second route to (10), (11).
-fn reflectance_by_angles(theta_1: f64, n1: f64, n2: f64) -> f64 {
+pub(super) fn reflectance_by_angles(theta_1: f64, n1: f64, n2: f64) -> f64 {
     let theta_2 = (n1 / n2 * theta_1.sin()).asin();
     let s = (theta_1 - theta_2).sin() / (theta_1 + theta_2).sin();
     let p = (theta_1 - theta_2).tan() / (theta_1 + theta_2).tan();

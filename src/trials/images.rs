@@ -24,7 +24,7 @@ use crate::shape::Sphere;
 use crate::zoo::{Bench, data};
 
 /// A film of a scene, every ray through its pixel's centre, so that edges add no noise; `None` if the estimator returns what no film can hold, which is a fault.
-fn film<E: Estimator>(
+pub(super) fn film<E: Estimator>(
     context: &Context,
     part: &str,
     (scene, size, range): (&Scene, [u32; 2], Range<u32>),
@@ -41,14 +41,14 @@ fn film<E: Estimator>(
 }
 
 /// Means, variances and counts of a film's first channel.
-struct Channel {
+pub(super) struct Channel {
     mean: Vec<f64>,
     variance: Vec<f64>,
     count: Vec<u64>,
 }
 
 impl Channel {
-    fn new(film: &Film) -> Self {
+    pub fn new(film: &Film) -> Self {
         let pixels = film.pixels();
         Self {
             mean: pixels.iter().map(|p| p.mean().x).collect(),
@@ -60,7 +60,7 @@ impl Channel {
         }
     }
 
-    fn statistics(&self) -> PixelStatistics<'_> {
+    pub fn statistics(&self) -> PixelStatistics<'_> {
         PixelStatistics {
             mean: &self.mean,
             variance: &self.variance,

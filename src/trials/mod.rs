@@ -5,6 +5,7 @@
 pub mod accumulators;
 pub mod bidirectional;
 pub mod bsdf;
+pub mod cie;
 pub mod convergence;
 pub mod emitters;
 pub mod eon;
@@ -18,10 +19,12 @@ pub mod hemisphere;
 pub mod images;
 pub mod infinite_variance;
 pub mod irradiance;
+pub mod panes;
 pub mod passes;
 pub mod photon;
 pub mod policies;
 pub mod probes;
+pub mod radiosity;
 pub mod render_streams;
 pub mod roulette;
 pub mod sample_rays;
@@ -55,6 +58,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         estimator::families(),
         photon::families(),
         bidirectional::families(),
+        radiosity::families(),
     ]
     .into_iter()
     .flatten()

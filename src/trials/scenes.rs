@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use crate::bsdf::{Bsdf, OrenNayarForm};
 use crate::camera::Camera;
+use crate::form_factor;
 use crate::scene::{Scene, SceneBuilder, Surface};
 use crate::shape::{Ray, Sphere};
 
@@ -223,19 +224,9 @@ pub fn towards_origin(inclination: f64) -> Ray {
     Ray::new(0.5 * w, -w)
 }
 
-/// E/L of a polygon seen from the origin with normal z, wholly above the horizon: Lambert's formula,
-/// ½ Σ of the angle that each edge subtends times the cosine between z and the edge's plane.
+/// E/L of a polygon seen from the origin with normal z, wholly above the horizon.
 pub fn polygon_irradiance(vertices: &[DVec3]) -> f64 {
-    let next = vertices.iter().cycle().skip(1);
-    let sum: f64 = vertices
-        .iter()
-        .zip(next)
-        .map(|(a, b)| {
-            let normal = a.cross(*b);
-            normal.length().atan2(a.dot(*b)) * normal.normalize_or_zero().z
-        })
-        .sum();
-    0.5 * sum.abs()
+    PI * form_factor::polygon(DVec3::Z, vertices).abs()
 }
 
 /// A spherical furnace of radius 1: every wall emits 1 and reflects by `bsdf`.

@@ -11,6 +11,7 @@ use crate::emitter::{Emitter, EmitterPoint, LightSampling};
 use crate::estimator::{
     Density, Estimator, Heuristic, LightRules, Parts, Path, Report, Standard, Strategy, Whitted,
 };
+use crate::form_factor::Polygon;
 use crate::harness::outcome::Outcome;
 use crate::harness::trial::Context;
 use crate::rng::Stream;
@@ -66,6 +67,11 @@ table! {
     sample_solid_angle(emitter: &Emitter, from: DVec3, random: [f64; 2]) -> Option<(EmitterPoint, f64)>;
     pdf_solid_angle(emitter: &Emitter, from: DVec3) -> Option<f64>;
     visible(scene: &Scene, x: End, y: End, glass: bool) -> bool;
+    form_factor(normal: DVec3, corners: &[DVec3]) -> f64;
+    horizon(normal: DVec3, polygon: &Polygon) -> Polygon;
+    leaving(albedo: DVec3, emitted: DVec3, irradiance: DVec3) -> DVec3;
+    exchanged(leaving: DVec3, emitted: DVec3) -> DVec3;
+    solved(residual: f64, sweeps: u32) -> bool;
     mis_weight(pdf: f64, other: f64) -> f64;
     mis_power_weight(pdf: f64, other: f64) -> f64;
     hit_counts(strategy: Strategy, sampled: bool) -> bool;

@@ -17,6 +17,7 @@ mod moments;
 mod photon;
 mod pixel;
 mod radiometry;
+mod radiosity;
 mod reference; // tables of reference values, and closed forms of the trials against them
 mod render;
 mod rng;

@@ -62,7 +62,7 @@ macro_rules! groups {
     };
 }
 
-groups! { hemisphere fresnel bsdf roulette streams sampler convergence geometry emitter accumulator furnace irradiance glass images photon bidirectional }
+groups! { hemisphere fresnel bsdf roulette streams sampler convergence geometry emitter accumulator furnace irradiance glass images photon bidirectional cie radiosity }
 
 #[test]
 fn every_trial_has_a_test_a_control_and_its_own_name() {

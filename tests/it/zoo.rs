@@ -52,7 +52,7 @@ macro_rules! groups {
     };
 }
 
-groups! { hemisphere fresnel bsdf roulette streams sampler convergence geometry emitter accumulator furnace irradiance glass images photon bidirectional }
+groups! { hemisphere fresnel bsdf roulette streams sampler convergence geometry emitter accumulator furnace irradiance glass images photon bidirectional cie radiosity }
 
 #[test]
 fn equivalent_mutants_are_accepted() {

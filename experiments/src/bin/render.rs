@@ -50,6 +50,9 @@ struct Render {
     rays: u32,
     #[command(flatten)]
     photons: Photons,
+    /// About how many patches all surfaces are divided into, for --estimator radiosity
+    #[arg(long, default_value_t = 2000)]
+    patches: u32,
     /// Where in a pixel the rays go
     #[arg(long, value_enum, default_value_t = PixelName::Random)]
     pixel: PixelName,
@@ -103,6 +106,7 @@ fn run(options: &Render) -> Result<(), Error> {
         diffuse: options.diffuse,
         rays: options.rays,
         photons: options.photons,
+        patches: options.patches,
         pixel: options.pixel,
         grid: options.grid,
         sampler: options.sampler,

@@ -37,6 +37,9 @@ impl Job {
         if self.uses_photons() {
             self.photons.provenance(self.keeps_one_map(), &mut line);
         }
+        if self.estimator == EstimatorName::Radiosity {
+            line("patches", &self.patches.to_string());
+        }
         line("pixel", &name(self.pixel));
         if matches!(self.pixel, PixelName::Grid | PixelName::Jitter) {
             line("grid", &self.grid.to_string());

@@ -25,7 +25,7 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
             &FRESNEL_S,
             "(10) alone",
             reflectance_s,
-            &["glass/reflects-60", "glass/snell-aim"],
+            &["glass/reflects-60", "glass/snell-aim", "glass/slab"],
         ),
         fresnel(
             "only-p",
@@ -39,7 +39,7 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
             &FRESNEL,
             "Schlick's approximation",
             schlick,
-            &["glass/reflects-60"],
+            &["glass/reflects-60", "glass/vanishing"],
         ),
         fresnel(
             "indices-swapped",
@@ -57,7 +57,11 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
                 refract: |d, n, n1, n2| Some(refract(d, n, n1, n2).unwrap_or(d)),
                 ..RIGHT
             }),
-            &["glass/total-reflection", "glass/cube-trapped"],
+            &[
+                "glass/total-reflection",
+                "glass/cube-trapped",
+                "glass/prism",
+            ],
         ),
         factor(
             "no-radiance-factor",

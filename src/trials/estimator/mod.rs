@@ -13,7 +13,7 @@ use super::subject::{RIGHT, STANDARD, Setup, Subject, Table, parts};
 use crate::equation::{COSINE_HEMISPHERE, ESTIMATOR, PATH_LENGTH, REFRACTION, ROULETTE, WHITTED};
 use crate::estimator::LightRules;
 use crate::sampling::{cosine_hemisphere, uniform_hemisphere};
-use crate::trials::{furnace, glass, images, irradiance, strategies};
+use crate::trials::{cie, furnace, glass, images, irradiance, panes, strategies};
 use crate::zoo::{AnyFamily, Family, Mutant, mutant};
 
 /// The family.
@@ -22,6 +22,8 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     benches.extend(irradiance::benches());
     benches.extend(strategies::benches());
     benches.extend(glass::benches());
+    benches.extend(panes::benches());
+    benches.extend(cie::benches());
     benches.extend(images::benches());
     let mut faults = reflection::faults();
     faults.extend(sampling::faults());

@@ -140,6 +140,10 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
                 "irradiance/rectangle",
                 "furnace/sky/path",
                 "images/convex-object",
+                "cie/panel-floor",
+                "cie/panel-wall",
+                "cie/roof-opening",
+                "cie/obstruction",
             ],
         ),
         mutant(
