@@ -24,6 +24,20 @@ impl Moments {
         self.squares += deviation * (value - self.mean);
     }
 
+    /// The moments of `count` values with this mean and unbiased sample variance.
+    pub fn of(count: u64, mean: f64, variance: f64) -> Self {
+        let squares = if count < 2 {
+            0.0
+        } else {
+            variance * (count - 1) as f64
+        };
+        Self {
+            count,
+            mean,
+            squares,
+        }
+    }
+
     /// The moments of both sets of values together.
     pub fn merge(self, other: Self) -> Self {
         let count = self.count + other.count;

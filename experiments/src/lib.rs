@@ -1,6 +1,7 @@
 //! The programs of whitefurnace: `reproduce` runs every experiment, `render` makes one image, and each
 //! experiment has a binary of its own name.
 
+pub mod agreement;
 pub mod bands;
 pub mod bleeding;
 pub mod calibration;
@@ -61,6 +62,7 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &photon_bias::PHOTON_BIAS,
     &caustics::CAUSTICS,
     &shadow_rays::SHADOW_RAYS,
+    &agreement::AGREEMENT,
     &trials::TRIALS,
     &faults::FAULTS,
     &calibration::CALIBRATION,

@@ -7,7 +7,7 @@ use whitefurnace::film::{Film, Window};
 use whitefurnace::image::Display;
 
 use crate::figures::CONVENTIONS;
-use crate::job::{ConventionName, Job};
+use crate::job::{ConventionName, Job, Whole, Work};
 use crate::lab::{Experiment, Lab};
 use crate::plot;
 use crate::progress::Progress;
@@ -155,7 +155,10 @@ fn quirked_mean(lab: &Lab, region: &Region, quirks: Quirks) -> Result<[f64; 3], 
     let job = region_job(lab, ConventionName::Published, region);
     let progress = Progress::new(&format!("quirks {}", region.name));
     let scene = job.build_scene()?;
-    let rendered = job.render_with(&scene, &Published { quirks }, &progress)?;
+    let whole = Whole {
+        progress: &progress,
+    };
+    let rendered = whole.rays(&job, &scene, &Published { quirks })?;
     if rendered.complete {
         Ok(encoded_mean(&rendered.film))
     } else {

@@ -69,7 +69,12 @@ impl Values {
     /// From how many values on a z or t tail at [`ALPHA`] is valid, as far as skewness decides it:
     /// |skewness| z³/(6√n) ≤ [`LARGEST_SKEW_TERM`].
     pub fn valid_from(&self) -> u64 {
-        let z = normal_upper(ALPHA / 2.0);
+        self.valid_from_at(ALPHA)
+    }
+
+    /// The same for the two-sided level `alpha`.
+    pub fn valid_from_at(&self, alpha: f64) -> u64 {
+        let z = normal_upper(alpha / 2.0);
         let root = self.skewness().abs() * z.powi(3) / (6.0 * LARGEST_SKEW_TERM);
         if root.is_nan() {
             return u64::MAX;

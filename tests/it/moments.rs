@@ -4,9 +4,10 @@ use approx::{assert_abs_diff_eq, assert_relative_eq};
 use proptest::prelude::*;
 use whitefurnace::error::Error;
 use whitefurnace::moments::{ExactMoments, LARGEST, Moments, UNIT, in_units};
+use whitefurnace::rng::uniform;
 
 use crate::helpers::U;
-use crate::support::property;
+use crate::support::{property, rng};
 
 fn values() -> impl Strategy<Value = Vec<f64>> {
     let offset = prop_oneof![Just(0.0), -1e3..1e3, Just(1e6)];
@@ -259,4 +260,32 @@ fn few_exact_values() {
     assert_eq!(exact(&[3.0]).standard_error(1), f64::INFINITY);
     assert_eq!((moments.mean(2), moments.variance(2)), (4.0, 2.0));
     assert_eq!(moments.standard_error(2), 1.0);
+}
+
+#[test]
+fn moments_can_be_restored_from_what_they_say() {
+    let mut rng = rng("restored moments");
+    let moments: Moments = (0..50).map(|_| uniform(&mut rng)).collect();
+    let restored = Moments::of(moments.count(), moments.mean(), moments.variance());
+    assert_eq!(restored.count(), moments.count());
+    assert_eq!(restored.mean(), moments.mean());
+    assert_relative_eq!(
+        restored.variance(),
+        moments.variance(),
+        max_relative = 1e-14
+    );
+    // As good as the original when more is merged.
+    let more: Moments = (0..50).map(|_| uniform(&mut rng)).collect();
+    let [a, b] = [moments, restored].map(|m| m.merge(more).variance());
+    assert_relative_eq!(a, b, max_relative = 1e-14);
+    assert_eq!(
+        Moments::of(1, 3.0, f64::INFINITY).merge(restored).count(),
+        51
+    );
+    assert!(
+        Moments::of(1, 3.0, f64::INFINITY)
+            .merge(restored)
+            .variance()
+            .is_finite()
+    );
 }

@@ -1,0 +1,5 @@
+//! The experiment `agreement` by itself.
+
+fn main() -> std::process::ExitCode {
+    experiments::cli::run_experiment(&experiments::agreement::AGREEMENT)
+}
