@@ -207,13 +207,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
                 None => continue,
             },
         };
-        let square = judge(
-            lab,
-            cell,
-            &totals[i],
-            (&reference, &totals),
-            (margin, level),
-        );
+        let square = judge(lab, cell, &totals[i], (&reference, &totals), level);
         if let Reference::Rendered(at) = reference
             && at != i
         {
