@@ -289,6 +289,9 @@ fn distribution_functions_are_compared_at_every_value() {
     assert_relative_eq!(squares.estimate, 0.25 + 1.0 / 512.0, max_relative = 1e-2);
     assert_eq!(squares.interval[0], (squares.estimate - radius).max(0.0));
     assert!(squares.estimate > radius);
+    // And √x − x at 1/4, with the sides exchanged.
+    let roots = kolmogorov_smirnov("roots", &mut values, f64::sqrt, 0.5);
+    assert_relative_eq!(roots.estimate, 0.25 + 1.0 / 512.0, max_relative = 1e-2);
     let mut ten = [0.5; 10];
     assert_eq!(
         kolmogorov_smirnov("ten", &mut ten, |x| x, 0.5).cells.len(),
