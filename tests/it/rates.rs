@@ -65,6 +65,15 @@ fn the_interval_of_a_ratio_is_fiellers() {
     assert_relative_eq!(found.estimate, 1.5, max_relative = 1e-12);
     assert_eq!(found.reference, 1.25);
     assert_relative_eq!(found.claim.size(), 0.025, max_relative = 1e-12);
+    // Each side's batches are held to what the other side and the ratio make of it.
+    for (side, expected) in [("first, ", 1.25 * 2.0), ("second, ", 3.0 / 1.25)] {
+        let mut cells = found
+            .cells
+            .iter()
+            .filter(|cell| cell.place.starts_with(side));
+        assert!(cells.clone().count() >= 10);
+        assert!(cells.all(|cell| (cell.expected / expected - 1.0).abs() < 1e-12));
+    }
     let critical = student_upper(ALPHA / 2.0, 999.0);
     let [low, high] = found.interval;
     assert_relative_eq!(distance(low), critical, max_relative = 1e-9);
