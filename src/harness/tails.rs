@@ -203,10 +203,11 @@ fn stirling_remainder(a: f64) -> f64 {
     (1.0 / 12.0 - s * (1.0 / 360.0 - s * (1.0 / 1260.0 - s * (1.0 / 1680.0 - s / 1188.0)))) / a
 }
 
-/// x − ln(1 + x) for x > −1, without cancellation near 0.
-fn log_defect(x: f64) -> f64 {
+/// x − ln(1 + x) for x > −1, without cancellation near 0. `whole` is 1 + x: where it is small, it
+/// has digits that x has lost.
+fn log_defect(x: f64, whole: f64) -> f64 {
     if x.abs() > 0.05 {
-        return x - x.ln_1p();
+        return x - whole.ln();
     }
     // x²/2 − x³/3 + …: fourteen terms reach 1e-18 of the first.
     let series = (2..16)
@@ -217,7 +218,7 @@ fn log_defect(x: f64) -> f64 {
 
 /// x^a e^(−x)/Γ(a).
 fn gamma_prefactor(a: f64, x: f64) -> f64 {
-    let deviance = a * log_defect((x - a) / a);
+    let deviance = a * log_defect((x - a) / a, x / a);
     (0.5 * a.ln() - LN_SQRT_TAU - deviance - stirling_remainder(a)).exp()
 }
 
@@ -310,7 +311,7 @@ fn beta_prefactor(a: f64, b: f64, x: f64, y: f64) -> f64 {
     let sum = a + b;
     // How far x lies from the mean a/(a + b), computed so that x and y enter alike.
     let shift = x * b - y * a;
-    let deviance = a * log_defect(shift / a) + b * log_defect(-shift / b);
+    let deviance = a * log_defect(shift / a, x * sum / a) + b * log_defect(-shift / b, y * sum / b);
     let remainders = stirling_remainder(sum) - stirling_remainder(a) - stirling_remainder(b);
     (0.5 * (a * b / sum).ln() - LN_SQRT_TAU - deviance + remainders).exp()
 }

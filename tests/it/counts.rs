@@ -5,7 +5,7 @@ use std::cell::Cell;
 use approx::assert_relative_eq;
 use glam::DVec3;
 use whitefurnace::harness::chi_square::{
-    Counts, binomial, chi_square, count, pool, sampler_against_partition,
+    Counts, binomial, chi_square, count, poisson, pool, sampler_against_partition,
 };
 use whitefurnace::harness::domain::{Domain, Partition};
 use whitefurnace::harness::ks::kolmogorov_smirnov;
@@ -14,7 +14,8 @@ use whitefurnace::harness::outcome::{ALPHA, Claim, Outcome, Verdict};
 use whitefurnace::harness::power::Sensitivity;
 use whitefurnace::harness::tails::{
     binomial_cdf, binomial_interval, binomial_sf, binomial_two_sided, chi_square_sf, kolmogorov_sf,
-    kolmogorov_upper, normal_upper, student_two_sided, student_upper,
+    kolmogorov_upper, normal_upper, poisson_cdf, poisson_interval, poisson_sf, student_two_sided,
+    student_upper,
 };
 use whitefurnace::harness::welch_map::{PValueMap, PixelStatistics, image_mean, map};
 
@@ -101,6 +102,27 @@ fn cells_have_simultaneous_intervals() {
         found.worst,
         "cell at a: 5100 samples, 5000.0 expected, +1.4 sigmas"
     );
+    let Sensitivity::Cells {
+        dof,
+        n,
+        least,
+        level,
+    } = found.sensitivity
+    else {
+        panic!("{:?}", found.sensitivity);
+    };
+    assert_eq!((dof, n, level), (2.0, 10_000.0, ALPHA));
+    assert_relative_eq!(least, 0.2, max_relative = 1e-12);
+    // Half of the level is left where lost samples are tested, too.
+    let halved = chi_square("cells", &partition(0.1, 0.0), &counts(1100, 0), 0.5);
+    let expected = Sensitivity::Cells {
+        dof,
+        n,
+        least,
+        level: ALPHA / 2.0,
+    };
+    let (halved, expected) = (halved.sensitivity, expected);
+    assert_relative_eq!(halved.miss(0.1), expected.miss(0.1), max_relative = 1e-6);
     // Nothing where nothing is expected is right; a single cell has no shape to be wrong.
     let places = vec![String::from("all"), String::from("none")];
     let single = Partition::of_masses(vec![1.0, 0.0], places);
@@ -112,6 +134,17 @@ fn cells_have_simultaneous_intervals() {
     let found = chi_square("single", &single, &all, 0.5);
     assert_eq!((found.p, found.verdict()), (1.0, Verdict::Holds));
     assert!(found.cells.iter().all(|cell| cell.sigmas == 0.0));
+    // Whatever the rounding of what the cell expects.
+    for parts in 2..200 {
+        let mass = 1.0 / f64::from(parts);
+        let cell = Partition::of_masses(vec![mass], vec![String::from("all")]);
+        let all = Counts {
+            n: 5001,
+            observed: vec![5001],
+            ..Counts::default()
+        };
+        assert_eq!(chi_square("single", &cell, &all, 0.5).p, 1.0, "{parts}");
+    }
 }
 
 #[test]
@@ -154,6 +187,8 @@ fn the_worst_is_named() {
         worst(&partition(0.1, 0.0), &counts(0, 0)),
         "0 samples lost, 1000.0 expected"
     );
+    let forbidden = chi_square("forbidden", &partition(0.0, 0.0), &counts(0, 7), 0.5);
+    assert_eq!(forbidden.p, 0.0);
     assert_eq!(
         worst(&partition(0.0, 0.0), &counts(0, 7)),
         "7 of 10007 samples where the pdf is zero, the first at [1, 0, 0]"
@@ -187,6 +222,29 @@ fn a_share_has_its_exact_interval() {
     assert_eq!(found.claim, Claim::Exact { delta: 0.5 });
     // (3 − 2)/√(10 · 0.2 · 0.8).
     assert_eq!(found.worst, "3 of 10, 2.0 expected, +0.8 sigmas");
+}
+
+#[test]
+fn rare_events_follow_the_poisson_law() {
+    let found = poisson("rare", 30, 1000, 20.0, 5.0);
+    assert_eq!(
+        (found.name.as_str(), found.n, found.value),
+        ("rare", 1000, 30.0)
+    );
+    assert_eq!((found.estimate, found.reference), (30.0, 20.0));
+    assert_eq!(found.p, 2.0 * poisson_sf(30, 20.0));
+    assert_eq!(found.interval, poisson_interval(30, ALPHA / 2.0));
+    assert_eq!(found.claim, Claim::Exact { delta: 5.0 });
+    assert_eq!(found.sensitivity, Sensitivity::Poisson { mean: 20.0 });
+    assert_eq!(found.worst, "30 among 1000 values, 2.0e1 expected");
+    let [cell] = &found.cells[..] else {
+        panic!("{:?}", found.cells);
+    };
+    assert_eq!((cell.expected, cell.observed), (20.0, 30.0));
+    assert_relative_eq!(cell.sigmas, 5_f64.sqrt(), max_relative = 1e-12);
+    let few = poisson("few", 11, 1000, 20.0, 5.0);
+    assert_eq!(few.p, 2.0 * poisson_cdf(11, 20.0));
+    assert_eq!(poisson("even", 20, 1000, 20.0, 5.0).p, 1.0);
 }
 
 #[test]
@@ -231,6 +289,9 @@ fn distribution_functions_are_compared_at_every_value() {
     assert_relative_eq!(squares.estimate, 0.25 + 1.0 / 512.0, max_relative = 1e-2);
     assert_eq!(squares.interval[0], (squares.estimate - radius).max(0.0));
     assert!(squares.estimate > radius);
+    // And √x − x at 1/4, with the sides exchanged.
+    let roots = kolmogorov_smirnov("roots", &mut values, f64::sqrt, 0.5);
+    assert_relative_eq!(roots.estimate, 0.25 + 1.0 / 512.0, max_relative = 1e-2);
     let mut ten = [0.5; 10];
     assert_eq!(
         kolmogorov_smirnov("ten", &mut ten, |x| x, 0.5).cells.len(),

@@ -5,7 +5,7 @@ use whitefurnace::harness::mean::{
     Values, bounded_mean, equivalence_p, mean, mean_known_sigma, welch, welch_moments,
     welch_satterthwaite,
 };
-use whitefurnace::harness::outcome::{ALPHA, Claim, Verdict};
+use whitefurnace::harness::outcome::{ALPHA, Cell, Claim, Verdict};
 use whitefurnace::harness::tails::{normal_sf, normal_upper, student_two_sided, student_upper};
 
 const CLAIM: Claim = Claim::Exact { delta: 1.0 };
@@ -64,6 +64,42 @@ fn intervals_are_those_of_the_textbook() {
     let below = mean_known_sigma("z", &five, 5.0, 2.0, CLAIM);
     assert_relative_eq!(below.value, -1.25_f64.sqrt(), max_relative = 1e-12);
     assert_relative_eq!(below.p, z.p, max_relative = 1e-12);
+}
+
+#[test]
+fn a_data_file_shows_the_values() {
+    let [a, b] = [values(4.0, &FIVE), values(1.0, &THREE)];
+    // Few values are batches of their own.
+    let shown = |cells: &[Cell]| -> Vec<(String, f64, f64)> {
+        let numbers = |cell: &Cell| (cell.place.clone(), cell.expected, cell.observed);
+        cells.iter().map(numbers).collect()
+    };
+    let t = mean("t", &a, 3.0, CLAIM);
+    assert_eq!(t.cells.len(), 5);
+    assert_eq!(
+        shown(&t.cells)[4],
+        (String::from("batch 5 (1 values)"), 3.0, 10.0)
+    );
+    assert_relative_eq!(
+        t.cells[4].sigmas,
+        7.0 / 12.5_f64.sqrt(),
+        max_relative = 1e-12
+    );
+    let z = mean_known_sigma("z", &a, 3.0, 2.5, CLAIM);
+    assert_relative_eq!(z.cells[4].sigmas, 2.8, max_relative = 1e-12);
+    let bounded = bounded_mean("b", &a, 3.0, [0.0, 10.0], CLAIM);
+    assert_eq!(shown(&bounded.cells), shown(&t.cells));
+    let w = welch("w", &a, &b, CLAIM);
+    assert_eq!(w.cells.len(), 8);
+    assert_eq!(
+        shown(&w.cells)[7],
+        (String::from("second, batch 3 (1 values)"), 4.0, 2.0)
+    );
+    let moments = welch_moments("w", a.moments, b.moments, CLAIM);
+    assert_eq!(
+        shown(&moments.cells)[0].1..=shown(&moments.cells)[0].2,
+        1.0..=4.0
+    );
 }
 
 #[test]

@@ -4,6 +4,7 @@ use approx::assert_relative_eq;
 use whitefurnace::harness::convergence::{f_test, log_slope, slope, variance_ratio};
 use whitefurnace::harness::mean::Values;
 use whitefurnace::harness::outcome::{ALPHA, Claim};
+use whitefurnace::harness::power::Sensitivity;
 use whitefurnace::harness::sequential::{ConfidenceSequence, Decision, Sprt};
 use whitefurnace::harness::tails::{student_two_sided, student_upper};
 
@@ -47,11 +48,11 @@ fn around(mean: f64, spread: f64, n: u64) -> Values {
 
 #[test]
 fn the_interval_of_a_ratio_is_fiellers() {
-    let (a, b) = (around(3.0, 0.5, 4000), around(2.0, 0.25, 1000));
+    let (a, b) = (around(3.0, 0.5, 4000), around(2.5, 0.25, 1000));
     let found = variance_ratio("ratio", &a, &b, 1.25, 0.02);
     // The unbiased variance of n values one spread from their mean is n/(n − 1) spread².
     let [va, vb] = [0.25 / 3999.0, 0.0625 / 999.0];
-    let distance = |ratio: f64| (3.0 - ratio * 2.0) / (va + ratio * ratio * vb).sqrt();
+    let distance = |ratio: f64| (3.0 - ratio * 2.5) / (va + ratio * ratio * vb).sqrt();
     assert_eq!(
         (found.name.as_str(), found.n, found.dof),
         ("ratio", 1000, Some(999.0))
@@ -62,9 +63,29 @@ fn the_interval_of_a_ratio_is_fiellers() {
         student_two_sided(distance(1.25), 999.0),
         max_relative = 1e-6
     );
-    assert_relative_eq!(found.estimate, 1.5, max_relative = 1e-12);
+    assert_relative_eq!(found.estimate, 1.2, max_relative = 1e-12);
     assert_eq!(found.reference, 1.25);
     assert_relative_eq!(found.claim.size(), 0.025, max_relative = 1e-12);
+    let Sensitivity::Normal {
+        standard_error,
+        dof,
+        tests,
+    } = found.sensitivity
+    else {
+        panic!("{:?}", found.sensitivity);
+    };
+    let error = (va + 1.25 * 1.25 * vb).sqrt() / 2.5;
+    assert_relative_eq!(standard_error, error, max_relative = 1e-9);
+    assert_eq!((dof, tests), (999.0, 1));
+    // Each side's batches are held to what the other side and the ratio make of it.
+    for (side, expected) in [("first, ", 1.25 * 2.5), ("second, ", 3.0 / 1.25)] {
+        let mut cells = found
+            .cells
+            .iter()
+            .filter(|cell| cell.place.starts_with(side));
+        assert!(cells.clone().count() >= 10);
+        assert!(cells.all(|cell| (cell.expected / expected - 1.0).abs() < 1e-12));
+    }
     let critical = student_upper(ALPHA / 2.0, 999.0);
     let [low, high] = found.interval;
     assert_relative_eq!(distance(low), critical, max_relative = 1e-9);

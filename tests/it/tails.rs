@@ -50,11 +50,9 @@ fn student_and_kolmogorov_quantiles_undo_their_tails() {
     for p in [0.4, 1e-3, 5e-10, 1e-100] {
         for dof in [3.0, 40.0, 1e6] {
             let t = tails::student_upper(p, dof);
-            assert_relative_eq!(
-                0.5 * tails::student_two_sided(t, dof),
-                p,
-                max_relative = 1e-9
-            );
+            // The macro's absolute tolerance would hide everything about the last p.
+            let tail = 0.5 * tails::student_two_sided(t, dof);
+            assert!((tail / p - 1.0).abs() < 1e-9, "{p:e} {dof}: {tail:e}");
         }
     }
     let d = tails::kolmogorov_upper(5000, 1e-9);
@@ -88,4 +86,75 @@ fn clopper_pearson_ends_have_the_tails_they_promise() {
     );
     assert_eq!(tails::binomial_interval(0, 10, 1e-3)[0], 0.0);
     assert_eq!(tails::binomial_interval(10, 10, 1e-3)[1], 1.0);
+}
+
+#[test]
+fn tails_at_the_ends_of_their_ranges() {
+    assert_relative_eq!(tails::normal_upper(0.9), -tails::normal_upper(0.1));
+    assert_eq!(tails::normal_upper(0.5), 0.0);
+    for x in [0.0, -1.0] {
+        assert_eq!(tails::kolmogorov_limit_sf(x), 1.0);
+        assert_eq!((tails::gamma_p(2.5, x), tails::gamma_q(2.5, x)), (0.0, 1.0));
+        assert_eq!(tails::beta(2.0, 3.0, x, 1.0), 0.0);
+        assert_eq!(tails::beta(2.0, 3.0, 1.0, x), 1.0);
+        assert_eq!(tails::binomial_sf(3, 10, x), 0.0);
+    }
+    assert_eq!(tails::student_two_sided(0.0, 5.0), 1.0);
+    assert_eq!(tails::student_two_sided(f64::NEG_INFINITY, 5.0), 0.0);
+    assert!(tails::student_two_sided(f64::NAN, 5.0).is_nan());
+    assert_eq!(tails::binomial_sf(0, 10, 0.3), 1.0);
+    assert_eq!(tails::binomial_sf(11, 10, 0.3), 0.0);
+    assert_relative_eq!(tails::binomial_sf(10, 10, 0.5), 0.5_f64.powi(10));
+    assert_eq!(tails::binomial_cdf(10, 10, 0.3), 1.0);
+    assert_relative_eq!(tails::binomial_cdf(0, 10, 0.5), 0.5_f64.powi(10));
+    assert_eq!(tails::binomial_two_sided(5, 10, 0.5), 1.0);
+    assert_eq!(tails::poisson_sf(0, 3.0), 1.0);
+    // Leading terms of tails far below the resolution of 1: n q, λ³/6, and t⁻³ √12/π of three degrees.
+    for (found, expected) in [
+        (tails::binomial_sf(1, 5, 1e-30), 5e-30),
+        (tails::poisson_sf(3, 1e-30), 1e-90 / 6.0),
+        (
+            tails::student_two_sided(1e20, 3.0),
+            2.0 * 12_f64.sqrt() / (std::f64::consts::PI * 1e60),
+        ),
+    ] {
+        assert!(
+            (found / expected - 1.0).abs() < 1e-9,
+            "{found:e} {expected:e}"
+        );
+    }
+    // Below the switch the p-value is a bound that never exceeds it.
+    let below = tails::kolmogorov_upper(1000, tails::KOLMOGOROV_SWITCH);
+    assert!(tails::kolmogorov_sf(1000, below) <= tails::KOLMOGOROV_SWITCH);
+}
+
+/// Both methods for each function, on either side of where one takes over from the other.
+#[test]
+fn tails_have_closed_forms() {
+    for x in [0.05, 0.7, 1.9, 2.1, 4.0, 9.0, 80.0] {
+        let exp = f64::exp(-0.5 * x);
+        let close = |found: f64, expected: f64| {
+            assert!(
+                (found / expected - 1.0).abs() < 1e-10,
+                "{x}: {found:e} {expected:e}"
+            );
+        };
+        close(tails::chi_square_sf(x, 2.0), exp);
+        close(tails::chi_square_sf(x, 4.0), exp * (1.0 + 0.5 * x));
+        close(tails::gamma_p(1.0, x), -(-x).exp_m1());
+        close(tails::gamma_p(1.0, x) + tails::gamma_q(1.0, x), 1.0);
+        close(tails::gamma_p(30.0, x) + tails::gamma_q(30.0, x), 1.0);
+        // One degree of freedom is Cauchy's law, two have a root.
+        close(
+            tails::student_two_sided(x, 1.0),
+            2.0 * (1.0 / x).atan() / std::f64::consts::PI,
+        );
+        let root = (2.0 + x * x).sqrt();
+        close(tails::student_two_sided(-x, 2.0), 2.0 / (root * (root + x)));
+        close(tails::f_sf(x, 2.0, 6.0), (1.0 + x / 3.0).powi(-3));
+        close(
+            tails::beta(3.5, 1.0, x / 100.0, 1.0 - x / 100.0),
+            (x / 100.0).powf(3.5),
+        );
+    }
 }
