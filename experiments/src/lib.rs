@@ -30,6 +30,7 @@ pub mod radiosity;
 pub mod record;
 pub mod regions;
 pub mod shadow_rays;
+pub mod speed;
 pub mod statistics;
 pub mod suite;
 pub mod trials;
@@ -61,6 +62,7 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &photon_bias::PHOTON_BIAS,
     &caustics::CAUSTICS,
     &shadow_rays::SHADOW_RAYS,
+    &speed::SPEED,
     &trials::TRIALS,
     &faults::FAULTS,
     &calibration::CALIBRATION,
