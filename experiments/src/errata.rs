@@ -1,7 +1,7 @@
 //! The size of every finding in the report: closed forms, quadrature, and counts of the very functions
 //! that stand for the printed text.
 
-use std::f64::consts::{FRAC_1_PI, TAU};
+use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, TAU};
 
 use glam::DVec3;
 use whitefurnace::bsdf::{OrenNayar, OrenNayarForm, oren_nayar_angles};
@@ -9,6 +9,8 @@ use whitefurnace::equation;
 use whitefurnace::fresnel;
 use whitefurnace::harness::quadrature::{Rectangle, integrate};
 use whitefurnace::image::srgb;
+use whitefurnace::moments::Moments;
+use whitefurnace::pixel::PixelSampling;
 use whitefurnace::rng::{seed_for, stream, uniform, uniform2};
 use whitefurnace::sampling::{
     cosine_hemisphere_pdf, hemisphere_printed, sphere_zone, uniform_hemisphere_pdf,
@@ -35,6 +37,8 @@ pub const ERRATA: Experiment = Experiment {
         &equation::HEMISPHERE_PHI,
         &equation::ROULETTE,
         &equation::PATH_LENGTH,
+        &equation::SUPERSAMPLING,
+        &equation::WHITTED,
     ],
     run: |lab| {
         edges(lab);
@@ -43,6 +47,8 @@ pub const ERRATA: Experiment = Experiment {
         oren_nayar(lab);
         one_number(lab);
         importance(lab);
+        mixed(lab);
+        slanted_edges(lab);
         path_ends(lab);
         noise(lab);
         Ok(())
@@ -58,7 +64,7 @@ const INDEX: f64 = 1.5;
 fn edges(lab: &mut Lab) {
     let rays = lab.count(lab.by_tier(200_000, 5_000_000));
     let mut rng = stream(seed_for(lab.seed(), "errata edges"), 0, 0);
-    let mut lost = 0u64;
+    let (mut lost, mut twice) = (0u64, 0u64);
     for _ in 0..rays {
         let mut point = || {
             let [x, y] = uniform2(&mut rng);
@@ -79,12 +85,26 @@ fn edges(lab: &mut Lab) {
         neighbour.rotate_left((3.0 * uniform(&mut rng)) as usize);
         let met = [[a, b, c], neighbour].map(|t| moller_trumbore(&ray, t).is_some());
         lost += u64::from(met == [false, false]);
+        twice += u64::from(met == [true, true]);
     }
     size(
         lab,
         "edge.lost",
         lost as f64 / rays as f64,
         "of rays aimed at a shared edge miss both triangles by (4)",
+    );
+    size(
+        lab,
+        "edge.twice",
+        twice as f64 / rays as f64,
+        "of rays aimed at a shared edge meet both triangles by (4)",
+    );
+    // P · E₁ is the product of the legs of a right triangle that the ray meets head on.
+    size(
+        lab,
+        "determinant.leg",
+        1e-8f64.sqrt(),
+        "long are the legs of the right triangle whose divisor is 1e-8 at most",
     );
 }
 
@@ -137,6 +157,16 @@ fn glass(lab: &mut Lab) {
         factor,
         "times the radiance outside is the radiance inside glass, but for 1 − R",
     );
+    // A slab passes (1 − R)/(1 + R) of each polarisation, all reflections within it summed.
+    let passed = |r: f64| (1.0 - r) / (1.0 + r);
+    let cos = INDEX.atan().cos();
+    let [s, p] = [fresnel::reflectance_s, fresnel::reflectance_p].map(|r| r(cos, 1.0, INDEX));
+    size(
+        lab,
+        "polarisation.slab",
+        passed((s + p) / 2.0) / ((passed(s) + passed(p)) / 2.0) - 1.0,
+        "relative error of a slab's transmittance at Brewster's angle by the average (12)",
+    );
 }
 
 /// (14): the printed form against the one it cites.
@@ -182,6 +212,28 @@ fn oren_nayar(lab: &mut Lab) {
         t.cos(),
         "of its centre's radiance for Lambert",
     );
+    size(
+        lab,
+        "oren_nayar.loss",
+        1.0 - oren_nayar_albedo(constants, 0.0),
+        "of light at normal incidence is lost by the right form",
+    );
+    // The albedo rises towards grazing, where it is A + B/2: above 1 while 0.45/(σ² + 0.09) is above
+    // 1/(σ² + 0.33).
+    let grazing = |sigma: f64| oren_nayar_albedo(OrenNayar::new(sigma), FRAC_PI_2 - 1e-6);
+    let most = (1..1000).map(|i| grazing(f64::from(i) / 1000.0));
+    size(
+        lab,
+        "oren_nayar.excess",
+        most.fold(0.0, f64::max) - 1.0,
+        "more than arrives is reflected by the right form at the worst σ",
+    );
+    size(
+        lab,
+        "oren_nayar.excess.below",
+        ((0.45 * 0.33 - 0.09) / (1.0 - 0.45f64)).sqrt(),
+        "rad is the σ below which the right form reflects more than arrives near grazing",
+    );
 }
 
 /// (18) and (19) with one r: the mean of x and y, which should be 0.
@@ -197,16 +249,34 @@ fn one_number(lab: &mut Lab) {
     }
 }
 
+/// Radiance by the cosine of its direction.
+type Profile = fn(f64) -> f64;
+
+/// Where the light is.
+const PROFILES: [(&str, Profile); 4] = [
+    ("constant", |_| 1.0),
+    ("cosine", |c| c),
+    ("horizon", |c| 1.0 - c),
+    ("band", |c| f64::from(u8::from(c < 0.1))),
+];
+
+/// 2.6.1, repaired by half: uniform directions, divided by the density of cosine-weighted ones.
+fn mixed(lab: &mut Lab) {
+    for (name, radiance) in &PROFILES[..3] {
+        let found = along(radiance);
+        let right = along(|c| 2.0 * c * radiance(c));
+        size(
+            lab,
+            &format!("mixed.{name}"),
+            found / right - 1.0,
+            "relative error of uniform directions with the density of cosine-weighted ones",
+        );
+    }
+}
+
 /// 2.6.1: variance of one sample of ∫ L cos θ dω, uniform against cosine-weighted directions.
 fn importance(lab: &mut Lab) {
-    type Profile = fn(f64) -> f64;
-    let profiles: [(&str, Profile); 4] = [
-        ("constant", |_| 1.0),
-        ("cosine", |c| c),
-        ("horizon", |c| 1.0 - c),
-        ("band", |c| f64::from(u8::from(c < 0.1))),
-    ];
-    for (name, radiance) in profiles {
+    for (name, radiance) in PROFILES {
         let variance = |pdf: fn(f64) -> f64| {
             // dω = 2π d(cos θ). Split at the band's border, where the profile jumps.
             let over = |power: i32| {
@@ -251,8 +321,20 @@ fn path_ends(lab: &mut Lab) {
             "relative bias of seven bounces in a furnace of that albedo",
         );
     }
-    // Paths that survive with probability a and are not weighted: Σ a^2k for Σ a^k.
     let a = 0.75f64;
+    size(
+        lab,
+        "seven.segments.0.75",
+        -a.powi(7),
+        "the same if seven are the segments",
+    );
+    size(
+        lab,
+        "whitted.0.75",
+        -a * a,
+        "relative bias of emission and direct light alone in a furnace of albedo 0.75",
+    );
+    // Paths that survive with probability a and are not weighted: Σ a^2k for Σ a^k.
     size(
         lab,
         "unweighted",
@@ -314,6 +396,45 @@ fn noise(lab: &mut Lab) {
         "encoded.shown",
         decoded,
         "is the radiance that this mean shows, for 0.5",
+    );
+}
+
+/// 2.7: mean squared error of a pixel with 16 rays, cut by a straight edge of any slope.
+fn slanted_edges(lab: &mut Lab) {
+    let edges = lab.count(lab.by_tier(100_000, 2_000_000));
+    for (name, strategy) in [
+        ("grid", PixelSampling::Grid(4)),
+        ("jittered", PixelSampling::Jitter(4)),
+        ("random", PixelSampling::Random),
+    ] {
+        let mut rng = stream(seed_for(lab.seed(), &format!("errata {name}")), 0, 0);
+        let mut errors = Moments::default();
+        for _ in 0..edges {
+            let (b, a) = (FRAC_PI_2 * uniform(&mut rng)).sin_cos();
+            let [x, y] = uniform2(&mut rng);
+            let c = a * x + b * y;
+            // The part of the unit square where a x + b y < c.
+            let square = |length: f64| length.max(0.0).powi(2);
+            let area =
+                (square(c) - square(c - a) - square(c - b) + square(c - a - b)) / (2.0 * a * b);
+            let inside = (0..16).filter(|&i| {
+                let [x, y] = strategy.position(i, uniform2(&mut rng));
+                a * x + b * y < c
+            });
+            errors.push((inside.count() as f64 / 16.0 - area).powi(2));
+        }
+        size(
+            lab,
+            &format!("slanted.{name}"),
+            errors.mean(),
+            "is the mean squared error of 16 rays for edges of any slope",
+        );
+    }
+    size(
+        lab,
+        "upright.grid",
+        0.5 / 4.0,
+        "is the largest error of a 4 × 4 grid for an upright edge",
     );
 }
 

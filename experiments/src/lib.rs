@@ -31,6 +31,7 @@ pub mod radiosity;
 pub mod record;
 pub mod regions;
 pub mod shadow_rays;
+pub mod speed;
 pub mod statistics;
 pub mod suite;
 pub mod trials;
@@ -63,6 +64,7 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &caustics::CAUSTICS,
     &shadow_rays::SHADOW_RAYS,
     &agreement::AGREEMENT,
+    &speed::SPEED,
     &trials::TRIALS,
     &faults::FAULTS,
     &calibration::CALIBRATION,

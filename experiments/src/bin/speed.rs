@@ -1,0 +1,5 @@
+//! The experiment `speed` by itself.
+
+fn main() -> std::process::ExitCode {
+    experiments::cli::run_experiment(&experiments::speed::SPEED)
+}
