@@ -10,7 +10,7 @@ use whitefurnace::harness::lobe_checkup::{Lobe, LobeSample, LobeSubject, check_u
 use whitefurnace::harness::outcome::Outcome;
 use whitefurnace::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
 
-use crate::checkup::{complaints, red};
+use crate::checkup::{assert_rejected, assert_rejection, red, rejections};
 use crate::support::context;
 
 /// Outcomes of the right subjects that chance can turn: paper, mirror and glass.
@@ -23,18 +23,6 @@ fn random(outcomes: &[Outcome]) -> usize {
         .iter()
         .filter(|outcome| outcome.is_random())
         .count()
-}
-
-/// Asserts that some complaint begins with `expected`.
-fn assert_rejected(name: &str, subject: &BsdfSubject, expected: &str) {
-    assert_complaint(name, &complaints(name, subject), expected);
-}
-
-fn assert_complaint(name: &str, complaints: &[String], expected: &str) {
-    assert!(
-        complaints.iter().any(|c| c.starts_with(expected)),
-        "{name}: no complaint about {expected} among {complaints:?}"
-    );
 }
 
 /// Reflects a half and lets through a quarter, both diffusely. The sampler ends the path with the
@@ -111,17 +99,14 @@ fn faulty_paper_is_rejected() {
     assert_rejected("paper, called opaque", &opaque, "integral of the pdf");
 }
 
-fn lobe_complaints(name: &str, subject: &LobeSubject, size: &CheckUp) -> Vec<String> {
-    let context = context(name);
-    red(check_up_lobes(subject, size, &context), &context)
-}
-
 fn assert_lobes_rejected(name: &str, subject: &LobeSubject, expected: &str) {
+    let context = context(name);
     let size = CheckUp {
         samples: 400_000,
         ..CheckUp::default()
     };
-    assert_complaint(name, &lobe_complaints(name, subject, &size), expected);
+    let found = rejections(check_up_lobes(subject, &size, &context), &context);
+    assert_rejection(name, &found, expected);
 }
 
 const REFLECTANCE: f64 = 0.8;

@@ -51,7 +51,7 @@ pub fn oren_nayar() -> Vec<[f64; 4]> {
 
 /// r, ρ, θ in degrees, directional albedo of EON: single scattering, both lobes.
 pub fn eon() -> Vec<[f64; 5]> {
-    rows(include_str!("data/eon.txt"))
+    rows(include_str!("data/eon.csv"))
 }
 
 /// σ, A, B, average albedo of the corrected and of the printed form.
