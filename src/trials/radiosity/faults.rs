@@ -1,0 +1,142 @@
+//! Faults of radiosity.
+
+use std::f64::consts::FRAC_1_PI;
+
+use glam::DVec3;
+
+use crate::equation::{FORM_FACTOR, RADIOSITY};
+use crate::estimator::radiosity;
+use crate::form_factor;
+use crate::trials::subject::{RIGHT, Subject, Table, parts};
+use crate::zoo::{Mutant, mutant};
+
+/// F towards the middle of a polygon for a surface that faces it: the receiver's cosine is gone.
+fn without_cosine(_: DVec3, corners: &[DVec3]) -> f64 {
+    let middle: DVec3 = corners.iter().sum();
+    form_factor::polygon(middle.normalize_or_zero(), corners)
+}
+
+pub(super) fn faults() -> Vec<Mutant<Subject>> {
+    let factor = |name, wrong, form_factor: fn(DVec3, &[DVec3]) -> f64, caught_by| {
+        let table = Table {
+            form_factor,
+            ..RIGHT
+        };
+        mutant(name, &FORM_FACTOR, wrong, parts(table), caught_by)
+    };
+    let balance = |name, wrong, table: Table, caught_by| {
+        mutant(name, &RADIOSITY, wrong, parts(table), caught_by)
+    };
+    vec![
+        factor(
+            "form-factor-without-cosine",
+            "the cosine at the receiver is missing",
+            without_cosine,
+            &[
+                "radiosity/horizon",
+                "radiosity/closure",
+                "radiosity/parallel-plates",
+            ],
+        ),
+        factor(
+            "form-factor-orientation",
+            "the edges run the wrong way: fronts are taken for backs",
+            |normal, corners| -form_factor::polygon(normal, corners),
+            &["radiosity/rectangle", "radiosity/closure"],
+        ),
+        factor(
+            "form-factor-doubled",
+            "1/π for 1/2π",
+            |normal, corners| 2.0 * form_factor::polygon(normal, corners),
+            &[
+                "radiosity/parallel-plates",
+                "radiosity/perpendicular-plates",
+            ],
+        ),
+        factor(
+            "form-factor-open",
+            "the edge from the last corner to the first is left out",
+            |normal, corners| {
+                let pairs = corners.windows(2);
+                let edge = |pair: &[DVec3]| {
+                    let across = pair[0].cross(pair[1]);
+                    pair[0].angle_between(pair[1]) * across.normalize_or_zero().dot(normal)
+                };
+                pairs.map(edge).sum::<f64>() * -0.5 * FRAC_1_PI
+            },
+            &["radiosity/reciprocity", "radiosity/perpendicular-plates"],
+        ),
+        mutant(
+            "horizon-not-cut",
+            &FORM_FACTOR,
+            "the part of a polygon below the horizon counts, negatively",
+            parts(Table {
+                horizon: |_, polygon| *polygon,
+                ..RIGHT
+            }),
+            &["radiosity/horizon"],
+        ),
+        mutant(
+            "hidden-patches-seen",
+            &FORM_FACTOR,
+            "nothing hides anything",
+            parts(Table {
+                visible: |_, _, _, _| true,
+                ..RIGHT
+            }),
+            &["radiosity/half-hidden", "radiosity/nested"],
+        ),
+        mutant(
+            "sphere-cosine-missing",
+            &FORM_FACTOR,
+            "the cosines between parts of a sphere are 1",
+            parts(Table {
+                cosine: |_, _| 1.0,
+                ..RIGHT
+            }),
+            &["radiosity/cavity/reflecting"],
+        ),
+        balance(
+            "emission-exchanged",
+            "patches send each other what they emit, which was counted as direct light",
+            Table {
+                exchanged: |leaving, _| leaving,
+                ..RIGHT
+            },
+            &["radiosity/furnace-box", "radiosity/energy"],
+        ),
+        balance(
+            "emission-reflected",
+            "the albedo is applied to what a surface emits, too",
+            Table {
+                leaving: |albedo, emitted, irradiance| {
+                    radiosity::leaving(albedo, albedo * emitted, irradiance)
+                },
+                ..RIGHT
+            },
+            &["radiosity/furnace-box"],
+        ),
+        balance(
+            "two-sweeps",
+            "the solution ends after two sweeps",
+            Table {
+                solved: |_, sweeps| sweeps >= 2,
+                ..RIGHT
+            },
+            &[
+                "radiosity/furnace-box",
+                "radiosity/cavity/black",
+                "radiosity/diffuse-room",
+            ],
+        ),
+        balance(
+            "exitance-for-radiance",
+            "ρE is taken for the radiance, without 1/π",
+            Table {
+                leaving: |albedo, emitted, irradiance| emitted + albedo * irradiance,
+                ..RIGHT
+            },
+            &["radiosity/furnace-box", "radiosity/rectangle"],
+        ),
+    ]
+}
