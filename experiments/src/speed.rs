@@ -142,11 +142,9 @@ fn rays(lab: &mut Lab) -> Result<(), Error> {
     let occluded = |ray: &Ray| {
         black_box(scene.bvh().occluded(ray, 1.0, |_| true));
     };
-    let queries: [(&str, &[Ray], &dyn Fn(&Ray)); 2] = [
-        ("closest", &bounced, &closest),
-        ("occluded", &shadow, &occluded),
-    ];
-    for (key, rays, query) in queries {
+    let queries: [&dyn Fn(&Ray); 2] = [&closest, &occluded];
+    let rays = [("closest", &bounced), ("occluded", &shadow)];
+    for ((key, rays), query) in rays.into_iter().zip(queries) {
         let seconds = least_seconds(|| {
             let rays = rays.iter().cycle().take(count as usize);
             rays.for_each(|ray| query(black_box(ray)));
