@@ -180,7 +180,7 @@ const LARGEST_PASS: u32 = 16;
 impl Work for Whole<'_> {
     type Done = Rendered;
 
-    /// In passes that double up to [`LARGEST_PASS`] replications, so that error and image are known early.
+    /// In passes that double up to a largest number of replications, so that error and image are known early.
     fn rays<E: Estimator>(
         self,
         job: &Job,
