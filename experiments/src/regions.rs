@@ -125,12 +125,15 @@ fn quirks(lab: &mut Lab) -> Result<(), Error> {
         ("without the loss of direct light", "direct-kept", kept),
         ("without the extra cosine", "single-cosine", single),
     ];
+    let with_all = TABLE
+        .iter()
+        .map(|region| quirked_mean(lab, region, all))
+        .collect::<Result<Vec<_>, _>>()?;
     let mut panels = Vec::new();
     for (title, stem, quirks) in variants {
         let mut panel = Vec::new();
-        for region in &TABLE {
-            let [with, without] = [all, quirks].map(|quirks| quirked_mean(lab, region, quirks));
-            let (with, without) = (with?, without?);
+        for (region, with) in TABLE.iter().zip(&with_all) {
+            let without = quirked_mean(lab, region, quirks)?;
             let change = [0, 1, 2].map(|c| without[c] - with[c]);
             for (channel, c) in ["r", "g", "b"].into_iter().zip(0..) {
                 let key = format!("{stem}.{}.{channel}", region.name.replace([' ', ','], ""));
