@@ -1,6 +1,7 @@
 //! Tests of means against textbook formulas on small sets of numbers, and under changes of scale.
 
 use approx::assert_relative_eq;
+use whitefurnace::harness::batches::Batches;
 use whitefurnace::harness::mean::{
     Values, bounded_mean, equivalence_p, mean, mean_known_sigma, welch, welch_moments,
     welch_satterthwaite,
@@ -100,6 +101,42 @@ fn a_data_file_shows_the_values() {
         shown(&moments.cells)[0].1..=shown(&moments.cells)[0].2,
         1.0..=4.0
     );
+}
+
+#[test]
+fn batches_are_means_of_consecutive_values() {
+    // Their size doubles at 64, 128, ... values, so that 32 to 63 are full.
+    for (n, size) in [
+        (1, 1),
+        (63, 1),
+        (64, 2),
+        (127, 2),
+        (128, 4),
+        (1000, 16),
+        (5000, 128),
+    ] {
+        let mut batches = Batches::default();
+        (0..n).for_each(|i| batches.push(f64::from(i * i)));
+        let count = n / size;
+        assert_eq!(batches.means().len(), count as usize);
+        for (k, mean) in (0..).zip(batches.means()) {
+            let sum: i64 = (k * size..(k + 1) * size).map(|i| i64::from(i * i)).sum();
+            assert_relative_eq!(*mean, sum as f64 / f64::from(size), max_relative = 1e-12);
+        }
+        let cells = batches.cells("", 1.0, 9.0);
+        for (cell, mean) in cells.iter().zip(batches.means()) {
+            let sigmas = (mean - 1.0) / (9.0 / f64::from(size)).sqrt();
+            assert_relative_eq!(cell.sigmas, sigmas, max_relative = 1e-12);
+        }
+        assert!(
+            cells[0]
+                .place
+                .ends_with(&format!("batch 1 ({size} values)"))
+        );
+    }
+    let mut still = Batches::default();
+    still.push(1.0);
+    assert_eq!(still.cells("", 1.0, 0.0)[0].sigmas, 0.0);
 }
 
 #[test]

@@ -84,6 +84,21 @@ fn contexts_scale_sizes_and_name_streams() {
     }
 }
 
+#[test]
+fn one_alone_is_selected_by_its_name() {
+    let names = || vec!["a/b", "a/b!fault", "a/c"];
+    let select = |only: Option<&str>| {
+        let context = Context {
+            only: only.map(str::to_owned),
+            ..context(1.0)
+        };
+        context.select(names(), |name| (*name).to_owned()).ok()
+    };
+    assert_eq!(select(None), Some(names()));
+    assert_eq!(select(Some("a/b!fault")), Some(vec!["a/b!fault"]));
+    assert_eq!(select(Some("a")), None);
+}
+
 /// Set in the process in which a test starts itself again.
 const AGAIN: &str = "WHITEFURNACE_TEST_AGAIN";
 
@@ -211,6 +226,12 @@ fn messages_speak_of_what_is_red() {
     assert!(message.find("fails") < message.find("was not rejected"));
     assert_eq!(lines("t of outcome 0:"), 1, "{message}");
     assert_eq!(lines("t of outcome 1:"), 2, "{message}");
+    let blind = trial(vec![Verdict::Holds], vec![Verdict::Holds]);
+    let message = check(&blind, &full).expect_err("the control is not rejected");
+    assert!(
+        message.starts_with("toy/verdicts: the negative control wrong"),
+        "{message}"
+    );
     let miscounted = Trial {
         assertions: 3,
         ..trial(vec![Verdict::Holds; 2], vec![Verdict::Fails])
