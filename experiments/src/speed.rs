@@ -55,11 +55,14 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     };
     for scene in [SceneName::Report, SceneName::DiffuseRoom] {
         for estimator in ESTIMATORS {
-            let job = Job {
+            let mut job = Job {
                 scene,
                 estimator,
                 ..base
             };
+            if matches!(estimator, EstimatorName::Photon | EstimatorName::Sppm) {
+                job.photons.photons = base.size[0] * base.size[1];
+            }
             image(lab, &pools, &name(scene), job)?;
         }
     }
