@@ -55,11 +55,14 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     };
     for scene in [SceneName::Report, SceneName::DiffuseRoom] {
         for estimator in ESTIMATORS {
-            let job = Job {
+            let mut job = Job {
                 scene,
                 estimator,
                 ..base
             };
+            if matches!(estimator, EstimatorName::Photon | EstimatorName::Sppm) {
+                job.photons.photons = base.size[0] * base.size[1];
+            }
             image(lab, &pools, &name(scene), job)?;
         }
     }
@@ -80,7 +83,7 @@ fn pool(threads: usize) -> Result<ThreadPool, Error> {
 }
 
 /// Records millions of camera samples per second with each pool, maps of photons and all, and the
-/// efficiency. Returns samples per second with the last pool.
+/// efficiency: one over the product of a sample's variance and its time. Returns samples per second with the last pool.
 fn image(lab: &mut Lab, pools: &[(&str, ThreadPool)], scene: &str, job: Job) -> Result<f64, Error> {
     let job = lab.prepared(job);
     let samples = f64::from(job.size[0] * job.size[1] * job.spp);
@@ -97,14 +100,14 @@ fn image(lab: &mut Lab, pools: &[(&str, ThreadPool)], scene: &str, job: Job) -> 
         lab.number(&key, rate / 1e6);
         lab.note(&key, format!("{:.3} million samples/s", rate / 1e6));
         if let (Some(film), "one") = (made, *threads) {
-            let efficiency = 1.0 / (squared_error(&film) * seconds);
+            let efficiency = film.pixels().len() as f64 / (squared_error(&film) * seconds);
             lab.number(&format!("{scene}.{estimator}.efficiency"), efficiency);
         }
     }
     Ok(rate)
 }
 
-/// Mean squared standard error of a pixel's channel. Not the whole error of methods whose pixels share
+/// Mean squared standard error of a pixel's channel: the variance of a sample over their number. Not the whole error of methods whose pixels share
 /// photons or whose lookups are biased.
 fn squared_error(film: &Film) -> f64 {
     let squares = film.pixels().iter();
