@@ -74,7 +74,8 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
         "scene,azimuth,red over green,standard error,blue over green,standard error",
         &rows,
     )?;
-    let radiosity = by_radiosity(&diffuse_with(Walls::Coloured)?)?;
+    let patches = lab.count(lab.by_tier(800, 3_000)) as u32;
+    let radiosity = by_radiosity(&diffuse_with(Walls::Coloured)?, patches)?;
     judge(lab, &profiles, &radiosity);
     draw(lab, &profiles, &radiosity)
 }
@@ -120,9 +121,9 @@ fn by_paths(scene: &Scene, seed: u64, samples: u32) -> Result<Vec<Ratios>, Error
         .collect()
 }
 
-fn by_radiosity(scene: &Scene) -> Result<Vec<[f64; 2]>, Error> {
+fn by_radiosity(scene: &Scene, patches: u32) -> Result<Vec<[f64; 2]>, Error> {
     let fineness = Fineness {
-        patches: 800,
+        patches,
         halvings: 0,
     };
     let solved = Radiosity::new(Standard, scene, fineness, &|_| !interrupted())?;
@@ -225,14 +226,15 @@ fn draw(lab: &mut Lab, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) -> Resu
                 });
                 let grey = label == "grey walls";
                 let mark = if grey { Mark::Faint } else { Mark::Points };
+                let label = match (grey, channel) {
+                    (true, 0) => "both ratios, grey walls".to_owned(),
+                    // Its line lies on the other's.
+                    (true, _) => String::new(),
+                    (false, _) => format!("{letter}, {label}"),
+                };
                 series.push(Series {
                     bars: if grey { Vec::new() } else { bars.collect() },
-                    ..Series::new(
-                        &format!("{letter}, {label}"),
-                        colour,
-                        mark,
-                        points.collect(),
-                    )
+                    ..Series::new(&label, colour, mark, points.collect())
                 });
             }
         }

@@ -55,6 +55,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     let registry = trials::all();
     lab.bears_on(equations(&registry));
     let master = lab.seed();
+    let registry = in_question(registry, master)?;
     let found = parallel(&replications, |&k| -> Result<Vec<[String; 2]>, Error> {
         let mut rows = examine_statistics(master, k);
         rows.extend(examine_registry(&registry, master, k)?);
@@ -107,25 +108,42 @@ fn examine_statistics(master: u64, k: u64) -> Vec<[String; 2]> {
 /// and the pixels of the images have two replications each.
 const LEFT_OUT: [&str; 2] = ["bsdf", "images"];
 
-/// The p-values of the registry's trials with continuous statistics.
-fn examine_registry(registry: &[Trial], master: u64, k: u64) -> Result<Vec<[String; 2]>, Error> {
+/// The trials that have p-values to examine, by a replication of their own.
+fn in_question(registry: Vec<Trial>, master: u64) -> Result<Vec<Trial>, Error> {
+    let context = Context::new(seed_for(master, "calibration, which trials"), SCALE)?;
+    let examined = parallel(&registry, |trial| {
+        !LEFT_OUT.contains(&group(&trial.name)) && !p_values(trial, &context).is_empty()
+    })?;
+    let pairs = registry.into_iter().zip(examined);
+    Ok(pairs
+        .filter_map(|(trial, kept)| kept.then_some(trial))
+        .collect())
+}
+
+/// The p-values of these trials in replication k.
+fn examine_registry(trials: &[Trial], master: u64, k: u64) -> Result<Vec<[String; 2]>, Error> {
     let context = Context::new(seed_for(master, &format!("calibration {k}")), SCALE)?;
+    Ok(trials
+        .iter()
+        .flat_map(|trial| p_values(trial, &context))
+        .collect())
+}
+
+/// The p-values of a trial's continuous statistics, with their names.
+fn p_values(trial: &Trial, context: &Context) -> Vec<[String; 2]> {
     let mut rows = Vec::new();
-    let in_question = |trial: &&Trial| !LEFT_OUT.contains(&group(&trial.name));
-    for trial in registry.iter().filter(in_question) {
-        for row in run_trial(trial, &context) {
-            let o = &row.outcome;
-            // A furnace that is constant by construction has no p-values to speak of.
-            let varies = o.half_width() > 1e-9 * o.reference.abs();
-            // Nor has a chi-square whose cells have all been pooled into one.
-            let varies = varies && o.dof != Some(0.0);
-            if CONTINUOUS.contains(&o.statistic) && o.n >= LEAST_VALUES && varies {
-                let name = format!("{TRIAL}{}: {}", trial.name, o.name.replace(',', ";"));
-                rows.push([name, format!("{:.6e}", o.p)]);
-            }
+    for row in run_trial(trial, context) {
+        let o = &row.outcome;
+        // A furnace that is constant by construction has no p-values to speak of.
+        let varies = o.half_width() > 1e-9 * o.reference.abs();
+        // Nor has a chi-square whose cells have all been pooled into one.
+        let varies = varies && o.dof != Some(0.0);
+        if CONTINUOUS.contains(&o.statistic) && o.n >= LEAST_VALUES && varies {
+            let name = format!("{TRIAL}{}: {}", trial.name, o.name.replace(',', ";"));
+            rows.push([name, format!("{:.6e}", o.p)]);
         }
     }
-    Ok(rows)
+    rows
 }
 
 /// Judges each name at `level`, its share of the look's.
@@ -201,7 +219,8 @@ fn draw(lab: &mut Lab, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) -> Result
                 } else {
                     &name[prefix.len()..]
                 };
-                Series::new(label, i, mark, deviations(values))
+                let stretches = if mark == Mark::Faint { 40 } else { 200 };
+                Series::new(label, i, mark, deviations(values, stretches))
             })
             .collect();
         series.extend([band(1.0), band(-1.0)]);
@@ -235,15 +254,23 @@ fn draw(lab: &mut Lab, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) -> Result
     )
 }
 
-/// Sorted p-values against their expected quantiles, as differences.
-fn deviations(values: &[f64]) -> Vec<[f64; 2]> {
+/// Sorted p-values against their expected quantiles, as differences: of so many stretches of equal length
+/// the largest each.
+fn deviations(values: &[f64], stretches: usize) -> Vec<[f64; 2]> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let n = sorted.len() as f64;
     let expected = |i: usize| (i as f64 + 0.5) / n;
-    sorted
-        .iter()
-        .enumerate()
+    let points = sorted.iter().enumerate();
+    let points: Vec<[f64; 2]> = points
         .map(|(i, p)| [expected(i), p - expected(i)])
+        .collect();
+    points
+        .chunks(sorted.len().div_ceil(stretches))
+        .filter_map(|part| {
+            part.iter()
+                .copied()
+                .max_by(|a, b| a[1].abs().total_cmp(&b[1].abs()))
+        })
         .collect()
 }

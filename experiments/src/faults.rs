@@ -1,6 +1,6 @@
 //! Which trials see which faults.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use whitefurnace::error::Error;
 use whitefurnace::harness::outcome::{Outcome, Verdict};
@@ -109,26 +109,42 @@ fn totals(lab: &mut Lab, pairs: &[Pair], seen: &[Seen], scale: f64) {
     }
 }
 
+/// Families of fewer faults share one figure.
+const LARGE: usize = 12;
+
+/// A figure for whole estimators, one for each other family of many faults, one for all small ones.
 fn draw(lab: &mut Lab, pairs: &[Pair], seen: &[Seen]) -> Result<(), Error> {
-    let unique = |names: Vec<String>| {
-        let mut found: Vec<String> = Vec::new();
-        for name in names {
-            if !found.contains(&name) {
-                found.push(name);
-            }
-        }
-        found
+    let mut faults: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    for Pair { fault, .. } in pairs {
+        faults.entry(fault.family).or_default().insert(fault.name);
+    }
+    let file = |family: &str| match family {
+        "estimator" => "faults.svg".to_owned(),
+        _ if faults[family].len() < LARGE => "faults-parts.svg".to_owned(),
+        _ => format!("faults-{}.svg", family.replace(' ', "-")),
     };
-    let rows = unique(pairs.iter().map(label).collect());
-    let columns = unique(pairs.iter().map(|pair| pair.trial.clone()).collect());
-    let cells: HashMap<(String, &str), Seen> = pairs
-        .iter()
-        .zip(seen)
-        .map(|(pair, seen)| ((label(pair), pair.trial.as_str()), *seen))
-        .collect();
-    matrix(&lab.figure("faults.svg"), &rows, &columns, |row, column| {
-        cells
-            .get(&(rows[row].clone(), columns[column].as_str()))
-            .copied()
-    })
+    let mut figures: BTreeMap<String, Vec<(&Pair, Seen)>> = BTreeMap::new();
+    for (pair, &seen) in pairs.iter().zip(seen) {
+        let figure = figures.entry(file(pair.fault.family)).or_default();
+        figure.push((pair, seen));
+    }
+    for (file, pairs) in &figures {
+        let rows = unique(pairs.iter().map(|(pair, _)| label(pair)));
+        let columns = unique(pairs.iter().map(|(pair, _)| pair.trial.clone()));
+        let cells: HashMap<(String, &str), Seen> = pairs
+            .iter()
+            .map(|(pair, seen)| ((label(pair), pair.trial.as_str()), *seen))
+            .collect();
+        matrix(&lab.figure(file), &rows, &columns, |row, column| {
+            let cell = (rows[row].clone(), columns[column].as_str());
+            cells.get(&cell).copied()
+        })?;
+    }
+    Ok(())
+}
+
+/// Each name once, in the order of first mention.
+fn unique(names: impl Iterator<Item = String>) -> Vec<String> {
+    let mut seen = BTreeSet::new();
+    names.filter(|name| seen.insert(name.clone())).collect()
 }

@@ -261,10 +261,12 @@ impl Lab {
         self.folder.join(file)
     }
 
-    /// Records a number. JSON knows finite ones only; others are left out.
+    /// Records a number. JSON knows finite ones only; others are left out. The book's directives end
+    /// names at blanks: they become hyphens, and a colon before one a dot.
     pub fn number(&mut self, key: &str, value: f64) {
         if value.is_finite() {
-            self.outcome.numbers.insert(key.to_owned(), value);
+            let key = key.replace(": ", ".").replace(' ', "-");
+            self.outcome.numbers.insert(key, value);
         }
     }
 

@@ -142,13 +142,13 @@ fn by_distance(lab: &mut Lab) -> Result<(), Error> {
                 shape.name
             ),
             axes: [
-                "height over the floor (half side, or radius, 1)".into(),
+                "height over the floor (half of its side, or its radius, is 1)".into(),
                 "relative variance".into(),
             ],
-            ranges: [[0.04, 40.0], [1e-6, 1e3]],
+            ranges: [[0.04, 40.0], [1e-8, 1e3]],
             log: [true, true],
             series,
-            legend: Corner::UpperRight,
+            legend: Corner::LowerLeft,
         });
     }
     lab.csv(

@@ -69,14 +69,21 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     );
     lab.csv("penumbra.csv", "y,mean,standard error,closed form", &rows)?;
     let curve = (0..=400).map(|i| -2.2 + 4.2 * f64::from(i) / 400.0);
-    let curve = curve.map(|y| [y, penumbra_reference(y)]).collect();
+    let curve: Vec<[f64; 2]> = curve.map(|y| [y, penumbra_reference(y)]).collect();
+    let brightest = curve
+        .iter()
+        .map(|[_, radiance]| *radiance)
+        .fold(0.0, f64::max);
     charts(
         &lab.figure("penumbra.svg"),
         [900, 520],
         &[Chart {
             title: "Radiance of the floor across the penumbra".into(),
-            axes: ["y, the occluder is above y > 0".into(), "radiance".into()],
-            ranges: [[-2.3, 2.1], [0.0, 0.8]],
+            axes: [
+                "y (the occluder hangs over all y > 0)".into(),
+                "radiance (that of the light is 3)".into(),
+            ],
+            ranges: [[-2.3, 2.1], [0.0, 1.08 * brightest]],
             log: [false, false],
             series: vec![Series::new("closed form", 0, Mark::Line, curve), found],
             legend: Corner::UpperRight,

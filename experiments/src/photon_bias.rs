@@ -56,7 +56,7 @@ fn reach(moments: &Moments, family: usize) -> f64 {
 fn radii(lab: &mut Lab) -> Result<Chart, Error> {
     let scene = over_floor();
     let point = at_point();
-    let maps = lab.count(lab.by_tier(4_000, 64_000)).max(LEAST) as u32;
+    let maps = lab.count(lab.by_tier(4_000, 40_000)).max(LEAST) as u32;
     let mut found = Vec::new();
     let mut rows = Vec::new();
     let bar = Progress::new("photon-bias maps").bar(u64::from(maps) * RADII.len() as u64);
@@ -103,9 +103,9 @@ fn radii(lab: &mut Lab) -> Result<Chart, Error> {
         .collect();
     let closed = found.iter().map(|&(r, _, closed, _)| [r, closed]).collect();
     Ok(Chart {
-        title: "what a lookup lacks of the radiance at a point under a light".to_owned(),
+        title: "What a lookup lacks of the radiance at a point under a light".to_owned(),
         axes: [
-            "radius, in heights of the light × 2".to_owned(),
+            "radius (the light, 0.4 wide, is 0.5 above the floor)".to_owned(),
             "relative bias".to_owned(),
         ],
         ranges: [[0.03, 2.0], [1e-3, 1.5]],
@@ -138,7 +138,7 @@ fn looked_up(scene: &Scene, radius: f64, name: (u64, u32), bar: &Bar) -> Result<
 fn passes(lab: &mut Lab) -> Result<Chart, Error> {
     let scene = point_camera();
     let point = at_point();
-    let runs = lab.count(lab.by_tier(200, 2_000)).max(LEAST) as u32;
+    let runs = lab.count(lab.by_tier(100, 1_000)).max(LEAST) as u32;
     let sppm = Sppm {
         parts: Standard,
         particles: PARTICLES,
@@ -215,9 +215,9 @@ fn passes(lab: &mut Lab) -> Result<Chart, Error> {
     );
     lab.csv("passes.csv", "passes,bias,closed,reach,rms", &rows)?;
     Ok(Chart {
-        title: format!("the mean of n passes, first radius {FIRST}, α = 2/3"),
+        title: format!("The mean of n passes, first radius {FIRST}, α = 2/3"),
         axes: ["passes n".to_owned(), "relative error".to_owned()],
-        ranges: [[0.9, f64::from(PASSES) * 1.1], [0.005, 1.0]],
+        ranges: [[0.9, f64::from(PASSES) * 1.1], [0.01, 0.5]],
         log: [true, true],
         series: vec![
             Series::new("bias, closed form", 2, Mark::Line, closed),

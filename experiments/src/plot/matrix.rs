@@ -19,10 +19,12 @@ pub enum Seen {
     Undecided,
 }
 
-const CELL: i32 = 17;
-const LEFT: i32 = 270;
+const CELL: i32 = 14;
+/// Pixels per character of a label, about.
+const CHARACTER: i32 = 6;
 
-/// Draws rows × columns; pairs that were not tried stay empty.
+/// Draws rows × columns; pairs that were not tried stay empty. Neighbours in a row that say the same are
+/// drawn as one.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -32,17 +34,13 @@ pub fn matrix(
     columns: &[String],
     seen: impl Fn(usize, usize) -> Option<Seen>,
 ) -> Result<(), Error> {
-    let longest = columns
-        .iter()
-        .map(|name| name.chars().count())
-        .max()
-        .unwrap_or(0) as i32;
-    let top = 60 + 7 * longest;
-    let [width, height] = [columns.len() as i32 * CELL, rows.len() as i32 * CELL];
-    let size = [
-        (LEFT + width.max(240) + 20) as u32,
-        (top + height + 20) as u32,
-    ];
+    let longest = |names: &[String]| {
+        let lengths = names.iter().map(|name| name.chars().count());
+        CHARACTER * lengths.max().unwrap_or(0) as i32
+    };
+    let (left, top) = (longest(rows) + 30, longest(columns) + 60);
+    let [width, height] = [columns, rows].map(|names| names.len() as i32 * CELL);
+    let size = [(left + width).max(520) + 20, top + height + 20].map(|n| n as u32);
     write_svg(path, size, |root| {
         let text = |h| {
             (FONT, 13, &INK)
@@ -52,7 +50,7 @@ pub fn matrix(
         let legend = [Seen::Rejected, Seen::Missed, Seen::Undecided];
         for (i, seen) in legend.into_iter().enumerate() {
             let at = (14 + 165 * i as i32, 14);
-            draw_cell(root, at, seen)?;
+            draw_cells(root, at, 1, seen)?;
             let label = ["rejected", "not rejected", "undecided"][i];
             root.draw(&Text::new(
                 label,
@@ -61,46 +59,45 @@ pub fn matrix(
             ))?;
         }
         for (c, name) in columns.iter().enumerate() {
+            let x = left + c as i32 * CELL;
             let upright = text(HPos::Left).transform(FontTransform::Rotate270);
-            let at = (LEFT + c as i32 * CELL + CELL / 2, top - 6);
-            root.draw(&Text::new(name.as_str(), at, upright))?;
+            root.draw(&Text::new(name.as_str(), (x + CELL / 2, top - 6), upright))?;
+            root.draw(&PathElement::new([(x, top), (x, top + height)], FAINT))?;
         }
         for (r, name) in rows.iter().enumerate() {
             let y = top + r as i32 * CELL;
             root.draw(&Text::new(
                 name.as_str(),
-                (LEFT - 8, y + CELL / 2),
+                (left - 8, y + CELL / 2),
                 text(HPos::Right),
             ))?;
-            for c in 0..columns.len() {
-                let at = (LEFT + c as i32 * CELL, y);
-                root.draw(&Rectangle::new([at, (at.0 + CELL, at.1 + CELL)], FAINT))?;
-                if let Some(seen) = seen(r, c) {
-                    draw_cell(root, at, seen)?;
+            root.draw(&PathElement::new([(left, y), (left + width, y)], FAINT))?;
+            let cells: Vec<Option<Seen>> = (0..columns.len()).map(|c| seen(r, c)).collect();
+            let mut x = left;
+            for run in cells.chunk_by(|a, b| a == b) {
+                if let Some(seen) = run[0] {
+                    draw_cells(root, (x, y), run.len() as i32, seen)?;
                 }
+                x += run.len() as i32 * CELL;
             }
         }
         Ok(())
     })
 }
 
-/// Filled with a cross, framed, or hatched: to be told apart without colour, too.
-fn draw_cell(
+/// Dark, middling and pale: told apart by lightness alone, too.
+fn draw_cells(
     root: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>,
     (x, y): (i32, i32),
+    count: i32,
     seen: Seen,
 ) -> super::Drawn {
-    let corners = [(x + 1, y + 1), (x + CELL - 1, y + CELL - 1)];
-    match seen {
-        Seen::Rejected => root.draw(&Rectangle::new(corners, OKABE_ITO[2].filled()))?,
-        Seen::Missed => {
-            root.draw(&Rectangle::new(corners, OKABE_ITO[4].filled()))?;
-            root.draw(&Cross::new((x + CELL / 2, y + CELL / 2), 4, INK))?;
-        }
-        Seen::Undecided => {
-            root.draw(&Rectangle::new(corners, FAINT.filled()))?;
-            root.draw(&Circle::new((x + CELL / 2, y + CELL / 2), 2, INK.filled()))?;
-        }
-    }
+    let corners = [(x + 1, y + 1), (x + count * CELL - 1, y + CELL - 1)];
+    let colour = match seen {
+        Seen::Rejected => OKABE_ITO[2],
+        Seen::Missed => OKABE_ITO[4],
+        Seen::Undecided => FAINT,
+    };
+    root.draw(&Rectangle::new(corners, colour.filled()))?;
     Ok(())
 }
