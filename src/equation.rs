@@ -121,7 +121,7 @@ equations! {
         "Oren and Nayar, SIGGRAPH 1994", Correct,
         "σ is the standard deviation of the facets' slope angle in radians, which the report does not say.";
     EON_SINGLE = "eon.single", "", "EON, single scattering",
-        r"f_1 = \frac{\rho}{\pi} A \left(1 + r\,\frac{s}{t}\right), \quad s = \omega_i\cdot\omega_o - \cos\theta_i\cos\theta_o, \quad t = \begin{cases} \max(\cos\theta_i, \cos\theta_o) & s > 0 \\ 1 & s \le 0 \end{cases}, \quad A = \frac{1}{1 + \left(\frac12 - \frac{2}{3\pi}\right) r}", None,
+        r"\begin{aligned} f_1 &= \frac{\rho}{\pi} A \left(1 + r\,\frac{s}{t}\right), & A &= \frac{1}{1 + \left(\frac12 - \frac{2}{3\pi}\right) r} \\ s &= \omega_i\cdot\omega_o - \cos\theta_i\cos\theta_o, & t &= \begin{cases} \max(\cos\theta_i, \cos\theta_o) & s > 0 \\ 1 & s \le 0 \end{cases} \end{aligned}", None,
         "Fujii 2013; Portsmouth, Kutz and Hill, JCGT 14(1), 2025", Added,
         "Its directional albedo is never above 1 and is 1 at grazing, for every roughness r in [0, 1].";
     EON_ALBEDO = "eon.albedo", "", "EON, directional albedo",

@@ -480,13 +480,14 @@ fn experiment(recorded: &Recorded) -> String {
         .collect();
     format!(
         "<h2 id=\"{}\">{}</h2><p>Version {}, tier {}, seed {}. Repeat with <code>{}</code>.</p>\
-         <div class=\"table-wrapper\"><table><thead><tr><th>number</th><th>value</th></tr></thead>\
-         <tbody>{rows}</tbody></table></div>",
+         <details><summary>Numbers ({})</summary><div class=\"table-wrapper\"><table><thead><tr><th>number</th>\
+         <th>value</th></tr></thead><tbody>{rows}</tbody></table></div></details>",
         experiment_fragment(&recorded.id),
         escape(&recorded.id),
         escape(&recorded.version.to_string()),
         escape(&recorded.tier),
         recorded.seed,
         escape(&recorded.command),
+        recorded.numbers.len(),
     )
 }

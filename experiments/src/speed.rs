@@ -83,7 +83,8 @@ fn pool(threads: usize) -> Result<ThreadPool, Error> {
 }
 
 /// Records millions of camera samples per second with each pool, maps of photons and all, and the
-/// efficiency: one over the product of a sample's variance and its time. Returns samples per second with the last pool.
+/// efficiency: one over the product of a sample's variance and its time. Returns samples per second with
+/// the last pool.
 fn image(lab: &mut Lab, pools: &[(&str, ThreadPool)], scene: &str, job: Job) -> Result<f64, Error> {
     let job = lab.prepared(job);
     let samples = f64::from(job.size[0] * job.size[1] * job.spp);
@@ -107,8 +108,8 @@ fn image(lab: &mut Lab, pools: &[(&str, ThreadPool)], scene: &str, job: Job) -> 
     Ok(rate)
 }
 
-/// Mean squared standard error of a pixel's channel: the variance of a sample over their number. Not the whole error of methods whose pixels share
-/// photons or whose lookups are biased.
+/// Mean squared standard error of a pixel's channel: the variance of a sample over their number. Not the
+/// whole error of methods whose pixels share photons or whose lookups are biased.
 fn squared_error(film: &Film) -> f64 {
     let squares = film.pixels().iter();
     let sum: f64 = squares.map(|p| p.standard_error().length_squared()).sum();
