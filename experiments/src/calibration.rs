@@ -19,7 +19,7 @@ use crate::suite::{FAMILY, equations, parallel};
 pub const CALIBRATION: Experiment = Experiment {
     id: "calibration",
     title: "p-values of true hypotheses are uniform, stated error rates are kept (accumulates over runs)",
-    version: 2,
+    version: 3,
     equations: &[],
     run,
 };
@@ -51,7 +51,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     );
     let mut ledger = Ledger::open(lab.path("calibration.csv"), &key, "replication,name,p");
     let first = ledger.next();
-    let replications: Vec<u64> = (first..first + lab.count(lab.by_tier(256, 2048))).collect();
+    let replications: Vec<u64> = (first..first + lab.count(lab.by_tier(64, 1024))).collect();
     let registry = trials::all();
     lab.bears_on(equations(&registry));
     let master = lab.seed();

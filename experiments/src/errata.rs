@@ -449,5 +449,11 @@ fn along(f: impl Fn(f64) -> f64) -> f64 {
 
 fn size(lab: &mut Lab, key: &str, value: f64, what: &str) {
     lab.number(key, value);
-    lab.note(key, format!("{value:.6} {what}"));
+    let digits = match value.abs() {
+        0.0 => "0".to_owned(),
+        small if small < 1e-3 => format!("{value:.2e}"),
+        large if large >= 1e4 || value.fract() == 0.0 => format!("{value:.0}"),
+        _ => format!("{value:.4}"),
+    };
+    lab.note(key, format!("{digits} {what}"));
 }

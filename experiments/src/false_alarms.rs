@@ -39,7 +39,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     let mut ledger = Ledger::open(lab.path("false-alarms.csv"), &key, COLUMNS);
     let first = ledger.next();
     let level = ledger.look(FAMILY);
-    for k in first..first + lab.count(lab.by_tier(4, 200)) {
+    for k in first..first + lab.count(lab.by_tier(2, 200)) {
         let seed = seed_for(lab.seed(), &format!("false-alarms {k}"));
         let rows = suite::run(&trials, seed, scale)?;
         ledger.push(k, &fields(&rows.concat()));

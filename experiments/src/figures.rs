@@ -83,7 +83,7 @@ pub const ROOM: Experiment = Experiment {
     version: 1,
     equations: &[&equation::RENDERING],
     run: |lab| {
-        let spp = lab.by_tier(64, 1024);
+        let spp = lab.by_tier(64, 512);
         let size = [400, 300];
         let job = Job {
             size,

@@ -83,7 +83,7 @@ fn draw_differences(
             .fold(3.0f64, |largest, d| largest.max(d.abs()))
             * 1.15;
         let mut chart = ChartBuilder::on(area)
-            .caption(*title, (FONT, 18, &INK))
+            .caption(*title, (FONT, 20, &INK))
             .margin(10)
             .x_label_area_size(28)
             .y_label_area_size(70)
@@ -94,7 +94,7 @@ fn draw_differences(
             .light_line_style(TRANSPARENT)
             .bold_line_style(FAINT)
             .axis_style(INK)
-            .label_style((FONT, 13, &INK))
+            .label_style((FONT, 15, &INK))
             .x_labels(regions.len())
             .x_label_formatter(&|x| {
                 let index = x.round();
@@ -130,7 +130,7 @@ fn draw_differences(
             .position(SeriesLabelPosition::LowerLeft)
             .background_style(WHITE.mix(0.85))
             .border_style(FAINT)
-            .label_font((FONT, 13, &INK))
+            .label_font((FONT, 15, &INK))
             .draw()?;
     }
     Ok(())

@@ -234,7 +234,7 @@ fn region_job(lab: &Lab, convention: ConventionName, region: &Region) -> Job {
         corner: region.corner,
         size: region.size,
     });
-    let spp = lab.by_tier(256, 1024);
+    let spp = lab.by_tier(128, 512);
     lab.prepared(Job {
         window,
         spp,
