@@ -114,7 +114,7 @@ fn far_spheres(lab: &mut Lab) {
     for exponent in [2, 4, 6] {
         let distance = 10f64.powi(exponent);
         let mut rng = stream(seed_for(lab.seed(), "errata sphere"), 0, exponent as u32);
-        let mut worst = 0f64;
+        let (mut worst, mut single) = (0f64, 0f64);
         for _ in 0..rays {
             let target = sphere_zone(uniform2(&mut rng), 0.9, [-0.9, 0.9]);
             let from = distance * sphere_zone(uniform2(&mut rng), 1.0, [-1.0, 1.0]);
@@ -123,7 +123,16 @@ fn far_spheres(lab: &mut Lab) {
             let stable = sphere_distances(&ray, DVec3::ZERO, 1.0);
             if let (Some(printed), Some(stable)) = (printed, stable) {
                 worst = worst.max((printed[0] - stable[0]).abs());
+                single = single.max((single_precision(&ray) - stable[0]).abs());
             }
+        }
+        if exponent == 2 {
+            size(
+                lab,
+                "sphere.single.1e2",
+                single,
+                "radii: the same in single precision",
+            );
         }
         size(
             lab,
@@ -132,6 +141,15 @@ fn far_spheres(lab: &mut Lab) {
             "radii: the largest error of the printed (7) at that many radii, in double precision",
         );
     }
+}
+
+/// The nearer root of the printed (7) for the unit sphere around the origin, in single precision; not a
+/// number where its radicand is negative.
+fn single_precision(ray: &Ray) -> f64 {
+    let [o, l] = [ray.origin, ray.direction].map(|v| v.to_array().map(|x| x as f32));
+    let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let half = dot(l, o);
+    f64::from(-half - (half * half - (dot(o, o) - 1.0)).sqrt())
 }
 
 /// (10)-(12): the missing case, and what 1 − R is not.
@@ -337,6 +355,12 @@ fn path_ends(lab: &mut Lab) {
         "unweighted",
         (1.0 - a) / (1.0 - a * a) - 1.0,
         "relative bias without the weight, albedo and survival 0.75",
+    );
+    size(
+        lab,
+        "divided",
+        1.0 / a - 1.0,
+        "relative bias if what was counted before the survival is divided as well, survival 0.75",
     );
     size(
         lab,
