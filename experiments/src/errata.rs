@@ -1,21 +1,15 @@
 //! The size of every finding in the report: closed forms, quadrature, and counts of the very functions
 //! that stand for the printed text.
 
-use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, TAU};
+mod geometry;
+mod samples;
 
-use glam::DVec3;
+use std::f64::consts::FRAC_PI_2;
+
 use whitefurnace::bsdf::{OrenNayar, OrenNayarForm, oren_nayar_angles};
 use whitefurnace::equation;
 use whitefurnace::fresnel;
-use whitefurnace::harness::quadrature::{Rectangle, integrate};
 use whitefurnace::image::srgb;
-use whitefurnace::moments::Moments;
-use whitefurnace::pixel::PixelSampling;
-use whitefurnace::rng::{seed_for, stream, uniform, uniform2};
-use whitefurnace::sampling::{
-    cosine_hemisphere_pdf, hemisphere_printed, sphere_zone, uniform_hemisphere_pdf,
-};
-use whitefurnace::shape::{Ray, moller_trumbore, sphere_distances, sphere_distances_printed};
 use whitefurnace::trials::bsdf::{oren_nayar_albedo, oren_nayar_printed_albedo};
 use whitefurnace::trials::roulette::variance;
 
@@ -41,14 +35,14 @@ pub const ERRATA: Experiment = Experiment {
         &equation::WHITTED,
     ],
     run: |lab| {
-        edges(lab);
-        far_spheres(lab);
+        geometry::edges(lab);
+        geometry::far_spheres(lab);
         glass(lab);
         oren_nayar(lab);
-        one_number(lab);
-        importance(lab);
-        mixed(lab);
-        slanted_edges(lab);
+        samples::one_number(lab);
+        samples::importance(lab);
+        samples::mixed(lab);
+        samples::slanted_edges(lab);
         path_ends(lab);
         noise(lab);
         Ok(())
@@ -59,80 +53,6 @@ pub const ERRATA: Experiment = Experiment {
 const SIGMA: f64 = 0.5;
 /// The index of the report's glass.
 const INDEX: f64 = 1.5;
-
-/// (4): rays aimed at the common edge of two triangles.
-fn edges(lab: &mut Lab) {
-    let rays = lab.count(lab.by_tier(200_000, 5_000_000));
-    let mut rng = stream(seed_for(lab.seed(), "errata edges"), 0, 0);
-    let (mut lost, mut twice) = (0u64, 0u64);
-    for _ in 0..rays {
-        let mut point = || {
-            let [x, y] = uniform2(&mut rng);
-            DVec3::new(x, y, uniform(&mut rng)) * 2.0 - 1.0
-        };
-        let [a, b, c, d, from] = [point(), point(), point(), point(), point() * 5.0];
-        let target = a + uniform(&mut rng) * (b - a);
-        let ray = Ray::new(from, (target - from).normalize());
-        // The two lie on different sides of the edge as the ray sees it, or the ray may rightly miss.
-        let side = |p: DVec3| (b - a).cross(p - a).dot(ray.direction);
-        let other = if side(c) * side(d) < 0.0 {
-            d
-        } else {
-            2.0 * target - c
-        };
-        // Neighbours of a mesh run along their edge in opposite directions, from any corner.
-        let mut neighbour = [b, a, other];
-        neighbour.rotate_left((3.0 * uniform(&mut rng)) as usize);
-        let met = [[a, b, c], neighbour].map(|t| moller_trumbore(&ray, t).is_some());
-        lost += u64::from(met == [false, false]);
-        twice += u64::from(met == [true, true]);
-    }
-    size(
-        lab,
-        "edge.lost",
-        lost as f64 / rays as f64,
-        "of rays aimed at a shared edge miss both triangles by (4)",
-    );
-    size(
-        lab,
-        "edge.twice",
-        twice as f64 / rays as f64,
-        "of rays aimed at a shared edge meet both triangles by (4)",
-    );
-    // P · E₁ is the product of the legs of a right triangle that the ray meets head on.
-    size(
-        lab,
-        "determinant.leg",
-        1e-8f64.sqrt(),
-        "long are the legs of the right triangle whose divisor is 1e-8 at most",
-    );
-}
-
-/// (7): the printed root against the stable one, for a unit sphere at growing distance.
-fn far_spheres(lab: &mut Lab) {
-    let rays = lab.count(100_000);
-    for exponent in [2, 4, 6] {
-        let distance = 10f64.powi(exponent);
-        let mut rng = stream(seed_for(lab.seed(), "errata sphere"), 0, exponent as u32);
-        let mut worst = 0f64;
-        for _ in 0..rays {
-            let target = sphere_zone(uniform2(&mut rng), 0.9, [-0.9, 0.9]);
-            let from = distance * sphere_zone(uniform2(&mut rng), 1.0, [-1.0, 1.0]);
-            let ray = Ray::new(from, (target - from).normalize());
-            let printed = sphere_distances_printed(&ray, DVec3::ZERO, 1.0);
-            let stable = sphere_distances(&ray, DVec3::ZERO, 1.0);
-            if let (Some(printed), Some(stable)) = (printed, stable) {
-                worst = worst.max((printed[0] - stable[0]).abs());
-            }
-        }
-        size(
-            lab,
-            &format!("sphere.error.1e{exponent}"),
-            worst,
-            "radii: the largest error of the printed (7) at that many radii, in double precision",
-        );
-    }
-}
 
 /// (10)-(12): the missing case, and what 1 − R is not.
 fn glass(lab: &mut Lab) {
@@ -236,81 +156,6 @@ fn oren_nayar(lab: &mut Lab) {
     );
 }
 
-/// (18) and (19) with one r: the mean of x and y, which should be 0.
-fn one_number(lab: &mut Lab) {
-    for (axis, name) in ["x", "y"].into_iter().enumerate() {
-        let mean = along(|r| hemisphere_printed(r)[axis]);
-        size(
-            lab,
-            &format!("one_number.{name}"),
-            mean,
-            "is the mean of that coordinate of directions by one r",
-        );
-    }
-}
-
-/// Radiance by the cosine of its direction.
-type Profile = fn(f64) -> f64;
-
-/// Where the light is.
-const PROFILES: [(&str, Profile); 4] = [
-    ("constant", |_| 1.0),
-    ("cosine", |c| c),
-    ("horizon", |c| 1.0 - c),
-    ("band", |c| f64::from(u8::from(c < 0.1))),
-];
-
-/// 2.6.1, repaired by half: uniform directions, divided by the density of cosine-weighted ones.
-fn mixed(lab: &mut Lab) {
-    for (name, radiance) in &PROFILES[..3] {
-        let found = along(radiance);
-        let right = along(|c| 2.0 * c * radiance(c));
-        size(
-            lab,
-            &format!("mixed.{name}"),
-            found / right - 1.0,
-            "relative error of uniform directions with the density of cosine-weighted ones",
-        );
-    }
-}
-
-/// 2.6.1: variance of one sample of ∫ L cos θ dω, uniform against cosine-weighted directions.
-fn importance(lab: &mut Lab) {
-    for (name, radiance) in PROFILES {
-        let variance = |pdf: fn(f64) -> f64| {
-            // dω = 2π d(cos θ). Split at the band's border, where the profile jumps.
-            let over = |power: i32| {
-                let part = |from: f64, to: f64| {
-                    along(|r| {
-                        let c = from + r * (to - from);
-                        TAU * (to - from)
-                            * pdf(c)
-                            * (radiance(c) * c * FRAC_1_PI / pdf(c)).powi(power)
-                    })
-                };
-                part(0.0, 0.1) + part(0.1, 1.0)
-            };
-            over(2) - over(1).powi(2)
-        };
-        let [uniform, cosine] = [
-            variance(uniform_hemisphere_pdf),
-            variance(cosine_hemisphere_pdf),
-        ];
-        size(
-            lab,
-            &format!("importance.{name}.uniform"),
-            uniform,
-            "is the variance by uniform directions",
-        );
-        size(
-            lab,
-            &format!("importance.{name}.cosine"),
-            cosine.max(0.0),
-            "is the variance by cosine-weighted directions",
-        );
-    }
-}
-
 /// 2.6.2 and 3.1: the cut after seven bounces, roulette without its weight, infinite variance, N rays.
 fn path_ends(lab: &mut Lab) {
     for albedo in [0.5, 0.75, 0.9f64] {
@@ -340,6 +185,12 @@ fn path_ends(lab: &mut Lab) {
         "unweighted",
         (1.0 - a) / (1.0 - a * a) - 1.0,
         "relative bias without the weight, albedo and survival 0.75",
+    );
+    size(
+        lab,
+        "divided",
+        1.0 / a - 1.0,
+        "relative bias if what was counted before the survival is divided as well, survival 0.75",
     );
     size(
         lab,
@@ -399,61 +250,7 @@ fn noise(lab: &mut Lab) {
     );
 }
 
-/// 2.7: mean squared error of a pixel with 16 rays, cut by a straight edge of any slope.
-fn slanted_edges(lab: &mut Lab) {
-    let edges = lab.count(lab.by_tier(100_000, 2_000_000));
-    for (name, strategy) in [
-        ("grid", PixelSampling::Grid(4)),
-        ("jittered", PixelSampling::Jitter(4)),
-        ("random", PixelSampling::Random),
-    ] {
-        let mut rng = stream(seed_for(lab.seed(), &format!("errata {name}")), 0, 0);
-        let mut errors = Moments::default();
-        for _ in 0..edges {
-            let (b, a) = (FRAC_PI_2 * uniform(&mut rng)).sin_cos();
-            let [x, y] = uniform2(&mut rng);
-            let c = a * x + b * y;
-            // The part of the unit square where a x + b y < c.
-            let square = |length: f64| length.max(0.0).powi(2);
-            let area =
-                (square(c) - square(c - a) - square(c - b) + square(c - a - b)) / (2.0 * a * b);
-            let inside = (0..16).filter(|&i| {
-                let [x, y] = strategy.position(i, uniform2(&mut rng));
-                a * x + b * y < c
-            });
-            errors.push((inside.count() as f64 / 16.0 - area).powi(2));
-        }
-        size(
-            lab,
-            &format!("slanted.{name}"),
-            errors.mean(),
-            "is the mean squared error of 16 rays for edges of any slope",
-        );
-    }
-    size(
-        lab,
-        "upright.grid",
-        0.5 / 4.0,
-        "is the largest error of a 4 × 4 grid for an upright edge",
-    );
-}
-
-/// ∫ f(r) dr over [0, 1].
-fn along(f: impl Fn(f64) -> f64) -> f64 {
-    let unit = Rectangle {
-        x: [0.0, 1.0],
-        y: [0.0, 1.0],
-    };
-    integrate(unit, 1e-12, &mut |x, _| f(x)).value
-}
-
 fn size(lab: &mut Lab, key: &str, value: f64, what: &str) {
     lab.number(key, value);
-    let digits = match value.abs() {
-        0.0 => "0".to_owned(),
-        small if small < 1e-3 => format!("{value:.2e}"),
-        large if large >= 1e4 || value.fract() == 0.0 => format!("{value:.0}"),
-        _ => format!("{value:.4}"),
-    };
-    lab.note(key, format!("{digits} {what}"));
+    lab.note(key, format!("{value:.6} {what}"));
 }

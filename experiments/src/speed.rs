@@ -130,7 +130,6 @@ fn least_seconds(mut work: impl FnMut() -> Result<(), Error>) -> Result<f64, Err
 /// camera rays hit the room.
 fn rays(lab: &mut Lab) -> Result<(), Error> {
     let scene = room::diffuse()?;
-    let count = lab.count(lab.by_tier(100_000, 2_000_000));
     let seed = seed_for(lab.seed(), "speed rays");
     let bounced: Vec<Ray> = (0..1024)
         .filter_map(|i| bounced(&scene, &mut stream(seed, 0, i)))
@@ -146,18 +145,21 @@ fn rays(lab: &mut Lab) -> Result<(), Error> {
     let occluded = |ray: &Ray| {
         black_box(scene.bvh().occluded(ray, 1.0, |_| true));
     };
-    let queries: [&dyn Fn(&Ray); 2] = [&closest, &occluded];
-    let rays = [("closest", &bounced), ("occluded", &shadow)];
-    for ((key, rays), query) in rays.into_iter().zip(queries) {
-        let seconds = least_seconds(|| {
-            let rays = rays.iter().cycle().take(count as usize);
-            rays.for_each(|ray| query(black_box(ray)));
-            Ok(())
-        })?;
-        let rate = count as f64 / seconds / 1e6;
-        lab.number(&format!("rays.{key}"), rate);
-        lab.note(&format!("rays.{key}"), format!("{rate:.2} million rays/s"));
-    }
+    query(lab, "closest", &bounced, closest)?;
+    query(lab, "occluded", &shadow, occluded)
+}
+
+/// Records how many millions of these rays, again and again, are asked for per second.
+fn query(lab: &mut Lab, key: &str, rays: &[Ray], ask: impl Fn(&Ray)) -> Result<(), Error> {
+    let count = lab.count(lab.by_tier(100_000, 2_000_000));
+    let seconds = least_seconds(|| {
+        let rays = rays.iter().cycle().take(count as usize);
+        rays.for_each(|ray| ask(black_box(ray)));
+        Ok(())
+    })?;
+    let rate = count as f64 / seconds / 1e6;
+    lab.number(&format!("rays.{key}"), rate);
+    lab.note(&format!("rays.{key}"), format!("{rate:.2} million rays/s"));
     Ok(())
 }
 
