@@ -7,7 +7,7 @@ use glam::DVec3;
 use whitefurnace::bsdf::OrenNayarForm;
 use whitefurnace::emitter::LightSampling;
 use whitefurnace::error::Error;
-use whitefurnace::estimator::radiosity::{Fineness, Mesh};
+use whitefurnace::estimator::radiosity::{Fineness, Mesh, check_memory};
 use whitefurnace::estimator::{
     Bdpt, Estimator, Heuristic, ImageEstimator, LightRules, LightTracer, Path, PhotonMapping,
     Published, Radiosity, Report, Sppm, Standard, Strategy, Whitted,
@@ -324,7 +324,18 @@ impl Job {
         if self.estimator == EstimatorName::LightTracer || self.uses_photons() {
             self.check_emitters()?;
         }
+        if self.estimator == EstimatorName::Radiosity {
+            check_memory(&Mesh::new(&self.build_scene()?, self.fineness())?)?;
+        }
         Ok(())
+    }
+
+    /// How finely radiosity divides the surfaces.
+    fn fineness(&self) -> Fineness {
+        Fineness {
+            patches: self.patches,
+            halvings: 0,
+        }
     }
 
     /// Refuses scenes whose light no particle carries, and more photons than fit memory.
@@ -421,10 +432,7 @@ impl Job {
                 self.render_images(&scene, &Bdpt::<Standard>::default(), progress)
             }
             (EstimatorName::Radiosity, _) => {
-                let fineness = Fineness {
-                    patches: self.patches,
-                    halvings: 0,
-                };
+                let fineness = self.fineness();
                 let nodes = Mesh::new(&scene, fineness)?.nodes() as u64;
                 let bar = progress.bar(nodes);
                 let node_done = |nodes| bar.advance(nodes);
