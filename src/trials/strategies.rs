@@ -183,7 +183,7 @@ fn lights() -> Vec<Bench<Subject>> {
             &far_triangle,
             LIGHT_AREA,
             &GEOMETRY,
-            1_200_000,
+            2_400_000,
         ),
         bench(
             "irradiance/near-triangle/light-angle",
@@ -324,7 +324,7 @@ fn penumbra() -> Vec<Bench<Subject>> {
             -0.2,
             |_| to_floor(-0.2),
             LIGHT_ANGLE,
-            15_000_000,
+            9_500_000,
         ),
     ]
 }

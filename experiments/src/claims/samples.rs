@@ -27,7 +27,7 @@ pub fn hemispheres(lab: &mut Lab, file: &str) -> Result<(), Error> {
     ];
     let panel = |(k, (title, sampler)): (usize, (&str, Sampler))| {
         let mut rng = stream(seed_for(lab.seed(), title), 0, 0);
-        let dots = (0..900).map(|_| {
+        let dots = (0..600).map(|_| {
             let w = sampler(&mut rng);
             [w.x, w.y]
         });

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use whitefurnace::error::Error;
+use whitefurnace::estimator::radiosity::{Fineness, Mesh, check_memory};
 use whitefurnace::film::Film;
 use whitefurnace::sampler::LONGEST;
 
@@ -114,7 +115,18 @@ impl Job {
         if self.estimator == EstimatorName::LightTracer || self.uses_photons() {
             self.check_emitters()?;
         }
+        if self.estimator == EstimatorName::Radiosity {
+            check_memory(&Mesh::new(&self.build_scene()?, self.fineness())?)?;
+        }
         Ok(())
+    }
+
+    /// How finely radiosity divides the surfaces.
+    pub(super) fn fineness(&self) -> Fineness {
+        Fineness {
+            patches: self.patches,
+            halvings: 0,
+        }
     }
 
     /// Refuses scenes whose light no particle carries, and more photons than fit memory.

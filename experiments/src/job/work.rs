@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::DVec3;
 use whitefurnace::emitter::LightSampling;
 use whitefurnace::error::Error;
-use whitefurnace::estimator::radiosity::{Fineness, Mesh};
+use whitefurnace::estimator::radiosity::Mesh;
 use whitefurnace::estimator::{
     Bdpt, Estimator, Heuristic, ImageEstimator, LightRules, LightTracer, Path, PhotonMapping,
     Published, Radiosity, Report, Sppm, Standard, Strategy, Whitted,
@@ -126,10 +126,7 @@ impl Job {
                 work.images(self, &scene, &sppm)
             }
             (EstimatorName::Radiosity, _) => {
-                let fineness = Fineness {
-                    patches: self.patches,
-                    halvings: 0,
-                };
+                let fineness = self.fineness();
                 let nodes = Mesh::new(&scene, fineness)?.nodes() as u64;
                 let bar = progress.bar(nodes);
                 let node_done = |nodes| bar.advance(nodes);

@@ -123,9 +123,12 @@ fn row<P: Parts>(parts: &P, scene: &Scene, mesh: &Mesh, node: &Node) -> Box<[Lin
         .collect()
 }
 
-/// Of the four pairs of sides of two patches one at most sees the other, unless a patch is cut by the
-/// plane of the other.
-fn check_memory(mesh: &Mesh) -> Result<(), Error> {
+/// Refuses a mesh whose form factors may take more than [`MOST_MEMORY`]: of the four pairs of sides of
+/// two patches one at most sees the other, unless a patch is cut by the plane of the other.
+///
+/// # Errors
+/// [`Error::Option`].
+pub fn check_memory(mesh: &Mesh) -> Result<(), Error> {
     let [nodes, elements] = [mesh.nodes.len(), mesh.elements.len()].map(|n| n as u64 / 2);
     let bytes = nodes * elements * size_of::<Link>() as u64;
     if bytes > MOST_MEMORY {

@@ -29,7 +29,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         benches,
         faults: faults::faults(),
         equivalents: faults::equivalents(),
-        share: 1.0 / 4.0,
+        share: 1.0 / 2.0,
         ..Family::new("bidirectional", STANDARD)
     })]
 }
