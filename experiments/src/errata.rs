@@ -199,7 +199,8 @@ fn one_number(lab: &mut Lab) {
 
 /// 2.6.1: variance of one sample of ∫ L cos θ dω, uniform against cosine-weighted directions.
 fn importance(lab: &mut Lab) {
-    let profiles: [(&str, fn(f64) -> f64); 4] = [
+    type Profile = (&'static str, fn(f64) -> f64);
+    let profiles: [Profile; 4] = [
         ("constant", |_| 1.0),
         ("cosine", |c| c),
         ("horizon", |c| 1.0 - c),
