@@ -51,7 +51,7 @@ type Ratios = [[f64; 2]; 2];
 
 fn run(lab: &mut Lab) -> Result<(), Error> {
     let room = |walls| report_with(Convention::Physical, OrenNayarForm::Corrected, walls);
-    let samples = lab.count(lab.by_tier(2_400, 40_000)) as u32;
+    let samples = lab.count(lab.by_tier(5_000, 40_000)) as u32;
     let mut profiles = Vec::new();
     let mut rows = Vec::new();
     for (name, scene) in [

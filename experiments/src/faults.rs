@@ -113,34 +113,26 @@ fn totals(lab: &mut Lab, pairs: &[Pair], seen: &[Seen], [reduced, scale]: [f64; 
     }
 }
 
-/// Families of fewer faults share one figure.
-const LARGE: usize = 12;
-
-/// A figure for whole estimators, one for each other family of many faults, one for all small ones.
+/// A figure for each family: `faults.svg` for whole estimators, others by their names.
 fn draw(lab: &mut Lab, pairs: &[Pair], seen: &[Seen]) -> Result<(), Error> {
-    let mut faults: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
-    for Pair { fault, .. } in pairs {
-        faults.entry(fault.family).or_default().insert(fault.name);
-    }
-    let file = |family: &str| match family {
-        "estimator" => "faults.svg".to_owned(),
-        _ if faults[family].len() < LARGE => "faults-parts.svg".to_owned(),
-        _ => format!("faults-{}.svg", family.replace(' ', "-")),
-    };
-    let mut figures: BTreeMap<String, Vec<(&Pair, Seen)>> = BTreeMap::new();
+    let mut families: BTreeMap<&str, Vec<(&Pair, Seen)>> = BTreeMap::new();
     for (pair, &seen) in pairs.iter().zip(seen) {
-        let figure = figures.entry(file(pair.fault.family)).or_default();
-        figure.push((pair, seen));
+        let family = families.entry(pair.fault.family).or_default();
+        family.push((pair, seen));
     }
-    for (file, pairs) in &figures {
-        let rows = unique(pairs.iter().map(|(pair, _)| label(pair)));
+    for (family, pairs) in families {
+        let file = match family {
+            "estimator" => "faults.svg".to_owned(),
+            other => format!("faults-{}.svg", other.replace(' ', "-")),
+        };
+        let rows = unique(pairs.iter().map(|(pair, _)| pair.fault.name.to_owned()));
         let columns = unique(pairs.iter().map(|(pair, _)| pair.trial.clone()));
-        let cells: HashMap<(String, &str), Seen> = pairs
+        let cells: HashMap<(&str, &str), Seen> = pairs
             .iter()
-            .map(|(pair, seen)| ((label(pair), pair.trial.as_str()), *seen))
+            .map(|(pair, seen)| ((pair.fault.name, pair.trial.as_str()), *seen))
             .collect();
-        matrix(&lab.figure(file), &rows, &columns, |row, column| {
-            let cell = (rows[row].clone(), columns[column].as_str());
+        matrix(&lab.figure(&file), &rows, &columns, |row, column| {
+            let cell = (rows[row].as_str(), columns[column].as_str());
             cells.get(&cell).copied()
         })?;
     }

@@ -15,7 +15,7 @@ pub const FIG6: Experiment = Experiment {
     equations: &[&equation::RENDERING, &equation::ESTIMATOR],
     run: |lab| {
         for (convention, stem) in CONVENTIONS {
-            let (size, spp) = lab.by_tier(([512, 384], 64), ([1024, 768], 512));
+            let (size, spp) = lab.by_tier(([512, 384], 32), ([1024, 768], 512));
             lab.picture(
                 Job {
                     size,

@@ -138,7 +138,7 @@ fn by_distance(lab: &mut Lab) -> Result<(), Error> {
         );
         panels.push(Chart {
             title: format!(
-                "{}: variance of one sample, relative to the squared mean",
+                "Light of a {}: variance of one sample, relative to the squared mean",
                 shape.name
             ),
             axes: [

@@ -14,8 +14,8 @@ use whitefurnace::error::Error;
 use crate::lab::write_text;
 
 /// Colours of Okabe and Ito, which colour-blind readers can tell apart: vermilion, bluish green, blue,
-/// reddish purple, orange, sky blue, black.
-const OKABE_ITO: [RGBColor; 7] = [
+/// reddish purple, orange, sky blue, black; and a grey.
+const OKABE_ITO: [RGBColor; 8] = [
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
     RGBColor(0, 114, 178),
@@ -23,6 +23,7 @@ const OKABE_ITO: [RGBColor; 7] = [
     RGBColor(230, 159, 0),
     RGBColor(86, 180, 233),
     RGBColor(0, 0, 0),
+    RGBColor(130, 130, 130),
 ];
 /// For the channels red, green and blue.
 const RGB: [RGBColor; 3] = [OKABE_ITO[0], OKABE_ITO[1], OKABE_ITO[2]];

@@ -277,8 +277,8 @@ fn draw_registry(lab: &mut Lab, measures: &[Measure], scale: f64, limit: f64) ->
     let largest = finite.fold(limit, f64::max);
     let mut series = vec![Series::new(
         "just seen at full size",
-        6,
-        Mark::Line,
+        0,
+        Mark::Faint,
         vec![[0.0, limit], [count + 1.0, limit]],
     )];
     let kinds = kinds.iter().enumerate();

@@ -117,6 +117,7 @@ fn draw(area: &DrawingArea<SVGBackend<'_>, Shift>, chart: &Chart) -> Drawn {
     let mut context = ChartBuilder::on(area)
         .caption(&chart.title, (FONT, 20, &INK))
         .margin(12)
+        .margin_right(28)
         .x_label_area_size(52)
         .y_label_area_size(80)
         .build_cartesian_2d(x.clone(), y.clone())?;
