@@ -227,6 +227,9 @@ impl Mesh {
     }
 }
 
+/// More patches than this are refused before they are made.
+const HOPELESS: u64 = 100_000;
+
 /// Refuses what radiosity cannot do.
 fn check(scene: &Scene, fineness: Fineness) -> Result<(), Error> {
     if fineness.patches == 0 || fineness.halvings > 8 {
@@ -234,6 +237,11 @@ fn check(scene: &Scene, fineness: Fineness) -> Result<(), Error> {
             "{} patches, halved {} times, are no mesh: take at least one patch and at most 8 halvings",
             fineness.patches, fineness.halvings
         )));
+    }
+    // Far beyond what fits, already the mesh would not: a patch has about half a node of its own.
+    let patches = u64::from(fineness.patches) << (2 * fineness.halvings);
+    if patches > HOPELESS {
+        super::refuse_memory(patches / 2, patches)?;
     }
     let refuse = |what: &str| {
         Err(Error::Scene {

@@ -130,7 +130,14 @@ fn row<P: Parts>(parts: &P, scene: &Scene, mesh: &Mesh, node: &Node) -> Box<[Lin
 /// [`Error::Option`].
 pub fn check_memory(mesh: &Mesh) -> Result<(), Error> {
     let [nodes, elements] = [mesh.nodes.len(), mesh.elements.len()].map(|n| n as u64 / 2);
-    let bytes = nodes * elements * size_of::<Link>() as u64;
+    refuse_memory(nodes, elements)
+}
+
+/// [`check_memory`] by the numbers of nodes and elements on one side.
+fn refuse_memory(nodes: u64, elements: u64) -> Result<(), Error> {
+    let bytes = nodes
+        .saturating_mul(elements)
+        .saturating_mul(size_of::<Link>() as u64);
     if bytes > MOST_MEMORY {
         return Err(Error::Option(format!(
             "the form factors of {elements} patches take up to {:.1} GiB of memory, more than {:.1}: \
