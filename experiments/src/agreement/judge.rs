@@ -23,16 +23,9 @@ pub(super) fn judge(
     level: f64,
 ) -> Square {
     let own = total.moments;
-    let (mean, other, valid) = match reference {
-        Reference::Known(mean) => (*mean, None, true),
-        Reference::Rendered(at) => {
-            let reference = &totals[*at];
-            (
-                reference.moments.mean(),
-                Some(reference.moments),
-                reference.valid,
-            )
-        }
+    let (mean, other) = match reference {
+        Reference::Known(mean) => (*mean, None),
+        Reference::Rendered(at) => (totals[*at].moments.mean(), Some(&totals[*at])),
     };
     if let (Reference::Rendered(_), EstimatorName::Mis) = (reference, cell.estimator) {
         let error = 100.0 * own.standard_error() / own.mean();
@@ -46,7 +39,7 @@ pub(super) fn judge(
         };
     }
     let part = |m: Moments| (m.variance() / m.count() as f64, m.count());
-    let parts = || std::iter::once(part(own)).chain(other.map(part));
+    let parts = || std::iter::once(part(own)).chain(other.map(|total| part(total.moments)));
     let standard_error = parts().map(|(v, _)| v).sum::<f64>().sqrt();
     let dof = welch_satterthwaite(parts()).max(1.0);
     let half = student_upper(0.5 * level, dof) * standard_error / mean;
@@ -62,12 +55,17 @@ pub(super) fn judge(
         Claim::Different(why) => (0.0, why),
     };
     let n = own.count();
-    let verdict = match cell.claim {
-        _ if half > NOTHING && !(valid && total.valid) => Verdict::Undecided { needed: 2 * n },
-        Claim::Equal | Claim::Biased(..) => approximate_verdict(interval, 0.0, size, n),
+    let lacking = std::iter::once(total)
+        .chain(other)
+        .filter(|total| total.moments.count() < total.valid_from)
+        .map(|total| total.valid_from)
+        .max();
+    let verdict = match (lacking, cell.claim) {
+        (Some(needed), _) if half > NOTHING => Verdict::Undecided { needed },
+        (_, Claim::Equal | Claim::Biased(..)) => approximate_verdict(interval, 0.0, size, n),
         // It must differ, or the reason is not one.
-        Claim::Different(_) if interval[0] > 0.0 || interval[1] < 0.0 => Verdict::Holds,
-        Claim::Different(_) => Verdict::Undecided { needed: 4 * n },
+        (_, Claim::Different(_)) if interval[0] > 0.0 || interval[1] < 0.0 => Verdict::Holds,
+        (_, Claim::Different(_)) => Verdict::Undecided { needed: 4 * n },
     };
     let what = format!("{}: {}", name(cell.scene), name(cell.estimator));
     let mut value = format!("{:+.3} % ± {:.3} %", 100.0 * difference, 100.0 * half);
