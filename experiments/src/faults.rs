@@ -143,10 +143,9 @@ const TOGETHER: [(&str, &[&str]); 4] = [
 fn figure(pair: &Pair) -> String {
     let family = pair.fault.family;
     let name = match family {
-        "estimator" => match pair.trial.split('/').next() {
-            Some(subject @ ("furnace" | "irradiance")) => subject,
-            _ => "glass",
-        },
+        "estimator" if pair.trial.starts_with("furnace/") => "furnace",
+        "estimator" if pair.trial.starts_with("irradiance/") => "irradiance",
+        "estimator" => "glass",
         "photon-equivalence" => "photon",
         other => TOGETHER
             .iter()
