@@ -8,13 +8,19 @@ use whitefurnace::equation;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::radiosity::Fineness;
 use whitefurnace::estimator::{Estimator, Path, Radiosity, Standard};
+use whitefurnace::film::Film;
 use whitefurnace::harness::tails::normal_upper;
+use whitefurnace::image::write_png;
 use whitefurnace::moments::Moments;
+use whitefurnace::pixel::PixelSampling;
+use whitefurnace::render::{Numbers, Sampling, render};
 use whitefurnace::rng::{seed_for, stream};
 use whitefurnace::scene::Scene;
 use whitefurnace::scene::room::{Convention, WHITE_SPHERE, Walls, diffuse_with, report_with};
 use whitefurnace::shape::Ray;
 
+use crate::figures;
+use crate::job::Job;
 use crate::lab::{Experiment, Lab};
 use crate::plot::chart::{Chart, Corner, Mark, Series, charts};
 use crate::progress::interrupted;
@@ -24,7 +30,7 @@ use crate::suite::FAMILY;
 pub const BLEEDING: Experiment = Experiment {
     id: "bleeding",
     title: "colour bleeding on the white sphere of figure 8, with coloured and with grey walls",
-    version: 1,
+    version: 2,
     equations: &[
         &equation::RENDERING,
         &equation::LAMBERT,
@@ -77,7 +83,31 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     let patches = lab.count(lab.by_tier(800, 3_000)) as u32;
     let radiosity = by_radiosity(&diffuse_with(Walls::Coloured)?, patches)?;
     judge(lab, &profiles, &radiosity);
+    picture(lab, &diffuse_with(Walls::Coloured)?, "coloured.png")?;
+    picture(lab, &diffuse_with(Walls::Grey)?, "grey.png")?;
     draw(lab, &profiles, &radiosity)
+}
+
+/// The white sphere in the window of figure 8, in a diffuse room: no caustics hide the tint.
+fn picture(lab: &mut Lab, scene: &Scene, file: &str) -> Result<(), Error> {
+    let job = Job {
+        window: Some(figures::WHITE_SPHERE),
+        spp: lab.by_tier(32, 512),
+        ..Job::default()
+    };
+    let job = lab.prepared(job);
+    let mut film = Film::new(job.size, job.window, 1)?;
+    let sampling = Sampling {
+        pixel: PixelSampling::Random,
+        numbers: Numbers::Independent,
+        seed: job.seed,
+    };
+    let path = Path::<Standard>::default();
+    let on = |_| !interrupted();
+    if !render(scene, &path, sampling, &mut film, &(0..job.spp), &on)? {
+        return Err(Error::Interrupted);
+    }
+    write_png(&lab.figure(file), &film, job.display(0.0), 3)
 }
 
 /// The ray from the camera to a point of the girdle.

@@ -12,7 +12,7 @@ use whitefurnace::estimator::{Estimator, Path, Standard};
 use whitefurnace::film::Film;
 use whitefurnace::frame::from_spherical;
 use whitefurnace::harness::tails::normal_upper;
-use whitefurnace::image::Display;
+use whitefurnace::image::{Display, write_png};
 use whitefurnace::moments::Moments;
 use whitefurnace::pixel::PixelSampling;
 use whitefurnace::render::{Numbers, Sampling, render};
@@ -74,7 +74,7 @@ impl DiffuseName {
 pub const FIG2: Experiment = Experiment {
     id: "fig2",
     title: "a sphere lit from the front with four diffuse models: the flat look of the full moon",
-    version: 1,
+    version: 2,
     equations: &[
         &equation::LAMBERT,
         &equation::OREN_NAYAR,
@@ -100,13 +100,15 @@ pub const ALBEDO: Experiment = Experiment {
 };
 
 /// σ of the rough models, radians.
-const SIGMA: f64 = 0.5;
+pub(crate) const SIGMA: f64 = 0.5;
 /// Distance of camera and light from the centre of the unit sphere: rays are all but parallel.
-const DISTANCE: f64 = 10_000.0;
+pub(crate) const DISTANCE: f64 = 10_000.0;
 /// Half the side of the square light.
 const HALF: f64 = 5.0;
 /// Half the picture's height, in radii of the sphere.
-const MARGIN: f64 = 1.08;
+pub(crate) const MARGIN: f64 = 1.08;
+/// Single spheres are shown this many times larger than their pixels.
+const MAGNIFICATION: u32 = 2;
 /// The inclination at which limb and centre are compared, degrees.
 const LIMB: f64 = 85.0;
 
@@ -176,6 +178,12 @@ fn figure(lab: &mut Lab) -> Result<(), Error> {
     // EON's centre is a little above 1.
     let display = Display::Srgb { exposure: -0.25 };
     write_grid(&lab.figure("moons.png"), &films, 4, display, 1)?;
+    for (film, model) in films.iter().zip(DiffuseName::ALL) {
+        if let DiffuseName::Printed | DiffuseName::Corrected = model {
+            let file = format!("{}.png", name(model));
+            write_png(&lab.figure(&file), film, display, MAGNIFICATION)?;
+        }
+    }
     lab.note(
         "moons.png",
         format!("left to right: {}; {side}x{side}, {spp} spp", titles()),
@@ -250,7 +258,7 @@ fn limb(lab: &mut Lab, model: DiffuseName, scene: &Scene, bsdf: &Bsdf) {
 }
 
 /// Directional albedo with ρ = 1 in closed form, at inclination θ in radians.
-fn closed_form(model: DiffuseName, theta: f64) -> f64 {
+pub(crate) fn closed_form(model: DiffuseName, theta: f64) -> f64 {
     let constants = OrenNayar::new(SIGMA);
     match model {
         DiffuseName::Lambert | DiffuseName::Eon => 1.0,

@@ -16,7 +16,7 @@ use crate::suite::{self, parallel};
 pub const FAULTS: Experiment = Experiment {
     id: "faults",
     title: "fault × trial: which trials reject which faults",
-    version: 1,
+    version: 2,
     equations: &[],
     run,
 };
@@ -113,26 +113,68 @@ fn totals(lab: &mut Lab, pairs: &[Pair], seen: &[Seen], [reduced, scale]: [f64; 
     }
 }
 
-/// A figure for each family: `faults.svg` for whole estimators, others by their names.
-fn draw(lab: &mut Lab, pairs: &[Pair], seen: &[Seen]) -> Result<(), Error> {
-    let mut families: BTreeMap<&str, Vec<(&Pair, Seen)>> = BTreeMap::new();
-    for (pair, &seen) in pairs.iter().zip(seen) {
-        let family = families.entry(pair.fault.family).or_default();
-        family.push((pair, seen));
-    }
-    for (family, pairs) in families {
-        let file = match family {
-            "estimator" => "faults.svg".to_owned(),
-            other => format!("faults-{}.svg", other.replace(' ', "-")),
-        };
-        let rows = unique(pairs.iter().map(|(pair, _)| pair.fault.name.to_owned()));
-        let columns = unique(pairs.iter().map(|(pair, _)| pair.trial.clone()));
-        let cells: HashMap<(&str, &str), Seen> = pairs
+/// Figures of several families; each other family has a figure of its own name. Few enough names stand in
+/// each to be read at the width of a page.
+const TOGETHER: [(&str, &[&str]); 4] = [
+    (
+        "scattering",
+        &["uniform", "cosine", "fresnel", "bsdf", "eon"],
+    ),
+    ("roulette", &["roulette", "survival"]),
+    (
+        "numbers",
+        &[
+            "streams",
+            "render streams",
+            "sobol",
+            "sobol error bars",
+            "variance",
+            "grid",
+            "random",
+            "jitter",
+            "accumulator",
+        ],
+    ),
+    ("geometry", &["geometry", "points", "solid-angle"]),
+];
+
+/// The figure that shows a pair. Whole estimators have more trials than one figure holds: theirs are divided
+/// by what the trials look at.
+fn figure(pair: &Pair) -> String {
+    let family = pair.fault.family;
+    let name = match family {
+        "estimator" if pair.trial.starts_with("furnace/") => "furnace",
+        "estimator" if pair.trial.starts_with("irradiance/") => "irradiance",
+        "estimator" => "glass",
+        "photon-equivalence" => "photon",
+        other => TOGETHER
             .iter()
-            .map(|(pair, seen)| ((pair.fault.name, pair.trial.as_str()), *seen))
+            .find(|(_, families)| families.contains(&other))
+            .map_or(other, |(name, _)| name),
+    };
+    format!("faults-{}.svg", name.replace(' ', "-"))
+}
+
+/// Draws the figures.
+fn draw(lab: &mut Lab, pairs: &[Pair], seen: &[Seen]) -> Result<(), Error> {
+    let mut figures: BTreeMap<String, Vec<(&Pair, Seen)>> = BTreeMap::new();
+    for (pair, &seen) in pairs.iter().zip(seen) {
+        figures.entry(figure(pair)).or_default().push((pair, seen));
+    }
+    for (file, pairs) in figures {
+        let families = unique(pairs.iter().map(|(pair, _)| pair.fault.family.to_owned()));
+        let row = |pair: &Pair| match families.len() {
+            1 => pair.fault.name.to_owned(),
+            _ => label(pair),
+        };
+        let rows = unique(pairs.iter().map(|(pair, _)| row(pair)));
+        let columns = unique(pairs.iter().map(|(pair, _)| pair.trial.clone()));
+        let cells: HashMap<(String, &str), Seen> = pairs
+            .iter()
+            .map(|(pair, seen)| ((row(pair), pair.trial.as_str()), *seen))
             .collect();
         matrix(&lab.figure(&file), &rows, &columns, |row, column| {
-            let cell = (rows[row].as_str(), columns[column].as_str());
+            let cell = (rows[row].clone(), columns[column].as_str());
             cells.get(&cell).copied()
         })?;
     }

@@ -53,7 +53,13 @@ pub const FIG8: Experiment = Experiment {
     title: "colour bleeding on the white sphere, a crop of figure 6",
     version: 1,
     equations: &[&equation::OREN_NAYAR, &equation::RENDERING],
-    run: |lab| crop(lab, [490, 300], [170, 170]),
+    run: |lab| crop(lab, WHITE_SPHERE.corner, WHITE_SPHERE.size),
+};
+
+/// The white sphere in figure 6.
+pub const WHITE_SPHERE: Window = Window {
+    corner: [490, 300],
+    size: [170, 170],
 };
 
 /// Figure 9: noise at 64 samples.

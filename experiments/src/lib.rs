@@ -16,6 +16,7 @@ pub mod errata;
 pub mod false_alarms;
 pub mod faults;
 pub mod figures;
+pub mod furnace;
 pub mod job;
 pub mod lab;
 pub mod ledger;
@@ -58,6 +59,7 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &lights::LIGHTS,
     &penumbra::PENUMBRA,
     &diffuse::ALBEDO,
+    &furnace::FURNACE,
     &convergence::CONVERGENCE,
     &claims::SAMPLING_CLAIMS,
     &photon_bias::PHOTON_BIAS,

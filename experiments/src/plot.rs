@@ -3,6 +3,7 @@
 pub mod agreement;
 pub mod chart;
 pub mod forest;
+pub mod map;
 pub mod matrix;
 
 use std::path::Path;
@@ -46,15 +47,26 @@ pub fn differences(
     })
 }
 
+/// What may go wrong in drawing.
+type Fault = Box<dyn std::error::Error>;
 /// What drawing may end with.
-type Drawn = Result<(), Box<dyn std::error::Error>>;
+type Drawn = Result<(), Fault>;
 
-/// Draws an SVG of this size in pixels on a white ground.
+/// Writes an SVG of this size in pixels on a white ground.
 fn write_svg(
+    path: &Path,
+    size: [u32; 2],
+    draw: impl FnOnce(&DrawingArea<SVGBackend<'_>, Shift>) -> Drawn,
+) -> Result<(), Error> {
+    write_text(path, &svg(path, size, draw)?)
+}
+
+/// The text of such an SVG; `path` is for the message.
+fn svg(
     path: &Path,
     [width, height]: [u32; 2],
     draw: impl FnOnce(&DrawingArea<SVGBackend<'_>, Shift>) -> Drawn,
-) -> Result<(), Error> {
+) -> Result<String, Error> {
     let mut svg = String::new();
     let drawn = || -> Drawn {
         let root = SVGBackend::with_string(&mut svg, (width, height)).into_drawing_area();
@@ -68,7 +80,7 @@ fn write_svg(
         path: path.to_owned(),
         message: error.to_string(),
     })?;
-    write_text(path, &svg)
+    Ok(svg)
 }
 
 fn draw_differences(

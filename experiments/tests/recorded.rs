@@ -8,6 +8,7 @@ use std::process::Command;
 use book::mutants::{Counts, FILE, Record};
 use experiments::lab::Finding;
 use experiments::ledger::{Ledger, level_of_look};
+use experiments::plot::map::{Map, diverging, maps};
 use experiments::record::{
     LARGEST_RECORDED, LONGEST_LINE, record, recorded, recorded_folder, table,
 };
@@ -204,6 +205,45 @@ fn batches_of_a_mean_are_plotted() {
     assert!(plot.status.success());
     let svg = fs::read_to_string(path.with_extension("svg")).expect("a plot");
     assert!(svg.contains(" (16 values)"));
+}
+
+#[test]
+fn maps_hold_their_cells_in_colours_of_equal_weight() {
+    let grey = diverging(0.0);
+    assert!(grey[0] > 235 && grey.iter().all(|&channel| channel.abs_diff(grey[0]) <= 1));
+    assert_eq!(diverging(-3.0), diverging(-1.0));
+    // Relative luminance (ITU-R BT.709, linear) of both ends is about the same.
+    let luminance = |share: f64| -> f64 {
+        let linear = |channel: u8| (f64::from(channel) / 255.0).powf(2.2);
+        let weights = [0.2126, 0.7152, 0.0722];
+        let products = diverging(share).into_iter().zip(weights);
+        products
+            .map(|(channel, weight)| weight * linear(channel))
+            .sum()
+    };
+    assert!((luminance(1.0) - luminance(-1.0)).abs() < 0.03);
+    assert!(luminance(-1.0) < luminance(-0.5) && luminance(-0.5) < luminance(0.0));
+
+    let path = folder("maps").join("map.svg");
+    let map = Map {
+        title: String::from("toy"),
+        axes: [String::from("x"), String::from("y")],
+        ranges: [[0.0, 1.0]; 2],
+        size: [2, 1],
+        values: vec![-1.0, 5.0],
+        bound: 2.0,
+        unit: String::from("residual (σ)"),
+    };
+    maps(&path, [400, 300], 1, std::slice::from_ref(&map)).expect("a map");
+    let svg = fs::read_to_string(&path).expect("a map");
+    // The first bytes of every PNG.
+    assert!(svg.contains("href=\"data:image/png;base64,iVBORw0KGgo"));
+    assert!(svg.trim_end().ends_with("</svg>"));
+    let short = Map {
+        values: vec![0.0],
+        ..map
+    };
+    assert!(maps(&path, [400, 300], 1, &[short]).is_err());
 }
 
 #[test]

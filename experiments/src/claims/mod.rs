@@ -1,6 +1,7 @@
 //! What the report claims of its sampling, with numbers and figures.
 
 mod pictures;
+mod residuals;
 mod samples;
 mod walks;
 
@@ -15,7 +16,7 @@ use crate::suite::FAMILY;
 pub const SAMPLING_CLAIMS: Experiment = Experiment {
     id: "sampling-claims",
     title: "what the report says of sampling, roulette, path length, supersampling and noise",
-    version: 1,
+    version: 2,
     equations: &[
         &equation::HEMISPHERE_THETA,
         &equation::HEMISPHERE_PHI,
@@ -32,13 +33,17 @@ pub const SAMPLING_CLAIMS: Experiment = Experiment {
 
 fn run(lab: &mut Lab) -> Result<(), Error> {
     samples::hemispheres(lab, "hemispheres.svg")?;
+    residuals::residuals(lab, "residuals.svg")?;
     samples::importance(lab, "importance.svg")?;
     samples::fresnel(lab, "fresnel.svg")?;
     walks::roulette(lab, "roulette.svg")?;
     walks::truncation(lab, "truncation.svg")?;
     samples::edges(lab, "edges.svg")?;
-    pictures::antialiasing(lab, "antialiasing.png")?;
-    pictures::noise(lab, ["noise.png", "noise.svg"])
+    pictures::antialiasing(lab, ["antialiasing.png", "centre.png", "jittered.png"])?;
+    pictures::noise(
+        lab,
+        ["noise.png", "noise.svg", "noise-8.png", "noise-512.png"],
+    )
 }
 
 /// How many intervals this experiment draws and judges, at most.

@@ -2,6 +2,7 @@
 
 use whitefurnace::error::Error;
 use whitefurnace::film::{Film, Window};
+use whitefurnace::image::write_png;
 
 use crate::job::{ConventionName, EstimatorName, Job, PixelName, SceneName, name};
 use crate::lab::Lab;
@@ -19,8 +20,9 @@ fn crop(lab: &Lab, job: Job, label: &str, corner: [u32; 2], size: [u32; 2]) -> R
     lab.render(&job, label)
 }
 
-/// The rim of the white sphere by four strategies: one ray through the centre, then 16 rays each.
-pub fn antialiasing(lab: &mut Lab, file: &str) -> Result<(), Error> {
+/// The rim of the white sphere by four strategies: one ray through the centre, then 16 rays each; the first and
+/// the last by themselves, too.
+pub fn antialiasing(lab: &mut Lab, [file, first, last]: [&str; 3]) -> Result<(), Error> {
     let strategies = [
         (PixelName::Centre, 1),
         (PixelName::Grid, 16),
@@ -40,6 +42,9 @@ pub fn antialiasing(lab: &mut Lab, file: &str) -> Result<(), Error> {
     }
     let display = Job::default().display(0.0);
     write_grid(&lab.figure(file), &films, 4, display, 6)?;
+    for (file, film) in [(first, &films[0]), (last, &films[3])] {
+        write_png(&lab.figure(file), film, display, 12)?;
+    }
     lab.note(
         file,
         "left to right: 1 ray through the centre; 16 rays on a grid, at random, jittered; ×6"
@@ -51,8 +56,9 @@ pub fn antialiasing(lab: &mut Lab, file: &str) -> Result<(), Error> {
 /// Samples per pixel of the pictures.
 const SAMPLES: [u32; 4] = [1, 8, 64, 512];
 
-/// "64 samples rather than 512: eight times less": the noise is √8 times less.
-pub fn noise(lab: &mut Lab, [picture, plot]: [&str; 2]) -> Result<(), Error> {
+/// "64 samples rather than 512: eight times less": the noise is √8 times less. `few` and `many` show
+/// 8 and 512 samples by themselves.
+pub fn noise(lab: &mut Lab, [picture, plot, few, many]: [&str; 4]) -> Result<(), Error> {
     let side = lab.by_tier(64, 120);
     let (mut films, mut errors) = (Vec::new(), Vec::new());
     for spp in SAMPLES {
@@ -76,13 +82,11 @@ pub fn noise(lab: &mut Lab, [picture, plot]: [&str; 2]) -> Result<(), Error> {
         films.push(film);
     }
     let magnification = lab.by_tier(3, 2);
-    write_grid(
-        &lab.figure(picture),
-        &films,
-        4,
-        Job::default().display(0.0),
-        magnification,
-    )?;
+    let display = Job::default().display(0.0);
+    write_grid(&lab.figure(picture), &films, 4, display, magnification)?;
+    for (file, film) in [(few, &films[1]), (many, &films[3])] {
+        write_png(&lab.figure(file), film, display, 2 * magnification)?;
+    }
     let ratio = errors[1][1] / errors[2][1];
     lab.number("noise.64_over_512", ratio);
     lab.claim(

@@ -190,7 +190,7 @@ fn draw(area: &DrawingArea<SVGBackend<'_>, Shift>, chart: &Chart) -> Drawn {
 
 /// An axis in the coordinates of the drawing: logarithms to base ten where it is logarithmic.
 #[derive(Clone)]
-struct Axis {
+pub(super) struct Axis {
     ends: [f64; 2],
     ticks: Vec<f64>,
     log: bool,
@@ -201,7 +201,7 @@ struct Axis {
 impl Axis {
     /// With labels at round numbers: up to ten on a linear axis, powers of ten on a logarithmic one, and 2
     /// and 5 times these if it spans few.
-    fn new([low, high]: [f64; 2], log: bool) -> Self {
+    pub(super) fn new([low, high]: [f64; 2], log: bool) -> Self {
         if log {
             let ends = [low, high].map(f64::log10);
             let decades = ends[1] - ends[0];
