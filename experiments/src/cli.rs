@@ -9,6 +9,15 @@ use crate::lab::{self, Experiment};
 use crate::progress::catch_interrupt;
 use crate::record;
 
+/// Prints a line. That nobody reads it any more (`reproduce | head`) is no reason to stop.
+#[macro_export]
+macro_rules! say {
+    ($($words:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stdout(), $($words)*);
+    }};
+}
+
 /// Exit code 0; else one line on standard error and 2, or 130 after Ctrl-C.
 pub fn exit(result: Result<(), Error>) -> ExitCode {
     match result {

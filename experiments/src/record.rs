@@ -13,6 +13,7 @@ use crate::bands;
 use crate::job::name;
 use crate::lab::{Experiment, Lab, Options, Outcome, Tier, write_text};
 use crate::progress::interrupted;
+use crate::say;
 
 /// The largest file that the book keeps, in bytes.
 pub const LARGEST_RECORDED: u64 = 300 * 1024;
@@ -43,13 +44,13 @@ pub fn run_all(experiments: &[&Experiment], options: &Options, fresh: bool) -> R
         };
         let outcome = match kept {
             Some(outcome) => {
-                println!("{}", table(&outcome, "kept from an earlier run"));
+                say!("{}", table(&outcome, "kept from an earlier run"));
                 outcome
             }
             None => {
                 let start = Instant::now();
                 let outcome = run_one(experiment, options, &folder, fingerprint)?;
-                println!(
+                say!(
                     "{}",
                     table(&outcome, &format!("{:.1} s", start.elapsed().as_secs_f64()))
                 );
@@ -176,7 +177,7 @@ fn summary(outcomes: &[Outcome], results: &Path) {
         .collect();
     let holding = verdicts.iter().filter(|&&holds| holds).count();
     let figures: usize = outcomes.iter().map(|outcome| outcome.figures.len()).sum();
-    println!(
+    say!(
         "\n{} experiments, {figures} figures, {holding} of {} claims hold; for machines: {}",
         outcomes.len(),
         verdicts.len(),
@@ -252,14 +253,14 @@ pub fn update_book(experiments: &[&Experiment], options: &Options) -> Result<(),
     let book = recorded_folder();
     for experiment in experiments {
         for figure in record(&options.out.join(experiment.id), &book.join(experiment.id))? {
-            println!(
+            say!(
                 "left out of the book: {}/{figure}, larger than {} KiB",
                 experiment.id,
                 LARGEST_RECORDED / 1024
             );
         }
     }
-    println!(
+    say!(
         "recorded {} experiments in {}",
         experiments.len(),
         book.display()

@@ -1,5 +1,6 @@
 //! Plots the data file that a failing trial wrote.
 
+use experiments::say;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -41,6 +42,6 @@ fn run(options: &PlotCells) -> Result<(), Error> {
         .unwrap_or_default()
         .to_string_lossy();
     cells::plot(&cells, &title, &out)?;
-    println!("{} cells: {}", cells.len(), out.display());
+    say!("{} cells: {}", cells.len(), out.display());
     Ok(())
 }

@@ -1,5 +1,6 @@
 //! Records what cargo-mutants found in the book's folder.
 
+use experiments::say;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -114,12 +115,12 @@ fn count(mutants: &[(String, String)]) -> Result<(Counts, Vec<String>), Error> {
 
 fn report(known: &Record, folder: &Path) {
     for (file, counts) in &known.files {
-        println!("{file}: {} of {} killed", counts.killed(), counts.viable());
+        say!("{file}: {} of {} killed", counts.killed(), counts.viable());
     }
     let total = known.total();
-    println!("all: {} of {} killed", total.killed(), total.viable());
+    say!("all: {} of {} killed", total.killed(), total.viable());
     for survivor in known.survivors.iter().filter(|s| s.reason.is_empty()) {
-        println!("no reason yet: {}", survivor.mutant);
+        say!("no reason yet: {}", survivor.mutant);
     }
-    println!("{}", folder.join(FILE).display());
+    say!("{}", folder.join(FILE).display());
 }

@@ -1,5 +1,6 @@
 //! Renders one image: linear EXR with error bars, and a PNG beside it.
 
+use experiments::say;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
@@ -30,7 +31,7 @@ struct Render {
     /// What to render
     #[arg(long, value_enum, default_value_t = SceneName::Report)]
     scene: SceneName,
-    /// How light travels and is shown [default: physical, or report with --estimator report]
+    /// How light travels and is shown [default: physical, or report with --estimator report in the report's scene]
     #[arg(long, value_enum)]
     convention: Option<ConventionName>,
     /// How to compute it [default: mis, or report under --convention report and published]
@@ -90,10 +91,11 @@ fn main() -> ExitCode {
 }
 
 fn run(options: &Render) -> Result<(), Error> {
-    let convention = options.convention.unwrap_or(match options.estimator {
-        Some(EstimatorName::Report) => ConventionName::Report,
+    let default = match (options.scene, options.estimator) {
+        (SceneName::Report, Some(EstimatorName::Report)) => ConventionName::Report,
         _ => ConventionName::Physical,
-    });
+    };
+    let convention = options.convention.unwrap_or(default);
     let estimator = options
         .estimator
         .unwrap_or(Job::report(convention).estimator);
@@ -155,7 +157,7 @@ fn run(options: &Render) -> Result<(), Error> {
         .map(|p| u64::from(p.replications()))
         .sum::<u64>()
         * u64::from(rendered.film.samples_per_replication());
-    println!(
+    say!(
         "{} and {}: {samples} samples in {seconds:.1} s, {:.2} million/s, mean relative standard error {:.2} %",
         options.out.display(),
         png.display(),
@@ -163,7 +165,7 @@ fn run(options: &Render) -> Result<(), Error> {
         100.0 * rendered.film.relative_error()
     );
     if !rendered.complete {
-        println!("interrupted: the files hold the samples done so far (channel samples.Y)");
+        say!("interrupted: the files hold the samples done so far (channel samples.Y)");
     }
     Ok(())
 }

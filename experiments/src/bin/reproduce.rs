@@ -1,5 +1,6 @@
 //! The main job: reproduces the report and says what it found.
 
+use experiments::say;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -38,7 +39,7 @@ fn main() -> ExitCode {
 fn run(options: &Reproduce) -> Result<(), Error> {
     if options.list {
         for experiment in EXPERIMENTS {
-            println!("{:12} {}", experiment.id, experiment.title);
+            say!("{:12} {}", experiment.id, experiment.title);
         }
         return Ok(());
     }
@@ -65,7 +66,7 @@ fn weave_book(options: &lab::Options) -> Result<(), Error> {
         ..book::Options::default()
     };
     let page = book::weave(&book).map_err(|error| Error::Option(error.to_string()))?;
-    println!("the book begins at {}", page.display());
+    say!("the book begins at {}", page.display());
     Ok(())
 }
 

@@ -27,35 +27,27 @@ impl Job {
                 name(self.scene)
             ));
         }
-        let legal = match self.convention {
-            ConventionName::Physical => self.estimator != EstimatorName::Report,
-            ConventionName::Report => {
-                matches!(
-                    self.estimator,
-                    EstimatorName::Report | EstimatorName::Whitted
-                )
-            }
-            ConventionName::Published => self.estimator == EstimatorName::Report,
+        // Empty: any.
+        let takes: &[EstimatorName] = match self.convention {
+            ConventionName::Physical => &[],
+            ConventionName::Report => &[EstimatorName::Report, EstimatorName::Whitted],
+            ConventionName::Published => &[EstimatorName::Report],
         };
-        if !legal {
-            let takes = match self.convention {
-                ConventionName::Physical => "any but report",
-                ConventionName::Report => "report or whitted",
-                ConventionName::Published => "report",
-            };
+        if !takes.is_empty() && !takes.contains(&self.estimator) {
+            let names: Vec<String> = takes.iter().copied().map(name).collect();
             return refuse(format!(
-                "--estimator {} does not follow --convention {convention}, which takes --estimator {takes}",
-                name(self.estimator)
+                "--estimator {} does not follow --convention {convention}, which takes --estimator {}",
+                name(self.estimator),
+                names.join(" or ")
             ));
         }
         if self.rays == 0 || self.rays > 64 {
             return refuse(format!("--rays {} must be between 1 and 64", self.rays));
         }
-        if self.rays > 1
-            && (self.estimator, self.convention) != (EstimatorName::Report, ConventionName::Report)
-        {
+        if self.rays > 1 && !self.splits() {
             return refuse(
-                "--rays is an option of --estimator report under --convention report".to_owned(),
+                "--rays is an option of --estimator report, and not of --convention published"
+                    .to_owned(),
             );
         }
         let shadow_rays = matches!(self.estimator, EstimatorName::Light | EstimatorName::Mis);
@@ -152,6 +144,11 @@ impl Job {
             self.estimator,
             EstimatorName::LightTracer | EstimatorName::Bdpt | EstimatorName::Sppm
         )
+    }
+
+    /// Whether [`rays`](Self::rays) are followed from each diffuse hit.
+    pub(super) fn splits(&self) -> bool {
+        self.estimator == EstimatorName::Report && self.convention != ConventionName::Published
     }
 
     /// Whether all samples share their photons.

@@ -31,7 +31,7 @@ impl Job {
         if self.scene == SceneName::Report && self.convention != ConventionName::Published {
             line("diffuse", &name(self.diffuse));
         }
-        if (self.estimator, self.convention) == (EstimatorName::Report, ConventionName::Report) {
+        if self.splits() {
             line("rays", &self.rays.to_string());
         }
         if self.uses_photons() {

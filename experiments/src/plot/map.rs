@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
 use glam::DVec3;
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -90,7 +92,7 @@ pub fn maps(path: &Path, size: [u32; 2], columns: usize, maps: &[Map]) -> Result
             "<image x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" \
              preserveAspectRatio=\"none\" style=\"image-rendering: pixelated\" \
              href=\"data:image/png;base64,{}\"/>\n",
-            base64(&png)
+            STANDARD.encode(&png)
         );
     }
     write_text(path, &text.replace("</svg>", &(images + "</svg>")))
@@ -172,22 +174,4 @@ fn bar(
     let place = (left + BAR + LABELS, top + height / 2);
     area.draw(&Text::new(map.unit.as_str(), place, upright))?;
     Ok(())
-}
-
-/// RFC 4648, section 4.
-fn base64(bytes: &[u8]) -> String {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for chunk in bytes.chunks(3) {
-        let byte = |i: usize| u32::from(chunk.get(i).copied().unwrap_or(0));
-        let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
-        for digit in 0..4 {
-            text.push(if digit > chunk.len() {
-                '='
-            } else {
-                char::from(DIGITS[(bits >> (18 - 6 * digit)) as usize & 63])
-            });
-        }
-    }
-    text
 }
