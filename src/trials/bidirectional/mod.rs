@@ -166,7 +166,7 @@ fn furnaces() -> Vec<Bench<Subject>> {
             23_500,
         ),
         cavity("bidirectional/bdpt/cavity-black", Bdpt, Cap::Black, 2_500),
-        sky("bidirectional/bdpt/environment", 14_000),
+        sky("bidirectional/bdpt/environment", 28_000),
     ]
     .into_iter()
     .flatten()
