@@ -14,6 +14,11 @@ pub const ROUNDING: f64 = 1e-12;
 /// expansion, relative to the tail itself.
 pub const LARGEST_SKEW_TERM: f64 = 0.3;
 
+/// So many values of a law whose |skewness| is at most 0.2 leave a z or t tail valid: the skewness of a
+/// sample, which varies by √(6/n), goes beyond what [`Values::valid_from`] allows with probability below
+/// [`ALPHA`].
+pub const NEARLY_SYMMETRIC: u64 = 3_600;
+
 /// Independent values of which the mean is in question: moments up to the third.
 #[derive(Clone, Copy, Debug)]
 pub struct Values {

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use crate::equation::{COSINE_HEMISPHERE, RANDOMISATION, SUPERSAMPLING};
 use crate::harness::convergence::{slope, variance_ratio};
-use crate::harness::mean::{Values, mean};
+use crate::harness::mean::{NEARLY_SYMMETRIC, Values, mean};
 use crate::harness::outcome::{Claim, Outcome};
 use crate::harness::trial::Context;
 use crate::pixel::PixelSampling;
@@ -20,8 +20,8 @@ const RATIO_SAMPLES: u64 = 16_000_000;
 /// δ of variance ratios and mean squared errors, relative.
 const VARIANCE_DELTA: f64 = 0.01;
 const EDGE_SAMPLES: u64 = 8_000_000;
-/// Groups of replications of a slope; fewer, and their sample skewness alone would spoil the tail.
-const GROUPS: u64 = 4_000;
+/// Groups of replications of a slope.
+const GROUPS: u64 = 4 * NEARLY_SYMMETRIC;
 /// Squared errors averaged per group and size.
 const REPLICATIONS: u32 = 20;
 /// Δ of slopes. A logarithm of a mean of 20 squared errors is biased a little differently at small and
@@ -298,5 +298,5 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     ]
 }
 
-/// Share of the trials' samples that the faults get; the slopes' tails need 1000 groups.
+/// Share of the trials' samples that the faults get; their slopes' tails need [`NEARLY_SYMMETRIC`] groups.
 const SHARE: f64 = 1.0 / 4.0;

@@ -3,8 +3,8 @@
 use approx::assert_relative_eq;
 use whitefurnace::harness::batches::Batches;
 use whitefurnace::harness::mean::{
-    Values, bounded_mean, equivalence_p, mean, mean_known_sigma, welch, welch_moments,
-    welch_satterthwaite,
+    LARGEST_SKEW_TERM, NEARLY_SYMMETRIC, Values, bounded_mean, equivalence_p, mean,
+    mean_known_sigma, welch, welch_moments, welch_satterthwaite,
 };
 use whitefurnace::harness::outcome::{ALPHA, Cell, Claim, Verdict};
 use whitefurnace::harness::tails::{normal_sf, normal_upper, student_two_sided, student_upper};
@@ -188,6 +188,15 @@ fn welch_is_that_of_the_textbook() {
     assert_eq!((back.value, back.p), (-w.value, w.p));
     // Without variance every value counts.
     assert_eq!(welch_satterthwaite([(0.0, 5), (0.0, 9)]), 12.0);
+}
+
+/// √(6/n) is the standard deviation of the skewness of n normal values.
+#[test]
+fn nearly_symmetric_values_are_enough() {
+    let n = NEARLY_SYMMETRIC as f64;
+    let z = normal_upper(0.5 * ALPHA);
+    let allowed = LARGEST_SKEW_TERM * 6.0 * n.sqrt() / z.powi(3);
+    assert!(allowed > 0.2 + z * (6.0 / n).sqrt(), "{allowed}");
 }
 
 #[test]

@@ -12,6 +12,7 @@ use super::passes::{ImageKind, Passes, Region, image, same_as_path, whole};
 use super::probes::{IMAGE, SINGLE, words};
 use super::subject::{STANDARD, Subject};
 use crate::equation::{Equation, GEOMETRY, IMPORTANCE, PATH_DENSITY, REFRACTION, RENDERING};
+use crate::harness::mean::NEARLY_SYMMETRIC;
 use crate::scene::Scene;
 use crate::scene::simple::{CAP_SHARE, Cap, environment, furnace_box};
 use crate::zoo::{AnyFamily, Bench, Family};
@@ -158,14 +159,19 @@ fn furnaces() -> Vec<Bench<Subject>> {
             LightTracer,
             10_000,
         ),
-        furnace("bidirectional/bdpt/furnace-box", Bdpt, 3_000),
+        furnace("bidirectional/bdpt/furnace-box", Bdpt, 2 * NEARLY_SYMMETRIC),
         cavity(
             "bidirectional/light-tracer/cavity-reflecting",
             LightTracer,
             Cap::Reflecting,
             23_500,
         ),
-        cavity("bidirectional/bdpt/cavity-black", Bdpt, Cap::Black, 2_500),
+        cavity(
+            "bidirectional/bdpt/cavity-black",
+            Bdpt,
+            Cap::Black,
+            2 * NEARLY_SYMMETRIC,
+        ),
         sky("bidirectional/bdpt/environment", 28_000),
     ]
     .into_iter()
@@ -213,7 +219,7 @@ fn specular() -> Vec<Bench<Subject>> {
             Bdpt,
             "a ball in glass, all in equilibrium",
             squared_index,
-            3_000,
+            2 * NEARLY_SYMMETRIC,
         ),
     ]
 }

@@ -18,6 +18,7 @@ use super::subject::{STANDARD, Subject};
 use crate::equation::{PHOTON_DENSITY, PHOTON_FLUX, PHOTON_RADIUS};
 use crate::estimator::photon_map::Kept;
 use crate::estimator::{Lookup, radius_squared};
+use crate::harness::mean::NEARLY_SYMMETRIC;
 use crate::scene::simple::{CAP_SHARE, Cap, cavity_cap, furnace_box};
 use crate::shape::Ray;
 use crate::zoo::{AnyFamily, Bench, Family};
@@ -99,7 +100,7 @@ fn floors() -> Vec<Bench<Subject>> {
             scenes::over_floor(),
             Lookup::Direct,
             whole,
-            (1, 20_000),
+            (1, 30_000),
         ),
         floor(
             "photon/shadow-rays",
@@ -123,7 +124,7 @@ fn floors() -> Vec<Bench<Subject>> {
             scenes::under_floor(),
             Lookup::Direct,
             0.0,
-            (1, 18_000),
+            (1, 27_000),
         ),
         floor(
             "photon/corner",
@@ -175,7 +176,7 @@ fn cavities() -> Vec<Bench<Subject>> {
         centred(64),
         256,
         1.0 / (1.0 - albedo),
-        3_600,
+        2 * NEARLY_SYMMETRIC,
     )];
     if let Ok(scene) = cavity_cap(rho, Cap::Reflecting) {
         let gather = Lookup::Gather {
@@ -263,7 +264,7 @@ fn passes() -> Bench<Subject> {
         subject: "estimator::Sppm",
         reference,
         delta: SINGLE,
-        values: 3_600,
+        values: 2 * NEARLY_SYMMETRIC,
     };
     bench(
         about,

@@ -439,7 +439,7 @@ fn bars() -> Family<Subject> {
         )],
         faults: faults::of_error_bars(),
         // A fault's few possible means make its squares skewed: their tail needs 130 000 values.
-        share: 1.0 / 2.0,
+        share: 3.0 / 4.0,
         ..Family::new("sobol error bars", RIGHT)
     }
 }
