@@ -60,6 +60,19 @@ fn student_and_kolmogorov_quantiles_undo_their_tails() {
 }
 
 #[test]
+fn chi_square_quantiles_undo_their_tails() {
+    for p in [0.9, 0.4, 1e-9, 1e-100] {
+        // Two degrees: the tail is exp(−x/2).
+        let x = tails::chi_square_upper(p, 2.0);
+        assert_relative_eq!(x, -2.0 * f64::ln(p), max_relative = 1e-12);
+        for dof in [1.0, 32.0, 50.0, 1000.0] {
+            let tail = tails::chi_square_sf(tails::chi_square_upper(p, dof), dof);
+            assert!((tail / p - 1.0).abs() < 1e-9, "{p:e} {dof}: {tail:e}");
+        }
+    }
+}
+
+#[test]
 fn binomial_and_poisson_tails_sum_to_one() {
     property(
         "binomial tails",
