@@ -171,3 +171,28 @@ fn tails_have_closed_forms() {
         );
     }
 }
+
+/// Where five terms of Stirling's series take over, the fifth is 1e-14 of the tail.
+#[test]
+fn tails_keep_fourteen_digits() {
+    for (k, mean) in [(15_u64, 17.5), (15, 30.0), (16, 18.5), (19, 24.0)] {
+        // exp(−m) Σ mʲ/j! over the first counts.
+        let term = |j: u64| (1..=j).fold(1.0, |product, i| product * mean / i as f64);
+        let expected = f64::exp(-mean) * (0..=k).map(term).sum::<f64>();
+        assert_relative_eq!(
+            tails::poisson_cdf(k, mean),
+            expected,
+            max_relative = 1e-14,
+            epsilon = 0.0
+        );
+    }
+}
+
+/// P(½, x) is erf √x, close to 2 √(x/π) for small x.
+#[test]
+fn small_arguments_are_summed_up() {
+    let expected = 2e-10 / std::f64::consts::PI.sqrt();
+    let found = tails::gamma_p(0.5, 1e-20);
+    assert!((found / expected - 1.0).abs() < 1e-12, "{found:e}");
+    assert!((tails::gamma_q(0.5, 1e-20) - (1.0 - expected)).abs() < 1e-15);
+}
