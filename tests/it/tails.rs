@@ -195,4 +195,7 @@ fn small_arguments_are_summed_up() {
     let found = tails::gamma_p(0.5, 1e-20);
     assert!((found / expected - 1.0).abs() < 1e-12, "{found:e}");
     assert!((tails::gamma_q(0.5, 1e-20) - (1.0 - expected)).abs() < 1e-15);
+    // Cauchy's law in the middle: 1 − 2t/π.
+    let found = tails::student_two_sided(1e-8, 1.0);
+    assert!((found - (1.0 - 2e-8 / std::f64::consts::PI)).abs() < 1e-15);
 }
