@@ -33,6 +33,13 @@ fn the_noncentral_chi_square_law_has_its_closed_forms() {
             max_relative = 1e-8
         );
     }
+    // A tail far below the resolution of 1, by its definition.
+    let weight = |j: u32| (1..=j).fold((-0.5_f64).exp(), |w, i| w * 0.5 / f64::from(i));
+    let term = |j: u32| weight(j) * gamma_p(500.0 + f64::from(j), 250.0);
+    let expected: f64 = (0..30).map(term).sum();
+    assert!(expected < 1e-30);
+    let found = noncentral_chi_square_cdf(500.0, 1000.0, 1.0);
+    assert!((found / expected - 1.0).abs() < 1e-12, "{found:e}");
     assert_relative_eq!(
         noncentral_chi_square_cdf(9.0, 5.0, 0.0),
         gamma_p(2.5, 4.5),
@@ -46,6 +53,11 @@ fn intervals_of_poisson_means_undo_the_tails() {
         let [low, high] = poisson_interval(k, 5e-10);
         assert_relative_eq!(poisson_sf(k, low), 5e-10, max_relative = 1e-9);
         assert_relative_eq!(poisson_cdf(k, high), 5e-10, max_relative = 1e-9);
+    }
+    // A level far below the resolution of 1, where the mean is many times the count.
+    let [low, high] = poisson_interval(100, 1e-200);
+    for tail in [poisson_sf(100, low), poisson_cdf(100, high)] {
+        assert!((tail / 1e-200 - 1.0).abs() < 1e-9, "{tail:e}");
     }
     let [low, high] = poisson_interval(0, 5e-10);
     assert_eq!(low, 0.0);
