@@ -260,6 +260,8 @@ fn pointwise_errors_are_relative() {
     let below = with_sample(|s| Some(BsdfSample { wi: -s.wi, ..s }));
     assert_eq!(error(&below, WEIGHTS), 1.0);
     assert_eq!(error(&right(), "reciprocity"), 0.0);
+    // Where nothing is wrong, no place is the worst.
+    assert_eq!(pointwise(&right(), "reciprocity").worst, "");
     // The first direction's half of the hemisphere is twice as bright.
     let lopsided = with_eval(|wo, _| if wo.x > 0.0 { 2.0 } else { 1.0 });
     assert_eq!(error(&lopsided, "reciprocity"), 0.5);
@@ -469,17 +471,11 @@ fn corners_of_the_domain_are_tried() {
             close(tilted.iter().filter(there).count(), tilted.len(), 0.125);
         }
     }
-    close(
-        numbers.iter().filter(|&&u| u == 0.0).count(),
-        numbers.len(),
-        0.05,
-    );
-    let last = 1.0 - f64::EPSILON / 2.0;
-    close(
-        numbers.iter().filter(|&&u| u == last).count(),
-        numbers.len(),
-        0.05,
-    );
+    // A tenth of the fuzzed half of them, known to eight standard errors.
+    for corner in [0.0, 1.0 - f64::EPSILON / 2.0] {
+        let found = numbers.iter().filter(|&&u| u == corner).count();
+        assert_abs_diff_eq!(found as f64 / numbers.len() as f64, 0.05, epsilon = 0.01);
+    }
     assert!(numbers.iter().all(|u| (0.0..1.0).contains(u)));
     // Both directions are above the surface; where light may pass, each is as often below.
     assert!(directions.iter().flatten().all(|w| w.z >= 0.0));
