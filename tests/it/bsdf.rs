@@ -254,3 +254,27 @@ fn average_albedos_meet_their_closed_forms() {
         }
     }
 }
+
+#[test]
+fn diffuse_models_are_those_that_reflect_in_all_directions() {
+    let albedo = DVec3::new(0.2, 0.5, 0.8);
+    let reflectance = albedo;
+    let roughness = 0.5;
+    for (model, diffuse, expected) in [
+        (Bsdf::Black, false, DVec3::ZERO),
+        (Bsdf::Lambert { albedo }, true, albedo),
+        (
+            Bsdf::oren_nayar(albedo, 0.5, OrenNayarForm::Corrected),
+            true,
+            albedo,
+        ),
+        (Bsdf::Eon { albedo, roughness }, true, albedo),
+        (Bsdf::Mirror { reflectance }, false, reflectance),
+        (Bsdf::Glass { index: 1.5 }, false, DVec3::ONE),
+    ] {
+        assert_eq!(model.is_diffuse(), diffuse, "{model:?}");
+        assert_eq!(model.albedo(), expected, "{model:?}");
+        let [wo, wi] = [DVec3::new(0.6, 0.0, 0.8), DVec3::new(0.0, 0.8, 0.6)];
+        assert_eq!(model.eval(wo, wi).min_element() > 0.0, diffuse, "{model:?}");
+    }
+}

@@ -236,3 +236,45 @@ fn the_tetrahedron_shows_its_slanted_face() {
     assert!(matches!(scene.surface(&hit).bsdf, Bsdf::Mirror { .. }));
     assert!((hit.normal - DVec3::ONE / 3f64.sqrt()).length() <= 4.0 * U);
 }
+
+#[test]
+fn points_are_seen_in_their_pixel_within_the_image_only() {
+    // Four by two pixels of side 1/2 at distance 1; x to the right is −y of the scene.
+    let camera = Camera::new(DVec3::X, 2.0 * DVec3::X, DVec3::Z, 0.5);
+    let size = [4, 2];
+    let at = |depth: f64, right: f64, up: f64| {
+        let offset = depth * DVec3::new(1.0, -right, up);
+        let seen = camera.project(size, DVec3::X + offset)?;
+        assert_abs_diff_eq!(seen.to_eye, -offset.normalize(), epsilon = 1e-15);
+        assert_eq!(seen.distance_squared, offset.length_squared());
+        Some(seen.pixel)
+    };
+    for depth in [0.5, 1.0, 4.0] {
+        for (right, up, pixel) in [
+            (-0.75, 0.25, [0, 0]),
+            (-0.25, -0.25, [1, 1]),
+            (0.75, 0.25, [3, 0]),
+            // The first borders belong to the image, the last do not.
+            (-1.0, 0.5, [0, 0]),
+        ] {
+            assert_eq!(at(depth, right, up), Some(pixel), "{right} {up}");
+        }
+        for (right, up) in [
+            (1.0, 0.25),
+            (-1.125, 0.25),
+            (0.25, -0.5),
+            (0.25, 0.625),
+            (2.0, -2.0),
+        ] {
+            assert_eq!(at(depth, right, up), None, "{right} {up}");
+        }
+        assert_eq!(at(-depth, 0.25, 0.25), None);
+    }
+    for offset in [DVec3::ZERO, DVec3::Y, DVec3::Z] {
+        assert_eq!(camera.project(size, DVec3::X + offset), None);
+    }
+    // One over side² cos³.
+    assert_eq!(camera.importance(size, DVec3::X), 4.0);
+    let slanted = camera.importance(size, DVec3::new(0.5, 0.0, 0.75_f64.sqrt()));
+    assert_abs_diff_eq!(slanted, 32.0, epsilon = 1e-12);
+}

@@ -417,3 +417,38 @@ fn tiles_hold_their_own_pixels() {
     );
     assert!(map(&still, &still, 7, 1).p.iter().all(|p| p.is_nan()));
 }
+
+#[test]
+fn an_image_is_kept_in_stretches_of_its_rows() {
+    // 149 pixels in at most 64 stretches: 49 of three pixels, and one of two.
+    let mean_a: Vec<f64> = (0..149).map(|i| f64::from(i * i % 31)).collect();
+    let mean_b: Vec<f64> = (0..149).map(|i| f64::from(i * 5 % 17)).collect();
+    let [variance_a, variance_b] = [0.04, 0.21].map(|variance| vec![variance; 149]);
+    let [count_a, count_b] = [[100; 149], [300; 149]];
+    let a = PixelStatistics {
+        mean: &mean_a,
+        variance: &variance_a,
+        count: &count_a,
+    };
+    let b = PixelStatistics {
+        mean: &mean_b,
+        variance: &variance_b,
+        count: &count_b,
+    };
+    let cells = image_mean("stretches", &a, &b, 0.01).cells;
+    assert_eq!(cells.len(), 50);
+    for (i, cell) in cells.iter().enumerate() {
+        let n = if i < 49 { 3 } else { 2 };
+        assert_eq!(
+            cell.place,
+            format!("{n} pixels from {} on, row by row", 3 * i)
+        );
+        let sum = |mean: &[f64]| mean[3 * i..3 * i + n].iter().sum::<f64>();
+        let [sum_a, sum_b] = [sum(&mean_a), sum(&mean_b)];
+        assert_relative_eq!(cell.expected, sum_b / n as f64, max_relative = 1e-12);
+        assert_relative_eq!(cell.observed, sum_a / n as f64, max_relative = 1e-12);
+        // Sums of n pixels with variances 0.0004 and 0.0007.
+        let sigmas = (sum_a - sum_b) / (n as f64 * 0.0011).sqrt();
+        assert_relative_eq!(cell.sigmas, sigmas, max_relative = 1e-9, epsilon = 1e-12);
+    }
+}

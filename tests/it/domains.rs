@@ -222,3 +222,32 @@ fn cells_of_a_density_hold_what_lies_in_them() {
         }
     }
 }
+
+#[test]
+fn masses_are_known_to_the_tolerance_together() {
+    // A kink at three tenths of every row of fields: each field's small error has the same sign.
+    let pdf = |p: DVec3| 0.9 + 0.1 * (((32.0 * p.x).fract() - 0.3).abs() - 0.29);
+    let partition = Partition::of_pdf(Domain::Square, 4, &pdf);
+    // ∫ |u − 0.3| from 0 to 1 is (0.3² + 0.7²)/2 = 0.29.
+    assert_abs_diff_eq!(partition.mass(), 0.9, epsilon = MASS_TOLERANCE);
+    assert_abs_diff_eq!(partition.loss, 0.1, epsilon = MASS_TOLERANCE);
+    for mass in partition.masses {
+        assert_abs_diff_eq!(mass, 0.225, epsilon = MASS_TOLERANCE);
+    }
+}
+
+#[test]
+fn every_cell_holds_a_field() {
+    // All of the probability lies in the first field: no cut gives a third of it.
+    let first = |p: DVec3| f64::from(u8::from(32.0 * p.x < 1.0 && 64.0 * p.y < 1.0)) * 2048.0;
+    let partition = Partition::of_pdf(Domain::Square, 3, &first);
+    assert_eq!(partition.places.len(), 3);
+    let mut fields = 0;
+    for place in &partition.places {
+        let n = numbers(place);
+        assert!(n[0] < n[1] && n[3] < n[4], "{place}");
+        fields += (n[1] - n[0]) * (n[4] - n[3]);
+    }
+    assert_eq!(fields, 32 * 64);
+    assert_relative_eq!(partition.masses[0], 1.0, max_relative = 1e-12);
+}

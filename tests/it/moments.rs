@@ -274,6 +274,12 @@ fn moments_can_be_restored_from_what_they_say() {
         moments.variance(),
         max_relative = 1e-14
     );
+    // 1 and 4: two values are enough for a variance, one is not.
+    assert_eq!(Moments::of(2, 2.5, 4.5), [1.0, 4.0].into_iter().collect());
+    assert_eq!(
+        Moments::of(1, 3.0, f64::INFINITY),
+        std::iter::once(3.0).collect()
+    );
     // As good as the original when more is merged.
     let more: Moments = (0..50).map(|_| uniform(&mut rng)).collect();
     let [a, b] = [moments, restored].map(|m| m.merge(more).variance());

@@ -33,6 +33,13 @@ fn the_noncentral_chi_square_law_has_its_closed_forms() {
             max_relative = 1e-8
         );
     }
+    // A tail far below the resolution of 1, by its definition.
+    let weight = |j: u32| (1..=j).fold((-0.5_f64).exp(), |w, i| w * 0.5 / f64::from(i));
+    let term = |j: u32| weight(j) * gamma_p(500.0 + f64::from(j), 250.0);
+    let expected: f64 = (0..30).map(term).sum();
+    assert!(expected < 1e-30);
+    let found = noncentral_chi_square_cdf(500.0, 1000.0, 1.0);
+    assert!((found / expected - 1.0).abs() < 1e-12, "{found:e}");
     assert_relative_eq!(
         noncentral_chi_square_cdf(9.0, 5.0, 0.0),
         gamma_p(2.5, 4.5),
@@ -46,6 +53,11 @@ fn intervals_of_poisson_means_undo_the_tails() {
         let [low, high] = poisson_interval(k, 5e-10);
         assert_relative_eq!(poisson_sf(k, low), 5e-10, max_relative = 1e-9);
         assert_relative_eq!(poisson_cdf(k, high), 5e-10, max_relative = 1e-9);
+    }
+    // A level far below the resolution of 1, where the mean is many times the count.
+    let [low, high] = poisson_interval(100, 1e-200);
+    for tail in [poisson_sf(100, low), poisson_cdf(100, high)] {
+        assert!((tail / 1e-200 - 1.0).abs() < 1e-9, "{tail:e}");
     }
     let [low, high] = poisson_interval(0, 5e-10);
     assert_eq!(low, 0.0);
@@ -88,6 +100,115 @@ fn misses_of_counts_are_sums_over_their_laws() {
             max_relative = 1e-9
         );
     }
+}
+
+#[test]
+fn the_worse_side_of_an_effect_counts() {
+    // A share of 0.9 may fall by 0.3, a share of 0.1 may rise by it; the other way is impossible.
+    let share = |probability| Sensitivity::Binomial { n: 40, probability };
+    for (probability, possible) in [(0.9, -0.3), (0.1, 0.3)] {
+        let share = share(probability);
+        assert_eq!(share.miss(-possible), 0.0);
+        assert!(share.miss(possible) > 0.1);
+        for size in [0.3, -0.3] {
+            assert_eq!(share.worst_miss(size), share.miss(possible));
+        }
+    }
+}
+
+/// P(rejected) is as small as the level, and a miss as small as the law's tail: neither may be lost
+/// beside 1.
+#[test]
+fn small_misses_and_small_levels_keep_their_digits() {
+    let choose = |n: u64, k: u64| (0..k).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64);
+    let law = |n: u64, q: f64| {
+        move |k: u64| choose(n, k) * q.powi(k as i32) * (1.0 - q).powi((n - k) as i32)
+    };
+    let close = |found: f64, expected: f64, error: f64| {
+        assert!(
+            (found / expected - 1.0).abs() < error,
+            "{found:e} {expected:e}"
+        );
+    };
+    for effect in [-0.001, 0.0, 0.001] {
+        let coin = Sensitivity::Binomial {
+            n: 60,
+            probability: 0.5,
+        };
+        let rejected = |k| binomial_two_sided(k, 60, 0.5) < ALPHA;
+        let expected = added_up(60, law(60, 0.5 + effect), rejected);
+        close(1.0 - coin.miss(effect), expected, 1e-5);
+    }
+    for (probability, effect) in [(0.1, 0.89), (0.9, -0.89)] {
+        let share = Sensitivity::Binomial { n: 60, probability };
+        let accepted = |k| binomial_two_sided(k, 60, probability) >= ALPHA;
+        let expected = added_up(60, law(60, probability + effect), accepted);
+        assert!(expected < 1e-50);
+        close(share.miss(effect), expected, 1e-9);
+    }
+    // Of two values both must be successes to be too many.
+    let pair = Sensitivity::Binomial {
+        n: 2,
+        probability: 1e-5,
+    };
+    let effect = 1.0 - 1e-5 - 7.4e-9;
+    let q = 1e-5 + effect;
+    close(pair.miss(effect), (1.0 - q) * (1.0 + q), 1e-10);
+}
+
+#[test]
+fn counts_at_the_ends_are_accepted_or_not() {
+    let share = |n, probability| Sensitivity::Binomial { n, probability };
+    // Ten values of 0.4 cannot be significant: 0.4¹⁰ is 1e-4.
+    assert_eq!(share(10, 0.4).miss(0.55), 1.0);
+    assert_eq!(share(10, 0.4).miss(-0.4), 1.0);
+    // What is certain is contradicted by a single value.
+    let even = 0.5_f64.powi(10);
+    assert_relative_eq!(share(10, 1.0).miss(-0.5), even, max_relative = 1e-12);
+    assert_relative_eq!(share(10, 0.0).miss(0.5), even, max_relative = 1e-12);
+    let count = |mean| Sensitivity::Poisson { mean };
+    // Nothing among 5 expected has probability exp(−5), among 30 too little; a mean below 0 is none.
+    assert_eq!(count(5.0).miss(-5.0), 1.0);
+    assert_eq!(count(30.0).miss(-30.0), 0.0);
+    assert_eq!(count(5.0).miss(-5.1), 0.0);
+    // Where nothing is expected, nothing is right, and one event is too many.
+    assert_eq!(count(0.0).miss(0.0), 1.0);
+    assert_relative_eq!(count(0.0).miss(2.0), (-2.0_f64).exp(), max_relative = 1e-12);
+    // Means are searched as far as they go.
+    let rejected = 1.0 - count(1e6).miss(0.0);
+    assert!((0.9 * ALPHA..ALPHA).contains(&rejected), "{rejected:e}");
+}
+
+#[test]
+fn few_degrees_of_freedom_widen_the_normal_law() {
+    // One degree is Cauchy's law, and the quantile of two has a root.
+    let p = 0.5 * ALPHA;
+    let cauchy = 1.0 / (std::f64::consts::PI * p).tan();
+    let root = (1.0 - 2.0 * p) / (2.0 * p * (1.0 - p)).sqrt();
+    for (dof, c, bound, squared) in [
+        (1.0, cauchy, 0.75 * cauchy, 1.0 + cauchy * cauchy / 2.0),
+        (2.0, root, 0.875 * root, 1.0 + root * root / 4.0),
+    ] {
+        let t = Sensitivity::Normal {
+            standard_error: 0.5,
+            dof,
+            tests: 1,
+        };
+        let spread = squared.sqrt();
+        for share in [0.0, 0.2, 0.6, 2.0] {
+            let shift = share * c;
+            let expected =
+                normal_sf((shift - bound) / spread) - normal_sf((shift + bound) / spread);
+            assert_relative_eq!(t.miss(0.5 * shift), expected, max_relative = 1e-7);
+        }
+    }
+    // Without a standard error there is no doubt.
+    let known = Sensitivity::Normal {
+        standard_error: 0.0,
+        dof: 2.0,
+        tests: 1,
+    };
+    assert_eq!((known.miss(0.0), known.miss(1e-300)), (1.0, 0.0));
 }
 
 #[test]

@@ -279,6 +279,26 @@ fn quadrature_is_exact_for_polynomials_and_adapts_to_kinks() {
 }
 
 #[test]
+fn quadrature_ends_where_nothing_is_left_to_refine_and_at_its_limit() {
+    let unit = Rectangle {
+        x: [0.0, 1.0],
+        y: [0.0, 1.0],
+    };
+    let evaluations = |f: &dyn Fn(f64) -> f64| {
+        let mut n = 0;
+        let found = integrate(unit, 0.0, &mut |x, _| {
+            n += 1;
+            f(x)
+        });
+        (n, found.error > 0.0)
+    };
+    assert_eq!(evaluations(&|_| 0.0), (225, false));
+    // Each of 20 000 rectangles but the first is one half of another.
+    let most = 225 * (2 * 20_000 - 1);
+    assert_eq!(evaluations(&|x| (x - 0.3).abs()), (most, true));
+}
+
+#[test]
 fn domains_have_their_measures_and_equal_cells() {
     use std::f64::consts::PI;
     let domains = [

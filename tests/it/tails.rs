@@ -60,6 +60,19 @@ fn student_and_kolmogorov_quantiles_undo_their_tails() {
 }
 
 #[test]
+fn chi_square_quantiles_undo_their_tails() {
+    for p in [0.9, 0.4, 1e-9, 1e-100] {
+        // Two degrees: the tail is exp(−x/2).
+        let x = tails::chi_square_upper(p, 2.0);
+        assert_relative_eq!(x, -2.0 * f64::ln(p), max_relative = 1e-12);
+        for dof in [1.0, 32.0, 50.0, 1000.0] {
+            let tail = tails::chi_square_sf(tails::chi_square_upper(p, dof), dof);
+            assert!((tail / p - 1.0).abs() < 1e-9, "{p:e} {dof}: {tail:e}");
+        }
+    }
+}
+
+#[test]
 fn binomial_and_poisson_tails_sum_to_one() {
     property(
         "binomial tails",
@@ -157,4 +170,32 @@ fn tails_have_closed_forms() {
             (x / 100.0).powf(3.5),
         );
     }
+}
+
+/// Where five terms of Stirling's series take over, the fifth is 1e-14 of the tail.
+#[test]
+fn tails_keep_fourteen_digits() {
+    for (k, mean) in [(15_u64, 17.5), (15, 30.0), (16, 18.5), (19, 24.0)] {
+        // exp(−m) Σ mʲ/j! over the first counts.
+        let term = |j: u64| (1..=j).fold(1.0, |product, i| product * mean / i as f64);
+        let expected = f64::exp(-mean) * (0..=k).map(term).sum::<f64>();
+        assert_relative_eq!(
+            tails::poisson_cdf(k, mean),
+            expected,
+            max_relative = 1e-14,
+            epsilon = 0.0
+        );
+    }
+}
+
+/// P(½, x) is erf √x, close to 2 √(x/π) for small x.
+#[test]
+fn small_arguments_are_summed_up() {
+    let expected = 2e-10 / std::f64::consts::PI.sqrt();
+    let found = tails::gamma_p(0.5, 1e-20);
+    assert!((found / expected - 1.0).abs() < 1e-12, "{found:e}");
+    assert!((tails::gamma_q(0.5, 1e-20) - (1.0 - expected)).abs() < 1e-15);
+    // Cauchy's law in the middle: 1 − 2t/π.
+    let found = tails::student_two_sided(1e-8, 1.0);
+    assert!((found - (1.0 - 2e-8 / std::f64::consts::PI)).abs() < 1e-15);
 }
