@@ -102,7 +102,7 @@ fn claim(scene: SceneName, estimator: EstimatorName) -> Option<Claim> {
         E::Report if scene == S::CavityCap => {
             Claim::Different("cut after seven segments, it loses what more bounces carry")
         }
-        // Elsewhere its limit removes less than the margin or it has no finite variance.
+        // One scene is enough to show what its limit removes.
         E::Report => return None,
     })
 }
