@@ -70,10 +70,11 @@ pub fn energy(context: &Context, s: Reflectance, p: Reflectance) -> Vec<Outcome>
     ]
 }
 
-/// R(n₁, n₂, θ₁) = R(n₂, n₁, θ₂).
+/// R(n₁, n₂, θ₁) = R(n₂, n₁, θ₂), times cos θ₁ cos θ₂: Snell's law there and back leaves an error of ε/cos θ₁ in
+/// the cosine, and R changes by up to 1/cos θ₂ as much.
 pub fn reversible(context: &Context, r: Reflectance) -> Vec<Outcome> {
     vec![identity(context, "reversibility", |c1, c2, n1, n2| {
-        (r(c1, n1, n2) - r(c2, n2, n1)).abs()
+        (r(c1, n1, n2) - r(c2, n2, n1)).abs() * c1 * c2
     })]
 }
 
