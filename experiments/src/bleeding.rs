@@ -13,7 +13,6 @@ use whitefurnace::harness::tails::normal_upper;
 use whitefurnace::image::write_png;
 use whitefurnace::moments::Moments;
 use whitefurnace::pixel::PixelSampling;
-use whitefurnace::render::{Numbers, Sampling, render};
 use whitefurnace::rng::{seed_for, stream};
 use whitefurnace::scene::Scene;
 use whitefurnace::scene::room::{Convention, WHITE_SPHERE, Walls, diffuse_with, report_with};
@@ -22,6 +21,7 @@ use whitefurnace::shape::Ray;
 use crate::figures;
 use crate::job::Job;
 use crate::lab::{Experiment, Lab};
+use crate::pictures::render_samples;
 use crate::plot::chart::{Chart, Corner, Mark, Series, charts};
 use crate::progress::interrupted;
 use crate::suite::FAMILY;
@@ -97,16 +97,9 @@ fn picture(lab: &mut Lab, scene: &Scene, file: &str) -> Result<(), Error> {
     };
     let job = lab.prepared(job);
     let mut film = Film::new(job.size, job.window, 1)?;
-    let sampling = Sampling {
-        pixel: PixelSampling::Random,
-        numbers: Numbers::Independent,
-        seed: job.seed,
-    };
     let path = Path::<Standard>::default();
-    let on = |_| !interrupted();
-    if !render(scene, &path, sampling, &mut film, &(0..job.spp), &on)? {
-        return Err(Error::Interrupted);
-    }
+    let random = (PixelSampling::Random, job.seed);
+    render_samples(scene, &path, random, &mut film, job.spp)?;
     write_png(&lab.figure(file), &film, job.display(0.0), 3)
 }
 

@@ -1,26 +1,24 @@
 //! The report's claim that caustics cannot be represented by Monte Carlo ray tracing, put to the test on
 //! a glass sphere between a floor and an area light.
 
-use std::ops::Range;
-
 use whitefurnace::equation;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::{
-    Estimator, ImageEstimator, LightRules, Lookup, Path, PhotonMapping, Sppm, Standard, Strategy,
-    Whitted,
+    LightRules, Lookup, Path, PhotonMapping, Sppm, Standard, Strategy, Whitted,
 };
 use whitefurnace::film::Film;
 use whitefurnace::harness::tails::student_upper;
 use whitefurnace::image::{Display, write_png};
 use whitefurnace::moments::Moments;
 use whitefurnace::pixel::PixelSampling;
-use whitefurnace::render::{Numbers, Sampling, render, render_passes};
+use whitefurnace::render::render_passes;
 use whitefurnace::rng::seed_for;
 use whitefurnace::scene::Scene;
 use whitefurnace::trials::photon::scenes::{CAUSTIC, caustic, no_caustic};
 
 use crate::lab::{Experiment, Lab};
-use crate::progress::Progress;
+use crate::pictures::render_samples;
+use crate::progress::{Progress, interrupted};
 use crate::suite::FAMILY;
 
 /// Renders one caustic by six methods.
@@ -186,7 +184,7 @@ fn make(
     for image in 0..IMAGES {
         let seed = seed_for(lab.seed(), &format!("{name} {image}"));
         let mut film = Film::new(size, None, 1)?;
-        fill(scene, method, seed, &mut film, &(0..samples), particles)?;
+        fill(scene, method, seed, &mut film, samples, particles)?;
         let sum: f64 = pixels.iter().map(|&i| film.pixels()[i].mean().x).sum();
         values.push(sum / pixels.len() as f64);
         for (pixel, one) in all.pixels_mut().iter_mut().zip(film.pixels()) {
@@ -208,58 +206,38 @@ fn fill(
     method: Method,
     seed: u64,
     film: &mut Film,
-    range: &Range<u32>,
+    samples: u32,
     particles: u32,
 ) -> Result<(), Error> {
     let parts = Standard;
+    let random = (PixelSampling::Random, seed);
     match method {
-        Method::Path(strategy) => rays(scene, &Path::new(parts, strategy), seed, film, range),
-        Method::Whitted => rays(
-            scene,
-            &Whitted::new(LightRules::PHYSICAL),
-            seed,
-            film,
-            range,
-        ),
+        Method::Path(strategy) => {
+            render_samples(scene, &Path::new(parts, strategy), random, film, samples)
+        }
+        Method::Whitted => {
+            let whitted = Whitted::new(LightRules::PHYSICAL);
+            render_samples(scene, &whitted, random, film, samples)
+        }
         Method::Photon(lookup) => {
             let map = (particles, RADIUS);
             let photons = PhotonMapping::new(parts, scene, lookup, map, (seed, 0))?;
-            rays(scene, &photons, seed, film, range)
+            render_samples(scene, &photons, random, film, samples)
         }
         Method::Sppm => {
             let sppm = Sppm {
                 parts,
-                particles: particles / range.end + 1,
+                particles: particles / samples + 1,
                 radius: 2.0 * RADIUS,
             };
-            passes(scene, &sppm, seed, film, range)
+            let on = |_| !interrupted();
+            if render_passes(scene, &sppm, seed, film, 0..samples, &on)? {
+                Ok(())
+            } else {
+                Err(Error::Interrupted)
+            }
         }
     }
-}
-
-fn rays<E: Estimator>(
-    scene: &Scene,
-    estimator: &E,
-    seed: u64,
-    film: &mut Film,
-    range: &Range<u32>,
-) -> Result<(), Error> {
-    let sampling = Sampling {
-        pixel: PixelSampling::Random,
-        numbers: Numbers::Independent,
-        seed,
-    };
-    render(scene, estimator, sampling, film, range, &|_| true).map(|_| ())
-}
-
-fn passes<E: ImageEstimator>(
-    scene: &Scene,
-    estimator: &E,
-    seed: u64,
-    film: &mut Film,
-    range: &Range<u32>,
-) -> Result<(), Error> {
-    render_passes(scene, estimator, seed, film, range.clone(), &|_| true).map(|_| ())
 }
 
 /// The pixels whose middle shows the part of the floor that the caustic covers.

@@ -15,7 +15,6 @@ use whitefurnace::harness::tails::normal_upper;
 use whitefurnace::image::{Display, write_png};
 use whitefurnace::moments::Moments;
 use whitefurnace::pixel::PixelSampling;
-use whitefurnace::render::{Numbers, Sampling, render};
 use whitefurnace::rng::{seed_for, stream, uniform2};
 use whitefurnace::sampling::cosine_hemisphere;
 use whitefurnace::scene::{Scene, SceneBuilder, Surface};
@@ -24,9 +23,8 @@ use whitefurnace::trials::bsdf::{oren_nayar_albedo, oren_nayar_printed_albedo};
 
 use crate::job::name;
 use crate::lab::{Experiment, Lab};
-use crate::pictures::write_grid;
+use crate::pictures::{render_samples, write_grid};
 use crate::plot::chart::{Chart, Corner, Mark, Series, charts};
-use crate::progress::interrupted;
 use crate::suite::FAMILY;
 
 /// The diffuse models, as programs name them.
@@ -145,22 +143,9 @@ fn figure(lab: &mut Lab) -> Result<(), Error> {
         let bsdf = model.bsdf(DVec3::ONE, SIGMA);
         let scene = moon(bsdf)?;
         let mut film = Film::new([side, side], None, 1)?;
-        let sampling = Sampling {
-            pixel: PixelSampling::Random,
-            numbers: Numbers::Independent,
-            seed: lab.seed(),
-        };
-        let on = |_| !interrupted();
-        if !render(
-            &scene,
-            &Path::<Standard>::default(),
-            sampling,
-            &mut film,
-            &(0..spp),
-            &on,
-        )? {
-            return Err(Error::Interrupted);
-        }
+        let path = Path::<Standard>::default();
+        let random = (PixelSampling::Random, lab.seed());
+        render_samples(&scene, &path, random, &mut film, spp)?;
         let curve = (0..=240).map(|i| {
             let x = f64::from(i) / 240.0;
             [x, frontal(&bsdf, x.asin().min(FRAC_PI_2 - 1e-6))]

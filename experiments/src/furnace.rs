@@ -11,7 +11,6 @@ use whitefurnace::estimator::{Path, Standard};
 use whitefurnace::film::Film;
 use whitefurnace::harness::tails::normal_upper;
 use whitefurnace::pixel::PixelSampling;
-use whitefurnace::render::{Numbers, Sampling, render};
 use whitefurnace::rng::seed_for;
 use whitefurnace::scene::{Scene, SceneBuilder, Surface};
 use whitefurnace::shape::Sphere;
@@ -19,8 +18,8 @@ use whitefurnace::shape::Sphere;
 use crate::diffuse::{DISTANCE, DiffuseName, MARGIN, SIGMA, closed_form};
 use crate::job::name;
 use crate::lab::{Experiment, Lab};
+use crate::pictures::render_samples;
 use crate::plot::map::{Map, maps};
-use crate::progress::interrupted;
 use crate::suite::FAMILY;
 
 /// White spheres under a white sky.
@@ -72,22 +71,9 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     let mut panels = Vec::new();
     for model in DiffuseName::ALL {
         let mut film = Film::new([side, side], None, 1)?;
-        let sampling = Sampling {
-            pixel: PixelSampling::Random,
-            numbers: Numbers::Independent,
-            seed: seed_for(lab.seed(), model.title()),
-        };
         let path = Path::<Standard>::default();
-        if !render(
-            &scene(model)?,
-            &path,
-            sampling,
-            &mut film,
-            &(0..spp),
-            &|_| !interrupted(),
-        )? {
-            return Err(Error::Interrupted);
-        }
+        let random = (PixelSampling::Random, seed_for(lab.seed(), model.title()));
+        render_samples(&scene(model)?, &path, random, &mut film, spp)?;
         let [mean, half] = over_the_disc(&film).map(|percent| 100.0 * percent);
         let half = critical * half;
         let known = 100.0 * (mean_albedo(model) - 1.0);

@@ -1,10 +1,41 @@
-//! Films side by side in one PNG.
+//! Films of scenes that no program names, and films side by side in one PNG.
 
 use std::path::Path;
 
 use whitefurnace::error::Error;
+use whitefurnace::estimator::Estimator;
 use whitefurnace::film::Film;
 use whitefurnace::image::{Display, write_rgb};
+use whitefurnace::pixel::PixelSampling;
+use whitefurnace::render::{Numbers, Sampling, render};
+use whitefurnace::scene::Scene;
+
+use crate::progress::interrupted;
+
+/// Renders the first `samples` samples of every pixel onto a film of one sample per replication, with
+/// independent numbers.
+///
+/// # Errors
+/// Those of [`render`](render()); [`Error::Interrupted`] after Ctrl-C.
+pub fn render_samples<E: Estimator>(
+    scene: &Scene,
+    estimator: &E,
+    (pixel, seed): (PixelSampling, u64),
+    film: &mut Film,
+    samples: u32,
+) -> Result<(), Error> {
+    let sampling = Sampling {
+        pixel,
+        numbers: Numbers::Independent,
+        seed,
+    };
+    let on = |_| !interrupted();
+    if render(scene, estimator, sampling, film, &(0..samples), &on)? {
+        Ok(())
+    } else {
+        Err(Error::Interrupted)
+    }
+}
 
 /// White pixels between two pictures.
 const GAP: u32 = 6;

@@ -8,10 +8,10 @@ use whitefurnace::estimator::radiosity::{Fineness, ReadOut};
 use whitefurnace::estimator::{Path, Radiosity, Standard};
 use whitefurnace::film::Film;
 use whitefurnace::pixel::PixelSampling;
-use whitefurnace::render::{Numbers, Sampling, render};
 use whitefurnace::scene::{Scene, room};
 
 use crate::lab::{Experiment, Lab};
+use crate::pictures::render_samples;
 use crate::plot::chart::{Chart, Corner, Mark, Series, charts};
 use crate::progress::interrupted;
 
@@ -93,17 +93,9 @@ fn image<E: whitefurnace::estimator::Estimator>(
     spp: u32,
 ) -> Result<Film, Error> {
     let mut film = Film::new(SIZE, None, 1)?;
-    let sampling = Sampling {
-        pixel: PixelSampling::Centre,
-        numbers: Numbers::Independent,
-        seed: lab.seed(),
-    };
-    let row_done = |_| !interrupted();
-    if render(scene, estimator, sampling, &mut film, &(0..spp), &row_done)? {
-        Ok(film)
-    } else {
-        Err(Error::Interrupted)
-    }
+    let centre = (PixelSampling::Centre, lab.seed());
+    render_samples(scene, estimator, centre, &mut film, spp)?;
+    Ok(film)
 }
 
 fn mean(film: &Film) -> DVec3 {

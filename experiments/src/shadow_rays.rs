@@ -10,12 +10,12 @@ use whitefurnace::estimator::{Estimator, Lookup, Parts, Path, PhotonMapping, Sta
 use whitefurnace::film::Film;
 use whitefurnace::moments::Moments;
 use whitefurnace::pixel::PixelSampling;
-use whitefurnace::render::{Numbers, Sampling, render};
 use whitefurnace::rng::seed_for;
 use whitefurnace::roulette;
 use whitefurnace::scene::{Scene, room};
 
 use crate::lab::{Experiment, Lab};
+use crate::pictures::render_samples;
 use crate::progress::{Bar, Progress};
 
 /// Counts the rays of path tracing and photon mapping in the diffuse room.
@@ -203,20 +203,9 @@ fn film<E: Estimator>(
     seed: u64,
     samples: u32,
 ) -> Result<Film, Error> {
-    let sampling = Sampling {
-        pixel: PixelSampling::Centre,
-        numbers: Numbers::Independent,
-        seed,
-    };
     let mut film = Film::new(SIZE, None, 1)?;
-    render(
-        scene,
-        estimator,
-        sampling,
-        &mut film,
-        &(0..samples),
-        &|_| true,
-    )?;
+    let centre = (PixelSampling::Centre, seed);
+    render_samples(scene, estimator, centre, &mut film, samples)?;
     Ok(film)
 }
 

@@ -25,6 +25,16 @@ fn render(folder: &Path, options: &str) -> Output {
     run(env!("CARGO_BIN_EXE_render"), folder, options)
 }
 
+/// Asserts that it renders.
+fn renders(folder: &Path, options: &str) {
+    let output = render(folder, options);
+    assert!(
+        output.status.success(),
+        "{options}: {}",
+        text(&output.stderr)
+    );
+}
+
 fn reproduce(folder: &Path, options: &str) -> Output {
     run(env!("CARGO_BIN_EXE_reproduce"), folder, options)
 }
@@ -94,20 +104,10 @@ fn every_scene_renders_with_every_legal_estimator() {
             .chain(particles)
         {
             let options = format!("--scene {scene} --estimator {estimator} --size 16x12 --spp 2");
-            let output = render(&folder, &options);
-            assert!(
-                output.status.success(),
-                "{options}: {}",
-                text(&output.stderr)
-            );
+            renders(&folder, &options);
         }
         let options = format!("--scene {scene} --light-sampling solid-angle --size 16x12 --spp 2");
-        let output = render(&folder, &options);
-        assert!(
-            output.status.success(),
-            "{options}: {}",
-            text(&output.stderr)
-        );
+        renders(&folder, &options);
     }
 }
 
@@ -125,12 +125,7 @@ fn photons_go_wherever_there_are_lights() {
             let options = format!(
                 "--scene {scene} --estimator {estimator} --photons 2000 --size 16x12 --spp 2"
             );
-            let output = render(&folder, &options);
-            assert!(
-                output.status.success(),
-                "{options}: {}",
-                text(&output.stderr)
-            );
+            renders(&folder, &options);
         }
     }
 }
@@ -141,12 +136,7 @@ fn radiosity_renders_every_diffuse_scene() {
     for scene in ["diffuse-room", "furnace-box", "cavity-cap", "cornell"] {
         let options =
             format!("--scene {scene} --estimator radiosity --patches 60 --size 8x6 --spp 1");
-        let output = render(&folder, &options);
-        assert!(
-            output.status.success(),
-            "{options}: {}",
-            text(&output.stderr)
-        );
+        renders(&folder, &options);
     }
 }
 
