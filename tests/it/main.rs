@@ -25,6 +25,7 @@ mod roulette;
 mod sampler;
 mod sampling;
 mod scene;
+mod scene_tables; // every built-in scene against its table
 mod sobol;
 mod solid_angle;
 mod spheres;
