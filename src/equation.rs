@@ -56,7 +56,7 @@ equations! {
     WHITTED = "whitted", "2.1", "Whitted ray tracing",
         r"L(\omega) = L_e + L_{\mathrm{direct}} + k_r L(\omega_r) + k_t L(\omega_t)", None,
         "Whitted, CACM 23(6), 343-349, 1980", Trap,
-        "Leaves out every path that meets two diffuse surfaces; the report misspells the author and year.";
+        "Keeps emission and the direct light of the first diffuse surface: caustics and light between diffuse surfaces are missing. The report misspells the author and year.";
     RAY = "ray", "1", "Ray",
         r"R(t) = O + tD", None,
         "Möller and Trumbore, J. Graphics Tools 2(1), 21-28, 1997", Correct,

@@ -223,7 +223,7 @@ pub trait Parts: Sync {
         radiometry::power(pdf, other)
     }
     /// Whether light that a path hits counts if it is not weighted by pdfs; `sampled` if shadow rays
-    /// look for the same light.
+    /// look for the same light (in [`Report`]: or if its rules leave it out).
     #[inline]
     fn hit_counts(&self, strategy: Strategy, sampled: bool) -> bool {
         !(sampled && strategy == Strategy::Light)
@@ -287,10 +287,14 @@ impl Parts for Standard {}
 /// What light the conventions let through and show.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightRules {
-    /// What a ray that has met only mirrors and glass sees of an emitter; `None` for its radiance.
+    /// What a ray shows of an emitter that it hits, where hits count; `None` for its radiance.
     pub seen: Option<f64>,
     /// Whether shadow rays pass through glass, straight and unweakened.
     pub shadows_pass_glass: bool,
+    /// Whether light that reaches a diffuse surface by way of mirrors and glass, where no shadow ray
+    /// looks for it, counts when a path hits the emitter. What shadow rays pass through has been looked
+    /// behind.
+    pub caustics: bool,
     /// Whether refraction scales radiance by (n₁/n₂)².
     pub radiance_factor: bool,
 }
@@ -300,13 +304,16 @@ impl LightRules {
     pub const PHYSICAL: Self = Self {
         seen: None,
         shadows_pass_glass: false,
+        caustics: true,
         radiance_factor: true,
     };
-    /// What the report's figures show: an emitter that is seen shows 1, glass casts no shadow, and
-    /// T = 1 − R is all that refraction does.
+    /// What the report's figures show: an emitter that is seen shows 1, glass casts no shadow,
+    /// T = 1 − R is all that refraction does, and light that mirrors and glass throw on diffuse surfaces
+    /// is lost.
     pub const REPORT: Self = Self {
         seen: Some(1.0),
         shadows_pass_glass: true,
+        caustics: false,
         radiance_factor: false,
     };
 }

@@ -1,10 +1,15 @@
 //! The report's Monte Carlo estimator: at each diffuse hit a shadow ray and N sample rays over the
 //! uniform hemisphere, each ended by Russian roulette, at most seven segments from the eye.
+//!
+//! The text does not say what a ray shows that hits an emitter. By (8) all that arrives counts, once: a
+//! hit counts where no shadow ray has looked for the same light, which is before the first diffuse surface
+//! and, from a diffuse surface on, by way of mirrors and glass. The text leaves that second kind, caustics,
+//! to later work (3.3), and [`LightRules::REPORT`] leaves it out.
 
 use glam::DVec3;
 
 use super::vertex::{Vertex, direct_light, interface, next, scatter_glass, seen};
-use super::{Estimator, LightRules, Parts, Standard};
+use super::{Estimator, LightRules, Parts, Standard, Strategy};
 use crate::bsdf::Bsdf;
 use crate::emitter::LightSampling;
 use crate::radiometry::reflected;
@@ -45,52 +50,56 @@ impl<P: Parts> Estimator for Report<P> {
         hit: Option<Hit>,
         rng: &mut R,
     ) -> DVec3 {
-        self.arriving(scene, ray, hit, self.segments, true, rng)
+        self.arriving(scene, ray, hit, self.segments, false, rng)
     }
 }
 
 impl<P: Parts> Report<P> {
-    /// Radiance along a ray, which is the first of `segments` that remain; `direct` says whether only
-    /// mirrors and glass came before, so that no shadow ray has counted the emitters.
+    /// Radiance along a ray, which is the first of `segments` that remain; `sampled` says whether emitters
+    /// that it hits are left to shadow rays.
     fn arriving<R: Sampler>(
         &self,
         scene: &Scene,
         ray: &Ray,
         hit: Option<Hit>,
         segments: u32,
-        direct: bool,
+        sampled: bool,
         rng: &mut R,
     ) -> DVec3 {
         let parts = &self.parts;
         let Some(here) = hit else {
             return scene.background();
         };
-        let mut radiance = if direct {
+        let mut radiance = if parts.hit_counts(Strategy::Light, sampled) {
             seen(scene, &here, ray, &self.rules)
         } else {
             DVec3::ZERO
         };
         let surface = scene.surface(&here);
-        let next = |direction, direct, rng: &mut R| {
+        let next = |direction, sampled, rng: &mut R| {
             next(scene, &here, direction, segments, |ray, hit, left| {
-                self.arriving(scene, ray, hit, left, direct, rng)
+                self.arriving(scene, ray, hit, left, sampled, rng)
             })
         };
         match surface.bsdf {
             Bsdf::Black => {}
             Bsdf::Mirror { reflectance } => {
                 let direction = parts.mirror(ray.direction, here.normal);
-                radiance += reflectance * next(direction, direct, rng);
+                radiance += reflectance * next(direction, sampled && !self.rules.caustics, rng);
             }
             Bsdf::Glass { index } => {
                 let sides = interface(&here, ray, index);
                 let (direction, factor) = scatter_glass(parts, sides, ray.direction, uniform(rng));
+                let refracted = direction.dot(sides.2) < 0.0;
                 let factor = if self.rules.radiance_factor {
                     factor
                 } else {
                     1.0
                 };
-                radiance += factor * next(direction, direct, rng);
+                // A shadow ray that passes through glass has looked behind it.
+                let passed = self.rules.shadows_pass_glass && refracted;
+                let sampled = sampled && (passed || !self.rules.caustics);
+                radiance += factor * next(direction, sampled, rng);
             }
             ref bsdf @ (Bsdf::Lambert { .. } | Bsdf::OrenNayar { .. } | Bsdf::Eon { .. }) => {
                 let vertex = Vertex::new(&here, ray);
@@ -113,7 +122,7 @@ impl<P: Parts> Report<P> {
                     }
                     let wi = parts.uniform_hemisphere(uniform2(rng));
                     let direction = vertex.frame.world(wi);
-                    let arriving = next(direction, false, rng);
+                    let arriving = next(direction, true, rng);
                     let brdf = parts.brdf(bsdf, vertex.wo, wi);
                     let cosine = parts.cosine(DVec3::Z, wi);
                     let pdf = parts.uniform_hemisphere_pdf(wi.z);

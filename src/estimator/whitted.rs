@@ -11,7 +11,9 @@ use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
 
 /// Shadow rays at diffuse surfaces, and a tree of mirror and glass rays, both branches of glass
-/// weighted by R and 1 − R. Light that meets two diffuse surfaces is left out.
+/// weighted by R and 1 − R: emission and direct light of the first diffuse surface, seen through mirrors and
+/// glass alone. Left out is what arrives there in any other way: from a further diffuse surface, or from an
+/// emitter by way of mirrors and glass (caustics), or from the background.
 #[derive(Clone, Copy, Debug)]
 pub struct Whitted<P = Standard> {
     /// Its parts.

@@ -5,6 +5,7 @@
 pub mod accumulators;
 pub mod bidirectional;
 pub mod bsdf;
+pub mod chains;
 pub mod cie;
 pub mod convergence;
 pub mod emitters;

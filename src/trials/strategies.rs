@@ -11,9 +11,8 @@ use glam::DVec3;
 use super::irradiance::{reflected, three};
 use super::probes::{SINGLE, radiance, words};
 use super::scenes::{
-    FLOOR, LIGHT, NEAR, RECTANGLE, TRIANGLE, corners, floor, lambert, light, near_light,
-    polygon_irradiance, rectangle_light, scene, sphere_irradiance, sphere_light, square,
-    three_lights, triangle_light,
+    FLOOR, LIGHT, NEAR, RECTANGLE, TRIANGLE, floor, lambert, light, near_light, polygon_irradiance,
+    rectangle_light, scene, sphere_irradiance, sphere_light, square, three_lights, triangle_light,
 };
 use super::subject::{Kind, Probe, Property, Setup, Subject, on};
 use crate::bsdf::Bsdf;
@@ -38,9 +37,9 @@ pub const fn by(strategy: Strategy, lights: LightSampling) -> Kind {
 
 const BSDF: Kind = by(Strategy::Bsdf, LightSampling::Area);
 const LIGHT_AREA: Kind = by(Strategy::Light, LightSampling::Area);
-const LIGHT_ANGLE: Kind = by(Strategy::Light, LightSampling::SolidAngle);
+pub(super) const LIGHT_ANGLE: Kind = by(Strategy::Light, LightSampling::SolidAngle);
 const MIS_AREA: Kind = by(Strategy::Mis, LightSampling::Area);
-const MIS_ANGLE: Kind = by(Strategy::Mis, LightSampling::SolidAngle);
+pub(super) const MIS_ANGLE: Kind = by(Strategy::Mis, LightSampling::SolidAngle);
 
 /// A triangle so near and large that most directions hit it; it faces down.
 pub const NEAR_TRIANGLE: [DVec3; 3] = [
@@ -52,7 +51,7 @@ pub const NEAR_TRIANGLE: [DVec3; 3] = [
 pub const NEAR_SPHERE: [f64; 2] = [1.35, 1.5];
 
 /// The origin from so near that no light is between.
-fn near_origin(_: &mut Stream) -> Ray {
+pub(super) fn near_origin(_: &mut Stream) -> Ray {
     let w = from_spherical(25f64.to_radians(), 4.0);
     Ray::new(0.1 * w, -w)
 }
@@ -74,25 +73,9 @@ fn near_sphere() -> Arc<Scene> {
     })
 }
 
-/// A light that faces up, below the level of a diffuse patch at the origin and seen by it in a mirror
-/// only. The patch is so small that its own image is 1e-6 of the light.
-fn light_in_mirror() -> Arc<Scene> {
-    scene("light in mirror", |s| {
-        square(s, DVec3::ZERO, 1e-3, true, Surface::new(lambert(FLOOR)));
-        square(s, -0.2 * DVec3::Z, 6.0, true, light(LIGHT));
-        let mirror = Bsdf::Mirror {
-            reflectance: DVec3::splat(REFLECTANCE),
-        };
-        square(s, 0.4 * DVec3::Z, 50.0, false, Surface::new(mirror));
-    })
-}
-
-const REFLECTANCE: f64 = 0.9;
-
 /// The trials.
 pub fn benches() -> Vec<Bench<Subject>> {
     let mut benches = lights();
-    benches.extend(mirrors());
     benches.extend(penumbra());
     benches.push(heuristics());
     benches.push(power_weights());
@@ -249,29 +232,6 @@ fn lights() -> Vec<Bench<Subject>> {
             13_500_000,
         ),
     ]
-}
-
-/// Light that a diffuse surface receives by way of a mirror counts once: no shadow ray finds it.
-fn mirrors() -> Vec<Bench<Subject>> {
-    let scene = light_in_mirror();
-    let image = corners(DVec3::Z, 6.0);
-    let reference = REFLECTANCE * reflected(polygon_irradiance(&image));
-    [
-        ("irradiance/after-mirror/light", LIGHT_ANGLE),
-        ("irradiance/after-mirror/mis", MIS_ANGLE),
-    ]
-    .into_iter()
-    .map(|(name, kind)| {
-        let property =
-            format!("a patch reflects {reference:.6} of a light that it sees in a mirror");
-        radiance(
-            words(name, property, &MIS),
-            (&scene, kind, near_origin),
-            reference,
-            (8_000_000, SINGLE),
-        )
-    })
-    .collect()
 }
 
 /// Height of the edge of the occluder of [`penumbra_scene`], whose plane is y ≥ 0 at that height.

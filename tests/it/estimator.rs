@@ -222,3 +222,66 @@ fn direct_light_of_whitted_is_f_cos_over_pdf() {
         assert!((found - expected).abs().max_element() <= 64.0 * U);
     }
 }
+
+/// A white floor under a black light, with or without a sphere of index 1 between them, and a black
+/// ceiling that ends all paths.
+fn light_behind_nothing(sphere: bool) -> Scene {
+    let mut scene = SceneBuilder::new("light behind nothing");
+    let white = Surface::new(Bsdf::Lambert { albedo: DVec3::ONE }).absorbing(0.25);
+    let floor = scene.surface(white);
+    let corner = DVec3::new(-5.0, -5.0, 0.0);
+    scene.rectangle(corner, [10.0 * DVec3::X, 10.0 * DVec3::Y], floor);
+    let light = scene.surface(Surface::new(Bsdf::Black).emitting(DVec3::splat(3.0)));
+    scene.rectangle(
+        corner + 2.5 * DVec3::Z,
+        [10.0 * DVec3::Y, 10.0 * DVec3::X],
+        light,
+    );
+    if sphere {
+        let glass = scene.surface(Surface::new(Bsdf::Glass { index: 1.0 }));
+        scene.sphere(Sphere::new(1.3 * DVec3::Z, 1.0), glass);
+    }
+    scene.build(any_camera()).expect("a scene")
+}
+
+#[test]
+fn the_report_counts_light_behind_index_matched_glass_once() {
+    // One diffuse hit: a shadow ray and a sample ray, whose random numbers come before those that glass
+    // draws. By which of the two the light is found depends on the rules, and on nothing else.
+    let [open, glass] = [false, true].map(light_behind_nothing);
+    let ray = Ray::new(
+        DVec3::new(1.5, 0.2, 0.2),
+        DVec3::new(-1.4, -0.1, -0.2).normalize(),
+    );
+    let report = |shadows_pass_glass, caustics| Report {
+        rules: LightRules {
+            shadows_pass_glass,
+            caustics,
+            ..LightRules::PHYSICAL
+        },
+        ..Report::default()
+    };
+    let mut rng = rng("behind nothing");
+    let mut kinds = [0; 2];
+    for _ in 0..2000 {
+        let value = |scene: &Scene, report: Report| {
+            report
+                .radiance(scene, &ray, scene.intersect(&ray), &mut rng.clone())
+                .x
+        };
+        let [passing, passing_caustics, blocked, caustics] =
+            [(true, false), (true, true), (false, false), (false, true)]
+                .map(|(passes, caustics)| value(&glass, report(passes, caustics)));
+        let sampled = value(&open, report(false, true));
+        // Shadow rays that pass have looked behind the glass: hits through it do not count again.
+        assert!((passing - sampled).abs() <= 64.0 * U * sampled);
+        assert!((passing_caustics - sampled).abs() <= 64.0 * U * sampled);
+        // Shadow rays that stop have not: hits through it count, each 2 cos θ L / 0.75 of a sample ray.
+        let through = caustics - blocked;
+        assert!(blocked <= passing && (0.0..=8.0).contains(&through));
+        kinds[0] += usize::from(blocked < passing);
+        kinds[1] += usize::from(through > 0.0);
+        let _ = uniform2(&mut rng);
+    }
+    kinds.map(|count| enough("behind nothing", count));
+}

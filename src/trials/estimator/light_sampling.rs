@@ -122,6 +122,7 @@ fn weights() -> Vec<Mutant<Subject>> {
                 ..RIGHT
             }),
             &[
+                "irradiance/rectangle-report",
                 "irradiance/square/light-area",
                 "irradiance/near-triangle/light-angle",
                 "irradiance/triangle/light-area",
@@ -139,7 +140,10 @@ fn weights() -> Vec<Mutant<Subject>> {
                 hit_counts: |strategy, _| strategy != Strategy::Light,
                 ..RIGHT
             }),
-            &["irradiance/after-mirror/light"],
+            &[
+                "irradiance/after-mirror/light",
+                "irradiance/after-mirror/report",
+            ],
         ),
         mutant(
             "lost-without-pdf",
@@ -149,7 +153,7 @@ fn weights() -> Vec<Mutant<Subject>> {
                 hit_counts: |_, sampled| sampled,
                 ..RIGHT
             }),
-            &["irradiance/after-mirror/mis"],
+            &["irradiance/after-mirror/mis", "irradiance/after-glass/mis"],
         ),
         mutant(
             "hits-not-counted",

@@ -83,7 +83,7 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
                 visible: |scene, x, y, _| scene.visible(x, y, true),
                 ..RIGHT
             }),
-            &["glass/index-matched"],
+            &["glass/index-matched", "irradiance/after-glass/mis"],
         ),
         mutant(
             "no-shadow-rays",

@@ -1,5 +1,5 @@
 //! The family of whole estimators: its trials are in [`super::furnace`], [`super::irradiance`],
-//! [`super::strategies`], [`super::glass`] and [`super::images`]; here and below are its faults.
+//! [`super::strategies`], [`super::chains`], [`super::glass`] and [`super::images`]; here and below are its faults.
 
 mod interfaces;
 mod light_sampling;
@@ -10,10 +10,12 @@ mod sampling;
 use std::f64::consts::FRAC_1_PI;
 
 use super::subject::{RIGHT, STANDARD, Setup, Subject, Table, parts};
-use crate::equation::{COSINE_HEMISPHERE, ESTIMATOR, PATH_LENGTH, REFRACTION, ROULETTE, WHITTED};
+use crate::equation::{
+    COSINE_HEMISPHERE, ESTIMATOR, PATH_LENGTH, REFRACTION, RENDERING, ROULETTE, WHITTED,
+};
 use crate::estimator::LightRules;
 use crate::sampling::{cosine_hemisphere, uniform_hemisphere};
-use crate::trials::{cie, furnace, glass, images, irradiance, panes, strategies};
+use crate::trials::{chains, cie, furnace, glass, images, irradiance, panes, strategies};
 use crate::zoo::{AnyFamily, Family, Mutant, mutant};
 
 /// The family.
@@ -21,6 +23,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let mut benches = furnace::benches();
     benches.extend(irradiance::benches());
     benches.extend(strategies::benches());
+    benches.extend(chains::benches());
     benches.extend(glass::benches());
     benches.extend(panes::benches());
     benches.extend(cie::benches());
@@ -89,6 +92,19 @@ fn told() -> Vec<Mutant<Subject>> {
                 ..LightRules::PHYSICAL
             }),
             &["glass/mirror-aim"],
+        ),
+        mutant(
+            "caustics-left-out",
+            &RENDERING,
+            "no light that is hit after a diffuse surface counts, found by shadow rays or not",
+            rules(LightRules {
+                caustics: false,
+                ..LightRules::PHYSICAL
+            }),
+            &[
+                "irradiance/after-mirror/report",
+                "irradiance/after-glass/report",
+            ],
         ),
         mutant(
             "rules-without-factor",
