@@ -11,6 +11,7 @@ pub mod convergence;
 pub mod emitters;
 pub mod eon;
 pub mod estimator;
+pub mod exact_walks;
 pub mod form_factors;
 pub mod fresnel;
 pub mod furnace;
@@ -57,6 +58,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         solid_angle::families(),
         accumulators::families(),
         estimator::families(),
+        exact_walks::families(),
         photon::families(),
         bidirectional::families(),
         radiosity::families(),
