@@ -71,7 +71,7 @@ pub fn chi_square(name: &str, partition: &Partition, counts: &Counts, delta: f64
     let expected: Vec<f64> = partition
         .masses
         .iter()
-        .map(|m| kept as f64 * m / mass)
+        .map(|m| kept as f64 * if mass == 0.0 { 0.0 } else { m / mass })
         .collect();
     let pooled = pool(&expected, &counts.observed);
     let statistic: f64 = pooled.iter().map(|&[e, o]| (o - e).powi(2) / e).sum();
@@ -88,16 +88,19 @@ pub fn chi_square(name: &str, partition: &Partition, counts: &Counts, delta: f64
     } else {
         2.0
     };
-    let p = if counts.forbidden > 0 {
+    // Without a quadrature's error, a cell without probability is as forbidden as the outside.
+    let impossible = partition.error == 0.0
+        && (partition.masses.iter().zip(&counts.observed)).any(|(&m, &o)| m == 0.0 && o > 0);
+    let p = if counts.forbidden > 0 || impossible {
         0.0
-    } else if p_cells.is_nan() {
+    } else if p_cells.is_nan() || p_lost.is_nan() {
         f64::NAN
     } else {
         (tests * p_cells.min(p_lost)).min(1.0)
     };
     let least = pooled.iter().map(|&[e, _]| e).fold(f64::INFINITY, f64::min);
     let hull = Hull::new(&pooled, kept as f64);
-    Outcome {
+    let outcome = Outcome {
         name: name.to_owned(),
         statistic: "chi-square",
         value: statistic,
@@ -117,6 +120,13 @@ pub fn chi_square(name: &str, partition: &Partition, counts: &Counts, delta: f64
         },
         worst: describe(partition, counts, &expected, p_lost),
         cells: cells(partition, counts, &expected),
+    };
+    if counts.n == 0 || (dof < 1.0 && p >= ALPHA) {
+        // Two cells take so many samples, if they are equally probable.
+        let needed = (2.0 * LEAST_EXPECTED_FEW) as u64;
+        outcome.without_evidence("one cell holds everything", needed)
+    } else {
+        outcome
     }
 }
 
@@ -248,16 +258,25 @@ fn describe(partition: &Partition, counts: &Counts, expected: &[f64], p_lost: f6
 }
 
 /// A discrete choice (mirror or refraction, which lobe, which light): k of n against its probability,
-/// by exact binomial tails. `delta` is absolute.
+/// by exact binomial tails. `delta` is absolute. Also where the probability is 0 or 1: no success in n
+/// bounds the true one.
 pub fn binomial(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Outcome {
     let [share, expected] = [k as f64 / n as f64, n as f64 * probability];
-    let sigmas = (k as f64 - expected) / (expected * (1.0 - probability)).sqrt();
-    Outcome {
+    let sigmas = if k as f64 == expected {
+        0.0
+    } else {
+        (k as f64 - expected) / (expected * (1.0 - probability)).sqrt()
+    };
+    let outcome = Outcome {
         name: name.to_owned(),
         statistic: "binomial",
         value: k as f64,
         dof: None,
-        p: binomial_two_sided(k, n, probability),
+        p: if (0.0..=1.0).contains(&probability) {
+            binomial_two_sided(k, n, probability)
+        } else {
+            f64::NAN
+        },
         n,
         valid_from: 1,
         estimate: share,
@@ -280,20 +299,38 @@ pub fn binomial(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Out
                 sigmas: -sigmas,
             },
         ],
+    };
+    if n == 0 {
+        // 0 of 0 is NaN, but no wrong share.
+        Outcome {
+            estimate: probability,
+            ..outcome
+        }
+        .without_evidence("no values", 1)
+    } else {
+        outcome
     }
 }
 
-/// Rare events among n values: k of them against the Poisson law with mean `expected` > 0, by exact
+/// Rare events among n values: k of them against the Poisson law with mean `expected` ≥ 0, by exact
 /// tails. `delta` is a number of events.
 pub fn poisson(name: &str, k: u64, n: u64, expected: f64, delta: f64) -> Outcome {
-    let sigmas = (k as f64 - expected) / expected.sqrt();
+    let sigmas = if k as f64 == expected {
+        0.0
+    } else {
+        (k as f64 - expected) / expected.sqrt()
+    };
     let tails = poisson_sf(k, expected).min(poisson_cdf(k, expected));
-    Outcome {
+    let outcome = Outcome {
         name: name.to_owned(),
         statistic: "Poisson",
         value: k as f64,
         dof: None,
-        p: (2.0 * tails).min(1.0),
+        p: if expected >= 0.0 {
+            (2.0 * tails).min(1.0)
+        } else {
+            f64::NAN
+        },
         n,
         valid_from: 1,
         estimate: k as f64,
@@ -308,5 +345,10 @@ pub fn poisson(name: &str, k: u64, n: u64, expected: f64, delta: f64) -> Outcome
             observed: k as f64,
             sigmas,
         }],
+    };
+    if n == 0 {
+        outcome.without_evidence("no values", 1)
+    } else {
+        outcome
     }
 }

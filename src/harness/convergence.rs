@@ -1,6 +1,6 @@
 //! How fast an error shrinks, and how the variances of two samplers compare.
 
-use super::mean::{Values, mean};
+use super::mean::{ROUNDING, Values, mean};
 use super::outcome::{ALPHA, Cell, Claim, Outcome};
 use super::power::Sensitivity;
 use super::tails::{f_sf, student_two_sided, student_upper};
@@ -76,13 +76,13 @@ pub fn variance_ratio(name: &str, a: &Values, b: &Values, ratio: f64, delta: f64
     let mut cells = a.cells("first, ", ratio * mb.mean());
     cells.extend(b.cells("second, ", ma.mean() / ratio));
     let critical = student_upper(ALPHA / 2.0, dof.max(1.0));
-    Outcome {
+    let outcome = Outcome {
         name: name.to_owned(),
         statistic: "variance ratio",
         value: t,
         dof: Some(dof),
         p: student_two_sided(t, dof),
-        n: dof as u64 + 1,
+        n: ma.count().min(mb.count()),
         valid_from: a.valid_from().max(b.valid_from()),
         estimate: ma.mean() / mb.mean(),
         reference: ratio,
@@ -98,6 +98,13 @@ pub fn variance_ratio(name: &str, a: &Values, b: &Values, ratio: f64, delta: f64
         },
         worst: format!("{t:+.2} standard errors"),
         cells,
+    };
+    if dof < 1.0 {
+        outcome.without_evidence("fewer than two values", 2)
+    } else if standard_error <= ROUNDING * ma.mean().abs().max(mb.mean().abs()) {
+        outcome.without_evidence("no square differs from the others", u64::MAX)
+    } else {
+        outcome
     }
 }
 

@@ -48,7 +48,7 @@ pub fn kolmogorov_smirnov(
         })
         .collect();
     let radius = kolmogorov_upper(count, ALPHA);
-    Outcome {
+    let outcome = Outcome {
         name: name.to_owned(),
         statistic: "Kolmogorov-Smirnov",
         value: n.sqrt() * d,
@@ -63,6 +63,11 @@ pub fn kolmogorov_smirnov(
         sensitivity: Sensitivity::Distance { n: count },
         worst: format!("distribution functions differ by {d:.5} at {at:.6}"),
         cells,
+    };
+    if count == 0 {
+        outcome.without_evidence("no values", 1)
+    } else {
+        outcome
     }
 }
 

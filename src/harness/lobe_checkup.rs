@@ -168,6 +168,7 @@ fn sane(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Outcome {
 fn pointwise(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Vec<Outcome> {
     let mut rng = context.rng("pointwise");
     let [mut sums, mut weights, mut back, mut energy] = [(); 4].map(|()| Largest::default());
+    let [mut sampled, mut returned] = [0; 2];
     for _ in 0..size.pairs {
         let wo = inner_direction(&mut rng, subject.transmits);
         let lobes = (subject.lobes)(wo);
@@ -185,6 +186,7 @@ fn pointwise(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Vec<Ou
         for lobe in &lobes {
             let wi = lobe.direction;
             if wi.z.abs() > LEAST_COSINE && lobe.probability > 0.0 {
+                returned += 1;
                 let returns = lobe_of(&(subject.lobes)(wi), wo).is_some();
                 back.see(if returns { 0.0 } else { 1.0 }, || {
                     format!("no lobe leads from {wi} back to wo = {wo}")
@@ -192,6 +194,7 @@ fn pointwise(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Vec<Ou
             }
         }
         if let Some(sample) = (subject.sample)(wo, uniform3(&mut rng)) {
+            sampled += 1;
             match lobe_of(&lobes, sample.wi).map(|lobe| lobes[lobe]) {
                 Some(lobe) => {
                     let error = relative(sample.weight * lobe.probability, lobe.share);
@@ -204,12 +207,12 @@ fn pointwise(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Vec<Ou
         }
     }
     [
-        ("sum of probabilities", sums),
-        ("weight = share/probability", weights),
-        ("way back", back),
-        ("energy bound", energy),
+        ("sum of probabilities", size.pairs, sums),
+        ("weight = share/probability", sampled, weights),
+        ("way back", returned, back),
+        ("energy bound", size.pairs, energy),
     ]
-    .map(|(name, l)| Outcome::exact(name, size.pairs, l.error, POINTWISE, l.place))
+    .map(|(name, n, l)| Outcome::exact(name, n, l.error, POINTWISE, l.place))
     .into()
 }
 
@@ -247,8 +250,14 @@ fn at_direction(
         Loss::Declared(_) | Loss::Allowed => 0,
     };
     let at = |what: &str| format!("{what} at {place}");
+    // Weights are share/probability, or 0 for what is lost: the same for all, or not.
+    let lossless = lobes.iter().map(|lobe| lobe.probability).sum::<f64>() > 1.0 - POINTWISE;
+    let constant = lossless
+        && lobes
+            .iter()
+            .all(|lobe| (lobe.share - albedo * lobe.probability).abs() <= POINTWISE);
     let claim = Claim::Exact {
-        delta: size.delta * albedo,
+        delta: if constant { 0.0 } else { size.delta * albedo },
     };
     let mut outcomes = vec![
         Outcome::exact(

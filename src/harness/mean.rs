@@ -19,6 +19,10 @@ pub const LARGEST_SKEW_TERM: f64 = 0.3;
 /// [`ALPHA`].
 pub const NEARLY_SYMMETRIC: u64 = 3_600;
 
+/// So many values that are all the same speak against another mean; fewer say nothing. If rare values
+/// make up for the mean's difference, the skewness rule wants to see (z³/0.9)² of them.
+pub const ENOUGH_EQUAL: u64 = 65_000;
+
 /// Independent values of which the mean is in question: moments up to the third.
 #[derive(Clone, Copy, Debug)]
 pub struct Values {
@@ -57,13 +61,13 @@ impl Values {
         self.cubes += (value - self.centre).powi(3);
     }
 
-    /// The sample skewness; 0 where the variance is 0.
+    /// The sample skewness; 0 where the variance is 0 or unknown.
     pub fn skewness(&self) -> f64 {
         let variance = self.moments.variance();
-        if variance <= 0.0 {
+        let n = self.moments.count() as f64;
+        if variance <= 0.0 || n < 2.0 {
             return 0.0;
         }
-        let n = self.moments.count() as f64;
         let shift = self.moments.mean() - self.centre;
         // Central moments divide by n.
         let second = variance * (n - 1.0) / n;
@@ -97,15 +101,18 @@ impl Values {
 struct Difference {
     estimate: f64,
     reference: f64,
+    /// The magnitude of the means, to which rounding is relative.
+    scale: f64,
     standard_error: f64,
     dof: f64,
 }
 
 impl Difference {
     fn outcome(&self, name: &str, statistic: &'static str, n: u64, claim: Claim) -> Outcome {
-        let scale = self.reference.abs().max(self.estimate.abs());
+        let rounding = ROUNDING * self.scale;
         let difference = self.estimate - self.reference;
-        let t = if difference.abs() <= ROUNDING * scale {
+        let equal = difference.abs() <= rounding;
+        let t = if equal {
             0.0
         } else {
             // Infinite if nothing varies and yet the mean is wrong; NaN stays NaN and fails.
@@ -116,9 +123,8 @@ impl Difference {
         } else {
             f64::NAN
         };
-        let half =
-            student_upper(ALPHA / 2.0, self.dof.max(1.0)) * self.standard_error + ROUNDING * scale;
-        Outcome {
+        let half = student_upper(ALPHA / 2.0, self.dof.max(1.0)) * self.standard_error + rounding;
+        let outcome = Outcome {
             name: name.to_owned(),
             statistic,
             value: t,
@@ -137,24 +143,64 @@ impl Difference {
             },
             worst: format!("{t:+.2} standard errors"),
             cells: Vec::new(),
+        };
+        if n < 2 {
+            outcome.without_evidence("fewer than two values", 2)
+        } else if self.standard_error > rounding || self.standard_error.is_nan() {
+            outcome
+        } else if equal {
+            outcome.without_evidence("no value differs from the others", u64::MAX)
+        } else if n < ENOUGH_EQUAL {
+            outcome.without_evidence("few values, all the same", ENOUGH_EQUAL)
+        } else {
+            outcome
         }
     }
 }
 
 /// Student's t test of a mean against a closed form. The tail's validity is checked by skewness: below
-/// [`Values::valid_from`] the outcome is undecided.
+/// [`Values::valid_from`] the outcome is undecided, and so it is if nothing varies: a sampler that is
+/// stuck cannot be told from one that need not vary.
+///
+/// The latter claims more, by δ = 0: *every* value is the reference, to within [`EVERY`] (an identity,
+/// checked without chance).
 pub fn mean(name: &str, values: &Values, reference: f64, claim: Claim) -> Outcome {
     let moments = values.moments;
+    if claim == (Claim::Exact { delta: 0.0 }) {
+        return every(name, moments, reference, EVERY * reference.abs().max(1.0));
+    }
     let mut outcome = Difference {
         estimate: moments.mean(),
         reference,
+        scale: reference.abs().max(moments.mean().abs()),
         standard_error: moments.standard_error(),
         dof: moments.count() as f64 - 1.0,
     }
     .outcome(name, "t", moments.count(), claim);
-    outcome.valid_from = values.valid_from();
+    outcome.valid_from = outcome.valid_from.max(values.valid_from());
     outcome.cells = values.cells("", reference);
     outcome
+}
+
+/// How far a single value may be from a reference that all values have, relative to it (absolute below
+/// one): hundreds of roundings.
+pub const EVERY: f64 = 1e-9;
+
+/// Whether all values are the reference: none is further from their mean than √(n − 1) standard
+/// deviations (Samuelson 1968, "How deviant can you be?").
+pub fn every(name: &str, moments: Moments, reference: f64, tolerance: f64) -> Outcome {
+    let n = moments.count() as f64;
+    let spread = if n < 2.0 {
+        0.0
+    } else {
+        (moments.variance() * (n - 1.0)).sqrt()
+    };
+    let error = (moments.mean() - reference).abs() + spread;
+    let worst = format!(
+        "mean {}, no value further from it than {spread:.3e}; each should be {reference}",
+        moments.mean()
+    );
+    Outcome::exact(name, moments.count(), error, tolerance, worst)
 }
 
 /// The z test of a mean whose standard deviation `sigma` > 0 is known in closed form.
@@ -170,7 +216,7 @@ pub fn mean_known_sigma(
     let standard_error = sigma / (n as f64).sqrt();
     let z = (moments.mean() - reference) / standard_error;
     let half = normal_upper(ALPHA / 2.0) * standard_error;
-    Outcome {
+    let outcome = Outcome {
         name: name.to_owned(),
         statistic: "z",
         value: z,
@@ -189,6 +235,13 @@ pub fn mean_known_sigma(
         },
         worst: format!("{z:+.2} standard errors"),
         cells: values.batches.cells("", reference, sigma * sigma),
+    };
+    if n < 2 {
+        outcome.without_evidence("fewer than two values", 2)
+    } else if sigma <= 0.0 || moments.variance() == 0.0 {
+        outcome.without_evidence("nothing varies", u64::MAX)
+    } else {
+        outcome
     }
 }
 
@@ -219,7 +272,7 @@ pub fn bounded_mean(
         (4.0 * (-l).exp()).min(1.0)
     };
     let half = radius((4.0 / ALPHA).ln());
-    Outcome {
+    let outcome = Outcome {
         name: name.to_owned(),
         statistic: "empirical Bernstein",
         value: deviation,
@@ -237,6 +290,13 @@ pub fn bounded_mean(
         sensitivity: Sensitivity::Bernstein { root, range },
         worst: format!("{deviation:.3e} from the reference"),
         cells: values.cells("", reference),
+    };
+    if moments.count() < 2 {
+        outcome.without_evidence("fewer than two values", 2)
+    } else if high <= low {
+        outcome.without_evidence("the bounds leave one value", u64::MAX)
+    } else {
+        outcome
     }
 }
 
@@ -265,15 +325,11 @@ pub fn welch_moments(name: &str, a: Moments, b: Moments, claim: Claim) -> Outcom
     let mut outcome = Difference {
         estimate: a.mean() - b.mean(),
         reference: 0.0,
+        scale: a.mean().abs().max(b.mean().abs()),
         standard_error: (va + vb).sqrt(),
         dof: welch_satterthwaite([(va, a.count()), (vb, b.count())]),
     }
     .outcome(name, "Welch", a.count().min(b.count()), claim);
-    // Rounding is relative to the means, not to their difference.
-    if outcome.estimate.abs() <= ROUNDING * a.mean().abs().max(b.mean().abs()) {
-        outcome.p = 1.0;
-        outcome.value = 0.0;
-    }
     outcome.cells = vec![Cell {
         place: String::from("mean of the first, against the second"),
         expected: b.mean(),

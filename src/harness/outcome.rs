@@ -129,7 +129,7 @@ pub struct Outcome {
     pub p: f64,
     /// How many independent values entered.
     pub n: u64,
-    /// The least number of values for which the tail is valid; 0 where it always is.
+    /// The least number of values for which the tail is valid.
     pub valid_from: u64,
     /// What is estimated (a mean, a worst relative deviation).
     pub estimate: f64,
@@ -150,7 +150,7 @@ pub struct Outcome {
 
 impl Outcome {
     /// An identity checked without chance: the largest error found over `n` arguments against its
-    /// tolerance; `worst` names the argument.
+    /// tolerance; `worst` names the argument. Without arguments it is undecided.
     pub fn exact(
         name: impl Into<String>,
         n: u64,
@@ -166,7 +166,7 @@ impl Outcome {
             // NaN must fail, hence the comparison that NaN does not satisfy.
             p: if error.abs() <= tolerance { 1.0 } else { 0.0 },
             n,
-            valid_from: 0,
+            valid_from: 1,
             estimate: error,
             reference: 0.0,
             interval: [error, error],
@@ -175,6 +175,18 @@ impl Outcome {
             worst: worst.into(),
             cells: Vec::new(),
         }
+    }
+
+    /// The same outcome of a sample that says nothing (no values, one value, one cell, no variance): no
+    /// verdict but *undecided*. `needed` values might decide; `u64::MAX` if more of the same will not.
+    /// NaN still fails.
+    pub fn without_evidence(mut self, why: &str, needed: u64) -> Self {
+        let bad = self.estimate.is_nan() && self.n > 0;
+        self.p = if bad { f64::NAN } else { 1.0 };
+        self.interval = [f64::NEG_INFINITY, f64::INFINITY];
+        self.valid_from = needed.max(self.n.saturating_add(1));
+        self.worst = format!("says nothing: {why}");
+        self
     }
 
     /// The same outcome under a more telling name.

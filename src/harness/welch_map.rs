@@ -60,10 +60,11 @@ impl PValueMap {
     /// effect is claimed.
     pub fn smallest(&self, name: &str, n: u64) -> Outcome {
         let valid = || self.p.iter().enumerate().filter(|(_, p)| !p.is_nan());
-        let (worst, p) = valid()
-            .min_by(|a, b| a.1.total_cmp(b.1))
-            .map_or((0, 1.0), |(i, &p)| (i, p));
+        let worst = valid().min_by(|a, b| a.1.total_cmp(b.1));
         let tests = valid().count();
+        let Some((worst, p)) = worst else {
+            return Self::none_judged(name, n);
+        };
         Outcome {
             name: name.to_owned(),
             statistic: "Welch map",
@@ -92,6 +93,21 @@ impl PValueMap {
             ),
             cells: self.cells(),
         }
+    }
+
+    /// The outcome of a map of which no tile says anything.
+    fn none_judged(name: &str, n: u64) -> Outcome {
+        Outcome {
+            statistic: "Welch map",
+            claim: Claim::Test,
+            sensitivity: Sensitivity::Normal {
+                standard_error: f64::INFINITY,
+                dof: f64::INFINITY,
+                tests: 1,
+            },
+            ..Outcome::exact(name, n, 0.0, 0.0, "")
+        }
+        .without_evidence("no tile was judged", u64::MAX)
     }
 
     fn cells(&self) -> Vec<Cell> {
@@ -149,7 +165,7 @@ pub fn image_mean(name: &str, a: &PixelStatistics, b: &PixelStatistics, delta: f
         d.difference / standard_error
     };
     let half = student_upper(ALPHA / 2.0, d.dof.max(1.0)) * standard_error;
-    Outcome {
+    let outcome = Outcome {
         name: name.to_owned(),
         statistic: "Welch",
         value: t,
@@ -170,6 +186,13 @@ pub fn image_mean(name: &str, a: &PixelStatistics, b: &PixelStatistics, delta: f
         },
         worst: format!("image means differ by {t:+.2} standard errors"),
         cells: stretches(a, b),
+    };
+    if outcome.n < 2 {
+        outcome.without_evidence("fewer than two replications", 2)
+    } else if standard_error == 0.0 && d.difference == 0.0 {
+        outcome.without_evidence("no pixel varies", u64::MAX)
+    } else {
+        outcome
     }
 }
 

@@ -92,7 +92,7 @@ fn aims() -> Vec<Bench<Subject>> {
             ),
             (&aim(mirror, reflected), Kind::Whitted(3), probe),
             0.9 * LIGHT,
-            (1000, SINGLE),
+            (1000, 0.0),
         ),
         radiance(
             words(
@@ -106,7 +106,7 @@ fn aims() -> Vec<Bench<Subject>> {
                 probe,
             ),
             transmitted,
-            (1000, SINGLE),
+            (1000, 0.0),
         ),
         radiance(
             words(
@@ -204,7 +204,7 @@ fn total_reflection() -> Bench<Subject> {
             Ray::new(-0.5 * d, d)
         }),
         1.0,
-        (2_000_000, SINGLE),
+        (2_000_000, 0.0),
     )
 }
 
@@ -275,7 +275,7 @@ fn cubes() -> Vec<Bench<Subject>> {
             ),
             (&inside, Kind::Path, trapped),
             0.0,
-            (1_600_000, BOUNCES),
+            (1_600_000, 0.0),
         ),
     ]
 }

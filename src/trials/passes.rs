@@ -141,14 +141,9 @@ impl Property for MeanImage {
         let Some(means) = means else {
             return not_an_image();
         };
-        let scale = if self.reference == 0.0 {
-            1.0
-        } else {
-            self.reference
-        };
         let outcome = |(region, values): (&Region, &Values)| {
             let claim = Claim::Exact {
-                delta: region.delta * scale,
+                delta: region.delta * self.reference,
             };
             mean(region.name, values, self.reference, claim)
         };
@@ -156,19 +151,21 @@ impl Property for MeanImage {
     }
 }
 
-/// A trial of regions whose mean radiance is `reference`.
+/// A trial of regions whose mean radiance is `reference`, to within a δ relative to it; 0 claims it of
+/// every single pass.
 pub fn image(words: Words, passes: &Passes, reference: f64, regions: &[Region]) -> Bench<Subject> {
     let delta = regions
         .iter()
         .map(|region| region.delta)
         .fold(0.0, f64::max);
+    let random = regions.iter().filter(|region| region.delta > 0.0).count();
     let trial = data(
         words.name,
         words.property,
         words.equation,
         passes.kind.path(),
         "t",
-        (passes.count, delta, regions.len()),
+        (passes.count, delta, random),
     );
     let property = MeanImage {
         passes: passes.clone(),

@@ -28,7 +28,7 @@ pub struct MeanRadiance {
     pub probe: Probe,
     /// The expectation.
     pub reference: f64,
-    /// δ, absolute.
+    /// δ, absolute; 0 if every value is the reference.
     pub delta: f64,
     /// Rays at scale 1.
     pub samples: u64,
@@ -77,7 +77,8 @@ pub fn path(kind: Kind) -> &'static str {
     }
 }
 
-/// A trial of the mean radiance; `delta` is relative to the reference (absolute if that is 0).
+/// A trial of the mean radiance; `delta` is relative to the reference. 0 claims that every value is the
+/// reference.
 pub fn radiance(
     words: Words,
     (scene, kind, ray): (&Arc<Scene>, Kind, fn(&mut Stream) -> Ray),
@@ -90,9 +91,8 @@ pub fn radiance(
         words.equation,
         path(kind),
         "t",
-        (samples, delta, 1),
+        (samples, delta, usize::from(delta > 0.0)),
     );
-    let scale = if reference == 0.0 { 1.0 } else { reference };
     let probe = Probe {
         scene: Arc::clone(scene),
         kind,
@@ -101,7 +101,7 @@ pub fn radiance(
     let property = MeanRadiance {
         probe,
         reference,
-        delta: delta * scale,
+        delta: delta * reference,
         samples,
     };
     Bench::new(trial, on(property))

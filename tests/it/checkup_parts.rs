@@ -99,7 +99,7 @@ fn pointwise(subject: &BsdfSubject, name: &str) -> Outcome {
         .expect("an outcome of this name")
 }
 
-/// How many verdicts chance could turn, in this module: two directions with two random outcomes each, and
+/// How many verdicts chance could turn, in this module: two directions with two random outcomes at most, and
 /// one for all shares and means that are far within their bounds together.
 pub const ASSERTIONS: usize = 5;
 
@@ -136,10 +136,8 @@ fn a_check_up_asks_everything() {
             "directional albedo at 60 degrees",
         ]
     );
-    assert_eq!(
-        outcomes.iter().filter(|o| o.is_random()).count(),
-        assertions(&size)
-    );
+    // All weights are the same: the furnaces are exact.
+    assert_eq!(outcomes.iter().filter(|o| o.is_random()).count(), 2);
     assert_eq!((assertions(&size), assertions(&small())), (4, 2));
     for outcome in &outcomes {
         // The small sample leaves the cells open, and the size of single ones only.
@@ -352,8 +350,8 @@ fn albedo_bound_and_furnace_are_those_of_the_quadrature() {
         outcome(&subject, "furnace")
     };
     let found = weighing(ALBEDO);
-    assert_abs_diff_eq!(found.claim.size(), 0.003 * ALBEDO, epsilon = 1e-8);
     assert_eq!((found.n, found.verdict()), (20_000, Verdict::Holds));
+    assert!(!found.is_random());
     // The quadrature is known to 1e-6; what differs by more than that fails, as nothing varies.
     for (excess, verdict) in [
         (8e-7, Verdict::Holds),

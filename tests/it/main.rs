@@ -40,6 +40,7 @@ mod calibration; // error rates and power of the statistics, at a small size
 mod checkup; // the BSDF check-up on a BSDF that is not ours, and on faulty ones
 mod checkup_parts; // what each part of the check-up reports
 mod counts; // chi-square, Kolmogorov-Smirnov and Welch maps on small sets
+mod degenerate;
 mod domains; // where samplers put their points, and the masses of cells
 mod failures; // what a red trial says
 mod lobes; // the check-ups of paper, mirrors and glass, and of faulty ones

@@ -3,7 +3,7 @@
 use approx::assert_relative_eq;
 use whitefurnace::harness::batches::Batches;
 use whitefurnace::harness::mean::{
-    LARGEST_SKEW_TERM, NEARLY_SYMMETRIC, Values, bounded_mean, equivalence_p, mean,
+    ENOUGH_EQUAL, LARGEST_SKEW_TERM, NEARLY_SYMMETRIC, Values, bounded_mean, equivalence_p, mean,
     mean_known_sigma, welch, welch_moments, welch_satterthwaite,
 };
 use whitefurnace::harness::outcome::{ALPHA, Cell, Claim, Verdict};
@@ -141,9 +141,10 @@ fn batches_are_means_of_consecutive_values() {
 
 #[test]
 fn one_value_says_nothing() {
-    let one = values(1.0, &[1.0]);
-    assert_eq!(mean("t", &one, 1.0, CLAIM).verdict(), Verdict::Fails);
-    assert!(mean("t", &one, 1.0, CLAIM).p.is_nan());
+    let one = mean("t", &values(1.0, &[1.0]), 1.0, CLAIM);
+    assert_eq!(one.verdict(), Verdict::Undecided { needed: 2 });
+    assert_eq!((one.p, one.interval[1]), (1.0, f64::INFINITY));
+    assert_eq!(one.worst, "says nothing: fewer than two values");
 }
 
 #[test]
@@ -152,15 +153,18 @@ fn rounding_is_relative_to_the_size_of_the_numbers() {
         let claim = Claim::Exact {
             delta: 1e-3 * scale,
         };
-        let same = values(scale, &[scale; 100]);
+        let many = vec![scale; ENOUGH_EQUAL as usize];
+        let same = values(scale, &many);
+        let nothing = Verdict::Undecided { needed: u64::MAX };
         let verdict = |reference| mean("t", &same, reference, claim).verdict();
-        assert_eq!(verdict(scale * (1.0 + 5e-13)), Verdict::Holds);
+        assert_eq!(verdict(scale * (1.0 + 5e-13)), nothing);
         assert_eq!(verdict(scale * (1.0 + 3e-12)), Verdict::Fails);
-        let [low, high] = mean("t", &same, scale, claim).interval;
-        assert_relative_eq!(high - low, 2e-12 * scale, max_relative = 1e-3);
-        let other = |factor: f64| values(scale, &[scale * factor; 100]);
+        let few = mean("t", &values(scale, &many[1..]), 2.0 * scale, claim);
+        let needed = ENOUGH_EQUAL;
+        assert_eq!(few.verdict(), Verdict::Undecided { needed });
+        let other = |factor: f64| values(scale, &[scale * factor].repeat(many.len()));
         let near = welch("w", &same, &other(1.0 + 5e-13), claim);
-        assert_eq!((near.value, near.p), (0.0, 1.0));
+        assert_eq!((near.value, near.verdict()), (0.0, nothing));
         let far = welch("w", &same, &other(1.0 + 3e-12), claim);
         assert_eq!(far.verdict(), Verdict::Fails);
     }

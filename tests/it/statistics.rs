@@ -72,15 +72,20 @@ fn nan_and_infinity_never_hold() {
 }
 
 #[test]
-fn a_mean_without_variance_is_compared_exactly() {
-    let mut values = Values::new(2.0);
-    (0..100).for_each(|_| values.push(2.0));
-    let claim = Claim::Exact { delta: 1e-6 };
-    assert_eq!(mean("same", &values, 2.0, claim).verdict(), Verdict::Holds);
-    assert_eq!(
-        mean("other", &values, 2.0 + 1e-9, claim).verdict(),
-        Verdict::Fails
-    );
+fn a_claim_without_tolerance_is_of_every_value() {
+    let every = Claim::Exact { delta: 0.0 };
+    let verdict = |last: f64, reference: f64| {
+        let mut values = Values::new(2.0);
+        (0..99).for_each(|_| values.push(2.0));
+        values.push(last);
+        mean("every", &values, reference, every).verdict()
+    };
+    assert_eq!(verdict(2.0, 2.0), Verdict::Holds);
+    assert_eq!(verdict(2.0 + 4.0 * f64::EPSILON, 2.0), Verdict::Holds);
+    // One value that is off by 2e-8 is seen though the mean is off by 2e-10; and so is the reference.
+    assert_eq!(verdict(2.0 + 2e-8, 2.0), Verdict::Fails);
+    assert_eq!(verdict(2.0, 2.0 + 3e-9), Verdict::Fails);
+    assert_eq!(verdict(f64::NAN, 2.0), Verdict::Fails);
 }
 
 /// 1, 2, 3, 4, 10: mean 4, variance 12.5, third central moment 36 (all by hand).
@@ -336,9 +341,14 @@ fn the_slope_of_a_power_is_its_exponent() {
     let sizes = [1.0, 10.0, 100.0, 1000.0];
     let errors: Vec<f64> = sizes.iter().map(|n: &f64| 3.0 * n.powf(-1.5)).collect();
     assert_relative_eq!(log_slope(&sizes, &errors), -1.5, max_relative = 1e-12);
-    let outcome = slope("power", &sizes, &vec![errors; 10], -1.5, 0.1);
+    let groups = |errors: &[f64]| -> Vec<Vec<f64>> {
+        let tilted = |tilt: f64| errors.iter().zip(sizes).map(move |(e, n)| e * n.powf(tilt));
+        let signs = (0..10).map(|i| if i % 2 == 0 { 1e-3 } else { -1e-3 });
+        signs.map(|tilt| tilted(tilt).collect()).collect()
+    };
+    let outcome = slope("power", &sizes, &groups(&errors), -1.5, 0.1);
     assert_eq!(outcome.verdict(), Verdict::Holds);
-    let outcome = slope("power", &sizes, &vec![vec![1.0; 4]; 10], -1.5, 0.1);
+    let outcome = slope("power", &sizes, &groups(&[1.0; 4]), -1.5, 0.1);
     assert_eq!(outcome.verdict(), Verdict::Fails);
 }
 

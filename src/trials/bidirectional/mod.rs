@@ -88,7 +88,7 @@ fn direct() -> Vec<Bench<Subject>> {
             ("bidirectional/bdpt/behind", Bdpt, &GEOMETRY),
             "a floor under a light that faces up",
             scenes::rectangle(true),
-            (SQUARE, 6_000, IMAGE),
+            (SQUARE, 6_000, 0.0),
         ),
         frame("bidirectional/light-tracer/frame", LightTracer, 17_000),
         frame("bidirectional/bdpt/frame", Bdpt, 8_000),

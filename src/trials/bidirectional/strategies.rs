@@ -86,12 +86,7 @@ fn sphere(name: &'static str, only: fn(Subject) -> Subject) -> Bench<Subject> {
     let rho: f64 = 0.5;
     let scene = (scenes::sphere_furnace(rho), rho.powi(3));
     let what = "light that a sphere reflects three times, by one strategy alone";
-    let bench = mean(
-        (name, Bdpt, &PATH_DENSITY),
-        what,
-        scene,
-        (SQUARE, 400, IMAGE),
-    );
+    let bench = mean((name, Bdpt, &PATH_DENSITY), what, scene, (SQUARE, 400, 0.0));
     altered(bench, move |subject| {
         let table = only(subject).parts.unwrap_or(RIGHT);
         Setup {

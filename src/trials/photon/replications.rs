@@ -54,19 +54,20 @@ pub(super) fn bench<T: Replication>(about: About, replication: T) -> Bench<Subje
     let About {
         reference, values, ..
     } = about;
-    let scale = if reference == 0.0 { 1.0 } else { reference };
+    // Where nothing arrives, nothing varies.
+    let delta = if reference == 0.0 { 0.0 } else { about.delta };
     let trial = data(
         about.name,
         about.property,
         about.equation,
         about.subject,
         "t over independent maps",
-        (values, about.delta, 1),
+        (values, delta, usize::from(delta > 0.0)),
     );
     let property = Mean {
         replication,
         reference,
-        delta: about.delta * scale,
+        delta: delta * reference,
         values,
     };
     Bench::new(trial, on(property))

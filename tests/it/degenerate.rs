@@ -1,0 +1,206 @@
+//! Samples that say nothing: no statistic may say *holds* of them.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use whitefurnace::harness::bsdf_checkup::{BsdfSample, BsdfSubject, CheckUp, Loss, check_up};
+use whitefurnace::harness::chi_square::{
+    Counts, binomial, chi_square, poisson, sampler_against_partition,
+};
+use whitefurnace::harness::convergence::{slope, variance_ratio};
+use whitefurnace::harness::domain::{Domain, Partition};
+use whitefurnace::harness::ks::kolmogorov_smirnov;
+use whitefurnace::harness::lobe_checkup::{Lobe, LobeSample, LobeSubject, check_up_lobes};
+use whitefurnace::harness::mean::{
+    ENOUGH_EQUAL, Values, bounded_mean, mean, mean_known_sigma, welch, welch_moments,
+};
+use whitefurnace::harness::outcome::{Claim, Outcome, Verdict};
+use whitefurnace::harness::trial::Context;
+use whitefurnace::harness::welch_map::{PixelStatistics, image_mean, map};
+use whitefurnace::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
+
+const WIDE: [Claim; 3] = [
+    Claim::Exact { delta: 1e3 },
+    Claim::Approximate { margin: 1e3 },
+    Claim::Test,
+];
+
+/// n values, all the same.
+fn same(n: u64, value: f64) -> Values {
+    Values::collect(0.0, n, || value)
+}
+
+fn cells(masses: &[f64], observed: &[u64]) -> Outcome {
+    let places = masses.iter().map(|m| format!("{m}")).collect();
+    let counts = Counts {
+        n: observed.iter().sum(),
+        observed: observed.to_vec(),
+        ..Counts::default()
+    };
+    let partition = Partition::of_masses(masses.to_vec(), places);
+    chi_square("cells", &partition, &counts, 1e3)
+}
+
+fn image(pixels: usize, count: u64) -> Outcome {
+    let (mean, variance, count) = (vec![1.0; pixels], vec![0.0; pixels], vec![count; pixels]);
+    let pixels = PixelStatistics {
+        mean: &mean,
+        variance: &variance,
+        count: &count,
+    };
+    image_mean("image", &pixels, &pixels, 1e3)
+}
+
+/// Every statistic on no value, one value, values that are all the same and right, one cell, nothing
+/// judged: undecided, whatever is claimed.
+#[test]
+fn samples_that_say_nothing_are_undecided() {
+    let mut outcomes = Vec::new();
+    for claim in WIDE {
+        for n in [0, 1, 2, 100, 2 * ENOUGH_EQUAL] {
+            let (v, squares) = (same(n, 2.0), same(n, 0.5));
+            outcomes.push(mean("t", &v, 2.0, claim));
+            outcomes.push(mean_known_sigma("z", &v, 2.0, 1.0, claim));
+            outcomes.push(bounded_mean("one place", &v, 2.0, [2.0, 2.0], claim));
+            outcomes.push(welch("Welch", &v, &v, claim));
+            outcomes.push(welch_moments("moments", v.moments, v.moments, claim));
+            outcomes.push(variance_ratio("ratio", &squares, &squares, 1.0, 1e3));
+        }
+        // Nothing is known of one value, or none, however wrong it is; and too little of a few equal ones.
+        for n in [0, 1, 2, 1000] {
+            outcomes.push(mean("elsewhere", &same(n, 0.0), 1e-3, claim));
+            outcomes.push(welch("elsewhere", &same(n, 0.0), &same(n, 1.0), claim));
+        }
+        for n in [0, 1] {
+            let v = same(n, 2.0);
+            outcomes.push(bounded_mean("bounded", &v, 2.0, [0.0, 4.0], claim));
+            outcomes.push(mean_known_sigma("z", &v, 9.0, 1.0, claim));
+        }
+    }
+    for groups in [vec![], vec![vec![1.0, 0.1]], vec![vec![1.0, 0.1]; 50]] {
+        outcomes.push(slope("slope", &[1.0, 10.0], &groups, -1.0, 1e3));
+    }
+    outcomes.push(cells(&[1.0], &[1_000_000]));
+    outcomes.push(cells(&[1.0, 0.0], &[1_000_000, 0]));
+    outcomes.push(cells(&[0.5, 0.5], &[0, 0]));
+    outcomes.push(cells(&[0.5, 0.5], &[900, 0]));
+    outcomes.extend([0.0, 0.5, 1.0].map(|q| binomial("share", 0, 0, q, 1e3)));
+    outcomes.extend([0.0, 1.0].map(|events| poisson("events", 0, 0, events, 1e3)));
+    for n in [0, 1] {
+        outcomes.push(kolmogorov_smirnov("law", &mut vec![0.5; n], |x| x, 1e3));
+    }
+    outcomes.extend([(0, 9), (4, 0), (4, 1), (4, 9)].map(|(pixels, n)| image(pixels, n)));
+    for pixels in [0, 4] {
+        let (mean, zero, count) = (vec![1.0; pixels], vec![0.0; pixels], vec![9; pixels]);
+        let pixels = PixelStatistics {
+            mean: &mean,
+            variance: &zero,
+            count: &count,
+        };
+        let map = map(&pixels, &pixels, 2, 1);
+        outcomes.extend([map.smallest("least", 9), map.flatness("flat", 1e3)]);
+    }
+    outcomes.push(Outcome::exact("identity of nothing", 0, 0.0, 1.0, ""));
+    for outcome in outcomes {
+        let undecided = matches!(outcome.verdict(), Verdict::Undecided { .. });
+        assert!(undecided, "{:?}: {outcome:?}", outcome.verdict());
+        assert!(outcome.p >= 0.5, "{outcome:?}");
+    }
+}
+
+/// What can be said without a doubt is said.
+#[test]
+fn samples_that_speak_against_a_claim_are_heard() {
+    let claim = Claim::Exact { delta: 0.003 };
+    let failing = [
+        mean("black", &same(2 * ENOUGH_EQUAL, 0.0), 1.0, claim),
+        cells(&[1.0, 0.0], &[999_999, 1]),
+        kolmogorov_smirnov("stuck", &mut vec![0.5; 1000], |x| x, 0.01),
+        binomial("never", 1, 1_000_000, 0.0, 0.01),
+        binomial("always", 999_999, 1_000_000, 1.0, 0.01),
+        poisson("none", 1, 1_000_000, 0.0, 30.0),
+        // Not numbers, even if alone.
+        mean("NaN", &same(1, f64::NAN), 1.0, claim),
+        welch("NaN", &same(1, f64::NAN), &same(1, 1.0), claim),
+        binomial("NaN", 0, 10, f64::NAN, 1.0),
+        poisson("NaN", 0, 10, f64::NAN, 1.0),
+        cells(&[f64::NAN, 0.5], &[500, 500]),
+    ];
+    for outcome in failing {
+        assert_eq!(outcome.verdict(), Verdict::Fails, "{outcome:?}");
+    }
+    // No event of many bounds a probability and a mean: these intervals are within δ.
+    let holding = [
+        binomial("never", 0, 1_000_000, 0.0, 0.01),
+        binomial("always", 1_000_000, 1_000_000, 1.0, 0.01),
+        poisson("none", 0, 1_000_000, 0.0, 30.0),
+        bounded_mean(
+            "far from its bounds",
+            &same(1_000_000, 0.5),
+            0.5,
+            [0.0, 1.0],
+            claim,
+        ),
+    ];
+    for outcome in holding {
+        assert_eq!(outcome.verdict(), Verdict::Holds, "{outcome:?}");
+    }
+}
+
+/// A sampler that always returns +z, against 12 cosine cells: nothing can be said of 1000 samples, and of
+/// many it fails.
+#[test]
+fn a_stuck_sampler_is_undecided_then_fails() {
+    let cells = Partition::equal(Domain::CosineHemisphere, 3, 4);
+    let verdict = |n| sampler_against_partition("stuck", &cells, n, || Some(DVec3::Z)).verdict();
+    for n in [0, 1, 100, 1000] {
+        assert!(matches!(verdict(n), Verdict::Undecided { .. }), "{n}");
+    }
+    assert_eq!(verdict(100_000), Verdict::Fails);
+}
+
+fn small() -> CheckUp {
+    CheckUp {
+        inclinations: vec![40.0],
+        samples: 5000,
+        pairs: 100,
+        ..CheckUp::default()
+    }
+}
+
+/// Check-ups of a sampler that returns nothing, and of one whose weights are stuck though f cos/pdf is
+/// not: nothing that was not compared holds.
+#[test]
+fn check_ups_without_samples_are_undecided() {
+    let context = Context::new(7, 1.0).expect("a scale").named("nothing");
+    let lambert = |_, wi: DVec3| if wi.z > 0.0 { 0.5 / PI } else { 0.0 };
+    let nothing = BsdfSubject::new(lambert, |_, _| None, |_, _| 0.0).loss(Loss::Allowed);
+    let outcomes = check_up(&nothing, &small(), &context);
+    let stuck = BsdfSubject::new(
+        |_, wi: DVec3| wi.z.max(0.0) * 0.75 / PI,
+        |_, [r1, r2, _]| {
+            let wi = cosine_hemisphere([r1, r2]);
+            Some(BsdfSample {
+                wi,
+                weight: 0.5,
+                pdf: cosine_hemisphere_pdf(wi.z),
+            })
+        },
+        |_, wi: DVec3| cosine_hemisphere_pdf(wi.z.max(0.0)),
+    );
+    let stuck = check_up(&stuck, &small(), &context);
+    let lobes = LobeSubject::new(|_| Vec::<Lobe>::new(), |_, _| None::<LobeSample>);
+    let lobes = check_up_lobes(&lobes.loss(Loss::Allowed), &small(), &context);
+    for (outcomes, name) in [
+        (&outcomes, "weight = f cos/pdf"),
+        (&outcomes, "chi-square of samples at 40 degrees"),
+        (&stuck, "furnace at 40 degrees"),
+        (&lobes, "weight = share/probability"),
+        (&lobes, "way back"),
+    ] {
+        let found = outcomes.iter().find(|outcome| outcome.name == name);
+        let verdict = found.map(Outcome::verdict);
+        let undecided = matches!(verdict, Some(Verdict::Undecided { .. }));
+        assert!(undecided, "{name}: {found:?}");
+    }
+}
