@@ -19,9 +19,9 @@ pub const LARGEST_SKEW_TERM: f64 = 0.3;
 /// [`ALPHA`].
 pub const NEARLY_SYMMETRIC: u64 = 3_600;
 
-/// So many values that are all the same speak against another mean; fewer say nothing. If rare values
-/// make up for the mean's difference, the skewness rule wants to see (z³/0.9)² of them.
-pub const ENOUGH_EQUAL: u64 = 65_000;
+/// So many values that are all the same speak against another mean; fewer say nothing. At level [`ALPHA`]
+/// no other value has a probability above ln(1/α)/n, which is 0.2 % here.
+pub const ENOUGH_EQUAL: u64 = 10_000;
 
 /// Independent values of which the mean is in question: moments up to the third.
 #[derive(Clone, Copy, Debug)]
