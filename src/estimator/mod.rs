@@ -191,6 +191,17 @@ pub trait Parts: Sync {
     fn form_factor(&self, normal: DVec3, corners: &[DVec3]) -> f64 {
         form_factor::polygon(normal, corners)
     }
+    /// How much a point of an emitter counts in the share of it that is seen: its geometry term, by the
+    /// receiver's cosine and the solid angle per area.
+    #[inline]
+    fn seen_weight(&self, cosine: f64, solid_angle: f64) -> f64 {
+        cosine * solid_angle
+    }
+    /// Whether a part of a sphere is so near for its area that it is divided.
+    #[inline]
+    fn is_near(&self, area: f64, distance_squared: f64) -> bool {
+        radiosity::is_near(area, distance_squared)
+    }
     /// The part of a polygon above the horizon.
     #[inline]
     fn horizon(&self, normal: DVec3, polygon: &Polygon) -> Polygon {

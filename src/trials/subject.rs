@@ -68,6 +68,8 @@ table! {
     pdf_solid_angle(emitter: &Emitter, from: DVec3) -> Option<f64>;
     visible(scene: &Scene, x: End, y: End, glass: bool) -> bool;
     form_factor(normal: DVec3, corners: &[DVec3]) -> f64;
+    seen_weight(cosine: f64, solid_angle: f64) -> f64;
+    is_near(area: f64, distance_squared: f64) -> bool;
     horizon(normal: DVec3, polygon: &Polygon) -> Polygon;
     leaving(albedo: DVec3, emitted: DVec3, irradiance: DVec3) -> DVec3;
     exchanged(leaving: DVec3, emitted: DVec3) -> DVec3;

@@ -8,12 +8,13 @@ use whitefurnace::bsdf::Bsdf;
 use whitefurnace::camera::Camera;
 use whitefurnace::equation;
 use whitefurnace::error::Error;
-use whitefurnace::estimator::radiosity::{Fineness, FormFactors, Mesh, RESIDUAL};
+use whitefurnace::estimator::radiosity::{Fineness, FormFactors, Mesh, Patch, RESIDUAL, ReadOut};
 use whitefurnace::estimator::{Radiosity, Standard};
 use whitefurnace::form_factor::{Polygon, polygon};
+use whitefurnace::frame::from_spherical;
 use whitefurnace::harness::domain::Domain;
 use whitefurnace::scene::{Scene, SceneBuilder, Surface, room, simple};
-use whitefurnace::shape::Sphere;
+use whitefurnace::shape::{Ray, Sphere};
 use whitefurnace::trials::cie::{parallel_corner, upright_corner};
 use whitefurnace::trials::radiosity::{NEIGHBOURS, OPPOSITE};
 
@@ -158,6 +159,138 @@ fn patches_of_a_sphere_add_up_to_its_form_factor() {
     );
     for f in seen.iter().filter(|&&f| f > 0.0) {
         assert_abs_diff_eq!(*f, 1.0 / 9.0, epsilon = 5e-4);
+    }
+}
+
+/// A room of surfaces of every kind with lights of every kind: triangles and rectangles, a ball, a zone of
+/// a cavity, each reflecting on both sides.
+fn medley() -> Scene {
+    scene(|s| {
+        let [pale, dark, red] = [0.7, 0.2, 0.5].map(|albedo| s.surface(lambert(albedo)));
+        let lamp = s.surface(lambert(0.4).emitting(DVec3::new(3.0, 2.0, 1.0)));
+        s.rectangle(DVec3::ZERO, [3.0 * DVec3::X, 2.0 * DVec3::Y], pale);
+        s.rectangle(
+            DVec3::ZERO,
+            [2.0 * DVec3::Y, DVec3::new(0.3, 0.0, 2.0)],
+            dark,
+        );
+        let corners = [
+            DVec3::new(0.5, 1.9, 0.1),
+            DVec3::new(2.9, 1.8, 0.2),
+            DVec3::new(1.0, 1.5, 1.8),
+        ];
+        s.mesh(&corners, &[[0, 1, 2]], red);
+        s.sphere(Sphere::new(DVec3::new(1.6, 0.7, 0.6), 0.5), red);
+        let zone = Sphere {
+            zone: [-0.2, 0.7],
+            inward: true,
+            ..Sphere::new(DVec3::new(1.5, 1.0, 1.2), 2.5)
+        };
+        s.sphere(zone, dark);
+        s.rectangle(
+            DVec3::new(0.6, 0.4, 2.2),
+            [DVec3::Y, DVec3::new(0.8, 0.3, 0.1)],
+            lamp,
+        );
+        s.sphere(Sphere::new(DVec3::new(2.6, 0.4, 1.7), 0.2), lamp);
+    })
+}
+
+/// The points at which the mean of a quadratic over a patch is exact: those next to a triangle's corners,
+/// or Gauss's in height and azimuth of a sphere's patch.
+fn nodes(patch: &Patch) -> Vec<DVec3> {
+    match patch {
+        Patch::Flat { polygon, .. } => {
+            let [a, b, c] = [0, 1, 2].map(|i| polygon.corners()[i]);
+            [(a, b, c), (b, c, a), (c, a, b)]
+                .map(|(near, p, q)| (4.0 * near + p + q) / 6.0)
+                .to_vec()
+        }
+        Patch::Curved(part) => {
+            let gauss = [0.5 - 12f64.sqrt().recip(), 0.5 + 12f64.sqrt().recip()];
+            let at = |[from, to]: [f64; 2], share: f64| from + share * (to - from);
+            let place = |s, t| {
+                let (z, turn) = (at(part.heights, s), at(part.azimuths, t));
+                let rho = (1.0 - z * z).sqrt();
+                part.centre + part.radius * DVec3::new(rho * turn.cos(), rho * turn.sin(), z)
+            };
+            gauss
+                .iter()
+                .flat_map(|&s| gauss.map(|t| place(s, t)))
+                .collect()
+        }
+    }
+}
+
+/// At the nodes of every side of every patch, interpolation is what is gathered there: each point finds
+/// its patch, side and node again. And the mean over a patch is that of its nodes.
+#[test]
+fn at_its_nodes_interpolation_is_exact() {
+    let scene = medley();
+    for halvings in [0, 1] {
+        let [interpolated, gathered] = [ReadOut::Interpolated, ReadOut::Gathered].map(|way| {
+            solve(&scene, fineness(40, halvings))
+                .expect("a solution")
+                .read(way)
+        });
+        let (mut compared, mut largest) = (0, 0.0_f64);
+        for (element, mean) in interpolated.irradiances() {
+            let mut sum = DVec3::ZERO;
+            let points = nodes(&element.patch);
+            for &point in &points {
+                let normal = element.patch.normal(point);
+                let ray = Ray::new(point + 1e-7 * normal, -normal);
+                let hit = scene.intersect(&ray).expect("the patch");
+                assert!((hit.point - point).length() < 1e-9, "{point} is hidden");
+                let [a, b] =
+                    [&interpolated, &gathered].map(|solved| solved.irradiance(&scene, &ray, &hit));
+                assert!(
+                    (a - b).abs().max_element() < 1e-4,
+                    "{a}, not {b}, at {point}"
+                );
+                sum += a;
+                compared += 1;
+                largest = largest.max(a.x);
+            }
+            let off = (sum / points.len() as f64 - mean).abs().max_element();
+            assert!(off < 1e-4, "{mean} is not the mean of the nodes");
+        }
+        assert!(compared > 300 && largest > 1.0, "{compared}, {largest}");
+    }
+}
+
+/// Each triangle's patches are equal, each patch of a sphere has the area of its own polygon of many
+/// corners.
+#[test]
+fn every_patch_has_its_own_area() {
+    let mesh = Mesh::new(&medley(), fineness(60, 0)).expect("a mesh");
+    for element in mesh.elements() {
+        let expected = match &element.patch {
+            Patch::Flat { polygon, .. } => {
+                let [a, b, c] = [0, 1, 2].map(|i| polygon.corners()[i]);
+                0.5 * (b - a).cross(c - a).length()
+            }
+            Patch::Curved(part) => {
+                // The area of a facetted copy: strips between meridians and parallels.
+                let n = 200;
+                let point = |i: u32, j: u32| {
+                    let at =
+                        |[from, to]: [f64; 2], k| from + f64::from(k) / f64::from(n) * (to - from);
+                    let inclinations = part.heights.map(f64::acos);
+                    let (theta, turn) = (at(inclinations, i), at(part.azimuths, j));
+                    part.radius * from_spherical(theta, turn)
+                };
+                // One meridian's strip, as often as there are.
+                let facet = |i| {
+                    let [a, b, c, d] = [point(i, 0), point(i + 1, 0), point(i + 1, 1), point(i, 1)];
+                    0.5 * (c - a).cross(d - b).length()
+                };
+                f64::from(n) * (0..n).map(facet).sum::<f64>()
+            }
+        };
+        let off = element.area / expected - 1.0;
+        assert!(off.abs() < 1e-4, "{} is not {expected}", element.area);
+        assert!(element.area > 0.0);
     }
 }
 

@@ -83,13 +83,15 @@ impl Light {
 fn seen_share<P: Parts>(parts: &P, scene: &Scene, emitter: &Emitter, at: &Node) -> f64 {
     let (mut seen, mut all) = (0.0, 0.0);
     for index in 0..POINTS {
-        let y = emitter.sample(hammersley(index));
+        let y = parts.sample_emitter(emitter, hammersley(index));
         let offset = y.point - at.point;
         let distance_squared = offset.length_squared();
         let direction = offset / distance_squared.sqrt();
         let across = parts.cosine(y.normal, -direction);
-        let weight = parts.cosine(at.normal, direction)
-            * parts.solid_angle_per_area(across, distance_squared);
+        let weight = parts.seen_weight(
+            parts.cosine(at.normal, direction),
+            parts.solid_angle_per_area(across, distance_squared),
+        );
         all += weight;
         if weight > 0.0 && parts.visible(scene, (at.point, at.normal), (y.point, y.normal), false) {
             seen += weight;

@@ -14,7 +14,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 pub use mesh::{Element, Fineness, Mesh};
-pub use patch::{Patch, SpherePatch};
+pub use patch::{Patch, SpherePatch, is_near};
 
 use self::direct::Light;
 use self::mesh::Node;

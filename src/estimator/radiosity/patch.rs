@@ -50,6 +50,12 @@ const IN_PLANE: f64 = 1e-9;
 const FAINTEST: f64 = 1e-12;
 /// Parts of a sphere's patch that are larger than this share of their squared distance are divided.
 const NEAR: f64 = 1.0 / 16.0;
+/// Whether a part of this area at this squared distance is divided.
+#[inline]
+pub fn is_near(area: f64, distance_squared: f64) -> bool {
+    area > NEAR * distance_squared
+}
+
 /// How often at most: what is nearer is seen coarsely.
 const DIVISIONS: u32 = 3;
 
@@ -200,7 +206,7 @@ impl SpherePatch {
         let area = self.area();
         let offset = y - point;
         let distance_squared = offset.length_squared();
-        if divisions > 0 && area > NEAR * distance_squared {
+        if divisions > 0 && parts.is_near(area, distance_squared) {
             for quarter in self.quarters() {
                 quarter.add(parts, (point, normal), divisions - 1, found);
             }

@@ -8,12 +8,13 @@ use glam::DVec3;
 use super::{SINGLE_PRECISION, fineness, solve};
 use crate::equation::FORM_FACTOR;
 use crate::estimator::Parts;
-use crate::estimator::radiosity::{Element, FormFactors, Mesh};
+use crate::estimator::radiosity::{Element, FormFactors, Mesh, Patch};
 use crate::harness::outcome::Outcome;
 use crate::harness::trial::Context;
 use crate::scene::simple::closed_cube;
 use crate::scene::{Scene, Surface};
-use crate::trials::probes::{BOUNCES, SINGLE};
+use crate::shape::Sphere;
+use crate::trials::probes::{BOUNCES, IMAGE, SINGLE};
 use crate::trials::scenes::{LIGHT, lambert, scene, square};
 use crate::trials::subject::{Property, Setup, Subject, on};
 use crate::zoo::{Bench, data};
@@ -78,19 +79,58 @@ pub const OPPOSITE: f64 = 0.199_824_895_698_387_4;
 /// F between neighbouring faces of a cube: (1 − [`OPPOSITE`])/4.
 pub const NEIGHBOURS: f64 = 0.200_043_776_075_403_1;
 
-/// How far the row sums of a closed cube's inside are from 1; the outside sees nothing.
-fn closure(_: &[Element], rows: &[Vec<f64>]) -> f64 {
-    let sums = rows.iter().map(|row| row.iter().sum::<f64>());
-    let errors: Vec<f64> = sums
-        .filter(|&sum| sum != 0.0)
-        .map(|sum| (sum - 1.0).abs())
-        .collect();
-    // Half of the sides are inside.
-    if 2 * errors.len() == rows.len() {
-        errors.into_iter().fold(0.0, f64::max)
-    } else {
-        f64::NAN
-    }
+/// Whether an element of a room around the origin faces it.
+fn faces_inside(element: &Element) -> bool {
+    let point = match element.patch {
+        Patch::Flat { polygon, .. } => polygon.middle(),
+        Patch::Curved(_) => return false,
+    };
+    element.patch.normal(point).dot(point) < 0.0
+}
+
+/// How far the row sums of a closed cube are from 1 inside, and from 0 outside.
+fn closure(elements: &[Element], rows: &[Vec<f64>]) -> f64 {
+    let error = |(element, row): (&Element, &Vec<f64>)| {
+        let expected = f64::from(u8::from(faces_inside(element)));
+        (row.iter().sum::<f64>() - expected).abs()
+    };
+    elements.iter().zip(rows).map(error).fold(0.0, f64::max)
+}
+
+/// Albedos by which [`ball_in_room`] tells its two kinds of surfaces apart.
+const ROOM: f64 = 0.25;
+const BALL: f64 = 0.75;
+
+/// A ball in a cube, far from its middle and near to its walls.
+fn ball_in_room() -> Arc<Scene> {
+    scene("ball in a room", |s| {
+        let wall = s.surface(Surface::new(lambert(ROOM)));
+        closed_cube(s, 1.0, true, wall);
+        let ball = s.surface(Surface::new(lambert(BALL)));
+        s.sphere(Sphere::new(DVec3::new(0.5, 0.45, -0.4), RADIUS), ball);
+    })
+}
+
+const RADIUS: f64 = 0.4;
+
+/// Of the ball, all of which sees nothing but the room: A F to the room and A F from it are both its own
+/// area 4πR², and its area is that of its patches.
+fn ball(elements: &[Element], rows: &[Vec<f64>]) -> f64 {
+    let is = |albedo: f64| move |element: &Element| element.albedo.x == albedo;
+    let exchange = |from: f64, to: f64| {
+        let pairs = elements.iter().zip(rows).filter(|(e, _)| is(from)(e));
+        pairs
+            .map(|(element, row)| {
+                let there = elements.iter().zip(row).filter(|(e, _)| is(to)(e));
+                element.area * there.map(|(_, f)| f).sum::<f64>()
+            })
+            .sum::<f64>()
+    };
+    let expected = 4.0 * PI * RADIUS * RADIUS;
+    [exchange(BALL, ROOM), exchange(ROOM, BALL)]
+        .into_iter()
+        .map(|found| (found / expected - 1.0).abs())
+        .fold(0.0, f64::max)
 }
 
 /// Σ |A_i F_ij − A_j F_ji| over all pairs, relative to Σ A_i F_ij.
@@ -171,6 +211,17 @@ pub(super) fn factors() -> Vec<Bench<Subject>> {
                 patches: 100,
                 error: closure,
                 tolerance: SINGLE_PRECISION,
+            },
+        ),
+        bench(
+            "radiosity/ball",
+            "a ball near the walls of a room sends the room its area, and the room as much to the ball"
+                .to_owned(),
+            Factors {
+                scene: ball_in_room(),
+                patches: 300,
+                error: ball,
+                tolerance: IMAGE,
             },
         ),
         bench(

@@ -2,11 +2,12 @@
 
 use std::f64::consts::FRAC_1_PI;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3Swizzles};
 
 use crate::equation::{FORM_FACTOR, RADIOSITY};
 use crate::estimator::radiosity;
 use crate::form_factor;
+use crate::radiometry;
 use crate::trials::subject::{RIGHT, Subject, Table, parts};
 use crate::zoo::{Mutant, mutant};
 
@@ -34,6 +35,8 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
             without_cosine,
             &[
                 "radiosity/horizon",
+                "radiosity/skewed",
+                "radiosity/triangle",
                 "radiosity/closure",
                 "radiosity/parallel-plates",
             ],
@@ -49,6 +52,7 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
             "1/π for 1/2π",
             |normal, corners| 2.0 * form_factor::polygon(normal, corners),
             &[
+                "radiosity/close",
                 "radiosity/parallel-plates",
                 "radiosity/perpendicular-plates",
             ],
@@ -84,7 +88,103 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
                 visible: |_, _, _, _| true,
                 ..RIGHT
             }),
-            &["radiosity/half-hidden", "radiosity/nested"],
+            &[
+                "radiosity/half-hidden",
+                "radiosity/hidden-below",
+                "radiosity/hidden-above",
+                "radiosity/hidden-aside",
+                "radiosity/nested",
+            ],
+        ),
+        mutant(
+            "both-sides-alike",
+            &FORM_FACTOR,
+            "neither horizons nor signs count: light from behind a surface arrives",
+            parts(Table {
+                horizon: |_, polygon| *polygon,
+                form_factor: |normal, corners| form_factor::polygon(normal, corners).abs(),
+                seen_weight: |_, solid_angle| solid_angle,
+                ..RIGHT
+            }),
+            &["radiosity/both-sides", "radiosity/horizon"],
+        ),
+        mutant(
+            "share-without-cosine",
+            &FORM_FACTOR,
+            "the visible share of a light is taken without the receiver's cosine",
+            parts(Table {
+                seen_weight: |_, solid_angle| solid_angle,
+                ..RIGHT
+            }),
+            &["radiosity/hidden-below", "radiosity/hidden-above"],
+        ),
+        mutant(
+            "share-by-area",
+            &FORM_FACTOR,
+            "the visible share of a light is that of its area",
+            parts(Table {
+                seen_weight: |_, _| 1.0,
+                ..RIGHT
+            }),
+            &[
+                "radiosity/hidden-below",
+                "radiosity/hidden-above",
+                "radiosity/hidden-aside",
+            ],
+        ),
+        mutant(
+            "seen-by-the-middle",
+            &FORM_FACTOR,
+            "a light is looked for at its middle alone",
+            parts(Table {
+                sample_emitter: |emitter, _| emitter.sample([0.5, 0.5]),
+                ..RIGHT
+            }),
+            &["radiosity/hidden-aside", "radiosity/hidden-above"],
+        ),
+        mutant(
+            "seen-by-one-end",
+            &FORM_FACTOR,
+            "lights are looked for nearer to one end",
+            parts(Table {
+                sample_emitter: |emitter, [u, v]| emitter.sample([u * u, v]),
+                ..RIGHT
+            }),
+            &["radiosity/hidden-below", "radiosity/hidden-above"],
+        ),
+        mutant(
+            "near-patches-whole",
+            &FORM_FACTOR,
+            "near patches of spheres are never divided",
+            parts(Table {
+                is_near: |_, _| false,
+                ..RIGHT
+            }),
+            &["radiosity/sphere"],
+        ),
+        mutant(
+            "near-by-length",
+            &FORM_FACTOR,
+            "patches of spheres are divided by their distance, not by its square",
+            parts(Table {
+                is_near: |area, squared| radiosity::is_near(0.05 * area, squared.sqrt()),
+                ..RIGHT
+            }),
+            &["radiosity/sphere"],
+        ),
+        mutant(
+            "cosines-squared",
+            &FORM_FACTOR,
+            "the cosines between parts of a sphere are squared",
+            parts(Table {
+                cosine: |normal, direction| radiometry::cosine(normal, direction).powi(2),
+                ..RIGHT
+            }),
+            &[
+                "radiosity/cavity/reflecting",
+                "radiosity/sphere",
+                "radiosity/ball",
+            ],
         ),
         mutant(
             "sphere-cosine-missing",
@@ -94,7 +194,18 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
                 cosine: |_, _| 1.0,
                 ..RIGHT
             }),
-            &["radiosity/cavity/reflecting"],
+            &["radiosity/sphere"],
+        ),
+        balance(
+            "channels-mixed",
+            "each channel is reflected by the next one's albedo",
+            Table {
+                leaving: |albedo, emitted, irradiance| {
+                    radiosity::leaving(albedo.yzx(), emitted, irradiance)
+                },
+                ..RIGHT
+            },
+            &["radiosity/coloured"],
         ),
         balance(
             "emission-exchanged",
@@ -103,7 +214,11 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
                 exchanged: |leaving, _| leaving,
                 ..RIGHT
             },
-            &["radiosity/furnace-box", "radiosity/energy"],
+            &[
+                "radiosity/furnace-box",
+                "radiosity/corners",
+                "radiosity/energy",
+            ],
         ),
         balance(
             "emission-reflected",
@@ -136,7 +251,11 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
                 leaving: |albedo, emitted, irradiance| emitted + albedo * irradiance,
                 ..RIGHT
             },
-            &["radiosity/furnace-box", "radiosity/rectangle"],
+            &[
+                "radiosity/rectangle",
+                "radiosity/skewed",
+                "radiosity/triangle",
+            ],
         ),
     ]
 }

@@ -2,16 +2,17 @@
 
 mod factors;
 mod faults;
+mod fields;
 
 pub use factors::{NEIGHBOURS, OPPOSITE};
 
-use std::f64::consts::FRAC_1_PI;
 use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::equation::{Equation, FORM_FACTOR, RADIOSITY};
-use crate::estimator::radiosity::{Fineness, RESIDUAL};
+use crate::bsdf::Bsdf;
+use crate::equation::{Equation, RADIOSITY};
+use crate::estimator::radiosity::{Fineness, RESIDUAL, ReadOut};
 use crate::estimator::{Estimator, Parts, Path, Radiosity, Standard};
 use crate::harness::outcome::Outcome;
 use crate::harness::trial::Context;
@@ -24,10 +25,7 @@ use crate::shape::Ray;
 use crate::trials::furnace::off_cap;
 use crate::trials::images::{Channel, film};
 use crate::trials::probes::{BOUNCES, IMAGE, any_direction};
-use crate::trials::scenes::{
-    FLOOR, HEIGHT, LIGHT, RECTANGLE, at_origin, corners, floor, half_hidden_light, lambert, light,
-    polygon_irradiance, rectangle_light, scene,
-};
+use crate::trials::scenes::{lambert, scene};
 use crate::trials::subject::{Property, STANDARD, Setup, Subject, on};
 use crate::zoo::{AnyFamily, Bench, Family, data};
 
@@ -35,6 +33,8 @@ use crate::zoo::{AnyFamily, Bench, Family, data};
 const SINGLE_PRECISION: f64 = 1e-6;
 /// Albedo of furnaces and cavities.
 const ALBEDO: f64 = 0.75;
+/// Albedo of boxes within boxes: so low that light settles even if all of them see each other.
+const NESTED: f64 = 0.3;
 /// How far the radiance in them can be off: a residual r leaves an error of at most r/(1 − ρ).
 const SETTLED: f64 = RESIDUAL / (1.0 - ALBEDO) + SINGLE_PRECISION;
 
@@ -49,8 +49,10 @@ fn solve<P: Parts + Copy>(setup: Setup<P>, scene: &Scene, patches: u32) -> Optio
     Radiosity::new(setup.parts, scene, fineness(patches), &|_| true).ok()
 }
 
+/// A kind of ray.
+type Kind = fn(&mut Stream) -> Ray;
 /// A kind of ray with its radiance.
-type KnownRay = (fn(&mut Stream) -> Ray, f64);
+type KnownRay = (Kind, DVec3);
 
 /// A radiance that is known along every ray of a kind: the largest relative deviation.
 struct Known {
@@ -59,6 +61,7 @@ struct Known {
     /// Each kind of ray with its radiance.
     rays: Vec<KnownRay>,
     tolerance: f64,
+    read_out: ReadOut,
 }
 
 const RAYS: u64 = 50;
@@ -66,7 +69,8 @@ const RAYS: u64 = 50;
 impl Property for Known {
     fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
         let mut rng = context.rng("rays");
-        let solved = solve(setup, &self.scene, self.patches);
+        let solved =
+            solve(setup, &self.scene, self.patches).map(|solved| solved.read(self.read_out));
         let mut deviation = |&(ray, reference): &KnownRay| {
             let Some(solved) = &solved else {
                 return f64::NAN;
@@ -74,9 +78,12 @@ impl Property for Known {
             let largest = (0..RAYS).map(|_| {
                 let ray = ray(&mut rng);
                 let hit = self.scene.intersect(&ray);
-                let found = solved.radiance(&self.scene, &ray, hit, &mut rng).x;
-                let scale = if reference == 0.0 { 1.0 } else { reference };
-                (found - reference).abs() / scale
+                let found = solved.radiance(&self.scene, &ray, hit, &mut rng);
+                let largest = reference.max_element();
+                let scale = if largest == 0.0 { 1.0 } else { largest };
+                let off = (found - reference).abs() / scale;
+                // Unlike the largest element, this keeps NaN.
+                off.x.max(off.y).max(off.z) + 0.0 * off.element_sum()
             });
             // Unlike the maximum of numbers, this keeps NaN.
             largest.fold(0.0, |a: f64, b| if b > a || b.is_nan() { b } else { a })
@@ -138,48 +145,71 @@ fn known(
     )
 }
 
+/// From within a box towards points so near to its edges and corners that patches look huge.
+fn into_corners(rng: &mut Stream) -> Ray {
+    let origin = DVec3::new(0.1, 0.2, -0.3);
+    let corner = any_direction(rng).signum();
+    let mut target = (1.0 - 1e-5) * corner;
+    let free = any_direction(rng);
+    if free.x > 0.0 {
+        target.z = free.z;
+    }
+    Ray::new(origin, (target - origin).normalize())
+}
+
 fn furnaces() -> Vec<Bench<Subject>> {
     let rho = ALBEDO;
+    let interpolated = ReadOut::Interpolated;
     let inside = |rng: &mut Stream| Ray::new(DVec3::new(0.1, 0.2, -0.3), any_direction(rng));
+    let of = |scene: Arc<Scene>, patches, rays: &[(Kind, f64)]| Known {
+        scene,
+        patches,
+        rays: rays
+            .iter()
+            .map(|&(ray, l)| (ray, DVec3::splat(l)))
+            .collect(),
+        tolerance: SETTLED,
+        read_out: interpolated,
+    };
     let cap = |cap, reference| {
-        cavity_cap(rho, cap).ok().map(|scene| Known {
-            scene: scene.into(),
-            patches: 100,
-            rays: vec![(off_cap as fn(&mut Stream) -> Ray, reference)],
-            tolerance: SETTLED,
-        })
+        let rays = [(off_cap as Kind, reference)];
+        let scene = cavity_cap(rho, cap).ok()?;
+        Some(of(scene.into(), 100, &rays))
     };
     let reflecting = rho * CAP_SHARE / (1.0 - rho);
     let black = rho * CAP_SHARE / (1.0 - rho * (1.0 - CAP_SHARE));
     let nested = scene("box in a dark box", |s| {
-        let wall = s.surface(Surface::new(lambert(rho)).emitting(DVec3::ONE));
+        let wall = s.surface(Surface::new(lambert(NESTED)).emitting(DVec3::ONE));
         closed_cube(s, 1.0, true, wall);
-        let dark = s.surface(Surface::new(lambert(rho)));
+        let dark = s.surface(Surface::new(lambert(NESTED)));
         closed_cube(s, 2.0, true, dark);
     });
-    let furnace = furnace_box(rho).ok().map(|scene| Known {
-        scene: scene.into(),
-        patches: 60,
-        rays: vec![(inside, 4.0)],
-        tolerance: SETTLED,
+    let outside = |rng: &mut Stream| Ray::new(DVec3::new(1.5, 1.4, -1.6), any_direction(rng));
+    let lit = 1.0 / (1.0 - NESTED);
+    let nested = of(nested, 150, &[(inside, lit), (outside, 0.0)]);
+    let furnace = |read_out, ray| {
+        let scene = furnace_box(rho).ok()?;
+        let known = of(scene.into(), 60, &[(ray, 4.0)]);
+        Some(Known { read_out, ..known })
+    };
+    let (albedo, emission) = (DVec3::new(0.25, 0.5, 0.75), DVec3::new(3.0, 1.0, 0.5));
+    let coloured = scene("coloured furnace", |s| {
+        let wall = s.surface(Surface::new(Bsdf::Lambert { albedo }).emitting(emission));
+        closed_cube(s, 1.0, true, wall);
     });
-    let nested = Known {
-        scene: nested,
-        patches: 150,
-        rays: vec![
-            (inside, 4.0),
-            (
-                |rng| Ray::new(DVec3::new(1.5, 1.4, -1.6), any_direction(rng)),
-                0.0,
-            ),
-        ],
-        tolerance: SETTLED,
+    let coloured = Known {
+        rays: vec![(inside, emission / (DVec3::ONE - albedo))],
+        ..of(coloured, 60, &[])
     };
     let name = |cap| format!("radiosity/cavity/{cap}");
     [
-        furnace.map(|f| {
+        furnace(interpolated, inside).map(|f| {
             let property = "in a closed furnace box of albedo 0.75 the radiance is 4";
             known("radiosity/furnace-box", property, &RADIOSITY, f)
+        }),
+        furnace(ReadOut::Gathered, into_corners).map(|f| {
+            let property = "gathered next to edges and corners of the furnace box it is 4, too";
+            known("radiosity/corners", property, &RADIOSITY, f)
         }),
         cap(Cap::Reflecting, reflecting).map(|f| {
             let property = format!("off a reflecting cap the radiance in a cavity is {reflecting}");
@@ -191,66 +221,20 @@ fn furnaces() -> Vec<Bench<Subject>> {
         }),
         Some(known(
             "radiosity/nested",
-            "a furnace box in a dark box shows 4 inside and nothing outside",
+            format!("a furnace box in a dark box shows {lit:.6} inside and nothing outside"),
             &RADIOSITY,
             nested,
+        )),
+        Some(known(
+            "radiosity/coloured",
+            "in a furnace box each channel is its emission over 1 less its albedo",
+            &RADIOSITY,
+            coloured,
         )),
     ]
     .into_iter()
     .flatten()
     .collect()
-}
-
-/// Direct light on a floor.
-fn floors() -> Vec<Bench<Subject>> {
-    let [a, b, ..] = RECTANGLE;
-    let half = [a, b, b.with_y(0.0), a.with_y(0.0)];
-    let upright = scene("light that sinks below the horizon", |s| {
-        floor(s, lambert(FLOOR));
-        let lit = s.surface(light(LIGHT));
-        s.rectangle(
-            DVec3::new(1.0, -1.0, -1.0),
-            [2.0 * DVec3::Z, 2.0 * DVec3::Y],
-            lit,
-        );
-    });
-    let risen =
-        [[-1.0, 0.0], [1.0, 0.0], [1.0, 1.0], [-1.0, 1.0]].map(|[y, z]| DVec3::new(1.0, y, z));
-    let bench = |name, what: &str, scene, irradiance: f64, tolerance| {
-        let reference = FLOOR * FRAC_1_PI * LIGHT * irradiance;
-        let property = format!("a floor reflects {reference:.6} of {what}");
-        let rays: Vec<KnownRay> = vec![(|_| at_origin(), reference)];
-        let subject = Known {
-            scene,
-            patches: 4,
-            rays,
-            tolerance,
-        };
-        known(name, property, &FORM_FACTOR, subject)
-    };
-    vec![
-        bench(
-            "radiosity/rectangle",
-            "a square light's radiance",
-            rectangle_light(false),
-            polygon_irradiance(&corners(HEIGHT * DVec3::Z, 1.0)),
-            SINGLE_PRECISION,
-        ),
-        bench(
-            "radiosity/half-hidden",
-            "a square light that a wall hides by half",
-            half_hidden_light(),
-            polygon_irradiance(&half),
-            IMAGE,
-        ),
-        bench(
-            "radiosity/horizon",
-            "an upright light of which half is below the horizon",
-            upright,
-            polygon_irradiance(&risen),
-            SINGLE_PRECISION,
-        ),
-    ]
 }
 
 fn rooms() -> Vec<Bench<Subject>> {
@@ -289,7 +273,7 @@ fn rooms() -> Vec<Bench<Subject>> {
 /// Radiosity as a whole.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let mut benches = furnaces();
-    benches.extend(floors());
+    benches.extend(fields::benches());
     benches.extend(factors::factors());
     benches.extend(rooms());
     vec![Box::new(Family {
