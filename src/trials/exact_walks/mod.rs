@@ -5,26 +5,24 @@
 //! 1 + a + a² + ...; where light is in equilibrium with glass every path within it sees n². So one path
 //! tells, to rounding.
 
+mod eye;
+mod glass;
+
 use std::f64::consts::{FRAC_1_PI, PI};
 use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::scenes::{LIGHT, lambert, light, seen_by};
+use self::eye::{Eye, FRAME, PARTICLES};
+use super::scenes::{lambert, seen_by};
 use super::subject::{Property, RIGHT, Setup, Subject, Table, on, parts};
 use crate::bsdf::Bsdf;
 use crate::camera::Camera;
-use crate::emitter::LightSampling;
-use crate::equation::{Equation, PATH_LENGTH, REFRACTION};
-use crate::error::Error;
+use crate::equation::{Equation, PATH_LENGTH};
 use crate::estimator::photon_map::{Kept, PhotonMap};
-use crate::estimator::{
-    Bdpt, Estimator, Heuristic, ImageEstimator, LightRules, LightTracer, Lookup, Parts, Path,
-    PhotonMapping, Report, Sppm, Strategy, Whitted,
-};
+use crate::estimator::{Lookup, Parts};
 use crate::harness::outcome::Outcome;
 use crate::harness::trial::Context;
-use crate::rng::{Stream, uniform2};
 use crate::scene::{Scene, SceneBuilder, Surface};
 use crate::shape::Sphere;
 use crate::zoo::{AnyFamily, Bench, Family, Mutant, data, mutant};
@@ -64,104 +62,6 @@ const ROUNDING: f64 = 1e-11;
 const ALBEDO: f64 = 0.98;
 /// Segments of the estimators that have a limit. They recurse.
 const SEGMENTS: u32 = 600;
-/// The same in glass, where Whitted's tree loses R^11 < 10⁻¹³.
-const FEW_SEGMENTS: u32 = 12;
-const INDEX: f64 = 1.5;
-/// Radius of the ball in the glass.
-const BALL: f64 = 0.3;
-const FRAME: [u32; 2] = [3, 2];
-
-/// Who looks.
-#[derive(Clone, Copy)]
-enum Eye {
-    Path,
-    Report(u32),
-    Whitted(u32),
-    Photons(Lookup),
-    Sppm,
-    Bdpt,
-    LightTracer,
-}
-
-/// Looks up all photons that there are.
-const EVERYWHERE: f64 = 100.0;
-const PARTICLES: u32 = 5;
-
-impl Eye {
-    /// The first channel of every pixel, one path each.
-    fn image<P: Parts + Copy>(
-        self,
-        setup: Setup<P>,
-        scene: &Scene,
-        (rng, seed): (&mut Stream, u64),
-    ) -> Result<Vec<f64>, Error> {
-        let Setup {
-            parts,
-            segments,
-            rules,
-        } = setup;
-        let first = |image: Vec<DVec3>| image.into_iter().map(|pixel| pixel.x).collect();
-        let pass = |estimator: &dyn Fn() -> Result<Vec<DVec3>, Error>| estimator().map(first);
-        match self {
-            Self::Path => {
-                let path = Path {
-                    parts,
-                    strategy: Strategy::Bsdf,
-                    lights: LightSampling::Area,
-                    heuristic: Heuristic::Balance,
-                };
-                Ok(rays(&path, scene, rng))
-            }
-            Self::Report(limit) => {
-                let report = Report {
-                    parts,
-                    rays: 1,
-                    segments: segments.unwrap_or(limit),
-                    rules,
-                };
-                Ok(rays(&report, scene, rng))
-            }
-            Self::Whitted(limit) => {
-                let whitted = Whitted {
-                    parts,
-                    segments: segments.unwrap_or(limit),
-                    rules,
-                };
-                Ok(rays(&whitted, scene, rng))
-            }
-            Self::Photons(lookup) => {
-                let size = (PARTICLES, EVERYWHERE);
-                let map = PhotonMapping::new(parts, scene, lookup, size, (seed, 0))?;
-                Ok(rays(&map, scene, rng))
-            }
-            Self::Sppm => {
-                let sppm = Sppm {
-                    parts,
-                    particles: PARTICLES,
-                    radius: EVERYWHERE,
-                };
-                pass(&|| sppm.pass(scene, FRAME, seed, 0))
-            }
-            Self::Bdpt => pass(&|| Bdpt { parts }.pass(scene, FRAME, seed, 0)),
-            Self::LightTracer => pass(&|| LightTracer { parts }.pass(scene, FRAME, seed, 0)),
-        }
-    }
-}
-
-/// A ray through a random point of each pixel.
-fn rays<E: Estimator>(estimator: &E, scene: &Scene, rng: &mut Stream) -> Vec<f64> {
-    let [width, height] = FRAME;
-    (0..width * height)
-        .map(|pixel| {
-            let [u, v] = uniform2(rng);
-            let [x, y] = [pixel % width, pixel / width].map(f64::from);
-            let ray = scene.camera().ray(FRAME, x + u, y + v);
-            estimator
-                .radiance(scene, &ray, scene.intersect(&ray), rng)
-                .x
-        })
-        .collect()
-}
 
 /// Every pixel of every scene shows its number.
 struct Certain {
@@ -236,19 +136,6 @@ fn cavity(name: &str, bsdf: Bsdf, eye: DVec3) -> Arc<Scene> {
     let camera = Camera::new(eye, DVec3::new(0.1, 0.2, -0.1), DVec3::Z, 0.6);
     seen_by(camera, name, |s| {
         hollow(s, 1.0, Surface::new(bsdf).emitting(DVec3::ONE));
-    })
-}
-
-/// A ball within glass within a wall, from a place on the z axis at this height.
-fn glass(name: &str, height: f64, half: f64, up: bool, [wall, ball]: [Surface; 2]) -> Arc<Scene> {
-    let eye = height * DVec3::Z;
-    let target = if up { eye + DVec3::Z } else { DVec3::ZERO };
-    seen_by(Camera::new(eye, target, DVec3::Y, half), name, |s| {
-        hollow(s, 2.0, wall);
-        let glass = s.surface(Surface::new(Bsdf::Glass { index: INDEX }));
-        s.sphere(Sphere::new(DVec3::ZERO, 0.95), glass);
-        let ball = s.surface(ball);
-        s.sphere(Sphere::new(DVec3::ZERO, BALL), ball);
     })
 }
 
@@ -403,109 +290,6 @@ fn cuts(
     ]
 }
 
-const GLASS: &[&str] = &[
-    "glass/equilibrium/path",
-    "glass/equilibrium/photons",
-    "glass/equilibrium/sppm",
-    "glass/equilibrium/bdpt",
-    RULED[0],
-    RULED[1],
-];
-const RULED: &[&str] = &["glass/equilibrium/report", "glass/equilibrium/whitted"];
-const LOOKED_UP: &[&str] = &["glass/photons/direct", "glass/photons/gather"];
-
-fn equilibrium() -> Vec<Bench<Subject>> {
-    let n2 = INDEX * INDEX;
-    let surfaces = [light(1.0), light(n2)];
-    let scenes = [
-        (
-            glass("within, towards the ball", 0.5, 1.0, false, surfaces),
-            n2,
-        ),
-        (glass("within, outwards", 0.5, 1.0, true, surfaces), n2),
-        (glass("from outside", 1.4, 0.25, false, surfaces), 1.0),
-    ];
-    let bench = |name, subject, eye| {
-        certain(
-            (name, subject, &REFRACTION),
-            format!("in equilibrium all within glass is at {n2} and all outside at 1"),
-            eye,
-            scenes.to_vec(),
-        )
-    };
-    let photons = Eye::Photons(Lookup::Direct);
-    vec![
-        bench(GLASS[0], "estimator::Path", Eye::Path),
-        bench(GLASS[1], "estimator::PhotonMapping", photons),
-        bench(GLASS[2], "estimator::Sppm", Eye::Sppm),
-        bench(GLASS[3], "estimator::Bdpt", Eye::Bdpt),
-        bench(RULED[0], "estimator::Report", Eye::Report(FEW_SEGMENTS)),
-        bench(RULED[1], "estimator::Whitted", Eye::Whitted(FEW_SEGMENTS)),
-    ]
-}
-
-/// What a ball in glass sends to a wall, looked up from within the glass; and what comes back to it.
-fn looked_up() -> Vec<Bench<Subject>> {
-    let n2 = INDEX * INDEX;
-    let black = Surface::new(lambert(0.0));
-    let surfaces = [black, black.emitting(DVec3::splat(LIGHT))];
-    let flux = PI * LIGHT * 4.0 * PI * BALL * BALL;
-    let scenes = vec![
-        (
-            glass("the wall from within", 0.6, 0.5, true, surfaces),
-            n2 * flux,
-        ),
-        (
-            glass("the ball from outside", 1.4, 0.05, false, surfaces),
-            (LIGHT + flux) / n2,
-        ),
-    ];
-    let gather = Lookup::Gather {
-        caustic_particles: PARTICLES,
-        caustic_radius: EVERYWHERE,
-    };
-    let bench = |name, lookup| {
-        certain(
-            (name, "estimator::PhotonMapping", &REFRACTION),
-            format!("photons of {flux:.6} beyond glass are seen n² as bright from within"),
-            Eye::Photons(lookup),
-            scenes.clone(),
-        )
-    };
-    vec![
-        bench(LOOKED_UP[0], Lookup::Direct),
-        bench(LOOKED_UP[1], gather),
-    ]
-}
-
-/// Radiance that refraction changes in a wrong way.
-fn factors(table: Table, caught_by: &'static [&'static str]) -> Vec<Mutant<Subject>> {
-    let fault = |name, wrong, radiance_factor: fn(f64, f64) -> f64| {
-        let subject = parts(Table {
-            radiance_factor,
-            ..table
-        });
-        mutant(name, &REFRACTION, wrong, subject, caught_by)
-    };
-    vec![
-        fault(
-            "factor-missing",
-            "refraction leaves radiance as it is",
-            |_, _| 1.0,
-        ),
-        fault(
-            "factor-twice",
-            "refraction scales radiance by (n₁/n₂)⁴",
-            |n1, n2| (n1 / n2).powi(4),
-        ),
-        fault(
-            "factor-inverted",
-            "refraction scales radiance by (n₂/n₁)²",
-            |n1, n2| (n2 / n1).powi(2),
-        ),
-    ]
-}
-
 /// The families: long walks of every estimator, and glass.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let family = |name, table, benches, faults| -> Box<dyn AnyFamily> {
@@ -516,21 +300,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             ..Family::new(name, parts(table))
         })
     };
-    let mut in_glass = factors(ENDLESS, GLASS);
-    let rules = LightRules {
-        radiance_factor: false,
-        ..LightRules::PHYSICAL
-    };
-    in_glass.push(mutant(
-        "rules-without-factor",
-        &REFRACTION,
-        "the rules leave radiance as it is",
-        Setup {
-            rules,
-            ..parts(ENDLESS)
-        },
-        RULED,
-    ));
     // A particle of the unit cavity leaves L A (1 + a + a² + ...) in the image.
     let splats = 4.0 * PI / (1.0 - ALBEDO);
     let tracer = left(PARTICLE[0], "estimator::LightTracer", true, splats, OUTSIDE);
@@ -547,12 +316,17 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             vec![tracer],
             cuts(COUNTED, PARTICLE, PARTICLE),
         ),
-        family("equilibrium-in-glass", ENDLESS, equilibrium(), in_glass),
+        family(
+            "equilibrium-in-glass",
+            ENDLESS,
+            glass::equilibrium(),
+            glass::faults(),
+        ),
         family(
             "photons-in-glass",
             GATHERED,
-            looked_up(),
-            factors(GATHERED, LOOKED_UP),
+            glass::looked_up(),
+            glass::factors(GATHERED, glass::LOOKED_UP),
         ),
     ]
 }
