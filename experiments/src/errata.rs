@@ -1,6 +1,7 @@
 //! The size of every finding in the report: closed forms, quadrature, and counts of the very functions
 //! that stand for the printed text.
 
+mod caustics;
 mod geometry;
 mod samples;
 
@@ -19,7 +20,7 @@ use crate::lab::{Experiment, Lab};
 pub const ERRATA: Experiment = Experiment {
     id: "errata",
     title: "what is wrong in the report, and by how much",
-    version: 1,
+    version: 2,
     equations: &[
         &equation::TRIANGLE_SOLUTION,
         &equation::SPHERE_DISTANCE,
@@ -33,6 +34,7 @@ pub const ERRATA: Experiment = Experiment {
         &equation::PATH_LENGTH,
         &equation::SUPERSAMPLING,
         &equation::WHITTED,
+        &equation::RENDERING,
     ],
     run: |lab| {
         geometry::edges(lab);
@@ -45,7 +47,7 @@ pub const ERRATA: Experiment = Experiment {
         samples::slanted_edges(lab);
         path_ends(lab);
         noise(lab);
-        Ok(())
+        caustics::lost(lab)
     },
 };
 

@@ -1,12 +1,12 @@
-//! What a cell of the matrix says: the interval of its mean, and the maps of its tiles and pixels.
+//! What a cell of the matrix says of the image mean.
 
-use whitefurnace::harness::mean::{Values, welch_satterthwaite};
+use whitefurnace::harness::mean::welch_satterthwaite;
 use whitefurnace::harness::outcome::{Verdict, approximate_verdict};
 use whitefurnace::harness::tails::student_upper;
-use whitefurnace::harness::welch_map::{PValueMap, PixelStatistics, map};
 use whitefurnace::moments::Moments;
 
-use super::{Cell, Claim, Reference, SIZE, TILE, Total, margin};
+use super::claims::{Cell, Claim, margin};
+use super::{Mean, Total};
 use crate::job::{EstimatorName, name};
 use crate::lab::Lab;
 use crate::plot::agreement::{Square, Standing};
@@ -14,20 +14,17 @@ use crate::plot::agreement::{Square, Standing};
 /// Intervals narrower than this are rounding, whose skewness says nothing.
 const NOTHING: f64 = 1e-9;
 
-/// Compares a cell with its reference, records it, and returns what the matrix shows.
+/// Compares a cell with its reference, records it, and returns what the matrix shows. To a method that
+/// lacks a part of the light, that part is added before: it has to make up for the whole difference.
 pub(super) fn judge(
     lab: &mut Lab,
     cell: &Cell,
     total: &Total,
-    (reference, totals): (&Reference, &[Total]),
+    (reference, lack): (Mean, Option<Mean>),
     level: f64,
 ) -> Square {
     let own = total.moments;
-    let (mean, other) = match reference {
-        Reference::Known(mean) => (*mean, None),
-        Reference::Rendered(at) => (totals[*at].moments.mean(), Some(&totals[*at])),
-    };
-    if let (Reference::Rendered(_), EstimatorName::Mis) = (reference, cell.estimator) {
+    if let (Mean::Measured(_), EstimatorName::Mis) = (reference, cell.estimator) {
         let error = 100.0 * own.standard_error() / own.mean();
         lab.note(
             &format!("{}: {}", name(cell.scene), name(cell.estimator)),
@@ -38,40 +35,44 @@ pub(super) fn judge(
             standing: Standing::Reference,
         };
     }
-    let part = |m: Moments| (m.variance() / m.count() as f64, m.count());
-    let parts = || std::iter::once(part(own)).chain(other.map(|total| part(total.moments)));
-    let standard_error = parts().map(|(v, _)| v).sum::<f64>().sqrt();
-    let dof = welch_satterthwaite(parts()).max(1.0);
-    let half = student_upper(0.5 * level, dof) * standard_error / mean;
+    let lack = lack.unwrap_or(Mean::Known(0.0));
+    let mean = reference.value();
+    let half = |of: &[&Mean]| half_width(of, level) / mean;
+    let own_mean = Mean::Measured(*total);
     let difference = own.mean() / mean - 1.0;
-    let interval = [difference - half, difference + half];
+    let shown = half(&[&own_mean, &reference]);
+    let expected = -lack.value() / mean;
     let key = format!("{}.{}", name(cell.scene), name(cell.estimator));
     lab.number(&format!("{key}.difference"), difference);
-    lab.number(&format!("{key}.half"), half);
+    lab.number(&format!("{key}.half"), shown);
     lab.number(&format!("{key}.replications"), own.count() as f64);
     let (size, why) = match cell.claim {
         Claim::Equal => (margin(cell.scene, lab.tier()), ""),
         Claim::Biased(bias, why) => (bias, why),
-        Claim::Different(why) => (0.0, why),
+        Claim::Lacks(_, why) => (margin(cell.scene, lab.tier()), why),
     };
+    let parts = [&own_mean, &reference, &lack];
+    let half = half(&parts);
+    let rest = difference - expected;
+    let interval = [rest - half, rest + half];
     let n = own.count();
-    let lacking = std::iter::once(total)
-        .chain(other)
-        .filter(|total| total.moments.count() < total.valid_from)
-        .map(|total| total.valid_from)
-        .max();
-    let verdict = match (lacking, cell.claim) {
-        (Some(needed), _) if half > NOTHING => Verdict::Undecided { needed },
-        (_, Claim::Equal | Claim::Biased(..)) => approximate_verdict(interval, 0.0, size, n),
-        // It must differ, or the reason is not one.
-        (_, Claim::Different(_)) if interval[0] > 0.0 || interval[1] < 0.0 => Verdict::Holds,
-        (_, Claim::Different(_)) => Verdict::Undecided { needed: 4 * n },
+    let skew = skew(&parts);
+    let verdict = if skew > 1.0 && half > NOTHING {
+        let needed = (n as f64 * skew * skew).ceil() as u64;
+        Verdict::Undecided { needed }
+    } else {
+        approximate_verdict(interval, 0.0, size, n)
     };
     let what = format!("{}: {}", name(cell.scene), name(cell.estimator));
-    let mut value = format!("{:+.3} % ± {:.3} %", 100.0 * difference, 100.0 * half);
-    if size > 0.0 {
-        value += &format!(", within {:.1} %", 100.0 * size);
+    let mut value = format!("{:+.3} % ± {:.3} %", 100.0 * difference, 100.0 * shown);
+    if let Claim::Lacks(..) = cell.claim {
+        lab.number(&format!("{key}.expected"), expected);
+        lab.number(&format!("{key}.rest"), rest);
+        lab.number(&format!("{key}.rest_half"), half);
+        let [expected, rest, half] = [expected, rest, half].map(|x| 100.0 * x);
+        value += &format!(", expected {expected:+.3} %: {rest:+.3} % ± {half:.3} % remain");
     }
+    value += &format!(", within {:.1} %", 100.0 * size);
     if !why.is_empty() {
         value += &format!(" ({why})");
     }
@@ -90,60 +91,48 @@ pub(super) fn judge(
         (Verdict::Holds, Claim::Equal) => Standing::Agrees,
         (Verdict::Holds, _) => Standing::Explained,
     };
-    Square {
-        text: format!("{:+.2} ± {:.2} %", 100.0 * difference, 100.0 * half),
-        standing,
+    let mut text = format!("{:+.2} ± {:.2} %", 100.0 * difference, 100.0 * shown);
+    if let Claim::Lacks(..) = cell.claim {
+        text += &format!("\nexpected {:+.2} %", 100.0 * expected);
     }
+    Square { text, standing }
 }
 
-/// The Welch map of tiles or pixels of this run's images. The least p-value is recorded; only where equality
-/// is claimed can it fail, and only tiles or pixels count whose skewness leaves so far a tail valid.
-pub(super) fn note_map(
-    lab: &mut Lab,
-    cell: &Cell,
-    kind: &str,
-    [a, b]: [&[Values]; 2],
-    share: f64,
-) -> PValueMap {
-    let table = |run: &[Values]| {
-        let column = |of: fn(&Moments) -> f64| run.iter().map(|v| of(&v.moments)).collect();
-        let count: Vec<u64> = run.iter().map(|v| v.moments.count()).collect();
-        (column(Moments::mean), column(Moments::variance), count)
+/// How far skewness bends the tail of a sum of means, in units of what is allowed. Alone, n values bend it
+/// by √(valid from/n), which goes with their skewness; in a sum with a share w of the variance by w^(3/2) of
+/// that, as third cumulants add.
+fn skew(means: &[&Mean; 3]) -> f64 {
+    let variance = |total: &Total| total.moments.variance() / total.moments.count() as f64;
+    let measured = || means.iter().filter_map(|mean| mean.measured());
+    let all: f64 = measured().map(variance).sum();
+    let part = |total: &Total| {
+        let alone = total.valid_from as f64 / total.moments.count() as f64;
+        alone.sqrt() * (variance(total) / all).powf(1.5)
     };
-    let (ours, reference): (Table, Table) = (table(a), table(b));
-    let statistics = [&ours, &reference].map(|(mean, variance, count)| PixelStatistics {
-        mean,
-        variance,
-        count,
-    });
-    let width = SIZE[0] as usize / if kind == "tiles" { TILE } else { 1 };
-    let all = map(&statistics[0], &statistics[1], width, 1);
-    let level = share / a.len() as f64;
-    let valid = |v: &Values| v.moments.count() >= v.valid_from_at(level);
-    let mut judged = all.clone();
-    for (p, (a, b)) in judged.p.iter_mut().zip(a.iter().zip(b)) {
-        if !(valid(a) && valid(b)) {
-            *p = f64::NAN;
+    measured().map(part).sum()
+}
+
+/// Half of Welch's interval of a sum or difference of means.
+fn half_width(means: &[&Mean], level: f64) -> f64 {
+    let part = |m: Moments| (m.variance() / m.count() as f64, m.count());
+    let measured = means.iter().filter_map(|mean| mean.measured());
+    let parts = || measured.clone().map(|total| part(total.moments));
+    let dof = welch_satterthwaite(parts()).max(1.0);
+    student_upper(0.5 * level, dof) * parts().map(|(v, _)| v).sum::<f64>().sqrt()
+}
+
+impl Mean {
+    fn value(&self) -> f64 {
+        match self {
+            Self::Known(mean) => *mean,
+            Self::Measured(total) => total.moments.mean(),
         }
     }
-    let count = judged.p.iter().filter(|p| !p.is_nan()).count();
-    let worst = judged.smallest(kind, 2);
-    let what = format!("{}: {}, {kind}", name(cell.scene), name(cell.estimator));
-    let key = format!("{}.{}.{kind}", name(cell.scene), name(cell.estimator));
-    lab.number(&format!("{key}.judged"), count as f64);
-    lab.number(&format!("{key}.p"), worst.p);
-    let value = format!(
-        "least p {:.2e} after Bonferroni over {count} of {} whose skewness allows it",
-        worst.p,
-        a.len()
-    );
-    if cell.claim == Claim::Equal && count > 0 {
-        lab.claim(&what, value, worst.p >= share);
-    } else {
-        lab.note(&what, value);
-    }
-    all
-}
 
-/// Means, variances and counts of tiles or pixels.
-type Table = (Vec<f64>, Vec<f64>, Vec<u64>);
+    fn measured(&self) -> Option<&Total> {
+        match self {
+            Self::Known(_) => None,
+            Self::Measured(total) => Some(total),
+        }
+    }
+}

@@ -95,6 +95,24 @@ impl Job {
         Ok(())
     }
 
+    /// The same with an estimator of single rays that no name of the program stands for.
+    ///
+    /// # Errors
+    /// As [`replications`](Self::replications).
+    pub fn replications_by<E: Estimator>(
+        &self,
+        estimator: &E,
+        range: Range<u32>,
+        mut each: impl FnMut(&[DVec3]) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        self.check()?;
+        let work = Replications {
+            range,
+            each: &mut each,
+        };
+        work.rays(self, &self.build_scene()?, estimator)
+    }
+
     /// Checks the job, makes its scene and estimator, and works with them.
     fn with_estimator<W: Work>(&self, progress: &Progress, work: W) -> Result<W::Done, Error> {
         self.check()?;

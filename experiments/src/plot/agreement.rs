@@ -26,13 +26,14 @@ pub enum Standing {
 /// A cell of the matrix.
 #[derive(Clone, Debug)]
 pub struct Square {
-    /// The number, such as "+0.02 ± 0.10 %".
+    /// The number, such as "+0.02 ± 0.10 %"; lines end with line feeds.
     pub text: String,
     /// How it stands.
     pub standing: Standing,
 }
 
 const CELL: (i32, i32) = (124, 44);
+const LINE: i32 = 16;
 const LEFT: i32 = 120;
 const TOP: i32 = 92;
 
@@ -84,8 +85,12 @@ pub fn squares(
                 if let Some(square) = square(r, c) {
                     let inner = ((x + 1, y + 1), (x + CELL.0 - 1, y + CELL.1 - 1));
                     draw(root, inner, square.standing)?;
-                    let centre = (x + CELL.0 / 2, y + CELL.1 / 2);
-                    root.draw(&Text::new(square.text, centre, text(12, HPos::Center)))?;
+                    let count = square.text.lines().count() as i32;
+                    for (i, line) in square.text.lines().enumerate() {
+                        let offset = LINE * (2 * i as i32 + 1 - count) / 2;
+                        let at = (x + CELL.0 / 2, y + CELL.1 / 2 + offset);
+                        root.draw(&Text::new(line, at, text(12, HPos::Center)))?;
+                    }
                 }
             }
         }
