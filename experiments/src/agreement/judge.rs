@@ -51,6 +51,7 @@ pub(super) fn judge(
         Claim::Biased(bias, why) => (bias, why),
         Claim::Lacks(_, why) => (margin(cell.scene, lab.tier()), why),
     };
+    lab.number(&format!("{key}.margin"), size);
     let parts = [&own_mean, &reference, &lack];
     let half = half(&parts);
     let rest = difference - expected;
