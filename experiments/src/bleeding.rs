@@ -22,7 +22,7 @@ use crate::figures;
 use crate::job::Job;
 use crate::lab::{Experiment, Lab};
 use crate::pictures::render_samples;
-use crate::plot::chart::{Chart, Corner, Mark, Series, charts};
+use crate::plot::chart::{Chart, Mark, Series, charts};
 use crate::progress::interrupted;
 use crate::suite::FAMILY;
 
@@ -271,7 +271,6 @@ fn draw(lab: &mut Lab, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) -> Resu
             ranges: [[-85.0, 85.0], [0.4, 1.7]],
             log: [false, false],
             series,
-            legend: Corner::UpperRight,
         }
     };
     let report = chart(
@@ -284,5 +283,12 @@ fn draw(lab: &mut Lab, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) -> Resu
         &[(2, "paths")],
         true,
     );
-    charts(&lab.figure("bleeding.svg"), [900, 840], &[report, diffuse])
+    let see = "Towards the walls red and blue leave the ratio one that grey walls would give. Points of path \
+               tracing lie on the lines of radiosity.";
+    charts(
+        &lab.figure("bleeding.svg"),
+        see,
+        [900, 880],
+        &[report, diffuse],
+    )
 }

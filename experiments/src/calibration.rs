@@ -11,7 +11,7 @@ use whitefurnace::trials;
 
 use crate::lab::{Experiment, Lab};
 use crate::ledger::{Ledger, number};
-use crate::plot::chart::{Chart, Corner, Mark, Series, charts};
+use crate::plot::chart::{Chart, Mark, Series, charts};
 use crate::statistics::{self, N};
 use crate::suite::{FAMILY, equations, parallel};
 
@@ -233,11 +233,11 @@ fn draw(lab: &mut Lab, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) -> Result
             ranges: [[0.0, 1.0], [-1.5 * radius, 2.8 * radius]],
             log: [false, false],
             series,
-            legend: Corner::UpperRight,
         }
     };
     charts(
         &lab.figure("quantiles.svg"),
+        "Lines between the limits are those of uniform p-values, as true hypotheses give.",
         [900, 900],
         &[
             panel(

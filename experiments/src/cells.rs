@@ -4,7 +4,7 @@ use std::path::Path;
 
 use whitefurnace::error::Error;
 
-use crate::plot::chart::{Chart, Corner, Mark, Series, charts};
+use crate::plot::chart::{Chart, Mark, Series, charts};
 
 /// One cell, tile or pixel.
 #[derive(Clone, Debug, PartialEq)]
@@ -98,6 +98,7 @@ pub fn plot(cells: &[Cell], title: &str, path: &Path) -> Result<(), Error> {
     let room = 0.08 * (high - low).max(1e-3 * high.abs()).max(f64::MIN_POSITIVE);
     charts(
         path,
+        "Above: how far each cell is from what is expected. Below: both values.",
         [900, 820],
         &[
             Chart {
@@ -106,7 +107,6 @@ pub fn plot(cells: &[Cell], title: &str, path: &Path) -> Result<(), Error> {
                 ranges: [x, [-largest, largest]],
                 log: [false, false],
                 series: vec![zero, stems],
-                legend: Corner::UpperRight,
             },
             Chart {
                 title: String::from("expected and observed"),
@@ -117,7 +117,6 @@ pub fn plot(cells: &[Cell], title: &str, path: &Path) -> Result<(), Error> {
                     Series::new("expected", 6, Mark::Line, expected),
                     Series::new("observed", 0, Mark::Points, observed),
                 ],
-                legend: Corner::UpperRight,
             },
         ],
     )

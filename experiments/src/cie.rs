@@ -47,6 +47,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
             );
             lab.number(&format!("{}.estimate", trial.name), o.estimate);
             lab.number(&format!("{}.reference", trial.name), o.reference);
+            lab.number(&format!("{}.half", trial.name), o.half_width());
             lab.number(&format!("{}.deviation", trial.name), o.value);
             match row.verdict {
                 Verdict::Holds => lab.claim(&trial.name, value, true),
@@ -84,5 +85,6 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
         })
         .collect();
     let title = format!("Scenes with known answers, scale {scale}");
-    forest(&lab.figure("cie.svg"), &title, &lines)
+    let see = "Zero is the closed form. An interval within the band about it holds.";
+    forest(&lab.figure("cie.svg"), (&title, see), &lines)
 }

@@ -24,7 +24,7 @@ use whitefurnace::trials::bsdf::{oren_nayar_albedo, oren_nayar_printed_albedo};
 use crate::job::name;
 use crate::lab::{Experiment, Lab};
 use crate::pictures::{render_samples, write_grid};
-use crate::plot::chart::{Chart, Corner, Mark, Series, charts};
+use crate::plot::chart::{Chart, Mark, Series, charts};
 use crate::suite::FAMILY;
 
 /// The diffuse models, as programs name them.
@@ -175,6 +175,7 @@ fn figure(lab: &mut Lab) -> Result<(), Error> {
     );
     charts(
         &lab.figure("profile.svg"),
+        "The corrected Oren–Nayar sphere is flat almost to its rim; as printed it darkens like Lambert's.",
         [900, 600],
         &[Chart {
             title: format!(
@@ -187,7 +188,6 @@ fn figure(lab: &mut Lab) -> Result<(), Error> {
             ranges: [[0.0, 1.0], [0.0, 1.1]],
             log: [false, false],
             series,
-            legend: Corner::LowerLeft,
         }],
     )
 }
@@ -302,6 +302,7 @@ fn albedo(lab: &mut Lab) -> Result<(), Error> {
     }
     charts(
         &lab.figure("albedo.svg"),
+        "Lambert and EON lie on one. Corrected Oren–Nayar rises towards grazing, the printed form hardly.",
         [900, 560],
         &[Chart {
             title: format!(
@@ -311,7 +312,6 @@ fn albedo(lab: &mut Lab) -> Result<(), Error> {
             ranges: [[0.0, 90.0], [0.75, 1.05]],
             log: [false, false],
             series,
-            legend: Corner::LowerRight,
         }],
     )?;
     let arrow = from_spherical(INCIDENT.to_radians(), 0.0);
@@ -323,6 +323,7 @@ fn albedo(lab: &mut Lab) -> Result<(), Error> {
     ));
     charts(
         &lab.figure("lobes.svg"),
+        "Lambert's lobe is a half circle. Corrected Oren–Nayar and EON bulge towards the light.",
         [900, 460],
         &[Chart {
             title: format!(
@@ -332,7 +333,6 @@ fn albedo(lab: &mut Lab) -> Result<(), Error> {
             ranges: [[-1.2, 2.0], [0.0, 1.45]],
             log: [false, false],
             series: lobes,
-            legend: Corner::UpperLeft,
         }],
     )
 }

@@ -9,7 +9,7 @@ use whitefurnace::trials;
 
 use crate::lab::{Experiment, Lab};
 use crate::ledger::{Ledger, number};
-use crate::plot::chart::{Chart, Corner, Mark, Series, charts};
+use crate::plot::chart::{Chart, Mark, Series, charts};
 use crate::suite::{self, FAMILY};
 
 /// The suite at a reduced scale over master seeds.
@@ -137,6 +137,7 @@ fn draw(lab: &mut Lab, ledger: &Ledger) -> Result<(), Error> {
     let diagonal = vec![[low, low], [0.1, 0.1]];
     charts(
         &lab.figure("false-alarms.svg"),
+        "Points along the line: least p-values as independent tests of true hypotheses give.",
         [900, 560],
         &[Chart {
             title: format!("Least p-value of each of {seeds} suites of {random} random tests"),
@@ -150,7 +151,6 @@ fn draw(lab: &mut Lab, ledger: &Ledger) -> Result<(), Error> {
                 Series::new("as expected", 6, Mark::Line, diagonal),
                 Series::new("a suite under a fresh master seed", 2, Mark::Points, points),
             ],
-            legend: Corner::LowerRight,
         }],
     )
 }

@@ -173,10 +173,22 @@ fn draw(lab: &mut Lab, pairs: &[Pair], seen: &[Seen]) -> Result<(), Error> {
             .iter()
             .map(|(pair, seen)| ((row(pair), pair.trial.as_str()), *seen))
             .collect();
-        matrix(&lab.figure(&file), &rows, &columns, |row, column| {
-            let cell = (rows[row].clone(), columns[column].as_str());
-            cells.get(&cell).copied()
-        })?;
+        let stem = file.trim_end_matches(".svg");
+        let title = format!(
+            "Which trials reject which faults: {}",
+            stem.replacen("faults-", "", 1)
+        );
+        let see = "A row for each fault, a column for each trial; a dark cell where the trial rejects it.";
+        matrix(
+            &lab.figure(&file),
+            (&title, see),
+            &rows,
+            &columns,
+            |row, column| {
+                let cell = (rows[row].clone(), columns[column].as_str());
+                cells.get(&cell).copied()
+            },
+        )?;
     }
     Ok(())
 }

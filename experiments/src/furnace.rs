@@ -113,7 +113,9 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
         "furnace.svg",
         format!("{side}x{side}, {spp} spp, white spheres, σ = {SIGMA}, sky of radiance 1"),
     );
-    maps(&lab.figure("furnace.svg"), [980, 800], 2, &panels)
+    let see =
+        "Lambert's and EON's spheres vanish but for noise; both forms of Oren–Nayar are too dark.";
+    maps(&lab.figure("furnace.svg"), see, [980, 820], 2, &panels)
 }
 
 /// Mean deviation from 1 over the sphere's disc, and its standard error. The mean over the picture is its

@@ -18,7 +18,7 @@ use whitefurnace::trials::scenes::{
 
 use crate::job::{ConventionName, Job, LightSamplingName, SceneName, name};
 use crate::lab::{Experiment, Lab};
-use crate::plot::chart::{Chart, Corner, Mark, Series, charts};
+use crate::plot::chart::{Chart, Mark, Series, charts};
 use crate::suite::parallel;
 
 /// Variance of shadow rays by area and by solid angle.
@@ -148,7 +148,6 @@ fn by_distance(lab: &mut Lab) -> Result<(), Error> {
             ranges: [[0.04, 40.0], [1e-8, 1e3]],
             log: [true, true],
             series,
-            legend: Corner::LowerLeft,
         });
     }
     lab.csv(
@@ -156,7 +155,9 @@ fn by_distance(lab: &mut Lab) -> Result<(), Error> {
         "shape,way,height,samples,relative variance",
         &rows,
     )?;
-    charts(&lab.figure("lights.svg"), [900, 1200], &panels)
+    let see = "Sampling by area: the variance rises without bound as the light comes near. By solid angle it \
+               stays small, and multiple importance sampling tames both.";
+    charts(&lab.figure("lights.svg"), see, [900, 1260], &panels)
 }
 
 fn over_floor(shape: &Shape, height: f64) -> Arc<Scene> {

@@ -10,7 +10,7 @@ use whitefurnace::rng::{seed_for, stream};
 use whitefurnace::trials::strategies::{penumbra_reference, penumbra_scene, to_floor};
 
 use crate::lab::{Experiment, Lab};
-use crate::plot::chart::{Chart, Corner, Mark, Series, charts};
+use crate::plot::chart::{Chart, Mark, Series, charts};
 use crate::suite::{FAMILY, parallel};
 
 /// Radiance across a penumbra.
@@ -76,6 +76,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
         .fold(0.0, f64::max);
     charts(
         &lab.figure("penumbra.svg"),
+        "The path tracer's points lie on the closed form from full light to full shadow.",
         [900, 520],
         &[Chart {
             title: "Radiance of the floor across the penumbra".into(),
@@ -86,7 +87,6 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
             ranges: [[-2.3, 2.1], [0.0, 1.08 * brightest]],
             log: [false, false],
             series: vec![Series::new("closed form", 0, Mark::Line, curve), found],
-            legend: Corner::UpperRight,
         }],
     )
 }

@@ -15,7 +15,7 @@ use whitefurnace::trials::photon::scenes::{
 };
 
 use crate::lab::{Experiment, Lab};
-use crate::plot::chart::{Chart, Corner, Mark, Series, charts};
+use crate::plot::chart::{Chart, Mark, Series, charts};
 use crate::progress::{Bar, Progress};
 use crate::suite::FAMILY;
 
@@ -43,7 +43,14 @@ const LEAST: u64 = 8;
 fn run(lab: &mut Lab) -> Result<(), Error> {
     let radii = radii(lab)?;
     let passes = passes(lab)?;
-    charts(&lab.figure("photon-bias.svg"), [900, 760], &[radii, passes])
+    let see = "Measured biases lie on their closed forms: they fall with the square of the radius, and slowly \
+               with the number of passes.";
+    charts(
+        &lab.figure("photon-bias.svg"),
+        see,
+        [900, 860],
+        &[radii, passes],
+    )
 }
 
 /// How far the mean of replications may be from its expectation, at the experiment's family-wise level.
@@ -101,7 +108,11 @@ fn radii(lab: &mut Lab) -> Result<Chart, Error> {
         .iter()
         .map(|&(_, bias, _, e)| [bias - e, bias + e])
         .collect();
-    let closed = found.iter().map(|&(r, _, closed, _)| [r, closed]).collect();
+    let [low, high] = [RADII[0], RADII[RADII.len() - 1]];
+    let radius = |k: u32| low * (high / low).powf(f64::from(k) / 200.0);
+    let closed = (0..=200).map(radius);
+    let closed = closed.map(|r| [r, 1.0 - disc_average(r, f64::INFINITY) / point]);
+    let closed = closed.collect();
     Ok(Chart {
         title: "What a lookup lacks of the radiance at a point under a light".to_owned(),
         axes: [
@@ -117,7 +128,6 @@ fn radii(lab: &mut Lab) -> Result<Chart, Error> {
                 ..Series::new("measured", 0, Mark::Points, measured)
             },
         ],
-        legend: Corner::LowerRight,
     })
 }
 
@@ -230,6 +240,5 @@ fn passes(lab: &mut Lab) -> Result<Chart, Error> {
             },
             Series::new("root-mean-square error", 1, Mark::Line, error),
         ],
-        legend: Corner::UpperRight,
     })
 }

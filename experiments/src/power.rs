@@ -10,7 +10,7 @@ use whitefurnace::rng::{seed_for, stream};
 use whitefurnace::trials;
 
 use crate::lab::{Experiment, Lab};
-use crate::plot::chart::{Chart, Corner, Mark, Series, charts};
+use crate::plot::chart::{Chart, Mark, Series, charts};
 use crate::statistics::{N, Statistic, with_power};
 use crate::suite::{self, FAMILY, parallel};
 
@@ -83,10 +83,11 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
         ranges: [REACH, [0.0, 1.02]],
         log: [false, false],
         series: series.concat(),
-        legend: Corner::LowerRight,
     });
     let panels: Vec<Chart> = panels.collect();
-    charts(&lab.figure("power.svg"), [900, 900], &panels)?;
+    let see = "Measured rates of rejection lie on the stated curves, or above them where the stated power is a \
+               lower bound.";
+    charts(&lab.figure("power.svg"), see, [900, 960], &panels)?;
     registry(lab)
 }
 
@@ -285,6 +286,7 @@ fn draw_registry(lab: &mut Lab, measures: &[Measure], scale: f64, limit: f64) ->
     series.extend(kinds.map(|(i, kind)| Series::new(kind, i, Mark::Points, points(kind))));
     charts(
         &lab.figure("registry.svg"),
+        "Below the line a measure sees the effect that it must see.",
         [900, 560],
         &[Chart {
             title: format!("What each random measure of the registry detects, scale {scale}"),
@@ -295,7 +297,6 @@ fn draw_registry(lab: &mut Lab, measures: &[Measure], scale: f64, limit: f64) ->
             ranges: [[0.0, count + 1.0], [0.01 * limit, 1.5 * largest]],
             log: [false, true],
             series,
-            legend: Corner::LowerLeft,
         }],
     )
 }

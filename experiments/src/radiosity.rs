@@ -12,14 +12,14 @@ use whitefurnace::scene::{Scene, room};
 
 use crate::lab::{Experiment, Lab};
 use crate::pictures::render_samples;
-use crate::plot::chart::{Chart, Corner, Mark, Series, charts};
+use crate::plot::chart::{Chart, Mark, Series, charts};
 use crate::progress::interrupted;
 
 /// Refines the mesh.
 pub const RADIOSITY: Experiment = Experiment {
     id: "radiosity",
     title: "radiosity in the diffuse room: error against the number of patches",
-    version: 2,
+    version: 3,
     equations: &[&equation::RADIOSITY, &equation::FORM_FACTOR],
     run,
 };
@@ -37,6 +37,8 @@ struct Level {
     /// Root mean square of the pixels' differences from the path tracer, its noise taken off, relative to
     /// the mean: interpolated and gathered.
     distances: [f64; 2],
+    /// The standard errors of these, from the path tracer's noise.
+    errors: [f64; 2],
 }
 
 fn run(lab: &mut Lab) -> Result<(), Error> {
@@ -56,17 +58,21 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
         let (residual, sweeps) = (solved.residual(), solved.sweeps());
         let interpolated = image(lab, &scene, &solved, 1)?;
         let gathered = image(lab, &scene, &solved.read(ReadOut::Gathered), 1)?;
+        let found = [&interpolated, &gathered].map(|film| distance(film, &paths));
         let level = Level {
             patches,
             mean: mean(&interpolated),
-            distances: [&interpolated, &gathered].map(|film| distance(film, &paths)),
+            distances: found.map(|(distance, _)| distance),
+            errors: found.map(|(_, error)| error),
         };
         let key = format!("halvings-{halvings}");
         lab.number(&format!("{key}.patches"), patches);
         lab.number(&format!("{key}.mean"), level.mean.y);
         lab.number(&format!("{key}.residual"), residual);
-        lab.number(&format!("{key}.interpolated"), level.distances[0]);
-        lab.number(&format!("{key}.gathered"), level.distances[1]);
+        for (kind, i) in [("interpolated", 0), ("gathered", 1)] {
+            lab.number(&format!("{key}.{kind}"), level.distances[i]);
+            lab.number(&format!("{key}.{kind}_error"), level.errors[i]);
+        }
         lab.note(
             &format!("{patches} patches"),
             format!(
@@ -82,7 +88,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     let errors = paths.pixels().iter().map(|p| p.standard_error().y.powi(2));
     let noise = errors.sum::<f64>().sqrt() / paths.pixels().len() as f64 / reference.y;
     judge(lab, &levels, (reference.y, noise));
-    draw(lab, &levels, reference.y)
+    draw(lab, &levels, (reference.y, noise))
 }
 
 /// An image of the room with every ray through its pixel's centre, so that edges add no noise.
@@ -103,12 +109,22 @@ fn mean(film: &Film) -> DVec3 {
     pixels.iter().map(|p| p.mean()).sum::<DVec3>() / pixels.len() as f64
 }
 
-fn distance(film: &Film, paths: &Film) -> f64 {
+/// Root mean square of the pixels' differences, relative to the mean, and its standard error. With noise
+/// of variance s² on a difference t, x = t + e has x² − s² for an unbiased estimate of t², whose variance
+/// 4 t² s² + 2 s⁴ is estimated by 4 x² s² − 2 s⁴.
+fn distance(film: &Film, paths: &Film) -> (f64, f64) {
     let pairs = film.pixels().iter().zip(paths.pixels());
-    let squares: f64 = pairs
-        .map(|(a, b)| (a.mean().y - b.mean().y).powi(2) - b.standard_error().y.powi(2))
-        .sum();
-    (squares.max(0.0) / film.pixels().len() as f64).sqrt() / mean(paths).y
+    let (mut squares, mut variance) = (0.0, 0.0);
+    for (a, b) in pairs {
+        let x2 = (a.mean().y - b.mean().y).powi(2);
+        let s2 = b.standard_error().y.powi(2);
+        squares += x2 - s2;
+        variance += 4.0 * x2 * s2 - 2.0 * s2 * s2;
+    }
+    let (n, scale) = (film.pixels().len() as f64, mean(paths).y);
+    let distance = (squares.max(0.0) / n).sqrt();
+    let error = variance.max(0.0).sqrt() / n / (2.0 * distance);
+    (distance / scale, error / scale)
 }
 
 /// The order of convergence: how the deviation from the path tracer falls with the side of the patches,
@@ -150,21 +166,30 @@ fn judge(lab: &mut Lab, levels: &[Level], (reference, noise): (f64, f64)) {
     );
 }
 
-fn draw(lab: &mut Lab, levels: &[Level], reference: f64) -> Result<(), Error> {
-    let series = |label: &str, colour, value: &dyn Fn(&Level) -> f64| {
-        let points: Vec<[f64; 2]> = levels
-            .iter()
-            .map(|l| [l.patches, 100.0 * value(l)])
-            .collect();
+/// Error bars reach so many standard errors to either side.
+const BARS: f64 = 3.0;
+
+fn draw(lab: &mut Lab, levels: &[Level], (reference, noise): (f64, f64)) -> Result<(), Error> {
+    let series = |label: &str, colour, value: &dyn Fn(&Level) -> [f64; 2]| {
+        let point = |l: &Level| [l.patches, 100.0 * value(l)[0]];
+        let points: Vec<[f64; 2]> = levels.iter().map(point).collect();
+        let bar = |l: &Level| {
+            let [value, error] = value(l);
+            [-BARS, BARS].map(|errors| 100.0 * (value + errors * error))
+        };
         [
             Series::new("", colour, Mark::Line, points.clone()),
-            Series::new(label, colour, Mark::Points, points),
+            Series {
+                bars: levels.iter().map(bar).collect(),
+                ..Series::new(label, colour, Mark::Points, points)
+            },
         ]
     };
     let (low, high) = (50.0, 10_000.0);
     let slope = |patches: f64| [patches, 8.0 * (low / patches).sqrt()];
-    let slope = Series::new("order 1", 6, Mark::Faint, vec![slope(low), slope(high)]);
-    let difference = move |level: &Level| (level.mean.y / reference - 1.0).abs();
+    let name = "order 1: as the side of a patch, patches^(−1/2)";
+    let slope = Series::new(name, 6, Mark::Faint, vec![slope(low), slope(high)]);
+    let difference = move |level: &Level| [(level.mean.y / reference - 1.0).abs(), noise];
     let chart = Chart {
         title: "Radiosity in the diffuse room against the path tracer".to_owned(),
         axes: [
@@ -175,12 +200,18 @@ fn draw(lab: &mut Lab, levels: &[Level], reference: f64) -> Result<(), Error> {
         log: [true, true],
         series: [
             vec![slope],
-            series("pixels, interpolated (rms)", 2, &|l| l.distances[0]).to_vec(),
-            series("pixels, gathered (rms)", 1, &|l| l.distances[1]).to_vec(),
+            series("pixels, interpolated (rms)", 2, &|l| {
+                [l.distances[0], l.errors[0]]
+            })
+            .to_vec(),
+            series("pixels, gathered (rms)", 1, &|l| {
+                [l.distances[1], l.errors[1]]
+            })
+            .to_vec(),
             series("image mean", 0, &difference).to_vec(),
         ]
         .concat(),
-        legend: Corner::UpperRight,
     };
-    charts(&lab.figure("radiosity.svg"), [900, 500], &[chart])
+    let see = "All three deviations fall about as the side of a patch does, the grey line.";
+    charts(&lab.figure("radiosity.svg"), see, [900, 520], &[chart])
 }

@@ -1,5 +1,7 @@
 //! Regions of the published figure 6, as measured on the image, against our three conventions.
 
+use std::path::Path;
+
 use whitefurnace::equation;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::{Published, Quirks};
@@ -9,7 +11,7 @@ use whitefurnace::image::Display;
 use crate::figures::CONVENTIONS;
 use crate::job::{ConventionName, Job, Whole, Work};
 use crate::lab::{Experiment, Lab};
-use crate::plot;
+use crate::plot::differences::{Common, Panel, differences};
 use crate::progress::Progress;
 
 /// Compares region means with the published image.
@@ -147,9 +149,18 @@ fn quirks(lab: &mut Lab) -> Result<(), Error> {
         }
         panels.push((title, panel));
     }
-    let names = TABLE.map(|region| region.name);
-    let axis = "change (grey levels)";
-    plot::differences(&lab.figure("quirks.svg"), &names, axis, &panels)
+    let about = (
+        "What each quirk of the published convention does to the regions",
+        "The cosine as roulette number moves every region a little, the loss of direct light next to none, \
+         the extra cosine the white sphere by up to a hundred grey levels.",
+    );
+    let band = "what the comparison with the published image allows";
+    draw(
+        &lab.figure("quirks.svg"),
+        about,
+        ["change (grey levels)", band],
+        &panels,
+    )
 }
 
 /// [`region_mean`] of the reconstruction with these quirks. All take the same random numbers, so that
@@ -171,7 +182,7 @@ fn quirked_mean(lab: &Lab, region: &Region, quirks: Quirks) -> Result<[f64; 3], 
 
 fn run(lab: &mut Lab) -> Result<(), Error> {
     let mut rows = Vec::new();
-    let mut differences = Vec::new();
+    let mut panels = Vec::new();
     for (convention, stem) in CONVENTIONS {
         let mut panel = Vec::new();
         for region in &TABLE {
@@ -207,16 +218,40 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
             }
             panel.push(difference);
         }
-        differences.push((stem, panel));
+        panels.push((stem, panel));
     }
     lab.csv(
         "regions.csv",
         "convention,region,channel,rendered,published",
         &rows,
     )?;
-    let names = TABLE.map(|region| region.name);
-    let axis = "rendered − published (grey levels)";
-    plot::differences(&lab.figure("regions.svg"), &names, axis, &differences)
+    let about = (
+        "Regions of figure 6 under three conventions, against the published image",
+        "Under the convention named published all points lie within the bands; under the others many do not.",
+    );
+    let axis = "rendered − published";
+    draw(
+        &lab.figure("regions.svg"),
+        about,
+        [axis, "what is allowed of “published”"],
+        &panels,
+    )
+}
+
+/// All panels on one scale, with what each region is allowed.
+fn draw(
+    path: &Path,
+    about: (&str, &str),
+    [axis, band]: [&str; 2],
+    panels: &[Panel<'_>],
+) -> Result<(), Error> {
+    let regions = TABLE.map(|region| (region.name, region.margin));
+    let common = Common {
+        regions: &regions,
+        axis,
+        band,
+    };
+    differences(path, about, &common, panels)
 }
 
 fn triple([r, g, b]: [f64; 3]) -> String {

@@ -207,7 +207,8 @@ fn draw(
                 "Trials of the group “{group}”, scale {}",
                 lab.scale(lab.by_tier(suite::REDUCED, 1.0))
             );
-            forest(&lab.figure(&file), &title, part)?;
+            let see = "Zero is the reference. An interval within the band about it holds.";
+            forest(&lab.figure(&file), (&title, see), part)?;
             figures.entry(group.clone()).or_insert(file);
         }
         figures

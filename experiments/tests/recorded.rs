@@ -234,7 +234,14 @@ fn maps_hold_their_cells_in_colours_of_equal_weight() {
         bound: 2.0,
         unit: String::from("residual (σ)"),
     };
-    maps(&path, [400, 300], 1, std::slice::from_ref(&map)).expect("a map");
+    maps(
+        &path,
+        "two cells",
+        [400, 300],
+        1,
+        std::slice::from_ref(&map),
+    )
+    .expect("a map");
     let svg = fs::read_to_string(&path).expect("a map");
     // The first bytes of every PNG.
     assert!(svg.contains("href=\"data:image/png;base64,iVBORw0KGgo"));
@@ -243,7 +250,7 @@ fn maps_hold_their_cells_in_colours_of_equal_weight() {
         values: vec![0.0],
         ..map
     };
-    assert!(maps(&path, [400, 300], 1, &[short]).is_err());
+    assert!(maps(&path, "two cells", [400, 300], 1, &[short]).is_err());
 }
 
 #[test]

@@ -89,14 +89,29 @@ pub(super) fn judge(
     let standing = match (verdict, cell.claim) {
         (Verdict::Fails, _) => Standing::Differs,
         (Verdict::Undecided { .. }, _) => Standing::Undecided,
-        (Verdict::Holds, Claim::Equal) => Standing::Agrees,
-        (Verdict::Holds, _) => Standing::Explained,
+        (Verdict::Holds, Claim::Lacks(..)) => Standing::Explained,
+        // A bias that may be there and is not to be seen is no difference.
+        (Verdict::Holds, _) if within(interval, margin(cell.scene, lab.tier())) => Standing::Agrees,
+        (Verdict::Holds, _) => Standing::Biased,
     };
-    let mut text = format!("{:+.2} ± {:.2} %", 100.0 * difference, 100.0 * shown);
+    let mut text = format!("{} ± {:.2} %", signed(100.0 * difference), 100.0 * shown);
     if let Claim::Lacks(..) = cell.claim {
-        text += &format!("\nexpected {:+.2} %", 100.0 * expected);
+        text += &format!("\nexpected {} %", signed(100.0 * expected));
     }
     Square { text, standing }
+}
+
+fn within(interval: [f64; 2], margin: f64) -> bool {
+    interval.iter().all(|end| end.abs() <= margin)
+}
+
+/// With two decimals and a sign, but for what rounds to zero.
+fn signed(value: f64) -> String {
+    let text = format!("{value:+.2}");
+    match text.trim_start_matches(['+', '-']) {
+        "0.00" => "0.00".to_owned(),
+        _ => text.replace('-', "−"),
+    }
 }
 
 /// How far skewness bends the tail of a sum of means, in units of what is allowed. Alone, n values bend it

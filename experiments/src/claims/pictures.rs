@@ -7,7 +7,7 @@ use whitefurnace::image::write_png;
 use crate::job::{ConventionName, EstimatorName, Job, PixelName, SceneName, name};
 use crate::lab::Lab;
 use crate::pictures::write_grid;
-use crate::plot::chart::{Chart, Corner, Mark, Series, rows};
+use crate::plot::chart::{Chart, Mark, Series, rows};
 
 /// A part of the room in a frame of 400 × 300.
 fn crop(lab: &Lab, job: Job, label: &str, corner: [u32; 2], size: [u32; 2]) -> Result<Film, Error> {
@@ -98,26 +98,26 @@ pub fn noise(lab: &mut Lab, [picture, plot, few, many]: [&str; 4]) -> Result<(),
     let law = |x: f64| [x, error * (n / x).sqrt()];
     rows(
         &lab.figure(plot),
+        "The points lie on a line of slope −1/2.",
         [900, 460],
         1,
         &[Chart {
             title: "Noise of a crop of the all-diffuse room".into(),
             axes: [
                 "samples per pixel N".into(),
-                "root mean square of the pixels' standard errors (radiance)".into(),
+                "standard error of a pixel (radiance, rms)".into(),
             ],
             ranges: [[4.0, 1000.0], [error * 0.5, error * 20.0]],
             log: [true; 2],
             series: vec![
                 Series::new(
-                    "N^(-1/2) through the last point",
+                    "N^(−1/2) through the last point",
                     6,
                     Mark::Line,
                     vec![law(4.0), law(1000.0)],
                 ),
                 Series::new("crop", 0, Mark::Points, errors),
             ],
-            legend: Corner::UpperRight,
         }],
     )
 }

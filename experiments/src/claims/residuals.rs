@@ -128,7 +128,8 @@ pub fn residuals(lab: &mut Lab, file: &str) -> Result<(), Error> {
             unit: "residual (σ)".into(),
         });
     }
-    maps(&lab.figure(file), [900, 1020], 1, &panels)
+    let see = "Noise without a pattern in the first two panels; in the third all directions lie on a diagonal.";
+    maps(&lab.figure(file), see, [900, 1050], 1, &panels)
 }
 
 /// The place of a cell, row by row from the horizon, which is at the top, to the pole.

@@ -11,7 +11,7 @@ use whitefurnace::trials::convergence::{COSINE, PROFILES, Profile, UNIFORM, squa
 
 use super::critical;
 use crate::lab::Lab;
-use crate::plot::chart::{Chart, Corner, Mark, Series, rows};
+use crate::plot::chart::{Chart, Mark, Series, rows};
 
 /// Directions of three samplers, seen from above.
 pub fn hemispheres(lab: &mut Lab, file: &str) -> Result<(), Error> {
@@ -44,11 +44,12 @@ pub fn hemispheres(lab: &mut Lab, file: &str) -> Result<(), Error> {
                 Series::new("", 6, Mark::Faint, horizon.collect()),
                 Series::new("", k, Mark::Dots, dots.collect()),
             ],
-            legend: Corner::UpperLeft,
         }
     };
     let panels: Vec<Chart> = samplers.into_iter().enumerate().map(panel).collect();
-    rows(&lab.figure(file), [1200, 400], 3, &panels)
+    let see = "Uniform directions thicken towards the rim, cosine-weighted ones fill the disc evenly, those of the \
+               printed formulas lie on a spiral.";
+    rows(&lab.figure(file), see, [1080, 348], 3, &panels)
 }
 
 /// Radiance from everywhere alike, and from a band at the horizon: what the trials' profiles leave out,
@@ -136,6 +137,7 @@ pub fn importance(lab: &mut Lab, file: &str) -> Result<(), Error> {
     }
     rows(
         &lab.figure(file),
+        "For light from above cosine-weighted directions have less variance, for light from the horizon more.",
         [900, 500],
         1,
         &[Chart {
@@ -149,7 +151,6 @@ pub fn importance(lab: &mut Lab, file: &str) -> Result<(), Error> {
             ranges: [[-0.5, 5.5], [1e-3, 10.0]],
             log: [false, true],
             series,
-            legend: Corner::UpperRight,
         }],
     )
 }
@@ -179,7 +180,6 @@ pub fn fresnel(lab: &mut Lab, file: &str) -> Result<(), Error> {
             ranges: [[0.0, 90.0], [0.0, 1.02]],
             log: [false; 2],
             series: series.chain(marks).collect(),
-            legend: Corner::UpperLeft,
         }
     };
     let brewster = 1.5f64.atan().to_degrees();
@@ -188,7 +188,8 @@ pub fn fresnel(lab: &mut Lab, file: &str) -> Result<(), Error> {
     lab.number("fresnel.critical", critical);
     rows(
         &lab.figure(file),
-        [1200, 520],
+        "Parallel light is not reflected at Brewster's angle; from within, all light is beyond the critical one.",
+        [1080, 500],
         2,
         &[
             panel(
@@ -257,6 +258,7 @@ pub fn edges(lab: &mut Lab, file: &str) -> Result<(), Error> {
     );
     rows(
         &lab.figure(file),
+        "Jittered samples gain faster with their number than random ones and grids.",
         [900, 500],
         1,
         &[Chart {
@@ -265,7 +267,6 @@ pub fn edges(lab: &mut Lab, file: &str) -> Result<(), Error> {
             ranges: [[0.8, 400.0], [1e-5, 1.0]],
             log: [true; 2],
             series,
-            legend: Corner::UpperRight,
         }],
     )
 }

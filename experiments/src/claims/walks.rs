@@ -7,7 +7,7 @@ use whitefurnace::trials::roulette::{Parts, RIGHT, variance, walk};
 
 use super::critical;
 use crate::lab::Lab;
-use crate::plot::chart::{Chart, Corner, Mark, Series, rows};
+use crate::plot::chart::{Chart, Mark, Series, rows};
 
 const ALBEDOS: [f64; 3] = [0.5, 0.75, 0.9];
 
@@ -111,17 +111,17 @@ pub fn roulette(lab: &mut Lab, file: &str) -> Result<(), Error> {
         format!("{n} walks each"),
         all_hold,
     );
-    let chart = |title: &str, label: &str, range, log, series, legend| Chart {
+    let chart = |title: &str, label: &str, range, log, series| Chart {
         title: title.to_owned(),
         axes: ["survival probability q".into(), label.to_owned()],
         ranges: [[0.2, 1.0], range],
         log: [false, log],
         series,
-        legend,
     };
     rows(
         &lab.figure(file),
-        [900, 1200],
+        "The mean does not depend on the survival probability; the variance has no bound left of the squared albedo.",
+        [900, 1260],
         1,
         &[
             chart(
@@ -130,7 +130,6 @@ pub fn roulette(lab: &mut Lab, file: &str) -> Result<(), Error> {
                 [0.0, 14.0],
                 false,
                 means,
-                Corner::UpperLeft,
             ),
             chart(
                 "Variance: infinite left of the squared albedo (grey)",
@@ -138,7 +137,6 @@ pub fn roulette(lab: &mut Lab, file: &str) -> Result<(), Error> {
                 [1e-2, 1e4],
                 true,
                 variances,
-                Corner::UpperRight,
             ),
             chart(
                 "Efficiency: 1/(variance × vertices)",
@@ -146,7 +144,6 @@ pub fn roulette(lab: &mut Lab, file: &str) -> Result<(), Error> {
                 [1e-4, 1e1],
                 true,
                 efficiencies,
-                Corner::UpperLeft,
             ),
         ],
     )
@@ -220,7 +217,8 @@ pub fn truncation(lab: &mut Lab, file: &str) -> Result<(), Error> {
     );
     rows(
         &lab.figure(file),
-        [900, 500],
+        "Straight lines: each bounce more loses less by the albedo.",
+        [900, 520],
         1,
         &[Chart {
             title: "Share of light lost by cutting paths; the report's seven bounces in grey"
@@ -229,7 +227,6 @@ pub fn truncation(lab: &mut Lab, file: &str) -> Result<(), Error> {
             ranges: [[0.0, 20.5], [LEAST, 1.0]],
             log: [false, true],
             series,
-            legend: Corner::LowerLeft,
         }],
     )
 }

@@ -2,18 +2,19 @@
 
 use std::path::Path;
 
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
 use whitefurnace::error::Error;
 
-use super::{FAINT, FONT, INK, OKABE_ITO, write_svg};
+use super::canvas::{Anchor, Area, Canvas, Pen, Shape, width};
+use super::{FAINT, INK, LABEL, OKABE_ITO, Rgb, TITLE};
 
 /// What a cell of the matrix says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Standing {
-    /// Within the margin.
+    /// Within the margin of methods without bias.
     Agrees,
-    /// Outside the margin or a bias of known size, for a reason that is stated.
+    /// Within the wider margin of a bias of known cause.
+    Biased,
+    /// Different by what the reason that is stated takes or adds.
     Explained,
     /// Too few samples to say.
     Undecided,
@@ -32,154 +33,166 @@ pub struct Square {
     pub standing: Standing,
 }
 
-const CELL: (i32, i32) = (124, 44);
-const LINE: i32 = 16;
-const LEFT: i32 = 120;
-const TOP: i32 = 92;
+const CELL: [f64; 2] = [114.0, 44.0];
+/// Distance of the lines of a cell.
+const LINE: f64 = 17.0;
+const LEFT: f64 = 100.0;
+const TOP: f64 = 124.0;
 
-/// Draws rows × columns; what an estimator cannot handle stays empty.
+/// Draws rows × columns. A cell that is `None` is struck through: `blank` says why.
 ///
 /// # Errors
 /// The file cannot be written.
 pub fn squares(
     path: &Path,
-    title: &str,
-    rows: &[String],
-    columns: &[String],
+    (title, see): (&str, &str),
+    (rows, columns): (&[String], &[String]),
+    blank: &str,
     square: impl Fn(usize, usize) -> Option<Square>,
 ) -> Result<(), Error> {
-    let width = LEFT + columns.len() as i32 * CELL.0 + 16;
-    let height = TOP + rows.len() as i32 * CELL.1 + 16;
-    write_svg(path, [width as u32, height as u32], |root| {
-        let text = |size: i32, h| {
-            (FONT, size, &INK)
-                .into_text_style(root)
-                .pos(Pos::new(h, VPos::Center))
-        };
-        root.draw(&Text::new(title, (14, 16), text(16, HPos::Left)))?;
-        let legend = [
-            (Standing::Agrees, "agrees"),
-            (Standing::Explained, "differs for a stated reason"),
-            (Standing::Undecided, "undecided"),
-            (Standing::Differs, "differs"),
-            (Standing::Reference, "reference"),
-        ];
-        let mut x = 14;
-        for (standing, label) in legend {
-            draw(root, ((x, 36), (x + 26, 54)), standing)?;
-            root.draw(&Text::new(label, (x + 32, 45), text(13, HPos::Left)))?;
-            x += 52 + 7 * label.len() as i32;
-        }
-        for (c, name) in columns.iter().enumerate() {
-            let at = (LEFT + c as i32 * CELL.0 + CELL.0 / 2, TOP - 12);
-            root.draw(&Text::new(name.as_str(), at, text(13, HPos::Center)))?;
-        }
-        for (r, name) in rows.iter().enumerate() {
-            let y = TOP + r as i32 * CELL.1;
-            let at = (LEFT - 8, y + CELL.1 / 2);
-            root.draw(&Text::new(name.as_str(), at, text(13, HPos::Right)))?;
-            for c in 0..columns.len() {
-                let x = LEFT + c as i32 * CELL.0;
-                let frame = [(x, y), (x + CELL.0, y + CELL.1)];
-                root.draw(&Rectangle::new(frame, FAINT))?;
-                if let Some(square) = square(r, c) {
-                    let inner = ((x + 1, y + 1), (x + CELL.0 - 1, y + CELL.1 - 1));
-                    draw(root, inner, square.standing)?;
-                    let count = square.text.lines().count() as i32;
-                    for (i, line) in square.text.lines().enumerate() {
-                        let offset = LINE * (2 * i as i32 + 1 - count) / 2;
-                        let at = (x + CELL.0 / 2, y + CELL.1 / 2 + offset);
-                        root.draw(&Text::new(line, at, text(12, HPos::Center)))?;
-                    }
+    let size = [
+        LEFT + columns.len() as f64 * CELL[0] + 14.0,
+        TOP + rows.len() as f64 * CELL[1] + 14.0,
+    ];
+    let mut canvas = Canvas::new(size, title, see);
+    canvas.text(title, [14.0, 20.0], Anchor::Start, TITLE);
+    legend(&mut canvas, size[0], blank);
+    for (c, name) in columns.iter().enumerate() {
+        let at = [LEFT + (c as f64 + 0.5) * CELL[0], TOP - 12.0];
+        canvas.text(name, at, Anchor::Middle, LABEL);
+    }
+    for (r, name) in rows.iter().enumerate() {
+        let y = TOP + r as f64 * CELL[1];
+        let middle = y + 0.5 * CELL[1];
+        canvas.text(name, [LEFT - 8.0, middle], Anchor::End, LABEL);
+        for c in 0..columns.len() {
+            let x = LEFT + c as f64 * CELL[0];
+            let frame = [x, y, x + CELL[0], y + CELL[1]];
+            let square = square(r, c);
+            cell(&mut canvas, frame, square.as_ref().map(|s| s.standing));
+            if let Some(square) = square {
+                let count = square.text.lines().count() as f64;
+                for (i, line) in square.text.lines().enumerate() {
+                    let down = LINE * (i as f64 + 0.5 * (1.0 - count));
+                    let at = [x + 0.5 * CELL[0], middle + down];
+                    canvas.text(line, at, Anchor::Middle, 13.0);
                 }
             }
         }
-        Ok(())
-    })
+    }
+    canvas.write(path)
+}
+
+fn legend(canvas: &mut Canvas, right: f64, blank: &str) {
+    let entries = [
+        (Some(Standing::Reference), "reference"),
+        (Some(Standing::Agrees), "agrees within the margin"),
+        (Some(Standing::Biased), "within the margin of a known bias"),
+        (Some(Standing::Explained), "differs for a stated reason"),
+        (Some(Standing::Undecided), "undecided"),
+        (Some(Standing::Differs), "differs"),
+        (None, blank),
+    ];
+    let [mut x, mut y] = [14.0, 38.0];
+    for (standing, label) in entries {
+        let length = 34.0 + width(label, 13.0) + 14.0;
+        if x + length > right {
+            [x, y] = [14.0, y + 24.0];
+        }
+        cell(canvas, [x, y, x + 26.0, y + 18.0], standing);
+        canvas.text(label, [x + 32.0, y + 9.0], Anchor::Start, 13.0);
+        x += length;
+    }
 }
 
 /// Fills and borders can be told apart without colour.
-fn draw(
-    root: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>,
-    (from, to): ((i32, i32), (i32, i32)),
-    standing: Standing,
-) -> super::Drawn {
+fn cell(canvas: &mut Canvas, frame: Area, standing: Option<Standing>) {
+    let [left, top, right, bottom] = frame;
     let fill = match standing {
-        Standing::Agrees => OKABE_ITO[1].mix(0.35),
-        Standing::Explained => OKABE_ITO[5].mix(0.35),
-        Standing::Undecided => FAINT.mix(0.6),
-        Standing::Differs => OKABE_ITO[0].mix(0.6),
-        Standing::Reference => WHITE.mix(1.0),
+        Some(Standing::Agrees) => OKABE_ITO[1].pale(0.35),
+        Some(Standing::Biased | Standing::Explained) => OKABE_ITO[5].pale(0.35),
+        Some(Standing::Undecided) => FAINT.pale(0.6),
+        Some(Standing::Differs) => OKABE_ITO[0].pale(0.6),
+        Some(Standing::Reference) | None => Rgb(255, 255, 255),
     };
-    root.draw(&Rectangle::new([from, to], fill.filled()))?;
+    canvas.fill([left + 1.0, top + 1.0, right - 1.0, bottom - 1.0], fill);
+    canvas.frame(frame, Pen::new(FAINT, 1.0));
+    let inner = [left + 2.0, top + 2.0, right - 2.0, bottom - 2.0];
+    let under = [[left + 1.0, bottom - 2.5], [right - 1.0, bottom - 2.5]];
+    let blue = Pen::new(OKABE_ITO[2], 3.0);
     match standing {
-        Standing::Explained => {
-            root.draw(&PathElement::new(
-                vec![(from.0, to.1 - 2), (to.0, to.1 - 2)],
-                OKABE_ITO[2].stroke_width(3),
-            ))?;
+        Some(Standing::Agrees) => {}
+        Some(Standing::Biased) => canvas.line(
+            &under,
+            Pen {
+                dash: "6 4",
+                ..blue
+            },
+        ),
+        Some(Standing::Explained) => canvas.line(&under, blue),
+        Some(Standing::Undecided) => {
+            let pen = Pen::new(Rgb(120, 120, 120), 1.0);
+            canvas.frame(inner, Pen { dash: "2 3", ..pen });
         }
-        Standing::Differs => {
-            root.draw(&PathElement::new(vec![from, to], INK))?;
-            root.draw(&PathElement::new(vec![(from.0, to.1), (to.0, from.1)], INK))?;
-        }
-        Standing::Reference => root.draw(&Rectangle::new([from, to], INK))?,
-        Standing::Agrees | Standing::Undecided => {}
+        Some(Standing::Differs) => canvas.frame(inner, Pen::new(OKABE_ITO[0], 3.0)),
+        Some(Standing::Reference) => canvas.frame(inner, Pen::new(INK, 1.4)),
+        None => canvas.line(
+            &[[left, bottom], [right, top]],
+            Pen::new(Rgb(190, 190, 190), 1.0),
+        ),
     }
-    Ok(())
 }
 
-const PANEL: (i32, i32) = (150, 104);
-const ACROSS: usize = 6;
+const PANEL: [f64; 2] = [178.0, 108.0];
+const ACROSS: usize = 5;
 
 /// Histograms of p-values in equal bins of [0, 1], a small panel each, relative to a flat one.
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn histograms(path: &Path, title: &str, panels: &[(String, Vec<u64>)]) -> Result<(), Error> {
-    let rows = panels.len().div_ceil(ACROSS).max(1) as i32;
+pub fn histograms(
+    path: &Path,
+    (title, see): (&str, &str),
+    panels: &[(String, Vec<u64>)],
+) -> Result<(), Error> {
+    let rows = panels.len().div_ceil(ACROSS).max(1);
     let size = [
-        (ACROSS as i32 * PANEL.0 + 28) as u32,
-        (rows * PANEL.1 + 76) as u32,
+        ACROSS as f64 * PANEL[0] + 20.0,
+        rows as f64 * PANEL[1] + 72.0,
     ];
-    write_svg(path, size, |root| {
-        let text = |size: i32, h| {
-            (FONT, size, &INK)
-                .into_text_style(root)
-                .pos(Pos::new(h, VPos::Center))
-        };
-        root.draw(&Text::new(title, (14, 16), text(16, HPos::Left)))?;
-        for (i, (name, counts)) in panels.iter().enumerate() {
-            let x = 14 + (i % ACROSS) as i32 * PANEL.0;
-            let y = 36 + (i / ACROSS) as i32 * PANEL.1;
-            let (left, right, base, top) = (x + 6, x + PANEL.0 - 12, y + 92, y + 22);
-            root.draw(&Text::new(
-                name.as_str(),
-                (left, y + 10),
-                text(12, HPos::Left),
-            ))?;
-            let flat = counts.iter().sum::<u64>() as f64 / counts.len().max(1) as f64;
-            // A flat histogram reaches half of the height.
-            let scale = 0.5 * f64::from(base - top) / flat.max(1.0);
-            let bin = f64::from(right - left) / counts.len().max(1) as f64;
-            for (k, &count) in counts.iter().enumerate() {
-                let height = (count as f64 * scale).min(f64::from(base - top));
-                let corners = [
-                    (left + (k as f64 * bin) as i32, base - height as i32),
-                    (left + ((k + 1) as f64 * bin) as i32 - 1, base),
-                ];
-                root.draw(&Rectangle::new(corners, OKABE_ITO[2].mix(0.7).filled()))?;
-            }
-            let level = (base + top) / 2;
-            root.draw(&PathElement::new(
-                vec![(left, level), (right, level)],
-                OKABE_ITO[0],
-            ))?;
-            root.draw(&PathElement::new(vec![(left, base), (right, base)], INK))?;
+    let mut canvas = Canvas::new(size, title, see);
+    canvas.text(title, [14.0, 20.0], Anchor::Start, TITLE);
+    let note =
+        "p from 0 (left) to 1 (right); the line is a flat histogram; an arrowhead: the bar goes on";
+    canvas.text(note, [14.0, 44.0], Anchor::Start, 13.0);
+    for (i, (name, counts)) in panels.iter().enumerate() {
+        let corner = [
+            14.0 + (i % ACROSS) as f64 * PANEL[0],
+            62.0 + (i / ACROSS) as f64 * PANEL[1],
+        ];
+        histogram(&mut canvas, corner, name, counts);
+    }
+    canvas.write(path)
+}
+
+fn histogram(canvas: &mut Canvas, [x, y]: [f64; 2], name: &str, counts: &[u64]) {
+    let (right, base, top) = (x + PANEL[0] - 16.0, y + 94.0, y + 22.0);
+    canvas.text(name, [x, y + 8.0], Anchor::Start, 12.0);
+    let flat = counts.iter().sum::<u64>() as f64 / counts.len().max(1) as f64;
+    // A flat histogram reaches half of the height.
+    let scale = 0.5 * (base - top) / flat.max(1.0);
+    let bin = (right - x) / counts.len().max(1) as f64;
+    for (k, &count) in counts.iter().enumerate() {
+        let height = count as f64 * scale;
+        let left = x + k as f64 * bin;
+        let bar = [left, base - height.min(base - top), left + bin - 1.0, base];
+        canvas.fill(bar, OKABE_ITO[2].pale(0.7));
+        if height > base - top {
+            let at = [left + 0.5 * (bin - 1.0), top - 4.0];
+            canvas.marks(&[at], Shape::Triangle, 3.6, OKABE_ITO[2]);
         }
-        let foot = size[1] as i32 - 16;
-        let note = "p from 0 (left) to 1 (right); the line is a flat histogram";
-        root.draw(&Text::new(note, (14, foot), text(13, HPos::Left)))?;
-        Ok(())
-    })
+    }
+    let level = 0.5 * (base + top);
+    canvas.line(&[[x, level], [right, level]], Pen::new(OKABE_ITO[0], 1.2));
+    canvas.line(&[[x, base], [right, base]], Pen::new(INK, 1.2));
 }

@@ -1,21 +1,19 @@
 //! A plain chart: lines, points and error bars over linear or logarithmic axes.
 
-use std::ops::Range;
 use std::path::Path;
 
-use plotters::coord::Shift;
-use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
-use plotters::prelude::*;
 use whitefurnace::error::Error;
 
-use super::{Drawn, FAINT, FONT, INK, OKABE_ITO, write_svg};
+use super::axis::{Axis, Division};
+use super::canvas::{Anchor, Area, Canvas, Pen, Point, Shape, width};
+use super::{FAINT, HEADING, INK, LABEL, OKABE_ITO, Rgb, STYLES};
 
 /// How a series is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mark {
     /// A line through the points.
     Line,
-    /// Discs.
+    /// Marks, of a shape that belongs to the colour.
     Points,
     /// Dots, for scatter.
     Dots,
@@ -28,7 +26,7 @@ pub enum Mark {
 pub struct Series {
     /// For the legend; empty for none.
     pub label: String,
-    /// Index into the palette.
+    /// Index into the palette. Series of one colour have one shape and one dash, too.
     pub colour: usize,
     /// How it is drawn.
     pub mark: Mark,
@@ -64,253 +62,220 @@ pub struct Chart {
     pub log: [bool; 2],
     /// What is drawn, in this order.
     pub series: Vec<Series>,
-    /// Where the legend stands.
-    pub legend: Corner,
 }
 
-/// A corner of the chart.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Corner {
-    /// Top left.
-    UpperLeft,
-    /// Bottom left.
-    LowerLeft,
-    /// Bottom right.
-    LowerRight,
-    /// Top right.
-    UpperRight,
-}
-
-/// Draws charts, one below the other, `size` in pixels for all together.
+/// Draws charts, one below the other, `size` in pixels for all together. `see` says what there is to see.
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn charts(path: &Path, size: [u32; 2], charts: &[Chart]) -> Result<(), Error> {
-    rows(path, size, 1, charts)
+pub fn charts(path: &Path, see: &str, size: [u32; 2], charts: &[Chart]) -> Result<(), Error> {
+    rows(path, see, size, 1, charts)
 }
 
 /// Draws charts in rows of `columns`, `size` in pixels for all together.
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn rows(path: &Path, size: [u32; 2], columns: usize, charts: &[Chart]) -> Result<(), Error> {
-    write_svg(path, size, |root| {
-        let areas = root.split_evenly((charts.len().div_ceil(columns).max(1), columns));
-        areas
-            .iter()
-            .zip(charts)
-            .try_for_each(|(area, chart)| draw(area, chart))
-    })
+pub fn rows(
+    path: &Path,
+    see: &str,
+    size: [u32; 2],
+    columns: usize,
+    charts: &[Chart],
+) -> Result<(), Error> {
+    let titles: Vec<&str> = charts.iter().map(|chart| chart.title.as_str()).collect();
+    let size = size.map(f64::from);
+    let mut canvas = Canvas::new(size, &titles.join("; "), see);
+    let looks = Looks::of(charts);
+    for (area, chart) in areas(size, columns, charts.len()).into_iter().zip(charts) {
+        draw(&mut canvas, area, chart, &looks);
+    }
+    canvas.write(path)
 }
 
-fn draw(area: &DrawingArea<SVGBackend<'_>, Shift>, chart: &Chart) -> Drawn {
-    let scale = |axis: usize, value: f64| {
-        if chart.log[axis] {
-            value.max(f64::MIN_POSITIVE).log10()
-        } else {
-            value
+/// Equal parts of a drawing, row by row.
+pub(super) fn areas([width, height]: Point, columns: usize, count: usize) -> Vec<Area> {
+    let rows = count.div_ceil(columns).max(1);
+    let [w, h] = [width / columns as f64, height / rows as f64];
+    let corner = |i: usize| [(i % columns) as f64 * w, (i / columns) as f64 * h];
+    (0..count)
+        .map(corner)
+        .map(|[x, y]| [x, y, x + w, y + h])
+        .collect()
+}
+
+/// How colours are told apart without colour: the order in which the series of a figure bring them.
+struct Looks(Vec<usize>);
+
+impl Looks {
+    fn of(charts: &[Chart]) -> Self {
+        let mut colours = Vec::new();
+        for series in charts.iter().flat_map(|chart| &chart.series) {
+            let styled = !matches!(series.mark, Mark::Faint | Mark::Dots);
+            // Black is for references: always a full line.
+            if styled && series.colour != BLACK && !colours.contains(&series.colour) {
+                colours.push(series.colour);
+            }
         }
-    };
-    let point = |[x, y]: [f64; 2]| (scale(0, x), scale(1, y));
-    let [x, y] = [0, 1].map(|axis| Axis::new(chart.ranges[axis], chart.log[axis]));
-    let within = |&(a, b): &(f64, f64)| x.reaches(a) && y.reaches(b);
-    let mut context = ChartBuilder::on(area)
-        .caption(&chart.title, (FONT, 20, &INK))
-        .margin(12)
-        .margin_right(28)
-        .x_label_area_size(52)
-        .y_label_area_size(80)
-        .build_cartesian_2d(x.clone(), y.clone())?;
-    context
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(FAINT)
-        .axis_style(INK)
-        .label_style((FONT, 15, &INK))
-        .x_desc(&chart.axes[0])
-        .y_desc(&chart.axes[1])
-        .draw()?;
-    for series in &chart.series {
-        let colour = match series.mark {
-            Mark::Faint => RGBColor(150, 150, 150),
-            _ => OKABE_ITO[series.colour % OKABE_ITO.len()],
-        };
-        let width = if series.mark == Mark::Faint { 1 } else { 2 };
-        let points: Vec<(f64, f64)> = series.points.iter().copied().map(point).collect();
+        Self(colours)
+    }
+
+    fn style(&self, series: &Series) -> (&'static str, Shape) {
+        let place = self.0.iter().position(|&colour| colour == series.colour);
+        // A black series beside others has a shape of its own.
+        place.map_or(("", STYLES[3].1), |place| STYLES[place % STYLES.len()])
+    }
+
+    fn pen(&self, series: &Series) -> Pen {
         match series.mark {
-            Mark::Line | Mark::Faint => {
-                let lines = runs(&points, [x.ends, y.ends]).into_iter();
-                context.draw_series(
-                    lines.map(|line| PathElement::new(line, colour.stroke_width(width))),
-                )?
-            }
-            Mark::Points | Mark::Dots => {
-                let radius = if series.mark == Mark::Dots { 1 } else { 4 };
-                let seen = points.iter().copied().filter(within);
-                context.draw_series(seen.map(|at| Circle::new(at, radius, colour.filled())))?
-            }
-        };
-        let bars = points.iter().zip(&series.bars);
-        let bars = bars.filter(|(at, _)| x.reaches(at.0));
-        context.draw_series(bars.flat_map(|(at, &[low, high])| {
-            let ends = [(at.0, scale(1, low)), (at.0, scale(1, high))];
-            runs(&ends, [x.ends, y.ends])
-                .into_iter()
-                .map(|bar| PathElement::new(bar, colour.stroke_width(2)))
-        }))?;
-        if !series.label.is_empty() {
-            let mark = series.mark;
-            // An empty series, for the legend alone.
-            let named = context.draw_series(std::iter::empty::<Circle<(f64, f64), i32>>())?;
-            named.label(&series.label).legend(move |(x, y)| match mark {
-                Mark::Line | Mark::Faint => {
-                    PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(width)).into_dyn()
-                }
-                Mark::Points | Mark::Dots => Circle::new((x + 9, y), 4, colour.filled()).into_dyn(),
-            });
+            Mark::Faint => Pen::new(Rgb(150, 150, 150), 1.0),
+            _ => Pen {
+                colour: colour(series),
+                width: 2.0,
+                dash: self.style(series).0,
+            },
         }
     }
-    if chart.series.iter().any(|series| !series.label.is_empty()) {
-        let position = match chart.legend {
-            Corner::UpperLeft => SeriesLabelPosition::UpperLeft,
-            Corner::LowerLeft => SeriesLabelPosition::LowerLeft,
-            Corner::LowerRight => SeriesLabelPosition::LowerRight,
-            Corner::UpperRight => SeriesLabelPosition::UpperRight,
-        };
-        context
-            .configure_series_labels()
-            .position(position)
-            .background_style(WHITE.mix(0.85))
-            .border_style(FAINT)
-            .label_font((FONT, 15, &INK))
-            .draw()?;
-    }
-    Ok(())
 }
 
-/// An axis in the coordinates of the drawing: logarithms to base ten where it is logarithmic.
-#[derive(Clone)]
-pub(super) struct Axis {
-    ends: [f64; 2],
-    ticks: Vec<f64>,
-    log: bool,
-    /// Decimals of a linear axis' labels.
-    decimals: usize,
+/// Of the palette.
+const BLACK: usize = 6;
+
+fn colour(series: &Series) -> Rgb {
+    OKABE_ITO[series.colour % OKABE_ITO.len()]
 }
 
-impl Axis {
-    /// With labels at round numbers: up to ten on a linear axis, powers of ten on a logarithmic one, and 2
-    /// and 5 times these if it spans few.
-    pub(super) fn new([low, high]: [f64; 2], log: bool) -> Self {
-        if log {
-            let ends = [low, high].map(f64::log10);
-            let decades = ends[1] - ends[0];
-            let multiples: &[f64] = if decades <= 2.5 {
-                &[1.0, 2.0, 5.0]
-            } else {
-                &[1.0]
-            };
-            let step = (decades / 10.0).ceil().max(1.0) as usize;
-            let powers = (ends[0].floor() as i32..=ends[1].ceil() as i32).step_by(step);
-            let ticks =
-                powers.flat_map(|k| multiples.iter().map(move |m| f64::from(k) + m.log10()));
-            Self {
-                ends,
-                ticks: ticks.filter(|t| inside(ends, *t)).collect(),
-                log,
-                decimals: 0,
-            }
-        } else {
-            let least = (high - low) / 10.0;
-            let power = 10f64.powf(least.log10().floor());
-            let multiples = [1.0, 2.0, 5.0, 10.0].map(|m| m * power);
-            let step = multiples.into_iter().find(|m| *m >= least * (1.0 - 1e-9));
-            let step = step.unwrap_or(least);
-            let ticks = ((low / step).ceil() as i64..=(high / step).floor() as i64)
-                .map(|i| i as f64 * step);
-            Self {
-                ends: [low, high],
-                ticks: ticks.collect(),
-                log,
-                decimals: (-(step * (1.0 + 1e-9)).log10().floor()).max(0.0) as usize,
-            }
-        }
-    }
+/// Room around the plotted area, pixels.
+const LEFT: f64 = 84.0;
+const RIGHT: f64 = 26.0;
+const TOP: f64 = 38.0;
+const BOTTOM: f64 = 60.0;
+/// Height of a line of the legend.
+const LINE: f64 = 22.0;
+/// Radius of a mark.
+const RADIUS: f64 = 4.2;
 
-    fn reaches(&self, value: f64) -> bool {
-        inside(self.ends, value)
-    }
-}
-
-impl ValueFormatter<f64> for Axis {
-    fn format_ext(&self, &value: &f64) -> String {
-        let decimals = self.decimals;
-        if !self.log {
-            return if self.ends[1].abs().max(self.ends[0].abs()) >= 1e6 {
-                format!("{value:.0e}")
-            } else {
-                // Not "-0".
-                format!("{:.decimals$}", value + 0.0)
-            };
-        }
-        let power = (value + 1e-9).floor();
-        let digit = 10f64.powf(value - power).round();
-        if self.ends.iter().any(|end| end.abs() > 4.5) {
-            let first = if digit == 1.0 {
-                String::new()
-            } else {
-                format!("{digit}·")
-            };
-            return format!("{first}10{}", superscript(power as i32));
-        }
-        let decimals = (-power).max(0.0) as usize;
-        format!("{:.decimals$}", digit * 10f64.powf(power))
-    }
-}
-
-impl Ranged for Axis {
-    type FormatOption = NoDefaultFormatting;
-    type ValueType = f64;
-
-    fn map(&self, value: &f64, (from, to): (i32, i32)) -> i32 {
-        let [low, high] = self.ends;
-        from + ((value - low) / (high - low) * f64::from(to - from)).round() as i32
-    }
-
-    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
-        if hint.weight().allow_light_points() {
-            Vec::new()
-        } else {
-            self.ticks.clone()
-        }
-    }
-
-    fn range(&self) -> Range<f64> {
-        self.ends[0]..self.ends[1]
-    }
-}
-
-fn inside([low, high]: [f64; 2], value: f64) -> bool {
-    let slack = 1e-9 * (high - low);
-    (low - slack..=high + slack).contains(&value)
-}
-
-fn superscript(power: i32) -> String {
-    let raised = |c: char| match c {
-        '-' => '⁻',
-        '1' => '¹',
-        '2' => '²',
-        '3' => '³',
-        _ => char::from_u32(0x2070 + c.to_digit(10).unwrap_or(0)).unwrap_or(c),
+fn draw(canvas: &mut Canvas, area: Area, chart: &Chart, looks: &Looks) {
+    let [left, top, right, bottom] = area;
+    let lines = legend(canvas, area, chart, looks);
+    let plot = [
+        left + LEFT,
+        top + TOP + LINE * lines as f64,
+        right - RIGHT,
+        bottom - BOTTOM,
+    ];
+    let division = |axis: usize| match chart.log[axis] {
+        true => Division::Logarithmic,
+        false => Division::Linear,
     };
-    power.to_string().chars().map(raised).collect()
+    let x = Axis::new(chart.ranges[0], division(0), [plot[0], plot[2]]);
+    let y = Axis::new(chart.ranges[1], division(1), [plot[3], plot[1]]);
+    frame(canvas, plot, [&x, &y], [&chart.axes[0], &chart.axes[1]]);
+    heading(canvas, plot, top, &chart.title);
+    let reach = [x.reach(), y.reach()];
+    for series in &chart.series {
+        let pen = looks.pen(series);
+        let place = |&[a, b]: &[f64; 2]| [x.at(a), y.at(b)];
+        let points: Vec<Point> = series.points.iter().map(place).collect();
+        let bars: Vec<Vec<Point>> = points
+            .iter()
+            .zip(&series.bars)
+            .flat_map(|(at, &[low, high])| runs(&[[at[0], y.at(low)], [at[0], y.at(high)]], reach))
+            .collect();
+        canvas.lines(&bars, Pen::new(pen.colour, 1.8));
+        match series.mark {
+            Mark::Line | Mark::Faint => canvas.lines(&runs(&points, reach), pen),
+            Mark::Points | Mark::Dots => {
+                let seen = series
+                    .points
+                    .iter()
+                    .filter(|[a, b]| x.shows(*a) && y.shows(*b));
+                let seen: Vec<Point> = seen.map(place).collect();
+                let (shape, radius) = match series.mark {
+                    Mark::Dots => (Shape::Disc, 1.3),
+                    _ => (looks.style(series).1, RADIUS),
+                };
+                canvas.marks(&seen, shape, radius, colour(series));
+            }
+        }
+    }
+}
+
+/// Names the series above the plot, where they hide nothing; returns how many lines that takes.
+fn legend(canvas: &mut Canvas, [left, top, right, _]: Area, chart: &Chart, looks: &Looks) -> usize {
+    let start = left + LEFT;
+    let (mut x, mut lines) = (start, 0);
+    for series in chart.series.iter().filter(|s| !s.label.is_empty()) {
+        let length = 36.0 + width(&series.label, LABEL) + 20.0;
+        if lines == 0 || (x + length > right && x > start) {
+            x = start;
+            lines += 1;
+        }
+        let y = top + TOP + LINE * lines as f64 - LINE / 2.0 - 4.0;
+        // A line's points are often a series without a name.
+        let sample = chart.series.iter().filter(|other| {
+            other.colour == series.colour
+                && (other.mark == series.mark
+                    || (other.label.is_empty() && other.mark != Mark::Faint))
+        });
+        let sample: Vec<&Series> = sample.collect();
+        for part in &sample {
+            if matches!(part.mark, Mark::Line | Mark::Faint) {
+                canvas.line(&[[x, y], [x + 30.0, y]], looks.pen(part));
+            }
+        }
+        if let Some(part) = sample
+            .iter()
+            .find(|s| matches!(s.mark, Mark::Points | Mark::Dots))
+        {
+            let shape = looks.style(part).1;
+            canvas.marks(&[[x + 15.0, y]], shape, RADIUS, colour(part));
+        }
+        canvas.text(&series.label, [x + 36.0, y], Anchor::Start, LABEL);
+        x += length;
+    }
+    lines
+}
+
+/// The title of a panel, over the middle of its plot.
+pub(super) fn heading(canvas: &mut Canvas, [left, _, right, _]: Area, top: f64, title: &str) {
+    let at = [0.5 * (left + right), top + 19.0];
+    canvas.text(title, at, Anchor::Middle, HEADING);
+}
+
+/// The axes with their labels, and a grid.
+pub(super) fn frame(
+    canvas: &mut Canvas,
+    [left, top, right, bottom]: Area,
+    [x, y]: [&Axis; 2],
+    [across, up]: [&str; 2],
+) {
+    let grid = Pen::new(FAINT, 1.0);
+    let axis = Pen::new(INK, 1.2);
+    for &tick in &x.ticks {
+        let at = x.at(tick);
+        canvas.line(&[[at, top], [at, bottom]], grid);
+        canvas.line(&[[at, bottom], [at, bottom + 5.0]], axis);
+        canvas.text(&x.label(tick), [at, bottom + 15.0], Anchor::Middle, LABEL);
+    }
+    for &tick in &y.ticks {
+        let at = y.at(tick);
+        canvas.line(&[[left, at], [right, at]], grid);
+        canvas.line(&[[left - 5.0, at], [left, at]], axis);
+        canvas.text(&y.label(tick), [left - 9.0, at], Anchor::End, LABEL);
+    }
+    canvas.line(&[[left, top], [left, bottom], [right, bottom]], axis);
+    let middle = [0.5 * (left + right), 0.5 * (top + bottom)];
+    let below = [middle[0], bottom + 39.0];
+    canvas.text(across, below, Anchor::Middle, LABEL);
+    canvas.turned(up, [left - 66.0, middle[1]], Anchor::Middle, LABEL, -90);
 }
 
 /// The parts of a line that lie within the ranges, cut where it leaves them.
-fn runs(points: &[(f64, f64)], ranges: [[f64; 2]; 2]) -> Vec<Vec<(f64, f64)>> {
-    let mut runs: Vec<Vec<(f64, f64)>> = Vec::new();
+fn runs(points: &[Point], ranges: [[f64; 2]; 2]) -> Vec<Vec<Point>> {
+    let mut runs: Vec<Vec<Point>> = Vec::new();
     for ends in points.windows(2) {
-        let Some([from, to]) = clipped(ends[0], ends[1], &ranges) else {
+        let Some([from, to]) = clipped(ends[0], ends[1], ranges) else {
             continue;
         };
         match runs.last_mut() {
@@ -322,10 +287,10 @@ fn runs(points: &[(f64, f64)], ranges: [[f64; 2]; 2]) -> Vec<Vec<(f64, f64)>> {
 }
 
 /// The part of a segment within a rectangle (Liang and Barsky 1984).
-fn clipped(a: (f64, f64), b: (f64, f64), ranges: &[[f64; 2]; 2]) -> Option<[(f64, f64); 2]> {
-    let along = [b.0 - a.0, b.1 - a.1];
+fn clipped(a: Point, b: Point, ranges: [[f64; 2]; 2]) -> Option<[Point; 2]> {
+    let along = [b[0] - a[0], b[1] - a[1]];
     let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
-    for ((start, along), &[low, high]) in [a.0, a.1].into_iter().zip(along).zip(ranges) {
+    for ((start, along), [low, high]) in a.into_iter().zip(along).zip(ranges) {
         if along == 0.0 {
             if start < low || start > high {
                 return None;
@@ -339,7 +304,7 @@ fn clipped(a: (f64, f64), b: (f64, f64), ranges: &[[f64; 2]; 2]) -> Option<[(f64
     let at = |share: f64| match share {
         0.0 => a,
         1.0 => b,
-        _ => (a.0 + share * along[0], a.1 + share * along[1]),
+        _ => [a[0] + share * along[0], a[1] + share * along[1]],
     };
     (enter <= leave).then(|| [at(enter), at(leave)])
 }

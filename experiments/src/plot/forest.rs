@@ -2,12 +2,11 @@
 
 use std::path::Path;
 
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
 use whitefurnace::error::Error;
 use whitefurnace::harness::outcome::Verdict;
 
-use super::{FAINT, FONT, INK, OKABE_ITO, write_svg};
+use super::canvas::{Anchor, Canvas, Pen, Shape, width};
+use super::{FAINT, INK, LABEL, OKABE_ITO, Rgb, TITLE};
 
 /// One line.
 #[derive(Clone, Debug)]
@@ -22,132 +21,145 @@ pub struct Line {
     pub verdict: Verdict,
 }
 
+/// What a line's mark says.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Mark {
+    Holds,
+    Fails,
+    /// The interval reaches out of the band.
+    Wide,
+    /// The interval lies within the band, but so few samples leave its tails unsure.
+    Few,
+}
+
+impl Mark {
+    const ALL: [(Self, &'static str); 4] = [
+        (Self::Holds, "holds"),
+        (Self::Fails, "fails"),
+        (Self::Wide, "undecided: the interval leaves the band"),
+        (Self::Few, "undecided: too few samples for an interval"),
+    ];
+
+    fn of(line: &Line) -> Self {
+        match line.verdict {
+            Verdict::Holds => Self::Holds,
+            Verdict::Fails => Self::Fails,
+            Verdict::Undecided { .. } if line.interval.iter().all(|end| end.abs() <= 1.0) => {
+                Self::Few
+            }
+            Verdict::Undecided { .. } => Self::Wide,
+        }
+    }
+
+    fn colour(self) -> Rgb {
+        match self {
+            Self::Holds => OKABE_ITO[2],
+            Self::Fails => OKABE_ITO[0],
+            Self::Wide | Self::Few => Rgb(110, 110, 110),
+        }
+    }
+
+    /// Dots where nothing may be read from the interval.
+    fn pen(self) -> Pen {
+        Pen {
+            dash: if self == Self::Few { "2 3" } else { "" },
+            ..Pen::new(self.colour(), 2.0)
+        }
+    }
+
+    /// Shape and colour say the same: disc, cross, hollow squares and diamonds.
+    fn draw(self, canvas: &mut Canvas, at: [f64; 2]) {
+        let colour = self.colour();
+        let hollow = |canvas: &mut Canvas, shape, radius| {
+            canvas.marks(&[at], shape, radius + 1.0, colour);
+            canvas.marks(&[at], shape, radius - 1.5, Rgb(255, 255, 255));
+        };
+        match self {
+            Self::Holds => canvas.marks(&[at], Shape::Disc, 4.2, colour),
+            Self::Fails => canvas.marks(&[at], Shape::Cross, 5.0, colour),
+            Self::Wide => hollow(canvas, Shape::Square, 4.2),
+            Self::Few => hollow(canvas, Shape::Diamond, 4.2),
+        }
+    }
+}
+
 /// The plot reaches to ± this many δ; what lies outside gets an arrowhead.
 const REACH: f64 = 3.0;
-const LEFT: i32 = 430;
-const WIDTH: i32 = 900;
-const ROW: i32 = 18;
-const TOP: i32 = 58;
+const LEFT: f64 = 462.0;
+const WIDTH: f64 = 900.0;
+const ROW: f64 = 20.0;
+const TOP: f64 = 92.0;
+/// Size of the lines' labels.
+const NAME: f64 = 13.0;
 
 /// Draws the lines from top to bottom.
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn forest(path: &Path, title: &str, lines: &[Line]) -> Result<(), Error> {
-    let bottom = TOP + ROW * lines.len() as i32;
-    let size = [WIDTH as u32, (bottom + 78) as u32];
-    let right = WIDTH - 24;
+pub fn forest(path: &Path, (title, see): (&str, &str), lines: &[Line]) -> Result<(), Error> {
+    let bottom = TOP + ROW * lines.len() as f64;
+    let mut canvas = Canvas::new([WIDTH, bottom + 58.0], title, see);
     let x = |value: f64| {
         let share = (value.clamp(-REACH, REACH) + REACH) / (2.0 * REACH);
-        LEFT + ((right - LEFT) as f64 * share).round() as i32
+        LEFT + (WIDTH - 24.0 - LEFT) * share
     };
-    write_svg(path, size, |root| {
-        let anchored = |h| {
-            (FONT, 13, &INK)
-                .into_text_style(root)
-                .pos(Pos::new(h, VPos::Center))
+    canvas.text(title, [14.0, 20.0], Anchor::Start, TITLE);
+    legend(&mut canvas, lines);
+    canvas.fill([x(-1.0), TOP - 6.0, x(1.0), bottom], Rgb(238, 243, 247));
+    for tick in -3..=3 {
+        let at = x(f64::from(tick));
+        let pen = Pen::new(if tick == 0 { INK } else { FAINT }, 1.0);
+        canvas.line(&[[at, TOP - 6.0], [at, bottom]], pen);
+        let label = match tick {
+            0 => "0".to_owned(),
+            _ => format!("{tick:+}").replace('-', "−"),
         };
-        let [left_text, centre_text, right_text] =
-            [HPos::Left, HPos::Center, HPos::Right].map(anchored);
-        let heading = (FONT, 17, &INK).into_text_style(root);
-        root.draw(&Text::new(title, (12, 12), heading))?;
-        root.draw(&Rectangle::new(
-            [(x(-1.0), TOP - 6), (x(1.0), bottom)],
-            RGBColor(238, 243, 247).filled(),
-        ))?;
-        for tick in -3..=3 {
-            let at = x(f64::from(tick));
-            let style = if tick == 0 { INK } else { FAINT };
-            root.draw(&PathElement::new(vec![(at, TOP - 6), (at, bottom)], style))?;
-            root.draw(&Text::new(
-                format!("{tick:+}").replace("+0", "0"),
-                (at, bottom + 12),
-                centre_text.clone(),
-            ))?;
-        }
-        root.draw(&Text::new(
-            "(estimate − reference)/δ, with its interval at level 1 − 1e-9",
-            ((LEFT + right) / 2, bottom + 32),
-            centre_text.clone(),
-        ))?;
-        for (i, line) in lines.iter().enumerate() {
-            let y = TOP + ROW * i as i32 + ROW / 2;
-            let colour = colour(line.verdict);
-            root.draw(&Text::new(
-                shortened(&line.label),
-                (LEFT - 12, y),
-                right_text.clone(),
-            ))?;
-            let [low, high] = line.interval;
-            root.draw(&PathElement::new(
-                vec![(x(low), y), (x(high), y)],
-                colour.stroke_width(2),
-            ))?;
-            for (end, side) in [(low, -1), (high, 1)] {
-                if end.abs() > REACH {
-                    let tip = x(end);
-                    let points = vec![(tip, y), (tip - 7 * side, y - 4), (tip - 7 * side, y + 4)];
-                    root.draw(&Polygon::new(points, colour.filled()))?;
-                }
-            }
-            if line.estimate.abs() <= REACH {
-                draw_mark(root, (x(line.estimate), y), line.verdict)?;
+        canvas.text(&label, [at, bottom + 13.0], Anchor::Middle, LABEL);
+    }
+    let words = "(estimate − reference)/δ, with its interval at level 1 − 10⁻⁹";
+    canvas.text(words, [x(0.0), bottom + 38.0], Anchor::Middle, LABEL);
+    for (i, line) in lines.iter().enumerate() {
+        let y = TOP + ROW * (i as f64 + 0.5);
+        let mark = Mark::of(line);
+        let label = shortened(&line.label);
+        canvas.text(&label, [LEFT - 12.0, y], Anchor::End, NAME);
+        let [low, high] = line.interval;
+        canvas.line(&[[x(low), y], [x(high), y]], mark.pen());
+        for (end, side) in [(low, -1.0), (high, 1.0)] {
+            if end.abs() > REACH {
+                let tip = x(end);
+                let back = tip - 8.0 * side;
+                canvas.line(
+                    &[[back, y - 4.0], [tip, y], [back, y + 4.0]],
+                    Pen::new(mark.colour(), 2.0),
+                );
             }
         }
-        let legend = [
-            Verdict::Holds,
-            Verdict::Fails,
-            Verdict::Undecided { needed: 0 },
-        ];
-        for (i, verdict) in legend.into_iter().enumerate() {
-            let at = LEFT + 130 * i as i32 + 70;
-            draw_mark(root, (at, bottom + 56), verdict)?;
-            root.draw(&Text::new(
-                verdict.word(),
-                (at + 12, bottom + 56),
-                left_text.clone(),
-            ))?;
+        if line.estimate.abs() <= REACH {
+            mark.draw(&mut canvas, [x(line.estimate), y]);
         }
-        Ok(())
-    })
+    }
+    canvas.write(path)
 }
 
-/// Shape and colour say the same: disc, cross, square.
-fn draw_mark(
-    root: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>,
-    at: (i32, i32),
-    verdict: Verdict,
-) -> super::Drawn {
-    let colour = colour(verdict);
-    match verdict {
-        Verdict::Holds => root.draw(&Circle::new(at, 4, colour.filled()))?,
-        Verdict::Fails => root.draw(&Cross::new(at, 5, colour.stroke_width(3)))?,
-        Verdict::Undecided { .. } => root
-            .draw(&Rectangle::new(
-                [(at.0 - 3, at.1 - 3), (at.0 + 3, at.1 + 3)],
-                WHITE.filled(),
-            ))
-            .and_then(|()| {
-                root.draw(&Rectangle::new(
-                    [(at.0 - 3, at.1 - 3), (at.0 + 3, at.1 + 3)],
-                    colour.stroke_width(2),
-                ))
-            })?,
+/// The marks that occur, and what they mean; the band.
+fn legend(canvas: &mut Canvas, lines: &[Line]) {
+    let mut x = 20.0;
+    for (mark, label) in Mark::ALL {
+        if lines.iter().any(|line| Mark::of(line) == mark) {
+            mark.draw(canvas, [x, 50.0]);
+            canvas.text(label, [x + 13.0, 50.0], Anchor::Start, NAME);
+            x += 36.0 + width(label, NAME);
+        }
     }
-    Ok(())
-}
-
-fn colour(verdict: Verdict) -> RGBColor {
-    match verdict {
-        Verdict::Holds => OKABE_ITO[2],
-        Verdict::Fails => OKABE_ITO[0],
-        Verdict::Undecided { .. } => RGBColor(110, 110, 110),
-    }
+    canvas.fill([14.0, 64.0, 36.0, 78.0], Rgb(238, 243, 247));
+    let band = "± δ, the effect that must be seen: an interval within it holds";
+    canvas.text(band, [44.0, 71.0], Anchor::Start, NAME);
 }
 
 /// Labels must fit beside the plot.
 fn shortened(label: &str) -> String {
-    const MOST: usize = 64;
+    const MOST: usize = 62;
     if label.chars().count() <= MOST {
         return label.to_owned();
     }

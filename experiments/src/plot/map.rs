@@ -2,18 +2,14 @@
 
 use std::path::Path;
 
-use base64::Engine as _;
-use base64::engine::general_purpose::STANDARD;
 use glam::DVec3;
-use plotters::coord::Shift;
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
 use whitefurnace::error::Error;
 use whitefurnace::image::{encode_rgb, srgb};
 
-use super::chart::Axis;
-use super::{Drawn, FONT, INK, svg};
-use crate::lab::write_text;
+use super::axis::{Axis, Division};
+use super::canvas::{Anchor, Area, Canvas, Pen, Shape};
+use super::chart::{areas, frame, heading};
+use super::{INK, LABEL, Rgb};
 
 /// A map; several share a file.
 #[derive(Clone, Debug)]
@@ -28,7 +24,7 @@ pub struct Map {
     pub size: [u32; 2],
     /// The cells, row by row from the top.
     pub values: Vec<f64>,
-    /// Values from here on, of either sign, have the full colour.
+    /// Values from here on, of either sign, have the full colour; larger ones are marked.
     pub bound: f64,
     /// What the values are, with their unit.
     pub unit: String,
@@ -61,117 +57,124 @@ pub fn diverging(share: f64) -> [u8; 3] {
     .map(|linear| (255.0 * srgb(linear.clamp(0.0, 1.0))).round() as u8)
 }
 
-/// Draws maps in rows of `columns`, `size` in pixels for all together.
+/// Draws maps in rows of `columns`, `size` in pixels for all together. `see` says what there is to see.
 ///
 /// # Errors
-/// The file cannot be written.
-pub fn maps(path: &Path, size: [u32; 2], columns: usize, maps: &[Map]) -> Result<(), Error> {
-    let fault = |message: String| Error::Image {
-        action: "write",
-        path: path.to_owned(),
-        message,
-    };
-    let mut corners = Vec::new();
-    let text = svg(path, size, |root| {
-        let areas = root.split_evenly((maps.len().div_ceil(columns).max(1), columns));
-        for (area, map) in areas.iter().zip(maps) {
-            corners.push(draw(area, map)?);
-        }
-        Ok(())
-    })?;
-    // The cells are a PNG within the SVG: a rectangle for each would take many times the room.
-    let mut images = String::new();
-    for (map, [x, y, width, height]) in maps.iter().zip(corners) {
-        let colours: Vec<u8> = map
-            .values
-            .iter()
-            .flat_map(|value| diverging(value / map.bound))
-            .collect();
-        let png = encode_rgb(map.size, &colours).map_err(|error| fault(error.to_string()))?;
-        images += &format!(
-            "<image x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" \
-             preserveAspectRatio=\"none\" style=\"image-rendering: pixelated\" \
-             href=\"data:image/png;base64,{}\"/>\n",
-            STANDARD.encode(&png)
-        );
+/// A map has not as many values as cells; the file cannot be written.
+pub fn maps(
+    path: &Path,
+    see: &str,
+    size: [u32; 2],
+    columns: usize,
+    maps: &[Map],
+) -> Result<(), Error> {
+    let titles: Vec<&str> = maps.iter().map(|map| map.title.as_str()).collect();
+    let size = size.map(f64::from);
+    let mut canvas = Canvas::new(size, &titles.join("; "), see);
+    for (area, map) in areas(size, columns, maps.len()).into_iter().zip(maps) {
+        draw(&mut canvas, area, map).map_err(|message| Error::Image {
+            action: "write",
+            path: path.to_owned(),
+            message,
+        })?;
     }
-    write_text(path, &text.replace("</svg>", &(images + "</svg>")))
+    canvas.write(path)
 }
 
-/// Room for the title, pixels.
-const TITLE: i32 = 38;
 /// Width of the bar and its distance from the map, and room for its labels, pixels.
-const BAR: i32 = 16;
-const GAP: i32 = 14;
-const LABELS: i32 = 74;
+const BAR: f64 = 16.0;
+const GAP: f64 = 14.0;
+const LABELS: f64 = 74.0;
 /// Colours of the bar.
-const STEPS: i32 = 64;
+const STEPS: u32 = 64;
+/// A map of cells has at least so many pixels on its longer side: whoever smooths them shows cells still.
+const SHARP: u32 = 480;
+/// Cells that are at least so large, in pixels, are marked where their values are off the scale.
+const MARKED: f64 = 9.0;
 
-/// Draws all but the cells; returns where these belong: left, top, width and height.
-fn draw(area: &DrawingArea<SVGBackend<'_>, Shift>, map: &Map) -> Result<[i32; 4], super::Fault> {
-    let [x, y] = map.ranges.map(|range| Axis::new(range, false));
-    let mut chart = ChartBuilder::on(area)
-        .margin(10)
-        .margin_top(TITLE)
-        .margin_right(10 + GAP + BAR + LABELS)
-        .x_label_area_size(46)
-        .y_label_area_size(62)
-        .build_cartesian_2d(x, y)?;
-    chart
-        .configure_mesh()
-        .disable_mesh()
-        .axis_style(INK)
-        .label_style((FONT, 15, &INK))
-        .x_desc(&map.axes[0])
-        .y_desc(&map.axes[1])
-        .draw()?;
-    let (across, down) = chart.plotting_area().get_pixel_range();
-    let (base_x, base_y) = area.get_base_pixel();
-    let left = across.end + GAP - base_x;
-    let [top, height] = [down.start - base_y, down.end - down.start];
-    bar(area, [left, top, height], map)?;
-    let middle = (across.start + across.end) / 2 - base_x;
-    let style = (FONT, 19, &INK).into_text_style(area);
-    let style = style.pos(Pos::new(HPos::Center, VPos::Center));
-    let title = Text::new(map.title.as_str(), (middle, top - TITLE / 2), style);
-    area.draw(&title)?;
-    Ok([across.start, down.start, across.end - across.start, height])
+fn draw(canvas: &mut Canvas, area: Area, map: &Map) -> Result<(), String> {
+    let [left, top, right, bottom] = area;
+    let plot = [
+        left + 84.0,
+        top + 38.0,
+        right - 12.0 - GAP - BAR - LABELS,
+        bottom - 58.0,
+    ];
+    let x = Axis::new(map.ranges[0], Division::Linear, [plot[0], plot[2]]);
+    let y = Axis::new(map.ranges[1], Division::Linear, [plot[3], plot[1]]);
+    frame(canvas, plot, [&x, &y], [&map.axes[0], &map.axes[1]]);
+    heading(canvas, plot, top, &map.title);
+    canvas.picture(plot, &cells(map)?);
+    let [columns, rows] = map.size.map(f64::from);
+    let cell = [(plot[2] - plot[0]) / columns, (plot[3] - plot[1]) / rows];
+    if cell[0].min(cell[1]) >= MARKED {
+        for (sign, shape) in [(1.0, Shape::Triangle), (-1.0, Shape::Inverted)] {
+            let beyond = (0..map.values.len()).filter(|&i| sign * map.values[i] > map.bound);
+            let middle = |i: usize| {
+                let [column, row] = [i % map.size[0] as usize, i / map.size[0] as usize];
+                [
+                    plot[0] + (column as f64 + 0.5) * cell[0],
+                    plot[1] + (row as f64 + 0.5) * cell[1],
+                ]
+            };
+            let at: Vec<[f64; 2]> = beyond.map(middle).collect();
+            canvas.marks(&at, shape, 3.0, Rgb(255, 255, 255));
+        }
+    }
+    bar(
+        canvas,
+        [plot[2] + GAP, plot[1], plot[2] + GAP + BAR, plot[3]],
+        map,
+    );
+    Ok(())
 }
 
-/// The scale, from +bound at the top to −bound.
-fn bar(
-    area: &DrawingArea<SVGBackend<'_>, Shift>,
-    [left, top, height]: [i32; 3],
-    map: &Map,
-) -> Drawn {
-    let at = |step: i32| top + height * step / STEPS;
+/// The cells as a PNG: a rectangle for each would take many times the room.
+fn cells(map: &Map) -> Result<Vec<u8>, String> {
+    let [width, height] = map.size;
+    let times = SHARP.div_ceil(width.max(height).max(1));
+    let colour = |value: &f64| diverging(value / map.bound);
+    let colours: Vec<[u8; 3]> = map.values.iter().map(colour).collect();
+    let mut pixels = Vec::new();
+    for row in colours.chunks(width.max(1) as usize) {
+        let wide = row
+            .iter()
+            .flat_map(|&c| std::iter::repeat_n(c, times as usize));
+        let line: Vec<u8> = wide.flatten().collect();
+        (0..times).for_each(|_| pixels.extend_from_slice(&line));
+    }
+    encode_rgb([width * times, height * times], &pixels).map_err(|error| error.to_string())
+}
+
+/// The scale, from +bound at the top to −bound; arrowheads where values go on beyond it.
+fn bar(canvas: &mut Canvas, [left, top, right, bottom]: Area, map: &Map) {
+    let at = |share: f64| bottom + 0.5 * (share + 1.0) * (top - bottom);
     for step in 0..STEPS {
         let share = 1.0 - (2.0 * f64::from(step) + 1.0) / f64::from(STEPS);
         let [r, g, b] = diverging(share);
         // To the bottom, under the next: no seams show.
-        let corners = [(left, at(step)), (left + BAR, at(STEPS))];
-        area.draw(&Rectangle::new(corners, RGBColor(r, g, b).filled()))?;
+        let upper = at(1.0 - 2.0 * f64::from(step) / f64::from(STEPS));
+        canvas.fill([left, upper, right, bottom], Rgb(r, g, b));
     }
-    let text = (FONT, 15, &INK).into_text_style(area);
-    for quarter in 0..=4 {
-        let value = map.bound * (1.0 - f64::from(quarter) / 2.0);
+    let middle = 0.5 * (left + right);
+    for (sign, shape) in [(1.0, Shape::Triangle), (-1.0, Shape::Inverted)] {
+        if map.values.iter().any(|value| sign * value > map.bound) {
+            let [r, g, b] = diverging(sign);
+            let tip = [middle, at(sign) - 8.0 * sign];
+            canvas.marks(&[tip], shape, 7.0, Rgb(r, g, b));
+        }
+    }
+    for quarter in [1.0, 0.5, 0.0, -0.5, -1.0] {
+        let value = map.bound * quarter;
         let label = if value == 0.0 {
             "0".to_owned()
         } else {
             format!("{value:+}").replace('-', "−")
         };
-        let y = top + height * quarter / 4;
-        area.draw(&PathElement::new(
-            [(left + BAR, y), (left + BAR + 4, y)],
-            INK,
-        ))?;
-        let middle = text.pos(Pos::new(HPos::Left, VPos::Center));
-        area.draw(&Text::new(label, (left + BAR + 7, y), middle))?;
+        let y = at(quarter);
+        canvas.line(&[[right, y], [right + 4.0, y]], Pen::new(INK, 1.0));
+        canvas.text(&label, [right + 8.0, y], Anchor::Start, LABEL);
     }
-    let upright = text
-        .pos(Pos::new(HPos::Center, VPos::Top))
-        .transform(FontTransform::Rotate90);
-    let place = (left + BAR + LABELS, top + height / 2);
-    area.draw(&Text::new(map.unit.as_str(), place, upright))?;
-    Ok(())
+    let place = [right + LABELS - 12.0, 0.5 * (top + bottom)];
+    canvas.turned(&map.unit, place, Anchor::Middle, LABEL, 90);
 }

@@ -2,11 +2,10 @@
 
 use std::path::Path;
 
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
 use whitefurnace::error::Error;
 
-use super::{FAINT, FONT, INK, OKABE_ITO, write_svg};
+use super::canvas::{Anchor, Canvas, Pen, Shape, width};
+use super::{FAINT, LABEL, OKABE_ITO, Rgb, TITLE};
 
 /// What a cell says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,9 +18,9 @@ pub enum Seen {
     Undecided,
 }
 
-const CELL: i32 = 14;
-/// Pixels per character of a label, about.
-const CHARACTER: i32 = 6;
+const CELL: f64 = 17.0;
+/// Size of the names of rows and columns.
+const NAME: f64 = 13.0;
 
 /// Draws rows × columns; pairs that were not tried stay empty. Neighbours in a row that say the same are
 /// drawn as one.
@@ -30,74 +29,74 @@ const CHARACTER: i32 = 6;
 /// The file cannot be written.
 pub fn matrix(
     path: &Path,
+    (title, see): (&str, &str),
     rows: &[String],
     columns: &[String],
     seen: impl Fn(usize, usize) -> Option<Seen>,
 ) -> Result<(), Error> {
     let longest = |names: &[String]| {
-        let lengths = names.iter().map(|name| name.chars().count());
-        CHARACTER * lengths.max().unwrap_or(0) as i32
+        let widths = names.iter().map(|name| width(name, NAME));
+        widths.fold(0.0, f64::max)
     };
-    let (left, top) = (longest(rows) + 30, longest(columns) + 60);
-    let [width, height] = [columns, rows].map(|names| names.len() as i32 * CELL);
-    let size = [(left + width).max(520) + 20, top + height + 20].map(|n| n as u32);
-    write_svg(path, size, |root| {
-        let text = |h| {
-            (FONT, 13, &INK)
-                .into_text_style(root)
-                .pos(Pos::new(h, VPos::Center))
-        };
-        let legend = [Seen::Rejected, Seen::Missed, Seen::Undecided];
-        for (i, seen) in legend.into_iter().enumerate() {
-            let at = (14 + 165 * i as i32, 14);
-            draw_cells(root, at, 1, seen)?;
-            let label = ["rejected", "not rejected", "undecided"][i];
-            root.draw(&Text::new(
-                label,
-                (at.0 + CELL + 8, at.1 + CELL / 2),
-                text(HPos::Left),
-            ))?;
+    let (left, top) = (longest(rows) + 26.0, longest(columns) + 84.0);
+    let [across, down] = [columns, rows].map(|names| names.len() as f64 * CELL);
+    let least = width(title, TITLE).max(560.0);
+    let size = [(left + across).max(least) + 20.0, top + down + 16.0];
+    let mut canvas = Canvas::new(size, title, see);
+    canvas.text(title, [14.0, 20.0], Anchor::Start, TITLE);
+    let legend = [
+        (Some(Seen::Rejected), "rejected"),
+        (Some(Seen::Missed), "not rejected"),
+        (Some(Seen::Undecided), "undecided"),
+        (None, "not tried"),
+    ];
+    let mut x = 14.0;
+    for (seen, label) in legend {
+        let at = [x, 40.0];
+        canvas.frame([x, 40.0, x + CELL, 40.0 + CELL], Pen::new(FAINT, 1.0));
+        if let Some(seen) = seen {
+            cells(&mut canvas, at, 1, seen);
         }
-        for (c, name) in columns.iter().enumerate() {
-            let x = left + c as i32 * CELL;
-            let upright = text(HPos::Left).transform(FontTransform::Rotate270);
-            root.draw(&Text::new(name.as_str(), (x + CELL / 2, top - 6), upright))?;
-            root.draw(&PathElement::new([(x, top), (x, top + height)], FAINT))?;
-        }
-        for (r, name) in rows.iter().enumerate() {
-            let y = top + r as i32 * CELL;
-            root.draw(&Text::new(
-                name.as_str(),
-                (left - 8, y + CELL / 2),
-                text(HPos::Right),
-            ))?;
-            root.draw(&PathElement::new([(left, y), (left + width, y)], FAINT))?;
-            let cells: Vec<Option<Seen>> = (0..columns.len()).map(|c| seen(r, c)).collect();
-            let mut x = left;
-            for run in cells.chunk_by(|a, b| a == b) {
-                if let Some(seen) = run[0] {
-                    draw_cells(root, (x, y), run.len() as i32, seen)?;
-                }
-                x += run.len() as i32 * CELL;
+        let place = [x + CELL + 8.0, 40.0 + 0.5 * CELL];
+        canvas.text(label, place, Anchor::Start, LABEL);
+        x += CELL + 32.0 + width(label, LABEL);
+    }
+    let faint = Pen::new(FAINT, 1.0);
+    for (c, name) in columns.iter().enumerate() {
+        let x = left + c as f64 * CELL;
+        let at = [x + 0.5 * CELL, top - 6.0];
+        canvas.turned(name, at, Anchor::Start, NAME, -90);
+        canvas.line(&[[x, top], [x, top + down]], faint);
+    }
+    for (r, name) in rows.iter().enumerate() {
+        let y = top + r as f64 * CELL;
+        canvas.text(name, [left - 8.0, y + 0.5 * CELL], Anchor::End, NAME);
+        canvas.line(&[[left, y], [left + across, y]], faint);
+        let verdicts: Vec<Option<Seen>> = (0..columns.len()).map(|c| seen(r, c)).collect();
+        let mut x = left;
+        for run in verdicts.chunk_by(|a, b| a == b) {
+            if let Some(seen) = run[0] {
+                cells(&mut canvas, [x, y], run.len(), seen);
             }
+            x += run.len() as f64 * CELL;
         }
-        Ok(())
-    })
+    }
+    canvas.frame([left, top, left + across, top + down], faint);
+    canvas.write(path)
 }
 
-/// Dark, middling and pale: told apart by lightness alone, too.
-fn draw_cells(
-    root: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>,
-    (x, y): (i32, i32),
-    count: i32,
-    seen: Seen,
-) -> super::Drawn {
-    let corners = [(x + 1, y + 1), (x + count * CELL - 1, y + CELL - 1)];
+/// Dark; pale with a cross; grey: told apart without colour, too.
+fn cells(canvas: &mut Canvas, [x, y]: [f64; 2], count: usize, seen: Seen) {
+    let right = x + count as f64 * CELL;
     let colour = match seen {
         Seen::Rejected => OKABE_ITO[2],
-        Seen::Missed => OKABE_ITO[4],
+        Seen::Missed => OKABE_ITO[4].pale(0.6),
         Seen::Undecided => FAINT,
     };
-    root.draw(&Rectangle::new(corners, colour.filled()))?;
-    Ok(())
+    canvas.fill([x + 1.0, y + 1.0, right - 1.0, y + CELL - 1.0], colour);
+    if seen == Seen::Missed {
+        let middle = |i: usize| [x + (i as f64 + 0.5) * CELL, y + 0.5 * CELL];
+        let at: Vec<[f64; 2]> = (0..count).map(middle).collect();
+        canvas.marks(&at, Shape::Cross, 3.2, Rgb(90, 60, 0));
+    }
 }
