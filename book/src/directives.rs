@@ -13,7 +13,7 @@ pub struct Kind {
 }
 
 /// All of them.
-pub const ALL: [Kind; 16] = [
+pub const ALL: [Kind; 17] = [
     kind("eq", "ID", false),
     kind("ref", "ID", true),
     kind("equations", "", false),
@@ -34,6 +34,7 @@ pub const ALL: [Kind; 16] = [
     kind("faults", "", false),
     kind("traceability", "", false),
     kind("mutants", "", false),
+    kind("run", "", false),
 ];
 
 const fn kind(name: &'static str, arguments: &'static str, inline: bool) -> Kind {

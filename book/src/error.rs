@@ -56,6 +56,9 @@ pub enum Error {
         "{}: is not empty and holds no woven book; choose another folder with --out", .0.display()
     )]
     Occupied(PathBuf),
+    /// The folder of a run holds none.
+    #[error("{}: holds no results of a run; cargo run --release writes them to out", .0.display())]
+    NoRun(PathBuf),
     /// mdBook refused.
     #[error("mdBook: {0}")]
     Mdbook(String),

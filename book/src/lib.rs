@@ -11,6 +11,7 @@
 //! | `{{#cite KEY}}` | a link into the bibliography |
 //! | `{{#equations}}`, `{{#tally}}`, `{{#experiments}}`, `{{#bibliography}}` | generated tables |
 //! | `{{#trials}}`, `{{#faults}}`, `{{#traceability}}` | tables from the registry of trials |
+//! | `{{#run}}` | where the page stands that sets the reader's own run beside the record |
 //! | `{{#mutants}}` | tables of the recorded mutants, see [`mutants::Record`] |
 //!
 //! Formulas are written `$…$` and `$$…$$`. Whatever is missing fails the build with file and line.
@@ -18,6 +19,7 @@
 use std::path::{Path, PathBuf};
 
 use mdbook_driver::MDBook;
+use mdbook_driver::book::{BookItem, Chapter};
 
 pub mod bibliography;
 pub mod check;
@@ -32,6 +34,7 @@ pub mod nearest;
 pub mod number;
 pub mod registry;
 pub mod results;
+pub mod run;
 pub mod scan;
 pub mod trace;
 pub mod weaver;
@@ -47,6 +50,8 @@ pub struct Options {
     pub sources: PathBuf,
     /// The folder of recorded results.
     pub results: PathBuf,
+    /// The folder of a reader's own run, for a page that sets it beside the record.
+    pub run: Option<PathBuf>,
     /// The folder to write. What a former weave left there is removed.
     pub out: PathBuf,
 }
@@ -59,6 +64,7 @@ impl Default for Options {
             book: book.to_owned(),
             sources: book.parent().unwrap_or(book).to_owned(),
             results: book.join("recorded"),
+            run: None,
             out: PathBuf::from("out/book"),
         }
     }
@@ -75,6 +81,10 @@ pub fn weave(options: &Options) -> Result<PathBuf, Error> {
     let out = std::path::absolute(&options.out).map_err(Error::io(&options.out))?;
     refuse_strangers(&options.out)?;
     let results = results::Results::load(&brief(&options.results))?;
+    let own = match &options.run {
+        Some(folder) => Some(own(folder)?),
+        None => None,
+    };
     let bibliography = bibliography::Bibliography::load(&book.join("bibliography.toml"))?;
 
     let config = book.join("book.toml");
@@ -85,9 +95,18 @@ pub fn weave(options: &Options) -> Result<PathBuf, Error> {
     let mut mdbook_book = MDBook::load_with_config(&options.book, config).map_err(mdbook)?;
 
     let mut weaver = weaver::Weaver::new(&pages, &options.sources, &results, &bibliography);
+    weaver.has_run = own.is_some();
     weaver.weave(&mut mdbook_book.book);
     if !weaver.problems.is_empty() {
         return Err(Error::Problems(weaver.problems));
+    }
+    if let Some(own) = &own {
+        let (text, figures) = run::page(&results, own);
+        weaver.figures.extend(figures);
+        // After the introduction, which tells what it is.
+        let chapter = Chapter::new(run::TITLE, text, run::SOURCE, Vec::new());
+        let items = &mut mdbook_book.book.items;
+        items.insert(items.len().min(1), BookItem::Chapter(chapter));
     }
     mdbook_book.build().map_err(mdbook)?;
     for (name, file) in &weaver.figures {
@@ -99,6 +118,15 @@ pub fn weave(options: &Options) -> Result<PathBuf, Error> {
     check::targets(&weaver.targets, &out)?;
     check::output(&out)?;
     Ok(options.out.join("index.html"))
+}
+
+/// The results of a reader's own run.
+fn own(folder: &Path) -> Result<results::Results, Error> {
+    let own = results::Results::load(&brief(folder))?;
+    if own.all().next().is_none() {
+        return Err(Error::NoRun(folder.to_owned()));
+    }
+    Ok(own)
 }
 
 /// Refuses to empty a folder that holds something other than a woven book.

@@ -14,6 +14,7 @@ Usage: cargo run --release -p book -- [OPTIONS]
 Options:
   --out DIR      where to write it [out/book]
   --results DIR  recorded results to take numbers and figures from [book/recorded]
+  --run DIR      a run of yours, such as out: adds a page that sets it beside the record
   --help         this text";
 
 /// What the command line asks for; `None` for help.
@@ -29,6 +30,7 @@ fn parse(arguments: impl IntoIterator<Item = String>) -> Result<Option<Options>,
             "--help" | "-h" => return Ok(None),
             "--out" => &mut options.out,
             "--results" => &mut options.results,
+            "--run" => options.run.insert(PathBuf::new()),
             _ => return Err(format!("unknown option {argument}; try --help")),
         };
         let value = value.or_else(|| arguments.next());

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 
 use crate::error::{Error, Problem};
 use crate::nearest;
@@ -21,10 +21,71 @@ pub struct Recorded {
     pub tier: String,
     /// The seed it ran with.
     pub seed: u64,
+    /// By what counts and pixels were divided.
+    #[serde(default = "undivided")]
+    pub shrink: u32,
     /// Named numbers.
     pub numbers: BTreeMap<String, f64>,
     /// Names of the figures beside the file.
     pub figures: Vec<String>,
+    /// What it said, line by line.
+    #[serde(default)]
+    pub findings: Vec<Finding>,
+}
+
+fn undivided() -> u32 {
+    1
+}
+
+/// One line of an experiment's table.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Finding {
+    /// What was measured or claimed.
+    pub what: String,
+    /// The number with its unit and error.
+    pub value: String,
+    /// What was said of the claim; `None` where nothing is claimed.
+    #[serde(default, alias = "holds", deserialize_with = "judgement")]
+    pub verdict: Option<Judgement>,
+}
+
+/// What a run says of a claim.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Judgement {
+    /// It holds.
+    Holds,
+    /// It does not.
+    Fails,
+    /// The run is too small to tell.
+    Undecided,
+}
+
+impl Judgement {
+    /// "holds", "fails" or "undecided".
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Holds => "holds",
+            Self::Fails => "fails",
+            Self::Undecided => "undecided",
+        }
+    }
+}
+
+/// A verdict, or what earlier versions recorded: true, false, or nothing.
+fn judgement<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Judgement>, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    enum Any {
+        Holds(bool),
+        Judgement(Judgement),
+    }
+    let any = Option::<Any>::deserialize(from)?;
+    Ok(any.map(|any| match any {
+        Any::Holds(true) => Judgement::Holds,
+        Any::Holds(false) => Judgement::Fails,
+        Any::Judgement(judgement) => judgement,
+    }))
 }
 
 /// A version: a string, or a number.

@@ -13,7 +13,7 @@ use crate::mathml::{Math, escape};
 use crate::mutants::Record;
 use crate::results::{Recorded, Results};
 use crate::scan::{self, Directive, Page};
-use crate::{directives, equations, listing, number, registry};
+use crate::{directives, equations, listing, number, registry, run};
 
 /// Where pages of the book are found by what they show.
 #[derive(Debug, Default)]
@@ -34,6 +34,8 @@ pub struct Weaver<'a> {
     pub results: &'a Results,
     /// Cited works.
     pub bibliography: &'a Bibliography,
+    /// Whether a page sets a run beside the record.
+    pub has_run: bool,
     math: Math,
     places: Places,
     /// What is wrong so far.
@@ -66,6 +68,7 @@ impl<'a> Weaver<'a> {
             sources,
             results,
             bibliography,
+            has_run: false,
             math: Math::new(),
             places: Places::default(),
             problems: Vec::new(),
@@ -206,6 +209,7 @@ impl<'a> Weaver<'a> {
                 self.equation_link(context, id)
             }))),
             ("faults", []) => Ok(block(registry::faults())),
+            ("run", []) => Ok(block(self.run(context.path))),
             ("mutants", []) => {
                 Record::read(self.results.folder()).map(|record| block(record.tables()))
             }
@@ -416,6 +420,15 @@ impl<'a> Weaver<'a> {
             lines.join(", "),
             code.join("\n\n"),
         ))
+    }
+
+    /// Where the reader's own run stands.
+    fn run(&self, from: &Path) -> String {
+        if self.has_run {
+            let (root, page, title) = (to_root(from), run::PAGE, run::TITLE);
+            return format!("<p>Here, this is <a href=\"{root}{page}\">{title}</a>.</p>");
+        }
+        "<p>This book was woven without a run: it has no such page.</p>".to_owned()
     }
 
     /// The list of all recorded experiments.

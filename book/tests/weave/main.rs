@@ -55,6 +55,7 @@ impl Small {
             book: self.path("book"),
             sources: self.folder.path().to_owned(),
             results: self.path("recorded"),
+            run: self.path("run").is_dir().then(|| self.path("run")),
             out: self.path("out"),
         })
     }

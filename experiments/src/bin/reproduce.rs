@@ -59,14 +59,20 @@ fn run(options: &Reproduce) -> Result<(), Error> {
     Ok(())
 }
 
-/// Weaves the book from the recorded results and says where it begins.
+/// Weaves the book from the recorded results, with a page that sets this run beside them, and says where it
+/// begins.
 fn weave_book(options: &lab::Options) -> Result<(), Error> {
     let book = book::Options {
         out: options.out.join("book"),
+        run: Some(options.out.clone()),
         ..book::Options::default()
     };
     let page = book::weave(&book).map_err(|error| Error::Option(error.to_string()))?;
-    say!("the book begins at {}", page.display());
+    say!(
+        "the book begins at {}; your run beside the record: {}",
+        page.display(),
+        page.with_file_name(book::run::PAGE).display()
+    );
     Ok(())
 }
 

@@ -1,0 +1,346 @@
+//! The page that sets a reader's own run beside the record: claims, numbers that differ beyond their noise, and
+//! figures side by side.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
+
+use crate::mathml::escape;
+use crate::number;
+use crate::results::{Finding, Judgement, Recorded, Results};
+
+/// The page's source, as far as links are concerned.
+pub const SOURCE: &str = "run.md";
+/// The written page, beside the book's first.
+pub const PAGE: &str = "run.html";
+/// What the page is called.
+pub const TITLE: &str = "Your run beside the record";
+
+/// The page as Markdown, and the figures that it shows: `EXPERIMENT/NAME` or `run/EXPERIMENT/NAME`, and file.
+pub fn page(record: &Results, run: &Results) -> (String, BTreeMap<String, PathBuf>) {
+    let mut figures = BTreeMap::new();
+    let rows: String = run
+        .all()
+        .map(|ours| row(record.experiment(&ours.id).ok(), ours))
+        .collect();
+    let sections: String = run
+        .all()
+        .map(|ours| section(record, run, ours, &mut figures))
+        .collect();
+    let missing: Vec<String> = record
+        .all()
+        .filter(|recorded| run.experiment(&recorded.id).is_err())
+        .map(|recorded| format!("<code>{}</code>", escape(&recorded.id)))
+        .collect();
+    let missing = match &missing[..] {
+        [] => String::new(),
+        some => format!("<p>Not in this run: {}.</p>\n\n", some.join(", ")),
+    };
+    let text = format!(
+        "# {TITLE}\n\n\
+         > Does your machine find what the record says?\n\n\
+         This page is made from the results that lay in the run's folder when the book was woven. Every other page \
+         shows recorded results alone, whatever the run found.\n\n\
+         Each experiment states its claims itself; a claim is undecided where a run is too small to tell. Two \
+         numbers *differ beyond noise* where both carry an interval and lie farther apart than \
+         √(*h*₁² + *h*₂²), with *h*₁ and *h*₂ the half widths of the two: that is the half width, at the same \
+         level, of the interval of a difference of independent estimates. Where an experiment states a standard \
+         error instead, *h* is {STANDARD_ERRORS} of them. Numbers without an interval are listed where they differ and not judged: \
+         some are counts or times, or depend on the tier. With the same program, tier, seed and shrink \
+         everything but times is the same to the last digit.\n\n\
+         <div class=\"table-wrapper\"><table class=\"registry\"><thead><tr><th>experiment</th>\
+         <th>record: tier, seed, shrink</th><th>your run</th><th>claims in the record: hold, fail, undecided</th>\
+         <th>in your run</th><th>numbers beyond noise</th></tr></thead>\n<tbody>{rows}</tbody></table></div>\n\n\
+         {missing}{sections}"
+    );
+    (text, figures)
+}
+
+/// How many standard errors count as the half width of an interval.
+const STANDARD_ERRORS: f64 = 5.0;
+
+/// A number in the record and in the run.
+struct Pair<'a> {
+    key: &'a str,
+    values: [f64; 2],
+    halves: Option<[f64; 2]>,
+}
+
+impl Pair<'_> {
+    fn apart(&self) -> f64 {
+        (self.values[1] - self.values[0]).abs()
+    }
+
+    /// Whether the numbers differ beyond the noise that both state.
+    fn beyond(&self) -> bool {
+        // Room for rounding, where noise is nil.
+        let rounding = 1e-12 * self.values[0].abs().max(self.values[1].abs());
+        self.halves
+            .is_some_and(|[a, b]| self.apart() > a.hypot(b) + rounding)
+    }
+}
+
+/// Half the width of a number's interval, if the experiment states one.
+pub fn half_width(numbers: &BTreeMap<String, f64>, key: &str) -> Option<f64> {
+    let get = |name: String| numbers.get(&name).copied();
+    let between =
+        |stem: &str| Some(0.5 * (get(format!("{stem}.high"))? - get(format!("{stem}.low"))?).abs());
+    // An estimate's or a difference's interval may carry the name of what it belongs to.
+    let stem = [".estimate", ".difference"]
+        .iter()
+        .find_map(|end| key.strip_suffix(end));
+    get(format!("{key}.half"))
+        .or_else(|| between(key))
+        .or_else(|| stem.and_then(|stem| get(format!("{stem}.half"))))
+        .or_else(|| stem.and_then(between))
+        .or_else(|| get(format!("{key}_error")).map(|error| STANDARD_ERRORS * error))
+}
+
+fn pairs<'a>(recorded: &'a Recorded, ours: &'a Recorded) -> Vec<Pair<'a>> {
+    let both = recorded.numbers.iter().filter_map(|(key, &value)| {
+        let own = *ours.numbers.get(key)?;
+        let halves = half_width(&recorded.numbers, key).zip(half_width(&ours.numbers, key));
+        Some(Pair {
+            key,
+            values: [value, own],
+            halves: halves.map(|(a, b)| [a, b]),
+        })
+    });
+    both.collect()
+}
+
+/// One line of the table of all experiments.
+fn row(recorded: Option<&Recorded>, ours: &Recorded) -> String {
+    let beyond = recorded.map_or_else(
+        || "–".to_owned(),
+        |recorded| {
+            let pairs = pairs(recorded, ours);
+            let with = pairs.iter().filter(|pair| pair.halves.is_some()).count();
+            let beyond = pairs.iter().filter(|pair| pair.beyond()).count();
+            format!("{beyond} of {with}")
+        },
+    );
+    format!(
+        "<tr><td><a href=\"#run-{id}\">{id}</a></td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{beyond}</td></tr>\n",
+        recorded.map_or_else(|| "not recorded".to_owned(), how),
+        how(ours),
+        recorded.map_or_else(|| "–".to_owned(), counts),
+        counts(ours),
+        id = escape(&ours.id),
+    )
+}
+
+/// Tier, seed and shrink.
+fn how(recorded: &Recorded) -> String {
+    format!(
+        "{}, {}, {}",
+        escape(&recorded.tier),
+        recorded.seed,
+        recorded.shrink
+    )
+}
+
+/// How many claims hold, fail and are undecided.
+fn counts(recorded: &Recorded) -> String {
+    let count = |what| {
+        let verdicts = recorded.findings.iter().filter_map(|f| f.verdict);
+        verdicts.filter(|&verdict| verdict == what).count()
+    };
+    let [holds, fails, undecided] =
+        [Judgement::Holds, Judgement::Fails, Judgement::Undecided].map(count);
+    let fails = match fails {
+        0 => "0".to_owned(),
+        some => format!("<strong>{some}</strong>"),
+    };
+    format!("{holds}, {fails}, {undecided}")
+}
+
+/// Everything about one experiment.
+fn section(
+    record: &Results,
+    run: &Results,
+    ours: &Recorded,
+    figures: &mut BTreeMap<String, PathBuf>,
+) -> String {
+    let id = escape(&ours.id);
+    let recorded = record.experiment(&ours.id).ok();
+    let mut text = format!("<h2 id=\"run-{id}\">{id}</h2>\n\n");
+    match recorded {
+        None => text += "<p>There is no record of this experiment.</p>\n\n",
+        Some(recorded) => {
+            text += &format!(
+                "<p>Record: version {}, tier, seed and shrink {}. Your run: version {}, {}.</p>\n\n",
+                recorded.version,
+                how(recorded),
+                ours.version,
+                how(ours)
+            );
+            text += &numbers(&pairs(recorded, ours));
+        }
+    }
+    text += &claims(recorded, ours);
+    text += &pictures(record, run, ours, figures);
+    text
+}
+
+/// A table that is open or under a line that opens it; nothing if it has no rows.
+fn table(summary: &str, open: bool, head: &str, rows: &[String]) -> String {
+    if rows.is_empty() {
+        return String::new();
+    }
+    let open = if open { " open" } else { "" };
+    format!(
+        "<details{open}><summary>{summary}</summary><div class=\"table-wrapper\"><table class=\"registry\">\
+         <thead>{head}</thead><tbody>\n{}</tbody></table></div></details>\n\n",
+        rows.concat()
+    )
+}
+
+fn numbers(pairs: &[Pair<'_>]) -> String {
+    let shown = |value: f64| number::format(value, None).unwrap_or_default();
+    let with = pairs.iter().filter(|pair| pair.halves.is_some()).count();
+    let beyond: Vec<String> = pairs
+        .iter()
+        .filter(|pair| pair.beyond())
+        .map(|pair| {
+            let [a, b] = pair.halves.unwrap_or_default();
+            format!(
+                "<tr><td><code>{}</code></td><td>{} ± {}</td><td>{} ± {}</td><td>{}</td><td>{}</td></tr>\n",
+                escape(pair.key),
+                shown(pair.values[0]),
+                shown(a),
+                shown(pair.values[1]),
+                shown(b),
+                shown(pair.apart()),
+                shown(a.hypot(b))
+            )
+        })
+        .collect();
+    let unjudged: Vec<String> = pairs
+        .iter()
+        .filter(|pair| pair.halves.is_none() && pair.values[0] != pair.values[1])
+        .map(|pair| {
+            format!(
+                "<tr><td><code>{}</code></td><td>{}</td><td>{}</td></tr>\n",
+                escape(pair.key),
+                shown(pair.values[0]),
+                shown(pair.values[1])
+            )
+        })
+        .collect();
+    let head = "<tr><th>number</th><th>record</th><th>your run</th>";
+    let sentence = match (with, beyond.len()) {
+        (0, _) => "No number carries an interval in both.".to_owned(),
+        (with, beyond) => {
+            format!("Of {with} numbers with an interval in both, {beyond} differ beyond noise.")
+        }
+    };
+    format!(
+        "<p>{sentence}</p>\n\n{}{}",
+        table(
+            &format!("Numbers that differ beyond noise ({})", beyond.len()),
+            true,
+            &format!("{head}<th>apart</th><th>noise explains</th></tr>"),
+            &beyond
+        ),
+        table(
+            &format!(
+                "Numbers without an interval that differ ({})",
+                unjudged.len()
+            ),
+            false,
+            &format!("{head}</tr>"),
+            &unjudged
+        )
+    )
+}
+
+/// Claims in the record and in the run: those that fail or are judged differently first.
+fn claims(recorded: Option<&Recorded>, ours: &Recorded) -> String {
+    let claimed = |from: Option<&'_ Recorded>| -> Vec<Finding> {
+        let all = from.into_iter().flat_map(|r| r.findings.iter());
+        all.filter(|f| f.verdict.is_some()).cloned().collect()
+    };
+    let (theirs, own) = (claimed(recorded), claimed(Some(ours)));
+    let find = |list: &[Finding], what: &str| list.iter().find(|f| f.what == what).cloned();
+    let mut seen = BTreeSet::new();
+    let names = theirs.iter().chain(&own).map(|f| f.what.clone());
+    let (mut first, mut rest) = (Vec::new(), Vec::new());
+    for what in names.filter(|name| seen.insert(name.clone())) {
+        let pair = [find(&theirs, &what), find(&own, &what)];
+        let verdicts = pair.each_ref().map(|f| f.as_ref().and_then(|f| f.verdict));
+        let cell = |finding: &Option<Finding>| match finding {
+            None => "<td>–</td>".to_owned(),
+            Some(f) => format!(
+                "<td><strong>{}</strong> {}</td>",
+                f.verdict.map_or("", Judgement::word),
+                escape(&f.value)
+            ),
+        };
+        let row = format!(
+            "<tr><td>{}</td>{}{}</tr>\n",
+            escape(what.trim()),
+            cell(&pair[0]),
+            cell(&pair[1])
+        );
+        if verdicts[0] != verdicts[1] || verdicts.contains(&Some(Judgement::Fails)) {
+            first.push(row);
+        } else {
+            rest.push(row);
+        }
+    }
+    let head = "<tr><th>claim</th><th>record</th><th>your run</th></tr>";
+    let [a, b] = [first.len(), rest.len()];
+    // Where a whole tier lies between the two, hundreds may be undecided: not in the reader's way.
+    table(
+        &format!("Claims that fail or are judged differently ({a})"),
+        a <= 12,
+        head,
+        &first,
+    ) + &table(&format!("Claims judged alike ({b})"), false, head, &rest)
+}
+
+/// Figures side by side: the record's on the left.
+fn pictures(
+    record: &Results,
+    run: &Results,
+    ours: &Recorded,
+    figures: &mut BTreeMap<String, PathBuf>,
+) -> String {
+    let recorded = record.experiment(&ours.id).ok();
+    let mut names: Vec<&String> = ours.figures.iter().collect();
+    names.extend(
+        recorded
+            .iter()
+            .flat_map(|r| &r.figures)
+            .filter(|n| !ours.figures.contains(n)),
+    );
+    let mut side = |results: &Results, folder: &str, name: &str, whose: &str| {
+        let files = results.figure(&format!("{}/{name}", ours.id));
+        let Ok((_, files)) = files else {
+            return format!("<div class=\"side\"><p>{whose}: none</p></div>");
+        };
+        let mut images = String::new();
+        for file in files {
+            let file_name = file.file_name().unwrap_or_default().to_string_lossy();
+            let copy = format!("{folder}{}/{file_name}", ours.id);
+            images += &format!(
+                "<img src=\"figures/{}\" loading=\"lazy\" alt=\"{} of {}, {whose}\">",
+                escape(&copy),
+                escape(name),
+                escape(&ours.id)
+            );
+            figures.insert(copy, file);
+        }
+        format!("<div class=\"side\"><p>{whose}</p><div class=\"picture\">{images}</div></div>")
+    };
+    let mut text = String::new();
+    for name in names {
+        let left = side(record, "", name, "record");
+        let right = side(run, "run/", name, "your run");
+        text += &format!(
+            "<figure class=\"sides\">{left}{right}<figcaption><code>{}</code></figcaption></figure>\n\n",
+            escape(name)
+        );
+    }
+    text
+}
