@@ -45,8 +45,29 @@ pub struct Mutant<S> {
     pub wrong: &'static str,
     /// The faulty subject.
     pub subject: S,
-    /// The trials that must reject it; of an equivalent mutant, those that must accept it.
+    /// The trials that must reject it, each alone or with the outcome that must: "trial: outcome", once
+    /// for each such outcome (see [`meant`](crate::harness::trial::meant)). Of an equivalent mutant, the
+    /// trials that must accept it.
     pub caught_by: &'static [&'static str],
+}
+
+/// The trial and the outcome of an entry of [`Mutant::caught_by`].
+fn entry(caught_by: &'static str) -> (&'static str, Option<&'static str>) {
+    match caught_by.split_once(": ") {
+        Some((trial, outcome)) => (trial, Some(outcome)),
+        None => (caught_by, None),
+    }
+}
+
+/// The outcomes of a trial that `caught_by` names; `None` if it does not name the trial.
+fn outcomes_of(caught_by: &[&'static str], trial: &str) -> Option<Vec<&'static str>> {
+    let mut entries = caught_by
+        .iter()
+        .map(|text| entry(text))
+        .filter(|(name, _)| *name == trial)
+        .peekable();
+    entries.peek()?;
+    Some(entries.filter_map(|(_, outcome)| outcome).collect())
 }
 
 /// A mutant from its parts, in the order of its fields.
@@ -95,8 +116,8 @@ pub struct Fault {
     pub equation: &'static Equation,
     /// What is wrong, in one line; for an equivalent mutant, why nothing is.
     pub wrong: &'static str,
-    /// The trials that must reject it (accept it, if it is equivalent).
-    pub caught_by: &'static [&'static str],
+    /// The trials that must reject it (accept it, if it is equivalent), each once.
+    pub caught_by: Vec<&'static str>,
     /// Whether it acts through a whole estimator.
     pub whole_estimator: bool,
     /// Whether it is a mutant that no trial can or should reject.
@@ -111,6 +132,8 @@ pub struct Pair {
     pub trial: String,
     /// Whether the trial is one of those that must reject (or accept) the fault.
     pub named: bool,
+    /// The outcomes that must reject it, as in [`Control::rejected_by`].
+    pub rejected_by: Vec<&'static str>,
     /// The trial's function on the fault, at the sizes of the suite's faults.
     pub run: Run,
 }
@@ -150,7 +173,12 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
             name: mutant.name,
             equation: mutant.equation,
             wrong: mutant.wrong,
-            caught_by: mutant.caught_by,
+            caught_by: {
+                let mut trials: Vec<_> =
+                    mutant.caught_by.iter().map(|text| entry(text).0).collect();
+                trials.dedup();
+                trials
+            },
             whole_estimator: self.whole_estimator,
             equivalent,
         }
@@ -175,18 +203,18 @@ impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
         let trial = |bench: &Bench<S>| {
             let (on, right) = (Arc::clone(&bench.on), self.right);
             let data = &bench.trial;
-            let named = self
-                .faults
-                .iter()
-                .filter(|fault| fault.caught_by.contains(&data.name.as_str()));
+            let named = self.faults.iter().filter_map(|fault| {
+                outcomes_of(fault.caught_by, &data.name).map(|outcomes| (fault, outcomes))
+            });
             Trial {
                 name: data.name.clone(),
                 property: data.property.clone(),
                 run: Box::new(move |context| on(context, right)),
                 controls: named
-                    .map(|fault| Control {
+                    .map(|(fault, rejected_by)| Control {
                         name: fault.name,
                         wrong: fault.wrong,
+                        rejected_by,
                         run: self.run(bench, fault, false),
                     })
                     .collect(),
@@ -205,11 +233,15 @@ impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
     fn pairs(&self) -> Vec<Pair> {
         self.mutants()
             .flat_map(|(mutant, equivalent)| {
-                self.benches.iter().map(move |bench| Pair {
-                    fault: self.fault(mutant, equivalent),
-                    trial: bench.trial.name.clone(),
-                    named: mutant.caught_by.contains(&bench.trial.name.as_str()),
-                    run: self.run(bench, mutant, equivalent),
+                self.benches.iter().map(move |bench| {
+                    let outcomes = outcomes_of(mutant.caught_by, &bench.trial.name);
+                    Pair {
+                        fault: self.fault(mutant, equivalent),
+                        trial: bench.trial.name.clone(),
+                        named: outcomes.is_some(),
+                        rejected_by: outcomes.unwrap_or_default(),
+                        run: self.run(bench, mutant, equivalent),
+                    }
                 })
             })
             .collect()

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use whitefurnace::error::Error;
 use whitefurnace::harness::outcome::{Outcome, Verdict};
-use whitefurnace::harness::trial::Context;
+use whitefurnace::harness::trial::{Context, meant};
 use whitefurnace::trials;
 use whitefurnace::zoo::{self, Pair};
 
@@ -37,7 +37,12 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     let seen = parallel(&pairs, |pair| {
         let context = if pair.named { &asserted } else { &reduced };
         let name = format!("{}!{}", pair.trial, pair.fault.name);
-        judge(&(pair.run)(&context.named(&name)))
+        let outcomes = (pair.run)(&context.named(&name));
+        if pair.named {
+            judge(&meant(&pair.rejected_by, &outcomes))
+        } else {
+            judge(&outcomes.iter().collect::<Vec<_>>())
+        }
     })?;
     let table: Vec<String> = pairs
         .iter()
@@ -67,8 +72,9 @@ fn label(pair: &Pair) -> String {
     format!("{}: {}", pair.fault.family, pair.fault.name)
 }
 
-/// Rejected if any outcome fails; a fault that every outcome lets through is missed.
-fn judge(outcomes: &[Outcome]) -> Seen {
+/// Rejected if any outcome fails, where the fault names the trial any that it names; a fault that every
+/// outcome lets through is missed.
+fn judge(outcomes: &[&Outcome]) -> Seen {
     let any =
         |wanted: fn(Verdict) -> bool| outcomes.iter().any(|outcome| wanted(outcome.verdict()));
     if any(|verdict| verdict == Verdict::Fails) {

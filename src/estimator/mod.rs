@@ -5,6 +5,7 @@
 //! trial puts a faulty part in by overriding one method. All of it is resolved by the compiler.
 
 mod bdpt;
+mod diffuse;
 mod emission;
 mod light_tracer;
 mod particle;
@@ -23,6 +24,7 @@ mod whitted;
 use glam::DVec3;
 
 pub use bdpt::Bdpt;
+pub use diffuse::{DiffuseSample, sample_cosine, sample_uniform};
 pub use light_tracer::LightTracer;
 pub use path::{Heuristic, Path, Strategy};
 pub use photon::{Lookup, PhotonMapping};

@@ -9,10 +9,9 @@
 use glam::DVec3;
 
 use super::vertex::{Vertex, direct_light, interface, next, scatter_glass, seen};
-use super::{Estimator, LightRules, Parts, Standard, Strategy};
+use super::{Estimator, LightRules, Parts, Standard, Strategy, sample_uniform};
 use crate::bsdf::Bsdf;
 use crate::emitter::LightSampling;
-use crate::radiometry::reflected;
 use crate::rng::{uniform, uniform2};
 use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
@@ -120,13 +119,9 @@ impl<P: Parts> Report<P> {
                     if segments == 1 || !parts.survives(uniform(rng), survival) {
                         continue;
                     }
-                    let wi = parts.uniform_hemisphere(uniform2(rng));
-                    let direction = vertex.frame.world(wi);
-                    let arriving = next(direction, true, rng);
-                    let brdf = parts.brdf(bsdf, vertex.wo, wi);
-                    let cosine = parts.cosine(DVec3::Z, wi);
-                    let pdf = parts.uniform_hemisphere_pdf(wi.z);
-                    radiance += share * reflected(brdf, arriving, cosine, pdf);
+                    let sample = sample_uniform(parts, bsdf, vertex.wo, uniform2(rng));
+                    let direction = vertex.frame.world(sample.wi);
+                    radiance += share * sample.weight * next(direction, true, rng);
                 }
             }
         }

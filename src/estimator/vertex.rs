@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{LightRules, Parts};
+use super::{LightRules, Parts, sample_cosine};
 use crate::bsdf::Bsdf;
 use crate::emitter::{Emitter, EmitterPoint, LightSampling};
 use crate::frame::Frame;
@@ -267,18 +267,12 @@ pub(super) fn scatter<P: Parts, R: Sampler>(
         }
         ref bsdf @ (Bsdf::Lambert { .. } | Bsdf::OrenNayar { .. } | Bsdf::Eon { .. }) => {
             let vertex = Vertex::new(here, ray);
-            let wi = parts.cosine_hemisphere(uniform2(rng));
-            let pdf = parts.cosine_hemisphere_pdf(wi.z);
-            if pdf == 0.0 {
-                return None;
-            }
-            let brdf = parts.brdf(bsdf, vertex.wo, wi);
-            let cosine = parts.cosine(DVec3::Z, wi);
+            let sample = sample_cosine(parts, bsdf, vertex.wo, uniform2(rng))?;
             Some(Scattered {
-                direction: vertex.frame.world(wi),
-                throughput: radiometry::reflected(brdf, DVec3::ONE, cosine, pdf),
+                direction: vertex.frame.world(sample.wi),
+                throughput: sample.weight,
                 factor: 1.0,
-                pdf: Some(pdf),
+                pdf: Some(sample.pdf),
             })
         }
     }

@@ -134,12 +134,15 @@ pub struct Control {
     pub name: &'static str,
     /// What is wrong, in one line.
     pub wrong: &'static str,
+    /// The outcomes that must all reject it, by name. May be empty where the trial leaves no choice:
+    /// see [`meant`].
+    pub rejected_by: Vec<&'static str>,
     /// The trial's function with the faulty subject.
     pub run: Run,
 }
 
 impl Control {
-    /// A control from its parts.
+    /// A control that the trial's only outcome rejects.
     pub fn new(
         name: &'static str,
         wrong: &'static str,
@@ -148,6 +151,7 @@ impl Control {
         Self {
             name,
             wrong,
+            rejected_by: Vec::new(),
             run: Box::new(run),
         }
     }
@@ -184,10 +188,15 @@ pub struct Trial {
 impl Trial {
     /// All shares of the error budget that the trial and its controls use.
     pub fn budget(&self) -> usize {
-        // A control needs one rejection: one share each, unless nothing is random.
+        // A control needs a rejection by each outcome that it names: one share each, unless nothing is
+        // random.
+        let rejections = self
+            .controls
+            .iter()
+            .map(|control| control.rejected_by.len().max(1));
         self.assertions
             + if self.assertions > 0 {
-                self.controls.len()
+                rejections.sum::<usize>()
             } else {
                 0
             }
@@ -278,13 +287,35 @@ pub fn trial_is_green(rows: &[Row], context: &Context) -> bool {
         })
 }
 
-/// Whether a control's rows are green: some outcome fails; below scale 1 *undecided* will do.
-pub fn control_is_green(rows: &[Row], context: &Context) -> bool {
-    rows.iter().any(|row| match row.verdict {
-        Verdict::Fails => true,
-        Verdict::Undecided { .. } => context.scale < 1.0,
-        Verdict::Holds => false,
-    })
+/// The outcomes that must reject a control: those that it names or, where it names none, the only
+/// random one, or the only one of all. Nothing if there is none of a name, or a choice is left.
+pub fn meant<'a>(
+    rejected_by: &[&str],
+    outcomes: impl IntoIterator<Item = &'a Outcome>,
+) -> Vec<&'a Outcome> {
+    let all: Vec<&Outcome> = outcomes.into_iter().collect();
+    if !rejected_by.is_empty() {
+        let find = |name: &&str| all.iter().copied().find(|outcome| outcome.name == **name);
+        let found: Option<Vec<_>> = rejected_by.iter().map(find).collect();
+        return found.unwrap_or_default();
+    }
+    let random: Vec<_> = all.iter().copied().filter(|o| o.is_random()).collect();
+    [random, all]
+        .into_iter()
+        .find(|choice| choice.len() == 1)
+        .unwrap_or_default()
+}
+
+/// Whether a control is rejected for the reason that it states: every outcome that is [`meant`] fails,
+/// and not for a NaN or an infinite estimate. Below scale 1 *undecided* will do.
+pub fn control_is_green(control: &Control, rows: &[Row], context: &Context) -> bool {
+    let meant = meant(&control.rejected_by, rows.iter().map(|row| &row.outcome));
+    !meant.is_empty()
+        && meant.iter().all(|outcome| match outcome.verdict() {
+            Verdict::Fails => outcome.p.is_finite() && outcome.estimate.is_finite(),
+            Verdict::Undecided { .. } => context.scale < 1.0,
+            Verdict::Holds => false,
+        })
 }
 
 /// Puts a trial and all of its controls to the test. The error is a message to act on, one paragraph
@@ -341,11 +372,16 @@ pub fn check_control(
     context: &Context,
 ) -> Result<Vec<Row>, String> {
     let rows = run_control(trial, control, context);
-    if control_is_green(&rows, context) {
+    if control_is_green(control, &rows, context) {
         return Ok(rows);
     }
+    let by = match control.rejected_by.as_slice() {
+        [] => String::from("the trial's only outcome (where there are several, name which)"),
+        names => names.join(", "),
+    };
     Err(format!(
-        "{}: the negative control {} was not rejected\n  what is wrong with it: {}\n{}",
+        "{}: the negative control {} was not rejected\n  what is wrong with it: {}\n  to be rejected, \
+         with finite numbers, by: {by}\n{}",
         trial.name,
         control.name,
         control.wrong,

@@ -5,76 +5,65 @@ use std::f64::consts::{FRAC_1_PI, PI};
 use glam::DVec3;
 
 use crate::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
-use crate::equation::{COSINE, LAMBERT, OREN_NAYAR, OREN_NAYAR_CONSTANTS};
+use crate::equation::{
+    COSINE, COSINE_HEMISPHERE, HEMISPHERE_THETA, LAMBERT, OREN_NAYAR, OREN_NAYAR_CONSTANTS,
+};
+use crate::estimator::{DiffuseSample, Parts, sample_cosine, sample_uniform};
 use crate::harness::bsdf_checkup::{BsdfSample, BsdfSubject, CheckUp, assertions, check_up};
 use crate::harness::chi_square::CELL_DELTA;
 use crate::harness::outcome::Outcome;
 use crate::harness::trial::Context;
-use crate::sampling::{
-    cosine_hemisphere, cosine_hemisphere_pdf, uniform_hemisphere, uniform_hemisphere_pdf,
-};
+use crate::radiometry::cosine;
+use crate::sampling::{cosine_hemisphere, uniform_hemisphere};
+use crate::trials::subject::{RIGHT, Table};
 use crate::zoo::{AnyFamily, Bench, Family, Mutant, data, mutant};
 
-/// f(wo, wi) in 1/sr.
-type Eval = fn(DVec3, DVec3) -> f64;
+/// The names of outcomes of check-ups at each of their inclinations.
+macro_rules! at_every_angle {
+    ($($name:literal),* $(,)?) => {
+        &[$(
+            concat!($name, " at 0 degrees"),
+            concat!($name, " at 40 degrees"),
+            concat!($name, " at 75 degrees"),
+            concat!($name, " at 89 degrees"),
+        )*]
+    };
+}
+pub(super) use at_every_angle;
 
 const RHO: f64 = 0.75;
 const SIGMA: f64 = 0.5;
 /// The largest directional albedo of correct Oren-Nayar with ρ = 1 (at σ = 0.1985, grazing) is 1.01518.
 const OREN_NAYAR_BOUND: f64 = 1.0152;
 
-fn lambert(wo: DVec3, wi: DVec3) -> f64 {
-    Bsdf::Lambert {
-        albedo: DVec3::splat(RHO),
-    }
-    .eval(wo, wi)
-    .x
+fn oren_nayar(form: OrenNayarForm) -> Bsdf {
+    Bsdf::oren_nayar(DVec3::splat(RHO), SIGMA, form)
 }
 
-fn oren_nayar(wo: DVec3, wi: DVec3) -> f64 {
-    Bsdf::oren_nayar(DVec3::splat(RHO), SIGMA, OrenNayarForm::Corrected)
-        .eval(wo, wi)
-        .x
-}
-
-fn oren_nayar_printed(wo: DVec3, wi: DVec3) -> f64 {
-    Bsdf::oren_nayar(DVec3::splat(RHO), SIGMA, OrenNayarForm::Printed)
-        .eval(wo, wi)
-        .x
-}
-
-/// A BSDF with cosine sampling, weight π f.
-pub(super) fn with_cosine_sampling(
-    eval: impl Fn(DVec3, DVec3) -> f64 + Copy + Send + Sync + 'static,
-) -> BsdfSubject {
+/// A diffuse BSDF as paths go on from it, by the cosine.
+pub(super) fn cosine_sampled(parts: Table, bsdf: Bsdf) -> BsdfSubject {
     BsdfSubject::new(
-        eval,
-        move |wo, [r1, r2, _]| {
-            let wi = cosine_hemisphere([r1, r2]);
-            // r₁ so near 1 that the cosine underflows to 0 has no density: that sample is lost.
-            (wi.z > 0.0).then(|| BsdfSample {
-                wi,
-                weight: PI * eval(wo, wi),
-                pdf: cosine_hemisphere_pdf(wi.z),
-            })
-        },
-        |_, wi| cosine_hemisphere_pdf(wi.z),
+        move |wo, wi| parts.brdf(&bsdf, wo, wi).x,
+        move |wo, [r1, r2, _]| sample_cosine(&parts, &bsdf, wo, [r1, r2]).map(first_channel),
+        move |_, wi| parts.cosine_hemisphere_pdf(wi.z),
     )
     .energy_bound(OREN_NAYAR_BOUND)
 }
 
-/// A BSDF whose sampler draws uniform directions but claims the cosine pdf.
-fn with_wrong_sampling(eval: Eval) -> BsdfSubject {
-    BsdfSubject {
-        sample: Box::new(move |wo, [r1, r2, _]| {
-            let wi = uniform_hemisphere([r1, r2]);
-            Some(BsdfSample {
-                wi,
-                weight: PI * eval(wo, wi),
-                pdf: cosine_hemisphere_pdf(wi.z).max(f64::MIN_POSITIVE),
-            })
-        }),
-        ..with_cosine_sampling(eval)
+/// The same by uniform directions.
+fn uniform_sampled(parts: Table, bsdf: Bsdf) -> BsdfSubject {
+    BsdfSubject::new(
+        move |wo, wi| parts.brdf(&bsdf, wo, wi).x,
+        move |wo, [r1, r2, _]| Some(first_channel(sample_uniform(&parts, &bsdf, wo, [r1, r2]))),
+        move |_, wi| parts.uniform_hemisphere_pdf(wi.z),
+    )
+}
+
+fn first_channel(sample: DiffuseSample) -> BsdfSample {
+    BsdfSample {
+        wi: sample.wi,
+        weight: sample.weight.x,
+        pdf: sample.pdf,
     }
 }
 
@@ -104,70 +93,29 @@ fn lambert_check(context: &Context, subject: BsdfSubject) -> Vec<Outcome> {
     check_up(&subject.albedo(|_| RHO), &size, context)
 }
 
-fn oren_nayar_check(context: &Context, eval: Eval) -> Vec<Outcome> {
-    let subject = with_cosine_sampling(eval)
-        .albedo(|wo| RHO * oren_nayar_albedo(OrenNayar::new(SIGMA), inclination(wo)));
+fn lambert() -> Bsdf {
+    let albedo = DVec3::splat(RHO);
+    Bsdf::Lambert { albedo }
+}
+
+fn oren_nayar_check(
+    context: &Context,
+    parts: Table,
+    form: OrenNayarForm,
+    albedo: fn(OrenNayar, f64) -> f64,
+) -> Vec<Outcome> {
+    let subject = cosine_sampled(parts, oren_nayar(form))
+        .albedo(move |wo| RHO * albedo(OrenNayar::new(SIGMA), inclination(wo)));
     check_up(&subject, &CheckUp::default(), context)
 }
 
-fn printed_check(context: &Context, eval: Eval) -> Vec<Outcome> {
-    let subject = with_cosine_sampling(eval)
-        .albedo(|wo| RHO * oren_nayar_printed_albedo(OrenNayar::new(SIGMA), inclination(wo)));
-    check_up(&subject, &CheckUp::default(), context)
+/// cos² in place of cos.
+pub(super) fn squared(normal: DVec3, direction: DVec3) -> f64 {
+    cosine(normal, direction).powi(2)
 }
-
-fn wrong_weight(eval: Eval) -> BsdfSubject {
-    BsdfSubject {
-        sample: Box::new(move |wo, [r1, r2, _]| {
-            let wi = cosine_hemisphere([r1, r2]);
-            (wi.z > 0.0).then(|| BsdfSample {
-                wi,
-                weight: eval(wo, wi),
-                pdf: cosine_hemisphere_pdf(wi.z),
-            })
-        }),
-        ..with_cosine_sampling(eval)
-    }
-}
-
-/// A BSDF with uniform sampling, weight 2π f cos θ.
-fn uniform_sampling(eval: Eval) -> BsdfSubject {
-    BsdfSubject::new(
-        eval,
-        move |wo, [r1, r2, _]| {
-            let wi = uniform_hemisphere([r1, r2]);
-            Some(BsdfSample {
-                wi,
-                weight: 2.0 * PI * eval(wo, wi) * wi.z,
-                pdf: uniform_hemisphere_pdf(wi.z),
-            })
-        },
-        |_, wi| uniform_hemisphere_pdf(wi.z),
-    )
-}
-
-/// The diffuse models, each replaceable.
-#[derive(Clone, Copy)]
-pub struct Models {
-    /// (13) with cosine sampling.
-    pub lambert: fn() -> BsdfSubject,
-    /// (13) with uniform sampling.
-    pub lambert_uniform: fn() -> BsdfSubject,
-    /// (14) with sin α tan β.
-    pub oren_nayar: fn(DVec3, DVec3) -> f64,
-    /// (14) as printed.
-    pub printed: fn(DVec3, DVec3) -> f64,
-}
-
-const RIGHT: Models = Models {
-    lambert: || with_cosine_sampling(lambert),
-    lambert_uniform: || uniform_sampling(lambert),
-    oren_nayar,
-    printed: oren_nayar_printed,
-};
 
 /// (14) as printed with 0.57 for 0.33 in A.
-fn printed_with_other_constant(wo: DVec3, wi: DVec3) -> f64 {
+fn other_constant(wo: DVec3, wi: DVec3) -> f64 {
     let s2 = SIGMA * SIGMA;
     let constants = OrenNayar {
         a: 1.0 - s2 / (2.0 * (s2 + 0.57)),
@@ -176,11 +124,11 @@ fn printed_with_other_constant(wo: DVec3, wi: DVec3) -> f64 {
     RHO * FRAC_1_PI * crate::bsdf::oren_nayar(constants, OrenNayarForm::Printed, wo, wi)
 }
 
-fn benches() -> Vec<Bench<Models>> {
+fn benches() -> Vec<Bench<Table>> {
     let size = CheckUp::default();
     // At so many inclinations all weights are the same, and no chance is in the furnace.
     let trial = |name: &str, property: &str, equation, constant: usize| {
-        let subject = "bsdf::Bsdf::eval, sampling::cosine_hemisphere";
+        let subject = "estimator::sample_cosine, sample_uniform";
         let size = (size.samples, CELL_DELTA, assertions(&size) - constant);
         data(
             format!("bsdf/{name}"),
@@ -199,7 +147,7 @@ fn benches() -> Vec<Bench<Models>> {
                 &LAMBERT,
                 size.inclinations.len(),
             ),
-            |c, models: Models| lambert_check(c, (models.lambert)()),
+            |c, parts| lambert_check(c, cosine_sampled(parts, lambert())),
         ),
         Bench::new(
             trial(
@@ -208,7 +156,7 @@ fn benches() -> Vec<Bench<Models>> {
                 &COSINE,
                 0,
             ),
-            |c, models: Models| lambert_check(c, (models.lambert_uniform)()),
+            |c, parts| lambert_check(c, uniform_sampled(parts, lambert())),
         ),
         Bench::new(
             trial(
@@ -217,7 +165,7 @@ fn benches() -> Vec<Bench<Models>> {
                 &OREN_NAYAR,
                 1,
             ),
-            |c, models: Models| oren_nayar_check(c, models.oren_nayar),
+            |c, parts| oren_nayar_check(c, parts, OrenNayarForm::Corrected, oren_nayar_albedo),
         ),
         Bench::new(
             trial(
@@ -226,82 +174,106 @@ fn benches() -> Vec<Bench<Models>> {
                 &OREN_NAYAR_CONSTANTS,
                 1,
             ),
-            |c, models: Models| printed_check(c, models.printed),
+            |c, parts| {
+                oren_nayar_check(c, parts, OrenNayarForm::Printed, oren_nayar_printed_albedo)
+            },
         ),
     ]
 }
 
-fn faults() -> Vec<Mutant<Models>> {
+fn faults() -> Vec<Mutant<Table>> {
     vec![
         mutant(
             "no-pi",
             &LAMBERT,
             "f = ρ",
-            Models {
-                lambert: || with_cosine_sampling(|wo, wi| PI * lambert(wo, wi)),
+            Table {
+                brdf: |bsdf, wo, wi| PI * bsdf.eval(wo, wi),
                 ..RIGHT
             },
-            &["bsdf/lambert"],
+            &["bsdf/lambert: directional albedo at 0 degrees"],
         ),
         mutant(
             "uniform-sampler",
-            &LAMBERT,
+            &COSINE_HEMISPHERE,
             "uniform directions, cosine pdf",
-            Models {
-                lambert: || with_wrong_sampling(lambert),
+            Table {
+                cosine_hemisphere: uniform_hemisphere,
                 ..RIGHT
             },
-            &["bsdf/lambert"],
+            at_every_angle![
+                "bsdf/lambert: chi-square of samples",
+                "bsdf/oren-nayar: chi-square of samples",
+                "bsdf/oren-nayar-printed: chi-square of samples",
+            ],
         ),
         mutant(
-            "weight",
-            &LAMBERT,
-            "the weight misses π",
-            Models {
-                lambert: || wrong_weight(lambert),
+            "cosine-sampler",
+            &HEMISPHERE_THETA,
+            "cosine directions, uniform pdf",
+            Table {
+                uniform_hemisphere: cosine_hemisphere,
                 ..RIGHT
             },
-            &["bsdf/lambert"],
+            at_every_angle!["bsdf/cosine: chi-square of samples"],
+        ),
+        mutant(
+            "cosine-twice",
+            &COSINE,
+            "the weight has the cosine twice",
+            Table {
+                cosine: squared,
+                ..RIGHT
+            },
+            at_every_angle![
+                "bsdf/lambert: furnace",
+                "bsdf/cosine: furnace",
+                "bsdf/oren-nayar: furnace",
+                "bsdf/oren-nayar-printed: furnace",
+            ],
         ),
         mutant(
             "cosine-in-f",
             &COSINE,
             "eval returns f_r cos θ",
-            Models {
-                lambert_uniform: || uniform_sampling(|wo, wi| lambert(wo, wi) * wi.z),
+            Table {
+                brdf: |bsdf, wo, wi| bsdf.eval(wo, wi) * wi.z,
                 ..RIGHT
             },
-            &["bsdf/cosine"],
+            &[
+                "bsdf/cosine: reciprocity",
+                "bsdf/cosine: directional albedo at 0 degrees",
+            ],
         ),
         mutant(
             "printed",
             &OREN_NAYAR,
             "sin β for tan β, as the report prints",
-            Models {
-                oren_nayar: oren_nayar_printed,
+            Table {
+                brdf: |_, wo, wi| oren_nayar(OrenNayarForm::Printed).eval(wo, wi),
                 ..RIGHT
             },
-            &["bsdf/oren-nayar"],
+            &["bsdf/oren-nayar: directional albedo at 75 degrees"],
         ),
         mutant(
             "correct-for-printed",
             &OREN_NAYAR,
             "tan β where the printed form is meant",
-            Models {
-                printed: oren_nayar,
+            Table {
+                brdf: |_, wo, wi| oren_nayar(OrenNayarForm::Corrected).eval(wo, wi),
                 ..RIGHT
             },
-            &["bsdf/oren-nayar-printed"],
+            &["bsdf/oren-nayar-printed: directional albedo at 75 degrees"],
         ),
         mutant(
             "constant",
             &OREN_NAYAR_CONSTANTS,
             "0.57 for 0.33 in A",
-            Models {
-                printed: printed_with_other_constant,
+            Table {
+                brdf: |_, wo, wi| DVec3::splat(other_constant(wo, wi)),
                 ..RIGHT
             },
-            &["bsdf/oren-nayar-printed"],
+            &["bsdf/oren-nayar-printed: directional albedo at 0 degrees"],
         ),
     ]
 }

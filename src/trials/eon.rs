@@ -9,34 +9,43 @@ use crate::bsdf::eon::{
     LARGEST_GAIN, albedo, average_albedo, multiple_albedo, multiple_scattering, scale,
     single_scattering,
 };
-use crate::equation::{EON_ALBEDO, EON_MULTIPLE, EON_SINGLE, Equation};
+use crate::equation::{COSINE, COSINE_HEMISPHERE, EON_ALBEDO, EON_MULTIPLE, EON_SINGLE, Equation};
 use crate::frame::from_spherical;
 use crate::harness::bsdf_checkup::{CheckUp, assertions, check_up};
 use crate::harness::chi_square::CELL_DELTA;
 use crate::harness::domain::{Domain, MASS_TOLERANCE};
 use crate::harness::outcome::Outcome;
-use crate::trials::bsdf::with_cosine_sampling;
+use crate::sampling::uniform_hemisphere;
+use crate::trials::bsdf::{at_every_angle, cosine_sampled, squared};
+use crate::trials::subject::{self, Table};
 use crate::zoo::{AnyFamily, Bench, Family, Mutant, data, mutant};
 
 /// Parts of the model, so that each can be replaced; one channel.
 #[derive(Clone, Copy)]
 pub struct Parts {
-    /// f_r of both lobes from ρ, r, wo and wi.
-    pub eval: fn(f64, f64, DVec3, DVec3) -> f64,
+    /// f_r of both lobes, and how it is sampled.
+    pub lobes: Table,
     /// π f_r/ρ of single scattering from r, wo and wi.
     pub single: fn(f64, DVec3, DVec3) -> f64,
     /// E(θ) from r and cos θ.
     pub albedo: fn(f64, f64) -> f64,
 }
 
-fn eval(rho: f64, roughness: f64, wo: DVec3, wi: DVec3) -> f64 {
+impl Parts {
+    /// f_r from ρ, r, wo and wi.
+    fn eval(self, rho: f64, roughness: f64, wo: DVec3, wi: DVec3) -> f64 {
+        (self.lobes.brdf)(&material(rho, roughness), wo, wi).x
+    }
+}
+
+fn material(rho: f64, roughness: f64) -> Bsdf {
     let albedo = DVec3::splat(rho);
-    Bsdf::Eon { albedo, roughness }.eval(wo, wi).x
+    Bsdf::Eon { albedo, roughness }
 }
 
 /// The program's parts.
 const RIGHT: Parts = Parts {
-    eval,
+    lobes: subject::RIGHT,
     single: single_scattering,
     albedo,
 };
@@ -115,14 +124,13 @@ fn benches() -> Vec<Bench<Parts>> {
         "bsdf/eon",
         "white EON passes the check-up and its directional albedo is 1",
         &EON_MULTIPLE,
-        "bsdf::Bsdf::eval, sampling::cosine_hemisphere",
+        "estimator::sample_cosine",
         "BSDF check-up",
         (size.samples, CELL_DELTA, assertions(&size)),
     );
     vec![
         Bench::new(sampled, |context, parts: Parts| {
-            let f = parts.eval;
-            let subject = with_cosine_sampling(move |wo, wi| f(1.0, 0.3, wo, wi))
+            let subject = cosine_sampled(parts.lobes, material(1.0, 0.3))
                 .energy_bound(1.0)
                 .albedo(|_| 1.0);
             check_up(&subject, &CheckUp::default(), context)
@@ -135,7 +143,7 @@ fn benches() -> Vec<Bench<Parts>> {
                 "bsdf::Bsdf::eval",
             ),
             |_, parts: Parts| {
-                let f = move |r: f64, wo: DVec3, wi: DVec3| (parts.eval)(1.0, r, wo, wi);
+                let f = move |r: f64, wo: DVec3, wi: DVec3| parts.eval(1.0, r, wo, wi);
                 furnace("white furnace", f, |_, _| 1.0)
             },
         ),
@@ -147,7 +155,7 @@ fn benches() -> Vec<Bench<Parts>> {
                 "bsdf::Bsdf::eval",
             ),
             |_, parts: Parts| {
-                let f = move |r: f64, wo: DVec3, wi: DVec3| (parts.eval)(RHO, r, wo, wi);
+                let f = move |r: f64, wo: DVec3, wi: DVec3| parts.eval(RHO, r, wo, wi);
                 furnace("coloured furnace", f, reflected)
             },
         ),
@@ -187,45 +195,95 @@ fn grazing(parts: Parts) -> Vec<Outcome> {
     vec![Outcome::exact("grazing", 3, worst, 1e-5, words)]
 }
 
+/// The parts with other lobes: f_r from ρ, r, wo and wi.
+macro_rules! with {
+    (|$rho:pat_param, $r:ident, $wo:ident, $wi:ident| $f:expr) => {
+        Parts {
+            lobes: Table {
+                brdf: |bsdf, $wo, $wi| {
+                    let &Bsdf::Eon {
+                        albedo: DVec3 { x: $rho, .. },
+                        roughness: $r,
+                    } = bsdf
+                    else {
+                        return DVec3::ZERO;
+                    };
+                    DVec3::splat($f)
+                },
+                ..subject::RIGHT
+            },
+            ..RIGHT
+        }
+    };
+}
+
 fn faults() -> Vec<Mutant<Parts>> {
-    let with = |eval| Parts { eval, ..RIGHT };
+    let sampled = |lobes| Parts { lobes, ..RIGHT };
     vec![
+        mutant(
+            "uniform-sampler",
+            &COSINE_HEMISPHERE,
+            "uniform directions, cosine pdf",
+            sampled(Table {
+                cosine_hemisphere: uniform_hemisphere,
+                ..subject::RIGHT
+            }),
+            at_every_angle!["bsdf/eon: chi-square of samples"],
+        ),
+        mutant(
+            "cosine-twice",
+            &COSINE,
+            "the weight has the cosine twice",
+            sampled(Table {
+                cosine: squared,
+                ..subject::RIGHT
+            }),
+            at_every_angle!["bsdf/eon: furnace"],
+        ),
         mutant(
             "no-multiple-scattering",
             &EON_MULTIPLE,
             "single scattering alone",
-            with(|rho, r, wo, wi| coloured(rho, r, (wo, wi), 0.0)),
-            &["bsdf/eon", "bsdf/eon-white", "bsdf/eon-coloured"],
+            with!(|rho, r, wo, wi| coloured(rho, r, (wo, wi), 0.0)),
+            &[
+                "bsdf/eon: directional albedo at 0 degrees",
+                "bsdf/eon-white",
+                "bsdf/eon-coloured",
+            ],
         ),
         mutant(
             "colour-not-deepened",
             &EON_MULTIPLE,
             "ρ in place of ρₘ: a white surface cannot show it",
-            with(|rho, r, wo, wi| coloured(rho, r, (wo, wi), rho)),
+            with!(|rho, r, wo, wi| coloured(rho, r, (wo, wi), rho)),
             &["bsdf/eon-coloured"],
         ),
         mutant(
             "average-forgotten",
             &EON_MULTIPLE,
             "the second lobe is not divided by 1 − Ē",
-            with(|rho, r, wo, wi| {
+            with!(|rho, r, wo, wi| {
                 let multiple = multiple_albedo(DVec3::splat(rho), r).x;
                 coloured(rho, r, (wo, wi), multiple * (1.0 - average_albedo(r)))
             }),
-            &["bsdf/eon", "bsdf/eon-white", "bsdf/eon-coloured"],
+            &[
+                "bsdf/eon: directional albedo at 0 degrees",
+                "bsdf/eon-white",
+                "bsdf/eon-coloured",
+            ],
         ),
         mutant(
             "one-sided",
             &EON_MULTIPLE,
             "the second lobe spreads as Lambert: white reflects all, but f_r is not reciprocal",
-            with(|rho, r, wo, wi| {
+            with!(|rho, r, wo, wi| {
                 let single = coloured(rho, r, (wo, wi), 0.0);
                 let multiple = multiple_albedo(DVec3::splat(rho), r).x;
                 let above = wo.z > 0.0 && wi.z > 0.0;
                 let lost = if above { 1.0 - albedo(r, wo.z) } else { 0.0 };
                 single + FRAC_1_PI * multiple * lost
             }),
-            &["bsdf/eon"],
+            &["bsdf/eon: reciprocity"],
         ),
         mutant(
             "constant",

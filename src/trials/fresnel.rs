@@ -112,12 +112,14 @@ pub fn critical(context: &Context, r: Reflectance) -> Vec<Outcome> {
         let [n, sine] = [1.05 + 1.95 * uniform(&mut rng), uniform(&mut rng)];
         let angle = (1.0 / n).asin();
         let past = angle * 1.001 + sine * (std::f64::consts::FRAC_PI_2 - angle * 1.001);
-        let error = (r(past.cos(), n, 1.0) - 1.0).abs();
-        beyond = if error.is_nan() {
-            error
+        let reflected = r(past.cos(), n, 1.0);
+        // No number at all is no better than no reflection.
+        let error = if reflected.is_finite() {
+            (reflected - 1.0).abs()
         } else {
-            beyond.max(error)
+            1.0
         };
+        beyond = beyond.max(error);
         // A little before it some light still leaves.
         let leaves = 1.0 - r((angle * 0.999).cos(), n, 1.0);
         if !(1e-3..0.5).contains(&leaves) {
@@ -300,7 +302,7 @@ fn faults() -> Vec<Mutant<Reflectances>> {
                 s: |c, n1, n2| reflectance_s(c, n1, n2).sqrt(),
                 ..RIGHT
             },
-            &["fresnel/energy"],
+            &["fresnel/energy: R + T = 1, perpendicular"],
         ),
         mutant(
             "exchanged",
@@ -311,49 +313,66 @@ fn faults() -> Vec<Mutant<Reflectances>> {
                 p: reflectance_s,
                 ..RIGHT
             },
-            &["fresnel/brewster", "fresnel/energy"],
+            &[
+                "fresnel/brewster: R_p at Brewster's angle",
+                "fresnel/brewster: R_s at Brewster's angle",
+                "fresnel/energy: R + T = 1, perpendicular",
+                "fresnel/energy: R + T = 1, parallel",
+            ],
         ),
         mutant(
             "schlick",
             &FRESNEL,
             "Schlick's approximation",
             whole(schlick),
-            &["fresnel/reversible", "fresnel/averages"],
+            &[
+                "fresnel/reversible",
+                "fresnel/averages: average by quadrature, outside",
+            ],
         ),
         mutant(
             "sum",
             &FRESNEL,
             "R_s + R_p without the half",
             whole(|c, n1, n2| reflectance_s(c, n1, n2) + reflectance_p(c, n1, n2)),
-            &["fresnel/limits"],
+            &[
+                "fresnel/limits: normal incidence",
+                "fresnel/limits: grazing incidence",
+            ],
         ),
         mutant(
             "no-total-reflection",
             &FRESNEL,
             "a finite R past the critical angle",
             whole(no_total_reflection),
-            &["fresnel/critical", "fresnel/averages"],
+            &[
+                "fresnel/critical: total reflection",
+                "fresnel/averages: average by quadrature, inside",
+            ],
         ),
         mutant(
             "literal",
             &FRESNEL,
             "(10)-(12) as printed: NaN past the critical angle",
             whole(literal),
-            &["fresnel/critical"],
+            &["fresnel/critical: total reflection"],
         ),
         mutant(
             "only-s",
             &FRESNEL,
             "R_s alone, as if light were polarised",
             whole(reflectance_s),
-            &["fresnel/averages"],
+            &[
+                "fresnel/averages: average by sampling, outside",
+                "fresnel/averages: average by sampling, inside",
+            ],
         ),
         mutant(
             "swapped-indices",
             &FRESNEL,
             "n₁ and n₂ exchanged",
             whole(|c, n1, n2| reflectance(c, n2, n1)),
-            &["fresnel/critical"],
+            &["fresnel/critical: critical angle times 0.999"],
         ),
     ]
 }

@@ -165,27 +165,29 @@ fn faults() -> Vec<Mutant<Policy>> {
                 ..BY_THROUGHPUT
             },
             &[
-                "roulette/by-throughput/mean",
-                "roulette/by-throughput/bounds",
+                "roulette/by-throughput/mean: first channel",
+                "roulette/by-throughput/mean: second channel",
+                "roulette/by-throughput/mean: third channel",
+                "roulette/by-throughput/bounds: largest channel of a survivor",
             ],
         ),
         survival(
             "smallest-channel",
             "the smallest channel decides: where it is 0, the others are lost",
             |t| t.min_element().min(HIGHEST_SURVIVAL),
-            &["roulette/by-throughput/mean"],
+            &["roulette/by-throughput/mean: first channel"],
         ),
         survival(
             "average-channel",
             "the average of the channels decides: the mean stays, weights grow",
             |t| (t.element_sum() / 3.0).min(HIGHEST_SURVIVAL),
-            &["roulette/by-throughput/bounds"],
+            &["roulette/by-throughput/bounds: largest channel of a survivor"],
         ),
         survival(
             "immortal",
             "no highest survival: a path between perfect mirrors never ends",
             DVec3::max_element,
-            &["roulette/by-throughput/bounds"],
+            &["roulette/by-throughput/bounds: survival above the highest"],
         ),
     ]
 }

@@ -204,13 +204,20 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "shared-columns",
                 "two columns share a stream",
                 shared_columns,
-                &["streams/render/neighbours", "streams/render/distinct"],
+                &[
+                    "streams/render/neighbours: pairs of neighbouring columns",
+                    "streams/render/neighbours: correlation of neighbouring columns",
+                    "streams/render/distinct",
+                ],
             ),
             fault(
                 "shared-rows",
                 "two rows share a stream",
                 shared_rows,
-                &["streams/render/neighbours"],
+                &[
+                    "streams/render/neighbours: pairs of neighbouring rows",
+                    "streams/render/neighbours: correlation of neighbouring rows",
+                ],
             ),
             fault(
                 "stride-of-height",
@@ -222,19 +229,28 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "shared-samples",
                 "every second sample repeats the one before",
                 shared_samples,
-                &["streams/render/neighbours"],
+                &[
+                    "streams/render/neighbours: pairs of neighbouring samples",
+                    "streams/render/neighbours: correlation of neighbouring samples",
+                ],
             ),
             fault(
                 "same-draw",
                 "an estimator gets the same number twice",
                 same_draw,
-                &["streams/render/neighbours"],
+                &[
+                    "streams/render/neighbours: pairs of neighbouring draws",
+                    "streams/render/neighbours: correlation of neighbouring draws",
+                ],
             ),
             fault(
                 "position-again",
                 "an estimator gets the numbers again that placed the ray in its pixel",
                 position_again,
-                &["streams/render/neighbours"],
+                &[
+                    "streams/render/neighbours: pairs of neighbouring positions and draws",
+                    "streams/render/neighbours: correlation of neighbouring positions and draws",
+                ],
             ),
         ],
         share: 1.0 / 8.0,

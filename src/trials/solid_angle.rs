@@ -276,9 +276,12 @@ fn faults() -> Vec<Mutant<Subject>> {
             "points uniform in area, said to be uniform in solid angle",
             uniform_in_area,
             &[
-                "emitter/seen-rectangle",
-                "emitter/seen-triangle",
-                "emitter/seen-sphere",
+                "emitter/seen-rectangle: cells of the solid angle",
+                "emitter/seen-rectangle: mean cosine",
+                "emitter/seen-triangle: cells of the solid angle",
+                "emitter/seen-triangle: mean cosine",
+                "emitter/seen-sphere: cells of the solid angle",
+                "emitter/seen-sphere: mean cosine",
             ],
         ),
         fault(
@@ -286,7 +289,7 @@ fn faults() -> Vec<Mutant<Subject>> {
             &SOLID_ANGLE,
             "the factor 2 of the half-angle is missing in the solid angle",
             |emitter, from, random| with_pdf(emitter, from, random, |pdf| 2.0 * pdf),
-            &["emitter/seen-triangle"],
+            &["emitter/seen-triangle: pdf"],
         ),
         fault(
             "excess-from-the-wrong-side",
@@ -295,28 +298,28 @@ fn faults() -> Vec<Mutant<Subject>> {
             |emitter, from, random| {
                 with_pdf(emitter, from, random, |pdf| 1.0 / (2.0 * TAU - 1.0 / pdf))
             },
-            &["emitter/seen-triangle", "emitter/seen-rectangle"],
+            &["emitter/seen-triangle: pdf", "emitter/seen-rectangle: pdf"],
         ),
         fault(
             "no-arc",
             &LIGHT_TRIANGLE,
             "uniform along the arc from B, not in one minus its cosine",
             |emitter, from, [r1, r2]| emitter.sample_solid_angle(from, [r1, r2 * r2]),
-            &["emitter/seen-triangle"],
+            &["emitter/seen-triangle: cells of the solid angle"],
         ),
         fault(
             "one-number-seen",
             &LIGHT_RECTANGLE,
             "one random number for both coordinates",
             |emitter, from, [r, _]| emitter.sample_solid_angle(from, [r, r]),
-            &["emitter/seen-rectangle"],
+            &["emitter/seen-rectangle: cells of the solid angle"],
         ),
         fault(
             "linear-in-angle",
             &LIGHT_SPHERE,
             "the angle from the axis is uniform: directions crowd at the middle",
             linear_in_angle,
-            &["emitter/seen-sphere"],
+            &["emitter/seen-sphere: mean cosine"],
         ),
         fault(
             "tangent-for-sine",
@@ -329,7 +332,7 @@ fn faults() -> Vec<Mutant<Subject>> {
                     1.0 / (TAU * (1.0 - sine.atan().cos()))
                 })
             },
-            &["emitter/seen-sphere"],
+            &["emitter/seen-sphere: pdf"],
         ),
     ]
 }

@@ -267,19 +267,29 @@ fn faults() -> Vec<Mutant<Numbers>> {
             "shared-samples",
             "every second sample repeats the one before",
             shared_samples,
-            &["streams/neighbours", "streams/gaps"],
+            &[
+                "streams/neighbours: pairs of neighbouring samples",
+                "streams/neighbours: correlation of neighbouring samples",
+                "streams/gaps",
+            ],
         ),
         fault(
             "shared-pixels",
             "neighbouring pixels share a stream",
             shared_pixels,
-            &["streams/neighbours"],
+            &[
+                "streams/neighbours: pairs of neighbouring pixels",
+                "streams/neighbours: correlation of neighbouring pixels",
+            ],
         ),
         fault(
             "shared-draws",
             "the same number twice",
             shared_draws,
-            &["streams/neighbours"],
+            &[
+                "streams/neighbours: pairs of neighbouring draws",
+                "streams/neighbours: correlation of neighbouring draws",
+            ],
         ),
     ]
 }

@@ -190,25 +190,68 @@ fn undecided_is_red_at_full_scale_only() {
         let green = |rows: &[&Row]| {
             let rows: Vec<Row> = rows.iter().map(|&row| row.clone()).collect();
             let context = context(scale);
+            let control = Control::new("wrong", "it is not so", |_| Vec::new());
             (
                 trial_is_green(&rows, &context),
-                control_is_green(&rows, &context),
+                control_is_green(&control, &rows, &context),
             )
         };
         assert_eq!(green(&[]), (false, false));
         assert_eq!(green(&[&holds]), (true, false));
         assert_eq!(green(&[&fails]), (false, true));
         assert_eq!(green(&[&undecided]), (open, open));
-        assert_eq!(green(&[&holds, &fails]), (false, true));
-        assert_eq!(green(&[&holds, &undecided]), (open, open));
-        assert_eq!(green(&[&fails, &undecided]), (false, true));
+        // Which of two it is that must fail would have to be said.
+        assert_eq!(green(&[&holds, &fails]), (false, false));
+        assert_eq!(green(&[&holds, &undecided]), (open, false));
     }
+}
+
+/// A control counts if the outcomes that it names reject it, with numbers.
+#[test]
+fn a_control_is_rejected_by_the_outcomes_that_it_names() {
+    let outcome = |name: &str, verdict| Row {
+        outcome: random(name, verdict),
+        ..row(verdict)
+    };
+    let green = |names: &[&'static str], rows: &[Row]| {
+        let control = Control {
+            rejected_by: names.to_vec(),
+            ..Control::new("wrong", "it is not so", |_| Vec::new())
+        };
+        control_is_green(&control, rows, &context(1.0))
+    };
+    let [holds, fails] = [Verdict::Holds, Verdict::Fails];
+    let rows = [
+        outcome("a", holds),
+        outcome("b", fails),
+        outcome("c", fails),
+    ];
+    assert!(green(&["b"], &rows) && green(&["b", "c"], &rows));
+    assert!(!green(&["a"], &rows) && !green(&["a", "b"], &rows));
+    assert!(!green(&["d"], &rows) && !green(&["b", "d"], &rows) && !green(&[], &rows));
+    // The only random one is meant if none is named.
+    let exact = |error| Row {
+        outcome: Outcome::exact("exact", 1, error, 1e-9, ""),
+        ..row(holds)
+    };
+    assert!(green(&[], &[exact(0.0), outcome("a", fails)]));
+    assert!(!green(&[], &[exact(1.0), outcome("a", holds)]));
+    assert!(green(&["exact"], &[exact(1.0), outcome("a", holds)]));
+    assert!(green(&[], &[exact(1.0)]) && !green(&[], &[exact(1.0), exact(0.0)]));
+    // A number that is none proves nothing.
+    assert!(!green(&["exact"], &[exact(f64::NAN)]));
+    assert!(!green(&["exact"], &[exact(f64::INFINITY)]));
+    let mut nan = outcome("a", fails);
+    nan.outcome.p = f64::NAN;
+    assert_eq!(nan.outcome.verdict(), fails);
+    assert!(!green(&[], &[nan]));
 }
 
 #[test]
 fn messages_speak_of_what_is_red() {
     let full = context(1.0);
-    let right = trial(vec![Verdict::Holds], vec![Verdict::Holds, Verdict::Fails]);
+    let mut right = trial(vec![Verdict::Holds], vec![Verdict::Holds, Verdict::Fails]);
+    right.controls[0].rejected_by = vec!["outcome 1"];
     assert_eq!(check(&right, &full).map(|rows| rows.len()), Ok(1));
     assert_eq!(check_subject(&right, &full).map(|rows| rows.len()), Ok(1));
     let control = check_control(&right, &right.controls[0], &full);

@@ -8,7 +8,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 use whitefurnace::equation;
 use whitefurnace::harness::domain::Domain;
-use whitefurnace::harness::trial::{check_control, full_name, group};
+use whitefurnace::harness::outcome::Outcome;
+use whitefurnace::harness::trial::{check_control, full_name, group, meant};
 use whitefurnace::trials::all;
 use whitefurnace::trials::scenes::{
     RECTANGLE, TRIANGLE, WALL, polygon_irradiance, sphere_irradiance,
@@ -17,8 +18,8 @@ use whitefurnace::zoo::{equivalents, faults};
 
 use crate::support::context;
 
-/// Asserts that every fault that a trial of the group must reject is rejected, or the one fault that is
-/// asked for.
+/// Asserts that every fault that a trial of the group must reject is rejected by the outcomes that it
+/// names, and that every outcome is named so; or of the one fault that is asked for, the first.
 fn run(name: &str) {
     let context = context("");
     let mut trials = all();
@@ -36,10 +37,30 @@ fn run(name: &str) {
         .map(|(trial, control)| check_control(trial, control, &context))
         .collect();
     let mut messages = String::new();
-    for result in results {
+    let mut known = BTreeSet::new();
+    let mut reached = BTreeSet::new();
+    for ((trial, control), result) in pairs.iter().zip(results) {
         match result {
-            Ok(rows) => rows.iter().for_each(|row| println!("{}", row.csv())),
+            Ok(rows) => {
+                rows.iter().for_each(|row| println!("{}", row.csv()));
+                let outcomes = || rows.iter().map(|row| &row.outcome);
+                let place = |outcome: &Outcome| (trial.name.clone(), outcome.name.clone());
+                reached.extend(
+                    meant(&control.rejected_by, outcomes())
+                        .into_iter()
+                        .map(place),
+                );
+                // Where chance has a part, exact outcomes beside it have tests of their own.
+                let wanted = |outcome: &&Outcome| outcome.is_random() || trial.assertions == 0;
+                known.extend(outcomes().filter(wanted).map(place));
+            }
             Err(message) => messages += &message,
+        }
+    }
+    if context.only.is_none() {
+        for (trial, outcome) in known.difference(&reached) {
+            messages +=
+                &format!("{trial}: no control is to be rejected by its outcome {outcome}\n");
         }
     }
     assert!(messages.is_empty(), "\n{messages}");
@@ -62,7 +83,7 @@ fn equivalent_mutants_are_accepted() {
             let name = format!("{}!{}", pair.trial, pair.fault.name);
             let context = context(&name);
             let outcomes = (pair.run)(&context);
-            let red = |o: &&whitefurnace::harness::outcome::Outcome| match o.verdict().word() {
+            let red = |o: &&Outcome| match o.verdict().word() {
                 "holds" => false,
                 "undecided" => context.scale >= 1.0,
                 _ => true,
@@ -84,7 +105,7 @@ fn the_zoo_is_well_formed() {
     for fault in faults() {
         assert!(names.insert((fault.family, fault.name)), "{fault:?} twice");
         assert!(!fault.caught_by.is_empty(), "{fault:?} names no trial");
-        for trial in fault.caught_by {
+        for trial in &fault.caught_by {
             assert!(known.contains(trial), "{trial} of {fault:?} does not exist");
             assert!(GROUPS.contains(&group(trial)), "no test runs {trial}");
         }

@@ -125,8 +125,10 @@ fn measures() -> Vec<Mutant<Subject>> {
                 ..RIGHT
             }),
             &[
-                "bidirectional/light-tracer/frame",
-                "bidirectional/bdpt/frame",
+                "bidirectional/light-tracer/frame: image mean",
+                "bidirectional/light-tracer/frame: outer columns",
+                "bidirectional/bdpt/frame: image mean",
+                "bidirectional/bdpt/frame: outer columns",
             ],
         ),
         mutant(
@@ -141,8 +143,8 @@ fn measures() -> Vec<Mutant<Subject>> {
                 ..RIGHT
             }),
             &[
-                "bidirectional/light-tracer/frame",
-                "bidirectional/bdpt/frame",
+                "bidirectional/light-tracer/frame: outer columns",
+                "bidirectional/bdpt/frame: outer columns",
             ],
         ),
         mutant(
@@ -225,7 +227,10 @@ fn strategies() -> Vec<Mutant<Subject>> {
                 },
                 ..RIGHT
             }),
-            &["bidirectional/weights", "bidirectional/bdpt/rectangle"],
+            &[
+                "bidirectional/weights: sum of weights",
+                "bidirectional/bdpt/rectangle",
+            ],
         ),
         mutant(
             "strategy-not-made",
@@ -242,7 +247,8 @@ fn strategies() -> Vec<Mutant<Subject>> {
                 ..RIGHT
             }),
             &[
-                "bidirectional/weights",
+                "bidirectional/weights: sum of weights",
+                "bidirectional/weights: balance",
                 "bidirectional/bdpt/rectangle",
                 "bidirectional/bdpt/diffuse-room",
             ],
@@ -261,7 +267,10 @@ fn strategies() -> Vec<Mutant<Subject>> {
                 },
                 ..RIGHT
             }),
-            &["bidirectional/weights", "bidirectional/bdpt/frame"],
+            &[
+                "bidirectional/weights: sum of weights",
+                "bidirectional/bdpt/frame: image mean",
+            ],
         ),
         mutant(
             "specular-connected",
@@ -277,7 +286,10 @@ fn strategies() -> Vec<Mutant<Subject>> {
                 },
                 ..RIGHT
             }),
-            &["bidirectional/weights", "bidirectional/bdpt/mirror-caustic"],
+            &[
+                "bidirectional/weights: sum of weights",
+                "bidirectional/bdpt/mirror-caustic",
+            ],
         ),
         mutant(
             "every-strategy-in-full",
@@ -287,7 +299,7 @@ fn strategies() -> Vec<Mutant<Subject>> {
                 strategy_weight: |_, _| 1.0,
                 ..RIGHT
             }),
-            &["bidirectional/bdpt/frame"],
+            &["bidirectional/bdpt/frame: image mean"],
         ),
     ]
 }

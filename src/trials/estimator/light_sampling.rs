@@ -129,7 +129,7 @@ fn weights() -> Vec<Mutant<Subject>> {
                 "irradiance/sphere/light-area",
                 "furnace/light/box",
                 "furnace/light/sphere",
-                "images/three-strategies",
+                "images/three-strategies: light and mis",
             ],
         ),
         mutant(
@@ -178,7 +178,7 @@ fn weights() -> Vec<Mutant<Subject>> {
                 mis_power_weight: |p, q| p / (p + q),
                 ..RIGHT
             }),
-            &["irradiance/power-weights"],
+            &["irradiance/power-weights: squares"],
         ),
         mutant(
             "power-of-the-sum",
@@ -188,7 +188,10 @@ fn weights() -> Vec<Mutant<Subject>> {
                 mis_power_weight: |p, q| p * p / ((p + q) * (p + q)),
                 ..RIGHT
             }),
-            &["irradiance/power-weights", "irradiance/heuristics"],
+            &[
+                "irradiance/power-weights: sum of weights",
+                "irradiance/heuristics",
+            ],
         ),
         mutant(
             "power-swapped",
@@ -198,7 +201,7 @@ fn weights() -> Vec<Mutant<Subject>> {
                 mis_power_weight: |p, q| q * q / (p * p + q * q),
                 ..RIGHT
             }),
-            &["irradiance/power-weights"],
+            &["irradiance/power-weights: squares"],
         ),
     ]
 }

@@ -127,7 +127,11 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
                 mis_weight: |p, q| (p / (p + q)).powi(2),
                 ..RIGHT
             }),
-            &["irradiance/weights", "irradiance/rectangle"],
+            &[
+                "irradiance/weights: sum of weights",
+                "irradiance/rectangle",
+                "images/three-strategies: bsdf and mis",
+            ],
         ),
         mutant(
             "equal-weights",
@@ -137,7 +141,7 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
                 mis_weight: |_, _| 0.5,
                 ..RIGHT
             }),
-            &["irradiance/weights"],
+            &["irradiance/weights: balance"],
         ),
         mutant(
             "weights-swapped",
@@ -147,7 +151,7 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
                 mis_weight: |p, q| q / (p + q),
                 ..RIGHT
             }),
-            &["irradiance/weights"],
+            &["irradiance/weights: balance"],
         ),
     ]);
     faults

@@ -110,7 +110,10 @@ fn told() -> Vec<Mutant<Subject>> {
             "rules-without-factor",
             &REFRACTION,
             "the report's rules: radiance is not scaled by (n₁/n₂)²",
-            rules(LightRules::REPORT),
+            rules(LightRules {
+                radiance_factor: false,
+                ..LightRules::PHYSICAL
+            }),
             &["glass/snell-aim"],
         ),
     ]

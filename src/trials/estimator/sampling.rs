@@ -95,7 +95,8 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
                 "furnace/report/absorption-0.25",
                 "furnace/report/seven-segments",
                 "furnace/sky/report",
-                "images/diffuse-room",
+                "images/diffuse-room: image mean",
+                "images/diffuse-room: p-values of pixels",
             ],
         ),
         mutant(
@@ -111,7 +112,9 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
                 "furnace/report/absorption-0.1",
                 "furnace/mirrors/hall",
                 "furnace/mirrors/facing",
-                "furnace/mirrors/infinite-variance",
+                "furnace/cavity/policies: survival 0.9",
+                "furnace/mirrors/infinite-variance: values of the law",
+                "furnace/mirrors/infinite-variance: radiance",
                 "glass/cube-outside",
                 "images/white-furnace",
             ],
@@ -126,7 +129,7 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
             }),
             &[
                 "furnace/path/albedo-0.9",
-                "furnace/mirrors/infinite-variance",
+                "furnace/mirrors/infinite-variance: values of the law",
             ],
         ),
         mutant(
@@ -147,7 +150,7 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
                 roulette_weight: |_| 1.0 / 0.9,
                 ..RIGHT
             }),
-            &["furnace/cavity/policies"],
+            &["furnace/cavity/policies: survival 1 − α"],
         ),
         mutant(
             "sum-of-four-rays",

@@ -130,7 +130,7 @@ fn sphere_faults() -> Vec<Mutant<Shapes>> {
                 distances: sphere_distances_printed,
                 ..RIGHT
             },
-            &["geometry/sphere-distance"],
+            &["geometry/sphere-distance: both roots"],
         ),
         mutant(
             "roots-exchanged",
@@ -140,7 +140,7 @@ fn sphere_faults() -> Vec<Mutant<Shapes>> {
                 distances: |ray, c, r| sphere_distances(ray, c, r).map(|[a, b]| [b, a]),
                 ..RIGHT
             },
-            &["geometry/sphere-distance"],
+            &["geometry/sphere-distance: both roots"],
         ),
         mutant(
             "far-root",
@@ -153,7 +153,7 @@ fn sphere_faults() -> Vec<Mutant<Shapes>> {
                 },
                 ..RIGHT
             },
-            &["geometry/sphere-distance"],
+            &["geometry/sphere-distance: the root that is seen"],
         ),
         mutant(
             "near-root-only",
@@ -166,7 +166,7 @@ fn sphere_faults() -> Vec<Mutant<Shapes>> {
                 },
                 ..RIGHT
             },
-            &["geometry/sphere-distance"],
+            &["geometry/sphere-distance: the root that is seen"],
         ),
     ]
 }

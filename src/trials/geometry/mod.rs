@@ -57,6 +57,8 @@ const RIGHT: Shapes = Shapes {
 const ARGUMENTS: u64 = 10_000;
 /// A few thousand roundings of numbers near 1.
 const TOLERANCE: f64 = 1e-11;
+/// The error of a hit that should be a miss, or a miss that should be a hit.
+const WRONG: f64 = 1.0;
 /// Sizes of triangles and spheres.
 const SIZES: [f64; 5] = [1e-4, 1e-2, 1.0, 1e2, 1e4];
 
@@ -168,7 +170,7 @@ fn solution(context: &Context, shapes: Shapes) -> Vec<Outcome> {
         let in_plane = Ray::new(v[0] - (v[1] - v[0]), (v[1] - v[0]).normalize());
         let parallel = Ray::new(in_plane.origin + size * unit[0], in_plane.direction);
         if (shapes.triangle)(&parallel, v).is_some() {
-            return f64::INFINITY;
+            return WRONG;
         }
         match found {
             // Within rounding of a border either answer will do.
@@ -177,7 +179,7 @@ fn solution(context: &Context, shapes: Shapes) -> Vec<Outcome> {
                 (ft / size - t).abs() + (fu - u).abs() + (fv - w).abs()
             }
             None if margin < 0.0 => 0.0,
-            _ => f64::INFINITY,
+            _ => WRONG,
         }
     })]
 }
@@ -229,14 +231,14 @@ fn distances(context: &Context, shapes: Shapes) -> Vec<Outcome> {
             ray.direction,
         );
         if (shapes.distances)(&beside, centre, r).is_some() {
-            return f64::INFINITY;
+            return WRONG;
         }
         match (shapes.distances)(&scaled, centre, r) {
             Some(found) => {
                 let error = |i: usize| (found[i] * length - roots[i]).abs() / r;
                 error(0) + error(1)
             }
-            None => f64::INFINITY,
+            None => WRONG,
         }
     });
     let seen = largest(context, "the root that is seen", |rng| {
@@ -248,7 +250,7 @@ fn distances(context: &Context, shapes: Shapes) -> Vec<Outcome> {
         match ((shapes.nearest)(&Sphere::new(centre, r), &ray), expected) {
             (Some(found), Some(expected)) => (found - expected).abs() / r,
             (None, None) => 0.0,
-            _ => f64::INFINITY,
+            _ => WRONG,
         }
     });
     vec![roots, seen]

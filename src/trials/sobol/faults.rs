@@ -18,21 +18,21 @@ pub(super) fn of_numbers() -> Vec<Mutant<Subject>> {
                 let fill = stream(point.seed, point.replication, point.index);
                 scrambled(point, block, 0, fill)
             }),
-            &["sampler/independent"],
+            &["sampler/independent: correlation, next scramble"],
         ),
         mutant(
             "one-scramble-for-all-pixels",
             &SOBOL,
             "the scramble does not depend on the pixel",
             with(|point, block| sobol(Point { pixel: 0, ..point }, block)),
-            &["sampler/independent"],
+            &["sampler/independent: correlation, next pixel"],
         ),
         mutant(
             "blocks-alike",
             &SOBOL,
             "every block is the same points",
             with(|point, _| sobol(point, 0)),
-            &["sampler/independent"],
+            &["sampler/independent: correlation, next block"],
         ),
         mutant(
             "scramble-per-sample",
@@ -48,7 +48,10 @@ pub(super) fn of_numbers() -> Vec<Mutant<Subject>> {
                     block,
                 )
             }),
-            &["sampler/stratified"],
+            &[
+                "sampler/stratified: elementary intervals",
+                "sampler/stratified: intervals of one coordinate",
+            ],
         ),
         mutant(
             "second-coordinate-twice",
@@ -62,13 +65,40 @@ pub(super) fn of_numbers() -> Vec<Mutant<Subject>> {
             &["sampler/mean"],
         ),
         mutant(
+            "first-coordinate-twice",
+            &SOBOL,
+            "the second number repeats the first: directions lie on a spiral",
+            with(|point, block| {
+                let mut numbers = sobol(point, block);
+                numbers[1] = numbers[0];
+                numbers
+            }),
+            &["sampler/independent: correlation, next coordinate"],
+        ),
+        mutant(
+            "last-sixteenth-empty",
+            &SOBOL,
+            "numbers of [0, 15/16): the last sixteenth of every coordinate is never met",
+            with(|point, block| sobol(point, block).map(|u| u * 15.0 / 16.0)),
+            &[
+                "sampler/uniform: coordinate 0",
+                "sampler/uniform: coordinate 1",
+                "sampler/uniform: coordinate 2",
+                "sampler/uniform: coordinate 3",
+                "sampler/uniform: coordinate 4",
+                "sampler/uniform: coordinate 5",
+                "sampler/uniform: coordinate 6",
+                "sampler/uniform: coordinate 7",
+            ],
+        ),
+        mutant(
             "no-fill",
             &SOBOL,
             "nothing below the 23 leading bits",
             with(|point, block| {
                 sobol(point, block).map(|u| (u * f64::from(1 << 23)).floor() / f64::from(1 << 23))
             }),
-            &["sampler/uniform"],
+            &["sampler/uniform: low bits"],
         ),
     ]
 }
@@ -77,12 +107,12 @@ pub(super) fn of_numbers() -> Vec<Mutant<Subject>> {
 pub(super) fn of_error_bars() -> Vec<Mutant<Subject>> {
     vec![
         mutant(
-            "one-scramble-for-all-replications",
+            "one-scramble-for-two-replications",
             &SOBOL,
-            "the replications of a pixel are the same points again",
+            "every second replication of a pixel is the points of the one before again",
             Subject {
                 numbers: |point, block| {
-                    let replication = 0;
+                    let replication = point.replication / 2;
                     sobol(
                         Point {
                             replication,
