@@ -16,19 +16,10 @@ pub fn reflected(brdf: DVec3, radiance: DVec3, cosine: f64, pdf: f64) -> DVec3 {
 }
 
 /// Solid angle per area dω/dA = cos θ_y / ‖x − y‖² (1/m² if lengths are metres) of a surface at y
-/// seen from x: one half of [`crate::equation::GEOMETRY`], whose other half is [`cosine`] at x.
+/// seen from x. [`crate::equation::GEOMETRY`] is the product of this and [`cosine`] at x.
 #[inline]
 pub fn solid_angle_per_area(cosine_at_y: f64, distance_squared: f64) -> f64 {
     cosine_at_y / distance_squared
-}
-
-/// G(x, y) of [`crate::equation::GEOMETRY`] between two points with unit normals.
-pub fn geometry_term(x: DVec3, normal_x: DVec3, y: DVec3, normal_y: DVec3) -> f64 {
-    let to_y = y - x;
-    let distance_squared = to_y.length_squared();
-    let direction = to_y / distance_squared.sqrt();
-    cosine(normal_x, direction)
-        * solid_angle_per_area(cosine(normal_y, -direction), distance_squared)
 }
 
 /// The balance heuristic of [`crate::equation::MIS`]: the weight of a sample drawn with `pdf` that

@@ -302,6 +302,7 @@ pub fn bounded_mean(
 
 /// Welch's test of the difference of two means; the claim's size is in the units of the difference.
 ///
+/// Two unbiased estimators have [`Claim::Exact`]: their means are equal, whatever the margin.
 /// With [`Claim::Approximate`] this is the equivalence of two means: the interval within ±Δ is the
 /// verdict of two one-sided tests.
 pub fn welch(name: &str, a: &Values, b: &Values, claim: Claim) -> Outcome {

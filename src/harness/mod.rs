@@ -44,7 +44,7 @@ pub mod ks;
 pub mod lobe_checkup;
 pub mod mean;
 pub mod outcome;
-mod pointwise;
+pub(crate) mod pointwise;
 pub mod power;
 pub mod quadrature;
 pub mod sequential;

@@ -195,6 +195,14 @@ impl Outcome {
         self
     }
 
+    /// The same outcome held to equality within ±δ only: for two means of which one is known to be biased.
+    pub fn within_delta(mut self) -> Self {
+        self.claim = Claim::Approximate {
+            margin: self.claim.size(),
+        };
+        self
+    }
+
     /// Whether chance can change the verdict: such outcomes use up the suite's error budget.
     pub fn is_random(&self) -> bool {
         self.statistic != "exact"

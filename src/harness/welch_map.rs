@@ -152,8 +152,8 @@ fn difference(a: &PixelStatistics, b: &PixelStatistics, pixels: &[usize]) -> Dif
     }
 }
 
-/// The test of the means of the two images: `delta` is relative to the mean of `b`. An approximate
-/// claim of equality, as both sides are random.
+/// The test of the means of the two images: `delta` is relative to the mean of `b`. The claim is exact, as
+/// for two unbiased estimators; [`Outcome::within_delta`] makes it approximate.
 pub fn image_mean(name: &str, a: &PixelStatistics, b: &PixelStatistics, delta: f64) -> Outcome {
     let pixels: Vec<usize> = (0..a.mean.len()).collect();
     let d = difference(a, b, &pixels);
@@ -176,8 +176,8 @@ pub fn image_mean(name: &str, a: &PixelStatistics, b: &PixelStatistics, delta: f
         estimate: d.difference,
         reference: 0.0,
         interval: [d.difference - half, d.difference + half],
-        claim: Claim::Approximate {
-            margin: delta * scale.abs(),
+        claim: Claim::Exact {
+            delta: delta * scale.abs(),
         },
         sensitivity: Sensitivity::Normal {
             standard_error,

@@ -23,9 +23,11 @@ pub mod infinite_variance;
 pub mod irradiance;
 pub mod panes;
 pub mod passes;
+pub mod path_weights;
 pub mod photon;
 pub mod policies;
 pub mod probes;
+pub mod published;
 pub mod radiosity;
 pub mod render_streams;
 pub mod roulette;
@@ -59,6 +61,8 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         accumulators::families(),
         estimator::families(),
         exact_walks::families(),
+        path_weights::families(),
+        published::families(),
         photon::families(),
         bidirectional::families(),
         radiosity::families(),

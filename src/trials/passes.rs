@@ -210,22 +210,22 @@ impl Property for SameAsPath {
         let Some(image) = means.as_deref().and_then(<[Values]>::first) else {
             return not_an_image();
         };
-        let claim = Claim::Approximate {
-            margin: self.delta * mean,
+        let claim = Claim::Exact {
+            delta: self.delta * mean,
         };
         vec![welch("image mean", image, &path, claim)]
     }
 }
 
-/// A trial of equivalence with the path tracer, which renders `frames` frames of one sample per pixel,
-/// within `delta` of its mean.
+/// A trial of equality with the path tracer, which renders `frames` frames of one sample per pixel; `delta`
+/// is relative to its mean.
 pub fn same_as_path(words: Words, passes: &Passes, (frames, delta): (u64, f64)) -> Bench<Subject> {
     let trial = data(
         words.name,
         words.property,
         words.equation,
         passes.kind.path(),
-        "Welch, equivalence",
+        "Welch",
         (passes.count, delta, 1),
     );
     let property = SameAsPath {

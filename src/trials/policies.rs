@@ -225,7 +225,9 @@ fn same_mean(context: &Context, probe: &Probe, subject: Subject) -> Vec<Outcome>
     };
     let mut rng = context.rng("survival by throughput");
     let own = Values::collect(reference, n, || probe.radiance(own, &mut rng).x);
-    let margin = BOUNCES * reference;
+    let claim = Claim::Exact {
+        delta: BOUNCES * reference,
+    };
     OTHERS
         .iter()
         .map(|&(name, survival_by_throughput)| {
@@ -239,7 +241,7 @@ fn same_mean(context: &Context, probe: &Probe, subject: Subject) -> Vec<Outcome>
             };
             let mut rng = context.rng(name);
             let other = Values::collect(reference, n, || probe.radiance(setup, &mut rng).x);
-            welch(name, &own, &other, Claim::Approximate { margin })
+            welch(name, &own, &other, claim)
         })
         .collect()
 }
@@ -257,7 +259,7 @@ pub fn cavity() -> Option<Bench<Subject>> {
             "in a cavity the path tracer has the same mean with survival by throughput, 0.9, and 1 − α",
             &ROULETTE,
             "estimator::Path, roulette::by_throughput",
-            "Welch, equivalence",
+            "Welch",
             (PATHS, BOUNCES, 2),
         ),
         move |context, subject| same_mean(context, &probe, subject),

@@ -309,8 +309,9 @@ impl Property for SameMean {
                 probe.radiance(setup, &mut rng).x
             })
         });
-        let margin = SINGLE * reference;
-        let claim = Claim::Approximate { margin };
+        let claim = Claim::Exact {
+            delta: SINGLE * reference,
+        };
         vec![welch("balance less power", &balance, &power, claim)]
     }
 }
@@ -326,7 +327,7 @@ fn heuristics() -> Bench<Subject> {
         "balance and power heuristic have the same mean",
         &MIS_POWER,
         "estimator::Path",
-        "Welch, equivalence",
+        "Welch",
         (samples, SINGLE, 1),
     );
     Bench::new(trial, on(property))

@@ -4,9 +4,7 @@ use std::f64::consts::PI;
 
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use glam::DVec3;
-use whitefurnace::radiometry::{
-    balance, cosine, geometry_term, power, reflected, solid_angle_per_area,
-};
+use whitefurnace::radiometry::{balance, cosine, power, reflected, solid_angle_per_area};
 
 use crate::helpers::{U, gauss_legendre, integrate, point, unit};
 use crate::support::property;
@@ -18,6 +16,14 @@ fn over(corner: DVec3, [a, b]: [DVec3; 2], f: impl Fn(DVec3) -> f64) -> f64 {
     area * integrate(&rule, 0.0, 1.0, |s| {
         integrate(&rule, 0.0, 1.0, |t| f(corner + s * a + t * b))
     })
+}
+
+/// G(x, y) between two points with unit normals, of the factors that the estimators use.
+fn geometry_term(x: DVec3, normal_x: DVec3, y: DVec3, normal_y: DVec3) -> f64 {
+    let to_y = y - x;
+    let direction = to_y.normalize();
+    let cosine_at_y = cosine(normal_y, -direction);
+    cosine(normal_x, direction) * solid_angle_per_area(cosine_at_y, to_y.length_squared())
 }
 
 #[test]

@@ -1,12 +1,11 @@
 //! Faults of (1)-(7).
 
-use super::{Corners, RIGHT, Shapes, Solution};
+use super::{Corners, RIGHT, Shapes, Solution, readable, watertight};
 use crate::equation::{
     RAY, SPHERE, SPHERE_DISTANCE, SPHERE_RAY, TRIANGLE_POINT, TRIANGLE_SOLUTION, TRIANGLE_SYSTEM,
 };
 use crate::shape::{
-    Ray, moller_trumbore, sphere_distances, sphere_distances_printed, triangle_point,
-    triangle_residual,
+    Ray, sphere_distances, sphere_distances_printed, triangle_point, triangle_residual,
 };
 use crate::zoo::{Mutant, mutant};
 
@@ -17,35 +16,43 @@ pub(super) fn faults() -> Vec<Mutant<Shapes>> {
     faults
 }
 
-/// (4) with its last conditions left to the caller.
-fn plane(ray: &Ray, [v0, v1, v2]: Corners) -> Option<(f64, f64, f64)> {
-    let (e1, e2, t) = (v1 - v0, v2 - v0, ray.origin - v0);
-    let (p, q) = (ray.direction.cross(e2), t.cross(e1));
-    let d = p.dot(e1);
-    (d != 0.0).then(|| (q.dot(e2) / d, p.dot(t) / d, q.dot(ray.direction) / d))
+/// A hit behind the ray's start counts as well.
+fn behind(ray: &Ray, v: Corners, limit: f64) -> Option<(f64, f64, f64)> {
+    let back = Ray::new(ray.origin, -ray.direction);
+    let seen = watertight(&back, v, f64::INFINITY).map(|(t, u, w)| (-t, u, w));
+    watertight(ray, v, limit).or(seen)
 }
 
-/// (4) without the test of the sum.
-fn parallelogram(ray: &Ray, v: Corners) -> Option<(f64, f64, f64)> {
-    let unit = 0.0..=1.0;
-    plane(ray, v).filter(|(t, u, w)| *t > 0.0 && unit.contains(u) && unit.contains(w))
+/// Without the test of the edge opposite V₀: what lies beyond it, in the parallelogram, is a hit.
+fn parallelogram(ray: &Ray, v: Corners, limit: f64) -> Option<(f64, f64, f64)> {
+    let beyond = [v[1] + v[2] - v[0], v[2], v[1]];
+    watertight(ray, v, limit).or_else(|| {
+        let (t, u, w) = watertight(ray, beyond, limit)?;
+        Some((t, 1.0 - u, 1.0 - w))
+    })
 }
 
-/// (4) without the test of the sign of t.
-fn behind(ray: &Ray, v: Corners) -> Option<(f64, f64, f64)> {
-    plane(ray, v).filter(|&(_, u, w)| u >= 0.0 && w >= 0.0 && u + w <= 1.0)
+/// t of the depth of V₀ alone.
+fn depth_of_corner(ray: &Ray, v: Corners, limit: f64) -> Option<(f64, f64, f64)> {
+    let (_, u, w) = watertight(ray, v, limit)?;
+    let t = (v[0] - ray.origin).dot(ray.direction) / ray.direction.length_squared();
+    Some((t, u, w))
 }
 
-/// (4) with an absolute threshold on the determinant.
-fn threshold(ray: &Ray, v: Corners) -> Option<(f64, f64, f64)> {
-    let determinant = ray.direction.cross(v[2] - v[0]).dot(v[1] - v[0]);
-    moller_trumbore(ray, v).filter(|_| determinant.abs() > 1e-8)
+/// The side of V₀V₁V₂ from which they run counter-clockwise.
+fn front(ray: &Ray, v: Corners) -> bool {
+    (v[1] - v[0]).cross(v[2] - v[0]).dot(ray.direction) < 0.0
 }
 
 fn triangle_faults() -> Vec<Mutant<Shapes>> {
     let solution = |name, wrong, triangle: Solution| {
         let subject = Shapes { triangle, ..RIGHT };
         let caught_by: &[&str] = &["geometry/triangle-solution"];
+        mutant(name, &TRIANGLE_SOLUTION, wrong, subject, caught_by)
+    };
+    let edges = |name, wrong, triangle: Solution| {
+        let subject = Shapes { triangle, ..RIGHT };
+        let caught_by: &[&str] = &["geometry/triangle-edges"];
         mutant(name, &TRIANGLE_SOLUTION, wrong, subject, caught_by)
     };
     vec![
@@ -60,7 +67,7 @@ fn triangle_faults() -> Vec<Mutant<Shapes>> {
             &["geometry/ray"],
         ),
         mutant(
-            "weights-turned",
+            "corners-exchanged",
             &TRIANGLE_POINT,
             "u and v exchanged",
             Shapes {
@@ -79,23 +86,68 @@ fn triangle_faults() -> Vec<Mutant<Shapes>> {
             },
             &["geometry/triangle-system"],
         ),
-        solution("parallelogram", "u + v ≤ 1 is not tested", parallelogram),
+        solution(
+            "parallelogram",
+            "the edge opposite the first vertex is not tested",
+            parallelogram,
+        ),
         solution("behind", "t > 0 is not tested", behind),
+        solution("beyond", "the limit of t is not tested", |ray, v, _| {
+            watertight(ray, v, f64::INFINITY)
+        }),
         solution(
             "threshold",
             "an absolute threshold on the determinant",
-            threshold,
+            |ray, v, limit| {
+                let determinant = ray.direction.cross(v[2] - v[0]).dot(v[1] - v[0]);
+                watertight(ray, v, limit).filter(|_| determinant.abs() > 1e-8)
+            },
         ),
-        solution("exchanged", "u and v exchanged", |ray, v| {
-            moller_trumbore(ray, v).map(|(t, u, w)| (t, w, u))
-        }),
+        solution(
+            "weights-exchanged",
+            "the weights of the second and third vertex exchanged",
+            |ray, v, limit| watertight(ray, v, limit).map(|(t, u, w)| (t, w, u)),
+        ),
+        solution(
+            "weights-turned",
+            "each weight belongs to the next vertex",
+            |ray, v, limit| watertight(ray, v, limit).map(|(t, u, w)| (t, w, 1.0 - u - w)),
+        ),
         solution(
             "culled",
             "triangles seen from behind are left out",
-            |ray, v| {
-                let normal = (v[1] - v[0]).cross(v[2] - v[0]);
-                moller_trumbore(ray, v).filter(|_| normal.dot(ray.direction) < 0.0)
+            |ray, v, limit| watertight(ray, v, limit).filter(|_| front(ray, v)),
+        ),
+        solution(
+            "wound-the-other-way",
+            "triangles seen from the front are left out",
+            |ray, v, limit| watertight(ray, v, limit).filter(|_| !front(ray, v)),
+        ),
+        solution(
+            "distance-for-t",
+            "the distance, for t in units of the direction's length",
+            |ray, v, limit| {
+                let (t, u, w) = watertight(ray, v, limit)?;
+                Some((t * ray.direction.length(), u, w))
             },
+        ),
+        solution(
+            "depth-of-corner",
+            "t of the first vertex, not of all three by their weights",
+            depth_of_corner,
+        ),
+        edges(
+            "open-edges",
+            "zero counts as outside: a ray through an edge meets neither side",
+            |ray, v, limit| {
+                watertight(ray, v, limit)
+                    .filter(|(_, u, w)| *u > 0.0 && *w > 0.0 && 1.0 - u - w > 0.0)
+            },
+        ),
+        edges(
+            "not-watertight",
+            "the readable form, whose neighbours round an edge each in its own way",
+            readable,
         ),
     ]
 }

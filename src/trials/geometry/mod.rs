@@ -22,8 +22,8 @@ use crate::zoo::{AnyFamily, Bench, Family, data, mutant};
 
 /// The corners of a triangle.
 type Corners = [DVec3; 3];
-/// t, u, v of a ray and a triangle.
-type Solution = fn(&Ray, Corners) -> Option<(f64, f64, f64)>;
+/// t, u, v of a ray and a triangle, for t below a limit.
+type Solution = fn(&Ray, Corners, f64) -> Option<(f64, f64, f64)>;
 
 /// (1)-(7), each replaceable.
 #[derive(Clone, Copy)]
@@ -34,7 +34,7 @@ pub struct Shapes {
     pub point: fn(Corners, f64, f64) -> DVec3,
     /// (3).
     pub residual: fn(&Ray, Corners, f64, f64, f64) -> DVec3,
-    /// (4).
+    /// (4) as the hierarchy asks for it.
     pub triangle: Solution,
     /// (5).
     pub sphere: fn(DVec3, DVec3, f64) -> f64,
@@ -48,7 +48,7 @@ const RIGHT: Shapes = Shapes {
     at: Ray::at,
     point: triangle_point,
     residual: triangle_residual,
-    triangle: moller_trumbore,
+    triangle: watertight,
     sphere: sphere_residual,
     distances: sphere_distances,
     nearest: |sphere, ray| sphere.intersect(ray, f64::INFINITY),
@@ -152,8 +152,8 @@ fn system(context: &Context, shapes: Shapes) -> Vec<Outcome> {
     })]
 }
 
-/// t, u, v are what the ray was made from, for triangles of every size; rays beside, behind and in the
-/// plane miss.
+/// t, u, v are what the ray was made from, for triangles of every size and directions of any length; rays
+/// beside, behind and in the plane miss, and so do those that end before.
 fn solution(context: &Context, shapes: Shapes) -> Vec<Outcome> {
     vec![largest(context, "t, u, v", |rng| {
         let unit = corners(rng);
@@ -164,25 +164,71 @@ fn solution(context: &Context, shapes: Shapes) -> Vec<Outcome> {
             between(rng, -0.5, 1.5),
             between(rng, -2.0, 2.0),
         ];
+        let [length, limit] = [between(rng, 0.5, 2.0), between(rng, 0.0, 3.0)];
         let ray = towards(rng, v, [u, w], size * t);
-        let margin = u.min(w).min(1.0 - u - w).min(t);
-        let found = (shapes.triangle)(&ray, v);
+        let ray = Ray::new(ray.origin, length * ray.direction);
+        let margin = u.min(w).min(1.0 - u - w).min(t).min(limit - t);
+        let found = (shapes.triangle)(&ray, v, size * limit / length);
         let in_plane = Ray::new(v[0] - (v[1] - v[0]), (v[1] - v[0]).normalize());
         let parallel = Ray::new(in_plane.origin + size * unit[0], in_plane.direction);
-        if (shapes.triangle)(&parallel, v).is_some() {
+        if (shapes.triangle)(&parallel, v, f64::INFINITY).is_some() {
             return WRONG;
         }
         match found {
             // Within rounding of a border either answer will do.
             _ if margin.abs() < 1e-6 => 0.0,
             Some((ft, fu, fv)) if margin > 0.0 => {
-                (ft / size - t).abs() + (fu - u).abs() + (fv - w).abs()
+                (ft * length / size - t).abs() + (fu - u).abs() + (fv - w).abs()
             }
             None if margin < 0.0 => 0.0,
             _ => WRONG,
         }
     })]
 }
+
+/// Around a closed fan of triangles, every ray into it meets one of them, also those aimed at the common
+/// vertex and at points of the edges as exactly as numbers allow.
+fn fan(context: &Context, shapes: Shapes) -> Vec<Outcome> {
+    vec![largest(context, "rays lost at edges", |rng| {
+        let pick = (uniform(rng) * f64::from(SPOKES)) as usize;
+        let on_grid = uniform(rng) < 0.5;
+        let hub = if on_grid {
+            DVec3::AXES[pick % 3]
+        } else {
+            any_direction(rng)
+        };
+        let (a, b) = hub.any_orthonormal_pair();
+        let rim: Vec<DVec3> = (0..SPOKES)
+            .map(|i| {
+                let (sin, cos) =
+                    (std::f64::consts::TAU * f64::from(i) / f64::from(SPOKES)).sin_cos();
+                if on_grid {
+                    hub + cos.round() * a + sin.round() * b
+                } else {
+                    hub + cos * a + sin * b + 0.2 * any_direction(rng)
+                }
+            })
+            .collect();
+        // The hub, and points of a spoke.
+        let along = (between(rng, -0.5, 1.0).max(0.0) * 8.0).floor() / 8.0;
+        let target = hub + along * (rim[pick] - hub);
+        let origin = if on_grid {
+            target - hub
+        } else {
+            -0.5 * any_direction(rng)
+        };
+        // On the grid nothing is rounded, and edge values are zero.
+        let ray = Ray::new(origin, target - origin);
+        let met = (0..rim.len()).any(|i| {
+            let corners = [hub, rim[i], rim[(i + 1) % rim.len()]];
+            (shapes.triangle)(&ray, corners, f64::INFINITY).is_some()
+        });
+        if met { 0.0 } else { WRONG }
+    })]
+}
+
+/// Triangles of a fan.
+const SPOKES: u32 = 8;
 
 fn sphere(context: &Context, shapes: Shapes) -> Vec<Outcome> {
     vec![largest(context, "‖x − c‖² − r²", |rng| {
@@ -257,15 +303,24 @@ fn distances(context: &Context, shapes: Shapes) -> Vec<Outcome> {
 }
 
 /// The watertight test, in the terms of (4).
-fn watertight(ray: &Ray, v: Corners) -> Option<(f64, f64, f64)> {
+fn watertight(ray: &Ray, v: Corners, limit: f64) -> Option<(f64, f64, f64)> {
     let vertices = v.map(|v| [v.x, v.y, v.z, 0.0]);
-    let hit = Shear::new(ray).intersect(&vertices, f64::INFINITY)?;
+    let hit = Shear::new(ray).intersect(&vertices, limit)?;
     Some((hit.t, hit.weights[1], hit.weights[2]))
+}
+
+/// The readable form of (4).
+fn readable(ray: &Ray, v: Corners, limit: f64) -> Option<(f64, f64, f64)> {
+    moller_trumbore(ray, v).filter(|(t, ..)| *t < limit)
 }
 
 fn benches() -> Vec<Bench<Shapes>> {
     let trial = |name: &str, property: &str, equation: &'static Equation| {
-        let subject = "shape";
+        let subject = if equation == &TRIANGLE_SOLUTION {
+            "watertight::Shear::intersect"
+        } else {
+            "shape"
+        };
         let size = (ARGUMENTS, TOLERANCE, 0);
         data(
             format!("geometry/{name}"),
@@ -303,6 +358,14 @@ fn benches() -> Vec<Bench<Shapes>> {
             solution,
         ),
         Bench::new(
+            trial(
+                "triangle-edges",
+                "a ray into a closed fan of triangles meets one, at edges and vertices, too",
+                &TRIANGLE_SOLUTION,
+            ),
+            fan,
+        ),
+        Bench::new(
             trial("sphere", "(5) is the difference of two squares", &SPHERE),
             sphere,
         ),
@@ -331,11 +394,11 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         benches: benches(),
         faults: faults::faults(),
         equivalents: vec![mutant(
-            "watertight",
+            "readable",
             &TRIANGLE_SOLUTION,
-            "the renderer's watertight test for (4): the same hits to rounding",
+            "the readable form of (4): the same hits to rounding, away from edges",
             Shapes {
-                triangle: watertight,
+                triangle: readable,
                 ..RIGHT
             },
             &["geometry/triangle-solution"],
