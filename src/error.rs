@@ -33,8 +33,8 @@ pub enum Error {
     Option(String),
     /// An estimator returned a value that no film can hold.
     #[error(
-        "an estimator returned the radiance {value}{place}; a film holds finite values up to {}: \
-         look for a zero or infinite pdf",
+        "an estimator returned the radiance {value}{place}; a film holds finite values from 0 to {}: \
+         look for a zero or infinite pdf, or a path that does not end",
         crate::moments::LARGEST
     )]
     Radiance {
@@ -54,6 +54,18 @@ pub enum Error {
 }
 
 impl Error {
+    /// The same error with the place of a radiance, if it is not known yet.
+    #[must_use]
+    pub fn at(self, place: impl FnOnce() -> String) -> Self {
+        match self {
+            Self::Radiance { value, place: old } if old.is_empty() => Self::Radiance {
+                value,
+                place: place(),
+            },
+            other => other,
+        }
+    }
+
     /// For `map_err` on an operation on `path`.
     pub fn file<'a>(
         action: &'static str,

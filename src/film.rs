@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use crate::error::Error;
-use crate::moments::{ExactMoments, UNIT, in_units};
+use crate::moments::{ExactMoments, LARGEST, UNIT, full, in_units};
 
 /// A rectangle of pixels: `corner` is its first pixel, x to the right, y down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,6 +26,31 @@ pub struct Features {
     pub depth: f64,
 }
 
+/// Refuses what is no radiance: each channel must be at least 0 and at most [`LARGEST`]. Less below 0 than
+/// rounds to a multiple of [`UNIT`] passes.
+///
+/// # Errors
+/// [`Error::Radiance`] with the first such channel's value, without a place.
+#[inline]
+pub fn check_radiance(radiance: DVec3) -> Result<(), Error> {
+    // False for NaN, too.
+    let legal = |value: &f64| *value > -0.5 * UNIT && *value <= LARGEST;
+    match radiance.to_array().into_iter().find(|value| !legal(value)) {
+        None => Ok(()),
+        Some(value) => Err(Error::Radiance {
+            value,
+            place: String::new(),
+        }),
+    }
+}
+
+/// A sum of counts below 2³¹.
+fn added(count: u32, more: u32) -> Result<u32, Error> {
+    let sum = u64::from(count) + u64::from(more);
+    i32::try_from(sum).map_err(|_| full())?;
+    Ok(sum as u32)
+}
+
 /// The accumulators of one pixel. All are integers, so sums are exact in any order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Pixel {
@@ -43,37 +68,63 @@ impl Pixel {
     /// Adds one replication: the mean radiance of its samples.
     ///
     /// # Errors
-    /// [`Error::Radiance`] for a value that is not finite or too large; the pixel is then useless.
+    /// Those of [`check_radiance`]; [`Error::Option`] if the sums are full. The pixel is then useless.
     #[inline]
     pub fn push(&mut self, radiance: DVec3) -> Result<(), Error> {
+        check_radiance(radiance)?;
         for (channel, value) in self.radiance.iter_mut().zip(radiance.to_array()) {
             channel.push(value)?;
         }
-        self.replications += 1;
+        self.replications = added(self.replications, 1)?;
         Ok(())
     }
 
     /// Adds what one camera ray met.
+    ///
+    /// # Errors
+    /// [`Error::Option`] for an albedo outside [0, 1], a normal that is not a unit vector, a depth that is
+    /// negative or exceeds [`LARGEST`], and if the sums are full.
     #[inline]
-    pub fn push_features(&mut self, features: &Features) {
-        self.hits += 1;
-        for axis in 0..3 {
-            self.albedo[axis] += in_units(features.albedo[axis]);
-            self.normal[axis] += in_units(features.normal[axis]);
+    pub fn push_features(&mut self, features: &Features) -> Result<(), Error> {
+        let Features {
+            albedo,
+            normal,
+            depth,
+        } = *features;
+        let legal = albedo.to_array().iter().all(|a| (0.0..=1.0).contains(a))
+            && (normal.length_squared() - 1.0).abs() < 1e-6
+            && (0.0..=LARGEST).contains(&depth);
+        if !legal {
+            return Err(Error::Option(format!(
+                "a camera ray met a surface of albedo {albedo}, normal {normal} at distance {depth}: albedos lie \
+                 in [0, 1], normals are unit vectors and distances at most {LARGEST}"
+            )));
         }
-        self.depth += i128::from(in_units(features.depth));
+        self.merge(&Self {
+            hits: 1,
+            albedo: albedo.to_array().map(in_units),
+            normal: normal.to_array().map(in_units),
+            depth: i128::from(in_units(depth)),
+            ..Self::default()
+        })
     }
 
     /// Adds another pixel's replications: exact, in any order.
-    pub fn merge(&mut self, other: &Self) {
-        self.replications += other.replications;
-        self.hits += other.hits;
+    ///
+    /// # Errors
+    /// [`Error::Option`] if the sums are full. The pixel is then useless.
+    #[inline]
+    pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
+        self.replications = added(self.replications, other.replications)?;
+        // Sums of as many features of at most 1, in units of 2⁻³², fit 64 bits.
+        self.hits = added(self.hits, other.hits)?;
         for channel in 0..3 {
-            self.radiance[channel].merge(&other.radiance[channel]);
+            self.radiance[channel].merge(&other.radiance[channel])?;
             self.albedo[channel] += other.albedo[channel];
             self.normal[channel] += other.normal[channel];
         }
         self.depth += other.depth;
+        Ok(())
     }
 
     /// Independent replications so far.
@@ -213,7 +264,7 @@ impl Film {
     /// Adds another film's replications: exact, in any order.
     ///
     /// # Errors
-    /// [`Error::Option`] if frames, windows or replications differ.
+    /// [`Error::Option`] if frames, windows or replications differ, or sums are full.
     pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
         let kind = |film: &Self| (film.frame, film.window, film.samples_per_replication);
         if kind(self) != kind(other) {
@@ -224,7 +275,7 @@ impl Film {
             )));
         }
         for (pixel, added) in self.pixels.iter_mut().zip(&other.pixels) {
-            pixel.merge(added);
+            pixel.merge(added)?;
         }
         Ok(())
     }

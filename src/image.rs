@@ -38,6 +38,20 @@ impl Display {
     }
 }
 
+impl Display {
+    /// The mean 8-bit value of each channel over a film's pixels, as one measures it on the written image: each
+    /// pixel's mean radiance is encoded, and what comes of it averaged.
+    pub fn encoded_mean(self, film: &Film) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for pixel in film.pixels() {
+            for (sum, radiance) in sum.iter_mut().zip(pixel.mean().to_array()) {
+                *sum += f64::from(self.encode(radiance));
+            }
+        }
+        sum.map(|sum| sum / film.pixels().len() as f64)
+    }
+}
+
 /// The sRGB transfer curve from linear [0, 1] to encoded [0, 1].
 pub fn srgb(linear: f64) -> f64 {
     if linear <= 0.003_130_8 {

@@ -102,6 +102,11 @@ pub struct ExactMoments {
     squares: i128,
 }
 
+/// An accumulator that can take no more.
+pub(crate) fn full() -> Error {
+    Error::Option("a pixel's sums are full: take fewer samples in one film".to_owned())
+}
+
 /// The nearest multiple of [`UNIT`], halves away from zero.
 #[inline]
 pub fn in_units(value: f64) -> i64 {
@@ -115,15 +120,17 @@ impl ExactMoments {
     /// Adds one value, whose count the caller keeps (channels of a pixel share it).
     ///
     /// # Errors
-    /// [`Error::Radiance`] if the value is not finite or exceeds [`LARGEST`].
+    /// [`Error::Radiance`] if the value is not finite or exceeds [`LARGEST`]; that of
+    /// [`merge`](Self::merge).
     #[inline]
     pub fn push(&mut self, value: f64) -> Result<(), Error> {
         // The comparison is false for NaN, too.
         if value.abs() <= LARGEST {
-            let units = in_units(value);
-            self.sum += i128::from(units);
-            self.squares += i128::from(units) * i128::from(units);
-            Ok(())
+            let sum = i128::from(in_units(value));
+            self.merge(&Self {
+                sum,
+                squares: sum * sum,
+            })
         } else {
             Err(Error::Radiance {
                 value,
@@ -133,9 +140,16 @@ impl ExactMoments {
     }
 
     /// Adds the values of another accumulator: exact, in any order.
-    pub fn merge(&mut self, other: &Self) {
+    ///
+    /// # Errors
+    /// [`Error::Option`] if the sum of squares would leave 128 bits; the accumulator stays as it was.
+    #[inline]
+    pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
+        // Squares bound the sum: a multiple of the unit is at most its square.
+        let squares = self.squares.checked_add(other.squares).ok_or_else(full)?;
         self.sum += other.sum;
-        self.squares += other.squares;
+        self.squares = squares;
+        Ok(())
     }
 
     /// The mean of `count` values; 0 if there are none.

@@ -20,7 +20,7 @@ impl PixelSampling {
     pub fn samples_per_replication(self) -> u32 {
         match self {
             Self::Centre | Self::Random => 1,
-            Self::Grid(n) | Self::Jitter(n) => n * n,
+            Self::Grid(n) | Self::Jitter(n) => n.saturating_mul(n),
         }
     }
 

@@ -8,10 +8,10 @@ use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::estimator::{Estimator, ImageEstimator};
-use crate::film::{Features, Film, Pixel};
+use crate::film::{Features, Film, Pixel, check_radiance};
 use crate::pixel::PixelSampling;
 use crate::rng::{stream, uniform2};
-use crate::sampler::{Sampler, Sobol, scramble};
+use crate::sampler::{LONGEST, Sampler, Sobol, scramble};
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
 
@@ -32,8 +32,7 @@ pub enum Numbers {
     /// A stream of its own for each sample.
     #[default]
     Independent,
-    /// [`Sobol`] points; a replication is one scramble of this many (at most
-    /// [`LONGEST`](crate::sampler::LONGEST)).
+    /// [`Sobol`] points; a replication is one scramble of this many for each of the pixel's positions.
     Sobol(u32),
 }
 
@@ -43,8 +42,35 @@ impl Sampling {
         let pixel = self.pixel.samples_per_replication();
         match self.numbers {
             Numbers::Independent => pixel,
-            Numbers::Sobol(points) => pixel * points,
+            Numbers::Sobol(points) => pixel.saturating_mul(points),
         }
+    }
+
+    /// Refuses what the numbers of samples cannot name.
+    ///
+    /// # Errors
+    /// [`Error::Option`] for replications without samples, with more than [`LONGEST`] Sobol' points, or so
+    /// many up to `replications` that their samples have no 32-bit numbers.
+    fn check(&self, replications: u32) -> Result<(), Error> {
+        let samples = self.samples_per_replication();
+        let refuse = |why: String| {
+            Err(Error::Option(format!(
+                "{samples} samples in a replication: {why}"
+            )))
+        };
+        if samples == 0 {
+            return refuse("at least 1 is needed".to_owned());
+        }
+        if matches!(self.numbers, Numbers::Sobol(_)) && samples > LONGEST {
+            return refuse(format!("a scramble has at most {LONGEST} points"));
+        }
+        if samples.checked_mul(replications).is_none() {
+            return refuse(format!(
+                "with {replications} replications they are more than {}",
+                u32::MAX
+            ));
+        }
+        Ok(())
     }
 }
 
@@ -57,7 +83,9 @@ impl Sampling {
 /// false, the remaining rows are left out and `Ok(false)` is returned.
 ///
 /// # Errors
-/// [`Error::Radiance`] if the estimator returns what no film can hold.
+/// [`Error::Radiance`] with pixel and replication if the estimator returns what no film can hold;
+/// [`Error::Option`] for replications with no sample, more than 2³² in all, more Sobol' points than
+/// [`LONGEST`], or not as many samples as the film says.
 pub fn render<E: Estimator>(
     scene: &Scene,
     estimator: &E,
@@ -66,6 +94,14 @@ pub fn render<E: Estimator>(
     range: &Range<u32>,
     row_done: &(dyn Fn(u64) -> bool + Sync),
 ) -> Result<bool, Error> {
+    sampling.check(range.end)?;
+    if film.samples_per_replication() != sampling.samples_per_replication() {
+        return Err(Error::Option(format!(
+            "a film of {} samples per replication cannot take {}",
+            film.samples_per_replication(),
+            sampling.samples_per_replication()
+        )));
+    }
     let frame = film.frame();
     let window = film.window();
     let samples = u64::from(range.end - range.start) * u64::from(film.samples_per_replication());
@@ -86,7 +122,11 @@ pub fn render<E: Estimator>(
                         y,
                         replication,
                     };
-                    add_replication(scene, estimator, sampling, position, pixel)?;
+                    add_replication(scene, estimator, sampling, position, pixel).map_err(
+                        |error| {
+                            error.at(|| format!(" at pixel ({x}, {y}), replication {replication}"))
+                        },
+                    )?;
                 }
             }
             if !row_done(row_samples) {
@@ -138,10 +178,11 @@ fn add_replication<E: Estimator>(
                     (frame, corner, offset),
                     pixel,
                     &mut stream,
-                )
+                )?
             }
             Numbers::Sobol(_) => {
-                let mut points = Sobol::new(index, scramble, stream);
+                // `Sampling::check` has seen that they are at most `LONGEST`.
+                let mut points = Sobol::new(index as u16, scramble, stream);
                 let cell = index % sampling.pixel.samples_per_replication();
                 let offset = sampling.pixel.position(cell, uniform2(&mut points));
                 sample(
@@ -150,19 +191,11 @@ fn add_replication<E: Estimator>(
                     (frame, corner, offset),
                     pixel,
                     &mut points,
-                )
+                )?
             }
         };
     }
-    pixel
-        .push(sum / f64::from(samples))
-        .map_err(|error| match error {
-            Error::Radiance { value, .. } => Error::Radiance {
-                value,
-                place: format!(" at pixel ({x}, {y}), replication {replication}"),
-            },
-            other => other,
-        })
+    pixel.push(sum / f64::from(samples))
 }
 
 /// One estimate of the radiance that arrives through a point of a pixel.
@@ -173,23 +206,40 @@ fn sample<E: Estimator, R: Sampler>(
     (frame, corner, offset): ([u32; 2], [f64; 2], [f64; 2]),
     pixel: &mut Pixel,
     rng: &mut R,
-) -> DVec3 {
+) -> Result<DVec3, Error> {
+    let (ray, hit) = look(scene, (frame, corner, offset), pixel)?;
+    let radiance = estimator.radiance(scene, &ray, hit, rng);
+    // Here, for the mean of several can hide one.
+    check_radiance(radiance)?;
+    Ok(radiance)
+}
+
+/// The ray through a point of a pixel and what it meets, whose features the pixel takes.
+#[inline]
+fn look(
+    scene: &Scene,
+    (frame, corner, offset): ([u32; 2], [f64; 2], [f64; 2]),
+    pixel: &mut Pixel,
+) -> Result<(Ray, Option<Hit>), Error> {
     let ray = scene
         .camera()
         .ray(frame, corner[0] + offset[0], corner[1] + offset[1]);
     let hit = scene.intersect(&ray);
     if let Some(hit) = &hit {
-        pixel.push_features(&features(scene, hit, &ray));
+        pixel.push_features(&features(scene, hit, &ray))?;
     }
-    estimator.radiance(scene, &ray, hit, rng)
+    Ok((ray, hit))
 }
 
 /// Adds the passes `range` of an image estimator to a film of the full frame, each as one replication.
+/// Albedo, normal and depth are those of one camera ray per pixel and pass, the one that [`render`] sends
+/// for [`PixelSampling::Random`] and [`Numbers::Independent`], whatever rays the estimator sends itself.
 /// `pass_done` is called after each pass with its number of pixels; when it returns false, the remaining
 /// passes are left out and `Ok(false)` is returned.
 ///
 /// # Errors
-/// [`Error::Option`] for a film that is a part of its frame; what the estimator refuses.
+/// [`Error::Option`] for a film that is a part of its frame, or has several samples per replication; what
+/// the estimator refuses; [`Error::Radiance`] with the pixel and the pass for what no film can hold.
 pub fn render_passes<E: ImageEstimator>(
     scene: &Scene,
     estimator: &E,
@@ -204,11 +254,23 @@ pub fn render_passes<E: ImageEstimator>(
             "an estimator of whole images cannot render a window: take the full frame".to_owned(),
         ));
     }
+    if film.samples_per_replication() != 1 {
+        return Err(Error::Option(
+            "a pass is one sample per pixel: take a film of 1 sample per replication".to_owned(),
+        ));
+    }
     for index in range {
         let image = estimator.pass(scene, frame, seed, index)?;
-        for (pixel, value) in film.pixels_mut().iter_mut().zip(&image) {
-            pixel.push(*value)?;
-        }
+        let pixels = film.pixels_mut().par_iter_mut().zip_eq(&image);
+        pixels.enumerate().try_for_each(|(here, (pixel, value))| {
+            let here = here as u32;
+            let [x, y] = [here % frame[0], here / frame[0]];
+            let random = uniform2(&mut stream(seed, here, index));
+            let offset = PixelSampling::Random.position(0, random);
+            look(scene, (frame, [x, y].map(f64::from), offset), pixel)?;
+            let place = || format!(" at pixel ({x}, {y}), pass {index}");
+            pixel.push(*value).map_err(|error| error.at(place))
+        })?;
         if !pass_done(image.len() as u64) {
             return Ok(false);
         }

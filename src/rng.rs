@@ -14,14 +14,20 @@ pub type Stream = Xoshiro256PlusPlus;
 /// The stream of random numbers for one counter: `high` and `low` name, for example, a pixel and a
 /// sample of it.
 pub fn stream(seed: u64, high: u32, low: u32) -> Stream {
-    let counter = (u64::from(high) << 32) | u64::from(low);
     let mut state = [0u8; 32];
     for (i, word) in state.chunks_exact_mut(8).enumerate() {
-        // Each word has its own key; for a fixed key the map counter -> word is a bijection.
-        let key = mix(seed.wrapping_add(GOLDEN.wrapping_mul(i as u64 + 1)));
-        word.copy_from_slice(&mix(counter ^ key).to_le_bytes());
+        // Each word has its own key.
+        let seed = seed.wrapping_add(GOLDEN.wrapping_mul(i as u64));
+        word.copy_from_slice(&number_for(seed, high, low).to_le_bytes());
     }
     Stream::from_seed(state)
+}
+
+/// A number for a counter: for a fixed seed a bijection, so that different counters have different numbers.
+#[inline]
+pub fn number_for(seed: u64, high: u32, low: u32) -> u64 {
+    let counter = (u64::from(high) << 32) | u64::from(low);
+    mix(counter ^ mix(seed.wrapping_add(GOLDEN)))
 }
 
 /// The seed of a named part of the program (a trial, an experiment): adding or reordering names
@@ -48,7 +54,7 @@ const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
 
 /// The finaliser of SplitMix64 (Steele, Lea and Flood 2014): a bijection of 64-bit integers.
 #[inline]
-const fn mix(mut z: u64) -> u64 {
+pub(crate) const fn mix(mut z: u64) -> u64 {
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
     z ^ (z >> 31)

@@ -4,7 +4,7 @@ use std::convert::Infallible;
 
 use rand::{Rng, TryRng};
 
-use crate::rng::{Stream, seed_for, stream};
+use crate::rng::{Stream, mix, number_for, seed_for};
 
 /// A source of uniform numbers that knows which part of a path asks.
 ///
@@ -31,44 +31,54 @@ impl Sampler for Stream {}
 /// [`crate::equation::SOBOL`].
 ///
 /// Each block takes the first [`BLOCK`] dimensions of a sequence with scramble and shuffle of its own,
-/// so that there are as many as a path needs. The 23 leading bits of a number are the sequence's, the
+/// so that there are as many as a path needs. The hash that scrambles and shuffles has 32 bits, too few for
+/// all pixels of a large image: each dimension is shifted (exclusive or) by bits of its own as well, which
+/// leaves every elementary interval its points. The 23 leading bits of a number are the sequence's, the
 /// others those of an independent stream.
 #[derive(Clone, Debug)]
 pub struct Sobol {
-    index: u32,
-    scramble: u32,
+    index: u16,
+    scramble: u64,
     block: u32,
+    /// What scrambles the block.
+    key: u64,
     dimension: u32,
     fill: Stream,
 }
 
-/// The most points of one scramble.
+/// The most points of one scramble: as many as indices of [`Sobol::new`].
 pub const LONGEST: u32 = 1 << 16;
+/// Bits of a number that are the sequence's.
+const LEADING: u32 = 23;
 
 impl Sobol {
-    /// Point `index` < [`LONGEST`] of the sequence with this scramble. Points of different scrambles are
-    /// independent, those of one are not: error bars come from several scrambles.
-    pub fn new(index: u32, scramble: u32, fill: Stream) -> Self {
-        Self {
+    /// Point `index` of the sequence with this scramble. Points of different scrambles are independent,
+    /// those of one are not: error bars come from several scrambles.
+    pub fn new(index: u16, scramble: u64, fill: Stream) -> Self {
+        let mut point = Self {
             index,
             scramble,
             block: 0,
+            key: 0,
             dimension: 0,
             fill,
-        }
+        };
+        point.block(0);
+        point
     }
 }
 
-/// The scramble of a pixel's replication under a master seed: different ones are independent.
+/// The scramble of a pixel's replication under a master seed: a bijection, so that no two are the same.
 #[inline]
-pub fn scramble(seed: u64, pixel: u32, replication: u32) -> u32 {
-    stream(seed_for(seed, "scramble"), pixel, replication).next_u32()
+pub fn scramble(seed: u64, pixel: u32, replication: u32) -> u64 {
+    number_for(seed_for(seed, "scramble"), pixel, replication)
 }
 
 impl Sampler for Sobol {
     #[inline]
     fn block(&mut self, block: u32) {
         self.block = block;
+        self.key = number_for(self.scramble, block, 0);
         self.dimension = 0;
     }
 }
@@ -81,15 +91,14 @@ impl TryRng for Sobol {
     }
 
     fn try_next_u64(&mut self) -> Result<u64, Infallible> {
-        let seed = self.scramble ^ self.block.wrapping_mul(0x9E37_79B9);
-        let value = sobol_burley::sample(self.index, self.dimension, seed);
+        let value = sobol_burley::sample(u32::from(self.index), self.dimension, self.key as u32);
+        let leading = (f64::from(value) * f64::from(1u32 << LEADING)) as u64;
+        let shift = mix(self.key ^ u64::from(self.dimension)) >> (64 - LEADING);
         self.dimension += 1;
         if self.dimension == BLOCK {
-            self.block = self.block.wrapping_add(OVERFLOW);
-            self.dimension = 0;
+            self.block(self.block.wrapping_add(OVERFLOW));
         }
-        let leading = (f64::from(value) * f64::from(1u32 << 23)) as u64;
-        Ok(leading << 41 | self.fill.next_u64() >> 23)
+        Ok((leading ^ shift) << (64 - LEADING) | self.fill.next_u64() >> LEADING)
     }
 
     fn try_fill_bytes(&mut self, bytes: &mut [u8]) -> Result<(), Infallible> {

@@ -5,7 +5,12 @@ use std::sync::atomic::{AtomicI64, Ordering};
 use glam::DVec3;
 
 use crate::error::Error;
+use crate::film::check_radiance;
 use crate::moments::{LARGEST, UNIT, in_units};
+
+/// [`LARGEST`] in multiples of [`UNIT`].
+const MOST: i64 = 1 << 56;
+const _: () = assert!(MOST as f64 * UNIT == LARGEST);
 
 /// Sums per pixel and channel in multiples of [`UNIT`]: exact, so the order does not show.
 #[derive(Debug)]
@@ -25,21 +30,26 @@ impl Splats {
         }
     }
 
-    /// Adds a value to the pixel (x, y). A pixel's sum must stay below 2³¹.
+    /// Adds a value to the pixel (x, y).
     ///
     /// # Errors
-    /// [`Error::Radiance`] if a channel is not finite or exceeds [`LARGEST`].
+    /// [`Error::Radiance`] with the pixel if a channel of the value, or of the pixel's sum, is none that
+    /// [`check_radiance`] lets pass. The image is then useless.
     #[inline]
     pub fn add(&self, [x, y]: [u32; 2], value: DVec3) -> Result<(), Error> {
+        let place = || format!(" at pixel ({x}, {y})");
+        check_radiance(value).map_err(|error| error.at(place))?;
         let pixel = &self.sums[y as usize * self.width as usize + x as usize];
         for (sum, value) in pixel.iter().zip(value.to_array()) {
-            if value.is_nan() || value.abs() > LARGEST {
+            let added = in_units(value);
+            // Before it can wrap beyond 2⁶³, 126 more values would have to be refused as well.
+            let sum = sum.fetch_add(added, Ordering::Relaxed) + added;
+            if sum > MOST {
                 return Err(Error::Radiance {
-                    value,
-                    place: format!(" at pixel ({x}, {y})"),
+                    value: sum as f64 * UNIT,
+                    place: place(),
                 });
             }
-            sum.fetch_add(in_units(value), Ordering::Relaxed);
         }
         Ok(())
     }

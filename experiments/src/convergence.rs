@@ -23,7 +23,7 @@ use crate::suite::{FAMILY, parallel};
 pub const CONVERGENCE: Experiment = Experiment {
     id: "convergence",
     title: "variance against samples, independent numbers and Sobol' points: smooth, edge, room",
-    version: 1,
+    version: 2,
     equations: &[&equation::SOBOL, &equation::ESTIMATOR],
     run,
 };
@@ -72,7 +72,7 @@ impl Integrand {
             .map(|index| {
                 let mut numbers = stream(seed, k, index);
                 if sobol {
-                    self.sample(&mut Sobol::new(index, scramble, numbers))
+                    self.sample(&mut Sobol::new(index as u16, scramble, numbers))
                 } else {
                     self.sample(&mut numbers)
                 }

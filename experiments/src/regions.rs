@@ -278,11 +278,5 @@ fn region_job(lab: &Lab, convention: ConventionName, region: &Region) -> Job {
 }
 
 fn encoded_mean(film: &Film) -> [f64; 3] {
-    let mut sum = [0.0; 3];
-    for pixel in film.pixels() {
-        for (sum, radiance) in sum.iter_mut().zip(pixel.mean().to_array()) {
-            *sum += f64::from(Display::Truncated.encode(radiance));
-        }
-    }
-    sum.map(|sum| sum / film.pixels().len() as f64)
+    Display::Truncated.encoded_mean(film)
 }

@@ -42,10 +42,13 @@ impl<P: Parts> ImageEstimator for Bdpt<P> {
             .into_par_iter()
             .try_for_each(|pixel| {
                 let mut rng = stream(seed, pixel, index);
-                let (light, corners) = self.light_path(scene, frame, &image, &mut rng)?;
-                let pixel = [pixel % frame[0], pixel / frame[0]];
-                let radiance = self.eye_path(scene, frame, pixel, (&light, &corners), &mut rng)?;
-                image.add(pixel, radiance)
+                let [x, y] = [pixel % frame[0], pixel / frame[0]];
+                self.light_path(scene, frame, &image, &mut rng)
+                    .and_then(|(light, corners)| {
+                        self.eye_path(scene, frame, [x, y], (&light, &corners), &mut rng)
+                    })
+                    .and_then(|radiance| image.add([x, y], radiance))
+                    .map_err(|error| error.at(|| format!(" at pixel ({x}, {y})")))
             })?;
         Ok(image.into_values())
     }

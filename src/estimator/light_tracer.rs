@@ -38,6 +38,7 @@ impl<P: Parts> ImageEstimator for LightTracer<P> {
                     None => Ok(()),
                 }
             })
+            .map_err(|error| error.at(|| format!(" by particle {number} of pass {index}")))
         })?;
         Ok(image.into_values())
     }

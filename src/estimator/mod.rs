@@ -45,6 +45,11 @@ use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
 use crate::{fresnel, radiometry, roulette, sampling};
 
+/// The most vertices of a path without a limit of its own. Where survival is at most
+/// [`roulette::HIGHEST_SURVIVAL`] a path gets there with a probability below 10⁻⁹⁰, so one that does will
+/// not end: it is an error, never a cut. Its radiance is NaN, which no film holds.
+pub const LONGEST_PATH: u32 = 1 << 12;
+
 /// An unbiased or stated-bias estimate of the radiance that arrives along a ray.
 pub trait Estimator: Sync {
     /// One estimate of the radiance that arrives at `ray.origin` from `ray.direction` (a unit vector),

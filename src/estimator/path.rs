@@ -6,7 +6,7 @@ use glam::DVec3;
 use super::vertex::{
     Scattered, Vertex, direct_light, emitted, emitter_pdf, onward, scatter, survive,
 };
-use super::{Estimator, LightRules, Parts, Standard};
+use super::{Estimator, LONGEST_PATH, LightRules, Parts, Standard};
 use crate::emitter::LightSampling;
 use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
@@ -124,7 +124,7 @@ impl<P: Parts> Estimator for Path<P> {
         let mut factor = 1.0;
         // Pdf of the last direction if a shadow ray could have found the same light.
         let mut shared_pdf = None;
-        for vertex in 1.. {
+        for vertex in 1..=LONGEST_PATH {
             let Some(here) = hit else {
                 return radiance + factor * throughput * scene.background();
             };
@@ -152,6 +152,6 @@ impl<P: Parts> Estimator for Path<P> {
             throughput *= weight;
             (ray, hit) = onward(scene, &here, direction);
         }
-        radiance
+        DVec3::NAN
     }
 }

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::photon_map::{Kept, PhotonMap};
 use super::vertex::{Vertex, direct_light, emitted, onward, scatter, survive};
-use super::{Estimator, LightRules, Parts};
+use super::{Estimator, LONGEST_PATH, LightRules, Parts};
 use crate::emitter::LightSampling;
 use crate::error::Error;
 use crate::rng::seed_for;
@@ -88,7 +88,8 @@ impl<P: Parts> PhotonMapping<P> {
     }
 
     /// Follows mirrors and glass from the vertex with this number to the first diffuse surface, and calls
-    /// `see` with what emitters on the way show along the path.
+    /// `see` with what emitters on the way show along the path. One beyond [`LONGEST_PATH`] has throughput
+    /// NaN.
     fn arrive<R: Sampler>(
         &self,
         scene: &Scene,
@@ -105,11 +106,13 @@ impl<P: Parts> PhotonMapping<P> {
             if here.emitter.is_some() {
                 see(factor * throughput * emitted(scene, &here, &ray));
             }
-            if scene.surface(&here).bsdf.is_diffuse() {
+            let endless = vertex - first == LONGEST_PATH;
+            if endless || scene.surface(&here).bsdf.is_diffuse() {
+                let way = if endless { f64::NAN } else { factor };
                 return Some(Arrival {
                     hit: here,
                     ray,
-                    throughput: factor * throughput,
+                    throughput: way * throughput,
                     vertex,
                 });
             }

@@ -5,9 +5,9 @@ use std::f64::consts::FRAC_1_PI;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::Parts;
 use super::emission::emit;
 use super::vertex::{Vertex, onward, scatter, survive};
+use super::{LONGEST_PATH, Parts};
 use crate::bsdf::Bsdf;
 use crate::error::Error;
 use crate::kd_tree::KdTree;
@@ -76,7 +76,8 @@ impl PhotonMap {
     /// their photons in an order that does not depend on the threads.
     ///
     /// # Errors
-    /// Those of [`check`](Self::check).
+    /// Those of [`check`](Self::check); [`Error::Radiance`] for a photon whose flux is negative or not finite,
+    /// and for a particle beyond [`LONGEST_PATH`].
     pub fn new<P: Parts>(
         parts: &P,
         scene: &Scene,
@@ -89,12 +90,19 @@ impl PhotonMap {
         let rest = (emitted.min(PILOT)..emitted).into_par_iter();
         photons.extend(rest.flat_map_iter(follow).collect::<Vec<_>>());
         let stored = photons.len();
-        let share = |(point, photon): (DVec3, Photon)| {
-            let flux = parts.photon_flux(photon.flux, emitted, stored);
-            (point, Photon { flux, ..photon })
-        };
+        for (_, photon) in &mut photons {
+            photon.flux = parts.photon_flux(photon.flux, emitted, stored);
+            let flux = photon.flux.to_array();
+            if let Some(&value) = flux
+                .iter()
+                .find(|flux| !(0.0..f64::INFINITY).contains(*flux))
+            {
+                let place = format!(" as the flux of a photon of pass {}", name.1);
+                return Err(Error::Radiance { value, place });
+            }
+        }
         Ok(Self {
-            tree: KdTree::new(photons.into_iter().map(share)),
+            tree: KdTree::new(photons),
         })
     }
 
@@ -192,6 +200,16 @@ fn follow<P: Parts>(
         let Some(here) = scene.intersect(&ray) else {
             break;
         };
+        if vertex > LONGEST_PATH {
+            // Not a cut: the map refuses it.
+            let photon = Photon {
+                normal: here.normal,
+                from: -ray.direction,
+                flux: DVec3::NAN,
+            };
+            photons.push((here.point, photon));
+            break;
+        }
         rng.block(LIGHT + vertex);
         if scene.surface(&here).bsdf.is_diffuse() {
             if kept == Kept::All || parts.is_caustic(specular) {

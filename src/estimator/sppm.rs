@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::photon::{Lookup, PhotonMapping};
 use super::{Estimator, ImageEstimator, Parts, Standard};
 use crate::error::Error;
+use crate::film::check_radiance;
 use crate::rng::{seed_for, stream, uniform2};
 use crate::scene::Scene;
 
@@ -57,8 +58,11 @@ impl<P: Parts + Copy> ImageEstimator for Sppm<P> {
             let [u, v] = uniform2(&mut rng);
             let [x, y] = [pixel % frame[0], pixel / frame[0]].map(f64::from);
             let ray = scene.camera().ray(frame, x + u, y + v);
-            photons.radiance(scene, &ray, scene.intersect(&ray), &mut rng)
+            let radiance = photons.radiance(scene, &ray, scene.intersect(&ray), &mut rng);
+            let place = || format!(" at pixel ({x}, {y}), pass {index}");
+            check_radiance(radiance).map_err(|error| error.at(place))?;
+            Ok(radiance)
         });
-        Ok(pixels.collect())
+        pixels.collect()
     }
 }

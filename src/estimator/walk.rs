@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-use super::Parts;
 use super::strategies::Corner;
 use super::vertex::{Scattered, Vertex, onward, scatter, survive};
+use super::{LONGEST_PATH, Parts};
 use crate::bsdf::Bsdf;
 use crate::error::Error;
 use crate::sampler::Sampler;
@@ -48,7 +48,7 @@ impl Step {
 /// Returns throughput and radiance factor of a walk that left. The k-th hit draws from block `block` + k.
 ///
 /// # Errors
-/// What `visit` returns.
+/// What `visit` returns; [`Error::Radiance`] for a walk beyond [`LONGEST_PATH`].
 #[inline]
 pub(super) fn walk<P: Parts, R: Sampler>(
     parts: &P,
@@ -60,7 +60,7 @@ pub(super) fn walk<P: Parts, R: Sampler>(
 ) -> Result<Option<(DVec3, f64)>, Error> {
     let (mut ray, mut hit) = (*ray, scene.intersect(ray));
     let (mut throughput, mut factor) = (DVec3::ONE, 1.0);
-    for vertex in 1.. {
+    for vertex in 1..=LONGEST_PATH {
         let Some(here) = hit else {
             return Ok(Some((throughput, factor)));
         };
@@ -89,5 +89,8 @@ pub(super) fn walk<P: Parts, R: Sampler>(
         throughput *= weight;
         (ray, hit) = onward(scene, &here, direction);
     }
-    Ok(None)
+    Err(Error::Radiance {
+        value: f64::NAN,
+        place: String::new(),
+    })
 }

@@ -30,7 +30,9 @@ fn exact_summary(a: &[f64], b: &[f64]) -> [f64; 3] {
     let (Some(mut moments), Some(other)) = (fill(a), fill(b)) else {
         return [f64::NAN; 3];
     };
-    moments.merge(&other);
+    if moments.merge(&other).is_err() {
+        return [f64::NAN; 3];
+    }
     let n = (a.len() + b.len()) as u32;
     [
         moments.mean(n),

@@ -39,14 +39,17 @@ fn film() -> Film {
     let mut film = Film::new([3, 2], None, 4).expect("a film");
     for (i, pixel) in film.pixels_mut().iter_mut().enumerate() {
         let value = DVec3::new(0.1, 10.0, 0.0) * i as f64;
+        // Error bars differ from channel to channel as well.
         for shift in [0.0, 0.5, 2.0] {
+            let shift = shift * DVec3::new(1.0, 2.0, 0.3);
             pixel.push(value + shift).expect("legal");
         }
-        pixel.push_features(&Features {
+        let features = Features {
             albedo: DVec3::new(0.25, 0.5, 0.75),
             normal: DVec3::new(0.0, -0.6, 0.8),
             depth: 3.0 + i as f64,
-        });
+        };
+        pixel.push_features(&features).expect("legal");
     }
     film
 }
@@ -93,7 +96,7 @@ fn exr_holds_every_channel() {
     let FlatSamples::F32(green) = &channels[1].sample_data else {
         unreachable!("checked above");
     };
-    assert!((green[5] - (50.0 + 2.5 / 3.0)).abs() < 1e-5);
+    assert!((green[5] - (50.0 + 5.0 / 3.0)).abs() < 1e-5);
 }
 
 #[test]
@@ -259,4 +262,26 @@ fn paths_are_checked_beforehand() {
     assert_eq!(fs::read_to_string(&file).expect("a file"), "kept");
     assert!(check_writable(&folder).is_err());
     assert!(check_writable(&file.join("film.exr")).is_err());
+}
+
+/// Each pixel is rounded down, cut at 1 and then averaged; samples of a pixel are averaged before.
+#[test]
+fn means_of_images_are_of_8_bit_values() {
+    let grey = |value: f64| value / 255.0;
+    let mut film = Film::new([2, 1], None, 1).expect("a film");
+    // Pixels of means 1.9, 4, 510 and 2.9, 4.5, 0 in units of 1/255.
+    for (pixel, values) in film.pixels_mut().iter_mut().zip([
+        [[1.0, 2.5, 1020.0], [2.8, 5.5, 0.0]],
+        [[2.9, 0.5, 0.0], [2.9, 8.5, 0.0]],
+    ]) {
+        for value in values {
+            pixel.push(DVec3::from(value.map(grey))).expect("legal");
+        }
+    }
+    assert_eq!(Display::Truncated.encoded_mean(&film), [1.5, 4.0, 127.5]);
+    let srgb = Display::Srgb { exposure: 0.0 };
+    let encoded = |value: f64| f64::from(srgb.encode(grey(value)));
+    let expected =
+        [[1.9, 2.9], [4.0, 4.5], [510.0, 0.0]].map(|[a, b]| 0.5 * (encoded(a) + encoded(b)));
+    assert_eq!(srgb.encoded_mean(&film), expected);
 }

@@ -4,6 +4,7 @@
 mod bidirectional;
 mod bsdf;
 mod camera;
+mod channels; // red stays red, through every estimator
 mod eon;
 mod estimator;
 mod film;
@@ -20,16 +21,19 @@ mod radiometry;
 mod radiosity;
 mod reference; // tables of reference values, and closed forms of the trials against them
 mod render;
+mod replications; // numbers and error bars of every way of placing samples
 mod rng;
 mod roulette;
 mod sampler;
 mod sampling;
 mod scene;
 mod scene_tables; // every built-in scene against its table
+mod sequential; // thresholds and errors of the sequential test, exactly
 mod sobol;
 mod solid_angle;
 mod spheres;
 mod support; // the master seed and what is derived from it
+mod swallowed; // what is no radiance surfaces as an error
 mod watertight;
 
 // What chance can turn red, module by module.

@@ -157,7 +157,7 @@ fn exact_moments_merge_in_any_order() {
         let (left, right) = values.split_at(cut);
         for (a, b) in [(left, right), (right, left)] {
             let mut merged = exact(a);
-            merged.merge(&exact(b));
+            merged.merge(&exact(b)).expect("room for more");
             assert_eq!(merged, all);
         }
         let turn = cuts[1].index(values.len());

@@ -10,10 +10,14 @@ use glam::DVec3;
 use rayon::ThreadPoolBuilder;
 use whitefurnace::bsdf::OrenNayarForm;
 use whitefurnace::error::Error;
-use whitefurnace::estimator::{Estimator, LightRules, Path, Published, Report, Standard, Whitted};
-use whitefurnace::film::{Film, Window};
+use whitefurnace::estimator::radiosity::Fineness;
+use whitefurnace::estimator::{
+    Bdpt, Estimator, ImageEstimator, LightRules, LightTracer, Lookup, Path, PhotonMapping,
+    Published, Radiosity, Report, Sppm, Standard, Whitted,
+};
+use whitefurnace::film::{Features, Film, Pixel, Window};
 use whitefurnace::pixel::PixelSampling::{self, Centre, Grid, Jitter, Random};
-use whitefurnace::render::{Numbers, Sampling, render};
+use whitefurnace::render::{Numbers, Sampling, render, render_passes};
 use whitefurnace::sampler::Sampler;
 use whitefurnace::scene::room::{self, Convention};
 use whitefurnace::scene::{Hit, Scene, simple};
@@ -225,6 +229,95 @@ fn features_are_those_of_the_first_hit() {
     let inside = whole(&glass, &path(), Centre);
     let ray = glass.camera().ray(FRAME, 12.5, 9.5);
     assert!(inside.pixel(12, 9).features().normal.dot(ray.direction) < 0.0);
+}
+
+/// What two films show of albedo, normal and depth, to the last bit.
+fn same_features(a: &Film, b: &Film) -> bool {
+    let shown = |film: &Film| -> Vec<[f64; 7]> {
+        let values = |pixel: &Pixel| {
+            let Features {
+                albedo,
+                normal,
+                depth,
+            } = pixel.features();
+            let ([a, b, c], [x, y, z]) = (albedo.to_array(), normal.to_array());
+            [a, b, c, x, y, z, depth]
+        };
+        film.pixels().iter().map(values).collect()
+    };
+    shown(a) == shown(b)
+}
+
+#[test]
+fn features_are_the_same_for_every_estimator() {
+    let scene = simple::cornell().expect("a scene");
+    let ways = [Centre, Grid(2), Random, Jitter(2)];
+    let mis = ways.map(|pixel| whole(&scene, &path(), pixel));
+    let lookup = Lookup::Direct;
+    let photons =
+        PhotonMapping::new(Standard, &scene, lookup, (100, 0.3), (1, 0)).expect("a small map");
+    let fineness = Fineness {
+        patches: 40,
+        halvings: 0,
+    };
+    let solved = Radiosity::new(Standard, &scene, fineness, &|_| true).expect("it settles");
+    for (pixel, mis) in ways.into_iter().zip(&mis) {
+        for (name, film) in [
+            ("report", whole(&scene, &Report::default(), pixel)),
+            ("published", whole(&scene, &Published::default(), pixel)),
+            (
+                "whitted",
+                whole(&scene, &Whitted::new(LightRules::PHYSICAL), pixel),
+            ),
+            ("photon", whole(&scene, &photons, pixel)),
+            ("radiosity", whole(&scene, &solved, pixel)),
+        ] {
+            assert!(same_features(&film, mis), "{name}, {pixel:?}");
+        }
+    }
+    // Of whole images at random points, as many passes as there were replications.
+    let images = |ranges: &[std::ops::Range<u32>]| {
+        let sppm = Sppm {
+            parts: Standard,
+            particles: 100,
+            radius: 0.3,
+        };
+        [
+            (
+                "light tracer",
+                passes(&scene, &LightTracer::<Standard>::default(), ranges),
+            ),
+            ("bdpt", passes(&scene, &Bdpt::<Standard>::default(), ranges)),
+            ("sppm", passes(&scene, &sppm, ranges)),
+        ]
+    };
+    let random = &mis[2];
+    assert!(random.pixel(12, 9).features().depth > 0.0);
+    for ((name, film), (_, divided)) in images(&[0..4]).into_iter().zip(images(&[2..4, 0..2])) {
+        assert!(same_features(&film, random), "{name}");
+        assert!(film == divided, "{name} in two runs");
+    }
+    assert!(!same_features(random, &mis[0]) && !same_features(random, &mis[3]));
+}
+
+fn passes<E: ImageEstimator>(
+    scene: &Scene,
+    estimator: &E,
+    ranges: &[std::ops::Range<u32>],
+) -> Film {
+    let mut film = film(Random, None);
+    for range in ranges {
+        let done = render_passes(
+            scene,
+            estimator,
+            master(),
+            &mut film,
+            range.clone(),
+            &|_| true,
+        );
+        assert!(done.expect("legal radiance"));
+    }
+    film
 }
 
 #[test]

@@ -4,10 +4,13 @@ use std::collections::BTreeSet;
 
 use rand::Rng;
 use whitefurnace::rng::{stream, uniform};
-use whitefurnace::sampler::{BLOCK, LIGHT, Sampler, Sobol};
+use whitefurnace::sampler::{BLOCK, LIGHT, Sampler, Sobol, scramble};
+
+use crate::support::master;
 
 fn sobol(index: u32, scramble: u32) -> Sobol {
-    Sobol::new(index, scramble, stream(1, scramble, index))
+    let point = u16::try_from(index).expect("a point of the sequence");
+    Sobol::new(point, u64::from(scramble), stream(1, scramble, index))
 }
 
 /// The first `n` numbers of a block.
@@ -94,4 +97,28 @@ fn streams_need_no_blocks() {
     let (mut one, mut other) = (stream(1, 2, 3), stream(1, 2, 3));
     other.block(7);
     assert_eq!(one.next_u64(), other.next_u64());
+}
+
+/// All pixels of an image of 1024 × 768, and replications of one: with 32 bits some 70 pairs would be alike.
+#[test]
+fn scrambles_are_distinct() {
+    const PIXELS: u32 = 1024 * 768;
+    let pixels = (0..PIXELS).map(|pixel| scramble(master(), pixel, 3));
+    let replications = (0..PIXELS).map(|replication| scramble(master(), 7, replication));
+    let mut all: Vec<u64> = pixels.chain(replications).collect();
+    all.sort_unstable();
+    all.dedup();
+    // Pixel 7 in replication 3 is in both.
+    assert_eq!(all.len(), 2 * PIXELS as usize - 1);
+    // Not only their names: the leading bits of four numbers of one point, 92 bits, differ as well.
+    let mut points: Vec<[u32; 4]> = (0..PIXELS)
+        .map(|pixel| {
+            let mut point = Sobol::new(5, scramble(master(), pixel, 3), stream(1, 2, 3));
+            point.block(2);
+            [0; 4].map(|_| (point.next_u64() >> 41) as u32)
+        })
+        .collect();
+    points.sort_unstable();
+    points.dedup();
+    assert_eq!(points.len(), PIXELS as usize);
 }

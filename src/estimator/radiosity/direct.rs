@@ -97,7 +97,7 @@ fn seen_share<P: Parts>(parts: &P, scene: &Scene, emitter: &Emitter, at: &Node) 
             seen += weight;
         }
     }
-    if all > 0.0 { seen / all } else { 0.0 }
+    if all == 0.0 { 0.0 } else { seen / all }
 }
 
 /// Point `index` of [`POINTS`] in the unit square (Hammersley 1960), moved so that none lies on the

@@ -235,8 +235,21 @@ impl<P: Parts> Radiosity<P> {
             }
             self.sweeps += 1;
             self.residual = self.largest_residual();
+            self.check_numbers()?;
         }
         Ok(())
+    }
+
+    /// Refuses irradiances that are no numbers, which maxima pass over; overflow is the residual's.
+    fn check_numbers(&self) -> Result<(), Error> {
+        let mut nodes = self.mesh.nodes.iter().zip(&self.direct).zip(&self.indirect);
+        match nodes.find(|((_, direct), indirect)| (**direct + **indirect).is_nan()) {
+            Some(((node, _), _)) if !self.residual.is_nan() => Err(Error::Radiance {
+                value: f64::NAN,
+                place: format!(" as the irradiance at {}", node.point),
+            }),
+            _ => Ok(()),
+        }
     }
 
     /// What an element sends if its nodes have this irradiance from others: that of the whole patch is

@@ -111,7 +111,9 @@ impl Patch {
                     return None;
                 }
                 let factor = parts.form_factor(normal, seen.corners());
-                (factor > FAINTEST).then(|| Sight {
+                // What is no number must not pass for what is too faint.
+                let faint = factor <= FAINTEST;
+                (!faint).then(|| Sight {
                     factor,
                     target: (point + seen.middle(), *own),
                 })

@@ -61,8 +61,8 @@ fn sobol(point: Point, block: u32) -> Block {
     )
 }
 
-fn scrambled(point: Point, block: u32, scramble: u32, fill: crate::rng::Stream) -> Block {
-    let mut points = Sobol::new(point.index, scramble, fill);
+fn scrambled(point: Point, block: u32, scramble: u64, fill: crate::rng::Stream) -> Block {
+    let mut points = Sobol::new(point.index as u16, scramble, fill);
     points.block(block);
     std::array::from_fn(|_| uniform(&mut points))
 }

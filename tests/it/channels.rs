@@ -1,0 +1,270 @@
+//! Red stays red: every estimator, through the loop that renders, treats the three channels alike and keeps
+//! them apart, exactly.
+//!
+//! A scene whose colours are all permuted in the same way has the image with its channels permuted, to the last
+//! bit: roulette asks for the largest channel only. Cyclic permutations and transpositions together commute with
+//! no mix-up of channels, and a light of one channel lights that channel only, so none is added to another.
+
+use glam::DVec3;
+use whitefurnace::bsdf::{Bsdf, OrenNayarForm};
+use whitefurnace::camera::Camera;
+use whitefurnace::emitter::LightSampling;
+use whitefurnace::estimator::radiosity::Fineness;
+use whitefurnace::estimator::{
+    Bdpt, Estimator, Heuristic, ImageEstimator, LightRules, LightTracer, Lookup, Path,
+    PhotonMapping, Published, Radiosity, Report, Sppm, Standard, Strategy, Whitted,
+};
+use whitefurnace::film::Film;
+use whitefurnace::pixel::PixelSampling;
+use whitefurnace::render::{Numbers, Sampling, render, render_passes};
+use whitefurnace::scene::{Scene, SceneBuilder, Surface};
+use whitefurnace::shape::Sphere;
+
+use crate::support::master;
+
+const FRAME: [u32; 2] = [8, 6];
+
+/// What is done with every colour of the scene.
+type Paint = fn(DVec3) -> DVec3;
+
+/// A small room of many colours with paper, a mirror, glass, a sphere as a lamp and a light in the ceiling; only
+/// diffuse polygons if `plain`. `lamp` paints what emits, `paint` everything.
+fn room(paint: Paint, lamp: Paint, plain: bool) -> Scene {
+    let mut room = SceneBuilder::new("colours");
+    let colour = |r, g, b| paint(DVec3::new(r, g, b));
+    let light = |r, g, b| paint(lamp(DVec3::new(r, g, b)));
+    let lambert = |albedo| Bsdf::Lambert { albedo };
+    let mut wall = |bsdf, corner: [f64; 3], edges: [[f64; 3]; 2], emission: DVec3| {
+        let surface = room.surface(Surface::new(bsdf).emitting(emission).absorbing(0.5));
+        room.rectangle(DVec3::from(corner), edges.map(DVec3::from), surface);
+    };
+    let (paper, eon) = if plain {
+        (
+            lambert(colour(0.2, 0.5, 0.8)),
+            lambert(colour(0.6, 0.3, 0.4)),
+        )
+    } else {
+        let paper = Bsdf::oren_nayar(colour(0.2, 0.5, 0.8), 0.4, OrenNayarForm::Corrected);
+        let albedo = colour(0.6, 0.3, 0.4);
+        (
+            paper,
+            Bsdf::Eon {
+                albedo,
+                roughness: 0.5,
+            },
+        )
+    };
+    let dark = DVec3::ZERO;
+    wall(
+        lambert(colour(0.7, 0.5, 0.3)),
+        [-1., -1., -1.],
+        [[2., 0., 0.], [0., 2., 0.]],
+        dark,
+    );
+    wall(
+        lambert(colour(0.5, 0.6, 0.7)),
+        [-1., -1., 1.],
+        [[0., 2., 0.], [2., 0., 0.]],
+        dark,
+    );
+    wall(paper, [-1., -1., -1.], [[0., 2., 0.], [0., 0., 2.]], dark);
+    wall(
+        eon,
+        [1., -1., -1.],
+        [[0., 0., 2.], [0., 2., 0.]],
+        light(0.1, 0.02, 0.05),
+    );
+    wall(
+        lambert(colour(0.4, 0.7, 0.1)),
+        [-1., 1., -1.],
+        [[2., 0., 0.], [0., 0., 2.]],
+        dark,
+    );
+    wall(
+        lambert(colour(0.3, 0.2, 0.6)),
+        [-1., -1., -1.],
+        [[0., 0., 2.], [2., 0., 0.]],
+        dark,
+    );
+    wall(
+        Bsdf::Black,
+        [-0.4, -0.2, 0.99],
+        [[0., 0.8, 0.], [0.8, 0., 0.]],
+        light(3.0, 5.0, 2.0),
+    );
+    if !plain {
+        let reflectance = colour(0.9, 0.6, 0.8);
+        let mirror = room.surface(Surface::new(Bsdf::Mirror { reflectance }).absorbing(0.1));
+        room.sphere(Sphere::new(DVec3::new(-0.5, 0.4, -0.6), 0.35), mirror);
+        let glass = room.surface(Surface::new(Bsdf::Glass { index: 1.5 }));
+        room.sphere(Sphere::new(DVec3::new(0.45, 0.3, -0.5), 0.4), glass);
+        let lamp = Surface::new(Bsdf::Black).emitting(light(1.0, 4.0, 7.0));
+        let lamp = room.surface(lamp);
+        room.sphere(Sphere::new(DVec3::new(0.3, 0.6, 0.5), 0.15), lamp);
+    }
+    room.build(Camera::new(
+        DVec3::new(0.1, -0.9, 0.1),
+        DVec3::new(0.0, 0.5, -0.1),
+        DVec3::Z,
+        0.9,
+    ))
+    .expect("a scene")
+}
+
+/// Mean, standard error and albedo of every pixel.
+type Image = Vec<[DVec3; 3]>;
+
+fn image(film: &Film) -> Image {
+    let of = |pixel: &whitefurnace::film::Pixel| {
+        [
+            pixel.mean(),
+            pixel.standard_error(),
+            pixel.features().albedo,
+        ]
+    };
+    film.pixels().iter().map(of).collect()
+}
+
+fn rays<E: Estimator>(scene: &Scene, estimator: &E) -> Image {
+    let sampling = Sampling {
+        pixel: PixelSampling::Jitter(2),
+        numbers: Numbers::Independent,
+        seed: master(),
+    };
+    let mut film = Film::new(FRAME, None, 4).expect("a film");
+    render(scene, estimator, sampling, &mut film, &(0..3), &|_| true).expect("legal radiance");
+    image(&film)
+}
+
+fn passes<E: ImageEstimator>(scene: &Scene, estimator: &E) -> Image {
+    let mut film = Film::new(FRAME, None, 1).expect("a film");
+    render_passes(scene, estimator, master(), &mut film, 0..12, &|_| true).expect("legal radiance");
+    image(&film)
+}
+
+/// The images of every estimator with physical rules.
+fn physical(paint: Paint, lamp: Paint) -> Vec<(&'static str, Image)> {
+    let scene = &room(paint, lamp, false);
+    let path = |strategy, lights, heuristic| Path {
+        strategy,
+        lights,
+        heuristic,
+        parts: Standard,
+    };
+    let (area, angle) = (LightSampling::Area, LightSampling::SolidAngle);
+    let photons = |lookup| {
+        PhotonMapping::new(Standard, scene, lookup, (3000, 0.3), (master(), 0))
+            .expect("a small map")
+    };
+    let gather = Lookup::Gather {
+        caustic_particles: 3000,
+        caustic_radius: 0.3,
+    };
+    let report = Report {
+        rays: 2,
+        segments: 6,
+        ..Report::<Standard>::default()
+    };
+    let report = Report {
+        rules: LightRules::PHYSICAL,
+        ..report
+    };
+    let whitted = Whitted::new(LightRules::PHYSICAL);
+    let plain = &room(paint, lamp, true);
+    let fineness = Fineness {
+        patches: 60,
+        halvings: 0,
+    };
+    let solved = Radiosity::new(Standard, plain, fineness, &|_| true).expect("it settles");
+    let (balance, power) = (Heuristic::Balance, Heuristic::Power);
+    vec![
+        ("bsdf", rays(scene, &path(Strategy::Bsdf, area, balance))),
+        ("light", rays(scene, &path(Strategy::Light, area, balance))),
+        ("mis", rays(scene, &path(Strategy::Mis, angle, power))),
+        ("report", rays(scene, &report)),
+        ("whitted", rays(scene, &whitted)),
+        ("photon", rays(scene, &photons(Lookup::Direct))),
+        ("gather", rays(scene, &photons(gather))),
+        ("radiosity", rays(plain, &solved)),
+        (
+            "light tracer",
+            passes(scene, &LightTracer::<Standard>::default()),
+        ),
+        ("bdpt", passes(scene, &Bdpt::<Standard>::default())),
+        (
+            "sppm",
+            passes(
+                scene,
+                &Sppm {
+                    parts: Standard,
+                    particles: 3000,
+                    radius: 0.3,
+                },
+            ),
+        ),
+    ]
+}
+
+/// All estimators, in the conventions of the report as well.
+fn images(paint: Paint) -> Vec<(&'static str, Image)> {
+    let mut images = physical(paint, |light| light);
+    let scene = room(paint, |light| light, false);
+    images.extend([
+        (
+            "report's report",
+            rays(&scene, &Report::<Standard>::default()),
+        ),
+        (
+            "report's whitted",
+            rays(&scene, &Whitted::new(LightRules::REPORT)),
+        ),
+        ("published", rays(&scene, &Published::default())),
+    ]);
+    images
+}
+
+/// Sums of the pixels' means.
+fn total(image: &Image) -> DVec3 {
+    image.iter().map(|[mean, ..]| mean).sum()
+}
+
+#[test]
+fn permuted_colours_make_the_permuted_image() {
+    let right = images(|colour| colour);
+    for (name, image) in &right {
+        let [r, g, b] = total(image).to_array();
+        let least = 1e-6 * r.max(g).max(b);
+        assert!(
+            (r - g).abs() > least && (g - b).abs() > least && (b - r).abs() > least,
+            "{name}: too grey, {r} {g} {b}"
+        );
+    }
+    let permutations: [Paint; 2] = [|c| DVec3::new(c.y, c.z, c.x), |c| DVec3::new(c.y, c.x, c.z)];
+    for permuted in permutations {
+        for ((name, image), (_, other)) in right.iter().zip(images(permuted)) {
+            let expected: Image = image.iter().map(|values| values.map(permuted)).collect();
+            assert!(expected == other, "{name}: channels are mixed up");
+        }
+    }
+}
+
+#[test]
+fn light_of_one_channel_lights_that_channel() {
+    let lamps: [Paint; 3] = [
+        |light| light.with_y(0.0).with_z(0.0),
+        |light| light.with_x(0.0).with_z(0.0),
+        |light| light.with_x(0.0).with_y(0.0),
+    ];
+    for (lit, lamp) in lamps.into_iter().enumerate() {
+        for (name, image) in physical(|colour| colour, lamp) {
+            let total = total(&image).to_array();
+            for (channel, sum) in total.into_iter().enumerate() {
+                assert_eq!(
+                    sum > 0.0,
+                    channel == lit,
+                    "{name}: channel {channel} of light {lit}"
+                );
+            }
+        }
+    }
+}

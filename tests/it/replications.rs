@@ -1,0 +1,275 @@
+//! Replications share nothing: every random number that any way of placing samples takes is its own, and
+//! the film's error bars are the spread of replications rendered one by one.
+
+use std::collections::BTreeSet;
+use std::sync::Mutex;
+
+use approx::assert_abs_diff_eq;
+use glam::DVec3;
+use whitefurnace::camera::Camera;
+use whitefurnace::emitter::{Emitter, EmitterPoint};
+use whitefurnace::error::Error;
+use whitefurnace::estimator::{
+    Bdpt, Estimator, ImageEstimator, LightTracer, Lookup, Parts, Path, PhotonMapping, Sppm,
+    Standard,
+};
+use whitefurnace::film::Film;
+use whitefurnace::moments::{Moments, UNIT};
+use whitefurnace::pixel::PixelSampling::{self, Centre, Grid, Jitter, Random};
+use whitefurnace::render::{Numbers, Sampling, render, render_passes};
+use whitefurnace::rng::{seed_for, uniform2};
+use whitefurnace::sampler::{LONGEST, Sampler};
+use whitefurnace::scene::{Hit, Scene, SceneBuilder, simple};
+use whitefurnace::shape::Ray;
+
+use crate::support::master;
+
+const FRAME: [u32; 2] = [7, 5];
+const REPLICATIONS: u32 = 6;
+
+/// Every way of placing samples in a pixel, with every source of numbers.
+fn samplings() -> Vec<Sampling> {
+    let positions = [
+        Centre,
+        Grid(1),
+        Grid(2),
+        Grid(3),
+        Random,
+        Jitter(1),
+        Jitter(2),
+        Jitter(3),
+    ];
+    let numbers = [Numbers::Independent, Numbers::Sobol(1), Numbers::Sobol(8)];
+    let with = |pixel: PixelSampling| {
+        numbers.map(|numbers| Sampling {
+            pixel,
+            numbers,
+            seed: master(),
+        })
+    };
+    positions.into_iter().flat_map(with).collect()
+}
+
+/// What tells two draws apart: two numbers of 53 bits are the same by chance in 2^(−106) of all cases.
+type Draw = [u64; 2];
+
+fn draw(random: [f64; 2]) -> Draw {
+    random.map(f64::to_bits)
+}
+
+/// Keeps the first four numbers that it is given, and returns two of them.
+#[derive(Default)]
+struct Recorder(Mutex<Vec<[u64; 4]>>);
+
+impl Estimator for Recorder {
+    fn radiance<R: Sampler>(&self, _: &Scene, _: &Ray, _: Option<Hit>, rng: &mut R) -> DVec3 {
+        // The estimator's first numbers; those that placed the ray came before.
+        rng.block(1);
+        let ([a, b], [c, d]) = (uniform2(rng), uniform2(rng));
+        self.0
+            .lock()
+            .expect("no panic")
+            .push([a, b, c, d].map(f64::to_bits));
+        DVec3::new(a, b, 1.0)
+    }
+}
+
+fn open() -> Scene {
+    SceneBuilder::new("nothing")
+        .build(Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 1.0))
+        .expect("a scene")
+}
+
+/// Asserts that no two of the draws are the same.
+fn assert_distinct<T: Ord>(draws: &[T], expected: usize, what: &str) {
+    assert_eq!(draws.len(), expected, "{what}");
+    let distinct: BTreeSet<&T> = draws.iter().collect();
+    assert_eq!(
+        distinct.len(),
+        draws.len(),
+        "{what}: some numbers were drawn twice"
+    );
+}
+
+#[test]
+fn every_sample_of_every_replication_draws_its_own_numbers() {
+    for sampling in samplings() {
+        let samples = sampling.samples_per_replication();
+        let recorder = Recorder::default();
+        let mut film = Film::new(FRAME, None, samples).expect("a film");
+        // In pieces, as programs render.
+        for range in [0..1, 1..2, 2..4, 4..REPLICATIONS] {
+            let done = render(&open(), &recorder, sampling, &mut film, &range, &|_| true);
+            assert!(matches!(done, Ok(true)));
+        }
+        let draws = recorder.0.into_inner().expect("no panic");
+        let expected = FRAME[0] * FRAME[1] * REPLICATIONS * samples;
+        assert_distinct(&draws, expected as usize, &format!("{sampling:?}"));
+        // The 23 leading bits alone, those of the scramble: 92 in four numbers.
+        let leading = |bits: u64| (f64::from_bits(bits) * f64::from(1 << 23)) as u32;
+        let leading: Vec<[u32; 4]> = draws.iter().map(|draw| draw.map(leading)).collect();
+        assert_distinct(
+            &leading,
+            draws.len(),
+            &format!("{sampling:?}, leading bits"),
+        );
+    }
+}
+
+/// The film of replications has the mean of films of one, and as error bar their standard error: the numbers
+/// of a replication are known before any other is rendered.
+#[test]
+fn error_bars_are_the_spread_of_replications_rendered_alone() {
+    for sampling in samplings() {
+        let samples = sampling.samples_per_replication();
+        let film = |range: std::ops::Range<u32>| {
+            let mut film = Film::new(FRAME, None, samples).expect("a film");
+            let recorder = Recorder::default();
+            render(&open(), &recorder, sampling, &mut film, &range, &|_| true).expect("legal");
+            film
+        };
+        let whole = film(0..REPLICATIONS);
+        let alone: Vec<Film> = (0..REPLICATIONS).map(|r| film(r..r + 1)).collect();
+        for (i, pixel) in whole.pixels().iter().enumerate() {
+            for channel in 0..3 {
+                let values = alone.iter().map(|film| film.pixels()[i].mean()[channel]);
+                let moments: Moments = values.collect();
+                assert_abs_diff_eq!(pixel.mean()[channel], moments.mean(), epsilon = 2.0 * UNIT);
+                let error = pixel.standard_error()[channel];
+                assert_abs_diff_eq!(error, moments.standard_error(), epsilon = 4.0 * UNIT);
+                // Numbers that are uniform and independent differ; the third channel is 1 for all.
+                assert_eq!(error > 0.0, channel < 2, "{sampling:?}");
+            }
+            assert_eq!(pixel.replications(), REPLICATIONS);
+        }
+    }
+}
+
+/// The library's parts, which keep the pairs of numbers that chose points on emitters and directions.
+#[derive(Clone, Copy)]
+struct Watched<'a>(&'a Mutex<Vec<Draw>>);
+
+impl Watched<'_> {
+    fn keep(self, random: [f64; 2]) -> [f64; 2] {
+        self.0.lock().expect("no panic").push(draw(random));
+        random
+    }
+}
+
+impl Parts for Watched<'_> {
+    fn sample_emitter(&self, emitter: &Emitter, random: [f64; 2]) -> EmitterPoint {
+        Standard.sample_emitter(emitter, self.keep(random))
+    }
+    fn cosine_hemisphere(&self, random: [f64; 2]) -> DVec3 {
+        Standard.cosine_hemisphere(self.keep(random))
+    }
+}
+
+/// A closed box that emits and reflects: every particle and every path bounces.
+fn furnace() -> Scene {
+    simple::furnace_box(0.5).expect("a scene")
+}
+
+#[test]
+fn every_pass_draws_its_own_numbers() {
+    fn check<'a, E: ImageEstimator>(
+        seen: &'a Mutex<Vec<Draw>>,
+        name: &str,
+        estimator: impl Fn(Watched<'a>) -> E,
+    ) {
+        let estimator = estimator(Watched(seen));
+        let mut film = Film::new(FRAME, None, 1).expect("a film");
+        for range in [0..1, 1..3, 3..REPLICATIONS] {
+            let done = render_passes(&furnace(), &estimator, master(), &mut film, range, &|_| {
+                true
+            });
+            assert!(matches!(done, Ok(true)));
+        }
+        let draws = seen.lock().expect("no panic");
+        // Each particle has at least a point and a direction.
+        assert!(
+            draws.len() as u32 > 2 * FRAME[0] * FRAME[1] * REPLICATIONS,
+            "{name}"
+        );
+        assert_distinct(&draws, draws.len(), name);
+    }
+    let seen = [(); 3].map(|()| Mutex::default());
+    check(&seen[0], "light tracer", |parts| LightTracer { parts });
+    check(&seen[1], "bdpt", |parts| Bdpt { parts });
+    check(&seen[2], "sppm", |parts| Sppm {
+        parts,
+        particles: FRAME[0] * FRAME[1],
+        radius: 0.3,
+    });
+}
+
+#[test]
+fn every_map_of_photons_draws_its_own_numbers() {
+    let seen = Mutex::default();
+    let scene = furnace();
+    let lookup = Lookup::Gather {
+        caustic_particles: 40,
+        caustic_radius: 0.1,
+    };
+    // Programs name replications by the seed, passes by their number.
+    for (seed, pass) in [(1_u32, 0), (1, 1), (2, 0), (3, 7)] {
+        let name = (seed_for(master(), &seed.to_string()), pass);
+        let map = PhotonMapping::new(Watched(&seen), &scene, lookup, (40, 0.1), name);
+        assert!(map.is_ok());
+    }
+    let draws = seen.into_inner().expect("no panic");
+    assert!(draws.len() >= 4 * 2 * 2 * 40);
+    assert_distinct(&draws, draws.len(), "photon maps");
+}
+
+/// What numbers of 32 bits cannot name is refused, not wrapped.
+#[test]
+fn more_samples_than_can_be_named_are_refused() {
+    let refused = |pixel, numbers, range: std::ops::Range<u32>| {
+        let sampling = Sampling {
+            pixel,
+            numbers,
+            seed: 1,
+        };
+        let mut film = Film::new([1, 1], None, sampling.samples_per_replication()).expect("a film");
+        let estimator = Path::<Standard>::default();
+        let done = render(&open(), &estimator, sampling, &mut film, &range, &|_| true);
+        let error = done.map(|_| ()).expect_err("must be refused");
+        assert!(matches!(error, Error::Option(_)) && !error.to_string().contains('\n'));
+        error.to_string()
+    };
+    let end = u32::MAX;
+    assert!(refused(Jitter(2), Numbers::Independent, end - 1..end).contains("replications"));
+    assert!(refused(Random, Numbers::Sobol(2), end - 1..end).contains("replications"));
+    assert!(refused(Grid(0), Numbers::Independent, 0..1).contains("at least 1"));
+    assert!(refused(Random, Numbers::Sobol(0), 0..1).contains("at least 1"));
+    assert!(refused(Jitter(1 << 17), Numbers::Independent, 0..2).contains("replications"));
+    for (pixel, numbers) in [
+        (Random, Numbers::Sobol(LONGEST + 1)),
+        (Jitter(2), Numbers::Sobol(LONGEST / 4 + 1)),
+        (Jitter(1 << 17), Numbers::Sobol(1 << 17)),
+    ] {
+        assert!(
+            refused(pixel, numbers, 0..1).contains("points"),
+            "{numbers:?}"
+        );
+    }
+    // The longest sequence itself is fine, in a film that knows its length.
+    let sampling = Sampling {
+        pixel: Random,
+        numbers: Numbers::Sobol(LONGEST),
+        seed: 1,
+    };
+    let recorder = Recorder::default();
+    let mut film = Film::new([1, 1], None, LONGEST).expect("a film");
+    assert!(render(&open(), &recorder, sampling, &mut film, &(0..1), &|_| true).is_ok());
+    let mut other = Film::new([1, 1], None, 1).expect("a film");
+    assert!(render(&open(), &recorder, sampling, &mut other, &(0..1), &|_| true).is_err());
+    // All its points, once each: in 2^16 intervals.
+    let draws = recorder.0.into_inner().expect("no panic");
+    let strata: BTreeSet<u64> = draws
+        .iter()
+        .map(|[first, ..]| (f64::from_bits(*first) * f64::from(LONGEST)) as u64)
+        .collect();
+    assert_eq!(strata.len(), LONGEST as usize);
+}

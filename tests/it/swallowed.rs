@@ -1,0 +1,443 @@
+//! What is no radiance surfaces as the error it is, with its place, from whatever accumulates it.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use glam::DVec3;
+use whitefurnace::bsdf::Bsdf;
+use whitefurnace::camera::Camera;
+use whitefurnace::error::Error;
+use whitefurnace::estimator::radiosity::Fineness;
+use whitefurnace::estimator::{
+    Bdpt, Estimator, ImageEstimator, LONGEST_PATH, LightTracer, Lookup, Parts, Path, PhotonMapping,
+    Radiosity, Sppm, Standard, Strategy,
+};
+use whitefurnace::film::{Features, Film, Pixel, check_radiance};
+use whitefurnace::moments::{ExactMoments, LARGEST, UNIT};
+use whitefurnace::pixel::PixelSampling::{self, Centre, Jitter, Random};
+use whitefurnace::render::{Numbers, Sampling, render, render_passes};
+use whitefurnace::rng::stream;
+use whitefurnace::sampler::Sampler;
+use whitefurnace::scene::{Hit, Scene, simple};
+use whitefurnace::shape::Ray;
+use whitefurnace::splat::Splats;
+
+use crate::support::master;
+
+const FRAME: [u32; 2] = [5, 4];
+
+/// What no accumulator may take.
+const BAD: [f64; 5] = [
+    f64::NAN,
+    f64::INFINITY,
+    f64::NEG_INFINITY,
+    -1e-3,
+    2.0 * LARGEST,
+];
+
+fn furnace() -> Scene {
+    simple::furnace_box(0.5).expect("a scene")
+}
+
+/// Asserts that a result is the error of a radiance, in one line that names the place.
+fn assert_surfaces<T>(result: Result<T, Error>, place: &str, what: &str) {
+    let Err(error) = result else {
+        panic!("{what}: swallowed");
+    };
+    let message = error.to_string();
+    assert!(matches!(error, Error::Radiance { .. }), "{what}: {message}");
+    assert!(
+        message.contains(place) && !message.contains('\n'),
+        "{what}: {message}"
+    );
+}
+
+#[test]
+fn no_accumulator_takes_what_is_no_radiance() {
+    for channel in 0..3 {
+        for bad in BAD {
+            let mut radiance = DVec3::splat(0.5);
+            radiance[channel] = bad;
+            let what = format!("{radiance}");
+            assert_surfaces(check_radiance(radiance), "", &what);
+            assert_surfaces(Pixel::default().push(radiance), "", &what);
+            assert_surfaces(
+                Splats::new([3, 2]).add([2, 1], radiance),
+                "at pixel (2, 1)",
+                &what,
+            );
+        }
+    }
+    // Rounding may leave a hair less than nothing, which is nothing.
+    let mut pixel = Pixel::default();
+    assert!(pixel.push(DVec3::splat(-0.4 * UNIT)).is_ok());
+    assert_eq!(pixel.mean(), DVec3::ZERO);
+    assert!(pixel.push(DVec3::splat(LARGEST)).is_ok());
+}
+
+#[test]
+fn splats_that_add_up_to_too_much_are_refused() {
+    let image = Splats::new([2, 1]);
+    let half = DVec3::new(0.0, 0.5 * LARGEST, 1.0);
+    assert!(image.add([1, 0], half).is_ok() && image.add([1, 0], half).is_ok());
+    for _ in 0..100 {
+        assert_surfaces(
+            image.add([1, 0], DVec3::Y),
+            "at pixel (1, 0)",
+            "a full pixel",
+        );
+    }
+    assert!(
+        image.add([0, 0], half).is_ok(),
+        "the other pixel is not full"
+    );
+    let image = Splats::new([1, 1]);
+    for _ in 0..4 {
+        image
+            .add([0, 0], DVec3::splat(0.25 * LARGEST))
+            .expect("legal");
+    }
+    assert_eq!(image.into_values(), [DVec3::splat(LARGEST)]);
+}
+
+#[test]
+fn full_sums_are_refused_before_they_wrap() {
+    // Squares of the largest value: 2^112 units each, of which 128 bits hold 2^15 - 1.
+    let mut moments = ExactMoments::default();
+    let most = (1 << 15) - 1;
+    for _ in 0..most {
+        moments.push(LARGEST).expect("room for more");
+    }
+    let full = moments;
+    let message = moments.push(LARGEST).expect_err("full").to_string();
+    assert!(message.contains("fewer samples"), "{message}");
+    assert!(moments.merge(&full).is_err());
+    assert_eq!(moments, full, "as it was");
+    assert_eq!((full.mean(most), full.variance(most)), (LARGEST, 0.0));
+    // Counts double with every merge with itself: 2^30 is the last power below 2^31.
+    let mut pixel = Pixel::default();
+    pixel.push(DVec3::ONE).expect("legal");
+    let seen = Features {
+        albedo: DVec3::ONE,
+        normal: DVec3::Z,
+        depth: 1e6,
+    };
+    pixel.push_features(&seen).expect("legal");
+    for _ in 0..30 {
+        let same = pixel;
+        pixel.merge(&same).expect("room for more");
+    }
+    assert_eq!((pixel.replications(), pixel.mean()), (1 << 30, DVec3::ONE));
+    assert_eq!(pixel.features().depth, 1e6);
+    let same = pixel;
+    assert!(pixel.merge(&same).is_err());
+    let mut film = Film::new([1, 1], None, 1).expect("a film");
+    film.pixels_mut()[0] = same;
+    let other = film.clone();
+    assert!(film.merge(&other).is_err());
+}
+
+#[test]
+fn features_that_are_none_are_refused() {
+    let good = Features {
+        albedo: DVec3::new(0.0, 1.0, 0.5),
+        normal: DVec3::new(0.6, 0.0, -0.8),
+        depth: 0.0,
+    };
+    assert!(Pixel::default().push_features(&good).is_ok());
+    for bad in [f64::NAN, f64::INFINITY, -0.1, 1.5] {
+        for axis in 0..3 {
+            let (mut albedo, mut normal) = (good.albedo, good.normal);
+            albedo[axis] = bad;
+            normal[axis] = bad;
+            assert!(
+                Pixel::default()
+                    .push_features(&Features { albedo, ..good })
+                    .is_err()
+            );
+            assert!(
+                Pixel::default()
+                    .push_features(&Features { normal, ..good })
+                    .is_err()
+            );
+        }
+    }
+    for depth in [f64::NAN, f64::INFINITY, -1.0, 2.0 * LARGEST] {
+        assert!(
+            Pixel::default()
+                .push_features(&Features { depth, ..good })
+                .is_err()
+        );
+    }
+}
+
+fn sampling(pixel: PixelSampling, numbers: Numbers) -> Sampling {
+    Sampling {
+        pixel,
+        numbers,
+        seed: master(),
+    }
+}
+
+/// Returns 1 but for one of its calls, which returns something else.
+struct Once {
+    calls: AtomicU32,
+    at: u32,
+    value: f64,
+}
+
+impl Estimator for Once {
+    fn radiance<R: Sampler>(&self, _: &Scene, _: &Ray, _: Option<Hit>, _: &mut R) -> DVec3 {
+        let call = self.calls.fetch_add(1, Ordering::Relaxed);
+        DVec3::new(1.0, 1.0, if call == self.at { self.value } else { 1.0 })
+    }
+}
+
+/// One bad sample among many good ones, whose mean might look right.
+#[test]
+fn one_bad_sample_ends_a_render() {
+    for value in BAD {
+        for (pixel, numbers) in [
+            (Centre, Numbers::Independent),
+            (Random, Numbers::Independent),
+            (Jitter(3), Numbers::Independent),
+            (Random, Numbers::Sobol(16)),
+        ] {
+            let sampling = sampling(pixel, numbers);
+            let samples = sampling.samples_per_replication();
+            for at in [0, 7 * samples - 1] {
+                let once = Once {
+                    calls: AtomicU32::new(0),
+                    at,
+                    value,
+                };
+                let mut film = Film::new(FRAME, None, samples).expect("a film");
+                let done = render(&furnace(), &once, sampling, &mut film, &(0..2), &|_| true);
+                assert_surfaces(done, "at pixel (", &format!("{value} with {sampling:?}"));
+            }
+        }
+    }
+}
+
+/// A pass with one bad pixel.
+struct BadPixel(f64);
+
+impl ImageEstimator for BadPixel {
+    fn pass(&self, _: &Scene, frame: [u32; 2], _: u64, index: u32) -> Result<Vec<DVec3>, Error> {
+        let mut image = vec![DVec3::ONE; (frame[0] * frame[1]) as usize];
+        image[(2 * frame[0] + 3) as usize].y = if index == 1 { self.0 } else { 1.0 };
+        Ok(image)
+    }
+}
+
+#[test]
+fn one_bad_pixel_ends_the_passes() {
+    for value in BAD {
+        let mut film = Film::new(FRAME, None, 1).expect("a film");
+        let done = render_passes(&furnace(), &BadPixel(value), 1, &mut film, 0..3, &|_| true);
+        assert_surfaces(done, "at pixel (3, 2), pass 1", &format!("{value}"));
+    }
+}
+
+/// The library's parts but for one that gives what is no number.
+#[derive(Clone, Copy)]
+enum Bad {
+    /// The BRDF.
+    Brdf(f64),
+    /// The flux of photons.
+    Flux(f64),
+    /// Form factors, the light that patches exchange, and that which leaves them.
+    FormFactor,
+    Exchanged,
+    Leaving,
+    /// Importance of the camera.
+    Importance(f64),
+    /// Roulette that nobody loses, between walls that absorb nothing: paths have no end.
+    Endless,
+}
+
+impl Parts for Bad {
+    fn brdf(&self, bsdf: &Bsdf, wo: DVec3, wi: DVec3) -> DVec3 {
+        match self {
+            Self::Brdf(value) => DVec3::new(0.1, 0.1, *value),
+            _ => Standard.brdf(bsdf, wo, wi),
+        }
+    }
+    fn photon_flux(&self, flux: DVec3, emitted: u32, stored: usize) -> DVec3 {
+        match self {
+            Self::Flux(value) => DVec3::new(0.1, *value, 0.1),
+            _ => Standard.photon_flux(flux, emitted, stored),
+        }
+    }
+    fn form_factor(&self, normal: DVec3, corners: &[DVec3]) -> f64 {
+        match self {
+            Self::FormFactor => f64::NAN,
+            _ => Standard.form_factor(normal, corners),
+        }
+    }
+    fn exchanged(&self, leaving: DVec3, emitted: DVec3) -> DVec3 {
+        match self {
+            Self::Exchanged => DVec3::new(f64::NAN, 0.1, 0.1),
+            _ => Standard.exchanged(leaving, emitted),
+        }
+    }
+    fn leaving(&self, albedo: DVec3, emitted: DVec3, irradiance: DVec3) -> DVec3 {
+        match self {
+            Self::Leaving => DVec3::new(0.1, f64::NAN, 0.1),
+            _ => Standard.leaving(albedo, emitted, irradiance),
+        }
+    }
+    fn importance(&self, camera: &Camera, size: [u32; 2], direction: DVec3) -> f64 {
+        match self {
+            Self::Importance(value) => *value,
+            _ => Standard.importance(camera, size, direction),
+        }
+    }
+    fn survives(&self, r: f64, survival: f64) -> bool {
+        match self {
+            Self::Endless => true,
+            _ => Standard.survives(r, survival),
+        }
+    }
+}
+
+fn rays<E: Estimator>(scene: &Scene, estimator: &E) -> Result<bool, Error> {
+    let mut film = Film::new(FRAME, None, 1).expect("a film");
+    let sampling = sampling(Random, Numbers::Independent);
+    render(scene, estimator, sampling, &mut film, &(0..4), &|_| true)
+}
+
+fn passes<E: ImageEstimator>(scene: &Scene, estimator: &E) -> Result<bool, Error> {
+    let mut film = Film::new(FRAME, None, 1).expect("a film");
+    render_passes(scene, estimator, master(), &mut film, 0..4, &|_| true)
+}
+
+fn gather() -> Lookup {
+    Lookup::Gather {
+        caustic_particles: 200,
+        caustic_radius: 0.5,
+    }
+}
+
+/// Renders with photons, if there is a map.
+fn photons(scene: &Scene, parts: Bad, lookup: Lookup) -> Result<bool, Error> {
+    let map = PhotonMapping::new(parts, scene, lookup, (200, 0.5), (master(), 0))?;
+    rays(scene, &map)
+}
+
+fn sppm(scene: &Scene, parts: Bad) -> Result<bool, Error> {
+    let (particles, radius) = (200, 0.5);
+    passes(
+        scene,
+        &Sppm {
+            parts,
+            particles,
+            radius,
+        },
+    )
+}
+
+#[test]
+fn bad_parts_surface_through_every_estimator() {
+    let scene = furnace();
+    for value in [f64::NAN, f64::INFINITY, -1.0] {
+        let parts = Bad::Brdf(value);
+        let what = |name: &str| format!("{name} with a BRDF of {value}");
+        for strategy in [Strategy::Bsdf, Strategy::Light, Strategy::Mis] {
+            let path = Path::new(parts, strategy);
+            assert_surfaces(rays(&scene, &path), "at pixel (", &what("path"));
+        }
+        assert_surfaces(
+            passes(&scene, &LightTracer { parts }),
+            "at pixel (",
+            &what("light tracer"),
+        );
+        assert_surfaces(passes(&scene, &Bdpt { parts }), "at pixel (", &what("bdpt"));
+        for lookup in [Lookup::Direct, gather()] {
+            assert_surfaces(photons(&scene, parts, lookup), "", &what("photons"));
+        }
+        assert_surfaces(sppm(&scene, parts), "", &what("sppm"));
+        let parts = Bad::Flux(value);
+        let place = "the flux of a photon of pass 0";
+        assert_surfaces(
+            photons(&scene, parts, Lookup::Direct),
+            place,
+            &format!("flux {value}"),
+        );
+        assert_surfaces(
+            sppm(&scene, parts),
+            place,
+            &format!("flux {value} in passes"),
+        );
+        let parts = Bad::Importance(value);
+        assert_surfaces(
+            passes(&scene, &LightTracer { parts }),
+            "at pixel (",
+            "importance",
+        );
+        assert_surfaces(passes(&scene, &Bdpt { parts }), "at pixel (", "importance");
+    }
+}
+
+#[test]
+fn bad_parts_do_not_pass_for_a_solution() {
+    let scene = simple::cornell().expect("a scene");
+    let fineness = Fineness {
+        patches: 40,
+        halvings: 0,
+    };
+    for parts in [Bad::FormFactor, Bad::Exchanged, Bad::Leaving] {
+        let solved = Radiosity::new(parts, &scene, fineness, &|_| true);
+        assert_surfaces(solved.map(|_| ()), "as the irradiance at", "radiosity");
+    }
+}
+
+/// A path that never ends is an error after [`LONGEST_PATH`] vertices, by every estimator that walks.
+#[test]
+fn paths_without_end_are_errors() {
+    let scene = simple::furnace_box(0.9).expect("a scene");
+    let parts = Bad::Endless;
+    for strategy in [Strategy::Bsdf, Strategy::Light, Strategy::Mis] {
+        assert_surfaces(
+            rays(&scene, &Path::new(parts, strategy)),
+            "at pixel (",
+            "path",
+        );
+    }
+    let place = "of pass 0";
+    assert_surfaces(
+        passes(&scene, &LightTracer { parts }),
+        place,
+        "light tracer",
+    );
+    assert_surfaces(passes(&scene, &Bdpt { parts }), "at pixel (", "bdpt");
+    assert_surfaces(photons(&scene, parts, Lookup::Direct), place, "photons");
+    assert_surfaces(sppm(&scene, parts), place, "sppm");
+}
+
+/// Counts how often paths survive.
+struct Counting(AtomicU32);
+
+impl Parts for Counting {
+    fn survives(&self, _: f64, _: f64) -> bool {
+        self.0.fetch_add(1, Ordering::Relaxed) + 1 < LONGEST_PATH
+    }
+}
+
+/// The longest path that there is counts to its last vertex; its probability is beyond telling.
+#[test]
+fn the_longest_path_is_no_error() {
+    let scene = furnace();
+    let ray = scene.camera().ray(FRAME, 2.5, 2.0);
+    let parts = Counting(AtomicU32::new(0));
+    let path = Path::new(parts, Strategy::Bsdf);
+    let radiance = path.radiance(
+        &scene,
+        &ray,
+        scene.intersect(&ray),
+        &mut stream(master(), 0, 0),
+    );
+    assert!(radiance.is_finite(), "{radiance}");
+    assert_eq!(path.parts.0.into_inner(), LONGEST_PATH);
+    let survival = f64::from(LONGEST_PATH - 1) * whitefurnace::roulette::HIGHEST_SURVIVAL.ln();
+    assert!(survival < -90.0 * std::f64::consts::LN_10);
+}
