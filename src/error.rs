@@ -1,12 +1,13 @@
 //! What can go wrong with a user's input, each as one line that says what, where and how to mend it.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// A fault of the input or of the file system; programs print it as one line and exit with code 2.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file could not be read or written.
-    #[error("cannot {action} {}: {source} (check that the folder exists and may be written)", path.display())]
+    #[error("cannot {action} {}: {source}{}", path.display(), remedy(source))]
     File {
         /// "read", "write" or "create".
         action: &'static str,
@@ -25,7 +26,7 @@ pub enum Error {
         /// What the codec said.
         message: String,
     },
-    /// Ctrl-C was pressed.
+    /// A signal to end came, such as that of Ctrl-C.
     #[error("interrupted; the same command goes on where it stopped")]
     Interrupted,
     /// An option's value makes no sense, alone or together with others.
@@ -51,6 +52,19 @@ pub enum Error {
         /// What is wrong and how to mend it.
         message: String,
     },
+}
+
+/// What mends an error of the file system, where that can be said.
+fn remedy(source: &std::io::Error) -> &'static str {
+    match source.kind() {
+        ErrorKind::NotFound
+        | ErrorKind::NotADirectory
+        | ErrorKind::PermissionDenied
+        | ErrorKind::ReadOnlyFilesystem => " (check that the folder exists and may be written)",
+        ErrorKind::IsADirectory => " (choose another name, or remove the folder)",
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => " (make room, or choose another disk)",
+        _ => "",
+    }
 }
 
 impl Error {

@@ -23,6 +23,7 @@ use crate::ledger::{Ledger, number};
 use crate::photons::{Gather, Photons};
 use crate::plot::agreement::{histograms, squares};
 use crate::plot::map::maps as draw_maps;
+use crate::progress::Progress;
 use crate::suite::FAMILY;
 
 /// Every estimator against the reference of its scene.
@@ -50,6 +51,22 @@ struct Run {
     maps: Maps,
 }
 
+/// A [`Run`] as numbers to be stored: the states of the means, and of the maps.
+type States = ([f64; 5], maps::States);
+
+impl Run {
+    fn states(&self) -> States {
+        (self.means.state(), self.maps.states())
+    }
+
+    fn of_states((means, maps): States) -> Self {
+        Self {
+            means: Values::of_state(means),
+            maps: Maps::of_states(maps),
+        }
+    }
+}
+
 /// Image means of all runs.
 #[derive(Clone, Copy)]
 struct Total {
@@ -70,8 +87,10 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     let mut level = share;
     for cell in &cells {
         let file = format!("{}.{}.csv", name(cell.scene), name(cell.estimator));
-        let mut ledger = open(lab, &file);
-        let run = render(lab, cell, ledger.next() as u32)?;
+        let mut ledger = open(lab, &file)?;
+        let first = ledger.next() as u32;
+        let part = format!("{}.{}", name(cell.scene), name(cell.estimator));
+        let run = Run::of_states(lab.part(&part, || Ok(render(lab, cell, first)?.states()))?);
         level = ledger.look(share);
         totals.push(add(&mut ledger, &run.means, level)?);
         runs.push(run);
@@ -143,13 +162,13 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
 }
 
 /// The file that holds the image means of all runs.
-fn open(lab: &Lab, file: &str) -> Ledger {
+fn open(lab: &Lab, file: &str) -> Result<Ledger, Error> {
     let key = format!(
         "agreement version {}, seed {}, {SIZE:?}, {PHOTONS} photons, {PATCHES} patches",
         AGREEMENT.version,
         lab.seed()
     );
-    Ledger::open(lab.path(file), &key, COLUMNS)
+    lab.ledger(file, &key, COLUMNS)
 }
 
 /// Adds the image means of this run and writes the file; returns those of all runs.
@@ -177,12 +196,18 @@ fn lacks(lab: &Lab, cells: &[Cell], level: f64) -> Result<Vec<Option<Mean>>, Err
         if !cells.iter().any(wanted) {
             continue;
         }
-        let mut ledgers = METHODS.map(|method| {
+        let ledgers = METHODS.map(|method| {
             let file = format!("{}.left-out-{}.csv", name(scene), method.word());
             open(lab, &file)
         });
+        let mut ledgers = ledgers.into_iter().collect::<Result<Vec<_>, _>>()?;
         let count = lab.count(replications_left_out(scene, lab.tier())).max(2) as u32;
-        let values = left_out(lab, scene, ledgers[0].next() as u32, count)?;
+        let first = ledgers[0].next() as u32;
+        let states: Vec<[f64; 5]> = lab.part(&format!("{}.left-out", name(scene)), || {
+            let values = left_out(lab, scene, first, count)?;
+            Ok(values.iter().map(Values::state).collect())
+        })?;
+        let values: Vec<Values> = states.into_iter().map(Values::of_state).collect();
         for ((method, ledger), values) in METHODS.iter().zip(&mut ledgers).zip(&values) {
             ledger.look(level);
             counted.push((scene, *method, add(ledger, values, level)?));
@@ -258,10 +283,13 @@ fn render(lab: &Lab, cell: &Cell, first: u32) -> Result<Run, Error> {
         means: Values::new(1.0),
         maps: Maps::new(u64::from(count)),
     };
+    let bar = Progress::new(&label).bar_of(u64::from(count), "images");
     job.replications(first..first + count, |image| {
         run.means.push(run.maps.push(image));
+        bar.advance(1);
         Ok(())
     })?;
+    bar.finish();
     Ok(run)
 }
 

@@ -20,7 +20,7 @@ use whitefurnace::shape::Ray;
 
 use crate::figures;
 use crate::job::Job;
-use crate::lab::{Experiment, Lab};
+use crate::lab::{Experiment, Judgement, Lab};
 use crate::pictures::render_samples;
 use crate::plot::chart::{Chart, Mark, Series, charts};
 use crate::progress::interrupted;
@@ -224,11 +224,12 @@ fn judge(lab: &mut Lab, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) {
     lab.number("apart", apart);
     let what = "radiosity and path tracer agree on the tint";
     let value = format!("ratios of irradiance within {apart:.4}, at most {TINT}");
-    if apart < TINT || at_least > TINT {
-        lab.claim(what, value, apart < TINT);
+    let verdict = if apart < TINT || at_least > TINT {
+        Judgement::from(apart < TINT)
     } else {
-        lab.note(what, format!("{value}: undecided at this size"));
-    }
+        Judgement::Undecided
+    };
+    lab.claim(what, value, verdict);
 }
 
 fn draw(lab: &mut Lab, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) -> Result<(), Error> {

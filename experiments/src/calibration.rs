@@ -10,8 +10,9 @@ use whitefurnace::rng::{seed_for, stream};
 use whitefurnace::trials;
 
 use crate::lab::{Experiment, Lab};
-use crate::ledger::{Ledger, number};
+use crate::ledger::number;
 use crate::plot::chart::{Chart, Mark, Series, charts};
+use crate::progress::Progress;
 use crate::statistics::{self, N};
 use crate::suite::{FAMILY, equations, parallel};
 
@@ -38,6 +39,9 @@ const CONTINUOUS: [&str; 6] = [
 /// ...from about this many values on.
 const LEAST_VALUES: u64 = 900;
 
+/// So many replications are a part that an interrupted run need not do again.
+const PART: usize = 32;
+
 /// The prefixes of names in the ledger.
 const STATISTIC: &str = "statistic ";
 const PROMISE: &str = "promise ";
@@ -49,21 +53,29 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
         CALIBRATION.version,
         lab.seed()
     );
-    let mut ledger = Ledger::open(lab.path("calibration.csv"), &key, "replication,name,p");
+    let mut ledger = lab.ledger("calibration.csv", &key, "replication,name,p")?;
     let first = ledger.next();
     let replications: Vec<u64> = (first..first + lab.count(lab.by_tier(64, 1024))).collect();
     let registry = trials::all();
     lab.bears_on(equations(&registry));
     let master = lab.seed();
     let registry = in_question(registry, master)?;
-    let found = parallel(&replications, |&k| -> Result<Vec<[String; 2]>, Error> {
-        let mut rows = examine_statistics(master, k);
-        rows.extend(examine_registry(&registry, master, k)?);
-        Ok(rows)
-    })?;
-    for (&k, rows) in replications.iter().zip(found) {
-        rows?.iter().for_each(|row| ledger.push(k, row));
+    let bar = Progress::default().bar_of(replications.len() as u64, "seeds");
+    for part in replications.chunks(PART) {
+        let found = lab.part(&format!("from-{}", part[0]), || {
+            let found = parallel(part, |&k| -> Result<Vec<[String; 2]>, Error> {
+                let mut rows = examine_statistics(master, k);
+                rows.extend(examine_registry(&registry, master, k)?);
+                Ok(rows)
+            })?;
+            found.into_iter().collect::<Result<Vec<_>, _>>()
+        })?;
+        for (&k, rows) in part.iter().zip(found) {
+            rows.iter().for_each(|row| ledger.push(k, row));
+        }
+        bar.advance(part.len() as u64);
     }
+    bar.finish();
     let family = ledger.look(FAMILY);
     ledger.write()?;
     let mut by_name: BTreeMap<&str, Vec<f64>> = BTreeMap::new();

@@ -3,7 +3,6 @@
 
 use whitefurnace::equation;
 use whitefurnace::error::Error;
-use whitefurnace::harness::outcome::Verdict;
 use whitefurnace::harness::tails::normal_upper;
 use whitefurnace::harness::trial::{CSV_HEADER, Row, group};
 
@@ -49,11 +48,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
             lab.number(&format!("{}.reference", trial.name), o.reference);
             lab.number(&format!("{}.half", trial.name), o.half_width());
             lab.number(&format!("{}.deviation", trial.name), o.value);
-            match row.verdict {
-                Verdict::Holds => lab.claim(&trial.name, value, true),
-                Verdict::Fails => lab.claim(&trial.name, value, false),
-                Verdict::Undecided { .. } => lab.note(&trial.name, value),
-            }
+            lab.claim(&trial.name, value, row.verdict);
         }
     }
     let largest = rows

@@ -1,13 +1,15 @@
 //! What all programs do alike at the command line.
 
+use std::ops::RangeInclusive;
 use std::process::ExitCode;
 
+use clap::parser::ValueSource;
 use clap::{Args, FromArgMatches, Parser};
 use whitefurnace::error::Error;
+use whitefurnace::film::LARGEST_FILM;
 
-use crate::lab::{self, Experiment};
-use crate::progress::catch_interrupt;
-use crate::record;
+use crate::lab::{self, Experiment, Outcome};
+use crate::{progress, record, signals};
 
 /// Prints a line. That nobody reads it any more (`reproduce | head`) is no reason to stop.
 #[macro_export]
@@ -18,24 +20,65 @@ macro_rules! say {
     }};
 }
 
-/// Exit code 0; else one line on standard error and 2, or 130 after Ctrl-C.
-pub fn exit(result: Result<(), Error>) -> ExitCode {
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
+/// How a program ends: exit code 0; 1 if a claim fails; 2 after one line on standard error; or that of the
+/// signal that ended the work ([`signals::exit_code`]).
+pub fn exit<E: Into<Ending>>(result: Result<E, Error>) -> ExitCode {
+    let code = match result.map(Into::into) {
+        Ok(Ending::Done) => 0,
+        Ok(Ending::ClaimFails) => 1,
+        Ok(Ending::Interrupted) => signals::exit_code().unwrap_or(2),
         Err(error) => {
             eprintln!("error: {error}");
-            ExitCode::from(if matches!(error, Error::Interrupted) {
-                130
-            } else {
-                2
-            })
+            let signal = signals::exit_code().filter(|_| matches!(error, Error::Interrupted));
+            signal.unwrap_or(2)
         }
+    };
+    ExitCode::from(code)
+}
+
+/// How the work of a program ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// All of it is done.
+    Done,
+    /// All of it is done, and a claim does not hold.
+    ClaimFails,
+    /// A signal came, and what was done has been written.
+    Interrupted,
+}
+
+impl From<()> for Ending {
+    fn from((): ()) -> Self {
+        Self::Done
+    }
+}
+
+/// From here on signals end the work in hand, and how far it is gets shown.
+pub fn begin() {
+    signals::catch();
+    progress::show();
+}
+
+/// Says what was found, and how the program ends by it.
+pub fn conclude(outcomes: &[Outcome], options: &lab::Options) -> Ending {
+    if record::summarise(outcomes, options) {
+        Ending::Done
+    } else {
+        Ending::ClaimFails
     }
 }
 
 /// Parses the command line; a wrong option gets one line on standard error and exit code 2.
 pub fn parse<T: Parser>() -> T {
-    or_one_line(T::try_parse())
+    parse_given().0
+}
+
+/// The same, and which options stand on the command line.
+pub fn parse_given<T: Parser>() -> (T, impl Fn(&str) -> bool) {
+    let matches = or_one_line(T::command().try_get_matches());
+    let options = or_one_line(T::from_arg_matches(&matches));
+    let given = move |id: &str| matches.value_source(id) == Some(ValueSource::CommandLine);
+    (options, given)
 }
 
 fn or_one_line<T>(parsed: Result<T, clap::Error>) -> T {
@@ -59,28 +102,59 @@ fn or_one_line<T>(parsed: Result<T, clap::Error>) -> T {
 /// Parses `WIDTHxHEIGHT`.
 ///
 /// # Errors
-/// A line that says what is expected.
+/// What is expected.
 pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
-    let expected =
-        || format!("'{text}' is not a size: write WIDTHxHEIGHT in pixels, such as 1024x768");
-    let (width, height) = text.split_once('x').ok_or_else(expected)?;
-    let number = |text: &str| text.parse::<u32>().map_err(|_| expected());
-    Ok([number(width)?, number(height)?])
+    let sides = text.split_once('x').and_then(|(width, height)| {
+        let number = |text: &str| text.parse::<u32>().ok();
+        Some([number(width)?, number(height)?])
+    });
+    let pixels = |[width, height]: [u32; 2]| u64::from(width) * u64::from(height);
+    sides
+        .filter(|&sides| (1..=LARGEST_FILM).contains(&pixels(sides)))
+        .ok_or_else(|| {
+            format!(
+                "must be WIDTHxHEIGHT in pixels such as 1024x768, each at least 1, and at most {LARGEST_FILM} \
+                 in all, which is what fits memory"
+            )
+        })
+}
+
+/// A parser of whole numbers in a range.
+pub fn whole<T: TryFrom<u64>>(
+    range: RangeInclusive<u64>,
+) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static {
+    move |text| {
+        let number = text.parse().ok().filter(|number| range.contains(number));
+        number
+            .and_then(|number| T::try_from(number).ok())
+            .ok_or_else(|| {
+                format!(
+                    "must be a whole number from {} to {}",
+                    range.start(),
+                    range.end()
+                )
+            })
+    }
+}
+
+/// A parser of numbers in a range.
+pub fn real(
+    range: RangeInclusive<f64>,
+) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
+    move |text| {
+        let number = text.parse().ok().filter(|number| range.contains(number));
+        number.ok_or_else(|| format!("must be a number from {} to {}", range.start(), range.end()))
+    }
 }
 
 /// Sets the number of threads for the whole program; all cores if `None`.
 ///
 /// # Errors
-/// [`Error::Option`] for 0 or more than 1024.
+/// [`Error::Option`] if they cannot be started.
 pub fn use_threads(threads: Option<usize>) -> Result<(), Error> {
     let Some(threads) = threads else {
         return Ok(());
     };
-    if !(1..=1024).contains(&threads) {
-        return Err(Error::Option(format!(
-            "--threads {threads} must be between 1 and 1024"
-        )));
-    }
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build_global()
@@ -94,6 +168,12 @@ pub fn run_experiment(experiment: &'static Experiment) -> ExitCode {
         .version(env!("CARGO_PKG_VERSION"));
     let matches = or_one_line(command.try_get_matches());
     let options = or_one_line(lab::Options::from_arg_matches(&matches));
-    catch_interrupt();
-    exit(use_threads(options.threads).and_then(|()| record::run_all(&[experiment], &options, true)))
+    exit(run_alone(experiment, &options))
+}
+
+fn run_alone(experiment: &'static Experiment, options: &lab::Options) -> Result<Ending, Error> {
+    use_threads(options.threads)?;
+    begin();
+    let outcomes = record::run_all(&[experiment], options, true)?;
+    Ok(conclude(&outcomes, options))
 }

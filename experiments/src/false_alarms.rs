@@ -10,6 +10,7 @@ use whitefurnace::trials;
 use crate::lab::{Experiment, Lab};
 use crate::ledger::{Ledger, number};
 use crate::plot::chart::{Chart, Mark, Series, charts};
+use crate::progress::Progress;
 use crate::suite::{self, FAMILY};
 
 /// The suite at a reduced scale over master seeds.
@@ -36,16 +37,21 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
         lab.seed(),
         trials.len()
     );
-    let mut ledger = Ledger::open(lab.path("false-alarms.csv"), &key, COLUMNS);
+    let mut ledger = lab.ledger("false-alarms.csv", &key, COLUMNS)?;
     let first = ledger.next();
-    let level = ledger.look(FAMILY);
-    for k in first..first + lab.count(lab.by_tier(2, 200)) {
+    let seeds = lab.count(lab.by_tier(2, 200));
+    let bar = Progress::default().bar_of(seeds, "seeds");
+    for k in first..first + seeds {
         let seed = seed_for(lab.seed(), &format!("false-alarms {k}"));
-        let rows = suite::run(&trials, seed, scale)?;
-        ledger.push(k, &fields(&rows.concat()));
-        // A long run that is interrupted goes on from here.
-        ledger.write()?;
+        let row = lab.part(&format!("seed-{k}"), || {
+            Ok(fields(&suite::run(&trials, seed, scale)?.concat()))
+        })?;
+        ledger.push(k, &row);
+        bar.advance(1);
     }
+    bar.finish();
+    let level = ledger.look(FAMILY);
+    ledger.write()?;
     report(lab, &ledger, scale, level);
     draw(lab, &ledger)
 }

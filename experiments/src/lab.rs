@@ -4,14 +4,19 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use serde::{Deserialize, Serialize};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Deserializer, Serialize};
 use whitefurnace::equation::Equation;
 use whitefurnace::error::Error;
 use whitefurnace::film::Film;
+use whitefurnace::harness::outcome::Verdict;
 use whitefurnace::image::{write_exr, write_png, write_whole};
 
+use crate::cli::whole;
 use crate::job::{Job, Rendered, name};
+use crate::ledger::Ledger;
 use crate::progress::Progress;
+use crate::unfinished::Unfinished;
 
 /// How much work a run does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
@@ -32,15 +37,19 @@ pub struct Options {
     /// Folder for everything that is made
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
-    /// Seed of all random numbers
-    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
+    /// Seed of all random numbers; from 0 to 18446744073709551615
+    #[arg(long, default_value_t = 1, allow_hyphen_values = true, value_parser = whole::<u64>(0..=u64::MAX))]
     pub seed: u64,
-    /// Threads [default: one per core]
-    #[arg(long)]
+    /// Threads; from 1 to 1024 [default: one per core]
+    #[arg(long, allow_hyphen_values = true, value_parser = whole::<usize>(1..=1024))]
     pub threads: Option<usize>,
-    /// Divide the pixels of every picture and all counts by this, to try things out; nothing is judged then
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    /// Divide the pixels of every picture and all counts by this, from 1 to 4096, to try things out; nothing is
+    /// judged then
+    #[arg(long, default_value_t = 1, allow_hyphen_values = true, value_parser = whole::<u32>(1..=4096))]
     pub shrink: u32,
+    /// Show every line of the tables, not only what it comes to
+    #[arg(long)]
+    pub rows: bool,
 }
 
 /// An experiment: a constant of data and one function.
@@ -66,8 +75,66 @@ pub struct Finding {
     pub what: String,
     /// The number with its unit and error.
     pub value: String,
-    /// Whether a claim about it holds; `None` where nothing is claimed.
-    pub holds: Option<bool>,
+    /// What the run says of a claim about it; `None` where nothing is claimed.
+    #[serde(default, alias = "holds", deserialize_with = "judgement")]
+    pub verdict: Option<Judgement>,
+    /// Whether it belongs to the last line above that is no detail; tables show details on request only.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub detail: bool,
+}
+
+/// What a run says of a claim.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Judgement {
+    /// It holds.
+    Holds,
+    /// It does not.
+    Fails,
+    /// The run is too small to tell.
+    Undecided,
+}
+
+impl Judgement {
+    /// "holds", "fails" or "undecided".
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Holds => "holds",
+            Self::Fails => "fails",
+            Self::Undecided => "undecided",
+        }
+    }
+}
+
+impl From<bool> for Judgement {
+    fn from(holds: bool) -> Self {
+        if holds { Self::Holds } else { Self::Fails }
+    }
+}
+
+impl From<Verdict> for Judgement {
+    fn from(verdict: Verdict) -> Self {
+        match verdict {
+            Verdict::Holds => Self::Holds,
+            Verdict::Fails => Self::Fails,
+            Verdict::Undecided { .. } => Self::Undecided,
+        }
+    }
+}
+
+/// A verdict, or what earlier versions recorded: true, false, or nothing.
+fn judgement<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Judgement>, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    enum Any {
+        Holds(bool),
+        Judgement(Judgement),
+    }
+    let any = Option::<Any>::deserialize(from)?;
+    Ok(any.map(|any| match any {
+        Any::Holds(holds) => holds.into(),
+        Any::Judgement(judgement) => judgement,
+    }))
 }
 
 /// What an experiment leaves behind, on disk as `result.json`.
@@ -83,6 +150,9 @@ pub struct Outcome {
     pub tier: Tier,
     /// The master seed.
     pub seed: u64,
+    /// By what counts and pixels were divided.
+    #[serde(default = "undivided")]
+    pub shrink: u32,
     /// The command that repeats it.
     pub command: String,
     /// Ids of the equations that it bears on.
@@ -93,14 +163,22 @@ pub struct Outcome {
     pub figures: Vec<String>,
     /// The table.
     pub findings: Vec<Finding>,
+    /// SHA-256 of each file that was in the folder at the end, so that only what is as it was is kept.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub digests: BTreeMap<String, String>,
     /// Identifies program and options, so that only results of this very program are kept.
     pub fingerprint: String,
+}
+
+fn undivided() -> u32 {
+    1
 }
 
 /// What an experiment works with.
 pub struct Lab {
     options: Options,
     folder: PathBuf,
+    unfinished: Unfinished,
     outcome: Outcome,
 }
 
@@ -111,8 +189,13 @@ impl Lab {
         options: &Options,
         folder: PathBuf,
         fingerprint: String,
-    ) -> Self {
-        Self {
+    ) -> Result<Self, Error> {
+        let divided = match options.shrink {
+            1 => String::new(),
+            shrink => format!(" --shrink {shrink}"),
+        };
+        Ok(Self {
+            unfinished: Unfinished::begin(&folder, &fingerprint)?,
             options: options.clone(),
             outcome: Outcome {
                 id: experiment.id.to_owned(),
@@ -120,8 +203,9 @@ impl Lab {
                 version: experiment.version,
                 tier: options.tier,
                 seed: options.seed,
+                shrink: options.shrink,
                 command: format!(
-                    "cargo run --release --bin {} -- --tier {} --seed {}",
+                    "cargo run --release --bin {} -- --tier {} --seed {}{divided}",
                     experiment.id,
                     name(options.tier),
                     options.seed
@@ -134,15 +218,38 @@ impl Lab {
                 numbers: BTreeMap::new(),
                 figures: Vec::new(),
                 findings: Vec::new(),
+                digests: BTreeMap::new(),
                 fingerprint,
             },
             folder,
-        }
+        })
     }
 
-    /// What the experiment found.
-    pub(crate) fn into_outcome(self) -> Outcome {
-        self.outcome
+    /// What the experiment found, and what to end when that is written.
+    pub(crate) fn into_outcome(self) -> (Outcome, Unfinished) {
+        (self.outcome, self.unfinished)
+    }
+
+    /// A part of the work that an interrupted run need not do again ([`Unfinished::part`]).
+    ///
+    /// # Errors
+    /// As [`Unfinished::part`].
+    pub fn part<T: Serialize + DeserializeOwned>(
+        &self,
+        key: &str,
+        make: impl FnOnce() -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        self.unfinished.part(key, make)
+    }
+
+    /// The ledger `file` as earlier runs left it. A run writes it once, when all of its rows are there.
+    ///
+    /// # Errors
+    /// As [`Unfinished::before`].
+    pub fn ledger(&self, file: &str, key: &str, columns: &str) -> Result<Ledger, Error> {
+        let path = self.path(file);
+        let before = self.unfinished.before(&path)?;
+        Ok(Ledger::continued(&before, path, key, columns))
     }
 
     /// The tier.
@@ -272,20 +379,31 @@ impl Lab {
 
     /// Adds a line to the table.
     pub fn note(&mut self, what: &str, value: String) {
-        self.finding(what, value, None);
+        self.finding((what, value), None, false);
     }
 
-    /// Adds a line about a claim to the table. A shrunk run claims nothing: claims state the sizes at
-    /// which they can be judged.
-    pub fn claim(&mut self, what: &str, value: String, holds: bool) {
-        self.finding(what, value, (self.options.shrink == 1).then_some(holds));
+    /// Adds a line about a claim to the table: whether it holds, or a verdict. A shrunk run claims nothing:
+    /// claims state the sizes at which they can be judged.
+    pub fn claim(&mut self, what: &str, value: String, verdict: impl Into<Judgement>) {
+        self.finding((what, value), Some(verdict.into()), false);
     }
 
-    fn finding(&mut self, what: &str, value: String, holds: Option<bool>) {
+    /// The same as a detail of the last line that is none.
+    pub fn detail(&mut self, what: &str, value: String, verdict: impl Into<Judgement>) {
+        self.finding((what, value), Some(verdict.into()), true);
+    }
+
+    fn finding(&mut self, (what, value): (&str, String), verdict: Option<Judgement>, detail: bool) {
+        let value = if value.contains("inf") || value.contains("NaN") {
+            without_infinity(&value)
+        } else {
+            value
+        };
         self.outcome.findings.push(Finding {
             what: what.to_owned(),
             value,
-            holds,
+            verdict: verdict.filter(|_| self.options.shrink == 1),
+            detail,
         });
     }
 
@@ -299,6 +417,18 @@ impl Lab {
             &format!("{header}\n{}\n", rows.join("\n")),
         )
     }
+}
+
+/// A text in which no number is infinite or none: such a one is not known.
+fn without_infinity(text: &str) -> String {
+    let word = |part: &str| {
+        let number = part.trim_matches(|c: char| !c.is_alphanumeric());
+        match number {
+            "inf" | "NaN" => part.replace(['+', '-', '−'], "").replace(number, "unknown"),
+            _ => part.to_owned(),
+        }
+    };
+    text.split(' ').map(word).collect::<Vec<_>>().join(" ")
 }
 
 /// Crops are shown this many times larger than their pixels.

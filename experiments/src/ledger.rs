@@ -3,7 +3,7 @@
 //! Whoever looks at growing evidence again and again at one level will in the end see anything: n is not
 //! fixed beforehand. So the ledger counts the looks, and each spends a share of the level of its own.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use whitefurnace::error::Error;
 
@@ -36,7 +36,13 @@ impl Ledger {
     /// The rows that earlier runs left in `path` under the same `key` (version, seed, sizes: all that
     /// decides a row beside its number) and columns. A file of another key starts afresh.
     pub fn open(path: PathBuf, key: &str, columns: &str) -> Self {
-        let text = std::fs::read_to_string(&path).unwrap_or_default();
+        let before = path.clone();
+        Self::continued(&before, path, key, columns)
+    }
+
+    /// The same for rows that stand in the file `before`, and go on in `path`.
+    pub fn continued(before: &Path, path: PathBuf, key: &str, columns: &str) -> Self {
+        let text = std::fs::read_to_string(before).unwrap_or_default();
         let (looks, rows) = read(&text, key, columns).unwrap_or_default();
         Self {
             path,
@@ -47,8 +53,8 @@ impl Ledger {
         }
     }
 
-    /// Counts a look at all rows and returns the level that it may spend of `level`. The count is
-    /// written with the rows: a look that is interrupted counts, too.
+    /// Counts a look at all rows and returns the level that it may spend of `level`. The count is written
+    /// with the rows, when a run has all of its own: one that is interrupted has not looked.
     pub fn look(&mut self, level: f64) -> f64 {
         self.looks += 1;
         level_of_look(level, self.looks)

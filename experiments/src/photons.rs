@@ -6,6 +6,7 @@ use whitefurnace::estimator::photon_map::{Kept, PhotonMap};
 use whitefurnace::estimator::{Lookup, Standard};
 use whitefurnace::scene::Scene;
 
+use crate::cli::{real, whole};
 use crate::job::name;
 
 /// Where photons are looked up, as programs name it.
@@ -21,21 +22,29 @@ pub enum Gather {
 /// The options of the estimators `photon` and `sppm`.
 #[derive(Clone, Copy, Debug, PartialEq, Args)]
 pub struct Photons {
-    /// Particles from the lights for --estimator photon, and in each pass of sppm
-    #[arg(long, default_value_t = Photons::default().photons)]
+    /// Particles from the lights for --estimator photon, and in each pass of sppm; from 1 to 4294967295
+    #[arg(long, default_value_t = Photons::default().photons, allow_hyphen_values = true, value_parser = count())]
     pub photons: u32,
-    /// Radius of lookups in the scene's units; that of the first pass of sppm
-    #[arg(long, default_value_t = Photons::default().radius, allow_negative_numbers = true)]
+    /// Radius of lookups in the scene's units, that of the first pass of sppm; from 0.000001 to 1000000
+    #[arg(long, default_value_t = Photons::default().radius, allow_hyphen_values = true, value_parser = radius())]
     pub radius: f64,
     /// Whether --estimator photon gathers the light of a second diffuse surface
     #[arg(long, value_enum, default_value_t = Gather::Yes)]
     pub gather: Gather,
-    /// Particles for the caustics of --gather yes [default: as --photons]
-    #[arg(long)]
+    /// Particles for the caustics of --gather yes; from 1 to 4294967295 [default: as --photons]
+    #[arg(long, allow_hyphen_values = true, value_parser = count())]
     pub caustic_photons: Option<u32>,
-    /// Radius of their lookups [default: as --radius]
-    #[arg(long, allow_negative_numbers = true)]
+    /// Radius of their lookups; from 0.000001 to 1000000 [default: as --radius]
+    #[arg(long, allow_hyphen_values = true, value_parser = radius())]
     pub caustic_radius: Option<f64>,
+}
+
+fn count() -> impl Fn(&str) -> Result<u32, String> + Clone + Send + Sync + 'static {
+    whole(1..=u64::from(u32::MAX))
+}
+
+fn radius() -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
+    real(1e-6..=1e6)
 }
 
 impl Default for Photons {
@@ -66,46 +75,6 @@ impl Photons {
             },
             _ => Lookup::Direct,
         }
-    }
-
-    /// Refuses what makes no sense, with what to change.
-    ///
-    /// # Errors
-    /// [`Error::Option`].
-    pub fn check(&self, one_map: bool) -> Result<(), Error> {
-        let refuse = |message: String| Err(Error::Option(message));
-        let counts = [
-            ("--photons", Some(self.photons)),
-            ("--caustic-photons", self.caustic_photons),
-        ];
-        for (option, count) in counts {
-            if count == Some(0) {
-                return refuse(format!("{option} 0 must be at least 1"));
-            }
-        }
-        let radii = [
-            ("--radius", Some(self.radius)),
-            ("--caustic-radius", self.caustic_radius),
-        ];
-        for (option, radius) in radii {
-            if let Some(radius) = radius
-                && !(radius.is_finite() && radius > 0.0)
-            {
-                return refuse(format!("{option} {radius} must be finite and above 0"));
-            }
-        }
-        let caustics = self.caustic_photons.is_some() || self.caustic_radius.is_some();
-        let gathers = one_map && self.gather == Gather::Yes;
-        if caustics && !gathers {
-            return refuse(
-                "--caustic-photons and --caustic-radius go with --estimator photon and --gather yes"
-                    .to_owned(),
-            );
-        }
-        if !one_map && self.gather != Gather::Yes {
-            return refuse("--gather is an option of --estimator photon".to_owned());
-        }
-        Ok(())
     }
 
     /// Refuses more photons than fit memory.

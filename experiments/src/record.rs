@@ -1,34 +1,42 @@
 //! Runs experiments, keeps their results, and copies those of a full run into the book.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use serde::Serialize;
+use sha2::{Digest as _, Sha256};
 use whitefurnace::error::Error;
 use whitefurnace::image::check_writable;
 
+use crate::EXPERIMENTS;
 use crate::bands;
 use crate::job::name;
-use crate::lab::{Experiment, Lab, Options, Outcome, Tier, write_text};
-use crate::progress::interrupted;
+use crate::lab::{Experiment, Finding, Judgement, Lab, Options, Outcome, Tier, write_text};
+use crate::progress::{Progress, interrupted};
 use crate::say;
 
 /// The largest file that the book keeps, in bytes.
 pub const LARGEST_RECORDED: u64 = 300 * 1024;
 
-/// Runs experiments one after the other and writes `results.json`; results of an earlier run of this
-/// very program with the same options are kept unless `fresh`.
+/// Runs experiments one after the other and returns what they found; results of an earlier run of this very
+/// program with the same options are kept unless `fresh`. After each, `results.json` is written anew from
+/// all experiments that have a result in the folder.
 ///
 /// # Errors
 /// The first error of an experiment; results so far are kept.
-pub fn run_all(experiments: &[&Experiment], options: &Options, fresh: bool) -> Result<(), Error> {
-    let results = options.out.join("results.json");
+pub fn run_all(
+    experiments: &[&Experiment],
+    options: &Options,
+    fresh: bool,
+) -> Result<Vec<Outcome>, Error> {
+    let results = options.out.join(RESULTS);
     check_writable(&results)?;
     let program = fingerprint_of_program();
     let mut outcomes = Vec::new();
-    for experiment in experiments {
+    for (i, experiment) in experiments.iter().enumerate() {
         let fingerprint = format!(
             "{program:016x} {} {} {} {}",
             experiment.version,
@@ -37,32 +45,34 @@ pub fn run_all(experiments: &[&Experiment], options: &Options, fresh: bool) -> R
             options.shrink
         );
         let folder = options.out.join(experiment.id);
+        let which = format!("[{} of {}] ", i + 1, experiments.len());
         let kept = if fresh {
             None
         } else {
             kept(&folder, &fingerprint)
         };
-        let outcome = match kept {
-            Some(outcome) => {
-                say!("{}", table(&outcome, "kept from an earlier run"));
-                outcome
-            }
+        let (outcome, how) = match kept {
+            Some(outcome) => (outcome, "kept from an earlier run".to_owned()),
             None => {
                 let start = Instant::now();
+                let label = format!("{which}{}", experiment.id);
+                say!("{label} begins: {}", experiment.title);
+                let bar = Progress::new(&label).bar_of(0, "");
                 let outcome = run_one(experiment, options, &folder, fingerprint)?;
-                say!(
-                    "{}",
-                    table(&outcome, &format!("{:.1} s", start.elapsed().as_secs_f64()))
-                );
-                outcome
+                bar.finish();
+                let seconds = start.elapsed().as_secs_f64();
+                (outcome, format!("{seconds:.1} s"))
             }
         };
+        say!("{which}{}", table(&outcome, &how, options.rows));
         outcomes.push(outcome);
+        write_results(&results, options)?;
     }
-    write_results(&results, &outcomes, options)?;
-    summary(&outcomes, &results);
-    Ok(())
+    Ok(outcomes)
 }
+
+/// The file for machines.
+const RESULTS: &str = "results.json";
 
 fn run_one(
     experiment: &Experiment,
@@ -71,25 +81,46 @@ fn run_one(
     fingerprint: String,
 ) -> Result<Outcome, Error> {
     std::fs::create_dir_all(folder).map_err(Error::file("create", folder))?;
-    let mut lab = Lab::new(experiment, options, folder.to_owned(), fingerprint);
+    let mut lab = Lab::new(experiment, options, folder.to_owned(), fingerprint)?;
     (experiment.run)(&mut lab)?;
     if interrupted() {
         return Err(Error::Interrupted);
     }
-    let outcome = lab.into_outcome();
+    let (mut outcome, unfinished) = lab.into_outcome();
+    outcome.digests = digests(folder)?;
     write_json(&folder.join("result.json"), &outcome)?;
+    unfinished.end()?;
     Ok(outcome)
 }
 
-/// The result in a folder if it has this fingerprint and its figures are still there.
+/// The result in a folder if it has this fingerprint and its files are as they were.
 fn kept(folder: &Path, fingerprint: &str) -> Option<Outcome> {
+    let outcome = result(folder)?;
+    let there = |file: &String| outcome.digests.contains_key(file);
+    let whole = outcome.figures.iter().all(there) && digests(folder).ok()? == outcome.digests;
+    (whole && outcome.fingerprint == fingerprint).then_some(outcome)
+}
+
+/// The result in a folder, if there is one that can be read.
+fn result(folder: &Path) -> Option<Outcome> {
     let text = std::fs::read_to_string(folder.join("result.json")).ok()?;
-    let outcome: Outcome = serde_json::from_str(&text).ok()?;
-    let there = outcome
-        .figures
-        .iter()
-        .all(|figure| folder.join(figure).is_file());
-    (there && outcome.fingerprint == fingerprint).then_some(outcome)
+    serde_json::from_str(&text).ok()
+}
+
+/// SHA-256 of each file of an experiment's folder but the result that lists them.
+fn digests(folder: &Path) -> Result<BTreeMap<String, String>, Error> {
+    let mut digests = BTreeMap::new();
+    for entry in std::fs::read_dir(folder).map_err(Error::file("read", folder))? {
+        let path = entry.map_err(Error::file("read", folder))?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if path.is_file() && name != "result.json" {
+            let bytes = std::fs::read(&path).map_err(Error::file("read", &path))?;
+            let digest = Sha256::digest(&bytes);
+            let digits = digest.iter().map(|byte| format!("{byte:02x}"));
+            digests.insert(name.into_owned(), digits.collect());
+        }
+    }
+    Ok(digests)
 }
 
 /// A hash of the running program's file: any change of code makes earlier results stale.
@@ -105,12 +136,19 @@ struct Results<'a> {
     program: &'static str,
     version: &'static str,
     commit: &'static str,
+    /// Of the last run; each experiment has its own.
     tier: Tier,
     seed: u64,
+    shrink: u32,
     experiments: &'a [Outcome],
 }
 
-fn write_results(path: &Path, outcomes: &[Outcome], options: &Options) -> Result<(), Error> {
+/// Writes what all experiments found whose results are in the folder.
+fn write_results(path: &Path, options: &Options) -> Result<(), Error> {
+    let found = EXPERIMENTS
+        .iter()
+        .filter_map(|experiment| result(&options.out.join(experiment.id)));
+    let outcomes: Vec<Outcome> = found.collect();
     write_json(
         path,
         &Results {
@@ -119,7 +157,8 @@ fn write_results(path: &Path, outcomes: &[Outcome], options: &Options) -> Result
             commit: env!("WHITEFURNACE_COMMIT"),
             tier: options.tier,
             seed: options.seed,
-            experiments: outcomes,
+            shrink: options.shrink,
+            experiments: &outcomes,
         },
     )
 }
@@ -137,25 +176,28 @@ fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<(), Error> {
 /// No line of a table is longer, in characters.
 pub const LONGEST_LINE: usize = 160;
 
-/// An experiment's findings as text, a line each; long values go on below their beginning.
-pub fn table(outcome: &Outcome, how: &str) -> String {
+/// An experiment's findings as text, a line each; long values go on below their beginning. Details are left
+/// out without `rows`, but not those that fail.
+pub fn table(outcome: &Outcome, how: &str, rows: bool) -> String {
     let mut text = format!("{}: {} ({how})", outcome.id, outcome.title);
-    let width = outcome
-        .findings
+    let shows = |row: &&Finding| rows || !row.detail || row.verdict == Some(Judgement::Fails);
+    let shown: Vec<&Finding> = outcome.findings.iter().filter(shows).collect();
+    let label = |row: &Finding| format!("{}{}", if row.detail { "  " } else { "" }, row.what);
+    let width = shown
         .iter()
-        .map(|row| row.what.chars().count())
+        .map(|row| label(row).chars().count())
         .max()
         .unwrap_or(0);
-    for row in &outcome.findings {
-        let verdict = match row.holds {
-            None => None,
-            Some(true) => Some(" holds"),
-            Some(false) => Some(" FAILS"),
-        };
+    for row in &shown {
+        let verdict = row.verdict.map(|verdict| match verdict {
+            // To be seen among many.
+            Judgement::Fails => "FAILS",
+            other => other.word(),
+        });
         let indent = width + 4;
         let mut column = indent;
         // Writing to a string cannot fail.
-        let _ = write!(text, "\n  {:width$} ", row.what);
+        let _ = write!(text, "\n  {:width$} ", label(row));
         for word in row.value.split(' ').chain(verdict) {
             let length = word.chars().count() + 1;
             if column + length > LONGEST_LINE && column > indent {
@@ -166,23 +208,53 @@ pub fn table(outcome: &Outcome, how: &str) -> String {
             column += length;
         }
     }
+    let left_out = outcome.findings.len() - shown.len();
+    if left_out > 0 {
+        let _ = write!(text, "\n  and {left_out} rows more with --rows");
+    }
     text
 }
 
-fn summary(outcomes: &[Outcome], results: &Path) {
-    let verdicts: Vec<bool> = outcomes
-        .iter()
-        .flat_map(|outcome| &outcome.findings)
-        .filter_map(|row| row.holds)
-        .collect();
-    let holding = verdicts.iter().filter(|&&holds| holds).count();
+/// Says what experiments found in all: what fails by name, then the counts. Returns whether nothing fails.
+pub fn summarise(outcomes: &[Outcome], options: &Options) -> bool {
     let figures: usize = outcomes.iter().map(|outcome| outcome.figures.len()).sum();
     say!(
-        "\n{} experiments, {figures} figures, {holding} of {} claims hold; for machines: {}",
+        "\n{} experiments, {figures} figures; for machines: {}",
         outcomes.len(),
-        verdicts.len(),
-        results.display()
+        options.out.join(RESULTS).display()
     );
+    let (text, none_fails) = verdicts(outcomes);
+    say!("{text}");
+    none_fails
+}
+
+/// The lines of claims that fail, and of the counts; whether nothing fails.
+pub fn verdicts(outcomes: &[Outcome]) -> (String, bool) {
+    let all = || {
+        outcomes.iter().flat_map(|outcome| {
+            let id = outcome.id.as_str();
+            outcome.findings.iter().map(move |row| (id, row))
+        })
+    };
+    let count = |verdict| {
+        all()
+            .filter(|(_, row)| row.verdict == Some(verdict))
+            .count()
+    };
+    let [holds, fails, undecided] =
+        [Judgement::Holds, Judgement::Fails, Judgement::Undecided].map(count);
+    let mut text = String::new();
+    for (id, row) in all().filter(|(_, row)| row.verdict == Some(Judgement::Fails)) {
+        let _ = writeln!(text, "FAILS: {id}: {}: {}", row.what, row.value);
+    }
+    let _ = write!(
+        text,
+        "{holds} hold, {fails} fail, {undecided} undecided at this tier"
+    );
+    if outcomes.iter().any(|outcome| outcome.shrink != 1) {
+        text += "; nothing is judged in a run with --shrink";
+    }
+    (text, fails == 0)
 }
 
 /// Where the book keeps the results of the last full run.
@@ -192,8 +264,7 @@ pub fn recorded_folder() -> PathBuf {
 
 /// The recorded result of an experiment, if there is one that can be read.
 pub fn recorded(folder: &Path, id: &str) -> Option<Outcome> {
-    let text = std::fs::read_to_string(folder.join(id).join("result.json")).ok()?;
-    serde_json::from_str(&text).ok()
+    result(&folder.join(id))
 }
 
 /// Refuses to record anything but full runs.
@@ -219,8 +290,9 @@ pub fn record(from: &Path, to: &Path) -> Result<Vec<String>, Error> {
     let text = std::fs::read_to_string(&file).map_err(Error::file("read", &file))?;
     let mut outcome: Outcome = serde_json::from_str(&text)
         .map_err(|error| Error::Option(format!("{}: {error}", file.display())))?;
-    // It names a build, which says nothing to a reader.
+    // They name a build and files that are not all recorded, which says nothing to a reader.
     outcome.fingerprint.clear();
+    outcome.digests.clear();
     if to.exists() {
         std::fs::remove_dir_all(to).map_err(Error::file("remove", to))?;
     }

@@ -6,7 +6,7 @@ use whitefurnace::error::Error;
 use whitefurnace::harness::outcome::Verdict;
 use whitefurnace::harness::trial::{Context, Row, Trial, run_trial};
 
-use crate::progress::interrupted;
+use crate::progress::{Progress, interrupted};
 
 /// The scale of sample sizes at which experiments repeat the suite.
 pub const REDUCED: f64 = 1.0 / 16.0;
@@ -17,19 +17,21 @@ pub const FAMILY: f64 = 1e-3;
 /// Does `work` for every item on all cores; the results are in the items' order.
 ///
 /// # Errors
-/// [`Error::Interrupted`] after Ctrl-C.
+/// [`Error::Interrupted`] after a signal to end.
 pub fn parallel<T: Sync, R: Send>(
     items: &[T],
     work: impl Fn(&T) -> R + Sync,
 ) -> Result<Vec<R>, Error> {
+    let bar = Progress::default().bar_of(items.len() as u64, "parts");
     items
         .par_iter()
         .map(|item| {
             if interrupted() {
-                Err(Error::Interrupted)
-            } else {
-                Ok(work(item))
+                return Err(Error::Interrupted);
             }
+            let done = work(item);
+            bar.advance(1);
+            Ok(done)
         })
         .collect()
 }

@@ -62,13 +62,8 @@ fn summarise(lab: &mut Lab, equation: &Equation, trials: &[(&Trial, &Vec<Row>)])
     }
     let verdict = suite::joint(verdicts(trials.iter().flat_map(|(_, rows)| rows.iter())));
     let names: usize = trials.iter().map(|(_, rows)| rows.len()).sum();
-    // A verdict that can be ticked is added to the line by the table.
-    let words = match verdict {
-        Verdict::Holds | Verdict::Fails => "",
-        Verdict::Undecided { .. } => ", undecided at this scale",
-    };
-    let value = format!("trials {}, measures {names}{words}", trials.len());
-    finding(lab, &what, value, verdict);
+    let value = format!("trials {}, measures {names}", trials.len());
+    lab.claim(&what, value, verdict);
 }
 
 /// One line for a trial: the measure that comes nearest to its limit.
@@ -78,7 +73,7 @@ fn report(lab: &mut Lab, trial: &Trial, rows: &[Row], figure: &str, recorded: &R
     };
     let verdict = suite::joint(verdicts(rows.iter()));
     let o = &row.outcome;
-    let what = format!("  {}", trial.name);
+    let what = trial.name.clone();
     let mut value = format!("{}: {}, ", trial.property, evidence(row));
     value += &format!(
         "detects {:.2e}, power {}, n = {}, p = {:.2e}, {figure}",
@@ -88,10 +83,10 @@ fn report(lab: &mut Lab, trial: &Trial, rows: &[Row], figure: &str, recorded: &R
         o.p
     );
     if let Verdict::Undecided { needed } = verdict {
-        value += &format!("; undecided here, needs about {needed}");
+        value += &format!("; needs about {needed}");
         value += &recorded.verdict(&what);
     }
-    finding(lab, &what, value, verdict);
+    lab.detail(&what, value, verdict);
     for (key, number) in [
         ("estimate", o.estimate),
         ("reference", o.reference),
@@ -139,14 +134,6 @@ fn reach(row: &Row) -> f64 {
     match o.claim {
         Claim::Test => -o.p,
         claim => far[0].max(far[1]) / claim.size(),
-    }
-}
-
-fn finding(lab: &mut Lab, what: &str, value: String, verdict: Verdict) {
-    match verdict {
-        Verdict::Holds => lab.claim(what, value, true),
-        Verdict::Fails => lab.claim(what, value, false),
-        Verdict::Undecided { .. } => lab.note(what, value),
     }
 }
 
@@ -262,10 +249,12 @@ impl Recorded {
 
     /// What the recorded run says of a trial, as a clause.
     fn verdict(&self, what: &str) -> String {
-        let found = self.findings.iter().find(|finding| finding.what == what);
-        match found.and_then(|finding| finding.holds) {
-            Some(true) => format!(" [holds in the recorded {} run]", self.tier),
-            Some(false) => format!(" [fails in the recorded {} run]", self.tier),
+        let found = self
+            .findings
+            .iter()
+            .find(|finding| finding.what.trim_start() == what);
+        match found.and_then(|finding| finding.verdict) {
+            Some(verdict) => format!(" [{} in the recorded {} run]", verdict.word(), self.tier),
             None => " [not recorded]".to_owned(),
         }
     }

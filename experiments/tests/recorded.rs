@@ -4,15 +4,20 @@ use std::fs;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 
 use book::mutants::{Counts, FILE, Record};
-use experiments::lab::Finding;
+use experiments::cli::{Ending, conclude};
+use experiments::lab::{Experiment, Finding, Judgement, Options, Tier};
 use experiments::ledger::{Ledger, level_of_look};
 use experiments::plot::map::{Map, diverging, maps};
+use experiments::progress::state;
 use experiments::record::{
-    LARGEST_RECORDED, LONGEST_LINE, record, recorded, recorded_folder, table,
+    LARGEST_RECORDED, LONGEST_LINE, record, recorded, recorded_folder, run_all, table, verdicts,
 };
 use experiments::{EXPERIMENTS, cells};
+use whitefurnace::error::Error;
 use whitefurnace::harness::mean::{Values, mean};
 use whitefurnace::harness::outcome::Claim;
 use whitefurnace::harness::trial::{Row, write_cells};
@@ -255,10 +260,11 @@ fn maps_hold_their_cells_in_colours_of_equal_weight() {
 
 #[test]
 fn lines_of_tables_are_never_too_long() {
-    let finding = |what: &str, value: String, holds| Finding {
+    let finding = |what: &str, value: String, holds: bool| Finding {
         what: what.to_owned(),
         value,
-        holds,
+        verdict: Some(holds.into()),
+        detail: false,
     };
     let mut outcome = recorded(&recorded_folder(), "room").expect("a recorded result");
     let long = (0..100)
@@ -266,10 +272,10 @@ fn lines_of_tables_are_never_too_long() {
         .collect::<Vec<_>>()
         .join(" ");
     outcome.findings = vec![
-        finding("  furnace/sky/path", long.clone(), Some(true)),
-        finding("short", String::from("0.5 ± 0.1"), Some(false)),
+        finding("  furnace/sky/path", long.clone(), true),
+        finding("short", String::from("0.5 ± 0.1"), false),
     ];
-    let text = table(&outcome, "1 s");
+    let text = table(&outcome, "1 s", false);
     let longest = text.lines().map(|line| line.chars().count()).max();
     assert!(
         longest.is_some_and(|longest| (120..=LONGEST_LINE).contains(&longest)),
@@ -384,5 +390,192 @@ fn every_recorded_mutant_that_survives_has_a_reason() {
             "{} has no reason",
             survivor.mutant
         );
+    }
+}
+
+/// Three verdicts, old records among them, and what is said at the end.
+#[test]
+fn what_fails_is_named_and_what_is_undecided_counted() {
+    let read = |verdict: &str| -> Finding {
+        let text = format!(r#"{{"what": "w", "value": "v"{verdict}}}"#);
+        serde_json::from_str(&text).expect("a finding")
+    };
+    for (text, verdict) in [
+        (r#", "holds": true"#, Some(Judgement::Holds)),
+        (r#", "holds": false"#, Some(Judgement::Fails)),
+        (r#", "holds": null"#, None),
+        ("", None),
+        (r#", "verdict": "undecided""#, Some(Judgement::Undecided)),
+        (r#", "verdict": null"#, None),
+    ] {
+        assert_eq!(read(text).verdict, verdict, "{text}");
+        let again = serde_json::to_string(&read(text)).expect("JSON");
+        let again: Finding = serde_json::from_str(&again).expect("a finding");
+        assert_eq!(again.verdict, verdict, "{text}");
+    }
+    let mut outcome = recorded(&recorded_folder(), "room").expect("a recorded result");
+    outcome.findings = [Some(true), None, Some(true)]
+        .map(|holds| Finding {
+            what: String::from("fine"),
+            value: String::from("1"),
+            verdict: holds.map(Judgement::from),
+            detail: false,
+        })
+        .to_vec();
+    let fine = outcome.clone();
+    assert_eq!(
+        verdicts(std::slice::from_ref(&fine)),
+        (
+            String::from("2 hold, 0 fail, 0 undecided at this tier"),
+            true
+        )
+    );
+    outcome.findings[0].verdict = Some(Judgement::Undecided);
+    outcome.findings[1].verdict = Some(Judgement::Fails);
+    outcome.findings[1].what = String::from("the claim");
+    // A detail that fails is shown, others on request.
+    outcome
+        .findings
+        .iter_mut()
+        .for_each(|row| row.detail = true);
+    assert_eq!(
+        verdicts(&[fine, outcome.clone()]),
+        (
+            String::from("FAILS: room: the claim: 1\n3 hold, 1 fail, 1 undecided at this tier"),
+            false
+        )
+    );
+    let short = table(&outcome, "1 s", false);
+    assert!(
+        short.contains("the claim  1 FAILS") && !short.contains("fine"),
+        "{short}"
+    );
+    assert!(short.contains("2 rows more with --rows"), "{short}");
+    let long = table(&outcome, "1 s", true);
+    assert!(long.contains("fine       1 undecided"), "{long}");
+}
+
+/// A claim that fails is exit code 1, whether it is found or kept.
+#[test]
+fn a_failed_claim_is_an_exit_code() {
+    let outcome = recorded(&recorded_folder(), "room").expect("a recorded result");
+    let options = Options {
+        tier: Tier::Quick,
+        out: folder("exit"),
+        seed: 1,
+        threads: None,
+        shrink: 1,
+        rows: false,
+    };
+    assert_eq!(
+        conclude(std::slice::from_ref(&outcome), &options),
+        Ending::Done
+    );
+    let mut failing = outcome;
+    failing.findings.push(Finding {
+        what: String::from("a claim"),
+        value: String::from("1"),
+        verdict: Some(Judgement::Fails),
+        detail: false,
+    });
+    assert_eq!(conclude(&[failing], &options), Ending::ClaimFails);
+}
+
+#[test]
+fn progress_says_rates_and_what_is_left() {
+    let after =
+        |done, size, seconds| state(done, size, "samples", Duration::from_secs_f64(seconds));
+    assert_eq!(
+        after(13_500_000, 27_000_000, 10.0),
+        "50 % of 27.0 million samples, 1.35 million/s, 10 s left"
+    );
+    assert_eq!(
+        after(1, 200, 90.0),
+        "0 % of 200 samples, 0.7 per minute, 4 h 58 min left"
+    );
+    assert_eq!(after(199, 200, 10.0), "99 % of 200 samples, 20/s, 0 s left");
+    assert_eq!(after(0, 200, 0.0), "0 % of 200 samples");
+    assert_eq!(after(0, 0, 75.0), "1 min 15 s");
+}
+
+/// At which of its parts the toy is interrupted.
+static STOP: AtomicU64 = AtomicU64::new(u64::MAX);
+
+/// Evidence that grows by four rows a run.
+const TOY: Experiment = Experiment {
+    id: "toy",
+    title: "a toy",
+    version: 1,
+    equations: &[],
+    run: |lab| {
+        let mut ledger = lab.ledger("toy.csv", "key", "replication,value")?;
+        let first = ledger.next();
+        for k in 0..4 {
+            let value = lab.part(&format!("part-{k}"), || {
+                if k == STOP.load(Ordering::Relaxed) {
+                    return Err(Error::Interrupted);
+                }
+                // What no file can round.
+                Ok(((first + k) as f64 + 0.1).sin())
+            })?;
+            ledger.push(first + k, &[format!("{value:e}")]);
+        }
+        let level = ledger.look(1e-3);
+        ledger.write()?;
+        lab.number("level", level);
+        lab.note("rows", ledger.rows().len().to_string());
+        Ok(())
+    },
+};
+
+/// Three runs, and three that are interrupted at every place: the files are the same. So it is with every
+/// ledger, since there is no other way to one.
+#[test]
+fn interrupted_and_continued_is_uninterrupted() {
+    let go = |out: &Path| {
+        let options = Options {
+            tier: Tier::Quick,
+            out: out.to_owned(),
+            seed: 1,
+            threads: None,
+            shrink: 1,
+            rows: false,
+        };
+        run_all(&[&TOY], &options, true).is_ok()
+    };
+    let files = |out: &Path| {
+        let read = |file: &str| fs::read_to_string(out.join("toy").join(file)).expect("a file");
+        ["toy.csv", "result.json"].map(read)
+    };
+    let [whole, pieces] = ["toy-whole", "toy-pieces"].map(folder);
+    let mut last = None;
+    for round in 0..3 {
+        assert!(go(&whole));
+        for stop in 0..4 {
+            STOP.store(stop, Ordering::Relaxed);
+            assert!(!go(&pieces));
+        }
+        STOP.store(u64::MAX, Ordering::Relaxed);
+        // Neither the ledger nor the result can be written.
+        for file in ["toy.csv", "result.json"] {
+            let path = pieces.join("toy").join(file);
+            let aside = pieces.join("aside");
+            let was = path.exists();
+            if was {
+                fs::rename(&path, &aside).expect("moved");
+            }
+            fs::create_dir(&path).expect("a folder in the way");
+            assert!(!go(&pieces), "{file}");
+            fs::remove_dir(&path).expect("removed");
+            if was {
+                fs::rename(&aside, &path).expect("moved");
+            }
+        }
+        assert!(go(&pieces));
+        let found = files(&pieces);
+        assert_eq!(found, files(&whole), "round {round}");
+        assert!(found[0].contains(&format!("# looks: {}\n", round + 1)));
+        assert!(last.replace(found.clone()) != Some(found));
+        assert!(!pieces.join("toy/unfinished").exists());
     }
 }

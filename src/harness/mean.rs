@@ -53,6 +53,31 @@ impl Values {
         values
     }
 
+    /// All that decides a statistic, as numbers to be stored: count, mean, variance, centre, and sum of
+    /// cubes about it. The batches are left out.
+    pub fn state(&self) -> [f64; 5] {
+        let m = &self.moments;
+        // Unknown, and no file's number, below two values.
+        let variance = if m.count() < 2 { 0.0 } else { m.variance() };
+        [
+            m.count() as f64,
+            m.mean(),
+            variance,
+            self.centre,
+            self.cubes,
+        ]
+    }
+
+    /// The values with this [`state`](Self::state), without batches.
+    pub fn of_state([count, mean, variance, centre, cubes]: [f64; 5]) -> Self {
+        Self {
+            moments: Moments::of(count as u64, mean, variance),
+            centre,
+            cubes,
+            ..Self::new(centre)
+        }
+    }
+
     /// Adds one value.
     #[inline]
     pub fn push(&mut self, value: f64) {

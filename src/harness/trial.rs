@@ -2,6 +2,7 @@
 //! on faulty ones.
 
 use std::fmt::Write as _;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use super::outcome::{Outcome, Verdict};
@@ -11,6 +12,10 @@ use crate::rng::{Stream, seed_for, stream};
 
 /// The master seed if `WHITEFURNACE_SEED` is not set.
 pub const DEFAULT_SEED: u64 = 2019;
+
+/// The scales that `WHITEFURNACE_SCALE` takes: below, statistics are undefined; above, samples outnumber the
+/// streams.
+pub const SCALES: RangeInclusive<f64> = 1e-4..=256.0;
 
 /// What a run of trials shares: master seed, scale of sample sizes, folder for data files, and which
 /// trial alone is wanted.
@@ -54,24 +59,37 @@ impl Context {
     /// The only place in the library that reads the environment.
     ///
     /// # Errors
-    /// [`Error::Option`] if one of them is not a number, or the scale is not positive.
+    /// [`Error::Option`] if one of them is not a number, or the scale is not among [`SCALES`].
     pub fn from_environment() -> Result<Self, Error> {
-        fn read<T: std::str::FromStr>(name: &str, default: T, example: &str) -> Result<T, Error> {
+        fn read<T: std::str::FromStr>(
+            name: &str,
+            default: T,
+            (expected, fits): (&str, impl Fn(&T) -> bool),
+        ) -> Result<T, Error> {
             let Some(text) = std::env::var_os(name) else {
                 return Ok(default);
             };
-            text.to_str()
-                .and_then(|text| text.trim().parse().ok())
-                .ok_or_else(|| {
-                    Error::Option(format!(
-                        "{name} is {}, not a number; set it to one, such as {example}, or unset it",
-                        text.display()
-                    ))
-                })
+            let value = text.to_str().and_then(|text| text.trim().parse().ok());
+            value.filter(fits).ok_or_else(|| {
+                Error::Option(format!(
+                    "{name} is '{}': set it to {expected}, or unset it",
+                    text.display()
+                ))
+            })
         }
+        let seeds = "a whole number from 0 to 18446744073709551615, such as 2019";
+        let scales = format!(
+            "a number from {} to {}, such as 16",
+            SCALES.start(),
+            SCALES.end()
+        );
         let context = Self::new(
-            read("WHITEFURNACE_SEED", DEFAULT_SEED, "2019")?,
-            read("WHITEFURNACE_SCALE", 1.0, "16")?,
+            read("WHITEFURNACE_SEED", DEFAULT_SEED, (seeds, |_: &u64| true))?,
+            read(
+                "WHITEFURNACE_SCALE",
+                1.0,
+                (&scales, |scale| SCALES.contains(scale)),
+            )?,
         )?;
         let only = std::env::var_os("WHITEFURNACE_ONLY");
         Ok(Self {

@@ -130,15 +130,27 @@ fn the_environment_is_read() {
         ("WHITEFURNACE_ONLY", "a/b"),
     ]);
     assert!(text.contains("found 5 0.25 Some(\"a/b\")."), "{text}");
-    for (name, value) in [
-        ("SEED", "five"),
-        ("SEED", "-1"),
-        ("SCALE", "x"),
-        ("SCALE", "0"),
+    for (name, values, range) in [
+        (
+            "SEED",
+            &["five", "-1", "1.5", "18446744073709551616", ""][..],
+            "0 to 18446744073709551615",
+        ),
+        (
+            "SCALE",
+            &["x", "0", "-1", "nan", "inf", "1e300", "1e-300", ""],
+            "0.0001 to 256",
+        ),
     ] {
         let name = format!("WHITEFURNACE_{name}");
-        let text = found(&[(&name, value)]);
-        assert!(text.contains("refused: "), "{name}={value}: {text}");
+        for value in values {
+            let text = found(&[(&name, value)]);
+            let says = |part: &str| text.contains(part);
+            assert!(
+                says("refused: ") && says(&name) && says(range),
+                "{name}={value}: {text}"
+            );
+        }
     }
 }
 

@@ -77,15 +77,10 @@ pub(super) fn judge(
     if !why.is_empty() {
         value += &format!(" ({why})");
     }
-    match verdict {
-        Verdict::Undecided { needed } => {
-            lab.note(
-                &what,
-                format!("{value}; undecided, needs about {needed} images"),
-            );
-        }
-        verdict => lab.claim(&what, value, verdict == Verdict::Holds),
+    if let Verdict::Undecided { needed } = verdict {
+        value += &format!("; needs about {needed} images");
     }
+    lab.claim(&what, value, verdict);
     let standing = match (verdict, cell.claim) {
         (Verdict::Fails, _) => Standing::Differs,
         (Verdict::Undecided { .. }, _) => Standing::Undecided,

@@ -44,6 +44,9 @@ pub(super) struct Maps {
     pixels: Vec<Place>,
 }
 
+/// Pilot and test of each tile, and of each pixel.
+pub(super) type States = [Vec<[[f64; 5]; 2]>; 2];
+
 impl Maps {
     /// For so many images.
     pub fn new(images: u64) -> Self {
@@ -57,6 +60,31 @@ impl Maps {
             images: 0,
             tiles: vec![empty; pixels / (TILE * TILE)],
             pixels: vec![empty; pixels],
+        }
+    }
+
+    /// All that decides what is found, as numbers to be stored.
+    pub fn states(&self) -> States {
+        [&self.tiles, &self.pixels].map(|places| {
+            let state = |place: &Place| [place.pilot.state(), place.tested.state()];
+            places.iter().map(state).collect()
+        })
+    }
+
+    /// The maps with these [`states`](Self::states), to which no image can be added.
+    pub fn of_states(states: States) -> Self {
+        let [tiles, pixels] = states.map(|places| {
+            let place = |state: [[f64; 5]; 2]| {
+                let [pilot, tested] = state.map(Values::of_state);
+                Place { pilot, tested }
+            };
+            places.into_iter().map(place).collect()
+        });
+        Self {
+            pilot: 0,
+            images: 0,
+            tiles,
+            pixels,
         }
     }
 

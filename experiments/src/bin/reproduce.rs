@@ -4,8 +4,8 @@ use experiments::say;
 use std::process::ExitCode;
 
 use clap::Parser;
+use experiments::cli::Ending;
 use experiments::lab::{self, Experiment};
-use experiments::progress::catch_interrupt;
 use experiments::{EXPERIMENTS, cli, record};
 use whitefurnace::error::Error;
 
@@ -13,6 +13,9 @@ use whitefurnace::error::Error;
 ///
 /// Everything goes to one folder, with results.json for machines. A run that was interrupted goes on
 /// where it stopped.
+///
+/// Exit codes: 0 if no claim fails, 1 if one does, 2 for a wrong option or a file that cannot be written,
+/// 130 after Ctrl-C, 143 after SIGTERM, 129 after SIGHUP.
 #[derive(Parser)]
 #[command(name = "reproduce", version)]
 struct Reproduce {
@@ -36,27 +39,27 @@ fn main() -> ExitCode {
     cli::exit(run(&cli::parse()))
 }
 
-fn run(options: &Reproduce) -> Result<(), Error> {
+fn run(options: &Reproduce) -> Result<Ending, Error> {
     if options.list {
         for experiment in EXPERIMENTS {
             say!("{:12} {}", experiment.id, experiment.title);
         }
-        return Ok(());
+        return Ok(Ending::Done);
     }
     let chosen = choose(&options.only)?;
     if options.update_book {
         record::check_recordable(&options.shared)?;
     }
     cli::use_threads(options.shared.threads)?;
-    catch_interrupt();
-    record::run_all(&chosen, &options.shared, options.fresh)?;
+    cli::begin();
+    let outcomes = record::run_all(&chosen, &options.shared, options.fresh)?;
     if options.update_book {
         record::update_book(&chosen, &options.shared)?;
     }
     if options.only.is_empty() {
         weave_book(&options.shared)?;
     }
-    Ok(())
+    Ok(cli::conclude(&outcomes, &options.shared))
 }
 
 /// Weaves the book from the recorded results, with a page that sets this run beside them, and says where it
@@ -93,5 +96,16 @@ fn choose(only: &[String]) -> Result<Vec<&'static Experiment>, Error> {
                 ))
             })
     };
-    only.iter().map(find).collect()
+    let mut chosen = Vec::new();
+    for id in only {
+        let experiment = find(id)?;
+        // Once is enough.
+        if !chosen
+            .iter()
+            .any(|other: &&Experiment| other.id == experiment.id)
+        {
+            chosen.push(experiment);
+        }
+    }
+    Ok(chosen)
 }

@@ -6,11 +6,66 @@ use whitefurnace::estimator::radiosity::{Fineness, Mesh, check_memory};
 use whitefurnace::film::Film;
 use whitefurnace::sampler::LONGEST;
 
-use super::{
-    ConventionName, EstimatorName, HeuristicName, Job, LightSamplingName, PixelName, SamplerName,
-    SceneName, name,
-};
-use crate::photons::Photons;
+use super::{ConventionName, EstimatorName, Job, PixelName, SamplerName, SceneName, name};
+use crate::photons::Gather;
+
+/// Under which others an option changes anything.
+struct Condition {
+    option: &'static str,
+    /// What it goes with.
+    with: &'static str,
+    applies: fn(&Job) -> bool,
+}
+
+const fn goes(option: &'static str, with: &'static str, applies: fn(&Job) -> bool) -> Condition {
+    Condition {
+        option,
+        with,
+        applies,
+    }
+}
+
+/// The options that do not always change something.
+const CONDITIONS: &[Condition] = &[
+    goes("light-sampling", "--estimator light and mis", |job| {
+        matches!(job.estimator, EstimatorName::Light | EstimatorName::Mis)
+    }),
+    goes("heuristic", "--estimator mis", |job| {
+        job.estimator == EstimatorName::Mis
+    }),
+    goes(
+        "diffuse",
+        "--scene report, and not --convention published",
+        |job| job.scene == SceneName::Report && job.convention != ConventionName::Published,
+    ),
+    goes(
+        "rays",
+        "--estimator report, and not --convention published",
+        Job::splits,
+    ),
+    goes("photons", PHOTONS, Job::uses_photons),
+    goes("radius", PHOTONS, Job::uses_photons),
+    goes("gather", "--estimator photon", Job::keeps_one_map),
+    goes("caustic-photons", CAUSTICS, Job::gathers),
+    goes("caustic-radius", CAUSTICS, Job::gathers),
+    goes("patches", "--estimator radiosity", |job| {
+        job.estimator == EstimatorName::Radiosity
+    }),
+    goes("pixel", SINGLE_RAYS, |job| !job.renders_images()),
+    goes("sampler", SINGLE_RAYS, |job| !job.renders_images()),
+    goes("grid", "--pixel grid and jitter", |job| {
+        matches!(job.pixel, PixelName::Grid | PixelName::Jitter)
+    }),
+    goes("scrambles", "--sampler sobol", |job| {
+        job.sampler == SamplerName::Sobol
+    }),
+    goes("exposure", "--convention physical", |job| {
+        job.convention == ConventionName::Physical
+    }),
+];
+const PHOTONS: &str = "--estimator photon and sppm";
+const CAUSTICS: &str = "--estimator photon and --gather yes";
+const SINGLE_RAYS: &str = "estimators of single rays, not light-tracer, bdpt and sppm";
 
 impl Job {
     /// Refuses what makes no sense, before any work is done.
@@ -41,41 +96,6 @@ impl Job {
                 names.join(" or ")
             ));
         }
-        if self.rays == 0 || self.rays > 64 {
-            return refuse(format!("--rays {} must be between 1 and 64", self.rays));
-        }
-        if self.rays > 1 && !self.splits() {
-            return refuse(
-                "--rays is an option of --estimator report, and not of --convention published"
-                    .to_owned(),
-            );
-        }
-        let shadow_rays = matches!(self.estimator, EstimatorName::Light | EstimatorName::Mis);
-        if self.light_sampling != LightSamplingName::default() && !shadow_rays {
-            return refuse("--light-sampling is an option of --estimator light and mis".to_owned());
-        }
-        if self.heuristic != HeuristicName::default() && self.estimator != EstimatorName::Mis {
-            return refuse("--heuristic is an option of --estimator mis".to_owned());
-        }
-        if self.uses_photons() {
-            self.photons
-                .check(self.estimator == EstimatorName::Photon)?;
-        } else if self.photons != Photons::default() {
-            return refuse(
-                "--photons, --radius, --gather and their kind are options of --estimator photon and sppm"
-                    .to_owned(),
-            );
-        }
-        let patches = Self::default().patches;
-        if self.patches != patches && self.estimator != EstimatorName::Radiosity {
-            return refuse("--patches is an option of --estimator radiosity".to_owned());
-        }
-        if self.grid == 0 || self.grid > 1024 {
-            return refuse(format!("--grid {} must be between 1 and 1024", self.grid));
-        }
-        if self.spp == 0 {
-            return refuse("--spp 0 renders nothing: it must be at least 1".to_owned());
-        }
         if self.sampler == SamplerName::Sobol {
             self.check_sobol()?;
         }
@@ -86,23 +106,15 @@ impl Job {
                 self.spp,
                 self.grid,
                 self.grid,
-                (self.spp / cells + 1) * cells
+                (u64::from(self.spp / cells) + 1) * u64::from(cells)
             ));
         }
         Film::checked_window(self.size, self.window)?;
-        if self.renders_images() {
-            let estimator = name(self.estimator);
-            if self.window.is_some() {
-                return refuse(format!(
-                    "--estimator {estimator} renders whole images only: leave out the window"
-                ));
-            }
-            if self.pixel != PixelName::Random {
-                return refuse(format!(
-                    "--estimator {estimator} takes random points of pixels: leave out --pixel {}",
-                    name(self.pixel)
-                ));
-            }
+        if self.renders_images() && self.window.is_some() {
+            return refuse(format!(
+                "--estimator {} renders whole images only: leave out the window",
+                name(self.estimator)
+            ));
         }
         if self.estimator == EstimatorName::LightTracer || self.uses_photons() {
             self.check_emitters()?;
@@ -111,6 +123,29 @@ impl Job {
             check_memory(&Mesh::new(&self.build_scene()?, self.fineness())?)?;
         }
         Ok(())
+    }
+
+    /// Refuses options of which one is `given` and does nothing together with the others.
+    ///
+    /// # Errors
+    /// [`Error::Option`] with what it goes with.
+    pub fn check_effect(&self, given: impl Fn(&str) -> bool) -> Result<(), Error> {
+        let idle = CONDITIONS.iter().find(|condition| {
+            given(&condition.option.replace('-', "_")) && !(condition.applies)(self)
+        });
+        idle.map_or(Ok(()), |Condition { option, with, .. }| {
+            Err(Error::Option(format!(
+                "--{option} changes nothing here: it goes with {with}"
+            )))
+        })
+    }
+
+    /// Whether an option changes anything together with the others.
+    pub(super) fn takes(&self, option: &str) -> bool {
+        CONDITIONS
+            .iter()
+            .filter(|condition| condition.option == option)
+            .all(|condition| (condition.applies)(self))
     }
 
     /// How finely radiosity divides the surfaces.
@@ -156,6 +191,11 @@ impl Job {
         self.estimator == EstimatorName::Photon
     }
 
+    /// Whether photons are looked up at the second diffuse surface, and caustics apart.
+    fn gathers(&self) -> bool {
+        self.keeps_one_map() && self.photons.gather == Gather::Yes
+    }
+
     /// Whether the estimator keeps photons.
     pub(super) fn uses_photons(&self) -> bool {
         matches!(self.estimator, EstimatorName::Photon | EstimatorName::Sppm)
@@ -163,13 +203,10 @@ impl Job {
 
     fn check_sobol(&self) -> Result<(), Error> {
         let refuse = |message: String| Err(Error::Option(message));
-        if self.renders_images() || !matches!(self.pixel, PixelName::Random | PixelName::Centre) {
-            return refuse(
-                "--sampler sobol goes with estimators of single rays and --pixel random or centre"
-                    .to_owned(),
-            );
+        if !matches!(self.pixel, PixelName::Random | PixelName::Centre) {
+            return refuse("--sampler sobol goes with --pixel random and centre".to_owned());
         }
-        if self.scrambles == 0 || !self.spp.is_multiple_of(self.scrambles) {
+        if !self.spp.is_multiple_of(self.scrambles) {
             return refuse(format!(
                 "--spp {} is not a multiple of the {} scrambles: change one of them",
                 self.spp, self.scrambles

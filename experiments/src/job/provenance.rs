@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use whitefurnace::film::Window;
 
-use super::{ConventionName, EstimatorName, Job, PixelName, SamplerName, SceneName, name};
+use super::{Job, name};
 
 impl Job {
     /// Key=value lines of all that decides the pixels, for the EXR's attribute.
@@ -22,30 +22,30 @@ impl Job {
         line("scene", &name(self.scene));
         line("convention", &name(self.convention));
         line("estimator", &name(self.estimator));
-        if matches!(self.estimator, EstimatorName::Light | EstimatorName::Mis) {
+        if self.takes("light-sampling") {
             line("light-sampling", &name(self.light_sampling));
         }
-        if self.estimator == EstimatorName::Mis {
+        if self.takes("heuristic") {
             line("heuristic", &name(self.heuristic));
         }
-        if self.scene == SceneName::Report && self.convention != ConventionName::Published {
+        if self.takes("diffuse") {
             line("diffuse", &name(self.diffuse));
         }
-        if self.splits() {
+        if self.takes("rays") {
             line("rays", &self.rays.to_string());
         }
         if self.uses_photons() {
             self.photons.provenance(self.keeps_one_map(), &mut line);
         }
-        if self.estimator == EstimatorName::Radiosity {
+        if self.takes("patches") {
             line("patches", &self.patches.to_string());
         }
         line("pixel", &name(self.pixel));
-        if matches!(self.pixel, PixelName::Grid | PixelName::Jitter) {
+        if self.takes("grid") {
             line("grid", &self.grid.to_string());
         }
         line("sampler", &name(self.sampler));
-        if self.sampler == SamplerName::Sobol {
+        if self.takes("scrambles") {
             line("scrambles", &self.scrambles.to_string());
         }
         line("size", &format!("{width}x{height}"));
