@@ -52,6 +52,14 @@ impl Batches {
         }
     }
 
+    /// The batches of the values times `factor` plus `shift`.
+    pub fn transformed(mut self, factor: f64, shift: f64) -> Self {
+        let map = |x: &mut f64| *x = factor * *x + shift;
+        self.means.iter_mut().for_each(map);
+        self.sum = factor * self.sum + shift * self.open as f64;
+        self
+    }
+
     /// The means of the full batches, 32 to 63 of them once there are as many values.
     pub fn means(&self) -> &[f64] {
         &self.means[..self.full]

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::domain::Partition;
+use super::graded::grade;
 use super::outcome::{ALPHA, Cell, Claim, Outcome};
 use super::power::Sensitivity;
 use super::tails::{
@@ -12,8 +13,9 @@ use super::tails::{
 
 /// A cell must expect this many samples where there are fewer than [`FEW_CELLS`] cells...
 pub const LEAST_EXPECTED_FEW: f64 = 1000.0;
-/// ...and this many otherwise, for the far tail to be valid.
-pub const LEAST_EXPECTED_MANY: f64 = 100.0;
+/// ...and this many otherwise, for the far tail to be valid. With 100, 32 cells had twice the nominal
+/// tail at 1e-9; the logarithm of that ratio falls as the inverse of the count.
+pub const LEAST_EXPECTED_MANY: f64 = 300.0;
 /// See [`LEAST_EXPECTED_FEW`].
 pub const FEW_CELLS: usize = 32;
 
@@ -30,6 +32,41 @@ pub struct Counts {
     pub forbidden: u64,
     /// The first of those.
     pub example: Option<DVec3>,
+}
+
+impl Counts {
+    /// As if the least probable cell that is not pooled were off by `effect`, relative, and the others made
+    /// up for it evenly: of all laws that are off by so much in some cell, the one that shows least. `None`
+    /// if there are no two cells.
+    fn moved(&self, partition: &Partition, effect: f64) -> Option<Self> {
+        let kept: u64 = self.observed.iter().sum();
+        let mass = partition.mass();
+        let expected: Vec<f64> = partition
+            .masses
+            .iter()
+            .map(|m| kept as f64 * m / mass)
+            .collect();
+        let pooled = pool(&expected, &self.observed);
+        let least = pooled.iter().map(|&[e, _]| e).fold(f64::INFINITY, f64::min);
+        let at = (0..expected.len())
+            .filter(|&i| expected[i] >= least)
+            .min_by(|&i, &j| expected[i].total_cmp(&expected[j]))?;
+        let rest = kept as f64 - expected[at];
+        if pooled.len() < 2 || rest <= 0.0 {
+            return None;
+        }
+        let mut moved = self.clone();
+        let mut total = 0;
+        for (i, count) in moved.observed.iter_mut().enumerate() {
+            if i != at {
+                let less = effect * expected[at] * expected[i] / rest;
+                *count = (*count as f64 - less).round().max(0.0) as u64;
+                total += *count;
+            }
+        }
+        moved.observed[at] = kept.saturating_sub(total);
+        Some(moved)
+    }
 }
 
 /// Counts n samples. `allowed` says whether the pdf is a positive finite number at a point.
@@ -66,6 +103,17 @@ pub fn count(
 /// the simultaneous intervals of all cells, and must lie within ±`delta`. Lost samples are part of the
 /// count: they are compared with the partition's loss, not divided away.
 pub fn chi_square(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Outcome {
+    grade(pearson(name, partition, counts, delta), |effect| {
+        Some(pearson(
+            name,
+            partition,
+            &counts.moved(partition, effect)?,
+            delta,
+        ))
+    })
+}
+
+fn pearson(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Outcome {
     let kept: u64 = counts.observed.iter().sum();
     let mass = partition.mass();
     let expected: Vec<f64> = partition
@@ -120,8 +168,17 @@ pub fn chi_square(name: &str, partition: &Partition, counts: &Counts, delta: f64
         },
         worst: describe(partition, counts, &expected, p_lost),
         cells: cells(partition, counts, &expected),
+        graded: Vec::new(),
     };
-    if counts.n == 0 || (dof < 1.0 && p >= ALPHA) {
+    let blur = partition.error * partition.error * kept as f64 / (least / kept as f64);
+    let certain = counts.forbidden > 0 || p_lost < ALPHA / tests;
+    if blur > LARGEST_BLUR && !certain {
+        // Undecided: the cells' probabilities are not known well enough for so many samples.
+        Outcome {
+            valid_from: u64::MAX,
+            ..outcome
+        }
+    } else if counts.n == 0 || (dof < 1.0 && p >= ALPHA) {
         // Two cells take so many samples, if they are equally probable.
         let needed = (2.0 * LEAST_EXPECTED_FEW) as u64;
         outcome.without_evidence("one cell holds everything", needed)
@@ -147,6 +204,10 @@ pub fn sampler_against_partition(
 
 /// The ceiling of δ for a single cell's probability, relative.
 pub const CELL_DELTA: f64 = 0.02;
+
+/// Errors of the cells' probabilities may add this much to the statistic's mean: at 6 standard deviations
+/// a fifth to the tail.
+const LARGEST_BLUR: f64 = 1e-3;
 
 /// Cells that expect too little are joined, smallest first, until none does; pairs of expected and
 /// observed counts.
@@ -261,6 +322,23 @@ fn describe(partition: &Partition, counts: &Counts, expected: &[f64], p_lost: f6
 /// by exact binomial tails. `delta` is absolute. Also where the probability is 0 or 1: no success in n
 /// bounds the true one.
 pub fn binomial(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Outcome {
+    grade(share(name, k, n, probability, delta), |effect| {
+        // No probability is beyond 0 and 1, and no count.
+        let wrong = (k as f64 + effect * n as f64).round();
+        let possible = (0.0..=1.0).contains(&(probability + effect));
+        possible.then(|| {
+            share(
+                name,
+                wrong.clamp(0.0, n as f64) as u64,
+                n,
+                probability,
+                delta,
+            )
+        })
+    })
+}
+
+fn share(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Outcome {
     let [share, expected] = [k as f64 / n as f64, n as f64 * probability];
     let sigmas = if k as f64 == expected {
         0.0
@@ -299,6 +377,7 @@ pub fn binomial(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Out
                 sigmas: -sigmas,
             },
         ],
+        graded: Vec::new(),
     };
     if n == 0 {
         // 0 of 0 is NaN, but no wrong share.
@@ -315,6 +394,13 @@ pub fn binomial(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Out
 /// Rare events among n values: k of them against the Poisson law with mean `expected` ≥ 0, by exact
 /// tails. `delta` is a number of events.
 pub fn poisson(name: &str, k: u64, n: u64, expected: f64, delta: f64) -> Outcome {
+    grade(events(name, k, n, expected, delta), |effect| {
+        let wrong = (k as f64 + effect).round().max(0.0) as u64;
+        (expected + effect >= 0.0).then(|| events(name, wrong, n, expected, delta))
+    })
+}
+
+fn events(name: &str, k: u64, n: u64, expected: f64, delta: f64) -> Outcome {
     let sigmas = if k as f64 == expected {
         0.0
     } else {
@@ -345,6 +431,7 @@ pub fn poisson(name: &str, k: u64, n: u64, expected: f64, delta: f64) -> Outcome
             observed: k as f64,
             sigmas,
         }],
+        graded: Vec::new(),
     };
     if n == 0 {
         outcome.without_evidence("no values", 1)

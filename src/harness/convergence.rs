@@ -1,5 +1,6 @@
 //! How fast an error shrinks, and how the variances of two samplers compare.
 
+use super::graded::grade;
 use super::mean::{ROUNDING, Values, mean};
 use super::outcome::{ALPHA, Cell, Claim, Outcome};
 use super::power::Sensitivity;
@@ -68,6 +69,13 @@ fn mean_errors(sizes: &[f64], groups: &[Vec<f64>], reference: f64) -> Vec<Cell> 
 ///
 /// `a` and `b` hold the squared deviations.
 pub fn variance_ratio(name: &str, a: &Values, b: &Values, ratio: f64, delta: f64) -> Outcome {
+    grade(ratio_test(name, a, b, ratio, delta), |effect| {
+        let wrong = a.transformed(1.0 + effect / ratio, 0.0);
+        Some(ratio_test(name, &wrong, b, ratio, delta))
+    })
+}
+
+fn ratio_test(name: &str, a: &Values, b: &Values, ratio: f64, delta: f64) -> Outcome {
     let (ma, mb) = (a.moments, b.moments);
     let dof = ma.count().min(mb.count()) as f64 - 1.0;
     let [va, vb] = [ma, mb].map(|m| m.variance() / m.count() as f64);
@@ -98,6 +106,7 @@ pub fn variance_ratio(name: &str, a: &Values, b: &Values, ratio: f64, delta: f64
         },
         worst: format!("{t:+.2} standard errors"),
         cells,
+        graded: Vec::new(),
     };
     if dof < 1.0 {
         outcome.without_evidence("fewer than two values", 2)

@@ -1,5 +1,6 @@
 //! One-dimensional laws: the Kolmogorov-Smirnov test.
 
+use super::graded::grade;
 use super::outcome::{ALPHA, Cell, Claim, Outcome};
 use super::power::Sensitivity;
 use super::tails::{kolmogorov_sf, kolmogorov_upper};
@@ -19,6 +20,26 @@ pub fn kolmogorov_smirnov(
     delta: f64,
 ) -> Outcome {
     values.sort_by(f64::total_cmp);
+    grade(distance(name, values, &cdf, delta), |effect| {
+        // The uniform numbers cdf(x), bent so that their law is off by the effect at one half.
+        let bent: Vec<f64> = values.iter().map(|&x| bent(cdf(x), effect)).collect();
+        Some(distance(name, &bent, &|u: f64| u.clamp(0.0, 1.0), delta))
+    })
+}
+
+/// The number whose law is uniform on either half of [0, 1] with 1/2 + effect in the lower, if that of u
+/// is uniform: the distribution functions differ most at one point, the middle.
+fn bent(u: f64, effect: f64) -> f64 {
+    let lower = (0.5 + effect).clamp(0.0, 1.0);
+    if u < lower {
+        0.5 * u / lower
+    } else {
+        0.5 + 0.5 * (u - lower) / (1.0 - lower).max(f64::MIN_POSITIVE)
+    }
+}
+
+/// The statistic of values in order.
+fn distance(name: &str, values: &[f64], cdf: &impl Fn(f64) -> f64, delta: f64) -> Outcome {
     let count = values.len() as u64;
     let n = values.len() as f64;
     let (mut d, mut at) = (0.0, f64::NAN);
@@ -63,6 +84,7 @@ pub fn kolmogorov_smirnov(
         sensitivity: Sensitivity::Distance { n: count },
         worst: format!("distribution functions differ by {d:.5} at {at:.6}"),
         cells,
+        graded: Vec::new(),
     };
     if count == 0 {
         outcome.without_evidence("no values", 1)

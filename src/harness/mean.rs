@@ -1,6 +1,7 @@
 //! Means on trial: against a closed form, against another mean, exactly or within a margin.
 
 use super::batches::Batches;
+use super::graded::grade;
 use super::outcome::{ALPHA, Cell, Claim, Outcome};
 use super::power::{Sensitivity, bernstein_exponent};
 use super::tails::{normal_sf, normal_upper, student_two_sided, student_upper};
@@ -116,6 +117,32 @@ impl Values {
         ((root * root).ceil() as u64).max(2)
     }
 
+    /// The values times `factor` plus `shift`.
+    pub fn transformed(&self, factor: f64, shift: f64) -> Self {
+        let m = self.moments;
+        Self {
+            moments: Moments::of(
+                m.count(),
+                factor * m.mean() + shift,
+                factor * factor * m.variance(),
+            ),
+            batches: self.batches.transformed(factor, shift),
+            centre: factor * self.centre + shift,
+            cubes: factor.powi(3) * self.cubes,
+        }
+    }
+
+    /// The values of a subject whose mean is not `reference`, but off by `effect`: by a factor, as faults
+    /// of weights and densities are; by a shift, if the mean is
+    /// near 0.
+    fn off_by(&self, effect: f64, reference: f64) -> Self {
+        if effect.abs() > 0.5 * reference.abs() {
+            self.transformed(1.0, effect)
+        } else {
+            self.transformed(1.0 + effect / reference, 0.0)
+        }
+    }
+
     /// The batches against the mean `expected`; `what` begins the places.
     pub fn cells(&self, what: &str, expected: f64) -> Vec<Cell> {
         self.batches.cells(what, expected, self.moments.variance())
@@ -168,6 +195,7 @@ impl Difference {
             },
             worst: format!("{t:+.2} standard errors"),
             cells: Vec::new(),
+            graded: Vec::new(),
         };
         if n < 2 {
             outcome.without_evidence("fewer than two values", 2)
@@ -194,6 +222,14 @@ pub fn mean(name: &str, values: &Values, reference: f64, claim: Claim) -> Outcom
     if claim == (Claim::Exact { delta: 0.0 }) {
         return every(name, moments, reference, EVERY * reference.abs().max(1.0));
     }
+    grade(student(name, values, reference, claim), |effect| {
+        let wrong = values.off_by(effect, reference);
+        Some(student(name, &wrong, reference, claim))
+    })
+}
+
+fn student(name: &str, values: &Values, reference: f64, claim: Claim) -> Outcome {
+    let moments = values.moments;
     let mut outcome = Difference {
         estimate: moments.mean(),
         reference,
@@ -236,6 +272,16 @@ pub fn mean_known_sigma(
     sigma: f64,
     claim: Claim,
 ) -> Outcome {
+    grade(
+        known_sigma(name, values, reference, sigma, claim),
+        |effect| {
+            let wrong = values.transformed(1.0, effect);
+            Some(known_sigma(name, &wrong, reference, sigma, claim))
+        },
+    )
+}
+
+fn known_sigma(name: &str, values: &Values, reference: f64, sigma: f64, claim: Claim) -> Outcome {
     let moments = values.moments;
     let n = moments.count();
     let standard_error = sigma / (n as f64).sqrt();
@@ -260,6 +306,7 @@ pub fn mean_known_sigma(
         },
         worst: format!("{z:+.2} standard errors"),
         cells: values.batches.cells("", reference, sigma * sigma),
+        graded: Vec::new(),
     };
     if n < 2 {
         outcome.without_evidence("fewer than two values", 2)
@@ -275,6 +322,19 @@ pub fn mean_known_sigma(
 ///
 /// |mean − μ| > √(2VL/n) + 7(high − low)L/(3(n − 1)) has probability at most 4 exp(−L).
 pub fn bounded_mean(
+    name: &str,
+    values: &Values,
+    reference: f64,
+    bounds: [f64; 2],
+    claim: Claim,
+) -> Outcome {
+    grade(bounded(name, values, reference, bounds, claim), |effect| {
+        let wrong = values.off_by(effect, reference);
+        Some(bounded(name, &wrong, reference, bounds, claim))
+    })
+}
+
+fn bounded(
     name: &str,
     values: &Values,
     reference: f64,
@@ -315,6 +375,7 @@ pub fn bounded_mean(
         sensitivity: Sensitivity::Bernstein { root, range },
         worst: format!("{deviation:.3e} from the reference"),
         cells: values.cells("", reference),
+        graded: Vec::new(),
     };
     if moments.count() < 2 {
         outcome.without_evidence("fewer than two values", 2)
@@ -331,6 +392,13 @@ pub fn bounded_mean(
 /// With [`Claim::Approximate`] this is the equivalence of two means: the interval within ±Δ is the
 /// verdict of two one-sided tests.
 pub fn welch(name: &str, a: &Values, b: &Values, claim: Claim) -> Outcome {
+    grade(difference(name, a, b, claim), |effect| {
+        let wrong = a.off_by(effect, b.moments.mean());
+        Some(difference(name, &wrong, b, claim))
+    })
+}
+
+fn difference(name: &str, a: &Values, b: &Values, claim: Claim) -> Outcome {
     let (ma, mb) = (a.moments, b.moments);
     let mut outcome = welch_moments(name, ma, mb, claim);
     // Each side's skewness counts for its own number of values.

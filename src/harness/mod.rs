@@ -13,6 +13,7 @@
 //! | how fast does the error fall, and by how much is one variance below another? | [`convergence`] |
 //! | can an expensive test stop early? | [`sequential`] |
 //! | how large an effect would have been seen, how surely? | [`power`] |
+//! | is an effect of exactly that size seen? | [`graded`] |
 //! | how is all this registered, run and reported? | [`trial`] |
 //!
 //! Every statistic returns an [`Outcome`](outcome::Outcome): statistic, p-value, estimate, interval,
@@ -40,6 +41,7 @@ pub mod bsdf_checkup;
 pub mod chi_square;
 pub mod convergence;
 pub mod domain;
+pub mod graded;
 pub mod ks;
 pub mod lobe_checkup;
 pub mod mean;

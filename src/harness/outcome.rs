@@ -1,5 +1,6 @@
 //! What one statistic found, and the three-valued verdict on it.
 
+use super::graded::Graded;
 use super::power::Sensitivity;
 
 /// Each assertion's share of the chance that a correct build goes red.
@@ -146,6 +147,9 @@ pub struct Outcome {
     /// What a data file holds and a plot shows: the cells of a histogram, tiles, pixels, means of
     /// batches, points of a distribution function. Empty for exact identities.
     pub cells: Vec<Cell>,
+    /// The same statistic on the same values made wrong by the size of the claim; empty where nothing is
+    /// random.
+    pub graded: Vec<Graded>,
 }
 
 impl Outcome {
@@ -174,6 +178,7 @@ impl Outcome {
             sensitivity: Sensitivity::Certain,
             worst: worst.into(),
             cells: Vec::new(),
+            graded: Vec::new(),
         }
     }
 
@@ -185,6 +190,12 @@ impl Outcome {
         self.p = if bad { f64::NAN } else { 1.0 };
         self.interval = [f64::NEG_INFINITY, f64::INFINITY];
         self.valid_from = needed.max(self.n.saturating_add(1));
+        // No effect would have been seen.
+        self.sensitivity = Sensitivity::Normal {
+            standard_error: f64::INFINITY,
+            dof: f64::INFINITY,
+            tests: 1,
+        };
         self.worst = format!("says nothing: {why}");
         self
     }

@@ -373,6 +373,23 @@ pub fn check_subject(trial: &Trial, context: &Context) -> Result<Vec<Row>, Strin
     if !trial_is_green(&found, context) {
         message += &explain(trial, &found, context);
     }
+    // Below scale 1 effects of that size need not be seen.
+    for row in found.iter().filter(|_| context.scale >= 1.0) {
+        for graded in &row.outcome.graded {
+            if !graded.is_answered() {
+                let _ = writeln!(
+                    message,
+                    "{}: {} says {} (p = {:.3e}) where the value is off by {:.3e}, the size of its \
+                     claim: n or δ is wrong",
+                    row.trial,
+                    row.outcome.name,
+                    graded.outcome.verdict().word(),
+                    graded.outcome.p,
+                    graded.effect
+                );
+            }
+        }
+    }
     if message.is_empty() {
         Ok(found)
     } else {

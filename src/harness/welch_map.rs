@@ -4,6 +4,7 @@
 //! Images enter as plain slices, so that any renderer's will do. Only the image mean carries a claim of
 //! equivalence: per-pixel tests are far less sensitive to a bias that is the same everywhere.
 
+use super::graded::grade;
 use super::ks::kolmogorov_smirnov;
 use super::mean::welch_satterthwaite;
 use super::outcome::{ALPHA, Cell, Claim, Outcome};
@@ -53,6 +54,8 @@ impl PValueMap {
         let mut p: Vec<f64> = self.p.iter().copied().filter(|p| !p.is_nan()).collect();
         let mut outcome = kolmogorov_smirnov(name, &mut p, |p| p, delta);
         outcome.claim = Claim::Approximate { margin: delta };
+        // Those of the exact claim say nothing of this one.
+        outcome.graded = Vec::new();
         outcome
     }
 
@@ -92,6 +95,7 @@ impl PValueMap {
                 self.sigmas[worst]
             ),
             cells: self.cells(),
+            graded: Vec::new(),
         }
     }
 
@@ -155,6 +159,14 @@ fn difference(a: &PixelStatistics, b: &PixelStatistics, pixels: &[usize]) -> Dif
 /// The test of the means of the two images: `delta` is relative to the mean of `b`. The claim is exact, as
 /// for two unbiased estimators; [`Outcome::within_delta`] makes it approximate.
 pub fn image_mean(name: &str, a: &PixelStatistics, b: &PixelStatistics, delta: f64) -> Outcome {
+    grade(compare_means(name, a, b, delta), |effect| {
+        let mean: Vec<f64> = a.mean.iter().map(|x| x + effect).collect();
+        let wrong = PixelStatistics { mean: &mean, ..*a };
+        Some(compare_means(name, &wrong, b, delta))
+    })
+}
+
+fn compare_means(name: &str, a: &PixelStatistics, b: &PixelStatistics, delta: f64) -> Outcome {
     let pixels: Vec<usize> = (0..a.mean.len()).collect();
     let d = difference(a, b, &pixels);
     let scale = b.mean.iter().sum::<f64>() / b.mean.len() as f64;
@@ -186,6 +198,7 @@ pub fn image_mean(name: &str, a: &PixelStatistics, b: &PixelStatistics, delta: f
         },
         worst: format!("image means differ by {t:+.2} standard errors"),
         cells: stretches(a, b),
+        graded: Vec::new(),
     };
     if outcome.n < 2 {
         outcome.without_evidence("fewer than two replications", 2)

@@ -314,6 +314,7 @@ fn maps_leave_out_what_says_nothing() {
     let flat = found.flatness("flat", 0.1);
     let expected = Outcome {
         claim: Claim::Approximate { margin: 0.1 },
+        graded: Vec::new(),
         ..kolmogorov_smirnov("flat", &mut known, |p| p, 0.1)
     };
     assert_eq!(flat, expected);

@@ -11,6 +11,7 @@ mod film;
 mod frame;
 mod fresnel;
 mod geometry;
+mod graded;
 mod helpers; // what the exact modules share
 mod hierarchy;
 mod image;

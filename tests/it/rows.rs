@@ -39,6 +39,7 @@ fn random(name: &str, verdict: Verdict) -> Outcome {
         sensitivity: Sensitivity::Certain,
         worst: String::new(),
         cells: Vec::new(),
+        graded: Vec::new(),
     }
 }
 

@@ -24,6 +24,7 @@ fn outcome(half: f64, claim: Claim) -> Outcome {
         sensitivity: Sensitivity::Certain,
         worst: String::new(),
         cells: Vec::new(),
+        graded: Vec::new(),
     }
 }
 

@@ -1,0 +1,135 @@
+//! Graded controls: every statistic is run again on values that are off by the size of its claim.
+
+use approx::assert_relative_eq;
+use whitefurnace::harness::chi_square::{Counts, binomial, chi_square, poisson};
+use whitefurnace::harness::convergence::variance_ratio;
+use whitefurnace::harness::domain::Partition;
+use whitefurnace::harness::ks::kolmogorov_smirnov;
+use whitefurnace::harness::mean::{Values, bounded_mean, mean, mean_known_sigma, welch};
+use whitefurnace::harness::outcome::{Claim, Outcome, Verdict};
+
+/// 1 ± 0.1, a million times.
+fn values(scale: f64) -> Values {
+    let mut i = 0;
+    Values::collect(scale, 1_000_000, || {
+        i += 1;
+        scale * (1.0 + 0.1 * f64::from(i % 2 * 2 - 1))
+    })
+}
+
+fn exact(delta: f64) -> Claim {
+    Claim::Exact { delta }
+}
+
+/// The statistic with that claim's size, on right values whose estimate is exact.
+fn all(size: f64) -> Vec<Outcome> {
+    let v = values(2.0);
+    let cells = |n: u64| {
+        let places = ["a", "b", "c"].map(String::from).to_vec();
+        let partition = Partition::of_masses(vec![0.5, 0.3, 0.2], places);
+        let observed = [5, 3, 2].map(|share| share * n).to_vec();
+        let counts = Counts {
+            n: 10 * n,
+            observed,
+            ..Counts::default()
+        };
+        chi_square("cells", &partition, &counts, 0.02 * size)
+    };
+    let mut uniform: Vec<f64> = (0..1_000_000).map(|i| (f64::from(i) + 0.5) / 1e6).collect();
+    vec![
+        mean("t", &v, 2.0, exact(0.003 * size)),
+        mean(
+            "t about 0",
+            &v.transformed(1.0, -2.0),
+            0.0,
+            exact(0.003 * size),
+        ),
+        mean_known_sigma("z", &v, 2.0, 0.2, exact(0.003 * size)),
+        bounded_mean("bounded", &v, 2.0, [1.0, 3.0], exact(0.004 * size)),
+        welch("Welch", &v, &v, exact(0.004 * size)),
+        variance_ratio("ratio", &v, &v, 1.0, 0.003 * size),
+        cells(400_000),
+        kolmogorov_smirnov("law", &mut uniform, |x| x, 0.005 * size),
+        binomial("share", 300_000, 1_000_000, 0.3, 0.007 * size),
+        poisson("events", 10_000, 1_000_000, 10_000.0, 1500.0 * size),
+        mean(
+            "equal",
+            &v,
+            2.0,
+            Claim::Approximate {
+                margin: 0.003 * size,
+            },
+        ),
+        welch(
+            "alike",
+            &v,
+            &v,
+            Claim::Approximate {
+                margin: 0.004 * size,
+            },
+        ),
+    ]
+}
+
+/// Where n is right, all are answered on both sides; where the claim is finer than n allows, none of those
+/// at the claim's size is rejected.
+#[test]
+fn effects_of_the_size_of_the_claim_are_answered() {
+    for outcome in all(1.0) {
+        assert_eq!(outcome.verdict(), Verdict::Holds, "{outcome:?}");
+        let (up, down) = outcome.graded.iter().fold((0, 0), |(up, down), graded| {
+            assert!(graded.is_answered(), "{}: {graded:?}", outcome.name);
+            if graded.effect > 0.0 {
+                (up + 1, down)
+            } else {
+                (up, down + 1)
+            }
+        });
+        let wanted = match outcome.claim {
+            Claim::Approximate { .. } => 2,
+            Claim::Exact { .. } | Claim::Test => 1,
+        };
+        assert_eq!((up, down), (wanted, wanted), "{}", outcome.name);
+    }
+    for outcome in all(0.25) {
+        let rejected = outcome
+            .graded
+            .iter()
+            .any(|graded| graded.outcome.verdict() == Verdict::Fails);
+        assert!(!rejected, "{}", outcome.name);
+    }
+}
+
+/// The transformed values have the effect, and nothing else changes but by it.
+#[test]
+fn transformed_values_are_off_by_the_effect() {
+    for outcome in all(1.0) {
+        for graded in &outcome.graded {
+            let moved = graded.outcome.estimate - outcome.estimate;
+            let relative = if outcome.statistic == "Kolmogorov-Smirnov" {
+                1.0
+            } else {
+                graded.effect.signum()
+            };
+            assert_relative_eq!(moved, relative * graded.effect.abs(), max_relative = 1e-3);
+            assert!(graded.outcome.graded.is_empty());
+        }
+    }
+    let v = values(2.0).transformed(3.0, 1.0);
+    assert_relative_eq!(v.moments.mean(), 7.0, max_relative = 1e-12);
+    assert_relative_eq!(v.moments.variance(), 0.36, max_relative = 1e-5);
+    assert_relative_eq!(v.batches.means()[0], 7.0, max_relative = 1e-9);
+    // Skewness does not depend on the unit.
+    let mut skewed = Values::new(0.0);
+    [0.0, 0.0, 0.0, 1.0].iter().for_each(|&x| skewed.push(x));
+    assert_relative_eq!(
+        skewed.transformed(3.0, 1.0).skewness(),
+        skewed.skewness(),
+        max_relative = 1e-12
+    );
+    assert_relative_eq!(
+        skewed.transformed(-3.0, 1.0).skewness(),
+        -skewed.skewness(),
+        max_relative = 1e-12
+    );
+}
