@@ -93,12 +93,25 @@ pub fn half_width(numbers: &BTreeMap<String, f64>, key: &str) -> Option<f64> {
         .or_else(|| stem.and_then(|stem| get(format!("{stem}.half"))))
         .or_else(|| stem.and_then(between))
         .or_else(|| get(format!("{key}_error")).map(|error| STANDARD_ERRORS * error))
+        // What has no noise has no interval: it is exact, or rounding.
+        .filter(|half| *half > 0.0)
+}
+
+/// Whether both estimate the same: of a trial with many measures each run gives the one that comes nearest to
+/// its limit, and their references tell them apart.
+fn same_reference(both: [&Recorded; 2], key: &str) -> bool {
+    let Some(stem) = key.strip_suffix(".estimate") else {
+        return true;
+    };
+    let [a, b] = both.map(|from| from.numbers.get(&format!("{stem}.reference")));
+    a == b
 }
 
 fn pairs<'a>(recorded: &'a Recorded, ours: &'a Recorded) -> Vec<Pair<'a>> {
     let both = recorded.numbers.iter().filter_map(|(key, &value)| {
         let own = *ours.numbers.get(key)?;
         let halves = half_width(&recorded.numbers, key).zip(half_width(&ours.numbers, key));
+        let halves = halves.filter(|_| same_reference([recorded, ours], key));
         Some(Pair {
             key,
             values: [value, own],
@@ -324,10 +337,11 @@ fn pictures(
             let file_name = file.file_name().unwrap_or_default().to_string_lossy();
             let copy = format!("{folder}{}/{file_name}", ours.id);
             images += &format!(
-                "<img src=\"figures/{}\" loading=\"lazy\" alt=\"{} of {}, {whose}\">",
-                escape(&copy),
+                "<a href=\"figures/{file}\"><img src=\"figures/{file}\" loading=\"lazy\" \
+                 alt=\"{} of {}, {whose}\"></a>",
                 escape(name),
-                escape(&ours.id)
+                escape(&ours.id),
+                file = escape(&copy)
             );
             figures.insert(copy, file);
         }

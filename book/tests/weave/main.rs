@@ -334,3 +334,99 @@ fn formulas_survive_markdown_and_code_does_not_change() {
     assert!(!html.contains("<em>"), "no emphasis inside formulas");
     assert!(html.matches("<math").count() >= 2);
 }
+
+/// A run of the experiment `demo` with these numbers and findings.
+fn with_run(record: &str, run: &str) -> Small {
+    let book = Small::new("# Page\n\n{{#run}}\n");
+    for (folder, body) in [("recorded", record), ("run", run)] {
+        let text = format!(
+            "{{ \"id\": \"demo\", \"version\": 1, \"command\": \"x\", \"tier\": \"quick\", \"seed\": 7, \
+             \"shrink\": 4, \"figures\": [\"plot.svg\"], {body} }}"
+        );
+        book.write(&format!("{folder}/demo/result.json"), &text);
+        book.write(
+            &format!("{folder}/demo/plot.svg"),
+            &format!("<svg xmlns=\"http://www.w3.org/2000/svg\"><desc>{folder}</desc></svg>"),
+        );
+    }
+    book
+}
+
+/// The page that sets the run beside the record.
+fn run_page(record: &str, run: &str) -> String {
+    let book = with_run(record, run);
+    book.weave().expect("this book is sound");
+    fs::read_to_string(book.path("out/run.html")).expect("the page of the run")
+}
+
+#[test]
+fn a_run_stands_beside_the_record() {
+    let findings = r#""numbers": {}, "findings": [
+        { "what": "alike", "value": "1", "verdict": "holds" },
+        { "what": "worse", "value": "2", "holds": true },
+        { "what": "a note", "value": "3", "holds": null }]"#;
+    let own = r#""numbers": {}, "findings": [
+        { "what": "alike", "value": "1", "verdict": "holds" },
+        { "what": "worse", "value": "9", "verdict": "fails" },
+        { "what": "new", "value": "4", "verdict": "undecided" }]"#;
+    let book = with_run(findings, own);
+    let html = book.html();
+    assert!(
+        html.contains("<a href=\"run.html\">Your run beside the record</a>"),
+        "{html}"
+    );
+    let page = fs::read_to_string(book.path("out/run.html")).expect("the page of the run");
+    // Hold, fail, undecided: in the record and in the run; tier, seed and shrink of both.
+    assert!(
+        page.contains("<td>2, 0, 0</td><td>1, <strong>1</strong>, 1</td>"),
+        "{page}"
+    );
+    assert_eq!(page.matches("<td>quick, 7, 4</td>").count(), 2);
+    let row = "<td>worse</td><td><strong>holds</strong> 2</td><td><strong>fails</strong> 9</td>";
+    assert!(page.contains(row), "{page}");
+    assert!(page.contains("judged differently (2)") && page.contains("judged alike (1)"));
+    assert!(!page.contains("a note"));
+    for (file, text) in [
+        ("figures/demo/plot.svg", "recorded"),
+        ("figures/run/demo/plot.svg", "run"),
+    ] {
+        assert!(page.contains(&format!("src=\"{file}\"")), "{page}");
+        let figure = fs::read_to_string(book.path("out").join(file)).expect("a figure");
+        assert!(figure.contains(text));
+    }
+}
+
+#[test]
+fn numbers_are_compared_by_the_noise_that_both_state() {
+    let body = |x: f64, plain: f64| {
+        format!(
+            "\"numbers\": {{ \"x\": {x}, \"x.half\": 3.0, \"t.estimate\": 1.0, \"t.low\": 0.5, \
+             \"t.high\": 1.5, \"y\": 2.0, \"y_error\": 0.1, \"plain\": {plain}, \"z\": {x}, \"z.half\": 0.0, \
+             \"r.estimate\": {x}, \"r.reference\": {plain}, \"r.low\": 0.0, \"r.high\": 1.0 }}"
+        )
+    };
+    // Half widths of 3 each explain 4.24; standard errors count five times. Not judged: plain, z, whose half
+    // width is nil, and r, which estimates something else.
+    let within = run_page(&body(10.0, 1.0), &body(14.2, 5.0));
+    assert!(within.contains("<td>0 of 3</td>"), "{within}");
+    assert!(within.contains("without an interval that differ (4)"));
+    let beyond = run_page(&body(10.0, 1.0), &body(14.3, 1.0));
+    assert!(beyond.contains("<td>2 of 4</td>"), "{beyond}");
+    assert!(
+        beyond.contains("<td><code>x</code></td><td>10 ± 3</td><td>14.30 ± 3</td>"),
+        "{beyond}"
+    );
+}
+
+#[test]
+fn without_a_run_there_is_no_page_of_it() {
+    let book = Small::new("# Page\n\n{{#run}}\n");
+    assert!(book.html().contains("woven without a run"));
+    assert!(!book.path("out/run.html").exists());
+    book.write("run/nothing.txt", "");
+    let message = book.weave().expect_err("no run there").to_string();
+    assert!(
+        message.contains("run: holds no results of a run"),
+        "{message}"
+    );
+}

@@ -86,3 +86,35 @@ fn shows_every_equation_and_every_chapter_asks_and_sets_a_task() {
     all.sort();
     assert_eq!(shown, all);
 }
+
+/// The picture of the README is a recorded one in bands, every one of them, at a size without seams.
+#[test]
+fn the_readme_shows_all_bands_of_its_picture() {
+    let options = Options::default();
+    let readme = fs::read_to_string(options.sources.join("README.md")).expect("the README");
+    let mut shown = Vec::new();
+    for image in readme.split("<img src=\"").skip(1) {
+        shown.push(image.split('"').next().unwrap_or_default().to_owned());
+        assert!(image.contains("width=\"768\" height=\"96\""), "{image}");
+    }
+    let results = book::results::Results::load(&options.results).expect("recorded results");
+    let (_, bands) = results
+        .figure("fig6/physical.png")
+        .expect("a recorded picture");
+    let bands: Vec<String> = bands
+        .iter()
+        .map(|band| {
+            let png = fs::read(band).expect("a band");
+            // Width and height stand in the header of every PNG; three quarters of these are shown.
+            let number = |at: usize| {
+                png[at..at + 4]
+                    .iter()
+                    .fold(0, |n, &b| 256 * n + u32::from(b))
+            };
+            assert_eq!([number(16), number(20)].map(|n| 3 * n), [4 * 768, 4 * 96]);
+            let name = band.file_name().unwrap_or_default().to_string_lossy();
+            format!("book/recorded/fig6/{name}")
+        })
+        .collect();
+    assert_eq!(shown, bands);
+}

@@ -1,0 +1,206 @@
+//! What every figure must have: a title and a description, coordinates in decimals, and series that can be told
+//! apart without colour.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::PathBuf;
+
+use experiments::plot::agreement::{Square, Standing, histograms, squares};
+use experiments::plot::chart::{Chart, Mark, Series, charts};
+use experiments::plot::differences::{Common, differences};
+use experiments::plot::forest::{Line, forest};
+use experiments::plot::map::{Map, maps};
+use experiments::plot::matrix::{Seen, matrix};
+use whitefurnace::error::Error;
+use whitefurnace::harness::outcome::Verdict;
+
+/// The text of a figure that `draw` writes.
+fn drawn(name: &str, draw: impl FnOnce(&std::path::Path) -> Result<(), Error>) -> String {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("figures");
+    fs::create_dir_all(&folder).expect("a folder");
+    let path = folder.join(format!("{name}.svg"));
+    draw(&path).expect("a figure");
+    fs::read_to_string(&path).expect("a figure")
+}
+
+fn chart(series: Vec<Series>) -> Chart {
+    Chart {
+        title: "A < B".to_owned(),
+        axes: ["x (m)".to_owned(), "y (s)".to_owned()],
+        ranges: [[0.0, 1.0], [0.0, 1.0]],
+        log: [false, false],
+        series,
+    }
+}
+
+/// The paths of lines and marks: the values of attribute `d`, with their element.
+fn paths(svg: &str) -> Vec<&str> {
+    svg.lines()
+        .filter(|line| line.starts_with("<path "))
+        .collect()
+}
+
+fn attribute<'a>(element: &'a str, name: &str) -> Option<&'a str> {
+    let from = element.find(&format!(" {name}=\""))? + name.len() + 3;
+    element[from..].split('"').next()
+}
+
+#[test]
+fn every_figure_says_what_it_shows() {
+    let see = "What there is to see & know.";
+    let line = |interval, verdict| Line {
+        label: "a".to_owned(),
+        estimate: 0.0,
+        interval,
+        verdict,
+    };
+    let map = Map {
+        title: "A < B".to_owned(),
+        axes: ["x".to_owned(), "y".to_owned()],
+        ranges: [[0.0, 1.0]; 2],
+        size: [1, 1],
+        values: vec![9.0],
+        bound: 4.0,
+        unit: "σ".to_owned(),
+    };
+    let about = ("A < B", see);
+    let names = ["n".to_owned()];
+    let common = Common {
+        regions: &[("a region", 2.0)],
+        axis: "y",
+        band: "allowed",
+    };
+    let square = |_, _| {
+        Some(Square {
+            text: "1".to_owned(),
+            standing: Standing::Biased,
+        })
+    };
+    let panels = [("n".to_owned(), vec![1, 2])];
+    let figures = [
+        drawn("charts", |path| {
+            charts(path, see, [400, 300], &[chart(Vec::new())])
+        }),
+        drawn("differences", |path| {
+            differences(path, about, &common, &[("panel", vec![[1.0, -50.0, 0.0]])])
+        }),
+        drawn("forest", |path| {
+            let undecided = Verdict::Undecided { needed: 9 };
+            forest(path, about, &[line([-0.5, 0.5], undecided)])
+        }),
+        drawn("map", |path| maps(path, see, [400, 300], 1, &[map])),
+        drawn("matrix", |path| {
+            matrix(path, about, &names, &names, |_, _| Some(Seen::Missed))
+        }),
+        drawn("squares", |path| {
+            squares(path, about, (&names, &names), "blank", square)
+        }),
+        drawn("histograms", |path| histograms(path, about, &panels)),
+    ];
+    for svg in figures {
+        assert!(
+            svg.contains("<title id=\"title\">A &lt; B</title>"),
+            "{svg}"
+        );
+        let desc = "<desc id=\"see\">What there is to see &amp; know.</desc>";
+        assert!(svg.contains(desc), "{svg}");
+        assert!(svg.contains("aria-labelledby=\"title see\""), "{svg}");
+        assert!(svg.trim_end().ends_with("</svg>"));
+    }
+}
+
+#[test]
+fn curves_are_not_jagged() {
+    let parabola = (0..=200)
+        .map(|i| f64::from(i) / 200.0)
+        .map(|x| [x, 0.1 + 0.05 * x * x]);
+    let series = Series::new("parabola", 0, Mark::Line, parabola.collect());
+    let svg = drawn("parabola", |path| {
+        charts(path, "", [400, 300], &[chart(vec![series])])
+    });
+    let curve = paths(&svg)
+        .into_iter()
+        .max_by_key(|path| path.len())
+        .expect("a curve");
+    let curve = attribute(curve, "d")
+        .expect("points")
+        .trim_start_matches('M');
+    let heights: Vec<f64> = curve
+        .split('L')
+        .map(|point| {
+            point
+                .split(' ')
+                .nth(1)
+                .and_then(|y| y.parse().ok())
+                .expect("y")
+        })
+        .collect();
+    assert_eq!(heights.len(), 201);
+    // A parabola has equal second differences: each is off by less than four roundings to two decimals.
+    let bend: Vec<f64> = heights
+        .windows(3)
+        .map(|y| y[0] - 2.0 * y[1] + y[2])
+        .collect();
+    let [least, most] =
+        [f64::min, f64::max].map(|of| bend.iter().copied().reduce(of).expect("many"));
+    assert!(
+        most - least <= 0.04,
+        "second differences from {least} to {most}"
+    );
+}
+
+#[test]
+fn series_are_told_apart_without_colour() {
+    const COUNT: usize = 8;
+    let points = vec![[0.5, 0.5], [0.6, 0.6]];
+    for mark in [Mark::Line, Mark::Points] {
+        let series = |i: usize| Series::new("", i, mark, points.clone());
+        // Black, 6, is the colour of references, which have a full line.
+        let colours = (0..COUNT).filter(|&i| i != 6);
+        let svg = drawn("series", |path| {
+            charts(
+                path,
+                "",
+                [400, 300],
+                &[chart(colours.map(series).collect())],
+            )
+        });
+        let all = paths(&svg);
+        let drawn = &all[all.len() - (COUNT - 1)..];
+        let looks: BTreeSet<_> = drawn
+            .iter()
+            .map(|path| match mark {
+                Mark::Line => attribute(path, "stroke-dasharray"),
+                _ => attribute(path, "d"),
+            })
+            .collect();
+        assert_eq!(looks.len(), COUNT - 1, "{mark:?}: {drawn:#?}");
+    }
+}
+
+#[test]
+fn what_is_off_a_map_s_scale_is_marked() {
+    let map = |values| Map {
+        title: String::new(),
+        axes: [String::new(), String::new()],
+        ranges: [[0.0, 1.0]; 2],
+        size: [2, 1],
+        values,
+        bound: 4.0,
+        unit: String::new(),
+    };
+    let marks = |values| {
+        let svg = drawn("overflow", |path| {
+            maps(path, "", [400, 300], 1, &[map(values)])
+        });
+        paths(&svg)
+            .iter()
+            .filter(|path| {
+                path.ends_with("Z\" fill=\"#ffffff\" stroke=\"#fff\" stroke-width=\"0.6\"/>")
+            })
+            .count()
+    };
+    assert_eq!(marks(vec![4.0, -4.0]), 0);
+    assert_eq!(marks(vec![4.1, 0.0]), 1);
+    assert_eq!(marks(vec![4.1, -4.1]), 2);
+}
