@@ -56,10 +56,11 @@ fn run(options: &Reproduce) -> Result<Ending, Error> {
     if options.update_book {
         record::update_book(&chosen, &options.shared)?;
     }
+    let ending = cli::conclude(&outcomes, &options.shared);
     if options.only.is_empty() {
         weave_book(&options.shared)?;
     }
-    Ok(cli::conclude(&outcomes, &options.shared))
+    Ok(ending)
 }
 
 /// Weaves the book from the recorded results, with a page that sets this run beside them, and says where it
