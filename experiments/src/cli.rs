@@ -75,10 +75,22 @@ pub fn parse<T: Parser>() -> T {
 
 /// The same, and which options stand on the command line.
 pub fn parse_given<T: Parser>() -> (T, impl Fn(&str) -> bool) {
-    let matches = or_one_line(T::command().try_get_matches());
+    let matches = or_one_line(tolerant(T::command()).try_get_matches());
     let options = or_one_line(T::from_arg_matches(&matches));
     let given = move |id: &str| matches.value_source(id) == Some(ValueSource::CommandLine);
     (options, given)
+}
+
+/// What stands after an option with a list of values is its value, be it "-1", so that the refusal names the
+/// option.
+fn tolerant(command: clap::Command) -> clap::Command {
+    command.mut_args(|argument| {
+        if argument.get_possible_values().is_empty() {
+            argument
+        } else {
+            argument.allow_hyphen_values(true)
+        }
+    })
 }
 
 fn or_one_line<T>(parsed: Result<T, clap::Error>) -> T {
@@ -166,7 +178,7 @@ pub fn run_experiment(experiment: &'static Experiment) -> ExitCode {
     let command = lab::Options::augment_args(clap::Command::new(experiment.id))
         .about(experiment.title)
         .version(env!("CARGO_PKG_VERSION"));
-    let matches = or_one_line(command.try_get_matches());
+    let matches = or_one_line(tolerant(command).try_get_matches());
     let options = or_one_line(lab::Options::from_arg_matches(&matches));
     exit(run_alone(experiment, &options))
 }

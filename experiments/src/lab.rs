@@ -315,7 +315,7 @@ impl Lab {
     /// Renders a job.
     ///
     /// # Errors
-    /// What [`Job::render`] refuses; [`Error::Interrupted`] after Ctrl-C.
+    /// What [`Job::render`] refuses; [`Error::Interrupted`] after a signal to end.
     pub fn render(&self, job: &Job, label: &str) -> Result<Film, Error> {
         let progress = Progress::new(&format!("{} {label}", self.outcome.id));
         let Rendered { film, complete } = job.render(&progress)?;

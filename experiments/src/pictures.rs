@@ -16,7 +16,7 @@ use crate::progress::interrupted;
 /// independent numbers.
 ///
 /// # Errors
-/// Those of [`render`](render()); [`Error::Interrupted`] after Ctrl-C.
+/// Those of [`render`](render()); [`Error::Interrupted`] after a signal to end.
 pub fn render_samples<E: Estimator>(
     scene: &Scene,
     estimator: &E,

@@ -222,6 +222,7 @@ fn bad_input_gets_one_line_exit_code_two_and_leaves_nothing() {
         ("--patches 100", "--estimator radiosity"),
         ("--frames 3", "--frames"),
         ("--scene nowhere", "cornell"),
+        ("--scene -1", "'--scene"),
         ("--seed -1", "'--seed"),
         ("--seed 18446744073709551616", "0 to 18446744073709551615"),
         ("--spp", "'--spp"),

@@ -524,6 +524,11 @@ const TOY: Experiment = Experiment {
         ledger.write()?;
         lab.number("level", level);
         lab.note("rows", ledger.rows().len().to_string());
+        let [none, odd] = [-1.0 / 0.0, f64::NAN];
+        lab.note(
+            "no number",
+            format!("order {none:.2}, ± {odd:.1} %; information"),
+        );
         Ok(())
     },
 };
@@ -574,6 +579,7 @@ fn interrupted_and_continued_is_uninterrupted() {
         assert!(go(&pieces));
         let found = files(&pieces);
         assert_eq!(found, files(&whole), "round {round}");
+        assert!(found[1].contains("order unknown, ± unknown %; information"));
         assert!(found[0].contains(&format!("# looks: {}\n", round + 1)));
         assert!(last.replace(found.clone()) != Some(found));
         assert!(!pieces.join("toy/unfinished").exists());

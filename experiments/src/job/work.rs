@@ -48,7 +48,7 @@ pub trait Work {
 pub struct Rendered {
     /// The film.
     pub film: Film,
-    /// False after Ctrl-C.
+    /// False after a signal to end.
     pub complete: bool,
 }
 
