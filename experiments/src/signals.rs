@@ -50,7 +50,7 @@ fn register(signal: i32, again: &Arc<AtomicBool>) -> io::Result<()> {
 }
 
 /// Whether the program was started with this signal ignored, where the system tells it (proc(5)).
-fn ignored(signal: i32) -> bool {
+pub fn ignored(signal: i32) -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status
         .lines()
