@@ -85,10 +85,12 @@ pub fn parse_given<T: Parser>() -> (T, impl Fn(&str) -> bool) {
 /// option.
 fn tolerant(command: clap::Command) -> clap::Command {
     command.mut_args(|argument| {
-        if argument.get_possible_values().is_empty() {
-            argument
-        } else {
+        let listed = !argument.get_possible_values().is_empty();
+        // A flag has the values true and false, and takes none.
+        if listed && argument.get_action().takes_values() {
             argument.allow_hyphen_values(true)
+        } else {
+            argument
         }
     })
 }
