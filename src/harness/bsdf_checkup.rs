@@ -196,8 +196,8 @@ pub struct CheckUp {
 impl Default for CheckUp {
     fn default() -> Self {
         Self {
-            // Normal incidence, the middle, and grazing.
-            inclinations: vec![0.0, 40.0, 75.0, 89.0],
+            // Normal incidence, the middle, and as near grazing as the skewness of a furnace's values allows.
+            inclinations: vec![0.0, 40.0, 75.0, 85.0],
             samples: 4_000_000,
             cells: 6,
             pairs: 20_000,

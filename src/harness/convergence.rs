@@ -1,7 +1,7 @@
 //! How fast an error shrinks, and how the variances of two samplers compare.
 
 use super::graded::grade;
-use super::mean::{ROUNDING, Values, mean};
+use super::mean::{ROUNDING, Sigma, Values, mean, satterthwaite, skewness_of_sum};
 use super::outcome::{ALPHA, Cell, Claim, Outcome};
 use super::power::Sensitivity;
 use super::tails::{f_sf, student_two_sided, student_upper};
@@ -77,10 +77,13 @@ pub fn variance_ratio(name: &str, a: &Values, b: &Values, ratio: f64, delta: f64
 
 fn ratio_test(name: &str, a: &Values, b: &Values, ratio: f64, delta: f64) -> Outcome {
     let (ma, mb) = (a.moments, b.moments);
-    let dof = ma.count().min(mb.count()) as f64 - 1.0;
+    let n = ma.count().min(mb.count());
+    let dof = n as f64 - 1.0;
     let [va, vb] = [ma, mb].map(|m| m.variance() / m.count() as f64);
     let standard_error = (va + ratio * ratio * vb).sqrt();
     let t = (ma.mean() - ratio * mb.mean()) / standard_error;
+    let (skewness_b, variance_b, n_b) = b.part();
+    let skewness = skewness_of_sum([a.part(), (skewness_b, ratio * ratio * variance_b, n_b)]);
     let mut cells = a.cells("first, ", ratio * mb.mean());
     cells.extend(b.cells("second, ", ma.mean() / ratio));
     let critical = student_upper(ALPHA / 2.0, dof.max(1.0));
@@ -90,8 +93,8 @@ fn ratio_test(name: &str, a: &Values, b: &Values, ratio: f64, delta: f64) -> Out
         value: t,
         dof: Some(dof),
         p: student_two_sided(t, dof),
-        n: ma.count().min(mb.count()),
-        valid_from: a.valid_from().max(b.valid_from()),
+        n,
+        valid_from: Sigma::Estimated.valid_from(n, skewness, ALPHA),
         estimate: ma.mean() / mb.mean(),
         reference: ratio,
         interval: fieller([ma.mean(), mb.mean()], [va, vb], critical),
@@ -101,7 +104,11 @@ fn ratio_test(name: &str, a: &Values, b: &Values, ratio: f64, delta: f64) -> Out
         // An effect on the ratio moves the difference by as many times the second mean.
         sensitivity: Sensitivity::Normal {
             standard_error: standard_error / mb.mean(),
-            dof,
+            dof: satterthwaite([
+                (va, a.variance_dof()),
+                (ratio * ratio * vb, b.variance_dof()),
+            ])
+            .min(dof),
             tests: 1,
         },
         worst: format!("{t:+.2} standard errors"),

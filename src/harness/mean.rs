@@ -11,29 +11,82 @@ use crate::moments::Moments;
 /// stay well within it.
 pub const ROUNDING: f64 = 1e-12;
 
-/// How far skewness may bend the far tail: |skewness| z³/(6√n), the first term of the Edgeworth
-/// expansion, relative to the tail itself.
+/// How far skewness may bend one far tail, relative to that tail: the first term of the Edgeworth
+/// expansion. The other tail becomes lighter by as much.
 pub const LARGEST_SKEW_TERM: f64 = 0.3;
 
-/// So many values of a law whose |skewness| is at most 0.2 leave a z or t tail valid: the skewness of a
+/// So many values of a law whose |skewness| is at most 0.2 leave a t tail valid: the skewness of a
 /// sample, which varies by √(6/n), goes beyond what [`Values::valid_from`] allows with probability below
 /// [`ALPHA`].
-pub const NEARLY_SYMMETRIC: u64 = 3_600;
+pub const NEARLY_SYMMETRIC: u64 = 8_500;
 
 /// So many values that are all the same speak against another mean; fewer say nothing. At level [`ALPHA`]
 /// no other value has a probability above ln(1/α)/n, which is 0.2 % here.
 pub const ENOUGH_EQUAL: u64 = 10_000;
 
-/// Independent values of which the mean is in question: moments up to the third.
+/// What a mean's difference from its reference is divided by. Where the standard deviation is estimated
+/// from the same values, skewness bends the tail twice as much: a mean that is too low comes with a
+/// standard deviation that is too small.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sigma {
+    /// Known in closed form: the expansion's first term is γ(z² − 1)/(6√n) times the density.
+    Known,
+    /// Estimated (t, Welch): γ(2z² + 1)/(6√n) times the density (Hall 1987, "Edgeworth expansion for
+    /// Student's t statistic under minimal moment conditions").
+    Estimated,
+}
+
+impl Sigma {
+    /// The first term of the Edgeworth expansion relative to the tail beyond z, to leading order, for
+    /// the skewness of the mean (γ/√n): |γ| z³/(6√n) or |γ| z³/(3√n).
+    pub fn skew_term(self, skewness_of_mean: f64, z: f64) -> f64 {
+        let divisor = match self {
+            Self::Known => 6.0,
+            Self::Estimated => 3.0,
+        };
+        skewness_of_mean.abs() * z.powi(3) / divisor
+    }
+
+    /// From how many values on the tails at the two-sided level `alpha` are valid, if `n` values give
+    /// their mean this skewness: [`skew_term`](Self::skew_term) ≤ [`LARGEST_SKEW_TERM`], where the
+    /// skewness falls as 1/√n. At least 2; `u64::MAX` for NaN.
+    pub fn valid_from(self, n: u64, skewness_of_mean: f64, alpha: f64) -> u64 {
+        let term = self.skew_term(skewness_of_mean, normal_upper(alpha / 2.0));
+        if term.is_nan() {
+            return u64::MAX;
+        }
+        // A float cast saturates.
+        ((n as f64 * (term / LARGEST_SKEW_TERM).powi(2)).ceil() as u64).max(2)
+    }
+}
+
+/// A bound of the skewness of a sum or difference of independent means, each given by the skewness of
+/// its values, the variance of the mean, and the number of values: Σ |γ| v^1.5/√n / (Σ v)^1.5.
+/// Skewnesses might cancel; that is not counted on. 0 if nothing varies.
+pub fn skewness_of_sum(parts: impl IntoIterator<Item = (f64, f64, u64)>) -> f64 {
+    let (mut third, mut second) = (0.0, 0.0);
+    for (skewness, variance, n) in parts {
+        third += skewness.abs() * variance.powf(1.5) / (n as f64).sqrt();
+        second += variance;
+    }
+    if second == 0.0 {
+        0.0
+    } else {
+        third / second.powf(1.5)
+    }
+}
+
+/// Independent values of which the mean is in question: moments up to the fourth.
 #[derive(Clone, Copy, Debug)]
 pub struct Values {
     /// Count, mean and variance.
     pub moments: Moments,
     /// Means of consecutive values, for the data file.
     pub batches: Batches,
-    /// A value near the mean, about which the cubes are summed.
+    /// A value near the mean, about which third and fourth powers are summed.
     centre: f64,
     cubes: f64,
+    fourths: f64,
 }
 
 impl Values {
@@ -44,6 +97,7 @@ impl Values {
             batches: Batches::default(),
             centre,
             cubes: 0.0,
+            fourths: 0.0,
         }
     }
 
@@ -84,7 +138,10 @@ impl Values {
     pub fn push(&mut self, value: f64) {
         self.moments.push(value);
         self.batches.push(value);
-        self.cubes += (value - self.centre).powi(3);
+        let shifted = value - self.centre;
+        let cube = shifted * shifted * shifted;
+        self.cubes += cube;
+        self.fourths += cube * shifted;
     }
 
     /// The sample skewness; 0 where the variance is 0 or unknown.
@@ -101,20 +158,40 @@ impl Values {
         third / variance.powf(1.5)
     }
 
-    /// From how many values on a z or t tail at [`ALPHA`] is valid, as far as skewness decides it:
-    /// |skewness| z³/(6√n) ≤ [`LARGEST_SKEW_TERM`].
+    /// The degrees of freedom that the sample variance really has, 2n/(κ − 1) for the fourth standardised
+    /// moment κ: its relative variance is (κ − 1)/n, 2/(n − 1) for normal values. At most n − 1.
+    pub fn variance_dof(&self) -> f64 {
+        let n = self.moments.count() as f64;
+        // Central moments divide by n.
+        let second = self.moments.variance() * (n - 1.0) / n;
+        let shift = self.moments.mean() - self.centre;
+        let square = shift * shift;
+        let fourth = self.fourths / n - 4.0 * shift * self.cubes / n
+            + square * (6.0 * (second + square) - 3.0 * square);
+        let dof = 2.0 * n / (fourth / (second * second) - 1.0);
+        // Two values that are equally frequent have κ = 1; a constant has none.
+        if dof > 0.0 { dof.min(n - 1.0) } else { n - 1.0 }
+    }
+
+    /// From how many values on the tail of a t test at [`ALPHA`] is valid, as far as skewness decides it.
     pub fn valid_from(&self) -> u64 {
         self.valid_from_at(ALPHA)
     }
 
     /// The same for the two-sided level `alpha`.
     pub fn valid_from_at(&self, alpha: f64) -> u64 {
-        let z = normal_upper(alpha / 2.0);
-        let root = self.skewness().abs() * z.powi(3) / (6.0 * LARGEST_SKEW_TERM);
-        if root.is_nan() {
-            return u64::MAX;
-        }
-        ((root * root).ceil() as u64).max(2)
+        self.valid(Sigma::Estimated, alpha)
+    }
+
+    fn valid(&self, sigma: Sigma, alpha: f64) -> u64 {
+        let n = self.moments.count();
+        sigma.valid_from(n, self.skewness() / (n as f64).sqrt(), alpha)
+    }
+
+    /// Skewness, variance of the mean and count: a part of [`skewness_of_sum`].
+    pub fn part(&self) -> (f64, f64, u64) {
+        let n = self.moments.count();
+        (self.skewness(), self.moments.variance() / n as f64, n)
     }
 
     /// The values times `factor` plus `shift`.
@@ -129,6 +206,7 @@ impl Values {
             batches: self.batches.transformed(factor, shift),
             centre: factor * self.centre + shift,
             cubes: factor.powi(3) * self.cubes,
+            fourths: factor.powi(4) * self.fourths,
         }
     }
 
@@ -157,6 +235,8 @@ struct Difference {
     scale: f64,
     standard_error: f64,
     dof: f64,
+    /// What the noise of the standard error says of them: see [`Values::variance_dof`].
+    noise_dof: f64,
 }
 
 impl Difference {
@@ -190,7 +270,7 @@ impl Difference {
             claim,
             sensitivity: Sensitivity::Normal {
                 standard_error: self.standard_error,
-                dof: self.dof,
+                dof: self.noise_dof,
                 tests: 1,
             },
             worst: format!("{t:+.2} standard errors"),
@@ -236,6 +316,7 @@ fn student(name: &str, values: &Values, reference: f64, claim: Claim) -> Outcome
         scale: reference.abs().max(moments.mean().abs()),
         standard_error: moments.standard_error(),
         dof: moments.count() as f64 - 1.0,
+        noise_dof: values.variance_dof(),
     }
     .outcome(name, "t", moments.count(), claim);
     outcome.valid_from = outcome.valid_from.max(values.valid_from());
@@ -294,7 +375,7 @@ fn known_sigma(name: &str, values: &Values, reference: f64, sigma: f64, claim: C
         dof: None,
         p: 2.0 * normal_sf(z.abs()),
         n,
-        valid_from: values.valid_from(),
+        valid_from: values.valid(Sigma::Known, ALPHA),
         estimate: moments.mean(),
         reference,
         interval: [moments.mean() - half, moments.mean() + half],
@@ -400,47 +481,38 @@ pub fn welch(name: &str, a: &Values, b: &Values, claim: Claim) -> Outcome {
 
 fn difference(name: &str, a: &Values, b: &Values, claim: Claim) -> Outcome {
     let (ma, mb) = (a.moments, b.moments);
-    let mut outcome = welch_moments(name, ma, mb, claim);
-    // Each side's skewness counts for its own number of values.
-    if a.valid_from() > ma.count() || b.valid_from() > mb.count() {
-        outcome.valid_from = outcome
-            .n
-            .saturating_add(1)
-            .max(a.valid_from().max(b.valid_from()));
+    let [va, vb] = [ma, mb].map(|m| m.variance() / m.count() as f64);
+    let mut outcome = Difference {
+        estimate: ma.mean() - mb.mean(),
+        reference: 0.0,
+        // Rounding is relative to the means, not to their difference.
+        scale: ma.mean().abs().max(mb.mean().abs()),
+        standard_error: (va + vb).sqrt(),
+        dof: welch_satterthwaite([(va, ma.count()), (vb, mb.count())]),
+        noise_dof: satterthwaite([(va, a.variance_dof()), (vb, b.variance_dof())]),
     }
+    .outcome(name, "Welch", ma.count().min(mb.count()), claim);
+    let skewness = skewness_of_sum([a.part(), b.part()]);
+    let from = Sigma::Estimated.valid_from(outcome.n, skewness, ALPHA);
+    outcome.valid_from = outcome.valid_from.max(from);
     outcome.cells = a.cells("first, ", mb.mean());
     outcome.cells.extend(b.cells("second, ", ma.mean()));
     outcome
 }
 
-/// As [`welch`], where the third moment is not known and the tail's validity is the caller's care.
-pub fn welch_moments(name: &str, a: Moments, b: Moments, claim: Claim) -> Outcome {
-    let [va, vb] = [a, b].map(|m| m.variance() / m.count() as f64);
-    let mut outcome = Difference {
-        estimate: a.mean() - b.mean(),
-        reference: 0.0,
-        scale: a.mean().abs().max(b.mean().abs()),
-        standard_error: (va + vb).sqrt(),
-        dof: welch_satterthwaite([(va, a.count()), (vb, b.count())]),
-    }
-    .outcome(name, "Welch", a.count().min(b.count()), claim);
-    outcome.cells = vec![Cell {
-        place: String::from("mean of the first, against the second"),
-        expected: b.mean(),
-        observed: a.mean(),
-        sigmas: outcome.value,
-    }];
-    outcome
+/// Degrees of freedom of a sum of independent variances of means of n values (v, n); infinite variance of
+/// few values gives NaN, and no variance at all the number of values.
+pub fn welch_satterthwaite(parts: impl IntoIterator<Item = (f64, u64)>) -> f64 {
+    satterthwaite(parts.into_iter().map(|(v, n)| (v, n as f64 - 1.0)))
 }
 
-/// Degrees of freedom of a sum of independent variances of means (v, n); infinite variance of few
-/// values gives NaN, and no variance at all the number of values.
-pub fn welch_satterthwaite(parts: impl IntoIterator<Item = (f64, u64)>) -> f64 {
+/// As [`welch_satterthwaite`], for variances with these degrees of freedom.
+pub fn satterthwaite(parts: impl IntoIterator<Item = (f64, f64)>) -> f64 {
     let (mut sum, mut squares, mut count) = (0.0, 0.0, 0.0);
-    for (v, n) in parts {
+    for (v, dof) in parts {
         sum += v;
-        squares += v * v / (n as f64 - 1.0);
-        count += n as f64 - 1.0;
+        squares += v * v / dof;
+        count += dof;
     }
     if squares == 0.0 {
         count

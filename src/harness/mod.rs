@@ -14,6 +14,7 @@
 //! | can an expensive test stop early? | [`sequential`] |
 //! | how large an effect would have been seen, how surely? | [`power`] |
 //! | is an effect of exactly that size seen? | [`graded`] |
+//! | is it large enough for the error budget? | [`guard`] |
 //! | how is all this registered, run and reported? | [`trial`] |
 //!
 //! Every statistic returns an [`Outcome`](outcome::Outcome): statistic, p-value, estimate, interval,
@@ -42,6 +43,7 @@ pub mod chi_square;
 pub mod convergence;
 pub mod domain;
 pub mod graded;
+pub mod guard;
 pub mod ks;
 pub mod lobe_checkup;
 pub mod mean;

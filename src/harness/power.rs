@@ -18,7 +18,8 @@ pub enum Sensitivity {
     Normal {
         /// Standard error of the estimate, ≥ 0.
         standard_error: f64,
-        /// Degrees of freedom of the standard error; infinite if it is known.
+        /// Degrees of freedom of the standard error, fewer than its test's where values have outliers;
+        /// infinite if it is known.
         dof: f64,
         /// How many such statistics share the level (Bonferroni), at least 1.
         tests: usize,

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
+use super::guard;
 use super::outcome::{Outcome, Verdict};
 use crate::equation::Equation;
 use crate::error::Error;
@@ -140,6 +141,12 @@ impl Context {
     /// A sample size at this scale, at least 2.
     pub fn n(&self, samples: u64) -> u64 {
         ((samples as f64 * self.scale).round() as u64).max(2)
+    }
+
+    /// How many arguments an exact identity is tried on: as many as asked for also where sample sizes are
+    /// reduced, for no power is lost by a smaller sample that an identity could tell of.
+    pub fn arguments(&self, count: u64) -> u64 {
+        (count as f64 * self.scale.max(1.0)).round() as u64
     }
 }
 
@@ -390,11 +397,26 @@ pub fn check_subject(trial: &Trial, context: &Context) -> Result<Vec<Row>, Strin
             }
         }
     }
+    message += &refused(&trial.name, found.iter().map(|row| &row.outcome), context);
     if message.is_empty() {
         Ok(found)
     } else {
         Err(message)
     }
+}
+
+/// What the [`guard`] has against outcomes that are to hold, a line each; nothing below scale 1.
+pub fn refused<'a>(
+    name: &str,
+    outcomes: impl IntoIterator<Item = &'a Outcome>,
+    context: &Context,
+) -> String {
+    outcomes
+        .into_iter()
+        .filter(|_| context.scale >= 1.0)
+        .filter_map(guard::may_not_hold)
+        .map(|why| format!("{name}: too small for the error budget: {why}\n"))
+        .collect()
 }
 
 /// Puts a trial to the test on one of its faulty subjects.
@@ -408,7 +430,22 @@ pub fn check_control(
 ) -> Result<Vec<Row>, String> {
     let rows = run_control(trial, control, context);
     if control_is_green(control, &rows, context) {
-        return Ok(rows);
+        let outcomes = rows.iter().map(|row| &row.outcome);
+        let near = meant(&control.rejected_by, outcomes)
+            .into_iter()
+            .filter_map(guard::may_hold);
+        let message: String = near
+            .filter(|_| context.scale >= 1.0)
+            .map(|why| {
+                let name = full_name(&trial.name, control.name);
+                format!("{name}: too small for the error budget: {why}\n")
+            })
+            .collect();
+        return if message.is_empty() {
+            Ok(rows)
+        } else {
+            Err(message)
+        };
     }
     let by = match control.rejected_by.as_slice() {
         [] => String::from("the trial's only outcome (where there are several, name which)"),

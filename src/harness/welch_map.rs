@@ -6,7 +6,7 @@
 
 use super::graded::grade;
 use super::ks::kolmogorov_smirnov;
-use super::mean::welch_satterthwaite;
+use super::mean::{Sigma, skewness_of_sum, welch_satterthwaite};
 use super::outcome::{ALPHA, Cell, Claim, Outcome};
 use super::power::Sensitivity;
 use super::tails::{student_two_sided, student_upper};
@@ -156,17 +156,38 @@ fn difference(a: &PixelStatistics, b: &PixelStatistics, pixels: &[usize]) -> Dif
     }
 }
 
-/// The test of the means of the two images: `delta` is relative to the mean of `b`. The claim is exact, as
-/// for two unbiased estimators; [`Outcome::within_delta`] makes it approximate.
-pub fn image_mean(name: &str, a: &PixelStatistics, b: &PixelStatistics, delta: f64) -> Outcome {
+/// One channel of an image of independent pixels, with the skewness of one replication of every pixel.
+pub type Skewed<'a> = (&'a PixelStatistics<'a>, &'a [f64]);
+
+/// The test of the means of the two images: `delta` is relative to the mean of the second. The claim is
+/// exact, as for two unbiased estimators; [`Outcome::within_delta`] makes it approximate.
+pub fn image_mean(name: &str, a: Skewed, b: Skewed, delta: f64) -> Outcome {
     grade(compare_means(name, a, b, delta), |effect| {
-        let mean: Vec<f64> = a.mean.iter().map(|x| x + effect).collect();
-        let wrong = PixelStatistics { mean: &mean, ..*a };
-        Some(compare_means(name, &wrong, b, delta))
+        let mean: Vec<f64> = a.0.mean.iter().map(|x| x + effect).collect();
+        let wrong = PixelStatistics {
+            mean: &mean,
+            ..*a.0
+        };
+        Some(compare_means(name, (&wrong, a.1), b, delta))
     })
 }
 
-fn compare_means(name: &str, a: &PixelStatistics, b: &PixelStatistics, delta: f64) -> Outcome {
+fn compare_means(name: &str, a: Skewed, b: Skewed, delta: f64) -> Outcome {
+    let skewness = skewness_of_sum([a, b].into_iter().flat_map(|(s, skewness)| {
+        let part = |(i, &skewness): (usize, &f64)| {
+            (skewness, s.variance[i] / s.count[i] as f64, s.count[i])
+        };
+        skewness.iter().enumerate().map(part)
+    }));
+    let (a, b) = (a.0, b.0);
+    // Replications of the pixels that vary: a deterministic image needs no second one.
+    let counts = |s: &PixelStatistics| -> Vec<u64> {
+        let vary = s.variance.iter().zip(s.count);
+        vary.filter(|(v, _)| **v > 0.0).map(|(_, n)| *n).collect()
+    };
+    let all = || a.count.iter().chain(b.count).copied().min();
+    let n = counts(a).into_iter().chain(counts(b)).min();
+    let n = n.or_else(all).unwrap_or(0);
     let pixels: Vec<usize> = (0..a.mean.len()).collect();
     let d = difference(a, b, &pixels);
     let scale = b.mean.iter().sum::<f64>() / b.mean.len() as f64;
@@ -183,8 +204,8 @@ fn compare_means(name: &str, a: &PixelStatistics, b: &PixelStatistics, delta: f6
         value: t,
         dof: Some(d.dof),
         p: student_two_sided(t, d.dof),
-        n: a.count.iter().chain(b.count).copied().min().unwrap_or(0),
-        valid_from: 2,
+        n,
+        valid_from: Sigma::Estimated.valid_from(n, skewness, ALPHA),
         estimate: d.difference,
         reference: 0.0,
         interval: [d.difference - half, d.difference + half],

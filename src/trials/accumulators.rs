@@ -57,7 +57,7 @@ const TOLERANCE: f64 = 1e-6;
 fn known_values(context: &Context, summary: Summary) -> Vec<Outcome> {
     let mut rng = context.rng("values");
     let (mut worst, mut lost) = (0.0_f64, 0);
-    for _ in 0..context.n(SETS) {
+    for _ in 0..context.arguments(SETS) {
         let mut set = || -> Vec<f64> {
             (0..2 + (20.0 * uniform(&mut rng)) as usize)
                 .map(|_| {

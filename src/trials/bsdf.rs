@@ -25,7 +25,7 @@ macro_rules! at_every_angle {
             concat!($name, " at 0 degrees"),
             concat!($name, " at 40 degrees"),
             concat!($name, " at 75 degrees"),
-            concat!($name, " at 89 degrees"),
+            concat!($name, " at 85 degrees"),
         )*]
     };
 }

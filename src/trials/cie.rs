@@ -163,7 +163,7 @@ pub fn benches() -> Vec<Bench<Subject>> {
             |_| towards(DVec3::ZERO, DVec3::Z),
             1.0,
             opening(whole),
-            7_000_000,
+            7_500_000,
         ),
         bench(
             "cie/obstruction",

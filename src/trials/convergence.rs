@@ -21,7 +21,7 @@ const RATIO_SAMPLES: u64 = 16_000_000;
 const VARIANCE_DELTA: f64 = 0.01;
 const EDGE_SAMPLES: u64 = 8_000_000;
 /// Groups of replications of a slope.
-const GROUPS: u64 = 4 * NEARLY_SYMMETRIC;
+const GROUPS: u64 = 2 * NEARLY_SYMMETRIC;
 /// Squared errors averaged per group and size.
 const REPLICATIONS: u32 = 20;
 /// Δ of slopes. A logarithm of a mean of 20 squared errors is biased a little differently at small and

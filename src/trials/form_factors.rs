@@ -84,7 +84,7 @@ pub fn benches() -> Vec<Bench<Subject>> {
             "perpendicular, adjacent",
             &upright,
             perpendicular(1.0, 1.0),
-            29_000_000,
+            30_000_000,
         ),
     ]
 }

@@ -32,7 +32,7 @@ fn indices(rng: &mut Stream) -> [f64; 2] {
 fn identity(context: &Context, name: &str, error: impl Fn(f64, f64, f64, f64) -> f64) -> Outcome {
     let mut rng = context.rng(name);
     let (mut largest, mut place) = (0.0, String::from("no error"));
-    for _ in 0..context.n(ARGUMENTS) {
+    for _ in 0..context.arguments(ARGUMENTS) {
         let [n1, n2] = indices(&mut rng);
         let cos_1 = uniform(&mut rng);
         let Some(cos_2) = snell(cos_1, n1, n2).filter(|&c| c > 1e-3) else {
@@ -108,7 +108,7 @@ pub fn limits(context: &Context, r: Reflectance) -> Vec<Outcome> {
 pub fn critical(context: &Context, r: Reflectance) -> Vec<Outcome> {
     let mut rng = context.rng("critical");
     let (mut beyond, mut before) = (0.0_f64, 0.0_f64);
-    for _ in 0..context.n(ARGUMENTS) {
+    for _ in 0..context.arguments(ARGUMENTS) {
         let [n, sine] = [1.05 + 1.95 * uniform(&mut rng), uniform(&mut rng)];
         let angle = (1.0 / n).asin();
         let past = angle * 1.001 + sine * (std::f64::consts::FRAC_PI_2 - angle * 1.001);

@@ -208,7 +208,7 @@ impl Property for Weights {
     fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
         let mut rng = context.rng("weights");
         let (mut sum, mut balance) = (0.0_f64, 0.0_f64);
-        for _ in 0..context.n(ARGUMENTS) {
+        for _ in 0..context.arguments(ARGUMENTS) {
             let [p, q] = [uniform(&mut rng) + 1e-3, uniform(&mut rng) + 1e-3];
             let [a, b] = [setup.parts.mis_weight(p, q), setup.parts.mis_weight(q, p)];
             sum = sum.max((a + b - 1.0).abs());

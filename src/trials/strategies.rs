@@ -342,7 +342,7 @@ impl Property for PowerWeights {
     fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
         let mut rng = context.rng("power weights");
         let (mut sum, mut squares) = (0.0_f64, 0.0_f64);
-        for _ in 0..context.n(ARGUMENTS) {
+        for _ in 0..context.arguments(ARGUMENTS) {
             let [p, q] = [uniform(&mut rng) + 1e-3, uniform(&mut rng) + 1e-3];
             let weight = |p, q| setup.parts.mis_power_weight(p, q);
             let [a, b] = [weight(p, q), weight(q, p)];

@@ -5,8 +5,9 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 use whitefurnace::harness::bsdf_checkup::{BsdfSample, BsdfSubject, CheckUp, Loss, check_up};
+use whitefurnace::harness::guard;
 use whitefurnace::harness::outcome::{Outcome, Verdict};
-use whitefurnace::harness::trial::Context;
+use whitefurnace::harness::trial::{Context, refused};
 
 use crate::support::context;
 
@@ -67,16 +68,21 @@ pub fn red(outcomes: Vec<Outcome>, context: &Context) -> Vec<String> {
         Verdict::Fails => true,
         Verdict::Undecided { .. } => context.scale >= 1.0,
     };
-    those(outcomes, red)
+    let refused = refused("check-up", &outcomes, context);
+    let mut red = those(outcomes, red);
+    red.extend(refused.lines().map(str::to_owned));
+    red
 }
 
-/// The outcomes that reject a faulty subject; below scale 1 those that do not decide will do.
+/// The outcomes that reject a faulty subject, for certain; below scale 1 those that do not decide will do.
 pub fn rejections(outcomes: Vec<Outcome>, context: &Context) -> Vec<String> {
     let rejects = |verdict| match verdict {
         Verdict::Holds => false,
         Verdict::Fails => true,
         Verdict::Undecided { .. } => context.scale < 1.0,
     };
+    let far = |outcome: &Outcome| guard::may_hold(outcome).is_none() || context.scale < 1.0;
+    let outcomes = outcomes.into_iter().filter(far).collect();
     those(outcomes, rejects)
 }
 

@@ -395,7 +395,8 @@ fn tiles_hold_their_own_pixels() {
             assert_relative_eq!(p, student_two_sided(t, dof), max_relative = 1e-9);
         }
     }
-    let whole = image_mean("whole", &a, &b, 0.01);
+    let even = vec![0.0; a.mean.len()];
+    let whole = image_mean("whole", (&a, &even), (&b, &even), 0.01);
     let (t, dof, error) = expected(&|_, _| true);
     assert_eq!((whole.name.as_str(), whole.n), ("whole", 50));
     assert_relative_eq!(whole.value, t, max_relative = 1e-9);
@@ -412,7 +413,7 @@ fn tiles_hold_their_own_pixels() {
         variance: &none,
         ..a
     };
-    let same = image_mean("same", &still, &still, 0.01);
+    let same = image_mean("same", (&still, &even), (&still, &even), 0.01);
     let needed = u64::MAX;
     assert_eq!(
         (same.value, same.p, same.verdict()),
@@ -438,7 +439,8 @@ fn an_image_is_kept_in_stretches_of_its_rows() {
         variance: &variance_b,
         count: &count_b,
     };
-    let cells = image_mean("stretches", &a, &b, 0.01).cells;
+    let even = vec![0.0; a.mean.len()];
+    let cells = image_mean("stretches", (&a, &even), (&b, &even), 0.01).cells;
     assert_eq!(cells.len(), 50);
     for (i, cell) in cells.iter().enumerate() {
         let n = if i < 49 { 3 } else { 2 };

@@ -48,6 +48,7 @@ mod counts; // chi-square, Kolmogorov-Smirnov and Welch maps on small sets
 mod degenerate;
 mod domains; // where samplers put their points, and the masses of cells
 mod failures; // what a red trial says
+mod guard; // which outcomes are too small for the error budget
 mod lobes; // the check-ups of paper, mirrors and glass, and of faulty ones
 mod means; // tests of means against textbook formulas
 mod power; // stated power, against closed forms and sums over whole laws

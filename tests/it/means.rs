@@ -3,11 +3,13 @@
 use approx::assert_relative_eq;
 use whitefurnace::harness::batches::Batches;
 use whitefurnace::harness::mean::{
-    ENOUGH_EQUAL, LARGEST_SKEW_TERM, NEARLY_SYMMETRIC, Values, bounded_mean, equivalence_p, mean,
-    mean_known_sigma, welch, welch_moments, welch_satterthwaite,
+    ENOUGH_EQUAL, LARGEST_SKEW_TERM, NEARLY_SYMMETRIC, Sigma, Values, bounded_mean, equivalence_p,
+    mean, mean_known_sigma, skewness_of_sum, welch, welch_satterthwaite,
 };
 use whitefurnace::harness::outcome::{ALPHA, Cell, Claim, Verdict};
-use whitefurnace::harness::tails::{normal_sf, normal_upper, student_two_sided, student_upper};
+use whitefurnace::harness::tails::{
+    binomial_cdf, binomial_sf, normal_sf, normal_upper, student_two_sided, student_upper,
+};
 
 const CLAIM: Claim = Claim::Exact { delta: 1.0 };
 
@@ -33,7 +35,7 @@ fn skewness_does_not_depend_on_the_centre() {
     let mirrored = values(0.0, &FIVE.map(|x| 3.0 - 2.0 * x));
     assert_relative_eq!(mirrored.skewness(), -expected, max_relative = 1e-12);
     let z = normal_upper(ALPHA / 2.0);
-    let from = (expected * z.powi(3) / 1.8).powi(2).ceil();
+    let from = (expected * z.powi(3) / 0.9).powi(2).ceil();
     assert_eq!(values(4.0, &FIVE).valid_from() as f64, from);
     assert_eq!(mirrored.valid_from() as f64, from);
     assert_eq!(values(0.0, &THREE).valid_from(), 2);
@@ -57,7 +59,13 @@ fn intervals_are_those_of_the_textbook() {
     assert_relative_eq!(t.interval[1], 4.0 + half, max_relative = 1e-12);
     let z = mean_known_sigma("z", &five, 3.0, 2.0, CLAIM);
     assert_eq!((z.name.as_str(), z.statistic, z.n), ("z", "z", 5));
-    assert_eq!(z.valid_from, five.valid_from());
+    // With σ known, skewness counts half as much.
+    let from = 0.25 * (five.valid_from() as f64);
+    assert!(
+        (z.valid_from as f64 - from).abs() <= 1.0,
+        "{}",
+        z.valid_from
+    );
     assert_relative_eq!(z.p, 2.0 * normal_sf(1.25_f64.sqrt()), max_relative = 1e-12);
     let half = normal_upper(ALPHA / 2.0) * 2.0 / 5_f64.sqrt();
     assert_relative_eq!(z.interval[0], 4.0 - half, max_relative = 1e-12);
@@ -95,11 +103,6 @@ fn a_data_file_shows_the_values() {
     assert_eq!(
         shown(&w.cells)[7],
         (String::from("second, batch 3 (1 values)"), 4.0, 2.0)
-    );
-    let moments = welch_moments("w", a.moments, b.moments, CLAIM);
-    assert_eq!(
-        shown(&moments.cells)[0].1..=shown(&moments.cells)[0].2,
-        1.0..=4.0
     );
 }
 
@@ -173,7 +176,7 @@ fn rounding_is_relative_to_the_size_of_the_numbers() {
 #[test]
 fn welch_is_that_of_the_textbook() {
     let [a, b] = [values(4.0, &FIVE), values(1.0, &THREE)];
-    let w = welch_moments("w", a.moments, b.moments, CLAIM);
+    let w = welch("w", &a, &b, CLAIM);
     let [va, vb]: [f64; 2] = [2.5, 1.0 / 3.0];
     let dof = (va + vb).powi(2) / (va * va / 4.0 + vb * vb / 2.0);
     let t = 3.0 / f64::sqrt(va + vb);
@@ -188,7 +191,7 @@ fn welch_is_that_of_the_textbook() {
     let half = student_upper(ALPHA / 2.0, dof) * (va + vb).sqrt();
     assert_relative_eq!(w.interval[0], 3.0 - half, max_relative = 1e-12);
     assert_relative_eq!(w.interval[1], 3.0 + half, max_relative = 1e-12);
-    let back = welch_moments("w", b.moments, a.moments, CLAIM);
+    let back = welch("w", &b, &a, CLAIM);
     assert_eq!((back.value, back.p), (-w.value, w.p));
     // Without variance every value counts.
     assert_eq!(welch_satterthwaite([(0.0, 5), (0.0, 9)]), 12.0);
@@ -199,22 +202,119 @@ fn welch_is_that_of_the_textbook() {
 fn nearly_symmetric_values_are_enough() {
     let n = NEARLY_SYMMETRIC as f64;
     let z = normal_upper(0.5 * ALPHA);
-    let allowed = LARGEST_SKEW_TERM * 6.0 * n.sqrt() / z.powi(3);
+    let allowed = LARGEST_SKEW_TERM * 3.0 * n.sqrt() / z.powi(3);
     assert!(allowed > 0.2 + z * (6.0 / n).sqrt(), "{allowed}");
+}
+
+/// Successes among n: Student's t of their share is a function of the count, so that its tails are sums
+/// over the binomial law.
+struct Successes {
+    n: u64,
+    share: f64,
+}
+
+impl Successes {
+    /// As many as the rule just admits.
+    fn admitted(share: f64, sigma: Sigma) -> Self {
+        let skewness = (1.0 - 2.0 * share) / (share * (1.0 - share)).sqrt();
+        let n = sigma.valid_from(1, skewness, ALPHA);
+        Self { n, share }
+    }
+
+    fn statistic(&self, count: u64, sigma: Sigma) -> f64 {
+        let (n, k) = (self.n as f64, count as f64);
+        let variance = match sigma {
+            Sigma::Known => self.share * (1.0 - self.share) / n,
+            Sigma::Estimated => k / n * (1.0 - k / n) / (n - 1.0),
+        };
+        (k / n - self.share) / variance.sqrt()
+    }
+
+    /// P(T < −z) and P(T > z) as shares of the nominal tail. Between counts the logarithms of the tails
+    /// (half of a count's own probability to either side) are interpolated: the lattice is not at issue.
+    fn tails(&self, sigma: Sigma, nominal: f64) -> [f64; 2] {
+        let z = normal_upper(nominal);
+        let (n, q) = (self.n, self.share);
+        let mean = (n as f64 * q) as u64;
+        let reach = (20.0 * (n as f64 * q).sqrt()) as u64;
+        let tail = |below: bool, k: u64| {
+            if below {
+                0.5 * (binomial_cdf(k, n, q) + binomial_cdf(k - 1, n, q))
+            } else {
+                0.5 * (binomial_sf(k, n, q) + binomial_sf(k + 1, n, q))
+            }
+        };
+        let at = |below: bool| {
+            let beyond = |k: &u64| {
+                let t = self.statistic(*k, sigma);
+                if below { t > -z } else { t > z }
+            };
+            let start = if below {
+                mean.saturating_sub(reach).max(1)
+            } else {
+                mean
+            };
+            let after = (start..).find(beyond).expect("a count beyond");
+            let [t0, t1] = [after - 1, after].map(|k| self.statistic(k, sigma));
+            let [p0, p1] = [after - 1, after].map(|k| tail(below, k).ln());
+            let target = if below { -z } else { z };
+            (p0 + (p1 - p0) * (target - t0) / (t1 - t0)).exp() / nominal
+        };
+        [at(true), at(false)]
+    }
+}
+
+/// At the limit that the rule admits, the heavier tail is 1.34 of nominal with a known σ, 1.37 with an
+/// estimated one, and the other 0.73: both together are within 6 % of nominal. (Of all laws with this
+/// skewness two values have the least kurtosis, which lightens tails.) With the rule of a known σ, half as
+/// strict, an estimated σ has a lower tail of more than 1.8.
+#[test]
+fn tails_are_nominal_at_the_limit_of_the_rule() {
+    let nominal = 0.5 * ALPHA;
+    for share in [0.002, 0.01, 0.05, 0.2] {
+        for sigma in [Sigma::Known, Sigma::Estimated] {
+            let [low, high] = Successes::admitted(share, sigma).tails(sigma, nominal);
+            let heavier = low.max(high);
+            assert!(
+                (1.3..1.4).contains(&heavier),
+                "{sigma:?} {share}: {low} {high}"
+            );
+            assert!(
+                (low + high - 2.0).abs() < 0.11,
+                "{sigma:?} {share}: {low} {high}"
+            );
+        }
+        let [low, high] = Successes::admitted(share, Sigma::Known).tails(Sigma::Estimated, nominal);
+        assert!(low > 1.8, "{share}: {low} {high}");
+    }
+}
+
+#[test]
+fn skewness_of_a_sum_is_that_of_its_parts_at_most() {
+    // n values in two halves have the skewness of n values.
+    assert_relative_eq!(
+        skewness_of_sum([(2.0, 0.25, 64)]),
+        0.25,
+        max_relative = 1e-14
+    );
+    let halves = skewness_of_sum([(2.0, 0.5, 32), (2.0, 0.5, 32)]);
+    assert_relative_eq!(halves, 2.0 / 64_f64.sqrt(), max_relative = 1e-14);
+    // A side without variance has no say, and opposite signs do not cancel.
+    assert_eq!(skewness_of_sum([(2.0, 0.25, 64), (1e9, 0.0, 2)]), 0.25);
+    assert_eq!(skewness_of_sum([(2.0, 0.5, 32), (-2.0, 0.5, 32)]), halves);
+    assert_eq!(skewness_of_sum([(0.0, 0.0, 2)]), 0.0);
+    assert_eq!(Sigma::Estimated.valid_from(9, f64::NAN, ALPHA), u64::MAX);
 }
 
 #[test]
 fn either_side_may_be_too_skewed_for_welch() {
-    let [skewed, even] = [values(4.0, &FIVE), values(1.0, &THREE)];
+    let even = values(1.0, &THREE);
     let pair = values(0.0, &[-1.0, 1.0]);
-    for (a, b) in [(&skewed, &even), (&even, &skewed)] {
-        assert_eq!(welch("w", a, b, CLAIM).valid_from, skewed.valid_from());
-    }
     // Two values without skewness are just enough.
     assert_eq!(pair.valid_from(), 2);
     assert_eq!(welch("w", &pair, &even, CLAIM).valid_from, 2);
     assert_eq!(welch("w", &even, &pair, CLAIM).valid_from, 2);
-    // One in a hundred is enough for 2e6 values, not for 100, whatever the other side has.
+    // One in a hundred is enough for 1e7 values, not for 100, whatever the other side has.
     let rare = |n: u64| {
         let mut i = 0;
         Values::collect(0.01, n, || {
@@ -222,11 +322,19 @@ fn either_side_may_be_too_skewed_for_welch() {
             f64::from(u8::from(i % 100 == 0))
         })
     };
-    let [few, many] = [rare(100), rare(2_000_000)];
-    assert!(many.valid_from() < 2_000_000 && few.valid_from() > 100_000);
-    let verdict = welch("w", &many, &few, CLAIM).verdict();
-    assert!(matches!(verdict, Verdict::Undecided { needed } if needed >= few.valid_from()));
+    let [few, many] = [rare(100), rare(10_000_000)];
+    assert!(many.valid_from() < 10_000_000 && few.valid_from() > 1_000_000);
+    for (a, b) in [(&few, &many), (&many, &few)] {
+        let needed = welch("w", a, b, CLAIM).valid_from as f64;
+        assert_relative_eq!(needed, few.valid_from() as f64, max_relative = 1e-4);
+        let verdict = welch("w", a, b, CLAIM).verdict();
+        assert!(matches!(verdict, Verdict::Undecided { .. }));
+    }
     assert_eq!(welch("w", &many, &many, CLAIM).verdict(), Verdict::Holds);
+    // Two sides of equal law make a difference of √½ its skewness, of √2 its standard error.
+    let half = 0.5 * many.valid_from() as f64;
+    let both = welch("w", &many, &many, CLAIM).valid_from as f64;
+    assert_relative_eq!(both, half, max_relative = 1e-6);
 }
 
 #[test]
@@ -267,4 +375,19 @@ fn equivalence_is_symmetric_about_the_reference() {
         assert_relative_eq!(p(estimate), expected, max_relative = 1e-12);
         assert_relative_eq!(p(6.0 - estimate), expected, max_relative = 1e-12);
     }
+}
+
+/// 2(κ − 1)⁻¹ n, where the fourth standardised moment κ is that of the numbers.
+#[test]
+fn outliers_take_degrees_of_freedom_from_the_variance() {
+    let rare = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+    for centre in [0.0, 0.1, 4.0] {
+        let found = values(centre, &rare.repeat(100)).variance_dof();
+        // Successes of probability p have κ = 1/(p (1 − p)) − 3.
+        let kurtosis = 1.0 / 0.09 - 3.0;
+        assert_relative_eq!(found, 2000.0 / (kurtosis - 1.0), max_relative = 1e-9);
+    }
+    // Evenly spread values, with κ < 3, have no more than there are; a constant has them all.
+    assert_eq!(values(1.0, &THREE.repeat(100)).variance_dof(), 299.0);
+    assert_eq!(values(1.0, &[2.0; 100]).variance_dof(), 99.0);
 }

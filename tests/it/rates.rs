@@ -2,7 +2,7 @@
 
 use approx::assert_relative_eq;
 use whitefurnace::harness::convergence::{f_test, log_slope, slope, variance_ratio};
-use whitefurnace::harness::mean::Values;
+use whitefurnace::harness::mean::{Sigma, Values, skewness_of_sum};
 use whitefurnace::harness::outcome::{ALPHA, Claim};
 use whitefurnace::harness::power::Sensitivity;
 use whitefurnace::harness::sequential::{ConfidenceSequence, Decision, Sprt};
@@ -103,12 +103,16 @@ fn skewness_of_either_side_counts_for_a_ratio() {
         f64::from(u8::from(i % 100 == 0))
     });
     let even = around(2.0, 0.25, 1000);
-    for (a, b) in [(&rare, &even), (&even, &rare)] {
-        assert_eq!(
-            variance_ratio("ratio", a, b, 1.0, 0.02).valid_from,
-            rare.valid_from()
-        );
+    let from = |a, b, ratio| variance_ratio("ratio", a, b, ratio, 0.02).valid_from as f64;
+    let part = |v: &Values, ratio: f64| (v.skewness(), ratio * ratio * v.moments.variance(), 1);
+    for ratio in [0.1, 1.0, 7.0] {
+        for (a, b) in [(&rare, &even), (&even, &rare)] {
+            let skewness = skewness_of_sum([part(a, 1.0), part(b, ratio)]);
+            let expected = Sigma::Estimated.valid_from(1, skewness, ALPHA) as f64;
+            assert_relative_eq!(from(a, b, ratio), expected, max_relative = 1e-3);
+        }
     }
+    assert!(from(&rare, &even, 0.1) > 1e6 && from(&even, &rare, 0.1) < 100.0);
 }
 
 #[test]

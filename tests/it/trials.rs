@@ -3,8 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
-use whitefurnace::harness::outcome::Claim;
-use whitefurnace::harness::trial::{Context, Row, check_subject, group};
+use whitefurnace::harness::trial::{check_subject, group};
 use whitefurnace::trials::all;
 
 use crate::support::context;
@@ -27,32 +26,11 @@ fn run(name: &str) {
     let mut messages = String::new();
     for result in checked {
         match result {
-            Ok(rows) => rows.iter().for_each(|row| {
-                println!("{}", row.csv());
-                messages += &too_weak(row, &context);
-            }),
+            Ok(rows) => rows.iter().for_each(|row| println!("{}", row.csv())),
             Err(message) => messages += &message,
         }
     }
     assert!(messages.is_empty(), "\n{messages}");
-}
-
-/// Says so if an outcome's δ is below its minimum detectable effect: the power stated for a trial is
-/// 1 - 1e-9, and *undecided* must not come up more often than the error budget allows.
-fn too_weak(row: &Row, context: &Context) -> String {
-    let outcome = &row.outcome;
-    let [found, size] = [outcome.minimum_detectable_effect(), outcome.claim.size()];
-    let no_size = outcome.claim == Claim::Test && found.is_finite();
-    if context.scale < 1.0 || !outcome.is_random() || no_size || found <= size {
-        return String::new();
-    }
-    format!(
-        "{}: {} detects {found:.3e}, not δ = {size:.3e}; power {}; needs {:.0} samples\n",
-        row.trial,
-        outcome.name,
-        outcome.power(),
-        outcome.n as f64 * (found / size).powi(2)
-    )
 }
 
 macro_rules! groups {

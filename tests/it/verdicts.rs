@@ -139,10 +139,10 @@ fn power_is_that_of_the_claim() {
         delta: 0.125 * (critical + 2.0),
     });
     assert_relative_eq!(exact.half_width(), 0.75, max_relative = 1e-15);
-    // P(Z ≥ 2), and twice that for both sides of an equality.
+    // P(Z ≥ 2), on either side.
     let tail = 0.022_750_131_948_179_2;
-    assert_relative_eq!(exact.miss(), tail, max_relative = 1e-9);
-    assert_eq!(exact.power(), "0.98");
+    assert_relative_eq!(exact.miss(), 2.0 * tail, max_relative = 1e-9);
+    assert_eq!(exact.power(), "0.95");
     let equal = measured(Claim::Approximate {
         margin: exact.claim.size(),
     });
@@ -155,7 +155,7 @@ fn power_is_that_of_the_claim() {
     assert!(strong.miss() < ALPHA);
     for (claim, sides) in [
         (Claim::Test, 1.0),
-        (Claim::Exact { delta: 1.0 }, 1.0),
+        (Claim::Exact { delta: 1.0 }, 2.0),
         (Claim::Approximate { margin: 1.0 }, 2.0),
     ] {
         let effect = measured(claim).minimum_detectable_effect();

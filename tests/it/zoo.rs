@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use whitefurnace::equation;
 use whitefurnace::harness::domain::Domain;
 use whitefurnace::harness::outcome::Outcome;
-use whitefurnace::harness::trial::{check_control, full_name, group, meant};
+use whitefurnace::harness::trial::{check_control, full_name, group, meant, refused};
 use whitefurnace::trials::all;
 use whitefurnace::trials::scenes::{
     RECTANGLE, TRIANGLE, WALL, polygon_irradiance, sphere_irradiance,
@@ -89,7 +89,9 @@ fn equivalent_mutants_are_accepted() {
                 _ => true,
             };
             let red: Vec<_> = outcomes.iter().filter(red).collect();
-            (!red.is_empty()).then(|| format!("{name} ({}): {red:?}", pair.fault.wrong))
+            let refused = refused(&name, &outcomes, &context);
+            (!red.is_empty() || !refused.is_empty())
+                .then(|| format!("{name} ({}): {red:?} {refused}", pair.fault.wrong))
         })
         .collect();
     assert!(messages.is_empty(), "{messages:#?}");

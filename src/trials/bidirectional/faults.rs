@@ -313,6 +313,6 @@ pub(super) fn equivalents() -> Vec<Mutant<Subject>> {
             strategy_weight: |path, _| 1.0 / (path.len() + 1) as f64,
             ..RIGHT
         }),
-        &["bidirectional/bdpt/rectangle"],
+        &["bidirectional/bdpt/frame"],
     )]
 }

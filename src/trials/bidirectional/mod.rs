@@ -159,7 +159,7 @@ fn furnaces() -> Vec<Bench<Subject>> {
             LightTracer,
             10_000,
         ),
-        furnace("bidirectional/bdpt/furnace-box", Bdpt, 2 * NEARLY_SYMMETRIC),
+        furnace("bidirectional/bdpt/furnace-box", Bdpt, NEARLY_SYMMETRIC),
         cavity(
             "bidirectional/light-tracer/cavity-reflecting",
             LightTracer,
@@ -170,9 +170,9 @@ fn furnaces() -> Vec<Bench<Subject>> {
             "bidirectional/bdpt/cavity-black",
             Bdpt,
             Cap::Black,
-            2 * NEARLY_SYMMETRIC,
+            NEARLY_SYMMETRIC,
         ),
-        sky("bidirectional/bdpt/environment", 28_000),
+        sky("bidirectional/bdpt/environment", 60_000),
     ]
     .into_iter()
     .flatten()
@@ -219,7 +219,7 @@ fn specular() -> Vec<Bench<Subject>> {
             Bdpt,
             "a ball in glass, all in equilibrium",
             squared_index,
-            2 * NEARLY_SYMMETRIC,
+            NEARLY_SYMMETRIC,
         ),
     ]
 }
@@ -244,7 +244,7 @@ fn equivalence() -> Vec<Bench<Subject>> {
     });
     let bdpt = room.map(|scene| {
         let name = "bidirectional/bdpt/diffuse-room";
-        same(name, Bdpt, scene, (3_500, 20_000))
+        same(name, Bdpt, scene, (6_000, 20_000))
     });
     light_tracer.into_iter().chain(bdpt).collect()
 }

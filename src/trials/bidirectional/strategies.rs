@@ -109,7 +109,7 @@ impl Property for Weights {
     fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
         let mut rng = context.rng("paths");
         let (mut sums, mut balance) = (0.0_f64, 0.0_f64);
-        for _ in 0..context.n(PATHS) {
+        for _ in 0..context.arguments(PATHS) {
             let length = 1 + (8.0 * uniform(&mut rng)) as usize;
             let path: Vec<Density> = (0..length)
                 .map(|i| Density {

@@ -150,7 +150,7 @@ fn equivalents() -> Vec<Mutant<Subject>> {
                 cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI,
                 ..RIGHT
             }),
-            &["furnace/cavity/black"],
+            &["furnace/light/sphere"],
         ),
     ]
 }

@@ -66,7 +66,7 @@ const SIZES: [f64; 5] = [1e-4, 1e-2, 1.0, 1e2, 1e4];
 fn largest(context: &Context, name: &str, mut error: impl FnMut(&mut Stream) -> f64) -> Outcome {
     let mut rng = context.rng(name);
     let mut worst = 0.0_f64;
-    for _ in 0..context.n(ARGUMENTS) {
+    for _ in 0..context.arguments(ARGUMENTS) {
         let e = error(&mut rng);
         worst = if e > worst || e.is_nan() { e } else { worst };
         if worst.is_nan() {

@@ -176,7 +176,7 @@ fn cavities() -> Vec<Bench<Subject>> {
         centred(64),
         256,
         1.0 / (1.0 - albedo),
-        2 * NEARLY_SYMMETRIC,
+        NEARLY_SYMMETRIC,
     )];
     if let Ok(scene) = cavity_cap(rho, Cap::Reflecting) {
         let gather = Lookup::Gather {
@@ -234,7 +234,7 @@ fn fluxes() -> Vec<Bench<Subject>> {
                 format!("in a closed box of albedo {albedo} photons of {arriving:.6} arrive"),
                 arriving,
                 BOUNCES,
-                8_800,
+                13_000,
             ),
             Flux {
                 scene: Arc::new(scene),
@@ -264,7 +264,7 @@ fn passes() -> Bench<Subject> {
         subject: "estimator::Sppm",
         reference,
         delta: SINGLE,
-        values: 2 * NEARLY_SYMMETRIC,
+        values: NEARLY_SYMMETRIC,
     };
     bench(
         about,

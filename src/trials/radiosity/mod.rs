@@ -16,14 +16,13 @@ use crate::estimator::radiosity::{Fineness, RESIDUAL, ReadOut};
 use crate::estimator::{Estimator, Parts, Path, Radiosity, Standard};
 use crate::harness::outcome::Outcome;
 use crate::harness::trial::Context;
-use crate::harness::welch_map::image_mean;
 use crate::rng::Stream;
 use crate::scene::room::diffuse;
 use crate::scene::simple::{CAP_SHARE, Cap, cavity_cap, closed_cube, furnace_box};
 use crate::scene::{Scene, Surface};
 use crate::shape::Ray;
 use crate::trials::furnace::off_cap;
-use crate::trials::images::{Channel, film};
+use crate::trials::images::{Channel, same_mean};
 use crate::trials::probes::{BOUNCES, IMAGE, any_direction};
 use crate::trials::scenes::{lambert, scene};
 use crate::trials::subject::{Property, STANDARD, Setup, Subject, on};
@@ -114,17 +113,14 @@ impl Property for SameRoom {
         let films = || {
             let solved = solve(setup, &self.scene, PATCHES)?;
             // Every replication is the same: two are enough to say so.
-            let a = film(context, "radiosity", (&*self.scene, SIZE, 0..2), &solved)?;
+            let a = Channel::render(context, "radiosity", (&*self.scene, SIZE, 0..2), &solved)?;
             let paths = Path::<Standard>::default();
-            let b = film(context, "paths", (&*self.scene, SIZE, 0..n), &paths)?;
-            Some([a, b].map(|film| Channel::new(&film)))
+            let b = Channel::render(context, "paths", (&*self.scene, SIZE, 0..n), &paths)?;
+            Some([a, b])
         };
         match films() {
-            Some([a, b]) => {
-                // Patches are flat: radiosity is near, not equal.
-                let same = image_mean("image mean", &a.statistics(), &b.statistics(), IMAGE);
-                vec![same.within_delta()]
-            }
+            // Patches are flat: radiosity is near, not equal.
+            Some([a, b]) => vec![same_mean("image mean", &a, &b, IMAGE).within_delta()],
             None => vec![Outcome::exact("film", 0, f64::NAN, 0.0, "no solution")],
         }
     }

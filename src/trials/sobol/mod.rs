@@ -327,7 +327,7 @@ fn unbiased(context: &Context, subject: Subject) -> Vec<Outcome> {
 }
 
 /// Images of the error bar's trial, half of them for each side of the ratio.
-const IMAGES: u64 = 600_000;
+const IMAGES: u64 = 1_000_000;
 /// Scrambles of one image's pixel.
 const REPLICATIONS: u32 = 8;
 /// Points of each.

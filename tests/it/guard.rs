@@ -1,0 +1,129 @@
+//! The guard of the error budget: what it lets through and what it refuses, at the borders.
+
+use whitefurnace::harness::guard::{FAR, FAR_MISS, ROOM, distance, may_hold, may_not_hold};
+use whitefurnace::harness::outcome::{ALPHA, Claim, FAR_LEVEL, FAR_SHARE, Outcome, Verdict};
+use whitefurnace::harness::power::Sensitivity;
+use whitefurnace::harness::tails::{normal_sf, normal_upper, student_two_sided};
+
+const DOF: f64 = 20_000.0;
+
+/// t of `effect` standard errors of 1, with a claim about it.
+fn t(effect: f64, claim: Claim) -> Outcome {
+    let half = normal_upper(0.5 * ALPHA);
+    Outcome {
+        statistic: "t",
+        p: student_two_sided(effect, DOF),
+        n: DOF as u64,
+        valid_from: 2,
+        estimate: effect,
+        interval: [effect - half, effect + half],
+        claim,
+        sensitivity: Sensitivity::Normal {
+            standard_error: 1.0,
+            dof: DOF,
+            tests: 1,
+        },
+        ..Outcome::exact("toy", 1, 0.0, 1.0, "")
+    }
+}
+
+#[test]
+fn a_subject_needs_its_minimum_detectable_effect_with_room() {
+    let exact = |delta| t(0.0, Claim::Exact { delta });
+    let detected = exact(1.0).minimum_detectable_effect();
+    assert!((12.2..12.3).contains(&detected), "{detected}");
+    // The standard error of 20 000 normal values varies by 1/200.
+    let least = detected * (1.0 + ROOM / 200.0);
+    for (factor, passes) in [(1.001, true), (0.999, false)] {
+        let size = factor * least;
+        for claim in [
+            Claim::Exact { delta: size },
+            Claim::Approximate { margin: size },
+        ] {
+            assert_eq!(may_not_hold(&t(0.0, claim)).is_none(), passes, "{claim:?}");
+        }
+    }
+    assert!(may_not_hold(&exact(detected)).is_some_and(|why| why.contains("detects")));
+    assert!(may_not_hold(&exact(f64::NAN)).is_some());
+    assert!(may_not_hold(&Outcome::exact("identity", 1, 0.0, 1.0, "")).is_none());
+}
+
+#[test]
+fn a_subject_needs_room_for_the_noise_of_its_skewness() {
+    let z = normal_upper(0.5 * ALPHA);
+    let noise = 6_f64.sqrt() / DOF * z.powi(3) / 0.9;
+    // valid_from/n is the square of what the skewness uses.
+    let skewed = |used: f64| Outcome {
+        valid_from: (used * used * DOF) as u64,
+        ..t(0.0, Claim::Exact { delta: 20.0 })
+    };
+    let most = 1.0 - ROOM * noise;
+    assert!((0.8..0.95).contains(&most), "{most}");
+    assert!(may_not_hold(&skewed(most - 1e-3)).is_none());
+    let refused = may_not_hold(&skewed(most + 1e-3));
+    assert!(refused.is_some_and(|why| why.contains("skewness")));
+    assert_eq!(skewed(most + 1e-3).verdict(), Verdict::Holds);
+}
+
+#[test]
+fn a_fault_needs_a_distance_that_no_seed_takes_back() {
+    let any = Claim::Exact { delta: 12.5 };
+    for (effect, passes) in [
+        (0.0, false),
+        (7.0, false),
+        (19.0, false),
+        (21.5, true),
+        (60.0, true),
+    ] {
+        for outcome in [t(effect, any), t(-effect, any)] {
+            assert_eq!(may_hold(&outcome).is_none(), passes, "{effect}");
+        }
+    }
+    // Beyond the margin, not beyond the reference.
+    let margin = Claim::Approximate { margin: 12.5 };
+    assert!(may_hold(&t(12.5 + 20.1, margin)).is_some());
+    assert!(may_hold(&t(12.5 + 20.3, margin)).is_none());
+    // NaN is no distance; an identity that fails is certain.
+    assert_eq!(
+        distance(&Outcome {
+            p: f64::NAN,
+            ..t(30.0, any)
+        }),
+        0.0
+    );
+    assert_eq!(
+        distance(&Outcome::exact("identity", 1, 2.0, 1.0, "")),
+        f64::INFINITY
+    );
+}
+
+/// What is seen at FAR lies, but for FAR_MISS, so far out that the next seed rejects it, but for the same.
+#[test]
+fn the_far_distance_is_two_misses_beyond_the_critical_value() {
+    let miss = normal_upper(FAR_MISS);
+    assert!(FAR - miss - miss >= normal_upper(0.5 * ALPHA) - 0.2);
+    assert!(normal_sf(FAR - miss - normal_upper(0.5 * ALPHA)) <= FAR_MISS);
+    assert!((normal_upper(0.5 * FAR_LEVEL) - FAR).abs() < 0.05);
+}
+
+/// A rejection from afar stands without a valid tail, within limits; a near one, or a right subject, is
+/// undecided.
+#[test]
+fn far_rejections_stand_without_a_valid_tail() {
+    let claim = Claim::Exact { delta: 12.5 };
+    let skewed = |effect, times: u64| {
+        Outcome {
+            valid_from: times * DOF as u64,
+            ..t(effect, claim)
+        }
+        .verdict()
+    };
+    assert_eq!(skewed(21.5, FAR_SHARE), Verdict::Fails);
+    for (effect, times) in [(21.5, FAR_SHARE + 1), (19.0, 2), (0.0, 2)] {
+        let verdict = skewed(effect, times);
+        assert!(
+            matches!(verdict, Verdict::Undecided { .. }),
+            "{effect} {times}"
+        );
+    }
+}
