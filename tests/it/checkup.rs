@@ -115,13 +115,18 @@ pub fn assert_rejected(name: &str, subject: &BsdfSubject, expected: &str) {
     assert_rejection(name, &found, expected);
 }
 
+/// Where samplers lose what is absorbed, the weights vary more than those of Lambert.
+pub fn large() -> CheckUp {
+    CheckUp {
+        samples: 6_000_000,
+        ..CheckUp::default()
+    }
+}
+
 #[test]
 fn a_right_microfacet_bsdf_passes() {
     let context = context("GGX");
-    let red = red(
-        check_up(&subject(), &CheckUp::default(), &context),
-        &context,
-    );
+    let red = red(check_up(&subject(), &large(), &context), &context);
     assert!(red.is_empty(), "{}", red.join("\n"));
 }
 
@@ -139,7 +144,7 @@ type Faulty = (&'static str, fn() -> BsdfSubject, &'static str);
 /// Faulty versions, each of which must be rejected.
 pub const FAULTY: [Faulty; 9] = [
     ("factor", || multiplied(|_| 1.01), "weight = f cos/pdf"),
-    ("factor, furnace", || multiplied(|_| 1.01), "furnace"),
+    ("factor, furnace", || multiplied(|_| 1.05), "furnace"),
     ("asymmetric", || multiplied(|wo| wo.z), "reciprocity"),
     ("gain", || multiplied(|_| 1.5), "energy bound"),
     (

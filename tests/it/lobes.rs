@@ -10,7 +10,7 @@ use whitefurnace::harness::lobe_checkup::{Lobe, LobeSample, LobeSubject, check_u
 use whitefurnace::harness::outcome::Outcome;
 use whitefurnace::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
 
-use crate::checkup::{assert_rejected, assert_rejection, red, rejections};
+use crate::checkup::{assert_rejected, assert_rejection, large, red, rejections};
 use crate::support::context;
 
 /// Outcomes of the right subjects that chance can turn: paper, mirror and glass.
@@ -68,7 +68,7 @@ fn paper(loss: f64) -> BsdfSubject {
 fn paper_that_absorbs_and_lets_light_through_passes() {
     let size = CheckUp {
         inclinations: vec![40.0, 140.0],
-        ..CheckUp::default()
+        ..large()
     };
     let context = context("paper");
     let outcomes = check_up(&paper(0.25), &size, &context);
@@ -198,7 +198,7 @@ fn an_absorbing_mirror_and_glass_pass() {
         ("glass", glass(), PASSES[2]),
     ] {
         let context = context(name);
-        let outcomes = check_up_lobes(&subject, &CheckUp::default(), &context);
+        let outcomes = check_up_lobes(&subject, &large(), &context);
         assert!(random(&outcomes) <= passes, "{}", random(&outcomes));
         let complaints = red(outcomes, &context);
         assert!(complaints.is_empty(), "{name}: {}", complaints.join("\n"));
