@@ -211,20 +211,18 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// All shares of the error budget that the trial and its controls use.
+    /// The shares of the error budget that the right subject uses: one for each random outcome, as what is
+    /// rejected and what is not concluded are one event where δ is the minimum detectable effect; and one
+    /// for an identity that is tried on random arguments.
     pub fn budget(&self) -> usize {
-        // A control needs a rejection by each outcome that it names: one share each, unless nothing is
-        // random.
-        let rejections = self
-            .controls
-            .iter()
-            .map(|control| control.rejected_by.len().max(1));
-        self.assertions
-            + if self.assertions > 0 {
-                rejections.sum::<usize>()
-            } else {
-                0
-            }
+        self.assertions.max(1)
+    }
+
+    /// How many rejections of faults it takes. Each is held by the [`guard`] to a miss of
+    /// [`guard::FAR_MISS`], a thousandth of a share.
+    pub fn rejections(&self) -> usize {
+        let names = |control: &Control| control.rejected_by.len().max(1);
+        self.controls.iter().map(names).sum()
     }
 }
 

@@ -156,14 +156,15 @@ fn the_environment_is_read() {
 }
 
 #[test]
-fn a_control_costs_one_share_where_anything_is_random() {
-    let three = trial(vec![Verdict::Holds; 3], Vec::new());
-    assert_eq!(three.budget(), 4);
-    let exact = trial(Vec::new(), Vec::new());
-    assert_eq!(exact.budget(), 0);
-    let mut two = trial(vec![Verdict::Holds; 3], Vec::new());
-    two.controls.push(Control::new("other", "", |_| Vec::new()));
-    assert_eq!(two.budget(), 5);
+fn shares_are_those_of_outcomes_and_rejections() {
+    let mut three = trial(vec![Verdict::Holds; 3], Vec::new());
+    assert_eq!((three.budget(), three.rejections()), (3, 1));
+    three
+        .controls
+        .push(Control::new("other", "", |_| Vec::new()));
+    assert_eq!((three.budget(), three.rejections()), (3, 2));
+    // An identity may fail at random arguments.
+    assert_eq!(trial(Vec::new(), Vec::new()).budget(), 1);
 }
 
 fn row(verdict: Verdict) -> Row {
