@@ -43,11 +43,7 @@ impl<P: Parts> ImageEstimator for Bdpt<P> {
             .try_for_each(|pixel| {
                 let mut rng = stream(seed, pixel, index);
                 let [x, y] = [pixel % frame[0], pixel / frame[0]];
-                self.light_path(scene, frame, &image, &mut rng)
-                    .and_then(|(light, corners)| {
-                        self.eye_path(scene, frame, [x, y], (&light, &corners), &mut rng)
-                    })
-                    .and_then(|radiance| image.add([x, y], radiance))
+                self.pair(scene, [x, y], frame, &image, &mut rng)
                     .map_err(|error| error.at(|| format!(" at pixel ({x}, {y})")))
             })?;
         Ok(image.into_values())
@@ -55,6 +51,20 @@ impl<P: Parts> ImageEstimator for Bdpt<P> {
 }
 
 impl<P: Parts> Bdpt<P> {
+    /// Adds what a particle and a camera ray through a random point of a pixel find.
+    pub(crate) fn pair<R: Sampler>(
+        &self,
+        scene: &Scene,
+        pixel: [u32; 2],
+        frame: [u32; 2],
+        image: &Splats,
+        rng: &mut R,
+    ) -> Result<(), Error> {
+        let (light, corners) = self.light_path(scene, frame, image, rng)?;
+        let radiance = self.eye_path(scene, frame, pixel, (&light, &corners), rng)?;
+        image.add(pixel, radiance)
+    }
+
     /// Follows a particle, adds what the eye sees of it (t = 1), and returns where it was.
     fn light_path<'a, R: Sampler>(
         &self,

@@ -38,6 +38,7 @@ pub mod solid_angle;
 pub mod strategies;
 pub mod streams;
 pub mod subject;
+pub mod whole_paths;
 
 use crate::harness::trial::Trial;
 use crate::zoo::AnyFamily;
@@ -65,6 +66,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         published::families(),
         photon::families(),
         bidirectional::families(),
+        whole_paths::families(),
         radiosity::families(),
     ]
     .into_iter()
