@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::photon_map::{Kept, PhotonMap};
+use super::photon_map::{Kept, PhotonMap, check_radius};
 use super::vertex::{Vertex, direct_light, emitted, onward, scatter, survive};
 use super::{Estimator, LONGEST_PATH, LightRules, Parts};
 use crate::emitter::LightSampling;
@@ -64,6 +64,10 @@ impl<P: Parts> PhotonMapping<P> {
         (particles, radius): (u32, f64),
         (seed, pass): (u64, u32),
     ) -> Result<Self, Error> {
+        check_radius(radius)?;
+        if let Lookup::Gather { caustic_radius, .. } = lookup {
+            check_radius(caustic_radius)?;
+        }
         let map = |kept, particles, name| {
             let seed = seed_for(seed, name);
             PhotonMap::new(&parts, scene, kept, particles, (seed, pass))

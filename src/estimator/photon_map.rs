@@ -109,7 +109,7 @@ impl PhotonMap {
     /// Refuses a map that would not fit memory.
     ///
     /// # Errors
-    /// [`Error::Option`] if the first particles say that all will leave more photons than fit
+    /// [`Error::Option`] for no particles, and if the first ones say that all will leave more photons than fit
     /// [`LARGEST_MAP`].
     pub fn check<P: Parts>(
         parts: &P,
@@ -158,11 +158,28 @@ impl PhotonMap {
     }
 }
 
+/// Refuses a radius in which no photon lies.
+///
+/// # Errors
+/// [`Error::Option`] unless it is finite and above 0.
+pub fn check_radius(radius: f64) -> Result<(), Error> {
+    if radius.is_finite() && radius > 0.0 {
+        return Ok(());
+    }
+    Err(Error::Option(format!(
+        "photons are looked up within a radius above 0, in the scene's units, not {radius}"
+    )))
+}
+
 /// The photons of the first particles, unless they say that those of all would not fit.
 fn pilot(
     emitted: u32,
     follow: impl Fn(u32) -> Vec<(DVec3, Photon)>,
 ) -> Result<Vec<(DVec3, Photon)>, Error> {
+    if emitted == 0 {
+        let message = "0 particles leave no photons: send at least 1".to_owned();
+        return Err(Error::Option(message));
+    }
     let first = emitted.min(PILOT);
     let photons: Vec<_> = (0..first).flat_map(follow).collect();
     let each = size_of::<(DVec3, Photon)>() + KdTree::<Photon>::BYTES;

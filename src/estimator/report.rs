@@ -22,7 +22,7 @@ use crate::shape::Ray;
 pub struct Report<P = Standard> {
     /// Its parts.
     pub parts: P,
-    /// N of (16): sample rays per diffuse hit.
+    /// N of (16): sample rays per diffuse hit; of none there is direct light alone.
     pub rays: u32,
     /// Ray segments from the eye at most, whatever the kind of bounce.
     pub segments: u32,
@@ -116,7 +116,7 @@ impl<P: Parts> Report<P> {
                 let survival = parts.survival_by_absorption(surface.absorption);
                 let share = parts.roulette_weight(survival) / f64::from(self.rays);
                 for _ in 0..self.rays {
-                    if segments == 1 || !parts.survives(uniform(rng), survival) {
+                    if segments <= 1 || !parts.survives(uniform(rng), survival) {
                         continue;
                     }
                     let sample = sample_uniform(parts, bsdf, vertex.wo, uniform2(rng));

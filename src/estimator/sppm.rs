@@ -4,6 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::photon::{Lookup, PhotonMapping};
+use super::photon_map::check_radius;
 use super::{Estimator, ImageEstimator, Parts, Standard};
 use crate::error::Error;
 use crate::film::check_radiance;
@@ -44,6 +45,7 @@ impl<P: Parts + Copy> ImageEstimator for Sppm<P> {
         seed: u64,
         index: u32,
     ) -> Result<Vec<DVec3>, Error> {
+        check_radius(self.radius)?;
         let first = self.radius * self.radius;
         let radius = self.parts.pass_radius_squared(first, index).sqrt();
         let photons = PhotonMapping::new(

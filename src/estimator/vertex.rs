@@ -182,7 +182,7 @@ pub(super) fn onward(scene: &Scene, here: &Hit, direction: DVec3) -> (Ray, Optio
 }
 
 /// Radiance that arrives at a hit from a direction, by `arriving` with one of the `segments` fewer; zero
-/// where this was the last.
+/// where none is left. The first is always followed, even of none.
 #[inline]
 pub(super) fn next(
     scene: &Scene,
@@ -191,7 +191,7 @@ pub(super) fn next(
     segments: u32,
     arriving: impl FnOnce(&Ray, Option<Hit>, u32) -> DVec3,
 ) -> DVec3 {
-    if segments == 1 {
+    if segments <= 1 {
         return DVec3::ZERO;
     }
     let (ray, hit) = onward(scene, here, direction);

@@ -332,9 +332,17 @@ impl SceneBuilder {
     /// # Errors
     /// [`Error::Scene`] for a number that is not finite, an albedo, absorption or roughness outside
     /// [0, 1], a negative radiance, an index that points nowhere, a triangle without area, a sphere without
-    /// radius.
+    /// radius or with an empty zone, a camera that looks nowhere.
     pub fn build(mut self, camera: Camera) -> Result<Scene, Error> {
         self.check_surfaces()?;
+        if !camera.is_valid() {
+            return Err(invalid(
+                &self.name,
+                "its camera needs finite numbers, a target away from the eye, an upright that is not the line of \
+                 sight, and a height above 0"
+                    .to_owned(),
+            ));
+        }
         let mut primitives = Vec::with_capacity(self.parts.len());
         let mut extent = camera.eye.abs().max_element();
         for (i, part) in self.parts.iter_mut().enumerate() {
@@ -359,9 +367,13 @@ impl SceneBuilder {
                 }
                 PartShape::Sphere(sphere) => {
                     let Sphere { centre, radius, .. } = *sphere;
-                    if !(centre.is_finite() && radius.is_finite() && radius > 0.0) {
+                    let legal = centre.is_finite() && radius.is_finite() && radius > 0.0;
+                    // Of an empty zone it is 0 or negative, of NaN not above 0 either.
+                    if !(legal && sphere.area() > 0.0) {
                         return Err(invalid(&self.name, format!(
-                            "sphere {i} (centre {centre}, radius {radius}) needs finite numbers and a radius above 0"
+                            "sphere {i} (centre {centre}, radius {radius}, zone {:?}) needs finite numbers, a radius \
+                             above 0, and a zone from a lower to a higher z that meets it",
+                            sphere.zone
                         )));
                     }
                     extent = extent.max((centre.abs() + radius).max_element());

@@ -5,6 +5,7 @@ mod bidirectional;
 mod bsdf;
 mod camera;
 mod channels; // red stays red, through every estimator
+mod defaults; // what no built-in scene uses: fallbacks, empty scenes, numbers at the end of their range
 mod eon;
 mod estimator;
 mod film;

@@ -1,0 +1,349 @@
+//! What no built-in scene uses: fallbacks of light sampling, scenes without light, numbers at the end of
+//! their range.
+
+use approx::assert_abs_diff_eq;
+use glam::DVec3;
+use whitefurnace::bsdf::Bsdf;
+use whitefurnace::camera::Camera;
+use whitefurnace::emitter::{Emitter, EmitterShape, LightSampling};
+use whitefurnace::error::Error;
+use whitefurnace::estimator::photon_map::{Kept, PhotonMap};
+use whitefurnace::estimator::radiosity::Fineness;
+use whitefurnace::estimator::{
+    Bdpt, Estimator, ImageEstimator, LightRules, LightTracer, Lookup, Path, PhotonMapping,
+    Published, Radiosity, Report, Sppm, Standard, Strategy, Whitted,
+};
+use whitefurnace::rng::stream;
+use whitefurnace::scene::{Scene, SceneBuilder, Surface, simple};
+use whitefurnace::shape::{Ray, Sphere};
+
+use crate::helpers::any_camera;
+
+const ALBEDO: f64 = 0.6;
+const LIGHT: f64 = 5.0;
+const FRAME: [u32; 2] = [6, 5];
+
+/// A white floor of half side `half` at the origin, seen from above, and what `add` adds.
+fn over_floor(half: f64, add: impl FnOnce(&mut SceneBuilder)) -> Scene {
+    let mut scene = SceneBuilder::new("floor");
+    let albedo = DVec3::splat(ALBEDO);
+    let floor = scene.surface(Surface::new(Bsdf::Lambert { albedo }));
+    let corner = DVec3::new(-half, -half, 0.0);
+    scene.rectangle(
+        corner,
+        [2.0 * half * DVec3::X, 2.0 * half * DVec3::Y],
+        floor,
+    );
+    add(&mut scene);
+    let eye = DVec3::new(0.0, -0.1, 0.3);
+    let camera = Camera::new(eye, DVec3::ZERO, DVec3::Z, 0.1);
+    scene.build(camera).expect("a scene")
+}
+
+fn lit(half: f64, add: impl FnOnce(&mut SceneBuilder, whitefurnace::scene::SurfaceId)) -> Scene {
+    over_floor(half, |scene| {
+        let light = Surface::new(Bsdf::Black).emitting(DVec3::splat(LIGHT));
+        let light = scene.surface(light);
+        add(scene, light);
+    })
+}
+
+/// What shadow rays alone find at the origin, one estimate per stream.
+fn shadow_rays(scene: &Scene, lights: LightSampling, count: u32) -> Vec<f64> {
+    let path = Path {
+        lights,
+        ..Path::<Standard>::new(Standard, Strategy::Light)
+    };
+    let down = DVec3::new(0.1, 0.2, -1.0).normalize();
+    let ray = Ray::new(-0.05 * down, down);
+    let estimate = |i| {
+        path.radiance(scene, &ray, scene.intersect(&ray), &mut stream(5, i, 0))
+            .x
+    };
+    (0..count).map(estimate).collect()
+}
+
+/// Emitters that have no sampling by solid angle where they are seen from get points uniform in area: the
+/// same paths to the bit, not other light.
+#[test]
+fn without_solid_angles_lights_are_sampled_by_area() {
+    let whole = Sphere::new(DVec3::new(0.1, 0.0, 0.2), 2.0);
+    let scenes = [
+        (
+            "inward",
+            lit(0.5, |s, l| {
+                s.sphere(
+                    Sphere {
+                        inward: true,
+                        ..whole
+                    },
+                    l,
+                );
+            }),
+            true,
+        ),
+        (
+            "zone",
+            lit(0.5, |s, l| {
+                let zone = [-0.4, 0.3];
+                s.sphere(
+                    Sphere {
+                        zone,
+                        ..Sphere::new(DVec3::new(0.2, 0.3, 1.0), 0.5)
+                    },
+                    l,
+                );
+            }),
+            true,
+        ),
+        (
+            "skewed",
+            lit(0.5, |s, l| {
+                s.rectangle(
+                    DVec3::new(-1.0, -1.0, 1.0),
+                    [2.0 * DVec3::Y, DVec3::new(2.0, 0.5, 0.0)],
+                    l,
+                );
+            }),
+            true,
+        ),
+        (
+            "too small",
+            lit(0.5, |s, l| {
+                s.rectangle(DVec3::Z, [5e-4 * DVec3::Y, 5e-4 * DVec3::X], l);
+            }),
+            true,
+        ),
+        (
+            "outward from within",
+            lit(0.5, |s, l| s.sphere(whole, l)),
+            false,
+        ),
+        (
+            "behind",
+            lit(0.5, |s, l| {
+                s.rectangle(DVec3::Z, [DVec3::X, DVec3::Y], l);
+            }),
+            false,
+        ),
+        (
+            "in the plane",
+            lit(0.5, |s, l| {
+                s.rectangle(DVec3::X, [DVec3::Y, DVec3::X], l);
+            }),
+            false,
+        ),
+    ];
+    for (name, scene, shines) in &scenes {
+        let [area, angle] = [LightSampling::Area, LightSampling::SolidAngle]
+            .map(|lights| shadow_rays(scene, lights, 200));
+        assert_eq!(area, angle, "{name}");
+        assert_eq!(area.iter().any(|v| *v > 0.0), *shines, "{name}");
+        assert!(area.iter().all(|v| v.is_finite()), "{name}");
+    }
+}
+
+/// A point within a sphere's light, on it, or behind a flat one has no solid angle to sample.
+#[test]
+fn what_is_not_seen_has_no_solid_angle() {
+    let sphere = Sphere::new(DVec3::ZERO, 1.0);
+    let emitter = |shape| Emitter::new(shape, DVec3::ONE);
+    let ball = emitter(EmitterShape::Sphere(sphere));
+    for from in [DVec3::ZERO, 0.999 * DVec3::X, DVec3::X] {
+        assert_eq!(ball.pdf_solid_angle(from), None);
+        assert_eq!(ball.sample_solid_angle(from, [0.3, 0.7]), None);
+    }
+    // 1e-6 sr is a disc of radius d/1772.
+    assert!(ball.pdf_solid_angle(1700.0 * DVec3::X).is_some());
+    assert_eq!(ball.pdf_solid_angle(1800.0 * DVec3::X), None);
+}
+
+fn radiance<E: Estimator>(scene: &Scene, estimator: &E) -> Vec<DVec3> {
+    let look = |i: u32| {
+        let ray = scene.camera().ray(FRAME, f64::from(i % FRAME[0]), 2.5);
+        estimator.radiance(scene, &ray, scene.intersect(&ray), &mut stream(9, i, 0))
+    };
+    (0..60).map(look).collect()
+}
+
+/// Where nothing emits there is no light, by any estimator; and only those that follow paths to the
+/// background see its light.
+#[test]
+fn without_emitters_it_is_dark() {
+    let dark = over_floor(5.0, |_| {});
+    let sky = over_floor(5.0, |scene| scene.background(DVec3::ONE));
+    let photons = |scene: &Scene, lookup| {
+        PhotonMapping::new(Standard, scene, lookup, (10, 0.1), (1, 0)).expect("a map")
+    };
+    let gather = Lookup::Gather {
+        caustic_particles: 10,
+        caustic_radius: 0.1,
+    };
+    let none = |found: Vec<DVec3>| assert!(found.iter().all(|v| *v == DVec3::ZERO), "{found:?}");
+    for scene in [&dark, &sky] {
+        none(radiance(scene, &photons(scene, Lookup::Direct)));
+        none(radiance(scene, &photons(scene, gather)));
+        none(radiance(scene, &Whitted::new(LightRules::PHYSICAL)));
+        let (particles, radius, parts) = (10, 0.1, Standard);
+        let sppm = Sppm {
+            parts,
+            particles,
+            radius,
+        };
+        none(sppm.pass(scene, FRAME, 1, 0).expect("legal values"));
+        let tracer = LightTracer::<Standard>::default();
+        none(tracer.pass(scene, FRAME, 1, 0).expect("legal values"));
+        let map = PhotonMap::new(&Standard, scene, Kept::All, 5, (1, 0)).expect("a map");
+        assert_eq!(map.photons().count(), 0);
+    }
+    let bdpt = Bdpt::<Standard>::default();
+    let pass = |scene| bdpt.pass(scene, FRAME, 1, 0).expect("legal values");
+    none(pass(&dark));
+    none(radiance(&dark, &Path::<Standard>::default()));
+    none(radiance(&dark, &Report::default()));
+    none(radiance(&dark, &Published::default()));
+    let fineness = Fineness {
+        patches: 3,
+        halvings: 0,
+    };
+    let solved = Radiosity::new(Standard, &dark, fineness, &|_| true).expect("a solution");
+    none(radiance(&dark, &solved));
+    // A plane under a uniform sky reflects its albedo: a survivor of roulette has all of it.
+    for found in [pass(&sky), radiance(&sky, &Path::<Standard>::default())] {
+        assert!(found.iter().any(|v| v.x > 0.0));
+        for v in found {
+            assert_abs_diff_eq!(v.x * (v.x - 1.0), 0.0, epsilon = 1e-9);
+        }
+    }
+}
+
+/// Of no sample rays, or of a first segment alone, the report has direct light; so has Whitted's tree.
+#[test]
+fn limits_of_zero_mean_direct_light() {
+    let scene = simple::cornell().expect("a scene");
+    let report = |rays, segments| {
+        let parts = Standard;
+        let rules = LightRules::PHYSICAL;
+        radiance(
+            &scene,
+            &Report {
+                parts,
+                rays,
+                segments,
+                rules,
+            },
+        )
+    };
+    let whitted = |segments| {
+        let whole = Whitted::new(LightRules::PHYSICAL);
+        radiance(&scene, &Whitted { segments, ..whole })
+    };
+    let direct = whitted(7);
+    assert!(direct.iter().any(|v| *v != DVec3::ZERO));
+    for found in [
+        report(0, 7),
+        report(1, 1),
+        report(1, 0),
+        report(0, 0),
+        whitted(1),
+        whitted(0),
+    ] {
+        assert_eq!(found, direct);
+    }
+}
+
+fn option<T>(result: Result<T, Error>, hint: &str) {
+    match result {
+        Err(Error::Option(message)) => {
+            assert!(
+                message.contains(hint) && !message.contains('\n'),
+                "{message}"
+            );
+        }
+        Err(error) => panic!("{error}"),
+        Ok(_) => panic!("not refused: {hint}"),
+    }
+}
+
+/// No photons, and radii in which none can lie, are refused and not rendered black.
+#[test]
+fn photons_without_number_or_radius_are_refused() {
+    let scene = simple::cornell().expect("a scene");
+    let map = |lookup, particles, radius| {
+        PhotonMapping::new(Standard, &scene, lookup, (particles, radius), (1, 0))
+    };
+    option(map(Lookup::Direct, 0, 0.1), "at least 1");
+    for radius in [0.0, -0.1, f64::NAN, f64::INFINITY] {
+        option(map(Lookup::Direct, 10, radius), "radius above 0");
+        let gather = Lookup::Gather {
+            caustic_particles: 10,
+            caustic_radius: radius,
+        };
+        option(map(gather, 10, 0.1), "radius above 0");
+        let (parts, particles) = (Standard, 10);
+        let sppm = Sppm {
+            parts,
+            particles,
+            radius,
+        };
+        option(sppm.pass(&scene, FRAME, 1, 0), "radius above 0");
+    }
+    let gather = Lookup::Gather {
+        caustic_particles: 0,
+        caustic_radius: 0.1,
+    };
+    option(map(gather, 10, 0.1), "at least 1");
+    let sppm = Sppm {
+        parts: Standard,
+        particles: 0,
+        radius: 0.1,
+    };
+    option(sppm.pass(&scene, FRAME, 1, 0), "at least 1");
+}
+
+/// Zones without area and cameras that look nowhere are refused when the scene is built.
+#[test]
+fn empty_zones_and_cameras_that_look_nowhere_are_refused() {
+    let refusal = |zone, camera| {
+        let mut scene = SceneBuilder::new("bad");
+        let surface = scene.surface(Surface::new(Bsdf::Black).emitting(DVec3::ONE));
+        scene.sphere(
+            Sphere {
+                zone,
+                ..Sphere::new(DVec3::ZERO, 1.0)
+            },
+            surface,
+        );
+        scene.build(camera).err().map(|error| error.to_string())
+    };
+    assert_eq!(refusal([-0.5, 2.0], any_camera()), None);
+    for zone in [
+        [0.5, 0.5],
+        [0.5, -0.5],
+        [1.0, 2.0],
+        [f64::NAN, 1.0],
+        [-1.0, f64::NAN],
+    ] {
+        let message = refusal(zone, any_camera()).expect("refused");
+        assert!(
+            message.contains("zone") && !message.contains('\n'),
+            "{message}"
+        );
+    }
+    let [o, x, z] = [DVec3::ZERO, DVec3::X, DVec3::Z];
+    for camera in [
+        Camera::new(o, o, z, 1.0),
+        Camera::new(o, z, z, 1.0),
+        Camera::new(o, x, o, 1.0),
+        Camera::new(o, x, z, 0.0),
+        Camera::new(o, x, z, -1.0),
+        Camera::new(o, x, z, f64::NAN),
+        Camera::new(DVec3::NAN, x, z, 1.0),
+    ] {
+        let message = refusal([-1.0, 1.0], camera).expect("refused");
+        assert!(
+            message.contains("camera") && !message.contains('\n'),
+            "{message}"
+        );
+    }
+}
