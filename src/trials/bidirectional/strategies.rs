@@ -46,14 +46,14 @@ pub(super) fn alone() -> Vec<Bench<Subject>> {
             "bidirectional/alone/hits",
             "a floor under a near light, by hits alone",
             scenes::near(),
-            4_000,
+            7_000,
             only!(2, 0),
         ),
         floor(
             "bidirectional/alone/shadow-rays",
             "a floor under a square light, by shadow rays alone",
             scenes::rectangle(false),
-            5_000,
+            7_000,
             only!(2, 1),
         ),
         floor(

@@ -108,7 +108,7 @@ fn floors() -> Vec<Bench<Subject>> {
             scenes::over_floor(),
             gather,
             point,
-            (64, 4_400),
+            (16, 17_600),
         ),
         floor(
             "photon/index-matched",
