@@ -10,8 +10,6 @@ pub mod forest;
 pub mod map;
 pub mod matrix;
 
-use std::fmt;
-
 use canvas::Shape;
 
 /// A colour, 8-bit sRGB.
@@ -23,12 +21,6 @@ impl Rgb {
     fn pale(self, share: f64) -> Self {
         let mix = |c: u8| (255.0 + share * (f64::from(c) - 255.0)).round() as u8;
         Self(mix(self.0), mix(self.1), mix(self.2))
-    }
-}
-
-impl fmt::Display for Rgb {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(out, "#{:02x}{:02x}{:02x}", self.0, self.1, self.2)
     }
 }
 

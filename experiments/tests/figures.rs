@@ -1,7 +1,7 @@
 //! What every figure must have: a title and a description, coordinates in decimals, and series that can be told
 //! apart without colour.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::PathBuf;
 
@@ -23,6 +23,11 @@ fn drawn(name: &str, draw: impl FnOnce(&std::path::Path) -> Result<(), Error>) -
     fs::read_to_string(&path).expect("a figure")
 }
 
+/// The colours of series, in their order.
+const OKABE_ITO: [&str; 8] = [
+    "#D55E00", "#009E73", "#0072B2", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#828282",
+];
+
 fn chart(series: Vec<Series>) -> Chart {
     Chart {
         title: "A < B".to_owned(),
@@ -33,10 +38,49 @@ fn chart(series: Vec<Series>) -> Chart {
     }
 }
 
-/// The paths of lines and marks: the values of attribute `d`, with their element.
+/// The elements that draw lines.
 fn paths(svg: &str) -> Vec<&str> {
     svg.lines()
-        .filter(|line| line.starts_with("<path "))
+        .filter(|line| line.starts_with("<polyline "))
+        .collect()
+}
+
+/// What draws marks, by colour: elements and the corners of polygons relative to the first.
+fn marks(svg: &str) -> BTreeMap<&str, BTreeSet<String>> {
+    let mut marks: BTreeMap<_, BTreeSet<_>> = BTreeMap::new();
+    for line in svg.lines() {
+        let tag = line.split(' ').next().unwrap_or(line);
+        let (colour, look) = match (tag, attribute(line, "points")) {
+            ("<circle", _) => (attribute(line, "fill"), String::new()),
+            ("<polygon", Some(points)) => (attribute(line, "fill"), offsets(points)),
+            ("<polyline", Some(points)) => (attribute(line, "stroke"), offsets(points)),
+            _ => continue,
+        };
+        let colour = colour.expect("a colour");
+        marks
+            .entry(colour)
+            .or_default()
+            .insert(tag.to_owned() + &look);
+    }
+    marks
+}
+
+/// Points relative to the first.
+fn offsets(points: &str) -> String {
+    let points = numbers(points);
+    let relative = points
+        .iter()
+        .map(|[x, y]| [x - points[0][0], y - points[0][1]]);
+    format!("{:?}", relative.collect::<Vec<_>>())
+}
+
+/// The points of a polygon or a line, in pixels.
+fn numbers(points: &str) -> Vec<[f64; 2]> {
+    let pixels = |text: &str| text.parse::<f64>().expect("a coordinate") / 100.0;
+    let point = |text: &str| text.split_once(',').map(|(x, y)| [x, y].map(pixels));
+    points
+        .split_whitespace()
+        .map(|text| point(text).expect("a point"))
         .collect()
 }
 
@@ -122,19 +166,8 @@ fn curves_are_not_jagged() {
         .into_iter()
         .max_by_key(|path| path.len())
         .expect("a curve");
-    let curve = attribute(curve, "d")
-        .expect("points")
-        .trim_start_matches('M');
-    let heights: Vec<f64> = curve
-        .split('L')
-        .map(|point| {
-            point
-                .split(' ')
-                .nth(1)
-                .and_then(|y| y.parse().ok())
-                .expect("y")
-        })
-        .collect();
+    let curve = numbers(attribute(curve, "points").expect("points"));
+    let heights: Vec<f64> = curve.iter().map(|point| point[1]).collect();
     assert_eq!(heights.len(), 201);
     // A parabola has equal second differences: each is off by less than four roundings to two decimals.
     let bend: Vec<f64> = heights
@@ -165,16 +198,22 @@ fn series_are_told_apart_without_colour() {
                 &[chart(colours.map(series).collect())],
             )
         });
-        let all = paths(&svg);
-        let drawn = &all[all.len() - (COUNT - 1)..];
-        let looks: BTreeSet<_> = drawn
-            .iter()
-            .map(|path| match mark {
-                Mark::Line => attribute(path, "stroke-dasharray"),
-                _ => attribute(path, "d"),
-            })
-            .collect();
-        assert_eq!(looks.len(), COUNT - 1, "{mark:?}: {drawn:#?}");
+        let looks: BTreeSet<String> = match mark {
+            Mark::Line => {
+                let all = paths(&svg);
+                let dash = |line: &&str| format!("{:?}", attribute(line, "stroke-dasharray"));
+                all[all.len() - (COUNT - 1)..].iter().map(dash).collect()
+            }
+            _ => {
+                let marks = marks(&svg);
+                let colour = |i| OKABE_ITO[i];
+                (0..COUNT)
+                    .filter(|&i| i != 6)
+                    .map(|i| format!("{:?}", marks[colour(i)]))
+                    .collect()
+            }
+        };
+        assert_eq!(looks.len(), COUNT - 1, "{mark:?}: {looks:#?}");
     }
 }
 
@@ -189,18 +228,16 @@ fn what_is_off_a_map_s_scale_is_marked() {
         bound: 4.0,
         unit: String::new(),
     };
-    let marks = |values| {
+    let triangles = |values| {
         let svg = drawn("overflow", |path| {
             maps(path, "", [400, 300], 1, &[map(values)])
         });
-        paths(&svg)
-            .iter()
-            .filter(|path| {
-                path.ends_with("Z\" fill=\"#ffffff\" stroke=\"#fff\" stroke-width=\"0.6\"/>")
-            })
+        let rim = "<polygon stroke=\"#fff\"";
+        svg.lines()
+            .filter(|line| line.starts_with(rim) && line.contains("#FFFFFF"))
             .count()
     };
-    assert_eq!(marks(vec![4.0, -4.0]), 0);
-    assert_eq!(marks(vec![4.1, 0.0]), 1);
-    assert_eq!(marks(vec![4.1, -4.1]), 2);
+    assert_eq!(triangles(vec![4.0, -4.0]), 0);
+    assert_eq!(triangles(vec![4.1, 0.0]), 1);
+    assert_eq!(triangles(vec![4.1, -4.1]), 2);
 }

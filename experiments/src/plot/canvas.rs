@@ -1,11 +1,16 @@
 //! A drawing in SVG: shapes at decimal coordinates, with a title and a description for those who cannot
 //! see it. Lengths are in pixels, y points down.
 
-use std::fmt::Write as _;
+use std::io;
 use std::path::Path;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
+use plotters::prelude::{
+    Color as _, DrawingBackend as _, IntoFont as _, RGBColor, SVGBackend, ShapeStyle, TextStyle,
+};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters_backend::DrawingErrorKind;
 use whitefurnace::error::Error;
 
 use super::{INK, Rgb};
@@ -79,18 +84,34 @@ impl Canvas {
         }
     }
 
-    /// An element that ends in itself.
-    fn element(&mut self, text: std::fmt::Arguments<'_>) {
+    /// Adds what `draw` draws, with attributes that plotters does not know.
+    fn draw(
+        &mut self,
+        attributes: &str,
+        draw: impl FnOnce(&mut SVGBackend) -> Result<(), DrawingErrorKind<io::Error>>,
+    ) {
+        let mut page = String::new();
         // Writing to a string cannot fail.
-        let _ = writeln!(self.body, "<{text}/>");
+        let _ = draw(&mut SVGBackend::with_string(
+            &mut page,
+            self.size.map(|side| fine(side) as u32).into(),
+        ));
+        for line in page.lines().filter(|line| !line.contains("svg")) {
+            match line.split_once(' ') {
+                Some((tag, rest)) if line.starts_with('<') && !attributes.is_empty() => {
+                    self.body.push_str(&format!("{tag} {attributes} {rest}\n"));
+                }
+                _ => self.body.push_str(&format!("{line}\n")),
+            }
+        }
     }
 
     /// A filled rectangle.
     pub fn fill(&mut self, [left, top, right, bottom]: Area, colour: Rgb) {
-        let [x, y, width, height] = [left, top, right - left, bottom - top].map(decimal);
-        self.element(format_args!(
-            "rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" fill=\"{colour}\""
-        ));
+        let corners = [place([left, top]), place([right, bottom])];
+        self.draw("", |page| {
+            page.draw_rect(corners[0], corners[1], &colour.filled(), true)
+        });
     }
 
     /// The border of a rectangle.
@@ -102,45 +123,48 @@ impl Canvas {
 
     /// A line through points.
     pub fn line(&mut self, points: &[Point], pen: Pen) {
-        self.path(&polyline(points), pen);
+        let lengths = pen.dash.split_whitespace().filter_map(|n| n.parse().ok());
+        let dash: Vec<String> = lengths.map(|n: f64| fine(n).to_string()).collect();
+        let attributes = match dash.as_slice() {
+            [] => String::new(),
+            lengths => format!("stroke-dasharray=\"{}\"", lengths.join(" ")),
+        };
+        self.draw(&attributes, |page| {
+            page.draw_path(points.iter().map(|&at| place(at)), &pen.stroke())
+        });
     }
 
     /// Lines that look alike.
     pub fn lines(&mut self, lines: &[Vec<Point>], pen: Pen) {
-        let path: String = lines.iter().map(|line| polyline(line)).collect();
-        if !path.is_empty() {
-            self.path(&path, pen);
-        }
-    }
-
-    fn path(&mut self, path: &str, pen: Pen) {
-        let dash = if pen.dash.is_empty() {
-            String::new()
-        } else {
-            format!(" stroke-dasharray=\"{}\"", pen.dash)
-        };
-        let (colour, width) = (pen.colour, decimal(pen.width));
-        self.element(format_args!(
-            "path d=\"{path}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\"{dash} \
-             stroke-linejoin=\"round\""
-        ));
+        lines.iter().for_each(|line| self.line(line, pen));
     }
 
     /// Marks of one shape and colour, each about `radius` in all directions.
     pub fn marks(&mut self, at: &[Point], shape: Shape, radius: f64, colour: Rgb) {
-        let path: String = at.iter().map(|&at| mark(at, shape, radius)).collect();
-        if path.is_empty() {
-            return;
-        }
-        let paint = match shape {
-            Shape::Cross | Shape::Plus => {
-                format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"")
+        // A thin white rim keeps marks apart that overlap.
+        let rim = if radius > 2.0 { RIM } else { "" };
+        for &[x, y] in at {
+            let corners = |offsets: &[Point]| -> Vec<Point> {
+                let at = |&[dx, dy]: &Point| [x + radius * dx, y + radius * dy];
+                offsets.iter().map(at).collect()
+            };
+            match shape.outline() {
+                Outline::Disc => self.draw(rim, |page| {
+                    page.draw_circle(place([x, y]), fine(radius) as u32, &colour.filled(), true)
+                }),
+                Outline::Corners(offsets) => {
+                    let corners = corners(offsets);
+                    self.draw(rim, |page| {
+                        page.fill_polygon(corners.into_iter().map(place), &colour.filled())
+                    });
+                }
+                Outline::Strokes(strokes) => {
+                    for stroke in strokes {
+                        self.line(&corners(stroke), Pen::new(colour, 2.0));
+                    }
+                }
             }
-            // A thin white rim keeps marks apart that overlap.
-            _ if radius > 2.0 => format!("fill=\"{colour}\" stroke=\"#fff\" stroke-width=\"0.6\""),
-            _ => format!("fill=\"{colour}\""),
-        };
-        self.element(format_args!("path d=\"{path}\" {paint}"));
+        }
     }
 
     /// A text whose middle is at the height of the point.
@@ -149,37 +173,34 @@ impl Canvas {
     }
 
     /// A text turned by `degrees` about its point, clockwise.
-    pub fn turned(&mut self, text: &str, [x, y]: Point, anchor: Anchor, size: f64, degrees: i32) {
-        let anchor = match anchor {
-            Anchor::Start => "",
-            Anchor::Middle => " text-anchor=\"middle\"",
-            Anchor::End => " text-anchor=\"end\"",
+    pub fn turned(&mut self, text: &str, at: Point, anchor: Anchor, size: f64, degrees: i32) {
+        let across = match anchor {
+            Anchor::Start => HPos::Left,
+            Anchor::Middle => HPos::Center,
+            Anchor::End => HPos::Right,
         };
+        let (x, y) = place(at);
         let turn = match degrees {
             0 => String::new(),
-            _ => format!(
-                " transform=\"rotate({degrees} {} {})\"",
-                decimal(x),
-                decimal(y)
-            ),
+            _ => format!("transform=\"rotate({degrees} {x} {y})\""),
         };
-        // From the baseline to the middle of small letters and capitals.
-        let (x, y) = (decimal(x), decimal(y + 0.35 * size));
-        let (size, text) = (decimal(size), escaped(text));
-        let _ = writeln!(
-            self.body,
-            "<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\"{anchor}{turn}>{text}</text>"
-        );
+        // Plotters writes font sizes divided by 1.24.
+        let font = ("sans-serif", 1.24 * f64::from(fine(size))).into_font();
+        let ink = INK.plotters();
+        let style = TextStyle::from(font)
+            .color(&ink)
+            .pos(Pos::new(across, VPos::Center));
+        self.draw(&turn, |page| page.draw_text(text, &style, (x, y)));
     }
 
-    /// A picture, stretched over a rectangle.
+    /// A picture, stretched over a rectangle: plotters has none that stretches.
     pub fn picture(&mut self, [left, top, right, bottom]: Area, png: &[u8]) {
-        let [x, y, width, height] = [left, top, right - left, bottom - top].map(decimal);
+        let [x, y, width, height] = [left, top, right - left, bottom - top].map(fine);
         let data = STANDARD.encode(png);
-        self.element(format_args!(
-            "image x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" \
+        self.body.push_str(&format!(
+            "<image x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" \
              preserveAspectRatio=\"none\" style=\"image-rendering:pixelated\" \
-             href=\"data:image/png;base64,{data}\""
+             href=\"data:image/png;base64,{data}\"/>\n"
         ));
     }
 
@@ -188,11 +209,11 @@ impl Canvas {
     /// # Errors
     /// The file cannot be written.
     pub fn write(self, path: &Path) -> Result<(), Error> {
-        let [width, height] = self.size.map(decimal);
+        let [width, height] = self.size;
+        let [across, down] = self.size.map(fine);
         let text = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
-             viewBox=\"0 0 {width} {height}\" role=\"img\" aria-labelledby=\"title see\" \
-             font-family=\"sans-serif\" fill=\"{INK}\">\n\
+             viewBox=\"0 0 {across} {down}\" role=\"img\" aria-labelledby=\"title see\">\n\
              <title id=\"title\">{}</title>\n<desc id=\"see\">{}</desc>\n\
              <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n{}</svg>\n",
             escaped(&self.title),
@@ -208,47 +229,58 @@ pub(super) fn width(text: &str, size: f64) -> f64 {
     0.59 * size * text.chars().count() as f64
 }
 
-/// With two decimals at most: finer than any screen shows.
-fn decimal(value: f64) -> String {
-    let text = format!("{value:.2}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" { "0" } else { text }.to_owned()
+/// The rim of a mark.
+const RIM: &str = "stroke=\"#fff\" stroke-width=\"60\"";
+
+/// Plotters draws at whole coordinates: hundredths of a pixel are finer than any screen shows.
+fn fine(length: f64) -> i32 {
+    (100.0 * length).round() as i32
 }
 
-fn polyline(points: &[Point]) -> String {
-    let mut path = String::new();
-    for (i, &[x, y]) in points.iter().enumerate() {
-        let letter = if i == 0 { 'M' } else { 'L' };
-        let _ = write!(path, "{letter}{} {}", decimal(x), decimal(y));
+fn place([x, y]: Point) -> (i32, i32) {
+    (fine(x), fine(y))
+}
+
+impl Pen {
+    fn stroke(self) -> ShapeStyle {
+        self.colour.plotters().stroke_width(fine(self.width) as u32)
     }
-    path
 }
 
-fn mark([x, y]: Point, shape: Shape, r: f64) -> String {
-    let closed = |corners: &[Point]| {
-        let corners: Vec<Point> = corners
-            .iter()
-            .map(|[dx, dy]| [x + r * dx, y + r * dy])
-            .collect();
-        polyline(&corners) + "Z"
-    };
-    match shape {
-        Shape::Disc => {
-            let [left, y, r, across] = [x - r, y, r, 2.0 * r].map(decimal);
-            format!("M{left} {y}a{r} {r} 0 1 0 {across} 0a{r} {r} 0 1 0 -{across} 0")
-        }
-        Shape::Square => closed(&[[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9]]),
-        Shape::Triangle => closed(&[[0.0, -1.2], [1.1, 0.8], [-1.1, 0.8]]),
-        Shape::Inverted => closed(&[[0.0, 1.2], [1.1, -0.8], [-1.1, -0.8]]),
-        Shape::Diamond => closed(&[[0.0, -1.25], [1.25, 0.0], [0.0, 1.25], [-1.25, 0.0]]),
-        Shape::Bar => closed(&[[-1.4, -0.45], [1.4, -0.45], [1.4, 0.45], [-1.4, 0.45]]),
-        Shape::Cross => {
-            polyline(&[[x - r, y - r], [x + r, y + r]])
-                + &polyline(&[[x - r, y + r], [x + r, y - r]])
-        }
-        Shape::Plus => {
-            polyline(&[[x - 1.2 * r, y], [x + 1.2 * r, y]])
-                + &polyline(&[[x, y - 1.2 * r], [x, y + 1.2 * r]])
+impl Rgb {
+    fn plotters(self) -> RGBColor {
+        RGBColor(self.0, self.1, self.2)
+    }
+
+    fn filled(self) -> ShapeStyle {
+        self.plotters().filled()
+    }
+}
+
+/// How a mark of radius 1 is drawn.
+enum Outline {
+    Disc,
+    Corners(&'static [Point]),
+    Strokes(&'static [[Point; 2]; 2]),
+}
+
+impl Shape {
+    fn outline(self) -> Outline {
+        match self {
+            Self::Disc => Outline::Disc,
+            Self::Square => Outline::Corners(&[[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9]]),
+            Self::Triangle => Outline::Corners(&[[0.0, -1.2], [1.1, 0.8], [-1.1, 0.8]]),
+            Self::Inverted => Outline::Corners(&[[0.0, 1.2], [1.1, -0.8], [-1.1, -0.8]]),
+            Self::Diamond => {
+                Outline::Corners(&[[0.0, -1.25], [1.25, 0.0], [0.0, 1.25], [-1.25, 0.0]])
+            }
+            Self::Bar => {
+                Outline::Corners(&[[-1.4, -0.45], [1.4, -0.45], [1.4, 0.45], [-1.4, 0.45]])
+            }
+            Self::Cross => {
+                Outline::Strokes(&[[[-1.0, -1.0], [1.0, 1.0]], [[-1.0, 1.0], [1.0, -1.0]]])
+            }
+            Self::Plus => Outline::Strokes(&[[[-1.2, 0.0], [1.2, 0.0]], [[0.0, -1.2], [0.0, 1.2]]]),
         }
     }
 }
