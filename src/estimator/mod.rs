@@ -46,9 +46,9 @@ use crate::shape::Ray;
 use crate::{fresnel, radiometry, roulette, sampling};
 
 /// The most vertices of a path without a limit of its own. Where survival is at most
-/// [`roulette::HIGHEST_SURVIVAL`] a path gets there with a probability below 10⁻⁹⁰, so one that does will
+/// [`roulette::HIGHEST_SURVIVAL`] a path gets there with a probability below 10⁻¹⁸⁰, so one that does will
 /// not end: it is an error, never a cut. Its radiance is NaN, which no film holds.
-pub const LONGEST_PATH: u32 = 1 << 12;
+pub const LONGEST_PATH: u32 = 1 << 13;
 
 /// An unbiased or stated-bias estimate of the radiance that arrives along a ray.
 pub trait Estimator: Sync {

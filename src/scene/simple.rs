@@ -14,8 +14,16 @@ use crate::shape::Sphere;
 /// # Errors
 /// None for these numbers; the type is that of [`SceneBuilder::build`].
 pub fn environment() -> Result<Scene, Error> {
+    furnace_under(DVec3::ONE)
+}
+
+/// The same under a sky of any radiance, which is every pixel's expectation then.
+///
+/// # Errors
+/// A radiance that is negative or not finite.
+pub fn furnace_under(sky: DVec3) -> Result<Scene, Error> {
     let mut scene = SceneBuilder::new("environment");
-    scene.background(DVec3::ONE);
+    scene.background(sky);
     let bsdfs = [
         Bsdf::Lambert { albedo: DVec3::ONE },
         Bsdf::Mirror {

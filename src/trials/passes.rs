@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::probes::Words;
+use super::scenes::level;
 use super::subject::{Property, Setup, Subject, on};
 use crate::estimator::{Bdpt, Estimator, ImageEstimator, LightTracer, Parts, Path, Standard};
 use crate::harness::mean::{Values, mean, welch};
@@ -83,7 +84,7 @@ pub struct Passes {
 }
 
 impl Passes {
-    /// The means of each region over the channels, pass by pass; cubes are summed about `centre`.
+    /// The mean [`level`] of each region, pass by pass; cubes are summed about `centre`.
     fn means<P: Parts + Copy>(
         &self,
         context: &Context,
@@ -112,8 +113,8 @@ impl Passes {
                 .kind
                 .pass(parts, (&self.scene, self.frame), seed, index as u32)?;
             for (values, inside) in values.iter_mut().zip(&inside) {
-                let sum: f64 = inside.iter().map(|&i| image[i].element_sum()).sum();
-                values.push(sum / (3.0 * inside.len() as f64));
+                let sum: DVec3 = inside.iter().map(|&i| image[i]).sum();
+                values.push(level(&self.scene, sum) / inside.len() as f64);
             }
         }
         Some(values)
@@ -195,7 +196,7 @@ impl SameAsPath {
             let hit = scene.intersect(&ray);
             sum += Path::<Standard>::default().radiance(scene, &ray, hit, rng);
         }
-        sum.element_sum() / (3.0 * f64::from(width * height))
+        level(scene, sum) / f64::from(width * height)
     }
 }
 

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::scenes::level;
 use super::subject::{Kind, Probe, Property, Setup, Subject, on};
 use crate::equation::Equation;
 use crate::estimator::Parts;
@@ -22,7 +23,7 @@ pub const BOUNCES: f64 = 0.005;
 /// δ of image means, relative.
 pub const IMAGE: f64 = 0.01;
 
-/// The mean of the first channel along probe rays.
+/// The mean [`level`] along probe rays.
 pub struct MeanRadiance {
     /// What is probed.
     pub probe: Probe,
@@ -38,7 +39,7 @@ impl Property for MeanRadiance {
     fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
         let mut rng = context.rng("radiance");
         let values = Values::collect(self.reference, context.n(self.samples), || {
-            self.probe.radiance(setup, &mut rng).x
+            level(&self.probe.scene, self.probe.radiance(setup, &mut rng))
         });
         let claim = Claim::Exact { delta: self.delta };
         vec![mean("radiance", &values, self.reference, claim)]

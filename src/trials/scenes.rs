@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use crate::bsdf::{Bsdf, OrenNayarForm};
 use crate::camera::Camera;
+use crate::emitter::Emitter;
 use crate::form_factor;
 use crate::scene::{Scene, SceneBuilder, Surface};
 use crate::shape::{Ray, Sphere};
@@ -25,9 +26,20 @@ pub fn lambert(albedo: f64) -> Bsdf {
     }
 }
 
-/// A black surface that emits.
+/// The colour of lights: powers of two, so that every channel is exactly that of a white light times its own.
+const TINT: DVec3 = DVec3::new(1.0, 0.5, 2.0);
+
+/// A black surface that emits; `radiance` is that of the first channel.
 pub fn light(radiance: f64) -> Surface {
-    Surface::new(Bsdf::Black).emitting(DVec3::splat(radiance))
+    Surface::new(Bsdf::Black).emitting(radiance * TINT)
+}
+
+/// A radiance (or flux) in one number that every channel enters: the mean of the channels in units of the colour
+/// of the scene's first emitter, white if there is none. Channels that are exchanged or mixed raise it.
+pub fn level(scene: &Scene, radiance: DVec3) -> f64 {
+    let tint = |emitter: &Emitter| emitter.radiance / emitter.radiance.x;
+    let tint = scene.emitters().first().map_or(DVec3::ONE, tint);
+    (radiance / tint).element_sum() / 3.0
 }
 
 /// Builds a scene whose numbers are known to be valid.

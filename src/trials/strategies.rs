@@ -11,8 +11,9 @@ use glam::DVec3;
 use super::irradiance::{reflected, three};
 use super::probes::{SINGLE, radiance, words};
 use super::scenes::{
-    FLOOR, LIGHT, NEAR, RECTANGLE, TRIANGLE, floor, lambert, light, near_light, polygon_irradiance,
-    rectangle_light, scene, sphere_irradiance, sphere_light, square, three_lights, triangle_light,
+    FLOOR, LIGHT, NEAR, RECTANGLE, TRIANGLE, floor, lambert, level, light, near_light,
+    polygon_irradiance, rectangle_light, scene, sphere_irradiance, sphere_light, square,
+    three_lights, triangle_light,
 };
 use super::subject::{Kind, Probe, Property, Setup, Subject, on};
 use crate::bsdf::Bsdf;
@@ -306,7 +307,7 @@ impl Property for SameMean {
             };
             let mut rng = context.rng(&format!("{heuristic:?}"));
             Values::collect(reference, context.n(self.samples), || {
-                probe.radiance(setup, &mut rng).x
+                level(&self.scene, probe.radiance(setup, &mut rng))
             })
         });
         let claim = Claim::Exact {

@@ -63,6 +63,29 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
             &["irradiance/rectangle-whitted", "images/convex-object"],
         ),
         mutant(
+            "channels-exchanged",
+            &LAMBERT,
+            "red and blue of the albedo are exchanged",
+            parts(Table {
+                brdf: |bsdf, wo, wi| {
+                    let f = bsdf.eval(wo, wi);
+                    DVec3::new(f.z, f.y, f.x)
+                },
+                ..RIGHT
+            }),
+            &["images/diffuse-room", "images/convex-object"],
+        ),
+        mutant(
+            "channels-mixed",
+            &LAMBERT,
+            "every channel has the mean albedo",
+            parts(Table {
+                brdf: |bsdf, wo, wi| DVec3::splat(bsdf.eval(wo, wi).element_sum() / 3.0),
+                ..RIGHT
+            }),
+            &["images/convex-object"],
+        ),
+        mutant(
             "albedo-squared",
             &LAMBERT,
             "the albedo enters twice",

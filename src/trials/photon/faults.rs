@@ -2,8 +2,10 @@
 
 use std::f64::consts::FRAC_1_PI;
 
+use glam::DVec3;
+
 use crate::equation::{COSINE_HEMISPHERE, PHOTON_DENSITY, PHOTON_FLUX, PHOTON_RADIUS, ROULETTE};
-use crate::estimator::photon_map::density;
+use crate::estimator::photon_map::{density, flux_share};
 use crate::sampling::uniform_hemisphere;
 use crate::trials::subject::{RIGHT, Subject, Table, parts};
 use crate::zoo::{Mutant, mutant};
@@ -159,6 +161,18 @@ fn particles() -> Vec<Mutant<Subject>> {
                 ..RIGHT
             }),
             &["photon/furnace", "photon/gather"],
+        ),
+        mutant(
+            "channels-exchanged",
+            &PHOTON_FLUX,
+            "red and blue of the flux are exchanged",
+            parts(Table {
+                photon_flux: |flux, emitted, _| {
+                    flux_share(DVec3::new(flux.z, flux.y, flux.x), emitted)
+                },
+                ..RIGHT
+            }),
+            &["photon/disc", "photon/index-matched", "photon/passes"],
         ),
         mutant(
             "survivors-unpaid",

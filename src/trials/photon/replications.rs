@@ -11,6 +11,7 @@ use crate::harness::trial::Context;
 use crate::rng::{Stream, stream};
 use crate::scene::Scene;
 use crate::shape::Ray;
+use crate::trials::scenes::level;
 use crate::trials::subject::{Property, Setup, Subject, on};
 use crate::zoo::{Bench, data};
 
@@ -94,14 +95,17 @@ impl Replication for Mapping {
             .iter()
             .map(|ray| {
                 let hit = self.scene.intersect(ray);
-                photons.radiance(&self.scene, ray, hit, &mut rng).x
+                level(
+                    &self.scene,
+                    photons.radiance(&self.scene, ray, hit, &mut rng),
+                )
             })
             .sum();
         sum / self.rays.len() as f64
     }
 }
 
-/// The first channel of the flux of all photons of a map.
+/// The [`level`] of the flux of all photons of a map.
 pub(super) struct Flux {
     pub scene: Arc<Scene>,
     pub kept: Kept,
@@ -118,7 +122,7 @@ impl Replication for Flux {
             (seed, index),
         );
         map.map_or(f64::NAN, |map| {
-            map.photons().map(|photon| photon.flux.x).sum()
+            level(&self.scene, map.photons().map(|photon| photon.flux).sum())
         })
     }
 }
@@ -142,7 +146,7 @@ impl Replication for Passes {
         let seed = seed.wrapping_add(u64::from(index) << 32);
         let pass = |pass| sppm.pass(&self.scene, [1, 1], seed, pass);
         let sum: f64 = (0..self.passes)
-            .map(|index| pass(index).map_or(f64::NAN, |image| image[0].x))
+            .map(|index| pass(index).map_or(f64::NAN, |image| level(&self.scene, image[0])))
             .sum();
         sum / f64::from(self.passes)
     }

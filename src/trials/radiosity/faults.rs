@@ -232,6 +232,17 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
             &["radiosity/furnace-box"],
         ),
         balance(
+            "channels-exchanged",
+            "red and blue of the irradiance are exchanged",
+            Table {
+                leaving: |albedo, emitted, e| {
+                    radiosity::leaving(albedo, emitted, DVec3::new(e.z, e.y, e.x))
+                },
+                ..RIGHT
+            },
+            &["radiosity/rectangle"],
+        ),
+        balance(
             "two-sweeps",
             "the solution ends after two sweeps",
             Table {

@@ -20,7 +20,7 @@ use crate::rng::{seed_for, stream, uniform, uniform2};
 use crate::sampler::{BLOCK, LIGHT, Sampler, Sobol, scramble};
 use crate::scene::Scene;
 use crate::trials::irradiance::reflected;
-use crate::trials::scenes::{RECTANGLE, at_origin, polygon_irradiance, rectangle_light};
+use crate::trials::scenes::{RECTANGLE, at_origin, level, polygon_irradiance, rectangle_light};
 use crate::zoo::{AnyFamily, Bench, Family, data};
 
 /// Numbers of a block.
@@ -297,9 +297,8 @@ fn estimate(scene: &Scene, subject: Subject, point: Point) -> f64 {
     let ray = at_origin();
     let hit = scene.intersect(&ray);
     let mut source = Source::new(subject, point);
-    Path::new(parts, strategy)
-        .radiance(scene, &ray, hit, &mut source)
-        .x
+    let radiance = Path::new(parts, strategy).radiance(scene, &ray, hit, &mut source);
+    level(scene, radiance)
 }
 
 /// The mean of a path tracer's estimates over scrambles is the closed form of the irradiance.
