@@ -27,7 +27,7 @@ pub fn lambert(albedo: f64) -> Bsdf {
 }
 
 /// The colour of lights: powers of two, so that every channel is exactly that of a white light times its own.
-const TINT: DVec3 = DVec3::new(1.0, 0.5, 2.0);
+pub const TINT: DVec3 = DVec3::new(1.0, 0.5, 2.0);
 
 /// A black surface that emits; `radiance` is that of the first channel.
 pub fn light(radiance: f64) -> Surface {

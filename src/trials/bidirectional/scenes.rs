@@ -13,8 +13,8 @@ use crate::scene::simple::{Cap, cavity_cap, cornell};
 use crate::scene::{Scene, Surface, room};
 use crate::shape::Sphere;
 use crate::trials::scenes::{
-    FLOOR, HEIGHT, LIGHT, NEAR, RECTANGLE, floor, lambert, light, polygon_irradiance, seen_by,
-    sphere_irradiance, square,
+    FLOOR, HEIGHT, LIGHT, NEAR, RECTANGLE, TINT, floor, lambert, light, polygon_irradiance,
+    seen_by, sphere_irradiance, square,
 };
 
 /// Looks straight down from (x, y, z); the image shows a floor at 0 from −`half` z to `half` z in height.
@@ -132,7 +132,7 @@ pub fn in_glass() -> (Arc<Scene>, f64, f64) {
         s.sphere(inward, wall);
         let glass = s.surface(Surface::new(Bsdf::Glass { index: INDEX }));
         s.sphere(Sphere::new(DVec3::ZERO, 0.95), glass);
-        let emission = DVec3::splat((1.0 - BALL) * INDEX * INDEX);
+        let emission = (1.0 - BALL) * INDEX * INDEX * TINT;
         let ball = s.surface(Surface::new(lambert(BALL)).emitting(emission));
         s.sphere(Sphere::new(DVec3::ZERO, 0.3), ball);
     });
