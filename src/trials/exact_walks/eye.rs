@@ -10,6 +10,7 @@ use crate::estimator::{
 };
 use crate::rng::{Stream, uniform2};
 use crate::scene::Scene;
+use crate::trials::scenes::level;
 use crate::trials::subject::Setup;
 
 /// Width and height of the images.
@@ -33,7 +34,7 @@ pub(super) const EVERYWHERE: f64 = 100.0;
 pub(super) const PARTICLES: u32 = 5;
 
 impl Eye {
-    /// The first channel of every pixel, one path each.
+    /// The [`level`] of every pixel, one path each.
     pub(super) fn image<P: Parts + Copy>(
         self,
         setup: Setup<P>,
@@ -45,8 +46,9 @@ impl Eye {
             segments,
             rules,
         } = setup;
-        let first = |image: Vec<DVec3>| image.into_iter().map(|pixel| pixel.x).collect();
-        let pass = |estimator: &dyn Fn() -> Result<Vec<DVec3>, Error>| estimator().map(first);
+        let levels =
+            |image: Vec<DVec3>| image.into_iter().map(|pixel| level(scene, pixel)).collect();
+        let pass = |estimator: &dyn Fn() -> Result<Vec<DVec3>, Error>| estimator().map(levels);
         match self {
             Self::Path => {
                 let path = Path {
@@ -101,9 +103,10 @@ fn rays<E: Estimator>(estimator: &E, scene: &Scene, rng: &mut Stream) -> Vec<f64
             let [u, v] = uniform2(rng);
             let [x, y] = [pixel % width, pixel / width].map(f64::from);
             let ray = scene.camera().ray(FRAME, x + u, y + v);
-            estimator
-                .radiance(scene, &ray, scene.intersect(&ray), rng)
-                .x
+            level(
+                scene,
+                estimator.radiance(scene, &ray, scene.intersect(&ray), rng),
+            )
         })
         .collect()
 }

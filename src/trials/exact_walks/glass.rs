@@ -13,7 +13,7 @@ use crate::equation::REFRACTION;
 use crate::estimator::{LightRules, Lookup};
 use crate::scene::{Scene, Surface};
 use crate::shape::Sphere;
-use crate::trials::scenes::{LIGHT, lambert, light, seen_by};
+use crate::trials::scenes::{LIGHT, TINT, lambert, light, seen_by};
 use crate::trials::subject::{Setup, Subject, Table, parts};
 use crate::zoo::{Bench, Mutant, mutant};
 
@@ -81,7 +81,7 @@ pub(super) fn equilibrium() -> Vec<Bench<Subject>> {
 pub(super) fn looked_up() -> Vec<Bench<Subject>> {
     let n2 = INDEX * INDEX;
     let black = Surface::new(lambert(0.0));
-    let surfaces = [black, black.emitting(DVec3::splat(LIGHT))];
+    let surfaces = [black, black.emitting(LIGHT * TINT)];
     let flux = PI * LIGHT * 4.0 * PI * BALL * BALL;
     let scenes = vec![
         (

@@ -107,7 +107,7 @@ impl Property for Left {
             image.map(|image| image.iter().sum::<f64>())
         } else {
             let map = PhotonMap::new(&parts, &self.scene, Kept::All, PARTICLES, (seed, 0));
-            map.map(|map| map.photons().map(|photon| photon.flux.x).sum())
+            map.map(|map| level(&self.scene, map.photons().map(|photon| photon.flux).sum()))
         };
         let error = sum.map_or(f64::NAN, |sum| sum / self.expected - 1.0);
         vec![Outcome::exact(

@@ -16,7 +16,7 @@ use crate::shape::{Ray, Sphere};
 use crate::trials::cie::{parallel_corner, upright_corner};
 use crate::trials::probes::IMAGE;
 use crate::trials::scenes::{
-    FLOOR, HEIGHT, LIGHT, TRIANGLE, at_origin, floor, half_hidden_light, lambert, light,
+    FLOOR, HEIGHT, LIGHT, TINT, TRIANGLE, at_origin, floor, half_hidden_light, lambert, light,
     rectangle_light, scene, square, triangle_light,
 };
 use crate::trials::subject::Subject;
@@ -71,10 +71,7 @@ fn bench(
 ) -> Bench<Subject> {
     let seen: Vec<String> = rays.iter().map(|(_, l)| format!("{l:.6}")).collect();
     let property = format!("a floor reflects {} of {what}", seen.join(" and "));
-    let rays: Vec<KnownRay> = rays
-        .iter()
-        .map(|&(ray, l)| (ray, DVec3::splat(l)))
-        .collect();
+    let rays: Vec<KnownRay> = rays.iter().map(|&(ray, l)| (ray, l * TINT)).collect();
     let subject = Known {
         scene,
         patches,

@@ -22,7 +22,7 @@ use crate::scene::simple::{CAP_SHARE, Cap, cavity_cap, closed_cube, furnace_box}
 use crate::scene::{Scene, Surface};
 use crate::shape::Ray;
 use crate::trials::furnace::off_cap;
-use crate::trials::images::{Channel, same_mean};
+use crate::trials::images::{Levels, same_mean};
 use crate::trials::probes::{BOUNCES, IMAGE, any_direction};
 use crate::trials::scenes::{lambert, scene};
 use crate::trials::subject::{Property, STANDARD, Setup, Subject, on};
@@ -113,9 +113,9 @@ impl Property for SameRoom {
         let films = || {
             let solved = solve(setup, &self.scene, PATCHES)?;
             // Every replication is the same: two are enough to say so.
-            let a = Channel::render(context, "radiosity", (&*self.scene, SIZE, 0..2), &solved)?;
+            let a = Levels::render(context, "radiosity", (&*self.scene, SIZE, 0..2), &solved)?;
             let paths = Path::<Standard>::default();
-            let b = Channel::render(context, "paths", (&*self.scene, SIZE, 0..n), &paths)?;
+            let b = Levels::render(context, "paths", (&*self.scene, SIZE, 0..n), &paths)?;
             Some([a, b])
         };
         match films() {
