@@ -14,7 +14,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use self::eye::{Eye, FRAME, PARTICLES};
-use super::scenes::{lambert, seen_by};
+use super::scenes::{lambert, level, seen_by};
 use super::subject::{Property, RIGHT, Setup, Subject, Table, on, parts};
 use crate::bsdf::Bsdf;
 use crate::camera::Camera;
