@@ -73,7 +73,7 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
                 },
                 ..RIGHT
             }),
-            &["images/diffuse-room", "images/convex-object"],
+            &["images/convex-object"],
         ),
         mutant(
             "channels-mixed",
