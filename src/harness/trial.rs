@@ -311,7 +311,8 @@ pub fn trial_is_green(rows: &[Row], context: &Context) -> bool {
 }
 
 /// The outcomes that must reject a control: those that it names or, where it names none, the only
-/// random one, or the only one of all. Nothing if there is none of a name, or a choice is left.
+/// random one or, where nothing is random, all of them. Nothing if there is none of a name, or a choice is
+/// left.
 pub fn meant<'a>(
     rejected_by: &[&str],
     outcomes: impl IntoIterator<Item = &'a Outcome>,
@@ -323,10 +324,11 @@ pub fn meant<'a>(
         return found.unwrap_or_default();
     }
     let random: Vec<_> = all.iter().copied().filter(|o| o.is_random()).collect();
-    [random, all]
-        .into_iter()
-        .find(|choice| choice.len() == 1)
-        .unwrap_or_default()
+    match random.len() {
+        0 => all,
+        1 => random,
+        _ => Vec::new(),
+    }
 }
 
 /// Whether a control is rejected for the reason that it states: every outcome that is [`meant`] fails,
@@ -446,7 +448,7 @@ pub fn check_control(
         };
     }
     let by = match control.rejected_by.as_slice() {
-        [] => String::from("the trial's only outcome (where there are several, name which)"),
+        [] => String::from("the trial's only random outcome (where there are several, name which)"),
         names => names.join(", "),
     };
     Err(format!(
