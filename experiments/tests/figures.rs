@@ -65,6 +65,16 @@ fn marks(svg: &str) -> BTreeMap<&str, BTreeSet<String>> {
     marks
 }
 
+/// No element has an attribute twice: browsers would show an error in place of the figure.
+fn well_formed(svg: &str) {
+    for line in svg.lines().filter(|line| line.starts_with('<')) {
+        let names = line.split("=\"").filter_map(|part| part.rsplit(' ').next());
+        let names: Vec<&str> = names.take(line.matches("=\"").count()).collect();
+        let distinct: BTreeSet<&str> = names.iter().copied().collect();
+        assert_eq!(names.len(), distinct.len(), "{line}");
+    }
+}
+
 /// Points relative to the first.
 fn offsets(points: &str) -> String {
     let points = numbers(points);
@@ -149,6 +159,7 @@ fn every_figure_says_what_it_shows() {
         let desc = "<desc id=\"see\">What there is to see &amp; know.</desc>";
         assert!(svg.contains(desc), "{svg}");
         assert!(svg.contains("aria-labelledby=\"title see\""), "{svg}");
+        well_formed(&svg);
         assert!(svg.trim_end().ends_with("</svg>"));
     }
 }
@@ -198,6 +209,7 @@ fn series_are_told_apart_without_colour() {
                 &[chart(colours.map(series).collect())],
             )
         });
+        well_formed(&svg);
         let looks: BTreeSet<String> = match mark {
             Mark::Line => {
                 let all = paths(&svg);

@@ -8,6 +8,7 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use plotters::prelude::{
     Color as _, DrawingBackend as _, IntoFont as _, RGBColor, SVGBackend, ShapeStyle, TextStyle,
+    WHITE,
 };
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters_backend::DrawingErrorKind;
@@ -149,8 +150,12 @@ impl Canvas {
                 offsets.iter().map(at).collect()
             };
             match shape.outline() {
-                Outline::Disc => self.draw(rim, |page| {
-                    page.draw_circle(place([x, y]), fine(radius) as u32, &colour.filled(), true)
+                Outline::Disc => self.draw("", |page| {
+                    let at = place([x, y]);
+                    if !rim.is_empty() {
+                        page.draw_circle(at, fine(radius + 0.3) as u32, &WHITE, true)?;
+                    }
+                    page.draw_circle(at, fine(radius) as u32, &colour.filled(), true)
                 }),
                 Outline::Corners(offsets) => {
                     let corners = corners(offsets);
