@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use mdbook_markdown::pulldown_cmark::{Event, Parser, Tag};
+use roxmltree::Document;
 
 use crate::error::{Error, Problem};
 use crate::links::Target;
@@ -78,6 +79,60 @@ pub fn output(out: &Path) -> Result<(), Error> {
     }
     problems.sort();
     fail_if(problems)
+}
+
+/// Whether browsers can show these pictures. They show nothing of an SVG that is not well-formed, and one
+/// without a size at a size of their own.
+///
+/// # Errors
+/// The lines of pictures that are not SVG with a size, nor whole PNG.
+pub fn pictures<'a>(files: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), Error> {
+    let mut problems = Vec::new();
+    for file in files {
+        let bytes = std::fs::read(file).map_err(Error::io(file))?;
+        let fault = match file.extension().and_then(|e| e.to_str()) {
+            Some("svg") => svg(&bytes),
+            Some("png") => (!is_png(&bytes)).then(|| (1, "not a whole PNG".to_owned())),
+            _ => Some((1, "a figure is an SVG or a PNG".to_owned())),
+        };
+        problems.extend(fault.map(|(line, message)| Problem::new(file, line, message)));
+    }
+    fail_if(problems)
+}
+
+/// The line of what is wrong with an SVG, and what that is.
+fn svg(bytes: &[u8]) -> Option<(usize, String)> {
+    let text = String::from_utf8_lossy(bytes);
+    let document = match Document::parse(&text) {
+        Ok(document) => document,
+        Err(error) => return Some((error.pos().row as usize, error.to_string())),
+    };
+    let root = document.root_element();
+    let line = document.text_pos_at(root.range().start).row as usize;
+    if !root.has_tag_name(("http://www.w3.org/2000/svg", "svg")) {
+        return Some((line, "the root is no svg element of SVG".to_owned()));
+    }
+    let positive = |text: &str| {
+        text.parse()
+            .is_ok_and(|length: f64| length > 0.0 && length.is_finite())
+    };
+    let view = root.attribute("viewBox").unwrap_or_default();
+    let view: Vec<&str> = view.split_whitespace().collect();
+    let has_size = ["width", "height"]
+        .iter()
+        .all(|side| root.attribute(*side).is_some_and(positive));
+    let has_view = matches!(view[..], [_, _, width, height] if positive(width) && positive(height));
+    (!has_size || !has_view).then(|| {
+        (
+            line,
+            "needs width, height and viewBox in positive numbers".to_owned(),
+        )
+    })
+}
+
+/// Whether this begins and ends as a PNG does.
+fn is_png(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"\x89PNG\r\n\x1a\n") && bytes.ends_with(b"IEND\xaeB`\x82")
 }
 
 /// Every file below `folder`.

@@ -108,6 +108,7 @@ pub fn weave(options: &Options) -> Result<PathBuf, Error> {
         let items = &mut mdbook_book.book.items;
         items.insert(items.len().min(1), BookItem::Chapter(chapter));
     }
+    check::pictures(weaver.figures.values())?;
     mdbook_book.build().map_err(mdbook)?;
     for (name, file) in &weaver.figures {
         let copy = out.join("figures").join(name);

@@ -1,36 +1,49 @@
-//! Recorded results: one folder per experiment with `result.json` and figures beside it.
+//! Outcome results: one folder per experiment with `result.json` and figures beside it.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, Deserializer};
+use serde::{Deserialize, Deserializer, Serialize};
+use whitefurnace::harness::outcome::Verdict;
 
 use crate::error::{Error, Problem};
 use crate::nearest;
 
-/// What an experiment recorded.
-#[derive(Clone, Debug, Deserialize)]
-pub struct Recorded {
+/// What an experiment leaves behind, on disk as `result.json`.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Outcome {
     /// The experiment's name, also its folder's.
     pub id: String,
-    /// The version that the experiment declared.
-    pub version: Version,
-    /// The command that repeats it.
-    pub command: String,
+    /// Its title.
+    #[serde(default)]
+    pub title: String,
+    /// The version that it declared.
+    pub version: u32,
     /// `quick` or `full`.
     pub tier: String,
-    /// The seed it ran with.
+    /// The master seed.
     pub seed: u64,
     /// By what counts and pixels were divided.
     #[serde(default = "undivided")]
     pub shrink: u32,
-    /// Named numbers.
+    /// The command that repeats it.
+    pub command: String,
+    /// Ids of the equations that it bears on.
+    #[serde(default)]
+    pub equations: Vec<String>,
+    /// Every number, by name.
     pub numbers: BTreeMap<String, f64>,
-    /// Names of the figures beside the file.
+    /// Files for a person, beside this one.
     pub figures: Vec<String>,
-    /// What it said, line by line.
+    /// The table.
     #[serde(default)]
     pub findings: Vec<Finding>,
+    /// SHA-256 of each file that was in the folder at the end, so that only what is as it was is kept.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub digests: BTreeMap<String, String>,
+    /// Identifies program and options, so that only results of this very program are kept.
+    #[serde(default)]
+    pub fingerprint: String,
 }
 
 fn undivided() -> u32 {
@@ -38,19 +51,22 @@ fn undivided() -> u32 {
 }
 
 /// One line of an experiment's table.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Finding {
-    /// What was measured or claimed.
+    /// What was measured.
     pub what: String,
     /// The number with its unit and error.
     pub value: String,
-    /// What was said of the claim; `None` where nothing is claimed.
+    /// What the run says of a claim about it; `None` where nothing is claimed.
     #[serde(default, alias = "holds", deserialize_with = "judgement")]
     pub verdict: Option<Judgement>,
+    /// Whether it belongs to the last line above that is no detail; tables show details on request only.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub detail: bool,
 }
 
 /// What a run says of a claim.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Judgement {
     /// It holds.
@@ -72,6 +88,22 @@ impl Judgement {
     }
 }
 
+impl From<bool> for Judgement {
+    fn from(holds: bool) -> Self {
+        if holds { Self::Holds } else { Self::Fails }
+    }
+}
+
+impl From<Verdict> for Judgement {
+    fn from(verdict: Verdict) -> Self {
+        match verdict {
+            Verdict::Holds => Self::Holds,
+            Verdict::Fails => Self::Fails,
+            Verdict::Undecided { .. } => Self::Undecided,
+        }
+    }
+}
+
 /// A verdict, or what earlier versions recorded: true, false, or nothing.
 fn judgement<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Judgement>, D::Error> {
     #[derive(Deserialize)]
@@ -82,36 +114,16 @@ fn judgement<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Judgement>, D:
     }
     let any = Option::<Any>::deserialize(from)?;
     Ok(any.map(|any| match any {
-        Any::Holds(true) => Judgement::Holds,
-        Any::Holds(false) => Judgement::Fails,
+        Any::Holds(holds) => holds.into(),
         Any::Judgement(judgement) => judgement,
     }))
-}
-
-/// A version: a string, or a number.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(untagged)]
-pub enum Version {
-    /// Such as "1.2".
-    Text(String),
-    /// Such as 3.
-    Number(u64),
-}
-
-impl std::fmt::Display for Version {
-    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Text(text) => out.write_str(text),
-            Self::Number(number) => write!(out, "{number}"),
-        }
-    }
 }
 
 /// All recorded results.
 #[derive(Debug, Default)]
 pub struct Results {
     folder: PathBuf,
-    by_id: BTreeMap<String, Recorded>,
+    by_id: BTreeMap<String, Outcome>,
 }
 
 impl Results {
@@ -156,7 +168,7 @@ impl Results {
     }
 
     /// Every experiment, by name.
-    pub fn all(&self) -> impl Iterator<Item = &Recorded> {
+    pub fn all(&self) -> impl Iterator<Item = &Outcome> {
         self.by_id.values()
     }
 
@@ -164,7 +176,7 @@ impl Results {
     ///
     /// # Errors
     /// One line that names the nearest.
-    pub fn experiment(&self, id: &str) -> Result<&Recorded, String> {
+    pub fn experiment(&self, id: &str) -> Result<&Outcome, String> {
         self.by_id.get(id).ok_or_else(|| {
             let hint = nearest::hint(id, self.by_id.keys().map(String::as_str));
             format!("no recorded result of an experiment \"{id}\"{hint}")
@@ -191,7 +203,7 @@ impl Results {
     ///
     /// # Errors
     /// One line that names the nearest.
-    pub fn figure(&self, name: &str) -> Result<(&Recorded, Vec<PathBuf>), String> {
+    pub fn figure(&self, name: &str) -> Result<(&Outcome, Vec<PathBuf>), String> {
         let (id, file) = name
             .split_once('/')
             .ok_or_else(|| format!("\"{name}\" is not of the form EXPERIMENT/NAME.svg"))?;
@@ -222,10 +234,10 @@ impl Results {
 }
 
 /// One `result.json`.
-fn read(file: &Path, folder: &str) -> Result<Recorded, Problem> {
+fn read(file: &Path, folder: &str) -> Result<Outcome, Problem> {
     let text = std::fs::read_to_string(file)
         .map_err(|error| Problem::new(file, 1, format!("cannot be read: {error}")))?;
-    let recorded: Recorded = serde_json::from_str(&text)
+    let recorded: Outcome = serde_json::from_str(&text)
         .map_err(|error| Problem::new(file, error.line().max(1), error.to_string()))?;
     if recorded.id != folder {
         let message = format!("the id is \"{}\", but the folder \"{folder}\"", recorded.id);

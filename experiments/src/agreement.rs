@@ -41,9 +41,14 @@ pub const AGREEMENT: Experiment = Experiment {
 };
 
 /// Photons per image: each image has its own.
-const PHOTONS: u32 = 4_000;
+fn photons(lab: &Lab) -> u32 {
+    lab.count(4_000) as u32
+}
+
 /// Patches of radiosity.
-const PATCHES: u32 = 1_000;
+fn patches(lab: &Lab) -> u32 {
+    lab.count(1_000) as u32
+}
 
 /// What one run renders of a cell, image by image.
 struct Run {
@@ -164,9 +169,11 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
 /// The file that holds the image means of all runs.
 fn open(lab: &Lab, file: &str) -> Result<Ledger, Error> {
     let key = format!(
-        "agreement version {}, seed {}, {SIZE:?}, {PHOTONS} photons, {PATCHES} patches",
+        "agreement version {}, seed {}, {SIZE:?}, {} photons, {} patches",
         AGREEMENT.version,
-        lab.seed()
+        lab.seed(),
+        photons(lab),
+        patches(lab)
     );
     lab.ledger(file, &key, COLUMNS)
 }
@@ -248,7 +255,7 @@ fn render(lab: &Lab, cell: &Cell, first: u32) -> Result<Run, Error> {
     let uses_photons = matches!(cell.estimator, EstimatorName::Photon | EstimatorName::Sppm);
     let is_radiosity = cell.estimator == EstimatorName::Radiosity;
     let photons = Photons {
-        photons: PHOTONS,
+        photons: photons(lab),
         radius: match cell.scene {
             SceneName::FurnaceBox | SceneName::CavityCap => 0.03,
             _ => 0.15,
@@ -270,7 +277,7 @@ fn render(lab: &Lab, cell: &Cell, first: u32) -> Result<Run, Error> {
             Photons::default()
         },
         patches: if is_radiosity {
-            PATCHES
+            patches(lab)
         } else {
             Job::default().patches
         },

@@ -9,7 +9,7 @@ use whitefurnace::error::Error;
 use whitefurnace::film::LARGEST_FILM;
 
 use crate::lab::{self, Experiment, Outcome};
-use crate::{progress, record, signals};
+use crate::{EXPERIMENTS, progress, record, signals};
 
 /// Prints a line. That nobody reads it any more (`reproduce | head`) is no reason to stop.
 #[macro_export]
@@ -175,19 +175,45 @@ pub fn use_threads(threads: Option<usize>) -> Result<(), Error> {
         .map_err(|error| Error::Option(format!("--threads {threads} cannot be started: {error}")))
 }
 
-/// The whole program of an experiment's own binary.
-pub fn run_experiment(experiment: &'static Experiment) -> ExitCode {
-    let command = lab::Options::augment_args(clap::Command::new(experiment.id))
-        .about(experiment.title)
-        .version(env!("CARGO_PKG_VERSION"));
-    let matches = or_one_line(tolerant(command).try_get_matches());
-    let options = or_one_line(lab::Options::from_arg_matches(&matches));
-    exit(run_alone(experiment, &options))
+/// The whole program of the experiment whose name the binary has.
+#[macro_export]
+macro_rules! alone {
+    () => {
+        fn main() -> std::process::ExitCode {
+            $crate::cli::run_experiment(env!("CARGO_BIN_NAME"))
+        }
+    };
 }
 
-fn run_alone(experiment: &'static Experiment, options: &lab::Options) -> Result<Ending, Error> {
-    use_threads(options.threads)?;
-    begin();
-    let outcomes = record::run_all(&[experiment], options, true)?;
-    Ok(conclude(&outcomes, options))
+/// Runs the experiment of this name as the command line asks.
+pub fn run_experiment(id: &'static str) -> ExitCode {
+    exit(find(id).and_then(|experiment| {
+        let command = lab::Options::augment_args(clap::Command::new(id))
+            .about(experiment.title)
+            .version(env!("CARGO_PKG_VERSION"));
+        let matches = or_one_line(tolerant(command).try_get_matches());
+        let options = or_one_line(lab::Options::from_arg_matches(&matches));
+        use_threads(options.threads)?;
+        begin();
+        let outcomes = record::run_all(&[experiment], &options, true)?;
+        Ok(conclude(&outcomes, &options))
+    }))
+}
+
+/// The experiment of this name.
+///
+/// # Errors
+/// [`Error::Option`] with the names that there are.
+pub fn find(id: &str) -> Result<&'static Experiment, Error> {
+    let found = EXPERIMENTS
+        .iter()
+        .copied()
+        .find(|experiment| experiment.id == id);
+    found.ok_or_else(|| {
+        let ids: Vec<&str> = EXPERIMENTS.iter().map(|experiment| experiment.id).collect();
+        Error::Option(format!(
+            "--only {id} is no experiment: take one of {}",
+            ids.join(", ")
+        ))
+    })
 }

@@ -45,7 +45,7 @@ pub struct Render {
     #[arg(long, value_enum, default_value_t)]
     pub heuristic: HeuristicName,
     /// Diffuse model of the report's white sphere
-    #[arg(long, alias = "oren-nayar", value_enum, default_value_t = DiffuseName::Corrected)]
+    #[arg(long, value_enum, default_value_t = DiffuseName::Corrected)]
     pub diffuse: DiffuseName,
     /// Sample rays per diffuse hit, N of equation (16), for --estimator report; from 1 to 64
     #[arg(long, default_value_t = 1, allow_hyphen_values = true, value_parser = whole::<u32>(1..=64))]

@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+pub use book::results::{Finding, Judgement, Outcome};
 use clap::{Args, ValueEnum};
+use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Deserializer, Serialize};
 use whitefurnace::equation::Equation;
 use whitefurnace::error::Error;
 use whitefurnace::film::Film;
-use whitefurnace::harness::outcome::Verdict;
 use whitefurnace::image::{write_exr, write_png, write_whole};
 
 use crate::cli::whole;
@@ -19,8 +19,7 @@ use crate::progress::Progress;
 use crate::unfinished::Unfinished;
 
 /// How much work a run does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Tier {
     /// About three minutes in all on two cores: smaller pictures, fewer samples
     Quick,
@@ -68,112 +67,6 @@ pub struct Experiment {
     pub run: fn(&mut Lab) -> Result<(), Error>,
 }
 
-/// One line of an experiment's table.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Finding {
-    /// What was measured.
-    pub what: String,
-    /// The number with its unit and error.
-    pub value: String,
-    /// What the run says of a claim about it; `None` where nothing is claimed.
-    #[serde(default, alias = "holds", deserialize_with = "judgement")]
-    pub verdict: Option<Judgement>,
-    /// Whether it belongs to the last line above that is no detail; tables show details on request only.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub detail: bool,
-}
-
-/// What a run says of a claim.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Judgement {
-    /// It holds.
-    Holds,
-    /// It does not.
-    Fails,
-    /// The run is too small to tell.
-    Undecided,
-}
-
-impl Judgement {
-    /// "holds", "fails" or "undecided".
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Holds => "holds",
-            Self::Fails => "fails",
-            Self::Undecided => "undecided",
-        }
-    }
-}
-
-impl From<bool> for Judgement {
-    fn from(holds: bool) -> Self {
-        if holds { Self::Holds } else { Self::Fails }
-    }
-}
-
-impl From<Verdict> for Judgement {
-    fn from(verdict: Verdict) -> Self {
-        match verdict {
-            Verdict::Holds => Self::Holds,
-            Verdict::Fails => Self::Fails,
-            Verdict::Undecided { .. } => Self::Undecided,
-        }
-    }
-}
-
-/// A verdict, or what earlier versions recorded: true, false, or nothing.
-fn judgement<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Judgement>, D::Error> {
-    #[derive(Deserialize)]
-    #[serde(untagged)]
-    enum Any {
-        Holds(bool),
-        Judgement(Judgement),
-    }
-    let any = Option::<Any>::deserialize(from)?;
-    Ok(any.map(|any| match any {
-        Any::Holds(holds) => holds.into(),
-        Any::Judgement(judgement) => judgement,
-    }))
-}
-
-/// What an experiment leaves behind, on disk as `result.json`.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Outcome {
-    /// The experiment.
-    pub id: String,
-    /// Its title.
-    pub title: String,
-    /// Its declared version.
-    pub version: u32,
-    /// The tier of the run.
-    pub tier: Tier,
-    /// The master seed.
-    pub seed: u64,
-    /// By what counts and pixels were divided.
-    #[serde(default = "undivided")]
-    pub shrink: u32,
-    /// The command that repeats it.
-    pub command: String,
-    /// Ids of the equations that it bears on.
-    pub equations: Vec<String>,
-    /// Every number, by name.
-    pub numbers: BTreeMap<String, f64>,
-    /// Files for a person, in the experiment's folder.
-    pub figures: Vec<String>,
-    /// The table.
-    pub findings: Vec<Finding>,
-    /// SHA-256 of each file that was in the folder at the end, so that only what is as it was is kept.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub digests: BTreeMap<String, String>,
-    /// Identifies program and options, so that only results of this very program are kept.
-    pub fingerprint: String,
-}
-
-fn undivided() -> u32 {
-    1
-}
-
 /// What an experiment works with.
 pub struct Lab {
     options: Options,
@@ -201,7 +94,7 @@ impl Lab {
                 id: experiment.id.to_owned(),
                 title: experiment.title.to_owned(),
                 version: experiment.version,
-                tier: options.tier,
+                tier: name(options.tier),
                 seed: options.seed,
                 shrink: options.shrink,
                 command: format!(

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 use std::time::Instant;
 
 use serde::Serialize;
@@ -34,11 +35,11 @@ pub fn run_all(
 ) -> Result<Vec<Outcome>, Error> {
     let results = options.out.join(RESULTS);
     check_writable(&results)?;
-    let program = fingerprint_of_program();
     let mut outcomes = Vec::new();
     for (i, experiment) in experiments.iter().enumerate() {
         let fingerprint = format!(
-            "{program:016x} {} {} {} {}",
+            "{:016x} {} {} {} {}",
+            *PROGRAM,
             experiment.version,
             name(options.tier),
             options.seed,
@@ -124,12 +125,12 @@ fn digests(folder: &Path) -> Result<BTreeMap<String, String>, Error> {
 }
 
 /// A hash of the running program's file: any change of code makes earlier results stale.
-fn fingerprint_of_program() -> u64 {
+static PROGRAM: LazyLock<u64> = LazyLock::new(|| {
     let mut hasher = DefaultHasher::new();
     let bytes = std::env::current_exe().and_then(std::fs::read);
     bytes.unwrap_or_default().hash(&mut hasher);
     hasher.finish()
-}
+});
 
 #[derive(Serialize)]
 struct Results<'a> {
@@ -137,7 +138,7 @@ struct Results<'a> {
     version: &'static str,
     commit: &'static str,
     /// Of the last run; each experiment has its own.
-    tier: Tier,
+    tier: String,
     seed: u64,
     shrink: u32,
     experiments: &'a [Outcome],
@@ -155,7 +156,7 @@ fn write_results(path: &Path, options: &Options) -> Result<(), Error> {
             program: "whitefurnace",
             version: env!("CARGO_PKG_VERSION"),
             commit: env!("WHITEFURNACE_COMMIT"),
-            tier: options.tier,
+            tier: name(options.tier),
             seed: options.seed,
             shrink: options.shrink,
             experiments: &outcomes,

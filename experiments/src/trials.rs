@@ -7,7 +7,6 @@ use whitefurnace::error::Error;
 use whitefurnace::harness::outcome::{ALPHA, CAPACITY, Claim, Verdict};
 use whitefurnace::harness::trial::{CSV_HEADER, Row, Trial, group};
 
-use crate::job::name;
 use crate::lab::{Experiment, Finding, Lab};
 use crate::plot::forest::{Line, forest};
 use crate::record;
@@ -241,7 +240,7 @@ impl Recorded {
                 findings: Vec::new(),
             },
             |outcome| Self {
-                tier: name(outcome.tier),
+                tier: outcome.tier,
                 findings: outcome.findings,
             },
         )

@@ -33,10 +33,7 @@ impl Small {
         book.write("book/bibliography.toml", BIBLIOGRAPHY);
         book.write("src/demo.rs", SOURCE);
         book.write("recorded/demo/result.json", RESULT);
-        book.write(
-            "recorded/demo/plot.svg",
-            "<svg xmlns=\"http://www.w3.org/2000/svg\"/>",
-        );
+        book.write("recorded/demo/plot.svg", &svg(""));
         book
     }
 
@@ -74,6 +71,13 @@ impl Small {
         }
         assert!(!self.path("out/page.html").exists(), "nothing is written");
     }
+}
+
+/// A figure of the size that the books need.
+fn svg(body: &str) -> String {
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"4\" height=\"3\" viewBox=\"0 0 4 3\">{body}</svg>"
+    )
 }
 
 const BOOK_TOML: &str = "[book]\ntitle = \"Small\"\nsrc = \"pages\"\n[build]\ncreate-missing = false\n\
@@ -135,6 +139,49 @@ fn a_missing_figure_is_refused() {
         "{{#figure demo/plot.svg}}",
         &["is written {{#figure EXPERIMENT/NAME.svg"],
     );
+}
+
+/// What no browser shows, or at a size that nobody chose.
+#[test]
+fn a_damaged_figure_is_refused() {
+    let whole = svg("\n<g/>");
+    let without = |text: &str| whole.replace(text, "");
+    let faults = [
+        (String::new(), 1),
+        (without("</svg>"), 1),
+        (without("/>"), 2),
+        (whole.replace("<g/>", "<g fill=\"#fff\" fill=\"#fff\"/>"), 2),
+        (whole.replace("<g/>", "A & B"), 2),
+        (without(" xmlns=\"http://www.w3.org/2000/svg\""), 1),
+        (without(" width=\"4\""), 1),
+        (without(" height=\"3\""), 1),
+        (without(" viewBox=\"0 0 4 3\""), 1),
+        (whole.replace("\"0 0 4 3\"", "\"0 0 4\""), 1),
+        (whole.replace("width=\"4\"", "width=\"0\""), 1),
+        (whole.replace("height=\"3\"", "height=\"inf\""), 1),
+    ];
+    let page = "# Page\n\n{{#figure demo/plot.svg \"A plot.\"}}\n";
+    for (text, line) in faults {
+        let book = Small::new(page);
+        book.write("recorded/demo/plot.svg", &text);
+        let message = book.weave().expect_err(&text).to_string();
+        let place = format!("recorded/demo/plot.svg:{line}: ");
+        assert!(message.contains(&place), "{text}: {message}");
+        assert!(!book.path("out/page.html").exists(), "nothing is written");
+    }
+    let book = Small::new(&page.replace("svg", "png"));
+    book.write(
+        "recorded/demo/result.json",
+        &RESULT.replace("plot.svg", "plot.png"),
+    );
+    book.write("recorded/demo/plot.png", "no picture");
+    let message = book.weave().expect_err("no PNG").to_string();
+    assert!(message.contains("plot.png:1: not a whole PNG"), "{message}");
+    // So it is with the figures of a reader's own run.
+    let book = with_run(r#""numbers": {}"#, r#""numbers": {}"#);
+    book.write("run/demo/plot.svg", "<svg>");
+    let message = book.weave().expect_err("damaged").to_string();
+    assert!(message.contains("run/demo/plot.svg:1: "), "{message}");
 }
 
 #[test]
@@ -344,10 +391,8 @@ fn with_run(record: &str, run: &str) -> Small {
              \"shrink\": 4, \"figures\": [\"plot.svg\"], {body} }}"
         );
         book.write(&format!("{folder}/demo/result.json"), &text);
-        book.write(
-            &format!("{folder}/demo/plot.svg"),
-            &format!("<svg xmlns=\"http://www.w3.org/2000/svg\"><desc>{folder}</desc></svg>"),
-        );
+        let plot = svg(&format!("<desc>{folder}</desc>"));
+        book.write(&format!("{folder}/demo/plot.svg"), &plot);
     }
     book
 }

@@ -1,5 +1,3 @@
 //! The experiment `calibration` by itself.
 
-fn main() -> std::process::ExitCode {
-    experiments::cli::run_experiment(&experiments::calibration::CALIBRATION)
-}
+experiments::alone!();

@@ -1,5 +1,3 @@
 //! The experiment `errata` by itself.
 
-fn main() -> std::process::ExitCode {
-    experiments::cli::run_experiment(&experiments::errata::ERRATA)
-}
+experiments::alone!();

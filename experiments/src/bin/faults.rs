@@ -1,5 +1,3 @@
 //! The experiment `faults` by itself.
 
-fn main() -> std::process::ExitCode {
-    experiments::cli::run_experiment(&experiments::faults::FAULTS)
-}
+experiments::alone!();

@@ -1,5 +1,3 @@
 //! The experiment `fig6` by itself.
 
-fn main() -> std::process::ExitCode {
-    experiments::cli::run_experiment(&experiments::figures::FIG6)
-}
+experiments::alone!();

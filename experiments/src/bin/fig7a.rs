@@ -1,5 +1,3 @@
 //! The experiment `fig7a` by itself.
 
-fn main() -> std::process::ExitCode {
-    experiments::cli::run_experiment(&experiments::figures::FIG7A)
-}
+experiments::alone!();

@@ -1,5 +1,3 @@
 //! The experiment `fig7b` by itself.
 
-fn main() -> std::process::ExitCode {
-    experiments::cli::run_experiment(&experiments::figures::FIG7B)
-}
+experiments::alone!();

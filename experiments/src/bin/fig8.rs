@@ -1,5 +1,3 @@
 //! The experiment `fig8` by itself.
 
-fn main() -> std::process::ExitCode {
-    experiments::cli::run_experiment(&experiments::figures::FIG8)
-}
+experiments::alone!();

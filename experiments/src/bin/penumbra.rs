@@ -1,5 +1,3 @@
 //! The experiment `penumbra` by itself.
 
-fn main() -> std::process::ExitCode {
-    experiments::cli::run_experiment(&experiments::penumbra::PENUMBRA)
-}
+experiments::alone!();

@@ -1,5 +1,3 @@
 //! The experiment `quirks` by itself.
 
-fn main() -> std::process::ExitCode {
-    experiments::cli::run_experiment(&experiments::regions::QUIRKS)
-}
+experiments::alone!();

@@ -1,5 +1,3 @@
 //! The experiment `regions` by itself.
 
-fn main() -> std::process::ExitCode {
-    experiments::cli::run_experiment(&experiments::regions::REGIONS)
-}
+experiments::alone!();

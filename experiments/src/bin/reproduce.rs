@@ -80,31 +80,15 @@ fn weave_book(options: &lab::Options) -> Result<(), Error> {
     Ok(())
 }
 
+/// All experiments, or those that are named: each once.
 fn choose(only: &[String]) -> Result<Vec<&'static Experiment>, Error> {
     if only.is_empty() {
         return Ok(EXPERIMENTS.to_vec());
     }
-    let find = |id: &String| {
-        EXPERIMENTS
-            .iter()
-            .copied()
-            .find(|experiment| experiment.id == id)
-            .ok_or_else(|| {
-                let ids: Vec<&str> = EXPERIMENTS.iter().map(|experiment| experiment.id).collect();
-                Error::Option(format!(
-                    "--only {id} is no experiment: take one of {}",
-                    ids.join(", ")
-                ))
-            })
-    };
-    let mut chosen = Vec::new();
+    let mut chosen: Vec<&Experiment> = Vec::new();
     for id in only {
-        let experiment = find(id)?;
-        // Once is enough.
-        if !chosen
-            .iter()
-            .any(|other: &&Experiment| other.id == experiment.id)
-        {
+        let experiment = cli::find(id)?;
+        if chosen.iter().all(|other| other.id != experiment.id) {
             chosen.push(experiment);
         }
     }

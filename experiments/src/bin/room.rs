@@ -1,5 +1,3 @@
 //! The experiment `room` by itself.
 
-fn main() -> std::process::ExitCode {
-    experiments::cli::run_experiment(&experiments::figures::ROOM)
-}
+experiments::alone!();

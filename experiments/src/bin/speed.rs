@@ -1,5 +1,3 @@
 //! The experiment `speed` by itself.
 
-fn main() -> std::process::ExitCode {
-    experiments::cli::run_experiment(&experiments::speed::SPEED)
-}
+experiments::alone!();

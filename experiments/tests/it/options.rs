@@ -2,8 +2,6 @@
 //! library's own call with the same settings, written down here anew, and another picture than without it.
 
 use std::collections::BTreeSet;
-use std::path::{Path as File, PathBuf};
-use std::process::Command;
 
 use clap::{CommandFactory as _, Parser as _};
 use experiments::command::Render;
@@ -22,6 +20,8 @@ use whitefurnace::pixel::PixelSampling;
 use whitefurnace::render::{Numbers, Sampling, render, render_passes};
 use whitefurnace::scene::room::{self, Convention};
 use whitefurnace::scene::{Scene, simple};
+
+use crate::{folder, renders};
 
 /// An estimator and its settings.
 enum Method {
@@ -63,11 +63,6 @@ enum Base {
 }
 
 const BALANCE: (LightSampling, Heuristic) = (LightSampling::Area, Heuristic::Balance);
-const GATHER: Lookup = Lookup::Gather {
-    caustic_particles: 3000,
-    caustic_radius: 0.5,
-};
-
 impl Base {
     fn options(self) -> &'static str {
         match self {
@@ -97,7 +92,7 @@ impl Base {
         };
         match self {
             Self::Plain => {}
-            Self::Photon => call.method = Method::Photon(3000, 0.5, GATHER),
+            Self::Photon => photons(&mut call, [3000; 2], [0.5; 2]),
             Self::Sppm => call.method = Method::Sppm(3000, 0.5),
             Self::Report => {
                 call.method = Method::Report(1, LightRules::REPORT);
@@ -202,6 +197,15 @@ fn path(call: &mut Call, strategy: Strategy) {
     call.method = Method::Path(strategy, BALANCE.0, BALANCE.1);
 }
 
+/// Photon mapping with these photons and radii: for all light, and for caustics.
+fn photons(call: &mut Call, particles: [u32; 2], radii: [f64; 2]) {
+    let lookup = Lookup::Gather {
+        caustic_particles: particles[1],
+        caustic_radius: radii[1],
+    };
+    call.method = Method::Photon(particles[0], radii[0], lookup);
+}
+
 fn white_sphere(call: &mut Call, bsdf: Bsdf) {
     call.scene = room::with_white_sphere(bsdf, room::Walls::default());
 }
@@ -238,7 +242,7 @@ fn rows() -> Vec<Row> {
             c.method = Method::LightTracer;
         }),
         Row("estimator", "photon", Base::Sppm, |c| {
-            c.method = Method::Photon(3000, 0.5, GATHER);
+            photons(c, [3000, 3000], [0.5, 0.5]);
         }),
         Row("estimator", "sppm", Photon, |c| {
             c.method = Method::Sppm(3000, 0.5);
@@ -288,39 +292,23 @@ fn rows() -> Vec<Row> {
             c.method = Method::Sppm(2000, 0.5);
         }),
         Row("photons", "2000", Photon, |c| {
-            let lookup = Lookup::Gather {
-                caustic_particles: 2000,
-                caustic_radius: 0.5,
-            };
-            c.method = Method::Photon(2000, 0.5, lookup);
+            photons(c, [2000, 2000], [0.5, 0.5]);
         }),
         Row("radius", "0.3", Base::Sppm, |c| {
             c.method = Method::Sppm(3000, 0.3);
         }),
         Row("radius", "0.3", Photon, |c| {
-            let lookup = Lookup::Gather {
-                caustic_particles: 3000,
-                caustic_radius: 0.3,
-            };
-            c.method = Method::Photon(3000, 0.3, lookup);
+            photons(c, [3000, 3000], [0.3, 0.3]);
         }),
         Row("gather", "yes", Photon, |_| {}),
         Row("gather", "no", Photon, |c| {
             c.method = Method::Photon(3000, 0.5, Lookup::Direct);
         }),
         Row("caustic-photons", "20000", Photon, |c| {
-            let lookup = Lookup::Gather {
-                caustic_particles: 20_000,
-                caustic_radius: 0.5,
-            };
-            c.method = Method::Photon(3000, 0.5, lookup);
+            photons(c, [3000, 20_000], [0.5, 0.5]);
         }),
         Row("caustic-radius", "0.2", Photon, |c| {
-            let lookup = Lookup::Gather {
-                caustic_particles: 3000,
-                caustic_radius: 0.2,
-            };
-            c.method = Method::Photon(3000, 0.5, lookup);
+            photons(c, [3000, 3000], [0.5, 0.2]);
         }),
         Row("patches", "200", Mesh, |c| {
             c.method = Method::Radiosity(200);
@@ -394,16 +382,9 @@ impl Row {
     }
 }
 
-fn folder() -> PathBuf {
-    let folder = File::new(env!("CARGO_TARGET_TMPDIR")).join("options");
-    drop(std::fs::remove_dir_all(&folder));
-    std::fs::create_dir_all(&folder).expect("a test folder can be made");
-    folder
-}
-
 #[test]
 fn every_option_is_the_librarys_own_call() {
-    let folder = folder();
+    let folder = folder("options");
     let read = |file: &str| std::fs::read(folder.join(file)).expect("a file");
     // The pictures of the bases, and of the rows.
     let mut bases = Vec::new();
@@ -411,13 +392,7 @@ fn every_option_is_the_librarys_own_call() {
     for row in rows() {
         let words = row.words();
         let command = words.join(" ");
-        let output = Command::new(env!("CARGO_BIN_EXE_render"))
-            .args(&words[1..])
-            .current_dir(&folder)
-            .output()
-            .expect("the program starts");
-        let message = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "{command}: {message}");
+        renders(&folder, &words[1..].join(" "));
         let stem = if row.0 == "out" { "other" } else { "a" };
         let made = ["exr", "png"].map(|end| read(&format!("{stem}.{end}")));
 

@@ -9,10 +9,12 @@ use experiments::plot::agreement::{Square, Standing, histograms, squares};
 use experiments::plot::chart::{Chart, Mark, Series, charts};
 use experiments::plot::differences::{Common, differences};
 use experiments::plot::forest::{Line, forest};
-use experiments::plot::map::{Map, maps};
+use experiments::plot::map::{Map, diverging, maps};
 use experiments::plot::matrix::{Seen, matrix};
 use whitefurnace::error::Error;
 use whitefurnace::harness::outcome::Verdict;
+
+use crate::folder;
 
 /// The text of a figure that `draw` writes.
 fn drawn(name: &str, draw: impl FnOnce(&std::path::Path) -> Result<(), Error>) -> String {
@@ -252,4 +254,50 @@ fn what_is_off_a_map_s_scale_is_marked() {
     assert_eq!(triangles(vec![4.0, -4.0]), 0);
     assert_eq!(triangles(vec![4.1, 0.0]), 1);
     assert_eq!(triangles(vec![4.1, -4.1]), 2);
+}
+
+#[test]
+fn maps_hold_their_cells_in_colours_of_equal_weight() {
+    let grey = diverging(0.0);
+    assert!(grey[0] > 235 && grey.iter().all(|&channel| channel.abs_diff(grey[0]) <= 1));
+    assert_eq!(diverging(-3.0), diverging(-1.0));
+    // Relative luminance (ITU-R BT.709, linear) of both ends is about the same.
+    let luminance = |share: f64| -> f64 {
+        let linear = |channel: u8| (f64::from(channel) / 255.0).powf(2.2);
+        let weights = [0.2126, 0.7152, 0.0722];
+        let products = diverging(share).into_iter().zip(weights);
+        products
+            .map(|(channel, weight)| weight * linear(channel))
+            .sum()
+    };
+    assert!((luminance(1.0) - luminance(-1.0)).abs() < 0.03);
+    assert!(luminance(-1.0) < luminance(-0.5) && luminance(-0.5) < luminance(0.0));
+
+    let path = folder("maps").join("map.svg");
+    let map = Map {
+        title: String::from("toy"),
+        axes: [String::from("x"), String::from("y")],
+        ranges: [[0.0, 1.0]; 2],
+        size: [2, 1],
+        values: vec![-1.0, 5.0],
+        bound: 2.0,
+        unit: String::from("residual (σ)"),
+    };
+    maps(
+        &path,
+        "two cells",
+        [400, 300],
+        1,
+        std::slice::from_ref(&map),
+    )
+    .expect("a map");
+    let svg = fs::read_to_string(&path).expect("a map");
+    // The first bytes of every PNG.
+    assert!(svg.contains("href=\"data:image/png;base64,iVBORw0KGgo"));
+    assert!(svg.trim_end().ends_with("</svg>"));
+    let short = Map {
+        values: vec![0.0],
+        ..map
+    };
+    assert!(maps(&path, "two cells", [400, 300], 1, &[short]).is_err());
 }

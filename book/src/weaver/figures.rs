@@ -1,0 +1,130 @@
+//! Figures: their pictures, captions, numbers, and where they come from.
+
+use super::{Context, Weaver, replace};
+use crate::links::to_root;
+use crate::mathml::escape;
+use crate::results::Outcome;
+use crate::{directives, scan};
+
+impl<'a> Weaver<'a> {
+    pub(super) fn figure(
+        &mut self,
+        context: &mut Context<'_>,
+        name: &str,
+        caption: &str,
+    ) -> Result<String, String> {
+        let (experiment, picture) = self.picture(context, name)?;
+        self.captioned(context, &[name], caption, &[experiment], |label| {
+            format!("<div class=\"picture\">{}</div>", picture(label))
+        })
+    }
+
+    /// Two pictures of one size, one over the other, and a slider that shows more of either.
+    pub(super) fn compare(
+        &mut self,
+        context: &mut Context<'_>,
+        names: [&str; 2],
+        caption: &str,
+    ) -> Result<String, String> {
+        let (left, left_picture) = self.picture(context, names[0])?;
+        let (right, right_picture) = self.picture(context, names[1])?;
+        self.captioned(context, &names, caption, &[left, right], |label| {
+            format!(
+                "<div class=\"compare\"><div class=\"picture\">{}</div>\
+                 <div class=\"picture over\">{}</div>\
+                 <input type=\"range\" min=\"0\" max=\"100\" value=\"50\" \
+                 aria-label=\"how much of the left picture is shown\" \
+                 oninput=\"this.parentNode.style.setProperty('--split', this.value + '%')\"></div>",
+                left_picture(label),
+                right_picture(label)
+            )
+        })
+    }
+
+    /// A recorded picture: its experiment, and its images under a label.
+    fn picture(
+        &mut self,
+        context: &Context<'_>,
+        name: &str,
+    ) -> Result<(&'a Outcome, impl Fn(&str) -> String + use<>), String> {
+        let results = self.results;
+        let (recorded, files) = results.figure(name)?;
+        let mut addresses = Vec::new();
+        for file in files {
+            let file_name = file.file_name().unwrap_or_default().to_string_lossy();
+            let name = format!("{}/{file_name}", recorded.id);
+            addresses.push(format!(
+                "{}figures/{}",
+                to_root(context.path),
+                escape(&name)
+            ));
+            self.figures.insert(name, file);
+        }
+        let images = move |label: &str| {
+            let image = |address: &String| {
+                format!("<img src=\"{address}\" alt=\"{label}, described below\">")
+            };
+            addresses.iter().map(image).collect()
+        };
+        Ok((recorded, images))
+    }
+
+    /// A numbered figure with its caption and where it comes from.
+    fn captioned(
+        &mut self,
+        context: &mut Context<'_>,
+        names: &[&str],
+        caption: &str,
+        experiments: &[&Outcome],
+        body: impl Fn(&str) -> String,
+    ) -> Result<String, String> {
+        if caption.trim().is_empty() {
+            return Err("a figure needs a caption that can be read alone".to_owned());
+        }
+        let html = self.caption(context, caption)?;
+        context.figures += 1;
+        let label = match &context.chapter {
+            Some(chapter) => format!("Figure {chapter}.{}", context.figures),
+            None => format!("Figure {}", context.figures),
+        };
+        let mut sources: Vec<String> = experiments
+            .iter()
+            .map(|recorded| {
+                format!(
+                    "Experiment {}; repeat with <code>{}</code>.",
+                    self.experiment_link(context.path, &recorded.id),
+                    escape(&recorded.command)
+                )
+            })
+            .collect();
+        sources.dedup();
+        Ok(format!(
+            "<figure id=\"figure-{}\">{}<figcaption><strong>{label}.</strong> {html} \
+             <span class=\"figure-source\">{}</span></figcaption></figure>",
+            escape(&names.join("-").replace(['/', '.'], "-")),
+            body(&label),
+            sources.join(" "),
+        ))
+    }
+
+    /// A caption as HTML: plain text with formulas and the directives of running text.
+    fn caption(&mut self, context: &mut Context<'_>, text: &str) -> Result<String, String> {
+        let page = scan::page(text);
+        if let Some((_, message)) = page.problems.into_iter().next() {
+            return Err(message);
+        }
+        let mut edits = Vec::new();
+        for formula in page.formulas {
+            let html = self.math.block(&formula.latex, formula.display)?;
+            edits.push((formula.span, html));
+        }
+        for directive in page.directives {
+            if !directives::find(&directive.name)?.inline {
+                return Err(format!("{{{{#{}}}}} inside a caption", directive.name));
+            }
+            let html = self.directive(context, &directive)?;
+            edits.push((directive.span, html));
+        }
+        Ok(replace(text, edits, escape))
+    }
+}

@@ -1,0 +1,95 @@
+//! The programs as a person meets them, and what experiments leave behind.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use experiments::lab::{Finding, Judgement, Options, Outcome, Tier};
+use experiments::record::{recorded, recorded_folder};
+
+mod figures;
+mod mutants;
+mod options;
+mod record;
+mod refusals;
+mod rendering;
+mod resumption;
+#[cfg(unix)]
+mod signals;
+mod tables;
+
+/// A fresh folder for one test.
+fn folder(test: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
+    if folder.exists() {
+        std::fs::remove_dir_all(&folder).expect("an old test folder can be removed");
+    }
+    std::fs::create_dir_all(&folder).expect("a test folder can be made");
+    folder
+}
+
+/// The output of a program that runs in a folder.
+fn run(program: &str, folder: &Path, options: &str) -> Output {
+    Command::new(program)
+        .args(options.split_whitespace())
+        .current_dir(folder)
+        .output()
+        .expect("the program starts")
+}
+
+fn render(folder: &Path, options: &str) -> Output {
+    run(env!("CARGO_BIN_EXE_render"), folder, options)
+}
+
+/// Asserts that it renders.
+fn renders(folder: &Path, options: &str) {
+    let output = render(folder, options);
+    assert!(
+        output.status.success(),
+        "{options}: {}",
+        text(&output.stderr)
+    );
+}
+
+fn reproduce(folder: &Path, options: &str) -> Output {
+    run(env!("CARGO_BIN_EXE_reproduce"), folder, options)
+}
+
+/// Asserts exit code 2 and one line on standard error that says this.
+fn refused(output: &Output, hint: &str) {
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert_eq!(message.trim_end().lines().count(), 1, "{message}");
+    assert!(
+        message.starts_with("error: ") && message.contains(hint),
+        "{hint}: {message}"
+    );
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// A small run into a folder.
+fn quick(out: PathBuf, shrink: u32) -> Options {
+    Options {
+        tier: Tier::Quick,
+        out,
+        seed: 1,
+        threads: None,
+        shrink,
+        rows: false,
+    }
+}
+
+/// A recorded result with other findings: what is said, the value, and the verdict.
+fn outcome(findings: &[(&str, &str, Option<Judgement>)]) -> Outcome {
+    let mut outcome = recorded(&recorded_folder(), "room").expect("a recorded result");
+    let finding = |&(what, value, verdict): &(&str, &str, Option<Judgement>)| Finding {
+        what: what.to_owned(),
+        value: value.to_owned(),
+        verdict,
+        detail: false,
+    };
+    outcome.findings = findings.iter().map(finding).collect();
+    outcome
+}

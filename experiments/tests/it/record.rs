@@ -1,0 +1,146 @@
+//! Results that the book keeps, and how they get there.
+
+use std::fs;
+use std::io::Cursor;
+use std::process::Command;
+
+use experiments::record::{LARGEST_RECORDED, record, recorded, recorded_folder};
+use experiments::{EXPERIMENTS, cells};
+use whitefurnace::harness::mean::{Values, mean};
+use whitefurnace::harness::outcome::Claim;
+use whitefurnace::harness::trial::{Row, write_cells};
+use whitefurnace::image::write_rgb;
+
+use crate::folder;
+
+#[test]
+fn recorded_results_are_those_of_the_code() {
+    let book = recorded_folder();
+    let mut stale = Vec::new();
+    for entry in fs::read_dir(&book).expect("the recorded folder") {
+        let path = entry.expect("an entry").path();
+        if !path.is_dir() {
+            continue;
+        }
+        let id = path.file_name().expect("a name").to_string_lossy();
+        let experiment = EXPERIMENTS.iter().find(|e| e.id == id);
+        match (experiment, recorded(&book, &id)) {
+            (None, _) => stale.push(format!("{id}: no such experiment")),
+            (_, None) => stale.push(format!("{id}: result.json cannot be read")),
+            (Some(e), Some(found)) if (e.id, e.version) != (&found.id, found.version) => {
+                stale.push(format!(
+                    "{id}: recorded {} version {}, the code has version {}",
+                    found.id, found.version, e.version
+                ));
+            }
+            _ => {}
+        }
+    }
+    assert!(
+        stale.is_empty(),
+        "{}\nrun cargo run --release -- --tier full --update-book",
+        stale.join("\n")
+    );
+}
+
+#[test]
+fn recording_divides_large_pictures_and_leaves_out_large_plots() {
+    let folder = folder("record");
+    let [from, to] = ["from", "to"].map(|name| folder.join(name));
+    fs::create_dir_all(&from).expect("folder");
+    fs::create_dir_all(&to).expect("folder");
+    fs::write(to.join("old.svg"), "old").expect("file");
+    fs::write(from.join("a.svg"), "plot").expect("file");
+    fs::write(from.join("b.svg"), vec![0; LARGEST_RECORDED as usize + 1]).expect("file");
+    let size = [640, 401];
+    let noise: Vec<u8> = (0..3 * size[0] * size[1])
+        .map(|i: u32| (i.wrapping_mul(2_654_435_761) >> 24) as u8 ^ (i.wrapping_mul(i) >> 7) as u8)
+        .collect();
+    write_rgb(&from.join("c.png"), size, &noise).expect("picture");
+    let result = r#"{"id": "demo", "title": "", "version": 1, "tier": "full", "seed": 1,
+        "command": "", "equations": [], "numbers": {"x": 1.5}, "figures": ["a.svg", "b.svg", "c.png"],
+        "findings": [], "fingerprint": "abc"}"#;
+    fs::write(from.join("result.json"), result).expect("file");
+    assert_eq!(record(&from, &to).expect("recorded"), ["b.svg"]);
+    let found = recorded(&folder, "to").expect("a result");
+    assert_eq!(found.figures, ["a.svg", "c.png"]);
+    assert!(found.fingerprint.is_empty());
+    assert!(to.join("a.svg").is_file() && !to.join("b.svg").exists());
+    let mut joined = Vec::new();
+    for band in (1..).map(|k| to.join(format!("c.band-{k}.png"))) {
+        let Ok(bytes) = fs::read(&band) else { break };
+        assert!(bytes.len() as u64 <= LARGEST_RECORDED, "{}", band.display());
+        let mut reader = png::Decoder::new(Cursor::new(bytes))
+            .read_info()
+            .expect("a PNG");
+        let mut rows = vec![0; reader.output_buffer_size().expect("a size")];
+        reader.next_frame(&mut rows).expect("pixels");
+        joined.extend(rows);
+    }
+    assert!(joined == noise && !to.join("c.png").exists());
+    assert!(!to.join("old.svg").exists());
+}
+
+#[test]
+fn cells_of_a_failed_trial_are_plotted_and_bad_files_refused() {
+    let folder = folder("cells");
+    let plot = |name: &str, text: &str| {
+        fs::write(folder.join(name), text).expect("file");
+        Command::new(env!("CARGO_BIN_EXE_plot-cells"))
+            .arg(name)
+            .current_dir(&folder)
+            .output()
+            .expect("the program starts")
+    };
+    let good = plot(
+        "good.csv",
+        "place,expected,observed,sigmas\n\"u, v\",1e3,1.1e3,3.2\n\"w\",5e2,4.9e2,-0.4\n",
+    );
+    assert!(good.status.success());
+    let svg = fs::read_to_string(folder.join("good.svg")).expect("a plot");
+    assert!(svg.contains("u, v"));
+    for (text, line) in [
+        ("a,b\n", "line 1"),
+        ("place,expected,observed,sigmas\n", "line 2"),
+        ("place,expected,observed,sigmas\n\"x\",1,2\n", "line 2"),
+    ] {
+        let bad = plot("bad.csv", text);
+        assert_eq!(bad.status.code(), Some(2));
+        let message = String::from_utf8_lossy(&bad.stderr);
+        assert_eq!(message.lines().count(), 1, "{message}");
+        assert!(message.contains(line), "{message}");
+    }
+}
+
+/// The data file of a failed mean, as the trial leaves it, is one that the program plots.
+#[test]
+fn batches_of_a_mean_are_plotted() {
+    let folder = folder("batches");
+    let values = Values::collect(0.0, 1000, {
+        let mut i = 0;
+        move || {
+            i += 1;
+            f64::from(i % 3)
+        }
+    });
+    let outcome = mean("mean, of i", &values, 2.0, Claim::Exact { delta: 0.1 });
+    let row = Row {
+        trial: String::from("toy/mean"),
+        control: String::new(),
+        property: String::new(),
+        equation: "estimator",
+        verdict: outcome.verdict(),
+        outcome,
+        seed: 1,
+    };
+    let path = write_cells(&row, &folder).expect("written").expect("cells");
+    let found = cells::read(&path).expect("a data file");
+    assert_eq!(found.len(), row.outcome.cells.len());
+    let plot = Command::new(env!("CARGO_BIN_EXE_plot-cells"))
+        .arg(&path)
+        .output()
+        .expect("the program starts");
+    assert!(plot.status.success());
+    let svg = fs::read_to_string(path.with_extension("svg")).expect("a plot");
+    assert!(svg.contains(" (16 values)"));
+}

@@ -1,0 +1,95 @@
+//! What is rendered: the same bytes on any number of threads, and every scene by every estimator.
+
+use clap::{Parser as _, ValueEnum as _};
+use experiments::command::Render;
+use experiments::job::{EstimatorName, Job, LightSamplingName, SceneName};
+use experiments::photons::{Gather, Photons};
+use experiments::progress::Progress;
+
+use rayon::ThreadPoolBuilder;
+use whitefurnace::image::write_exr;
+
+use crate::folder;
+
+#[test]
+fn same_seed_gives_the_same_bytes_on_any_number_of_threads() {
+    let cases = [
+        "--convention physical --pixel random --spp 5",
+        "--convention report --pixel jitter --grid 2 --spp 8",
+        "--convention published --pixel grid --grid 3 --spp 9",
+        "--estimator whitted --pixel centre --spp 3",
+        "--scene diffuse-room --spp 3",
+        "--scene cornell --light-sampling solid-angle --heuristic power --spp 3",
+        "--diffuse eon --sampler sobol --scrambles 2 --spp 8",
+        "--estimator photon --photons 3000 --radius 0.5 --spp 3",
+        "--estimator photon --photons 3000 --gather no --sampler sobol --spp 16",
+        "--estimator sppm --photons 3000 --radius 0.5 --spp 3",
+        "--estimator light-tracer --spp 3",
+        "--estimator bdpt --spp 2",
+        "--scene diffuse-room --estimator radiosity --patches 60 --spp 2",
+    ];
+    let path = folder("threads").join("a.exr");
+    for case in cases {
+        let bytes = |threads, seed| {
+            let words = format!("render {case} --size 40x30 --seed {seed}");
+            let job = Render::try_parse_from(words.split_whitespace())
+                .expect("options")
+                .job();
+            let pool = ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .expect("threads");
+            let rendered = pool
+                .install(|| job.render(&Progress::default()))
+                .expect("a film");
+            write_exr(&path, &rendered.film, &job.provenance(true)).expect("written");
+            std::fs::read(&path).expect("the EXR is there")
+        };
+        let one = bytes(1, 1);
+        assert!(
+            one == bytes(2, 1) && one == bytes(16, 1),
+            "{case}: threads changed the bytes"
+        );
+        assert!(one != bytes(2, 2), "{case}: the seed changed nothing");
+    }
+}
+
+/// Which estimators a scene admits is written down here anew; all others are refused.
+#[test]
+fn every_scene_renders_with_every_legal_estimator() {
+    use EstimatorName::{LightTracer, Photon, Radiosity, Sppm};
+    use LightSamplingName::{Area, SolidAngle};
+    use SceneName::{CavityCap, Cornell, DiffuseRoom, Environment, FurnaceBox, GlassCube};
+    for &scene in SceneName::value_variants() {
+        let is_legal = |estimator| match estimator {
+            LightTracer | Photon | Sppm => ![Environment, GlassCube].contains(&scene),
+            Radiosity => [CavityCap, Cornell, DiffuseRoom, FurnaceBox].contains(&scene),
+            _ => true,
+        };
+        for &estimator in EstimatorName::value_variants() {
+            for (gather, light_sampling) in [(Gather::Yes, Area), (Gather::No, SolidAngle)] {
+                let job = Job {
+                    scene,
+                    estimator,
+                    light_sampling,
+                    photons: Photons {
+                        photons: 2000,
+                        gather,
+                        ..Photons::default()
+                    },
+                    patches: 60,
+                    size: [8, 6],
+                    spp: 2,
+                    ..Job::default()
+                };
+                let made = job.render(&Progress::default());
+                assert_eq!(
+                    made.is_ok(),
+                    is_legal(estimator),
+                    "{scene:?}, {estimator:?}: {:?}",
+                    made.err()
+                );
+            }
+        }
+    }
+}

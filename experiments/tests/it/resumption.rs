@@ -1,0 +1,248 @@
+//! Runs that were interrupted go on, runs that are done are kept, and evidence that accumulates is judged once.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use experiments::agreement::AGREEMENT;
+use experiments::lab::Experiment;
+use experiments::ledger::{Ledger, level_of_look};
+use experiments::record::run_all;
+use whitefurnace::error::Error;
+
+use crate::{folder, quick, reproduce, text};
+
+/// At which of its parts the toy is interrupted.
+static STOP: AtomicU64 = AtomicU64::new(u64::MAX);
+
+/// Evidence that grows by four rows a run.
+const TOY: Experiment = Experiment {
+    id: "toy",
+    title: "a toy",
+    version: 1,
+    equations: &[],
+    run: |lab| {
+        let mut ledger = lab.ledger("toy.csv", "key", "replication,value")?;
+        let first = ledger.next();
+        for k in 0..4 {
+            let value = lab.part(&format!("part-{k}"), || {
+                if k == STOP.load(Ordering::Relaxed) {
+                    return Err(Error::Interrupted);
+                }
+                // What no file can round.
+                Ok(((first + k) as f64 + 0.1).sin())
+            })?;
+            ledger.push(first + k, &[format!("{value:e}")]);
+        }
+        let level = ledger.look(1e-3);
+        ledger.write()?;
+        lab.number("level", level);
+        lab.note("rows", ledger.rows().len().to_string());
+        let [none, odd] = [-1.0 / 0.0, f64::NAN];
+        lab.note(
+            "no number",
+            format!("order {none:.2}, ± {odd:.1} %; information"),
+        );
+        Ok(())
+    },
+};
+
+/// Three runs, and three that are interrupted at every place: the files are the same. So it is with every
+/// ledger, since there is no other way to one.
+#[test]
+fn interrupted_and_continued_is_uninterrupted() {
+    let go = |out: &Path| run_all(&[&TOY], &quick(out.to_owned(), 1), true).is_ok();
+    let files = |out: &Path| {
+        let read = |file: &str| fs::read_to_string(out.join("toy").join(file)).expect("a file");
+        ["toy.csv", "result.json"].map(read)
+    };
+    let [whole, pieces] = ["toy-whole", "toy-pieces"].map(folder);
+    let mut last = None;
+    for round in 0..3 {
+        assert!(go(&whole));
+        for stop in 0..4 {
+            STOP.store(stop, Ordering::Relaxed);
+            assert!(!go(&pieces));
+        }
+        STOP.store(u64::MAX, Ordering::Relaxed);
+        // Neither the ledger nor the result can be written.
+        for file in ["toy.csv", "result.json"] {
+            let path = pieces.join("toy").join(file);
+            let aside = pieces.join("aside");
+            let was = path.exists();
+            if was {
+                fs::rename(&path, &aside).expect("moved");
+            }
+            fs::create_dir(&path).expect("a folder in the way");
+            assert!(!go(&pieces), "{file}");
+            fs::remove_dir(&path).expect("removed");
+            if was {
+                fs::rename(&aside, &path).expect("moved");
+            }
+        }
+        assert!(go(&pieces));
+        let found = files(&pieces);
+        assert_eq!(found, files(&whole), "round {round}");
+        assert!(found[1].contains("order unknown, ± unknown %; information"));
+        assert!(found[0].contains(&format!("# looks: {}\n", round + 1)));
+        assert!(last.replace(found.clone()) != Some(found));
+        assert!(!pieces.join("toy/unfinished").exists());
+    }
+}
+
+/// The files below a folder and their bytes.
+fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let files = book::check::files(folder).expect("the folder is there");
+    let relative = |file: &Path| file.strip_prefix(folder).expect("below").to_owned();
+    let files = files
+        .iter()
+        .map(|file| (relative(file), fs::read(file).expect("a file")));
+    files.collect()
+}
+
+/// The experiment with the most parts and ledgers: one continuation has all parts, the other makes a third of
+/// them anew. What interrupts is a folder in the way of the last file.
+#[test]
+fn agreement_goes_on() {
+    let folder = folder("agreement");
+    let go = || run_all(&[&AGREEMENT], &quick(folder.clone(), 4096), true).map(drop);
+    let made = folder.join("agreement");
+    let result = made.join("result.json");
+    fs::create_dir_all(&result).expect("a folder in the way");
+    assert!(go().is_err_and(|error| error.to_string().contains("result.json")));
+    let interrupted = files(&made);
+    fs::remove_dir(&result).expect("removed");
+    go().expect("a continued run");
+    let whole = files(&made);
+    // As if it had ended amidst the parts.
+    fs::remove_dir_all(&made).expect("removed");
+    let is_part = |name: &&PathBuf| {
+        name.starts_with("unfinished") && name.extension().is_some_and(|e| e == "json")
+    };
+    let parts: Vec<&PathBuf> = interrupted.keys().filter(is_part).collect();
+    assert!(parts.len() > 9, "{parts:?}");
+    for (name, bytes) in &interrupted {
+        let path = made.join(name);
+        fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+        fs::write(path, bytes).expect("written");
+    }
+    for part in parts.iter().step_by(3) {
+        fs::remove_file(made.join(part)).expect("removed");
+    }
+    go().expect("a continued run");
+    assert!(files(&made) == whole, "it went on otherwise");
+}
+
+#[test]
+fn reproduce_goes_on_where_it_stopped() {
+    let folder = folder("resume");
+    let options = "--shrink 4096 --only fig9 --only watertight --threads 2";
+    let first = reproduce(&folder, options);
+    assert!(first.status.success(), "{}", text(&first.stderr));
+    let results = folder.join("out/results.json");
+    let json: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(&results).expect("results")).expect("JSON");
+    let experiments = json["experiments"].as_array().expect("a list");
+    assert_eq!(experiments.len(), 2);
+    assert_eq!(experiments[1]["numbers"]["edges.lost"], 0.0);
+    let bytes = fs::read(&results).expect("results");
+
+    let again = reproduce(&folder, options);
+    assert_eq!(
+        text(&again.stdout)
+            .matches("kept from an earlier run")
+            .count(),
+        2
+    );
+    assert_eq!(fs::read(&results).expect("results"), bytes);
+    let kept = |options: &str| {
+        let output = reproduce(&folder, options);
+        text(&output.stdout)
+            .matches("kept from an earlier run")
+            .count()
+    };
+    // A file that is gone or garbled, a new one, other options or --fresh: made again.
+    let figure = folder.join("out/fig9/noise.png");
+    fs::remove_file(&figure).expect("removed");
+    assert_eq!((kept(options), kept(options)), (1, 2));
+    for file in ["noise.png", "noise.exr"] {
+        let path = folder.join("out/fig9").join(file);
+        let mut garbled = fs::read(&path).expect("a file");
+        let middle = garbled.len() / 2;
+        garbled[middle] ^= 1;
+        fs::write(&path, &garbled).expect("written");
+        assert_eq!(kept(options), 1, "{file}");
+        assert!(fs::read(&path).expect("a file") != garbled);
+    }
+    for changed in [
+        format!("{options} --seed 2"),
+        format!("{options} --seed 2 --fresh"),
+    ] {
+        assert_eq!(kept(&changed), 0);
+    }
+}
+
+/// Its own result among those of others, once.
+#[test]
+fn results_of_one_experiment_leave_the_others() {
+    let folder = folder("results");
+    let results = |options: &str| -> Vec<(String, u64, String)> {
+        let output = reproduce(&folder, options);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let text = fs::read_to_string(folder.join("out/results.json")).expect("results");
+        let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        assert!(json["shrink"].is_u64());
+        let found = json["experiments"].as_array().expect("a list").iter();
+        let found = found.map(|experiment| {
+            let word = |key: &str| experiment[key].as_str().expect("a text").to_owned();
+            (
+                word("id"),
+                experiment["shrink"].as_u64().expect("a number"),
+                word("command"),
+            )
+        });
+        found.collect()
+    };
+    let command = |id: &str, shrink: u32| {
+        format!("cargo run --release --bin {id} -- --tier quick --seed 1 --shrink {shrink}")
+    };
+    let row = |id: &str, shrink: u32| (id.to_owned(), u64::from(shrink), command(id, shrink));
+    let both = results("--shrink 4096 --only watertight --only fig9 --only fig9");
+    assert_eq!(both, [row("fig9", 4096), row("watertight", 4096)]);
+    let again = results("--shrink 2048 --only fig9");
+    assert_eq!(again, [row("fig9", 2048), row("watertight", 4096)]);
+}
+
+#[test]
+fn looks_at_a_ledger_spend_the_level_once() {
+    // 6/π² Σ 1/k² = 1, and the rest after K terms lies between 6/π²/(K + 1) and 6/π²/K.
+    let spent = |looks: u32| (1..=looks).map(|k| level_of_look(1e-3, k)).sum::<f64>();
+    let share = 6.0 / (std::f64::consts::PI * std::f64::consts::PI);
+    for looks in [1, 10, 10_000] {
+        let rest = (1.0 - spent(looks) / 1e-3) / share;
+        let k = f64::from(looks);
+        assert!(1.0 / (k + 1.0) < rest && rest < 1.0 / k, "{looks}: {rest}");
+    }
+    let path = folder("ledger").join("a.csv");
+    for look in 1..=3 {
+        let mut ledger = Ledger::open(path.clone(), "seed 1", "replication,p");
+        assert_eq!(
+            (ledger.looks(), ledger.next()),
+            (look - 1, u64::from(look - 1))
+        );
+        assert_eq!(ledger.look(0.01), level_of_look(0.01, look));
+        ledger.push(ledger.next(), &[String::from("0.5")]);
+        ledger.write().expect("a ledger");
+    }
+    let text = fs::read_to_string(&path).expect("the ledger");
+    assert_eq!(
+        text,
+        "# seed 1\n# looks: 3\nreplication,p\n0,0.5\n1,0.5\n2,0.5\n"
+    );
+    // Other numbers are other evidence, at which nobody has looked.
+    for (key, columns) in [("seed 2", "replication,p"), ("seed 1", "replication,q")] {
+        let other = Ledger::open(path.clone(), key, columns);
+        assert_eq!((other.looks(), other.rows().len()), (0, 0));
+    }
+}

@@ -1,0 +1,102 @@
+//! What a signal leaves of a render.
+
+use std::process::Command;
+
+use experiments::signals;
+
+use crate::{folder, renders};
+
+/// A program that is at work, and what it prints on standard error.
+struct Running {
+    child: std::process::Child,
+    lines: std::io::Lines<std::io::BufReader<std::process::ChildStderr>>,
+}
+
+impl Running {
+    fn start(command: &mut Command) -> Self {
+        use std::io::BufRead as _;
+        let mut child = command
+            .stdout(std::process::Stdio::null())
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        let errors = child.stderr.take().expect("a pipe");
+        Self {
+            child,
+            lines: std::io::BufReader::new(errors).lines(),
+        }
+    }
+
+    /// Waits for a line that says this: however long it takes.
+    fn wait_for(&mut self, text: &str) -> String {
+        loop {
+            let line = self.lines.next().expect("it goes on").expect("a line");
+            if line.contains(text) {
+                return line;
+            }
+        }
+    }
+
+    fn signal(&self, name: &str) {
+        let id = self.child.id().to_string();
+        let sent = Command::new("kill").args([name, &id]).status();
+        assert!(sent.expect("kill").success());
+    }
+
+    fn end(mut self) -> Option<i32> {
+        self.child.wait().expect("the program ends").code()
+    }
+}
+
+/// No machine does so many samples before somebody ends it.
+const ENDLESS: &str = "--threads 1 --size 64x48 --spp 4000000000 --out a.exr";
+
+#[test]
+fn signals_write_what_is_done_beside_what_was_finished() {
+    let folder = folder("signals");
+    for (signal, code) in [("-INT", 130), ("-TERM", 143), ("-HUP", 129)] {
+        // Tests that run in the background, or by nohup, hand that on.
+        if signals::ignored(code - 128) {
+            eprintln!("{signal} is ignored by who started the tests");
+            continue;
+        }
+        renders(&folder, "--size 8x6 --spp 1 --out a.exr");
+        let finished =
+            ["a.exr", "a.png"].map(|file| std::fs::read(folder.join(file)).expect("there"));
+        let mut command = Command::new(env!("CARGO_BIN_EXE_render"));
+        command
+            .args(ENDLESS.split_whitespace())
+            .current_dir(&folder);
+        let mut render = Running::start(&mut command);
+        let line = render.wait_for("% of 12.3 trillion samples");
+        assert!(line.contains("/s") && line.contains("left"), "{line}");
+        render.signal(signal);
+        render.wait_for("interrupted");
+        assert_eq!(render.end(), Some(code), "{signal}");
+        let now = ["a.exr", "a.png"].map(|file| std::fs::read(folder.join(file)).expect("there"));
+        assert!(now == finished, "{signal} changed what was finished");
+        for file in ["a.partial.exr", "a.partial.png"] {
+            std::fs::remove_file(folder.join(file)).expect("a partial image");
+        }
+        let left = std::fs::read_dir(&folder).expect("the folder").count();
+        assert_eq!(left, 2, "{signal}");
+    }
+}
+
+/// As by `nohup`: a hangup is ignored, another signal is not.
+#[test]
+fn a_signal_that_was_ignored_stays_ignored() {
+    let folder = folder("nohup");
+    let script = format!(
+        "trap '' HUP; exec {} {ENDLESS}",
+        env!("CARGO_BIN_EXE_render")
+    );
+    let mut command = Command::new("sh");
+    command.args(["-c", &script]).current_dir(&folder);
+    let mut render = Running::start(&mut command);
+    render.wait_for("% of");
+    render.signal("-HUP");
+    render.signal("-TERM");
+    render.wait_for("interrupted");
+    assert_eq!(render.end(), Some(143));
+}
