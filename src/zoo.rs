@@ -8,8 +8,9 @@
 use std::sync::Arc;
 
 use crate::equation::Equation;
+use crate::harness::guard;
 use crate::harness::outcome::Outcome;
-use crate::harness::trial::{Context, Control, Run, Trial};
+use crate::harness::trial::{Context, Control, Run, Trial, meant};
 
 /// A trial's function, for any subject of the family's type.
 pub type On<S> = Arc<dyn Fn(&Context, S) -> Vec<Outcome> + Send + Sync>;
@@ -101,8 +102,6 @@ pub struct Family<S> {
     pub faults: Vec<Mutant<S>>,
     /// Mutants that are as right as the right subject.
     pub equivalents: Vec<Mutant<S>>,
-    /// Sizes of the faults' runs, as a share of the trials': a fault's effect is many times δ.
-    pub share: f64,
 }
 
 /// A fault as data.
@@ -134,7 +133,7 @@ pub struct Pair {
     pub named: bool,
     /// The outcomes that must reject it, as in [`Control::rejected_by`].
     pub rejected_by: Vec<&'static str>,
-    /// The trial's function on the fault, at the sizes of the suite's faults.
+    /// The trial's function on the fault: as in the suite if it is named, at an eighth of the size if not.
     pub run: Run,
 }
 
@@ -158,7 +157,6 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
             benches: Vec::new(),
             faults: Vec::new(),
             equivalents: Vec::new(),
-            share: 1.0,
         }
     }
 
@@ -184,17 +182,41 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
         }
     }
 
-    /// A trial's function on a mutant. An equivalent mutant is held to the whole size.
-    fn run(&self, bench: &Bench<S>, mutant: &Mutant<S>, equivalent: bool) -> Run {
+    /// A trial's function on a fault that it must reject by these outcomes. Most effects are many times δ:
+    /// the fault runs at a part of the trial's size first, and at a larger one only if that does not
+    /// [settle](guard::settled) it.
+    fn reject(bench: &Bench<S>, mutant: &Mutant<S>, rejected_by: Vec<&'static str>) -> Run {
         let (on, subject) = (Arc::clone(&bench.on), mutant.subject);
-        let share = if equivalent { 1.0 } else { self.share };
         Box::new(move |context| {
-            let context = Context {
-                scale: context.scale * share,
-                ..context.clone()
+            let settled = |share: &f64| {
+                let outcomes = on(&part(context, *share), subject);
+                let meant = meant(&rejected_by, &outcomes);
+                let settled = !meant.is_empty() && meant.into_iter().all(guard::settled);
+                settled.then_some(outcomes)
             };
-            on(&context, subject)
+            let early = LOOKS.iter().find_map(settled);
+            early.unwrap_or_else(|| on(context, subject))
         })
+    }
+
+    /// A trial's function on a mutant at a share of its size: an equivalent one is held to the whole.
+    fn at(bench: &Bench<S>, mutant: &Mutant<S>, share: f64) -> Run {
+        let (on, subject) = (Arc::clone(&bench.on), mutant.subject);
+        Box::new(move |context| on(&part(context, share), subject))
+    }
+}
+
+/// The shares of a trial's size at which a fault runs before the whole.
+const LOOKS: [f64; 3] = [1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0];
+
+/// The share of its size at which a trial runs on a fault that does not name it.
+const UNASSERTED: f64 = 1.0 / 8.0;
+
+/// The context at a share of its scale.
+fn part(context: &Context, share: f64) -> Context {
+    Context {
+        scale: context.scale * share,
+        ..context.clone()
     }
 }
 
@@ -214,8 +236,8 @@ impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
                     .map(|(fault, rejected_by)| Control {
                         name: fault.name,
                         wrong: fault.wrong,
+                        run: Self::reject(bench, fault, rejected_by.clone()),
                         rejected_by,
-                        run: self.run(bench, fault, false),
                     })
                     .collect(),
                 ..*data
@@ -235,12 +257,19 @@ impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
             .flat_map(|(mutant, equivalent)| {
                 self.benches.iter().map(move |bench| {
                     let outcomes = outcomes_of(mutant.caught_by, &bench.trial.name);
+                    let run = match &outcomes {
+                        Some(outcomes) if !equivalent => {
+                            Self::reject(bench, mutant, outcomes.clone())
+                        }
+                        Some(_) => Self::at(bench, mutant, 1.0),
+                        None => Self::at(bench, mutant, UNASSERTED),
+                    };
                     Pair {
                         fault: self.fault(mutant, equivalent),
                         trial: bench.trial.name.clone(),
                         named: outcomes.is_some(),
                         rejected_by: outcomes.unwrap_or_default(),
-                        run: self.run(bench, mutant, equivalent),
+                        run,
                     }
                 })
             })

@@ -27,7 +27,7 @@ pub struct Published {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Quirks {
     /// The random number of the roulette is the cosine of the sampled direction: with survival q the
-    /// path ends if cos θ > q, so directions near the normal are never sampled.
+    /// path ends if cos θ ≥ q, so directions near the normal are never sampled.
     pub roulette_by_cosine: bool,
     /// A path that ends loses its direct light as well; the albedo of survivors is the colour, albedo/q.
     pub end_loses_direct: bool,
@@ -85,7 +85,8 @@ impl Estimator for Published {
                     } else {
                         uniform(rng)
                     };
-                    let ends = number > survival;
+                    // Of survival 0 as well: nothing goes on to be divided by it.
+                    let ends = number >= survival;
                     if ends && quirks.end_loses_direct {
                         return radiance;
                     }

@@ -121,3 +121,12 @@ pub fn may_hold(outcome: &Outcome) -> Option<String> {
         )
     })
 }
+
+/// Whether a fault is rejected so that a larger sample would add nothing: by [`FAR`] standard errors, for a
+/// finite estimate, from a sample that is large enough to know its own skewness.
+pub fn settled(outcome: &Outcome) -> bool {
+    let [used, noise_of_skewness] = skewness(outcome);
+    used + ROOM * noise_of_skewness <= 1.0
+        && outcome.estimate.is_finite()
+        && distance(outcome) >= FAR
+}

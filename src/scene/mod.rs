@@ -115,13 +115,17 @@ impl Scene {
     }
 
     /// The same scene seen by another camera.
-    pub fn with_camera(self, camera: Camera) -> Self {
+    ///
+    /// # Errors
+    /// [`Error::Scene`] for a camera that looks nowhere.
+    pub fn with_camera(self, camera: Camera) -> Result<Self, Error> {
+        check_camera(&self.name, &camera)?;
         let offset = self.offset.max(camera.eye.abs().max_element() * OFFSET);
-        Self {
+        Ok(Self {
             camera,
             offset,
             ..self
-        }
+        })
     }
 
     /// The camera.
@@ -335,14 +339,7 @@ impl SceneBuilder {
     /// radius or with an empty zone, a camera that looks nowhere.
     pub fn build(mut self, camera: Camera) -> Result<Scene, Error> {
         self.check_surfaces()?;
-        if !camera.is_valid() {
-            return Err(invalid(
-                &self.name,
-                "its camera needs finite numbers, a target away from the eye, an upright that is not the line of \
-                 sight, and a height above 0"
-                    .to_owned(),
-            ));
-        }
+        check_camera(&self.name, &camera)?;
         let mut primitives = Vec::with_capacity(self.parts.len());
         let mut extent = camera.eye.abs().max_element();
         for (i, part) in self.parts.iter_mut().enumerate() {
@@ -429,6 +426,15 @@ impl SceneBuilder {
         }
         Ok(())
     }
+}
+
+fn check_camera(scene: &str, camera: &Camera) -> Result<(), Error> {
+    if camera.is_valid() {
+        return Ok(());
+    }
+    let needs = "its camera needs finite numbers, a target away from the eye, an upright that is not the line of \
+                 sight, and a height above 0";
+    Err(invalid(scene, needs.to_owned()))
 }
 
 fn invalid(scene: &str, message: String) -> Error {

@@ -193,7 +193,6 @@ fn ratios() -> Family<[Method; 2]> {
                 "convergence/ratio-cap",
             ],
         )],
-        share: 1.0 / 16.0,
         ..Family::new("variance", [UNIFORM, COSINE])
     }
 }
@@ -259,7 +258,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                     &["convergence/grid-error", "convergence/grid-slope"],
                 ),
             ],
-            share: SHARE,
             ..Family::new("grid", PixelSampling::Grid as Strategy)
         }),
         Box::new(Family {
@@ -271,7 +269,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 PixelSampling::Jitter,
                 &["convergence/random-error", "convergence/random-slope"],
             )],
-            share: SHARE,
             ..Family::new("random", RANDOM)
         }),
         Box::new(Family {
@@ -292,11 +289,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                     &["convergence/jitter-error", "convergence/jitter-slope"],
                 ),
             ],
-            share: SHARE,
             ..Family::new("jitter", PixelSampling::Jitter as Strategy)
         }),
     ]
 }
-
-/// Share of the trials' samples that the faults get; their slopes' tails need [`NEARLY_SYMMETRIC`] groups.
-const SHARE: f64 = 1.0 / 4.0;

@@ -172,7 +172,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             },
             &["emitter/triangle"],
         )],
-        share: 1.0 / 4.0,
         ..Family::new("points", RIGHT)
     })]
 }

@@ -332,7 +332,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
         benches: benches(),
         faults: faults(),
-        share: 1.0 / 16.0,
         ..Family::new("eon", RIGHT)
     })]
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::bidirectional::scenes::diffuse_room;
 use super::probes::{BOUNCES, IMAGE};
 use super::scenes::{FLOOR, LIGHT, light, scene, square};
 use super::subject::{Property, Setup, Subject, on};
@@ -18,7 +19,6 @@ use crate::harness::trial::Context;
 use crate::harness::welch_map::{PixelStatistics, image_mean, map};
 use crate::pixel::PixelSampling;
 use crate::render::{Numbers, Sampling, render};
-use crate::scene::room::diffuse;
 use crate::scene::simple::{Cap, cavity_cap, furnace_under};
 use crate::scene::{Scene, Surface};
 use crate::shape::Sphere;
@@ -141,7 +141,7 @@ struct SameImage {
     scene: Arc<Scene>,
 }
 
-const ROOM_SIZE: [u32; 2] = [40, 30];
+const ROOM_SIZE: [u32; 2] = [32, 24];
 const ROOM_REPLICATIONS: u64 = 2_800;
 /// Segments of the report's estimator: what it leaves out is below 0.75³¹ ≈ 1.3e-4 of the whole, a
 /// hundredth of the margin, as no albedo exceeds 0.75.
@@ -254,17 +254,17 @@ fn strategies(scene: Scene) -> Bench<Subject> {
 
 /// The trials.
 pub fn benches() -> Vec<Bench<Subject>> {
-    let (Ok(white), Ok(room), Ok(cavity)) =
-        (furnace_under(SKY), diffuse(), cavity_cap(0.9, Cap::Black))
-    else {
+    let (Ok(white), Ok(room), Ok(cavity)) = (
+        furnace_under(SKY),
+        diffuse_room(),
+        cavity_cap(0.9, Cap::Black),
+    ) else {
         return Vec::new();
     };
     let white = WhiteFurnace {
         scene: Arc::new(white),
     };
-    let same = SameImage {
-        scene: Arc::new(room),
-    };
+    let same = SameImage { scene: room };
     let pixels = u64::from(FURNACE_SIZE[0] * FURNACE_SIZE[1]) * FURNACE_REPLICATIONS;
     let room_pixels = u64::from(ROOM_SIZE[0] * ROOM_SIZE[1]) * ROOM_REPLICATIONS;
     let convex_pixels = u64::from(CONVEX_SIZE[0] * CONVEX_SIZE[1]) * CONVEX_REPLICATIONS;

@@ -109,7 +109,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 },
             ),
         ],
-        share: 1.0 / 4.0,
         ..Family::new("published", right)
     })]
 }

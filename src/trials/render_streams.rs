@@ -253,7 +253,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 ],
             ),
         ],
-        share: 1.0 / 8.0,
         ..Family::new("render streams", right as Numbers)
     })]
 }

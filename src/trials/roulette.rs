@@ -124,7 +124,7 @@ pub fn truncation(context: &Context, parts: Parts, a: f64) -> Vec<Outcome> {
             let values = walks(
                 context,
                 &format!("{b} bounces"),
-                SAMPLES / 2,
+                SAMPLES / 4,
                 parts,
                 [a, 0.95],
             );
@@ -365,7 +365,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             },
             &["roulette/albedo-0.75/survival-0.9/mean"],
         )],
-        share: 1.0 / 16.0,
         ..Family::new("roulette", RIGHT)
     })]
 }

@@ -353,7 +353,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             },
             &["emitter/seen-sphere"],
         )],
-        share: 1.0 / 4.0,
         ..Family::new("solid-angle", RIGHT)
     })]
 }

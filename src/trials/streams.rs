@@ -306,7 +306,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             |seed, pixel, sample, draw| 1.0 - right(seed, pixel, sample, draw),
             &["streams/gaps"],
         )],
-        share: 1.0 / 8.0,
         ..Family::new("streams", right as Numbers)
     })]
 }

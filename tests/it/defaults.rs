@@ -13,13 +13,15 @@ use whitefurnace::estimator::photon_map::{Kept, PhotonMap};
 use whitefurnace::estimator::radiosity::Fineness;
 use whitefurnace::estimator::{
     Bdpt, Estimator, ImageEstimator, LightRules, LightTracer, Lookup, Path, PhotonMapping,
-    Published, Radiosity, Report, Sppm, Standard, Strategy, Whitted,
+    Published, Quirks, Radiosity, Report, Sppm, Standard, Strategy, Whitted,
 };
 use whitefurnace::rng::{stream, uniform2};
+use whitefurnace::sampler::Sampler;
 use whitefurnace::scene::{EDGE_MARGIN, Scene, SceneBuilder, Surface, simple};
 use whitefurnace::shape::{Ray, Sphere};
 
 use crate::helpers::any_camera;
+use crate::rng::Constant;
 
 const ALBEDO: f64 = 0.6;
 const LIGHT: f64 = 5.0;
@@ -385,9 +387,63 @@ fn empty_zones_and_cameras_that_look_nowhere_are_refused() {
         Camera::new(DVec3::NAN, x, z, 1.0),
     ] {
         let message = refusal([-1.0, 1.0], camera).expect("refused");
+        let seen = simple::environment().expect("a scene").with_camera(camera);
+        assert_eq!(
+            seen.err().map(|error| error.to_string()),
+            Some(message.replace("bad", "environment"))
+        );
         assert!(
             message.contains("camera") && !message.contains('\n'),
             "{message}"
         );
+    }
+}
+
+impl Sampler for Constant {}
+
+/// A wall that absorbs all shows its light; what the quirks leave of it; and never 0/0 of survival 0. A shadow
+/// ray within a sphere finds albedo · L exactly.
+#[test]
+fn the_reconstruction_ends_at_walls_that_absorb_all() {
+    let mut scene = SceneBuilder::new("absorbing furnace");
+    let albedo = DVec3::splat(ALBEDO);
+    let wall = Surface::new(Bsdf::Lambert { albedo }).emitting(DVec3::splat(LIGHT));
+    let wall = scene.surface(wall.absorbing(1.0));
+    let inside = Sphere::new(DVec3::ZERO, 1.0);
+    scene.sphere(
+        Sphere {
+            inward: true,
+            ..inside
+        },
+        wall,
+    );
+    let scene = scene.build(any_camera()).expect("a scene");
+    let ray = Ray::new(0.3 * DVec3::X, DVec3::Y);
+    for bits in 0..8 {
+        let [roulette_by_cosine, end_loses_direct, extra_cosine] =
+            [1, 2, 4].map(|bit| bits & bit != 0);
+        let published = Published {
+            quirks: Quirks {
+                roulette_by_cosine,
+                end_loses_direct,
+                extra_cosine,
+            },
+        };
+        let direct = if end_loses_direct {
+            0.0
+        } else {
+            ALBEDO * LIGHT
+        };
+        let hit = scene.intersect(&ray);
+        let mut found = vec![published.radiance(&scene, &ray, hit, &mut Constant(0)).x];
+        let stream = |i| {
+            published
+                .radiance(&scene, &ray, hit, &mut stream(3, i, 0))
+                .x
+        };
+        found.extend((0..20).map(stream));
+        for radiance in found {
+            assert_relative_eq!(radiance, 1.0 + direct, max_relative = 1e-12);
+        }
     }
 }

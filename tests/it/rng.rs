@@ -99,7 +99,7 @@ fn seeds_depend_on_every_byte() {
 }
 
 /// A generator that always returns the same bits.
-struct Constant(u64);
+pub struct Constant(pub u64);
 
 impl TryRng for Constant {
     type Error = Infallible;

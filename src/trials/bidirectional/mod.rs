@@ -2,7 +2,7 @@
 //! strategy by strategy, and against the path tracer.
 
 mod faults;
-mod scenes;
+pub(super) mod scenes;
 mod strategies;
 
 use std::sync::Arc;
@@ -30,7 +30,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         benches,
         faults: faults::faults(),
         equivalents: faults::equivalents(),
-        share: 1.0 / 2.0,
         ..Family::new("bidirectional", STANDARD)
     })]
 }

@@ -172,17 +172,17 @@ fn inside() -> Camera {
 /// # Errors
 /// None for these numbers.
 pub fn cavity(albedo: f64, cap: Cap) -> Result<Arc<Scene>, Error> {
-    Ok(Arc::new(cavity_cap(albedo, cap)?.with_camera(inside())))
+    Ok(Arc::new(cavity_cap(albedo, cap)?.with_camera(inside())?))
 }
 
-/// The all-diffuse room without its light in sight.
+/// The all-diffuse room without its light in sight, and with more of its red walls than of others.
 ///
 /// # Errors
 /// None for these numbers.
 pub fn diffuse_room() -> Result<Arc<Scene>, Error> {
-    let target = DVec3::new(3.0, 0.0, -3.0);
+    let target = DVec3::new(5.0, -5.0, -3.0);
     let camera = Camera::new(DVec3::new(12.5, 0.0, 0.0), target, DVec3::Z, 0.5);
-    Ok(Arc::new(room::diffuse()?.with_camera(camera)))
+    Ok(Arc::new(room::diffuse()?.with_camera(camera)?))
 }
 
 /// The Cornell box from just under its ceiling, without the light in sight.
@@ -193,5 +193,5 @@ pub fn cornell_box() -> Result<Arc<Scene>, Error> {
     let eye = DVec3::new(2.78, 5.0, 0.2);
     let target = DVec3::new(2.78, 0.0, 4.0);
     let camera = Camera::new(eye, target, DVec3::Y, 0.8);
-    Ok(Arc::new(cornell()?.with_camera(camera)))
+    Ok(Arc::new(cornell()?.with_camera(camera)?))
 }

@@ -39,7 +39,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         benches,
         faults,
         equivalents: equivalents(),
-        share: 1.0 / 4.0,
         ..Family::new("estimator", STANDARD)
     })]
 }

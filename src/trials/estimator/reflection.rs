@@ -73,7 +73,11 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
                 },
                 ..RIGHT
             }),
-            &["images/convex-object"],
+            &[
+                "images/convex-object",
+                "images/diffuse-room: image mean",
+                "images/diffuse-room: p-values of pixels",
+            ],
         ),
         mutant(
             "channels-mixed",

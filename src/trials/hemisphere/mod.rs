@@ -242,9 +242,6 @@ fn benches(law: Law) -> Vec<Bench<Method>> {
     ]
 }
 
-/// Share of the trials' samples that the faults get: the slip needs the most, 30 000.
-const SHARE: f64 = 1.0 / 8.0;
-
 /// The two samplers, each under its own law; each is a fault under the other's.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let family = |law: Law, faults, equivalents| -> Box<dyn AnyFamily> {
@@ -252,7 +249,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             benches: benches(law),
             faults,
             equivalents,
-            share: SHARE,
             ..Family::new(law.name, law.method)
         })
     };

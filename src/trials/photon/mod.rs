@@ -30,7 +30,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             whole_estimator: true,
             benches: benches(),
             faults: faults::faults(),
-            share: 1.0 / 2.0,
             ..Family::new("photon", STANDARD)
         }),
         Box::new(Family {
