@@ -15,6 +15,7 @@ use crate::harness::outcome::Outcome;
 use crate::harness::trial::Context;
 use crate::radiometry::cosine;
 use crate::sampling::{cosine_hemisphere, uniform_hemisphere};
+use crate::trials::subject::fault;
 use crate::trials::subject::{RIGHT, Table};
 use crate::zoo::{AnyFamily, Bench, Family, Mutant, data, mutant};
 
@@ -183,16 +184,9 @@ fn benches() -> Vec<Bench<Table>> {
 
 fn faults() -> Vec<Mutant<Table>> {
     vec![
-        mutant(
-            "no-pi",
-            &LAMBERT,
-            "f = ρ",
-            Table {
-                brdf: |bsdf, wo, wi| PI * bsdf.eval(wo, wi),
-                ..RIGHT
-            },
-            &["bsdf/lambert: directional albedo at 0 degrees"],
-        ),
+        fault!("no-pi", LAMBERT, "f = ρ",
+            Table: { brdf: |bsdf, wo, wi| PI * bsdf.eval(wo, wi) },
+            "bsdf/lambert: directional albedo at 0 degrees"),
         mutant(
             "uniform-sampler",
             &COSINE_HEMISPHERE,
@@ -232,49 +226,18 @@ fn faults() -> Vec<Mutant<Table>> {
                 "bsdf/oren-nayar-printed: furnace",
             ],
         ),
-        mutant(
-            "cosine-in-f",
-            &COSINE,
-            "eval returns f_r cos θ",
-            Table {
-                brdf: |bsdf, wo, wi| bsdf.eval(wo, wi) * wi.z,
-                ..RIGHT
-            },
-            &[
-                "bsdf/cosine: reciprocity",
-                "bsdf/cosine: directional albedo at 0 degrees",
-            ],
-        ),
-        mutant(
-            "printed",
-            &OREN_NAYAR,
-            "sin β for tan β, as the report prints",
-            Table {
-                brdf: |_, wo, wi| oren_nayar(OrenNayarForm::Printed).eval(wo, wi),
-                ..RIGHT
-            },
-            &["bsdf/oren-nayar: directional albedo at 75 degrees"],
-        ),
-        mutant(
-            "correct-for-printed",
-            &OREN_NAYAR,
-            "tan β where the printed form is meant",
-            Table {
-                brdf: |_, wo, wi| oren_nayar(OrenNayarForm::Corrected).eval(wo, wi),
-                ..RIGHT
-            },
-            &["bsdf/oren-nayar-printed: directional albedo at 75 degrees"],
-        ),
-        mutant(
-            "constant",
-            &OREN_NAYAR_CONSTANTS,
-            "0.57 for 0.33 in A",
-            Table {
-                brdf: |_, wo, wi| DVec3::splat(other_constant(wo, wi)),
-                ..RIGHT
-            },
-            &["bsdf/oren-nayar-printed: directional albedo at 0 degrees"],
-        ),
+        fault!("cosine-in-f", COSINE, "eval returns f_r cos θ",
+            Table: { brdf: |bsdf, wo, wi| bsdf.eval(wo, wi) * wi.z }, "bsdf/cosine: reciprocity",
+            "bsdf/cosine: directional albedo at 0 degrees"),
+        fault!("printed", OREN_NAYAR, "sin β for tan β, as the report prints",
+            Table: { brdf: |_, wo, wi| oren_nayar(OrenNayarForm::Printed).eval(wo, wi) },
+            "bsdf/oren-nayar: directional albedo at 75 degrees"),
+        fault!("correct-for-printed", OREN_NAYAR, "tan β where the printed form is meant",
+            Table: { brdf: |_, wo, wi| oren_nayar(OrenNayarForm::Corrected).eval(wo, wi) },
+            "bsdf/oren-nayar-printed: directional albedo at 75 degrees"),
+        fault!("constant", OREN_NAYAR_CONSTANTS, "0.57 for 0.33 in A",
+            Table: { brdf: |_, wo, wi| DVec3::splat(other_constant(wo, wi)) },
+            "bsdf/oren-nayar-printed: directional albedo at 0 degrees"),
     ]
 }
 

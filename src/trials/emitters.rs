@@ -11,6 +11,7 @@ use crate::harness::trial::Context;
 use crate::rng::uniform2;
 use crate::sampling::{sphere_zone, triangle};
 use crate::shape::Sphere;
+use crate::trials::subject::fault;
 use crate::zoo::{AnyFamily, Bench, Family, Mutant, data, mutant};
 
 /// A map from two random numbers to a point of a standard shape.
@@ -108,52 +109,22 @@ fn benches() -> Vec<Bench<Points>> {
 
 fn faults() -> Vec<Mutant<Points>> {
     vec![
-        mutant(
-            "unfolded",
-            &TRIANGLE_POINT,
-            "the square is not folded: u + v may exceed 1",
-            Points {
-                triangle: |[r1, r2]| DVec3::new(r1, r2, 0.0),
-                ..RIGHT
-            },
-            &["emitter/triangle"],
-        ),
-        mutant(
-            "crowded",
-            &TRIANGLE_POINT,
-            "v = r₂(1 − u) with u = r₁: points crowd at the corner V₁",
-            Points {
-                triangle: |[r1, r2]| DVec3::new(r1, r2 * (1.0 - r1), 0.0),
-                ..RIGHT
-            },
-            &["emitter/triangle"],
-        ),
-        mutant(
-            "one-number",
-            &GEOMETRY,
-            "one random number for both coordinates: the diagonal",
-            Points {
-                rectangle: |[r, _]| unit_square([r, r]),
-                ..RIGHT
-            },
-            &["emitter/rectangle"],
-        ),
-        mutant(
-            "crowded-poles",
-            &GEOMETRY,
-            "uniform in the inclination: points crowd at the poles",
-            Points {
+        fault!("unfolded", TRIANGLE_POINT, "the square is not folded: u + v may exceed 1",
+            Points: { triangle: |[r1, r2]| DVec3::new(r1, r2, 0.0) }, "emitter/triangle"),
+        fault!("crowded", TRIANGLE_POINT, "v = r₂(1 − u) with u = r₁: points crowd at the corner V₁",
+            Points: { triangle: |[r1, r2]| DVec3::new(r1, r2 * (1.0 - r1), 0.0) }, "emitter/triangle"),
+        fault!("one-number", GEOMETRY, "one random number for both coordinates: the diagonal",
+            Points: { rectangle: |[r, _]| unit_square([r, r]) }, "emitter/rectangle"),
+        fault!("crowded-poles", GEOMETRY, "uniform in the inclination: points crowd at the poles",
+            Points: {
                 sphere: |[r1, r2]| {
                     sphere_zone(
                         [0.5 - 0.5 * (std::f64::consts::PI * r1).cos(), r2],
                         1.0,
                         [-1.0, 1.0],
                     )
-                },
-                ..RIGHT
-            },
-            &["emitter/sphere"],
-        ),
+                }
+            }, "emitter/sphere"),
     ]
 }
 

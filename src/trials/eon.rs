@@ -17,6 +17,7 @@ use crate::harness::domain::{Domain, MASS_TOLERANCE};
 use crate::harness::outcome::Outcome;
 use crate::sampling::uniform_hemisphere;
 use crate::trials::bsdf::{at_every_angle, cosine_sampled, squared};
+use crate::trials::subject::fault;
 use crate::trials::subject::{self, Table};
 use crate::zoo::{AnyFamily, Bench, Family, Mutant, data, mutant};
 
@@ -285,45 +286,28 @@ fn faults() -> Vec<Mutant<Parts>> {
             }),
             &["bsdf/eon: reciprocity"],
         ),
-        mutant(
-            "constant",
-            &EON_SINGLE,
-            "A = 1/(1 + r/2 − 2/(3π)): r times the first term of c only",
-            Parts {
+        fault!("constant", EON_SINGLE, "A = 1/(1 + r/2 − 2/(3π)): r times the first term of c only",
+            Parts: {
                 single: |r, wo, wi| {
                     let a = 1.0 / (1.0 + 0.5 * r - (0.5 - LARGEST_GAIN));
                     single_scattering(r, wo, wi) * a / scale(r)
-                },
-                ..RIGHT
-            },
-            &["bsdf/eon-single", "bsdf/eon-albedo"],
-        ),
-        mutant(
-            "negative-side-divided",
-            &EON_SINGLE,
-            "t = max(cos, cos) where s < 0, too",
-            Parts {
+                }
+            }, "bsdf/eon-single", "bsdf/eon-albedo"),
+        fault!("negative-side-divided", EON_SINGLE, "t = max(cos, cos) where s < 0, too",
+            Parts: {
                 single: |r, wo, wi| {
                     let s = wo.x * wi.x + wo.y * wi.y;
                     scale(r) * (1.0 + r * s / wo.z.max(wi.z))
-                },
-                ..RIGHT
-            },
-            &["bsdf/eon-single", "bsdf/eon-albedo"],
-        ),
-        mutant(
-            "albedo-of-oren-nayar",
-            &EON_ALBEDO,
+                }
+            }, "bsdf/eon-single", "bsdf/eon-albedo"),
+        fault!("albedo-of-oren-nayar", EON_ALBEDO,
             "G without its term −2/3 sin θ, as where s < 0 counts nothing",
-            Parts {
+            Parts: {
                 albedo: |r, cos| {
                     let sin = (1.0 - cos * cos).sqrt();
                     albedo(r, cos) + scale(r) * r * FRAC_1_PI * 2.0 / 3.0 * sin
-                },
-                ..RIGHT
-            },
-            &["bsdf/eon-albedo"],
-        ),
+                }
+            }, "bsdf/eon-albedo"),
     ]
 }
 

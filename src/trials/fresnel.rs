@@ -10,6 +10,7 @@ use crate::harness::outcome::{Claim, Outcome};
 use crate::harness::trial::Context;
 use crate::rng::{Stream, uniform, uniform2};
 use crate::sampling::cosine_hemisphere;
+use crate::trials::subject::fault;
 use crate::zoo::{AnyFamily, Bench, Family, Mutant, data, mutant};
 
 /// A reflectance as a function of cos θ₁, n₁, n₂.
@@ -294,32 +295,15 @@ fn faults() -> Vec<Mutant<Reflectances>> {
         ..RIGHT
     };
     vec![
-        mutant(
-            "amplitude",
-            &FRESNEL_S,
-            "R_s without its square",
-            Reflectances {
-                s: |c, n1, n2| reflectance_s(c, n1, n2).sqrt(),
-                ..RIGHT
-            },
-            &["fresnel/energy: R + T = 1, perpendicular"],
-        ),
-        mutant(
-            "exchanged",
-            &FRESNEL_P,
-            "R_p for R_s and R_s for R_p",
-            Reflectances {
+        fault!("amplitude", FRESNEL_S, "R_s without its square",
+            Reflectances: { s: |c, n1, n2| reflectance_s(c, n1, n2).sqrt() },
+            "fresnel/energy: R + T = 1, perpendicular"),
+        fault!("exchanged", FRESNEL_P, "R_p for R_s and R_s for R_p",
+            Reflectances: {
                 s: reflectance_p,
-                p: reflectance_s,
-                ..RIGHT
-            },
-            &[
-                "fresnel/brewster: R_p at Brewster's angle",
-                "fresnel/brewster: R_s at Brewster's angle",
-                "fresnel/energy: R + T = 1, perpendicular",
-                "fresnel/energy: R + T = 1, parallel",
-            ],
-        ),
+                p: reflectance_s
+            }, "fresnel/brewster: R_p at Brewster's angle", "fresnel/brewster: R_s at Brewster's angle",
+            "fresnel/energy: R + T = 1, perpendicular", "fresnel/energy: R + T = 1, parallel"),
         mutant(
             "schlick",
             &FRESNEL,

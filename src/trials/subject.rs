@@ -119,6 +119,20 @@ pub const fn parts(table: Table) -> Subject {
     }
 }
 
+/// A fault as one entry of a table: name, equation, what is wrong, what stands in the place of `RIGHT`'s, and
+/// the trials that must reject it. Fields without a type are parts of an estimator.
+macro_rules! fault {
+    ($name:expr, $equation:expr, $wrong:expr, { $($part:ident: $with:expr),* $(,)? }, $($by:expr),+) => {{
+        use $crate::trials::subject::{RIGHT, Table, parts};
+        let table = Table { $($part: $with,)* ..RIGHT };
+        $crate::zoo::mutant($name, &$equation, $wrong, parts(table), &[$($by),+])
+    }};
+    ($name:expr, $equation:expr, $wrong:expr, $kind:ident: { $($field:ident: $with:expr),* $(,)? }, $($by:expr),+) => {
+        $crate::zoo::mutant($name, &$equation, $wrong, $kind { $($field: $with,)* ..RIGHT }, &[$($by),+])
+    };
+}
+pub(crate) use fault;
+
 /// What a trial does with any estimator's parts.
 pub trait Property: Send + Sync + 'static {
     /// The trial's function.

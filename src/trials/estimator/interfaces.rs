@@ -3,7 +3,7 @@
 use crate::equation::{FRESNEL, FRESNEL_P, FRESNEL_S, REFRACTION};
 use crate::fresnel::{mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refract};
 use crate::trials::fresnel::{no_total_reflection, schlick};
-use crate::trials::subject::{RIGHT, Subject, Table, parts};
+use crate::trials::subject::{RIGHT, Subject, Table, fault, parts};
 use crate::zoo::{Mutant, mutant};
 
 pub(super) fn faults() -> Vec<Mutant<Subject>> {
@@ -48,21 +48,12 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
             |c, n1, n2| reflectance(c, n2, n1),
             &["glass/reflects-60", "glass/reflects-85"],
         ),
-        mutant(
-            "no-total-reflection",
-            &FRESNEL,
+        fault!("no-total-reflection", FRESNEL,
             "past the critical angle a finite R, and light that leaves straight on",
-            parts(Table {
+            {
                 fresnel: no_total_reflection,
-                refract: |d, n, n1, n2| Some(refract(d, n, n1, n2).unwrap_or(d)),
-                ..RIGHT
-            }),
-            &[
-                "glass/total-reflection",
-                "glass/cube-trapped",
-                "glass/prism",
-            ],
-        ),
+                refract: |d, n, n1, n2| Some(refract(d, n, n1, n2).unwrap_or(d))
+            }, "glass/total-reflection", "glass/cube-trapped", "glass/prism"),
         factor(
             "no-radiance-factor",
             "T = 1 − R is all that refraction does, as the report has it",
@@ -73,45 +64,14 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
             "(n₂/n₁)² for (n₁/n₂)²",
             |n1, n2| radiance_factor(n2, n1),
         ),
-        mutant(
-            "snell-inverted",
-            &REFRACTION,
-            "n₂/n₁ for n₁/n₂ in Snell's law",
-            parts(Table {
-                refract: |d, n, n1, n2| refract(d, n, n2, n1),
-                ..RIGHT
-            }),
-            &["glass/snell-aim"],
-        ),
-        mutant(
-            "not-refracted",
-            &REFRACTION,
-            "light goes straight on into the glass",
-            parts(Table {
-                refract: |d, n, n1, n2| refract(d, n, n1, n2).map(|_| d),
-                ..RIGHT
-            }),
-            &["glass/snell-aim"],
-        ),
-        mutant(
-            "mirror-sign",
-            &REFRACTION,
+        fault!("snell-inverted", REFRACTION, "n₂/n₁ for n₁/n₂ in Snell's law",
+            { refract: |d, n, n1, n2| refract(d, n, n2, n1) }, "glass/snell-aim"),
+        fault!("not-refracted", REFRACTION, "light goes straight on into the glass",
+            { refract: |d, n, n1, n2| refract(d, n, n1, n2).map(|_| d) }, "glass/snell-aim"),
+        fault!("mirror-sign", REFRACTION,
             "the mirror direction with the wrong sign: back to where it came from",
-            parts(Table {
-                mirror: |d, n| -mirror(d, n),
-                ..RIGHT
-            }),
-            &["glass/mirror-aim"],
-        ),
-        mutant(
-            "mirror-half",
-            &REFRACTION,
-            "the mirror direction without its factor 2: along the surface",
-            parts(Table {
-                mirror: |d, n| (d - d.dot(n) * n).normalize(),
-                ..RIGHT
-            }),
-            &["glass/mirror-aim"],
-        ),
+            { mirror: |d, n| -mirror(d, n) }, "glass/mirror-aim"),
+        fault!("mirror-half", REFRACTION, "the mirror direction without its factor 2: along the surface",
+            { mirror: |d, n| (d - d.dot(n) * n).normalize() }, "glass/mirror-aim"),
     ]
 }

@@ -9,7 +9,7 @@ mod sampling;
 
 use std::f64::consts::FRAC_1_PI;
 
-use super::subject::{RIGHT, STANDARD, Setup, Subject, Table, parts};
+use super::subject::{STANDARD, Setup, Subject, fault};
 use crate::equation::{
     COSINE_HEMISPHERE, ESTIMATOR, PATH_LENGTH, REFRACTION, RENDERING, ROULETTE, WHITTED,
 };
@@ -120,36 +120,16 @@ fn told() -> Vec<Mutant<Subject>> {
 
 fn equivalents() -> Vec<Mutant<Subject>> {
     vec![
-        mutant(
-            "survival-constant",
-            &ROULETTE,
+        fault!("survival-constant", ROULETTE,
             "survival 0.9 whatever the throughput: every policy has the same mean",
-            parts(Table {
-                survival_by_throughput: |_| 0.9,
-                ..RIGHT
-            }),
-            &["furnace/cavity/black"],
-        ),
-        mutant(
-            "one-minus-r",
-            &COSINE_HEMISPHERE,
-            "1 − r for r: as uniform as r",
-            parts(Table {
-                cosine_hemisphere: |[r1, r2]| cosine_hemisphere([1.0 - r1, 1.0 - r2]),
-                ..RIGHT
-            }),
-            &["furnace/sky/path"],
-        ),
-        mutant(
-            "uniform-with-its-weight",
-            &ESTIMATOR,
+            { survival_by_throughput: |_| 0.9 }, "furnace/cavity/black"),
+        fault!("one-minus-r", COSINE_HEMISPHERE, "1 − r for r: as uniform as r",
+            { cosine_hemisphere: |[r1, r2]| cosine_hemisphere([1.0 - r1, 1.0 - r2]) }, "furnace/sky/path"),
+        fault!("uniform-with-its-weight", ESTIMATOR,
             "uniform directions with the uniform pdf: another density, the same mean",
-            parts(Table {
+            {
                 cosine_hemisphere: uniform_hemisphere,
-                cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI,
-                ..RIGHT
-            }),
-            &["furnace/light/sphere"],
-        ),
+                cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI
+            }, "furnace/light/sphere"),
     ]
 }

@@ -9,7 +9,7 @@ use crate::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
 use crate::equation::{
     COSINE, EON_MULTIPLE, EON_SINGLE, LAMBERT, OREN_NAYAR, OREN_NAYAR_CONSTANTS, RENDERING,
 };
-use crate::trials::subject::{RIGHT, Subject, Table, parts};
+use crate::trials::subject::{RIGHT, Subject, Table, fault, parts};
 use crate::zoo::{Mutant, mutant};
 
 /// The albedo of a diffuse surface squared.
@@ -52,63 +52,25 @@ fn eon(bsdf: &Bsdf, wo: DVec3, wi: DVec3, [first, second]: [f64; 2]) -> DVec3 {
 
 pub(super) fn faults() -> Vec<Mutant<Subject>> {
     vec![
-        mutant(
-            "no-pi",
-            &LAMBERT,
-            "the BRDF misses 1/π",
-            parts(Table {
-                brdf: |bsdf, wo, wi| PI * bsdf.eval(wo, wi),
-                ..RIGHT
-            }),
-            &["irradiance/rectangle-whitted", "images/convex-object"],
-        ),
-        mutant(
-            "channels-exchanged",
-            &LAMBERT,
-            "red and blue of the albedo are exchanged",
-            parts(Table {
+        fault!("no-pi", LAMBERT, "the BRDF misses 1/π",
+            { brdf: |bsdf, wo, wi| PI * bsdf.eval(wo, wi) }, "irradiance/rectangle-whitted",
+            "images/convex-object"),
+        fault!("channels-exchanged", LAMBERT, "red and blue of the albedo are exchanged",
+            {
                 brdf: |bsdf, wo, wi| {
                     let f = bsdf.eval(wo, wi);
                     DVec3::new(f.z, f.y, f.x)
-                },
-                ..RIGHT
-            }),
-            &[
-                "images/convex-object",
-                "images/diffuse-room: image mean",
-                "images/diffuse-room: p-values of pixels",
-            ],
-        ),
-        mutant(
-            "channels-mixed",
-            &LAMBERT,
-            "every channel has the mean albedo",
-            parts(Table {
-                brdf: |bsdf, wo, wi| DVec3::splat(bsdf.eval(wo, wi).element_sum() / 3.0),
-                ..RIGHT
-            }),
-            &["images/convex-object"],
-        ),
-        mutant(
-            "albedo-squared",
-            &LAMBERT,
-            "the albedo enters twice",
-            parts(Table {
-                brdf: squared_albedo,
-                ..RIGHT
-            }),
-            &["furnace/path/albedo-0.75"],
-        ),
-        mutant(
-            "printed-oren-nayar",
-            &OREN_NAYAR,
-            "sin β for tan β, as printed",
-            parts(Table {
-                brdf: |bsdf, wo, wi| oren_nayar(bsdf, wo, wi, OrenNayarForm::Printed, |a| a),
-                ..RIGHT
-            }),
-            &["furnace/sky/oren-nayar"],
-        ),
+                }
+            }, "images/convex-object", "images/diffuse-room: image mean",
+            "images/diffuse-room: p-values of pixels"),
+        fault!("channels-mixed", LAMBERT, "every channel has the mean albedo",
+            { brdf: |bsdf, wo, wi| DVec3::splat(bsdf.eval(wo, wi).element_sum() / 3.0) },
+            "images/convex-object"),
+        fault!("albedo-squared", LAMBERT, "the albedo enters twice",
+            { brdf: squared_albedo }, "furnace/path/albedo-0.75"),
+        fault!("printed-oren-nayar", OREN_NAYAR, "sin β for tan β, as printed",
+            { brdf: |bsdf, wo, wi| oren_nayar(bsdf, wo, wi, OrenNayarForm::Printed, |a| a) },
+            "furnace/sky/oren-nayar"),
         mutant(
             "oren-nayar-constant",
             &OREN_NAYAR_CONSTANTS,
@@ -125,63 +87,21 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
             }),
             &["furnace/sky/oren-nayar"],
         ),
-        mutant(
-            "eon-single-scattering-only",
-            &EON_MULTIPLE,
+        fault!("eon-single-scattering-only", EON_MULTIPLE,
             "EON without its second lobe: rough white surfaces darken",
-            parts(Table {
-                brdf: |bsdf, wo, wi| eon(bsdf, wo, wi, [1.0, 0.0]),
-                ..RIGHT
-            }),
-            &["furnace/sky/eon"],
-        ),
-        mutant(
-            "eon-half-roughness",
-            &EON_SINGLE,
+            { brdf: |bsdf, wo, wi| eon(bsdf, wo, wi, [1.0, 0.0]) }, "furnace/sky/eon"),
+        fault!("eon-half-roughness", EON_SINGLE,
             "r/2 in single scattering, r in what the second lobe gives back",
-            parts(Table {
-                brdf: |bsdf, wo, wi| eon(bsdf, wo, wi, [0.5, 1.0]),
-                ..RIGHT
-            }),
-            &["furnace/sky/eon"],
-        ),
-        mutant(
-            "cosine-dropped",
-            &COSINE,
-            "f* = f_r: no cosine",
-            parts(Table {
-                cosine: |n, w| if n.dot(w) > 0.0 { 1.0 } else { 0.0 },
-                ..RIGHT
-            }),
-            &["irradiance/rectangle", "irradiance/shadow-rays-alone"],
-        ),
-        mutant(
-            "cosine-doubled",
-            &COSINE,
-            "the cosine enters twice",
-            parts(Table {
-                cosine: |n, w| n.dot(w).max(0.0).powi(2),
-                ..RIGHT
-            }),
-            &[
-                "irradiance/rectangle",
-                "furnace/sky/path",
-                "images/convex-object",
-                "cie/panel-floor",
-                "cie/panel-wall",
-                "cie/roof-opening",
-                "cie/obstruction",
-            ],
-        ),
-        mutant(
-            "reflection-lost",
-            &RENDERING,
-            "a twentieth of the integral in (8) is lost at each bounce",
-            parts(Table {
-                brdf: |bsdf, wo, wi| 0.95 * bsdf.eval(wo, wi),
-                ..RIGHT
-            }),
-            &["furnace/cavity/reflecting", "furnace/cavity/black"],
-        ),
+            { brdf: |bsdf, wo, wi| eon(bsdf, wo, wi, [0.5, 1.0]) }, "furnace/sky/eon"),
+        fault!("cosine-dropped", COSINE, "f* = f_r: no cosine",
+            { cosine: |n, w| if n.dot(w) > 0.0 { 1.0 } else { 0.0 } }, "irradiance/rectangle",
+            "irradiance/shadow-rays-alone"),
+        fault!("cosine-doubled", COSINE, "the cosine enters twice",
+            { cosine: |n, w| n.dot(w).max(0.0).powi(2) }, "irradiance/rectangle", "furnace/sky/path",
+            "images/convex-object", "cie/panel-floor", "cie/panel-wall", "cie/roof-opening",
+            "cie/obstruction"),
+        fault!("reflection-lost", RENDERING, "a twentieth of the integral in (8) is lost at each bounce",
+            { brdf: |bsdf, wo, wi| 0.95 * bsdf.eval(wo, wi) }, "furnace/cavity/reflecting",
+            "furnace/cavity/black"),
     ]
 }

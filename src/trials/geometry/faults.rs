@@ -7,6 +7,7 @@ use crate::equation::{
 use crate::shape::{
     Ray, sphere_distances, sphere_distances_printed, triangle_point, triangle_residual,
 };
+use crate::trials::subject::fault;
 use crate::zoo::{Mutant, mutant};
 
 /// The faults.
@@ -56,36 +57,13 @@ fn triangle_faults() -> Vec<Mutant<Shapes>> {
         mutant(name, &TRIANGLE_SOLUTION, wrong, subject, caught_by)
     };
     vec![
-        mutant(
-            "normalised",
-            &RAY,
-            "the direction is normalised on the way",
-            Shapes {
-                at: |ray, t| ray.origin + t * ray.direction.normalize(),
-                ..RIGHT
-            },
-            &["geometry/ray"],
-        ),
-        mutant(
-            "corners-exchanged",
-            &TRIANGLE_POINT,
-            "u and v exchanged",
-            Shapes {
-                point: |v, u, w| triangle_point(v, w, u),
-                ..RIGHT
-            },
-            &["geometry/triangle-point"],
-        ),
-        mutant(
-            "plus-direction",
-            &TRIANGLE_SYSTEM,
-            "D for −D",
-            Shapes {
-                residual: |ray, v, t, u, w| triangle_residual(ray, v, -t, u, w),
-                ..RIGHT
-            },
-            &["geometry/triangle-system"],
-        ),
+        fault!("normalised", RAY, "the direction is normalised on the way",
+            Shapes: { at: |ray, t| ray.origin + t * ray.direction.normalize() }, "geometry/ray"),
+        fault!("corners-exchanged", TRIANGLE_POINT, "u and v exchanged",
+            Shapes: { point: |v, u, w| triangle_point(v, w, u) }, "geometry/triangle-point"),
+        fault!("plus-direction", TRIANGLE_SYSTEM, "D for −D",
+            Shapes: { residual: |ray, v, t, u, w| triangle_residual(ray, v, -t, u, w) },
+            "geometry/triangle-system"),
         solution(
             "parallelogram",
             "the edge opposite the first vertex is not tested",
@@ -154,71 +132,29 @@ fn triangle_faults() -> Vec<Mutant<Shapes>> {
 
 fn sphere_faults() -> Vec<Mutant<Shapes>> {
     vec![
-        mutant(
-            "radius-not-squared",
-            &SPHERE,
-            "r for r²",
-            Shapes {
-                sphere: |x, c, r| (x - c).length_squared() - r,
-                ..RIGHT
-            },
-            &["geometry/sphere"],
-        ),
-        mutant(
-            "minus-direction",
-            &SPHERE_RAY,
-            "x = o − dl",
-            Shapes {
-                at: |ray, t| ray.origin - t * ray.direction,
-                ..RIGHT
-            },
-            &["geometry/sphere-ray"],
-        ),
-        mutant(
-            "unit-direction",
-            &SPHERE_DISTANCE,
-            "as printed: the direction is taken to be a unit vector",
-            Shapes {
-                distances: sphere_distances_printed,
-                ..RIGHT
-            },
-            &["geometry/sphere-distance: both roots"],
-        ),
-        mutant(
-            "roots-exchanged",
-            &SPHERE_DISTANCE,
-            "the root with + first",
-            Shapes {
-                distances: |ray, c, r| sphere_distances(ray, c, r).map(|[a, b]| [b, a]),
-                ..RIGHT
-            },
-            &["geometry/sphere-distance: both roots"],
-        ),
-        mutant(
-            "far-root",
-            &SPHERE_DISTANCE,
-            "the far side of the sphere is seen",
-            Shapes {
+        fault!("radius-not-squared", SPHERE, "r for r²",
+            Shapes: { sphere: |x, c, r| (x - c).length_squared() - r }, "geometry/sphere"),
+        fault!("minus-direction", SPHERE_RAY, "x = o − dl",
+            Shapes: { at: |ray, t| ray.origin - t * ray.direction }, "geometry/sphere-ray"),
+        fault!("unit-direction", SPHERE_DISTANCE, "as printed: the direction is taken to be a unit vector",
+            Shapes: { distances: sphere_distances_printed }, "geometry/sphere-distance: both roots"),
+        fault!("roots-exchanged", SPHERE_DISTANCE, "the root with + first",
+            Shapes: { distances: |ray, c, r| sphere_distances(ray, c, r).map(|[a, b]| [b, a]) },
+            "geometry/sphere-distance: both roots"),
+        fault!("far-root", SPHERE_DISTANCE, "the far side of the sphere is seen",
+            Shapes: {
                 nearest: |sphere, ray| {
                     let [_, far] = sphere_distances(ray, sphere.centre, sphere.radius)?;
                     (far > 0.0).then_some(far)
-                },
-                ..RIGHT
-            },
-            &["geometry/sphere-distance: the root that is seen"],
-        ),
-        mutant(
-            "near-root-only",
-            &SPHERE_DISTANCE,
+                }
+            }, "geometry/sphere-distance: the root that is seen"),
+        fault!("near-root-only", SPHERE_DISTANCE,
             "the root with − alone: from within, the sphere is not seen",
-            Shapes {
+            Shapes: {
                 nearest: |sphere, ray| {
                     let [near, _] = sphere_distances(ray, sphere.centre, sphere.radius)?;
                     (near > 0.0).then_some(near)
-                },
-                ..RIGHT
-            },
-            &["geometry/sphere-distance: the root that is seen"],
-        ),
+                }
+            }, "geometry/sphere-distance: the root that is seen"),
     ]
 }

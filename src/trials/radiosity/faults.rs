@@ -8,7 +8,7 @@ use crate::equation::{FORM_FACTOR, RADIOSITY};
 use crate::estimator::radiosity;
 use crate::form_factor;
 use crate::radiometry;
-use crate::trials::subject::{RIGHT, Subject, Table, parts};
+use crate::trials::subject::{RIGHT, Subject, Table, fault, parts};
 use crate::zoo::{Mutant, mutant};
 
 /// F towards the middle of a polygon for a surface that faces it: the receiver's cosine is gone.
@@ -70,132 +70,42 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
             },
             &["radiosity/reciprocity", "radiosity/perpendicular-plates"],
         ),
-        mutant(
-            "horizon-not-cut",
-            &FORM_FACTOR,
-            "the part of a polygon below the horizon counts, negatively",
-            parts(Table {
-                horizon: |_, polygon| *polygon,
-                ..RIGHT
-            }),
-            &["radiosity/horizon"],
-        ),
-        mutant(
-            "hidden-patches-seen",
-            &FORM_FACTOR,
-            "nothing hides anything",
-            parts(Table {
-                visible: |_, _, _, _| true,
-                ..RIGHT
-            }),
-            &[
-                "radiosity/half-hidden",
-                "radiosity/hidden-below",
-                "radiosity/hidden-above",
-                "radiosity/hidden-aside",
-                "radiosity/nested",
-            ],
-        ),
-        mutant(
-            "both-sides-alike",
-            &FORM_FACTOR,
+        fault!("horizon-not-cut", FORM_FACTOR, "the part of a polygon below the horizon counts, negatively",
+            { horizon: |_, polygon| *polygon }, "radiosity/horizon"),
+        fault!("hidden-patches-seen", FORM_FACTOR, "nothing hides anything",
+            { visible: |_, _, _, _| true }, "radiosity/half-hidden", "radiosity/hidden-below",
+            "radiosity/hidden-above", "radiosity/hidden-aside", "radiosity/nested"),
+        fault!("both-sides-alike", FORM_FACTOR,
             "neither horizons nor signs count: light from behind a surface arrives",
-            parts(Table {
+            {
                 horizon: |_, polygon| *polygon,
                 form_factor: |normal, corners| form_factor::polygon(normal, corners).abs(),
-                seen_weight: |_, solid_angle| solid_angle,
-                ..RIGHT
-            }),
-            &["radiosity/both-sides", "radiosity/horizon"],
-        ),
-        mutant(
-            "share-without-cosine",
-            &FORM_FACTOR,
+                seen_weight: |_, solid_angle| solid_angle
+            }, "radiosity/both-sides", "radiosity/horizon"),
+        fault!("share-without-cosine", FORM_FACTOR,
             "the visible share of a light is taken without the receiver's cosine",
-            parts(Table {
-                seen_weight: |_, solid_angle| solid_angle,
-                ..RIGHT
-            }),
-            &["radiosity/hidden-below", "radiosity/hidden-above"],
-        ),
-        mutant(
-            "share-by-area",
-            &FORM_FACTOR,
-            "the visible share of a light is that of its area",
-            parts(Table {
-                seen_weight: |_, _| 1.0,
-                ..RIGHT
-            }),
-            &[
-                "radiosity/hidden-below",
-                "radiosity/hidden-above",
-                "radiosity/hidden-aside",
-            ],
-        ),
-        mutant(
-            "seen-by-the-middle",
-            &FORM_FACTOR,
-            "a light is looked for at its middle alone",
-            parts(Table {
-                sample_emitter: |emitter, _| emitter.sample([0.5, 0.5]),
-                ..RIGHT
-            }),
-            &["radiosity/hidden-aside", "radiosity/hidden-above"],
-        ),
-        mutant(
-            "seen-by-one-end",
-            &FORM_FACTOR,
-            "lights are looked for nearer to one end",
-            parts(Table {
-                sample_emitter: |emitter, [u, v]| emitter.sample([u * u, v]),
-                ..RIGHT
-            }),
-            &["radiosity/hidden-below", "radiosity/hidden-above"],
-        ),
-        mutant(
-            "near-patches-whole",
-            &FORM_FACTOR,
-            "near patches of spheres are never divided",
-            parts(Table {
-                is_near: |_, _| false,
-                ..RIGHT
-            }),
-            &["radiosity/sphere"],
-        ),
-        mutant(
-            "near-by-length",
-            &FORM_FACTOR,
+            { seen_weight: |_, solid_angle| solid_angle }, "radiosity/hidden-below",
+            "radiosity/hidden-above"),
+        fault!("share-by-area", FORM_FACTOR, "the visible share of a light is that of its area",
+            { seen_weight: |_, _| 1.0 }, "radiosity/hidden-below", "radiosity/hidden-above",
+            "radiosity/hidden-aside"),
+        fault!("seen-by-the-middle", FORM_FACTOR, "a light is looked for at its middle alone",
+            { sample_emitter: |emitter, _| emitter.sample([0.5, 0.5]) }, "radiosity/hidden-aside",
+            "radiosity/hidden-above"),
+        fault!("seen-by-one-end", FORM_FACTOR, "lights are looked for nearer to one end",
+            { sample_emitter: |emitter, [u, v]| emitter.sample([u * u, v]) }, "radiosity/hidden-below",
+            "radiosity/hidden-above"),
+        fault!("near-patches-whole", FORM_FACTOR, "near patches of spheres are never divided",
+            { is_near: |_, _| false }, "radiosity/sphere"),
+        fault!("near-by-length", FORM_FACTOR,
             "patches of spheres are divided by their distance, not by its square",
-            parts(Table {
-                is_near: |area, squared| radiosity::is_near(0.05 * area, squared.sqrt()),
-                ..RIGHT
-            }),
-            &["radiosity/sphere"],
-        ),
-        mutant(
-            "cosines-squared",
-            &FORM_FACTOR,
-            "the cosines between parts of a sphere are squared",
-            parts(Table {
-                cosine: |normal, direction| radiometry::cosine(normal, direction).powi(2),
-                ..RIGHT
-            }),
-            &[
-                "radiosity/cavity/reflecting",
-                "radiosity/sphere",
-                "radiosity/ball",
-            ],
-        ),
-        mutant(
-            "sphere-cosine-missing",
-            &FORM_FACTOR,
-            "the cosines between parts of a sphere are 1",
-            parts(Table {
-                cosine: |_, _| 1.0,
-                ..RIGHT
-            }),
-            &["radiosity/sphere"],
-        ),
+            { is_near: |area, squared| radiosity::is_near(0.05 * area, squared.sqrt()) },
+            "radiosity/sphere"),
+        fault!("cosines-squared", FORM_FACTOR, "the cosines between parts of a sphere are squared",
+            { cosine: |normal, direction| radiometry::cosine(normal, direction).powi(2) },
+            "radiosity/cavity/reflecting", "radiosity/sphere", "radiosity/ball"),
+        fault!("sphere-cosine-missing", FORM_FACTOR, "the cosines between parts of a sphere are 1",
+            { cosine: |_, _| 1.0 }, "radiosity/sphere"),
         balance(
             "channels-mixed",
             "each channel is reflected by the next one's albedo",

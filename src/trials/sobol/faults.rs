@@ -4,6 +4,7 @@ use super::{Point, RIGHT, Subject, scrambled, sobol};
 use crate::equation::SOBOL;
 use crate::moments::Moments;
 use crate::rng::stream;
+use crate::trials::subject::fault;
 use crate::zoo::{Mutant, mutant};
 
 /// Faults of the numbers themselves.
@@ -106,11 +107,9 @@ pub(super) fn of_numbers() -> Vec<Mutant<Subject>> {
 /// Faults of the spread of replications, and of what is made of it.
 pub(super) fn of_error_bars() -> Vec<Mutant<Subject>> {
     vec![
-        mutant(
-            "one-scramble-for-two-replications",
-            &SOBOL,
+        fault!("one-scramble-for-two-replications", SOBOL,
             "every second replication of a pixel is the points of the one before again",
-            Subject {
+            Subject: {
                 numbers: |point, block| {
                     let replication = point.replication / 2;
                     sobol(
@@ -120,23 +119,14 @@ pub(super) fn of_error_bars() -> Vec<Mutant<Subject>> {
                         },
                         block,
                     )
-                },
-                ..RIGHT
-            },
-            &["sampler/error-bars"],
-        ),
-        mutant(
-            "samples-as-if-independent",
-            &SOBOL,
-            "an error bar from single samples, which repel each other",
-            Subject {
+                }
+            }, "sampler/error-bars"),
+        fault!("samples-as-if-independent", SOBOL, "an error bar from single samples, which repel each other",
+            Subject: {
                 squared_error: |rows| {
                     let moments: Moments = rows.iter().flatten().copied().collect();
                     moments.variance() / moments.count() as f64
-                },
-                ..RIGHT
-            },
-            &["sampler/error-bars"],
-        ),
+                }
+            }, "sampler/error-bars"),
     ]
 }
