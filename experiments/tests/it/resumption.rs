@@ -179,7 +179,13 @@ fn reproduce_goes_on_where_it_stopped() {
         format!("{options} --seed 2"),
         format!("{options} --seed 2 --fresh"),
     ] {
+        let before = fs::read(&figure).expect("a figure");
         assert_eq!(kept(&changed), 0);
+        // The seed decides what is drawn.
+        assert_eq!(
+            fs::read(&figure).expect("a figure") == before,
+            changed.ends_with("--fresh")
+        );
     }
 }
 

@@ -83,6 +83,28 @@ fn signals_write_what_is_done_beside_what_was_finished() {
     }
 }
 
+/// As many threads compute as are asked for.
+#[cfg(target_os = "linux")]
+#[test]
+fn threads_are_as_many_as_asked_for() {
+    let folder = folder("pool");
+    let tasks = |threads: usize| {
+        let options = ENDLESS.replace("--threads 1", &format!("--threads {threads}"));
+        let mut command = Command::new(env!("CARGO_BIN_EXE_render"));
+        command
+            .args(options.split_whitespace())
+            .current_dir(&folder);
+        let mut render = Running::start(&mut command);
+        render.wait_for("% of");
+        let tasks = std::fs::read_dir(format!("/proc/{}/task", render.child.id())).expect("tasks");
+        let count = tasks.count();
+        render.signal("-TERM");
+        assert_eq!(render.end(), Some(143));
+        count
+    };
+    assert_eq!(tasks(9), tasks(2) + 7);
+}
+
 /// As by `nohup`: a hangup is ignored, another signal is not.
 #[test]
 fn a_signal_that_was_ignored_stays_ignored() {
