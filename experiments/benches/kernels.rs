@@ -1,17 +1,14 @@
-//! Time per kernel and per whole path: `cargo bench`, or `cargo bench -p experiments -- NAME`.
+//! Time per kernel: `cargo bench`, or `cargo bench -p experiments -- NAME`. The experiment `speed` times whole
+//! estimators and the rays of the room.
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use glam::DVec3;
 use whitefurnace::accel::{Bvh, Primitive};
 use whitefurnace::bsdf::{OrenNayar, OrenNayarForm, oren_nayar};
-use whitefurnace::emitter::LightSampling;
-use whitefurnace::estimator::{Estimator, LightRules, Path, Published, Report, Standard, Whitted};
 use whitefurnace::film::{Features, Pixel};
 use whitefurnace::frame::from_spherical;
 use whitefurnace::rng::{stream, uniform, uniform2};
-use whitefurnace::scene::Scene;
-use whitefurnace::scene::room::{self, Convention};
 use whitefurnace::shape::{Ray, Sphere, moller_trumbore};
 use whitefurnace::watertight::Shear;
 use whitefurnace::{fresnel, sampling};
@@ -52,26 +49,6 @@ fn ray(i: u32) -> Ray {
     Ray::new(origin, (target - origin).normalize())
 }
 
-fn report(convention: Convention) -> Scene {
-    room::report(convention, OrenNayarForm::Corrected).expect("the room is valid")
-}
-
-fn camera_ray(scene: &Scene, i: u32) -> Ray {
-    let [x, y] = square(i);
-    scene.camera().ray([4, 3], 4.0 * x, 3.0 * y)
-}
-
-/// Rays as they leave the first surface that a camera ray meets.
-fn bounced_ray(scene: &Scene, i: u32) -> Ray {
-    let ray = camera_ray(scene, i);
-    let hit = scene.intersect(&ray).expect("the room is closed");
-    scene.leave(
-        hit.point,
-        hit.normal,
-        (hit.normal + 0.99 * unit_vector(i)).normalize(),
-    )
-}
-
 const TRIANGLE: [DVec3; 3] = [
     DVec3::new(-1.0, -1.0, 0.1),
     DVec3::new(1.0, -0.8, -0.2),
@@ -98,39 +75,6 @@ fn sphere(bencher: Bencher) {
     let sphere = Sphere::new(DVec3::ZERO, 1.0);
     bench(bencher, ray, |ray| {
         black_box(&sphere).intersect(ray, f64::INFINITY)
-    });
-}
-
-#[divan::bench]
-fn room_closest(bencher: Bencher) {
-    let scene = report(Convention::Physical);
-    bench(
-        bencher,
-        |i| bounced_ray(&scene, i),
-        |ray| scene.bvh().closest(ray, f64::INFINITY),
-    );
-}
-
-#[divan::bench]
-fn room_closest_brute_force(bencher: Bencher) {
-    let scene = report(Convention::Physical);
-    bench(
-        bencher,
-        |i| bounced_ray(&scene, i),
-        |ray| scene.bvh().closest_brute_force(ray, f64::INFINITY),
-    );
-}
-
-#[divan::bench]
-fn room_occluded(bencher: Bencher) {
-    let scene = report(Convention::Physical);
-    let light = DVec3::new(4.0, 0.0, 4.99);
-    let to_light = |i| {
-        let from = bounced_ray(&scene, i).origin;
-        Ray::new(from, light - from)
-    };
-    bench(bencher, to_light, |ray| {
-        scene.bvh().occluded(ray, 1.0, |_| true)
     });
 }
 
@@ -229,51 +173,4 @@ fn film_push_features(bencher: Bencher) {
         }
         black_box(pixel)
     });
-}
-
-/// Whole paths from the camera, one thread: items per second are samples per second.
-fn paths<E: Estimator>(bencher: Bencher, scene: &Scene, estimator: &E) {
-    bench(
-        bencher,
-        |i| (camera_ray(scene, i), i),
-        |&(ray, i)| {
-            let mut rng = stream(5, 0, i);
-            estimator.radiance(scene, &ray, scene.intersect(&ray), &mut rng)
-        },
-    );
-}
-
-#[divan::bench]
-fn paths_path(bencher: Bencher) {
-    let estimator = Path::<Standard>::default();
-    paths(bencher, &report(Convention::Physical), &estimator);
-}
-
-#[divan::bench]
-fn paths_path_solid_angle(bencher: Bencher) {
-    let estimator = Path {
-        lights: LightSampling::SolidAngle,
-        ..Path::<Standard>::default()
-    };
-    paths(bencher, &report(Convention::Physical), &estimator);
-}
-
-#[divan::bench]
-fn paths_report(bencher: Bencher) {
-    paths(bencher, &report(Convention::Report), &Report::default());
-}
-
-#[divan::bench]
-fn paths_published(bencher: Bencher) {
-    paths(
-        bencher,
-        &report(Convention::Published),
-        &Published::default(),
-    );
-}
-
-#[divan::bench]
-fn paths_whitted(bencher: Bencher) {
-    let estimator = Whitted::new(LightRules::PHYSICAL);
-    paths(bencher, &report(Convention::Physical), &estimator);
 }

@@ -9,6 +9,7 @@ pub mod differences;
 pub mod forest;
 pub mod map;
 pub mod matrix;
+mod panel;
 
 use canvas::Shape;
 

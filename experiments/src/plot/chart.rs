@@ -4,9 +4,10 @@ use std::path::Path;
 
 use whitefurnace::error::Error;
 
-use super::axis::{Axis, Division};
+use super::axis::Division;
 use super::canvas::{Anchor, Area, Canvas, Pen, Point, Shape, width};
-use super::{FAINT, HEADING, INK, LABEL, OKABE_ITO, Rgb, STYLES};
+use super::panel::{LEFT, TOP, axes, frame, heading, panels};
+use super::{LABEL, OKABE_ITO, Rgb, STYLES};
 
 /// How a series is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -83,25 +84,13 @@ pub fn rows(
     columns: usize,
     charts: &[Chart],
 ) -> Result<(), Error> {
-    let titles: Vec<&str> = charts.iter().map(|chart| chart.title.as_str()).collect();
-    let size = size.map(f64::from);
-    let mut canvas = Canvas::new(size, &titles.join("; "), see);
     let looks = Looks::of(charts);
-    for (area, chart) in areas(size, columns, charts.len()).into_iter().zip(charts) {
-        draw(&mut canvas, area, chart, &looks);
-    }
+    let title = |chart: &Chart| chart.title.clone();
+    let canvas = panels(see, size, columns, charts, title, |canvas, area, chart| {
+        draw(canvas, area, chart, &looks);
+        Ok(())
+    })?;
     canvas.write(path)
-}
-
-/// Equal parts of a drawing, row by row.
-pub(super) fn areas([width, height]: Point, columns: usize, count: usize) -> Vec<Area> {
-    let rows = count.div_ceil(columns).max(1);
-    let [w, h] = [width / columns as f64, height / rows as f64];
-    let corner = |i: usize| [(i % columns) as f64 * w, (i / columns) as f64 * h];
-    (0..count)
-        .map(corner)
-        .map(|[x, y]| [x, y, x + w, y + h])
-        .collect()
 }
 
 /// How colours are told apart without colour: the order in which the series of a figure bring them.
@@ -145,10 +134,8 @@ fn colour(series: &Series) -> Rgb {
     OKABE_ITO[series.colour % OKABE_ITO.len()]
 }
 
-/// Room around the plotted area, pixels.
-const LEFT: f64 = 84.0;
+/// Room right of the plotted area and below it, pixels.
 const RIGHT: f64 = 26.0;
-const TOP: f64 = 38.0;
 const BOTTOM: f64 = 60.0;
 /// Height of a line of the legend.
 const LINE: f64 = 22.0;
@@ -164,13 +151,15 @@ fn draw(canvas: &mut Canvas, area: Area, chart: &Chart, looks: &Looks) {
         right - RIGHT,
         bottom - BOTTOM,
     ];
-    let division = |axis: usize| match chart.log[axis] {
-        true => Division::Logarithmic,
-        false => Division::Linear,
-    };
-    let x = Axis::new(chart.ranges[0], division(0), [plot[0], plot[2]]);
-    let y = Axis::new(chart.ranges[1], division(1), [plot[3], plot[1]]);
-    frame(canvas, plot, [&x, &y], [&chart.axes[0], &chart.axes[1]]);
+    let divisions = chart.log.map(|log| {
+        if log {
+            Division::Logarithmic
+        } else {
+            Division::Linear
+        }
+    });
+    let [x, y] = axes(plot, chart.ranges, divisions);
+    frame(canvas, plot, [&x, &y], &chart.axes);
     heading(canvas, plot, top, &chart.title);
     let reach = [x.reach(), y.reach()];
     for series in &chart.series {
@@ -235,40 +224,6 @@ fn legend(canvas: &mut Canvas, [left, top, right, _]: Area, chart: &Chart, looks
         x += length;
     }
     lines
-}
-
-/// The title of a panel, over the middle of its plot.
-pub(super) fn heading(canvas: &mut Canvas, [left, _, right, _]: Area, top: f64, title: &str) {
-    let at = [0.5 * (left + right), top + 19.0];
-    canvas.text(title, at, Anchor::Middle, HEADING);
-}
-
-/// The axes with their labels, and a grid.
-pub(super) fn frame(
-    canvas: &mut Canvas,
-    [left, top, right, bottom]: Area,
-    [x, y]: [&Axis; 2],
-    [across, up]: [&str; 2],
-) {
-    let grid = Pen::new(FAINT, 1.0);
-    let axis = Pen::new(INK, 1.2);
-    for &tick in &x.ticks {
-        let at = x.at(tick);
-        canvas.line(&[[at, top], [at, bottom]], grid);
-        canvas.line(&[[at, bottom], [at, bottom + 5.0]], axis);
-        canvas.text(&x.label(tick), [at, bottom + 15.0], Anchor::Middle, LABEL);
-    }
-    for &tick in &y.ticks {
-        let at = y.at(tick);
-        canvas.line(&[[left, at], [right, at]], grid);
-        canvas.line(&[[left - 5.0, at], [left, at]], axis);
-        canvas.text(&y.label(tick), [left - 9.0, at], Anchor::End, LABEL);
-    }
-    canvas.line(&[[left, top], [left, bottom], [right, bottom]], axis);
-    let middle = [0.5 * (left + right), 0.5 * (top + bottom)];
-    let below = [middle[0], bottom + 39.0];
-    canvas.text(across, below, Anchor::Middle, LABEL);
-    canvas.turned(up, [left - 66.0, middle[1]], Anchor::Middle, LABEL, -90);
 }
 
 /// The parts of a line that lie within the ranges, cut where it leaves them.

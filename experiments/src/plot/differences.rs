@@ -4,9 +4,9 @@ use std::path::Path;
 
 use whitefurnace::error::Error;
 
-use super::axis::{Axis, Division};
+use super::axis::Division;
 use super::canvas::{Anchor, Area, Canvas, Pen, Shape};
-use super::chart::{areas, frame, heading};
+use super::panel::{LEFT, areas, axes, frame, heading};
 use super::{FAINT, INK, LABEL, OKABE_ITO, Rgb};
 
 /// Differences of red, green and blue for each region, under a title.
@@ -60,7 +60,7 @@ pub fn differences(
 }
 
 fn legend(canvas: &mut Canvas, band: &str) {
-    let mut x = 84.0;
+    let mut x = LEFT;
     for (name, colour, shape) in CHANNELS {
         canvas.marks(&[[x, 24.0]], shape, RADIUS, colour);
         canvas.text(name, [x + 12.0, 24.0], Anchor::Start, LABEL);
@@ -72,18 +72,19 @@ fn legend(canvas: &mut Canvas, band: &str) {
 
 fn draw(canvas: &mut Canvas, area: Area, common: &Common<'_>, panel: &Panel<'_>, most: f64) {
     let [left, top, right, bottom] = area;
-    let plot = [left + 84.0, top + 34.0, right - 16.0, bottom - 44.0];
+    let plot = [left + LEFT, top + 34.0, right - 16.0, bottom - 44.0];
     let step = (plot[2] - plot[0]) / common.regions.len() as f64;
     let middle = |i: usize| plot[0] + (i as f64 + 0.5) * step;
-    let y = Axis::new([-most, most], Division::Signed, [plot[3], plot[1]]);
+    let divisions = [Division::Linear, Division::Signed];
+    let [mut x, y] = axes(plot, [[0.0, 1.0], [-most, most]], divisions);
     for (i, &(_, allowed)) in common.regions.iter().enumerate() {
         let [from, to] = [-0.5, 0.5].map(|half| middle(i) + half * step);
         canvas.fill([from, y.at(allowed), to, y.at(-allowed)], BAND);
     }
     // No labels across but the regions' names.
-    let mut x = Axis::new([0.0, 1.0], Division::Linear, [plot[0], plot[2]]);
     x.ticks.clear();
-    frame(canvas, plot, [&x, &y], ["", common.axis]);
+    let labels = [String::new(), common.axis.to_owned()];
+    frame(canvas, plot, [&x, &y], &labels);
     canvas.line(
         &[[plot[0], y.at(0.0)], [plot[2], y.at(0.0)]],
         Pen::new(INK, 1.2),

@@ -6,9 +6,9 @@ use glam::DVec3;
 use whitefurnace::error::Error;
 use whitefurnace::image::{encode_rgb, srgb};
 
-use super::axis::{Axis, Division};
+use super::axis::Division;
 use super::canvas::{Anchor, Area, Canvas, Pen, Shape};
-use super::chart::{areas, frame, heading};
+use super::panel::{LEFT, TOP, axes, frame, heading, panels};
 use super::{INK, LABEL, Rgb};
 
 /// A map; several share a file.
@@ -68,16 +68,14 @@ pub fn maps(
     columns: usize,
     maps: &[Map],
 ) -> Result<(), Error> {
-    let titles: Vec<&str> = maps.iter().map(|map| map.title.as_str()).collect();
-    let size = size.map(f64::from);
-    let mut canvas = Canvas::new(size, &titles.join("; "), see);
-    for (area, map) in areas(size, columns, maps.len()).into_iter().zip(maps) {
-        draw(&mut canvas, area, map).map_err(|message| Error::Image {
+    let title = |map: &Map| map.title.clone();
+    let canvas = panels(see, size, columns, maps, title, |canvas, area, map| {
+        draw(canvas, area, map).map_err(|message| Error::Image {
             action: "write",
             path: path.to_owned(),
             message,
-        })?;
-    }
+        })
+    })?;
     canvas.write(path)
 }
 
@@ -95,14 +93,13 @@ const MARKED: f64 = 9.0;
 fn draw(canvas: &mut Canvas, area: Area, map: &Map) -> Result<(), String> {
     let [left, top, right, bottom] = area;
     let plot = [
-        left + 84.0,
-        top + 38.0,
+        left + LEFT,
+        top + TOP,
         right - 12.0 - GAP - BAR - LABELS,
         bottom - 58.0,
     ];
-    let x = Axis::new(map.ranges[0], Division::Linear, [plot[0], plot[2]]);
-    let y = Axis::new(map.ranges[1], Division::Linear, [plot[3], plot[1]]);
-    frame(canvas, plot, [&x, &y], [&map.axes[0], &map.axes[1]]);
+    let [x, y] = axes(plot, map.ranges, [Division::Linear; 2]);
+    frame(canvas, plot, [&x, &y], &map.axes);
     heading(canvas, plot, top, &map.title);
     canvas.picture(plot, &cells(map)?);
     let [columns, rows] = map.size.map(f64::from);

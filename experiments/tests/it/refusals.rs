@@ -191,12 +191,3 @@ fn reproduce_lists_and_refuses() {
     );
     refused(&reproduce(&folder, "--only fig10"), "fig9");
 }
-
-#[test]
-fn every_experiment_has_a_binary_of_its_own() {
-    let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/bin");
-    for experiment in EXPERIMENTS {
-        let file = sources.join(format!("{}.rs", experiment.id));
-        assert!(file.is_file(), "{} has no binary", experiment.id);
-    }
-}

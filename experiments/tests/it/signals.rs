@@ -1,5 +1,6 @@
 //! What a signal leaves of a render.
 
+use std::path::Path;
 use std::process::Command;
 
 use experiments::signals;
@@ -13,9 +14,12 @@ struct Running {
 }
 
 impl Running {
-    fn start(command: &mut Command) -> Self {
+    /// Starts a program with these words in a folder.
+    fn start(program: &str, words: &[&str], folder: &Path) -> Self {
         use std::io::BufRead as _;
-        let mut child = command
+        let mut child = Command::new(program)
+            .args(words)
+            .current_dir(folder)
             .stdout(std::process::Stdio::null())
             .stderr(std::process::Stdio::piped())
             .spawn()
@@ -49,7 +53,13 @@ impl Running {
 }
 
 /// No machine does so many samples before somebody ends it.
-const ENDLESS: &str = "--threads 1 --size 64x48 --spp 4000000000 --out a.exr";
+const ENDLESS: &str = "--size 64x48 --spp 4000000000 --out a.exr --threads ";
+
+fn endless(folder: &Path, threads: usize) -> Running {
+    let options = format!("{ENDLESS}{threads}");
+    let words: Vec<&str> = options.split_whitespace().collect();
+    Running::start(env!("CARGO_BIN_EXE_render"), &words, folder)
+}
 
 #[test]
 fn signals_write_what_is_done_beside_what_was_finished() {
@@ -63,11 +73,7 @@ fn signals_write_what_is_done_beside_what_was_finished() {
         renders(&folder, "--size 8x6 --spp 1 --out a.exr");
         let finished =
             ["a.exr", "a.png"].map(|file| std::fs::read(folder.join(file)).expect("there"));
-        let mut command = Command::new(env!("CARGO_BIN_EXE_render"));
-        command
-            .args(ENDLESS.split_whitespace())
-            .current_dir(&folder);
-        let mut render = Running::start(&mut command);
+        let mut render = endless(&folder, 1);
         let line = render.wait_for("% of 12.3 trillion samples");
         assert!(line.contains("/s") && line.contains("left"), "{line}");
         render.signal(signal);
@@ -89,12 +95,7 @@ fn signals_write_what_is_done_beside_what_was_finished() {
 fn threads_are_as_many_as_asked_for() {
     let folder = folder("pool");
     let tasks = |threads: usize| {
-        let options = ENDLESS.replace("--threads 1", &format!("--threads {threads}"));
-        let mut command = Command::new(env!("CARGO_BIN_EXE_render"));
-        command
-            .args(options.split_whitespace())
-            .current_dir(&folder);
-        let mut render = Running::start(&mut command);
+        let mut render = endless(&folder, threads);
         render.wait_for("% of");
         let tasks = std::fs::read_dir(format!("/proc/{}/task", render.child.id())).expect("tasks");
         let count = tasks.count();
@@ -110,12 +111,10 @@ fn threads_are_as_many_as_asked_for() {
 fn a_signal_that_was_ignored_stays_ignored() {
     let folder = folder("nohup");
     let script = format!(
-        "trap '' HUP; exec {} {ENDLESS}",
+        "trap '' HUP; exec {} {ENDLESS} 1",
         env!("CARGO_BIN_EXE_render")
     );
-    let mut command = Command::new("sh");
-    command.args(["-c", &script]).current_dir(&folder);
-    let mut render = Running::start(&mut command);
+    let mut render = Running::start("sh", &["-c", &script], &folder);
     render.wait_for("% of");
     render.signal("-HUP");
     render.signal("-TERM");

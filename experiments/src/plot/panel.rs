@@ -1,0 +1,86 @@
+//! Panels of a figure: where each lies, its title, and its axes with labels and a grid.
+
+use whitefurnace::error::Error;
+
+use super::axis::{Axis, Division};
+use super::canvas::{Anchor, Area, Canvas, Pen, Point};
+use super::{FAINT, HEADING, INK, LABEL};
+
+/// Room left of the plotted area, and above it, pixels.
+pub(super) const LEFT: f64 = 84.0;
+pub(super) const TOP: f64 = 38.0;
+
+/// Panels in rows of `columns` on a page of `size` pixels.
+///
+/// # Errors
+/// What `draw` refuses.
+pub(super) fn panels<T>(
+    see: &str,
+    size: [u32; 2],
+    columns: usize,
+    panels: &[T],
+    title: impl Fn(&T) -> String,
+    mut draw: impl FnMut(&mut Canvas, Area, &T) -> Result<(), Error>,
+) -> Result<Canvas, Error> {
+    let titles: Vec<String> = panels.iter().map(title).collect();
+    let size = size.map(f64::from);
+    let mut canvas = Canvas::new(size, &titles.join("; "), see);
+    for (area, panel) in areas(size, columns, panels.len()).into_iter().zip(panels) {
+        draw(&mut canvas, area, panel)?;
+    }
+    Ok(canvas)
+}
+
+/// Equal parts of a drawing, row by row.
+pub(super) fn areas([width, height]: Point, columns: usize, count: usize) -> Vec<Area> {
+    let rows = count.div_ceil(columns).max(1);
+    let [w, h] = [width / columns as f64, height / rows as f64];
+    let corner = |i: usize| [(i % columns) as f64 * w, (i / columns) as f64 * h];
+    (0..count)
+        .map(corner)
+        .map(|[x, y]| [x, y, x + w, y + h])
+        .collect()
+}
+
+/// The axes along the lower and the left side of the plotted area.
+pub(super) fn axes(plot: Area, [x, y]: [[f64; 2]; 2], divisions: [Division; 2]) -> [Axis; 2] {
+    let [left, top, right, bottom] = plot;
+    [
+        Axis::new(x, divisions[0], [left, right]),
+        Axis::new(y, divisions[1], [bottom, top]),
+    ]
+}
+
+/// The title of a panel, over the middle of its plot.
+pub(super) fn heading(canvas: &mut Canvas, [left, _, right, _]: Area, top: f64, title: &str) {
+    let at = [0.5 * (left + right), top + 19.0];
+    canvas.text(title, at, Anchor::Middle, HEADING);
+}
+
+/// The axes with their labels, and a grid.
+pub(super) fn frame(
+    canvas: &mut Canvas,
+    [left, top, right, bottom]: Area,
+    [x, y]: [&Axis; 2],
+    [across, up]: &[String; 2],
+) {
+    let grid = Pen::new(FAINT, 1.0);
+    let axis = Pen::new(INK, 1.2);
+    for &tick in &x.ticks {
+        let at = x.at(tick);
+        canvas.line(&[[at, top], [at, bottom]], grid);
+        canvas.line(&[[at, bottom], [at, bottom + 5.0]], axis);
+        canvas.text(&x.label(tick), [at, bottom + 15.0], Anchor::Middle, LABEL);
+    }
+    for &tick in &y.ticks {
+        let at = y.at(tick);
+        canvas.line(&[[left, at], [right, at]], grid);
+        canvas.line(&[[left - 5.0, at], [left, at]], axis);
+        canvas.text(&y.label(tick), [left - 9.0, at], Anchor::End, LABEL);
+    }
+    canvas.line(&[[left, top], [left, bottom], [right, bottom]], axis);
+    let middle = [0.5 * (left + right), 0.5 * (top + bottom)];
+    let below = [middle[0], bottom + 39.0];
+    canvas.text(across, below, Anchor::Middle, LABEL);
+    canvas.turned(up, [left - 66.0, middle[1]], Anchor::Middle, LABEL, -90);
+}
