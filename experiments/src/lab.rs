@@ -16,6 +16,7 @@ use crate::cli::whole;
 use crate::job::{Job, Rendered, name};
 use crate::ledger::Ledger;
 use crate::progress::Progress;
+use crate::record::PROGRAM;
 use crate::unfinished::Unfinished;
 
 /// How much work a run does.
@@ -133,6 +134,16 @@ impl Lab {
         make: impl FnOnce() -> Result<T, Error>,
     ) -> Result<T, Error> {
         self.unfinished.part(key, make)
+    }
+
+    /// Parts that several experiments draw on, in the folder `name` beside theirs: each is made once, by
+    /// whichever asks first. `key` says all that decides them beside the program.
+    ///
+    /// # Errors
+    /// As [`Unfinished::at`].
+    pub fn shared(&self, name: &str, key: &str) -> Result<Unfinished, Error> {
+        let fingerprint = format!("{:016x} {key}", *PROGRAM);
+        Unfinished::at(self.folder.with_file_name(name), &fingerprint)
     }
 
     /// The ledger `file` as earlier runs left it. A run writes it once, when all of its rows are there.

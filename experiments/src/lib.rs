@@ -32,6 +32,7 @@ pub mod progress;
 pub mod radiosity;
 pub mod record;
 pub mod regions;
+pub mod seeds;
 pub mod shadow_rays;
 pub mod signals;
 pub mod speed;

@@ -125,7 +125,7 @@ fn digests(folder: &Path) -> Result<BTreeMap<String, String>, Error> {
 }
 
 /// A hash of the running program's file: any change of code makes earlier results stale.
-static PROGRAM: LazyLock<u64> = LazyLock::new(|| {
+pub static PROGRAM: LazyLock<u64> = LazyLock::new(|| {
     let mut hasher = DefaultHasher::new();
     let bytes = std::env::current_exe().and_then(std::fs::read);
     bytes.unwrap_or_default().hash(&mut hasher);

@@ -114,7 +114,7 @@ pub fn continuous() -> [Statistic; 6] {
                 dof: CELLS as f64 - 1.0,
                 n: N as f64,
                 least: 1.0 / CELLS as f64,
-                level: ALPHA,
+                tests: 1,
             },
             bound: false,
         },

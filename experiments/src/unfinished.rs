@@ -26,7 +26,14 @@ impl Unfinished {
     /// # Errors
     /// The folder cannot be made or written.
     pub fn begin(folder: &Path, fingerprint: &str) -> Result<Self, Error> {
-        let folder = folder.join("unfinished");
+        Self::at(folder.join("unfinished"), fingerprint)
+    }
+
+    /// The same in this very folder: for parts that outlive the run.
+    ///
+    /// # Errors
+    /// As [`begin`](Self::begin).
+    pub fn at(folder: PathBuf, fingerprint: &str) -> Result<Self, Error> {
         let run = folder.join("run");
         if std::fs::read_to_string(&run).is_ok_and(|begun| begun == fingerprint) {
             return Ok(Self { folder });

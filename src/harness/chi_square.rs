@@ -132,9 +132,9 @@ fn pearson(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Ou
     let p_lost = lost_p(partition, counts);
     // Where nothing may be lost at all, there is no chance in that, and no second test to pay for.
     let tests = if partition.loss == 0.0 && partition.error == 0.0 {
-        1.0
+        1
     } else {
-        2.0
+        2
     };
     // Without a quadrature's error, a cell without probability is as forbidden as the outside.
     let impossible = partition.error == 0.0
@@ -144,7 +144,7 @@ fn pearson(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Ou
     } else if p_cells.is_nan() || p_lost.is_nan() {
         f64::NAN
     } else {
-        (tests * p_cells.min(p_lost)).min(1.0)
+        (tests as f64 * p_cells.min(p_lost)).min(1.0)
     };
     let least = pooled.iter().map(|&[e, _]| e).fold(f64::INFINITY, f64::min);
     let hull = Hull::new(&pooled, kept as f64);
@@ -164,14 +164,14 @@ fn pearson(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Ou
             dof,
             n: kept as f64,
             least: least / kept as f64,
-            level: ALPHA / tests,
+            tests,
         },
         worst: describe(partition, counts, &expected, p_lost),
         cells: cells(partition, counts, &expected),
         graded: Vec::new(),
     };
     let blur = partition.error * partition.error * kept as f64 / (least / kept as f64);
-    let certain = counts.forbidden > 0 || p_lost < ALPHA / tests;
+    let certain = counts.forbidden > 0 || p_lost < ALPHA / tests as f64;
     if blur > LARGEST_BLUR && !certain {
         // Undecided: the cells' probabilities are not known well enough for so many samples.
         Outcome {

@@ -1,4 +1,4 @@
-//! Power: how likely a statistic is to reject at level [`ALPHA`] under an effect of a given size.
+//! Power: how likely a statistic is to reject under an effect of a given size.
 //!
 //! A probability near 1 says little in 16 digits, so what is computed is its complement, the chance of
 //! a miss. The experiment `power` measures these curves where they can be measured.
@@ -32,8 +32,8 @@ pub enum Sensitivity {
         n: f64,
         /// The smallest probability of a cell, in which an effect shows least.
         least: f64,
-        /// The level at which the cells are tested.
-        level: f64,
+        /// How many tests share the level (Bonferroni), at least 1: two where losses are tested, too.
+        tests: usize,
     },
     /// Kolmogorov's distance of n values; the effect is the distance of the two laws.
     Distance {
@@ -67,6 +67,11 @@ impl Sensitivity {
     /// for counts and cells, close for normal statistics, an upper bound for distances and bounded
     /// values. Zero effect is missed with probability about 1.
     pub fn miss(&self, effect: f64) -> f64 {
+        self.miss_at(effect, ALPHA)
+    }
+
+    /// The same at another level, in (0, 1].
+    pub fn miss_at(&self, effect: f64, alpha: f64) -> f64 {
         let size = effect.abs();
         match *self {
             Self::Certain => 0.0,
@@ -74,13 +79,14 @@ impl Sensitivity {
                 standard_error,
                 dof,
                 tests,
-            } => normal_miss(size, standard_error, dof, ALPHA / tests as f64),
+            } => normal_miss(size, standard_error, dof, alpha / tests as f64),
             Self::Cells {
                 dof,
                 n,
                 least,
-                level,
+                tests,
             } => {
+                let level = alpha / tests as f64;
                 if dof < 1.0 {
                     // One cell holds everything: nothing can show.
                     return 1.0;
@@ -93,19 +99,38 @@ impl Sensitivity {
             Self::Distance { n } => {
                 // Where the laws differ most, the share of values is off by more than the excess with
                 // at most this probability (Hoeffding 1963, theorem 1).
-                let excess = (size - kolmogorov_upper(n, ALPHA)).max(0.0);
+                let excess = (size - kolmogorov_upper(n, alpha)).max(0.0);
                 (-2.0 * n as f64 * excess * excess).exp()
             }
             Self::Binomial { n, probability } => {
-                binomial_miss(n, probability, probability + effect)
+                binomial_miss(n, probability, probability + effect, alpha)
             }
-            Self::Poisson { mean } => poisson_miss(mean, mean + effect),
+            Self::Poisson { mean } => poisson_miss(mean, mean + effect, alpha),
             Self::Bernstein { root, range } => {
                 let radius = |l: f64| root * l.sqrt() + range * l;
-                let excess = (size - radius((4.0 / ALPHA).ln())).max(0.0);
+                let excess = (size - radius((4.0 / alpha).ln())).max(0.0);
                 (2.0 * (-bernstein_exponent(excess, root, range)).exp()).min(1.0)
             }
         }
+    }
+
+    /// The smallest level, but none finer than [`ALPHA`], at which an effect of this size and sign is rejected
+    /// with at least this probability; 1 if that takes rejecting everything. Found by halving, to 1e-9 of it.
+    pub fn level_with_power(&self, effect: f64, power: f64) -> f64 {
+        let seen = |level: f64| self.miss_at(effect, level) <= 1.0 - power;
+        if seen(ALPHA) {
+            return ALPHA;
+        }
+        let (mut low, mut high) = (ALPHA, 1.0);
+        while high > low * (1.0 + 1e-9) {
+            let middle = (low * high).sqrt();
+            if seen(middle) {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        high
     }
 
     /// The probability of a miss on the worse side of the hypothesis; an effect that is impossible on
@@ -170,13 +195,13 @@ fn normal_miss(size: f64, standard_error: f64, dof: f64, level: f64) -> f64 {
 
 /// P(k is accepted) under probability q of the two-sided exact test of `null`; q beyond [0, 1] is
 /// impossible, and misses nothing.
-fn binomial_miss(n: u64, null: f64, q: f64) -> f64 {
+fn binomial_miss(n: u64, null: f64, q: f64, alpha: f64) -> f64 {
     if !(0.0..=1.0).contains(&q) {
         return 0.0;
     }
     // The first rejected count above, and how many below are rejected.
-    let above = first(n + 1, |k| 2.0 * binomial_sf(k, n, null) < ALPHA);
-    let below = first(n + 1, |k| 2.0 * binomial_cdf(k, n, null) >= ALPHA);
+    let above = first(n + 1, |k| 2.0 * binomial_sf(k, n, null) < alpha);
+    let below = first(n + 1, |k| 2.0 * binomial_cdf(k, n, null) >= alpha);
     accepted(
         (below, above),
         |k| binomial_cdf(k, n, q),
@@ -185,13 +210,13 @@ fn binomial_miss(n: u64, null: f64, q: f64) -> f64 {
 }
 
 /// As [`binomial_miss`], for a count with the given means.
-fn poisson_miss(null: f64, mean: f64) -> f64 {
+fn poisson_miss(null: f64, mean: f64, alpha: f64) -> f64 {
     if mean < 0.0 {
         return 0.0;
     }
     let most = (null + 100.0 * null.sqrt() + 1000.0).ceil() as u64;
-    let above = first(most, |k| 2.0 * poisson_sf(k, null) < ALPHA);
-    let below = first(most, |k| 2.0 * poisson_cdf(k, null) >= ALPHA);
+    let above = first(most, |k| 2.0 * poisson_sf(k, null) < alpha);
+    let below = first(most, |k| 2.0 * poisson_cdf(k, null) >= alpha);
     accepted(
         (below, above),
         |k| poisson_cdf(k, mean),

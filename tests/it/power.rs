@@ -1,6 +1,6 @@
 //! Stated power against closed forms and against sums over whole laws.
 
-use approx::assert_relative_eq;
+use approx::{assert_abs_diff_eq, assert_relative_eq};
 use whitefurnace::harness::chi_square::{binomial, poisson};
 use whitefurnace::harness::convergence::variance_ratio;
 use whitefurnace::harness::mean::{Values, bounded_mean, mean, welch};
@@ -245,7 +245,7 @@ fn misses_of_cells_and_distances_are_those_of_their_laws() {
         dof: 1.0,
         n: 1e6,
         least: 0.5,
-        level: ALPHA,
+        tests: 1,
     };
     // Two cells are one share: the square of a z test of its relative error, standard error 1/1000.
     let share = Sensitivity::Normal {
@@ -262,7 +262,7 @@ fn misses_of_cells_and_distances_are_those_of_their_laws() {
         dof: 0.0,
         n: 1e6,
         least: 1.0,
-        level: ALPHA,
+        tests: 1,
     };
     assert_eq!(nothing.smallest_effect(ALPHA), f64::INFINITY);
     // √(ln(2/α)/2n) to be rejected, √(ln(1/α)/2n) for certainty.
@@ -274,6 +274,64 @@ fn misses_of_cells_and_distances_are_those_of_their_laws() {
         max_relative = 1e-8
     );
     assert_eq!(distance.miss(0.04), 1.0);
+}
+
+/// At the level that is found the power is what was asked for; coarser than needed it is nowhere, finer than the
+/// suite's own neither.
+#[test]
+fn levels_of_a_power_are_found() {
+    let laws = [
+        Sensitivity::Normal {
+            standard_error: 1.0,
+            dof: 200.0,
+            tests: 1,
+        },
+        Sensitivity::Cells {
+            dof: 5.0,
+            n: 5.0,
+            least: 0.5,
+            tests: 2,
+        },
+        Sensitivity::Distance { n: 2 },
+        Sensitivity::Bernstein {
+            root: 0.4,
+            range: 0.01,
+        },
+    ];
+    for law in laws {
+        let mut last = 0.0;
+        for power in [0.5, 0.9] {
+            let level = law.level_with_power(2.2, power);
+            assert!(last < level && level < 1.0, "{law:?} {power} {level}");
+            assert_abs_diff_eq!(law.miss_at(2.2, level), 1.0 - power, epsilon = 1e-6);
+            last = level;
+        }
+        assert_eq!(law.level_with_power(1e3, 0.9), ALPHA);
+        assert_eq!(law.miss(2.2), law.miss_at(2.2, ALPHA));
+    }
+    // z of 2.2 beyond its critical value half of the time, and 1.28 below it.
+    let known = Sensitivity::Normal {
+        standard_error: 1.0,
+        dof: f64::INFINITY,
+        tests: 1,
+    };
+    for (power, critical) in [(0.5, 2.2), (0.9, 2.2 - normal_upper(0.1))] {
+        let level = 2.0 * normal_sf(critical);
+        assert_relative_eq!(
+            known.level_with_power(2.2, power),
+            level,
+            max_relative = 1e-2
+        );
+    }
+    // Counts jump: at the level the power is at least what was asked for, just below it is less.
+    let coin = Sensitivity::Binomial {
+        n: 400,
+        probability: 0.5,
+    };
+    let level = coin.level_with_power(0.05, 0.9);
+    assert!(coin.miss_at(0.05, level) <= 0.1 && coin.miss_at(0.05, 0.9999 * level) > 0.1);
+    let rare = Sensitivity::Poisson { mean: 1e-4 };
+    assert_eq!(rare.level_with_power(0.125, 0.5), 1.0);
 }
 
 /// Values 0 and 2 in turn: mean 1.

@@ -25,14 +25,20 @@ const TOY: Experiment = Experiment {
     run: |lab| {
         let mut ledger = lab.ledger("toy.csv", "key", "replication,value")?;
         let first = ledger.next();
+        let shared = lab.shared("toys", "key")?;
         for k in 0..4 {
-            let value = lab.part(&format!("part-{k}"), || {
+            let make = || {
                 if k == STOP.load(Ordering::Relaxed) {
                     return Err(Error::Interrupted);
                 }
                 // What no file can round.
                 Ok(((first + k) as f64 + 0.1).sin())
-            })?;
+            };
+            let value = if k % 2 == 0 {
+                lab.part(&format!("part-{k}"), make)
+            } else {
+                shared.part(&format!("part-{}", first + k), make)
+            }?;
             ledger.push(first + k, &[format!("{value:e}")]);
         }
         let level = ledger.look(1e-3);
