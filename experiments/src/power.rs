@@ -1,6 +1,6 @@
 //! Whether the statistics see what they are said to see: by themselves, and in the registry's trials.
 
-mod graded;
+pub mod graded;
 
 use whitefurnace::equation;
 use whitefurnace::error::Error;

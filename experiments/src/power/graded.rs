@@ -16,28 +16,31 @@ use crate::seeds::{Measure, POWERS, Seeds};
 /// Fewer seeds judge nothing.
 const SEEDS: u64 = 200;
 
-/// A level above this says nothing: the effect at this scale is none of a power worth the name.
-const COARSEST: f64 = 0.5;
+/// A level above this says nothing: almost everything is rejected.
+const COARSEST: f64 = 0.9;
 
 /// Skewness may move the power by this much; with 200 seeds, five standard deviations are 0.1 and more.
 const LARGEST_BEND: f64 = 0.02;
 
 /// A graded control at one power, over all seeds.
-struct Counted {
-    name: String,
+pub struct Counted {
+    /// The measure: "trial: outcome".
+    pub name: String,
     statistic: String,
     up: bool,
     bound: bool,
     /// What is stated at the level.
-    power: f64,
-    level: f64,
-    rejected: u64,
+    pub power: f64,
+    /// The level: the median of those that the seeds state.
+    pub level: f64,
+    /// How many seeds reject it.
+    pub rejected: u64,
     seeds: u64,
 }
 
 impl Counted {
     /// The probability of a count as far off, on the lower side alone where the stated power is a bound.
-    fn p(&self) -> f64 {
+    pub fn p(&self) -> f64 {
         if self.bound {
             binomial_cdf(self.rejected, self.seeds, self.power)
         } else {
@@ -74,20 +77,8 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// What was not judged, by its reason.
-#[derive(Default)]
-struct LeftOut {
-    reasons: BTreeMap<&'static str, Vec<String>>,
-}
-
-impl LeftOut {
-    fn add(&mut self, reason: &'static str, name: &str) {
-        let names = self.reasons.entry(reason).or_default();
-        if names.last().is_none_or(|last| last != name) {
-            names.push(name.to_owned());
-        }
-    }
-}
+/// The measures that were not judged at all, by the reason.
+pub type LeftOut = BTreeMap<&'static str, Vec<String>>;
 
 /// Counts the graded controls of the registry; judges them at `family`, the level of all together.
 pub fn graded(lab: &mut Lab, family: f64) -> Result<(), Error> {
@@ -134,14 +125,15 @@ pub fn graded(lab: &mut Lab, family: f64) -> Result<(), Error> {
     draw(lab, &counted, seeds.scale)
 }
 
-/// The graded controls of one measure: its outcome under every seed.
-fn count_all(found: &[Measure], left_out: &mut LeftOut) -> Vec<Counted> {
+/// The graded controls of one measure, given its outcome under every seed; where none can be judged, it is
+/// named with the reason.
+pub fn count_all(found: &[Measure], left_out: &mut LeftOut) -> Vec<Counted> {
     let first = &found[0];
-    if first.approximate {
-        left_out.add("claimed within a margin only", &first.name);
-    } else if first.graded.is_empty() {
-        left_out.add("without graded control", &first.name);
-    }
+    let mut reason = if first.approximate {
+        "claimed within a margin only"
+    } else {
+        "without graded control"
+    };
     let mut counted: Vec<Counted> = Vec::new();
     for up in [true, false] {
         for (at, &wanted) in POWERS.iter().enumerate() {
@@ -157,10 +149,10 @@ fn count_all(found: &[Measure], left_out: &mut LeftOut) -> Vec<Counted> {
             let [level, power] = [part(0), part(1)];
             let z = normal_upper(0.5 * level);
             if level > COARSEST {
-                left_out.add("effect too small at this scale", &first.name);
+                reason = "effect too small at this scale";
             } else if median(found.iter().map(|measure| bend(measure, z)).collect()) > LARGEST_BEND
             {
-                left_out.add("too skewed at this scale", &first.name);
+                reason = "too skewed at this scale";
             } else if level > ALPHA || wanted == POWERS[0] {
                 // Where the effect is seen at the suite's own level, both powers are asked for there.
                 counted.push(Counted {
@@ -175,6 +167,10 @@ fn count_all(found: &[Measure], left_out: &mut LeftOut) -> Vec<Counted> {
                 });
             }
         }
+    }
+    if counted.is_empty() {
+        let names = left_out.entry(reason).or_default();
+        names.push(first.name.clone());
     }
     counted
 }
@@ -226,12 +222,13 @@ fn report(lab: &mut Lab, counted: &[Counted], left_out: &LeftOut, size: (u64, f6
         );
     }
     let what = "values off by δ are rejected as often as stated";
-    if lab.tier() == Tier::Full {
+    let full = lab.tier() == Tier::Full;
+    if full {
         lab.claim(what, value, failing.is_empty());
     } else {
         lab.note(what, value);
     }
-    for c in failing {
+    for c in failing.iter().filter(|_| full) {
         lab.detail(
             &c.label(),
             format!(
@@ -242,18 +239,17 @@ fn report(lab: &mut Lab, counted: &[Counted], left_out: &LeftOut, size: (u64, f6
                 c.power,
                 c.p()
             ),
-            lab.tier() != Tier::Full,
+            false,
         );
     }
-    let mut none = 0;
-    for (reason, names) in &left_out.reasons {
-        none += names.len();
+    for (reason, names) in left_out {
         lab.note(
             &format!("not judged: {reason}"),
             format!("{}: {}", names.len(), names.join("; ")),
         );
     }
-    lab.number("graded.not_judged", f64::from(none as u32));
+    let none: usize = left_out.values().map(Vec::len).sum();
+    lab.number("graded.not_judged", none as f64);
 }
 
 /// Those counted at this power, and not at the suite's own level.

@@ -7,6 +7,7 @@ use experiments::lab::{Finding, Judgement, Options, Outcome, Tier};
 use experiments::record::{recorded, recorded_folder};
 
 mod figures;
+mod graded;
 mod mutants;
 mod options;
 mod record;
