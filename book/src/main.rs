@@ -47,7 +47,8 @@ fn parse(arguments: impl IntoIterator<Item = String>) -> Result<Option<Options>,
 }
 
 fn main() -> ExitCode {
-    let outcome = parse(std::env::args().skip(1)).and_then(|options| match options {
+    let options = parse(std::env::args().skip(1)).map_err(|message| format!("error: {message}"));
+    let outcome = options.and_then(|options| match options {
         Some(options) => weave(&options)
             .map(|page| page.display().to_string())
             .map_err(|error| error.to_string()),

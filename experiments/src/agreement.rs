@@ -142,7 +142,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     squares(
         &lab.figure("agreement.svg"),
         (
-            "Image mean relative to the reference, with the half-width of its interval",
+            "Image mean relative to the reference ± half its interval",
             "Methods without bias agree in every scene; others differ as far as their reasons say.",
         ),
         (&ESTIMATORS.map(name), &columns),

@@ -177,7 +177,7 @@ fn make(
     size: [u32; 2],
     (samples, particles): (u32, u32),
 ) -> Result<Made, Error> {
-    let bar = Progress::new(&format!("caustics {name}")).bar(u64::from(IMAGES));
+    let bar = Progress::new(name).bar(u64::from(IMAGES));
     let pixels = region(scene, size);
     let mut all = Film::new(size, None, 1)?;
     let mut values = Moments::default();

@@ -105,7 +105,7 @@ fn or_one_line<T>(parsed: Result<T, clap::Error>) -> T {
                 .map(str::trim)
                 .filter(|line| !line.is_empty() && !line.starts_with("Usage:"))
                 .collect();
-            eprintln!("{}", lines.join(" "));
+            eprintln!("{}", lines.join("; "));
             std::process::exit(2);
         }
         // Help and version.

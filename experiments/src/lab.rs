@@ -221,7 +221,8 @@ impl Lab {
     /// # Errors
     /// What [`Job::render`] refuses; [`Error::Interrupted`] after a signal to end.
     pub fn render(&self, job: &Job, label: &str) -> Result<Film, Error> {
-        let progress = Progress::new(&format!("{} {label}", self.outcome.id));
+        // The experiment is named already.
+        let progress = Progress::new(if label == self.outcome.id { "" } else { label });
         let Rendered { film, complete } = job.render(&progress)?;
         if complete {
             Ok(film)
@@ -255,7 +256,7 @@ impl Lab {
         self.note(
             &format!("{stem}.png"),
             format!(
-                "{width}x{height}, {} spp, {} {}, mean radiance {:.4}, mean relative error {:.2} %",
+                "{width}x{height}, {} spp, convention {}, estimator {}, mean radiance {:.4}, mean relative error {:.2} %",
                 job.spp,
                 name(job.convention),
                 name(job.estimator),

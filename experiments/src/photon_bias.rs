@@ -66,7 +66,7 @@ fn radii(lab: &mut Lab) -> Result<Chart, Error> {
     let maps = lab.count(lab.by_tier(4_000, 40_000)).max(LEAST) as u32;
     let mut found = Vec::new();
     let mut rows = Vec::new();
-    let bar = Progress::new("photon-bias maps").bar(u64::from(maps) * RADII.len() as u64);
+    let bar = Progress::new("maps").bar(u64::from(maps) * RADII.len() as u64);
     for radius in RADII {
         let seed = seed_for(lab.seed(), &format!("radius {radius}"));
         let values: Result<Vec<f64>, Error> = (0..maps)
@@ -155,7 +155,7 @@ fn passes(lab: &mut Lab) -> Result<Chart, Error> {
         radius: FIRST,
     };
     let seed = seed_for(lab.seed(), "passes");
-    let bar = Progress::new("photon-bias passes").bar(u64::from(runs));
+    let bar = Progress::new("passes").bar(u64::from(runs));
     // For each run the mean of the first n passes, for each n.
     let means: Result<Vec<Vec<f64>>, Error> = (0..runs)
         .into_par_iter()

@@ -167,7 +167,7 @@ fn quirks(lab: &mut Lab) -> Result<(), Error> {
 /// a difference shows the quirk and little noise.
 fn quirked_mean(lab: &Lab, region: &Region, quirks: Quirks) -> Result<[f64; 3], Error> {
     let job = region_job(lab, ConventionName::Published, region);
-    let progress = Progress::new(&format!("quirks {}", region.name));
+    let progress = Progress::new(region.name);
     let scene = job.build_scene()?;
     let whole = Whole {
         progress: &progress,
@@ -229,7 +229,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
         "Regions of figure 6 under three conventions, against the published image",
         "Under the convention named published all points lie within the bands; under the others many do not.",
     );
-    let axis = "rendered − published";
+    let axis = "rendered − published (grey levels)";
     draw(
         &lab.figure("regions.svg"),
         about,

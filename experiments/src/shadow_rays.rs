@@ -106,7 +106,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
         }
     };
     let master = lab.seed();
-    let bar = Progress::new("shadow-rays").bar(u64::from(4 * images));
+    let bar = Progress::default().bar(u64::from(4 * images));
     let trace = |name, images, samples, make: &dyn Fn(&Rays, u64) -> Result<Film, Error>| {
         measure(
             seed_for(master, name),

@@ -49,8 +49,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     let triangles: Vec<[DVec3; 3]> = scene.triangles().collect();
     for (aim, label) in AIMS {
         let seed = seed_for(lab.seed(), label);
-        let bar =
-            Progress::new(&format!("watertight {label}")).bar(u64::from(batches) * BATCH * WALK);
+        let bar = Progress::new(label).bar(u64::from(batches) * BATCH * WALK);
         let lost: u64 = (0..batches)
             .into_par_iter()
             .map(|batch| {

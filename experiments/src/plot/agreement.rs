@@ -4,7 +4,7 @@ use std::path::Path;
 
 use whitefurnace::error::Error;
 
-use super::canvas::{Anchor, Area, Canvas, Pen, Shape, width};
+use super::canvas::{Anchor, Area, Canvas, Pen, Point, Shape, width};
 use super::{FAINT, INK, LABEL, OKABE_ITO, Rgb, TITLE};
 
 /// What a cell of the matrix says.
@@ -37,7 +37,6 @@ const CELL: [f64; 2] = [114.0, 44.0];
 /// Distance of the lines of a cell.
 const LINE: f64 = 17.0;
 const LEFT: f64 = 100.0;
-const TOP: f64 = 124.0;
 
 /// Draws rows × columns. A cell that is `None` is struck through: `blank` says why.
 ///
@@ -50,19 +49,24 @@ pub fn squares(
     blank: &str,
     square: impl Fn(usize, usize) -> Option<Square>,
 ) -> Result<(), Error> {
-    let size = [
-        LEFT + columns.len() as f64 * CELL[0] + 14.0,
-        TOP + rows.len() as f64 * CELL[1] + 14.0,
-    ];
+    let right = LEFT + columns.len() as f64 * CELL[0] + 14.0;
+    let right = right.max(width(title, TITLE) + 28.0);
+    let entries = legend(right, blank);
+    let above = entries.iter().map(|(_, _, [_, y])| y + 58.0);
+    let above = above.fold(0.0, f64::max);
+    let size = [right, above + rows.len() as f64 * CELL[1] + 14.0];
     let mut canvas = Canvas::new(size, title, see);
     canvas.text(title, [14.0, 20.0], Anchor::Start, TITLE);
-    legend(&mut canvas, size[0], blank);
+    for (standing, label, [x, y]) in entries {
+        cell(&mut canvas, [x, y, x + 26.0, y + 18.0], standing);
+        canvas.text(label, [x + 32.0, y + 9.0], Anchor::Start, 13.0);
+    }
     for (c, name) in columns.iter().enumerate() {
-        let at = [LEFT + (c as f64 + 0.5) * CELL[0], TOP - 12.0];
+        let at = [LEFT + (c as f64 + 0.5) * CELL[0], above - 12.0];
         canvas.text(name, at, Anchor::Middle, LABEL);
     }
     for (r, name) in rows.iter().enumerate() {
-        let y = TOP + r as f64 * CELL[1];
+        let y = above + r as f64 * CELL[1];
         let middle = y + 0.5 * CELL[1];
         canvas.text(name, [LEFT - 8.0, middle], Anchor::End, LABEL);
         for c in 0..columns.len() {
@@ -83,7 +87,11 @@ pub fn squares(
     canvas.write(path)
 }
 
-fn legend(canvas: &mut Canvas, right: f64, blank: &str) {
+/// An entry of the legend and its upper left corner.
+type Entry<'a> = (Option<Standing>, &'a str, Point);
+
+/// The legend, in as many lines as it takes to end before `right`.
+fn legend(right: f64, blank: &str) -> [Entry<'_>; 7] {
     let entries = [
         (Some(Standing::Reference), "reference"),
         (Some(Standing::Agrees), "agrees within the margin"),
@@ -94,15 +102,15 @@ fn legend(canvas: &mut Canvas, right: f64, blank: &str) {
         (None, blank),
     ];
     let [mut x, mut y] = [14.0, 38.0];
-    for (standing, label) in entries {
+    entries.map(|(standing, label)| {
         let length = 34.0 + width(label, 13.0) + 14.0;
         if x + length > right {
             [x, y] = [14.0, y + 24.0];
         }
-        cell(canvas, [x, y, x + 26.0, y + 18.0], standing);
-        canvas.text(label, [x + 32.0, y + 9.0], Anchor::Start, 13.0);
+        let corner = [x, y];
         x += length;
-    }
+        (standing, label, corner)
+    })
 }
 
 /// Fills and borders can be told apart without colour.

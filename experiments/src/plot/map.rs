@@ -22,7 +22,7 @@ pub struct Map {
     pub ranges: [[f64; 2]; 2],
     /// Columns and rows of cells.
     pub size: [u32; 2],
-    /// The cells, row by row from the top.
+    /// The cells, row by row from the top; what is not a number is grey.
     pub values: Vec<f64>,
     /// Values from here on, of either sign, have the full colour; larger ones are marked.
     pub bound: f64,
@@ -83,6 +83,8 @@ pub fn maps(
 const BAR: f64 = 16.0;
 const GAP: f64 = 14.0;
 const LABELS: f64 = 74.0;
+/// The colour of cells that are not numbers: none of the scale.
+const UNKNOWN: [u8; 3] = [150, 150, 150];
 /// Colours of the bar.
 const STEPS: u32 = 64;
 /// A map of cells has at least so many pixels on its longer side: whoever smooths them shows cells still.
@@ -130,7 +132,13 @@ fn draw(canvas: &mut Canvas, area: Area, map: &Map) -> Result<(), String> {
 fn cells(map: &Map) -> Result<Vec<u8>, String> {
     let [width, height] = map.size;
     let times = SHARP.div_ceil(width.max(height).max(1));
-    let colour = |value: &f64| diverging(value / map.bound);
+    let colour = |value: &f64| {
+        if value.is_nan() {
+            UNKNOWN
+        } else {
+            diverging(value / map.bound)
+        }
+    };
     let colours: Vec<[u8; 3]> = map.values.iter().map(colour).collect();
     let mut pixels = Vec::new();
     for row in colours.chunks(width.max(1) as usize) {
@@ -171,6 +179,19 @@ fn bar(canvas: &mut Canvas, [left, top, right, bottom]: Area, map: &Map) {
         let y = at(quarter);
         canvas.line(&[[right, y], [right + 4.0, y]], Pen::new(INK, 1.0));
         canvas.text(&label, [right + 8.0, y], Anchor::Start, LABEL);
+    }
+    if map.values.iter().any(|value| value.is_nan()) {
+        let [r, g, b] = UNKNOWN;
+        canvas.fill(
+            [left - 8.0, bottom + 24.0, left + 4.0, bottom + 36.0],
+            Rgb(r, g, b),
+        );
+        canvas.text(
+            "not judged",
+            [left + 9.0, bottom + 30.0],
+            Anchor::Start,
+            13.0,
+        );
     }
     let place = [right + LABELS - 12.0, 0.5 * (top + bottom)];
     canvas.turned(&map.unit, place, Anchor::Middle, LABEL, 90);

@@ -301,3 +301,62 @@ fn maps_hold_their_cells_in_colours_of_equal_weight() {
     };
     assert!(maps(&path, "two cells", [400, 300], 1, &[short]).is_err());
 }
+
+/// The colour of a share of nothing is no colour of the scale, and is explained.
+#[test]
+fn what_is_not_judged_is_grey() {
+    let svg = |values| {
+        let map = Map {
+            title: String::new(),
+            axes: [String::new(), String::new()],
+            ranges: [[0.0, 1.0]; 2],
+            size: [2, 1],
+            values,
+            bound: 4.0,
+            unit: String::new(),
+        };
+        drawn("unknown", |path| maps(path, "", [400, 300], 1, &[map]))
+    };
+    let [known, unknown] = [svg(vec![0.0, -9.0]), svg(vec![0.0, f64::NAN])];
+    assert!(unknown.contains("not judged") && !known.contains("not judged"));
+    let picture = |svg: &str| svg.split("base64,").nth(1).expect("a picture").to_owned();
+    assert!(
+        picture(&known) != picture(&unknown),
+        "as if it were far below"
+    );
+}
+
+/// Few columns leave as much room for title and legend as many: nothing is drawn over the cells or cut off.
+#[test]
+fn a_narrow_matrix_has_room_for_its_legend() {
+    let names = ["n".to_owned()];
+    let blank = "not compared: undefined, or without finite variance";
+    let title = "Image mean relative to the reference ± half its interval";
+    let square = |_, _| {
+        Some(Square {
+            text: "1".to_owned(),
+            standing: Standing::Agrees,
+        })
+    };
+    let svg = drawn("narrow", |path| {
+        squares(path, (title, ""), (&names, &names), blank, square)
+    });
+    let height = |text: &str| -> f64 {
+        let mut lines = svg.lines();
+        let line = lines.position(|line| line == text).expect("a text");
+        let element = svg.lines().nth(line - 1).expect("its element");
+        attribute(element, "y")
+            .expect("a place")
+            .parse()
+            .expect("a number")
+    };
+    assert!(
+        height("n") > height(blank) + 1800.0,
+        "the legend stands in the matrix"
+    );
+    let across = attribute(svg.lines().next().expect("a root"), "width").expect("a width");
+    assert!(
+        across.parse::<f64>().expect("a number") > 500.0,
+        "the title is cut off"
+    );
+}
