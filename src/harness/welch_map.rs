@@ -30,19 +30,26 @@ pub struct PValueMap {
     pub width: usize,
     /// Tiles down.
     pub height: usize,
-    /// p of each tile, row by row; NaN where neither image has any variance and both agree.
-    pub p: Vec<f64>,
-    /// The difference of the tile's means in standard errors.
+    /// p of each tile, row by row; `None` where nothing is judged: neither image has any variance and both
+    /// agree, or the tile was left out. NaN, where an image's mean or variance is none, fails.
+    pub p: Vec<Option<f64>>,
+    /// The difference of the tile's means in standard errors; NaN where nothing is judged.
     pub sigmas: Vec<f64>,
     /// Degrees of freedom of those.
     pub dof: Vec<f64>,
 }
 
 impl PValueMap {
-    /// Counts of the p-values in `bins` equal bins of [0, 1]: flat if there is no bias.
+    /// The tiles that are judged.
+    fn judged(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let tiles = self.p.iter().enumerate();
+        tiles.filter_map(|(tile, p)| Some((tile, (*p)?)))
+    }
+
+    /// Counts of the p-values in `bins` equal bins of [0, 1]: flat if there is no bias. NaN counts as 0.
     pub fn histogram(&self, bins: usize) -> Vec<u64> {
         let mut counts = vec![0; bins];
-        for p in self.p.iter().filter(|p| !p.is_nan()) {
+        for (_, p) in self.judged() {
             counts[((p * bins as f64) as usize).min(bins - 1)] += 1;
         }
         counts
@@ -51,7 +58,7 @@ impl PValueMap {
     /// Whether the p-values are uniform, by Kolmogorov-Smirnov. `delta` is the distance that would
     /// matter: the pixels' values are means of few samples, and only nearly normal.
     pub fn flatness(&self, name: &str, delta: f64) -> Outcome {
-        let mut p: Vec<f64> = self.p.iter().copied().filter(|p| !p.is_nan()).collect();
+        let mut p: Vec<f64> = self.judged().map(|(_, p)| p).collect();
         let mut outcome = kolmogorov_smirnov(name, &mut p, |p| p, delta);
         outcome.claim = Claim::Approximate { margin: delta };
         // Those of the exact claim say nothing of this one.
@@ -62,9 +69,9 @@ impl PValueMap {
     /// The smallest p-value times the number of tiles (Bonferroni), with the worst tile; no size of
     /// effect is claimed.
     pub fn smallest(&self, name: &str, n: u64) -> Outcome {
-        let valid = || self.p.iter().enumerate().filter(|(_, p)| !p.is_nan());
-        let worst = valid().min_by(|a, b| a.1.total_cmp(b.1));
-        let tests = valid().count();
+        let rank = |p: f64| if p.is_nan() { f64::NEG_INFINITY } else { p };
+        let worst = self.judged().min_by(|a, b| rank(a.1).total_cmp(&rank(b.1)));
+        let tests = self.judged().count();
         let Some((worst, p)) = worst else {
             return Self::none_judged(name, n);
         };
@@ -73,7 +80,8 @@ impl PValueMap {
             statistic: "Welch map",
             value: self.sigmas[worst],
             dof: None,
-            p: (p * tests as f64).min(1.0),
+            // Unlike `min`, this keeps NaN.
+            p: (p * tests as f64).clamp(0.0, 1.0),
             n,
             valid_from: 2,
             estimate: self.sigmas[worst],
@@ -264,7 +272,10 @@ pub fn map(a: &PixelStatistics, b: &PixelStatistics, width: usize, tile: usize) 
             difference(a, b, &pixels)
         })
         .collect();
-    let p = |d: &Difference| student_two_sided(d.sigmas(), d.dof);
+    let p = |d: &Difference| {
+        let says_nothing = d.difference == 0.0 && d.variance == 0.0;
+        (!says_nothing).then(|| student_two_sided(d.sigmas(), d.dof))
+    };
     PValueMap {
         width: across,
         height: down,

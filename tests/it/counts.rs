@@ -305,7 +305,9 @@ fn maps_leave_out_what_says_nothing() {
     let found = PValueMap {
         width: 3,
         height: 2,
-        p: vec![0.5, f64::NAN, 0.2, 1.0, 0.001, 0.7],
+        p: [0.5, -1.0, 0.2, 1.0, 0.001, 0.7]
+            .map(|p| (p >= 0.0).then_some(p))
+            .to_vec(),
         sigmas: vec![0.7, f64::NAN, 1.3, 0.0, -3.3, 0.4],
         dof: vec![9.0, 8.0, 7.0, 6.0, 5.0, 4.0],
     };
@@ -337,6 +339,34 @@ fn maps_leave_out_what_says_nothing() {
         (cell.place.as_str(), cell.observed, cell.sigmas),
         ("x 2 y 1", 0.4, 0.4)
     );
+    // What is no number is neither left out nor large: it fails, and is the worst.
+    let mut broken = found;
+    broken.p[3] = Some(f64::NAN);
+    let smallest = broken.smallest("smallest", 17);
+    assert!(smallest.p.is_nan() && smallest.verdict() == Verdict::Fails);
+    assert!(smallest.worst.starts_with("(0, 1)"), "{}", smallest.worst);
+    assert_eq!(broken.flatness("flat", 0.1).verdict(), Verdict::Fails);
+    assert_eq!(broken.histogram(4), [3, 0, 2, 0]);
+}
+
+/// A mean or a variance that is no number is none that says nothing.
+#[test]
+fn a_pixel_that_is_no_number_fails() {
+    let [means, variances] = [[1.0, 1.0, 2.0], [0.1, 0.0, 0.2]];
+    for (mean, variance) in [(f64::NAN, 0.0), (1.0, f64::NAN), (f64::NAN, f64::NAN)] {
+        let (mut mean_a, mut variance_a) = (means, variances);
+        (mean_a[1], variance_a[1]) = (mean, variance);
+        let [a, b] = [(&mean_a, &variance_a), (&means, &variances)].map(|(mean, variance)| {
+            PixelStatistics {
+                mean,
+                variance,
+                count: &[9; 3],
+            }
+        });
+        let found = map(&a, &b, 3, 1);
+        assert_eq!(found.smallest("pixels", 9).verdict(), Verdict::Fails);
+        assert_eq!(map(&b, &b, 3, 1).p[1], None);
+    }
 }
 
 /// An image of 7 × 5 pixels in which no two are alike, and another.
@@ -392,7 +422,11 @@ fn tiles_hold_their_own_pixels() {
             let tile = [i % found.width, i / found.width];
             let (t, dof, _) = expected(&|x, y| [x / side, y / side] == tile);
             assert_relative_eq!(sigmas, t, max_relative = 1e-9);
-            assert_relative_eq!(p, student_two_sided(t, dof), max_relative = 1e-9);
+            assert_relative_eq!(
+                p.expect("judged"),
+                student_two_sided(t, dof),
+                max_relative = 1e-9
+            );
         }
     }
     let even = vec![0.0; a.mean.len()];
@@ -419,7 +453,7 @@ fn tiles_hold_their_own_pixels() {
         (same.value, same.p, same.verdict()),
         (0.0, 1.0, Verdict::Undecided { needed })
     );
-    assert!(map(&still, &still, 7, 1).p.iter().all(|p| p.is_nan()));
+    assert!(map(&still, &still, 7, 1).p.iter().all(Option::is_none));
 }
 
 #[test]

@@ -434,7 +434,7 @@ fn images_are_compared_as_a_whole_by_tile_and_by_pixel() {
         max_relative = 1e-12
     );
     assert_relative_eq!(
-        pixels.p[7],
+        pixels.p[7].expect("judged"),
         tails::student_two_sided(pixels.sigmas[7], 198.0),
         max_relative = 1e-9
     );

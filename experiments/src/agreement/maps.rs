@@ -113,7 +113,7 @@ impl Maps {
     }
 }
 
-/// The Welch map of places that are judged at a level, the others not a number; and how many are.
+/// The Welch map of places that are judged at a level, the others left out; and how many are.
 fn judged([a, b]: [&[Place]; 2], width: usize, level: f64) -> (PValueMap, usize) {
     let table = |places: &[Place]| {
         let column =
@@ -129,12 +129,14 @@ fn judged([a, b]: [&[Place]; 2], width: usize, level: f64) -> (PValueMap, usize)
     });
     let mut map = map(&ours, &reference, width, 1);
     for (i, (a, b)) in a.iter().zip(b).enumerate() {
-        if !(a.valid_at(level) && b.valid_at(level)) {
-            map.p[i] = f64::NAN;
+        // What is no number is not left out, but fails.
+        let number = map.p[i].is_some_and(|p| !p.is_nan());
+        if number && !(a.valid_at(level) && b.valid_at(level)) {
+            map.p[i] = None;
             map.sigmas[i] = f64::NAN;
         }
     }
-    let count = map.p.iter().filter(|p| !p.is_nan()).count();
+    let count = map.p.iter().flatten().count();
     (map, count)
 }
 
