@@ -92,6 +92,17 @@ pub fn page(text: &str) -> Page {
         }
     }
     page.problems.extend(broken);
+    let mut at = 0;
+    for line in text.split_inclusive('\n') {
+        if ["<<<<<<< ", ">>>>>>> ", "||||||| "]
+            .iter()
+            .any(|mark| line.starts_with(mark))
+        {
+            let message = "a mark of a merge that was not resolved";
+            page.problems.push((at, message.to_owned()));
+        }
+        at += line.len();
+    }
     directives(text, &code, &mut page);
     for (span, latex, display) in formulas {
         let inside = |outer: &Range<usize>| outer.start <= span.start && span.end <= outer.end;

@@ -55,6 +55,8 @@ struct Context<'a> {
     /// The chapter's number such as "4", and how many figures it has so far.
     chapter: Option<String>,
     figures: usize,
+    /// The ids of the figures so far.
+    shown: BTreeSet<String>,
 }
 
 impl<'a> Weaver<'a> {
@@ -103,6 +105,7 @@ impl<'a> Weaver<'a> {
                 text: &chapter.content,
                 chapter: number.map(|n| n.to_string().trim_end_matches('.').to_owned()),
                 figures: 0,
+                shown: BTreeSet::new(),
             };
             self.targets.extend(links::check(
                 self.pages,

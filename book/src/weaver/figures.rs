@@ -81,6 +81,13 @@ impl<'a> Weaver<'a> {
         if caption.trim().is_empty() {
             return Err("a figure needs a caption that can be read alone".to_owned());
         }
+        let id = format!("figure-{}", names.join("-").replace(['/', '.'], "-"));
+        if !context.shown.insert(id.clone()) {
+            return Err(format!(
+                "{} is already shown on this page",
+                names.join(" beside ")
+            ));
+        }
         let html = self.caption(context, caption)?;
         context.figures += 1;
         let label = match &context.chapter {
@@ -99,9 +106,9 @@ impl<'a> Weaver<'a> {
             .collect();
         sources.dedup();
         Ok(format!(
-            "<figure id=\"figure-{}\">{}<figcaption><strong>{label}.</strong> {html} \
+            "<figure id=\"{}\">{}<figcaption><strong>{label}.</strong> {html} \
              <span class=\"figure-source\">{}</span></figcaption></figure>",
-            escape(&names.join("-").replace(['/', '.'], "-")),
+            escape(&id),
             body(&label),
             sources.join(" "),
         ))

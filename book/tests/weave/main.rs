@@ -249,6 +249,17 @@ fn unknown_and_misused_directives_are_refused() {
     refused("$a + {{#result demo.psnr}}$", &["inside a formula"]);
 }
 
+/// Two versions of a text, or a figure twice, are what a merge leaves that nobody resolved.
+#[test]
+fn what_a_merge_leaves_is_refused() {
+    for mark in ["<<<<<<< HEAD", "||||||| base", ">>>>>>> 3069b86 (Draw)"] {
+        refused(mark, &["merge"]);
+    }
+    let figure = "{{#figure demo/plot.svg \"A plot.\"}}";
+    Small::new(&format!("{figure}\n\n{figure}\n"))
+        .refused(&["demo/plot.svg is already shown on this page"]);
+}
+
 #[test]
 fn typed_rust_is_refused() {
     refused(
