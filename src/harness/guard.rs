@@ -123,10 +123,8 @@ pub fn may_hold(outcome: &Outcome) -> Option<String> {
 }
 
 /// Whether a fault is rejected so that a larger sample would add nothing: by [`FAR`] standard errors, for a
-/// finite estimate, from a sample that is large enough to know its own skewness.
+/// finite estimate, from a sample whose skewness is known to half of what it may be.
 pub fn settled(outcome: &Outcome) -> bool {
-    let [used, noise_of_skewness] = skewness(outcome);
-    used + ROOM * noise_of_skewness <= 1.0
-        && outcome.estimate.is_finite()
-        && distance(outcome) >= FAR
+    let [_, noise_of_skewness] = skewness(outcome);
+    noise_of_skewness <= 0.5 && outcome.estimate.is_finite() && distance(outcome) >= FAR
 }

@@ -244,7 +244,7 @@ fn equivalence() -> Vec<Bench<Subject>> {
     });
     let bdpt = room.map(|scene| {
         let name = "bidirectional/bdpt/diffuse-room";
-        same(name, Bdpt, scene, [8, 6], (24_000, 80_000))
+        same(name, Bdpt, scene, [8, 6], (19_000, 66_000))
     });
     light_tracer.into_iter().chain(bdpt).collect()
 }

@@ -130,8 +130,8 @@ pub(super) fn benches() -> Vec<Bench<Subject>> {
                 particles: 1000,
                 radius: 0.1,
                 // Enough that the skewness of so few photons within the radius does not matter.
-                maps: 4_000,
-                rays: 1_000,
+                maps: 5_000,
+                rays: 800,
                 paths: 1_000_000,
                 margin: 0.02,
             },
