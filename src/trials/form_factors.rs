@@ -46,17 +46,12 @@ fn lit(name: &str, light: impl FnOnce(&mut crate::scene::SceneBuilder)) -> Arc<S
     })
 }
 
-/// To a point uniform on the reflecting square between x = 0 and `width`, from the side on which no light is in
-/// the way.
-fn within(width: f64, rng: &mut Stream) -> Ray {
+/// To a point uniform on the reflecting square, from the side on which no light is in the way.
+fn anywhere(rng: &mut Stream) -> Ray {
     let [x, y] = uniform2(rng);
     let w = from_spherical(0.5, 0.3);
-    Ray::new(DVec3::new(width * x, y, 0.0) + 0.5 * w, -w)
+    Ray::new(DVec3::new(x, y, 0.0) + 0.5 * w, -w)
 }
-
-/// Width of the strip along the common edge: the whole square would see so little of the light that it took
-/// three times the rays.
-const STRIP: f64 = 0.25;
 
 /// The trials.
 pub fn benches() -> Vec<Bench<Subject>> {
@@ -67,23 +62,18 @@ pub fn benches() -> Vec<Bench<Subject>> {
         let wall = s.surface(light(LIGHT));
         s.rectangle(DVec3::ZERO, [DVec3::Y, DVec3::Z], wall);
     });
-    let bench = |name, what: &str, scene, ray: fn(&mut Stream) -> Ray, factor: f64, samples| {
-        let property = format!("the form factor between {what} is {factor:.6}");
+    let bench = |name, how: &str, scene, factor: f64, samples| {
+        let property = format!("the form factor between {how} unit squares is {factor:.6}");
         let reference = FLOOR * LIGHT * factor;
         let words = words(name, property, &GEOMETRY);
-        radiance(
-            words,
-            (scene, Kind::Path, ray),
-            reference,
-            (samples, SINGLE),
-        )
+        let probe = (scene, Kind::Path, anywhere as fn(&mut Stream) -> Ray);
+        radiance(words, probe, reference, (samples, SINGLE))
     };
     vec![
         bench(
             "irradiance/parallel-squares",
-            "opposite unit squares",
+            "opposite",
             &opposite,
-            |rng| within(1.0, rng),
             parallel(1.0, 1.0),
             4_500_000,
         ),
@@ -91,11 +81,10 @@ pub fn benches() -> Vec<Bench<Subject>> {
         // importance sampling bound every value.
         bench(
             "irradiance/perpendicular-squares",
-            "a quarter of a square and a perpendicular unit square at its edge",
+            "perpendicular, adjacent",
             &upright,
-            |rng| within(STRIP, rng),
-            perpendicular(1.0, STRIP),
-            11_000_000,
+            perpendicular(1.0, 1.0),
+            30_000_000,
         ),
     ]
 }
