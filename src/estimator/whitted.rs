@@ -91,7 +91,8 @@ impl<P: Parts> Whitted<P> {
                 let mirrored = parts.mirror(ray.direction, normal);
                 let reflected = share * next(mirrored, rng);
                 let Some(refracted) = parts.refract(ray.direction, normal, n1, n2) else {
-                    return emitted + reflected;
+                    // From within, where no surface emits.
+                    return reflected;
                 };
                 let factor = if self.rules.radiance_factor {
                     parts.radiance_factor(n1, n2)

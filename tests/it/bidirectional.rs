@@ -191,3 +191,22 @@ fn the_camera_sees_what_its_rays_meet() {
         },
     );
 }
+
+/// Panics where something is to be seen through glass.
+struct Opaque;
+
+impl Parts for Opaque {
+    fn visible(&self, scene: &Scene, x: (DVec3, DVec3), y: (DVec3, DVec3), glass: bool) -> bool {
+        assert!(!glass, "glass bends what passes it");
+        Standard.visible(scene, x, y, glass)
+    }
+}
+
+/// Shadow rays and connections stop at glass: the paths that pass it are followed.
+#[test]
+fn nothing_is_connected_through_glass() {
+    let (tracer, bdpt) = (LightTracer { parts: Opaque }, Bdpt { parts: Opaque });
+    let (scene, seed) = (room(), master());
+    assert!(tracer.pass(&scene, FRAME, seed, 0).is_ok());
+    assert!(bdpt.pass(&scene, FRAME, seed, 0).is_ok());
+}

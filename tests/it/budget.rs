@@ -14,7 +14,7 @@ use crate::{calibration, checkup, checkup_parts, failures, lobes};
 /// Tests with random arguments that compare something only where a ray hits or a path arrives: their
 /// names, the count to be exceeded, and how often they ask. Each has a share of the budget, although
 /// the counts are far away.
-const ENOUGH: [(&str, usize, usize); 10] = [
+const ENOUGH: [(&str, usize, usize); 11] = [
     ("misses", 500, 1),
     ("mixed", 100, 1),
     ("flat", 100, 3),
@@ -24,6 +24,7 @@ const ENOUGH: [(&str, usize, usize); 10] = [
     ("around", 2500, 1),
     ("through glass", 2500, 1),
     ("inside glass", 1500, 1),
+    ("inside glass, bidirectional", 1500, 1),
     ("behind nothing", 100, 2),
 ];
 

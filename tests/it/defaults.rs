@@ -447,3 +447,20 @@ fn the_reconstruction_ends_at_walls_that_absorb_all() {
         }
     }
 }
+
+/// The camera counts for the distance at which rays leave surfaces, whenever it comes.
+#[test]
+fn a_later_camera_is_like_the_first() {
+    let build = |camera| {
+        let mut scene = SceneBuilder::new("far");
+        let surface = scene.surface(Surface::new(Bsdf::Black));
+        scene.sphere(Sphere::new(DVec3::ZERO, 1.0), surface);
+        scene.build(camera).expect("a scene")
+    };
+    let far = Camera::new(1e6 * DVec3::X, DVec3::ZERO, DVec3::Z, 1.0);
+    let left = |scene: Scene| scene.leave(DVec3::ZERO, DVec3::Z, DVec3::Z).origin.z;
+    let later = build(any_camera()).with_camera(far).expect("a scene");
+    let (later, first) = (left(later), left(build(far)));
+    assert_eq!(later, first);
+    assert!(first > 1e5 * left(build(any_camera())));
+}

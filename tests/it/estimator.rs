@@ -2,7 +2,9 @@
 
 use glam::DVec3;
 use whitefurnace::bsdf::{Bsdf, OrenNayarForm};
-use whitefurnace::estimator::{Estimator, LightRules, Parts, Path, Report, Strategy, Whitted};
+use whitefurnace::estimator::{
+    Bdpt, Estimator, ImageEstimator, LightRules, Parts, Path, Report, Strategy, Whitted,
+};
 use whitefurnace::rng::uniform2;
 use whitefurnace::scene::room::{self, Convention};
 use whitefurnace::scene::{Scene, SceneBuilder, Surface, simple};
@@ -10,7 +12,7 @@ use whitefurnace::shape::{Ray, Sphere};
 
 use crate::budget::enough;
 use crate::helpers::{U, any_camera, unit_vector};
-use crate::support::{property, rng};
+use crate::support::{master, property, rng};
 
 /// Roulette without its weight: a path has the value that it would have without roulette, or none.
 #[derive(Clone, Copy, Debug, Default)]
@@ -70,6 +72,13 @@ fn paths_inside_glass_see_the_squared_index() {
         })
         .collect();
     assert_all_or_nothing("inside glass", &values, 2.25);
+    // The eye's part of two: nothing but the background emits.
+    let bdpt = Bdpt { parts: Unweighted };
+    let pass = |index| bdpt.pass(&scene, [16, 12], master(), index);
+    let values: Vec<_> = (0..16)
+        .flat_map(|index| pass(index).expect("an image"))
+        .collect();
+    assert_all_or_nothing("inside glass, bidirectional", &values, 2.25);
 }
 
 /// A glass sphere around the origin in a uniform environment.

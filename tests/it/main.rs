@@ -55,6 +55,7 @@ mod means; // tests of means against textbook formulas
 mod power; // stated power, against closed forms and sums over whole laws
 mod rates; // orders of convergence, ratios of variances, sequential tests
 mod rows; // the rules that trials are run by
+mod specular;
 mod statistics; // the statistics' own code, tested exactly
 mod tails; // tails and quantiles against reference values
 mod traceability; // equation, code, trial, experiment, chapter: nothing is missing

@@ -6,6 +6,7 @@ use std::sync::Mutex;
 
 use approx::assert_abs_diff_eq;
 use glam::DVec3;
+use whitefurnace::bsdf::Bsdf;
 use whitefurnace::camera::Camera;
 use whitefurnace::emitter::{Emitter, EmitterPoint};
 use whitefurnace::error::Error;
@@ -19,7 +20,7 @@ use whitefurnace::pixel::PixelSampling::{self, Centre, Grid, Jitter, Random};
 use whitefurnace::render::{Numbers, Sampling, render, render_passes};
 use whitefurnace::rng::{seed_for, uniform2};
 use whitefurnace::sampler::{LONGEST, Sampler};
-use whitefurnace::scene::{Hit, Scene, SceneBuilder, simple};
+use whitefurnace::scene::{Hit, Scene, SceneBuilder, Surface, simple};
 use whitefurnace::shape::Ray;
 
 use crate::support::master;
@@ -272,4 +273,63 @@ fn more_samples_than_can_be_named_are_refused() {
         .map(|[first, ..]| (f64::from_bits(*first) * f64::from(LONGEST)) as u64)
         .collect();
     assert_eq!(strata.len(), LONGEST as usize);
+}
+
+/// Half of the only pixel shows an emitter.
+fn edge() -> Scene {
+    let mut scene = SceneBuilder::new("edge");
+    let light = scene.surface(Surface::new(Bsdf::Black).emitting(DVec3::ONE));
+    let corner = DVec3::new(1.0, -9.0, -9.0);
+    scene.rectangle(corner, [18.0 * DVec3::Z, 9.0 * DVec3::Y], light);
+    let camera = Camera::new(DVec3::ZERO, DVec3::X, DVec3::Z, 1.0);
+    scene.build(camera).expect("a scene")
+}
+
+/// The eye's rays of photon mapping's passes: each through a point of its own. Of 200 fair coins fewer than 40
+/// show one side with probability 1e-18.
+#[test]
+fn every_pass_of_photons_looks_through_a_point_of_its_own() {
+    let sppm = Sppm {
+        parts: Standard,
+        particles: 1,
+        radius: 0.1,
+    };
+    let pass = |index| {
+        sppm.pass(&edge(), [1, 1], master(), index)
+            .expect("an image")
+    };
+    let lit = (0..200)
+        .filter(|&index| pass(index)[0] == DVec3::ONE)
+        .count();
+    assert!((40..=160).contains(&lit), "{lit}");
+}
+
+/// Light 1 + y for the unit direction's y.
+struct Sideways;
+
+impl Estimator for Sideways {
+    fn radiance<R: Sampler>(&self, _: &Scene, ray: &Ray, _: Option<Hit>, _: &mut R) -> DVec3 {
+        DVec3::splat(1.0 + ray.direction.y)
+    }
+}
+
+/// A replication of a grid goes through each of its cells as often: the mean of what is odd is that of the middle.
+#[test]
+fn a_replication_covers_every_cell_of_the_pixel() {
+    for pixel in [Centre, Grid(2), Grid(3)] {
+        for numbers in [Numbers::Independent, Numbers::Sobol(1), Numbers::Sobol(4)] {
+            let seed = master();
+            let sampling = Sampling {
+                pixel,
+                numbers,
+                seed,
+            };
+            let samples = sampling.samples_per_replication();
+            let mut film = Film::new([1, 1], None, samples).expect("a film");
+            let done = render(&edge(), &Sideways, sampling, &mut film, &(0..2), &|_| true);
+            assert!(matches!(done, Ok(true)));
+            let mean = film.pixel(0, 0).mean().x;
+            assert_abs_diff_eq!(mean, 1.0, epsilon = 2.0 * UNIT);
+        }
+    }
 }

@@ -9,7 +9,7 @@ use whitefurnace::bsdf::Bsdf;
 use whitefurnace::estimator::{Estimator, Lookup, Parts, Path, PhotonMapping, Published, Strategy};
 use whitefurnace::rng::{Stream, stream};
 use whitefurnace::sampler::{BLOCK, LIGHT, Sampler, Sobol};
-use whitefurnace::scene::{Scene, SceneBuilder, Surface};
+use whitefurnace::scene::{Scene, SceneBuilder, Surface, simple};
 use whitefurnace::shape::{Ray, Sphere};
 
 use crate::helpers::any_camera;
@@ -144,6 +144,24 @@ fn every_vertex_has_a_block_of_its_own() {
         let all: Vec<u32> = (1..=found.len() as u32).collect();
         assert_eq!(found, all);
     }
+}
+
+/// The wall that final gathering looks at is the second vertex.
+#[test]
+fn final_gathering_takes_the_next_block() {
+    let scene = simple::furnace_box(0.5).expect("a scene");
+    let lookup = Lookup::Gather {
+        caustic_particles: 1,
+        caustic_radius: 0.1,
+    };
+    let photons = PhotonMapping::new(Endless, &scene, lookup, (1, 0.1), (1, 0)).expect("a map");
+    let mut recorder = Recorder {
+        numbers: stream(3, 4, 5),
+        blocks: Vec::new(),
+    };
+    let ray = Ray::new(DVec3::ZERO, DVec3::X);
+    photons.radiance(&scene, &ray, scene.intersect(&ray), &mut recorder);
+    assert_eq!(recorder.blocks, [1, 2]);
 }
 
 /// Seven segments between mirrors, as the hypothesis about figure 6 has it: light that is seen shows 1.
