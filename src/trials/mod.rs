@@ -33,6 +33,7 @@ pub mod render_streams;
 pub mod roulette;
 pub mod sample_rays;
 pub mod scenes;
+pub mod script;
 pub mod sobol;
 pub mod solid_angle;
 pub mod strategies;

@@ -5,10 +5,10 @@ use std::f64::consts::{FRAC_1_PI, PI, TAU};
 use std::sync::Arc;
 
 use glam::DVec3;
-use rand::TryRng;
 
 use super::probes::any_direction;
 use super::scenes::{FLOOR, LIGHT, NEAR, floor, lambert, light, scene, square};
+use super::script::Scripted;
 use super::subject::{RIGHT, Table};
 use crate::emitter::{Emitter, EmitterShape, LightSampling};
 use crate::equation::{MIS, MIS_POWER, SOLID_ANGLE};
@@ -18,7 +18,6 @@ use crate::harness::outcome::Outcome;
 use crate::harness::pointwise::Largest;
 use crate::harness::trial::Context;
 use crate::rng::{Stream, uniform, uniform2};
-use crate::sampler::Sampler;
 use crate::sampling::cosine_hemisphere_inverse;
 use crate::scene::Scene;
 use crate::shape::{Ray, Sphere};
@@ -50,30 +49,6 @@ const SIDES: Sides = Sides {
     hits: SIDE,
     shadows: SIDE,
 };
-
-/// Numbers of [0, 1) in the order in which they are asked for; after the last, 0.
-struct Script<'a>(std::slice::Iter<'a, f64>);
-
-impl TryRng for Script<'_> {
-    type Error = std::convert::Infallible;
-    fn try_next_u32(&mut self) -> Result<u32, Self::Error> {
-        Ok((self.try_next_u64()? >> 32) as u32)
-    }
-    fn try_next_u64(&mut self) -> Result<u64, Self::Error> {
-        let number = self.0.next().copied().unwrap_or(0.0);
-        // Of numbers below 1, the leading 53 bits.
-        let bits = (number * (1u64 << 53) as f64) as u64;
-        Ok(bits.min((1 << 53) - 1) << 11)
-    }
-    fn try_fill_bytes(&mut self, bytes: &mut [u8]) -> Result<(), Self::Error> {
-        for byte in bytes {
-            *byte = (self.try_next_u64()? >> 56) as u8;
-        }
-        Ok(())
-    }
-}
-
-impl Sampler for Script<'_> {}
 
 /// A square so near that most directions hit it, and farther lights of every shape: few of the densities
 /// agree.
@@ -204,7 +179,7 @@ fn one(
             lights: (side.lights)(lights),
             heuristic: (side.heuristic)(heuristic),
         }
-        .radiance(scene, &ray, Some(first), &mut Script(numbers.iter()))
+        .radiance(scene, &ray, Some(first), &mut Scripted(numbers.iter()))
         .x
     };
     let both = |roulette| [shadow, direction(roulette)].concat();

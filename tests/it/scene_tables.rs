@@ -316,6 +316,26 @@ fn glass_cubes() {
     }
 }
 
+/// Quadrilaterals of the Cornell box in millimetres, counter-clockwise from the front: surface and corners; floor,
+/// ceiling, back, right, left, light, then the short and the tall block, top and sides.
+const CORNELL: &str = "\
+white 552.8 0 0  0 0 0  0 0 559.2  549.6 0 559.2
+white 556 548.8 0  556 548.8 559.2  0 548.8 559.2  0 548.8 0
+white 549.6 0 559.2  0 0 559.2  0 548.8 559.2  556 548.8 559.2
+green 0 0 559.2  0 0 0  0 548.8 0  0 548.8 559.2
+red 552.8 0 0  549.6 0 559.2  556 548.8 559.2  556 548.8 0
+light 343 548.7 227  343 548.7 332  213 548.7 332  213 548.7 227
+white 130 165 65  82 165 225  240 165 272  290 165 114
+white 290 0 114  290 165 114  240 165 272  240 0 272
+white 130 0 65  130 165 65  290 165 114  290 0 114
+white 82 0 225  82 165 225  130 165 65  130 0 65
+white 240 0 272  240 165 272  82 165 225  82 0 225
+white 423 330 247  265 330 296  314 330 456  472 330 406
+white 423 0 247  423 330 247  472 330 406  472 0 406
+white 472 0 406  472 330 406  314 330 456  314 0 456
+white 314 0 456  314 330 456  265 330 296  265 0 296
+white 265 0 296  265 330 296  423 330 247  423 0 247";
+
 /// The Cornell box as Cornell published it (Program of Computer Graphics, 1998): positions in
 /// millimetres, here in decimetres, focal length 0.035 and image 0.025 × 0.025. Here the light hangs
 /// 0.1 mm under the ceiling, which has no hole for it.
@@ -325,121 +345,22 @@ fn cornell_box() {
     let red = lambert([0.63, 0.065, 0.05]);
     let green = lambert([0.14, 0.45, 0.091]);
     let light: Look = ("lambert", [0.78; 3], [0.0; 2], [17.0, 12.0, 4.0], 0.0);
-    let floor = [
-        [552.8, 0.0, 0.0],
-        [0.0, 0.0, 0.0],
-        [0.0, 0.0, 559.2],
-        [549.6, 0.0, 559.2],
-    ];
-    let ceiling = [
-        [556.0, 548.8, 0.0],
-        [556.0, 548.8, 559.2],
-        [0.0, 548.8, 559.2],
-        [0.0, 548.8, 0.0],
-    ];
-    let back = [
-        [549.6, 0.0, 559.2],
-        [0.0, 0.0, 559.2],
-        [0.0, 548.8, 559.2],
-        [556.0, 548.8, 559.2],
-    ];
-    let right = [
-        [0.0, 0.0, 559.2],
-        [0.0, 0.0, 0.0],
-        [0.0, 548.8, 0.0],
-        [0.0, 548.8, 559.2],
-    ];
-    let left = [
-        [552.8, 0.0, 0.0],
-        [549.6, 0.0, 559.2],
-        [556.0, 548.8, 559.2],
-        [556.0, 548.8, 0.0],
-    ];
-    let lamp = [
-        [343.0, 548.7, 227.0],
-        [343.0, 548.7, 332.0],
-        [213.0, 548.7, 332.0],
-        [213.0, 548.7, 227.0],
-    ];
-    let short = [
-        [
-            [130.0, 165.0, 65.0],
-            [82.0, 165.0, 225.0],
-            [240.0, 165.0, 272.0],
-            [290.0, 165.0, 114.0],
-        ],
-        [
-            [290.0, 0.0, 114.0],
-            [290.0, 165.0, 114.0],
-            [240.0, 165.0, 272.0],
-            [240.0, 0.0, 272.0],
-        ],
-        [
-            [130.0, 0.0, 65.0],
-            [130.0, 165.0, 65.0],
-            [290.0, 165.0, 114.0],
-            [290.0, 0.0, 114.0],
-        ],
-        [
-            [82.0, 0.0, 225.0],
-            [82.0, 165.0, 225.0],
-            [130.0, 165.0, 65.0],
-            [130.0, 0.0, 65.0],
-        ],
-        [
-            [240.0, 0.0, 272.0],
-            [240.0, 165.0, 272.0],
-            [82.0, 165.0, 225.0],
-            [82.0, 0.0, 225.0],
-        ],
-    ];
-    let tall = [
-        [
-            [423.0, 330.0, 247.0],
-            [265.0, 330.0, 296.0],
-            [314.0, 330.0, 456.0],
-            [472.0, 330.0, 406.0],
-        ],
-        [
-            [423.0, 0.0, 247.0],
-            [423.0, 330.0, 247.0],
-            [472.0, 330.0, 406.0],
-            [472.0, 0.0, 406.0],
-        ],
-        [
-            [472.0, 0.0, 406.0],
-            [472.0, 330.0, 406.0],
-            [314.0, 330.0, 456.0],
-            [314.0, 0.0, 456.0],
-        ],
-        [
-            [314.0, 0.0, 456.0],
-            [314.0, 330.0, 456.0],
-            [265.0, 330.0, 296.0],
-            [265.0, 0.0, 296.0],
-        ],
-        [
-            [265.0, 0.0, 296.0],
-            [265.0, 330.0, 296.0],
-            [423.0, 330.0, 247.0],
-            [423.0, 0.0, 247.0],
-        ],
-    ];
-    let metre = |corners: [[f64; 3]; 4]| corners.map(|corner| corner.map(|x| x / 100.0));
-    let quad = |corners, look| faces(&metre(corners), &[[0, 1, 2, 3]], look);
-    let mut primitives = [
-        (floor, white),
-        (ceiling, white),
-        (back, white),
-        (right, green),
-        (left, red),
-        (lamp, light),
-    ]
-    .into_iter()
-    .flat_map(|(corners, look)| quad(corners, look))
-    .collect::<Vec<_>>();
-    primitives.extend(short.into_iter().flat_map(|corners| quad(corners, white)));
-    primitives.extend(tall.into_iter().flat_map(|corners| quad(corners, white)));
+    let primitives = CORNELL
+        .lines()
+        .flat_map(|line| {
+            let mut words = line.split_whitespace();
+            let look = match words.next() {
+                Some("red") => red,
+                Some("green") => green,
+                Some("light") => light,
+                _ => white,
+            };
+            let decimetres = |word: &str| word.parse::<f64>().expect("a number") / 100.0;
+            let numbers: Vec<f64> = words.map(decimetres).collect();
+            let corners: Vec<[f64; 3]> = numbers.chunks(3).map(|c| [c[0], c[1], c[2]]).collect();
+            faces(&corners, &[[0, 1, 2, 3]], look)
+        })
+        .collect();
     let edges = [[0.0, 0.0, 1.05], [-1.3, 0.0, 0.0]];
     let emitter = Lamp::Rectangle([3.43, 5.487, 2.27], edges, [0.0, -1.0, 0.0]);
     let table = Table {

@@ -3,10 +3,6 @@
 
 mod faults;
 
-use std::convert::Infallible;
-
-use rand::{Rng, TryRng};
-
 use crate::equation::SOBOL;
 use crate::estimator::{Estimator, Path, Standard, Strategy};
 use crate::harness::chi_square::{CELL_DELTA, Counts, chi_square};
@@ -21,6 +17,7 @@ use crate::sampler::{BLOCK, LIGHT, Sampler, Sobol, scramble};
 use crate::scene::Scene;
 use crate::trials::irradiance::reflected;
 use crate::trials::scenes::{RECTANGLE, at_origin, level, polygon_irradiance, rectangle_light};
+use crate::trials::script::{Script, Scripted};
 use crate::zoo::{AnyFamily, Bench, Family, data};
 
 /// Numbers of a block.
@@ -100,37 +97,18 @@ impl Source {
     }
 }
 
-impl Sampler for Source {
+impl Script for Source {
     fn block(&mut self, block: u32) {
         self.block = block;
         self.numbers = (self.subject.numbers)(self.point, block);
         self.used = 0;
     }
-}
-
-impl TryRng for Source {
-    type Error = Infallible;
-
-    fn try_next_u32(&mut self) -> Result<u32, Infallible> {
-        Ok((self.next_u64() >> 32) as u32)
-    }
-
-    /// The 53 bits of the next number, so that `uniform` returns it again.
-    fn try_next_u64(&mut self) -> Result<u64, Infallible> {
+    fn number(&mut self) -> f64 {
         if self.used == self.numbers.len() {
             self.block(self.block + 1);
         }
-        let number = self.numbers[self.used];
         self.used += 1;
-        Ok(((number * (1u64 << 53) as f64) as u64) << 11)
-    }
-
-    fn try_fill_bytes(&mut self, bytes: &mut [u8]) -> Result<(), Infallible> {
-        for chunk in bytes.chunks_mut(8) {
-            let word = self.next_u64().to_be_bytes();
-            chunk.copy_from_slice(&word[..chunk.len()]);
-        }
-        Ok(())
+        self.numbers[self.used - 1]
     }
 }
 
@@ -296,7 +274,7 @@ fn estimate(scene: &Scene, subject: Subject, point: Point) -> f64 {
     let (parts, strategy) = (Standard, Strategy::Light);
     let ray = at_origin();
     let hit = scene.intersect(&ray);
-    let mut source = Source::new(subject, point);
+    let mut source = Scripted(Source::new(subject, point));
     let radiance = Path::new(parts, strategy).radiance(scene, &ray, hit, &mut source);
     level(scene, radiance)
 }
@@ -351,7 +329,7 @@ fn error_bars(context: &Context, subject: Subject) -> Vec<Outcome> {
                 replication,
                 index,
             };
-            covered(uniform2(&mut Source::new(subject, point)))
+            covered(uniform2(&mut Scripted(Source::new(subject, point))))
         };
         (0..REPLICATIONS)
             .map(|replication| (0..FEW).map(|i| sample(replication, i)).collect())
