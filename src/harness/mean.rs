@@ -1,8 +1,13 @@
 //! Means on trial: against a closed form, against another mean, exactly or within a margin.
 
-use super::batches::Batches;
+mod skewness;
+mod values;
+
+pub use skewness::{LARGEST_SKEW_TERM, NEARLY_SYMMETRIC, Sigma, skewness_of_sum};
+pub use values::Values;
+
 use super::graded::grade;
-use super::outcome::{ALPHA, Cell, Claim, Outcome};
+use super::outcome::{ALPHA, Claim, Outcome};
 use super::power::{Sensitivity, bernstein_exponent};
 use super::tails::{normal_sf, normal_upper, student_two_sided, student_upper};
 use crate::moments::Moments;
@@ -11,221 +16,9 @@ use crate::moments::Moments;
 /// stay well within it.
 pub const ROUNDING: f64 = 1e-12;
 
-/// How far skewness may bend one far tail, relative to that tail: the first term of the Edgeworth
-/// expansion. The other tail becomes lighter by as much.
-pub const LARGEST_SKEW_TERM: f64 = 0.3;
-
-/// So many values of a law whose |skewness| is at most 0.2 leave a t tail valid: the skewness of a
-/// sample, which varies by √(6/n), goes beyond what [`Values::valid_from`] allows with probability below
-/// [`ALPHA`].
-pub const NEARLY_SYMMETRIC: u64 = 8_500;
-
 /// So many values that are all the same speak against another mean; fewer say nothing. At level [`ALPHA`]
 /// no other value has a probability above ln(1/α)/n, which is 0.2 % here.
 pub const ENOUGH_EQUAL: u64 = 10_000;
-
-/// What a mean's difference from its reference is divided by. Where the standard deviation is estimated
-/// from the same values, skewness bends the tail twice as much: a mean that is too low comes with a
-/// standard deviation that is too small.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sigma {
-    /// Known in closed form: the expansion's first term is γ(z² − 1)/(6√n) times the density.
-    Known,
-    /// Estimated (t, Welch): γ(2z² + 1)/(6√n) times the density (Hall 1987, "Edgeworth expansion for
-    /// Student's t statistic under minimal moment conditions").
-    Estimated,
-}
-
-impl Sigma {
-    /// The first term of the Edgeworth expansion relative to the tail beyond z, to leading order, for
-    /// the skewness of the mean (γ/√n): |γ| z³/(6√n) or |γ| z³/(3√n).
-    pub fn skew_term(self, skewness_of_mean: f64, z: f64) -> f64 {
-        let divisor = match self {
-            Self::Known => 6.0,
-            Self::Estimated => 3.0,
-        };
-        skewness_of_mean.abs() * z.powi(3) / divisor
-    }
-
-    /// From how many values on the tails at the two-sided level `alpha` are valid, if `n` values give
-    /// their mean this skewness: [`skew_term`](Self::skew_term) ≤ [`LARGEST_SKEW_TERM`], where the
-    /// skewness falls as 1/√n. At least 2; `u64::MAX` for NaN.
-    pub fn valid_from(self, n: u64, skewness_of_mean: f64, alpha: f64) -> u64 {
-        let term = self.skew_term(skewness_of_mean, normal_upper(alpha / 2.0));
-        if term.is_nan() {
-            return u64::MAX;
-        }
-        // A float cast saturates.
-        ((n as f64 * (term / LARGEST_SKEW_TERM).powi(2)).ceil() as u64).max(2)
-    }
-}
-
-/// A bound of the skewness of a sum or difference of independent means, each given by the skewness of
-/// its values, the variance of the mean, and the number of values: Σ |γ| v^1.5/√n / (Σ v)^1.5.
-/// Skewnesses might cancel; that is not counted on. 0 if nothing varies.
-pub fn skewness_of_sum(parts: impl IntoIterator<Item = (f64, f64, u64)>) -> f64 {
-    let (mut third, mut second) = (0.0, 0.0);
-    for (skewness, variance, n) in parts {
-        third += skewness.abs() * variance.powf(1.5) / (n as f64).sqrt();
-        second += variance;
-    }
-    if second == 0.0 {
-        0.0
-    } else {
-        third / second.powf(1.5)
-    }
-}
-
-/// Independent values of which the mean is in question: moments up to the fourth.
-#[derive(Clone, Copy, Debug)]
-pub struct Values {
-    /// Count, mean and variance.
-    pub moments: Moments,
-    /// Means of consecutive values, for the data file.
-    pub batches: Batches,
-    /// A value near the mean, about which third and fourth powers are summed.
-    centre: f64,
-    cubes: f64,
-    fourths: f64,
-}
-
-impl Values {
-    /// No values yet; the mean is expected near `centre`.
-    pub fn new(centre: f64) -> Self {
-        Self {
-            moments: Moments::default(),
-            batches: Batches::default(),
-            centre,
-            cubes: 0.0,
-            fourths: 0.0,
-        }
-    }
-
-    /// `n` values from a sampler.
-    pub fn collect(centre: f64, n: u64, mut sample: impl FnMut() -> f64) -> Self {
-        let mut values = Self::new(centre);
-        (0..n).for_each(|_| values.push(sample()));
-        values
-    }
-
-    /// All that decides a statistic, as numbers to be stored: count, mean, variance, centre, and sum of
-    /// cubes about it. The batches are left out.
-    pub fn state(&self) -> [f64; 5] {
-        let m = &self.moments;
-        // Unknown, and no file's number, below two values.
-        let variance = if m.count() < 2 { 0.0 } else { m.variance() };
-        [
-            m.count() as f64,
-            m.mean(),
-            variance,
-            self.centre,
-            self.cubes,
-        ]
-    }
-
-    /// The values with this [`state`](Self::state), without batches.
-    pub fn of_state([count, mean, variance, centre, cubes]: [f64; 5]) -> Self {
-        Self {
-            moments: Moments::of(count as u64, mean, variance),
-            centre,
-            cubes,
-            ..Self::new(centre)
-        }
-    }
-
-    /// Adds one value.
-    #[inline]
-    pub fn push(&mut self, value: f64) {
-        self.moments.push(value);
-        self.batches.push(value);
-        let shifted = value - self.centre;
-        let cube = shifted * shifted * shifted;
-        self.cubes += cube;
-        self.fourths += cube * shifted;
-    }
-
-    /// The sample skewness; 0 where the variance is 0 or unknown.
-    pub fn skewness(&self) -> f64 {
-        let variance = self.moments.variance();
-        let n = self.moments.count() as f64;
-        if variance <= 0.0 || n < 2.0 {
-            return 0.0;
-        }
-        let shift = self.moments.mean() - self.centre;
-        // Central moments divide by n.
-        let second = variance * (n - 1.0) / n;
-        let third = self.cubes / n - shift * (3.0 * second + shift * shift);
-        third / variance.powf(1.5)
-    }
-
-    /// The degrees of freedom that the sample variance really has, 2n/(κ − 1) for the fourth standardised
-    /// moment κ: its relative variance is (κ − 1)/n, 2/(n − 1) for normal values. At most n − 1.
-    pub fn variance_dof(&self) -> f64 {
-        let n = self.moments.count() as f64;
-        // Central moments divide by n.
-        let second = self.moments.variance() * (n - 1.0) / n;
-        let shift = self.moments.mean() - self.centre;
-        let square = shift * shift;
-        let fourth = self.fourths / n - 4.0 * shift * self.cubes / n
-            + square * (6.0 * (second + square) - 3.0 * square);
-        let dof = 2.0 * n / (fourth / (second * second) - 1.0);
-        // Two values that are equally frequent have κ = 1; a constant has none.
-        if dof > 0.0 { dof.min(n - 1.0) } else { n - 1.0 }
-    }
-
-    /// From how many values on the tail of a t test at [`ALPHA`] is valid, as far as skewness decides it.
-    pub fn valid_from(&self) -> u64 {
-        self.valid_from_at(ALPHA)
-    }
-
-    /// The same for the two-sided level `alpha`.
-    pub fn valid_from_at(&self, alpha: f64) -> u64 {
-        self.valid(Sigma::Estimated, alpha)
-    }
-
-    fn valid(&self, sigma: Sigma, alpha: f64) -> u64 {
-        let n = self.moments.count();
-        sigma.valid_from(n, self.skewness() / (n as f64).sqrt(), alpha)
-    }
-
-    /// Skewness, variance of the mean and count: a part of [`skewness_of_sum`].
-    pub fn part(&self) -> (f64, f64, u64) {
-        let n = self.moments.count();
-        (self.skewness(), self.moments.variance() / n as f64, n)
-    }
-
-    /// The values times `factor` plus `shift`.
-    pub fn transformed(&self, factor: f64, shift: f64) -> Self {
-        let m = self.moments;
-        Self {
-            moments: Moments::of(
-                m.count(),
-                factor * m.mean() + shift,
-                factor * factor * m.variance(),
-            ),
-            batches: self.batches.transformed(factor, shift),
-            centre: factor * self.centre + shift,
-            cubes: factor.powi(3) * self.cubes,
-            fourths: factor.powi(4) * self.fourths,
-        }
-    }
-
-    /// The values of a subject whose mean is not `reference`, but off by `effect`: by a factor, as faults
-    /// of weights and densities are; by a shift, if the mean is
-    /// near 0.
-    fn off_by(&self, effect: f64, reference: f64) -> Self {
-        if effect.abs() > 0.5 * reference.abs() {
-            self.transformed(1.0, effect)
-        } else {
-            self.transformed(1.0 + effect / reference, 0.0)
-        }
-    }
-
-    /// The batches against the mean `expected`; `what` begins the places.
-    pub fn cells(&self, what: &str, expected: f64) -> Vec<Cell> {
-        self.batches.cells(what, expected, self.moments.variance())
-    }
-}
 
 /// A difference that is close to normal: what z, t and Welch tests have in common.
 struct Difference {
@@ -518,23 +311,5 @@ pub fn satterthwaite(parts: impl IntoIterator<Item = (f64, f64)>) -> f64 {
         count
     } else {
         sum * sum / squares
-    }
-}
-
-/// The p-value of equivalence of a mean to its reference (two one-sided tests, Schuirmann 1987): the
-/// larger of the p-values of "at least Δ above" and "at least Δ below".
-pub fn equivalence_p(
-    estimate: f64,
-    reference: f64,
-    standard_error: f64,
-    dof: f64,
-    margin: f64,
-) -> f64 {
-    let nearest = margin - (estimate - reference).abs();
-    let two_sided = student_two_sided(nearest / standard_error, dof);
-    if nearest >= 0.0 {
-        0.5 * two_sided
-    } else {
-        1.0 - 0.5 * two_sided
     }
 }

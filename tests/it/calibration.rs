@@ -1,14 +1,15 @@
 //! Error rates and power of the statistics, measured at a small size over replications with streams of
-//! their own. Bounds are valid at 1e-9.
+//! their own. Bounds are valid at 1e-9; what is compared goes through the guard, and wrong statistics are seen.
 
 use rayon::prelude::*;
 use whitefurnace::harness::chi_square::{binomial, chi_square, count};
 use whitefurnace::harness::domain::{Domain, Partition};
+use whitefurnace::harness::guard::{may_hold, may_not_hold};
 use whitefurnace::harness::ks::kolmogorov_smirnov;
 use whitefurnace::harness::mean::{Values, bounded_mean, mean, welch};
 use whitefurnace::harness::outcome::{ALPHA, Claim, Outcome, Verdict};
 use whitefurnace::harness::sequential::{ConfidenceSequence, Decision, Sprt};
-use whitefurnace::harness::tails::{binomial_sf, binomial_two_sided, normal_sf, normal_upper};
+use whitefurnace::harness::tails::{binomial_sf, normal_sf, normal_upper};
 use whitefurnace::rng::{Stream, stream, uniform, uniform2};
 use whitefurnace::sampling::uniform_hemisphere;
 
@@ -25,11 +26,27 @@ fn replicate<T: Send>(name: &str, run: impl Fn(&mut Stream) -> T + Sync) -> Vec<
         .collect()
 }
 
-/// p-values of a true hypothesis are uniform, up to what the statistic's own approximations allow.
-fn assert_uniform(name: &str, run: impl Fn(&mut Stream) -> Outcome + Sync) {
+/// An effect of this size on a law or a rate is seen for certain with so many replications.
+const SEEN: f64 = 0.15;
+
+/// Asserts that an outcome at this size holds, and that the guard lets it through.
+fn assert_holds(outcome: &Outcome) {
+    assert_eq!(may_not_hold(outcome), None);
+    let Outcome { name, worst, .. } = outcome;
+    assert_eq!(outcome.verdict(), Verdict::Holds, "{name}: {worst}");
+}
+
+/// Whether p-values are uniform, as those of a true hypothesis are, up to what the statistic's own
+/// approximations allow.
+fn uniformity(name: &str, run: impl Fn(&mut Stream) -> Outcome + Sync) -> Outcome {
     let mut p: Vec<f64> = replicate(name, |rng| run(rng).p);
-    let outcome = kolmogorov_smirnov(name, &mut p, |p| p, 1.0);
-    assert!(outcome.p >= ALPHA, "{name}: {}", outcome.worst);
+    kolmogorov_smirnov(name, &mut p, |p| p, SEEN)
+}
+
+/// How often something happened, against a rate.
+fn rate(name: &str, happened: &[bool], rate: f64) -> Outcome {
+    let k = happened.iter().filter(|&&h| h).count() as u64;
+    binomial(name, k, happened.len() as u64, rate, SEEN)
 }
 
 const ANY: Claim = Claim::Exact { delta: 1.0 };
@@ -62,19 +79,8 @@ const CONTINUOUS: [(&str, Replication<Outcome>); 4] = [
 #[test]
 fn p_values_of_true_hypotheses_are_uniform() {
     for (name, statistic) in CONTINUOUS {
-        assert_uniform(&format!("calibration of {name}"), statistic);
+        assert_holds(&uniformity(&format!("calibration of {name}"), statistic));
     }
-}
-
-/// How often something happens is what is claimed, at most.
-fn assert_rate_at_most(name: &str, happened: &[bool], rate: f64) {
-    let k = happened.iter().filter(|&&h| h).count() as u64;
-    let p = binomial_sf(k, happened.len() as u64, rate);
-    assert!(
-        p >= ALPHA,
-        "{name}: {k} of {}, at most {rate} claimed",
-        happened.len()
-    );
 }
 
 /// The level at which promises are checked.
@@ -119,8 +125,12 @@ const PROMISES: [(&str, f64, Replication<bool>); 6] = [
 
 #[test]
 fn statistics_that_only_promise_a_bound_keep_it() {
-    for (name, rate, happened) in PROMISES {
-        assert_rate_at_most(name, &replicate(name, happened), rate);
+    for (name, promised, happened) in PROMISES {
+        let found = rate(name, &replicate(name, happened), promised);
+        // Fewer are no fault: the upper side alone is tested, where an effect is seen as well.
+        assert!(found.sensitivity.miss(SEEN) <= ALPHA, "{name}");
+        let p = binomial_sf(found.value as u64, found.n, promised);
+        assert!(p >= ALPHA, "{}, at most {promised} claimed", found.worst);
     }
 }
 
@@ -128,7 +138,7 @@ fn statistics_that_only_promise_a_bound_keep_it() {
 const POWERS: [f64; 2] = [0.5, 0.9];
 
 /// How many assertions of this module chance can turn.
-pub const ASSERTIONS: usize = CONTINUOUS.len() + PROMISES.len() + POWERS.len();
+pub const ASSERTIONS: usize = CONTINUOUS.len() + PROMISES.len() + POWERS.len() + 1;
 
 /// The share of rejections of a wrong mean is what the normal law says, where power is 0.5 and 0.9.
 #[test]
@@ -141,12 +151,27 @@ fn power_of_the_t_test_is_what_is_stated() {
         let rejected = replicate(&format!("power {power}"), |rng| {
             mean("t", &uniforms(rng, n), 0.5 + effect, ANY).p < level
         });
-        let k = rejected.iter().filter(|&&r| r).count() as u64;
         let stated = normal_sf(normal_upper(level / 2.0) - effect / standard_error);
-        let p = binomial_two_sided(k, u64::from(REPLICATIONS), stated);
-        assert!(
-            p >= ALPHA,
-            "{k} of {REPLICATIONS} rejected, power {stated} stated"
-        );
+        assert_holds(&rate(&format!("power {power}"), &rejected, stated));
+    }
+}
+
+/// A t test of values that each count four times: its standard error is half of what it should be.
+fn repeated(rng: &mut Stream) -> Outcome {
+    let mut values = Values::new(0.5);
+    for _ in 0..500 {
+        let value = uniform(rng);
+        (0..4).for_each(|_| values.push(value));
+    }
+    mean("repeated", &values, 0.5, ANY)
+}
+
+/// The negative control: no seed takes its rejection back. One share of the budget is enough for both.
+#[test]
+fn a_wrong_statistic_is_seen() {
+    let law = uniformity("calibration of repeated values", repeated);
+    let happened = replicate("rate of repeated values", |rng| repeated(rng).p < LEVEL);
+    for outcome in [law, rate("repeated values reject", &happened, LEVEL)] {
+        assert_eq!(may_hold(&outcome), None);
     }
 }

@@ -9,6 +9,7 @@ use whitefurnace::harness::bsdf_checkup::{
     BsdfSample, BsdfSubject, CheckUp, Loss, assertions, at_direction, check_up,
 };
 use whitefurnace::harness::outcome::{ALPHA, Outcome, Verdict};
+use whitefurnace::harness::tails::{binomial_cdf, binomial_sf};
 use whitefurnace::harness::trial::Context;
 
 const ALBEDO: f64 = 0.5;
@@ -103,6 +104,19 @@ fn pointwise(subject: &BsdfSubject, name: &str) -> Outcome {
 /// one for all shares and means that are far within their bounds together.
 pub const ASSERTIONS: usize = 5;
 
+/// Asserts that a share of n independent trials is known to within `reach`, after asserting that chance goes
+/// beyond it with a probability of which a hundred fit into a share of the budget.
+fn assert_share(found: usize, n: usize, share: f64, reach: f64) {
+    let count = |share: f64| n as f64 * share;
+    let above = binomial_sf(count(share + reach).ceil() as u64, n as u64, share);
+    let below = match count(share - reach) {
+        least if least < 0.0 => 0.0,
+        least => binomial_cdf(least as u64, n as u64, share),
+    };
+    assert!(above + below <= 0.01 * ALPHA, "{share} of {n} ± {reach}");
+    assert_abs_diff_eq!(found as f64 / n as f64, share, epsilon = reach);
+}
+
 const SANE: &str = "finite and not negative";
 const WEIGHTS: &str = "weight = f cos/pdf";
 const MASS: &str = "integral of the pdf";
@@ -140,7 +154,7 @@ fn a_check_up_asks_everything() {
     assert_eq!(outcomes.iter().filter(|o| o.is_random()).count(), 2);
     assert_eq!((assertions(&size), assertions(&small())), (4, 2));
     for outcome in &outcomes {
-        // The small sample leaves the cells open, and the size of single ones only.
+        // The small sample leaves the cells open: they are held to no size, only not to be rejected.
         let expected = outcome.name.starts_with("chi-square");
         assert!(outcome.p >= ALPHA, "{}: {}", outcome.name, outcome.worst);
         assert_eq!(
@@ -368,7 +382,8 @@ fn albedo_bound_and_furnace_are_those_of_the_quadrature() {
     };
     let found = outcome(&halved, "furnace");
     assert_eq!(found.verdict(), Verdict::Fails);
-    assert_abs_diff_eq!(found.estimate, 0.5 * ALBEDO, epsilon = 0.02);
+    let kept = (found.estimate / ALBEDO * found.n as f64).round();
+    assert_share(kept as usize, found.n as usize, 0.5, 0.04);
 }
 
 #[test]
@@ -426,11 +441,7 @@ fn fuzzed(transmits: bool) -> Asked {
 
 #[test]
 fn corners_of_the_domain_are_tried() {
-    // Shares are known to 0.05, seven standard errors of 5000 trials.
-    let close = |found: usize, n: usize, share: f64| {
-        let found = found as f64 / n as f64;
-        assert_abs_diff_eq!(found, share, epsilon = 0.05);
-    };
+    let close = |found: usize, n: usize, share: f64| assert_share(found, n, share, 0.06);
     let (directions, numbers) = fuzzed(false);
     let n = directions.len();
     assert_eq!((n, numbers.len()), (5000, 2 * 3 * 5000));
@@ -469,10 +480,10 @@ fn corners_of_the_domain_are_tried() {
             close(tilted.iter().filter(there).count(), tilted.len(), 0.125);
         }
     }
-    // A tenth of the fuzzed half of them, known to eight standard errors.
+    // A tenth of the fuzzed half of them.
     for corner in [0.0, 1.0 - f64::EPSILON / 2.0] {
         let found = numbers.iter().filter(|&&u| u == corner).count();
-        assert_abs_diff_eq!(found as f64 / numbers.len() as f64, 0.05, epsilon = 0.01);
+        assert_share(found, numbers.len() / 2, 0.1, 0.02);
     }
     assert!(numbers.iter().all(|u| (0.0..1.0).contains(u)));
     // Both directions are above the surface; where light may pass, each is as often below.

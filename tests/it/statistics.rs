@@ -7,7 +7,7 @@ use whitefurnace::harness::convergence::{f_test, log_slope, slope, variance_rati
 use whitefurnace::harness::domain::{Domain, Partition};
 use whitefurnace::harness::ks::kolmogorov_smirnov;
 use whitefurnace::harness::mean::{
-    Values, bounded_mean, equivalence_p, mean, mean_known_sigma, welch, welch_satterthwaite,
+    Values, bounded_mean, mean, mean_known_sigma, welch, welch_satterthwaite,
 };
 use whitefurnace::harness::outcome::{
     ALPHA, Claim, Outcome, Verdict, approximate_verdict, exact_verdict,
@@ -157,17 +157,6 @@ fn empirical_bernstein_p_and_interval_agree() {
     let l = 4e9_f64.ln();
     let half = (2.0 * (1000.0 / 3996.0) * l / 1000.0).sqrt() + 7.0 * l / (3.0 * 999.0);
     assert_relative_eq!(outcome.interval[1], 0.5 + half, max_relative = 1e-12);
-}
-
-#[test]
-fn equivalence_is_two_one_sided_tests() {
-    let p = equivalence_p(1.02, 1.0, 0.01, 50.0, 0.05);
-    assert_relative_eq!(p, 0.5 * tails::student_two_sided(3.0, 50.0));
-    assert_relative_eq!(
-        equivalence_p(1.06, 1.0, 0.01, 50.0, 0.05),
-        1.0 - 0.5 * tails::student_two_sided(1.0, 50.0),
-        max_relative = 1e-9
-    );
 }
 
 #[test]

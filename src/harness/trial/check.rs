@@ -1,0 +1,276 @@
+//! Trials put to the test: what is green, and for what is red a message to act on.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use super::{Context, Control, Row, Trial, full_name, group, run_control, run_trial};
+use crate::error::Error;
+use crate::harness::guard;
+use crate::harness::outcome::{Outcome, Verdict};
+
+/// Whether a trial's rows are green: every outcome holds; *undecided* is green below scale 1 only.
+pub fn trial_is_green(rows: &[Row], context: &Context) -> bool {
+    !rows.is_empty()
+        && rows.iter().all(|row| match row.verdict {
+            Verdict::Holds => true,
+            Verdict::Fails => false,
+            Verdict::Undecided { .. } => context.scale < 1.0,
+        })
+}
+
+/// The outcomes that must reject a control: those that it names or, where it names none, the only
+/// random one or, where nothing is random, all of them. Nothing if there is none of a name, or a choice is
+/// left.
+pub fn meant<'a>(
+    rejected_by: &[&str],
+    outcomes: impl IntoIterator<Item = &'a Outcome>,
+) -> Vec<&'a Outcome> {
+    let all: Vec<&Outcome> = outcomes.into_iter().collect();
+    if !rejected_by.is_empty() {
+        let find = |name: &&str| all.iter().copied().find(|outcome| outcome.name == **name);
+        let found: Option<Vec<_>> = rejected_by.iter().map(find).collect();
+        return found.unwrap_or_default();
+    }
+    let random: Vec<_> = all.iter().copied().filter(|o| o.is_random()).collect();
+    match random.len() {
+        0 => all,
+        1 => random,
+        _ => Vec::new(),
+    }
+}
+
+/// Whether a control is rejected for the reason that it states: every outcome that is [`meant`] fails,
+/// and not for a NaN or an infinite estimate. Below scale 1 *undecided* will do.
+pub fn control_is_green(control: &Control, rows: &[Row], context: &Context) -> bool {
+    let meant = meant(&control.rejected_by, rows.iter().map(|row| &row.outcome));
+    !meant.is_empty()
+        && meant.iter().all(|outcome| match outcome.verdict() {
+            Verdict::Fails => outcome.p.is_finite() && outcome.estimate.is_finite(),
+            Verdict::Undecided { .. } => context.scale < 1.0,
+            Verdict::Holds => false,
+        })
+}
+
+/// Puts a trial and all of its controls to the test. The error is a message to act on, one paragraph
+/// for the trial and each control that is red; data files are written to the context's folder.
+///
+/// # Errors
+/// The message, if anything is red.
+pub fn check(trial: &Trial, context: &Context) -> Result<Vec<Row>, String> {
+    let found = check_subject(trial, context);
+    let message: String = trial
+        .controls
+        .iter()
+        .filter_map(|control| check_control(trial, control, context).err())
+        .collect();
+    match found {
+        Ok(rows) if message.is_empty() => Ok(rows),
+        Ok(_) => Err(message),
+        Err(first) => Err(first + &message),
+    }
+}
+
+/// Puts a trial to the test on its right subject alone.
+///
+/// # Errors
+/// The message, if it is red.
+pub fn check_subject(trial: &Trial, context: &Context) -> Result<Vec<Row>, String> {
+    let mut message = String::new();
+    let found = run_trial(trial, context);
+    let random = found.iter().filter(|row| row.outcome.is_random()).count();
+    if random != trial.assertions {
+        let _ = writeln!(
+            message,
+            "{} declares {} random outcomes and has {random}: correct `assertions`",
+            trial.name, trial.assertions
+        );
+    }
+    if !trial_is_green(&found, context) {
+        message += &explain(trial, &found, context);
+    }
+    // Below scale 1 effects of that size need not be seen.
+    for row in found.iter().filter(|_| context.scale >= 1.0) {
+        for graded in &row.outcome.graded {
+            if !graded.is_answered() {
+                let _ = writeln!(
+                    message,
+                    "{}: {} says {} (p = {:.3e}) where the value is off by {:.3e}, the size of its \
+                     claim: n or δ is wrong",
+                    row.trial,
+                    row.outcome.name,
+                    graded.outcome.verdict().word(),
+                    graded.outcome.p,
+                    graded.effect
+                );
+            }
+        }
+    }
+    message += &refused(&trial.name, found.iter().map(|row| &row.outcome), context);
+    if message.is_empty() {
+        Ok(found)
+    } else {
+        Err(message)
+    }
+}
+
+/// What the [`guard`] has against outcomes that are to hold, a line each; nothing below scale 1.
+pub fn refused<'a>(
+    name: &str,
+    outcomes: impl IntoIterator<Item = &'a Outcome>,
+    context: &Context,
+) -> String {
+    outcomes
+        .into_iter()
+        .filter(|_| context.scale >= 1.0)
+        .filter_map(guard::may_not_hold)
+        .map(|why| format!("{name}: too small for the error budget: {why}\n"))
+        .collect()
+}
+
+/// Puts a trial to the test on one of its faulty subjects.
+///
+/// # Errors
+/// The message, if the fault is not rejected.
+pub fn check_control(
+    trial: &Trial,
+    control: &Control,
+    context: &Context,
+) -> Result<Vec<Row>, String> {
+    let rows = run_control(trial, control, context);
+    if control_is_green(control, &rows, context) {
+        let outcomes = rows.iter().map(|row| &row.outcome);
+        let near = meant(&control.rejected_by, outcomes)
+            .into_iter()
+            .filter_map(guard::may_hold);
+        let message: String = near
+            .filter(|_| context.scale >= 1.0)
+            .map(|why| {
+                let name = full_name(&trial.name, control.name);
+                format!("{name}: too small for the error budget: {why}\n")
+            })
+            .collect();
+        return if message.is_empty() {
+            Ok(rows)
+        } else {
+            Err(message)
+        };
+    }
+    let by = match control.rejected_by.as_slice() {
+        [] => String::from("the trial's only random outcome (where there are several, name which)"),
+        names => names.join(", "),
+    };
+    Err(format!(
+        "{}: the negative control {} was not rejected\n  what is wrong with it: {}\n  to be rejected, \
+         with finite numbers, by: {by}\n{}",
+        trial.name,
+        control.name,
+        control.wrong,
+        explain(trial, &rows, context)
+    ))
+}
+
+/// What a person needs in order to act on a verdict.
+fn explain(trial: &Trial, rows: &[Row], context: &Context) -> String {
+    let mut text = String::new();
+    for row in rows
+        .iter()
+        .filter(|row| row.verdict != Verdict::Holds || !row.control.is_empty())
+    {
+        let o = &row.outcome;
+        let verdict = match row.verdict {
+            Verdict::Undecided { needed } => format!("undecided, needs about {needed} samples"),
+            other => other.word().to_owned(),
+        };
+        let _ = writeln!(
+            text,
+            "{}: {verdict}\n  property   {}\n  equation   {} ({}), {}\n  subject    {}\n  \
+             statistic  {} of {}: {:.6}, n = {}, p = {:.3e}\n  estimate   {:.9} in [{:.9}, {:.9}], \
+             should be {:.9} ± {:.3e}\n  power      {} at that size, detects {:.3e}\n  worst      {}\n  repeat     {}",
+            row.trial,
+            trial.property,
+            trial.equation.id,
+            trial.equation.number,
+            trial.equation.title,
+            trial.subject,
+            o.statistic,
+            o.name,
+            o.value,
+            o.n,
+            o.p,
+            o.estimate,
+            o.interval[0],
+            o.interval[1],
+            o.reference,
+            o.claim.size(),
+            o.power(),
+            o.minimum_detectable_effect(),
+            o.worst,
+            command(context, &row.trial, &row.control),
+        );
+        match write_cells(row, &context.folder) {
+            Ok(Some(path)) => {
+                let _ = writeln!(
+                    text,
+                    "  data       {0}\n  plot       cargo run --release --bin plot-cells -- '{0}'",
+                    path.display()
+                );
+            }
+            Ok(None) => {}
+            Err(error) => {
+                let _ = writeln!(text, "  data       not written: {error}");
+            }
+        }
+    }
+    text
+}
+
+/// The shell command that repeats this trial alone, or this fault under it: the integration test of its
+/// group, restricted by name.
+pub fn command(context: &Context, trial: &str, control: &str) -> String {
+    let module = if control.is_empty() { "trials" } else { "zoo" };
+    let scale = if context.scale == 1.0 {
+        String::new()
+    } else {
+        format!("WHITEFURNACE_SCALE={} ", context.scale)
+    };
+    format!(
+        "WHITEFURNACE_SEED={} {scale}WHITEFURNACE_ONLY='{}' cargo test -p whitefurnace --test it -- \
+         --exact {module}::{}",
+        context.seed,
+        full_name(trial, control),
+        group(trial)
+    )
+}
+
+/// Writes the cells of a row as CSV (place, expected, observed, sigmas) and returns the path; nothing
+/// for an outcome without cells.
+///
+/// # Errors
+/// [`Error::File`] if the folder or the file cannot be written.
+pub fn write_cells(row: &Row, folder: &Path) -> Result<Option<PathBuf>, Error> {
+    if row.outcome.cells.is_empty() {
+        return Ok(None);
+    }
+    let mut text = String::from("place,expected,observed,sigmas\n");
+    for cell in &row.outcome.cells {
+        let _ = writeln!(
+            text,
+            "\"{}\",{:e},{:e},{:.3}",
+            cell.place, cell.expected, cell.observed, cell.sigmas
+        );
+    }
+    let name: String = format!("{} {} {}", row.trial, row.control, row.outcome.name)
+        .chars()
+        .map(|c| {
+            if c.is_alphanumeric() || c == '-' || c == '.' {
+                c
+            } else {
+                '_'
+            }
+        })
+        .collect();
+    let path = folder.join(name + ".csv");
+    std::fs::create_dir_all(folder).map_err(Error::file("create", folder))?;
+    std::fs::write(&path, text).map_err(Error::file("write", &path))?;
+    Ok(Some(path))
+}

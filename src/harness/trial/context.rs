@@ -1,0 +1,146 @@
+//! What a run of trials shares: seed, scale, and which trial alone is wanted.
+
+use std::ops::RangeInclusive;
+use std::path::PathBuf;
+
+use crate::error::Error;
+use crate::rng::{Stream, seed_for, stream};
+
+/// The master seed if `WHITEFURNACE_SEED` is not set.
+pub const DEFAULT_SEED: u64 = 2019;
+
+/// The scales that `WHITEFURNACE_SCALE` takes: below, statistics are undefined; above, samples outnumber the
+/// streams.
+pub const SCALES: RangeInclusive<f64> = 1e-4..=256.0;
+
+/// What a run of trials shares: master seed, scale of sample sizes, folder for data files, and which
+/// trial alone is wanted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Context {
+    /// Every trial's stream is derived from this and the trial's name.
+    pub seed: u64,
+    /// Sample sizes are multiplied by this.
+    pub scale: f64,
+    /// Where data files of failures go; made when needed.
+    pub folder: PathBuf,
+    /// The one trial ("furnace/sky/path") or fault of a trial ("furnace/sky/path!no-cosine") to run;
+    /// all of them if there is none.
+    pub only: Option<String>,
+    /// The trial (and subject) whose streams these are.
+    pub name: String,
+}
+
+impl Context {
+    /// A context with the given seed and scale (positive and finite).
+    ///
+    /// # Errors
+    /// [`Error::Option`] for a scale that makes no sense.
+    pub fn new(seed: u64, scale: f64) -> Result<Self, Error> {
+        if !(scale.is_finite() && scale > 0.0) {
+            return Err(Error::Option(format!(
+                "the scale of sample sizes is {scale}; it must be a positive number such as 16 or 0.25"
+            )));
+        }
+        Ok(Self {
+            seed,
+            scale,
+            folder: PathBuf::from("target/trials"),
+            only: None,
+            name: String::new(),
+        })
+    }
+
+    /// Reads `WHITEFURNACE_SEED` (default [`DEFAULT_SEED`]), `WHITEFURNACE_SCALE` (default 1) and
+    /// `WHITEFURNACE_ONLY` (the name of one trial or fault, as in [`only`](Self::only); default all).
+    /// The only place in the library that reads the environment.
+    ///
+    /// # Errors
+    /// [`Error::Option`] if one of them is not a number, or the scale is not among [`SCALES`].
+    pub fn from_environment() -> Result<Self, Error> {
+        fn read<T: std::str::FromStr>(
+            name: &str,
+            default: T,
+            (expected, fits): (&str, impl Fn(&T) -> bool),
+        ) -> Result<T, Error> {
+            let Some(text) = std::env::var_os(name) else {
+                return Ok(default);
+            };
+            let value = text.to_str().and_then(|text| text.trim().parse().ok());
+            value.filter(fits).ok_or_else(|| {
+                Error::Option(format!(
+                    "{name} is '{}': set it to {expected}, or unset it",
+                    text.display()
+                ))
+            })
+        }
+        let seeds = "a whole number from 0 to 18446744073709551615, such as 2019";
+        let scales = format!(
+            "a number from {} to {}, such as 16",
+            SCALES.start(),
+            SCALES.end()
+        );
+        let context = Self::new(
+            read("WHITEFURNACE_SEED", DEFAULT_SEED, (seeds, |_: &u64| true))?,
+            read(
+                "WHITEFURNACE_SCALE",
+                1.0,
+                (&scales, |scale| SCALES.contains(scale)),
+            )?,
+        )?;
+        let only = std::env::var_os("WHITEFURNACE_ONLY");
+        Ok(Self {
+            only: only.map(|name| name.to_string_lossy().into_owned()),
+            ..context
+        })
+    }
+
+    /// Those of `items` that are wanted: all, or the one whose name is [`only`](Self::only).
+    ///
+    /// # Errors
+    /// [`Error::Option`] if none has that name.
+    pub fn select<T>(&self, items: Vec<T>, name: impl Fn(&T) -> String) -> Result<Vec<T>, Error> {
+        let Some(only) = &self.only else {
+            return Ok(items);
+        };
+        let wanted: Vec<T> = items
+            .into_iter()
+            .filter(|item| name(item) == *only)
+            .collect();
+        if wanted.is_empty() {
+            return Err(Error::Option(format!(
+                "WHITEFURNACE_ONLY is {only}, which is none of this test's trials or faults; correct \
+                 the name, or unset it"
+            )));
+        }
+        Ok(wanted)
+    }
+
+    /// The same context for the trial or test with this name.
+    pub fn named(&self, name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            ..self.clone()
+        }
+    }
+
+    /// The seed of a part of this trial; independent for different trials and parts.
+    pub fn seed_of(&self, part: &str) -> u64 {
+        seed_for(seed_for(self.seed, &self.name), part)
+    }
+
+    /// The random stream of a part of this trial.
+    pub fn rng(&self, part: &str) -> Stream {
+        stream(self.seed_of(part), 0, 0)
+    }
+
+    /// A sample size at this scale, at least 2.
+    pub fn n(&self, samples: u64) -> u64 {
+        ((samples as f64 * self.scale).round() as u64).max(2)
+    }
+
+    /// How many arguments an exact identity is tried on: as many as asked for also where sample sizes are
+    /// reduced, for no power is lost by a smaller sample that an identity could tell of.
+    pub fn arguments(&self, count: u64) -> u64 {
+        (count as f64 * self.scale.max(1.0)).round() as u64
+    }
+}
