@@ -11,7 +11,7 @@ use super::furnace::inside;
 use super::probes::BOUNCES;
 use super::roulette::{Parts, SUBJECT, variance, walk};
 use super::scenes::sphere_furnace;
-use super::subject::{Kind, Probe, RIGHT, Setup, Subject, Table};
+use super::subject::{Kind, Probe, RIGHT, Subject, Table};
 use crate::bsdf::Bsdf;
 use crate::equation::ROULETTE;
 use crate::harness::chi_square::{CELL_DELTA, Counts, chi_square};
@@ -244,14 +244,10 @@ pub fn hall() -> Bench<Subject> {
             (PATHS, CELL_DELTA, 2),
         ),
         move |context: &Context, subject: Subject| {
-            let setup = Setup {
-                parts: Table {
-                    survival_by_throughput: |_| SURVIVAL,
-                    ..subject.parts.unwrap_or(RIGHT)
-                },
-                segments: subject.segments,
-                rules: subject.rules,
-            };
+            let setup = subject.with(Table {
+                survival_by_throughput: |_| SURVIVAL,
+                ..subject.parts.unwrap_or(RIGHT)
+            });
             let mut rng = context.rng("radiance");
             against_the_law(context.n(PATHS), 4, || probe.radiance(setup, &mut rng).x)
         },

@@ -161,12 +161,8 @@ fn strategies() -> Vec<Bench<Subject>> {
         Bench::new(
             data(name, property, &MIS, "estimator::Path", "t", size),
             move |context: &Context, subject: Subject| {
-                let setup = Setup {
-                    parts: alone(subject.parts.unwrap_or(RIGHT)),
-                    segments: subject.segments,
-                    rules: subject.rules,
-                };
-                property_of.run(context, setup)
+                let parts = alone(subject.parts.unwrap_or(RIGHT));
+                property_of.run(context, subject.with(parts))
             },
         )
     };

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::furnace::off_cap;
 use super::probes::BOUNCES;
-use super::subject::{Kind, Probe, RIGHT, STANDARD, Setup, Subject, Table};
+use super::subject::{Kind, Probe, RIGHT, STANDARD, Subject, Table};
 use crate::equation::ROULETTE;
 use crate::estimator::Standard;
 use crate::harness::mean::{Values, mean, welch};
@@ -220,11 +220,7 @@ const OTHERS: [(&str, Survival, u64); 2] = [
 /// subject's parts.
 fn same_mean(context: &Context, probe: &Probe, subject: Subject) -> Vec<Outcome> {
     let reference = RHO * CAP_SHARE / (1.0 - RHO * (1.0 - CAP_SHARE));
-    let own = Setup {
-        parts: Standard,
-        segments: None,
-        rules: STANDARD.rules,
-    };
+    let own = STANDARD.with(Standard);
     let mut rng = context.rng("survival by throughput");
     let own = Values::collect(reference, context.n(PATHS), || {
         probe.radiance(own, &mut rng).x
@@ -235,14 +231,10 @@ fn same_mean(context: &Context, probe: &Probe, subject: Subject) -> Vec<Outcome>
     OTHERS
         .iter()
         .map(|&(name, survival_by_throughput, paths)| {
-            let setup = Setup {
-                parts: Table {
-                    survival_by_throughput,
-                    ..subject.parts.unwrap_or(RIGHT)
-                },
-                segments: subject.segments,
-                rules: subject.rules,
-            };
+            let setup = subject.with(Table {
+                survival_by_throughput,
+                ..subject.parts.unwrap_or(RIGHT)
+            });
             let mut rng = context.rng(name);
             let other = Values::collect(reference, context.n(paths), || {
                 probe.radiance(setup, &mut rng).x

@@ -105,14 +105,10 @@ impl Property for Cost {
         let mut worst = expected;
         for _ in 0..ESTIMATES {
             let directions = AtomicU64::new(0);
-            let counting = Setup {
-                parts: Counting {
-                    parts: setup.parts,
-                    directions: &directions,
-                },
-                segments: setup.segments,
-                rules: setup.rules,
-            };
+            let counting = setup.with(Counting {
+                parts: setup.parts,
+                directions: &directions,
+            });
             self.0.radiance(counting, &mut rng);
             let counted = directions.into_inner();
             if counted.abs_diff(expected) > worst.abs_diff(expected) {

@@ -100,6 +100,17 @@ pub struct Setup<P> {
     pub rules: LightRules,
 }
 
+impl<P> Setup<P> {
+    /// The same with other parts.
+    pub fn with<Q>(self, parts: Q) -> Setup<Q> {
+        Setup {
+            parts,
+            segments: self.segments,
+            rules: self.rules,
+        }
+    }
+}
+
 /// A subject: `None` in the place of the parts stands for [`Standard`], the very code that programs
 /// run.
 pub type Subject = Setup<Option<Table>>;
@@ -141,30 +152,9 @@ pub trait Property: Send + Sync + 'static {
 
 /// A property as a function of the subject.
 pub fn on<Q: Property>(property: Q) -> impl Fn(&Context, Subject) -> Vec<Outcome> + Send + Sync {
-    move |context, subject| {
-        let Setup {
-            parts,
-            segments,
-            rules,
-        } = subject;
-        match parts {
-            None => property.run(
-                context,
-                Setup {
-                    parts: Standard,
-                    segments,
-                    rules,
-                },
-            ),
-            Some(parts) => property.run(
-                context,
-                Setup {
-                    parts,
-                    segments,
-                    rules,
-                },
-            ),
-        }
+    move |context, subject| match subject.parts {
+        None => property.run(context, subject.with(Standard)),
+        Some(parts) => property.run(context, subject.with(parts)),
     }
 }
 
