@@ -6,6 +6,7 @@ use proptest::prelude::*;
 use whitefurnace::error::Error;
 use whitefurnace::film::{Features, Film, LARGEST_FILM, Pixel, Window};
 use whitefurnace::moments::{Moments, UNIT};
+use whitefurnace::splat::Splats;
 
 use crate::helpers::{U, point};
 use crate::support::property;
@@ -211,4 +212,18 @@ fn averages_run_over_pixels_and_channels() {
     assert_eq!(film.mean(), 2.0);
     assert_abs_diff_eq!(film.relative_error(), 0.25, epsilon = 4.0 * U);
     assert_eq!(Film::new([1, 1], None, 1).expect("a film").mean(), 0.0);
+}
+
+#[test]
+fn splats_add_up_in_their_own_pixel() {
+    let [width, height] = [3, 4];
+    let image = Splats::new([width, height]);
+    let value = |x: u32, y: u32| DVec3::new(f64::from(x), f64::from(y), 0.25);
+    for _ in 0..2 {
+        for (x, y) in (0..width).flat_map(|x| (0..height).map(move |y| (x, y))) {
+            image.add([x, y], value(x, y)).expect("legal");
+        }
+    }
+    let rows = (0..height).flat_map(|y| (0..width).map(move |x| 2.0 * value(x, y)));
+    assert_eq!(image.into_values(), rows.collect::<Vec<_>>());
 }
