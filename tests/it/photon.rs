@@ -26,6 +26,7 @@ fn a_kd_tree_finds_what_brute_force_finds() {
     property("kd-tree", 256, &arguments, |(points, centre, radius)| {
         let tree = KdTree::new(points.iter().copied().zip(0..));
         assert_eq!(tree.len(), points.len());
+        assert_eq!(tree.is_empty(), points.is_empty());
         let r2 = radius * radius;
         let mut found = Vec::new();
         tree.within(centre, r2, |&i: &usize| found.push(i));
