@@ -67,6 +67,7 @@ fn no_accumulator_takes_what_is_no_radiance() {
             );
         }
     }
+    assert!(check_radiance(DVec3::splat(-0.5 * UNIT)).is_err());
     // Rounding may leave a hair less than nothing, which is nothing.
     let mut pixel = Pixel::default();
     assert!(pixel.push(DVec3::splat(-0.4 * UNIT)).is_ok());
