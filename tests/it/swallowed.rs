@@ -87,6 +87,11 @@ fn splats_that_add_up_to_too_much_are_refused() {
             "a full pixel",
         );
     }
+    let refused = image.add([1, 0], DVec3::Y);
+    assert!(
+        matches!(refused, Err(Error::Radiance { value, .. }) if (LARGEST..LARGEST + 200.0).contains(&value)),
+        "{refused:?}"
+    );
     assert!(
         image.add([0, 0], half).is_ok(),
         "the other pixel is not full"
