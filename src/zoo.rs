@@ -47,7 +47,7 @@ pub struct Mutant<S> {
     /// The faulty subject.
     pub subject: S,
     /// The trials that must reject it, each alone or with the outcome that must: "trial: outcome", once
-    /// for each such outcome (see [`meant`](crate::harness::trial::meant)). Of an equivalent mutant, the
+    /// for each such outcome (see [`meant`]). Of an equivalent mutant, the
     /// trials that must accept it.
     pub caught_by: &'static [&'static str],
 }

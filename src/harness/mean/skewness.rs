@@ -7,8 +7,8 @@ use crate::harness::tails::normal_upper;
 pub const LARGEST_SKEW_TERM: f64 = 0.3;
 
 /// So many values of a law whose |skewness| is at most 0.2 leave a t tail valid: the skewness of a
-/// sample, which varies by √(6/n), goes beyond what [`Values::valid_from`] allows with probability below
-/// [`ALPHA`].
+/// sample, which varies by √(6/n), goes beyond what [`Values::valid_from`](super::Values::valid_from) allows with probability below
+/// [`ALPHA`](crate::harness::outcome::ALPHA).
 pub const NEARLY_SYMMETRIC: u64 = 8_500;
 
 /// What a mean's difference from its reference is divided by. Where the standard deviation is estimated

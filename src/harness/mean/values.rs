@@ -117,7 +117,7 @@ impl Values {
         sigma.valid_from(n, self.skewness() / (n as f64).sqrt(), alpha)
     }
 
-    /// Skewness, variance of the mean and count: a part of [`skewness_of_sum`].
+    /// Skewness, variance of the mean and count: a part of [`skewness_of_sum`](super::skewness_of_sum).
     pub fn part(&self) -> (f64, f64, u64) {
         let n = self.moments.count();
         (self.skewness(), self.moments.variance() / n as f64, n)
