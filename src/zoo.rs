@@ -133,7 +133,7 @@ pub struct Pair {
     pub named: bool,
     /// The outcomes that must reject it, as in [`Control::rejected_by`].
     pub rejected_by: Vec<&'static str>,
-    /// The trial's function on the fault: as in the suite if it is named, at an eighth of the size if not.
+    /// The trial's function on the fault: from small to large if it must be rejected, else at the trial's size.
     pub run: Run,
 }
 
@@ -189,7 +189,11 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
         let (on, subject) = (Arc::clone(&bench.on), mutant.subject);
         Box::new(move |context| {
             let settled = |share: &f64| {
-                let outcomes = on(&part(context, *share), subject);
+                let part = Context {
+                    scale: context.scale * share,
+                    ..context.clone()
+                };
+                let outcomes = on(&part, subject);
                 let meant = meant(&rejected_by, &outcomes);
                 let settled = !meant.is_empty() && meant.into_iter().all(guard::settled);
                 settled.then_some(outcomes)
@@ -199,26 +203,15 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
         })
     }
 
-    /// A trial's function on a mutant at a share of its size: an equivalent one is held to the whole.
-    fn at(bench: &Bench<S>, mutant: &Mutant<S>, share: f64) -> Run {
+    /// A trial's function on a mutant, at the trial's size.
+    fn whole(bench: &Bench<S>, mutant: &Mutant<S>) -> Run {
         let (on, subject) = (Arc::clone(&bench.on), mutant.subject);
-        Box::new(move |context| on(&part(context, share), subject))
+        Box::new(move |context| on(context, subject))
     }
 }
 
 /// The shares of a trial's size at which a fault runs before the whole.
 const LOOKS: [f64; 3] = [1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0];
-
-/// The share of its size at which a trial runs on a fault that does not name it.
-const UNASSERTED: f64 = 1.0 / 8.0;
-
-/// The context at a share of its scale.
-fn part(context: &Context, share: f64) -> Context {
-    Context {
-        scale: context.scale * share,
-        ..context.clone()
-    }
-}
 
 impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
     fn trials(&self) -> Vec<Trial> {
@@ -261,8 +254,7 @@ impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
                         Some(outcomes) if !equivalent => {
                             Self::reject(bench, mutant, outcomes.clone())
                         }
-                        Some(_) => Self::at(bench, mutant, 1.0),
-                        None => Self::at(bench, mutant, UNASSERTED),
+                        _ => Self::whole(bench, mutant),
                     };
                     Pair {
                         fault: self.fault(mutant, equivalent),

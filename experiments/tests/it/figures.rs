@@ -231,9 +231,9 @@ fn series_are_told_apart_without_colour() {
     }
 }
 
-#[test]
-fn what_is_off_a_map_s_scale_is_marked() {
-    let map = |values| Map {
+/// A map of two values on a scale of ±4, without words.
+fn two_cells(name: &str, values: Vec<f64>) -> String {
+    let map = Map {
         title: String::new(),
         axes: [String::new(), String::new()],
         ranges: [[0.0, 1.0]; 2],
@@ -242,10 +242,13 @@ fn what_is_off_a_map_s_scale_is_marked() {
         bound: 4.0,
         unit: String::new(),
     };
+    drawn(name, |path| maps(path, "", [400, 300], 1, &[map]))
+}
+
+#[test]
+fn what_is_off_a_map_s_scale_is_marked() {
     let triangles = |values| {
-        let svg = drawn("overflow", |path| {
-            maps(path, "", [400, 300], 1, &[map(values)])
-        });
+        let svg = two_cells("overflow", values);
         let rim = "<polygon stroke=\"#fff\"";
         svg.lines()
             .filter(|line| line.starts_with(rim) && line.contains("#FFFFFF"))
@@ -305,18 +308,7 @@ fn maps_hold_their_cells_in_colours_of_equal_weight() {
 /// The colour of a share of nothing is no colour of the scale, and is explained.
 #[test]
 fn what_is_not_judged_is_grey() {
-    let svg = |values| {
-        let map = Map {
-            title: String::new(),
-            axes: [String::new(), String::new()],
-            ranges: [[0.0, 1.0]; 2],
-            size: [2, 1],
-            values,
-            bound: 4.0,
-            unit: String::new(),
-        };
-        drawn("unknown", |path| maps(path, "", [400, 300], 1, &[map]))
-    };
+    let svg = |values| two_cells("unknown", values);
     let [known, unknown] = [svg(vec![0.0, -9.0]), svg(vec![0.0, f64::NAN])];
     assert!(unknown.contains("not judged") && !known.contains("not judged"));
     let picture = |svg: &str| {
