@@ -22,8 +22,9 @@
 //! | [`rng`], [`sampler`] | streams of random numbers, Owen-scrambled Sobol' points |
 //! | [`frame`], [`error`] | coordinates, errors |
 //! | [`harness`] | statistics, verdicts, trials as data: put your own code on trial with it |
-//! | [`trials`] | the registry: every property of this library on trial, with negative controls |
-//! | [`zoo`] | named faults, the trials that must reject them, and the table of both |
+//!
+//! The trials of this library, and the faults that they must reject, are in the crate `trials`, in the folder
+//! `tests`.
 //!
 //! # Invariants
 //!
@@ -67,6 +68,4 @@ pub mod scene;
 pub mod shape;
 pub mod solid_angle;
 pub mod splat;
-pub mod trials;
 pub mod watertight;
-pub mod zoo;

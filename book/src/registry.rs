@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use whitefurnace::trials::all;
-use whitefurnace::zoo;
+use registry::{all, all_faults};
 
 use crate::mathml::{escape, typeset};
 use crate::nearest;
@@ -55,7 +54,7 @@ pub fn trial_fragment(name: &str) -> String {
 
 /// The table of faults: what is wrong, and the trials that must reject it.
 pub fn faults() -> String {
-    let rows: Vec<String> = zoo::faults()
+    let rows: Vec<String> = all_faults()
         .iter()
         .map(|fault| {
             let trials: Vec<_> = fault.caught_by.iter().map(|trial| code(trial)).collect();

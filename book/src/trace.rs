@@ -62,10 +62,9 @@ impl Sources {
     pub fn read(root: &Path) -> std::io::Result<Self> {
         let registry = std::fs::read_to_string(root.join("src/equation.rs"))?;
         let mut code = files(root, "src", "rs")?;
-        let apart = ["src/equation.rs", "src/trials/", "src/zoo/", "src/harness/"];
+        let apart = ["src/equation.rs", "src/harness/"];
         code.retain(|(path, _)| !apart.iter().any(|prefix| path.starts_with(prefix)));
-        let mut tests = files(root, "tests/it", "rs")?;
-        tests.retain(|(path, _)| path != "tests/it/traceability.rs");
+        let tests = files(root, "tests/library", "rs")?;
         Ok(Self {
             code,
             tests,

@@ -7,7 +7,6 @@ use whitefurnace::harness::ks::kolmogorov_smirnov;
 use whitefurnace::harness::tails::{binomial_sf, kolmogorov_upper};
 use whitefurnace::harness::trial::{Context, Trial, group, run_trial};
 use whitefurnace::rng::{seed_for, stream};
-use whitefurnace::trials;
 
 use crate::lab::{Experiment, Lab};
 use crate::ledger::number;
@@ -56,7 +55,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     let mut ledger = lab.ledger("calibration.csv", &key, "replication,name,p")?;
     let first = ledger.next();
     let replications: Vec<u64> = (first..first + lab.count(lab.by_tier(64, 1024))).collect();
-    let registry = trials::all();
+    let registry = registry::all();
     lab.bears_on(equations(&registry));
     let master = lab.seed();
     let registry = in_question(registry, master)?;

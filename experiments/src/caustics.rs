@@ -1,6 +1,7 @@
 //! The report's claim that caustics cannot be represented by Monte Carlo ray tracing, put to the test on
 //! a glass sphere between a floor and an area light.
 
+use registry::photon::scenes::{CAUSTIC, caustic, no_caustic};
 use whitefurnace::equation;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::{
@@ -15,7 +16,6 @@ use whitefurnace::pixel::PixelSampling;
 use whitefurnace::render::render_passes;
 use whitefurnace::rng::seed_for;
 use whitefurnace::scene::Scene;
-use whitefurnace::trials::photon::scenes::{CAUSTIC, caustic, no_caustic};
 
 use crate::lab::{Experiment, Lab};
 use crate::pictures::render_samples;

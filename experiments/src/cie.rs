@@ -28,7 +28,7 @@ pub const CIE: Experiment = Experiment {
 const GROUPS: [&str; 4] = ["cie", "irradiance", "furnace", "glass"];
 
 fn run(lab: &mut Lab) -> Result<(), Error> {
-    let mut trials = whitefurnace::trials::all();
+    let mut trials = registry::all();
     trials.retain(|trial| GROUPS.contains(&group(&trial.name)) && trial.statistic == "t");
     let scale = lab.scale(lab.by_tier(suite::REDUCED, 1.0));
     let found = suite::run(&trials, lab.seed(), scale)?;

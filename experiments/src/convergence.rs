@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use registry::scenes::{at_origin, rectangle_light};
 use whitefurnace::equation;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::{Estimator, Path, Standard, Strategy};
@@ -13,7 +14,6 @@ use whitefurnace::sampler::{Sampler, Sobol, scramble};
 use whitefurnace::scene::Scene;
 use whitefurnace::scene::room;
 use whitefurnace::shape::Ray;
-use whitefurnace::trials::scenes::{at_origin, rectangle_light};
 
 use crate::lab::{Experiment, Lab};
 use crate::plot::chart::{Chart, Mark, Series, charts};

@@ -4,6 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use clap::ValueEnum;
 use glam::DVec3;
+use registry::bsdf::{oren_nayar_albedo, oren_nayar_printed_albedo};
 use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
 use whitefurnace::camera::Camera;
 use whitefurnace::equation;
@@ -19,7 +20,6 @@ use whitefurnace::rng::{seed_for, stream, uniform2};
 use whitefurnace::sampling::cosine_hemisphere;
 use whitefurnace::scene::{Scene, SceneBuilder, Surface};
 use whitefurnace::shape::{Ray, Sphere};
-use whitefurnace::trials::bsdf::{oren_nayar_albedo, oren_nayar_printed_albedo};
 
 use crate::job::name;
 use crate::lab::{Experiment, Lab};

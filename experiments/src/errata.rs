@@ -7,12 +7,12 @@ mod samples;
 
 use std::f64::consts::FRAC_PI_2;
 
+use registry::bsdf::{oren_nayar_albedo, oren_nayar_printed_albedo};
+use registry::roulette::variance;
 use whitefurnace::bsdf::{OrenNayar, OrenNayarForm, oren_nayar_angles};
 use whitefurnace::equation;
 use whitefurnace::fresnel;
 use whitefurnace::image::srgb;
-use whitefurnace::trials::bsdf::{oren_nayar_albedo, oren_nayar_printed_albedo};
-use whitefurnace::trials::roulette::variance;
 
 use crate::lab::{Experiment, Lab};
 

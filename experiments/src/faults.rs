@@ -2,12 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
+use registry::faults::Pair;
 use whitefurnace::error::Error;
 use whitefurnace::harness::guard::FAR_MISS;
 use whitefurnace::harness::outcome::{Outcome, Verdict};
 use whitefurnace::harness::trial::{Context, meant};
-use whitefurnace::trials;
-use whitefurnace::zoo::{self, Pair};
 
 use crate::lab::{Experiment, Lab, Tier};
 use crate::plot::matrix::{Seen, matrix};
@@ -26,11 +25,11 @@ pub const FAULTS: Experiment = Experiment {
 const UNASSERTED: f64 = 1.0 / 128.0;
 
 fn run(lab: &mut Lab) -> Result<(), Error> {
-    let trials = trials::all();
+    let trials = registry::all();
     lab.bears_on(suite::equations(&trials));
     // Quick: the pairs that the suite asserts. Full: every fault under every trial of its family; what
     // the suite does not assert at a reduced size, where faults of small effect stay undecided.
-    let mut pairs = zoo::matrix();
+    let mut pairs = registry::matrix();
     pairs.retain(|pair| !pair.fault.equivalent);
     if lab.tier() == Tier::Quick {
         pairs.retain(|pair| pair.named);

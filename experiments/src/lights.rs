@@ -4,6 +4,7 @@ use std::f64::consts::FRAC_1_PI;
 use std::sync::Arc;
 
 use glam::DVec3;
+use registry::scenes::{floor, lambert, light, polygon_irradiance, scene, sphere_irradiance};
 use whitefurnace::emitter::LightSampling;
 use whitefurnace::equation;
 use whitefurnace::error::Error;
@@ -12,9 +13,6 @@ use whitefurnace::moments::Moments;
 use whitefurnace::rng::{seed_for, stream};
 use whitefurnace::scene::{Scene, SceneBuilder};
 use whitefurnace::shape::{Ray, Sphere};
-use whitefurnace::trials::scenes::{
-    floor, lambert, light, polygon_irradiance, scene, sphere_irradiance,
-};
 
 use crate::job::{ConventionName, Job, LightSamplingName, SceneName, name};
 use crate::lab::{Experiment, Lab};

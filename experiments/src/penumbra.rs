@@ -1,5 +1,6 @@
 //! The soft edge of a shadow: what the path tracer finds across a penumbra, and the closed form.
 
+use registry::strategies::{penumbra_reference, penumbra_scene, to_floor};
 use whitefurnace::emitter::LightSampling;
 use whitefurnace::equation;
 use whitefurnace::error::Error;
@@ -7,7 +8,6 @@ use whitefurnace::estimator::{Estimator, Heuristic, Path, Standard, Strategy};
 use whitefurnace::harness::mean::Values;
 use whitefurnace::harness::tails::normal_upper;
 use whitefurnace::rng::{seed_for, stream};
-use whitefurnace::trials::strategies::{penumbra_reference, penumbra_scene, to_floor};
 
 use crate::lab::{Experiment, Lab};
 use crate::plot::chart::{Chart, Mark, Series, charts};

@@ -1,6 +1,7 @@
 //! The bias of photon lookups against their radius, and of the mean of passes against their number.
 
 use rayon::prelude::*;
+use registry::photon::scenes::{at_origin, at_point, disc_average, over_floor, point_camera};
 use whitefurnace::equation;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::{
@@ -10,9 +11,6 @@ use whitefurnace::harness::tails::student_upper;
 use whitefurnace::moments::Moments;
 use whitefurnace::rng::{seed_for, stream};
 use whitefurnace::scene::Scene;
-use whitefurnace::trials::photon::scenes::{
-    at_origin, at_point, disc_average, over_floor, point_camera,
-};
 
 use crate::lab::{Experiment, Lab};
 use crate::plot::chart::{Chart, Mark, Series, charts};

@@ -9,7 +9,6 @@ use whitefurnace::harness::outcome::ALPHA;
 use whitefurnace::harness::tails::{binomial_cdf, binomial_interval, binomial_two_sided};
 use whitefurnace::harness::trial::Row;
 use whitefurnace::rng::{seed_for, stream};
-use whitefurnace::trials;
 
 use crate::lab::{Experiment, Lab};
 use crate::plot::chart::{Chart, Mark, Series, charts};
@@ -202,7 +201,7 @@ struct Measure<'a> {
 
 /// The stated power of every random measure of the registry at its own δ.
 fn registry(lab: &mut Lab) -> Result<(), Error> {
-    let trials = trials::all();
+    let trials = registry::all();
     lab.bears_on(suite::equations(&trials));
     let scale = lab.scale(lab.by_tier(suite::REDUCED, 1.0));
     let found = suite::run(&trials, lab.seed(), scale)?;

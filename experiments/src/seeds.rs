@@ -3,6 +3,8 @@
 //! What a seed gives is a function of the program, the run's seed and the scale. It is kept beside the
 //! experiments, so that each is paid once.
 
+use registry::equivalents;
+use registry::faults::Pair;
 use serde::{Deserialize, Serialize};
 use whitefurnace::error::Error;
 use whitefurnace::harness::outcome::{Claim, Outcome, Verdict};
@@ -11,8 +13,6 @@ use whitefurnace::harness::trial::{
     Context, Control, Trial, control_is_green, full_name, meant, run_control, run_trial,
 };
 use whitefurnace::rng::seed_for;
-use whitefurnace::trials;
-use whitefurnace::zoo::{Pair, equivalents};
 
 use crate::lab::{Judgement, Lab};
 use crate::suite::parallel;
@@ -107,7 +107,7 @@ impl Seeds {
             parts: lab.shared("suite-seeds", &format!("{} {scale}", lab.seed()))?,
             master: lab.seed(),
             scale,
-            trials: trials::all(),
+            trials: registry::all(),
             equivalents: equivalents(),
         })
     }

@@ -25,7 +25,7 @@ pub const TRIALS: Experiment = Experiment {
 const LINES_PER_FIGURE: usize = 45;
 
 fn run(lab: &mut Lab) -> Result<(), Error> {
-    let mut trials = whitefurnace::trials::all();
+    let mut trials = registry::all();
     trials.sort_by_key(|trial| suite::place(trial.equation.id));
     lab.bears_on(suite::equations(&trials));
     let scale = lab.scale(lab.by_tier(suite::REDUCED, 1.0));

@@ -52,7 +52,7 @@ impl<P: Parts> ImageEstimator for Bdpt<P> {
 
 impl<P: Parts> Bdpt<P> {
     /// Adds what a particle and a camera ray through a random point of a pixel find.
-    pub(crate) fn pair<R: Sampler>(
+    pub fn pair<R: Sampler>(
         &self,
         scene: &Scene,
         pixel: [u32; 2],

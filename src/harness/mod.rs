@@ -48,7 +48,7 @@ pub mod ks;
 pub mod lobe_checkup;
 pub mod mean;
 pub mod outcome;
-pub(crate) mod pointwise;
+pub mod pointwise;
 pub mod power;
 pub mod quadrature;
 pub mod sequential;

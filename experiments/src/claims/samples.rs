@@ -1,13 +1,13 @@
 //! Directions, their variances, interfaces and pixel strategies.
 
 use glam::DVec3;
+use registry::convergence::{COSINE, PROFILES, Profile, UNIFORM, squared_error};
 use whitefurnace::error::Error;
 use whitefurnace::fresnel::{reflectance, reflectance_p, reflectance_s};
 use whitefurnace::moments::Moments;
 use whitefurnace::pixel::PixelSampling;
 use whitefurnace::rng::{seed_for, stream, uniform, uniform2};
 use whitefurnace::sampling::{cosine_hemisphere, hemisphere_printed, uniform_hemisphere};
-use whitefurnace::trials::convergence::{COSINE, PROFILES, Profile, UNIFORM, squared_error};
 
 use super::critical;
 use crate::lab::Lab;

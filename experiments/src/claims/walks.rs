@@ -1,9 +1,9 @@
 //! Roulette and path length in the abstract furnace.
 
+use registry::roulette::{Parts, RIGHT, variance, walk};
 use whitefurnace::error::Error;
 use whitefurnace::moments::Moments;
 use whitefurnace::rng::{seed_for, stream};
-use whitefurnace::trials::roulette::{Parts, RIGHT, variance, walk};
 
 use super::critical;
 use crate::lab::Lab;

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use super::{Context, Control, Row, Trial, full_name, group, run_control, run_trial};
+use super::{Context, Control, Row, Trial, full_name, run_control, run_trial};
 use crate::error::Error;
 use crate::harness::guard;
 use crate::harness::outcome::{Outcome, Verdict};
@@ -224,21 +224,22 @@ fn explain(trial: &Trial, rows: &[Row], context: &Context) -> String {
     text
 }
 
-/// The shell command that repeats this trial alone, or this fault under it: the integration test of its
-/// group, restricted by name.
+/// The shell command that repeats this trial alone, or this fault under it: by the name of the running test
+/// if it has one, as a `#[test]` function does, else by its own.
 pub fn command(context: &Context, trial: &str, control: &str) -> String {
-    let module = if control.is_empty() { "trials" } else { "zoo" };
+    let thread = std::thread::current();
+    let test = match thread.name() {
+        None | Some("main") => full_name(trial, control),
+        Some(test) => test.to_owned(),
+    };
     let scale = if context.scale == 1.0 {
         String::new()
     } else {
         format!("WHITEFURNACE_SCALE={} ", context.scale)
     };
     format!(
-        "WHITEFURNACE_SEED={} {scale}WHITEFURNACE_ONLY='{}' cargo test -p whitefurnace --test it -- \
-         --exact {module}::{}",
-        context.seed,
-        full_name(trial, control),
-        group(trial)
+        "WHITEFURNACE_SEED={} {scale}cargo test -- --exact '{test}'",
+        context.seed
     )
 }
 

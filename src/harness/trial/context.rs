@@ -1,4 +1,4 @@
-//! What a run of trials shares: seed, scale, and which trial alone is wanted.
+//! What a run of trials shares: seed, scale, folder.
 
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
@@ -13,8 +13,7 @@ pub const DEFAULT_SEED: u64 = 2019;
 /// streams.
 pub const SCALES: RangeInclusive<f64> = 1e-4..=256.0;
 
-/// What a run of trials shares: master seed, scale of sample sizes, folder for data files, and which
-/// trial alone is wanted.
+/// What a run of trials shares: master seed, scale of sample sizes, folder for data files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Context {
     /// Every trial's stream is derived from this and the trial's name.
@@ -23,9 +22,6 @@ pub struct Context {
     pub scale: f64,
     /// Where data files of failures go; made when needed.
     pub folder: PathBuf,
-    /// The one trial ("furnace/sky/path") or fault of a trial ("furnace/sky/path!no-cosine") to run;
-    /// all of them if there is none.
-    pub only: Option<String>,
     /// The trial (and subject) whose streams these are.
     pub name: String,
 }
@@ -45,13 +41,11 @@ impl Context {
             seed,
             scale,
             folder: PathBuf::from("target/trials"),
-            only: None,
             name: String::new(),
         })
     }
 
-    /// Reads `WHITEFURNACE_SEED` (default [`DEFAULT_SEED`]), `WHITEFURNACE_SCALE` (default 1) and
-    /// `WHITEFURNACE_ONLY` (the name of one trial or fault, as in [`only`](Self::only); default all).
+    /// Reads `WHITEFURNACE_SEED` (default [`DEFAULT_SEED`]) and `WHITEFURNACE_SCALE` (default 1).
     /// The only place in the library that reads the environment.
     ///
     /// # Errors
@@ -79,40 +73,14 @@ impl Context {
             SCALES.start(),
             SCALES.end()
         );
-        let context = Self::new(
+        Self::new(
             read("WHITEFURNACE_SEED", DEFAULT_SEED, (seeds, |_: &u64| true))?,
             read(
                 "WHITEFURNACE_SCALE",
                 1.0,
                 (&scales, |scale| SCALES.contains(scale)),
             )?,
-        )?;
-        let only = std::env::var_os("WHITEFURNACE_ONLY");
-        Ok(Self {
-            only: only.map(|name| name.to_string_lossy().into_owned()),
-            ..context
-        })
-    }
-
-    /// Those of `items` that are wanted: all, or the one whose name is [`only`](Self::only).
-    ///
-    /// # Errors
-    /// [`Error::Option`] if none has that name.
-    pub fn select<T>(&self, items: Vec<T>, name: impl Fn(&T) -> String) -> Result<Vec<T>, Error> {
-        let Some(only) = &self.only else {
-            return Ok(items);
-        };
-        let wanted: Vec<T> = items
-            .into_iter()
-            .filter(|item| name(item) == *only)
-            .collect();
-        if wanted.is_empty() {
-            return Err(Error::Option(format!(
-                "WHITEFURNACE_ONLY is {only}, which is none of this test's trials or faults; correct \
-                 the name, or unset it"
-            )));
-        }
-        Ok(wanted)
+        )
     }
 
     /// The same context for the trial or test with this name.

@@ -1,0 +1,32 @@
+//! The error budget of this target: what chance can turn red in it.
+
+use whitefurnace::harness::bsdf_checkup::{CheckUp, assertions};
+
+use crate::shares::{ENOUGH, OUTSIDE};
+use crate::{calibration, checkup, checkup_parts, failures, lobes};
+
+/// Asserts that a test of [`ENOUGH`] has compared enough.
+pub fn enough(name: &str, count: usize) {
+    let known = ENOUGH.iter().find(|(test, ..)| *test == name);
+    let Some((_, least, _)) = known else {
+        panic!("{name} has no share of the error budget: add it to ENOUGH");
+    };
+    assert!(count > *least, "{name}: only {count} were compared");
+}
+
+/// The numbers in the table of shares are those of the modules.
+#[test]
+fn the_shares_are_counted() {
+    let check_up = assertions(&CheckUp::default());
+    let counted = [
+        ("calibration", calibration::ASSERTIONS),
+        ("checkup", check_up + checkup::FAULTY.len()),
+        ("lobes", lobes::PASSES.iter().sum::<usize>() + lobes::FAULTY),
+        ("checkup parts", checkup_parts::ASSERTIONS),
+        ("failures", failures::TOYS),
+        ("spheres", 1),
+        ("rng", 1),
+        ("documentation", 1 + check_up + lobes::PASSES[2]),
+    ];
+    assert_eq!(OUTSIDE, counted);
+}

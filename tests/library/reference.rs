@@ -1,0 +1,48 @@
+//! Reference values, computed with 50 digits by closed forms and quadrature outside this project.
+
+/// The rows of a table in `data`: fields between commas; lines with # are remarks.
+pub fn fields(table: &'static str) -> impl Iterator<Item = Vec<&'static str>> {
+    table
+        .lines()
+        .filter(|line| !line.starts_with('#'))
+        .map(|line| line.split(',').collect())
+}
+
+/// A number of a table.
+pub fn number(text: &str) -> f64 {
+    text.parse().expect("a number in a table")
+}
+
+/// The rows of a table of N numbers each.
+fn rows<const N: usize>(table: &'static str) -> Vec<[f64; N]> {
+    let row = |fields: Vec<&str>| {
+        let numbers: Vec<f64> = fields.into_iter().map(number).collect();
+        numbers.try_into().expect("a full row")
+    };
+    fields(table).map(row).collect()
+}
+
+/// n₁, n₂, cos θ₁, R_s, R_p, R.
+pub fn fresnel() -> Vec<[f64; 6]> {
+    rows(include_str!("data/fresnel.csv"))
+}
+
+/// n, average of R over the hemisphere from outside, from inside.
+pub fn fresnel_average() -> Vec<[f64; 3]> {
+    rows(include_str!("data/fresnel_average.csv"))
+}
+
+/// σ, θ in degrees, directional albedo of the corrected and of the printed form.
+pub fn oren_nayar() -> Vec<[f64; 4]> {
+    rows(include_str!("data/oren_nayar.csv"))
+}
+
+/// r, ρ, θ in degrees, directional albedo of EON: single scattering, both lobes.
+pub fn eon() -> Vec<[f64; 5]> {
+    rows(include_str!("data/eon.csv"))
+}
+
+/// σ, A, B, average albedo of the corrected and of the printed form.
+pub fn oren_nayar_average() -> Vec<[f64; 5]> {
+    rows(include_str!("data/oren_nayar_average.csv"))
+}

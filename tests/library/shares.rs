@@ -1,0 +1,34 @@
+//! The shares of the error budget that this target uses, as numbers: the test of the whole budget adds them
+//! to those of the registry.
+
+/// Tests with random arguments that compare something only where a ray hits or a path arrives: their
+/// names, the count to be exceeded, and how often they ask. Each has a share of the budget, although
+/// the counts are far away.
+pub const ENOUGH: [(&str, usize, usize); 11] = [
+    ("misses", 500, 1),
+    ("mixed", 100, 1),
+    ("flat", 100, 3),
+    ("scales", 200, 4),
+    ("large mesh", 8, 1),
+    ("far spheres", 1000, 1),
+    ("around", 2500, 1),
+    ("through glass", 2500, 1),
+    ("inside glass", 1500, 1),
+    ("inside glass, bidirectional", 1500, 1),
+    ("behind nothing", 100, 2),
+];
+
+/// The assertions outside the registry that chance can turn red, by where they stand.
+pub const OUTSIDE: [(&str, usize); 8] = [
+    ("calibration", 0),
+    ("checkup", 0),
+    ("lobes", 0),
+    ("checkup parts", 0),
+    ("failures", 0),
+    // The printed distances of far spheres are worse by far.
+    ("spheres", 1),
+    // Streams do not meet.
+    ("rng", 1),
+    // The examples of `harness` and of its `bsdf_checkup` and `lobe_checkup`.
+    ("documentation", 0),
+];

@@ -1,0 +1,123 @@
+//! The closed forms that trials compare with, against reference values and by second routes.
+
+use std::f64::consts::{FRAC_1_PI, PI};
+
+use approx::{assert_abs_diff_eq, assert_relative_eq};
+use glam::DVec3;
+use registry::bsdf::{oren_nayar_albedo, oren_nayar_printed_albedo};
+use registry::cie::{parallel_corner, upright_corner};
+use registry::form_factors::{parallel, perpendicular};
+use registry::fresnel::walsh;
+use registry::radiosity::{NEIGHBOURS, OPPOSITE};
+use registry::scenes::{RECTANGLE, TRIANGLE, WALL, corners, polygon_irradiance, sphere_irradiance};
+use whitefurnace::bsdf::OrenNayar;
+use whitefurnace::form_factor::polygon;
+use whitefurnace::harness::domain::Domain;
+
+use crate::reference::{fresnel_average, oren_nayar};
+
+#[test]
+fn closed_forms_of_oren_nayar_albedo() {
+    for [sigma, degrees, corrected, printed] in oren_nayar() {
+        let (constants, theta) = (OrenNayar::new(sigma), degrees.to_radians());
+        let found = oren_nayar_albedo(constants, theta);
+        assert_relative_eq!(found, corrected, max_relative = 1e-12);
+        let found = oren_nayar_printed_albedo(constants, theta);
+        assert_relative_eq!(found, printed, max_relative = 1e-12);
+    }
+}
+
+#[test]
+fn hemispherical_reflectances() {
+    for [n, outside, inside] in fresnel_average() {
+        assert_relative_eq!(walsh(n), outside, max_relative = 1e-10);
+        let found = 1.0 - (1.0 - walsh(n)) / (n * n);
+        assert_relative_eq!(found, inside, max_relative = 1e-11);
+    }
+}
+
+/// Between unit squares, opposite at distance 1 and at right angles with a common edge: the closed
+/// forms, and quadrature of the irradiance over the lit square.
+#[test]
+fn form_factors_of_squares() {
+    let quadrature = |light: [DVec3; 4]| {
+        let irradiance = |p: DVec3| polygon_irradiance(&light.map(|vertex| vertex - p));
+        FRAC_1_PI * Domain::Square.integrate_all(1e-9, &irradiance).value
+    };
+    let opposite = 0.199_824_895_698_387_4;
+    assert_relative_eq!(parallel(1.0, 1.0), opposite, max_relative = 1e-14);
+    let ceiling = corners(DVec3::new(0.5, 0.5, 1.0), 0.5);
+    assert_abs_diff_eq!(quadrature(ceiling), opposite, epsilon = 1e-8);
+    let adjacent = 0.200_043_776_075_403_1;
+    assert_relative_eq!(perpendicular(1.0, 1.0), adjacent, max_relative = 1e-14);
+    let wall = [DVec3::ZERO, DVec3::Y, DVec3::Y + DVec3::Z, DVec3::Z];
+    assert_abs_diff_eq!(quadrature(wall), adjacent, epsilon = 1e-6);
+    // Large plates see little but each other; factors are reciprocal by area.
+    assert_relative_eq!(parallel(1e4, 1e4), 1.0, max_relative = 1e-3);
+    let [there, back] = [perpendicular(2.0, 0.5), perpendicular(0.5, 2.0)];
+    assert_relative_eq!(0.5 * there, 2.0 * back, max_relative = 1e-13);
+}
+
+/// The closed forms of rectangles against Lambert's formula and quadrature.
+#[test]
+fn rectangles_agree_with_lambert_and_with_quadrature() {
+    let (a, b, c) = (1.3, 0.7, 0.9);
+    let flat = [[0.0, 0.0], [0.0, b], [a, b], [a, 0.0]].map(|[x, y]| DVec3::new(x, y, c));
+    assert_abs_diff_eq!(
+        parallel_corner(a, b, c),
+        polygon(DVec3::Z, &flat),
+        epsilon = 1e-14
+    );
+    let upright = [[0.0, 0.0], [0.0, a], [b, a], [b, 0.0]].map(|[y, z]| DVec3::new(c, y, z));
+    assert_abs_diff_eq!(
+        upright_corner(a, b, c),
+        polygon(DVec3::Z, &upright),
+        epsilon = 1e-14
+    );
+    let integrand = |p: DVec3| {
+        let [y, z] = [b * p.x, a * p.y];
+        c * z / (PI * (c * c + y * y + z * z).powi(2))
+    };
+    let quadrature = a * b * Domain::Square.integrate_all(1e-10, &integrand).value;
+    assert_abs_diff_eq!(upright_corner(a, b, c), quadrature, epsilon = 1e-9);
+}
+
+/// Hottel's closed form for equal squares at the distance of their side, and the closure of a cube.
+#[test]
+fn the_plates_references_are_hottels() {
+    let root = 2f64.sqrt();
+    let bracket = (4.0f64 / 3.0).sqrt().ln() + 2.0 * root * (1.0 / root).atan() - PI / 2.0;
+    assert_abs_diff_eq!(OPPOSITE, 2.0 / PI * bracket, epsilon = 1e-15);
+    assert_abs_diff_eq!(4.0 * NEIGHBOURS + OPPOSITE, 1.0, epsilon = 1e-15);
+}
+
+/// The references of the trials through scenes, by a second route: quadrature over the light.
+#[test]
+fn polygon_and_sphere_irradiance_agree_with_quadrature() {
+    let up = |x: DVec3| x.normalize().z.max(0.0);
+    let over = |corner: DVec3, a: DVec3, b: DVec3, normal: DVec3| {
+        let f = |p: DVec3| {
+            let y = corner + p.x * a + p.y * b;
+            up(y) * normal.dot(-y.normalize()).max(0.0) / y.length_squared()
+        };
+        Domain::Square.integrate_all(1e-9, &f).value * a.cross(b).length()
+    };
+    let [a, b, _, d] = RECTANGLE;
+    let square = over(a, b - a, d - a, -DVec3::Z);
+    assert_abs_diff_eq!(square, polygon_irradiance(&RECTANGLE), epsilon = 1e-7);
+    assert_abs_diff_eq!(square, 0.752_274_688_454_107_5, epsilon = 1e-7);
+    let [a, b, _, d] = WALL;
+    let wall = over(a, b - a, d - a, -DVec3::Y);
+    assert_abs_diff_eq!(wall, polygon_irradiance(&WALL), epsilon = 1e-7);
+    let [a, b, c] = TRIANGLE;
+    let normal = (b - a).cross(c - a);
+    let f = |p: DVec3| {
+        let y = a + p.x * (b - a) + p.y * (c - a);
+        up(y) * normal.normalize().dot(-y.normalize()).max(0.0) / y.length_squared()
+    };
+    let triangle = Domain::Triangle.integrate_all(1e-9, &f).value * normal.length();
+    assert_abs_diff_eq!(triangle, polygon_irradiance(&TRIANGLE), epsilon = 1e-7);
+    // The solid angle of a sphere is a cone around the zenith with sin θ = R/d.
+    let cone = PI * 0.25_f64.powi(2);
+    assert_abs_diff_eq!(cone, sphere_irradiance(0.5, 2.0, 1.0), epsilon = 1e-15);
+}

@@ -1,0 +1,55 @@
+//! The rules that trials and faults as data follow.
+
+use std::collections::BTreeSet;
+
+use registry::all;
+use registry::all_faults;
+use whitefurnace::equation;
+
+#[test]
+fn every_trial_has_a_control_and_its_own_name() {
+    let mut names = BTreeSet::new();
+    for trial in &all() {
+        assert!(names.insert(trial.name.clone()), "{} twice", trial.name);
+        assert!(!trial.controls.is_empty(), "{} without control", trial.name);
+        let mut controls = BTreeSet::new();
+        for control in &trial.controls {
+            let fresh = controls.insert(control.name);
+            assert!(fresh, "{}!{} twice", trial.name, control.name);
+        }
+    }
+}
+
+/// Names are unique within families, and every fault names a trial of its family that exists.
+#[test]
+fn faults_name_trials_that_exist() {
+    let trials = all();
+    let known: BTreeSet<&str> = trials.iter().map(|trial| trial.name.as_str()).collect();
+    let mut names = BTreeSet::new();
+    for fault in all_faults() {
+        assert!(names.insert((fault.family, fault.name)), "{fault:?} twice");
+        assert!(!fault.caught_by.is_empty(), "{fault:?} names no trial");
+        for trial in &fault.caught_by {
+            assert!(known.contains(trial), "{trial} of {fault:?} does not exist");
+        }
+    }
+}
+
+#[test]
+fn faults_are_many_and_break_every_equation() {
+    let faults: Vec<_> = all_faults().into_iter().filter(|f| !f.equivalent).collect();
+    let whole = faults.iter().filter(|f| f.whole_estimator).count();
+    assert!(faults.len() >= 60, "{} faults", faults.len());
+    assert!(
+        whole >= 20 && 3 * whole >= faults.len(),
+        "{whole} of {} faults act through a whole estimator",
+        faults.len()
+    );
+    for equation in equation::ALL {
+        assert!(
+            faults.iter().any(|f| f.equation.id == equation.id),
+            "no fault breaks {}",
+            equation.id
+        );
+    }
+}

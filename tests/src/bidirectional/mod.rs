@@ -1,0 +1,250 @@
+//! Particles and the camera: the light tracer and bidirectional path tracing on scenes with closed forms,
+//! strategy by strategy, and against the path tracer.
+
+mod faults;
+pub(super) mod scenes;
+mod strategies;
+
+use std::sync::Arc;
+
+use super::passes::ImageKind::{Bdpt, LightTracer};
+use super::passes::{ImageKind, Passes, Region, image, same_as_path, whole};
+use super::probes::{IMAGE, SINGLE, words};
+use super::subject::{STANDARD, Subject};
+use crate::faults::{AnyFamily, Bench, Family};
+use whitefurnace::equation::{Equation, GEOMETRY, IMPORTANCE, PATH_DENSITY, REFRACTION, RENDERING};
+use whitefurnace::harness::mean::NEARLY_SYMMETRIC;
+use whitefurnace::scene::Scene;
+use whitefurnace::scene::simple::{CAP_SHARE, Cap, environment, furnace_box};
+
+/// The family.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    let mut benches = direct();
+    benches.extend(furnaces());
+    benches.extend(specular());
+    benches.extend(strategies::alone());
+    benches.extend(equivalence());
+    benches.push(strategies::weights());
+    vec![Box::new(Family {
+        whole_estimator: true,
+        benches,
+        faults: faults::faults(),
+        equivalents: faults::equivalents(),
+        ..Family::new("bidirectional", STANDARD)
+    })]
+}
+
+/// A square image.
+const SQUARE: [u32; 2] = [14, 14];
+
+/// A trial of the whole image: name, property, equation; scene and mean; frame, passes and δ.
+fn mean(
+    (name, kind, equation): (&'static str, ImageKind, &'static Equation),
+    what: &str,
+    (scene, reference): (Arc<Scene>, f64),
+    (frame, count, delta): ([u32; 2], u64, f64),
+) -> Bench<Subject> {
+    let passes = Passes {
+        scene,
+        kind,
+        frame,
+        count,
+    };
+    let words = words(
+        name,
+        format!("{what}: the image has mean {reference:.6}"),
+        equation,
+    );
+    image(words, &passes, reference, &[whole(delta)])
+}
+
+/// Light that is reflected once, and light that is seen.
+fn direct() -> Vec<Bench<Subject>> {
+    let rectangle = |name, kind, count| {
+        let what = "a floor under a square light";
+        mean(
+            (name, kind, &GEOMETRY),
+            what,
+            scenes::rectangle(false),
+            (SQUARE, count, IMAGE),
+        )
+    };
+    let sphere = |name, kind, count| {
+        let what = "a floor under a spherical light";
+        mean(
+            (name, kind, &GEOMETRY),
+            what,
+            scenes::sphere(),
+            (SQUARE, count, IMAGE),
+        )
+    };
+    vec![
+        rectangle("bidirectional/light-tracer/rectangle", LightTracer, 8_000),
+        rectangle("bidirectional/bdpt/rectangle", Bdpt, 8_000),
+        sphere("bidirectional/light-tracer/sphere", LightTracer, 20_000),
+        sphere("bidirectional/bdpt/sphere", Bdpt, 16_000),
+        mean(
+            ("bidirectional/bdpt/behind", Bdpt, &GEOMETRY),
+            "a floor under a light that faces up",
+            scenes::rectangle(true),
+            (SQUARE, 6_000, 0.0),
+        ),
+        frame("bidirectional/light-tracer/frame", LightTracer, 17_000),
+        frame("bidirectional/bdpt/frame", Bdpt, 14_000),
+    ]
+}
+
+/// A uniform emitter fills the image: every pixel shows its radiance, the outermost as well.
+fn frame(name: &'static str, kind: ImageKind, count: u64) -> Bench<Subject> {
+    let (scene, reference) = scenes::emitting_plane();
+    let passes = Passes {
+        scene,
+        kind,
+        frame: [24, 8],
+        count,
+    };
+    let outer = Region {
+        name: "outer columns",
+        holds: |[x, _], [width, _]| x < 2 || x + 2 >= width,
+        delta: 0.02,
+    };
+    let property = format!("an emitter that fills a wide image shows {reference} in every pixel");
+    let words = words(name, property, &IMPORTANCE);
+    image(words, &passes, reference, &[whole(SINGLE), outer])
+}
+
+/// Rooms that emit and reflect.
+fn furnaces() -> Vec<Bench<Subject>> {
+    let rho = 0.75;
+    let furnace = |name, kind, count| {
+        let scene = Arc::new(furnace_box(rho).ok()?);
+        let what = "a closed furnace box of albedo 0.75";
+        let size = ([16, 12], count, IMAGE);
+        Some(mean(
+            (name, kind, &RENDERING),
+            what,
+            (scene, 1.0 / (1.0 - rho)),
+            size,
+        ))
+    };
+    let cavity = |name, kind, cap, count| {
+        let (what, reference) = match cap {
+            Cap::Reflecting => (
+                "a cavity of albedo 0.75 with a reflecting cap that emits",
+                rho * CAP_SHARE / (1.0 - rho),
+            ),
+            Cap::Black => (
+                "a cavity of albedo 0.75 with a black cap that emits",
+                rho * CAP_SHARE / (1.0 - rho * (1.0 - CAP_SHARE)),
+            ),
+        };
+        let scene = scenes::cavity(rho, cap).ok()?;
+        Some(mean(
+            (name, kind, &RENDERING),
+            what,
+            (scene, reference),
+            (SQUARE, count, IMAGE),
+        ))
+    };
+    let sky = |name, count| {
+        let scene = Arc::new(environment().ok()?);
+        let what = "white surfaces, mirror and glass under a white sky";
+        let size = ([24, 8], count, SINGLE);
+        Some(mean((name, Bdpt, &RENDERING), what, (scene, 1.0), size))
+    };
+    [
+        furnace(
+            "bidirectional/light-tracer/furnace-box",
+            LightTracer,
+            10_000,
+        ),
+        furnace("bidirectional/bdpt/furnace-box", Bdpt, NEARLY_SYMMETRIC),
+        cavity(
+            "bidirectional/light-tracer/cavity-reflecting",
+            LightTracer,
+            Cap::Reflecting,
+            23_500,
+        ),
+        cavity(
+            "bidirectional/bdpt/cavity-black",
+            Bdpt,
+            Cap::Black,
+            NEARLY_SYMMETRIC,
+        ),
+        sky("bidirectional/bdpt/environment", 60_000),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+/// Mirror and glass between light and surface.
+fn specular() -> Vec<Bench<Subject>> {
+    let mirror = |name, kind, count| {
+        let what = "a floor that is lit by way of a mirror";
+        mean(
+            (name, kind, &PATH_DENSITY),
+            what,
+            scenes::mirror_caustic(),
+            ([22, 9], count, IMAGE),
+        )
+    };
+    let (scene, squared_index, share) = scenes::in_glass();
+    let glass = |name, kind, what, reference, count| {
+        let scene = Arc::clone(&scene);
+        mean(
+            (name, kind, &REFRACTION),
+            what,
+            (scene, reference),
+            (SQUARE, count, IMAGE),
+        )
+    };
+    vec![
+        mirror(
+            "bidirectional/light-tracer/mirror-caustic",
+            LightTracer,
+            53_000,
+        ),
+        mirror("bidirectional/bdpt/mirror-caustic", Bdpt, 53_000),
+        glass(
+            "bidirectional/light-tracer/in-glass",
+            LightTracer,
+            "a ball in glass, all in equilibrium, before what is dark to particles",
+            share * squared_index,
+            62_000,
+        ),
+        glass(
+            "bidirectional/bdpt/in-glass",
+            Bdpt,
+            "a ball in glass, all in equilibrium",
+            squared_index,
+            NEARLY_SYMMETRIC,
+        ),
+    ]
+}
+
+/// The same image as the path tracer's.
+fn equivalence() -> Vec<Bench<Subject>> {
+    // Small frames, many of them: the noise of a sample's skewness falls with their number.
+    let same = |name, kind, scene, frame, (count, frames)| {
+        let passes = Passes {
+            scene,
+            kind,
+            frame,
+            count,
+        };
+        let property = "an image of particles has the path tracer's mean";
+        same_as_path(words(name, property, &RENDERING), &passes, (frames, IMAGE))
+    };
+    let cornell = scenes::cornell_box().ok();
+    let room = scenes::diffuse_room().ok();
+    let light_tracer = cornell.map(|scene| {
+        let name = "bidirectional/light-tracer/cornell";
+        same(name, LightTracer, scene, [16, 12], (26_000, 20_000))
+    });
+    let bdpt = room.map(|scene| {
+        let name = "bidirectional/bdpt/diffuse-room";
+        same(name, Bdpt, scene, [8, 6], (19_000, 66_000))
+    });
+    light_tracer.into_iter().chain(bdpt).collect()
+}

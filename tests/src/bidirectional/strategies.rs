@@ -1,0 +1,163 @@
+//! The strategies of bidirectional path tracing: each alone against a closed form, and their weights.
+
+use super::{SQUARE, mean, scenes};
+use crate::faults::{Bench, data};
+use crate::passes::ImageKind::Bdpt;
+use crate::passes::altered;
+use crate::probes::IMAGE;
+use crate::subject::{Property, RIGHT, Setup, Subject, Table, on};
+use whitefurnace::equation::{MIS, PATH_DENSITY};
+use whitefurnace::estimator::{Density, Parts};
+use whitefurnace::harness::outcome::Outcome;
+use whitefurnace::harness::trial::Context;
+use whitefurnace::rng::uniform;
+
+/// The subject whose strategies have all the weight or none.
+fn weighted(subject: Subject, strategy_weight: fn(&[Density], usize) -> f64) -> Subject {
+    Setup {
+        parts: Some(Table {
+            strategy_weight,
+            ..subject.parts.unwrap_or(RIGHT)
+        }),
+        ..subject
+    }
+}
+
+/// All the weight for paths of `length` vertices besides the eye, `s` of them from the light.
+macro_rules! only {
+    ($length:literal, $s:literal) => {
+        |subject| {
+            weighted(subject, |path, s| {
+                f64::from(path.len() == $length && s == $s)
+            })
+        }
+    };
+}
+
+/// Each strategy alone finds all the light of the paths that it makes.
+pub(super) fn alone() -> Vec<Bench<Subject>> {
+    let floor = |name, what, scene, count, only: fn(Subject) -> Subject| {
+        let size = (SQUARE, count, IMAGE);
+        let bench = mean((name, Bdpt, &MIS), what, scene, size);
+        altered(bench, only)
+    };
+    let mut benches = vec![
+        floor(
+            "bidirectional/alone/hits",
+            "a floor under a near light, by hits alone",
+            scenes::near(),
+            7_000,
+            only!(2, 0),
+        ),
+        floor(
+            "bidirectional/alone/shadow-rays",
+            "a floor under a square light, by shadow rays alone",
+            scenes::rectangle(false),
+            7_000,
+            only!(2, 1),
+        ),
+        floor(
+            "bidirectional/alone/seen-particles",
+            "a floor under a square light, by particles that the camera sees",
+            scenes::rectangle(false),
+            8_000,
+            only!(2, 2),
+        ),
+    ];
+    benches.extend(
+        [
+            (
+                "bidirectional/alone/sphere-hits",
+                only!(4, 0) as fn(Subject) -> Subject,
+            ),
+            ("bidirectional/alone/sphere-shadow-rays", only!(4, 1)),
+            ("bidirectional/alone/sphere-inner-connections", only!(4, 2)),
+            ("bidirectional/alone/sphere-first-connections", only!(4, 3)),
+        ]
+        .map(|(name, only)| sphere(name, only)),
+    );
+    benches
+}
+
+/// In a sphere of albedo ρ the paths of three scatterings have the expectation ρ³ for every strategy, and
+/// every single one has that value: densities are uniform. Roulette would add its noise; walks end after
+/// three scatterings instead.
+fn sphere(name: &'static str, only: fn(Subject) -> Subject) -> Bench<Subject> {
+    let rho: f64 = 0.5;
+    let scene = (scenes::sphere_furnace(rho), rho.powi(3));
+    let what = "light that a sphere reflects three times, by one strategy alone";
+    let bench = mean((name, Bdpt, &PATH_DENSITY), what, scene, (SQUARE, 400, 0.0));
+    altered(bench, move |subject| {
+        let table = only(subject).parts.unwrap_or(RIGHT);
+        Setup {
+            parts: Some(Table {
+                survival_by_throughput: |throughput| f64::from(throughput.x > 0.1),
+                ..table
+            }),
+            ..subject
+        }
+    })
+}
+
+const PATHS: u64 = 10_000;
+
+/// On any path the weights of all strategies that exist sum to one, and are in proportion to the products
+/// of densities.
+struct Weights;
+
+impl Property for Weights {
+    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+        let mut rng = context.rng("paths");
+        let (mut sums, mut balance) = (0.0_f64, 0.0_f64);
+        for _ in 0..context.arguments(PATHS) {
+            let length = 1 + (8.0 * uniform(&mut rng)) as usize;
+            let path: Vec<Density> = (0..length)
+                .map(|i| Density {
+                    light: uniform(&mut rng) + 0.01,
+                    eye: uniform(&mut rng) + 0.01,
+                    specular: i > 0 && uniform(&mut rng) < 0.3,
+                })
+                .collect();
+            // The density of the strategy that takes s vertices from the light; 0 if it does not exist.
+            let density = |s: usize| -> f64 {
+                let open = |i: usize| path.get(i).is_none_or(|x| !x.specular);
+                if s > 0 && !(open(s - 1) && open(s)) {
+                    return 0.0;
+                }
+                let (light, eye) = path.split_at(s);
+                let light: f64 = light.iter().map(|x| x.light).product();
+                light * eye.iter().map(|x| x.eye).product::<f64>()
+            };
+            let all: f64 = (0..=length).map(density).sum();
+            let existing = (0..=length).filter(|&s| density(s) > 0.0);
+            let mut sum = 0.0;
+            for s in existing {
+                let weight = setup.parts.strategy_weight(&path, s);
+                balance = balance.max((weight - density(s) / all).abs());
+                sum += weight;
+            }
+            sums = sums.max((sum - 1.0).abs());
+        }
+        let exact =
+            |name, error| Outcome::exact(name, PATHS, error, 1e-12, "the worst of random paths");
+        vec![exact("sum of weights", sums), exact("balance", balance)]
+    }
+}
+
+pub(super) fn weights() -> Bench<Subject> {
+    let property =
+        "the weights of all strategies of a path sum to one, in proportion to their densities";
+    let name = "bidirectional/weights";
+    let size = (PATHS, 1e-12, 0);
+    Bench::new(
+        data(
+            name,
+            property,
+            &PATH_DENSITY,
+            "estimator::weight",
+            "exact",
+            size,
+        ),
+        on(Weights),
+    )
+}

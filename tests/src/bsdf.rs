@@ -1,0 +1,251 @@
+//! Check-ups of the diffuse BSDFs (9), (13)-(15) with cosine sampling.
+
+use std::f64::consts::{FRAC_1_PI, PI};
+
+use glam::DVec3;
+
+use crate::faults::{AnyFamily, Bench, Family, Mutant, data, mutant};
+use crate::subject::fault;
+use crate::subject::{RIGHT, Table};
+use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
+use whitefurnace::equation::{
+    COSINE, COSINE_HEMISPHERE, HEMISPHERE_THETA, LAMBERT, OREN_NAYAR, OREN_NAYAR_CONSTANTS,
+};
+use whitefurnace::estimator::{DiffuseSample, Parts, sample_cosine, sample_uniform};
+use whitefurnace::harness::bsdf_checkup::{BsdfSample, BsdfSubject, CheckUp, assertions, check_up};
+use whitefurnace::harness::chi_square::CELL_DELTA;
+use whitefurnace::harness::outcome::Outcome;
+use whitefurnace::harness::trial::Context;
+use whitefurnace::radiometry::cosine;
+use whitefurnace::sampling::{cosine_hemisphere, uniform_hemisphere};
+
+/// The names of outcomes of check-ups at each of their inclinations.
+macro_rules! at_every_angle {
+    ($($name:literal),* $(,)?) => {
+        &[$(
+            concat!($name, " at 0 degrees"),
+            concat!($name, " at 40 degrees"),
+            concat!($name, " at 75 degrees"),
+            concat!($name, " at 85 degrees"),
+        )*]
+    };
+}
+pub(super) use at_every_angle;
+
+const RHO: f64 = 0.75;
+const SIGMA: f64 = 0.5;
+/// The largest directional albedo of correct Oren-Nayar with ρ = 1 (at σ = 0.1985, grazing) is 1.01518.
+const OREN_NAYAR_BOUND: f64 = 1.0152;
+
+fn oren_nayar(form: OrenNayarForm) -> Bsdf {
+    Bsdf::oren_nayar(DVec3::splat(RHO), SIGMA, form)
+}
+
+/// A diffuse BSDF as paths go on from it, by the cosine.
+pub(super) fn cosine_sampled(parts: Table, bsdf: Bsdf) -> BsdfSubject {
+    BsdfSubject::new(
+        move |wo, wi| parts.brdf(&bsdf, wo, wi).x,
+        move |wo, [r1, r2, _]| sample_cosine(&parts, &bsdf, wo, [r1, r2]).map(first_channel),
+        move |_, wi| parts.cosine_hemisphere_pdf(wi.z),
+    )
+    .energy_bound(OREN_NAYAR_BOUND)
+}
+
+/// The same by uniform directions.
+fn uniform_sampled(parts: Table, bsdf: Bsdf) -> BsdfSubject {
+    BsdfSubject::new(
+        move |wo, wi| parts.brdf(&bsdf, wo, wi).x,
+        move |wo, [r1, r2, _]| Some(first_channel(sample_uniform(&parts, &bsdf, wo, [r1, r2]))),
+        move |_, wi| parts.uniform_hemisphere_pdf(wi.z),
+    )
+}
+
+fn first_channel(sample: DiffuseSample) -> BsdfSample {
+    BsdfSample {
+        wi: sample.wi,
+        weight: sample.weight.x,
+        pdf: sample.pdf,
+    }
+}
+
+/// Directional albedo of correct Oren-Nayar, ρ = 1: A + (2B/π)[sin t (t − sin t cos t)/2 +
+/// tan t (1 − sin³ t)/3], t the inclination; radians.
+pub fn oren_nayar_albedo(constants: OrenNayar, t: f64) -> f64 {
+    let (sin, cos) = t.sin_cos();
+    let bracket = sin * (t - sin * cos) / 2.0 + t.tan() * (1.0 - sin.powi(3)) / 3.0;
+    constants.a + 2.0 * constants.b * FRAC_1_PI * bracket
+}
+
+/// Directional albedo of the printed form, ρ = 1: A + 2B sin t/(3π).
+pub fn oren_nayar_printed_albedo(constants: OrenNayar, t: f64) -> f64 {
+    constants.a + 2.0 * constants.b * t.sin() / (3.0 * PI)
+}
+
+fn inclination(wo: DVec3) -> f64 {
+    wo.x.hypot(wo.y).atan2(wo.z)
+}
+
+fn lambert_check(context: &Context, subject: BsdfSubject) -> Vec<Outcome> {
+    // Twice the usual size, for uniform sampling of Lambert: relative standard deviation 1/√3.
+    let size = CheckUp {
+        samples: 2 * CheckUp::default().samples,
+        ..CheckUp::default()
+    };
+    check_up(&subject.albedo(|_| RHO), &size, context)
+}
+
+fn lambert() -> Bsdf {
+    let albedo = DVec3::splat(RHO);
+    Bsdf::Lambert { albedo }
+}
+
+fn oren_nayar_check(
+    context: &Context,
+    parts: Table,
+    form: OrenNayarForm,
+    albedo: fn(OrenNayar, f64) -> f64,
+) -> Vec<Outcome> {
+    let subject = cosine_sampled(parts, oren_nayar(form))
+        .albedo(move |wo| RHO * albedo(OrenNayar::new(SIGMA), inclination(wo)));
+    check_up(&subject, &CheckUp::default(), context)
+}
+
+/// cos² in place of cos.
+pub(super) fn squared(normal: DVec3, direction: DVec3) -> f64 {
+    cosine(normal, direction).powi(2)
+}
+
+/// (14) as printed with 0.57 for 0.33 in A.
+fn other_constant(wo: DVec3, wi: DVec3) -> f64 {
+    let s2 = SIGMA * SIGMA;
+    let constants = OrenNayar {
+        a: 1.0 - s2 / (2.0 * (s2 + 0.57)),
+        ..OrenNayar::new(SIGMA)
+    };
+    RHO * FRAC_1_PI * whitefurnace::bsdf::oren_nayar(constants, OrenNayarForm::Printed, wo, wi)
+}
+
+fn benches() -> Vec<Bench<Table>> {
+    let size = CheckUp::default();
+    // At so many inclinations all weights are the same, and no chance is in the furnace.
+    let trial = |name: &str, property: &str, equation, constant: usize| {
+        let subject = "estimator::sample_cosine, sample_uniform";
+        let size = (size.samples, CELL_DELTA, assertions(&size) - constant);
+        data(
+            format!("bsdf/{name}"),
+            property,
+            equation,
+            subject,
+            "BSDF check-up",
+            size,
+        )
+    };
+    vec![
+        Bench::new(
+            trial(
+                "lambert",
+                "Lambert passes the check-up and its directional albedo is ρ",
+                &LAMBERT,
+                size.inclinations.len(),
+            ),
+            |c, parts| lambert_check(c, cosine_sampled(parts, lambert())),
+        ),
+        Bench::new(
+            trial(
+                "cosine",
+                "f_r, not f_r cos θ, is what eval returns and what is reciprocal",
+                &COSINE,
+                0,
+            ),
+            |c, parts| lambert_check(c, uniform_sampled(parts, lambert())),
+        ),
+        Bench::new(
+            trial(
+                "oren-nayar",
+                "Oren-Nayar passes the check-up and has the directional albedo of sin α tan β",
+                &OREN_NAYAR,
+                1,
+            ),
+            |c, parts| oren_nayar_check(c, parts, OrenNayarForm::Corrected, oren_nayar_albedo),
+        ),
+        Bench::new(
+            trial(
+                "oren-nayar-printed",
+                "the printed form has its own closed-form albedo: it is not Oren-Nayar",
+                &OREN_NAYAR_CONSTANTS,
+                1,
+            ),
+            |c, parts| {
+                oren_nayar_check(c, parts, OrenNayarForm::Printed, oren_nayar_printed_albedo)
+            },
+        ),
+    ]
+}
+
+fn faults() -> Vec<Mutant<Table>> {
+    vec![
+        fault!("no-pi", LAMBERT, "f = ρ",
+            Table: { brdf: |bsdf, wo, wi| PI * bsdf.eval(wo, wi) },
+            "bsdf/lambert: directional albedo at 0 degrees"),
+        mutant(
+            "uniform-sampler",
+            &COSINE_HEMISPHERE,
+            "uniform directions, cosine pdf",
+            Table {
+                cosine_hemisphere: uniform_hemisphere,
+                ..RIGHT
+            },
+            at_every_angle![
+                "bsdf/lambert: chi-square of samples",
+                "bsdf/oren-nayar: chi-square of samples",
+                "bsdf/oren-nayar-printed: chi-square of samples",
+            ],
+        ),
+        mutant(
+            "cosine-sampler",
+            &HEMISPHERE_THETA,
+            "cosine directions, uniform pdf",
+            Table {
+                uniform_hemisphere: cosine_hemisphere,
+                ..RIGHT
+            },
+            at_every_angle!["bsdf/cosine: chi-square of samples"],
+        ),
+        mutant(
+            "cosine-twice",
+            &COSINE,
+            "the weight has the cosine twice",
+            Table {
+                cosine: squared,
+                ..RIGHT
+            },
+            at_every_angle![
+                "bsdf/lambert: furnace",
+                "bsdf/cosine: furnace",
+                "bsdf/oren-nayar: furnace",
+                "bsdf/oren-nayar-printed: furnace",
+            ],
+        ),
+        fault!("cosine-in-f", COSINE, "eval returns f_r cos θ",
+            Table: { brdf: |bsdf, wo, wi| bsdf.eval(wo, wi) * wi.z }, "bsdf/cosine: reciprocity",
+            "bsdf/cosine: directional albedo at 0 degrees"),
+        fault!("printed", OREN_NAYAR, "sin β for tan β, as the report prints",
+            Table: { brdf: |_, wo, wi| oren_nayar(OrenNayarForm::Printed).eval(wo, wi) },
+            "bsdf/oren-nayar: directional albedo at 75 degrees"),
+        fault!("correct-for-printed", OREN_NAYAR, "tan β where the printed form is meant",
+            Table: { brdf: |_, wo, wi| oren_nayar(OrenNayarForm::Corrected).eval(wo, wi) },
+            "bsdf/oren-nayar-printed: directional albedo at 75 degrees"),
+        fault!("constant", OREN_NAYAR_CONSTANTS, "0.57 for 0.33 in A",
+            Table: { brdf: |_, wo, wi| DVec3::splat(other_constant(wo, wi)) },
+            "bsdf/oren-nayar-printed: directional albedo at 0 degrees"),
+    ]
+}
+
+/// The diffuse models.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    vec![Box::new(Family {
+        benches: benches(),
+        faults: faults(),
+        ..Family::new("bsdf", RIGHT)
+    })]
+}

@@ -1,0 +1,101 @@
+//! Light that reaches a diffuse surface by way of a mirror or glass alone, where no shadow ray finds it:
+//! whole estimators count it once.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::fresnel::walsh;
+use super::glass::INDEX;
+use super::irradiance::reflected;
+use super::probes::{SINGLE, radiance, words};
+use super::scenes::{FLOOR, LIGHT, corners, lambert, light, polygon_irradiance, scene, square};
+use super::strategies::{LIGHT_ANGLE, MIS_ANGLE, near_origin};
+use super::subject::{Kind, Subject};
+use crate::faults::Bench;
+use whitefurnace::bsdf::Bsdf;
+use whitefurnace::equation::{MIS, REFRACTION, RENDERING};
+use whitefurnace::scene::{Scene, Surface};
+
+const REFLECTANCE: f64 = 0.9;
+/// From the eye to the patch, to the mirror or glass, to the light.
+const REPORT: Kind = Kind::Report(3);
+
+/// A light that faces up, below the level of a diffuse patch at the origin and seen by it in a mirror
+/// only. The patch is so small that its own image is 1e-6 of the light.
+fn light_in_mirror() -> Arc<Scene> {
+    scene("light in mirror", |s| {
+        square(s, DVec3::ZERO, 1e-3, true, Surface::new(lambert(FLOOR)));
+        square(s, -0.2 * DVec3::Z, 6.0, true, light(LIGHT));
+        let mirror = Bsdf::Mirror {
+            reflectance: DVec3::splat(REFLECTANCE),
+        };
+        square(s, 0.4 * DVec3::Z, 50.0, false, Surface::new(mirror));
+    })
+}
+
+/// Such a patch under glass that fills all above it, and a light within the glass. Of the patch's
+/// hemisphere 1e-6 passes beside them.
+fn light_in_glass() -> Arc<Scene> {
+    scene("light in glass", |s| {
+        square(s, DVec3::ZERO, 1e-3, true, Surface::new(lambert(FLOOR)));
+        let glass = Surface::new(Bsdf::Glass { index: INDEX });
+        square(s, 0.4 * DVec3::Z, 500.0, false, glass);
+        square(s, 0.6 * DVec3::Z, 500.0, false, light(LIGHT));
+    })
+}
+
+/// The trials.
+pub fn benches() -> Vec<Bench<Subject>> {
+    let mirror = light_in_mirror();
+    let image = polygon_irradiance(&corners(DVec3::Z, 6.0));
+    let in_mirror = REFLECTANCE * reflected(image);
+    let glass = light_in_glass();
+    // What 1 - R of radiance becomes in the thinner medium, averaged over the hemisphere.
+    let in_glass = FLOOR * LIGHT * (1.0 - walsh(INDEX)) / (INDEX * INDEX);
+    let bench = |name, (scene, how, reference): &(&Arc<Scene>, &str, f64), kind, equation, n| {
+        let property =
+            format!("a patch reflects {reference:.6} of a light that it sees {how} only");
+        let words = words(name, property, equation);
+        radiance(words, (scene, kind, near_origin), *reference, (n, SINGLE))
+    };
+    let mirror = (&mirror, "in a mirror", in_mirror);
+    let glass = (&glass, "through glass", in_glass);
+    vec![
+        bench(
+            "irradiance/after-mirror/light",
+            &mirror,
+            LIGHT_ANGLE,
+            &MIS,
+            8_000_000,
+        ),
+        bench(
+            "irradiance/after-mirror/mis",
+            &mirror,
+            MIS_ANGLE,
+            &MIS,
+            8_000_000,
+        ),
+        bench(
+            "irradiance/after-mirror/report",
+            &mirror,
+            REPORT,
+            &RENDERING,
+            8_000_000,
+        ),
+        bench(
+            "irradiance/after-glass/mis",
+            &glass,
+            MIS_ANGLE,
+            &REFRACTION,
+            8_000_000,
+        ),
+        bench(
+            "irradiance/after-glass/report",
+            &glass,
+            REPORT,
+            &RENDERING,
+            9_500_000,
+        ),
+    ]
+}

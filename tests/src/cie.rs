@@ -1,0 +1,178 @@
+//! Rooms in the manner of CIE 171:2006 (test cases to assess the accuracy of lighting computer
+//! programs), with closed forms derived here: a luminous rectangle over a floor and beside a wall, a roof
+//! opening and a window under a uniform sky, an obstruction before the window. The sky is uniform:
+//! scenes have no background that varies with direction, such as the CIE overcast sky.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::probes::{SINGLE, radiance, words};
+use super::scenes::{FLOOR, LIGHT, floor, lambert, light, scene};
+use super::subject::{Kind, Subject};
+use crate::faults::Bench;
+use whitefurnace::bsdf::Bsdf;
+use whitefurnace::equation::GEOMETRY;
+use whitefurnace::rng::Stream;
+use whitefurnace::scene::{Scene, SceneBuilder, Surface};
+use whitefurnace::shape::Ray;
+
+/// F from a point to a rectangle of sides a and b in a parallel plane at distance `c`, whose corner is
+/// on the point's normal: ∫∫ c²/(π(x² + y² + c²)²) dx dy by elementary steps.
+pub fn parallel_corner(a: f64, b: f64, c: f64) -> f64 {
+    let part = |a: f64, b: f64| {
+        let r = a.hypot(c);
+        a / r * (b / r).atan()
+    };
+    (part(a, b) + part(b, a)) / TAU
+}
+
+/// F from a point to an upright rectangle of width `b` and height `a` that stands in the point's own
+/// plane at distance `c`, its lower corner at the foot of the perpendicular:
+/// ∫∫ cz/(π(c² + y² + z²)²) dy dz by elementary steps.
+pub fn upright_corner(a: f64, b: f64, c: f64) -> f64 {
+    let r = a.hypot(c);
+    ((b / c).atan() - c / r * (b / r).atan()) / TAU
+}
+
+/// Of a quantity for rectangles with a corner at the foot, that for a rectangle anywhere: x and y are the
+/// ranges of its sides. Odd in each side.
+fn anywhere([x0, x1]: [f64; 2], [y0, y1]: [f64; 2], corner: impl Fn(f64, f64) -> f64) -> f64 {
+    let odd = |x: f64, y: f64| corner(x.abs(), y.abs()) * x.signum() * y.signum();
+    odd(x1, y1) - odd(x0, y1) - odd(x1, y0) + odd(x0, y0)
+}
+
+/// A ray to a point of a surface from 25° off its normal.
+fn towards(point: DVec3, normal: DVec3) -> Ray {
+    let aside = normal.any_orthonormal_vector();
+    let (sin, cos) = 25f64.to_radians().sin_cos();
+    let w = cos * normal + sin * aside;
+    Ray::new(point + 0.1 * w, -w)
+}
+
+const CEILING: f64 = 3.0;
+/// Ranges of the luminous rectangle in the ceiling; the receivers are below and beside it.
+const PANEL: [[f64; 2]; 2] = [[0.3, 2.3], [-0.4, 1.2]];
+
+/// The luminous rectangle, and a diffuse one that it shines on.
+fn panel(name: &str, corner: DVec3, edges: [DVec3; 2]) -> Arc<Scene> {
+    scene(name, |s| {
+        let grey = s.surface(Surface::new(lambert(FLOOR)));
+        s.rectangle(corner, edges, grey);
+        let lit = s.surface(light(LIGHT));
+        let [[x0, x1], [y0, y1]] = PANEL;
+        let edges = [(y1 - y0) * DVec3::Y, (x1 - x0) * DVec3::X];
+        s.rectangle(DVec3::new(x0, y0, CEILING), edges, lit);
+    })
+}
+
+/// Height of the opening over the floor: low, so that much of the sky is seen.
+const SILL: f64 = 0.5;
+/// Half the width of openings.
+const HALF: f64 = 1.2;
+
+/// A black sheet in the plane z = `height` with a square opening around the z axis.
+fn sheet(s: &mut SceneBuilder, height: f64) {
+    let black = s.surface(Surface::new(Bsdf::Black));
+    const FAR: f64 = 50.0;
+    let rest = FAR - HALF;
+    for (corner, [x, y]) in [
+        ([-FAR, -FAR], [2.0 * FAR, rest]),
+        ([-FAR, HALF], [2.0 * FAR, rest]),
+        ([-FAR, -HALF], [rest, 2.0 * HALF]),
+        ([HALF, -HALF], [rest, 2.0 * HALF]),
+    ] {
+        let corner = DVec3::new(corner[0], corner[1], height);
+        s.rectangle(corner, [x * DVec3::X, y * DVec3::Y], black);
+    }
+}
+
+/// How far over the floor the obstruction is, and up to which x it reaches.
+const OBSTRUCTION: [f64; 2] = [4.0, -3.0];
+
+/// A floor below a roof with a square opening under a sky of radiance 1; beyond the opening a black half
+/// plane, if `obstructed`.
+fn roof(name: &str, obstructed: bool) -> Arc<Scene> {
+    scene(name, |s| {
+        s.background(DVec3::ONE);
+        floor(s, lambert(FLOOR));
+        sheet(s, SILL);
+        if obstructed {
+            let black = s.surface(Surface::new(Bsdf::Black));
+            let [height, edge] = OBSTRUCTION;
+            let corner = DVec3::new(-100.0, -100.0, height);
+            s.rectangle(corner, [(edge + 100.0) * DVec3::X, 200.0 * DVec3::Y], black);
+        }
+    })
+}
+
+/// The trials.
+pub fn benches() -> Vec<Bench<Subject>> {
+    let bench =
+        |name, what: &str, scene: &Arc<Scene>, ray: fn(&mut Stream) -> Ray, l, f: f64, n| {
+            let reference = FLOOR * l * f;
+            let property = format!("{what}: F = {f:.6}, and {reference:.6} is reflected");
+            let probe = (scene, Kind::Path, ray);
+            radiance(
+                words(name, property, &GEOMETRY),
+                probe,
+                reference,
+                (n, SINGLE),
+            )
+        };
+    let [x, y] = PANEL;
+    let whole = [-HALF, HALF];
+    // The obstruction's edge as the origin sees it in the plane of the opening.
+    let [height, edge] = OBSTRUCTION;
+    let shadow = edge * SILL / height;
+    let opening = |x| anywhere(x, whole, |a, b| parallel_corner(a, b, SILL));
+    vec![
+        bench(
+            "cie/panel-floor",
+            "a luminous rectangle over a floor",
+            &panel(
+                "luminous panel over a floor",
+                DVec3::new(0.0, -4.0, 0.0),
+                [4.0 * DVec3::X, 8.0 * DVec3::Y],
+            ),
+            |_| towards(DVec3::new(1.0, 0.0, 0.0), DVec3::Z),
+            LIGHT,
+            anywhere([x[0] - 1.0, x[1] - 1.0], y, |a, b| {
+                parallel_corner(a, b, CEILING)
+            }),
+            4_000_000,
+        ),
+        bench(
+            "cie/panel-wall",
+            "a luminous rectangle beside a wall",
+            &panel(
+                "luminous panel beside a wall",
+                DVec3::new(0.0, -4.0, 0.0),
+                [8.0 * DVec3::Y, CEILING * DVec3::Z],
+            ),
+            |_| towards(DVec3::new(0.0, 0.0, 1.5), DVec3::X),
+            LIGHT,
+            anywhere(x, y, |a, b| upright_corner(a, b, CEILING - 1.5)),
+            6_000_000,
+        ),
+        bench(
+            "cie/roof-opening",
+            "a roof opening under a uniform sky",
+            &roof("roof opening", false),
+            |_| towards(DVec3::ZERO, DVec3::Z),
+            1.0,
+            opening(whole),
+            7_500_000,
+        ),
+        bench(
+            "cie/obstruction",
+            "an opening before which an obstruction hides a part of a uniform sky",
+            &roof("obstructed roof opening", true),
+            |_| towards(DVec3::ZERO, DVec3::Z),
+            1.0,
+            opening([shadow, HALF]),
+            14_000_000,
+        ),
+    ]
+}

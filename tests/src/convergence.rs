@@ -1,0 +1,295 @@
+//! Variances of samplers against closed forms, and how fast the pixel strategies of section 2.7
+//! converge on an edge of known coverage.
+
+use glam::DVec3;
+
+use crate::faults::{AnyFamily, Bench, Family, data, mutant};
+use crate::hemisphere::Method;
+use whitefurnace::equation::{COSINE_HEMISPHERE, RANDOMISATION, SUPERSAMPLING};
+use whitefurnace::harness::convergence::{slope, variance_ratio};
+use whitefurnace::harness::mean::{NEARLY_SYMMETRIC, Values, mean};
+use whitefurnace::harness::outcome::{Claim, Outcome};
+use whitefurnace::harness::trial::Context;
+use whitefurnace::pixel::PixelSampling;
+use whitefurnace::rng::{Stream, uniform, uniform2};
+use whitefurnace::sampling::{
+    cosine_hemisphere, cosine_hemisphere_pdf, uniform_hemisphere, uniform_hemisphere_pdf,
+};
+
+const RATIO_SAMPLES: u64 = 16_000_000;
+/// δ of variance ratios and mean squared errors, relative.
+const VARIANCE_DELTA: f64 = 0.01;
+const EDGE_SAMPLES: u64 = 8_000_000;
+/// Groups of replications of a slope.
+const GROUPS: u64 = 2 * NEARLY_SYMMETRIC;
+/// Squared errors averaged per group and size.
+const REPLICATIONS: u32 = 20;
+/// Δ of slopes. A logarithm of a mean of 20 squared errors is biased a little differently at small and
+/// large N, which moves the slope by up to 0.005.
+const SLOPE_MARGIN: f64 = 0.05;
+
+/// Incoming radiance, its mean over cos θ/π, and the variances of (16) with uniform and cosine samples.
+#[derive(Clone, Copy)]
+pub struct Profile {
+    /// Its name.
+    pub name: &'static str,
+    /// Incoming radiance from a local direction.
+    pub radiance: fn(DVec3) -> f64,
+    /// Its mean over cos θ/π.
+    pub mean: f64,
+    /// The variance with uniform samples.
+    pub uniform: f64,
+    /// The variance with cosine-weighted samples.
+    pub cosine: f64,
+}
+
+impl Profile {
+    /// The estimate (16) from one direction of a method.
+    pub fn estimate(&self, (sampler, pdf): Method, random: [f64; 2]) -> f64 {
+        let w = sampler(random);
+        (self.radiance)(w) * w.z * std::f64::consts::FRAC_1_PI / pdf(w.z)
+    }
+}
+
+/// By ∫ over cos θ: uniform ∫ (2cL)² dc − m², cosine ∫ L² 2c dc − m².
+pub const PROFILES: [Profile; 4] = [
+    Profile {
+        name: "cos",
+        radiance: |w| w.z,
+        mean: 2.0 / 3.0,
+        uniform: 4.0 / 5.0 - 4.0 / 9.0,
+        cosine: 1.0 / 2.0 - 4.0 / 9.0,
+    },
+    Profile {
+        name: "1-cos",
+        radiance: |w| 1.0 - w.z,
+        mean: 1.0 / 3.0,
+        uniform: 2.0 / 15.0 - 1.0 / 9.0,
+        cosine: 1.0 / 6.0 - 1.0 / 9.0,
+    },
+    Profile {
+        name: "cos2",
+        radiance: |w| w.z * w.z,
+        mean: 1.0 / 2.0,
+        uniform: 4.0 / 7.0 - 1.0 / 4.0,
+        cosine: 1.0 / 3.0 - 1.0 / 4.0,
+    },
+    Profile {
+        name: "cap",
+        radiance: |w| if w.z > 0.9 { 1.0 } else { 0.0 },
+        mean: 0.19,
+        uniform: 4.0 / 3.0 * (1.0 - 0.729) - 0.0361,
+        cosine: 0.19 - 0.0361,
+    },
+];
+
+/// Uniform directions and their pdf.
+pub const UNIFORM: Method = (uniform_hemisphere, uniform_hemisphere_pdf);
+/// Cosine-weighted directions and their pdf.
+pub const COSINE: Method = (cosine_hemisphere, cosine_hemisphere_pdf);
+
+/// Variance of one method over variance of the other, for one profile.
+fn ratio(context: &Context, profile: Profile, [a, b]: [Method; 2]) -> Vec<Outcome> {
+    let squares = |part: &str, method: Method, expected: f64| {
+        let mut rng = context.rng(part);
+        Values::collect(expected, context.n(RATIO_SAMPLES), || {
+            (profile.estimate(method, uniform2(&mut rng)) - profile.mean).powi(2)
+        })
+    };
+    vec![variance_ratio(
+        "variance of uniform over cosine sampling",
+        &squares("uniform", a, profile.uniform),
+        &squares("cosine", b, profile.cosine),
+        profile.uniform / profile.cosine,
+        VARIANCE_DELTA,
+    )]
+}
+
+/// The squared error of a pixel whose part left of x = c is bright, c uniform in [0, 1): its coverage
+/// is c.
+pub fn squared_error(rng: &mut Stream, strategy: PixelSampling, samples: u32) -> f64 {
+    let c = uniform(rng);
+    let bright = (0..samples)
+        .filter(|&i| strategy.position(i, uniform2(rng))[0] < c)
+        .count();
+    (bright as f64 / f64::from(samples) - c).powi(2)
+}
+
+/// The mean squared error of n × n samples on that edge: 1/(12n²) for a grid (an error uniform in
+/// ±1/2n), 1/(6n²) at random (E[c(1 − c)] = 1/6), 1/(6n³) jittered (n of the n² cells are cut).
+fn edge(context: &Context, strategy: PixelSampling, reference: f64) -> Vec<Outcome> {
+    let mut rng = context.rng("edge");
+    let values = Values::collect(reference, context.n(EDGE_SAMPLES), || {
+        squared_error(&mut rng, strategy, EDGE_SIDE * EDGE_SIDE)
+    });
+    let delta = VARIANCE_DELTA * reference;
+    vec![mean(
+        "mean squared error",
+        &values,
+        reference,
+        Claim::Exact { delta },
+    )]
+}
+
+/// n of the trials of one size.
+const EDGE_SIDE: u32 = 4;
+
+/// The slope of ln(mean squared error) against ln N, N = n² samples, n = 1 to 16.
+fn edge_slope(
+    context: &Context,
+    strategy: fn(u32) -> PixelSampling,
+    reference: f64,
+) -> Vec<Outcome> {
+    const SIDES: [u32; 5] = [1, 2, 4, 8, 16];
+    let mut rng = context.rng("slope");
+    let groups: Vec<Vec<f64>> = (0..context.n(GROUPS))
+        .map(|_| {
+            let error = |n: u32| {
+                let sum: f64 = (0..REPLICATIONS)
+                    .map(|_| squared_error(&mut rng, strategy(n), n * n))
+                    .sum();
+                sum / f64::from(REPLICATIONS)
+            };
+            SIDES.map(error).to_vec()
+        })
+        .collect();
+    let sizes = SIDES.map(|n| f64::from(n * n));
+    vec![slope(
+        "slope of the error",
+        &sizes,
+        &groups,
+        reference,
+        SLOPE_MARGIN,
+    )]
+}
+
+fn ratio_bench(profile: Profile) -> Bench<[Method; 2]> {
+    let ratio_of = profile.uniform / profile.cosine;
+    Bench::new(
+        data(
+            format!("convergence/ratio-{}", profile.name),
+            format!("uniform sampling has {ratio_of:.4} times the variance of cosine sampling"),
+            &COSINE_HEMISPHERE,
+            "sampling::uniform_hemisphere, sampling::cosine_hemisphere",
+            "variance ratio",
+            (RATIO_SAMPLES, VARIANCE_DELTA, 1),
+        ),
+        move |c, methods| ratio(c, profile, methods),
+    )
+}
+
+fn ratios() -> Family<[Method; 2]> {
+    Family {
+        benches: PROFILES.into_iter().map(ratio_bench).collect(),
+        faults: vec![mutant(
+            "not-importance-sampling",
+            &COSINE_HEMISPHERE,
+            "(18) taken for importance sampling, as the report does: both methods are uniform",
+            [UNIFORM, UNIFORM],
+            &[
+                "convergence/ratio-cos",
+                "convergence/ratio-1-cos",
+                "convergence/ratio-cos2",
+                "convergence/ratio-cap",
+            ],
+        )],
+        ..Family::new("variance", [UNIFORM, COSINE])
+    }
+}
+
+/// A strategy for n × n samples.
+type Strategy = fn(u32) -> PixelSampling;
+
+fn strategy_benches(name: &'static str, error: f64, order: f64) -> Vec<Bench<Strategy>> {
+    let equation = if name == "grid" {
+        &SUPERSAMPLING
+    } else {
+        &RANDOMISATION
+    };
+    let subject = "pixel::PixelSampling::position";
+    vec![
+        Bench::new(
+            data(
+                format!("convergence/{name}-error"),
+                format!("the mean squared error on an edge is {error:.6}"),
+                equation,
+                subject,
+                "t",
+                (EDGE_SAMPLES, VARIANCE_DELTA, 1),
+            ),
+            move |c, strategy: Strategy| edge(c, strategy(EDGE_SIDE), error),
+        ),
+        Bench::new(
+            data(
+                format!("convergence/{name}-slope"),
+                format!("the squared error falls with the power {order} of the number of samples"),
+                equation,
+                subject,
+                "t of slopes",
+                (GROUPS, SLOPE_MARGIN, 1),
+            ),
+            move |c, strategy: Strategy| edge_slope(c, strategy, order),
+        ),
+    ]
+}
+
+const RANDOM: Strategy = |_| PixelSampling::Random;
+
+/// Variances of samplers, and the pixel strategies, each a fault under the others' trials.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    let benches = strategy_benches;
+    vec![
+        Box::new(ratios()),
+        Box::new(Family {
+            benches: benches("grid", 1.0 / 192.0, -1.0),
+            faults: vec![
+                mutant(
+                    "jitter",
+                    &SUPERSAMPLING,
+                    "the sub-pixels' points are random",
+                    PixelSampling::Jitter,
+                    &["convergence/grid-error", "convergence/grid-slope"],
+                ),
+                mutant(
+                    "centre",
+                    &SUPERSAMPLING,
+                    "every ray through the centre: more samples change nothing",
+                    |_| PixelSampling::Centre,
+                    &["convergence/grid-error", "convergence/grid-slope"],
+                ),
+            ],
+            ..Family::new("grid", PixelSampling::Grid as Strategy)
+        }),
+        Box::new(Family {
+            benches: benches("random", 1.0 / 96.0, -1.0),
+            faults: vec![mutant(
+                "jitter",
+                &RANDOMISATION,
+                "one random point in each sub-pixel",
+                PixelSampling::Jitter,
+                &["convergence/random-error", "convergence/random-slope"],
+            )],
+            ..Family::new("random", RANDOM)
+        }),
+        Box::new(Family {
+            benches: benches("jitter", 1.0 / 384.0, -1.5),
+            faults: vec![
+                mutant(
+                    "random",
+                    &RANDOMISATION,
+                    "random points in the whole pixel",
+                    RANDOM,
+                    &["convergence/jitter-error", "convergence/jitter-slope"],
+                ),
+                mutant(
+                    "grid",
+                    &RANDOMISATION,
+                    "the sub-pixels' centres: no randomness",
+                    PixelSampling::Grid,
+                    &["convergence/jitter-error", "convergence/jitter-slope"],
+                ),
+            ],
+            ..Family::new("jitter", PixelSampling::Jitter as Strategy)
+        }),
+    ]
+}

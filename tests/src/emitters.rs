@@ -1,0 +1,148 @@
+//! Points on emitters: uniform in area on every shape.
+
+use glam::DVec3;
+
+use crate::faults::{AnyFamily, Bench, Family, Mutant, data, mutant};
+use crate::subject::fault;
+use whitefurnace::emitter::{Emitter, EmitterShape};
+use whitefurnace::equation::{Equation, GEOMETRY, TRIANGLE_POINT};
+use whitefurnace::harness::chi_square::{CELL_DELTA, sampler_against_partition};
+use whitefurnace::harness::domain::{Domain, Partition};
+use whitefurnace::harness::outcome::Outcome;
+use whitefurnace::harness::trial::Context;
+use whitefurnace::rng::uniform2;
+use whitefurnace::sampling::{sphere_zone, triangle};
+use whitefurnace::shape::Sphere;
+
+/// A map from two random numbers to a point of a standard shape.
+type Map = fn([f64; 2]) -> DVec3;
+
+/// The maps of the three shapes, each replaceable.
+#[derive(Clone, Copy)]
+pub struct Points {
+    /// (u, v, 0) of a triangle.
+    pub triangle: Map,
+    /// A point of the unit square through an emitter.
+    pub rectangle: Map,
+    /// A point of the unit sphere through an emitter.
+    pub sphere: Map,
+}
+
+fn unit_square([r1, r2]: [f64; 2]) -> DVec3 {
+    let shape = EmitterShape::Rectangle {
+        corner: DVec3::ZERO,
+        edges: [DVec3::X, DVec3::Y],
+    };
+    Emitter::new(shape, DVec3::ONE).sample([r1, r2]).point
+}
+
+const RIGHT: Points = Points {
+    triangle: |random| {
+        let [u, v] = triangle(random);
+        DVec3::new(u, v, 0.0)
+    },
+    rectangle: unit_square,
+    sphere: |random| {
+        let shape = EmitterShape::Sphere(Sphere::new(DVec3::ZERO, 1.0));
+        Emitter::new(shape, DVec3::ONE).sample(random).point
+    },
+};
+
+const SAMPLES: u64 = 5_600_000;
+
+fn cells(context: &Context, domain: Domain, map: Map) -> Vec<Outcome> {
+    let mut rng = context.rng("cells");
+    let partition = Partition::equal(domain, 3, 4);
+    vec![sampler_against_partition(
+        "cells of equal area",
+        &partition,
+        context.n(SAMPLES),
+        || Some(map(uniform2(&mut rng))),
+    )]
+}
+
+fn benches() -> Vec<Bench<Points>> {
+    let trial = |name: &str, property: &str, equation: &'static Equation, subject, size| {
+        data(
+            format!("emitter/{name}"),
+            property,
+            equation,
+            subject,
+            "chi-square",
+            size,
+        )
+    };
+    let chi = (SAMPLES, CELL_DELTA, 1);
+    vec![
+        Bench::new(
+            trial(
+                "triangle",
+                "points of a triangle are uniform in area",
+                &TRIANGLE_POINT,
+                "sampling::triangle",
+                chi,
+            ),
+            |c, points: Points| cells(c, Domain::Triangle, points.triangle),
+        ),
+        Bench::new(
+            trial(
+                "rectangle",
+                "points of a rectangle are uniform in area",
+                &GEOMETRY,
+                "emitter::Emitter::sample",
+                chi,
+            ),
+            |c, points: Points| cells(c, Domain::Square, points.rectangle),
+        ),
+        Bench::new(
+            trial(
+                "sphere",
+                "points of a sphere are uniform in area",
+                &GEOMETRY,
+                "sampling::sphere_zone",
+                chi,
+            ),
+            |c, points: Points| cells(c, Domain::Sphere, points.sphere),
+        ),
+    ]
+}
+
+fn faults() -> Vec<Mutant<Points>> {
+    vec![
+        fault!("unfolded", TRIANGLE_POINT, "the square is not folded: u + v may exceed 1",
+            Points: { triangle: |[r1, r2]| DVec3::new(r1, r2, 0.0) }, "emitter/triangle"),
+        fault!("crowded", TRIANGLE_POINT, "v = r₂(1 − u) with u = r₁: points crowd at the corner V₁",
+            Points: { triangle: |[r1, r2]| DVec3::new(r1, r2 * (1.0 - r1), 0.0) }, "emitter/triangle"),
+        fault!("one-number", GEOMETRY, "one random number for both coordinates: the diagonal",
+            Points: { rectangle: |[r, _]| unit_square([r, r]) }, "emitter/rectangle"),
+        fault!("crowded-poles", GEOMETRY, "uniform in the inclination: points crowd at the poles",
+            Points: {
+                sphere: |[r1, r2]| {
+                    sphere_zone(
+                        [0.5 - 0.5 * (std::f64::consts::PI * r1).cos(), r2],
+                        1.0,
+                        [-1.0, 1.0],
+                    )
+                }
+            }, "emitter/sphere"),
+    ]
+}
+
+/// The emitters' points.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    vec![Box::new(Family {
+        benches: benches(),
+        faults: faults(),
+        equivalents: vec![mutant(
+            "folded-otherwise",
+            &TRIANGLE_POINT,
+            "u = 1 − √r₁, v = r₂√r₁: another map, the same density",
+            Points {
+                triangle: |[r1, r2]| DVec3::new(1.0 - r1.sqrt(), r2 * r1.sqrt(), 0.0),
+                ..RIGHT
+            },
+            &["emitter/triangle"],
+        )],
+        ..Family::new("points", RIGHT)
+    })]
+}

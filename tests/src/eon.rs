@@ -1,0 +1,323 @@
+//! EON under check-ups by sampling and in furnaces by quadrature.
+
+use std::f64::consts::FRAC_1_PI;
+
+use glam::DVec3;
+
+use crate::bsdf::{at_every_angle, cosine_sampled, squared};
+use crate::faults::{AnyFamily, Bench, Family, Mutant, data, mutant};
+use crate::subject::fault;
+use crate::subject::{self, Table};
+use whitefurnace::bsdf::Bsdf;
+use whitefurnace::bsdf::eon::{
+    LARGEST_GAIN, albedo, average_albedo, multiple_albedo, multiple_scattering, scale,
+    single_scattering,
+};
+use whitefurnace::equation::{
+    COSINE, COSINE_HEMISPHERE, EON_ALBEDO, EON_MULTIPLE, EON_SINGLE, Equation,
+};
+use whitefurnace::frame::from_spherical;
+use whitefurnace::harness::bsdf_checkup::{CheckUp, assertions, check_up};
+use whitefurnace::harness::chi_square::CELL_DELTA;
+use whitefurnace::harness::domain::{Domain, MASS_TOLERANCE};
+use whitefurnace::harness::outcome::Outcome;
+use whitefurnace::sampling::uniform_hemisphere;
+
+/// Parts of the model, so that each can be replaced; one channel.
+#[derive(Clone, Copy)]
+pub struct Parts {
+    /// f_r of both lobes, and how it is sampled.
+    pub lobes: Table,
+    /// π f_r/ρ of single scattering from r, wo and wi.
+    pub single: fn(f64, DVec3, DVec3) -> f64,
+    /// E(θ) from r and cos θ.
+    pub albedo: fn(f64, f64) -> f64,
+}
+
+impl Parts {
+    /// f_r from ρ, r, wo and wi.
+    fn eval(self, rho: f64, roughness: f64, wo: DVec3, wi: DVec3) -> f64 {
+        (self.lobes.brdf)(&material(rho, roughness), wo, wi).x
+    }
+}
+
+fn material(rho: f64, roughness: f64) -> Bsdf {
+    let albedo = DVec3::splat(rho);
+    Bsdf::Eon { albedo, roughness }
+}
+
+/// The program's parts.
+const RIGHT: Parts = Parts {
+    lobes: subject::RIGHT,
+    single: single_scattering,
+    albedo,
+};
+
+/// Both lobes with another albedo of the second.
+fn coloured(rho: f64, r: f64, (wo, wi): (DVec3, DVec3), multiple: f64) -> f64 {
+    if wo.z <= 0.0 || wi.z <= 0.0 {
+        return 0.0;
+    }
+    FRAC_1_PI * (rho * single_scattering(r, wo, wi) + multiple * multiple_scattering(r, wo, wi))
+}
+
+/// Inclinations of wo in degrees.
+const ANGLES: [f64; 3] = [0.0, 50.0, 85.0];
+const ROUGHNESS: [f64; 2] = [0.3, 1.0];
+
+/// The azimuth of wo for which s changes sign where the quadrature's parts meet.
+const KINK: f64 = 0.0;
+
+/// The largest error over [`ANGLES`] and [`ROUGHNESS`] of the integral of f cos θ against `known`.
+fn furnace(
+    name: &str,
+    f: impl Fn(f64, DVec3, DVec3) -> f64,
+    known: impl Fn(f64, f64) -> f64,
+) -> Vec<Outcome> {
+    let (mut error, mut worst) = (0.0_f64, String::from("every direction"));
+    for roughness in ROUGHNESS {
+        for degrees in ANGLES {
+            let wo = from_spherical(f64::to_radians(degrees), KINK);
+            let found = Domain::Hemisphere
+                .integrate_all(MASS_TOLERANCE, &|wi| f(roughness, wo, wi) * wi.z)
+                .value;
+            let off = (found - known(roughness, wo.z)).abs();
+            // NaN is the worst of all.
+            if off > error || off.is_nan() {
+                error = if off.is_nan() { f64::INFINITY } else { off };
+                worst = format!("{found:.9} at r = {roughness}, {degrees} degrees");
+            }
+        }
+    }
+    let n = (ROUGHNESS.len() * ANGLES.len()) as u64;
+    vec![Outcome::exact(name, n, error, 2.0 * MASS_TOLERANCE, worst)]
+}
+
+/// Albedo of the coloured furnace and of the check-up.
+const RHO: f64 = 0.5;
+
+/// What both lobes reflect of a white sky: ρ E + ρₘ (1 − E), where ρₘ is summed as a series: of light
+/// that was reflected once, the share 1 − Ē stays and is reflected with ρ again.
+fn reflected(roughness: f64, cos: f64) -> f64 {
+    let [e, average] = [albedo(roughness, cos), average_albedo(roughness)];
+    let mut multiple = 0.0;
+    let mut order = RHO * RHO * average;
+    while order > 1e-17 {
+        multiple += order;
+        order *= RHO * (1.0 - average);
+    }
+    RHO * e + multiple * (1.0 - e)
+}
+
+fn benches() -> Vec<Bench<Parts>> {
+    let exact = |name: &str, property: &str, equation: &'static Equation, subject| {
+        let count = (ROUGHNESS.len() * ANGLES.len()) as u64;
+        let size = (count, 2.0 * MASS_TOLERANCE, 0);
+        data(
+            format!("bsdf/{name}"),
+            property,
+            equation,
+            subject,
+            "exact",
+            size,
+        )
+    };
+    let size = CheckUp::default();
+    let sampled = data(
+        "bsdf/eon",
+        "white EON passes the check-up and its directional albedo is 1",
+        &EON_MULTIPLE,
+        "estimator::sample_cosine",
+        "BSDF check-up",
+        (size.samples, CELL_DELTA, assertions(&size)),
+    );
+    vec![
+        Bench::new(sampled, |context, parts: Parts| {
+            let subject = cosine_sampled(parts.lobes, material(1.0, 0.3))
+                .energy_bound(1.0)
+                .albedo(|_| 1.0);
+            check_up(&subject, &CheckUp::default(), context)
+        }),
+        Bench::new(
+            exact(
+                "eon-white",
+                "white EON reflects all light, at every angle and roughness",
+                &EON_MULTIPLE,
+                "bsdf::Bsdf::eval",
+            ),
+            |_, parts: Parts| {
+                let f = move |r: f64, wo: DVec3, wi: DVec3| parts.eval(1.0, r, wo, wi);
+                furnace("white furnace", f, |_, _| 1.0)
+            },
+        ),
+        Bench::new(
+            exact(
+                "eon-coloured",
+                "EON of albedo 0.5 reflects the sum of all orders of scattering",
+                &EON_MULTIPLE,
+                "bsdf::Bsdf::eval",
+            ),
+            |_, parts: Parts| {
+                let f = move |r: f64, wo: DVec3, wi: DVec3| parts.eval(RHO, r, wo, wi);
+                furnace("coloured furnace", f, reflected)
+            },
+        ),
+        Bench::new(
+            exact(
+                "eon-single",
+                "single scattering loses nothing at grazing: its albedo at 89.9999° is 1 within 1e-5",
+                &EON_SINGLE,
+                "bsdf::eon::single_scattering",
+            ),
+            |_, parts: Parts| grazing(parts),
+        ),
+        Bench::new(
+            exact(
+                "eon-albedo",
+                "the closed form of the directional albedo is the integral of single scattering",
+                &EON_ALBEDO,
+                "bsdf::eon::albedo",
+            ),
+            |_, parts: Parts| {
+                let f = move |r: f64, wo: DVec3, wi: DVec3| FRAC_1_PI * (parts.single)(r, wo, wi);
+                furnace("single scattering", f, parts.albedo)
+            },
+        ),
+    ]
+}
+
+/// 1 − E(θ) = A r (c − G/π) falls in proportion to cos θ: at 89.9999° it is below 2 × 10⁻⁶.
+fn grazing(parts: Parts) -> Vec<Outcome> {
+    let wo = from_spherical(89.9999_f64.to_radians(), KINK);
+    let lost = ROUGHNESS.map(|r| {
+        let f = |wi: DVec3| FRAC_1_PI * (parts.single)(r, wo, wi) * wi.z;
+        (1.0 - Domain::Hemisphere.integrate_all(MASS_TOLERANCE, &f).value).abs()
+    });
+    let worst = lost.into_iter().fold(0.0, f64::max);
+    let words = format!("1 − E = {lost:?} for r = {ROUGHNESS:?}");
+    vec![Outcome::exact("grazing", 3, worst, 1e-5, words)]
+}
+
+/// The parts with other lobes: f_r from ρ, r, wo and wi.
+macro_rules! with {
+    (|$rho:pat_param, $r:ident, $wo:ident, $wi:ident| $f:expr) => {
+        Parts {
+            lobes: Table {
+                brdf: |bsdf, $wo, $wi| {
+                    let &Bsdf::Eon {
+                        albedo: DVec3 { x: $rho, .. },
+                        roughness: $r,
+                    } = bsdf
+                    else {
+                        return DVec3::ZERO;
+                    };
+                    DVec3::splat($f)
+                },
+                ..subject::RIGHT
+            },
+            ..RIGHT
+        }
+    };
+}
+
+fn faults() -> Vec<Mutant<Parts>> {
+    let sampled = |lobes| Parts { lobes, ..RIGHT };
+    vec![
+        mutant(
+            "uniform-sampler",
+            &COSINE_HEMISPHERE,
+            "uniform directions, cosine pdf",
+            sampled(Table {
+                cosine_hemisphere: uniform_hemisphere,
+                ..subject::RIGHT
+            }),
+            at_every_angle!["bsdf/eon: chi-square of samples"],
+        ),
+        mutant(
+            "cosine-twice",
+            &COSINE,
+            "the weight has the cosine twice",
+            sampled(Table {
+                cosine: squared,
+                ..subject::RIGHT
+            }),
+            at_every_angle!["bsdf/eon: furnace"],
+        ),
+        mutant(
+            "no-multiple-scattering",
+            &EON_MULTIPLE,
+            "single scattering alone",
+            with!(|rho, r, wo, wi| coloured(rho, r, (wo, wi), 0.0)),
+            &[
+                "bsdf/eon: directional albedo at 0 degrees",
+                "bsdf/eon-white",
+                "bsdf/eon-coloured",
+            ],
+        ),
+        mutant(
+            "colour-not-deepened",
+            &EON_MULTIPLE,
+            "ρ in place of ρₘ: a white surface cannot show it",
+            with!(|rho, r, wo, wi| coloured(rho, r, (wo, wi), rho)),
+            &["bsdf/eon-coloured"],
+        ),
+        mutant(
+            "average-forgotten",
+            &EON_MULTIPLE,
+            "the second lobe is not divided by 1 − Ē",
+            with!(|rho, r, wo, wi| {
+                let multiple = multiple_albedo(DVec3::splat(rho), r).x;
+                coloured(rho, r, (wo, wi), multiple * (1.0 - average_albedo(r)))
+            }),
+            &[
+                "bsdf/eon: directional albedo at 0 degrees",
+                "bsdf/eon-white",
+                "bsdf/eon-coloured",
+            ],
+        ),
+        mutant(
+            "one-sided",
+            &EON_MULTIPLE,
+            "the second lobe spreads as Lambert: white reflects all, but f_r is not reciprocal",
+            with!(|rho, r, wo, wi| {
+                let single = coloured(rho, r, (wo, wi), 0.0);
+                let multiple = multiple_albedo(DVec3::splat(rho), r).x;
+                let above = wo.z > 0.0 && wi.z > 0.0;
+                let lost = if above { 1.0 - albedo(r, wo.z) } else { 0.0 };
+                single + FRAC_1_PI * multiple * lost
+            }),
+            &["bsdf/eon: reciprocity"],
+        ),
+        fault!("constant", EON_SINGLE, "A = 1/(1 + r/2 − 2/(3π)): r times the first term of c only",
+            Parts: {
+                single: |r, wo, wi| {
+                    let a = 1.0 / (1.0 + 0.5 * r - (0.5 - LARGEST_GAIN));
+                    single_scattering(r, wo, wi) * a / scale(r)
+                }
+            }, "bsdf/eon-single", "bsdf/eon-albedo"),
+        fault!("negative-side-divided", EON_SINGLE, "t = max(cos, cos) where s < 0, too",
+            Parts: {
+                single: |r, wo, wi| {
+                    let s = wo.x * wi.x + wo.y * wi.y;
+                    scale(r) * (1.0 + r * s / wo.z.max(wi.z))
+                }
+            }, "bsdf/eon-single", "bsdf/eon-albedo"),
+        fault!("albedo-of-oren-nayar", EON_ALBEDO,
+            "G without its term −2/3 sin θ, as where s < 0 counts nothing",
+            Parts: {
+                albedo: |r, cos| {
+                    let sin = (1.0 - cos * cos).sqrt();
+                    albedo(r, cos) + scale(r) * r * FRAC_1_PI * 2.0 / 3.0 * sin
+                }
+            }, "bsdf/eon-albedo"),
+    ]
+}
+
+/// The parts of EON.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    vec![Box::new(Family {
+        benches: benches(),
+        faults: faults(),
+        ..Family::new("eon", RIGHT)
+    })]
+}

@@ -1,0 +1,79 @@
+//! Faults of mirrors and glass, (10)-(12) and refraction.
+
+use crate::faults::{Mutant, mutant};
+use crate::fresnel::{no_total_reflection, schlick};
+use crate::subject::{RIGHT, Subject, Table, fault, parts};
+use whitefurnace::equation::{FRESNEL, FRESNEL_P, FRESNEL_S, REFRACTION};
+use whitefurnace::fresnel::{
+    mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refract,
+};
+
+pub(super) fn faults() -> Vec<Mutant<Subject>> {
+    let fresnel = |name, equation, wrong, fresnel: fn(f64, f64, f64) -> f64, caught_by| {
+        let table = Table { fresnel, ..RIGHT };
+        mutant(name, equation, wrong, parts(table), caught_by)
+    };
+    let factor = |name, wrong, radiance_factor: fn(f64, f64) -> f64| {
+        let table = Table {
+            radiance_factor,
+            ..RIGHT
+        };
+        let caught_by: &[&str] = &["glass/cube-inside", "glass/lit-from-below"];
+        mutant(name, &REFRACTION, wrong, parts(table), caught_by)
+    };
+    vec![
+        fresnel(
+            "only-s",
+            &FRESNEL_S,
+            "(10) alone",
+            reflectance_s,
+            &["glass/reflects-60", "glass/snell-aim", "glass/slab"],
+        ),
+        fresnel(
+            "only-p",
+            &FRESNEL_P,
+            "(11) alone",
+            reflectance_p,
+            &["glass/reflects-75", "glass/reflects-60"],
+        ),
+        fresnel(
+            "schlick",
+            &FRESNEL,
+            "Schlick's approximation",
+            schlick,
+            &["glass/reflects-60", "glass/vanishing"],
+        ),
+        fresnel(
+            "indices-swapped",
+            &FRESNEL,
+            "n₁ and n₂ exchanged in (12)",
+            |c, n1, n2| reflectance(c, n2, n1),
+            &["glass/reflects-60", "glass/reflects-85"],
+        ),
+        fault!("no-total-reflection", FRESNEL,
+            "past the critical angle a finite R, and light that leaves straight on",
+            {
+                fresnel: no_total_reflection,
+                refract: |d, n, n1, n2| Some(refract(d, n, n1, n2).unwrap_or(d))
+            }, "glass/total-reflection", "glass/cube-trapped", "glass/prism"),
+        factor(
+            "no-radiance-factor",
+            "T = 1 − R is all that refraction does, as the report has it",
+            |_, _| 1.0,
+        ),
+        factor(
+            "radiance-factor-inverted",
+            "(n₂/n₁)² for (n₁/n₂)²",
+            |n1, n2| radiance_factor(n2, n1),
+        ),
+        fault!("snell-inverted", REFRACTION, "n₂/n₁ for n₁/n₂ in Snell's law",
+            { refract: |d, n, n1, n2| refract(d, n, n2, n1) }, "glass/snell-aim"),
+        fault!("not-refracted", REFRACTION, "light goes straight on into the glass",
+            { refract: |d, n, n1, n2| refract(d, n, n1, n2).map(|_| d) }, "glass/snell-aim"),
+        fault!("mirror-sign", REFRACTION,
+            "the mirror direction with the wrong sign: back to where it came from",
+            { mirror: |d, n| -mirror(d, n) }, "glass/mirror-aim"),
+        fault!("mirror-half", REFRACTION, "the mirror direction without its factor 2: along the surface",
+            { mirror: |d, n| (d - d.dot(n) * n).normalize() }, "glass/mirror-aim"),
+    ]
+}

@@ -1,0 +1,135 @@
+//! The family of whole estimators: its trials are in [`super::furnace`], [`super::irradiance`],
+//! [`super::strategies`], [`super::chains`], [`super::glass`] and [`super::images`]; here and below are its faults.
+
+mod interfaces;
+mod light_sampling;
+mod lights;
+mod reflection;
+mod sampling;
+
+use std::f64::consts::FRAC_1_PI;
+
+use super::subject::{STANDARD, Setup, Subject, fault};
+use crate::faults::{AnyFamily, Family, Mutant, mutant};
+use crate::{chains, cie, furnace, glass, images, irradiance, panes, strategies};
+use whitefurnace::equation::{
+    COSINE_HEMISPHERE, ESTIMATOR, PATH_LENGTH, REFRACTION, RENDERING, ROULETTE, WHITTED,
+};
+use whitefurnace::estimator::LightRules;
+use whitefurnace::sampling::{cosine_hemisphere, uniform_hemisphere};
+
+/// The family.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    let mut benches = furnace::benches();
+    benches.extend(irradiance::benches());
+    benches.extend(strategies::benches());
+    benches.extend(chains::benches());
+    benches.extend(glass::benches());
+    benches.extend(panes::benches());
+    benches.extend(cie::benches());
+    benches.extend(images::benches());
+    let mut faults = reflection::faults();
+    faults.extend(sampling::faults());
+    faults.extend(lights::faults());
+    faults.extend(light_sampling::faults());
+    faults.extend(interfaces::faults());
+    faults.extend(told());
+    vec![Box::new(Family {
+        whole_estimator: true,
+        benches,
+        faults,
+        equivalents: equivalents(),
+        ..Family::new("estimator", STANDARD)
+    })]
+}
+
+/// Faults in what an estimator is told.
+fn told() -> Vec<Mutant<Subject>> {
+    let rules = |rules| Setup { rules, ..STANDARD };
+    let segments = |segments| Setup {
+        segments: Some(segments),
+        ..STANDARD
+    };
+    vec![
+        mutant(
+            "seven-segments",
+            &PATH_LENGTH,
+            "at most seven segments, called unbiased",
+            segments(7),
+            &["furnace/report/albedo-0.65"],
+        ),
+        mutant(
+            "four-segments",
+            &PATH_LENGTH,
+            "one segment more than said",
+            segments(4),
+            &[
+                "furnace/report/three-segments",
+                "furnace/report/rays-1",
+                "furnace/report/rays-2",
+                "furnace/report/cost-1",
+                "furnace/report/cost-2",
+                "furnace/report/cost-4",
+            ],
+        ),
+        mutant(
+            "not-seen-in-mirrors",
+            &WHITTED,
+            "lights are dark to rays that have met only mirrors and glass",
+            rules(LightRules {
+                seen: Some(0.0),
+                ..LightRules::PHYSICAL
+            }),
+            &["glass/mirror-aim"],
+        ),
+        mutant(
+            "lights-show-one",
+            &WHITTED,
+            "lights that are seen show 1, as in the report's figures",
+            rules(LightRules {
+                seen: Some(1.0),
+                ..LightRules::PHYSICAL
+            }),
+            &["glass/mirror-aim"],
+        ),
+        mutant(
+            "caustics-left-out",
+            &RENDERING,
+            "no light that is hit after a diffuse surface counts, found by shadow rays or not",
+            rules(LightRules {
+                caustics: false,
+                ..LightRules::PHYSICAL
+            }),
+            &[
+                "irradiance/after-mirror/report",
+                "irradiance/after-glass/report",
+            ],
+        ),
+        mutant(
+            "rules-without-factor",
+            &REFRACTION,
+            "the report's rules: radiance is not scaled by (n₁/n₂)²",
+            rules(LightRules {
+                radiance_factor: false,
+                ..LightRules::PHYSICAL
+            }),
+            &["glass/snell-aim"],
+        ),
+    ]
+}
+
+fn equivalents() -> Vec<Mutant<Subject>> {
+    vec![
+        fault!("survival-constant", ROULETTE,
+            "survival 0.9 whatever the throughput: every policy has the same mean",
+            { survival_by_throughput: |_| 0.9 }, "furnace/cavity/black"),
+        fault!("one-minus-r", COSINE_HEMISPHERE, "1 − r for r: as uniform as r",
+            { cosine_hemisphere: |[r1, r2]| cosine_hemisphere([1.0 - r1, 1.0 - r2]) }, "furnace/sky/path"),
+        fault!("uniform-with-its-weight", ESTIMATOR,
+            "uniform directions with the uniform pdf: another density, the same mean",
+            {
+                cosine_hemisphere: uniform_hemisphere,
+                cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI
+            }, "furnace/light/sphere"),
+    ]
+}

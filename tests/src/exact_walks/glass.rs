@@ -1,0 +1,160 @@
+//! Light in glass: in equilibrium with it, and as photons beyond it.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::eye::{EVERYWHERE, Eye, PARTICLES};
+use super::{ENDLESS, certain, hollow};
+use crate::faults::{Bench, Mutant, mutant};
+use crate::scenes::{LIGHT, TINT, lambert, light, seen_by};
+use crate::subject::{Setup, Subject, Table, parts};
+use whitefurnace::bsdf::Bsdf;
+use whitefurnace::camera::Camera;
+use whitefurnace::equation::REFRACTION;
+use whitefurnace::estimator::{LightRules, Lookup};
+use whitefurnace::scene::{Scene, Surface};
+use whitefurnace::shape::Sphere;
+
+/// Segments of the estimators that have a limit: Whitted's tree loses R^11 < 10⁻¹³.
+const FEW_SEGMENTS: u32 = 12;
+const INDEX: f64 = 1.5;
+/// Radius of the ball in the glass.
+const BALL: f64 = 0.3;
+
+/// A ball within glass within a wall, from a place on the z axis at this height.
+fn glass(name: &str, height: f64, half: f64, up: bool, [wall, ball]: [Surface; 2]) -> Arc<Scene> {
+    let eye = height * DVec3::Z;
+    let target = if up { eye + DVec3::Z } else { DVec3::ZERO };
+    seen_by(Camera::new(eye, target, DVec3::Y, half), name, |s| {
+        hollow(s, 2.0, wall);
+        let glass = s.surface(Surface::new(Bsdf::Glass { index: INDEX }));
+        s.sphere(Sphere::new(DVec3::ZERO, 0.95), glass);
+        let ball = s.surface(ball);
+        s.sphere(Sphere::new(DVec3::ZERO, BALL), ball);
+    })
+}
+
+const GLASS: &[&str] = &[
+    "glass/equilibrium/path",
+    "glass/equilibrium/photons",
+    "glass/equilibrium/sppm",
+    "glass/equilibrium/bdpt",
+    RULED[0],
+    RULED[1],
+];
+const RULED: &[&str] = &["glass/equilibrium/report", "glass/equilibrium/whitted"];
+pub(super) const LOOKED_UP: &[&str] = &["glass/photons/direct", "glass/photons/gather"];
+
+pub(super) fn equilibrium() -> Vec<Bench<Subject>> {
+    let n2 = INDEX * INDEX;
+    let surfaces = [light(1.0), light(n2)];
+    let scenes = [
+        (
+            glass("within, towards the ball", 0.5, 1.0, false, surfaces),
+            n2,
+        ),
+        (glass("within, outwards", 0.5, 1.0, true, surfaces), n2),
+        (glass("from outside", 1.4, 0.25, false, surfaces), 1.0),
+    ];
+    let bench = |name, subject, eye| {
+        certain(
+            (name, subject, &REFRACTION),
+            format!("in equilibrium all within glass is at {n2} and all outside at 1"),
+            eye,
+            scenes.to_vec(),
+        )
+    };
+    let photons = Eye::Photons(Lookup::Direct);
+    vec![
+        bench(GLASS[0], "estimator::Path", Eye::Path),
+        bench(GLASS[1], "estimator::PhotonMapping", photons),
+        bench(GLASS[2], "estimator::Sppm", Eye::Sppm),
+        bench(GLASS[3], "estimator::Bdpt", Eye::Bdpt),
+        bench(RULED[0], "estimator::Report", Eye::Report(FEW_SEGMENTS)),
+        bench(RULED[1], "estimator::Whitted", Eye::Whitted(FEW_SEGMENTS)),
+    ]
+}
+
+/// What a ball in glass sends to a wall, looked up from within the glass; and what comes back to it.
+pub(super) fn looked_up() -> Vec<Bench<Subject>> {
+    let n2 = INDEX * INDEX;
+    let black = Surface::new(lambert(0.0));
+    let surfaces = [black, black.emitting(LIGHT * TINT)];
+    let flux = PI * LIGHT * 4.0 * PI * BALL * BALL;
+    let scenes = vec![
+        (
+            glass("the wall from within", 0.6, 0.5, true, surfaces),
+            n2 * flux,
+        ),
+        (
+            glass("the ball from outside", 1.4, 0.05, false, surfaces),
+            (LIGHT + flux) / n2,
+        ),
+    ];
+    let gather = Lookup::Gather {
+        caustic_particles: PARTICLES,
+        caustic_radius: EVERYWHERE,
+    };
+    let bench = |name, lookup| {
+        certain(
+            (name, "estimator::PhotonMapping", &REFRACTION),
+            format!("photons of {flux:.6} beyond glass are seen n² as bright from within"),
+            Eye::Photons(lookup),
+            scenes.clone(),
+        )
+    };
+    vec![
+        bench(LOOKED_UP[0], Lookup::Direct),
+        bench(LOOKED_UP[1], gather),
+    ]
+}
+
+/// Radiance that refraction changes in a wrong way.
+pub(super) fn factors(table: Table, caught_by: &'static [&'static str]) -> Vec<Mutant<Subject>> {
+    let fault = |name, wrong, radiance_factor: fn(f64, f64) -> f64| {
+        let subject = parts(Table {
+            radiance_factor,
+            ..table
+        });
+        mutant(name, &REFRACTION, wrong, subject, caught_by)
+    };
+    vec![
+        fault(
+            "factor-missing",
+            "refraction leaves radiance as it is",
+            |_, _| 1.0,
+        ),
+        fault(
+            "factor-twice",
+            "refraction scales radiance by (n₁/n₂)⁴",
+            |n1, n2| (n1 / n2).powi(4),
+        ),
+        fault(
+            "factor-inverted",
+            "refraction scales radiance by (n₂/n₁)²",
+            |n1, n2| (n2 / n1).powi(2),
+        ),
+    ]
+}
+
+/// Faults of the trials of equilibrium.
+pub(super) fn faults() -> Vec<Mutant<Subject>> {
+    let mut faults = factors(ENDLESS, GLASS);
+    let rules = LightRules {
+        radiance_factor: false,
+        ..LightRules::PHYSICAL
+    };
+    faults.push(mutant(
+        "rules-without-factor",
+        &REFRACTION,
+        "the rules leave radiance as it is",
+        Setup {
+            rules,
+            ..parts(ENDLESS)
+        },
+        RULED,
+    ));
+    faults
+}

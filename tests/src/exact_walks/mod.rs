@@ -1,0 +1,332 @@
+//! Walks whose value is certain, whatever way they take: long ones, which a limit would cut, and ones
+//! through glass, where radiance changes by n².
+//!
+//! Only the way is random. In a cavity that emits 1 and reflects a, a path that roulette lets go on sees
+//! 1 + a + a² + ...; where light is in equilibrium with glass every path within it sees n². So one path
+//! tells, to rounding.
+
+mod eye;
+mod glass;
+
+use std::f64::consts::{FRAC_1_PI, PI};
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use self::eye::{Eye, FRAME, PARTICLES};
+use super::scenes::{lambert, level, seen_by};
+use super::subject::{Property, RIGHT, Setup, Subject, Table, on, parts};
+use crate::faults::{AnyFamily, Bench, Family, Mutant, data, mutant};
+use whitefurnace::bsdf::Bsdf;
+use whitefurnace::camera::Camera;
+use whitefurnace::equation::{Equation, PATH_LENGTH};
+use whitefurnace::estimator::photon_map::{Kept, PhotonMap};
+use whitefurnace::estimator::{Lookup, Parts};
+use whitefurnace::harness::outcome::Outcome;
+use whitefurnace::harness::trial::Context;
+use whitefurnace::scene::{Scene, SceneBuilder, Surface};
+use whitefurnace::shape::Sphere;
+
+/// Roulette that ends nothing but what is faint beyond double precision, and light that counts where
+/// paths from the eye hit it.
+const ENDLESS: Table = Table {
+    survival_by_throughput: |throughput| throughput.max_element(),
+    survives: |_, throughput| throughput > 1e-13,
+    roulette_weight: |_| 1.0,
+    strategy_weight: |_, s| f64::from(u8::from(s == 0)),
+    ..RIGHT
+};
+
+/// Particles that splat the same wherever they are and go on.
+const COUNTED: Table = Table {
+    brdf: |bsdf, _, _| FRAC_1_PI * bsdf.albedo(),
+    cosine: |_, _| 1.0,
+    cosine_hemisphere_pdf: |_| FRAC_1_PI,
+    solid_angle_per_area: |_, _| 1.0,
+    importance: |_, _, _| 1.0,
+    visible: |_, _, _, _| true,
+    ..ENDLESS
+};
+
+/// Photons that count whole wherever they lie, and glass that reflects nothing.
+const GATHERED: Table = Table {
+    fresnel: |_, _, _| 0.0,
+    same_side: |_, _| true,
+    photon_density: |_, flux, _, _| flux,
+    ..ENDLESS
+};
+
+/// Rounding of some thousand factors and terms.
+const ROUNDING: f64 = 1e-11;
+/// What the walls of long walks reflect: 0.98^1000 is 2·10⁻⁹.
+const ALBEDO: f64 = 0.98;
+/// Segments of the estimators that have a limit. They recurse.
+const SEGMENTS: u32 = 600;
+
+/// Every pixel of every scene shows its number.
+struct Certain {
+    eye: Eye,
+    scenes: Vec<(Arc<Scene>, f64)>,
+}
+
+impl Property for Certain {
+    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+        let mut rng = context.rng("ways");
+        let outcome = |(scene, expected): &(Arc<Scene>, f64)| {
+            let random = (&mut rng, context.seed_of("passes"));
+            let image = self.eye.image(setup, scene, random).unwrap_or_default();
+            let mut error: f64 = if image.is_empty() { f64::NAN } else { 0.0 };
+            for value in &image {
+                let off = (value / expected - 1.0).abs();
+                error = if off > error || off.is_nan() {
+                    off
+                } else {
+                    error
+                };
+            }
+            let n = image.len() as u64;
+            Outcome::exact(scene.name(), n, error, ROUNDING, "the worst pixel")
+        };
+        self.scenes.iter().map(outcome).collect()
+    }
+}
+
+/// What particles leave behind: of each, the same.
+struct Left {
+    scene: Arc<Scene>,
+    by_eye: bool,
+    expected: f64,
+}
+
+impl Property for Left {
+    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+        let (parts, seed) = (setup.parts, context.seed_of("particles"));
+        let sum = if self.by_eye {
+            let random = (&mut context.rng("ways"), seed);
+            let image = Eye::LightTracer.image(setup, &self.scene, random);
+            image.map(|image| image.iter().sum::<f64>())
+        } else {
+            let map = PhotonMap::new(&parts, &self.scene, Kept::All, PARTICLES, (seed, 0));
+            map.map(|map| level(&self.scene, map.photons().map(|photon| photon.flux).sum()))
+        };
+        let error = sum.map_or(f64::NAN, |sum| sum / self.expected - 1.0);
+        vec![Outcome::exact(
+            "sum over particles",
+            u64::from(PARTICLES),
+            error,
+            // Images add in multiples of 2⁻³².
+            if self.by_eye { 1e-9 } else { ROUNDING },
+            "all",
+        )]
+    }
+}
+
+/// A sphere around the origin of which one sees the inside.
+fn hollow(s: &mut SceneBuilder, radius: f64, surface: Surface) {
+    let surface = s.surface(surface);
+    let sphere = Sphere {
+        inward: true,
+        ..Sphere::new(DVec3::ZERO, radius)
+    };
+    s.sphere(sphere, surface);
+}
+
+/// A unit cavity that emits 1 and reflects [`ALBEDO`].
+fn cavity(name: &str, bsdf: Bsdf, eye: DVec3) -> Arc<Scene> {
+    let camera = Camera::new(eye, DVec3::new(0.1, 0.2, -0.1), DVec3::Z, 0.6);
+    seen_by(camera, name, |s| {
+        hollow(s, 1.0, Surface::new(bsdf).emitting(DVec3::ONE));
+    })
+}
+
+fn certain(
+    (name, subject, equation): (&str, &'static str, &'static Equation),
+    property: String,
+    eye: Eye,
+    scenes: Vec<(Arc<Scene>, f64)>,
+) -> Bench<Subject> {
+    let size = (u64::from(FRAME[0] * FRAME[1]), ROUNDING, 0);
+    let trial = data(name, property, equation, subject, "exact", size);
+    Bench::new(trial, on(Certain { eye, scenes }))
+}
+
+fn left(
+    name: &str,
+    subject: &'static str,
+    by_eye: bool,
+    expected: f64,
+    eye: DVec3,
+) -> Bench<Subject> {
+    let property = format!(
+        "in a cavity of albedo {ALBEDO} each particle leaves {expected:.6} before it is faint"
+    );
+    let size = (u64::from(PARTICLES), ROUNDING, 0);
+    let trial = data(name, property, &PATH_LENGTH, subject, "exact", size);
+    let scene = cavity("diffuse cavity", lambert(ALBEDO), eye);
+    Bench::new(
+        trial,
+        on(Left {
+            scene,
+            by_eye,
+            expected,
+        }),
+    )
+}
+
+const INSIDE: DVec3 = DVec3::new(-0.3, 0.1, 0.2);
+/// A place from which the whole cavity lies within the image.
+const OUTSIDE: DVec3 = DVec3::new(0.0, -5.0, 0.0);
+
+fn long() -> Vec<Bench<Subject>> {
+    let all = 1.0 / (1.0 - ALBEDO);
+    let cut = all * (1.0 - ALBEDO.powi(SEGMENTS as i32));
+    let reflectance = DVec3::splat(ALBEDO);
+    let mirrors = |name, subject, eye, expected: f64| {
+        let scene = cavity("mirrors", Bsdf::Mirror { reflectance }, INSIDE);
+        let property =
+            format!("between mirrors of {ALBEDO} that emit 1 every path sees {expected:.6}");
+        let words = (name, subject, &PATH_LENGTH);
+        certain(words, property, eye, vec![(scene, expected)])
+    };
+    let diffuse = certain(
+        ("furnace/long/path", "estimator::Path", &PATH_LENGTH),
+        format!("in a diffuse cavity of albedo {ALBEDO} every path sees {all:.6}"),
+        Eye::Path,
+        vec![(cavity("diffuse cavity", lambert(ALBEDO), INSIDE), all)],
+    );
+    let photons = Eye::Photons(Lookup::Direct);
+    let mapping = "estimator::PhotonMapping";
+    let flux = PI * 4.0 * PI * all;
+    vec![
+        diffuse,
+        mirrors(MIRRORS[0], "estimator::Path", Eye::Path, all),
+        mirrors(MIRRORS[1], mapping, photons, all),
+        mirrors(MIRRORS[2], "estimator::Sppm", Eye::Sppm, all),
+        mirrors(MIRRORS[3], "estimator::Bdpt", Eye::Bdpt, all),
+        mirrors(LIMITED[0], "estimator::Report", Eye::Report(SEGMENTS), cut),
+        mirrors(
+            LIMITED[1],
+            "estimator::Whitted",
+            Eye::Whitted(SEGMENTS),
+            cut,
+        ),
+        left(
+            "furnace/long/photon-map",
+            "estimator::photon_map::PhotonMap",
+            false,
+            flux,
+            INSIDE,
+        ),
+    ]
+}
+
+const MIRRORS: [&str; 4] = [
+    "furnace/mirrors/path",
+    "furnace/mirrors/photons",
+    "furnace/mirrors/sppm",
+    "furnace/mirrors/bdpt",
+];
+const LIMITED: [&str; 2] = ["furnace/mirrors/report", "furnace/mirrors/whitted"];
+const UNLIMITED: &[&str] = &[
+    "furnace/long/path",
+    MIRRORS[0],
+    MIRRORS[1],
+    MIRRORS[2],
+    MIRRORS[3],
+    "furnace/long/photon-map",
+];
+const LONG: &[&str] = &[
+    "furnace/long/path",
+    MIRRORS[0],
+    MIRRORS[1],
+    MIRRORS[2],
+    MIRRORS[3],
+    LIMITED[0],
+    LIMITED[1],
+    "furnace/long/photon-map",
+];
+const PARTICLE: &[&str] = &["furnace/long/light-tracer"];
+
+/// Whether a walk goes on after `vertices` vertices and no more.
+fn within(throughput: f64, vertices: f64) -> bool {
+    throughput > ALBEDO.powf(vertices - 0.5)
+}
+
+/// Walks that end at a number of vertices.
+fn cuts(
+    table: Table,
+    limited: &'static [&'static str],
+    all: &'static [&'static str],
+) -> Vec<Mutant<Subject>> {
+    let cut = |name, wrong, segments, survives: fn(f64, f64) -> bool, caught_by| {
+        let subject = Setup {
+            segments: Some(segments),
+            ..parts(Table { survives, ..table })
+        };
+        mutant(name, &PATH_LENGTH, wrong, subject, caught_by)
+    };
+    vec![
+        cut(
+            "cut-at-63",
+            "paths end at 63 vertices",
+            63,
+            |_, t| within(t, 63.0),
+            all,
+        ),
+        cut(
+            "cut-at-255",
+            "paths end at 255 vertices",
+            255,
+            |_, t| within(t, 255.0),
+            all,
+        ),
+        cut(
+            "cut-at-1000",
+            "paths end at 1000 vertices",
+            SEGMENTS,
+            |_, t| within(t, 1000.0),
+            limited,
+        ),
+    ]
+}
+
+/// The families: long walks of every estimator, and glass.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    let family = |name, table, benches, faults| -> Box<dyn AnyFamily> {
+        Box::new(Family {
+            whole_estimator: true,
+            benches,
+            faults,
+            ..Family::new(name, parts(table))
+        })
+    };
+    // A particle of the unit cavity leaves L A (1 + a + a² + ...) in the image.
+    let splats = 4.0 * PI / (1.0 - ALBEDO);
+    let tracer = left(PARTICLE[0], "estimator::LightTracer", true, splats, OUTSIDE);
+    vec![
+        family(
+            "long-walks",
+            ENDLESS,
+            long(),
+            cuts(ENDLESS, UNLIMITED, LONG),
+        ),
+        family(
+            "long-particles",
+            COUNTED,
+            vec![tracer],
+            cuts(COUNTED, PARTICLE, PARTICLE),
+        ),
+        family(
+            "equilibrium-in-glass",
+            ENDLESS,
+            glass::equilibrium(),
+            glass::faults(),
+        ),
+        family(
+            "photons-in-glass",
+            GATHERED,
+            glass::looked_up(),
+            glass::factors(GATHERED, glass::LOOKED_UP),
+        ),
+    ]
+}

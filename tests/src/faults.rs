@@ -1,0 +1,293 @@
+//! Named faults, each with the trials that must reject it.
+//!
+//! A [`Family`] is a type of subject (a sampler, a reflectance, an estimator's parts ...), the right
+//! subject of that type, trials that take any subject of it, and faulty subjects. From it come the
+//! registry's trials (a fault is the negative control of each trial that names it), the list of faults,
+//! and the table of every fault under every trial of its family.
+
+use std::sync::Arc;
+
+use whitefurnace::equation::Equation;
+use whitefurnace::harness::guard;
+use whitefurnace::harness::outcome::Outcome;
+use whitefurnace::harness::trial::{Context, Control, Run, Trial, meant};
+
+/// A trial's function, for any subject of the family's type.
+pub type On<S> = Arc<dyn Fn(&Context, S) -> Vec<Outcome> + Send + Sync>;
+
+/// A trial that takes any subject of its family.
+pub struct Bench<S> {
+    /// The trial as data; the family fills in its functions.
+    pub trial: Trial,
+    /// Its function.
+    pub on: On<S>,
+}
+
+impl<S> Bench<S> {
+    /// A bench from its parts.
+    pub fn new(
+        trial: Trial,
+        on: impl Fn(&Context, S) -> Vec<Outcome> + Send + Sync + 'static,
+    ) -> Self {
+        Self {
+            trial,
+            on: Arc::new(on),
+        }
+    }
+}
+
+/// A subject that differs from the right one.
+pub struct Mutant<S> {
+    /// Its name, unique within the family.
+    pub name: &'static str,
+    /// The equation that it breaks.
+    pub equation: &'static Equation,
+    /// What is wrong, in one line; for an equivalent mutant, why nothing is.
+    pub wrong: &'static str,
+    /// The faulty subject.
+    pub subject: S,
+    /// The trials that must reject it, each alone or with the outcome that must: "trial: outcome", once
+    /// for each such outcome (see [`meant`]). Of an equivalent mutant, the
+    /// trials that must accept it.
+    pub caught_by: &'static [&'static str],
+}
+
+/// The trial and the outcome of an entry of [`Mutant::caught_by`].
+fn entry(caught_by: &'static str) -> (&'static str, Option<&'static str>) {
+    match caught_by.split_once(": ") {
+        Some((trial, outcome)) => (trial, Some(outcome)),
+        None => (caught_by, None),
+    }
+}
+
+/// The outcomes of a trial that `caught_by` names; `None` if it does not name the trial.
+fn outcomes_of(caught_by: &[&'static str], trial: &str) -> Option<Vec<&'static str>> {
+    let mut entries = caught_by
+        .iter()
+        .map(|text| entry(text))
+        .filter(|(name, _)| *name == trial)
+        .peekable();
+    entries.peek()?;
+    Some(entries.filter_map(|(_, outcome)| outcome).collect())
+}
+
+/// A mutant from its parts, in the order of its fields.
+pub fn mutant<S>(
+    name: &'static str,
+    equation: &'static Equation,
+    wrong: &'static str,
+    subject: S,
+    caught_by: &'static [&'static str],
+) -> Mutant<S> {
+    Mutant {
+        name,
+        equation,
+        wrong,
+        subject,
+        caught_by,
+    }
+}
+
+/// Trials of one type of subject, and faults of that type.
+pub struct Family<S> {
+    /// Its name.
+    pub name: &'static str,
+    /// Whether its subjects act through a whole estimator.
+    pub whole_estimator: bool,
+    /// The right subject.
+    pub right: S,
+    /// The trials.
+    pub benches: Vec<Bench<S>>,
+    /// The faults.
+    pub faults: Vec<Mutant<S>>,
+    /// Mutants that are as right as the right subject.
+    pub equivalents: Vec<Mutant<S>>,
+}
+
+/// A fault as data.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fault {
+    /// The family, whose trials can be run on it.
+    pub family: &'static str,
+    /// Its name, unique within the family.
+    pub name: &'static str,
+    /// The equation that it breaks.
+    pub equation: &'static Equation,
+    /// What is wrong, in one line; for an equivalent mutant, why nothing is.
+    pub wrong: &'static str,
+    /// The trials that must reject it (accept it, if it is equivalent), each once.
+    pub caught_by: Vec<&'static str>,
+    /// Whether it acts through a whole estimator.
+    pub whole_estimator: bool,
+    /// Whether it is a mutant that no trial can or should reject.
+    pub equivalent: bool,
+}
+
+/// A fault under a trial of its family.
+pub struct Pair {
+    /// The fault.
+    pub fault: Fault,
+    /// The trial's name.
+    pub trial: String,
+    /// Whether the trial is one of those that must reject (or accept) the fault.
+    pub named: bool,
+    /// The outcomes that must reject it, as in [`Control::rejected_by`].
+    pub rejected_by: Vec<&'static str>,
+    /// The trial's function on the fault: from small to large if it must be rejected, else at the trial's size.
+    pub run: Run,
+}
+
+/// A family without its type of subject.
+pub trait AnyFamily {
+    /// Its trials, with the faults that name them as negative controls.
+    fn trials(&self) -> Vec<Trial>;
+    /// Its faults, then its equivalent mutants.
+    fn faults(&self) -> Vec<Fault>;
+    /// Every fault and equivalent mutant under every trial.
+    fn pairs(&self) -> Vec<Pair>;
+}
+
+impl<S: Copy + Send + Sync + 'static> Family<S> {
+    /// A family with the right subject `right`, without trials and faults.
+    pub fn new(name: &'static str, right: S) -> Self {
+        Self {
+            name,
+            whole_estimator: false,
+            right,
+            benches: Vec::new(),
+            faults: Vec::new(),
+            equivalents: Vec::new(),
+        }
+    }
+
+    fn mutants(&self) -> impl Iterator<Item = (&Mutant<S>, bool)> {
+        let faults = self.faults.iter().map(|fault| (fault, false));
+        faults.chain(self.equivalents.iter().map(|mutant| (mutant, true)))
+    }
+
+    fn fault(&self, mutant: &Mutant<S>, equivalent: bool) -> Fault {
+        Fault {
+            family: self.name,
+            name: mutant.name,
+            equation: mutant.equation,
+            wrong: mutant.wrong,
+            caught_by: {
+                let mut trials: Vec<_> =
+                    mutant.caught_by.iter().map(|text| entry(text).0).collect();
+                trials.dedup();
+                trials
+            },
+            whole_estimator: self.whole_estimator,
+            equivalent,
+        }
+    }
+
+    /// A trial's function on a fault that it must reject by these outcomes. Most effects are many times δ:
+    /// the fault runs at a part of the trial's size first, and at a larger one only if that does not
+    /// [settle](guard::settled) it.
+    fn reject(bench: &Bench<S>, mutant: &Mutant<S>, rejected_by: Vec<&'static str>) -> Run {
+        let (on, subject) = (Arc::clone(&bench.on), mutant.subject);
+        Box::new(move |context| {
+            let settled = |share: &f64| {
+                let part = Context {
+                    scale: context.scale * share,
+                    ..context.clone()
+                };
+                let outcomes = on(&part, subject);
+                let meant = meant(&rejected_by, &outcomes);
+                let settled = !meant.is_empty() && meant.into_iter().all(guard::settled);
+                settled.then_some(outcomes)
+            };
+            let early = LOOKS.iter().find_map(settled);
+            early.unwrap_or_else(|| on(context, subject))
+        })
+    }
+
+    /// A trial's function on a mutant, at the trial's size.
+    fn whole(bench: &Bench<S>, mutant: &Mutant<S>) -> Run {
+        let (on, subject) = (Arc::clone(&bench.on), mutant.subject);
+        Box::new(move |context| on(context, subject))
+    }
+}
+
+/// The shares of a trial's size at which a fault runs before the whole.
+const LOOKS: [f64; 3] = [1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0];
+
+impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
+    fn trials(&self) -> Vec<Trial> {
+        let trial = |bench: &Bench<S>| {
+            let (on, right) = (Arc::clone(&bench.on), self.right);
+            let data = &bench.trial;
+            let named = self.faults.iter().filter_map(|fault| {
+                outcomes_of(fault.caught_by, &data.name).map(|outcomes| (fault, outcomes))
+            });
+            Trial {
+                name: data.name.clone(),
+                property: data.property.clone(),
+                run: Box::new(move |context| on(context, right)),
+                controls: named
+                    .map(|(fault, rejected_by)| Control {
+                        name: fault.name,
+                        wrong: fault.wrong,
+                        run: Self::reject(bench, fault, rejected_by.clone()),
+                        rejected_by,
+                    })
+                    .collect(),
+                ..*data
+            }
+        };
+        self.benches.iter().map(trial).collect()
+    }
+
+    fn faults(&self) -> Vec<Fault> {
+        self.mutants()
+            .map(|(mutant, equivalent)| self.fault(mutant, equivalent))
+            .collect()
+    }
+
+    fn pairs(&self) -> Vec<Pair> {
+        self.mutants()
+            .flat_map(|(mutant, equivalent)| {
+                self.benches.iter().map(move |bench| {
+                    let outcomes = outcomes_of(mutant.caught_by, &bench.trial.name);
+                    let run = match &outcomes {
+                        Some(outcomes) if !equivalent => {
+                            Self::reject(bench, mutant, outcomes.clone())
+                        }
+                        _ => Self::whole(bench, mutant),
+                    };
+                    Pair {
+                        fault: self.fault(mutant, equivalent),
+                        trial: bench.trial.name.clone(),
+                        named: outcomes.is_some(),
+                        rejected_by: outcomes.unwrap_or_default(),
+                        run,
+                    }
+                })
+            })
+            .collect()
+    }
+}
+
+/// A trial as data: the family fills in its functions.
+pub fn data(
+    name: impl Into<String>,
+    property: impl Into<String>,
+    equation: &'static Equation,
+    subject: &'static str,
+    statistic: &'static str,
+    (samples, delta, assertions): (u64, f64, usize),
+) -> Trial {
+    Trial {
+        name: name.into(),
+        property: property.into(),
+        equation,
+        subject,
+        statistic,
+        samples,
+        delta,
+        assertions,
+        run: Box::new(|_| Vec::new()),
+        controls: Vec::new(),
+    }
+}

@@ -1,0 +1,90 @@
+//! Form factors of finite squares, by whole estimators: rays to points uniform on a reflecting square
+//! that a square light of radiance L illuminates see ρ L F on average.
+
+use std::f64::consts::{FRAC_1_PI, PI};
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::probes::{SINGLE, radiance, words};
+use super::scenes::{FLOOR, LIGHT, lambert, light, scene, square};
+use super::subject::{Kind, Subject};
+use crate::faults::Bench;
+use whitefurnace::equation::GEOMETRY;
+use whitefurnace::frame::from_spherical;
+use whitefurnace::rng::{Stream, uniform2};
+use whitefurnace::scene::{Scene, Surface};
+use whitefurnace::shape::Ray;
+
+/// The form factor between two equal parallel rectangles of sides x and y opposite each other at
+/// distance 1 (Howell, A Catalog of Radiation Heat Transfer Configuration Factors, C-11).
+pub fn parallel(x: f64, y: f64) -> f64 {
+    let [x2, y2] = [1.0 + x * x, 1.0 + y * y];
+    let logarithm = 0.5 * (x2 * y2 / (x2 + y * y)).ln();
+    let far = |a: f64, root: f64| a * root * (a / root).atan();
+    let near = |a: f64| a * a.atan();
+    2.0 / (PI * x * y) * (logarithm + far(x, y2.sqrt()) + far(y, x2.sqrt()) - near(x) - near(y))
+}
+
+/// The form factor from a rectangle of width w to one of height h at right angles to it, with a common
+/// edge of length 1 (Howell, C-14).
+pub fn perpendicular(h: f64, w: f64) -> f64 {
+    let [h2, w2] = [h * h, w * w];
+    let (sum, all) = (h2 + w2, 1.0 + h2 + w2);
+    let logarithm = |a2: f64| (a2 * all / ((1.0 + a2) * sum)).ln();
+    let logarithms = ((1.0 + w2) * (1.0 + h2) / all).ln() + w2 * logarithm(w2) + h2 * logarithm(h2);
+    let angle = |a: f64| a * (1.0 / a).atan();
+    (angle(w) + angle(h) - angle(sum.sqrt()) + 0.25 * logarithms) * FRAC_1_PI / w
+}
+
+/// The reflecting square [0, 1]² at z = 0, its front up, and a light.
+fn lit(name: &str, light: impl FnOnce(&mut whitefurnace::scene::SceneBuilder)) -> Arc<Scene> {
+    scene(name, |s| {
+        let centre = DVec3::new(0.5, 0.5, 0.0);
+        square(s, centre, 0.5, true, Surface::new(lambert(FLOOR)));
+        light(s);
+    })
+}
+
+/// To a point uniform on the reflecting square, from the side on which no light is in the way.
+fn anywhere(rng: &mut Stream) -> Ray {
+    let [x, y] = uniform2(rng);
+    let w = from_spherical(0.5, 0.3);
+    Ray::new(DVec3::new(x, y, 0.0) + 0.5 * w, -w)
+}
+
+/// The trials.
+pub fn benches() -> Vec<Bench<Subject>> {
+    let opposite = lit("parallel squares", |s| {
+        square(s, DVec3::new(0.5, 0.5, 1.0), 0.5, false, light(LIGHT));
+    });
+    let upright = lit("perpendicular squares", |s| {
+        let wall = s.surface(light(LIGHT));
+        s.rectangle(DVec3::ZERO, [DVec3::Y, DVec3::Z], wall);
+    });
+    let bench = |name, how: &str, scene, factor: f64, samples| {
+        let property = format!("the form factor between {how} unit squares is {factor:.6}");
+        let reference = FLOOR * LIGHT * factor;
+        let words = words(name, property, &GEOMETRY);
+        let probe = (scene, Kind::Path, anywhere as fn(&mut Stream) -> Ray);
+        radiance(words, probe, reference, (samples, SINGLE))
+    };
+    vec![
+        bench(
+            "irradiance/parallel-squares",
+            "opposite",
+            &opposite,
+            parallel(1.0, 1.0),
+            4_500_000,
+        ),
+        // Shadow rays alone would have infinite variance at the common edge; the weights of multiple
+        // importance sampling bound every value.
+        bench(
+            "irradiance/perpendicular-squares",
+            "perpendicular, adjacent",
+            &upright,
+            perpendicular(1.0, 1.0),
+            30_000_000,
+        ),
+    ]
+}

@@ -1,0 +1,371 @@
+//! Fresnel reflectance (10)-(12): identities that need no reference values, and hemispherical averages.
+
+use glam::DVec3;
+
+use crate::faults::{AnyFamily, Bench, Family, Mutant, data, mutant};
+use crate::subject::fault;
+use whitefurnace::equation::{FRESNEL, FRESNEL_P, FRESNEL_S, REFRACTION};
+use whitefurnace::fresnel::{cos_refracted, reflectance, reflectance_p, reflectance_s};
+use whitefurnace::harness::domain::Domain;
+use whitefurnace::harness::mean::{Values, mean};
+use whitefurnace::harness::outcome::{Claim, Outcome};
+use whitefurnace::harness::trial::Context;
+use whitefurnace::rng::{Stream, uniform, uniform2};
+use whitefurnace::sampling::cosine_hemisphere;
+
+/// A reflectance as a function of cos θ₁, n₁, n₂.
+pub type Reflectance = fn(f64, f64, f64) -> f64;
+
+const ARGUMENTS: u64 = 20_000;
+const SAMPLES: u64 = 32_000_000;
+/// Relative tolerance of identities: a few hundred roundings, away from the critical angle.
+const TOLERANCE: f64 = 1e-10;
+/// δ of the sampled average, relative.
+const AVERAGE_DELTA: f64 = 0.003;
+
+/// Indices of a random interface, in [1, 3).
+fn indices(rng: &mut Stream) -> [f64; 2] {
+    [1.0 + 2.0 * uniform(rng), 1.0 + 2.0 * uniform(rng)]
+}
+
+/// The largest error of an identity over random angles and indices. Angles whose refracted cosine is
+/// below 1e-3 are left out: there R has a square-root singularity and loses digits by conditioning.
+fn identity(context: &Context, name: &str, error: impl Fn(f64, f64, f64, f64) -> f64) -> Outcome {
+    let mut rng = context.rng(name);
+    let (mut largest, mut place) = (0.0, String::from("no error"));
+    for _ in 0..context.arguments(ARGUMENTS) {
+        let [n1, n2] = indices(&mut rng);
+        let cos_1 = uniform(&mut rng);
+        let Some(cos_2) = snell(cos_1, n1, n2).filter(|&c| c > 1e-3) else {
+            continue;
+        };
+        let e = error(cos_1, cos_2, n1, n2);
+        if e.is_nan() || e > largest {
+            (largest, place) = (e, format!("cos θ = {cos_1}, n = {n1} to {n2}"));
+        }
+    }
+    Outcome::exact(name, ARGUMENTS, largest, TOLERANCE, place)
+}
+
+/// cos θ₂ from n₁ sin θ₁ = n₂ sin θ₂ through the angle itself, a second route.
+fn snell(cos_1: f64, n1: f64, n2: f64) -> Option<f64> {
+    let sin_2 = n1 / n2 * (1.0 - cos_1 * cos_1).sqrt();
+    (sin_2 < 1.0).then(|| sin_2.asin().cos())
+}
+
+/// R + T = 1 for each polarisation, with T from the *amplitudes* of the transmitted wave (Born and
+/// Wolf, 1.5.2), not as 1 − R.
+pub fn energy(context: &Context, s: Reflectance, p: Reflectance) -> Vec<Outcome> {
+    let flux = |amplitude: f64, cos_1: f64, cos_2: f64, n1: f64, n2: f64| {
+        amplitude * amplitude * n2 * cos_2 / (n1 * cos_1)
+    };
+    vec![
+        identity(context, "R + T = 1, perpendicular", |c1, c2, n1, n2| {
+            let t = 2.0 * n1 * c1 / (n1 * c1 + n2 * c2);
+            (s(c1, n1, n2) + flux(t, c1, c2, n1, n2) - 1.0).abs()
+        }),
+        identity(context, "R + T = 1, parallel", |c1, c2, n1, n2| {
+            let t = 2.0 * n1 * c1 / (n2 * c1 + n1 * c2);
+            (p(c1, n1, n2) + flux(t, c1, c2, n1, n2) - 1.0).abs()
+        }),
+    ]
+}
+
+/// R(n₁, n₂, θ₁) = R(n₂, n₁, θ₂), times cos θ₁ cos θ₂: Snell's law there and back leaves an error of ε/cos θ₁ in
+/// the cosine, and R changes by up to 1/cos θ₂ as much.
+pub fn reversible(context: &Context, r: Reflectance) -> Vec<Outcome> {
+    vec![identity(context, "reversibility", |c1, c2, n1, n2| {
+        (r(c1, n1, n2) - r(c2, n2, n1)).abs() * c1 * c2
+    })]
+}
+
+/// R_p = 0 at Brewster's angle, tan θ = n₂/n₁, and R_s = ((n₁² − n₂²)/(n₁² + n₂²))² there.
+pub fn brewster(context: &Context, s: Reflectance, p: Reflectance) -> Vec<Outcome> {
+    let at_brewster = |n1: f64, n2: f64| 1.0 / (n2 / n1).hypot(1.0);
+    vec![
+        identity(context, "R_p at Brewster's angle", |_, _, n1, n2| {
+            p(at_brewster(n1, n2), n1, n2)
+        }),
+        identity(context, "R_s at Brewster's angle", |_, _, n1, n2| {
+            let r = (n1 * n1 - n2 * n2) / (n1 * n1 + n2 * n2);
+            (s(at_brewster(n1, n2), n1, n2) - r * r).abs()
+        }),
+    ]
+}
+
+/// ((n₁ − n₂)/(n₁ + n₂))² at normal incidence, 1 at grazing.
+pub fn limits(context: &Context, r: Reflectance) -> Vec<Outcome> {
+    vec![
+        identity(context, "normal incidence", |_, _, n1, n2| {
+            (r(1.0, n1, n2) - ((n1 - n2) / (n1 + n2)).powi(2)).abs()
+        }),
+        identity(context, "grazing incidence", |_, _, n1, n2| {
+            (r(0.0, n1, n2) - 1.0).abs()
+        }),
+    ]
+}
+
+/// From the dense side: total reflection from the critical angle on, and 1 − R ~ √ just before it.
+pub fn critical(context: &Context, r: Reflectance) -> Vec<Outcome> {
+    let mut rng = context.rng("critical");
+    let (mut beyond, mut before) = (0.0_f64, 0.0_f64);
+    for _ in 0..context.arguments(ARGUMENTS) {
+        let [n, sine] = [1.05 + 1.95 * uniform(&mut rng), uniform(&mut rng)];
+        let angle = (1.0 / n).asin();
+        let past = angle * 1.001 + sine * (std::f64::consts::FRAC_PI_2 - angle * 1.001);
+        let reflected = r(past.cos(), n, 1.0);
+        // No number at all is no better than no reflection.
+        let error = if reflected.is_finite() {
+            (reflected - 1.0).abs()
+        } else {
+            1.0
+        };
+        beyond = beyond.max(error);
+        // A little before it some light still leaves.
+        let leaves = 1.0 - r((angle * 0.999).cos(), n, 1.0);
+        if !(1e-3..0.5).contains(&leaves) {
+            before = 1.0;
+        }
+    }
+    vec![
+        Outcome::exact(
+            "total reflection",
+            ARGUMENTS,
+            beyond,
+            0.0,
+            "past the critical angle",
+        ),
+        Outcome::exact(
+            "critical angle times 0.999",
+            ARGUMENTS,
+            before,
+            0.0,
+            "before the critical angle",
+        ),
+    ]
+}
+
+/// The hemispherical (cosine-weighted) reflectance from outside, for n > 1: Walsh's closed form (1926).
+pub fn walsh(n: f64) -> f64 {
+    let n2 = n * n;
+    let n4 = n2 * n2;
+    0.5 + (n - 1.0) * (3.0 * n + 1.0) / (6.0 * (n + 1.0).powi(2))
+        + n2 * (n2 - 1.0).powi(2) / (n2 + 1.0).powi(3) * ((n - 1.0) / (n + 1.0)).ln()
+        - 2.0 * n2 * n * (n2 + 2.0 * n - 1.0) / ((n2 + 1.0) * (n4 - 1.0))
+        + 8.0 * n4 * (n4 + 1.0) / ((n2 + 1.0) * (n4 - 1.0).powi(2)) * n.ln()
+}
+
+/// The averages over cosine-distributed directions from outside and inside: F_ext by Walsh,
+/// F_int = 1 − (1 − F_ext)/n²; by quadrature and by sampling.
+pub fn averages(context: &Context, r: Reflectance) -> Vec<Outcome> {
+    const N: f64 = 1.5;
+    let outside = walsh(N);
+    let inside = 1.0 - (1.0 - outside) / (N * N);
+    let mut outcomes = Vec::new();
+    for (name, n1, n2, reference) in [("outside", 1.0, N, outside), ("inside", N, 1.0, inside)] {
+        let integral = Domain::CosineHemisphere.integrate_all(1e-9, &|w: DVec3| {
+            r(w.z, n1, n2) * w.z / std::f64::consts::PI
+        });
+        outcomes.push(Outcome::exact(
+            format!("average by quadrature, {name}"),
+            1,
+            (integral.value - reference).abs(),
+            1e-6,
+            format!("{:.9} for {reference:.9}", integral.value),
+        ));
+        let mut rng = context.rng(name);
+        let values = Values::collect(reference, context.n(SAMPLES), || {
+            r(cosine_hemisphere(uniform2(&mut rng)).z, n1, n2)
+        });
+        let delta = AVERAGE_DELTA * reference;
+        outcomes.push(mean(
+            &format!("average by sampling, {name}"),
+            &values,
+            reference,
+            Claim::Exact { delta },
+        ));
+    }
+    outcomes
+}
+
+/// (10), (11) and (12), each replaceable.
+#[derive(Clone, Copy)]
+pub struct Reflectances {
+    /// (10).
+    pub s: Reflectance,
+    /// (11).
+    pub p: Reflectance,
+    /// (12).
+    pub unpolarised: Reflectance,
+}
+
+const RIGHT: Reflectances = Reflectances {
+    s: reflectance_s,
+    p: reflectance_p,
+    unpolarised: reflectance,
+};
+
+/// Schlick's approximation in place of (12).
+pub(super) fn schlick(cos_1: f64, n1: f64, n2: f64) -> f64 {
+    let r0 = ((n1 - n2) / (n1 + n2)).powi(2);
+    r0 + (1.0 - r0) * (1.0 - cos_1).powi(5)
+}
+
+/// A finite R past the critical angle, so that total reflection is missing.
+pub(super) fn no_total_reflection(cos_1: f64, n1: f64, n2: f64) -> f64 {
+    match cos_refracted(cos_1, n1, n2) {
+        Some(_) => reflectance(cos_1, n1, n2),
+        None => reflectance(1.0, n1, n2),
+    }
+}
+
+/// The literal (12) past the critical angle: NaN.
+fn literal(cos_1: f64, n1: f64, n2: f64) -> f64 {
+    let cos_2 = (1.0 - (n1 / n2).powi(2) * (1.0 - cos_1 * cos_1)).sqrt();
+    let s = (n1 * cos_1 - n2 * cos_2) / (n1 * cos_1 + n2 * cos_2);
+    let p = (n1 * cos_2 - n2 * cos_1) / (n1 * cos_2 + n2 * cos_1);
+    0.5 * (s * s + p * p)
+}
+
+fn benches() -> Vec<Bench<Reflectances>> {
+    let trial = |name: &str, property: &str, equation| {
+        let subject = "fresnel::reflectance, reflectance_s, reflectance_p";
+        let size = (ARGUMENTS, TOLERANCE, 0);
+        data(
+            format!("fresnel/{name}"),
+            property,
+            equation,
+            subject,
+            "exact",
+            size,
+        )
+    };
+    let sampled = data(
+        "fresnel/averages",
+        "hemispherical averages follow Walsh, and 1 − F_int = (1 − F_ext)/n²",
+        &REFRACTION,
+        "fresnel::reflectance",
+        "t",
+        (SAMPLES, AVERAGE_DELTA, 2),
+    );
+    vec![
+        Bench::new(
+            trial(
+                "energy",
+                "reflected and transmitted flux sum to one for each polarisation",
+                &FRESNEL_S,
+            ),
+            |c, r: Reflectances| energy(c, r.s, r.p),
+        ),
+        Bench::new(
+            trial(
+                "brewster",
+                "R_p vanishes at Brewster's angle and R_s has its closed form",
+                &FRESNEL_P,
+            ),
+            |c, r: Reflectances| brewster(c, r.s, r.p),
+        ),
+        Bench::new(
+            trial(
+                "reversible",
+                "R is the same from both sides along one ray",
+                &FRESNEL,
+            ),
+            |c, r: Reflectances| reversible(c, r.unpolarised),
+        ),
+        Bench::new(
+            trial("limits", "R at normal and at grazing incidence", &FRESNEL),
+            |c, r: Reflectances| limits(c, r.unpolarised),
+        ),
+        Bench::new(
+            trial(
+                "critical",
+                "reflection is total past the critical angle and not before",
+                &FRESNEL,
+            ),
+            |c, r: Reflectances| critical(c, r.unpolarised),
+        ),
+        Bench::new(sampled, |c, r: Reflectances| averages(c, r.unpolarised)),
+    ]
+}
+
+fn faults() -> Vec<Mutant<Reflectances>> {
+    let whole = |r: Reflectance| Reflectances {
+        unpolarised: r,
+        ..RIGHT
+    };
+    vec![
+        fault!("amplitude", FRESNEL_S, "R_s without its square",
+            Reflectances: { s: |c, n1, n2| reflectance_s(c, n1, n2).sqrt() },
+            "fresnel/energy: R + T = 1, perpendicular"),
+        fault!("exchanged", FRESNEL_P, "R_p for R_s and R_s for R_p",
+            Reflectances: {
+                s: reflectance_p,
+                p: reflectance_s
+            }, "fresnel/brewster: R_p at Brewster's angle", "fresnel/brewster: R_s at Brewster's angle",
+            "fresnel/energy: R + T = 1, perpendicular", "fresnel/energy: R + T = 1, parallel"),
+        mutant(
+            "schlick",
+            &FRESNEL,
+            "Schlick's approximation",
+            whole(schlick),
+            &[
+                "fresnel/reversible",
+                "fresnel/averages: average by quadrature, outside",
+            ],
+        ),
+        mutant(
+            "sum",
+            &FRESNEL,
+            "R_s + R_p without the half",
+            whole(|c, n1, n2| reflectance_s(c, n1, n2) + reflectance_p(c, n1, n2)),
+            &[
+                "fresnel/limits: normal incidence",
+                "fresnel/limits: grazing incidence",
+            ],
+        ),
+        mutant(
+            "no-total-reflection",
+            &FRESNEL,
+            "a finite R past the critical angle",
+            whole(no_total_reflection),
+            &[
+                "fresnel/critical: total reflection",
+                "fresnel/averages: average by quadrature, inside",
+            ],
+        ),
+        mutant(
+            "literal",
+            &FRESNEL,
+            "(10)-(12) as printed: NaN past the critical angle",
+            whole(literal),
+            &["fresnel/critical: total reflection"],
+        ),
+        mutant(
+            "only-s",
+            &FRESNEL,
+            "R_s alone, as if light were polarised",
+            whole(reflectance_s),
+            &[
+                "fresnel/averages: average by sampling, outside",
+                "fresnel/averages: average by sampling, inside",
+            ],
+        ),
+        mutant(
+            "swapped-indices",
+            &FRESNEL,
+            "n₁ and n₂ exchanged",
+            whole(|c, n1, n2| reflectance(c, n2, n1)),
+            &["fresnel/critical: critical angle times 0.999"],
+        ),
+    ]
+}
+
+/// The reflectances.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    vec![Box::new(Family {
+        benches: benches(),
+        faults: faults(),
+        ..Family::new("fresnel", RIGHT)
+    })]
+}

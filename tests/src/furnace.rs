@@ -1,0 +1,303 @@
+//! Closed and open furnaces through whole estimators: multiple reflection with closed-form answers.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use super::infinite_variance;
+use super::policies;
+use super::probes::{BOUNCES, SINGLE, any_direction, radiance, words};
+use super::sample_rays;
+use super::scenes::{
+    SIGMA, WALL, at_origin, eon_floor, lambert, polygon_irradiance, rough_floor, scene,
+    sphere_furnace, towards_origin, walled_sky,
+};
+use super::strategies::by;
+use super::subject::{Kind, Subject};
+use crate::bsdf::oren_nayar_albedo;
+use crate::faults::Bench;
+use whitefurnace::bsdf::{Bsdf, OrenNayar};
+use whitefurnace::emitter::LightSampling;
+use whitefurnace::equation::{
+    COSINE_HEMISPHERE, EON_MULTIPLE, HEMISPHERE_PHI, OREN_NAYAR, PATH_LENGTH, RENDERING, ROULETTE,
+};
+use whitefurnace::estimator::Strategy;
+use whitefurnace::rng::{Stream, uniform};
+use whitefurnace::scene::Surface;
+use whitefurnace::scene::simple::{CAP_SHARE, Cap, cavity_cap, furnace_box};
+use whitefurnace::shape::{Ray, Sphere};
+
+/// From a random point of a small ball in every direction.
+pub fn inside(rng: &mut Stream) -> Ray {
+    let origin = 0.4 * uniform(rng) * any_direction(rng);
+    Ray::new(origin, any_direction(rng))
+}
+
+/// From within the cavity to where the emitting cap is not.
+pub fn off_cap(rng: &mut Stream) -> Ray {
+    let target = loop {
+        let target = any_direction(rng);
+        if target.z < 1.0 - 2.0 * CAP_SHARE {
+            break target;
+        }
+    };
+    let origin = DVec3::new(0.3, -0.5, 0.1);
+    Ray::new(origin, (target - origin).normalize())
+}
+
+const LONG: u32 = 60;
+
+/// The trials.
+pub fn benches() -> Vec<Bench<Subject>> {
+    let mut benches = boxes();
+    benches.push(bright_sphere());
+    benches.extend(strategies());
+    benches.extend(reports());
+    benches.extend(sample_rays::benches());
+    benches.extend(cavities());
+    benches.extend(policies::cavity());
+    benches.extend(skies());
+    benches.extend(mirrors());
+    benches.push(infinite_variance::hall());
+    benches
+}
+
+fn boxes() -> Vec<Bench<Subject>> {
+    [
+        ("furnace/path/albedo-0.5", 0.5, 2_600_000),
+        ("furnace/path/albedo-0.75", 0.75, 4_400_000),
+    ]
+    .into_iter()
+    .filter_map(|(name, a, samples)| {
+        let scene = furnace_box(a).ok()?.into();
+        let m = 1.0 / (1.0 - a);
+        let words = words(
+            name,
+            format!("the radiance in a closed furnace box of albedo {a} is {m:.6}"),
+            &RENDERING,
+        );
+        let ray = |rng: &mut Stream| Ray::new(DVec3::new(0.1, 0.2, -0.3), any_direction(rng));
+        Some(radiance(
+            words,
+            (&scene, Kind::Path, ray),
+            m,
+            (samples, BOUNCES),
+        ))
+    })
+    .collect()
+}
+
+/// The longest paths, by hits alone: every wall emits, so that shadow rays would cost and bring little.
+fn bright_sphere() -> Bench<Subject> {
+    let a = 0.9;
+    let m = 1.0 / (1.0 - a);
+    radiance(
+        words(
+            "furnace/path/albedo-0.9",
+            format!("the radiance in a spherical furnace of albedo {a} is {m:.6}"),
+            &RENDERING,
+        ),
+        (
+            &sphere_furnace(lambert(a), 0.0),
+            by(Strategy::Bsdf, LightSampling::SolidAngle),
+            inside,
+        ),
+        m,
+        (6_000_000, BOUNCES),
+    )
+}
+
+/// One strategy alone. Shadow rays to points uniform in area have infinite variance in a box, whose
+/// corners bring points as near to each other as one likes; by solid angle their weight is bounded, and
+/// in a sphere, which is sampled by area, it is constant.
+fn strategies() -> Vec<Bench<Subject>> {
+    let Ok(cube) = furnace_box(0.5) else {
+        return Vec::new();
+    };
+    let cube = cube.into();
+    let sphere = sphere_furnace(lambert(0.5), 0.5);
+    let anywhere = |rng: &mut Stream| Ray::new(DVec3::new(0.1, 0.2, -0.3), any_direction(rng));
+    [
+        ("furnace/bsdf/box", &cube, Strategy::Bsdf, 3_500_000),
+        ("furnace/light/box", &cube, Strategy::Light, 2_500_000),
+        ("furnace/light/sphere", &sphere, Strategy::Light, 2_000_000),
+    ]
+    .into_iter()
+    .map(|(name, scene, strategy, samples)| {
+        let property =
+            format!("in a furnace of albedo 0.5 the radiance by {strategy:?} alone is 2");
+        let kind = by(strategy, LightSampling::SolidAngle);
+        radiance(
+            words(name, property, &RENDERING),
+            (scene, kind, anywhere),
+            2.0,
+            (samples, BOUNCES),
+        )
+    })
+    .collect()
+}
+
+/// In a sphere the shadow ray's weight is constant (from a corner of a box its variance is infinite). A
+/// Report of s segments counts s + 1 terms of the Neumann series: the shadow ray is one more.
+fn reports() -> Vec<Bench<Subject>> {
+    let cut = |a: f64, segments: u32| (1.0 - a.powi(segments as i32 + 1)) / (1.0 - a);
+    [
+        ("furnace/report/absorption-0.25", 0.5, 0.25, LONG, 1_600_000),
+        ("furnace/report/absorption-0.1", 0.5, 0.1, LONG, 800_000),
+        ("furnace/report/albedo-0.65", 0.65, 0.05, LONG, 1_300_000),
+        ("furnace/report/seven-segments", 0.75, 0.1, 7, 2_600_000),
+        ("furnace/report/three-segments", 0.9, 0.1, 3, 1_000_000),
+    ]
+    .into_iter()
+    .map(|(name, a, absorption, segments, samples)| {
+        let scene = sphere_furnace(lambert(a), absorption);
+        let m = cut(a, segments);
+        let (property, equation) = if segments == LONG {
+            let property = format!("at absorption {absorption} and albedo {a} the mean is {m:.6}");
+            (property, &ROULETTE)
+        } else {
+            let bias = -a.powi(segments as i32 + 1);
+            let property =
+                format!("{segments} segments have the relative bias {bias:.6} at albedo {a}");
+            (property, &PATH_LENGTH)
+        };
+        let probe = (
+            &scene,
+            Kind::Report(segments),
+            inside as fn(&mut Stream) -> Ray,
+        );
+        radiance(
+            words(name, property, equation),
+            probe,
+            m,
+            (samples, BOUNCES),
+        )
+    })
+    .collect()
+}
+
+fn cavities() -> Vec<Bench<Subject>> {
+    let rho = 0.75;
+    [
+        (
+            "furnace/cavity/reflecting",
+            Cap::Reflecting,
+            rho * CAP_SHARE / (1.0 - rho),
+            6_400_000,
+        ),
+        (
+            "furnace/cavity/black",
+            Cap::Black,
+            rho * CAP_SHARE / (1.0 - rho * (1.0 - CAP_SHARE)),
+            3_000_000,
+        ),
+    ]
+    .into_iter()
+    .filter_map(|(name, cap, reference, samples)| {
+        let scene = cavity_cap(rho, cap).ok()?.into();
+        let words = words(
+            name,
+            format!(
+                "off a {} cap the radiance in a cavity of albedo {rho} is {reference:.6}",
+                format!("{cap:?}").to_lowercase()
+            ),
+            &RENDERING,
+        );
+        let probe = (&scene, Kind::Path, off_cap as fn(&mut Stream) -> Ray);
+        Some(radiance(words, probe, reference, (samples, BOUNCES)))
+    })
+    .collect()
+}
+
+/// Floors under a sky of radiance 1.
+fn skies() -> Vec<Bench<Subject>> {
+    let walled = walled_sky();
+    let visible = 1.0 - polygon_irradiance(&WALL) / PI;
+    let property = format!("a floor under a sky that a wall hides in part reflects {visible:.6}");
+    let rough = rough_floor();
+    let inclination = 75f64.to_radians();
+    let albedo = oren_nayar_albedo(OrenNayar::new(SIGMA), inclination);
+    vec![
+        radiance(
+            words("furnace/sky/path", property.clone(), &COSINE_HEMISPHERE),
+            (&walled, Kind::Path, |_| at_origin()),
+            visible,
+            (8_500_000, SINGLE),
+        ),
+        radiance(
+            words("furnace/sky/report", property, &HEMISPHERE_PHI),
+            (&walled, Kind::Report(2), |_| at_origin()),
+            visible,
+            (17_000_000, SINGLE),
+        ),
+        radiance(
+            words(
+                "furnace/sky/oren-nayar",
+                format!("at 75° an Oren-Nayar floor reflects {albedo:.6} of a white sky"),
+                &OREN_NAYAR,
+            ),
+            (&rough, Kind::Path, |_| towards_origin(75f64.to_radians())),
+            albedo,
+            (4_200_000, SINGLE),
+        ),
+        radiance(
+            words(
+                "furnace/sky/eon",
+                "a white floor of EON with roughness 1 reflects all of a white sky",
+                &EON_MULTIPLE,
+            ),
+            (&eon_floor(1.0), Kind::Path, |_| at_origin()),
+            1.0,
+            (2_400_000, SINGLE),
+        ),
+    ]
+}
+
+/// Halls of mirrors end and are unbiased: no absorption is needed for that.
+fn mirrors() -> Vec<Bench<Subject>> {
+    let reflectance = 0.75;
+    let hall = sphere_furnace(
+        Bsdf::Mirror {
+            reflectance: DVec3::splat(reflectance),
+        },
+        0.0,
+    );
+    let facing = scene("facing mirrors", |s| {
+        s.background(DVec3::ONE);
+        let mirror = s.surface(Surface::new(Bsdf::Mirror {
+            reflectance: DVec3::ONE,
+        }));
+        for z in [-1.0, 1.0] {
+            s.sphere(Sphere::new(DVec3::new(0.0, 0.0, 11.0 * z), 10.0), mirror);
+        }
+    });
+    let hall_mean = 1.0 / (1.0 - reflectance);
+    vec![
+        radiance(
+            words(
+                "furnace/mirrors/hall",
+                format!(
+                    "in a hall of emitting mirrors of reflectance 0.75 the radiance is {hall_mean}"
+                ),
+                &RENDERING,
+            ),
+            (&hall, Kind::Path, inside),
+            hall_mean,
+            (5_200_000, BOUNCES),
+        ),
+        radiance(
+            words(
+                "furnace/mirrors/facing",
+                "between two facing perfect mirrors under a white sky paths end and the radiance is 1",
+                &ROULETTE,
+            ),
+            (&facing, Kind::Path, |rng| {
+                let w = any_direction(rng);
+                let slanted = DVec3::new(w.x, w.y, 0.0).normalize() * 0.3 + DVec3::Z;
+                Ray::new(DVec3::ZERO, slanted.normalize())
+            }),
+            1.0,
+            (1_200_000, BOUNCES),
+        ),
+    ]
+}

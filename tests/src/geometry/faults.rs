@@ -1,0 +1,160 @@
+//! Faults of (1)-(7).
+
+use super::{Corners, RIGHT, Shapes, Solution, readable, watertight};
+use crate::faults::{Mutant, mutant};
+use crate::subject::fault;
+use whitefurnace::equation::{
+    RAY, SPHERE, SPHERE_DISTANCE, SPHERE_RAY, TRIANGLE_POINT, TRIANGLE_SOLUTION, TRIANGLE_SYSTEM,
+};
+use whitefurnace::shape::{
+    Ray, sphere_distances, sphere_distances_printed, triangle_point, triangle_residual,
+};
+
+/// The faults.
+pub(super) fn faults() -> Vec<Mutant<Shapes>> {
+    let mut faults = triangle_faults();
+    faults.extend(sphere_faults());
+    faults
+}
+
+/// A hit behind the ray's start counts as well.
+fn behind(ray: &Ray, v: Corners, limit: f64) -> Option<(f64, f64, f64)> {
+    let back = Ray::new(ray.origin, -ray.direction);
+    let seen = watertight(&back, v, f64::INFINITY).map(|(t, u, w)| (-t, u, w));
+    watertight(ray, v, limit).or(seen)
+}
+
+/// Without the test of the edge opposite V₀: what lies beyond it, in the parallelogram, is a hit.
+fn parallelogram(ray: &Ray, v: Corners, limit: f64) -> Option<(f64, f64, f64)> {
+    let beyond = [v[1] + v[2] - v[0], v[2], v[1]];
+    watertight(ray, v, limit).or_else(|| {
+        let (t, u, w) = watertight(ray, beyond, limit)?;
+        Some((t, 1.0 - u, 1.0 - w))
+    })
+}
+
+/// t of the depth of V₀ alone.
+fn depth_of_corner(ray: &Ray, v: Corners, limit: f64) -> Option<(f64, f64, f64)> {
+    let (_, u, w) = watertight(ray, v, limit)?;
+    let t = (v[0] - ray.origin).dot(ray.direction) / ray.direction.length_squared();
+    Some((t, u, w))
+}
+
+/// The side of V₀V₁V₂ from which they run counter-clockwise.
+fn front(ray: &Ray, v: Corners) -> bool {
+    (v[1] - v[0]).cross(v[2] - v[0]).dot(ray.direction) < 0.0
+}
+
+fn triangle_faults() -> Vec<Mutant<Shapes>> {
+    let solution = |name, wrong, triangle: Solution| {
+        let subject = Shapes { triangle, ..RIGHT };
+        let caught_by: &[&str] = &["geometry/triangle-solution"];
+        mutant(name, &TRIANGLE_SOLUTION, wrong, subject, caught_by)
+    };
+    let edges = |name, wrong, triangle: Solution| {
+        let subject = Shapes { triangle, ..RIGHT };
+        let caught_by: &[&str] = &["geometry/triangle-edges"];
+        mutant(name, &TRIANGLE_SOLUTION, wrong, subject, caught_by)
+    };
+    vec![
+        fault!("normalised", RAY, "the direction is normalised on the way",
+            Shapes: { at: |ray, t| ray.origin + t * ray.direction.normalize() }, "geometry/ray"),
+        fault!("corners-exchanged", TRIANGLE_POINT, "u and v exchanged",
+            Shapes: { point: |v, u, w| triangle_point(v, w, u) }, "geometry/triangle-point"),
+        fault!("plus-direction", TRIANGLE_SYSTEM, "D for −D",
+            Shapes: { residual: |ray, v, t, u, w| triangle_residual(ray, v, -t, u, w) },
+            "geometry/triangle-system"),
+        solution(
+            "parallelogram",
+            "the edge opposite the first vertex is not tested",
+            parallelogram,
+        ),
+        solution("behind", "t > 0 is not tested", behind),
+        solution("beyond", "the limit of t is not tested", |ray, v, _| {
+            watertight(ray, v, f64::INFINITY)
+        }),
+        solution(
+            "threshold",
+            "an absolute threshold on the determinant",
+            |ray, v, limit| {
+                let determinant = ray.direction.cross(v[2] - v[0]).dot(v[1] - v[0]);
+                watertight(ray, v, limit).filter(|_| determinant.abs() > 1e-8)
+            },
+        ),
+        solution(
+            "weights-exchanged",
+            "the weights of the second and third vertex exchanged",
+            |ray, v, limit| watertight(ray, v, limit).map(|(t, u, w)| (t, w, u)),
+        ),
+        solution(
+            "weights-turned",
+            "each weight belongs to the next vertex",
+            |ray, v, limit| watertight(ray, v, limit).map(|(t, u, w)| (t, w, 1.0 - u - w)),
+        ),
+        solution(
+            "culled",
+            "triangles seen from behind are left out",
+            |ray, v, limit| watertight(ray, v, limit).filter(|_| front(ray, v)),
+        ),
+        solution(
+            "wound-the-other-way",
+            "triangles seen from the front are left out",
+            |ray, v, limit| watertight(ray, v, limit).filter(|_| !front(ray, v)),
+        ),
+        solution(
+            "distance-for-t",
+            "the distance, for t in units of the direction's length",
+            |ray, v, limit| {
+                let (t, u, w) = watertight(ray, v, limit)?;
+                Some((t * ray.direction.length(), u, w))
+            },
+        ),
+        solution(
+            "depth-of-corner",
+            "t of the first vertex, not of all three by their weights",
+            depth_of_corner,
+        ),
+        edges(
+            "open-edges",
+            "zero counts as outside: a ray through an edge meets neither side",
+            |ray, v, limit| {
+                watertight(ray, v, limit)
+                    .filter(|(_, u, w)| *u > 0.0 && *w > 0.0 && 1.0 - u - w > 0.0)
+            },
+        ),
+        edges(
+            "not-watertight",
+            "the readable form, whose neighbours round an edge each in its own way",
+            readable,
+        ),
+    ]
+}
+
+fn sphere_faults() -> Vec<Mutant<Shapes>> {
+    vec![
+        fault!("radius-not-squared", SPHERE, "r for r²",
+            Shapes: { sphere: |x, c, r| (x - c).length_squared() - r }, "geometry/sphere"),
+        fault!("minus-direction", SPHERE_RAY, "x = o − dl",
+            Shapes: { at: |ray, t| ray.origin - t * ray.direction }, "geometry/sphere-ray"),
+        fault!("unit-direction", SPHERE_DISTANCE, "as printed: the direction is taken to be a unit vector",
+            Shapes: { distances: sphere_distances_printed }, "geometry/sphere-distance: both roots"),
+        fault!("roots-exchanged", SPHERE_DISTANCE, "the root with + first",
+            Shapes: { distances: |ray, c, r| sphere_distances(ray, c, r).map(|[a, b]| [b, a]) },
+            "geometry/sphere-distance: both roots"),
+        fault!("far-root", SPHERE_DISTANCE, "the far side of the sphere is seen",
+            Shapes: {
+                nearest: |sphere, ray| {
+                    let [_, far] = sphere_distances(ray, sphere.centre, sphere.radius)?;
+                    (far > 0.0).then_some(far)
+                }
+            }, "geometry/sphere-distance: the root that is seen"),
+        fault!("near-root-only", SPHERE_DISTANCE,
+            "the root with − alone: from within, the sphere is not seen",
+            Shapes: {
+                nearest: |sphere, ray| {
+                    let [near, _] = sphere_distances(ray, sphere.centre, sphere.radius)?;
+                    (near > 0.0).then_some(near)
+                }
+            }, "geometry/sphere-distance: the root that is seen"),
+    ]
+}

@@ -1,0 +1,408 @@
+//! Rays, triangles and spheres (1)-(7), constructed backwards from known answers: exact trials, without
+//! chance in their verdicts.
+
+mod faults;
+
+use glam::DVec3;
+
+use crate::faults::{AnyFamily, Bench, Family, data, mutant};
+use crate::probes::any_direction;
+use whitefurnace::equation::{
+    Equation, RAY, SPHERE, SPHERE_DISTANCE, SPHERE_RAY, TRIANGLE_POINT, TRIANGLE_SOLUTION,
+    TRIANGLE_SYSTEM,
+};
+use whitefurnace::harness::outcome::Outcome;
+use whitefurnace::harness::trial::Context;
+use whitefurnace::rng::{Stream, uniform};
+use whitefurnace::shape::{
+    Ray, Sphere, moller_trumbore, sphere_distances, sphere_residual, triangle_point,
+    triangle_residual,
+};
+use whitefurnace::watertight::Shear;
+
+/// The corners of a triangle.
+type Corners = [DVec3; 3];
+/// t, u, v of a ray and a triangle, for t below a limit.
+type Solution = fn(&Ray, Corners, f64) -> Option<(f64, f64, f64)>;
+
+/// (1)-(7), each replaceable.
+#[derive(Clone, Copy)]
+pub struct Shapes {
+    /// (1) and (6).
+    pub at: fn(&Ray, f64) -> DVec3,
+    /// (2).
+    pub point: fn(Corners, f64, f64) -> DVec3,
+    /// (3).
+    pub residual: fn(&Ray, Corners, f64, f64, f64) -> DVec3,
+    /// (4) as the hierarchy asks for it.
+    pub triangle: Solution,
+    /// (5).
+    pub sphere: fn(DVec3, DVec3, f64) -> f64,
+    /// (7).
+    pub distances: fn(&Ray, DVec3, f64) -> Option<[f64; 2]>,
+    /// Which root of (7) is seen.
+    pub nearest: fn(&Sphere, &Ray) -> Option<f64>,
+}
+
+const RIGHT: Shapes = Shapes {
+    at: Ray::at,
+    point: triangle_point,
+    residual: triangle_residual,
+    triangle: watertight,
+    sphere: sphere_residual,
+    distances: sphere_distances,
+    nearest: |sphere, ray| sphere.intersect(ray, f64::INFINITY),
+};
+
+const ARGUMENTS: u64 = 10_000;
+/// A few thousand roundings of numbers near 1.
+const TOLERANCE: f64 = 1e-11;
+/// The error of a hit that should be a miss, or a miss that should be a hit.
+const WRONG: f64 = 1.0;
+/// Sizes of triangles and spheres.
+const SIZES: [f64; 5] = [1e-4, 1e-2, 1.0, 1e2, 1e4];
+
+/// The largest of many errors; NaN stays.
+fn largest(context: &Context, name: &str, mut error: impl FnMut(&mut Stream) -> f64) -> Outcome {
+    let mut rng = context.rng(name);
+    let mut worst = 0.0_f64;
+    for _ in 0..context.arguments(ARGUMENTS) {
+        let e = error(&mut rng);
+        worst = if e > worst || e.is_nan() { e } else { worst };
+        if worst.is_nan() {
+            break;
+        }
+    }
+    Outcome::exact(
+        name,
+        ARGUMENTS,
+        worst,
+        TOLERANCE,
+        "the worst of random arguments",
+    )
+}
+
+fn between(rng: &mut Stream, low: f64, high: f64) -> f64 {
+    low + (high - low) * uniform(rng)
+}
+
+/// A triangle near the origin whose sides are about 1 and whose angles are not small.
+fn corners(rng: &mut Stream) -> Corners {
+    let first = any_direction(rng);
+    let tilt = any_direction(rng);
+    let a = first.any_orthonormal_vector();
+    let b = (first.cross(a) + 0.3 * a * tilt.x).normalize();
+    [first, first + a, first + b]
+}
+
+fn ray(context: &Context, shapes: Shapes) -> Vec<Outcome> {
+    vec![largest(context, "R(t) − O = tD", |rng| {
+        let ray = Ray::new(
+            any_direction(rng),
+            between(rng, 0.5, 2.0) * any_direction(rng),
+        );
+        let t = between(rng, -3.0, 3.0);
+        let moved = (shapes.at)(&ray, t) - ray.origin;
+        (moved - DVec3::from_array(ray.direction.to_array().map(|d| t * d))).length()
+    })]
+}
+
+/// T is V₀, V₁, V₂ at the corners and affine in u and v.
+fn point(context: &Context, shapes: Shapes) -> Vec<Outcome> {
+    vec![largest(context, "T(u, v)", |rng| {
+        let v = corners(rng);
+        let [a, b] = [uniform(rng), uniform(rng)];
+        let along = v[0] + a * (v[1] - v[0]) + b * (v[2] - v[0]);
+        let at = |u, w| (shapes.point)(v, u, w);
+        let ends = [
+            at(0.0, 0.0) - v[0],
+            at(1.0, 0.0) - v[1],
+            at(0.0, 1.0) - v[2],
+        ];
+        ends.iter().map(|e| e.length()).sum::<f64>() + (at(a, b) - along).length()
+    })]
+}
+
+/// A ray that meets the triangle's plane at T(u, v) after t.
+fn towards(rng: &mut Stream, v: Corners, [u, w]: [f64; 2], t: f64) -> Ray {
+    let target = (1.0 - u - w) * v[0] + u * v[1] + w * v[2];
+    let normal = (v[1] - v[0]).cross(v[2] - v[0]).normalize();
+    // Not too grazing, from either side.
+    let mut direction = any_direction(rng);
+    while direction.dot(normal).abs() < 0.2 {
+        direction = any_direction(rng);
+    }
+    Ray::new(target - t * direction, direction)
+}
+
+/// Zero at the solution, and −D, E₁, E₂ per unit of t, u, v away from it.
+fn system(context: &Context, shapes: Shapes) -> Vec<Outcome> {
+    vec![largest(context, "left minus right of (3)", |rng| {
+        let v = corners(rng);
+        let [u, w, t] = [uniform(rng), uniform(rng), between(rng, 0.1, 3.0)];
+        let ray = towards(rng, v, [u, w], t);
+        let r = |t, u, w| (shapes.residual)(&ray, v, t, u, w);
+        let by_t = r(t + 1.0, u, w) + ray.direction;
+        let by_u = r(t, u + 1.0, w) - (v[1] - v[0]);
+        let by_v = r(t, u, w + 1.0) - (v[2] - v[0]);
+        [r(t, u, w), by_t, by_u, by_v]
+            .iter()
+            .map(|e| e.length())
+            .sum()
+    })]
+}
+
+/// t, u, v are what the ray was made from, for triangles of every size and directions of any length; rays
+/// beside, behind and in the plane miss, and so do those that end before.
+fn solution(context: &Context, shapes: Shapes) -> Vec<Outcome> {
+    vec![largest(context, "t, u, v", |rng| {
+        let unit = corners(rng);
+        let size = SIZES[(uniform(rng) * 5.0) as usize];
+        let v = unit.map(|corner| size * corner);
+        let [u, w, t] = [
+            between(rng, -0.5, 1.5),
+            between(rng, -0.5, 1.5),
+            between(rng, -2.0, 2.0),
+        ];
+        let [length, limit] = [between(rng, 0.5, 2.0), between(rng, 0.0, 3.0)];
+        let ray = towards(rng, v, [u, w], size * t);
+        let ray = Ray::new(ray.origin, length * ray.direction);
+        let margin = u.min(w).min(1.0 - u - w).min(t).min(limit - t);
+        let found = (shapes.triangle)(&ray, v, size * limit / length);
+        let in_plane = Ray::new(v[0] - (v[1] - v[0]), (v[1] - v[0]).normalize());
+        let parallel = Ray::new(in_plane.origin + size * unit[0], in_plane.direction);
+        if (shapes.triangle)(&parallel, v, f64::INFINITY).is_some() {
+            return WRONG;
+        }
+        match found {
+            // Within rounding of a border either answer will do.
+            _ if margin.abs() < 1e-6 => 0.0,
+            Some((ft, fu, fv)) if margin > 0.0 => {
+                (ft * length / size - t).abs() + (fu - u).abs() + (fv - w).abs()
+            }
+            None if margin < 0.0 => 0.0,
+            _ => WRONG,
+        }
+    })]
+}
+
+/// Around a closed fan of triangles, every ray into it meets one of them, also those aimed at the common
+/// vertex and at points of the edges as exactly as numbers allow.
+fn fan(context: &Context, shapes: Shapes) -> Vec<Outcome> {
+    vec![largest(context, "rays lost at edges", |rng| {
+        let pick = (uniform(rng) * f64::from(SPOKES)) as usize;
+        let on_grid = uniform(rng) < 0.5;
+        let hub = if on_grid {
+            DVec3::AXES[pick % 3]
+        } else {
+            any_direction(rng)
+        };
+        let (a, b) = hub.any_orthonormal_pair();
+        let rim: Vec<DVec3> = (0..SPOKES)
+            .map(|i| {
+                let (sin, cos) =
+                    (std::f64::consts::TAU * f64::from(i) / f64::from(SPOKES)).sin_cos();
+                if on_grid {
+                    hub + cos.round() * a + sin.round() * b
+                } else {
+                    hub + cos * a + sin * b + 0.2 * any_direction(rng)
+                }
+            })
+            .collect();
+        // The hub, and points of a spoke.
+        let along = (between(rng, -0.5, 1.0).max(0.0) * 8.0).floor() / 8.0;
+        let target = hub + along * (rim[pick] - hub);
+        let origin = if on_grid {
+            target - hub
+        } else {
+            -0.5 * any_direction(rng)
+        };
+        // On the grid nothing is rounded, and edge values are zero.
+        let ray = Ray::new(origin, target - origin);
+        let met = (0..rim.len()).any(|i| {
+            let corners = [hub, rim[i], rim[(i + 1) % rim.len()]];
+            (shapes.triangle)(&ray, corners, f64::INFINITY).is_some()
+        });
+        if met { 0.0 } else { WRONG }
+    })]
+}
+
+/// Triangles of a fan.
+const SPOKES: u32 = 8;
+
+fn sphere(context: &Context, shapes: Shapes) -> Vec<Outcome> {
+    vec![largest(context, "‖x − c‖² − r²", |rng| {
+        let [centre, w] = [any_direction(rng), any_direction(rng)];
+        let [r, s] = [between(rng, 0.2, 3.0), between(rng, 0.0, 3.0)];
+        ((shapes.sphere)(centre + s * w, centre, r) - (s - r) * (s + r)).abs()
+    })]
+}
+
+/// A sphere and a ray that meets it at known distances: a chord between two of its points.
+fn chord(rng: &mut Stream) -> (Ray, DVec3, f64, [f64; 2]) {
+    let r = SIZES[(uniform(rng) * 5.0) as usize];
+    let centre = 2.0 * r * any_direction(rng);
+    let first = any_direction(rng);
+    let mut second = any_direction(rng);
+    while (second - first).length() < 0.1 {
+        second = any_direction(rng);
+    }
+    let length = r * (second - first).length();
+    let direction = (second - first).normalize();
+    // From before the sphere, from within, or from beyond.
+    let before = length * between(rng, -1.5, 1.5);
+    let ray = Ray::new(centre + r * first - before * direction, direction);
+    (ray, centre, r, [before, before + length])
+}
+
+/// x of (6) at the roots of (7) is on the sphere of (5).
+fn on_sphere(context: &Context, shapes: Shapes) -> Vec<Outcome> {
+    vec![largest(context, "‖o + dl − c‖ − r", |rng| {
+        let (ray, centre, r, roots) = chord(rng);
+        roots
+            .iter()
+            .map(|&d| (((shapes.at)(&ray, d) - centre).length() / r - 1.0).abs())
+            .sum()
+    })]
+}
+
+/// Both roots, for directions of any length; misses; and the root that is seen.
+fn distances(context: &Context, shapes: Shapes) -> Vec<Outcome> {
+    let roots = largest(context, "both roots", |rng| {
+        let (ray, centre, r, roots) = chord(rng);
+        let length = between(rng, 0.5, 2.0);
+        let scaled = Ray::new(ray.origin, length * ray.direction);
+        let beside = Ray::new(
+            centre + 1.1 * r * ray.direction.any_orthonormal_vector(),
+            ray.direction,
+        );
+        if (shapes.distances)(&beside, centre, r).is_some() {
+            return WRONG;
+        }
+        match (shapes.distances)(&scaled, centre, r) {
+            Some(found) => {
+                let error = |i: usize| (found[i] * length - roots[i]).abs() / r;
+                error(0) + error(1)
+            }
+            None => WRONG,
+        }
+    });
+    let seen = largest(context, "the root that is seen", |rng| {
+        let (ray, centre, r, roots) = chord(rng);
+        let expected = roots.into_iter().find(|&d| d > 0.0);
+        if roots.iter().any(|d| d.abs() < 1e-6 * r) {
+            return 0.0;
+        }
+        match ((shapes.nearest)(&Sphere::new(centre, r), &ray), expected) {
+            (Some(found), Some(expected)) => (found - expected).abs() / r,
+            (None, None) => 0.0,
+            _ => WRONG,
+        }
+    });
+    vec![roots, seen]
+}
+
+/// The watertight test, in the terms of (4).
+fn watertight(ray: &Ray, v: Corners, limit: f64) -> Option<(f64, f64, f64)> {
+    let vertices = v.map(|v| [v.x, v.y, v.z, 0.0]);
+    let hit = Shear::new(ray).intersect(&vertices, limit)?;
+    Some((hit.t, hit.weights[1], hit.weights[2]))
+}
+
+/// The readable form of (4).
+fn readable(ray: &Ray, v: Corners, limit: f64) -> Option<(f64, f64, f64)> {
+    moller_trumbore(ray, v).filter(|(t, ..)| *t < limit)
+}
+
+fn benches() -> Vec<Bench<Shapes>> {
+    let trial = |name: &str, property: &str, equation: &'static Equation| {
+        let subject = if equation == &TRIANGLE_SOLUTION {
+            "watertight::Shear::intersect"
+        } else {
+            "shape"
+        };
+        let size = (ARGUMENTS, TOLERANCE, 0);
+        data(
+            format!("geometry/{name}"),
+            property,
+            equation,
+            subject,
+            "exact",
+            size,
+        )
+    };
+    vec![
+        Bench::new(trial("ray", "the ray's point at t is O + tD", &RAY), ray),
+        Bench::new(
+            trial(
+                "triangle-point",
+                "T is affine and meets the corners",
+                &TRIANGLE_POINT,
+            ),
+            point,
+        ),
+        Bench::new(
+            trial(
+                "triangle-system",
+                "(3) vanishes at the solution and changes by −D, E₁, E₂",
+                &TRIANGLE_SYSTEM,
+            ),
+            system,
+        ),
+        Bench::new(
+            trial(
+                "triangle-solution",
+                "(4) recovers t, u, v at every size, and misses what it must",
+                &TRIANGLE_SOLUTION,
+            ),
+            solution,
+        ),
+        Bench::new(
+            trial(
+                "triangle-edges",
+                "a ray into a closed fan of triangles meets one, at edges and vertices, too",
+                &TRIANGLE_SOLUTION,
+            ),
+            fan,
+        ),
+        Bench::new(
+            trial("sphere", "(5) is the difference of two squares", &SPHERE),
+            sphere,
+        ),
+        Bench::new(
+            trial(
+                "sphere-ray",
+                "(6) is on the sphere at the ends of a chord",
+                &SPHERE_RAY,
+            ),
+            on_sphere,
+        ),
+        Bench::new(
+            trial(
+                "sphere-distance",
+                "(7) recovers both ends of a chord, and the nearer one ahead is seen",
+                &SPHERE_DISTANCE,
+            ),
+            distances,
+        ),
+    ]
+}
+
+/// The geometry.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    vec![Box::new(Family {
+        benches: benches(),
+        faults: faults::faults(),
+        equivalents: vec![mutant(
+            "readable",
+            &TRIANGLE_SOLUTION,
+            "the readable form of (4): the same hits to rounding, away from edges",
+            Shapes {
+                triangle: readable,
+                ..RIGHT
+            },
+            &["geometry/triangle-solution"],
+        )],
+        ..Family::new("geometry", RIGHT)
+    })]
+}

@@ -1,0 +1,302 @@
+//! Mirrors and glass through whole estimators: directions, shares of reflected light, radiance factors,
+//! total reflection, and glass that must not be seen.
+
+use std::f64::consts::FRAC_1_PI;
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::probes::{BOUNCES, IMAGE, SINGLE, any_direction, radiance, words};
+use super::scenes::{
+    FLOOR, HEIGHT, LIGHT, RECTANGLE, at_origin, floor, lambert, light, polygon_irradiance, scene,
+    square, towards_origin,
+};
+use super::subject::{Kind, Probe, Property, Setup, Subject, on};
+use crate::faults::{Bench, data};
+use whitefurnace::bsdf::Bsdf;
+use whitefurnace::equation::{FRESNEL, REFRACTION};
+use whitefurnace::estimator::Parts;
+use whitefurnace::harness::chi_square::binomial;
+use whitefurnace::harness::outcome::Outcome;
+use whitefurnace::harness::trial::Context;
+use whitefurnace::rng::Stream;
+use whitefurnace::scene::simple::glass_cube;
+use whitefurnace::scene::{Scene, Surface};
+use whitefurnace::shape::{Ray, Sphere};
+
+pub(super) const INDEX: f64 = 1.5;
+/// Where the probe rays of the aim trials meet the surface: 50° from the normal.
+const AIM: f64 = 50.0;
+
+/// R of (12) by Fresnel's tangent and sine laws, in the angles θ₁ and θ₂: a second route to (10), (11).
+pub(super) fn reflectance_by_angles(theta_1: f64, n1: f64, n2: f64) -> f64 {
+    let theta_2 = (n1 / n2 * theta_1.sin()).asin();
+    let s = (theta_1 - theta_2).sin() / (theta_1 + theta_2).sin();
+    let p = (theta_1 - theta_2).tan() / (theta_1 + theta_2).tan();
+    0.5 * (s * s + p * p)
+}
+
+/// A plane of glass at z = 0, glass below, under a ceiling that emits 1.
+fn pane() -> Arc<Scene> {
+    scene("glass plane", |s| {
+        floor(s, Bsdf::Glass { index: INDEX });
+        square(s, 3.0 * DVec3::Z, 50.0, false, light(1.0));
+    })
+}
+
+/// The same with the ceiling in the dark and an emitting ground within the glass.
+fn lit_from_below() -> Arc<Scene> {
+    scene("glass plane, lit from below", |s| {
+        floor(s, Bsdf::Glass { index: INDEX });
+        square(s, -3.0 * DVec3::Z, 50.0, true, light(1.0));
+    })
+}
+
+/// A plane of `bsdf` and, at distance 1 from the origin along `direction`, a small light facing it.
+fn aim(bsdf: Bsdf, direction: DVec3) -> Arc<Scene> {
+    scene("aim", |s| {
+        floor(s, bsdf);
+        square(s, direction, 0.01, direction.z < 0.0, light(LIGHT));
+    })
+}
+
+/// The direction beyond the origin of a ray from [`towards_origin`], at another inclination below.
+fn beyond(inclination: f64) -> DVec3 {
+    -whitefurnace::frame::from_spherical(inclination, 4.0)
+}
+
+/// The trials.
+pub fn benches() -> Vec<Bench<Subject>> {
+    let mut benches = aims();
+    benches.extend(lobes());
+    benches.extend(cubes());
+    benches.push(vanishing());
+    benches
+}
+
+fn aims() -> Vec<Bench<Subject>> {
+    let mirror = Bsdf::Mirror {
+        reflectance: DVec3::splat(0.9),
+    };
+    let reflected = beyond(AIM.to_radians()).with_z(AIM.to_radians().cos());
+    let theta_1 = AIM.to_radians();
+    let refracted = beyond((theta_1.sin() / INDEX).asin());
+    let transmitted = (1.0 - reflectance_by_angles(theta_1, 1.0, INDEX)) / (INDEX * INDEX) * LIGHT;
+    let probe: fn(&mut Stream) -> Ray = |_| towards_origin(AIM.to_radians());
+    vec![
+        radiance(
+            words(
+                "glass/mirror-aim",
+                "a small light lies where the law of reflection says, and is seen in the mirror",
+                &REFRACTION,
+            ),
+            (&aim(mirror, reflected), Kind::Whitted(3), probe),
+            0.9 * LIGHT,
+            (1000, 0.0),
+        ),
+        radiance(
+            words(
+                "glass/snell-aim",
+                "a small light in glass lies where Snell's law says, at (1 − R)/n² of its radiance",
+                &REFRACTION,
+            ),
+            (
+                &aim(Bsdf::Glass { index: INDEX }, refracted),
+                Kind::Whitted(3),
+                probe,
+            ),
+            transmitted,
+            (1000, 0.0),
+        ),
+        radiance(
+            words(
+                "glass/lit-from-below",
+                "light from within glass arrives as (1 − R)/n² of its radiance",
+                &REFRACTION,
+            ),
+            (&lit_from_below(), Kind::Path, probe),
+            transmitted / LIGHT,
+            (2_400_000, SINGLE),
+        ),
+    ]
+}
+
+/// How often a ray meets the lit side of the glass.
+struct Lobe {
+    probe: Probe,
+    probability: f64,
+    delta: f64,
+    samples: u64,
+}
+
+impl Property for Lobe {
+    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+        let mut rng = context.rng("lobes");
+        let n = context.n(self.samples);
+        let k = (0..n)
+            .filter(|_| self.probe.radiance(setup, &mut rng).x > 0.0)
+            .count() as u64;
+        vec![binomial("reflected", k, n, self.probability, self.delta)]
+    }
+}
+
+fn lobes() -> Vec<Bench<Subject>> {
+    let lobe = |name: &str, (theta, ray): (f64, fn(&mut Stream) -> Ray), samples| {
+        let r = reflectance_by_angles(theta.to_radians(), 1.0, INDEX);
+        let property = format!("at {theta}° glass reflects with probability R = {r:.6}");
+        let probe = Probe {
+            scene: pane(),
+            kind: Kind::Report(3),
+            ray,
+        };
+        let lobe = Lobe {
+            probe,
+            probability: r,
+            delta: CELL * r,
+            samples,
+        };
+        let size = (samples, CELL, 1);
+        Bench::new(
+            data(
+                name,
+                property,
+                &FRESNEL,
+                "estimator::Report",
+                "binomial",
+                size,
+            ),
+            on(lobe),
+        )
+    };
+    vec![
+        lobe(
+            "glass/reflects-60",
+            (60.0, |_| towards_origin(60f64.to_radians())),
+            4_500_000,
+        ),
+        lobe(
+            "glass/reflects-75",
+            (75.0, |_| towards_origin(75f64.to_radians())),
+            1_500_000,
+        ),
+        lobe(
+            "glass/reflects-85",
+            (85.0, |_| towards_origin(85f64.to_radians())),
+            500_000,
+        ),
+        total_reflection(),
+    ]
+}
+
+/// δ of a probability, relative.
+const CELL: f64 = whitefurnace::harness::chi_square::CELL_DELTA;
+
+/// From within the glass, past the critical angle: every ray goes back down to the lit ground.
+fn total_reflection() -> Bench<Subject> {
+    radiance(
+        words(
+            "glass/total-reflection",
+            "within glass, past the critical angle, the surface shows the lit ground undiminished",
+            &FRESNEL,
+        ),
+        (&lit_from_below(), Kind::Report(3), |_| {
+            let d = whitefurnace::frame::from_spherical(50f64.to_radians(), 1.0);
+            Ray::new(-0.5 * d, d)
+        }),
+        1.0,
+        (2_000_000, 0.0),
+    )
+}
+
+/// A direction in which light can leave a glass cube: well within the critical angle of one of its
+/// faces. Just within it R is near 1, a path outlives any roulette, and the variance is infinite.
+fn leaving(rng: &mut Stream) -> Ray {
+    loop {
+        let d = any_direction(rng);
+        if d.abs().max_element() > 0.85 {
+            return Ray::new(DVec3::new(0.09, -0.13, 0.07), d);
+        }
+    }
+}
+
+/// A direction that no face lets out.
+fn trapped(rng: &mut Stream) -> Ray {
+    let critical = (1.0 - 1.0 / (INDEX * INDEX)).sqrt();
+    loop {
+        let d = any_direction(rng);
+        if d.abs().max_element() < critical - 1e-6 {
+            return Ray::new(DVec3::new(0.09, -0.13, 0.07), d);
+        }
+    }
+}
+
+fn from_outside(rng: &mut Stream) -> Ray {
+    let target = DVec3::new(
+        whitefurnace::rng::uniform(rng),
+        whitefurnace::rng::uniform(rng),
+        whitefurnace::rng::uniform(rng),
+    ) - 0.5;
+    let origin = DVec3::new(2.7, -3.9, 2.1);
+    Ray::new(origin, (target - origin).normalize())
+}
+
+fn cubes() -> Vec<Bench<Subject>> {
+    let cube = |inside| glass_cube(inside).ok().map(Arc::new);
+    let (Some(outside), Some(inside)) = (cube(false), cube(true)) else {
+        return Vec::new();
+    };
+    let n2 = INDEX * INDEX;
+    vec![
+        radiance(
+            words(
+                "glass/cube-outside",
+                "a glass cube under a white sky shows 1 from outside",
+                &FRESNEL,
+            ),
+            (&outside, Kind::Path, from_outside),
+            1.0,
+            (1_000_000, BOUNCES),
+        ),
+        radiance(
+            words(
+                "glass/cube-inside",
+                "from inside it shows n² in directions that can leave",
+                &REFRACTION,
+            ),
+            (&inside, Kind::Path, leaving),
+            n2,
+            (2_400_000, BOUNCES),
+        ),
+        radiance(
+            words(
+                "glass/cube-trapped",
+                "and nothing in directions that total reflection traps",
+                &FRESNEL,
+            ),
+            (&inside, Kind::Path, trapped),
+            0.0,
+            (1_600_000, 0.0),
+        ),
+    ]
+}
+
+/// A sphere of index 1 between light and floor: shadow rays stop at it, hits pass through it.
+fn vanishing() -> Bench<Subject> {
+    let scene = scene("index-matched sphere", |s| {
+        floor(s, lambert(FLOOR));
+        square(s, HEIGHT * DVec3::Z, 1.0, false, light(LIGHT));
+        let glass = s.surface(Surface::new(Bsdf::Glass { index: 1.0 }));
+        s.sphere(Sphere::new(DVec3::new(0.1, 0.0, 1.3), 0.5), glass);
+    });
+    let reference = FLOOR * FRAC_1_PI * LIGHT * polygon_irradiance(&RECTANGLE);
+    radiance(
+        words(
+            "glass/index-matched",
+            "a sphere of index 1 before a light changes nothing",
+            &REFRACTION,
+        ),
+        (&scene, Kind::Path, |_| at_origin()),
+        reference,
+        (5_800_000, IMAGE),
+    )
+}

@@ -1,0 +1,214 @@
+//! Faults of the hemisphere samplers.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::DVec3;
+
+use super::{Method, Pdf};
+use crate::faults::{Mutant, mutant};
+use whitefurnace::equation::{
+    COSINE_HEMISPHERE, ESTIMATOR, HEMISPHERE_PDF, HEMISPHERE_PHI, HEMISPHERE_THETA,
+};
+use whitefurnace::sampling::{
+    cosine_hemisphere, cosine_hemisphere_pdf, hemisphere_printed, uniform_hemisphere,
+    uniform_hemisphere_pdf,
+};
+
+/// (18) without the inverse cosine, θ = rπ/2.
+pub fn linear_theta([r1, r2]: [f64; 2]) -> DVec3 {
+    whitefurnace::frame::from_spherical(r1 * PI / 2.0, TAU * r2)
+}
+
+/// (19) over half the circle.
+pub fn half_circle([r1, r2]: [f64; 2]) -> DVec3 {
+    whitefurnace::frame::from_spherical(whitefurnace::sampling::uniform_theta(r1), PI * r2)
+}
+
+/// (18) and (19) with one random number.
+pub fn shared_number([r, _]: [f64; 2]) -> DVec3 {
+    hemisphere_printed(r)
+}
+
+/// The cosine map with one random number.
+pub fn shared_number_cosine([r, _]: [f64; 2]) -> DVec3 {
+    cosine_hemisphere([r, r])
+}
+
+/// The cosine map without its root: sin θ = r.
+pub fn no_root([r1, r2]: [f64; 2]) -> DVec3 {
+    let (sin, cos) = (TAU * r2).sin_cos();
+    DVec3::new(r1 * cos, r1 * sin, (1.0 - r1 * r1).sqrt())
+}
+
+/// The cosine map over half the circle.
+pub fn half_circle_cosine([r1, r2]: [f64; 2]) -> DVec3 {
+    cosine_hemisphere([r1, 0.5 * r2])
+}
+
+/// cos θ a little too often high: pdf proportional to cos^0.05 θ.
+fn slip([r1, r2]: [f64; 2]) -> DVec3 {
+    uniform_hemisphere([1.0 - (1.0 - r1).powf(1.0 / 1.05), r2])
+}
+
+fn twice(cos: f64) -> f64 {
+    2.0 * uniform_hemisphere_pdf(cos)
+}
+
+pub(super) fn uniform_faults() -> Vec<Mutant<Method>> {
+    let pdf: Pdf = uniform_hemisphere_pdf;
+    vec![
+        mutant(
+            "shared-number",
+            &HEMISPHERE_PHI,
+            "one random number for θ and φ, as printed",
+            (shared_number, pdf),
+            &[
+                "hemisphere/uniform/cells",
+                "hemisphere/uniform/moments: mean of x",
+                "hemisphere/uniform/moments: mean of y",
+                "hemisphere/uniform/furnaces: furnace, radiance 1 + x",
+                "hemisphere/uniform/furnaces: furnace, radiance 1 + y",
+            ],
+        ),
+        mutant(
+            "linear-theta",
+            &HEMISPHERE_THETA,
+            "θ = rπ/2",
+            (linear_theta, pdf),
+            &[
+                "hemisphere/uniform/moments: mean of z",
+                "hemisphere/uniform/moments: mean of z²",
+                "hemisphere/uniform/cells",
+                "hemisphere/uniform/angles: law of cos θ",
+            ],
+        ),
+        mutant(
+            "half-circle",
+            &HEMISPHERE_PHI,
+            "φ over half the circle",
+            (half_circle, pdf),
+            &[
+                "hemisphere/uniform/angles: law of φ",
+                "hemisphere/uniform/furnaces: furnace, radiance 1 + y",
+            ],
+        ),
+        mutant(
+            "cosine-weight",
+            &ESTIMATOR,
+            "uniform directions with the weight of the cosine pdf: radiance 1 does not see it",
+            (uniform_hemisphere, cosine_hemisphere_pdf),
+            &["hemisphere/uniform/furnaces: furnace, radiance cos θ"],
+        ),
+        mutant(
+            "pdf-twice",
+            &HEMISPHERE_PDF,
+            "the pdf is 1/π",
+            (uniform_hemisphere, twice),
+            &[
+                "hemisphere/uniform/pdf",
+                "hemisphere/uniform/furnaces: furnace, radiance 1",
+            ],
+        ),
+        mutant(
+            "cosine-for-uniform",
+            &HEMISPHERE_THETA,
+            "cosine-weighted directions, called importance sampling, for (18)",
+            (cosine_hemisphere, pdf),
+            &["hemisphere/uniform/moments: mean of z"],
+        ),
+        mutant(
+            "slip",
+            &HEMISPHERE_THETA,
+            "density proportional to the power 0.05 of cos θ",
+            (slip, pdf),
+            &["hemisphere/uniform/moments: mean of z"],
+        ),
+    ]
+}
+
+pub(super) fn uniform_equivalents() -> Vec<Mutant<Method>> {
+    vec![mutant(
+        "one-minus-r",
+        &HEMISPHERE_THETA,
+        "1 − r for r in (18): it is as uniform as r",
+        (
+            |[r1, r2]| uniform_hemisphere([1.0 - r1, r2]),
+            uniform_hemisphere_pdf,
+        ),
+        &["hemisphere/uniform/moments"],
+    )]
+}
+
+pub(super) fn cosine_faults() -> Vec<Mutant<Method>> {
+    let pdf: Pdf = cosine_hemisphere_pdf;
+    vec![
+        mutant(
+            "shared-number",
+            &COSINE_HEMISPHERE,
+            "one random number for θ and φ",
+            (shared_number_cosine, pdf),
+            &[
+                "hemisphere/cosine/cells",
+                "hemisphere/cosine/moments: mean of x",
+                "hemisphere/cosine/moments: mean of y",
+            ],
+        ),
+        mutant(
+            "no-root",
+            &COSINE_HEMISPHERE,
+            "sin θ = r for sin θ = √r",
+            (no_root, pdf),
+            &[
+                "hemisphere/cosine/moments: mean of z",
+                "hemisphere/cosine/moments: mean of z²",
+                "hemisphere/cosine/cells",
+                "hemisphere/cosine/angles: law of cos θ",
+            ],
+        ),
+        mutant(
+            "half-circle",
+            &COSINE_HEMISPHERE,
+            "φ over half the circle",
+            (half_circle_cosine, pdf),
+            &["hemisphere/cosine/angles: law of φ"],
+        ),
+        mutant(
+            "uniform-weight",
+            &COSINE_HEMISPHERE,
+            "cosine directions with the weight 2 cos θ",
+            (cosine_hemisphere, uniform_hemisphere_pdf),
+            &[
+                "hemisphere/cosine/furnaces: furnace, radiance 1",
+                "hemisphere/cosine/furnaces: furnace, radiance 1 + x",
+                "hemisphere/cosine/furnaces: furnace, radiance 1 + y",
+            ],
+        ),
+        mutant(
+            "uniform-sampler",
+            &COSINE_HEMISPHERE,
+            "uniform directions with the cosine pdf's weight",
+            (uniform_hemisphere, pdf),
+            &["hemisphere/cosine/furnaces: furnace, radiance cos θ"],
+        ),
+        mutant(
+            "pdf-twice",
+            &HEMISPHERE_PDF,
+            "the pdf is 2 cos θ/π",
+            (cosine_hemisphere, |cos| 2.0 * cosine_hemisphere_pdf(cos)),
+            &["hemisphere/cosine/pdf"],
+        ),
+    ]
+}
+
+pub(super) fn cosine_equivalents() -> Vec<Mutant<Method>> {
+    vec![mutant(
+        "turned",
+        &COSINE_HEMISPHERE,
+        "φ counted from y: the law has no direction of its own",
+        (
+            |[r1, r2]| cosine_hemisphere([r1, (r2 + 0.25).fract()]),
+            cosine_hemisphere_pdf,
+        ),
+        &["hemisphere/cosine/moments"],
+    )]
+}

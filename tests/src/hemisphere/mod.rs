@@ -1,0 +1,267 @@
+//! Hemisphere samplers (17)-(19) and the cosine-weighted one: cells, moments, laws of the angles,
+//! single-surface furnaces.
+
+pub mod faults;
+
+use std::f64::consts::{FRAC_1_PI, TAU};
+
+use glam::DVec3;
+
+use crate::faults::{AnyFamily, Bench, Family, data};
+use whitefurnace::equation::{
+    COSINE_HEMISPHERE, ESTIMATOR, Equation, HEMISPHERE_PDF, HEMISPHERE_PHI, HEMISPHERE_THETA,
+};
+use whitefurnace::frame::to_spherical;
+use whitefurnace::harness::chi_square::{CELL_DELTA, sampler_against_partition};
+use whitefurnace::harness::domain::{Domain, Partition};
+use whitefurnace::harness::ks::kolmogorov_smirnov;
+use whitefurnace::harness::mean::{Values, mean};
+use whitefurnace::harness::outcome::{Claim, Outcome};
+use whitefurnace::harness::trial::Context;
+use whitefurnace::rng::uniform2;
+use whitefurnace::sampling::{
+    cosine_hemisphere, cosine_hemisphere_pdf, uniform_hemisphere, uniform_hemisphere_pdf,
+};
+
+/// A map from two random numbers to a direction.
+pub type Sampler = fn([f64; 2]) -> DVec3;
+/// A pdf as a function of cos θ, 1/sr.
+pub type Pdf = fn(f64) -> f64;
+/// A way to sample: directions, and the pdf by which they are weighted.
+pub type Method = (Sampler, Pdf);
+
+/// Samples per statistic: enough for δ of each (see the standard errors in the functions' comments).
+const CELL_SAMPLES: u64 = 8_000_000;
+const MEAN_SAMPLES: u64 = 16_000_000;
+const KS_SAMPLES: u64 = 1_000_000;
+
+/// δ of direction moments, absolute.
+const MOMENT_DELTA: f64 = 0.002;
+/// δ of furnaces, relative.
+const FURNACE_DELTA: f64 = 0.003;
+/// δ of Kolmogorov's distance.
+const KS_DELTA: f64 = 0.007;
+
+/// What is right of a sampler.
+#[derive(Clone, Copy)]
+struct Law {
+    name: &'static str,
+    subject: &'static str,
+    method: Method,
+    /// Cells of equal probability under the law.
+    domain: Domain,
+    /// E[cos θ] and E[cos² θ].
+    moments: [f64; 2],
+    /// P(cos θ ≤ c).
+    cos_cdf: fn(f64) -> f64,
+    angles: &'static Equation,
+}
+
+const UNIFORM: Law = Law {
+    name: "uniform",
+    subject: "sampling::uniform_hemisphere",
+    method: (uniform_hemisphere, uniform_hemisphere_pdf),
+    domain: Domain::Hemisphere,
+    moments: [1.0 / 2.0, 1.0 / 3.0],
+    cos_cdf: |c| c,
+    angles: &HEMISPHERE_THETA,
+};
+
+const COSINE: Law = Law {
+    name: "cosine",
+    subject: "sampling::cosine_hemisphere",
+    method: (cosine_hemisphere, cosine_hemisphere_pdf),
+    domain: Domain::CosineHemisphere,
+    moments: [2.0 / 3.0, 1.0 / 2.0],
+    cos_cdf: |c| c * c,
+    angles: &COSINE_HEMISPHERE,
+};
+
+/// Chi-square of a sampler over 3 × 4 cells of equal probability.
+pub fn cells(context: &Context, domain: Domain, sampler: Sampler) -> Vec<Outcome> {
+    let mut rng = context.rng("cells");
+    let partition = Partition::equal(domain, 3, 4);
+    vec![sampler_against_partition(
+        "cells of equal probability",
+        &partition,
+        context.n(CELL_SAMPLES),
+        || Some(sampler(uniform2(&mut rng))),
+    )]
+}
+
+/// The means of x and y, 0, and of z and z². Standard deviations are at most 0.58: 1.4e-4 standard error.
+pub fn moments(context: &Context, expected: [f64; 2], sampler: Sampler) -> Vec<Outcome> {
+    let mut rng = context.rng("moments");
+    let references = [0.0, 0.0, expected[0], expected[1]];
+    let mut values = references.map(Values::new);
+    for _ in 0..context.n(MEAN_SAMPLES) {
+        let w = sampler(uniform2(&mut rng));
+        for (values, value) in values.iter_mut().zip([w.x, w.y, w.z, w.z * w.z]) {
+            values.push(value);
+        }
+    }
+    let claim = Claim::Exact {
+        delta: MOMENT_DELTA,
+    };
+    ["mean of x", "mean of y", "mean of z", "mean of z²"]
+        .iter()
+        .zip(values.iter().zip(references))
+        .map(|(name, (values, reference))| mean(name, values, reference, claim))
+        .collect()
+}
+
+/// The laws of cos θ and φ, each alone.
+pub fn angles(context: &Context, cos_cdf: fn(f64) -> f64, sampler: Sampler) -> Vec<Outcome> {
+    let mut rng = context.rng("angles");
+    let directions: Vec<DVec3> = (0..context.n(KS_SAMPLES))
+        .map(|_| sampler(uniform2(&mut rng)))
+        .collect();
+    let mut cosines: Vec<f64> = directions.iter().map(|w| w.z).collect();
+    let mut azimuths: Vec<f64> = directions.iter().map(|&w| to_spherical(w).1).collect();
+    vec![
+        kolmogorov_smirnov("law of cos θ", &mut cosines, cos_cdf, KS_DELTA),
+        kolmogorov_smirnov("law of φ", &mut azimuths, |phi| phi / TAU, KS_DELTA),
+    ]
+}
+
+/// A furnace's incoming radiance and what a white Lambert surface then reflects.
+type Furnace = (&'static str, fn(DVec3) -> f64, f64);
+
+/// The constant one, and three that are not blind to weights and azimuths.
+const FURNACES: [Furnace; 4] = [
+    ("furnace, radiance 1", |_| 1.0, 1.0),
+    ("furnace, radiance cos θ", |w| w.z, 2.0 / 3.0),
+    ("furnace, radiance 1 + x", |w| 1.0 + w.x, 1.0),
+    ("furnace, radiance 1 + y", |w| 1.0 + w.y, 1.0),
+];
+
+/// A white Lambert surface in four furnaces by (16): mean of L cos θ/(π p). If the law's density is in
+/// proportion to cos θ, every value of the constant furnace is 1.
+pub fn furnaces(context: &Context, law: Domain, sampler: Sampler, pdf: Pdf) -> Vec<Outcome> {
+    let mut rng = context.rng("furnaces");
+    let mut values = FURNACES.map(|(_, _, reference)| Values::new(reference));
+    for _ in 0..context.n(MEAN_SAMPLES) {
+        let w = sampler(uniform2(&mut rng));
+        let weight = FRAC_1_PI * w.z / pdf(w.z);
+        for (values, (_, radiance, _)) in values.iter_mut().zip(&FURNACES) {
+            values.push(radiance(w) * weight);
+        }
+    }
+    FURNACES
+        .iter()
+        .zip(&values)
+        .enumerate()
+        .map(|(i, ((name, _, reference), values))| {
+            let constant = i == 0 && law == Domain::CosineHemisphere;
+            let delta = if constant {
+                0.0
+            } else {
+                FURNACE_DELTA * reference
+            };
+            mean(name, values, *reference, Claim::Exact { delta })
+        })
+        .collect()
+}
+
+/// ∫ p dω = 1 by quadrature.
+pub fn normalised(pdf: Pdf) -> Vec<Outcome> {
+    let tolerance = 1e-6;
+    let integral = Domain::Hemisphere.integrate_all(0.1 * tolerance, &|w| pdf(w.z));
+    vec![Outcome::exact(
+        "integral of the pdf",
+        1,
+        (integral.value - 1.0).abs(),
+        tolerance,
+        format!("the pdf integrates to {:.9}", integral.value),
+    )]
+}
+
+fn benches(law: Law) -> Vec<Bench<Method>> {
+    let trial = |what: &str, property: String, equation, statistic, size| {
+        let name = format!("hemisphere/{}/{what}", law.name);
+        data(name, property, equation, law.subject, statistic, size)
+    };
+    let [z, z2] = law.moments;
+    let reflects =
+        "a white Lambert surface reflects 1, 2/3, 1, 1 in furnaces 1, cos θ, 1 + x, 1 + y";
+    vec![
+        Bench::new(
+            trial(
+                "cells",
+                format!("directions have the {} density", law.name),
+                law.angles,
+                "chi-square",
+                (CELL_SAMPLES, CELL_DELTA, 1),
+            ),
+            move |c, (sampler, _)| cells(c, law.domain, sampler),
+        ),
+        Bench::new(
+            trial(
+                "moments",
+                format!("E[x] = E[y] = 0, E[z] = {z:.4}, E[z²] = {z2:.4}"),
+                law.angles,
+                "t",
+                (MEAN_SAMPLES, MOMENT_DELTA, 4),
+            ),
+            move |c, (sampler, _)| moments(c, law.moments, sampler),
+        ),
+        Bench::new(
+            trial(
+                "angles",
+                String::from("cos θ and φ follow their laws"),
+                &HEMISPHERE_PHI,
+                "Kolmogorov-Smirnov",
+                (KS_SAMPLES, KS_DELTA, 2),
+            ),
+            move |c, (sampler, _)| angles(c, law.cos_cdf, sampler),
+        ),
+        Bench::new(
+            trial(
+                "furnaces",
+                reflects.to_owned(),
+                &ESTIMATOR,
+                "t",
+                (
+                    MEAN_SAMPLES,
+                    FURNACE_DELTA,
+                    4 - usize::from(law.domain == Domain::CosineHemisphere),
+                ),
+            ),
+            move |c, (sampler, pdf)| furnaces(c, law.domain, sampler, pdf),
+        ),
+        Bench::new(
+            trial(
+                "pdf",
+                String::from("the pdf integrates to one"),
+                &HEMISPHERE_PDF,
+                "exact",
+                (1, 1e-6, 0),
+            ),
+            |_, (_, pdf)| normalised(pdf),
+        ),
+    ]
+}
+
+/// The two samplers, each under its own law; each is a fault under the other's.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    let family = |law: Law, faults, equivalents| -> Box<dyn AnyFamily> {
+        Box::new(Family {
+            benches: benches(law),
+            faults,
+            equivalents,
+            ..Family::new(law.name, law.method)
+        })
+    };
+    vec![
+        family(
+            UNIFORM,
+            faults::uniform_faults(),
+            faults::uniform_equivalents(),
+        ),
+        family(
+            COSINE,
+            faults::cosine_faults(),
+            faults::cosine_equivalents(),
+        ),
+    ]
+}

@@ -1,0 +1,332 @@
+//! Whole films: what `render` makes of a scene with an estimator.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::probes::{BOUNCES, IMAGE};
+use super::scenes::{FLOOR, LIGHT, light, scene, seen_by, square};
+use super::subject::{Property, Setup, Subject, on};
+use crate::faults::{Bench, data};
+use whitefurnace::bsdf::Bsdf;
+use whitefurnace::camera::Camera;
+use whitefurnace::equation::{MIS, RENDERING, WHITTED};
+use whitefurnace::estimator::{Estimator, Parts, Path, Report, Standard, Strategy, Whitted};
+use whitefurnace::film::{Film, Pixel};
+use whitefurnace::harness::mean::{Values, mean};
+use whitefurnace::harness::outcome::{Claim, Outcome};
+use whitefurnace::harness::trial::Context;
+use whitefurnace::harness::welch_map::{PixelStatistics, image_mean, map};
+use whitefurnace::pixel::PixelSampling;
+use whitefurnace::render::{Numbers, Sampling, render};
+use whitefurnace::scene::simple::{Cap, cavity_cap, closed_cube, furnace_under};
+use whitefurnace::scene::{Scene, Surface};
+use whitefurnace::shape::Sphere;
+
+/// A film of a scene, every ray through its pixel's centre, so that edges add no noise; `None` if the estimator returns what no film can hold, which is a fault.
+pub(super) fn film<E: Estimator>(
+    context: &Context,
+    part: &str,
+    (scene, size, range): (&Scene, [u32; 2], Range<u32>),
+    estimator: &E,
+) -> Option<Film> {
+    let sampling = Sampling {
+        numbers: Numbers::Independent,
+        pixel: PixelSampling::Centre,
+        seed: context.seed_of(part),
+    };
+    let mut film = Film::new(size, None, 1).ok()?;
+    render(scene, estimator, sampling, &mut film, &range, &|_| true).ok()?;
+    Some(film)
+}
+
+/// By how much each channel counts in the one number that stands for a pixel: unequally, so that channels
+/// that are exchanged or mixed change it.
+const SHARES: DVec3 = DVec3::new(1.0 / 7.0, 2.0 / 7.0, 4.0 / 7.0);
+
+/// What the statistics of images ask for, of all channels in one by their [`SHARES`].
+pub(super) struct Levels {
+    mean: Vec<f64>,
+    variance: Vec<f64>,
+    count: Vec<u64>,
+    skewness: Vec<f64>,
+}
+
+impl Levels {
+    /// Renders replication by replication: a film keeps neither covariances of channels nor third moments.
+    pub fn render<E: Estimator>(
+        context: &Context,
+        part: &str,
+        (scene, size, range): (&Scene, [u32; 2], Range<u32>),
+        estimator: &E,
+    ) -> Option<Self> {
+        let mut pixels = vec![Values::new(0.0); (size[0] * size[1]) as usize];
+        for replication in range {
+            let frame = (scene, size, replication..replication + 1);
+            let film = film(context, part, frame, estimator)?;
+            for (values, pixel) in pixels.iter_mut().zip(film.pixels()) {
+                values.push(pixel.mean().dot(SHARES));
+            }
+        }
+        let column = |of: fn(&Values) -> f64| pixels.iter().map(of).collect();
+        Some(Self {
+            mean: column(|v| v.moments.mean()),
+            variance: column(|v| v.moments.variance()),
+            count: pixels.iter().map(|v| v.moments.count()).collect(),
+            skewness: column(Values::skewness),
+        })
+    }
+
+    pub fn statistics(&self) -> PixelStatistics<'_> {
+        PixelStatistics {
+            mean: &self.mean,
+            variance: &self.variance,
+            count: &self.count,
+        }
+    }
+}
+
+/// The test of the means of two images within a relative margin.
+pub(super) fn same_mean(name: &str, a: &Levels, b: &Levels, margin: f64) -> Outcome {
+    let [(sa, ka), (sb, kb)] = [a, b].map(|c| (c.statistics(), &c.skewness[..]));
+    image_mean(name, (&sa, ka), (&sb, kb), margin)
+}
+
+/// The outcome of an estimator whose values no film can hold.
+fn not_a_film() -> Vec<Outcome> {
+    vec![Outcome::exact(
+        "film",
+        0,
+        f64::NAN,
+        0.0,
+        "a radiance that no film holds",
+    )]
+}
+
+/// The mean of the pixels of the white furnace under a coloured sky: every one's expectation is the sky's
+/// radiance.
+struct WhiteFurnace {
+    scene: Arc<Scene>,
+}
+
+const SKY: DVec3 = DVec3::new(1.0, 3.0, 0.5);
+
+const FURNACE_SIZE: [u32; 2] = [48, 16];
+const FURNACE_REPLICATIONS: u64 = 24_000;
+
+impl Property for WhiteFurnace {
+    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+        let parts = setup.parts;
+        // One value per replication of the whole film: a mean of many pixels, nearly normal.
+        let mut values = Values::new(1.0);
+        for replication in 0..context.n(FURNACE_REPLICATIONS) {
+            let part = format!("film {replication}");
+            let frame = (&*self.scene, FURNACE_SIZE, 0..1);
+            let Some(film) = film(context, &part, frame, &Path::new(parts, Strategy::Mis)) else {
+                return not_a_film();
+            };
+            let sum: DVec3 = film.pixels().iter().map(Pixel::mean).sum();
+            let number = film.pixels().len() as f64;
+            values.push((sum / SKY).element_sum() / (3.0 * number));
+        }
+        let claim = Claim::Exact { delta: IMAGE };
+        vec![mean("image mean", &values, 1.0, claim)]
+    }
+}
+
+/// The path tracer and the report's estimator with physical rules in the all-diffuse room: two
+/// directions of sampling, two roulettes, with and without multiple importance sampling.
+struct SameImage {
+    scene: Arc<Scene>,
+}
+
+const ROOM_SIZE: [u32; 2] = [32, 24];
+const ROOM_REPLICATIONS: u64 = 1_200;
+/// Segments of the report's estimator: what it leaves out is below 2⁻²⁰ of the whole, a thousandth of the
+/// margin and less, as no albedo exceeds 1/2.
+const ROOM_SEGMENTS: u32 = 20;
+/// Absorption of all surfaces, by which the report's paths end.
+const ROOM_ABSORPTION: f64 = 0.25;
+
+/// Coloured balls in a coloured cube, without its light in sight.
+///
+/// A bounce multiplies the report's radiance by 2ρ cos θ/(1 − α), if the path survives. The third moment of
+/// that is 2ρ³/(1 − α)², and must be below 1 for the sum over all bounces to have one: else samples never know
+/// their own skewness. With albedos of 3/4, as in the report's room, it is 1.5.
+fn coloured_room() -> Arc<Scene> {
+    let camera = Camera::new(
+        DVec3::new(-0.8, -0.7, 0.4),
+        DVec3::new(0.6, 0.5, -0.7),
+        DVec3::Z,
+        0.5,
+    );
+    seen_by(camera, "coloured room", |s| {
+        let surface = |albedo| Surface::new(Bsdf::Lambert { albedo }).absorbing(ROOM_ABSORPTION);
+        let wall = s.surface(surface(DVec3::new(0.5, 0.4, 0.25)));
+        closed_cube(s, 1.0, true, wall);
+        let red = s.surface(surface(DVec3::new(0.5, 0.2, 0.1)));
+        s.sphere(Sphere::new(DVec3::new(0.5, 0.1, -0.6), 0.4), red);
+        let green = s.surface(surface(DVec3::new(0.3, 0.5, 0.2)));
+        s.sphere(Sphere::new(DVec3::new(-0.1, 0.6, -0.5), 0.3), green);
+        square(s, 0.99 * DVec3::Z, 0.4, false, light(LIGHT));
+    })
+}
+
+/// Pixels' p-values are compared with the uniform law to this distance.
+const FLATNESS: f64 = 0.25;
+
+impl Property for SameImage {
+    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+        let n = context.n(ROOM_REPLICATIONS) as u32;
+        let report = Report {
+            parts: setup.parts,
+            rays: 1,
+            segments: setup.segments.unwrap_or(ROOM_SEGMENTS),
+            rules: setup.rules,
+        };
+        let frame = (&*self.scene, ROOM_SIZE, 0..n);
+        let a = Levels::render(context, "report", frame.clone(), &report);
+        let b = Levels::render(context, "path", frame, &Path::<Standard>::default());
+        let (Some(a), Some(b)) = (a, b) else {
+            return not_a_film();
+        };
+        let pixels = map(&a.statistics(), &b.statistics(), ROOM_SIZE[0] as usize, 1);
+        vec![
+            // What the limit on segments leaves out is no reason to fail.
+            same_mean("image mean", &a, &b, IMAGE).within_delta(),
+            pixels.flatness("p-values of pixels", FLATNESS),
+        ]
+    }
+}
+
+/// Whitted's estimator and the path tracer on a convex diffuse object under a light that reflects
+/// nothing: no light meets two diffuse surfaces, so Whitted leaves nothing out.
+struct Convex {
+    scene: Arc<Scene>,
+}
+
+const CONVEX_SIZE: [u32; 2] = [32, 32];
+const CONVEX_REPLICATIONS: u64 = 2_600;
+
+impl Property for Convex {
+    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+        let n = context.n(CONVEX_REPLICATIONS) as u32;
+        let whitted = Whitted {
+            parts: setup.parts,
+            segments: setup.segments.unwrap_or(1),
+            rules: setup.rules,
+        };
+        let frame = (&*self.scene, CONVEX_SIZE, 0..n);
+        let a = Levels::render(context, "whitted", frame.clone(), &whitted);
+        let b = Levels::render(context, "path", frame, &Path::<Standard>::default());
+        let (Some(a), Some(b)) = (a, b) else {
+            return not_a_film();
+        };
+        vec![same_mean("image mean", &a, &b, BOUNCES)]
+    }
+}
+
+/// A diffuse sphere under a square light, before nothing.
+fn convex() -> Arc<Scene> {
+    scene("convex object", |s| {
+        // In other proportions than the light, so that no exchange of channels undoes the other's.
+        let albedo = FLOOR * DVec3::new(0.9, 1.0, 0.5);
+        let diffuse = s.surface(Surface::new(Bsdf::Lambert { albedo }));
+        s.sphere(Sphere::new(DVec3::ZERO, 0.5), diffuse);
+        square(s, 1.5 * DVec3::Z, 0.2, false, light(LIGHT));
+    })
+}
+
+/// The path tracer's three strategies in a diffuse cavity with an emitting cap that ends paths: most find
+/// it, which keeps the variance of hits low.
+struct SameStrategies {
+    scene: Arc<Scene>,
+}
+
+const CAVITY_SIZE: [u32; 2] = [20, 15];
+const CAVITY_REPLICATIONS: u64 = 6_600;
+
+impl Property for SameStrategies {
+    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+        let n = context.n(CAVITY_REPLICATIONS) as u32;
+        let frame = (&*self.scene, CAVITY_SIZE, 0..n);
+        let [bsdf, light, mis] = [Strategy::Bsdf, Strategy::Light, Strategy::Mis].map(|strategy| {
+            let path = Path::new(setup.parts, strategy);
+            Levels::render(context, &format!("{strategy:?}"), frame.clone(), &path)
+        });
+        let (Some(bsdf), Some(light), Some(mis)) = (bsdf, light, mis) else {
+            return not_a_film();
+        };
+        vec![
+            same_mean("bsdf and mis", &bsdf, &mis, IMAGE),
+            same_mean("light and mis", &light, &mis, IMAGE),
+        ]
+    }
+}
+
+fn strategies(scene: Scene) -> Bench<Subject> {
+    let pixels = u64::from(CAVITY_SIZE[0] * CAVITY_SIZE[1]) * CAVITY_REPLICATIONS;
+    let trial = data(
+        "images/three-strategies",
+        "hits, shadow rays and both make the same image of a diffuse cavity with an emitting cap",
+        &MIS,
+        "render::render, estimator::Path",
+        "Welch",
+        (pixels, IMAGE, 2),
+    );
+    let scene = Arc::new(scene);
+    Bench::new(trial, on(SameStrategies { scene }))
+}
+
+/// The trials.
+pub fn benches() -> Vec<Bench<Subject>> {
+    let (Ok(white), Ok(cavity)) = (furnace_under(SKY), cavity_cap(0.9, Cap::Black)) else {
+        return Vec::new();
+    };
+    let white = WhiteFurnace {
+        scene: Arc::new(white),
+    };
+    let same = SameImage {
+        scene: coloured_room(),
+    };
+    let pixels = u64::from(FURNACE_SIZE[0] * FURNACE_SIZE[1]) * FURNACE_REPLICATIONS;
+    let room_pixels = u64::from(ROOM_SIZE[0] * ROOM_SIZE[1]) * ROOM_REPLICATIONS;
+    let convex_pixels = u64::from(CONVEX_SIZE[0] * CONVEX_SIZE[1]) * CONVEX_REPLICATIONS;
+    vec![
+        Bench::new(
+            data(
+                "images/white-furnace",
+                "the film of a white Lambert sphere, a mirror and glass has the mean of the coloured sky",
+                &RENDERING,
+                "render::render, estimator::Path",
+                "t",
+                (pixels, IMAGE, 1),
+            ),
+            on(white),
+        ),
+        Bench::new(
+            data(
+                "images/diffuse-room",
+                "the path tracer and the report's estimator, unlimited, make the same image",
+                &RENDERING,
+                "render::render, estimator::Path, estimator::Report",
+                "Welch, equivalence",
+                (room_pixels, IMAGE, 2),
+            ),
+            on(same),
+        ),
+        Bench::new(
+            data(
+                "images/convex-object",
+                "of one convex diffuse object Whitted's estimator and the path tracer make the same image",
+                &WHITTED,
+                "render::render, estimator::Whitted, estimator::Path",
+                "Welch",
+                (convex_pixels, BOUNCES, 1),
+            ),
+            on(Convex { scene: convex() }),
+        ),
+        strategies(cavity),
+    ]
+}

@@ -1,0 +1,255 @@
+//! Roulette where its variance is infinite: survival at most the squared albedo.
+//!
+//! The mean is still right, but the second moment does not exist: a t test of the mean is valid for no
+//! number of samples, and no equivalence of means follows from it. Two things can be tested instead.
+//! The whole law is known: with albedo a and survival q a walk of k bounces is worth
+//! x_k = Σ (a/q)^j over j ≤ k and has probability (1 − q) q^k, from which the mean follows by summation.
+//! And min(X, x_c) is bounded, with a closed form of its mean, so that the empirical Bernstein
+//! inequality holds for it.
+
+use super::furnace::inside;
+use super::probes::BOUNCES;
+use super::roulette::{Parts, SUBJECT, variance, walk};
+use super::scenes::sphere_furnace;
+use super::subject::{Kind, Probe, RIGHT, Subject, Table};
+use crate::faults::{Bench, data};
+use glam::DVec3;
+use whitefurnace::bsdf::Bsdf;
+use whitefurnace::equation::ROULETTE;
+use whitefurnace::harness::chi_square::{CELL_DELTA, Counts, chi_square};
+use whitefurnace::harness::domain::Partition;
+use whitefurnace::harness::mean::{Values, bounded_mean};
+use whitefurnace::harness::outcome::{Claim, Outcome};
+use whitefurnace::harness::trial::Context;
+
+/// Albedo, for which survivals up to 0.81 have infinite variance.
+const ALBEDO: f64 = 0.9;
+/// Survival: the tail of the law falls with the power ln q/ln(q/a) = 1.58.
+const SURVIVAL: f64 = 0.75;
+
+/// How far the value of a walk may be from the law's: rounding of at most some hundred operations.
+const ROUNDING: f64 = 1e-12;
+/// Cells of the chi-square test: 0, 1, 2, 3 bounces, and more.
+const CELLS: usize = 5;
+
+/// The law of the estimate in a furnace of this albedo under constant survival, both in (0, 1) and
+/// different.
+#[derive(Clone, Copy)]
+struct Law {
+    albedo: f64,
+    survival: f64,
+}
+
+const LAW: Law = Law {
+    albedo: ALBEDO,
+    survival: SURVIVAL,
+};
+
+impl Law {
+    /// x_k = (r^(k+1) − 1)/(r − 1) with r = a/q.
+    fn value(self, bounces: u32) -> f64 {
+        let r = self.albedo / self.survival;
+        (r.powi(bounces as i32 + 1) - 1.0) / (r - 1.0)
+    }
+
+    /// (1 − q) q^k.
+    fn probability(self, bounces: u32) -> f64 {
+        (1.0 - self.survival) * self.at_least(bounces)
+    }
+
+    /// q^k: the probability of k bounces or more.
+    fn at_least(self, bounces: u32) -> f64 {
+        self.survival.powi(bounces as i32)
+    }
+
+    /// How many bounces a value stands for; `None` for a value that the law does not have.
+    fn bounces(self, value: f64) -> Option<u32> {
+        let r = self.albedo / self.survival;
+        let bounces = ((1.0 + value * (r - 1.0)).ln() / r.ln()).round() - 1.0;
+        // A cast of NaN or of a negative number gives 0, whose value is then compared.
+        let bounces = bounces as u32;
+        let expected = self.value(bounces);
+        ((value - expected).abs() <= ROUNDING * expected).then_some(bounces)
+    }
+
+    /// E[min(X, x_c)].
+    fn mean_up_to(self, c: u32) -> f64 {
+        let below: f64 = (0..c).map(|k| self.probability(k) * self.value(k)).sum();
+        below + self.at_least(c) * self.value(c)
+    }
+}
+
+/// Values of `draw` against the law: their frequencies (any other value is forbidden), and the mean of
+/// min(X, x_c) by empirical Bernstein.
+fn against_the_law(n: u64, c: u32, mut draw: impl FnMut() -> f64) -> Vec<Outcome> {
+    let mut counts = Counts {
+        n,
+        observed: vec![0; CELLS],
+        ..Counts::default()
+    };
+    let (highest, reference) = (LAW.value(c), LAW.mean_up_to(c));
+    let mut values = Values::new(reference);
+    for _ in 0..n {
+        let value = draw();
+        match LAW.bounces(value) {
+            Some(bounces) => counts.observed[(bounces as usize).min(CELLS - 1)] += 1,
+            None => {
+                counts.forbidden += 1;
+                counts.example.get_or_insert(DVec3::splat(value));
+            }
+        }
+        values.push(value.clamp(0.0, highest));
+    }
+    let last = CELLS as u32 - 1;
+    let masses = (0..last).map(|k| LAW.probability(k));
+    let places = (0..last).map(|k| format!("{k} bounces"));
+    let partition = Partition::of_masses(
+        masses.chain([LAW.at_least(last)]).collect(),
+        places.chain([format!("{last} bounces or more")]).collect(),
+    );
+    let delta = BOUNCES * reference;
+    vec![
+        chi_square("values of the law", &partition, &counts, CELL_DELTA),
+        bounded_mean(
+            "radiance",
+            &values,
+            reference,
+            [0.0, highest],
+            Claim::Exact { delta },
+        ),
+    ]
+}
+
+const WALKS: u64 = 9_000_000;
+
+/// Walks follow the law.
+fn law(context: &Context, parts: Parts) -> Vec<Outcome> {
+    let mut rng = context.rng("law");
+    against_the_law(context.n(WALKS), 8, || {
+        walk(&mut rng, parts, ALBEDO, SURVIVAL)
+    })
+}
+
+/// Squared albedos times these are the survivals on both sides of the boundary.
+const SIDES: [f64; 3] = [0.95, 1.0, 1.1];
+/// Terms of the sums over the law: what is left out is about 1.1^-400 = 3e-17 of the whole.
+const TERMS: u32 = 400;
+/// Tolerance of those sums, relative.
+const SUMMED: f64 = 1e-9;
+
+/// The mean and the second moment by summation over the number of bounces, with the values that walks
+/// of so many bounces have: the mean is 1/(1 − a) on both sides of the boundary; the second moment is
+/// the closed form's where survival exceeds the squared albedo, and elsewhere its terms never fall.
+fn boundary(context: &Context, parts: Parts) -> Vec<Outcome> {
+    let mut rng = context.rng("walks of given length");
+    let [mut mean_error, mut moment_error] = [(0.0, String::new()), (0.0, String::new())];
+    let see = |worst: &mut (f64, String), error: f64, place: String| {
+        if error.is_nan() || error > worst.0 {
+            *worst = (error, place);
+        }
+    };
+    let mut pairs = 0;
+    for a in [0.5, 0.75, 0.9] {
+        for q in SIDES.map(|side| side * a * a) {
+            pairs += 1;
+            let mut value = |bounces| {
+                let certain = Parts {
+                    survives: |_, _| true,
+                    longest: Some(bounces),
+                    ..parts
+                };
+                walk(&mut rng, certain, a, q)
+            };
+            let term = |(k, x): (i32, f64)| (1.0 - q) * q.powi(k) * x;
+            let values: Vec<f64> = (0..TERMS).map(&mut value).collect();
+            let weighted = |power: i32| {
+                let powers = values.iter().map(move |x| x.powi(power));
+                (0..).zip(powers).map(term)
+            };
+            let mean = 1.0 / (1.0 - a);
+            let place = format!("albedo {a}, survival {q}");
+            let error = (weighted(1).sum::<f64>() / mean - 1.0).abs();
+            see(&mut mean_error, error, place.clone());
+            let second = variance(a, q) + mean * mean;
+            let error = if second.is_finite() {
+                (weighted(2).sum::<f64>() / second - 1.0).abs()
+            } else {
+                let terms: Vec<f64> = weighted(2).collect();
+                let falls = |pair: &[f64]| 1.0 - pair[1] / pair[0];
+                terms.windows(2).map(falls).fold(0.0, f64::max)
+            };
+            see(&mut moment_error, error, place);
+        }
+    }
+    let exact =
+        |name, (error, place): (f64, String)| Outcome::exact(name, pairs, error, SUMMED, place);
+    vec![
+        exact("mean by summation", mean_error),
+        exact("second moment by summation", moment_error),
+    ]
+}
+
+/// The trials of the abstract furnace.
+pub fn benches() -> Vec<Bench<Parts>> {
+    vec![
+        Bench::new(
+            data(
+                "roulette/infinite-variance/law",
+                format!(
+                    "at albedo {ALBEDO} and survival {SURVIVAL} the walk has its closed-form law"
+                ),
+                &ROULETTE,
+                SUBJECT,
+                "chi-square, empirical Bernstein",
+                (WALKS, CELL_DELTA, 2),
+            ),
+            law,
+        ),
+        Bench::new(
+            data(
+                "roulette/infinite-variance/boundary",
+                "the variance is finite exactly for survival above the squared albedo, the mean right on both sides",
+                &ROULETTE,
+                SUBJECT,
+                "exact",
+                (3 * SIDES.len() as u64, SUMMED, 0),
+            ),
+            boundary,
+        ),
+    ]
+}
+
+const PATHS: u64 = 3_800_000;
+
+/// The path tracer with survival 0.75 in a hall of emitting mirrors of reflectance 0.9: its radiance
+/// has the same law, as no direction changes it.
+pub fn hall() -> Bench<Subject> {
+    let mirrors = Bsdf::Mirror {
+        reflectance: DVec3::splat(ALBEDO),
+    };
+    let probe = Probe {
+        scene: sphere_furnace(mirrors, 0.0),
+        kind: Kind::Path,
+        ray: inside,
+    };
+    Bench::new(
+        data(
+            "furnace/mirrors/infinite-variance",
+            format!(
+                "in a hall of mirrors of reflectance {ALBEDO} survival {SURVIVAL} gives the closed-form law"
+            ),
+            &ROULETTE,
+            "estimator::Path",
+            "chi-square, empirical Bernstein",
+            (PATHS, CELL_DELTA, 2),
+        ),
+        move |context: &Context, subject: Subject| {
+            let setup = subject.with(Table {
+                survival_by_throughput: |_| SURVIVAL,
+                ..subject.parts.unwrap_or(RIGHT)
+            });
+            let mut rng = context.rng("radiance");
+            against_the_law(context.n(PATHS), 4, || probe.radiance(setup, &mut rng).x)
+        },
+    )
+}

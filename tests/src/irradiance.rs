@@ -1,0 +1,273 @@
+//! Direct light through whole estimators: irradiance of lights of every shape in closed form, by each
+//! strategy alone and by both.
+
+use std::f64::consts::FRAC_1_PI;
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::form_factors;
+use super::probes::{MeanRadiance, SINGLE, radiance, words};
+use super::scenes::{
+    FLOOR, LIGHT, NEAR, RECTANGLE, SMALL_LIGHT, TRIANGLE, at_origin, corners, half_hidden_light,
+    near_light, polygon_irradiance, rectangle_light, sphere_irradiance, sphere_light, three_lights,
+    triangle_light,
+};
+use super::subject::{Kind, Probe, Property, RIGHT, Setup, Subject, Table, on};
+use crate::faults::{Bench, data};
+use whitefurnace::equation::{ESTIMATOR, GEOMETRY, MIS, WHITTED};
+use whitefurnace::estimator::Parts;
+use whitefurnace::harness::chi_square::{CELL_DELTA, Counts, chi_square};
+use whitefurnace::harness::domain::Partition;
+use whitefurnace::harness::outcome::Outcome;
+use whitefurnace::harness::trial::Context;
+use whitefurnace::rng::uniform;
+
+/// What the floor reflects of an irradiance E, given as E/L, of a light of radiance [`LIGHT`].
+pub fn reflected(irradiance: f64) -> f64 {
+    FLOOR * FRAC_1_PI * LIGHT * irradiance
+}
+
+/// E/L of the three lights together, in units of [`LIGHT`].
+pub fn three() -> f64 {
+    0.5 * polygon_irradiance(&TRIANGLE)
+        + 2.0 * sphere_irradiance(0.5, 2.0, 1.0)
+        + 4.0 * polygon_irradiance(&corners(SMALL_LIGHT, 0.4))
+}
+
+/// The trials.
+pub fn benches() -> Vec<Bench<Subject>> {
+    let mut benches = lights();
+    benches.extend(strategies());
+    benches.extend(form_factors::benches());
+    benches.push(weights());
+    benches.push(picks());
+    benches
+}
+
+fn lights() -> Vec<Bench<Subject>> {
+    let rectangle = rectangle_light(false);
+    let hidden = half_hidden_light();
+    let [a, b, ..] = RECTANGLE;
+    let visible_half = [a, b, b.with_y(0.0), a.with_y(0.0)];
+    let bench = |name, what: &str, scene, kind, irradiance, samples, equation| {
+        let reference = reflected(irradiance);
+        let property = format!("a floor reflects {reference:.6} of {what}");
+        let words = words(name, property, equation);
+        radiance(
+            words,
+            (&scene, kind, |_| at_origin()),
+            reference,
+            // Where nothing arrives, nothing varies.
+            (samples, if reference == 0.0 { 0.0 } else { SINGLE }),
+        )
+    };
+    let square = polygon_irradiance(&RECTANGLE);
+    vec![
+        bench(
+            "irradiance/rectangle",
+            "a square light's radiance",
+            Arc::clone(&rectangle),
+            Kind::Path,
+            square,
+            3_800_000,
+            &GEOMETRY,
+        ),
+        bench(
+            "irradiance/rectangle-report",
+            "a square light's radiance",
+            Arc::clone(&rectangle),
+            Kind::Report(2),
+            square,
+            700_000,
+            &GEOMETRY,
+        ),
+        bench(
+            "irradiance/rectangle-whitted",
+            "a square light's radiance",
+            rectangle,
+            Kind::Whitted(7),
+            square,
+            700_000,
+            &WHITTED,
+        ),
+        bench(
+            "irradiance/half-hidden",
+            "a square light that a wall hides by half",
+            Arc::clone(&hidden),
+            Kind::Path,
+            polygon_irradiance(&visible_half),
+            20_000_000,
+            &GEOMETRY,
+        ),
+        bench(
+            "irradiance/behind",
+            "a light that shines the other way",
+            rectangle_light(true),
+            Kind::Path,
+            0.0,
+            100_000,
+            &GEOMETRY,
+        ),
+        bench(
+            "irradiance/triangle",
+            "a slanted triangular light",
+            triangle_light(),
+            Kind::Path,
+            polygon_irradiance(&TRIANGLE),
+            2_600_000,
+            &GEOMETRY,
+        ),
+        bench(
+            "irradiance/sphere",
+            "a spherical light",
+            sphere_light(),
+            Kind::Path,
+            sphere_irradiance(0.5, 2.0, 1.0),
+            11_500_000,
+            &GEOMETRY,
+        ),
+        bench(
+            "irradiance/three-lights",
+            "three lights of different size and radiance",
+            three_lights(),
+            Kind::Path,
+            three(),
+            13_000_000,
+            &ESTIMATOR,
+        ),
+    ]
+}
+
+/// One strategy of the path tracer with the other taken away and all the weight.
+fn strategies() -> Vec<Bench<Subject>> {
+    let far = rectangle_light(false);
+    let near = near_light();
+    let bench = |name, property, scene, polygon: &[_], samples, alone: fn(Table) -> Table| {
+        let reference = reflected(polygon_irradiance(polygon));
+        let property = format!("{property}: a floor reflects {reference:.6} of a square light");
+        let probe = Probe {
+            scene,
+            kind: Kind::Path,
+            ray: |_| at_origin(),
+        };
+        let property_of = MeanRadiance {
+            probe,
+            reference,
+            delta: SINGLE * reference,
+            samples,
+        };
+        let size = (samples, SINGLE, 1);
+        Bench::new(
+            data(name, property, &MIS, "estimator::Path", "t", size),
+            move |context: &Context, subject: Subject| {
+                let parts = alone(subject.parts.unwrap_or(RIGHT));
+                property_of.run(context, subject.with(parts))
+            },
+        )
+    };
+    vec![
+        bench(
+            "irradiance/shadow-rays-alone",
+            "by shadow rays alone",
+            far,
+            &RECTANGLE,
+            700_000,
+            // A horizontal direction has no density: the path ends after its shadow ray.
+            |table| Table {
+                cosine_hemisphere: |_| DVec3::X,
+                mis_weight: |_, _| 1.0,
+                ..table
+            },
+        ),
+        bench(
+            "irradiance/hits-alone",
+            "by hits alone",
+            near,
+            &NEAR,
+            8_000_000,
+            |table| Table {
+                visible: |_, _, _, _| false,
+                mis_weight: |_, _| 1.0,
+                ..table
+            },
+        ),
+    ]
+}
+
+const ARGUMENTS: u64 = 10_000;
+
+/// The weights of both strategies sum to one, and are in proportion to the densities.
+struct Weights;
+
+impl Property for Weights {
+    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+        let mut rng = context.rng("weights");
+        let (mut sum, mut balance) = (0.0_f64, 0.0_f64);
+        for _ in 0..context.arguments(ARGUMENTS) {
+            let [p, q] = [uniform(&mut rng) + 1e-3, uniform(&mut rng) + 1e-3];
+            let [a, b] = [setup.parts.mis_weight(p, q), setup.parts.mis_weight(q, p)];
+            sum = sum.max((a + b - 1.0).abs());
+            balance = balance.max((a * q - b * p).abs());
+        }
+        let exact = |name, error| {
+            Outcome::exact(
+                name,
+                ARGUMENTS,
+                error,
+                1e-12,
+                "the worst of random densities",
+            )
+        };
+        vec![exact("sum of weights", sum), exact("balance", balance)]
+    }
+}
+
+fn weights() -> Bench<Subject> {
+    let property = "MIS weights sum to one and stand in proportion to the densities";
+    let subject = "radiometry::balance";
+    let size = (ARGUMENTS, 1e-12, 0);
+    Bench::new(
+        data("irradiance/weights", property, &MIS, subject, "exact", size),
+        on(Weights),
+    )
+}
+
+const PICKS: u64 = 1_000_000;
+
+/// Each of three emitters is picked with probability 1/3.
+struct Picks;
+
+impl Property for Picks {
+    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+        let mut rng = context.rng("picks");
+        let n = context.n(PICKS);
+        let mut observed = vec![0; 3];
+        (0..n).for_each(|_| observed[setup.parts.pick_emitter(uniform(&mut rng), 3)] += 1);
+        let places = (0..3).map(|i| format!("emitter {i}")).collect();
+        let partition = Partition::of_masses(vec![1.0 / 3.0; 3], places);
+        let counts = Counts {
+            n,
+            observed,
+            ..Counts::default()
+        };
+        vec![chi_square("picks", &partition, &counts, CELL_DELTA)]
+    }
+}
+
+fn picks() -> Bench<Subject> {
+    let property = "each of three emitters is picked with probability 1/3";
+    let subject = "estimator::Parts::pick_emitter";
+    let size = (PICKS, CELL_DELTA, 1);
+    Bench::new(
+        data(
+            "irradiance/picks",
+            property,
+            &ESTIMATOR,
+            subject,
+            "chi-square",
+            size,
+        ),
+        on(Picks),
+    )
+}

@@ -1,0 +1,108 @@
+//! The registry: every property on trial, each with faulty subjects that must be rejected.
+//!
+//! The tests and the experiments only loop over [`all`]; the faults are listed in [`crate::faults`].
+
+pub mod accumulators;
+pub mod bidirectional;
+pub mod bsdf;
+pub mod chains;
+pub mod cie;
+pub mod convergence;
+pub mod emitters;
+pub mod eon;
+pub mod estimator;
+pub mod exact_walks;
+pub mod faults;
+pub mod form_factors;
+pub mod fresnel;
+pub mod furnace;
+pub mod geometry;
+pub mod glass;
+pub mod hemisphere;
+pub mod images;
+pub mod infinite_variance;
+pub mod irradiance;
+pub mod panes;
+pub mod passes;
+pub mod path_weights;
+pub mod photon;
+pub mod policies;
+pub mod probes;
+pub mod published;
+pub mod radiosity;
+pub mod render_streams;
+pub mod roulette;
+pub mod sample_rays;
+pub mod scenes;
+pub mod script;
+pub mod sobol;
+pub mod solid_angle;
+pub mod strategies;
+pub mod streams;
+pub mod subject;
+pub mod whole_paths;
+
+use crate::faults::{AnyFamily, Fault, Pair};
+use whitefurnace::harness::trial::Trial;
+
+/// Every trial with its faults, by the type of subject.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    [
+        hemisphere::families(),
+        fresnel::families(),
+        bsdf::families(),
+        eon::families(),
+        roulette::families(),
+        policies::families(),
+        streams::families(),
+        render_streams::families(),
+        sobol::families(),
+        convergence::families(),
+        geometry::families(),
+        emitters::families(),
+        solid_angle::families(),
+        accumulators::families(),
+        estimator::families(),
+        exact_walks::families(),
+        path_weights::families(),
+        published::families(),
+        photon::families(),
+        bidirectional::families(),
+        whole_paths::families(),
+        radiosity::families(),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+/// Every trial of the suite.
+pub fn all() -> Vec<Trial> {
+    families()
+        .iter()
+        .flat_map(|family| family.trials())
+        .collect()
+}
+
+/// Every fault and every equivalent mutant.
+pub fn all_faults() -> Vec<Fault> {
+    families()
+        .iter()
+        .flat_map(|family| family.faults())
+        .collect()
+}
+
+/// The full table: every fault and equivalent mutant under every trial that takes its type of subject.
+pub fn matrix() -> Vec<Pair> {
+    families()
+        .iter()
+        .flat_map(|family| family.pairs())
+        .collect()
+}
+
+/// The equivalent mutants under the trials that must accept them.
+pub fn equivalents() -> Vec<Pair> {
+    let mut pairs = matrix();
+    pairs.retain(|pair| pair.fault.equivalent && pair.named);
+    pairs
+}

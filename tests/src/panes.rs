@@ -1,0 +1,140 @@
+//! Pieces of glass with known answers: a slab with all its internal reflections, a prism that turns light
+//! by total reflection, a sphere of index 1 that must not be seen.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::glass::{INDEX, reflectance_by_angles};
+use super::probes::{SINGLE, any_direction, radiance, words};
+use super::scenes::{LIGHT, floor, light, scene, square, towards_origin};
+use super::subject::{Kind, Property, Setup, Subject, on};
+use crate::faults::{Bench, data};
+use whitefurnace::bsdf::Bsdf;
+use whitefurnace::equation::{FRESNEL, REFRACTION};
+use whitefurnace::estimator::Parts;
+use whitefurnace::harness::outcome::Outcome;
+use whitefurnace::harness::trial::Context;
+use whitefurnace::scene::{Scene, Surface};
+use whitefurnace::shape::{Ray, Sphere};
+
+/// A slab of glass over a ground that emits 1.
+fn slab() -> Arc<Scene> {
+    let glass = Bsdf::Glass { index: INDEX };
+    scene("glass slab", |s| {
+        floor(s, glass);
+        square(s, -0.5 * DVec3::Z, 50.0, false, Surface::new(glass));
+        square(s, -3.0 * DVec3::Z, 50.0, true, light(1.0));
+    })
+}
+
+/// A prism over the right isosceles triangle (0, 0), (1, 0), (0, 1) of the xz plane, and a light below
+/// its lower leg: a ray along x meets the hypotenuse at 45° from within and is turned down.
+fn prism() -> Arc<Scene> {
+    scene("glass prism", |s| {
+        let glass = s.surface(Surface::new(Bsdf::Glass { index: INDEX }));
+        let [x, y, z] = [DVec3::X, 2.0 * DVec3::Y, DVec3::Z];
+        let start = -DVec3::Y;
+        s.rectangle(start, [z, y], glass);
+        s.rectangle(start, [y, x], glass);
+        s.rectangle(start + x, [y, z - x], glass);
+        square(s, DVec3::new(0.6, 0.0, -1.0), 0.2, true, light(LIGHT));
+    })
+}
+
+/// Black surfaces that emit, with or without a sphere of index 1 before them.
+fn lights(sphere: bool) -> Arc<Scene> {
+    scene("lights", |s| {
+        for (i, radiance) in [1.0, 2.0, 4.0].into_iter().enumerate() {
+            let centre = DVec3::new(i as f64 - 1.0, 0.0, -2.0);
+            square(s, centre, 0.4, true, light(radiance));
+        }
+        if sphere {
+            let glass = s.surface(Surface::new(Bsdf::Glass { index: 1.0 }));
+            s.sphere(Sphere::new(DVec3::ZERO, 1.0), glass);
+        }
+    })
+}
+
+/// With and without the sphere of index 1 every ray sees the same.
+struct Vanishing {
+    scenes: [Arc<Scene>; 2],
+}
+
+const RAYS: u64 = 2_000;
+
+impl Property for Vanishing {
+    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+        let mut rng = context.rng("rays");
+        let mut worst = 0.0_f64;
+        for _ in 0..RAYS {
+            let aim = 0.9 * any_direction(&mut rng);
+            let origin = DVec3::new(0.2, -0.3, 3.0);
+            let ray = Ray::new(origin, (aim - origin).normalize());
+            let [with, without] = [0, 1].map(|i| {
+                let whitted = Kind::Whitted(5);
+                whitted.radiance(setup, &self.scenes[i], &ray, &mut rng)
+            });
+            worst = worst.max((with - without).abs().max_element());
+        }
+        vec![Outcome::exact(
+            "difference",
+            RAYS,
+            worst,
+            1e-12,
+            "the worst ray",
+        )]
+    }
+}
+
+/// The trials.
+pub fn benches() -> Vec<Bench<Subject>> {
+    let r = reflectance_by_angles(60f64.to_radians(), 1.0, INDEX);
+    let r0 = ((INDEX - 1.0) / (INDEX + 1.0)).powi(2);
+    let through = |r: f64| (1.0 - r) / (1.0 + r);
+    let vanishing = data(
+        "glass/vanishing",
+        "a sphere of index 1 before lights leaves the image as it is",
+        &REFRACTION,
+        "estimator::Whitted",
+        "exact",
+        (RAYS, 1e-12, 0),
+    );
+    vec![
+        radiance(
+            words(
+                "glass/slab",
+                format!(
+                    "a slab lets (1 − R)/(1 + R) = {:.6} of unpolarised light through at 60°, R taken \
+                     anew for light without polarisation at each face, as (12) has it",
+                    through(r)
+                ),
+                &FRESNEL,
+            ),
+            (&slab(), Kind::Path, |_| towards_origin(60f64.to_radians())),
+            through(r),
+            (5_600_000, SINGLE),
+        ),
+        radiance(
+            words(
+                "glass/prism",
+                format!(
+                    "a prism turns light by 90° and lets (1 − R)/(1 + R) = {:.6} through its legs",
+                    through(r0)
+                ),
+                &FRESNEL,
+            ),
+            (&prism(), Kind::Path, |_| {
+                Ray::new(DVec3::new(-1.0, 0.0, 0.4), DVec3::X)
+            }),
+            through(r0) * LIGHT,
+            (4_600_000, SINGLE),
+        ),
+        Bench::new(
+            vanishing,
+            on(Vanishing {
+                scenes: [lights(true), lights(false)],
+            }),
+        ),
+    ]
+}

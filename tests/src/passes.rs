@@ -1,0 +1,251 @@
+//! Trials of estimators of whole images: the means of their passes, against a closed form or against the
+//! path tracer.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::probes::Words;
+use super::scenes::level;
+use super::subject::{Property, Setup, Subject, on};
+use crate::faults::{Bench, data};
+use whitefurnace::estimator::{
+    Bdpt, Estimator, ImageEstimator, LightTracer, Parts, Path, Standard,
+};
+use whitefurnace::harness::mean::{Values, mean, welch};
+use whitefurnace::harness::outcome::{Claim, Outcome};
+use whitefurnace::harness::trial::Context;
+use whitefurnace::rng::{Stream, uniform2};
+use whitefurnace::scene::Scene;
+
+/// Which estimator of whole images.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ImageKind {
+    /// [`LightTracer`].
+    LightTracer,
+    /// [`Bdpt`].
+    Bdpt,
+}
+
+impl ImageKind {
+    /// A pass by this estimator; `None` if it has values that no film can hold, which is a fault.
+    fn pass<P: Parts>(
+        self,
+        parts: P,
+        (scene, frame): (&Scene, [u32; 2]),
+        seed: u64,
+        index: u32,
+    ) -> Option<Vec<DVec3>> {
+        let pass = match self {
+            Self::LightTracer => LightTracer { parts }.pass(scene, frame, seed, index),
+            Self::Bdpt => Bdpt { parts }.pass(scene, frame, seed, index),
+        };
+        pass.ok()
+    }
+
+    fn path(self) -> &'static str {
+        match self {
+            Self::LightTracer => "estimator::LightTracer",
+            Self::Bdpt => "estimator::Bdpt",
+        }
+    }
+}
+
+/// A part of the image whose mean is on trial.
+#[derive(Clone, Copy, Debug)]
+pub struct Region {
+    /// Its name.
+    pub name: &'static str,
+    /// Whether the pixel (x, y) of a frame belongs to it.
+    pub holds: fn([u32; 2], [u32; 2]) -> bool,
+    /// δ, relative to the reference (absolute if that is 0).
+    pub delta: f64,
+}
+
+/// The whole image.
+pub const fn whole(delta: f64) -> Region {
+    Region {
+        name: "image mean",
+        holds: |_, _| true,
+        delta,
+    }
+}
+
+/// A scene, an estimator of whole images, the frame, and the passes at scale 1. A pass is one value: the
+/// mean of many pixels, nearly normal.
+#[derive(Clone)]
+pub struct Passes {
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// The estimator.
+    pub kind: ImageKind,
+    /// Width and height.
+    pub frame: [u32; 2],
+    /// How many.
+    pub count: u64,
+}
+
+impl Passes {
+    /// The mean [`level`] of each region, pass by pass; cubes are summed about `centre`.
+    fn means<P: Parts + Copy>(
+        &self,
+        context: &Context,
+        parts: P,
+        regions: &[Region],
+        centre: f64,
+    ) -> Option<Vec<Values>> {
+        let [width, height] = self.frame;
+        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| [x, y]));
+        let inside: Vec<Vec<usize>> = regions
+            .iter()
+            .map(|region| {
+                let holds = |(_, pixel): &(usize, [u32; 2])| (region.holds)(*pixel, self.frame);
+                pixels
+                    .clone()
+                    .enumerate()
+                    .filter(holds)
+                    .map(|(i, _)| i)
+                    .collect()
+            })
+            .collect();
+        let mut values = vec![Values::new(centre); regions.len()];
+        let seed = context.seed_of("passes");
+        for index in 0..context.n(self.count) {
+            let image = self
+                .kind
+                .pass(parts, (&self.scene, self.frame), seed, index as u32)?;
+            for (values, inside) in values.iter_mut().zip(&inside) {
+                let sum: DVec3 = inside.iter().map(|&i| image[i]).sum();
+                values.push(level(&self.scene, sum) / inside.len() as f64);
+            }
+        }
+        Some(values)
+    }
+}
+
+/// The outcome of passes that no film can hold.
+fn not_an_image() -> Vec<Outcome> {
+    let worst = "a radiance that no film holds";
+    vec![Outcome::exact("image", 0, f64::NAN, 0.0, worst)]
+}
+
+/// Regions of the image have the same mean radiance in closed form.
+struct MeanImage {
+    passes: Passes,
+    reference: f64,
+    regions: Vec<Region>,
+}
+
+impl Property for MeanImage {
+    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+        let means = self
+            .passes
+            .means(context, setup.parts, &self.regions, self.reference);
+        let Some(means) = means else {
+            return not_an_image();
+        };
+        let outcome = |(region, values): (&Region, &Values)| {
+            let claim = Claim::Exact {
+                delta: region.delta * self.reference,
+            };
+            mean(region.name, values, self.reference, claim)
+        };
+        self.regions.iter().zip(&means).map(outcome).collect()
+    }
+}
+
+/// A trial of regions whose mean radiance is `reference`, to within a δ relative to it; 0 claims it of
+/// every single pass.
+pub fn image(words: Words, passes: &Passes, reference: f64, regions: &[Region]) -> Bench<Subject> {
+    let delta = regions
+        .iter()
+        .map(|region| region.delta)
+        .fold(0.0, f64::max);
+    let random = regions.iter().filter(|region| region.delta > 0.0).count();
+    let trial = data(
+        words.name,
+        words.property,
+        words.equation,
+        passes.kind.path(),
+        "t",
+        (passes.count, delta, random),
+    );
+    let property = MeanImage {
+        passes: passes.clone(),
+        reference,
+        regions: regions.to_vec(),
+    };
+    Bench::new(trial, on(property))
+}
+
+/// The image has the mean of the path tracer's.
+struct SameAsPath {
+    passes: Passes,
+    frames: u64,
+    delta: f64,
+}
+
+impl SameAsPath {
+    /// The mean of a frame by the path tracer, one camera ray through a random point of each pixel.
+    fn frame(&self, rng: &mut Stream) -> f64 {
+        let Passes { scene, frame, .. } = &self.passes;
+        let [width, height] = *frame;
+        let mut sum = DVec3::ZERO;
+        for pixel in 0..width * height {
+            let [x, y] = uniform2(rng);
+            let [column, row] = [pixel % width, pixel / width].map(f64::from);
+            let ray = scene.camera().ray(*frame, column + x, row + y);
+            let hit = scene.intersect(&ray);
+            sum += Path::<Standard>::default().radiance(scene, &ray, hit, rng);
+        }
+        level(scene, sum) / f64::from(width * height)
+    }
+}
+
+impl Property for SameAsPath {
+    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+        let mut rng = context.rng("path tracer");
+        let frames = context.n(self.frames);
+        let path = Values::collect(0.0, frames, || self.frame(&mut rng));
+        let mean = path.moments.mean();
+        let regions = [whole(self.delta)];
+        let means = self.passes.means(context, setup.parts, &regions, mean);
+        let Some(image) = means.as_deref().and_then(<[Values]>::first) else {
+            return not_an_image();
+        };
+        let claim = Claim::Exact {
+            delta: self.delta * mean,
+        };
+        vec![welch("image mean", image, &path, claim)]
+    }
+}
+
+/// A trial of equality with the path tracer, which renders `frames` frames of one sample per pixel; `delta`
+/// is relative to its mean.
+pub fn same_as_path(words: Words, passes: &Passes, (frames, delta): (u64, f64)) -> Bench<Subject> {
+    let trial = data(
+        words.name,
+        words.property,
+        words.equation,
+        passes.kind.path(),
+        "Welch",
+        (passes.count, delta, 1),
+    );
+    let property = SameAsPath {
+        passes: passes.clone(),
+        frames,
+        delta,
+    };
+    Bench::new(trial, on(property))
+}
+
+/// A trial whose subject is changed first, whatever else is wrong with it.
+pub fn altered(
+    bench: Bench<Subject>,
+    alter: impl Fn(Subject) -> Subject + Send + Sync + 'static,
+) -> Bench<Subject> {
+    let inner = bench.on;
+    Bench::new(bench.trial, move |context, subject| {
+        inner(context, alter(subject))
+    })
+}

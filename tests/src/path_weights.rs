@@ -1,0 +1,358 @@
+//! The weights that the path tracer gives to hits and to shadow rays, taken from its own estimates: one
+//! path at a time, with chosen random numbers, against densities in closed form.
+
+use std::f64::consts::{FRAC_1_PI, PI, TAU};
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::probes::any_direction;
+use super::scenes::{FLOOR, LIGHT, NEAR, floor, lambert, light, scene, square};
+use super::script::Scripted;
+use super::subject::{RIGHT, Table};
+use crate::faults::{AnyFamily, Bench, Family, data, mutant};
+use whitefurnace::emitter::{Emitter, EmitterShape, LightSampling};
+use whitefurnace::equation::{MIS, MIS_POWER, SOLID_ANGLE};
+use whitefurnace::estimator::{Estimator, Heuristic, Path, Strategy};
+use whitefurnace::frame::Frame;
+use whitefurnace::harness::outcome::Outcome;
+use whitefurnace::harness::pointwise::Largest;
+use whitefurnace::harness::trial::Context;
+use whitefurnace::rng::{Stream, uniform, uniform2};
+use whitefurnace::sampling::cosine_hemisphere_inverse;
+use whitefurnace::scene::Scene;
+use whitefurnace::shape::{Ray, Sphere};
+
+/// One side's path tracer: its parts, and what it makes of the heuristic and light sampling asked for.
+#[derive(Clone, Copy)]
+pub struct Side {
+    parts: Table,
+    heuristic: fn(Heuristic) -> Heuristic,
+    lights: fn(LightSampling) -> LightSampling,
+}
+
+/// Where the weights of hits and of shadow rays come from: one path tracer, or two that differ.
+#[derive(Clone, Copy)]
+pub struct Sides {
+    /// The weights of hits.
+    pub hits: Side,
+    /// The weights of shadow rays.
+    pub shadows: Side,
+}
+
+const SIDE: Side = Side {
+    parts: RIGHT,
+    heuristic: |heuristic| heuristic,
+    lights: |lights| lights,
+};
+const SIDES: Sides = Sides {
+    hits: SIDE,
+    shadows: SIDE,
+};
+
+/// A square so near that most directions hit it, and farther lights of every shape: few of the densities
+/// agree.
+fn lights() -> Arc<Scene> {
+    scene("lights near and far", |s| {
+        floor(s, lambert(FLOOR));
+        square(s, NEAR[0].z * DVec3::Z, 2.0, false, light(LIGHT));
+        let surface = s.surface(light(LIGHT));
+        let corner = DVec3::new(3.0, -1.0, 0.5);
+        s.mesh(
+            &[
+                corner,
+                corner + 2.0 * DVec3::Y,
+                corner + DVec3::new(1.0, 1.0, 1.0),
+            ],
+            &[[0, 1, 2]],
+            surface,
+        );
+        s.sphere(Sphere::new(DVec3::new(-4.0, 0.0, 1.0), 0.5), surface);
+        // These two have no sampling by solid angle: it falls back to area.
+        let skewed = [2.0 * DVec3::Y + 0.7 * DVec3::X, DVec3::new(1.0, 0.0, 1.5)];
+        s.rectangle(DVec3::new(3.0, 3.0, 0.4), skewed, surface);
+        let dome = Sphere {
+            zone: [-0.2, 0.4],
+            ..Sphere::new(DVec3::new(-1.0, -4.0, 0.8), 0.6)
+        };
+        s.sphere(dome, surface);
+    })
+}
+
+/// The solid angle of a triangle by Girard's theorem: the excess of its angles.
+fn girard(from: DVec3, corners: [DVec3; 3]) -> f64 {
+    let [a, b, c] = corners.map(|corner| (corner - from).normalize());
+    let angle = |at: DVec3, p: DVec3, q: DVec3| at.cross(p).angle_between(at.cross(q));
+    angle(a, b, c) + angle(b, c, a) + angle(c, a, b) - PI
+}
+
+/// The density, with respect to solid angle, of a shadow ray towards a point of an emitter among `count`.
+fn density(
+    emitter: &Emitter,
+    lights: LightSampling,
+    from: DVec3,
+    to: (DVec3, DVec3),
+    count: usize,
+) -> f64 {
+    let away = to.0 - from;
+    let of_area = |area: f64| away.length().powi(3) / (area * -away.dot(to.1));
+    // No angle where the shape has no sampling by it.
+    let (area, angle) = match emitter.shape {
+        EmitterShape::Rectangle {
+            corner,
+            edges: [a, b],
+        } => (
+            a.cross(b).length(),
+            (a.dot(b).abs() < 1e-9).then(|| {
+                girard(from, [corner, corner + a, corner + b])
+                    + girard(from, [corner + a + b, corner + a, corner + b])
+            }),
+        ),
+        EmitterShape::Triangle([a, b, c]) => (
+            0.5 * (b - a).cross(c - a).length(),
+            Some(girard(from, [a, b, c])),
+        ),
+        EmitterShape::Sphere(sphere) => {
+            let sine = sphere.radius / sphere.centre.distance(from);
+            let [low, high] = sphere.zone.map(|z| z.clamp(-sphere.radius, sphere.radius));
+            let whole = high - low == 2.0 * sphere.radius;
+            (
+                TAU * sphere.radius * (high - low),
+                whole.then(|| TAU * (1.0 - (1.0 - sine * sine).sqrt())),
+            )
+        }
+    };
+    let one = match (lights, angle) {
+        (LightSampling::SolidAngle, Some(angle)) => 1.0 / angle,
+        (LightSampling::SolidAngle, None) | (LightSampling::Area, _) => of_area(area),
+    };
+    one / count as f64
+}
+
+/// Both weights of a path from a floor to a light, and the two densities.
+struct Found {
+    hit: f64,
+    shadow: f64,
+    bsdf: f64,
+    light: f64,
+}
+
+/// A path to a random point of a random light; `None` if that cannot be seen from the floor.
+fn one(
+    scene: &Scene,
+    sides: &Sides,
+    (heuristic, lights): (Heuristic, LightSampling),
+    rng: &mut Stream,
+) -> Option<Found> {
+    let x = DVec3::new(2.0 * uniform(rng) - 1.0, 2.0 * uniform(rng) - 1.0, 0.0);
+    let down = (any_direction(rng) - 1.5 * DVec3::Z).normalize();
+    let ray = Ray::new(x - 0.1 * down, down);
+    let first = scene.intersect(&ray)?;
+    let (pick, random) = (uniform(rng), uniform2(rng));
+    let emitters = scene.emitters();
+    let emitter = &emitters[(pick * emitters.len() as f64) as usize];
+    let point = match lights {
+        LightSampling::Area => emitter.sample(random),
+        LightSampling::SolidAngle => emitter
+            .sample_solid_angle(first.point, random)
+            .map_or_else(|| emitter.sample(random), |(point, _)| point),
+    };
+    let free = scene.visible(
+        (first.point, first.normal),
+        (point.point, point.normal),
+        false,
+    );
+    let towards = (point.point - first.point).normalize();
+    if !free || towards.z < 1e-3 || towards.dot(point.normal) > -1e-3 {
+        return None;
+    }
+    let local = Frame::new(first.normal).local(towards);
+    let onward = cosine_hemisphere_inverse(local);
+    // After the light's numbers and the direction's, the roulette's: one ends the path, one does not.
+    let direction = |roulette: f64| [onward[0], onward[1], roulette];
+    let shadow = [pick, random[0], random[1]];
+    const ENDS: f64 = 0.999;
+    let estimate = |side: &Side, strategy, numbers: &[f64]| {
+        Path {
+            parts: side.parts,
+            strategy,
+            lights: (side.lights)(lights),
+            heuristic: (side.heuristic)(heuristic),
+        }
+        .radiance(scene, &ray, Some(first), &mut Scripted(numbers.iter()))
+        .x
+    };
+    let both = |roulette| [shadow, direction(roulette)].concat();
+    let shadows = |strategy| estimate(&sides.shadows, strategy, &both(ENDS));
+    let hits = |strategy| {
+        estimate(&sides.hits, strategy, &both(0.0)) - estimate(&sides.hits, strategy, &both(ENDS))
+    };
+    Some(Found {
+        hit: hits(Strategy::Mis) / estimate(&sides.hits, Strategy::Bsdf, &direction(0.0)),
+        shadow: shadows(Strategy::Mis) / shadows(Strategy::Light),
+        bsdf: local.z * FRAC_1_PI,
+        light: density(
+            emitter,
+            lights,
+            first.point,
+            (point.point, point.normal),
+            emitters.len(),
+        ),
+    })
+}
+
+const PATHS: u64 = 4000;
+/// Of weights: their two runs differ by the rounding of directions, which grazing multiplies by 1000.
+const TOLERANCE: f64 = 1e-8;
+
+fn weights(context: &Context, scene: &Scene, sides: &Sides) -> Vec<Outcome> {
+    let mut rng = context.rng("paths");
+    let (mut sum, mut hits, mut shadows) =
+        (Largest::default(), Largest::default(), Largest::default());
+    for heuristic in [Heuristic::Balance, Heuristic::Power] {
+        for lights in [LightSampling::Area, LightSampling::SolidAngle] {
+            let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
+            for _ in 0..PATHS {
+                let Some(found) = one(scene, sides, (heuristic, lights), &mut rng) else {
+                    continue;
+                };
+                let ratio = found.light / found.bsdf;
+                (least, most) = (least.min(ratio), most.max(ratio));
+                let power = if heuristic == Heuristic::Power { 2 } else { 1 };
+                let known = 1.0 / (1.0 + ratio.powi(power));
+                let place = || format!("{heuristic:?}, {lights:?}, light over BSDF {ratio:.4}");
+                sum.see((found.hit + found.shadow - 1.0).abs(), place);
+                hits.see((found.hit - known).abs(), place);
+                shadows.see((found.shadow - (1.0 - known)).abs(), place);
+            }
+            // Weights near a half would prove nothing.
+            if least > 1.0 / 3.0 || most < 3.0 {
+                sum.see(1.0, || {
+                    format!("{heuristic:?}, {lights:?}: ratios only from {least:.3} to {most:.3}")
+                });
+            }
+        }
+    }
+    let n = 4 * PATHS;
+    let exact =
+        |name, largest: Largest| Outcome::exact(name, n, largest.error, TOLERANCE, largest.place);
+    vec![
+        exact("weight of a hit", hits),
+        exact("weight of a shadow ray", shadows),
+        exact("sum of both", sum),
+    ]
+}
+
+/// The weights.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    let scene = lights();
+    let trial = data(
+        "irradiance/path-weights",
+        "on every path a hit and a shadow ray have the heuristic's weights, which sum to one",
+        &MIS,
+        "estimator::Path",
+        "exact",
+        (4 * PATHS, TOLERANCE, 0),
+    );
+    let on = move |context: &Context, sides: Sides| weights(context, &scene, &sides);
+    let hits = |side| Sides {
+        hits: side,
+        ..SIDES
+    };
+    let shadows = |side| Sides {
+        shadows: side,
+        ..SIDES
+    };
+    let pdfs = |emitter_pdf_area, pdf_solid_angle| Side {
+        parts: Table {
+            emitter_pdf_area,
+            pdf_solid_angle,
+            ..RIGHT
+        },
+        ..SIDE
+    };
+    let other = |lights| match lights {
+        LightSampling::Area => LightSampling::SolidAngle,
+        LightSampling::SolidAngle => LightSampling::Area,
+    };
+    let balance = Side {
+        heuristic: |_| Heuristic::Balance,
+        ..SIDE
+    };
+    let by_hit: &[&str] = &[
+        "irradiance/path-weights: weight of a hit",
+        "irradiance/path-weights: sum of both",
+    ];
+    let by_shadow: &[&str] = &[
+        "irradiance/path-weights: weight of a shadow ray",
+        "irradiance/path-weights: sum of both",
+    ];
+    vec![Box::new(Family {
+        whole_estimator: true,
+        benches: vec![Bench::new(trial, on)],
+        faults: vec![
+            mutant(
+                "hits-by-balance",
+                &MIS_POWER,
+                "hits have the weight of balance where shadow rays have that of power",
+                hits(balance),
+                by_hit,
+            ),
+            mutant(
+                "shadow-rays-by-balance",
+                &MIS_POWER,
+                "shadow rays have the weight of balance where hits have that of power",
+                shadows(balance),
+                by_shadow,
+            ),
+            mutant(
+                "density-of-the-other-light-sampling",
+                &SOLID_ANGLE,
+                "hits are weighted by area where shadow rays pick by solid angle, and the reverse",
+                hits(Side {
+                    lights: other,
+                    ..SIDE
+                }),
+                by_hit,
+            ),
+            mutant(
+                "number-of-lights-forgotten",
+                &MIS,
+                "the density of a shadow ray does not know at a hit that one of five lights was picked",
+                hits(pdfs(
+                    |emitter| 5.0 * emitter.pdf_area(),
+                    |emitter, from| emitter.pdf_solid_angle(from).map(|pdf| 5.0 * pdf),
+                )),
+                by_hit,
+            ),
+            mutant(
+                "hits-weighted-as-shadow-rays",
+                &MIS,
+                "the two densities change places at a hit",
+                hits(Side {
+                    parts: Table {
+                        mis_weight: |p, q| q / (p + q),
+                        mis_power_weight: |p, q| q * q / (p * p + q * q),
+                        ..RIGHT
+                    },
+                    ..SIDE
+                }),
+                by_hit,
+            ),
+            mutant(
+                "density-of-the-other-direction",
+                &MIS,
+                "a shadow ray is weighted by the uniform density of directions, not the cosine's",
+                shadows(Side {
+                    parts: Table {
+                        cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI,
+                        ..RIGHT
+                    },
+                    ..SIDE
+                }),
+                by_shadow,
+            ),
+        ],
+        ..Family::new("path weights", SIDES)
+    })]
+}

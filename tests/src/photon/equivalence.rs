@@ -1,0 +1,152 @@
+//! Photon mapping against the path tracer where no closed form is known: the same radiance within the bias
+//! of photon mapping.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::faults::HALVED;
+use super::{MAPPING, scenes};
+use crate::faults::{Bench, Mutant, data, mutant};
+use crate::subject::{Property, Setup, Subject, on, parts};
+use whitefurnace::equation::PHOTON_DENSITY;
+use whitefurnace::estimator::{Estimator, Lookup, Parts, Path, PhotonMapping, Standard};
+use whitefurnace::harness::mean::{Values, welch};
+use whitefurnace::harness::outcome::{Claim, Outcome};
+use whitefurnace::harness::trial::Context;
+use whitefurnace::rng::{Stream, stream, uniform2};
+use whitefurnace::scene::Scene;
+use whitefurnace::scene::room::diffuse;
+use whitefurnace::shape::Ray;
+
+/// The mean radiance along random rays by final gathering and by the path tracer.
+struct SameRadiance {
+    scene: Arc<Scene>,
+    ray: fn(&mut Stream) -> Ray,
+    particles: u32,
+    radius: f64,
+    /// Maps, and rays with each.
+    maps: u64,
+    rays: u64,
+    /// Paths of the path tracer.
+    paths: u64,
+    margin: f64,
+}
+
+impl Property for SameRadiance {
+    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+        let scene = &*self.scene;
+        let path = Path::<Standard>::default();
+        let mut rng = context.rng("paths");
+        let along = |rng: &mut Stream| {
+            let ray = (self.ray)(rng);
+            path.radiance(scene, &ray, scene.intersect(&ray), rng).x
+        };
+        let paths = Values::collect(0.0, context.n(self.paths), || along(&mut rng));
+        let centre = paths.moments.mean();
+        let seed = context.seed_of("maps");
+        let lookup = Lookup::Gather {
+            caustic_particles: self.particles,
+            caustic_radius: self.radius,
+        };
+        let mut index = 0;
+        let maps = Values::collect(centre, context.n(self.maps), || {
+            let map = (self.particles, self.radius);
+            let Ok(photons) = PhotonMapping::new(setup.parts, scene, lookup, map, (seed, index))
+            else {
+                return f64::NAN;
+            };
+            let mut rng = stream(seed, index, 0);
+            index += 1;
+            let sum: f64 = (0..self.rays)
+                .map(|_| {
+                    let ray = (self.ray)(&mut rng);
+                    photons
+                        .radiance(scene, &ray, scene.intersect(&ray), &mut rng)
+                        .x
+                })
+                .sum();
+            sum / self.rays as f64
+        });
+        let margin = self.margin * centre;
+        let claim = Claim::Approximate { margin };
+        vec![welch("difference of the means", &maps, &paths, claim)]
+    }
+}
+
+fn bench(name: &'static str, property: &str, same: SameRadiance) -> Bench<Subject> {
+    let trial = data(
+        name,
+        format!("{property} within {} %", 100.0 * same.margin),
+        &PHOTON_DENSITY,
+        MAPPING,
+        "Welch, equivalence",
+        (same.maps, same.margin, 1),
+    );
+    Bench::new(trial, on(same))
+}
+
+/// From the room's camera to a part of its floor away from objects and walls.
+fn room_floor(rng: &mut Stream) -> Ray {
+    let [u, v] = uniform2(rng);
+    let eye = DVec3::new(12.5, 0.0, 0.0);
+    let target = DVec3::new(7.0 + 3.0 * u, 4.0 * v - 2.0, -5.0);
+    Ray::new(eye, (target - eye).normalize())
+}
+
+/// From just above to the disc that the caustic covers.
+fn caustic_floor(rng: &mut Stream) -> Ray {
+    let [u, v] = uniform2(rng);
+    let (sin, cos) = (TAU * v).sin_cos();
+    let radius = scenes::CAUSTIC * u.sqrt();
+    Ray::new(DVec3::new(radius * cos, radius * sin, 0.01), -DVec3::Z)
+}
+
+/// The trials.
+pub(super) fn benches() -> Vec<Bench<Subject>> {
+    let mut benches = vec![bench(
+        "photon/caustic",
+        "photon mapping and the path tracer find the same light in the caustic of a glass sphere",
+        SameRadiance {
+            scene: scenes::caustic(1.5),
+            ray: caustic_floor,
+            particles: 512,
+            radius: 0.05,
+            maps: 15_000,
+            rays: 128,
+            paths: 3_600_000,
+            // The blur of the caustic's edge takes about half a per cent.
+            margin: 0.025,
+        },
+    )];
+    if let Ok(room) = diffuse() {
+        benches.push(bench(
+            "photon/diffuse-room",
+            "photon mapping and the path tracer find the same light on the floor of the diffuse room",
+            SameRadiance {
+                scene: Arc::new(room),
+                ray: room_floor,
+                particles: 1000,
+                radius: 0.1,
+                // Enough that the skewness of so few photons within the radius does not matter.
+                maps: 5_000,
+                rays: 800,
+                paths: 1_000_000,
+                margin: 0.02,
+            },
+        ));
+    }
+    benches
+}
+
+/// What they must reject.
+pub(super) fn faults() -> Vec<Mutant<Subject>> {
+    vec![mutant(
+        "photons-halved",
+        &PHOTON_DENSITY,
+        "albedo/2π for the BRDF of photons",
+        parts(HALVED),
+        &["photon/caustic", "photon/diffuse-room"],
+    )]
+}

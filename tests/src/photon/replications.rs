@@ -1,0 +1,153 @@
+//! What a trial of photons averages: the values of independent maps and series of passes.
+
+use std::sync::Arc;
+
+use crate::faults::{Bench, data};
+use crate::scenes::level;
+use crate::subject::{Property, Setup, Subject, on};
+use whitefurnace::equation::Equation;
+use whitefurnace::estimator::photon_map::{Kept, PhotonMap};
+use whitefurnace::estimator::{Estimator, ImageEstimator, Lookup, Parts, PhotonMapping, Sppm};
+use whitefurnace::harness::mean::{Values, mean};
+use whitefurnace::harness::outcome::{Claim, Outcome};
+use whitefurnace::harness::trial::Context;
+use whitefurnace::rng::{Stream, stream};
+use whitefurnace::scene::Scene;
+use whitefurnace::shape::Ray;
+
+/// A trial of a mean: name, property, equation, subject, reference, relative δ (absolute if that is 0), and
+/// how many values there are at scale 1.
+pub(super) struct About {
+    pub name: &'static str,
+    pub property: String,
+    pub equation: &'static Equation,
+    pub subject: &'static str,
+    pub reference: f64,
+    pub delta: f64,
+    pub values: u64,
+}
+
+/// One value of a trial from the stream (seed, index).
+pub(super) trait Replication: Send + Sync + 'static {
+    fn value<P: Parts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64;
+}
+
+struct Mean<T> {
+    replication: T,
+    reference: f64,
+    delta: f64,
+    values: u64,
+}
+
+impl<T: Replication> Property for Mean<T> {
+    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+        let seed = context.seed_of("replication");
+        let mut values = Values::new(self.reference);
+        for index in 0..context.n(self.values) as u32 {
+            values.push(self.replication.value(setup.parts, seed, index));
+        }
+        let claim = Claim::Exact { delta: self.delta };
+        vec![mean("mean of replications", &values, self.reference, claim)]
+    }
+}
+
+pub(super) fn bench<T: Replication>(about: About, replication: T) -> Bench<Subject> {
+    let About {
+        reference, values, ..
+    } = about;
+    // Where nothing arrives, nothing varies.
+    let delta = if reference == 0.0 { 0.0 } else { about.delta };
+    let trial = data(
+        about.name,
+        about.property,
+        about.equation,
+        about.subject,
+        "t over independent maps",
+        (values, delta, usize::from(delta > 0.0)),
+    );
+    let property = Mean {
+        replication,
+        reference,
+        delta: delta * reference,
+        values,
+    };
+    Bench::new(trial, on(property))
+}
+
+/// The first channel of the mean radiance along some rays, by a map of its own.
+pub(super) struct Mapping {
+    pub scene: Arc<Scene>,
+    pub lookup: Lookup,
+    pub particles: u32,
+    pub radius: f64,
+    pub rays: Vec<Ray>,
+}
+
+impl Replication for Mapping {
+    fn value<P: Parts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64 {
+        let (map, name) = ((self.particles, self.radius), (seed, index));
+        let Ok(photons) = PhotonMapping::new(parts, &self.scene, self.lookup, map, name) else {
+            return f64::NAN;
+        };
+        let mut rng: Stream = stream(seed, index, 0);
+        let sum: f64 = self
+            .rays
+            .iter()
+            .map(|ray| {
+                let hit = self.scene.intersect(ray);
+                level(
+                    &self.scene,
+                    photons.radiance(&self.scene, ray, hit, &mut rng),
+                )
+            })
+            .sum();
+        sum / self.rays.len() as f64
+    }
+}
+
+/// The [`level`] of the flux of all photons of a map.
+pub(super) struct Flux {
+    pub scene: Arc<Scene>,
+    pub kept: Kept,
+    pub particles: u32,
+}
+
+impl Replication for Flux {
+    fn value<P: Parts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64 {
+        let map = PhotonMap::new(
+            &parts,
+            &self.scene,
+            self.kept,
+            self.particles,
+            (seed, index),
+        );
+        map.map_or(f64::NAN, |map| {
+            level(&self.scene, map.photons().map(|photon| photon.flux).sum())
+        })
+    }
+}
+
+/// The mean of the first passes over an image of one pixel.
+pub(super) struct Passes {
+    pub scene: Arc<Scene>,
+    pub passes: u32,
+    pub particles: u32,
+    pub radius: f64,
+}
+
+impl Replication for Passes {
+    fn value<P: Parts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64 {
+        let sppm = Sppm {
+            parts,
+            particles: self.particles,
+            radius: self.radius,
+        };
+        // The pass's index decides its radius, so replications differ by the seed.
+        let seed = seed.wrapping_add(u64::from(index) << 32);
+        let pass = |pass| sppm.pass(&self.scene, [1, 1], seed, pass);
+        let sum: f64 = (0..self.passes)
+            .map(|index| pass(index).map_or(f64::NAN, |image| level(&self.scene, image[0])))
+            .sum();
+        sum / f64::from(self.passes)
+    }
+}

@@ -1,0 +1,174 @@
+//! Scenes in which photons have closed-form answers, in metres, z up.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use crate::scenes::{
+    FLOOR, LIGHT, corners, floor, lambert, light, polygon_irradiance, scene, square,
+};
+use whitefurnace::bsdf::Bsdf;
+use whitefurnace::camera::Camera;
+use whitefurnace::harness::quadrature::{Rectangle, integrate};
+use whitefurnace::scene::{Scene, SceneBuilder, Surface};
+use whitefurnace::shape::{Ray, Sphere};
+
+/// Height and half side of the light over the floor: most of its particles land within [`RADIUS`].
+const CENTRE: DVec3 = DVec3::new(0.0, 0.0, 0.5);
+const HALF: f64 = 0.2;
+/// Radius of the lookups around the origin, so large that the irradiance varies over the disc.
+pub const RADIUS: f64 = 2.0;
+/// Where the wall of [`corner`] stands.
+pub const WALL_AT: f64 = 1.0;
+/// Its albedo: what it sends to the floor is a hundredth of δ.
+const WALL_ALBEDO: f64 = 1e-4;
+
+fn low_light(builder: &mut SceneBuilder) {
+    square(builder, CENTRE, HALF, false, light(LIGHT));
+}
+
+/// The origin seen from close by, below the light and the glass around it.
+pub fn at_origin() -> Ray {
+    let w = whitefurnace::frame::from_spherical(25f64.to_radians(), 4.0);
+    Ray::new(0.04 * w, -w)
+}
+
+/// A small light just over the floor.
+pub fn over_floor() -> Arc<Scene> {
+    scene("low light", |s| {
+        floor(s, lambert(FLOOR));
+        low_light(s);
+    })
+}
+
+/// The same light under the floor, whose upper side stays dark.
+pub fn under_floor() -> Arc<Scene> {
+    scene("light below", |s| {
+        floor(s, lambert(FLOOR));
+        square(s, -CENTRE, HALF, true, light(LIGHT));
+    })
+}
+
+/// The same light beside a wall that is lit and reflects next to nothing.
+pub fn corner() -> Arc<Scene> {
+    scene("corner", |s| {
+        floor(s, lambert(FLOOR));
+        low_light(s);
+        let wall = s.surface(Surface::new(lambert(WALL_ALBEDO)));
+        let [y, z] = [6.0 * DVec3::Y, 3.0 * DVec3::Z];
+        s.rectangle(DVec3::new(WALL_AT, -3.0, 0.0), [z, y], wall);
+    })
+}
+
+/// The same light within a sphere of glass that is nothing but air: all of it is caustics.
+pub fn matched() -> Arc<Scene> {
+    scene("index-matched sphere", |s| {
+        floor(s, lambert(FLOOR));
+        low_light(s);
+        let glass = s.surface(Surface::new(Bsdf::Glass { index: 1.0 }));
+        s.sphere(Sphere::new(CENTRE, 0.45), glass);
+    })
+}
+
+/// Radiance that the floor under the light reflects, averaged over the disc of this radius around the
+/// origin of which only the part x < `end` exists; E/L is that of Lambert's polygon.
+pub fn disc_average(radius: f64, end: f64) -> f64 {
+    let vertices = corners(CENTRE, HALF);
+    let irradiance =
+        |x: f64, y: f64| polygon_irradiance(&vertices.map(|v| v - DVec3::new(x, y, 0.0)));
+    // x = r sin t and y = s r cos t make a smooth integrand of the disc.
+    let domain = Rectangle {
+        x: [-FRAC_PI_2, (end / radius).min(1.0).asin()],
+        y: [-1.0, 1.0],
+    };
+    let mut f = |t: f64, s: f64| {
+        let half = radius * t.cos();
+        half * half * irradiance(radius * t.sin(), s * half)
+    };
+    let sum = integrate(domain, 1e-9, &mut f).value;
+    FLOOR / PI * LIGHT * sum / (PI * radius * radius)
+}
+
+/// Radiance that the floor's origin reflects of the light.
+pub fn at_point() -> f64 {
+    FLOOR / PI * LIGHT * polygon_irradiance(&corners(CENTRE, HALF))
+}
+
+/// The floor and the light, seen by a camera whose pixel is but a point: the origin.
+pub fn point_camera() -> Arc<Scene> {
+    let mut builder = SceneBuilder::new("low light, one point");
+    floor(&mut builder, lambert(FLOOR));
+    low_light(&mut builder);
+    let eye = DVec3::new(0.3, -0.1, 0.2);
+    built(builder, Camera::new(eye, DVec3::ZERO, DVec3::Z, 1e-9))
+}
+
+/// Distance of the light of [`glass_in_cavity`] from the centre of the glass, and half of its side.
+const GLASS_DISTANCE: f64 = 1.06;
+const GLASS_LIGHT: f64 = 0.05;
+
+/// A cavity with a glass sphere of radius 1 and a small light over it. Cavity and light are Lambert surfaces of
+/// albedo 0, so that photons are kept and end there.
+pub fn glass_in_cavity() -> Arc<Scene> {
+    scene("glass in a cavity", |s| {
+        let inside = Sphere {
+            inward: true,
+            ..Sphere::new(DVec3::ZERO, 4.0)
+        };
+        let wall = s.surface(Surface::new(lambert(0.0)));
+        s.sphere(inside, wall);
+        let glass = s.surface(Surface::new(Bsdf::Glass { index: 1.5 }));
+        s.sphere(Sphere::new(DVec3::ZERO, 1.0), glass);
+        let light = Surface::new(lambert(0.0)).emitting(DVec3::splat(LIGHT));
+        square(s, GLASS_DISTANCE * DVec3::Z, GLASS_LIGHT, false, light);
+    })
+}
+
+/// The flux that this light sends into the sphere, all of which comes out of it again: the mean over the
+/// light of the form factor cos θ/d² of a unit sphere at distance d, times π L A.
+pub fn flux_into_glass() -> f64 {
+    let domain = Rectangle {
+        x: [-GLASS_LIGHT, GLASS_LIGHT],
+        y: [-GLASS_LIGHT, GLASS_LIGHT],
+    };
+    let mut factor = |x: f64, y: f64| {
+        let d2 = x * x + y * y + GLASS_DISTANCE * GLASS_DISTANCE;
+        GLASS_DISTANCE / (d2 * d2.sqrt())
+    };
+    PI * LIGHT * integrate(domain, 1e-12, &mut factor).value
+}
+
+/// Radius of the disc around the origin that the caustic of [`caustic`] covers.
+pub const CAUSTIC: f64 = 0.5;
+
+/// A sphere of glass of this index between a floor and an area light: a caustic that paths from the eye
+/// find, too. At index 1 there is nothing to see of the glass.
+pub fn caustic(index: f64) -> Arc<Scene> {
+    let mut builder = SceneBuilder::new("caustic");
+    let glass = builder.surface(Surface::new(Bsdf::Glass { index }));
+    builder.sphere(Sphere::new(DVec3::new(0.0, 0.0, 0.6), 0.5), glass);
+    floor_under_area_light(builder)
+}
+
+/// The same floor and light without the glass.
+pub fn no_caustic() -> Arc<Scene> {
+    floor_under_area_light(SceneBuilder::new("no caustic"))
+}
+
+fn floor_under_area_light(mut builder: SceneBuilder) -> Arc<Scene> {
+    floor(&mut builder, lambert(FLOOR));
+    square(&mut builder, 1.4 * DVec3::Z, 0.5, false, light(LIGHT));
+    let eye = DVec3::new(0.0, -2.6, 1.9);
+    built(
+        builder,
+        Camera::new(eye, DVec3::new(0.0, 0.0, 0.3), DVec3::Z, 0.4),
+    )
+}
+
+fn built(builder: SceneBuilder, camera: Camera) -> Arc<Scene> {
+    match builder.build(camera) {
+        Ok(scene) => Arc::new(scene),
+        Err(error) => panic!("{error}"),
+    }
+}

@@ -1,0 +1,265 @@
+//! Survival policies of Russian roulette: the path tracer's own under a microscope, and three of them
+//! in one scene. Whatever decides the survival, the mean stays.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::furnace::off_cap;
+use super::probes::BOUNCES;
+use super::subject::{Kind, Probe, RIGHT, STANDARD, Subject, Table};
+use crate::faults::{AnyFamily, Bench, Family, Mutant, data, mutant};
+use whitefurnace::equation::ROULETTE;
+use whitefurnace::estimator::Standard;
+use whitefurnace::harness::mean::{Values, mean, welch};
+use whitefurnace::harness::outcome::{Claim, Outcome};
+use whitefurnace::harness::trial::Context;
+use whitefurnace::rng::{Stream, uniform};
+use whitefurnace::roulette::{self, HIGHEST_SURVIVAL};
+use whitefurnace::scene::simple::{CAP_SHARE, Cap, cavity_cap};
+
+/// Survival probability from the throughput.
+pub type Survival = fn(DVec3) -> f64;
+
+/// A policy that sees the throughput, and what it does to survivors.
+#[derive(Clone, Copy)]
+pub struct Policy {
+    /// Survival probability from the throughput.
+    pub survival: Survival,
+    /// What a survivor is multiplied by, from the survival.
+    pub weight: fn(f64) -> f64,
+}
+
+const BY_THROUGHPUT: Policy = Policy {
+    survival: roulette::by_throughput,
+    weight: roulette::weight,
+};
+
+/// Albedos of the two surfaces that a walk meets with equal probability. One reflects all of a channel,
+/// so that the highest survival matters, and nothing of another.
+const COLOURS: [DVec3; 2] = [DVec3::new(1.0, 0.4, 0.0), DVec3::new(0.2, 0.8, 0.6)];
+
+/// A walk that has not ended here is a fault's.
+const GIVE_UP: u32 = 2_000;
+
+/// A walk between surfaces that emit 1, the throughput handled as by [`whitefurnace::estimator::Path`]; `see`
+/// is told every decision: throughput before it, survival, throughput of a survivor.
+fn walk(rng: &mut Stream, policy: Policy, mut see: impl FnMut(DVec3, f64, DVec3)) -> DVec3 {
+    let (mut radiance, mut throughput) = (DVec3::ONE, DVec3::ONE);
+    for _ in 0..GIVE_UP {
+        let before = throughput * COLOURS[usize::from(uniform(rng) < 0.5)];
+        let survival = (policy.survival)(before);
+        throughput = before * (policy.weight)(survival);
+        see(before, survival, throughput);
+        if !roulette::survives(uniform(rng), survival) {
+            break;
+        }
+        radiance += throughput;
+    }
+    radiance
+}
+
+const WALKS: u64 = 4_500_000;
+
+/// The mean of each channel is 1/(1 − ā) with the mean albedo ā.
+fn channels(context: &Context, policy: Policy) -> Vec<Outcome> {
+    let reference = DVec3::ONE / (DVec3::ONE - 0.5 * (COLOURS[0] + COLOURS[1]));
+    let mut values = reference.to_array().map(Values::new);
+    let mut rng = context.rng("walks");
+    for _ in 0..context.n(WALKS) {
+        let radiance = walk(&mut rng, policy, |_, _, _| ());
+        for (channel, value) in values.iter_mut().zip(radiance.to_array()) {
+            channel.push(value);
+        }
+    }
+    let names = ["first channel", "second channel", "third channel"];
+    let channels = names.iter().zip(&values).zip(reference.to_array());
+    channels
+        .map(|((name, values), reference)| {
+            let delta = BOUNCES * reference;
+            mean(name, values, reference, Claim::Exact { delta })
+        })
+        .collect()
+}
+
+const BOUNDED_WALKS: u64 = 100_000;
+/// Rounding of a division and a product.
+const ROUNDING: f64 = 1e-15;
+
+/// Survival is at most [`HIGHEST_SURVIVAL`], and a survivor's largest channel is 1, or what it was
+/// divided by the highest survival.
+fn bounds(context: &Context, policy: Policy) -> Vec<Outcome> {
+    let mut rng = context.rng("bounds");
+    let [mut highest, mut largest] = [0.0_f64; 2];
+    let n = context.n(BOUNDED_WALKS);
+    for _ in 0..n {
+        walk(&mut rng, policy, |before, survival, after| {
+            highest = highest.max(survival);
+            if survival > 0.0 {
+                let bound = (before.max_element() / HIGHEST_SURVIVAL).max(1.0);
+                largest = largest.max((after.max_element() / bound - 1.0).abs());
+            }
+        });
+    }
+    vec![
+        Outcome::exact(
+            "survival above the highest",
+            n,
+            (highest - HIGHEST_SURVIVAL).max(0.0),
+            0.0,
+            format!("survival {highest}"),
+        ),
+        Outcome::exact(
+            "largest channel of a survivor",
+            n,
+            largest,
+            ROUNDING,
+            "the worst of all decisions, relative",
+        ),
+    ]
+}
+
+fn benches() -> Vec<Bench<Policy>> {
+    let subject = "roulette::by_throughput";
+    vec![
+        Bench::new(
+            data(
+                "roulette/by-throughput/mean",
+                "survival by the largest channel of the throughput preserves the mean of every channel",
+                &ROULETTE,
+                subject,
+                "t",
+                (WALKS, BOUNCES, 3),
+            ),
+            channels,
+        ),
+        Bench::new(
+            data(
+                "roulette/by-throughput/bounds",
+                "survival is at most 0.95, and a survivor's largest channel 1 or what it was divided by 0.95",
+                &ROULETTE,
+                subject,
+                "exact",
+                (BOUNDED_WALKS, ROUNDING, 0),
+            ),
+            bounds,
+        ),
+    ]
+}
+
+fn faults() -> Vec<Mutant<Policy>> {
+    let survival = |name, wrong, survival: Survival, caught_by| {
+        let policy = Policy {
+            survival,
+            ..BY_THROUGHPUT
+        };
+        mutant(name, &ROULETTE, wrong, policy, caught_by)
+    };
+    vec![
+        mutant(
+            "no-weight",
+            &ROULETTE,
+            "survivors are not divided by the survival",
+            Policy {
+                weight: |_| 1.0,
+                ..BY_THROUGHPUT
+            },
+            &[
+                "roulette/by-throughput/mean: first channel",
+                "roulette/by-throughput/mean: second channel",
+                "roulette/by-throughput/mean: third channel",
+                "roulette/by-throughput/bounds: largest channel of a survivor",
+            ],
+        ),
+        survival(
+            "smallest-channel",
+            "the smallest channel decides: where it is 0, the others are lost",
+            |t| t.min_element().min(HIGHEST_SURVIVAL),
+            &["roulette/by-throughput/mean: first channel"],
+        ),
+        survival(
+            "average-channel",
+            "the average of the channels decides: the mean stays, weights grow",
+            |t| (t.element_sum() / 3.0).min(HIGHEST_SURVIVAL),
+            &["roulette/by-throughput/bounds: largest channel of a survivor"],
+        ),
+        survival(
+            "immortal",
+            "no highest survival: a path between perfect mirrors never ends",
+            DVec3::max_element,
+            &["roulette/by-throughput/bounds: survival above the highest"],
+        ),
+    ]
+}
+
+/// The path tracer's policy.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    vec![Box::new(Family {
+        benches: benches(),
+        faults: faults(),
+        ..Family::new("survival", BY_THROUGHPUT)
+    })]
+}
+
+/// Albedo of the cavity in which the policies are compared.
+const RHO: f64 = 0.6;
+const PATHS: u64 = 4_900_000;
+
+/// The policies that must give the mean of [`roulette::by_throughput`] in the cavity, and their paths: a
+/// constant, and the report's 1 − α, where the walls absorb α = 1 − ρ.
+const OTHERS: [(&str, Survival, u64); 2] = [
+    ("survival 0.9", |_| 0.9, 2_300_000),
+    (
+        "survival 1 − α",
+        |_| roulette::by_absorption(1.0 - RHO),
+        PATHS,
+    ),
+];
+
+/// The path tracer as programs run it against the path tracer under the other policies, with the
+/// subject's parts.
+fn same_mean(context: &Context, probe: &Probe, subject: Subject) -> Vec<Outcome> {
+    let reference = RHO * CAP_SHARE / (1.0 - RHO * (1.0 - CAP_SHARE));
+    let own = STANDARD.with(Standard);
+    let mut rng = context.rng("survival by throughput");
+    let own = Values::collect(reference, context.n(PATHS), || {
+        probe.radiance(own, &mut rng).x
+    });
+    let claim = Claim::Exact {
+        delta: BOUNCES * reference,
+    };
+    OTHERS
+        .iter()
+        .map(|&(name, survival_by_throughput, paths)| {
+            let setup = subject.with(Table {
+                survival_by_throughput,
+                ..subject.parts.unwrap_or(RIGHT)
+            });
+            let mut rng = context.rng(name);
+            let other = Values::collect(reference, context.n(paths), || {
+                probe.radiance(setup, &mut rng).x
+            });
+            welch(name, &own, &other, claim)
+        })
+        .collect()
+}
+
+/// The trial of the policies in a scene.
+pub fn cavity() -> Option<Bench<Subject>> {
+    let probe = Probe {
+        scene: Arc::new(cavity_cap(RHO, Cap::Black).ok()?),
+        kind: Kind::Path,
+        ray: off_cap,
+    };
+    Some(Bench::new(
+        data(
+            "furnace/cavity/policies",
+            "in a cavity the path tracer has the same mean with survival by throughput, 0.9, and 1 − α",
+            &ROULETTE,
+            "estimator::Path, roulette::by_throughput",
+            "Welch",
+            (PATHS, BOUNCES, 2),
+        ),
+        move |context, subject| same_mean(context, &probe, subject),
+    ))
+}

@@ -1,0 +1,114 @@
+//! The commonest trial of a whole estimator: the mean radiance along probe rays is a closed form.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::scenes::level;
+use super::subject::{Kind, Probe, Property, Setup, Subject, on};
+use crate::faults::{Bench, data};
+use whitefurnace::equation::Equation;
+use whitefurnace::estimator::Parts;
+use whitefurnace::harness::mean::{Values, mean};
+use whitefurnace::harness::outcome::{Claim, Outcome};
+use whitefurnace::harness::trial::Context;
+use whitefurnace::rng::Stream;
+use whitefurnace::scene::Scene;
+use whitefurnace::shape::Ray;
+
+/// δ of single estimators with closed forms, relative.
+pub const SINGLE: f64 = 0.003;
+/// δ of means over several bounces, relative.
+pub const BOUNCES: f64 = 0.005;
+/// δ of image means, relative.
+pub const IMAGE: f64 = 0.01;
+
+/// The mean [`level`] along probe rays.
+pub struct MeanRadiance {
+    /// What is probed.
+    pub probe: Probe,
+    /// The expectation.
+    pub reference: f64,
+    /// δ, absolute; 0 if every value is the reference.
+    pub delta: f64,
+    /// Rays at scale 1.
+    pub samples: u64,
+}
+
+impl Property for MeanRadiance {
+    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+        let mut rng = context.rng("radiance");
+        let values = Values::collect(self.reference, context.n(self.samples), || {
+            level(&self.probe.scene, self.probe.radiance(setup, &mut rng))
+        });
+        let claim = Claim::Exact { delta: self.delta };
+        vec![mean("radiance", &values, self.reference, claim)]
+    }
+}
+
+/// What a trial of a mean is called, says and concerns.
+pub struct Words {
+    /// The trial's name.
+    pub name: &'static str,
+    /// Its property.
+    pub property: String,
+    /// Its equation.
+    pub equation: &'static Equation,
+}
+
+/// The words of a trial.
+pub fn words(
+    name: &'static str,
+    property: impl Into<String>,
+    equation: &'static Equation,
+) -> Words {
+    Words {
+        name,
+        property: property.into(),
+        equation,
+    }
+}
+
+/// The path of an estimator of this kind.
+pub fn path(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Path | Kind::PathBy(..) => "estimator::Path",
+        Kind::Report(_) => "estimator::Report",
+        Kind::Whitted(_) => "estimator::Whitted",
+    }
+}
+
+/// A trial of the mean radiance; `delta` is relative to the reference. 0 claims that every value is the
+/// reference.
+pub fn radiance(
+    words: Words,
+    (scene, kind, ray): (&Arc<Scene>, Kind, fn(&mut Stream) -> Ray),
+    reference: f64,
+    (samples, delta): (u64, f64),
+) -> Bench<Subject> {
+    let trial = data(
+        words.name,
+        words.property,
+        words.equation,
+        path(kind),
+        "t",
+        (samples, delta, usize::from(delta > 0.0)),
+    );
+    let probe = Probe {
+        scene: Arc::clone(scene),
+        kind,
+        ray,
+    };
+    let property = MeanRadiance {
+        probe,
+        reference,
+        delta: delta * reference,
+        samples,
+    };
+    Bench::new(trial, on(property))
+}
+
+/// A uniformly distributed direction.
+pub fn any_direction(rng: &mut Stream) -> DVec3 {
+    whitefurnace::sampling::sphere_zone(whitefurnace::rng::uniform2(rng), 1.0, [-1.0, 1.0])
+}

@@ -1,0 +1,114 @@
+//! The reconstruction of the program behind the published figure 6, in a furnace that shows each of its
+//! quirks.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::furnace::inside;
+use super::probes::BOUNCES;
+use super::scenes::scene;
+use crate::faults::{AnyFamily, Bench, Family, data, mutant};
+use whitefurnace::bsdf::{Bsdf, OrenNayarForm};
+use whitefurnace::equation::{OREN_NAYAR, ROULETTE};
+use whitefurnace::estimator::{Estimator, Published, Quirks};
+use whitefurnace::harness::mean::{Values, mean};
+use whitefurnace::harness::outcome::{Claim, Outcome};
+use whitefurnace::harness::trial::Context;
+use whitefurnace::scene::{Scene, Surface};
+use whitefurnace::shape::Sphere;
+
+const ALBEDO: f64 = 0.6;
+const SURVIVAL: f64 = 0.7;
+const RADIANCE: f64 = 2.0;
+const SEGMENTS: u32 = 7;
+const SAMPLES: u64 = 2_800_000;
+
+/// A sphere of radius 1 whose rough wall emits inwards.
+fn furnace() -> Arc<Scene> {
+    scene("rough furnace", |s| {
+        let rough = Bsdf::oren_nayar(DVec3::splat(ALBEDO), 0.5, OrenNayarForm::Corrected);
+        let wall = Surface::new(rough)
+            .emitting(DVec3::splat(RADIANCE))
+            .absorbing(1.0 - SURVIVAL);
+        let wall = s.surface(wall);
+        let sphere = Sphere {
+            inward: true,
+            ..Sphere::new(DVec3::ZERO, 1.0)
+        };
+        s.sphere(sphere, wall);
+    })
+}
+
+/// The mean with all quirks after so many segments: with z = cos θ uniform in [0, 1), the path goes on
+/// where z ≤ q. A wall shows 1, whatever it emits; a shadow ray within a sphere brings L exactly, as
+/// cos θ cos θ' / d² is the same for all pairs of points; survivors reflect z (a/q) L of it, on average
+/// a L q/2 per hit; and they go on with 2 z² a/q², on average 2 a q/3.
+fn known(segments: u32) -> f64 {
+    let direct = ALBEDO * RADIANCE * SURVIVAL / 2.0;
+    let onward = 2.0 * ALBEDO * SURVIVAL / 3.0;
+    (0..segments).fold(0.0, |next, _| 1.0 + direct + onward * next)
+}
+
+/// What the reconstruction finds, and what its quirks make of a furnace whose walls are rough.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    let scene = furnace();
+    let reference = known(SEGMENTS);
+    let trial = data(
+        "furnace/published",
+        format!("with its three quirks the radiance in a rough furnace is {reference:.6}"),
+        &ROULETTE,
+        "estimator::Published",
+        "t",
+        (SAMPLES, BOUNCES, 1),
+    );
+    let on = move |context: &Context, quirks: Quirks| -> Vec<Outcome> {
+        let mut rng = context.rng("radiance");
+        let values = Values::collect(reference, context.n(SAMPLES), || {
+            let ray = inside(&mut rng);
+            let hit = scene.intersect(&ray);
+            Published { quirks }.radiance(&scene, &ray, hit, &mut rng).x
+        });
+        let delta = BOUNCES * reference;
+        vec![mean("radiance", &values, reference, Claim::Exact { delta })]
+    };
+    let right = Quirks::default();
+    let without = |name, equation, wrong, quirks| {
+        let caught_by: &[&str] = &["furnace/published"];
+        mutant(name, equation, wrong, quirks, caught_by)
+    };
+    vec![Box::new(Family {
+        whole_estimator: true,
+        benches: vec![Bench::new(trial, on)],
+        faults: vec![
+            without(
+                "roulette-by-its-own-number",
+                &ROULETTE,
+                "the roulette has a random number of its own, not the direction's cosine",
+                Quirks {
+                    roulette_by_cosine: false,
+                    ..right
+                },
+            ),
+            without(
+                "end-keeps-direct",
+                &ROULETTE,
+                "a path that ends keeps its direct light",
+                Quirks {
+                    end_loses_direct: false,
+                    ..right
+                },
+            ),
+            without(
+                "cosine-once",
+                &OREN_NAYAR,
+                "rough surfaces do not multiply by the cosine once more",
+                Quirks {
+                    extra_cosine: false,
+                    ..right
+                },
+            ),
+        ],
+        ..Family::new("published", right)
+    })]
+}

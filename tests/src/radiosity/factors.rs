@@ -1,0 +1,238 @@
+//! Form factors on trial: closed forms, closure, reciprocity, and the flux that they carry.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::{SINGLE_PRECISION, fineness, solve};
+use crate::faults::{Bench, data};
+use crate::probes::{BOUNCES, IMAGE, SINGLE};
+use crate::scenes::{LIGHT, lambert, scene, square};
+use crate::subject::{Property, Setup, Subject, on};
+use whitefurnace::equation::FORM_FACTOR;
+use whitefurnace::estimator::Parts;
+use whitefurnace::estimator::radiosity::{Element, FormFactors, Mesh, Patch};
+use whitefurnace::harness::outcome::Outcome;
+use whitefurnace::harness::trial::Context;
+use whitefurnace::scene::simple::closed_cube;
+use whitefurnace::scene::{Scene, Surface};
+use whitefurnace::shape::Sphere;
+
+/// What is asked of the form factors of a mesh: a number that should be 0.
+struct Factors {
+    scene: Arc<Scene>,
+    patches: u32,
+    error: fn(&[Element], &[Vec<f64>]) -> f64,
+    tolerance: f64,
+}
+
+impl Property for Factors {
+    fn run<P: Parts + Copy>(&self, _: &Context, setup: Setup<P>) -> Vec<Outcome> {
+        let error = || {
+            let mesh = Mesh::new(&self.scene, fineness(self.patches)).ok()?;
+            let factors = FormFactors::new(&setup.parts, &self.scene, &mesh, &|_| true).ok()?;
+            let elements = mesh.elements();
+            let rows: Vec<_> = (0..elements.len())
+                .map(|i| factors.of_element(&mesh, i))
+                .collect();
+            Some((self.error)(elements, &rows))
+        };
+        let error = error().unwrap_or(f64::NAN);
+        let n = u64::from(self.patches);
+        vec![Outcome::exact(
+            "form factors",
+            n,
+            error,
+            self.tolerance,
+            "all patches",
+        )]
+    }
+}
+
+/// Unit plates of different albedo, so that their patches can be told apart.
+const PLATES: [f64; 2] = [0.25, 0.75];
+
+fn plates(name: &str, second: DVec3, edges: [DVec3; 2]) -> Arc<Scene> {
+    scene(name, |s| {
+        let [a, b] = PLATES.map(|albedo| s.surface(Surface::new(lambert(albedo))));
+        s.rectangle(DVec3::ZERO, [DVec3::X, DVec3::Y], a);
+        s.rectangle(second, edges, b);
+    })
+}
+
+/// F from the first plate to the second, less a closed form, relative to it.
+fn between_plates(elements: &[Element], rows: &[Vec<f64>], reference: f64) -> f64 {
+    let of = |plate: usize| move |element: &Element| element.albedo.x == PLATES[plate];
+    let mut sum = 0.0;
+    for (from, row) in elements.iter().zip(rows).filter(|(e, _)| of(0)(e)) {
+        let pairs = elements.iter().zip(row);
+        let to_second: f64 = pairs.filter(|(e, _)| of(1)(e)).map(|(_, f)| f).sum();
+        // The plate's area is 1.
+        sum += from.area * to_second;
+    }
+    sum / reference - 1.0
+}
+
+/// F between opposite faces of a cube.
+pub const OPPOSITE: f64 = 0.199_824_895_698_387_4;
+/// F between neighbouring faces of a cube: (1 − [`OPPOSITE`])/4.
+pub const NEIGHBOURS: f64 = 0.200_043_776_075_403_1;
+
+/// Whether an element of a room around the origin faces it.
+fn faces_inside(element: &Element) -> bool {
+    let point = match element.patch {
+        Patch::Flat { polygon, .. } => polygon.middle(),
+        Patch::Curved(_) => return false,
+    };
+    element.patch.normal(point).dot(point) < 0.0
+}
+
+/// How far the row sums of a closed cube are from 1 inside, and from 0 outside.
+fn closure(elements: &[Element], rows: &[Vec<f64>]) -> f64 {
+    let error = |(element, row): (&Element, &Vec<f64>)| {
+        let expected = f64::from(u8::from(faces_inside(element)));
+        (row.iter().sum::<f64>() - expected).abs()
+    };
+    elements.iter().zip(rows).map(error).fold(0.0, f64::max)
+}
+
+/// Albedos by which [`ball_in_room`] tells its two kinds of surfaces apart.
+const ROOM: f64 = 0.25;
+const BALL: f64 = 0.75;
+
+/// A ball in a cube, far from its middle and near to its walls.
+fn ball_in_room() -> Arc<Scene> {
+    scene("ball in a room", |s| {
+        let wall = s.surface(Surface::new(lambert(ROOM)));
+        closed_cube(s, 1.0, true, wall);
+        let ball = s.surface(Surface::new(lambert(BALL)));
+        s.sphere(Sphere::new(DVec3::new(0.5, 0.45, -0.4), RADIUS), ball);
+    })
+}
+
+const RADIUS: f64 = 0.4;
+
+/// Of the ball, all of which sees nothing but the room: A F to the room and A F from it are both its own
+/// area 4πR², and its area is that of its patches.
+fn ball(elements: &[Element], rows: &[Vec<f64>]) -> f64 {
+    let is = |albedo: f64| move |element: &Element| element.albedo.x == albedo;
+    let exchange = |from: f64, to: f64| {
+        let pairs = elements.iter().zip(rows).filter(|(e, _)| is(from)(e));
+        pairs
+            .map(|(element, row)| {
+                let there = elements.iter().zip(row).filter(|(e, _)| is(to)(e));
+                element.area * there.map(|(_, f)| f).sum::<f64>()
+            })
+            .sum::<f64>()
+    };
+    let expected = 4.0 * PI * RADIUS * RADIUS;
+    [exchange(BALL, ROOM), exchange(ROOM, BALL)]
+        .into_iter()
+        .map(|found| (found / expected - 1.0).abs())
+        .fold(0.0, f64::max)
+}
+
+/// Σ |A_i F_ij − A_j F_ji| over all pairs, relative to Σ A_i F_ij.
+fn reciprocity(elements: &[Element], rows: &[Vec<f64>]) -> f64 {
+    let (mut difference, mut sum) = (0.0, 0.0);
+    for (i, row) in rows.iter().enumerate() {
+        for (j, factor) in row.iter().enumerate() {
+            difference += (elements[i].area * factor - elements[j].area * rows[j][i]).abs();
+            sum += elements[i].area * factor;
+        }
+    }
+    difference / sum
+}
+
+/// In a cube of one albedo of which one wall emits, the irradiances of all walls add up to the emitted
+/// flux over 1 − ρ.
+pub(super) struct Energy;
+
+impl Property for Energy {
+    fn run<P: Parts + Copy>(&self, _: &Context, setup: Setup<P>) -> Vec<Outcome> {
+        let rho = 0.6;
+        let room = scene("cube with a wall of light", |s| {
+            let wall = s.surface(Surface::new(lambert(rho)));
+            closed_cube(s, 1.0, true, wall);
+            let lit = Surface::new(lambert(rho)).emitting(DVec3::splat(LIGHT));
+            // Just before a wall, which gets no light any more.
+            square(s, DVec3::new(0.0, 0.0, 1.0 - 1e-9), 1.0, false, lit);
+        });
+        let flux = 4.0 * PI * LIGHT;
+        let found = solve(setup, &room, 300).map(|solved| {
+            let each = solved.irradiances();
+            each.map(|(element, e)| element.area * e.x).sum::<f64>()
+        });
+        let error = found.map_or(f64::NAN, |found| found / (flux / (1.0 - rho)) - 1.0);
+        vec![Outcome::exact("flux", 1, error, BOUNCES, "all patches")]
+    }
+}
+
+pub(super) fn factors() -> Vec<Bench<Subject>> {
+    let cube = scene("closed cube", |s| {
+        let wall = s.surface(Surface::new(lambert(0.5)));
+        closed_cube(s, 1.0, true, wall);
+    });
+    let parallel = plates("parallel plates", DVec3::Z, [DVec3::Y, DVec3::X]);
+    let perpendicular = plates("perpendicular plates", DVec3::ZERO, [DVec3::Y, DVec3::Z]);
+    let bench = |name: &str, property: String, subject: Factors| {
+        let size = (u64::from(subject.patches), subject.tolerance, 0);
+        let path = "estimator::radiosity::FormFactors";
+        let trial = data(name, property, &FORM_FACTOR, path, "exact", size);
+        Bench::new(trial, on(subject))
+    };
+    vec![
+        bench(
+            "radiosity/parallel-plates",
+            format!("between parallel unit plates at distance 1 F = {OPPOSITE:.6}"),
+            Factors {
+                scene: parallel,
+                patches: 64,
+                error: |elements, rows| between_plates(elements, rows, OPPOSITE),
+                tolerance: 1e-4,
+            },
+        ),
+        bench(
+            "radiosity/perpendicular-plates",
+            format!("between unit plates at a right angle with a common edge F = {NEIGHBOURS:.6}"),
+            Factors {
+                scene: perpendicular,
+                patches: 400,
+                error: |elements, rows| between_plates(elements, rows, NEIGHBOURS),
+                tolerance: SINGLE,
+            },
+        ),
+        bench(
+            "radiosity/closure",
+            "in a closed cube the form factors from each patch add up to 1".to_owned(),
+            Factors {
+                scene: Arc::clone(&cube),
+                patches: 100,
+                error: closure,
+                tolerance: SINGLE_PRECISION,
+            },
+        ),
+        bench(
+            "radiosity/ball",
+            "a ball near the walls of a room sends the room its area, and the room as much to the ball"
+                .to_owned(),
+            Factors {
+                scene: ball_in_room(),
+                patches: 300,
+                error: ball,
+                tolerance: IMAGE,
+            },
+        ),
+        bench(
+            "radiosity/reciprocity",
+            "in a closed cube A_i F_ij = A_j F_ji, but for the mean over three nodes".to_owned(),
+            Factors {
+                scene: cube,
+                patches: 400,
+                error: reciprocity,
+                tolerance: 0.02,
+            },
+        ),
+    ]
+}

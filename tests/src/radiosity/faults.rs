@@ -1,0 +1,182 @@
+//! Faults of radiosity.
+
+use std::f64::consts::FRAC_1_PI;
+
+use glam::{DVec3, Vec3Swizzles};
+
+use crate::faults::{Mutant, mutant};
+use crate::subject::{RIGHT, Subject, Table, fault, parts};
+use whitefurnace::equation::{FORM_FACTOR, RADIOSITY};
+use whitefurnace::estimator::radiosity;
+use whitefurnace::form_factor;
+use whitefurnace::radiometry;
+
+/// F towards the middle of a polygon for a surface that faces it: the receiver's cosine is gone.
+fn without_cosine(_: DVec3, corners: &[DVec3]) -> f64 {
+    let middle: DVec3 = corners.iter().sum();
+    form_factor::polygon(middle.normalize_or_zero(), corners)
+}
+
+pub(super) fn faults() -> Vec<Mutant<Subject>> {
+    let factor = |name, wrong, form_factor: fn(DVec3, &[DVec3]) -> f64, caught_by| {
+        let table = Table {
+            form_factor,
+            ..RIGHT
+        };
+        mutant(name, &FORM_FACTOR, wrong, parts(table), caught_by)
+    };
+    let balance = |name, wrong, table: Table, caught_by| {
+        mutant(name, &RADIOSITY, wrong, parts(table), caught_by)
+    };
+    vec![
+        factor(
+            "form-factor-without-cosine",
+            "the cosine at the receiver is missing",
+            without_cosine,
+            &[
+                "radiosity/horizon",
+                "radiosity/skewed",
+                "radiosity/triangle",
+                "radiosity/closure",
+                "radiosity/parallel-plates",
+            ],
+        ),
+        factor(
+            "form-factor-orientation",
+            "the edges run the wrong way: fronts are taken for backs",
+            |normal, corners| -form_factor::polygon(normal, corners),
+            &["radiosity/rectangle", "radiosity/closure"],
+        ),
+        factor(
+            "form-factor-doubled",
+            "1/π for 1/2π",
+            |normal, corners| 2.0 * form_factor::polygon(normal, corners),
+            &[
+                "radiosity/close",
+                "radiosity/parallel-plates",
+                "radiosity/perpendicular-plates",
+            ],
+        ),
+        factor(
+            "form-factor-open",
+            "the edge from the last corner to the first is left out",
+            |normal, corners| {
+                let pairs = corners.windows(2);
+                let edge = |pair: &[DVec3]| {
+                    let across = pair[0].cross(pair[1]);
+                    pair[0].angle_between(pair[1]) * across.normalize_or_zero().dot(normal)
+                };
+                pairs.map(edge).sum::<f64>() * -0.5 * FRAC_1_PI
+            },
+            &["radiosity/reciprocity", "radiosity/perpendicular-plates"],
+        ),
+        fault!("horizon-not-cut", FORM_FACTOR, "the part of a polygon below the horizon counts, negatively",
+            { horizon: |_, polygon| *polygon }, "radiosity/horizon"),
+        fault!("hidden-patches-seen", FORM_FACTOR, "nothing hides anything",
+            { visible: |_, _, _, _| true }, "radiosity/half-hidden", "radiosity/hidden-below",
+            "radiosity/hidden-above", "radiosity/hidden-aside", "radiosity/nested"),
+        fault!("both-sides-alike", FORM_FACTOR,
+            "neither horizons nor signs count: light from behind a surface arrives",
+            {
+                horizon: |_, polygon| *polygon,
+                form_factor: |normal, corners| form_factor::polygon(normal, corners).abs(),
+                seen_weight: |_, solid_angle| solid_angle
+            }, "radiosity/both-sides", "radiosity/horizon"),
+        fault!("share-without-cosine", FORM_FACTOR,
+            "the visible share of a light is taken without the receiver's cosine",
+            { seen_weight: |_, solid_angle| solid_angle }, "radiosity/hidden-below",
+            "radiosity/hidden-above"),
+        fault!("share-by-area", FORM_FACTOR, "the visible share of a light is that of its area",
+            { seen_weight: |_, _| 1.0 }, "radiosity/hidden-below", "radiosity/hidden-above",
+            "radiosity/hidden-aside"),
+        fault!("seen-by-the-middle", FORM_FACTOR, "a light is looked for at its middle alone",
+            { sample_emitter: |emitter, _| emitter.sample([0.5, 0.5]) }, "radiosity/hidden-aside",
+            "radiosity/hidden-above"),
+        fault!("seen-by-one-end", FORM_FACTOR, "lights are looked for nearer to one end",
+            { sample_emitter: |emitter, [u, v]| emitter.sample([u * u, v]) }, "radiosity/hidden-below",
+            "radiosity/hidden-above"),
+        fault!("near-patches-whole", FORM_FACTOR, "near patches of spheres are never divided",
+            { is_near: |_, _| false }, "radiosity/sphere"),
+        fault!("near-by-length", FORM_FACTOR,
+            "patches of spheres are divided by their distance, not by its square",
+            { is_near: |area, squared| radiosity::is_near(0.05 * area, squared.sqrt()) },
+            "radiosity/sphere"),
+        fault!("cosines-squared", FORM_FACTOR, "the cosines between parts of a sphere are squared",
+            { cosine: |normal, direction| radiometry::cosine(normal, direction).powi(2) },
+            "radiosity/cavity/reflecting", "radiosity/sphere", "radiosity/ball"),
+        fault!("sphere-cosine-missing", FORM_FACTOR, "the cosines between parts of a sphere are 1",
+            { cosine: |_, _| 1.0 }, "radiosity/sphere"),
+        balance(
+            "channels-mixed",
+            "each channel is reflected by the next one's albedo",
+            Table {
+                leaving: |albedo, emitted, irradiance| {
+                    radiosity::leaving(albedo.yzx(), emitted, irradiance)
+                },
+                ..RIGHT
+            },
+            &["radiosity/coloured"],
+        ),
+        balance(
+            "emission-exchanged",
+            "patches send each other what they emit, which was counted as direct light",
+            Table {
+                exchanged: |leaving, _| leaving,
+                ..RIGHT
+            },
+            &[
+                "radiosity/furnace-box",
+                "radiosity/corners",
+                "radiosity/energy",
+            ],
+        ),
+        balance(
+            "emission-reflected",
+            "the albedo is applied to what a surface emits, too",
+            Table {
+                leaving: |albedo, emitted, irradiance| {
+                    radiosity::leaving(albedo, albedo * emitted, irradiance)
+                },
+                ..RIGHT
+            },
+            &["radiosity/furnace-box"],
+        ),
+        balance(
+            "channels-exchanged",
+            "red and blue of the irradiance are exchanged",
+            Table {
+                leaving: |albedo, emitted, e| {
+                    radiosity::leaving(albedo, emitted, DVec3::new(e.z, e.y, e.x))
+                },
+                ..RIGHT
+            },
+            &["radiosity/rectangle"],
+        ),
+        balance(
+            "two-sweeps",
+            "the solution ends after two sweeps",
+            Table {
+                solved: |_, sweeps| sweeps >= 2,
+                ..RIGHT
+            },
+            &[
+                "radiosity/furnace-box",
+                "radiosity/cavity/black",
+                "radiosity/diffuse-room",
+            ],
+        ),
+        balance(
+            "exitance-for-radiance",
+            "ρE is taken for the radiance, without 1/π",
+            Table {
+                leaving: |albedo, emitted, irradiance| emitted + albedo * irradiance,
+                ..RIGHT
+            },
+            &[
+                "radiosity/rectangle",
+                "radiosity/skewed",
+                "radiosity/triangle",
+            ],
+        ),
+    ]
+}

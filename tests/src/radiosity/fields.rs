@@ -1,0 +1,266 @@
+//! Direct light on a floor by every kind of emitter, whole and in part hidden, from near and from both
+//! sides, against closed forms of rectangles and quadrature over the light: neither knows of polygons.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::{Kind, Known, KnownRay, SINGLE_PRECISION, known};
+use crate::cie::{parallel_corner, upright_corner};
+use crate::faults::Bench;
+use crate::probes::IMAGE;
+use crate::scenes::{
+    FLOOR, HEIGHT, LIGHT, TINT, TRIANGLE, at_origin, floor, half_hidden_light, lambert, light,
+    rectangle_light, scene, square, triangle_light,
+};
+use crate::subject::Subject;
+use whitefurnace::bsdf::Bsdf;
+use whitefurnace::equation::FORM_FACTOR;
+use whitefurnace::estimator::radiosity::ReadOut;
+use whitefurnace::harness::domain::Domain;
+use whitefurnace::scene::{Scene, SceneBuilder, Surface};
+use whitefurnace::shape::{Ray, Sphere};
+
+/// F from the origin with the normal z to a flat light: the double integral of cos θ cos θ′/(πd²), by
+/// quadrature over `domain` stretched along two edges.
+fn by_quadrature(domain: Domain, corner: DVec3, [a, b]: [DVec3; 2]) -> f64 {
+    let across = a.cross(b);
+    let kernel = |p: DVec3| {
+        let y = corner + p.x * a + p.y * b;
+        let squared = y.length_squared();
+        (y.z * -y.dot(across)).max(0.0) / (PI * squared * squared)
+    };
+    domain.integrate_all(1e-9, &kernel).value
+}
+
+fn parallelogram(corner: DVec3, edges: [DVec3; 2]) -> f64 {
+    by_quadrature(Domain::Square, corner, edges)
+}
+
+/// A black surface or light as a parallelogram.
+fn panel(s: &mut SceneBuilder, corner: DVec3, edges: [DVec3; 2], surface: Surface) {
+    let surface = s.surface(surface);
+    s.rectangle(corner, edges, surface);
+}
+
+/// The origin from so near that little can come between.
+fn nearby() -> Ray {
+    let w = whitefurnace::frame::from_spherical(25f64.to_radians(), 4.0);
+    Ray::new(4e-4 * w, -w)
+}
+
+/// The origin from below.
+fn from_below() -> Ray {
+    let w = whitefurnace::frame::from_spherical(25f64.to_radians(), 4.0).with_z(-0.9);
+    let w = w.normalize();
+    Ray::new(0.1 * w, -w)
+}
+
+/// What the floor reflects if it sees a light of radiance [`LIGHT`] under the form factor F.
+fn reflected(factor: f64) -> f64 {
+    FLOOR * LIGHT * factor
+}
+
+fn bench(
+    name: &str,
+    what: &str,
+    scene: Arc<Scene>,
+    rays: &[(Kind, f64)],
+    (patches, tolerance): (u32, f64),
+) -> Bench<Subject> {
+    let seen: Vec<String> = rays.iter().map(|(_, l)| format!("{l:.6}")).collect();
+    let property = format!("a floor reflects {} of {what}", seen.join(" and "));
+    let rays: Vec<KnownRay> = rays.iter().map(|&(ray, l)| (ray, l * TINT)).collect();
+    let subject = Known {
+        scene,
+        patches,
+        rays,
+        tolerance,
+        read_out: ReadOut::default(),
+    };
+    known(name, property, &FORM_FACTOR, subject)
+}
+
+/// One ray to the floor's origin, few patches.
+fn lit(name: &str, what: &str, scene: Arc<Scene>, factor: f64, tolerance: f64) -> Bench<Subject> {
+    let rays = [((|_| at_origin()) as Kind, reflected(factor))];
+    bench(name, what, scene, &rays, (4, tolerance))
+}
+
+/// The trials.
+pub(super) fn benches() -> Vec<Bench<Subject>> {
+    let mut benches = rectangles();
+    benches.extend(kinds());
+    benches.extend(hidden());
+    benches.push(both_sides());
+    benches
+}
+
+fn rectangles() -> Vec<Bench<Subject>> {
+    let upright = scene("light that sinks below the horizon", |s| {
+        floor(s, lambert(FLOOR));
+        let edges = [2.0 * DVec3::Z, 2.0 * DVec3::Y];
+        panel(s, DVec3::new(1.0, -1.0, -1.0), edges, light(LIGHT));
+    });
+    let (gap, side) = (1e-3, 0.3);
+    let close = scene("light just over the floor", |s| {
+        floor(s, lambert(FLOOR));
+        square(
+            s,
+            DVec3::new(1.0 - side, 0.0, gap),
+            1.0,
+            false,
+            light(LIGHT),
+        );
+    });
+    let beside = parallel_corner(side, 1.0, gap) + parallel_corner(2.0 - side, 1.0, gap);
+    let near = [((|_| nearby()) as Kind, reflected(2.0 * beside))];
+    vec![
+        lit(
+            "radiosity/rectangle",
+            "a square light's radiance",
+            rectangle_light(false),
+            4.0 * parallel_corner(1.0, 1.0, HEIGHT),
+            SINGLE_PRECISION,
+        ),
+        lit(
+            "radiosity/half-hidden",
+            "a square light that a wall hides by half",
+            half_hidden_light(),
+            2.0 * parallel_corner(1.0, 1.0, HEIGHT),
+            IMAGE,
+        ),
+        lit(
+            "radiosity/horizon",
+            "an upright light of which half is below the horizon",
+            upright,
+            2.0 * upright_corner(1.0, 1.0, 1.0),
+            SINGLE_PRECISION,
+        ),
+        bench(
+            "radiosity/close",
+            "a light a two-thousandth of its side away",
+            close,
+            &near,
+            (4, SINGLE_PRECISION),
+        ),
+    ]
+}
+
+/// Other kinds of emitters.
+fn kinds() -> Vec<Bench<Subject>> {
+    let corner = DVec3::new(0.4, -0.7, 1.1);
+    let edges = [DVec3::new(0.3, 1.2, 0.5), DVec3::new(0.9, 0.4, -0.2)];
+    let skewed = scene("skewed light", |s| {
+        floor(s, lambert(FLOOR));
+        panel(s, corner, edges, light(LIGHT));
+    });
+    let [a, b, c] = TRIANGLE;
+    let triangle = by_quadrature(Domain::Triangle, a, [b - a, c - a]);
+    let (sin, cos) = 40f64.to_radians().sin_cos();
+    let (radius, distance) = (0.8, 1.25);
+    let sphere = scene("sphere beside and above", |s| {
+        square(s, DVec3::ZERO, 0.3, true, Surface::new(lambert(FLOOR)));
+        let surface = s.surface(light(LIGHT));
+        let centre = distance * DVec3::new(sin, 0.0, cos);
+        s.sphere(Sphere::new(centre, radius), surface);
+    });
+    let share = radius / distance;
+    let seen = [((|_| nearby()) as Kind, reflected(share * share * cos))];
+    vec![
+        lit(
+            "radiosity/skewed",
+            "a skewed parallelogram of light",
+            skewed,
+            parallelogram(corner, edges),
+            SINGLE_PRECISION,
+        ),
+        lit(
+            "radiosity/triangle",
+            "a triangle of light",
+            triangle_light(),
+            triangle,
+            SINGLE_PRECISION,
+        ),
+        bench(
+            "radiosity/sphere",
+            "a sphere of light nearer than its patches are wide",
+            sphere,
+            &seen,
+            (4, COARSE),
+        ),
+    ]
+}
+
+/// By how much the light of a sphere's near patches may be off.
+const COARSE: f64 = 0.005;
+
+/// An upright light of which an upright wall half way hides a part: below, above or to one side. What is
+/// hidden counts by its cosine at the floor, which grows with height.
+fn hidden() -> Vec<Bench<Subject>> {
+    let [width, height] = [2.0 * DVec3::Y, 2.0 * DVec3::Z];
+    let corner = DVec3::new(1.0, -1.0, 0.0);
+    let all = 2.0 * upright_corner(2.0, 1.0, 1.0);
+    let lower = 2.0 * upright_corner(1.0, 1.0, 1.0);
+    let aside = upright_corner(2.0, 1.0, 1.0) - upright_corner(2.0, 0.5, 1.0);
+    [
+        (
+            "radiosity/hidden-below",
+            "lower half",
+            [-0.6, -0.5],
+            [1.2, 1.0],
+            all - lower,
+        ),
+        (
+            "radiosity/hidden-above",
+            "upper half",
+            [-0.6, 0.5],
+            [1.2, 0.8],
+            lower,
+        ),
+        (
+            "radiosity/hidden-aside",
+            "last quarter",
+            [0.25, -0.5],
+            [0.8, 1.8],
+            all - aside,
+        ),
+    ]
+    .into_iter()
+    .map(|(name, part, [y, z], [wide, high], factor)| {
+        let scene = scene(name, |s| {
+            floor(s, lambert(FLOOR));
+            panel(s, corner, [height, width], light(LIGHT));
+            // The floor hides what of the wall is below it.
+            let edges = [wide * DVec3::Y, high * DVec3::Z];
+            panel(s, DVec3::new(0.5, y, z), edges, Surface::new(Bsdf::Black));
+        });
+        let what = format!("an upright light of which a wall hides the {part}");
+        lit(name, &what, scene, factor, IMAGE)
+    })
+    .collect()
+}
+
+/// A floor between two lights, each of which it reflects on its own side.
+fn both_sides() -> Bench<Subject> {
+    let scene = scene("lights above and below", |s| {
+        square(s, DVec3::ZERO, 0.2, true, Surface::new(lambert(FLOOR)));
+        square(s, DVec3::new(0.5, 0.5, 1.0), 0.5, false, light(LIGHT));
+        square(s, DVec3::new(-1.0, 0.5, -0.8), 0.5, true, light(LIGHT));
+    });
+    let above = parallel_corner(1.0, 1.0, 1.0);
+    let below = parallel_corner(1.5, 1.0, 0.8) - parallel_corner(0.5, 1.0, 0.8);
+    let rays = [
+        ((|_| at_origin()) as Kind, reflected(above)),
+        (|_| from_below(), reflected(below)),
+    ];
+    let what = "a light above and of another below";
+    bench(
+        "radiosity/both-sides",
+        what,
+        scene,
+        &rays,
+        (4, SINGLE_PRECISION),
+    )
+}

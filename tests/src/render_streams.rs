@@ -1,0 +1,261 @@
+//! Random streams as [`render`] hands them out: an estimator that returns the numbers that it receives
+//! is rendered, and the film read as a table of random numbers.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::streams::{Pairs, collisions};
+use crate::faults::{AnyFamily, Bench, Family, data, mutant};
+use whitefurnace::camera::Camera;
+use whitefurnace::equation::ESTIMATOR;
+use whitefurnace::estimator::Estimator;
+use whitefurnace::film::Film;
+use whitefurnace::harness::chi_square::CELL_DELTA;
+use whitefurnace::harness::outcome::Outcome;
+use whitefurnace::harness::trial::Context;
+use whitefurnace::pixel::PixelSampling;
+use whitefurnace::render::{Numbers as Source, Sampling, render};
+use whitefurnace::rng::uniform2;
+use whitefurnace::sampler::Sampler;
+use whitefurnace::scene::{Hit, Scene, SceneBuilder};
+use whitefurnace::shape::Ray;
+
+/// A wide frame: a stride by its height instead of its width must show.
+const SIZE: [u32; 2] = [256, 64];
+const WIDTH: usize = SIZE[0] as usize;
+const PIXELS: usize = (SIZE[0] * SIZE[1]) as usize;
+
+/// A film holds multiples of 2⁻³²; times 2²¹ a number of 53 random bits is one.
+const BITS_TO_UNITS: f64 = 2_097_152.0;
+
+/// Returns its first two random numbers, and where in its pixel the ray passes from left to right.
+struct FirstNumbers;
+
+impl Estimator for FirstNumbers {
+    fn radiance<R: Sampler>(&self, _: &Scene, ray: &Ray, _: Option<Hit>, rng: &mut R) -> DVec3 {
+        let [first, second] = uniform2(rng);
+        // The camera of `nothing` looks along y and its pixels are squares of side 1 at distance 1.
+        let x = ray.direction.x / ray.direction.y + 0.5 * f64::from(SIZE[0]);
+        BITS_TO_UNITS * DVec3::new(first, second, x.rem_euclid(1.0))
+    }
+}
+
+/// An empty scene whose image has pixels of side 1 at distance 1.
+fn nothing() -> Option<Arc<Scene>> {
+    let camera = Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.5 * f64::from(SIZE[1]));
+    SceneBuilder::new("nothing")
+        .build(camera)
+        .ok()
+        .map(Arc::new)
+}
+
+/// The numbers of every pixel, row by row, from a master seed and the number of the sample: first and
+/// second number of the estimator, and the number that placed the ray in its pixel.
+pub type Numbers = fn(&Scene, u64, u32) -> Vec<DVec3>;
+
+/// Numbers that every trial rejects.
+fn failed() -> Vec<DVec3> {
+    vec![DVec3::NAN; PIXELS]
+}
+
+/// What `render` gives.
+fn right(scene: &Scene, seed: u64, sample: u32) -> Vec<DVec3> {
+    let sampling = Sampling {
+        numbers: Source::Independent,
+        pixel: PixelSampling::Random,
+        seed,
+    };
+    let Ok(mut film) = Film::new(SIZE, None, 1) else {
+        return failed();
+    };
+    let range = sample..sample + 1;
+    match render(scene, &FirstNumbers, sampling, &mut film, &range, &|_| true) {
+        Ok(true) => film
+            .pixels()
+            .iter()
+            .map(|p| p.mean() / BITS_TO_UNITS)
+            .collect(),
+        _ => failed(),
+    }
+}
+
+const FRAMES: u64 = 64;
+
+/// First numbers over all pixels and samples are distinct.
+fn distinct(context: &Context, scene: &Scene, numbers: Numbers) -> Vec<Outcome> {
+    let seed = context.seed_of("distinct");
+    let frames = context.n(FRAMES) as u32;
+    let firsts = (0..frames).flat_map(|sample| numbers(scene, seed, sample));
+    vec![collisions(firsts.map(|numbers| numbers.x))]
+}
+
+/// Pairs of frames; each gives as many pairs of numbers of every kind as a frame has pixels.
+const FRAME_PAIRS: u64 = 740;
+
+/// What may be a neighbour of what.
+const KINDS: [&str; 5] = ["columns", "rows", "samples", "draws", "positions and draws"];
+
+/// Neighbours of every kind are independent.
+fn neighbours(context: &Context, scene: &Scene, numbers: Numbers) -> Vec<Outcome> {
+    let seed = context.seed_of("neighbours");
+    let mut pairs: [Pairs; KINDS.len()] = Default::default();
+    let [columns, rows, samples, draws, positions] = &mut pairs;
+    for i in 0..context.n(FRAME_PAIRS) as u32 {
+        let frames = [2 * i, 2 * i + 1].map(|sample| numbers(scene, seed, sample));
+        for frame in &frames {
+            for two in frame.chunks_exact(2) {
+                columns.push([two[0].x, two[1].x]);
+            }
+            for two in frame.chunks_exact(2 * WIDTH) {
+                let (upper, lower) = two.split_at(WIDTH);
+                upper
+                    .iter()
+                    .zip(lower)
+                    .for_each(|(a, b)| rows.push([a.x, b.x]));
+            }
+        }
+        for (a, b) in frames[0].iter().zip(&frames[1]) {
+            samples.push([a.x, b.x]);
+            draws.push([a.x, a.y]);
+            positions.push([a.z, a.x]);
+        }
+    }
+    let named = pairs.iter().zip(KINDS);
+    named
+        .flat_map(|(pairs, kind)| pairs.outcomes(kind))
+        .collect()
+}
+
+// The faults: what a careless `render` or estimator would give, made from what the right one gives.
+
+/// `render`'s numbers, with those of another pixel in the place of each.
+fn moved(scene: &Scene, seed: u64, sample: u32, from: fn(usize, usize) -> usize) -> Vec<DVec3> {
+    let frame = right(scene, seed, sample);
+    (0..frame.len())
+        .map(|k| frame[from(k % WIDTH, k / WIDTH)])
+        .collect()
+}
+
+fn shared_columns(scene: &Scene, seed: u64, sample: u32) -> Vec<DVec3> {
+    moved(scene, seed, sample, |x, y| WIDTH * y + x / 2 * 2)
+}
+
+fn shared_rows(scene: &Scene, seed: u64, sample: u32) -> Vec<DVec3> {
+    moved(scene, seed, sample, |x, y| WIDTH * (y / 2 * 2) + x)
+}
+
+fn stride_of_height(scene: &Scene, seed: u64, sample: u32) -> Vec<DVec3> {
+    moved(scene, seed, sample, |x, y| SIZE[1] as usize * y + x)
+}
+
+fn shared_samples(scene: &Scene, seed: u64, sample: u32) -> Vec<DVec3> {
+    right(scene, seed, sample / 2)
+}
+
+fn same_draw(scene: &Scene, seed: u64, sample: u32) -> Vec<DVec3> {
+    let mut frame = right(scene, seed, sample);
+    frame.iter_mut().for_each(|numbers| numbers.y = numbers.x);
+    frame
+}
+
+fn position_again(scene: &Scene, seed: u64, sample: u32) -> Vec<DVec3> {
+    let mut frame = right(scene, seed, sample);
+    frame.iter_mut().for_each(|numbers| numbers.x = numbers.z);
+    frame
+}
+
+/// The streams of `render`.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    let Some(scene) = nothing() else {
+        return Vec::new();
+    };
+    let bench = |name: &str, property: &str, statistic, size, on: On| {
+        let subject = "render::render";
+        let name = format!("streams/render/{name}");
+        let trial = data(name, property, &ESTIMATOR, subject, statistic, size);
+        let scene = Arc::clone(&scene);
+        Bench::new(trial, move |context: &Context, numbers| {
+            on(context, &scene, numbers)
+        })
+    };
+    let fault = |name, wrong, numbers: Numbers, caught_by| {
+        mutant(name, &ESTIMATOR, wrong, numbers, caught_by)
+    };
+    vec![Box::new(Family {
+        benches: vec![
+            bench(
+                "distinct",
+                "the first numbers of all pixels and samples are distinct",
+                "Poisson",
+                (FRAMES * PIXELS as u64, 0.0, 1),
+                distinct,
+            ),
+            bench(
+                "neighbours",
+                "neighbouring columns, rows, samples and draws, and a ray's position and its first draw, are independent",
+                "chi-square and t",
+                (FRAME_PAIRS * PIXELS as u64, CELL_DELTA, 2 * KINDS.len()),
+                neighbours,
+            ),
+        ],
+        faults: vec![
+            fault(
+                "shared-columns",
+                "two columns share a stream",
+                shared_columns,
+                &[
+                    "streams/render/neighbours: pairs of neighbouring columns",
+                    "streams/render/neighbours: correlation of neighbouring columns",
+                    "streams/render/distinct",
+                ],
+            ),
+            fault(
+                "shared-rows",
+                "two rows share a stream",
+                shared_rows,
+                &[
+                    "streams/render/neighbours: pairs of neighbouring rows",
+                    "streams/render/neighbours: correlation of neighbouring rows",
+                ],
+            ),
+            fault(
+                "stride-of-height",
+                "a pixel's number is y times the height plus x: far pixels share a stream",
+                stride_of_height,
+                &["streams/render/distinct"],
+            ),
+            fault(
+                "shared-samples",
+                "every second sample repeats the one before",
+                shared_samples,
+                &[
+                    "streams/render/neighbours: pairs of neighbouring samples",
+                    "streams/render/neighbours: correlation of neighbouring samples",
+                ],
+            ),
+            fault(
+                "same-draw",
+                "an estimator gets the same number twice",
+                same_draw,
+                &[
+                    "streams/render/neighbours: pairs of neighbouring draws",
+                    "streams/render/neighbours: correlation of neighbouring draws",
+                ],
+            ),
+            fault(
+                "position-again",
+                "an estimator gets the numbers again that placed the ray in its pixel",
+                position_again,
+                &[
+                    "streams/render/neighbours: pairs of neighbouring positions and draws",
+                    "streams/render/neighbours: correlation of neighbouring positions and draws",
+                ],
+            ),
+        ],
+        ..Family::new("render streams", right as Numbers)
+    })]
+}
+
+/// A trial's function, given the scene.
+type On = fn(&Context, &Scene, Numbers) -> Vec<Outcome>;

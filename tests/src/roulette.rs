@@ -1,0 +1,292 @@
+//! Russian roulette and path length in an abstract closed furnace: a walk in which every surface emits
+//! 1 and reflects the share a, so that the radiance is 1/(1 − a).
+
+use super::infinite_variance;
+use crate::faults::{AnyFamily, Bench, Family, Mutant, data, mutant};
+use crate::subject::fault;
+use whitefurnace::equation::{PATH_LENGTH, ROULETTE};
+use whitefurnace::harness::mean::{Values, mean, welch};
+use whitefurnace::harness::outcome::{Claim, Outcome};
+use whitefurnace::harness::trial::Context;
+use whitefurnace::rng::{Stream, uniform};
+use whitefurnace::roulette;
+
+const SAMPLES: u64 = 8_000_000;
+const VARIANCE_SAMPLES: u64 = 16_000_000;
+/// δ of multi-bounce means, relative.
+const MEAN_DELTA: f64 = 0.005;
+/// δ of variances, relative.
+const VARIANCE_DELTA: f64 = 0.01;
+
+/// The parts of roulette, so that each can be replaced.
+#[derive(Clone, Copy)]
+pub struct Parts {
+    /// Whether the path goes on, from r and the survival probability.
+    pub survives: fn(f64, f64) -> bool,
+    /// What a survivor is multiplied by.
+    pub weight: fn(f64) -> f64,
+    /// Bounces after which the path is cut, if at all.
+    pub longest: Option<u32>,
+    /// What emission is multiplied by, from the survival probability that follows it.
+    pub emission: fn(f64) -> f64,
+    /// Bounces that a cut path makes beyond what is said.
+    pub slip: u32,
+}
+
+/// The program's parts.
+pub const RIGHT: Parts = Parts {
+    survives: roulette::survives,
+    weight: roulette::weight,
+    longest: None,
+    emission: |_| 1.0,
+    slip: 0,
+};
+
+/// A walk that never ends is a fault of roulette; so long a right one is never met (0.95^2000 = 3e-45).
+const GIVE_UP: u32 = 2_000;
+
+/// One estimate of the furnace's radiance.
+pub fn walk(rng: &mut Stream, parts: Parts, albedo: f64, survival: f64) -> f64 {
+    let (mut radiance, mut throughput) = ((parts.emission)(survival), 1.0);
+    for _ in 0..parts.longest.unwrap_or(GIVE_UP) {
+        if !(parts.survives)(uniform(rng), survival) {
+            break;
+        }
+        throughput *= albedo * (parts.weight)(survival);
+        radiance += throughput * (parts.emission)(survival);
+    }
+    radiance
+}
+
+fn walks(context: &Context, part: &str, n: u64, parts: Parts, [a, q]: [f64; 2]) -> Values {
+    let mut rng = context.rng(part);
+    Values::collect(1.0 / (1.0 - a), context.n(n), || {
+        walk(&mut rng, parts, a, q)
+    })
+}
+
+/// The mean is 1/(1 − a).
+pub fn mean_is_right(context: &Context, parts: Parts, [a, q]: [f64; 2]) -> Vec<Outcome> {
+    let reference = 1.0 / (1.0 - a);
+    let values = walks(context, "mean", SAMPLES, parts, [a, q]);
+    let delta = MEAN_DELTA * reference;
+    vec![mean(
+        "furnace radiance",
+        &values,
+        reference,
+        Claim::Exact { delta },
+    )]
+}
+
+/// Var = (1 + 2a m)/(1 − a²/q) − m² with m = 1/(1 − a): from X = 1 + (a/q) X′ for survivors. Infinite for
+/// q ≤ a².
+pub fn variance(a: f64, q: f64) -> f64 {
+    let m = 1.0 / (1.0 - a);
+    if q <= a * a {
+        return f64::INFINITY;
+    }
+    (1.0 + 2.0 * a * m) / (1.0 - a * a / q) - m * m
+}
+
+/// The mean of (X − m)² is the closed form of the variance.
+pub fn variance_is_right(context: &Context, parts: Parts, [a, q]: [f64; 2]) -> Vec<Outcome> {
+    let (m, reference) = (1.0 / (1.0 - a), variance(a, q));
+    let mut rng = context.rng("variance");
+    let values = Values::collect(reference, context.n(VARIANCE_SAMPLES), || {
+        (walk(&mut rng, parts, a, q) - m).powi(2)
+    });
+    let delta = VARIANCE_DELTA * reference;
+    vec![mean("variance", &values, reference, Claim::Exact { delta })]
+}
+
+/// Two survival policies have the same mean.
+pub fn same_mean(context: &Context, parts: [Parts; 2], a: f64, q: [f64; 2]) -> Vec<Outcome> {
+    let first = walks(context, "first", SAMPLES, parts[0], [a, q[0]]);
+    let second = walks(context, "second", SAMPLES, parts[1], [a, q[1]]);
+    let delta = MEAN_DELTA / (1.0 - a);
+    vec![welch(
+        "difference of means",
+        &first,
+        &second,
+        Claim::Exact { delta },
+    )]
+}
+
+/// Cutting paths after b bounces leaves (1 − a^(b+1))/(1 − a), for b from 1 to 12. The path is cut
+/// after b + `slip` bounces: 0 is right.
+pub fn truncation(context: &Context, parts: Parts, a: f64) -> Vec<Outcome> {
+    (1..=12)
+        .map(|b: u32| {
+            let reference = (1.0 - a.powi(b as i32 + 1)) / (1.0 - a);
+            let parts = Parts {
+                longest: Some(b + parts.slip),
+                ..parts
+            };
+            let values = walks(
+                context,
+                &format!("{b} bounces"),
+                SAMPLES / 4,
+                parts,
+                [a, 0.95],
+            );
+            let delta = MEAN_DELTA * reference;
+            mean(
+                &format!("{b} bounces"),
+                &values,
+                reference,
+                Claim::Exact { delta },
+            )
+        })
+        .collect()
+}
+
+/// (albedo, survival). From survival = albedo on weights are bounded, lengths geometric, and all moments
+/// exist; at (0.5, 0.45) seven do (the tail falls with the power ln q/ln(q/a) = 7.6), enough for the
+/// mean. For survival at or below the squared albedo, where the variance is infinite, see
+/// [`super::infinite_variance`].
+const PAIRS: [[f64; 2]; 9] = [
+    [0.5, 0.45],
+    [0.5, 0.5],
+    [0.5, 0.75],
+    [0.5, 0.9],
+    [0.75, 0.75],
+    [0.75, 0.9],
+    [0.75, 0.95],
+    [0.9, 0.9],
+    [0.9, 0.95],
+];
+
+/// What walks examine.
+pub const SUBJECT: &str = "roulette::survives, roulette::weight";
+
+fn pair_benches(pair: [f64; 2]) -> Vec<Bench<Parts>> {
+    let [a, q] = pair;
+    let name = |what| format!("roulette/albedo-{a}/survival-{q}/{what}");
+    let m = 1.0 / (1.0 - a);
+    let mut benches = vec![Bench::new(
+        data(
+            name("mean"),
+            format!("the mean is {m:.0} whatever the survival"),
+            &ROULETTE,
+            SUBJECT,
+            "t",
+            (SAMPLES, MEAN_DELTA, 1),
+        ),
+        move |c, parts| mean_is_right(c, parts, pair),
+    )];
+    if q >= a {
+        benches.push(Bench::new(
+            data(
+                name("variance"),
+                format!("the variance is {:.6}", variance(a, q)),
+                &ROULETTE,
+                SUBJECT,
+                "t",
+                (VARIANCE_SAMPLES, VARIANCE_DELTA, 1),
+            ),
+            move |c, parts| variance_is_right(c, parts, pair),
+        ));
+    }
+    benches
+}
+
+fn benches() -> Vec<Bench<Parts>> {
+    let mut benches: Vec<_> = PAIRS.into_iter().flat_map(pair_benches).collect();
+    benches.push(Bench::new(
+        data(
+            "roulette/same-mean",
+            "survivals 0.75 and 0.9 have the same mean at albedo 0.75",
+            &ROULETTE,
+            SUBJECT,
+            "Welch",
+            (SAMPLES, MEAN_DELTA, 1),
+        ),
+        |c, parts| same_mean(c, [RIGHT, parts], 0.75, [0.75, 0.9]),
+    ));
+    benches.extend([0.5, 0.75, 0.9].map(|a| {
+        Bench::new(
+            data(
+                format!("roulette/albedo-{a}/cut"),
+                "a path cut after b bounces has the relative bias −a^(b+1), b = 1 to 12",
+                &PATH_LENGTH,
+                SUBJECT,
+                "t",
+                (SAMPLES / 2, MEAN_DELTA, 12),
+            ),
+            move |c, parts| truncation(c, parts, a),
+        )
+    }));
+    benches.extend(infinite_variance::benches());
+    benches
+}
+
+fn faults() -> Vec<Mutant<Parts>> {
+    vec![
+        fault!("no-weight", ROULETTE, "survivors are not divided by the survival",
+            Parts: { weight: |_| 1.0 }, "roulette/albedo-0.5/survival-0.45/mean",
+            "roulette/albedo-0.5/survival-0.5/mean", "roulette/albedo-0.5/survival-0.5/variance",
+            "roulette/albedo-0.5/survival-0.75/mean", "roulette/albedo-0.5/survival-0.75/variance",
+            "roulette/albedo-0.5/survival-0.9/variance", "roulette/albedo-0.75/survival-0.75/mean",
+            "roulette/albedo-0.75/survival-0.75/variance", "roulette/albedo-0.75/survival-0.9/variance",
+            "roulette/albedo-0.75/survival-0.95/variance", "roulette/albedo-0.9/survival-0.9/mean",
+            "roulette/albedo-0.9/survival-0.9/variance", "roulette/albedo-0.9/survival-0.95/variance",
+            "roulette/same-mean", "roulette/infinite-variance/law: values of the law",
+            "roulette/infinite-variance/law: radiance",
+            "roulette/infinite-variance/boundary: mean by summation",
+            "roulette/infinite-variance/boundary: second moment by summation",
+            "roulette/albedo-0.5/cut: 2 bounces", "roulette/albedo-0.5/cut: 3 bounces",
+            "roulette/albedo-0.5/cut: 4 bounces", "roulette/albedo-0.5/cut: 5 bounces",
+            "roulette/albedo-0.5/cut: 6 bounces", "roulette/albedo-0.5/cut: 7 bounces",
+            "roulette/albedo-0.5/cut: 8 bounces", "roulette/albedo-0.5/cut: 9 bounces",
+            "roulette/albedo-0.5/cut: 10 bounces", "roulette/albedo-0.5/cut: 11 bounces",
+            "roulette/albedo-0.5/cut: 12 bounces", "roulette/albedo-0.75/cut: 2 bounces",
+            "roulette/albedo-0.75/cut: 3 bounces", "roulette/albedo-0.75/cut: 4 bounces",
+            "roulette/albedo-0.75/cut: 5 bounces", "roulette/albedo-0.75/cut: 6 bounces",
+            "roulette/albedo-0.75/cut: 7 bounces", "roulette/albedo-0.75/cut: 8 bounces",
+            "roulette/albedo-0.75/cut: 9 bounces", "roulette/albedo-0.75/cut: 10 bounces",
+            "roulette/albedo-0.75/cut: 11 bounces", "roulette/albedo-0.75/cut: 12 bounces",
+            "roulette/albedo-0.9/cut: 2 bounces", "roulette/albedo-0.9/cut: 3 bounces",
+            "roulette/albedo-0.9/cut: 4 bounces", "roulette/albedo-0.9/cut: 5 bounces",
+            "roulette/albedo-0.9/cut: 6 bounces", "roulette/albedo-0.9/cut: 7 bounces",
+            "roulette/albedo-0.9/cut: 8 bounces", "roulette/albedo-0.9/cut: 9 bounces",
+            "roulette/albedo-0.9/cut: 10 bounces", "roulette/albedo-0.9/cut: 11 bounces",
+            "roulette/albedo-0.9/cut: 12 bounces"),
+        fault!("flipped", ROULETTE,
+            "survives if r ≥ survival: not seen at survival 1/2, where α and 1 − α are one",
+            Parts: { survives: |r, q| r >= q }, "roulette/albedo-0.5/survival-0.9/mean",
+            "roulette/albedo-0.75/survival-0.9/mean", "roulette/albedo-0.75/survival-0.95/mean",
+            "roulette/albedo-0.9/survival-0.95/mean", "roulette/infinite-variance/law: values of the law"),
+        fault!("other-share", ROULETTE,
+            "divides by α for 1 − α: tried below 1/2, as the mean is infinite above",
+            Parts: { weight: |q| 1.0 / (1.0 - q) }, "roulette/albedo-0.5/survival-0.45/mean"),
+        fault!("weighted-emission", ROULETTE,
+            "emission that was counted before the decision is divided as well",
+            Parts: { emission: |q| 1.0 / q }, "roulette/albedo-0.75/survival-0.9/mean",
+            "roulette/infinite-variance/boundary: mean by summation"),
+        fault!("cut", PATH_LENGTH, "paths end after seven bounces, called unbiased",
+            Parts: { longest: Some(7) }, "roulette/albedo-0.75/survival-0.75/mean",
+            "roulette/albedo-0.75/survival-0.9/mean", "roulette/infinite-variance/law: radiance"),
+        fault!("off-by-one", PATH_LENGTH, "a cut path makes one bounce more than said",
+            Parts: { slip: 1 }, "roulette/albedo-0.5/cut: 1 bounces", "roulette/albedo-0.75/cut: 1 bounces",
+            "roulette/albedo-0.9/cut: 1 bounces"),
+    ]
+}
+
+/// Roulette in the abstract furnace.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    vec![Box::new(Family {
+        benches: benches(),
+        faults: faults(),
+        equivalents: vec![mutant(
+            "upper-end",
+            &ROULETTE,
+            "survives if r ≥ 1 − survival: the same probability at the other end",
+            Parts {
+                survives: |r, q| r >= 1.0 - q,
+                ..RIGHT
+            },
+            &["roulette/albedo-0.75/survival-0.9/mean"],
+        )],
+        ..Family::new("roulette", RIGHT)
+    })]
+}

@@ -1,0 +1,151 @@
+//! N of (16) in the report's estimator: the mean does not depend on it, the cost does.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use glam::DVec3;
+
+use super::furnace::inside;
+use super::probes::BOUNCES;
+use super::scenes::{lambert, sphere_furnace};
+use super::subject::{Property, Setup, Subject, on};
+use crate::faults::{Bench, data};
+use whitefurnace::equation::ESTIMATOR;
+use whitefurnace::estimator::{Estimator, Parts, Report};
+use whitefurnace::harness::mean::{Values, mean};
+use whitefurnace::harness::outcome::{Claim, Outcome};
+use whitefurnace::harness::trial::Context;
+use whitefurnace::rng::Stream;
+use whitefurnace::scene::Scene;
+
+/// Albedo of the furnace.
+const ALBEDO: f64 = 0.5;
+/// Absorption of its walls, by which the means' paths end.
+const ABSORPTION: f64 = 0.2;
+/// Segments of a path: N sample rays are traced at the first hit, N² at the second.
+const SEGMENTS: u32 = 3;
+/// The tried N, with the number of estimates of the mean.
+const RAYS: [(u32, u64); 3] = [(1, 240_000), (2, 115_000), (4, 55_000)];
+
+/// The report's estimator with N sample rays in a furnace.
+struct SampleRays {
+    scene: Arc<Scene>,
+    rays: u32,
+    samples: u64,
+}
+
+impl SampleRays {
+    fn new(absorption: f64, (rays, samples): (u32, u64)) -> Self {
+        Self {
+            scene: sphere_furnace(lambert(ALBEDO), absorption),
+            rays,
+            samples,
+        }
+    }
+
+    fn radiance<P: Parts + Copy>(&self, setup: Setup<P>, rng: &mut Stream) -> DVec3 {
+        let report = Report {
+            parts: setup.parts,
+            rays: self.rays,
+            segments: setup.segments.unwrap_or(SEGMENTS),
+            rules: setup.rules,
+        };
+        let ray = inside(rng);
+        report.radiance(&self.scene, &ray, self.scene.intersect(&ray), rng)
+    }
+}
+
+/// The mean, the same for every N.
+struct Mean(SampleRays);
+
+impl Property for Mean {
+    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+        let reference = (1.0 - ALBEDO.powi(SEGMENTS as i32 + 1)) / (1.0 - ALBEDO);
+        let mut rng = context.rng("radiance");
+        let values = Values::collect(reference, context.n(self.0.samples), || {
+            self.0.radiance(setup, &mut rng).x
+        });
+        let delta = BOUNCES * reference;
+        vec![mean("radiance", &values, reference, Claim::Exact { delta })]
+    }
+}
+
+/// Other parts' roulette and directions, with a count of the directions.
+#[derive(Clone, Copy)]
+struct Counting<'a, P> {
+    parts: P,
+    directions: &'a AtomicU64,
+}
+
+impl<P: Parts> Parts for Counting<'_, P> {
+    fn uniform_hemisphere(&self, random: [f64; 2]) -> DVec3 {
+        self.directions.fetch_add(1, Ordering::Relaxed);
+        self.parts.uniform_hemisphere(random)
+    }
+
+    fn survival_by_absorption(&self, absorption: f64) -> f64 {
+        self.parts.survival_by_absorption(absorption)
+    }
+
+    fn survives(&self, r: f64, survival: f64) -> bool {
+        self.parts.survives(r, survival)
+    }
+}
+
+const ESTIMATES: u64 = 100;
+
+/// The number of sample rays of one estimate: N + N², where nothing is absorbed.
+struct Cost(SampleRays);
+
+impl Property for Cost {
+    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+        let rays = u64::from(self.0.rays);
+        let expected: u64 = (1..SEGMENTS).map(|bounce| rays.pow(bounce)).sum();
+        let mut rng = context.rng("rays");
+        let mut worst = expected;
+        for _ in 0..ESTIMATES {
+            let directions = AtomicU64::new(0);
+            let counting = setup.with(Counting {
+                parts: setup.parts,
+                directions: &directions,
+            });
+            self.0.radiance(counting, &mut rng);
+            let counted = directions.into_inner();
+            if counted.abs_diff(expected) > worst.abs_diff(expected) {
+                worst = counted;
+            }
+        }
+        let error = worst.abs_diff(expected) as f64;
+        let place = format!("{worst} rays, should be {expected}");
+        vec![Outcome::exact("sample rays", ESTIMATES, error, 0.0, place)]
+    }
+}
+
+/// The trials.
+pub fn benches() -> Vec<Bench<Subject>> {
+    let subject = "estimator::Report";
+    let means = RAYS.into_iter().map(|(rays, samples)| {
+        let trial = data(
+            format!("furnace/report/rays-{rays}"),
+            format!("with N = {rays} sample rays at each hit the mean is that of every N"),
+            &ESTIMATOR,
+            subject,
+            "t",
+            (samples, BOUNCES, 1),
+        );
+        let furnace = SampleRays::new(ABSORPTION, (rays, samples));
+        Bench::new(trial, on(Mean(furnace)))
+    });
+    let costs = RAYS.into_iter().map(|(rays, _)| {
+        let trial = data(
+            format!("furnace/report/cost-{rays}"),
+            format!("N = {rays} sample rays at each of two hits are N + N² rays"),
+            &ESTIMATOR,
+            subject,
+            "exact",
+            (ESTIMATES, 0.0, 0),
+        );
+        Bench::new(trial, on(Cost(SampleRays::new(0.0, (rays, ESTIMATES)))))
+    });
+    means.chain(costs).collect()
+}

@@ -1,0 +1,265 @@
+//! Small scenes of the trials through whole estimators, in metres, z up, each with a closed-form answer.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use whitefurnace::bsdf::{Bsdf, OrenNayarForm};
+use whitefurnace::camera::Camera;
+use whitefurnace::emitter::Emitter;
+use whitefurnace::scene::{Scene, SceneBuilder, Surface};
+use whitefurnace::shape::{Ray, Sphere};
+
+/// The 2 × 2 light above the origin: its height.
+pub const HEIGHT: f64 = 2.0;
+/// Radiance of lights: not 1, so that a missing or squared radiance shows.
+pub const LIGHT: f64 = 3.0;
+/// Albedo of floors.
+pub const FLOOR: f64 = 0.8;
+
+/// Lambert of one albedo in all channels.
+pub fn lambert(albedo: f64) -> Bsdf {
+    Bsdf::Lambert {
+        albedo: DVec3::splat(albedo),
+    }
+}
+
+/// The colour of lights: powers of two, so that every channel is exactly that of a white light times its own.
+pub const TINT: DVec3 = DVec3::new(1.0, 0.5, 2.0);
+
+/// A black surface that emits; `radiance` is that of the first channel.
+pub fn light(radiance: f64) -> Surface {
+    Surface::new(Bsdf::Black).emitting(radiance * TINT)
+}
+
+/// A radiance (or flux) in one number that every channel enters: the mean of the channels in units of the colour
+/// of the scene's first emitter, white if there is none. Channels that are exchanged or mixed raise it.
+pub fn level(scene: &Scene, radiance: DVec3) -> f64 {
+    let tint = |emitter: &Emitter| emitter.radiance / emitter.radiance.x;
+    let tint = scene.emitters().first().map_or(DVec3::ONE, tint);
+    (radiance / tint).element_sum() / 3.0
+}
+
+/// Builds a scene whose numbers are known to be valid.
+///
+/// # Panics
+/// If they are not: a mistake in a trial.
+pub fn scene(name: &str, parts: impl FnOnce(&mut SceneBuilder)) -> Arc<Scene> {
+    let camera = Camera::new(DVec3::new(0.3, -1.0, 1.2), DVec3::ZERO, DVec3::Z, 0.4);
+    seen_by(camera, name, parts)
+}
+
+/// As [`scene`], with a camera of its own.
+///
+/// # Panics
+/// If the numbers are not valid.
+pub fn seen_by(camera: Camera, name: &str, parts: impl FnOnce(&mut SceneBuilder)) -> Arc<Scene> {
+    let mut builder = SceneBuilder::new(name);
+    parts(&mut builder);
+    match builder.build(camera) {
+        Ok(scene) => Arc::new(scene),
+        Err(error) => panic!("{name}: {error}"),
+    }
+}
+
+/// A horizontal square of half side `half` around (x, y, z); its front is above or below.
+pub fn square(builder: &mut SceneBuilder, centre: DVec3, half: f64, up: bool, surface: Surface) {
+    let [x, y] = [DVec3::X, DVec3::Y].map(|axis| 2.0 * half * axis);
+    let corner = centre - 0.5 * (x + y);
+    let surface = builder.surface(surface);
+    builder.rectangle(corner, if up { [x, y] } else { [y, x] }, surface);
+}
+
+/// A floor that reflects by `bsdf`, its front up.
+pub fn floor(builder: &mut SceneBuilder, bsdf: Bsdf) {
+    square(builder, DVec3::ZERO, 50.0, true, Surface::new(bsdf));
+}
+
+/// The light of side 2 at [`HEIGHT`] over a Lambert floor.
+pub fn rectangle_light(up: bool) -> Arc<Scene> {
+    scene("rectangle light", |s| {
+        floor(s, lambert(FLOOR));
+        square(s, HEIGHT * DVec3::Z, 1.0, up, light(LIGHT));
+    })
+}
+
+/// The corners of that light, counter-clockwise seen from above.
+pub const RECTANGLE: [DVec3; 4] = [
+    DVec3::new(-1.0, -1.0, HEIGHT),
+    DVec3::new(1.0, -1.0, HEIGHT),
+    DVec3::new(1.0, 1.0, HEIGHT),
+    DVec3::new(-1.0, 1.0, HEIGHT),
+];
+
+/// The corners of a light so near and large that most directions hit it.
+pub const NEAR: [DVec3; 4] = [
+    DVec3::new(-2.0, -2.0, 0.6),
+    DVec3::new(2.0, -2.0, 0.6),
+    DVec3::new(2.0, 2.0, 0.6),
+    DVec3::new(-2.0, 2.0, 0.6),
+];
+
+/// The light [`NEAR`] over the floor.
+pub fn near_light() -> Arc<Scene> {
+    scene("near light", |s| {
+        floor(s, lambert(FLOOR));
+        square(s, 0.6 * DVec3::Z, 2.0, false, light(LIGHT));
+    })
+}
+
+/// A slanted triangle that faces the origin's side.
+pub const TRIANGLE: [DVec3; 3] = [
+    DVec3::new(1.0, -0.5, 1.5),
+    DVec3::new(0.5, 1.0, 2.0),
+    DVec3::new(2.0, 0.5, 1.0),
+];
+
+/// The triangle as a light over the floor.
+pub fn triangle_light() -> Arc<Scene> {
+    scene("triangle light", |s| {
+        floor(s, lambert(FLOOR));
+        add_triangle(s, LIGHT);
+    })
+}
+
+fn add_triangle(builder: &mut SceneBuilder, radiance: f64) {
+    let surface = builder.surface(light(radiance));
+    builder.mesh(&TRIANGLE, &[[0, 1, 2]], surface);
+}
+
+/// A sphere of radius 1/2 at distance 2 overhead; only the zone that the origin sees emits and exists.
+pub fn sphere_light() -> Arc<Scene> {
+    scene("sphere light", |s| {
+        floor(s, lambert(FLOOR));
+        add_sphere(s, 2.0 * DVec3::Z, LIGHT);
+    })
+}
+
+fn add_sphere(builder: &mut SceneBuilder, centre: DVec3, radiance: f64) {
+    let surface = builder.surface(light(radiance));
+    let radius = 0.5;
+    let sphere = Sphere {
+        zone: [f64::NEG_INFINITY, -radius * radius / centre.length()],
+        ..Sphere::new(centre, radius)
+    };
+    builder.sphere(sphere, surface);
+}
+
+/// π R²/d² times the cosine at the receiver: E/L of a sphere wholly above the horizon.
+pub fn sphere_irradiance(radius: f64, distance: f64, cosine: f64) -> f64 {
+    PI * (radius / distance).powi(2) * cosine
+}
+
+/// Three lights of different shape, size and radiance that do not hide each other from the origin.
+pub fn three_lights() -> Arc<Scene> {
+    scene("three lights", |s| {
+        floor(s, lambert(FLOOR));
+        add_triangle(s, 0.5 * LIGHT);
+        add_sphere(s, 2.0 * DVec3::Z, 2.0 * LIGHT);
+        square(s, SMALL_LIGHT, 0.4, false, light(4.0 * LIGHT));
+    })
+}
+
+/// Where the small square light of [`three_lights`] is.
+pub const SMALL_LIGHT: DVec3 = DVec3::new(-1.5, -0.5, 1.5);
+
+/// The corners of a horizontal square.
+pub fn corners(centre: DVec3, half: f64) -> [DVec3; 4] {
+    [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+        .map(|[x, y]| centre + half * DVec3::new(x, y, 0.0))
+}
+
+/// The rectangle light with a black wall that hides its half y > 0 from the origin exactly.
+pub fn half_hidden_light() -> Arc<Scene> {
+    scene("half hidden light", |s| {
+        floor(s, lambert(FLOOR));
+        square(s, HEIGHT * DVec3::Z, 1.0, false, light(LIGHT));
+        let black = s.surface(Surface::new(Bsdf::Black));
+        let corner = DVec3::new(-2.0, 0.0, 1.0);
+        s.rectangle(corner, [4.0 * DVec3::X, 2.0 * DVec3::Y], black);
+    })
+}
+
+/// A white floor under a sky of radiance 1, of which a black wall at y = 1 hides a part.
+pub fn walled_sky() -> Arc<Scene> {
+    scene("walled sky", |s| {
+        s.background(DVec3::ONE);
+        floor(s, lambert(1.0));
+        let black = s.surface(Surface::new(Bsdf::Black));
+        let [x, z] = [DVec3::new(4.0, 0.0, 0.0), DVec3::new(0.0, 0.0, 3.0)];
+        s.rectangle(WALL[0], [x, z], black);
+    })
+}
+
+/// The wall of [`walled_sky`].
+pub const WALL: [DVec3; 4] = [
+    DVec3::new(-1.0, 1.0, 0.0),
+    DVec3::new(3.0, 1.0, 0.0),
+    DVec3::new(3.0, 1.0, 3.0),
+    DVec3::new(-1.0, 1.0, 3.0),
+];
+
+/// σ of [`rough_floor`], radians.
+pub const SIGMA: f64 = 0.5;
+
+/// A white Oren-Nayar floor under a sky of radiance 1.
+pub fn rough_floor() -> Arc<Scene> {
+    scene("rough floor", |s| {
+        s.background(DVec3::ONE);
+        floor(
+            s,
+            Bsdf::oren_nayar(DVec3::ONE, SIGMA, OrenNayarForm::Corrected),
+        );
+    })
+}
+
+/// A floor of EON with roughness 1 under a sky of radiance 1.
+pub fn eon_floor(albedo: f64) -> Arc<Scene> {
+    scene("EON floor", |s| {
+        s.background(DVec3::ONE);
+        let albedo = DVec3::splat(albedo);
+        let roughness = 1.0;
+        floor(s, Bsdf::Eon { albedo, roughness });
+    })
+}
+
+/// The origin seen from an inclination of 25°.
+pub fn at_origin() -> Ray {
+    towards_origin(25f64.to_radians())
+}
+
+/// The origin seen from a given inclination, radians, in a plane of no symmetry.
+pub fn towards_origin(inclination: f64) -> Ray {
+    let w = whitefurnace::frame::from_spherical(inclination, 4.0);
+    Ray::new(0.5 * w, -w)
+}
+
+/// E/L of a polygon seen from the origin with normal z, wholly above the horizon: half the angle of each
+/// side times the height of its plane's normal, summed (Lambert 1760). Written here, not taken from the code
+/// under test.
+pub fn polygon_irradiance(vertices: &[DVec3]) -> f64 {
+    let seen: Vec<DVec3> = vertices.iter().map(|v| v.normalize()).collect();
+    let side = |i: usize| {
+        let [a, b] = [seen[i], seen[(i + 1) % seen.len()]];
+        // Kahan's formula for the half of an angle.
+        let half_angle = (a - b).length().atan2((a + b).length());
+        half_angle * a.cross(b).normalize_or_zero().z
+    };
+    (0..seen.len()).map(side).sum::<f64>().abs()
+}
+
+/// A spherical furnace of radius 1: every wall emits 1 and reflects by `bsdf`.
+pub fn sphere_furnace(bsdf: Bsdf, absorption: f64) -> Arc<Scene> {
+    scene("sphere furnace", |s| {
+        let wall = Surface::new(bsdf)
+            .emitting(DVec3::ONE)
+            .absorbing(absorption);
+        let wall = s.surface(wall);
+        let sphere = Sphere {
+            inward: true,
+            ..Sphere::new(DVec3::ZERO, 1.0)
+        };
+        s.sphere(sphere, wall);
+    })
+}

@@ -1,0 +1,427 @@
+//! Low-discrepancy numbers: each coordinate is uniform, a scramble is stratified, blocks, pixels and
+//! scrambles are independent, estimates are unbiased, and error bars come from scrambles.
+
+mod faults;
+
+use crate::faults::{AnyFamily, Bench, Family, data};
+use crate::irradiance::reflected;
+use crate::scenes::{RECTANGLE, at_origin, level, polygon_irradiance, rectangle_light};
+use crate::script::{Script, Scripted};
+use whitefurnace::equation::SOBOL;
+use whitefurnace::estimator::{Estimator, Path, Standard, Strategy};
+use whitefurnace::harness::chi_square::{CELL_DELTA, Counts, chi_square};
+use whitefurnace::harness::convergence::variance_ratio;
+use whitefurnace::harness::domain::Partition;
+use whitefurnace::harness::mean::{Values, mean};
+use whitefurnace::harness::outcome::{Claim, Outcome};
+use whitefurnace::harness::trial::{Context, Trial};
+use whitefurnace::moments::Moments;
+use whitefurnace::rng::{seed_for, stream, uniform, uniform2};
+use whitefurnace::sampler::{BLOCK, LIGHT, Sampler, Sobol, scramble};
+use whitefurnace::scene::Scene;
+
+/// Numbers of a block.
+type Block = [f64; BLOCK as usize];
+
+/// Which point: master seed, pixel, replication (scramble), index in it.
+#[derive(Clone, Copy)]
+pub struct Point {
+    seed: u64,
+    pixel: u32,
+    replication: u32,
+    index: u32,
+}
+
+/// Where low-discrepancy numbers come from, and what error bar is made of them.
+#[derive(Clone, Copy)]
+pub struct Subject {
+    /// The numbers of a block of a point.
+    numbers: fn(Point, u32) -> Block,
+    /// The square of the error bar of the mean of all samples, a row for each replication.
+    squared_error: fn(&[Vec<f64>]) -> f64,
+}
+
+/// The program's numbers: those of [`Sobol`] with a scramble for each pixel and replication.
+fn sobol(point: Point, block: u32) -> Block {
+    let Point {
+        seed,
+        pixel,
+        replication,
+        index,
+    } = point;
+    let scramble = scramble(seed, pixel, replication);
+    scrambled(
+        point,
+        block,
+        scramble,
+        stream(seed, pixel, replication ^ index << 16),
+    )
+}
+
+fn scrambled(point: Point, block: u32, scramble: u64, fill: whitefurnace::rng::Stream) -> Block {
+    let mut points = Sobol::new(point.index as u16, scramble, fill);
+    points.block(block);
+    std::array::from_fn(|_| uniform(&mut points))
+}
+
+const RIGHT: Subject = Subject {
+    numbers: sobol,
+    // The mean of each scramble is one value.
+    squared_error: |rows| {
+        let means = rows
+            .iter()
+            .map(|row| row.iter().sum::<f64>() / row.len() as f64);
+        let moments: Moments = means.collect();
+        moments.variance() / rows.len() as f64
+    },
+};
+
+/// A subject's numbers as an estimator takes them.
+struct Source {
+    subject: Subject,
+    point: Point,
+    block: u32,
+    numbers: Block,
+    used: usize,
+}
+
+impl Source {
+    fn new(subject: Subject, point: Point) -> Self {
+        Self {
+            subject,
+            point,
+            block: 0,
+            numbers: (subject.numbers)(point, 0),
+            used: 0,
+        }
+    }
+}
+
+impl Script for Source {
+    fn block(&mut self, block: u32) {
+        self.block = block;
+        self.numbers = (self.subject.numbers)(self.point, block);
+        self.used = 0;
+    }
+    fn number(&mut self) -> f64 {
+        if self.used == self.numbers.len() {
+            self.block(self.block + 1);
+        }
+        self.used += 1;
+        self.numbers[self.used - 1]
+    }
+}
+
+const UNIFORM: u64 = 4_000_000;
+const CELLS: usize = 8;
+
+/// The cell of each coordinate, and of what lies below its 23 leading bits, over scrambles: one point
+/// of each, because the points of one scramble are not independent.
+fn uniformity(context: &Context, subject: Subject) -> Vec<Outcome> {
+    let seed = context.seed_of("uniform");
+    let n = context.n(UNIFORM);
+    let mut observed = vec![vec![0; CELLS]; BLOCK as usize + 1];
+    let cell = |u: f64| (u * CELLS as f64) as usize;
+    for replication in 0..n as u32 {
+        // An index that takes every value; each scramble is used once.
+        let point = Point {
+            seed,
+            pixel: 0,
+            replication,
+            index: replication % 1024,
+        };
+        let numbers = (subject.numbers)(point, 1);
+        for (counts, &u) in observed.iter_mut().zip(&numbers) {
+            counts[cell(u)] += 1;
+        }
+        observed[BLOCK as usize][cell((numbers[0] * f64::from(1 << 23)).fract())] += 1;
+    }
+    let named = |i: usize| match i {
+        8 => "low bits".to_owned(),
+        i => format!("coordinate {i}"),
+    };
+    let outcome = |(i, observed)| {
+        let places = (0..CELLS).map(|k| format!("{k}/{CELLS}")).collect();
+        let partition = Partition::of_masses(vec![1.0 / CELLS as f64; CELLS], places);
+        let counts = Counts {
+            n,
+            observed,
+            ..Counts::default()
+        };
+        chi_square(&named(i), &partition, &counts, CELL_DELTA)
+    };
+    observed.into_iter().enumerate().map(outcome).collect()
+}
+
+const LARGEST_POWER: u32 = 10;
+
+/// Every elementary interval of area 2⁻ᵐ holds exactly one of the first 2ᵐ points of a scramble, in the
+/// first two coordinates; and every interval of length 2⁻ᵐ one, in each coordinate. m = 1 to 10.
+fn stratification(context: &Context, subject: Subject) -> Vec<Outcome> {
+    let seed = context.seed_of("stratified");
+    let (mut two, mut one) = ((0, String::from("none")), (0, String::from("none")));
+    let mut checked = 0;
+    for (replication, block) in [(0, 0), (1, 1), (2, 7), (3, LIGHT), (4, LIGHT + 3)] {
+        let point = |index| Point {
+            seed,
+            pixel: 5,
+            replication,
+            index,
+        };
+        let points: Vec<Block> = (0..1 << LARGEST_POWER)
+            .map(|index| (subject.numbers)(point(index), block))
+            .collect();
+        for m in 1..=LARGEST_POWER {
+            let first = &points[..1 << m];
+            for split in 0..=m {
+                let cell = |p: &Block| {
+                    let [a, b] = [(p[0], split), (p[1], m - split)]
+                        .map(|(u, bits)| (u * f64::from(1u32 << bits)) as usize);
+                    (a << (m - split)) + b
+                };
+                let empty = empty_cells(first, cell);
+                checked += 1;
+                if empty > two.0 {
+                    two = (
+                        empty,
+                        format!("block {block}, 2^{m} points, 2^-{split} wide"),
+                    );
+                }
+            }
+            for d in 0..BLOCK as usize {
+                let empty = empty_cells(first, |p| (p[d] * f64::from(1u32 << m)) as usize);
+                checked += 1;
+                if empty > one.0 {
+                    one = (
+                        empty,
+                        format!("block {block}, 2^{m} points, coordinate {d}"),
+                    );
+                }
+            }
+        }
+    }
+    let exact = |name: &str, (empty, worst): (usize, String)| {
+        let worst = format!("most empty intervals: {worst}");
+        Outcome::exact(name, checked, empty as f64, 0.0, worst)
+    };
+    vec![
+        exact("elementary intervals", two),
+        exact("intervals of one coordinate", one),
+    ]
+}
+
+/// How many of as many cells as points hold none.
+fn empty_cells(points: &[Block], cell: impl Fn(&Block) -> usize) -> usize {
+    let mut taken = vec![false; points.len()];
+    points.iter().for_each(|p| taken[cell(p)] = true);
+    taken.iter().filter(|taken| !**taken).count()
+}
+
+const PAIRS: u64 = 6_200_000;
+/// δ of correlations.
+const CORRELATION_DELTA: f64 = 0.005;
+
+/// No correlation of a coordinate with the same one of the next block, pixel and scramble, nor with the
+/// next coordinate; a point of each scramble.
+fn independence(context: &Context, subject: Subject) -> Vec<Outcome> {
+    let seed = context.seed_of("independent");
+    let n = context.n(PAIRS);
+    let centred = |u: f64| 12f64.sqrt() * (u - 0.5);
+    let names = [
+        "next block",
+        "next pixel",
+        "next scramble",
+        "next coordinate",
+    ];
+    let mut values = names.map(|_| Values::new(0.0));
+    for replication in 0..n as u32 {
+        let point = Point {
+            seed,
+            pixel: 2,
+            replication: 2 * replication,
+            index: replication % 512,
+        };
+        let here = (subject.numbers)(point, 1);
+        let next_pixel = Point { pixel: 3, ..point };
+        let next_scramble = Point {
+            replication: 2 * replication + 1,
+            ..point
+        };
+        let others = [
+            (subject.numbers)(point, 2)[0],
+            (subject.numbers)(next_pixel, 1)[0],
+            (subject.numbers)(next_scramble, 1)[0],
+            here[1],
+        ];
+        for (values, other) in values.iter_mut().zip(others) {
+            values.push(centred(here[0]) * centred(other));
+        }
+    }
+    let claim = Claim::Exact {
+        delta: CORRELATION_DELTA,
+    };
+    let outcome = |(name, values)| mean(&format!("correlation, {name}"), values, 0.0, claim);
+    names.into_iter().zip(&values).map(outcome).collect()
+}
+
+/// Scrambles of the estimate's mean, and points of each.
+const SCRAMBLES: u64 = 60_000;
+const POINTS: u32 = 16;
+/// δ of the mean, relative.
+const MEAN_DELTA: f64 = 0.003;
+
+fn estimate(scene: &Scene, subject: Subject, point: Point) -> f64 {
+    let (parts, strategy) = (Standard, Strategy::Light);
+    let ray = at_origin();
+    let hit = scene.intersect(&ray);
+    let mut source = Scripted(Source::new(subject, point));
+    let radiance = Path::new(parts, strategy).radiance(scene, &ray, hit, &mut source);
+    level(scene, radiance)
+}
+
+/// The mean of a path tracer's estimates over scrambles is the closed form of the irradiance.
+fn unbiased(context: &Context, subject: Subject) -> Vec<Outcome> {
+    let seed = context.seed_of("mean");
+    let scene = rectangle_light(false);
+    let reference = reflected(polygon_irradiance(&RECTANGLE));
+    let mut replication = 0;
+    let values = Values::collect(reference, context.n(SCRAMBLES), || {
+        let point = |index| Point {
+            seed,
+            pixel: 1,
+            replication,
+            index,
+        };
+        let sum: f64 = (0..POINTS)
+            .map(|i| estimate(&scene, subject, point(i)))
+            .sum();
+        replication += 1;
+        sum / f64::from(POINTS)
+    });
+    let delta = MEAN_DELTA * reference;
+    let claim = Claim::Exact { delta };
+    vec![mean("radiance over scrambles", &values, reference, claim)]
+}
+
+/// Images of the error bar's trial. Squared errors vary more than squared bars: they take four fifths.
+const IMAGES: u64 = 375_000;
+/// Scrambles of one image's pixel.
+const REPLICATIONS: u32 = 8;
+/// Points of each.
+const FEW: u32 = 4;
+/// δ of the ratio, relative.
+const BAR_DELTA: f64 = 0.05;
+
+/// Coverage of a pixel by the half-plane y − ½ < 0.37 (x − ½): ½ by symmetry.
+fn covered([x, y]: [f64; 2]) -> f64 {
+    f64::from(u8::from(y - 0.5 < 0.37 * (x - 0.5)))
+}
+
+/// The mean squared error of a pixel's mean over that of its error bar is 1.
+fn error_bars(context: &Context, subject: Subject) -> Vec<Outcome> {
+    let n = context.n(IMAGES);
+    let rows = |part: &str, image: u64| -> Vec<Vec<f64>> {
+        let seed = seed_for(context.seed_of(part), &image.to_string());
+        let sample = |replication, index| {
+            let point = Point {
+                seed,
+                pixel: 0,
+                replication,
+                index,
+            };
+            covered(uniform2(&mut Scripted(Source::new(subject, point))))
+        };
+        (0..REPLICATIONS)
+            .map(|replication| (0..FEW).map(|i| sample(replication, i)).collect())
+            .collect()
+    };
+    let expected = 1e-3; // near which cubes are summed
+    let mut image = 0..;
+    let errors = Values::collect(expected, n - n / 5, || {
+        let rows = rows("errors", image.next().unwrap_or(u64::MAX));
+        let sum: f64 = rows.iter().flatten().sum();
+        (sum / f64::from(REPLICATIONS * FEW) - 0.5).powi(2)
+    });
+    let mut image = 0..;
+    let bars = Values::collect(expected, n / 5, || {
+        (subject.squared_error)(&rows("bars", image.next().unwrap_or(u64::MAX)))
+    });
+    vec![variance_ratio(
+        "squared error over squared error bar",
+        &errors,
+        &bars,
+        1.0,
+        BAR_DELTA,
+    )]
+}
+
+fn trial(name: &str, property: &str, statistic: &'static str, size: (u64, f64, usize)) -> Trial {
+    let subject = "sampler::Sobol, sampler::scramble";
+    let name = format!("sampler/{name}");
+    data(name, property, &SOBOL, subject, statistic, size)
+}
+
+fn benches() -> Vec<Bench<Subject>> {
+    vec![
+        Bench::new(
+            trial(
+                "uniform",
+                "over scrambles each coordinate is uniform, below its leading bits, too",
+                "chi-square",
+                (UNIFORM, CELL_DELTA, BLOCK as usize + 1),
+            ),
+            uniformity,
+        ),
+        Bench::new(
+            trial(
+                "stratified",
+                "each elementary interval holds one of the first 2^m points of a scramble",
+                "exact",
+                (1 << LARGEST_POWER, 0.0, 0),
+            ),
+            stratification,
+        ),
+        Bench::new(
+            trial(
+                "independent",
+                "blocks, pixels, scrambles and coordinates are uncorrelated",
+                "t",
+                (PAIRS, CORRELATION_DELTA, 4),
+            ),
+            independence,
+        ),
+        Bench::new(
+            trial(
+                "mean",
+                "the mean of 16 Sobol' points is unbiased through a path tracer",
+                "t",
+                (SCRAMBLES, MEAN_DELTA, 1),
+            ),
+            unbiased,
+        ),
+    ]
+}
+
+/// Low-discrepancy numbers.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    vec![
+        Box::new(Family {
+            benches: benches(),
+            faults: faults::of_numbers(),
+            ..Family::new("sobol", RIGHT)
+        }),
+        Box::new(Family {
+            benches: vec![Bench::new(
+                trial(
+                    "error-bars",
+                    "the spread of scrambles is the error of their mean",
+                    "variance ratio",
+                    (IMAGES, BAR_DELTA, 1),
+                ),
+                error_bars,
+            )],
+            faults: faults::of_error_bars(),
+            ..Family::new("sobol error bars", RIGHT)
+        }),
+    ]
+}

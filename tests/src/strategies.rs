@@ -1,0 +1,376 @@
+//! The strategies of the path tracer by name: hits, shadow rays, both, with points on lights picked by
+//! area and by solid angle, each against a closed form; and the edge of a shadow.
+//!
+//! Most lights are near and large, so that hits alone find them often enough. There shadow rays to points
+//! uniform in area need up to a thousand times as many samples: these see farther lights.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::irradiance::{reflected, three};
+use super::probes::{SINGLE, radiance, words};
+use super::scenes::{
+    FLOOR, LIGHT, NEAR, RECTANGLE, TRIANGLE, floor, lambert, level, light, near_light,
+    polygon_irradiance, rectangle_light, scene, sphere_irradiance, sphere_light, square,
+    three_lights, triangle_light,
+};
+use super::subject::{Kind, Probe, Property, Setup, Subject, on};
+use crate::faults::{Bench, data};
+use whitefurnace::bsdf::Bsdf;
+use whitefurnace::emitter::LightSampling;
+use whitefurnace::equation::{
+    GEOMETRY, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE, MIS, MIS_POWER, SOLID_ANGLE,
+};
+use whitefurnace::estimator::{Heuristic, Parts, Strategy};
+use whitefurnace::frame::from_spherical;
+use whitefurnace::harness::mean::{Values, welch};
+use whitefurnace::harness::outcome::{Claim, Outcome};
+use whitefurnace::harness::trial::Context;
+use whitefurnace::rng::{Stream, uniform};
+use whitefurnace::scene::{Scene, Surface};
+use whitefurnace::shape::{Ray, Sphere};
+
+/// A path tracer by strategy and light sampling, with the balance heuristic.
+pub const fn by(strategy: Strategy, lights: LightSampling) -> Kind {
+    Kind::PathBy(strategy, lights, Heuristic::Balance)
+}
+
+const BSDF: Kind = by(Strategy::Bsdf, LightSampling::Area);
+const LIGHT_AREA: Kind = by(Strategy::Light, LightSampling::Area);
+pub(super) const LIGHT_ANGLE: Kind = by(Strategy::Light, LightSampling::SolidAngle);
+const MIS_AREA: Kind = by(Strategy::Mis, LightSampling::Area);
+pub(super) const MIS_ANGLE: Kind = by(Strategy::Mis, LightSampling::SolidAngle);
+
+/// A triangle so near and large that most directions hit it; it faces down.
+pub const NEAR_TRIANGLE: [DVec3; 3] = [
+    DVec3::new(-3.0, -2.0, 0.6),
+    DVec3::new(0.0, 4.0, 0.6),
+    DVec3::new(3.0, -2.0, 0.6),
+];
+/// Radius and height of the centre of a sphere that fills most of the sky.
+pub const NEAR_SPHERE: [f64; 2] = [1.35, 1.5];
+
+/// The origin from so near that no light is between.
+pub(super) fn near_origin(_: &mut Stream) -> Ray {
+    let w = from_spherical(25f64.to_radians(), 4.0);
+    Ray::new(0.1 * w, -w)
+}
+
+fn near_triangle() -> Arc<Scene> {
+    scene("near triangle", |s| {
+        floor(s, lambert(FLOOR));
+        let surface = s.surface(light(LIGHT));
+        s.mesh(&NEAR_TRIANGLE, &[[0, 1, 2]], surface);
+    })
+}
+
+fn near_sphere() -> Arc<Scene> {
+    scene("near sphere", |s| {
+        floor(s, lambert(FLOOR));
+        let surface = s.surface(light(LIGHT));
+        let [radius, height] = NEAR_SPHERE;
+        s.sphere(Sphere::new(height * DVec3::Z, radius), surface);
+    })
+}
+
+/// The trials.
+pub fn benches() -> Vec<Bench<Subject>> {
+    let mut benches = lights();
+    benches.extend(penumbra());
+    benches.push(heuristics());
+    benches.push(power_weights());
+    benches
+}
+
+/// Lights of each shape by each strategy.
+fn lights() -> Vec<Bench<Subject>> {
+    let square = (near_light(), polygon_irradiance(&NEAR), "square");
+    let triangle = (
+        near_triangle(),
+        polygon_irradiance(&NEAR_TRIANGLE),
+        "triangular",
+    );
+    let [radius, height] = NEAR_SPHERE;
+    let sphere = (
+        near_sphere(),
+        sphere_irradiance(radius, height, 1.0),
+        "spherical",
+    );
+    let far_square = (
+        rectangle_light(false),
+        polygon_irradiance(&RECTANGLE),
+        "square",
+    );
+    let far_triangle = (
+        triangle_light(),
+        polygon_irradiance(&TRIANGLE),
+        "triangular",
+    );
+    let far_sphere = (
+        sphere_light(),
+        sphere_irradiance(0.5, 2.0, 1.0),
+        "spherical",
+    );
+    let three = (three_lights(), three(), "threefold");
+    let bench = |name, (scene, irradiance, shape): &(Arc<Scene>, f64, &str), kind, equation, n| {
+        let reference = reflected(*irradiance);
+        let property = format!("a floor reflects {reference:.6} of a {shape} light");
+        let words = words(name, property, equation);
+        radiance(words, (scene, kind, near_origin), reference, (n, SINGLE))
+    };
+    vec![
+        bench(
+            "irradiance/near-square/bsdf",
+            &square,
+            BSDF,
+            &MIS,
+            7_000_000,
+        ),
+        bench(
+            "irradiance/square/light-area",
+            &far_square,
+            LIGHT_AREA,
+            &GEOMETRY,
+            900_000,
+        ),
+        bench(
+            "irradiance/near-square/light-angle",
+            &square,
+            LIGHT_ANGLE,
+            &LIGHT_RECTANGLE,
+            2_500_000,
+        ),
+        bench(
+            "irradiance/near-square/mis-area",
+            &square,
+            MIS_AREA,
+            &MIS,
+            6_500_000,
+        ),
+        bench(
+            "irradiance/near-square/mis-angle",
+            &square,
+            MIS_ANGLE,
+            &LIGHT_RECTANGLE,
+            2_200_000,
+        ),
+        bench(
+            "irradiance/near-triangle/bsdf",
+            &triangle,
+            BSDF,
+            &MIS,
+            7_000_000,
+        ),
+        bench(
+            "irradiance/triangle/light-area",
+            &far_triangle,
+            LIGHT_AREA,
+            &GEOMETRY,
+            2_400_000,
+        ),
+        bench(
+            "irradiance/near-triangle/light-angle",
+            &triangle,
+            LIGHT_ANGLE,
+            &SOLID_ANGLE,
+            2_500_000,
+        ),
+        bench(
+            "irradiance/near-triangle/mis-area",
+            &triangle,
+            MIS_AREA,
+            &MIS,
+            6_700_000,
+        ),
+        bench(
+            "irradiance/near-triangle/mis-angle",
+            &triangle,
+            MIS_ANGLE,
+            &LIGHT_TRIANGLE,
+            2_200_000,
+        ),
+        bench(
+            "irradiance/near-sphere/bsdf",
+            &sphere,
+            BSDF,
+            &MIS,
+            11_000_000,
+        ),
+        bench(
+            "irradiance/sphere/light-area",
+            &far_sphere,
+            LIGHT_AREA,
+            &GEOMETRY,
+            11_500_000,
+        ),
+        bench(
+            "irradiance/near-sphere/light-angle",
+            &sphere,
+            LIGHT_ANGLE,
+            &LIGHT_SPHERE,
+            1_100_000,
+        ),
+        bench(
+            "irradiance/near-sphere/mis-area",
+            &sphere,
+            MIS_AREA,
+            &MIS,
+            11_000_000,
+        ),
+        bench(
+            "irradiance/near-sphere/mis-angle",
+            &sphere,
+            MIS_ANGLE,
+            &LIGHT_SPHERE,
+            2_500_000,
+        ),
+        bench(
+            "irradiance/three-lights/light-angle",
+            &three,
+            LIGHT_ANGLE,
+            &LIGHT_RECTANGLE,
+            13_500_000,
+        ),
+    ]
+}
+
+/// Height of the edge of the occluder of [`penumbra_scene`], whose plane is y ≥ 0 at that height.
+pub const EDGE: f64 = 0.3;
+
+/// The light [`NEAR`] and a black occluder between it and the floor at y > 0. The floor's penumbra
+/// reaches from y = −2 to y = 2.
+pub fn penumbra_scene() -> Arc<Scene> {
+    scene("penumbra", |s| {
+        floor(s, lambert(FLOOR));
+        square(s, 0.6 * DVec3::Z, 2.0, false, light(LIGHT));
+        let black = s.surface(Surface::new(Bsdf::Black));
+        let corner = DVec3::new(-40.0, 0.0, EDGE);
+        s.rectangle(corner, [80.0 * DVec3::X, 40.0 * DVec3::Y], black);
+    })
+}
+
+/// The radiance that the floor of [`penumbra_scene`] reflects at (0, y, 0): from what the point sees of
+/// the light, which ends on the plane through it and the occluder's edge.
+pub fn penumbra_reference(y: f64) -> f64 {
+    let edge = y * (1.0 - NEAR[0].z / EDGE);
+    let visible = NEAR.map(|v| v.with_y(v.y.min(edge)) - DVec3::new(0.0, y, 0.0));
+    reflected(polygon_irradiance(&visible))
+}
+
+/// Down to (0, y, 0), steeply and from below the occluder.
+pub fn to_floor(y: f64) -> Ray {
+    let w = from_spherical(10f64.to_radians(), 4.0);
+    Ray::new(DVec3::new(0.0, y, 0.0) + 0.2 * w, -w)
+}
+
+fn penumbra() -> Vec<Bench<Subject>> {
+    let scene = penumbra_scene();
+    let bench = |name, y: f64, ray: fn(&mut Stream) -> Ray, kind, samples| {
+        let reference = penumbra_reference(y);
+        let property = format!("in the penumbra at y = {y} the floor reflects {reference:.6}");
+        let words = words(name, property, &GEOMETRY);
+        radiance(words, (&scene, kind, ray), reference, (samples, SINGLE))
+    };
+    vec![
+        bench(
+            "irradiance/penumbra/bright",
+            -0.6,
+            |_| to_floor(-0.6),
+            LIGHT_ANGLE,
+            3_800_000,
+        ),
+        bench(
+            "irradiance/penumbra/middle",
+            -0.2,
+            |_| to_floor(-0.2),
+            LIGHT_ANGLE,
+            9_500_000,
+        ),
+    ]
+}
+
+/// Both heuristics have the same mean.
+struct SameMean {
+    scene: Arc<Scene>,
+    samples: u64,
+}
+
+impl Property for SameMean {
+    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+        let reference = reflected(polygon_irradiance(&NEAR));
+        let [balance, power] = [Heuristic::Balance, Heuristic::Power].map(|heuristic| {
+            let probe = Probe {
+                scene: Arc::clone(&self.scene),
+                kind: Kind::PathBy(Strategy::Mis, LightSampling::SolidAngle, heuristic),
+                ray: near_origin,
+            };
+            let mut rng = context.rng(&format!("{heuristic:?}"));
+            Values::collect(reference, context.n(self.samples), || {
+                level(&self.scene, probe.radiance(setup, &mut rng))
+            })
+        });
+        let claim = Claim::Exact {
+            delta: SINGLE * reference,
+        };
+        vec![welch("balance less power", &balance, &power, claim)]
+    }
+}
+
+fn heuristics() -> Bench<Subject> {
+    let samples = 5_000_000;
+    let property = SameMean {
+        scene: near_light(),
+        samples,
+    };
+    let trial = data(
+        "irradiance/heuristics",
+        "balance and power heuristic have the same mean",
+        &MIS_POWER,
+        "estimator::Path",
+        "Welch",
+        (samples, SINGLE, 1),
+    );
+    Bench::new(trial, on(property))
+}
+
+const ARGUMENTS: u64 = 10_000;
+
+/// The weights of the power heuristic sum to one and stand as the squares of the densities.
+struct PowerWeights;
+
+impl Property for PowerWeights {
+    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+        let mut rng = context.rng("power weights");
+        let (mut sum, mut squares) = (0.0_f64, 0.0_f64);
+        for _ in 0..context.arguments(ARGUMENTS) {
+            let [p, q] = [uniform(&mut rng) + 1e-3, uniform(&mut rng) + 1e-3];
+            let weight = |p, q| setup.parts.mis_power_weight(p, q);
+            let [a, b] = [weight(p, q), weight(q, p)];
+            sum = sum.max((a + b - 1.0).abs());
+            squares = squares.max((a * q * q - b * p * p).abs());
+        }
+        let exact = |name, error| {
+            Outcome::exact(
+                name,
+                ARGUMENTS,
+                error,
+                1e-12,
+                "the worst of random densities",
+            )
+        };
+        vec![exact("sum of weights", sum), exact("squares", squares)]
+    }
+}
+
+fn power_weights() -> Bench<Subject> {
+    let trial = data(
+        "irradiance/power-weights",
+        "power weights sum to one and stand as the squares of the densities",
+        &MIS_POWER,
+        "radiometry::power",
+        "exact",
+        (ARGUMENTS, 1e-12, 0),
+    );
+    Bench::new(trial, on(PowerWeights))
+}

@@ -1,0 +1,311 @@
+//! Random-number streams: distinct values, gaps, and no correlation between neighbouring pixels,
+//! samples and draws.
+
+use crate::faults::{AnyFamily, Bench, Family, Mutant, data, mutant};
+use glam::DVec3;
+use whitefurnace::equation::ESTIMATOR;
+use whitefurnace::harness::chi_square::{CELL_DELTA, Counts, chi_square, poisson};
+use whitefurnace::harness::domain::{Domain, Partition};
+use whitefurnace::harness::mean::{Values, mean};
+use whitefurnace::harness::outcome::{Claim, Outcome};
+use whitefurnace::harness::trial::Context;
+use whitefurnace::rng::{stream, uniform};
+
+/// A number of [0, 1) from (seed, pixel, sample, draw).
+pub type Numbers = fn(u64, u32, u32, u32) -> f64;
+
+const DISTINCT: u64 = 1_000_000;
+const GAPS: u64 = 4_000_000;
+const PAIRS: u64 = 12_000_000;
+/// δ of correlations.
+const CORRELATION_DELTA: f64 = 0.005;
+/// Bits of a uniform number.
+const BITS: i32 = 53;
+
+/// The program's streams: draw 0 or 1 of the stream of a pixel and a sample.
+fn right(seed: u64, pixel: u32, sample: u32, draw: u32) -> f64 {
+    let mut rng = stream(seed, pixel, sample);
+    for _ in 0..draw {
+        uniform(&mut rng);
+    }
+    uniform(&mut rng)
+}
+
+/// Numbers of so few bits would have δ equal pairs.
+const COARSE_BITS: i32 = 32;
+
+/// The equal pairs that n numbers of `bits` random bits are expected to hold.
+fn equal_pairs(n: u64, bits: i32) -> f64 {
+    0.5 * (n as f64).powi(2) * 2f64.powi(-bits)
+}
+
+/// First numbers of different pixels are distinct.
+pub fn distinct(context: &Context, numbers: Numbers) -> Vec<Outcome> {
+    let seed = context.seed_of("distinct");
+    let pixels = 0..context.n(DISTINCT);
+    vec![collisions(pixels.map(|i| numbers(seed, i as u32, 0, 0)))]
+}
+
+/// Equal values among n numbers: about n²/2⁵⁴ are expected, a Poisson count.
+pub fn collisions(numbers: impl Iterator<Item = f64>) -> Outcome {
+    let mut bits: Vec<u64> = numbers.map(f64::to_bits).collect();
+    bits.sort_unstable();
+    let n = bits.len() as u64;
+    let equal = bits.windows(2).filter(|pair| pair[0] == pair[1]).count() as u64;
+    poisson(
+        "equal pairs",
+        equal,
+        n,
+        equal_pairs(n, BITS),
+        equal_pairs(n, COARSE_BITS),
+    )
+}
+
+/// Lengths of the gaps between visits of [0, 1/2) along the samples of a pixel: 0, 1, 2 or more with
+/// probabilities 1/2, 1/4, 1/8, 1/8.
+pub fn gaps(context: &Context, numbers: Numbers) -> Vec<Outcome> {
+    let seed = context.seed_of("gaps");
+    let n = context.n(GAPS);
+    let mut observed = vec![0; 4];
+    let mut length = 0;
+    let mut found = 0;
+    // On average every second sample ends a gap; a generator that never does must end, too.
+    for sample in 0..u32::try_from(8 * n).unwrap_or(u32::MAX) {
+        if numbers(seed, 7, sample, 0) >= 0.5 {
+            length += 1;
+        } else {
+            observed[length.min(3)] += 1;
+            (length, found) = (0, found + 1);
+        }
+        if found == n {
+            break;
+        }
+    }
+    let partition = Partition::of_masses(
+        vec![0.5, 0.25, 0.125, 0.125],
+        (0..4).map(|length| format!("gap of {length}")).collect(),
+    );
+    let counts = Counts {
+        n,
+        observed,
+        ..Counts::default()
+    };
+    vec![chi_square("gaps", &partition, &counts, CELL_DELTA)]
+}
+
+/// Which two numbers are neighbours.
+type Neighbours = fn(Numbers, u64, u32) -> [f64; 2];
+
+const NEIGHBOURS: [(&str, Neighbours); 3] = [
+    ("pixels", |f, seed, i| {
+        [f(seed, 2 * i, 0, 0), f(seed, 2 * i + 1, 0, 0)]
+    }),
+    ("samples", |f, seed, i| {
+        [f(seed, 5, 2 * i, 0), f(seed, 5, 2 * i + 1, 0)]
+    }),
+    ("draws", |f, seed, i| [f(seed, i, 3, 0), f(seed, i, 3, 1)]),
+];
+
+/// Pairs of numbers that should be uniform over 4 × 4 cells of the unit square, and without
+/// correlation (the values 12 (u − ½)(v − ½) have mean 0 and variance 1).
+pub struct Pairs {
+    partition: Partition,
+    counts: Counts,
+    products: Values,
+}
+
+impl Default for Pairs {
+    fn default() -> Self {
+        let partition = Partition::equal(Domain::Square, 4, 4);
+        Self {
+            counts: Counts {
+                observed: vec![0; partition.masses.len()],
+                ..Counts::default()
+            },
+            partition,
+            products: Values::new(0.0),
+        }
+    }
+}
+
+impl Pairs {
+    /// Adds a pair.
+    pub fn push(&mut self, [u, v]: [f64; 2]) {
+        self.counts.n += 1;
+        match self.partition.cell(DVec3::new(u, v, 0.0)) {
+            Some(cell) => self.counts.observed[cell] += 1,
+            None => self.counts.forbidden += 1,
+        }
+        self.products.push(12.0 * (u - 0.5) * (v - 0.5));
+    }
+
+    /// The tests of both, for neighbours of this kind.
+    pub fn outcomes(&self, name: &str) -> [Outcome; 2] {
+        let claim = Claim::Exact {
+            delta: CORRELATION_DELTA,
+        };
+        [
+            chi_square(
+                &format!("pairs of neighbouring {name}"),
+                &self.partition,
+                &self.counts,
+                CELL_DELTA,
+            ),
+            mean(
+                &format!("correlation of neighbouring {name}"),
+                &self.products,
+                0.0,
+                claim,
+            ),
+        ]
+    }
+}
+
+/// Pairs of neighbouring pixels, samples and draws.
+pub fn neighbours(context: &Context, numbers: Numbers) -> Vec<Outcome> {
+    NEIGHBOURS
+        .iter()
+        .flat_map(|(name, pair)| {
+            let seed = context.seed_of(name);
+            let mut pairs = Pairs::default();
+            (0..context.n(PAIRS)).for_each(|i| pairs.push(pair(numbers, seed, i as u32)));
+            pairs.outcomes(name)
+        })
+        .collect()
+}
+
+// The faults.
+
+/// Only sixteen random bits.
+fn coarse(seed: u64, pixel: u32, sample: u32, draw: u32) -> f64 {
+    (right(seed, pixel, sample, draw) * 65_536.0).floor() / 65_536.0
+}
+
+/// Neighbouring pixels share a stream.
+fn shared_pixels(seed: u64, pixel: u32, sample: u32, draw: u32) -> f64 {
+    right(seed, pixel / 2, sample, draw)
+}
+
+/// Every second sample repeats the one before.
+fn shared_samples(seed: u64, pixel: u32, sample: u32, draw: u32) -> f64 {
+    right(seed, pixel, sample / 2, draw)
+}
+
+/// The same number for both draws.
+fn shared_draws(seed: u64, pixel: u32, sample: u32, _: u32) -> f64 {
+    right(seed, pixel, sample, 0)
+}
+
+/// Multiples of the golden ratio: uniform, distinct, and not random.
+fn golden(seed: u64, pixel: u32, sample: u32, draw: u32) -> f64 {
+    const RATIO: f64 = 0.618_033_988_749_894_9;
+    let start = right(seed, 0, 0, draw);
+    (start + RATIO * (f64::from(pixel) + f64::from(sample))).fract()
+}
+
+fn benches() -> Vec<Bench<Numbers>> {
+    let trial = |name: &str, property: &str, statistic, size| {
+        let subject = "rng::stream, rng::uniform";
+        data(
+            format!("streams/{name}"),
+            property,
+            &ESTIMATOR,
+            subject,
+            statistic,
+            size,
+        )
+    };
+    vec![
+        Bench::new(
+            trial(
+                "distinct",
+                "numbers of different pixels are distinct: 53 random bits",
+                "Poisson",
+                (DISTINCT, equal_pairs(DISTINCT, COARSE_BITS), 1),
+            ),
+            distinct,
+        ),
+        Bench::new(
+            trial(
+                "gaps",
+                "gaps between visits of [0, 1/2) are geometric",
+                "chi-square",
+                (GAPS, CELL_DELTA, 1),
+            ),
+            gaps,
+        ),
+        Bench::new(
+            trial(
+                "neighbours",
+                "neighbouring pixels, samples and draws are independent",
+                "chi-square and t",
+                (PAIRS, CELL_DELTA, 6),
+            ),
+            neighbours,
+        ),
+    ]
+}
+
+fn faults() -> Vec<Mutant<Numbers>> {
+    let fault = |name, wrong, numbers: Numbers, caught_by| {
+        mutant(name, &ESTIMATOR, wrong, numbers, caught_by)
+    };
+    vec![
+        fault(
+            "coarse",
+            "sixteen random bits",
+            coarse,
+            &["streams/distinct"],
+        ),
+        fault(
+            "golden",
+            "multiples of the golden ratio",
+            golden,
+            &["streams/gaps"],
+        ),
+        fault(
+            "shared-samples",
+            "every second sample repeats the one before",
+            shared_samples,
+            &[
+                "streams/neighbours: pairs of neighbouring samples",
+                "streams/neighbours: correlation of neighbouring samples",
+                "streams/gaps",
+            ],
+        ),
+        fault(
+            "shared-pixels",
+            "neighbouring pixels share a stream",
+            shared_pixels,
+            &[
+                "streams/neighbours: pairs of neighbouring pixels",
+                "streams/neighbours: correlation of neighbouring pixels",
+            ],
+        ),
+        fault(
+            "shared-draws",
+            "the same number twice",
+            shared_draws,
+            &[
+                "streams/neighbours: pairs of neighbouring draws",
+                "streams/neighbours: correlation of neighbouring draws",
+            ],
+        ),
+    ]
+}
+
+/// The random-number streams.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    vec![Box::new(Family {
+        benches: benches(),
+        faults: faults(),
+        equivalents: vec![mutant(
+            "one-minus-r",
+            &ESTIMATOR,
+            "1 − r for every number r",
+            |seed, pixel, sample, draw| 1.0 - right(seed, pixel, sample, draw),
+            &["streams/gaps"],
+        )],
+        ..Family::new("streams", right as Numbers)
+    })]
+}

@@ -1,0 +1,228 @@
+//! Whole estimators as subjects: the parts that programs run, or a table of parts of which some are
+//! faulty.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use whitefurnace::bsdf::Bsdf;
+use whitefurnace::camera::Camera;
+use whitefurnace::emitter::{Emitter, EmitterPoint, LightSampling};
+use whitefurnace::estimator::{
+    Density, Estimator, Heuristic, LightRules, Parts, Path, Report, Standard, Strategy, Whitted,
+};
+use whitefurnace::form_factor::Polygon;
+use whitefurnace::harness::outcome::Outcome;
+use whitefurnace::harness::trial::Context;
+use whitefurnace::rng::Stream;
+use whitefurnace::scene::Scene;
+use whitefurnace::shape::Ray;
+
+/// Two ends of a shadow ray, or points with their normals.
+type End = (DVec3, DVec3);
+
+macro_rules! table {
+    ($($name:ident($($argument:ident: $kind:ty),*) -> $result:ty;)*) => {
+        /// Parts as data: a fault is [`RIGHT`] with another function in one place.
+        #[derive(Clone, Copy)]
+        pub struct Table {
+            $(
+                #[doc = concat!("In place of [`Parts::", stringify!($name), "`].")]
+                pub $name: fn($($kind),*) -> $result,
+            )*
+        }
+
+        /// The parts of [`Standard`] as a table.
+        pub const RIGHT: Table = Table {
+            $($name: |$($argument),*| Standard.$name($($argument),*),)*
+        };
+
+        impl Parts for Table {
+            $(fn $name(&self, $($argument: $kind),*) -> $result {
+                (self.$name)($($argument),*)
+            })*
+        }
+    };
+}
+
+table! {
+    fresnel(cos_1: f64, n1: f64, n2: f64) -> f64;
+    refract(d: DVec3, n: DVec3, n1: f64, n2: f64) -> Option<DVec3>;
+    radiance_factor(n1: f64, n2: f64) -> f64;
+    mirror(d: DVec3, n: DVec3) -> DVec3;
+    brdf(bsdf: &Bsdf, wo: DVec3, wi: DVec3) -> DVec3;
+    cosine(normal: DVec3, direction: DVec3) -> f64;
+    uniform_hemisphere(random: [f64; 2]) -> DVec3;
+    uniform_hemisphere_pdf(cos_theta: f64) -> f64;
+    cosine_hemisphere(random: [f64; 2]) -> DVec3;
+    cosine_hemisphere_pdf(cos_theta: f64) -> f64;
+    survival_by_throughput(throughput: DVec3) -> f64;
+    survival_by_absorption(absorption: f64) -> f64;
+    survives(r: f64, survival: f64) -> bool;
+    roulette_weight(survival: f64) -> f64;
+    pick_emitter(r: f64, count: usize) -> usize;
+    sample_emitter(emitter: &Emitter, random: [f64; 2]) -> EmitterPoint;
+    emitter_pdf_area(emitter: &Emitter) -> f64;
+    solid_angle_per_area(cosine_at_emitter: f64, distance_squared: f64) -> f64;
+    sample_solid_angle(emitter: &Emitter, from: DVec3, random: [f64; 2]) -> Option<(EmitterPoint, f64)>;
+    pdf_solid_angle(emitter: &Emitter, from: DVec3) -> Option<f64>;
+    visible(scene: &Scene, x: End, y: End, glass: bool) -> bool;
+    form_factor(normal: DVec3, corners: &[DVec3]) -> f64;
+    seen_weight(cosine: f64, solid_angle: f64) -> f64;
+    is_near(area: f64, distance_squared: f64) -> bool;
+    horizon(normal: DVec3, polygon: &Polygon) -> Polygon;
+    leaving(albedo: DVec3, emitted: DVec3, irradiance: DVec3) -> DVec3;
+    exchanged(leaving: DVec3, emitted: DVec3) -> DVec3;
+    solved(residual: f64, sweeps: u32) -> bool;
+    mis_weight(pdf: f64, other: f64) -> f64;
+    mis_power_weight(pdf: f64, other: f64) -> f64;
+    hit_counts(strategy: Strategy, sampled: bool) -> bool;
+    photon_flux(flux: DVec3, emitted: u32, stored: usize) -> DVec3;
+    is_caustic(specular: u32) -> bool;
+    same_side(at_photon: DVec3, at_point: DVec3) -> bool;
+    photon_density(brdf: DVec3, flux: DVec3, wi: DVec3, radius_squared: f64) -> DVec3;
+    gathers_emission() -> bool;
+    pass_radius_squared(first: f64, index: u32) -> f64;
+    flux_factor(radiance_factor: f64) -> f64;
+    importance(camera: &Camera, size: [u32; 2], direction: DVec3) -> f64;
+    strategy_weight(path: &[Density], s: usize) -> f64;
+}
+
+/// What a fault can replace in an estimator: its parts, and what it is told.
+#[derive(Clone, Copy)]
+pub struct Setup<P> {
+    /// The parts.
+    pub parts: P,
+    /// The longest path in segments, in place of the trial's own choice (not of [`Path`], which has
+    /// no limit).
+    pub segments: Option<u32>,
+    /// The light rules (not of [`Path`], which is always physical).
+    pub rules: LightRules,
+}
+
+impl<P> Setup<P> {
+    /// The same with other parts.
+    pub fn with<Q>(self, parts: Q) -> Setup<Q> {
+        Setup {
+            parts,
+            segments: self.segments,
+            rules: self.rules,
+        }
+    }
+}
+
+/// A subject: `None` in the place of the parts stands for [`Standard`], the very code that programs
+/// run.
+pub type Subject = Setup<Option<Table>>;
+
+/// The right subject.
+pub const STANDARD: Subject = Setup {
+    parts: None,
+    segments: None,
+    rules: LightRules::PHYSICAL,
+};
+
+/// The right subject with other parts.
+pub const fn parts(table: Table) -> Subject {
+    Setup {
+        parts: Some(table),
+        ..STANDARD
+    }
+}
+
+/// A fault as one entry of a table: name, equation, what is wrong, what stands in the place of `RIGHT`'s, and
+/// the trials that must reject it. Fields without a type are parts of an estimator.
+macro_rules! fault {
+    ($name:expr, $equation:expr, $wrong:expr, { $($part:ident: $with:expr),* $(,)? }, $($by:expr),+) => {{
+        use $crate::subject::{RIGHT, Table, parts};
+        let table = Table { $($part: $with,)* ..RIGHT };
+        $crate::faults::mutant($name, &$equation, $wrong, parts(table), &[$($by),+])
+    }};
+    ($name:expr, $equation:expr, $wrong:expr, $kind:ident: { $($field:ident: $with:expr),* $(,)? }, $($by:expr),+) => {
+        $crate::faults::mutant($name, &$equation, $wrong, $kind { $($field: $with,)* ..RIGHT }, &[$($by),+])
+    };
+}
+pub(crate) use fault;
+
+/// What a trial does with any estimator's parts.
+pub trait Property: Send + Sync + 'static {
+    /// The trial's function.
+    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome>;
+}
+
+/// A property as a function of the subject.
+pub fn on<Q: Property>(property: Q) -> impl Fn(&Context, Subject) -> Vec<Outcome> + Send + Sync {
+    move |context, subject| match subject.parts {
+        None => property.run(context, subject.with(Standard)),
+        Some(parts) => property.run(context, subject.with(parts)),
+    }
+}
+
+/// Which estimator, with its own limit on segments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// [`Path`] as programs run it.
+    Path,
+    /// [`Path`] that finds direct light in another way.
+    PathBy(Strategy, LightSampling, Heuristic),
+    /// [`Report`] with one sample ray.
+    Report(u32),
+    /// [`Whitted`].
+    Whitted(u32),
+}
+
+impl Kind {
+    /// One estimate of the radiance along a ray by this estimator.
+    pub fn radiance<P: Parts + Copy>(
+        self,
+        setup: Setup<P>,
+        scene: &Scene,
+        ray: &Ray,
+        rng: &mut Stream,
+    ) -> DVec3 {
+        let Setup { parts, rules, .. } = setup;
+        let hit = scene.intersect(ray);
+        match self {
+            Self::Path => Path::new(parts, Strategy::Mis).radiance(scene, ray, hit, rng),
+            Self::PathBy(strategy, lights, heuristic) => Path {
+                parts,
+                strategy,
+                lights,
+                heuristic,
+            }
+            .radiance(scene, ray, hit, rng),
+            Self::Report(segments) => Report {
+                parts,
+                rays: 1,
+                segments: setup.segments.unwrap_or(segments),
+                rules,
+            }
+            .radiance(scene, ray, hit, rng),
+            Self::Whitted(segments) => Whitted {
+                parts,
+                segments: setup.segments.unwrap_or(segments),
+                rules,
+            }
+            .radiance(scene, ray, hit, rng),
+        }
+    }
+}
+
+/// A scene, an estimator and rays into the scene.
+#[derive(Clone)]
+pub struct Probe {
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// The estimator.
+    pub kind: Kind,
+    /// The rays, from random numbers.
+    pub ray: fn(&mut Stream) -> Ray,
+}
+
+impl Probe {
+    /// One estimate along one ray.
+    pub fn radiance<P: Parts + Copy>(&self, setup: Setup<P>, rng: &mut Stream) -> DVec3 {
+        let ray = (self.ray)(rng);
+        self.kind.radiance(setup, &self.scene, &ray, rng)
+    }
+}

@@ -1,0 +1,297 @@
+//! Bidirectional path tracing on one path at a time, made by every strategy in turn with chosen random
+//! numbers: densities, weights and values against closed forms.
+
+mod path;
+
+use std::cell::{Cell, RefCell};
+use std::f64::consts::FRAC_1_PI;
+
+use self::path::{
+    EMITTERS, FRAME, Kind, LAST, LIVES, Vertex, by_strategy, closed_form, on_emitter, room, trace,
+};
+use super::script::{self, Scripted};
+use super::subject::{RIGHT, Table};
+use crate::faults::{AnyFamily, Bench, Family, data, mutant};
+use whitefurnace::equation::{
+    COSINE_HEMISPHERE, GEOMETRY, IMPORTANCE, MIS, PATH_DENSITY, REFRACTION, SOLID_ANGLE,
+};
+use whitefurnace::estimator::{Bdpt, Density, weight};
+use whitefurnace::harness::outcome::Outcome;
+use whitefurnace::harness::pointwise::{Largest, relative};
+use whitefurnace::harness::trial::Context;
+use whitefurnace::rng::uniform2;
+use whitefurnace::sampler::LIGHT;
+use whitefurnace::scene::Scene;
+use whitefurnace::splat::Splats;
+
+/// The numbers of each block; after the last, [`LAST`].
+struct Script<'a> {
+    blocks: &'a [(u32, Vec<f64>)],
+    block: u32,
+    used: usize,
+}
+
+impl script::Script for Script<'_> {
+    fn block(&mut self, block: u32) {
+        (self.block, self.used) = (block, 0);
+    }
+    fn number(&mut self) -> f64 {
+        let block = self.blocks.iter().find(|(block, _)| *block == self.block);
+        let number = block.and_then(|(_, numbers)| numbers.get(self.used).copied());
+        self.used += 1;
+        number.unwrap_or(LAST)
+    }
+}
+
+/// The numbers with which strategy `s` makes a path.
+fn script(scene: &Scene, path: &[Vertex], at: [f64; 2], s: usize) -> Vec<(u32, Vec<f64>)> {
+    let emitter = path[0].emitter.unwrap_or(0);
+    let pick = (f64::from(emitter) + 0.5) / EMITTERS as f64;
+    let shape = &scene.emitters()[emitter as usize].shape;
+    let on_light = on_emitter(shape, path[0].point).1;
+    let light = vec![pick, on_light[0], on_light[1]];
+    // A vertex from which the walk goes on to a point, or ends.
+    let scatter = |x: &Vertex, to: Option<&Vertex>| match (x.kind, to) {
+        (Kind::Glass(branch), Some(_)) => vec![branch, LIVES],
+        (Kind::Mirror, Some(_)) => vec![LIVES],
+        (_, Some(to)) => [&x.direction(to.point)[..], &[LIVES]].concat(),
+        (_, None) => Vec::new(),
+    };
+    let mut blocks = vec![(0, at.map(f64::fract).to_vec()), (LIGHT, light.clone())];
+    if s > 1 {
+        blocks[1].1.extend(path[0].direction(path[1].point));
+        for i in 1..s {
+            let to = (i + 1 < s).then(|| &path[i + 1]);
+            blocks.push((LIGHT + i as u32, scatter(&path[i], to)));
+        }
+    }
+    for (number, i) in (1..).zip((s..path.len()).rev()) {
+        let to = (i > s).then(|| &path[i - 1]);
+        let mut numbers = if path[i].specular() {
+            Vec::new()
+        } else {
+            light.clone()
+        };
+        numbers.extend(scatter(&path[i], to));
+        blocks.push((number, numbers));
+    }
+    blocks
+}
+
+thread_local! {
+    /// The strategy that counts: how many vertices, how many of them from the light.
+    static WANTED: Cell<(usize, usize)> = const { Cell::new((0, 0)) };
+    /// Its densities, each time that it was found.
+    static FOUND: RefCell<Vec<Vec<Density>>> = const { RefCell::new(Vec::new()) };
+}
+
+/// In place of a weight: 1 for the strategy that is wanted, 0 for all others.
+fn record(path: &[Density], s: usize) -> f64 {
+    let wanted = (path.len(), s) == WANTED.get();
+    if wanted {
+        FOUND.with_borrow_mut(|found| found.push(path.to_vec()));
+    }
+    f64::from(wanted)
+}
+
+/// The densities by which strategy `s` would weigh a path, and what it adds to the image before it does;
+/// `None` unless it makes the path once.
+fn made(
+    scene: &Scene,
+    parts: Table,
+    path: &[Vertex],
+    at: [f64; 2],
+    s: usize,
+) -> Option<(Vec<Density>, f64)> {
+    WANTED.set((path.len(), s));
+    FOUND.with_borrow_mut(Vec::clear);
+    let parts = Table {
+        strategy_weight: record,
+        survival_by_throughput: |_| 0.5,
+        roulette_weight: |_| 1.0,
+        ..parts
+    };
+    let image = Splats::new(FRAME);
+    let blocks = script(scene, path, at, s);
+    let mut numbers = Scripted(Script {
+        blocks: &blocks,
+        block: 0,
+        used: 0,
+    });
+    let pixel = at.map(|x| x as u32);
+    Bdpt { parts }
+        .pair(scene, pixel, FRAME, &image, &mut numbers)
+        .ok()?;
+    let value = image.into_values().iter().map(|value| value.x).sum();
+    FOUND.with_borrow_mut(|found| (found.len() == 1).then(|| (found.remove(0), value)))
+}
+
+const TRIES: u64 = 20_000;
+/// Roundings of a direction, after up to four curved surfaces and at cosines of [`LEAST_COSINE`].
+const TOLERANCE: f64 = 1e-6;
+/// Below this an image's values lose digits of [`TOLERANCE`].
+const LEAST_VALUE: f64 = 1e-3;
+
+fn whole_paths(context: &Context, scene: &Scene, parts: Table) -> Vec<Outcome> {
+    let mut rng = context.rng("whole paths");
+    let mut worst: [Largest; 4] = Default::default();
+    let [densities, weights, sums, values] = &mut worst;
+    let (mut least, mut most, mut chains, mut inside) = (f64::INFINITY, 0.0_f64, 0, 0);
+    for _ in 0..TRIES {
+        let [u, v] = uniform2(&mut rng);
+        let at = [u * f64::from(FRAME[0]), v * f64::from(FRAME[1])];
+        let Some(path) = trace(scene, &mut rng, at) else {
+            continue;
+        };
+        let known = closed_form(scene, &path);
+        let by_strategy = by_strategy(&path, &known);
+        let total: f64 = by_strategy.iter().flatten().sum();
+        let (mut sum, mut first) = (0.0, None);
+        for (s, density) in by_strategy.iter().enumerate() {
+            let Some(density) = density else { continue };
+            let place = || format!("strategy {s} of {} vertices", path.len());
+            let Some((found, value)) = made(scene, parts, &path, at, s) else {
+                sums.see(1.0, || format!("{} does not make its path", place()));
+                continue;
+            };
+            for (found, known) in found.iter().zip(&known) {
+                for (found, known) in [found.light, found.eye].into_iter().zip(known) {
+                    densities.see(known.map_or(0.0, |known| relative(found, known)), place);
+                }
+            }
+            let weight = (parts.strategy_weight)(&found, s);
+            sum += weight;
+            weights.see((weight - density / total).abs(), place);
+            if value > LEAST_VALUE {
+                let product = value * density;
+                values.see(relative(product, *first.get_or_insert(product)), place);
+            }
+            let ratio = density / (total - density);
+            if ratio.is_finite() {
+                (least, most) = (least.min(ratio), most.max(ratio));
+            }
+        }
+        sums.see((sum - 1.0).abs(), || format!("{} vertices", path.len()));
+        chains += u32::from(path.iter().any(Vertex::specular));
+        inside += u32::from(path[0].index != 1.0);
+    }
+    // Weights that are alike, or of one kind of path, would prove nothing.
+    if least > 1e-3 || most < 1e3 || chains < 200 || inside < 50 {
+        sums.see(1.0, || {
+            format!(
+                "ratios {least:.1e} to {most:.1e}, {chains} specular paths, {inside} from glass"
+            )
+        });
+    }
+    let names = [
+        "densities",
+        "weights",
+        "sum of weights",
+        "value times density",
+    ];
+    let exact = |(name, largest): (&str, Largest)| {
+        Outcome::exact(name, TRIES, largest.error, TOLERANCE, largest.place)
+    };
+    names.into_iter().zip(worst).map(exact).collect()
+}
+
+macro_rules! by {
+    ($($outcome:literal),*) => {
+        &[$(concat!("bidirectional/whole-paths: ", $outcome)),*]
+    };
+}
+
+/// The trial.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    let scene = room();
+    let trial = data(
+        "bidirectional/whole-paths",
+        "every strategy makes the same path with the densities in closed form, and the weights sum to one",
+        &PATH_DENSITY,
+        "estimator::Bdpt",
+        "exact",
+        (TRIES, TOLERANCE, 0),
+    );
+    let on = move |context: &Context, parts: Table| whole_paths(context, &scene, parts);
+    vec![Box::new(Family {
+        whole_estimator: true,
+        benches: vec![Bench::new(trial, on)],
+        faults: vec![
+            mutant(
+                "number-of-lights-forgotten",
+                &MIS,
+                "the density of a light's point does not know that one of four lights was picked",
+                Table {
+                    emitter_pdf_area: |emitter| EMITTERS as f64 * emitter.pdf_area(),
+                    ..RIGHT
+                },
+                by!("densities", "weights"),
+            ),
+            mutant(
+                "importance-off-by-three-per-cent",
+                &IMPORTANCE,
+                "the camera's importance is 1.03 times too large",
+                Table {
+                    importance: |camera, size, w| 1.03 * camera.importance(size, w),
+                    ..RIGHT
+                },
+                by!("densities", "weights"),
+            ),
+            mutant(
+                "density-without-cosine-of-arrival",
+                &SOLID_ANGLE,
+                "densities by area lack the cosine at the vertex that is reached",
+                Table {
+                    solid_angle_per_area: |_, distance_squared| 1.0 / distance_squared,
+                    ..RIGHT
+                },
+                by!("densities", "weights"),
+            ),
+            mutant(
+                "density-without-distance",
+                &GEOMETRY,
+                "densities by area lack the squared distance",
+                Table {
+                    solid_angle_per_area: |cosine, _| cosine,
+                    ..RIGHT
+                },
+                by!("densities", "weights"),
+            ),
+            mutant(
+                "density-of-another-direction",
+                &COSINE_HEMISPHERE,
+                "directions are weighted by the uniform density, not the cosine's",
+                Table {
+                    cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI,
+                    ..RIGHT
+                },
+                by!("densities", "weights"),
+            ),
+            mutant(
+                "mirrors-not-skipped",
+                &PATH_DENSITY,
+                "the sum counts connections at mirrors and glass, which nobody makes",
+                Table {
+                    strategy_weight: |path, s| {
+                        let mut path = path.to_vec();
+                        path.iter_mut().for_each(|vertex| vertex.specular = false);
+                        weight(&path, s)
+                    },
+                    ..RIGHT
+                },
+                by!("weights", "sum of weights"),
+            ),
+            mutant(
+                "flux-scaled-as-radiance",
+                &REFRACTION,
+                "refraction scales the flux of particles",
+                Table {
+                    flux_factor: |factor| factor,
+                    ..RIGHT
+                },
+                by!("value times density"),
+            ),
+        ],
+        ..Family::new("whole paths", RIGHT)
+    })]
+}

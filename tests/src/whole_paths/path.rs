@@ -1,0 +1,260 @@
+//! A room, and paths in it from a light to the eye with their densities in closed form.
+
+use std::f64::consts::{FRAC_1_PI, TAU};
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use crate::probes::any_direction;
+use crate::scenes::{FLOOR, lambert, seen_by, square};
+use whitefurnace::bsdf::Bsdf;
+use whitefurnace::camera::Camera;
+use whitefurnace::emitter::EmitterShape;
+use whitefurnace::frame::{Frame, azimuth};
+use whitefurnace::rng::{Stream, uniform, uniform2};
+use whitefurnace::sampling::cosine_hemisphere_inverse;
+use whitefurnace::scene::{Scene, Surface};
+use whitefurnace::shape::Sphere;
+
+const EYE: DVec3 = DVec3::new(0.2, -1.8, 1.3);
+const TARGET: DVec3 = DVec3::new(0.1, 0.3, 1.0);
+const HALF_HEIGHT: f64 = 0.7;
+pub(super) const FRAME: [u32; 2] = [8, 6];
+const INDEX: f64 = 1.5;
+pub(super) const EMITTERS: usize = 4;
+
+/// Roulette that says yes to 0 and no to the numbers after the last.
+pub(super) const LIVES: f64 = 0.0;
+pub(super) const LAST: f64 = 0.999_999;
+
+/// A room with mirrors, glass, and lights from a speck to a wall; one is inside of the glass.
+pub(super) fn room() -> Arc<Scene> {
+    let camera = Camera::new(EYE, TARGET, DVec3::Z, HALF_HEIGHT);
+    seen_by(camera, "lights large, small and in glass", |s| {
+        let wall = Surface::new(lambert(FLOOR));
+        for (height, up) in [(0.0, true), (3.0, false)] {
+            square(s, height * DVec3::Z, 2.0, up, wall);
+        }
+        let walls = s.surface(wall);
+        for side in [-2.0, 2.0] {
+            let high = 3.0 * DVec3::Z;
+            s.rectangle(DVec3::new(side, -2.0, 0.0), [4.0 * DVec3::Y, high], walls);
+            s.rectangle(DVec3::new(-2.0, side, 0.0), [4.0 * DVec3::X, high], walls);
+        }
+        let shining = |radiance: f64, albedo: f64| {
+            Surface::new(lambert(albedo)).emitting(DVec3::splat(radiance))
+        };
+        let black = Surface::new(Bsdf::Black).emitting(DVec3::splat(400.0));
+        square(s, DVec3::new(0.5, 0.4, 2.8), 0.02, false, black);
+        square(
+            s,
+            DVec3::new(-0.5, -0.2, 2.9),
+            0.5,
+            false,
+            shining(50.0, 0.3),
+        );
+        let panel = s.surface(shining(20.0, 0.6));
+        let corner = DVec3::new(-1.9, -1.5, 0.3);
+        s.rectangle(corner, [3.0 * DVec3::Y, 2.0 * DVec3::Z], panel);
+        let core = s.surface(shining(30.0, 0.5));
+        let centre = DVec3::new(-0.6, 0.8, 0.9);
+        s.sphere(Sphere::new(centre, 0.25), core);
+        let glass = s.surface(Surface::new(Bsdf::Glass { index: INDEX }));
+        s.sphere(Sphere::new(centre, 0.8), glass);
+        let reflectance = DVec3::splat(0.9);
+        let mirror = s.surface(Surface::new(Bsdf::Mirror { reflectance }));
+        s.sphere(Sphere::new(DVec3::new(0.9, 0.9, 0.6), 0.5), mirror);
+        let corner = DVec3::new(1.9, 1.5, 0.2);
+        s.rectangle(corner, [-3.0 * DVec3::Y, 2.5 * DVec3::Z], mirror);
+    })
+}
+
+/// A vertex of a path.
+#[derive(Clone, Copy)]
+pub(super) struct Vertex {
+    pub point: DVec3,
+    /// Of its front.
+    pub normal: DVec3,
+    pub emitter: Option<u32>,
+    pub kind: Kind,
+    /// Of the medium that the path is in at a vertex that is not specular.
+    pub index: f64,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Kind {
+    Diffuse,
+    Mirror,
+    /// With the number that picks its branch.
+    Glass(f64),
+    Black,
+}
+
+impl Vertex {
+    pub fn specular(&self) -> bool {
+        matches!(self.kind, Kind::Mirror | Kind::Glass(_))
+    }
+
+    fn cosine(&self, to: DVec3) -> f64 {
+        (to - self.point).normalize().dot(self.normal).abs()
+    }
+
+    /// The numbers of a cosine-weighted direction to a point.
+    pub fn direction(&self, to: DVec3) -> [f64; 2] {
+        let w = (to - self.point).normalize();
+        let facing = self.normal * self.normal.dot(w).signum();
+        cosine_hemisphere_inverse(Frame::new(facing).local(w))
+    }
+}
+
+/// The way on from a specular vertex, and whether it went through; by Snell's law in vectors.
+fn specular(d: DVec3, front: DVec3, glass: bool, through: bool) -> (DVec3, bool) {
+    let normal = front * -front.dot(d).signum();
+    let along = d - d.dot(normal) * normal;
+    let ratio = if front.dot(d) < 0.0 {
+        1.0 / INDEX
+    } else {
+        INDEX
+    };
+    let bent = ratio * along;
+    if glass && through && bent.length_squared() < 0.99 {
+        (bent - normal * (1.0 - bent.length_squared()).sqrt(), true)
+    } else {
+        (d - 2.0 * d.dot(normal) * normal, false)
+    }
+}
+
+/// Directions and distances below which rounding would show.
+const LEAST_COSINE: f64 = 0.05;
+const LEAST_DISTANCE: f64 = 0.1;
+const LONGEST: usize = 6;
+
+/// A path from an emitter to the eye, in that order, traced from the eye.
+pub(super) fn trace(scene: &Scene, rng: &mut Stream, [x, y]: [f64; 2]) -> Option<Vec<Vertex>> {
+    let mut ray = scene.camera().ray(FRAME, x, y);
+    let (mut path, mut index) = (Vec::new(), 1.0);
+    while path.len() < LONGEST {
+        let hit = scene.intersect(&ray)?;
+        let cosine = -hit.normal.dot(ray.direction);
+        if cosine.abs() < LEAST_COSINE || hit.t < LEAST_DISTANCE {
+            return None;
+        }
+        let bsdf = &scene.surface(&hit).bsdf;
+        let (glass, through) = (matches!(bsdf, Bsdf::Glass { .. }), uniform(rng) < 0.7);
+        let (way, went) = specular(ray.direction, hit.normal, glass, through);
+        let kind = match bsdf {
+            Bsdf::Glass { .. } => Kind::Glass(if went { LAST } else { 0.0 }),
+            Bsdf::Mirror { .. } => Kind::Mirror,
+            Bsdf::Black => Kind::Black,
+            _ => Kind::Diffuse,
+        };
+        path.push(Vertex {
+            point: hit.point,
+            normal: hit.normal,
+            emitter: hit.emitter.filter(|_| cosine > 0.0),
+            kind,
+            index,
+        });
+        if path[path.len() - 1].emitter.is_some() && (kind == Kind::Black || uniform(rng) < 0.5) {
+            path.reverse();
+            return Some(path);
+        }
+        let direction = match kind {
+            Kind::Black => return None,
+            Kind::Mirror | Kind::Glass(_) => {
+                if went {
+                    index = if cosine > 0.0 { INDEX } else { 1.0 };
+                }
+                way
+            }
+            Kind::Diffuse if uniform(rng) < 0.5 => {
+                let pick = (uniform(rng) * EMITTERS as f64) as usize;
+                let light = scene.emitters()[pick].sample(uniform2(rng));
+                (light.point - hit.point).normalize()
+            }
+            Kind::Diffuse => any_direction(rng),
+        };
+        let onward = direction.dot(hit.normal);
+        let same_side = onward * cosine > 0.0;
+        if onward.abs() < LEAST_COSINE || (kind == Kind::Diffuse && !same_side) {
+            return None;
+        }
+        ray = scene.leave(hit.point, hit.normal, direction);
+    }
+    None
+}
+
+/// The area of an emitter, and the numbers of a point on it.
+pub(super) fn on_emitter(shape: &EmitterShape, point: DVec3) -> (f64, [f64; 2]) {
+    match *shape {
+        EmitterShape::Rectangle { corner, edges } => (
+            edges[0].length() * edges[1].length(),
+            edges.map(|e| e.dot(point - corner) / e.length_squared()),
+        ),
+        EmitterShape::Sphere(Sphere { centre, radius, .. }) => {
+            let at = (point - centre) / radius;
+            (
+                2.0 * TAU * radius * radius,
+                [0.5 + 0.5 * at.z, azimuth(at) / TAU],
+            )
+        }
+        EmitterShape::Triangle(_) => (f64::NAN, [f64::NAN; 2]),
+    }
+}
+
+/// The densities in closed form by the light's walk and the eye's, for vertices that the walk reaches in
+/// no specular way: cos θ cos θ′/(π d²), 1/(N A) on an emitter, and for the eye its share of the image's
+/// area at distance 1.
+pub(super) fn closed_form(scene: &Scene, path: &[Vertex]) -> Vec<[Option<f64>; 2]> {
+    let walk = |from: &Vertex, to: &Vertex| {
+        let distance_squared = from.point.distance_squared(to.point);
+        let density = from.cosine(to.point) * to.cosine(from.point) * FRAC_1_PI / distance_squared;
+        (!from.specular()).then_some(density)
+    };
+    let start = |x: &Vertex| {
+        let emitter = &scene.emitters()[x.emitter? as usize];
+        Some(1.0 / (EMITTERS as f64 * on_emitter(&emitter.shape, x.point).0))
+    };
+    let seen = |x: &Vertex| {
+        let away = x.point - EYE;
+        let depth = away.normalize().dot((TARGET - EYE).normalize());
+        let [width, height] = FRAME.map(f64::from);
+        let image = (2.0 * HALF_HEIGHT).powi(2) * width / height;
+        Some(x.cosine(EYE) / (away.length_squared() * image * depth.powi(3)))
+    };
+    (0..path.len())
+        .map(|i| {
+            let x = &path[i];
+            let before = i.checked_sub(1).map(|i| &path[i]);
+            let after = path.get(i + 1);
+            [
+                before.map_or_else(|| start(x), |from| walk(from, x)),
+                after.map_or_else(|| seen(x), |from| walk(from, x)),
+            ]
+        })
+        .collect()
+}
+
+/// The density of a path by each strategy, up to a common factor; `None` where there is none.
+///
+/// Across mirrors and glass n² cos θ dω dA is conserved, so the two walks' densities from one end of a
+/// specular chain to the other have the ratio of the two n².
+pub(super) fn by_strategy(path: &[Vertex], known: &[[Option<f64>; 2]]) -> Vec<Option<f64>> {
+    let factors = path.iter().zip(known).enumerate().map(|(i, (x, density))| {
+        if x.specular() {
+            return [1.0, 1.0];
+        }
+        let end = path[..i].iter().rev().find(|end| !end.specular());
+        let chain = end.map_or(f64::NAN, |end| (x.index / end.index).powi(2));
+        [density[0].unwrap_or(chain), density[1].unwrap_or(1.0)]
+    });
+    let factors: Vec<[f64; 2]> = factors.collect();
+    let open = |i: usize| path.get(i).is_none_or(|x| !x.specular());
+    (0..=path.len())
+        .map(|s| {
+            let light: f64 = factors[..s].iter().map(|f| f[0]).product();
+            let eye: f64 = factors[s..].iter().map(|f| f[1]).product();
+            (s == 0 || (open(s - 1) && open(s))).then_some(light * eye)
+        })
+        .collect()
+}
