@@ -17,10 +17,7 @@ fn main() {
             format!("{commit}+changes")
         }
     });
-    println!(
-        "cargo::rustc-env=WHITEFURNACE_COMMIT={}",
-        commit.as_deref().unwrap_or("unknown")
-    );
+    println!("cargo::rustc-env=WHITEFURNACE_COMMIT={}", commit.as_deref().unwrap_or("unknown"));
     for path in ["../.git/logs/HEAD", "../src", "src", "../Cargo.lock"] {
         println!("cargo::rerun-if-changed={path}");
     }

@@ -55,10 +55,7 @@ impl Primitive {
             }),
             Self::Sphere(sphere) => {
                 let r = DVec3::splat(sphere.radius);
-                Bounds {
-                    low: sphere.centre - r,
-                    high: sphere.centre + r,
-                }
+                Bounds { low: sphere.centre - r, high: sphere.centre + r }
             }
         }
     }
@@ -71,16 +68,10 @@ struct Bounds {
 }
 
 impl Bounds {
-    const EMPTY: Self = Self {
-        low: DVec3::INFINITY,
-        high: DVec3::NEG_INFINITY,
-    };
+    const EMPTY: Self = Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
 
     fn union(self, other: Self) -> Self {
-        Self {
-            low: self.low.min(other.low),
-            high: self.high.max(other.high),
-        }
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
     fn half_area(&self) -> f64 {
@@ -130,11 +121,8 @@ pub struct Bvh {
 impl Bvh {
     /// Builds the hierarchy with the surface-area heuristic over full sorted sweeps.
     pub fn new(primitives: &[Primitive]) -> Self {
-        let mut items: Vec<(Bounds, u32)> = primitives
-            .iter()
-            .zip(0..)
-            .map(|(primitive, id)| (primitive.bounds(), id))
-            .collect();
+        let mut items: Vec<(Bounds, u32)> =
+            primitives.iter().zip(0..).map(|(primitive, id)| (primitive.bounds(), id)).collect();
         let mut bvh = Self {
             nodes: Vec::new(),
             primitives: Vec::with_capacity(primitives.len()),
@@ -155,10 +143,8 @@ impl Bvh {
     ) -> u32 {
         self.levels = self.levels.max(depth + 1);
         let index = self.nodes.len();
-        self.nodes.push(Node {
-            planes: [[Vec4::INFINITY, Vec4::NEG_INFINITY]; 3],
-            children: [0; 4],
-        });
+        self.nodes
+            .push(Node { planes: [[Vec4::INFINITY, Vec4::NEG_INFINITY]; 3], children: [0; 4] });
         for (slot, part) in split_in_four(items, depth).into_iter().enumerate() {
             let bounds = part.iter().fold(Bounds::EMPTY, |b, item| b.union(item.0));
             for axis in 0..3 {
@@ -194,11 +180,7 @@ impl Bvh {
             }
             Some(t_max)
         });
-        nearest.map(|(i, weights)| PrimitiveHit {
-            primitive: self.ids[i],
-            t: t_max,
-            weights,
-        })
+        nearest.map(|(i, weights)| PrimitiveHit { primitive: self.ids[i], t: t_max, weights })
     }
 
     /// Whether any primitive for which `blocks` holds is hit with 0 < t < `t_max`.
@@ -222,11 +204,7 @@ impl Bvh {
         for (primitive, &id) in self.primitives.iter().zip(&self.ids) {
             let limit = nearest.map_or(t_max, |hit| hit.t);
             if let Some((t, weights)) = primitive.intersect(ray, &shear, limit) {
-                nearest = Some(PrimitiveHit {
-                    primitive: id,
-                    t,
-                    weights,
-                });
+                nearest = Some(PrimitiveHit { primitive: id, t, weights });
             }
         }
         nearest
@@ -304,13 +282,7 @@ impl Slabs {
         let margin = origin.abs().max_element() * ORIGIN_MARGIN + f32::MIN_POSITIVE;
         // A component of 0 would give 0 · ∞; a tiny one gives a slab that is all or nothing.
         let direction = ray.direction.as_vec3().to_array();
-        let direction = direction.map(|d| {
-            if d.abs() < 1e-18 {
-                1e-18f32.copysign(d)
-            } else {
-                d
-            }
-        });
+        let direction = direction.map(|d| if d.abs() < 1e-18 { 1e-18f32.copysign(d) } else { d });
         let forward = direction.map(|d| d > 0.0);
         let shifted =
             |axis: usize, towards: bool| origin[axis] + if towards { margin } else { -margin };
@@ -342,11 +314,7 @@ impl Slabs {
 /// The largest single-precision number that is not above x.
 fn rounded_down(x: f64) -> f32 {
     let rounded = x as f32;
-    if f64::from(rounded) > x {
-        rounded.next_down()
-    } else {
-        rounded
-    }
+    if f64::from(rounded) > x { rounded.next_down() } else { rounded }
 }
 
 /// A single-precision number above the distance x, with the slabs' relative margin.
@@ -360,11 +328,7 @@ fn rounded_up(x: f64) -> f32 {
 fn split_in_four(items: &mut [(Bounds, u32)], depth: u32) -> Vec<&mut [(Bounds, u32)]> {
     let cost = |part: &[(Bounds, u32)]| {
         let bounds = part.iter().fold(Bounds::EMPTY, |b, item| b.union(item.0));
-        if part.len() > LEAF {
-            bounds.half_area().max(f64::MIN_POSITIVE)
-        } else {
-            -1.0
-        }
+        if part.len() > LEAF { bounds.half_area().max(f64::MIN_POSITIVE) } else { -1.0 }
     };
     let mut parts = vec![items];
     while parts.len() < 4 {
@@ -377,11 +341,8 @@ fn split_in_four(items: &mut [(Bounds, u32)], depth: u32) -> Vec<&mut [(Bounds, 
             break;
         };
         let part = parts.swap_remove(widest);
-        let middle = if depth < SORTED_DEPTH {
-            sort_at_best_split(part)
-        } else {
-            sort_at_median(part)
-        };
+        let middle =
+            if depth < SORTED_DEPTH { sort_at_best_split(part) } else { sort_at_median(part) };
         let (left, right) = part.split_at_mut(middle);
         parts.push(left);
         parts.push(right);
@@ -423,10 +384,7 @@ fn sort_at_best_split(items: &mut [(Bounds, u32)]) -> usize {
 fn sort_at_median(items: &mut [(Bounds, u32)]) -> usize {
     let centres = items.iter().fold(Bounds::EMPTY, |bounds, item| {
         let centre = 0.5 * (item.0.low + item.0.high);
-        bounds.union(Bounds {
-            low: centre,
-            high: centre,
-        })
+        bounds.union(Bounds { low: centre, high: centre })
     });
     sort_along(items, (centres.high - centres.low).max_position());
     items.len() / 2

@@ -69,10 +69,7 @@ impl OrenNayar {
     /// The constants of a surface whose facets' slope angle has standard deviation σ ≥ 0, radians.
     pub fn new(sigma: f64) -> Self {
         let s2 = sigma * sigma;
-        Self {
-            a: 1.0 - s2 / (2.0 * (s2 + 0.33)),
-            b: 0.45 * s2 / (s2 + 0.09),
-        }
+        Self { a: 1.0 - s2 / (2.0 * (s2 + 0.33)), b: 0.45 * s2 / (s2 + 0.09) }
     }
 
     /// The roughness B/A, in [0, 0.9), of the EON model whose single scattering has the same shape: both
@@ -122,20 +119,13 @@ pub fn oren_nayar(constants: OrenNayar, form: OrenNayarForm, wo: DVec3, wi: DVec
 impl Bsdf {
     /// Oren-Nayar with the given albedo, σ in radians, and form.
     pub fn oren_nayar(albedo: DVec3, sigma: f64, form: OrenNayarForm) -> Self {
-        Self::OrenNayar {
-            albedo,
-            constants: OrenNayar::new(sigma),
-            form,
-        }
+        Self::OrenNayar { albedo, constants: OrenNayar::new(sigma), form }
     }
 
     /// Whether light leaves in all directions, so that shadow rays and cosine-weighted directions serve.
     #[inline]
     pub fn is_diffuse(&self) -> bool {
-        matches!(
-            self,
-            Self::Lambert { .. } | Self::OrenNayar { .. } | Self::Eon { .. }
-        )
+        matches!(self, Self::Lambert { .. } | Self::OrenNayar { .. } | Self::Eon { .. })
     }
 
     /// f_r(wo, wi) in 1/sr for a diffuse model; zero for the others, whose light is concentrated in
@@ -147,11 +137,9 @@ impl Bsdf {
         }
         match *self {
             Self::Lambert { albedo } => lambert(albedo),
-            Self::OrenNayar {
-                albedo,
-                constants,
-                form,
-            } => lambert(albedo) * oren_nayar(constants, form, wo, wi),
+            Self::OrenNayar { albedo, constants, form } => {
+                lambert(albedo) * oren_nayar(constants, form, wo, wi)
+            }
             Self::Eon { albedo, roughness } => FRAC_1_PI * eon::eon(albedo, roughness, wo, wi),
             Self::Black | Self::Mirror { .. } | Self::Glass { .. } => DVec3::ZERO,
         }

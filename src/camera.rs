@@ -21,25 +21,13 @@ impl Camera {
     pub fn new(eye: DVec3, target: DVec3, up: DVec3, half_height: f64) -> Self {
         let forward = (target - eye).normalize();
         let right = forward.cross(up).normalize();
-        Self {
-            eye,
-            forward,
-            right,
-            up: right.cross(forward),
-            half_height,
-        }
+        Self { eye, forward, right, up: right.cross(forward), half_height }
     }
 
     /// Whether it looks anywhere: finite numbers, a target away from the eye, `up` not along the line of
     /// sight, and a height above 0.
     pub fn is_valid(&self) -> bool {
-        let Self {
-            eye,
-            forward,
-            right,
-            up,
-            half_height,
-        } = *self;
+        let Self { eye, forward, right, up, half_height } = *self;
         [eye, forward, right, up].iter().all(|v| v.is_finite())
             && half_height.is_finite()
             && half_height > 0.0

@@ -102,12 +102,7 @@ impl Emitter {
             }
             EmitterShape::Sphere(sphere) => (sphere.area(), DVec3::ZERO),
         };
-        Self {
-            shape,
-            radiance,
-            area,
-            normal,
-        }
+        Self { shape, radiance, area, normal }
     }
 
     /// Maps two uniform numbers to a point; its pdf with respect to area is 1/area.
@@ -120,18 +115,12 @@ impl Emitter {
             },
             EmitterShape::Triangle(vertices) => {
                 let [u, v] = sampling::triangle(random);
-                EmitterPoint {
-                    point: triangle_point(vertices, u, v),
-                    normal: self.normal,
-                }
+                EmitterPoint { point: triangle_point(vertices, u, v), normal: self.normal }
             }
             EmitterShape::Sphere(sphere) => {
                 let offset = sampling::sphere_zone(random, sphere.radius, sphere.heights());
                 let point = sphere.centre + offset;
-                EmitterPoint {
-                    point,
-                    normal: sphere.normal(point),
-                }
+                EmitterPoint { point, normal: sphere.normal(point) }
             }
         }
     }

@@ -72,10 +72,9 @@ impl Error {
     #[must_use]
     pub fn at(self, place: impl FnOnce() -> String) -> Self {
         match self {
-            Self::Radiance { value, place: old } if old.is_empty() => Self::Radiance {
-                value,
-                place: place(),
-            },
+            Self::Radiance { value, place: old } if old.is_empty() => {
+                Self::Radiance { value, place: place() }
+            }
             other => other,
         }
     }
@@ -85,10 +84,6 @@ impl Error {
         action: &'static str,
         path: &'a Path,
     ) -> impl FnOnce(std::io::Error) -> Self + 'a {
-        move |source| Self::File {
-            action,
-            path: path.to_owned(),
-            source,
-        }
+        move |source| Self::File { action, path: path.to_owned(), source }
     }
 }

@@ -37,10 +37,7 @@ pub fn check_radiance(radiance: DVec3) -> Result<(), Error> {
     let legal = |value: &f64| *value > -0.5 * UNIT && *value <= LARGEST;
     match radiance.to_array().into_iter().find(|value| !legal(value)) {
         None => Ok(()),
-        Some(value) => Err(Error::Radiance {
-            value,
-            place: String::new(),
-        }),
+        Some(value) => Err(Error::Radiance { value, place: String::new() }),
     }
 }
 
@@ -86,11 +83,7 @@ impl Pixel {
     /// negative or exceeds [`LARGEST`], and if the sums are full.
     #[inline]
     pub fn push_features(&mut self, features: &Features) -> Result<(), Error> {
-        let Features {
-            albedo,
-            normal,
-            depth,
-        } = *features;
+        let Features { albedo, normal, depth } = *features;
         let legal = albedo.to_array().iter().all(|a| (0.0..=1.0).contains(a))
             && (normal.length_squared() - 1.0).abs() < 1e-6
             && (0.0..=LARGEST).contains(&depth);
@@ -139,10 +132,7 @@ impl Pixel {
 
     /// Standard error of the mean per channel; infinite below two replications.
     pub fn standard_error(&self) -> DVec3 {
-        DVec3::from_array(
-            self.radiance
-                .map(|channel| channel.standard_error(self.replications)),
-        )
+        DVec3::from_array(self.radiance.map(|channel| channel.standard_error(self.replications)))
     }
 
     /// Mean features over the camera rays that met something; zero if none did.
@@ -198,10 +188,7 @@ impl Film {
     /// # Errors
     /// [`Error::Option`] for a size of 0, above [`LARGEST_FILM`], or a window that leaves the frame.
     pub fn checked_window(frame: [u32; 2], window: Option<Window>) -> Result<Window, Error> {
-        let window = window.unwrap_or(Window {
-            corner: [0, 0],
-            size: frame,
-        });
+        let window = window.unwrap_or(Window { corner: [0, 0], size: frame });
         let [width, height] = window.size;
         let inside = |axis: usize| {
             u64::from(window.corner[axis]) + u64::from(window.size[axis]) <= u64::from(frame[axis])
@@ -292,11 +279,7 @@ impl Film {
     }
 
     fn average(&self, of: impl Fn(&Pixel) -> DVec3) -> f64 {
-        let sum: f64 = self
-            .pixels
-            .iter()
-            .map(|pixel| of(pixel).element_sum())
-            .sum();
+        let sum: f64 = self.pixels.iter().map(|pixel| of(pixel).element_sum()).sum();
         sum / (3.0 * self.pixels.len() as f64)
     }
 }

@@ -20,10 +20,7 @@ impl Polygon {
 
     /// A polygon from its corners in order; those beyond [`MOST`](Self::MOST) are left out.
     pub fn new(corners: &[DVec3]) -> Self {
-        let mut polygon = Self {
-            corners: [DVec3::ZERO; Self::MOST],
-            count: 0,
-        };
+        let mut polygon = Self { corners: [DVec3::ZERO; Self::MOST], count: 0 };
         corners.iter().for_each(|&corner| polygon.push(corner));
         polygon
     }

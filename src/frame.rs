@@ -60,9 +60,5 @@ pub fn azimuth(w: DVec3) -> f64 {
         return phi;
     }
     let turned = phi + std::f64::consts::TAU;
-    if turned < std::f64::consts::TAU {
-        turned
-    } else {
-        0.0
-    }
+    if turned < std::f64::consts::TAU { turned } else { 0.0 }
 }

@@ -54,11 +54,7 @@ impl Display {
 
 /// The sRGB transfer curve from linear [0, 1] to encoded [0, 1].
 pub fn srgb(linear: f64) -> f64 {
-    if linear <= 0.003_130_8 {
-        12.92 * linear
-    } else {
-        1.055 * linear.powf(1.0 / 2.4) - 0.055
-    }
+    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
 /// Writes the film as one EXR part of 32-bit floats: mean radiance in R, G, B (linear, not clamped),
@@ -70,11 +66,7 @@ pub fn srgb(linear: f64) -> f64 {
 /// [`Error::File`] or [`Error::Image`]; nothing is left behind then.
 pub fn write_exr(path: &Path, film: &Film, provenance: &str) -> Result<(), Error> {
     let channel = |name: &str, value: &dyn Fn(&Pixel) -> f64| {
-        let samples = film
-            .pixels()
-            .iter()
-            .map(|pixel| value(pixel) as f32)
-            .collect();
+        let samples = film.pixels().iter().map(|pixel| value(pixel) as f32).collect();
         AnyChannel::new(name, FlatSamples::F32(samples))
     };
     let mut channels = Vec::new();
@@ -85,17 +77,11 @@ pub fn write_exr(path: &Path, film: &Film, provenance: &str) -> Result<(), Error
     };
     triple(["R", "G", "B"], &Pixel::mean);
     triple(["stderr.R", "stderr.G", "stderr.B"], &Pixel::standard_error);
-    triple(["albedo.R", "albedo.G", "albedo.B"], &|pixel| {
-        pixel.features().albedo
-    });
-    triple(["normal.X", "normal.Y", "normal.Z"], &|pixel| {
-        pixel.features().normal
-    });
+    triple(["albedo.R", "albedo.G", "albedo.B"], &|pixel| pixel.features().albedo);
+    triple(["normal.X", "normal.Y", "normal.Z"], &|pixel| pixel.features().normal);
     channels.push(channel("depth.Z", &|pixel| pixel.features().depth));
     let per_replication = f64::from(film.samples_per_replication());
-    channels.push(channel("samples.Y", &|pixel| {
-        f64::from(pixel.replications()) * per_replication
-    }));
+    channels.push(channel("samples.Y", &|pixel| f64::from(pixel.replications()) * per_replication));
 
     let mut attributes = LayerAttributes::default();
     let text = Text::new_or_none(provenance).ok_or_else(|| Error::Image {
@@ -103,9 +89,7 @@ pub fn write_exr(path: &Path, film: &Film, provenance: &str) -> Result<(), Error
         path: path.to_owned(),
         message: "the provenance has characters outside Latin-1".to_owned(),
     })?;
-    attributes
-        .other
-        .insert(Text::from("provenance"), AttributeValue::Text(text));
+    attributes.other.insert(Text::from("provenance"), AttributeValue::Text(text));
     let [width, height] = film.size().map(|n| n as usize);
     let layer = Layer::new(
         (width, height),
@@ -120,16 +104,12 @@ pub fn write_exr(path: &Path, film: &Film, provenance: &str) -> Result<(), Error
     let image = Image::from_layer(layer);
     write_whole(path, |file| {
         let mut bytes = std::io::Cursor::new(Vec::new());
-        image
-            .write()
-            .to_buffered(&mut bytes)
-            .map_err(|error| Error::Image {
-                action: "write",
-                path: path.to_owned(),
-                message: error.to_string(),
-            })?;
-        file.write_all(bytes.get_ref())
-            .map_err(Error::file("write", path))
+        image.write().to_buffered(&mut bytes).map_err(|error| Error::Image {
+            action: "write",
+            path: path.to_owned(),
+            message: error.to_string(),
+        })?;
+        file.write_all(bytes.get_ref()).map_err(Error::file("write", path))
     })
 }
 
@@ -165,9 +145,7 @@ pub fn write_rgb(path: &Path, size: [u32; 2], rgb: &[u8]) -> Result<(), Error> {
         path: path.to_owned(),
         message: error.to_string(),
     })?;
-    write_whole(path, |file| {
-        file.write_all(&bytes).map_err(Error::file("write", path))
-    })
+    write_whole(path, |file| file.write_all(&bytes).map_err(Error::file("write", path)))
 }
 
 /// The bytes of such a PNG.

@@ -23,11 +23,7 @@ const PARALLEL: usize = 4096;
 impl<T: Send> KdTree<T> {
     /// A tree of finite points. The same points in the same order give the same tree, whatever the threads.
     pub fn new(points: impl IntoIterator<Item = (DVec3, T)>) -> Self {
-        let node = |(point, value)| Node {
-            point,
-            axis: 0,
-            value,
-        };
+        let node = |(point, value)| Node { point, axis: 0, value };
         let mut nodes: Vec<Node<T>> = points.into_iter().map(node).collect();
         arrange(&mut nodes);
         Self { nodes }
@@ -65,10 +61,10 @@ fn arrange<T: Send>(nodes: &mut [Node<T>]) {
     if nodes.len() < 2 {
         return;
     }
-    let (low, high) = nodes.iter().fold(
-        (DVec3::INFINITY, DVec3::NEG_INFINITY),
-        |(low, high), node| (low.min(node.point), high.max(node.point)),
-    );
+    let (low, high) =
+        nodes.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), node| {
+            (low.min(node.point), high.max(node.point))
+        });
     let axis = (high - low).max_position();
     let middle = nodes.len() / 2;
     let (before, root, after) =

@@ -26,16 +26,8 @@ impl Moments {
 
     /// The moments of `count` values with this mean and unbiased sample variance.
     pub fn of(count: u64, mean: f64, variance: f64) -> Self {
-        let squares = if count < 2 {
-            0.0
-        } else {
-            variance * (count - 1) as f64
-        };
-        Self {
-            count,
-            mean,
-            squares,
-        }
+        let squares = if count < 2 { 0.0 } else { variance * (count - 1) as f64 };
+        Self { count, mean, squares }
     }
 
     /// The moments of both sets of values together.
@@ -127,15 +119,9 @@ impl ExactMoments {
         // The comparison is false for NaN, too.
         if value.abs() <= LARGEST {
             let sum = i128::from(in_units(value));
-            self.merge(&Self {
-                sum,
-                squares: sum * sum,
-            })
+            self.merge(&Self { sum, squares: sum * sum })
         } else {
-            Err(Error::Radiance {
-                value,
-                place: String::new(),
-            })
+            Err(Error::Radiance { value, place: String::new() })
         }
     }
 

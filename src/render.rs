@@ -53,11 +53,8 @@ impl Sampling {
     /// many up to `replications` that their samples have no 32-bit numbers.
     fn check(&self, replications: u32) -> Result<(), Error> {
         let samples = self.samples_per_replication();
-        let refuse = |why: String| {
-            Err(Error::Option(format!(
-                "{samples} samples in a replication: {why}"
-            )))
-        };
+        let refuse =
+            |why: String| Err(Error::Option(format!("{samples} samples in a replication: {why}")));
         if samples == 0 {
             return refuse("at least 1 is needed".to_owned());
         }
@@ -116,12 +113,7 @@ pub fn render<E: Estimator>(
             }
             for (pixel, x) in row.iter_mut().zip(window.corner[0]..) {
                 for replication in range.clone() {
-                    let position = PixelPosition {
-                        frame,
-                        x,
-                        y,
-                        replication,
-                    };
+                    let position = PixelPosition { frame, x, y, replication };
                     add_replication(scene, estimator, sampling, position, pixel).map_err(
                         |error| {
                             error.at(|| format!(" at pixel ({x}, {y}), replication {replication}"))
@@ -151,12 +143,7 @@ fn add_replication<E: Estimator>(
     scene: &Scene,
     estimator: &E,
     sampling: Sampling,
-    PixelPosition {
-        frame,
-        x,
-        y,
-        replication,
-    }: PixelPosition,
+    PixelPosition { frame, x, y, replication }: PixelPosition,
     pixel: &mut Pixel,
 ) -> Result<(), Error> {
     let samples = sampling.samples_per_replication();
@@ -172,26 +159,14 @@ fn add_replication<E: Estimator>(
         sum += match sampling.numbers {
             Numbers::Independent => {
                 let offset = sampling.pixel.position(index, uniform2(&mut stream));
-                sample(
-                    scene,
-                    estimator,
-                    (frame, corner, offset),
-                    pixel,
-                    &mut stream,
-                )?
+                sample(scene, estimator, (frame, corner, offset), pixel, &mut stream)?
             }
             Numbers::Sobol(_) => {
                 // `Sampling::check` has seen that they are at most `LONGEST`.
                 let mut points = Sobol::new(index as u16, scramble, stream);
                 let cell = index % sampling.pixel.samples_per_replication();
                 let offset = sampling.pixel.position(cell, uniform2(&mut points));
-                sample(
-                    scene,
-                    estimator,
-                    (frame, corner, offset),
-                    pixel,
-                    &mut points,
-                )?
+                sample(scene, estimator, (frame, corner, offset), pixel, &mut points)?
             }
         };
     }
@@ -221,9 +196,7 @@ fn look(
     (frame, corner, offset): ([u32; 2], [f64; 2], [f64; 2]),
     pixel: &mut Pixel,
 ) -> Result<(Ray, Option<Hit>), Error> {
-    let ray = scene
-        .camera()
-        .ray(frame, corner[0] + offset[0], corner[1] + offset[1]);
+    let ray = scene.camera().ray(frame, corner[0] + offset[0], corner[1] + offset[1]);
     let hit = scene.intersect(&ray);
     if let Some(hit) = &hit {
         pixel.push_features(&features(scene, hit, &ray))?;

@@ -33,9 +33,7 @@ pub fn number_for(seed: u64, high: u32, low: u32) -> u64 {
 /// The seed of a named part of the program (a trial, an experiment): adding or reordering names
 /// changes no other name's numbers.
 pub fn seed_for(master: u64, name: &str) -> u64 {
-    name.bytes().fold(mix(master), |hash, byte| {
-        mix((hash ^ u64::from(byte)).wrapping_add(GOLDEN))
-    })
+    name.bytes().fold(mix(master), |hash, byte| mix((hash ^ u64::from(byte)).wrapping_add(GOLDEN)))
 }
 
 /// One uniform number in [0, 1) with 53 random bits.

@@ -55,14 +55,7 @@ impl Sobol {
     /// Point `index` of the sequence with this scramble. Points of different scrambles are independent,
     /// those of one are not: error bars come from several scrambles.
     pub fn new(index: u16, scramble: u64, fill: Stream) -> Self {
-        let mut point = Self {
-            index,
-            scramble,
-            block: 0,
-            key: 0,
-            dimension: 0,
-            fill,
-        };
+        let mut point = Self { index, scramble, block: 0, key: 0, dimension: 0, fill };
         point.block(0);
         point
     }

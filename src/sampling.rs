@@ -33,11 +33,7 @@ pub fn uniform_hemisphere([r1, r2]: [f64; 2]) -> DVec3 {
 /// Its pdf 1/2π of (17), [`crate::equation::HEMISPHERE_PDF`]; 0 below the horizon.
 #[inline]
 pub fn uniform_hemisphere_pdf(cos_theta: f64) -> f64 {
-    if cos_theta >= 0.0 {
-        0.5 * FRAC_1_PI
-    } else {
-        0.0
-    }
+    if cos_theta >= 0.0 { 0.5 * FRAC_1_PI } else { 0.0 }
 }
 
 /// The numbers that [`uniform_hemisphere`] maps to a direction; azimuth in [0, 1).
@@ -83,11 +79,7 @@ pub fn sphere_zone([r1, r2]: [f64; 2], radius: f64, heights: [f64; 2]) -> DVec3 
 /// Barycentric (u, v) of (2), uniform in area, by folding the unit square along its diagonal.
 #[inline]
 pub fn triangle([r1, r2]: [f64; 2]) -> [f64; 2] {
-    if r1 + r2 <= 1.0 {
-        [r1, r2]
-    } else {
-        [1.0 - r1, 1.0 - r2]
-    }
+    if r1 + r2 <= 1.0 { [r1, r2] } else { [1.0 - r1, 1.0 - r2] }
 }
 
 /// Azimuth as a share of the full turn, [0, 1).

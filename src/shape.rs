@@ -91,16 +91,8 @@ pub fn sphere_distances(ray: &Ray, centre: DVec3, radius: f64) -> Option<[f64; 2
     let far = -half - (radicand / a).sqrt().copysign(half);
     // The product of the roots is (‖o − c‖² − r²)/a.
     let product = o_c.length_squared() - radius * radius;
-    let roots = if far == 0.0 {
-        [0.0, 0.0]
-    } else {
-        [product / far, far / a]
-    };
-    Some(if roots[0] <= roots[1] {
-        roots
-    } else {
-        [roots[1], roots[0]]
-    })
+    let roots = if far == 0.0 { [0.0, 0.0] } else { [product / far, far / a] };
+    Some(if roots[0] <= roots[1] { roots } else { [roots[1], roots[0]] })
 }
 
 /// A sphere, or the zone of it between two planes z = const, as the renderer sees it.
@@ -119,23 +111,16 @@ pub struct Sphere {
 impl Sphere {
     /// The whole sphere with its normal outward.
     pub fn new(centre: DVec3, radius: f64) -> Self {
-        Self {
-            centre,
-            radius,
-            zone: [f64::NEG_INFINITY, f64::INFINITY],
-            inward: false,
-        }
+        Self { centre, radius, zone: [f64::NEG_INFINITY, f64::INFINITY], inward: false }
     }
 
     /// The nearest distance in (0, `t_max`) at which the ray meets the zone.
     #[inline]
     pub fn intersect(&self, ray: &Ray, t_max: f64) -> Option<f64> {
-        sphere_distances(ray, self.centre, self.radius)?
-            .into_iter()
-            .find(|&t| {
-                let z = ray.origin.z + t * ray.direction.z - self.centre.z;
-                t > 0.0 && t < t_max && z >= self.zone[0] && z < self.zone[1]
-            })
+        sphere_distances(ray, self.centre, self.radius)?.into_iter().find(|&t| {
+            let z = ray.origin.z + t * ray.direction.z - self.centre.z;
+            t > 0.0 && t < t_max && z >= self.zone[0] && z < self.zone[1]
+        })
     }
 
     /// The unit normal at a point of the sphere, on the side given by `inward`.

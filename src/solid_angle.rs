@@ -99,9 +99,7 @@ impl SphericalRectangle {
 /// clockwise seen from the origin (van Oosterom and Strackee 1983): [`crate::equation::SOLID_ANGLE`].
 #[inline]
 pub fn triangle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
-    2.0 * a
-        .dot(b.cross(c))
-        .atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a))
+    2.0 * a.dot(b.cross(c)).atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a))
 }
 
 /// A triangle seen from a point, [`crate::equation::LIGHT_TRIANGLE`].
@@ -214,9 +212,7 @@ impl VisibleCap {
         let sin = (ratio * cos_theta - rest * sin_theta).max(0.0);
         let cos = rest * cos_theta + ratio * sin_theta;
         let (sin_phi, cos_phi) = (TAU * r2).sin_cos();
-        let normal = self
-            .frame
-            .world(DVec3::new(sin * cos_phi, sin * sin_phi, cos));
+        let normal = self.frame.world(DVec3::new(sin * cos_phi, sin * sin_phi, cos));
         self.centre + self.radius * normal
     }
 }

@@ -24,10 +24,7 @@ impl Splats {
     pub fn new(frame: [u32; 2]) -> Self {
         let [width, height] = frame;
         let count = width as usize * height as usize;
-        Self {
-            width,
-            sums: (0..count).map(|_| Default::default()).collect(),
-        }
+        Self { width, sums: (0..count).map(|_| Default::default()).collect() }
     }
 
     /// Adds a value to the pixel (x, y).
@@ -45,10 +42,7 @@ impl Splats {
             // Before it can wrap beyond 2⁶³, 126 more values would have to be refused as well.
             let sum = sum.fetch_add(added, Ordering::Relaxed) + added;
             if sum > MOST {
-                return Err(Error::Radiance {
-                    value: sum as f64 * UNIT,
-                    place: place(),
-                });
+                return Err(Error::Radiance { value: sum as f64 * UNIT, place: place() });
             }
         }
         Ok(())
@@ -57,9 +51,6 @@ impl Splats {
     /// The sums, row by row from the top.
     pub fn into_values(self) -> Vec<DVec3> {
         let value = |sum: AtomicI64| sum.into_inner() as f64 * UNIT;
-        self.sums
-            .into_iter()
-            .map(|pixel| DVec3::from_array(pixel.map(value)))
-            .collect()
+        self.sums.into_iter().map(|pixel| DVec3::from_array(pixel.map(value))).collect()
     }
 }

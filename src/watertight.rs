@@ -66,11 +66,7 @@ impl Shear {
             let z = v[kz] - oz;
             [(v[kx] - ox) - sx * z, (v[ky] - oy) - sy * z, z]
         };
-        let [a, b, c] = [
-            project(&vertices[0]),
-            project(&vertices[1]),
-            project(&vertices[2]),
-        ];
+        let [a, b, c] = [project(&vertices[0]), project(&vertices[1]), project(&vertices[2])];
         let u = c[0] * b[1] - c[1] * b[0];
         let v = a[0] * c[1] - a[1] * c[0];
         let w = b[0] * a[1] - b[1] * a[0];

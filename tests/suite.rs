@@ -38,10 +38,7 @@ fn without_fault(trial: &Trial, found: &[Row]) -> String {
         .filter(|outcome| outcome.is_random() || trial.assertions == 0)
         .filter(|outcome| !names.contains(outcome.name.as_str()))
         .map(|outcome| {
-            format!(
-                "{}: no fault is to be rejected by its outcome {}\n",
-                trial.name, outcome.name
-            )
+            format!("{}: no fault is to be rejected by its outcome {}\n", trial.name, outcome.name)
         })
         .collect()
 }
@@ -68,10 +65,7 @@ fn accepted(pair: &Pair, context: &Context) -> Result<(), Failed> {
             Verdict::Undecided { .. } => context.scale < 1.0,
         };
         if !green {
-            message += &format!(
-                "{name}, which is right ({}): {outcome:?}\n",
-                pair.fault.wrong
-            );
+            message += &format!("{name}, which is right ({}): {outcome:?}\n", pair.fault.wrong);
         }
     }
     if message.is_empty() {
@@ -100,9 +94,7 @@ fn main() -> ExitCode {
             }));
         }
         let context = context.clone();
-        tests.push(Test::test(trial.name.clone(), move || {
-            on_its_subject(&trial, &context)
-        }));
+        tests.push(Test::test(trial.name.clone(), move || on_its_subject(&trial, &context)));
     }
     for pair in equivalents() {
         let context = context.clone();

@@ -53,21 +53,15 @@ pub fn targets(targets: &[Target], out: &Path) -> Result<(), Error> {
 pub fn output(out: &Path) -> Result<(), Error> {
     let mut problems = Vec::new();
     for file in files(out)? {
-        let extension = file
-            .extension()
-            .and_then(|e| e.to_str())
-            .unwrap_or_default();
+        let extension = file.extension().and_then(|e| e.to_str()).unwrap_or_default();
         if !matches!(extension, "html" | "css") {
             continue;
         }
         let text = std::fs::read_to_string(&file).map_err(Error::io(&file))?;
         let marks: &[(&str, char)] = match extension {
-            "html" => &[
-                (" src=\"", '"'),
-                (" href=\"", '"'),
-                (" srcset=\"", '"'),
-                (" action=\"", '"'),
-            ],
+            "html" => {
+                &[(" src=\"", '"'), (" href=\"", '"'), (" srcset=\"", '"'), (" action=\"", '"')]
+            }
             _ => &[("url(", ')'), ("@import ", ';')],
         };
         for (at, address) in marks.iter().flat_map(|mark| addresses(&text, *mark)) {
@@ -112,22 +106,15 @@ fn svg(bytes: &[u8]) -> Option<(usize, String)> {
     if !root.has_tag_name(("http://www.w3.org/2000/svg", "svg")) {
         return Some((line, "the root is no svg element of SVG".to_owned()));
     }
-    let positive = |text: &str| {
-        text.parse()
-            .is_ok_and(|length: f64| length > 0.0 && length.is_finite())
-    };
+    let positive =
+        |text: &str| text.parse().is_ok_and(|length: f64| length > 0.0 && length.is_finite());
     let view = root.attribute("viewBox").unwrap_or_default();
     let view: Vec<&str> = view.split_whitespace().collect();
-    let has_size = ["width", "height"]
-        .iter()
-        .all(|side| root.attribute(*side).is_some_and(positive));
+    let has_size =
+        ["width", "height"].iter().all(|side| root.attribute(*side).is_some_and(positive));
     let has_view = matches!(view[..], [_, _, width, height] if positive(width) && positive(height));
-    (!has_size || !has_view).then(|| {
-        (
-            line,
-            "needs width, height and viewBox in positive numbers".to_owned(),
-        )
-    })
+    (!has_size || !has_view)
+        .then(|| (line, "needs width, height and viewBox in positive numbers".to_owned()))
 }
 
 /// Whether this begins and ends as a PNG does.
@@ -188,10 +175,7 @@ fn wrong(file: &Path, text: &str, address: &str) -> Result<Option<String>, Error
     let found = if target == file {
         has_id(text, id)
     } else {
-        has_id(
-            &std::fs::read_to_string(&target).map_err(Error::io(&target))?,
-            id,
-        )
+        has_id(&std::fs::read_to_string(&target).map_err(Error::io(&target))?, id)
     };
     Ok((!found).then(|| format!("nothing with the id of address {address}")))
 }
@@ -201,9 +185,5 @@ fn has_id(html: &str, id: &str) -> bool {
 }
 
 fn fail_if(problems: Vec<Problem>) -> Result<(), Error> {
-    if problems.is_empty() {
-        Ok(())
-    } else {
-        Err(Error::Problems(problems))
-    }
+    if problems.is_empty() { Ok(()) } else { Err(Error::Problems(problems)) }
 }

@@ -20,11 +20,7 @@ pub const ALL: [Kind; 17] = [
     kind("tally", "", false),
     kind("result", "EXPERIMENT.KEY [FORMAT]", true),
     kind("figure", "EXPERIMENT/NAME.svg \"caption\"", false),
-    kind(
-        "compare",
-        "EXPERIMENT/LEFT.png EXPERIMENT/RIGHT.png \"caption\"",
-        false,
-    ),
+    kind("compare", "EXPERIMENT/LEFT.png EXPERIMENT/RIGHT.png \"caption\"", false),
     kind("code", "PATH ITEM...", false),
     kind("cite", "KEY", true),
     kind("bibliography", "", false),
@@ -38,11 +34,7 @@ pub const ALL: [Kind; 17] = [
 ];
 
 const fn kind(name: &'static str, arguments: &'static str, inline: bool) -> Kind {
-    Kind {
-        name,
-        arguments,
-        inline,
-    }
+    Kind { name, arguments, inline }
 }
 
 impl Kind {

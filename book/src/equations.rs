@@ -105,12 +105,7 @@ pub fn matrix(math: &Math, place: impl Fn(&str) -> Option<String>) -> Result<Str
 
 /// How many equations have each verdict, as a table row of counts.
 pub fn tally() -> String {
-    let verdicts = [
-        Verdict::Correct,
-        Verdict::Trap,
-        Verdict::Error,
-        Verdict::Added,
-    ];
+    let verdicts = [Verdict::Correct, Verdict::Trap, Verdict::Error, Verdict::Added];
     let items: String = verdicts
         .iter()
         .map(|&verdict| {

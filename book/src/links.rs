@@ -38,9 +38,7 @@ pub fn check(
         let mut problem = |message| problems.push(Problem::new(pages.join(path), line, message));
         let (file, id) = link.split_once('#').unwrap_or((link, ""));
         if link.starts_with("//") || file.contains(':') {
-            problem(format!(
-                "link to the outside, {link}; cite the work instead"
-            ));
+            problem(format!("link to the outside, {link}; cite the work instead"));
             continue;
         }
         let resolved = match file {

@@ -18,9 +18,7 @@ pub struct Listing {
 }
 
 /// The words that declare something.
-const KEYWORDS: [&str; 8] = [
-    "fn", "struct", "enum", "trait", "const", "static", "type", "mod",
-];
+const KEYWORDS: [&str; 8] = ["fn", "struct", "enum", "trait", "const", "static", "type", "mod"];
 
 /// Reads `path`, relative to `root` and inside it.
 ///
@@ -28,9 +26,7 @@ const KEYWORDS: [&str; 8] = [
 /// One line that says why not.
 pub fn read(root: &Path, path: &str) -> Result<String, String> {
     let relative = Path::new(path);
-    let inside = relative
-        .components()
-        .all(|part| matches!(part, Component::Normal(_)));
+    let inside = relative.components().all(|part| matches!(part, Component::Normal(_)));
     if !inside || relative.extension().is_none_or(|e| e != "rs") {
         return Err(format!(
             "\"{path}\" is not the path of a Rust file inside the project, such as src/fresnel.rs"
@@ -112,10 +108,7 @@ fn cut(lines: &[&str], start: usize, name: &str) -> Result<Listing, String> {
         .iter()
         .map(|line| line.get(indentation..).unwrap_or_default())
         .collect();
-    Ok(Listing {
-        code: code.join("\n"),
-        line: start + 1,
-    })
+    Ok(Listing { code: code.join("\n"), line: start + 1 })
 }
 
 /// The last line of the item that starts at `start`.
@@ -153,9 +146,7 @@ fn declared(line: &str) -> Option<&str> {
 
 /// The identifier at the start of `text`.
 fn identifier(text: &str) -> Option<&str> {
-    let end = text
-        .find(|c: char| !c.is_alphanumeric() && c != '_')
-        .unwrap_or(text.len());
+    let end = text.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(text.len());
     (end > 0).then(|| &text[..end])
 }
 
@@ -164,9 +155,7 @@ fn is_block_of(line: &str, owner: &str) -> bool {
     if line.starts_with("impl") {
         let target = line.rsplit(" for ").next().unwrap_or(line);
         let target = target.split(" where ").next().unwrap_or(target);
-        target
-            .split(|c: char| !c.is_alphanumeric() && c != '_')
-            .any(|word| word == owner)
+        target.split(|c: char| !c.is_alphanumeric() && c != '_').any(|word| word == owner)
     } else {
         line.contains("trait ") && declared(line) == Some(owner)
     }
@@ -174,11 +163,7 @@ fn is_block_of(line: &str, owner: &str) -> bool {
 
 /// Every declared name, with the owner of those inside an `impl`.
 fn names(lines: &[&str]) -> Vec<String> {
-    lines
-        .iter()
-        .filter_map(|line| declared(line))
-        .map(str::to_owned)
-        .collect()
+    lines.iter().filter_map(|line| declared(line)).map(str::to_owned).collect()
 }
 
 #[cfg(test)]
@@ -244,17 +229,10 @@ mod tests {
 
     #[test]
     fn items_come_whole_with_their_documentation() {
-        assert_eq!(
-            code("LIMIT"),
-            "/// A constant.\npub const LIMIT: f64 = 1.0;"
-        );
+        assert_eq!(code("LIMIT"), "/// A constant.\npub const LIMIT: f64 = 1.0;");
         assert!(code("TABLE").ends_with("    2,\n];"));
         let twice = item(SOURCE, "twice").expect("twice");
-        assert!(
-            twice
-                .code
-                .starts_with("/// Twice.\n///\n/// More.\n#[inline]\npub fn")
-        );
+        assert!(twice.code.starts_with("/// Twice.\n///\n/// More.\n#[inline]\npub fn"));
         assert!(twice.code.ends_with("\n    2.0 * x\n}"));
         assert_eq!(twice.line, 16);
         assert_eq!(code("A"), "pub struct A;");
@@ -262,10 +240,7 @@ mod tests {
 
     #[test]
     fn methods_are_named_by_their_type() {
-        assert_eq!(
-            code("A::new"),
-            "/// New A.\npub const fn new() -> Self {\n    A\n}"
-        );
+        assert_eq!(code("A::new"), "/// New A.\npub const fn new() -> Self {\n    A\n}");
         assert!(code("B::new").contains("x: f64"));
         assert!(code("from").contains("_: A"));
     }
@@ -280,12 +255,7 @@ mod tests {
 
     #[test]
     fn paths_stay_inside_the_project() {
-        for path in [
-            "../Cargo.toml",
-            "/etc/passwd",
-            "src/../../x.rs",
-            "Cargo.toml",
-        ] {
+        for path in ["../Cargo.toml", "/etc/passwd", "src/../../x.rs", "Cargo.toml"] {
             assert!(read(Path::new("."), path).is_err(), "{path}");
         }
     }

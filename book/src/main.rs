@@ -38,10 +38,7 @@ fn parse(arguments: impl IntoIterator<Item = String>) -> Result<Option<Options>,
         *target = PathBuf::from(value.ok_or_else(|| format!("{name} needs a folder"))?);
     }
     if !options.results.is_dir() {
-        return Err(format!(
-            "--results {} is not a folder",
-            options.results.display()
-        ));
+        return Err(format!("--results {} is not a folder", options.results.display()));
     }
     Ok(Some(options))
 }

@@ -20,24 +20,17 @@ impl Math {
     /// # Errors
     /// What is wrong with the LaTeX, in one line.
     pub fn block(&self, latex: &str, display: bool) -> Result<String, String> {
-        let mode = if display {
-            MathDisplay::Block
-        } else {
-            MathDisplay::Inline
-        };
+        let mode = if display { MathDisplay::Block } else { MathDisplay::Inline };
         // TeX's negative space before \left undoes a space that MathML does not add.
         let spaced = latex.trim().replace(r"\!\left", r"\left");
         match self.converter.convert_with_local_state(&spaced, mode) {
-            Ok(result) if result.warnings.has_undefined_references() => Err(format!(
-                "formula \"{}\" refers to a label that is not in it",
-                one_line(latex)
-            )),
+            Ok(result) if result.warnings.has_undefined_references() => {
+                Err(format!("formula \"{}\" refers to a label that is not in it", one_line(latex)))
+            }
             Ok(result) => Ok(result.mathml.replace('\n', " ")),
-            Err(error) => Err(format!(
-                "formula \"{}\": {}",
-                one_line(latex),
-                one_line(&error.to_string())
-            )),
+            Err(error) => {
+                Err(format!("formula \"{}\": {}", one_line(latex), one_line(&error.to_string())))
+            }
         }
     }
 
@@ -75,19 +68,14 @@ impl Default for Math {
 
 /// Text for HTML content and quoted attributes.
 pub fn escape(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// The registry's plain text as HTML with the signs of print: minus signs, ranges of pages.
 pub fn typeset(text: &str) -> String {
     let characters: Vec<char> = text.replace(" - ", " − ").chars().collect();
-    let is_digit = |at: Option<usize>| {
-        at.and_then(|at| characters.get(at))
-            .is_some_and(char::is_ascii_digit)
-    };
+    let is_digit =
+        |at: Option<usize>| at.and_then(|at| characters.get(at)).is_some_and(char::is_ascii_digit);
     let ranged: String = characters
         .iter()
         .enumerate()
@@ -96,9 +84,8 @@ pub fn typeset(text: &str) -> String {
             if c == '-' && between { '–' } else { c }
         })
         .collect();
-    let named = ranged
-        .replace("Möller-Trumbore", "Möller–Trumbore")
-        .replace("Oren-Nayar", "Oren–Nayar");
+    let named =
+        ranged.replace("Möller-Trumbore", "Möller–Trumbore").replace("Oren-Nayar", "Oren–Nayar");
     raised(&escape(&named).replace("f_r", "<i>f</i><sub>r</sub>"))
 }
 
@@ -128,10 +115,7 @@ mod tests {
     fn every_registered_formula_converts() {
         let math = Math::new();
         for equation in whitefurnace::equation::ALL {
-            for latex in [Some(equation.latex), equation.printed]
-                .into_iter()
-                .flatten()
-            {
+            for latex in [Some(equation.latex), equation.printed].into_iter().flatten() {
                 let mathml = math.block(latex, true);
                 assert!(mathml.is_ok(), "{}: {mathml:?}", equation.id);
             }
@@ -143,10 +127,7 @@ mod tests {
         let math = Math::new();
         let html = math.inline(r"a_1^* + [b] \| c | \backslash", false);
         let html = html.expect("valid LaTeX");
-        assert!(
-            !html.contains(['*', '_', '[', ']', '|', '~', '\\', '`']),
-            "{html}"
-        );
+        assert!(!html.contains(['*', '_', '[', ']', '|', '~', '\\', '`']), "{html}");
     }
 
     #[test]
@@ -159,9 +140,6 @@ mod tests {
     fn text_is_typeset() {
         assert_eq!(typeset("23(6), 343-349"), "23(6), 343–349");
         assert_eq!(typeset("1 - R < x-ray"), "1 − R &lt; x-ray");
-        assert_eq!(
-            typeset("f_r: −a^(b+1) of"),
-            "<i>f</i><sub>r</sub>: −a<sup>b+1</sup> of"
-        );
+        assert_eq!(typeset("f_r: −a^(b+1) of"), "<i>f</i><sub>r</sub>: −a<sup>b+1</sup> of");
     }
 }

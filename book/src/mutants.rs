@@ -95,30 +95,20 @@ impl Record {
 
     /// All files together.
     pub fn total(&self) -> Counts {
-        self.files
-            .values()
-            .copied()
-            .fold(Counts::default(), Counts::add)
+        self.files.values().copied().fold(Counts::default(), Counts::add)
     }
 
     /// Replaces what is known of a file; survivors keep the reasons of mutants that are alike.
     pub fn replace(&mut self, file: &str, counts: Counts, missed: &[String]) {
         let of_file = |survivor: &Survivor| survivor.mutant.starts_with(&format!("{file}:"));
-        let known: Vec<Survivor> = self
-            .survivors
-            .iter()
-            .filter(|s| of_file(s))
-            .cloned()
-            .collect();
+        let known: Vec<Survivor> = self.survivors.iter().filter(|s| of_file(s)).cloned().collect();
         self.survivors.retain(|survivor| !of_file(survivor));
         self.survivors.extend(missed.iter().map(|mutant| {
             let same = known.iter().find(|s| s.mutant == *mutant);
             let alike = || known.iter().find(|s| s.what() == what(mutant));
             Survivor {
                 mutant: mutant.clone(),
-                reason: same
-                    .or_else(alike)
-                    .map_or_else(String::new, |s| s.reason.clone()),
+                reason: same.or_else(alike).map_or_else(String::new, |s| s.reason.clone()),
             }
         }));
         // By file; within one the order is the tool's, that of the lines.
@@ -138,10 +128,7 @@ impl Record {
                 counts.missed,
             )
         };
-        let files = self
-            .files
-            .iter()
-            .map(|(file, counts)| row(&code(file), counts));
+        let files = self.files.iter().map(|(file, counts)| row(&code(file), counts));
         let files: Vec<String> = files.chain([row("all", &self.total())]).collect();
         let survivors = self.survivors.iter().map(|survivor| {
             format!(
@@ -151,9 +138,7 @@ impl Record {
             )
         });
         let survivors: Vec<String> = survivors.collect();
-        table(
-            &["file", "mutants", "caught", "not ended in time", "survived"],
-            &files,
-        ) + &table(&["survivor", "why it may live"], &survivors)
+        table(&["file", "mutants", "caught", "not ended in time", "survived"], &files)
+            + &table(&["survivor", "why it may live"], &survivors)
     }
 }

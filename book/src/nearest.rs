@@ -3,11 +3,10 @@
 /// A tail for messages: `; did you mean "x"?`, or the valid names if none is near and they are few.
 pub fn hint<'a>(wrong: &str, valid: impl IntoIterator<Item = &'a str>) -> String {
     let names: Vec<&str> = valid.into_iter().collect();
-    let nearest = names
-        .iter()
-        .map(|name| (distance(wrong, name), *name))
-        .min()
-        .filter(|(distance, name)| 2 * distance <= wrong.chars().count().max(name.chars().count()));
+    let nearest =
+        names.iter().map(|name| (distance(wrong, name), *name)).min().filter(|(distance, name)| {
+            2 * distance <= wrong.chars().count().max(name.chars().count())
+        });
     match nearest {
         Some((_, name)) => format!("; did you mean \"{name}\"?"),
         None if names.is_empty() => "; there are none yet".to_owned(),
@@ -45,10 +44,7 @@ mod tests {
 
     #[test]
     fn a_near_name_is_suggested_and_a_far_one_is_not() {
-        assert_eq!(
-            hint("fresnell", ["fresnel", "sphere"]),
-            "; did you mean \"fresnel\"?"
-        );
+        assert_eq!(hint("fresnell", ["fresnel", "sphere"]), "; did you mean \"fresnel\"?");
         assert_eq!(hint("xyz", ["fresnel"]), "; there is fresnel");
         assert_eq!(hint("xyz", []), "; there are none yet");
     }

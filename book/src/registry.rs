@@ -58,11 +58,7 @@ pub fn faults() -> String {
         .iter()
         .map(|fault| {
             let trials: Vec<_> = fault.caught_by.iter().map(|trial| code(trial)).collect();
-            let verb = if fault.equivalent {
-                "accepted by"
-            } else {
-                "rejected by"
-            };
+            let verb = if fault.equivalent { "accepted by" } else { "rejected by" };
             format!(
                 "<tr><td>{}</td><td>{}</td><td>{verb}<br>{}</td></tr>",
                 code(&format!("{}: {}", fault.family, fault.name)),
@@ -108,10 +104,7 @@ pub fn traceability(
             )
         })
         .collect();
-    Ok(table(
-        &["chapter", "code", "trials and tests", "experiments"],
-        &rows,
-    ))
+    Ok(table(&["chapter", "code", "trials and tests", "experiments"], &rows))
 }
 
 /// A table of rows that are HTML already.
@@ -132,7 +125,5 @@ pub fn code(text: &str) -> String {
 /// With a capital first letter.
 fn upper(text: &str) -> String {
     let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| {
-        first.to_uppercase().chain(letters).collect()
-    })
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }

@@ -132,10 +132,7 @@ impl Results {
     /// # Errors
     /// The problems of all files that cannot be read or contradict themselves.
     pub fn load(folder: &Path) -> Result<Self, Error> {
-        let mut results = Self {
-            folder: folder.to_owned(),
-            by_id: BTreeMap::new(),
-        };
+        let mut results = Self { folder: folder.to_owned(), by_id: BTreeMap::new() };
         if !folder.exists() {
             return Ok(results);
         }
@@ -210,9 +207,7 @@ impl Results {
         let recorded = self.experiment(id)?;
         if !recorded.figures.iter().any(|figure| figure == file) {
             let hint = nearest::hint(file, recorded.figures.iter().map(String::as_str));
-            return Err(format!(
-                "experiment \"{id}\" recorded no figure \"{file}\"{hint}"
-            ));
+            return Err(format!("experiment \"{id}\" recorded no figure \"{file}\"{hint}"));
         }
         let path = self.folder.join(id).join(file);
         if path.is_file() {

@@ -18,14 +18,8 @@ pub const TITLE: &str = "Your run beside the record";
 /// The page as Markdown, and the figures that it shows: `EXPERIMENT/NAME` or `run/EXPERIMENT/NAME`, and file.
 pub fn page(record: &Results, run: &Results) -> (String, BTreeMap<String, PathBuf>) {
     let mut figures = BTreeMap::new();
-    let rows: String = run
-        .all()
-        .map(|ours| row(record.experiment(&ours.id).ok(), ours))
-        .collect();
-    let sections: String = run
-        .all()
-        .map(|ours| section(record, run, ours, &mut figures))
-        .collect();
+    let rows: String = run.all().map(|ours| row(record.experiment(&ours.id).ok(), ours)).collect();
+    let sections: String = run.all().map(|ours| section(record, run, ours, &mut figures)).collect();
     let missing: Vec<String> = record
         .all()
         .filter(|recorded| run.experiment(&recorded.id).is_err())
@@ -74,8 +68,7 @@ impl Pair<'_> {
     fn beyond(&self) -> bool {
         // Room for rounding, where noise is nil.
         let rounding = 1e-12 * self.values[0].abs().max(self.values[1].abs());
-        self.halves
-            .is_some_and(|[a, b]| self.apart() > a.hypot(b) + rounding)
+        self.halves.is_some_and(|[a, b]| self.apart() > a.hypot(b) + rounding)
     }
 }
 
@@ -85,9 +78,7 @@ pub fn half_width(numbers: &BTreeMap<String, f64>, key: &str) -> Option<f64> {
     let between =
         |stem: &str| Some(0.5 * (get(format!("{stem}.high"))? - get(format!("{stem}.low"))?).abs());
     // An estimate's or a difference's interval may carry the name of what it belongs to.
-    let stem = [".estimate", ".difference"]
-        .iter()
-        .find_map(|end| key.strip_suffix(end));
+    let stem = [".estimate", ".difference"].iter().find_map(|end| key.strip_suffix(end));
     get(format!("{key}.half"))
         .or_else(|| between(key))
         .or_else(|| stem.and_then(|stem| get(format!("{stem}.half"))))
@@ -112,11 +103,7 @@ fn pairs<'a>(recorded: &'a Outcome, ours: &'a Outcome) -> Vec<Pair<'a>> {
         let own = *ours.numbers.get(key)?;
         let halves = half_width(&recorded.numbers, key).zip(half_width(&ours.numbers, key));
         let halves = halves.filter(|_| same_reference([recorded, ours], key));
-        Some(Pair {
-            key,
-            values: [value, own],
-            halves: halves.map(|(a, b)| [a, b]),
-        })
+        Some(Pair { key, values: [value, own], halves: halves.map(|(a, b)| [a, b]) })
     });
     both.collect()
 }
@@ -144,12 +131,7 @@ fn row(recorded: Option<&Outcome>, ours: &Outcome) -> String {
 
 /// Tier, seed and shrink.
 fn how(recorded: &Outcome) -> String {
-    format!(
-        "{}, {}, {}",
-        escape(&recorded.tier),
-        recorded.seed,
-        recorded.shrink
-    )
+    format!("{}, {}, {}", escape(&recorded.tier), recorded.seed, recorded.shrink)
 }
 
 /// How many claims hold, fail and are undecided.
@@ -256,10 +238,7 @@ fn numbers(pairs: &[Pair<'_>]) -> String {
             &beyond
         ),
         table(
-            &format!(
-                "Numbers without an interval that differ ({})",
-                unjudged.len()
-            ),
+            &format!("Numbers without an interval that differ ({})", unjudged.len()),
             false,
             &format!("{head}</tr>"),
             &unjudged
@@ -304,12 +283,8 @@ fn claims(recorded: Option<&Outcome>, ours: &Outcome) -> String {
     let head = "<tr><th>claim</th><th>record</th><th>your run</th></tr>";
     let [a, b] = [first.len(), rest.len()];
     // Where a whole tier lies between the two, hundreds may be undecided: not in the reader's way.
-    table(
-        &format!("Claims that fail or are judged differently ({a})"),
-        a <= 12,
-        head,
-        &first,
-    ) + &table(&format!("Claims judged alike ({b})"), false, head, &rest)
+    table(&format!("Claims that fail or are judged differently ({a})"), a <= 12, head, &first)
+        + &table(&format!("Claims judged alike ({b})"), false, head, &rest)
 }
 
 /// Figures side by side: the record's on the left.
@@ -321,12 +296,7 @@ fn pictures(
 ) -> String {
     let recorded = record.experiment(&ours.id).ok();
     let mut names: Vec<&String> = ours.figures.iter().collect();
-    names.extend(
-        recorded
-            .iter()
-            .flat_map(|r| &r.figures)
-            .filter(|n| !ours.figures.contains(n)),
-    );
+    names.extend(recorded.iter().flat_map(|r| &r.figures).filter(|n| !ours.figures.contains(n)));
     let mut side = |results: &Results, folder: &str, name: &str, whose: &str| {
         let files = results.figure(&format!("{}/{name}", ours.id));
         let Ok((_, files)) = files else {

@@ -94,10 +94,7 @@ pub fn page(text: &str) -> Page {
     page.problems.extend(broken);
     let mut at = 0;
     for line in text.split_inclusive('\n') {
-        if ["<<<<<<< ", ">>>>>>> ", "||||||| "]
-            .iter()
-            .any(|mark| line.starts_with(mark))
-        {
+        if ["<<<<<<< ", ">>>>>>> ", "||||||| "].iter().any(|mark| line.starts_with(mark)) {
             let message = "a mark of a merge that was not resolved";
             page.problems.push((at, message.to_owned()));
         }
@@ -115,22 +112,15 @@ pub fn page(text: &str) -> Page {
             page.problems.push((span.start, message.to_owned()));
             continue;
         }
-        page.formulas.push(Formula {
-            span,
-            latex,
-            display,
-        });
+        page.formulas.push(Formula { span, latex, display });
     }
     page
 }
 
 /// Whether a fence's info string says Rust.
 fn is_rust(info: &str) -> bool {
-    let language = info
-        .split([',', ' ', '\t', '{'])
-        .next()
-        .unwrap_or_default()
-        .to_ascii_lowercase();
+    let language =
+        info.split([',', ' ', '\t', '{']).next().unwrap_or_default().to_ascii_lowercase();
     matches!(language.as_str(), "rust" | "rs")
 }
 
@@ -152,8 +142,7 @@ fn directives(text: &str, code: &[Range<usize>], page: &mut Page) {
         from = end + 2;
         let mut words = words(&text[inner..end]);
         if words.is_empty() {
-            page.problems
-                .push((start, "a directive without a name".to_owned()));
+            page.problems.push((start, "a directive without a name".to_owned()));
             continue;
         }
         let before = text[..start].rsplit('\n').next().unwrap_or_default();
@@ -200,11 +189,7 @@ mod tests {
     #[test]
     fn directives_in_code_are_left_alone() {
         let text = "`{{#eq a}}` and {{#eq b}}\n\n```text\n{{#eq c}}\n```\n";
-        let names: Vec<_> = page(text)
-            .directives
-            .into_iter()
-            .map(|d| d.arguments)
-            .collect();
+        let names: Vec<_> = page(text).directives.into_iter().map(|d| d.arguments).collect();
         assert_eq!(names, [["b"]]);
     }
 
@@ -213,22 +198,13 @@ mod tests {
         let found = page("{{#figure a/b.svg \"one $\\frac{a}{b_{c}}$\ntwo\"}}\n");
         let directive = &found.directives[0];
         assert!(directive.alone && found.formulas.is_empty());
-        assert_eq!(
-            directive.arguments,
-            ["a/b.svg", "one $\\frac{a}{b_{c}}$ two"]
-        );
+        assert_eq!(directive.arguments, ["a/b.svg", "one $\\frac{a}{b_{c}}$ two"]);
     }
 
     #[test]
     fn rust_fences_are_problems_and_other_fences_are_not() {
         for info in ["rust", "Rust", "rs", "rust,ignore", "rust ignore"] {
-            assert_eq!(
-                page(&format!("```{info}\nfn f() {{}}\n```\n"))
-                    .problems
-                    .len(),
-                1,
-                "{info}"
-            );
+            assert_eq!(page(&format!("```{info}\nfn f() {{}}\n```\n")).problems.len(), 1, "{info}");
         }
         assert!(page("```sh\nls\n```\n").problems.is_empty());
     }
@@ -236,11 +212,7 @@ mod tests {
     #[test]
     fn formulas_are_found_outside_of_code_only() {
         let found = page("$a_1$ `$b$` and $$c$$");
-        let latex: Vec<_> = found
-            .formulas
-            .iter()
-            .map(|f| (f.latex.as_str(), f.display))
-            .collect();
+        let latex: Vec<_> = found.formulas.iter().map(|f| (f.latex.as_str(), f.display)).collect();
         assert_eq!(latex, [("a_1", false), ("c", true)]);
     }
 }

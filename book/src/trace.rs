@@ -78,19 +78,17 @@ impl Sources {
     /// The experiments that the sources declare.
     pub fn experiments(&self) -> Vec<Experiment> {
         let declared = self.experiments.iter().flat_map(|(file, text)| {
-            text.split(": Experiment = Experiment {")
-                .skip(1)
-                .filter_map(|rest| {
-                    let id = between(rest, "id: \"", "\"")?.to_owned();
-                    let list = between(rest, "equations: &[", "],")?;
-                    let cited = self.names.iter().filter(|(_, name)| has_word(list, name));
-                    Some(Experiment {
-                        id,
-                        equations: cited.map(|(id, _)| id.clone()).collect(),
-                        loops: text.contains("lab.bears_on("),
-                        file: file.clone(),
-                    })
+            text.split(": Experiment = Experiment {").skip(1).filter_map(|rest| {
+                let id = between(rest, "id: \"", "\"")?.to_owned();
+                let list = between(rest, "equations: &[", "],")?;
+                let cited = self.names.iter().filter(|(_, name)| has_word(list, name));
+                Some(Experiment {
+                    id,
+                    equations: cited.map(|(id, _)| id.clone()).collect(),
+                    loops: text.contains("lab.bears_on("),
+                    file: file.clone(),
                 })
+            })
         });
         declared.collect()
     }
@@ -110,11 +108,7 @@ impl Sources {
                     equation,
                     code: self.code_of(equation),
                     tests: self.tests_of(equation),
-                    experiments: experiments
-                        .iter()
-                        .filter(bears)
-                        .map(|e| e.id.clone())
-                        .collect(),
+                    experiments: experiments.iter().filter(bears).map(|e| e.id.clone()).collect(),
                     chapter: self.chapter_of(equation),
                     trials,
                 }
@@ -273,9 +267,8 @@ fn has_word(text: &str, word: &str) -> bool {
 
 /// The name that a line declares.
 fn declared(line: &str) -> Option<&str> {
-    let mut words = line
-        .split(|c: char| !c.is_alphanumeric() && c != '_')
-        .filter(|word| !word.is_empty());
+    let mut words =
+        line.split(|c: char| !c.is_alphanumeric() && c != '_').filter(|word| !word.is_empty());
     if line.trim_start().starts_with("//") {
         return None;
     }

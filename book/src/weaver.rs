@@ -146,8 +146,7 @@ impl<'a> Weaver<'a> {
 
     fn problem(&mut self, path: &Path, text: &str, at: usize, message: impl Into<String>) {
         let line = line(text, at);
-        self.problems
-            .push(Problem::new(self.pages.join(path), line, message));
+        self.problems.push(Problem::new(self.pages.join(path), line, message));
     }
 
     /// A page with everything replaced.
@@ -185,10 +184,7 @@ impl<'a> Weaver<'a> {
         let words: Vec<&str> = directive.arguments.iter().map(String::as_str).collect();
         let kind = directives::find(&directive.name)?;
         if !kind.inline && !directive.alone {
-            return Err(format!(
-                "{{{{#{}}}}} must stand alone on its line",
-                kind.name
-            ));
+            return Err(format!("{{{{#{}}}}} must stand alone on its line", kind.name));
         }
         let block = |html: String| format!("\n\n{html}\n\n");
         match (kind.name, &words[..]) {
@@ -210,9 +206,7 @@ impl<'a> Weaver<'a> {
             ("bibliography", []) => Ok(block(self.bibliography.list())),
             ("experiments", []) => Ok(block(self.experiments())),
             ("trial", [name]) => self.trial(context, name),
-            ("trials", []) => Ok(block(registry::trials(|id| {
-                self.equation_link(context, id)
-            }))),
+            ("trials", []) => Ok(block(registry::trials(|id| self.equation_link(context, id)))),
             ("faults", []) => Ok(block(registry::faults())),
             ("run", []) => Ok(block(self.run(context.path))),
             ("mutants", []) => {
@@ -291,10 +285,7 @@ impl<'a> Weaver<'a> {
             .iter()
             .map(|item| listing::item(&source, item).map_err(|e| format!("{path}: {e}")))
             .collect::<Result<Vec<_>, _>>()?;
-        let code: Vec<_> = listings
-            .iter()
-            .map(|listing| listing.code.as_str())
-            .collect();
+        let code: Vec<_> = listings.iter().map(|listing| listing.code.as_str()).collect();
         let lines: Vec<_> = listings.iter().map(|l| l.line.to_string()).collect();
         let plural = if lines.len() == 1 { "line" } else { "lines" };
         Ok(format!(
@@ -346,10 +337,7 @@ fn replace(
 /// A formula with the punctuation after it, so that no line begins with the punctuation.
 fn keep_together(text: &str, span: Range<usize>, html: &str) -> (Range<usize>, String) {
     let after = &text[span.end..];
-    let length = after.len()
-        - after
-            .trim_start_matches([',', '.', ';', ':', ')', '?'])
-            .len();
+    let length = after.len() - after.trim_start_matches([',', '.', ';', ':', ')', '?']).len();
     if length == 0 {
         return (span, html.to_owned());
     }
@@ -369,10 +357,7 @@ fn experiment(recorded: &Outcome) -> String {
         .iter()
         .map(|(key, &value)| {
             let value = number::format(value, None).unwrap_or_default();
-            format!(
-                "<tr><td><code>{}</code></td><td>{value}</td></tr>",
-                escape(key)
-            )
+            format!("<tr><td><code>{}</code></td><td>{value}</td></tr>", escape(key))
         })
         .collect();
     format!(

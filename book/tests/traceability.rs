@@ -11,10 +11,5 @@ fn nothing_is_missing_between_equation_and_chapter() {
     let sources = Sources::read(root).expect("the sources can be read");
     assert!(!sources.experiments().is_empty(), "no experiment found");
     let holes = sources.holes(&all());
-    assert!(
-        holes.is_empty(),
-        "{} holes:\n{}",
-        holes.len(),
-        holes.join("\n")
-    );
+    assert!(holes.is_empty(), "{} holes:\n{}", holes.len(), holes.join("\n"));
 }

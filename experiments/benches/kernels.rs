@@ -49,33 +49,24 @@ fn ray(i: u32) -> Ray {
     Ray::new(origin, (target - origin).normalize())
 }
 
-const TRIANGLE: [DVec3; 3] = [
-    DVec3::new(-1.0, -1.0, 0.1),
-    DVec3::new(1.0, -0.8, -0.2),
-    DVec3::new(0.0, 1.0, 0.3),
-];
+const TRIANGLE: [DVec3; 3] =
+    [DVec3::new(-1.0, -1.0, 0.1), DVec3::new(1.0, -0.8, -0.2), DVec3::new(0.0, 1.0, 0.3)];
 
 #[divan::bench]
 fn triangle_watertight(bencher: Bencher) {
     let vertices = TRIANGLE.map(|v| [v.x, v.y, v.z, 0.0]);
-    bench(bencher, ray, |ray| {
-        Shear::new(ray).intersect(black_box(&vertices), f64::INFINITY)
-    });
+    bench(bencher, ray, |ray| Shear::new(ray).intersect(black_box(&vertices), f64::INFINITY));
 }
 
 #[divan::bench]
 fn triangle_moller_trumbore(bencher: Bencher) {
-    bench(bencher, ray, |ray| {
-        moller_trumbore(ray, black_box(TRIANGLE))
-    });
+    bench(bencher, ray, |ray| moller_trumbore(ray, black_box(TRIANGLE)));
 }
 
 #[divan::bench]
 fn sphere(bencher: Bencher) {
     let sphere = Sphere::new(DVec3::ZERO, 1.0);
-    bench(bencher, ray, |ray| {
-        black_box(&sphere).intersect(ray, f64::INFINITY)
-    });
+    bench(bencher, ray, |ray| black_box(&sphere).intersect(ray, f64::INFINITY));
 }
 
 /// A wavy sphere of about 100 000 triangles.
@@ -106,9 +97,7 @@ fn large_mesh_closest(bencher: Bencher) {
 #[divan::bench(sample_count = 5, sample_size = 1)]
 fn large_mesh_build(bencher: Bencher) {
     let mesh = large_mesh();
-    bencher
-        .counter(ItemsCount::new(mesh.len()))
-        .bench_local(|| Bvh::new(black_box(&mesh)));
+    bencher.counter(ItemsCount::new(mesh.len())).bench_local(|| Bvh::new(black_box(&mesh)));
 }
 
 #[divan::bench]
@@ -161,11 +150,7 @@ fn film_push(bencher: Bencher) {
 fn film_push_features(bencher: Bencher) {
     let mut pixel = Pixel::default();
     let features: Vec<Features> = (0..COUNT)
-        .map(|i| Features {
-            albedo: upper(i, 0),
-            normal: unit_vector(i),
-            depth: f64::from(i),
-        })
+        .map(|i| Features { albedo: upper(i, 0), normal: unit_vector(i), depth: f64::from(i) })
         .collect();
     bencher.counter(ItemsCount::new(COUNT)).bench_local(|| {
         for f in &features {

@@ -65,10 +65,7 @@ impl Run {
     }
 
     fn of_states((means, maps): States) -> Self {
-        Self {
-            means: Values::of_state(means),
-            maps: Maps::of_states(maps),
-        }
+        Self { means: Values::of_state(means), maps: Maps::of_states(maps) }
     }
 }
 
@@ -108,10 +105,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
         let closed_form = SCENES.iter().find(|(scene, _)| *scene == cell.scene);
         let reference = match closed_form.and_then(|(_, mean)| *mean) {
             Some(mean) => Reference::Known(mean),
-            None => match cells
-                .iter()
-                .position(|other| is_reference(other, cell.scene))
-            {
+            None => match cells.iter().position(|other| is_reference(other, cell.scene)) {
                 Some(at) => Reference::Rendered(at),
                 None => continue,
             },
@@ -148,9 +142,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
         (&ESTIMATORS.map(name), &columns),
         "not compared: undefined, or without finite variance",
         |row, column| {
-            let at = shown
-                .iter()
-                .find(|(s, e, _)| *s == scenes[column] && *e == ESTIMATORS[row]);
+            let at = shown.iter().find(|(s, e, _)| *s == scenes[column] && *e == ESTIMATORS[row]);
             at.map(|(.., square)| square.clone())
         },
     )?;
@@ -271,25 +263,14 @@ fn render(lab: &Lab, cell: &Cell, first: u32) -> Result<Run, Error> {
     let job = Job {
         scene: cell.scene,
         estimator: cell.estimator,
-        photons: if uses_photons {
-            photons
-        } else {
-            Photons::default()
-        },
-        patches: if is_radiosity {
-            patches(lab)
-        } else {
-            Job::default().patches
-        },
+        photons: if uses_photons { photons } else { Photons::default() },
+        patches: if is_radiosity { patches(lab) } else { Job::default().patches },
         size: SIZE,
         spp: first + count,
         seed: seed_for(lab.seed(), &label),
         ..Job::default()
     };
-    let mut run = Run {
-        means: Values::new(1.0),
-        maps: Maps::new(u64::from(count)),
-    };
+    let mut run = Run { means: Values::new(1.0), maps: Maps::new(u64::from(count)) };
     let bar = Progress::new(&label).bar_of(u64::from(count), "images");
     job.replications(first..first + count, |image| {
         run.means.push(run.maps.push(image));
@@ -307,8 +288,5 @@ fn total(ledger: &Ledger, values: &Values, level: f64) -> Total {
         .iter()
         .map(|row| Moments::of(number(row, 1) as u64, number(row, 2), number(row, 3)))
         .fold(Moments::default(), Moments::merge);
-    Total {
-        moments,
-        valid_from: values.valid_from_at(level),
-    }
+    Total { moments, valid_from: values.valid_from_at(level) }
 }

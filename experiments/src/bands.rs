@@ -13,30 +13,20 @@ use whitefurnace::image::{encode_rgb, write_whole};
 /// # Errors
 /// The picture cannot be read, the bands cannot be written, or a single row is too large.
 pub fn split(source: &Path, to: &Path, largest: u64) -> Result<(), Error> {
-    let fault = |message: String| Error::Image {
-        action: "divide",
-        path: source.to_owned(),
-        message,
-    };
+    let fault =
+        |message: String| Error::Image { action: "divide", path: source.to_owned(), message };
     let file = File::open(source).map_err(Error::file("read", source))?;
     let mut reader = png::Decoder::new(BufReader::new(file))
         .read_info()
         .map_err(|error| fault(error.to_string()))?;
-    let size = reader
-        .output_buffer_size()
-        .ok_or_else(|| fault("too large for memory".to_owned()))?;
+    let size =
+        reader.output_buffer_size().ok_or_else(|| fault("too large for memory".to_owned()))?;
     let mut pixels = vec![0; size];
-    let info = reader
-        .next_frame(&mut pixels)
-        .map_err(|error| fault(error.to_string()))?;
+    let info = reader.next_frame(&mut pixels).map_err(|error| fault(error.to_string()))?;
     if (info.color_type, info.bit_depth) != (png::ColorType::Rgb, png::BitDepth::Eight) {
         return Err(fault("not an 8-bit RGB picture".to_owned()));
     }
-    let stem = source
-        .file_stem()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned();
+    let stem = source.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let bands = (2..=info.height)
         .find_map(|count| {
             let rows = info.height.div_ceil(count) as usize * info.line_size;
@@ -51,9 +41,7 @@ pub fn split(source: &Path, to: &Path, largest: u64) -> Result<(), Error> {
         .ok_or_else(|| fault(format!("a row takes more than {largest} bytes")))?;
     for (i, band) in bands.iter().enumerate() {
         let path = to.join(format!("{stem}.band-{}.png", i + 1));
-        write_whole(&path, |file| {
-            file.write_all(band).map_err(Error::file("write", &path))
-        })?;
+        write_whole(&path, |file| file.write_all(band).map_err(Error::file("write", &path)))?;
     }
     Ok(())
 }

@@ -63,10 +63,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     for (name, scene) in [
         ("report, coloured walls", room(Walls::Coloured)?),
         ("report, grey walls", room(Walls::Grey)?),
-        (
-            "diffuse room, coloured walls",
-            diffuse_with(Walls::Coloured)?,
-        ),
+        ("diffuse room, coloured walls", diffuse_with(Walls::Coloured)?),
     ] {
         let profile = by_paths(&scene, seed_for(lab.seed(), name), samples)?;
         rows.extend(ANGLES.iter().zip(&profile).map(|(angle, ratios)| {
@@ -90,11 +87,8 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
 
 /// The white sphere in the window of figure 8, in a diffuse room: no caustics hide the tint.
 fn picture(lab: &mut Lab, scene: &Scene, file: &str) -> Result<(), Error> {
-    let job = Job {
-        window: Some(figures::WHITE_SPHERE),
-        spp: lab.by_tier(32, 512),
-        ..Job::default()
-    };
+    let job =
+        Job { window: Some(figures::WHITE_SPHERE), spp: lab.by_tier(32, 512), ..Job::default() };
     let job = lab.prepared(job);
     let mut film = Film::new(job.size, job.window, 1)?;
     let path = Path::<Standard>::default();
@@ -133,9 +127,8 @@ fn by_paths(scene: &Scene, seed: u64, samples: u32) -> Result<Vec<Ratios>, Error
             let mut ratios = [Moments::default(); 2];
             for batch in 0..BATCHES {
                 let mut rng = stream(seed, place, batch);
-                let sum: DVec3 = (0..samples)
-                    .map(|_| path.radiance(scene, &ray, hit, &mut rng))
-                    .sum();
+                let sum: DVec3 =
+                    (0..samples).map(|_| path.radiance(scene, &ray, hit, &mut rng)).sum();
                 ratios[0].push(sum.x / sum.y);
                 ratios[1].push(sum.z / sum.y);
             }
@@ -145,10 +138,7 @@ fn by_paths(scene: &Scene, seed: u64, samples: u32) -> Result<Vec<Ratios>, Error
 }
 
 fn by_radiosity(scene: &Scene, patches: u32) -> Result<Vec<[f64; 2]>, Error> {
-    let fineness = Fineness {
-        patches,
-        halvings: 0,
-    };
+    let fineness = Fineness { patches, halvings: 0 };
     let solved = Radiosity::new(Standard, scene, fineness, &|_| !interrupted())?;
     let ratios = ANGLES.iter().filter_map(|&angle| {
         let ray = girdle(scene, angle);
@@ -165,11 +155,7 @@ fn judge(lab: &mut Lab, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) {
     let [coloured, grey, diffuse] = profiles else {
         return;
     };
-    for (place, side) in [
-        (1, "left"),
-        (ANGLES.len() / 2, "middle"),
-        (ANGLES.len() - 2, "right"),
-    ] {
+    for (place, side) in [(1, "left"), (ANGLES.len() / 2, "middle"), (ANGLES.len() - 2, "right")] {
         let [[red, red_error], [blue, blue_error]] = coloured[place];
         lab.number(&format!("{side}.red"), red);
         lab.number(&format!("{side}.blue"), blue);
@@ -185,10 +171,7 @@ fn judge(lab: &mut Lab, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) {
         );
     }
     let worst = |ratios: &[Ratios]| {
-        let all = ratios
-            .iter()
-            .flatten()
-            .map(|[ratio, _]| (ratio - 1.0).abs());
+        let all = ratios.iter().flatten().map(|[ratio, _]| (ratio - 1.0).abs());
         all.fold(0.0, f64::max)
     };
     let tinted = coloured
@@ -200,11 +183,7 @@ fn judge(lab: &mut Lab, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) {
         .count();
     lab.claim(
         "walls colour the white sphere",
-        format!(
-            "at {tinted} of {} points, up to {:.1} %",
-            ANGLES.len(),
-            100.0 * worst(coloured)
-        ),
+        format!("at {tinted} of {} points, up to {:.1} %", ANGLES.len(), 100.0 * worst(coloured)),
         2 * tinted > ANGLES.len(),
     );
     lab.claim(
@@ -286,10 +265,5 @@ fn draw(lab: &mut Lab, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) -> Resu
     );
     let see = "Towards the walls red and blue leave the ratio one that grey walls would give. Points of path \
                tracing lie on the lines of radiosity.";
-    charts(
-        &lab.figure("bleeding.svg"),
-        see,
-        [900, 880],
-        &[report, diffuse],
-    )
+    charts(&lab.figure("bleeding.svg"), see, [900, 880], &[report, diffuse])
 }

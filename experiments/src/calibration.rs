@@ -27,14 +27,8 @@ pub const CALIBRATION: Experiment = Experiment {
 /// The scale at which the registry's trials are repeated.
 const SCALE: f64 = 1.0 / 1024.0;
 /// Statistics of continuous variables, whose p-values are uniform rather than only not too small...
-const CONTINUOUS: [&str; 6] = [
-    "t",
-    "z",
-    "Welch",
-    "chi-square",
-    "Kolmogorov-Smirnov",
-    "variance ratio",
-];
+const CONTINUOUS: [&str; 6] =
+    ["t", "z", "Welch", "chi-square", "Kolmogorov-Smirnov", "variance ratio"];
 /// ...from about this many values on.
 const LEAST_VALUES: u64 = 900;
 
@@ -126,18 +120,13 @@ fn in_question(registry: Vec<Trial>, master: u64) -> Result<Vec<Trial>, Error> {
         !LEFT_OUT.contains(&group(&trial.name)) && !p_values(trial, &context).is_empty()
     })?;
     let pairs = registry.into_iter().zip(examined);
-    Ok(pairs
-        .filter_map(|(trial, kept)| kept.then_some(trial))
-        .collect())
+    Ok(pairs.filter_map(|(trial, kept)| kept.then_some(trial)).collect())
 }
 
 /// The p-values of these trials in replication k.
 fn examine_registry(trials: &[Trial], master: u64, k: u64) -> Result<Vec<[String; 2]>, Error> {
     let context = Context::new(seed_for(master, &format!("calibration {k}")), SCALE)?;
-    Ok(trials
-        .iter()
-        .flat_map(|trial| p_values(trial, &context))
-        .collect())
+    Ok(trials.iter().flat_map(|trial| p_values(trial, &context)).collect())
 }
 
 /// The p-values of a trial's continuous statistics, with their names.
@@ -184,36 +173,22 @@ fn judge(lab: &mut Lab, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) {
                 continue;
             }
         }
-        let value = format!(
-            "D = {:.4} over {n} seeds, p = {:.2e}",
-            outcome.estimate, outcome.p
-        );
+        let value = format!("D = {:.4} over {n} seeds, p = {:.2e}", outcome.estimate, outcome.p);
         lab.claim(name, value, outcome.p >= level);
     }
     lab.claim(
         "p-values of the registry's trials",
-        format!(
-            "{registered} measures, least p = {:.2e} ({})",
-            worst.0, worst.1
-        ),
+        format!("{registered} measures, least p = {:.2e} ({})", worst.0, worst.1),
         worst.0 >= level,
     );
 }
 
 fn draw(lab: &mut Lab, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) -> Result<(), Error> {
-    let n = by_name
-        .values()
-        .map(|values| values.len() as u64)
-        .max()
-        .unwrap_or(1);
+    let n = by_name.values().map(|values| values.len() as u64).max().unwrap_or(1);
     let radius = kolmogorov_upper(n, level);
     let band = |sign: f64| {
         Series::new(
-            if sign > 0.0 {
-                "limit at the level of this look"
-            } else {
-                ""
-            },
+            if sign > 0.0 { "limit at the level of this look" } else { "" },
             6,
             Mark::Line,
             vec![[0.0, sign * radius], [1.0, sign * radius]],
@@ -225,11 +200,7 @@ fn draw(lab: &mut Lab, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) -> Result
             .filter(|(name, _)| name.starts_with(prefix))
             .enumerate()
             .map(|(i, (name, values))| {
-                let label = if mark == Mark::Faint {
-                    ""
-                } else {
-                    &name[prefix.len()..]
-                };
+                let label = if mark == Mark::Faint { "" } else { &name[prefix.len()..] };
                 let stretches = if mark == Mark::Faint { 40 } else { 200 };
                 Series::new(label, i, mark, deviations(values, stretches))
             })
@@ -237,10 +208,7 @@ fn draw(lab: &mut Lab, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) -> Result
         series.extend([band(1.0), band(-1.0)]);
         Chart {
             title,
-            axes: [
-                "p-value expected at this rank".into(),
-                "observed − expected".into(),
-            ],
+            axes: ["p-value expected at this rank".into(), "observed − expected".into()],
             ranges: [[0.0, 1.0], [-1.5 * radius, 2.8 * radius]],
             log: [false, false],
             series,
@@ -273,15 +241,9 @@ fn deviations(values: &[f64], stretches: usize) -> Vec<[f64; 2]> {
     let n = sorted.len() as f64;
     let expected = |i: usize| (i as f64 + 0.5) / n;
     let points = sorted.iter().enumerate();
-    let points: Vec<[f64; 2]> = points
-        .map(|(i, p)| [expected(i), p - expected(i)])
-        .collect();
+    let points: Vec<[f64; 2]> = points.map(|(i, p)| [expected(i), p - expected(i)]).collect();
     points
         .chunks(sorted.len().div_ceil(stretches))
-        .filter_map(|part| {
-            part.iter()
-                .copied()
-                .max_by(|a, b| a[1].abs().total_cmp(&b[1].abs()))
-        })
+        .filter_map(|part| part.iter().copied().max_by(|a, b| a[1].abs().total_cmp(&b[1].abs())))
         .collect()
 }

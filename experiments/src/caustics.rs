@@ -64,10 +64,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     // Of one image.
     let samples = lab.by_tier(1, 2);
     let particles = lab.count(lab.by_tier(1_600, 27_000)) as u32;
-    let gather = Lookup::Gather {
-        caustic_particles: particles,
-        caustic_radius: RADIUS,
-    };
+    let gather = Lookup::Gather { caustic_particles: particles, caustic_radius: RADIUS };
     let methods = [
         ("mis", Method::Path(Strategy::Mis)),
         ("bsdf", Method::Path(Strategy::Bsdf)),
@@ -80,13 +77,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     let mut reference = None;
     let mut rows = Vec::new();
     for (name, method) in methods {
-        let made = make(
-            lab,
-            &caustic(1.5),
-            (name, method),
-            size,
-            (samples, particles),
-        )?;
+        let made = make(lab, &caustic(1.5), (name, method), size, (samples, particles))?;
         let png = lab.figure(&format!("{name}.png"));
         write_png(&png, &made.film, Display::Srgb { exposure: 0.0 }, 2)?;
         row(lab, name, &made, &mut rows);
@@ -109,24 +100,9 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     row(lab, "no-glass", &clear, &mut rows);
     for (name, method) in [methods[0], methods[3]] {
         let name = format!("{name} at index 1");
-        let made = make(
-            lab,
-            &caustic(1.0),
-            (&name, method),
-            size,
-            (samples, particles),
-        )?;
-        row(
-            lab,
-            &name.replace(" at ", "-").replace(' ', ""),
-            &made,
-            &mut rows,
-        );
-        same(
-            lab,
-            &format!("{name} and no glass"),
-            (&made.region, &clear.region),
-        );
+        let made = make(lab, &caustic(1.0), (&name, method), size, (samples, particles))?;
+        row(lab, &name.replace(" at ", "-").replace(' ', ""), &made, &mut rows);
+        same(lab, &format!("{name} and no glass"), (&made.region, &clear.region));
     }
     lab.csv("caustics.csv", "method,region,standard_error,noise", &rows)
 }
@@ -212,10 +188,7 @@ fn make(
         }
     }
     bar.finish();
-    Ok(Made {
-        film: all,
-        region: values,
-    })
+    Ok(Made { film: all, region: values })
 }
 
 fn fill(
@@ -242,11 +215,7 @@ fn fill(
             render_samples(scene, &photons, random, film, samples)
         }
         Method::Sppm => {
-            let sppm = Sppm {
-                parts,
-                particles: particles / samples + 1,
-                radius: 2.0 * RADIUS,
-            };
+            let sppm = Sppm { parts, particles: particles / samples + 1, radius: 2.0 * RADIUS };
             let on = |_| !interrupted();
             if render_passes(scene, &sppm, seed, film, 0..samples, &on)? {
                 Ok(())

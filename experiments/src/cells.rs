@@ -49,20 +49,11 @@ pub fn read(path: &Path) -> Result<Vec<Cell>, Error> {
 /// `"place",expected,observed,sigmas`.
 fn cell(line: &str) -> Option<Cell> {
     let (place, rest) = line.strip_prefix('"')?.rsplit_once("\",")?;
-    let numbers: Vec<f64> = rest
-        .split(',')
-        .map(str::parse)
-        .collect::<Result<_, _>>()
-        .ok()?;
+    let numbers: Vec<f64> = rest.split(',').map(str::parse).collect::<Result<_, _>>().ok()?;
     let [expected, observed, sigmas] = numbers[..] else {
         return None;
     };
-    Some(Cell {
-        place: place.to_owned(),
-        expected,
-        observed,
-        sigmas,
-    })
+    Some(Cell { place: place.to_owned(), expected, observed, sigmas })
 }
 
 /// Draws residuals above, expected and observed values below.
@@ -76,25 +67,18 @@ pub fn plot(cells: &[Cell], title: &str, path: &Path) -> Result<(), Error> {
         cells.iter().enumerate().map(place).collect()
     };
     let residuals = points(|cell| cell.sigmas);
-    let largest = residuals
-        .iter()
-        .fold(3.0f64, |most, point| most.max(point[1].abs()))
-        * 1.15;
+    let largest = residuals.iter().fold(3.0f64, |most, point| most.max(point[1].abs())) * 1.15;
     let x = [0.0, cells.len() as f64 + 1.0];
     let axis = format!("cell (1 to {}, in the order of the file)", cells.len());
-    let worst = cells
-        .iter()
-        .max_by(|a, b| finite(a.sigmas).abs().total_cmp(&finite(b.sigmas).abs()));
+    let worst =
+        cells.iter().max_by(|a, b| finite(a.sigmas).abs().total_cmp(&finite(b.sigmas).abs()));
     let place = worst.map_or("", |cell| cell.place.as_str());
     let mut stems = Series::new("", 0, Mark::Points, residuals.clone());
     stems.bars = residuals.iter().map(|point| [0.0, point[1]]).collect();
     let zero = Series::new("", 6, Mark::Line, vec![[x[0], 0.0], [x[1], 0.0]]);
     let (expected, observed) = (points(|cell| cell.expected), points(|cell| cell.observed));
     let both = || expected.iter().chain(&observed).map(|point| point[1]);
-    let (low, high) = (
-        both().fold(f64::MAX, f64::min),
-        both().fold(f64::MIN, f64::max),
-    );
+    let (low, high) = (both().fold(f64::MAX, f64::min), both().fold(f64::MIN, f64::max));
     let room = 0.08 * (high - low).max(1e-3 * high.abs()).max(f64::MIN_POSITIVE);
     charts(
         path,

@@ -51,10 +51,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
             lab.claim(&trial.name, value, row.verdict);
         }
     }
-    let largest = rows
-        .iter()
-        .map(|row| row.outcome.value.abs())
-        .fold(0.0, f64::max);
+    let largest = rows.iter().map(|row| row.outcome.value.abs()).fold(0.0, f64::max);
     // Bonferroni over the table.
     let critical = normal_upper(suite::FAMILY / (2.0 * rows.len() as f64));
     lab.number("largest_deviation", largest);

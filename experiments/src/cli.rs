@@ -61,11 +61,7 @@ pub fn begin() {
 
 /// Says what was found, and how the program ends by it.
 pub fn conclude(outcomes: &[Outcome], options: &lab::Options) -> Ending {
-    if record::summarise(outcomes, options) {
-        Ending::Done
-    } else {
-        Ending::ClaimFails
-    }
+    if record::summarise(outcomes, options) { Ending::Done } else { Ending::ClaimFails }
 }
 
 /// Parses the command line; a wrong option gets one line on standard error and exit code 2.
@@ -139,15 +135,9 @@ pub fn whole<T: TryFrom<u64>>(
 ) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static {
     move |text| {
         let number = text.parse().ok().filter(|number| range.contains(number));
-        number
-            .and_then(|number| T::try_from(number).ok())
-            .ok_or_else(|| {
-                format!(
-                    "must be a whole number from {} to {}",
-                    range.start(),
-                    range.end()
-                )
-            })
+        number.and_then(|number| T::try_from(number).ok()).ok_or_else(|| {
+            format!("must be a whole number from {} to {}", range.start(), range.end())
+        })
     }
 }
 
@@ -205,15 +195,9 @@ pub fn run_experiment(id: &'static str) -> ExitCode {
 /// # Errors
 /// [`Error::Option`] with the names that there are.
 pub fn find(id: &str) -> Result<&'static Experiment, Error> {
-    let found = EXPERIMENTS
-        .iter()
-        .copied()
-        .find(|experiment| experiment.id == id);
+    let found = EXPERIMENTS.iter().copied().find(|experiment| experiment.id == id);
     found.ok_or_else(|| {
         let ids: Vec<&str> = EXPERIMENTS.iter().map(|experiment| experiment.id).collect();
-        Error::Option(format!(
-            "--only {id} is no experiment: take one of {}",
-            ids.join(", ")
-        ))
+        Error::Option(format!("--only {id} is no experiment: take one of {}", ids.join(", ")))
     })
 }

@@ -129,11 +129,7 @@ impl Render {
         let job = self.job();
         job.check()?;
         job.check_effect(given)?;
-        if self
-            .out
-            .extension()
-            .is_none_or(|extension| extension != "exr")
-        {
+        if self.out.extension().is_none_or(|extension| extension != "exr") {
             return Err(Error::Option(format!(
                 "--out {} must end in .exr; the PNG gets the same name",
                 self.out.display()

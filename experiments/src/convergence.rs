@@ -126,14 +126,8 @@ fn measure(integrand: &Integrand, sobol: bool, seed: u64, sizes: &[u32]) -> Resu
     // so where few samples leave the mean skewed.
     let without = |left_out: Option<usize>| -> Vec<Moments> {
         let kept = |&(k, _): &(usize, &Vec<f64>)| Some(k) != left_out;
-        let at = |i: usize| {
-            found
-                .iter()
-                .enumerate()
-                .filter(kept)
-                .map(|(_, group)| group[i])
-                .collect()
-        };
+        let at =
+            |i: usize| found.iter().enumerate().filter(kept).map(|(_, group)| group[i]).collect();
         (0..sizes.len()).map(at).collect()
     };
     let slope = |variances: &[Moments]| {
@@ -143,11 +137,7 @@ fn measure(integrand: &Integrand, sobol: bool, seed: u64, sizes: &[u32]) -> Resu
     let variances = without(None);
     let jackknife: Moments = (0..found.len()).map(|k| slope(&without(Some(k)))).collect();
     let n = found.len() as f64;
-    Ok(Fall {
-        slope: slope(&variances),
-        variances,
-        error: (n - 1.0) * jackknife.standard_error(),
-    })
+    Ok(Fall { slope: slope(&variances), variances, error: (n - 1.0) * jackknife.standard_error() })
 }
 
 fn run(lab: &mut Lab) -> Result<(), Error> {
@@ -159,12 +149,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
             Integrand::Smooth(rectangle_light(false)),
             lab.by_tier(10, 13),
         ),
-        (
-            "edge",
-            "Half-covered pixel",
-            Integrand::Edge,
-            lab.by_tier(11, 14),
-        ),
+        ("edge", "Half-covered pixel", Integrand::Edge, lab.by_tier(11, 14)),
         (
             "room",
             "A pixel of the all-diffuse room",
@@ -201,10 +186,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
         plots.push(Chart {
             title: (*title).to_owned(),
             axes: ["samples N".into(), "variance of the mean".into()],
-            ranges: [
-                [3.0, f64::from(1u32 << powers) * 1.3],
-                [low / 3.0, high * 30.0],
-            ],
+            ranges: [[3.0, f64::from(1u32 << powers) * 1.3], [low / 3.0, high * 30.0]],
             log: [true, true],
             series,
         });
@@ -231,12 +213,7 @@ fn drawn(label: &str, colour: usize, sizes: &[u32], fall: &Fall) -> [Series; 2] 
             bars: bars.collect(),
             ..Series::new(label, colour, Mark::Points, points.collect())
         },
-        Series::new(
-            "",
-            colour,
-            Mark::Line,
-            axis.iter().map(|&n| line(n)).collect(),
-        ),
+        Series::new("", colour, Mark::Line, axis.iter().map(|&n| line(n)).collect()),
     ]
 }
 
@@ -246,10 +223,7 @@ fn judge(lab: &mut Lab, key: &str, title: &str, slopes: &[(f64, [f64; 2])]) {
     };
     lab.claim(
         &format!("{title}: slope of independent samples is −1"),
-        format!(
-            "{independent:.4}, interval [{:.4}, {:.4}]",
-            around[0], around[1]
-        ),
+        format!("{independent:.4}, interval [{:.4}, {:.4}]", around[0], around[1]),
         around[0] <= -1.0 && -1.0 <= around[1],
     );
     let value = format!("{sobol:.4}, interval [{:.4}, {:.4}]", net[0], net[1]);

@@ -50,10 +50,7 @@ impl DiffuseName {
             Self::Lambert => Bsdf::Lambert { albedo },
             Self::Printed => Bsdf::oren_nayar(albedo, sigma, OrenNayarForm::Printed),
             Self::Corrected => Bsdf::oren_nayar(albedo, sigma, OrenNayarForm::Corrected),
-            Self::Eon => Bsdf::Eon {
-                albedo,
-                roughness: OrenNayar::new(sigma).roughness(),
-            },
+            Self::Eon => Bsdf::Eon { albedo, roughness: OrenNayar::new(sigma).roughness() },
         }
     }
 
@@ -150,12 +147,7 @@ fn figure(lab: &mut Lab) -> Result<(), Error> {
             let x = f64::from(i) / 240.0;
             [x, frontal(&bsdf, x.asin().min(FRAC_PI_2 - 1e-6))]
         });
-        series.push(Series::new(
-            model.title(),
-            colour,
-            Mark::Line,
-            curve.collect(),
-        ));
+        series.push(Series::new(model.title(), colour, Mark::Line, curve.collect()));
         series.push(Series::new("", colour, Mark::Points, profile(&film)));
         limb(lab, model, &scene, &bsdf);
         films.push(film);
@@ -169,10 +161,7 @@ fn figure(lab: &mut Lab) -> Result<(), Error> {
             write_png(&lab.figure(&file), film, display, MAGNIFICATION)?;
         }
     }
-    lab.note(
-        "moons.png",
-        format!("left to right: {}; {side}x{side}, {spp} spp", titles()),
-    );
+    lab.note("moons.png", format!("left to right: {}; {side}x{side}, {spp} spp", titles()));
     charts(
         &lab.figure("profile.svg"),
         "The corrected Oren–Nayar sphere is flat almost to its rim; as printed it darkens like Lambert's.",
@@ -223,9 +212,7 @@ fn limb(lab: &mut Lab, model: DiffuseName, scene: &Scene, bsdf: &Bsdf) {
         (0..samples)
             .map(|i| {
                 let hit = scene.intersect(&ray);
-                Path::<Standard>::default()
-                    .radiance(scene, &ray, hit, &mut stream(seed, 0, i))
-                    .x
+                Path::<Standard>::default().radiance(scene, &ray, hit, &mut stream(seed, 0, i)).x
             })
             .collect()
     };
@@ -262,12 +249,7 @@ fn albedo(lab: &mut Lab) -> Result<(), Error> {
     for (colour, model) in (0..).zip(DiffuseName::ALL) {
         let bsdf = model.bsdf(DVec3::ONE, SIGMA);
         let curve = (0..=89).map(|d| [f64::from(d), closed_form(model, f64::from(d).to_radians())]);
-        series.push(Series::new(
-            model.title(),
-            colour,
-            Mark::Line,
-            curve.collect(),
-        ));
+        series.push(Series::new(model.title(), colour, Mark::Line, curve.collect()));
         let found = sampled(lab, model, &bsdf, samples);
         let mut worst = 0.0_f64;
         for (degrees, moments) in ANGLES.into_iter().zip(&found) {
@@ -283,10 +265,7 @@ fn albedo(lab: &mut Lab) -> Result<(), Error> {
         }
         lab.claim(
             &format!("albedo of {} against its closed form", model.title()),
-            format!(
-                "worst of {} angles {worst:.2} standard errors",
-                ANGLES.len()
-            ),
+            format!("worst of {} angles {worst:.2} standard errors", ANGLES.len()),
             worst < critical,
         );
         let points = ANGLES.into_iter().zip(&found).map(|(d, m)| [d, m.mean()]);
@@ -346,9 +325,7 @@ fn sampled(lab: &Lab, model: DiffuseName, bsdf: &Bsdf, samples: u64) -> Vec<Mome
     let at = |(k, degrees): (u32, f64)| -> Moments {
         let mut rng = stream(seed, k, 0);
         let wo = from_spherical(degrees.to_radians(), 0.3);
-        (0..samples)
-            .map(|_| PI * bsdf.eval(wo, cosine_hemisphere(uniform2(&mut rng))).x)
-            .collect()
+        (0..samples).map(|_| PI * bsdf.eval(wo, cosine_hemisphere(uniform2(&mut rng))).x).collect()
     };
     (0..).zip(ANGLES).map(at).collect()
 }

@@ -116,10 +116,9 @@ fn oren_nayar(lab: &mut Lab) {
     );
     // A sphere lit from the eye: radiance goes with cos θ f_r.
     let t = 85f64.to_radians();
-    for (name, form) in [
-        ("corrected", OrenNayarForm::Corrected),
-        ("printed", OrenNayarForm::Printed),
-    ] {
+    for (name, form) in
+        [("corrected", OrenNayarForm::Corrected), ("printed", OrenNayarForm::Printed)]
+    {
         let rim = t.cos() * at(form, t) / at(form, 0.0);
         size(
             lab,
@@ -128,12 +127,7 @@ fn oren_nayar(lab: &mut Lab) {
             "of its centre's radiance is that of a sphere lit from the eye at 85°",
         );
     }
-    size(
-        lab,
-        "oren_nayar.rim.lambert",
-        t.cos(),
-        "of its centre's radiance for Lambert",
-    );
+    size(lab, "oren_nayar.rim.lambert", t.cos(), "of its centre's radiance for Lambert");
     size(
         lab,
         "oren_nayar.loss",
@@ -169,12 +163,7 @@ fn path_ends(lab: &mut Lab) {
         );
     }
     let a = 0.75f64;
-    size(
-        lab,
-        "seven.segments.0.75",
-        -a.powi(7),
-        "the same if seven are the segments",
-    );
+    size(lab, "seven.segments.0.75", -a.powi(7), "the same if seven are the segments");
     size(
         lab,
         "whitted.0.75",
@@ -231,25 +220,10 @@ fn noise(lab: &mut Lab) {
         (512f64 / 64.0).sqrt(),
         "times the noise of 512 samples has an image of 64",
     );
-    size(
-        lab,
-        "encoded.half",
-        srgb(0.5),
-        "is the encoded value of a pixel half white, half black",
-    );
-    size(
-        lab,
-        "encoded.mean",
-        0.5,
-        "is the mean of the encoded values",
-    );
+    size(lab, "encoded.half", srgb(0.5), "is the encoded value of a pixel half white, half black");
+    size(lab, "encoded.mean", 0.5, "is the mean of the encoded values");
     let decoded = ((0.5 + 0.055) / 1.055f64).powf(2.4);
-    size(
-        lab,
-        "encoded.shown",
-        decoded,
-        "is the radiance that this mean shows, for 0.5",
-    );
+    size(lab, "encoded.shown", decoded, "is the radiance that this mean shows, for 0.5");
 }
 
 fn size(lab: &mut Lab, key: &str, value: f64, what: &str) {

@@ -83,15 +83,10 @@ fn fields(seed: &Seed) -> Vec<String> {
         count(Judgement::Holds),
         count(Judgement::Fails),
         count(Judgement::Undecided),
-        measures()
-            .filter(|measure| !measure.random)
-            .count()
-            .to_string(),
+        measures().filter(|measure| !measure.random).count().to_string(),
         compared().count().to_string(),
         smallest.map_or(1.0, |measure| measure.p).to_string(),
-        smallest
-            .map_or("", |measure| &measure.name)
-            .replace(',', ";"),
+        smallest.map_or("", |measure| &measure.name).replace(',', ";"),
         seed.faults.len().to_string(),
         answers(Answer::Rejected).len().to_string(),
         answers(Answer::Red).len().to_string(),
@@ -104,19 +99,9 @@ fn report(lab: &mut Lab, ledger: &Ledger, scale: f64, level: f64) {
     let rows = ledger.rows();
     let column = |at: usize| rows.iter().map(move |row| number(row, at));
     let seeds = rows.len() as f64;
-    let [
-        holds,
-        fails,
-        undecided,
-        exact,
-        random,
-        faults,
-        rejected,
-        faults_red,
-    ] = [
-        HOLDS, FAILS, UNDECIDED, EXACT, RANDOM, FAULTS, REJECTED, FAULTS_RED,
-    ]
-    .map(|at| column(at).sum::<f64>());
+    let [holds, fails, undecided, exact, random, faults, rejected, faults_red] =
+        [HOLDS, FAILS, UNDECIDED, EXACT, RANDOM, FAULTS, REJECTED, FAULTS_RED]
+            .map(|at| column(at).sum::<f64>());
     let bound = ALPHA * CAPACITY as f64;
     let red = rows.iter().filter(|row| !row[RED].is_empty());
     let names: Vec<&str> = red.map(|row| row[RED].as_str()).collect();
@@ -185,35 +170,19 @@ fn report(lab: &mut Lab, ledger: &Ledger, scale: f64, level: f64) {
         ),
         chance >= level,
     );
-    lab.note(
-        "undecided",
-        format!("{:.1} measures per seed at this scale", undecided / seeds),
-    );
+    lab.note("undecided", format!("{:.1} measures per seed at this scale", undecided / seeds));
 }
 
 /// Each seed's least p-value against the quantile that independent tests would give it.
 fn draw(lab: &mut Lab, ledger: &Ledger) -> Result<(), Error> {
-    let mut least: Vec<f64> = ledger
-        .rows()
-        .iter()
-        .map(|row| number(row, SMALLEST))
-        .collect();
+    let mut least: Vec<f64> = ledger.rows().iter().map(|row| number(row, SMALLEST)).collect();
     least.sort_by(f64::total_cmp);
     let seeds = least.len() as f64;
     // How many tails are valid differs a little from seed to seed.
-    let random = ledger
-        .rows()
-        .iter()
-        .map(|row| number(row, RANDOM))
-        .sum::<f64>()
-        / seeds;
+    let random = ledger.rows().iter().map(|row| number(row, RANDOM)).sum::<f64>() / seeds;
     let random = random.round().max(1.0);
     let expected = |i: usize| 1.0 - (1.0 - (i as f64 + 0.5) / seeds).powf(1.0 / random);
-    let points = least
-        .iter()
-        .enumerate()
-        .map(|(i, &p)| [expected(i), p])
-        .collect();
+    let points = least.iter().enumerate().map(|(i, &p)| [expected(i), p]).collect();
     let low = 0.1 / (random * seeds);
     let diagonal = vec![[low, low], [0.1, 0.1]];
     charts(

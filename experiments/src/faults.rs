@@ -125,10 +125,7 @@ fn totals(lab: &mut Lab, pairs: &[Pair], seen: &[Seen], [reduced, scale]: [f64; 
 /// Figures of several families; each other family has a figure of its own name. Few enough names stand in
 /// each to be read at the width of a page.
 const TOGETHER: [(&str, &[&str]); 4] = [
-    (
-        "scattering",
-        &["uniform", "cosine", "fresnel", "bsdf", "eon"],
-    ),
+    ("scattering", &["uniform", "cosine", "fresnel", "bsdf", "eon"]),
     ("roulette", &["roulette", "survival"]),
     (
         "numbers",
@@ -178,26 +175,16 @@ fn draw(lab: &mut Lab, pairs: &[Pair], seen: &[Seen]) -> Result<(), Error> {
         };
         let rows = unique(pairs.iter().map(|(pair, _)| row(pair)));
         let columns = unique(pairs.iter().map(|(pair, _)| pair.trial.clone()));
-        let cells: HashMap<(String, &str), Seen> = pairs
-            .iter()
-            .map(|(pair, seen)| ((row(pair), pair.trial.as_str()), *seen))
-            .collect();
+        let cells: HashMap<(String, &str), Seen> =
+            pairs.iter().map(|(pair, seen)| ((row(pair), pair.trial.as_str()), *seen)).collect();
         let stem = file.trim_end_matches(".svg");
-        let title = format!(
-            "Which trials reject which faults: {}",
-            stem.replacen("faults-", "", 1)
-        );
+        let title =
+            format!("Which trials reject which faults: {}", stem.replacen("faults-", "", 1));
         let see = "A row for each fault, a column for each trial; a dark cell where the trial rejects it.";
-        matrix(
-            &lab.figure(&file),
-            (&title, see),
-            &rows,
-            &columns,
-            |row, column| {
-                let cell = (rows[row].clone(), columns[column].as_str());
-                cells.get(&cell).copied()
-            },
-        )?;
+        matrix(&lab.figure(&file), (&title, see), &rows, &columns, |row, column| {
+            let cell = (rows[row].clone(), columns[column].as_str());
+            cells.get(&cell).copied()
+        })?;
     }
     Ok(())
 }

@@ -16,14 +16,7 @@ pub const FIG6: Experiment = Experiment {
     run: |lab| {
         for (convention, stem) in CONVENTIONS {
             let (size, spp) = lab.by_tier(([512, 384], 32), ([1024, 768], 512));
-            lab.picture(
-                Job {
-                    size,
-                    spp,
-                    ..Job::report(convention)
-                },
-                stem,
-            )?;
+            lab.picture(Job { size, spp, ..Job::report(convention) }, stem)?;
         }
         Ok(())
     },
@@ -57,10 +50,7 @@ pub const FIG8: Experiment = Experiment {
 };
 
 /// The white sphere in figure 6.
-pub const WHITE_SPHERE: Window = Window {
-    corner: [490, 300],
-    size: [170, 170],
-};
+pub const WHITE_SPHERE: Window = Window { corner: [490, 300], size: [170, 170] };
 
 /// Figure 9: noise at 64 samples.
 pub const FIG9: Experiment = Experiment {
@@ -70,14 +60,7 @@ pub const FIG9: Experiment = Experiment {
     equations: &[&equation::ESTIMATOR],
     run: |lab| {
         let size = lab.by_tier([256, 256], [512, 512]);
-        lab.picture(
-            Job {
-                size,
-                spp: 64,
-                ..Job::report(ConventionName::Report)
-            },
-            "noise",
-        )?;
+        lab.picture(Job { size, spp: 64, ..Job::report(ConventionName::Report) }, "noise")?;
         Ok(())
     },
 };
@@ -91,11 +74,7 @@ pub const ROOM: Experiment = Experiment {
     run: |lab| {
         let spp = lab.by_tier(64, 512);
         let size = [400, 300];
-        let job = Job {
-            size,
-            spp,
-            ..Job::report(ConventionName::Report)
-        };
+        let job = Job { size, spp, ..Job::report(ConventionName::Report) };
         lab.picture(job, "room")?;
         Ok(())
     },
@@ -112,13 +91,6 @@ pub const CONVENTIONS: [(ConventionName, &str); 3] = [
 fn crop(lab: &mut Lab, corner: [u32; 2], size: [u32; 2]) -> Result<(), Error> {
     let spp = lab.by_tier(64, 512);
     let window = Some(Window { corner, size });
-    lab.picture(
-        Job {
-            window,
-            spp,
-            ..Job::report(ConventionName::Report)
-        },
-        "crop",
-    )?;
+    lab.picture(Job { window, spp, ..Job::report(ConventionName::Report) }, "crop")?;
     Ok(())
 }

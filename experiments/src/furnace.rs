@@ -58,10 +58,7 @@ fn mean_albedo(model: DiffuseName) -> f64 {
     const STEPS: u32 = 100_000;
     // By equal areas of the disc.
     let squares = (0..STEPS).map(|i| (f64::from(i) + 0.5) / f64::from(STEPS));
-    squares
-        .map(|square| closed_form(model, square.sqrt().asin()))
-        .sum::<f64>()
-        / f64::from(STEPS)
+    squares.map(|square| closed_form(model, square.sqrt().asin())).sum::<f64>() / f64::from(STEPS)
 }
 
 fn run(lab: &mut Lab) -> Result<(), Error> {
@@ -100,11 +97,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
             axes: ["across (radii)".into(), "up (radii)".into()],
             ranges: [[-MARGIN, MARGIN]; 2],
             size: [side, side],
-            values: film
-                .pixels()
-                .iter()
-                .map(|pixel| 100.0 * (pixel.mean().x - 1.0))
-                .collect(),
+            values: film.pixels().iter().map(|pixel| 100.0 * (pixel.mean().x - 1.0)).collect(),
             bound: BOUND,
             unit: "radiance − 1 (%)".into(),
         });

@@ -96,11 +96,7 @@ impl Job {
             ConventionName::Physical => EstimatorName::Mis,
             ConventionName::Report | ConventionName::Published => EstimatorName::Report,
         };
-        Self {
-            convention,
-            estimator,
-            ..Self::default()
-        }
+        Self { convention, estimator, ..Self::default() }
     }
 
     /// How the convention shows radiance; `exposure` in stops, for `physical`.
@@ -122,11 +118,7 @@ impl Job {
             SamplerName::Independent => Numbers::Independent,
             SamplerName::Sobol => Numbers::Sobol(self.spp / self.scrambles),
         };
-        Sampling {
-            pixel,
-            numbers,
-            seed: self.seed,
-        }
+        Sampling { pixel, numbers, seed: self.seed }
     }
 
     /// The scene of the job.

@@ -202,10 +202,7 @@ impl Lab {
     /// The job with the run's seed and, where asked for, fewer pixels or samples.
     pub fn prepared(&self, job: Job) -> Job {
         let shrink = self.options.shrink;
-        let mut job = Job {
-            seed: self.options.seed,
-            ..job
-        };
+        let mut job = Job { seed: self.options.seed, ..job };
         if job.window.is_some() {
             // A window lies at fixed coordinates of the full frame.
             job.spp = (job.spp / shrink).max(2);
@@ -224,11 +221,7 @@ impl Lab {
         // The experiment is named already.
         let progress = Progress::new(if label == self.outcome.id { "" } else { label });
         let Rendered { film, complete } = job.render(&progress)?;
-        if complete {
-            Ok(film)
-        } else {
-            Err(Error::Interrupted)
-        }
+        if complete { Ok(film) } else { Err(Error::Interrupted) }
     }
 
     /// Renders a job and writes it as `stem.exr` and `stem.png`.
@@ -238,17 +231,9 @@ impl Lab {
     pub fn picture(&mut self, job: Job, stem: &str) -> Result<Film, Error> {
         let job = self.prepared(job);
         let film = self.render(&job, stem)?;
-        write_exr(
-            &self.folder.join(format!("{stem}.exr")),
-            &film,
-            &job.provenance(true),
-        )?;
+        write_exr(&self.folder.join(format!("{stem}.exr")), &film, &job.provenance(true))?;
         let png = self.figure(&format!("{stem}.png"));
-        let magnification = if job.window.is_some() {
-            CROP_MAGNIFICATION
-        } else {
-            1
-        };
+        let magnification = if job.window.is_some() { CROP_MAGNIFICATION } else { 1 };
         write_png(&png, &film, job.display(0.0), magnification)?;
         let [width, height] = film.size();
         self.number(&format!("{stem}.mean"), film.mean());
@@ -317,10 +302,7 @@ impl Lab {
     /// # Errors
     /// The file cannot be written.
     pub fn csv(&self, file: &str, header: &str, rows: &[String]) -> Result<(), Error> {
-        write_text(
-            &self.folder.join(file),
-            &format!("{header}\n{}\n", rows.join("\n")),
-        )
+        write_text(&self.folder.join(file), &format!("{header}\n{}\n", rows.join("\n")))
     }
 }
 
@@ -345,8 +327,5 @@ const CROP_MAGNIFICATION: u32 = 3;
 /// The file cannot be written.
 pub fn write_text(path: &Path, text: &str) -> Result<(), Error> {
     use std::io::Write as _;
-    write_whole(path, |file| {
-        file.write_all(text.as_bytes())
-            .map_err(Error::file("write", path))
-    })
+    write_whole(path, |file| file.write_all(text.as_bytes()).map_err(Error::file("write", path)))
 }

@@ -44,13 +44,7 @@ impl Ledger {
     pub fn continued(before: &Path, path: PathBuf, key: &str, columns: &str) -> Self {
         let text = std::fs::read_to_string(before).unwrap_or_default();
         let (looks, rows) = read(&text, key, columns).unwrap_or_default();
-        Self {
-            path,
-            key: key.to_owned(),
-            columns: columns.to_owned(),
-            looks,
-            rows,
-        }
+        Self { path, key: key.to_owned(), columns: columns.to_owned(), looks, rows }
     }
 
     /// Counts a look at all rows and returns the level that it may spend of `level`. The count is written
@@ -103,10 +97,7 @@ impl Ledger {
 /// Looks and rows of a ledger with this key and these columns.
 fn read(text: &str, key: &str, columns: &str) -> Option<(u32, Vec<Vec<String>>)> {
     let rest = text.strip_prefix("# ")?.strip_prefix(key)?;
-    let (looks, rest) = rest
-        .strip_prefix('\n')?
-        .strip_prefix(LOOKS)?
-        .split_once('\n')?;
+    let (looks, rest) = rest.strip_prefix('\n')?.strip_prefix(LOOKS)?.split_once('\n')?;
     let rows = rest.strip_prefix(columns)?.strip_prefix('\n')?.lines();
     let rows = rows.map(|row| row.split(',').map(str::to_owned).collect());
     Some((looks.parse().ok()?, rows.collect()))
@@ -114,7 +105,5 @@ fn read(text: &str, key: &str, columns: &str) -> Option<(u32, Vec<Vec<String>>)>
 
 /// A field of a row as a number; NaN if it is none.
 pub fn number(row: &[String], column: usize) -> f64 {
-    row.get(column)
-        .and_then(|field| field.parse().ok())
-        .unwrap_or(f64::NAN)
+    row.get(column).and_then(|field| field.parse().ok()).unwrap_or(f64::NAN)
 }

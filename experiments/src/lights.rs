@@ -85,11 +85,7 @@ const HEIGHTS: [f64; 11] = [0.05, 0.1, 0.2, 0.4, 0.7, 1.0, 2.0, 4.0, 8.0, 16.0, 
 /// What is compared: a label, a strategy, a light sampling.
 const WAYS: [(&str, Strategy, LightSampling); 4] = [
     ("light area", Strategy::Light, LightSampling::Area),
-    (
-        "light solid angle",
-        Strategy::Light,
-        LightSampling::SolidAngle,
-    ),
+    ("light solid angle", Strategy::Light, LightSampling::SolidAngle),
     ("mis area", Strategy::Mis, LightSampling::Area),
     ("mis solid angle", Strategy::Mis, LightSampling::SolidAngle),
 ];
@@ -107,22 +103,14 @@ fn by_distance(lab: &mut Lab) -> Result<(), Error> {
         let scenes = HEIGHTS.map(|height| (height, over_floor(shape, height)));
         let mut series = Vec::new();
         for (colour, (label, strategy, lights)) in WAYS.into_iter().enumerate() {
-            let path = Path {
-                parts: Standard,
-                strategy,
-                lights,
-                heuristic: Heuristic::Balance,
-            };
+            let path = Path { parts: Standard, strategy, lights, heuristic: Heuristic::Balance };
             let seed = seed_for(lab.seed(), &format!("{} {label}", shape.name));
             let variances = parallel(&scenes, |(height, scene)| {
                 let expected = FRAC_1_PI * (shape.irradiance)(*height);
                 relative_variance(scene, &path, seed, samples, expected)
             })?;
             for (height, variance) in HEIGHTS.into_iter().zip(&variances) {
-                rows.push(format!(
-                    "{},{label},{height},{samples},{variance:e}",
-                    shape.name
-                ));
+                rows.push(format!("{},{label},{height},{samples},{variance:e}", shape.name));
                 let key = format!("{}.{}.{height}", shape.name, label.replace(' ', "-"));
                 lab.number(&key, *variance);
             }
@@ -148,11 +136,7 @@ fn by_distance(lab: &mut Lab) -> Result<(), Error> {
             series,
         });
     }
-    lab.csv(
-        "lights.csv",
-        "shape,way,height,samples,relative variance",
-        &rows,
-    )?;
+    lab.csv("lights.csv", "shape,way,height,samples,relative variance", &rows)?;
     let see = "Sampling by area: the variance rises without bound as the light comes near. By solid angle it \
                stays small, and multiple importance sampling tames both.";
     charts(&lab.figure("lights.svg"), see, [900, 1260], &panels)
@@ -192,11 +176,7 @@ fn scenes(lab: &mut Lab) -> Result<(), Error> {
             });
             let label = format!("{} {}", name(scene), name(light_sampling));
             let film = lab.render(&job, &label)?;
-            let sum: f64 = film
-                .pixels()
-                .iter()
-                .map(|p| p.standard_error().y.powi(2))
-                .sum();
+            let sum: f64 = film.pixels().iter().map(|p| p.standard_error().y.powi(2)).sum();
             let variance = sum * f64::from(job.spp) / film.pixels().len() as f64;
             lab.number(&label.replace(' ', "."), variance);
             variances.push(variance);

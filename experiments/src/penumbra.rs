@@ -70,10 +70,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     lab.csv("penumbra.csv", "y,mean,standard error,closed form", &rows)?;
     let curve = (0..=400).map(|i| -2.2 + 4.2 * f64::from(i) / 400.0);
     let curve: Vec<[f64; 2]> = curve.map(|y| [y, penumbra_reference(y)]).collect();
-    let brightest = curve
-        .iter()
-        .map(|[_, radiance]| *radiance)
-        .fold(0.0, f64::max);
+    let brightest = curve.iter().map(|[_, radiance]| *radiance).fold(0.0, f64::max);
     charts(
         &lab.figure("penumbra.svg"),
         "The path tracer's points lie on the closed form from full light to full shadow.",

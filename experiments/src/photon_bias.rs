@@ -43,12 +43,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     let passes = passes(lab)?;
     let see = "Measured biases lie on their closed forms: they fall with the square of the radius, and slowly \
                with the number of passes.";
-    charts(
-        &lab.figure("photon-bias.svg"),
-        see,
-        [900, 860],
-        &[radii, passes],
-    )
+    charts(&lab.figure("photon-bias.svg"), see, [900, 860], &[radii, passes])
 }
 
 /// How far the mean of replications may be from its expectation, at the experiment's family-wise level.
@@ -78,10 +73,7 @@ fn radii(lab: &mut Lab) -> Result<Chart, Error> {
         let closed = 1.0 - expected / point;
         lab.claim(
             &format!("radius {radius}"),
-            format!(
-                "bias {:+.5} ± {reach:.5}, closed form {:+.5}",
-                -bias, -closed
-            ),
+            format!("bias {:+.5} ± {reach:.5}, closed form {:+.5}", -bias, -closed),
             (bias - closed).abs() <= reach,
         );
         rows.push(format!("{radius},{bias:e},{closed:e},{reach:e}"));
@@ -102,10 +94,7 @@ fn radii(lab: &mut Lab) -> Result<Chart, Error> {
     );
     lab.csv("radii.csv", "radius,bias,closed,reach", &rows)?;
     let measured = found.iter().map(|&(r, bias, ..)| [r, bias]).collect();
-    let bars = found
-        .iter()
-        .map(|&(_, bias, _, e)| [bias - e, bias + e])
-        .collect();
+    let bars = found.iter().map(|&(_, bias, _, e)| [bias - e, bias + e]).collect();
     let [low, high] = [RADII[0], RADII[RADII.len() - 1]];
     let radius = |k: u32| low * (high / low).powf(f64::from(k) / 200.0);
     let closed = (0..=200).map(radius);
@@ -121,10 +110,7 @@ fn radii(lab: &mut Lab) -> Result<Chart, Error> {
         log: [true, true],
         series: vec![
             Series::new("closed form: mean over the disc", 2, Mark::Line, closed),
-            Series {
-                bars,
-                ..Series::new("measured", 0, Mark::Points, measured)
-            },
+            Series { bars, ..Series::new("measured", 0, Mark::Points, measured) },
         ],
     })
 }
@@ -137,9 +123,7 @@ fn looked_up(scene: &Scene, radius: f64, name: (u64, u32), bar: &Bar) -> Result<
     let photons = PhotonMapping::new(Standard, scene, Lookup::Direct, map, name)?;
     let ray = at_origin();
     let mut rng = stream(name.0, name.1, 0);
-    Ok(photons
-        .radiance(scene, &ray, scene.intersect(&ray), &mut rng)
-        .x)
+    Ok(photons.radiance(scene, &ray, scene.intersect(&ray), &mut rng).x)
 }
 
 /// Bias and root-mean-square error of the mean of the first n passes.
@@ -147,11 +131,7 @@ fn passes(lab: &mut Lab) -> Result<Chart, Error> {
     let scene = point_camera();
     let point = at_point();
     let runs = lab.count(lab.by_tier(100, 1_000)).max(LEAST) as u32;
-    let sppm = Sppm {
-        parts: Standard,
-        particles: PARTICLES,
-        radius: FIRST,
-    };
+    let sppm = Sppm { parts: Standard, particles: PARTICLES, radius: FIRST };
     let seed = seed_for(lab.seed(), "passes");
     let bar = Progress::new("passes").bar(u64::from(runs));
     // For each run the mean of the first n passes, for each n.
@@ -184,20 +164,15 @@ fn passes(lab: &mut Lab) -> Result<Chart, Error> {
         expected += disc_average(radius, f64::INFINITY);
         let n = f64::from(index + 1);
         let moments: Moments = means.iter().map(|run| run[index as usize]).collect();
-        let rms: Moments = means
-            .iter()
-            .map(|run| (run[index as usize] / point - 1.0).powi(2))
-            .collect();
+        let rms: Moments =
+            means.iter().map(|run| (run[index as usize] / point - 1.0).powi(2)).collect();
         let found = 1.0 - moments.mean() / point;
         let stated = 1.0 - expected / n / point;
         let reach = reach(&moments, PASSES as usize) / point;
         worst = worst.max((found - stated).abs() / reach);
         last = (found, rms.mean().sqrt());
         spreads.push(moments.variance().sqrt() / point);
-        rows.push(format!(
-            "{n},{found:e},{stated:e},{reach:e},{:e}",
-            rms.mean().sqrt()
-        ));
+        rows.push(format!("{n},{found:e},{stated:e},{reach:e},{:e}", rms.mean().sqrt()));
         closed.push([n, stated]);
         // All would be too many to tell apart.
         if (index + 1).is_power_of_two() {
@@ -232,10 +207,7 @@ fn passes(lab: &mut Lab) -> Result<Chart, Error> {
         log: [true, true],
         series: vec![
             Series::new("bias, closed form", 2, Mark::Line, closed),
-            Series {
-                bars,
-                ..Series::new("bias, measured", 0, Mark::Points, bias)
-            },
+            Series { bars, ..Series::new("bias, measured", 0, Mark::Points, bias) },
             Series::new("root-mean-square error", 1, Mark::Line, error),
         ],
     })

@@ -85,15 +85,9 @@ impl Photons {
         PhotonMap::check(&Standard, scene, Kept::All, self.photons, (seed, 0))?;
         match self.lookup(one_map) {
             Lookup::Direct => Ok(()),
-            Lookup::Gather {
-                caustic_particles, ..
-            } => PhotonMap::check(
-                &Standard,
-                scene,
-                Kept::Caustic,
-                caustic_particles,
-                (seed, 0),
-            ),
+            Lookup::Gather { caustic_particles, .. } => {
+                PhotonMap::check(&Standard, scene, Kept::Caustic, caustic_particles, (seed, 0))
+            }
         }
     }
 
@@ -104,11 +98,7 @@ impl Photons {
         if one_map {
             line("gather", &name(self.gather));
         }
-        if let Lookup::Gather {
-            caustic_particles,
-            caustic_radius,
-        } = self.lookup(one_map)
-        {
+        if let Lookup::Gather { caustic_particles, caustic_radius } = self.lookup(one_map) {
             line("caustic-photons", &caustic_particles.to_string());
             line("caustic-radius", &caustic_radius.to_string());
         }

@@ -24,11 +24,7 @@ pub fn render_samples<E: Estimator>(
     film: &mut Film,
     samples: u32,
 ) -> Result<(), Error> {
-    let sampling = Sampling {
-        pixel,
-        numbers: Numbers::Independent,
-        seed,
-    };
+    let sampling = Sampling { pixel, numbers: Numbers::Independent, seed };
     let on = |_| !interrupted();
     if render(scene, estimator, sampling, film, &(0..samples), &on)? {
         Ok(())
@@ -51,21 +47,12 @@ pub fn write_grid(
     display: Display,
     magnification: u32,
 ) -> Result<(), Error> {
-    let [width, height] = films
-        .first()
-        .map_or([1, 1], Film::size)
-        .map(|n| n * magnification);
+    let [width, height] = films.first().map_or([1, 1], Film::size).map(|n| n * magnification);
     let rows = (films.len() as u32).div_ceil(columns);
-    let size = [
-        columns * (width + GAP) - GAP,
-        rows.max(1) * (height + GAP) - GAP,
-    ];
+    let size = [columns * (width + GAP) - GAP, rows.max(1) * (height + GAP) - GAP];
     let mut rgb = vec![u8::MAX; 3 * size[0] as usize * size[1] as usize];
     for (k, film) in (0..).zip(films) {
-        let corner = [
-            (k % columns) * (width + GAP),
-            (k / columns) * (height + GAP),
-        ];
+        let corner = [(k % columns) * (width + GAP), (k / columns) * (height + GAP)];
         for y in 0..height {
             for x in 0..width {
                 let mean = film.pixel(x / magnification, y / magnification).mean();

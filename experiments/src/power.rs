@@ -60,11 +60,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
         }
         panels.push(series(statistic, &points, i % PER_PANEL, replications).to_vec());
     }
-    lab.csv(
-        "power.csv",
-        "statistic,effect,stated,rejected,replications,mean,spread",
-        &rows,
-    )?;
+    lab.csv("power.csv", "statistic,effect,stated,rejected,replications,mean,spread", &rows)?;
     lab.note(
         "what is extrapolated",
         format!(
@@ -78,10 +74,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
         title: format!(
             "Power at level 1e-9, {what}: curves stated, points from {replications} replications"
         ),
-        axes: [
-            "effect (standard errors)".into(),
-            "probability of rejection".into(),
-        ],
+        axes: ["effect (standard errors)".into(), "probability of rejection".into()],
         ranges: [REACH, [0.0, 1.02]],
         log: [false, false],
         series: series.concat(),
@@ -123,9 +116,7 @@ fn measure(
 ) -> Result<Point, Error> {
     let seed = seed_for(master, &format!("power {} {wanted}", statistic.name));
     let numbers: Vec<u32> = (0..replications as u32).collect();
-    let outcomes = parallel(&numbers, |&k| {
-        (statistic.run)(&mut stream(seed, k, 0), effect)
-    })?;
+    let outcomes = parallel(&numbers, |&k| (statistic.run)(&mut stream(seed, k, 0), effect))?;
     let mut values = Values::new(0.0);
     outcomes.iter().for_each(|o| values.push(o.value));
     Ok(Point {
@@ -137,9 +128,7 @@ fn measure(
 }
 
 fn report(lab: &mut Lab, statistic: &Statistic, point: &Point, replications: u64, level: f64) {
-    let Point {
-        stated, rejected, ..
-    } = *point;
+    let Point { stated, rejected, .. } = *point;
     // A bound may be exceeded.
     let p = if statistic.bound {
         binomial_cdf(rejected, replications, stated)
@@ -148,10 +137,7 @@ fn report(lab: &mut Lab, statistic: &Statistic, point: &Point, replications: u64
     };
     let at_least = if statistic.bound { "at least " } else { "" };
     let share = rejected as f64 / replications as f64;
-    let [mean, spread] = [
-        point.values.moments.mean(),
-        point.values.moments.variance().sqrt(),
-    ];
+    let [mean, spread] = [point.values.moments.mean(), point.values.moments.variance().sqrt()];
     let key = format!("{}.{stated}", statistic.name.replace(' ', "-"));
     lab.number(&format!("{key}.rejected"), share);
     lab.number(&format!("{key}.mean"), mean);
@@ -177,20 +163,12 @@ fn series(
     let curve = (0..=280).map(|i| from + (to - from) * f64::from(i) / 280.0);
     let curve = curve.map(|x| [x, statistic.power(x * statistic.unit)]);
     let place = |point: &Point| {
-        [
-            point.effect / statistic.unit,
-            point.rejected as f64 / replications as f64,
-        ]
+        [point.effect / statistic.unit, point.rejected as f64 / replications as f64]
     };
     let mut measured = Series::new("", colour, Mark::Points, points.iter().map(place).collect());
-    measured.bars = points
-        .iter()
-        .map(|point| binomial_interval(point.rejected, replications, 0.025))
-        .collect();
-    [
-        Series::new(statistic.name, colour, Mark::Line, curve.collect()),
-        measured,
-    ]
+    measured.bars =
+        points.iter().map(|point| binomial_interval(point.rejected, replications, 0.025)).collect();
+    [Series::new(statistic.name, colour, Mark::Line, curve.collect()), measured]
 }
 
 /// What one random measure of the registry detects, in units of its δ.
@@ -215,10 +193,7 @@ fn registry(lab: &mut Lab) -> Result<(), Error> {
     measures.sort_by(|a, b| b.ratio.total_cmp(&a.ratio));
     let line = |Measure { row, ratio }: &Measure| {
         let o = &row.outcome;
-        lab.number(
-            &format!("{}: {}.detects_over_delta", row.trial, o.name),
-            *ratio,
-        );
+        lab.number(&format!("{}: {}.detects_over_delta", row.trial, o.name), *ratio);
         lab.number(&format!("{}: {}.miss", row.trial, o.name), o.miss());
         format!(
             "{},\"{}\",{},{},{:e},{:e},{ratio:.4},{:e}",
@@ -239,9 +214,7 @@ fn registry(lab: &mut Lab) -> Result<(), Error> {
     )?;
     // Effects that are just detected shrink as 1/√n (in a Poisson count, whose δ grows as n², faster).
     let limit = scale.powf(-0.5);
-    let weak = measures
-        .iter()
-        .filter(|m| m.ratio > limit || m.ratio.is_nan());
+    let weak = measures.iter().filter(|m| m.ratio > limit || m.ratio.is_nan());
     let weakest = measures.first().map_or_else(String::new, |m| {
         format!("{:.3} δ ({}: {})", m.ratio, m.row.trial, m.row.outcome.name)
     });
@@ -252,11 +225,7 @@ fn registry(lab: &mut Lab) -> Result<(), Error> {
     );
     if scale == 1.0 {
         let all_seen = measures.iter().all(|m| m.row.outcome.miss() <= ALPHA);
-        lab.claim(
-            "the registry misses its δ at most once in 1e9",
-            value,
-            all_seen,
-        );
+        lab.claim("the registry misses its δ at most once in 1e9", value, all_seen);
     } else {
         lab.note("the registry's power at δ, at reduced size", value);
     }
@@ -274,10 +243,7 @@ fn draw_registry(lab: &mut Lab, measures: &[Measure], scale: f64, limit: f64) ->
         of_kind.map(|(i, m)| [i as f64 + 1.0, m.ratio]).collect()
     };
     let count = measures.len() as f64;
-    let finite = measures
-        .iter()
-        .map(|m| m.ratio)
-        .filter(|ratio| ratio.is_finite());
+    let finite = measures.iter().map(|m| m.ratio).filter(|ratio| ratio.is_finite());
     let largest = finite.fold(limit, f64::max);
     let mut series = vec![Series::new(
         "just seen at full size",

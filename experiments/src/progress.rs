@@ -26,10 +26,7 @@ struct Shown {
     line: Option<ProgressBar>,
 }
 
-static SHOWN: Mutex<Shown> = Mutex::new(Shown {
-    tasks: Vec::new(),
-    line: None,
-});
+static SHOWN: Mutex<Shown> = Mutex::new(Shown { tasks: Vec::new(), line: None });
 
 /// A terminal's line is drawn so often.
 const DRAWN_EVERY: Duration = Duration::from_millis(200);
@@ -82,11 +79,8 @@ fn fresh_line() -> ProgressBar {
 fn describe(tasks: &[Arc<Task>]) -> Option<String> {
     let task = tasks.last()?;
     let labels: Vec<&str> = tasks.iter().map(|task| task.label.as_str()).collect();
-    let labels = labels
-        .into_iter()
-        .filter(|label| !label.is_empty())
-        .collect::<Vec<_>>()
-        .join(", ");
+    let labels =
+        labels.into_iter().filter(|label| !label.is_empty()).collect::<Vec<_>>().join(", ");
     let error = f64::from_bits(task.error.load(Ordering::Relaxed));
     let done = task.done.load(Ordering::Relaxed);
     let text = state(done, task.size, task.unit, task.start.elapsed());
@@ -117,10 +111,7 @@ pub fn state(done: u64, size: u64, unit: &str, elapsed: Duration) -> String {
         } else {
             format!(", {:.1} per minute", 60.0 * rate)
         };
-        text += &format!(
-            ", {} left",
-            duration(size.saturating_sub(done) as f64 / rate)
-        );
+        text += &format!(", {} left", duration(size.saturating_sub(done) as f64 / rate));
     }
     text
 }
@@ -133,11 +124,7 @@ fn quantity(value: f64) -> String {
         v if v >= 1e6 => (v / 1e6, " million"),
         v if v >= 1e4 => (v / 1e3, " thousand"),
         v => {
-            return if v < 10.0 && v.fract() > 0.0 {
-                format!("{v:.1}")
-            } else {
-                format!("{v:.0}")
-            };
+            return if v < 10.0 && v.fract() > 0.0 { format!("{v:.1}") } else { format!("{v:.0}") };
         }
     };
     match value {
@@ -165,9 +152,7 @@ pub struct Progress {
 impl Progress {
     /// Bars with a label; none if it goes without saying.
     pub fn new(label: &str) -> Self {
-        Self {
-            label: label.to_owned(),
-        }
+        Self { label: label.to_owned() }
     }
 
     /// A bar for so many samples.
@@ -186,10 +171,7 @@ impl Progress {
             error: AtomicU64::new(0),
         });
         shown().tasks.push(Arc::clone(&task));
-        Bar {
-            task,
-            reckoned: Instant::now(),
-        }
+        Bar { task, reckoned: Instant::now() }
     }
 }
 
@@ -214,9 +196,7 @@ impl Bar {
     pub fn error(&mut self, relative: impl FnOnce() -> f64) {
         if self.reckoned.elapsed() >= ERROR_EVERY {
             self.reckoned = Instant::now();
-            self.task
-                .error
-                .store(relative().to_bits(), Ordering::Relaxed);
+            self.task.error.store(relative().to_bits(), Ordering::Relaxed);
         }
     }
 

@@ -49,10 +49,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     let halvings = lab.by_tier(2, 3);
     let mut levels = Vec::new();
     for halvings in 0..=halvings {
-        let fineness = Fineness {
-            patches: COARSE,
-            halvings,
-        };
+        let fineness = Fineness { patches: COARSE, halvings };
         let solved = Radiosity::new(Standard, &scene, fineness, &|_| !interrupted())?;
         let patches = solved.irradiances().count() as f64 / 2.0;
         let (residual, sweeps) = (solved.residual(), solved.sweeps());
@@ -192,22 +189,13 @@ fn draw(lab: &mut Lab, levels: &[Level], (reference, noise): (f64, f64)) -> Resu
     let difference = move |level: &Level| [(level.mean.y / reference - 1.0).abs(), noise];
     let chart = Chart {
         title: "Radiosity in the diffuse room against the path tracer".to_owned(),
-        axes: [
-            "patches".to_owned(),
-            "deviation from the path tracer (%)".to_owned(),
-        ],
+        axes: ["patches".to_owned(), "deviation from the path tracer (%)".to_owned()],
         ranges: [[low, high], [0.03, 20.0]],
         log: [true, true],
         series: [
             vec![slope],
-            series("pixels, interpolated (rms)", 2, &|l| {
-                [l.distances[0], l.errors[0]]
-            })
-            .to_vec(),
-            series("pixels, gathered (rms)", 1, &|l| {
-                [l.distances[1], l.errors[1]]
-            })
-            .to_vec(),
+            series("pixels, interpolated (rms)", 2, &|l| [l.distances[0], l.errors[0]]).to_vec(),
+            series("pixels, gathered (rms)", 1, &|l| [l.distances[1], l.errors[1]]).to_vec(),
             series("image mean", 0, &difference).to_vec(),
         ]
         .concat(),

@@ -47,11 +47,7 @@ pub fn run_all(
         );
         let folder = options.out.join(experiment.id);
         let which = format!("[{} of {}] ", i + 1, experiments.len());
-        let kept = if fresh {
-            None
-        } else {
-            kept(&folder, &fingerprint)
-        };
+        let kept = if fresh { None } else { kept(&folder, &fingerprint) };
         let (outcome, how) = match kept {
             Some(outcome) => (outcome, "kept from an earlier run".to_owned()),
             None => {
@@ -146,9 +142,8 @@ struct Results<'a> {
 
 /// Writes what all experiments found whose results are in the folder.
 fn write_results(path: &Path, options: &Options) -> Result<(), Error> {
-    let found = EXPERIMENTS
-        .iter()
-        .filter_map(|experiment| result(&options.out.join(experiment.id)));
+    let found =
+        EXPERIMENTS.iter().filter_map(|experiment| result(&options.out.join(experiment.id)));
     let outcomes: Vec<Outcome> = found.collect();
     write_json(
         path,
@@ -184,11 +179,7 @@ pub fn table(outcome: &Outcome, how: &str, rows: bool) -> String {
     let shows = |row: &&Finding| rows || !row.detail || row.verdict == Some(Judgement::Fails);
     let shown: Vec<&Finding> = outcome.findings.iter().filter(shows).collect();
     let label = |row: &Finding| format!("{}{}", if row.detail { "  " } else { "" }, row.what);
-    let width = shown
-        .iter()
-        .map(|row| label(row).chars().count())
-        .max()
-        .unwrap_or(0);
+    let width = shown.iter().map(|row| label(row).chars().count()).max().unwrap_or(0);
     for row in &shown {
         let verdict = row.verdict.map(|verdict| match verdict {
             // To be seen among many.
@@ -237,21 +228,14 @@ pub fn verdicts(outcomes: &[Outcome]) -> (String, bool) {
             outcome.findings.iter().map(move |row| (id, row))
         })
     };
-    let count = |verdict| {
-        all()
-            .filter(|(_, row)| row.verdict == Some(verdict))
-            .count()
-    };
+    let count = |verdict| all().filter(|(_, row)| row.verdict == Some(verdict)).count();
     let [holds, fails, undecided] =
         [Judgement::Holds, Judgement::Fails, Judgement::Undecided].map(count);
     let mut text = String::new();
     for (id, row) in all().filter(|(_, row)| row.verdict == Some(Judgement::Fails)) {
         let _ = writeln!(text, "FAILS: {id}: {}: {}", row.what, row.value);
     }
-    let _ = write!(
-        text,
-        "{holds} hold, {fails} fail, {undecided} undecided at this tier"
-    );
+    let _ = write!(text, "{holds} hold, {fails} fail, {undecided} undecided at this tier");
     if outcomes.iter().any(|outcome| outcome.shrink != 1) {
         text += "; nothing is judged in a run with --shrink";
     }
@@ -301,9 +285,7 @@ pub fn record(from: &Path, to: &Path) -> Result<Vec<String>, Error> {
     let mut too_large = Vec::new();
     for figure in std::mem::take(&mut outcome.figures) {
         let source = from.join(&figure);
-        let size = std::fs::metadata(&source)
-            .map_err(Error::file("read", &source))?
-            .len();
+        let size = std::fs::metadata(&source).map_err(Error::file("read", &source))?.len();
         if size <= LARGEST_RECORDED {
             std::fs::copy(&source, to.join(&figure)).map_err(Error::file("copy", &source))?;
         } else if source.extension().is_some_and(|e| e == "png") {
@@ -333,10 +315,6 @@ pub fn update_book(experiments: &[&Experiment], options: &Options) -> Result<(),
             );
         }
     }
-    say!(
-        "recorded {} experiments in {}",
-        experiments.len(),
-        book.display()
-    );
+    say!("recorded {} experiments in {}", experiments.len(), book.display());
     Ok(())
 }

@@ -39,13 +39,7 @@ const fn region(
     published: [f64; 3],
     margin: f64,
 ) -> Region {
-    Region {
-        name,
-        corner: [x0, y0],
-        size: [x1 - x0, y1 - y0],
-        published,
-        margin,
-    }
+    Region { name, corner: [x0, y0], size: [x1 - x0, y1 - y0], published, margin }
 }
 
 /// The white sphere's reconstruction is coarser than the rest.
@@ -55,48 +49,13 @@ const OTHER: f64 = 2.5;
 const TABLE: [Region; 9] = [
     region("red wall", [80, 300, 180, 400], [144.0, 36.5, 37.4], OTHER),
     region("blue wall", [350, 280, 430, 380], [23.3, 29.0, 76.8], OTHER),
-    region(
-        "cyan, near",
-        [880, 250, 980, 350],
-        [0.0, 150.5, 155.1],
-        OTHER,
-    ),
-    region(
-        "floor, mid",
-        [600, 690, 660, 740],
-        [142.9, 149.9, 164.8],
-        OTHER,
-    ),
-    region(
-        "sphere top",
-        [560, 335, 590, 355],
-        [239.2, 245.6, 248.7],
-        SPHERE,
-    ),
-    region(
-        "sphere middle",
-        [560, 375, 590, 395],
-        [126.6, 129.1, 141.9],
-        SPHERE,
-    ),
-    region(
-        "sphere bottom",
-        [560, 420, 590, 438],
-        [65.4, 61.3, 67.7],
-        SPHERE,
-    ),
-    region(
-        "sphere right",
-        [612, 375, 626, 395],
-        [41.1, 73.6, 73.7],
-        SPHERE,
-    ),
-    region(
-        "light in glass",
-        [483, 468, 497, 476],
-        [111.2, 109.2, 110.8],
-        OTHER,
-    ),
+    region("cyan, near", [880, 250, 980, 350], [0.0, 150.5, 155.1], OTHER),
+    region("floor, mid", [600, 690, 660, 740], [142.9, 149.9, 164.8], OTHER),
+    region("sphere top", [560, 335, 590, 355], [239.2, 245.6, 248.7], SPHERE),
+    region("sphere middle", [560, 375, 590, 395], [126.6, 129.1, 141.9], SPHERE),
+    region("sphere bottom", [560, 420, 590, 438], [65.4, 61.3, 67.7], SPHERE),
+    region("sphere right", [612, 375, 626, 395], [41.1, 73.6, 73.7], SPHERE),
+    region("light in glass", [483, 468, 497, 476], [111.2, 109.2, 110.8], OTHER),
 ];
 
 /// What each quirk of the reconstruction does to each region.
@@ -110,27 +69,16 @@ pub const QUIRKS: Experiment = Experiment {
 
 fn quirks(lab: &mut Lab) -> Result<(), Error> {
     let all = Quirks::default();
-    let own = Quirks {
-        roulette_by_cosine: false,
-        ..all
-    };
-    let kept = Quirks {
-        end_loses_direct: false,
-        ..all
-    };
-    let single = Quirks {
-        extra_cosine: false,
-        ..all
-    };
+    let own = Quirks { roulette_by_cosine: false, ..all };
+    let kept = Quirks { end_loses_direct: false, ..all };
+    let single = Quirks { extra_cosine: false, ..all };
     let variants = [
         ("without the cosine as roulette number", "own-number", own),
         ("without the loss of direct light", "direct-kept", kept),
         ("without the extra cosine", "single-cosine", single),
     ];
-    let with_all = TABLE
-        .iter()
-        .map(|region| quirked_mean(lab, region, all))
-        .collect::<Result<Vec<_>, _>>()?;
+    let with_all =
+        TABLE.iter().map(|region| quirked_mean(lab, region, all)).collect::<Result<Vec<_>, _>>()?;
     let mut panels = Vec::new();
     for (title, stem, quirks) in variants {
         let mut panel = Vec::new();
@@ -155,12 +103,7 @@ fn quirks(lab: &mut Lab) -> Result<(), Error> {
          the extra cosine the white sphere by up to a hundred grey levels.",
     );
     let band = "what the comparison with the published image allows";
-    draw(
-        &lab.figure("quirks.svg"),
-        about,
-        ["change (grey levels)", band],
-        &panels,
-    )
+    draw(&lab.figure("quirks.svg"), about, ["change (grey levels)", band], &panels)
 }
 
 /// [`region_mean`] of the reconstruction with these quirks. All take the same random numbers, so that
@@ -169,15 +112,9 @@ fn quirked_mean(lab: &Lab, region: &Region, quirks: Quirks) -> Result<[f64; 3], 
     let job = region_job(lab, ConventionName::Published, region);
     let progress = Progress::new(region.name);
     let scene = job.build_scene()?;
-    let whole = Whole {
-        progress: &progress,
-    };
+    let whole = Whole { progress: &progress };
     let rendered = whole.rays(&job, &scene, &Published { quirks })?;
-    if rendered.complete {
-        Ok(encoded_mean(&rendered.film))
-    } else {
-        Err(Error::Interrupted)
-    }
+    if rendered.complete { Ok(encoded_mean(&rendered.film)) } else { Err(Error::Interrupted) }
 }
 
 fn run(lab: &mut Lab) -> Result<(), Error> {
@@ -188,9 +125,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
         for region in &TABLE {
             let mean = region_mean(lab, convention, region)?;
             let difference = [0, 1, 2].map(|c| mean[c] - region.published[c]);
-            let worst = difference
-                .iter()
-                .fold(0.0f64, |worst, d| worst.max(d.abs()));
+            let worst = difference.iter().fold(0.0f64, |worst, d| worst.max(d.abs()));
             let what = format!("{stem}: {}", region.name);
             let value = format!(
                 "{} (published {}), at most {worst:.1} off",
@@ -220,22 +155,13 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
         }
         panels.push((stem, panel));
     }
-    lab.csv(
-        "regions.csv",
-        "convention,region,channel,rendered,published",
-        &rows,
-    )?;
+    lab.csv("regions.csv", "convention,region,channel,rendered,published", &rows)?;
     let about = (
         "Regions of figure 6 under three conventions, against the published image",
         "Under the convention named published all points lie within the bands; under the others many do not.",
     );
     let axis = "rendered − published (grey levels)";
-    draw(
-        &lab.figure("regions.svg"),
-        about,
-        [axis, "what is allowed of “published”"],
-        &panels,
-    )
+    draw(&lab.figure("regions.svg"), about, [axis, "what is allowed of “published”"], &panels)
 }
 
 /// All panels on one scale, with what each region is allowed.
@@ -246,11 +172,7 @@ fn draw(
     panels: &[Panel<'_>],
 ) -> Result<(), Error> {
     let regions = TABLE.map(|region| (region.name, region.margin));
-    let common = Common {
-        regions: &regions,
-        axis,
-        band,
-    };
+    let common = Common { regions: &regions, axis, band };
     differences(path, about, &common, panels)
 }
 
@@ -265,16 +187,9 @@ fn region_mean(lab: &Lab, convention: ConventionName, region: &Region) -> Result
 }
 
 fn region_job(lab: &Lab, convention: ConventionName, region: &Region) -> Job {
-    let window = Some(Window {
-        corner: region.corner,
-        size: region.size,
-    });
+    let window = Some(Window { corner: region.corner, size: region.size });
     let spp = lab.by_tier(128, 512);
-    lab.prepared(Job {
-        window,
-        spp,
-        ..Job::report(convention)
-    })
+    lab.prepared(Job { window, spp, ..Job::report(convention) })
 }
 
 fn encoded_mean(film: &Film) -> [f64; 3] {

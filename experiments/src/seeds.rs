@@ -142,11 +142,7 @@ impl Seeds {
             let answer = answer(trial, control, &context);
             (full_name(&trial.name, control.name), answer)
         })?;
-        Ok(Seed {
-            subjects: subjects.concat(),
-            equivalents: equivalents.concat(),
-            faults,
-        })
+        Ok(Seed { subjects: subjects.concat(), equivalents: equivalents.concat(), faults })
     }
 }
 
@@ -175,11 +171,7 @@ fn measure(trial: &str, o: &Outcome) -> Measure {
             let level = o.sensitivity.level_with_power(graded.effect, power);
             [level, 1.0 - o.sensitivity.miss_at(graded.effect, level)]
         };
-        Graded {
-            up: graded.effect > 0.0,
-            p: number(graded.outcome.p),
-            levels: POWERS.map(level),
-        }
+        Graded { up: graded.effect > 0.0, p: number(graded.outcome.p), levels: POWERS.map(level) }
     });
     Measure {
         name: format!("{trial}: {}", o.name),

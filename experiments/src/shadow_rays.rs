@@ -53,9 +53,7 @@ impl Parts for Counted<'_> {
 
     fn survives(&self, r: f64, survival: f64) -> bool {
         let survives = roulette::survives(r, survival);
-        self.0
-            .onward
-            .fetch_add(u64::from(survives), Ordering::Relaxed);
+        self.0.onward.fetch_add(u64::from(survives), Ordering::Relaxed);
         survives
     }
 
@@ -78,10 +76,7 @@ struct Cost {
 impl Cost {
     /// For photons: a pick of an emitter starts a particle or goes with a gathering ray.
     fn with_picks(self) -> Self {
-        Self {
-            rays: self.rays + self.picks,
-            ..self
-        }
+        Self { rays: self.rays + self.picks, ..self }
     }
 }
 
@@ -92,10 +87,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     let seed = seed_for(lab.seed(), "reference");
     let reference = film(&scene, &Path::<Standard>::default(), seed, reference)?;
 
-    let gather = Lookup::Gather {
-        caustic_particles: 1,
-        caustic_radius: RADIUS,
-    };
+    let gather = Lookup::Gather { caustic_particles: 1, caustic_radius: RADIUS };
     let photon = |lookup| {
         let scene = &scene;
         move |rays: &Rays, seed| {
@@ -108,13 +100,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     let master = lab.seed();
     let bar = Progress::default().bar(u64::from(4 * images));
     let trace = |name, images, samples, make: &dyn Fn(&Rays, u64) -> Result<Film, Error>| {
-        measure(
-            seed_for(master, name),
-            (images, samples),
-            &reference,
-            &bar,
-            make,
-        )
+        measure(seed_for(master, name), (images, samples), &reference, &bar, make)
     };
     let gathering = trace("gather", images, SAMPLES, &photon(gather))?.with_picks();
     let direct = trace("direct", images, SAMPLES, &photon(Lookup::Direct))?.with_picks();
@@ -212,8 +198,6 @@ fn film<E: Estimator>(
 /// Mean squared difference of the pixels, relative to the square of the reference's mean.
 fn difference(film: &Film, reference: &Film) -> f64 {
     let pairs = film.pixels().iter().zip(reference.pixels());
-    let sum: f64 = pairs
-        .map(|(a, b)| (a.mean() - b.mean()).length_squared() / 3.0)
-        .sum();
+    let sum: f64 = pairs.map(|(a, b)| (a.mean() - b.mean()).length_squared() / 3.0).sum();
     sum / film.pixels().len() as f64 / reference.mean().powi(2)
 }

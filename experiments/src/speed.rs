@@ -48,29 +48,18 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     let all = rayon::current_num_threads();
     lab.number("threads", all as f64);
     let pools = [("one", pool(1)?), ("all", pool(all)?)];
-    let base = Job {
-        size: lab.by_tier([64, 48], [256, 192]),
-        spp: 16,
-        ..Job::default()
-    };
+    let base = Job { size: lab.by_tier([64, 48], [256, 192]), spp: 16, ..Job::default() };
     for scene in [SceneName::Report, SceneName::DiffuseRoom] {
         for estimator in ESTIMATORS {
-            let mut job = Job {
-                scene,
-                estimator,
-                ..base
-            };
+            let mut job = Job { scene, estimator, ..base };
             if matches!(estimator, EstimatorName::Photon | EstimatorName::Sppm) {
                 job.photons.photons = base.size[0] * base.size[1];
             }
             image(lab, &pools, &name(scene), job)?;
         }
     }
-    let report = Job {
-        convention: ConventionName::Report,
-        estimator: EstimatorName::Report,
-        ..base
-    };
+    let report =
+        Job { convention: ConventionName::Report, estimator: EstimatorName::Report, ..base };
     let rate = image(lab, &pools, "seven-segments", report)?;
     lab.number("figure-6.seconds", FIGURE_6 / rate);
     rays(lab)?;
@@ -131,14 +120,11 @@ fn least_seconds(mut work: impl FnMut() -> Result<(), Error>) -> Result<f64, Err
 fn rays(lab: &mut Lab) -> Result<(), Error> {
     let scene = room::diffuse()?;
     let seed = seed_for(lab.seed(), "speed rays");
-    let bounced: Vec<Ray> = (0..1024)
-        .filter_map(|i| bounced(&scene, &mut stream(seed, 0, i)))
-        .collect();
+    let bounced: Vec<Ray> =
+        (0..1024).filter_map(|i| bounced(&scene, &mut stream(seed, 0, i))).collect();
     let light = DVec3::new(4.0, 0.0, 4.99);
-    let shadow: Vec<Ray> = bounced
-        .iter()
-        .map(|ray| Ray::new(ray.origin, light - ray.origin))
-        .collect();
+    let shadow: Vec<Ray> =
+        bounced.iter().map(|ray| Ray::new(ray.origin, light - ray.origin)).collect();
     let closest = |ray: &Ray| {
         black_box(scene.bvh().closest(ray, f64::INFINITY));
     };

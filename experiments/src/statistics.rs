@@ -45,11 +45,7 @@ impl Statistic {
 }
 
 fn normal(standard_error: f64, dof: f64) -> Sensitivity {
-    Sensitivity::Normal {
-        standard_error,
-        dof,
-        tests: 1,
-    }
+    Sensitivity::Normal { standard_error, dof, tests: 1 }
 }
 
 /// The standard error of a mean of [`N`] uniform numbers.
@@ -97,11 +93,7 @@ pub fn continuous() -> [Statistic; 6] {
         Statistic {
             name: "chi-square",
             run: |rng, effect| {
-                let mut counts = Counts {
-                    n: N,
-                    observed: vec![0; CELLS],
-                    ..Counts::default()
-                };
+                let mut counts = Counts { n: N, observed: vec![0; CELLS], ..Counts::default() };
                 for _ in 0..N {
                     counts.observed[skewed_cell(rng, effect)] += 1;
                 }
@@ -153,10 +145,7 @@ pub fn shares() -> Statistic {
             binomial("share", k, N, SHARE, 1.0)
         },
         unit: (SHARE * (1.0 - SHARE) / N as f64).sqrt(),
-        sensitivity: |_| Sensitivity::Binomial {
-            n: N,
-            probability: SHARE,
-        },
+        sensitivity: |_| Sensitivity::Binomial { n: N, probability: SHARE },
         bound: false,
     }
 }
@@ -196,17 +185,7 @@ fn bounded() -> Statistic {
 /// Every kind of statistic whose power is stated: those of sums first.
 pub fn with_power() -> Vec<Statistic> {
     let [z, t, welch, cells, distance, ratio] = continuous();
-    vec![
-        z,
-        t,
-        welch,
-        ratio,
-        bounded(),
-        cells,
-        distance,
-        shares(),
-        events(),
-    ]
+    vec![z, t, welch, ratio, bounded(), cells, distance, shares(), events()]
 }
 
 /// An event with a promised probability: at most `rate`.
@@ -283,11 +262,7 @@ fn sprt(rng: &mut Stream, truth: f64) -> Decision {
 /// distribution function differs most at one point, the middle.
 fn bent(u: f64, effect: f64) -> f64 {
     let lower = 0.5 + effect;
-    if u < lower {
-        0.5 * u / lower
-    } else {
-        0.5 + 0.5 * (u - lower) / (1.0 - lower)
-    }
+    if u < lower { 0.5 * u / lower } else { 0.5 + 0.5 * (u - lower) / (1.0 - lower) }
 }
 
 /// The first cell with probability (1 + effect)/[`CELLS`], the others alike: of all laws that are off by

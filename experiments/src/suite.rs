@@ -47,23 +47,18 @@ pub fn run(trials: &[Trial], seed: u64, scale: f64) -> Result<Vec<Vec<Row>>, Err
 
 /// The verdict on several outcomes together: fails if one does, holds if all do.
 pub fn joint(verdicts: impl IntoIterator<Item = Verdict>) -> Verdict {
-    verdicts
-        .into_iter()
-        .fold(Verdict::Holds, |joint, verdict| match (joint, verdict) {
-            (Verdict::Fails, _) | (_, Verdict::Fails) => Verdict::Fails,
-            (Verdict::Undecided { needed: a }, Verdict::Undecided { needed: b }) => {
-                Verdict::Undecided { needed: a.max(b) }
-            }
-            (Verdict::Holds, other) | (other, Verdict::Holds) => other,
-        })
+    verdicts.into_iter().fold(Verdict::Holds, |joint, verdict| match (joint, verdict) {
+        (Verdict::Fails, _) | (_, Verdict::Fails) => Verdict::Fails,
+        (Verdict::Undecided { needed: a }, Verdict::Undecided { needed: b }) => {
+            Verdict::Undecided { needed: a.max(b) }
+        }
+        (Verdict::Holds, other) | (other, Verdict::Holds) => other,
+    })
 }
 
 /// The place of an equation in the registry, for sorting.
 pub fn place(id: &str) -> usize {
-    equation::ALL
-        .iter()
-        .position(|equation| equation.id == id)
-        .unwrap_or(equation::ALL.len())
+    equation::ALL.iter().position(|equation| equation.id == id).unwrap_or(equation::ALL.len())
 }
 
 /// The equation of each trial.

@@ -35,10 +35,8 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     let figures = draw(lab, &trials, &found)?;
     let recorded = Recorded::load();
     for equation in equation::ALL {
-        let on_trial = trials
-            .iter()
-            .zip(&found)
-            .filter(|(trial, _)| trial.equation.id == equation.id);
+        let on_trial =
+            trials.iter().zip(&found).filter(|(trial, _)| trial.equation.id == equation.id);
         let rows: Vec<_> = on_trial.collect();
         summarise(lab, equation, &rows);
         for (trial, rows) in rows {
@@ -105,12 +103,7 @@ fn report(lab: &mut Lab, trial: &Trial, rows: &[Row], figure: &str, recorded: &R
 fn evidence(row: &Row) -> String {
     let o = &row.outcome;
     if !o.is_random() {
-        return format!(
-            "{} {:.2e}, at most {:.1e}",
-            o.name,
-            o.estimate,
-            o.claim.size()
-        );
+        return format!("{} {:.2e}, at most {:.1e}", o.name, o.estimate, o.claim.size());
     }
     if o.claim == Claim::Test {
         return format!("{} {:.4e}", o.name, o.value);
@@ -184,11 +177,8 @@ fn draw(
     let mut figures = BTreeMap::new();
     for (group, lines) in lines {
         for (i, part) in lines.chunks(LINES_PER_FIGURE).enumerate() {
-            let file = if i == 0 {
-                format!("{group}.svg")
-            } else {
-                format!("{group}-{}.svg", i + 1)
-            };
+            let file =
+                if i == 0 { format!("{group}.svg") } else { format!("{group}-{}.svg", i + 1) };
             let title = format!(
                 "Trials of the group “{group}”, scale {}",
                 lab.scale(lab.by_tier(suite::REDUCED, 1.0))
@@ -197,9 +187,7 @@ fn draw(
             forest(&lab.figure(&file), (&title, see), part)?;
             figures.entry(group.clone()).or_insert(file);
         }
-        figures
-            .entry(group)
-            .or_insert_with(|| "no figure".to_owned());
+        figures.entry(group).or_insert_with(|| "no figure".to_owned());
     }
     Ok(figures)
 }
@@ -235,23 +223,14 @@ impl Recorded {
         let outcome = record::recorded(&record::recorded_folder(), TRIALS.id);
         let current = outcome.filter(|outcome| outcome.version == TRIALS.version);
         current.map_or_else(
-            || Self {
-                tier: String::new(),
-                findings: Vec::new(),
-            },
-            |outcome| Self {
-                tier: outcome.tier,
-                findings: outcome.findings,
-            },
+            || Self { tier: String::new(), findings: Vec::new() },
+            |outcome| Self { tier: outcome.tier, findings: outcome.findings },
         )
     }
 
     /// What the recorded run says of a trial, as a clause.
     fn verdict(&self, what: &str) -> String {
-        let found = self
-            .findings
-            .iter()
-            .find(|finding| finding.what.trim_start() == what);
+        let found = self.findings.iter().find(|finding| finding.what.trim_start() == what);
         match found.and_then(|finding| finding.verdict) {
             Some(verdict) => format!(" [{} in the recorded {} run]", verdict.word(), self.tier),
             None => " [not recorded]".to_owned(),

@@ -32,11 +32,8 @@ enum Aim {
     Corner,
 }
 
-const AIMS: [(Aim, &str); 3] = [
-    (Aim::Anywhere, "anywhere"),
-    (Aim::Edge, "edges"),
-    (Aim::Corner, "corners"),
-];
+const AIMS: [(Aim, &str); 3] =
+    [(Aim::Anywhere, "anywhere"), (Aim::Edge, "edges"), (Aim::Corner, "corners")];
 /// Rays of one walk: the first from a random point, each later one from where the last one arrived.
 const WALK: u64 = 5;
 /// Walks of one random stream.
@@ -54,14 +51,9 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
             .into_par_iter()
             .map(|batch| {
                 let mut rng = stream(seed, batch, 0);
-                let lost = (0..BATCH)
-                    .map(|_| lost_in_walk(&scene, &triangles, aim, &mut rng))
-                    .sum();
-                if bar.advance(BATCH * WALK) {
-                    lost
-                } else {
-                    0u64
-                }
+                let lost =
+                    (0..BATCH).map(|_| lost_in_walk(&scene, &triangles, aim, &mut rng)).sum();
+                if bar.advance(BATCH * WALK) { lost } else { 0u64 }
             })
             .sum();
         bar.finish();
@@ -71,11 +63,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
         let total = u64::from(batches) * BATCH * WALK;
         lab.number(&format!("{label}.rays"), total as f64);
         lab.number(&format!("{label}.lost"), lost as f64);
-        lab.claim(
-            &format!("aimed at {label}"),
-            format!("{lost} of {total} rays lost"),
-            lost == 0,
-        );
+        lab.claim(&format!("aimed at {label}"), format!("{lost} of {total} rays lost"), lost == 0);
     }
     Ok(())
 }
@@ -88,11 +76,7 @@ fn lost_in_walk<R: Rng>(scene: &Scene, triangles: &[[DVec3; 3]], aim: Aim, rng: 
         Aim::Edge | Aim::Corner => {
             let triangle = triangles[(uniform(rng) * triangles.len() as f64) as usize];
             let corner = (uniform(rng) * 3.0) as usize;
-            let along = if matches!(aim, Aim::Edge) {
-                uniform(rng)
-            } else {
-                0.0
-            };
+            let along = if matches!(aim, Aim::Edge) { uniform(rng) } else { 0.0 };
             triangle[corner].lerp(triangle[(corner + 1) % 3], along)
         }
     };

@@ -38,14 +38,12 @@ impl<P: Parts> ImageEstimator for Bdpt<P> {
         index: u32,
     ) -> Result<Vec<DVec3>, Error> {
         let image = Splats::new(frame);
-        (0..frame[0] * frame[1])
-            .into_par_iter()
-            .try_for_each(|pixel| {
-                let mut rng = stream(seed, pixel, index);
-                let [x, y] = [pixel % frame[0], pixel / frame[0]];
-                self.pair(scene, [x, y], frame, &image, &mut rng)
-                    .map_err(|error| error.at(|| format!(" at pixel ({x}, {y})")))
-            })?;
+        (0..frame[0] * frame[1]).into_par_iter().try_for_each(|pixel| {
+            let mut rng = stream(seed, pixel, index);
+            let [x, y] = [pixel % frame[0], pixel / frame[0]];
+            self.pair(scene, [x, y], frame, &image, &mut rng)
+                .map_err(|error| error.at(|| format!(" at pixel ({x}, {y})")))
+        })?;
         Ok(image.into_values())
     }
 }
@@ -119,13 +117,8 @@ impl<P: Parts> Bdpt<P> {
                 corner.start = point_pdf(&self.parts, scene, emitter);
             }
             eye.push(corner);
-            let found = self.found(
-                scene,
-                step,
-                WholePath { eye: &eye, ..whole },
-                (light, corners),
-                rng,
-            );
+            let found =
+                self.found(scene, step, WholePath { eye: &eye, ..whole }, (light, corners), rng);
             radiance += step.throughput * step.factor * found;
             Ok(())
         })?;
@@ -180,10 +173,8 @@ impl<P: Parts> Bdpt<P> {
     #[inline]
     fn connect(&self, scene: &Scene, bsdf: &Bsdf, vertex: &Vertex, place: &Place<'_>) -> DVec3 {
         let parts = &self.parts;
-        let (here, there) = (
-            (vertex.point, vertex.frame.z),
-            (place.corner.point, place.corner.normal),
-        );
+        let (here, there) =
+            ((vertex.point, vertex.frame.z), (place.corner.point, place.corner.normal));
         let offset = there.0 - here.0;
         let distance_squared = offset.length_squared();
         let direction = offset * distance_squared.sqrt().recip();

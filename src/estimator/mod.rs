@@ -319,19 +319,11 @@ pub struct LightRules {
 
 impl LightRules {
     /// Energy-consistent.
-    pub const PHYSICAL: Self = Self {
-        seen: None,
-        shadows_pass_glass: false,
-        caustics: true,
-        radiance_factor: true,
-    };
+    pub const PHYSICAL: Self =
+        Self { seen: None, shadows_pass_glass: false, caustics: true, radiance_factor: true };
     /// What the report's figures show: an emitter that is seen shows 1, glass casts no shadow,
     /// T = 1 − R is all that refraction does, and light that mirrors and glass throw on diffuse surfaces
     /// is lost.
-    pub const REPORT: Self = Self {
-        seen: Some(1.0),
-        shadows_pass_glass: true,
-        caustics: false,
-        radiance_factor: false,
-    };
+    pub const REPORT: Self =
+        Self { seen: Some(1.0), shadows_pass_glass: true, caustics: false, radiance_factor: false };
 }

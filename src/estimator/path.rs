@@ -51,12 +51,7 @@ pub struct Path<P = Standard> {
 impl<P> Path<P> {
     /// With the default light sampling and heuristic.
     pub fn new(parts: P, strategy: Strategy) -> Self {
-        Self {
-            parts,
-            strategy,
-            lights: LightSampling::default(),
-            heuristic: Heuristic::default(),
-        }
+        Self { parts, strategy, lights: LightSampling::default(), heuristic: Heuristic::default() }
     }
 }
 
@@ -134,12 +129,8 @@ impl<P: Parts> Estimator for Path<P> {
                 radiance += factor * weight * throughput * emitted(scene, &here, &ray);
             }
             radiance += factor * throughput * self.shadow_ray(scene, &here, &ray, rng);
-            let Some(Scattered {
-                direction,
-                throughput: share,
-                factor: scale,
-                pdf,
-            }) = scatter(&self.parts, scene, &here, &ray, rng)
+            let Some(Scattered { direction, throughput: share, factor: scale, pdf }) =
+                scatter(&self.parts, scene, &here, &ray, rng)
             else {
                 return radiance;
             };

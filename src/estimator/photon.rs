@@ -75,20 +75,12 @@ impl<P: Parts> PhotonMapping<P> {
         let all = map(Kept::All, particles, "photons")?;
         let caustics = match lookup {
             Lookup::Direct => None,
-            Lookup::Gather {
-                caustic_particles,
-                caustic_radius,
-            } => {
+            Lookup::Gather { caustic_particles, caustic_radius } => {
                 let map = map(Kept::Caustic, caustic_particles, "caustics")?;
                 Some((map, caustic_radius))
             }
         };
-        Ok(Self {
-            all,
-            radius,
-            caustics,
-            parts,
-        })
+        Ok(Self { all, radius, caustics, parts })
     }
 
     /// Follows mirrors and glass from the vertex with this number to the first diffuse surface, and calls
@@ -113,12 +105,7 @@ impl<P: Parts> PhotonMapping<P> {
             let endless = vertex - first == LONGEST_PATH;
             if endless || scene.surface(&here).bsdf.is_diffuse() {
                 let way = if endless { f64::NAN } else { factor };
-                return Some(Arrival {
-                    hit: here,
-                    ray,
-                    throughput: way * throughput,
-                    vertex,
-                });
+                return Some(Arrival { hit: here, ray, throughput: way * throughput, vertex });
             }
             let next = scatter(&self.parts, scene, &here, &ray, rng)?;
             throughput *= next.throughput;

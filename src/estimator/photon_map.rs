@@ -93,17 +93,12 @@ impl PhotonMap {
         for (_, photon) in &mut photons {
             photon.flux = parts.photon_flux(photon.flux, emitted, stored);
             let flux = photon.flux.to_array();
-            if let Some(&value) = flux
-                .iter()
-                .find(|flux| !(0.0..f64::INFINITY).contains(*flux))
-            {
+            if let Some(&value) = flux.iter().find(|flux| !(0.0..f64::INFINITY).contains(*flux)) {
                 let place = format!(" as the flux of a photon of pass {}", name.1);
                 return Err(Error::Radiance { value, place });
             }
         }
-        Ok(Self {
-            tree: KdTree::new(photons),
-        })
+        Ok(Self { tree: KdTree::new(photons) })
     }
 
     /// Refuses a map that would not fit memory.
@@ -118,10 +113,7 @@ impl PhotonMap {
         emitted: u32,
         name: (u64, u32),
     ) -> Result<(), Error> {
-        pilot(emitted, |particle| {
-            follow(parts, scene, kept, particle, name)
-        })
-        .map(|_| ())
+        pilot(emitted, |particle| follow(parts, scene, kept, particle, name)).map(|_| ())
     }
 
     /// The photons, in the tree's order.
@@ -219,11 +211,7 @@ fn follow<P: Parts>(
         };
         if vertex > LONGEST_PATH {
             // Not a cut: the map refuses it.
-            let photon = Photon {
-                normal: here.normal,
-                from: -ray.direction,
-                flux: DVec3::NAN,
-            };
+            let photon = Photon { normal: here.normal, from: -ray.direction, flux: DVec3::NAN };
             photons.push((here.point, photon));
             break;
         }

@@ -38,11 +38,7 @@ pub struct Quirks {
 impl Default for Quirks {
     /// All three.
     fn default() -> Self {
-        Self {
-            roulette_by_cosine: true,
-            end_loses_direct: true,
-            extra_cosine: true,
-        }
+        Self { roulette_by_cosine: true, end_loses_direct: true, extra_cosine: true }
     }
 }
 
@@ -80,28 +76,16 @@ impl Estimator for Published {
                 bsdf @ (Bsdf::Lambert { .. } | Bsdf::OrenNayar { .. } | Bsdf::Eon { .. }) => {
                     let wi = parts.uniform_hemisphere(uniform2(rng));
                     let survival = 1.0 - surface.absorption;
-                    let number = if quirks.roulette_by_cosine {
-                        wi.z
-                    } else {
-                        uniform(rng)
-                    };
+                    let number = if quirks.roulette_by_cosine { wi.z } else { uniform(rng) };
                     // Of survival 0 as well: nothing goes on to be divided by it.
                     let ends = number >= survival;
                     if ends && quirks.end_loses_direct {
                         return radiance;
                     }
                     let rough = matches!(bsdf, Bsdf::OrenNayar { .. });
-                    let extra = if rough && quirks.extra_cosine {
-                        wi.z
-                    } else {
-                        1.0
-                    };
+                    let extra = if rough && quirks.extra_cosine { wi.z } else { 1.0 };
                     let colour = bsdf.albedo() / survival;
-                    let albedo = if quirks.end_loses_direct {
-                        colour
-                    } else {
-                        bsdf.albedo()
-                    };
+                    let albedo = if quirks.end_loses_direct { colour } else { bsdf.albedo() };
                     let plain = Bsdf::Lambert { albedo };
                     let vertex = Vertex::new(&here, &ray);
                     let light = direct_light(
@@ -121,11 +105,7 @@ impl Estimator for Published {
                     }
                     let pdf = parts.uniform_hemisphere_pdf(wi.z);
                     // Directions that the roulette leaves out would make survivors too dim.
-                    let albedo = if quirks.roulette_by_cosine {
-                        colour
-                    } else {
-                        bsdf.albedo()
-                    };
+                    let albedo = if quirks.roulette_by_cosine { colour } else { bsdf.albedo() };
                     throughput *= extra * albedo * (FRAC_1_PI * wi.z / pdf / survival);
                     vertex.frame.world(wi)
                 }

@@ -32,12 +32,7 @@ pub struct Report<P = Standard> {
 
 impl Default for Report {
     fn default() -> Self {
-        Self {
-            parts: Standard,
-            rays: 1,
-            segments: 7,
-            rules: LightRules::REPORT,
-        }
+        Self { parts: Standard, rays: 1, segments: 7, rules: LightRules::REPORT }
     }
 }
 
@@ -90,11 +85,7 @@ impl<P: Parts> Report<P> {
                 let sides = interface(&here, ray, index);
                 let (direction, factor) = scatter_glass(parts, sides, ray.direction, uniform(rng));
                 let refracted = direction.dot(sides.2) < 0.0;
-                let factor = if self.rules.radiance_factor {
-                    factor
-                } else {
-                    1.0
-                };
+                let factor = if self.rules.radiance_factor { factor } else { 1.0 };
                 // A shadow ray that passes through glass has looked behind it.
                 let passed = self.rules.shadows_pass_glass && refracted;
                 let sampled = sampled && (passed || !self.rules.caustics);
@@ -102,15 +93,9 @@ impl<P: Parts> Report<P> {
             }
             ref bsdf @ (Bsdf::Lambert { .. } | Bsdf::OrenNayar { .. } | Bsdf::Eon { .. }) => {
                 let vertex = Vertex::new(&here, ray);
-                if let Some(light) = direct_light(
-                    parts,
-                    scene,
-                    bsdf,
-                    &vertex,
-                    &self.rules,
-                    LightSampling::Area,
-                    rng,
-                ) {
+                if let Some(light) =
+                    direct_light(parts, scene, bsdf, &vertex, &self.rules, LightSampling::Area, rng)
+                {
                     radiance += light.reflected;
                 }
                 let survival = parts.survival_by_absorption(surface.absorption);

@@ -16,9 +16,7 @@ pub const ALPHA: f64 = 2.0 / 3.0;
 
 /// r² of pass `index` = i − 1 by [`crate::equation::PHOTON_RADIUS`], where `first` is that of pass 0.
 pub fn radius_squared(first: f64, index: u32) -> f64 {
-    (1..=index).fold(first, |r2, i| {
-        r2 * (f64::from(i) + ALPHA) / (f64::from(i) + 1.0)
-    })
+    (1..=index).fold(first, |r2, i| r2 * (f64::from(i) + ALPHA) / (f64::from(i) + 1.0))
 }
 
 /// The method of Hachisuka and Jensen (2009) in the form of Knaus and Zwicker (2011), in which a pass

@@ -58,18 +58,10 @@ impl WholePath<'_> {
         let mut path: Vec<Density> = vertices
             .clone()
             .enumerate()
-            .map(|(i, x)| Density {
-                light: x.start,
-                eye: 0.0,
-                specular: i > 0 && x.specular,
-            })
+            .map(|(i, x)| Density { light: x.start, eye: 0.0, specular: i > 0 && x.specular })
             .collect();
         let onward = |specular: bool, cosine: f64, squared_index: f64| {
-            if specular {
-                squared_index * cosine
-            } else {
-                parts.cosine_hemisphere_pdf(cosine)
-            }
+            if specular { squared_index * cosine } else { parts.cosine_hemisphere_pdf(cosine) }
         };
         for (i, (a, b)) in vertices.clone().zip(vertices.skip(1)).enumerate() {
             let [cos_a, cos_b] = [a, b].map(|x| x.cosine(b.point - a.point));

@@ -25,11 +25,7 @@ impl Vertex {
     pub fn new(hit: &Hit, ray: &Ray) -> Self {
         let facing = hit.normal * -hit.normal.dot(ray.direction).signum();
         let frame = Frame::new(facing);
-        Self {
-            point: hit.point,
-            frame,
-            wo: frame.local(-ray.direction),
-        }
+        Self { point: hit.point, frame, wo: frame.local(-ray.direction) }
     }
 }
 
@@ -258,12 +254,7 @@ pub(super) fn scatter<P: Parts, R: Sampler>(
         Bsdf::Glass { index } => {
             let sides = interface(here, ray, index);
             let (direction, factor) = scatter_glass(parts, sides, ray.direction, uniform(rng));
-            Some(Scattered {
-                direction,
-                throughput: DVec3::ONE,
-                factor,
-                pdf: None,
-            })
+            Some(Scattered { direction, throughput: DVec3::ONE, factor, pdf: None })
         }
         ref bsdf @ (Bsdf::Lambert { .. } | Bsdf::OrenNayar { .. } | Bsdf::Eon { .. }) => {
             let vertex = Vertex::new(here, ray);
@@ -287,7 +278,5 @@ pub(super) fn survive<P: Parts, R: Sampler>(
     rng: &mut R,
 ) -> Option<f64> {
     let survival = parts.survival_by_throughput(throughput);
-    parts
-        .survives(uniform(rng), survival)
-        .then(|| parts.roulette_weight(survival))
+    parts.survives(uniform(rng), survival).then(|| parts.roulette_weight(survival))
 }

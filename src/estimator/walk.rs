@@ -65,19 +65,10 @@ pub(super) fn walk<P: Parts, R: Sampler>(
             return Ok(Some((throughput, factor)));
         };
         rng.block(block + vertex);
-        let step = Step {
-            ray,
-            here,
-            throughput,
-            factor,
-        };
+        let step = Step { ray, here, throughput, factor };
         visit(&step, rng)?;
-        let Some(Scattered {
-            direction,
-            throughput: share,
-            factor: scale,
-            ..
-        }) = scatter(parts, scene, &here, &ray, rng)
+        let Some(Scattered { direction, throughput: share, factor: scale, .. }) =
+            scatter(parts, scene, &here, &ray, rng)
         else {
             return Ok(None);
         };
@@ -89,8 +80,5 @@ pub(super) fn walk<P: Parts, R: Sampler>(
         throughput *= weight;
         (ray, hit) = onward(scene, &here, direction);
     }
-    Err(Error::Radiance {
-        value: f64::NAN,
-        place: String::new(),
-    })
+    Err(Error::Radiance { value: f64::NAN, place: String::new() })
 }

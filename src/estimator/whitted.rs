@@ -27,11 +27,7 @@ pub struct Whitted<P = Standard> {
 impl Whitted {
     /// With the report's limit of seven segments.
     pub fn new(rules: LightRules) -> Self {
-        Self {
-            parts: Standard,
-            segments: 7,
-            rules,
-        }
+        Self { parts: Standard, segments: 7, rules }
     }
 }
 
@@ -70,16 +66,8 @@ impl<P: Parts> Whitted<P> {
             Bsdf::Black => DVec3::ZERO,
             ref bsdf @ (Bsdf::Lambert { .. } | Bsdf::OrenNayar { .. } | Bsdf::Eon { .. }) => {
                 let vertex = Vertex::new(&here, ray);
-                direct_light(
-                    parts,
-                    scene,
-                    bsdf,
-                    &vertex,
-                    &self.rules,
-                    LightSampling::Area,
-                    rng,
-                )
-                .map_or(DVec3::ZERO, |light| light.reflected)
+                direct_light(parts, scene, bsdf, &vertex, &self.rules, LightSampling::Area, rng)
+                    .map_or(DVec3::ZERO, |light| light.reflected)
             }
             Bsdf::Mirror { reflectance } => {
                 let direction = parts.mirror(ray.direction, here.normal);
@@ -94,11 +82,8 @@ impl<P: Parts> Whitted<P> {
                     // From within, where no surface emits.
                     return reflected;
                 };
-                let factor = if self.rules.radiance_factor {
-                    parts.radiance_factor(n1, n2)
-                } else {
-                    1.0
-                };
+                let factor =
+                    if self.rules.radiance_factor { parts.radiance_factor(n1, n2) } else { 1.0 };
                 let transmitted = next(refracted, rng);
                 reflected + (1.0 - share) * factor * transmitted
             }

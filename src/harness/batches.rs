@@ -19,13 +19,7 @@ pub struct Batches {
 
 impl Default for Batches {
     fn default() -> Self {
-        Self {
-            size: 1,
-            open: 0,
-            sum: 0.0,
-            means: [0.0; MOST],
-            full: 0,
-        }
+        Self { size: 1, open: 0, sum: 0.0, means: [0.0; MOST], full: 0 }
     }
 }
 
@@ -72,11 +66,7 @@ impl Batches {
             place: format!("{what}batch {} ({} values)", i + 1, self.size),
             expected,
             observed,
-            sigmas: if observed == expected {
-                0.0
-            } else {
-                (observed - expected) / standard_error
-            },
+            sigmas: if observed == expected { 0.0 } else { (observed - expected) / standard_error },
         };
         self.means().iter().enumerate().map(cell).collect()
     }

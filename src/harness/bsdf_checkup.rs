@@ -154,26 +154,16 @@ impl BsdfSubject {
 
     /// Sets the bound of all directional albedos.
     pub fn energy_bound(self, energy_bound: f64) -> Self {
-        Self {
-            energy_bound,
-            ..self
-        }
+        Self { energy_bound, ..self }
     }
 
     /// Sets the closed form of the directional albedo.
     pub fn albedo(self, albedo: impl Fn(DVec3) -> f64 + Send + Sync + 'static) -> Self {
-        Self {
-            albedo: Some(Box::new(albedo)),
-            ..self
-        }
+        Self { albedo: Some(Box::new(albedo)), ..self }
     }
 
     fn domain(&self) -> Domain {
-        if self.transmits {
-            Domain::Sphere
-        } else {
-            Domain::Hemisphere
-        }
+        if self.transmits { Domain::Sphere } else { Domain::Hemisphere }
     }
 }
 
@@ -240,9 +230,8 @@ pub fn at_direction(
     degrees: f64,
 ) -> Vec<Outcome> {
     let partition = Partition::of_pdf(subject.domain(), size.cells, &|wi| (subject.pdf)(wo, wi));
-    let albedo = subject
-        .domain()
-        .integrate_all(MASS_TOLERANCE, &|wi| (subject.eval)(wo, wi) * wi.z.abs());
+    let albedo =
+        subject.domain().integrate_all(MASS_TOLERANCE, &|wi| (subject.eval)(wo, wi) * wi.z.abs());
     let n = context.n(size.samples);
     let mut values = Values::new(albedo.value);
     let mut rng = context.rng(&format!("samples at {degrees}"));
@@ -259,20 +248,8 @@ pub fn at_direction(
     let at = |what: &str| format!("{what} at {degrees} degrees");
     let mut outcomes = vec![
         mass(subject, wo, &at("integral of the pdf")),
-        chi_square(
-            &at("chi-square of samples"),
-            &partition,
-            &counts,
-            CELL_DELTA,
-        ),
-        furnace(
-            subject,
-            wo,
-            &at("furnace"),
-            &values,
-            albedo.value,
-            size.delta,
-        ),
+        chi_square(&at("chi-square of samples"), &partition, &counts, CELL_DELTA),
+        furnace(subject, wo, &at("furnace"), &values, albedo.value, size.delta),
         Outcome::exact(
             at("energy bound"),
             1,
@@ -288,19 +265,15 @@ pub fn at_direction(
             1,
             (albedo.value - known).abs(),
             2.0 * MASS_TOLERANCE,
-            format!(
-                "{:.9} by quadrature, {known:.9} in closed form",
-                albedo.value
-            ),
+            format!("{:.9} by quadrature, {known:.9} in closed form", albedo.value),
         ));
     }
     outcomes
 }
 
 fn mass(subject: &BsdfSubject, wo: DVec3, name: &str) -> Outcome {
-    let integral = subject
-        .domain()
-        .integrate_all(0.25 * MASS_TOLERANCE, &|wi| (subject.pdf)(wo, wi));
+    let integral =
+        subject.domain().integrate_all(0.25 * MASS_TOLERANCE, &|wi| (subject.pdf)(wo, wi));
     let error = match &subject.loss {
         Loss::None => (integral.value - 1.0).abs(),
         Loss::Declared(loss) => (integral.value - (1.0 - loss(wo))).abs(),
@@ -310,13 +283,7 @@ fn mass(subject: &BsdfSubject, wo: DVec3, name: &str) -> Outcome {
         "the pdf integrates to {:.9} (quadrature error {:.1e})",
         integral.value, integral.error
     );
-    Outcome::exact(
-        name,
-        1,
-        nan_or(integral.value, error),
-        MASS_TOLERANCE,
-        worst,
-    )
+    Outcome::exact(name, 1, nan_or(integral.value, error), MASS_TOLERANCE, worst)
 }
 
 /// The mean weight is the albedo, known to within [`MASS_TOLERANCE`]. Weights that do not vary are right
@@ -339,16 +306,10 @@ fn furnace(
     if spread <= ROUNDING * albedo && constant().value <= 2.0 * MASS_TOLERANCE {
         return every(name, values.moments, albedo, MASS_TOLERANCE);
     }
-    let claim = Claim::Exact {
-        delta: delta * albedo,
-    };
+    let claim = Claim::Exact { delta: delta * albedo };
     // An estimate as near as the albedo is known is equal to it, however little varies.
     let estimate = values.moments.mean();
-    let reference = if (estimate - albedo).abs() <= MASS_TOLERANCE {
-        estimate
-    } else {
-        albedo
-    };
+    let reference = if (estimate - albedo).abs() <= MASS_TOLERANCE { estimate } else { albedo };
     mean(name, values, reference, claim)
 }
 
@@ -365,16 +326,11 @@ fn sane(subject: &BsdfSubject, size: &CheckUp, rng: &mut Stream) -> Outcome {
     let mut bad = 0.0;
     let ok = |x: f64| x.is_finite() && x >= 0.0;
     for _ in 0..size.pairs {
-        let [wo, wi] = [
-            fuzzed_direction(rng, subject.transmits),
-            fuzzed_direction(rng, subject.transmits),
-        ];
+        let [wo, wi] =
+            [fuzzed_direction(rng, subject.transmits), fuzzed_direction(rng, subject.transmits)];
         let u = [fuzzed_number(rng), fuzzed_number(rng), fuzzed_number(rng)];
-        let (f, pdf, sample) = (
-            (subject.eval)(wo, wi),
-            (subject.pdf)(wo, wi),
-            (subject.sample)(wo, u),
-        );
+        let (f, pdf, sample) =
+            ((subject.eval)(wo, wi), (subject.pdf)(wo, wi), (subject.sample)(wo, u));
         let sample_ok = sample.is_none_or(|s| {
             ok(s.weight)
                 && s.pdf > 0.0
@@ -413,19 +369,10 @@ fn weights(subject: &BsdfSubject, size: &CheckUp, rng: &mut Stream) -> Outcome {
             )
         });
         largest.see(relative(s.pdf, pdf), || {
-            format!(
-                "the sample says pdf = {}, pdf() says {pdf} at wo = {wo}, wi = {}",
-                s.pdf, s.wi
-            )
+            format!("the sample says pdf = {}, pdf() says {pdf} at wo = {wo}, wi = {}", s.pdf, s.wi)
         });
     }
-    Outcome::exact(
-        "weight = f cos/pdf",
-        compared,
-        largest.error,
-        POINTWISE,
-        largest.place,
-    )
+    Outcome::exact("weight = f cos/pdf", compared, largest.error, POINTWISE, largest.place)
 }
 
 fn reciprocity(subject: &BsdfSubject, size: &CheckUp, rng: &mut Stream) -> Outcome {
@@ -437,11 +384,5 @@ fn reciprocity(subject: &BsdfSubject, size: &CheckUp, rng: &mut Stream) -> Outco
             format!("f = {there} and {back} with wo = {wo}, wi = {wi} and exchanged")
         });
     }
-    Outcome::exact(
-        "reciprocity",
-        size.pairs,
-        largest.error,
-        POINTWISE,
-        largest.place,
-    )
+    Outcome::exact("reciprocity", size.pairs, largest.error, POINTWISE, largest.place)
 }

@@ -41,11 +41,7 @@ impl Counts {
     fn moved(&self, partition: &Partition, effect: f64) -> Option<Self> {
         let kept: u64 = self.observed.iter().sum();
         let mass = partition.mass();
-        let expected: Vec<f64> = partition
-            .masses
-            .iter()
-            .map(|m| kept as f64 * m / mass)
-            .collect();
+        let expected: Vec<f64> = partition.masses.iter().map(|m| kept as f64 * m / mass).collect();
         let pooled = pool(&expected, &self.observed);
         let least = pooled.iter().map(|&[e, _]| e).fold(f64::INFINITY, f64::min);
         let at = (0..expected.len())
@@ -76,11 +72,7 @@ pub fn count(
     mut sample: impl FnMut() -> Option<DVec3>,
     allowed: impl Fn(DVec3) -> bool,
 ) -> Counts {
-    let mut counts = Counts {
-        n,
-        observed: vec![0; partition.masses.len()],
-        ..Counts::default()
-    };
+    let mut counts = Counts { n, observed: vec![0; partition.masses.len()], ..Counts::default() };
     for _ in 0..n {
         match sample() {
             None => counts.lost += 1,
@@ -104,12 +96,7 @@ pub fn count(
 /// count: they are compared with the partition's loss, not divided away.
 pub fn chi_square(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Outcome {
     grade(pearson(name, partition, counts, delta), |effect| {
-        Some(pearson(
-            name,
-            partition,
-            &counts.moved(partition, effect)?,
-            delta,
-        ))
+        Some(pearson(name, partition, &counts.moved(partition, effect)?, delta))
     })
 }
 
@@ -124,18 +111,10 @@ fn pearson(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Ou
     let pooled = pool(&expected, &counts.observed);
     let statistic: f64 = pooled.iter().map(|&[e, o]| (o - e).powi(2) / e).sum();
     let dof = pooled.len().saturating_sub(1) as f64;
-    let p_cells = if dof > 0.0 {
-        chi_square_sf(statistic, dof)
-    } else {
-        1.0
-    };
+    let p_cells = if dof > 0.0 { chi_square_sf(statistic, dof) } else { 1.0 };
     let p_lost = lost_p(partition, counts);
     // Where nothing may be lost at all, there is no chance in that, and no second test to pay for.
-    let tests = if partition.loss == 0.0 && partition.error == 0.0 {
-        1
-    } else {
-        2
-    };
+    let tests = if partition.loss == 0.0 && partition.error == 0.0 { 1 } else { 2 };
     // Without a quadrature's error, a cell without probability is as forbidden as the outside.
     let impossible = partition.error == 0.0
         && (partition.masses.iter().zip(&counts.observed)).any(|(&m, &o)| m == 0.0 && o > 0);
@@ -160,12 +139,7 @@ fn pearson(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Ou
         reference: 0.0,
         interval: hull.interval,
         claim: Claim::Exact { delta },
-        sensitivity: Sensitivity::Cells {
-            dof,
-            n: kept as f64,
-            least: least / kept as f64,
-            tests,
-        },
+        sensitivity: Sensitivity::Cells { dof, n: kept as f64, least: least / kept as f64, tests },
         worst: describe(partition, counts, &expected, p_lost),
         cells: cells(partition, counts, &expected),
         graded: Vec::new(),
@@ -174,10 +148,7 @@ fn pearson(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Ou
     let certain = counts.forbidden > 0 || p_lost < ALPHA / tests as f64;
     if blur > LARGEST_BLUR && !certain {
         // Undecided: the cells' probabilities are not known well enough for so many samples.
-        Outcome {
-            valid_from: u64::MAX,
-            ..outcome
-        }
+        Outcome { valid_from: u64::MAX, ..outcome }
     } else if counts.n == 0 || (dof < 1.0 && p >= ALPHA) {
         // Two cells take so many samples, if they are equally probable.
         let needed = (2.0 * LEAST_EXPECTED_FEW) as u64;
@@ -194,12 +165,7 @@ pub fn sampler_against_partition(
     n: u64,
     sample: impl FnMut() -> Option<DVec3>,
 ) -> Outcome {
-    chi_square(
-        name,
-        partition,
-        &count(partition, n, sample, |_| true),
-        CELL_DELTA,
-    )
+    chi_square(name, partition, &count(partition, n, sample, |_| true), CELL_DELTA)
 }
 
 /// The ceiling of δ for a single cell's probability, relative.
@@ -213,17 +179,10 @@ const LARGEST_BLUR: f64 = 1e-3;
 /// observed counts.
 pub fn pool(expected: &[f64], observed: &[u64]) -> Vec<[f64; 2]> {
     let least = |cells: usize| {
-        if cells < FEW_CELLS {
-            LEAST_EXPECTED_FEW
-        } else {
-            LEAST_EXPECTED_MANY
-        }
+        if cells < FEW_CELLS { LEAST_EXPECTED_FEW } else { LEAST_EXPECTED_MANY }
     };
-    let mut cells: Vec<[f64; 2]> = expected
-        .iter()
-        .zip(observed)
-        .map(|(&e, &o)| [e, o as f64])
-        .collect();
+    let mut cells: Vec<[f64; 2]> =
+        expected.iter().zip(observed).map(|(&e, &o)| [e, o as f64]).collect();
     cells.sort_by(|a, b| b[0].total_cmp(&a[0]));
     while cells.len() > 1 && cells[cells.len() - 1][0] < least(cells.len()) {
         let [e, o] = cells.pop().unwrap_or_default();
@@ -257,10 +216,7 @@ struct Hull {
 impl Hull {
     fn new(pooled: &[[f64; 2]], kept: f64) -> Self {
         let z = normal_upper(ALPHA / (2.0 * pooled.len() as f64));
-        let mut hull = Self {
-            worst: 0.0,
-            interval: [0.0, 0.0],
-        };
+        let mut hull = Self { worst: 0.0, interval: [0.0, 0.0] };
         for &[e, o] in pooled {
             let deviation = o / e - 1.0;
             let half = z * ((1.0 - e / kept).max(0.0) / e).sqrt();
@@ -284,11 +240,7 @@ fn cells(partition: &Partition, counts: &Counts, expected: &[f64]) -> Vec<Cell> 
             expected: e,
             observed: o as f64,
             // A cell without probability and without samples is right.
-            sigmas: if o as f64 == e {
-                0.0
-            } else {
-                (o as f64 - e) / e.sqrt()
-            },
+            sigmas: if o as f64 == e { 0.0 } else { (o as f64 - e) / e.sqrt() },
         })
         .collect()
 }
@@ -326,15 +278,7 @@ pub fn binomial(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Out
         // No probability is beyond 0 and 1, and no count.
         let wrong = (k as f64 + effect * n as f64).round();
         let possible = (0.0..=1.0).contains(&(probability + effect));
-        possible.then(|| {
-            share(
-                name,
-                wrong.clamp(0.0, n as f64) as u64,
-                n,
-                probability,
-                delta,
-            )
-        })
+        possible.then(|| share(name, wrong.clamp(0.0, n as f64) as u64, n, probability, delta))
     })
 }
 
@@ -364,12 +308,7 @@ fn share(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Outcome {
         sensitivity: Sensitivity::Binomial { n, probability },
         worst: format!("{k} of {n}, {expected:.1} expected, {sigmas:+.1} sigmas"),
         cells: vec![
-            Cell {
-                place: String::from("successes"),
-                expected,
-                observed: k as f64,
-                sigmas,
-            },
+            Cell { place: String::from("successes"), expected, observed: k as f64, sigmas },
             Cell {
                 place: String::from("failures"),
                 expected: n as f64 - expected,
@@ -381,11 +320,7 @@ fn share(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Outcome {
     };
     if n == 0 {
         // 0 of 0 is NaN, but no wrong share.
-        Outcome {
-            estimate: probability,
-            ..outcome
-        }
-        .without_evidence("no values", 1)
+        Outcome { estimate: probability, ..outcome }.without_evidence("no values", 1)
     } else {
         outcome
     }
@@ -401,22 +336,14 @@ pub fn poisson(name: &str, k: u64, n: u64, expected: f64, delta: f64) -> Outcome
 }
 
 fn events(name: &str, k: u64, n: u64, expected: f64, delta: f64) -> Outcome {
-    let sigmas = if k as f64 == expected {
-        0.0
-    } else {
-        (k as f64 - expected) / expected.sqrt()
-    };
+    let sigmas = if k as f64 == expected { 0.0 } else { (k as f64 - expected) / expected.sqrt() };
     let tails = poisson_sf(k, expected).min(poisson_cdf(k, expected));
     let outcome = Outcome {
         name: name.to_owned(),
         statistic: "Poisson",
         value: k as f64,
         dof: None,
-        p: if expected >= 0.0 {
-            (2.0 * tails).min(1.0)
-        } else {
-            f64::NAN
-        },
+        p: if expected >= 0.0 { (2.0 * tails).min(1.0) } else { f64::NAN },
         n,
         valid_from: 1,
         estimate: k as f64,
@@ -425,17 +352,8 @@ fn events(name: &str, k: u64, n: u64, expected: f64, delta: f64) -> Outcome {
         claim: Claim::Exact { delta },
         sensitivity: Sensitivity::Poisson { mean: expected },
         worst: format!("{k} among {n} values, {expected:.1e} expected"),
-        cells: vec![Cell {
-            place: String::from("events"),
-            expected,
-            observed: k as f64,
-            sigmas,
-        }],
+        cells: vec![Cell { place: String::from("events"), expected, observed: k as f64, sigmas }],
         graded: Vec::new(),
     };
-    if n == 0 {
-        outcome.without_evidence("no values", 1)
-    } else {
-        outcome
-    }
+    if n == 0 { outcome.without_evidence("no values", 1) } else { outcome }
 }

@@ -53,10 +53,7 @@ impl Domain {
             Self::Triangle => {
                 let rest = 1.0 - p.x;
                 let yes = p.x >= 0.0 && p.y >= 0.0 && p.y <= rest + ROUNDING;
-                inside(
-                    yes,
-                    [1.0 - rest * rest, if rest > 0.0 { p.y / rest } else { 0.0 }],
-                )
+                inside(yes, [1.0 - rest * rest, if rest > 0.0 { p.y / rest } else { 0.0 }])
             }
         }
     }
@@ -104,10 +101,7 @@ impl Domain {
         left: &mut usize,
         f: &dyn Fn(DVec3) -> f64,
     ) -> Integral {
-        let area = Rectangle {
-            x: rows.map(|s| self.border(s)),
-            y: columns,
-        };
+        let area = Rectangle { x: rows.map(|s| self.border(s)), y: columns };
         integrate_within(area, tolerance, left, &mut |a, b| {
             let (point, measure) = self.point(a, b);
             f(point) * measure
@@ -214,11 +208,7 @@ impl Partition {
             places: Vec::new(),
             loss: (1.0 - fields.iter().sum::<f64>()).max(0.0),
             // NaN stays.
-            error: if error <= MASS_TOLERANCE {
-                MASS_TOLERANCE
-            } else {
-                error
-            },
+            error: if error <= MASS_TOLERANCE { MASS_TOLERANCE } else { error },
             rows,
             columns,
             cell_of: vec![0; fields.len()],
@@ -243,11 +233,7 @@ impl Partition {
     fn gather(&mut self, fields: &[f64], rows: [usize; 2], columns: [usize; 2], cells: usize) {
         let mass = |r: [usize; 2], c: [usize; 2]| -> f64 {
             (r[0]..r[1])
-                .map(|i| {
-                    fields[i * FIELDS[1] + c[0]..i * FIELDS[1] + c[1]]
-                        .iter()
-                        .sum::<f64>()
-                })
+                .map(|i| fields[i * FIELDS[1] + c[0]..i * FIELDS[1] + c[1]].iter().sum::<f64>())
                 .sum()
         };
         let total = mass(rows, columns);
@@ -281,8 +267,5 @@ impl Partition {
 }
 
 fn place(r: [usize; 2], c: [usize; 2], rows: usize, columns: usize) -> String {
-    format!(
-        "row {}-{} of {rows}; column {}-{} of {columns}",
-        r[0], r[1], c[0], c[1]
-    )
+    format!("row {}-{} of {rows}; column {}-{} of {columns}", r[0], r[1], c[0], c[1])
 }

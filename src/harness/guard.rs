@@ -40,21 +40,10 @@ fn skewness(outcome: &Outcome) -> [f64; 2] {
         return [0.0; 2];
     };
     let n = outcome.n as f64;
-    let used = if outcome.valid_from <= 2 {
-        0.0
-    } else {
-        (outcome.valid_from as f64 / n).sqrt()
-    };
-    let (values, sigma) = if dof.is_finite() {
-        (dof, Sigma::Estimated)
-    } else {
-        (n, Sigma::Known)
-    };
+    let used = if outcome.valid_from <= 2 { 0.0 } else { (outcome.valid_from as f64 / n).sqrt() };
+    let (values, sigma) = if dof.is_finite() { (dof, Sigma::Estimated) } else { (n, Sigma::Known) };
     let z = normal_upper(0.5 * ALPHA);
-    [
-        used,
-        sigma.skew_term(6_f64.sqrt() / values, z) / LARGEST_SKEW_TERM,
-    ]
+    [used, sigma.skew_term(6_f64.sqrt() / values, z) / LARGEST_SKEW_TERM]
 }
 
 /// Why an outcome that is to hold may end red by chance more often than its share: its δ or margin is not
@@ -75,11 +64,7 @@ pub fn may_not_hold(outcome: &Outcome) -> Option<String> {
     let found = outcome.minimum_detectable_effect() * (1.0 + ROOM * noise(outcome));
     let size = outcome.claim.size();
     // NaN is refused, too.
-    let seen = if outcome.claim == Claim::Test {
-        found.is_finite()
-    } else {
-        found <= size
-    };
+    let seen = if outcome.claim == Claim::Test { found.is_finite() } else { found <= size };
     (!seen).then(|| {
         format!(
             "{}: detects {found:.3e} for certain, not {size:.3e}; power {}; needs {:.0} samples",
@@ -115,10 +100,7 @@ pub fn distance(outcome: &Outcome) -> f64 {
 pub fn may_hold(outcome: &Outcome) -> Option<String> {
     let distance = distance(outcome);
     (distance < FAR).then(|| {
-        format!(
-            "{}: rejected by {distance:.1} standard errors, needs {FAR}",
-            outcome.name
-        )
+        format!("{}: rejected by {distance:.1} standard errors, needs {FAR}", outcome.name)
     })
 }
 

@@ -86,11 +86,7 @@ fn distance(name: &str, values: &[f64], cdf: &impl Fn(f64) -> f64, delta: f64) -
         cells,
         graded: Vec::new(),
     };
-    if count == 0 {
-        outcome.without_evidence("no values", 1)
-    } else {
-        outcome
-    }
+    if count == 0 { outcome.without_evidence("no values", 1) } else { outcome }
 }
 
 /// The outcome of values, or of a law, that are not numbers: fails.

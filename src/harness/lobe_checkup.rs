@@ -103,18 +103,13 @@ impl LobeSubject {
 
     /// Sets the bound of the sum of shares.
     pub fn energy_bound(self, energy_bound: f64) -> Self {
-        Self {
-            energy_bound,
-            ..self
-        }
+        Self { energy_bound, ..self }
     }
 }
 
 /// The lobe that has this direction.
 fn lobe_of(lobes: &[Lobe], wi: DVec3) -> Option<usize> {
-    lobes
-        .iter()
-        .position(|lobe| (lobe.direction - wi).length() <= POINTWISE)
+    lobes.iter().position(|lobe| (lobe.direction - wi).length() <= POINTWISE)
 }
 
 /// Everything that can be asked of a BSDF of lobes without a scene. Pointwise, on random directions: no
@@ -126,19 +121,12 @@ fn lobe_of(lobes: &[Lobe], wi: DVec3) -> Option<usize> {
 pub fn check_up_lobes(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Vec<Outcome> {
     let mut outcomes = vec![sane(subject, size, context)];
     outcomes.extend(pointwise(subject, size, context));
-    let sides: &[f64] = if subject.transmits {
-        &[1.0, -1.0]
-    } else {
-        &[1.0]
-    };
+    let sides: &[f64] = if subject.transmits { &[1.0, -1.0] } else { &[1.0] };
     for &side in sides {
         for (i, &degrees) in size.inclinations.iter().enumerate() {
             let wo = from_spherical(degrees.to_radians(), 0.7 + i as f64);
             let wo = wo.with_z(side * wo.z);
-            let place = format!(
-                "{degrees} degrees{}",
-                if side < 0.0 { " inside" } else { "" }
-            );
+            let place = format!("{degrees} degrees{}", if side < 0.0 { " inside" } else { "" });
             outcomes.extend(at_direction(subject, size, context, wo, &place));
         }
     }
@@ -180,9 +168,8 @@ fn pointwise(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Vec<Ou
         };
         sums.see(error, || format!("probabilities sum to {sum} at wo = {wo}"));
         let albedo: f64 = lobes.iter().map(|lobe| lobe.share).sum();
-        energy.see(albedo - subject.energy_bound, || {
-            format!("shares sum to {albedo} at wo = {wo}")
-        });
+        energy
+            .see(albedo - subject.energy_bound, || format!("shares sum to {albedo} at wo = {wo}"));
         for lobe in &lobes {
             let wi = lobe.direction;
             if wi.z.abs() > LEAST_COSINE && lobe.probability > 0.0 {
@@ -200,9 +187,8 @@ fn pointwise(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Vec<Ou
                     let error = relative(sample.weight * lobe.probability, lobe.share);
                     weights.see(error, || format!("{sample:?} of {lobe:?} at wo = {wo}"));
                 }
-                None => weights.see(1.0, || {
-                    format!("{sample:?} has the direction of no lobe at wo = {wo}")
-                }),
+                None => weights
+                    .see(1.0, || format!("{sample:?} has the direction of no lobe at wo = {wo}")),
             }
         }
     }
@@ -253,12 +239,8 @@ fn at_direction(
     // Weights are share/probability, or 0 for what is lost: the same for all, or not.
     let lossless = lobes.iter().map(|lobe| lobe.probability).sum::<f64>() > 1.0 - POINTWISE;
     let constant = lossless
-        && lobes
-            .iter()
-            .all(|lobe| (lobe.share - albedo * lobe.probability).abs() <= POINTWISE);
-    let claim = Claim::Exact {
-        delta: if constant { 0.0 } else { size.delta * albedo },
-    };
+        && lobes.iter().all(|lobe| (lobe.share - albedo * lobe.probability).abs() <= POINTWISE);
+    let claim = Claim::Exact { delta: if constant { 0.0 } else { size.delta * albedo } };
     let mut outcomes = vec![
         Outcome::exact(
             at("samples of no lobe"),

@@ -125,11 +125,7 @@ pub const EVERY: f64 = 1e-9;
 /// deviations (Samuelson 1968, "How deviant can you be?").
 pub fn every(name: &str, moments: Moments, reference: f64, tolerance: f64) -> Outcome {
     let n = moments.count() as f64;
-    let spread = if n < 2.0 {
-        0.0
-    } else {
-        (moments.variance() * (n - 1.0)).sqrt()
-    };
+    let spread = if n < 2.0 { 0.0 } else { (moments.variance() * (n - 1.0)).sqrt() };
     let error = (moments.mean() - reference).abs() + spread;
     let worst = format!(
         "mean {}, no value further from it than {spread:.3e}; each should be {reference}",
@@ -146,13 +142,10 @@ pub fn mean_known_sigma(
     sigma: f64,
     claim: Claim,
 ) -> Outcome {
-    grade(
-        known_sigma(name, values, reference, sigma, claim),
-        |effect| {
-            let wrong = values.transformed(1.0, effect);
-            Some(known_sigma(name, &wrong, reference, sigma, claim))
-        },
-    )
+    grade(known_sigma(name, values, reference, sigma, claim), |effect| {
+        let wrong = values.transformed(1.0, effect);
+        Some(known_sigma(name, &wrong, reference, sigma, claim))
+    })
 }
 
 fn known_sigma(name: &str, values: &Values, reference: f64, sigma: f64, claim: Claim) -> Outcome {
@@ -173,11 +166,7 @@ fn known_sigma(name: &str, values: &Values, reference: f64, sigma: f64, claim: C
         reference,
         interval: [moments.mean() - half, moments.mean() + half],
         claim,
-        sensitivity: Sensitivity::Normal {
-            standard_error,
-            dof: f64::INFINITY,
-            tests: 1,
-        },
+        sensitivity: Sensitivity::Normal { standard_error, dof: f64::INFINITY, tests: 1 },
         worst: format!("{z:+.2} standard errors"),
         cells: values.batches.cells("", reference, sigma * sigma),
         graded: Vec::new(),
@@ -241,10 +230,7 @@ fn bounded(
         valid_from: 2,
         estimate: moments.mean(),
         reference,
-        interval: [
-            (moments.mean() - half).max(low),
-            (moments.mean() + half).min(high),
-        ],
+        interval: [(moments.mean() - half).max(low), (moments.mean() + half).min(high)],
         claim,
         sensitivity: Sensitivity::Bernstein { root, range },
         worst: format!("{deviation:.3e} from the reference"),
@@ -307,9 +293,5 @@ pub fn satterthwaite(parts: impl IntoIterator<Item = (f64, f64)>) -> f64 {
         squares += v * v / dof;
         count += dof;
     }
-    if squares == 0.0 {
-        count
-    } else {
-        sum * sum / squares
-    }
+    if squares == 0.0 { count } else { sum * sum / squares }
 }

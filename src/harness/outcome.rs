@@ -198,11 +198,8 @@ impl Outcome {
         self.interval = [f64::NEG_INFINITY, f64::INFINITY];
         self.valid_from = needed.max(self.n.saturating_add(1));
         // No effect would have been seen.
-        self.sensitivity = Sensitivity::Normal {
-            standard_error: f64::INFINITY,
-            dof: f64::INFINITY,
-            tests: 1,
-        };
+        self.sensitivity =
+            Sensitivity::Normal { standard_error: f64::INFINITY, dof: f64::INFINITY, tests: 1 };
         self.worst = format!("says nothing: {why}");
         self
     }
@@ -215,9 +212,7 @@ impl Outcome {
 
     /// The same outcome held to equality within ±δ only: for two means of which one is known to be biased.
     pub fn within_delta(mut self) -> Self {
-        self.claim = Claim::Approximate {
-            margin: self.claim.size(),
-        };
+        self.claim = Claim::Approximate { margin: self.claim.size() };
         self
     }
 
@@ -237,9 +232,7 @@ impl Outcome {
             && self.value.is_finite()
             && self.n >= self.valid_from / FAR_SHARE;
         if self.n < self.valid_from && !far {
-            return Verdict::Undecided {
-                needed: self.valid_from,
-            };
+            return Verdict::Undecided { needed: self.valid_from };
         }
         verdict
     }

@@ -75,17 +75,10 @@ impl Sensitivity {
         let size = effect.abs();
         match *self {
             Self::Certain => 0.0,
-            Self::Normal {
-                standard_error,
-                dof,
-                tests,
-            } => normal_miss(size, standard_error, dof, alpha / tests as f64),
-            Self::Cells {
-                dof,
-                n,
-                least,
-                tests,
-            } => {
+            Self::Normal { standard_error, dof, tests } => {
+                normal_miss(size, standard_error, dof, alpha / tests as f64)
+            }
+            Self::Cells { dof, n, least, tests } => {
                 let level = alpha / tests as f64;
                 if dof < 1.0 {
                     // One cell holds everything: nothing can show.
@@ -202,11 +195,7 @@ fn binomial_miss(n: u64, null: f64, q: f64, alpha: f64) -> f64 {
     // The first rejected count above, and how many below are rejected.
     let above = first(n + 1, |k| 2.0 * binomial_sf(k, n, null) < alpha);
     let below = first(n + 1, |k| 2.0 * binomial_cdf(k, n, null) >= alpha);
-    accepted(
-        (below, above),
-        |k| binomial_cdf(k, n, q),
-        |k| binomial_sf(k, n, q),
-    )
+    accepted((below, above), |k| binomial_cdf(k, n, q), |k| binomial_sf(k, n, q))
 }
 
 /// As [`binomial_miss`], for a count with the given means.
@@ -217,11 +206,7 @@ fn poisson_miss(null: f64, mean: f64, alpha: f64) -> f64 {
     let most = (null + 100.0 * null.sqrt() + 1000.0).ceil() as u64;
     let above = first(most, |k| 2.0 * poisson_sf(k, null) < alpha);
     let below = first(most, |k| 2.0 * poisson_cdf(k, null) >= alpha);
-    accepted(
-        (below, above),
-        |k| poisson_cdf(k, mean),
-        |k| poisson_sf(k, mean),
-    )
+    accepted((below, above), |k| poisson_cdf(k, mean), |k| poisson_sf(k, mean))
 }
 
 /// P(below ≤ K < above), by the tails on that side on which they are small.

@@ -98,12 +98,10 @@ pub(super) fn integrate_within(
             parts.push(Part::new(half, f));
         }
         // Sums are renewed rather than updated, lest rounding piles up.
-        total = parts
-            .iter()
-            .fold(Integral::default(), |sum, part| Integral {
-                value: sum.value + part.integral.value,
-                error: sum.error + part.integral.error,
-            });
+        total = parts.iter().fold(Integral::default(), |sum, part| Integral {
+            value: sum.value + part.integral.value,
+            error: sum.error + part.integral.error,
+        });
     }
     total
 }
@@ -132,10 +130,7 @@ impl Part {
         let errors = [(both - gauss_x).abs(), (both - gauss_y).abs()];
         Self {
             domain,
-            integral: Integral {
-                value: both,
-                error: errors[0] + errors[1],
-            },
+            integral: Integral { value: both, error: errors[0] + errors[1] },
             along_x: errors[0] >= errors[1],
         }
     }
@@ -176,10 +171,6 @@ fn nodes([low, high]: [f64; 2]) -> impl Iterator<Item = [f64; 3]> {
     (0..15).map(move |i: usize| {
         let (k, sign) = if i < 8 { (i, -1.0) } else { (14 - i, 1.0) };
         let gauss = if k % 2 == 1 { GAUSS[k / 2] } else { 0.0 };
-        [
-            centre + sign * half * NODES[k],
-            half * KRONROD[k],
-            half * gauss,
-        ]
+        [centre + sign * half * NODES[k], half * KRONROD[k], half * gauss]
     })
 }

@@ -28,12 +28,7 @@ pub struct Sprt {
 impl Sprt {
     /// A test with errors at most `alpha` and `beta`, both in (0, 1).
     pub fn new(alpha: f64, beta: f64) -> Self {
-        Self {
-            log_ratio: 0.0,
-            upper: -alpha.ln(),
-            lower: beta.ln(),
-            count: 0,
-        }
+        Self { log_ratio: 0.0, upper: -alpha.ln(), lower: beta.ln(), count: 0 }
     }
 
     /// Adds one Bernoulli value; probability `null` against `alternative`, both in (0, 1).
@@ -120,9 +115,8 @@ impl ConfidenceSequence {
         // All of this is known before x is seen.
         let mean_before = (0.5 + self.sum) / t;
         let variance_before = (0.25 + self.squares) / t;
-        let bet = (2.0 * self.log_term / (variance_before * t * (1.0 + t).ln()))
-            .sqrt()
-            .min(LARGEST_BET);
+        let bet =
+            (2.0 * self.log_term / (variance_before * t * (1.0 + t).ln())).sqrt().min(LARGEST_BET);
         let surprise = (x - mean_before).powi(2);
         self.weights += bet;
         self.weighted += bet * x;

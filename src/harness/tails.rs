@@ -145,11 +145,7 @@ pub fn binomial_sf(k: u64, n: u64, q: f64) -> f64 {
 
 /// P(X ≤ k) of the same law.
 pub fn binomial_cdf(k: u64, n: u64, q: f64) -> f64 {
-    if k >= n {
-        1.0
-    } else {
-        beta((n - k) as f64, (k + 1) as f64, 1.0 - q, q)
-    }
+    if k >= n { 1.0 } else { beta((n - k) as f64, (k + 1) as f64, 1.0 - q, q) }
 }
 
 /// Twice the smaller binomial tail, at most 1: the two-sided p-value of k successes.
@@ -160,16 +156,8 @@ pub fn binomial_two_sided(k: u64, n: u64, q: f64) -> f64 {
 /// The interval for a success probability after k of n, each side at level `p` (Clopper and Pearson
 /// 1934: it covers at least 1 − 2p for every n).
 pub fn binomial_interval(k: u64, n: u64, p: f64) -> [f64; 2] {
-    let low = if k == 0 {
-        0.0
-    } else {
-        decreasing_root(|q| -binomial_sf(k, n, q), -p, 0.0, 1.0)
-    };
-    let high = if k == n {
-        1.0
-    } else {
-        decreasing_root(|q| binomial_cdf(k, n, q), p, 0.0, 1.0)
-    };
+    let low = if k == 0 { 0.0 } else { decreasing_root(|q| -binomial_sf(k, n, q), -p, 0.0, 1.0) };
+    let high = if k == n { 1.0 } else { decreasing_root(|q| binomial_cdf(k, n, q), p, 0.0, 1.0) };
     [low, high]
 }
 
@@ -210,9 +198,7 @@ fn log_defect(x: f64, whole: f64) -> f64 {
         return x - whole.ln();
     }
     // x²/2 − x³/3 + …: fourteen terms reach 1e-18 of the first.
-    let series = (2..16)
-        .rev()
-        .fold(0.0, |sum, k| 1.0 / f64::from(k) - x * sum);
+    let series = (2..16).rev().fold(0.0, |sum, k| 1.0 / f64::from(k) - x * sum);
     x * x * series
 }
 

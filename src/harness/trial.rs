@@ -36,12 +36,7 @@ impl Control {
         wrong: &'static str,
         run: impl Fn(&Context) -> Vec<Outcome> + Send + Sync + 'static,
     ) -> Self {
-        Self {
-            name,
-            wrong,
-            rejected_by: Vec::new(),
-            run: Box::new(run),
-        }
+        Self { name, wrong, rejected_by: Vec::new(), run: Box::new(run) }
     }
 }
 
@@ -165,11 +160,7 @@ fn rows(trial: &Trial, control: &str, run: &Run, context: &Context) -> Vec<Row> 
 
 /// The name of a trial, or of a fault (control) under it: "trial!fault".
 pub fn full_name(trial: &str, control: &str) -> String {
-    if control.is_empty() {
-        trial.to_owned()
-    } else {
-        format!("{trial}!{control}")
-    }
+    if control.is_empty() { trial.to_owned() } else { format!("{trial}!{control}") }
 }
 
 /// The part of a trial's name before the first '/': the name of its integration test.

@@ -151,10 +151,7 @@ impl Difference {
 fn difference(a: &PixelStatistics, b: &PixelStatistics, pixels: &[usize]) -> Difference {
     let share = 1.0 / pixels.len() as f64;
     let part = |s: &PixelStatistics, i: usize| {
-        (
-            s.variance[i] / s.count[i] as f64 * share * share,
-            s.count[i],
-        )
+        (s.variance[i] / s.count[i] as f64 * share * share, s.count[i])
     };
     let parts = || pixels.iter().flat_map(|&i| [part(a, i), part(b, i)]);
     Difference {
@@ -172,10 +169,7 @@ pub type Skewed<'a> = (&'a PixelStatistics<'a>, &'a [f64]);
 pub fn image_mean(name: &str, a: Skewed, b: Skewed, delta: f64) -> Outcome {
     grade(compare_means(name, a, b, delta), |effect| {
         let mean: Vec<f64> = a.0.mean.iter().map(|x| x + effect).collect();
-        let wrong = PixelStatistics {
-            mean: &mean,
-            ..*a.0
-        };
+        let wrong = PixelStatistics { mean: &mean, ..*a.0 };
         Some(compare_means(name, (&wrong, a.1), b, delta))
     })
 }
@@ -200,11 +194,7 @@ fn compare_means(name: &str, a: Skewed, b: Skewed, delta: f64) -> Outcome {
     let d = difference(a, b, &pixels);
     let scale = b.mean.iter().sum::<f64>() / b.mean.len() as f64;
     let standard_error = d.variance.sqrt();
-    let t = if d.difference == 0.0 {
-        0.0
-    } else {
-        d.difference / standard_error
-    };
+    let t = if d.difference == 0.0 { 0.0 } else { d.difference / standard_error };
     let half = student_upper(ALPHA / 2.0, d.dof.max(1.0)) * standard_error;
     let outcome = Outcome {
         name: name.to_owned(),
@@ -217,14 +207,8 @@ fn compare_means(name: &str, a: Skewed, b: Skewed, delta: f64) -> Outcome {
         estimate: d.difference,
         reference: 0.0,
         interval: [d.difference - half, d.difference + half],
-        claim: Claim::Exact {
-            delta: delta * scale.abs(),
-        },
-        sensitivity: Sensitivity::Normal {
-            standard_error,
-            dof: d.dof,
-            tests: 1,
-        },
+        claim: Claim::Exact { delta: delta * scale.abs() },
+        sensitivity: Sensitivity::Normal { standard_error, dof: d.dof, tests: 1 },
         worst: format!("image means differ by {t:+.2} standard errors"),
         cells: stretches(a, b),
         graded: Vec::new(),

@@ -26,11 +26,7 @@ pub struct Surface {
 impl Surface {
     /// A surface that emits nothing and, in the report's roulette, absorbs nothing.
     pub fn new(bsdf: Bsdf) -> Self {
-        Self {
-            bsdf,
-            emission: DVec3::ZERO,
-            absorption: 0.0,
-        }
+        Self { bsdf, emission: DVec3::ZERO, absorption: 0.0 }
     }
 
     /// The same surface with emission.
@@ -121,11 +117,7 @@ impl Scene {
     pub fn with_camera(self, camera: Camera) -> Result<Self, Error> {
         check_camera(&self.name, &camera)?;
         let offset = self.offset.max(camera.eye.abs().max_element() * OFFSET);
-        Ok(Self {
-            camera,
-            offset,
-            ..self
-        })
+        Ok(Self { camera, offset, ..self })
     }
 
     /// The camera.
@@ -164,11 +156,10 @@ impl Scene {
 
     /// The corners of every triangle.
     pub fn triangles(&self) -> impl Iterator<Item = [DVec3; 3]> + '_ {
-        self.primitives()
-            .filter_map(|(geometry, _)| match geometry {
-                Geometry::Triangle(corners) => Some(corners),
-                Geometry::Sphere(_) => None,
-            })
+        self.primitives().filter_map(|(geometry, _)| match geometry {
+            Geometry::Triangle(corners) => Some(corners),
+            Geometry::Sphere(_) => None,
+        })
     }
 
     /// The acceleration structure, whose brute-force twin tests use.
@@ -295,8 +286,7 @@ impl SceneBuilder {
     pub fn rectangle(&mut self, corner: DVec3, edges: [DVec3; 2], surface: SurfaceId) {
         let first = self.vertices.len() as u32;
         let [a, b] = edges;
-        self.vertices
-            .extend([corner, corner + a, corner + a + b, corner + b]);
+        self.vertices.extend([corner, corner + a, corner + a + b, corner + b]);
         let emitter = self.emitter(surface, EmitterShape::Rectangle { corner, edges });
         self.triangle([first, first + 1, first + 2], surface, emitter);
         self.triangle([first, first + 2, first + 3], surface, emitter);
@@ -305,21 +295,14 @@ impl SceneBuilder {
     /// Adds a sphere or a zone of one.
     pub fn sphere(&mut self, sphere: Sphere, surface: SurfaceId) {
         let emitter = self.emitter(surface, EmitterShape::Sphere(sphere));
-        self.parts.push(Part {
-            surface: surface.0,
-            emitter,
-            shape: PartShape::Sphere(sphere),
-        });
+        self.parts.push(Part { surface: surface.0, emitter, shape: PartShape::Sphere(sphere) });
     }
 
     fn triangle(&mut self, vertices: [u32; 3], surface: SurfaceId, emitter: Option<u32>) {
         self.parts.push(Part {
             surface: surface.0,
             emitter,
-            shape: PartShape::Triangle {
-                vertices,
-                normal: DVec3::ZERO,
-            },
+            shape: PartShape::Triangle { vertices, normal: DVec3::ZERO },
         });
     }
 
@@ -438,8 +421,5 @@ fn check_camera(scene: &str, camera: &Camera) -> Result<(), Error> {
 }
 
 fn invalid(scene: &str, message: String) -> Error {
-    Error::Scene {
-        scene: scene.to_owned(),
-        message,
-    }
+    Error::Scene { scene: scene.to_owned(), message }
 }

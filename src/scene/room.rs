@@ -46,14 +46,8 @@ pub const WHITE_SPHERE: Sphere = Sphere {
 const FLOOR: f64 = -5.0;
 const CEILING: f64 = 5.0;
 /// The floor's outline, counter-clockwise seen from above.
-const OUTLINE: [[f64; 2]; 6] = [
-    [-3.0, 0.0],
-    [0.0, -6.0],
-    [10.0, -6.0],
-    [13.0, 0.0],
-    [10.0, 6.0],
-    [0.0, 6.0],
-];
+const OUTLINE: [[f64; 2]; 6] =
+    [[-3.0, 0.0], [0.0, -6.0], [10.0, -6.0], [13.0, 0.0], [10.0, 6.0], [0.0, 6.0]];
 /// Colour of the wall from each corner of the outline to the next.
 const WALLS: [[f64; 3]; 6] = [
     [0.157, 0.208, 0.576],
@@ -119,9 +113,7 @@ pub fn report_with(
 /// A model that [`SceneBuilder::build`] refuses.
 pub fn with_white_sphere(white: Bsdf, walls: Walls) -> Result<Scene, Error> {
     let objects = Objects {
-        mirror: Bsdf::Mirror {
-            reflectance: DVec3::ONE,
-        },
+        mirror: Bsdf::Mirror { reflectance: DVec3::ONE },
         glass: Bsdf::Glass { index: GLASS },
         white,
     };
@@ -142,14 +134,8 @@ pub fn diffuse() -> Result<Scene, Error> {
 /// # Errors
 /// As [`report`].
 pub fn diffuse_with(walls: Walls) -> Result<Scene, Error> {
-    let lambert = |albedo: f64| Bsdf::Lambert {
-        albedo: DVec3::splat(albedo),
-    };
-    let objects = Objects {
-        mirror: lambert(0.5),
-        glass: lambert(0.5),
-        white: lambert(WHITE),
-    };
+    let lambert = |albedo: f64| Bsdf::Lambert { albedo: DVec3::splat(albedo) };
+    let objects = Objects { mirror: lambert(0.5), glass: lambert(0.5), white: lambert(WHITE) };
     room("diffuse-room", &objects, walls)
 }
 

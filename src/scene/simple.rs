@@ -26,21 +26,14 @@ pub fn furnace_under(sky: DVec3) -> Result<Scene, Error> {
     scene.background(sky);
     let bsdfs = [
         Bsdf::Lambert { albedo: DVec3::ONE },
-        Bsdf::Mirror {
-            reflectance: DVec3::ONE,
-        },
+        Bsdf::Mirror { reflectance: DVec3::ONE },
         Bsdf::Glass { index: 1.5 },
     ];
     for (x, bsdf) in [-2.5, 0.0, 2.5].into_iter().zip(bsdfs) {
         let surface = scene.surface(Surface::new(bsdf));
         scene.sphere(Sphere::new(DVec3::new(x, 0.0, 0.0), 1.0), surface);
     }
-    scene.build(Camera::new(
-        DVec3::new(0.0, -8.0, 0.0),
-        DVec3::ZERO,
-        DVec3::Z,
-        0.36,
-    ))
+    scene.build(Camera::new(DVec3::new(0.0, -8.0, 0.0), DVec3::ZERO, DVec3::Z, 0.36))
 }
 
 /// A closed cube whose walls emit radiance 1 and reflect with the given albedo a < 1: the radiance is
@@ -50,12 +43,8 @@ pub fn furnace_under(sky: DVec3) -> Result<Scene, Error> {
 /// An albedo outside [0, 1].
 pub fn furnace_box(albedo: f64) -> Result<Scene, Error> {
     let mut scene = SceneBuilder::new("furnace-box");
-    let bsdf = Bsdf::Lambert {
-        albedo: DVec3::splat(albedo),
-    };
-    let surface = Surface::new(bsdf)
-        .emitting(DVec3::ONE)
-        .absorbing(1.0 - albedo);
+    let bsdf = Bsdf::Lambert { albedo: DVec3::splat(albedo) };
+    let surface = Surface::new(bsdf).emitting(DVec3::ONE).absorbing(1.0 - albedo);
     let wall = scene.surface(surface);
     closed_cube(&mut scene, 1.0, true, wall);
     let eye = DVec3::new(-0.7, -0.4, 0.1);
@@ -83,24 +72,16 @@ pub const CAP_SHARE: f64 = 0.25;
 /// An albedo outside [0, 1].
 pub fn cavity_cap(albedo: f64, cap: Cap) -> Result<Scene, Error> {
     let mut scene = SceneBuilder::new("cavity-cap");
-    let diffuse = Surface::new(Bsdf::Lambert {
-        albedo: DVec3::splat(albedo),
-    });
+    let diffuse = Surface::new(Bsdf::Lambert { albedo: DVec3::splat(albedo) });
     let lower = scene.surface(diffuse.absorbing(1.0 - albedo));
     let upper = scene.surface(match cap {
         Cap::Reflecting => diffuse.absorbing(1.0 - albedo).emitting(DVec3::ONE),
         Cap::Black => Surface::new(Bsdf::Black).emitting(DVec3::ONE),
     });
     let border = 1.0 - 2.0 * CAP_SHARE;
-    for (zone, surface) in [
-        ([f64::NEG_INFINITY, border], lower),
-        ([border, f64::INFINITY], upper),
-    ] {
-        let sphere = Sphere {
-            zone,
-            inward: true,
-            ..Sphere::new(DVec3::ZERO, 1.0)
-        };
+    for (zone, surface) in [([f64::NEG_INFINITY, border], lower), ([border, f64::INFINITY], upper)]
+    {
+        let sphere = Sphere { zone, inward: true, ..Sphere::new(DVec3::ZERO, 1.0) };
         scene.sphere(sphere, surface);
     }
     let eye = DVec3::new(0.3, -0.5, 0.1);
@@ -136,19 +117,15 @@ pub fn cornell() -> Result<Scene, Error> {
     const UNIT: f64 = 0.01;
     let mut scene = SceneBuilder::new("cornell");
     let mut lambert = |r: f64, g: f64, b: f64| {
-        let bsdf = Bsdf::Lambert {
-            albedo: DVec3::new(r, g, b),
-        };
+        let bsdf = Bsdf::Lambert { albedo: DVec3::new(r, g, b) };
         scene.surface(Surface::new(bsdf))
     };
     let white = lambert(0.73, 0.73, 0.73);
     let red = lambert(0.63, 0.065, 0.05);
     let green = lambert(0.14, 0.45, 0.091);
     let light = scene.surface(
-        Surface::new(Bsdf::Lambert {
-            albedo: DVec3::splat(0.78),
-        })
-        .emitting(DVec3::new(17.0, 12.0, 4.0)),
+        Surface::new(Bsdf::Lambert { albedo: DVec3::splat(0.78) })
+            .emitting(DVec3::new(17.0, 12.0, 4.0)),
     );
     let room = [
         [552.8, 0.0, 0.0],
@@ -173,36 +150,16 @@ pub fn cornell() -> Result<Scene, Error> {
     }
     scene.rectangle(
         DVec3::new(343.0, 548.7, 227.0) * UNIT,
-        [
-            DVec3::new(0.0, 0.0, 105.0) * UNIT,
-            DVec3::new(-130.0, 0.0, 0.0) * UNIT,
-        ],
+        [DVec3::new(0.0, 0.0, 105.0) * UNIT, DVec3::new(-130.0, 0.0, 0.0) * UNIT],
         light,
     );
     for (height, base) in [
-        (
-            165.0,
-            [[130.0, 65.0], [82.0, 225.0], [240.0, 272.0], [290.0, 114.0]],
-        ),
-        (
-            330.0,
-            [
-                [423.0, 247.0],
-                [265.0, 296.0],
-                [314.0, 456.0],
-                [472.0, 406.0],
-            ],
-        ),
+        (165.0, [[130.0, 65.0], [82.0, 225.0], [240.0, 272.0], [290.0, 114.0]]),
+        (330.0, [[423.0, 247.0], [265.0, 296.0], [314.0, 456.0], [472.0, 406.0]]),
     ] {
         let ring = |y: f64| base.map(|[x, z]: [f64; 2]| DVec3::new(x, y, z) * UNIT);
         let vertices: Vec<DVec3> = ring(0.0).into_iter().chain(ring(height)).collect();
-        for corners in [
-            [4, 5, 6, 7],
-            [0, 4, 7, 3],
-            [3, 7, 6, 2],
-            [2, 6, 5, 1],
-            [1, 5, 4, 0],
-        ] {
+        for corners in [[4, 5, 6, 7], [0, 4, 7, 3], [3, 7, 6, 2], [2, 6, 5, 1], [1, 5, 4, 0]] {
             scene.mesh(&vertices, &quad(corners), white);
         }
     }
@@ -233,9 +190,7 @@ pub fn closed_cube(scene: &mut SceneBuilder, half: f64, inward: bool, surface: s
         [1, 7, 5],
     ];
     if inward {
-        triangles
-            .iter_mut()
-            .for_each(|triangle| triangle.swap(1, 2));
+        triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
     }
     scene.mesh(&vertices, &triangles, surface);
 }

@@ -42,12 +42,9 @@ impl Parts for Recorder {
 
 /// The paths of a few passes.
 fn paths(scene: &Scene) -> Vec<(Vec<Density>, usize)> {
-    let bdpt = Bdpt {
-        parts: Recorder::default(),
-    };
+    let bdpt = Bdpt { parts: Recorder::default() };
     for index in 0..8 {
-        bdpt.pass(scene, FRAME, master(), index)
-            .expect("legal values");
+        bdpt.pass(scene, FRAME, master(), index).expect("legal values");
     }
     bdpt.parts.0.into_inner().expect("no thread has panicked")
 }
@@ -60,10 +57,7 @@ fn densities_in_a_sphere_are_uniform() {
     let albedo = DVec3::splat(0.6);
     let wall = Surface::new(Bsdf::Lambert { albedo }).emitting(DVec3::ONE);
     let wall = scene.surface(wall);
-    let sphere = Sphere {
-        inward: true,
-        ..Sphere::new(DVec3::ZERO, 1.0)
-    };
+    let sphere = Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) };
     scene.sphere(sphere, wall);
     let camera = Camera::new(DVec3::new(0.3, -0.5, 0.1), DVec3::ZERO, DVec3::Z, 0.7);
     let scene = scene.build(camera).expect("a scene");
@@ -98,10 +92,7 @@ fn weights_sum_to_one_on_real_paths() {
         assert!(exists(path, *s), "{s} of {path:?}");
         let all = (0..=path.len()).filter(|&s| exists(path, s));
         let weights: Vec<f64> = all.map(|s| weight(path, s)).collect();
-        assert!(
-            weights.iter().all(|w| (0.0..=1.0).contains(w)),
-            "{weights:?}"
-        );
+        assert!(weights.iter().all(|w| (0.0..=1.0).contains(w)), "{weights:?}");
         let sum: f64 = weights.iter().sum();
         // Each ratio of a path of up to fifty vertices rounds twice.
         assert_abs_diff_eq!(sum, 1.0, epsilon = 400.0 * U);
@@ -114,18 +105,12 @@ fn assert_threads_do_not_matter<E: ImageEstimator>(estimator: &E) {
     let scene = room();
     let images = [1, 2, 7].map(|threads| {
         let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-        let pass = || {
-            estimator
-                .pass(&scene, FRAME, master(), 3)
-                .expect("legal values")
-        };
+        let pass = || estimator.pass(&scene, FRAME, master(), 3).expect("legal values");
         pool.expect("threads").install(pass)
     });
     assert!(images.iter().all(|image| *image == images[0]));
     assert!(images[0].iter().any(|pixel| *pixel != DVec3::ZERO));
-    let other = estimator
-        .pass(&scene, FRAME, master(), 4)
-        .expect("legal values");
+    let other = estimator.pass(&scene, FRAME, master(), 4).expect("legal values");
     assert!(other != images[0], "passes are independent");
 }
 
@@ -146,10 +131,7 @@ fn passes_fill_whole_films_only() {
     let stopped = render_passes(&scene, &bdpt, 1, &mut film, 3..9, &|_| false);
     assert!(matches!(stopped, Ok(false)));
     assert!(film.pixels().iter().all(|pixel| pixel.replications() == 4));
-    let window = Window {
-        corner: [1, 1],
-        size: [4, 4],
-    };
+    let window = Window { corner: [1, 1], size: [4, 4] };
     let mut part = Film::new(FRAME, Some(window), 1).expect("a film");
     let refused = render_passes(&scene, &bdpt, 1, &mut part, 0..1, &|_| true);
     assert!(matches!(refused, Err(Error::Option(_))));
@@ -162,34 +144,24 @@ fn the_camera_sees_what_its_rays_meet() {
     let size = [700, 300];
     let eye = DVec3::new(0.3, -2.0, 1.0);
     let strategy = (0.1..2.0, 0.01..699.99, 0.01..299.99, 0.1..10.0);
-    property(
-        "camera projection",
-        500,
-        &strategy,
-        |(half, x, y, distance)| {
-            let camera = Camera::new(eye, DVec3::new(0.5, 1.0, 0.2), DVec3::Z, half);
-            let ray = camera.ray(size, x, y);
-            let seen = camera
-                .project(size, ray.at(distance))
-                .expect("in the image");
-            for (pixel, at) in seen.pixel.map(f64::from).into_iter().zip([x, y]) {
-                assert!((pixel..=pixel + 1.0).contains(&at) || (at - at.round()).abs() < 1e-9);
-            }
-            assert!((seen.to_eye + ray.direction).length() <= 1e-12);
-            assert!((seen.distance_squared.sqrt() / distance - 1.0).abs() <= 1e-12);
-            assert!(
-                camera.project(size, ray.at(-distance)).is_none(),
-                "behind the eye"
-            );
-            let step = |dx: f64, dy: f64| camera.ray(size, x + dx, y + dy).direction;
-            let across = step(0.5, 0.0) - step(-0.5, 0.0);
-            let down = step(0.0, 0.5) - step(0.0, -0.5);
-            let solid_angle = across.cross(down).length();
-            let share = camera.importance(size, ray.direction) * solid_angle;
-            // Central differences over a pixel of at most 2/150 err by its square.
-            assert!((share - 1.0).abs() <= 1e-3, "{share}");
-        },
-    );
+    property("camera projection", 500, &strategy, |(half, x, y, distance)| {
+        let camera = Camera::new(eye, DVec3::new(0.5, 1.0, 0.2), DVec3::Z, half);
+        let ray = camera.ray(size, x, y);
+        let seen = camera.project(size, ray.at(distance)).expect("in the image");
+        for (pixel, at) in seen.pixel.map(f64::from).into_iter().zip([x, y]) {
+            assert!((pixel..=pixel + 1.0).contains(&at) || (at - at.round()).abs() < 1e-9);
+        }
+        assert!((seen.to_eye + ray.direction).length() <= 1e-12);
+        assert!((seen.distance_squared.sqrt() / distance - 1.0).abs() <= 1e-12);
+        assert!(camera.project(size, ray.at(-distance)).is_none(), "behind the eye");
+        let step = |dx: f64, dy: f64| camera.ray(size, x + dx, y + dy).direction;
+        let across = step(0.5, 0.0) - step(-0.5, 0.0);
+        let down = step(0.0, 0.5) - step(0.0, -0.5);
+        let solid_angle = across.cross(down).length();
+        let share = camera.importance(size, ray.direction) * solid_angle;
+        // Central differences over a pixel of at most 2/150 err by its square.
+        assert!((share - 1.0).abs() <= 1e-3, "{share}");
+    });
 }
 
 /// Panics where something is to be seen through glass.

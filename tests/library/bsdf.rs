@@ -24,9 +24,7 @@ pub fn directional_albedo(bsdf: &Bsdf, theta_out: f64) -> f64 {
     let wo = from_spherical(theta_out, 0.0);
     let ring = |theta: f64| {
         let slice = |from: f64, to: f64| {
-            integrate(&rule, from, to, |phi| {
-                bsdf.eval(wo, from_spherical(theta, phi)).x
-            })
+            integrate(&rule, from, to, |phi| bsdf.eval(wo, from_spherical(theta, phi)).x)
         };
         let around = slice(-FRAC_PI_2, FRAC_PI_2) + slice(FRAC_PI_2, 3.0 * FRAC_PI_2);
         around * theta.sin() * theta.cos()
@@ -73,23 +71,14 @@ fn constants_are_those_of_the_1994_model() {
 
 #[test]
 fn angles_and_vectors_give_the_same() {
-    let strategy = (
-        0.0..FRAC_PI_2,
-        0.0..FRAC_PI_2,
-        0.0..TAU,
-        0.0..TAU,
-        0.0..FRAC_PI_2,
-    );
+    let strategy = (0.0..FRAC_PI_2, 0.0..FRAC_PI_2, 0.0..TAU, 0.0..TAU, 0.0..FRAC_PI_2);
     property(
         "angle form",
         4000,
         &strategy,
         |(theta_in, theta_out, phi_in, phi_out, sigma): (f64, f64, f64, f64, f64)| {
             let constants = OrenNayar::new(sigma);
-            let (wi, wo) = (
-                from_spherical(theta_in, phi_in),
-                from_spherical(theta_out, phi_out),
-            );
+            let (wi, wo) = (from_spherical(theta_in, phi_in), from_spherical(theta_out, phi_out));
             for form in FORMS {
                 let readable =
                     oren_nayar_angles(constants, form, theta_in, theta_out, phi_in - phi_out);
@@ -118,16 +107,8 @@ fn known_values() {
         assert_abs_diff_eq!(found, expected, epsilon = 32.0 * U);
         // Across the normal only A is left.
         let across = from_spherical(PI / 3.0, 1.0 + PI);
-        assert_abs_diff_eq!(
-            white(0.5, form).eval(w, across).x * PI,
-            a,
-            epsilon = 8.0 * U
-        );
-        assert_abs_diff_eq!(
-            white(0.5, form).eval(w, DVec3::Z).x * PI,
-            a,
-            epsilon = 8.0 * U
-        );
+        assert_abs_diff_eq!(white(0.5, form).eval(w, across).x * PI, a, epsilon = 8.0 * U);
+        assert_abs_diff_eq!(white(0.5, form).eval(w, DVec3::Z).x * PI, a, epsilon = 8.0 * U);
     }
 }
 
@@ -243,10 +224,7 @@ fn the_printed_form_is_not_oren_nayar() {
 #[test]
 fn average_albedos_meet_their_closed_forms() {
     for [sigma, a, b, corrected, printed] in reference::oren_nayar_average() {
-        let closed = [
-            a + b * (2.0 / 3.0 - 64.0 / (45.0 * PI)),
-            a + 4.0 * b / (9.0 * PI),
-        ];
+        let closed = [a + b * (2.0 / 3.0 - 64.0 / (45.0 * PI)), a + 4.0 * b / (9.0 * PI)];
         for ((form, expected), closed) in FORMS.into_iter().zip([corrected, printed]).zip(closed) {
             assert_relative_eq!(closed, expected, max_relative = 8.0 * U);
             let found = average_albedo(&white(sigma, form));
@@ -263,11 +241,7 @@ fn diffuse_models_are_those_that_reflect_in_all_directions() {
     for (model, diffuse, expected) in [
         (Bsdf::Black, false, DVec3::ZERO),
         (Bsdf::Lambert { albedo }, true, albedo),
-        (
-            Bsdf::oren_nayar(albedo, 0.5, OrenNayarForm::Corrected),
-            true,
-            albedo,
-        ),
+        (Bsdf::oren_nayar(albedo, 0.5, OrenNayarForm::Corrected), true, albedo),
         (Bsdf::Eon { albedo, roughness }, true, albedo),
         (Bsdf::Mirror { reflectance }, false, reflectance),
         (Bsdf::Glass { index: 1.5 }, false, DVec3::ONE),

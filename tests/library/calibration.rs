@@ -20,10 +20,7 @@ const REPLICATIONS: u32 = 2000;
 /// One result per replication, each with a stream of its own.
 fn replicate<T: Send>(name: &str, run: impl Fn(&mut Stream) -> T + Sync) -> Vec<T> {
     let seed = context(name).seed_of("replications");
-    (0..REPLICATIONS)
-        .into_par_iter()
-        .map(|i| run(&mut stream(seed, i, 0)))
-        .collect()
+    (0..REPLICATIONS).into_par_iter().map(|i| run(&mut stream(seed, i, 0))).collect()
 }
 
 /// An effect of this size on a law or a rate is seen for certain with so many replications.
@@ -61,9 +58,7 @@ type Replication<T> = fn(&mut Stream) -> T;
 /// Statistics of continuous variables, under a true hypothesis.
 const CONTINUOUS: [(&str, Replication<Outcome>); 4] = [
     ("t", |rng| mean("t", &uniforms(rng, 2000), 0.5, ANY)),
-    ("Welch", |rng| {
-        welch("w", &uniforms(rng, 1000), &uniforms(rng, 3000), ANY)
-    }),
+    ("Welch", |rng| welch("w", &uniforms(rng, 1000), &uniforms(rng, 3000), ANY)),
     ("Kolmogorov", |rng| {
         let mut values: Vec<f64> = (0..2000).map(|_| uniform(rng)).collect();
         kolmogorov_smirnov("ks", &mut values, |x| x, 1.0)
@@ -110,12 +105,8 @@ const PROMISES: [(&str, f64, Replication<bool>); 6] = [
             sequence.decide(0.5, 0.0) == Decision::Alternative
         })
     }),
-    ("SPRT rejects a true hypothesis", LEVEL, |rng| {
-        sprt(rng, 0.5, Decision::Alternative)
-    }),
-    ("SPRT accepts a false hypothesis", LEVEL, |rng| {
-        sprt(rng, 0.6, Decision::Null)
-    }),
+    ("SPRT rejects a true hypothesis", LEVEL, |rng| sprt(rng, 0.5, Decision::Alternative)),
+    ("SPRT accepts a false hypothesis", LEVEL, |rng| sprt(rng, 0.6, Decision::Null)),
     // Just at the margin: at level 1e-9, practically never.
     ("equivalence concluded at the very margin", ALPHA, |rng| {
         let claim = Claim::Approximate { margin: 0.05 };

@@ -66,10 +66,7 @@ fn centre_and_corners() {
 /// along −x with y to the right.
 fn project(p: DVec3) -> [f64; 2] {
     let depth = 12.5 - p.x;
-    [
-        512.0 + 384.0 * p.y / (0.77704 * depth),
-        384.0 - 384.0 * p.z / (0.77704 * depth),
-    ]
+    [512.0 + 384.0 * p.y / (0.77704 * depth), 384.0 - 384.0 * p.z / (0.77704 * depth)]
 }
 
 fn published() -> Scene {
@@ -115,13 +112,8 @@ fn the_light_is_where_the_figure_shows_it() {
     for (x, y) in corners {
         // Two pixels to the inside and to the outside, along the diagonal.
         let length = f64::hypot(middle.0 - x, middle.1 - y);
-        let step = |s: f64| {
-            at(
-                &scene,
-                x + s * (middle.0 - x) / length,
-                y + s * (middle.1 - y) / length,
-            )
-        };
+        let step =
+            |s: f64| at(&scene, x + s * (middle.0 - x) / length, y + s * (middle.1 - y) / length);
         assert!(step(3.0).emitter.is_some(), "inside ({x}, {y})");
         assert!(step(-3.0).emitter.is_none(), "outside ({x}, {y})");
     }
@@ -131,14 +123,9 @@ fn the_light_is_where_the_figure_shows_it() {
 #[test]
 fn walls_meet_where_the_figure_shows_it() {
     let scene = published();
-    let [blue, red, cyan, yellow, white] = [
-        [0.157, 0.208, 0.576],
-        [1.0, 0.25, 0.25],
-        [0.0, 1.0, 1.0],
-        [1.0, 1.0, 0.0],
-        [1.0; 3],
-    ]
-    .map(DVec3::from_array);
+    let [blue, red, cyan, yellow, white] =
+        [[0.157, 0.208, 0.576], [1.0, 0.25, 0.25], [0.0, 1.0, 1.0], [1.0, 1.0, 0.0], [1.0; 3]]
+            .map(DVec3::from_array);
     for (x, y, expected) in [
         (510.5, 300.0, blue),
         (513.5, 300.0, yellow),
@@ -157,10 +144,7 @@ fn walls_meet_where_the_figure_shows_it() {
     ] {
         let found = colour(&scene, x, y);
         let bound = 4.0 * U;
-        assert!(
-            (found - expected).abs().max_element() <= bound,
-            "({x}, {y}) shows {found}"
-        );
+        assert!((found - expected).abs().max_element() <= bound, "({x}, {y}) shows {found}");
     }
 }
 
@@ -189,10 +173,7 @@ fn silhouette(centre: DVec3, radius: f64) -> [[f64; 2]; 2] {
         let half = (radius / depth.hypot(offset)).asin();
         [-half, half].map(|turn| scale * ((offset / depth).atan() + turn).tan())
     };
-    [
-        ends(centre.y).map(|x| 512.0 + x),
-        ends(-centre.z).map(|y| 384.0 + y),
-    ]
+    [ends(centre.y).map(|x| 512.0 + x), ends(-centre.z).map(|y| 384.0 + y)]
 }
 
 #[test]
@@ -218,10 +199,7 @@ fn spheres_are_where_the_figure_shows_them() {
             assert_abs_diff_eq!(low, silhouette[axis][0], epsilon = 1.0);
             assert_abs_diff_eq!(high, silhouette[axis][1], epsilon = 1.0);
             let inside = [published[axis][0] - low, high - published[axis][1]];
-            assert!(
-                inside.iter().all(|&d| (-1.5..=lost).contains(&d)),
-                "{inside:?}"
-            );
+            assert!(inside.iter().all(|&d| (-1.5..=lost).contains(&d)), "{inside:?}");
         }
     }
     for ((x, y), centre, r) in [((573.0, 384.0), WHITE, 1.5), ((486.0, 550.0), GLASS, 2.0)] {
@@ -259,13 +237,7 @@ fn points_are_seen_in_their_pixel_within_the_image_only() {
         ] {
             assert_eq!(at(depth, right, up), Some(pixel), "{right} {up}");
         }
-        for (right, up) in [
-            (1.0, 0.25),
-            (-1.125, 0.25),
-            (0.25, -0.5),
-            (0.25, 0.625),
-            (2.0, -2.0),
-        ] {
+        for (right, up) in [(1.0, 0.25), (-1.125, 0.25), (0.25, -0.5), (0.25, 0.625), (2.0, -2.0)] {
             assert_eq!(at(depth, right, up), None, "{right} {up}");
         }
         assert_eq!(at(-depth, 0.25, 0.25), None);

@@ -39,59 +39,20 @@ fn room(paint: Paint, lamp: Paint, plain: bool) -> Scene {
         room.rectangle(DVec3::from(corner), edges.map(DVec3::from), surface);
     };
     let (paper, eon) = if plain {
-        (
-            lambert(colour(0.2, 0.5, 0.8)),
-            lambert(colour(0.6, 0.3, 0.4)),
-        )
+        (lambert(colour(0.2, 0.5, 0.8)), lambert(colour(0.6, 0.3, 0.4)))
     } else {
         let paper = Bsdf::oren_nayar(colour(0.2, 0.5, 0.8), 0.4, OrenNayarForm::Corrected);
         let albedo = colour(0.6, 0.3, 0.4);
-        (
-            paper,
-            Bsdf::Eon {
-                albedo,
-                roughness: 0.5,
-            },
-        )
+        (paper, Bsdf::Eon { albedo, roughness: 0.5 })
     };
     let dark = DVec3::ZERO;
-    wall(
-        lambert(colour(0.7, 0.5, 0.3)),
-        [-1., -1., -1.],
-        [[2., 0., 0.], [0., 2., 0.]],
-        dark,
-    );
-    wall(
-        lambert(colour(0.5, 0.6, 0.7)),
-        [-1., -1., 1.],
-        [[0., 2., 0.], [2., 0., 0.]],
-        dark,
-    );
+    wall(lambert(colour(0.7, 0.5, 0.3)), [-1., -1., -1.], [[2., 0., 0.], [0., 2., 0.]], dark);
+    wall(lambert(colour(0.5, 0.6, 0.7)), [-1., -1., 1.], [[0., 2., 0.], [2., 0., 0.]], dark);
     wall(paper, [-1., -1., -1.], [[0., 2., 0.], [0., 0., 2.]], dark);
-    wall(
-        eon,
-        [1., -1., -1.],
-        [[0., 0., 2.], [0., 2., 0.]],
-        light(0.1, 0.02, 0.05),
-    );
-    wall(
-        lambert(colour(0.4, 0.7, 0.1)),
-        [-1., 1., -1.],
-        [[2., 0., 0.], [0., 0., 2.]],
-        dark,
-    );
-    wall(
-        lambert(colour(0.3, 0.2, 0.6)),
-        [-1., -1., -1.],
-        [[0., 0., 2.], [2., 0., 0.]],
-        dark,
-    );
-    wall(
-        Bsdf::Black,
-        [-0.4, -0.2, 0.99],
-        [[0., 0.8, 0.], [0.8, 0., 0.]],
-        light(3.0, 5.0, 2.0),
-    );
+    wall(eon, [1., -1., -1.], [[0., 0., 2.], [0., 2., 0.]], light(0.1, 0.02, 0.05));
+    wall(lambert(colour(0.4, 0.7, 0.1)), [-1., 1., -1.], [[2., 0., 0.], [0., 0., 2.]], dark);
+    wall(lambert(colour(0.3, 0.2, 0.6)), [-1., -1., -1.], [[0., 0., 2.], [2., 0., 0.]], dark);
+    wall(Bsdf::Black, [-0.4, -0.2, 0.99], [[0., 0.8, 0.], [0.8, 0., 0.]], light(3.0, 5.0, 2.0));
     if !plain {
         let reflectance = colour(0.9, 0.6, 0.8);
         let mirror = room.surface(Surface::new(Bsdf::Mirror { reflectance }).absorbing(0.1));
@@ -102,13 +63,8 @@ fn room(paint: Paint, lamp: Paint, plain: bool) -> Scene {
         let lamp = room.surface(lamp);
         room.sphere(Sphere::new(DVec3::new(0.3, 0.6, 0.5), 0.15), lamp);
     }
-    room.build(Camera::new(
-        DVec3::new(0.1, -0.9, 0.1),
-        DVec3::new(0.0, 0.5, -0.1),
-        DVec3::Z,
-        0.9,
-    ))
-    .expect("a scene")
+    room.build(Camera::new(DVec3::new(0.1, -0.9, 0.1), DVec3::new(0.0, 0.5, -0.1), DVec3::Z, 0.9))
+        .expect("a scene")
 }
 
 /// Mean, standard error and albedo of every pixel.
@@ -116,21 +72,14 @@ type Image = Vec<[DVec3; 3]>;
 
 fn image(film: &Film) -> Image {
     let of = |pixel: &whitefurnace::film::Pixel| {
-        [
-            pixel.mean(),
-            pixel.standard_error(),
-            pixel.features().albedo,
-        ]
+        [pixel.mean(), pixel.standard_error(), pixel.features().albedo]
     };
     film.pixels().iter().map(of).collect()
 }
 
 fn rays<E: Estimator>(scene: &Scene, estimator: &E) -> Image {
-    let sampling = Sampling {
-        pixel: PixelSampling::Jitter(2),
-        numbers: Numbers::Independent,
-        seed: master(),
-    };
+    let sampling =
+        Sampling { pixel: PixelSampling::Jitter(2), numbers: Numbers::Independent, seed: master() };
     let mut film = Film::new(FRAME, None, 4).expect("a film");
     render(scene, estimator, sampling, &mut film, &(0..3), &|_| true).expect("legal radiance");
     image(&film)
@@ -145,36 +94,18 @@ fn passes<E: ImageEstimator>(scene: &Scene, estimator: &E) -> Image {
 /// The images of every estimator with physical rules.
 fn physical(paint: Paint, lamp: Paint) -> Vec<(&'static str, Image)> {
     let scene = &room(paint, lamp, false);
-    let path = |strategy, lights, heuristic| Path {
-        strategy,
-        lights,
-        heuristic,
-        parts: Standard,
-    };
+    let path = |strategy, lights, heuristic| Path { strategy, lights, heuristic, parts: Standard };
     let (area, angle) = (LightSampling::Area, LightSampling::SolidAngle);
     let photons = |lookup| {
         PhotonMapping::new(Standard, scene, lookup, (3000, 0.3), (master(), 0))
             .expect("a small map")
     };
-    let gather = Lookup::Gather {
-        caustic_particles: 3000,
-        caustic_radius: 0.3,
-    };
-    let report = Report {
-        rays: 2,
-        segments: 6,
-        ..Report::<Standard>::default()
-    };
-    let report = Report {
-        rules: LightRules::PHYSICAL,
-        ..report
-    };
+    let gather = Lookup::Gather { caustic_particles: 3000, caustic_radius: 0.3 };
+    let report = Report { rays: 2, segments: 6, ..Report::<Standard>::default() };
+    let report = Report { rules: LightRules::PHYSICAL, ..report };
     let whitted = Whitted::new(LightRules::PHYSICAL);
     let plain = &room(paint, lamp, true);
-    let fineness = Fineness {
-        patches: 60,
-        halvings: 0,
-    };
+    let fineness = Fineness { patches: 60, halvings: 0 };
     let solved = Radiosity::new(Standard, plain, fineness, &|_| true).expect("it settles");
     let (balance, power) = (Heuristic::Balance, Heuristic::Power);
     vec![
@@ -186,22 +117,9 @@ fn physical(paint: Paint, lamp: Paint) -> Vec<(&'static str, Image)> {
         ("photon", rays(scene, &photons(Lookup::Direct))),
         ("gather", rays(scene, &photons(gather))),
         ("radiosity", rays(plain, &solved)),
-        (
-            "light tracer",
-            passes(scene, &LightTracer::<Standard>::default()),
-        ),
+        ("light tracer", passes(scene, &LightTracer::<Standard>::default())),
         ("bdpt", passes(scene, &Bdpt::<Standard>::default())),
-        (
-            "sppm",
-            passes(
-                scene,
-                &Sppm {
-                    parts: Standard,
-                    particles: 3000,
-                    radius: 0.3,
-                },
-            ),
-        ),
+        ("sppm", passes(scene, &Sppm { parts: Standard, particles: 3000, radius: 0.3 })),
     ]
 }
 
@@ -210,14 +128,8 @@ fn images(paint: Paint) -> Vec<(&'static str, Image)> {
     let mut images = physical(paint, |light| light);
     let scene = room(paint, |light| light, false);
     images.extend([
-        (
-            "report's report",
-            rays(&scene, &Report::<Standard>::default()),
-        ),
-        (
-            "report's whitted",
-            rays(&scene, &Whitted::new(LightRules::REPORT)),
-        ),
+        ("report's report", rays(&scene, &Report::<Standard>::default())),
+        ("report's whitted", rays(&scene, &Whitted::new(LightRules::REPORT))),
         ("published", rays(&scene, &Published::default())),
     ]);
     images
@@ -259,11 +171,7 @@ fn light_of_one_channel_lights_that_channel() {
         for (name, image) in physical(|colour| colour, lamp) {
             let total = total(&image).to_array();
             for (channel, sum) in total.into_iter().enumerate() {
-                assert_eq!(
-                    sum > 0.0,
-                    channel == lit,
-                    "{name}: channel {channel} of light {lit}"
-                );
+                assert_eq!(sum > 0.0, channel == lit, "{name}: channel {channel} of light {lit}");
             }
         }
     }

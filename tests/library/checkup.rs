@@ -36,11 +36,7 @@ fn pdf(wo: DVec3, wi: DVec3) -> f64 {
 fn sample(wo: DVec3, [r1, r2, _]: [f64; 3]) -> Option<BsdfSample> {
     let v = DVec3::new(ROUGHNESS * wo.x, ROUGHNESS * wo.y, wo.z).normalize();
     let across = v.x.hypot(v.y);
-    let t1 = if across > 0.0 {
-        DVec3::new(-v.y, v.x, 0.0) / across
-    } else {
-        DVec3::X
-    };
+    let t1 = if across > 0.0 { DVec3::new(-v.y, v.x, 0.0) / across } else { DVec3::X };
     let t2 = v.cross(t1);
     let (radius, (sin, cos)) = (r1.sqrt(), (TAU * r2).sin_cos());
     let s = 0.5 * (1.0 + v.z);
@@ -106,21 +102,14 @@ pub fn assert_rejection(name: &str, rejections: &[String], expected: &str) {
 /// than δ: one inclination and a tenth of the samples show them.
 pub fn assert_rejected(name: &str, subject: &BsdfSubject, expected: &str) {
     let context = context(name);
-    let size = CheckUp {
-        inclinations: vec![40.0],
-        samples: 400_000,
-        ..CheckUp::default()
-    };
+    let size = CheckUp { inclinations: vec![40.0], samples: 400_000, ..CheckUp::default() };
     let found = rejections(check_up(subject, &size, &context), &context);
     assert_rejection(name, &found, expected);
 }
 
 /// Where samplers lose what is absorbed, the weights vary more than those of Lambert.
 pub fn large() -> CheckUp {
-    CheckUp {
-        samples: 6_000_000,
-        ..CheckUp::default()
-    }
+    CheckUp { samples: 6_000_000, ..CheckUp::default() }
 }
 
 #[test]
@@ -132,10 +121,7 @@ fn a_right_microfacet_bsdf_passes() {
 
 /// The right BSDF with `eval` multiplied by something.
 fn multiplied(by: impl Fn(DVec3) -> f64 + Send + Sync + 'static) -> BsdfSubject {
-    BsdfSubject {
-        eval: Box::new(move |wo, wi| eval(wo, wi) * by(wo)),
-        ..subject()
-    }
+    BsdfSubject { eval: Box::new(move |wo, wi| eval(wo, wi) * by(wo)), ..subject() }
 }
 
 /// A name, a faulty subject, and how some complaint about it begins.
@@ -147,22 +133,11 @@ pub const FAULTY: [Faulty; 9] = [
     ("factor, furnace", || multiplied(|_| 1.05), "furnace"),
     ("asymmetric", || multiplied(|wo| wo.z), "reciprocity"),
     ("gain", || multiplied(|_| 1.5), "energy bound"),
-    (
-        "negative",
-        || multiplied(|_| -1.0),
-        "finite and not negative",
-    ),
-    (
-        "undeclared loss",
-        || subject().loss(Loss::None),
-        "integral of the pdf",
-    ),
+    ("negative", || multiplied(|_| -1.0), "finite and not negative"),
+    ("undeclared loss", || subject().loss(Loss::None), "integral of the pdf"),
     (
         "scaled pdf",
-        || BsdfSubject {
-            pdf: Box::new(|wo, wi| 0.9 * pdf(wo, wi)),
-            ..subject()
-        },
+        || BsdfSubject { pdf: Box::new(|wo, wi| 0.9 * pdf(wo, wi)), ..subject() },
         "chi-square",
     ),
     // The classic slip: the sampled half vector's distribution without the visible normals.
@@ -179,11 +154,7 @@ pub const FAULTY: [Faulty; 9] = [
         "leaking sampler",
         || BsdfSubject {
             sample: Box::new(|wo, u| {
-                sample(wo, u).or(Some(BsdfSample {
-                    wi: DVec3::NEG_Z,
-                    weight: 0.0,
-                    pdf: 1.0,
-                }))
+                sample(wo, u).or(Some(BsdfSample { wi: DVec3::NEG_Z, weight: 0.0, pdf: 1.0 }))
             }),
             ..subject()
         },

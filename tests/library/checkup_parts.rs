@@ -27,11 +27,7 @@ fn direction([r1, r2, _]: [f64; 3]) -> DVec3 {
 }
 fn sample(wo: DVec3, random: [f64; 3]) -> Option<BsdfSample> {
     let wi = direction(random);
-    Some(BsdfSample {
-        wi,
-        weight: ALBEDO,
-        pdf: pdf(wo, wi),
-    })
+    Some(BsdfSample { wi, weight: ALBEDO, pdf: pdf(wo, wi) })
 }
 
 fn right() -> BsdfSubject {
@@ -39,17 +35,11 @@ fn right() -> BsdfSubject {
 }
 
 fn with_eval(eval: impl Fn(DVec3, DVec3) -> f64 + Send + Sync + 'static) -> BsdfSubject {
-    BsdfSubject {
-        eval: Box::new(eval),
-        ..right()
-    }
+    BsdfSubject { eval: Box::new(eval), ..right() }
 }
 
 fn with_pdf(pdf: impl Fn(DVec3, DVec3) -> f64 + Send + Sync + 'static) -> BsdfSubject {
-    BsdfSubject {
-        pdf: Box::new(pdf),
-        ..right()
-    }
+    BsdfSubject { pdf: Box::new(pdf), ..right() }
 }
 
 /// The sampler with its result changed.
@@ -64,20 +54,12 @@ fn with_sample(
 
 /// Too small for a verdict on cells, large enough for everything else.
 fn small() -> CheckUp {
-    CheckUp {
-        inclinations: vec![30.0],
-        samples: 20_000,
-        pairs: 500,
-        ..CheckUp::default()
-    }
+    CheckUp { inclinations: vec![30.0], samples: 20_000, pairs: 500, ..CheckUp::default() }
 }
 
 /// The context of the environment, at scale 1 whatever the scale of the trials.
 fn context(name: &str) -> Context {
-    Context {
-        scale: 1.0,
-        ..crate::support::context(name)
-    }
+    Context { scale: 1.0, ..crate::support::context(name) }
 }
 
 /// The outcome whose name begins so.
@@ -90,10 +72,7 @@ fn outcome(subject: &BsdfSubject, name: &str) -> Outcome {
 
 /// The pointwise checks alone: those that need no direction.
 fn pointwise(subject: &BsdfSubject, name: &str) -> Outcome {
-    let none = CheckUp {
-        inclinations: Vec::new(),
-        ..small()
-    };
+    let none = CheckUp { inclinations: Vec::new(), ..small() };
     check_up(subject, &none, &context(name))
         .into_iter()
         .find(|outcome| outcome.name.starts_with(name))
@@ -123,15 +102,9 @@ const MASS: &str = "integral of the pdf";
 
 #[test]
 fn a_check_up_asks_everything() {
-    let size = CheckUp {
-        inclinations: vec![0.0, 60.0],
-        ..small()
-    };
+    let size = CheckUp { inclinations: vec![0.0, 60.0], ..small() };
     let outcomes = check_up(&right(), &size, &context("everything"));
-    let names: Vec<&str> = outcomes
-        .iter()
-        .map(|outcome| outcome.name.as_str())
-        .collect();
+    let names: Vec<&str> = outcomes.iter().map(|outcome| outcome.name.as_str()).collect();
     assert_eq!(
         names,
         [
@@ -157,21 +130,12 @@ fn a_check_up_asks_everything() {
         // The small sample leaves the cells open: they are held to no size, only not to be rejected.
         let expected = outcome.name.starts_with("chi-square");
         assert!(outcome.p >= ALPHA, "{}: {}", outcome.name, outcome.worst);
-        assert_eq!(
-            outcome.verdict() != Verdict::Holds,
-            expected,
-            "{}",
-            outcome.name
-        );
+        assert_eq!(outcome.verdict() != Verdict::Holds, expected, "{}", outcome.name);
     }
     // 75 degrees are a direction like any other.
     let wo = DVec3::new(0.6, 0.0, 0.8);
     let outcomes = at_direction(&right(), &size, &context("direction"), wo, 75.0);
-    assert!(
-        outcomes
-            .iter()
-            .all(|outcome| outcome.name.ends_with("at 75 degrees"))
-    );
+    assert!(outcomes.iter().all(|outcome| outcome.name.ends_with("at 75 degrees")));
 }
 
 #[test]
@@ -183,51 +147,26 @@ fn a_subject_is_what_was_set() {
     assert!(new().transmits(true).transmits);
     assert!(matches!(new().loss(Loss::Allowed).loss, Loss::Allowed));
     assert_eq!(new().energy_bound(0.5).energy_bound, 0.5);
-    let outcomes = check_up(
-        &new().reciprocal(false),
-        &small(),
-        &context("no reciprocity"),
-    );
+    let outcomes = check_up(&new().reciprocal(false), &small(), &context("no reciprocity"));
     assert!(outcomes.iter().all(|outcome| outcome.name != "reciprocity"));
-    assert!(
-        outcomes
-            .iter()
-            .all(|o| !o.name.starts_with("directional albedo"))
-    );
+    assert!(outcomes.iter().all(|o| !o.name.starts_with("directional albedo")));
 }
 
 #[test]
 fn no_value_may_be_bad() {
     assert_eq!(pointwise(&right(), SANE).p, 1.0);
     for bad in [f64::NAN, f64::INFINITY, -1.0] {
-        assert_eq!(
-            pointwise(&with_eval(move |_, _| bad), SANE).p,
-            0.0,
-            "f {bad}"
-        );
-        assert_eq!(
-            pointwise(&with_pdf(move |_, _| bad), SANE).p,
-            0.0,
-            "pdf {bad}"
-        );
+        assert_eq!(pointwise(&with_eval(move |_, _| bad), SANE).p, 0.0, "f {bad}");
+        assert_eq!(pointwise(&with_pdf(move |_, _| bad), SANE).p, 0.0, "pdf {bad}");
         let weight = with_sample(move |s| Some(BsdfSample { weight: bad, ..s }));
         assert_eq!(pointwise(&weight, SANE).p, 0.0, "weight {bad}");
         let density = with_sample(move |s| Some(BsdfSample { pdf: bad, ..s }));
         assert_eq!(pointwise(&density, SANE).p, 0.0, "sampled pdf {bad}");
     }
     let zero = with_sample(|s| Some(BsdfSample { pdf: 0.0, ..s }));
-    assert_eq!(
-        pointwise(&zero, SANE).p,
-        0.0,
-        "sampled where the pdf is zero"
-    );
+    assert_eq!(pointwise(&zero, SANE).p, 0.0, "sampled where the pdf is zero");
     for factor in [0.999, 1.001] {
-        let stretched = with_sample(move |s| {
-            Some(BsdfSample {
-                wi: factor * s.wi,
-                ..s
-            })
-        });
+        let stretched = with_sample(move |s| Some(BsdfSample { wi: factor * s.wi, ..s }));
         assert_eq!(pointwise(&stretched, SANE).p, 0.0, "length {factor}");
     }
     // No light, no pdf there, and no sample are all right.
@@ -242,19 +181,9 @@ fn no_value_may_be_bad() {
 fn pointwise_errors_are_relative() {
     let error = |subject: &BsdfSubject, name| pointwise(subject, name).estimate;
     assert!(error(&right(), WEIGHTS) < 1e-12);
-    let heavy = with_sample(|s| {
-        Some(BsdfSample {
-            weight: 1.25 * s.weight,
-            ..s
-        })
-    });
+    let heavy = with_sample(|s| Some(BsdfSample { weight: 1.25 * s.weight, ..s }));
     assert_relative_eq!(error(&heavy, WEIGHTS), 0.2, max_relative = 1e-9);
-    let dense = with_sample(|s| {
-        Some(BsdfSample {
-            pdf: 0.75 * s.pdf,
-            ..s
-        })
-    });
+    let dense = with_sample(|s| Some(BsdfSample { pdf: 0.75 * s.pdf, ..s }));
     assert_relative_eq!(error(&dense, WEIGHTS), 0.25, max_relative = 1e-9);
     // Grazing samples are left out: their cosines have lost their digits.
     let grazing = with_sample(|s| {
@@ -280,10 +209,7 @@ fn pointwise_errors_are_relative() {
     let broken = with_eval(|wo, wi| if wo.x > wi.x { f64::NAN } else { 1.0 });
     assert!(error(&broken, "reciprocity").is_nan());
     let worst = pointwise(&lopsided, "reciprocity").worst;
-    assert!(
-        worst.contains("f = 2 and 1") || worst.contains("f = 1 and 2"),
-        "{worst}"
-    );
+    assert!(worst.contains("f = 2 and 1") || worst.contains("f = 1 and 2"), "{worst}");
 }
 
 #[test]
@@ -325,12 +251,7 @@ fn directions_favour_no_axis_and_differ() {
         ..right()
     };
     // No pairs: all samples are those of the directions.
-    let size = CheckUp {
-        inclinations: vec![30.0; 3],
-        samples: 100,
-        pairs: 0,
-        ..small()
-    };
+    let size = CheckUp { inclinations: vec![30.0; 3], samples: 100, pairs: 0, ..small() };
     check_up(&subject, &size, &context("directions"));
     let asked = asked.lock().expect("one thread").clone();
     assert_eq!(asked.len(), 3);
@@ -353,10 +274,7 @@ fn albedo_bound_and_furnace_are_those_of_the_quadrature() {
         (2.1e-6, Verdict::Fails),
         (-2.1e-6, Verdict::Fails),
     ] {
-        let found = outcome(
-            &right().albedo(move |_| ALBEDO + excess),
-            "directional albedo",
-        );
+        let found = outcome(&right().albedo(move |_| ALBEDO + excess), "directional albedo");
         assert_eq!(found.verdict(), verdict, "{excess}");
     }
     let weighing = |weight: f64| {
@@ -392,11 +310,7 @@ fn samples_where_the_pdf_is_zero_or_infinite_are_forbidden() {
         let subject = BsdfSubject {
             sample: Box::new(move |wo, random| {
                 let right = sample(wo, random);
-                if random[2] < 0.25 {
-                    right.map(|s| BsdfSample { wi, ..s })
-                } else {
-                    right
-                }
+                if random[2] < 0.25 { right.map(|s| BsdfSample { wi, ..s }) } else { right }
             }),
             pdf: Box::new(move |wo, at| if at == wi { density } else { pdf(wo, at) }),
             ..right()
@@ -432,11 +346,7 @@ fn fuzzed(transmits: bool) -> Asked {
         },
         |_, _| 1.0,
     );
-    let size = CheckUp {
-        inclinations: Vec::new(),
-        pairs: PAIRS as u64,
-        ..small()
-    };
+    let size = CheckUp { inclinations: Vec::new(), pairs: PAIRS as u64, ..small() };
     let subject = subject.transmits(transmits).reciprocal(false);
     check_up(&subject, &size, &context("fuzzed"));
     asked.lock().expect("one thread").clone()
@@ -464,18 +374,11 @@ fn corners_of_the_domain_are_tried() {
         close(share(0.0, FRAC_PI_2), n, 1.0);
         // Half of the azimuths are multiples of 45 degrees, all eight of them.
         let turns = |pair: &[DVec3; 2]| 8.0 * pair[side].y.atan2(pair[side].x) / TAU;
-        let tilted: Vec<f64> = directions
-            .iter()
-            .filter(|pair| inclination(pair) > 0.0)
-            .map(turns)
-            .collect();
+        let tilted: Vec<f64> =
+            directions.iter().filter(|pair| inclination(pair) > 0.0).map(turns).collect();
         let straight = |turns: &&f64| (**turns - turns.round()).abs() < 1e-9;
         // Of the even picks 0, 2, 4, 6 the first has no azimuth.
-        close(
-            tilted.iter().filter(straight).count(),
-            tilted.len(),
-            3.0 / 7.0,
-        );
+        close(tilted.iter().filter(straight).count(), tilted.len(), 3.0 / 7.0);
         for eighth in -3..=4 {
             let there = |turns: &&f64| {
                 (turns.rem_euclid(8.0) - f64::from(eighth).rem_euclid(8.0)).abs() < 0.5

@@ -60,12 +60,7 @@ fn every_sample_is_counted_once() {
         at(0.2, 0.2),
     ];
     let mut next = samples.into_iter();
-    let found = count(
-        &cells,
-        9,
-        || next.next().expect("no more than asked for"),
-        |p| p.x != 0.5,
-    );
+    let found = count(&cells, 9, || next.next().expect("no more than asked for"), |p| p.x != 0.5);
     assert_eq!((found.n, found.lost, found.forbidden), (9, 2, 2));
     assert_eq!(found.observed, [2, 1, 2, 0]);
     assert_eq!(found.example, Some(DVec3::new(2.0, 0.0, 0.0)));
@@ -86,11 +81,7 @@ fn cells_have_simultaneous_intervals() {
     let high = ends.iter().fold(0.0_f64, |high, end| high.max(end[1]));
     assert_relative_eq!(found.interval[0], low, max_relative = 1e-9);
     assert_relative_eq!(found.interval[1], high, max_relative = 1e-9);
-    let expected = [
-        ("a", 5000.0, 5100.0),
-        ("b", 3000.0, 2950.0),
-        ("c", 2000.0, 1950.0),
-    ];
+    let expected = [("a", 5000.0, 5100.0), ("b", 3000.0, 2950.0), ("c", 2000.0, 1950.0)];
     for (cell, (place, expected, observed)) in found.cells.iter().zip(expected) {
         assert_eq!((cell.place.as_str(), cell.observed), (place, observed));
         assert_relative_eq!(cell.expected, expected, max_relative = 1e-12);
@@ -98,39 +89,21 @@ fn cells_have_simultaneous_intervals() {
         assert_relative_eq!(cell.sigmas, sigmas, max_relative = 1e-9);
     }
     assert_eq!(found.cells.len(), 3);
-    assert_eq!(
-        found.worst,
-        "cell at a: 5100 samples, 5000.0 expected, +1.4 sigmas"
-    );
-    let Sensitivity::Cells {
-        dof,
-        n,
-        least,
-        tests,
-    } = found.sensitivity
-    else {
+    assert_eq!(found.worst, "cell at a: 5100 samples, 5000.0 expected, +1.4 sigmas");
+    let Sensitivity::Cells { dof, n, least, tests } = found.sensitivity else {
         panic!("{:?}", found.sensitivity);
     };
     assert_eq!((dof, n, tests), (2.0, 10_000.0, 1));
     assert_relative_eq!(least, 0.2, max_relative = 1e-12);
     // Half of the level is left where lost samples are tested, too.
     let halved = chi_square("cells", &partition(0.1, 0.0), &counts(1100, 0), 0.5);
-    let expected = Sensitivity::Cells {
-        dof,
-        n,
-        least,
-        tests: 2,
-    };
+    let expected = Sensitivity::Cells { dof, n, least, tests: 2 };
     let (halved, expected) = (halved.sensitivity, expected);
     assert_relative_eq!(halved.miss(0.1), expected.miss(0.1), max_relative = 1e-6);
     // Nothing where nothing is expected is right; a single cell has no shape to be wrong.
     let places = vec![String::from("all"), String::from("none")];
     let single = Partition::of_masses(vec![1.0, 0.0], places);
-    let all = Counts {
-        n: 5000,
-        observed: vec![5000, 0],
-        ..Counts::default()
-    };
+    let all = Counts { n: 5000, observed: vec![5000, 0], ..Counts::default() };
     let found = chi_square("single", &single, &all, 0.5);
     let undecided = matches!(found.verdict(), Verdict::Undecided { .. });
     assert_eq!((found.p, undecided), (1.0, true));
@@ -139,11 +112,7 @@ fn cells_have_simultaneous_intervals() {
     for parts in 2..200 {
         let mass = 1.0 / f64::from(parts);
         let cell = Partition::of_masses(vec![mass], vec![String::from("all")]);
-        let all = Counts {
-            n: 5001,
-            observed: vec![5001],
-            ..Counts::default()
-        };
+        let all = Counts { n: 5001, observed: vec![5001], ..Counts::default() };
         assert_eq!(chi_square("single", &cell, &all, 0.5).p, 1.0, "{parts}");
     }
 }
@@ -163,10 +132,7 @@ fn lost_samples_are_tested_beside_the_cells() {
     ] {
         let n = 10_000 + lost;
         let least = (loss - error).max(0.0);
-        let [above, below] = [
-            binomial_sf(lost, n, loss + error),
-            binomial_cdf(lost, n, least),
-        ];
+        let [above, below] = [binomial_sf(lost, n, loss + error), binomial_cdf(lost, n, least)];
         let lost_p = (2.0 * above.min(below)).min(1.0);
         let expected = (2.0 * cells_p().min(lost_p)).min(1.0);
         let found = p(&partition(loss, error), lost);
@@ -180,14 +146,8 @@ fn lost_samples_are_tested_beside_the_cells() {
 fn the_worst_is_named() {
     let worst =
         |partition: &Partition, counts: &Counts| chi_square("worst", partition, counts, 0.5).worst;
-    assert_eq!(
-        worst(&partition(0.0, 0.0), &counts(5, 0)),
-        "5 samples lost, 0.0 expected"
-    );
-    assert_eq!(
-        worst(&partition(0.1, 0.0), &counts(0, 0)),
-        "0 samples lost, 1000.0 expected"
-    );
+    assert_eq!(worst(&partition(0.0, 0.0), &counts(5, 0)), "5 samples lost, 0.0 expected");
+    assert_eq!(worst(&partition(0.1, 0.0), &counts(0, 0)), "0 samples lost, 1000.0 expected");
     let forbidden = chi_square("forbidden", &partition(0.0, 0.0), &counts(0, 7), 0.5);
     assert_eq!(forbidden.p, 0.0);
     assert_eq!(
@@ -200,10 +160,7 @@ fn the_worst_is_named() {
 fn thin_cells_are_pooled_smallest_first() {
     // 900 + 900 outgrows the third, which then is the smallest and joins them.
     let expected = [900.0, 3000.0, 900.0, 900.0];
-    assert_eq!(
-        pool(&expected, &[1, 2, 4, 8]),
-        [[3000.0, 2.0], [2700.0, 13.0]]
-    );
+    assert_eq!(pool(&expected, &[1, 2, 4, 8]), [[3000.0, 2.0], [2700.0, 13.0]]);
     // Just enough is enough, and a last cell stays, however thin.
     assert_eq!(pool(&[1000.0, 1000.0], &[1, 2]).len(), 2);
     assert_eq!(pool(&[5.0], &[3]), [[5.0, 3.0]]);
@@ -213,10 +170,7 @@ fn thin_cells_are_pooled_smallest_first() {
 #[test]
 fn a_share_has_its_exact_interval() {
     let found = binomial("share", 3, 10, 0.2, 0.5);
-    assert_eq!(
-        (found.name.as_str(), found.n, found.value),
-        ("share", 10, 3.0)
-    );
+    assert_eq!((found.name.as_str(), found.n, found.value), ("share", 10, 3.0));
     assert_eq!((found.estimate, found.reference), (0.3, 0.2));
     assert_eq!(found.p, binomial_two_sided(3, 10, 0.2));
     assert_eq!(found.interval, binomial_interval(3, 10, ALPHA / 2.0));
@@ -228,10 +182,7 @@ fn a_share_has_its_exact_interval() {
 #[test]
 fn rare_events_follow_the_poisson_law() {
     let found = poisson("rare", 30, 1000, 20.0, 5.0);
-    assert_eq!(
-        (found.name.as_str(), found.n, found.value),
-        ("rare", 1000, 30.0)
-    );
+    assert_eq!((found.name.as_str(), found.n, found.value), ("rare", 1000, 30.0));
     assert_eq!((found.estimate, found.reference), (30.0, 20.0));
     assert_eq!(found.p, 2.0 * poisson_sf(30, 20.0));
     assert_eq!(found.interval, poisson_interval(30, ALPHA / 2.0));
@@ -273,10 +224,7 @@ fn distribution_functions_are_compared_at_every_value() {
     assert_eq!(found.p, kolmogorov_sf(256, 1.0 / 512.0));
     let radius = kolmogorov_upper(256, ALPHA);
     assert_eq!(found.interval, [0.0, 1.0 / 512.0 + radius]);
-    assert_eq!(
-        found.worst,
-        "distribution functions differ by 0.00195 at 0.001953"
-    );
+    assert_eq!(found.worst, "distribution functions differ by 0.00195 at 0.001953");
     // Every fourth of 256 points is kept, each with its own binomial spread.
     assert_eq!(found.cells.len(), 64);
     let mut values: Vec<f64> = (0..256).map(midpoint).collect();
@@ -294,10 +242,7 @@ fn distribution_functions_are_compared_at_every_value() {
     let roots = kolmogorov_smirnov("roots", &mut values, f64::sqrt, 0.5);
     assert_relative_eq!(roots.estimate, 0.25 + 1.0 / 512.0, max_relative = 1e-2);
     let mut ten = [0.5; 10];
-    assert_eq!(
-        kolmogorov_smirnov("ten", &mut ten, |x| x, 0.5).cells.len(),
-        10
-    );
+    assert_eq!(kolmogorov_smirnov("ten", &mut ten, |x| x, 0.5).cells.len(), 10);
 }
 
 #[test]
@@ -305,9 +250,7 @@ fn maps_leave_out_what_says_nothing() {
     let found = PValueMap {
         width: 3,
         height: 2,
-        p: [0.5, -1.0, 0.2, 1.0, 0.001, 0.7]
-            .map(|p| (p >= 0.0).then_some(p))
-            .to_vec(),
+        p: [0.5, -1.0, 0.2, 1.0, 0.001, 0.7].map(|p| (p >= 0.0).then_some(p)).to_vec(),
         sigmas: vec![0.7, f64::NAN, 1.3, 0.0, -3.3, 0.4],
         dof: vec![9.0, 8.0, 7.0, 6.0, 5.0, 4.0],
     };
@@ -326,19 +269,12 @@ fn maps_leave_out_what_says_nothing() {
     assert_eq!((smallest.value, smallest.estimate), (-3.3, -3.3));
     assert_eq!(smallest.claim, Claim::Test);
     // The level is shared by the five tiles that say something.
-    let sensitivity = Sensitivity::Normal {
-        standard_error: 1.0,
-        dof: 5.0,
-        tests: 5,
-    };
+    let sensitivity = Sensitivity::Normal { standard_error: 1.0, dof: 5.0, tests: 5 };
     assert_eq!(smallest.sensitivity, sensitivity);
     assert_eq!(smallest.worst, "(1, 1) of 3 × 2: -3.30 sigmas");
     assert_eq!(smallest.cells.len(), 6);
     let cell = &smallest.cells[5];
-    assert_eq!(
-        (cell.place.as_str(), cell.observed, cell.sigmas),
-        ("x 2 y 1", 0.4, 0.4)
-    );
+    assert_eq!((cell.place.as_str(), cell.observed, cell.sigmas), ("x 2 y 1", 0.4, 0.4));
     // What is no number is neither left out nor large: it fails, and is the worst.
     let mut broken = found;
     broken.p[3] = Some(f64::NAN);
@@ -356,13 +292,8 @@ fn a_pixel_that_is_no_number_fails() {
     for (mean, variance) in [(f64::NAN, 0.0), (1.0, f64::NAN), (f64::NAN, f64::NAN)] {
         let (mut mean_a, mut variance_a) = (means, variances);
         (mean_a[1], variance_a[1]) = (mean, variance);
-        let [a, b] = [(&mean_a, &variance_a), (&means, &variances)].map(|(mean, variance)| {
-            PixelStatistics {
-                mean,
-                variance,
-                count: &[9; 3],
-            }
-        });
+        let [a, b] = [(&mean_a, &variance_a), (&means, &variances)]
+            .map(|(mean, variance)| PixelStatistics { mean, variance, count: &[9; 3] });
         let found = map(&a, &b, 3, 1);
         assert_eq!(found.smallest("pixels", 9).verdict(), Verdict::Fails);
         assert_eq!(map(&b, &b, 3, 1).p[1], None);
@@ -383,16 +314,8 @@ fn tiles_hold_their_own_pixels() {
     let [[mean_a, variance_a], [mean_b, variance_b]] = [image(3), image(11)];
     let count_a: Vec<u64> = (0..35).map(|i| 50 + i).collect();
     let count_b: Vec<u64> = (0..35).map(|i| 90 - i).collect();
-    let a = PixelStatistics {
-        mean: &mean_a,
-        variance: &variance_a,
-        count: &count_a,
-    };
-    let b = PixelStatistics {
-        mean: &mean_b,
-        variance: &variance_b,
-        count: &count_b,
-    };
+    let a = PixelStatistics { mean: &mean_a, variance: &variance_a, count: &count_a };
+    let b = PixelStatistics { mean: &mean_b, variance: &variance_b, count: &count_b };
     // Sums instead of means: t and the degrees of freedom are the same.
     let expected = |inside: &dyn Fn(usize, usize) -> bool| {
         let pixels: Vec<usize> = (0..35).filter(|i| inside(i % 7, i / 7)).collect();
@@ -405,28 +328,17 @@ fn tiles_hold_their_own_pixels() {
             .flat_map(|&i| [of(&variance_a, &count_a, i), of(&variance_b, &count_b, i)])
             .collect();
         let error = parts.iter().map(|part| part.0).sum::<f64>().sqrt();
-        (
-            difference / error,
-            welch_satterthwaite(parts),
-            error / pixels.len() as f64,
-        )
+        (difference / error, welch_satterthwaite(parts), error / pixels.len() as f64)
     };
     for side in [1, 2, 3, 4, 7] {
         let found = map(&a, &b, 7, side);
-        assert_eq!(
-            (found.width, found.height),
-            (7_usize.div_ceil(side), 5_usize.div_ceil(side))
-        );
+        assert_eq!((found.width, found.height), (7_usize.div_ceil(side), 5_usize.div_ceil(side)));
         assert_eq!(found.p.len(), found.width * found.height);
         for (i, (&p, &sigmas)) in found.p.iter().zip(&found.sigmas).enumerate() {
             let tile = [i % found.width, i / found.width];
             let (t, dof, _) = expected(&|x, y| [x / side, y / side] == tile);
             assert_relative_eq!(sigmas, t, max_relative = 1e-9);
-            assert_relative_eq!(
-                p.expect("judged"),
-                student_two_sided(t, dof),
-                max_relative = 1e-9
-            );
+            assert_relative_eq!(p.expect("judged"), student_two_sided(t, dof), max_relative = 1e-9);
         }
     }
     let even = vec![0.0; a.mean.len()];
@@ -443,16 +355,10 @@ fn tiles_hold_their_own_pixels() {
     assert_relative_eq!(whole.claim.size(), 0.01 * scale, max_relative = 1e-12);
     // Equal without variance: nothing is known.
     let none = vec![0.0; 35];
-    let still = PixelStatistics {
-        variance: &none,
-        ..a
-    };
+    let still = PixelStatistics { variance: &none, ..a };
     let same = image_mean("same", (&still, &even), (&still, &even), 0.01);
     let needed = u64::MAX;
-    assert_eq!(
-        (same.value, same.p, same.verdict()),
-        (0.0, 1.0, Verdict::Undecided { needed })
-    );
+    assert_eq!((same.value, same.p, same.verdict()), (0.0, 1.0, Verdict::Undecided { needed }));
     assert!(map(&still, &still, 7, 1).p.iter().all(Option::is_none));
 }
 
@@ -463,25 +369,14 @@ fn an_image_is_kept_in_stretches_of_its_rows() {
     let mean_b: Vec<f64> = (0..149).map(|i| f64::from(i * 5 % 17)).collect();
     let [variance_a, variance_b] = [0.04, 0.21].map(|variance| vec![variance; 149]);
     let [count_a, count_b] = [[100; 149], [300; 149]];
-    let a = PixelStatistics {
-        mean: &mean_a,
-        variance: &variance_a,
-        count: &count_a,
-    };
-    let b = PixelStatistics {
-        mean: &mean_b,
-        variance: &variance_b,
-        count: &count_b,
-    };
+    let a = PixelStatistics { mean: &mean_a, variance: &variance_a, count: &count_a };
+    let b = PixelStatistics { mean: &mean_b, variance: &variance_b, count: &count_b };
     let even = vec![0.0; a.mean.len()];
     let cells = image_mean("stretches", (&a, &even), (&b, &even), 0.01).cells;
     assert_eq!(cells.len(), 50);
     for (i, cell) in cells.iter().enumerate() {
         let n = if i < 49 { 3 } else { 2 };
-        assert_eq!(
-            cell.place,
-            format!("{n} pixels from {} on, row by row", 3 * i)
-        );
+        assert_eq!(cell.place, format!("{n} pixels from {} on, row by row", 3 * i));
         let sum = |mean: &[f64]| mean[3 * i..3 * i + n].iter().sum::<f64>();
         let [sum_a, sum_b] = [sum(&mean_a), sum(&mean_b)];
         assert_relative_eq!(cell.expected, sum_b / n as f64, max_relative = 1e-12);

@@ -33,11 +33,7 @@ fn over_floor(half: f64, add: impl FnOnce(&mut SceneBuilder)) -> Scene {
     let albedo = DVec3::splat(ALBEDO);
     let floor = scene.surface(Surface::new(Bsdf::Lambert { albedo }));
     let corner = DVec3::new(-half, -half, 0.0);
-    scene.rectangle(
-        corner,
-        [2.0 * half * DVec3::X, 2.0 * half * DVec3::Y],
-        floor,
-    );
+    scene.rectangle(corner, [2.0 * half * DVec3::X, 2.0 * half * DVec3::Y], floor);
     add(&mut scene);
     let eye = DVec3::new(0.0, -0.1, 0.3);
     let camera = Camera::new(eye, DVec3::ZERO, DVec3::Z, 0.1);
@@ -54,16 +50,10 @@ fn lit(half: f64, add: impl FnOnce(&mut SceneBuilder, whitefurnace::scene::Surfa
 
 /// What shadow rays alone find at the origin, one estimate per stream.
 fn shadow_rays(scene: &Scene, lights: LightSampling, count: u32) -> Vec<f64> {
-    let path = Path {
-        lights,
-        ..Path::<Standard>::new(Standard, Strategy::Light)
-    };
+    let path = Path { lights, ..Path::<Standard>::new(Standard, Strategy::Light) };
     let down = DVec3::new(0.1, 0.2, -1.0).normalize();
     let ray = Ray::new(-0.05 * down, down);
-    let estimate = |i| {
-        path.radiance(scene, &ray, scene.intersect(&ray), &mut stream(5, i, 0))
-            .x
-    };
+    let estimate = |i| path.radiance(scene, &ray, scene.intersect(&ray), &mut stream(5, i, 0)).x;
     (0..count).map(estimate).collect()
 }
 
@@ -76,13 +66,7 @@ fn without_solid_angles_lights_are_sampled_by_area() {
         (
             "inward",
             lit(0.5, |s, l| {
-                s.sphere(
-                    Sphere {
-                        inward: true,
-                        ..whole
-                    },
-                    l,
-                );
+                s.sphere(Sphere { inward: true, ..whole }, l);
             }),
             true,
         ),
@@ -90,13 +74,7 @@ fn without_solid_angles_lights_are_sampled_by_area() {
             "zone",
             lit(0.5, |s, l| {
                 let zone = [-0.4, 0.3];
-                s.sphere(
-                    Sphere {
-                        zone,
-                        ..Sphere::new(DVec3::new(0.2, 0.3, 1.0), 0.5)
-                    },
-                    l,
-                );
+                s.sphere(Sphere { zone, ..Sphere::new(DVec3::new(0.2, 0.3, 1.0), 0.5) }, l);
             }),
             true,
         ),
@@ -118,11 +96,7 @@ fn without_solid_angles_lights_are_sampled_by_area() {
             }),
             true,
         ),
-        (
-            "outward from within",
-            lit(0.5, |s, l| s.sphere(whole, l)),
-            false,
-        ),
+        ("outward from within", lit(0.5, |s, l| s.sphere(whole, l)), false),
         (
             "behind",
             lit(0.5, |s, l| {
@@ -152,13 +126,7 @@ fn without_solid_angles_lights_are_sampled_by_area() {
 #[test]
 fn fallbacks_of_light_sampling_have_their_closed_form() {
     let within = lit(0.5, |s, l| {
-        s.sphere(
-            Sphere {
-                inward: true,
-                ..Sphere::new(DVec3::ZERO, 2.0)
-            },
-            l,
-        );
+        s.sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 2.0) }, l);
     });
     // The numbers are the pick, then the height on the sphere, whose cosine is that from its lower to its
     // upper pole; what is below the floor brings nothing.
@@ -221,21 +189,14 @@ fn without_emitters_it_is_dark() {
     let photons = |scene: &Scene, lookup| {
         PhotonMapping::new(Standard, scene, lookup, (10, 0.1), (1, 0)).expect("a map")
     };
-    let gather = Lookup::Gather {
-        caustic_particles: 10,
-        caustic_radius: 0.1,
-    };
+    let gather = Lookup::Gather { caustic_particles: 10, caustic_radius: 0.1 };
     let none = |found: Vec<DVec3>| assert!(found.iter().all(|v| *v == DVec3::ZERO), "{found:?}");
     for scene in [&dark, &sky] {
         none(radiance(scene, &photons(scene, Lookup::Direct)));
         none(radiance(scene, &photons(scene, gather)));
         none(radiance(scene, &Whitted::new(LightRules::PHYSICAL)));
         let (particles, radius, parts) = (10, 0.1, Standard);
-        let sppm = Sppm {
-            parts,
-            particles,
-            radius,
-        };
+        let sppm = Sppm { parts, particles, radius };
         none(sppm.pass(scene, FRAME, 1, 0).expect("legal values"));
         let tracer = LightTracer::<Standard>::default();
         none(tracer.pass(scene, FRAME, 1, 0).expect("legal values"));
@@ -248,10 +209,7 @@ fn without_emitters_it_is_dark() {
     none(radiance(&dark, &Path::<Standard>::default()));
     none(radiance(&dark, &Report::default()));
     none(radiance(&dark, &Published::default()));
-    let fineness = Fineness {
-        patches: 3,
-        halvings: 0,
-    };
+    let fineness = Fineness { patches: 3, halvings: 0 };
     let solved = Radiosity::new(Standard, &dark, fineness, &|_| true).expect("a solution");
     none(radiance(&dark, &solved));
     // A plane under a uniform sky reflects its albedo: a survivor of roulette has all of it.
@@ -270,15 +228,7 @@ fn limits_of_zero_mean_direct_light() {
     let report = |rays, segments| {
         let parts = Standard;
         let rules = LightRules::PHYSICAL;
-        radiance(
-            &scene,
-            &Report {
-                parts,
-                rays,
-                segments,
-                rules,
-            },
-        )
+        radiance(&scene, &Report { parts, rays, segments, rules })
     };
     let whitted = |segments| {
         let whole = Whitted::new(LightRules::PHYSICAL);
@@ -286,14 +236,7 @@ fn limits_of_zero_mean_direct_light() {
     };
     let direct = whitted(7);
     assert!(direct.iter().any(|v| *v != DVec3::ZERO));
-    for found in [
-        report(0, 7),
-        report(1, 1),
-        report(1, 0),
-        report(0, 0),
-        whitted(1),
-        whitted(0),
-    ] {
+    for found in [report(0, 7), report(1, 1), report(1, 0), report(0, 0), whitted(1), whitted(0)] {
         assert_eq!(found, direct);
     }
 }
@@ -301,10 +244,7 @@ fn limits_of_zero_mean_direct_light() {
 fn option<T>(result: Result<T, Error>, hint: &str) {
     match result {
         Err(Error::Option(message)) => {
-            assert!(
-                message.contains(hint) && !message.contains('\n'),
-                "{message}"
-            );
+            assert!(message.contains(hint) && !message.contains('\n'), "{message}");
         }
         Err(error) => panic!("{error}"),
         Ok(_) => panic!("not refused: {hint}"),
@@ -321,29 +261,15 @@ fn photons_without_number_or_radius_are_refused() {
     option(map(Lookup::Direct, 0, 0.1), "at least 1");
     for radius in [0.0, -0.1, f64::NAN, f64::INFINITY] {
         option(map(Lookup::Direct, 10, radius), "radius above 0");
-        let gather = Lookup::Gather {
-            caustic_particles: 10,
-            caustic_radius: radius,
-        };
+        let gather = Lookup::Gather { caustic_particles: 10, caustic_radius: radius };
         option(map(gather, 10, 0.1), "radius above 0");
         let (parts, particles) = (Standard, 10);
-        let sppm = Sppm {
-            parts,
-            particles,
-            radius,
-        };
+        let sppm = Sppm { parts, particles, radius };
         option(sppm.pass(&scene, FRAME, 1, 0), "radius above 0");
     }
-    let gather = Lookup::Gather {
-        caustic_particles: 0,
-        caustic_radius: 0.1,
-    };
+    let gather = Lookup::Gather { caustic_particles: 0, caustic_radius: 0.1 };
     option(map(gather, 10, 0.1), "at least 1");
-    let sppm = Sppm {
-        parts: Standard,
-        particles: 0,
-        radius: 0.1,
-    };
+    let sppm = Sppm { parts: Standard, particles: 0, radius: 0.1 };
     option(sppm.pass(&scene, FRAME, 1, 0), "at least 1");
 }
 
@@ -353,28 +279,13 @@ fn empty_zones_and_cameras_that_look_nowhere_are_refused() {
     let refusal = |zone, camera| {
         let mut scene = SceneBuilder::new("bad");
         let surface = scene.surface(Surface::new(Bsdf::Black).emitting(DVec3::ONE));
-        scene.sphere(
-            Sphere {
-                zone,
-                ..Sphere::new(DVec3::ZERO, 1.0)
-            },
-            surface,
-        );
+        scene.sphere(Sphere { zone, ..Sphere::new(DVec3::ZERO, 1.0) }, surface);
         scene.build(camera).err().map(|error| error.to_string())
     };
     assert_eq!(refusal([-0.5, 2.0], any_camera()), None);
-    for zone in [
-        [0.5, 0.5],
-        [0.5, -0.5],
-        [1.0, 2.0],
-        [f64::NAN, 1.0],
-        [-1.0, f64::NAN],
-    ] {
+    for zone in [[0.5, 0.5], [0.5, -0.5], [1.0, 2.0], [f64::NAN, 1.0], [-1.0, f64::NAN]] {
         let message = refusal(zone, any_camera()).expect("refused");
-        assert!(
-            message.contains("zone") && !message.contains('\n'),
-            "{message}"
-        );
+        assert!(message.contains("zone") && !message.contains('\n'), "{message}");
     }
     let [o, x, z] = [DVec3::ZERO, DVec3::X, DVec3::Z];
     for camera in [
@@ -392,10 +303,7 @@ fn empty_zones_and_cameras_that_look_nowhere_are_refused() {
             seen.err().map(|error| error.to_string()),
             Some(message.replace("bad", "environment"))
         );
-        assert!(
-            message.contains("camera") && !message.contains('\n'),
-            "{message}"
-        );
+        assert!(message.contains("camera") && !message.contains('\n'), "{message}");
     }
 }
 
@@ -410,37 +318,18 @@ fn the_reconstruction_ends_at_walls_that_absorb_all() {
     let wall = Surface::new(Bsdf::Lambert { albedo }).emitting(DVec3::splat(LIGHT));
     let wall = scene.surface(wall.absorbing(1.0));
     let inside = Sphere::new(DVec3::ZERO, 1.0);
-    scene.sphere(
-        Sphere {
-            inward: true,
-            ..inside
-        },
-        wall,
-    );
+    scene.sphere(Sphere { inward: true, ..inside }, wall);
     let scene = scene.build(any_camera()).expect("a scene");
     let ray = Ray::new(0.3 * DVec3::X, DVec3::Y);
     for bits in 0..8 {
         let [roulette_by_cosine, end_loses_direct, extra_cosine] =
             [1, 2, 4].map(|bit| bits & bit != 0);
-        let published = Published {
-            quirks: Quirks {
-                roulette_by_cosine,
-                end_loses_direct,
-                extra_cosine,
-            },
-        };
-        let direct = if end_loses_direct {
-            0.0
-        } else {
-            ALBEDO * LIGHT
-        };
+        let published =
+            Published { quirks: Quirks { roulette_by_cosine, end_loses_direct, extra_cosine } };
+        let direct = if end_loses_direct { 0.0 } else { ALBEDO * LIGHT };
         let hit = scene.intersect(&ray);
         let mut found = vec![published.radiance(&scene, &ray, hit, &mut Constant(0)).x];
-        let stream = |i| {
-            published
-                .radiance(&scene, &ray, hit, &mut stream(3, i, 0))
-                .x
-        };
+        let stream = |i| published.radiance(&scene, &ray, hit, &mut stream(3, i, 0)).x;
         found.extend((0..20).map(stream));
         for radiance in found {
             assert_relative_eq!(radiance, 1.0 + direct, max_relative = 1e-12);

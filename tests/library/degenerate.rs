@@ -19,11 +19,8 @@ use whitefurnace::harness::trial::Context;
 use whitefurnace::harness::welch_map::{PixelStatistics, image_mean, map};
 use whitefurnace::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
 
-const WIDE: [Claim; 3] = [
-    Claim::Exact { delta: 1e3 },
-    Claim::Approximate { margin: 1e3 },
-    Claim::Test,
-];
+const WIDE: [Claim; 3] =
+    [Claim::Exact { delta: 1e3 }, Claim::Approximate { margin: 1e3 }, Claim::Test];
 
 /// n values, all the same.
 fn same(n: u64, value: f64) -> Values {
@@ -32,22 +29,15 @@ fn same(n: u64, value: f64) -> Values {
 
 fn cells(masses: &[f64], observed: &[u64]) -> Outcome {
     let places = masses.iter().map(|m| format!("{m}")).collect();
-    let counts = Counts {
-        n: observed.iter().sum(),
-        observed: observed.to_vec(),
-        ..Counts::default()
-    };
+    let counts =
+        Counts { n: observed.iter().sum(), observed: observed.to_vec(), ..Counts::default() };
     let partition = Partition::of_masses(masses.to_vec(), places);
     chi_square("cells", &partition, &counts, 1e3)
 }
 
 fn image(pixels: usize, count: u64) -> Outcome {
     let (mean, variance, count) = (vec![1.0; pixels], vec![0.0; pixels], vec![count; pixels]);
-    let pixels = PixelStatistics {
-        mean: &mean,
-        variance: &variance,
-        count: &count,
-    };
+    let pixels = PixelStatistics { mean: &mean, variance: &variance, count: &count };
     let image = (&pixels, &variance[..]);
     image_mean("image", image, image, 1e3)
 }
@@ -92,11 +82,7 @@ fn samples_that_say_nothing_are_undecided() {
     outcomes.extend([(0, 9), (4, 0), (4, 1), (4, 9)].map(|(pixels, n)| image(pixels, n)));
     for pixels in [0, 4] {
         let (mean, zero, count) = (vec![1.0; pixels], vec![0.0; pixels], vec![9; pixels]);
-        let pixels = PixelStatistics {
-            mean: &mean,
-            variance: &zero,
-            count: &count,
-        };
+        let pixels = PixelStatistics { mean: &mean, variance: &zero, count: &count };
         let map = map(&pixels, &pixels, 2, 1);
         outcomes.extend([map.smallest("least", 9), map.flatness("flat", 1e3)]);
     }
@@ -134,13 +120,7 @@ fn samples_that_speak_against_a_claim_are_heard() {
         binomial("never", 0, 1_000_000, 0.0, 0.01),
         binomial("always", 1_000_000, 1_000_000, 1.0, 0.01),
         poisson("none", 0, 1_000_000, 0.0, 30.0),
-        bounded_mean(
-            "far from its bounds",
-            &same(1_000_000, 0.5),
-            0.5,
-            [0.0, 1.0],
-            claim,
-        ),
+        bounded_mean("far from its bounds", &same(1_000_000, 0.5), 0.5, [0.0, 1.0], claim),
     ];
     for outcome in holding {
         assert_eq!(outcome.verdict(), Verdict::Holds, "{outcome:?}");
@@ -160,12 +140,7 @@ fn a_stuck_sampler_is_undecided_then_fails() {
 }
 
 fn small() -> CheckUp {
-    CheckUp {
-        inclinations: vec![40.0],
-        samples: 5000,
-        pairs: 100,
-        ..CheckUp::default()
-    }
+    CheckUp { inclinations: vec![40.0], samples: 5000, pairs: 100, ..CheckUp::default() }
 }
 
 /// Check-ups of a sampler that returns nothing, and of one whose weights are stuck though f cos/pdf is
@@ -180,11 +155,7 @@ fn check_ups_without_samples_are_undecided() {
         |_, wi: DVec3| wi.z.max(0.0) * 0.75 / PI,
         |_, [r1, r2, _]| {
             let wi = cosine_hemisphere([r1, r2]);
-            Some(BsdfSample {
-                wi,
-                weight: 0.5,
-                pdf: cosine_hemisphere_pdf(wi.z),
-            })
+            Some(BsdfSample { wi, weight: 0.5, pdf: cosine_hemisphere_pdf(wi.z) })
         },
         |_, wi: DVec3| cosine_hemisphere_pdf(wi.z.max(0.0)),
     );

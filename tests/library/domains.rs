@@ -84,24 +84,12 @@ fn borders_are_inside_and_what_lies_beyond_is_not() {
         (
             Domain::Square,
             vec![DVec3::ZERO, DVec3::X, DVec3::Y, v(1.0, 1.0, 0.0)],
-            vec![
-                v(-0.1, 0.5, 0.0),
-                v(1.1, 0.5, 0.0),
-                v(0.5, -0.1, 0.0),
-                v(0.5, 1.1, 0.0),
-                nan,
-            ],
+            vec![v(-0.1, 0.5, 0.0), v(1.1, 0.5, 0.0), v(0.5, -0.1, 0.0), v(0.5, 1.1, 0.0), nan],
         ),
         (
             Domain::Triangle,
             vec![DVec3::ZERO, DVec3::X, DVec3::Y, v(0.25, 0.75 + across, 0.0)],
-            vec![
-                v(-0.1, 0.5, 0.0),
-                v(0.5, -0.1, 0.0),
-                v(0.75, 0.5, 0.0),
-                v(1.1, 0.0, 0.0),
-                nan,
-            ],
+            vec![v(-0.1, 0.5, 0.0), v(0.5, -0.1, 0.0), v(0.75, 0.5, 0.0), v(1.1, 0.0, 0.0), nan],
         ),
     ] {
         for point in inside {
@@ -163,11 +151,7 @@ fn equal_cells_run_row_by_row() {
         let [row, column] = [k / 4, k % 4];
         let centre = [(row as f64 + 0.5) / 3.0, (column as f64 + 0.5) / 4.0];
         assert_eq!(cells.cell(point_at(Domain::Square, centre)), Some(k));
-        let place = format!(
-            "row {row}-{} of 3; column {column}-{} of 4",
-            row + 1,
-            column + 1
-        );
+        let place = format!("row {row}-{} of 3; column {column}-{} of 4", row + 1, column + 1);
         assert_eq!(cells.places[k], place);
     }
     // The far border belongs to the last row and column.

@@ -32,10 +32,7 @@ fn directional_albedos_meet_the_reference() {
         let colour = DVec3::splat(rho);
         let second = multiple_albedo(colour, roughness).x * (1.0 - albedo(roughness, theta.cos()));
         assert_abs_diff_eq!(first + second, both, epsilon = 32.0 * U);
-        let model = Bsdf::Eon {
-            albedo: colour,
-            roughness,
-        };
+        let model = Bsdf::Eon { albedo: colour, roughness };
         let found = directional_albedo(&model, theta);
         assert_abs_diff_eq!(found, both, epsilon = QUADRATURE);
     }
@@ -46,10 +43,7 @@ fn directional_albedos_meet_the_reference() {
 fn white_eon_passes_the_furnace_and_oren_nayar_does_not() {
     for sigma in [0.05, 0.3, 0.5, 1.0, FRAC_PI_2] {
         let roughness = OrenNayar::new(sigma).roughness();
-        let white = Bsdf::Eon {
-            albedo: DVec3::ONE,
-            roughness,
-        };
+        let white = Bsdf::Eon { albedo: DVec3::ONE, roughness };
         for theta in [0.0, 0.4, 0.8, 1.2, 1.5, 1.57] {
             let off = (directional_albedo(&white, theta) - 1.0).abs();
             assert!(off <= QUADRATURE, "{off:e} at r = {roughness}, θ = {theta}");
@@ -66,9 +60,7 @@ fn white_eon_passes_the_furnace_and_oren_nayar_does_not() {
 fn averages_are_the_integrals_of_the_albedo() {
     let rule = gauss_legendre(32);
     let average = |f: &dyn Fn(f64) -> f64| {
-        integrate(&rule, 0.0, FRAC_PI_2, |t| {
-            2.0 * f(t.cos()) * t.sin() * t.cos()
-        })
+        integrate(&rule, 0.0, FRAC_PI_2, |t| 2.0 * f(t.cos()) * t.sin() * t.cos())
     };
     assert_abs_diff_eq!(average(&gain), AVERAGE_GAIN, epsilon = 64.0 * U);
     for roughness in [0.0, 0.3, 1.0] {
@@ -84,20 +76,12 @@ fn averages_are_the_integrals_of_the_albedo() {
 #[test]
 fn the_polynomial_of_the_paper_is_within_its_error() {
     let polynomial = |cos: f64| {
-        [
-            0.071_442_995_3,
-            -0.332_181_442,
-            0.491_881_867,
-            0.057_108_528_9,
-            0.0,
-        ]
-        .into_iter()
-        .fold(0.0, |sum, coefficient| sum * (1.0 - cos) + coefficient)
+        [0.071_442_995_3, -0.332_181_442, 0.491_881_867, 0.057_108_528_9, 0.0]
+            .into_iter()
+            .fold(0.0, |sum, coefficient| sum * (1.0 - cos) + coefficient)
     };
     let off = |cos: f64| (polynomial(cos) - gain(cos)).abs();
-    let worst = (0..=10_000)
-        .map(|i| off(f64::from(i) / 10_000.0))
-        .fold(0.0, f64::max);
+    let worst = (0..=10_000).map(|i| off(f64::from(i) / 10_000.0)).fold(0.0, f64::max);
     assert!((6.02e-4..6.03e-4).contains(&worst), "{worst:e}");
     for roughness in [0.1, 0.5, 1.0] {
         let approximate = scale(roughness) * (1.0 + roughness * polynomial(0.954));
@@ -108,20 +92,12 @@ fn the_polynomial_of_the_paper_is_within_its_error() {
 
 #[test]
 fn smooth_eon_is_lambert() {
-    property(
-        "smooth EON",
-        200,
-        &(upper(1e-9), upper(1e-9)),
-        |(wo, wi)| {
-            let albedo = DVec3::new(0.1, 0.5, 1.0);
-            let smooth = Bsdf::Eon {
-                albedo,
-                roughness: 0.0,
-            };
-            let off = (smooth.eval(wo, wi) - lambert(albedo)).abs().max_element();
-            assert!(off <= 2.0 * U, "{off:e}");
-        },
-    );
+    property("smooth EON", 200, &(upper(1e-9), upper(1e-9)), |(wo, wi)| {
+        let albedo = DVec3::new(0.1, 0.5, 1.0);
+        let smooth = Bsdf::Eon { albedo, roughness: 0.0 };
+        let off = (smooth.eval(wo, wi) - lambert(albedo)).abs().max_element();
+        assert!(off <= 2.0 * U, "{off:e}");
+    });
 }
 
 #[test]

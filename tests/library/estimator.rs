@@ -41,10 +41,7 @@ fn values<E: Estimator>(scene: &Scene, estimator: &E, count: usize) -> Vec<DVec3
 fn assert_all_or_nothing(name: &str, values: &[DVec3], expected: f64) {
     let full = |v: &DVec3| (*v - expected).abs().max_element() <= 400.0 * U * expected;
     for value in values {
-        assert!(
-            *value == DVec3::ZERO || full(value),
-            "{value} is not {expected}"
-        );
+        assert!(*value == DVec3::ZERO || full(value), "{value} is not {expected}");
     }
     enough(name, values.iter().filter(|v| full(v)).count());
 }
@@ -75,9 +72,7 @@ fn paths_inside_glass_see_the_squared_index() {
     // The eye's part of two: nothing but the background emits.
     let bdpt = Bdpt { parts: Unweighted };
     let pass = |index| bdpt.pass(&scene, [16, 12], master(), index);
-    let values: Vec<_> = (0..16)
-        .flat_map(|index| pass(index).expect("an image"))
-        .collect();
+    let values: Vec<_> = (0..16).flat_map(|index| pass(index).expect("an image")).collect();
     assert_all_or_nothing("inside glass, bidirectional", &values, 2.25);
 }
 
@@ -137,18 +132,9 @@ fn emitters_are_seen_under_each_rule() {
     for (ray, radiance, shown) in [(front, 50.0, 1.0), (back, 0.0, 0.0)] {
         let hit = scene.intersect(&ray);
         assert!(hit.is_some_and(|hit| hit.emitter == Some(0)));
-        assert_eq!(
-            path.radiance(&scene, &ray, hit, &mut rng),
-            DVec3::splat(radiance)
-        );
-        assert_eq!(
-            whitted.radiance(&scene, &ray, hit, &mut rng),
-            DVec3::splat(radiance)
-        );
-        assert_eq!(
-            report.radiance(&scene, &ray, hit, &mut rng),
-            DVec3::splat(shown)
-        );
+        assert_eq!(path.radiance(&scene, &ray, hit, &mut rng), DVec3::splat(radiance));
+        assert_eq!(whitted.radiance(&scene, &ray, hit, &mut rng), DVec3::splat(radiance));
+        assert_eq!(report.radiance(&scene, &ray, hit, &mut rng), DVec3::splat(shown));
     }
 }
 
@@ -156,25 +142,13 @@ fn emitters_are_seen_under_each_rule() {
 fn facing_mirrors_end() {
     // Between perfect mirrors only roulette, or the limit on segments, ends a path: radiance is 0.
     let mut scene = SceneBuilder::new("facing mirrors");
-    let mirror = scene.surface(Surface::new(Bsdf::Mirror {
-        reflectance: DVec3::ONE,
-    }));
-    scene.sphere(
-        Sphere {
-            inward: true,
-            ..Sphere::new(DVec3::ZERO, 1.0)
-        },
-        mirror,
-    );
+    let mirror = scene.surface(Surface::new(Bsdf::Mirror { reflectance: DVec3::ONE }));
+    scene.sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) }, mirror);
     let scene = scene.build(any_camera()).expect("a scene");
     let path = Path::new(Unweighted, Strategy::Mis);
     let found = values(&scene, &path, 1000);
     assert!(found.iter().all(|v| *v == DVec3::ZERO));
-    assert!(
-        values(&scene, &Report::default(), 100)
-            .iter()
-            .all(|v| *v == DVec3::ZERO)
-    );
+    assert!(values(&scene, &Report::default(), 100).iter().all(|v| *v == DVec3::ZERO));
 }
 
 #[test]
@@ -185,10 +159,7 @@ fn emitters_are_picked_evenly() {
     property("pick", 500, &(0.0..1.0, 1usize..20), |(r, count)| {
         let pick = Plain.pick_emitter(r, count);
         assert_eq!(pick, (r * count as f64).floor() as usize);
-        assert!(
-            Plain.pick_emitter(1.0 - U, count) == count - 1,
-            "never one too many"
-        );
+        assert!(Plain.pick_emitter(1.0 - U, count) == count - 1, "never one too many");
         // Equal shares of [0, 1).
         let middle = (pick as f64 + 0.5) / count as f64;
         assert_eq!(Plain.pick_emitter(middle, count), pick);
@@ -201,22 +172,11 @@ fn direct_light_of_whitted_is_f_cos_over_pdf() {
     let mut scene = SceneBuilder::new("floor and light");
     let albedo = DVec3::new(0.2, 0.5, 0.8);
     let floor = scene.surface(Surface::new(Bsdf::Lambert { albedo }));
-    scene.rectangle(
-        DVec3::new(-5.0, -5.0, 0.0),
-        [10.0 * DVec3::X, 10.0 * DVec3::Y],
-        floor,
-    );
+    scene.rectangle(DVec3::new(-5.0, -5.0, 0.0), [10.0 * DVec3::X, 10.0 * DVec3::Y], floor);
     let light = scene.surface(Surface::new(Bsdf::Black).emitting(DVec3::splat(3.0)));
-    scene.rectangle(
-        DVec3::new(-1.0, -1.0, 2.0),
-        [2.0 * DVec3::Y, 2.0 * DVec3::X],
-        light,
-    );
+    scene.rectangle(DVec3::new(-1.0, -1.0, 2.0), [2.0 * DVec3::Y, 2.0 * DVec3::X], light);
     let scene = scene.build(any_camera()).expect("a scene");
-    let ray = Ray::new(
-        DVec3::new(4.0, 0.0, 1.0),
-        DVec3::new(-1.0, 0.0, -1.0).normalize(),
-    );
+    let ray = Ray::new(DVec3::new(4.0, 0.0, 1.0), DVec3::new(-1.0, 0.0, -1.0).normalize());
     let hit = scene.intersect(&ray).expect("the floor");
     let mut rng = rng("direct light");
     for _ in 0..200 {
@@ -241,11 +201,7 @@ fn light_behind_nothing(sphere: bool) -> Scene {
     let corner = DVec3::new(-5.0, -5.0, 0.0);
     scene.rectangle(corner, [10.0 * DVec3::X, 10.0 * DVec3::Y], floor);
     let light = scene.surface(Surface::new(Bsdf::Black).emitting(DVec3::splat(3.0)));
-    scene.rectangle(
-        corner + 2.5 * DVec3::Z,
-        [10.0 * DVec3::Y, 10.0 * DVec3::X],
-        light,
-    );
+    scene.rectangle(corner + 2.5 * DVec3::Z, [10.0 * DVec3::Y, 10.0 * DVec3::X], light);
     if sphere {
         let glass = scene.surface(Surface::new(Bsdf::Glass { index: 1.0 }));
         scene.sphere(Sphere::new(1.3 * DVec3::Z, 1.0), glass);
@@ -258,25 +214,16 @@ fn the_report_counts_light_behind_index_matched_glass_once() {
     // One diffuse hit: a shadow ray and a sample ray, whose random numbers come before those that glass
     // draws. By which of the two the light is found depends on the rules, and on nothing else.
     let [open, glass] = [false, true].map(light_behind_nothing);
-    let ray = Ray::new(
-        DVec3::new(1.5, 0.2, 0.2),
-        DVec3::new(-1.4, -0.1, -0.2).normalize(),
-    );
+    let ray = Ray::new(DVec3::new(1.5, 0.2, 0.2), DVec3::new(-1.4, -0.1, -0.2).normalize());
     let report = |shadows_pass_glass, caustics| Report {
-        rules: LightRules {
-            shadows_pass_glass,
-            caustics,
-            ..LightRules::PHYSICAL
-        },
+        rules: LightRules { shadows_pass_glass, caustics, ..LightRules::PHYSICAL },
         ..Report::default()
     };
     let mut rng = rng("behind nothing");
     let mut kinds = [0; 2];
     for _ in 0..2000 {
         let value = |scene: &Scene, report: Report| {
-            report
-                .radiance(scene, &ray, scene.intersect(&ray), &mut rng.clone())
-                .x
+            report.radiance(scene, &ray, scene.intersect(&ray), &mut rng.clone()).x
         };
         let [passing, passing_caustics, blocked, caustics] =
             [(true, false), (true, true), (false, false), (false, true)]

@@ -12,9 +12,8 @@ fn toy(centre: f64) -> Trial {
     let run = |centre: f64| {
         move |context: &Context| {
             let mut rng = context.rng("toy");
-            let values = Values::collect(0.5, context.n(1_000_000), || {
-                uniform(&mut rng) + centre - 0.5
-            });
+            let values =
+                Values::collect(0.5, context.n(1_000_000), || uniform(&mut rng) + centre - 0.5);
             vec![mean("mean", &values, 0.5, Claim::Exact { delta: 0.005 })]
         }
     };
@@ -82,11 +81,7 @@ fn a_mean_leaves_its_batches_in_a_data_file() {
     assert_eq!(lines[0], "place,expected,observed,sigmas");
     // A million values fill 61 batches of 2^14.
     assert_eq!(lines.len(), 1 + 61);
-    assert!(
-        lines[1].starts_with("\"batch 1 (16384 values)\",5e-1,4."),
-        "{}",
-        lines[1]
-    );
+    assert!(lines[1].starts_with("\"batch 1 (16384 values)\",5e-1,4."), "{}", lines[1]);
     let batches = rows[0].outcome.cells.iter().map(|cell| cell.observed);
     let whole = batches.sum::<f64>() / 61.0;
     // The last 576 values are in no batch: they move the mean by less than 576/1e6.

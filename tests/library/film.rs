@@ -21,31 +21,23 @@ fn pixel(values: &[DVec3]) -> Pixel {
 
 #[test]
 fn pixels_hold_mean_and_standard_error() {
-    property(
-        "pixel",
-        300,
-        &prop::collection::vec(point(10.0), 2..40),
-        |values| {
-            let pixel = pixel(&values);
-            assert_eq!(pixel.replications(), values.len() as u32);
-            for channel in 0..3 {
-                let moments: Moments = values.iter().map(|v| v[channel].abs()).collect();
-                // Values of at most 10 move by half a unit; 40 of them are summed.
-                let bound = UNIT + 4000.0 * U;
-                assert_abs_diff_eq!(pixel.mean()[channel], moments.mean(), epsilon = bound);
-                let error = pixel.standard_error()[channel];
-                assert_abs_diff_eq!(error, moments.standard_error(), epsilon = 2.0 * bound);
-            }
-        },
-    );
+    property("pixel", 300, &prop::collection::vec(point(10.0), 2..40), |values| {
+        let pixel = pixel(&values);
+        assert_eq!(pixel.replications(), values.len() as u32);
+        for channel in 0..3 {
+            let moments: Moments = values.iter().map(|v| v[channel].abs()).collect();
+            // Values of at most 10 move by half a unit; 40 of them are summed.
+            let bound = UNIT + 4000.0 * U;
+            assert_abs_diff_eq!(pixel.mean()[channel], moments.mean(), epsilon = bound);
+            let error = pixel.standard_error()[channel];
+            assert_abs_diff_eq!(error, moments.standard_error(), epsilon = 2.0 * bound);
+        }
+    });
 }
 
 #[test]
 fn pixels_merge_exactly() {
-    let strategy = (
-        prop::collection::vec(point(1e4), 1..40),
-        any::<prop::sample::Index>(),
-    );
+    let strategy = (prop::collection::vec(point(1e4), 1..40), any::<prop::sample::Index>());
     property("pixel merge", 300, &strategy, |(values, cut)| {
         let (a, b) = values.split_at(cut.index(values.len()));
         let (a, b, all) = (pixel(a), pixel(b), pixel(&values));
@@ -95,11 +87,7 @@ fn features_are_means_over_the_hits() {
     one.merge(&other).expect("room for more");
     let found = one.features();
     assert_eq!(found.albedo, DVec3::new(0.5, 0.5, 1.0));
-    assert_abs_diff_eq!(
-        found.normal,
-        DVec3::new(0.0, -2.0, 1.0) / 3.0,
-        epsilon = UNIT
-    );
+    assert_abs_diff_eq!(found.normal, DVec3::new(0.0, -2.0, 1.0) / 3.0, epsilon = UNIT);
     assert_eq!(found.depth, 6.0);
     // Rays that met nothing do not count; replications do not matter.
     one.push(DVec3::ONE).expect("legal");
@@ -119,11 +107,7 @@ fn impossible_sizes_are_refused() {
     for frame in [[0, 5], [5, 0], [0, 0]] {
         assert!(refusal(frame, None).contains("at least 1"));
     }
-    for frame in [
-        [1_000_000_000, 1_000_000_000],
-        [u32::MAX, u32::MAX],
-        [1 << 20, 1 << 20],
-    ] {
+    for frame in [[1_000_000_000, 1_000_000_000], [u32::MAX, u32::MAX], [1 << 20, 1 << 20]] {
         assert!(refusal(frame, None).contains("memory"));
     }
     let above = u32::try_from(LARGEST_FILM + 1).expect("a 32-bit number");
@@ -132,12 +116,7 @@ fn impossible_sizes_are_refused() {
 
 #[test]
 fn windows_must_lie_in_the_frame() {
-    let window = |x, y, width, height| {
-        Some(Window {
-            corner: [x, y],
-            size: [width, height],
-        })
-    };
+    let window = |x, y, width, height| Some(Window { corner: [x, y], size: [width, height] });
     for bad in [
         window(0, 0, 9, 6),
         window(0, 0, 8, 7),
@@ -166,32 +145,17 @@ fn windows_must_lie_in_the_frame() {
 fn pixels_are_stored_row_by_row() {
     let mut film = Film::new([4, 3], None, 1).expect("a film");
     assert_eq!(film.window().size, [4, 3]);
-    film.pixels_mut()[4 * 2 + 1]
-        .push(DVec3::ONE)
-        .expect("legal");
+    film.pixels_mut()[4 * 2 + 1].push(DVec3::ONE).expect("legal");
     assert_eq!(film.pixel(1, 2).replications(), 1);
-    assert_eq!(
-        film.pixels()
-            .iter()
-            .filter(|p| p.replications() == 1)
-            .count(),
-        1
-    );
+    assert_eq!(film.pixels().iter().filter(|p| p.replications() == 1).count(), 1);
 }
 
 #[test]
 fn films_of_different_kinds_do_not_merge() {
-    let window = Some(Window {
-        corner: [1, 0],
-        size: [3, 3],
-    });
+    let window = Some(Window { corner: [1, 0], size: [3, 3] });
     let film = |frame, window, samples| Film::new(frame, window, samples).expect("a film");
     let mut base = film([4, 3], None, 1);
-    for other in [
-        film([3, 4], None, 1),
-        film([4, 3], window, 1),
-        film([4, 3], None, 4),
-    ] {
+    for other in [film([3, 4], None, 1), film([4, 3], window, 1), film([4, 3], None, 4)] {
         let message = base.merge(&other).expect_err("must be refused").to_string();
         assert!(message.contains("cannot be merged"));
     }

@@ -26,14 +26,9 @@ const BOUND: f64 = 16.0 * U;
 fn check(n: DVec3) {
     let Frame { x, y, z } = Frame::new(n);
     assert_eq!(z, n);
-    for (a, b, expected) in [
-        (x, x, 1.0),
-        (y, y, 1.0),
-        (z, z, 1.0),
-        (x, y, 0.0),
-        (y, z, 0.0),
-        (z, x, 0.0),
-    ] {
+    for (a, b, expected) in
+        [(x, x, 1.0), (y, y, 1.0), (z, z, 1.0), (x, y, 0.0), (y, z, 0.0), (z, x, 0.0)]
+    {
         assert_abs_diff_eq!(a.dot(b), expected, epsilon = BOUND);
     }
     assert!((x.cross(y) - z).length() <= BOUND, "right-handed");
@@ -70,19 +65,14 @@ fn spherical_coordinates_undo_each_other() {
         // Angles of up to 2π are rounded by U of themselves, on either way.
         assert!((from_spherical(theta, phi) - w).length() <= 16.0 * U);
     });
-    property(
-        "to vector and back",
-        2000,
-        &(0.0..=PI, 0.0..TAU),
-        |(theta, phi)| {
-            let (theta_back, phi_back) = to_spherical(from_spherical(theta, phi));
-            assert_abs_diff_eq!(theta_back, theta, epsilon = 8.0 * U);
-            if theta.sin() > 1e-3 {
-                let d = (phi_back - phi).abs();
-                assert!(d.min(TAU - d) <= 16.0 * U);
-            }
-        },
-    );
+    property("to vector and back", 2000, &(0.0..=PI, 0.0..TAU), |(theta, phi)| {
+        let (theta_back, phi_back) = to_spherical(from_spherical(theta, phi));
+        assert_abs_diff_eq!(theta_back, theta, epsilon = 8.0 * U);
+        if theta.sin() > 1e-3 {
+            let d = (phi_back - phi).abs();
+            assert!(d.min(TAU - d) <= 16.0 * U);
+        }
+    });
     assert_eq!(to_spherical(DVec3::Y), (PI / 2.0, PI / 2.0));
     assert_eq!(to_spherical(-DVec3::Z).0, PI);
     assert_eq!(to_spherical(DVec3::Z).0, 0.0);

@@ -60,17 +60,12 @@ fn normal_incidence_and_grazing() {
 
 #[test]
 fn equal_indices_reflect_nothing() {
-    property(
-        "index-matched",
-        500,
-        &(0.01..=1.0, 1.0..3.0),
-        |(cos_1, n)| {
-            assert!(reflectance(cos_1, n, n) <= (cosine_error(cos_1, n, n) / cos_1).powi(2));
-            // But for exact grazing, where no light enters and 0/0 must not come up.
-            assert_eq!(cos_refracted(0.0, n, n), None);
-            assert_eq!(reflectance(0.0, n, n), 1.0);
-        },
-    );
+    property("index-matched", 500, &(0.01..=1.0, 1.0..3.0), |(cos_1, n)| {
+        assert!(reflectance(cos_1, n, n) <= (cosine_error(cos_1, n, n) / cos_1).powi(2));
+        // But for exact grazing, where no light enters and 0/0 must not come up.
+        assert_eq!(cos_refracted(0.0, n, n), None);
+        assert_eq!(reflectance(0.0, n, n), 1.0);
+    });
 }
 
 #[test]
@@ -110,45 +105,31 @@ fn total_reflection_beyond_the_critical_angle() {
 
 #[test]
 fn reflectance_is_a_share() {
-    property(
-        "share",
-        2000,
-        &(0.0..=1.0, indices()),
-        |(cos_1, (n1, n2))| {
-            let [rs, rp] = [reflectance_s, reflectance_p].map(|of| of(cos_1, n1, n2));
-            let r = reflectance(cos_1, n1, n2);
-            for share in [rs, rp, r] {
-                assert!((0.0..=1.0).contains(&share), "{share}");
-            }
-            assert_abs_diff_eq!(r, 0.5 * (rs + rp), epsilon = U);
-            assert!(
-                rs >= rp - 2.0 * reflectance_error(cos_1, n1, n2),
-                "R_s is at least R_p"
-            );
-        },
-    );
+    property("share", 2000, &(0.0..=1.0, indices()), |(cos_1, (n1, n2))| {
+        let [rs, rp] = [reflectance_s, reflectance_p].map(|of| of(cos_1, n1, n2));
+        let r = reflectance(cos_1, n1, n2);
+        for share in [rs, rp, r] {
+            assert!((0.0..=1.0).contains(&share), "{share}");
+        }
+        assert_abs_diff_eq!(r, 0.5 * (rs + rp), epsilon = U);
+        assert!(rs >= rp - 2.0 * reflectance_error(cos_1, n1, n2), "R_s is at least R_p");
+    });
 }
 
 #[test]
 fn reflectance_is_reversible() {
-    property(
-        "reversible",
-        2000,
-        &(0.0..=1.0, indices()),
-        |(cos_1, (n1, n2))| {
-            let Some(cos_2) = cos_refracted(cos_1, n1, n2).filter(|&c| c > 0.01 && cos_1 > 0.01)
-            else {
-                return;
-            };
-            let (there, back) = (reflectance(cos_1, n1, n2), reflectance(cos_2, n2, n1));
-            // The way back starts from a rounded cos θ₂, whose error comes back as one of cos θ₁:
-            // cos θ₁ dcos θ₁ = (n₂/n₁)² cos θ₂ dcos θ₂.
-            let returned = (n2 / n1).powi(2) * cos_2 / cos_1 * cosine_error(cos_2, n1, n2);
-            let slope = 4.0 * n1.max(n2) / (n1.min(n2) * (cos_1 + cos_2));
-            let bound = reflectance_error(cos_1, n1, n2) + reflectance_error(cos_2, n2, n1);
-            assert_abs_diff_eq!(there, back, epsilon = bound + 2.0 * slope * returned);
-        },
-    );
+    property("reversible", 2000, &(0.0..=1.0, indices()), |(cos_1, (n1, n2))| {
+        let Some(cos_2) = cos_refracted(cos_1, n1, n2).filter(|&c| c > 0.01 && cos_1 > 0.01) else {
+            return;
+        };
+        let (there, back) = (reflectance(cos_1, n1, n2), reflectance(cos_2, n2, n1));
+        // The way back starts from a rounded cos θ₂, whose error comes back as one of cos θ₁:
+        // cos θ₁ dcos θ₁ = (n₂/n₁)² cos θ₂ dcos θ₂.
+        let returned = (n2 / n1).powi(2) * cos_2 / cos_1 * cosine_error(cos_2, n1, n2);
+        let slope = 4.0 * n1.max(n2) / (n1.min(n2) * (cos_1 + cos_2));
+        let bound = reflectance_error(cos_1, n1, n2) + reflectance_error(cos_2, n2, n1);
+        assert_abs_diff_eq!(there, back, epsilon = bound + 2.0 * slope * returned);
+    });
 }
 
 #[test]
@@ -159,16 +140,10 @@ fn refraction_obeys_snell() {
         let sin_1 = d.cross(n).length();
         // Rounding decides within 16 U of the critical angle.
         let Some(t) = refract(d, n, n1, n2) else {
-            assert!(
-                n1 * sin_1 > n2 * (1.0 - 16.0 * U),
-                "refracted light is lost"
-            );
+            assert!(n1 * sin_1 > n2 * (1.0 - 16.0 * U), "refracted light is lost");
             return;
         };
-        assert!(
-            n1 * sin_1 < n2 * (1.0 + 16.0 * U),
-            "past the critical angle"
-        );
+        assert!(n1 * sin_1 < n2 * (1.0 + 16.0 * U), "past the critical angle");
         assert_abs_diff_eq!(t.length(), 1.0, epsilon = 4.0 * U);
         assert!(t.dot(n) <= 0.0, "on the other side");
         // Snell's law with its plane: n₁ d × n = n₂ t × n. Both d and n are unit to 3 U, which the
@@ -258,10 +233,6 @@ fn hemispherical_averages() {
 #[test]
 fn averages_depend_on_the_ratio_only() {
     for (n1, n2) in [(1.0, 1.5), (1.33, 1.5), (1.5, 2.42)] {
-        assert_relative_eq!(
-            average(2.0 * n1, 2.0 * n2),
-            average(n1, n2),
-            max_relative = 128.0 * U
-        );
+        assert_relative_eq!(average(2.0 * n1, 2.0 * n2), average(n1, n2), max_relative = 128.0 * U);
     }
 }

@@ -32,22 +32,16 @@ fn down(x: f64, y: f64) -> Ray {
 fn aimed() -> impl Strategy<Value = (Ray, [DVec3; 3], [f64; 2])> {
     let triangle = prop::array::uniform3(point(1.0));
     (triangle, point(1.0), 0.05..0.9, 0.05..0.9, -4i32..=4)
-        .prop_map(
-            |(triangle, origin, u, v, exponent): (_, DVec3, f64, f64, _)| {
-                let scale = 10f64.powi(exponent);
-                let triangle = triangle.map(|vertex: DVec3| vertex * scale);
-                let (u, v) = if u + v < 0.95 {
-                    (u, v)
-                } else {
-                    (u * 0.5, v * 0.5)
-                };
-                let target = triangle_point(triangle, u, v);
-                // Origins at distances from a hundredth to a hundred times the triangle's size.
-                let origin = target + origin * scale.powf(0.5);
-                let ray = Ray::new(origin, (target - origin).normalize());
-                (ray, triangle, [u, v])
-            },
-        )
+        .prop_map(|(triangle, origin, u, v, exponent): (_, DVec3, f64, f64, _)| {
+            let scale = 10f64.powi(exponent);
+            let triangle = triangle.map(|vertex: DVec3| vertex * scale);
+            let (u, v) = if u + v < 0.95 { (u, v) } else { (u * 0.5, v * 0.5) };
+            let target = triangle_point(triangle, u, v);
+            // Origins at distances from a hundredth to a hundred times the triangle's size.
+            let origin = target + origin * scale.powf(0.5);
+            let ray = Ray::new(origin, (target - origin).normalize());
+            (ray, triangle, [u, v])
+        })
         .prop_filter("well conditioned", |(ray, [a, b, c], _)| {
             let (e1, e2) = (*b - *a, *c - *a);
             let det = ray.direction.dot(e1.cross(e2)).abs();
@@ -92,19 +86,14 @@ fn ray_point() {
 
 #[test]
 fn triangle_point_meets_the_vertices_and_edges() {
-    property(
-        "triangle_point",
-        200,
-        &prop::array::uniform3(point(10.0)),
-        |[a, b, c]| {
-            assert_eq!(triangle_point([a, b, c], 0.0, 0.0), a);
-            assert_eq!(triangle_point([a, b, c], 1.0, 0.0), b);
-            assert_eq!(triangle_point([a, b, c], 0.0, 1.0), c);
-            // Halves are exact: only the one addition rounds, in the same way on both sides.
-            assert_eq!(triangle_point([a, b, c], 0.5, 0.0), 0.5 * a + 0.5 * b);
-            assert_eq!(triangle_point([a, b, c], 0.5, 0.5), 0.5 * b + 0.5 * c);
-        },
-    );
+    property("triangle_point", 200, &prop::array::uniform3(point(10.0)), |[a, b, c]| {
+        assert_eq!(triangle_point([a, b, c], 0.0, 0.0), a);
+        assert_eq!(triangle_point([a, b, c], 1.0, 0.0), b);
+        assert_eq!(triangle_point([a, b, c], 0.0, 1.0), c);
+        // Halves are exact: only the one addition rounds, in the same way on both sides.
+        assert_eq!(triangle_point([a, b, c], 0.5, 0.0), 0.5 * a + 0.5 * b);
+        assert_eq!(triangle_point([a, b, c], 0.5, 0.5), 0.5 * b + 0.5 * c);
+    });
 }
 
 #[test]
@@ -112,10 +101,7 @@ fn residuals_are_distances_from_the_solution() {
     let triangle = [DVec3::new(1.0, 0.0, 0.0), DVec3::Y, DVec3::Z];
     let ray = Ray::new(DVec3::new(2.0, 4.0, 8.0), DVec3::new(0.0, -1.0, 0.5));
     // T(u, v) − R(t) at t = 2, u = 1/4, v = 1/2: (1/4, 1/4, 1/2) − (2, 2, 9).
-    assert_eq!(
-        triangle_residual(&ray, triangle, 2.0, 0.25, 0.5),
-        DVec3::new(-1.75, -1.75, -8.5)
-    );
+    assert_eq!(triangle_residual(&ray, triangle, 2.0, 0.25, 0.5), DVec3::new(-1.75, -1.75, -8.5));
 }
 
 #[test]
@@ -125,23 +111,15 @@ fn solution_has_no_residual() {
         let [et, eu, ev] = cramer_error(&ray, triangle, [t, found_u, found_v]);
         let [a, b, c] = triangle;
         let (l1, l2) = ((b - a).length(), (c - a).length());
-        let size = triangle
-            .iter()
-            .fold(ray.origin.length(), |s, v| s + v.length());
+        let size = triangle.iter().fold(ray.origin.length(), |s, v| s + v.length());
         // Errors of the solution, then rounding of the residual: six operations on each term.
         let terms = t + l1 + l2 + (ray.origin - a).length();
         let bound = et + eu * l1 + ev * l2 + 6.0 * U * terms;
         let residual = triangle_residual(&ray, triangle, t, found_u, found_v).length();
-        assert!(
-            residual <= bound,
-            "residual of (3): {residual:e} > {bound:e}"
-        );
+        assert!(residual <= bound, "residual of (3): {residual:e} > {bound:e}");
         // (2) meets (1): the same error, and rounding of the coordinates themselves.
         let apart = (triangle_point(triangle, found_u, found_v) - ray.at(t)).length();
-        assert!(
-            apart <= bound + 6.0 * U * (size + t),
-            "(1) and (2) are {apart:e} apart"
-        );
+        assert!(apart <= bound + 6.0 * U * (size + t), "(1) and (2) are {apart:e} apart");
         // The aim itself is off by the rounding of the target and of the direction.
         let aim = 6.0 * U * (size + t) / ray.direction.dot((b - a).cross(c - a)).abs();
         assert_abs_diff_eq!(found_u, u, epsilon = eu + aim * l2);
@@ -152,22 +130,17 @@ fn solution_has_no_residual() {
 #[test]
 fn solution_scales_exactly() {
     // Powers of two scale every intermediate value without rounding: no threshold may depend on size.
-    property(
-        "scales",
-        500,
-        &(aimed(), -150i32..150),
-        |((ray, triangle, _), k)| {
-            let scale = 2f64.powi(k);
-            let scaled = Ray::new(ray.origin * scale, ray.direction);
-            let (t, u, v) = moller_trumbore(&ray, triangle).expect("aimed inside");
-            let found = moller_trumbore(&scaled, triangle.map(|x| x * scale));
-            assert_eq!(found, Some((t * scale, u, v)));
-            let hit = watertight(&ray, triangle, f64::INFINITY).expect("aimed inside");
-            let found = watertight(&scaled, triangle.map(|x| x * scale), f64::INFINITY);
-            let t = hit.t * scale;
-            assert_eq!(found, Some(TriangleHit { t, ..hit }));
-        },
-    );
+    property("scales", 500, &(aimed(), -150i32..150), |((ray, triangle, _), k)| {
+        let scale = 2f64.powi(k);
+        let scaled = Ray::new(ray.origin * scale, ray.direction);
+        let (t, u, v) = moller_trumbore(&ray, triangle).expect("aimed inside");
+        let found = moller_trumbore(&scaled, triangle.map(|x| x * scale));
+        assert_eq!(found, Some((t * scale, u, v)));
+        let hit = watertight(&ray, triangle, f64::INFINITY).expect("aimed inside");
+        let found = watertight(&scaled, triangle.map(|x| x * scale), f64::INFINITY);
+        let t = hit.t * scale;
+        assert_eq!(found, Some(TriangleHit { t, ..hit }));
+    });
 }
 
 #[test]
@@ -196,10 +169,7 @@ fn both_tests_agree_on_misses() {
         let [a, b, c] = triangle;
         let [u, v] = [0; 2].map(|_| between(&mut rng, -0.5, 1.5));
         let origin = in_cube(&mut rng, 2.0);
-        let ray = Ray::new(
-            origin,
-            (triangle_point(triangle, u, v) - origin).normalize(),
-        );
+        let ray = Ray::new(origin, (triangle_point(triangle, u, v) - origin).normalize());
         let det = ray.direction.dot((b - a).cross(c - a));
         let (weight, _) = shear_error(&ray, triangle);
         let reference = moller_trumbore(&ray, triangle);
@@ -221,10 +191,7 @@ fn both_tests_agree_on_misses() {
 
 #[test]
 fn known_solution() {
-    assert_eq!(
-        moller_trumbore(&down(0.25, 0.5), STANDARD),
-        Some((2.0, 0.25, 0.5))
-    );
+    assert_eq!(moller_trumbore(&down(0.25, 0.5), STANDARD), Some((2.0, 0.25, 0.5)));
     let hit = watertight(&down(0.25, 0.5), STANDARD, 3.0).expect("a hit");
     assert_eq!((hit.t, hit.weights), (2.0, [0.25, 0.25, 0.5]));
     // From below, and with a direction of length 2.
@@ -235,26 +202,13 @@ fn known_solution() {
 
 #[test]
 fn borders_belong_to_the_triangle() {
-    for (x, y) in [
-        (0.0, 0.0),
-        (1.0, 0.0),
-        (0.0, 1.0),
-        (0.5, 0.0),
-        (0.0, 0.5),
-        (0.5, 0.5),
-    ] {
+    for (x, y) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5)] {
         assert_eq!(moller_trumbore(&down(x, y), STANDARD), Some((2.0, x, y)));
         let hit = watertight(&down(x, y), STANDARD, 3.0).expect("a border hit");
         assert_eq!(hit.weights, [1.0 - x - y, x, y]);
     }
     let e = f64::EPSILON;
-    for (x, y) in [
-        (-e, 0.5),
-        (0.5, -e),
-        (0.5, 0.5 + e),
-        (2.0, 2.0),
-        (-1.0, 2.0),
-    ] {
+    for (x, y) in [(-e, 0.5), (0.5, -e), (0.5, 0.5 + e), (2.0, 2.0), (-1.0, 2.0)] {
         assert_eq!(moller_trumbore(&down(x, y), STANDARD), None, "({x}, {y})");
         assert_eq!(watertight(&down(x, y), STANDARD, 3.0), None, "({x}, {y})");
     }

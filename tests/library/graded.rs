@@ -28,22 +28,13 @@ fn all(size: f64) -> Vec<Outcome> {
         let places = ["a", "b", "c"].map(String::from).to_vec();
         let partition = Partition::of_masses(vec![0.5, 0.3, 0.2], places);
         let observed = [5, 3, 2].map(|share| share * n).to_vec();
-        let counts = Counts {
-            n: 10 * n,
-            observed,
-            ..Counts::default()
-        };
+        let counts = Counts { n: 10 * n, observed, ..Counts::default() };
         chi_square("cells", &partition, &counts, 0.02 * size)
     };
     let mut uniform: Vec<f64> = (0..1_000_000).map(|i| (f64::from(i) + 0.5) / 1e6).collect();
     vec![
         mean("t", &v, 2.0, exact(0.003 * size)),
-        mean(
-            "t about 0",
-            &v.transformed(1.0, -2.0),
-            0.0,
-            exact(0.003 * size),
-        ),
+        mean("t about 0", &v.transformed(1.0, -2.0), 0.0, exact(0.003 * size)),
         mean_known_sigma("z", &v, 2.0, 0.2, exact(0.003 * size)),
         bounded_mean("bounded", &v, 2.0, [1.0, 3.0], exact(0.004 * size)),
         welch("Welch", &v, &v, exact(0.004 * size)),
@@ -52,22 +43,8 @@ fn all(size: f64) -> Vec<Outcome> {
         kolmogorov_smirnov("law", &mut uniform, |x| x, 0.005 * size),
         binomial("share", 300_000, 1_000_000, 0.3, 0.007 * size),
         poisson("events", 10_000, 1_000_000, 10_000.0, 1500.0 * size),
-        mean(
-            "equal",
-            &v,
-            2.0,
-            Claim::Approximate {
-                margin: 0.003 * size,
-            },
-        ),
-        welch(
-            "alike",
-            &v,
-            &v,
-            Claim::Approximate {
-                margin: 0.004 * size,
-            },
-        ),
+        mean("equal", &v, 2.0, Claim::Approximate { margin: 0.003 * size }),
+        welch("alike", &v, &v, Claim::Approximate { margin: 0.004 * size }),
     ]
 }
 
@@ -79,11 +56,7 @@ fn effects_of_the_size_of_the_claim_are_answered() {
         assert_eq!(outcome.verdict(), Verdict::Holds, "{outcome:?}");
         let (up, down) = outcome.graded.iter().fold((0, 0), |(up, down), graded| {
             assert!(graded.is_answered(), "{}: {graded:?}", outcome.name);
-            if graded.effect > 0.0 {
-                (up + 1, down)
-            } else {
-                (up, down + 1)
-            }
+            if graded.effect > 0.0 { (up + 1, down) } else { (up, down + 1) }
         });
         let wanted = match outcome.claim {
             Claim::Approximate { .. } => 2,
@@ -92,10 +65,8 @@ fn effects_of_the_size_of_the_claim_are_answered() {
         assert_eq!((up, down), (wanted, wanted), "{}", outcome.name);
     }
     for outcome in all(0.25) {
-        let rejected = outcome
-            .graded
-            .iter()
-            .any(|graded| graded.outcome.verdict() == Verdict::Fails);
+        let rejected =
+            outcome.graded.iter().any(|graded| graded.outcome.verdict() == Verdict::Fails);
         assert!(!rejected, "{}", outcome.name);
     }
 }

@@ -18,11 +18,7 @@ fn t(effect: f64, claim: Claim) -> Outcome {
         estimate: effect,
         interval: [effect - half, effect + half],
         claim,
-        sensitivity: Sensitivity::Normal {
-            standard_error: 1.0,
-            dof: DOF,
-            tests: 1,
-        },
+        sensitivity: Sensitivity::Normal { standard_error: 1.0, dof: DOF, tests: 1 },
         ..Outcome::exact("toy", 1, 0.0, 1.0, "")
     }
 }
@@ -36,10 +32,7 @@ fn a_subject_needs_its_minimum_detectable_effect_with_room() {
     let least = detected * (1.0 + ROOM / 200.0);
     for (factor, passes) in [(1.001, true), (0.999, false)] {
         let size = factor * least;
-        for claim in [
-            Claim::Exact { delta: size },
-            Claim::Approximate { margin: size },
-        ] {
+        for claim in [Claim::Exact { delta: size }, Claim::Approximate { margin: size }] {
             assert_eq!(may_not_hold(&t(0.0, claim)).is_none(), passes, "{claim:?}");
         }
     }
@@ -68,13 +61,8 @@ fn a_subject_needs_room_for_the_noise_of_its_skewness() {
 #[test]
 fn a_fault_needs_a_distance_that_no_seed_takes_back() {
     let any = Claim::Exact { delta: 12.5 };
-    for (effect, passes) in [
-        (0.0, false),
-        (7.0, false),
-        (19.0, false),
-        (21.5, true),
-        (60.0, true),
-    ] {
+    for (effect, passes) in [(0.0, false), (7.0, false), (19.0, false), (21.5, true), (60.0, true)]
+    {
         for outcome in [t(effect, any), t(-effect, any)] {
             assert_eq!(may_hold(&outcome).is_none(), passes, "{effect}");
         }
@@ -84,17 +72,8 @@ fn a_fault_needs_a_distance_that_no_seed_takes_back() {
     assert!(may_hold(&t(12.5 + 20.1, margin)).is_some());
     assert!(may_hold(&t(12.5 + 20.3, margin)).is_none());
     // NaN is no distance; an identity that fails is certain.
-    assert_eq!(
-        distance(&Outcome {
-            p: f64::NAN,
-            ..t(30.0, any)
-        }),
-        0.0
-    );
-    assert_eq!(
-        distance(&Outcome::exact("identity", 1, 2.0, 1.0, "")),
-        f64::INFINITY
-    );
+    assert_eq!(distance(&Outcome { p: f64::NAN, ..t(30.0, any) }), 0.0);
+    assert_eq!(distance(&Outcome::exact("identity", 1, 2.0, 1.0, "")), f64::INFINITY);
 }
 
 /// What is seen at FAR lies, but for FAR_MISS, so far out that the next seed rejects it, but for the same.
@@ -112,18 +91,11 @@ fn the_far_distance_is_two_misses_beyond_the_critical_value() {
 fn far_rejections_stand_without_a_valid_tail() {
     let claim = Claim::Exact { delta: 12.5 };
     let skewed = |effect, times: u64| {
-        Outcome {
-            valid_from: times * DOF as u64,
-            ..t(effect, claim)
-        }
-        .verdict()
+        Outcome { valid_from: times * DOF as u64, ..t(effect, claim) }.verdict()
     };
     assert_eq!(skewed(21.5, FAR_SHARE), Verdict::Fails);
     for (effect, times) in [(21.5, FAR_SHARE + 1), (19.0, 2), (0.0, 2)] {
         let verdict = skewed(effect, times);
-        assert!(
-            matches!(verdict, Verdict::Undecided { .. }),
-            "{effect} {times}"
-        );
+        assert!(matches!(verdict, Verdict::Undecided { .. }), "{effect} {times}");
     }
 }

@@ -76,10 +76,7 @@ fn legendre(n: usize, x: f64) -> (f64, f64) {
     let (mut before, mut value) = (1.0, x);
     for k in 2..=n {
         let k = k as f64;
-        (before, value) = (
-            value,
-            ((2.0 * k - 1.0) * x * value - (k - 1.0) * before) / k,
-        );
+        (before, value) = (value, ((2.0 * k - 1.0) * x * value - (k - 1.0) * before) / k);
     }
     (value, n as f64 * (x * value - before) / (x * x - 1.0))
 }
@@ -87,10 +84,7 @@ fn legendre(n: usize, x: f64) -> (f64, f64) {
 /// ∫ f over [a, b] by a rule of [`gauss_legendre`].
 pub fn integrate(rule: &[(f64, f64)], a: f64, b: f64, f: impl Fn(f64) -> f64) -> f64 {
     let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
-    half * rule
-        .iter()
-        .map(|&(x, w)| w * f(middle + half * x))
-        .sum::<f64>()
+    half * rule.iter().map(|&(x, w)| w * f(middle + half * x)).sum::<f64>()
 }
 
 /// An indexed triangle mesh.
@@ -125,18 +119,12 @@ impl Mesh {
             let next = (i + 1) % n;
             triangles.extend([[i, next, next + n], [i, next + n, i + n]]);
         }
-        Self {
-            vertices: ring(bottom).chain(ring(top)).collect(),
-            triangles,
-        }
+        Self { vertices: ring(bottom).chain(ring(top)).collect(), triangles }
     }
 
     /// The cube [−1, 1]³.
     pub fn cube() -> Self {
-        Self::prism(
-            &[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]],
-            [-1.0, 1.0],
-        )
+        Self::prism(&[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]], [-1.0, 1.0])
     }
 
     /// The walls, floor and ceiling of the report's room.
@@ -167,10 +155,7 @@ impl Mesh {
             }
             triangles.push([south, at(rows - 1, column + 1), at(rows - 1, column)]);
         }
-        Self {
-            vertices,
-            triangles,
-        }
+        Self { vertices, triangles }
     }
 }
 

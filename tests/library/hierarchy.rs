@@ -78,9 +78,8 @@ fn random_soups() {
     let mut rng = rng("soups");
     for count in [1, 2, 3, 4, 5, 8, 9, 17, 60, 400] {
         for size in [1.0, 0.1, 1e-3] {
-            let soup: Vec<_> = (0..count)
-                .map(|_| Primitive::triangle(random_triangle(&mut rng, size)))
-                .collect();
+            let soup: Vec<_> =
+                (0..count).map(|_| Primitive::triangle(random_triangle(&mut rng, size))).collect();
             check_all(&soup, &rays(&mut rng, 300));
         }
     }
@@ -99,11 +98,7 @@ fn spheres_among_triangles() {
                 let whole = Sphere::new(in_cube(&mut rng, 1.0), radius);
                 let height = between(&mut rng, -radius, radius);
                 let zone = [height, f64::INFINITY];
-                Primitive::Sphere(if i % 4 == 1 {
-                    whole
-                } else {
-                    Sphere { zone, ..whole }
-                })
+                Primitive::Sphere(if i % 4 == 1 { whole } else { Sphere { zone, ..whole } })
             })
             .collect();
         let hits = check_all(&mixed, &rays(&mut rng, 3000));
@@ -152,11 +147,8 @@ fn scales_and_offsets() {
     for scale in [1e-4, 1e4] {
         for offset in [0.0, 100.0] {
             let globe = Mesh::globe(12, 16).map(|v| (v + offset) * scale);
-            let mesh: Vec<_> = globe
-                .triangles
-                .iter()
-                .map(|&t| Primitive::triangle(globe.corners(t)))
-                .collect();
+            let mesh: Vec<_> =
+                globe.triangles.iter().map(|&t| Primitive::triangle(globe.corners(t))).collect();
             let rays: Vec<_> = rays(&mut rng, 2000)
                 .into_iter()
                 .map(|ray| Ray::new((ray.origin + offset) * scale, ray.direction))
@@ -184,11 +176,8 @@ fn hundred_thousand_triangles() {
     let mut rng = rng("large mesh");
     let globe = Mesh::globe(225, 223).map(|v| v * DVec3::new(1.0, 0.7, 0.4));
     assert!(globe.triangles.len() > 99_000);
-    let mesh: Vec<_> = globe
-        .triangles
-        .iter()
-        .map(|&t| Primitive::triangle(globe.corners(t)))
-        .collect();
+    let mesh: Vec<_> =
+        globe.triangles.iter().map(|&t| Primitive::triangle(globe.corners(t))).collect();
     let bvh = Bvh::new(&mesh);
     let mut hits = 0;
     for ray in rays(&mut rng, 400) {
@@ -199,11 +188,7 @@ fn hundred_thousand_triangles() {
     for _ in 0..20_000 {
         let pick = between(&mut rng, 0.0, globe.triangles.len() as f64) as usize;
         let [a, b, _] = globe.corners(globe.triangles[pick]);
-        let target = if pick.is_multiple_of(2) {
-            a
-        } else {
-            a + uniform(&mut rng) * (b - a)
-        };
+        let target = if pick.is_multiple_of(2) { a } else { a + uniform(&mut rng) * (b - a) };
         let origin = 0.2 * in_cube(&mut rng, 1.0);
         let ray = Ray::new(origin, target - origin);
         assert!(bvh.closest(&ray, f64::INFINITY).is_some(), "lost {ray:?}");

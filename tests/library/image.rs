@@ -24,13 +24,7 @@ fn folder(name: &str) -> PathBuf {
 fn names(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).expect("a folder");
     entries
-        .map(|entry| {
-            entry
-                .expect("an entry")
-                .file_name()
-                .to_string_lossy()
-                .into_owned()
-        })
+        .map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned())
         .collect()
 }
 
@@ -124,9 +118,7 @@ fn the_same_film_makes_the_same_bytes() {
         write_png(&path.with_extension("png"), &film(), Display::Truncated, 1).expect("written");
     }
     for extension in ["exr", "png"] {
-        let [a, b] = paths
-            .each_ref()
-            .map(|path| fs::read(path.with_extension(extension)));
+        let [a, b] = paths.each_ref().map(|path| fs::read(path.with_extension(extension)));
         assert_eq!(a.expect("a file"), b.expect("a file"));
     }
     assert_eq!(names(&folder).len(), 4, "no temporary files stay");
@@ -137,10 +129,7 @@ fn read_png(path: &Path) -> ([u32; 2], Vec<u8>) {
     let mut reader = png::Decoder::new(file).read_info().expect("a PNG");
     let mut bytes = vec![0; reader.output_buffer_size().expect("a size")];
     let info = reader.next_frame(&mut bytes).expect("a frame");
-    assert_eq!(
-        (info.color_type, info.bit_depth),
-        (png::ColorType::Rgb, png::BitDepth::Eight)
-    );
+    assert_eq!((info.color_type, info.bit_depth), (png::ColorType::Rgb, png::BitDepth::Eight));
     ([info.width, info.height], bytes)
 }
 
@@ -165,10 +154,7 @@ fn png_holds_the_encoded_mean() {
     let (size, bytes) = read_png(&path);
     assert_eq!(size, [6, 4]);
     for (i, rgb) in bytes.chunks_exact(3).enumerate() {
-        let mean = film
-            .pixel(i as u32 % 6 / 2, i as u32 / 6 / 2)
-            .mean()
-            .to_array();
+        let mean = film.pixel(i as u32 % 6 / 2, i as u32 / 6 / 2).mean().to_array();
         assert_eq!(rgb, mean.map(|value| Display::Truncated.encode(value)));
     }
 }
@@ -206,10 +192,7 @@ fn displays_encode_as_they_say() {
         assert_eq!(brighter.encode(linear / 4.0), display.encode(linear));
         assert_eq!(display.encode(1.0 + linear), 255);
     }
-    assert!(
-        srgb(0.0031308f64.next_up()) >= srgb(0.0031308) - 1e-7,
-        "no step back at the joint"
-    );
+    assert!(srgb(0.0031308f64.next_up()) >= srgb(0.0031308) - 1e-7, "no step back at the joint");
 }
 
 #[test]
@@ -220,11 +203,7 @@ fn nothing_is_left_behind_on_failure() {
     fs::create_dir(&taken).expect("a folder");
     let file = folder.join("file");
     fs::write(&file, "kept").expect("a file");
-    for path in [
-        taken.clone(),
-        folder.join("missing/film.exr"),
-        file.join("film.exr"),
-    ] {
+    for path in [taken.clone(), folder.join("missing/film.exr"), file.join("film.exr")] {
         for result in [
             write_exr(&path, &film, ""),
             write_png(&path, &film, Display::Truncated, 1),
@@ -254,10 +233,7 @@ fn paths_are_checked_beforehand() {
     let file = folder.join("file");
     fs::write(&file, "kept").expect("a file");
     assert!(check_writable(&folder.join("new/deep/film.exr")).is_ok());
-    assert!(
-        names(&folder.join("new/deep")).is_empty(),
-        "no trace but the folder"
-    );
+    assert!(names(&folder.join("new/deep")).is_empty(), "no trace but the folder");
     assert!(check_writable(&file).is_ok());
     assert_eq!(fs::read_to_string(&file).expect("a file"), "kept");
     assert!(check_writable(&folder).is_err());
@@ -270,10 +246,11 @@ fn means_of_images_are_of_8_bit_values() {
     let grey = |value: f64| value / 255.0;
     let mut film = Film::new([2, 1], None, 1).expect("a film");
     // Pixels of means 1.9, 4, 510 and 2.9, 4.5, 0 in units of 1/255.
-    for (pixel, values) in film.pixels_mut().iter_mut().zip([
-        [[1.0, 2.5, 1020.0], [2.8, 5.5, 0.0]],
-        [[2.9, 0.5, 0.0], [2.9, 8.5, 0.0]],
-    ]) {
+    for (pixel, values) in film
+        .pixels_mut()
+        .iter_mut()
+        .zip([[[1.0, 2.5, 1020.0], [2.8, 5.5, 0.0]], [[2.9, 0.5, 0.0], [2.9, 8.5, 0.0]]])
+    {
         for value in values {
             pixel.push(DVec3::from(value.map(grey))).expect("legal");
         }

@@ -19,10 +19,7 @@ pub const PASSES: [usize; 3] = [4, 8, 22];
 pub const FAULTY: usize = 16;
 
 fn random(outcomes: &[Outcome]) -> usize {
-    outcomes
-        .iter()
-        .filter(|outcome| outcome.is_random())
-        .count()
+    outcomes.iter().filter(|outcome| outcome.is_random()).count()
 }
 
 /// Reflects a half and lets through a quarter, both diffusely. The sampler ends the path with the
@@ -32,20 +29,12 @@ const LET_THROUGH: f64 = 0.25;
 
 /// The share of light that goes to the side of wi.
 fn paper_share(wo: DVec3, wi: DVec3) -> f64 {
-    if (wo.z > 0.0) == (wi.z > 0.0) {
-        REFLECTED
-    } else {
-        LET_THROUGH
-    }
+    if (wo.z > 0.0) == (wi.z > 0.0) { REFLECTED } else { LET_THROUGH }
 }
 
 fn paper_sample(wo: DVec3, [r1, r2, r3]: [f64; 3]) -> Option<BsdfSample> {
     let up = cosine_hemisphere([r1, r2]);
-    let side = if r3 < REFLECTED {
-        wo.z.signum()
-    } else {
-        -wo.z.signum()
-    };
+    let side = if r3 < REFLECTED { wo.z.signum() } else { -wo.z.signum() };
     let wi = up.with_z(side * up.z);
     (r3 < REFLECTED + LET_THROUGH).then(|| BsdfSample {
         wi,
@@ -66,10 +55,7 @@ fn paper(loss: f64) -> BsdfSubject {
 
 #[test]
 fn paper_that_absorbs_and_lets_light_through_passes() {
-    let size = CheckUp {
-        inclinations: vec![40.0, 140.0],
-        ..large()
-    };
+    let size = CheckUp { inclinations: vec![40.0, 140.0], ..large() };
     let context = context("paper");
     let outcomes = check_up(&paper(0.25), &size, &context);
     assert!(random(&outcomes) <= PASSES[0], "{}", random(&outcomes));
@@ -85,10 +71,7 @@ fn faulty_paper_is_rejected() {
         ..paper(0.25)
     };
     assert_rejected("paper, loses more", &loses_more, "chi-square");
-    let other_side = BsdfSubject {
-        sample: Box::new(|wo, u| paper_sample(-wo, u)),
-        ..paper(0.25)
-    };
+    let other_side = BsdfSubject { sample: Box::new(|wo, u| paper_sample(-wo, u)), ..paper(0.25) };
     assert_rejected("paper, other side", &other_side, "weight = f cos/pdf");
     let one_way = BsdfSubject {
         eval: Box::new(|wo, wi| paper_share(wo, wi) / PI * if wo.z < 0.0 { 0.9 } else { 1.0 }),
@@ -101,10 +84,7 @@ fn faulty_paper_is_rejected() {
 
 fn assert_lobes_rejected(name: &str, subject: &LobeSubject, expected: &str) {
     let context = context(name);
-    let size = CheckUp {
-        samples: 400_000,
-        ..CheckUp::default()
-    };
+    let size = CheckUp { samples: 400_000, ..CheckUp::default() };
     let found = rejections(check_up_lobes(subject, &size, &context), &context);
     assert_rejection(name, &found, expected);
 }
@@ -112,10 +92,7 @@ fn assert_lobes_rejected(name: &str, subject: &LobeSubject, expected: &str) {
 const REFLECTANCE: f64 = 0.8;
 
 fn mirror_sample(wo: DVec3, [r, ..]: [f64; 3]) -> Option<LobeSample> {
-    (r < REFLECTANCE).then(|| LobeSample {
-        wi: mirror(-wo, DVec3::Z),
-        weight: 1.0,
-    })
+    (r < REFLECTANCE).then(|| LobeSample { wi: mirror(-wo, DVec3::Z), weight: 1.0 })
 }
 
 /// A mirror on which paths end with the probability of absorption.
@@ -134,22 +111,14 @@ const INDEX: f64 = 1.5;
 
 /// The indices on the side of wo and beyond, and the normal on the side of wo.
 fn sides(wo: DVec3) -> (f64, f64, DVec3) {
-    if wo.z > 0.0 {
-        (1.0, INDEX, DVec3::Z)
-    } else {
-        (INDEX, 1.0, -DVec3::Z)
-    }
+    if wo.z > 0.0 { (1.0, INDEX, DVec3::Z) } else { (INDEX, 1.0, -DVec3::Z) }
 }
 
 /// Glass, its lobes written out in coordinates: Snell's law for the tangential part.
 fn glass_lobes(wo: DVec3) -> Vec<Lobe> {
     let (n1, n2, normal) = sides(wo);
     let r = reflectance(wo.z.abs(), n1, n2);
-    let mirrored = Lobe {
-        direction: DVec3::new(-wo.x, -wo.y, wo.z),
-        probability: r,
-        share: r,
-    };
+    let mirrored = Lobe { direction: DVec3::new(-wo.x, -wo.y, wo.z), probability: r, share: r };
     let tangential = -(n1 / n2) * wo.with_z(0.0);
     let squared = 1.0 - tangential.length_squared();
     if squared <= 0.0 {
@@ -172,31 +141,22 @@ fn glass_sample(wo: DVec3, r: f64, choice: impl Fn(f64) -> f64) -> Option<LobeSa
             wi,
             weight: radiance_factor(n1, n2) * (1.0 - share) / (1.0 - choice(share)),
         }),
-        Some(_) => Some(LobeSample {
-            wi: mirror(-wo, normal),
-            weight: share / choice(share),
-        }),
-        None => Some(LobeSample {
-            wi: mirror(-wo, normal),
-            weight: 1.0,
-        }),
+        Some(_) => Some(LobeSample { wi: mirror(-wo, normal), weight: share / choice(share) }),
+        None => Some(LobeSample { wi: mirror(-wo, normal), weight: 1.0 }),
     }
 }
 
 fn glass() -> LobeSubject {
-    LobeSubject::new(glass_lobes, |wo, [r, ..]| {
-        glass_sample(wo, r, |share| share)
-    })
-    .transmits(true)
-    .energy_bound(INDEX * INDEX)
+    LobeSubject::new(glass_lobes, |wo, [r, ..]| glass_sample(wo, r, |share| share))
+        .transmits(true)
+        .energy_bound(INDEX * INDEX)
 }
 
 #[test]
 fn an_absorbing_mirror_and_glass_pass() {
-    for (name, subject, passes) in [
-        ("mirror", absorbing_mirror(), PASSES[1]),
-        ("glass", glass(), PASSES[2]),
-    ] {
+    for (name, subject, passes) in
+        [("mirror", absorbing_mirror(), PASSES[1]), ("glass", glass(), PASSES[2])]
+    {
         let context = context(name);
         let outcomes = check_up_lobes(&subject, &large(), &context);
         assert!(random(&outcomes) <= passes, "{}", random(&outcomes));
@@ -217,23 +177,15 @@ fn faulty_mirrors_are_rejected() {
     let back = sampled(|wo, u| mirror_sample(wo, u).map(|s| LobeSample { wi: -s.wi, ..s }));
     assert_lobes_rejected("mirror, sign", &back, "weight = share/probability");
     assert_lobes_rejected("mirror, sign", &back, "samples of no lobe");
-    let twice = sampled(|wo, u| {
-        mirror_sample(wo, u).map(|s| LobeSample {
-            weight: REFLECTANCE,
-            ..s
-        })
-    });
+    let twice =
+        sampled(|wo, u| mirror_sample(wo, u).map(|s| LobeSample { weight: REFLECTANCE, ..s }));
     assert_lobes_rejected("mirror, absorbs twice", &twice, "furnace");
     let rarely = sampled(|wo, [r, s, t]| mirror_sample(wo, [1.1 * r, s, t]));
     assert_lobes_rejected("mirror, survives too rarely", &rarely, "samples towards");
     let bright = absorbing_mirror().energy_bound(0.5);
     assert_lobes_rejected("mirror, too bright", &bright, "energy bound");
-    let broken = sampled(|wo, u| {
-        mirror_sample(wo, u).map(|s| LobeSample {
-            weight: f64::NAN,
-            ..s
-        })
-    });
+    let broken =
+        sampled(|wo, u| mirror_sample(wo, u).map(|s| LobeSample { weight: f64::NAN, ..s }));
     assert_lobes_rejected("mirror, NaN", &broken, "finite and not negative");
 }
 

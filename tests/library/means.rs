@@ -49,11 +49,7 @@ fn intervals_are_those_of_the_textbook() {
     assert_eq!((t.name.as_str(), t.statistic, t.n), ("t", "t", 5));
     assert_eq!(t.valid_from, five.valid_from());
     assert_eq!((t.estimate, t.reference), (4.0, 3.0));
-    assert_relative_eq!(
-        t.p,
-        student_two_sided(0.4_f64.sqrt(), 4.0),
-        max_relative = 1e-12
-    );
+    assert_relative_eq!(t.p, student_two_sided(0.4_f64.sqrt(), 4.0), max_relative = 1e-12);
     let half = student_upper(ALPHA / 2.0, 4.0) * 2.5_f64.sqrt();
     assert_relative_eq!(t.interval[0], 4.0 - half, max_relative = 1e-12);
     assert_relative_eq!(t.interval[1], 4.0 + half, max_relative = 1e-12);
@@ -61,11 +57,7 @@ fn intervals_are_those_of_the_textbook() {
     assert_eq!((z.name.as_str(), z.statistic, z.n), ("z", "z", 5));
     // With σ known, skewness counts half as much.
     let from = 0.25 * (five.valid_from() as f64);
-    assert!(
-        (z.valid_from as f64 - from).abs() <= 1.0,
-        "{}",
-        z.valid_from
-    );
+    assert!((z.valid_from as f64 - from).abs() <= 1.0, "{}", z.valid_from);
     assert_relative_eq!(z.p, 2.0 * normal_sf(1.25_f64.sqrt()), max_relative = 1e-12);
     let half = normal_upper(ALPHA / 2.0) * 2.0 / 5_f64.sqrt();
     assert_relative_eq!(z.interval[0], 4.0 - half, max_relative = 1e-12);
@@ -85,39 +77,21 @@ fn a_data_file_shows_the_values() {
     };
     let t = mean("t", &a, 3.0, CLAIM);
     assert_eq!(t.cells.len(), 5);
-    assert_eq!(
-        shown(&t.cells)[4],
-        (String::from("batch 5 (1 values)"), 3.0, 10.0)
-    );
-    assert_relative_eq!(
-        t.cells[4].sigmas,
-        7.0 / 12.5_f64.sqrt(),
-        max_relative = 1e-12
-    );
+    assert_eq!(shown(&t.cells)[4], (String::from("batch 5 (1 values)"), 3.0, 10.0));
+    assert_relative_eq!(t.cells[4].sigmas, 7.0 / 12.5_f64.sqrt(), max_relative = 1e-12);
     let z = mean_known_sigma("z", &a, 3.0, 2.5, CLAIM);
     assert_relative_eq!(z.cells[4].sigmas, 2.8, max_relative = 1e-12);
     let bounded = bounded_mean("b", &a, 3.0, [0.0, 10.0], CLAIM);
     assert_eq!(shown(&bounded.cells), shown(&t.cells));
     let w = welch("w", &a, &b, CLAIM);
     assert_eq!(w.cells.len(), 8);
-    assert_eq!(
-        shown(&w.cells)[7],
-        (String::from("second, batch 3 (1 values)"), 4.0, 2.0)
-    );
+    assert_eq!(shown(&w.cells)[7], (String::from("second, batch 3 (1 values)"), 4.0, 2.0));
 }
 
 #[test]
 fn batches_are_means_of_consecutive_values() {
     // Their size doubles at 64, 128, ... values, so that 32 to 63 are full.
-    for (n, size) in [
-        (1, 1),
-        (63, 1),
-        (64, 2),
-        (127, 2),
-        (128, 4),
-        (1000, 16),
-        (5000, 128),
-    ] {
+    for (n, size) in [(1, 1), (63, 1), (64, 2), (127, 2), (128, 4), (1000, 16), (5000, 128)] {
         let mut batches = Batches::default();
         (0..n).for_each(|i| batches.push(f64::from(i * i)));
         let count = n / size;
@@ -131,11 +105,7 @@ fn batches_are_means_of_consecutive_values() {
             let sigmas = (mean - 1.0) / (9.0 / f64::from(size)).sqrt();
             assert_relative_eq!(cell.sigmas, sigmas, max_relative = 1e-12);
         }
-        assert!(
-            cells[0]
-                .place
-                .ends_with(&format!("batch 1 ({size} values)"))
-        );
+        assert!(cells[0].place.ends_with(&format!("batch 1 ({size} values)")));
     }
     let mut still = Batches::default();
     still.push(1.0);
@@ -153,9 +123,7 @@ fn one_value_says_nothing() {
 #[test]
 fn rounding_is_relative_to_the_size_of_the_numbers() {
     for scale in [1e-6, 1.0, 1e6] {
-        let claim = Claim::Exact {
-            delta: 1e-3 * scale,
-        };
+        let claim = Claim::Exact { delta: 1e-3 * scale };
         let many = vec![scale; ENOUGH_EQUAL as usize];
         let same = values(scale, &many);
         let nothing = Verdict::Undecided { needed: u64::MAX };
@@ -182,11 +150,7 @@ fn welch_is_that_of_the_textbook() {
     let t = 3.0 / f64::sqrt(va + vb);
     assert_eq!((w.name.as_str(), w.statistic, w.n), ("w", "Welch", 3));
     assert_relative_eq!(w.value, t, max_relative = 1e-12);
-    assert_relative_eq!(
-        w.dof.expect("degrees of freedom"),
-        dof,
-        max_relative = 1e-12
-    );
+    assert_relative_eq!(w.dof.expect("degrees of freedom"), dof, max_relative = 1e-12);
     assert_relative_eq!(w.p, student_two_sided(t, dof), max_relative = 1e-12);
     let half = student_upper(ALPHA / 2.0, dof) * (va + vb).sqrt();
     assert_relative_eq!(w.interval[0], 3.0 - half, max_relative = 1e-12);
@@ -249,11 +213,7 @@ impl Successes {
                 let t = self.statistic(*k, sigma);
                 if below { t > -z } else { t > z }
             };
-            let start = if below {
-                mean.saturating_sub(reach).max(1)
-            } else {
-                mean
-            };
+            let start = if below { mean.saturating_sub(reach).max(1) } else { mean };
             let after = (start..).find(beyond).expect("a count beyond");
             let [t0, t1] = [after - 1, after].map(|k| self.statistic(k, sigma));
             let [p0, p1] = [after - 1, after].map(|k| tail(below, k).ln());
@@ -275,14 +235,8 @@ fn tails_are_nominal_at_the_limit_of_the_rule() {
         for sigma in [Sigma::Known, Sigma::Estimated] {
             let [low, high] = Successes::admitted(share, sigma).tails(sigma, nominal);
             let heavier = low.max(high);
-            assert!(
-                (1.3..1.4).contains(&heavier),
-                "{sigma:?} {share}: {low} {high}"
-            );
-            assert!(
-                (low + high - 2.0).abs() < 0.11,
-                "{sigma:?} {share}: {low} {high}"
-            );
+            assert!((1.3..1.4).contains(&heavier), "{sigma:?} {share}: {low} {high}");
+            assert!((low + high - 2.0).abs() < 0.11, "{sigma:?} {share}: {low} {high}");
         }
         let [low, high] = Successes::admitted(share, Sigma::Known).tails(Sigma::Estimated, nominal);
         assert!(low > 1.8, "{share}: {low} {high}");
@@ -292,11 +246,7 @@ fn tails_are_nominal_at_the_limit_of_the_rule() {
 #[test]
 fn skewness_of_a_sum_is_that_of_its_parts_at_most() {
     // n values in two halves have the skewness of n values.
-    assert_relative_eq!(
-        skewness_of_sum([(2.0, 0.25, 64)]),
-        0.25,
-        max_relative = 1e-14
-    );
+    assert_relative_eq!(skewness_of_sum([(2.0, 0.25, 64)]), 0.25, max_relative = 1e-14);
     let halves = skewness_of_sum([(2.0, 0.5, 32), (2.0, 0.5, 32)]);
     assert_relative_eq!(halves, 2.0 / 64_f64.sqrt(), max_relative = 1e-14);
     // A side without variance has no say, and opposite signs do not cancel.
@@ -341,10 +291,7 @@ fn either_side_may_be_too_skewed_for_welch() {
 fn bernstein_moves_and_stretches_with_its_range() {
     let numbers: Vec<f64> = (0..500).map(|i| f64::from(i % 5) / 4.0).collect();
     let unit = bounded_mean("b", &values(0.5, &numbers), 0.7, [0.0, 1.0], CLAIM);
-    assert_eq!(
-        (unit.statistic, unit.n, unit.valid_from),
-        ("empirical Bernstein", 500, 2)
-    );
+    assert_eq!((unit.statistic, unit.n, unit.valid_from), ("empirical Bernstein", 500, 2));
     assert_relative_eq!(unit.estimate, 0.5, max_relative = 1e-12);
     assert_eq!(unit.reference, 0.7);
     assert_relative_eq!(unit.value, 0.2, max_relative = 1e-12);

@@ -58,33 +58,19 @@ fn running_moments_meet_two_passes() {
 #[test]
 fn merging_is_associative_up_to_rounding() {
     let strategy = (values(), 0.0..1.0, 0.0..1.0);
-    property(
-        "merging",
-        500,
-        &strategy,
-        |(values, s, t): (Vec<f64>, f64, f64)| {
-            let cut = |share: f64| (share * values.len() as f64) as usize;
-            let (first, second) = (cut(s.min(t)), cut(s.max(t)));
-            let part =
-                |from: usize, to: usize| values[from..to].iter().copied().collect::<Moments>();
-            let (a, b, c) = (
-                part(0, first),
-                part(first, second),
-                part(second, values.len()),
-            );
-            let (e_mean, e_variance) = error(&values);
-            let all = part(0, values.len());
-            for merged in [
-                a.merge(b).merge(c),
-                a.merge(b.merge(c)),
-                c.merge(a).merge(b),
-            ] {
-                assert_eq!(merged.count(), all.count());
-                assert_abs_diff_eq!(merged.mean(), all.mean(), epsilon = e_mean);
-                assert_abs_diff_eq!(merged.variance(), all.variance(), epsilon = e_variance);
-            }
-        },
-    );
+    property("merging", 500, &strategy, |(values, s, t): (Vec<f64>, f64, f64)| {
+        let cut = |share: f64| (share * values.len() as f64) as usize;
+        let (first, second) = (cut(s.min(t)), cut(s.max(t)));
+        let part = |from: usize, to: usize| values[from..to].iter().copied().collect::<Moments>();
+        let (a, b, c) = (part(0, first), part(first, second), part(second, values.len()));
+        let (e_mean, e_variance) = error(&values);
+        let all = part(0, values.len());
+        for merged in [a.merge(b).merge(c), a.merge(b.merge(c)), c.merge(a).merge(b)] {
+            assert_eq!(merged.count(), all.count());
+            assert_abs_diff_eq!(merged.mean(), all.mean(), epsilon = e_mean);
+            assert_abs_diff_eq!(merged.variance(), all.variance(), epsilon = e_variance);
+        }
+    });
 }
 
 #[test]
@@ -96,10 +82,7 @@ fn few_values() {
     assert_eq!(none.variance(), f64::INFINITY);
     assert_eq!((one.mean(), one.variance()), (3.0, f64::INFINITY));
     assert_eq!(one.standard_error(), f64::INFINITY);
-    assert_eq!(
-        (two.mean(), two.variance(), two.standard_error()),
-        (4.0, 2.0, 1.0)
-    );
+    assert_eq!((two.mean(), two.variance(), two.standard_error()), (4.0, 2.0, 1.0));
     assert_eq!(none.merge(none), none);
     assert_eq!(none.merge(two), two);
     assert_eq!(two.merge(none), two);
@@ -116,11 +99,7 @@ fn units_are_the_nearest_multiples() {
         assert_eq!(in_units(value), units as f64 as i64);
     });
     property("large units", 500, &((1i64 << 52)..(1i64 << 53)), |units| {
-        assert_eq!(
-            in_units(units as f64 * UNIT),
-            units,
-            "every integer of 53 bits"
-        );
+        assert_eq!(in_units(units as f64 * UNIT), units, "every integer of 53 bits");
         assert_eq!(in_units(-units as f64 * UNIT), -units);
     });
     for (units, expected) in [(0.5, 1), (-0.5, -1), (1.5, 2), (0.25, 0), (-1.75, -2)] {
@@ -147,10 +126,7 @@ fn exact_moments_agree_with_two_passes() {
 
 #[test]
 fn exact_moments_merge_in_any_order() {
-    let strategy = (
-        values(),
-        prop::collection::vec(any::<prop::sample::Index>(), 3),
-    );
+    let strategy = (values(), prop::collection::vec(any::<prop::sample::Index>(), 3));
     property("any order", 500, &strategy, |(mut values, cuts)| {
         let all = exact(&values);
         let cut = cuts[0].index(values.len());
@@ -170,20 +146,11 @@ fn exact_moments_merge_in_any_order() {
 
 #[test]
 fn constants_have_no_variance() {
-    property(
-        "constants",
-        500,
-        &(-LARGEST..LARGEST, 2..500u32),
-        |(value, n)| {
-            let moments = exact(&vec![value; n as usize]);
-            assert_eq!(moments.variance(n), 0.0);
-            assert_abs_diff_eq!(
-                moments.mean(n),
-                value,
-                epsilon = 0.5 * UNIT + 2.0 * U * value.abs()
-            );
-        },
-    );
+    property("constants", 500, &(-LARGEST..LARGEST, 2..500u32), |(value, n)| {
+        let moments = exact(&vec![value; n as usize]);
+        assert_eq!(moments.variance(n), 0.0);
+        assert_abs_diff_eq!(moments.mean(n), value, epsilon = 0.5 * UNIT + 2.0 * U * value.abs());
+    });
 }
 
 #[test]
@@ -199,11 +166,9 @@ fn large_offsets_do_not_cancel() {
     let two = exact(&[LARGEST, LARGEST - UNIT * 8.0]);
     assert_eq!(two.variance(2), 32.0 * UNIT * UNIT);
     // Means between two integers: Σx² − (Σx)²/n = 1 − 1/2, 1 − 1/3, 6 − 16/3 units².
-    for (units, squares) in [
-        (vec![0.0, 1.0], 0.5),
-        (vec![0.0, -1.0, 0.0], 2.0 / 3.0),
-        (vec![1.0, 1.0, 2.0], 2.0 / 3.0),
-    ] {
+    for (units, squares) in
+        [(vec![0.0, 1.0], 0.5), (vec![0.0, -1.0, 0.0], 2.0 / 3.0), (vec![1.0, 1.0, 2.0], 2.0 / 3.0)]
+    {
         let n = units.len() as u32;
         let scaled: Vec<f64> = units.iter().map(|x| x * UNIT).collect();
         let found = exact(&scaled).variance(n) / (UNIT * UNIT);
@@ -224,31 +189,15 @@ fn sums_of_largest_values_fit() {
 #[test]
 fn values_that_no_film_holds_are_refused() {
     let above = LARGEST.next_up();
-    for value in [
-        f64::NAN,
-        f64::INFINITY,
-        -f64::INFINITY,
-        above,
-        -above,
-        f64::MAX,
-    ] {
+    for value in [f64::NAN, f64::INFINITY, -f64::INFINITY, above, -above, f64::MAX] {
         let mut moments = ExactMoments::default();
-        assert!(
-            matches!(moments.push(value), Err(Error::Radiance { .. })),
-            "{value}"
-        );
+        assert!(matches!(moments.push(value), Err(Error::Radiance { .. })), "{value}");
         assert_eq!(moments, ExactMoments::default());
     }
     assert!(ExactMoments::default().push(LARGEST).is_ok());
     assert!(ExactMoments::default().push(-LARGEST).is_ok());
-    let message = ExactMoments::default()
-        .push(f64::NAN)
-        .expect_err("NaN")
-        .to_string();
-    assert!(
-        message.contains("NaN") && !message.contains('\n'),
-        "{message}"
-    );
+    let message = ExactMoments::default().push(f64::NAN).expect_err("NaN").to_string();
+    assert!(message.contains("NaN") && !message.contains('\n'), "{message}");
 }
 
 #[test]
@@ -269,29 +218,14 @@ fn moments_can_be_restored_from_what_they_say() {
     let restored = Moments::of(moments.count(), moments.mean(), moments.variance());
     assert_eq!(restored.count(), moments.count());
     assert_eq!(restored.mean(), moments.mean());
-    assert_relative_eq!(
-        restored.variance(),
-        moments.variance(),
-        max_relative = 1e-14
-    );
+    assert_relative_eq!(restored.variance(), moments.variance(), max_relative = 1e-14);
     // 1 and 4: two values are enough for a variance, one is not.
     assert_eq!(Moments::of(2, 2.5, 4.5), [1.0, 4.0].into_iter().collect());
-    assert_eq!(
-        Moments::of(1, 3.0, f64::INFINITY),
-        std::iter::once(3.0).collect()
-    );
+    assert_eq!(Moments::of(1, 3.0, f64::INFINITY), std::iter::once(3.0).collect());
     // As good as the original when more is merged.
     let more: Moments = (0..50).map(|_| uniform(&mut rng)).collect();
     let [a, b] = [moments, restored].map(|m| m.merge(more).variance());
     assert_relative_eq!(a, b, max_relative = 1e-14);
-    assert_eq!(
-        Moments::of(1, 3.0, f64::INFINITY).merge(restored).count(),
-        51
-    );
-    assert!(
-        Moments::of(1, 3.0, f64::INFINITY)
-            .merge(restored)
-            .variance()
-            .is_finite()
-    );
+    assert_eq!(Moments::of(1, 3.0, f64::INFINITY).merge(restored).count(), 51);
+    assert!(Moments::of(1, 3.0, f64::INFINITY).merge(restored).variance().is_finite());
 }

@@ -31,9 +31,8 @@ fn a_kd_tree_finds_what_brute_force_finds() {
         let mut found = Vec::new();
         tree.within(centre, r2, |&i: &usize| found.push(i));
         found.sort_unstable();
-        let expected: Vec<usize> = (0..points.len())
-            .filter(|&i| points[i].distance_squared(centre) <= r2)
-            .collect();
+        let expected: Vec<usize> =
+            (0..points.len()).filter(|&i| points[i].distance_squared(centre) <= r2).collect();
         assert_eq!(found, expected);
     });
 }
@@ -42,9 +41,8 @@ fn a_kd_tree_finds_what_brute_force_finds() {
 #[test]
 fn a_large_kd_tree_does_not_depend_on_the_threads() {
     let mut rng = stream(7, 0, 0);
-    let points: Vec<DVec3> = (0..50_000)
-        .map(|_| DVec3::from_array([0; 3].map(|_| uniform(&mut rng))))
-        .collect();
+    let points: Vec<DVec3> =
+        (0..50_000).map(|_| DVec3::from_array([0; 3].map(|_| uniform(&mut rng)))).collect();
     let order = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let pool = pool.expect("a pool of threads");
@@ -135,11 +133,7 @@ fn the_radius_of_a_pass_is_a_quotient_of_gamma_functions() {
 #[test]
 fn a_pass_is_a_function_of_seed_and_index() {
     let scene = room::diffuse().expect("a scene");
-    let sppm = Sppm {
-        parts: Standard,
-        particles: 500,
-        radius: 0.5,
-    };
+    let sppm = Sppm { parts: Standard, particles: 500, radius: 0.5 };
     let pass = |seed, index| sppm.pass(&scene, [8, 6], seed, index).expect("a pass");
     assert_eq!(pass(1, 2), pass(1, 2));
     assert_ne!(pass(1, 2), pass(1, 3));

@@ -13,13 +13,8 @@ const LAST: f64 = 1.0 - U;
 
 #[test]
 fn samples_per_replication() {
-    for (strategy, count) in [
-        (Centre, 1),
-        (Random, 1),
-        (Grid(1), 1),
-        (Grid(3), 9),
-        (Jitter(4), 16),
-    ] {
+    for (strategy, count) in [(Centre, 1), (Random, 1), (Grid(1), 1), (Grid(3), 9), (Jitter(4), 16)]
+    {
         assert_eq!(strategy.samples_per_replication(), count);
     }
 }
@@ -39,15 +34,8 @@ fn each_sub_pixel_has_one_sample() {
                     // Three roundings of at most n parts: the border itself may be met.
                     let inside = x * side - cell[axis];
                     let rounding = 3.0 * U * side;
-                    assert!(
-                        inside >= -rounding && inside <= 1.0 + rounding,
-                        "{strategy:?} {x}"
-                    );
-                    let expected = if strategy == Grid(n) {
-                        0.5
-                    } else {
-                        random[axis]
-                    };
+                    assert!(inside >= -rounding && inside <= 1.0 + rounding, "{strategy:?} {x}");
+                    let expected = if strategy == Grid(n) { 0.5 } else { random[axis] };
                     assert_abs_diff_eq!(inside, expected, epsilon = rounding);
                 }
             }
@@ -131,15 +119,9 @@ fn edges_are_met_within_their_cells() {
             let cell = 1.0 / f64::from(n * n);
             let crossed = f64::from(2 * n - 1) * cell;
             let grid = (share(Grid(n), edge, &mut random) - exact).abs();
-            assert!(
-                grid <= 0.5 * crossed + 64.0 * U,
-                "grid {n}: off by {grid} at {edge:?}"
-            );
+            assert!(grid <= 0.5 * crossed + 64.0 * U, "grid {n}: off by {grid} at {edge:?}");
             let jitter = (share(Jitter(n), edge, &mut random) - exact).abs();
-            assert!(
-                jitter <= crossed + 64.0 * U,
-                "jitter {n}: off by {jitter} at {edge:?}"
-            );
+            assert!(jitter <= crossed + 64.0 * U, "jitter {n}: off by {jitter} at {edge:?}");
         }
     }
 }
@@ -161,11 +143,7 @@ fn a_grid_errs_in_the_same_way_along_an_axis_aligned_edge() {
             let columns = edge * f64::from(n);
             let rounded = (columns - 0.5).ceil();
             let found = share(Grid(n), [1.0, 0.0, edge], &mut || [0.0; 2]);
-            assert_abs_diff_eq!(
-                found * f64::from(n),
-                rounded,
-                epsilon = 4.0 * U * f64::from(n)
-            );
+            assert_abs_diff_eq!(found * f64::from(n), rounded, epsilon = 4.0 * U * f64::from(n));
             assert!((found - edge).abs() <= 0.5 / f64::from(n) + U);
         }
     }

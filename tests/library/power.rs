@@ -20,11 +20,7 @@ fn the_noncentral_chi_square_law_has_its_closed_forms() {
         let (x, l): (f64, f64) = (x, noncentrality);
         let (near, far) = (l.sqrt() - x.sqrt(), l.sqrt() + x.sqrt());
         let one = normal_sf(near) - normal_sf(far);
-        assert_relative_eq!(
-            noncentral_chi_square_cdf(x, 1.0, l),
-            one,
-            max_relative = 1e-10
-        );
+        assert_relative_eq!(noncentral_chi_square_cdf(x, 1.0, l), one, max_relative = 1e-10);
         let three = one - (density(near) - density(far)) / l.sqrt();
         assert_relative_eq!(
             noncentral_chi_square_cdf(x, 3.0, l),
@@ -74,10 +70,7 @@ fn misses_of_counts_are_sums_over_their_laws() {
     let n = 60;
     let choose = |k: u64| (0..k).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64);
     let law = |q: f64| move |k: u64| choose(k) * q.powi(k as i32) * (1.0 - q).powi((n - k) as i32);
-    let test = Sensitivity::Binomial {
-        n,
-        probability: 0.4,
-    };
+    let test = Sensitivity::Binomial { n, probability: 0.4 };
     for effect in [-0.39, -0.2, 0.0, 0.1, 0.3, 0.55] {
         let accepted = |k| binomial_two_sided(k, n, 0.4) >= ALPHA;
         assert_relative_eq!(
@@ -125,16 +118,10 @@ fn small_misses_and_small_levels_keep_their_digits() {
         move |k: u64| choose(n, k) * q.powi(k as i32) * (1.0 - q).powi((n - k) as i32)
     };
     let close = |found: f64, expected: f64, error: f64| {
-        assert!(
-            (found / expected - 1.0).abs() < error,
-            "{found:e} {expected:e}"
-        );
+        assert!((found / expected - 1.0).abs() < error, "{found:e} {expected:e}");
     };
     for effect in [-0.001, 0.0, 0.001] {
-        let coin = Sensitivity::Binomial {
-            n: 60,
-            probability: 0.5,
-        };
+        let coin = Sensitivity::Binomial { n: 60, probability: 0.5 };
         let rejected = |k| binomial_two_sided(k, 60, 0.5) < ALPHA;
         let expected = added_up(60, law(60, 0.5 + effect), rejected);
         close(1.0 - coin.miss(effect), expected, 1e-5);
@@ -147,10 +134,7 @@ fn small_misses_and_small_levels_keep_their_digits() {
         close(share.miss(effect), expected, 1e-9);
     }
     // Of two values both must be successes to be too many.
-    let pair = Sensitivity::Binomial {
-        n: 2,
-        probability: 1e-5,
-    };
+    let pair = Sensitivity::Binomial { n: 2, probability: 1e-5 };
     let effect = 1.0 - 1e-5 - 7.4e-9;
     let q = 1e-5 + effect;
     close(pair.miss(effect), (1.0 - q) * (1.0 + q), 1e-10);
@@ -189,11 +173,7 @@ fn few_degrees_of_freedom_widen_the_normal_law() {
         (1.0, cauchy, 0.75 * cauchy, 1.0 + cauchy * cauchy / 2.0),
         (2.0, root, 0.875 * root, 1.0 + root * root / 4.0),
     ] {
-        let t = Sensitivity::Normal {
-            standard_error: 0.5,
-            dof,
-            tests: 1,
-        };
+        let t = Sensitivity::Normal { standard_error: 0.5, dof, tests: 1 };
         let spread = squared.sqrt();
         for share in [0.0, 0.2, 0.6, 2.0] {
             let shift = share * c;
@@ -203,21 +183,13 @@ fn few_degrees_of_freedom_widen_the_normal_law() {
         }
     }
     // Without a standard error there is no doubt.
-    let known = Sensitivity::Normal {
-        standard_error: 0.0,
-        dof: 2.0,
-        tests: 1,
-    };
+    let known = Sensitivity::Normal { standard_error: 0.0, dof: 2.0, tests: 1 };
     assert_eq!((known.miss(0.0), known.miss(1e-300)), (1.0, 0.0));
 }
 
 #[test]
 fn misses_of_normal_statistics_are_normal_tails() {
-    let known = |tests| Sensitivity::Normal {
-        standard_error: 2.0,
-        dof: f64::INFINITY,
-        tests,
-    };
+    let known = |tests| Sensitivity::Normal { standard_error: 2.0, dof: f64::INFINITY, tests };
     let critical = normal_upper(0.5 * ALPHA);
     // Half of the effects at the critical value are missed, but for those beyond the other one.
     assert_relative_eq!(known(1).miss(2.0 * critical), 0.5, max_relative = 1e-9);
@@ -230,49 +202,27 @@ fn misses_of_normal_statistics_are_normal_tails() {
     let many = normal_upper(0.5 * ALPHA / 100.0);
     assert_relative_eq!(known(100).miss(2.0 * many), 0.5, max_relative = 1e-9);
     // With a million degrees of freedom, t is z.
-    let t = Sensitivity::Normal {
-        standard_error: 2.0,
-        dof: 1e6,
-        tests: 1,
-    };
+    let t = Sensitivity::Normal { standard_error: 2.0, dof: 1e6, tests: 1 };
     assert_relative_eq!(t.miss(16.0), known(1).miss(16.0), max_relative = 1e-3);
 }
 
 /// Cells of equal probability p under an effect δ on one of them: the noncentrality is n δ² p/(1 − p).
 #[test]
 fn misses_of_cells_and_distances_are_those_of_their_laws() {
-    let cells = Sensitivity::Cells {
-        dof: 1.0,
-        n: 1e6,
-        least: 0.5,
-        tests: 1,
-    };
+    let cells = Sensitivity::Cells { dof: 1.0, n: 1e6, least: 0.5, tests: 1 };
     // Two cells are one share: the square of a z test of its relative error, standard error 1/1000.
-    let share = Sensitivity::Normal {
-        standard_error: 1e-3,
-        dof: f64::INFINITY,
-        tests: 1,
-    };
+    let share = Sensitivity::Normal { standard_error: 1e-3, dof: f64::INFINITY, tests: 1 };
     for effect in [0.001, 0.006, 0.012] {
         let found = cells.miss(effect);
         assert_relative_eq!(found, share.miss(effect), max_relative = 1e-8);
         assert_eq!(found, cells.miss(-effect));
     }
-    let nothing = Sensitivity::Cells {
-        dof: 0.0,
-        n: 1e6,
-        least: 1.0,
-        tests: 1,
-    };
+    let nothing = Sensitivity::Cells { dof: 0.0, n: 1e6, least: 1.0, tests: 1 };
     assert_eq!(nothing.smallest_effect(ALPHA), f64::INFINITY);
     // √(ln(2/α)/2n) to be rejected, √(ln(1/α)/2n) for certainty.
     let distance = Sensitivity::Distance { n: 5000 };
     let expected = ((2.0 / ALPHA).ln() / 1e4).sqrt() + ((1.0 / ALPHA).ln() / 1e4).sqrt();
-    assert_relative_eq!(
-        distance.smallest_effect(ALPHA),
-        expected,
-        max_relative = 1e-8
-    );
+    assert_relative_eq!(distance.smallest_effect(ALPHA), expected, max_relative = 1e-8);
     assert_eq!(distance.miss(0.04), 1.0);
 }
 
@@ -281,22 +231,10 @@ fn misses_of_cells_and_distances_are_those_of_their_laws() {
 #[test]
 fn levels_of_a_power_are_found() {
     let laws = [
-        Sensitivity::Normal {
-            standard_error: 1.0,
-            dof: 200.0,
-            tests: 1,
-        },
-        Sensitivity::Cells {
-            dof: 5.0,
-            n: 5.0,
-            least: 0.5,
-            tests: 2,
-        },
+        Sensitivity::Normal { standard_error: 1.0, dof: 200.0, tests: 1 },
+        Sensitivity::Cells { dof: 5.0, n: 5.0, least: 0.5, tests: 2 },
         Sensitivity::Distance { n: 2 },
-        Sensitivity::Bernstein {
-            root: 0.4,
-            range: 0.01,
-        },
+        Sensitivity::Bernstein { root: 0.4, range: 0.01 },
     ];
     for law in laws {
         let mut last = 0.0;
@@ -310,24 +248,13 @@ fn levels_of_a_power_are_found() {
         assert_eq!(law.miss(2.2), law.miss_at(2.2, ALPHA));
     }
     // z of 2.2 beyond its critical value half of the time, and 1.28 below it.
-    let known = Sensitivity::Normal {
-        standard_error: 1.0,
-        dof: f64::INFINITY,
-        tests: 1,
-    };
+    let known = Sensitivity::Normal { standard_error: 1.0, dof: f64::INFINITY, tests: 1 };
     for (power, critical) in [(0.5, 2.2), (0.9, 2.2 - normal_upper(0.1))] {
         let level = 2.0 * normal_sf(critical);
-        assert_relative_eq!(
-            known.level_with_power(2.2, power),
-            level,
-            max_relative = 1e-2
-        );
+        assert_relative_eq!(known.level_with_power(2.2, power), level, max_relative = 1e-2);
     }
     // Counts jump: at the level the power is at least what was asked for, just below it is less.
-    let coin = Sensitivity::Binomial {
-        n: 400,
-        probability: 0.5,
-    };
+    let coin = Sensitivity::Binomial { n: 400, probability: 0.5 };
     let level = coin.level_with_power(0.05, 0.9);
     assert!(coin.miss_at(0.05, level) <= 0.1 && coin.miss_at(0.05, 0.9999 * level) > 0.1);
     let rare = Sensitivity::Poisson { mean: 1e-4 };

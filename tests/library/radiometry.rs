@@ -13,9 +13,7 @@ use crate::support::property;
 fn over(corner: DVec3, [a, b]: [DVec3; 2], f: impl Fn(DVec3) -> f64) -> f64 {
     let rule = gauss_legendre(32);
     let area = a.cross(b).length();
-    area * integrate(&rule, 0.0, 1.0, |s| {
-        integrate(&rule, 0.0, 1.0, |t| f(corner + s * a + t * b))
-    })
+    area * integrate(&rule, 0.0, 1.0, |s| integrate(&rule, 0.0, 1.0, |t| f(corner + s * a + t * b)))
 }
 
 /// G(x, y) between two points with unit normals, of the factors that the estimators use.
@@ -82,41 +80,19 @@ fn rectangle_irradiance_meets_the_closed_form() {
     // Lambert's polygon formula, 25 digits: corner, edges, normal of the receiver at the origin, E/L.
     let v = DVec3::new;
     for (corner, edges, normal, expected) in [
-        (
-            v(-1.0, -1.0, 2.0),
-            [v(2.0, 0.0, 0.0), v(0.0, 2.0, 0.0)],
-            DVec3::Z,
-            0.7522746884541075,
-        ),
-        (
-            v(0.0, 0.0, 1.0),
-            [DVec3::X, DVec3::Y],
-            DVec3::Z,
-            0.4352098756835516,
-        ),
+        (v(-1.0, -1.0, 2.0), [v(2.0, 0.0, 0.0), v(0.0, 2.0, 0.0)], DVec3::Z, 0.7522746884541075),
+        (v(0.0, 0.0, 1.0), [DVec3::X, DVec3::Y], DVec3::Z, 0.4352098756835516),
         (
             v(-1.0, -1.0, 2.0),
             [v(2.0, 0.0, 0.0), v(0.0, 2.0, 0.0)],
             v(1.0, 0.0, 2.0),
             0.6728549364543442,
         ),
-        (
-            v(1.0, -1.5, 1.5),
-            [v(1.0, 0.0, 0.0), v(0.0, 3.0, 0.0)],
-            DVec3::Z,
-            0.2704474475331219,
-        ),
-        (
-            v(-0.25, -0.2, 2.0),
-            [v(0.5, 0.0, 0.0), v(0.0, 0.4, 0.0)],
-            DVec3::Z,
-            0.04916107400429856,
-        ),
+        (v(1.0, -1.5, 1.5), [v(1.0, 0.0, 0.0), v(0.0, 3.0, 0.0)], DVec3::Z, 0.2704474475331219),
+        (v(-0.25, -0.2, 2.0), [v(0.5, 0.0, 0.0), v(0.0, 0.4, 0.0)], DVec3::Z, 0.04916107400429856),
     ] {
         let normal = normal.normalize();
-        let found = over(corner, edges, |y| {
-            geometry_term(DVec3::ZERO, normal, y, -DVec3::Z)
-        });
+        let found = over(corner, edges, |y| geometry_term(DVec3::ZERO, normal, y, -DVec3::Z));
         // The rule converges beyond rounding for heights of at least half the width; sums of 1024
         // products in blocks of 32 lose at most 64 roundings.
         assert_relative_eq!(found, expected, max_relative = 128.0 * U);
@@ -126,11 +102,9 @@ fn rectangle_irradiance_meets_the_closed_form() {
 #[test]
 fn form_factors_of_parallel_squares_meet_the_closed_form() {
     let rule = gauss_legendre(16);
-    for (distance, expected) in [
-        (1.0, 0.19982489569838738),
-        (2.0, 0.06858958881855244),
-        (5.0, 0.012403977313245102),
-    ] {
+    for (distance, expected) in
+        [(1.0, 0.19982489569838738), (2.0, 0.06858958881855244), (5.0, 0.012403977313245102)]
+    {
         let factor = integrate(&rule, 0.0, 1.0, |s| {
             integrate(&rule, 0.0, 1.0, |t| {
                 let x = DVec3::new(s, t, 0.0);
@@ -176,10 +150,7 @@ fn weights_sum_to_one_for_extreme_densities() {
                 assert_abs_diff_eq!(a + b, 1.0, epsilon = 4.0 * U);
             }
             if p > q {
-                assert!(
-                    power(p, q) >= balance(p, q) && balance(p, q) >= 0.5,
-                    "{p}, {q}"
-                );
+                assert!(power(p, q) >= balance(p, q) && balance(p, q) >= 0.5, "{p}, {q}");
             }
         }
     }
@@ -197,11 +168,6 @@ fn power_weights_are_shares_of_squares() {
 
 #[test]
 fn reflected_is_the_integrand_over_the_pdf() {
-    let found = reflected(
-        DVec3::new(0.25, 0.5, 1.0),
-        DVec3::new(2.0, 4.0, 8.0),
-        0.5,
-        0.25,
-    );
+    let found = reflected(DVec3::new(0.25, 0.5, 1.0), DVec3::new(2.0, 4.0, 8.0), 0.5, 0.25);
     assert_eq!(found, DVec3::new(1.0, 4.0, 16.0));
 }

@@ -27,9 +27,7 @@ fn scene(parts: impl FnOnce(&mut SceneBuilder)) -> Scene {
 }
 
 fn lambert(albedo: f64) -> Surface {
-    Surface::new(Bsdf::Lambert {
-        albedo: DVec3::splat(albedo),
-    })
+    Surface::new(Bsdf::Lambert { albedo: DVec3::splat(albedo) })
 }
 
 fn solve(scene: &Scene, fineness: Fineness) -> Result<Radiosity, Error> {
@@ -41,12 +39,7 @@ fn solve(scene: &Scene, fineness: Fineness) -> Result<Radiosity, Error> {
 fn polygons_add_up_and_are_cut_at_the_horizon() {
     assert_eq!(equation::FORM_FACTOR.id, "form-factor");
     let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
-    let whole = [
-        at(1.0, -1.0, 0.2),
-        at(1.0, -1.0, 2.0),
-        at(1.5, 2.0, 2.5),
-        at(1.5, 2.0, 0.4),
-    ];
+    let whole = [at(1.0, -1.0, 0.2), at(1.0, -1.0, 2.0), at(1.5, 2.0, 2.5), at(1.5, 2.0, 0.4)];
     let [a, b, c, d] = whole;
     let f = polygon(DVec3::Z, &whole);
     assert!(f > 0.0);
@@ -57,12 +50,7 @@ fn polygons_add_up_and_are_cut_at_the_horizon() {
     let sky = [[-1e6, -1e6], [-1e6, 1e6], [1e6, 1e6], [1e6, -1e6]].map(|[x, y]| at(x, y, 1.0));
     assert_abs_diff_eq!(polygon(DVec3::Z, &sky), 1.0, epsilon = 1e-10);
 
-    let sunk = [
-        at(1.0, -1.0, -1.0),
-        at(1.0, -1.0, 1.0),
-        at(1.0, 1.0, 1.0),
-        at(1.0, 1.0, -1.0),
-    ];
+    let sunk = [at(1.0, -1.0, -1.0), at(1.0, -1.0, 1.0), at(1.0, 1.0, 1.0), at(1.0, 1.0, -1.0)];
     let seen = Polygon::new(&sunk).above(DVec3::Z);
     assert_eq!(seen.corners().len(), 4);
     let risen = [at(1.0, -1.0, 0.0), sunk[1], sunk[2], at(1.0, 1.0, 0.0)];
@@ -103,11 +91,7 @@ fn patches_of_a_sphere_add_up_to_its_form_factor() {
         let grey = s.surface(lambert(0.5));
         let floor = s.surface(lambert(0.25));
         s.sphere(Sphere::new(DVec3::new(0.0, 0.0, 3.0), 1.0), grey);
-        s.rectangle(
-            DVec3::new(-0.01, -0.01, 0.0),
-            [0.02 * DVec3::X, 0.02 * DVec3::Y],
-            floor,
-        );
+        s.rectangle(DVec3::new(-0.01, -0.01, 0.0), [0.02 * DVec3::X, 0.02 * DVec3::Y], floor);
     });
     let mesh = Mesh::new(&scene, fineness(1000, 0)).expect("a mesh");
     let factors = FormFactors::new(&Standard, &scene, &mesh, &|_| true).expect("form factors");
@@ -116,11 +100,7 @@ fn patches_of_a_sphere_add_up_to_its_form_factor() {
         .filter(|&i| floor(mesh.elements()[i].albedo.x))
         .map(|i| factors.of_element(&mesh, i).iter().sum())
         .collect();
-    assert_eq!(
-        seen.iter().filter(|&&f| f > 0.0).count(),
-        2,
-        "both triangles' fronts"
-    );
+    assert_eq!(seen.iter().filter(|&&f| f > 0.0).count(), 2, "both triangles' fronts");
     for f in seen.iter().filter(|&&f| f > 0.0) {
         assert_abs_diff_eq!(*f, 1.0 / 9.0, epsilon = 5e-4);
     }
@@ -133,16 +113,9 @@ fn medley() -> Scene {
         let [pale, dark, red] = [0.7, 0.2, 0.5].map(|albedo| s.surface(lambert(albedo)));
         let lamp = s.surface(lambert(0.4).emitting(DVec3::new(3.0, 2.0, 1.0)));
         s.rectangle(DVec3::ZERO, [3.0 * DVec3::X, 2.0 * DVec3::Y], pale);
-        s.rectangle(
-            DVec3::ZERO,
-            [2.0 * DVec3::Y, DVec3::new(0.3, 0.0, 2.0)],
-            dark,
-        );
-        let corners = [
-            DVec3::new(0.5, 1.9, 0.1),
-            DVec3::new(2.9, 1.8, 0.2),
-            DVec3::new(1.0, 1.5, 1.8),
-        ];
+        s.rectangle(DVec3::ZERO, [2.0 * DVec3::Y, DVec3::new(0.3, 0.0, 2.0)], dark);
+        let corners =
+            [DVec3::new(0.5, 1.9, 0.1), DVec3::new(2.9, 1.8, 0.2), DVec3::new(1.0, 1.5, 1.8)];
         s.mesh(&corners, &[[0, 1, 2]], red);
         s.sphere(Sphere::new(DVec3::new(1.6, 0.7, 0.6), 0.5), red);
         let zone = Sphere {
@@ -151,11 +124,7 @@ fn medley() -> Scene {
             ..Sphere::new(DVec3::new(1.5, 1.0, 1.2), 2.5)
         };
         s.sphere(zone, dark);
-        s.rectangle(
-            DVec3::new(0.6, 0.4, 2.2),
-            [DVec3::Y, DVec3::new(0.8, 0.3, 0.1)],
-            lamp,
-        );
+        s.rectangle(DVec3::new(0.6, 0.4, 2.2), [DVec3::Y, DVec3::new(0.8, 0.3, 0.1)], lamp);
         s.sphere(Sphere::new(DVec3::new(2.6, 0.4, 1.7), 0.2), lamp);
     })
 }
@@ -178,10 +147,7 @@ fn nodes(patch: &Patch) -> Vec<DVec3> {
                 let rho = (1.0 - z * z).sqrt();
                 part.centre + part.radius * DVec3::new(rho * turn.cos(), rho * turn.sin(), z)
             };
-            gauss
-                .iter()
-                .flat_map(|&s| gauss.map(|t| place(s, t)))
-                .collect()
+            gauss.iter().flat_map(|&s| gauss.map(|t| place(s, t))).collect()
         }
     }
 }
@@ -192,11 +158,8 @@ fn nodes(patch: &Patch) -> Vec<DVec3> {
 fn at_its_nodes_interpolation_is_exact() {
     let scene = medley();
     for halvings in [0, 1] {
-        let [interpolated, gathered] = [ReadOut::Interpolated, ReadOut::Gathered].map(|way| {
-            solve(&scene, fineness(40, halvings))
-                .expect("a solution")
-                .read(way)
-        });
+        let [interpolated, gathered] = [ReadOut::Interpolated, ReadOut::Gathered]
+            .map(|way| solve(&scene, fineness(40, halvings)).expect("a solution").read(way));
         let (mut compared, mut largest) = (0, 0.0_f64);
         for (element, mean) in interpolated.irradiances() {
             let mut sum = DVec3::ZERO;
@@ -208,10 +171,7 @@ fn at_its_nodes_interpolation_is_exact() {
                 assert!((hit.point - point).length() < 1e-9, "{point} is hidden");
                 let [a, b] =
                     [&interpolated, &gathered].map(|solved| solved.irradiance(&scene, &ray, &hit));
-                assert!(
-                    (a - b).abs().max_element() < 1e-4,
-                    "{a}, not {b}, at {point}"
-                );
+                assert!((a - b).abs().max_element() < 1e-4, "{a}, not {b}, at {point}");
                 sum += a;
                 compared += 1;
                 largest = largest.max(a.x);
@@ -280,18 +240,11 @@ fn halving_patches_divides_the_error_by_four() {
         let lit = s.surface(Surface::new(Bsdf::Black).emitting(DVec3::ONE));
         s.rectangle(DVec3::ZERO, [DVec3::X, DVec3::Y], grey);
         s.rectangle(DVec3::new(-0.2, 0.0, 0.1), [DVec3::Y, DVec3::Z], grey);
-        s.rectangle(
-            DVec3::new(0.2, 0.2, 1.0),
-            [0.6 * DVec3::Y, 0.6 * DVec3::X],
-            lit,
-        );
+        s.rectangle(DVec3::new(0.2, 0.2, 1.0), [0.6 * DVec3::Y, 0.6 * DVec3::X], lit);
     });
     let flux = |halvings| {
         let solved = solve(&scene, fineness(8, halvings)).expect("a solution");
-        solved
-            .irradiances()
-            .map(|(e, irradiance)| e.area * irradiance.x)
-            .sum::<f64>()
+        solved.irradiances().map(|(e, irradiance)| e.area * irradiance.x).sum::<f64>()
     };
     let [a, b, c] = [0, 1, 2].map(flux);
     let order = ((a - b) / (b - c)).abs().log2();
@@ -302,27 +255,16 @@ fn halving_patches_divides_the_error_by_four() {
 fn what_it_cannot_do_is_refused_in_one_line() {
     let refused = |scene: &Scene, fineness, hint: &str| {
         let message = solve(scene, fineness).expect_err("refused").to_string();
-        assert!(
-            message.contains(hint) && !message.contains('\n'),
-            "{message}"
-        );
+        assert!(message.contains(hint) && !message.contains('\n'), "{message}");
     };
     let default = Fineness::default();
     let report = room::report(room::Convention::Physical, Default::default()).expect("a scene");
     refused(&report, default, "mirrors");
-    refused(
-        &simple::glass_cube(false).expect("a scene"),
-        default,
-        "background",
-    );
+    refused(&simple::glass_cube(false).expect("a scene"), default, "background");
     let furnace = simple::furnace_box(0.5).expect("a scene");
     refused(&furnace, fineness(0, 0), "at least one");
     refused(&furnace, fineness(1_000_000, 0), "memory");
-    refused(
-        &simple::furnace_box(1.0).expect("a scene"),
-        fineness(12, 0),
-        "settle",
-    );
+    refused(&simple::furnace_box(1.0).expect("a scene"), fineness(12, 0), "settle");
     let stopped = Radiosity::new(Standard, &furnace, default, &|_| false);
     assert!(matches!(stopped, Err(Error::Interrupted)));
 }
@@ -331,16 +273,10 @@ fn what_it_cannot_do_is_refused_in_one_line() {
 fn threads_change_nothing() {
     let scene = simple::cornell().expect("a scene");
     let solved = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .expect("a pool");
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
         pool.install(|| {
             let solved = solve(&scene, fineness(100, 0)).expect("a solution");
-            solved
-                .irradiances()
-                .map(|(_, e)| e.to_array().map(f64::to_bits))
-                .collect::<Vec<_>>()
+            solved.irradiances().map(|(_, e)| e.to_array().map(f64::to_bits)).collect::<Vec<_>>()
         })
     };
     assert!(solved(1) == solved(3));

@@ -16,11 +16,7 @@ fn slopes_are_drawn_through_the_mean_errors() {
     // Residuals 1, −2, 1 are orthogonal to a line over equal steps.
     let e = std::f64::consts::E;
     let bent = [e, 1.0 / (e * e) / 100.0, e / 10_000.0];
-    assert_relative_eq!(
-        log_slope(&[1.0, 10.0, 100.0], &bent),
-        -2.0,
-        max_relative = 1e-12
-    );
+    assert_relative_eq!(log_slope(&[1.0, 10.0, 100.0], &bent), -2.0, max_relative = 1e-12);
     let found = slope("order", &sizes, &[errors(1.0), errors(16.0)], -0.5, 0.1);
     assert_eq!((found.name.as_str(), found.n), ("order", 2));
     assert_relative_eq!(found.estimate, -1.0, max_relative = 1e-12);
@@ -53,25 +49,13 @@ fn the_interval_of_a_ratio_is_fiellers() {
     // The unbiased variance of n values one spread from their mean is n/(n − 1) spread².
     let [va, vb] = [0.25 / 3999.0, 0.0625 / 999.0];
     let distance = |ratio: f64| (3.0 - ratio * 2.5) / (va + ratio * ratio * vb).sqrt();
-    assert_eq!(
-        (found.name.as_str(), found.n, found.dof),
-        ("ratio", 1000, Some(999.0))
-    );
+    assert_eq!((found.name.as_str(), found.n, found.dof), ("ratio", 1000, Some(999.0)));
     assert_relative_eq!(found.value, distance(1.25), max_relative = 1e-9);
-    assert_relative_eq!(
-        found.p,
-        student_two_sided(distance(1.25), 999.0),
-        max_relative = 1e-6
-    );
+    assert_relative_eq!(found.p, student_two_sided(distance(1.25), 999.0), max_relative = 1e-6);
     assert_relative_eq!(found.estimate, 1.2, max_relative = 1e-12);
     assert_eq!(found.reference, 1.25);
     assert_relative_eq!(found.claim.size(), 0.025, max_relative = 1e-12);
-    let Sensitivity::Normal {
-        standard_error,
-        dof,
-        tests,
-    } = found.sensitivity
-    else {
+    let Sensitivity::Normal { standard_error, dof, tests } = found.sensitivity else {
         panic!("{:?}", found.sensitivity);
     };
     let error = (va + 1.25 * 1.25 * vb).sqrt() / 2.5;
@@ -79,10 +63,7 @@ fn the_interval_of_a_ratio_is_fiellers() {
     assert_eq!((dof, tests), (999.0, 1));
     // Each side's batches are held to what the other side and the ratio make of it.
     for (side, expected) in [("first, ", 1.25 * 2.5), ("second, ", 3.0 / 1.25)] {
-        let mut cells = found
-            .cells
-            .iter()
-            .filter(|cell| cell.place.starts_with(side));
+        let mut cells = found.cells.iter().filter(|cell| cell.place.starts_with(side));
         assert!(cells.clone().count() >= 10);
         assert!(cells.all(|cell| (cell.expected / expected - 1.0).abs() < 1e-12));
     }
@@ -155,11 +136,9 @@ fn likelihood_ratios_are_those_of_the_laws() {
         }
     }
     // Half the difference of squared distances, in units of the variance.
-    for (value, null, alternative, sigma) in [
-        (2.5, 1.0, 3.0, 4.0),
-        (1.5, 1.0, 3.0, 4.0),
-        (-2.0, 1.5, 0.5, 3.0),
-    ] {
+    for (value, null, alternative, sigma) in
+        [(2.5, 1.0, 3.0, 4.0), (1.5, 1.0, 3.0, 4.0), (-2.0, 1.5, 0.5, 3.0)]
+    {
         let square = |mean: f64| ((value - mean) / sigma).powi(2);
         let log: f64 = 0.5 * (square(null) - square(alternative));
         let expected = if log > 0.0 {
@@ -241,10 +220,6 @@ fn a_sequence_decides_at_its_borders() {
         (2.5, 9.0, Decision::Alternative),
         (-0.5, 9.0, Decision::Alternative),
     ] {
-        assert_eq!(
-            decide(reference, margin),
-            expected,
-            "{reference} ± {margin}"
-        );
+        assert_eq!(decide(reference, margin), expected, "{reference} ± {margin}");
     }
 }

@@ -2,10 +2,7 @@
 
 /// The rows of a table in `data`: fields between commas; lines with # are remarks.
 pub fn fields(table: &'static str) -> impl Iterator<Item = Vec<&'static str>> {
-    table
-        .lines()
-        .filter(|line| !line.starts_with('#'))
-        .map(|line| line.split(',').collect())
+    table.lines().filter(|line| !line.starts_with('#')).map(|line| line.split(',').collect())
 }
 
 /// A number of a table.

@@ -1,8 +1,5 @@
 //! The loop over pixels: the same bits on any threads, in any division.
-#![expect(
-    clippy::single_range_in_vec_init,
-    reason = "one range is a run in one piece"
-)]
+#![expect(clippy::single_range_in_vec_init, reason = "one range is a run in one piece")]
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -38,11 +35,7 @@ fn path() -> Path {
 fn sampling(pixel: PixelSampling) -> Sampling {
     let seed = master();
     let numbers = Numbers::Independent;
-    Sampling {
-        pixel,
-        numbers,
-        seed,
-    }
+    Sampling { pixel, numbers, seed }
 }
 
 fn film(pixel: PixelSampling, window: Option<Window>) -> Film {
@@ -59,9 +52,7 @@ fn rendered<E: Estimator>(
 ) -> Film {
     let mut film = film(pixel, window);
     for range in ranges {
-        let done = render(scene, estimator, sampling(pixel), &mut film, range, &|_| {
-            true
-        });
+        let done = render(scene, estimator, sampling(pixel), &mut film, range, &|_| true);
         assert!(done.expect("legal radiance"));
     }
     film
@@ -74,8 +65,7 @@ fn whole<E: Estimator>(scene: &Scene, estimator: &E, pixel: PixelSampling) -> Fi
 fn assert_threads_do_not_matter<E: Estimator>(scene: &Scene, estimator: &E) {
     let films = [1, 2, 3, 7].map(|threads| {
         let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.expect("threads")
-            .install(|| whole(scene, estimator, Random))
+        pool.expect("threads").install(|| whole(scene, estimator, Random))
     });
     assert!(films.iter().all(|film| *film == films[0]));
     assert!(films[0].mean() > 0.0);
@@ -94,11 +84,7 @@ fn threads_do_not_matter() {
 fn divided_ranges_are_one_run() {
     let scene = room();
     let once = rendered(&scene, &path(), Random, None, &[0..7]);
-    for ranges in [
-        vec![0..3, 3..7],
-        vec![4..7, 0..1, 1..4],
-        vec![0..0, 0..7, 7..7],
-    ] {
+    for ranges in [vec![0..3, 3..7], vec![4..7, 0..1, 1..4], vec![0..0, 0..7, 7..7]] {
         assert!(rendered(&scene, &path(), Random, None, &ranges) == once);
     }
     // As films of their own, merged in any order.
@@ -143,11 +129,7 @@ fn seeds_pixels_and_replications_matter() {
     let scene = room();
     let seeded = |seed| {
         let mut film = film(Random, None);
-        let sampling = Sampling {
-            numbers: Numbers::Independent,
-            pixel: Random,
-            seed,
-        };
+        let sampling = Sampling { numbers: Numbers::Independent, pixel: Random, seed };
         render(&scene, &path(), sampling, &mut film, &(0..2), &|_| true).expect("legal");
         film
     };
@@ -209,17 +191,9 @@ fn features_are_those_of_the_first_hit() {
         let hit = scene.intersect(&ray).expect("closed");
         let found = film.pixel(x, y).features();
         let unit = 1.0 / (1u64 << 32) as f64;
-        assert!(
-            (found.albedo - scene.surface(&hit).bsdf.albedo())
-                .abs()
-                .max_element()
-                <= unit
-        );
+        assert!((found.albedo - scene.surface(&hit).bsdf.albedo()).abs().max_element() <= unit);
         assert!((found.depth - hit.t).abs() <= unit);
-        assert!(
-            (found.normal - hit.normal).abs().max_element() <= unit,
-            "the room's fronts"
-        );
+        assert!((found.normal - hit.normal).abs().max_element() <= unit, "the room's fronts");
     }
     // Where nothing is met there are no features; from inside glass the normal is on our side.
     let open = whole(&simple::environment().expect("a scene"), &path(), Centre);
@@ -235,11 +209,7 @@ fn features_are_those_of_the_first_hit() {
 fn same_features(a: &Film, b: &Film) -> bool {
     let shown = |film: &Film| -> Vec<[f64; 7]> {
         let values = |pixel: &Pixel| {
-            let Features {
-                albedo,
-                normal,
-                depth,
-            } = pixel.features();
+            let Features { albedo, normal, depth } = pixel.features();
             let ([a, b, c], [x, y, z]) = (albedo.to_array(), normal.to_array());
             [a, b, c, x, y, z, depth]
         };
@@ -256,19 +226,13 @@ fn features_are_the_same_for_every_estimator() {
     let lookup = Lookup::Direct;
     let photons =
         PhotonMapping::new(Standard, &scene, lookup, (100, 0.3), (1, 0)).expect("a small map");
-    let fineness = Fineness {
-        patches: 40,
-        halvings: 0,
-    };
+    let fineness = Fineness { patches: 40, halvings: 0 };
     let solved = Radiosity::new(Standard, &scene, fineness, &|_| true).expect("it settles");
     for (pixel, mis) in ways.into_iter().zip(&mis) {
         for (name, film) in [
             ("report", whole(&scene, &Report::default(), pixel)),
             ("published", whole(&scene, &Published::default(), pixel)),
-            (
-                "whitted",
-                whole(&scene, &Whitted::new(LightRules::PHYSICAL), pixel),
-            ),
+            ("whitted", whole(&scene, &Whitted::new(LightRules::PHYSICAL), pixel)),
             ("photon", whole(&scene, &photons, pixel)),
             ("radiosity", whole(&scene, &solved, pixel)),
         ] {
@@ -277,16 +241,9 @@ fn features_are_the_same_for_every_estimator() {
     }
     // Of whole images at random points, as many passes as there were replications.
     let images = |ranges: &[std::ops::Range<u32>]| {
-        let sppm = Sppm {
-            parts: Standard,
-            particles: 100,
-            radius: 0.3,
-        };
+        let sppm = Sppm { parts: Standard, particles: 100, radius: 0.3 };
         [
-            (
-                "light tracer",
-                passes(&scene, &LightTracer::<Standard>::default(), ranges),
-            ),
+            ("light tracer", passes(&scene, &LightTracer::<Standard>::default(), ranges)),
             ("bdpt", passes(&scene, &Bdpt::<Standard>::default(), ranges)),
             ("sppm", passes(&scene, &sppm, ranges)),
         ]
@@ -307,14 +264,7 @@ fn passes<E: ImageEstimator>(
 ) -> Film {
     let mut film = film(Random, None);
     for range in ranges {
-        let done = render_passes(
-            scene,
-            estimator,
-            master(),
-            &mut film,
-            range.clone(),
-            &|_| true,
-        );
+        let done = render_passes(scene, estimator, master(), &mut film, range.clone(), &|_| true);
         assert!(done.expect("legal radiance"));
     }
     film
@@ -329,37 +279,15 @@ fn rows_are_reported_and_can_be_stopped() {
         true
     };
     let mut target = film(Jitter(2), None);
-    let done = render(
-        &scene,
-        &path(),
-        sampling(Jitter(2)),
-        &mut target,
-        &(0..3),
-        &count,
-    );
+    let done = render(&scene, &path(), sampling(Jitter(2)), &mut target, &(0..3), &count);
     assert!(matches!(done, Ok(true)));
     assert_eq!(samples.into_inner(), 24 * 18 * 3 * 4);
     let mut target = film(Random, None);
-    let pool = ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build()
-        .expect("a thread");
-    let done = pool.install(|| {
-        render(
-            &scene,
-            &path(),
-            sampling(Random),
-            &mut target,
-            &(0..1),
-            &|_| false,
-        )
-    });
+    let pool = ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    let done = pool
+        .install(|| render(&scene, &path(), sampling(Random), &mut target, &(0..1), &|_| false));
     assert!(matches!(done, Ok(false)));
-    let touched = target
-        .pixels()
-        .iter()
-        .filter(|p| p.replications() > 0)
-        .count();
+    let touched = target.pixels().iter().filter(|p| p.replications() > 0).count();
     assert_eq!(touched, 24, "one row, then stop");
 }
 
@@ -377,22 +305,11 @@ fn what_no_film_holds_ends_the_render() {
     let scene = room();
     for value in [f64::NAN, f64::INFINITY, 1e9] {
         let mut film = film(Centre, None);
-        let result = render(
-            &scene,
-            &Constant(value),
-            sampling(Centre),
-            &mut film,
-            &(0..1),
-            &|_| true,
-        );
+        let result =
+            render(&scene, &Constant(value), sampling(Centre), &mut film, &(0..1), &|_| true);
         assert!(matches!(result, Err(Error::Radiance { .. })), "{value}");
     }
     let constant = whole(&scene, &Constant(0.3), Jitter(3));
-    assert!(
-        constant
-            .pixels()
-            .iter()
-            .all(|p| p.standard_error() == DVec3::ZERO)
-    );
+    assert!(constant.pixels().iter().all(|p| p.standard_error() == DVec3::ZERO));
     assert!((constant.mean() - 0.3).abs() <= 1.0 / (1u64 << 32) as f64);
 }

@@ -30,24 +30,10 @@ const REPLICATIONS: u32 = 6;
 
 /// Every way of placing samples in a pixel, with every source of numbers.
 fn samplings() -> Vec<Sampling> {
-    let positions = [
-        Centre,
-        Grid(1),
-        Grid(2),
-        Grid(3),
-        Random,
-        Jitter(1),
-        Jitter(2),
-        Jitter(3),
-    ];
+    let positions = [Centre, Grid(1), Grid(2), Grid(3), Random, Jitter(1), Jitter(2), Jitter(3)];
     let numbers = [Numbers::Independent, Numbers::Sobol(1), Numbers::Sobol(8)];
-    let with = |pixel: PixelSampling| {
-        numbers.map(|numbers| Sampling {
-            pixel,
-            numbers,
-            seed: master(),
-        })
-    };
+    let with =
+        |pixel: PixelSampling| numbers.map(|numbers| Sampling { pixel, numbers, seed: master() });
     positions.into_iter().flat_map(with).collect()
 }
 
@@ -67,10 +53,7 @@ impl Estimator for Recorder {
         // The estimator's first numbers; those that placed the ray came before.
         rng.block(1);
         let ([a, b], [c, d]) = (uniform2(rng), uniform2(rng));
-        self.0
-            .lock()
-            .expect("no panic")
-            .push([a, b, c, d].map(f64::to_bits));
+        self.0.lock().expect("no panic").push([a, b, c, d].map(f64::to_bits));
         DVec3::new(a, b, 1.0)
     }
 }
@@ -85,11 +68,7 @@ fn open() -> Scene {
 fn assert_distinct<T: Ord>(draws: &[T], expected: usize, what: &str) {
     assert_eq!(draws.len(), expected, "{what}");
     let distinct: BTreeSet<&T> = draws.iter().collect();
-    assert_eq!(
-        distinct.len(),
-        draws.len(),
-        "{what}: some numbers were drawn twice"
-    );
+    assert_eq!(distinct.len(), draws.len(), "{what}: some numbers were drawn twice");
 }
 
 #[test]
@@ -109,11 +88,7 @@ fn every_sample_of_every_replication_draws_its_own_numbers() {
         // The 23 leading bits alone, those of the scramble: 92 in four numbers.
         let leading = |bits: u64| (f64::from_bits(bits) * f64::from(1 << 23)) as u32;
         let leading: Vec<[u32; 4]> = draws.iter().map(|draw| draw.map(leading)).collect();
-        assert_distinct(
-            &leading,
-            draws.len(),
-            &format!("{sampling:?}, leading bits"),
-        );
+        assert_distinct(&leading, draws.len(), &format!("{sampling:?}, leading bits"));
     }
 }
 
@@ -181,37 +156,25 @@ fn every_pass_draws_its_own_numbers() {
         let estimator = estimator(Watched(seen));
         let mut film = Film::new(FRAME, None, 1).expect("a film");
         for range in [0..1, 1..3, 3..REPLICATIONS] {
-            let done = render_passes(&furnace(), &estimator, master(), &mut film, range, &|_| {
-                true
-            });
+            let done = render_passes(&furnace(), &estimator, master(), &mut film, range, &|_| true);
             assert!(matches!(done, Ok(true)));
         }
         let draws = seen.lock().expect("no panic");
         // Each particle has at least a point and a direction.
-        assert!(
-            draws.len() as u32 > 2 * FRAME[0] * FRAME[1] * REPLICATIONS,
-            "{name}"
-        );
+        assert!(draws.len() as u32 > 2 * FRAME[0] * FRAME[1] * REPLICATIONS, "{name}");
         assert_distinct(&draws, draws.len(), name);
     }
     let seen = [(); 3].map(|()| Mutex::default());
     check(&seen[0], "light tracer", |parts| LightTracer { parts });
     check(&seen[1], "bdpt", |parts| Bdpt { parts });
-    check(&seen[2], "sppm", |parts| Sppm {
-        parts,
-        particles: FRAME[0] * FRAME[1],
-        radius: 0.3,
-    });
+    check(&seen[2], "sppm", |parts| Sppm { parts, particles: FRAME[0] * FRAME[1], radius: 0.3 });
 }
 
 #[test]
 fn every_map_of_photons_draws_its_own_numbers() {
     let seen = Mutex::default();
     let scene = furnace();
-    let lookup = Lookup::Gather {
-        caustic_particles: 40,
-        caustic_radius: 0.1,
-    };
+    let lookup = Lookup::Gather { caustic_particles: 40, caustic_radius: 0.1 };
     // Programs name replications by the seed, passes by their number.
     for (seed, pass) in [(1_u32, 0), (1, 1), (2, 0), (3, 7)] {
         let name = (seed_for(master(), &seed.to_string()), pass);
@@ -227,11 +190,7 @@ fn every_map_of_photons_draws_its_own_numbers() {
 #[test]
 fn more_samples_than_can_be_named_are_refused() {
     let refused = |pixel, numbers, range: std::ops::Range<u32>| {
-        let sampling = Sampling {
-            pixel,
-            numbers,
-            seed: 1,
-        };
+        let sampling = Sampling { pixel, numbers, seed: 1 };
         let mut film = Film::new([1, 1], None, sampling.samples_per_replication()).expect("a film");
         let estimator = Path::<Standard>::default();
         let done = render(&open(), &estimator, sampling, &mut film, &range, &|_| true);
@@ -250,17 +209,10 @@ fn more_samples_than_can_be_named_are_refused() {
         (Jitter(2), Numbers::Sobol(LONGEST / 4 + 1)),
         (Jitter(1 << 17), Numbers::Sobol(1 << 17)),
     ] {
-        assert!(
-            refused(pixel, numbers, 0..1).contains("points"),
-            "{numbers:?}"
-        );
+        assert!(refused(pixel, numbers, 0..1).contains("points"), "{numbers:?}");
     }
     // The longest sequence itself is fine, in a film that knows its length.
-    let sampling = Sampling {
-        pixel: Random,
-        numbers: Numbers::Sobol(LONGEST),
-        seed: 1,
-    };
+    let sampling = Sampling { pixel: Random, numbers: Numbers::Sobol(LONGEST), seed: 1 };
     let recorder = Recorder::default();
     let mut film = Film::new([1, 1], None, LONGEST).expect("a film");
     assert!(render(&open(), &recorder, sampling, &mut film, &(0..1), &|_| true).is_ok());
@@ -289,18 +241,9 @@ fn edge() -> Scene {
 /// show one side with probability 1e-18.
 #[test]
 fn every_pass_of_photons_looks_through_a_point_of_its_own() {
-    let sppm = Sppm {
-        parts: Standard,
-        particles: 1,
-        radius: 0.1,
-    };
-    let pass = |index| {
-        sppm.pass(&edge(), [1, 1], master(), index)
-            .expect("an image")
-    };
-    let lit = (0..200)
-        .filter(|&index| pass(index)[0] == DVec3::ONE)
-        .count();
+    let sppm = Sppm { parts: Standard, particles: 1, radius: 0.1 };
+    let pass = |index| sppm.pass(&edge(), [1, 1], master(), index).expect("an image");
+    let lit = (0..200).filter(|&index| pass(index)[0] == DVec3::ONE).count();
     assert!((40..=160).contains(&lit), "{lit}");
 }
 
@@ -319,11 +262,7 @@ fn a_replication_covers_every_cell_of_the_pixel() {
     for pixel in [Centre, Grid(2), Grid(3)] {
         for numbers in [Numbers::Independent, Numbers::Sobol(1), Numbers::Sobol(4)] {
             let seed = master();
-            let sampling = Sampling {
-                pixel,
-                numbers,
-                seed,
-            };
+            let sampling = Sampling { pixel, numbers, seed };
             let samples = sampling.samples_per_replication();
             let mut film = Film::new([1, 1], None, samples).expect("a film");
             let done = render(&edge(), &Sideways, sampling, &mut film, &(0..2), &|_| true);

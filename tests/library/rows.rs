@@ -73,10 +73,7 @@ fn contexts_scale_sizes_and_name_streams() {
     assert_eq!(sizes, [500, 4, 2, 2, 2]);
     assert_eq!(context(16.0).n(1000), 16_000);
     let named = context(0.5).named("some trial");
-    assert_eq!(
-        (named.seed, named.scale, named.name.as_str()),
-        (7, 0.5, "some trial")
-    );
+    assert_eq!((named.seed, named.scale, named.name.as_str()), (7, 0.5, "some trial"));
     let seed = seed_for(seed_for(7, "some trial"), "part");
     assert_eq!(named.seed_of("part"), seed);
     assert_eq!(named.rng("part").next_u64(), stream(seed, 0, 0).next_u64());
@@ -118,20 +115,13 @@ fn the_environment_is_read() {
             &["five", "-1", "1.5", "18446744073709551616", ""][..],
             "0 to 18446744073709551615",
         ),
-        (
-            "SCALE",
-            &["x", "0", "-1", "nan", "inf", "1e300", "1e-300", ""],
-            "0.0001 to 256",
-        ),
+        ("SCALE", &["x", "0", "-1", "nan", "inf", "1e300", "1e-300", ""], "0.0001 to 256"),
     ] {
         let name = format!("WHITEFURNACE_{name}");
         for value in values {
             let text = found(&[(&name, value)]);
             let says = |part: &str| text.contains(part);
-            assert!(
-                says("refused: ") && says(&name) && says(range),
-                "{name}={value}: {text}"
-            );
+            assert!(says("refused: ") && says(&name) && says(range), "{name}={value}: {text}");
         }
     }
 }
@@ -140,9 +130,7 @@ fn the_environment_is_read() {
 fn shares_are_those_of_outcomes_and_rejections() {
     let mut three = trial(vec![Verdict::Holds; 3], Vec::new());
     assert_eq!((three.budget(), three.rejections()), (3, 1));
-    three
-        .controls
-        .push(Control::new("other", "", |_| Vec::new()));
+    three.controls.push(Control::new("other", "", |_| Vec::new()));
     assert_eq!((three.budget(), three.rejections()), (3, 2));
     // An identity may fail at random arguments.
     assert_eq!(trial(Vec::new(), Vec::new()).budget(), 1);
@@ -165,16 +153,10 @@ fn rows_say_what_was_found() {
         "toy/verdicts,,estimator,\"outcome 1\",t,100,5e-1,5e-1,2.5e-1,7.5e-1,1e0,undecided,1.25e-1,0e0,\
          1 - 0.0e0,7"
     );
-    assert_eq!(
-        CSV_HEADER.split(',').count(),
-        rows[1].csv().split(',').count()
-    );
+    assert_eq!(CSV_HEADER.split(',').count(), rows[1].csv().split(',').count());
     let control = run_control(&found, &found.controls[0], &context(1.0));
     assert_eq!(control.len(), 1);
-    assert_eq!(
-        (control[0].control.as_str(), control[0].verdict),
-        ("wrong", Verdict::Fails)
-    );
+    assert_eq!((control[0].control.as_str(), control[0].verdict), ("wrong", Verdict::Fails));
     assert_eq!(control[0].property, "it is so");
 }
 
@@ -186,10 +168,7 @@ fn undecided_is_red_at_full_scale_only() {
             let rows: Vec<Row> = rows.iter().map(|&row| row.clone()).collect();
             let context = context(scale);
             let control = Control::new("wrong", "it is not so", |_| Vec::new());
-            (
-                trial_is_green(&rows, &context),
-                control_is_green(&control, &rows, &context),
-            )
+            (trial_is_green(&rows, &context), control_is_green(&control, &rows, &context))
         };
         assert_eq!(green(&[]), (false, false));
         assert_eq!(green(&[&holds]), (true, false));
@@ -204,10 +183,7 @@ fn undecided_is_red_at_full_scale_only() {
 /// A control counts if the outcomes that it names reject it, with numbers.
 #[test]
 fn a_control_is_rejected_by_the_outcomes_that_it_names() {
-    let outcome = |name: &str, verdict| Row {
-        outcome: random(name, verdict),
-        ..row(verdict)
-    };
+    let outcome = |name: &str, verdict| Row { outcome: random(name, verdict), ..row(verdict) };
     let green = |names: &[&'static str], rows: &[Row]| {
         let control = Control {
             rejected_by: names.to_vec(),
@@ -216,19 +192,12 @@ fn a_control_is_rejected_by_the_outcomes_that_it_names() {
         control_is_green(&control, rows, &context(1.0))
     };
     let [holds, fails] = [Verdict::Holds, Verdict::Fails];
-    let rows = [
-        outcome("a", holds),
-        outcome("b", fails),
-        outcome("c", fails),
-    ];
+    let rows = [outcome("a", holds), outcome("b", fails), outcome("c", fails)];
     assert!(green(&["b"], &rows) && green(&["b", "c"], &rows));
     assert!(!green(&["a"], &rows) && !green(&["a", "b"], &rows));
     assert!(!green(&["d"], &rows) && !green(&["b", "d"], &rows) && !green(&[], &rows));
     // The only random one is meant if none is named.
-    let exact = |error| Row {
-        outcome: Outcome::exact("exact", 1, error, 1e-9, ""),
-        ..row(holds)
-    };
+    let exact = |error| Row { outcome: Outcome::exact("exact", 1, error, 1e-9, ""), ..row(holds) };
     assert!(green(&[], &[exact(0.0), outcome("a", fails)]));
     assert!(!green(&[], &[exact(1.0), outcome("a", holds)]));
     assert!(green(&["exact"], &[exact(1.0), outcome("a", holds)]));
@@ -252,10 +221,7 @@ fn messages_speak_of_what_is_red() {
     let control = check_control(&right, &right.controls[0], &full);
     assert_eq!(control.map(|rows| rows.len()), Ok(2));
     // Of a red trial, what does not hold; of a blind control, all of it.
-    let red = trial(
-        vec![Verdict::Holds, Verdict::Fails],
-        vec![Verdict::Holds; 2],
-    );
+    let red = trial(vec![Verdict::Holds, Verdict::Fails], vec![Verdict::Holds; 2]);
     let message = check(&red, &full).expect_err("both are red");
     let lines = |what: &str| message.lines().filter(|line| line.contains(what)).count();
     assert_eq!(lines("toy/verdicts: fails"), 1, "{message}");
@@ -266,14 +232,9 @@ fn messages_speak_of_what_is_red() {
     assert_eq!(lines("t of outcome 1:"), 2, "{message}");
     let blind = trial(vec![Verdict::Holds], vec![Verdict::Holds]);
     let message = check(&blind, &full).expect_err("the control is not rejected");
-    assert!(
-        message.starts_with("toy/verdicts: the negative control wrong"),
-        "{message}"
-    );
-    let miscounted = Trial {
-        assertions: 3,
-        ..trial(vec![Verdict::Holds; 2], vec![Verdict::Fails])
-    };
+    assert!(message.starts_with("toy/verdicts: the negative control wrong"), "{message}");
+    let miscounted =
+        Trial { assertions: 3, ..trial(vec![Verdict::Holds; 2], vec![Verdict::Fails]) };
     let message = check(&miscounted, &full).expect_err("the count is wrong");
     let expected = "toy/verdicts declares 3 random outcomes and has 2";
     assert!(message.starts_with(expected), "{message}");
@@ -281,10 +242,7 @@ fn messages_speak_of_what_is_red() {
 
 #[test]
 fn names_and_commands_lead_back() {
-    assert_eq!(
-        (group("furnace/sky/path"), group("furnace")),
-        ("furnace", "furnace")
-    );
+    assert_eq!((group("furnace/sky/path"), group("furnace")), ("furnace", "furnace"));
     assert_eq!(full_name("a/b", ""), "a/b");
     assert_eq!(full_name("a/b", "fault"), "a/b!fault");
     let scaled = command(&context(0.25), "a/b", "");
@@ -294,10 +252,7 @@ fn names_and_commands_lead_back() {
     assert_eq!(command(&context(1.0), "a/b", "fault"), own);
     let unnamed = std::thread::spawn(|| command(&context(1.0), "a/b", "fault"));
     let unnamed = unnamed.join().expect("it does not panic");
-    assert_eq!(
-        unnamed,
-        "WHITEFURNACE_SEED=7 cargo test -- --exact 'a/b!fault'"
-    );
+    assert_eq!(unnamed, "WHITEFURNACE_SEED=7 cargo test -- --exact 'a/b!fault'");
 }
 
 #[test]
@@ -315,16 +270,8 @@ fn data_files_hold_the_cells() {
     }];
     let path = write_cells(&row, &folder).ok().flatten().expect("a file");
     // Letters, digits, dots and hyphens are kept.
-    let name = path
-        .file_name()
-        .map(|name| name.to_string_lossy().into_owned());
-    assert_eq!(
-        name.as_deref(),
-        Some("toy_verdicts_wrong_x²_at_1.5__half-way.csv")
-    );
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
+    assert_eq!(name.as_deref(), Some("toy_verdicts_wrong_x²_at_1.5__half-way.csv"));
     let text = std::fs::read_to_string(&path).expect("the file");
-    assert_eq!(
-        text,
-        "place,expected,observed,sigmas\n\"here\",1e3,1.25e3,7.906\n"
-    );
+    assert_eq!(text, "place,expected,observed,sigmas\n\"here\",1e3,1.25e3,7.906\n");
 }

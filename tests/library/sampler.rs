@@ -108,16 +108,10 @@ fn mirrors(reflectance: f64) -> (Scene, Ray) {
     let mut builder = SceneBuilder::new("mirrors");
     let reflectance = DVec3::splat(reflectance);
     let mirror = builder.surface(Surface::new(Bsdf::Mirror { reflectance }).emitting(DVec3::ONE));
-    let cavity = Sphere {
-        inward: true,
-        ..Sphere::new(DVec3::ZERO, 1.0)
-    };
+    let cavity = Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) };
     builder.sphere(cavity, mirror);
     let scene = builder.build(any_camera()).expect("a scene");
-    (
-        scene,
-        Ray::new(DVec3::new(0.1, 0.2, 0.3), DVec3::new(0.6, 0.0, 0.8)),
-    )
+    (scene, Ray::new(DVec3::new(0.1, 0.2, 0.3), DVec3::new(0.6, 0.0, 0.8)))
 }
 
 /// Each vertex of a path of 1500 takes the next block, and no block serves two.
@@ -125,10 +119,7 @@ fn mirrors(reflectance: f64) -> (Scene, Ray) {
 fn every_vertex_has_a_block_of_its_own() {
     let (scene, ray) = mirrors(0.98);
     let blocks = |radiance: &dyn Fn(&mut Recorder) -> DVec3| {
-        let mut recorder = Recorder {
-            numbers: stream(3, 4, 5),
-            blocks: Vec::new(),
-        };
+        let mut recorder = Recorder { numbers: stream(3, 4, 5), blocks: Vec::new() };
         let seen = radiance(&mut recorder);
         assert!((seen.x / 50.0 - 1.0).abs() < 1e-11, "{seen}");
         recorder.blocks
@@ -150,15 +141,9 @@ fn every_vertex_has_a_block_of_its_own() {
 #[test]
 fn final_gathering_takes_the_next_block() {
     let scene = simple::furnace_box(0.5).expect("a scene");
-    let lookup = Lookup::Gather {
-        caustic_particles: 1,
-        caustic_radius: 0.1,
-    };
+    let lookup = Lookup::Gather { caustic_particles: 1, caustic_radius: 0.1 };
     let photons = PhotonMapping::new(Endless, &scene, lookup, (1, 0.1), (1, 0)).expect("a map");
-    let mut recorder = Recorder {
-        numbers: stream(3, 4, 5),
-        blocks: Vec::new(),
-    };
+    let mut recorder = Recorder { numbers: stream(3, 4, 5), blocks: Vec::new() };
     let ray = Ray::new(DVec3::ZERO, DVec3::X);
     photons.radiance(&scene, &ray, scene.intersect(&ray), &mut recorder);
     assert_eq!(recorder.blocks, [1, 2]);

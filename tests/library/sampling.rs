@@ -74,22 +74,14 @@ fn fast_map_is_equations_18_and_19() {
     assert_eq!(uniform_hemisphere([1.0, 0.0]), DVec3::X);
     assert_eq!(uniform_hemisphere([0.5, 0.0]).z, 0.5);
     assert_eq!(uniform_hemisphere_pdf(0.5), 0.5 / PI);
-    assert_eq!(
-        cosine_hemisphere([0.75, 0.0]),
-        DVec3::new(0.75f64.sqrt(), 0.0, 0.5)
-    );
+    assert_eq!(cosine_hemisphere([0.75, 0.0]), DVec3::new(0.75f64.sqrt(), 0.0, 0.5));
     assert_eq!(cosine_hemisphere([0.0, 0.3]), DVec3::Z);
 }
 
 #[test]
 fn quarter_turns_go_round_the_pole() {
     for map in [uniform_hemisphere, cosine_hemisphere] {
-        for (r2, axis) in [
-            (0.0, DVec3::X),
-            (0.25, DVec3::Y),
-            (0.5, -DVec3::X),
-            (0.75, -DVec3::Y),
-        ] {
+        for (r2, axis) in [(0.0, DVec3::X), (0.25, DVec3::Y), (0.5, -DVec3::X), (0.75, -DVec3::Y)] {
             let w = map([0.75, r2]);
             let tangent = DVec3::new(w.x, w.y, 0.0);
             assert!((tangent - axis * tangent.length()).length() <= 8.0 * U);
@@ -199,33 +191,22 @@ fn one_number_for_both_angles_is_a_spiral() {
 #[test]
 fn zone_points_are_uniform_on_their_zone() {
     let heights = (-1.0..1.0, -1.0..1.0).prop_map(|(a, b): (f64, f64)| [a.min(b), a.max(b)]);
-    property(
-        "zone",
-        1000,
-        &(square(), 0.1..10.0, heights),
-        |(random, r, h)| {
-            let heights = h.map(|z| z * r);
-            let p = sphere_zone(random, r, heights);
-            assert_abs_diff_eq!(p.length(), r, epsilon = 8.0 * U * r);
-            assert!(p.z >= heights[0] - 2.0 * U * r && p.z <= heights[1] + 2.0 * U * r);
-            // Archimedes: the height and the azimuth are uniform.
-            let z = heights[0] + random[0] * (heights[1] - heights[0]);
-            assert_abs_diff_eq!(p.z, z, epsilon = 4.0 * U * r);
-        },
-    );
+    property("zone", 1000, &(square(), 0.1..10.0, heights), |(random, r, h)| {
+        let heights = h.map(|z| z * r);
+        let p = sphere_zone(random, r, heights);
+        assert_abs_diff_eq!(p.length(), r, epsilon = 8.0 * U * r);
+        assert!(p.z >= heights[0] - 2.0 * U * r && p.z <= heights[1] + 2.0 * U * r);
+        // Archimedes: the height and the azimuth are uniform.
+        let z = heights[0] + random[0] * (heights[1] - heights[0]);
+        assert_abs_diff_eq!(p.z, z, epsilon = 4.0 * U * r);
+    });
     property("zone area", 500, &inner(), |random| {
         let heights = [-0.9, 0.4];
         let ratio = area_ratio(|random| sphere_zone(random, 1.0, heights), random);
         assert_relative_eq!(ratio, TAU * 1.3, max_relative = 10.0 * DIFFERENCES);
     });
-    assert_eq!(
-        sphere_zone([0.0, 0.0], 2.0, [-2.0, 2.0]),
-        DVec3::new(0.0, 0.0, -2.0)
-    );
-    assert_eq!(
-        sphere_zone([0.5, 0.0], 2.0, [-2.0, 2.0]),
-        DVec3::new(2.0, 0.0, 0.0)
-    );
+    assert_eq!(sphere_zone([0.0, 0.0], 2.0, [-2.0, 2.0]), DVec3::new(0.0, 0.0, -2.0));
+    assert_eq!(sphere_zone([0.5, 0.0], 2.0, [-2.0, 2.0]), DVec3::new(2.0, 0.0, 0.0));
 }
 
 #[test]
@@ -243,26 +224,12 @@ fn triangle_points_are_uniform_in_it() {
 fn emitters_sample_their_own_area() {
     let shapes = (point(2.0), point(2.0), point(2.0), inner());
     property("emitters", 300, &shapes, |(a, b, c, random)| {
-        let sphere = Sphere {
-            zone: [-0.5, f64::INFINITY],
-            inward: true,
-            ..Sphere::new(a, 1.5)
-        };
+        let sphere = Sphere { zone: [-0.5, f64::INFINITY], inward: true, ..Sphere::new(a, 1.5) };
         let edges = [b - a, c - a];
         let parallelogram = edges[0].cross(edges[1]);
         for (shape, area, normal, fold) in [
-            (
-                EmitterShape::Rectangle { corner: a, edges },
-                parallelogram.length(),
-                Some(1.0),
-                1.0,
-            ),
-            (
-                EmitterShape::Triangle([a, b, c]),
-                0.5 * parallelogram.length(),
-                Some(1.0),
-                2.0,
-            ),
+            (EmitterShape::Rectangle { corner: a, edges }, parallelogram.length(), Some(1.0), 1.0),
+            (EmitterShape::Triangle([a, b, c]), 0.5 * parallelogram.length(), Some(1.0), 2.0),
             (EmitterShape::Sphere(sphere), TAU * 1.5 * 2.0, None, 1.0),
         ] {
             let emitter = Emitter::new(shape, DVec3::ONE);
@@ -298,25 +265,15 @@ fn emitter_points_lie_on_the_emitter() {
     let sample = light.sample([0.25, 0.75]);
     assert_eq!(sample.point, DVec3::new(4.5, -0.5, 5.0));
     assert_eq!(sample.normal, -DVec3::Z);
-    let triangle = Emitter::new(
-        EmitterShape::Triangle([DVec3::ZERO, DVec3::X, DVec3::Y]),
-        DVec3::ONE,
-    );
+    let triangle =
+        Emitter::new(EmitterShape::Triangle([DVec3::ZERO, DVec3::X, DVec3::Y]), DVec3::ONE);
     assert_eq!(triangle.area, 0.5);
-    assert_eq!(
-        triangle.sample([0.25, 0.5]).point,
-        DVec3::new(0.25, 0.5, 0.0)
-    );
-    assert_eq!(
-        triangle.sample([0.75, 0.5]).point,
-        DVec3::new(0.25, 0.5, 0.0)
-    );
+    assert_eq!(triangle.sample([0.25, 0.5]).point, DVec3::new(0.25, 0.5, 0.0));
+    assert_eq!(triangle.sample([0.75, 0.5]).point, DVec3::new(0.25, 0.5, 0.0));
     assert_eq!(triangle.sample([0.25, 0.5]).normal, DVec3::Z);
     // Six tenths up the upper half of a sphere of radius 5 about a centre that is not the origin.
-    let sphere = Sphere {
-        zone: [0.0, f64::INFINITY],
-        ..Sphere::new(DVec3::new(1.0, -2.0, 3.0), 5.0)
-    };
+    let sphere =
+        Sphere { zone: [0.0, f64::INFINITY], ..Sphere::new(DVec3::new(1.0, -2.0, 3.0), 5.0) };
     let cap = Emitter::new(EmitterShape::Sphere(sphere), DVec3::ONE);
     let sample = cap.sample([0.6, 0.0]);
     assert_abs_diff_eq!(

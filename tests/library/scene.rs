@@ -13,23 +13,15 @@ use crate::helpers::{U, any_camera, in_cube, unit_vector};
 use crate::support::rng;
 
 /// The floor of the room, as the report's scene was measured: counter-clockwise from above.
-pub const OUTLINE: [[f64; 2]; 6] = [
-    [-3.0, 0.0],
-    [0.0, -6.0],
-    [10.0, -6.0],
-    [13.0, 0.0],
-    [10.0, 6.0],
-    [0.0, 6.0],
-];
+pub const OUTLINE: [[f64; 2]; 6] =
+    [[-3.0, 0.0], [0.0, -6.0], [10.0, -6.0], [13.0, 0.0], [10.0, 6.0], [0.0, 6.0]];
 
 fn report(convention: Convention) -> Scene {
     room::report(convention, OrenNayarForm::Corrected).expect("the room")
 }
 
 fn lambert(albedo: f64) -> Bsdf {
-    Bsdf::Lambert {
-        albedo: DVec3::splat(albedo),
-    }
+    Bsdf::Lambert { albedo: DVec3::splat(albedo) }
 }
 
 fn close(a: DVec3, b: DVec3) -> bool {
@@ -52,18 +44,10 @@ fn walls_have_their_colours() {
         ((8.0, 0.5, 5.0), [1.0, 1.0, 1.0]),
     ] {
         let target = DVec3::from(target);
-        let hit = scene
-            .intersect(&Ray::new(eye, (target - eye).normalize()))
-            .expect("a wall");
-        assert!(
-            (hit.point - target).length() <= 1e-14 * 16.0,
-            "{target} is hidden"
-        );
+        let hit = scene.intersect(&Ray::new(eye, (target - eye).normalize())).expect("a wall");
+        assert!((hit.point - target).length() <= 1e-14 * 16.0, "{target} is hidden");
         let surface = scene.surface(&hit);
-        assert!(close(
-            surface.bsdf.albedo(),
-            DVec3::from_array(colour) * 0.75
-        ));
+        assert!(close(surface.bsdf.albedo(), DVec3::from_array(colour) * 0.75));
         assert!(matches!(surface.bsdf, Bsdf::Lambert { .. }));
         assert_eq!(surface.absorption, 0.25);
         assert_eq!(surface.emission, DVec3::ZERO);
@@ -105,9 +89,7 @@ fn objects_are_in_their_places() {
                 DVec3::new(2.5, 4.0, -2.0),
                 2.0,
                 DVec3::new(9.0, 1.0, 2.0),
-                Bsdf::Mirror {
-                    reflectance: DVec3::ONE,
-                },
+                Bsdf::Mirror { reflectance: DVec3::ONE },
             ),
             (
                 DVec3::new(3.25, -0.5, -3.0),
@@ -123,16 +105,10 @@ fn objects_are_in_their_places() {
             ),
         ] {
             let to = centre - from;
-            let hit = scene
-                .intersect(&Ray::new(from, to.normalize()))
-                .expect("a sphere");
+            let hit = scene.intersect(&Ray::new(from, to.normalize())).expect("a sphere");
             assert_eq!(scene.surface(&hit).bsdf, bsdf, "{convention:?}");
             assert_eq!(scene.surface(&hit).absorption, 0.0);
-            assert_abs_diff_eq!(
-                hit.t,
-                to.length() - radius,
-                epsilon = 64.0 * U * to.length()
-            );
+            assert_abs_diff_eq!(hit.t, to.length() - radius, epsilon = 64.0 * U * to.length());
             let surface_point = centre - radius * to.normalize();
             assert!((hit.point - surface_point).length() <= 64.0 * U * 12.0);
         }
@@ -146,9 +122,7 @@ fn the_tetrahedron_is_a_corner_cut_off() {
     // The slanted face is the plane with x + y + z = 4 from the corner: its middle, seen squarely.
     let middle = corner + DVec3::splat(4.0 / 3.0);
     let normal = DVec3::ONE / 3f64.sqrt();
-    let hit = scene
-        .intersect(&Ray::new(middle + normal, -normal))
-        .expect("the face");
+    let hit = scene.intersect(&Ray::new(middle + normal, -normal)).expect("the face");
     assert!(matches!(scene.surface(&hit).bsdf, Bsdf::Mirror { .. }));
     assert!((hit.point - middle).length() <= 64.0 * U * 8.0);
     assert!(close(hit.normal, normal));
@@ -156,11 +130,7 @@ fn the_tetrahedron_is_a_corner_cut_off() {
     let inside = corner + DVec3::splat(0.5);
     for outward in [normal, -DVec3::X, -DVec3::Y, -DVec3::Z] {
         let hit = scene.intersect(&Ray::new(inside, outward)).expect("a face");
-        assert!(
-            close(hit.normal, outward) || hit.normal == -outward,
-            "{}",
-            hit.normal
-        );
+        assert!(close(hit.normal, outward) || hit.normal == -outward, "{}", hit.normal);
     }
 }
 
@@ -201,46 +171,18 @@ fn assert_facing(scene: &Scene, eye: DVec3, front: bool) {
 
 #[test]
 fn fronts_face_where_light_is() {
-    assert_facing(
-        &report(Convention::Physical),
-        DVec3::new(12.5, 0.0, 0.0),
-        true,
-    );
-    assert_facing(
-        &room::diffuse().expect("a scene"),
-        DVec3::new(7.0, 0.0, 4.0),
-        true,
-    );
-    assert_facing(
-        &simple::furnace_box(0.5).expect("a scene"),
-        DVec3::splat(0.3),
-        true,
-    );
+    assert_facing(&report(Convention::Physical), DVec3::new(12.5, 0.0, 0.0), true);
+    assert_facing(&room::diffuse().expect("a scene"), DVec3::new(7.0, 0.0, 4.0), true);
+    assert_facing(&simple::furnace_box(0.5).expect("a scene"), DVec3::splat(0.3), true);
     for cap in [Cap::Black, Cap::Reflecting] {
         let scene = simple::cavity_cap(0.5, cap).expect("a scene");
         assert_facing(&scene, DVec3::splat(0.3), true);
     }
-    assert_facing(
-        &simple::glass_cube(true).expect("a scene"),
-        DVec3::ZERO,
-        false,
-    );
-    assert_facing(
-        &simple::glass_cube(false).expect("a scene"),
-        DVec3::splat(3.0),
-        true,
-    );
-    assert_facing(
-        &simple::environment().expect("a scene"),
-        DVec3::splat(3.0),
-        true,
-    );
+    assert_facing(&simple::glass_cube(true).expect("a scene"), DVec3::ZERO, false);
+    assert_facing(&simple::glass_cube(false).expect("a scene"), DVec3::splat(3.0), true);
+    assert_facing(&simple::environment().expect("a scene"), DVec3::splat(3.0), true);
     // The Cornell box is open to the camera and convex but for its blocks, which face outward.
-    assert_facing(
-        &simple::cornell().expect("a scene"),
-        DVec3::new(2.78, 4.5, 0.5),
-        true,
-    );
+    assert_facing(&simple::cornell().expect("a scene"), DVec3::new(2.78, 4.5, 0.5), true);
 }
 
 #[test]
@@ -249,23 +191,13 @@ fn emitters_have_their_areas() {
     let furnace = simple::furnace_box(0.75).expect("a scene");
     assert_relative_eq!(area(&furnace), 24.0, max_relative = 16.0 * U);
     let cavity = simple::cavity_cap(0.75, Cap::Black).expect("a scene");
-    assert_relative_eq!(
-        area(&cavity),
-        simple::CAP_SHARE * 4.0 * PI,
-        max_relative = 8.0 * U
-    );
+    assert_relative_eq!(area(&cavity), simple::CAP_SHARE * 4.0 * PI, max_relative = 8.0 * U);
     let cornell = simple::cornell().expect("a scene");
     assert_relative_eq!(area(&cornell), 1.3 * 1.05, max_relative = 64.0 * U);
     assert_eq!(cornell.emitters()[0].radiance, DVec3::new(17.0, 12.0, 4.0));
     assert_eq!(simple::environment().expect("a scene").emitters().len(), 0);
-    assert_eq!(
-        simple::environment().expect("a scene").background(),
-        DVec3::ONE
-    );
-    assert_eq!(
-        simple::glass_cube(true).expect("a scene").background(),
-        DVec3::ONE
-    );
+    assert_eq!(simple::environment().expect("a scene").background(), DVec3::ONE);
+    assert_eq!(simple::glass_cube(true).expect("a scene").background(), DVec3::ONE);
 }
 
 #[test]
@@ -275,19 +207,12 @@ fn furnaces_are_uniform() {
     let cavity = simple::cavity_cap(0.75, Cap::Black).expect("a scene");
     for _ in 0..2000 {
         let direction = unit_vector(&mut rng);
-        let hit = furnace
-            .intersect(&Ray::new(DVec3::ZERO, direction))
-            .expect("closed");
+        let hit = furnace.intersect(&Ray::new(DVec3::ZERO, direction)).expect("closed");
         let surface = furnace.surface(&hit);
-        assert_eq!(
-            (surface.bsdf, surface.emission),
-            (lambert(0.75), DVec3::ONE)
-        );
+        assert_eq!((surface.bsdf, surface.emission), (lambert(0.75), DVec3::ONE));
         assert!(hit.emitter.is_some());
         // The cap is all within 60° of the upper pole, whose cosine is 1/2.
-        let hit = cavity
-            .intersect(&Ray::new(DVec3::ZERO, direction))
-            .expect("closed");
+        let hit = cavity.intersect(&Ray::new(DVec3::ZERO, direction)).expect("closed");
         if (direction.z - 0.5).abs() > 1e-9 {
             assert_eq!(hit.emitter.is_some(), direction.z > 0.5);
         }
@@ -305,9 +230,7 @@ fn hit_points_keep_off_edges() {
         if i % 3 > 0 {
             target[i % 3] = in_cube(&mut rng, 1.0).x;
         }
-        let hit = scene
-            .intersect(&Ray::new(eye, (target - eye).normalize()))
-            .expect("closed");
+        let hit = scene.intersect(&Ray::new(eye, (target - eye).normalize())).expect("closed");
         // The face's own coordinate is met to rounding, the others stay inside: a margin of 2⁻³² of
         // each weight moves a face of width 2 by half of that at least.
         let axis = hit.normal.abs().max_position();
@@ -345,16 +268,8 @@ fn visibility_is_symmetric_and_stops_at_surfaces() {
     ] {
         assert_eq!(scene.visible(point, light, false), free, "{point:?}");
         assert_eq!(scene.visible(light, point, false), free, "{point:?}");
-        assert_eq!(
-            scene.visible(point, light, true),
-            through_glass,
-            "{point:?}"
-        );
-        assert_eq!(
-            scene.visible(light, point, true),
-            through_glass,
-            "{point:?}"
-        );
+        assert_eq!(scene.visible(point, light, true), through_glass, "{point:?}");
+        assert_eq!(scene.visible(light, point, true), through_glass, "{point:?}");
     }
 }
 
@@ -367,10 +282,7 @@ fn builder() -> (SceneBuilder, SurfaceId) {
 
 /// The message with which the scene is refused: one line that names the scene.
 fn refusal(scene: SceneBuilder) -> String {
-    let message = scene
-        .build(any_camera())
-        .expect_err("must be refused")
-        .to_string();
+    let message = scene.build(any_camera()).expect_err("must be refused").to_string();
     assert!(message.starts_with("scene broken: "), "{message}");
     assert!(!message.contains('\n'), "{message}");
     message
@@ -380,9 +292,7 @@ fn refusal(scene: SceneBuilder) -> String {
 fn bad_surfaces_are_refused() {
     let nan = f64::NAN;
     let valid = Surface::new(lambert(0.5));
-    let mirror = |r: f64| Bsdf::Mirror {
-        reflectance: DVec3::splat(r),
-    };
+    let mirror = |r: f64| Bsdf::Mirror { reflectance: DVec3::splat(r) };
     let constants = OrenNayar { a: nan, b: 0.0 };
     let albedo = DVec3::ONE;
     let form = OrenNayarForm::Corrected;
@@ -394,14 +304,8 @@ fn bad_surfaces_are_refused() {
         Surface::new(Bsdf::Glass { index: 0.0 }),
         Surface::new(Bsdf::Glass { index: -1.5 }),
         Surface::new(Bsdf::Glass { index: nan }),
-        Surface::new(Bsdf::Glass {
-            index: f64::INFINITY,
-        }),
-        Surface::new(Bsdf::OrenNayar {
-            albedo,
-            constants,
-            form,
-        }),
+        Surface::new(Bsdf::Glass { index: f64::INFINITY }),
+        Surface::new(Bsdf::OrenNayar { albedo, constants, form }),
         Surface::new(Bsdf::oren_nayar(2.0 * albedo, 0.3, form)),
         valid.emitting(DVec3::new(1.0, -1.0, 1.0)),
         valid.emitting(DVec3::splat(nan)),
@@ -415,11 +319,7 @@ fn bad_surfaces_are_refused() {
         let message = refusal(scene);
         assert!(message.contains("surface 1"), "{message}");
     }
-    for background in [
-        DVec3::splat(nan),
-        DVec3::new(0.0, -1.0, 0.0),
-        DVec3::INFINITY,
-    ] {
+    for background in [DVec3::splat(nan), DVec3::new(0.0, -1.0, 0.0), DVec3::INFINITY] {
         let (mut scene, _) = builder();
         scene.background(background);
         assert!(refusal(scene).contains("background"));
@@ -443,13 +343,7 @@ fn bad_shapes_are_refused() {
         scene.mesh(&vertices, &[[0, 1, 2], triangle], surface);
         assert!(refusal(scene).contains("triangle"));
     }
-    for (centre, radius) in [
-        (o, 0.0),
-        (o, -1.0),
-        (o, f64::NAN),
-        (o, f64::INFINITY),
-        (nan, 1.0),
-    ] {
+    for (centre, radius) in [(o, 0.0), (o, -1.0), (o, f64::NAN), (o, f64::INFINITY), (nan, 1.0)] {
         let (mut scene, surface) = builder();
         scene.sphere(Sphere::new(centre, radius), surface);
         assert!(refusal(scene).contains("sphere"));
@@ -468,9 +362,7 @@ fn valid_borders_are_accepted() {
     scene.sphere(Sphere::new(DVec3::ZERO, 1e-12), surface);
     assert!(scene.build(any_camera()).is_ok());
     let (empty, _) = builder();
-    let empty = empty
-        .build(any_camera())
-        .expect("nothing is wrong with nothing");
+    let empty = empty.build(any_camera()).expect("nothing is wrong with nothing");
     assert_eq!(empty.name(), "broken");
     assert!(empty.intersect(&Ray::new(DVec3::ZERO, DVec3::X)).is_none());
     for albedo in [-0.1, 1.1, f64::NAN] {

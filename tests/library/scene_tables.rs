@@ -65,11 +65,7 @@ fn look(surface: &Surface) -> Look {
         Bsdf::Lambert { albedo } => ("lambert", albedo.to_array(), [0.0; 2]),
         Bsdf::Mirror { reflectance } => ("mirror", reflectance.to_array(), [0.0; 2]),
         Bsdf::Glass { index } => ("glass", ONES, [index, 0.0]),
-        Bsdf::OrenNayar {
-            albedo,
-            constants,
-            form,
-        } => (
+        Bsdf::OrenNayar { albedo, constants, form } => (
             match form {
                 OrenNayarForm::Corrected => "oren-nayar, corrected",
                 OrenNayarForm::Printed => "oren-nayar, printed",
@@ -99,12 +95,7 @@ fn shape(geometry: Geometry) -> Shape {
 }
 
 fn ball(sphere: &Sphere) -> Shape {
-    let Sphere {
-        centre,
-        radius,
-        zone,
-        inward,
-    } = *sphere;
+    let Sphere { centre, radius, zone, inward } = *sphere;
     Shape::Ball(centre.to_array(), radius, zone, inward)
 }
 
@@ -130,9 +121,7 @@ fn faces<const N: usize>(
     let triangles = polygons
         .iter()
         .flat_map(|polygon| (1..N - 1).map(move |i| [polygon[0], polygon[i], polygon[i + 1]]));
-    triangles
-        .map(|triangle| (Shape::Triangle(triangle.map(|i| corners[i])), look))
-        .collect()
+    triangles.map(|triangle| (Shape::Triangle(triangle.map(|i| corners[i])), look)).collect()
 }
 
 fn sphere(centre: [f64; 3], radius: f64, look: Look) -> (Shape, Look) {
@@ -153,20 +142,15 @@ fn same_items<T: std::fmt::Debug, U: std::fmt::Debug>(
         };
         found.swap_remove(place);
     }
-    assert!(
-        found.is_empty(),
-        "{scene} has more than its table: {found:#?}"
-    );
+    assert!(found.is_empty(), "{scene} has more than its table: {found:#?}");
 }
 
 fn check(scene: &Scene, table: &Table) {
     let name = table.name;
     assert_eq!(scene.name(), name);
     assert!(all_close(&scene.background().to_array(), &table.background));
-    let found: Vec<_> = scene
-        .primitives()
-        .map(|(geometry, surface)| (shape(geometry), look(surface)))
-        .collect();
+    let found: Vec<_> =
+        scene.primitives().map(|(geometry, surface)| (shape(geometry), look(surface))).collect();
     same_items(name, found, &table.primitives, |found, wanted| {
         same_shape(&found.0, &wanted.0) && same_look(&found.1, &wanted.1)
     });
@@ -237,14 +221,8 @@ const CUBE: [[f64; 3]; 8] = [
     [1.0, 1.0, 1.0],
     [-1.0, 1.0, 1.0],
 ];
-const OUTSIDE: [[usize; 4]; 6] = [
-    [0, 3, 2, 1],
-    [4, 5, 6, 7],
-    [0, 1, 5, 4],
-    [3, 7, 6, 2],
-    [0, 4, 7, 3],
-    [1, 2, 6, 5],
-];
+const OUTSIDE: [[usize; 4]; 6] =
+    [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [3, 7, 6, 2], [0, 4, 7, 3], [1, 2, 6, 5]];
 
 #[test]
 fn environment() {
@@ -302,10 +280,9 @@ fn cavities() {
 
 #[test]
 fn glass_cubes() {
-    for (inside, eye, direction) in [
-        (false, [2.7, -3.9, 2.1], [-2.7, 3.9, -2.1]),
-        (true, [0.09, -0.13, 0.07], [0.0, 1.0, 0.0]),
-    ] {
+    for (inside, eye, direction) in
+        [(false, [2.7, -3.9, 2.1], [-2.7, 3.9, -2.1]), (true, [0.09, -0.13, 0.07], [0.0, 1.0, 0.0])]
+    {
         let table = Table {
             name: "glass-cube",
             background: ONES,
@@ -403,23 +380,13 @@ fn room_table(name: &'static str, objects: [Look; 3], albedos: [[f64; 3]; 7]) ->
         primitives.extend(faces(&corners, &[polygon], wall(albedos[i + 1])));
     }
     let black: Look = ("black", BLACK, [0.0; 2], [50.0; 3], 0.0);
-    let lamp = [
-        [3.0, -1.0, 4.999],
-        [3.0, 1.0, 4.999],
-        [5.0, 1.0, 4.999],
-        [5.0, -1.0, 4.999],
-    ];
+    let lamp = [[3.0, -1.0, 4.999], [3.0, 1.0, 4.999], [5.0, 1.0, 4.999], [5.0, -1.0, 4.999]];
     primitives.extend(faces(&lamp, &[[0, 1, 2, 3]], black));
     let [mirror, glass, white] = objects;
     primitives.push(sphere([2.5, 4.0, -2.0], 2.0, mirror));
     primitives.push(sphere([3.25, -0.5, -3.0], 2.0, glass));
     primitives.push(sphere([0.0, 1.5, 0.0], 1.5, white));
-    let tetrahedron = [
-        [0.0, -6.0, -5.0],
-        [4.0, -6.0, -5.0],
-        [0.0, -2.0, -5.0],
-        [0.0, -6.0, -1.0],
-    ];
+    let tetrahedron = [[0.0, -6.0, -5.0], [4.0, -6.0, -5.0], [0.0, -2.0, -5.0], [0.0, -6.0, -1.0]];
     let sides = [[1, 2, 3], [0, 2, 1], [0, 1, 3], [0, 3, 2]];
     primitives.extend(faces(&tetrahedron, &sides, mirror));
     let edges = [[0.0, 2.0, 0.0], [2.0, 0.0, 0.0]];
@@ -466,10 +433,7 @@ fn the_reports_room() {
         ] {
             for (walls, albedos) in [(Walls::Coloured, COLOURED), (Walls::Grey, grey())] {
                 let scene = room::report_with(convention, form, walls).expect("a scene");
-                check(
-                    &scene,
-                    &room_table("report", [MIRROR, GLASS, white], albedos),
-                );
+                check(&scene, &room_table("report", [MIRROR, GLASS, white], albedos));
             }
         }
     }

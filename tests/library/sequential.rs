@@ -10,25 +10,16 @@ fn threshold(mut test: Sprt, sign: f64) -> f64 {
     const STEP: f64 = 1.0 / (1 << 20) as f64;
     // A normal value of standard deviation 1, mean 0 against 1, adds its distance from 1/2.
     while test.normal(0.5 + sign * STEP, 0.0, 1.0, 1.0) == Decision::Continue {}
-    assert_eq!(
-        test.decision() == Decision::Alternative,
-        sign > 0.0,
-        "it decides on its side"
-    );
+    assert_eq!(test.decision() == Decision::Alternative, sign > 0.0, "it decides on its side");
     sign * test.count() as f64 * STEP
 }
 
 /// ln(1/α) and ln β, neither of which knows the other error, far from where both forms of Wald's agree.
 #[test]
 fn thresholds_are_those_of_the_guarantee() {
-    for (alpha, beta) in [
-        (0.05, 0.5),
-        (0.5, 0.05),
-        (0.05, 0.05),
-        (0.25, 0.5),
-        (0.01, 0.2),
-        (1e-3, 0.9),
-    ] {
+    for (alpha, beta) in
+        [(0.05, 0.5), (0.5, 0.05), (0.05, 0.05), (0.25, 0.5), (0.01, 0.2), (1e-3, 0.9)]
+    {
         let test = || Sprt::new(alpha, beta);
         assert_abs_diff_eq!(threshold(test(), 1.0), -f64::ln(alpha), epsilon = 2e-6);
         assert_abs_diff_eq!(threshold(test(), -1.0), f64::ln(beta), epsilon = 2e-6);
@@ -75,25 +66,14 @@ fn decisions(
 #[test]
 fn errors_summed_over_all_runs_keep_the_guarantee() {
     for pair in [[1.0 / 3.0, 2.0 / 3.0], [0.2, 0.5], [0.6, 0.3], [0.5, 0.6]] {
-        for (alpha, beta) in [
-            (0.25, 0.5),
-            (0.5, 0.25),
-            (0.05, 0.05),
-            (0.05, 0.5),
-            (0.5, 0.05),
-            (0.125, 0.75),
-        ] {
+        for (alpha, beta) in
+            [(0.25, 0.5), (0.5, 0.25), (0.05, 0.05), (0.05, 0.5), (0.5, 0.05), (0.125, 0.75)]
+        {
             let test = Sprt::new(alpha, beta);
             let ([_, rejected], open) = decisions(test, pair, pair[0], 2000);
-            assert!(
-                rejected + open <= alpha,
-                "α {alpha}, β {beta}, {pair:?}: {rejected}"
-            );
+            assert!(rejected + open <= alpha, "α {alpha}, β {beta}, {pair:?}: {rejected}");
             let ([accepted, _], open) = decisions(test, pair, pair[1], 2000);
-            assert!(
-                accepted + open <= beta,
-                "α {alpha}, β {beta}, {pair:?}: {accepted}"
-            );
+            assert!(accepted + open <= beta, "α {alpha}, β {beta}, {pair:?}: {accepted}");
         }
     }
 }
@@ -105,12 +85,8 @@ fn a_walk_of_whole_steps_is_the_gamblers_ruin() {
     for (a, b) in [(1, 1), (1, 3), (4, 1), (5, 5)] {
         // A hair above, so that rounding does not ask for one step more.
         let [alpha, beta] = [a, b].map(|steps| (-f64::from(steps) * LN_2 + 1e-9).exp());
-        let ([_, rejected], open) = decisions(
-            Sprt::new(alpha, beta),
-            [1.0 / 3.0, 2.0 / 3.0],
-            1.0 / 3.0,
-            2000,
-        );
+        let ([_, rejected], open) =
+            decisions(Sprt::new(alpha, beta), [1.0 / 3.0, 2.0 / 3.0], 1.0 / 3.0, 2000);
         let [up, down] = [2f64.powi(a), 2f64.powi(-b)];
         assert_abs_diff_eq!(rejected, (1.0 - down) / (up - down), epsilon = 1e-12);
         assert!(open < 1e-15);

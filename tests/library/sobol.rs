@@ -23,15 +23,11 @@ fn numbers(index: u32, scramble: u32, block: u32, n: u32) -> Vec<f64> {
 #[test]
 fn every_dimension_is_stratified() {
     for (scramble, block) in [(0, 0), (7, 1), (0xFFFF_FFFF, LIGHT), (3, LIGHT + 2)] {
-        let points: Vec<Vec<f64>> = (0..256)
-            .map(|i| numbers(i, scramble, block, BLOCK))
-            .collect();
+        let points: Vec<Vec<f64>> = (0..256).map(|i| numbers(i, scramble, block, BLOCK)).collect();
         for dimension in 0..BLOCK as usize {
             // One point in each of 256 intervals.
-            let strata: BTreeSet<u32> = points
-                .iter()
-                .map(|point| (256.0 * point[dimension]) as u32)
-                .collect();
+            let strata: BTreeSet<u32> =
+                points.iter().map(|point| (256.0 * point[dimension]) as u32).collect();
             assert_eq!(strata.len(), 256, "{scramble} {block} {dimension}");
         }
         // The first two together: one point in each rectangle of any shape of area 1/256.

@@ -42,11 +42,7 @@ fn shining() -> Surface {
 fn values<E: Estimator>(scene: &Scene, estimator: &E, ray: &Ray) -> Vec<f64> {
     let hit = scene.intersect(ray);
     (0..STREAMS)
-        .map(|i| {
-            estimator
-                .radiance(scene, ray, hit, &mut stream(master(), i, 0))
-                .x
-        })
+        .map(|i| estimator.radiance(scene, ray, hit, &mut stream(master(), i, 0)).x)
         .collect()
 }
 
@@ -75,11 +71,7 @@ fn shadow_rays_in_glass_have_the_radiance_factor() {
             let [floor, light] = [lambert(0.5), shining()].map(|surface| s.surface(surface));
             let glass = s.surface(Surface::new(Bsdf::Glass { index }));
             square(s, 9.0, 0.0, true, floor);
-            s.rectangle(
-                DVec3::new(1.0, -1.0, 0.2),
-                [DVec3::Z, 2.0 * DVec3::Y],
-                light,
-            );
+            s.rectangle(DVec3::new(1.0, -1.0, 0.2), [DVec3::Z, 2.0 * DVec3::Y], light);
             square(s, 9.0, 2.0, true, glass);
         })
     };
@@ -109,20 +101,10 @@ fn what_glass_reflects_counts_where_shadow_rays_pass_it() {
         parts: All(1.0),
         rays: 1,
         segments: 3,
-        rules: LightRules {
-            shadows_pass_glass: true,
-            ..LightRules::PHYSICAL
-        },
+        rules: LightRules { shadows_pass_glass: true, ..LightRules::PHYSICAL },
     };
-    let ray = Ray::new(
-        DVec3::new(0.1, 0.0, 0.1),
-        DVec3::new(-1.0, 0.0, -1.0).normalize(),
-    );
-    assert!(
-        values(&scene, &report, &ray)
-            .iter()
-            .any(|value| *value > 0.0)
-    );
+    let ray = Ray::new(DVec3::new(0.1, 0.0, 0.1), DVec3::new(-1.0, 0.0, -1.0).normalize());
+    assert!(values(&scene, &report, &ray).iter().any(|value| *value > 0.0));
 }
 
 /// Of particles that a mirror throws on a floor the map of caustics keeps each once, though the floor

@@ -16,23 +16,15 @@ use crate::support::{property, rng};
 fn ray_and_sphere(
     misses: impl Strategy<Value = f64>,
 ) -> impl Strategy<Value = (Ray, DVec3, f64, f64)> {
-    (
-        point(10.0),
-        unit(),
-        misses,
-        -2.0..6.0,
-        -2.0..2.0,
-        any::<bool>(),
+    (point(10.0), unit(), misses, -2.0..6.0, -2.0..2.0, any::<bool>()).prop_map(
+        |(centre, direction, miss, along, size, behind): (_, DVec3, f64, f64, f64, bool)| {
+            let radius = 10f64.powf(size);
+            let side = direction.any_orthonormal_vector();
+            let along = 10f64.powf(along) * if behind { -1.0 } else { 1.0 };
+            let origin = centre + radius * (miss * side - along * direction);
+            (Ray::new(origin, direction), centre, radius, miss)
+        },
     )
-        .prop_map(
-            |(centre, direction, miss, along, size, behind): (_, DVec3, f64, f64, f64, bool)| {
-                let radius = 10f64.powf(size);
-                let side = direction.any_orthonormal_vector();
-                let along = 10f64.powf(along) * if behind { -1.0 } else { 1.0 };
-                let origin = centre + radius * (miss * side - along * direction);
-                (Ray::new(origin, direction), centre, radius, miss)
-            },
-        )
 }
 
 /// Bound on |‖x − c‖² − r²| at a computed root: the radicand is off by 16 U r d, each root by that
@@ -61,37 +53,26 @@ fn sphere_roots_lie_on_the_sphere() {
         // Within rounding of the tangent the line may pass outside.
         let Some(roots) = sphere_distances(&ray, c, r) else {
             let tangential = (c - ray.origin).cross(ray.direction).length();
-            assert!(
-                r - tangential <= sphere_bound(&ray, c, r) / r,
-                "lost a root"
-            );
+            assert!(r - tangential <= sphere_bound(&ray, c, r) / r, "lost a root");
             return;
         };
         assert!(roots[0] <= roots[1]);
         for t in roots {
             let residual = sphere_residual(ray.at(t), c, r).abs();
             let bound = sphere_bound(&ray, c, r);
-            assert!(
-                residual <= bound,
-                "residual of (5): {residual:e} > {bound:e}"
-            );
+            assert!(residual <= bound, "residual of (5): {residual:e} > {bound:e}");
         }
     });
 }
 
 #[test]
 fn lines_that_pass_the_sphere_have_no_roots() {
-    property(
-        "passing",
-        1000,
-        &ray_and_sphere(1.001..3.0),
-        |(ray, c, r, miss)| {
-            // Far away the offset itself drowns in the coordinates' rounding.
-            if (miss - 1.0) * r > 8.0 * U * (ray.origin.length() + c.length()) * 1e3 {
-                assert_eq!(sphere_distances(&ray, c, r), None);
-            }
-        },
-    );
+    property("passing", 1000, &ray_and_sphere(1.001..3.0), |(ray, c, r, miss)| {
+        // Far away the offset itself drowns in the coordinates' rounding.
+        if (miss - 1.0) * r > 8.0 * U * (ray.origin.length() + c.length()) * 1e3 {
+            assert_eq!(sphere_distances(&ray, c, r), None);
+        }
+    });
 }
 
 #[test]
@@ -142,9 +123,8 @@ fn sphere_distance_is_in_units_of_the_direction() {
 
 #[test]
 fn printed_and_stable_roots_agree_nearby() {
-    let nearby = ray_and_sphere(0.0..0.9).prop_filter("near", |(ray, c, r, _)| {
-        (ray.origin - c).length() < 10.0 * r
-    });
+    let nearby = ray_and_sphere(0.0..0.9)
+        .prop_filter("near", |(ray, c, r, _)| (ray.origin - c).length() < 10.0 * r);
     property("printed nearby", 500, &nearby, |(ray, c, r, _)| {
         let stable = sphere_distances(&ray, c, r).expect("a hit");
         let printed = sphere_distances_printed(&ray, c, r).expect("a hit");
@@ -206,48 +186,33 @@ fn far_spheres_are_stable() {
 #[test]
 fn zones_divide_the_sphere() {
     let strategy = (ray_and_sphere(0.0..1.5), -1.0..1.0);
-    property(
-        "zones",
-        2000,
-        &strategy,
-        |((ray, c, r, _), cut): (_, f64)| {
-            let whole = Sphere::new(c, r);
-            let height = cut * r;
-            let zone = |zone| Sphere { zone, ..whole };
-            let lower = zone([f64::NEG_INFINITY, height]).intersect(&ray, f64::INFINITY);
-            let upper = zone([height, f64::INFINITY]).intersect(&ray, f64::INFINITY);
-            let first = match (lower, upper) {
-                (Some(a), Some(b)) => Some(a.min(b)),
-                (a, b) => a.or(b),
-            };
-            assert_eq!(first, whole.intersect(&ray, f64::INFINITY));
-            // Each part has its own side: a point's height has three roundings of its terms.
-            let above = |t: Option<f64>| t.map(|t| ray.at(t).z - c.z - height);
-            let distance = (ray.origin - c).length() + r;
-            let rounding = 8.0 * U * (ray.origin.length() + c.length() + distance);
-            assert!(above(lower).is_none_or(|z| z < rounding));
-            assert!(above(upper).is_none_or(|z| z > -rounding));
-        },
-    );
-    let cap = Sphere {
-        zone: [0.5, f64::INFINITY],
-        ..Sphere::new(DVec3::ZERO, 1.0)
-    };
+    property("zones", 2000, &strategy, |((ray, c, r, _), cut): (_, f64)| {
+        let whole = Sphere::new(c, r);
+        let height = cut * r;
+        let zone = |zone| Sphere { zone, ..whole };
+        let lower = zone([f64::NEG_INFINITY, height]).intersect(&ray, f64::INFINITY);
+        let upper = zone([height, f64::INFINITY]).intersect(&ray, f64::INFINITY);
+        let first = match (lower, upper) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (a, b) => a.or(b),
+        };
+        assert_eq!(first, whole.intersect(&ray, f64::INFINITY));
+        // Each part has its own side: a point's height has three roundings of its terms.
+        let above = |t: Option<f64>| t.map(|t| ray.at(t).z - c.z - height);
+        let distance = (ray.origin - c).length() + r;
+        let rounding = 8.0 * U * (ray.origin.length() + c.length() + distance);
+        assert!(above(lower).is_none_or(|z| z < rounding));
+        assert!(above(upper).is_none_or(|z| z > -rounding));
+    });
+    let cap = Sphere { zone: [0.5, f64::INFINITY], ..Sphere::new(DVec3::ZERO, 1.0) };
     let down = Ray::new(DVec3::new(0.0, 0.0, 3.0), -DVec3::Z);
     let up = Ray::new(DVec3::new(0.0, 0.0, -3.0), DVec3::Z);
     assert_eq!(cap.intersect(&down, 10.0), Some(2.0));
-    assert_eq!(
-        cap.intersect(&up, 10.0),
-        Some(4.0),
-        "through the open bottom"
-    );
+    assert_eq!(cap.intersect(&up, 10.0), Some(4.0), "through the open bottom");
     assert_eq!(cap.intersect(&up, 4.0), None, "t_max is exclusive");
     // A level ray at the very border belongs to the upper zone only.
     let level = Ray::new(DVec3::new(-3.0, 0.0, 0.5), DVec3::X);
-    let below = Sphere {
-        zone: [f64::NEG_INFINITY, 0.5],
-        ..cap
-    };
+    let below = Sphere { zone: [f64::NEG_INFINITY, 0.5], ..cap };
     assert!(cap.intersect(&level, 10.0).is_some());
     assert_eq!(below.intersect(&level, 10.0), None);
     assert_eq!(cap.heights(), [0.5, 1.0]);
@@ -263,10 +228,7 @@ fn sphere_normals_are_unit_and_on_their_side() {
     property("normals", 500, &strategy, |(c, n, size): (_, _, f64)| {
         let r = 10f64.powf(size);
         let outward = Sphere::new(c, r).normal(c + r * n);
-        let inward = Sphere {
-            inward: true,
-            ..Sphere::new(c, r)
-        };
+        let inward = Sphere { inward: true, ..Sphere::new(c, r) };
         assert_eq!(inward.normal(c + r * n), -outward);
         assert_abs_diff_eq!(outward.length(), 1.0, epsilon = 6.0 * U);
         // The point is rounded relative to its coordinates, the normal relative to the radius.

@@ -49,22 +49,10 @@ fn nan_and_infinity_never_hold() {
         (0..1000).for_each(|i| values.push(if i == 500 { bad } else { 1.0 }));
         let claim = Claim::Exact { delta: 10.0 };
         assert_eq!(mean("t", &values, 1.0, claim).verdict(), Verdict::Fails);
-        assert_eq!(
-            welch("w", &values, &values, claim).verdict(),
-            Verdict::Fails
-        );
-        assert_eq!(
-            mean_known_sigma("z", &values, 1.0, 1.0, claim).verdict(),
-            Verdict::Fails
-        );
-        assert_ne!(
-            bounded_mean("b", &values, 1.0, [0.0, 2.0], claim).verdict(),
-            Verdict::Holds
-        );
-        assert_eq!(
-            Outcome::exact("e", 1, bad, 1.0, "").verdict(),
-            Verdict::Fails
-        );
+        assert_eq!(welch("w", &values, &values, claim).verdict(), Verdict::Fails);
+        assert_eq!(mean_known_sigma("z", &values, 1.0, 1.0, claim).verdict(), Verdict::Fails);
+        assert_ne!(bounded_mean("b", &values, 1.0, [0.0, 2.0], claim).verdict(), Verdict::Holds);
+        assert_eq!(Outcome::exact("e", 1, bad, 1.0, "").verdict(), Verdict::Fails);
     }
     let mut values = vec![f64::NAN; 200];
     let outcome = kolmogorov_smirnov("ks", &mut values, |x| x, 1.0);
@@ -106,17 +94,10 @@ fn t_z_and_welch_values_are_those_of_the_textbook() {
     let z = mean_known_sigma("z", &five(), 3.0, 2.0, claim);
     assert_relative_eq!(z.value, 5_f64.sqrt() / 2.0, max_relative = 1e-14);
     // Third moment about the mean, 180/5; the variance used is the unbiased one.
-    assert_relative_eq!(
-        five().skewness(),
-        36.0 / 12.5_f64.powf(1.5),
-        max_relative = 0.3
-    );
+    assert_relative_eq!(five().skewness(), 36.0 / 12.5_f64.powf(1.5), max_relative = 0.3);
     // NIST handbook, 1.3.5.3, form: equal variances and counts give 2(n − 1) degrees of freedom.
     assert_relative_eq!(welch_satterthwaite([(2.5, 5), (2.5, 5)]), 8.0);
-    assert_relative_eq!(
-        welch_satterthwaite([(1.0, 5), (2.0, 9)]),
-        9.0 / (0.25 + 0.5)
-    );
+    assert_relative_eq!(welch_satterthwaite([(1.0, 5), (2.0, 9)]), 9.0 / (0.25 + 0.5));
     let w = welch("w", &five(), &five(), claim);
     assert_eq!((w.value, w.p), (0.0, 1.0));
 }
@@ -131,11 +112,7 @@ fn skewed_values_need_more_samples() {
     let z = tails::normal_upper(ALPHA / 2.0);
     let expected = (values.skewness() * z.powi(3) / 0.9).powi(2).ceil();
     assert_eq!(values.valid_from() as f64, expected);
-    assert_relative_eq!(
-        values.skewness(),
-        0.998 / (0.000_999_f64).sqrt(),
-        max_relative = 1e-3
-    );
+    assert_relative_eq!(values.skewness(), 0.998 / (0.000_999_f64).sqrt(), max_relative = 1e-3);
 }
 
 #[test]
@@ -162,20 +139,13 @@ fn empirical_bernstein_p_and_interval_agree() {
 #[test]
 fn kolmogorov_distance_is_exact_on_a_grid() {
     // Midpoints of n equal intervals: D = 1/(2n).
-    let mut values: Vec<f64> = (0..1000)
-        .rev()
-        .map(|i| (f64::from(i) + 0.5) / 1000.0)
-        .collect();
+    let mut values: Vec<f64> = (0..1000).rev().map(|i| (f64::from(i) + 0.5) / 1000.0).collect();
     let outcome = kolmogorov_smirnov("grid", &mut values, |x| x, 0.5);
     assert_relative_eq!(outcome.estimate, 0.0005, max_relative = 1e-9);
     let moved = kolmogorov_smirnov("moved", &mut values, |x| x + 0.1, 0.5);
     assert_relative_eq!(moved.estimate, 0.1005, max_relative = 1e-9);
     // Massart's bound 2 exp(−2 · 1000 · 0.1005²) is 3e-9: not quite rejected.
-    assert_relative_eq!(
-        moved.p,
-        2.0 * (-2000.0 * 0.1005_f64.powi(2)).exp(),
-        max_relative = 1e-6
-    );
+    assert_relative_eq!(moved.p, 2.0 * (-2000.0 * 0.1005_f64.powi(2)).exp(), max_relative = 1e-6);
     assert_eq!(moved.verdict(), Verdict::Holds);
     let further = kolmogorov_smirnov("further", &mut values, |x| x + 0.12, 0.5);
     assert_eq!(further.verdict(), Verdict::Fails);
@@ -192,18 +162,11 @@ fn pearson_statistic_and_pooling_by_hand() {
     };
     let outcome = chi_square("hand", &partition, &counts([5100, 2950, 1950]), 0.5);
     // 100²/5000 + 50²/3000 + 50²/2000.
-    assert_relative_eq!(
-        outcome.value,
-        2.0 + 2500.0 / 3000.0 + 1.25,
-        max_relative = 1e-12
-    );
+    assert_relative_eq!(outcome.value, 2.0 + 2500.0 / 3000.0 + 1.25, max_relative = 1e-12);
     assert_relative_eq!(outcome.p, tails::chi_square_sf(outcome.value, 2.0));
     assert_relative_eq!(outcome.estimate, -0.025, max_relative = 1e-12);
     // Fewer than 32 cells: each expects at least 1000.
-    assert_eq!(
-        pool(&[5000.0, 999.0, 600.0], &[1, 2, 3]),
-        [[5000.0, 1.0], [1599.0, 5.0]]
-    );
+    assert_eq!(pool(&[5000.0, 999.0, 600.0], &[1, 2, 3]), [[5000.0, 1.0], [1599.0, 5.0]]);
     assert_eq!(pool(&[5000.0, 100.0], &[7, 8]), [[5100.0, 15.0]]);
     // From 32 on, 300 is enough.
     assert_eq!(pool(&[300.0; 32], &[0; 32]).len(), 32);
@@ -223,10 +186,7 @@ fn lost_and_forbidden_samples_are_seen() {
     };
     assert_eq!(chi_square("right", &partition, &counts(0, 0), 0.5).p, 1.0);
     assert_eq!(chi_square("lost", &partition, &counts(1, 0), 0.5).p, 0.0);
-    assert_eq!(
-        chi_square("forbidden", &partition, &counts(0, 1), 0.5).p,
-        0.0
-    );
+    assert_eq!(chi_square("forbidden", &partition, &counts(0, 1), 0.5).p, 0.0);
     // A pdf with mass 0.9: 10 % must be lost, neither none nor 20 %.
     let partition = Partition::of_pdf(Domain::Square, 4, &|_| 0.9);
     assert_relative_eq!(partition.loss, 0.1, max_relative = 1e-9);
@@ -242,43 +202,26 @@ fn lost_and_forbidden_samples_are_seen() {
 fn binomial_outcomes_are_exact() {
     let outcome = binomial("coin", 3, 10, 0.2, 0.5);
     assert_relative_eq!(outcome.p, 2.0 * 0.322_200_473_6, max_relative = 1e-6);
-    assert_eq!(
-        binomial("mirror", 0, 1_000_000, 0.04, 0.01).verdict(),
-        Verdict::Fails
-    );
+    assert_eq!(binomial("mirror", 0, 1_000_000, 0.04, 0.01).verdict(), Verdict::Fails);
 }
 
 #[test]
 fn quadrature_is_exact_for_polynomials_and_adapts_to_kinks() {
-    let unit = Rectangle {
-        x: [-1.0, 2.0],
-        y: [0.0, 3.0],
-    };
+    let unit = Rectangle { x: [-1.0, 2.0], y: [0.0, 3.0] };
     let power =
         |p: i32, [a, b]: [f64; 2]| (f64::powi(b, p + 1) - f64::powi(a, p + 1)) / f64::from(p + 1);
     for (i, j) in [(0, 0), (3, 12), (22, 0), (7, 20)] {
         let found = integrate(unit, 1e300, &mut |x, y| x.powi(i) * y.powi(j));
-        assert_relative_eq!(
-            found.value,
-            power(i, unit.x) * power(j, unit.y),
-            max_relative = 1e-12
-        );
+        assert_relative_eq!(found.value, power(i, unit.x) * power(j, unit.y), max_relative = 1e-12);
     }
     let kink = integrate(unit, 1e-9, &mut |x, _| (x - 0.3).abs());
-    assert_relative_eq!(
-        kink.value,
-        3.0 * (1.3 * 1.3 + 1.7 * 1.7) / 2.0,
-        epsilon = 1e-8
-    );
+    assert_relative_eq!(kink.value, 3.0 * (1.3 * 1.3 + 1.7 * 1.7) / 2.0, epsilon = 1e-8);
     assert!(integrate(unit, 1e-9, &mut |_, _| f64::NAN).value.is_nan());
 }
 
 #[test]
 fn quadrature_ends_where_nothing_is_left_to_refine_and_at_its_limit() {
-    let unit = Rectangle {
-        x: [0.0, 1.0],
-        y: [0.0, 1.0],
-    };
+    let unit = Rectangle { x: [0.0, 1.0], y: [0.0, 1.0] };
     let evaluations = |f: &dyn Fn(f64) -> f64| {
         let mut n = 0;
         let found = integrate(unit, 0.0, &mut |x, _| {
@@ -316,19 +259,12 @@ fn partitions_of_rough_densities_end_undecided() {
     // 2048 fields and 20 000 halvings, 225 values each.
     assert!(evaluations.get() <= 225 * (2048 + 2 * 20_000));
     assert!(partition.error > 1e-4, "{}", partition.error);
-    let counts = Counts {
-        n: 40_000_000,
-        observed: vec![10_000_000; 4],
-        ..Counts::default()
-    };
+    let counts = Counts { n: 40_000_000, observed: vec![10_000_000; 4], ..Counts::default() };
     let verdict = chi_square("rough", &partition, &counts, 0.5).verdict();
     assert!(matches!(verdict, Verdict::Undecided { .. }), "{verdict:?}");
     let nan = Partition::of_pdf(Domain::Square, 4, &|_| f64::NAN);
     assert!(nan.error.is_nan());
-    assert_eq!(
-        chi_square("NaN", &nan, &counts, 0.5).verdict(),
-        Verdict::Fails
-    );
+    assert_eq!(chi_square("NaN", &nan, &counts, 0.5).verdict(), Verdict::Fails);
 }
 
 #[test]
@@ -349,11 +285,7 @@ fn domains_have_their_measures_and_equal_cells() {
             max_relative = 1e-9
         );
         let law = |p: DVec3| {
-            if domain == Domain::CosineHemisphere {
-                p.z / PI
-            } else {
-                1.0 / measure
-            }
+            if domain == Domain::CosineHemisphere { p.z / PI } else { 1.0 / measure }
         };
         // Gathering the law by quadrature finds its cells equally probable, whatever the cut.
         let partition = Partition::of_pdf(domain, 8, &law);
@@ -410,18 +342,11 @@ fn images_are_compared_as_a_whole_by_tile_and_by_pixel() {
     let mean_a = vec![1.0; n];
     let mut mean_b = mean_a.clone();
     mean_b[7] += 1.0;
-    let [a, b] = [&mean_a, &mean_b].map(|mean| PixelStatistics {
-        mean,
-        variance: &variance,
-        count: &count,
-    });
+    let [a, b] =
+        [&mean_a, &mean_b].map(|mean| PixelStatistics { mean, variance: &variance, count: &count });
     // One pixel of variance 2 · 0.04/100: 1/0.0283 = 35.36 sigmas, and degrees of freedom 198.
     let pixels = map(&a, &b, width, 1);
-    assert_relative_eq!(
-        pixels.sigmas[7],
-        -1.0 / 0.0008_f64.sqrt(),
-        max_relative = 1e-12
-    );
+    assert_relative_eq!(pixels.sigmas[7], -1.0 / 0.0008_f64.sqrt(), max_relative = 1e-12);
     assert_relative_eq!(
         pixels.p[7].expect("judged"),
         tails::student_two_sided(pixels.sigmas[7], 198.0),
@@ -432,19 +357,11 @@ fn images_are_compared_as_a_whole_by_tile_and_by_pixel() {
     // Tiles of 3: two across, two down; pixel (2, 1) lies in the first, of nine pixels.
     let tiles = map(&a, &b, width, 3);
     assert_eq!((tiles.width, tiles.height), (2, 2));
-    assert_relative_eq!(
-        tiles.sigmas[0],
-        -1.0 / (9.0 * 0.0008_f64).sqrt(),
-        max_relative = 1e-12
-    );
+    assert_relative_eq!(tiles.sigmas[0], -1.0 / (9.0 * 0.0008_f64).sqrt(), max_relative = 1e-12);
     let even = vec![0.0; a.mean.len()];
     let whole = image_mean("image", (&a, &even), (&b, &even), 0.01);
     assert_relative_eq!(whole.estimate, -0.05, max_relative = 1e-12);
-    assert_relative_eq!(
-        whole.value,
-        -1.0 / (20.0 * 0.0008_f64).sqrt(),
-        max_relative = 1e-9
-    );
+    assert_relative_eq!(whole.value, -1.0 / (20.0 * 0.0008_f64).sqrt(), max_relative = 1e-9);
     let same = image_mean("same", (&a, &even), (&a, &even), 0.05);
     assert_eq!(same.verdict(), Verdict::Holds);
 }
@@ -459,9 +376,8 @@ fn sequential_tests_stop_at_their_thresholds() {
     assert_eq!(sprt.count(), 10);
     let mut sprt = Sprt::new(1e-3, 1e-3);
     // A normal value at the null's mean lowers the log ratio by 1/2 (effect one sigma).
-    let steps = (0..100)
-        .take_while(|_| sprt.normal(0.0, 0.0, 1.0, 1.0) == Decision::Continue)
-        .count();
+    let steps =
+        (0..100).take_while(|_| sprt.normal(0.0, 0.0, 1.0, 1.0) == Decision::Continue).count();
     assert_eq!((steps, sprt.decision()), (13, Decision::Null));
     let mut sequence = ConfidenceSequence::new(ALPHA, [0.0, 2.0]);
     (0..20_000).for_each(|i| sequence.push(f64::from(i % 2) + 0.5));

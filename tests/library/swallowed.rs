@@ -26,13 +26,7 @@ use crate::support::master;
 const FRAME: [u32; 2] = [5, 4];
 
 /// What no accumulator may take.
-const BAD: [f64; 5] = [
-    f64::NAN,
-    f64::INFINITY,
-    f64::NEG_INFINITY,
-    -1e-3,
-    2.0 * LARGEST,
-];
+const BAD: [f64; 5] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1e-3, 2.0 * LARGEST];
 
 fn furnace() -> Scene {
     simple::furnace_box(0.5).expect("a scene")
@@ -45,10 +39,7 @@ fn assert_surfaces<T>(result: Result<T, Error>, place: &str, what: &str) {
     };
     let message = error.to_string();
     assert!(matches!(error, Error::Radiance { .. }), "{what}: {message}");
-    assert!(
-        message.contains(place) && !message.contains('\n'),
-        "{what}: {message}"
-    );
+    assert!(message.contains(place) && !message.contains('\n'), "{what}: {message}");
 }
 
 #[test]
@@ -60,11 +51,7 @@ fn no_accumulator_takes_what_is_no_radiance() {
             let what = format!("{radiance}");
             assert_surfaces(check_radiance(radiance), "", &what);
             assert_surfaces(Pixel::default().push(radiance), "", &what);
-            assert_surfaces(
-                Splats::new([3, 2]).add([2, 1], radiance),
-                "at pixel (2, 1)",
-                &what,
-            );
+            assert_surfaces(Splats::new([3, 2]).add([2, 1], radiance), "at pixel (2, 1)", &what);
         }
     }
     assert!(check_radiance(DVec3::splat(-0.5 * UNIT)).is_err());
@@ -81,26 +68,17 @@ fn splats_that_add_up_to_too_much_are_refused() {
     let half = DVec3::new(0.0, 0.5 * LARGEST, 1.0);
     assert!(image.add([1, 0], half).is_ok() && image.add([1, 0], half).is_ok());
     for _ in 0..100 {
-        assert_surfaces(
-            image.add([1, 0], DVec3::Y),
-            "at pixel (1, 0)",
-            "a full pixel",
-        );
+        assert_surfaces(image.add([1, 0], DVec3::Y), "at pixel (1, 0)", "a full pixel");
     }
     let refused = image.add([1, 0], DVec3::Y);
     assert!(
         matches!(refused, Err(Error::Radiance { value, .. }) if (LARGEST..LARGEST + 200.0).contains(&value)),
         "{refused:?}"
     );
-    assert!(
-        image.add([0, 0], half).is_ok(),
-        "the other pixel is not full"
-    );
+    assert!(image.add([0, 0], half).is_ok(), "the other pixel is not full");
     let image = Splats::new([1, 1]);
     for _ in 0..4 {
-        image
-            .add([0, 0], DVec3::splat(0.25 * LARGEST))
-            .expect("legal");
+        image.add([0, 0], DVec3::splat(0.25 * LARGEST)).expect("legal");
     }
     assert_eq!(image.into_values(), [DVec3::splat(LARGEST)]);
 }
@@ -122,11 +100,7 @@ fn full_sums_are_refused_before_they_wrap() {
     // Counts double with every merge with itself: 2^30 is the last power below 2^31.
     let mut pixel = Pixel::default();
     pixel.push(DVec3::ONE).expect("legal");
-    let seen = Features {
-        albedo: DVec3::ONE,
-        normal: DVec3::Z,
-        depth: 1e6,
-    };
+    let seen = Features { albedo: DVec3::ONE, normal: DVec3::Z, depth: 1e6 };
     pixel.push_features(&seen).expect("legal");
     for _ in 0..30 {
         let same = pixel;
@@ -155,33 +129,17 @@ fn features_that_are_none_are_refused() {
             let (mut albedo, mut normal) = (good.albedo, good.normal);
             albedo[axis] = bad;
             normal[axis] = bad;
-            assert!(
-                Pixel::default()
-                    .push_features(&Features { albedo, ..good })
-                    .is_err()
-            );
-            assert!(
-                Pixel::default()
-                    .push_features(&Features { normal, ..good })
-                    .is_err()
-            );
+            assert!(Pixel::default().push_features(&Features { albedo, ..good }).is_err());
+            assert!(Pixel::default().push_features(&Features { normal, ..good }).is_err());
         }
     }
     for depth in [f64::NAN, f64::INFINITY, -1.0, 2.0 * LARGEST] {
-        assert!(
-            Pixel::default()
-                .push_features(&Features { depth, ..good })
-                .is_err()
-        );
+        assert!(Pixel::default().push_features(&Features { depth, ..good }).is_err());
     }
 }
 
 fn sampling(pixel: PixelSampling, numbers: Numbers) -> Sampling {
-    Sampling {
-        pixel,
-        numbers,
-        seed: master(),
-    }
+    Sampling { pixel, numbers, seed: master() }
 }
 
 /// Returns 1 but for one of its calls, which returns something else.
@@ -211,11 +169,7 @@ fn one_bad_sample_ends_a_render() {
             let sampling = sampling(pixel, numbers);
             let samples = sampling.samples_per_replication();
             for at in [0, 7 * samples - 1] {
-                let once = Once {
-                    calls: AtomicU32::new(0),
-                    at,
-                    value,
-                };
+                let once = Once { calls: AtomicU32::new(0), at, value };
                 let mut film = Film::new(FRAME, None, samples).expect("a film");
                 let done = render(&furnace(), &once, sampling, &mut film, &(0..2), &|_| true);
                 assert_surfaces(done, "at pixel (", &format!("{value} with {sampling:?}"));
@@ -318,10 +272,7 @@ fn passes<E: ImageEstimator>(scene: &Scene, estimator: &E) -> Result<bool, Error
 }
 
 fn gather() -> Lookup {
-    Lookup::Gather {
-        caustic_particles: 200,
-        caustic_radius: 0.5,
-    }
+    Lookup::Gather { caustic_particles: 200, caustic_radius: 0.5 }
 }
 
 /// Renders with photons, if there is a map.
@@ -332,14 +283,7 @@ fn photons(scene: &Scene, parts: Bad, lookup: Lookup) -> Result<bool, Error> {
 
 fn sppm(scene: &Scene, parts: Bad) -> Result<bool, Error> {
     let (particles, radius) = (50, 0.5);
-    passes(
-        scene,
-        &Sppm {
-            parts,
-            particles,
-            radius,
-        },
-    )
+    passes(scene, &Sppm { parts, particles, radius })
 }
 
 #[test]
@@ -364,22 +308,10 @@ fn bad_parts_surface_through_every_estimator() {
         assert_surfaces(sppm(&scene, parts), "", &what("sppm"));
         let parts = Bad::Flux(value);
         let place = "the flux of a photon of pass 0";
-        assert_surfaces(
-            photons(&scene, parts, Lookup::Direct),
-            place,
-            &format!("flux {value}"),
-        );
-        assert_surfaces(
-            sppm(&scene, parts),
-            place,
-            &format!("flux {value} in passes"),
-        );
+        assert_surfaces(photons(&scene, parts, Lookup::Direct), place, &format!("flux {value}"));
+        assert_surfaces(sppm(&scene, parts), place, &format!("flux {value} in passes"));
         let parts = Bad::Importance(value);
-        assert_surfaces(
-            passes(&scene, &LightTracer { parts }),
-            "at pixel (",
-            "importance",
-        );
+        assert_surfaces(passes(&scene, &LightTracer { parts }), "at pixel (", "importance");
         assert_surfaces(passes(&scene, &Bdpt { parts }), "at pixel (", "importance");
     }
 }
@@ -387,10 +319,7 @@ fn bad_parts_surface_through_every_estimator() {
 #[test]
 fn bad_parts_do_not_pass_for_a_solution() {
     let scene = simple::cornell().expect("a scene");
-    let fineness = Fineness {
-        patches: 40,
-        halvings: 0,
-    };
+    let fineness = Fineness { patches: 40, halvings: 0 };
     for parts in [Bad::FormFactor, Bad::Exchanged, Bad::Leaving] {
         let solved = Radiosity::new(parts, &scene, fineness, &|_| true);
         assert_surfaces(solved.map(|_| ()), "as the irradiance at", "radiosity");
@@ -403,18 +332,10 @@ fn paths_without_end_are_errors() {
     let scene = simple::furnace_box(0.9).expect("a scene");
     let parts = Bad::Endless;
     for strategy in [Strategy::Bsdf, Strategy::Light, Strategy::Mis] {
-        assert_surfaces(
-            rays(&scene, &Path::new(parts, strategy)),
-            "at pixel (",
-            "path",
-        );
+        assert_surfaces(rays(&scene, &Path::new(parts, strategy)), "at pixel (", "path");
     }
     let place = "of pass 0";
-    assert_surfaces(
-        passes(&scene, &LightTracer { parts }),
-        place,
-        "light tracer",
-    );
+    assert_surfaces(passes(&scene, &LightTracer { parts }), place, "light tracer");
     assert_surfaces(passes(&scene, &Bdpt { parts }), "at pixel (", "bdpt");
     assert_surfaces(photons(&scene, parts, Lookup::Direct), place, "photons");
     assert_surfaces(sppm(&scene, parts), place, "sppm");
@@ -436,12 +357,7 @@ fn the_longest_path_is_no_error() {
     let ray = scene.camera().ray(FRAME, 2.5, 2.0);
     let parts = Counting(AtomicU32::new(0));
     let path = Path::new(parts, Strategy::Bsdf);
-    let radiance = path.radiance(
-        &scene,
-        &ray,
-        scene.intersect(&ray),
-        &mut stream(master(), 0, 0),
-    );
+    let radiance = path.radiance(&scene, &ray, scene.intersect(&ray), &mut stream(master(), 0, 0));
     assert!(radiance.is_finite(), "{radiance}");
     assert_eq!(path.parts.0.into_inner(), LONGEST_PATH);
     let survival = f64::from(LONGEST_PATH - 1) * whitefurnace::roulette::HIGHEST_SURVIVAL.ln();

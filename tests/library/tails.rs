@@ -74,29 +74,20 @@ fn chi_square_quantiles_undo_their_tails() {
 
 #[test]
 fn binomial_and_poisson_tails_sum_to_one() {
-    property(
-        "binomial tails",
-        256,
-        &(1_u64..5000, 0.0..1.0, 0.0..1.0),
-        |(n, share, q)| {
-            let k = (share * n as f64) as u64;
-            let sum = tails::binomial_cdf(k, n, q) + tails::binomial_sf(k + 1, n, q);
-            assert!((sum - 1.0).abs() < 1e-10, "{sum}");
-            let sum = tails::poisson_cdf(k, q * 100.0) + tails::poisson_sf(k + 1, q * 100.0);
-            assert!((sum - 1.0).abs() < 1e-10, "{sum}");
-        },
-    );
+    property("binomial tails", 256, &(1_u64..5000, 0.0..1.0, 0.0..1.0), |(n, share, q)| {
+        let k = (share * n as f64) as u64;
+        let sum = tails::binomial_cdf(k, n, q) + tails::binomial_sf(k + 1, n, q);
+        assert!((sum - 1.0).abs() < 1e-10, "{sum}");
+        let sum = tails::poisson_cdf(k, q * 100.0) + tails::poisson_sf(k + 1, q * 100.0);
+        assert!((sum - 1.0).abs() < 1e-10, "{sum}");
+    });
 }
 
 #[test]
 fn clopper_pearson_ends_have_the_tails_they_promise() {
     let [low, high] = tails::binomial_interval(30, 1000, 1e-6);
     assert_relative_eq!(tails::binomial_sf(30, 1000, low), 1e-6, max_relative = 1e-6);
-    assert_relative_eq!(
-        tails::binomial_cdf(30, 1000, high),
-        1e-6,
-        max_relative = 1e-6
-    );
+    assert_relative_eq!(tails::binomial_cdf(30, 1000, high), 1e-6, max_relative = 1e-6);
     assert_eq!(tails::binomial_interval(0, 10, 1e-3)[0], 0.0);
     assert_eq!(tails::binomial_interval(10, 10, 1e-3)[1], 1.0);
 }
@@ -126,15 +117,9 @@ fn tails_at_the_ends_of_their_ranges() {
     for (found, expected) in [
         (tails::binomial_sf(1, 5, 1e-30), 5e-30),
         (tails::poisson_sf(3, 1e-30), 1e-90 / 6.0),
-        (
-            tails::student_two_sided(1e20, 3.0),
-            2.0 * 12_f64.sqrt() / (std::f64::consts::PI * 1e60),
-        ),
+        (tails::student_two_sided(1e20, 3.0), 2.0 * 12_f64.sqrt() / (std::f64::consts::PI * 1e60)),
     ] {
-        assert!(
-            (found / expected - 1.0).abs() < 1e-9,
-            "{found:e} {expected:e}"
-        );
+        assert!((found / expected - 1.0).abs() < 1e-9, "{found:e} {expected:e}");
     }
     // Below the switch the p-value is a bound that never exceeds it.
     let below = tails::kolmogorov_upper(1000, tails::KOLMOGOROV_SWITCH);
@@ -147,10 +132,7 @@ fn tails_have_closed_forms() {
     for x in [0.05, 0.7, 1.9, 2.1, 4.0, 9.0, 80.0] {
         let exp = f64::exp(-0.5 * x);
         let close = |found: f64, expected: f64| {
-            assert!(
-                (found / expected - 1.0).abs() < 1e-10,
-                "{x}: {found:e} {expected:e}"
-            );
+            assert!((found / expected - 1.0).abs() < 1e-10, "{x}: {found:e} {expected:e}");
         };
         close(tails::chi_square_sf(x, 2.0), exp);
         close(tails::chi_square_sf(x, 4.0), exp * (1.0 + 0.5 * x));
@@ -158,17 +140,11 @@ fn tails_have_closed_forms() {
         close(tails::gamma_p(1.0, x) + tails::gamma_q(1.0, x), 1.0);
         close(tails::gamma_p(30.0, x) + tails::gamma_q(30.0, x), 1.0);
         // One degree of freedom is Cauchy's law, two have a root.
-        close(
-            tails::student_two_sided(x, 1.0),
-            2.0 * (1.0 / x).atan() / std::f64::consts::PI,
-        );
+        close(tails::student_two_sided(x, 1.0), 2.0 * (1.0 / x).atan() / std::f64::consts::PI);
         let root = (2.0 + x * x).sqrt();
         close(tails::student_two_sided(-x, 2.0), 2.0 / (root * (root + x)));
         close(tails::f_sf(x, 2.0, 6.0), (1.0 + x / 3.0).powi(-3));
-        close(
-            tails::beta(3.5, 1.0, x / 100.0, 1.0 - x / 100.0),
-            (x / 100.0).powf(3.5),
-        );
+        close(tails::beta(3.5, 1.0, x / 100.0, 1.0 - x / 100.0), (x / 100.0).powf(3.5));
     }
 }
 

@@ -72,30 +72,16 @@ fn undecided_always_asks_for_more() {
 fn an_outcome_is_judged_by_its_claim() {
     let exact = outcome(0.1, Claim::Exact { delta: 0.125 });
     assert_eq!(exact.verdict(), Verdict::Holds);
-    let few = |valid_from| Outcome {
-        valid_from,
-        ..exact.clone()
-    };
+    let few = |valid_from| Outcome { valid_from, ..exact.clone() };
     assert_eq!(few(99).verdict(), Verdict::Holds);
     assert_eq!(few(100).verdict(), Verdict::Holds);
     assert_eq!(few(101).verdict(), Verdict::Undecided { needed: 101 });
     // The margin decides whatever p is, and p decides where there is no margin.
-    let with_p = |p, claim| Outcome {
-        p,
-        ..outcome(0.1, claim)
-    };
+    let with_p = |p, claim| Outcome { p, ..outcome(0.1, claim) };
     let [tiny, small] = [0.5 * ALPHA, ALPHA];
     for (claim, at_tiny, at_small) in [
-        (
-            Claim::Exact { delta: 0.125 },
-            Verdict::Fails,
-            Verdict::Holds,
-        ),
-        (
-            Claim::Approximate { margin: 0.125 },
-            Verdict::Holds,
-            Verdict::Holds,
-        ),
+        (Claim::Exact { delta: 0.125 }, Verdict::Fails, Verdict::Holds),
+        (Claim::Approximate { margin: 0.125 }, Verdict::Holds, Verdict::Holds),
         (Claim::Test, Verdict::Fails, Verdict::Holds),
     ] {
         assert_eq!(with_p(tiny, claim).verdict(), at_tiny, "{claim:?}");
@@ -123,11 +109,7 @@ fn exact_identities_use_no_chance() {
 /// z with a standard error of 1/8.
 fn measured(claim: Claim) -> Outcome {
     Outcome {
-        sensitivity: Sensitivity::Normal {
-            standard_error: 0.125,
-            dof: f64::INFINITY,
-            tests: 1,
-        },
+        sensitivity: Sensitivity::Normal { standard_error: 0.125, dof: f64::INFINITY, tests: 1 },
         ..outcome(0.75, claim)
     }
 }
@@ -135,17 +117,13 @@ fn measured(claim: Claim) -> Outcome {
 #[test]
 fn power_is_that_of_the_claim() {
     let critical = normal_upper(ALPHA / 2.0);
-    let exact = measured(Claim::Exact {
-        delta: 0.125 * (critical + 2.0),
-    });
+    let exact = measured(Claim::Exact { delta: 0.125 * (critical + 2.0) });
     assert_relative_eq!(exact.half_width(), 0.75, max_relative = 1e-15);
     // P(Z ≥ 2), on either side.
     let tail = 0.022_750_131_948_179_2;
     assert_relative_eq!(exact.miss(), 2.0 * tail, max_relative = 1e-9);
     assert_eq!(exact.power(), "0.95");
-    let equal = measured(Claim::Approximate {
-        margin: exact.claim.size(),
-    });
+    let equal = measured(Claim::Approximate { margin: exact.claim.size() });
     assert_relative_eq!(equal.miss(), 2.0 * tail, max_relative = 1e-9);
     assert_eq!(equal.power(), "0.95");
     // A margin of no standard error is missed, at most surely.

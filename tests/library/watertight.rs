@@ -58,10 +58,7 @@ fn rays_from_inside_meet_every_edge_and_vertex() {
                 let target = border(&mut rng, &mesh);
                 // Aimed as exactly as numbers allow: not normalised.
                 let exact = Ray::new(origin, target - origin);
-                assert!(
-                    scene.bvh().closest(&exact, f64::INFINITY).is_some(),
-                    "lost {exact:?}"
-                );
+                assert!(scene.bvh().closest(&exact, f64::INFINITY).is_some(), "lost {exact:?}");
                 let ray = Ray::new(origin, (target - origin).normalize());
                 assert!(scene.intersect(&ray).is_some(), "lost {ray:?}");
             }
@@ -118,9 +115,7 @@ fn rays_from_surfaces_do_not_hit_their_own_triangle() {
         for i in 0..20_000 {
             let triangle = mesh.corners(mesh.triangles[i % mesh.triangles.len()]);
             let target = barycentric(weights(&mut rng), triangle);
-            let hit = scene
-                .intersect(&Ray::new(DVec3::ZERO, target.normalize()))
-                .expect("inside");
+            let hit = scene.intersect(&Ray::new(DVec3::ZERO, target.normalize())).expect("inside");
             let ray = onward(&scene, &hit, target, uniform_hemisphere(uniform2(&mut rng)));
             let next = scene.intersect(&ray).expect("inside");
             // Faces of a cube are flat: whoever leaves one meets another.
@@ -131,11 +126,8 @@ fn rays_from_surfaces_do_not_hit_their_own_triangle() {
 
 #[test]
 fn no_ray_leaves_the_closed_scenes() {
-    let scenes = [
-        room::diffuse(),
-        simple::furnace_box(0.75),
-        simple::cavity_cap(0.75, simple::Cap::Black),
-    ];
+    let scenes =
+        [room::diffuse(), simple::furnace_box(0.75), simple::cavity_cap(0.75, simple::Cap::Black)];
     for scene in scenes {
         let scene = scene.expect("a valid scene");
         let mut rng = rng(scene.name());
@@ -145,9 +137,8 @@ fn no_ray_leaves_the_closed_scenes() {
             if bounce % 50 == 0 {
                 ray = Ray::new(scene.camera().eye, unit_vector(&mut rng));
             }
-            let hit = scene
-                .intersect(&ray)
-                .unwrap_or_else(|| panic!("{}: lost {ray:?}", scene.name()));
+            let hit =
+                scene.intersect(&ray).unwrap_or_else(|| panic!("{}: lost {ray:?}", scene.name()));
             let local = uniform_hemisphere(uniform2(&mut rng));
             ray = onward(&scene, &hit, ray.direction, local);
         }
@@ -186,9 +177,7 @@ fn corners_of_the_room_hold() {
         );
         let aim = (border(&mut rng, &shell) - eye).normalize();
         let ray = Ray::new(eye, aim);
-        let hit = scene
-            .intersect(&ray)
-            .unwrap_or_else(|| panic!("lost {ray:?}"));
+        let hit = scene.intersect(&ray).unwrap_or_else(|| panic!("lost {ray:?}"));
         let ray = onward(&scene, &hit, aim, uniform_hemisphere(uniform2(&mut rng)));
         assert!(scene.intersect(&ray).is_some(), "lost {ray:?} from {hit:?}");
     }

@@ -61,11 +61,7 @@ fn uniform_sampled(parts: Table, bsdf: Bsdf) -> BsdfSubject {
 }
 
 fn first_channel(sample: DiffuseSample) -> BsdfSample {
-    BsdfSample {
-        wi: sample.wi,
-        weight: sample.weight.x,
-        pdf: sample.pdf,
-    }
+    BsdfSample { wi: sample.wi, weight: sample.weight.x, pdf: sample.pdf }
 }
 
 /// Directional albedo of correct Oren-Nayar, ρ = 1: A + (2B/π)[sin t (t − sin t cos t)/2 +
@@ -87,10 +83,7 @@ fn inclination(wo: DVec3) -> f64 {
 
 fn lambert_check(context: &Context, subject: BsdfSubject) -> Vec<Outcome> {
     // Twice the usual size, for uniform sampling of Lambert: relative standard deviation 1/√3.
-    let size = CheckUp {
-        samples: 2 * CheckUp::default().samples,
-        ..CheckUp::default()
-    };
+    let size = CheckUp { samples: 2 * CheckUp::default().samples, ..CheckUp::default() };
     check_up(&subject.albedo(|_| RHO), &size, context)
 }
 
@@ -118,10 +111,7 @@ pub(super) fn squared(normal: DVec3, direction: DVec3) -> f64 {
 /// (14) as printed with 0.57 for 0.33 in A.
 fn other_constant(wo: DVec3, wi: DVec3) -> f64 {
     let s2 = SIGMA * SIGMA;
-    let constants = OrenNayar {
-        a: 1.0 - s2 / (2.0 * (s2 + 0.57)),
-        ..OrenNayar::new(SIGMA)
-    };
+    let constants = OrenNayar { a: 1.0 - s2 / (2.0 * (s2 + 0.57)), ..OrenNayar::new(SIGMA) };
     RHO * FRAC_1_PI * whitefurnace::bsdf::oren_nayar(constants, OrenNayarForm::Printed, wo, wi)
 }
 
@@ -131,14 +121,7 @@ fn benches() -> Vec<Bench<Table>> {
     let trial = |name: &str, property: &str, equation, constant: usize| {
         let subject = "estimator::sample_cosine, sample_uniform";
         let size = (size.samples, CELL_DELTA, assertions(&size) - constant);
-        data(
-            format!("bsdf/{name}"),
-            property,
-            equation,
-            subject,
-            "BSDF check-up",
-            size,
-        )
+        data(format!("bsdf/{name}"), property, equation, subject, "BSDF check-up", size)
     };
     vec![
         Bench::new(
@@ -191,10 +174,7 @@ fn faults() -> Vec<Mutant<Table>> {
             "uniform-sampler",
             &COSINE_HEMISPHERE,
             "uniform directions, cosine pdf",
-            Table {
-                cosine_hemisphere: uniform_hemisphere,
-                ..RIGHT
-            },
+            Table { cosine_hemisphere: uniform_hemisphere, ..RIGHT },
             at_every_angle![
                 "bsdf/lambert: chi-square of samples",
                 "bsdf/oren-nayar: chi-square of samples",
@@ -205,20 +185,14 @@ fn faults() -> Vec<Mutant<Table>> {
             "cosine-sampler",
             &HEMISPHERE_THETA,
             "cosine directions, uniform pdf",
-            Table {
-                uniform_hemisphere: cosine_hemisphere,
-                ..RIGHT
-            },
+            Table { uniform_hemisphere: cosine_hemisphere, ..RIGHT },
             at_every_angle!["bsdf/cosine: chi-square of samples"],
         ),
         mutant(
             "cosine-twice",
             &COSINE,
             "the weight has the cosine twice",
-            Table {
-                cosine: squared,
-                ..RIGHT
-            },
+            Table { cosine: squared, ..RIGHT },
             at_every_angle![
                 "bsdf/lambert: furnace",
                 "bsdf/cosine: furnace",
@@ -243,9 +217,5 @@ fn faults() -> Vec<Mutant<Table>> {
 
 /// The diffuse models.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    vec![Box::new(Family {
-        benches: benches(),
-        faults: faults(),
-        ..Family::new("bsdf", RIGHT)
-    })]
+    vec![Box::new(Family { benches: benches(), faults: faults(), ..Family::new("bsdf", RIGHT) })]
 }

@@ -27,9 +27,7 @@ fn light_in_mirror() -> Arc<Scene> {
     scene("light in mirror", |s| {
         square(s, DVec3::ZERO, 1e-3, true, Surface::new(lambert(FLOOR)));
         square(s, -0.2 * DVec3::Z, 6.0, true, light(LIGHT));
-        let mirror = Bsdf::Mirror {
-            reflectance: DVec3::splat(REFLECTANCE),
-        };
+        let mirror = Bsdf::Mirror { reflectance: DVec3::splat(REFLECTANCE) };
         square(s, 0.4 * DVec3::Z, 50.0, false, Surface::new(mirror));
     })
 }
@@ -62,40 +60,10 @@ pub fn benches() -> Vec<Bench<Subject>> {
     let mirror = (&mirror, "in a mirror", in_mirror);
     let glass = (&glass, "through glass", in_glass);
     vec![
-        bench(
-            "irradiance/after-mirror/light",
-            &mirror,
-            LIGHT_ANGLE,
-            &MIS,
-            8_000_000,
-        ),
-        bench(
-            "irradiance/after-mirror/mis",
-            &mirror,
-            MIS_ANGLE,
-            &MIS,
-            8_000_000,
-        ),
-        bench(
-            "irradiance/after-mirror/report",
-            &mirror,
-            REPORT,
-            &RENDERING,
-            8_000_000,
-        ),
-        bench(
-            "irradiance/after-glass/mis",
-            &glass,
-            MIS_ANGLE,
-            &REFRACTION,
-            8_000_000,
-        ),
-        bench(
-            "irradiance/after-glass/report",
-            &glass,
-            REPORT,
-            &RENDERING,
-            9_500_000,
-        ),
+        bench("irradiance/after-mirror/light", &mirror, LIGHT_ANGLE, &MIS, 8_000_000),
+        bench("irradiance/after-mirror/mis", &mirror, MIS_ANGLE, &MIS, 8_000_000),
+        bench("irradiance/after-mirror/report", &mirror, REPORT, &RENDERING, 8_000_000),
+        bench("irradiance/after-glass/mis", &glass, MIS_ANGLE, &REFRACTION, 8_000_000),
+        bench("irradiance/after-glass/report", &glass, REPORT, &RENDERING, 9_500_000),
     ]
 }

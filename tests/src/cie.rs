@@ -114,12 +114,7 @@ pub fn benches() -> Vec<Bench<Subject>> {
             let reference = FLOOR * l * f;
             let property = format!("{what}: F = {f:.6}, and {reference:.6} is reflected");
             let probe = (scene, Kind::Path, ray);
-            radiance(
-                words(name, property, &GEOMETRY),
-                probe,
-                reference,
-                (n, SINGLE),
-            )
+            radiance(words(name, property, &GEOMETRY), probe, reference, (n, SINGLE))
         };
     let [x, y] = PANEL;
     let whole = [-HALF, HALF];
@@ -138,9 +133,7 @@ pub fn benches() -> Vec<Bench<Subject>> {
             ),
             |_| towards(DVec3::new(1.0, 0.0, 0.0), DVec3::Z),
             LIGHT,
-            anywhere([x[0] - 1.0, x[1] - 1.0], y, |a, b| {
-                parallel_corner(a, b, CEILING)
-            }),
+            anywhere([x[0] - 1.0, x[1] - 1.0], y, |a, b| parallel_corner(a, b, CEILING)),
             4_000_000,
         ),
         bench(

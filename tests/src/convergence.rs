@@ -109,9 +109,7 @@ fn ratio(context: &Context, profile: Profile, [a, b]: [Method; 2]) -> Vec<Outcom
 /// is c.
 pub fn squared_error(rng: &mut Stream, strategy: PixelSampling, samples: u32) -> f64 {
     let c = uniform(rng);
-    let bright = (0..samples)
-        .filter(|&i| strategy.position(i, uniform2(rng))[0] < c)
-        .count();
+    let bright = (0..samples).filter(|&i| strategy.position(i, uniform2(rng))[0] < c).count();
     (bright as f64 / f64::from(samples) - c).powi(2)
 }
 
@@ -123,12 +121,7 @@ fn edge(context: &Context, strategy: PixelSampling, reference: f64) -> Vec<Outco
         squared_error(&mut rng, strategy, EDGE_SIDE * EDGE_SIDE)
     });
     let delta = VARIANCE_DELTA * reference;
-    vec![mean(
-        "mean squared error",
-        &values,
-        reference,
-        Claim::Exact { delta },
-    )]
+    vec![mean("mean squared error", &values, reference, Claim::Exact { delta })]
 }
 
 /// n of the trials of one size.
@@ -145,22 +138,15 @@ fn edge_slope(
     let groups: Vec<Vec<f64>> = (0..context.n(GROUPS))
         .map(|_| {
             let error = |n: u32| {
-                let sum: f64 = (0..REPLICATIONS)
-                    .map(|_| squared_error(&mut rng, strategy(n), n * n))
-                    .sum();
+                let sum: f64 =
+                    (0..REPLICATIONS).map(|_| squared_error(&mut rng, strategy(n), n * n)).sum();
                 sum / f64::from(REPLICATIONS)
             };
             SIDES.map(error).to_vec()
         })
         .collect();
     let sizes = SIDES.map(|n| f64::from(n * n));
-    vec![slope(
-        "slope of the error",
-        &sizes,
-        &groups,
-        reference,
-        SLOPE_MARGIN,
-    )]
+    vec![slope("slope of the error", &sizes, &groups, reference, SLOPE_MARGIN)]
 }
 
 fn ratio_bench(profile: Profile) -> Bench<[Method; 2]> {
@@ -201,11 +187,7 @@ fn ratios() -> Family<[Method; 2]> {
 type Strategy = fn(u32) -> PixelSampling;
 
 fn strategy_benches(name: &'static str, error: f64, order: f64) -> Vec<Bench<Strategy>> {
-    let equation = if name == "grid" {
-        &SUPERSAMPLING
-    } else {
-        &RANDOMISATION
-    };
+    let equation = if name == "grid" { &SUPERSAMPLING } else { &RANDOMISATION };
     let subject = "pixel::PixelSampling::position";
     vec![
         Bench::new(

@@ -29,10 +29,7 @@ pub struct Points {
 }
 
 fn unit_square([r1, r2]: [f64; 2]) -> DVec3 {
-    let shape = EmitterShape::Rectangle {
-        corner: DVec3::ZERO,
-        edges: [DVec3::X, DVec3::Y],
-    };
+    let shape = EmitterShape::Rectangle { corner: DVec3::ZERO, edges: [DVec3::X, DVec3::Y] };
     Emitter::new(shape, DVec3::ONE).sample([r1, r2]).point
 }
 
@@ -53,24 +50,14 @@ const SAMPLES: u64 = 5_600_000;
 fn cells(context: &Context, domain: Domain, map: Map) -> Vec<Outcome> {
     let mut rng = context.rng("cells");
     let partition = Partition::equal(domain, 3, 4);
-    vec![sampler_against_partition(
-        "cells of equal area",
-        &partition,
-        context.n(SAMPLES),
-        || Some(map(uniform2(&mut rng))),
-    )]
+    vec![sampler_against_partition("cells of equal area", &partition, context.n(SAMPLES), || {
+        Some(map(uniform2(&mut rng)))
+    })]
 }
 
 fn benches() -> Vec<Bench<Points>> {
     let trial = |name: &str, property: &str, equation: &'static Equation, subject, size| {
-        data(
-            format!("emitter/{name}"),
-            property,
-            equation,
-            subject,
-            "chi-square",
-            size,
-        )
+        data(format!("emitter/{name}"), property, equation, subject, "chi-square", size)
     };
     let chi = (SAMPLES, CELL_DELTA, 1);
     vec![

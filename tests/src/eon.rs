@@ -47,11 +47,7 @@ fn material(rho: f64, roughness: f64) -> Bsdf {
 }
 
 /// The program's parts.
-const RIGHT: Parts = Parts {
-    lobes: subject::RIGHT,
-    single: single_scattering,
-    albedo,
-};
+const RIGHT: Parts = Parts { lobes: subject::RIGHT, single: single_scattering, albedo };
 
 /// Both lobes with another albedo of the second.
 fn coloured(rho: f64, r: f64, (wo, wi): (DVec3, DVec3), multiple: f64) -> f64 {
@@ -113,14 +109,7 @@ fn benches() -> Vec<Bench<Parts>> {
     let exact = |name: &str, property: &str, equation: &'static Equation, subject| {
         let count = (ROUGHNESS.len() * ANGLES.len()) as u64;
         let size = (count, 2.0 * MASS_TOLERANCE, 0);
-        data(
-            format!("bsdf/{name}"),
-            property,
-            equation,
-            subject,
-            "exact",
-            size,
-        )
+        data(format!("bsdf/{name}"), property, equation, subject, "exact", size)
     };
     let size = CheckUp::default();
     let sampled = data(
@@ -133,9 +122,8 @@ fn benches() -> Vec<Bench<Parts>> {
     );
     vec![
         Bench::new(sampled, |context, parts: Parts| {
-            let subject = cosine_sampled(parts.lobes, material(1.0, 0.3))
-                .energy_bound(1.0)
-                .albedo(|_| 1.0);
+            let subject =
+                cosine_sampled(parts.lobes, material(1.0, 0.3)).energy_bound(1.0).albedo(|_| 1.0);
             check_up(&subject, &CheckUp::default(), context)
         }),
         Bench::new(
@@ -204,11 +192,7 @@ macro_rules! with {
         Parts {
             lobes: Table {
                 brdf: |bsdf, $wo, $wi| {
-                    let &Bsdf::Eon {
-                        albedo: DVec3 { x: $rho, .. },
-                        roughness: $r,
-                    } = bsdf
-                    else {
+                    let &Bsdf::Eon { albedo: DVec3 { x: $rho, .. }, roughness: $r } = bsdf else {
                         return DVec3::ZERO;
                     };
                     DVec3::splat($f)
@@ -227,20 +211,14 @@ fn faults() -> Vec<Mutant<Parts>> {
             "uniform-sampler",
             &COSINE_HEMISPHERE,
             "uniform directions, cosine pdf",
-            sampled(Table {
-                cosine_hemisphere: uniform_hemisphere,
-                ..subject::RIGHT
-            }),
+            sampled(Table { cosine_hemisphere: uniform_hemisphere, ..subject::RIGHT }),
             at_every_angle!["bsdf/eon: chi-square of samples"],
         ),
         mutant(
             "cosine-twice",
             &COSINE,
             "the weight has the cosine twice",
-            sampled(Table {
-                cosine: squared,
-                ..subject::RIGHT
-            }),
+            sampled(Table { cosine: squared, ..subject::RIGHT }),
             at_every_angle!["bsdf/eon: furnace"],
         ),
         mutant(
@@ -248,11 +226,7 @@ fn faults() -> Vec<Mutant<Parts>> {
             &EON_MULTIPLE,
             "single scattering alone",
             with!(|rho, r, wo, wi| coloured(rho, r, (wo, wi), 0.0)),
-            &[
-                "bsdf/eon: directional albedo at 0 degrees",
-                "bsdf/eon-white",
-                "bsdf/eon-coloured",
-            ],
+            &["bsdf/eon: directional albedo at 0 degrees", "bsdf/eon-white", "bsdf/eon-coloured"],
         ),
         mutant(
             "colour-not-deepened",
@@ -269,11 +243,7 @@ fn faults() -> Vec<Mutant<Parts>> {
                 let multiple = multiple_albedo(DVec3::splat(rho), r).x;
                 coloured(rho, r, (wo, wi), multiple * (1.0 - average_albedo(r)))
             }),
-            &[
-                "bsdf/eon: directional albedo at 0 degrees",
-                "bsdf/eon-white",
-                "bsdf/eon-coloured",
-            ],
+            &["bsdf/eon: directional albedo at 0 degrees", "bsdf/eon-white", "bsdf/eon-coloured"],
         ),
         mutant(
             "one-sided",
@@ -315,9 +285,5 @@ fn faults() -> Vec<Mutant<Parts>> {
 
 /// The parts of EON.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    vec![Box::new(Family {
-        benches: benches(),
-        faults: faults(),
-        ..Family::new("eon", RIGHT)
-    })]
+    vec![Box::new(Family { benches: benches(), faults: faults(), ..Family::new("eon", RIGHT) })]
 }

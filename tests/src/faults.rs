@@ -29,10 +29,7 @@ impl<S> Bench<S> {
         trial: Trial,
         on: impl Fn(&Context, S) -> Vec<Outcome> + Send + Sync + 'static,
     ) -> Self {
-        Self {
-            trial,
-            on: Arc::new(on),
-        }
+        Self { trial, on: Arc::new(on) }
     }
 }
 
@@ -62,11 +59,8 @@ fn entry(caught_by: &'static str) -> (&'static str, Option<&'static str>) {
 
 /// The outcomes of a trial that `caught_by` names; `None` if it does not name the trial.
 fn outcomes_of(caught_by: &[&'static str], trial: &str) -> Option<Vec<&'static str>> {
-    let mut entries = caught_by
-        .iter()
-        .map(|text| entry(text))
-        .filter(|(name, _)| *name == trial)
-        .peekable();
+    let mut entries =
+        caught_by.iter().map(|text| entry(text)).filter(|(name, _)| *name == trial).peekable();
     entries.peek()?;
     Some(entries.filter_map(|(_, outcome)| outcome).collect())
 }
@@ -79,13 +73,7 @@ pub fn mutant<S>(
     subject: S,
     caught_by: &'static [&'static str],
 ) -> Mutant<S> {
-    Mutant {
-        name,
-        equation,
-        wrong,
-        subject,
-        caught_by,
-    }
+    Mutant { name, equation, wrong, subject, caught_by }
 }
 
 /// Trials of one type of subject, and faults of that type.
@@ -189,10 +177,7 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
         let (on, subject) = (Arc::clone(&bench.on), mutant.subject);
         Box::new(move |context| {
             let settled = |share: &f64| {
-                let part = Context {
-                    scale: context.scale * share,
-                    ..context.clone()
-                };
+                let part = Context { scale: context.scale * share, ..context.clone() };
                 let outcomes = on(&part, subject);
                 let meant = meant(&rejected_by, &outcomes);
                 let settled = !meant.is_empty() && meant.into_iter().all(guard::settled);
@@ -240,9 +225,7 @@ impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
     }
 
     fn faults(&self) -> Vec<Fault> {
-        self.mutants()
-            .map(|(mutant, equivalent)| self.fault(mutant, equivalent))
-            .collect()
+        self.mutants().map(|(mutant, equivalent)| self.fault(mutant, equivalent)).collect()
     }
 
     fn pairs(&self) -> Vec<Pair> {

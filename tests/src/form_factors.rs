@@ -70,13 +70,7 @@ pub fn benches() -> Vec<Bench<Subject>> {
         radiance(words, probe, reference, (samples, SINGLE))
     };
     vec![
-        bench(
-            "irradiance/parallel-squares",
-            "opposite",
-            &opposite,
-            parallel(1.0, 1.0),
-            4_500_000,
-        ),
+        bench("irradiance/parallel-squares", "opposite", &opposite, parallel(1.0, 1.0), 4_500_000),
         // Shadow rays alone would have infinite variance at the common edge; the weights of multiple
         // importance sampling bound every value.
         bench(

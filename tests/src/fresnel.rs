@@ -83,9 +83,7 @@ pub fn reversible(context: &Context, r: Reflectance) -> Vec<Outcome> {
 pub fn brewster(context: &Context, s: Reflectance, p: Reflectance) -> Vec<Outcome> {
     let at_brewster = |n1: f64, n2: f64| 1.0 / (n2 / n1).hypot(1.0);
     vec![
-        identity(context, "R_p at Brewster's angle", |_, _, n1, n2| {
-            p(at_brewster(n1, n2), n1, n2)
-        }),
+        identity(context, "R_p at Brewster's angle", |_, _, n1, n2| p(at_brewster(n1, n2), n1, n2)),
         identity(context, "R_s at Brewster's angle", |_, _, n1, n2| {
             let r = (n1 * n1 - n2 * n2) / (n1 * n1 + n2 * n2);
             (s(at_brewster(n1, n2), n1, n2) - r * r).abs()
@@ -99,9 +97,7 @@ pub fn limits(context: &Context, r: Reflectance) -> Vec<Outcome> {
         identity(context, "normal incidence", |_, _, n1, n2| {
             (r(1.0, n1, n2) - ((n1 - n2) / (n1 + n2)).powi(2)).abs()
         }),
-        identity(context, "grazing incidence", |_, _, n1, n2| {
-            (r(0.0, n1, n2) - 1.0).abs()
-        }),
+        identity(context, "grazing incidence", |_, _, n1, n2| (r(0.0, n1, n2) - 1.0).abs()),
     ]
 }
 
@@ -115,11 +111,7 @@ pub fn critical(context: &Context, r: Reflectance) -> Vec<Outcome> {
         let past = angle * 1.001 + sine * (std::f64::consts::FRAC_PI_2 - angle * 1.001);
         let reflected = r(past.cos(), n, 1.0);
         // No number at all is no better than no reflection.
-        let error = if reflected.is_finite() {
-            (reflected - 1.0).abs()
-        } else {
-            1.0
-        };
+        let error = if reflected.is_finite() { (reflected - 1.0).abs() } else { 1.0 };
         beyond = beyond.max(error);
         // A little before it some light still leaves.
         let leaves = 1.0 - r((angle * 0.999).cos(), n, 1.0);
@@ -128,13 +120,7 @@ pub fn critical(context: &Context, r: Reflectance) -> Vec<Outcome> {
         }
     }
     vec![
-        Outcome::exact(
-            "total reflection",
-            ARGUMENTS,
-            beyond,
-            0.0,
-            "past the critical angle",
-        ),
+        Outcome::exact("total reflection", ARGUMENTS, beyond, 0.0, "past the critical angle"),
         Outcome::exact(
             "critical angle times 0.999",
             ARGUMENTS,
@@ -163,9 +149,8 @@ pub fn averages(context: &Context, r: Reflectance) -> Vec<Outcome> {
     let inside = 1.0 - (1.0 - outside) / (N * N);
     let mut outcomes = Vec::new();
     for (name, n1, n2, reference) in [("outside", 1.0, N, outside), ("inside", N, 1.0, inside)] {
-        let integral = Domain::CosineHemisphere.integrate_all(1e-9, &|w: DVec3| {
-            r(w.z, n1, n2) * w.z / std::f64::consts::PI
-        });
+        let integral = Domain::CosineHemisphere
+            .integrate_all(1e-9, &|w: DVec3| r(w.z, n1, n2) * w.z / std::f64::consts::PI);
         outcomes.push(Outcome::exact(
             format!("average by quadrature, {name}"),
             1,
@@ -199,11 +184,8 @@ pub struct Reflectances {
     pub unpolarised: Reflectance,
 }
 
-const RIGHT: Reflectances = Reflectances {
-    s: reflectance_s,
-    p: reflectance_p,
-    unpolarised: reflectance,
-};
+const RIGHT: Reflectances =
+    Reflectances { s: reflectance_s, p: reflectance_p, unpolarised: reflectance };
 
 /// Schlick's approximation in place of (12).
 pub(super) fn schlick(cos_1: f64, n1: f64, n2: f64) -> f64 {
@@ -231,14 +213,7 @@ fn benches() -> Vec<Bench<Reflectances>> {
     let trial = |name: &str, property: &str, equation| {
         let subject = "fresnel::reflectance, reflectance_s, reflectance_p";
         let size = (ARGUMENTS, TOLERANCE, 0);
-        data(
-            format!("fresnel/{name}"),
-            property,
-            equation,
-            subject,
-            "exact",
-            size,
-        )
+        data(format!("fresnel/{name}"), property, equation, subject, "exact", size)
     };
     let sampled = data(
         "fresnel/averages",
@@ -266,11 +241,7 @@ fn benches() -> Vec<Bench<Reflectances>> {
             |c, r: Reflectances| brewster(c, r.s, r.p),
         ),
         Bench::new(
-            trial(
-                "reversible",
-                "R is the same from both sides along one ray",
-                &FRESNEL,
-            ),
+            trial("reversible", "R is the same from both sides along one ray", &FRESNEL),
             |c, r: Reflectances| reversible(c, r.unpolarised),
         ),
         Bench::new(
@@ -290,10 +261,7 @@ fn benches() -> Vec<Bench<Reflectances>> {
 }
 
 fn faults() -> Vec<Mutant<Reflectances>> {
-    let whole = |r: Reflectance| Reflectances {
-        unpolarised: r,
-        ..RIGHT
-    };
+    let whole = |r: Reflectance| Reflectances { unpolarised: r, ..RIGHT };
     vec![
         fault!("amplitude", FRESNEL_S, "R_s without its square",
             Reflectances: { s: |c, n1, n2| reflectance_s(c, n1, n2).sqrt() },
@@ -309,20 +277,14 @@ fn faults() -> Vec<Mutant<Reflectances>> {
             &FRESNEL,
             "Schlick's approximation",
             whole(schlick),
-            &[
-                "fresnel/reversible",
-                "fresnel/averages: average by quadrature, outside",
-            ],
+            &["fresnel/reversible", "fresnel/averages: average by quadrature, outside"],
         ),
         mutant(
             "sum",
             &FRESNEL,
             "R_s + R_p without the half",
             whole(|c, n1, n2| reflectance_s(c, n1, n2) + reflectance_p(c, n1, n2)),
-            &[
-                "fresnel/limits: normal incidence",
-                "fresnel/limits: grazing incidence",
-            ],
+            &["fresnel/limits: normal incidence", "fresnel/limits: grazing incidence"],
         ),
         mutant(
             "no-total-reflection",
@@ -363,9 +325,5 @@ fn faults() -> Vec<Mutant<Reflectances>> {
 
 /// The reflectances.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    vec![Box::new(Family {
-        benches: benches(),
-        faults: faults(),
-        ..Family::new("fresnel", RIGHT)
-    })]
+    vec![Box::new(Family { benches: benches(), faults: faults(), ..Family::new("fresnel", RIGHT) })]
 }

@@ -63,28 +63,20 @@ pub fn benches() -> Vec<Bench<Subject>> {
 }
 
 fn boxes() -> Vec<Bench<Subject>> {
-    [
-        ("furnace/path/albedo-0.5", 0.5, 2_600_000),
-        ("furnace/path/albedo-0.75", 0.75, 4_400_000),
-    ]
-    .into_iter()
-    .filter_map(|(name, a, samples)| {
-        let scene = furnace_box(a).ok()?.into();
-        let m = 1.0 / (1.0 - a);
-        let words = words(
-            name,
-            format!("the radiance in a closed furnace box of albedo {a} is {m:.6}"),
-            &RENDERING,
-        );
-        let ray = |rng: &mut Stream| Ray::new(DVec3::new(0.1, 0.2, -0.3), any_direction(rng));
-        Some(radiance(
-            words,
-            (&scene, Kind::Path, ray),
-            m,
-            (samples, BOUNCES),
-        ))
-    })
-    .collect()
+    [("furnace/path/albedo-0.5", 0.5, 2_600_000), ("furnace/path/albedo-0.75", 0.75, 4_400_000)]
+        .into_iter()
+        .filter_map(|(name, a, samples)| {
+            let scene = furnace_box(a).ok()?.into();
+            let m = 1.0 / (1.0 - a);
+            let words = words(
+                name,
+                format!("the radiance in a closed furnace box of albedo {a} is {m:.6}"),
+                &RENDERING,
+            );
+            let ray = |rng: &mut Stream| Ray::new(DVec3::new(0.1, 0.2, -0.3), any_direction(rng));
+            Some(radiance(words, (&scene, Kind::Path, ray), m, (samples, BOUNCES)))
+        })
+        .collect()
 }
 
 /// The longest paths, by hits alone: every wall emits, so that shadow rays would cost and bring little.
@@ -97,11 +89,7 @@ fn bright_sphere() -> Bench<Subject> {
             format!("the radiance in a spherical furnace of albedo {a} is {m:.6}"),
             &RENDERING,
         ),
-        (
-            &sphere_furnace(lambert(a), 0.0),
-            by(Strategy::Bsdf, LightSampling::SolidAngle),
-            inside,
-        ),
+        (&sphere_furnace(lambert(a), 0.0), by(Strategy::Bsdf, LightSampling::SolidAngle), inside),
         m,
         (6_000_000, BOUNCES),
     )
@@ -161,17 +149,8 @@ fn reports() -> Vec<Bench<Subject>> {
                 format!("{segments} segments have the relative bias {bias:.6} at albedo {a}");
             (property, &PATH_LENGTH)
         };
-        let probe = (
-            &scene,
-            Kind::Report(segments),
-            inside as fn(&mut Stream) -> Ray,
-        );
-        radiance(
-            words(name, property, equation),
-            probe,
-            m,
-            (samples, BOUNCES),
-        )
+        let probe = (&scene, Kind::Report(segments), inside as fn(&mut Stream) -> Ray);
+        radiance(words(name, property, equation), probe, m, (samples, BOUNCES))
     })
     .collect()
 }
@@ -179,12 +158,7 @@ fn reports() -> Vec<Bench<Subject>> {
 fn cavities() -> Vec<Bench<Subject>> {
     let rho = 0.75;
     [
-        (
-            "furnace/cavity/reflecting",
-            Cap::Reflecting,
-            rho * CAP_SHARE / (1.0 - rho),
-            6_400_000,
-        ),
+        ("furnace/cavity/reflecting", Cap::Reflecting, rho * CAP_SHARE / (1.0 - rho), 6_400_000),
         (
             "furnace/cavity/black",
             Cap::Black,
@@ -256,17 +230,10 @@ fn skies() -> Vec<Bench<Subject>> {
 /// Halls of mirrors end and are unbiased: no absorption is needed for that.
 fn mirrors() -> Vec<Bench<Subject>> {
     let reflectance = 0.75;
-    let hall = sphere_furnace(
-        Bsdf::Mirror {
-            reflectance: DVec3::splat(reflectance),
-        },
-        0.0,
-    );
+    let hall = sphere_furnace(Bsdf::Mirror { reflectance: DVec3::splat(reflectance) }, 0.0);
     let facing = scene("facing mirrors", |s| {
         s.background(DVec3::ONE);
-        let mirror = s.surface(Surface::new(Bsdf::Mirror {
-            reflectance: DVec3::ONE,
-        }));
+        let mirror = s.surface(Surface::new(Bsdf::Mirror { reflectance: DVec3::ONE }));
         for z in [-1.0, 1.0] {
             s.sphere(Sphere::new(DVec3::new(0.0, 0.0, 11.0 * z), 10.0), mirror);
         }

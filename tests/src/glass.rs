@@ -75,9 +75,7 @@ pub fn benches() -> Vec<Bench<Subject>> {
 }
 
 fn aims() -> Vec<Bench<Subject>> {
-    let mirror = Bsdf::Mirror {
-        reflectance: DVec3::splat(0.9),
-    };
+    let mirror = Bsdf::Mirror { reflectance: DVec3::splat(0.9) };
     let reflected = beyond(AIM.to_radians()).with_z(AIM.to_radians().cos());
     let theta_1 = AIM.to_radians();
     let refracted = beyond((theta_1.sin() / INDEX).asin());
@@ -100,11 +98,7 @@ fn aims() -> Vec<Bench<Subject>> {
                 "a small light in glass lies where Snell's law says, at (1 − R)/n² of its radiance",
                 &REFRACTION,
             ),
-            (
-                &aim(Bsdf::Glass { index: INDEX }, refracted),
-                Kind::Whitted(3),
-                probe,
-            ),
+            (&aim(Bsdf::Glass { index: INDEX }, refracted), Kind::Whitted(3), probe),
             transmitted,
             (1000, 0.0),
         ),
@@ -133,9 +127,7 @@ impl Property for Lobe {
     fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
         let mut rng = context.rng("lobes");
         let n = context.n(self.samples);
-        let k = (0..n)
-            .filter(|_| self.probe.radiance(setup, &mut rng).x > 0.0)
-            .count() as u64;
+        let k = (0..n).filter(|_| self.probe.radiance(setup, &mut rng).x > 0.0).count() as u64;
         vec![binomial("reflected", k, n, self.probability, self.delta)]
     }
 }
@@ -144,46 +136,15 @@ fn lobes() -> Vec<Bench<Subject>> {
     let lobe = |name: &str, (theta, ray): (f64, fn(&mut Stream) -> Ray), samples| {
         let r = reflectance_by_angles(theta.to_radians(), 1.0, INDEX);
         let property = format!("at {theta}° glass reflects with probability R = {r:.6}");
-        let probe = Probe {
-            scene: pane(),
-            kind: Kind::Report(3),
-            ray,
-        };
-        let lobe = Lobe {
-            probe,
-            probability: r,
-            delta: CELL * r,
-            samples,
-        };
+        let probe = Probe { scene: pane(), kind: Kind::Report(3), ray };
+        let lobe = Lobe { probe, probability: r, delta: CELL * r, samples };
         let size = (samples, CELL, 1);
-        Bench::new(
-            data(
-                name,
-                property,
-                &FRESNEL,
-                "estimator::Report",
-                "binomial",
-                size,
-            ),
-            on(lobe),
-        )
+        Bench::new(data(name, property, &FRESNEL, "estimator::Report", "binomial", size), on(lobe))
     };
     vec![
-        lobe(
-            "glass/reflects-60",
-            (60.0, |_| towards_origin(60f64.to_radians())),
-            4_500_000,
-        ),
-        lobe(
-            "glass/reflects-75",
-            (75.0, |_| towards_origin(75f64.to_radians())),
-            1_500_000,
-        ),
-        lobe(
-            "glass/reflects-85",
-            (85.0, |_| towards_origin(85f64.to_radians())),
-            500_000,
-        ),
+        lobe("glass/reflects-60", (60.0, |_| towards_origin(60f64.to_radians())), 4_500_000),
+        lobe("glass/reflects-75", (75.0, |_| towards_origin(75f64.to_radians())), 1_500_000),
+        lobe("glass/reflects-85", (85.0, |_| towards_origin(85f64.to_radians())), 500_000),
         total_reflection(),
     ]
 }

@@ -79,11 +79,7 @@ impl Levels {
     }
 
     pub fn statistics(&self) -> PixelStatistics<'_> {
-        PixelStatistics {
-            mean: &self.mean,
-            variance: &self.variance,
-            count: &self.count,
-        }
+        PixelStatistics { mean: &self.mean, variance: &self.variance, count: &self.count }
     }
 }
 
@@ -95,13 +91,7 @@ pub(super) fn same_mean(name: &str, a: &Levels, b: &Levels, margin: f64) -> Outc
 
 /// The outcome of an estimator whose values no film can hold.
 fn not_a_film() -> Vec<Outcome> {
-    vec![Outcome::exact(
-        "film",
-        0,
-        f64::NAN,
-        0.0,
-        "a radiance that no film holds",
-    )]
+    vec![Outcome::exact("film", 0, f64::NAN, 0.0, "a radiance that no film holds")]
 }
 
 /// The mean of the pixels of the white furnace under a coloured sky: every one's expectation is the sky's
@@ -155,12 +145,8 @@ const ROOM_ABSORPTION: f64 = 0.25;
 /// that is 2ρ³/(1 − α)², and must be below 1 for the sum over all bounces to have one: else samples never know
 /// their own skewness. With albedos of 3/4, as in the report's room, it is 1.5.
 fn coloured_room() -> Arc<Scene> {
-    let camera = Camera::new(
-        DVec3::new(-0.8, -0.7, 0.4),
-        DVec3::new(0.6, 0.5, -0.7),
-        DVec3::Z,
-        0.5,
-    );
+    let camera =
+        Camera::new(DVec3::new(-0.8, -0.7, 0.4), DVec3::new(0.6, 0.5, -0.7), DVec3::Z, 0.5);
     seen_by(camera, "coloured room", |s| {
         let surface = |albedo| Surface::new(Bsdf::Lambert { albedo }).absorbing(ROOM_ABSORPTION);
         let wall = s.surface(surface(DVec3::new(0.5, 0.4, 0.25)));
@@ -284,12 +270,8 @@ pub fn benches() -> Vec<Bench<Subject>> {
     let (Ok(white), Ok(cavity)) = (furnace_under(SKY), cavity_cap(0.9, Cap::Black)) else {
         return Vec::new();
     };
-    let white = WhiteFurnace {
-        scene: Arc::new(white),
-    };
-    let same = SameImage {
-        scene: coloured_room(),
-    };
+    let white = WhiteFurnace { scene: Arc::new(white) };
+    let same = SameImage { scene: coloured_room() };
     let pixels = u64::from(FURNACE_SIZE[0] * FURNACE_SIZE[1]) * FURNACE_REPLICATIONS;
     let room_pixels = u64::from(ROOM_SIZE[0] * ROOM_SIZE[1]) * ROOM_REPLICATIONS;
     let convex_pixels = u64::from(CONVEX_SIZE[0] * CONVEX_SIZE[1]) * CONVEX_REPLICATIONS;

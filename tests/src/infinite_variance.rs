@@ -40,10 +40,7 @@ struct Law {
     survival: f64,
 }
 
-const LAW: Law = Law {
-    albedo: ALBEDO,
-    survival: SURVIVAL,
-};
+const LAW: Law = Law { albedo: ALBEDO, survival: SURVIVAL };
 
 impl Law {
     /// x_k = (r^(k+1) − 1)/(r − 1) with r = a/q.
@@ -82,11 +79,7 @@ impl Law {
 /// Values of `draw` against the law: their frequencies (any other value is forbidden), and the mean of
 /// min(X, x_c) by empirical Bernstein.
 fn against_the_law(n: u64, c: u32, mut draw: impl FnMut() -> f64) -> Vec<Outcome> {
-    let mut counts = Counts {
-        n,
-        observed: vec![0; CELLS],
-        ..Counts::default()
-    };
+    let mut counts = Counts { n, observed: vec![0; CELLS], ..Counts::default() };
     let (highest, reference) = (LAW.value(c), LAW.mean_up_to(c));
     let mut values = Values::new(reference);
     for _ in 0..n {
@@ -110,13 +103,7 @@ fn against_the_law(n: u64, c: u32, mut draw: impl FnMut() -> f64) -> Vec<Outcome
     let delta = BOUNCES * reference;
     vec![
         chi_square("values of the law", &partition, &counts, CELL_DELTA),
-        bounded_mean(
-            "radiance",
-            &values,
-            reference,
-            [0.0, highest],
-            Claim::Exact { delta },
-        ),
+        bounded_mean("radiance", &values, reference, [0.0, highest], Claim::Exact { delta }),
     ]
 }
 
@@ -125,9 +112,7 @@ const WALKS: u64 = 9_000_000;
 /// Walks follow the law.
 fn law(context: &Context, parts: Parts) -> Vec<Outcome> {
     let mut rng = context.rng("law");
-    against_the_law(context.n(WALKS), 8, || {
-        walk(&mut rng, parts, ALBEDO, SURVIVAL)
-    })
+    against_the_law(context.n(WALKS), 8, || walk(&mut rng, parts, ALBEDO, SURVIVAL))
 }
 
 /// Squared albedos times these are the survivals on both sides of the boundary.
@@ -153,11 +138,7 @@ fn boundary(context: &Context, parts: Parts) -> Vec<Outcome> {
         for q in SIDES.map(|side| side * a * a) {
             pairs += 1;
             let mut value = |bounces| {
-                let certain = Parts {
-                    survives: |_, _| true,
-                    longest: Some(bounces),
-                    ..parts
-                };
+                let certain = Parts { survives: |_, _| true, longest: Some(bounces), ..parts };
                 walk(&mut rng, certain, a, q)
             };
             let term = |(k, x): (i32, f64)| (1.0 - q) * q.powi(k) * x;
@@ -183,10 +164,7 @@ fn boundary(context: &Context, parts: Parts) -> Vec<Outcome> {
     }
     let exact =
         |name, (error, place): (f64, String)| Outcome::exact(name, pairs, error, SUMMED, place);
-    vec![
-        exact("mean by summation", mean_error),
-        exact("second moment by summation", moment_error),
-    ]
+    vec![exact("mean by summation", mean_error), exact("second moment by summation", moment_error)]
 }
 
 /// The trials of the abstract furnace.
@@ -224,14 +202,8 @@ const PATHS: u64 = 3_800_000;
 /// The path tracer with survival 0.75 in a hall of emitting mirrors of reflectance 0.9: its radiance
 /// has the same law, as no direction changes it.
 pub fn hall() -> Bench<Subject> {
-    let mirrors = Bsdf::Mirror {
-        reflectance: DVec3::splat(ALBEDO),
-    };
-    let probe = Probe {
-        scene: sphere_furnace(mirrors, 0.0),
-        kind: Kind::Path,
-        ray: inside,
-    };
+    let mirrors = Bsdf::Mirror { reflectance: DVec3::splat(ALBEDO) };
+    let probe = Probe { scene: sphere_furnace(mirrors, 0.0), kind: Kind::Path, ray: inside };
     Bench::new(
         data(
             "furnace/mirrors/infinite-variance",

@@ -146,17 +146,8 @@ fn strategies() -> Vec<Bench<Subject>> {
     let bench = |name, property, scene, polygon: &[_], samples, alone: fn(Table) -> Table| {
         let reference = reflected(polygon_irradiance(polygon));
         let property = format!("{property}: a floor reflects {reference:.6} of a square light");
-        let probe = Probe {
-            scene,
-            kind: Kind::Path,
-            ray: |_| at_origin(),
-        };
-        let property_of = MeanRadiance {
-            probe,
-            reference,
-            delta: SINGLE * reference,
-            samples,
-        };
+        let probe = Probe { scene, kind: Kind::Path, ray: |_| at_origin() };
+        let property_of = MeanRadiance { probe, reference, delta: SINGLE * reference, samples };
         let size = (samples, SINGLE, 1);
         Bench::new(
             data(name, property, &MIS, "estimator::Path", "t", size),
@@ -174,24 +165,13 @@ fn strategies() -> Vec<Bench<Subject>> {
             &RECTANGLE,
             700_000,
             // A horizontal direction has no density: the path ends after its shadow ray.
-            |table| Table {
-                cosine_hemisphere: |_| DVec3::X,
-                mis_weight: |_, _| 1.0,
-                ..table
-            },
+            |table| Table { cosine_hemisphere: |_| DVec3::X, mis_weight: |_, _| 1.0, ..table },
         ),
-        bench(
-            "irradiance/hits-alone",
-            "by hits alone",
-            near,
-            &NEAR,
-            8_000_000,
-            |table| Table {
-                visible: |_, _, _, _| false,
-                mis_weight: |_, _| 1.0,
-                ..table
-            },
-        ),
+        bench("irradiance/hits-alone", "by hits alone", near, &NEAR, 8_000_000, |table| Table {
+            visible: |_, _, _, _| false,
+            mis_weight: |_, _| 1.0,
+            ..table
+        }),
     ]
 }
 
@@ -211,13 +191,7 @@ impl Property for Weights {
             balance = balance.max((a * q - b * p).abs());
         }
         let exact = |name, error| {
-            Outcome::exact(
-                name,
-                ARGUMENTS,
-                error,
-                1e-12,
-                "the worst of random densities",
-            )
+            Outcome::exact(name, ARGUMENTS, error, 1e-12, "the worst of random densities")
         };
         vec![exact("sum of weights", sum), exact("balance", balance)]
     }
@@ -227,10 +201,7 @@ fn weights() -> Bench<Subject> {
     let property = "MIS weights sum to one and stand in proportion to the densities";
     let subject = "radiometry::balance";
     let size = (ARGUMENTS, 1e-12, 0);
-    Bench::new(
-        data("irradiance/weights", property, &MIS, subject, "exact", size),
-        on(Weights),
-    )
+    Bench::new(data("irradiance/weights", property, &MIS, subject, "exact", size), on(Weights))
 }
 
 const PICKS: u64 = 1_000_000;
@@ -246,11 +217,7 @@ impl Property for Picks {
         (0..n).for_each(|_| observed[setup.parts.pick_emitter(uniform(&mut rng), 3)] += 1);
         let places = (0..3).map(|i| format!("emitter {i}")).collect();
         let partition = Partition::of_masses(vec![1.0 / 3.0; 3], places);
-        let counts = Counts {
-            n,
-            observed,
-            ..Counts::default()
-        };
+        let counts = Counts { n, observed, ..Counts::default() };
         vec![chi_square("picks", &partition, &counts, CELL_DELTA)]
     }
 }
@@ -260,14 +227,7 @@ fn picks() -> Bench<Subject> {
     let subject = "estimator::Parts::pick_emitter";
     let size = (PICKS, CELL_DELTA, 1);
     Bench::new(
-        data(
-            "irradiance/picks",
-            property,
-            &ESTIMATOR,
-            subject,
-            "chi-square",
-            size,
-        ),
+        data("irradiance/picks", property, &ESTIMATOR, subject, "chi-square", size),
         on(Picks),
     )
 }

@@ -78,26 +78,17 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
 
 /// Every trial of the suite.
 pub fn all() -> Vec<Trial> {
-    families()
-        .iter()
-        .flat_map(|family| family.trials())
-        .collect()
+    families().iter().flat_map(|family| family.trials()).collect()
 }
 
 /// Every fault and every equivalent mutant.
 pub fn all_faults() -> Vec<Fault> {
-    families()
-        .iter()
-        .flat_map(|family| family.faults())
-        .collect()
+    families().iter().flat_map(|family| family.faults()).collect()
 }
 
 /// The full table: every fault and equivalent mutant under every trial that takes its type of subject.
 pub fn matrix() -> Vec<Pair> {
-    families()
-        .iter()
-        .flat_map(|family| family.pairs())
-        .collect()
+    families().iter().flat_map(|family| family.pairs()).collect()
 }
 
 /// The equivalent mutants under the trials that must accept them.

@@ -77,13 +77,7 @@ impl Property for Vanishing {
             });
             worst = worst.max((with - without).abs().max_element());
         }
-        vec![Outcome::exact(
-            "difference",
-            RAYS,
-            worst,
-            1e-12,
-            "the worst ray",
-        )]
+        vec![Outcome::exact("difference", RAYS, worst, 1e-12, "the worst ray")]
     }
 }
 
@@ -124,17 +118,10 @@ pub fn benches() -> Vec<Bench<Subject>> {
                 ),
                 &FRESNEL,
             ),
-            (&prism(), Kind::Path, |_| {
-                Ray::new(DVec3::new(-1.0, 0.0, 0.4), DVec3::X)
-            }),
+            (&prism(), Kind::Path, |_| Ray::new(DVec3::new(-1.0, 0.0, 0.4), DVec3::X)),
             through(r0) * LIGHT,
             (4_600_000, SINGLE),
         ),
-        Bench::new(
-            vanishing,
-            on(Vanishing {
-                scenes: [lights(true), lights(false)],
-            }),
-        ),
+        Bench::new(vanishing, on(Vanishing { scenes: [lights(true), lights(false)] })),
     ]
 }

@@ -64,11 +64,7 @@ pub struct Region {
 
 /// The whole image.
 pub const fn whole(delta: f64) -> Region {
-    Region {
-        name: "image mean",
-        holds: |_, _| true,
-        delta,
-    }
+    Region { name: "image mean", holds: |_, _| true, delta }
 }
 
 /// A scene, an estimator of whole images, the frame, and the passes at scale 1. A pass is one value: the
@@ -100,20 +96,13 @@ impl Passes {
             .iter()
             .map(|region| {
                 let holds = |(_, pixel): &(usize, [u32; 2])| (region.holds)(*pixel, self.frame);
-                pixels
-                    .clone()
-                    .enumerate()
-                    .filter(holds)
-                    .map(|(i, _)| i)
-                    .collect()
+                pixels.clone().enumerate().filter(holds).map(|(i, _)| i).collect()
             })
             .collect();
         let mut values = vec![Values::new(centre); regions.len()];
         let seed = context.seed_of("passes");
         for index in 0..context.n(self.count) {
-            let image = self
-                .kind
-                .pass(parts, (&self.scene, self.frame), seed, index as u32)?;
+            let image = self.kind.pass(parts, (&self.scene, self.frame), seed, index as u32)?;
             for (values, inside) in values.iter_mut().zip(&inside) {
                 let sum: DVec3 = inside.iter().map(|&i| image[i]).sum();
                 values.push(level(&self.scene, sum) / inside.len() as f64);
@@ -138,16 +127,12 @@ struct MeanImage {
 
 impl Property for MeanImage {
     fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
-        let means = self
-            .passes
-            .means(context, setup.parts, &self.regions, self.reference);
+        let means = self.passes.means(context, setup.parts, &self.regions, self.reference);
         let Some(means) = means else {
             return not_an_image();
         };
         let outcome = |(region, values): (&Region, &Values)| {
-            let claim = Claim::Exact {
-                delta: region.delta * self.reference,
-            };
+            let claim = Claim::Exact { delta: region.delta * self.reference };
             mean(region.name, values, self.reference, claim)
         };
         self.regions.iter().zip(&means).map(outcome).collect()
@@ -157,10 +142,7 @@ impl Property for MeanImage {
 /// A trial of regions whose mean radiance is `reference`, to within a δ relative to it; 0 claims it of
 /// every single pass.
 pub fn image(words: Words, passes: &Passes, reference: f64, regions: &[Region]) -> Bench<Subject> {
-    let delta = regions
-        .iter()
-        .map(|region| region.delta)
-        .fold(0.0, f64::max);
+    let delta = regions.iter().map(|region| region.delta).fold(0.0, f64::max);
     let random = regions.iter().filter(|region| region.delta > 0.0).count();
     let trial = data(
         words.name,
@@ -170,11 +152,7 @@ pub fn image(words: Words, passes: &Passes, reference: f64, regions: &[Region]) 
         "t",
         (passes.count, delta, random),
     );
-    let property = MeanImage {
-        passes: passes.clone(),
-        reference,
-        regions: regions.to_vec(),
-    };
+    let property = MeanImage { passes: passes.clone(), reference, regions: regions.to_vec() };
     Bench::new(trial, on(property))
 }
 
@@ -213,9 +191,7 @@ impl Property for SameAsPath {
         let Some(image) = means.as_deref().and_then(<[Values]>::first) else {
             return not_an_image();
         };
-        let claim = Claim::Exact {
-            delta: self.delta * mean,
-        };
+        let claim = Claim::Exact { delta: self.delta * mean };
         vec![welch("image mean", image, &path, claim)]
     }
 }
@@ -231,11 +207,7 @@ pub fn same_as_path(words: Words, passes: &Passes, (frames, delta): (u64, f64)) 
         "Welch",
         (passes.count, delta, 1),
     );
-    let property = SameAsPath {
-        passes: passes.clone(),
-        frames,
-        delta,
-    };
+    let property = SameAsPath { passes: passes.clone(), frames, delta };
     Bench::new(trial, on(property))
 }
 
@@ -245,7 +217,5 @@ pub fn altered(
     alter: impl Fn(Subject) -> Subject + Send + Sync + 'static,
 ) -> Bench<Subject> {
     let inner = bench.on;
-    Bench::new(bench.trial, move |context, subject| {
-        inner(context, alter(subject))
-    })
+    Bench::new(bench.trial, move |context, subject| inner(context, alter(subject)))
 }

@@ -40,15 +40,8 @@ pub struct Sides {
     pub shadows: Side,
 }
 
-const SIDE: Side = Side {
-    parts: RIGHT,
-    heuristic: |heuristic| heuristic,
-    lights: |lights| lights,
-};
-const SIDES: Sides = Sides {
-    hits: SIDE,
-    shadows: SIDE,
-};
+const SIDE: Side = Side { parts: RIGHT, heuristic: |heuristic| heuristic, lights: |lights| lights };
+const SIDES: Sides = Sides { hits: SIDE, shadows: SIDE };
 
 /// A square so near that most directions hit it, and farther lights of every shape: few of the densities
 /// agree.
@@ -59,11 +52,7 @@ fn lights() -> Arc<Scene> {
         let surface = s.surface(light(LIGHT));
         let corner = DVec3::new(3.0, -1.0, 0.5);
         s.mesh(
-            &[
-                corner,
-                corner + 2.0 * DVec3::Y,
-                corner + DVec3::new(1.0, 1.0, 1.0),
-            ],
+            &[corner, corner + 2.0 * DVec3::Y, corner + DVec3::new(1.0, 1.0, 1.0)],
             &[[0, 1, 2]],
             surface,
         );
@@ -71,10 +60,7 @@ fn lights() -> Arc<Scene> {
         // These two have no sampling by solid angle: it falls back to area.
         let skewed = [2.0 * DVec3::Y + 0.7 * DVec3::X, DVec3::new(1.0, 0.0, 1.5)];
         s.rectangle(DVec3::new(3.0, 3.0, 0.4), skewed, surface);
-        let dome = Sphere {
-            zone: [-0.2, 0.4],
-            ..Sphere::new(DVec3::new(-1.0, -4.0, 0.8), 0.6)
-        };
+        let dome = Sphere { zone: [-0.2, 0.4], ..Sphere::new(DVec3::new(-1.0, -4.0, 0.8), 0.6) };
         s.sphere(dome, surface);
     })
 }
@@ -98,20 +84,16 @@ fn density(
     let of_area = |area: f64| away.length().powi(3) / (area * -away.dot(to.1));
     // No angle where the shape has no sampling by it.
     let (area, angle) = match emitter.shape {
-        EmitterShape::Rectangle {
-            corner,
-            edges: [a, b],
-        } => (
+        EmitterShape::Rectangle { corner, edges: [a, b] } => (
             a.cross(b).length(),
             (a.dot(b).abs() < 1e-9).then(|| {
                 girard(from, [corner, corner + a, corner + b])
                     + girard(from, [corner + a + b, corner + a, corner + b])
             }),
         ),
-        EmitterShape::Triangle([a, b, c]) => (
-            0.5 * (b - a).cross(c - a).length(),
-            Some(girard(from, [a, b, c])),
-        ),
+        EmitterShape::Triangle([a, b, c]) => {
+            (0.5 * (b - a).cross(c - a).length(), Some(girard(from, [a, b, c])))
+        }
         EmitterShape::Sphere(sphere) => {
             let sine = sphere.radius / sphere.centre.distance(from);
             let [low, high] = sphere.zone.map(|z| z.clamp(-sphere.radius, sphere.radius));
@@ -157,11 +139,7 @@ fn one(
             .sample_solid_angle(first.point, random)
             .map_or_else(|| emitter.sample(random), |(point, _)| point),
     };
-    let free = scene.visible(
-        (first.point, first.normal),
-        (point.point, point.normal),
-        false,
-    );
+    let free = scene.visible((first.point, first.normal), (point.point, point.normal), false);
     let towards = (point.point - first.point).normalize();
     if !free || towards.z < 1e-3 || towards.dot(point.normal) > -1e-3 {
         return None;
@@ -191,13 +169,7 @@ fn one(
         hit: hits(Strategy::Mis) / estimate(&sides.hits, Strategy::Bsdf, &direction(0.0)),
         shadow: shadows(Strategy::Mis) / shadows(Strategy::Light),
         bsdf: local.z * FRAC_1_PI,
-        light: density(
-            emitter,
-            lights,
-            first.point,
-            (point.point, point.normal),
-            emitters.len(),
-        ),
+        light: density(emitter, lights, first.point, (point.point, point.normal), emitters.len()),
     })
 }
 
@@ -255,34 +227,19 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         (4 * PATHS, TOLERANCE, 0),
     );
     let on = move |context: &Context, sides: Sides| weights(context, &scene, &sides);
-    let hits = |side| Sides {
-        hits: side,
-        ..SIDES
-    };
-    let shadows = |side| Sides {
-        shadows: side,
-        ..SIDES
-    };
+    let hits = |side| Sides { hits: side, ..SIDES };
+    let shadows = |side| Sides { shadows: side, ..SIDES };
     let pdfs = |emitter_pdf_area, pdf_solid_angle| Side {
-        parts: Table {
-            emitter_pdf_area,
-            pdf_solid_angle,
-            ..RIGHT
-        },
+        parts: Table { emitter_pdf_area, pdf_solid_angle, ..RIGHT },
         ..SIDE
     };
     let other = |lights| match lights {
         LightSampling::Area => LightSampling::SolidAngle,
         LightSampling::SolidAngle => LightSampling::Area,
     };
-    let balance = Side {
-        heuristic: |_| Heuristic::Balance,
-        ..SIDE
-    };
-    let by_hit: &[&str] = &[
-        "irradiance/path-weights: weight of a hit",
-        "irradiance/path-weights: sum of both",
-    ];
+    let balance = Side { heuristic: |_| Heuristic::Balance, ..SIDE };
+    let by_hit: &[&str] =
+        &["irradiance/path-weights: weight of a hit", "irradiance/path-weights: sum of both"];
     let by_shadow: &[&str] = &[
         "irradiance/path-weights: weight of a shadow ray",
         "irradiance/path-weights: sum of both",
@@ -309,10 +266,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "density-of-the-other-light-sampling",
                 &SOLID_ANGLE,
                 "hits are weighted by area where shadow rays pick by solid angle, and the reverse",
-                hits(Side {
-                    lights: other,
-                    ..SIDE
-                }),
+                hits(Side { lights: other, ..SIDE }),
                 by_hit,
             ),
             mutant(
@@ -344,10 +298,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 &MIS,
                 "a shadow ray is weighted by the uniform density of directions, not the cosine's",
                 shadows(Side {
-                    parts: Table {
-                        cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI,
-                        ..RIGHT
-                    },
+                    parts: Table { cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI, ..RIGHT },
                     ..SIDE
                 }),
                 by_shadow,

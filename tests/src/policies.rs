@@ -30,10 +30,8 @@ pub struct Policy {
     pub weight: fn(f64) -> f64,
 }
 
-const BY_THROUGHPUT: Policy = Policy {
-    survival: roulette::by_throughput,
-    weight: roulette::weight,
-};
+const BY_THROUGHPUT: Policy =
+    Policy { survival: roulette::by_throughput, weight: roulette::weight };
 
 /// Albedos of the two surfaces that a walk meets with equal probability. One reflects all of a channel,
 /// so that the highest survival matters, and nothing of another.
@@ -149,10 +147,7 @@ fn benches() -> Vec<Bench<Policy>> {
 
 fn faults() -> Vec<Mutant<Policy>> {
     let survival = |name, wrong, survival: Survival, caught_by| {
-        let policy = Policy {
-            survival,
-            ..BY_THROUGHPUT
-        };
+        let policy = Policy { survival, ..BY_THROUGHPUT };
         mutant(name, &ROULETTE, wrong, policy, caught_by)
     };
     vec![
@@ -160,10 +155,7 @@ fn faults() -> Vec<Mutant<Policy>> {
             "no-weight",
             &ROULETTE,
             "survivors are not divided by the survival",
-            Policy {
-                weight: |_| 1.0,
-                ..BY_THROUGHPUT
-            },
+            Policy { weight: |_| 1.0, ..BY_THROUGHPUT },
             &[
                 "roulette/by-throughput/mean: first channel",
                 "roulette/by-throughput/mean: second channel",
@@ -209,11 +201,7 @@ const PATHS: u64 = 4_900_000;
 /// constant, and the report's 1 − α, where the walls absorb α = 1 − ρ.
 const OTHERS: [(&str, Survival, u64); 2] = [
     ("survival 0.9", |_| 0.9, 2_300_000),
-    (
-        "survival 1 − α",
-        |_| roulette::by_absorption(1.0 - RHO),
-        PATHS,
-    ),
+    ("survival 1 − α", |_| roulette::by_absorption(1.0 - RHO), PATHS),
 ];
 
 /// The path tracer as programs run it against the path tracer under the other policies, with the
@@ -222,23 +210,16 @@ fn same_mean(context: &Context, probe: &Probe, subject: Subject) -> Vec<Outcome>
     let reference = RHO * CAP_SHARE / (1.0 - RHO * (1.0 - CAP_SHARE));
     let own = STANDARD.with(Standard);
     let mut rng = context.rng("survival by throughput");
-    let own = Values::collect(reference, context.n(PATHS), || {
-        probe.radiance(own, &mut rng).x
-    });
-    let claim = Claim::Exact {
-        delta: BOUNCES * reference,
-    };
+    let own = Values::collect(reference, context.n(PATHS), || probe.radiance(own, &mut rng).x);
+    let claim = Claim::Exact { delta: BOUNCES * reference };
     OTHERS
         .iter()
         .map(|&(name, survival_by_throughput, paths)| {
-            let setup = subject.with(Table {
-                survival_by_throughput,
-                ..subject.parts.unwrap_or(RIGHT)
-            });
+            let setup =
+                subject.with(Table { survival_by_throughput, ..subject.parts.unwrap_or(RIGHT) });
             let mut rng = context.rng(name);
-            let other = Values::collect(reference, context.n(paths), || {
-                probe.radiance(setup, &mut rng).x
-            });
+            let other =
+                Values::collect(reference, context.n(paths), || probe.radiance(setup, &mut rng).x);
             welch(name, &own, &other, claim)
         })
         .collect()

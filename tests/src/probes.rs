@@ -62,11 +62,7 @@ pub fn words(
     property: impl Into<String>,
     equation: &'static Equation,
 ) -> Words {
-    Words {
-        name,
-        property: property.into(),
-        equation,
-    }
+    Words { name, property: property.into(), equation }
 }
 
 /// The path of an estimator of this kind.
@@ -94,17 +90,8 @@ pub fn radiance(
         "t",
         (samples, delta, usize::from(delta > 0.0)),
     );
-    let probe = Probe {
-        scene: Arc::clone(scene),
-        kind,
-        ray,
-    };
-    let property = MeanRadiance {
-        probe,
-        reference,
-        delta: delta * reference,
-        samples,
-    };
+    let probe = Probe { scene: Arc::clone(scene), kind, ray };
+    let property = MeanRadiance { probe, reference, delta: delta * reference, samples };
     Bench::new(trial, on(property))
 }
 

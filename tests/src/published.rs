@@ -28,14 +28,9 @@ const SAMPLES: u64 = 2_800_000;
 fn furnace() -> Arc<Scene> {
     scene("rough furnace", |s| {
         let rough = Bsdf::oren_nayar(DVec3::splat(ALBEDO), 0.5, OrenNayarForm::Corrected);
-        let wall = Surface::new(rough)
-            .emitting(DVec3::splat(RADIANCE))
-            .absorbing(1.0 - SURVIVAL);
+        let wall = Surface::new(rough).emitting(DVec3::splat(RADIANCE)).absorbing(1.0 - SURVIVAL);
         let wall = s.surface(wall);
-        let sphere = Sphere {
-            inward: true,
-            ..Sphere::new(DVec3::ZERO, 1.0)
-        };
+        let sphere = Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) };
         s.sphere(sphere, wall);
     })
 }
@@ -85,28 +80,19 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "roulette-by-its-own-number",
                 &ROULETTE,
                 "the roulette has a random number of its own, not the direction's cosine",
-                Quirks {
-                    roulette_by_cosine: false,
-                    ..right
-                },
+                Quirks { roulette_by_cosine: false, ..right },
             ),
             without(
                 "end-keeps-direct",
                 &ROULETTE,
                 "a path that ends keeps its direct light",
-                Quirks {
-                    end_loses_direct: false,
-                    ..right
-                },
+                Quirks { end_loses_direct: false, ..right },
             ),
             without(
                 "cosine-once",
                 &OREN_NAYAR,
                 "rough surfaces do not multiply by the cosine once more",
-                Quirks {
-                    extra_cosine: false,
-                    ..right
-                },
+                Quirks { extra_cosine: false, ..right },
             ),
         ],
         ..Family::new("published", right)

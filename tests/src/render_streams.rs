@@ -44,10 +44,7 @@ impl Estimator for FirstNumbers {
 /// An empty scene whose image has pixels of side 1 at distance 1.
 fn nothing() -> Option<Arc<Scene>> {
     let camera = Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.5 * f64::from(SIZE[1]));
-    SceneBuilder::new("nothing")
-        .build(camera)
-        .ok()
-        .map(Arc::new)
+    SceneBuilder::new("nothing").build(camera).ok().map(Arc::new)
 }
 
 /// The numbers of every pixel, row by row, from a master seed and the number of the sample: first and
@@ -61,21 +58,13 @@ fn failed() -> Vec<DVec3> {
 
 /// What `render` gives.
 fn right(scene: &Scene, seed: u64, sample: u32) -> Vec<DVec3> {
-    let sampling = Sampling {
-        numbers: Source::Independent,
-        pixel: PixelSampling::Random,
-        seed,
-    };
+    let sampling = Sampling { numbers: Source::Independent, pixel: PixelSampling::Random, seed };
     let Ok(mut film) = Film::new(SIZE, None, 1) else {
         return failed();
     };
     let range = sample..sample + 1;
     match render(scene, &FirstNumbers, sampling, &mut film, &range, &|_| true) {
-        Ok(true) => film
-            .pixels()
-            .iter()
-            .map(|p| p.mean() / BITS_TO_UNITS)
-            .collect(),
+        Ok(true) => film.pixels().iter().map(|p| p.mean() / BITS_TO_UNITS).collect(),
         _ => failed(),
     }
 }
@@ -109,10 +98,7 @@ fn neighbours(context: &Context, scene: &Scene, numbers: Numbers) -> Vec<Outcome
             }
             for two in frame.chunks_exact(2 * WIDTH) {
                 let (upper, lower) = two.split_at(WIDTH);
-                upper
-                    .iter()
-                    .zip(lower)
-                    .for_each(|(a, b)| rows.push([a.x, b.x]));
+                upper.iter().zip(lower).for_each(|(a, b)| rows.push([a.x, b.x]));
             }
         }
         for (a, b) in frames[0].iter().zip(&frames[1]) {
@@ -122,9 +108,7 @@ fn neighbours(context: &Context, scene: &Scene, numbers: Numbers) -> Vec<Outcome
         }
     }
     let named = pairs.iter().zip(KINDS);
-    named
-        .flat_map(|(pairs, kind)| pairs.outcomes(kind))
-        .collect()
+    named.flat_map(|(pairs, kind)| pairs.outcomes(kind)).collect()
 }
 
 // The faults: what a careless `render` or estimator would give, made from what the right one gives.
@@ -132,9 +116,7 @@ fn neighbours(context: &Context, scene: &Scene, numbers: Numbers) -> Vec<Outcome
 /// `render`'s numbers, with those of another pixel in the place of each.
 fn moved(scene: &Scene, seed: u64, sample: u32, from: fn(usize, usize) -> usize) -> Vec<DVec3> {
     let frame = right(scene, seed, sample);
-    (0..frame.len())
-        .map(|k| frame[from(k % WIDTH, k / WIDTH)])
-        .collect()
+    (0..frame.len()).map(|k| frame[from(k % WIDTH, k / WIDTH)]).collect()
 }
 
 fn shared_columns(scene: &Scene, seed: u64, sample: u32) -> Vec<DVec3> {
@@ -175,9 +157,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         let name = format!("streams/render/{name}");
         let trial = data(name, property, &ESTIMATOR, subject, statistic, size);
         let scene = Arc::clone(&scene);
-        Bench::new(trial, move |context: &Context, numbers| {
-            on(context, &scene, numbers)
-        })
+        Bench::new(trial, move |context: &Context, numbers| on(context, &scene, numbers))
     };
     let fault = |name, wrong, numbers: Numbers, caught_by| {
         mutant(name, &ESTIMATOR, wrong, numbers, caught_by)

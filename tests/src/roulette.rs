@@ -60,9 +60,7 @@ pub fn walk(rng: &mut Stream, parts: Parts, albedo: f64, survival: f64) -> f64 {
 
 fn walks(context: &Context, part: &str, n: u64, parts: Parts, [a, q]: [f64; 2]) -> Values {
     let mut rng = context.rng(part);
-    Values::collect(1.0 / (1.0 - a), context.n(n), || {
-        walk(&mut rng, parts, a, q)
-    })
+    Values::collect(1.0 / (1.0 - a), context.n(n), || walk(&mut rng, parts, a, q))
 }
 
 /// The mean is 1/(1 − a).
@@ -70,12 +68,7 @@ pub fn mean_is_right(context: &Context, parts: Parts, [a, q]: [f64; 2]) -> Vec<O
     let reference = 1.0 / (1.0 - a);
     let values = walks(context, "mean", SAMPLES, parts, [a, q]);
     let delta = MEAN_DELTA * reference;
-    vec![mean(
-        "furnace radiance",
-        &values,
-        reference,
-        Claim::Exact { delta },
-    )]
+    vec![mean("furnace radiance", &values, reference, Claim::Exact { delta })]
 }
 
 /// Var = (1 + 2a m)/(1 − a²/q) − m² with m = 1/(1 − a): from X = 1 + (a/q) X′ for survivors. Infinite for
@@ -104,12 +97,7 @@ pub fn same_mean(context: &Context, parts: [Parts; 2], a: f64, q: [f64; 2]) -> V
     let first = walks(context, "first", SAMPLES, parts[0], [a, q[0]]);
     let second = walks(context, "second", SAMPLES, parts[1], [a, q[1]]);
     let delta = MEAN_DELTA / (1.0 - a);
-    vec![welch(
-        "difference of means",
-        &first,
-        &second,
-        Claim::Exact { delta },
-    )]
+    vec![welch("difference of means", &first, &second, Claim::Exact { delta })]
 }
 
 /// Cutting paths after b bounces leaves (1 − a^(b+1))/(1 − a), for b from 1 to 12. The path is cut
@@ -118,24 +106,10 @@ pub fn truncation(context: &Context, parts: Parts, a: f64) -> Vec<Outcome> {
     (1..=12)
         .map(|b: u32| {
             let reference = (1.0 - a.powi(b as i32 + 1)) / (1.0 - a);
-            let parts = Parts {
-                longest: Some(b + parts.slip),
-                ..parts
-            };
-            let values = walks(
-                context,
-                &format!("{b} bounces"),
-                SAMPLES / 4,
-                parts,
-                [a, 0.95],
-            );
+            let parts = Parts { longest: Some(b + parts.slip), ..parts };
+            let values = walks(context, &format!("{b} bounces"), SAMPLES / 4, parts, [a, 0.95]);
             let delta = MEAN_DELTA * reference;
-            mean(
-                &format!("{b} bounces"),
-                &values,
-                reference,
-                Claim::Exact { delta },
-            )
+            mean(&format!("{b} bounces"), &values, reference, Claim::Exact { delta })
         })
         .collect()
 }
@@ -281,10 +255,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             "upper-end",
             &ROULETTE,
             "survives if r ≥ 1 − survival: the same probability at the other end",
-            Parts {
-                survives: |r, q| r >= 1.0 - q,
-                ..RIGHT
-            },
+            Parts { survives: |r, q| r >= 1.0 - q, ..RIGHT },
             &["roulette/albedo-0.75/survival-0.9/mean"],
         )],
         ..Family::new("roulette", RIGHT)

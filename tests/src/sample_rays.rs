@@ -36,11 +36,7 @@ struct SampleRays {
 
 impl SampleRays {
     fn new(absorption: f64, (rays, samples): (u32, u64)) -> Self {
-        Self {
-            scene: sphere_furnace(lambert(ALBEDO), absorption),
-            rays,
-            samples,
-        }
+        Self { scene: sphere_furnace(lambert(ALBEDO), absorption), rays, samples }
     }
 
     fn radiance<P: Parts + Copy>(&self, setup: Setup<P>, rng: &mut Stream) -> DVec3 {
@@ -105,10 +101,7 @@ impl Property for Cost {
         let mut worst = expected;
         for _ in 0..ESTIMATES {
             let directions = AtomicU64::new(0);
-            let counting = setup.with(Counting {
-                parts: setup.parts,
-                directions: &directions,
-            });
+            let counting = setup.with(Counting { parts: setup.parts, directions: &directions });
             self.0.radiance(counting, &mut rng);
             let counted = directions.into_inner();
             if counted.abs_diff(expected) > worst.abs_diff(expected) {

@@ -20,9 +20,7 @@ pub const FLOOR: f64 = 0.8;
 
 /// Lambert of one albedo in all channels.
 pub fn lambert(albedo: f64) -> Bsdf {
-    Bsdf::Lambert {
-        albedo: DVec3::splat(albedo),
-    }
+    Bsdf::Lambert { albedo: DVec3::splat(albedo) }
 }
 
 /// The colour of lights: powers of two, so that every channel is exactly that of a white light times its own.
@@ -109,11 +107,8 @@ pub fn near_light() -> Arc<Scene> {
 }
 
 /// A slanted triangle that faces the origin's side.
-pub const TRIANGLE: [DVec3; 3] = [
-    DVec3::new(1.0, -0.5, 1.5),
-    DVec3::new(0.5, 1.0, 2.0),
-    DVec3::new(2.0, 0.5, 1.0),
-];
+pub const TRIANGLE: [DVec3; 3] =
+    [DVec3::new(1.0, -0.5, 1.5), DVec3::new(0.5, 1.0, 2.0), DVec3::new(2.0, 0.5, 1.0)];
 
 /// The triangle as a light over the floor.
 pub fn triangle_light() -> Arc<Scene> {
@@ -207,10 +202,7 @@ pub const SIGMA: f64 = 0.5;
 pub fn rough_floor() -> Arc<Scene> {
     scene("rough floor", |s| {
         s.background(DVec3::ONE);
-        floor(
-            s,
-            Bsdf::oren_nayar(DVec3::ONE, SIGMA, OrenNayarForm::Corrected),
-        );
+        floor(s, Bsdf::oren_nayar(DVec3::ONE, SIGMA, OrenNayarForm::Corrected));
     })
 }
 
@@ -252,14 +244,9 @@ pub fn polygon_irradiance(vertices: &[DVec3]) -> f64 {
 /// A spherical furnace of radius 1: every wall emits 1 and reflects by `bsdf`.
 pub fn sphere_furnace(bsdf: Bsdf, absorption: f64) -> Arc<Scene> {
     scene("sphere furnace", |s| {
-        let wall = Surface::new(bsdf)
-            .emitting(DVec3::ONE)
-            .absorbing(absorption);
+        let wall = Surface::new(bsdf).emitting(DVec3::ONE).absorbing(absorption);
         let wall = s.surface(wall);
-        let sphere = Sphere {
-            inward: true,
-            ..Sphere::new(DVec3::ZERO, 1.0)
-        };
+        let sphere = Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) };
         s.sphere(sphere, wall);
     })
 }

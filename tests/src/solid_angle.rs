@@ -29,9 +29,8 @@ struct Subject {
     sample: Sample,
 }
 
-const RIGHT: Subject = Subject {
-    sample: |emitter, from, random| emitter.sample_solid_angle(from, random),
-};
+const RIGHT: Subject =
+    Subject { sample: |emitter, from, random| emitter.sample_solid_angle(from, random) };
 
 /// The solid angle of a convex polygon seen from the origin: the sum of the angles between the planes
 /// through its edges, less (n − 2)π. Loses digits for small polygons.
@@ -76,10 +75,7 @@ fn on_triangle([s, share]: [f64; 2]) -> DVec3 {
 
 fn rectangle() -> Shape {
     let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(on_rectangle);
-    let shape = EmitterShape::Rectangle {
-        corner: CORNER,
-        edges: EDGES,
-    };
+    let shape = EmitterShape::Rectangle { corner: CORNER, edges: EDGES };
     Shape {
         emitter: Emitter::new(shape, DVec3::ONE),
         place: |p| EDGES.map(|edge| edge.dot(p - CORNER) / edge.length_squared()),
@@ -110,10 +106,7 @@ fn sphere() -> Shape {
     let distance = CENTRE.length();
     let cosine = (RADIUS / distance).asin().cos();
     Shape {
-        emitter: Emitter::new(
-            EmitterShape::Sphere(Sphere::new(CENTRE, RADIUS)),
-            DVec3::ONE,
-        ),
+        emitter: Emitter::new(EmitterShape::Sphere(Sphere::new(CENTRE, RADIUS)), DVec3::ONE),
         place: |p| {
             let local = Frame::new(CENTRE.normalize()).local(p.normalize());
             let cosine = (RADIUS / CENTRE.length()).asin().cos();
@@ -134,13 +127,9 @@ fn masses(shape: &Shape) -> Vec<f64> {
             return 1.0 / (rows * columns) as f64;
         };
         let [i, j] = [k / columns, k % columns];
-        let (u, v) = (
-            [i, i + 1].map(|i| share(i, rows)),
-            [j, j + 1].map(|j| share(j, columns)),
-        );
-        let mut outline: Vec<DVec3> = [[u[0], v[0]], [u[1], v[0]], [u[1], v[1]], [u[0], v[1]]]
-            .map(point)
-            .to_vec();
+        let (u, v) = ([i, i + 1].map(|i| share(i, rows)), [j, j + 1].map(|j| share(j, columns)));
+        let mut outline: Vec<DVec3> =
+            [[u[0], v[0]], [u[1], v[0]], [u[1], v[1]], [u[0], v[1]]].map(point).to_vec();
         // At a triangle's vertex two corners of a cell are one.
         outline.dedup();
         excess(&outline) / shape.solid_angle
@@ -156,11 +145,8 @@ const DELTA: f64 = 0.003;
 fn seen(context: &Context, subject: Subject, shape: &Shape) -> Vec<Outcome> {
     let mut rng = context.rng("directions");
     let [rows, columns] = GRID;
-    let mut counts = Counts {
-        n: context.n(SAMPLES),
-        observed: vec![0; rows * columns],
-        ..Counts::default()
-    };
+    let mut counts =
+        Counts { n: context.n(SAMPLES), observed: vec![0; rows * columns], ..Counts::default() };
     let expected = shape.irradiance / shape.solid_angle;
     let mut cosines = Values::new(expected);
     let mut worst = 0.0_f64;
@@ -179,19 +165,11 @@ fn seen(context: &Context, subject: Subject, shape: &Shape) -> Vec<Outcome> {
     let places =
         (0..rows * columns).map(|k| format!("row {}, column {}", k / columns, k % columns));
     let partition = Partition::of_masses(masses(shape), places.collect());
-    let claim = Claim::Exact {
-        delta: DELTA * expected,
-    };
+    let claim = Claim::Exact { delta: DELTA * expected };
     vec![
         chi_square("cells of the solid angle", &partition, &counts, CELL_DELTA),
         mean("mean cosine", &cosines, expected, claim),
-        Outcome::exact(
-            "pdf",
-            counts.n,
-            worst,
-            1e-12,
-            "pdf times solid angle, less one",
-        ),
+        Outcome::exact("pdf", counts.n, worst, 1e-12, "pdf times solid angle, less one"),
     ]
 }
 
@@ -206,9 +184,7 @@ fn benches() -> Vec<Bench<Subject>> {
                 "chi-square, t",
                 (SAMPLES, CELL_DELTA, 2),
             );
-            Bench::new(trial, move |context: &Context, subject| {
-                seen(context, subject, &shape())
-            })
+            Bench::new(trial, move |context: &Context, subject| seen(context, subject, &shape()))
         };
     vec![
         bench(
@@ -225,13 +201,7 @@ fn benches() -> Vec<Bench<Subject>> {
             "solid_angle::SphericalTriangle",
             triangle,
         ),
-        bench(
-            "seen-sphere",
-            "a sphere",
-            &LIGHT_SPHERE,
-            "solid_angle::VisibleCap",
-            sphere,
-        ),
+        bench("seen-sphere", "a sphere", &LIGHT_SPHERE, "solid_angle::VisibleCap", sphere),
     ]
 }
 

@@ -43,11 +43,8 @@ const MIS_AREA: Kind = by(Strategy::Mis, LightSampling::Area);
 pub(super) const MIS_ANGLE: Kind = by(Strategy::Mis, LightSampling::SolidAngle);
 
 /// A triangle so near and large that most directions hit it; it faces down.
-pub const NEAR_TRIANGLE: [DVec3; 3] = [
-    DVec3::new(-3.0, -2.0, 0.6),
-    DVec3::new(0.0, 4.0, 0.6),
-    DVec3::new(3.0, -2.0, 0.6),
-];
+pub const NEAR_TRIANGLE: [DVec3; 3] =
+    [DVec3::new(-3.0, -2.0, 0.6), DVec3::new(0.0, 4.0, 0.6), DVec3::new(3.0, -2.0, 0.6)];
 /// Radius and height of the centre of a sphere that fills most of the sky.
 pub const NEAR_SPHERE: [f64; 2] = [1.35, 1.5];
 
@@ -86,32 +83,12 @@ pub fn benches() -> Vec<Bench<Subject>> {
 /// Lights of each shape by each strategy.
 fn lights() -> Vec<Bench<Subject>> {
     let square = (near_light(), polygon_irradiance(&NEAR), "square");
-    let triangle = (
-        near_triangle(),
-        polygon_irradiance(&NEAR_TRIANGLE),
-        "triangular",
-    );
+    let triangle = (near_triangle(), polygon_irradiance(&NEAR_TRIANGLE), "triangular");
     let [radius, height] = NEAR_SPHERE;
-    let sphere = (
-        near_sphere(),
-        sphere_irradiance(radius, height, 1.0),
-        "spherical",
-    );
-    let far_square = (
-        rectangle_light(false),
-        polygon_irradiance(&RECTANGLE),
-        "square",
-    );
-    let far_triangle = (
-        triangle_light(),
-        polygon_irradiance(&TRIANGLE),
-        "triangular",
-    );
-    let far_sphere = (
-        sphere_light(),
-        sphere_irradiance(0.5, 2.0, 1.0),
-        "spherical",
-    );
+    let sphere = (near_sphere(), sphere_irradiance(radius, height, 1.0), "spherical");
+    let far_square = (rectangle_light(false), polygon_irradiance(&RECTANGLE), "square");
+    let far_triangle = (triangle_light(), polygon_irradiance(&TRIANGLE), "triangular");
+    let far_sphere = (sphere_light(), sphere_irradiance(0.5, 2.0, 1.0), "spherical");
     let three = (three_lights(), three(), "threefold");
     let bench = |name, (scene, irradiance, shape): &(Arc<Scene>, f64, &str), kind, equation, n| {
         let reference = reflected(*irradiance);
@@ -120,20 +97,8 @@ fn lights() -> Vec<Bench<Subject>> {
         radiance(words, (scene, kind, near_origin), reference, (n, SINGLE))
     };
     vec![
-        bench(
-            "irradiance/near-square/bsdf",
-            &square,
-            BSDF,
-            &MIS,
-            7_000_000,
-        ),
-        bench(
-            "irradiance/square/light-area",
-            &far_square,
-            LIGHT_AREA,
-            &GEOMETRY,
-            900_000,
-        ),
+        bench("irradiance/near-square/bsdf", &square, BSDF, &MIS, 7_000_000),
+        bench("irradiance/square/light-area", &far_square, LIGHT_AREA, &GEOMETRY, 900_000),
         bench(
             "irradiance/near-square/light-angle",
             &square,
@@ -141,34 +106,10 @@ fn lights() -> Vec<Bench<Subject>> {
             &LIGHT_RECTANGLE,
             2_500_000,
         ),
-        bench(
-            "irradiance/near-square/mis-area",
-            &square,
-            MIS_AREA,
-            &MIS,
-            6_500_000,
-        ),
-        bench(
-            "irradiance/near-square/mis-angle",
-            &square,
-            MIS_ANGLE,
-            &LIGHT_RECTANGLE,
-            2_200_000,
-        ),
-        bench(
-            "irradiance/near-triangle/bsdf",
-            &triangle,
-            BSDF,
-            &MIS,
-            7_000_000,
-        ),
-        bench(
-            "irradiance/triangle/light-area",
-            &far_triangle,
-            LIGHT_AREA,
-            &GEOMETRY,
-            2_400_000,
-        ),
+        bench("irradiance/near-square/mis-area", &square, MIS_AREA, &MIS, 6_500_000),
+        bench("irradiance/near-square/mis-angle", &square, MIS_ANGLE, &LIGHT_RECTANGLE, 2_200_000),
+        bench("irradiance/near-triangle/bsdf", &triangle, BSDF, &MIS, 7_000_000),
+        bench("irradiance/triangle/light-area", &far_triangle, LIGHT_AREA, &GEOMETRY, 2_400_000),
         bench(
             "irradiance/near-triangle/light-angle",
             &triangle,
@@ -176,13 +117,7 @@ fn lights() -> Vec<Bench<Subject>> {
             &SOLID_ANGLE,
             2_500_000,
         ),
-        bench(
-            "irradiance/near-triangle/mis-area",
-            &triangle,
-            MIS_AREA,
-            &MIS,
-            6_700_000,
-        ),
+        bench("irradiance/near-triangle/mis-area", &triangle, MIS_AREA, &MIS, 6_700_000),
         bench(
             "irradiance/near-triangle/mis-angle",
             &triangle,
@@ -190,41 +125,11 @@ fn lights() -> Vec<Bench<Subject>> {
             &LIGHT_TRIANGLE,
             2_200_000,
         ),
-        bench(
-            "irradiance/near-sphere/bsdf",
-            &sphere,
-            BSDF,
-            &MIS,
-            11_000_000,
-        ),
-        bench(
-            "irradiance/sphere/light-area",
-            &far_sphere,
-            LIGHT_AREA,
-            &GEOMETRY,
-            11_500_000,
-        ),
-        bench(
-            "irradiance/near-sphere/light-angle",
-            &sphere,
-            LIGHT_ANGLE,
-            &LIGHT_SPHERE,
-            1_100_000,
-        ),
-        bench(
-            "irradiance/near-sphere/mis-area",
-            &sphere,
-            MIS_AREA,
-            &MIS,
-            11_000_000,
-        ),
-        bench(
-            "irradiance/near-sphere/mis-angle",
-            &sphere,
-            MIS_ANGLE,
-            &LIGHT_SPHERE,
-            2_500_000,
-        ),
+        bench("irradiance/near-sphere/bsdf", &sphere, BSDF, &MIS, 11_000_000),
+        bench("irradiance/sphere/light-area", &far_sphere, LIGHT_AREA, &GEOMETRY, 11_500_000),
+        bench("irradiance/near-sphere/light-angle", &sphere, LIGHT_ANGLE, &LIGHT_SPHERE, 1_100_000),
+        bench("irradiance/near-sphere/mis-area", &sphere, MIS_AREA, &MIS, 11_000_000),
+        bench("irradiance/near-sphere/mis-angle", &sphere, MIS_ANGLE, &LIGHT_SPHERE, 2_500_000),
         bench(
             "irradiance/three-lights/light-angle",
             &three,
@@ -273,20 +178,8 @@ fn penumbra() -> Vec<Bench<Subject>> {
         radiance(words, (&scene, kind, ray), reference, (samples, SINGLE))
     };
     vec![
-        bench(
-            "irradiance/penumbra/bright",
-            -0.6,
-            |_| to_floor(-0.6),
-            LIGHT_ANGLE,
-            3_800_000,
-        ),
-        bench(
-            "irradiance/penumbra/middle",
-            -0.2,
-            |_| to_floor(-0.2),
-            LIGHT_ANGLE,
-            9_500_000,
-        ),
+        bench("irradiance/penumbra/bright", -0.6, |_| to_floor(-0.6), LIGHT_ANGLE, 3_800_000),
+        bench("irradiance/penumbra/middle", -0.2, |_| to_floor(-0.2), LIGHT_ANGLE, 9_500_000),
     ]
 }
 
@@ -310,19 +203,14 @@ impl Property for SameMean {
                 level(&self.scene, probe.radiance(setup, &mut rng))
             })
         });
-        let claim = Claim::Exact {
-            delta: SINGLE * reference,
-        };
+        let claim = Claim::Exact { delta: SINGLE * reference };
         vec![welch("balance less power", &balance, &power, claim)]
     }
 }
 
 fn heuristics() -> Bench<Subject> {
     let samples = 5_000_000;
-    let property = SameMean {
-        scene: near_light(),
-        samples,
-    };
+    let property = SameMean { scene: near_light(), samples };
     let trial = data(
         "irradiance/heuristics",
         "balance and power heuristic have the same mean",
@@ -351,13 +239,7 @@ impl Property for PowerWeights {
             squares = squares.max((a * q * q - b * p * p).abs());
         }
         let exact = |name, error| {
-            Outcome::exact(
-                name,
-                ARGUMENTS,
-                error,
-                1e-12,
-                "the worst of random densities",
-            )
+            Outcome::exact(name, ARGUMENTS, error, 1e-12, "the worst of random densities")
         };
         vec![exact("sum of weights", sum), exact("squares", squares)]
     }

@@ -52,13 +52,7 @@ pub fn collisions(numbers: impl Iterator<Item = f64>) -> Outcome {
     bits.sort_unstable();
     let n = bits.len() as u64;
     let equal = bits.windows(2).filter(|pair| pair[0] == pair[1]).count() as u64;
-    poisson(
-        "equal pairs",
-        equal,
-        n,
-        equal_pairs(n, BITS),
-        equal_pairs(n, COARSE_BITS),
-    )
+    poisson("equal pairs", equal, n, equal_pairs(n, BITS), equal_pairs(n, COARSE_BITS))
 }
 
 /// Lengths of the gaps between visits of [0, 1/2) along the samples of a pixel: 0, 1, 2 or more with
@@ -85,11 +79,7 @@ pub fn gaps(context: &Context, numbers: Numbers) -> Vec<Outcome> {
         vec![0.5, 0.25, 0.125, 0.125],
         (0..4).map(|length| format!("gap of {length}")).collect(),
     );
-    let counts = Counts {
-        n,
-        observed,
-        ..Counts::default()
-    };
+    let counts = Counts { n, observed, ..Counts::default() };
     vec![chi_square("gaps", &partition, &counts, CELL_DELTA)]
 }
 
@@ -97,12 +87,8 @@ pub fn gaps(context: &Context, numbers: Numbers) -> Vec<Outcome> {
 type Neighbours = fn(Numbers, u64, u32) -> [f64; 2];
 
 const NEIGHBOURS: [(&str, Neighbours); 3] = [
-    ("pixels", |f, seed, i| {
-        [f(seed, 2 * i, 0, 0), f(seed, 2 * i + 1, 0, 0)]
-    }),
-    ("samples", |f, seed, i| {
-        [f(seed, 5, 2 * i, 0), f(seed, 5, 2 * i + 1, 0)]
-    }),
+    ("pixels", |f, seed, i| [f(seed, 2 * i, 0, 0), f(seed, 2 * i + 1, 0, 0)]),
+    ("samples", |f, seed, i| [f(seed, 5, 2 * i, 0), f(seed, 5, 2 * i + 1, 0)]),
     ("draws", |f, seed, i| [f(seed, i, 3, 0), f(seed, i, 3, 1)]),
 ];
 
@@ -118,10 +104,7 @@ impl Default for Pairs {
     fn default() -> Self {
         let partition = Partition::equal(Domain::Square, 4, 4);
         Self {
-            counts: Counts {
-                observed: vec![0; partition.masses.len()],
-                ..Counts::default()
-            },
+            counts: Counts { observed: vec![0; partition.masses.len()], ..Counts::default() },
             partition,
             products: Values::new(0.0),
         }
@@ -141,9 +124,7 @@ impl Pairs {
 
     /// The tests of both, for neighbours of this kind.
     pub fn outcomes(&self, name: &str) -> [Outcome; 2] {
-        let claim = Claim::Exact {
-            delta: CORRELATION_DELTA,
-        };
+        let claim = Claim::Exact { delta: CORRELATION_DELTA };
         [
             chi_square(
                 &format!("pairs of neighbouring {name}"),
@@ -151,12 +132,7 @@ impl Pairs {
                 &self.counts,
                 CELL_DELTA,
             ),
-            mean(
-                &format!("correlation of neighbouring {name}"),
-                &self.products,
-                0.0,
-                claim,
-            ),
+            mean(&format!("correlation of neighbouring {name}"), &self.products, 0.0, claim),
         ]
     }
 }
@@ -206,14 +182,7 @@ fn golden(seed: u64, pixel: u32, sample: u32, draw: u32) -> f64 {
 fn benches() -> Vec<Bench<Numbers>> {
     let trial = |name: &str, property: &str, statistic, size| {
         let subject = "rng::stream, rng::uniform";
-        data(
-            format!("streams/{name}"),
-            property,
-            &ESTIMATOR,
-            subject,
-            statistic,
-            size,
-        )
+        data(format!("streams/{name}"), property, &ESTIMATOR, subject, statistic, size)
     };
     vec![
         Bench::new(
@@ -251,18 +220,8 @@ fn faults() -> Vec<Mutant<Numbers>> {
         mutant(name, &ESTIMATOR, wrong, numbers, caught_by)
     };
     vec![
-        fault(
-            "coarse",
-            "sixteen random bits",
-            coarse,
-            &["streams/distinct"],
-        ),
-        fault(
-            "golden",
-            "multiples of the golden ratio",
-            golden,
-            &["streams/gaps"],
-        ),
+        fault("coarse", "sixteen random bits", coarse, &["streams/distinct"]),
+        fault("golden", "multiples of the golden ratio", golden, &["streams/gaps"]),
         fault(
             "shared-samples",
             "every second sample repeats the one before",

@@ -103,11 +103,7 @@ pub struct Setup<P> {
 impl<P> Setup<P> {
     /// The same with other parts.
     pub fn with<Q>(self, parts: Q) -> Setup<Q> {
-        Setup {
-            parts,
-            segments: self.segments,
-            rules: self.rules,
-        }
+        Setup { parts, segments: self.segments, rules: self.rules }
     }
 }
 
@@ -116,18 +112,11 @@ impl<P> Setup<P> {
 pub type Subject = Setup<Option<Table>>;
 
 /// The right subject.
-pub const STANDARD: Subject = Setup {
-    parts: None,
-    segments: None,
-    rules: LightRules::PHYSICAL,
-};
+pub const STANDARD: Subject = Setup { parts: None, segments: None, rules: LightRules::PHYSICAL };
 
 /// The right subject with other parts.
 pub const fn parts(table: Table) -> Subject {
-    Setup {
-        parts: Some(table),
-        ..STANDARD
-    }
+    Setup { parts: Some(table), ..STANDARD }
 }
 
 /// A fault as one entry of a table: name, equation, what is wrong, what stands in the place of `RIGHT`'s, and
@@ -184,26 +173,17 @@ impl Kind {
         let hit = scene.intersect(ray);
         match self {
             Self::Path => Path::new(parts, Strategy::Mis).radiance(scene, ray, hit, rng),
-            Self::PathBy(strategy, lights, heuristic) => Path {
-                parts,
-                strategy,
-                lights,
-                heuristic,
+            Self::PathBy(strategy, lights, heuristic) => {
+                Path { parts, strategy, lights, heuristic }.radiance(scene, ray, hit, rng)
             }
-            .radiance(scene, ray, hit, rng),
-            Self::Report(segments) => Report {
-                parts,
-                rays: 1,
-                segments: setup.segments.unwrap_or(segments),
-                rules,
+            Self::Report(segments) => {
+                Report { parts, rays: 1, segments: setup.segments.unwrap_or(segments), rules }
+                    .radiance(scene, ray, hit, rng)
             }
-            .radiance(scene, ray, hit, rng),
-            Self::Whitted(segments) => Whitted {
-                parts,
-                segments: setup.segments.unwrap_or(segments),
-                rules,
+            Self::Whitted(segments) => {
+                Whitted { parts, segments: setup.segments.unwrap_or(segments), rules }
+                    .radiance(scene, ray, hit, rng)
             }
-            .radiance(scene, ray, hit, rng),
         }
     }
 }

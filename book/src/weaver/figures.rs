@@ -53,11 +53,7 @@ impl<'a> Weaver<'a> {
         for file in files {
             let file_name = file.file_name().unwrap_or_default().to_string_lossy();
             let name = format!("{}/{file_name}", recorded.id);
-            addresses.push(format!(
-                "{}figures/{}",
-                to_root(context.path),
-                escape(&name)
-            ));
+            addresses.push(format!("{}figures/{}", to_root(context.path), escape(&name)));
             self.figures.insert(name, file);
         }
         let images = move |label: &str| {
@@ -83,10 +79,7 @@ impl<'a> Weaver<'a> {
         }
         let id = format!("figure-{}", names.join("-").replace(['/', '.'], "-"));
         if !context.shown.insert(id.clone()) {
-            return Err(format!(
-                "{} is already shown on this page",
-                names.join(" beside ")
-            ));
+            return Err(format!("{} is already shown on this page", names.join(" beside ")));
         }
         let html = self.caption(context, caption)?;
         context.figures += 1;

@@ -97,15 +97,9 @@ fn woven(text: &str) -> String {
 
 #[test]
 fn a_missing_equation_is_refused() {
-    refused(
-        "{{#eq fresnell}}",
-        &["\"fresnell\"", "did you mean \"fresnel\"?"],
-    );
+    refused("{{#eq fresnell}}", &["\"fresnell\"", "did you mean \"fresnel\"?"]);
     refused("See {{#ref cosin}}.", &["did you mean \"cosine\"?"]);
-    refused(
-        "See {{#ref cosine}}.",
-        &["no page shows equation \"cosine\""],
-    );
+    refused("See {{#ref cosine}}.", &["no page shows equation \"cosine\""]);
 }
 
 #[test]
@@ -118,27 +112,15 @@ fn a_missing_result_is_refused() {
 
 #[test]
 fn a_missing_figure_is_refused() {
-    refused(
-        "{{#figure demo/plt.svg \"A plot.\"}}",
-        &["did you mean \"plot.svg\"?"],
-    );
-    refused(
-        "{{#figure demo/lost.svg \"A plot.\"}}",
-        &["is missing; run cargo run"],
-    );
+    refused("{{#figure demo/plt.svg \"A plot.\"}}", &["did you mean \"plot.svg\"?"]);
+    refused("{{#figure demo/lost.svg \"A plot.\"}}", &["is missing; run cargo run"]);
     refused("{{#figure demo/plot.svg \"\"}}", &["caption"]);
     refused(
         "{{#figure demo/plot.svg \"See {{#result demo.no}}.\"}}",
         &["recorded no number \"no\""],
     );
-    refused(
-        "{{#figure demo/plot.svg \"See {{#eq ray}}.\"}}",
-        &["{{#eq}} inside a caption"],
-    );
-    refused(
-        "{{#figure demo/plot.svg}}",
-        &["is written {{#figure EXPERIMENT/NAME.svg"],
-    );
+    refused("{{#figure demo/plot.svg \"See {{#eq ray}}.\"}}", &["{{#eq}} inside a caption"]);
+    refused("{{#figure demo/plot.svg}}", &["is written {{#figure EXPERIMENT/NAME.svg"]);
 }
 
 /// What no browser shows, or at a size that nobody chose.
@@ -170,10 +152,7 @@ fn a_damaged_figure_is_refused() {
         assert!(!book.path("out/page.html").exists(), "nothing is written");
     }
     let book = Small::new(&page.replace("svg", "png"));
-    book.write(
-        "recorded/demo/result.json",
-        &RESULT.replace("plot.svg", "plot.png"),
-    );
+    book.write("recorded/demo/result.json", &RESULT.replace("plot.svg", "plot.png"));
     book.write("recorded/demo/plot.png", "no picture");
     let message = book.weave().expect_err("no PNG").to_string();
     assert!(message.contains("plot.png:1: not a whole PNG"), "{message}");
@@ -187,27 +166,18 @@ fn a_damaged_figure_is_refused() {
 #[test]
 fn missing_code_is_refused() {
     refused("{{#code src/demo.rs twise}}", &["did you mean \"twice\"?"]);
-    refused(
-        "{{#code src/dem.rs twice}}",
-        &["did you mean \"src/demo.rs\"?"],
-    );
+    refused("{{#code src/dem.rs twice}}", &["did you mean \"src/demo.rs\"?"]);
     refused("{{#code ../demo.rs twice}}", &["inside the project"]);
 }
 
 #[test]
 fn a_missing_citation_is_refused() {
-    refused(
-        "As in {{#cite kajya1986}}.",
-        &["did you mean \"kajiya1986\"?"],
-    );
+    refused("As in {{#cite kajya1986}}.", &["did you mean \"kajiya1986\"?"]);
 }
 
 #[test]
 fn broken_links_are_refused() {
-    refused(
-        "[There](pag.md).",
-        &["no page pag.md", "did you mean \"page.md\"?"],
-    );
+    refused("[There](pag.md).", &["no page pag.md", "did you mean \"page.md\"?"]);
     refused("![Plot](plot.png)", &["no file plot.png"]);
     refused("[There](there.txt).", &["no file there.txt"]);
     refused("[There][nowhere].", &["\"nowhere\", which is not defined"]);
@@ -218,18 +188,12 @@ fn broken_links_are_refused() {
 fn a_link_to_a_missing_heading_is_refused() {
     let book = Small::new("# Page\n\n[Here](#nothing).\n");
     let message = book.weave().expect_err("no such heading").to_string();
-    assert!(
-        message.contains("page.md:3: no heading #nothing"),
-        "{message}"
-    );
+    assert!(message.contains("page.md:3: no heading #nothing"), "{message}");
 }
 
 #[test]
 fn raw_html_cannot_reach_outside() {
-    for html in [
-        "<img src=\"https://example.org/a.png\">",
-        "<a href=\"gone.html\">x</a>",
-    ] {
+    for html in ["<img src=\"https://example.org/a.png\">", "<a href=\"gone.html\">x</a>"] {
         let message = Small::new(&format!("# Page\n\n{html}\n")).weave();
         let message = message.expect_err("outside").to_string();
         assert!(message.contains("page.html:"), "{message}");
@@ -238,10 +202,7 @@ fn raw_html_cannot_reach_outside() {
 
 #[test]
 fn unknown_and_misused_directives_are_refused() {
-    refused(
-        "{{#equation fresnel}}",
-        &["unknown directive \"equation\"", "\"equations\""],
-    );
+    refused("{{#equation fresnel}}", &["unknown directive \"equation\"", "\"equations\""]);
     refused("{{#include page.md}}", &["unknown directive \"include\""]);
     refused("Look: {{#eq fresnel}}", &["must stand alone on its line"]);
     refused("{{#eq fresnel", &["not closed"]);
@@ -262,10 +223,7 @@ fn what_a_merge_leaves_is_refused() {
 
 #[test]
 fn typed_rust_is_refused() {
-    refused(
-        "```rust\nfn f() {}\n```",
-        &["Rust code typed into the page"],
-    );
+    refused("```rust\nfn f() {}\n```", &["Rust code typed into the page"]);
 }
 
 #[test]
@@ -283,15 +241,9 @@ fn an_equation_is_shown_once() {
 #[test]
 fn a_missing_page_is_refused() {
     let book = Small::new("# Page\n");
-    book.write(
-        "book/pages/SUMMARY.md",
-        "- [Page](page.md)\n- [Lost](lost.md)\n",
-    );
+    book.write("book/pages/SUMMARY.md", "- [Page](page.md)\n- [Lost](lost.md)\n");
     let message = book.weave().expect_err("no such page").to_string();
-    assert!(
-        message.contains("SUMMARY.md:2: there is no page lost.md"),
-        "{message}"
-    );
+    assert!(message.contains("SUMMARY.md:2: there is no page lost.md"), "{message}");
 }
 
 #[test]
@@ -300,14 +252,8 @@ fn a_damaged_record_is_refused() {
     for (text, part) in [
         ("{\n  \"id\": \"demo\",\n", "result.json:"),
         (&RESULT.replace("31.41592", "null"), "result.json:"),
-        (
-            &RESULT.replace("\"demo\"", "\"other\""),
-            "the folder \"demo\"",
-        ),
-        (
-            &RESULT.replace("plot.svg", "../plot.svg"),
-            "beside this one",
-        ),
+        (&RESULT.replace("\"demo\"", "\"other\""), "the folder \"demo\""),
+        (&RESULT.replace("plot.svg", "../plot.svg"), "beside this one"),
     ] {
         book.write("recorded/demo/result.json", text);
         let message = book.weave().expect_err("damaged").to_string();
@@ -427,25 +373,18 @@ fn a_run_stands_beside_the_record() {
         { "what": "new", "value": "4", "verdict": "undecided" }]"#;
     let book = with_run(findings, own);
     let html = book.html();
-    assert!(
-        html.contains("<a href=\"run.html\">Your run beside the record</a>"),
-        "{html}"
-    );
+    assert!(html.contains("<a href=\"run.html\">Your run beside the record</a>"), "{html}");
     let page = fs::read_to_string(book.path("out/run.html")).expect("the page of the run");
     // Hold, fail, undecided: in the record and in the run; tier, seed and shrink of both.
-    assert!(
-        page.contains("<td>2, 0, 0</td><td>1, <strong>1</strong>, 1</td>"),
-        "{page}"
-    );
+    assert!(page.contains("<td>2, 0, 0</td><td>1, <strong>1</strong>, 1</td>"), "{page}");
     assert_eq!(page.matches("<td>quick, 7, 4</td>").count(), 2);
     let row = "<td>worse</td><td><strong>holds</strong> 2</td><td><strong>fails</strong> 9</td>";
     assert!(page.contains(row), "{page}");
     assert!(page.contains("judged differently (2)") && page.contains("judged alike (1)"));
     assert!(!page.contains("a note"));
-    for (file, text) in [
-        ("figures/demo/plot.svg", "recorded"),
-        ("figures/run/demo/plot.svg", "run"),
-    ] {
+    for (file, text) in
+        [("figures/demo/plot.svg", "recorded"), ("figures/run/demo/plot.svg", "run")]
+    {
         assert!(page.contains(&format!("src=\"{file}\"")), "{page}");
         let figure = fs::read_to_string(book.path("out").join(file)).expect("a figure");
         assert!(figure.contains(text));
@@ -481,8 +420,5 @@ fn without_a_run_there_is_no_page_of_it() {
     assert!(!book.path("out/run.html").exists());
     book.write("run/nothing.txt", "");
     let message = book.weave().expect_err("no run there").to_string();
-    assert!(
-        message.contains("run: holds no results of a run"),
-        "{message}"
-    );
+    assert!(message.contains("run: holds no results of a run"), "{message}");
 }

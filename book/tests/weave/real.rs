@@ -10,10 +10,7 @@ fn weaves_twice_to_the_same_bytes_and_loads_nothing_from_outside() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let bytes = |name: &str| {
         let out = folder.path().join(name);
-        let first = weave(&Options {
-            out: out.clone(),
-            ..Options::default()
-        });
+        let first = weave(&Options { out: out.clone(), ..Options::default() });
         let first = first.unwrap_or_else(|error| panic!("{error}"));
         assert!(first.is_file());
         check::output(&out).unwrap_or_else(|error| panic!("{error}"));
@@ -34,18 +31,10 @@ fn weaves_twice_to_the_same_bytes_and_loads_nothing_from_outside() {
             let html = without_comments(&html).replace("http://www.w3.org/2000/svg", "");
             assert!(!html.contains("://"), "{} has an address", name.display());
             assert!(!html.contains("{{#"), "{} has a directive", name.display());
-            assert!(
-                !html.contains("\"playground\""),
-                "{} may call out",
-                name.display()
-            );
+            assert!(!html.contains("\"playground\""), "{} may call out", name.display());
         }
     }
-    let has = |name: &str| {
-        files
-            .iter()
-            .any(|(file, _)| file.as_deref() == Ok(Path::new(name)))
-    };
+    let has = |name: &str| files.iter().any(|(file, _)| file.as_deref() == Ok(Path::new(name)));
     assert!(has("searchindex.js") && has("index.html") && has("equations.html"));
 }
 
@@ -53,9 +42,7 @@ fn weaves_twice_to_the_same_bytes_and_loads_nothing_from_outside() {
 fn without_comments(html: &str) -> String {
     let mut parts = html.split("<!--");
     let first = parts.next().unwrap_or_default().to_owned();
-    parts.fold(first, |text, part| {
-        text + part.split_once("-->").map_or("", |(_, rest)| rest)
-    })
+    parts.fold(first, |text, part| text + part.split_once("-->").map_or("", |(_, rest)| rest))
 }
 
 #[test]
@@ -69,20 +56,13 @@ fn shows_every_equation_and_every_chapter_asks_and_sets_a_task() {
         shown.extend(equations.map(|id| id.trim_end_matches("}}").to_owned()));
         if shown.len() > before {
             assert!(text.contains("\n\n> "), "{} asks nothing", file.display());
-            assert!(
-                text.contains("\n## Exercise\n"),
-                "{} has no exercise",
-                file.display()
-            );
+            assert!(text.contains("\n## Exercise\n"), "{} has no exercise", file.display());
             let words = text.split_whitespace().count();
             assert!(words < 2000, "{} has {words} words", file.display());
         }
     }
     shown.sort();
-    let mut all: Vec<_> = whitefurnace::equation::ALL
-        .iter()
-        .map(|e| e.id.to_owned())
-        .collect();
+    let mut all: Vec<_> = whitefurnace::equation::ALL.iter().map(|e| e.id.to_owned()).collect();
     all.sort();
     assert_eq!(shown, all);
 }
@@ -98,19 +78,13 @@ fn the_readme_shows_all_bands_of_its_picture() {
         assert!(image.contains("width=\"768\" height=\"96\""), "{image}");
     }
     let results = book::results::Results::load(&options.results).expect("recorded results");
-    let (_, bands) = results
-        .figure("fig6/physical.png")
-        .expect("a recorded picture");
+    let (_, bands) = results.figure("fig6/physical.png").expect("a recorded picture");
     let bands: Vec<String> = bands
         .iter()
         .map(|band| {
             let png = fs::read(band).expect("a band");
             // Width and height stand in the header of every PNG; three quarters of these are shown.
-            let number = |at: usize| {
-                png[at..at + 4]
-                    .iter()
-                    .fold(0, |n, &b| 256 * n + u32::from(b))
-            };
+            let number = |at: usize| png[at..at + 4].iter().fold(0, |n, &b| 256 * n + u32::from(b));
             assert_eq!([number(16), number(20)].map(|n| 3 * n), [4 * 768, 4 * 96]);
             let name = band.file_name().unwrap_or_default().to_string_lossy();
             format!("book/recorded/fig6/{name}")

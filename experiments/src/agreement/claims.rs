@@ -167,18 +167,9 @@ pub(super) fn cells(tier: Tier) -> Vec<Cell> {
     let all = SCENES.iter().flat_map(|&(scene, _)| {
         ESTIMATORS.iter().filter_map(move |&estimator| {
             let claim = claim(scene, estimator)?;
-            Some(Cell {
-                scene,
-                estimator,
-                claim,
-            })
+            Some(Cell { scene, estimator, claim })
         })
     });
-    let quick = [
-        SceneName::DiffuseRoom,
-        SceneName::FurnaceBox,
-        SceneName::Environment,
-    ];
-    all.filter(|cell| tier == Tier::Full || quick.contains(&cell.scene))
-        .collect()
+    let quick = [SceneName::DiffuseRoom, SceneName::FurnaceBox, SceneName::Environment];
+    all.filter(|cell| tier == Tier::Full || quick.contains(&cell.scene)).collect()
 }

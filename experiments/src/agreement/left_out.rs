@@ -224,22 +224,12 @@ mod tests {
             ("dddddds", &[LightTracer]),
         ] {
             let followed = METHODS.map(|method| way(surfaces).followed(method));
-            assert_eq!(
-                followed,
-                METHODS.map(|m| methods.contains(&m)),
-                "{surfaces}"
-            );
+            assert_eq!(followed, METHODS.map(|m| methods.contains(&m)), "{surfaces}");
         }
         // No shadow ray finds the background.
-        let sky = Way {
-            emitter: false,
-            ..way("d")
-        };
+        let sky = Way { emitter: false, ..way("d") };
         assert_eq!(METHODS.map(|m| sky.followed(m)), [false, true, true]);
-        let far = Way {
-            emitter: false,
-            ..way("ddddddd")
-        };
+        let far = Way { emitter: false, ..way("ddddddd") };
         assert!(!far.followed(Report));
     }
 }

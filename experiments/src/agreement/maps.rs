@@ -51,10 +51,7 @@ impl Maps {
     /// For so many images.
     pub fn new(images: u64) -> Self {
         let pixels = (SIZE[0] * SIZE[1]) as usize;
-        let empty = Place {
-            pilot: Values::new(1.0),
-            tested: Values::new(1.0),
-        };
+        let empty = Place { pilot: Values::new(1.0), tested: Values::new(1.0) };
         Self {
             pilot: images / PILOT,
             images: 0,
@@ -80,12 +77,7 @@ impl Maps {
             };
             places.into_iter().map(place).collect()
         });
-        Self {
-            pilot: 0,
-            images: 0,
-            tiles,
-            pixels,
-        }
+        Self { pilot: 0, images: 0, tiles, pixels }
     }
 
     /// Adds an image; returns its mean.
@@ -151,11 +143,8 @@ pub(super) fn note_map(
 ) -> (Map, Option<Vec<u64>>) {
     let enough = |count: usize, of: usize| count as f64 >= LEAST_SHARE * of as f64;
     let total = a.tiles.len();
-    let (tiles, count) = judged(
-        [&a.tiles, &b.tiles],
-        SIZE[0] as usize / TILE,
-        share / total as f64,
-    );
+    let (tiles, count) =
+        judged([&a.tiles, &b.tiles], SIZE[0] as usize / TILE, share / total as f64);
     let what = format!("{}: {}, tiles", name(cell.scene), name(cell.estimator));
     let key = format!("{}.{}", name(cell.scene), name(cell.estimator));
     lab.number(&format!("{key}.tiles.judged"), count as f64);

@@ -25,22 +25,12 @@ fn main() -> ExitCode {
 }
 
 fn run(options: &PlotCells) -> Result<(), Error> {
-    let out = options
-        .out
-        .clone()
-        .unwrap_or_else(|| options.file.with_extension("svg"));
+    let out = options.out.clone().unwrap_or_else(|| options.file.with_extension("svg"));
     if out.extension().is_none_or(|extension| extension != "svg") {
-        return Err(Error::Option(format!(
-            "--out {} must end in .svg",
-            out.display()
-        )));
+        return Err(Error::Option(format!("--out {} must end in .svg", out.display())));
     }
     let cells = cells::read(&options.file)?;
-    let title = options
-        .file
-        .file_stem()
-        .unwrap_or_default()
-        .to_string_lossy();
+    let title = options.file.file_stem().unwrap_or_default().to_string_lossy();
     cells::plot(&cells, &title, &out)?;
     say!("{} cells: {}", cells.len(), out.display());
     Ok(())

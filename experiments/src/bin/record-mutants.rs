@@ -48,10 +48,7 @@ fn main() -> ExitCode {
 }
 
 fn run(options: &RecordMutants) -> Result<(), Error> {
-    let folder = options
-        .folder
-        .clone()
-        .unwrap_or_else(record::recorded_folder);
+    let folder = options.folder.clone().unwrap_or_else(record::recorded_folder);
     let mut known = if folder.join(FILE).exists() {
         Record::read(&folder).map_err(Error::Option)?
     } else {
@@ -104,9 +101,7 @@ fn count(mutants: &[(String, String)]) -> Result<(Counts, Vec<String>), Error> {
                 missed.push(name.clone());
             }
             other => {
-                return Err(Error::Option(format!(
-                    "{name} ended with {other}: run it again"
-                )));
+                return Err(Error::Option(format!("{name} ended with {other}: run it again")));
             }
         }
     }

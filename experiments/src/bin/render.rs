@@ -14,11 +14,7 @@ use whitefurnace::image::{check_writable, write_exr, write_png};
 
 fn main() -> ExitCode {
     let (options, given) = cli::parse_given::<Render>();
-    cli::exit(
-        options
-            .checked_job(given)
-            .and_then(|job| run(&options, &job)),
-    )
+    cli::exit(options.checked_job(given).and_then(|job| run(&options, &job)))
 }
 
 fn run(options: &Render, job: &Job) -> Result<Ending, Error> {

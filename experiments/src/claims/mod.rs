@@ -40,10 +40,7 @@ fn run(lab: &mut Lab) -> Result<(), Error> {
     walks::truncation(lab, "truncation.svg")?;
     samples::edges(lab, "edges.svg")?;
     pictures::antialiasing(lab, ["antialiasing.png", "centre.png", "jittered.png"])?;
-    pictures::noise(
-        lab,
-        ["noise.png", "noise.svg", "noise-8.png", "noise-512.png"],
-    )
+    pictures::noise(lab, ["noise.png", "noise.svg", "noise-8.png", "noise-512.png"])
 }
 
 /// How many intervals this experiment draws and judges, at most.

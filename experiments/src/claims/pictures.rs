@@ -11,12 +11,8 @@ use crate::plot::chart::{Chart, Mark, Series, rows};
 
 /// A part of the room in a frame of 400 × 300.
 fn crop(lab: &Lab, job: Job, label: &str, corner: [u32; 2], size: [u32; 2]) -> Result<Film, Error> {
-    let job = Job {
-        size: [400, 300],
-        window: Some(Window { corner, size }),
-        seed: lab.seed(),
-        ..job
-    };
+    let job =
+        Job { size: [400, 300], window: Some(Window { corner, size }), seed: lab.seed(), ..job };
     lab.render(&job, label)
 }
 
@@ -63,18 +59,11 @@ pub fn noise(lab: &mut Lab, [picture, plot, few, many]: [&str; 4]) -> Result<(),
     let (mut films, mut errors) = (Vec::new(), Vec::new());
     for spp in SAMPLES {
         // Without mirrors and glass: their rare bright paths make a spread of its own.
-        let job = Job {
-            scene: SceneName::DiffuseRoom,
-            spp,
-            ..Job::default()
-        };
+        let job = Job { scene: SceneName::DiffuseRoom, spp, ..Job::default() };
         let film = crop(lab, job, &format!("{spp} spp"), [150, 100], [side, side])?;
         // One sample has no spread.
         if spp > 1 {
-            let squares = film
-                .pixels()
-                .iter()
-                .map(|pixel| pixel.standard_error().length_squared());
+            let squares = film.pixels().iter().map(|pixel| pixel.standard_error().length_squared());
             let error = (squares.sum::<f64>() / film.pixels().len() as f64).sqrt();
             lab.number(&format!("noise.{spp}"), error);
             errors.push([f64::from(spp), error]);

@@ -73,19 +73,13 @@ pub fn residuals(lab: &mut Lab, file: &str) -> Result<(), Error> {
     lab.number("residuals.cells", cells as f64);
     let mut panels = Vec::new();
     for sampler in &SAMPLERS {
-        let mut rng = stream(
-            seed_for(lab.seed(), &format!("residuals {}", sampler.name)),
-            0,
-            0,
-        );
+        let mut rng = stream(seed_for(lab.seed(), &format!("residuals {}", sampler.name)), 0, 0);
         let mut counts = vec![0_u64; cells];
         for _ in 0..n {
             counts[cell((sampler.cell)((sampler.sample)(&mut rng)))] += 1;
         }
-        let values: Vec<f64> = counts
-            .iter()
-            .map(|&count| (count as f64 - expected) / expected.sqrt())
-            .collect();
+        let values: Vec<f64> =
+            counts.iter().map(|&count| (count as f64 - expected) / expected.sqrt()).collect();
         let statistic: f64 = values.iter().map(|r| r * r).sum();
         let p = chi_square_sf(statistic, cells as f64 - 1.0);
         let worst = values.iter().fold(0.0_f64, |worst, r| worst.max(r.abs()));
@@ -93,11 +87,7 @@ pub fn residuals(lab: &mut Lab, file: &str) -> Result<(), Error> {
         lab.number(&key("chi_square"), statistic);
         lab.number(&key("p"), p);
         lab.number(&key("worst"), worst);
-        let verdict = if sampler.right {
-            "agrees with"
-        } else {
-            "is rejected by"
-        };
+        let verdict = if sampler.right { "agrees with" } else { "is rejected by" };
         let level = FAMILY / SAMPLERS.len() as f64;
         lab.claim(
             &format!("residuals, {}", sampler.title),
@@ -116,10 +106,7 @@ pub fn residuals(lab: &mut Lab, file: &str) -> Result<(), Error> {
             (empty, format!("own scale, cut at ±{empty} σ"))
         };
         panels.push(Map {
-            title: format!(
-                "{}: greatest residual {worst:.1} σ ({scale})",
-                sampler.title
-            ),
+            title: format!("{}: greatest residual {worst:.1} σ ({scale})", sampler.title),
             axes: ["azimuth φ (turns)".into(), sampler.share.into()],
             ranges: [[0.0, 1.0]; 2],
             size: CELLS.map(|n| n as u32),

@@ -17,13 +17,9 @@ use crate::plot::chart::{Chart, Mark, Series, rows};
 pub fn hemispheres(lab: &mut Lab, file: &str) -> Result<(), Error> {
     type Sampler = fn(&mut whitefurnace::rng::Stream) -> DVec3;
     let samplers: [(&str, Sampler); 3] = [
-        ("uniform, two numbers", |rng| {
-            uniform_hemisphere(uniform2(rng))
-        }),
+        ("uniform, two numbers", |rng| uniform_hemisphere(uniform2(rng))),
         ("cosine-weighted", |rng| cosine_hemisphere(uniform2(rng))),
-        ("as printed: one number r", |rng| {
-            hemisphere_printed(uniform(rng))
-        }),
+        ("as printed: one number r", |rng| hemisphere_printed(uniform(rng))),
     ];
     let panel = |(k, (title, sampler)): (usize, (&str, Sampler))| {
         let mut rng = stream(seed_for(lab.seed(), title), 0, 0);
@@ -55,13 +51,7 @@ pub fn hemispheres(lab: &mut Lab, file: &str) -> Result<(), Error> {
 /// Radiance from everywhere alike, and from a band at the horizon: what the trials' profiles leave out,
 /// because a ratio is infinite or takes too many samples to judge finely.
 const MORE: [Profile; 2] = [
-    Profile {
-        name: "1",
-        radiance: |_| 1.0,
-        mean: 1.0,
-        uniform: 1.0 / 3.0,
-        cosine: 0.0,
-    },
+    Profile { name: "1", radiance: |_| 1.0, mean: 1.0, uniform: 1.0 / 3.0, cosine: 0.0 },
     Profile {
         name: "band",
         radiance: |w| if w.z < 0.1 { 1.0 } else { 0.0 },
@@ -77,10 +67,9 @@ pub fn importance(lab: &mut Lab, file: &str) -> Result<(), Error> {
     let mut series = Vec::new();
     let mut all_hold = true;
     let profiles: Vec<Profile> = PROFILES.into_iter().chain(MORE).collect();
-    for (colour, label, method, cosine) in [
-        (2, "uniform", UNIFORM, false),
-        (0, "cosine-weighted", COSINE, true),
-    ] {
+    for (colour, label, method, cosine) in
+        [(2, "uniform", UNIFORM, false), (0, "cosine-weighted", COSINE, true)]
+    {
         let (mut closed, mut found, mut bars) = (Vec::new(), Vec::new(), Vec::new());
         for (k, profile) in profiles.iter().enumerate() {
             let seed = seed_for(lab.seed(), &format!("{label} {}", profile.name));
@@ -88,18 +77,11 @@ pub fn importance(lab: &mut Lab, file: &str) -> Result<(), Error> {
             let squares: Moments = (0..n)
                 .map(|_| (profile.estimate(method, uniform2(&mut rng)) - profile.mean).powi(2))
                 .collect();
-            let known = if cosine {
-                profile.cosine
-            } else {
-                profile.uniform
-            };
+            let known = if cosine { profile.cosine } else { profile.uniform };
             let half = critical() * squares.standard_error();
             // Constant light has no variance at all; what is left is rounding.
             all_hold &= (squares.mean() - known).abs() <= half.max(1e-20);
-            lab.number(
-                &format!("importance.{}.{label}", profile.name),
-                squares.mean(),
-            );
+            lab.number(&format!("importance.{}.{label}", profile.name), squares.mean());
             let x = k as f64 + if cosine { 0.1 } else { -0.1 };
             if known > 0.0 {
                 closed.push([[x - 0.09, known], [x + 0.09, known]]);
@@ -107,15 +89,8 @@ pub fn importance(lab: &mut Lab, file: &str) -> Result<(), Error> {
                 bars.push([squares.mean() - half, squares.mean() + half]);
             }
         }
-        series.push(Series {
-            bars,
-            ..Series::new(label, colour, Mark::Points, found)
-        });
-        series.extend(
-            closed
-                .into_iter()
-                .map(|ends| Series::new("", 6, Mark::Line, ends.to_vec())),
-        );
+        series.push(Series { bars, ..Series::new(label, colour, Mark::Points, found) });
+        series.extend(closed.into_iter().map(|ends| Series::new("", 6, Mark::Line, ends.to_vec())));
     }
     lab.claim(
         "importance sampling: variances are their closed forms",
@@ -128,11 +103,7 @@ pub fn importance(lab: &mut Lab, file: &str) -> Result<(), Error> {
         let ratio = profile.uniform / profile.cosine;
         lab.note(
             &format!("radiance {}: uniform over cosine variance", profile.name),
-            if ratio.is_finite() {
-                format!("{ratio:.3}")
-            } else {
-                "no variance left".to_owned()
-            },
+            if ratio.is_finite() { format!("{ratio:.3}") } else { "no variance left".to_owned() },
         );
     }
     rows(
@@ -171,9 +142,8 @@ pub fn fresnel(lab: &mut Lab, file: &str) -> Result<(), Error> {
             });
             Series::new(label, k, Mark::Line, points.collect())
         });
-        let marks = marks
-            .iter()
-            .map(|&x| Series::new("", 6, Mark::Faint, vec![[x, 0.0], [x, 1.0]]));
+        let marks =
+            marks.iter().map(|&x| Series::new("", 6, Mark::Faint, vec![[x, 0.0], [x, 1.0]]));
         Chart {
             title: title.to_owned(),
             axes: ["angle of incidence (degrees)".into(), "reflectance".into()],
@@ -199,10 +169,7 @@ pub fn fresnel(lab: &mut Lab, file: &str) -> Result<(), Error> {
                 &[brewster],
             ),
             panel(
-                &format!(
-                    "Glass to air: Brewster {:.2}°, critical {critical:.2}°",
-                    90.0 - brewster
-                ),
+                &format!("Glass to air: Brewster {:.2}°, critical {critical:.2}°", 90.0 - brewster),
                 1.5,
                 1.0,
                 &[90.0 - brewster, critical],
@@ -220,9 +187,7 @@ pub fn edges(lab: &mut Lab, file: &str) -> Result<(), Error> {
     let strategies: [(&str, Strategy, Law); 3] = [
         ("random", |_| PixelSampling::Random, |n| 1.0 / (6.0 * n)),
         ("grid", PixelSampling::Grid, |n| 1.0 / (12.0 * n)),
-        ("jittered", PixelSampling::Jitter, |n| {
-            1.0 / (6.0 * n.powf(1.5))
-        }),
+        ("jittered", PixelSampling::Jitter, |n| 1.0 / (6.0 * n.powf(1.5))),
     ];
     const SIDES: [u32; 5] = [1, 2, 4, 8, 16];
     let mut series = Vec::new();
@@ -232,9 +197,8 @@ pub fn edges(lab: &mut Lab, file: &str) -> Result<(), Error> {
         for side in SIDES {
             let samples = side * side;
             let mut rng = stream(seed_for(lab.seed(), label), samples, 0);
-            let errors: Moments = (0..n)
-                .map(|_| squared_error(&mut rng, strategy(side), samples))
-                .collect();
+            let errors: Moments =
+                (0..n).map(|_| squared_error(&mut rng, strategy(side), samples)).collect();
             let half = critical() * errors.standard_error();
             let known = law(f64::from(samples));
             all_hold &= (errors.mean() - known).abs() <= half;
@@ -242,13 +206,8 @@ pub fn edges(lab: &mut Lab, file: &str) -> Result<(), Error> {
             found.push([f64::from(samples), errors.mean()]);
             bars.push([errors.mean() - half, errors.mean() + half]);
         }
-        let line = SIDES
-            .map(|side| f64::from(side * side))
-            .map(|n| [n, law(n)]);
-        series.push(Series {
-            bars,
-            ..Series::new(label, colour, Mark::Points, found)
-        });
+        let line = SIDES.map(|side| f64::from(side * side)).map(|n| [n, law(n)]);
+        series.push(Series { bars, ..Series::new(label, colour, Mark::Points, found) });
         series.push(Series::new("", colour, Mark::Line, line.to_vec()));
     }
     lab.claim(

@@ -45,24 +45,12 @@ pub fn roulette(lab: &mut Lab, file: &str) -> Result<(), Error> {
     let mut all_hold = true;
     for (colour, a) in ALBEDOS.into_iter().enumerate() {
         let exact = 1.0 / (1.0 - a);
-        let survivals = [0.5, 0.6, 0.75, 0.8, 0.9, 0.95]
-            .into_iter()
-            .filter(|&q| q >= a);
+        let survivals = [0.5, 0.6, 0.75, 0.8, 0.9, 0.95].into_iter().filter(|&q| q >= a);
         let found: Vec<_> = survivals
-            .map(|q| {
-                (
-                    q,
-                    walks(lab, &format!("roulette {a} {q}"), n, RIGHT, [a, q]),
-                )
-            })
+            .map(|q| (q, walks(lab, &format!("roulette {a} {q}"), n, RIGHT, [a, q])))
             .collect();
         let label = format!("albedo {a}");
-        means.push(Series::new(
-            &label,
-            colour,
-            Mark::Line,
-            vec![[0.2, exact], [1.0, exact]],
-        ));
+        means.push(Series::new(&label, colour, Mark::Line, vec![[0.2, exact], [1.0, exact]]));
         means.push(Series {
             bars: found.iter().map(|(_, (m, _))| interval(m)).collect(),
             ..points(colour, found.iter().map(|(q, (m, _))| [*q, m.mean()]))
@@ -72,12 +60,7 @@ pub fn roulette(lab: &mut Lab, file: &str) -> Result<(), Error> {
             survivals.map(|q| [q, f(q)]).collect::<Vec<_>>()
         };
         let efficiency = |q: f64| 1.0 / (variance(a, q) * vertices(q));
-        variances.push(Series::new(
-            &label,
-            colour,
-            Mark::Line,
-            curve(&|q| variance(a, q)),
-        ));
+        variances.push(Series::new(&label, colour, Mark::Line, curve(&|q| variance(a, q))));
         variances.push(Series {
             bars: found.iter().map(|(_, (_, s))| interval(s)).collect(),
             ..points(colour, found.iter().map(|(q, (_, s))| [*q, s.mean()]))
@@ -86,9 +69,7 @@ pub fn roulette(lab: &mut Lab, file: &str) -> Result<(), Error> {
         efficiencies.push(Series::new(&label, colour, Mark::Line, curve(&efficiency)));
         efficiencies.push(points(
             colour,
-            found
-                .iter()
-                .map(|(q, (_, s))| [*q, 1.0 / (s.mean() * vertices(*q))]),
+            found.iter().map(|(q, (_, s))| [*q, 1.0 / (s.mean() * vertices(*q))]),
         ));
         efficiencies.push(wall(a * a, [1e-4, 1e1]));
         for (q, (values, squares)) in &found {
@@ -100,10 +81,7 @@ pub fn roulette(lab: &mut Lab, file: &str) -> Result<(), Error> {
         let [low, high] = [a, 0.95].map(efficiency);
         lab.note(
             &format!("roulette, albedo {a}: efficiency at survival {a} and 0.95"),
-            format!(
-                "{low:.4}, {high:.4}; the variance is infinite up to {:.4}",
-                a * a
-            ),
+            format!("{low:.4}, {high:.4}; the variance is infinite up to {:.4}", a * a),
         );
     }
     lab.claim(
@@ -124,13 +102,7 @@ pub fn roulette(lab: &mut Lab, file: &str) -> Result<(), Error> {
         [900, 1260],
         1,
         &[
-            chart(
-                "Mean: whatever the survival",
-                "mean",
-                [0.0, 14.0],
-                false,
-                means,
-            ),
+            chart("Mean: whatever the survival", "mean", [0.0, 14.0], false, means),
             chart(
                 "Variance: infinite left of the squared albedo (grey)",
                 "variance of a path",
@@ -171,18 +143,10 @@ pub fn truncation(lab: &mut Lab, file: &str) -> Result<(), Error> {
         let curve = (0..=200).map(|i| f64::from(i) / 10.0);
         let curve = curve.map(|b| [b, a.powf(b + 1.0)]);
         let curve = curve.filter(|&[_, lost]| lost >= LEAST).collect();
-        series.push(Series::new(
-            &format!("albedo {a}"),
-            colour,
-            Mark::Line,
-            curve,
-        ));
+        series.push(Series::new(&format!("albedo {a}"), colour, Mark::Line, curve));
         let (mut lost, mut bars) = (Vec::new(), Vec::new());
         for b in [1, 2, 3, 5, 7, 10, 15, 20] {
-            let parts = Parts {
-                longest: Some(b),
-                ..RIGHT
-            };
+            let parts = Parts { longest: Some(b), ..RIGHT };
             let (values, _) = walks(lab, &format!("cut {a} {b}"), n, parts, [a, 0.95]);
             let [low, high] = interval(&values).map(|v| 1.0 - v / exact);
             let known = a.powi(b as i32 + 1);
@@ -204,10 +168,7 @@ pub fn truncation(lab: &mut Lab, file: &str) -> Result<(), Error> {
                 bars.push([high, low]);
             }
         }
-        series.push(Series {
-            bars,
-            ..Series::new("", colour, Mark::Points, lost)
-        });
+        series.push(Series { bars, ..Series::new("", colour, Mark::Points, lost) });
     }
     series.push(wall(7.0, [LEAST, 1.0]));
     lab.claim(

@@ -26,10 +26,7 @@ pub(super) fn lost(lab: &mut Lab) -> Result<(), Error> {
     for caustics in [true, false] {
         let report = Report {
             segments: SEGMENTS,
-            rules: LightRules {
-                caustics,
-                ..LightRules::PHYSICAL
-            },
+            rules: LightRules { caustics, ..LightRules::PHYSICAL },
             ..Report::default()
         };
         job.replications_by(&report, 0..images, |image| {
@@ -49,11 +46,6 @@ pub(super) fn lost(lab: &mut Lab) -> Result<(), Error> {
         lost.mean(),
         "relative change of the room's mean radiance without light by way of mirrors and glass",
     );
-    size(
-        lab,
-        "caustics.room.error",
-        lost.standard_error(),
-        "is its standard error",
-    );
+    size(lab, "caustics.room.error", lost.standard_error(), "is its standard error");
     Ok(())
 }

@@ -23,11 +23,7 @@ pub(super) fn edges(lab: &mut Lab) {
         let ray = Ray::new(from, (target - from).normalize());
         // The two lie on different sides of the edge as the ray sees it, or the ray may rightly miss.
         let side = |p: DVec3| (b - a).cross(p - a).dot(ray.direction);
-        let other = if side(c) * side(d) < 0.0 {
-            d
-        } else {
-            2.0 * target - c
-        };
+        let other = if side(c) * side(d) < 0.0 { d } else { 2.0 * target - c };
         // Neighbours of a mesh run along their edge in opposite directions, from any corner.
         let mut neighbour = [b, a, other];
         neighbour.rotate_left((3.0 * uniform(&mut rng)) as usize);
@@ -75,12 +71,7 @@ pub(super) fn far_spheres(lab: &mut Lab) {
             }
         }
         if exponent == 2 {
-            size(
-                lab,
-                "sphere.single.1e2",
-                single,
-                "radii: the same in single precision",
-            );
+            size(lab, "sphere.single.1e2", single, "radii: the same in single precision");
         }
         size(
             lab,

@@ -66,10 +66,7 @@ pub(super) fn importance(lab: &mut Lab) {
             };
             over(2) - over(1).powi(2)
         };
-        let [uniform, cosine] = [
-            variance(uniform_hemisphere_pdf),
-            variance(cosine_hemisphere_pdf),
-        ];
+        let [uniform, cosine] = [variance(uniform_hemisphere_pdf), variance(cosine_hemisphere_pdf)];
         size(
             lab,
             &format!("importance.{name}.uniform"),
@@ -126,9 +123,6 @@ pub(super) fn slanted_edges(lab: &mut Lab) {
 
 /// ∫ f(r) dr over [0, 1].
 fn along(f: impl Fn(f64) -> f64) -> f64 {
-    let unit = Rectangle {
-        x: [0.0, 1.0],
-        y: [0.0, 1.0],
-    };
+    let unit = Rectangle { x: [0.0, 1.0], y: [0.0, 1.0] };
     integrate(unit, 1e-12, &mut |x, _| f(x)).value
 }

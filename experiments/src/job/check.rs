@@ -18,11 +18,7 @@ struct Condition {
 }
 
 const fn goes(option: &'static str, with: &'static str, applies: fn(&Job) -> bool) -> Condition {
-    Condition {
-        option,
-        with,
-        applies,
-    }
+    Condition { option, with, applies }
 }
 
 /// The options that do not always change something.
@@ -30,38 +26,24 @@ const CONDITIONS: &[Condition] = &[
     goes("light-sampling", "--estimator light and mis", |job| {
         matches!(job.estimator, EstimatorName::Light | EstimatorName::Mis)
     }),
-    goes("heuristic", "--estimator mis", |job| {
-        job.estimator == EstimatorName::Mis
+    goes("heuristic", "--estimator mis", |job| job.estimator == EstimatorName::Mis),
+    goes("diffuse", "--scene report, and not --convention published", |job| {
+        job.scene == SceneName::Report && job.convention != ConventionName::Published
     }),
-    goes(
-        "diffuse",
-        "--scene report, and not --convention published",
-        |job| job.scene == SceneName::Report && job.convention != ConventionName::Published,
-    ),
-    goes(
-        "rays",
-        "--estimator report, and not --convention published",
-        Job::splits,
-    ),
+    goes("rays", "--estimator report, and not --convention published", Job::splits),
     goes("photons", PHOTONS, Job::uses_photons),
     goes("radius", PHOTONS, Job::uses_photons),
     goes("gather", "--estimator photon", Job::keeps_one_map),
     goes("caustic-photons", CAUSTICS, Job::gathers),
     goes("caustic-radius", CAUSTICS, Job::gathers),
-    goes("patches", "--estimator radiosity", |job| {
-        job.estimator == EstimatorName::Radiosity
-    }),
+    goes("patches", "--estimator radiosity", |job| job.estimator == EstimatorName::Radiosity),
     goes("pixel", SINGLE_RAYS, |job| !job.renders_images()),
     goes("sampler", SINGLE_RAYS, |job| !job.renders_images()),
     goes("grid", "--pixel grid and jitter", |job| {
         matches!(job.pixel, PixelName::Grid | PixelName::Jitter)
     }),
-    goes("scrambles", "--sampler sobol", |job| {
-        job.sampler == SamplerName::Sobol
-    }),
-    goes("exposure", "--convention physical", |job| {
-        job.convention == ConventionName::Physical
-    }),
+    goes("scrambles", "--sampler sobol", |job| job.sampler == SamplerName::Sobol),
+    goes("exposure", "--convention physical", |job| job.convention == ConventionName::Physical),
 ];
 const PHOTONS: &str = "--estimator photon and sppm";
 const CAUSTICS: &str = "--estimator photon and --gather yes";
@@ -134,9 +116,7 @@ impl Job {
             given(&condition.option.replace('-', "_")) && !(condition.applies)(self)
         });
         idle.map_or(Ok(()), |Condition { option, with, .. }| {
-            Err(Error::Option(format!(
-                "--{option} changes nothing here: it goes with {with}"
-            )))
+            Err(Error::Option(format!("--{option} changes nothing here: it goes with {with}")))
         })
     }
 
@@ -150,10 +130,7 @@ impl Job {
 
     /// How finely radiosity divides the surfaces.
     pub(super) fn fineness(&self) -> Fineness {
-        Fineness {
-            patches: self.patches,
-            halvings: 0,
-        }
+        Fineness { patches: self.patches, halvings: 0 }
     }
 
     /// Refuses scenes whose light no particle carries, and more photons than fit memory.
@@ -167,8 +144,7 @@ impl Job {
             )));
         }
         if self.uses_photons() {
-            self.photons
-                .check_memory(self.keeps_one_map(), &scene, self.seed)?;
+            self.photons.check_memory(self.keeps_one_map(), &scene, self.seed)?;
         }
         Ok(())
     }

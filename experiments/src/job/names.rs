@@ -101,7 +101,5 @@ pub enum HeuristicName {
 
 /// The name that the command line uses for a value.
 pub fn name<T: ValueEnum + Copy>(value: T) -> String {
-    value
-        .to_possible_value()
-        .map_or_else(String::new, |value| value.get_name().to_owned())
+    value.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
 }

@@ -49,11 +49,7 @@ impl Job {
             line("scrambles", &self.scrambles.to_string());
         }
         line("size", &format!("{width}x{height}"));
-        if let Some(Window {
-            corner: [x, y],
-            size: [w, h],
-        }) = self.window
-        {
+        if let Some(Window { corner: [x, y], size: [w, h] }) = self.window {
             line("window", &format!("{w}x{h}+{x}+{y}"));
         }
         line("spp", &self.spp.to_string());

@@ -73,23 +73,11 @@ impl Job {
     ) -> Result<(), Error> {
         let progress = Progress::new(&name(self.estimator));
         if self.estimator != EstimatorName::Photon {
-            return self.with_estimator(
-                &progress,
-                Replications {
-                    range,
-                    each: &mut each,
-                },
-            );
+            return self.with_estimator(&progress, Replications { range, each: &mut each });
         }
         for index in range {
-            let job = Self {
-                seed: seed_for(self.seed, &format!("photons {index}")),
-                ..*self
-            };
-            let work = Replications {
-                range: 0..1,
-                each: &mut each,
-            };
+            let job = Self { seed: seed_for(self.seed, &format!("photons {index}")), ..*self };
+            let work = Replications { range: 0..1, each: &mut each };
             job.with_estimator(&progress, work)?;
         }
         Ok(())
@@ -106,10 +94,7 @@ impl Job {
         mut each: impl FnMut(&[DVec3]) -> Result<(), Error>,
     ) -> Result<(), Error> {
         self.check()?;
-        let work = Replications {
-            range,
-            each: &mut each,
-        };
+        let work = Replications { range, each: &mut each };
         work.rays(self, &self.build_scene()?, estimator)
     }
 
@@ -136,11 +121,7 @@ impl Job {
             }
             (EstimatorName::Sppm, _) => {
                 let (particles, radius) = self.photons.map();
-                let sppm = Sppm {
-                    parts: Standard,
-                    particles,
-                    radius,
-                };
+                let sppm = Sppm { parts: Standard, particles, radius };
                 work.images(self, &scene, &sppm)
             }
             (EstimatorName::Radiosity, _) => {
@@ -157,11 +138,7 @@ impl Job {
                 work.rays(self, &scene, &Published::default())
             }
             (EstimatorName::Report, _) => {
-                let report = Report {
-                    rays: self.rays,
-                    rules,
-                    ..Report::default()
-                };
+                let report = Report { rays: self.rays, rules, ..Report::default() };
                 work.rays(self, &scene, &report)
             }
         }
@@ -220,10 +197,7 @@ impl Work for Whole<'_> {
             bar.error(|| film.relative_error());
         }
         bar.finish();
-        Ok(Rendered {
-            film,
-            complete: done == replications,
-        })
+        Ok(Rendered { film, complete: done == replications })
     }
 
     /// Each image a replication.
@@ -259,9 +233,7 @@ impl Work for Replications<'_> {
         for index in self.range {
             let mut film = Film::new(job.size, None, sampling.samples_per_replication())?;
             let range = index..index + 1;
-            if !render(scene, estimator, sampling, &mut film, &range, &|_| {
-                !interrupted()
-            })? {
+            if !render(scene, estimator, sampling, &mut film, &range, &|_| !interrupted())? {
                 return Err(Error::Interrupted);
             }
             let image: Vec<DVec3> = film.pixels().iter().map(Pixel::mean).collect();

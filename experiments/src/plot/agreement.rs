@@ -130,13 +130,7 @@ fn cell(canvas: &mut Canvas, frame: Area, standing: Option<Standing>) {
     let blue = Pen::new(OKABE_ITO[2], 3.0);
     match standing {
         Some(Standing::Agrees) => {}
-        Some(Standing::Biased) => canvas.line(
-            &under,
-            Pen {
-                dash: "6 4",
-                ..blue
-            },
-        ),
+        Some(Standing::Biased) => canvas.line(&under, Pen { dash: "6 4", ..blue }),
         Some(Standing::Explained) => canvas.line(&under, blue),
         Some(Standing::Undecided) => {
             let pen = Pen::new(Rgb(120, 120, 120), 1.0);
@@ -144,10 +138,7 @@ fn cell(canvas: &mut Canvas, frame: Area, standing: Option<Standing>) {
         }
         Some(Standing::Differs) => canvas.frame(inner, Pen::new(OKABE_ITO[0], 3.0)),
         Some(Standing::Reference) => canvas.frame(inner, Pen::new(INK, 1.4)),
-        None => canvas.line(
-            &[[left, bottom], [right, top]],
-            Pen::new(Rgb(190, 190, 190), 1.0),
-        ),
+        None => canvas.line(&[[left, bottom], [right, top]], Pen::new(Rgb(190, 190, 190), 1.0)),
     }
 }
 
@@ -164,20 +155,14 @@ pub fn histograms(
     panels: &[(String, Vec<u64>)],
 ) -> Result<(), Error> {
     let rows = panels.len().div_ceil(ACROSS).max(1);
-    let size = [
-        ACROSS as f64 * PANEL[0] + 20.0,
-        rows as f64 * PANEL[1] + 72.0,
-    ];
+    let size = [ACROSS as f64 * PANEL[0] + 20.0, rows as f64 * PANEL[1] + 72.0];
     let mut canvas = Canvas::new(size, title, see);
     canvas.text(title, [14.0, 20.0], Anchor::Start, TITLE);
     let note =
         "p from 0 (left) to 1 (right); the line is a flat histogram; an arrowhead: the bar goes on";
     canvas.text(note, [14.0, 44.0], Anchor::Start, 13.0);
     for (i, (name, counts)) in panels.iter().enumerate() {
-        let corner = [
-            14.0 + (i % ACROSS) as f64 * PANEL[0],
-            62.0 + (i / ACROSS) as f64 * PANEL[1],
-        ];
+        let corner = [14.0 + (i % ACROSS) as f64 * PANEL[0], 62.0 + (i / ACROSS) as f64 * PANEL[1]];
         histogram(&mut canvas, corner, name, counts);
     }
     canvas.write(path)

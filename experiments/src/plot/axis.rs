@@ -46,11 +46,8 @@ impl Axis {
             }
             Division::Logarithmic => {
                 let [a, b] = [low, high].map(f64::log10);
-                let multiples: &[f64] = if 3.0 * (b - a) <= most {
-                    &[1.0, 2.0, 5.0]
-                } else {
-                    &[1.0]
-                };
+                let multiples: &[f64] =
+                    if 3.0 * (b - a) <= most { &[1.0, 2.0, 5.0] } else { &[1.0] };
                 let step = ((b - a) / most).ceil().max(1.0) as usize;
                 (a.floor() as i32..=b.ceil() as i32)
                     .step_by(step)
@@ -63,13 +60,7 @@ impl Axis {
                 std::iter::once(0.0).chain(either).collect()
             }
         };
-        let mut axis = Self {
-            ends: [low, high],
-            place,
-            division,
-            ticks: Vec::new(),
-            decimals,
-        };
+        let mut axis = Self { ends: [low, high], place, division, ticks: Vec::new(), decimals };
         axis.ticks = ticks.into_iter().filter(|&tick| axis.shows(tick)).collect();
         axis
     }
@@ -111,11 +102,7 @@ impl Axis {
                 let power = (value.log10() + 1e-9).floor();
                 if self.ends.iter().any(|end| end.log10().abs() > 4.5) {
                     let first = (value / 10f64.powf(power)).round();
-                    let times = if first == 1.0 {
-                        String::new()
-                    } else {
-                        format!("{first}·")
-                    };
+                    let times = if first == 1.0 { String::new() } else { format!("{first}·") };
                     format!("{times}10{}", superscript(power as i32))
                 } else {
                     let decimals = (-power).max(0.0) as usize;

@@ -37,11 +37,7 @@ pub(super) struct Pen {
 impl Pen {
     /// A line without gaps.
     pub const fn new(colour: Rgb, width: f64) -> Self {
-        Self {
-            colour,
-            width,
-            dash: "",
-        }
+        Self { colour, width, dash: "" }
     }
 }
 
@@ -77,12 +73,7 @@ pub(super) struct Canvas {
 impl Canvas {
     /// A white page. `title` says what it shows, `see` what there is to see.
     pub fn new(size: Point, title: &str, see: &str) -> Self {
-        Self {
-            size,
-            title: title.to_owned(),
-            see: see.to_owned(),
-            body: String::new(),
-        }
+        Self { size, title: title.to_owned(), see: see.to_owned(), body: String::new() }
     }
 
     /// Adds what `draw` draws, with attributes that plotters does not know.
@@ -110,9 +101,7 @@ impl Canvas {
     /// A filled rectangle.
     pub fn fill(&mut self, [left, top, right, bottom]: Area, colour: Rgb) {
         let corners = [place([left, top]), place([right, bottom])];
-        self.draw("", |page| {
-            page.draw_rect(corners[0], corners[1], &colour.filled(), true)
-        });
+        self.draw("", |page| page.draw_rect(corners[0], corners[1], &colour.filled(), true));
     }
 
     /// The border of a rectangle.
@@ -192,9 +181,7 @@ impl Canvas {
         // Plotters writes font sizes divided by 1.24.
         let font = ("sans-serif", 1.24 * f64::from(fine(size))).into_font();
         let ink = INK.plotters();
-        let style = TextStyle::from(font)
-            .color(&ink)
-            .pos(Pos::new(across, VPos::Center));
+        let style = TextStyle::from(font).color(&ink).pos(Pos::new(across, VPos::Center));
         self.draw(&turn, |page| page.draw_text(text, &style, (x, y)));
     }
 
@@ -291,7 +278,5 @@ impl Shape {
 }
 
 fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }

@@ -40,13 +40,7 @@ pub struct Series {
 impl Series {
     /// A series without error bars.
     pub fn new(label: &str, colour: usize, mark: Mark, points: Vec<[f64; 2]>) -> Self {
-        Self {
-            label: label.to_owned(),
-            colour,
-            mark,
-            points,
-            bars: Vec::new(),
-        }
+        Self { label: label.to_owned(), colour, mark, points, bars: Vec::new() }
     }
 }
 
@@ -118,11 +112,7 @@ impl Looks {
     fn pen(&self, series: &Series) -> Pen {
         match series.mark {
             Mark::Faint => Pen::new(Rgb(150, 150, 150), 1.0),
-            _ => Pen {
-                colour: colour(series),
-                width: 2.0,
-                dash: self.style(series).0,
-            },
+            _ => Pen { colour: colour(series), width: 2.0, dash: self.style(series).0 },
         }
     }
 }
@@ -145,19 +135,8 @@ const RADIUS: f64 = 4.2;
 fn draw(canvas: &mut Canvas, area: Area, chart: &Chart, looks: &Looks) {
     let [left, top, right, bottom] = area;
     let lines = legend(canvas, area, chart, looks);
-    let plot = [
-        left + LEFT,
-        top + TOP + LINE * lines as f64,
-        right - RIGHT,
-        bottom - BOTTOM,
-    ];
-    let divisions = chart.log.map(|log| {
-        if log {
-            Division::Logarithmic
-        } else {
-            Division::Linear
-        }
-    });
+    let plot = [left + LEFT, top + TOP + LINE * lines as f64, right - RIGHT, bottom - BOTTOM];
+    let divisions = chart.log.map(|log| if log { Division::Logarithmic } else { Division::Linear });
     let [x, y] = axes(plot, chart.ranges, divisions);
     frame(canvas, plot, [&x, &y], &chart.axes);
     heading(canvas, plot, top, &chart.title);
@@ -175,10 +154,7 @@ fn draw(canvas: &mut Canvas, area: Area, chart: &Chart, looks: &Looks) {
         match series.mark {
             Mark::Line | Mark::Faint => canvas.lines(&runs(&points, reach), pen),
             Mark::Points | Mark::Dots => {
-                let seen = series
-                    .points
-                    .iter()
-                    .filter(|[a, b]| x.shows(*a) && y.shows(*b));
+                let seen = series.points.iter().filter(|[a, b]| x.shows(*a) && y.shows(*b));
                 let seen: Vec<Point> = seen.map(place).collect();
                 let (shape, radius) = match series.mark {
                     Mark::Dots => (Shape::Disc, 1.3),
@@ -213,10 +189,7 @@ fn legend(canvas: &mut Canvas, [left, top, right, _]: Area, chart: &Chart, looks
                 canvas.line(&[[x, y], [x + 30.0, y]], looks.pen(part));
             }
         }
-        if let Some(part) = sample
-            .iter()
-            .find(|s| matches!(s.mark, Mark::Points | Mark::Dots))
-        {
+        if let Some(part) = sample.iter().find(|s| matches!(s.mark, Mark::Points | Mark::Dots)) {
             let shape = looks.style(part).1;
             canvas.marks(&[[x + 15.0, y]], shape, RADIUS, colour(part));
         }

@@ -48,10 +48,7 @@ pub fn differences(
         .flat_map(|(_, rows)| rows)
         .flatten()
         .fold(10.0f64, |largest, d| largest.max(d.abs()));
-    for (area, panel) in areas([size[0], size[1] - 46.0], 1, panels.len())
-        .into_iter()
-        .zip(panels)
-    {
+    for (area, panel) in areas([size[0], size[1] - 46.0], 1, panels.len()).into_iter().zip(panels) {
         let [left, top, right, bottom] = area;
         let area = [left, top + 46.0, right, bottom + 46.0];
         draw(&mut canvas, area, common, panel, 1.4 * largest);
@@ -85,10 +82,7 @@ fn draw(canvas: &mut Canvas, area: Area, common: &Common<'_>, panel: &Panel<'_>,
     x.ticks.clear();
     let labels = [String::new(), common.axis.to_owned()];
     frame(canvas, plot, [&x, &y], &labels);
-    canvas.line(
-        &[[plot[0], y.at(0.0)], [plot[2], y.at(0.0)]],
-        Pen::new(INK, 1.2),
-    );
+    canvas.line(&[[plot[0], y.at(0.0)], [plot[2], y.at(0.0)]], Pen::new(INK, 1.2));
     for i in 1..common.regions.len() {
         let at = middle(i) - 0.5 * step;
         canvas.line(&[[at, plot[1]], [at, plot[3]]], Pen::new(FAINT, 1.0));

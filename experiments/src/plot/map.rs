@@ -34,10 +34,7 @@ pub struct Map {
 /// The ends, a blue and a vermilion, are equally dark and equally far from the middle, and colour-blind
 /// readers can tell them apart.
 const MIDDLE: DVec3 = DVec3::new(0.97, 0.0, 0.0);
-const ENDS: [DVec3; 2] = [
-    DVec3::new(0.45, -0.034, -0.131),
-    DVec3::new(0.45, 0.108, 0.083),
-];
+const ENDS: [DVec3; 2] = [DVec3::new(0.45, -0.034, -0.131), DVec3::new(0.45, 0.108, 0.083)];
 
 /// The colour of a share of the bound, 8-bit sRGB. Equal steps of the share are equal steps in Oklab.
 pub fn diverging(share: f64) -> [u8; 3] {
@@ -94,12 +91,7 @@ const MARKED: f64 = 9.0;
 
 fn draw(canvas: &mut Canvas, area: Area, map: &Map) -> Result<(), String> {
     let [left, top, right, bottom] = area;
-    let plot = [
-        left + LEFT,
-        top + TOP,
-        right - 12.0 - GAP - BAR - LABELS,
-        bottom - 58.0,
-    ];
+    let plot = [left + LEFT, top + TOP, right - 12.0 - GAP - BAR - LABELS, bottom - 58.0];
     let [x, y] = axes(plot, map.ranges, [Division::Linear; 2]);
     frame(canvas, plot, [&x, &y], &map.axes);
     heading(canvas, plot, top, &map.title);
@@ -111,20 +103,13 @@ fn draw(canvas: &mut Canvas, area: Area, map: &Map) -> Result<(), String> {
             let beyond = (0..map.values.len()).filter(|&i| sign * map.values[i] > map.bound);
             let middle = |i: usize| {
                 let [column, row] = [i % map.size[0] as usize, i / map.size[0] as usize];
-                [
-                    plot[0] + (column as f64 + 0.5) * cell[0],
-                    plot[1] + (row as f64 + 0.5) * cell[1],
-                ]
+                [plot[0] + (column as f64 + 0.5) * cell[0], plot[1] + (row as f64 + 0.5) * cell[1]]
             };
             let at: Vec<[f64; 2]> = beyond.map(middle).collect();
             canvas.marks(&at, shape, 3.0, Rgb(255, 255, 255));
         }
     }
-    bar(
-        canvas,
-        [plot[2] + GAP, plot[1], plot[2] + GAP + BAR, plot[3]],
-        map,
-    );
+    bar(canvas, [plot[2] + GAP, plot[1], plot[2] + GAP + BAR, plot[3]], map);
     Ok(())
 }
 
@@ -133,18 +118,12 @@ fn cells(map: &Map) -> Result<Vec<u8>, String> {
     let [width, height] = map.size;
     let times = SHARP.div_ceil(width.max(height).max(1));
     let colour = |value: &f64| {
-        if value.is_nan() {
-            UNKNOWN
-        } else {
-            diverging(value / map.bound)
-        }
+        if value.is_nan() { UNKNOWN } else { diverging(value / map.bound) }
     };
     let colours: Vec<[u8; 3]> = map.values.iter().map(colour).collect();
     let mut pixels = Vec::new();
     for row in colours.chunks(width.max(1) as usize) {
-        let wide = row
-            .iter()
-            .flat_map(|&c| std::iter::repeat_n(c, times as usize));
+        let wide = row.iter().flat_map(|&c| std::iter::repeat_n(c, times as usize));
         let line: Vec<u8> = wide.flatten().collect();
         (0..times).for_each(|_| pixels.extend_from_slice(&line));
     }
@@ -171,27 +150,16 @@ fn bar(canvas: &mut Canvas, [left, top, right, bottom]: Area, map: &Map) {
     }
     for quarter in [1.0, 0.5, 0.0, -0.5, -1.0] {
         let value = map.bound * quarter;
-        let label = if value == 0.0 {
-            "0".to_owned()
-        } else {
-            format!("{value:+}").replace('-', "−")
-        };
+        let label =
+            if value == 0.0 { "0".to_owned() } else { format!("{value:+}").replace('-', "−") };
         let y = at(quarter);
         canvas.line(&[[right, y], [right + 4.0, y]], Pen::new(INK, 1.0));
         canvas.text(&label, [right + 8.0, y], Anchor::Start, LABEL);
     }
     if map.values.iter().any(|value| value.is_nan()) {
         let [r, g, b] = UNKNOWN;
-        canvas.fill(
-            [left - 8.0, bottom + 24.0, left + 4.0, bottom + 36.0],
-            Rgb(r, g, b),
-        );
-        canvas.text(
-            "not judged",
-            [left + 9.0, bottom + 30.0],
-            Anchor::Start,
-            13.0,
-        );
+        canvas.fill([left - 8.0, bottom + 24.0, left + 4.0, bottom + 36.0], Rgb(r, g, b));
+        canvas.text("not judged", [left + 9.0, bottom + 30.0], Anchor::Start, 13.0);
     }
     let place = [right + LABELS - 12.0, 0.5 * (top + bottom)];
     canvas.turned(&map.unit, place, Anchor::Middle, LABEL, 90);

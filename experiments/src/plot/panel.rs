@@ -36,19 +36,13 @@ pub(super) fn areas([width, height]: Point, columns: usize, count: usize) -> Vec
     let rows = count.div_ceil(columns).max(1);
     let [w, h] = [width / columns as f64, height / rows as f64];
     let corner = |i: usize| [(i % columns) as f64 * w, (i / columns) as f64 * h];
-    (0..count)
-        .map(corner)
-        .map(|[x, y]| [x, y, x + w, y + h])
-        .collect()
+    (0..count).map(corner).map(|[x, y]| [x, y, x + w, y + h]).collect()
 }
 
 /// The axes along the lower and the left side of the plotted area.
 pub(super) fn axes(plot: Area, [x, y]: [[f64; 2]; 2], divisions: [Division; 2]) -> [Axis; 2] {
     let [left, top, right, bottom] = plot;
-    [
-        Axis::new(x, divisions[0], [left, right]),
-        Axis::new(y, divisions[1], [bottom, top]),
-    ]
+    [Axis::new(x, divisions[0], [left, right]), Axis::new(y, divisions[1], [bottom, top])]
 }
 
 /// The title of a panel, over the middle of its plot.

@@ -89,20 +89,15 @@ pub fn graded(lab: &mut Lab, family: f64) -> Result<(), Error> {
     for k in 0..count {
         for measure in seeds.run(k)?.subjects {
             if measure.random {
-                by_name
-                    .entry(measure.name.clone())
-                    .or_default()
-                    .push(measure);
+                by_name.entry(measure.name.clone()).or_default().push(measure);
             }
         }
         bar.advance(1);
     }
     bar.finish();
     let mut left_out = LeftOut::default();
-    let counted: Vec<Counted> = by_name
-        .values()
-        .flat_map(|found| count_all(found, &mut left_out))
-        .collect();
+    let counted: Vec<Counted> =
+        by_name.values().flat_map(|found| count_all(found, &mut left_out)).collect();
     report(lab, &counted, &left_out, (count, seeds.scale, family));
     let line = |c: &Counted| {
         format!(
@@ -129,11 +124,8 @@ pub fn graded(lab: &mut Lab, family: f64) -> Result<(), Error> {
 /// named with the reason.
 pub fn count_all(found: &[Measure], left_out: &mut LeftOut) -> Vec<Counted> {
     let first = &found[0];
-    let mut reason = if first.approximate {
-        "claimed within a margin only"
-    } else {
-        "without graded control"
-    };
+    let mut reason =
+        if first.approximate { "claimed within a margin only" } else { "without graded control" };
     let mut counted: Vec<Counted> = Vec::new();
     for up in [true, false] {
         for (at, &wanted) in POWERS.iter().enumerate() {
@@ -195,10 +187,7 @@ fn report(lab: &mut Lab, counted: &[Counted], left_out: &LeftOut, size: (u64, f6
         lab.number(&format!("graded.share_{at}"), share);
         lab.note(
             &format!("graded controls at power {power}"),
-            format!(
-                "{share:.4} of all are rejected ({} controls under {seeds} seeds)",
-                near.len()
-            ),
+            format!("{share:.4} of all are rejected ({} controls under {seeds} seeds)", near.len()),
         );
     }
     let mut value = format!(
@@ -255,9 +244,7 @@ fn report(lab: &mut Lab, counted: &[Counted], left_out: &LeftOut, size: (u64, f6
 /// Those counted at this power, and not at the suite's own level.
 fn at_power(counted: &[Counted], power: f64) -> impl Iterator<Item = &Counted> {
     // A count's power jumps, and may be more than what was asked for.
-    counted
-        .iter()
-        .filter(move |c| !c.bound && c.level > ALPHA && (c.power - power).abs() < 0.05)
+    counted.iter().filter(move |c| !c.bound && c.level > ALPHA && (c.power - power).abs() < 0.05)
 }
 
 /// How many controls were rejected how often, and how many would be by the binomial law of each.

@@ -26,9 +26,8 @@ fn drawn(name: &str, draw: impl FnOnce(&std::path::Path) -> Result<(), Error>) -
 }
 
 /// The colours of series, in their order.
-const OKABE_ITO: [&str; 8] = [
-    "#D55E00", "#009E73", "#0072B2", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#828282",
-];
+const OKABE_ITO: [&str; 8] =
+    ["#D55E00", "#009E73", "#0072B2", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#828282"];
 
 fn chart(series: Vec<Series>) -> Chart {
     Chart {
@@ -42,9 +41,7 @@ fn chart(series: Vec<Series>) -> Chart {
 
 /// The elements that draw lines.
 fn paths(svg: &str) -> Vec<&str> {
-    svg.lines()
-        .filter(|line| line.starts_with("<polyline "))
-        .collect()
+    svg.lines().filter(|line| line.starts_with("<polyline ")).collect()
 }
 
 /// What draws marks, by colour: elements and the corners of polygons relative to the first.
@@ -59,10 +56,7 @@ fn marks(svg: &str) -> BTreeMap<&str, BTreeSet<String>> {
             _ => continue,
         };
         let colour = colour.expect("a colour");
-        marks
-            .entry(colour)
-            .or_default()
-            .insert(tag.to_owned() + &look);
+        marks.entry(colour).or_default().insert(tag.to_owned() + &look);
     }
     marks
 }
@@ -80,9 +74,7 @@ fn well_formed(svg: &str) {
 /// Points relative to the first.
 fn offsets(points: &str) -> String {
     let points = numbers(points);
-    let relative = points
-        .iter()
-        .map(|[x, y]| [x - points[0][0], y - points[0][1]]);
+    let relative = points.iter().map(|[x, y]| [x - points[0][0], y - points[0][1]]);
     format!("{:?}", relative.collect::<Vec<_>>())
 }
 
@@ -90,10 +82,7 @@ fn offsets(points: &str) -> String {
 fn numbers(points: &str) -> Vec<[f64; 2]> {
     let pixels = |text: &str| text.parse::<f64>().expect("a coordinate") / 100.0;
     let point = |text: &str| text.split_once(',').map(|(x, y)| [x, y].map(pixels));
-    points
-        .split_whitespace()
-        .map(|text| point(text).expect("a point"))
-        .collect()
+    points.split_whitespace().map(|text| point(text).expect("a point")).collect()
 }
 
 fn attribute<'a>(element: &'a str, name: &str) -> Option<&'a str> {
@@ -104,12 +93,7 @@ fn attribute<'a>(element: &'a str, name: &str) -> Option<&'a str> {
 #[test]
 fn every_figure_says_what_it_shows() {
     let see = "What there is to see & know.";
-    let line = |interval, verdict| Line {
-        label: "a".to_owned(),
-        estimate: 0.0,
-        interval,
-        verdict,
-    };
+    let line = |interval, verdict| Line { label: "a".to_owned(), estimate: 0.0, interval, verdict };
     let map = Map {
         title: "A < B".to_owned(),
         axes: ["x".to_owned(), "y".to_owned()],
@@ -121,22 +105,11 @@ fn every_figure_says_what_it_shows() {
     };
     let about = ("A < B", see);
     let names = ["n".to_owned()];
-    let common = Common {
-        regions: &[("a region", 2.0)],
-        axis: "y",
-        band: "allowed",
-    };
-    let square = |_, _| {
-        Some(Square {
-            text: "1".to_owned(),
-            standing: Standing::Biased,
-        })
-    };
+    let common = Common { regions: &[("a region", 2.0)], axis: "y", band: "allowed" };
+    let square = |_, _| Some(Square { text: "1".to_owned(), standing: Standing::Biased });
     let panels = [("n".to_owned(), vec![1, 2])];
     let figures = [
-        drawn("charts", |path| {
-            charts(path, see, [400, 300], &[chart(Vec::new())])
-        }),
+        drawn("charts", |path| charts(path, see, [400, 300], &[chart(Vec::new())])),
         drawn("differences", |path| {
             differences(path, about, &common, &[("panel", vec![[1.0, -50.0, 0.0]])])
         }),
@@ -145,19 +118,12 @@ fn every_figure_says_what_it_shows() {
             forest(path, about, &[line([-0.5, 0.5], undecided)])
         }),
         drawn("map", |path| maps(path, see, [400, 300], 1, &[map])),
-        drawn("matrix", |path| {
-            matrix(path, about, &names, &names, |_, _| Some(Seen::Missed))
-        }),
-        drawn("squares", |path| {
-            squares(path, about, (&names, &names), "blank", square)
-        }),
+        drawn("matrix", |path| matrix(path, about, &names, &names, |_, _| Some(Seen::Missed))),
+        drawn("squares", |path| squares(path, about, (&names, &names), "blank", square)),
         drawn("histograms", |path| histograms(path, about, &panels)),
     ];
     for svg in figures {
-        assert!(
-            svg.contains("<title id=\"title\">A &lt; B</title>"),
-            "{svg}"
-        );
+        assert!(svg.contains("<title id=\"title\">A &lt; B</title>"), "{svg}");
         let desc = "<desc id=\"see\">What there is to see &amp; know.</desc>";
         assert!(svg.contains(desc), "{svg}");
         assert!(svg.contains("aria-labelledby=\"title see\""), "{svg}");
@@ -168,31 +134,18 @@ fn every_figure_says_what_it_shows() {
 
 #[test]
 fn curves_are_not_jagged() {
-    let parabola = (0..=200)
-        .map(|i| f64::from(i) / 200.0)
-        .map(|x| [x, 0.1 + 0.05 * x * x]);
+    let parabola = (0..=200).map(|i| f64::from(i) / 200.0).map(|x| [x, 0.1 + 0.05 * x * x]);
     let series = Series::new("parabola", 0, Mark::Line, parabola.collect());
-    let svg = drawn("parabola", |path| {
-        charts(path, "", [400, 300], &[chart(vec![series])])
-    });
-    let curve = paths(&svg)
-        .into_iter()
-        .max_by_key(|path| path.len())
-        .expect("a curve");
+    let svg = drawn("parabola", |path| charts(path, "", [400, 300], &[chart(vec![series])]));
+    let curve = paths(&svg).into_iter().max_by_key(|path| path.len()).expect("a curve");
     let curve = numbers(attribute(curve, "points").expect("points"));
     let heights: Vec<f64> = curve.iter().map(|point| point[1]).collect();
     assert_eq!(heights.len(), 201);
     // A parabola has equal second differences: each is off by less than four roundings to two decimals.
-    let bend: Vec<f64> = heights
-        .windows(3)
-        .map(|y| y[0] - 2.0 * y[1] + y[2])
-        .collect();
+    let bend: Vec<f64> = heights.windows(3).map(|y| y[0] - 2.0 * y[1] + y[2]).collect();
     let [least, most] =
         [f64::min, f64::max].map(|of| bend.iter().copied().reduce(of).expect("many"));
-    assert!(
-        most - least <= 0.04,
-        "second differences from {least} to {most}"
-    );
+    assert!(most - least <= 0.04, "second differences from {least} to {most}");
 }
 
 #[test]
@@ -204,12 +157,7 @@ fn series_are_told_apart_without_colour() {
         // Black, 6, is the colour of references, which have a full line.
         let colours = (0..COUNT).filter(|&i| i != 6);
         let svg = drawn("series", |path| {
-            charts(
-                path,
-                "",
-                [400, 300],
-                &[chart(colours.map(series).collect())],
-            )
+            charts(path, "", [400, 300], &[chart(colours.map(series).collect())])
         });
         well_formed(&svg);
         let looks: BTreeSet<String> = match mark {
@@ -221,10 +169,7 @@ fn series_are_told_apart_without_colour() {
             _ => {
                 let marks = marks(&svg);
                 let colour = |i| OKABE_ITO[i];
-                (0..COUNT)
-                    .filter(|&i| i != 6)
-                    .map(|i| format!("{:?}", marks[colour(i)]))
-                    .collect()
+                (0..COUNT).filter(|&i| i != 6).map(|i| format!("{:?}", marks[colour(i)])).collect()
             }
         };
         assert_eq!(looks.len(), COUNT - 1, "{mark:?}: {looks:#?}");
@@ -250,9 +195,7 @@ fn what_is_off_a_map_s_scale_is_marked() {
     let triangles = |values| {
         let svg = two_cells("overflow", values);
         let rim = "<polygon stroke=\"#fff\"";
-        svg.lines()
-            .filter(|line| line.starts_with(rim) && line.contains("#FFFFFF"))
-            .count()
+        svg.lines().filter(|line| line.starts_with(rim) && line.contains("#FFFFFF")).count()
     };
     assert_eq!(triangles(vec![4.0, -4.0]), 0);
     assert_eq!(triangles(vec![4.1, 0.0]), 1);
@@ -269,9 +212,7 @@ fn maps_hold_their_cells_in_colours_of_equal_weight() {
         let linear = |channel: u8| (f64::from(channel) / 255.0).powf(2.2);
         let weights = [0.2126, 0.7152, 0.0722];
         let products = diverging(share).into_iter().zip(weights);
-        products
-            .map(|(channel, weight)| weight * linear(channel))
-            .sum()
+        products.map(|(channel, weight)| weight * linear(channel)).sum()
     };
     assert!((luminance(1.0) - luminance(-1.0)).abs() < 0.03);
     assert!(luminance(-1.0) < luminance(-0.5) && luminance(-0.5) < luminance(0.0));
@@ -286,22 +227,12 @@ fn maps_hold_their_cells_in_colours_of_equal_weight() {
         bound: 2.0,
         unit: String::from("residual (σ)"),
     };
-    maps(
-        &path,
-        "two cells",
-        [400, 300],
-        1,
-        std::slice::from_ref(&map),
-    )
-    .expect("a map");
+    maps(&path, "two cells", [400, 300], 1, std::slice::from_ref(&map)).expect("a map");
     let svg = fs::read_to_string(&path).expect("a map");
     // The first bytes of every PNG.
     assert!(svg.contains("href=\"data:image/png;base64,iVBORw0KGgo"));
     assert!(svg.trim_end().ends_with("</svg>"));
-    let short = Map {
-        values: vec![0.0],
-        ..map
-    };
+    let short = Map { values: vec![0.0], ..map };
     assert!(maps(&path, "two cells", [400, 300], 1, &[short]).is_err());
 }
 
@@ -315,10 +246,7 @@ fn what_is_not_judged_is_grey() {
         let data = svg.split("base64,").nth(1).expect("a picture");
         data.split('"').next().map(str::to_owned)
     };
-    assert!(
-        picture(&known) != picture(&unknown),
-        "as if it were far below"
-    );
+    assert!(picture(&known) != picture(&unknown), "as if it were far below");
 }
 
 /// Few columns leave as much room for title and legend as many: nothing is drawn over the cells or cut off.
@@ -327,31 +255,15 @@ fn a_narrow_matrix_has_room_for_its_legend() {
     let names = ["n".to_owned()];
     let blank = "not compared: undefined, or without finite variance";
     let title = "Image mean relative to the reference ± half its interval";
-    let square = |_, _| {
-        Some(Square {
-            text: "1".to_owned(),
-            standing: Standing::Agrees,
-        })
-    };
-    let svg = drawn("narrow", |path| {
-        squares(path, (title, ""), (&names, &names), blank, square)
-    });
+    let square = |_, _| Some(Square { text: "1".to_owned(), standing: Standing::Agrees });
+    let svg = drawn("narrow", |path| squares(path, (title, ""), (&names, &names), blank, square));
     let height = |text: &str| -> f64 {
         let mut lines = svg.lines();
         let line = lines.position(|line| line == text).expect("a text");
         let element = svg.lines().nth(line - 1).expect("its element");
-        attribute(element, "y")
-            .expect("a place")
-            .parse()
-            .expect("a number")
+        attribute(element, "y").expect("a place").parse().expect("a number")
     };
-    assert!(
-        height("n") > height(blank) + 1800.0,
-        "the legend stands in the matrix"
-    );
+    assert!(height("n") > height(blank) + 1800.0, "the legend stands in the matrix");
     let across = attribute(svg.lines().next().expect("a root"), "width").expect("a width");
-    assert!(
-        across.parse::<f64>().expect("a number") > 500.0,
-        "the title is cut off"
-    );
+    assert!(across.parse::<f64>().expect("a number") > 500.0, "the title is cut off");
 }

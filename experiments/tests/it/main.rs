@@ -44,11 +44,7 @@ fn render(folder: &Path, options: &str) -> Output {
 /// Asserts that it renders.
 fn renders(folder: &Path, options: &str) {
     let output = render(folder, options);
-    assert!(
-        output.status.success(),
-        "{options}: {}",
-        text(&output.stderr)
-    );
+    assert!(output.status.success(), "{options}: {}", text(&output.stderr));
 }
 
 fn reproduce(folder: &Path, options: &str) -> Output {
@@ -60,10 +56,7 @@ fn refused(output: &Output, hint: &str) {
     let message = text(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{message}");
     assert_eq!(message.trim_end().lines().count(), 1, "{message}");
-    assert!(
-        message.starts_with("error: ") && message.contains(hint),
-        "{hint}: {message}"
-    );
+    assert!(message.starts_with("error: ") && message.contains(hint), "{hint}: {message}");
 }
 
 fn text(bytes: &[u8]) -> String {
@@ -72,14 +65,7 @@ fn text(bytes: &[u8]) -> String {
 
 /// A small run into a folder.
 fn quick(out: PathBuf, shrink: u32) -> Options {
-    Options {
-        tier: Tier::Quick,
-        out,
-        seed: 1,
-        threads: None,
-        shrink,
-        rows: false,
-    }
+    Options { tier: Tier::Quick, out, seed: 1, threads: None, shrink, rows: false }
 }
 
 /// A recorded result with other findings: what is said, the value, and the verdict.

@@ -121,15 +121,9 @@ impl Call {
     fn film(&self) -> Result<Film, Error> {
         let scene = self.scene.as_ref().expect("a scene");
         match self.method {
-            Method::Path(strategy, lights, heuristic) => self.rays(
-                scene,
-                &Path {
-                    parts: Standard,
-                    strategy,
-                    lights,
-                    heuristic,
-                },
-            ),
+            Method::Path(strategy, lights, heuristic) => {
+                self.rays(scene, &Path { parts: Standard, strategy, lights, heuristic })
+            }
             Method::LightTracer => self.images(scene, &LightTracer::<Standard>::default()),
             Method::Bdpt => self.images(scene, &Bdpt::<Standard>::default()),
             Method::Photon(particles, radius, lookup) => {
@@ -137,31 +131,16 @@ impl Call {
                 let photons = PhotonMapping::new(Standard, scene, lookup, map, name)?;
                 self.rays(scene, &photons)
             }
-            Method::Sppm(particles, radius) => self.images(
-                scene,
-                &Sppm {
-                    parts: Standard,
-                    particles,
-                    radius,
-                },
-            ),
+            Method::Sppm(particles, radius) => {
+                self.images(scene, &Sppm { parts: Standard, particles, radius })
+            }
             Method::Radiosity(patches) => {
-                let fineness = Fineness {
-                    patches,
-                    halvings: 0,
-                };
-                self.rays(
-                    scene,
-                    &Radiosity::new(Standard, scene, fineness, &|_| true)?,
-                )
+                let fineness = Fineness { patches, halvings: 0 };
+                self.rays(scene, &Radiosity::new(Standard, scene, fineness, &|_| true)?)
             }
             Method::Whitted(rules) => self.rays(scene, &Whitted::new(rules)),
             Method::Report(rays, rules) => {
-                let report = Report {
-                    rays,
-                    rules,
-                    ..Report::default()
-                };
+                let report = Report { rays, rules, ..Report::default() };
                 self.rays(scene, &report)
             }
             Method::Published => self.rays(scene, &Published::default()),
@@ -169,11 +148,7 @@ impl Call {
     }
 
     fn rays<E: Estimator>(&self, scene: &Scene, estimator: &E) -> Result<Film, Error> {
-        let sampling = Sampling {
-            pixel: self.pixel,
-            numbers: self.numbers,
-            seed: self.seed,
-        };
+        let sampling = Sampling { pixel: self.pixel, numbers: self.numbers, seed: self.seed };
         let each = sampling.samples_per_replication();
         let mut film = Film::new(self.size, None, each)?;
         let range = 0..self.spp / each;
@@ -183,9 +158,7 @@ impl Call {
 
     fn images<E: ImageEstimator>(&self, scene: &Scene, estimator: &E) -> Result<Film, Error> {
         let mut film = Film::new(self.size, None, 1)?;
-        render_passes(scene, estimator, self.seed, &mut film, 0..self.spp, &|_| {
-            true
-        })?;
+        render_passes(scene, estimator, self.seed, &mut film, 0..self.spp, &|_| true)?;
         Ok(film)
     }
 }
@@ -199,10 +172,7 @@ fn path(call: &mut Call, strategy: Strategy) {
 
 /// Photon mapping with these photons and radii: for all light, and for caustics.
 fn photons(call: &mut Call, particles: [u32; 2], radii: [f64; 2]) {
-    let lookup = Lookup::Gather {
-        caustic_particles: particles[1],
-        caustic_radius: radii[1],
-    };
+    let lookup = Lookup::Gather { caustic_particles: particles[1], caustic_radius: radii[1] };
     call.method = Method::Photon(particles[0], radii[0], lookup);
 }
 
@@ -277,13 +247,7 @@ fn rows() -> Vec<Row> {
         Row("diffuse", "corrected", Plain, |_| {}),
         Row("diffuse", "eon", Plain, |c| {
             let roughness = OrenNayar::new(room::SIGMA).roughness();
-            white_sphere(
-                c,
-                Bsdf::Eon {
-                    albedo: GREY,
-                    roughness,
-                },
-            );
+            white_sphere(c, Bsdf::Eon { albedo: GREY, roughness });
         }),
         Row("rays", "3", Text, |c| {
             c.method = Method::Report(3, LightRules::REPORT);
@@ -358,10 +322,7 @@ impl Row {
     fn words(&self) -> Vec<String> {
         let Row(option, value, base, _) = self;
         let call = self.call();
-        let (size, spp) = (
-            format!("{}x{}", call.size[0], call.size[1]),
-            call.spp.to_string(),
-        );
+        let (size, spp) = (format!("{}x{}", call.size[0], call.size[1]), call.spp.to_string());
         let rest = format!("--size {size} --spp {spp} --out a.exr {}", base.options());
         let rest: Vec<&str> = rest.split_whitespace().collect();
         let option = format!("--{option}");
@@ -398,10 +359,7 @@ fn every_option_is_the_librarys_own_call() {
 
         let call = row.call();
         let film = call.film().expect("a film");
-        let provenance = Render::try_parse_from(&words)
-            .expect("options")
-            .job()
-            .provenance(true);
+        let provenance = Render::try_parse_from(&words).expect("options").job().provenance(true);
         // The file says all that decides its pixels.
         let Row(option, value, ..) = row;
         if !["", "threads", "exposure", "out"].contains(&option) {
@@ -426,10 +384,7 @@ fn every_option_is_the_librarys_own_call() {
         }
     }
     for (Row(option, value, base, _), command, picture) in &pictures {
-        let (_, of_base) = bases
-            .iter()
-            .find(|(other, _)| other == base)
-            .expect("a row");
+        let (_, of_base) = bases.iter().find(|(other, _)| other == base).expect("a row");
         let same = ["threads", "out"].contains(option) || says(*base, option, value);
         assert_eq!(picture == of_base, same, "{command}");
     }
@@ -463,8 +418,7 @@ fn every_option_and_value_has_a_row() {
             continue;
         };
         let tried = |value: Option<&str>| {
-            rows.iter()
-                .any(|row| row.0 == long && value.is_none_or(|value| row.1 == value))
+            rows.iter().any(|row| row.0 == long && value.is_none_or(|value| row.1 == value))
         };
         let values = argument.get_possible_values();
         if values.is_empty() && !tried(None) {

@@ -70,9 +70,7 @@ fn recording_divides_large_pictures_and_leaves_out_large_plots() {
     for band in (1..).map(|k| to.join(format!("c.band-{k}.png"))) {
         let Ok(bytes) = fs::read(&band) else { break };
         assert!(bytes.len() as u64 <= LARGEST_RECORDED, "{}", band.display());
-        let mut reader = png::Decoder::new(Cursor::new(bytes))
-            .read_info()
-            .expect("a PNG");
+        let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info().expect("a PNG");
         let mut rows = vec![0; reader.output_buffer_size().expect("a size")];
         reader.next_frame(&mut rows).expect("pixels");
         joined.extend(rows);

@@ -40,10 +40,7 @@ fn bad_input_gets_one_line_exit_code_two_and_leaves_nothing() {
         ("--patches -1", "1 to 4294967295"),
         ("--out out/picture.png", ".exr"),
         ("--out /dev/null/picture.exr", "/dev/null"),
-        (
-            "--convention published --estimator mis",
-            "--estimator report",
-        ),
+        ("--convention published --estimator mis", "--estimator report"),
         ("--scene environment --estimator light-tracer", "background"),
         ("--estimator bdpt --pixel centre", "--pixel"),
         ("--estimator bdpt --pixel random", "--pixel"),
@@ -51,10 +48,7 @@ fn bad_input_gets_one_line_exit_code_two_and_leaves_nothing() {
         ("--scene cornell --convention report", "--scene report"),
         ("--rays 4", "--estimator report"),
         ("--rays 1", "--estimator report"),
-        (
-            "--estimator bsdf --light-sampling solid-angle",
-            "--estimator light and mis",
-        ),
+        ("--estimator bsdf --light-sampling solid-angle", "--estimator light and mis"),
         ("--estimator light --heuristic power", "--estimator mis"),
         ("--radius 1", "--estimator photon"),
         ("--photons 1000", "--estimator photon"),
@@ -64,24 +58,15 @@ fn bad_input_gets_one_line_exit_code_two_and_leaves_nothing() {
         ("--estimator photon --photons 4e9", "'--photons"),
         ("--estimator photon --photons 4000000000", "GB"),
         ("--estimator photon --caustic-photons 0", "1 to 4294967295"),
-        (
-            "--estimator photon --caustic-radius -1",
-            "'--caustic-radius",
-        ),
+        ("--estimator photon --caustic-radius -1", "'--caustic-radius"),
         ("--estimator sppm --gather no", "--estimator photon"),
         ("--estimator sppm --caustic-radius 1", "--gather yes"),
-        (
-            "--estimator photon --gather no --caustic-photons 9",
-            "--gather yes",
-        ),
+        ("--estimator photon --gather no --caustic-photons 9", "--gather yes"),
         ("--estimator photon --scene environment", "background"),
         ("--convention report --rays 0", "1 to 64"),
         ("--estimator radiosity", "mirrors"),
         ("--estimator radiosity --scene environment", "background"),
-        (
-            "--estimator radiosity --scene cornell --patches 50000",
-            "memory",
-        ),
+        ("--estimator radiosity --scene cornell --patches 50000", "memory"),
         ("--patches 100", "--estimator radiosity"),
         ("--frames 3", "--frames"),
         ("--scene nowhere", "cornell"),
@@ -100,9 +85,7 @@ fn bad_input_gets_one_line_exit_code_two_and_leaves_nothing() {
             .collect();
         let output = render(&folder, &(defaults + options));
         refused(&output, hint);
-        let left = std::fs::read_dir(&folder)
-            .expect("the folder is there")
-            .count();
+        let left = std::fs::read_dir(&folder).expect("the folder is there").count();
         assert_eq!(left, 0, "{options} left files behind");
     }
 }
@@ -110,10 +93,7 @@ fn bad_input_gets_one_line_exit_code_two_and_leaves_nothing() {
 /// What an option refuses names the range that its help states.
 #[test]
 fn ranges_stand_in_the_help() {
-    let commands = [
-        Render::command(),
-        lab::Options::augment_args(clap::Command::new("any")),
-    ];
+    let commands = [Render::command(), lab::Options::augment_args(clap::Command::new("any"))];
     let mut ranged = 0;
     for command in commands {
         for argument in command.get_arguments() {
@@ -129,10 +109,7 @@ fn ranges_stand_in_the_help() {
             assert!(message.contains(&format!("'--{long}")), "{message}");
             if let Some((_, range)) = message.split_once(" number from ") {
                 let range = range.lines().next().expect("a line");
-                assert!(
-                    help.contains(&format!("from {range}")),
-                    "--{long}: {help}: {range}"
-                );
+                assert!(help.contains(&format!("from {range}")), "--{long}: {help}: {range}");
                 ranged += 1;
             }
         }
@@ -150,11 +127,7 @@ fn a_full_disk_is_no_missing_folder() {
     for kind in [ErrorKind::NotFound, ErrorKind::PermissionDenied] {
         assert!(message(kind).contains("folder exists"), "{}", message(kind));
     }
-    for kind in [
-        ErrorKind::StorageFull,
-        ErrorKind::Interrupted,
-        ErrorKind::TimedOut,
-    ] {
+    for kind in [ErrorKind::StorageFull, ErrorKind::Interrupted, ErrorKind::TimedOut] {
         assert!(!message(kind).contains("folder"), "{}", message(kind));
     }
 }
@@ -165,10 +138,7 @@ fn a_failed_run_keeps_the_file_that_was_there() {
     std::fs::write(folder.join("a.exr"), "precious").expect("written");
     let output = render(&folder, "--spp 0 --out a.exr");
     assert_eq!(output.status.code(), Some(2));
-    assert_eq!(
-        std::fs::read_to_string(folder.join("a.exr")).expect("there"),
-        "precious"
-    );
+    assert_eq!(std::fs::read_to_string(folder.join("a.exr")).expect("there"), "precious");
 }
 
 #[test]
@@ -182,12 +152,7 @@ fn only_full_runs_are_recorded() {
 fn reproduce_lists_and_refuses() {
     let folder = folder("list");
     let list = text(&reproduce(&folder, "--list").stdout);
-    let ids = list
-        .lines()
-        .map(|line| line.split(' ').next().expect("a name"));
-    assert!(
-        ids.eq(EXPERIMENTS.iter().map(|experiment| experiment.id)),
-        "{list}"
-    );
+    let ids = list.lines().map(|line| line.split(' ').next().expect("a name"));
+    assert!(ids.eq(EXPERIMENTS.iter().map(|experiment| experiment.id)), "{list}");
     refused(&reproduce(&folder, "--only fig10"), "fig9");
 }

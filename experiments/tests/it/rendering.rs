@@ -32,24 +32,14 @@ fn same_seed_gives_the_same_bytes_on_any_number_of_threads() {
     for case in cases {
         let bytes = |threads, seed| {
             let words = format!("render {case} --size 40x30 --seed {seed}");
-            let job = Render::try_parse_from(words.split_whitespace())
-                .expect("options")
-                .job();
-            let pool = ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .expect("threads");
-            let rendered = pool
-                .install(|| job.render(&Progress::default()))
-                .expect("a film");
+            let job = Render::try_parse_from(words.split_whitespace()).expect("options").job();
+            let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+            let rendered = pool.install(|| job.render(&Progress::default())).expect("a film");
             write_exr(&path, &rendered.film, &job.provenance(true)).expect("written");
             std::fs::read(&path).expect("the EXR is there")
         };
         let one = bytes(1, 1);
-        assert!(
-            one == bytes(2, 1) && one == bytes(16, 1),
-            "{case}: threads changed the bytes"
-        );
+        assert!(one == bytes(2, 1) && one == bytes(16, 1), "{case}: threads changed the bytes");
         assert!(one != bytes(2, 2), "{case}: the seed changed nothing");
     }
 }
@@ -72,11 +62,7 @@ fn every_scene_renders_with_every_legal_estimator() {
                     scene,
                     estimator,
                     light_sampling,
-                    photons: Photons {
-                        photons: 2000,
-                        gather,
-                        ..Photons::default()
-                    },
+                    photons: Photons { photons: 2000, gather, ..Photons::default() },
                     patches: 60,
                     size: [8, 6],
                     spp: 2,

@@ -46,10 +46,7 @@ const TOY: Experiment = Experiment {
         lab.number("level", level);
         lab.note("rows", ledger.rows().len().to_string());
         let [none, odd] = [-1.0 / 0.0, f64::NAN];
-        lab.note(
-            "no number",
-            format!("order {none:.2}, ± {odd:.1} %; information"),
-        );
+        lab.note("no number", format!("order {none:.2}, ± {odd:.1} %; information"));
         Ok(())
     },
 };
@@ -101,9 +98,7 @@ fn interrupted_and_continued_is_uninterrupted() {
 fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let files = book::check::files(folder).expect("the folder is there");
     let relative = |file: &Path| file.strip_prefix(folder).expect("below").to_owned();
-    let files = files
-        .iter()
-        .map(|file| (relative(file), fs::read(file).expect("a file")));
+    let files = files.iter().map(|file| (relative(file), fs::read(file).expect("a file")));
     files.collect()
 }
 
@@ -128,10 +123,7 @@ fn agreement_goes_on() {
         fs::remove_file(made.join("unfinished").join(part)).expect("removed");
     }
     go(&pieces).expect("a continued run");
-    assert!(
-        files(&made) == files(&whole.join("agreement")),
-        "it went on otherwise"
-    );
+    assert!(files(&made) == files(&whole.join("agreement")), "it went on otherwise");
 }
 
 #[test]
@@ -149,18 +141,11 @@ fn reproduce_goes_on_where_it_stopped() {
     let bytes = fs::read(&results).expect("results");
 
     let again = reproduce(&folder, options);
-    assert_eq!(
-        text(&again.stdout)
-            .matches("kept from an earlier run")
-            .count(),
-        2
-    );
+    assert_eq!(text(&again.stdout).matches("kept from an earlier run").count(), 2);
     assert_eq!(fs::read(&results).expect("results"), bytes);
     let kept = |options: &str| {
         let output = reproduce(&folder, options);
-        text(&output.stdout)
-            .matches("kept from an earlier run")
-            .count()
+        text(&output.stdout).matches("kept from an earlier run").count()
     };
     // A file that is gone or garbled, a new one, other options or --fresh: made again.
     let figure = folder.join("out/fig9/noise.png");
@@ -175,17 +160,11 @@ fn reproduce_goes_on_where_it_stopped() {
         assert_eq!(kept(options), 1, "{file}");
         assert!(fs::read(&path).expect("a file") != garbled);
     }
-    for changed in [
-        format!("{options} --seed 2"),
-        format!("{options} --seed 2 --fresh"),
-    ] {
+    for changed in [format!("{options} --seed 2"), format!("{options} --seed 2 --fresh")] {
         let before = fs::read(&figure).expect("a figure");
         assert_eq!(kept(&changed), 0);
         // The seed decides what is drawn.
-        assert_eq!(
-            fs::read(&figure).expect("a figure") == before,
-            changed.ends_with("--fresh")
-        );
+        assert_eq!(fs::read(&figure).expect("a figure") == before, changed.ends_with("--fresh"));
     }
 }
 
@@ -202,11 +181,7 @@ fn results_of_one_experiment_leave_the_others() {
         let found = json["experiments"].as_array().expect("a list").iter();
         let found = found.map(|experiment| {
             let word = |key: &str| experiment[key].as_str().expect("a text").to_owned();
-            (
-                word("id"),
-                experiment["shrink"].as_u64().expect("a number"),
-                word("command"),
-            )
+            (word("id"), experiment["shrink"].as_u64().expect("a number"), word("command"))
         });
         found.collect()
     };
@@ -233,19 +208,13 @@ fn looks_at_a_ledger_spend_the_level_once() {
     let path = folder("ledger").join("a.csv");
     for look in 1..=3 {
         let mut ledger = Ledger::open(path.clone(), "seed 1", "replication,p");
-        assert_eq!(
-            (ledger.looks(), ledger.next()),
-            (look - 1, u64::from(look - 1))
-        );
+        assert_eq!((ledger.looks(), ledger.next()), (look - 1, u64::from(look - 1)));
         assert_eq!(ledger.look(0.01), level_of_look(0.01, look));
         ledger.push(ledger.next(), &[String::from("0.5")]);
         ledger.write().expect("a ledger");
     }
     let text = fs::read_to_string(&path).expect("the ledger");
-    assert_eq!(
-        text,
-        "# seed 1\n# looks: 3\nreplication,p\n0,0.5\n1,0.5\n2,0.5\n"
-    );
+    assert_eq!(text, "# seed 1\n# looks: 3\nreplication,p\n0,0.5\n1,0.5\n2,0.5\n");
     // Other numbers are other evidence, at which nobody has looked.
     for (key, columns) in [("seed 2", "replication,p"), ("seed 1", "replication,q")] {
         let other = Ledger::open(path.clone(), key, columns);

@@ -25,10 +25,7 @@ impl Running {
             .spawn()
             .expect("the program starts");
         let errors = child.stderr.take().expect("a pipe");
-        Self {
-            child,
-            lines: std::io::BufReader::new(errors).lines(),
-        }
+        Self { child, lines: std::io::BufReader::new(errors).lines() }
     }
 
     /// Waits for a line that says this: however long it takes.
@@ -110,10 +107,7 @@ fn threads_are_as_many_as_asked_for() {
 #[test]
 fn a_signal_that_was_ignored_stays_ignored() {
     let folder = folder("nohup");
-    let script = format!(
-        "trap '' HUP; exec {} {ENDLESS} 1",
-        env!("CARGO_BIN_EXE_render")
-    );
+    let script = format!("trap '' HUP; exec {} {ENDLESS} 1", env!("CARGO_BIN_EXE_render"));
     let mut render = Running::start("sh", &["-c", &script], &folder);
     render.wait_for("% of");
     render.signal("-HUP");

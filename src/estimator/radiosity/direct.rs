@@ -16,34 +16,24 @@ const POINTS: u32 = 64;
 /// An emitter as patches: one if it is flat.
 #[derive(Clone, Debug)]
 pub(super) enum Light {
-    Flat {
-        patch: Box<Patch>,
-        emitter: Emitter,
-    },
-    Curved {
-        patches: Vec<Patch>,
-        radiance: DVec3,
-    },
+    Flat { patch: Box<Patch>, emitter: Emitter },
+    Curved { patches: Vec<Patch>, radiance: DVec3 },
 }
 
 impl Light {
     /// The emitters of a scene; spheres are divided into patches of about this area.
     pub fn of(scene: &Scene, target: f64) -> Vec<Self> {
         let light = |emitter: &Emitter| match emitter.shape {
-            EmitterShape::Rectangle {
-                corner,
-                edges: [a, b],
-            } => Self::Flat {
+            EmitterShape::Rectangle { corner, edges: [a, b] } => Self::Flat {
                 patch: Box::new(Patch::flat(
                     [corner, corner + a, corner + a + b, corner + b],
                     true,
                 )),
                 emitter: *emitter,
             },
-            EmitterShape::Triangle(corners) => Self::Flat {
-                patch: Box::new(Patch::flat(corners, true)),
-                emitter: *emitter,
-            },
+            EmitterShape::Triangle(corners) => {
+                Self::Flat { patch: Box::new(Patch::flat(corners, true)), emitter: *emitter }
+            }
             EmitterShape::Sphere(sphere) => Self::Curved {
                 patches: super::mesh::sphere_patches(&sphere, true, target, 0)
                     .into_iter()

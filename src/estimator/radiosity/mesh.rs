@@ -25,10 +25,7 @@ pub struct Fineness {
 impl Default for Fineness {
     /// 2000 patches.
     fn default() -> Self {
-        Self {
-            patches: 2000,
-            halvings: 0,
-        }
+        Self { patches: 2000, halvings: 0 }
     }
 }
 
@@ -95,10 +92,7 @@ impl Mesh {
     pub fn new(scene: &Scene, fineness: Fineness) -> Result<Self, Error> {
         check(scene, fineness)?;
         let reflects = |surface: &Surface| surface.bsdf.albedo() != DVec3::ZERO;
-        let total: f64 = scene
-            .primitives()
-            .map(|(geometry, _)| area(&geometry))
-            .sum();
+        let total: f64 = scene.primitives().map(|(geometry, _)| area(&geometry)).sum();
         let target = total / f64::from(fineness.patches);
         let mut mesh = Self {
             elements: Vec::new(),
@@ -145,11 +139,7 @@ impl Mesh {
                         self.push(patch, &nodes, surface, front);
                     }
                 }
-                Division::Triangle {
-                    corners,
-                    parts,
-                    first,
-                }
+                Division::Triangle { corners, parts, first }
             }
             Geometry::Sphere(sphere) => {
                 let first = self.elements.len();
@@ -176,10 +166,7 @@ impl Mesh {
 
     fn push(&mut self, patch: Patch, points: &[DVec3], surface: &Surface, front: bool) {
         let start = self.nodes.len();
-        self.nodes.extend(points.iter().map(|&point| Node {
-            point,
-            normal: patch.normal(point),
-        }));
+        self.nodes.extend(points.iter().map(|&point| Node { point, normal: patch.normal(point) }));
         self.elements.push(Element {
             area: patch.area(),
             patch,
@@ -195,20 +182,12 @@ impl Mesh {
         let front = hit.normal.dot(ray.direction) < 0.0;
         match &self.divisions[hit.primitive as usize] {
             Division::Black => None,
-            Division::Triangle {
-                corners,
-                parts,
-                first,
-            } => {
+            Division::Triangle { corners, parts, first } => {
                 let (place, weights) = locate_in_triangle(*corners, *parts, hit.point);
                 let back = if front { 0 } else { (parts * parts) as usize };
                 Some((&self.elements[first + back + place], weights))
             }
-            Division::Sphere {
-                sphere,
-                bands,
-                count,
-            } => {
+            Division::Sphere { sphere, bands, count } => {
                 let offset = (hit.point - sphere.centre) / sphere.radius;
                 let [top, bottom] = inclinations(sphere);
                 let down = (offset.z.clamp(-1.0, 1.0).acos() - top) / (bottom - top);
@@ -338,11 +317,7 @@ fn locate_in_triangle([a, b, c]: [DVec3; 3], n: u32, point: DVec3) -> (usize, [f
     let upper = s + t > 1.0 && i + j + 1 < n;
     let [i, j, n] = [i, j, n].map(|k| k as usize);
     let place = 2 * n * i - i * i + 2 * j + usize::from(upper);
-    let barycentric = if upper {
-        [s + t - 1.0, 1.0 - s, 1.0 - t]
-    } else {
-        [1.0 - s - t, s, t]
-    };
+    let barycentric = if upper { [s + t - 1.0, 1.0 - s, 1.0 - t] } else { [1.0 - s - t, s, t] };
     // Linear, 1 at the node near its corner and 0 at the other two.
     let [w0, w1, w2] = barycentric.map(|w| 2.0 * w - 1.0 / 3.0);
     (place, [w0, w1, w2, 0.0])

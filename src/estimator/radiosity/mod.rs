@@ -99,9 +99,7 @@ impl FormFactors {
 
     /// The irradiance that a node receives from elements of these radiances, divided by π.
     fn gather(&self, node: usize, radiances: &[DVec3]) -> DVec3 {
-        self.of_node(node)
-            .map(|(element, factor)| factor * radiances[element])
-            .sum()
+        self.of_node(node).map(|(element, factor)| factor * radiances[element]).sum()
     }
 }
 
@@ -109,10 +107,7 @@ fn row<P: Parts>(parts: &P, scene: &Scene, mesh: &Mesh, node: &Node) -> Box<[Lin
     let link = |(element, sight): (u32, patch::Sight)| {
         parts
             .visible(scene, (node.point, node.normal), sight.target, false)
-            .then_some(Link {
-                element,
-                factor: sight.factor as f32,
-            })
+            .then_some(Link { element, factor: sight.factor as f32 })
     };
     (0..)
         .zip(&mesh.elements)
@@ -135,9 +130,7 @@ pub fn check_memory(mesh: &Mesh) -> Result<(), Error> {
 
 /// [`check_memory`] by the numbers of nodes and elements on one side.
 fn refuse_memory(nodes: u64, elements: u64) -> Result<(), Error> {
-    let bytes = nodes
-        .saturating_mul(elements)
-        .saturating_mul(size_of::<Link>() as u64);
+    let bytes = nodes.saturating_mul(elements).saturating_mul(size_of::<Link>() as u64);
     if bytes > MOST_MEMORY {
         return Err(Error::Option(format!(
             "the form factors of {elements} patches take up to {:.1} GiB of memory, more than {:.1}: \
@@ -191,11 +184,8 @@ impl<P: Parts> Radiosity<P> {
         let mesh = Mesh::new(scene, fineness)?;
         let factors = FormFactors::new(&parts, scene, &mesh, row_done)?;
         let lights = Light::of(scene, mesh.target);
-        let direct = mesh
-            .nodes
-            .par_iter()
-            .map(|node| arriving(&parts, scene, &lights, node))
-            .collect();
+        let direct =
+            mesh.nodes.par_iter().map(|node| arriving(&parts, scene, &lights, node)).collect();
         let mut solution = Self {
             exchanged: vec![DVec3::ZERO; mesh.elements.len()],
             indirect: vec![DVec3::ZERO; mesh.nodes.len()],
@@ -255,12 +245,7 @@ impl<P: Parts> Radiosity<P> {
     /// What an element sends if its nodes have this irradiance from others: that of the whole patch is
     /// the nodes' mean.
     fn renewed(&self, element: usize, indirect: impl Fn(usize) -> DVec3) -> DVec3 {
-        let Element {
-            albedo,
-            emission,
-            ref nodes,
-            ..
-        } = self.mesh.elements[element];
+        let Element { albedo, emission, ref nodes, .. } = self.mesh.elements[element];
         let count = nodes.len() as f64;
         let irradiance: DVec3 = nodes.clone().map(|n| self.direct[n] + indirect(n)).sum();
         let leaving = self.parts.leaving(albedo, emission, irradiance / count);
@@ -306,10 +291,8 @@ impl<P: Parts> Radiosity<P> {
         let Some((element, weights)) = self.mesh.locate(hit, ray) else {
             return DVec3::ZERO;
         };
-        let at = Node {
-            point: hit.point,
-            normal: hit.normal * -hit.normal.dot(ray.direction).signum(),
-        };
+        let at =
+            Node { point: hit.point, normal: hit.normal * -hit.normal.dot(ray.direction).signum() };
         let direct = arriving(&self.parts, scene, &self.lights, &at);
         let indirect = match self.read_out {
             ReadOut::Interpolated => {
@@ -348,7 +331,6 @@ impl<P: Parts> Estimator for Radiosity<P> {
         };
         let albedo = scene.surface(&hit).bsdf.albedo();
         let irradiance = self.irradiance(scene, ray, &hit);
-        self.parts
-            .leaving(albedo, emitted(scene, &hit, ray), irradiance)
+        self.parts.leaving(albedo, emitted(scene, &hit, ray), irradiance)
     }
 }

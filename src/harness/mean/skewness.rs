@@ -56,9 +56,5 @@ pub fn skewness_of_sum(parts: impl IntoIterator<Item = (f64, f64, u64)>) -> f64 
         third += skewness.abs() * variance.powf(1.5) / (n as f64).sqrt();
         second += variance;
     }
-    if second == 0.0 {
-        0.0
-    } else {
-        third / second.powf(1.5)
-    }
+    if second == 0.0 { 0.0 } else { third / second.powf(1.5) }
 }

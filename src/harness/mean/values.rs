@@ -43,13 +43,7 @@ impl Values {
         let m = &self.moments;
         // Unknown, and no file's number, below two values.
         let variance = if m.count() < 2 { 0.0 } else { m.variance() };
-        [
-            m.count() as f64,
-            m.mean(),
-            variance,
-            self.centre,
-            self.cubes,
-        ]
+        [m.count() as f64, m.mean(), variance, self.centre, self.cubes]
     }
 
     /// The values with this [`state`](Self::state), without batches.

@@ -106,11 +106,7 @@ pub fn check_subject(trial: &Trial, context: &Context) -> Result<Vec<Row>, Strin
         }
     }
     message += &refused(&trial.name, found.iter().map(|row| &row.outcome), context);
-    if message.is_empty() {
-        Ok(found)
-    } else {
-        Err(message)
-    }
+    if message.is_empty() { Ok(found) } else { Err(message) }
 }
 
 /// What the [`guard`] has against outcomes that are to hold, a line each; nothing below scale 1.
@@ -139,9 +135,7 @@ pub fn check_control(
     let rows = run_control(trial, control, context);
     if control_is_green(control, &rows, context) {
         let outcomes = rows.iter().map(|row| &row.outcome);
-        let near = meant(&control.rejected_by, outcomes)
-            .into_iter()
-            .filter_map(guard::may_hold);
+        let near = meant(&control.rejected_by, outcomes).into_iter().filter_map(guard::may_hold);
         let message: String = near
             .filter(|_| context.scale >= 1.0)
             .map(|why| {
@@ -149,11 +143,7 @@ pub fn check_control(
                 format!("{name}: too small for the error budget: {why}\n")
             })
             .collect();
-        return if message.is_empty() {
-            Ok(rows)
-        } else {
-            Err(message)
-        };
+        return if message.is_empty() { Ok(rows) } else { Err(message) };
     }
     let by = match control.rejected_by.as_slice() {
         [] => String::from("the trial's only random outcome (where there are several, name which)"),
@@ -172,10 +162,7 @@ pub fn check_control(
 /// What a person needs in order to act on a verdict.
 fn explain(trial: &Trial, rows: &[Row], context: &Context) -> String {
     let mut text = String::new();
-    for row in rows
-        .iter()
-        .filter(|row| row.verdict != Verdict::Holds || !row.control.is_empty())
-    {
+    for row in rows.iter().filter(|row| row.verdict != Verdict::Holds || !row.control.is_empty()) {
         let o = &row.outcome;
         let verdict = match row.verdict {
             Verdict::Undecided { needed } => format!("undecided, needs about {needed} samples"),
@@ -237,10 +224,7 @@ pub fn command(context: &Context, trial: &str, control: &str) -> String {
     } else {
         format!("WHITEFURNACE_SCALE={} ", context.scale)
     };
-    format!(
-        "WHITEFURNACE_SEED={} {scale}cargo test -- --exact '{test}'",
-        context.seed
-    )
+    format!("WHITEFURNACE_SEED={} {scale}cargo test -- --exact '{test}'", context.seed)
 }
 
 /// Writes the cells of a row as CSV (place, expected, observed, sigmas) and returns the path; nothing
@@ -262,13 +246,7 @@ pub fn write_cells(row: &Row, folder: &Path) -> Result<Option<PathBuf>, Error> {
     }
     let name: String = format!("{} {} {}", row.trial, row.control, row.outcome.name)
         .chars()
-        .map(|c| {
-            if c.is_alphanumeric() || c == '-' || c == '.' {
-                c
-            } else {
-                '_'
-            }
-        })
+        .map(|c| if c.is_alphanumeric() || c == '-' || c == '.' { c } else { '_' })
         .collect();
     let path = folder.join(name + ".csv");
     std::fs::create_dir_all(folder).map_err(Error::file("create", folder))?;

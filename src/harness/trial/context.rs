@@ -37,12 +37,7 @@ impl Context {
                 "the scale of sample sizes is {scale}; it must be a positive number such as 16 or 0.25"
             )));
         }
-        Ok(Self {
-            seed,
-            scale,
-            folder: PathBuf::from("target/trials"),
-            name: String::new(),
-        })
+        Ok(Self { seed, scale, folder: PathBuf::from("target/trials"), name: String::new() })
     }
 
     /// Reads `WHITEFURNACE_SEED` (default [`DEFAULT_SEED`]) and `WHITEFURNACE_SCALE` (default 1).
@@ -68,27 +63,16 @@ impl Context {
             })
         }
         let seeds = "a whole number from 0 to 18446744073709551615, such as 2019";
-        let scales = format!(
-            "a number from {} to {}, such as 16",
-            SCALES.start(),
-            SCALES.end()
-        );
+        let scales = format!("a number from {} to {}, such as 16", SCALES.start(), SCALES.end());
         Self::new(
             read("WHITEFURNACE_SEED", DEFAULT_SEED, (seeds, |_: &u64| true))?,
-            read(
-                "WHITEFURNACE_SCALE",
-                1.0,
-                (&scales, |scale| SCALES.contains(scale)),
-            )?,
+            read("WHITEFURNACE_SCALE", 1.0, (&scales, |scale| SCALES.contains(scale)))?,
         )
     }
 
     /// The same context for the trial or test with this name.
     pub fn named(&self, name: &str) -> Self {
-        Self {
-            name: name.to_owned(),
-            ..self.clone()
-        }
+        Self { name: name.to_owned(), ..self.clone() }
     }
 
     /// The seed of a part of this trial; independent for different trials and parts.

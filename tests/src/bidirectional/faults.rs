@@ -148,10 +148,7 @@ pub(super) fn equivalents() -> Vec<Mutant<Subject>> {
         "equal-shares",
         &PATH_DENSITY,
         "the same weight for each strategy of a path without mirrors: they sum to one as well",
-        parts(Table {
-            strategy_weight: |path, _| 1.0 / (path.len() + 1) as f64,
-            ..RIGHT
-        }),
+        parts(Table { strategy_weight: |path, _| 1.0 / (path.len() + 1) as f64, ..RIGHT }),
         &["bidirectional/bdpt/frame"],
     )]
 }

@@ -44,17 +44,8 @@ fn mean(
     (scene, reference): (Arc<Scene>, f64),
     (frame, count, delta): ([u32; 2], u64, f64),
 ) -> Bench<Subject> {
-    let passes = Passes {
-        scene,
-        kind,
-        frame,
-        count,
-    };
-    let words = words(
-        name,
-        format!("{what}: the image has mean {reference:.6}"),
-        equation,
-    );
+    let passes = Passes { scene, kind, frame, count };
+    let words = words(name, format!("{what}: the image has mean {reference:.6}"), equation);
     image(words, &passes, reference, &[whole(delta)])
 }
 
@@ -62,21 +53,11 @@ fn mean(
 fn direct() -> Vec<Bench<Subject>> {
     let rectangle = |name, kind, count| {
         let what = "a floor under a square light";
-        mean(
-            (name, kind, &GEOMETRY),
-            what,
-            scenes::rectangle(false),
-            (SQUARE, count, IMAGE),
-        )
+        mean((name, kind, &GEOMETRY), what, scenes::rectangle(false), (SQUARE, count, IMAGE))
     };
     let sphere = |name, kind, count| {
         let what = "a floor under a spherical light";
-        mean(
-            (name, kind, &GEOMETRY),
-            what,
-            scenes::sphere(),
-            (SQUARE, count, IMAGE),
-        )
+        mean((name, kind, &GEOMETRY), what, scenes::sphere(), (SQUARE, count, IMAGE))
     };
     vec![
         rectangle("bidirectional/light-tracer/rectangle", LightTracer, 8_000),
@@ -97,12 +78,7 @@ fn direct() -> Vec<Bench<Subject>> {
 /// A uniform emitter fills the image: every pixel shows its radiance, the outermost as well.
 fn frame(name: &'static str, kind: ImageKind, count: u64) -> Bench<Subject> {
     let (scene, reference) = scenes::emitting_plane();
-    let passes = Passes {
-        scene,
-        kind,
-        frame: [24, 8],
-        count,
-    };
+    let passes = Passes { scene, kind, frame: [24, 8], count };
     let outer = Region {
         name: "outer columns",
         holds: |[x, _], [width, _]| x < 2 || x + 2 >= width,
@@ -120,12 +96,7 @@ fn furnaces() -> Vec<Bench<Subject>> {
         let scene = Arc::new(furnace_box(rho).ok()?);
         let what = "a closed furnace box of albedo 0.75";
         let size = ([16, 12], count, IMAGE);
-        Some(mean(
-            (name, kind, &RENDERING),
-            what,
-            (scene, 1.0 / (1.0 - rho)),
-            size,
-        ))
+        Some(mean((name, kind, &RENDERING), what, (scene, 1.0 / (1.0 - rho)), size))
     };
     let cavity = |name, kind, cap, count| {
         let (what, reference) = match cap {
@@ -139,12 +110,7 @@ fn furnaces() -> Vec<Bench<Subject>> {
             ),
         };
         let scene = scenes::cavity(rho, cap).ok()?;
-        Some(mean(
-            (name, kind, &RENDERING),
-            what,
-            (scene, reference),
-            (SQUARE, count, IMAGE),
-        ))
+        Some(mean((name, kind, &RENDERING), what, (scene, reference), (SQUARE, count, IMAGE)))
     };
     let sky = |name, count| {
         let scene = Arc::new(environment().ok()?);
@@ -153,11 +119,7 @@ fn furnaces() -> Vec<Bench<Subject>> {
         Some(mean((name, Bdpt, &RENDERING), what, (scene, 1.0), size))
     };
     [
-        furnace(
-            "bidirectional/light-tracer/furnace-box",
-            LightTracer,
-            10_000,
-        ),
+        furnace("bidirectional/light-tracer/furnace-box", LightTracer, 10_000),
         furnace("bidirectional/bdpt/furnace-box", Bdpt, NEARLY_SYMMETRIC),
         cavity(
             "bidirectional/light-tracer/cavity-reflecting",
@@ -165,12 +127,7 @@ fn furnaces() -> Vec<Bench<Subject>> {
             Cap::Reflecting,
             23_500,
         ),
-        cavity(
-            "bidirectional/bdpt/cavity-black",
-            Bdpt,
-            Cap::Black,
-            NEARLY_SYMMETRIC,
-        ),
+        cavity("bidirectional/bdpt/cavity-black", Bdpt, Cap::Black, NEARLY_SYMMETRIC),
         sky("bidirectional/bdpt/environment", 60_000),
     ]
     .into_iter()
@@ -182,29 +139,15 @@ fn furnaces() -> Vec<Bench<Subject>> {
 fn specular() -> Vec<Bench<Subject>> {
     let mirror = |name, kind, count| {
         let what = "a floor that is lit by way of a mirror";
-        mean(
-            (name, kind, &PATH_DENSITY),
-            what,
-            scenes::mirror_caustic(),
-            ([22, 9], count, IMAGE),
-        )
+        mean((name, kind, &PATH_DENSITY), what, scenes::mirror_caustic(), ([22, 9], count, IMAGE))
     };
     let (scene, squared_index, share) = scenes::in_glass();
     let glass = |name, kind, what, reference, count| {
         let scene = Arc::clone(&scene);
-        mean(
-            (name, kind, &REFRACTION),
-            what,
-            (scene, reference),
-            (SQUARE, count, IMAGE),
-        )
+        mean((name, kind, &REFRACTION), what, (scene, reference), (SQUARE, count, IMAGE))
     };
     vec![
-        mirror(
-            "bidirectional/light-tracer/mirror-caustic",
-            LightTracer,
-            53_000,
-        ),
+        mirror("bidirectional/light-tracer/mirror-caustic", LightTracer, 53_000),
         mirror("bidirectional/bdpt/mirror-caustic", Bdpt, 53_000),
         glass(
             "bidirectional/light-tracer/in-glass",
@@ -227,12 +170,7 @@ fn specular() -> Vec<Bench<Subject>> {
 fn equivalence() -> Vec<Bench<Subject>> {
     // Small frames, many of them: the noise of a sample's skewness falls with their number.
     let same = |name, kind, scene, frame, (count, frames)| {
-        let passes = Passes {
-            scene,
-            kind,
-            frame,
-            count,
-        };
+        let passes = Passes { scene, kind, frame, count };
         let property = "an image of particles has the path tracer's mean";
         same_as_path(words(name, property, &RENDERING), &passes, (frames, IMAGE))
     };

@@ -98,9 +98,8 @@ pub fn mirror_caustic() -> (Arc<Scene>, f64) {
         s.rectangle(DVec3::new(-2.3, 0.05, 0.0), sides, patch);
         let emitter = s.surface(light(LIGHT));
         s.rectangle(corner, [width, depth], emitter);
-        let mirror = s.surface(Surface::new(Bsdf::Mirror {
-            reflectance: DVec3::splat(REFLECTANCE),
-        }));
+        let mirror =
+            s.surface(Surface::new(Bsdf::Mirror { reflectance: DVec3::splat(REFLECTANCE) }));
         let sides = [2.0 * DVec3::X, 0.4 * DVec3::Y];
         s.rectangle(DVec3::new(-1.0, -0.7, 1.0), sides, mirror);
     });
@@ -125,10 +124,7 @@ pub fn in_glass() -> (Arc<Scene>, f64, f64) {
     let (half, squared_tangent) = (0.36, 0.125);
     let scene = seen_by(overhead(0.9 * DVec3::Z, half), "in glass", |s| {
         let wall = s.surface(light(1.0));
-        let inward = Sphere {
-            inward: true,
-            ..Sphere::new(DVec3::ZERO, 1.0)
-        };
+        let inward = Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) };
         s.sphere(inward, wall);
         let glass = s.surface(Surface::new(Bsdf::Glass { index: INDEX }));
         s.sphere(Sphere::new(DVec3::ZERO, 0.95), glass);
@@ -154,10 +150,7 @@ pub fn emitting_plane() -> (Arc<Scene>, f64) {
 pub fn sphere_furnace(albedo: f64) -> Arc<Scene> {
     seen_by(inside(), "sphere furnace from within", |s| {
         let wall = s.surface(Surface::new(lambert(albedo)).emitting(DVec3::ONE));
-        let inward = Sphere {
-            inward: true,
-            ..Sphere::new(DVec3::ZERO, 1.0)
-        };
+        let inward = Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) };
         s.sphere(inward, wall);
     })
 }

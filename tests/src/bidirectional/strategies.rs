@@ -14,23 +14,13 @@ use whitefurnace::rng::uniform;
 
 /// The subject whose strategies have all the weight or none.
 fn weighted(subject: Subject, strategy_weight: fn(&[Density], usize) -> f64) -> Subject {
-    Setup {
-        parts: Some(Table {
-            strategy_weight,
-            ..subject.parts.unwrap_or(RIGHT)
-        }),
-        ..subject
-    }
+    Setup { parts: Some(Table { strategy_weight, ..subject.parts.unwrap_or(RIGHT) }), ..subject }
 }
 
 /// All the weight for paths of `length` vertices besides the eye, `s` of them from the light.
 macro_rules! only {
     ($length:literal, $s:literal) => {
-        |subject| {
-            weighted(subject, |path, s| {
-                f64::from(path.len() == $length && s == $s)
-            })
-        }
+        |subject| weighted(subject, |path, s| f64::from(path.len() == $length && s == $s))
     };
 }
 
@@ -66,10 +56,7 @@ pub(super) fn alone() -> Vec<Bench<Subject>> {
     ];
     benches.extend(
         [
-            (
-                "bidirectional/alone/sphere-hits",
-                only!(4, 0) as fn(Subject) -> Subject,
-            ),
+            ("bidirectional/alone/sphere-hits", only!(4, 0) as fn(Subject) -> Subject),
             ("bidirectional/alone/sphere-shadow-rays", only!(4, 1)),
             ("bidirectional/alone/sphere-inner-connections", only!(4, 2)),
             ("bidirectional/alone/sphere-first-connections", only!(4, 3)),
@@ -149,15 +136,5 @@ pub(super) fn weights() -> Bench<Subject> {
         "the weights of all strategies of a path sum to one, in proportion to their densities";
     let name = "bidirectional/weights";
     let size = (PATHS, 1e-12, 0);
-    Bench::new(
-        data(
-            name,
-            property,
-            &PATH_DENSITY,
-            "estimator::weight",
-            "exact",
-            size,
-        ),
-        on(Weights),
-    )
+    Bench::new(data(name, property, &PATH_DENSITY, "estimator::weight", "exact", size), on(Weights))
 }

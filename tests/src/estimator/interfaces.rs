@@ -14,10 +14,7 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
         mutant(name, equation, wrong, parts(table), caught_by)
     };
     let factor = |name, wrong, radiance_factor: fn(f64, f64) -> f64| {
-        let table = Table {
-            radiance_factor,
-            ..RIGHT
-        };
+        let table = Table { radiance_factor, ..RIGHT };
         let caught_by: &[&str] = &["glass/cube-inside", "glass/lit-from-below"];
         mutant(name, &REFRACTION, wrong, parts(table), caught_by)
     };
@@ -61,11 +58,9 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
             "T = 1 − R is all that refraction does, as the report has it",
             |_, _| 1.0,
         ),
-        factor(
-            "radiance-factor-inverted",
-            "(n₂/n₁)² for (n₁/n₂)²",
-            |n1, n2| radiance_factor(n2, n1),
-        ),
+        factor("radiance-factor-inverted", "(n₂/n₁)² for (n₁/n₂)²", |n1, n2| {
+            radiance_factor(n2, n1)
+        }),
         fault!("snell-inverted", REFRACTION, "n₂/n₁ for n₁/n₂ in Snell's law",
             { refract: |d, n, n1, n2| refract(d, n, n2, n1) }, "glass/snell-aim"),
         fault!("not-refracted", REFRACTION, "light goes straight on into the glass",

@@ -46,10 +46,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
 /// Faults in what an estimator is told.
 fn told() -> Vec<Mutant<Subject>> {
     let rules = |rules| Setup { rules, ..STANDARD };
-    let segments = |segments| Setup {
-        segments: Some(segments),
-        ..STANDARD
-    };
+    let segments = |segments| Setup { segments: Some(segments), ..STANDARD };
     vec![
         mutant(
             "seven-segments",
@@ -76,43 +73,28 @@ fn told() -> Vec<Mutant<Subject>> {
             "not-seen-in-mirrors",
             &WHITTED,
             "lights are dark to rays that have met only mirrors and glass",
-            rules(LightRules {
-                seen: Some(0.0),
-                ..LightRules::PHYSICAL
-            }),
+            rules(LightRules { seen: Some(0.0), ..LightRules::PHYSICAL }),
             &["glass/mirror-aim"],
         ),
         mutant(
             "lights-show-one",
             &WHITTED,
             "lights that are seen show 1, as in the report's figures",
-            rules(LightRules {
-                seen: Some(1.0),
-                ..LightRules::PHYSICAL
-            }),
+            rules(LightRules { seen: Some(1.0), ..LightRules::PHYSICAL }),
             &["glass/mirror-aim"],
         ),
         mutant(
             "caustics-left-out",
             &RENDERING,
             "no light that is hit after a diffuse surface counts, found by shadow rays or not",
-            rules(LightRules {
-                caustics: false,
-                ..LightRules::PHYSICAL
-            }),
-            &[
-                "irradiance/after-mirror/report",
-                "irradiance/after-glass/report",
-            ],
+            rules(LightRules { caustics: false, ..LightRules::PHYSICAL }),
+            &["irradiance/after-mirror/report", "irradiance/after-glass/report"],
         ),
         mutant(
             "rules-without-factor",
             &REFRACTION,
             "the report's rules: radiance is not scaled by (n₁/n₂)²",
-            rules(LightRules {
-                radiance_factor: false,
-                ..LightRules::PHYSICAL
-            }),
+            rules(LightRules { radiance_factor: false, ..LightRules::PHYSICAL }),
             &["glass/snell-aim"],
         ),
     ]

@@ -41,11 +41,7 @@ impl Eye {
         scene: &Scene,
         (rng, seed): (&mut Stream, u64),
     ) -> Result<Vec<f64>, Error> {
-        let Setup {
-            parts,
-            segments,
-            rules,
-        } = setup;
+        let Setup { parts, segments, rules } = setup;
         let levels =
             |image: Vec<DVec3>| image.into_iter().map(|pixel| level(scene, pixel)).collect();
         let pass = |estimator: &dyn Fn() -> Result<Vec<DVec3>, Error>| estimator().map(levels);
@@ -60,20 +56,11 @@ impl Eye {
                 Ok(rays(&path, scene, rng))
             }
             Self::Report(limit) => {
-                let report = Report {
-                    parts,
-                    rays: 1,
-                    segments: segments.unwrap_or(limit),
-                    rules,
-                };
+                let report = Report { parts, rays: 1, segments: segments.unwrap_or(limit), rules };
                 Ok(rays(&report, scene, rng))
             }
             Self::Whitted(limit) => {
-                let whitted = Whitted {
-                    parts,
-                    segments: segments.unwrap_or(limit),
-                    rules,
-                };
+                let whitted = Whitted { parts, segments: segments.unwrap_or(limit), rules };
                 Ok(rays(&whitted, scene, rng))
             }
             Self::Photons(lookup) => {
@@ -82,11 +69,7 @@ impl Eye {
                 Ok(rays(&map, scene, rng))
             }
             Self::Sppm => {
-                let sppm = Sppm {
-                    parts,
-                    particles: PARTICLES,
-                    radius: EVERYWHERE,
-                };
+                let sppm = Sppm { parts, particles: PARTICLES, radius: EVERYWHERE };
                 pass(&|| sppm.pass(scene, FRAME, seed, 0))
             }
             Self::Bdpt => pass(&|| Bdpt { parts }.pass(scene, FRAME, seed, 0)),
@@ -103,10 +86,7 @@ fn rays<E: Estimator>(estimator: &E, scene: &Scene, rng: &mut Stream) -> Vec<f64
             let [u, v] = uniform2(rng);
             let [x, y] = [pixel % width, pixel / width].map(f64::from);
             let ray = scene.camera().ray(FRAME, x + u, y + v);
-            level(
-                scene,
-                estimator.radiance(scene, &ray, scene.intersect(&ray), rng),
-            )
+            level(scene, estimator.radiance(scene, &ray, scene.intersect(&ray), rng))
         })
         .collect()
 }

@@ -51,10 +51,7 @@ pub(super) fn equilibrium() -> Vec<Bench<Subject>> {
     let n2 = INDEX * INDEX;
     let surfaces = [light(1.0), light(n2)];
     let scenes = [
-        (
-            glass("within, towards the ball", 0.5, 1.0, false, surfaces),
-            n2,
-        ),
+        (glass("within, towards the ball", 0.5, 1.0, false, surfaces), n2),
         (glass("within, outwards", 0.5, 1.0, true, surfaces), n2),
         (glass("from outside", 1.4, 0.25, false, surfaces), 1.0),
     ];
@@ -84,19 +81,10 @@ pub(super) fn looked_up() -> Vec<Bench<Subject>> {
     let surfaces = [black, black.emitting(LIGHT * TINT)];
     let flux = PI * LIGHT * 4.0 * PI * BALL * BALL;
     let scenes = vec![
-        (
-            glass("the wall from within", 0.6, 0.5, true, surfaces),
-            n2 * flux,
-        ),
-        (
-            glass("the ball from outside", 1.4, 0.05, false, surfaces),
-            (LIGHT + flux) / n2,
-        ),
+        (glass("the wall from within", 0.6, 0.5, true, surfaces), n2 * flux),
+        (glass("the ball from outside", 1.4, 0.05, false, surfaces), (LIGHT + flux) / n2),
     ];
-    let gather = Lookup::Gather {
-        caustic_particles: PARTICLES,
-        caustic_radius: EVERYWHERE,
-    };
+    let gather = Lookup::Gather { caustic_particles: PARTICLES, caustic_radius: EVERYWHERE };
     let bench = |name, lookup| {
         certain(
             (name, "estimator::PhotonMapping", &REFRACTION),
@@ -105,55 +93,35 @@ pub(super) fn looked_up() -> Vec<Bench<Subject>> {
             scenes.clone(),
         )
     };
-    vec![
-        bench(LOOKED_UP[0], Lookup::Direct),
-        bench(LOOKED_UP[1], gather),
-    ]
+    vec![bench(LOOKED_UP[0], Lookup::Direct), bench(LOOKED_UP[1], gather)]
 }
 
 /// Radiance that refraction changes in a wrong way.
 pub(super) fn factors(table: Table, caught_by: &'static [&'static str]) -> Vec<Mutant<Subject>> {
     let fault = |name, wrong, radiance_factor: fn(f64, f64) -> f64| {
-        let subject = parts(Table {
-            radiance_factor,
-            ..table
-        });
+        let subject = parts(Table { radiance_factor, ..table });
         mutant(name, &REFRACTION, wrong, subject, caught_by)
     };
     vec![
-        fault(
-            "factor-missing",
-            "refraction leaves radiance as it is",
-            |_, _| 1.0,
-        ),
-        fault(
-            "factor-twice",
-            "refraction scales radiance by (n₁/n₂)⁴",
-            |n1, n2| (n1 / n2).powi(4),
-        ),
-        fault(
-            "factor-inverted",
-            "refraction scales radiance by (n₂/n₁)²",
-            |n1, n2| (n2 / n1).powi(2),
-        ),
+        fault("factor-missing", "refraction leaves radiance as it is", |_, _| 1.0),
+        fault("factor-twice", "refraction scales radiance by (n₁/n₂)⁴", |n1, n2| {
+            (n1 / n2).powi(4)
+        }),
+        fault("factor-inverted", "refraction scales radiance by (n₂/n₁)²", |n1, n2| {
+            (n2 / n1).powi(2)
+        }),
     ]
 }
 
 /// Faults of the trials of equilibrium.
 pub(super) fn faults() -> Vec<Mutant<Subject>> {
     let mut faults = factors(ENDLESS, GLASS);
-    let rules = LightRules {
-        radiance_factor: false,
-        ..LightRules::PHYSICAL
-    };
+    let rules = LightRules { radiance_factor: false, ..LightRules::PHYSICAL };
     faults.push(mutant(
         "rules-without-factor",
         &REFRACTION,
         "the rules leave radiance as it is",
-        Setup {
-            rules,
-            ..parts(ENDLESS)
-        },
+        Setup { rules, ..parts(ENDLESS) },
         RULED,
     ));
     faults

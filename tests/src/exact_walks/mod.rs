@@ -78,11 +78,7 @@ impl Property for Certain {
             let mut error: f64 = if image.is_empty() { f64::NAN } else { 0.0 };
             for value in &image {
                 let off = (value / expected - 1.0).abs();
-                error = if off > error || off.is_nan() {
-                    off
-                } else {
-                    error
-                };
+                error = if off > error || off.is_nan() { off } else { error };
             }
             let n = image.len() as u64;
             Outcome::exact(scene.name(), n, error, ROUNDING, "the worst pixel")
@@ -124,10 +120,7 @@ impl Property for Left {
 /// A sphere around the origin of which one sees the inside.
 fn hollow(s: &mut SceneBuilder, radius: f64, surface: Surface) {
     let surface = s.surface(surface);
-    let sphere = Sphere {
-        inward: true,
-        ..Sphere::new(DVec3::ZERO, radius)
-    };
+    let sphere = Sphere { inward: true, ..Sphere::new(DVec3::ZERO, radius) };
     s.sphere(sphere, surface);
 }
 
@@ -163,14 +156,7 @@ fn left(
     let size = (u64::from(PARTICLES), ROUNDING, 0);
     let trial = data(name, property, &PATH_LENGTH, subject, "exact", size);
     let scene = cavity("diffuse cavity", lambert(ALBEDO), eye);
-    Bench::new(
-        trial,
-        on(Left {
-            scene,
-            by_eye,
-            expected,
-        }),
-    )
+    Bench::new(trial, on(Left { scene, by_eye, expected }))
 }
 
 const INSIDE: DVec3 = DVec3::new(-0.3, 0.1, 0.2);
@@ -204,19 +190,8 @@ fn long() -> Vec<Bench<Subject>> {
         mirrors(MIRRORS[2], "estimator::Sppm", Eye::Sppm, all),
         mirrors(MIRRORS[3], "estimator::Bdpt", Eye::Bdpt, all),
         mirrors(LIMITED[0], "estimator::Report", Eye::Report(SEGMENTS), cut),
-        mirrors(
-            LIMITED[1],
-            "estimator::Whitted",
-            Eye::Whitted(SEGMENTS),
-            cut,
-        ),
-        left(
-            "furnace/long/photon-map",
-            "estimator::photon_map::PhotonMap",
-            false,
-            flux,
-            INSIDE,
-        ),
+        mirrors(LIMITED[1], "estimator::Whitted", Eye::Whitted(SEGMENTS), cut),
+        left("furnace/long/photon-map", "estimator::photon_map::PhotonMap", false, flux, INSIDE),
     ]
 }
 
@@ -259,27 +234,12 @@ fn cuts(
     all: &'static [&'static str],
 ) -> Vec<Mutant<Subject>> {
     let cut = |name, wrong, segments, survives: fn(f64, f64) -> bool, caught_by| {
-        let subject = Setup {
-            segments: Some(segments),
-            ..parts(Table { survives, ..table })
-        };
+        let subject = Setup { segments: Some(segments), ..parts(Table { survives, ..table }) };
         mutant(name, &PATH_LENGTH, wrong, subject, caught_by)
     };
     vec![
-        cut(
-            "cut-at-63",
-            "paths end at 63 vertices",
-            63,
-            |_, t| within(t, 63.0),
-            all,
-        ),
-        cut(
-            "cut-at-255",
-            "paths end at 255 vertices",
-            255,
-            |_, t| within(t, 255.0),
-            all,
-        ),
+        cut("cut-at-63", "paths end at 63 vertices", 63, |_, t| within(t, 63.0), all),
+        cut("cut-at-255", "paths end at 255 vertices", 255, |_, t| within(t, 255.0), all),
         cut(
             "cut-at-1000",
             "paths end at 1000 vertices",
@@ -304,24 +264,9 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let splats = 4.0 * PI / (1.0 - ALBEDO);
     let tracer = left(PARTICLE[0], "estimator::LightTracer", true, splats, OUTSIDE);
     vec![
-        family(
-            "long-walks",
-            ENDLESS,
-            long(),
-            cuts(ENDLESS, UNLIMITED, LONG),
-        ),
-        family(
-            "long-particles",
-            COUNTED,
-            vec![tracer],
-            cuts(COUNTED, PARTICLE, PARTICLE),
-        ),
-        family(
-            "equilibrium-in-glass",
-            ENDLESS,
-            glass::equilibrium(),
-            glass::faults(),
-        ),
+        family("long-walks", ENDLESS, long(), cuts(ENDLESS, UNLIMITED, LONG)),
+        family("long-particles", COUNTED, vec![tracer], cuts(COUNTED, PARTICLE, PARTICLE)),
+        family("equilibrium-in-glass", ENDLESS, glass::equilibrium(), glass::faults()),
         family(
             "photons-in-glass",
             GATHERED,

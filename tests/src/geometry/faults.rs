@@ -73,29 +73,21 @@ fn triangle_faults() -> Vec<Mutant<Shapes>> {
         solution("beyond", "the limit of t is not tested", |ray, v, _| {
             watertight(ray, v, f64::INFINITY)
         }),
-        solution(
-            "threshold",
-            "an absolute threshold on the determinant",
-            |ray, v, limit| {
-                let determinant = ray.direction.cross(v[2] - v[0]).dot(v[1] - v[0]);
-                watertight(ray, v, limit).filter(|_| determinant.abs() > 1e-8)
-            },
-        ),
+        solution("threshold", "an absolute threshold on the determinant", |ray, v, limit| {
+            let determinant = ray.direction.cross(v[2] - v[0]).dot(v[1] - v[0]);
+            watertight(ray, v, limit).filter(|_| determinant.abs() > 1e-8)
+        }),
         solution(
             "weights-exchanged",
             "the weights of the second and third vertex exchanged",
             |ray, v, limit| watertight(ray, v, limit).map(|(t, u, w)| (t, w, u)),
         ),
-        solution(
-            "weights-turned",
-            "each weight belongs to the next vertex",
-            |ray, v, limit| watertight(ray, v, limit).map(|(t, u, w)| (t, w, 1.0 - u - w)),
-        ),
-        solution(
-            "culled",
-            "triangles seen from behind are left out",
-            |ray, v, limit| watertight(ray, v, limit).filter(|_| front(ray, v)),
-        ),
+        solution("weights-turned", "each weight belongs to the next vertex", |ray, v, limit| {
+            watertight(ray, v, limit).map(|(t, u, w)| (t, w, 1.0 - u - w))
+        }),
+        solution("culled", "triangles seen from behind are left out", |ray, v, limit| {
+            watertight(ray, v, limit).filter(|_| front(ray, v))
+        }),
         solution(
             "wound-the-other-way",
             "triangles seen from the front are left out",

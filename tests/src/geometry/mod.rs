@@ -73,13 +73,7 @@ fn largest(context: &Context, name: &str, mut error: impl FnMut(&mut Stream) -> 
             break;
         }
     }
-    Outcome::exact(
-        name,
-        ARGUMENTS,
-        worst,
-        TOLERANCE,
-        "the worst of random arguments",
-    )
+    Outcome::exact(name, ARGUMENTS, worst, TOLERANCE, "the worst of random arguments")
 }
 
 fn between(rng: &mut Stream, low: f64, high: f64) -> f64 {
@@ -97,10 +91,7 @@ fn corners(rng: &mut Stream) -> Corners {
 
 fn ray(context: &Context, shapes: Shapes) -> Vec<Outcome> {
     vec![largest(context, "R(t) − O = tD", |rng| {
-        let ray = Ray::new(
-            any_direction(rng),
-            between(rng, 0.5, 2.0) * any_direction(rng),
-        );
+        let ray = Ray::new(any_direction(rng), between(rng, 0.5, 2.0) * any_direction(rng));
         let t = between(rng, -3.0, 3.0);
         let moved = (shapes.at)(&ray, t) - ray.origin;
         (moved - DVec3::from_array(ray.direction.to_array().map(|d| t * d))).length()
@@ -114,11 +105,7 @@ fn point(context: &Context, shapes: Shapes) -> Vec<Outcome> {
         let [a, b] = [uniform(rng), uniform(rng)];
         let along = v[0] + a * (v[1] - v[0]) + b * (v[2] - v[0]);
         let at = |u, w| (shapes.point)(v, u, w);
-        let ends = [
-            at(0.0, 0.0) - v[0],
-            at(1.0, 0.0) - v[1],
-            at(0.0, 1.0) - v[2],
-        ];
+        let ends = [at(0.0, 0.0) - v[0], at(1.0, 0.0) - v[1], at(0.0, 1.0) - v[2]];
         ends.iter().map(|e| e.length()).sum::<f64>() + (at(a, b) - along).length()
     })]
 }
@@ -145,10 +132,7 @@ fn system(context: &Context, shapes: Shapes) -> Vec<Outcome> {
         let by_t = r(t + 1.0, u, w) + ray.direction;
         let by_u = r(t, u + 1.0, w) - (v[1] - v[0]);
         let by_v = r(t, u, w + 1.0) - (v[2] - v[0]);
-        [r(t, u, w), by_t, by_u, by_v]
-            .iter()
-            .map(|e| e.length())
-            .sum()
+        [r(t, u, w), by_t, by_u, by_v].iter().map(|e| e.length()).sum()
     })]
 }
 
@@ -159,11 +143,7 @@ fn solution(context: &Context, shapes: Shapes) -> Vec<Outcome> {
         let unit = corners(rng);
         let size = SIZES[(uniform(rng) * 5.0) as usize];
         let v = unit.map(|corner| size * corner);
-        let [u, w, t] = [
-            between(rng, -0.5, 1.5),
-            between(rng, -0.5, 1.5),
-            between(rng, -2.0, 2.0),
-        ];
+        let [u, w, t] = [between(rng, -0.5, 1.5), between(rng, -0.5, 1.5), between(rng, -2.0, 2.0)];
         let [length, limit] = [between(rng, 0.5, 2.0), between(rng, 0.0, 3.0)];
         let ray = towards(rng, v, [u, w], size * t);
         let ray = Ray::new(ray.origin, length * ray.direction);
@@ -192,11 +172,7 @@ fn fan(context: &Context, shapes: Shapes) -> Vec<Outcome> {
     vec![largest(context, "rays lost at edges", |rng| {
         let pick = (uniform(rng) * f64::from(SPOKES)) as usize;
         let on_grid = uniform(rng) < 0.5;
-        let hub = if on_grid {
-            DVec3::AXES[pick % 3]
-        } else {
-            any_direction(rng)
-        };
+        let hub = if on_grid { DVec3::AXES[pick % 3] } else { any_direction(rng) };
         let (a, b) = hub.any_orthonormal_pair();
         let rim: Vec<DVec3> = (0..SPOKES)
             .map(|i| {
@@ -212,11 +188,7 @@ fn fan(context: &Context, shapes: Shapes) -> Vec<Outcome> {
         // The hub, and points of a spoke.
         let along = (between(rng, -0.5, 1.0).max(0.0) * 8.0).floor() / 8.0;
         let target = hub + along * (rim[pick] - hub);
-        let origin = if on_grid {
-            target - hub
-        } else {
-            -0.5 * any_direction(rng)
-        };
+        let origin = if on_grid { target - hub } else { -0.5 * any_direction(rng) };
         // On the grid nothing is rounded, and edge values are zero.
         let ray = Ray::new(origin, target - origin);
         let met = (0..rim.len()).any(|i| {
@@ -259,10 +231,7 @@ fn chord(rng: &mut Stream) -> (Ray, DVec3, f64, [f64; 2]) {
 fn on_sphere(context: &Context, shapes: Shapes) -> Vec<Outcome> {
     vec![largest(context, "‖o + dl − c‖ − r", |rng| {
         let (ray, centre, r, roots) = chord(rng);
-        roots
-            .iter()
-            .map(|&d| (((shapes.at)(&ray, d) - centre).length() / r - 1.0).abs())
-            .sum()
+        roots.iter().map(|&d| (((shapes.at)(&ray, d) - centre).length() / r - 1.0).abs()).sum()
     })]
 }
 
@@ -272,10 +241,8 @@ fn distances(context: &Context, shapes: Shapes) -> Vec<Outcome> {
         let (ray, centre, r, roots) = chord(rng);
         let length = between(rng, 0.5, 2.0);
         let scaled = Ray::new(ray.origin, length * ray.direction);
-        let beside = Ray::new(
-            centre + 1.1 * r * ray.direction.any_orthonormal_vector(),
-            ray.direction,
-        );
+        let beside =
+            Ray::new(centre + 1.1 * r * ray.direction.any_orthonormal_vector(), ray.direction);
         if (shapes.distances)(&beside, centre, r).is_some() {
             return WRONG;
         }
@@ -316,29 +283,15 @@ fn readable(ray: &Ray, v: Corners, limit: f64) -> Option<(f64, f64, f64)> {
 
 fn benches() -> Vec<Bench<Shapes>> {
     let trial = |name: &str, property: &str, equation: &'static Equation| {
-        let subject = if equation == &TRIANGLE_SOLUTION {
-            "watertight::Shear::intersect"
-        } else {
-            "shape"
-        };
+        let subject =
+            if equation == &TRIANGLE_SOLUTION { "watertight::Shear::intersect" } else { "shape" };
         let size = (ARGUMENTS, TOLERANCE, 0);
-        data(
-            format!("geometry/{name}"),
-            property,
-            equation,
-            subject,
-            "exact",
-            size,
-        )
+        data(format!("geometry/{name}"), property, equation, subject, "exact", size)
     };
     vec![
         Bench::new(trial("ray", "the ray's point at t is O + tD", &RAY), ray),
         Bench::new(
-            trial(
-                "triangle-point",
-                "T is affine and meets the corners",
-                &TRIANGLE_POINT,
-            ),
+            trial("triangle-point", "T is affine and meets the corners", &TRIANGLE_POINT),
             point,
         ),
         Bench::new(
@@ -365,16 +318,9 @@ fn benches() -> Vec<Bench<Shapes>> {
             ),
             fan,
         ),
+        Bench::new(trial("sphere", "(5) is the difference of two squares", &SPHERE), sphere),
         Bench::new(
-            trial("sphere", "(5) is the difference of two squares", &SPHERE),
-            sphere,
-        ),
-        Bench::new(
-            trial(
-                "sphere-ray",
-                "(6) is on the sphere at the ends of a chord",
-                &SPHERE_RAY,
-            ),
+            trial("sphere-ray", "(6) is on the sphere at the ends of a chord", &SPHERE_RAY),
             on_sphere,
         ),
         Bench::new(
@@ -397,10 +343,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             "readable",
             &TRIANGLE_SOLUTION,
             "the readable form of (4): the same hits to rounding, away from edges",
-            Shapes {
-                triangle: readable,
-                ..RIGHT
-            },
+            Shapes { triangle: readable, ..RIGHT },
             &["geometry/triangle-solution"],
         )],
         ..Family::new("geometry", RIGHT)

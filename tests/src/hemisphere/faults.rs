@@ -104,10 +104,7 @@ pub(super) fn uniform_faults() -> Vec<Mutant<Method>> {
             &HEMISPHERE_PDF,
             "the pdf is 1/π",
             (uniform_hemisphere, twice),
-            &[
-                "hemisphere/uniform/pdf",
-                "hemisphere/uniform/furnaces: furnace, radiance 1",
-            ],
+            &["hemisphere/uniform/pdf", "hemisphere/uniform/furnaces: furnace, radiance 1"],
         ),
         mutant(
             "cosine-for-uniform",
@@ -131,10 +128,7 @@ pub(super) fn uniform_equivalents() -> Vec<Mutant<Method>> {
         "one-minus-r",
         &HEMISPHERE_THETA,
         "1 − r for r in (18): it is as uniform as r",
-        (
-            |[r1, r2]| uniform_hemisphere([1.0 - r1, r2]),
-            uniform_hemisphere_pdf,
-        ),
+        (|[r1, r2]| uniform_hemisphere([1.0 - r1, r2]), uniform_hemisphere_pdf),
         &["hemisphere/uniform/moments"],
     )]
 }
@@ -205,10 +199,7 @@ pub(super) fn cosine_equivalents() -> Vec<Mutant<Method>> {
         "turned",
         &COSINE_HEMISPHERE,
         "φ counted from y: the law has no direction of its own",
-        (
-            |[r1, r2]| cosine_hemisphere([r1, (r2 + 0.25).fract()]),
-            cosine_hemisphere_pdf,
-        ),
+        (|[r1, r2]| cosine_hemisphere([r1, (r2 + 0.25).fract()]), cosine_hemisphere_pdf),
         &["hemisphere/cosine/moments"],
     )]
 }

@@ -100,9 +100,7 @@ pub fn moments(context: &Context, expected: [f64; 2], sampler: Sampler) -> Vec<O
             values.push(value);
         }
     }
-    let claim = Claim::Exact {
-        delta: MOMENT_DELTA,
-    };
+    let claim = Claim::Exact { delta: MOMENT_DELTA };
     ["mean of x", "mean of y", "mean of z", "mean of z²"]
         .iter()
         .zip(values.iter().zip(references))
@@ -113,9 +111,8 @@ pub fn moments(context: &Context, expected: [f64; 2], sampler: Sampler) -> Vec<O
 /// The laws of cos θ and φ, each alone.
 pub fn angles(context: &Context, cos_cdf: fn(f64) -> f64, sampler: Sampler) -> Vec<Outcome> {
     let mut rng = context.rng("angles");
-    let directions: Vec<DVec3> = (0..context.n(KS_SAMPLES))
-        .map(|_| sampler(uniform2(&mut rng)))
-        .collect();
+    let directions: Vec<DVec3> =
+        (0..context.n(KS_SAMPLES)).map(|_| sampler(uniform2(&mut rng))).collect();
     let mut cosines: Vec<f64> = directions.iter().map(|w| w.z).collect();
     let mut azimuths: Vec<f64> = directions.iter().map(|&w| to_spherical(w).1).collect();
     vec![
@@ -153,11 +150,7 @@ pub fn furnaces(context: &Context, law: Domain, sampler: Sampler, pdf: Pdf) -> V
         .enumerate()
         .map(|(i, ((name, _, reference), values))| {
             let constant = i == 0 && law == Domain::CosineHemisphere;
-            let delta = if constant {
-                0.0
-            } else {
-                FURNACE_DELTA * reference
-            };
+            let delta = if constant { 0.0 } else { FURNACE_DELTA * reference };
             mean(name, values, *reference, Claim::Exact { delta })
         })
         .collect()
@@ -253,15 +246,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         })
     };
     vec![
-        family(
-            UNIFORM,
-            faults::uniform_faults(),
-            faults::uniform_equivalents(),
-        ),
-        family(
-            COSINE,
-            faults::cosine_faults(),
-            faults::cosine_equivalents(),
-        ),
+        family(UNIFORM, faults::uniform_faults(), faults::uniform_equivalents()),
+        family(COSINE, faults::cosine_faults(), faults::cosine_equivalents()),
     ]
 }

@@ -46,10 +46,8 @@ impl Property for SameRadiance {
         let paths = Values::collect(0.0, context.n(self.paths), || along(&mut rng));
         let centre = paths.moments.mean();
         let seed = context.seed_of("maps");
-        let lookup = Lookup::Gather {
-            caustic_particles: self.particles,
-            caustic_radius: self.radius,
-        };
+        let lookup =
+            Lookup::Gather { caustic_particles: self.particles, caustic_radius: self.radius };
         let mut index = 0;
         let maps = Values::collect(centre, context.n(self.maps), || {
             let map = (self.particles, self.radius);
@@ -62,9 +60,7 @@ impl Property for SameRadiance {
             let sum: f64 = (0..self.rays)
                 .map(|_| {
                     let ray = (self.ray)(&mut rng);
-                    photons
-                        .radiance(scene, &ray, scene.intersect(&ray), &mut rng)
-                        .x
+                    photons.radiance(scene, &ray, scene.intersect(&ray), &mut rng).x
                 })
                 .sum();
             sum / self.rays as f64

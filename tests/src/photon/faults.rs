@@ -20,10 +20,8 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
 }
 
 /// Half of every photon.
-pub(super) const HALVED: Table = Table {
-    photon_density: |brdf, flux, _, r2| density(0.5 * brdf, flux, r2),
-    ..RIGHT
-};
+pub(super) const HALVED: Table =
+    Table { photon_density: |brdf, flux, _, r2| density(0.5 * brdf, flux, r2), ..RIGHT };
 
 fn densities() -> Vec<Mutant<Subject>> {
     vec![

@@ -66,10 +66,7 @@ fn benches() -> Vec<Bench<Subject>> {
 const FEW: u32 = 64;
 
 fn floors() -> Vec<Bench<Subject>> {
-    let gather = Lookup::Gather {
-        caustic_particles: FEW,
-        caustic_radius: scenes::RADIUS,
-    };
+    let gather = Lookup::Gather { caustic_particles: FEW, caustic_radius: scenes::RADIUS };
     let whole = scenes::disc_average(scenes::RADIUS, f64::INFINITY);
     let cut = scenes::disc_average(scenes::RADIUS, scenes::WALL_AT);
     let point = scenes::at_point();
@@ -156,13 +153,7 @@ fn cavities() -> Vec<Bench<Subject>> {
             delta: BOUNCES,
             values,
         };
-        let mapping = Mapping {
-            scene,
-            lookup,
-            particles,
-            radius: 0.4,
-            rays,
-        };
+        let mapping = Mapping { scene, lookup, particles, radius: 0.4, rays };
         bench(about, mapping)
     };
     let mut benches = vec![cavity(
@@ -178,10 +169,7 @@ fn cavities() -> Vec<Bench<Subject>> {
         NEARLY_SYMMETRIC,
     )];
     if let Ok(scene) = cavity_cap(rho, Cap::Reflecting) {
-        let gather = Lookup::Gather {
-            caustic_particles: 1,
-            caustic_radius: 0.4,
-        };
+        let gather = Lookup::Gather { caustic_particles: 1, caustic_radius: 0.4 };
         benches.push(cavity(
             "photon/gather",
             format!("by final gathering, off the reflecting cap of a cavity of albedo {rho},"),
@@ -217,11 +205,7 @@ fn fluxes() -> Vec<Bench<Subject>> {
             SINGLE,
             18_000,
         ),
-        Flux {
-            scene: scenes::glass_in_cavity(),
-            kept: Kept::Caustic,
-            particles: 256,
-        },
+        Flux { scene: scenes::glass_in_cavity(), kept: Kept::Caustic, particles: 256 },
     )];
     let albedo = 0.3;
     if let Ok(scene) = furnace_box(albedo) {
@@ -235,11 +219,7 @@ fn fluxes() -> Vec<Bench<Subject>> {
                 BOUNCES,
                 13_000,
             ),
-            Flux {
-                scene: Arc::new(scene),
-                kept: Kept::All,
-                particles: 256,
-            },
+            Flux { scene: Arc::new(scene), kept: Kept::All, particles: 256 },
         ));
     }
     benches
@@ -267,11 +247,6 @@ fn passes() -> Bench<Subject> {
     };
     bench(
         about,
-        Passes {
-            scene: scenes::point_camera(),
-            passes: count,
-            particles: FEW,
-            radius: first,
-        },
+        Passes { scene: scenes::point_camera(), passes: count, particles: FEW, radius: first },
     )
 }

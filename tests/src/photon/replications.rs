@@ -52,9 +52,7 @@ impl<T: Replication> Property for Mean<T> {
 }
 
 pub(super) fn bench<T: Replication>(about: About, replication: T) -> Bench<Subject> {
-    let About {
-        reference, values, ..
-    } = about;
+    let About { reference, values, .. } = about;
     // Where nothing arrives, nothing varies.
     let delta = if reference == 0.0 { 0.0 } else { about.delta };
     let trial = data(
@@ -65,12 +63,7 @@ pub(super) fn bench<T: Replication>(about: About, replication: T) -> Bench<Subje
         "t over independent maps",
         (values, delta, usize::from(delta > 0.0)),
     );
-    let property = Mean {
-        replication,
-        reference,
-        delta: delta * reference,
-        values,
-    };
+    let property = Mean { replication, reference, delta: delta * reference, values };
     Bench::new(trial, on(property))
 }
 
@@ -95,10 +88,7 @@ impl Replication for Mapping {
             .iter()
             .map(|ray| {
                 let hit = self.scene.intersect(ray);
-                level(
-                    &self.scene,
-                    photons.radiance(&self.scene, ray, hit, &mut rng),
-                )
+                level(&self.scene, photons.radiance(&self.scene, ray, hit, &mut rng))
             })
             .sum();
         sum / self.rays.len() as f64
@@ -114,13 +104,7 @@ pub(super) struct Flux {
 
 impl Replication for Flux {
     fn value<P: Parts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64 {
-        let map = PhotonMap::new(
-            &parts,
-            &self.scene,
-            self.kept,
-            self.particles,
-            (seed, index),
-        );
+        let map = PhotonMap::new(&parts, &self.scene, self.kept, self.particles, (seed, index));
         map.map_or(f64::NAN, |map| {
             level(&self.scene, map.photons().map(|photon| photon.flux).sum())
         })
@@ -137,11 +121,7 @@ pub(super) struct Passes {
 
 impl Replication for Passes {
     fn value<P: Parts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64 {
-        let sppm = Sppm {
-            parts,
-            particles: self.particles,
-            radius: self.radius,
-        };
+        let sppm = Sppm { parts, particles: self.particles, radius: self.radius };
         // The pass's index decides its radius, so replications differ by the seed.
         let seed = seed.wrapping_add(u64::from(index) << 32);
         let pass = |pass| sppm.pass(&self.scene, [1, 1], seed, pass);

@@ -78,10 +78,7 @@ pub fn disc_average(radius: f64, end: f64) -> f64 {
     let irradiance =
         |x: f64, y: f64| polygon_irradiance(&vertices.map(|v| v - DVec3::new(x, y, 0.0)));
     // x = r sin t and y = s r cos t make a smooth integrand of the disc.
-    let domain = Rectangle {
-        x: [-FRAC_PI_2, (end / radius).min(1.0).asin()],
-        y: [-1.0, 1.0],
-    };
+    let domain = Rectangle { x: [-FRAC_PI_2, (end / radius).min(1.0).asin()], y: [-1.0, 1.0] };
     let mut f = |t: f64, s: f64| {
         let half = radius * t.cos();
         half * half * irradiance(radius * t.sin(), s * half)
@@ -112,10 +109,7 @@ const GLASS_LIGHT: f64 = 0.05;
 /// albedo 0, so that photons are kept and end there.
 pub fn glass_in_cavity() -> Arc<Scene> {
     scene("glass in a cavity", |s| {
-        let inside = Sphere {
-            inward: true,
-            ..Sphere::new(DVec3::ZERO, 4.0)
-        };
+        let inside = Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 4.0) };
         let wall = s.surface(Surface::new(lambert(0.0)));
         s.sphere(inside, wall);
         let glass = s.surface(Surface::new(Bsdf::Glass { index: 1.5 }));
@@ -128,10 +122,7 @@ pub fn glass_in_cavity() -> Arc<Scene> {
 /// The flux that this light sends into the sphere, all of which comes out of it again: the mean over the
 /// light of the form factor cos θ/d² of a unit sphere at distance d, times π L A.
 pub fn flux_into_glass() -> f64 {
-    let domain = Rectangle {
-        x: [-GLASS_LIGHT, GLASS_LIGHT],
-        y: [-GLASS_LIGHT, GLASS_LIGHT],
-    };
+    let domain = Rectangle { x: [-GLASS_LIGHT, GLASS_LIGHT], y: [-GLASS_LIGHT, GLASS_LIGHT] };
     let mut factor = |x: f64, y: f64| {
         let d2 = x * x + y * y + GLASS_DISTANCE * GLASS_DISTANCE;
         GLASS_DISTANCE / (d2 * d2.sqrt())
@@ -160,10 +151,7 @@ fn floor_under_area_light(mut builder: SceneBuilder) -> Arc<Scene> {
     floor(&mut builder, lambert(FLOOR));
     square(&mut builder, 1.4 * DVec3::Z, 0.5, false, light(LIGHT));
     let eye = DVec3::new(0.0, -2.6, 1.9);
-    built(
-        builder,
-        Camera::new(eye, DVec3::new(0.0, 0.0, 0.3), DVec3::Z, 0.4),
-    )
+    built(builder, Camera::new(eye, DVec3::new(0.0, 0.0, 0.3), DVec3::Z, 0.4))
 }
 
 fn built(builder: SceneBuilder, camera: Camera) -> Arc<Scene> {

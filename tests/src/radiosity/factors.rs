@@ -33,20 +33,12 @@ impl Property for Factors {
             let mesh = Mesh::new(&self.scene, fineness(self.patches)).ok()?;
             let factors = FormFactors::new(&setup.parts, &self.scene, &mesh, &|_| true).ok()?;
             let elements = mesh.elements();
-            let rows: Vec<_> = (0..elements.len())
-                .map(|i| factors.of_element(&mesh, i))
-                .collect();
+            let rows: Vec<_> = (0..elements.len()).map(|i| factors.of_element(&mesh, i)).collect();
             Some((self.error)(elements, &rows))
         };
         let error = error().unwrap_or(f64::NAN);
         let n = u64::from(self.patches);
-        vec![Outcome::exact(
-            "form factors",
-            n,
-            error,
-            self.tolerance,
-            "all patches",
-        )]
+        vec![Outcome::exact("form factors", n, error, self.tolerance, "all patches")]
     }
 }
 

@@ -19,10 +19,7 @@ fn without_cosine(_: DVec3, corners: &[DVec3]) -> f64 {
 
 pub(super) fn faults() -> Vec<Mutant<Subject>> {
     let factor = |name, wrong, form_factor: fn(DVec3, &[DVec3]) -> f64, caught_by| {
-        let table = Table {
-            form_factor,
-            ..RIGHT
-        };
+        let table = Table { form_factor, ..RIGHT };
         mutant(name, &FORM_FACTOR, wrong, parts(table), caught_by)
     };
     let balance = |name, wrong, table: Table, caught_by| {
@@ -51,11 +48,7 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
             "form-factor-doubled",
             "1/π for 1/2π",
             |normal, corners| 2.0 * form_factor::polygon(normal, corners),
-            &[
-                "radiosity/close",
-                "radiosity/parallel-plates",
-                "radiosity/perpendicular-plates",
-            ],
+            &["radiosity/close", "radiosity/parallel-plates", "radiosity/perpendicular-plates"],
         ),
         factor(
             "form-factor-open",
@@ -120,15 +113,8 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
         balance(
             "emission-exchanged",
             "patches send each other what they emit, which was counted as direct light",
-            Table {
-                exchanged: |leaving, _| leaving,
-                ..RIGHT
-            },
-            &[
-                "radiosity/furnace-box",
-                "radiosity/corners",
-                "radiosity/energy",
-            ],
+            Table { exchanged: |leaving, _| leaving, ..RIGHT },
+            &["radiosity/furnace-box", "radiosity/corners", "radiosity/energy"],
         ),
         balance(
             "emission-reflected",
@@ -155,28 +141,14 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
         balance(
             "two-sweeps",
             "the solution ends after two sweeps",
-            Table {
-                solved: |_, sweeps| sweeps >= 2,
-                ..RIGHT
-            },
-            &[
-                "radiosity/furnace-box",
-                "radiosity/cavity/black",
-                "radiosity/diffuse-room",
-            ],
+            Table { solved: |_, sweeps| sweeps >= 2, ..RIGHT },
+            &["radiosity/furnace-box", "radiosity/cavity/black", "radiosity/diffuse-room"],
         ),
         balance(
             "exitance-for-radiance",
             "ρE is taken for the radiance, without 1/π",
-            Table {
-                leaving: |albedo, emitted, irradiance| emitted + albedo * irradiance,
-                ..RIGHT
-            },
-            &[
-                "radiosity/rectangle",
-                "radiosity/skewed",
-                "radiosity/triangle",
-            ],
+            Table { leaving: |albedo, emitted, irradiance| emitted + albedo * irradiance, ..RIGHT },
+            &["radiosity/rectangle", "radiosity/skewed", "radiosity/triangle"],
         ),
     ]
 }

@@ -72,13 +72,7 @@ fn bench(
     let seen: Vec<String> = rays.iter().map(|(_, l)| format!("{l:.6}")).collect();
     let property = format!("a floor reflects {} of {what}", seen.join(" and "));
     let rays: Vec<KnownRay> = rays.iter().map(|&(ray, l)| (ray, l * TINT)).collect();
-    let subject = Known {
-        scene,
-        patches,
-        rays,
-        tolerance,
-        read_out: ReadOut::default(),
-    };
+    let subject = Known { scene, patches, rays, tolerance, read_out: ReadOut::default() };
     known(name, property, &FORM_FACTOR, subject)
 }
 
@@ -106,13 +100,7 @@ fn rectangles() -> Vec<Bench<Subject>> {
     let (gap, side) = (1e-3, 0.3);
     let close = scene("light just over the floor", |s| {
         floor(s, lambert(FLOOR));
-        square(
-            s,
-            DVec3::new(1.0 - side, 0.0, gap),
-            1.0,
-            false,
-            light(LIGHT),
-        );
+        square(s, DVec3::new(1.0 - side, 0.0, gap), 1.0, false, light(LIGHT));
     });
     let beside = parallel_corner(side, 1.0, gap) + parallel_corner(2.0 - side, 1.0, gap);
     let near = [((|_| nearby()) as Kind, reflected(2.0 * beside))];
@@ -205,27 +193,9 @@ fn hidden() -> Vec<Bench<Subject>> {
     let lower = 2.0 * upright_corner(1.0, 1.0, 1.0);
     let aside = upright_corner(2.0, 1.0, 1.0) - upright_corner(2.0, 0.5, 1.0);
     [
-        (
-            "radiosity/hidden-below",
-            "lower half",
-            [-0.6, -0.5],
-            [1.2, 1.0],
-            all - lower,
-        ),
-        (
-            "radiosity/hidden-above",
-            "upper half",
-            [-0.6, 0.5],
-            [1.2, 0.8],
-            lower,
-        ),
-        (
-            "radiosity/hidden-aside",
-            "last quarter",
-            [0.25, -0.5],
-            [0.8, 1.8],
-            all - aside,
-        ),
+        ("radiosity/hidden-below", "lower half", [-0.6, -0.5], [1.2, 1.0], all - lower),
+        ("radiosity/hidden-above", "upper half", [-0.6, 0.5], [1.2, 0.8], lower),
+        ("radiosity/hidden-aside", "last quarter", [0.25, -0.5], [0.8, 1.8], all - aside),
     ]
     .into_iter()
     .map(|(name, part, [y, z], [wide, high], factor)| {
@@ -251,16 +221,8 @@ fn both_sides() -> Bench<Subject> {
     });
     let above = parallel_corner(1.0, 1.0, 1.0);
     let below = parallel_corner(1.5, 1.0, 0.8) - parallel_corner(0.5, 1.0, 0.8);
-    let rays = [
-        ((|_| at_origin()) as Kind, reflected(above)),
-        (|_| from_below(), reflected(below)),
-    ];
+    let rays =
+        [((|_| at_origin()) as Kind, reflected(above)), (|_| from_below(), reflected(below))];
     let what = "a light above and of another below";
-    bench(
-        "radiosity/both-sides",
-        what,
-        scene,
-        &rays,
-        (4, SINGLE_PRECISION),
-    )
+    bench("radiosity/both-sides", what, scene, &rays, (4, SINGLE_PRECISION))
 }

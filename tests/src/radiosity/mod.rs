@@ -38,10 +38,7 @@ const NESTED: f64 = 0.3;
 const SETTLED: f64 = RESIDUAL / (1.0 - ALBEDO) + SINGLE_PRECISION;
 
 fn fineness(patches: u32) -> Fineness {
-    Fineness {
-        patches,
-        halvings: 0,
-    }
+    Fineness { patches, halvings: 0 }
 }
 
 fn solve<P: Parts + Copy>(setup: Setup<P>, scene: &Scene, patches: u32) -> Option<Radiosity<P>> {
@@ -88,13 +85,7 @@ impl Property for Known {
             largest.fold(0.0, |a: f64, b| if b > a || b.is_nan() { b } else { a })
         };
         let error = self.rays.iter().map(&mut deviation).sum();
-        vec![Outcome::exact(
-            "radiance",
-            RAYS,
-            error,
-            self.tolerance,
-            "the worst ray",
-        )]
+        vec![Outcome::exact("radiance", RAYS, error, self.tolerance, "the worst ray")]
     }
 }
 
@@ -134,10 +125,7 @@ fn known(
 ) -> Bench<Subject> {
     let size = (RAYS, known.tolerance, 0);
     let subject = "estimator::Radiosity";
-    Bench::new(
-        data(name, property, equation, subject, "exact", size),
-        on(known),
-    )
+    Bench::new(data(name, property, equation, subject, "exact", size), on(known))
 }
 
 /// From within a box towards points so near to its edges and corners that patches look huge.
@@ -159,10 +147,7 @@ fn furnaces() -> Vec<Bench<Subject>> {
     let of = |scene: Arc<Scene>, patches, rays: &[(Kind, f64)]| Known {
         scene,
         patches,
-        rays: rays
-            .iter()
-            .map(|&(ray, l)| (ray, DVec3::splat(l)))
-            .collect(),
+        rays: rays.iter().map(|&(ray, l)| (ray, DVec3::splat(l))).collect(),
         tolerance: SETTLED,
         read_out: interpolated,
     };
@@ -192,10 +177,8 @@ fn furnaces() -> Vec<Bench<Subject>> {
         let wall = s.surface(Surface::new(Bsdf::Lambert { albedo }).emitting(emission));
         closed_cube(s, 1.0, true, wall);
     });
-    let coloured = Known {
-        rays: vec![(inside, emission / (DVec3::ONE - albedo))],
-        ..of(coloured, 60, &[])
-    };
+    let coloured =
+        Known { rays: vec![(inside, emission / (DVec3::ONE - albedo))], ..of(coloured, 60, &[]) };
     let name = |cap| format!("radiosity/cavity/{cap}");
     [
         furnace(interpolated, inside).map(|f| {
@@ -255,12 +238,7 @@ fn rooms() -> Vec<Bench<Subject>> {
             "Welch, equivalence",
             (pixels, IMAGE, 1),
         );
-        Bench::new(
-            trial,
-            on(SameRoom {
-                scene: Arc::new(room),
-            }),
-        )
+        Bench::new(trial, on(SameRoom { scene: Arc::new(room) }))
     });
     std::iter::once(energy).chain(same).collect()
 }

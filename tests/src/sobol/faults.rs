@@ -41,13 +41,7 @@ pub(super) fn of_numbers() -> Vec<Mutant<Subject>> {
             "each sample has a scramble of its own: independent numbers, no net",
             with(|point, block| {
                 let replication = point.replication ^ point.index << 16;
-                sobol(
-                    Point {
-                        replication,
-                        ..point
-                    },
-                    block,
-                )
+                sobol(Point { replication, ..point }, block)
             }),
             &[
                 "sampler/stratified: elementary intervals",

@@ -43,19 +43,9 @@ pub struct Subject {
 
 /// The program's numbers: those of [`Sobol`] with a scramble for each pixel and replication.
 fn sobol(point: Point, block: u32) -> Block {
-    let Point {
-        seed,
-        pixel,
-        replication,
-        index,
-    } = point;
+    let Point { seed, pixel, replication, index } = point;
     let scramble = scramble(seed, pixel, replication);
-    scrambled(
-        point,
-        block,
-        scramble,
-        stream(seed, pixel, replication ^ index << 16),
-    )
+    scrambled(point, block, scramble, stream(seed, pixel, replication ^ index << 16))
 }
 
 fn scrambled(point: Point, block: u32, scramble: u64, fill: whitefurnace::rng::Stream) -> Block {
@@ -68,9 +58,7 @@ const RIGHT: Subject = Subject {
     numbers: sobol,
     // The mean of each scramble is one value.
     squared_error: |rows| {
-        let means = rows
-            .iter()
-            .map(|row| row.iter().sum::<f64>() / row.len() as f64);
+        let means = rows.iter().map(|row| row.iter().sum::<f64>() / row.len() as f64);
         let moments: Moments = means.collect();
         moments.variance() / rows.len() as f64
     },
@@ -87,13 +75,7 @@ struct Source {
 
 impl Source {
     fn new(subject: Subject, point: Point) -> Self {
-        Self {
-            subject,
-            point,
-            block: 0,
-            numbers: (subject.numbers)(point, 0),
-            used: 0,
-        }
+        Self { subject, point, block: 0, numbers: (subject.numbers)(point, 0), used: 0 }
     }
 }
 
@@ -124,12 +106,7 @@ fn uniformity(context: &Context, subject: Subject) -> Vec<Outcome> {
     let cell = |u: f64| (u * CELLS as f64) as usize;
     for replication in 0..n as u32 {
         // An index that takes every value; each scramble is used once.
-        let point = Point {
-            seed,
-            pixel: 0,
-            replication,
-            index: replication % 1024,
-        };
+        let point = Point { seed, pixel: 0, replication, index: replication % 1024 };
         let numbers = (subject.numbers)(point, 1);
         for (counts, &u) in observed.iter_mut().zip(&numbers) {
             counts[cell(u)] += 1;
@@ -143,11 +120,7 @@ fn uniformity(context: &Context, subject: Subject) -> Vec<Outcome> {
     let outcome = |(i, observed)| {
         let places = (0..CELLS).map(|k| format!("{k}/{CELLS}")).collect();
         let partition = Partition::of_masses(vec![1.0 / CELLS as f64; CELLS], places);
-        let counts = Counts {
-            n,
-            observed,
-            ..Counts::default()
-        };
+        let counts = Counts { n, observed, ..Counts::default() };
         chi_square(&named(i), &partition, &counts, CELL_DELTA)
     };
     observed.into_iter().enumerate().map(outcome).collect()
@@ -162,15 +135,9 @@ fn stratification(context: &Context, subject: Subject) -> Vec<Outcome> {
     let (mut two, mut one) = ((0, String::from("none")), (0, String::from("none")));
     let mut checked = 0;
     for (replication, block) in [(0, 0), (1, 1), (2, 7), (3, LIGHT), (4, LIGHT + 3)] {
-        let point = |index| Point {
-            seed,
-            pixel: 5,
-            replication,
-            index,
-        };
-        let points: Vec<Block> = (0..1 << LARGEST_POWER)
-            .map(|index| (subject.numbers)(point(index), block))
-            .collect();
+        let point = |index| Point { seed, pixel: 5, replication, index };
+        let points: Vec<Block> =
+            (0..1 << LARGEST_POWER).map(|index| (subject.numbers)(point(index), block)).collect();
         for m in 1..=LARGEST_POWER {
             let first = &points[..1 << m];
             for split in 0..=m {
@@ -182,20 +149,14 @@ fn stratification(context: &Context, subject: Subject) -> Vec<Outcome> {
                 let empty = empty_cells(first, cell);
                 checked += 1;
                 if empty > two.0 {
-                    two = (
-                        empty,
-                        format!("block {block}, 2^{m} points, 2^-{split} wide"),
-                    );
+                    two = (empty, format!("block {block}, 2^{m} points, 2^-{split} wide"));
                 }
             }
             for d in 0..BLOCK as usize {
                 let empty = empty_cells(first, |p| (p[d] * f64::from(1u32 << m)) as usize);
                 checked += 1;
                 if empty > one.0 {
-                    one = (
-                        empty,
-                        format!("block {block}, 2^{m} points, coordinate {d}"),
-                    );
+                    one = (empty, format!("block {block}, 2^{m} points, coordinate {d}"));
                 }
             }
         }
@@ -204,10 +165,7 @@ fn stratification(context: &Context, subject: Subject) -> Vec<Outcome> {
         let worst = format!("most empty intervals: {worst}");
         Outcome::exact(name, checked, empty as f64, 0.0, worst)
     };
-    vec![
-        exact("elementary intervals", two),
-        exact("intervals of one coordinate", one),
-    ]
+    vec![exact("elementary intervals", two), exact("intervals of one coordinate", one)]
 }
 
 /// How many of as many cells as points hold none.
@@ -227,26 +185,14 @@ fn independence(context: &Context, subject: Subject) -> Vec<Outcome> {
     let seed = context.seed_of("independent");
     let n = context.n(PAIRS);
     let centred = |u: f64| 12f64.sqrt() * (u - 0.5);
-    let names = [
-        "next block",
-        "next pixel",
-        "next scramble",
-        "next coordinate",
-    ];
+    let names = ["next block", "next pixel", "next scramble", "next coordinate"];
     let mut values = names.map(|_| Values::new(0.0));
     for replication in 0..n as u32 {
-        let point = Point {
-            seed,
-            pixel: 2,
-            replication: 2 * replication,
-            index: replication % 512,
-        };
+        let point =
+            Point { seed, pixel: 2, replication: 2 * replication, index: replication % 512 };
         let here = (subject.numbers)(point, 1);
         let next_pixel = Point { pixel: 3, ..point };
-        let next_scramble = Point {
-            replication: 2 * replication + 1,
-            ..point
-        };
+        let next_scramble = Point { replication: 2 * replication + 1, ..point };
         let others = [
             (subject.numbers)(point, 2)[0],
             (subject.numbers)(next_pixel, 1)[0],
@@ -257,9 +203,7 @@ fn independence(context: &Context, subject: Subject) -> Vec<Outcome> {
             values.push(centred(here[0]) * centred(other));
         }
     }
-    let claim = Claim::Exact {
-        delta: CORRELATION_DELTA,
-    };
+    let claim = Claim::Exact { delta: CORRELATION_DELTA };
     let outcome = |(name, values)| mean(&format!("correlation, {name}"), values, 0.0, claim);
     names.into_iter().zip(&values).map(outcome).collect()
 }
@@ -286,15 +230,8 @@ fn unbiased(context: &Context, subject: Subject) -> Vec<Outcome> {
     let reference = reflected(polygon_irradiance(&RECTANGLE));
     let mut replication = 0;
     let values = Values::collect(reference, context.n(SCRAMBLES), || {
-        let point = |index| Point {
-            seed,
-            pixel: 1,
-            replication,
-            index,
-        };
-        let sum: f64 = (0..POINTS)
-            .map(|i| estimate(&scene, subject, point(i)))
-            .sum();
+        let point = |index| Point { seed, pixel: 1, replication, index };
+        let sum: f64 = (0..POINTS).map(|i| estimate(&scene, subject, point(i))).sum();
         replication += 1;
         sum / f64::from(POINTS)
     });
@@ -323,12 +260,7 @@ fn error_bars(context: &Context, subject: Subject) -> Vec<Outcome> {
     let rows = |part: &str, image: u64| -> Vec<Vec<f64>> {
         let seed = seed_for(context.seed_of(part), &image.to_string());
         let sample = |replication, index| {
-            let point = Point {
-                seed,
-                pixel: 0,
-                replication,
-                index,
-            };
+            let point = Point { seed, pixel: 0, replication, index };
             covered(uniform2(&mut Scripted(Source::new(subject, point))))
         };
         (0..REPLICATIONS)
@@ -346,13 +278,7 @@ fn error_bars(context: &Context, subject: Subject) -> Vec<Outcome> {
     let bars = Values::collect(expected, n / 5, || {
         (subject.squared_error)(&rows("bars", image.next().unwrap_or(u64::MAX)))
     });
-    vec![variance_ratio(
-        "squared error over squared error bar",
-        &errors,
-        &bars,
-        1.0,
-        BAR_DELTA,
-    )]
+    vec![variance_ratio("squared error over squared error bar", &errors, &bars, 1.0, BAR_DELTA)]
 }
 
 fn trial(name: &str, property: &str, statistic: &'static str, size: (u64, f64, usize)) -> Trial {

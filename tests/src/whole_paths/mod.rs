@@ -67,11 +67,7 @@ fn script(scene: &Scene, path: &[Vertex], at: [f64; 2], s: usize) -> Vec<(u32, V
     }
     for (number, i) in (1..).zip((s..path.len()).rev()) {
         let to = (i > s).then(|| &path[i - 1]);
-        let mut numbers = if path[i].specular() {
-            Vec::new()
-        } else {
-            light.clone()
-        };
+        let mut numbers = if path[i].specular() { Vec::new() } else { light.clone() };
         numbers.extend(scatter(&path[i], to));
         blocks.push((number, numbers));
     }
@@ -113,15 +109,9 @@ fn made(
     };
     let image = Splats::new(FRAME);
     let blocks = script(scene, path, at, s);
-    let mut numbers = Scripted(Script {
-        blocks: &blocks,
-        block: 0,
-        used: 0,
-    });
+    let mut numbers = Scripted(Script { blocks: &blocks, block: 0, used: 0 });
     let pixel = at.map(|x| x as u32);
-    Bdpt { parts }
-        .pair(scene, pixel, FRAME, &image, &mut numbers)
-        .ok()?;
+    Bdpt { parts }.pair(scene, pixel, FRAME, &image, &mut numbers).ok()?;
     let value = image.into_values().iter().map(|value| value.x).sum();
     FOUND.with_borrow_mut(|found| (found.len() == 1).then(|| (found.remove(0), value)))
 }
@@ -183,12 +173,7 @@ fn whole_paths(context: &Context, scene: &Scene, parts: Table) -> Vec<Outcome> {
             )
         });
     }
-    let names = [
-        "densities",
-        "weights",
-        "sum of weights",
-        "value times density",
-    ];
+    let names = ["densities", "weights", "sum of weights", "value times density"];
     let exact = |(name, largest): (&str, Largest)| {
         Outcome::exact(name, TRIES, largest.error, TOLERANCE, largest.place)
     };
@@ -221,20 +206,14 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "number-of-lights-forgotten",
                 &MIS,
                 "the density of a light's point does not know that one of four lights was picked",
-                Table {
-                    emitter_pdf_area: |emitter| EMITTERS as f64 * emitter.pdf_area(),
-                    ..RIGHT
-                },
+                Table { emitter_pdf_area: |emitter| EMITTERS as f64 * emitter.pdf_area(), ..RIGHT },
                 by!("densities", "weights"),
             ),
             mutant(
                 "importance-off-by-three-per-cent",
                 &IMPORTANCE,
                 "the camera's importance is 1.03 times too large",
-                Table {
-                    importance: |camera, size, w| 1.03 * camera.importance(size, w),
-                    ..RIGHT
-                },
+                Table { importance: |camera, size, w| 1.03 * camera.importance(size, w), ..RIGHT },
                 by!("densities", "weights"),
             ),
             mutant(
@@ -251,20 +230,14 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "density-without-distance",
                 &GEOMETRY,
                 "densities by area lack the squared distance",
-                Table {
-                    solid_angle_per_area: |cosine, _| cosine,
-                    ..RIGHT
-                },
+                Table { solid_angle_per_area: |cosine, _| cosine, ..RIGHT },
                 by!("densities", "weights"),
             ),
             mutant(
                 "density-of-another-direction",
                 &COSINE_HEMISPHERE,
                 "directions are weighted by the uniform density, not the cosine's",
-                Table {
-                    cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI,
-                    ..RIGHT
-                },
+                Table { cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI, ..RIGHT },
                 by!("densities", "weights"),
             ),
             mutant(
@@ -285,10 +258,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "flux-scaled-as-radiance",
                 &REFRACTION,
                 "refraction scales the flux of particles",
-                Table {
-                    flux_factor: |factor| factor,
-                    ..RIGHT
-                },
+                Table { flux_factor: |factor| factor, ..RIGHT },
                 by!("value times density"),
             ),
         ],

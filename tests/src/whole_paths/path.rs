@@ -46,13 +46,7 @@ pub(super) fn room() -> Arc<Scene> {
         };
         let black = Surface::new(Bsdf::Black).emitting(DVec3::splat(400.0));
         square(s, DVec3::new(0.5, 0.4, 2.8), 0.02, false, black);
-        square(
-            s,
-            DVec3::new(-0.5, -0.2, 2.9),
-            0.5,
-            false,
-            shining(50.0, 0.3),
-        );
+        square(s, DVec3::new(-0.5, -0.2, 2.9), 0.5, false, shining(50.0, 0.3));
         let panel = s.surface(shining(20.0, 0.6));
         let corner = DVec3::new(-1.9, -1.5, 0.3);
         s.rectangle(corner, [3.0 * DVec3::Y, 2.0 * DVec3::Z], panel);
@@ -111,11 +105,7 @@ impl Vertex {
 fn specular(d: DVec3, front: DVec3, glass: bool, through: bool) -> (DVec3, bool) {
     let normal = front * -front.dot(d).signum();
     let along = d - d.dot(normal) * normal;
-    let ratio = if front.dot(d) < 0.0 {
-        1.0 / INDEX
-    } else {
-        INDEX
-    };
+    let ratio = if front.dot(d) < 0.0 { 1.0 / INDEX } else { INDEX };
     let bent = ratio * along;
     if glass && through && bent.length_squared() < 0.99 {
         (bent - normal * (1.0 - bent.length_squared()).sqrt(), true)
@@ -193,10 +183,7 @@ pub(super) fn on_emitter(shape: &EmitterShape, point: DVec3) -> (f64, [f64; 2]) 
         ),
         EmitterShape::Sphere(Sphere { centre, radius, .. }) => {
             let at = (point - centre) / radius;
-            (
-                2.0 * TAU * radius * radius,
-                [0.5 + 0.5 * at.z, azimuth(at) / TAU],
-            )
+            (2.0 * TAU * radius * radius, [0.5 + 0.5 * at.z, azimuth(at) / TAU])
         }
         EmitterShape::Triangle(_) => (f64::NAN, [f64::NAN; 2]),
     }
