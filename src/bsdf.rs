@@ -1,12 +1,19 @@
-//! Reflection models: Lambert (13), Oren-Nayar (14)-(15) in two forms, [EON](eon), mirror and glass.
+//! Reflection models: Lambert (13), Oren-Nayar (14)-(15) in two forms, [EON](eon), mirror, glass, and models
+//! that are not of this library; how light goes on at a surface.
 //!
 //! Directions are local unit vectors that point away from the surface, the normal is z.
 
 pub mod eon;
+mod scattering;
 
 use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
+use rand::Rng;
+
+pub use scattering::{BsdfSample, Model, Scattering, Vertex};
+
+use crate::estimator::Standard;
 
 /// How a surface scatters light. Albedos are per colour channel, in [0, 1].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,6 +51,8 @@ pub enum Bsdf {
         /// Index of refraction on the inner side of the surface.
         index: f64,
     },
+    /// A model that is not of this library: [`Bsdf::model`].
+    Model(&'static dyn Model),
 }
 
 /// The two forms of (14).
@@ -117,19 +126,31 @@ pub fn oren_nayar(constants: OrenNayar, form: OrenNayarForm, wo: DVec3, wi: DVec
 }
 
 impl Bsdf {
+    /// A model that is not of this library. It lives as long as the program.
+    pub fn model(model: impl Model + 'static) -> Self {
+        Self::Model(Box::leak(Box::new(model)))
+    }
+
     /// Oren-Nayar with the given albedo, σ in radians, and form.
     pub fn oren_nayar(albedo: DVec3, sigma: f64, form: OrenNayarForm) -> Self {
         Self::OrenNayar { albedo, constants: OrenNayar::new(sigma), form }
     }
 
-    /// Whether light leaves in all directions, so that shadow rays and cosine-weighted directions serve.
+    /// Whether light leaves in single directions only, by Dirac distributions: mirror and glass. Shadow rays
+    /// find nothing there.
     #[inline]
-    pub fn is_diffuse(&self) -> bool {
-        matches!(self, Self::Lambert { .. } | Self::OrenNayar { .. } | Self::Eon { .. })
+    pub fn is_specular(&self) -> bool {
+        matches!(self, Self::Mirror { .. } | Self::Glass { .. })
     }
 
-    /// f_r(wo, wi) in 1/sr for a diffuse model; zero for the others, whose light is concentrated in
-    /// single directions, and below the horizon.
+    /// Whether light leaves in all directions, so that shadow rays and connections find some.
+    #[inline]
+    pub fn is_rough(&self) -> bool {
+        !matches!(self, Self::Black | Self::Mirror { .. } | Self::Glass { .. })
+    }
+
+    /// f_r(wo, wi) in 1/sr; zero for mirror and glass, whose light is concentrated in single directions, and
+    /// below the horizon.
     #[inline]
     pub fn eval(&self, wo: DVec3, wi: DVec3) -> DVec3 {
         if wo.z <= 0.0 || wi.z <= 0.0 {
@@ -142,10 +163,24 @@ impl Bsdf {
             }
             Self::Eon { albedo, roughness } => FRAC_1_PI * eon::eon(albedo, roughness, wo, wi),
             Self::Black | Self::Mirror { .. } | Self::Glass { .. } => DVec3::ZERO,
+            Self::Model(model) => model.eval(wo, wi),
         }
     }
 
-    /// ρ of the diffuse models, the reflectance of a mirror, 1 for glass: what a denoiser calls albedo.
+    /// A way on from a vertex, in world space; `None` where light is absorbed.
+    #[inline]
+    pub fn sample<R: Rng>(&self, at: &Vertex, rng: &mut R) -> Option<BsdfSample> {
+        Standard.sample(self, at, rng)
+    }
+
+    /// The pdf of [`sample`](Self::sample) with respect to solid angle, 1/sr, local directions; 0 for mirror
+    /// and glass.
+    #[inline]
+    pub fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
+        Standard.pdf(self, wo, wi)
+    }
+
+    /// ρ of the models with a density, the reflectance of a mirror, 1 for glass: what a denoiser calls albedo.
     pub fn albedo(&self) -> DVec3 {
         match *self {
             Self::Black => DVec3::ZERO,
@@ -154,6 +189,7 @@ impl Bsdf {
             | Self::Eon { albedo, .. } => albedo,
             Self::Mirror { reflectance } => reflectance,
             Self::Glass { .. } => DVec3::ONE,
+            Self::Model(model) => model.albedo(),
         }
     }
 }

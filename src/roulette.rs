@@ -33,3 +33,35 @@ pub fn by_throughput(throughput: DVec3) -> f64 {
 pub fn by_absorption(absorption: f64) -> f64 {
     1.0 - absorption
 }
+
+/// The replaceable parts of Russian roulette.
+pub trait Roulette: Sync {
+    /// The path tracer's survival policy.
+    #[inline]
+    fn survival_by_throughput(&self, throughput: DVec3) -> f64 {
+        by_throughput(throughput)
+    }
+    /// The report's survival policy.
+    #[inline]
+    fn survival_by_absorption(&self, absorption: f64) -> f64 {
+        by_absorption(absorption)
+    }
+    /// Whether a path survives.
+    #[inline]
+    fn survives(&self, r: f64, survival: f64) -> bool {
+        survives(r, survival)
+    }
+    /// What a survivor is multiplied by.
+    #[inline]
+    fn roulette_weight(&self, survival: f64) -> f64 {
+        weight(survival)
+    }
+
+    /// Roulette by throughput with one uniform number; `None` if the path ends here, else what the survivor's
+    /// throughput is multiplied by.
+    #[inline]
+    fn survive(&self, throughput: DVec3, r: f64) -> Option<f64> {
+        let survival = self.survival_by_throughput(throughput);
+        self.survives(r, survival).then(|| self.roulette_weight(survival))
+    }
+}

@@ -4,14 +4,18 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
+use whitefurnace::bsdf::Scattering;
 use whitefurnace::equation;
 use whitefurnace::error::Error;
-use whitefurnace::estimator::{Estimator, Lookup, Parts, Path, PhotonMapping, Standard, Strategy};
+use whitefurnace::estimator::{
+    Estimator, Lookup, NextEvent, Path, PhotonMapping, Photons, Standard, Strategy,
+};
 use whitefurnace::film::Film;
 use whitefurnace::moments::Moments;
 use whitefurnace::pixel::PixelSampling;
 use whitefurnace::rng::seed_for;
 use whitefurnace::roulette;
+use whitefurnace::roulette::Roulette;
 use whitefurnace::scene::{Scene, room};
 
 use crate::lab::{Experiment, Lab};
@@ -45,23 +49,28 @@ struct Rays {
     picks: AtomicU64,
 }
 
-impl Parts for Counted<'_> {
-    fn visible(&self, scene: &Scene, x: (DVec3, DVec3), y: (DVec3, DVec3), glass: bool) -> bool {
-        self.0.shadow.fetch_add(1, Ordering::Relaxed);
-        scene.visible(x, y, glass)
-    }
-
+impl Roulette for Counted<'_> {
     fn survives(&self, r: f64, survival: f64) -> bool {
         let survives = roulette::survives(r, survival);
         self.0.onward.fetch_add(u64::from(survives), Ordering::Relaxed);
         survives
     }
+}
 
+impl NextEvent for Counted<'_> {
+    fn visible(&self, scene: &Scene, x: (DVec3, DVec3), y: (DVec3, DVec3), glass: bool) -> bool {
+        self.0.shadow.fetch_add(1, Ordering::Relaxed);
+        scene.visible(x, y, glass)
+    }
     fn pick_emitter(&self, r: f64, count: usize) -> usize {
         self.0.picks.fetch_add(1, Ordering::Relaxed);
         Standard.pick_emitter(r, count)
     }
 }
+
+impl Scattering for Counted<'_> {}
+
+impl Photons for Counted<'_> {}
 
 /// What images by one method cost per camera sample, and what they miss.
 #[derive(Clone, Copy)]

@@ -4,12 +4,13 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::next_event::{direct_light, point_pdf};
 use super::particle::{Place, connect_to_eye, importance_per_particle, particle};
-use super::strategies::{Corner, WholePath};
-use super::vertex::{Vertex, direct_light, emitted, point_pdf};
+use super::steps::emitted;
+use super::strategies::{Bidirectional, Corner, WholePath};
 use super::walk::{Step, walk};
-use super::{ImageEstimator, LightRules, Parts, Standard};
-use crate::bsdf::Bsdf;
+use super::{ImageEstimator, LightRules, Standard, Walking};
+use crate::bsdf::{Bsdf, Vertex};
 use crate::emitter::LightSampling;
 use crate::error::Error;
 use crate::rng::{stream, uniform2};
@@ -21,7 +22,7 @@ use crate::splat::Splats;
 ///
 /// A path with s vertices from the light and t from the eye is found when the eye's part hits an emitter
 /// (s = 0), by a shadow ray to a fresh point of an emitter (s = 1), when the particle is seen (t = 1), and
-/// by connecting the two parts otherwise. [`Parts::strategy_weight`] combines them. No particle starts
+/// by connecting the two parts otherwise. [`Bidirectional::strategy_weight`] combines them. No particle starts
 /// from the background: only the eye's part finds its light.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Bdpt<P = Standard> {
@@ -29,7 +30,7 @@ pub struct Bdpt<P = Standard> {
     pub parts: P,
 }
 
-impl<P: Parts> ImageEstimator for Bdpt<P> {
+impl<P: Walking + Bidirectional> ImageEstimator for Bdpt<P> {
     fn pass(
         &self,
         scene: &Scene,
@@ -48,7 +49,7 @@ impl<P: Parts> ImageEstimator for Bdpt<P> {
     }
 }
 
-impl<P: Parts> Bdpt<P> {
+impl<P: Walking + Bidirectional> Bdpt<P> {
     /// Adds what a particle and a camera ray through a random point of a pixel find.
     pub fn pair<R: Sampler>(
         &self,
@@ -70,7 +71,7 @@ impl<P: Parts> Bdpt<P> {
         frame: [u32; 2],
         image: &Splats,
         rng: &mut R,
-    ) -> Result<(Vec<Place<'a>>, Vec<Corner>), Error> {
+    ) -> Result<(Vec<Place<'a>>, Vec<Corner<'a>>), Error> {
         let (mut places, mut corners) = (Vec::new(), Vec::new());
         particle(&self.parts, scene, rng, |place| {
             corners.push(place.corner);
@@ -95,7 +96,7 @@ impl<P: Parts> Bdpt<P> {
         scene: &Scene,
         frame: [u32; 2],
         pixel: [u32; 2],
-        (light, corners): (&[Place<'_>], &[Corner]),
+        (light, corners): (&[Place<'_>], &[Corner<'_>]),
         rng: &mut R,
     ) -> Result<DVec3, Error> {
         rng.block(0);
@@ -110,8 +111,8 @@ impl<P: Parts> Bdpt<P> {
         };
         let mut radiance = DVec3::ZERO;
         let mut eye = Vec::new();
-        let left = walk(&self.parts, scene, &ray, 0, rng, |step: &Step, rng| {
-            let mut corner = step.corner(scene);
+        let left = walk(&self.parts, scene, &ray, 0, rng, |step: &Step<'_>, rng| {
+            let mut corner = step.corner();
             if let Some(emitter) = step.here.emitter {
                 let emitter = &scene.emitters()[emitter as usize];
                 corner.start = point_pdf(&self.parts, scene, emitter);
@@ -131,9 +132,9 @@ impl<P: Parts> Bdpt<P> {
     fn found<R: Sampler>(
         &self,
         scene: &Scene,
-        step: &Step,
+        step: &Step<'_>,
         path: WholePath<'_>,
-        (light, corners): (&[Place<'_>], &[Corner]),
+        (light, corners): (&[Place<'_>], &[Corner<'_>]),
         rng: &mut R,
     ) -> DVec3 {
         let parts = &self.parts;
@@ -141,17 +142,16 @@ impl<P: Parts> Bdpt<P> {
         if found != DVec3::ZERO {
             found *= self.weight(path);
         }
-        let bsdf = &scene.surface(&step.here).bsdf;
-        if !bsdf.is_diffuse() {
+        let (bsdf, vertex) = (step.bsdf, &step.at);
+        if !bsdf.is_rough() {
             return found;
         }
-        let vertex = step.vertex();
         let (rules, area) = (&LightRules::PHYSICAL, LightSampling::Area);
-        if let Some(direct) = direct_light(parts, scene, bsdf, &vertex, rules, area, rng) {
+        if let Some(direct) = direct_light(parts, scene, bsdf, vertex, rules, area, rng) {
             let fresh = Corner {
                 point: direct.point.point,
                 normal: direct.point.normal,
-                specular: false,
+                bsdf: None,
                 squared_index: 1.0,
                 start: direct.pdf_area,
             };
@@ -159,7 +159,7 @@ impl<P: Parts> Bdpt<P> {
             found += direct.reflected * self.weight(WholePath { light, ..path });
         }
         for s in 2..=light.len() {
-            let connected = self.connect(scene, bsdf, &vertex, &light[s - 1]);
+            let connected = self.connect(scene, bsdf, vertex, &light[s - 1]);
             if connected != DVec3::ZERO {
                 let light = &corners[..s];
                 found += connected * self.weight(WholePath { light, ..path });

@@ -2,8 +2,9 @@
 
 use glam::DVec3;
 
-use super::Parts;
-use super::vertex::{pick_point, point_pdf};
+use super::NextEvent;
+use super::next_event::{pick_point, point_pdf};
+use crate::bsdf::Scattering;
 use crate::emitter::{Emitter, EmitterPoint};
 use crate::frame::Frame;
 use crate::rng::uniform2;
@@ -23,7 +24,7 @@ pub(super) struct Emission {
 /// Sends one particle from an emitter: which one, a point on it, a cosine-weighted direction. `None` if
 /// there are no emitters or the particle carries nothing.
 #[inline]
-pub(super) fn emit<P: Parts, R: Sampler>(
+pub(super) fn emit<P: NextEvent + Scattering, R: Sampler>(
     parts: &P,
     scene: &Scene,
     rng: &mut R,
@@ -34,7 +35,7 @@ pub(super) fn emit<P: Parts, R: Sampler>(
 
 /// Sends one particle from a point on an emitter that [`pick_point`] returned.
 #[inline]
-pub(super) fn emit_from<P: Parts, R: Sampler>(
+pub(super) fn emit_from<P: NextEvent + Scattering, R: Sampler>(
     parts: &P,
     scene: &Scene,
     emitter: &Emitter,

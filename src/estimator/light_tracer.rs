@@ -5,7 +5,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::particle::{connect_to_eye, particle};
-use super::{ImageEstimator, Parts, Standard};
+use super::{Bidirectional, ImageEstimator, Standard, Walking};
 use crate::error::Error;
 use crate::rng::stream;
 use crate::scene::Scene;
@@ -20,7 +20,7 @@ pub struct LightTracer<P = Standard> {
     pub parts: P,
 }
 
-impl<P: Parts> ImageEstimator for LightTracer<P> {
+impl<P: Walking + Bidirectional> ImageEstimator for LightTracer<P> {
     fn pass(
         &self,
         scene: &Scene,

@@ -2,12 +2,12 @@
 
 use glam::DVec3;
 
-use super::Parts;
 use super::emission::{Emission, emit_from};
-use super::strategies::Corner;
-use super::vertex::{Vertex, pick_point, point_pdf};
+use super::next_event::{pick_point, point_pdf};
+use super::strategies::{Bidirectional, Corner};
 use super::walk::{Step, walk};
-use crate::bsdf::Bsdf;
+use super::{NextEvent, Walking};
+use crate::bsdf::{Bsdf, Scattering, Vertex};
 use crate::error::Error;
 use crate::sampler::{LIGHT, Sampler};
 use crate::scene::Scene;
@@ -15,7 +15,7 @@ use crate::scene::Scene;
 /// Where a particle is: on its emitter or on a surface that it hit.
 pub(super) struct Place<'a> {
     /// The vertex, its normal on the side on which light leaves.
-    pub corner: Corner,
+    pub corner: Corner<'a>,
     /// Radiance per pdf of the emitter's point, or flux that arrives at the surface.
     carried: DVec3,
     /// `None` on the emitter.
@@ -25,7 +25,7 @@ pub(super) struct Place<'a> {
 impl Place<'_> {
     /// The radiance that leaves in a unit direction, per density of particles on the area.
     #[inline]
-    pub fn leaving<P: Parts>(&self, parts: &P, direction: DVec3) -> DVec3 {
+    pub fn leaving<P: Scattering>(&self, parts: &P, direction: DVec3) -> DVec3 {
         match &self.surface {
             None => self.carried,
             Some((bsdf, vertex)) => {
@@ -37,7 +37,7 @@ impl Place<'_> {
 
 /// Sends one particle from an emitter and shows every place where it is, the emitter first. It carries
 /// flux, which refraction does not change.
-pub(super) fn particle<'a, P: Parts, R: Sampler>(
+pub(super) fn particle<'a, P: Walking + Bidirectional, R: Sampler>(
     parts: &P,
     scene: &'a Scene,
     rng: &mut R,
@@ -52,7 +52,7 @@ pub(super) fn particle<'a, P: Parts, R: Sampler>(
         corner: Corner {
             point: light.point,
             normal: light.normal,
-            specular: false,
+            bsdf: None,
             squared_index: 1.0,
             start: pdf,
         },
@@ -62,11 +62,11 @@ pub(super) fn particle<'a, P: Parts, R: Sampler>(
     let Some(Emission { ray, flux }) = emit_from(parts, scene, emitter, &light, rng) else {
         return Ok(());
     };
-    walk(parts, scene, &ray, LIGHT, rng, |step: &Step, _: &mut R| {
+    walk(parts, scene, &ray, LIGHT, rng, |step: &Step<'a>, _: &mut R| {
         visit(Place {
-            corner: step.corner(scene),
+            corner: step.corner(),
             carried: flux * step.throughput * parts.flux_factor(step.factor),
-            surface: Some((&scene.surface(&step.here).bsdf, step.vertex())),
+            surface: Some((step.bsdf, step.at)),
         })
     })?;
     Ok(())
@@ -85,7 +85,7 @@ pub(super) struct Splat {
 
 /// Connects a place to the eye; `None` if the eye sees nothing of it.
 #[inline]
-pub(super) fn connect_to_eye<P: Parts>(
+pub(super) fn connect_to_eye<P: Scattering + NextEvent + Bidirectional>(
     parts: &P,
     scene: &Scene,
     frame: [u32; 2],
@@ -112,7 +112,7 @@ pub(super) fn connect_to_eye<P: Parts>(
 
 /// W(ω) of a pixel, shared among as many particles as the image has pixels.
 #[inline]
-pub(super) fn importance_per_particle<P: Parts>(
+pub(super) fn importance_per_particle<P: Bidirectional>(
     parts: &P,
     scene: &Scene,
     frame: [u32; 2],

@@ -3,11 +3,12 @@
 
 use glam::DVec3;
 
-use super::vertex::{
-    Scattered, Vertex, direct_light, emitted, emitter_pdf, onward, scatter, survive,
-};
-use super::{Estimator, LONGEST_PATH, LightRules, Parts, Standard};
+use super::next_event::{direct_light, emitter_pdf};
+use super::steps::{emitted, onward};
+use super::{Estimator, LONGEST_PATH, LightRules, Standard, Walking};
+use crate::bsdf::{Bsdf, Vertex};
 use crate::emitter::LightSampling;
+use crate::rng::uniform;
 use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
@@ -28,10 +29,10 @@ pub enum Strategy {
 /// How multiple importance sampling weights: any of them leaves the mean as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Heuristic {
-    /// [`Parts::mis_weight`].
+    /// [`NextEvent::mis_weight`](super::NextEvent::mis_weight).
     #[default]
     Balance,
-    /// [`Parts::mis_power_weight`].
+    /// [`NextEvent::mis_power_weight`](super::NextEvent::mis_power_weight).
     Power,
 }
 
@@ -55,7 +56,7 @@ impl<P> Path<P> {
     }
 }
 
-impl<P: Parts> Path<P> {
+impl<P: Walking> Path<P> {
     /// The weight of an emitter that the path hit, by a direction of pdf `pdf` (with respect to solid
     /// angle; `None` where no shadow ray could have found the same light).
     #[inline]
@@ -79,21 +80,25 @@ impl<P: Parts> Path<P> {
         }
     }
 
-    /// Light by a shadow ray from a diffuse hit, weighted; zero for the strategy that sends none.
+    /// Light by a shadow ray from a vertex, weighted; zero for the strategy that sends none.
     #[inline]
-    fn shadow_ray<R: Sampler>(&self, scene: &Scene, here: &Hit, ray: &Ray, rng: &mut R) -> DVec3 {
-        let bsdf = &scene.surface(here).bsdf;
-        if !bsdf.is_diffuse() || self.strategy == Strategy::Bsdf {
+    fn shadow_ray<R: Sampler>(
+        &self,
+        scene: &Scene,
+        bsdf: &Bsdf,
+        at: &Vertex,
+        rng: &mut R,
+    ) -> DVec3 {
+        if !bsdf.is_rough() || self.strategy == Strategy::Bsdf {
             return DVec3::ZERO;
         }
-        let vertex = Vertex::new(here, ray);
         let (parts, rules) = (&self.parts, &LightRules::PHYSICAL);
-        let light = direct_light(parts, scene, bsdf, &vertex, rules, self.lights, rng);
+        let light = direct_light(parts, scene, bsdf, at, rules, self.lights, rng);
         let Some(light) = light else {
             return DVec3::ZERO;
         };
         let weight = if self.strategy == Strategy::Mis {
-            let other = self.parts.cosine_hemisphere_pdf(light.wi.z);
+            let other = self.parts.pdf(bsdf, at.wo, light.wi);
             self.weight(light.pdf, other)
         } else {
             1.0
@@ -102,7 +107,7 @@ impl<P: Parts> Path<P> {
     }
 }
 
-impl<P: Parts> Estimator for Path<P> {
+impl<P: Walking> Estimator for Path<P> {
     #[inline]
     fn radiance<R: Sampler>(
         &self,
@@ -128,20 +133,20 @@ impl<P: Parts> Estimator for Path<P> {
                 let weight = self.weight_of_hit(scene, &here, &ray, shared_pdf);
                 radiance += factor * weight * throughput * emitted(scene, &here, &ray);
             }
-            radiance += factor * throughput * self.shadow_ray(scene, &here, &ray, rng);
-            let Some(Scattered { direction, throughput: share, factor: scale, pdf }) =
-                scatter(&self.parts, scene, &here, &ray, rng)
-            else {
+            let bsdf = &scene.surface(&here).bsdf;
+            let at = Vertex::new(&here, &ray);
+            radiance += factor * throughput * self.shadow_ray(scene, bsdf, &at, rng);
+            let Some(next) = self.parts.sample(bsdf, &at, rng) else {
                 return radiance;
             };
-            throughput *= share;
-            factor *= scale;
-            shared_pdf = pdf;
-            let Some(weight) = survive(&self.parts, throughput, rng) else {
+            throughput *= next.weight;
+            factor *= next.radiance_factor;
+            shared_pdf = next.pdf;
+            let Some(weight) = self.parts.survive(throughput, uniform(rng)) else {
                 return radiance;
             };
             throughput *= weight;
-            (ray, hit) = onward(scene, &here, direction);
+            (ray, hit) = onward(scene, &here, next.direction);
         }
         DVec3::NAN
     }

@@ -2,12 +2,14 @@
 
 use glam::DVec3;
 
-use super::photon_map::{Kept, PhotonMap, check_radius};
-use super::vertex::{Vertex, direct_light, emitted, onward, scatter, survive};
-use super::{Estimator, LONGEST_PATH, LightRules, Parts};
+use super::next_event::direct_light;
+use super::photon_map::{Kept, PhotonMap, Photons, check_radius};
+use super::steps::{emitted, onward};
+use super::{Estimator, LONGEST_PATH, LightRules, Walking};
+use crate::bsdf::Vertex;
 use crate::emitter::LightSampling;
 use crate::error::Error;
-use crate::rng::seed_for;
+use crate::rng::{seed_for, uniform};
 use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
@@ -44,14 +46,14 @@ pub struct PhotonMapping<P> {
 /// The first diffuse surface that a path meets by mirrors and glass alone.
 struct Arrival {
     hit: Hit,
-    ray: Ray,
+    at: Vertex,
     /// What radiance that leaves it along the path is multiplied by.
     throughput: DVec3,
     /// The number of its vertex, for the sampler's blocks.
     vertex: u32,
 }
 
-impl<P: Parts> PhotonMapping<P> {
+impl<P: Photons + Walking> PhotonMapping<P> {
     /// Sends `particles` ≥ 1 from the emitters and keeps their photons, to be looked up within `radius` > 0,
     /// in the scene's units. The photons are functions of (seed, pass).
     ///
@@ -103,14 +105,16 @@ impl<P: Parts> PhotonMapping<P> {
                 see(factor * throughput * emitted(scene, &here, &ray));
             }
             let endless = vertex - first == LONGEST_PATH;
-            if endless || scene.surface(&here).bsdf.is_diffuse() {
+            let bsdf = &scene.surface(&here).bsdf;
+            let at = Vertex::new(&here, &ray);
+            if endless || bsdf.is_rough() {
                 let way = if endless { f64::NAN } else { factor };
-                return Some(Arrival { hit: here, ray, throughput: way * throughput, vertex });
+                return Some(Arrival { hit: here, at, throughput: way * throughput, vertex });
             }
-            let next = scatter(&self.parts, scene, &here, &ray, rng)?;
-            throughput *= next.throughput;
-            factor *= next.factor;
-            throughput *= survive(&self.parts, throughput, rng)?;
+            let next = self.parts.sample(bsdf, &at, rng)?;
+            throughput *= next.weight;
+            factor *= next.radiance_factor;
+            throughput *= self.parts.survive(throughput, uniform(rng))?;
             (ray, hit) = onward(scene, &here, next.direction);
         }
         None
@@ -119,12 +123,13 @@ impl<P: Parts> PhotonMapping<P> {
     /// What a surface reflects by the photons of a map.
     fn looked_up(&self, scene: &Scene, at: &Arrival, map: &PhotonMap, radius: f64) -> DVec3 {
         let bsdf = &scene.surface(&at.hit).bsdf;
-        map.reflected(&self.parts, bsdf, &Vertex::new(&at.hit, &at.ray), radius)
+        map.reflected(&self.parts, bsdf, &at.at, radius)
     }
 
     /// Light that a surface reflects after at least one other diffuse surface.
     fn gathered<R: Sampler>(&self, scene: &Scene, at: &Arrival, rng: &mut R) -> DVec3 {
-        let Some(next) = scatter(&self.parts, scene, &at.hit, &at.ray, rng) else {
+        let bsdf = &scene.surface(&at.hit).bsdf;
+        let Some(next) = self.parts.sample(bsdf, &at.at, rng) else {
             return DVec3::ZERO;
         };
         let way = onward(scene, &at.hit, next.direction);
@@ -137,11 +142,11 @@ impl<P: Parts> PhotonMapping<P> {
         if let Some(there) = self.arrive(scene, way, at.vertex + 1, rng, see) {
             radiance += there.throughput * self.looked_up(scene, &there, &self.all, self.radius);
         }
-        next.throughput * radiance
+        next.weight * radiance
     }
 }
 
-impl<P: Parts> Estimator for PhotonMapping<P> {
+impl<P: Photons + Walking> Estimator for PhotonMapping<P> {
     fn radiance<R: Sampler>(
         &self,
         scene: &Scene,
@@ -158,10 +163,9 @@ impl<P: Parts> Estimator for PhotonMapping<P> {
             None => self.looked_up(scene, &here, &self.all, self.radius),
             Some((caustics, caustic_radius)) => {
                 let bsdf = &scene.surface(&here.hit).bsdf;
-                let vertex = Vertex::new(&here.hit, &here.ray);
                 let rules = &LightRules::PHYSICAL;
                 let area = LightSampling::Area;
-                let light = direct_light(&self.parts, scene, bsdf, &vertex, rules, area, rng);
+                let light = direct_light(&self.parts, scene, bsdf, &here.at, rules, area, rng);
                 light.map_or(DVec3::ZERO, |light| light.reflected)
                     + self.looked_up(scene, &here, caustics, *caustic_radius)
                     + self.gathered(scene, &here, rng)

@@ -6,12 +6,12 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::emission::emit;
-use super::vertex::{Vertex, onward, scatter, survive};
-use super::{LONGEST_PATH, Parts};
-use crate::bsdf::Bsdf;
+use super::steps::onward;
+use super::{LONGEST_PATH, Walking};
+use crate::bsdf::{Bsdf, Scattering, Vertex};
 use crate::error::Error;
 use crate::kd_tree::KdTree;
-use crate::rng::stream;
+use crate::rng::{stream, uniform};
 use crate::sampler::{LIGHT, Sampler};
 use crate::scene::Scene;
 
@@ -59,6 +59,43 @@ pub fn same_side(at_photon: DVec3, at_point: DVec3) -> bool {
     at_photon.dot(at_point) > SAME_SIDE
 }
 
+/// The replaceable parts of photon mapping.
+pub trait Photons: Sync {
+    /// ΔΦ of one particle of `emitted`, whatever the number of photons that they left.
+    #[inline]
+    fn photon_flux(&self, flux: DVec3, emitted: u32, _stored: usize) -> DVec3 {
+        flux_share(flux, emitted)
+    }
+    /// Whether light that met so many mirrors and glass surfaces, and nothing else, before it arrives at a
+    /// diffuse surface is a caustic. Light that met none is found by shadow rays.
+    #[inline]
+    fn is_caustic(&self, specular: u32) -> bool {
+        specular > 0
+    }
+    /// Whether a photon lies on the same surface and side as a point, by their normals.
+    #[inline]
+    fn same_side(&self, at_photon: DVec3, at_point: DVec3) -> bool {
+        same_side(at_photon, at_point)
+    }
+    /// What one photon adds to the reflected radiance. Its direction `_wi`, local, has no say but by the
+    /// BRDF: flux per area is irradiance, which holds the cosine.
+    #[inline]
+    fn photon_density(&self, brdf: DVec3, flux: DVec3, _wi: DVec3, radius_squared: f64) -> DVec3 {
+        density(brdf, flux, radius_squared)
+    }
+    /// Whether an eye path that has met a diffuse surface counts emitters that it hits: not where shadow
+    /// rays and caustic photons bring the same light.
+    #[inline]
+    fn gathers_emission(&self) -> bool {
+        false
+    }
+    /// r² of a pass of stochastic progressive photon mapping.
+    #[inline]
+    fn pass_radius_squared(&self, first: f64, index: u32) -> f64 {
+        super::sppm::radius_squared(first, index)
+    }
+}
+
 /// The most memory that a map may take while it is made, bytes: a list of photons and the tree.
 pub const LARGEST_MAP: usize = 4 << 30;
 
@@ -78,7 +115,7 @@ impl PhotonMap {
     /// # Errors
     /// Those of [`check`](Self::check); [`Error::Radiance`] for a photon whose flux is negative or not finite,
     /// and for a particle beyond [`LONGEST_PATH`].
-    pub fn new<P: Parts>(
+    pub fn new<P: Photons + Walking>(
         parts: &P,
         scene: &Scene,
         kept: Kept,
@@ -106,7 +143,7 @@ impl PhotonMap {
     /// # Errors
     /// [`Error::Option`] for no particles, and if the first ones say that all will leave more photons than fit
     /// [`LARGEST_MAP`].
-    pub fn check<P: Parts>(
+    pub fn check<P: Photons + Walking>(
         parts: &P,
         scene: &Scene,
         kept: Kept,
@@ -128,7 +165,7 @@ impl PhotonMap {
     /// the ball cuts out, whose area is πr², too (Archimedes). Within r of an edge it is too small by the
     /// part of the disc that lies beyond.
     #[inline]
-    pub(super) fn reflected<P: Parts>(
+    pub(super) fn reflected<P: Photons + Scattering>(
         &self,
         parts: &P,
         bsdf: &Bsdf,
@@ -189,7 +226,7 @@ fn pilot(
 }
 
 /// Follows one particle to its end; the flux of its photons is not yet shared among all particles.
-fn follow<P: Parts>(
+fn follow<P: Photons + Walking>(
     parts: &P,
     scene: &Scene,
     kept: Kept,
@@ -216,10 +253,12 @@ fn follow<P: Parts>(
             break;
         }
         rng.block(LIGHT + vertex);
-        if scene.surface(&here).bsdf.is_diffuse() {
+        let bsdf = &scene.surface(&here).bsdf;
+        let at = Vertex::new(&here, &ray);
+        if bsdf.is_rough() {
             if kept == Kept::All || parts.is_caustic(specular) {
                 let photon = Photon {
-                    normal: here.normal * -here.normal.dot(ray.direction).signum(),
+                    normal: at.frame.z,
                     from: -ray.direction,
                     flux: emission.flux * throughput,
                 };
@@ -231,11 +270,11 @@ fn follow<P: Parts>(
         } else {
             specular += 1;
         }
-        let Some(next) = scatter(parts, scene, &here, &ray, &mut rng) else {
+        let Some(next) = parts.sample(bsdf, &at, &mut rng) else {
             break;
         };
-        throughput *= next.throughput;
-        let Some(weight) = survive(parts, throughput, &mut rng) else {
+        throughput *= next.weight;
+        let Some(weight) = parts.survive(throughput, uniform(&mut rng)) else {
             break;
         };
         throughput *= weight;

@@ -5,9 +5,10 @@ use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
 
-use super::vertex::{Vertex, direct_light, interface, onward, scatter_glass, seen};
-use super::{Estimator, LightRules, Parts, Standard};
-use crate::bsdf::Bsdf;
+use super::next_event::direct_light;
+use super::steps::{onward, seen};
+use super::{Estimator, LightRules, Standard};
+use crate::bsdf::{Bsdf, Scattering, Vertex};
 use crate::emitter::LightSampling;
 use crate::rng::{uniform, uniform2};
 use crate::sampler::Sampler;
@@ -63,52 +64,41 @@ impl Estimator for Published {
             };
             radiance += throughput * seen(scene, &here, &ray, &rules);
             let surface = scene.surface(&here);
-            let direction = match surface.bsdf {
-                Bsdf::Black => return radiance,
-                Bsdf::Mirror { reflectance } => {
-                    throughput *= reflectance;
-                    parts.mirror(ray.direction, here.normal)
+            let bsdf = &surface.bsdf;
+            let vertex = Vertex::new(&here, &ray);
+            let direction = if !bsdf.is_rough() {
+                let Some(way) = parts.sample(bsdf, &vertex, rng) else {
+                    return radiance;
+                };
+                throughput *= way.weight;
+                way.direction
+            } else {
+                let wi = parts.uniform_hemisphere(uniform2(rng));
+                let survival = 1.0 - surface.absorption;
+                let number = if quirks.roulette_by_cosine { wi.z } else { uniform(rng) };
+                // Of survival 0 as well: nothing goes on to be divided by it.
+                let ends = number >= survival;
+                if ends && quirks.end_loses_direct {
+                    return radiance;
                 }
-                Bsdf::Glass { index } => {
-                    let sides = interface(&here, &ray, index);
-                    scatter_glass(&parts, sides, ray.direction, uniform(rng)).0
+                let rough = matches!(bsdf, Bsdf::OrenNayar { .. });
+                let extra = if rough && quirks.extra_cosine { wi.z } else { 1.0 };
+                let colour = bsdf.albedo() / survival;
+                let albedo = if quirks.end_loses_direct { colour } else { bsdf.albedo() };
+                let plain = Bsdf::Lambert { albedo };
+                let light =
+                    direct_light(&parts, scene, &plain, &vertex, &rules, LightSampling::Area, rng);
+                if let Some(light) = light {
+                    radiance += throughput * extra * light.reflected;
                 }
-                bsdf @ (Bsdf::Lambert { .. } | Bsdf::OrenNayar { .. } | Bsdf::Eon { .. }) => {
-                    let wi = parts.uniform_hemisphere(uniform2(rng));
-                    let survival = 1.0 - surface.absorption;
-                    let number = if quirks.roulette_by_cosine { wi.z } else { uniform(rng) };
-                    // Of survival 0 as well: nothing goes on to be divided by it.
-                    let ends = number >= survival;
-                    if ends && quirks.end_loses_direct {
-                        return radiance;
-                    }
-                    let rough = matches!(bsdf, Bsdf::OrenNayar { .. });
-                    let extra = if rough && quirks.extra_cosine { wi.z } else { 1.0 };
-                    let colour = bsdf.albedo() / survival;
-                    let albedo = if quirks.end_loses_direct { colour } else { bsdf.albedo() };
-                    let plain = Bsdf::Lambert { albedo };
-                    let vertex = Vertex::new(&here, &ray);
-                    let light = direct_light(
-                        &parts,
-                        scene,
-                        &plain,
-                        &vertex,
-                        &rules,
-                        LightSampling::Area,
-                        rng,
-                    );
-                    if let Some(light) = light {
-                        radiance += throughput * extra * light.reflected;
-                    }
-                    if ends {
-                        return radiance;
-                    }
-                    let pdf = parts.uniform_hemisphere_pdf(wi.z);
-                    // Directions that the roulette leaves out would make survivors too dim.
-                    let albedo = if quirks.roulette_by_cosine { colour } else { bsdf.albedo() };
-                    throughput *= extra * albedo * (FRAC_1_PI * wi.z / pdf / survival);
-                    vertex.frame.world(wi)
+                if ends {
+                    return radiance;
                 }
+                let pdf = parts.uniform_hemisphere_pdf(wi.z);
+                // Directions that the roulette leaves out would make survivors too dim.
+                let albedo = if quirks.roulette_by_cosine { colour } else { bsdf.albedo() };
+                throughput *= extra * albedo * (FRAC_1_PI * wi.z / pdf / survival);
+                vertex.frame.world(wi)
             };
             if segment < SEGMENTS {
                 (ray, hit) = onward(scene, &here, direction);

@@ -8,9 +8,10 @@
 
 use glam::DVec3;
 
-use super::vertex::{Vertex, direct_light, interface, next, scatter_glass, seen};
-use super::{Estimator, LightRules, Parts, Standard, Strategy, sample_uniform};
-use crate::bsdf::Bsdf;
+use super::next_event::direct_light;
+use super::steps::{next, seen};
+use super::{Estimator, LightRules, Standard, Strategy, Walking};
+use crate::bsdf::Vertex;
 use crate::emitter::LightSampling;
 use crate::rng::{uniform, uniform2};
 use crate::sampler::Sampler;
@@ -36,7 +37,7 @@ impl Default for Report {
     }
 }
 
-impl<P: Parts> Estimator for Report<P> {
+impl<P: Walking> Estimator for Report<P> {
     fn radiance<R: Sampler>(
         &self,
         scene: &Scene,
@@ -48,7 +49,7 @@ impl<P: Parts> Estimator for Report<P> {
     }
 }
 
-impl<P: Parts> Report<P> {
+impl<P: Walking> Report<P> {
     /// Radiance along a ray, which is the first of `segments` that remain; `sampled` says whether emitters
     /// that it hits are left to shadow rays.
     fn arriving<R: Sampler>(
@@ -75,40 +76,32 @@ impl<P: Parts> Report<P> {
                 self.arriving(scene, ray, hit, left, sampled, rng)
             })
         };
-        match surface.bsdf {
-            Bsdf::Black => {}
-            Bsdf::Mirror { reflectance } => {
-                let direction = parts.mirror(ray.direction, here.normal);
-                radiance += reflectance * next(direction, sampled && !self.rules.caustics, rng);
+        let bsdf = &surface.bsdf;
+        let at = Vertex::new(&here, ray);
+        if !bsdf.is_rough() {
+            let Some(way) = parts.sample(bsdf, &at, rng) else {
+                return radiance;
+            };
+            // A shadow ray that passes through glass has looked behind it.
+            let passed = self.rules.shadows_pass_glass && way.direction.dot(at.frame.z) < 0.0;
+            let sampled = sampled && (passed || !self.rules.caustics);
+            let factor = if self.rules.radiance_factor { way.radiance_factor } else { 1.0 };
+            return radiance + factor * way.weight * next(way.direction, sampled, rng);
+        }
+        if let Some(light) =
+            direct_light(parts, scene, bsdf, &at, &self.rules, LightSampling::Area, rng)
+        {
+            radiance += light.reflected;
+        }
+        let survival = parts.survival_by_absorption(surface.absorption);
+        let share = parts.roulette_weight(survival) / f64::from(self.rays);
+        for _ in 0..self.rays {
+            if segments <= 1 || !parts.survives(uniform(rng), survival) {
+                continue;
             }
-            Bsdf::Glass { index } => {
-                let sides = interface(&here, ray, index);
-                let (direction, factor) = scatter_glass(parts, sides, ray.direction, uniform(rng));
-                let refracted = direction.dot(sides.2) < 0.0;
-                let factor = if self.rules.radiance_factor { factor } else { 1.0 };
-                // A shadow ray that passes through glass has looked behind it.
-                let passed = self.rules.shadows_pass_glass && refracted;
-                let sampled = sampled && (passed || !self.rules.caustics);
-                radiance += factor * next(direction, sampled, rng);
-            }
-            ref bsdf @ (Bsdf::Lambert { .. } | Bsdf::OrenNayar { .. } | Bsdf::Eon { .. }) => {
-                let vertex = Vertex::new(&here, ray);
-                if let Some(light) =
-                    direct_light(parts, scene, bsdf, &vertex, &self.rules, LightSampling::Area, rng)
-                {
-                    radiance += light.reflected;
-                }
-                let survival = parts.survival_by_absorption(surface.absorption);
-                let share = parts.roulette_weight(survival) / f64::from(self.rays);
-                for _ in 0..self.rays {
-                    if segments <= 1 || !parts.survives(uniform(rng), survival) {
-                        continue;
-                    }
-                    let sample = sample_uniform(parts, bsdf, vertex.wo, uniform2(rng));
-                    let direction = vertex.frame.world(sample.wi);
-                    radiance += share * sample.weight * next(direction, true, rng);
-                }
-            }
+            let sample = parts.sample_uniform(bsdf, at.wo, uniform2(rng));
+            let direction = at.frame.world(sample.direction);
+            radiance += share * sample.weight * next(direction, true, rng);
         }
         radiance
     }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::photon::{Lookup, PhotonMapping};
 use super::photon_map::check_radius;
-use super::{Estimator, ImageEstimator, Parts, Standard};
+use super::{Estimator, ImageEstimator, Photons, Standard, Walking};
 use crate::error::Error;
 use crate::film::check_radiance;
 use crate::rng::{seed_for, stream, uniform2};
@@ -35,7 +35,7 @@ pub struct Sppm<P = Standard> {
     pub radius: f64,
 }
 
-impl<P: Parts + Copy> ImageEstimator for Sppm<P> {
+impl<P: Photons + Walking + Copy> ImageEstimator for Sppm<P> {
     fn pass(
         &self,
         scene: &Scene,

@@ -2,20 +2,24 @@
 
 use glam::DVec3;
 
+use super::steps::onward;
 use super::strategies::Corner;
-use super::vertex::{Scattered, Vertex, onward, scatter, survive};
-use super::{LONGEST_PATH, Parts};
-use crate::bsdf::Bsdf;
+use super::{LONGEST_PATH, Walking};
+use crate::bsdf::{Bsdf, Vertex};
 use crate::error::Error;
+use crate::rng::uniform;
 use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
 
 /// A walk at one of its hits, before it scatters.
-pub(super) struct Step {
+pub(super) struct Step<'a> {
     /// The ray that arrived, and what it hit.
     pub ray: Ray,
     pub here: Hit,
+    /// The hit as light that scatters there sees it.
+    pub at: Vertex,
+    pub bsdf: &'a Bsdf,
     /// Product of the weights of all scattering on the way, without radiance factors: they cancel when the
     /// walk leaves the glass, and roulette should not see them.
     pub throughput: DVec3,
@@ -23,21 +27,14 @@ pub(super) struct Step {
     pub factor: f64,
 }
 
-impl Step {
-    /// The hit as a scattering surface sees it.
-    #[inline]
-    pub fn vertex(&self) -> Vertex {
-        Vertex::new(&self.here, &self.ray)
-    }
-
+impl<'a> Step<'a> {
     /// The hit as a vertex of a path that does not start here.
     #[inline]
-    pub fn corner(&self, scene: &Scene) -> Corner {
-        let bsdf = &scene.surface(&self.here).bsdf;
+    pub fn corner(&self) -> Corner<'a> {
         Corner {
             point: self.here.point,
-            normal: self.vertex().frame.z,
-            specular: matches!(bsdf, Bsdf::Mirror { .. } | Bsdf::Glass { .. }),
+            normal: self.at.frame.z,
+            bsdf: Some(self.bsdf),
             squared_index: 1.0 / self.factor,
             start: 0.0,
         }
@@ -50,13 +47,13 @@ impl Step {
 /// # Errors
 /// What `visit` returns; [`Error::Radiance`] for a walk beyond [`LONGEST_PATH`].
 #[inline]
-pub(super) fn walk<P: Parts, R: Sampler>(
+pub(super) fn walk<'a, P: Walking, R: Sampler>(
     parts: &P,
-    scene: &Scene,
+    scene: &'a Scene,
     ray: &Ray,
     block: u32,
     rng: &mut R,
-    mut visit: impl FnMut(&Step, &mut R) -> Result<(), Error>,
+    mut visit: impl FnMut(&Step<'a>, &mut R) -> Result<(), Error>,
 ) -> Result<Option<(DVec3, f64)>, Error> {
     let (mut ray, mut hit) = (*ray, scene.intersect(ray));
     let (mut throughput, mut factor) = (DVec3::ONE, 1.0);
@@ -65,20 +62,19 @@ pub(super) fn walk<P: Parts, R: Sampler>(
             return Ok(Some((throughput, factor)));
         };
         rng.block(block + vertex);
-        let step = Step { ray, here, throughput, factor };
-        visit(&step, rng)?;
-        let Some(Scattered { direction, throughput: share, factor: scale, .. }) =
-            scatter(parts, scene, &here, &ray, rng)
-        else {
+        let bsdf = &scene.surface(&here).bsdf;
+        let at = Vertex::new(&here, &ray);
+        visit(&Step { ray, here, at, bsdf, throughput, factor }, rng)?;
+        let Some(next) = parts.sample(bsdf, &at, rng) else {
             return Ok(None);
         };
-        throughput *= share;
-        factor *= scale;
-        let Some(weight) = survive(parts, throughput, rng) else {
+        throughput *= next.weight;
+        factor *= next.radiance_factor;
+        let Some(weight) = parts.survive(throughput, uniform(rng)) else {
             return Ok(None);
         };
         throughput *= weight;
-        (ray, hit) = onward(scene, &here, direction);
+        (ray, hit) = onward(scene, &here, next.direction);
     }
     Err(Error::Radiance { value: f64::NAN, place: String::new() })
 }

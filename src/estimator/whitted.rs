@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 
-use super::vertex::{Vertex, direct_light, interface, next, seen};
-use super::{Estimator, LightRules, Parts, Standard};
-use crate::bsdf::Bsdf;
+use super::next_event::{NextEvent, direct_light};
+use super::steps::{next, seen};
+use super::{Estimator, LightRules, Standard};
+use crate::bsdf::{Bsdf, Scattering, Vertex};
 use crate::emitter::LightSampling;
 use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
@@ -31,7 +32,7 @@ impl Whitted {
     }
 }
 
-impl<P: Parts> Estimator for Whitted<P> {
+impl<P: Scattering + NextEvent> Estimator for Whitted<P> {
     fn radiance<R: Sampler>(
         &self,
         scene: &Scene,
@@ -43,7 +44,7 @@ impl<P: Parts> Estimator for Whitted<P> {
     }
 }
 
-impl<P: Parts> Whitted<P> {
+impl<P: Scattering + NextEvent> Whitted<P> {
     fn arriving<R: Sampler>(
         &self,
         scene: &Scene,
@@ -62,23 +63,17 @@ impl<P: Parts> Whitted<P> {
             })
         };
         let emitted = seen(scene, &here, ray, &self.rules);
+        let at = Vertex::new(&here, ray);
+        let (direction, normal) = (at.direction, at.frame.z);
         let scattered = match scene.surface(&here).bsdf {
-            Bsdf::Black => DVec3::ZERO,
-            ref bsdf @ (Bsdf::Lambert { .. } | Bsdf::OrenNayar { .. } | Bsdf::Eon { .. }) => {
-                let vertex = Vertex::new(&here, ray);
-                direct_light(parts, scene, bsdf, &vertex, &self.rules, LightSampling::Area, rng)
-                    .map_or(DVec3::ZERO, |light| light.reflected)
-            }
             Bsdf::Mirror { reflectance } => {
-                let direction = parts.mirror(ray.direction, here.normal);
-                reflectance * next(direction, rng)
+                reflectance * next(parts.mirror(direction, normal), rng)
             }
             Bsdf::Glass { index } => {
-                let (n1, n2, normal) = interface(&here, ray, index);
-                let share = parts.fresnel(-ray.direction.dot(normal), n1, n2);
-                let mirrored = parts.mirror(ray.direction, normal);
-                let reflected = share * next(mirrored, rng);
-                let Some(refracted) = parts.refract(ray.direction, normal, n1, n2) else {
+                let (n1, n2) = at.indices(index);
+                let share = parts.fresnel(-direction.dot(normal), n1, n2);
+                let reflected = share * next(parts.mirror(direction, normal), rng);
+                let Some(refracted) = parts.refract(direction, normal, n1, n2) else {
                     // From within, where no surface emits.
                     return reflected;
                 };
@@ -87,6 +82,11 @@ impl<P: Parts> Whitted<P> {
                 let transmitted = next(refracted, rng);
                 reflected + (1.0 - share) * factor * transmitted
             }
+            ref bsdf if bsdf.is_rough() => {
+                direct_light(parts, scene, bsdf, &at, &self.rules, LightSampling::Area, rng)
+                    .map_or(DVec3::ZERO, |light| light.reflected)
+            }
+            _ => DVec3::ZERO,
         };
         emitted + scattered
     }

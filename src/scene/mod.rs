@@ -391,7 +391,7 @@ impl SceneBuilder {
                 }
                 Bsdf::Eon { roughness, .. } => (0.0..=1.0).contains(&roughness),
                 Bsdf::Glass { index } => index.is_finite() && index > 0.0,
-                Bsdf::Black | Bsdf::Lambert { .. } | Bsdf::Mirror { .. } => true,
+                Bsdf::Black | Bsdf::Lambert { .. } | Bsdf::Mirror { .. } | Bsdf::Model(_) => true,
             };
             let valid = share(surface.bsdf.albedo())
                 && share(DVec3::splat(surface.absorption))

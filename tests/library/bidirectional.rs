@@ -7,14 +7,15 @@ use std::sync::Mutex;
 use approx::assert_abs_diff_eq;
 use glam::DVec3;
 use rayon::ThreadPoolBuilder;
-use whitefurnace::bsdf::{Bsdf, OrenNayarForm};
+use whitefurnace::bsdf::{Bsdf, OrenNayarForm, Scattering};
 use whitefurnace::camera::Camera;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::{
-    Bdpt, Density, ImageEstimator, LightTracer, Parts, Standard, weight,
+    Bdpt, Bidirectional, Density, ImageEstimator, LightTracer, NextEvent, Standard, weight,
 };
 use whitefurnace::film::{Film, Window};
 use whitefurnace::render::render_passes;
+use whitefurnace::roulette::Roulette;
 use whitefurnace::scene::room::{self, Convention};
 use whitefurnace::scene::{Scene, SceneBuilder, Surface};
 use whitefurnace::shape::Sphere;
@@ -32,13 +33,19 @@ fn room() -> Scene {
 #[derive(Default)]
 struct Recorder(Mutex<Vec<(Vec<Density>, usize)>>);
 
-impl Parts for Recorder {
+impl Bidirectional for Recorder {
     fn strategy_weight(&self, path: &[Density], s: usize) -> f64 {
         let mut paths = self.0.lock().expect("no thread has panicked");
         paths.push((path.to_vec(), s));
         weight(path, s)
     }
 }
+
+impl Scattering for Recorder {}
+
+impl Roulette for Recorder {}
+
+impl NextEvent for Recorder {}
 
 /// The paths of a few passes.
 fn paths(scene: &Scene) -> Vec<(Vec<Density>, usize)> {
@@ -167,12 +174,18 @@ fn the_camera_sees_what_its_rays_meet() {
 /// Panics where something is to be seen through glass.
 struct Opaque;
 
-impl Parts for Opaque {
+impl NextEvent for Opaque {
     fn visible(&self, scene: &Scene, x: (DVec3, DVec3), y: (DVec3, DVec3), glass: bool) -> bool {
         assert!(!glass, "glass bends what passes it");
         Standard.visible(scene, x, y, glass)
     }
 }
+
+impl Scattering for Opaque {}
+
+impl Roulette for Opaque {}
+
+impl Bidirectional for Opaque {}
 
 /// Shadow rays and connections stop at glass: the paths that pass it are followed.
 #[test]

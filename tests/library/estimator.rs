@@ -1,11 +1,13 @@
 //! Estimators, path by path, where every path has the same value or none.
 
 use glam::DVec3;
-use whitefurnace::bsdf::{Bsdf, OrenNayarForm};
+use whitefurnace::bsdf::{Bsdf, OrenNayarForm, Scattering};
 use whitefurnace::estimator::{
-    Bdpt, Estimator, ImageEstimator, LightRules, Parts, Path, Report, Strategy, Whitted,
+    Bdpt, Bidirectional, Estimator, ImageEstimator, LightRules, NextEvent, Path, Report, Standard,
+    Strategy, Whitted,
 };
 use whitefurnace::rng::uniform2;
+use whitefurnace::roulette::Roulette;
 use whitefurnace::scene::room::{self, Convention};
 use whitefurnace::scene::{Scene, SceneBuilder, Surface, simple};
 use whitefurnace::shape::{Ray, Sphere};
@@ -18,11 +20,17 @@ use crate::support::{master, property, rng};
 #[derive(Clone, Copy, Debug, Default)]
 struct Unweighted;
 
-impl Parts for Unweighted {
+impl Roulette for Unweighted {
     fn roulette_weight(&self, _: f64) -> f64 {
         1.0
     }
 }
+
+impl Scattering for Unweighted {}
+
+impl NextEvent for Unweighted {}
+
+impl Bidirectional for Unweighted {}
 
 /// Values of paths from the scene's camera through random points of the image.
 fn values<E: Estimator>(scene: &Scene, estimator: &E, count: usize) -> Vec<DVec3> {
@@ -153,16 +161,13 @@ fn facing_mirrors_end() {
 
 #[test]
 fn emitters_are_picked_evenly() {
-    #[derive(Clone, Copy)]
-    struct Plain;
-    impl Parts for Plain {}
     property("pick", 500, &(0.0..1.0, 1usize..20), |(r, count)| {
-        let pick = Plain.pick_emitter(r, count);
+        let pick = Standard.pick_emitter(r, count);
         assert_eq!(pick, (r * count as f64).floor() as usize);
-        assert!(Plain.pick_emitter(1.0 - U, count) == count - 1, "never one too many");
+        assert!(Standard.pick_emitter(1.0 - U, count) == count - 1, "never one too many");
         // Equal shares of [0, 1).
         let middle = (pick as f64 + 0.5) / count as f64;
-        assert_eq!(Plain.pick_emitter(middle, count), pick);
+        assert_eq!(Standard.pick_emitter(middle, count), pick);
     });
 }
 

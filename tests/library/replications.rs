@@ -6,19 +6,20 @@ use std::sync::Mutex;
 
 use approx::assert_abs_diff_eq;
 use glam::DVec3;
-use whitefurnace::bsdf::Bsdf;
+use whitefurnace::bsdf::{Bsdf, Scattering};
 use whitefurnace::camera::Camera;
 use whitefurnace::emitter::{Emitter, EmitterPoint};
 use whitefurnace::error::Error;
 use whitefurnace::estimator::{
-    Bdpt, Estimator, ImageEstimator, LightTracer, Lookup, Parts, Path, PhotonMapping, Sppm,
-    Standard,
+    Bdpt, Bidirectional, Estimator, ImageEstimator, LightTracer, Lookup, NextEvent, Path,
+    PhotonMapping, Photons, Sppm, Standard,
 };
 use whitefurnace::film::Film;
 use whitefurnace::moments::{Moments, UNIT};
 use whitefurnace::pixel::PixelSampling::{self, Centre, Grid, Jitter, Random};
 use whitefurnace::render::{Numbers, Sampling, render, render_passes};
 use whitefurnace::rng::{seed_for, uniform2};
+use whitefurnace::roulette::Roulette;
 use whitefurnace::sampler::{LONGEST, Sampler};
 use whitefurnace::scene::{Hit, Scene, SceneBuilder, Surface, simple};
 use whitefurnace::shape::Ray;
@@ -132,14 +133,23 @@ impl Watched<'_> {
     }
 }
 
-impl Parts for Watched<'_> {
-    fn sample_emitter(&self, emitter: &Emitter, random: [f64; 2]) -> EmitterPoint {
-        Standard.sample_emitter(emitter, self.keep(random))
-    }
+impl Scattering for Watched<'_> {
     fn cosine_hemisphere(&self, random: [f64; 2]) -> DVec3 {
         Standard.cosine_hemisphere(self.keep(random))
     }
 }
+
+impl NextEvent for Watched<'_> {
+    fn sample_emitter(&self, emitter: &Emitter, random: [f64; 2]) -> EmitterPoint {
+        Standard.sample_emitter(emitter, self.keep(random))
+    }
+}
+
+impl Roulette for Watched<'_> {}
+
+impl Photons for Watched<'_> {}
+
+impl Bidirectional for Watched<'_> {}
 
 /// A closed box that emits and reflects: every particle and every path bounces.
 fn furnace() -> Scene {

@@ -5,9 +5,12 @@ use std::convert::Infallible;
 
 use glam::DVec3;
 use rand::{Rng, TryRng};
-use whitefurnace::bsdf::Bsdf;
-use whitefurnace::estimator::{Estimator, Lookup, Parts, Path, PhotonMapping, Published, Strategy};
+use whitefurnace::bsdf::{Bsdf, Scattering};
+use whitefurnace::estimator::{
+    Estimator, Lookup, NextEvent, Path, PhotonMapping, Photons, Published, Strategy,
+};
 use whitefurnace::rng::{Stream, stream};
+use whitefurnace::roulette::Roulette;
 use whitefurnace::sampler::{BLOCK, LIGHT, Sampler, Sobol};
 use whitefurnace::scene::{Scene, SceneBuilder, Surface, simple};
 use whitefurnace::shape::{Ray, Sphere};
@@ -91,7 +94,7 @@ impl Sampler for Recorder {
 #[derive(Clone, Copy)]
 struct Endless;
 
-impl Parts for Endless {
+impl Roulette for Endless {
     fn survival_by_throughput(&self, throughput: DVec3) -> f64 {
         throughput.max_element()
     }
@@ -102,6 +105,12 @@ impl Parts for Endless {
         1.0
     }
 }
+
+impl Scattering for Endless {}
+
+impl NextEvent for Endless {}
+
+impl Photons for Endless {}
 
 /// A cavity of mirrors that emits 1, and a ray in it.
 fn mirrors(reflectance: f64) -> (Scene, Ray) {

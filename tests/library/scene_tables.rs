@@ -74,6 +74,7 @@ fn look(surface: &Surface) -> Look {
             [constants.a, constants.b],
         ),
         Bsdf::Eon { albedo, roughness } => ("eon", albedo.to_array(), [roughness, 0.0]),
+        Bsdf::Model(_) => panic!("built-in scenes hold built-in models"),
     };
     let emission = surface.emission.to_array();
     (kind, colour, more, emission, surface.absorption)

@@ -2,12 +2,13 @@
 
 use approx::assert_relative_eq;
 use glam::DVec3;
-use whitefurnace::bsdf::Bsdf;
+use whitefurnace::bsdf::{Bsdf, Scattering};
 use whitefurnace::estimator::photon_map::{Kept, PhotonMap};
 use whitefurnace::estimator::{
-    Estimator, LightRules, Parts, Path, Published, Report, Standard, Strategy,
+    Estimator, LightRules, NextEvent, Path, Published, Report, Standard, Strategy,
 };
 use whitefurnace::rng::stream;
+use whitefurnace::roulette::Roulette;
 use whitefurnace::scene::{Scene, SceneBuilder, Surface, SurfaceId};
 use whitefurnace::shape::Ray;
 
@@ -50,10 +51,13 @@ fn values<E: Estimator>(scene: &Scene, estimator: &E, ray: &Ray) -> Vec<f64> {
 #[derive(Clone, Copy)]
 struct All(f64);
 
-impl Parts for All {
+impl Scattering for All {
     fn fresnel(&self, _: f64, _: f64, _: f64) -> f64 {
         self.0
     }
+}
+
+impl Roulette for All {
     fn survives(&self, _: f64, survival: f64) -> bool {
         survival > 0.9
     }
@@ -61,6 +65,8 @@ impl Parts for All {
         1.0
     }
 }
+
+impl NextEvent for All {}
 
 /// A floor and a light within glass, seen from outside: n² less than without the glass, by shadow rays and by
 /// both strategies.

@@ -3,19 +3,20 @@
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::DVec3;
-use whitefurnace::bsdf::Bsdf;
+use whitefurnace::bsdf::{Bsdf, Scattering};
 use whitefurnace::camera::Camera;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::radiosity::Fineness;
 use whitefurnace::estimator::{
-    Bdpt, Estimator, ImageEstimator, LONGEST_PATH, LightTracer, Lookup, Parts, Path, PhotonMapping,
-    Radiosity, Sppm, Standard, Strategy,
+    Bdpt, Bidirectional, Estimator, FiniteElements, ImageEstimator, LONGEST_PATH, LightTracer,
+    Lookup, NextEvent, Path, PhotonMapping, Photons, Radiosity, Sppm, Standard, Strategy,
 };
 use whitefurnace::film::{Features, Film, Pixel, check_radiance};
 use whitefurnace::moments::{ExactMoments, LARGEST, UNIT};
 use whitefurnace::pixel::PixelSampling::{self, Centre, Jitter, Random};
 use whitefurnace::render::{Numbers, Sampling, render, render_passes};
 use whitefurnace::rng::stream;
+use whitefurnace::roulette::Roulette;
 use whitefurnace::sampler::Sampler;
 use whitefurnace::scene::{Hit, Scene, simple};
 use whitefurnace::shape::Ray;
@@ -215,19 +216,43 @@ enum Bad {
     Endless,
 }
 
-impl Parts for Bad {
+impl Scattering for Bad {
     fn brdf(&self, bsdf: &Bsdf, wo: DVec3, wi: DVec3) -> DVec3 {
         match self {
             Self::Brdf(value) => DVec3::new(0.1, 0.1, *value),
             _ => Standard.brdf(bsdf, wo, wi),
         }
     }
+}
+
+impl Roulette for Bad {
+    fn survives(&self, r: f64, survival: f64) -> bool {
+        match self {
+            Self::Endless => true,
+            _ => Standard.survives(r, survival),
+        }
+    }
+}
+
+impl Photons for Bad {
     fn photon_flux(&self, flux: DVec3, emitted: u32, stored: usize) -> DVec3 {
         match self {
             Self::Flux(value) => DVec3::new(0.1, *value, 0.1),
             _ => Standard.photon_flux(flux, emitted, stored),
         }
     }
+}
+
+impl Bidirectional for Bad {
+    fn importance(&self, camera: &Camera, size: [u32; 2], direction: DVec3) -> f64 {
+        match self {
+            Self::Importance(value) => *value,
+            _ => Standard.importance(camera, size, direction),
+        }
+    }
+}
+
+impl FiniteElements for Bad {
     fn form_factor(&self, normal: DVec3, corners: &[DVec3]) -> f64 {
         match self {
             Self::FormFactor => f64::NAN,
@@ -246,19 +271,9 @@ impl Parts for Bad {
             _ => Standard.leaving(albedo, emitted, irradiance),
         }
     }
-    fn importance(&self, camera: &Camera, size: [u32; 2], direction: DVec3) -> f64 {
-        match self {
-            Self::Importance(value) => *value,
-            _ => Standard.importance(camera, size, direction),
-        }
-    }
-    fn survives(&self, r: f64, survival: f64) -> bool {
-        match self {
-            Self::Endless => true,
-            _ => Standard.survives(r, survival),
-        }
-    }
 }
+
+impl NextEvent for Bad {}
 
 fn rays<E: Estimator>(scene: &Scene, estimator: &E) -> Result<bool, Error> {
     let mut film = Film::new(FRAME, None, 1).expect("a film");
@@ -344,11 +359,15 @@ fn paths_without_end_are_errors() {
 /// Counts how often paths survive.
 struct Counting(AtomicU32);
 
-impl Parts for Counting {
+impl Roulette for Counting {
     fn survives(&self, _: f64, _: f64) -> bool {
         self.0.fetch_add(1, Ordering::Relaxed) + 1 < LONGEST_PATH
     }
 }
+
+impl Scattering for Counting {}
+
+impl NextEvent for Counting {}
 
 /// The longest path that there is counts to its last vertex; its probability is beyond telling.
 #[test]

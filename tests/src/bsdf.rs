@@ -7,11 +7,10 @@ use glam::DVec3;
 use crate::faults::{AnyFamily, Bench, Family, Mutant, data, mutant};
 use crate::subject::fault;
 use crate::subject::{RIGHT, Table};
-use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
+use whitefurnace::bsdf::{self, Bsdf, OrenNayar, OrenNayarForm, Scattering};
 use whitefurnace::equation::{
     COSINE, COSINE_HEMISPHERE, HEMISPHERE_THETA, LAMBERT, OREN_NAYAR, OREN_NAYAR_CONSTANTS,
 };
-use whitefurnace::estimator::{DiffuseSample, Parts, sample_cosine, sample_uniform};
 use whitefurnace::harness::bsdf_checkup::{BsdfSample, BsdfSubject, CheckUp, assertions, check_up};
 use whitefurnace::harness::chi_square::CELL_DELTA;
 use whitefurnace::harness::outcome::Outcome;
@@ -41,12 +40,12 @@ fn oren_nayar(form: OrenNayarForm) -> Bsdf {
     Bsdf::oren_nayar(DVec3::splat(RHO), SIGMA, form)
 }
 
-/// A diffuse BSDF as paths go on from it, by the cosine.
-pub(super) fn cosine_sampled(parts: Table, bsdf: Bsdf) -> BsdfSubject {
+/// A BSDF as paths go on from it.
+pub(super) fn as_rendered(parts: Table, bsdf: Bsdf) -> BsdfSubject {
     BsdfSubject::new(
-        move |wo, wi| parts.brdf(&bsdf, wo, wi).x,
-        move |wo, [r1, r2, _]| sample_cosine(&parts, &bsdf, wo, [r1, r2]).map(first_channel),
-        move |_, wi| parts.cosine_hemisphere_pdf(wi.z),
+        move |wo, wi| Scattering::brdf(&parts, &bsdf, wo, wi).x,
+        move |wo, [r1, r2, _]| parts.sample_rough(&bsdf, wo, [r1, r2]).map(first_channel),
+        move |wo, wi| parts.pdf(&bsdf, wo, wi),
     )
     .energy_bound(OREN_NAYAR_BOUND)
 }
@@ -54,14 +53,15 @@ pub(super) fn cosine_sampled(parts: Table, bsdf: Bsdf) -> BsdfSubject {
 /// The same by uniform directions.
 fn uniform_sampled(parts: Table, bsdf: Bsdf) -> BsdfSubject {
     BsdfSubject::new(
-        move |wo, wi| parts.brdf(&bsdf, wo, wi).x,
-        move |wo, [r1, r2, _]| Some(first_channel(sample_uniform(&parts, &bsdf, wo, [r1, r2]))),
-        move |_, wi| parts.uniform_hemisphere_pdf(wi.z),
+        move |wo, wi| Scattering::brdf(&parts, &bsdf, wo, wi).x,
+        move |wo, [r1, r2, _]| Some(first_channel(parts.sample_uniform(&bsdf, wo, [r1, r2]))),
+        move |_, wi| Scattering::uniform_hemisphere_pdf(&parts, wi.z),
     )
 }
 
-fn first_channel(sample: DiffuseSample) -> BsdfSample {
-    BsdfSample { wi: sample.wi, weight: sample.weight.x, pdf: sample.pdf }
+fn first_channel(sample: bsdf::BsdfSample) -> BsdfSample {
+    let pdf = sample.pdf.unwrap_or(f64::NAN);
+    BsdfSample { wi: sample.direction, weight: sample.weight.x, pdf }
 }
 
 /// Directional albedo of correct Oren-Nayar, ρ = 1: A + (2B/π)[sin t (t − sin t cos t)/2 +
@@ -98,7 +98,7 @@ fn oren_nayar_check(
     form: OrenNayarForm,
     albedo: fn(OrenNayar, f64) -> f64,
 ) -> Vec<Outcome> {
-    let subject = cosine_sampled(parts, oren_nayar(form))
+    let subject = as_rendered(parts, oren_nayar(form))
         .albedo(move |wo| RHO * albedo(OrenNayar::new(SIGMA), inclination(wo)));
     check_up(&subject, &CheckUp::default(), context)
 }
@@ -112,14 +112,14 @@ pub(super) fn squared(normal: DVec3, direction: DVec3) -> f64 {
 fn other_constant(wo: DVec3, wi: DVec3) -> f64 {
     let s2 = SIGMA * SIGMA;
     let constants = OrenNayar { a: 1.0 - s2 / (2.0 * (s2 + 0.57)), ..OrenNayar::new(SIGMA) };
-    RHO * FRAC_1_PI * whitefurnace::bsdf::oren_nayar(constants, OrenNayarForm::Printed, wo, wi)
+    RHO * FRAC_1_PI * bsdf::oren_nayar(constants, OrenNayarForm::Printed, wo, wi)
 }
 
 fn benches() -> Vec<Bench<Table>> {
     let size = CheckUp::default();
     // At so many inclinations all weights are the same, and no chance is in the furnace.
     let trial = |name: &str, property: &str, equation, constant: usize| {
-        let subject = "estimator::sample_cosine, sample_uniform";
+        let subject = "bsdf::Scattering::sample_rough, sample_uniform";
         let size = (size.samples, CELL_DELTA, assertions(&size) - constant);
         data(format!("bsdf/{name}"), property, equation, subject, "BSDF check-up", size)
     };
@@ -131,7 +131,7 @@ fn benches() -> Vec<Bench<Table>> {
                 &LAMBERT,
                 size.inclinations.len(),
             ),
-            |c, parts| lambert_check(c, cosine_sampled(parts, lambert())),
+            |c, parts| lambert_check(c, as_rendered(parts, lambert())),
         ),
         Bench::new(
             trial(

@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
 
-use crate::bsdf::{at_every_angle, cosine_sampled, squared};
+use crate::bsdf::{as_rendered, at_every_angle, squared};
 use crate::faults::{AnyFamily, Bench, Family, Mutant, data, mutant};
 use crate::subject::fault;
 use crate::subject::{self, Table};
@@ -116,14 +116,14 @@ fn benches() -> Vec<Bench<Parts>> {
         "bsdf/eon",
         "white EON passes the check-up and its directional albedo is 1",
         &EON_MULTIPLE,
-        "estimator::sample_cosine",
+        "bsdf::Scattering::sample_rough",
         "BSDF check-up",
         (size.samples, CELL_DELTA, assertions(&size)),
     );
     vec![
         Bench::new(sampled, |context, parts: Parts| {
             let subject =
-                cosine_sampled(parts.lobes, material(1.0, 0.3)).energy_bound(1.0).albedo(|_| 1.0);
+                as_rendered(parts.lobes, material(1.0, 0.3)).energy_bound(1.0).albedo(|_| 1.0);
             check_up(&subject, &CheckUp::default(), context)
         }),
         Bench::new(

@@ -13,9 +13,9 @@ use super::scenes::{
 };
 use super::subject::{Kind, Probe, Property, Setup, Subject, on};
 use crate::faults::{Bench, data};
+use crate::subject::Parts;
 use whitefurnace::bsdf::Bsdf;
 use whitefurnace::equation::{FRESNEL, REFRACTION};
-use whitefurnace::estimator::Parts;
 use whitefurnace::harness::chi_square::binomial;
 use whitefurnace::harness::outcome::Outcome;
 use whitefurnace::harness::trial::Context;

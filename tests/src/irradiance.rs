@@ -15,8 +15,8 @@ use super::scenes::{
 };
 use super::subject::{Kind, Probe, Property, RIGHT, Setup, Subject, Table, on};
 use crate::faults::{Bench, data};
+use crate::subject::Parts;
 use whitefurnace::equation::{ESTIMATOR, GEOMETRY, MIS, WHITTED};
-use whitefurnace::estimator::Parts;
 use whitefurnace::harness::chi_square::{CELL_DELTA, Counts, chi_square};
 use whitefurnace::harness::domain::Partition;
 use whitefurnace::harness::outcome::Outcome;
@@ -224,7 +224,7 @@ impl Property for Picks {
 
 fn picks() -> Bench<Subject> {
     let property = "each of three emitters is picked with probability 1/3";
-    let subject = "estimator::Parts::pick_emitter";
+    let subject = "estimator::NextEvent::pick_emitter";
     let size = (PICKS, CELL_DELTA, 1);
     Bench::new(
         data("irradiance/picks", property, &ESTIMATOR, subject, "chi-square", size),

@@ -9,9 +9,8 @@ use super::probes::Words;
 use super::scenes::level;
 use super::subject::{Property, Setup, Subject, on};
 use crate::faults::{Bench, data};
-use whitefurnace::estimator::{
-    Bdpt, Estimator, ImageEstimator, LightTracer, Parts, Path, Standard,
-};
+use crate::subject::Parts;
+use whitefurnace::estimator::{Bdpt, Estimator, ImageEstimator, LightTracer, Path, Standard};
 use whitefurnace::harness::mean::{Values, mean, welch};
 use whitefurnace::harness::outcome::{Claim, Outcome};
 use whitefurnace::harness::trial::Context;

@@ -10,12 +10,17 @@ use super::probes::BOUNCES;
 use super::scenes::{lambert, sphere_furnace};
 use super::subject::{Property, Setup, Subject, on};
 use crate::faults::{Bench, data};
+use crate::subject::Parts;
+use whitefurnace::bsdf::Scattering;
 use whitefurnace::equation::ESTIMATOR;
-use whitefurnace::estimator::{Estimator, Parts, Report};
+use whitefurnace::estimator::{
+    Bidirectional, Estimator, FiniteElements, NextEvent, Photons, Report,
+};
 use whitefurnace::harness::mean::{Values, mean};
 use whitefurnace::harness::outcome::{Claim, Outcome};
 use whitefurnace::harness::trial::Context;
 use whitefurnace::rng::Stream;
+use whitefurnace::roulette::Roulette;
 use whitefurnace::scene::Scene;
 
 /// Albedo of the furnace.
@@ -73,20 +78,26 @@ struct Counting<'a, P> {
     directions: &'a AtomicU64,
 }
 
-impl<P: Parts> Parts for Counting<'_, P> {
+impl<P: Parts> Scattering for Counting<'_, P> {
     fn uniform_hemisphere(&self, random: [f64; 2]) -> DVec3 {
         self.directions.fetch_add(1, Ordering::Relaxed);
         self.parts.uniform_hemisphere(random)
     }
+}
 
+impl<P: Parts> Roulette for Counting<'_, P> {
     fn survival_by_absorption(&self, absorption: f64) -> f64 {
         self.parts.survival_by_absorption(absorption)
     }
-
     fn survives(&self, r: f64, survival: f64) -> bool {
         self.parts.survives(r, survival)
     }
 }
+
+impl<P: Parts> NextEvent for Counting<'_, P> {}
+impl<P: Parts> Photons for Counting<'_, P> {}
+impl<P: Parts> Bidirectional for Counting<'_, P> {}
+impl<P: Parts> FiniteElements for Counting<'_, P> {}
 
 const ESTIMATES: u64 = 100;
 

@@ -17,12 +17,13 @@ use super::scenes::{
 };
 use super::subject::{Kind, Probe, Property, Setup, Subject, on};
 use crate::faults::{Bench, data};
+use crate::subject::Parts;
 use whitefurnace::bsdf::Bsdf;
 use whitefurnace::emitter::LightSampling;
 use whitefurnace::equation::{
     GEOMETRY, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE, MIS, MIS_POWER, SOLID_ANGLE,
 };
-use whitefurnace::estimator::{Heuristic, Parts, Strategy};
+use whitefurnace::estimator::{Heuristic, Strategy};
 use whitefurnace::frame::from_spherical;
 use whitefurnace::harness::mean::{Values, welch};
 use whitefurnace::harness::outcome::{Claim, Outcome};

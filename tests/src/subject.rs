@@ -5,16 +5,18 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use whitefurnace::bsdf::Bsdf;
+use whitefurnace::bsdf::{Bsdf, Scattering};
 use whitefurnace::camera::Camera;
 use whitefurnace::emitter::{Emitter, EmitterPoint, LightSampling};
 use whitefurnace::estimator::{
-    Density, Estimator, Heuristic, LightRules, Parts, Path, Report, Standard, Strategy, Whitted,
+    Bidirectional, Density, Estimator, FiniteElements, Heuristic, LightRules, NextEvent, Path,
+    Photons, Report, Standard, Strategy, Whitted,
 };
 use whitefurnace::form_factor::Polygon;
 use whitefurnace::harness::outcome::Outcome;
 use whitefurnace::harness::trial::Context;
 use whitefurnace::rng::Stream;
+use whitefurnace::roulette::Roulette;
 use whitefurnace::scene::Scene;
 use whitefurnace::shape::Ray;
 
@@ -22,70 +24,96 @@ use whitefurnace::shape::Ray;
 type End = (DVec3, DVec3);
 
 macro_rules! table {
-    ($($name:ident($($argument:ident: $kind:ty),*) -> $result:ty;)*) => {
+    ($($group:ident {
+        $($name:ident($($argument:ident: $kind:ty),*) -> $result:ty;)*
+    })*) => {
         /// Parts as data: a fault is [`RIGHT`] with another function in one place.
         #[derive(Clone, Copy)]
         pub struct Table {
-            $(
-                #[doc = concat!("In place of [`Parts::", stringify!($name), "`].")]
+            $($(
+                #[doc = concat!("In place of [`", stringify!($group), "::", stringify!($name), "`].")]
                 pub $name: fn($($kind),*) -> $result,
-            )*
+            )*)*
         }
 
         /// The parts of [`Standard`] as a table.
         pub const RIGHT: Table = Table {
-            $($name: |$($argument),*| Standard.$name($($argument),*),)*
+            $($($name: |$($argument),*| Standard.$name($($argument),*),)*)*
         };
 
-        impl Parts for Table {
+        $(impl $group for Table {
             $(fn $name(&self, $($argument: $kind),*) -> $result {
                 (self.$name)($($argument),*)
             })*
-        }
+        })*
     };
 }
 
+/// All parts of all estimators.
+pub trait Parts:
+    Scattering + Roulette + NextEvent + Photons + Bidirectional + FiniteElements
+{
+}
+
+impl<P> Parts for P where
+    P: Scattering + Roulette + NextEvent + Photons + Bidirectional + FiniteElements
+{
+}
+
 table! {
-    fresnel(cos_1: f64, n1: f64, n2: f64) -> f64;
-    refract(d: DVec3, n: DVec3, n1: f64, n2: f64) -> Option<DVec3>;
-    radiance_factor(n1: f64, n2: f64) -> f64;
-    mirror(d: DVec3, n: DVec3) -> DVec3;
-    brdf(bsdf: &Bsdf, wo: DVec3, wi: DVec3) -> DVec3;
-    cosine(normal: DVec3, direction: DVec3) -> f64;
-    uniform_hemisphere(random: [f64; 2]) -> DVec3;
-    uniform_hemisphere_pdf(cos_theta: f64) -> f64;
-    cosine_hemisphere(random: [f64; 2]) -> DVec3;
-    cosine_hemisphere_pdf(cos_theta: f64) -> f64;
-    survival_by_throughput(throughput: DVec3) -> f64;
-    survival_by_absorption(absorption: f64) -> f64;
-    survives(r: f64, survival: f64) -> bool;
-    roulette_weight(survival: f64) -> f64;
-    pick_emitter(r: f64, count: usize) -> usize;
-    sample_emitter(emitter: &Emitter, random: [f64; 2]) -> EmitterPoint;
-    emitter_pdf_area(emitter: &Emitter) -> f64;
-    solid_angle_per_area(cosine_at_emitter: f64, distance_squared: f64) -> f64;
-    sample_solid_angle(emitter: &Emitter, from: DVec3, random: [f64; 2]) -> Option<(EmitterPoint, f64)>;
-    pdf_solid_angle(emitter: &Emitter, from: DVec3) -> Option<f64>;
-    visible(scene: &Scene, x: End, y: End, glass: bool) -> bool;
-    form_factor(normal: DVec3, corners: &[DVec3]) -> f64;
-    seen_weight(cosine: f64, solid_angle: f64) -> f64;
-    is_near(area: f64, distance_squared: f64) -> bool;
-    horizon(normal: DVec3, polygon: &Polygon) -> Polygon;
-    leaving(albedo: DVec3, emitted: DVec3, irradiance: DVec3) -> DVec3;
-    exchanged(leaving: DVec3, emitted: DVec3) -> DVec3;
-    solved(residual: f64, sweeps: u32) -> bool;
-    mis_weight(pdf: f64, other: f64) -> f64;
-    mis_power_weight(pdf: f64, other: f64) -> f64;
-    hit_counts(strategy: Strategy, sampled: bool) -> bool;
-    photon_flux(flux: DVec3, emitted: u32, stored: usize) -> DVec3;
-    is_caustic(specular: u32) -> bool;
-    same_side(at_photon: DVec3, at_point: DVec3) -> bool;
-    photon_density(brdf: DVec3, flux: DVec3, wi: DVec3, radius_squared: f64) -> DVec3;
-    gathers_emission() -> bool;
-    pass_radius_squared(first: f64, index: u32) -> f64;
-    flux_factor(radiance_factor: f64) -> f64;
-    importance(camera: &Camera, size: [u32; 2], direction: DVec3) -> f64;
-    strategy_weight(path: &[Density], s: usize) -> f64;
+    Scattering {
+        fresnel(cos_1: f64, n1: f64, n2: f64) -> f64;
+        refract(d: DVec3, n: DVec3, n1: f64, n2: f64) -> Option<DVec3>;
+        radiance_factor(n1: f64, n2: f64) -> f64;
+        mirror(d: DVec3, n: DVec3) -> DVec3;
+        brdf(bsdf: &Bsdf, wo: DVec3, wi: DVec3) -> DVec3;
+        cosine(normal: DVec3, direction: DVec3) -> f64;
+        uniform_hemisphere(random: [f64; 2]) -> DVec3;
+        uniform_hemisphere_pdf(cos_theta: f64) -> f64;
+        cosine_hemisphere(random: [f64; 2]) -> DVec3;
+        cosine_hemisphere_pdf(cos_theta: f64) -> f64;
+    }
+    Roulette {
+        survival_by_throughput(throughput: DVec3) -> f64;
+        survival_by_absorption(absorption: f64) -> f64;
+        survives(r: f64, survival: f64) -> bool;
+        roulette_weight(survival: f64) -> f64;
+    }
+    NextEvent {
+        pick_emitter(r: f64, count: usize) -> usize;
+        pdf_of_pick(pdf: f64, count: usize) -> f64;
+        sample_emitter(emitter: &Emitter, random: [f64; 2]) -> EmitterPoint;
+        emitter_pdf_area(emitter: &Emitter) -> f64;
+        solid_angle_per_area(cosine_at_emitter: f64, distance_squared: f64) -> f64;
+        sample_solid_angle(emitter: &Emitter, from: DVec3, random: [f64; 2]) -> Option<(EmitterPoint, f64)>;
+        pdf_solid_angle(emitter: &Emitter, from: DVec3) -> Option<f64>;
+        visible(scene: &Scene, x: End, y: End, glass: bool) -> bool;
+        mis_weight(pdf: f64, other: f64) -> f64;
+        mis_power_weight(pdf: f64, other: f64) -> f64;
+        hit_counts(strategy: Strategy, sampled: bool) -> bool;
+    }
+    Photons {
+        photon_flux(flux: DVec3, emitted: u32, stored: usize) -> DVec3;
+        is_caustic(specular: u32) -> bool;
+        same_side(at_photon: DVec3, at_point: DVec3) -> bool;
+        photon_density(brdf: DVec3, flux: DVec3, wi: DVec3, radius_squared: f64) -> DVec3;
+        gathers_emission() -> bool;
+        pass_radius_squared(first: f64, index: u32) -> f64;
+    }
+    Bidirectional {
+        flux_factor(radiance_factor: f64) -> f64;
+        importance(camera: &Camera, size: [u32; 2], direction: DVec3) -> f64;
+        strategy_weight(path: &[Density], s: usize) -> f64;
+    }
+    FiniteElements {
+        form_factor(normal: DVec3, corners: &[DVec3]) -> f64;
+        seen_weight(cosine: f64, solid_angle: f64) -> f64;
+        is_near(area: f64, distance_squared: f64) -> bool;
+        horizon(normal: DVec3, polygon: &Polygon) -> Polygon;
+        leaving(albedo: DVec3, emitted: DVec3, irradiance: DVec3) -> DVec3;
+        exchanged(leaving: DVec3, emitted: DVec3) -> DVec3;
+        solved(residual: f64, sweeps: u32) -> bool;
+    }
 }
 
 /// What a fault can replace in an estimator: its parts, and what it is told.

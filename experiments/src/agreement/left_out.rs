@@ -3,9 +3,9 @@
 //! functions; it has no shadow rays, no weights between strategies and no limit.
 
 use glam::DVec3;
-use whitefurnace::bsdf::Bsdf;
+use whitefurnace::bsdf::{Bsdf, Scattering};
 use whitefurnace::error::Error;
-use whitefurnace::estimator::{Estimator, Parts, Standard};
+use whitefurnace::estimator::{Estimator, Standard};
 use whitefurnace::frame::Frame;
 use whitefurnace::harness::mean::Values;
 use whitefurnace::rng::{seed_for, uniform, uniform2};
@@ -112,7 +112,7 @@ impl Estimator for LeftOut {
             let Some((direction, weight)) = scattered(scene, &here, &ray, rng) else {
                 return left_out;
             };
-            way.diffuse_last = scene.surface(&here).bsdf.is_diffuse();
+            way.diffuse_last = scene.surface(&here).bsdf.is_rough();
             way.diffuse_first |= way.diffuse_last && way.segments == 1;
             way.diffuse += u32::from(way.diffuse_last);
             way.segments += 1;
@@ -152,7 +152,7 @@ fn scattered<R: Sampler>(
                 None => Some((Standard.mirror(ray.direction, normal), DVec3::ONE)),
             }
         }
-        ref bsdf @ (Bsdf::Lambert { .. } | Bsdf::OrenNayar { .. } | Bsdf::Eon { .. }) => {
+        ref bsdf => {
             let frame = Frame::new(normal);
             let wi = Standard.cosine_hemisphere(uniform2(rng));
             // The cosine stands in the density as well.

@@ -4,10 +4,12 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
+use super::FiniteElements;
 use super::mesh::Node;
 use super::patch::{Patch, Sight};
+use crate::bsdf::Scattering;
 use crate::emitter::{Emitter, EmitterShape};
-use crate::estimator::Parts;
+use crate::estimator::NextEvent;
 use crate::scene::Scene;
 
 /// Points at which a flat emitter is looked for.
@@ -47,7 +49,12 @@ impl Light {
     }
 
     /// The irradiance at a point with a unit normal.
-    pub fn irradiance<P: Parts>(&self, parts: &P, scene: &Scene, at: &Node) -> DVec3 {
+    pub fn irradiance<P: FiniteElements + NextEvent + Scattering>(
+        &self,
+        parts: &P,
+        scene: &Scene,
+        at: &Node,
+    ) -> DVec3 {
         match self {
             Self::Flat { patch, emitter } => {
                 let Some(Sight { factor, .. }) = patch.sight(parts, at.point, at.normal) else {
@@ -70,7 +77,12 @@ impl Light {
 
 /// The share of a flat emitter's light that no surface stops: by the points of a Hammersley set, each
 /// with the weight of its geometry term. Exact where all or nothing is seen.
-fn seen_share<P: Parts>(parts: &P, scene: &Scene, emitter: &Emitter, at: &Node) -> f64 {
+fn seen_share<P: FiniteElements + NextEvent + Scattering>(
+    parts: &P,
+    scene: &Scene,
+    emitter: &Emitter,
+    at: &Node,
+) -> f64 {
     let (mut seen, mut all) = (0.0, 0.0);
     for index in 0..POINTS {
         let y = parts.sample_emitter(emitter, hammersley(index));

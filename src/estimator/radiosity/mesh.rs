@@ -237,8 +237,8 @@ fn check(scene: &Scene, fineness: Fineness) -> Result<(), Error> {
         match surface.bsdf {
             Bsdf::Mirror { .. } => return refuse("mirrors"),
             Bsdf::Glass { .. } => return refuse("glass"),
-            Bsdf::OrenNayar { .. } | Bsdf::Eon { .. } => return refuse("rough surfaces"),
             Bsdf::Black | Bsdf::Lambert { .. } => {}
+            _ => return refuse("rough surfaces"),
         }
     }
     Ok(())

@@ -18,10 +18,11 @@ pub use patch::{Patch, SpherePatch, is_near};
 
 use self::direct::Light;
 use self::mesh::Node;
-use super::vertex::emitted;
-use super::{Estimator, Parts, Standard};
-use crate::bsdf::lambert;
+use super::steps::emitted;
+use super::{Estimator, NextEvent, Standard};
+use crate::bsdf::{Scattering, lambert};
 use crate::error::Error;
+use crate::form_factor::{self, Polygon};
 use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
@@ -62,7 +63,7 @@ impl FormFactors {
     /// # Errors
     /// [`Error::Option`] before any work if they may take more than [`MOST_MEMORY`];
     /// [`Error::Interrupted`].
-    pub fn new<P: Parts>(
+    pub fn new<P: FiniteElements + NextEvent + Scattering>(
         parts: &P,
         scene: &Scene,
         mesh: &Mesh,
@@ -103,7 +104,12 @@ impl FormFactors {
     }
 }
 
-fn row<P: Parts>(parts: &P, scene: &Scene, mesh: &Mesh, node: &Node) -> Box<[Link]> {
+fn row<P: FiniteElements + NextEvent + Scattering>(
+    parts: &P,
+    scene: &Scene,
+    mesh: &Mesh,
+    node: &Node,
+) -> Box<[Link]> {
     let link = |(element, sight): (u32, patch::Sight)| {
         parts
             .visible(scene, (node.point, node.normal), sight.target, false)
@@ -169,7 +175,7 @@ pub struct Radiosity<P = Standard> {
     read_out: ReadOut,
 }
 
-impl<P: Parts> Radiosity<P> {
+impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
     /// Solves for the light of a scene; `row_done` as for [`FormFactors::new`].
     ///
     /// # Errors
@@ -313,12 +319,17 @@ impl<P: Parts> Radiosity<P> {
 }
 
 /// The irradiance from all emitters.
-fn arriving<P: Parts>(parts: &P, scene: &Scene, lights: &[Light], at: &Node) -> DVec3 {
+fn arriving<P: FiniteElements + NextEvent + Scattering>(
+    parts: &P,
+    scene: &Scene,
+    lights: &[Light],
+    at: &Node,
+) -> DVec3 {
     let lights = lights.iter();
     lights.map(|light| light.irradiance(parts, scene, at)).sum()
 }
 
-impl<P: Parts> Estimator for Radiosity<P> {
+impl<P: FiniteElements + NextEvent + Scattering> Estimator for Radiosity<P> {
     fn radiance<R: Sampler>(
         &self,
         scene: &Scene,
@@ -332,5 +343,46 @@ impl<P: Parts> Estimator for Radiosity<P> {
         let albedo = scene.surface(&hit).bsdf.albedo();
         let irradiance = self.irradiance(scene, ray, &hit);
         self.parts.leaving(albedo, emitted(scene, &hit, ray), irradiance)
+    }
+}
+
+/// The replaceable parts of radiosity.
+pub trait FiniteElements: Sync {
+    /// The form factor of a polygon above the horizon, relative to the receiver.
+    #[inline]
+    fn form_factor(&self, normal: DVec3, corners: &[DVec3]) -> f64 {
+        form_factor::polygon(normal, corners)
+    }
+    /// How much a point of an emitter counts in the share of it that is seen: its geometry term, by the
+    /// receiver's cosine and the solid angle per area.
+    #[inline]
+    fn seen_weight(&self, cosine: f64, solid_angle: f64) -> f64 {
+        cosine * solid_angle
+    }
+    /// Whether a part of a sphere is so near for its area that it is divided.
+    #[inline]
+    fn is_near(&self, area: f64, distance_squared: f64) -> bool {
+        is_near(area, distance_squared)
+    }
+    /// The part of a polygon above the horizon.
+    #[inline]
+    fn horizon(&self, normal: DVec3, polygon: &Polygon) -> Polygon {
+        polygon.above(normal)
+    }
+    /// The radiance that leaves a Lambert surface.
+    #[inline]
+    fn leaving(&self, albedo: DVec3, emitted: DVec3, irradiance: DVec3) -> DVec3 {
+        leaving(albedo, emitted, irradiance)
+    }
+    /// What patches send each other of the radiance that leaves them: all but what they emit, which
+    /// arrives as direct light.
+    #[inline]
+    fn exchanged(&self, leaving: DVec3, emitted: DVec3) -> DVec3 {
+        leaving - emitted
+    }
+    /// Whether the radiosities are good enough after so many sweeps.
+    #[inline]
+    fn solved(&self, residual: f64, _sweeps: u32) -> bool {
+        residual <= RESIDUAL
     }
 }

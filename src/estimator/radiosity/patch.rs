@@ -4,7 +4,9 @@ use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
 
-use crate::estimator::Parts;
+use super::FiniteElements;
+use crate::bsdf::Scattering;
+use crate::estimator::NextEvent;
 use crate::form_factor::Polygon;
 
 /// One side of a piece of a surface.
@@ -91,7 +93,12 @@ impl Patch {
 
     /// What a point with a unit normal sees of the patch; `None` if one is behind the other.
     #[inline]
-    pub(super) fn sight<P: Parts>(&self, parts: &P, point: DVec3, normal: DVec3) -> Option<Sight> {
+    pub(super) fn sight<P: FiniteElements + NextEvent + Scattering>(
+        &self,
+        parts: &P,
+        point: DVec3,
+        normal: DVec3,
+    ) -> Option<Sight> {
         match self {
             Self::Flat { polygon, normal: own } => {
                 let offset = polygon.corners()[0] - point;
@@ -164,7 +171,12 @@ impl SpherePatch {
 
     /// The form factor by the midpoint rule, exact from the sphere's own inside, where the integrand is
     /// constant.
-    fn sight<P: Parts>(&self, parts: &P, point: DVec3, normal: DVec3) -> Option<Sight> {
+    fn sight<P: FiniteElements + NextEvent + Scattering>(
+        &self,
+        parts: &P,
+        point: DVec3,
+        normal: DVec3,
+    ) -> Option<Sight> {
         let distance = (point - self.centre).length();
         if self.outward && distance <= self.radius * (1.0 + IN_PLANE) {
             return None;
@@ -176,7 +188,7 @@ impl SpherePatch {
     }
 
     /// Adds a part's form factor; `found` holds the sum, the largest part and where it is.
-    fn add<P: Parts>(
+    fn add<P: FiniteElements + NextEvent + Scattering>(
         &self,
         parts: &P,
         (point, normal): (DVec3, DVec3),

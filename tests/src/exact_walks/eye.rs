@@ -3,12 +3,13 @@
 use glam::DVec3;
 
 use crate::scenes::level;
+use crate::subject::Parts;
 use crate::subject::Setup;
 use whitefurnace::emitter::LightSampling;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::{
-    Bdpt, Estimator, Heuristic, ImageEstimator, LightTracer, Lookup, Parts, Path, PhotonMapping,
-    Report, Sppm, Strategy, Whitted,
+    Bdpt, Estimator, Heuristic, ImageEstimator, LightTracer, Lookup, Path, PhotonMapping, Report,
+    Sppm, Strategy, Whitted,
 };
 use whitefurnace::rng::{Stream, uniform2};
 use whitefurnace::scene::Scene;

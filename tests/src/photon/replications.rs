@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use crate::faults::{Bench, data};
 use crate::scenes::level;
+use crate::subject::Parts;
 use crate::subject::{Property, Setup, Subject, on};
 use whitefurnace::equation::Equation;
 use whitefurnace::estimator::photon_map::{Kept, PhotonMap};
-use whitefurnace::estimator::{Estimator, ImageEstimator, Lookup, Parts, PhotonMapping, Sppm};
+use whitefurnace::estimator::{Estimator, ImageEstimator, Lookup, PhotonMapping, Sppm};
 use whitefurnace::harness::mean::{Values, mean};
 use whitefurnace::harness::outcome::{Claim, Outcome};
 use whitefurnace::harness::trial::Context;

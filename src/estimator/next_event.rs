@@ -1,0 +1,202 @@
+//! Next-event estimation: light that shadow rays find at a vertex, and how it is combined with light that
+//! paths find by hitting it.
+
+use glam::DVec3;
+
+use super::LightRules;
+use super::path::Strategy;
+use crate::bsdf::{Bsdf, Scattering, Vertex};
+use crate::emitter::{Emitter, EmitterPoint, LightSampling};
+use crate::radiometry;
+use crate::rng::{uniform, uniform2};
+use crate::sampler::Sampler;
+use crate::scene::{Hit, Scene};
+use crate::shape::Ray;
+
+/// The replaceable parts of next-event estimation.
+pub trait NextEvent: Sync {
+    /// Which of `count` ≥ 1 emitters a shadow ray picks; each with probability 1/count.
+    #[inline]
+    fn pick_emitter(&self, r: f64, count: usize) -> usize {
+        ((r * count as f64) as usize).min(count - 1)
+    }
+    /// The pdf of a point on an emitter that is picked among `count`, from its pdf on that emitter, with respect
+    /// to the same measure.
+    #[inline]
+    fn pdf_of_pick(&self, pdf: f64, count: usize) -> f64 {
+        pdf / count as f64
+    }
+    /// A point on an emitter.
+    #[inline]
+    fn sample_emitter(&self, emitter: &Emitter, random: [f64; 2]) -> EmitterPoint {
+        emitter.sample(random)
+    }
+    /// Its pdf with respect to area.
+    #[inline]
+    fn emitter_pdf_area(&self, emitter: &Emitter) -> f64 {
+        emitter.pdf_area()
+    }
+    /// Solid angle per area of an emitter.
+    #[inline]
+    fn solid_angle_per_area(&self, cosine_at_emitter: f64, distance_squared: f64) -> f64 {
+        radiometry::solid_angle_per_area(cosine_at_emitter, distance_squared)
+    }
+    /// A point on an emitter whose direction is uniform in the solid angle seen from a point, and its
+    /// pdf with respect to that; `None` for emitters that are sampled by area alone.
+    #[inline]
+    fn sample_solid_angle(
+        &self,
+        emitter: &Emitter,
+        from: DVec3,
+        random: [f64; 2],
+    ) -> Option<(EmitterPoint, f64)> {
+        emitter.sample_solid_angle(from, random)
+    }
+    /// The same pdf for any point of the emitter's front.
+    #[inline]
+    fn pdf_solid_angle(&self, emitter: &Emitter, from: DVec3) -> Option<f64> {
+        emitter.pdf_solid_angle(from)
+    }
+    /// Whether two points see each other.
+    #[inline]
+    fn visible(&self, scene: &Scene, x: (DVec3, DVec3), y: (DVec3, DVec3), glass: bool) -> bool {
+        scene.visible(x, y, glass)
+    }
+    /// The weight of a sample in multiple importance sampling by the balance heuristic.
+    #[inline]
+    fn mis_weight(&self, pdf: f64, other: f64) -> f64 {
+        radiometry::balance(pdf, other)
+    }
+    /// The same by the power heuristic.
+    #[inline]
+    fn mis_power_weight(&self, pdf: f64, other: f64) -> f64 {
+        radiometry::power(pdf, other)
+    }
+    /// Whether light that a path hits counts if it is not weighted by pdfs; `sampled` if shadow rays
+    /// look for the same light (in [`Report`](super::Report): or if its rules leave it out).
+    #[inline]
+    fn hit_counts(&self, strategy: Strategy, sampled: bool) -> bool {
+        !(sampled && strategy == Strategy::Light)
+    }
+}
+
+/// Light that arrives at a vertex from a point picked on an emitter.
+pub(super) struct LightSample {
+    /// Towards the emitter, local.
+    pub wi: DVec3,
+    /// f_r L cos θ / p, before any weight.
+    pub reflected: DVec3,
+    /// p with respect to solid angle.
+    pub pdf: f64,
+    /// The point.
+    pub point: EmitterPoint,
+    /// The pdf of the point with respect to area, the pick included.
+    pub pdf_area: f64,
+}
+
+/// A point on an emitter that is picked among all; `None` without emitters.
+#[inline]
+pub(super) fn pick_point<'a, P: NextEvent, R: Sampler>(
+    parts: &P,
+    scene: &'a Scene,
+    rng: &mut R,
+) -> Option<(&'a Emitter, EmitterPoint)> {
+    let emitters = scene.emitters();
+    if emitters.is_empty() {
+        return None;
+    }
+    let emitter = &emitters[parts.pick_emitter(uniform(rng), emitters.len())];
+    Some((emitter, parts.sample_emitter(emitter, uniform2(rng))))
+}
+
+/// The pdf, with respect to area, of a point that [`pick_point`] returns.
+#[inline]
+pub(super) fn point_pdf<P: NextEvent>(parts: &P, scene: &Scene, emitter: &Emitter) -> f64 {
+    parts.pdf_of_pick(parts.emitter_pdf_area(emitter), scene.emitters().len())
+}
+
+/// Next-event estimation: one shadow ray from a diffuse vertex to a point picked on an emitter, by
+/// `lights`. `None` if nothing arrives.
+#[inline]
+pub(super) fn direct_light<P: NextEvent + Scattering, R: Sampler>(
+    parts: &P,
+    scene: &Scene,
+    bsdf: &Bsdf,
+    vertex: &Vertex,
+    rules: &LightRules,
+    lights: LightSampling,
+    rng: &mut R,
+) -> Option<LightSample> {
+    let emitters = scene.emitters();
+    if emitters.is_empty() {
+        return None;
+    }
+    let emitter = &emitters[parts.pick_emitter(uniform(rng), emitters.len())];
+    let random = uniform2(rng);
+    let by_solid_angle = match lights {
+        LightSampling::SolidAngle => parts.sample_solid_angle(emitter, vertex.point, random),
+        LightSampling::Area => None,
+    };
+    let light = match by_solid_angle {
+        Some((light, _)) => light,
+        None => parts.sample_emitter(emitter, random),
+    };
+    let to_light = light.point - vertex.point;
+    let distance_squared = to_light.length_squared();
+    let direction = to_light * distance_squared.sqrt().recip();
+    let cosine = parts.cosine(vertex.frame.z, direction);
+    let cosine_at_light = parts.cosine(light.normal, -direction);
+    if cosine <= 0.0 || cosine_at_light <= 0.0 {
+        return None;
+    }
+    let wi = vertex.frame.local(direction);
+    let brdf = parts.brdf(bsdf, vertex.wo, wi);
+    let pdf_on_emitter = match by_solid_angle {
+        Some((_, pdf)) => pdf,
+        None => area_pdf(parts, emitter, cosine_at_light, distance_squared),
+    };
+    let pdf = parts.pdf_of_pick(pdf_on_emitter, emitters.len());
+    let ends = ((vertex.point, vertex.frame.z), (light.point, light.normal));
+    if brdf == DVec3::ZERO || !parts.visible(scene, ends.0, ends.1, rules.shadows_pass_glass) {
+        return None;
+    }
+    Some(LightSample {
+        wi,
+        reflected: radiometry::reflected(brdf, emitter.radiance, cosine, pdf),
+        pdf,
+        point: light,
+        pdf_area: point_pdf(parts, scene, emitter),
+    })
+}
+
+/// The pdf, with respect to solid angle, of a point uniform in area on an emitter.
+#[inline]
+fn area_pdf<P: NextEvent>(
+    parts: &P,
+    emitter: &Emitter,
+    cosine_at_light: f64,
+    distance_squared: f64,
+) -> f64 {
+    parts.emitter_pdf_area(emitter) / parts.solid_angle_per_area(cosine_at_light, distance_squared)
+}
+
+/// The pdf, with respect to solid angle, with which [`direct_light`] picks the point of an emitter that
+/// a ray has hit.
+#[inline]
+pub(super) fn emitter_pdf<P: NextEvent + Scattering>(
+    parts: &P,
+    scene: &Scene,
+    emitter: &Emitter,
+    lights: LightSampling,
+    (ray, hit): (&Ray, &Hit),
+) -> f64 {
+    let by_solid_angle = match lights {
+        LightSampling::SolidAngle => parts.pdf_solid_angle(emitter, ray.origin),
+        LightSampling::Area => None,
+    };
+    let pdf = by_solid_angle.unwrap_or_else(|| {
+        let cosine_at_light = parts.cosine(hit.normal, -ray.direction);
+        area_pdf(parts, emitter, cosine_at_light, hit.t * hit.t)
+    });
+    parts.pdf_of_pick(pdf, scene.emitters().len())
+}
