@@ -8,15 +8,18 @@ use crate::mathml::{escape, typeset};
 use crate::nearest;
 use crate::trace::Sources;
 
-/// The table of all trials. `equation` gives an equation's number as a link.
-pub fn trials(equation: impl Fn(&str) -> String) -> String {
+/// The table of all trials. `equation` gives an equation's number as a link, `recorded` a number that the
+/// experiment `trials` found.
+pub fn trials(equation: impl Fn(&str) -> String, recorded: impl Fn(&str) -> Option<f64>) -> String {
     let rows: Vec<String> = all()
         .iter()
         .map(|trial| {
-            let delta = match trial.delta {
-                0.0 => "–".to_owned(),
-                delta => escape(&format!("{delta:.1e}")),
+            let found = |what: &str| recorded(&format!("{}.{what}", trial.name));
+            let delta = match found("delta") {
+                None | Some(0.0) => "–".to_owned(),
+                Some(delta) => escape(&format!("{delta:.1e}")),
             };
+            let n = found("n").map_or_else(|| "–".to_owned(), |n| n.to_string());
             let controls: Vec<_> = trial.controls.iter().map(|c| code(c.name)).collect();
             format!(
                 "<tr id=\"{}\"><td>{}</td><td>{}.<div class=\"equation-source\">{}; \
@@ -27,7 +30,7 @@ pub fn trials(equation: impl Fn(&str) -> String) -> String {
                 code(&trial.name),
                 controls.join(", "),
                 escape(trial.statistic),
-                trial.samples,
+                n,
             )
         })
         .collect();

@@ -206,7 +206,10 @@ impl<'a> Weaver<'a> {
             ("bibliography", []) => Ok(block(self.bibliography.list())),
             ("experiments", []) => Ok(block(self.experiments())),
             ("trial", [name]) => self.trial(context, name),
-            ("trials", []) => Ok(block(registry::trials(|id| self.equation_link(context, id)))),
+            ("trials", []) => Ok(block(registry::trials(
+                |id| self.equation_link(context, id),
+                |key| self.results.experiment("trials").ok()?.numbers.get(key).copied(),
+            ))),
             ("faults", []) => Ok(block(registry::faults())),
             ("run", []) => Ok(block(self.run(context.path))),
             ("mutants", []) => {

@@ -40,7 +40,7 @@ impl Control {
     }
 }
 
-/// A property on trial.
+/// A property on trial. Sizes and claims are those of its outcomes ([`Outcome::n`], [`Outcome::claim`]).
 ///
 /// Its power follows from what its outcomes vary ([`Outcome::miss`]); the tests assert that each random
 /// outcome misses an effect of its δ with probability at most [`ALPHA`](super::outcome::ALPHA).
@@ -56,32 +56,10 @@ pub struct Trial {
     pub subject: &'static str,
     /// Which statistic.
     pub statistic: &'static str,
-    /// Sample size at scale 1 (arguments tried, for an exact trial).
-    pub samples: u64,
-    /// The largest δ among its claims: an effect of this size is seen, with that power.
-    pub delta: f64,
-    /// How many of its outcomes chance can turn: its shares of the error budget.
-    pub assertions: usize,
     /// The function on the right subject.
     pub run: Run,
     /// The same function on faulty subjects; at least one.
     pub controls: Vec<Control>,
-}
-
-impl Trial {
-    /// The shares of the error budget that the right subject uses: one for each random outcome, as what is
-    /// rejected and what is not concluded are one event where δ is the minimum detectable effect; and one
-    /// for an identity that is tried on random arguments.
-    pub fn budget(&self) -> usize {
-        self.assertions.max(1)
-    }
-
-    /// How many rejections of faults it takes. Each is held by the [guard](super::guard) to a miss of
-    /// [`FAR_MISS`](super::guard::FAR_MISS), a thousandth of a share.
-    pub fn rejections(&self) -> usize {
-        let names = |control: &Control| control.rejected_by.len().max(1);
-        self.controls.iter().map(names).sum()
-    }
 }
 
 /// One line of the report: what one outcome of a trial says.

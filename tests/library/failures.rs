@@ -23,9 +23,6 @@ fn toy(centre: f64) -> Trial {
         equation: &ESTIMATOR,
         subject: "rng::uniform",
         statistic: "t",
-        samples: 1_000_000,
-        delta: 0.005,
-        assertions: 1,
         run: Box::new(run(centre)),
         controls: vec![Control::new("moved", "the mean is 0.51", run(0.51))],
     }

@@ -59,9 +59,6 @@ fn trial(verdicts: Vec<Verdict>, control: Vec<Verdict>) -> Trial {
         equation: &ESTIMATOR,
         subject: "toy",
         statistic: "t",
-        samples: 100,
-        delta: 1.0,
-        assertions: verdicts.len(),
         run: Box::new(run(verdicts)),
         controls: vec![Control::new("wrong", "it is not so", run(control))],
     }
@@ -124,16 +121,6 @@ fn the_environment_is_read() {
             assert!(says("refused: ") && says(&name) && says(range), "{name}={value}: {text}");
         }
     }
-}
-
-#[test]
-fn shares_are_those_of_outcomes_and_rejections() {
-    let mut three = trial(vec![Verdict::Holds; 3], Vec::new());
-    assert_eq!((three.budget(), three.rejections()), (3, 1));
-    three.controls.push(Control::new("other", "", |_| Vec::new()));
-    assert_eq!((three.budget(), three.rejections()), (3, 2));
-    // An identity may fail at random arguments.
-    assert_eq!(trial(Vec::new(), Vec::new()).budget(), 1);
 }
 
 fn row(verdict: Verdict) -> Row {
@@ -233,11 +220,6 @@ fn messages_speak_of_what_is_red() {
     let blind = trial(vec![Verdict::Holds], vec![Verdict::Holds]);
     let message = check(&blind, &full).expect_err("the control is not rejected");
     assert!(message.starts_with("toy/verdicts: the negative control wrong"), "{message}");
-    let miscounted =
-        Trial { assertions: 3, ..trial(vec![Verdict::Holds; 2], vec![Verdict::Fails]) };
-    let message = check(&miscounted, &full).expect_err("the count is wrong");
-    let expected = "toy/verdicts declares 3 random outcomes and has 2";
-    assert!(message.starts_with(expected), "{message}");
 }
 
 #[test]

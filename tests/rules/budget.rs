@@ -1,12 +1,14 @@
 //! The error budget: everything that chance can turn red in `cargo test`, counted in one place.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
+use rayon::prelude::*;
 use registry::all;
 use registry::equivalents;
 use whitefurnace::harness::guard::FAR_MISS;
-use whitefurnace::harness::outcome::{ALPHA, CAPACITY};
-use whitefurnace::harness::trial::Trial;
+use whitefurnace::harness::outcome::{ALPHA, CAPACITY, Outcome};
+use whitefurnace::harness::trial::{Context, DEFAULT_SEED, SCALES, Trial, run_trial};
 
 use crate::shares::{ENOUGH, OUTSIDE};
 
@@ -24,25 +26,34 @@ fn identities() -> usize {
         .sum()
 }
 
+/// The outcomes of a trial on its right subject. At the smallest scale they are as many as at any other.
+fn outcomes(trial: &Trial) -> Vec<Outcome> {
+    let context = Context::new(DEFAULT_SEED, *SCALES.start()).expect("a legal scale");
+    run_trial(trial, &context).into_iter().map(|row| row.outcome).collect()
+}
+
+/// One share for each random outcome, as what is rejected and what is not concluded are one event where δ is the
+/// minimum detectable effect; and one for an identity that is tried on random arguments.
+fn shares(outcomes: &[Outcome]) -> usize {
+    outcomes.iter().filter(|outcome| outcome.is_random()).count().max(1)
+}
+
 /// The registry, its equivalent mutants and everything outside it: no more than was divided by. Faults of
-/// the registry are held by the guard to a thousandth of a share.
+/// the registry are held by the guard to a thousandth of a share each.
 #[test]
 fn the_error_budget_is_kept() {
     let trials = all();
-    let right: usize = trials.iter().map(Trial::budget).sum();
-    let rejections: usize = trials.iter().map(Trial::rejections).sum();
+    let found: BTreeMap<&str, Vec<Outcome>> =
+        trials.par_iter().map(|trial| (trial.name.as_str(), outcomes(trial))).collect();
+    let right: usize = found.values().map(|outcomes| shares(outcomes)).sum();
+    let controls = trials.iter().flat_map(|trial| &trial.controls);
+    let rejections: usize = controls.map(|control| control.rejected_by.len().max(1)).sum();
     let faults = (rejections as f64 * FAR_MISS / ALPHA).ceil() as usize;
     // A graded control of cells is no consequence of their verdict, on either side.
-    let graded: usize = trials
-        .iter()
-        .filter(|trial| trial.statistic.contains("chi-square"))
-        .map(|trial| 2 * trial.assertions)
-        .sum();
-    let accepted: usize = equivalents()
-        .iter()
-        .filter_map(|pair| trials.iter().find(|trial| trial.name == pair.trial))
-        .map(Trial::budget)
-        .sum();
+    let cells = |outcome: &&Outcome| outcome.statistic.contains("chi-square");
+    let graded = 2 * found.values().flatten().filter(cells).count();
+    let accepted: usize =
+        equivalents().iter().map(|pair| shares(&found[pair.trial.as_str()])).sum();
     let elsewhere: usize = OUTSIDE.iter().map(|(_, count)| count).sum::<usize>()
         + ENOUGH.iter().map(|(.., times)| times).sum::<usize>();
     let identities = identities();

@@ -123,7 +123,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         &ESTIMATOR,
         "moments::Moments, moments::ExactMoments",
         "exact",
-        (SETS, TOLERANCE, 0),
     );
     vec![Box::new(Family {
         benches: vec![Bench::new(trial, known_values)],

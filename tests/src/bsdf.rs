@@ -11,8 +11,7 @@ use whitefurnace::bsdf::{self, Bsdf, OrenNayar, OrenNayarForm, Scattering};
 use whitefurnace::equation::{
     COSINE, COSINE_HEMISPHERE, HEMISPHERE_THETA, LAMBERT, OREN_NAYAR, OREN_NAYAR_CONSTANTS,
 };
-use whitefurnace::harness::bsdf_checkup::{BsdfSample, BsdfSubject, CheckUp, assertions, check_up};
-use whitefurnace::harness::chi_square::CELL_DELTA;
+use whitefurnace::harness::bsdf_checkup::{BsdfSample, BsdfSubject, CheckUp, check_up};
 use whitefurnace::harness::outcome::Outcome;
 use whitefurnace::harness::trial::Context;
 use whitefurnace::radiometry::cosine;
@@ -116,12 +115,10 @@ fn other_constant(wo: DVec3, wi: DVec3) -> f64 {
 }
 
 fn benches() -> Vec<Bench<Table>> {
-    let size = CheckUp::default();
     // At so many inclinations all weights are the same, and no chance is in the furnace.
-    let trial = |name: &str, property: &str, equation, constant: usize| {
+    let trial = |name: &str, property: &str, equation| {
         let subject = "bsdf::Scattering::sample_rough, sample_uniform";
-        let size = (size.samples, CELL_DELTA, assertions(&size) - constant);
-        data(format!("bsdf/{name}"), property, equation, subject, "BSDF check-up", size)
+        data(format!("bsdf/{name}"), property, equation, subject, "BSDF check-up")
     };
     vec![
         Bench::new(
@@ -129,7 +126,6 @@ fn benches() -> Vec<Bench<Table>> {
                 "lambert",
                 "Lambert passes the check-up and its directional albedo is ρ",
                 &LAMBERT,
-                size.inclinations.len(),
             ),
             |c, parts| lambert_check(c, as_rendered(parts, lambert())),
         ),
@@ -138,7 +134,6 @@ fn benches() -> Vec<Bench<Table>> {
                 "cosine",
                 "f_r, not f_r cos θ, is what eval returns and what is reciprocal",
                 &COSINE,
-                0,
             ),
             |c, parts| lambert_check(c, uniform_sampled(parts, lambert())),
         ),
@@ -147,7 +142,6 @@ fn benches() -> Vec<Bench<Table>> {
                 "oren-nayar",
                 "Oren-Nayar passes the check-up and has the directional albedo of sin α tan β",
                 &OREN_NAYAR,
-                1,
             ),
             |c, parts| oren_nayar_check(c, parts, OrenNayarForm::Corrected, oren_nayar_albedo),
         ),
@@ -156,7 +150,6 @@ fn benches() -> Vec<Bench<Table>> {
                 "oren-nayar-printed",
                 "the printed form has its own closed-form albedo: it is not Oren-Nayar",
                 &OREN_NAYAR_CONSTANTS,
-                1,
             ),
             |c, parts| {
                 oren_nayar_check(c, parts, OrenNayarForm::Printed, oren_nayar_printed_albedo)

@@ -158,7 +158,6 @@ fn ratio_bench(profile: Profile) -> Bench<[Method; 2]> {
             &COSINE_HEMISPHERE,
             "sampling::uniform_hemisphere, sampling::cosine_hemisphere",
             "variance ratio",
-            (RATIO_SAMPLES, VARIANCE_DELTA, 1),
         ),
         move |c, methods| ratio(c, profile, methods),
     )
@@ -197,7 +196,6 @@ fn strategy_benches(name: &'static str, error: f64, order: f64) -> Vec<Bench<Str
                 equation,
                 subject,
                 "t",
-                (EDGE_SAMPLES, VARIANCE_DELTA, 1),
             ),
             move |c, strategy: Strategy| edge(c, strategy(EDGE_SIDE), error),
         ),
@@ -208,7 +206,6 @@ fn strategy_benches(name: &'static str, error: f64, order: f64) -> Vec<Bench<Str
                 equation,
                 subject,
                 "t of slopes",
-                (GROUPS, SLOPE_MARGIN, 1),
             ),
             move |c, strategy: Strategy| edge_slope(c, strategy, order),
         ),

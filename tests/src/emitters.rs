@@ -6,7 +6,7 @@ use crate::faults::{AnyFamily, Bench, Family, Mutant, data, mutant};
 use crate::subject::fault;
 use whitefurnace::emitter::{Emitter, EmitterShape};
 use whitefurnace::equation::{Equation, GEOMETRY, TRIANGLE_POINT};
-use whitefurnace::harness::chi_square::{CELL_DELTA, sampler_against_partition};
+use whitefurnace::harness::chi_square::sampler_against_partition;
 use whitefurnace::harness::domain::{Domain, Partition};
 use whitefurnace::harness::outcome::Outcome;
 use whitefurnace::harness::trial::Context;
@@ -56,10 +56,9 @@ fn cells(context: &Context, domain: Domain, map: Map) -> Vec<Outcome> {
 }
 
 fn benches() -> Vec<Bench<Points>> {
-    let trial = |name: &str, property: &str, equation: &'static Equation, subject, size| {
-        data(format!("emitter/{name}"), property, equation, subject, "chi-square", size)
+    let trial = |name: &str, property: &str, equation: &'static Equation, subject| {
+        data(format!("emitter/{name}"), property, equation, subject, "chi-square")
     };
-    let chi = (SAMPLES, CELL_DELTA, 1);
     vec![
         Bench::new(
             trial(
@@ -67,7 +66,6 @@ fn benches() -> Vec<Bench<Points>> {
                 "points of a triangle are uniform in area",
                 &TRIANGLE_POINT,
                 "sampling::triangle",
-                chi,
             ),
             |c, points: Points| cells(c, Domain::Triangle, points.triangle),
         ),
@@ -77,7 +75,6 @@ fn benches() -> Vec<Bench<Points>> {
                 "points of a rectangle are uniform in area",
                 &GEOMETRY,
                 "emitter::Emitter::sample",
-                chi,
             ),
             |c, points: Points| cells(c, Domain::Square, points.rectangle),
         ),
@@ -87,7 +84,6 @@ fn benches() -> Vec<Bench<Points>> {
                 "points of a sphere are uniform in area",
                 &GEOMETRY,
                 "sampling::sphere_zone",
-                chi,
             ),
             |c, points: Points| cells(c, Domain::Sphere, points.sphere),
         ),

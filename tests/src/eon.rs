@@ -17,8 +17,7 @@ use whitefurnace::equation::{
     COSINE, COSINE_HEMISPHERE, EON_ALBEDO, EON_MULTIPLE, EON_SINGLE, Equation,
 };
 use whitefurnace::frame::from_spherical;
-use whitefurnace::harness::bsdf_checkup::{CheckUp, assertions, check_up};
-use whitefurnace::harness::chi_square::CELL_DELTA;
+use whitefurnace::harness::bsdf_checkup::{CheckUp, check_up};
 use whitefurnace::harness::domain::{Domain, MASS_TOLERANCE};
 use whitefurnace::harness::outcome::Outcome;
 use whitefurnace::sampling::uniform_hemisphere;
@@ -107,18 +106,14 @@ fn reflected(roughness: f64, cos: f64) -> f64 {
 
 fn benches() -> Vec<Bench<Parts>> {
     let exact = |name: &str, property: &str, equation: &'static Equation, subject| {
-        let count = (ROUGHNESS.len() * ANGLES.len()) as u64;
-        let size = (count, 2.0 * MASS_TOLERANCE, 0);
-        data(format!("bsdf/{name}"), property, equation, subject, "exact", size)
+        data(format!("bsdf/{name}"), property, equation, subject, "exact")
     };
-    let size = CheckUp::default();
     let sampled = data(
         "bsdf/eon",
         "white EON passes the check-up and its directional albedo is 1",
         &EON_MULTIPLE,
         "bsdf::Scattering::sample_rough",
         "BSDF check-up",
-        (size.samples, CELL_DELTA, assertions(&size)),
     );
     vec![
         Bench::new(sampled, |context, parts: Parts| {

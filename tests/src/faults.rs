@@ -259,7 +259,6 @@ pub fn data(
     equation: &'static Equation,
     subject: &'static str,
     statistic: &'static str,
-    (samples, delta, assertions): (u64, f64, usize),
 ) -> Trial {
     Trial {
         name: name.into(),
@@ -267,9 +266,6 @@ pub fn data(
         equation,
         subject,
         statistic,
-        samples,
-        delta,
-        assertions,
         run: Box::new(|_| Vec::new()),
         controls: Vec::new(),
     }

@@ -212,8 +212,7 @@ fn literal(cos_1: f64, n1: f64, n2: f64) -> f64 {
 fn benches() -> Vec<Bench<Reflectances>> {
     let trial = |name: &str, property: &str, equation| {
         let subject = "fresnel::reflectance, reflectance_s, reflectance_p";
-        let size = (ARGUMENTS, TOLERANCE, 0);
-        data(format!("fresnel/{name}"), property, equation, subject, "exact", size)
+        data(format!("fresnel/{name}"), property, equation, subject, "exact")
     };
     let sampled = data(
         "fresnel/averages",
@@ -221,7 +220,6 @@ fn benches() -> Vec<Bench<Reflectances>> {
         &REFRACTION,
         "fresnel::reflectance",
         "t",
-        (SAMPLES, AVERAGE_DELTA, 2),
     );
     vec![
         Bench::new(

@@ -138,8 +138,7 @@ fn lobes() -> Vec<Bench<Subject>> {
         let property = format!("at {theta}° glass reflects with probability R = {r:.6}");
         let probe = Probe { scene: pane(), kind: Kind::Report(3), ray };
         let lobe = Lobe { probe, probability: r, delta: CELL * r, samples };
-        let size = (samples, CELL, 1);
-        Bench::new(data(name, property, &FRESNEL, "estimator::Report", "binomial", size), on(lobe))
+        Bench::new(data(name, property, &FRESNEL, "estimator::Report", "binomial"), on(lobe))
     };
     vec![
         lobe("glass/reflects-60", (60.0, |_| towards_origin(60f64.to_radians())), 4_500_000),

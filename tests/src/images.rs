@@ -253,14 +253,12 @@ impl Property for SameStrategies {
 }
 
 fn strategies(scene: Scene) -> Bench<Subject> {
-    let pixels = u64::from(CAVITY_SIZE[0] * CAVITY_SIZE[1]) * CAVITY_REPLICATIONS;
     let trial = data(
         "images/three-strategies",
         "hits, shadow rays and both make the same image of a diffuse cavity with an emitting cap",
         &MIS,
         "render::render, estimator::Path",
         "Welch",
-        (pixels, IMAGE, 2),
     );
     let scene = Arc::new(scene);
     Bench::new(trial, on(SameStrategies { scene }))
@@ -273,9 +271,6 @@ pub fn benches() -> Vec<Bench<Subject>> {
     };
     let white = WhiteFurnace { scene: Arc::new(white) };
     let same = SameImage { scene: coloured_room() };
-    let pixels = u64::from(FURNACE_SIZE[0] * FURNACE_SIZE[1]) * FURNACE_REPLICATIONS;
-    let room_pixels = u64::from(ROOM_SIZE[0] * ROOM_SIZE[1]) * ROOM_REPLICATIONS;
-    let convex_pixels = u64::from(CONVEX_SIZE[0] * CONVEX_SIZE[1]) * CONVEX_REPLICATIONS;
     vec![
         Bench::new(
             data(
@@ -284,7 +279,6 @@ pub fn benches() -> Vec<Bench<Subject>> {
                 &RENDERING,
                 "render::render, estimator::Path",
                 "t",
-                (pixels, IMAGE, 1),
             ),
             on(white),
         ),
@@ -295,7 +289,6 @@ pub fn benches() -> Vec<Bench<Subject>> {
                 &RENDERING,
                 "render::render, estimator::Path, estimator::Report",
                 "Welch, equivalence",
-                (room_pixels, IMAGE, 2),
             ),
             on(same),
         ),
@@ -306,7 +299,6 @@ pub fn benches() -> Vec<Bench<Subject>> {
                 &WHITTED,
                 "render::render, estimator::Whitted, estimator::Path",
                 "Welch",
-                (convex_pixels, BOUNCES, 1),
             ),
             on(Convex { scene: convex() }),
         ),

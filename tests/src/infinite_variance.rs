@@ -179,7 +179,6 @@ pub fn benches() -> Vec<Bench<Parts>> {
                 &ROULETTE,
                 SUBJECT,
                 "chi-square, empirical Bernstein",
-                (WALKS, CELL_DELTA, 2),
             ),
             law,
         ),
@@ -190,7 +189,6 @@ pub fn benches() -> Vec<Bench<Parts>> {
                 &ROULETTE,
                 SUBJECT,
                 "exact",
-                (3 * SIDES.len() as u64, SUMMED, 0),
             ),
             boundary,
         ),
@@ -213,7 +211,6 @@ pub fn hall() -> Bench<Subject> {
             &ROULETTE,
             "estimator::Path",
             "chi-square, empirical Bernstein",
-            (PATHS, CELL_DELTA, 2),
         ),
         move |context: &Context, subject: Subject| {
             let setup = subject.with(Table {

@@ -148,9 +148,8 @@ fn strategies() -> Vec<Bench<Subject>> {
         let property = format!("{property}: a floor reflects {reference:.6} of a square light");
         let probe = Probe { scene, kind: Kind::Path, ray: |_| at_origin() };
         let property_of = MeanRadiance { probe, reference, delta: SINGLE * reference, samples };
-        let size = (samples, SINGLE, 1);
         Bench::new(
-            data(name, property, &MIS, "estimator::Path", "t", size),
+            data(name, property, &MIS, "estimator::Path", "t"),
             move |context: &Context, subject: Subject| {
                 let parts = alone(subject.parts.unwrap_or(RIGHT));
                 property_of.run(context, subject.with(parts))
@@ -200,8 +199,7 @@ impl Property for Weights {
 fn weights() -> Bench<Subject> {
     let property = "MIS weights sum to one and stand in proportion to the densities";
     let subject = "radiometry::balance";
-    let size = (ARGUMENTS, 1e-12, 0);
-    Bench::new(data("irradiance/weights", property, &MIS, subject, "exact", size), on(Weights))
+    Bench::new(data("irradiance/weights", property, &MIS, subject, "exact"), on(Weights))
 }
 
 const PICKS: u64 = 1_000_000;
@@ -225,9 +223,5 @@ impl Property for Picks {
 fn picks() -> Bench<Subject> {
     let property = "each of three emitters is picked with probability 1/3";
     let subject = "estimator::NextEvent::pick_emitter";
-    let size = (PICKS, CELL_DELTA, 1);
-    Bench::new(
-        data("irradiance/picks", property, &ESTIMATOR, subject, "chi-square", size),
-        on(Picks),
-    )
+    Bench::new(data("irradiance/picks", property, &ESTIMATOR, subject, "chi-square"), on(Picks))
 }

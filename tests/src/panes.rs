@@ -92,7 +92,6 @@ pub fn benches() -> Vec<Bench<Subject>> {
         &REFRACTION,
         "estimator::Whitted",
         "exact",
-        (RAYS, 1e-12, 0),
     );
     vec![
         radiance(

@@ -141,16 +141,7 @@ impl Property for MeanImage {
 /// A trial of regions whose mean radiance is `reference`, to within a δ relative to it; 0 claims it of
 /// every single pass.
 pub fn image(words: Words, passes: &Passes, reference: f64, regions: &[Region]) -> Bench<Subject> {
-    let delta = regions.iter().map(|region| region.delta).fold(0.0, f64::max);
-    let random = regions.iter().filter(|region| region.delta > 0.0).count();
-    let trial = data(
-        words.name,
-        words.property,
-        words.equation,
-        passes.kind.path(),
-        "t",
-        (passes.count, delta, random),
-    );
+    let trial = data(words.name, words.property, words.equation, passes.kind.path(), "t");
     let property = MeanImage { passes: passes.clone(), reference, regions: regions.to_vec() };
     Bench::new(trial, on(property))
 }
@@ -198,14 +189,7 @@ impl Property for SameAsPath {
 /// A trial of equality with the path tracer, which renders `frames` frames of one sample per pixel; `delta`
 /// is relative to its mean.
 pub fn same_as_path(words: Words, passes: &Passes, (frames, delta): (u64, f64)) -> Bench<Subject> {
-    let trial = data(
-        words.name,
-        words.property,
-        words.equation,
-        passes.kind.path(),
-        "Welch",
-        (passes.count, delta, 1),
-    );
+    let trial = data(words.name, words.property, words.equation, passes.kind.path(), "Welch");
     let property = SameAsPath { passes: passes.clone(), frames, delta };
     Bench::new(trial, on(property))
 }

@@ -224,7 +224,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         &MIS,
         "estimator::Path",
         "exact",
-        (4 * PATHS, TOLERANCE, 0),
     );
     let on = move |context: &Context, sides: Sides| weights(context, &scene, &sides);
     let hits = |side| Sides { hits: side, ..SIDES };

@@ -127,7 +127,6 @@ fn benches() -> Vec<Bench<Policy>> {
                 &ROULETTE,
                 subject,
                 "t",
-                (WALKS, BOUNCES, 3),
             ),
             channels,
         ),
@@ -138,7 +137,6 @@ fn benches() -> Vec<Bench<Policy>> {
                 &ROULETTE,
                 subject,
                 "exact",
-                (BOUNDED_WALKS, ROUNDING, 0),
             ),
             bounds,
         ),
@@ -239,7 +237,6 @@ pub fn cavity() -> Option<Bench<Subject>> {
             &ROULETTE,
             "estimator::Path, roulette::by_throughput",
             "Welch",
-            (PATHS, BOUNCES, 2),
         ),
         move |context, subject| same_mean(context, &probe, subject),
     ))

@@ -82,14 +82,7 @@ pub fn radiance(
     reference: f64,
     (samples, delta): (u64, f64),
 ) -> Bench<Subject> {
-    let trial = data(
-        words.name,
-        words.property,
-        words.equation,
-        path(kind),
-        "t",
-        (samples, delta, usize::from(delta > 0.0)),
-    );
+    let trial = data(words.name, words.property, words.equation, path(kind), "t");
     let probe = Probe { scene: Arc::clone(scene), kind, ray };
     let property = MeanRadiance { probe, reference, delta: delta * reference, samples };
     Bench::new(trial, on(property))

@@ -55,7 +55,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         &ROULETTE,
         "estimator::Published",
         "t",
-        (SAMPLES, BOUNCES, 1),
     );
     let on = move |context: &Context, quirks: Quirks| -> Vec<Outcome> {
         let mut rng = context.rng("radiance");

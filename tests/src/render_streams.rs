@@ -11,7 +11,6 @@ use whitefurnace::camera::Camera;
 use whitefurnace::equation::ESTIMATOR;
 use whitefurnace::estimator::Estimator;
 use whitefurnace::film::Film;
-use whitefurnace::harness::chi_square::CELL_DELTA;
 use whitefurnace::harness::outcome::Outcome;
 use whitefurnace::harness::trial::Context;
 use whitefurnace::pixel::PixelSampling;
@@ -152,10 +151,10 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let Some(scene) = nothing() else {
         return Vec::new();
     };
-    let bench = |name: &str, property: &str, statistic, size, on: On| {
+    let bench = |name: &str, property: &str, statistic, on: On| {
         let subject = "render::render";
         let name = format!("streams/render/{name}");
-        let trial = data(name, property, &ESTIMATOR, subject, statistic, size);
+        let trial = data(name, property, &ESTIMATOR, subject, statistic);
         let scene = Arc::clone(&scene);
         Bench::new(trial, move |context: &Context, numbers| on(context, &scene, numbers))
     };
@@ -168,14 +167,12 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "distinct",
                 "the first numbers of all pixels and samples are distinct",
                 "Poisson",
-                (FRAMES * PIXELS as u64, 0.0, 1),
                 distinct,
             ),
             bench(
                 "neighbours",
                 "neighbouring columns, rows, samples and draws, and a ray's position and its first draw, are independent",
                 "chi-square and t",
-                (FRAME_PAIRS * PIXELS as u64, CELL_DELTA, 2 * KINDS.len()),
                 neighbours,
             ),
         ],

@@ -144,7 +144,6 @@ fn pair_benches(pair: [f64; 2]) -> Vec<Bench<Parts>> {
             &ROULETTE,
             SUBJECT,
             "t",
-            (SAMPLES, MEAN_DELTA, 1),
         ),
         move |c, parts| mean_is_right(c, parts, pair),
     )];
@@ -156,7 +155,6 @@ fn pair_benches(pair: [f64; 2]) -> Vec<Bench<Parts>> {
                 &ROULETTE,
                 SUBJECT,
                 "t",
-                (VARIANCE_SAMPLES, VARIANCE_DELTA, 1),
             ),
             move |c, parts| variance_is_right(c, parts, pair),
         ));
@@ -173,7 +171,6 @@ fn benches() -> Vec<Bench<Parts>> {
             &ROULETTE,
             SUBJECT,
             "Welch",
-            (SAMPLES, MEAN_DELTA, 1),
         ),
         |c, parts| same_mean(c, [RIGHT, parts], 0.75, [0.75, 0.9]),
     ));
@@ -185,7 +182,6 @@ fn benches() -> Vec<Bench<Parts>> {
                 &PATH_LENGTH,
                 SUBJECT,
                 "t",
-                (SAMPLES / 2, MEAN_DELTA, 12),
             ),
             move |c, parts| truncation(c, parts, a),
         )

@@ -135,7 +135,6 @@ pub fn benches() -> Vec<Bench<Subject>> {
             &ESTIMATOR,
             subject,
             "t",
-            (samples, BOUNCES, 1),
         );
         let furnace = SampleRays::new(ABSORPTION, (rays, samples));
         Bench::new(trial, on(Mean(furnace)))
@@ -147,7 +146,6 @@ pub fn benches() -> Vec<Bench<Subject>> {
             &ESTIMATOR,
             subject,
             "exact",
-            (ESTIMATES, 0.0, 0),
         );
         Bench::new(trial, on(Cost(SampleRays::new(0.0, (rays, ESTIMATES)))))
     });

@@ -182,7 +182,6 @@ fn benches() -> Vec<Bench<Subject>> {
                 equation,
                 subject,
                 "chi-square, t",
-                (SAMPLES, CELL_DELTA, 2),
             );
             Bench::new(trial, move |context: &Context, subject| seen(context, subject, &shape()))
         };

@@ -218,7 +218,6 @@ fn heuristics() -> Bench<Subject> {
         &MIS_POWER,
         "estimator::Path",
         "Welch",
-        (samples, SINGLE, 1),
     );
     Bench::new(trial, on(property))
 }
@@ -253,7 +252,6 @@ fn power_weights() -> Bench<Subject> {
         &MIS_POWER,
         "radiometry::power",
         "exact",
-        (ARGUMENTS, 1e-12, 0),
     );
     Bench::new(trial, on(PowerWeights))
 }

@@ -180,9 +180,9 @@ fn golden(seed: u64, pixel: u32, sample: u32, draw: u32) -> f64 {
 }
 
 fn benches() -> Vec<Bench<Numbers>> {
-    let trial = |name: &str, property: &str, statistic, size| {
+    let trial = |name: &str, property: &str, statistic| {
         let subject = "rng::stream, rng::uniform";
-        data(format!("streams/{name}"), property, &ESTIMATOR, subject, statistic, size)
+        data(format!("streams/{name}"), property, &ESTIMATOR, subject, statistic)
     };
     vec![
         Bench::new(
@@ -190,17 +190,11 @@ fn benches() -> Vec<Bench<Numbers>> {
                 "distinct",
                 "numbers of different pixels are distinct: 53 random bits",
                 "Poisson",
-                (DISTINCT, equal_pairs(DISTINCT, COARSE_BITS), 1),
             ),
             distinct,
         ),
         Bench::new(
-            trial(
-                "gaps",
-                "gaps between visits of [0, 1/2) are geometric",
-                "chi-square",
-                (GAPS, CELL_DELTA, 1),
-            ),
+            trial("gaps", "gaps between visits of [0, 1/2) are geometric", "chi-square"),
             gaps,
         ),
         Bench::new(
@@ -208,7 +202,6 @@ fn benches() -> Vec<Bench<Numbers>> {
                 "neighbours",
                 "neighbouring pixels, samples and draws are independent",
                 "chi-square and t",
-                (PAIRS, CELL_DELTA, 6),
             ),
             neighbours,
         ),

@@ -136,6 +136,5 @@ pub(super) fn weights() -> Bench<Subject> {
     let property =
         "the weights of all strategies of a path sum to one, in proportion to their densities";
     let name = "bidirectional/weights";
-    let size = (PATHS, 1e-12, 0);
-    Bench::new(data(name, property, &PATH_DENSITY, "estimator::weight", "exact", size), on(Weights))
+    Bench::new(data(name, property, &PATH_DENSITY, "estimator::weight", "exact"), on(Weights))
 }

@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use self::eye::{Eye, FRAME, PARTICLES};
+use self::eye::{Eye, PARTICLES};
 use super::scenes::{lambert, level, seen_by};
 use super::subject::{Property, RIGHT, Setup, Subject, Table, on, parts};
 use crate::faults::{AnyFamily, Bench, Family, Mutant, data, mutant};
@@ -139,8 +139,7 @@ fn certain(
     eye: Eye,
     scenes: Vec<(Arc<Scene>, f64)>,
 ) -> Bench<Subject> {
-    let size = (u64::from(FRAME[0] * FRAME[1]), ROUNDING, 0);
-    let trial = data(name, property, equation, subject, "exact", size);
+    let trial = data(name, property, equation, subject, "exact");
     Bench::new(trial, on(Certain { eye, scenes }))
 }
 
@@ -154,8 +153,7 @@ fn left(
     let property = format!(
         "in a cavity of albedo {ALBEDO} each particle leaves {expected:.6} before it is faint"
     );
-    let size = (u64::from(PARTICLES), ROUNDING, 0);
-    let trial = data(name, property, &PATH_LENGTH, subject, "exact", size);
+    let trial = data(name, property, &PATH_LENGTH, subject, "exact");
     let scene = cavity("diffuse cavity", lambert(ALBEDO), eye);
     Bench::new(trial, on(Left { scene, by_eye, expected }))
 }

@@ -285,8 +285,7 @@ fn benches() -> Vec<Bench<Shapes>> {
     let trial = |name: &str, property: &str, equation: &'static Equation| {
         let subject =
             if equation == &TRIANGLE_SOLUTION { "watertight::Shear::intersect" } else { "shape" };
-        let size = (ARGUMENTS, TOLERANCE, 0);
-        data(format!("geometry/{name}"), property, equation, subject, "exact", size)
+        data(format!("geometry/{name}"), property, equation, subject, "exact")
     };
     vec![
         Bench::new(trial("ray", "the ray's point at t is O + tD", &RAY), ray),

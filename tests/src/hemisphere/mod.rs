@@ -12,7 +12,7 @@ use whitefurnace::equation::{
     COSINE_HEMISPHERE, ESTIMATOR, Equation, HEMISPHERE_PDF, HEMISPHERE_PHI, HEMISPHERE_THETA,
 };
 use whitefurnace::frame::to_spherical;
-use whitefurnace::harness::chi_square::{CELL_DELTA, sampler_against_partition};
+use whitefurnace::harness::chi_square::sampler_against_partition;
 use whitefurnace::harness::domain::{Domain, Partition};
 use whitefurnace::harness::ks::kolmogorov_smirnov;
 use whitefurnace::harness::mean::{Values, mean};
@@ -170,9 +170,9 @@ pub fn normalised(pdf: Pdf) -> Vec<Outcome> {
 }
 
 fn benches(law: Law) -> Vec<Bench<Method>> {
-    let trial = |what: &str, property: String, equation, statistic, size| {
+    let trial = |what: &str, property: String, equation, statistic| {
         let name = format!("hemisphere/{}/{what}", law.name);
-        data(name, property, equation, law.subject, statistic, size)
+        data(name, property, equation, law.subject, statistic)
     };
     let [z, z2] = law.moments;
     let reflects =
@@ -184,7 +184,6 @@ fn benches(law: Law) -> Vec<Bench<Method>> {
                 format!("directions have the {} density", law.name),
                 law.angles,
                 "chi-square",
-                (CELL_SAMPLES, CELL_DELTA, 1),
             ),
             move |c, (sampler, _)| cells(c, law.domain, sampler),
         ),
@@ -194,7 +193,6 @@ fn benches(law: Law) -> Vec<Bench<Method>> {
                 format!("E[x] = E[y] = 0, E[z] = {z:.4}, E[z²] = {z2:.4}"),
                 law.angles,
                 "t",
-                (MEAN_SAMPLES, MOMENT_DELTA, 4),
             ),
             move |c, (sampler, _)| moments(c, law.moments, sampler),
         ),
@@ -204,32 +202,15 @@ fn benches(law: Law) -> Vec<Bench<Method>> {
                 String::from("cos θ and φ follow their laws"),
                 &HEMISPHERE_PHI,
                 "Kolmogorov-Smirnov",
-                (KS_SAMPLES, KS_DELTA, 2),
             ),
             move |c, (sampler, _)| angles(c, law.cos_cdf, sampler),
         ),
         Bench::new(
-            trial(
-                "furnaces",
-                reflects.to_owned(),
-                &ESTIMATOR,
-                "t",
-                (
-                    MEAN_SAMPLES,
-                    FURNACE_DELTA,
-                    4 - usize::from(law.domain == Domain::CosineHemisphere),
-                ),
-            ),
+            trial("furnaces", reflects.to_owned(), &ESTIMATOR, "t"),
             move |c, (sampler, pdf)| furnaces(c, law.domain, sampler, pdf),
         ),
         Bench::new(
-            trial(
-                "pdf",
-                String::from("the pdf integrates to one"),
-                &HEMISPHERE_PDF,
-                "exact",
-                (1, 1e-6, 0),
-            ),
+            trial("pdf", String::from("the pdf integrates to one"), &HEMISPHERE_PDF, "exact"),
             |_, (_, pdf)| normalised(pdf),
         ),
     ]

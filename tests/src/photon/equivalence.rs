@@ -79,7 +79,6 @@ fn bench(name: &'static str, property: &str, same: SameRadiance) -> Bench<Subjec
         &PHOTON_DENSITY,
         MAPPING,
         "Welch, equivalence",
-        (same.maps, same.margin, 1),
     );
     Bench::new(trial, on(same))
 }

@@ -56,14 +56,8 @@ pub(super) fn bench<T: Replication>(about: About, replication: T) -> Bench<Subje
     let About { reference, values, .. } = about;
     // Where nothing arrives, nothing varies.
     let delta = if reference == 0.0 { 0.0 } else { about.delta };
-    let trial = data(
-        about.name,
-        about.property,
-        about.equation,
-        about.subject,
-        "t over independent maps",
-        (values, delta, usize::from(delta > 0.0)),
-    );
+    let trial =
+        data(about.name, about.property, about.equation, about.subject, "t over independent maps");
     let property = Mean { replication, reference, delta: delta * reference, values };
     Bench::new(trial, on(property))
 }

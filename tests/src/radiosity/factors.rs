@@ -169,9 +169,8 @@ pub(super) fn factors() -> Vec<Bench<Subject>> {
     let parallel = plates("parallel plates", DVec3::Z, [DVec3::Y, DVec3::X]);
     let perpendicular = plates("perpendicular plates", DVec3::ZERO, [DVec3::Y, DVec3::Z]);
     let bench = |name: &str, property: String, subject: Factors| {
-        let size = (u64::from(subject.patches), subject.tolerance, 0);
         let path = "estimator::radiosity::FormFactors";
-        let trial = data(name, property, &FORM_FACTOR, path, "exact", size);
+        let trial = data(name, property, &FORM_FACTOR, path, "exact");
         Bench::new(trial, on(subject))
     };
     vec![

@@ -13,7 +13,7 @@ use glam::DVec3;
 use crate::faults::{AnyFamily, Bench, Family, data};
 use crate::furnace::off_cap;
 use crate::images::{Levels, same_mean};
-use crate::probes::{BOUNCES, IMAGE, any_direction};
+use crate::probes::{IMAGE, any_direction};
 use crate::scenes::{lambert, scene};
 use crate::subject::Parts;
 use crate::subject::{Property, STANDARD, Setup, Subject, on};
@@ -124,9 +124,8 @@ fn known(
     equation: &'static Equation,
     known: Known,
 ) -> Bench<Subject> {
-    let size = (RAYS, known.tolerance, 0);
     let subject = "estimator::Radiosity";
-    Bench::new(data(name, property, equation, subject, "exact", size), on(known))
+    Bench::new(data(name, property, equation, subject, "exact"), on(known))
 }
 
 /// From within a box towards points so near to its edges and corners that patches look huge.
@@ -225,11 +224,9 @@ fn rooms() -> Vec<Bench<Subject>> {
             &RADIOSITY,
             subject,
             "exact",
-            (300, BOUNCES, 0),
         ),
         on(factors::Energy),
     );
-    let pixels = u64::from(SIZE[0] * SIZE[1]) * REPLICATIONS;
     let same = diffuse().ok().map(|room| {
         let trial = data(
             "radiosity/diffuse-room",
@@ -237,7 +234,6 @@ fn rooms() -> Vec<Bench<Subject>> {
             &RADIOSITY,
             subject,
             "Welch, equivalence",
-            (pixels, IMAGE, 1),
         );
         Bench::new(trial, on(SameRoom { scene: Arc::new(room) }))
     });

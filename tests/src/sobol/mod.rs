@@ -281,10 +281,10 @@ fn error_bars(context: &Context, subject: Subject) -> Vec<Outcome> {
     vec![variance_ratio("squared error over squared error bar", &errors, &bars, 1.0, BAR_DELTA)]
 }
 
-fn trial(name: &str, property: &str, statistic: &'static str, size: (u64, f64, usize)) -> Trial {
+fn trial(name: &str, property: &str, statistic: &'static str) -> Trial {
     let subject = "sampler::Sobol, sampler::scramble";
     let name = format!("sampler/{name}");
-    data(name, property, &SOBOL, subject, statistic, size)
+    data(name, property, &SOBOL, subject, statistic)
 }
 
 fn benches() -> Vec<Bench<Subject>> {
@@ -294,7 +294,6 @@ fn benches() -> Vec<Bench<Subject>> {
                 "uniform",
                 "over scrambles each coordinate is uniform, below its leading bits, too",
                 "chi-square",
-                (UNIFORM, CELL_DELTA, BLOCK as usize + 1),
             ),
             uniformity,
         ),
@@ -303,26 +302,15 @@ fn benches() -> Vec<Bench<Subject>> {
                 "stratified",
                 "each elementary interval holds one of the first 2^m points of a scramble",
                 "exact",
-                (1 << LARGEST_POWER, 0.0, 0),
             ),
             stratification,
         ),
         Bench::new(
-            trial(
-                "independent",
-                "blocks, pixels, scrambles and coordinates are uncorrelated",
-                "t",
-                (PAIRS, CORRELATION_DELTA, 4),
-            ),
+            trial("independent", "blocks, pixels, scrambles and coordinates are uncorrelated", "t"),
             independence,
         ),
         Bench::new(
-            trial(
-                "mean",
-                "the mean of 16 Sobol' points is unbiased through a path tracer",
-                "t",
-                (SCRAMBLES, MEAN_DELTA, 1),
-            ),
+            trial("mean", "the mean of 16 Sobol' points is unbiased through a path tracer", "t"),
             unbiased,
         ),
     ]
@@ -342,7 +330,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                     "error-bars",
                     "the spread of scrambles is the error of their mean",
                     "variance ratio",
-                    (IMAGES, BAR_DELTA, 1),
                 ),
                 error_bars,
             )],

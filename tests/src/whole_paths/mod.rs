@@ -195,7 +195,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         &PATH_DENSITY,
         "estimator::Bdpt",
         "exact",
-        (TRIES, TOLERANCE, 0),
     );
     let on = move |context: &Context, parts: Table| whole_paths(context, &scene, parts);
     vec![Box::new(Family {
