@@ -1,5 +1,7 @@
 //! What one statistic found, and the three-valued verdict on it.
 
+use std::fmt;
+
 use super::graded::Graded;
 use super::power::Sensitivity;
 
@@ -298,5 +300,26 @@ impl Outcome {
             Claim::Exact { .. } | Claim::Approximate { .. } => 2.0,
             Claim::Test => 1.0,
         }
+    }
+}
+
+/// One line: "mean: fails; 0.510 in [0.503, 0.517], should be 0.5 ± 0.001 (t = 9.2, n = 1000000, p = 3.1e-20)".
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [low, high] = self.interval;
+        write!(
+            f,
+            "{}: {}; {} in [{low}, {high}], should be {} ± {} ({} = {}, n = {}, p = {:.1e})",
+            self.name,
+            self.verdict().word(),
+            self.estimate,
+            self.reference,
+            self.claim.size(),
+            self.statistic,
+            self.value,
+            self.n,
+            self.p
+        )?;
+        if self.worst.is_empty() { Ok(()) } else { write!(f, "; {}", self.worst) }
     }
 }

@@ -91,9 +91,8 @@ fn passes<E: ImageEstimator>(scene: &Scene, estimator: &E) -> Image {
     image(&film)
 }
 
-/// The images of every estimator with physical rules.
-fn physical(paint: Paint, lamp: Paint) -> Vec<(&'static str, Image)> {
-    let scene = &room(paint, lamp, false);
+/// The images of a scene by every estimator with physical rules that takes mirrors and glass.
+pub fn physical_images(scene: &Scene) -> Vec<(&'static str, Image)> {
     let path = |strategy, lights, heuristic| Path { strategy, lights, heuristic, parts: Standard };
     let (area, angle) = (LightSampling::Area, LightSampling::SolidAngle);
     let photons = |lookup| {
@@ -104,9 +103,6 @@ fn physical(paint: Paint, lamp: Paint) -> Vec<(&'static str, Image)> {
     let report = Report { rays: 2, segments: 6, ..Report::<Standard>::default() };
     let report = Report { rules: LightRules::PHYSICAL, ..report };
     let whitted = Whitted::new(LightRules::PHYSICAL);
-    let plain = &room(paint, lamp, true);
-    let fineness = Fineness { patches: 60, halvings: 0 };
-    let solved = Radiosity::new(Standard, plain, fineness, &|_| true).expect("it settles");
     let (balance, power) = (Heuristic::Balance, Heuristic::Power);
     vec![
         ("bsdf", rays(scene, &path(Strategy::Bsdf, area, balance))),
@@ -116,11 +112,20 @@ fn physical(paint: Paint, lamp: Paint) -> Vec<(&'static str, Image)> {
         ("whitted", rays(scene, &whitted)),
         ("photon", rays(scene, &photons(Lookup::Direct))),
         ("gather", rays(scene, &photons(gather))),
-        ("radiosity", rays(plain, &solved)),
         ("light tracer", passes(scene, &LightTracer::<Standard>::default())),
         ("bdpt", passes(scene, &Bdpt::<Standard>::default())),
         ("sppm", passes(scene, &Sppm { parts: Standard, particles: 3000, radius: 0.3 })),
     ]
+}
+
+/// The images of every estimator with physical rules.
+fn physical(paint: Paint, lamp: Paint) -> Vec<(&'static str, Image)> {
+    let mut images = physical_images(&room(paint, lamp, false));
+    let plain = &room(paint, lamp, true);
+    let fineness = Fineness { patches: 60, halvings: 0 };
+    let solved = Radiosity::new(Standard, plain, fineness, &|_| true).expect("it settles");
+    images.push(("radiosity", rays(plain, &solved)));
+    images
 }
 
 /// All estimators, in the conventions of the report as well.

@@ -4,8 +4,10 @@ use std::path::Path;
 
 use whitefurnace::equation::ESTIMATOR;
 use whitefurnace::harness::mean::{Values, mean};
-use whitefurnace::harness::outcome::Claim;
-use whitefurnace::harness::trial::{Context, Control, Trial, check, run_trial, write_cells};
+use whitefurnace::harness::outcome::{Claim, Outcome};
+use whitefurnace::harness::trial::{
+    Context, Control, Trial, assert_holds, check, run_trial, write_cells,
+};
 use whitefurnace::rng::uniform;
 
 fn toy(centre: f64) -> Trial {
@@ -29,8 +31,8 @@ fn toy(centre: f64) -> Trial {
 }
 
 /// How many verdicts on toys chance could turn, in this module: a right toy with its control, a wrong one
-/// with its control, one with a blind control, two that are too small, one that leaves a data file.
-pub const TOYS: usize = 2 + 2 + 2 + 2 + 1;
+/// with its control, one with a blind control, two that are too small, one that leaves a data file, three in a test of one's own.
+pub const TOYS: usize = 2 + 2 + 2 + 2 + 1 + 3;
 
 #[test]
 fn a_failure_says_what_to_do() {
@@ -72,7 +74,7 @@ fn a_mean_leaves_its_batches_in_a_data_file() {
     let context = Context::new(7, 1.0).expect("a valid scale");
     let rows = run_trial(&toy(0.49), &context);
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cells");
-    let path = write_cells(&rows[0], &folder).expect("a folder to write to");
+    let path = write_cells("toy", &rows[0].outcome, &folder).expect("a folder to write to");
     let text = std::fs::read_to_string(path.expect("cells")).expect("the file");
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines[0], "place,expected,observed,sigmas");
@@ -83,4 +85,28 @@ fn a_mean_leaves_its_batches_in_a_data_file() {
     let whole = batches.sum::<f64>() / 61.0;
     // The last 576 values are in no batch: they move the mean by less than 576/1e6.
     assert!((whole - rows[0].outcome.estimate).abs() < 576e-6);
+}
+
+/// A test of one's own: silent about what holds; of what does not, all that it takes to act.
+#[test]
+fn assertions_say_what_does_not_hold() {
+    let outcome = |centre| {
+        let context = Context::new(7, 1.0).expect("a valid scale").named("own");
+        (toy(centre).run)(&context)
+    };
+    assert_holds(&outcome(0.5));
+    let message = |outcomes: Vec<Outcome>| {
+        let unwound = std::panic::catch_unwind(|| assert_holds(&outcomes));
+        *unwound.expect_err("it does not hold").downcast::<String>().expect("a message")
+    };
+    let fails = message([outcome(0.5), outcome(0.49)].concat());
+    assert_eq!(fails.matches("mean: fails").count(), 1, "{fails}");
+    assert!(!fails.contains("holds") && fails.contains("should be 0.5 ± 0.005 (t = "), "{fails}");
+    let file = "target/trials/failures__assertions_say_what_does_not_hold_mean.csv";
+    assert!(fails.contains(file) && fails.contains("--bin plot-cells"), "{fails}");
+    let undecided = Outcome { n: 10, valid_from: 20, ..outcome(0.5).remove(0) };
+    let undecided = message(vec![undecided]);
+    assert!(undecided.contains("undecided") && undecided.contains("needs about 20 samples"));
+    let nothing = std::panic::catch_unwind(|| assert_holds(&[]));
+    assert!(nothing.is_err());
 }

@@ -16,6 +16,7 @@ mod graded;
 mod helpers; // what the exact modules share
 mod hierarchy;
 mod image;
+mod models; // reflection models that are not of the library
 mod moments;
 mod photon;
 mod pixel;

@@ -131,7 +131,7 @@ fn batches_of_a_mean_are_plotted() {
         outcome,
         seed: 1,
     };
-    let path = write_cells(&row, &folder).expect("written").expect("cells");
+    let path = write_cells(&row.trial, &row.outcome, &folder).expect("written").expect("cells");
     let found = cells::read(&path).expect("a data file");
     assert_eq!(found.len(), row.outcome.cells.len());
     let plot = Command::new(env!("CARGO_BIN_EXE_plot-cells"))

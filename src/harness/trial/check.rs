@@ -186,19 +186,8 @@ fn explain(trial: &Trial, rows: &[Row], context: &Context) -> String {
             o.worst,
             command(context, &row.trial, &row.control),
         );
-        match write_cells(row, &context.folder) {
-            Ok(Some(path)) => {
-                let _ = writeln!(
-                    text,
-                    "  data       {0}\n  plot       cargo run --release --bin plot-cells -- '{0}'",
-                    path.display()
-                );
-            }
-            Ok(None) => {}
-            Err(error) => {
-                let _ = writeln!(text, "  data       not written: {error}");
-            }
-        }
+        let name = format!("{} {}", row.trial, row.control);
+        text += &data_file(write_cells(&name, o, &context.folder));
     }
     text
 }
@@ -219,27 +208,59 @@ pub fn command(context: &Context, trial: &str, control: &str) -> String {
     format!("WHITEFURNACE_SEED={} {scale}cargo test -- --exact '{test}'", context.seed)
 }
 
-/// Writes the cells of a row as CSV (place, expected, observed, sigmas) and returns the path; nothing
-/// for an outcome without cells.
+/// Asserts that every outcome holds, in a `#[test]` function of your own.
+///
+/// # Panics
+/// If one does not, or there is none: the message has each outcome that fails or is undecided, its data file in
+/// `target/trials` and the command that plots it.
+#[track_caller]
+pub fn assert_holds(outcomes: &[Outcome]) {
+    assert!(!outcomes.is_empty(), "no outcome: nothing was put on trial");
+    let thread = std::thread::current();
+    let test = thread.name().unwrap_or("trial");
+    let folder = Path::new("target/trials");
+    let mut message = String::new();
+    for outcome in outcomes.iter().filter(|outcome| outcome.verdict() != Verdict::Holds) {
+        let _ = writeln!(message, "{outcome}");
+        if let Verdict::Undecided { needed } = outcome.verdict() {
+            let _ = writeln!(message, "  needs about {needed} samples");
+        }
+        message += &data_file(write_cells(test, outcome, folder));
+    }
+    assert!(message.is_empty(), "\n{message}");
+}
+
+/// What a message says of a data file.
+fn data_file(written: Result<Option<PathBuf>, Error>) -> String {
+    match written {
+        Ok(Some(path)) => format!(
+            "  data       {0}\n  plot       cargo run --release --bin plot-cells -- '{0}'\n",
+            path.display()
+        ),
+        Ok(None) => String::new(),
+        Err(error) => format!("  data       not written: {error}\n"),
+    }
+}
+
+/// Writes the cells of an outcome as CSV (place, expected, observed, sigmas) and returns the path, of which `name`
+/// is a part; nothing for an outcome without cells.
 ///
 /// # Errors
 /// [`Error::File`] if the folder or the file cannot be written.
-pub fn write_cells(row: &Row, folder: &Path) -> Result<Option<PathBuf>, Error> {
-    if row.outcome.cells.is_empty() {
+pub fn write_cells(name: &str, outcome: &Outcome, folder: &Path) -> Result<Option<PathBuf>, Error> {
+    if outcome.cells.is_empty() {
         return Ok(None);
     }
     let mut text = String::from("place,expected,observed,sigmas\n");
-    for cell in &row.outcome.cells {
+    for cell in &outcome.cells {
         let _ = writeln!(
             text,
             "\"{}\",{:e},{:e},{:.3}",
             cell.place, cell.expected, cell.observed, cell.sigmas
         );
     }
-    let name: String = format!("{} {} {}", row.trial, row.control, row.outcome.name)
-        .chars()
-        .map(|c| if c.is_alphanumeric() || c == '-' || c == '.' { c } else { '_' })
-        .collect();
+    let kept = |c: char| if c.is_alphanumeric() || c == '-' || c == '.' { c } else { '_' };
+    let name: String = format!("{name} {}", outcome.name).chars().map(kept).collect();
     let path = folder.join(name + ".csv");
     std::fs::create_dir_all(folder).map_err(Error::file("create", folder))?;
     std::fs::write(&path, text).map_err(Error::file("write", &path))?;
