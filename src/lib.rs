@@ -17,14 +17,80 @@
 //! | [`solid_angle`] | lights as they are seen: closed forms and uniform directions |
 //! | [`scene`], [`emitter`], [`camera`], [`accel`] | what is rendered, as plain data |
 //! | [`kd_tree`] | points by neighbourhood |
-//! | [`estimator`] | how: estimators composed from replaceable parts |
+//! | [`estimator`] | how: estimators made of replaceable parts |
 //! | [`render`], [`film`], [`splat`], [`image`] | the loop, the accumulators, the files |
 //! | [`rng`], [`sampler`] | streams of random numbers, Owen-scrambled Sobol' points |
 //! | [`frame`], [`error`] | coordinates, errors |
 //! | [`harness`] | statistics, verdicts, trials as data: put your own code on trial with it |
 //!
-//! The trials of this library, and the faults that they must reject, are in the crate `trials`, in the folder
+//! The trials of this library, and the faults that they must reject, are in the crate `registry`, in the folder
 //! `tests`.
+//!
+//! # Three examples
+//!
+//! Render a scene:
+//!
+//! ```
+//! use whitefurnace::estimator::{Path, Standard, Strategy};
+//! use whitefurnace::film::Film;
+//! use whitefurnace::pixel::PixelSampling;
+//! use whitefurnace::render::{Numbers, Sampling, render};
+//! use whitefurnace::scene::simple::cornell;
+//!
+//! # fn main() -> Result<(), whitefurnace::error::Error> {
+//! let sampling = Sampling { pixel: PixelSampling::Random, numbers: Numbers::Independent, seed: 1 };
+//! let mut film = Film::new([32, 32], None, 1)?;
+//! render(&cornell()?, &Path::new(Standard, Strategy::Mis), sampling, &mut film, &(0..4), &|_| true)?;
+//! println!("mean {:.3}, known to {:.1} %", film.mean(), 100.0 * film.relative_error());
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! Put your own BSDF on trial. The model that passes is rendered with the very sampler and pdf that passed:
+//! `Surface::new(Bsdf::model(Clay))`.
+//!
+//! ```
+//! use glam::DVec3;
+//! use whitefurnace::bsdf::{Bsdf, Model};
+//! use whitefurnace::harness::bsdf_checkup::{BsdfSubject, CheckUp, check_up};
+//! use whitefurnace::harness::trial::{Context, assert_holds};
+//! use whitefurnace::sampling::{uniform_hemisphere, uniform_hemisphere_pdf};
+//!
+//! #[derive(Debug)]
+//! struct Clay;
+//!
+//! impl Model for Clay {
+//!     fn eval(&self, wo: DVec3, wi: DVec3) -> DVec3 {
+//!         DVec3::splat(0.3 * (wo.z * wi.z).sqrt())
+//!     }
+//!     fn sample(&self, _: DVec3, random: [f64; 2]) -> Option<DVec3> {
+//!         Some(uniform_hemisphere(random))
+//!     }
+//!     fn pdf(&self, _: DVec3, wi: DVec3) -> f64 {
+//!         uniform_hemisphere_pdf(wi.z)
+//!     }
+//!     fn albedo(&self) -> DVec3 {
+//!         DVec3::splat(0.5)
+//!     }
+//! }
+//!
+//! let context = Context::new(2019, 1.0).unwrap().named("clay");
+//! assert_holds(&check_up(&BsdfSubject::of(Bsdf::model(Clay)), &CheckUp::default(), &context));
+//! ```
+//!
+//! Compare two images, of any renderer, by the mean and variance of each pixel:
+//!
+//! ```
+//! use whitefurnace::harness::trial::assert_holds;
+//! use whitefurnace::harness::welch_map::{PixelStatistics, map};
+//!
+//! let (variance, count) = (vec![0.04; 12], vec![400; 12]);
+//! let images = [0.500, 0.501].map(|level| vec![level; 12]);
+//! let [a, b] = [&images[0], &images[1]]
+//!     .map(|mean| PixelStatistics { mean, variance: &variance, count: &count });
+//! // Four pixels across, judged one by one; the least p-value counts as one of twelve.
+//! assert_holds(&[map(&a, &b, 4, 1).smallest("pixels", 400)]);
+//! ```
 //!
 //! # Invariants
 //!
@@ -33,8 +99,8 @@
 //! - Only [`rng`] makes generators. Randomness is an argument everywhere else.
 //! - Same seed, same bytes: sums on the film are integers, so no order of threads can show.
 //! - No clamp, depth limit or epsilon without a named constant and a sentence on the bias it brings.
-//! - An estimator sees a scene only through its methods, and every decision it makes is a method of
-//!   [`estimator::Parts`] that a trial can replace.
+//! - An estimator sees a scene only through its methods, and every decision it makes is a method of a trait that
+//!   a trial can replace: see [`estimator`].
 //! - Directions are unit vectors. Pdfs of directions are with respect to solid angle, of points with
 //!   respect to area. Angles are in radians.
 //!

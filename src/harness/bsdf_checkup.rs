@@ -69,6 +69,8 @@ use super::pointwise::{
     uniform3,
 };
 use super::trial::Context;
+use crate::bsdf::{Bsdf, Scattering};
+use crate::estimator::Standard;
 use crate::frame::from_spherical;
 use crate::rng::Stream;
 
@@ -135,6 +137,18 @@ impl BsdfSubject {
             energy_bound: 1.0,
             albedo: None,
         }
+    }
+
+    /// A model as it is rendered: with the sampler and pdf that every estimator calls. The first colour channel.
+    pub fn of(bsdf: Bsdf) -> Self {
+        Self::new(
+            move |wo, wi| bsdf.eval(wo, wi).x,
+            move |wo, [r1, r2, _]| {
+                let sample = Standard.sample_rough(&bsdf, wo, [r1, r2])?;
+                Some(BsdfSample { wi: sample.direction, weight: sample.weight.x, pdf: sample.pdf? })
+            },
+            move |wo, wi| bsdf.pdf(wo, wi),
+        )
     }
 
     /// Sets whether f(wo, wi) = f(wi, wo) must hold.
