@@ -1,7 +1,7 @@
 //! The estimator (16) itself: mean, variance and standard error of values that are known, merged from
 //! two parts, and of samples of which some are lost.
 
-use crate::faults::{AnyFamily, Bench, Family, Mutant, data, mutant};
+use crate::faults::{AnyFamily, Family, Fault, TrialOn, data, fault};
 use whitefurnace::equation::ESTIMATOR;
 use whitefurnace::harness::outcome::Outcome;
 use whitefurnace::harness::trial::Context;
@@ -80,10 +80,10 @@ fn moments_of(a: &[f64], b: &[f64], keep: fn(f64) -> bool) -> Moments {
     a.iter().chain(b).copied().filter(|&v| keep(v)).collect()
 }
 
-fn faults() -> Vec<Mutant<Summary>> {
+fn faults() -> Vec<Fault<Summary>> {
     let fault = |name, wrong, summary: Summary| {
         let caught_by: &[&str] = &["accumulator/known-values"];
-        mutant(name, &ESTIMATOR, wrong, summary, caught_by)
+        fault(name, &ESTIMATOR, wrong, summary, caught_by)
     };
     vec![
         fault("divided-by-n", "the variance is divided by n for n − 1", |a, b| {
@@ -125,9 +125,9 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         "exact",
     );
     vec![Box::new(Family {
-        benches: vec![Bench::new(trial, known_values)],
+        trials: vec![TrialOn::new(trial, known_values)],
         faults: faults(),
-        equivalents: vec![mutant(
+        equivalents: vec![fault(
             "exact-moments",
             &ESTIMATOR,
             "the film's integers in place of floating point",

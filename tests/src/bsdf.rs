@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::DVec3;
 
-use crate::faults::{AnyFamily, Bench, Family, Mutant, data, mutant};
+use crate::faults::{AnyFamily, Family, Fault, TrialOn, data, fault};
 use crate::subject::fault;
 use crate::subject::{RIGHT, Table};
 use whitefurnace::bsdf::{self, Bsdf, OrenNayar, OrenNayarForm, Scattering};
@@ -114,14 +114,14 @@ fn other_constant(wo: DVec3, wi: DVec3) -> f64 {
     RHO * FRAC_1_PI * bsdf::oren_nayar(constants, OrenNayarForm::Printed, wo, wi)
 }
 
-fn benches() -> Vec<Bench<Table>> {
+fn trials() -> Vec<TrialOn<Table>> {
     // At so many inclinations all weights are the same, and no chance is in the furnace.
     let trial = |name: &str, property: &str, equation| {
         let subject = "bsdf::Scattering::sample_rough, sample_uniform";
         data(format!("bsdf/{name}"), property, equation, subject, "BSDF check-up")
     };
     vec![
-        Bench::new(
+        TrialOn::new(
             trial(
                 "lambert",
                 "Lambert passes the check-up and its directional albedo is ρ",
@@ -129,7 +129,7 @@ fn benches() -> Vec<Bench<Table>> {
             ),
             |c, parts| lambert_check(c, as_rendered(parts, lambert())),
         ),
-        Bench::new(
+        TrialOn::new(
             trial(
                 "cosine",
                 "f_r, not f_r cos θ, is what eval returns and what is reciprocal",
@@ -137,7 +137,7 @@ fn benches() -> Vec<Bench<Table>> {
             ),
             |c, parts| lambert_check(c, uniform_sampled(parts, lambert())),
         ),
-        Bench::new(
+        TrialOn::new(
             trial(
                 "oren-nayar",
                 "Oren-Nayar passes the check-up and has the directional albedo of sin α tan β",
@@ -145,7 +145,7 @@ fn benches() -> Vec<Bench<Table>> {
             ),
             |c, parts| oren_nayar_check(c, parts, OrenNayarForm::Corrected, oren_nayar_albedo),
         ),
-        Bench::new(
+        TrialOn::new(
             trial(
                 "oren-nayar-printed",
                 "the printed form has its own closed-form albedo: it is not Oren-Nayar",
@@ -158,12 +158,12 @@ fn benches() -> Vec<Bench<Table>> {
     ]
 }
 
-fn faults() -> Vec<Mutant<Table>> {
+fn faults() -> Vec<Fault<Table>> {
     vec![
         fault!("no-pi", LAMBERT, "f = ρ",
             Table: { brdf: |bsdf, wo, wi| PI * bsdf.eval(wo, wi) },
             "bsdf/lambert: directional albedo at 0 degrees"),
-        mutant(
+        fault(
             "uniform-sampler",
             &COSINE_HEMISPHERE,
             "uniform directions, cosine pdf",
@@ -174,14 +174,14 @@ fn faults() -> Vec<Mutant<Table>> {
                 "bsdf/oren-nayar-printed: chi-square of samples",
             ],
         ),
-        mutant(
+        fault(
             "cosine-sampler",
             &HEMISPHERE_THETA,
             "cosine directions, uniform pdf",
             Table { uniform_hemisphere: cosine_hemisphere, ..RIGHT },
             at_every_angle!["bsdf/cosine: chi-square of samples"],
         ),
-        mutant(
+        fault(
             "cosine-twice",
             &COSINE,
             "the weight has the cosine twice",
@@ -210,5 +210,5 @@ fn faults() -> Vec<Mutant<Table>> {
 
 /// The diffuse models.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    vec![Box::new(Family { benches: benches(), faults: faults(), ..Family::new("bsdf", RIGHT) })]
+    vec![Box::new(Family { trials: trials(), faults: faults(), ..Family::new("bsdf", RIGHT) })]
 }

@@ -12,7 +12,7 @@ use super::probes::{SINGLE, radiance, words};
 use super::scenes::{FLOOR, LIGHT, corners, lambert, light, polygon_irradiance, scene, square};
 use super::strategies::{LIGHT_ANGLE, MIS_ANGLE, near_origin};
 use super::subject::{Kind, Subject};
-use crate::faults::Bench;
+use crate::faults::TrialOn;
 use whitefurnace::bsdf::Bsdf;
 use whitefurnace::equation::{MIS, REFRACTION, RENDERING};
 use whitefurnace::scene::{Scene, Surface};
@@ -44,14 +44,14 @@ fn light_in_glass() -> Arc<Scene> {
 }
 
 /// The trials.
-pub fn benches() -> Vec<Bench<Subject>> {
+pub fn trials() -> Vec<TrialOn<Subject>> {
     let mirror = light_in_mirror();
     let image = polygon_irradiance(&corners(DVec3::Z, 6.0));
     let in_mirror = REFLECTANCE * reflected(image);
     let glass = light_in_glass();
     // What 1 - R of radiance becomes in the thinner medium, averaged over the hemisphere.
     let in_glass = FLOOR * LIGHT * (1.0 - walsh(INDEX)) / (INDEX * INDEX);
-    let bench = |name, (scene, how, reference): &(&Arc<Scene>, &str, f64), kind, equation, n| {
+    let trial_on = |name, (scene, how, reference): &(&Arc<Scene>, &str, f64), kind, equation, n| {
         let property =
             format!("a patch reflects {reference:.6} of a light that it sees {how} only");
         let words = words(name, property, equation);
@@ -60,10 +60,10 @@ pub fn benches() -> Vec<Bench<Subject>> {
     let mirror = (&mirror, "in a mirror", in_mirror);
     let glass = (&glass, "through glass", in_glass);
     vec![
-        bench("irradiance/after-mirror/light", &mirror, LIGHT_ANGLE, &MIS, 8_000_000),
-        bench("irradiance/after-mirror/mis", &mirror, MIS_ANGLE, &MIS, 8_000_000),
-        bench("irradiance/after-mirror/report", &mirror, REPORT, &RENDERING, 8_000_000),
-        bench("irradiance/after-glass/mis", &glass, MIS_ANGLE, &REFRACTION, 8_000_000),
-        bench("irradiance/after-glass/report", &glass, REPORT, &RENDERING, 9_500_000),
+        trial_on("irradiance/after-mirror/light", &mirror, LIGHT_ANGLE, &MIS, 8_000_000),
+        trial_on("irradiance/after-mirror/mis", &mirror, MIS_ANGLE, &MIS, 8_000_000),
+        trial_on("irradiance/after-mirror/report", &mirror, REPORT, &RENDERING, 8_000_000),
+        trial_on("irradiance/after-glass/mis", &glass, MIS_ANGLE, &REFRACTION, 8_000_000),
+        trial_on("irradiance/after-glass/report", &glass, REPORT, &RENDERING, 9_500_000),
     ]
 }

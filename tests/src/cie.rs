@@ -11,7 +11,7 @@ use glam::DVec3;
 use super::probes::{SINGLE, radiance, words};
 use super::scenes::{FLOOR, LIGHT, floor, lambert, light, scene};
 use super::subject::{Kind, Subject};
-use crate::faults::Bench;
+use crate::faults::TrialOn;
 use whitefurnace::bsdf::Bsdf;
 use whitefurnace::equation::GEOMETRY;
 use whitefurnace::rng::Stream;
@@ -108,8 +108,8 @@ fn roof(name: &str, obstructed: bool) -> Arc<Scene> {
 }
 
 /// The trials.
-pub fn benches() -> Vec<Bench<Subject>> {
-    let bench =
+pub fn trials() -> Vec<TrialOn<Subject>> {
+    let trial_on =
         |name, what: &str, scene: &Arc<Scene>, ray: fn(&mut Stream) -> Ray, l, f: f64, n| {
             let reference = FLOOR * l * f;
             let property = format!("{what}: F = {f:.6}, and {reference:.6} is reflected");
@@ -123,7 +123,7 @@ pub fn benches() -> Vec<Bench<Subject>> {
     let shadow = edge * SILL / height;
     let opening = |x| anywhere(x, whole, |a, b| parallel_corner(a, b, SILL));
     vec![
-        bench(
+        trial_on(
             "cie/panel-floor",
             "a luminous rectangle over a floor",
             &panel(
@@ -136,7 +136,7 @@ pub fn benches() -> Vec<Bench<Subject>> {
             anywhere([x[0] - 1.0, x[1] - 1.0], y, |a, b| parallel_corner(a, b, CEILING)),
             4_000_000,
         ),
-        bench(
+        trial_on(
             "cie/panel-wall",
             "a luminous rectangle beside a wall",
             &panel(
@@ -149,7 +149,7 @@ pub fn benches() -> Vec<Bench<Subject>> {
             anywhere(x, y, |a, b| upright_corner(a, b, CEILING - 1.5)),
             6_000_000,
         ),
-        bench(
+        trial_on(
             "cie/roof-opening",
             "a roof opening under a uniform sky",
             &roof("roof opening", false),
@@ -158,7 +158,7 @@ pub fn benches() -> Vec<Bench<Subject>> {
             opening(whole),
             7_500_000,
         ),
-        bench(
+        trial_on(
             "cie/obstruction",
             "an opening before which an obstruction hides a part of a uniform sky",
             &roof("obstructed roof opening", true),

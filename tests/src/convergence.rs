@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use crate::faults::{AnyFamily, Bench, Family, data, mutant};
+use crate::faults::{AnyFamily, Family, TrialOn, data, fault};
 use crate::hemisphere::Method;
 use whitefurnace::equation::{COSINE_HEMISPHERE, RANDOMISATION, SUPERSAMPLING};
 use whitefurnace::harness::convergence::{slope, variance_ratio};
@@ -149,9 +149,9 @@ fn edge_slope(
     vec![slope("slope of the error", &sizes, &groups, reference, SLOPE_MARGIN)]
 }
 
-fn ratio_bench(profile: Profile) -> Bench<[Method; 2]> {
+fn ratio_bench(profile: Profile) -> TrialOn<[Method; 2]> {
     let ratio_of = profile.uniform / profile.cosine;
-    Bench::new(
+    TrialOn::new(
         data(
             format!("convergence/ratio-{}", profile.name),
             format!("uniform sampling has {ratio_of:.4} times the variance of cosine sampling"),
@@ -165,8 +165,8 @@ fn ratio_bench(profile: Profile) -> Bench<[Method; 2]> {
 
 fn ratios() -> Family<[Method; 2]> {
     Family {
-        benches: PROFILES.into_iter().map(ratio_bench).collect(),
-        faults: vec![mutant(
+        trials: PROFILES.into_iter().map(ratio_bench).collect(),
+        faults: vec![fault(
             "not-importance-sampling",
             &COSINE_HEMISPHERE,
             "(18) taken for importance sampling, as the report does: both methods are uniform",
@@ -185,11 +185,11 @@ fn ratios() -> Family<[Method; 2]> {
 /// A strategy for n × n samples.
 type Strategy = fn(u32) -> PixelSampling;
 
-fn strategy_benches(name: &'static str, error: f64, order: f64) -> Vec<Bench<Strategy>> {
+fn strategy_benches(name: &'static str, error: f64, order: f64) -> Vec<TrialOn<Strategy>> {
     let equation = if name == "grid" { &SUPERSAMPLING } else { &RANDOMISATION };
     let subject = "pixel::PixelSampling::position";
     vec![
-        Bench::new(
+        TrialOn::new(
             data(
                 format!("convergence/{name}-error"),
                 format!("the mean squared error on an edge is {error:.6}"),
@@ -199,7 +199,7 @@ fn strategy_benches(name: &'static str, error: f64, order: f64) -> Vec<Bench<Str
             ),
             move |c, strategy: Strategy| edge(c, strategy(EDGE_SIDE), error),
         ),
-        Bench::new(
+        TrialOn::new(
             data(
                 format!("convergence/{name}-slope"),
                 format!("the squared error falls with the power {order} of the number of samples"),
@@ -216,20 +216,20 @@ const RANDOM: Strategy = |_| PixelSampling::Random;
 
 /// Variances of samplers, and the pixel strategies, each a fault under the others' trials.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    let benches = strategy_benches;
+    let trials = strategy_benches;
     vec![
         Box::new(ratios()),
         Box::new(Family {
-            benches: benches("grid", 1.0 / 192.0, -1.0),
+            trials: trials("grid", 1.0 / 192.0, -1.0),
             faults: vec![
-                mutant(
+                fault(
                     "jitter",
                     &SUPERSAMPLING,
                     "the sub-pixels' points are random",
                     PixelSampling::Jitter,
                     &["convergence/grid-error", "convergence/grid-slope"],
                 ),
-                mutant(
+                fault(
                     "centre",
                     &SUPERSAMPLING,
                     "every ray through the centre: more samples change nothing",
@@ -240,8 +240,8 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             ..Family::new("grid", PixelSampling::Grid as Strategy)
         }),
         Box::new(Family {
-            benches: benches("random", 1.0 / 96.0, -1.0),
-            faults: vec![mutant(
+            trials: trials("random", 1.0 / 96.0, -1.0),
+            faults: vec![fault(
                 "jitter",
                 &RANDOMISATION,
                 "one random point in each sub-pixel",
@@ -251,16 +251,16 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             ..Family::new("random", RANDOM)
         }),
         Box::new(Family {
-            benches: benches("jitter", 1.0 / 384.0, -1.5),
+            trials: trials("jitter", 1.0 / 384.0, -1.5),
             faults: vec![
-                mutant(
+                fault(
                     "random",
                     &RANDOMISATION,
                     "random points in the whole pixel",
                     RANDOM,
                     &["convergence/jitter-error", "convergence/jitter-slope"],
                 ),
-                mutant(
+                fault(
                     "grid",
                     &RANDOMISATION,
                     "the sub-pixels' centres: no randomness",

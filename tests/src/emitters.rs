@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::faults::{AnyFamily, Bench, Family, Mutant, data, mutant};
+use crate::faults::{AnyFamily, Family, Fault, TrialOn, data, fault};
 use crate::subject::fault;
 use whitefurnace::emitter::{Emitter, EmitterShape};
 use whitefurnace::equation::{Equation, GEOMETRY, TRIANGLE_POINT};
@@ -55,12 +55,12 @@ fn cells(context: &Context, domain: Domain, map: Map) -> Vec<Outcome> {
     })]
 }
 
-fn benches() -> Vec<Bench<Points>> {
+fn trials() -> Vec<TrialOn<Points>> {
     let trial = |name: &str, property: &str, equation: &'static Equation, subject| {
         data(format!("emitter/{name}"), property, equation, subject, "chi-square")
     };
     vec![
-        Bench::new(
+        TrialOn::new(
             trial(
                 "triangle",
                 "points of a triangle are uniform in area",
@@ -69,7 +69,7 @@ fn benches() -> Vec<Bench<Points>> {
             ),
             |c, points: Points| cells(c, Domain::Triangle, points.triangle),
         ),
-        Bench::new(
+        TrialOn::new(
             trial(
                 "rectangle",
                 "points of a rectangle are uniform in area",
@@ -78,7 +78,7 @@ fn benches() -> Vec<Bench<Points>> {
             ),
             |c, points: Points| cells(c, Domain::Square, points.rectangle),
         ),
-        Bench::new(
+        TrialOn::new(
             trial(
                 "sphere",
                 "points of a sphere are uniform in area",
@@ -90,7 +90,7 @@ fn benches() -> Vec<Bench<Points>> {
     ]
 }
 
-fn faults() -> Vec<Mutant<Points>> {
+fn faults() -> Vec<Fault<Points>> {
     vec![
         fault!("unfolded", TRIANGLE_POINT, "the square is not folded: u + v may exceed 1",
             Points: { triangle: |[r1, r2]| DVec3::new(r1, r2, 0.0) }, "emitter/triangle"),
@@ -114,9 +114,9 @@ fn faults() -> Vec<Mutant<Points>> {
 /// The emitters' points.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
-        benches: benches(),
+        trials: trials(),
         faults: faults(),
-        equivalents: vec![mutant(
+        equivalents: vec![fault(
             "folded-otherwise",
             &TRIANGLE_POINT,
             "u = 1 − √r₁, v = r₂√r₁: another map, the same density",

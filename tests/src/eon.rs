@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_1_PI;
 use glam::DVec3;
 
 use crate::bsdf::{as_rendered, at_every_angle, squared};
-use crate::faults::{AnyFamily, Bench, Family, Mutant, data, mutant};
+use crate::faults::{AnyFamily, Family, Fault, TrialOn, data, fault};
 use crate::subject::fault;
 use crate::subject::{self, Table};
 use whitefurnace::bsdf::Bsdf;
@@ -104,7 +104,7 @@ fn reflected(roughness: f64, cos: f64) -> f64 {
     RHO * e + multiple * (1.0 - e)
 }
 
-fn benches() -> Vec<Bench<Parts>> {
+fn trials() -> Vec<TrialOn<Parts>> {
     let exact = |name: &str, property: &str, equation: &'static Equation, subject| {
         data(format!("bsdf/{name}"), property, equation, subject, "exact")
     };
@@ -116,12 +116,12 @@ fn benches() -> Vec<Bench<Parts>> {
         "BSDF check-up",
     );
     vec![
-        Bench::new(sampled, |context, parts: Parts| {
+        TrialOn::new(sampled, |context, parts: Parts| {
             let subject =
                 as_rendered(parts.lobes, material(1.0, 0.3)).energy_bound(1.0).albedo(|_| 1.0);
             check_up(&subject, &CheckUp::default(), context)
         }),
-        Bench::new(
+        TrialOn::new(
             exact(
                 "eon-white",
                 "white EON reflects all light, at every angle and roughness",
@@ -133,7 +133,7 @@ fn benches() -> Vec<Bench<Parts>> {
                 furnace("white furnace", f, |_, _| 1.0)
             },
         ),
-        Bench::new(
+        TrialOn::new(
             exact(
                 "eon-coloured",
                 "EON of albedo 0.5 reflects the sum of all orders of scattering",
@@ -145,7 +145,7 @@ fn benches() -> Vec<Bench<Parts>> {
                 furnace("coloured furnace", f, reflected)
             },
         ),
-        Bench::new(
+        TrialOn::new(
             exact(
                 "eon-single",
                 "single scattering loses nothing at grazing: its albedo at 89.9999° is 1 within 1e-5",
@@ -154,7 +154,7 @@ fn benches() -> Vec<Bench<Parts>> {
             ),
             |_, parts: Parts| grazing(parts),
         ),
-        Bench::new(
+        TrialOn::new(
             exact(
                 "eon-albedo",
                 "the closed form of the directional albedo is the integral of single scattering",
@@ -199,38 +199,38 @@ macro_rules! with {
     };
 }
 
-fn faults() -> Vec<Mutant<Parts>> {
+fn faults() -> Vec<Fault<Parts>> {
     let sampled = |lobes| Parts { lobes, ..RIGHT };
     vec![
-        mutant(
+        fault(
             "uniform-sampler",
             &COSINE_HEMISPHERE,
             "uniform directions, cosine pdf",
             sampled(Table { cosine_hemisphere: uniform_hemisphere, ..subject::RIGHT }),
             at_every_angle!["bsdf/eon: chi-square of samples"],
         ),
-        mutant(
+        fault(
             "cosine-twice",
             &COSINE,
             "the weight has the cosine twice",
             sampled(Table { cosine: squared, ..subject::RIGHT }),
             at_every_angle!["bsdf/eon: furnace"],
         ),
-        mutant(
+        fault(
             "no-multiple-scattering",
             &EON_MULTIPLE,
             "single scattering alone",
             with!(|rho, r, wo, wi| coloured(rho, r, (wo, wi), 0.0)),
             &["bsdf/eon: directional albedo at 0 degrees", "bsdf/eon-white", "bsdf/eon-coloured"],
         ),
-        mutant(
+        fault(
             "colour-not-deepened",
             &EON_MULTIPLE,
             "ρ in place of ρₘ: a white surface cannot show it",
             with!(|rho, r, wo, wi| coloured(rho, r, (wo, wi), rho)),
             &["bsdf/eon-coloured"],
         ),
-        mutant(
+        fault(
             "average-forgotten",
             &EON_MULTIPLE,
             "the second lobe is not divided by 1 − Ē",
@@ -240,7 +240,7 @@ fn faults() -> Vec<Mutant<Parts>> {
             }),
             &["bsdf/eon: directional albedo at 0 degrees", "bsdf/eon-white", "bsdf/eon-coloured"],
         ),
-        mutant(
+        fault(
             "one-sided",
             &EON_MULTIPLE,
             "the second lobe spreads as Lambert: white reflects all, but f_r is not reciprocal",
@@ -280,5 +280,5 @@ fn faults() -> Vec<Mutant<Parts>> {
 
 /// The parts of EON.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    vec![Box::new(Family { benches: benches(), faults: faults(), ..Family::new("eon", RIGHT) })]
+    vec![Box::new(Family { trials: trials(), faults: faults(), ..Family::new("eon", RIGHT) })]
 }

@@ -16,15 +16,15 @@ use whitefurnace::harness::trial::{Context, Control, Run, Trial, meant};
 pub type On<S> = Arc<dyn Fn(&Context, S) -> Vec<Outcome> + Send + Sync>;
 
 /// A trial that takes any subject of its family.
-pub struct Bench<S> {
+pub struct TrialOn<S> {
     /// The trial as data; the family fills in its functions.
     pub trial: Trial,
     /// Its function.
     pub on: On<S>,
 }
 
-impl<S> Bench<S> {
-    /// A bench from its parts.
+impl<S> TrialOn<S> {
+    /// A trial from its parts.
     pub fn new(
         trial: Trial,
         on: impl Fn(&Context, S) -> Vec<Outcome> + Send + Sync + 'static,
@@ -34,7 +34,7 @@ impl<S> Bench<S> {
 }
 
 /// A subject that differs from the right one.
-pub struct Mutant<S> {
+pub struct Fault<S> {
     /// Its name, unique within the family.
     pub name: &'static str,
     /// The equation that it breaks.
@@ -49,7 +49,7 @@ pub struct Mutant<S> {
     pub caught_by: &'static [&'static str],
 }
 
-/// The trial and the outcome of an entry of [`Mutant::caught_by`].
+/// The trial and the outcome of an entry of [`Fault::caught_by`].
 fn entry(caught_by: &'static str) -> (&'static str, Option<&'static str>) {
     match caught_by.split_once(": ") {
         Some((trial, outcome)) => (trial, Some(outcome)),
@@ -65,15 +65,15 @@ fn outcomes_of(caught_by: &[&'static str], trial: &str) -> Option<Vec<&'static s
     Some(entries.filter_map(|(_, outcome)| outcome).collect())
 }
 
-/// A mutant from its parts, in the order of its fields.
-pub fn mutant<S>(
+/// A fault from its parts, in the order of its fields.
+pub fn fault<S>(
     name: &'static str,
     equation: &'static Equation,
     wrong: &'static str,
     subject: S,
     caught_by: &'static [&'static str],
-) -> Mutant<S> {
-    Mutant { name, equation, wrong, subject, caught_by }
+) -> Fault<S> {
+    Fault { name, equation, wrong, subject, caught_by }
 }
 
 /// Trials of one type of subject, and faults of that type.
@@ -85,16 +85,16 @@ pub struct Family<S> {
     /// The right subject.
     pub right: S,
     /// The trials.
-    pub benches: Vec<Bench<S>>,
+    pub trials: Vec<TrialOn<S>>,
     /// The faults.
-    pub faults: Vec<Mutant<S>>,
+    pub faults: Vec<Fault<S>>,
     /// Mutants that are as right as the right subject.
-    pub equivalents: Vec<Mutant<S>>,
+    pub equivalents: Vec<Fault<S>>,
 }
 
 /// A fault as data.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fault {
+pub struct FaultData {
     /// The family, whose trials can be run on it.
     pub family: &'static str,
     /// Its name, unique within the family.
@@ -114,7 +114,7 @@ pub struct Fault {
 /// A fault under a trial of its family.
 pub struct Pair {
     /// The fault.
-    pub fault: Fault,
+    pub fault: FaultData,
     /// The trial's name.
     pub trial: String,
     /// Whether the trial is one of those that must reject (or accept) the fault.
@@ -130,7 +130,7 @@ pub trait AnyFamily {
     /// Its trials, with the faults that name them as negative controls.
     fn trials(&self) -> Vec<Trial>;
     /// Its faults, then its equivalent mutants.
-    fn faults(&self) -> Vec<Fault>;
+    fn faults(&self) -> Vec<FaultData>;
     /// Every fault and equivalent mutant under every trial.
     fn pairs(&self) -> Vec<Pair>;
 }
@@ -142,19 +142,19 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
             name,
             whole_estimator: false,
             right,
-            benches: Vec::new(),
+            trials: Vec::new(),
             faults: Vec::new(),
             equivalents: Vec::new(),
         }
     }
 
-    fn mutants(&self) -> impl Iterator<Item = (&Mutant<S>, bool)> {
+    fn all(&self) -> impl Iterator<Item = (&Fault<S>, bool)> {
         let faults = self.faults.iter().map(|fault| (fault, false));
         faults.chain(self.equivalents.iter().map(|mutant| (mutant, true)))
     }
 
-    fn fault(&self, mutant: &Mutant<S>, equivalent: bool) -> Fault {
-        Fault {
+    fn fault(&self, mutant: &Fault<S>, equivalent: bool) -> FaultData {
+        FaultData {
             family: self.name,
             name: mutant.name,
             equation: mutant.equation,
@@ -173,8 +173,8 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
     /// A trial's function on a fault that it must reject by these outcomes. Most effects are many times δ:
     /// the fault runs at a part of the trial's size first, and at a larger one only if that does not
     /// [settle](guard::settled) it.
-    fn reject(bench: &Bench<S>, mutant: &Mutant<S>, rejected_by: Vec<&'static str>) -> Run {
-        let (on, subject) = (Arc::clone(&bench.on), mutant.subject);
+    fn reject(trial_on: &TrialOn<S>, mutant: &Fault<S>, rejected_by: Vec<&'static str>) -> Run {
+        let (on, subject) = (Arc::clone(&trial_on.on), mutant.subject);
         Box::new(move |context| {
             let settled = |share: &f64| {
                 let part = Context { scale: context.scale * share, ..context.clone() };
@@ -189,8 +189,8 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
     }
 
     /// A trial's function on a mutant, at the trial's size.
-    fn whole(bench: &Bench<S>, mutant: &Mutant<S>) -> Run {
-        let (on, subject) = (Arc::clone(&bench.on), mutant.subject);
+    fn whole(trial_on: &TrialOn<S>, mutant: &Fault<S>) -> Run {
+        let (on, subject) = (Arc::clone(&trial_on.on), mutant.subject);
         Box::new(move |context| on(context, subject))
     }
 }
@@ -200,9 +200,9 @@ const LOOKS: [f64; 3] = [1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0];
 
 impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
     fn trials(&self) -> Vec<Trial> {
-        let trial = |bench: &Bench<S>| {
-            let (on, right) = (Arc::clone(&bench.on), self.right);
-            let data = &bench.trial;
+        let trial = |trial_on: &TrialOn<S>| {
+            let (on, right) = (Arc::clone(&trial_on.on), self.right);
+            let data = &trial_on.trial;
             let named = self.faults.iter().filter_map(|fault| {
                 outcomes_of(fault.caught_by, &data.name).map(|outcomes| (fault, outcomes))
             });
@@ -214,34 +214,34 @@ impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
                     .map(|(fault, rejected_by)| Control {
                         name: fault.name,
                         wrong: fault.wrong,
-                        run: Self::reject(bench, fault, rejected_by.clone()),
+                        run: Self::reject(trial_on, fault, rejected_by.clone()),
                         rejected_by,
                     })
                     .collect(),
                 ..*data
             }
         };
-        self.benches.iter().map(trial).collect()
+        self.trials.iter().map(trial).collect()
     }
 
-    fn faults(&self) -> Vec<Fault> {
-        self.mutants().map(|(mutant, equivalent)| self.fault(mutant, equivalent)).collect()
+    fn faults(&self) -> Vec<FaultData> {
+        self.all().map(|(mutant, equivalent)| self.fault(mutant, equivalent)).collect()
     }
 
     fn pairs(&self) -> Vec<Pair> {
-        self.mutants()
+        self.all()
             .flat_map(|(mutant, equivalent)| {
-                self.benches.iter().map(move |bench| {
-                    let outcomes = outcomes_of(mutant.caught_by, &bench.trial.name);
+                self.trials.iter().map(move |trial_on| {
+                    let outcomes = outcomes_of(mutant.caught_by, &trial_on.trial.name);
                     let run = match &outcomes {
                         Some(outcomes) if !equivalent => {
-                            Self::reject(bench, mutant, outcomes.clone())
+                            Self::reject(trial_on, mutant, outcomes.clone())
                         }
-                        _ => Self::whole(bench, mutant),
+                        _ => Self::whole(trial_on, mutant),
                     };
                     Pair {
                         fault: self.fault(mutant, equivalent),
-                        trial: bench.trial.name.clone(),
+                        trial: trial_on.trial.name.clone(),
                         named: outcomes.is_some(),
                         rejected_by: outcomes.unwrap_or_default(),
                         run,

@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::probes::{SINGLE, radiance, words};
 use super::scenes::{FLOOR, LIGHT, lambert, light, scene, square};
 use super::subject::{Kind, Subject};
-use crate::faults::Bench;
+use crate::faults::TrialOn;
 use whitefurnace::equation::GEOMETRY;
 use whitefurnace::frame::from_spherical;
 use whitefurnace::rng::{Stream, uniform2};
@@ -54,7 +54,7 @@ fn anywhere(rng: &mut Stream) -> Ray {
 }
 
 /// The trials.
-pub fn benches() -> Vec<Bench<Subject>> {
+pub fn trials() -> Vec<TrialOn<Subject>> {
     let opposite = lit("parallel squares", |s| {
         square(s, DVec3::new(0.5, 0.5, 1.0), 0.5, false, light(LIGHT));
     });
@@ -62,7 +62,7 @@ pub fn benches() -> Vec<Bench<Subject>> {
         let wall = s.surface(light(LIGHT));
         s.rectangle(DVec3::ZERO, [DVec3::Y, DVec3::Z], wall);
     });
-    let bench = |name, how: &str, scene, factor: f64, samples| {
+    let trial_on = |name, how: &str, scene, factor: f64, samples| {
         let property = format!("the form factor between {how} unit squares is {factor:.6}");
         let reference = FLOOR * LIGHT * factor;
         let words = words(name, property, &GEOMETRY);
@@ -70,10 +70,16 @@ pub fn benches() -> Vec<Bench<Subject>> {
         radiance(words, probe, reference, (samples, SINGLE))
     };
     vec![
-        bench("irradiance/parallel-squares", "opposite", &opposite, parallel(1.0, 1.0), 4_500_000),
+        trial_on(
+            "irradiance/parallel-squares",
+            "opposite",
+            &opposite,
+            parallel(1.0, 1.0),
+            4_500_000,
+        ),
         // Shadow rays alone would have infinite variance at the common edge; the weights of multiple
         // importance sampling bound every value.
-        bench(
+        trial_on(
             "irradiance/perpendicular-squares",
             "perpendicular, adjacent",
             &upright,

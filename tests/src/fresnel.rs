@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::faults::{AnyFamily, Bench, Family, Mutant, data, mutant};
+use crate::faults::{AnyFamily, Family, Fault, TrialOn, data, fault};
 use crate::subject::fault;
 use whitefurnace::equation::{FRESNEL, FRESNEL_P, FRESNEL_S, REFRACTION};
 use whitefurnace::fresnel::{cos_refracted, reflectance, reflectance_p, reflectance_s};
@@ -209,7 +209,7 @@ fn literal(cos_1: f64, n1: f64, n2: f64) -> f64 {
     0.5 * (s * s + p * p)
 }
 
-fn benches() -> Vec<Bench<Reflectances>> {
+fn trials() -> Vec<TrialOn<Reflectances>> {
     let trial = |name: &str, property: &str, equation| {
         let subject = "fresnel::reflectance, reflectance_s, reflectance_p";
         data(format!("fresnel/{name}"), property, equation, subject, "exact")
@@ -222,7 +222,7 @@ fn benches() -> Vec<Bench<Reflectances>> {
         "t",
     );
     vec![
-        Bench::new(
+        TrialOn::new(
             trial(
                 "energy",
                 "reflected and transmitted flux sum to one for each polarisation",
@@ -230,7 +230,7 @@ fn benches() -> Vec<Bench<Reflectances>> {
             ),
             |c, r: Reflectances| energy(c, r.s, r.p),
         ),
-        Bench::new(
+        TrialOn::new(
             trial(
                 "brewster",
                 "R_p vanishes at Brewster's angle and R_s has its closed form",
@@ -238,15 +238,15 @@ fn benches() -> Vec<Bench<Reflectances>> {
             ),
             |c, r: Reflectances| brewster(c, r.s, r.p),
         ),
-        Bench::new(
+        TrialOn::new(
             trial("reversible", "R is the same from both sides along one ray", &FRESNEL),
             |c, r: Reflectances| reversible(c, r.unpolarised),
         ),
-        Bench::new(
+        TrialOn::new(
             trial("limits", "R at normal and at grazing incidence", &FRESNEL),
             |c, r: Reflectances| limits(c, r.unpolarised),
         ),
-        Bench::new(
+        TrialOn::new(
             trial(
                 "critical",
                 "reflection is total past the critical angle and not before",
@@ -254,11 +254,11 @@ fn benches() -> Vec<Bench<Reflectances>> {
             ),
             |c, r: Reflectances| critical(c, r.unpolarised),
         ),
-        Bench::new(sampled, |c, r: Reflectances| averages(c, r.unpolarised)),
+        TrialOn::new(sampled, |c, r: Reflectances| averages(c, r.unpolarised)),
     ]
 }
 
-fn faults() -> Vec<Mutant<Reflectances>> {
+fn faults() -> Vec<Fault<Reflectances>> {
     let whole = |r: Reflectance| Reflectances { unpolarised: r, ..RIGHT };
     vec![
         fault!("amplitude", FRESNEL_S, "R_s without its square",
@@ -270,21 +270,21 @@ fn faults() -> Vec<Mutant<Reflectances>> {
                 p: reflectance_s
             }, "fresnel/brewster: R_p at Brewster's angle", "fresnel/brewster: R_s at Brewster's angle",
             "fresnel/energy: R + T = 1, perpendicular", "fresnel/energy: R + T = 1, parallel"),
-        mutant(
+        fault(
             "schlick",
             &FRESNEL,
             "Schlick's approximation",
             whole(schlick),
             &["fresnel/reversible", "fresnel/averages: average by quadrature, outside"],
         ),
-        mutant(
+        fault(
             "sum",
             &FRESNEL,
             "R_s + R_p without the half",
             whole(|c, n1, n2| reflectance_s(c, n1, n2) + reflectance_p(c, n1, n2)),
             &["fresnel/limits: normal incidence", "fresnel/limits: grazing incidence"],
         ),
-        mutant(
+        fault(
             "no-total-reflection",
             &FRESNEL,
             "a finite R past the critical angle",
@@ -294,14 +294,14 @@ fn faults() -> Vec<Mutant<Reflectances>> {
                 "fresnel/averages: average by quadrature, inside",
             ],
         ),
-        mutant(
+        fault(
             "literal",
             &FRESNEL,
             "(10)-(12) as printed: NaN past the critical angle",
             whole(literal),
             &["fresnel/critical: total reflection"],
         ),
-        mutant(
+        fault(
             "only-s",
             &FRESNEL,
             "R_s alone, as if light were polarised",
@@ -311,7 +311,7 @@ fn faults() -> Vec<Mutant<Reflectances>> {
                 "fresnel/averages: average by sampling, inside",
             ],
         ),
-        mutant(
+        fault(
             "swapped-indices",
             &FRESNEL,
             "n₁ and n₂ exchanged",
@@ -323,5 +323,5 @@ fn faults() -> Vec<Mutant<Reflectances>> {
 
 /// The reflectances.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    vec![Box::new(Family { benches: benches(), faults: faults(), ..Family::new("fresnel", RIGHT) })]
+    vec![Box::new(Family { trials: trials(), faults: faults(), ..Family::new("fresnel", RIGHT) })]
 }

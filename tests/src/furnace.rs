@@ -15,7 +15,7 @@ use super::scenes::{
 use super::strategies::by;
 use super::subject::{Kind, Subject};
 use crate::bsdf::oren_nayar_albedo;
-use crate::faults::Bench;
+use crate::faults::TrialOn;
 use whitefurnace::bsdf::{Bsdf, OrenNayar};
 use whitefurnace::emitter::LightSampling;
 use whitefurnace::equation::{
@@ -48,21 +48,21 @@ pub fn off_cap(rng: &mut Stream) -> Ray {
 const LONG: u32 = 60;
 
 /// The trials.
-pub fn benches() -> Vec<Bench<Subject>> {
-    let mut benches = boxes();
-    benches.push(bright_sphere());
-    benches.extend(strategies());
-    benches.extend(reports());
-    benches.extend(sample_rays::benches());
-    benches.extend(cavities());
-    benches.extend(policies::cavity());
-    benches.extend(skies());
-    benches.extend(mirrors());
-    benches.push(infinite_variance::hall());
-    benches
+pub fn trials() -> Vec<TrialOn<Subject>> {
+    let mut trials = boxes();
+    trials.push(bright_sphere());
+    trials.extend(strategies());
+    trials.extend(reports());
+    trials.extend(sample_rays::trials());
+    trials.extend(cavities());
+    trials.extend(policies::cavity());
+    trials.extend(skies());
+    trials.extend(mirrors());
+    trials.push(infinite_variance::hall());
+    trials
 }
 
-fn boxes() -> Vec<Bench<Subject>> {
+fn boxes() -> Vec<TrialOn<Subject>> {
     [("furnace/path/albedo-0.5", 0.5, 2_600_000), ("furnace/path/albedo-0.75", 0.75, 4_400_000)]
         .into_iter()
         .filter_map(|(name, a, samples)| {
@@ -80,7 +80,7 @@ fn boxes() -> Vec<Bench<Subject>> {
 }
 
 /// The longest paths, by hits alone: every wall emits, so that shadow rays would cost and bring little.
-fn bright_sphere() -> Bench<Subject> {
+fn bright_sphere() -> TrialOn<Subject> {
     let a = 0.9;
     let m = 1.0 / (1.0 - a);
     radiance(
@@ -98,7 +98,7 @@ fn bright_sphere() -> Bench<Subject> {
 /// One strategy alone. Shadow rays to points uniform in area have infinite variance in a box, whose
 /// corners bring points as near to each other as one likes; by solid angle their weight is bounded, and
 /// in a sphere, which is sampled by area, it is constant.
-fn strategies() -> Vec<Bench<Subject>> {
+fn strategies() -> Vec<TrialOn<Subject>> {
     let Ok(cube) = furnace_box(0.5) else {
         return Vec::new();
     };
@@ -127,7 +127,7 @@ fn strategies() -> Vec<Bench<Subject>> {
 
 /// In a sphere the shadow ray's weight is constant (from a corner of a box its variance is infinite). A
 /// Report of s segments counts s + 1 terms of the Neumann series: the shadow ray is one more.
-fn reports() -> Vec<Bench<Subject>> {
+fn reports() -> Vec<TrialOn<Subject>> {
     let cut = |a: f64, segments: u32| (1.0 - a.powi(segments as i32 + 1)) / (1.0 - a);
     [
         ("furnace/report/absorption-0.25", 0.5, 0.25, LONG, 1_600_000),
@@ -155,7 +155,7 @@ fn reports() -> Vec<Bench<Subject>> {
     .collect()
 }
 
-fn cavities() -> Vec<Bench<Subject>> {
+fn cavities() -> Vec<TrialOn<Subject>> {
     let rho = 0.75;
     [
         ("furnace/cavity/reflecting", Cap::Reflecting, rho * CAP_SHARE / (1.0 - rho), 6_400_000),
@@ -184,7 +184,7 @@ fn cavities() -> Vec<Bench<Subject>> {
 }
 
 /// Floors under a sky of radiance 1.
-fn skies() -> Vec<Bench<Subject>> {
+fn skies() -> Vec<TrialOn<Subject>> {
     let walled = walled_sky();
     let visible = 1.0 - polygon_irradiance(&WALL) / PI;
     let property = format!("a floor under a sky that a wall hides in part reflects {visible:.6}");
@@ -228,7 +228,7 @@ fn skies() -> Vec<Bench<Subject>> {
 }
 
 /// Halls of mirrors end and are unbiased: no absorption is needed for that.
-fn mirrors() -> Vec<Bench<Subject>> {
+fn mirrors() -> Vec<TrialOn<Subject>> {
     let reflectance = 0.75;
     let hall = sphere_furnace(Bsdf::Mirror { reflectance: DVec3::splat(reflectance) }, 0.0);
     let facing = scene("facing mirrors", |s| {

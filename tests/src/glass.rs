@@ -12,7 +12,7 @@ use super::scenes::{
     square, towards_origin,
 };
 use super::subject::{Kind, Probe, Property, Setup, Subject, on};
-use crate::faults::{Bench, data};
+use crate::faults::{TrialOn, data};
 use crate::subject::Parts;
 use whitefurnace::bsdf::Bsdf;
 use whitefurnace::equation::{FRESNEL, REFRACTION};
@@ -66,15 +66,15 @@ fn beyond(inclination: f64) -> DVec3 {
 }
 
 /// The trials.
-pub fn benches() -> Vec<Bench<Subject>> {
-    let mut benches = aims();
-    benches.extend(lobes());
-    benches.extend(cubes());
-    benches.push(vanishing());
-    benches
+pub fn trials() -> Vec<TrialOn<Subject>> {
+    let mut trials = aims();
+    trials.extend(lobes());
+    trials.extend(cubes());
+    trials.push(vanishing());
+    trials
 }
 
-fn aims() -> Vec<Bench<Subject>> {
+fn aims() -> Vec<TrialOn<Subject>> {
     let mirror = Bsdf::Mirror { reflectance: DVec3::splat(0.9) };
     let reflected = beyond(AIM.to_radians()).with_z(AIM.to_radians().cos());
     let theta_1 = AIM.to_radians();
@@ -132,13 +132,13 @@ impl Property for Lobe {
     }
 }
 
-fn lobes() -> Vec<Bench<Subject>> {
+fn lobes() -> Vec<TrialOn<Subject>> {
     let lobe = |name: &str, (theta, ray): (f64, fn(&mut Stream) -> Ray), samples| {
         let r = reflectance_by_angles(theta.to_radians(), 1.0, INDEX);
         let property = format!("at {theta}° glass reflects with probability R = {r:.6}");
         let probe = Probe { scene: pane(), kind: Kind::Report(3), ray };
         let lobe = Lobe { probe, probability: r, delta: CELL * r, samples };
-        Bench::new(data(name, property, &FRESNEL, "estimator::Report", "binomial"), on(lobe))
+        TrialOn::new(data(name, property, &FRESNEL, "estimator::Report", "binomial"), on(lobe))
     };
     vec![
         lobe("glass/reflects-60", (60.0, |_| towards_origin(60f64.to_radians())), 4_500_000),
@@ -152,7 +152,7 @@ fn lobes() -> Vec<Bench<Subject>> {
 const CELL: f64 = whitefurnace::harness::chi_square::CELL_DELTA;
 
 /// From within the glass, past the critical angle: every ray goes back down to the lit ground.
-fn total_reflection() -> Bench<Subject> {
+fn total_reflection() -> TrialOn<Subject> {
     radiance(
         words(
             "glass/total-reflection",
@@ -200,7 +200,7 @@ fn from_outside(rng: &mut Stream) -> Ray {
     Ray::new(origin, (target - origin).normalize())
 }
 
-fn cubes() -> Vec<Bench<Subject>> {
+fn cubes() -> Vec<TrialOn<Subject>> {
     let cube = |inside| glass_cube(inside).ok().map(Arc::new);
     let (Some(outside), Some(inside)) = (cube(false), cube(true)) else {
         return Vec::new();
@@ -241,7 +241,7 @@ fn cubes() -> Vec<Bench<Subject>> {
 }
 
 /// A sphere of index 1 between light and floor: shadow rays stop at it, hits pass through it.
-fn vanishing() -> Bench<Subject> {
+fn vanishing() -> TrialOn<Subject> {
     let scene = scene("index-matched sphere", |s| {
         floor(s, lambert(FLOOR));
         square(s, HEIGHT * DVec3::Z, 1.0, false, light(LIGHT));

@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::probes::{BOUNCES, IMAGE};
 use super::scenes::{FLOOR, LIGHT, light, scene, seen_by, square};
 use super::subject::{Property, Setup, Subject, on};
-use crate::faults::{Bench, data};
+use crate::faults::{TrialOn, data};
 use crate::subject::Parts;
 use whitefurnace::bsdf::Bsdf;
 use whitefurnace::camera::Camera;
@@ -252,7 +252,7 @@ impl Property for SameStrategies {
     }
 }
 
-fn strategies(scene: Scene) -> Bench<Subject> {
+fn strategies(scene: Scene) -> TrialOn<Subject> {
     let trial = data(
         "images/three-strategies",
         "hits, shadow rays and both make the same image of a diffuse cavity with an emitting cap",
@@ -261,18 +261,18 @@ fn strategies(scene: Scene) -> Bench<Subject> {
         "Welch",
     );
     let scene = Arc::new(scene);
-    Bench::new(trial, on(SameStrategies { scene }))
+    TrialOn::new(trial, on(SameStrategies { scene }))
 }
 
 /// The trials.
-pub fn benches() -> Vec<Bench<Subject>> {
+pub fn trials() -> Vec<TrialOn<Subject>> {
     let (Ok(white), Ok(cavity)) = (furnace_under(SKY), cavity_cap(0.9, Cap::Black)) else {
         return Vec::new();
     };
     let white = WhiteFurnace { scene: Arc::new(white) };
     let same = SameImage { scene: coloured_room() };
     vec![
-        Bench::new(
+        TrialOn::new(
             data(
                 "images/white-furnace",
                 "the film of a white Lambert sphere, a mirror and glass has the mean of the coloured sky",
@@ -282,7 +282,7 @@ pub fn benches() -> Vec<Bench<Subject>> {
             ),
             on(white),
         ),
-        Bench::new(
+        TrialOn::new(
             data(
                 "images/diffuse-room",
                 "the path tracer and the report's estimator, unlimited, make the same image",
@@ -292,7 +292,7 @@ pub fn benches() -> Vec<Bench<Subject>> {
             ),
             on(same),
         ),
-        Bench::new(
+        TrialOn::new(
             data(
                 "images/convex-object",
                 "of one convex diffuse object Whitted's estimator and the path tracer make the same image",

@@ -12,7 +12,7 @@ use super::probes::BOUNCES;
 use super::roulette::{Parts, SUBJECT, variance, walk};
 use super::scenes::sphere_furnace;
 use super::subject::{Kind, Probe, RIGHT, Subject, Table};
-use crate::faults::{Bench, data};
+use crate::faults::{TrialOn, data};
 use glam::DVec3;
 use whitefurnace::bsdf::Bsdf;
 use whitefurnace::equation::ROULETTE;
@@ -168,9 +168,9 @@ fn boundary(context: &Context, parts: Parts) -> Vec<Outcome> {
 }
 
 /// The trials of the abstract furnace.
-pub fn benches() -> Vec<Bench<Parts>> {
+pub fn trials() -> Vec<TrialOn<Parts>> {
     vec![
-        Bench::new(
+        TrialOn::new(
             data(
                 "roulette/infinite-variance/law",
                 format!(
@@ -182,7 +182,7 @@ pub fn benches() -> Vec<Bench<Parts>> {
             ),
             law,
         ),
-        Bench::new(
+        TrialOn::new(
             data(
                 "roulette/infinite-variance/boundary",
                 "the variance is finite exactly for survival above the squared albedo, the mean right on both sides",
@@ -199,10 +199,10 @@ const PATHS: u64 = 3_800_000;
 
 /// The path tracer with survival 0.75 in a hall of emitting mirrors of reflectance 0.9: its radiance
 /// has the same law, as no direction changes it.
-pub fn hall() -> Bench<Subject> {
+pub fn hall() -> TrialOn<Subject> {
     let mirrors = Bsdf::Mirror { reflectance: DVec3::splat(ALBEDO) };
     let probe = Probe { scene: sphere_furnace(mirrors, 0.0), kind: Kind::Path, ray: inside };
-    Bench::new(
+    TrialOn::new(
         data(
             "furnace/mirrors/infinite-variance",
             format!(

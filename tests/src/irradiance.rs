@@ -14,7 +14,7 @@ use super::scenes::{
     triangle_light,
 };
 use super::subject::{Kind, Probe, Property, RIGHT, Setup, Subject, Table, on};
-use crate::faults::{Bench, data};
+use crate::faults::{TrialOn, data};
 use crate::subject::Parts;
 use whitefurnace::equation::{ESTIMATOR, GEOMETRY, MIS, WHITTED};
 use whitefurnace::harness::chi_square::{CELL_DELTA, Counts, chi_square};
@@ -36,21 +36,21 @@ pub fn three() -> f64 {
 }
 
 /// The trials.
-pub fn benches() -> Vec<Bench<Subject>> {
-    let mut benches = lights();
-    benches.extend(strategies());
-    benches.extend(form_factors::benches());
-    benches.push(weights());
-    benches.push(picks());
-    benches
+pub fn trials() -> Vec<TrialOn<Subject>> {
+    let mut trials = lights();
+    trials.extend(strategies());
+    trials.extend(form_factors::trials());
+    trials.push(weights());
+    trials.push(picks());
+    trials
 }
 
-fn lights() -> Vec<Bench<Subject>> {
+fn lights() -> Vec<TrialOn<Subject>> {
     let rectangle = rectangle_light(false);
     let hidden = half_hidden_light();
     let [a, b, ..] = RECTANGLE;
     let visible_half = [a, b, b.with_y(0.0), a.with_y(0.0)];
-    let bench = |name, what: &str, scene, kind, irradiance, samples, equation| {
+    let trial_on = |name, what: &str, scene, kind, irradiance, samples, equation| {
         let reference = reflected(irradiance);
         let property = format!("a floor reflects {reference:.6} of {what}");
         let words = words(name, property, equation);
@@ -64,7 +64,7 @@ fn lights() -> Vec<Bench<Subject>> {
     };
     let square = polygon_irradiance(&RECTANGLE);
     vec![
-        bench(
+        trial_on(
             "irradiance/rectangle",
             "a square light's radiance",
             Arc::clone(&rectangle),
@@ -73,7 +73,7 @@ fn lights() -> Vec<Bench<Subject>> {
             3_800_000,
             &GEOMETRY,
         ),
-        bench(
+        trial_on(
             "irradiance/rectangle-report",
             "a square light's radiance",
             Arc::clone(&rectangle),
@@ -82,7 +82,7 @@ fn lights() -> Vec<Bench<Subject>> {
             700_000,
             &GEOMETRY,
         ),
-        bench(
+        trial_on(
             "irradiance/rectangle-whitted",
             "a square light's radiance",
             rectangle,
@@ -91,7 +91,7 @@ fn lights() -> Vec<Bench<Subject>> {
             700_000,
             &WHITTED,
         ),
-        bench(
+        trial_on(
             "irradiance/half-hidden",
             "a square light that a wall hides by half",
             Arc::clone(&hidden),
@@ -100,7 +100,7 @@ fn lights() -> Vec<Bench<Subject>> {
             20_000_000,
             &GEOMETRY,
         ),
-        bench(
+        trial_on(
             "irradiance/behind",
             "a light that shines the other way",
             rectangle_light(true),
@@ -109,7 +109,7 @@ fn lights() -> Vec<Bench<Subject>> {
             100_000,
             &GEOMETRY,
         ),
-        bench(
+        trial_on(
             "irradiance/triangle",
             "a slanted triangular light",
             triangle_light(),
@@ -118,7 +118,7 @@ fn lights() -> Vec<Bench<Subject>> {
             2_600_000,
             &GEOMETRY,
         ),
-        bench(
+        trial_on(
             "irradiance/sphere",
             "a spherical light",
             sphere_light(),
@@ -127,7 +127,7 @@ fn lights() -> Vec<Bench<Subject>> {
             11_500_000,
             &GEOMETRY,
         ),
-        bench(
+        trial_on(
             "irradiance/three-lights",
             "three lights of different size and radiance",
             three_lights(),
@@ -140,15 +140,15 @@ fn lights() -> Vec<Bench<Subject>> {
 }
 
 /// One strategy of the path tracer with the other taken away and all the weight.
-fn strategies() -> Vec<Bench<Subject>> {
+fn strategies() -> Vec<TrialOn<Subject>> {
     let far = rectangle_light(false);
     let near = near_light();
-    let bench = |name, property, scene, polygon: &[_], samples, alone: fn(Table) -> Table| {
+    let trial_on = |name, property, scene, polygon: &[_], samples, alone: fn(Table) -> Table| {
         let reference = reflected(polygon_irradiance(polygon));
         let property = format!("{property}: a floor reflects {reference:.6} of a square light");
         let probe = Probe { scene, kind: Kind::Path, ray: |_| at_origin() };
         let property_of = MeanRadiance { probe, reference, delta: SINGLE * reference, samples };
-        Bench::new(
+        TrialOn::new(
             data(name, property, &MIS, "estimator::Path", "t"),
             move |context: &Context, subject: Subject| {
                 let parts = alone(subject.parts.unwrap_or(RIGHT));
@@ -157,7 +157,7 @@ fn strategies() -> Vec<Bench<Subject>> {
         )
     };
     vec![
-        bench(
+        trial_on(
             "irradiance/shadow-rays-alone",
             "by shadow rays alone",
             far,
@@ -166,7 +166,7 @@ fn strategies() -> Vec<Bench<Subject>> {
             // A horizontal direction has no density: the path ends after its shadow ray.
             |table| Table { cosine_hemisphere: |_| DVec3::X, mis_weight: |_, _| 1.0, ..table },
         ),
-        bench("irradiance/hits-alone", "by hits alone", near, &NEAR, 8_000_000, |table| Table {
+        trial_on("irradiance/hits-alone", "by hits alone", near, &NEAR, 8_000_000, |table| Table {
             visible: |_, _, _, _| false,
             mis_weight: |_, _| 1.0,
             ..table
@@ -196,10 +196,10 @@ impl Property for Weights {
     }
 }
 
-fn weights() -> Bench<Subject> {
+fn weights() -> TrialOn<Subject> {
     let property = "MIS weights sum to one and stand in proportion to the densities";
     let subject = "radiometry::balance";
-    Bench::new(data("irradiance/weights", property, &MIS, subject, "exact"), on(Weights))
+    TrialOn::new(data("irradiance/weights", property, &MIS, subject, "exact"), on(Weights))
 }
 
 const PICKS: u64 = 1_000_000;
@@ -220,8 +220,8 @@ impl Property for Picks {
     }
 }
 
-fn picks() -> Bench<Subject> {
+fn picks() -> TrialOn<Subject> {
     let property = "each of three emitters is picked with probability 1/3";
     let subject = "estimator::NextEvent::pick_emitter";
-    Bench::new(data("irradiance/picks", property, &ESTIMATOR, subject, "chi-square"), on(Picks))
+    TrialOn::new(data("irradiance/picks", property, &ESTIMATOR, subject, "chi-square"), on(Picks))
 }

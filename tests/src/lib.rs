@@ -42,7 +42,7 @@ pub mod streams;
 pub mod subject;
 pub mod whole_paths;
 
-use crate::faults::{AnyFamily, Fault, Pair};
+use crate::faults::{AnyFamily, FaultData, Pair};
 use whitefurnace::harness::trial::Trial;
 
 /// Every trial with its faults, by the type of subject.
@@ -82,7 +82,7 @@ pub fn all() -> Vec<Trial> {
 }
 
 /// Every fault and every equivalent mutant.
-pub fn all_faults() -> Vec<Fault> {
+pub fn all_faults() -> Vec<FaultData> {
     families().iter().flat_map(|family| family.faults()).collect()
 }
 

@@ -9,7 +9,7 @@ use super::glass::{INDEX, reflectance_by_angles};
 use super::probes::{SINGLE, any_direction, radiance, words};
 use super::scenes::{LIGHT, floor, light, scene, square, towards_origin};
 use super::subject::{Kind, Property, Setup, Subject, on};
-use crate::faults::{Bench, data};
+use crate::faults::{TrialOn, data};
 use crate::subject::Parts;
 use whitefurnace::bsdf::Bsdf;
 use whitefurnace::equation::{FRESNEL, REFRACTION};
@@ -82,7 +82,7 @@ impl Property for Vanishing {
 }
 
 /// The trials.
-pub fn benches() -> Vec<Bench<Subject>> {
+pub fn trials() -> Vec<TrialOn<Subject>> {
     let r = reflectance_by_angles(60f64.to_radians(), 1.0, INDEX);
     let r0 = ((INDEX - 1.0) / (INDEX + 1.0)).powi(2);
     let through = |r: f64| (1.0 - r) / (1.0 + r);
@@ -121,6 +121,6 @@ pub fn benches() -> Vec<Bench<Subject>> {
             through(r0) * LIGHT,
             (4_600_000, SINGLE),
         ),
-        Bench::new(vanishing, on(Vanishing { scenes: [lights(true), lights(false)] })),
+        TrialOn::new(vanishing, on(Vanishing { scenes: [lights(true), lights(false)] })),
     ]
 }

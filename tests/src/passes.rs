@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::probes::Words;
 use super::scenes::level;
 use super::subject::{Property, Setup, Subject, on};
-use crate::faults::{Bench, data};
+use crate::faults::{TrialOn, data};
 use crate::subject::Parts;
 use whitefurnace::estimator::{Bdpt, Estimator, ImageEstimator, LightTracer, Path, Standard};
 use whitefurnace::harness::mean::{Values, mean, welch};
@@ -140,10 +140,15 @@ impl Property for MeanImage {
 
 /// A trial of regions whose mean radiance is `reference`, to within a δ relative to it; 0 claims it of
 /// every single pass.
-pub fn image(words: Words, passes: &Passes, reference: f64, regions: &[Region]) -> Bench<Subject> {
+pub fn image(
+    words: Words,
+    passes: &Passes,
+    reference: f64,
+    regions: &[Region],
+) -> TrialOn<Subject> {
     let trial = data(words.name, words.property, words.equation, passes.kind.path(), "t");
     let property = MeanImage { passes: passes.clone(), reference, regions: regions.to_vec() };
-    Bench::new(trial, on(property))
+    TrialOn::new(trial, on(property))
 }
 
 /// The image has the mean of the path tracer's.
@@ -188,17 +193,21 @@ impl Property for SameAsPath {
 
 /// A trial of equality with the path tracer, which renders `frames` frames of one sample per pixel; `delta`
 /// is relative to its mean.
-pub fn same_as_path(words: Words, passes: &Passes, (frames, delta): (u64, f64)) -> Bench<Subject> {
+pub fn same_as_path(
+    words: Words,
+    passes: &Passes,
+    (frames, delta): (u64, f64),
+) -> TrialOn<Subject> {
     let trial = data(words.name, words.property, words.equation, passes.kind.path(), "Welch");
     let property = SameAsPath { passes: passes.clone(), frames, delta };
-    Bench::new(trial, on(property))
+    TrialOn::new(trial, on(property))
 }
 
 /// A trial whose subject is changed first, whatever else is wrong with it.
 pub fn altered(
-    bench: Bench<Subject>,
+    trial_on: TrialOn<Subject>,
     alter: impl Fn(Subject) -> Subject + Send + Sync + 'static,
-) -> Bench<Subject> {
-    let inner = bench.on;
-    Bench::new(bench.trial, move |context, subject| inner(context, alter(subject)))
+) -> TrialOn<Subject> {
+    let inner = trial_on.on;
+    TrialOn::new(trial_on.trial, move |context, subject| inner(context, alter(subject)))
 }

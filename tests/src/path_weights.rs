@@ -10,7 +10,7 @@ use super::probes::any_direction;
 use super::scenes::{FLOOR, LIGHT, NEAR, floor, lambert, light, scene, square};
 use super::script::Scripted;
 use super::subject::{RIGHT, Table};
-use crate::faults::{AnyFamily, Bench, Family, data, mutant};
+use crate::faults::{AnyFamily, Family, TrialOn, data, fault};
 use whitefurnace::emitter::{Emitter, EmitterShape, LightSampling};
 use whitefurnace::equation::{MIS, MIS_POWER, SOLID_ANGLE};
 use whitefurnace::estimator::{Estimator, Heuristic, Path, Strategy};
@@ -245,30 +245,30 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     ];
     vec![Box::new(Family {
         whole_estimator: true,
-        benches: vec![Bench::new(trial, on)],
+        trials: vec![TrialOn::new(trial, on)],
         faults: vec![
-            mutant(
+            fault(
                 "hits-by-balance",
                 &MIS_POWER,
                 "hits have the weight of balance where shadow rays have that of power",
                 hits(balance),
                 by_hit,
             ),
-            mutant(
+            fault(
                 "shadow-rays-by-balance",
                 &MIS_POWER,
                 "shadow rays have the weight of balance where hits have that of power",
                 shadows(balance),
                 by_shadow,
             ),
-            mutant(
+            fault(
                 "density-of-the-other-light-sampling",
                 &SOLID_ANGLE,
                 "hits are weighted by area where shadow rays pick by solid angle, and the reverse",
                 hits(Side { lights: other, ..SIDE }),
                 by_hit,
             ),
-            mutant(
+            fault(
                 "number-of-lights-forgotten",
                 &MIS,
                 "the density of a shadow ray does not know at a hit that one of five lights was picked",
@@ -278,7 +278,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 )),
                 by_hit,
             ),
-            mutant(
+            fault(
                 "hits-weighted-as-shadow-rays",
                 &MIS,
                 "the two densities change places at a hit",
@@ -292,7 +292,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 }),
                 by_hit,
             ),
-            mutant(
+            fault(
                 "density-of-the-other-direction",
                 &MIS,
                 "a shadow ray is weighted by the uniform density of directions, not the cosine's",

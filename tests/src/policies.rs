@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::furnace::off_cap;
 use super::probes::BOUNCES;
 use super::subject::{Kind, Probe, RIGHT, STANDARD, Subject, Table};
-use crate::faults::{AnyFamily, Bench, Family, Mutant, data, mutant};
+use crate::faults::{AnyFamily, Family, Fault, TrialOn, data, fault};
 use whitefurnace::equation::ROULETTE;
 use whitefurnace::estimator::Standard;
 use whitefurnace::harness::mean::{Values, mean, welch};
@@ -117,10 +117,10 @@ fn bounds(context: &Context, policy: Policy) -> Vec<Outcome> {
     ]
 }
 
-fn benches() -> Vec<Bench<Policy>> {
+fn trials() -> Vec<TrialOn<Policy>> {
     let subject = "roulette::by_throughput";
     vec![
-        Bench::new(
+        TrialOn::new(
             data(
                 "roulette/by-throughput/mean",
                 "survival by the largest channel of the throughput preserves the mean of every channel",
@@ -130,7 +130,7 @@ fn benches() -> Vec<Bench<Policy>> {
             ),
             channels,
         ),
-        Bench::new(
+        TrialOn::new(
             data(
                 "roulette/by-throughput/bounds",
                 "survival is at most 0.95, and a survivor's largest channel 1 or what it was divided by 0.95",
@@ -143,13 +143,13 @@ fn benches() -> Vec<Bench<Policy>> {
     ]
 }
 
-fn faults() -> Vec<Mutant<Policy>> {
+fn faults() -> Vec<Fault<Policy>> {
     let survival = |name, wrong, survival: Survival, caught_by| {
         let policy = Policy { survival, ..BY_THROUGHPUT };
-        mutant(name, &ROULETTE, wrong, policy, caught_by)
+        fault(name, &ROULETTE, wrong, policy, caught_by)
     };
     vec![
-        mutant(
+        fault(
             "no-weight",
             &ROULETTE,
             "survivors are not divided by the survival",
@@ -185,7 +185,7 @@ fn faults() -> Vec<Mutant<Policy>> {
 /// The path tracer's policy.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
-        benches: benches(),
+        trials: trials(),
         faults: faults(),
         ..Family::new("survival", BY_THROUGHPUT)
     })]
@@ -224,13 +224,13 @@ fn same_mean(context: &Context, probe: &Probe, subject: Subject) -> Vec<Outcome>
 }
 
 /// The trial of the policies in a scene.
-pub fn cavity() -> Option<Bench<Subject>> {
+pub fn cavity() -> Option<TrialOn<Subject>> {
     let probe = Probe {
         scene: Arc::new(cavity_cap(RHO, Cap::Black).ok()?),
         kind: Kind::Path,
         ray: off_cap,
     };
-    Some(Bench::new(
+    Some(TrialOn::new(
         data(
             "furnace/cavity/policies",
             "in a cavity the path tracer has the same mean with survival by throughput, 0.9, and 1 − α",

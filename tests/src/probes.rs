@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::scenes::level;
 use super::subject::{Kind, Probe, Property, Setup, Subject, on};
-use crate::faults::{Bench, data};
+use crate::faults::{TrialOn, data};
 use crate::subject::Parts;
 use whitefurnace::equation::Equation;
 use whitefurnace::harness::mean::{Values, mean};
@@ -81,11 +81,11 @@ pub fn radiance(
     (scene, kind, ray): (&Arc<Scene>, Kind, fn(&mut Stream) -> Ray),
     reference: f64,
     (samples, delta): (u64, f64),
-) -> Bench<Subject> {
+) -> TrialOn<Subject> {
     let trial = data(words.name, words.property, words.equation, path(kind), "t");
     let probe = Probe { scene: Arc::clone(scene), kind, ray };
     let property = MeanRadiance { probe, reference, delta: delta * reference, samples };
-    Bench::new(trial, on(property))
+    TrialOn::new(trial, on(property))
 }
 
 /// A uniformly distributed direction.

@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::furnace::inside;
 use super::probes::BOUNCES;
 use super::scenes::scene;
-use crate::faults::{AnyFamily, Bench, Family, data, mutant};
+use crate::faults::{AnyFamily, Family, TrialOn, data, fault};
 use whitefurnace::bsdf::{Bsdf, OrenNayarForm};
 use whitefurnace::equation::{OREN_NAYAR, ROULETTE};
 use whitefurnace::estimator::{Estimator, Published, Quirks};
@@ -69,11 +69,11 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let right = Quirks::default();
     let without = |name, equation, wrong, quirks| {
         let caught_by: &[&str] = &["furnace/published"];
-        mutant(name, equation, wrong, quirks, caught_by)
+        fault(name, equation, wrong, quirks, caught_by)
     };
     vec![Box::new(Family {
         whole_estimator: true,
-        benches: vec![Bench::new(trial, on)],
+        trials: vec![TrialOn::new(trial, on)],
         faults: vec![
             without(
                 "roulette-by-its-own-number",

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::streams::{Pairs, collisions};
-use crate::faults::{AnyFamily, Bench, Family, data, mutant};
+use crate::faults::{AnyFamily, Family, TrialOn, data, fault};
 use whitefurnace::camera::Camera;
 use whitefurnace::equation::ESTIMATOR;
 use whitefurnace::estimator::Estimator;
@@ -151,25 +151,25 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let Some(scene) = nothing() else {
         return Vec::new();
     };
-    let bench = |name: &str, property: &str, statistic, on: On| {
+    let trial_on = |name: &str, property: &str, statistic, on: On| {
         let subject = "render::render";
         let name = format!("streams/render/{name}");
         let trial = data(name, property, &ESTIMATOR, subject, statistic);
         let scene = Arc::clone(&scene);
-        Bench::new(trial, move |context: &Context, numbers| on(context, &scene, numbers))
+        TrialOn::new(trial, move |context: &Context, numbers| on(context, &scene, numbers))
     };
     let fault = |name, wrong, numbers: Numbers, caught_by| {
-        mutant(name, &ESTIMATOR, wrong, numbers, caught_by)
+        fault(name, &ESTIMATOR, wrong, numbers, caught_by)
     };
     vec![Box::new(Family {
-        benches: vec![
-            bench(
+        trials: vec![
+            trial_on(
                 "distinct",
                 "the first numbers of all pixels and samples are distinct",
                 "Poisson",
                 distinct,
             ),
-            bench(
+            trial_on(
                 "neighbours",
                 "neighbouring columns, rows, samples and draws, and a ray's position and its first draw, are independent",
                 "chi-square and t",

@@ -2,7 +2,7 @@
 //! 1 and reflects the share a, so that the radiance is 1/(1 − a).
 
 use super::infinite_variance;
-use crate::faults::{AnyFamily, Bench, Family, Mutant, data, mutant};
+use crate::faults::{AnyFamily, Family, Fault, TrialOn, data, fault};
 use crate::subject::fault;
 use whitefurnace::equation::{PATH_LENGTH, ROULETTE};
 use whitefurnace::harness::mean::{Values, mean, welch};
@@ -133,11 +133,11 @@ const PAIRS: [[f64; 2]; 9] = [
 /// What walks examine.
 pub const SUBJECT: &str = "roulette::survives, roulette::weight";
 
-fn pair_benches(pair: [f64; 2]) -> Vec<Bench<Parts>> {
+fn pair_benches(pair: [f64; 2]) -> Vec<TrialOn<Parts>> {
     let [a, q] = pair;
     let name = |what| format!("roulette/albedo-{a}/survival-{q}/{what}");
     let m = 1.0 / (1.0 - a);
-    let mut benches = vec![Bench::new(
+    let mut trials = vec![TrialOn::new(
         data(
             name("mean"),
             format!("the mean is {m:.0} whatever the survival"),
@@ -148,7 +148,7 @@ fn pair_benches(pair: [f64; 2]) -> Vec<Bench<Parts>> {
         move |c, parts| mean_is_right(c, parts, pair),
     )];
     if q >= a {
-        benches.push(Bench::new(
+        trials.push(TrialOn::new(
             data(
                 name("variance"),
                 format!("the variance is {:.6}", variance(a, q)),
@@ -159,12 +159,12 @@ fn pair_benches(pair: [f64; 2]) -> Vec<Bench<Parts>> {
             move |c, parts| variance_is_right(c, parts, pair),
         ));
     }
-    benches
+    trials
 }
 
-fn benches() -> Vec<Bench<Parts>> {
-    let mut benches: Vec<_> = PAIRS.into_iter().flat_map(pair_benches).collect();
-    benches.push(Bench::new(
+fn trials() -> Vec<TrialOn<Parts>> {
+    let mut trials: Vec<_> = PAIRS.into_iter().flat_map(pair_benches).collect();
+    trials.push(TrialOn::new(
         data(
             "roulette/same-mean",
             "survivals 0.75 and 0.9 have the same mean at albedo 0.75",
@@ -174,8 +174,8 @@ fn benches() -> Vec<Bench<Parts>> {
         ),
         |c, parts| same_mean(c, [RIGHT, parts], 0.75, [0.75, 0.9]),
     ));
-    benches.extend([0.5, 0.75, 0.9].map(|a| {
-        Bench::new(
+    trials.extend([0.5, 0.75, 0.9].map(|a| {
+        TrialOn::new(
             data(
                 format!("roulette/albedo-{a}/cut"),
                 "a path cut after b bounces has the relative bias −a^(b+1), b = 1 to 12",
@@ -186,11 +186,11 @@ fn benches() -> Vec<Bench<Parts>> {
             move |c, parts| truncation(c, parts, a),
         )
     }));
-    benches.extend(infinite_variance::benches());
-    benches
+    trials.extend(infinite_variance::trials());
+    trials
 }
 
-fn faults() -> Vec<Mutant<Parts>> {
+fn faults() -> Vec<Fault<Parts>> {
     vec![
         fault!("no-weight", ROULETTE, "survivors are not divided by the survival",
             Parts: { weight: |_| 1.0 }, "roulette/albedo-0.5/survival-0.45/mean",
@@ -245,9 +245,9 @@ fn faults() -> Vec<Mutant<Parts>> {
 /// Roulette in the abstract furnace.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
-        benches: benches(),
+        trials: trials(),
         faults: faults(),
-        equivalents: vec![mutant(
+        equivalents: vec![fault(
             "upper-end",
             &ROULETTE,
             "survives if r ≥ 1 − survival: the same probability at the other end",

@@ -9,7 +9,7 @@ use super::furnace::inside;
 use super::probes::BOUNCES;
 use super::scenes::{lambert, sphere_furnace};
 use super::subject::{Property, Setup, Subject, on};
-use crate::faults::{Bench, data};
+use crate::faults::{TrialOn, data};
 use crate::subject::Parts;
 use whitefurnace::bsdf::Scattering;
 use whitefurnace::equation::ESTIMATOR;
@@ -126,7 +126,7 @@ impl Property for Cost {
 }
 
 /// The trials.
-pub fn benches() -> Vec<Bench<Subject>> {
+pub fn trials() -> Vec<TrialOn<Subject>> {
     let subject = "estimator::Report";
     let means = RAYS.into_iter().map(|(rays, samples)| {
         let trial = data(
@@ -137,7 +137,7 @@ pub fn benches() -> Vec<Bench<Subject>> {
             "t",
         );
         let furnace = SampleRays::new(ABSORPTION, (rays, samples));
-        Bench::new(trial, on(Mean(furnace)))
+        TrialOn::new(trial, on(Mean(furnace)))
     });
     let costs = RAYS.into_iter().map(|(rays, _)| {
         let trial = data(
@@ -147,7 +147,7 @@ pub fn benches() -> Vec<Bench<Subject>> {
             subject,
             "exact",
         );
-        Bench::new(trial, on(Cost(SampleRays::new(0.0, (rays, ESTIMATES)))))
+        TrialOn::new(trial, on(Cost(SampleRays::new(0.0, (rays, ESTIMATES)))))
     });
     means.chain(costs).collect()
 }

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use super::scenes::{TRIANGLE, polygon_irradiance, sphere_irradiance};
-use crate::faults::{AnyFamily, Bench, Family, Mutant, data, mutant};
+use crate::faults::{AnyFamily, Family, Fault, TrialOn, data, fault};
 use whitefurnace::emitter::{Emitter, EmitterPoint, EmitterShape};
 use whitefurnace::equation::{
     Equation, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE, SOLID_ANGLE,
@@ -173,8 +173,8 @@ fn seen(context: &Context, subject: Subject, shape: &Shape) -> Vec<Outcome> {
     ]
 }
 
-fn benches() -> Vec<Bench<Subject>> {
-    let bench =
+fn trials() -> Vec<TrialOn<Subject>> {
+    let trial_on =
         |name: &str, what: &str, equation: &'static Equation, subject, shape: fn() -> Shape| {
             let trial = data(
                 format!("emitter/{name}"),
@@ -183,24 +183,24 @@ fn benches() -> Vec<Bench<Subject>> {
                 subject,
                 "chi-square, t",
             );
-            Bench::new(trial, move |context: &Context, subject| seen(context, subject, &shape()))
+            TrialOn::new(trial, move |context: &Context, subject| seen(context, subject, &shape()))
         };
     vec![
-        bench(
+        trial_on(
             "seen-rectangle",
             "a rectangle",
             &LIGHT_RECTANGLE,
             "solid_angle::SphericalRectangle",
             rectangle,
         ),
-        bench(
+        trial_on(
             "seen-triangle",
             "a triangle",
             &LIGHT_TRIANGLE,
             "solid_angle::SphericalTriangle",
             triangle,
         ),
-        bench("seen-sphere", "a sphere", &LIGHT_SPHERE, "solid_angle::VisibleCap", sphere),
+        trial_on("seen-sphere", "a sphere", &LIGHT_SPHERE, "solid_angle::VisibleCap", sphere),
     ]
 }
 
@@ -236,9 +236,9 @@ fn linear_in_angle(
     emitter.sample_solid_angle(from, [(1.0 - angle.cos()) / lost, r2])
 }
 
-fn faults() -> Vec<Mutant<Subject>> {
+fn faults() -> Vec<Fault<Subject>> {
     let fault = |name, equation, wrong, sample: Sample, caught_by| {
-        mutant(name, equation, wrong, Subject { sample }, caught_by)
+        fault(name, equation, wrong, Subject { sample }, caught_by)
     };
     vec![
         fault(
@@ -311,9 +311,9 @@ fn faults() -> Vec<Mutant<Subject>> {
 /// Emitters sampled by solid angle.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
-        benches: benches(),
+        trials: trials(),
         faults: faults(),
-        equivalents: vec![mutant(
+        equivalents: vec![fault(
             "mirrored-numbers",
             &LIGHT_SPHERE,
             "1 − r for r: as uniform as r",

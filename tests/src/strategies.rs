@@ -16,7 +16,7 @@ use super::scenes::{
     three_lights, triangle_light,
 };
 use super::subject::{Kind, Probe, Property, Setup, Subject, on};
-use crate::faults::{Bench, data};
+use crate::faults::{TrialOn, data};
 use crate::subject::Parts;
 use whitefurnace::bsdf::Bsdf;
 use whitefurnace::emitter::LightSampling;
@@ -73,16 +73,16 @@ fn near_sphere() -> Arc<Scene> {
 }
 
 /// The trials.
-pub fn benches() -> Vec<Bench<Subject>> {
-    let mut benches = lights();
-    benches.extend(penumbra());
-    benches.push(heuristics());
-    benches.push(power_weights());
-    benches
+pub fn trials() -> Vec<TrialOn<Subject>> {
+    let mut trials = lights();
+    trials.extend(penumbra());
+    trials.push(heuristics());
+    trials.push(power_weights());
+    trials
 }
 
 /// Lights of each shape by each strategy.
-fn lights() -> Vec<Bench<Subject>> {
+fn lights() -> Vec<TrialOn<Subject>> {
     let square = (near_light(), polygon_irradiance(&NEAR), "square");
     let triangle = (near_triangle(), polygon_irradiance(&NEAR_TRIANGLE), "triangular");
     let [radius, height] = NEAR_SPHERE;
@@ -91,47 +91,60 @@ fn lights() -> Vec<Bench<Subject>> {
     let far_triangle = (triangle_light(), polygon_irradiance(&TRIANGLE), "triangular");
     let far_sphere = (sphere_light(), sphere_irradiance(0.5, 2.0, 1.0), "spherical");
     let three = (three_lights(), three(), "threefold");
-    let bench = |name, (scene, irradiance, shape): &(Arc<Scene>, f64, &str), kind, equation, n| {
-        let reference = reflected(*irradiance);
-        let property = format!("a floor reflects {reference:.6} of a {shape} light");
-        let words = words(name, property, equation);
-        radiance(words, (scene, kind, near_origin), reference, (n, SINGLE))
-    };
+    let trial_on =
+        |name, (scene, irradiance, shape): &(Arc<Scene>, f64, &str), kind, equation, n| {
+            let reference = reflected(*irradiance);
+            let property = format!("a floor reflects {reference:.6} of a {shape} light");
+            let words = words(name, property, equation);
+            radiance(words, (scene, kind, near_origin), reference, (n, SINGLE))
+        };
     vec![
-        bench("irradiance/near-square/bsdf", &square, BSDF, &MIS, 7_000_000),
-        bench("irradiance/square/light-area", &far_square, LIGHT_AREA, &GEOMETRY, 900_000),
-        bench(
+        trial_on("irradiance/near-square/bsdf", &square, BSDF, &MIS, 7_000_000),
+        trial_on("irradiance/square/light-area", &far_square, LIGHT_AREA, &GEOMETRY, 900_000),
+        trial_on(
             "irradiance/near-square/light-angle",
             &square,
             LIGHT_ANGLE,
             &LIGHT_RECTANGLE,
             2_500_000,
         ),
-        bench("irradiance/near-square/mis-area", &square, MIS_AREA, &MIS, 6_500_000),
-        bench("irradiance/near-square/mis-angle", &square, MIS_ANGLE, &LIGHT_RECTANGLE, 2_200_000),
-        bench("irradiance/near-triangle/bsdf", &triangle, BSDF, &MIS, 7_000_000),
-        bench("irradiance/triangle/light-area", &far_triangle, LIGHT_AREA, &GEOMETRY, 2_400_000),
-        bench(
+        trial_on("irradiance/near-square/mis-area", &square, MIS_AREA, &MIS, 6_500_000),
+        trial_on(
+            "irradiance/near-square/mis-angle",
+            &square,
+            MIS_ANGLE,
+            &LIGHT_RECTANGLE,
+            2_200_000,
+        ),
+        trial_on("irradiance/near-triangle/bsdf", &triangle, BSDF, &MIS, 7_000_000),
+        trial_on("irradiance/triangle/light-area", &far_triangle, LIGHT_AREA, &GEOMETRY, 2_400_000),
+        trial_on(
             "irradiance/near-triangle/light-angle",
             &triangle,
             LIGHT_ANGLE,
             &SOLID_ANGLE,
             2_500_000,
         ),
-        bench("irradiance/near-triangle/mis-area", &triangle, MIS_AREA, &MIS, 6_700_000),
-        bench(
+        trial_on("irradiance/near-triangle/mis-area", &triangle, MIS_AREA, &MIS, 6_700_000),
+        trial_on(
             "irradiance/near-triangle/mis-angle",
             &triangle,
             MIS_ANGLE,
             &LIGHT_TRIANGLE,
             2_200_000,
         ),
-        bench("irradiance/near-sphere/bsdf", &sphere, BSDF, &MIS, 11_000_000),
-        bench("irradiance/sphere/light-area", &far_sphere, LIGHT_AREA, &GEOMETRY, 11_500_000),
-        bench("irradiance/near-sphere/light-angle", &sphere, LIGHT_ANGLE, &LIGHT_SPHERE, 1_100_000),
-        bench("irradiance/near-sphere/mis-area", &sphere, MIS_AREA, &MIS, 11_000_000),
-        bench("irradiance/near-sphere/mis-angle", &sphere, MIS_ANGLE, &LIGHT_SPHERE, 2_500_000),
-        bench(
+        trial_on("irradiance/near-sphere/bsdf", &sphere, BSDF, &MIS, 11_000_000),
+        trial_on("irradiance/sphere/light-area", &far_sphere, LIGHT_AREA, &GEOMETRY, 11_500_000),
+        trial_on(
+            "irradiance/near-sphere/light-angle",
+            &sphere,
+            LIGHT_ANGLE,
+            &LIGHT_SPHERE,
+            1_100_000,
+        ),
+        trial_on("irradiance/near-sphere/mis-area", &sphere, MIS_AREA, &MIS, 11_000_000),
+        trial_on("irradiance/near-sphere/mis-angle", &sphere, MIS_ANGLE, &LIGHT_SPHERE, 2_500_000),
+        trial_on(
             "irradiance/three-lights/light-angle",
             &three,
             LIGHT_ANGLE,
@@ -170,17 +183,17 @@ pub fn to_floor(y: f64) -> Ray {
     Ray::new(DVec3::new(0.0, y, 0.0) + 0.2 * w, -w)
 }
 
-fn penumbra() -> Vec<Bench<Subject>> {
+fn penumbra() -> Vec<TrialOn<Subject>> {
     let scene = penumbra_scene();
-    let bench = |name, y: f64, ray: fn(&mut Stream) -> Ray, kind, samples| {
+    let trial_on = |name, y: f64, ray: fn(&mut Stream) -> Ray, kind, samples| {
         let reference = penumbra_reference(y);
         let property = format!("in the penumbra at y = {y} the floor reflects {reference:.6}");
         let words = words(name, property, &GEOMETRY);
         radiance(words, (&scene, kind, ray), reference, (samples, SINGLE))
     };
     vec![
-        bench("irradiance/penumbra/bright", -0.6, |_| to_floor(-0.6), LIGHT_ANGLE, 3_800_000),
-        bench("irradiance/penumbra/middle", -0.2, |_| to_floor(-0.2), LIGHT_ANGLE, 9_500_000),
+        trial_on("irradiance/penumbra/bright", -0.6, |_| to_floor(-0.6), LIGHT_ANGLE, 3_800_000),
+        trial_on("irradiance/penumbra/middle", -0.2, |_| to_floor(-0.2), LIGHT_ANGLE, 9_500_000),
     ]
 }
 
@@ -209,7 +222,7 @@ impl Property for SameMean {
     }
 }
 
-fn heuristics() -> Bench<Subject> {
+fn heuristics() -> TrialOn<Subject> {
     let samples = 5_000_000;
     let property = SameMean { scene: near_light(), samples };
     let trial = data(
@@ -219,7 +232,7 @@ fn heuristics() -> Bench<Subject> {
         "estimator::Path",
         "Welch",
     );
-    Bench::new(trial, on(property))
+    TrialOn::new(trial, on(property))
 }
 
 const ARGUMENTS: u64 = 10_000;
@@ -245,7 +258,7 @@ impl Property for PowerWeights {
     }
 }
 
-fn power_weights() -> Bench<Subject> {
+fn power_weights() -> TrialOn<Subject> {
     let trial = data(
         "irradiance/power-weights",
         "power weights sum to one and stand as the squares of the densities",
@@ -253,5 +266,5 @@ fn power_weights() -> Bench<Subject> {
         "radiometry::power",
         "exact",
     );
-    Bench::new(trial, on(PowerWeights))
+    TrialOn::new(trial, on(PowerWeights))
 }

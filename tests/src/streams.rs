@@ -1,7 +1,7 @@
 //! Random-number streams: distinct values, gaps, and no correlation between neighbouring pixels,
 //! samples and draws.
 
-use crate::faults::{AnyFamily, Bench, Family, Mutant, data, mutant};
+use crate::faults::{AnyFamily, Family, Fault, TrialOn, data, fault};
 use glam::DVec3;
 use whitefurnace::equation::ESTIMATOR;
 use whitefurnace::harness::chi_square::{CELL_DELTA, Counts, chi_square, poisson};
@@ -179,13 +179,13 @@ fn golden(seed: u64, pixel: u32, sample: u32, draw: u32) -> f64 {
     (start + RATIO * (f64::from(pixel) + f64::from(sample))).fract()
 }
 
-fn benches() -> Vec<Bench<Numbers>> {
+fn trials() -> Vec<TrialOn<Numbers>> {
     let trial = |name: &str, property: &str, statistic| {
         let subject = "rng::stream, rng::uniform";
         data(format!("streams/{name}"), property, &ESTIMATOR, subject, statistic)
     };
     vec![
-        Bench::new(
+        TrialOn::new(
             trial(
                 "distinct",
                 "numbers of different pixels are distinct: 53 random bits",
@@ -193,11 +193,11 @@ fn benches() -> Vec<Bench<Numbers>> {
             ),
             distinct,
         ),
-        Bench::new(
+        TrialOn::new(
             trial("gaps", "gaps between visits of [0, 1/2) are geometric", "chi-square"),
             gaps,
         ),
-        Bench::new(
+        TrialOn::new(
             trial(
                 "neighbours",
                 "neighbouring pixels, samples and draws are independent",
@@ -208,9 +208,9 @@ fn benches() -> Vec<Bench<Numbers>> {
     ]
 }
 
-fn faults() -> Vec<Mutant<Numbers>> {
+fn faults() -> Vec<Fault<Numbers>> {
     let fault = |name, wrong, numbers: Numbers, caught_by| {
-        mutant(name, &ESTIMATOR, wrong, numbers, caught_by)
+        fault(name, &ESTIMATOR, wrong, numbers, caught_by)
     };
     vec![
         fault("coarse", "sixteen random bits", coarse, &["streams/distinct"]),
@@ -249,9 +249,9 @@ fn faults() -> Vec<Mutant<Numbers>> {
 /// The random-number streams.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
-        benches: benches(),
+        trials: trials(),
         faults: faults(),
-        equivalents: vec![mutant(
+        equivalents: vec![fault(
             "one-minus-r",
             &ESTIMATOR,
             "1 − r for every number r",

@@ -153,10 +153,10 @@ macro_rules! fault {
     ($name:expr, $equation:expr, $wrong:expr, { $($part:ident: $with:expr),* $(,)? }, $($by:expr),+) => {{
         use $crate::subject::{RIGHT, Table, parts};
         let table = Table { $($part: $with,)* ..RIGHT };
-        $crate::faults::mutant($name, &$equation, $wrong, parts(table), &[$($by),+])
+        $crate::faults::fault($name, &$equation, $wrong, parts(table), &[$($by),+])
     }};
     ($name:expr, $equation:expr, $wrong:expr, $kind:ident: { $($field:ident: $with:expr),* $(,)? }, $($by:expr),+) => {
-        $crate::faults::mutant($name, &$equation, $wrong, $kind { $($field: $with,)* ..RIGHT }, &[$($by),+])
+        $crate::faults::fault($name, &$equation, $wrong, $kind { $($field: $with,)* ..RIGHT }, &[$($by),+])
     };
 }
 pub(crate) use fault;

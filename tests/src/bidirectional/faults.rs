@@ -1,6 +1,6 @@
 //! Faults of particles, of the camera as a receiver, of connections, and of the weights of strategies.
 
-use crate::faults::{Mutant, mutant};
+use crate::faults::{Fault, fault};
 use crate::subject::{RIGHT, Subject, Table, fault, parts};
 use whitefurnace::equation::{
     COSINE_HEMISPHERE, ESTIMATOR, GEOMETRY, IMPORTANCE, MIS, PATH_DENSITY, REFRACTION, ROULETTE,
@@ -8,14 +8,14 @@ use whitefurnace::equation::{
 use whitefurnace::estimator::{Density, weight};
 use whitefurnace::sampling::uniform_hemisphere;
 
-pub(super) fn faults() -> Vec<Mutant<Subject>> {
+pub(super) fn faults() -> Vec<Fault<Subject>> {
     let mut faults = particles();
     faults.extend(measures());
     faults.extend(strategies());
     faults
 }
 
-fn particles() -> Vec<Mutant<Subject>> {
+fn particles() -> Vec<Fault<Subject>> {
     vec![
         fault!("pi-forgotten", COSINE_HEMISPHERE,
             "the density of a particle's direction is cos θ without 1/π",
@@ -48,7 +48,7 @@ fn particles() -> Vec<Mutant<Subject>> {
     ]
 }
 
-fn measures() -> Vec<Mutant<Subject>> {
+fn measures() -> Vec<Fault<Subject>> {
     vec![
         fault!("importance-without-cosines", IMPORTANCE, "1/A: the cubed cosine is missing",
             {
@@ -90,7 +90,7 @@ fn measures() -> Vec<Mutant<Subject>> {
     ]
 }
 
-fn strategies() -> Vec<Mutant<Subject>> {
+fn strategies() -> Vec<Fault<Subject>> {
     vec![
         fault!("strategy-left-out", PATH_DENSITY,
             "the sum of densities leaves out seen particles, which count all the same",
@@ -143,8 +143,8 @@ fn strategies() -> Vec<Mutant<Subject>> {
     ]
 }
 
-pub(super) fn equivalents() -> Vec<Mutant<Subject>> {
-    vec![mutant(
+pub(super) fn equivalents() -> Vec<Fault<Subject>> {
+    vec![fault(
         "equal-shares",
         &PATH_DENSITY,
         "the same weight for each strategy of a path without mirrors: they sum to one as well",

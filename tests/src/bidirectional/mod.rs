@@ -11,7 +11,7 @@ use super::passes::ImageKind::{Bdpt, LightTracer};
 use super::passes::{ImageKind, Passes, Region, image, same_as_path, whole};
 use super::probes::{IMAGE, SINGLE, words};
 use super::subject::{STANDARD, Subject};
-use crate::faults::{AnyFamily, Bench, Family};
+use crate::faults::{AnyFamily, Family, TrialOn};
 use whitefurnace::equation::{Equation, GEOMETRY, IMPORTANCE, PATH_DENSITY, REFRACTION, RENDERING};
 use whitefurnace::harness::mean::NEARLY_SYMMETRIC;
 use whitefurnace::scene::Scene;
@@ -19,15 +19,15 @@ use whitefurnace::scene::simple::{CAP_SHARE, Cap, environment, furnace_box};
 
 /// The family.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    let mut benches = direct();
-    benches.extend(furnaces());
-    benches.extend(specular());
-    benches.extend(strategies::alone());
-    benches.extend(equivalence());
-    benches.push(strategies::weights());
+    let mut trials = direct();
+    trials.extend(furnaces());
+    trials.extend(specular());
+    trials.extend(strategies::alone());
+    trials.extend(equivalence());
+    trials.push(strategies::weights());
     vec![Box::new(Family {
         whole_estimator: true,
-        benches,
+        trials,
         faults: faults::faults(),
         equivalents: faults::equivalents(),
         ..Family::new("bidirectional", STANDARD)
@@ -43,14 +43,14 @@ fn mean(
     what: &str,
     (scene, reference): (Arc<Scene>, f64),
     (frame, count, delta): ([u32; 2], u64, f64),
-) -> Bench<Subject> {
+) -> TrialOn<Subject> {
     let passes = Passes { scene, kind, frame, count };
     let words = words(name, format!("{what}: the image has mean {reference:.6}"), equation);
     image(words, &passes, reference, &[whole(delta)])
 }
 
 /// Light that is reflected once, and light that is seen.
-fn direct() -> Vec<Bench<Subject>> {
+fn direct() -> Vec<TrialOn<Subject>> {
     let rectangle = |name, kind, count| {
         let what = "a floor under a square light";
         mean((name, kind, &GEOMETRY), what, scenes::rectangle(false), (SQUARE, count, IMAGE))
@@ -76,7 +76,7 @@ fn direct() -> Vec<Bench<Subject>> {
 }
 
 /// A uniform emitter fills the image: every pixel shows its radiance, the outermost as well.
-fn frame(name: &'static str, kind: ImageKind, count: u64) -> Bench<Subject> {
+fn frame(name: &'static str, kind: ImageKind, count: u64) -> TrialOn<Subject> {
     let (scene, reference) = scenes::emitting_plane();
     let passes = Passes { scene, kind, frame: [24, 8], count };
     let outer = Region {
@@ -90,7 +90,7 @@ fn frame(name: &'static str, kind: ImageKind, count: u64) -> Bench<Subject> {
 }
 
 /// Rooms that emit and reflect.
-fn furnaces() -> Vec<Bench<Subject>> {
+fn furnaces() -> Vec<TrialOn<Subject>> {
     let rho = 0.75;
     let furnace = |name, kind, count| {
         let scene = Arc::new(furnace_box(rho).ok()?);
@@ -136,7 +136,7 @@ fn furnaces() -> Vec<Bench<Subject>> {
 }
 
 /// Mirror and glass between light and surface.
-fn specular() -> Vec<Bench<Subject>> {
+fn specular() -> Vec<TrialOn<Subject>> {
     let mirror = |name, kind, count| {
         let what = "a floor that is lit by way of a mirror";
         mean((name, kind, &PATH_DENSITY), what, scenes::mirror_caustic(), ([22, 9], count, IMAGE))
@@ -167,7 +167,7 @@ fn specular() -> Vec<Bench<Subject>> {
 }
 
 /// The same image as the path tracer's.
-fn equivalence() -> Vec<Bench<Subject>> {
+fn equivalence() -> Vec<TrialOn<Subject>> {
     // Small frames, many of them: the noise of a sample's skewness falls with their number.
     let same = |name, kind, scene, frame, (count, frames)| {
         let passes = Passes { scene, kind, frame, count };

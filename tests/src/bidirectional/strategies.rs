@@ -1,7 +1,7 @@
 //! The strategies of bidirectional path tracing: each alone against a closed form, and their weights.
 
 use super::{SQUARE, mean, scenes};
-use crate::faults::{Bench, data};
+use crate::faults::{TrialOn, data};
 use crate::passes::ImageKind::Bdpt;
 use crate::passes::altered;
 use crate::probes::IMAGE;
@@ -26,13 +26,13 @@ macro_rules! only {
 }
 
 /// Each strategy alone finds all the light of the paths that it makes.
-pub(super) fn alone() -> Vec<Bench<Subject>> {
+pub(super) fn alone() -> Vec<TrialOn<Subject>> {
     let floor = |name, what, scene, count, only: fn(Subject) -> Subject| {
         let size = (SQUARE, count, IMAGE);
-        let bench = mean((name, Bdpt, &MIS), what, scene, size);
-        altered(bench, only)
+        let trial_on = mean((name, Bdpt, &MIS), what, scene, size);
+        altered(trial_on, only)
     };
-    let mut benches = vec![
+    let mut trials = vec![
         floor(
             "bidirectional/alone/hits",
             "a floor under a near light, by hits alone",
@@ -55,7 +55,7 @@ pub(super) fn alone() -> Vec<Bench<Subject>> {
             only!(2, 2),
         ),
     ];
-    benches.extend(
+    trials.extend(
         [
             ("bidirectional/alone/sphere-hits", only!(4, 0) as fn(Subject) -> Subject),
             ("bidirectional/alone/sphere-shadow-rays", only!(4, 1)),
@@ -64,18 +64,18 @@ pub(super) fn alone() -> Vec<Bench<Subject>> {
         ]
         .map(|(name, only)| sphere(name, only)),
     );
-    benches
+    trials
 }
 
 /// In a sphere of albedo ρ the paths of three scatterings have the expectation ρ³ for every strategy, and
 /// every single one has that value: densities are uniform. Roulette would add its noise; walks end after
 /// three scatterings instead.
-fn sphere(name: &'static str, only: fn(Subject) -> Subject) -> Bench<Subject> {
+fn sphere(name: &'static str, only: fn(Subject) -> Subject) -> TrialOn<Subject> {
     let rho: f64 = 0.5;
     let scene = (scenes::sphere_furnace(rho), rho.powi(3));
     let what = "light that a sphere reflects three times, by one strategy alone";
-    let bench = mean((name, Bdpt, &PATH_DENSITY), what, scene, (SQUARE, 400, 0.0));
-    altered(bench, move |subject| {
+    let trial_on = mean((name, Bdpt, &PATH_DENSITY), what, scene, (SQUARE, 400, 0.0));
+    altered(trial_on, move |subject| {
         let table = only(subject).parts.unwrap_or(RIGHT);
         Setup {
             parts: Some(Table {
@@ -132,9 +132,9 @@ impl Property for Weights {
     }
 }
 
-pub(super) fn weights() -> Bench<Subject> {
+pub(super) fn weights() -> TrialOn<Subject> {
     let property =
         "the weights of all strategies of a path sum to one, in proportion to their densities";
     let name = "bidirectional/weights";
-    Bench::new(data(name, property, &PATH_DENSITY, "estimator::weight", "exact"), on(Weights))
+    TrialOn::new(data(name, property, &PATH_DENSITY, "estimator::weight", "exact"), on(Weights))
 }

@@ -1,6 +1,6 @@
 //! Faults of mirrors and glass, (10)-(12) and refraction.
 
-use crate::faults::{Mutant, mutant};
+use crate::faults::{Fault, fault};
 use crate::fresnel::{no_total_reflection, schlick};
 use crate::subject::{RIGHT, Subject, Table, fault, parts};
 use whitefurnace::equation::{FRESNEL, FRESNEL_P, FRESNEL_S, REFRACTION};
@@ -8,15 +8,15 @@ use whitefurnace::fresnel::{
     mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refract,
 };
 
-pub(super) fn faults() -> Vec<Mutant<Subject>> {
+pub(super) fn faults() -> Vec<Fault<Subject>> {
     let fresnel = |name, equation, wrong, fresnel: fn(f64, f64, f64) -> f64, caught_by| {
         let table = Table { fresnel, ..RIGHT };
-        mutant(name, equation, wrong, parts(table), caught_by)
+        fault(name, equation, wrong, parts(table), caught_by)
     };
     let factor = |name, wrong, radiance_factor: fn(f64, f64) -> f64| {
         let table = Table { radiance_factor, ..RIGHT };
         let caught_by: &[&str] = &["glass/cube-inside", "glass/lit-from-below"];
-        mutant(name, &REFRACTION, wrong, parts(table), caught_by)
+        fault(name, &REFRACTION, wrong, parts(table), caught_by)
     };
     vec![
         fresnel(

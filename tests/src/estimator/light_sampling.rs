@@ -1,6 +1,6 @@
 //! Faults of lights sampled by solid angle, of the power heuristic, and of light that is hit.
 
-use crate::faults::Mutant;
+use crate::faults::Fault;
 use crate::solid_angle::{uniform_in_area, with_pdf};
 use crate::subject::{Subject, fault};
 use whitefurnace::emitter::EmitterPoint;
@@ -9,13 +9,13 @@ use whitefurnace::equation::{
 };
 use whitefurnace::estimator::Strategy;
 
-pub(super) fn faults() -> Vec<Mutant<Subject>> {
+pub(super) fn faults() -> Vec<Fault<Subject>> {
     let mut faults = points();
     faults.extend(weights());
     faults
 }
 
-fn points() -> Vec<Mutant<Subject>> {
+fn points() -> Vec<Fault<Subject>> {
     vec![
         fault!("angle-pdf-of-area", LIGHT_RECTANGLE,
             "points by solid angle under the pdf of points by area, in the measure of area",
@@ -61,7 +61,7 @@ fn points() -> Vec<Mutant<Subject>> {
     ]
 }
 
-fn weights() -> Vec<Mutant<Subject>> {
+fn weights() -> Vec<Fault<Subject>> {
     vec![
         fault!("hits-weighted-by-area", MIS,
             "points by solid angle, but hits are weighted with the pdf of points by area",

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::faults::Mutant;
+use crate::faults::Fault;
 use crate::subject::{Subject, fault};
 use whitefurnace::emitter::{Emitter, EmitterPoint, EmitterShape};
 use whitefurnace::equation::{ESTIMATOR, GEOMETRY, MIS, WHITTED};
@@ -28,7 +28,7 @@ fn always_visible(_: &Scene, _: (DVec3, DVec3), _: (DVec3, DVec3), _: bool) -> b
     true
 }
 
-pub(super) fn faults() -> Vec<Mutant<Subject>> {
+pub(super) fn faults() -> Vec<Fault<Subject>> {
     let mut faults = light_measures();
     faults.extend([
         fault!("always-the-first", ESTIMATOR, "picks the first emitter every time, with the density of all",
@@ -65,7 +65,7 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
     faults
 }
 
-fn light_measures() -> Vec<Mutant<Subject>> {
+fn light_measures() -> Vec<Fault<Subject>> {
     vec![
         fault!("light-cosine-missing", GEOMETRY,
             "the cosine at the light is missing in the change of measure",

@@ -10,7 +10,7 @@ mod sampling;
 use std::f64::consts::FRAC_1_PI;
 
 use super::subject::{STANDARD, Setup, Subject, fault};
-use crate::faults::{AnyFamily, Family, Mutant, mutant};
+use crate::faults::{AnyFamily, Family, Fault, fault};
 use crate::{chains, cie, furnace, glass, images, irradiance, panes, strategies};
 use whitefurnace::equation::{
     COSINE_HEMISPHERE, ESTIMATOR, PATH_LENGTH, REFRACTION, RENDERING, ROULETTE, WHITTED,
@@ -20,14 +20,14 @@ use whitefurnace::sampling::{cosine_hemisphere, uniform_hemisphere};
 
 /// The family.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    let mut benches = furnace::benches();
-    benches.extend(irradiance::benches());
-    benches.extend(strategies::benches());
-    benches.extend(chains::benches());
-    benches.extend(glass::benches());
-    benches.extend(panes::benches());
-    benches.extend(cie::benches());
-    benches.extend(images::benches());
+    let mut trials = furnace::trials();
+    trials.extend(irradiance::trials());
+    trials.extend(strategies::trials());
+    trials.extend(chains::trials());
+    trials.extend(glass::trials());
+    trials.extend(panes::trials());
+    trials.extend(cie::trials());
+    trials.extend(images::trials());
     let mut faults = reflection::faults();
     faults.extend(sampling::faults());
     faults.extend(lights::faults());
@@ -36,7 +36,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     faults.extend(told());
     vec![Box::new(Family {
         whole_estimator: true,
-        benches,
+        trials,
         faults,
         equivalents: equivalents(),
         ..Family::new("estimator", STANDARD)
@@ -44,18 +44,18 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
 }
 
 /// Faults in what an estimator is told.
-fn told() -> Vec<Mutant<Subject>> {
+fn told() -> Vec<Fault<Subject>> {
     let rules = |rules| Setup { rules, ..STANDARD };
     let segments = |segments| Setup { segments: Some(segments), ..STANDARD };
     vec![
-        mutant(
+        fault(
             "seven-segments",
             &PATH_LENGTH,
             "at most seven segments, called unbiased",
             segments(7),
             &["furnace/report/albedo-0.65"],
         ),
-        mutant(
+        fault(
             "four-segments",
             &PATH_LENGTH,
             "one segment more than said",
@@ -69,28 +69,28 @@ fn told() -> Vec<Mutant<Subject>> {
                 "furnace/report/cost-4",
             ],
         ),
-        mutant(
+        fault(
             "not-seen-in-mirrors",
             &WHITTED,
             "lights are dark to rays that have met only mirrors and glass",
             rules(LightRules { seen: Some(0.0), ..LightRules::PHYSICAL }),
             &["glass/mirror-aim"],
         ),
-        mutant(
+        fault(
             "lights-show-one",
             &WHITTED,
             "lights that are seen show 1, as in the report's figures",
             rules(LightRules { seen: Some(1.0), ..LightRules::PHYSICAL }),
             &["glass/mirror-aim"],
         ),
-        mutant(
+        fault(
             "caustics-left-out",
             &RENDERING,
             "no light that is hit after a diffuse surface counts, found by shadow rays or not",
             rules(LightRules { caustics: false, ..LightRules::PHYSICAL }),
             &["irradiance/after-mirror/report", "irradiance/after-glass/report"],
         ),
-        mutant(
+        fault(
             "rules-without-factor",
             &REFRACTION,
             "the report's rules: radiance is not scaled by (n₁/n₂)²",
@@ -100,7 +100,7 @@ fn told() -> Vec<Mutant<Subject>> {
     ]
 }
 
-fn equivalents() -> Vec<Mutant<Subject>> {
+fn equivalents() -> Vec<Fault<Subject>> {
     vec![
         fault!("survival-constant", ROULETTE,
             "survival 0.9 whatever the throughput: every policy has the same mean",

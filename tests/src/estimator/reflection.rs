@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::DVec3;
 
-use crate::faults::{Mutant, mutant};
+use crate::faults::{Fault, fault};
 use crate::subject::{RIGHT, Subject, Table, fault, parts};
 use whitefurnace::bsdf::eon::{multiple_albedo, multiple_scattering, single_scattering};
 use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
@@ -40,7 +40,7 @@ fn eon(bsdf: &Bsdf, wo: DVec3, wi: DVec3, [first, second]: [f64; 2]) -> DVec3 {
     }
 }
 
-pub(super) fn faults() -> Vec<Mutant<Subject>> {
+pub(super) fn faults() -> Vec<Fault<Subject>> {
     vec![
         fault!("no-pi", LAMBERT, "the BRDF misses 1/π",
             { brdf: |bsdf, wo, wi| PI * bsdf.eval(wo, wi) }, "irradiance/rectangle-whitted",
@@ -61,7 +61,7 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
         fault!("printed-oren-nayar", OREN_NAYAR, "sin β for tan β, as printed",
             { brdf: |bsdf, wo, wi| oren_nayar(bsdf, wo, wi, OrenNayarForm::Printed, |a| a) },
             "furnace/sky/oren-nayar"),
-        mutant(
+        fault(
             "oren-nayar-constant",
             &OREN_NAYAR_CONSTANTS,
             "0.57 for 0.33 in A",

@@ -1,6 +1,6 @@
 //! Faults of sampling: directions (17)-(19), cosine-weighted directions, roulette.
 
-use crate::faults::Mutant;
+use crate::faults::Fault;
 use crate::hemisphere::faults::{
     half_circle, half_circle_cosine, linear_theta, no_root, shared_number,
 };
@@ -11,7 +11,7 @@ use whitefurnace::equation::{
 use whitefurnace::roulette;
 use whitefurnace::sampling::{cosine_hemisphere, uniform_hemisphere, uniform_hemisphere_pdf};
 
-pub(super) fn faults() -> Vec<Mutant<Subject>> {
+pub(super) fn faults() -> Vec<Fault<Subject>> {
     vec![
         fault!("uniform-for-cosine", COSINE_HEMISPHERE, "uniform directions with the cosine pdf's weight",
             { cosine_hemisphere: uniform_hemisphere }, "irradiance/hits-alone"),

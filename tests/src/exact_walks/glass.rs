@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::eye::{EVERYWHERE, Eye, PARTICLES};
 use super::{ENDLESS, certain, hollow};
-use crate::faults::{Bench, Mutant, mutant};
+use crate::faults::{Fault, TrialOn, fault};
 use crate::scenes::{LIGHT, TINT, lambert, light, seen_by};
 use crate::subject::{Setup, Subject, Table, parts};
 use whitefurnace::bsdf::Bsdf;
@@ -47,7 +47,7 @@ const GLASS: &[&str] = &[
 const RULED: &[&str] = &["glass/equilibrium/report", "glass/equilibrium/whitted"];
 pub(super) const LOOKED_UP: &[&str] = &["glass/photons/direct", "glass/photons/gather"];
 
-pub(super) fn equilibrium() -> Vec<Bench<Subject>> {
+pub(super) fn equilibrium() -> Vec<TrialOn<Subject>> {
     let n2 = INDEX * INDEX;
     let surfaces = [light(1.0), light(n2)];
     let scenes = [
@@ -55,7 +55,7 @@ pub(super) fn equilibrium() -> Vec<Bench<Subject>> {
         (glass("within, outwards", 0.5, 1.0, true, surfaces), n2),
         (glass("from outside", 1.4, 0.25, false, surfaces), 1.0),
     ];
-    let bench = |name, subject, eye| {
+    let trial_on = |name, subject, eye| {
         certain(
             (name, subject, &REFRACTION),
             format!("in equilibrium all within glass is at {n2} and all outside at 1"),
@@ -65,17 +65,17 @@ pub(super) fn equilibrium() -> Vec<Bench<Subject>> {
     };
     let photons = Eye::Photons(Lookup::Direct);
     vec![
-        bench(GLASS[0], "estimator::Path", Eye::Path),
-        bench(GLASS[1], "estimator::PhotonMapping", photons),
-        bench(GLASS[2], "estimator::Sppm", Eye::Sppm),
-        bench(GLASS[3], "estimator::Bdpt", Eye::Bdpt),
-        bench(RULED[0], "estimator::Report", Eye::Report(FEW_SEGMENTS)),
-        bench(RULED[1], "estimator::Whitted", Eye::Whitted(FEW_SEGMENTS)),
+        trial_on(GLASS[0], "estimator::Path", Eye::Path),
+        trial_on(GLASS[1], "estimator::PhotonMapping", photons),
+        trial_on(GLASS[2], "estimator::Sppm", Eye::Sppm),
+        trial_on(GLASS[3], "estimator::Bdpt", Eye::Bdpt),
+        trial_on(RULED[0], "estimator::Report", Eye::Report(FEW_SEGMENTS)),
+        trial_on(RULED[1], "estimator::Whitted", Eye::Whitted(FEW_SEGMENTS)),
     ]
 }
 
 /// What a ball in glass sends to a wall, looked up from within the glass; and what comes back to it.
-pub(super) fn looked_up() -> Vec<Bench<Subject>> {
+pub(super) fn looked_up() -> Vec<TrialOn<Subject>> {
     let n2 = INDEX * INDEX;
     let black = Surface::new(lambert(0.0));
     let surfaces = [black, black.emitting(LIGHT * TINT)];
@@ -85,7 +85,7 @@ pub(super) fn looked_up() -> Vec<Bench<Subject>> {
         (glass("the ball from outside", 1.4, 0.05, false, surfaces), (LIGHT + flux) / n2),
     ];
     let gather = Lookup::Gather { caustic_particles: PARTICLES, caustic_radius: EVERYWHERE };
-    let bench = |name, lookup| {
+    let trial_on = |name, lookup| {
         certain(
             (name, "estimator::PhotonMapping", &REFRACTION),
             format!("photons of {flux:.6} beyond glass are seen n² as bright from within"),
@@ -93,14 +93,14 @@ pub(super) fn looked_up() -> Vec<Bench<Subject>> {
             scenes.clone(),
         )
     };
-    vec![bench(LOOKED_UP[0], Lookup::Direct), bench(LOOKED_UP[1], gather)]
+    vec![trial_on(LOOKED_UP[0], Lookup::Direct), trial_on(LOOKED_UP[1], gather)]
 }
 
 /// Radiance that refraction changes in a wrong way.
-pub(super) fn factors(table: Table, caught_by: &'static [&'static str]) -> Vec<Mutant<Subject>> {
+pub(super) fn factors(table: Table, caught_by: &'static [&'static str]) -> Vec<Fault<Subject>> {
     let fault = |name, wrong, radiance_factor: fn(f64, f64) -> f64| {
         let subject = parts(Table { radiance_factor, ..table });
-        mutant(name, &REFRACTION, wrong, subject, caught_by)
+        fault(name, &REFRACTION, wrong, subject, caught_by)
     };
     vec![
         fault("factor-missing", "refraction leaves radiance as it is", |_, _| 1.0),
@@ -114,10 +114,10 @@ pub(super) fn factors(table: Table, caught_by: &'static [&'static str]) -> Vec<M
 }
 
 /// Faults of the trials of equilibrium.
-pub(super) fn faults() -> Vec<Mutant<Subject>> {
+pub(super) fn faults() -> Vec<Fault<Subject>> {
     let mut faults = factors(ENDLESS, GLASS);
     let rules = LightRules { radiance_factor: false, ..LightRules::PHYSICAL };
-    faults.push(mutant(
+    faults.push(fault(
         "rules-without-factor",
         &REFRACTION,
         "the rules leave radiance as it is",

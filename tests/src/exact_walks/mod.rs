@@ -16,7 +16,7 @@ use glam::DVec3;
 use self::eye::{Eye, PARTICLES};
 use super::scenes::{lambert, level, seen_by};
 use super::subject::{Property, RIGHT, Setup, Subject, Table, on, parts};
-use crate::faults::{AnyFamily, Bench, Family, Mutant, data, mutant};
+use crate::faults::{AnyFamily, Family, Fault, TrialOn, data, fault};
 use crate::subject::Parts;
 use whitefurnace::bsdf::Bsdf;
 use whitefurnace::camera::Camera;
@@ -138,9 +138,9 @@ fn certain(
     property: String,
     eye: Eye,
     scenes: Vec<(Arc<Scene>, f64)>,
-) -> Bench<Subject> {
+) -> TrialOn<Subject> {
     let trial = data(name, property, equation, subject, "exact");
-    Bench::new(trial, on(Certain { eye, scenes }))
+    TrialOn::new(trial, on(Certain { eye, scenes }))
 }
 
 fn left(
@@ -149,20 +149,20 @@ fn left(
     by_eye: bool,
     expected: f64,
     eye: DVec3,
-) -> Bench<Subject> {
+) -> TrialOn<Subject> {
     let property = format!(
         "in a cavity of albedo {ALBEDO} each particle leaves {expected:.6} before it is faint"
     );
     let trial = data(name, property, &PATH_LENGTH, subject, "exact");
     let scene = cavity("diffuse cavity", lambert(ALBEDO), eye);
-    Bench::new(trial, on(Left { scene, by_eye, expected }))
+    TrialOn::new(trial, on(Left { scene, by_eye, expected }))
 }
 
 const INSIDE: DVec3 = DVec3::new(-0.3, 0.1, 0.2);
 /// A place from which the whole cavity lies within the image.
 const OUTSIDE: DVec3 = DVec3::new(0.0, -5.0, 0.0);
 
-fn long() -> Vec<Bench<Subject>> {
+fn long() -> Vec<TrialOn<Subject>> {
     let all = 1.0 / (1.0 - ALBEDO);
     let cut = all * (1.0 - ALBEDO.powi(SEGMENTS as i32));
     let reflectance = DVec3::splat(ALBEDO);
@@ -231,10 +231,10 @@ fn cuts(
     table: Table,
     limited: &'static [&'static str],
     all: &'static [&'static str],
-) -> Vec<Mutant<Subject>> {
+) -> Vec<Fault<Subject>> {
     let cut = |name, wrong, segments, survives: fn(f64, f64) -> bool, caught_by| {
         let subject = Setup { segments: Some(segments), ..parts(Table { survives, ..table }) };
-        mutant(name, &PATH_LENGTH, wrong, subject, caught_by)
+        fault(name, &PATH_LENGTH, wrong, subject, caught_by)
     };
     vec![
         cut("cut-at-63", "paths end at 63 vertices", 63, |_, t| within(t, 63.0), all),
@@ -251,10 +251,10 @@ fn cuts(
 
 /// The families: long walks of every estimator, and glass.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    let family = |name, table, benches, faults| -> Box<dyn AnyFamily> {
+    let family = |name, table, trials, faults| -> Box<dyn AnyFamily> {
         Box::new(Family {
             whole_estimator: true,
-            benches,
+            trials,
             faults,
             ..Family::new(name, parts(table))
         })

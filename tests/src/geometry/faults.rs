@@ -1,7 +1,7 @@
 //! Faults of (1)-(7).
 
 use super::{Corners, RIGHT, Shapes, Solution, readable, watertight};
-use crate::faults::{Mutant, mutant};
+use crate::faults::{Fault, fault};
 use crate::subject::fault;
 use whitefurnace::equation::{
     RAY, SPHERE, SPHERE_DISTANCE, SPHERE_RAY, TRIANGLE_POINT, TRIANGLE_SOLUTION, TRIANGLE_SYSTEM,
@@ -11,7 +11,7 @@ use whitefurnace::shape::{
 };
 
 /// The faults.
-pub(super) fn faults() -> Vec<Mutant<Shapes>> {
+pub(super) fn faults() -> Vec<Fault<Shapes>> {
     let mut faults = triangle_faults();
     faults.extend(sphere_faults());
     faults
@@ -45,16 +45,16 @@ fn front(ray: &Ray, v: Corners) -> bool {
     (v[1] - v[0]).cross(v[2] - v[0]).dot(ray.direction) < 0.0
 }
 
-fn triangle_faults() -> Vec<Mutant<Shapes>> {
+fn triangle_faults() -> Vec<Fault<Shapes>> {
     let solution = |name, wrong, triangle: Solution| {
         let subject = Shapes { triangle, ..RIGHT };
         let caught_by: &[&str] = &["geometry/triangle-solution"];
-        mutant(name, &TRIANGLE_SOLUTION, wrong, subject, caught_by)
+        fault(name, &TRIANGLE_SOLUTION, wrong, subject, caught_by)
     };
     let edges = |name, wrong, triangle: Solution| {
         let subject = Shapes { triangle, ..RIGHT };
         let caught_by: &[&str] = &["geometry/triangle-edges"];
-        mutant(name, &TRIANGLE_SOLUTION, wrong, subject, caught_by)
+        fault(name, &TRIANGLE_SOLUTION, wrong, subject, caught_by)
     };
     vec![
         fault!("normalised", RAY, "the direction is normalised on the way",
@@ -122,7 +122,7 @@ fn triangle_faults() -> Vec<Mutant<Shapes>> {
     ]
 }
 
-fn sphere_faults() -> Vec<Mutant<Shapes>> {
+fn sphere_faults() -> Vec<Fault<Shapes>> {
     vec![
         fault!("radius-not-squared", SPHERE, "r for r²",
             Shapes: { sphere: |x, c, r| (x - c).length_squared() - r }, "geometry/sphere"),

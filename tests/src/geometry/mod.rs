@@ -5,7 +5,7 @@ mod faults;
 
 use glam::DVec3;
 
-use crate::faults::{AnyFamily, Bench, Family, data, mutant};
+use crate::faults::{AnyFamily, Family, TrialOn, data, fault};
 use crate::probes::any_direction;
 use whitefurnace::equation::{
     Equation, RAY, SPHERE, SPHERE_DISTANCE, SPHERE_RAY, TRIANGLE_POINT, TRIANGLE_SOLUTION,
@@ -281,19 +281,19 @@ fn readable(ray: &Ray, v: Corners, limit: f64) -> Option<(f64, f64, f64)> {
     moller_trumbore(ray, v).filter(|(t, ..)| *t < limit)
 }
 
-fn benches() -> Vec<Bench<Shapes>> {
+fn trials() -> Vec<TrialOn<Shapes>> {
     let trial = |name: &str, property: &str, equation: &'static Equation| {
         let subject =
             if equation == &TRIANGLE_SOLUTION { "watertight::Shear::intersect" } else { "shape" };
         data(format!("geometry/{name}"), property, equation, subject, "exact")
     };
     vec![
-        Bench::new(trial("ray", "the ray's point at t is O + tD", &RAY), ray),
-        Bench::new(
+        TrialOn::new(trial("ray", "the ray's point at t is O + tD", &RAY), ray),
+        TrialOn::new(
             trial("triangle-point", "T is affine and meets the corners", &TRIANGLE_POINT),
             point,
         ),
-        Bench::new(
+        TrialOn::new(
             trial(
                 "triangle-system",
                 "(3) vanishes at the solution and changes by −D, E₁, E₂",
@@ -301,7 +301,7 @@ fn benches() -> Vec<Bench<Shapes>> {
             ),
             system,
         ),
-        Bench::new(
+        TrialOn::new(
             trial(
                 "triangle-solution",
                 "(4) recovers t, u, v at every size, and misses what it must",
@@ -309,7 +309,7 @@ fn benches() -> Vec<Bench<Shapes>> {
             ),
             solution,
         ),
-        Bench::new(
+        TrialOn::new(
             trial(
                 "triangle-edges",
                 "a ray into a closed fan of triangles meets one, at edges and vertices, too",
@@ -317,12 +317,12 @@ fn benches() -> Vec<Bench<Shapes>> {
             ),
             fan,
         ),
-        Bench::new(trial("sphere", "(5) is the difference of two squares", &SPHERE), sphere),
-        Bench::new(
+        TrialOn::new(trial("sphere", "(5) is the difference of two squares", &SPHERE), sphere),
+        TrialOn::new(
             trial("sphere-ray", "(6) is on the sphere at the ends of a chord", &SPHERE_RAY),
             on_sphere,
         ),
-        Bench::new(
+        TrialOn::new(
             trial(
                 "sphere-distance",
                 "(7) recovers both ends of a chord, and the nearer one ahead is seen",
@@ -336,9 +336,9 @@ fn benches() -> Vec<Bench<Shapes>> {
 /// The geometry.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
-        benches: benches(),
+        trials: trials(),
         faults: faults::faults(),
-        equivalents: vec![mutant(
+        equivalents: vec![fault(
             "readable",
             &TRIANGLE_SOLUTION,
             "the readable form of (4): the same hits to rounding, away from edges",

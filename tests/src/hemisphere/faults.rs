@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use super::{Method, Pdf};
-use crate::faults::{Mutant, mutant};
+use crate::faults::{Fault, fault};
 use whitefurnace::equation::{
     COSINE_HEMISPHERE, ESTIMATOR, HEMISPHERE_PDF, HEMISPHERE_PHI, HEMISPHERE_THETA,
 };
@@ -54,10 +54,10 @@ fn twice(cos: f64) -> f64 {
     2.0 * uniform_hemisphere_pdf(cos)
 }
 
-pub(super) fn uniform_faults() -> Vec<Mutant<Method>> {
+pub(super) fn uniform_faults() -> Vec<Fault<Method>> {
     let pdf: Pdf = uniform_hemisphere_pdf;
     vec![
-        mutant(
+        fault(
             "shared-number",
             &HEMISPHERE_PHI,
             "one random number for θ and φ, as printed",
@@ -70,7 +70,7 @@ pub(super) fn uniform_faults() -> Vec<Mutant<Method>> {
                 "hemisphere/uniform/furnaces: furnace, radiance 1 + y",
             ],
         ),
-        mutant(
+        fault(
             "linear-theta",
             &HEMISPHERE_THETA,
             "θ = rπ/2",
@@ -82,7 +82,7 @@ pub(super) fn uniform_faults() -> Vec<Mutant<Method>> {
                 "hemisphere/uniform/angles: law of cos θ",
             ],
         ),
-        mutant(
+        fault(
             "half-circle",
             &HEMISPHERE_PHI,
             "φ over half the circle",
@@ -92,28 +92,28 @@ pub(super) fn uniform_faults() -> Vec<Mutant<Method>> {
                 "hemisphere/uniform/furnaces: furnace, radiance 1 + y",
             ],
         ),
-        mutant(
+        fault(
             "cosine-weight",
             &ESTIMATOR,
             "uniform directions with the weight of the cosine pdf: radiance 1 does not see it",
             (uniform_hemisphere, cosine_hemisphere_pdf),
             &["hemisphere/uniform/furnaces: furnace, radiance cos θ"],
         ),
-        mutant(
+        fault(
             "pdf-twice",
             &HEMISPHERE_PDF,
             "the pdf is 1/π",
             (uniform_hemisphere, twice),
             &["hemisphere/uniform/pdf", "hemisphere/uniform/furnaces: furnace, radiance 1"],
         ),
-        mutant(
+        fault(
             "cosine-for-uniform",
             &HEMISPHERE_THETA,
             "cosine-weighted directions, called importance sampling, for (18)",
             (cosine_hemisphere, pdf),
             &["hemisphere/uniform/moments: mean of z"],
         ),
-        mutant(
+        fault(
             "slip",
             &HEMISPHERE_THETA,
             "density proportional to the power 0.05 of cos θ",
@@ -123,8 +123,8 @@ pub(super) fn uniform_faults() -> Vec<Mutant<Method>> {
     ]
 }
 
-pub(super) fn uniform_equivalents() -> Vec<Mutant<Method>> {
-    vec![mutant(
+pub(super) fn uniform_equivalents() -> Vec<Fault<Method>> {
+    vec![fault(
         "one-minus-r",
         &HEMISPHERE_THETA,
         "1 − r for r in (18): it is as uniform as r",
@@ -133,10 +133,10 @@ pub(super) fn uniform_equivalents() -> Vec<Mutant<Method>> {
     )]
 }
 
-pub(super) fn cosine_faults() -> Vec<Mutant<Method>> {
+pub(super) fn cosine_faults() -> Vec<Fault<Method>> {
     let pdf: Pdf = cosine_hemisphere_pdf;
     vec![
-        mutant(
+        fault(
             "shared-number",
             &COSINE_HEMISPHERE,
             "one random number for θ and φ",
@@ -147,7 +147,7 @@ pub(super) fn cosine_faults() -> Vec<Mutant<Method>> {
                 "hemisphere/cosine/moments: mean of y",
             ],
         ),
-        mutant(
+        fault(
             "no-root",
             &COSINE_HEMISPHERE,
             "sin θ = r for sin θ = √r",
@@ -159,14 +159,14 @@ pub(super) fn cosine_faults() -> Vec<Mutant<Method>> {
                 "hemisphere/cosine/angles: law of cos θ",
             ],
         ),
-        mutant(
+        fault(
             "half-circle",
             &COSINE_HEMISPHERE,
             "φ over half the circle",
             (half_circle_cosine, pdf),
             &["hemisphere/cosine/angles: law of φ"],
         ),
-        mutant(
+        fault(
             "uniform-weight",
             &COSINE_HEMISPHERE,
             "cosine directions with the weight 2 cos θ",
@@ -177,14 +177,14 @@ pub(super) fn cosine_faults() -> Vec<Mutant<Method>> {
                 "hemisphere/cosine/furnaces: furnace, radiance 1 + y",
             ],
         ),
-        mutant(
+        fault(
             "uniform-sampler",
             &COSINE_HEMISPHERE,
             "uniform directions with the cosine pdf's weight",
             (uniform_hemisphere, pdf),
             &["hemisphere/cosine/furnaces: furnace, radiance cos θ"],
         ),
-        mutant(
+        fault(
             "pdf-twice",
             &HEMISPHERE_PDF,
             "the pdf is 2 cos θ/π",
@@ -194,8 +194,8 @@ pub(super) fn cosine_faults() -> Vec<Mutant<Method>> {
     ]
 }
 
-pub(super) fn cosine_equivalents() -> Vec<Mutant<Method>> {
-    vec![mutant(
+pub(super) fn cosine_equivalents() -> Vec<Fault<Method>> {
+    vec![fault(
         "turned",
         &COSINE_HEMISPHERE,
         "φ counted from y: the law has no direction of its own",

@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_1_PI, TAU};
 
 use glam::DVec3;
 
-use crate::faults::{AnyFamily, Bench, Family, data};
+use crate::faults::{AnyFamily, Family, TrialOn, data};
 use whitefurnace::equation::{
     COSINE_HEMISPHERE, ESTIMATOR, Equation, HEMISPHERE_PDF, HEMISPHERE_PHI, HEMISPHERE_THETA,
 };
@@ -169,7 +169,7 @@ pub fn normalised(pdf: Pdf) -> Vec<Outcome> {
     )]
 }
 
-fn benches(law: Law) -> Vec<Bench<Method>> {
+fn trials(law: Law) -> Vec<TrialOn<Method>> {
     let trial = |what: &str, property: String, equation, statistic| {
         let name = format!("hemisphere/{}/{what}", law.name);
         data(name, property, equation, law.subject, statistic)
@@ -178,7 +178,7 @@ fn benches(law: Law) -> Vec<Bench<Method>> {
     let reflects =
         "a white Lambert surface reflects 1, 2/3, 1, 1 in furnaces 1, cos θ, 1 + x, 1 + y";
     vec![
-        Bench::new(
+        TrialOn::new(
             trial(
                 "cells",
                 format!("directions have the {} density", law.name),
@@ -187,7 +187,7 @@ fn benches(law: Law) -> Vec<Bench<Method>> {
             ),
             move |c, (sampler, _)| cells(c, law.domain, sampler),
         ),
-        Bench::new(
+        TrialOn::new(
             trial(
                 "moments",
                 format!("E[x] = E[y] = 0, E[z] = {z:.4}, E[z²] = {z2:.4}"),
@@ -196,7 +196,7 @@ fn benches(law: Law) -> Vec<Bench<Method>> {
             ),
             move |c, (sampler, _)| moments(c, law.moments, sampler),
         ),
-        Bench::new(
+        TrialOn::new(
             trial(
                 "angles",
                 String::from("cos θ and φ follow their laws"),
@@ -205,11 +205,11 @@ fn benches(law: Law) -> Vec<Bench<Method>> {
             ),
             move |c, (sampler, _)| angles(c, law.cos_cdf, sampler),
         ),
-        Bench::new(
+        TrialOn::new(
             trial("furnaces", reflects.to_owned(), &ESTIMATOR, "t"),
             move |c, (sampler, pdf)| furnaces(c, law.domain, sampler, pdf),
         ),
-        Bench::new(
+        TrialOn::new(
             trial("pdf", String::from("the pdf integrates to one"), &HEMISPHERE_PDF, "exact"),
             |_, (_, pdf)| normalised(pdf),
         ),
@@ -220,7 +220,7 @@ fn benches(law: Law) -> Vec<Bench<Method>> {
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let family = |law: Law, faults, equivalents| -> Box<dyn AnyFamily> {
         Box::new(Family {
-            benches: benches(law),
+            trials: trials(law),
             faults,
             equivalents,
             ..Family::new(law.name, law.method)

@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::faults::HALVED;
 use super::{MAPPING, scenes};
-use crate::faults::{Bench, Mutant, data, mutant};
+use crate::faults::{Fault, TrialOn, data, fault};
 use crate::subject::Parts;
 use crate::subject::{Property, Setup, Subject, on, parts};
 use whitefurnace::equation::PHOTON_DENSITY;
@@ -72,7 +72,7 @@ impl Property for SameRadiance {
     }
 }
 
-fn bench(name: &'static str, property: &str, same: SameRadiance) -> Bench<Subject> {
+fn trial_on(name: &'static str, property: &str, same: SameRadiance) -> TrialOn<Subject> {
     let trial = data(
         name,
         format!("{property} within {} %", 100.0 * same.margin),
@@ -80,7 +80,7 @@ fn bench(name: &'static str, property: &str, same: SameRadiance) -> Bench<Subjec
         MAPPING,
         "Welch, equivalence",
     );
-    Bench::new(trial, on(same))
+    TrialOn::new(trial, on(same))
 }
 
 /// From the room's camera to a part of its floor away from objects and walls.
@@ -100,8 +100,8 @@ fn caustic_floor(rng: &mut Stream) -> Ray {
 }
 
 /// The trials.
-pub(super) fn benches() -> Vec<Bench<Subject>> {
-    let mut benches = vec![bench(
+pub(super) fn trials() -> Vec<TrialOn<Subject>> {
+    let mut trials = vec![trial_on(
         "photon/caustic",
         "photon mapping and the path tracer find the same light in the caustic of a glass sphere",
         SameRadiance {
@@ -117,7 +117,7 @@ pub(super) fn benches() -> Vec<Bench<Subject>> {
         },
     )];
     if let Ok(room) = diffuse() {
-        benches.push(bench(
+        trials.push(trial_on(
             "photon/diffuse-room",
             "photon mapping and the path tracer find the same light on the floor of the diffuse room",
             SameRadiance {
@@ -133,12 +133,12 @@ pub(super) fn benches() -> Vec<Bench<Subject>> {
             },
         ));
     }
-    benches
+    trials
 }
 
 /// What they must reject.
-pub(super) fn faults() -> Vec<Mutant<Subject>> {
-    vec![mutant(
+pub(super) fn faults() -> Vec<Fault<Subject>> {
+    vec![fault(
         "photons-halved",
         &PHOTON_DENSITY,
         "albedo/2π for the BRDF of photons",

@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
 
-use crate::faults::{Mutant, mutant};
+use crate::faults::{Fault, fault};
 use crate::subject::{RIGHT, Subject, Table, fault, parts};
 use whitefurnace::equation::{
     COSINE_HEMISPHERE, PHOTON_DENSITY, PHOTON_FLUX, PHOTON_RADIUS, ROULETTE,
@@ -12,7 +12,7 @@ use whitefurnace::equation::{
 use whitefurnace::estimator::photon_map::{density, flux_share};
 use whitefurnace::sampling::uniform_hemisphere;
 
-pub(super) fn faults() -> Vec<Mutant<Subject>> {
+pub(super) fn faults() -> Vec<Fault<Subject>> {
     let mut faults = densities();
     faults.extend(maps());
     faults.extend(particles());
@@ -23,7 +23,7 @@ pub(super) fn faults() -> Vec<Mutant<Subject>> {
 pub(super) const HALVED: Table =
     Table { photon_density: |brdf, flux, _, r2| density(0.5 * brdf, flux, r2), ..RIGHT };
 
-fn densities() -> Vec<Mutant<Subject>> {
+fn densities() -> Vec<Fault<Subject>> {
     vec![
         fault!("radius-for-its-square", PHOTON_DENSITY, "the disc's area is πr",
             { photon_density: |brdf, flux, _, r2| density(brdf, flux, r2.sqrt()) }, "photon/furnace",
@@ -33,7 +33,7 @@ fn densities() -> Vec<Mutant<Subject>> {
         fault!("cosine-twice", PHOTON_DENSITY, "flux is multiplied by the cosine, which it has met already",
             { photon_density: |brdf, flux, wi, r2| density(brdf * wi.z, flux, r2) }, "photon/disc",
             "photon/furnace"),
-        mutant(
+        fault(
             "brdf-over-hemisphere",
             &PHOTON_DENSITY,
             "albedo/2π for the BRDF of photons",
@@ -55,7 +55,7 @@ fn densities() -> Vec<Mutant<Subject>> {
     ]
 }
 
-fn maps() -> Vec<Mutant<Subject>> {
+fn maps() -> Vec<Fault<Subject>> {
     vec![
         fault!("direct-light-twice", PHOTON_DENSITY,
             "the caustic map keeps light that came straight, which shadow rays bring as well",
@@ -68,7 +68,7 @@ fn maps() -> Vec<Mutant<Subject>> {
     ]
 }
 
-fn particles() -> Vec<Mutant<Subject>> {
+fn particles() -> Vec<Fault<Subject>> {
     vec![
         fault!("shared-by-stored", PHOTON_FLUX,
             "flux is divided by the photons stored in place of the particles emitted",

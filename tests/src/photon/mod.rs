@@ -11,11 +11,11 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use self::replications::{About, Flux, Mapping, Passes, bench};
+use self::replications::{About, Flux, Mapping, Passes, trial_on};
 use super::probes::{BOUNCES, SINGLE};
 use super::scenes::{lambert, sphere_furnace};
 use super::subject::{STANDARD, Subject};
-use crate::faults::{AnyFamily, Bench, Family};
+use crate::faults::{AnyFamily, Family, TrialOn};
 use whitefurnace::equation::{PHOTON_DENSITY, PHOTON_FLUX, PHOTON_RADIUS};
 use whitefurnace::estimator::photon_map::Kept;
 use whitefurnace::estimator::{Lookup, radius_squared};
@@ -28,13 +28,13 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![
         Box::new(Family {
             whole_estimator: true,
-            benches: benches(),
+            trials: trials(),
             faults: faults::faults(),
             ..Family::new("photon", STANDARD)
         }),
         Box::new(Family {
             whole_estimator: true,
-            benches: equivalence::benches(),
+            trials: equivalence::trials(),
             faults: equivalence::faults(),
             ..Family::new("photon-equivalence", STANDARD)
         }),
@@ -54,18 +54,18 @@ fn spread(count: u32) -> impl Iterator<Item = DVec3> {
 
 const MAPPING: &str = "estimator::PhotonMapping";
 
-fn benches() -> Vec<Bench<Subject>> {
-    let mut benches = floors();
-    benches.extend(cavities());
-    benches.extend(fluxes());
-    benches.push(passes());
-    benches
+fn trials() -> Vec<TrialOn<Subject>> {
+    let mut trials = floors();
+    trials.extend(cavities());
+    trials.extend(fluxes());
+    trials.push(passes());
+    trials
 }
 
 /// Particles per map of a floor: few do, since the mean does not depend on their number.
 const FEW: u32 = 64;
 
-fn floors() -> Vec<Bench<Subject>> {
+fn floors() -> Vec<TrialOn<Subject>> {
     let gather = Lookup::Gather { caustic_particles: FEW, caustic_radius: scenes::RADIUS };
     let whole = scenes::disc_average(scenes::RADIUS, f64::INFINITY);
     let cut = scenes::disc_average(scenes::RADIUS, scenes::WALL_AT);
@@ -87,7 +87,7 @@ fn floors() -> Vec<Bench<Subject>> {
             radius: scenes::RADIUS,
             rays: vec![scenes::at_origin(); rays],
         };
-        bench(about, mapping)
+        trial_on(about, mapping)
     };
     vec![
         floor(
@@ -133,7 +133,7 @@ fn floors() -> Vec<Bench<Subject>> {
     ]
 }
 
-fn cavities() -> Vec<Bench<Subject>> {
+fn cavities() -> Vec<TrialOn<Subject>> {
     let albedo = 0.5;
     let rho = 0.75;
     let centred = |count| -> Vec<Ray> { spread(count).map(|w| Ray::new(DVec3::ZERO, w)).collect() };
@@ -154,9 +154,9 @@ fn cavities() -> Vec<Bench<Subject>> {
             values,
         };
         let mapping = Mapping { scene, lookup, particles, radius: 0.4, rays };
-        bench(about, mapping)
+        trial_on(about, mapping)
     };
-    let mut benches = vec![cavity(
+    let mut trials = vec![cavity(
         "photon/furnace",
         format!(
             "in a spherical furnace of albedo {albedo}, where lookups on curved walls are exact,"
@@ -170,7 +170,7 @@ fn cavities() -> Vec<Bench<Subject>> {
     )];
     if let Ok(scene) = cavity_cap(rho, Cap::Reflecting) {
         let gather = Lookup::Gather { caustic_particles: 1, caustic_radius: 0.4 };
-        benches.push(cavity(
+        trials.push(cavity(
             "photon/gather",
             format!("by final gathering, off the reflecting cap of a cavity of albedo {rho},"),
             Arc::new(scene),
@@ -181,10 +181,10 @@ fn cavities() -> Vec<Bench<Subject>> {
             6_400,
         ));
     }
-    benches
+    trials
 }
 
-fn fluxes() -> Vec<Bench<Subject>> {
+fn fluxes() -> Vec<TrialOn<Subject>> {
     let about = |name, property, reference, delta, values| About {
         name,
         property,
@@ -195,7 +195,7 @@ fn fluxes() -> Vec<Bench<Subject>> {
         values,
     };
     let caustic = scenes::flux_into_glass();
-    let mut benches = vec![bench(
+    let mut trials = vec![trial_on(
         about(
             "photon/flux-through-glass",
             format!(
@@ -211,7 +211,7 @@ fn fluxes() -> Vec<Bench<Subject>> {
     if let Ok(scene) = furnace_box(albedo) {
         // A cube of side 2: π L A/(1 − a) arrive, a share a of them is reflected, the rest absorbed.
         let arriving = PI * 24.0 / (1.0 - albedo);
-        benches.push(bench(
+        trials.push(trial_on(
             about(
                 "photon/flux-balance",
                 format!("in a closed box of albedo {albedo} photons of {arriving:.6} arrive"),
@@ -222,11 +222,11 @@ fn fluxes() -> Vec<Bench<Subject>> {
             Flux { scene: Arc::new(scene), kept: Kept::All, particles: 256 },
         ));
     }
-    benches
+    trials
 }
 
 /// The mean of the passes' disc averages, each of its own radius.
-fn passes() -> Bench<Subject> {
+fn passes() -> TrialOn<Subject> {
     let count = 12;
     let first = scenes::RADIUS;
     let disc = |index| {
@@ -245,7 +245,7 @@ fn passes() -> Bench<Subject> {
         delta: SINGLE,
         values: NEARLY_SYMMETRIC,
     };
-    bench(
+    trial_on(
         about,
         Passes { scene: scenes::point_camera(), passes: count, particles: FEW, radius: first },
     )

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::faults::{Bench, data};
+use crate::faults::{TrialOn, data};
 use crate::scenes::level;
 use crate::subject::Parts;
 use crate::subject::{Property, Setup, Subject, on};
@@ -52,14 +52,14 @@ impl<T: Replication> Property for Mean<T> {
     }
 }
 
-pub(super) fn bench<T: Replication>(about: About, replication: T) -> Bench<Subject> {
+pub(super) fn trial_on<T: Replication>(about: About, replication: T) -> TrialOn<Subject> {
     let About { reference, values, .. } = about;
     // Where nothing arrives, nothing varies.
     let delta = if reference == 0.0 { 0.0 } else { about.delta };
     let trial =
         data(about.name, about.property, about.equation, about.subject, "t over independent maps");
     let property = Mean { replication, reference, delta: delta * reference, values };
-    Bench::new(trial, on(property))
+    TrialOn::new(trial, on(property))
 }
 
 /// The first channel of the mean radiance along some rays, by a map of its own.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::{SINGLE_PRECISION, fineness, solve};
-use crate::faults::{Bench, data};
+use crate::faults::{TrialOn, data};
 use crate::probes::{BOUNCES, IMAGE, SINGLE};
 use crate::scenes::{LIGHT, lambert, scene, square};
 use crate::subject::Parts;
@@ -161,20 +161,20 @@ impl Property for Energy {
     }
 }
 
-pub(super) fn factors() -> Vec<Bench<Subject>> {
+pub(super) fn factors() -> Vec<TrialOn<Subject>> {
     let cube = scene("closed cube", |s| {
         let wall = s.surface(Surface::new(lambert(0.5)));
         closed_cube(s, 1.0, true, wall);
     });
     let parallel = plates("parallel plates", DVec3::Z, [DVec3::Y, DVec3::X]);
     let perpendicular = plates("perpendicular plates", DVec3::ZERO, [DVec3::Y, DVec3::Z]);
-    let bench = |name: &str, property: String, subject: Factors| {
+    let trial_on = |name: &str, property: String, subject: Factors| {
         let path = "estimator::radiosity::FormFactors";
         let trial = data(name, property, &FORM_FACTOR, path, "exact");
-        Bench::new(trial, on(subject))
+        TrialOn::new(trial, on(subject))
     };
     vec![
-        bench(
+        trial_on(
             "radiosity/parallel-plates",
             format!("between parallel unit plates at distance 1 F = {OPPOSITE:.6}"),
             Factors {
@@ -184,7 +184,7 @@ pub(super) fn factors() -> Vec<Bench<Subject>> {
                 tolerance: 1e-4,
             },
         ),
-        bench(
+        trial_on(
             "radiosity/perpendicular-plates",
             format!("between unit plates at a right angle with a common edge F = {NEIGHBOURS:.6}"),
             Factors {
@@ -194,7 +194,7 @@ pub(super) fn factors() -> Vec<Bench<Subject>> {
                 tolerance: SINGLE,
             },
         ),
-        bench(
+        trial_on(
             "radiosity/closure",
             "in a closed cube the form factors from each patch add up to 1".to_owned(),
             Factors {
@@ -204,7 +204,7 @@ pub(super) fn factors() -> Vec<Bench<Subject>> {
                 tolerance: SINGLE_PRECISION,
             },
         ),
-        bench(
+        trial_on(
             "radiosity/ball",
             "a ball near the walls of a room sends the room its area, and the room as much to the ball"
                 .to_owned(),
@@ -215,7 +215,7 @@ pub(super) fn factors() -> Vec<Bench<Subject>> {
                 tolerance: IMAGE,
             },
         ),
-        bench(
+        trial_on(
             "radiosity/reciprocity",
             "in a closed cube A_i F_ij = A_j F_ji, but for the mean over three nodes".to_owned(),
             Factors {

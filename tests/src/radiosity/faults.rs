@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_1_PI;
 
 use glam::{DVec3, Vec3Swizzles};
 
-use crate::faults::{Mutant, mutant};
+use crate::faults::{Fault, fault};
 use crate::subject::{RIGHT, Subject, Table, fault, parts};
 use whitefurnace::equation::{FORM_FACTOR, RADIOSITY};
 use whitefurnace::estimator::radiosity;
@@ -17,13 +17,13 @@ fn without_cosine(_: DVec3, corners: &[DVec3]) -> f64 {
     form_factor::polygon(middle.normalize_or_zero(), corners)
 }
 
-pub(super) fn faults() -> Vec<Mutant<Subject>> {
+pub(super) fn faults() -> Vec<Fault<Subject>> {
     let factor = |name, wrong, form_factor: fn(DVec3, &[DVec3]) -> f64, caught_by| {
         let table = Table { form_factor, ..RIGHT };
-        mutant(name, &FORM_FACTOR, wrong, parts(table), caught_by)
+        fault(name, &FORM_FACTOR, wrong, parts(table), caught_by)
     };
     let balance = |name, wrong, table: Table, caught_by| {
-        mutant(name, &RADIOSITY, wrong, parts(table), caught_by)
+        fault(name, &RADIOSITY, wrong, parts(table), caught_by)
     };
     vec![
         factor(

@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::{Kind, Known, KnownRay, SINGLE_PRECISION, known};
 use crate::cie::{parallel_corner, upright_corner};
-use crate::faults::Bench;
+use crate::faults::TrialOn;
 use crate::probes::IMAGE;
 use crate::scenes::{
     FLOOR, HEIGHT, LIGHT, TINT, TRIANGLE, at_origin, floor, half_hidden_light, lambert, light,
@@ -62,13 +62,13 @@ fn reflected(factor: f64) -> f64 {
     FLOOR * LIGHT * factor
 }
 
-fn bench(
+fn trial_on(
     name: &str,
     what: &str,
     scene: Arc<Scene>,
     rays: &[(Kind, f64)],
     (patches, tolerance): (u32, f64),
-) -> Bench<Subject> {
+) -> TrialOn<Subject> {
     let seen: Vec<String> = rays.iter().map(|(_, l)| format!("{l:.6}")).collect();
     let property = format!("a floor reflects {} of {what}", seen.join(" and "));
     let rays: Vec<KnownRay> = rays.iter().map(|&(ray, l)| (ray, l * TINT)).collect();
@@ -77,21 +77,21 @@ fn bench(
 }
 
 /// One ray to the floor's origin, few patches.
-fn lit(name: &str, what: &str, scene: Arc<Scene>, factor: f64, tolerance: f64) -> Bench<Subject> {
+fn lit(name: &str, what: &str, scene: Arc<Scene>, factor: f64, tolerance: f64) -> TrialOn<Subject> {
     let rays = [((|_| at_origin()) as Kind, reflected(factor))];
-    bench(name, what, scene, &rays, (4, tolerance))
+    trial_on(name, what, scene, &rays, (4, tolerance))
 }
 
 /// The trials.
-pub(super) fn benches() -> Vec<Bench<Subject>> {
-    let mut benches = rectangles();
-    benches.extend(kinds());
-    benches.extend(hidden());
-    benches.push(both_sides());
-    benches
+pub(super) fn trials() -> Vec<TrialOn<Subject>> {
+    let mut trials = rectangles();
+    trials.extend(kinds());
+    trials.extend(hidden());
+    trials.push(both_sides());
+    trials
 }
 
-fn rectangles() -> Vec<Bench<Subject>> {
+fn rectangles() -> Vec<TrialOn<Subject>> {
     let upright = scene("light that sinks below the horizon", |s| {
         floor(s, lambert(FLOOR));
         let edges = [2.0 * DVec3::Z, 2.0 * DVec3::Y];
@@ -126,7 +126,7 @@ fn rectangles() -> Vec<Bench<Subject>> {
             2.0 * upright_corner(1.0, 1.0, 1.0),
             SINGLE_PRECISION,
         ),
-        bench(
+        trial_on(
             "radiosity/close",
             "a light a two-thousandth of its side away",
             close,
@@ -137,7 +137,7 @@ fn rectangles() -> Vec<Bench<Subject>> {
 }
 
 /// Other kinds of emitters.
-fn kinds() -> Vec<Bench<Subject>> {
+fn kinds() -> Vec<TrialOn<Subject>> {
     let corner = DVec3::new(0.4, -0.7, 1.1);
     let edges = [DVec3::new(0.3, 1.2, 0.5), DVec3::new(0.9, 0.4, -0.2)];
     let skewed = scene("skewed light", |s| {
@@ -171,7 +171,7 @@ fn kinds() -> Vec<Bench<Subject>> {
             triangle,
             SINGLE_PRECISION,
         ),
-        bench(
+        trial_on(
             "radiosity/sphere",
             "a sphere of light nearer than its patches are wide",
             sphere,
@@ -186,7 +186,7 @@ const COARSE: f64 = 0.005;
 
 /// An upright light of which an upright wall half way hides a part: below, above or to one side. What is
 /// hidden counts by its cosine at the floor, which grows with height.
-fn hidden() -> Vec<Bench<Subject>> {
+fn hidden() -> Vec<TrialOn<Subject>> {
     let [width, height] = [2.0 * DVec3::Y, 2.0 * DVec3::Z];
     let corner = DVec3::new(1.0, -1.0, 0.0);
     let all = 2.0 * upright_corner(2.0, 1.0, 1.0);
@@ -213,7 +213,7 @@ fn hidden() -> Vec<Bench<Subject>> {
 }
 
 /// A floor between two lights, each of which it reflects on its own side.
-fn both_sides() -> Bench<Subject> {
+fn both_sides() -> TrialOn<Subject> {
     let scene = scene("lights above and below", |s| {
         square(s, DVec3::ZERO, 0.2, true, Surface::new(lambert(FLOOR)));
         square(s, DVec3::new(0.5, 0.5, 1.0), 0.5, false, light(LIGHT));
@@ -224,5 +224,5 @@ fn both_sides() -> Bench<Subject> {
     let rays =
         [((|_| at_origin()) as Kind, reflected(above)), (|_| from_below(), reflected(below))];
     let what = "a light above and of another below";
-    bench("radiosity/both-sides", what, scene, &rays, (4, SINGLE_PRECISION))
+    trial_on("radiosity/both-sides", what, scene, &rays, (4, SINGLE_PRECISION))
 }

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::faults::{AnyFamily, Bench, Family, data};
+use crate::faults::{AnyFamily, Family, TrialOn, data};
 use crate::furnace::off_cap;
 use crate::images::{Levels, same_mean};
 use crate::probes::{IMAGE, any_direction};
@@ -123,9 +123,9 @@ fn known(
     property: impl Into<String>,
     equation: &'static Equation,
     known: Known,
-) -> Bench<Subject> {
+) -> TrialOn<Subject> {
     let subject = "estimator::Radiosity";
-    Bench::new(data(name, property, equation, subject, "exact"), on(known))
+    TrialOn::new(data(name, property, equation, subject, "exact"), on(known))
 }
 
 /// From within a box towards points so near to its edges and corners that patches look huge.
@@ -140,7 +140,7 @@ fn into_corners(rng: &mut Stream) -> Ray {
     Ray::new(origin, (target - origin).normalize())
 }
 
-fn furnaces() -> Vec<Bench<Subject>> {
+fn furnaces() -> Vec<TrialOn<Subject>> {
     let rho = ALBEDO;
     let interpolated = ReadOut::Interpolated;
     let inside = |rng: &mut Stream| Ray::new(DVec3::new(0.1, 0.2, -0.3), any_direction(rng));
@@ -215,9 +215,9 @@ fn furnaces() -> Vec<Bench<Subject>> {
     .collect()
 }
 
-fn rooms() -> Vec<Bench<Subject>> {
+fn rooms() -> Vec<TrialOn<Subject>> {
     let subject = "estimator::Radiosity";
-    let energy = Bench::new(
+    let energy = TrialOn::new(
         data(
             "radiosity/energy",
             "in a cube with a wall of light all walls together receive the flux over 1 − ρ",
@@ -235,20 +235,20 @@ fn rooms() -> Vec<Bench<Subject>> {
             subject,
             "Welch, equivalence",
         );
-        Bench::new(trial, on(SameRoom { scene: Arc::new(room) }))
+        TrialOn::new(trial, on(SameRoom { scene: Arc::new(room) }))
     });
     std::iter::once(energy).chain(same).collect()
 }
 
 /// Radiosity as a whole.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    let mut benches = furnaces();
-    benches.extend(fields::benches());
-    benches.extend(factors::factors());
-    benches.extend(rooms());
+    let mut trials = furnaces();
+    trials.extend(fields::trials());
+    trials.extend(factors::factors());
+    trials.extend(rooms());
     vec![Box::new(Family {
         whole_estimator: true,
-        benches,
+        trials,
         faults: faults::faults(),
         ..Family::new("radiosity", STANDARD)
     })]

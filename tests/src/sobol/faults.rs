@@ -1,17 +1,17 @@
 //! Faults of low-discrepancy numbers.
 
 use super::{Point, RIGHT, Subject, scrambled, sobol};
-use crate::faults::{Mutant, mutant};
+use crate::faults::{Fault, fault};
 use crate::subject::fault;
 use whitefurnace::equation::SOBOL;
 use whitefurnace::moments::Moments;
 use whitefurnace::rng::stream;
 
 /// Faults of the numbers themselves.
-pub(super) fn of_numbers() -> Vec<Mutant<Subject>> {
+pub(super) fn of_numbers() -> Vec<Fault<Subject>> {
     let with = |numbers| Subject { numbers, ..RIGHT };
     vec![
-        mutant(
+        fault(
             "unscrambled",
             &SOBOL,
             "one scramble for everything: each point of the sequence is where it always is",
@@ -21,21 +21,21 @@ pub(super) fn of_numbers() -> Vec<Mutant<Subject>> {
             }),
             &["sampler/independent: correlation, next scramble"],
         ),
-        mutant(
+        fault(
             "one-scramble-for-all-pixels",
             &SOBOL,
             "the scramble does not depend on the pixel",
             with(|point, block| sobol(Point { pixel: 0, ..point }, block)),
             &["sampler/independent: correlation, next pixel"],
         ),
-        mutant(
+        fault(
             "blocks-alike",
             &SOBOL,
             "every block is the same points",
             with(|point, _| sobol(point, 0)),
             &["sampler/independent: correlation, next block"],
         ),
-        mutant(
+        fault(
             "scramble-per-sample",
             &SOBOL,
             "each sample has a scramble of its own: independent numbers, no net",
@@ -48,7 +48,7 @@ pub(super) fn of_numbers() -> Vec<Mutant<Subject>> {
                 "sampler/stratified: intervals of one coordinate",
             ],
         ),
-        mutant(
+        fault(
             "second-coordinate-twice",
             &SOBOL,
             "the third number repeats the second: points on a light lie on its diagonal",
@@ -59,7 +59,7 @@ pub(super) fn of_numbers() -> Vec<Mutant<Subject>> {
             }),
             &["sampler/mean"],
         ),
-        mutant(
+        fault(
             "first-coordinate-twice",
             &SOBOL,
             "the second number repeats the first: directions lie on a spiral",
@@ -70,7 +70,7 @@ pub(super) fn of_numbers() -> Vec<Mutant<Subject>> {
             }),
             &["sampler/independent: correlation, next coordinate"],
         ),
-        mutant(
+        fault(
             "last-sixteenth-empty",
             &SOBOL,
             "numbers of [0, 15/16): the last sixteenth of every coordinate is never met",
@@ -86,7 +86,7 @@ pub(super) fn of_numbers() -> Vec<Mutant<Subject>> {
                 "sampler/uniform: coordinate 7",
             ],
         ),
-        mutant(
+        fault(
             "no-fill",
             &SOBOL,
             "nothing below the 23 leading bits",
@@ -99,7 +99,7 @@ pub(super) fn of_numbers() -> Vec<Mutant<Subject>> {
 }
 
 /// Faults of the spread of replications, and of what is made of it.
-pub(super) fn of_error_bars() -> Vec<Mutant<Subject>> {
+pub(super) fn of_error_bars() -> Vec<Fault<Subject>> {
     vec![
         fault!("one-scramble-for-two-replications", SOBOL,
             "every second replication of a pixel is the points of the one before again",

@@ -3,7 +3,7 @@
 
 mod faults;
 
-use crate::faults::{AnyFamily, Bench, Family, data};
+use crate::faults::{AnyFamily, Family, TrialOn, data};
 use crate::irradiance::reflected;
 use crate::scenes::{RECTANGLE, at_origin, level, polygon_irradiance, rectangle_light};
 use crate::script::{Script, Scripted};
@@ -287,9 +287,9 @@ fn trial(name: &str, property: &str, statistic: &'static str) -> Trial {
     data(name, property, &SOBOL, subject, statistic)
 }
 
-fn benches() -> Vec<Bench<Subject>> {
+fn trials() -> Vec<TrialOn<Subject>> {
     vec![
-        Bench::new(
+        TrialOn::new(
             trial(
                 "uniform",
                 "over scrambles each coordinate is uniform, below its leading bits, too",
@@ -297,7 +297,7 @@ fn benches() -> Vec<Bench<Subject>> {
             ),
             uniformity,
         ),
-        Bench::new(
+        TrialOn::new(
             trial(
                 "stratified",
                 "each elementary interval holds one of the first 2^m points of a scramble",
@@ -305,11 +305,11 @@ fn benches() -> Vec<Bench<Subject>> {
             ),
             stratification,
         ),
-        Bench::new(
+        TrialOn::new(
             trial("independent", "blocks, pixels, scrambles and coordinates are uncorrelated", "t"),
             independence,
         ),
-        Bench::new(
+        TrialOn::new(
             trial("mean", "the mean of 16 Sobol' points is unbiased through a path tracer", "t"),
             unbiased,
         ),
@@ -320,12 +320,12 @@ fn benches() -> Vec<Bench<Subject>> {
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![
         Box::new(Family {
-            benches: benches(),
+            trials: trials(),
             faults: faults::of_numbers(),
             ..Family::new("sobol", RIGHT)
         }),
         Box::new(Family {
-            benches: vec![Bench::new(
+            trials: vec![TrialOn::new(
                 trial(
                     "error-bars",
                     "the spread of scrambles is the error of their mean",

@@ -11,7 +11,7 @@ use self::path::{
 };
 use super::script::{self, Scripted};
 use super::subject::{RIGHT, Table};
-use crate::faults::{AnyFamily, Bench, Family, data, mutant};
+use crate::faults::{AnyFamily, Family, TrialOn, data, fault};
 use whitefurnace::equation::{
     COSINE_HEMISPHERE, GEOMETRY, IMPORTANCE, MIS, PATH_DENSITY, REFRACTION, SOLID_ANGLE,
 };
@@ -199,23 +199,23 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let on = move |context: &Context, parts: Table| whole_paths(context, &scene, parts);
     vec![Box::new(Family {
         whole_estimator: true,
-        benches: vec![Bench::new(trial, on)],
+        trials: vec![TrialOn::new(trial, on)],
         faults: vec![
-            mutant(
+            fault(
                 "number-of-lights-forgotten",
                 &MIS,
                 "the density of a light's point does not know that one of four lights was picked",
                 Table { emitter_pdf_area: |emitter| EMITTERS as f64 * emitter.pdf_area(), ..RIGHT },
                 by!("densities", "weights"),
             ),
-            mutant(
+            fault(
                 "importance-off-by-three-per-cent",
                 &IMPORTANCE,
                 "the camera's importance is 1.03 times too large",
                 Table { importance: |camera, size, w| 1.03 * camera.importance(size, w), ..RIGHT },
                 by!("densities", "weights"),
             ),
-            mutant(
+            fault(
                 "density-without-cosine-of-arrival",
                 &SOLID_ANGLE,
                 "densities by area lack the cosine at the vertex that is reached",
@@ -225,21 +225,21 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 },
                 by!("densities", "weights"),
             ),
-            mutant(
+            fault(
                 "density-without-distance",
                 &GEOMETRY,
                 "densities by area lack the squared distance",
                 Table { solid_angle_per_area: |cosine, _| cosine, ..RIGHT },
                 by!("densities", "weights"),
             ),
-            mutant(
+            fault(
                 "density-of-another-direction",
                 &COSINE_HEMISPHERE,
                 "directions are weighted by the uniform density, not the cosine's",
                 Table { cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI, ..RIGHT },
                 by!("densities", "weights"),
             ),
-            mutant(
+            fault(
                 "mirrors-not-skipped",
                 &PATH_DENSITY,
                 "the sum counts connections at mirrors and glass, which nobody makes",
@@ -253,7 +253,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 },
                 by!("weights", "sum of weights"),
             ),
-            mutant(
+            fault(
                 "flux-scaled-as-radiance",
                 &REFRACTION,
                 "refraction scales the flux of particles",
