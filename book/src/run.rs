@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use crate::mathml::escape;
 use crate::number;
-use crate::results::{Finding, Judgement, Outcome, Results};
+use crate::results::{ExperimentResult, Finding, Judgement, Results};
 
 /// The page's source, as far as links are concerned.
 pub const SOURCE: &str = "run.md";
@@ -90,7 +90,7 @@ pub fn half_width(numbers: &BTreeMap<String, f64>, key: &str) -> Option<f64> {
 
 /// Whether both estimate the same: of a trial with many measures each run gives the one that comes nearest to
 /// its limit, and their references tell them apart.
-fn same_reference(both: [&Outcome; 2], key: &str) -> bool {
+fn same_reference(both: [&ExperimentResult; 2], key: &str) -> bool {
     let Some(stem) = key.strip_suffix(".estimate") else {
         return true;
     };
@@ -98,7 +98,7 @@ fn same_reference(both: [&Outcome; 2], key: &str) -> bool {
     a == b
 }
 
-fn pairs<'a>(recorded: &'a Outcome, ours: &'a Outcome) -> Vec<Pair<'a>> {
+fn pairs<'a>(recorded: &'a ExperimentResult, ours: &'a ExperimentResult) -> Vec<Pair<'a>> {
     let both = recorded.numbers.iter().filter_map(|(key, &value)| {
         let own = *ours.numbers.get(key)?;
         let halves = half_width(&recorded.numbers, key).zip(half_width(&ours.numbers, key));
@@ -109,7 +109,7 @@ fn pairs<'a>(recorded: &'a Outcome, ours: &'a Outcome) -> Vec<Pair<'a>> {
 }
 
 /// One line of the table of all experiments.
-fn row(recorded: Option<&Outcome>, ours: &Outcome) -> String {
+fn row(recorded: Option<&ExperimentResult>, ours: &ExperimentResult) -> String {
     let beyond = recorded.map_or_else(
         || "–".to_owned(),
         |recorded| {
@@ -130,12 +130,12 @@ fn row(recorded: Option<&Outcome>, ours: &Outcome) -> String {
 }
 
 /// Tier, seed and shrink.
-fn how(recorded: &Outcome) -> String {
+fn how(recorded: &ExperimentResult) -> String {
     format!("{}, {}, {}", escape(&recorded.tier), recorded.seed, recorded.shrink)
 }
 
 /// How many claims hold, fail and are undecided.
-fn counts(recorded: &Outcome) -> String {
+fn counts(recorded: &ExperimentResult) -> String {
     let count = |what| {
         let verdicts = recorded.findings.iter().filter_map(|f| f.verdict);
         verdicts.filter(|&verdict| verdict == what).count()
@@ -153,7 +153,7 @@ fn counts(recorded: &Outcome) -> String {
 fn section(
     record: &Results,
     run: &Results,
-    ours: &Outcome,
+    ours: &ExperimentResult,
     figures: &mut BTreeMap<String, PathBuf>,
 ) -> String {
     let id = escape(&ours.id);
@@ -247,8 +247,8 @@ fn numbers(pairs: &[Pair<'_>]) -> String {
 }
 
 /// Claims in the record and in the run: those that fail or are judged differently first.
-fn claims(recorded: Option<&Outcome>, ours: &Outcome) -> String {
-    let claimed = |from: Option<&'_ Outcome>| -> Vec<Finding> {
+fn claims(recorded: Option<&ExperimentResult>, ours: &ExperimentResult) -> String {
+    let claimed = |from: Option<&'_ ExperimentResult>| -> Vec<Finding> {
         let all = from.into_iter().flat_map(|r| r.findings.iter());
         all.filter(|f| f.verdict.is_some()).cloned().collect()
     };
@@ -291,7 +291,7 @@ fn claims(recorded: Option<&Outcome>, ours: &Outcome) -> String {
 fn pictures(
     record: &Results,
     run: &Results,
-    ours: &Outcome,
+    ours: &ExperimentResult,
     figures: &mut BTreeMap<String, PathBuf>,
 ) -> String {
     let recorded = record.experiment(&ours.id).ok();

@@ -85,7 +85,7 @@ impl Sources {
                 Some(Experiment {
                     id,
                     equations: cited.map(|(id, _)| id.clone()).collect(),
-                    loops: text.contains("lab.bears_on("),
+                    loops: text.contains("run.bears_on("),
                     file: file.clone(),
                 })
             })

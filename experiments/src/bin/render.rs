@@ -4,10 +4,10 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use experiments::cli::{self, Ending};
-use experiments::command::Render;
-use experiments::job::{Job, Rendered};
-use experiments::progress::Progress;
+use experiments::render::command::Render;
+use experiments::render::{Job, Rendered};
+use experiments::run::cli::{self, Ending};
+use experiments::run::progress::Progress;
 use experiments::say;
 use whitefurnace::error::Error;
 use whitefurnace::image::{check_writable, write_exr, write_png};

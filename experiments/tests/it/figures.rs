@@ -10,7 +10,7 @@ use experiments::plot::chart::{Chart, Mark, Series, charts};
 use experiments::plot::differences::{Common, differences};
 use experiments::plot::forest::{Line, forest};
 use experiments::plot::map::{Map, diverging, maps};
-use experiments::plot::matrix::{Seen, matrix};
+use experiments::plot::matrix::{Detection, matrix};
 use whitefurnace::error::Error;
 use whitefurnace::harness::outcome::Verdict;
 
@@ -118,7 +118,7 @@ fn every_figure_says_what_it_shows() {
             forest(path, about, &[line([-0.5, 0.5], undecided)])
         }),
         drawn("map", |path| maps(path, see, [400, 300], 1, &[map])),
-        drawn("matrix", |path| matrix(path, about, &names, &names, |_, _| Some(Seen::Missed))),
+        drawn("matrix", |path| matrix(path, about, &names, &names, |_, _| Some(Detection::Missed))),
         drawn("squares", |path| squares(path, about, (&names, &names), "blank", square)),
         drawn("histograms", |path| histograms(path, about, &panels)),
     ];

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use experiments::lab::{Finding, Judgement, Options, Outcome, Tier};
-use experiments::record::{recorded, recorded_folder};
+use experiments::run::record::{recorded, recorded_folder};
+use experiments::run::{ExperimentResult, Finding, Judgement, Options, Tier};
 
 mod figures;
 mod graded;
@@ -69,7 +69,7 @@ fn quick(out: PathBuf, shrink: u32) -> Options {
 }
 
 /// A recorded result with other findings: what is said, the value, and the verdict.
-fn outcome(findings: &[(&str, &str, Option<Judgement>)]) -> Outcome {
+fn outcome(findings: &[(&str, &str, Option<Judgement>)]) -> ExperimentResult {
     let mut outcome = recorded(&recorded_folder(), "room").expect("a recorded result");
     let finding = |&(what, value, verdict): &(&str, &str, Option<Judgement>)| Finding {
         what: what.to_owned(),

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use clap::{CommandFactory as _, Parser as _};
-use experiments::command::Render;
+use experiments::render::command::Render;
 use glam::DVec3;
 use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
 use whitefurnace::emitter::LightSampling;

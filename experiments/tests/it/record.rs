@@ -4,8 +4,9 @@ use std::fs;
 use std::io::Cursor;
 use std::process::Command;
 
-use experiments::record::{LARGEST_RECORDED, record, recorded, recorded_folder};
-use experiments::{EXPERIMENTS, cells};
+use experiments::experiments::EXPERIMENTS;
+use experiments::plot::trial_cells;
+use experiments::run::record::{LARGEST_RECORDED, record, recorded, recorded_folder};
 use whitefurnace::harness::mean::{Values, mean};
 use whitefurnace::harness::outcome::Claim;
 use whitefurnace::harness::trial::{Row, write_cells};
@@ -132,7 +133,7 @@ fn batches_of_a_mean_are_plotted() {
         seed: 1,
     };
     let path = write_cells(&row, &folder).expect("written").expect("cells");
-    let found = cells::read(&path).expect("a data file");
+    let found = trial_cells::read(&path).expect("a data file");
     assert_eq!(found.len(), row.outcome.cells.len());
     let plot = Command::new(env!("CARGO_BIN_EXE_plot-cells"))
         .arg(&path)

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use clap::{Args as _, CommandFactory as _};
-use experiments::command::Render;
-use experiments::{EXPERIMENTS, lab};
+use experiments::experiments::EXPERIMENTS;
+use experiments::render::command::Render;
+use experiments::run;
 
 use crate::{folder, refused, render, reproduce, text};
 
@@ -93,7 +94,7 @@ fn bad_input_gets_one_line_exit_code_two_and_leaves_nothing() {
 /// What an option refuses names the range that its help states.
 #[test]
 fn ranges_stand_in_the_help() {
-    let commands = [Render::command(), lab::Options::augment_args(clap::Command::new("any"))];
+    let commands = [Render::command(), run::Options::augment_args(clap::Command::new("any"))];
     let mut ranged = 0;
     for command in commands {
         for argument in command.get_arguments() {

@@ -1,10 +1,10 @@
 //! What is rendered: the same bytes on any number of threads, and every scene by every estimator.
 
 use clap::{Parser as _, ValueEnum as _};
-use experiments::command::Render;
-use experiments::job::{EstimatorName, Job, LightSamplingName, SceneName};
-use experiments::photons::{Gather, Photons};
-use experiments::progress::Progress;
+use experiments::render::command::Render;
+use experiments::render::photons::{Gather, Photons};
+use experiments::render::{EstimatorName, Job, LightSamplingName, SceneName};
+use experiments::run::progress::Progress;
 
 use rayon::ThreadPoolBuilder;
 use whitefurnace::image::write_exr;
