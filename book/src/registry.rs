@@ -6,6 +6,7 @@ use registry::{all, all_faults};
 
 use crate::mathml::{escape, typeset};
 use crate::nearest;
+use crate::results::Results;
 use crate::trace::Sources;
 
 /// The table of all trials. `equation` gives an equation's number as a link.
@@ -71,12 +72,13 @@ pub fn faults() -> String {
 }
 
 /// The matrix equation → code → trials and tests → experiments → chapter, from the project in
-/// `sources`.
+/// `sources` and the recorded `results`.
 ///
 /// # Errors
 /// One line if a source cannot be read.
 pub fn traceability(
     sources: &Path,
+    results: &Results,
     equation: impl Fn(&str) -> String,
     experiment: impl Fn(&str) -> String,
 ) -> Result<String, String> {
@@ -90,7 +92,7 @@ pub fn traceability(
         items.join("<br>")
     };
     let rows: Vec<String> = read
-        .matrix(&all())
+        .matrix(&all(), results)
         .iter()
         .map(|row| {
             let judged: Vec<String> = row.trials.iter().chain(&row.tests).cloned().collect();

@@ -214,6 +214,7 @@ impl<'a> Weaver<'a> {
             }
             ("traceability", []) => registry::traceability(
                 self.sources,
+                self.results,
                 |id| self.equation_link(current, id),
                 |id| self.experiment_link(current.path, id),
             )

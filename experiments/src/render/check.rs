@@ -1,49 +1,84 @@
-//! What of a job makes no sense.
+//! What of a job makes no sense, and what a file records of it.
 
 use glam::DVec3;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::radiosity::{Fineness, Mesh, check_memory};
-use whitefurnace::film::Film;
+use whitefurnace::film::{Film, Window};
 use whitefurnace::sampler::LONGEST;
 
 use super::{ConventionName, EstimatorName, Job, PixelName, SamplerName, SceneName, name};
 use crate::render::photons::Gather;
 
-/// Under which others an option changes anything.
-struct Condition {
+/// An option: what it goes with, and the value that a file records.
+struct Setting {
     option: &'static str,
-    /// What it goes with.
+    /// What it goes with; empty for any others.
+    with: &'static str,
+    /// Whether it changes anything together with the others.
+    applies: fn(&Job) -> bool,
+    /// Empty for what is not recorded.
+    value: fn(&Job) -> String,
+}
+
+const fn any(option: &'static str, value: fn(&Job) -> String) -> Setting {
+    Setting { option, with: "", applies: |_| true, value }
+}
+
+const fn goes(
+    option: &'static str,
     with: &'static str,
     applies: fn(&Job) -> bool,
+    value: fn(&Job) -> String,
+) -> Setting {
+    Setting { option, with, applies, value }
 }
 
-const fn goes(option: &'static str, with: &'static str, applies: fn(&Job) -> bool) -> Condition {
-    Condition { option, with, applies }
-}
-
-/// The options that do not always change something.
-const CONDITIONS: &[Condition] = &[
-    goes("light-sampling", "--estimator light and mis", |job| {
-        matches!(job.estimator, EstimatorName::Light | EstimatorName::Mis)
+/// All that decides the pixels, in the order in which files record it.
+const SETTINGS: &[Setting] = &[
+    any("scene", |job| name(job.scene)),
+    any("convention", |job| name(job.convention)),
+    any("estimator", |job| name(job.estimator)),
+    goes("light-sampling", "--estimator light and mis", Job::picks_lights, |job| {
+        name(job.light_sampling)
     }),
-    goes("heuristic", "--estimator mis", |job| job.estimator == EstimatorName::Mis),
-    goes("diffuse", "--scene report, and not --convention published", |job| {
-        job.scene == SceneName::Report && job.convention != ConventionName::Published
+    goes(
+        "heuristic",
+        "--estimator mis",
+        |job| job.estimator == EstimatorName::Mis,
+        |job| name(job.heuristic),
+    ),
+    goes(
+        "diffuse",
+        "--scene report, and not --convention published",
+        Job::has_white_sphere,
+        |job| name(job.diffuse),
+    ),
+    goes("rays", "--estimator report, and not --convention published", Job::splits, |job| {
+        job.rays.to_string()
     }),
-    goes("rays", "--estimator report, and not --convention published", Job::splits),
-    goes("photons", PHOTONS, Job::uses_photons),
-    goes("radius", PHOTONS, Job::uses_photons),
-    goes("gather", "--estimator photon", Job::keeps_one_map),
-    goes("caustic-photons", CAUSTICS, Job::gathers),
-    goes("caustic-radius", CAUSTICS, Job::gathers),
-    goes("patches", "--estimator radiosity", |job| job.estimator == EstimatorName::Radiosity),
-    goes("pixel", SINGLE_RAYS, |job| !job.renders_images()),
-    goes("sampler", SINGLE_RAYS, |job| !job.renders_images()),
-    goes("grid", "--pixel grid and jitter", |job| {
-        matches!(job.pixel, PixelName::Grid | PixelName::Jitter)
+    goes("photons", PHOTONS, Job::uses_photons, |job| job.photons.photons.to_string()),
+    goes("radius", PHOTONS, Job::uses_photons, |job| job.photons.radius.to_string()),
+    goes("gather", "--estimator photon", Job::keeps_one_map, |job| name(job.photons.gather)),
+    goes("caustic-photons", CAUSTICS, Job::gathers, |job| job.photons.caustic().0.to_string()),
+    goes("caustic-radius", CAUSTICS, Job::gathers, |job| job.photons.caustic().1.to_string()),
+    goes("patches", "--estimator radiosity", Job::has_patches, |job| job.patches.to_string()),
+    goes("pixel", SINGLE_RAYS, Job::renders_rays, |job| name(job.pixel)),
+    goes("grid", "--pixel grid and jitter", Job::divides_pixels, |job| job.grid.to_string()),
+    goes("sampler", SINGLE_RAYS, Job::renders_rays, |job| name(job.sampler)),
+    goes(
+        "scrambles",
+        "--sampler sobol",
+        |job| job.sampler == SamplerName::Sobol,
+        |job| job.scrambles.to_string(),
+    ),
+    any("size", |Job { size: [width, height], .. }| format!("{width}x{height}")),
+    any("window", |job| {
+        let text = |Window { corner: [x, y], size: [w, h] }| format!("{w}x{h}+{x}+{y}");
+        job.window.map_or_else(String::new, text)
     }),
-    goes("scrambles", "--sampler sobol", |job| job.sampler == SamplerName::Sobol),
-    goes("exposure", "--convention physical", |job| job.convention == ConventionName::Physical),
+    any("spp", |job| job.spp.to_string()),
+    any("seed", |job| job.seed.to_string()),
+    goes("exposure", "--convention physical", Job::is_physical, |_| String::new()),
 ];
 const PHOTONS: &str = "--estimator photon and sppm";
 const CAUSTICS: &str = "--estimator photon and --gather yes";
@@ -112,20 +147,31 @@ impl Job {
     /// # Errors
     /// [`Error::Option`] with what it goes with.
     pub fn check_effect(&self, given: impl Fn(&str) -> bool) -> Result<(), Error> {
-        let idle = CONDITIONS.iter().find(|condition| {
-            given(&condition.option.replace('-', "_")) && !(condition.applies)(self)
-        });
-        idle.map_or(Ok(()), |Condition { option, with, .. }| {
+        // What goes with any others always does something.
+        let mut conditional = SETTINGS.iter().filter(|setting| !setting.with.is_empty());
+        let idle = conditional
+            .find(|setting| !(setting.applies)(self) && given(&setting.option.replace('-', "_")));
+        idle.map_or(Ok(()), |Setting { option, with, .. }| {
             Err(Error::Option(format!("--{option} changes nothing here: it goes with {with}")))
         })
     }
 
-    /// Whether an option changes anything together with the others.
-    pub(super) fn takes(&self, option: &str) -> bool {
-        CONDITIONS
-            .iter()
-            .filter(|condition| condition.option == option)
-            .all(|condition| (condition.applies)(self))
+    /// Key=value lines of all that decides the pixels, for the EXR's attribute.
+    pub fn provenance(&self, complete: bool) -> String {
+        let mut text = format!(
+            "program=whitefurnace\nversion={}\ncommit={}\n",
+            env!("CARGO_PKG_VERSION"),
+            env!("WHITEFURNACE_COMMIT")
+        );
+        for Setting { option, applies, value, .. } in SETTINGS {
+            let value = value(self);
+            // Estimators of whole images take random points and independent numbers, which is the default.
+            let is_said = applies(self) || ["pixel", "sampler"].contains(option);
+            if is_said && !value.is_empty() {
+                text += &format!("{option}={value}\n");
+            }
+        }
+        text + "complete=" + if complete { "yes" } else { "no" } + "\n"
     }
 
     /// How finely radiosity divides the surfaces.
@@ -149,6 +195,30 @@ impl Job {
         Ok(())
     }
 
+    fn is_physical(&self) -> bool {
+        self.convention == ConventionName::Physical
+    }
+
+    fn picks_lights(&self) -> bool {
+        matches!(self.estimator, EstimatorName::Light | EstimatorName::Mis)
+    }
+
+    fn has_white_sphere(&self) -> bool {
+        self.scene == SceneName::Report && self.convention != ConventionName::Published
+    }
+
+    fn has_patches(&self) -> bool {
+        self.estimator == EstimatorName::Radiosity
+    }
+
+    fn divides_pixels(&self) -> bool {
+        matches!(self.pixel, PixelName::Grid | PixelName::Jitter)
+    }
+
+    fn renders_rays(&self) -> bool {
+        !self.renders_images()
+    }
+
     /// Whether the estimator makes whole images, from independent numbers and random points of pixels.
     fn renders_images(&self) -> bool {
         matches!(
@@ -158,7 +228,7 @@ impl Job {
     }
 
     /// Whether [`rays`](Self::rays) are followed from each diffuse hit.
-    pub(super) fn splits(&self) -> bool {
+    fn splits(&self) -> bool {
         self.estimator == EstimatorName::Report && self.convention != ConventionName::Published
     }
 

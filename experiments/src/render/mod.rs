@@ -4,13 +4,12 @@ mod check;
 pub mod command;
 mod names;
 pub mod photons;
-mod provenance;
 mod work;
 
+use clap::{Args, Parser as _};
 use glam::DVec3;
 use whitefurnace::bsdf::OrenNayarForm;
 use whitefurnace::error::Error;
-use whitefurnace::estimator::radiosity::Fineness;
 use whitefurnace::film::Window;
 use whitefurnace::image::Display;
 use whitefurnace::pixel::PixelSampling;
@@ -24,80 +23,79 @@ pub use names::{
 };
 pub use work::{Rendered, Whole, Work};
 
-use crate::render::photons::Photons;
+use crate::run::cli::{parse_size, whole};
+use photons::Photons;
 
-/// Everything that decides the pixels of an image.
-#[derive(Clone, Copy, Debug)]
+/// Everything that decides the pixels of an image, as options of the command line.
+#[derive(Clone, Copy, Debug, Args)]
 pub struct Job {
-    /// The scene.
+    /// What to render
+    #[arg(long, value_enum, default_value_t = SceneName::Report)]
     pub scene: SceneName,
-    /// How light travels and is shown.
+    /// How light travels and is shown [default: physical, or report with --estimator report in the report's scene]
+    #[arg(long, value_enum, default_value_t = ConventionName::Physical, hide_default_value = true)]
     pub convention: ConventionName,
-    /// The estimator.
+    /// How to compute it [default: mis, or report under --convention report and published]
+    #[arg(long, value_enum, default_value_t = EstimatorName::Mis, hide_default_value = true)]
     pub estimator: EstimatorName,
-    /// How shadow rays of path tracing pick points on lights.
+    /// How shadow rays pick points on lights, for --estimator light and mis
+    #[arg(long, value_enum, default_value_t)]
     pub light_sampling: LightSamplingName,
-    /// How [`EstimatorName::Mis`] weights.
+    /// How --estimator mis weights light that is both hit and sampled
+    #[arg(long, value_enum, default_value_t)]
     pub heuristic: HeuristicName,
-    /// The model of the report's white sphere.
+    /// Diffuse model of the report's white sphere
+    #[arg(long, value_enum, default_value_t = DiffuseName::Corrected)]
     pub diffuse: DiffuseName,
-    /// N of (16) for the report's estimator.
+    /// Sample rays per diffuse hit, N of equation (16), for --estimator report; from 1 to 64
+    #[arg(long, default_value_t = 1, allow_hyphen_values = true, value_parser = whole::<u32>(1..=64))]
     pub rays: u32,
     /// How photon mapping works.
+    #[command(flatten)]
     pub photons: Photons,
-    /// About how many patches radiosity divides the surfaces into.
+    /// About how many patches all surfaces are divided into, for --estimator radiosity; from 1 to 4294967295
+    #[arg(long, default_value_t = 2000, allow_hyphen_values = true, value_parser = whole::<u32>(1..=ANY))]
     pub patches: u32,
-    /// Where in a pixel the rays go.
+    /// Where in a pixel the rays go
+    #[arg(long, value_enum, default_value_t = PixelName::Random)]
     pub pixel: PixelName,
-    /// n of the n × n sub-pixels of a grid.
+    /// Sub-pixels along each side for --pixel grid and jitter; from 1 to 1024
+    #[arg(long, default_value_t = 4, allow_hyphen_values = true, value_parser = whole::<u32>(1..=1024))]
     pub grid: u32,
-    /// Where random numbers come from.
+    /// Where random numbers come from
+    #[arg(long, value_enum, default_value_t = SamplerName::Independent)]
     pub sampler: SamplerName,
-    /// Independent scrambles per pixel of `SamplerName::Sobol`: they give the error bars.
+    /// Independent scrambles per pixel for --sampler sobol, which give the error bars; from 1 to 4294967295
+    #[arg(long, default_value_t = 8, allow_hyphen_values = true, value_parser = whole::<u32>(1..=ANY))]
     pub scrambles: u32,
-    /// Width and height of the full frame in pixels.
+    /// Width x height in pixels; from 1x1 to 100000000 pixels in all
+    #[arg(long, allow_hyphen_values = true, value_parser = parse_size, default_value = "1024x768")]
     pub size: [u32; 2],
-    /// The part of the frame to render.
+    /// The part of the frame to render
+    #[arg(skip)]
     pub window: Option<Window>,
-    /// Samples per pixel.
+    /// Samples per pixel; from 1 to 4294967295
+    #[arg(long, default_value_t = 64, allow_hyphen_values = true, value_parser = whole::<u32>(1..=ANY))]
     pub spp: u32,
-    /// Master seed.
+    /// Seed of all random numbers; from 0 to 18446744073709551615
+    #[arg(long, default_value_t = 1, allow_hyphen_values = true, value_parser = whole::<u64>(0..=u64::MAX))]
     pub seed: u64,
 }
 
+/// The largest count.
+const ANY: u64 = u32::MAX as u64;
+
 impl Default for Job {
-    /// The report's figure 6 under the `physical` convention.
+    /// As without any option: the report's figure 6 under the `physical` convention.
     fn default() -> Self {
-        Self {
-            scene: SceneName::Report,
-            convention: ConventionName::Physical,
-            estimator: EstimatorName::Mis,
-            light_sampling: LightSamplingName::default(),
-            heuristic: HeuristicName::default(),
-            diffuse: DiffuseName::Corrected,
-            rays: 1,
-            photons: Photons::default(),
-            patches: Fineness::default().patches,
-            pixel: PixelName::Random,
-            grid: 4,
-            sampler: SamplerName::Independent,
-            scrambles: 8,
-            size: [1024, 768],
-            window: None,
-            spp: 512,
-            seed: 1,
-        }
+        command::Render::parse_from(["render"]).job
     }
 }
 
 impl Job {
     /// The report's scene under a convention, with the estimator that belongs to it.
     pub fn report(convention: ConventionName) -> Self {
-        let estimator = match convention {
-            ConventionName::Physical => EstimatorName::Mis,
-            ConventionName::Report | ConventionName::Published => EstimatorName::Report,
-        };
-        Self { convention, estimator, ..Self::default() }
+        Self { convention, estimator: convention.estimator(), ..Self::default() }
     }
 
     /// How the convention shows radiance; `exposure` in stops, for `physical`.

@@ -59,6 +59,16 @@ pub enum ConventionName {
     Published,
 }
 
+impl ConventionName {
+    /// The estimator that belongs to it.
+    pub fn estimator(self) -> EstimatorName {
+        match self {
+            Self::Physical => EstimatorName::Mis,
+            Self::Report | Self::Published => EstimatorName::Report,
+        }
+    }
+}
+
 /// The strategies of section 2.7, as programs name them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum PixelName {

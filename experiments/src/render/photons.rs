@@ -6,7 +6,6 @@ use whitefurnace::estimator::photon_map::{Kept, PhotonMap};
 use whitefurnace::estimator::{Lookup, Standard};
 use whitefurnace::scene::Scene;
 
-use crate::render::name;
 use crate::run::cli::{real, whole};
 
 /// Where photons are looked up, as programs name it.
@@ -66,13 +65,18 @@ impl Photons {
         (self.photons, self.radius)
     }
 
+    /// Particles and radius for caustics.
+    pub fn caustic(&self) -> (u32, f64) {
+        (self.caustic_photons.unwrap_or(self.photons), self.caustic_radius.unwrap_or(self.radius))
+    }
+
     /// How photons are looked up: `one_map` for `--estimator photon` rather than `sppm`.
     pub fn lookup(&self, one_map: bool) -> Lookup {
         match self.gather {
-            Gather::Yes if one_map => Lookup::Gather {
-                caustic_particles: self.caustic_photons.unwrap_or(self.photons),
-                caustic_radius: self.caustic_radius.unwrap_or(self.radius),
-            },
+            Gather::Yes if one_map => {
+                let (caustic_particles, caustic_radius) = self.caustic();
+                Lookup::Gather { caustic_particles, caustic_radius }
+            }
             _ => Lookup::Direct,
         }
     }
@@ -88,19 +92,6 @@ impl Photons {
             Lookup::Gather { caustic_particles, .. } => {
                 PhotonMap::check(&Standard, scene, Kept::Caustic, caustic_particles, (seed, 0))
             }
-        }
-    }
-
-    /// What decides the pixels, line by line.
-    pub fn provenance(&self, one_map: bool, line: &mut impl FnMut(&str, &str)) {
-        line("photons", &self.photons.to_string());
-        line("radius", &self.radius.to_string());
-        if one_map {
-            line("gather", &name(self.gather));
-        }
-        if let Lookup::Gather { caustic_particles, caustic_radius } = self.lookup(one_map) {
-            line("caustic-photons", &caustic_particles.to_string());
-            line("caustic-radius", &caustic_radius.to_string());
         }
     }
 }

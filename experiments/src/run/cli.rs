@@ -3,7 +3,6 @@
 use std::ops::RangeInclusive;
 use std::process::ExitCode;
 
-use clap::parser::ValueSource;
 use clap::{Args, FromArgMatches, Parser};
 use whitefurnace::error::Error;
 use whitefurnace::film::LARGEST_FILM;
@@ -67,15 +66,12 @@ pub fn conclude(outcomes: &[ExperimentResult], options: &run::Options) -> Ending
 
 /// Parses the command line; a wrong option gets one line on standard error and exit code 2.
 pub fn parse<T: Parser>() -> T {
-    parse_given().0
+    or_one_line(T::from_arg_matches(&matches(T::command())))
 }
 
-/// The same, and which options stand on the command line.
-pub fn parse_given<T: Parser>() -> (T, impl Fn(&str) -> bool) {
-    let matches = or_one_line(tolerant(T::command()).try_get_matches());
-    let options = or_one_line(T::from_arg_matches(&matches));
-    let given = move |id: &str| matches.value_source(id) == Some(ValueSource::CommandLine);
-    (options, given)
+/// What stands on the command line; a wrong option as by [`parse`].
+pub fn matches(command: clap::Command) -> clap::ArgMatches {
+    or_one_line(tolerant(command).try_get_matches())
 }
 
 /// What stands after an option with a list of values is its value, be it "-1", so that the refusal names the
@@ -92,7 +88,8 @@ fn tolerant(command: clap::Command) -> clap::Command {
     })
 }
 
-fn or_one_line<T>(parsed: Result<T, clap::Error>) -> T {
+/// The value, or one line on standard error and exit code 2.
+pub fn or_one_line<T>(parsed: Result<T, clap::Error>) -> T {
     match parsed {
         Ok(options) => options,
         Err(error) if error.use_stderr() => {
@@ -182,8 +179,7 @@ pub fn run_experiment(id: &'static str) -> ExitCode {
         let command = run::Options::augment_args(clap::Command::new(id))
             .about(experiment.title)
             .version(env!("CARGO_PKG_VERSION"));
-        let matches = or_one_line(tolerant(command).try_get_matches());
-        let options = or_one_line(run::Options::from_arg_matches(&matches));
+        let options = or_one_line(run::Options::from_arg_matches(&matches(command)));
         use_threads(options.threads)?;
         begin();
         let outcomes = record::run_all(&[experiment], &options, true)?;

@@ -3,6 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use clap::CommandFactory as _;
+use experiments::render::Job;
+use experiments::render::command::Render;
 use experiments::run::record::{recorded, recorded_folder};
 use experiments::run::{ExperimentResult, Finding, Judgement, Options, Tier};
 
@@ -39,6 +42,12 @@ fn run(program: &str, folder: &Path, options: &str) -> Output {
 
 fn render(folder: &Path, options: &str) -> Output {
     run(env!("CARGO_BIN_EXE_render"), folder, options)
+}
+
+/// What these words of a command line ask `render` for.
+fn job(words: &str) -> Job {
+    let matches = Render::command().try_get_matches_from(words.split_whitespace());
+    Render::of(&matches.expect("options")).expect("options").job
 }
 
 /// Asserts that it renders.

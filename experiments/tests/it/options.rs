@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use clap::{CommandFactory as _, Parser as _};
+use clap::CommandFactory as _;
 use experiments::render::command::Render;
 use glam::DVec3;
 use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
@@ -21,7 +21,7 @@ use whitefurnace::render::{Numbers, Sampling, render, render_passes};
 use whitefurnace::scene::room::{self, Convention};
 use whitefurnace::scene::{Scene, simple};
 
-use crate::{folder, renders};
+use crate::{folder, job, renders};
 
 /// An estimator and its settings.
 enum Method {
@@ -359,7 +359,7 @@ fn every_option_is_the_librarys_own_call() {
 
         let call = row.call();
         let film = call.film().expect("a film");
-        let provenance = Render::try_parse_from(&words).expect("options").job().provenance(true);
+        let provenance = job(&command).provenance(true);
         // The file says all that decides its pixels.
         let Row(option, value, ..) = row;
         if !["", "threads", "exposure", "out"].contains(&option) {

@@ -34,7 +34,13 @@ fn recorded_results_are_those_of_the_code() {
                     found.id, found.version, e.version
                 ));
             }
-            _ => {}
+            (Some(e), Some(found)) => {
+                let lacks = |id: &&str| !found.equations.iter().any(|other| other == id);
+                let lacking: Vec<&str> = e.equations.iter().map(|e| e.id).filter(lacks).collect();
+                if !lacking.is_empty() {
+                    stale.push(format!("{id}: recorded without equations {lacking:?}"));
+                }
+            }
         }
     }
     assert!(

@@ -150,10 +150,15 @@ fn only_full_runs_are_recorded() {
 }
 
 #[test]
-fn reproduce_lists_and_refuses() {
+fn every_experiment_is_listed_and_has_a_program() {
     let folder = folder("list");
     let list = text(&reproduce(&folder, "--list").stdout);
     let ids = list.lines().map(|line| line.split(' ').next().expect("a name"));
     assert!(ids.eq(EXPERIMENTS.iter().map(|experiment| experiment.id)), "{list}");
     refused(&reproduce(&folder, "--only fig10"), "fig9");
+    let programs = Path::new(env!("CARGO_MANIFEST_DIR")).join("programs/src/bin");
+    for experiment in EXPERIMENTS {
+        let program = programs.join(format!("{}.rs", experiment.id));
+        assert!(program.is_file(), "{} is missing", program.display());
+    }
 }
