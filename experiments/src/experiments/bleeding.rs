@@ -218,40 +218,23 @@ fn draw(run: &mut Run, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) -> Resu
             if solved {
                 let points = ANGLES.iter().zip(radiosity).map(|(&a, r)| [a, r[channel]]);
                 let label = format!("{letter}, radiosity");
-                series.push(Series::new(&label, colour, Mark::Line, points.collect()));
+                series.push(Series::new(&label, colour, Mark::Line, points));
             }
             for &(place, label) in places {
-                let profile = &profiles[place];
-                let points = ANGLES.iter().zip(profile).map(|(&a, r)| [a, r[channel][0]]);
-                let bars = profile.iter().map(|r| {
-                    let [ratio, error] = r[channel];
-                    [ratio - 3.0 * error, ratio + 3.0 * error]
-                });
-                let grey = label == "grey walls";
-                let mark = if grey { Mark::Faint } else { Mark::Points };
-                let label = match (grey, channel) {
-                    (true, 0) => "both ratios, grey walls".to_owned(),
-                    // Its line lies on the other's.
-                    (true, _) => String::new(),
-                    (false, _) => format!("{letter}, {label}"),
-                };
-                series.push(Series {
-                    bars: if grey { Vec::new() } else { bars.collect() },
-                    ..Series::new(&label, colour, mark, points.collect())
-                });
+                let points = ANGLES.iter().zip(&profiles[place]).map(|(&a, r)| (a, r[channel]));
+                if label == "grey walls" {
+                    // The other ratio's line lies on this one.
+                    let label = if channel == 0 { "both ratios, grey walls" } else { "" };
+                    let points = points.map(|(a, [ratio, _])| [a, ratio]);
+                    series.push(Series::new(label, colour, Mark::Faint, points));
+                } else {
+                    let points = points.map(|(a, [ratio, error])| [a, ratio, 3.0 * error]);
+                    series.push(Series::measured(&format!("{letter}, {label}"), colour, points));
+                }
             }
         }
-        Chart {
-            title: title.to_owned(),
-            axes: [
-                "azimuth on the sphere from the camera's direction (°, right is positive)"
-                    .to_owned(),
-                "ratio to green".to_owned(),
-            ],
-            ranges: [[-85.0, 85.0], [0.4, 1.7]],
-            log: [false, false],
-            series,
-        }
+        let azimuth = "azimuth on the sphere from the camera's direction (°, right is positive)";
+        Chart::new(title, [azimuth, "ratio to green"], [[-85.0, 85.0], [0.4, 1.7]], series)
     };
     let report = chart(
         "The white sphere in the report's room: radiance along its girdle",

@@ -187,12 +187,8 @@ fn draw(run: &mut Run, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) -> Result
     let n = by_name.values().map(|values| values.len() as u64).max().unwrap_or(1);
     let radius = kolmogorov_upper(n, level);
     let band = |sign: f64| {
-        Series::new(
-            if sign > 0.0 { "limit at the level of this look" } else { "" },
-            6,
-            Mark::Line,
-            vec![[0.0, sign * radius], [1.0, sign * radius]],
-        )
+        let label = if sign > 0.0 { "limit at the level of this look" } else { "" };
+        Series::new(label, 6, Mark::Line, [[0.0, sign * radius], [1.0, sign * radius]])
     };
     let panel = |title: String, prefix: &str, mark: Mark| {
         let mut series: Vec<Series> = by_name
@@ -206,31 +202,15 @@ fn draw(run: &mut Run, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) -> Result
             })
             .collect();
         series.extend([band(1.0), band(-1.0)]);
-        Chart {
-            title,
-            axes: ["p-value expected at this rank".into(), "observed − expected".into()],
-            ranges: [[0.0, 1.0], [-1.5 * radius, 2.8 * radius]],
-            log: [false, false],
-            series,
-        }
+        let axes = ["p-value expected at this rank", "observed − expected"];
+        Chart::new(title, axes, [[0.0, 1.0], [-1.5 * radius, 2.8 * radius]], series)
     };
-    charts(
-        &run.figure("quantiles.svg"),
-        "Lines between the limits are those of uniform p-values, as true hypotheses give.",
-        [900, 900],
-        &[
-            panel(
-                format!("Statistics of true hypotheses, {n} seeds, n = {N}"),
-                STATISTIC,
-                Mark::Line,
-            ),
-            panel(
-                format!("The registry's trials, {n} seeds, scale 1/1024, a line each"),
-                TRIAL,
-                Mark::Faint,
-            ),
-        ],
-    )
+    let title = format!("Statistics of true hypotheses, {n} seeds, n = {N}");
+    let statistics = panel(title, STATISTIC, Mark::Line);
+    let title = format!("The registry's trials, {n} seeds, scale 1/1024, a line each");
+    let trials = panel(title, TRIAL, Mark::Faint);
+    let see = "Lines between the limits are those of uniform p-values, as true hypotheses give.";
+    charts(&run.figure("quantiles.svg"), see, [900, 900], &[statistics, trials])
 }
 
 /// Sorted p-values against their expected quantiles, as differences: of so many stretches of equal length

@@ -183,13 +183,9 @@ fn run(run: &mut Run) -> Result<(), Error> {
             series.extend(drawn(&label, colour, &sizes, &fall));
         }
         judge(run, key, title, &slopes);
-        plots.push(Chart {
-            title: (*title).to_owned(),
-            axes: ["samples N".into(), "variance of the mean".into()],
-            ranges: [[3.0, f64::from(1u32 << powers) * 1.3], [low / 3.0, high * 30.0]],
-            log: [true, true],
-            series,
-        });
+        let ranges = [[3.0, f64::from(1u32 << powers) * 1.3], [low / 3.0, high * 30.0]];
+        let axes = ["samples N", "variance of the mean"];
+        plots.push(Chart::new(*title, axes, ranges, series).log([true, true]));
     }
     let see = "Straight lines on logarithmic axes: independent samples fall with slope −1 in each panel, Sobol' \
                points faster where the integrand is smooth.";
@@ -209,11 +205,8 @@ fn drawn(label: &str, colour: usize, sizes: &[u32], fall: &Fall) -> [Series; 2] 
     });
     let points = axis.iter().zip(&means).map(|(&n, &v)| [n, v]);
     [
-        Series {
-            bars: bars.collect(),
-            ..Series::new(label, colour, Mark::Points, points.collect())
-        },
-        Series::new("", colour, Mark::Line, axis.iter().map(|&n| line(n)).collect()),
+        Series::new(label, colour, Mark::Points, points).with_bars(bars.collect()),
+        Series::new("", colour, Mark::Line, axis.iter().map(|&n| line(n))),
     ]
 }
 

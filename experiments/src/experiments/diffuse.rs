@@ -104,11 +104,9 @@ fn figure(run: &mut Run) -> Result<(), Error> {
         let path = Path::<Standard>::default();
         let random = (PixelSampling::Random, run.seed());
         render_samples(&scene, &path, random, &mut film, spp)?;
-        let curve = (0..=240).map(|i| {
-            let x = f64::from(i) / 240.0;
-            [x, frontal(&bsdf, x.asin().min(FRAC_PI_2 - 1e-6))]
-        });
-        series.push(Series::new(model.title(), colour, Mark::Line, curve.collect()));
+        let curve = (0..=240).map(|i| f64::from(i) / 240.0);
+        let curve = curve.map(|x| [x, frontal(&bsdf, x.asin().min(FRAC_PI_2 - 1e-6))]);
+        series.push(Series::new(model.title(), colour, Mark::Line, curve));
         series.push(Series::new("", colour, Mark::Points, profile(&film)));
         limb(run, model, &scene, &bsdf);
         films.push(film);
@@ -123,23 +121,12 @@ fn figure(run: &mut Run) -> Result<(), Error> {
         }
     }
     run.note("moons.png", format!("left to right: {}; {side}x{side}, {spp} spp", titles()));
-    charts(
-        &run.figure("profile.svg"),
-        "The corrected Oren–Nayar sphere is flat almost to its rim; as printed it darkens like Lambert's.",
-        [900, 600],
-        &[Chart {
-            title: format!(
-                "Radiance across the disc, white sphere lit from the front, σ = {SIGMA}"
-            ),
-            axes: [
-                "distance from the centre (radii)".into(),
-                "radiance (points: pixels of the picture; lines: π f cos θ)".into(),
-            ],
-            ranges: [[0.0, 1.0], [0.0, 1.1]],
-            log: [false, false],
-            series,
-        }],
-    )
+    let title = format!("Radiance across the disc, white sphere lit from the front, σ = {SIGMA}");
+    let radiance = "radiance (points: pixels of the picture; lines: π f cos θ)";
+    let axes = ["distance from the centre (radii)", radiance];
+    let chart = Chart::new(title, axes, [[0.0, 1.0], [0.0, 1.1]], series);
+    let see = "The corrected Oren–Nayar sphere is flat almost to its rim; as printed it darkens like Lambert's.";
+    charts(&run.figure("profile.svg"), see, [900, 600], &[chart])
 }
 
 fn titles() -> String {
@@ -210,7 +197,7 @@ fn albedo(run: &mut Run) -> Result<(), Error> {
     for (colour, model) in (0..).zip(DiffuseName::ALL) {
         let bsdf = model.bsdf(DVec3::ONE, SIGMA);
         let curve = (0..=89).map(|d| [f64::from(d), closed_form(model, f64::from(d).to_radians())]);
-        series.push(Series::new(model.title(), colour, Mark::Line, curve.collect()));
+        series.push(Series::new(model.title(), colour, Mark::Line, curve));
         let found = sampled(run, model, &bsdf, samples);
         let mut worst = 0.0_f64;
         for (degrees, moments) in ANGLES.into_iter().zip(&found) {
@@ -229,52 +216,27 @@ fn albedo(run: &mut Run) -> Result<(), Error> {
             format!("worst of {} angles {worst:.2} standard errors", ANGLES.len()),
             worst < critical,
         );
-        let points = ANGLES.into_iter().zip(&found).map(|(d, m)| [d, m.mean()]);
-        let bars = found.iter().map(|m| {
-            let half = critical * m.standard_error();
-            [m.mean() - half, m.mean() + half]
-        });
-        series.push(Series {
-            bars: bars.collect(),
-            ..Series::new("", colour, Mark::Points, points.collect())
-        });
+        let points = ANGLES.into_iter().zip(&found);
+        let points = points.map(|(d, m)| [d, m.mean(), critical * m.standard_error()]);
+        series.push(Series::measured("", colour, points));
         lobes.push(Series::new(model.title(), colour, Mark::Line, lobe(&bsdf)));
     }
-    charts(
-        &run.figure("albedo.svg"),
-        "Lambert and EON lie on one. Corrected Oren–Nayar rises towards grazing, the printed form hardly.",
-        [900, 560],
-        &[Chart {
-            title: format!(
-                "Directional albedo, ρ = 1, σ = {SIGMA}: closed forms, and means of {samples} samples"
-            ),
-            axes: ["inclination (degrees)".into(), "directional albedo".into()],
-            ranges: [[0.0, 90.0], [0.75, 1.05]],
-            log: [false, false],
-            series,
-        }],
-    )?;
+    let title = format!(
+        "Directional albedo, ρ = 1, σ = {SIGMA}: closed forms, and means of {samples} samples"
+    );
+    let axes = ["inclination (degrees)", "directional albedo"];
+    let chart = Chart::new(title, axes, [[0.0, 90.0], [0.75, 1.05]], series);
+    let see = "Lambert and EON lie on one. Corrected Oren–Nayar rises towards grazing, the printed form hardly.";
+    charts(&run.figure("albedo.svg"), see, [900, 560], &[chart])?;
     let arrow = from_spherical(INCIDENT.to_radians(), 0.0);
-    lobes.push(Series::new(
-        "direction of the light",
-        6,
-        Mark::Line,
-        vec![[0.0, 0.0], [2.0 * arrow.x, 2.0 * arrow.z]],
-    ));
-    charts(
-        &run.figure("lobes.svg"),
-        "Lambert's lobe is a half circle. Corrected Oren–Nayar and EON bulge towards the light.",
-        [900, 460],
-        &[Chart {
-            title: format!(
-                "π f in the plane of incidence, light at {INCIDENT}°, ρ = 1, σ = {SIGMA}"
-            ),
-            axes: ["π f sin θ (towards the light →)".into(), "π f cos θ".into()],
-            ranges: [[-1.2, 2.0], [0.0, 1.45]],
-            log: [false, false],
-            series: lobes,
-        }],
-    )
+    let arrow = [[0.0, 0.0], [2.0 * arrow.x, 2.0 * arrow.z]];
+    lobes.push(Series::new("direction of the light", 6, Mark::Line, arrow));
+    let title = format!("π f in the plane of incidence, light at {INCIDENT}°, ρ = 1, σ = {SIGMA}");
+    let axes = ["π f sin θ (towards the light →)", "π f cos θ"];
+    let chart = Chart::new(title, axes, [[-1.2, 2.0], [0.0, 1.45]], lobes);
+    let see =
+        "Lambert's lobe is a half circle. Corrected Oren–Nayar and EON bulge towards the light.";
+    charts(&run.figure("lobes.svg"), see, [900, 460], &[chart])
 }
 
 /// Inclination of the light of the lobes, degrees.

@@ -182,25 +182,16 @@ fn draw(run: &mut Run, accumulated: &Accumulated) -> Result<(), Error> {
     let random = accumulated.rows().iter().map(|row| number(row, RANDOM)).sum::<f64>() / seeds;
     let random = random.round().max(1.0);
     let expected = |i: usize| 1.0 - (1.0 - (i as f64 + 0.5) / seeds).powf(1.0 / random);
-    let points = least.iter().enumerate().map(|(i, &p)| [expected(i), p]).collect();
+    let points = least.iter().enumerate().map(|(i, &p)| [expected(i), p]);
     let low = 0.1 / (random * seeds);
-    let diagonal = vec![[low, low], [0.1, 0.1]];
-    charts(
-        &run.figure("false-alarms.svg"),
-        "Points along the line: least p-values as independent tests of true hypotheses give.",
-        [900, 560],
-        &[Chart {
-            title: format!("Least p-value of each of {seeds} suites of {random} random tests"),
-            axes: [
-                "expected of independent tests at this rank".into(),
-                "least p-value observed".into(),
-            ],
-            ranges: [[low, 0.1], [low.min(0.5 * least[0]), 1.0]],
-            log: [true, true],
-            series: vec![
-                Series::new("as expected", 6, Mark::Line, diagonal),
-                Series::new("a suite under a fresh master seed", 2, Mark::Points, points),
-            ],
-        }],
-    )
+    let series = vec![
+        Series::new("as expected", 6, Mark::Line, [[low, low], [0.1, 0.1]]),
+        Series::new("a suite under a fresh master seed", 2, Mark::Points, points),
+    ];
+    let title = format!("Least p-value of each of {seeds} suites of {random} random tests");
+    let axes = ["expected of independent tests at this rank", "least p-value observed"];
+    let ranges = [[low, 0.1], [low.min(0.5 * least[0]), 1.0]];
+    let chart = Chart::new(title, axes, ranges, series).log([true, true]);
+    let see = "Points along the line: least p-values as independent tests of true hypotheses give.";
+    charts(&run.figure("false-alarms.svg"), see, [900, 560], &[chart])
 }

@@ -115,26 +115,20 @@ fn by_distance(run: &mut Run) -> Result<(), Error> {
                 run.number(&key, *variance);
             }
             let points = HEIGHTS.into_iter().zip(variances).map(|(x, y)| [x, y]);
-            series.push(Series::new(label, colour, Mark::Line, points.collect()));
+            series.push(Series::new(label, colour, Mark::Line, points));
         }
         let [area, angle] = [0, 1].map(|way: usize| series[way].points[0][1]);
         run.note(
             &format!("{} at height {}", shape.name, HEIGHTS[0]),
             format!("variance by shadow rays alone: area {area:.3e}, solid angle {angle:.3e}, relative to the squared mean"),
         );
-        panels.push(Chart {
-            title: format!(
-                "Light of a {}: variance of one sample, relative to the squared mean",
-                shape.name
-            ),
-            axes: [
-                "height over the floor (half of its side, or its radius, is 1)".into(),
-                "relative variance".into(),
-            ],
-            ranges: [[0.04, 40.0], [1e-8, 1e3]],
-            log: [true, true],
-            series,
-        });
+        let title = format!(
+            "Light of a {}: variance of one sample, relative to the squared mean",
+            shape.name
+        );
+        let height = "height over the floor (half of its side, or its radius, is 1)";
+        let (axes, ranges) = ([height, "relative variance"], [[0.04, 40.0], [1e-8, 1e3]]);
+        panels.push(Chart::new(title, axes, ranges, series).log([true, true]));
     }
     run.csv("lights.csv", "shape,way,height,samples,relative variance", &rows)?;
     let see = "Sampling by area: the variance rises without bound as the light comes near. By solid angle it \

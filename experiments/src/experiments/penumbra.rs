@@ -48,14 +48,13 @@ fn run(run: &mut Run) -> Result<(), Error> {
     })?;
     let z = normal_upper(0.5 * FAMILY / f64::from(PLACES));
     let mut rows = Vec::new();
-    let mut found = Series::new("path tracer, with its error", 2, Mark::Points, Vec::new());
+    let mut found = Vec::new();
     let mut worst = 0.0_f64;
     for (k, moments) in places.iter().zip(&measured) {
         let (y, reference) = (at(*k), penumbra_reference(at(*k)));
         let (mean, error) = (moments.mean(), moments.standard_error());
         worst = worst.max((mean - reference).abs() / error);
-        found.points.push([y, mean]);
-        found.bars.push([mean - z * error, mean + z * error]);
+        found.push([y, mean, z * error]);
         rows.push(format!("{y},{mean:e},{error:e},{reference:e}"));
     }
     run.number("worst", worst);
@@ -71,19 +70,11 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let curve = (0..=400).map(|i| -2.2 + 4.2 * f64::from(i) / 400.0);
     let curve: Vec<[f64; 2]> = curve.map(|y| [y, penumbra_reference(y)]).collect();
     let brightest = curve.iter().map(|[_, radiance]| *radiance).fold(0.0, f64::max);
-    charts(
-        &run.figure("penumbra.svg"),
-        "The path tracer's points lie on the closed form from full light to full shadow.",
-        [900, 520],
-        &[Chart {
-            title: "Radiance of the floor across the penumbra".into(),
-            axes: [
-                "y (the occluder hangs over all y > 0)".into(),
-                "radiance (that of the light is 3)".into(),
-            ],
-            ranges: [[-2.3, 2.1], [0.0, 1.08 * brightest]],
-            log: [false, false],
-            series: vec![Series::new("closed form", 0, Mark::Line, curve), found],
-        }],
-    )
+    let found = Series::measured("path tracer, with its error", 2, found);
+    let series = vec![Series::new("closed form", 0, Mark::Line, curve), found];
+    let title = "Radiance of the floor across the penumbra";
+    let axes = ["y (the occluder hangs over all y > 0)", "radiance (that of the light is 3)"];
+    let chart = Chart::new(title, axes, [[-2.3, 2.1], [0.0, 1.08 * brightest]], series);
+    let see = "The path tracer's points lie on the closed form from full light to full shadow.";
+    charts(&run.figure("penumbra.svg"), see, [900, 520], &[chart])
 }

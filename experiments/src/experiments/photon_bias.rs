@@ -93,26 +93,18 @@ fn radii(run: &mut Run) -> Result<Chart, Error> {
         (slope - closed).abs() <= error,
     );
     run.csv("radii.csv", "radius,bias,closed,reach", &rows)?;
-    let measured = found.iter().map(|&(r, bias, ..)| [r, bias]).collect();
-    let bars = found.iter().map(|&(_, bias, _, e)| [bias - e, bias + e]).collect();
+    let measured = found.iter().map(|&(radius, bias, _, reach)| [radius, bias, reach]);
     let [low, high] = [RADII[0], RADII[RADII.len() - 1]];
     let radius = |k: u32| low * (high / low).powf(f64::from(k) / 200.0);
     let closed = (0..=200).map(radius);
     let closed = closed.map(|r| [r, 1.0 - disc_average(r, f64::INFINITY) / point]);
-    let closed = closed.collect();
-    Ok(Chart {
-        title: "What a lookup lacks of the radiance at a point under a light".to_owned(),
-        axes: [
-            "radius (the light, 0.4 wide, is 0.5 above the floor)".to_owned(),
-            "relative bias".to_owned(),
-        ],
-        ranges: [[0.03, 2.0], [1e-3, 1.5]],
-        log: [true, true],
-        series: vec![
-            Series::new("closed form: mean over the disc", 2, Mark::Line, closed),
-            Series { bars, ..Series::new("measured", 0, Mark::Points, measured) },
-        ],
-    })
+    let series = vec![
+        Series::new("closed form: mean over the disc", 2, Mark::Line, closed),
+        Series::measured("measured", 0, measured),
+    ];
+    let title = "What a lookup lacks of the radiance at a point under a light";
+    let axes = ["radius (the light, 0.4 wide, is 0.5 above the floor)", "relative bias"];
+    Ok(Chart::new(title, axes, [[0.03, 2.0], [1e-3, 1.5]], series).log([true, true]))
 }
 
 fn looked_up(scene: &Scene, radius: f64, name: (u64, u32), bar: &Bar) -> Result<f64, Error> {
@@ -155,7 +147,7 @@ fn passes(run: &mut Run) -> Result<Chart, Error> {
     bar.finish();
     let mut expected = 0.0;
     let mut rows = Vec::new();
-    let [mut closed, mut bias, mut bars, mut error] = [const { Vec::new() }; 4];
+    let (mut closed, mut bias, mut error) = (Vec::new(), Vec::new(), Vec::new());
     let mut worst = 0.0f64;
     let mut last = (0.0, 0.0);
     let mut spreads = Vec::new();
@@ -176,8 +168,7 @@ fn passes(run: &mut Run) -> Result<Chart, Error> {
         closed.push([n, stated]);
         // All would be too many to tell apart.
         if (index + 1).is_power_of_two() {
-            bias.push([n, found]);
-            bars.push([found - reach, found + reach]);
+            bias.push([n, found, reach]);
         }
         error.push([n, rms.mean().sqrt()]);
     }
@@ -200,15 +191,12 @@ fn passes(run: &mut Run) -> Result<Chart, Error> {
         ),
     );
     run.csv("passes.csv", "passes,bias,closed,reach,rms", &rows)?;
-    Ok(Chart {
-        title: format!("The mean of n passes, first radius {FIRST}, α = 2/3"),
-        axes: ["passes n".to_owned(), "relative error".to_owned()],
-        ranges: [[0.9, f64::from(PASSES) * 1.1], [0.01, 0.5]],
-        log: [true, true],
-        series: vec![
-            Series::new("bias, closed form", 2, Mark::Line, closed),
-            Series { bars, ..Series::new("bias, measured", 0, Mark::Points, bias) },
-            Series::new("root-mean-square error", 1, Mark::Line, error),
-        ],
-    })
+    let series = vec![
+        Series::new("bias, closed form", 2, Mark::Line, closed),
+        Series::measured("bias, measured", 0, bias),
+        Series::new("root-mean-square error", 1, Mark::Line, error),
+    ];
+    let title = format!("The mean of n passes, first radius {FIRST}, α = 2/3");
+    let ranges = [[0.9, f64::from(PASSES) * 1.1], [0.01, 0.5]];
+    Ok(Chart::new(title, ["passes n", "relative error"], ranges, series).log([true, true]))
 }

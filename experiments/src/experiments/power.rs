@@ -70,14 +70,12 @@ fn run(run: &mut Run) -> Result<(), Error> {
         ),
     );
     let titles = ["sums of values", "counts, cells, bounds"];
-    let panels = panels.chunks(PER_PANEL).zip(titles).map(|(series, what)| Chart {
-        title: format!(
+    let panels = panels.chunks(PER_PANEL).zip(titles).map(|(series, what)| {
+        let title = format!(
             "Power at level 1e-9, {what}: curves stated, points from {replications} replications"
-        ),
-        axes: ["effect (standard errors)".into(), "probability of rejection".into()],
-        ranges: [REACH, [0.0, 1.02]],
-        log: [false, false],
-        series: series.concat(),
+        );
+        let axes = ["effect (standard errors)", "probability of rejection"];
+        Chart::new(title, axes, [REACH, [0.0, 1.02]], series.concat())
     });
     let panels: Vec<Chart> = panels.collect();
     let see = "Measured rates of rejection lie on the stated curves, or above them where the stated power is a \
@@ -165,10 +163,11 @@ fn series(
     let place = |point: &Point| {
         [point.effect / statistic.unit, point.rejected as f64 / replications as f64]
     };
-    let mut measured = Series::new("", colour, Mark::Points, points.iter().map(place).collect());
-    measured.bars =
-        points.iter().map(|point| binomial_interval(point.rejected, replications, 0.025)).collect();
-    [Series::new(statistic.name, colour, Mark::Line, curve.collect()), measured]
+    let bars = points.iter().map(|p| binomial_interval(p.rejected, replications, 0.025)).collect();
+    [
+        Series::new(statistic.name, colour, Mark::Line, curve),
+        Series::new("", colour, Mark::Points, points.iter().map(place)).with_bars(bars),
+    ]
 }
 
 /// What one random measure of the registry detects, in units of its δ.
@@ -242,35 +241,21 @@ fn draw_registry(
     let mut kinds: Vec<&str> = measures.iter().map(|m| m.row.outcome.statistic).collect();
     kinds.sort_unstable();
     kinds.dedup();
-    let points = |kind: &str| {
-        let of_kind = measures.iter().enumerate();
-        let of_kind = of_kind.filter(|(_, m)| m.row.outcome.statistic == kind && m.ratio > 0.0);
-        of_kind.map(|(i, m)| [i as f64 + 1.0, m.ratio]).collect()
-    };
     let count = measures.len() as f64;
     let finite = measures.iter().map(|m| m.ratio).filter(|ratio| ratio.is_finite());
     let largest = finite.fold(limit, f64::max);
-    let mut series = vec![Series::new(
-        "just seen at full size",
-        0,
-        Mark::Faint,
-        vec![[0.0, limit], [count + 1.0, limit]],
-    )];
-    let kinds = kinds.iter().enumerate();
-    series.extend(kinds.map(|(i, kind)| Series::new(kind, i, Mark::Points, points(kind))));
-    charts(
-        &run.figure("registry.svg"),
-        "Below the line a measure sees the effect that it must see.",
-        [900, 560],
-        &[Chart {
-            title: format!("What each random measure of the registry detects, scale {scale}"),
-            axes: [
-                "measure, the weakest first (as in registry.csv)".into(),
-                "minimum detectable effect/δ".into(),
-            ],
-            ranges: [[0.0, count + 1.0], [0.01 * limit, 1.5 * largest]],
-            log: [false, true],
-            series,
-        }],
-    )
+    let line = [[0.0, limit], [count + 1.0, limit]];
+    let mut series = vec![Series::new("just seen at full size", 0, Mark::Faint, line)];
+    for (colour, kind) in kinds.into_iter().enumerate() {
+        let of_kind = measures.iter().enumerate();
+        let of_kind = of_kind.filter(|(_, m)| m.row.outcome.statistic == kind && m.ratio > 0.0);
+        let points = of_kind.map(|(i, m)| [i as f64 + 1.0, m.ratio]);
+        series.push(Series::new(kind, colour, Mark::Points, points));
+    }
+    let title = format!("What each random measure of the registry detects, scale {scale}");
+    let axes = ["measure, the weakest first (as in registry.csv)", "minimum detectable effect/δ"];
+    let ranges = [[0.0, count + 1.0], [0.01 * limit, 1.5 * largest]];
+    let chart = Chart::new(title, axes, ranges, series).log([false, true]);
+    let see = "Below the line a measure sees the effect that it must see.";
+    charts(&run.figure("registry.svg"), see, [900, 560], &[chart])
 }

@@ -168,38 +168,29 @@ const BARS: f64 = 3.0;
 
 fn draw(run: &mut Run, levels: &[Level], (reference, noise): (f64, f64)) -> Result<(), Error> {
     let series = |label: &str, colour, value: &dyn Fn(&Level) -> [f64; 2]| {
-        let point = |l: &Level| [l.patches, 100.0 * value(l)[0]];
-        let points: Vec<[f64; 2]> = levels.iter().map(point).collect();
+        let points = || levels.iter().map(|l| [l.patches, 100.0 * value(l)[0]]);
         let bar = |l: &Level| {
             let [value, error] = value(l);
             [-BARS, BARS].map(|errors| 100.0 * (value + errors * error))
         };
+        let bars = levels.iter().map(bar).collect();
         [
-            Series::new("", colour, Mark::Line, points.clone()),
-            Series {
-                bars: levels.iter().map(bar).collect(),
-                ..Series::new(label, colour, Mark::Points, points)
-            },
+            Series::new("", colour, Mark::Line, points()),
+            Series::new(label, colour, Mark::Points, points()).with_bars(bars),
         ]
     };
     let (low, high) = (50.0, 10_000.0);
     let slope = |patches: f64| [patches, 8.0 * (low / patches).sqrt()];
     let name = "order 1: as the side of a patch, patches^(−1/2)";
-    let slope = Series::new(name, 6, Mark::Faint, vec![slope(low), slope(high)]);
+    let slope = Series::new(name, 6, Mark::Faint, [slope(low), slope(high)]);
     let difference = move |level: &Level| [(level.mean.y / reference - 1.0).abs(), noise];
-    let chart = Chart {
-        title: "Radiosity in the diffuse room against the path tracer".to_owned(),
-        axes: ["patches".to_owned(), "deviation from the path tracer (%)".to_owned()],
-        ranges: [[low, high], [0.03, 20.0]],
-        log: [true, true],
-        series: [
-            vec![slope],
-            series("pixels, interpolated (rms)", 2, &|l| [l.distances[0], l.errors[0]]).to_vec(),
-            series("pixels, gathered (rms)", 1, &|l| [l.distances[1], l.errors[1]]).to_vec(),
-            series("image mean", 0, &difference).to_vec(),
-        ]
-        .concat(),
-    };
+    let mut all = vec![slope];
+    all.extend(series("pixels, interpolated (rms)", 2, &|l| [l.distances[0], l.errors[0]]));
+    all.extend(series("pixels, gathered (rms)", 1, &|l| [l.distances[1], l.errors[1]]));
+    all.extend(series("image mean", 0, &difference));
+    let title = "Radiosity in the diffuse room against the path tracer";
+    let axes = ["patches", "deviation from the path tracer (%)"];
+    let chart = Chart::new(title, axes, [[low, high], [0.03, 20.0]], all).log([true, true]);
     let see = "All three deviations fall about as the side of a patch does, the grey line.";
     charts(&run.figure("radiosity.svg"), see, [900, 520], &[chart])
 }

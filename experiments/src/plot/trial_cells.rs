@@ -3,21 +3,9 @@
 use std::path::Path;
 
 use whitefurnace::error::Error;
+use whitefurnace::harness::outcome::Cell;
 
 use crate::plot::chart::{Chart, Mark, Series, charts};
-
-/// One cell, tile or pixel.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Cell {
-    /// Where it is.
-    pub place: String,
-    /// What the hypothesis expects.
-    pub expected: f64,
-    /// What was found.
-    pub observed: f64,
-    /// The difference in standard deviations.
-    pub sigmas: f64,
-}
 
 const HEADER: &str = "place,expected,observed,sigmas";
 
@@ -73,35 +61,23 @@ pub fn plot(cells: &[Cell], title: &str, path: &Path) -> Result<(), Error> {
     let worst =
         cells.iter().max_by(|a, b| finite(a.sigmas).abs().total_cmp(&finite(b.sigmas).abs()));
     let place = worst.map_or("", |cell| cell.place.as_str());
-    let mut stems = Series::new("", 0, Mark::Points, residuals.clone());
-    stems.bars = residuals.iter().map(|point| [0.0, point[1]]).collect();
-    let zero = Series::new("", 6, Mark::Line, vec![[x[0], 0.0], [x[1], 0.0]]);
+    let stems = residuals.iter().map(|point| [0.0, point[1]]).collect();
+    let stems = Series::new("", 0, Mark::Points, residuals).with_bars(stems);
+    let zero = Series::new("", 6, Mark::Line, [[x[0], 0.0], [x[1], 0.0]]);
     let (expected, observed) = (points(|cell| cell.expected), points(|cell| cell.observed));
     let both = || expected.iter().chain(&observed).map(|point| point[1]);
     let (low, high) = (both().fold(f64::MAX, f64::min), both().fold(f64::MIN, f64::max));
     let room = 0.08 * (high - low).max(1e-3 * high.abs()).max(f64::MIN_POSITIVE);
-    charts(
-        path,
-        "Above: how far each cell is from what is expected. Below: both values.",
-        [900, 820],
-        &[
-            Chart {
-                title: format!("{title}: worst at {place}"),
-                axes: [axis.clone(), "(observed − expected)/σ".into()],
-                ranges: [x, [-largest, largest]],
-                log: [false, false],
-                series: vec![zero, stems],
-            },
-            Chart {
-                title: String::from("expected and observed"),
-                axes: [axis, "value (counts, or the units of the estimate)".into()],
-                ranges: [x, [low - room, high + 3.0 * room]],
-                log: [false, false],
-                series: vec![
-                    Series::new("expected", 6, Mark::Line, expected),
-                    Series::new("observed", 0, Mark::Points, observed),
-                ],
-            },
-        ],
-    )
+    let title = format!("{title}: worst at {place}");
+    let ranges = [x, [-largest, largest]];
+    let above = Chart::new(title, [&axis, "(observed − expected)/σ"], ranges, vec![zero, stems]);
+    let series = vec![
+        Series::new("expected", 6, Mark::Line, expected),
+        Series::new("observed", 0, Mark::Points, observed),
+    ];
+    let axes = [&axis, "value (counts, or the units of the estimate)"];
+    let ranges = [x, [low - room, high + 3.0 * room]];
+    let below = Chart::new("expected and observed", axes, ranges, series);
+    let see = "Above: how far each cell is from what is expected. Below: both values.";
+    charts(path, see, [900, 820], &[above, below])
 }

@@ -30,13 +30,7 @@ const OKABE_ITO: [&str; 8] =
     ["#D55E00", "#009E73", "#0072B2", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#828282"];
 
 fn chart(series: Vec<Series>) -> Chart {
-    Chart {
-        title: "A < B".to_owned(),
-        axes: ["x (m)".to_owned(), "y (s)".to_owned()],
-        ranges: [[0.0, 1.0], [0.0, 1.0]],
-        log: [false, false],
-        series,
-    }
+    Chart::new("A < B", ["x (m)", "y (s)"], [[0.0, 1.0]; 2], series)
 }
 
 /// The elements that draw lines.
@@ -135,7 +129,7 @@ fn every_figure_says_what_it_shows() {
 #[test]
 fn curves_are_not_jagged() {
     let parabola = (0..=200).map(|i| f64::from(i) / 200.0).map(|x| [x, 0.1 + 0.05 * x * x]);
-    let series = Series::new("parabola", 0, Mark::Line, parabola.collect());
+    let series = Series::new("parabola", 0, Mark::Line, parabola);
     let svg = drawn("parabola", |path| charts(path, "", [400, 300], &[chart(vec![series])]));
     let curve = paths(&svg).into_iter().max_by_key(|path| path.len()).expect("a curve");
     let curve = numbers(attribute(curve, "points").expect("points"));

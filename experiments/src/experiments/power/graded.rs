@@ -266,31 +266,19 @@ fn draw(run: &mut Run, counted: &[Counted], scale: f64) -> Result<(), Error> {
         let most = found.iter().chain(&expected).map(|at| at[1]).fold(1.0, f64::max);
         let [low, high] = [(power - 0.3_f64).max(0.0), (power + 0.3).min(1.0)];
         let within = |points: Vec<[f64; 2]>| {
-            let mut points = points;
-            points.retain(|at| (low..=high).contains(&at[0]));
-            points
+            points.into_iter().filter(move |at| (low..=high).contains(&at[0]))
         };
-        Chart {
-            title: format!(
-                "Values off by δ, rejected at the level of power {power}: {} controls, {seeds} seeds, scale {scale}",
-                near.len()
-            ),
-            axes: [
-                "share of seeds that reject".into(),
-                "controls".into(),
-            ],
-            ranges: [[low, high], [0.0, 1.1 * most]],
-            log: [false, false],
-            series: vec![
-                Series::new("binomial law of the stated power", 0, Mark::Line, within(expected)),
-                Series::new("found", 2, Mark::Points, within(found)),
-            ],
-        }
+        let title = format!(
+            "Values off by δ, rejected at the level of power {power}: {} controls, {seeds} seeds, scale {scale}",
+            near.len()
+        );
+        let series = vec![
+            Series::new("binomial law of the stated power", 0, Mark::Line, within(expected)),
+            Series::new("found", 2, Mark::Points, within(found)),
+        ];
+        let axes = ["share of seeds that reject", "controls"];
+        Chart::new(title, axes, [[low, high], [0.0, 1.1 * most]], series)
     });
-    charts(
-        &run.figure("graded.svg"),
-        "Points along the lines: graded controls are rejected as often as stated.",
-        [900, 760],
-        &panels,
-    )
+    let see = "Points along the lines: graded controls are rejected as often as stated.";
+    charts(&run.figure("graded.svg"), see, [900, 760], &panels)
 }

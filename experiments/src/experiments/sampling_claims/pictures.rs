@@ -4,7 +4,7 @@ use whitefurnace::error::Error;
 use whitefurnace::film::{Film, Window};
 use whitefurnace::image::write_png;
 
-use crate::plot::chart::{Chart, Mark, Series, rows};
+use crate::plot::chart::{Chart, Mark, Series, charts};
 use crate::render::{ConventionName, EstimatorName, Job, PixelName, SceneName, name};
 use crate::run::Run;
 use crate::run::pictures::write_grid;
@@ -85,28 +85,13 @@ pub fn noise(run: &mut Run, [picture, plot, few, many]: [&str; 4]) -> Result<(),
     );
     let [n, error] = errors[2];
     let law = |x: f64| [x, error * (n / x).sqrt()];
-    rows(
-        &run.figure(plot),
-        "The points lie on a line of slope −1/2.",
-        [900, 460],
-        1,
-        &[Chart {
-            title: "Noise of a crop of the all-diffuse room".into(),
-            axes: [
-                "samples per pixel N".into(),
-                "standard error of a pixel (radiance, rms)".into(),
-            ],
-            ranges: [[4.0, 1000.0], [error * 0.5, error * 20.0]],
-            log: [true; 2],
-            series: vec![
-                Series::new(
-                    "N^(−1/2) through the last point",
-                    6,
-                    Mark::Line,
-                    vec![law(4.0), law(1000.0)],
-                ),
-                Series::new("crop", 0, Mark::Points, errors),
-            ],
-        }],
-    )
+    let series = vec![
+        Series::new("N^(−1/2) through the last point", 6, Mark::Line, [law(4.0), law(1000.0)]),
+        Series::new("crop", 0, Mark::Points, errors),
+    ];
+    let title = "Noise of a crop of the all-diffuse room";
+    let axes = ["samples per pixel N", "standard error of a pixel (radiance, rms)"];
+    let ranges = [[4.0, 1000.0], [error * 0.5, error * 20.0]];
+    let chart = Chart::new(title, axes, ranges, series).log([true; 2]);
+    charts(&run.figure(plot), "The points lie on a line of slope −1/2.", [900, 460], &[chart])
 }

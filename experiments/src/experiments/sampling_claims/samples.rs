@@ -10,7 +10,7 @@ use whitefurnace::rng::{seed_for, stream, uniform, uniform2};
 use whitefurnace::sampling::{cosine_hemisphere, hemisphere_printed, uniform_hemisphere};
 
 use super::critical;
-use crate::plot::chart::{Chart, Mark, Series, rows};
+use crate::plot::chart::{Chart, Mark, Series, charts, rows};
 use crate::run::Run;
 
 /// Directions of three samplers, seen from above.
@@ -31,16 +31,9 @@ pub fn hemispheres(run: &mut Run, file: &str) -> Result<(), Error> {
             let (sin, cos) = f64::from(2 * i).to_radians().sin_cos();
             [cos, sin]
         });
-        Chart {
-            title: title.to_owned(),
-            axes: ["x".into(), "y".into()],
-            ranges: [[-1.05, 1.05]; 2],
-            log: [false; 2],
-            series: vec![
-                Series::new("", 6, Mark::Faint, horizon.collect()),
-                Series::new("", k, Mark::Dots, dots.collect()),
-            ],
-        }
+        let series =
+            vec![Series::new("", 6, Mark::Faint, horizon), Series::new("", k, Mark::Dots, dots)];
+        Chart::new(title, ["x", "y"], [[-1.05, 1.05]; 2], series)
     };
     let panels: Vec<Chart> = samplers.into_iter().enumerate().map(panel).collect();
     let see = "Uniform directions thicken towards the rim, cosine-weighted ones fill the disc evenly, those of the \
@@ -70,7 +63,7 @@ pub fn importance(run: &mut Run, file: &str) -> Result<(), Error> {
     for (colour, label, method, cosine) in
         [(2, "uniform", UNIFORM, false), (0, "cosine-weighted", COSINE, true)]
     {
-        let (mut closed, mut found, mut bars) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut closed, mut found) = (Vec::new(), Vec::new());
         for (k, profile) in profiles.iter().enumerate() {
             let seed = seed_for(run.seed(), &format!("{label} {}", profile.name));
             let mut rng = stream(seed, 0, 0);
@@ -84,13 +77,13 @@ pub fn importance(run: &mut Run, file: &str) -> Result<(), Error> {
             run.number(&format!("importance.{}.{label}", profile.name), squares.mean());
             let x = k as f64 + if cosine { 0.1 } else { -0.1 };
             if known > 0.0 {
-                closed.push([[x - 0.09, known], [x + 0.09, known]]);
-                found.push([x, squares.mean()]);
-                bars.push([squares.mean() - half, squares.mean() + half]);
+                let ends = [[x - 0.09, known], [x + 0.09, known]];
+                closed.push(Series::new("", 6, Mark::Line, ends));
+                found.push([x, squares.mean(), half]);
             }
         }
-        series.push(Series { bars, ..Series::new(label, colour, Mark::Points, found) });
-        series.extend(closed.into_iter().map(|ends| Series::new("", 6, Mark::Line, ends.to_vec())));
+        series.push(Series::measured(label, colour, found));
+        series.extend(closed);
     }
     run.claim(
         "importance sampling: variances are their closed forms",
@@ -106,24 +99,12 @@ pub fn importance(run: &mut Run, file: &str) -> Result<(), Error> {
             if ratio.is_finite() { format!("{ratio:.3}") } else { "no variance left".to_owned() },
         );
     }
-    rows(
-        &run.figure(file),
-        "For light from above cosine-weighted directions have less variance, for light from the horizon more.",
-        [900, 500],
-        1,
-        &[Chart {
-            title:
-                "Variance of one sample; closed forms as black bars; cosine leaves none of L = 1"
-                    .into(),
-            axes: [
-                format!("profile of incoming radiance: {}", names.join(", ")),
-                "variance".into(),
-            ],
-            ranges: [[-0.5, 5.5], [1e-3, 10.0]],
-            log: [false, true],
-            series,
-        }],
-    )
+    let title = "Variance of one sample; closed forms as black bars; cosine leaves none of L = 1";
+    let across = format!("profile of incoming radiance: {}", names.join(", "));
+    let ranges = [[-0.5, 5.5], [1e-3, 10.0]];
+    let chart = Chart::new(title, [&across, "variance"], ranges, series).log([false, true]);
+    let see = "For light from above cosine-weighted directions have less variance, for light from the horizon more.";
+    charts(&run.figure(file), see, [900, 500], &[chart])
 }
 
 /// (10)-(12) into glass and out of it, with Brewster's and the critical angle.
@@ -140,42 +121,23 @@ pub fn fresnel(run: &mut Run, file: &str) -> Result<(), Error> {
                 let degrees = f64::from(i) / 10.0;
                 [degrees, r(degrees.to_radians().cos(), n1, n2)]
             });
-            Series::new(label, k, Mark::Line, points.collect())
+            Series::new(label, k, Mark::Line, points)
         });
-        let marks =
-            marks.iter().map(|&x| Series::new("", 6, Mark::Faint, vec![[x, 0.0], [x, 1.0]]));
-        Chart {
-            title: title.to_owned(),
-            axes: ["angle of incidence (degrees)".into(), "reflectance".into()],
-            ranges: [[0.0, 90.0], [0.0, 1.02]],
-            log: [false; 2],
-            series: series.chain(marks).collect(),
-        }
+        let marks = marks.iter().map(|&x| Series::new("", 6, Mark::Faint, [[x, 0.0], [x, 1.0]]));
+        let axes = ["angle of incidence (degrees)", "reflectance"];
+        Chart::new(title, axes, [[0.0, 90.0], [0.0, 1.02]], series.chain(marks).collect())
     };
     let brewster = 1.5f64.atan().to_degrees();
     let critical = (1.0f64 / 1.5).asin().to_degrees();
     run.number("fresnel.brewster", brewster);
     run.number("fresnel.critical", critical);
-    rows(
-        &run.figure(file),
-        "Parallel light is not reflected at Brewster's angle; from within, all light is beyond the critical one.",
-        [1080, 500],
-        2,
-        &[
-            panel(
-                &format!("Air to glass, n = 1.5: Brewster {brewster:.2}°"),
-                1.0,
-                1.5,
-                &[brewster],
-            ),
-            panel(
-                &format!("Glass to air: Brewster {:.2}°, critical {critical:.2}°", 90.0 - brewster),
-                1.5,
-                1.0,
-                &[90.0 - brewster, critical],
-            ),
-        ],
-    )
+    let title = format!("Air to glass, n = 1.5: Brewster {brewster:.2}°");
+    let into = panel(&title, 1.0, 1.5, &[brewster]);
+    let within = 90.0 - brewster;
+    let title = format!("Glass to air: Brewster {within:.2}°, critical {critical:.2}°");
+    let out = panel(&title, 1.5, 1.0, &[within, critical]);
+    let see = "Parallel light is not reflected at Brewster's angle; from within, all light is beyond the critical one.";
+    rows(&run.figure(file), see, [1080, 500], 2, &[into, out])
 }
 
 /// "Combining supersampling and randomisation is best": the error on edges of each strategy, against
@@ -193,7 +155,7 @@ pub fn edges(run: &mut Run, file: &str) -> Result<(), Error> {
     let mut series = Vec::new();
     let mut all_hold = true;
     for (colour, (label, strategy, law)) in strategies.into_iter().enumerate() {
-        let (mut found, mut bars) = (Vec::new(), Vec::new());
+        let mut found = Vec::new();
         for side in SIDES {
             let samples = side * side;
             let mut rng = stream(seed_for(run.seed(), label), samples, 0);
@@ -203,29 +165,20 @@ pub fn edges(run: &mut Run, file: &str) -> Result<(), Error> {
             let known = law(f64::from(samples));
             all_hold &= (errors.mean() - known).abs() <= half;
             run.number(&format!("edges.{label}.{samples}"), errors.mean());
-            found.push([f64::from(samples), errors.mean()]);
-            bars.push([errors.mean() - half, errors.mean() + half]);
+            found.push([f64::from(samples), errors.mean(), half]);
         }
         let line = SIDES.map(|side| f64::from(side * side)).map(|n| [n, law(n)]);
-        series.push(Series { bars, ..Series::new(label, colour, Mark::Points, found) });
-        series.push(Series::new("", colour, Mark::Line, line.to_vec()));
+        series.push(Series::measured(label, colour, found));
+        series.push(Series::new("", colour, Mark::Line, line));
     }
     run.claim(
         "supersampling: errors on edges are their closed forms",
         format!("{n} edges for each of {} cases", 3 * SIDES.len()),
         all_hold,
     );
-    rows(
-        &run.figure(file),
-        "Jittered samples gain faster with their number than random ones and grids.",
-        [900, 500],
-        1,
-        &[Chart {
-            title: "Mean squared error of a pixel cut by an upright edge anywhere".into(),
-            axes: ["samples N".into(), "mean squared error".into()],
-            ranges: [[0.8, 400.0], [1e-5, 1.0]],
-            log: [true; 2],
-            series,
-        }],
-    )
+    let title = "Mean squared error of a pixel cut by an upright edge anywhere";
+    let (axes, ranges) = (["samples N", "mean squared error"], [[0.8, 400.0], [1e-5, 1.0]]);
+    let chart = Chart::new(title, axes, ranges, series).log([true; 2]);
+    let see = "Jittered samples gain faster with their number than random ones and grids.";
+    charts(&run.figure(file), see, [900, 500], &[chart])
 }

@@ -6,7 +6,7 @@ use whitefurnace::moments::Moments;
 use whitefurnace::rng::{seed_for, stream};
 
 use super::critical;
-use crate::plot::chart::{Chart, Mark, Series, rows};
+use crate::plot::chart::{Chart, Mark, Series, charts};
 use crate::run::Run;
 
 const ALBEDOS: [f64; 3] = [0.5, 0.75, 0.9];
@@ -50,27 +50,22 @@ pub fn roulette(run: &mut Run, file: &str) -> Result<(), Error> {
             .map(|q| (q, walks(run, &format!("roulette {a} {q}"), n, RIGHT, [a, q])))
             .collect();
         let label = format!("albedo {a}");
-        means.push(Series::new(&label, colour, Mark::Line, vec![[0.2, exact], [1.0, exact]]));
-        means.push(Series {
-            bars: found.iter().map(|(_, (m, _))| interval(m)).collect(),
-            ..points(colour, found.iter().map(|(q, (m, _))| [*q, m.mean()]))
-        });
+        means.push(Series::new(&label, colour, Mark::Line, [[0.2, exact], [1.0, exact]]));
+        let measured = |q: f64, m: &Moments| [q, m.mean(), critical() * m.standard_error()];
+        let values = found.iter().map(|(q, (values, _))| measured(*q, values));
+        means.push(Series::measured("", colour, values));
         let curve = |f: &dyn Fn(f64) -> f64| {
             let survivals = (1..400).map(|i| a * a + f64::from(i) / 400.0 * (1.0 - a * a));
             survivals.map(|q| [q, f(q)]).collect::<Vec<_>>()
         };
         let efficiency = |q: f64| 1.0 / (variance(a, q) * vertices(q));
         variances.push(Series::new(&label, colour, Mark::Line, curve(&|q| variance(a, q))));
-        variances.push(Series {
-            bars: found.iter().map(|(_, (_, s))| interval(s)).collect(),
-            ..points(colour, found.iter().map(|(q, (_, s))| [*q, s.mean()]))
-        });
+        let squares = found.iter().map(|(q, (_, squares))| measured(*q, squares));
+        variances.push(Series::measured("", colour, squares));
         variances.push(wall(a * a, [1e-3, 1e4]));
         efficiencies.push(Series::new(&label, colour, Mark::Line, curve(&efficiency)));
-        efficiencies.push(points(
-            colour,
-            found.iter().map(|(q, (_, s))| [*q, 1.0 / (s.mean() * vertices(*q))]),
-        ));
+        let points = found.iter().map(|(q, (_, s))| [*q, 1.0 / (s.mean() * vertices(*q))]);
+        efficiencies.push(Series::new("", colour, Mark::Points, points));
         efficiencies.push(wall(a * a, [1e-4, 1e1]));
         for (q, (values, squares)) in &found {
             all_hold &= holds(interval(values), exact);
@@ -89,45 +84,25 @@ pub fn roulette(run: &mut Run, file: &str) -> Result<(), Error> {
         format!("{n} walks each"),
         all_hold,
     );
-    let chart = |title: &str, label: &str, range, log, series| Chart {
-        title: title.to_owned(),
-        axes: ["survival probability q".into(), label.to_owned()],
-        ranges: [[0.2, 1.0], range],
-        log: [false, log],
-        series,
+    let chart = |title: &str, label: &str, range, series| {
+        Chart::new(title, ["survival probability q", label], [[0.2, 1.0], range], series)
     };
-    rows(
-        &run.figure(file),
-        "The mean does not depend on the survival probability; the variance has no bound left of the squared albedo.",
-        [900, 1260],
-        1,
-        &[
-            chart("Mean: whatever the survival", "mean", [0.0, 14.0], false, means),
-            chart(
-                "Variance: infinite left of the squared albedo (grey)",
-                "variance of a path",
-                [1e-2, 1e4],
-                true,
-                variances,
-            ),
-            chart(
-                "Efficiency: 1/(variance × vertices)",
-                "efficiency",
-                [1e-4, 1e1],
-                true,
-                efficiencies,
-            ),
-        ],
-    )
-}
-
-fn points(colour: usize, points: impl Iterator<Item = [f64; 2]>) -> Series {
-    Series::new("", colour, Mark::Points, points.collect())
+    let title = "Variance: infinite left of the squared albedo (grey)";
+    let variances = chart(title, "variance of a path", [1e-2, 1e4], variances);
+    let title = "Efficiency: 1/(variance × vertices)";
+    let efficiencies = chart(title, "efficiency", [1e-4, 1e1], efficiencies);
+    let panels = [
+        chart("Mean: whatever the survival", "mean", [0.0, 14.0], means),
+        variances.log([false, true]),
+        efficiencies.log([false, true]),
+    ];
+    let see = "The mean does not depend on the survival probability; the variance has no bound left of the squared albedo.";
+    charts(&run.figure(file), see, [900, 1260], &panels)
 }
 
 /// A vertical line.
 fn wall(x: f64, [low, high]: [f64; 2]) -> Series {
-    Series::new("", 6, Mark::Faint, vec![[x, low], [x, high]])
+    Series::new("", 6, Mark::Faint, [[x, low], [x, high]])
 }
 
 /// The smallest loss that is drawn.
@@ -142,7 +117,7 @@ pub fn truncation(run: &mut Run, file: &str) -> Result<(), Error> {
         let exact = 1.0 / (1.0 - a);
         let curve = (0..=200).map(|i| f64::from(i) / 10.0);
         let curve = curve.map(|b| [b, a.powf(b + 1.0)]);
-        let curve = curve.filter(|&[_, lost]| lost >= LEAST).collect();
+        let curve = curve.filter(|&[_, lost]| lost >= LEAST);
         series.push(Series::new(&format!("albedo {a}"), colour, Mark::Line, curve));
         let (mut lost, mut bars) = (Vec::new(), Vec::new());
         for b in [1, 2, 3, 5, 7, 10, 15, 20] {
@@ -168,7 +143,7 @@ pub fn truncation(run: &mut Run, file: &str) -> Result<(), Error> {
                 bars.push([high, low]);
             }
         }
-        series.push(Series { bars, ..Series::new("", colour, Mark::Points, lost) });
+        series.push(Series::new("", colour, Mark::Points, lost).with_bars(bars));
     }
     series.push(wall(7.0, [LEAST, 1.0]));
     run.claim(
@@ -176,18 +151,9 @@ pub fn truncation(run: &mut Run, file: &str) -> Result<(), Error> {
         format!("{n} walks each"),
         all_hold,
     );
-    rows(
-        &run.figure(file),
-        "Straight lines: each bounce more loses less by the albedo.",
-        [900, 520],
-        1,
-        &[Chart {
-            title: "Share of light lost by cutting paths; the report's seven bounces in grey"
-                .into(),
-            axes: ["bounces b".into(), "relative bias".into()],
-            ranges: [[0.0, 20.5], [LEAST, 1.0]],
-            log: [false, true],
-            series,
-        }],
-    )
+    let title = "Share of light lost by cutting paths; the report's seven bounces in grey";
+    let (axes, ranges) = (["bounces b", "relative bias"], [[0.0, 20.5], [LEAST, 1.0]]);
+    let chart = Chart::new(title, axes, ranges, series).log([false, true]);
+    let see = "Straight lines: each bounce more loses less by the albedo.";
+    charts(&run.figure(file), see, [900, 520], &[chart])
 }
