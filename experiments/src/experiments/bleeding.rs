@@ -2,13 +2,11 @@
 //! the coloured walls and with grey ones of the same luminance.
 
 use glam::DVec3;
-use rayon::prelude::*;
 use whitefurnace::bsdf::OrenNayarForm;
 use whitefurnace::equation;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::radiosity::Fineness;
 use whitefurnace::estimator::{Estimator, Path, Radiosity, Standard};
-use whitefurnace::film::Film;
 use whitefurnace::harness::tails::normal_upper;
 use whitefurnace::image::write_png;
 use whitefurnace::moments::Moments;
@@ -23,7 +21,7 @@ use crate::plot::chart::{Chart, Mark, Series, charts};
 use crate::render::Job;
 use crate::run::pictures::render_samples;
 use crate::run::progress::interrupted;
-use crate::run::suite::FAMILY;
+use crate::run::suite::{FAMILY, parallel};
 use crate::run::{Experiment, Judgement, Run};
 
 /// Measures colour bleeding.
@@ -90,10 +88,9 @@ fn picture(run: &mut Run, scene: &Scene, file: &str) -> Result<(), Error> {
     let job =
         Job { window: Some(figures::WHITE_SPHERE), spp: run.by_tier(32, 512), ..Job::default() };
     let job = run.prepared(job);
-    let mut film = Film::new(job.size, job.window, 1)?;
     let path = Path::<Standard>::default();
     let random = (PixelSampling::Random, job.seed);
-    render_samples(scene, &path, random, &mut film, job.spp)?;
+    let film = render_samples(scene, &path, random, (job.size, job.window), job.spp)?;
     write_png(&run.figure(file), &film, job.display(0.0), 3)
 }
 
@@ -114,27 +111,19 @@ fn girdle(scene: &Scene, angle: f64) -> Ray {
 
 fn by_paths(scene: &Scene, seed: u64, samples: u32) -> Result<Vec<Ratios>, Error> {
     let path = Path::<Standard>::default();
-    (0..)
-        .zip(ANGLES)
-        .collect::<Vec<(u32, f64)>>()
-        .par_iter()
-        .map(|&(place, angle)| {
-            if interrupted() {
-                return Err(Error::Interrupted);
-            }
-            let ray = girdle(scene, angle);
-            let hit = scene.intersect(&ray);
-            let mut ratios = [Moments::default(); 2];
-            for batch in 0..BATCHES {
-                let mut rng = stream(seed, place, batch);
-                let sum: DVec3 =
-                    (0..samples).map(|_| path.radiance(scene, &ray, hit, &mut rng)).sum();
-                ratios[0].push(sum.x / sum.y);
-                ratios[1].push(sum.z / sum.y);
-            }
-            Ok(ratios.map(|moments| [moments.mean(), moments.standard_error()]))
-        })
-        .collect()
+    let places: Vec<(u32, f64)> = (0..).zip(ANGLES).collect();
+    parallel(&places, |&(place, angle)| {
+        let ray = girdle(scene, angle);
+        let hit = scene.intersect(&ray);
+        let mut ratios = [Moments::default(); 2];
+        for batch in 0..BATCHES {
+            let mut rng = stream(seed, place, batch);
+            let sum: DVec3 = (0..samples).map(|_| path.radiance(scene, &ray, hit, &mut rng)).sum();
+            ratios[0].push(sum.x / sum.y);
+            ratios[1].push(sum.z / sum.y);
+        }
+        ratios.map(|moments| [moments.mean(), moments.standard_error()])
+    })
 }
 
 fn by_radiosity(scene: &Scene, patches: u32) -> Result<Vec<[f64; 2]>, Error> {

@@ -176,8 +176,7 @@ fn make(
     let mut values = Values::new(0.5);
     for image in 0..images {
         let seed = seed_for(run.seed(), &format!("{name} {image}"));
-        let mut film = Film::new(size, None, 1)?;
-        fill(scene, method, seed, &mut film, samples, particles)?;
+        let film = one_image(scene, method, seed, size, (samples, particles))?;
         let sum: f64 = pixels.iter().map(|&i| film.pixels()[i].mean().x).sum();
         values.push(sum / pixels.len() as f64);
         for (pixel, one) in all.pixels_mut().iter_mut().zip(film.pixels()) {
@@ -191,37 +190,34 @@ fn make(
     Ok(Made { film: all, region: values })
 }
 
-fn fill(
+fn one_image(
     scene: &Scene,
     method: Method,
     seed: u64,
-    film: &mut Film,
-    samples: u32,
-    particles: u32,
-) -> Result<(), Error> {
+    size: [u32; 2],
+    (samples, particles): (u32, u32),
+) -> Result<Film, Error> {
     let parts = Standard;
-    let random = (PixelSampling::Random, seed);
+    let (random, frame) = ((PixelSampling::Random, seed), (size, None));
     match method {
         Method::Path(strategy) => {
-            render_samples(scene, &Path::new(parts, strategy), random, film, samples)
+            render_samples(scene, &Path::new(parts, strategy), random, frame, samples)
         }
         Method::Whitted => {
             let whitted = Whitted::new(LightRules::PHYSICAL);
-            render_samples(scene, &whitted, random, film, samples)
+            render_samples(scene, &whitted, random, frame, samples)
         }
         Method::Photon(lookup) => {
             let map = (particles, RADIUS);
             let photons = PhotonMapping::new(parts, scene, lookup, map, (seed, 0))?;
-            render_samples(scene, &photons, random, film, samples)
+            render_samples(scene, &photons, random, frame, samples)
         }
         Method::Sppm => {
             let sppm = Sppm { parts, particles: particles / samples + 1, radius: 2.0 * RADIUS };
+            let mut film = Film::new(size, None, 1)?;
             let on = |_| !interrupted();
-            if render_passes(scene, &sppm, seed, film, 0..samples, &on)? {
-                Ok(())
-            } else {
-                Err(Error::Interrupted)
-            }
+            let complete = render_passes(scene, &sppm, seed, &mut film, 0..samples, &on)?;
+            if complete { Ok(film) } else { Err(Error::Interrupted) }
         }
     }
 }

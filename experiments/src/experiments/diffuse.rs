@@ -100,10 +100,9 @@ fn figure(run: &mut Run) -> Result<(), Error> {
     for (colour, model) in (0..).zip(DiffuseName::ALL) {
         let bsdf = model.bsdf(DVec3::ONE, SIGMA);
         let scene = moon(bsdf)?;
-        let mut film = Film::new([side, side], None, 1)?;
         let path = Path::<Standard>::default();
         let random = (PixelSampling::Random, run.seed());
-        render_samples(&scene, &path, random, &mut film, spp)?;
+        let film = render_samples(&scene, &path, random, ([side, side], None), spp)?;
         let curve = (0..=240).map(|i| f64::from(i) / 240.0);
         let curve = curve.map(|x| [x, frontal(&bsdf, x.asin().min(FRAC_PI_2 - 1e-6))]);
         series.push(Series::new(model.title(), colour, Mark::Line, curve));

@@ -67,10 +67,9 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let critical = normal_upper(FAMILY / 2.0 / DiffuseName::ALL.len() as f64);
     let mut panels = Vec::new();
     for model in DiffuseName::ALL {
-        let mut film = Film::new([side, side], None, 1)?;
         let path = Path::<Standard>::default();
         let random = (PixelSampling::Random, seed_for(run.seed(), model.title()));
-        render_samples(&scene(model)?, &path, random, &mut film, spp)?;
+        let film = render_samples(&scene(model)?, &path, random, ([side, side], None), spp)?;
         let [mean, half] = over_the_disc(&film).map(|percent| 100.0 * percent);
         let half = critical * half;
         let known = 100.0 * (mean_albedo(model) - 1.0);

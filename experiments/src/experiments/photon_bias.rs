@@ -1,6 +1,5 @@
 //! The bias of photon lookups against their radius, and of the mean of passes against their number.
 
-use rayon::prelude::*;
 use registry::photon::scenes::{at_origin, at_point, disc_average, over_floor, point_camera};
 use whitefurnace::equation;
 use whitefurnace::error::Error;
@@ -13,8 +12,7 @@ use whitefurnace::rng::{seed_for, stream};
 use whitefurnace::scene::Scene;
 
 use crate::plot::chart::{Chart, Mark, Series, charts};
-use crate::run::progress::{Bar, Progress};
-use crate::run::suite::FAMILY;
+use crate::run::suite::{FAMILY, parallel};
 use crate::run::{Experiment, Run};
 
 /// Compares lookups of all radii with the closed form of their bias.
@@ -59,14 +57,11 @@ fn radii(run: &mut Run) -> Result<Chart, Error> {
     let maps = run.count(run.by_tier(4_000, 40_000)).max(LEAST) as u32;
     let mut found = Vec::new();
     let mut rows = Vec::new();
-    let bar = Progress::new("maps").bar(u64::from(maps) * RADII.len() as u64);
+    let maps: Vec<u32> = (0..maps).collect();
     for radius in RADII {
         let seed = seed_for(run.seed(), &format!("radius {radius}"));
-        let values: Result<Vec<f64>, Error> = (0..maps)
-            .into_par_iter()
-            .map(|index| looked_up(&scene, radius, (seed, index), &bar))
-            .collect();
-        let moments: Moments = values?.into_iter().collect();
+        let values = parallel(&maps, |&index| looked_up(&scene, radius, (seed, index)))?;
+        let moments = values.into_iter().collect::<Result<Moments, Error>>()?;
         let expected = disc_average(radius, f64::INFINITY);
         let bias = 1.0 - moments.mean() / point;
         let reach = reach(&moments, RADII.len() + 1) / point;
@@ -79,7 +74,6 @@ fn radii(run: &mut Run) -> Result<Chart, Error> {
         rows.push(format!("{radius},{bias:e},{closed:e},{reach:e}"));
         found.push((radius, bias, closed, reach));
     }
-    bar.finish();
     let [a, b] = SLOPE.map(|i| found[i]);
     let span = (b.0 / a.0).ln();
     let slope = (b.1 / a.1).ln() / span;
@@ -107,10 +101,7 @@ fn radii(run: &mut Run) -> Result<Chart, Error> {
     Ok(Chart::new(title, axes, [[0.03, 2.0], [1e-3, 1.5]], series).log([true, true]))
 }
 
-fn looked_up(scene: &Scene, radius: f64, name: (u64, u32), bar: &Bar) -> Result<f64, Error> {
-    if !bar.advance(1) {
-        return Err(Error::Interrupted);
-    }
+fn looked_up(scene: &Scene, radius: f64, name: (u64, u32)) -> Result<f64, Error> {
     let map = (PARTICLES, radius);
     let photons = PhotonMapping::new(Standard, scene, Lookup::Direct, map, name)?;
     let ray = at_origin();
@@ -125,26 +116,18 @@ fn passes(run: &mut Run) -> Result<Chart, Error> {
     let runs = run.count(run.by_tier(100, 1_000)).max(LEAST) as u32;
     let sppm = Sppm { parts: Standard, particles: PARTICLES, radius: FIRST };
     let seed = seed_for(run.seed(), "passes");
-    let bar = Progress::new("passes").bar(u64::from(runs));
+    let runs: Vec<u32> = (0..runs).collect();
     // For each run the mean of the first n passes, for each n.
-    let means: Result<Vec<Vec<f64>>, Error> = (0..runs)
-        .into_par_iter()
-        .map(|k| {
-            if !bar.advance(1) {
-                return Err(Error::Interrupted);
-            }
-            let seed = seed_for(seed, &k.to_string());
-            let mut sum = 0.0;
-            (0..PASSES)
-                .map(|index| {
-                    sum += sppm.pass(&scene, [1, 1], seed, index)?[0].x;
-                    Ok(sum / f64::from(index + 1))
-                })
-                .collect()
-        })
-        .collect();
-    let means = means?;
-    bar.finish();
+    let means = parallel(&runs, |k| {
+        let seed = seed_for(seed, &k.to_string());
+        let mut sum = 0.0;
+        let mean = |index| {
+            sum += sppm.pass(&scene, [1, 1], seed, index)?[0].x;
+            Ok(sum / f64::from(index + 1))
+        };
+        (0..PASSES).map(mean).collect()
+    })?;
+    let means = means.into_iter().collect::<Result<Vec<Vec<f64>>, Error>>()?;
     let mut expected = 0.0;
     let mut rows = Vec::new();
     let (mut closed, mut bias, mut error) = (Vec::new(), Vec::new(), Vec::new());

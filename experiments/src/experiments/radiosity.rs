@@ -95,10 +95,7 @@ fn image<E: whitefurnace::estimator::Estimator>(
     estimator: &E,
     spp: u32,
 ) -> Result<Film, Error> {
-    let mut film = Film::new(SIZE, None, 1)?;
-    let centre = (PixelSampling::Centre, run.seed());
-    render_samples(scene, estimator, centre, &mut film, spp)?;
-    Ok(film)
+    render_samples(scene, estimator, (PixelSampling::Centre, run.seed()), (SIZE, None), spp)
 }
 
 fn mean(film: &Film) -> DVec3 {

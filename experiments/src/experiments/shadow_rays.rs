@@ -189,10 +189,7 @@ fn film<E: Estimator>(
     seed: u64,
     samples: u32,
 ) -> Result<Film, Error> {
-    let mut film = Film::new(SIZE, None, 1)?;
-    let centre = (PixelSampling::Centre, seed);
-    render_samples(scene, estimator, centre, &mut film, samples)?;
-    Ok(film)
+    render_samples(scene, estimator, (PixelSampling::Centre, seed), (SIZE, None), samples)
 }
 
 /// Mean squared difference of the pixels, relative to the square of the reference's mean.

@@ -3,7 +3,6 @@
 use glam::DVec3;
 use rand::Rng;
 use rand_distr::{Distribution, UnitSphere};
-use rayon::prelude::*;
 use whitefurnace::bsdf::OrenNayarForm;
 use whitefurnace::equation;
 use whitefurnace::error::Error;
@@ -12,7 +11,7 @@ use whitefurnace::scene::Scene;
 use whitefurnace::scene::room::{self, Convention};
 use whitefurnace::shape::Ray;
 
-use crate::run::progress::{Progress, interrupted};
+use crate::run::suite::parallel;
 use crate::run::{Experiment, Run};
 
 /// Counts rays that leave the room.
@@ -42,25 +41,16 @@ const BATCH: u64 = 20_000;
 fn run(run: &mut Run) -> Result<(), Error> {
     let scene = room::report(Convention::Physical, OrenNayarForm::Corrected)?;
     let rays = run.count(run.by_tier(10_000_000, 100_000_000));
-    let batches = rays.div_ceil(3 * WALK * BATCH) as u32;
+    let batches: Vec<u32> = (0..rays.div_ceil(3 * WALK * BATCH) as u32).collect();
     let triangles: Vec<[DVec3; 3]> = scene.triangles().collect();
     for (aim, label) in AIMS {
         let seed = seed_for(run.seed(), label);
-        let bar = Progress::new(label).bar(u64::from(batches) * BATCH * WALK);
-        let lost: u64 = (0..batches)
-            .into_par_iter()
-            .map(|batch| {
-                let mut rng = stream(seed, batch, 0);
-                let lost =
-                    (0..BATCH).map(|_| lost_in_walk(&scene, &triangles, aim, &mut rng)).sum();
-                if bar.advance(BATCH * WALK) { lost } else { 0u64 }
-            })
-            .sum();
-        bar.finish();
-        if interrupted() {
-            return Err(Error::Interrupted);
-        }
-        let total = u64::from(batches) * BATCH * WALK;
+        let lost = parallel(&batches, |&batch| -> u64 {
+            let mut rng = stream(seed, batch, 0);
+            (0..BATCH).map(|_| lost_in_walk(&scene, &triangles, aim, &mut rng)).sum()
+        })?;
+        let lost: u64 = lost.into_iter().sum();
+        let total = batches.len() as u64 * BATCH * WALK;
         run.number(&format!("{label}.rays"), total as f64);
         run.number(&format!("{label}.lost"), lost as f64);
         run.claim(&format!("aimed at {label}"), format!("{lost} of {total} rays lost"), lost == 0);

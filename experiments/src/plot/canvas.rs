@@ -1,17 +1,11 @@
 //! A drawing in SVG: shapes at decimal coordinates, with a title and a description for those who cannot
 //! see it. Lengths are in pixels, y points down.
 
-use std::io;
+use std::fmt;
 use std::path::Path;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use plotters::prelude::{
-    Color as _, DrawingBackend as _, IntoFont as _, RGBColor, SVGBackend, ShapeStyle, TextStyle,
-    WHITE,
-};
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters_backend::DrawingErrorKind;
 use whitefurnace::error::Error;
 
 use super::{INK, Rgb};
@@ -76,32 +70,14 @@ impl Canvas {
         Self { size, title: title.to_owned(), see: see.to_owned(), body: String::new() }
     }
 
-    /// Adds what `draw` draws, with attributes that plotters does not know.
-    fn draw(
-        &mut self,
-        attributes: &str,
-        draw: impl FnOnce(&mut SVGBackend) -> Result<(), DrawingErrorKind<io::Error>>,
-    ) {
-        let mut page = String::new();
-        // Writing to a string cannot fail.
-        let _ = draw(&mut SVGBackend::with_string(
-            &mut page,
-            self.size.map(|side| fine(side) as u32).into(),
-        ));
-        for line in page.lines().filter(|line| !line.contains("svg")) {
-            match line.split_once(' ') {
-                Some((tag, rest)) if line.starts_with('<') && !attributes.is_empty() => {
-                    self.body.push_str(&format!("{tag} {attributes} {rest}\n"));
-                }
-                _ => self.body.push_str(&format!("{line}\n")),
-            }
-        }
-    }
-
     /// A filled rectangle.
-    pub fn fill(&mut self, [left, top, right, bottom]: Area, colour: Rgb) {
-        let corners = [place([left, top]), place([right, bottom])];
-        self.draw("", |page| page.draw_rect(corners[0], corners[1], &colour.filled(), true));
+    pub fn fill(&mut self, area: Area, colour: Rgb) {
+        let [left, top, right, bottom] = area.map(fine);
+        let (width, height) = (right - left, bottom - top);
+        self.body += &format!(
+            "<rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" opacity=\"1\" \
+             fill=\"{colour}\" stroke=\"none\"/>\n"
+        );
     }
 
     /// The border of a rectangle.
@@ -115,13 +91,15 @@ impl Canvas {
     pub fn line(&mut self, points: &[Point], pen: Pen) {
         let lengths = pen.dash.split_whitespace().filter_map(|n| n.parse().ok());
         let dash: Vec<String> = lengths.map(|n: f64| fine(n).to_string()).collect();
-        let attributes = match dash.as_slice() {
+        let dash = match dash.as_slice() {
             [] => String::new(),
-            lengths => format!("stroke-dasharray=\"{}\"", lengths.join(" ")),
+            lengths => format!("stroke-dasharray=\"{}\" ", lengths.join(" ")),
         };
-        self.draw(&attributes, |page| {
-            page.draw_path(points.iter().map(|&at| place(at)), &pen.stroke())
-        });
+        let (colour, width, points) = (pen.colour, fine(pen.width), list(points));
+        self.body += &format!(
+            "<polyline {dash}fill=\"none\" opacity=\"1\" stroke=\"{colour}\" stroke-width=\"{width}\" \
+             points=\"{points}\"/>\n"
+        );
     }
 
     /// Lines that look alike.
@@ -139,18 +117,17 @@ impl Canvas {
                 offsets.iter().map(at).collect()
             };
             match shape.outline() {
-                Outline::Disc => self.draw("", |page| {
-                    let at = place([x, y]);
+                Outline::Disc => {
                     if !rim.is_empty() {
-                        page.draw_circle(at, fine(radius + 0.3) as u32, &WHITE, true)?;
+                        self.disc([x, y], radius + 0.3, Rgb(255, 255, 255));
                     }
-                    page.draw_circle(at, fine(radius) as u32, &colour.filled(), true)
-                }),
+                    self.disc([x, y], radius, colour);
+                }
                 Outline::Corners(offsets) => {
-                    let corners = corners(offsets);
-                    self.draw(rim, |page| {
-                        page.fill_polygon(corners.into_iter().map(place), &colour.filled())
-                    });
+                    let points = list(&corners(offsets));
+                    self.body += &format!(
+                        "<polygon {rim}opacity=\"1\" fill=\"{colour}\" points=\"{points}\"/>\n"
+                    );
                 }
                 Outline::Strokes(strokes) => {
                     for stroke in strokes {
@@ -161,6 +138,14 @@ impl Canvas {
         }
     }
 
+    fn disc(&mut self, at: Point, radius: f64, colour: Rgb) {
+        let ([x, y], radius) = (at.map(fine), fine(radius));
+        self.body += &format!(
+            "<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\" opacity=\"1\" fill=\"{colour}\" stroke=\"none\" \
+             stroke-width=\"1\"/>\n"
+        );
+    }
+
     /// A text whose middle is at the height of the point.
     pub fn text(&mut self, text: &str, at: Point, anchor: Anchor, size: f64) {
         self.turned(text, at, anchor, size, 0);
@@ -168,32 +153,32 @@ impl Canvas {
 
     /// A text turned by `degrees` about its point, clockwise.
     pub fn turned(&mut self, text: &str, at: Point, anchor: Anchor, size: f64, degrees: i32) {
-        let across = match anchor {
-            Anchor::Start => HPos::Left,
-            Anchor::Middle => HPos::Center,
-            Anchor::End => HPos::Right,
+        let anchor = match anchor {
+            Anchor::Start => "start",
+            Anchor::Middle => "middle",
+            Anchor::End => "end",
         };
-        let (x, y) = place(at);
+        let ([x, y], size) = (at.map(fine), fine(size));
         let turn = match degrees {
             0 => String::new(),
-            _ => format!("transform=\"rotate({degrees} {x} {y})\""),
+            _ => format!("transform=\"rotate({degrees} {x} {y})\" "),
         };
-        // Plotters writes font sizes divided by 1.24.
-        let font = ("sans-serif", 1.24 * f64::from(fine(size))).into_font();
-        let ink = INK.plotters();
-        let style = TextStyle::from(font).color(&ink).pos(Pos::new(across, VPos::Center));
-        self.draw(&turn, |page| page.draw_text(text, &style, (x, y)));
+        let text = escaped(text).replace('"', "&quot;").replace('\'', "&apos;");
+        self.body += &format!(
+            "<text {turn}x=\"{x}\" y=\"{y}\" dy=\"0.5ex\" text-anchor=\"{anchor}\" \
+             font-family=\"sans-serif\" font-size=\"{size}\" opacity=\"1\" fill=\"{INK}\">\n{text}\n</text>\n"
+        );
     }
 
-    /// A picture, stretched over a rectangle: plotters has none that stretches.
+    /// A picture, stretched over a rectangle.
     pub fn picture(&mut self, [left, top, right, bottom]: Area, png: &[u8]) {
         let [x, y, width, height] = [left, top, right - left, bottom - top].map(fine);
         let data = STANDARD.encode(png);
-        self.body.push_str(&format!(
+        self.body += &format!(
             "<image x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" \
              preserveAspectRatio=\"none\" style=\"image-rendering:pixelated\" \
              href=\"data:image/png;base64,{data}\"/>\n"
-        ));
+        );
     }
 
     /// Writes the file.
@@ -222,30 +207,21 @@ pub(super) fn width(text: &str, size: f64) -> f64 {
 }
 
 /// The rim of a mark.
-const RIM: &str = "stroke=\"#fff\" stroke-width=\"60\"";
+const RIM: &str = "stroke=\"#fff\" stroke-width=\"60\" ";
 
-/// Plotters draws at whole coordinates: hundredths of a pixel are finer than any screen shows.
+/// Whole hundredths of a pixel, which are finer than any screen shows.
 fn fine(length: f64) -> i32 {
     (100.0 * length).round() as i32
 }
 
-fn place([x, y]: Point) -> (i32, i32) {
-    (fine(x), fine(y))
+/// Points as the attributes of lines and polygons list them.
+fn list(points: &[Point]) -> String {
+    points.iter().map(|&[x, y]| format!("{},{} ", fine(x), fine(y))).collect()
 }
 
-impl Pen {
-    fn stroke(self) -> ShapeStyle {
-        self.colour.plotters().stroke_width(fine(self.width) as u32)
-    }
-}
-
-impl Rgb {
-    fn plotters(self) -> RGBColor {
-        RGBColor(self.0, self.1, self.2)
-    }
-
-    fn filled(self) -> ShapeStyle {
-        self.plotters().filled()
+impl fmt::Display for Rgb {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "#{:02X}{:02X}{:02X}", self.0, self.1, self.2)
     }
 }
 

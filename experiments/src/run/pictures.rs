@@ -4,7 +4,7 @@ use std::path::Path;
 
 use whitefurnace::error::Error;
 use whitefurnace::estimator::Estimator;
-use whitefurnace::film::Film;
+use whitefurnace::film::{Film, Window};
 use whitefurnace::image::{Display, write_rgb};
 use whitefurnace::pixel::PixelSampling;
 use whitefurnace::render::{Numbers, Sampling, render};
@@ -12,25 +12,23 @@ use whitefurnace::scene::Scene;
 
 use crate::run::progress::interrupted;
 
-/// Renders the first `samples` samples of every pixel onto a film of one sample per replication, with
-/// independent numbers.
+/// Renders the first `samples` samples of every pixel of a frame, or of a window of it, onto a film of one
+/// sample per replication, with independent numbers.
 ///
 /// # Errors
-/// Those of [`render`](render()); [`Error::Interrupted`] after a signal to end.
+/// Those of [`Film::new`] and [`render`](render()); [`Error::Interrupted`] after a signal to end.
 pub fn render_samples<E: Estimator>(
     scene: &Scene,
     estimator: &E,
     (pixel, seed): (PixelSampling, u64),
-    film: &mut Film,
+    (size, window): ([u32; 2], Option<Window>),
     samples: u32,
-) -> Result<(), Error> {
+) -> Result<Film, Error> {
     let sampling = Sampling { pixel, numbers: Numbers::Independent, seed };
+    let mut film = Film::new(size, window, 1)?;
     let on = |_| !interrupted();
-    if render(scene, estimator, sampling, film, &(0..samples), &on)? {
-        Ok(())
-    } else {
-        Err(Error::Interrupted)
-    }
+    let complete = render(scene, estimator, sampling, &mut film, &(0..samples), &on)?;
+    if complete { Ok(film) } else { Err(Error::Interrupted) }
 }
 
 /// White pixels between two pictures.
