@@ -60,12 +60,8 @@ pub fn faults() -> String {
         .map(|fault| {
             let trials: Vec<_> = fault.caught_by.iter().map(|trial| code(trial)).collect();
             let verb = if fault.equivalent { "accepted by" } else { "rejected by" };
-            format!(
-                "<tr><td>{}</td><td>{}</td><td>{verb}<br>{}</td></tr>",
-                code(&format!("{}: {}", fault.family, fault.name)),
-                typeset(fault.wrong),
-                trials.join("<br>"),
-            )
+            let name = code(&format!("{}: {}", fault.family, fault.name));
+            row([&name, &typeset(fault.wrong), &format!("{verb}<br>{}", trials.join("<br>"))])
         })
         .collect();
     table(&["fault", "what is wrong", "trials"], &rows)
@@ -94,19 +90,19 @@ pub fn traceability(
     let rows: Vec<String> = read
         .matrix(&all(), results)
         .iter()
-        .map(|row| {
-            let judged: Vec<String> = row.trials.iter().chain(&row.tests).cloned().collect();
-            let experiments: Vec<_> = row.experiments.iter().map(|id| experiment(id)).collect();
-            format!(
-                "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
-                equation(row.equation.id),
-                lines(&row.code),
-                lines(&judged),
-                experiments.join(", "),
-            )
+        .map(|trace| {
+            let judged: Vec<String> = trace.trials.iter().chain(&trace.tests).cloned().collect();
+            let experiments: Vec<_> = trace.experiments.iter().map(|id| experiment(id)).collect();
+            let [number, code] = [equation(trace.equation.id), lines(&trace.code)];
+            row([&number, &code, &lines(&judged), &experiments.join(", ")])
         })
         .collect();
     Ok(table(&["chapter", "code", "trials and tests", "experiments"], &rows))
+}
+
+/// A row of cells that are HTML already.
+pub fn row<const N: usize>(cells: [&str; N]) -> String {
+    format!("<tr><td>{}</td></tr>", cells.join("</td><td>"))
 }
 
 /// A table of rows that are HTML already.

@@ -73,7 +73,7 @@ impl<'a> Weaver<'a> {
             results,
             bibliography,
             has_run: false,
-            math: Math::new(),
+            math: Math::default(),
             places: Places::default(),
             problems: Vec::new(),
             figures: BTreeMap::new(),
@@ -260,13 +260,11 @@ impl<'a> Weaver<'a> {
     /// A trial's name with a link to its row.
     fn trial(&self, current: &CurrentPage<'_>, name: &str) -> Result<String, String> {
         let label = registry::trial(name)?;
-        Ok(match &self.places.trials {
-            Some(page) => {
-                let address = address(current.path, page, &registry::trial_fragment(name));
-                format!("<a href=\"{address}\">{label}</a>")
-            }
-            None => label,
-        })
+        let place = self.places.trials.as_ref();
+        Ok(place.map_or(label.clone(), |page| {
+            let address = address(current.path, page, &registry::trial_fragment(name));
+            format!("<a href=\"{address}\">{label}</a>")
+        }))
     }
 
     fn cite(&self, current: &CurrentPage<'_>, key: &str) -> Result<String, String> {

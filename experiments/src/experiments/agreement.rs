@@ -6,6 +6,7 @@ mod judge;
 mod left_out;
 mod maps;
 
+use serde::{Deserialize, Serialize};
 use whitefurnace::equation;
 use whitefurnace::error::Error;
 use whitefurnace::harness::mean::Values;
@@ -51,21 +52,24 @@ fn patches(run: &Run) -> u32 {
 }
 
 /// What one run renders of a case, image by image.
+#[derive(Serialize, Deserialize)]
 struct Images {
+    #[serde(with = "state")]
     means: Values,
     maps: Maps,
 }
 
-/// A [`Images`] as numbers to be stored: the states of the means, and of the maps.
-type States = ([f64; 5], maps::States);
+/// Values as numbers that are stored.
+mod state {
+    use serde::{Deserialize as _, Deserializer, Serialize as _, Serializer};
+    use whitefurnace::harness::mean::Values;
 
-impl Images {
-    fn states(&self) -> States {
-        (self.means.state(), self.maps.states())
+    pub fn serialize<S: Serializer>(values: &Values, to: S) -> Result<S::Ok, S::Error> {
+        values.state().serialize(to)
     }
 
-    fn of_states((means, maps): States) -> Self {
-        Self { means: Values::of_state(means), maps: Maps::of_states(maps) }
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Values, D::Error> {
+        <[f64; 5]>::deserialize(from).map(Values::of_state)
     }
 }
 
@@ -88,11 +92,9 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let mut rendered = Vec::new();
     let mut level = share;
     for case in &cases {
-        let file = format!("{}.{}.csv", name(case.scene), name(case.estimator));
-        let mut accumulated = open(run, &file)?;
+        let mut accumulated = open(run, &format!("{}.csv", case.key()))?;
         let first = accumulated.next() as u32;
-        let part = format!("{}.{}", name(case.scene), name(case.estimator));
-        let images = Images::of_states(run.part(&part, || Ok(render(run, case, first)?.states()))?);
+        let images = run.part(&case.key(), || render(run, case, first))?;
         level = accumulated.look(share);
         totals.push(add(&mut accumulated, &images.means, level)?);
         rendered.push(images);

@@ -63,19 +63,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
         ),
         largest < critical,
     );
-    let lines: Vec<Line> = rows
-        .iter()
-        .map(|row| {
-            let o = &row.outcome;
-            let units = |x: f64| (x - o.reference) / o.claim.size();
-            Line {
-                label: row.trial.clone(),
-                estimate: units(o.estimate),
-                interval: o.interval.map(units),
-                verdict: row.verdict,
-            }
-        })
-        .collect();
+    let lines: Vec<Line> = rows.iter().map(|row| Line::of(row.trial.clone(), row)).collect();
     let title = format!("Scenes with known answers, scale {scale}");
     let see = "Zero is the closed form. An interval within the band about it holds.";
     forest(&run.figure("cie.svg"), (&title, see), &lines)

@@ -8,9 +8,8 @@ use whitefurnace::harness::outcome::{ALPHA, CAPACITY, Claim, Verdict};
 use whitefurnace::harness::trial::{CSV_HEADER, Row, Trial, group};
 
 use crate::plot::forest::{Line, forest};
-use crate::run::record;
-use crate::run::suite;
-use crate::run::{Experiment, Finding, Run};
+use crate::run::{Experiment, ExperimentResult, Run};
+use crate::run::{record, suite};
 
 /// Runs the registry and prints a verdict for each equation and claim.
 pub const TRIALS: Experiment = Experiment {
@@ -33,14 +32,14 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let all: Vec<String> = found.iter().flatten().map(Row::csv).collect();
     run.csv("trials.csv", CSV_HEADER, &all)?;
     let figures = draw(run, &trials, &found)?;
-    let recorded = Recorded::load();
+    let recorded = record::recorded(&record::recorded_folder(), TRIALS.id);
     for equation in equation::ALL {
         let on_trial =
             trials.iter().zip(&found).filter(|(trial, _)| trial.equation.id == equation.id);
         let rows: Vec<_> = on_trial.collect();
         summarise(run, equation, &rows);
         for (trial, rows) in rows {
-            report(run, trial, rows, &figures[group(&trial.name)], &recorded);
+            report(run, trial, rows, &figures[group(&trial.name)], recorded.as_ref());
         }
     }
     totals(run, &found, scale);
@@ -64,7 +63,13 @@ fn summarise(run: &mut Run, equation: &Equation, trials: &[(&Trial, &Vec<Row>)])
 }
 
 /// One line for a trial: the measure that comes nearest to its limit.
-fn report(run: &mut Run, trial: &Trial, rows: &[Row], figure: &str, recorded: &Recorded) {
+fn report(
+    run: &mut Run,
+    trial: &Trial,
+    rows: &[Row],
+    figure: &str,
+    recorded: Option<&ExperimentResult>,
+) {
     let Some(row) = rows.iter().max_by(|a, b| reach(a).total_cmp(&reach(b))) else {
         return;
     };
@@ -81,7 +86,7 @@ fn report(run: &mut Run, trial: &Trial, rows: &[Row], figure: &str, recorded: &R
     );
     if let Verdict::Undecided { needed } = verdict {
         value += &format!("; needs about {needed}");
-        value += &recorded.verdict(&what);
+        value += &recorded_verdict(recorded, &what);
     }
     run.detail(&what, value, verdict);
     for (key, number) in [
@@ -195,8 +200,7 @@ fn draw(
 /// A row in units of its δ; nothing where no size is claimed.
 fn line(trial: &Trial, group: &str, row: &Row) -> Option<Line> {
     let o = &row.outcome;
-    let size = o.claim.size();
-    if o.claim == Claim::Test || size <= 0.0 {
+    if o.claim == Claim::Test || o.claim.size() <= 0.0 {
         return None;
     }
     let short = trial.name.strip_prefix(group).unwrap_or(&trial.name);
@@ -204,36 +208,17 @@ fn line(trial: &Trial, group: &str, row: &Row) -> Option<Line> {
         "" => String::new(),
         number => format!("({number}) "),
     };
-    Some(Line {
-        label: format!("{number}{}: {}", short.trim_start_matches('/'), o.name),
-        estimate: (o.estimate - o.reference) / size,
-        interval: o.interval.map(|end| (end - o.reference) / size),
-        verdict: row.verdict,
-    })
+    let label = format!("{number}{}: {}", short.trim_start_matches('/'), o.name);
+    Some(Line::of(label, row))
 }
 
-/// The verdicts of the last recorded full run.
-struct Recorded {
-    tier: String,
-    findings: Vec<Finding>,
-}
-
-impl Recorded {
-    fn load() -> Self {
-        let outcome = record::recorded(&record::recorded_folder(), TRIALS.id);
-        let current = outcome.filter(|outcome| outcome.version == TRIALS.version);
-        current.map_or_else(
-            || Self { tier: String::new(), findings: Vec::new() },
-            |outcome| Self { tier: outcome.tier, findings: outcome.findings },
-        )
-    }
-
-    /// What the recorded run says of a trial, as a clause.
-    fn verdict(&self, what: &str) -> String {
-        let found = self.findings.iter().find(|finding| finding.what.trim_start() == what);
-        match found.and_then(|finding| finding.verdict) {
-            Some(verdict) => format!(" [{} in the recorded {} run]", verdict.word(), self.tier),
-            None => " [not recorded]".to_owned(),
-        }
-    }
+/// What the last recorded full run says of a trial, as a clause.
+fn recorded_verdict(recorded: Option<&ExperimentResult>, what: &str) -> String {
+    let recorded = recorded.filter(|recorded| recorded.version == TRIALS.version);
+    let verdict = recorded.and_then(|recorded| {
+        let mut findings = recorded.findings.iter();
+        let verdict = findings.find(|finding| finding.what.trim_start() == what)?.verdict?;
+        Some(format!(" [{} in the recorded {} run]", verdict.word(), recorded.tier))
+    });
+    verdict.unwrap_or_else(|| " [not recorded]".to_owned())
 }

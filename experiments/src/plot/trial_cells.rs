@@ -1,5 +1,6 @@
 //! Plots the data file that a failing trial leaves behind.
 
+use std::fs::File;
 use std::path::Path;
 
 use whitefurnace::error::Error;
@@ -7,41 +8,30 @@ use whitefurnace::harness::outcome::Cell;
 
 use crate::plot::chart::{Chart, Mark, Series, charts};
 
-const HEADER: &str = "place,expected,observed,sigmas";
+const HEADER: [&str; 4] = ["place", "expected", "observed", "sigmas"];
 
 /// Reads a data file.
 ///
 /// # Errors
 /// One line that names file and line.
 pub fn read(path: &Path) -> Result<Vec<Cell>, Error> {
-    let text = std::fs::read_to_string(path).map_err(Error::file("read", path))?;
-    let wrong = |line: usize, message: &str| {
+    let file = File::open(path).map_err(Error::file("read", path))?;
+    let mut reader = csv::Reader::from_reader(file);
+    let wrong = |line: u64, message: &str| {
         Error::Option(format!("{} line {line}: {message}", path.display()))
     };
-    let mut lines = text.lines();
-    if lines.next() != Some(HEADER) {
-        return Err(wrong(1, &format!("expected the columns {HEADER}")));
+    if reader.headers().is_ok_and(|header| header != HEADER.as_slice()) {
+        return Err(wrong(1, &format!("expected the columns {}", HEADER.join(","))));
     }
-    let cells = lines
-        .enumerate()
-        .map(|(i, line)| {
-            cell(line).ok_or_else(|| wrong(i + 2, "expected a quoted place and three numbers"))
-        })
-        .collect::<Result<Vec<_>, _>>()?;
-    if cells.is_empty() {
-        return Err(wrong(2, "no cells"));
+    let mut cells = Vec::new();
+    for row in reader.deserialize() {
+        let (place, expected, observed, sigmas) = row.map_err(|error| {
+            let line = error.position().map_or(1, csv::Position::line);
+            wrong(line, "expected a quoted place and three numbers")
+        })?;
+        cells.push(Cell { place, expected, observed, sigmas });
     }
-    Ok(cells)
-}
-
-/// `"place",expected,observed,sigmas`.
-fn cell(line: &str) -> Option<Cell> {
-    let (place, rest) = line.strip_prefix('"')?.rsplit_once("\",")?;
-    let numbers: Vec<f64> = rest.split(',').map(str::parse).collect::<Result<_, _>>().ok()?;
-    let [expected, observed, sigmas] = numbers[..] else {
-        return None;
-    };
-    Some(Cell { place: place.to_owned(), expected, observed, sigmas })
+    if cells.is_empty() { Err(wrong(2, "no cells")) } else { Ok(cells) }
 }
 
 /// Draws residuals above, expected and observed values below.

@@ -3,7 +3,7 @@
 use whitefurnace::scene::simple::CAP_SHARE;
 
 use super::left_out::Method;
-use crate::render::{EstimatorName, SceneName};
+use crate::render::{EstimatorName, SceneName, name};
 use crate::run::Tier;
 
 /// The scenes, with the mean radiance of every pixel where a closed form gives it.
@@ -100,6 +100,18 @@ pub(super) struct Case {
     pub scene: SceneName,
     pub estimator: EstimatorName,
     pub claim: Claim,
+}
+
+impl Case {
+    /// For lines of the table.
+    pub fn label(&self) -> String {
+        format!("{}: {}", name(self.scene), name(self.estimator))
+    }
+
+    /// For names of files and numbers.
+    pub fn key(&self) -> String {
+        format!("{}.{}", name(self.scene), name(self.estimator))
+    }
 }
 
 /// Within which image means must agree. The lights of the Cornell box and the caustics of the report's room

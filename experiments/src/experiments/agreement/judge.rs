@@ -8,7 +8,7 @@ use whitefurnace::moments::Moments;
 use super::claims::{Case, Claim, margin};
 use super::{Mean, Total};
 use crate::plot::agreement::{Square, Standing};
-use crate::render::{EstimatorName, name};
+use crate::render::EstimatorName;
 use crate::run::Run;
 
 /// Intervals narrower than this are rounding, whose skewness says nothing.
@@ -26,10 +26,8 @@ pub(super) fn judge(
     let own = total.moments;
     if let (Mean::Measured(_), EstimatorName::Mis) = (reference, case.estimator) {
         let error = 100.0 * own.standard_error() / own.mean();
-        run.note(
-            &format!("{}: {}", name(case.scene), name(case.estimator)),
-            format!("reference, {:.6} ± {error:.3} % standard error", own.mean()),
-        );
+        let value = format!("reference, {:.6} ± {error:.3} % standard error", own.mean());
+        run.note(&case.label(), value);
         return Square {
             text: format!("{:.4} ± {error:.2} %", own.mean()),
             standing: Standing::Reference,
@@ -42,7 +40,7 @@ pub(super) fn judge(
     let difference = own.mean() / mean - 1.0;
     let shown = half(&[&own_mean, &reference]);
     let expected = -lack.value() / mean;
-    let key = format!("{}.{}", name(case.scene), name(case.estimator));
+    let key = case.key();
     run.number(&format!("{key}.difference"), difference);
     run.number(&format!("{key}.half"), shown);
     run.number(&format!("{key}.replications"), own.count() as f64);
@@ -64,7 +62,6 @@ pub(super) fn judge(
     } else {
         approximate_verdict(interval, 0.0, size, n)
     };
-    let what = format!("{}: {}", name(case.scene), name(case.estimator));
     let mut value = format!("{:+.3} % ± {:.3} %", 100.0 * difference, 100.0 * shown);
     if let Claim::Lacks(..) = case.claim {
         run.number(&format!("{key}.expected"), expected);
@@ -80,7 +77,7 @@ pub(super) fn judge(
     if let Verdict::Undecided { needed } = verdict {
         value += &format!("; needs about {needed} images");
     }
-    run.claim(&what, value, verdict);
+    run.claim(&case.label(), value, verdict);
     let standing = match (verdict, case.claim) {
         (Verdict::Fails, _) => Standing::Differs,
         (Verdict::Undecided { .. }, _) => Standing::Undecided,

@@ -3,6 +3,7 @@
 //! is left out would depend on what is found.
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 use whitefurnace::harness::mean::Values;
 use whitefurnace::harness::welch_map::{PValueMap, PixelStatistics, map};
 use whitefurnace::moments::Moments;
@@ -22,9 +23,11 @@ const PILOT: u64 = 4;
 const LEAST_SHARE: f64 = 0.5;
 
 /// A tile or pixel: what decides whether it is judged, and what is judged.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Serialize, Deserialize)]
 struct Place {
+    #[serde(with = "super::state")]
     pilot: Values,
+    #[serde(with = "super::state")]
     tested: Values,
 }
 
@@ -37,15 +40,13 @@ impl Place {
 }
 
 /// The tiles and pixels of the images of one run.
+#[derive(Serialize, Deserialize)]
 pub(super) struct Maps {
     pilot: u64,
     images: u64,
     tiles: Vec<Place>,
     pixels: Vec<Place>,
 }
-
-/// Pilot and test of each tile, and of each pixel.
-pub(super) type States = [Vec<[[f64; 5]; 2]>; 2];
 
 impl Maps {
     /// For so many images.
@@ -58,26 +59,6 @@ impl Maps {
             tiles: vec![empty; pixels / (TILE * TILE)],
             pixels: vec![empty; pixels],
         }
-    }
-
-    /// All that decides what is found, as numbers to be stored.
-    pub fn states(&self) -> States {
-        [&self.tiles, &self.pixels].map(|places| {
-            let state = |place: &Place| [place.pilot.state(), place.tested.state()];
-            places.iter().map(state).collect()
-        })
-    }
-
-    /// The maps with these [`states`](Self::states), to which no image can be added.
-    pub fn of_states(states: States) -> Self {
-        let [tiles, pixels] = states.map(|places| {
-            let place = |state: [[f64; 5]; 2]| {
-                let [pilot, tested] = state.map(Values::of_state);
-                Place { pilot, tested }
-            };
-            places.into_iter().map(place).collect()
-        });
-        Self { pilot: 0, images: 0, tiles, pixels }
     }
 
     /// Adds an image; returns its mean.
@@ -145,8 +126,7 @@ pub(super) fn note_map(
     let total = a.tiles.len();
     let (tiles, count) =
         judged([&a.tiles, &b.tiles], SIZE[0] as usize / TILE, share / total as f64);
-    let what = format!("{}: {}, tiles", name(case.scene), name(case.estimator));
-    let key = format!("{}.{}", name(case.scene), name(case.estimator));
+    let (what, key) = (format!("{}, tiles", case.label()), case.key());
     run.number(&format!("{key}.tiles.judged"), count as f64);
     if enough(count, total) {
         let p = tiles.smallest("tiles", 2).p;

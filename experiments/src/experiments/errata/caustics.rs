@@ -5,7 +5,7 @@ use whitefurnace::estimator::{LightRules, Report};
 use whitefurnace::moments::Moments;
 use whitefurnace::rng::seed_for;
 
-use super::size;
+use super::Sizes as _;
 use crate::render::Job;
 use crate::run::Run;
 
@@ -40,12 +40,11 @@ pub(super) fn lost(run: &mut Run) -> Result<(), Error> {
     for (all, without) in all.iter().zip(without) {
         lost.push((without - all) / mean);
     }
-    size(
-        run,
+    run.size(
         "caustics.room",
         lost.mean(),
         "relative change of the room's mean radiance without light by way of mirrors and glass",
     );
-    size(run, "caustics.room.error", lost.standard_error(), "is its standard error");
+    run.size("caustics.room.error", lost.standard_error(), "is its standard error");
     Ok(())
 }

@@ -5,7 +5,7 @@ use whitefurnace::rng::{seed_for, stream, uniform, uniform2};
 use whitefurnace::sampling::sphere_zone;
 use whitefurnace::shape::{Ray, moller_trumbore, sphere_distances, sphere_distances_printed};
 
-use super::size;
+use super::Sizes as _;
 use crate::run::Run;
 
 /// (4): rays aimed at the common edge of two triangles.
@@ -31,21 +31,18 @@ pub(super) fn edges(run: &mut Run) {
         lost += u64::from(met == [false, false]);
         twice += u64::from(met == [true, true]);
     }
-    size(
-        run,
+    run.size(
         "edge.lost",
         lost as f64 / rays as f64,
         "of rays aimed at a shared edge miss both triangles by (4)",
     );
-    size(
-        run,
+    run.size(
         "edge.twice",
         twice as f64 / rays as f64,
         "of rays aimed at a shared edge meet both triangles by (4)",
     );
     // P · E₁ is the product of the legs of a right triangle that the ray meets head on.
-    size(
-        run,
+    run.size(
         "determinant.leg",
         1e-8f64.sqrt(),
         "long are the legs of the right triangle whose divisor is 1e-8 at most",
@@ -71,10 +68,9 @@ pub(super) fn far_spheres(run: &mut Run) {
             }
         }
         if exponent == 2 {
-            size(run, "sphere.single.1e2", single, "radii: the same in single precision");
+            run.size("sphere.single.1e2", single, "radii: the same in single precision");
         }
-        size(
-            run,
+        run.size(
             &format!("sphere.error.1e{exponent}"),
             worst,
             "radii: the largest error of the printed (7) at that many radii, in double precision",

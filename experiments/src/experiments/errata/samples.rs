@@ -8,15 +8,14 @@ use whitefurnace::pixel::PixelSampling;
 use whitefurnace::rng::{seed_for, stream, uniform, uniform2};
 use whitefurnace::sampling::{cosine_hemisphere_pdf, hemisphere_printed, uniform_hemisphere_pdf};
 
-use super::size;
+use super::Sizes as _;
 use crate::run::Run;
 
 /// (18) and (19) with one r: the mean of x and y, which should be 0.
 pub(super) fn one_number(run: &mut Run) {
     for (axis, name) in ["x", "y"].into_iter().enumerate() {
         let mean = along(|r| hemisphere_printed(r)[axis]);
-        size(
-            run,
+        run.size(
             &format!("one_number.{name}"),
             mean,
             "is the mean of that coordinate of directions by one r",
@@ -39,8 +38,7 @@ pub(super) fn mixed(run: &mut Run) {
     for (name, radiance) in &PROFILES[..3] {
         let found = along(radiance);
         let right = along(|c| 2.0 * c * radiance(c));
-        size(
-            run,
+        run.size(
             &format!("mixed.{name}"),
             found / right - 1.0,
             "relative error of uniform directions with the density of cosine-weighted ones",
@@ -67,14 +65,12 @@ pub(super) fn importance(run: &mut Run) {
             over(2) - over(1).powi(2)
         };
         let [uniform, cosine] = [variance(uniform_hemisphere_pdf), variance(cosine_hemisphere_pdf)];
-        size(
-            run,
+        run.size(
             &format!("importance.{name}.uniform"),
             uniform,
             "is the variance by uniform directions",
         );
-        size(
-            run,
+        run.size(
             &format!("importance.{name}.cosine"),
             cosine.max(0.0),
             "is the variance by cosine-weighted directions",
@@ -106,19 +102,13 @@ pub(super) fn slanted_edges(run: &mut Run) {
             });
             errors.push((inside.count() as f64 / 16.0 - area).powi(2));
         }
-        size(
-            run,
+        run.size(
             &format!("slanted.{name}"),
             errors.mean(),
             "is the mean squared error of 16 rays for edges of any slope",
         );
     }
-    size(
-        run,
-        "upright.grid",
-        0.5 / 4.0,
-        "is the largest error of a 4 × 4 grid for an upright edge",
-    );
+    run.size("upright.grid", 0.5 / 4.0, "is the largest error of a 4 × 4 grid for an upright edge");
 }
 
 /// ∫ f(r) dr over [0, 1].
