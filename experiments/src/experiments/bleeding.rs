@@ -148,16 +148,14 @@ fn judge(run: &mut Run, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) {
         let [[red, red_error], [blue, blue_error]] = coloured[place];
         run.number(&format!("{side}.red"), red);
         run.number(&format!("{side}.blue"), blue);
-        run.note(
-            &format!("{side}, {}°", ANGLES[place]),
-            format!(
-                "R : G : B = {red:.3} ± {:.3} : 1 : {blue:.3} ± {:.3}; with grey walls {:.3} : 1 : {:.3}",
-                critical * red_error,
-                critical * blue_error,
-                grey[place][0][0],
-                grey[place][1][0]
-            ),
+        let value = format!(
+            "R : G : B = {red:.3} ± {:.3} : 1 : {blue:.3} ± {:.3}; with grey walls {:.3} : 1 : {:.3}",
+            critical * red_error,
+            critical * blue_error,
+            grey[place][0][0],
+            grey[place][1][0]
         );
+        run.note(&format!("{side}, {}°", ANGLES[place]), value);
     }
     let worst = |ratios: &[Ratios]| {
         let all = ratios.iter().flatten().map(|[ratio, _]| (ratio - 1.0).abs());
@@ -170,16 +168,11 @@ fn judge(run: &mut Run, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) {
             ratios.iter().any(far)
         })
         .count();
-    run.claim(
-        "walls colour the white sphere",
-        format!("at {tinted} of {} points, up to {:.1} %", ANGLES.len(), 100.0 * worst(coloured)),
-        2 * tinted > ANGLES.len(),
-    );
-    run.claim(
-        "grey walls do not",
-        format!("channels differ by at most {:.1e}", worst(grey)),
-        worst(grey) < 1e-9,
-    );
+    let value =
+        format!("at {tinted} of {} points, up to {:.1} %", ANGLES.len(), 100.0 * worst(coloured));
+    run.claim("walls colour the white sphere", value, 2 * tinted > ANGLES.len());
+    let value = format!("channels differ by at most {:.1e}", worst(grey));
+    run.claim("grey walls do not", value, worst(grey) < 1e-9);
     // The far and the near end of the interval of each ratio's distance.
     let [apart, at_least] = [1.0, -1.0].map(|sign| {
         diffuse

@@ -76,16 +76,14 @@ fn run(run: &mut Run) -> Result<(), Error> {
         let name = row.get(1).map_or("", String::as_str);
         by_name.entry(name).or_default().push(number(row, 2));
     }
-    run.note(
-        "size",
-        format!(
-            "{} replications so far, {} of this run; n = {N} per statistic, registry at scale 1/1024; \
-             family-wise level {FAMILY:.0e} for all looks, {family:.1e} for this one, number {}",
-            accumulated.next(),
-            replications.len(),
-            accumulated.looks()
-        ),
+    let value = format!(
+        "{} replications so far, {} of this run; n = {N} per statistic, registry at scale 1/1024; \
+         family-wise level {FAMILY:.0e} for all looks, {family:.1e} for this one, number {}",
+        accumulated.next(),
+        replications.len(),
+        accumulated.looks()
     );
+    run.note("size", value);
     run.number("replications", accumulated.next() as f64);
     let level = family / by_name.len().max(10) as f64;
     judge(run, &by_name, level);
@@ -176,11 +174,8 @@ fn judge(run: &mut Run, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) {
         let value = format!("D = {:.4} over {n} seeds, p = {:.2e}", outcome.estimate, outcome.p);
         run.claim(name, value, outcome.p >= level);
     }
-    run.claim(
-        "p-values of the registry's trials",
-        format!("{registered} measures, least p = {:.2e} ({})", worst.0, worst.1),
-        worst.0 >= level,
-    );
+    let value = format!("{registered} measures, least p = {:.2e} ({})", worst.0, worst.1);
+    run.claim("p-values of the registry's trials", value, worst.0 >= level);
 }
 
 fn draw(run: &mut Run, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) -> Result<(), Error> {

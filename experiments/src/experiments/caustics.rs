@@ -114,15 +114,13 @@ fn row(run: &mut Run, name: &str, made: &Made, rows: &mut Vec<String>) {
     run.number(&format!("{name}.region"), region.mean());
     run.number(&format!("{name}.standard_error"), region.standard_error());
     run.number(&format!("{name}.noise"), film.relative_error());
-    run.note(
-        name,
-        format!(
-            "radiance of the caustic {:.4} ± {:.4}, mean relative error of a pixel {:.2} %",
-            region.mean(),
-            region.standard_error(),
-            100.0 * film.relative_error()
-        ),
+    let value = format!(
+        "radiance of the caustic {:.4} ± {:.4}, mean relative error of a pixel {:.2} %",
+        region.mean(),
+        region.standard_error(),
+        100.0 * film.relative_error()
     );
+    run.note(name, value);
     rows.push(format!(
         "{name},{:e},{:e},{:e}",
         region.mean(),
@@ -149,16 +147,13 @@ fn same(run: &mut Run, what: &str, (a, b): (&Values, &Values)) {
         let interval = [difference - reach, difference + reach];
         approximate_verdict(interval, 0.0, margin, images)
     };
-    run.claim(
-        &format!("{what} agree"),
-        format!(
-            "difference {:+.3} % ± {:.3} %, margin {} %; {images} images, valid from {needed} on",
-            100.0 * difference,
-            100.0 * reach,
-            100.0 * margin
-        ),
-        verdict,
+    let value = format!(
+        "difference {:+.3} % ± {:.3} %, margin {} %; {images} images, valid from {needed} on",
+        100.0 * difference,
+        100.0 * reach,
+        100.0 * margin
     );
+    run.claim(&format!("{what} agree"), value, verdict);
 }
 
 /// Independent images of a scene, and the mean of all.

@@ -55,14 +55,11 @@ fn run(run: &mut Run) -> Result<(), Error> {
     // Bonferroni over the table.
     let critical = normal_upper(suite::FAMILY / (2.0 * rows.len() as f64));
     run.number("largest_deviation", largest);
-    run.claim(
-        "the largest deviation",
-        format!(
-            "{largest:.2} standard errors; under {critical:.2} with probability {}",
-            1.0 - suite::FAMILY
-        ),
-        largest < critical,
+    let value = format!(
+        "{largest:.2} standard errors; under {critical:.2} with probability {}",
+        1.0 - suite::FAMILY
     );
+    run.claim("the largest deviation", value, largest < critical);
     let lines: Vec<Line> = rows.iter().map(|row| Line::of(row.trial.clone(), row)).collect();
     let title = format!("Scenes with known answers, scale {scale}");
     let see = "Zero is the closed form. An interval within the band about it holds.";

@@ -135,23 +135,19 @@ fn report(run: &mut Run, accumulated: &Accumulated, scale: f64, level: f64) {
         value += &format!(": {}", names.join("; "));
     }
     run.claim("suites with a false statement", value, names.is_empty());
-    run.note(
-        "what that bounds",
-        format!(
-            "false rejections of right subjects and equivalent mutants at this scale: of {random} tests whose tail \
-             is valid here, below {each:.1e} each, and of {exact} identities at their full arguments. Not the \
-             1e-9 of each, which is theirs by their tails; nor what stays undecided at full size, which the \
-             guard excludes"
-        ),
+    let value = format!(
+        "false rejections of right subjects and equivalent mutants at this scale: of {random} tests whose tail \
+         is valid here, below {each:.1e} each, and of {exact} identities at their full arguments. Not the \
+         1e-9 of each, which is theirs by their tails; nor what stays undecided at full size, which the \
+         guard excludes"
     );
-    run.note(
-        "faults",
-        format!(
-            "{faults} under every {FAULTS_EVERY}th seed: {rejected} rejected, {} not yet at this scale, \
-             {faults_red} accepted or rejected for a number that is none",
-            faults - rejected - faults_red
-        ),
+    run.note("what that bounds", value);
+    let value = format!(
+        "{faults} under every {FAULTS_EVERY}th seed: {rejected} rejected, {} not yet at this scale, \
+         {faults_red} accepted or rejected for a number that is none",
+        faults - rejected - faults_red
     );
+    run.note("faults", value);
     run.note(
         "not among them",
         "calibration, which `calibration` measures at length; check-ups of BSDFs that are not the program's own"

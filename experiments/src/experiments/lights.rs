@@ -118,10 +118,10 @@ fn by_distance(run: &mut Run) -> Result<(), Error> {
             series.push(Series::new(label, colour, Mark::Line, points));
         }
         let [area, angle] = [0, 1].map(|way: usize| series[way].points[0][1]);
-        run.note(
-            &format!("{} at height {}", shape.name, HEIGHTS[0]),
-            format!("variance by shadow rays alone: area {area:.3e}, solid angle {angle:.3e}, relative to the squared mean"),
+        let value = format!(
+            "variance by shadow rays alone: area {area:.3e}, solid angle {angle:.3e}, relative to the squared mean"
         );
+        run.note(&format!("{} at height {}", shape.name, HEIGHTS[0]), value);
         let title = format!(
             "Light of a {}: variance of one sample, relative to the squared mean",
             shape.name
@@ -175,15 +175,13 @@ fn scenes(run: &mut Run) -> Result<(), Error> {
             run.number(&label.replace(' ', "."), variance);
             variances.push(variance);
         }
-        run.note(
-            &format!("{}, mean variance of a pixel's sample", name(scene)),
-            format!(
-                "area {:.4e}, solid angle {:.4e}: ratio {:.3}",
-                variances[0],
-                variances[1],
-                variances[1] / variances[0]
-            ),
+        let value = format!(
+            "area {:.4e}, solid angle {:.4e}: ratio {:.3}",
+            variances[0],
+            variances[1],
+            variances[1] / variances[0]
         );
+        run.note(&format!("{}, mean variance of a pixel's sample", name(scene)), value);
     }
     Ok(())
 }

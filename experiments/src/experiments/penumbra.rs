@@ -58,14 +58,11 @@ fn run(run: &mut Run) -> Result<(), Error> {
         rows.push(format!("{y},{mean:e},{error:e},{reference:e}"));
     }
     run.number("worst", worst);
-    run.claim(
-        "radiance across the penumbra",
-        format!(
-            "{PLACES} places, {samples} samples each: at most {worst:.2} standard errors off; {z:.2} \
-             allowed at family-wise level {FAMILY:.0e}"
-        ),
-        worst <= z,
+    let value = format!(
+        "{PLACES} places, {samples} samples each: at most {worst:.2} standard errors off; {z:.2} \
+         allowed at family-wise level {FAMILY:.0e}"
     );
+    run.claim("radiance across the penumbra", value, worst <= z);
     run.csv("penumbra.csv", "y,mean,standard error,closed form", &rows)?;
     let curve = (0..=400).map(|i| -2.2 + 4.2 * f64::from(i) / 400.0);
     let curve: Vec<[f64; 2]> = curve.map(|y| [y, penumbra_reference(y)]).collect();

@@ -66,11 +66,8 @@ fn radii(run: &mut Run) -> Result<Chart, Error> {
         let bias = 1.0 - moments.mean() / point;
         let reach = reach(&moments, RADII.len() + 1) / point;
         let closed = 1.0 - expected / point;
-        run.claim(
-            &format!("radius {radius}"),
-            format!("bias {:+.5} ± {reach:.5}, closed form {:+.5}", -bias, -closed),
-            (bias - closed).abs() <= reach,
-        );
+        let value = format!("bias {:+.5} ± {reach:.5}, closed form {:+.5}", -bias, -closed);
+        run.claim(&format!("radius {radius}"), value, (bias - closed).abs() <= reach);
         rows.push(format!("{radius},{bias:e},{closed:e},{reach:e}"));
         found.push((radius, bias, closed, reach));
     }
@@ -155,24 +152,19 @@ fn passes(run: &mut Run) -> Result<Chart, Error> {
         }
         error.push([n, rms.mean().sqrt()]);
     }
-    run.claim(
-        "bias of the mean of passes",
-        format!("{worst:.2} of the reach of chance from the closed form at worst"),
-        worst <= 1.0,
-    );
+    let value = format!("{worst:.2} of the reach of chance from the closed form at worst");
+    run.claim("bias of the mean of passes", value, worst <= 1.0);
     let spread = (spreads[PASSES as usize - 1] / spreads[PASSES as usize / 8 - 1]).ln() / 8f64.ln();
     run.number("passes.bias_first", bias[0][1]);
     run.number("passes.bias_last", last.0);
     run.number("passes.error_last", last.1);
     run.number("passes.spread_slope", spread);
-    run.note(
-        "error against passes",
-        format!(
-            "{PASSES} passes: bias {:+.4} (first pass {:+.4}), root-mean-square error {:.4}; standard deviation \
-             falls as n^{spread:.2} (theory −1/3)",
-            -last.0, -bias[0][1], last.1
-        ),
+    let value = format!(
+        "{PASSES} passes: bias {:+.4} (first pass {:+.4}), root-mean-square error {:.4}; standard deviation \
+         falls as n^{spread:.2} (theory −1/3)",
+        -last.0, -bias[0][1], last.1
     );
+    run.note("error against passes", value);
     run.csv("passes.csv", "passes,bias,closed,reach,rms", &rows)?;
     let series = vec![
         Series::new("bias, closed form", 2, Mark::Line, closed),

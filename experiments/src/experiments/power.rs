@@ -61,14 +61,12 @@ fn run(run: &mut Run) -> Result<(), Error> {
         panels.push(series(statistic, &points, i % PER_PANEL, replications).to_vec());
     }
     run.csv("power.csv", "statistic,effect,stated,rejected,replications,mean,spread", &rows)?;
-    run.note(
-        "what is extrapolated",
-        format!(
-            "measured: powers of 0.1 to 0.99 at level {ALPHA:.0e} (n = {N}, {replications} replications, \
-             family-wise level {FAMILY:.0e} with the graded controls); extrapolated by the same curves: misses of 1e-9 \
-             at δ and false alarms of 1e-9"
-        ),
+    let value = format!(
+        "measured: powers of 0.1 to 0.99 at level {ALPHA:.0e} (n = {N}, {replications} replications, \
+         family-wise level {FAMILY:.0e} with the graded controls); extrapolated by the same curves: misses of 1e-9 \
+         at δ and false alarms of 1e-9"
     );
+    run.note("what is extrapolated", value);
     let titles = ["sums of values", "counts, cells, bounds"];
     let panels = panels.chunks(PER_PANEL).zip(titles).map(|(series, what)| {
         let title = format!(
@@ -140,14 +138,11 @@ fn report(run: &mut Run, statistic: &Statistic, point: &Point, replications: u64
     run.number(&format!("{key}.rejected"), share);
     run.number(&format!("{key}.mean"), mean);
     run.number(&format!("{key}.spread"), spread);
-    run.claim(
-        &format!("{} at power {at_least}{stated}", statistic.name),
-        format!(
-            "{rejected} of {replications} rejected, effect {:.3} standard errors, statistic {mean:.2} ± {spread:.2}",
-            point.effect / statistic.unit
-        ),
-        p >= level,
+    let value = format!(
+        "{rejected} of {replications} rejected, effect {:.3} standard errors, statistic {mean:.2} ± {spread:.2}",
+        point.effect / statistic.unit
     );
+    run.claim(&format!("{} at power {at_least}{stated}", statistic.name), value, p >= level);
 }
 
 /// The stated curve, and the measured points with 95 % intervals.

@@ -70,16 +70,14 @@ fn run(run: &mut Run) -> Result<(), Error> {
             run.number(&format!("{key}.{kind}"), level.distances[i]);
             run.number(&format!("{key}.{kind}_error"), level.errors[i]);
         }
-        run.note(
-            &format!("{patches} patches"),
-            format!(
-                "image mean {:+.3} % from the path tracer, pixels {:.2} % (gathered {:.2} %), residual \
-                 {residual:.1e} after {sweeps} sweeps",
-                100.0 * (level.mean.y / reference.y - 1.0),
-                100.0 * level.distances[0],
-                100.0 * level.distances[1],
-            ),
+        let value = format!(
+            "image mean {:+.3} % from the path tracer, pixels {:.2} % (gathered {:.2} %), residual \
+             {residual:.1e} after {sweeps} sweeps",
+            100.0 * (level.mean.y / reference.y - 1.0),
+            100.0 * level.distances[0],
+            100.0 * level.distances[1],
         );
+        run.note(&format!("{patches} patches"), value);
         levels.push(level);
     }
     let errors = paths.pixels().iter().map(|p| p.standard_error().y.powi(2));
@@ -142,10 +140,8 @@ fn judge(run: &mut Run, levels: &[Level], (reference, noise): (f64, f64)) {
     let [mean, interpolated, gathered] = orders.map(|(_, order)| order);
     run.number("reference", reference);
     run.number("reference_error", noise);
-    run.note(
-        "order in the side of a patch",
-        format!("image mean {mean:.2}, pixels {interpolated:.2} (gathered {gathered:.2})"),
-    );
+    let value = format!("image mean {mean:.2}, pixels {interpolated:.2} (gathered {gathered:.2})");
+    run.note("order in the side of a patch", value);
     let difference = deviation(last);
     run.number("difference", difference);
     run.claim(

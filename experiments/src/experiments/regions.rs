@@ -89,10 +89,8 @@ fn quirks(run: &mut Run) -> Result<(), Error> {
                 let key = format!("{stem}.{}.{channel}", region.name.replace([' ', ','], ""));
                 run.number(&key, change[c]);
             }
-            run.note(
-                &format!("{title}: {}", region.name),
-                format!("{:+.1} {:+.1} {:+.1}", change[0], change[1], change[2]),
-            );
+            let value = format!("{:+.1} {:+.1} {:+.1}", change[0], change[1], change[2]);
+            run.note(&format!("{title}: {}", region.name), value);
             panel.push(change);
         }
         panels.push((title, panel));

@@ -172,15 +172,13 @@ fn report(run: &mut Run, name: &str, samples: u32, cost: &Cost) {
     run.number(&format!("{name}.shadow_rays"), cost.shadow);
     run.number(&format!("{name}.rays"), cost.rays);
     run.number(&format!("{name}.error"), cost.error);
-    run.note(
-        &format!("{name}, {samples} samples per pixel"),
-        format!(
-            "{:.2} shadow rays and {:.2} rays in all per sample, relative root-mean-square error {:.2} %",
-            cost.shadow,
-            cost.rays,
-            100.0 * cost.error
-        ),
+    let value = format!(
+        "{:.2} shadow rays and {:.2} rays in all per sample, relative root-mean-square error {:.2} %",
+        cost.shadow,
+        cost.rays,
+        100.0 * cost.error
     );
+    run.note(&format!("{name}, {samples} samples per pixel"), value);
 }
 
 fn film<E: Estimator>(

@@ -185,10 +185,8 @@ fn peers(run: &mut Run) -> Result<(), Error> {
         for (limit, rate) in [("seven", peer.seven), ("unlimited", peer.unlimited)] {
             if let Some(rate) = rate {
                 run.number(&format!("peer.{}.{limit}", peer.name), rate);
-                run.note(
-                    &format!("peer.{}.{limit}", peer.name),
-                    format!("{rate} million samples/s, {}", peer.title),
-                );
+                let value = format!("{rate} million samples/s, {}", peer.title);
+                run.note(&format!("peer.{}.{limit}", peer.name), value);
             }
         }
     }

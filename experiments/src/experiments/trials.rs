@@ -153,18 +153,16 @@ fn totals(run: &mut Run, found: &[Vec<Row>], scale: f64) {
         .map(|row| row.outcome.p)
         .fold(1.0, f64::min);
     run.number("smallest_p", smallest);
-    run.note(
-        "in all",
-        format!(
-            "{} trials at scale {scale}: {} measures hold, {} fail, {} undecided; smallest p {smallest:.1e}; \
-             family-wise level {:.0e} ({ALPHA:.0e} for each of at most {CAPACITY})",
-            found.len(),
-            count("holds"),
-            count("fails"),
-            count("undecided"),
-            ALPHA * CAPACITY as f64,
-        ),
+    let value = format!(
+        "{} trials at scale {scale}: {} measures hold, {} fail, {} undecided; smallest p {smallest:.1e}; \
+         family-wise level {:.0e} ({ALPHA:.0e} for each of at most {CAPACITY})",
+        found.len(),
+        count("holds"),
+        count("fails"),
+        count("undecided"),
+        ALPHA * CAPACITY as f64,
     );
+    run.note("in all", value);
 }
 
 /// The figures of each group of trials: the first one's name, by group.

@@ -190,7 +190,7 @@ fn rows() -> Vec<Row> {
         Row("scene", "environment", Plain, |c| c.scene = simple::environment()),
         Row("scene", "furnace-box", Plain, |c| c.scene = simple::furnace_box(0.75)),
         Row("scene", "cavity-cap", Plain, |c| {
-            c.scene = simple::cavity_cap(0.75, simple::Cap::Reflecting)
+            c.scene = simple::cavity_cap(0.75, simple::Cap::Reflecting);
         }),
         Row("scene", "glass-cube", Plain, |c| c.scene = simple::glass_cube(false)),
         Row("scene", "cornell", Plain, |c| c.scene = simple::cornell()),
@@ -212,15 +212,15 @@ fn rows() -> Vec<Row> {
         Row("estimator", "whitted", Text, |c| c.method = Method::Whitted(LightRules::REPORT)),
         Row("light-sampling", "area", Plain, |_| {}),
         Row("light-sampling", "solid-angle", Plain, |c| {
-            c.method = Method::Path(Strategy::Mis, LightSampling::SolidAngle, BALANCE.1)
+            c.method = Method::Path(Strategy::Mis, LightSampling::SolidAngle, BALANCE.1);
         }),
         Row("heuristic", "balance", Plain, |_| {}),
         Row("heuristic", "power", Plain, |c| {
-            c.method = Method::Path(Strategy::Mis, BALANCE.0, Heuristic::Power)
+            c.method = Method::Path(Strategy::Mis, BALANCE.0, Heuristic::Power);
         }),
         Row("diffuse", "lambert", Plain, |c| white_sphere(c, Bsdf::Lambert { albedo: GREY })),
         Row("diffuse", "printed", Plain, |c| {
-            c.scene = room::report(Convention::Physical, OrenNayarForm::Printed)
+            c.scene = room::report(Convention::Physical, OrenNayarForm::Printed);
         }),
         Row("diffuse", "corrected", Plain, |_| {}),
         Row("diffuse", "eon", Plain, |c| {

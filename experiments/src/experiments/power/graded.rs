@@ -185,10 +185,9 @@ fn report(run: &mut Run, counted: &[Counted], left_out: &LeftOut, size: (u64, f6
         let all: u64 = near.iter().map(|c| c.seeds).sum();
         let share = rejected as f64 / all.max(1) as f64;
         run.number(&format!("graded.share_{at}"), share);
-        run.note(
-            &format!("graded controls at power {power}"),
-            format!("{share:.4} of all are rejected ({} controls under {seeds} seeds)", near.len()),
-        );
+        let value =
+            format!("{share:.4} of all are rejected ({} controls under {seeds} seeds)", near.len());
+        run.note(&format!("graded controls at power {power}"), value);
     }
     let mut value = format!(
         "{} counts for {} measures under {seeds} seeds at scale {scale}, {} of them off at level {level:.1e} each",
@@ -218,24 +217,19 @@ fn report(run: &mut Run, counted: &[Counted], left_out: &LeftOut, size: (u64, f6
         run.note(what, value);
     }
     for c in failing.iter().filter(|_| full) {
-        run.detail(
-            &c.label(),
-            format!(
-                "{} of {} rejected at level {:.1e}, stated {:.3}, p = {:.1e}",
-                c.rejected,
-                c.seeds,
-                c.level,
-                c.power,
-                c.p()
-            ),
-            false,
+        let value = format!(
+            "{} of {} rejected at level {:.1e}, stated {:.3}, p = {:.1e}",
+            c.rejected,
+            c.seeds,
+            c.level,
+            c.power,
+            c.p()
         );
+        run.detail(&c.label(), value, false);
     }
     for (reason, names) in left_out {
-        run.note(
-            &format!("not judged: {reason}"),
-            format!("{}: {}", names.len(), names.join("; ")),
-        );
+        let value = format!("{}: {}", names.len(), names.join("; "));
+        run.note(&format!("not judged: {reason}"), value);
     }
     let none: usize = left_out.values().map(Vec::len).sum();
     run.number("graded.not_judged", none as f64);

@@ -89,15 +89,12 @@ pub fn residuals(run: &mut Run, file: &str) -> Result<(), Error> {
         run.number(&key("worst"), worst);
         let verdict = if sampler.right { "agrees with" } else { "is rejected by" };
         let level = FAMILY / SAMPLERS.len() as f64;
-        run.claim(
-            &format!("residuals, {}", sampler.title),
-            format!(
-                "{verdict} its density: chi-square {statistic:.1} of {} degrees of freedom, p = {p:.2e}, \
-                 greatest residual {worst:.1} standard deviations",
-                cells - 1
-            ),
-            (p >= level) == sampler.right,
+        let value = format!(
+            "{verdict} its density: chi-square {statistic:.1} of {} degrees of freedom, p = {p:.2e}, \
+             greatest residual {worst:.1} standard deviations",
+            cells - 1
         );
+        run.claim(&format!("residuals, {}", sampler.title), value, (p >= level) == sampler.right);
         // An empty cell has the full colour of the faulty sampler's scale.
         let (bound, scale) = if sampler.right {
             (BOUND, format!("scale ±{BOUND} σ"))

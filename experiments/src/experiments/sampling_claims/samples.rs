@@ -85,11 +85,8 @@ pub fn importance(run: &mut Run, file: &str) -> Result<(), Error> {
         series.push(Series::measured(label, colour, found));
         series.extend(closed);
     }
-    run.claim(
-        "importance sampling: variances are their closed forms",
-        format!("{} profiles, {n} samples each", profiles.len()),
-        all_hold,
-    );
+    let value = format!("{} profiles, {n} samples each", profiles.len());
+    run.claim("importance sampling: variances are their closed forms", value, all_hold);
     let named = |(k, profile): (usize, &Profile)| format!("{k} is {}", profile.name);
     let names: Vec<String> = profiles.iter().enumerate().map(named).collect();
     for profile in &profiles {
@@ -171,11 +168,8 @@ pub fn edges(run: &mut Run, file: &str) -> Result<(), Error> {
         series.push(Series::measured(label, colour, found));
         series.push(Series::new("", colour, Mark::Line, line));
     }
-    run.claim(
-        "supersampling: errors on edges are their closed forms",
-        format!("{n} edges for each of {} cases", 3 * SIDES.len()),
-        all_hold,
-    );
+    let value = format!("{n} edges for each of {} cases", 3 * SIDES.len());
+    run.claim("supersampling: errors on edges are their closed forms", value, all_hold);
     let title = "Mean squared error of a pixel cut by an upright edge anywhere";
     let (axes, ranges) = (["samples N", "mean squared error"], [[0.8, 400.0], [1e-5, 1.0]]);
     let chart = Chart::new(title, axes, ranges, series).log([true; 2]);

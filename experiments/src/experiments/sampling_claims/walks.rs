@@ -74,16 +74,11 @@ pub fn roulette(run: &mut Run, file: &str) -> Result<(), Error> {
             run.number(&format!("roulette.{a}.{q}.variance"), squares.mean());
         }
         let [low, high] = [a, 0.95].map(efficiency);
-        run.note(
-            &format!("roulette, albedo {a}: efficiency at survival {a} and 0.95"),
-            format!("{low:.4}, {high:.4}; the variance is infinite up to {:.4}", a * a),
-        );
+        let value = format!("{low:.4}, {high:.4}; the variance is infinite up to {:.4}", a * a);
+        run.note(&format!("roulette, albedo {a}: efficiency at survival {a} and 0.95"), value);
     }
-    run.claim(
-        "roulette: means and variances are their closed forms",
-        format!("{n} walks each"),
-        all_hold,
-    );
+    let value = format!("{n} walks each");
+    run.claim("roulette: means and variances are their closed forms", value, all_hold);
     let chart = |title: &str, label: &str, range, series| {
         Chart::new(title, ["survival probability q", label], [[0.2, 1.0], range], series)
     };
@@ -128,14 +123,12 @@ pub fn truncation(run: &mut Run, file: &str) -> Result<(), Error> {
             all_hold &= holds([high, low], known);
             if b == 7 {
                 run.number(&format!("cut.{a}.7"), 1.0 - values.mean() / exact);
-                run.note(
-                    &format!("seven bounces at albedo {a}"),
-                    format!(
-                        "{:.2} % of the light is missing, closed form {:.2} %",
-                        100.0 * (1.0 - values.mean() / exact),
-                        100.0 * known
-                    ),
+                let value = format!(
+                    "{:.2} % of the light is missing, closed form {:.2} %",
+                    100.0 * (1.0 - values.mean() / exact),
+                    100.0 * known
                 );
+                run.note(&format!("seven bounces at albedo {a}"), value);
             }
             // Below the noise there is nothing to draw on a logarithmic axis.
             if high > 0.0 {
@@ -146,11 +139,8 @@ pub fn truncation(run: &mut Run, file: &str) -> Result<(), Error> {
         series.push(Series::new("", colour, Mark::Points, lost).with_bars(bars));
     }
     series.push(wall(7.0, [LEAST, 1.0]));
-    run.claim(
-        "path length: the bias of cut paths is −a^(b+1)",
-        format!("{n} walks each"),
-        all_hold,
-    );
+    let value = format!("{n} walks each");
+    run.claim("path length: the bias of cut paths is −a^(b+1)", value, all_hold);
     let title = "Share of light lost by cutting paths; the report's seven bounces in grey";
     let (axes, ranges) = (["bounces b", "relative bias"], [[0.0, 20.5], [LEAST, 1.0]]);
     let chart = Chart::new(title, axes, ranges, series).log([false, true]);
