@@ -5,7 +5,7 @@ use std::path::Path;
 use whitefurnace::equation;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::{Published, Quirks};
-use whitefurnace::film::{Film, Window};
+use whitefurnace::film::Window;
 use whitefurnace::image::Display;
 
 use crate::experiments::figures::CONVENTIONS;
@@ -85,10 +85,7 @@ fn quirks(run: &mut Run) -> Result<(), Error> {
         for (region, with) in TABLE.iter().zip(&with_all) {
             let without = quirked_mean(run, region, quirks)?;
             let change = [0, 1, 2].map(|c| without[c] - with[c]);
-            for (channel, c) in ["r", "g", "b"].into_iter().zip(0..) {
-                let key = format!("{stem}.{}.{channel}", region.name.replace([' ', ','], ""));
-                run.number(&key, change[c]);
-            }
+            record(run, stem, region, change);
             let value = format!("{:+.1} {:+.1} {:+.1}", change[0], change[1], change[2]);
             run.note(&format!("{title}: {}", region.name), value);
             panel.push(change);
@@ -111,8 +108,8 @@ fn quirked_mean(run: &Run, region: &Region, quirks: Quirks) -> Result<[f64; 3], 
     let progress = Progress::new(region.name);
     let scene = job.build_scene()?;
     let whole = Whole { progress: &progress };
-    let rendered = whole.rays(&job, &scene, &Published { quirks })?;
-    if rendered.complete { Ok(encoded_mean(&rendered.film)) } else { Err(Error::Interrupted) }
+    let film = whole.rays(&job, &scene, &Published { quirks })?.whole()?;
+    Ok(Display::Truncated.encoded_mean(&film))
 }
 
 fn run(run: &mut Run) -> Result<(), Error> {
@@ -139,9 +136,8 @@ fn run(run: &mut Run) -> Result<(), Error> {
             } else {
                 run.note(&what, value);
             }
-            for (channel, c) in ["r", "g", "b"].into_iter().zip(0..) {
-                let key = format!("{stem}.{}.{channel}", region.name.replace([' ', ','], ""));
-                run.number(&key, mean[c]);
+            record(run, stem, region, mean);
+            for (channel, c) in CHANNELS.into_iter().zip(0..) {
                 rows.push(format!(
                     "{stem},{},{channel},{:.3},{:.1}",
                     region.name.replace(',', ""),
@@ -160,6 +156,16 @@ fn run(run: &mut Run) -> Result<(), Error> {
     );
     let axis = "rendered − published (grey levels)";
     draw(&run.figure("regions.svg"), about, [axis, "what is allowed of “published”"], &panels)
+}
+
+const CHANNELS: [&str; 3] = ["r", "g", "b"];
+
+/// Records a number for each channel of a region.
+fn record(run: &mut Run, stem: &str, region: &Region, values: [f64; 3]) {
+    for (channel, value) in CHANNELS.into_iter().zip(values) {
+        let name = region.name.replace([' ', ','], "");
+        run.number(&format!("{stem}.{name}.{channel}"), value);
+    }
 }
 
 /// All panels on one scale, with what each region is allowed.
@@ -181,15 +187,11 @@ fn triple([r, g, b]: [f64; 3]) -> String {
 /// The mean over the region of floor(255 · min(1, pixel mean)), as the published image was measured.
 fn region_mean(run: &Run, convention: ConventionName, region: &Region) -> Result<[f64; 3], Error> {
     let film = run.render(&region_job(run, convention, region), region.name)?;
-    Ok(encoded_mean(&film))
+    Ok(Display::Truncated.encoded_mean(&film))
 }
 
 fn region_job(run: &Run, convention: ConventionName, region: &Region) -> Job {
     let window = Some(Window { corner: region.corner, size: region.size });
     let spp = run.by_tier(128, 512);
     run.prepared(Job { window, spp, ..Job::report(convention) })
-}
-
-fn encoded_mean(film: &Film) -> [f64; 3] {
-    Display::Truncated.encoded_mean(film)
 }

@@ -52,6 +52,16 @@ pub struct Rendered {
     pub complete: bool,
 }
 
+impl Rendered {
+    /// The film with all its samples.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`] after a signal to end.
+    pub fn whole(self) -> Result<Film, Error> {
+        if self.complete { Ok(self.film) } else { Err(Error::Interrupted) }
+    }
+}
+
 impl Job {
     /// Renders the job.
     ///

@@ -22,7 +22,7 @@ use whitefurnace::error::Error;
 use whitefurnace::film::Film;
 use whitefurnace::image::{write_exr, write_png, write_whole};
 
-use crate::render::{Job, Rendered, name};
+use crate::render::{Job, name};
 use crate::run::accumulated::Accumulated;
 use crate::run::cli::whole;
 use crate::run::progress::Progress;
@@ -230,8 +230,7 @@ impl Run {
     pub fn render(&self, job: &Job, label: &str) -> Result<Film, Error> {
         // The experiment is named already.
         let progress = Progress::new(if label == self.outcome.id { "" } else { label });
-        let Rendered { film, complete } = job.render(&progress)?;
-        if complete { Ok(film) } else { Err(Error::Interrupted) }
+        job.render(&progress)?.whole()
     }
 
     /// Renders a job and writes it as `stem.exr` and `stem.png`.
