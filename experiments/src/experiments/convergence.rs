@@ -110,8 +110,7 @@ impl Fall {
 }
 
 fn measure(integrand: &Integrand, sobol: bool, seed: u64, sizes: &[u32]) -> Result<Fall, Error> {
-    let groups: Vec<u32> = (0..GROUPS).collect();
-    let found: Vec<Vec<f64>> = parallel(&groups, |&group| {
+    let found: Vec<Vec<f64>> = parallel(0..GROUPS, |group| {
         let variance = |&samples: &u32| {
             let first = group * REPLICATIONS;
             let moments: Moments = (first..first + REPLICATIONS)

@@ -35,9 +35,8 @@ fn run(run: &mut Run) -> Result<(), Error> {
         heuristic: Heuristic::Balance,
     };
     let seed = seed_for(run.seed(), "penumbra");
-    let places: Vec<u32> = (0..PLACES).collect();
     let at = |k: u32| -2.2 + 4.1 * f64::from(k) / f64::from(PLACES - 1);
-    let measured = parallel(&places, |&k| {
+    let measured = parallel(0..PLACES, |k| {
         let ray = to_floor(at(k));
         let hit = scene.intersect(&ray);
         let mut values = Values::new(penumbra_reference(at(k)));
@@ -50,8 +49,8 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let mut rows = Vec::new();
     let mut found = Vec::new();
     let mut worst = 0.0_f64;
-    for (k, moments) in places.iter().zip(&measured) {
-        let (y, reference) = (at(*k), penumbra_reference(at(*k)));
+    for (k, moments) in (0..).zip(&measured) {
+        let (y, reference) = (at(k), penumbra_reference(at(k)));
         let (mean, error) = (moments.mean(), moments.standard_error());
         worst = worst.max((mean - reference).abs() / error);
         found.push([y, mean, z * error]);

@@ -57,10 +57,9 @@ fn radii(run: &mut Run) -> Result<Chart, Error> {
     let maps = run.count(run.by_tier(4_000, 40_000)).max(LEAST) as u32;
     let mut found = Vec::new();
     let mut rows = Vec::new();
-    let maps: Vec<u32> = (0..maps).collect();
     for radius in RADII {
         let seed = seed_for(run.seed(), &format!("radius {radius}"));
-        let values = parallel(&maps, |&index| looked_up(&scene, radius, (seed, index)))?;
+        let values = parallel(0..maps, |index| looked_up(&scene, radius, (seed, index)))?;
         let moments = values.into_iter().collect::<Result<Moments, Error>>()?;
         let expected = disc_average(radius, f64::INFINITY);
         let bias = 1.0 - moments.mean() / point;
@@ -113,9 +112,8 @@ fn passes(run: &mut Run) -> Result<Chart, Error> {
     let runs = run.count(run.by_tier(100, 1_000)).max(LEAST) as u32;
     let sppm = Sppm { parts: Standard, particles: PARTICLES, radius: FIRST };
     let seed = seed_for(run.seed(), "passes");
-    let runs: Vec<u32> = (0..runs).collect();
     // For each run the mean of the first n passes, for each n.
-    let means = parallel(&runs, |k| {
+    let means = parallel(0..runs, |k| {
         let seed = seed_for(seed, &k.to_string());
         let mut sum = 0.0;
         let mean = |index| {

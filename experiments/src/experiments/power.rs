@@ -111,8 +111,8 @@ fn measure(
     replications: u64,
 ) -> Result<Point, Error> {
     let seed = seed_for(master, &format!("power {} {wanted}", statistic.name));
-    let numbers: Vec<u32> = (0..replications as u32).collect();
-    let outcomes = parallel(&numbers, |&k| (statistic.run)(&mut stream(seed, k, 0), effect))?;
+    let replicate = |k| (statistic.run)(&mut stream(seed, k, 0), effect);
+    let outcomes = parallel(0..replications as u32, replicate)?;
     let mut values = Values::new(0.0);
     outcomes.iter().for_each(|o| values.push(o.value));
     Ok(Point {

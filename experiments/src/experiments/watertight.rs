@@ -41,16 +41,16 @@ const BATCH: u64 = 20_000;
 fn run(run: &mut Run) -> Result<(), Error> {
     let scene = room::report(Convention::Physical, OrenNayarForm::Corrected)?;
     let rays = run.count(run.by_tier(10_000_000, 100_000_000));
-    let batches: Vec<u32> = (0..rays.div_ceil(3 * WALK * BATCH) as u32).collect();
+    let batches = rays.div_ceil(3 * WALK * BATCH) as u32;
     let triangles: Vec<[DVec3; 3]> = scene.triangles().collect();
     for (aim, label) in AIMS {
         let seed = seed_for(run.seed(), label);
-        let lost = parallel(&batches, |&batch| -> u64 {
+        let lost = parallel(0..batches, |batch| -> u64 {
             let mut rng = stream(seed, batch, 0);
             (0..BATCH).map(|_| lost_in_walk(&scene, &triangles, aim, &mut rng)).sum()
         })?;
         let lost: u64 = lost.into_iter().sum();
-        let total = batches.len() as u64 * BATCH * WALK;
+        let total = u64::from(batches) * BATCH * WALK;
         run.number(&format!("{label}.rays"), total as f64);
         run.number(&format!("{label}.lost"), lost as f64);
         run.claim(&format!("aimed at {label}"), format!("{lost} of {total} rays lost"), lost == 0);

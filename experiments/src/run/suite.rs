@@ -18,13 +18,13 @@ pub const FAMILY: f64 = 1e-3;
 ///
 /// # Errors
 /// [`Error::Interrupted`] after a signal to end.
-pub fn parallel<T: Sync, R: Send>(
-    items: &[T],
-    work: impl Fn(&T) -> R + Sync,
+pub fn parallel<I: IntoParallelIterator<Iter: IndexedParallelIterator>, R: Send>(
+    items: I,
+    work: impl Fn(I::Item) -> R + Sync,
 ) -> Result<Vec<R>, Error> {
+    let items = items.into_par_iter();
     let bar = Progress::default().bar_of(items.len() as u64, "parts");
     items
-        .par_iter()
         .map(|item| {
             if interrupted() {
                 return Err(Error::Interrupted);
