@@ -40,11 +40,9 @@ pub(super) fn lost(run: &mut Run) -> Result<(), Error> {
     for (all, without) in all.iter().zip(without) {
         lost.push((without - all) / mean);
     }
-    run.size(
-        "caustics.room",
-        lost.mean(),
-        "relative change of the room's mean radiance without light by way of mirrors and glass",
-    );
+    let what =
+        "relative change of the room's mean radiance without light by way of mirrors and glass";
+    run.size("caustics.room", lost.mean(), what);
     run.size("caustics.room.error", lost.standard_error(), "is its standard error");
     Ok(())
 }

@@ -31,22 +31,13 @@ pub(super) fn edges(run: &mut Run) {
         lost += u64::from(met == [false, false]);
         twice += u64::from(met == [true, true]);
     }
-    run.size(
-        "edge.lost",
-        lost as f64 / rays as f64,
-        "of rays aimed at a shared edge miss both triangles by (4)",
-    );
-    run.size(
-        "edge.twice",
-        twice as f64 / rays as f64,
-        "of rays aimed at a shared edge meet both triangles by (4)",
-    );
+    let what = "of rays aimed at a shared edge miss both triangles by (4)";
+    run.size("edge.lost", lost as f64 / rays as f64, what);
+    let what = "of rays aimed at a shared edge meet both triangles by (4)";
+    run.size("edge.twice", twice as f64 / rays as f64, what);
     // P · E₁ is the product of the legs of a right triangle that the ray meets head on.
-    run.size(
-        "determinant.leg",
-        1e-8f64.sqrt(),
-        "long are the legs of the right triangle whose divisor is 1e-8 at most",
-    );
+    let what = "long are the legs of the right triangle whose divisor is 1e-8 at most";
+    run.size("determinant.leg", 1e-8f64.sqrt(), what);
 }
 
 /// (7): the printed root against the stable one, for a unit sphere at growing distance.
@@ -70,11 +61,9 @@ pub(super) fn far_spheres(run: &mut Run) {
         if exponent == 2 {
             run.size("sphere.single.1e2", single, "radii: the same in single precision");
         }
-        run.size(
-            &format!("sphere.error.1e{exponent}"),
-            worst,
-            "radii: the largest error of the printed (7) at that many radii, in double precision",
-        );
+        let what =
+            "radii: the largest error of the printed (7) at that many radii, in double precision";
+        run.size(&format!("sphere.error.1e{exponent}"), worst, what);
     }
 }
 

@@ -15,11 +15,8 @@ use crate::run::Run;
 pub(super) fn one_number(run: &mut Run) {
     for (axis, name) in ["x", "y"].into_iter().enumerate() {
         let mean = along(|r| hemisphere_printed(r)[axis]);
-        run.size(
-            &format!("one_number.{name}"),
-            mean,
-            "is the mean of that coordinate of directions by one r",
-        );
+        let what = "is the mean of that coordinate of directions by one r";
+        run.size(&format!("one_number.{name}"), mean, what);
     }
 }
 
@@ -38,11 +35,8 @@ pub(super) fn mixed(run: &mut Run) {
     for (name, radiance) in &PROFILES[..3] {
         let found = along(radiance);
         let right = along(|c| 2.0 * c * radiance(c));
-        run.size(
-            &format!("mixed.{name}"),
-            found / right - 1.0,
-            "relative error of uniform directions with the density of cosine-weighted ones",
-        );
+        let what = "relative error of uniform directions with the density of cosine-weighted ones";
+        run.size(&format!("mixed.{name}"), found / right - 1.0, what);
     }
 }
 
@@ -65,16 +59,10 @@ pub(super) fn importance(run: &mut Run) {
             over(2) - over(1).powi(2)
         };
         let [uniform, cosine] = [variance(uniform_hemisphere_pdf), variance(cosine_hemisphere_pdf)];
-        run.size(
-            &format!("importance.{name}.uniform"),
-            uniform,
-            "is the variance by uniform directions",
-        );
-        run.size(
-            &format!("importance.{name}.cosine"),
-            cosine.max(0.0),
-            "is the variance by cosine-weighted directions",
-        );
+        let what = "is the variance by uniform directions";
+        run.size(&format!("importance.{name}.uniform"), uniform, what);
+        let what = "is the variance by cosine-weighted directions";
+        run.size(&format!("importance.{name}.cosine"), cosine.max(0.0), what);
     }
 }
 
@@ -102,11 +90,8 @@ pub(super) fn slanted_edges(run: &mut Run) {
             });
             errors.push((inside.count() as f64 / 16.0 - area).powi(2));
         }
-        run.size(
-            &format!("slanted.{name}"),
-            errors.mean(),
-            "is the mean squared error of 16 rays for edges of any slope",
-        );
+        let what = "is the mean squared error of 16 rays for edges of any slope";
+        run.size(&format!("slanted.{name}"), errors.mean(), what);
     }
     run.size("upright.grid", 0.5 / 4.0, "is the largest error of a 4 × 4 grid for an upright edge");
 }
