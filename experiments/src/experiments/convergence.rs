@@ -213,11 +213,9 @@ fn judge(run: &mut Run, key: &str, title: &str, slopes: &[(f64, [f64; 2])]) {
     let [(independent, around), (sobol, net)] = slopes else {
         return;
     };
-    run.claim(
-        &format!("{title}: slope of independent samples is −1"),
-        format!("{independent:.4}, interval [{:.4}, {:.4}]", around[0], around[1]),
-        around[0] <= -1.0 && -1.0 <= around[1],
-    );
+    let what = format!("{title}: slope of independent samples is −1");
+    let value = format!("{independent:.4}, interval [{:.4}, {:.4}]", around[0], around[1]);
+    run.claim(&what, value, around[0] <= -1.0 && -1.0 <= around[1]);
     let value = format!("{sobol:.4}, interval [{:.4}, {:.4}]", net[0], net[1]);
     if key == "room" {
         // The room is not smooth; what Sobol' points gain there is found, not claimed.

@@ -169,11 +169,9 @@ fn limb(run: &mut Run, model: DiffuseName, scene: &Scene, bsdf: &Bsdf) {
     run.number(&format!("{}.limb", name(model)), ratio);
     run.number(&format!("{}.limb.closed", name(model)), expected);
     // Light and camera are so far that the angles are off by 10⁻⁴ at the limb, 0.11 % of cos 85°.
-    run.claim(
-        &format!("limb/centre at {LIMB}°, {}", model.title()),
-        format!("{ratio:.4}, closed form for parallel light {expected:.4}"),
-        (ratio - expected).abs() < 0.005 * expected,
-    );
+    let what = format!("limb/centre at {LIMB}°, {}", model.title());
+    let value = format!("{ratio:.4}, closed form for parallel light {expected:.4}");
+    run.claim(&what, value, (ratio - expected).abs() < 0.005 * expected);
 }
 
 /// Directional albedo with ρ = 1 in closed form, at inclination θ in radians.
@@ -210,11 +208,9 @@ fn albedo(run: &mut Run) -> Result<(), Error> {
                 run.number(&format!("{key}.closed"), known);
             }
         }
-        run.claim(
-            &format!("albedo of {} against its closed form", model.title()),
-            format!("worst of {} angles {worst:.2} standard errors", ANGLES.len()),
-            worst < critical,
-        );
+        let what = format!("albedo of {} against its closed form", model.title());
+        let value = format!("worst of {} angles {worst:.2} standard errors", ANGLES.len());
+        run.claim(&what, value, worst < critical);
         let points = ANGLES.into_iter().zip(&found);
         let points = points.map(|(d, m)| [d, m.mean(), critical * m.standard_error()]);
         series.push(Series::measured("", colour, points));

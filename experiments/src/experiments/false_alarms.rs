@@ -148,11 +148,9 @@ fn report(run: &mut Run, accumulated: &Accumulated, scale: f64, level: f64) {
         faults - rejected - faults_red
     );
     run.note("faults", value);
-    run.note(
-        "not among them",
-        "calibration, which `calibration` measures at length; check-ups of BSDFs that are not the program's own"
-            .to_owned(),
-    );
+    let value = "calibration, which `calibration` measures at length; check-ups of BSDFs that are not the program's own"
+        .to_owned();
+    run.note("not among them", value);
     let smallest = column(SMALLEST).fold(1.0, f64::min);
     // P(least of m p-values ≤ x) ≤ m x, under any dependence.
     let chance = (random * smallest).min(1.0);

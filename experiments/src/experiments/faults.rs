@@ -59,11 +59,8 @@ fn run(run: &mut Run) -> Result<(), Error> {
     draw(run, &pairs, &seen)?;
     for (pair, seen) in pairs.iter().zip(&seen) {
         if pair.named && *seen == Detection::Missed {
-            run.claim(
-                &format!("{} in {}", label(pair), pair.trial),
-                "not rejected".to_owned(),
-                false,
-            );
+            let value = "not rejected".to_owned();
+            run.claim(&format!("{} in {}", label(pair), pair.trial), value, false);
         }
     }
     totals(run, &pairs, &seen, scales);

@@ -83,14 +83,12 @@ fn run(run: &mut Run) -> Result<(), Error> {
         let most = deviations().fold(f64::MIN, f64::max);
         run.number(&key("least.closed"), least);
         run.number(&key("most.closed"), most);
-        run.claim(
-            &format!("mean deviation of {}", model.title()),
-            format!(
-                "{mean:+.3} ± {half:.3} %, closed form {known:+.3} %, from {least:+.2} to {most:+.2} % over \
-                 the inclinations"
-            ),
-            (mean - known).abs() <= half + 100.0 * PARALLEL,
+        let what = format!("mean deviation of {}", model.title());
+        let value = format!(
+            "{mean:+.3} ± {half:.3} %, closed form {known:+.3} %, from {least:+.2} to {most:+.2} % over \
+             the inclinations"
         );
+        run.claim(&what, value, (mean - known).abs() <= half + 100.0 * PARALLEL);
         panels.push(Map {
             title: model.title().to_owned(),
             axes: ["across (radii)".into(), "up (radii)".into()],

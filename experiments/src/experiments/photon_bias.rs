@@ -77,11 +77,9 @@ fn radii(run: &mut Run) -> Result<Chart, Error> {
     let closed = (b.2 / a.2).ln() / span;
     run.number("radius.slope", slope);
     run.number("radius.slope_error", error);
-    run.claim(
-        &format!("slope of the bias between radii {} and {}", a.0, b.0),
-        format!("{slope:.3} ± {error:.3}, closed form {closed:.3}, 2 for small radii"),
-        (slope - closed).abs() <= error,
-    );
+    let what = format!("slope of the bias between radii {} and {}", a.0, b.0);
+    let value = format!("{slope:.3} ± {error:.3}, closed form {closed:.3}, 2 for small radii");
+    run.claim(&what, value, (slope - closed).abs() <= error);
     run.csv("radii.csv", "radius,bias,closed,reach", &rows)?;
     let measured = found.iter().map(|&(radius, bias, _, reach)| [radius, bias, reach]);
     let [low, high] = [RADII[0], RADII[RADII.len() - 1]];

@@ -119,16 +119,14 @@ fn run(run: &mut Run) -> Result<(), Error> {
         let samples = samples.round().max(1.0) as u32;
         let cost = trace(name, images, samples, &path(samples))?;
         report(run, name, samples, &cost);
-        run.claim(
-            &format!("final gathering sends fewer shadow rays per sample than {name}"),
-            format!("{:.2} for {:.2}", gathering.shadow, cost.shadow),
-            gathering.shadow < cost.shadow,
-        );
+        let what = format!("final gathering sends fewer shadow rays per sample than {name}");
+        let value = format!("{:.2} for {:.2}", gathering.shadow, cost.shadow);
+        run.claim(&what, value, gathering.shadow < cost.shadow);
         let ratio = gathering.error / cost.error;
-        run.note(
-            &format!("error of final gathering over that of {name} at the same number of rays"),
-            format!("{ratio:.2}"),
-        );
+        let what =
+            format!("error of final gathering over that of {name} at the same number of rays");
+        let value = format!("{ratio:.2}");
+        run.note(&what, value);
         run.number(&format!("error_ratio.{name}"), ratio);
     }
     bar.finish();

@@ -41,11 +41,10 @@ pub fn antialiasing(run: &mut Run, [file, first, last]: [&str; 3]) -> Result<(),
     for (file, film) in [(first, &films[0]), (last, &films[3])] {
         write_png(&run.figure(file), film, display, 12)?;
     }
-    run.note(
-        file,
+    let value =
         "left to right: 1 ray through the centre; 16 rays on a grid, at random, jittered; ×6"
-            .to_owned(),
-    );
+            .to_owned();
+    run.note(file, value);
     Ok(())
 }
 

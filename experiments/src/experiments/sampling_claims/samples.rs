@@ -91,10 +91,9 @@ pub fn importance(run: &mut Run, file: &str) -> Result<(), Error> {
     let names: Vec<String> = profiles.iter().enumerate().map(named).collect();
     for profile in &profiles {
         let ratio = profile.uniform / profile.cosine;
-        run.note(
-            &format!("radiance {}: uniform over cosine variance", profile.name),
-            if ratio.is_finite() { format!("{ratio:.3}") } else { "no variance left".to_owned() },
-        );
+        let value =
+            if ratio.is_finite() { format!("{ratio:.3}") } else { "no variance left".to_owned() };
+        run.note(&format!("radiance {}: uniform over cosine variance", profile.name), value);
     }
     let title = "Variance of one sample; closed forms as black bars; cosine leaves none of L = 1";
     let across = format!("profile of incoming radiance: {}", names.join(", "));
