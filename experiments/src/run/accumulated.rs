@@ -33,14 +33,9 @@ pub fn level_of_look(level: f64, look: u32) -> f64 {
 }
 
 impl Accumulated {
-    /// The rows that earlier runs left in `path` under the same `key` (version, seed, sizes: all that
-    /// decides a row beside its number) and columns. A file of another key starts afresh.
-    pub fn open(path: PathBuf, key: &str, columns: &str) -> Self {
-        let before = path.clone();
-        Self::continued(&before, path, key, columns)
-    }
-
-    /// The same for rows that stand in the file `before`, and go on in `path`.
+    /// The rows that earlier runs left in the file `before` under the same `key` (version, seed, sizes: all
+    /// that decides a row beside its number) and columns, to go on in `path`. A file of another key starts
+    /// afresh.
     pub fn continued(before: &Path, path: PathBuf, key: &str, columns: &str) -> Self {
         let text = std::fs::read_to_string(before).unwrap_or_default();
         let (looks, rows) = read(&text, key, columns).unwrap_or_default();

@@ -268,7 +268,7 @@ pub fn check_recordable(options: &Options) -> Result<(), Error> {
 }
 
 /// Copies an experiment's result and figures from `from` to `to`, where older files go; large pictures
-/// as [`bands`]. Returns the plots that are too large and were left out.
+/// in bands by [`split_png`]. Returns the plots that are too large and were left out.
 ///
 /// # Errors
 /// A file cannot be read or written.

@@ -207,7 +207,8 @@ fn looks_at_accumulated_rows_spend_the_level_once() {
     }
     let path = folder("accumulated").join("a.csv");
     for look in 1..=3 {
-        let mut accumulated = Accumulated::open(path.clone(), "seed 1", "replication,p");
+        let mut accumulated =
+            Accumulated::continued(&path, path.clone(), "seed 1", "replication,p");
         assert_eq!((accumulated.looks(), accumulated.next()), (look - 1, u64::from(look - 1)));
         assert_eq!(accumulated.look(0.01), level_of_look(0.01, look));
         accumulated.push(accumulated.next(), &[String::from("0.5")]);
@@ -217,7 +218,7 @@ fn looks_at_accumulated_rows_spend_the_level_once() {
     assert_eq!(text, "# seed 1\n# looks: 3\nreplication,p\n0,0.5\n1,0.5\n2,0.5\n");
     // Other numbers are other evidence, at which nobody has looked.
     for (key, columns) in [("seed 2", "replication,p"), ("seed 1", "replication,q")] {
-        let other = Accumulated::open(path.clone(), key, columns);
+        let other = Accumulated::continued(&path, path.clone(), key, columns);
         assert_eq!((other.looks(), other.rows().len()), (0, 0));
     }
 }
