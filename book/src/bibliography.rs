@@ -6,6 +6,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use crate::error::{Error, Problem};
+use crate::links::line;
 use crate::mathml::escape;
 use crate::nearest;
 
@@ -45,7 +46,7 @@ impl Bibliography {
         let text = std::fs::read_to_string(file).map_err(Error::io(file))?;
         let works = toml::from_str(&text).map_err(|error| {
             let at = error.span().map_or(0, |span| span.start);
-            let line = 1 + text[..at].matches('\n').count();
+            let line = line(&text, at);
             Error::Problems(vec![Problem::new(file, line, error.message())])
         })?;
         Ok(Self { works })

@@ -6,7 +6,7 @@ use mdbook_markdown::pulldown_cmark::{Event, Parser, Tag};
 use roxmltree::Document;
 
 use crate::error::{Error, Problem};
-use crate::links::Target;
+use crate::links::{Target, line};
 
 /// Whether every page that `SUMMARY.md` names exists.
 ///
@@ -21,7 +21,7 @@ pub fn summary(pages: &Path) -> Result<(), Error> {
             && !dest_url.is_empty()
             && !pages.join(dest_url.as_ref()).is_file()
         {
-            let line = 1 + text[..span.start].matches('\n').count();
+            let line = line(&text, span.start);
             let message = format!("there is no page {dest_url}");
             problems.push(Problem::new(&file, line, message));
         }
@@ -66,7 +66,7 @@ pub fn output(out: &Path) -> Result<(), Error> {
         };
         for (at, address) in marks.iter().flat_map(|mark| addresses(&text, *mark)) {
             if let Some(message) = wrong(&file, &text, address)? {
-                let line = 1 + text[..at].matches('\n').count();
+                let line = line(&text, at);
                 problems.push(Problem::new(&file, line, message));
             }
         }

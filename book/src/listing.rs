@@ -78,8 +78,8 @@ pub fn item(source: &str, name: &str) -> Result<Listing, String> {
     match starts[..] {
         [start] => cut(&lines, start, name),
         [] => {
-            let known = names(&lines);
-            let hint = nearest::hint(name, known.iter().map(String::as_str));
+            let known = lines.iter().filter_map(|line| declared(line));
+            let hint = nearest::hint(name, known);
             Err(format!("no item \"{name}\" in it{hint}"))
         }
         _ => {
@@ -126,7 +126,7 @@ fn indentation(line: &str) -> usize {
 }
 
 /// The name that a line declares.
-fn declared(line: &str) -> Option<&str> {
+pub(crate) fn declared(line: &str) -> Option<&str> {
     let mut words = line.split_whitespace().peekable();
     while let Some(word) = words.next() {
         let next = words.peek().copied().unwrap_or_default();
@@ -159,11 +159,6 @@ fn is_block_of(line: &str, owner: &str) -> bool {
     } else {
         line.contains("trait ") && declared(line) == Some(owner)
     }
-}
-
-/// Every declared name, with the owner of those inside an `impl`.
-fn names(lines: &[&str]) -> Vec<String> {
-    lines.iter().filter_map(|line| declared(line)).map(str::to_owned).collect()
 }
 
 #[cfg(test)]

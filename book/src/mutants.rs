@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::mathml::typeset;
-use crate::registry::{code, table};
+use crate::registry::{code, row, table};
 
 /// The file in the folder of recorded results.
 pub const FILE: &str = "mutants.json";
@@ -119,25 +119,16 @@ impl Record {
 
     /// The table of files and, below it, that of the survivors, as HTML.
     pub fn tables(&self) -> String {
-        let row = |name: &str, counts: &Counts| {
-            format!(
-                "<tr><td>{name}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
-                counts.viable(),
-                counts.caught,
-                counts.timeout,
-                counts.missed,
-            )
+        let counted = |name: &str, counts: &Counts| {
+            let Counts { caught, timeout, missed, .. } = counts;
+            let [viable, caught, timeout, missed] =
+                [&counts.viable(), caught, timeout, missed].map(usize::to_string);
+            row([name, &viable, &caught, &timeout, &missed])
         };
-        let files = self.files.iter().map(|(file, counts)| row(&code(file), counts));
-        let files: Vec<String> = files.chain([row("all", &self.total())]).collect();
-        let survivors = self.survivors.iter().map(|survivor| {
-            format!(
-                "<tr><td>{}</td><td>{}</td></tr>",
-                code(&survivor.mutant),
-                typeset(&survivor.reason)
-            )
-        });
-        let survivors: Vec<String> = survivors.collect();
+        let files = self.files.iter().map(|(file, counts)| counted(&code(file), counts));
+        let files: Vec<String> = files.chain([counted("all", &self.total())]).collect();
+        let survivor = |s: &Survivor| row([&code(&s.mutant), &typeset(&s.reason)]);
+        let survivors: Vec<String> = self.survivors.iter().map(survivor).collect();
         table(&["file", "mutants", "caught", "not ended in time", "survived"], &files)
             + &table(&["survivor", "why it may live"], &survivors)
     }

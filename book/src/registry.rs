@@ -6,6 +6,7 @@ use registry::{all, all_faults};
 
 use crate::mathml::{escape, typeset};
 use crate::nearest;
+use crate::results::Results;
 use crate::trace::Sources;
 
 /// The table of all trials. `equation` gives an equation's number as a link, `recorded` a number that the
@@ -62,24 +63,21 @@ pub fn faults() -> String {
         .map(|fault| {
             let trials: Vec<_> = fault.caught_by.iter().map(|trial| code(trial)).collect();
             let verb = if fault.equivalent { "accepted by" } else { "rejected by" };
-            format!(
-                "<tr><td>{}</td><td>{}</td><td>{verb}<br>{}</td></tr>",
-                code(&format!("{}: {}", fault.family, fault.name)),
-                typeset(fault.wrong),
-                trials.join("<br>"),
-            )
+            let name = code(&format!("{}: {}", fault.family, fault.name));
+            row([&name, &typeset(fault.wrong), &format!("{verb}<br>{}", trials.join("<br>"))])
         })
         .collect();
     table(&["fault", "what is wrong", "trials"], &rows)
 }
 
 /// The matrix equation → code → trials and tests → experiments → chapter, from the project in
-/// `sources`.
+/// `sources` and the recorded `results`.
 ///
 /// # Errors
 /// One line if a source cannot be read.
 pub fn traceability(
     sources: &Path,
+    results: &Results,
     equation: impl Fn(&str) -> String,
     experiment: impl Fn(&str) -> String,
 ) -> Result<String, String> {
@@ -93,21 +91,21 @@ pub fn traceability(
         items.join("<br>")
     };
     let rows: Vec<String> = read
-        .matrix(&all())
+        .matrix(&all(), results)
         .iter()
-        .map(|row| {
-            let judged: Vec<String> = row.trials.iter().chain(&row.tests).cloned().collect();
-            let experiments: Vec<_> = row.experiments.iter().map(|id| experiment(id)).collect();
-            format!(
-                "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
-                equation(row.equation.id),
-                lines(&row.code),
-                lines(&judged),
-                experiments.join(", "),
-            )
+        .map(|trace| {
+            let judged: Vec<String> = trace.trials.iter().chain(&trace.tests).cloned().collect();
+            let experiments: Vec<_> = trace.experiments.iter().map(|id| experiment(id)).collect();
+            let [number, code] = [equation(trace.equation.id), lines(&trace.code)];
+            row([&number, &code, &lines(&judged), &experiments.join(", ")])
         })
         .collect();
     Ok(table(&["chapter", "code", "trials and tests", "experiments"], &rows))
+}
+
+/// A row of cells that are HTML already.
+pub fn row<const N: usize>(cells: [&str; N]) -> String {
+    format!("<tr><td>{}</td></tr>", cells.join("</td><td>"))
 }
 
 /// A table of rows that are HTML already.

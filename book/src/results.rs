@@ -1,4 +1,4 @@
-//! Outcome results: one folder per experiment with `result.json` and figures beside it.
+//! Results of experiments: one folder per experiment with `result.json` and figures beside it.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use crate::nearest;
 
 /// What an experiment leaves behind, on disk as `result.json`.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Outcome {
+pub struct ExperimentResult {
     /// The experiment's name, also its folder's.
     pub id: String,
     /// Its title.
@@ -123,7 +123,7 @@ fn judgement<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Judgement>, D:
 #[derive(Debug, Default)]
 pub struct Results {
     folder: PathBuf,
-    by_id: BTreeMap<String, Outcome>,
+    by_id: BTreeMap<String, ExperimentResult>,
 }
 
 impl Results {
@@ -165,7 +165,7 @@ impl Results {
     }
 
     /// Every experiment, by name.
-    pub fn all(&self) -> impl Iterator<Item = &Outcome> {
+    pub fn all(&self) -> impl Iterator<Item = &ExperimentResult> {
         self.by_id.values()
     }
 
@@ -173,7 +173,7 @@ impl Results {
     ///
     /// # Errors
     /// One line that names the nearest.
-    pub fn experiment(&self, id: &str) -> Result<&Outcome, String> {
+    pub fn experiment(&self, id: &str) -> Result<&ExperimentResult, String> {
         self.by_id.get(id).ok_or_else(|| {
             let hint = nearest::hint(id, self.by_id.keys().map(String::as_str));
             format!("no recorded result of an experiment \"{id}\"{hint}")
@@ -200,7 +200,7 @@ impl Results {
     ///
     /// # Errors
     /// One line that names the nearest.
-    pub fn figure(&self, name: &str) -> Result<(&Outcome, Vec<PathBuf>), String> {
+    pub fn figure(&self, name: &str) -> Result<(&ExperimentResult, Vec<PathBuf>), String> {
         let (id, file) = name
             .split_once('/')
             .ok_or_else(|| format!("\"{name}\" is not of the form EXPERIMENT/NAME.svg"))?;
@@ -229,10 +229,10 @@ impl Results {
 }
 
 /// One `result.json`.
-fn read(file: &Path, folder: &str) -> Result<Outcome, Problem> {
+fn read(file: &Path, folder: &str) -> Result<ExperimentResult, Problem> {
     let text = std::fs::read_to_string(file)
         .map_err(|error| Problem::new(file, 1, format!("cannot be read: {error}")))?;
-    let recorded: Outcome = serde_json::from_str(&text)
+    let recorded: ExperimentResult = serde_json::from_str(&text)
         .map_err(|error| Problem::new(file, error.line().max(1), error.to_string()))?;
     if recorded.id != folder {
         let message = format!("the id is \"{}\", but the folder \"{folder}\"", recorded.id);

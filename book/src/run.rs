@@ -6,7 +6,8 @@ use std::path::PathBuf;
 
 use crate::mathml::escape;
 use crate::number;
-use crate::results::{Finding, Judgement, Outcome, Results};
+use crate::registry::{self, code};
+use crate::results::{ExperimentResult, Finding, Judgement, Results};
 
 /// The page's source, as far as links are concerned.
 pub const SOURCE: &str = "run.md";
@@ -23,7 +24,7 @@ pub fn page(record: &Results, run: &Results) -> (String, BTreeMap<String, PathBu
     let missing: Vec<String> = record
         .all()
         .filter(|recorded| run.experiment(&recorded.id).is_err())
-        .map(|recorded| format!("<code>{}</code>", escape(&recorded.id)))
+        .map(|recorded| code(&recorded.id))
         .collect();
     let missing = match &missing[..] {
         [] => String::new(),
@@ -90,7 +91,7 @@ pub fn half_width(numbers: &BTreeMap<String, f64>, key: &str) -> Option<f64> {
 
 /// Whether both estimate the same: of a trial with many measures each run gives the one that comes nearest to
 /// its limit, and their references tell them apart.
-fn same_reference(both: [&Outcome; 2], key: &str) -> bool {
+fn same_reference(both: [&ExperimentResult; 2], key: &str) -> bool {
     let Some(stem) = key.strip_suffix(".estimate") else {
         return true;
     };
@@ -98,7 +99,7 @@ fn same_reference(both: [&Outcome; 2], key: &str) -> bool {
     a == b
 }
 
-fn pairs<'a>(recorded: &'a Outcome, ours: &'a Outcome) -> Vec<Pair<'a>> {
+fn pairs<'a>(recorded: &'a ExperimentResult, ours: &'a ExperimentResult) -> Vec<Pair<'a>> {
     let both = recorded.numbers.iter().filter_map(|(key, &value)| {
         let own = *ours.numbers.get(key)?;
         let halves = half_width(&recorded.numbers, key).zip(half_width(&ours.numbers, key));
@@ -109,7 +110,7 @@ fn pairs<'a>(recorded: &'a Outcome, ours: &'a Outcome) -> Vec<Pair<'a>> {
 }
 
 /// One line of the table of all experiments.
-fn row(recorded: Option<&Outcome>, ours: &Outcome) -> String {
+fn row(recorded: Option<&ExperimentResult>, ours: &ExperimentResult) -> String {
     let beyond = recorded.map_or_else(
         || "–".to_owned(),
         |recorded| {
@@ -119,23 +120,25 @@ fn row(recorded: Option<&Outcome>, ours: &Outcome) -> String {
             format!("{beyond} of {with}")
         },
     );
-    format!(
-        "<tr><td><a href=\"#run-{id}\">{id}</a></td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{beyond}</td></tr>\n",
-        recorded.map_or_else(|| "not recorded".to_owned(), how),
-        how(ours),
-        recorded.map_or_else(|| "–".to_owned(), counts),
-        counts(ours),
-        id = escape(&ours.id),
-    )
+    let id = escape(&ours.id);
+    let link = format!("<a href=\"#run-{id}\">{id}</a>");
+    let their_options = recorded.map_or_else(|| "not recorded".to_owned(), options);
+    let their_counts = recorded.map_or_else(|| "–".to_owned(), counts);
+    line([&link, &their_options, &options(ours), &their_counts, &counts(ours), &beyond])
+}
+
+/// A row of a table, on a line of its own.
+fn line<const N: usize>(cells: [&str; N]) -> String {
+    registry::row(cells) + "\n"
 }
 
 /// Tier, seed and shrink.
-fn how(recorded: &Outcome) -> String {
+fn options(recorded: &ExperimentResult) -> String {
     format!("{}, {}, {}", escape(&recorded.tier), recorded.seed, recorded.shrink)
 }
 
 /// How many claims hold, fail and are undecided.
-fn counts(recorded: &Outcome) -> String {
+fn counts(recorded: &ExperimentResult) -> String {
     let count = |what| {
         let verdicts = recorded.findings.iter().filter_map(|f| f.verdict);
         verdicts.filter(|&verdict| verdict == what).count()
@@ -153,7 +156,7 @@ fn counts(recorded: &Outcome) -> String {
 fn section(
     record: &Results,
     run: &Results,
-    ours: &Outcome,
+    ours: &ExperimentResult,
     figures: &mut BTreeMap<String, PathBuf>,
 ) -> String {
     let id = escape(&ours.id);
@@ -165,9 +168,9 @@ fn section(
             text += &format!(
                 "<p>Record: version {}, tier, seed and shrink {}. Your run: version {}, {}.</p>\n\n",
                 recorded.version,
-                how(recorded),
+                options(recorded),
                 ours.version,
-                how(ours)
+                options(ours)
             );
             text += &numbers(&pairs(recorded, ours));
         }
@@ -198,28 +201,18 @@ fn numbers(pairs: &[Pair<'_>]) -> String {
         .filter(|pair| pair.beyond())
         .map(|pair| {
             let [a, b] = pair.halves.unwrap_or_default();
-            format!(
-                "<tr><td><code>{}</code></td><td>{} ± {}</td><td>{} ± {}</td><td>{}</td><td>{}</td></tr>\n",
-                escape(pair.key),
-                shown(pair.values[0]),
-                shown(a),
-                shown(pair.values[1]),
-                shown(b),
-                shown(pair.apart()),
-                shown(a.hypot(b))
-            )
+            let with = |value, half| format!("{} ± {}", shown(value), shown(half));
+            let [theirs, own] = [with(pair.values[0], a), with(pair.values[1], b)];
+            let [apart, noise] = [pair.apart(), a.hypot(b)].map(shown);
+            line([&code(pair.key), &theirs, &own, &apart, &noise])
         })
         .collect();
     let unjudged: Vec<String> = pairs
         .iter()
         .filter(|pair| pair.halves.is_none() && pair.values[0] != pair.values[1])
         .map(|pair| {
-            format!(
-                "<tr><td><code>{}</code></td><td>{}</td><td>{}</td></tr>\n",
-                escape(pair.key),
-                shown(pair.values[0]),
-                shown(pair.values[1])
-            )
+            let [theirs, own] = pair.values.map(shown);
+            line([&code(pair.key), &theirs, &own])
         })
         .collect();
     let head = "<tr><th>number</th><th>record</th><th>your run</th>";
@@ -247,8 +240,8 @@ fn numbers(pairs: &[Pair<'_>]) -> String {
 }
 
 /// Claims in the record and in the run: those that fail or are judged differently first.
-fn claims(recorded: Option<&Outcome>, ours: &Outcome) -> String {
-    let claimed = |from: Option<&'_ Outcome>| -> Vec<Finding> {
+fn claims(recorded: Option<&ExperimentResult>, ours: &ExperimentResult) -> String {
+    let claimed = |from: Option<&'_ ExperimentResult>| -> Vec<Finding> {
         let all = from.into_iter().flat_map(|r| r.findings.iter());
         all.filter(|f| f.verdict.is_some()).cloned().collect()
     };
@@ -261,19 +254,13 @@ fn claims(recorded: Option<&Outcome>, ours: &Outcome) -> String {
         let pair = [find(&theirs, &what), find(&own, &what)];
         let verdicts = pair.each_ref().map(|f| f.as_ref().and_then(|f| f.verdict));
         let cell = |finding: &Option<Finding>| match finding {
-            None => "<td>–</td>".to_owned(),
-            Some(f) => format!(
-                "<td><strong>{}</strong> {}</td>",
-                f.verdict.map_or("", Judgement::word),
-                escape(&f.value)
-            ),
+            None => "–".to_owned(),
+            Some(f) => {
+                let verdict = f.verdict.map_or("", Judgement::word);
+                format!("<strong>{verdict}</strong> {}", escape(&f.value))
+            }
         };
-        let row = format!(
-            "<tr><td>{}</td>{}{}</tr>\n",
-            escape(what.trim()),
-            cell(&pair[0]),
-            cell(&pair[1])
-        );
+        let row = line([&escape(what.trim()), &cell(&pair[0]), &cell(&pair[1])]);
         if verdicts[0] != verdicts[1] || verdicts.contains(&Some(Judgement::Fails)) {
             first.push(row);
         } else {
@@ -291,7 +278,7 @@ fn claims(recorded: Option<&Outcome>, ours: &Outcome) -> String {
 fn pictures(
     record: &Results,
     run: &Results,
-    ours: &Outcome,
+    ours: &ExperimentResult,
     figures: &mut BTreeMap<String, PathBuf>,
 ) -> String {
     let recorded = record.experiment(&ours.id).ok();

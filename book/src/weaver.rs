@@ -13,7 +13,7 @@ use crate::error::Problem;
 use crate::links::{self, Target, address, line, to_root};
 use crate::mathml::{Math, escape};
 use crate::mutants::Record;
-use crate::results::{Outcome, Results};
+use crate::results::{ExperimentResult, Results};
 use crate::scan::{self, Directive, Page};
 use crate::{directives, equations, listing, number, registry, run};
 
@@ -48,8 +48,8 @@ pub struct Weaver<'a> {
     pub targets: Vec<Target>,
 }
 
-/// The page in hand.
-struct Context<'a> {
+/// The page that is being woven.
+struct CurrentPage<'a> {
     path: &'a Path,
     text: &'a str,
     /// The chapter's number such as "4", and how many figures it has so far.
@@ -73,7 +73,7 @@ impl<'a> Weaver<'a> {
             results,
             bibliography,
             has_run: false,
-            math: Math::new(),
+            math: Math::default(),
             places: Places::default(),
             problems: Vec::new(),
             figures: BTreeMap::new(),
@@ -100,7 +100,7 @@ impl<'a> Weaver<'a> {
                 return;
             };
             let number = chapter.number.as_ref();
-            let mut context = Context {
+            let mut current = CurrentPage {
                 path: &path,
                 text: &chapter.content,
                 chapter: number.map(|n| n.to_string().trim_end_matches('.').to_owned()),
@@ -110,12 +110,12 @@ impl<'a> Weaver<'a> {
             self.targets.extend(links::check(
                 self.pages,
                 &path,
-                context.text,
+                current.text,
                 &page,
                 &known,
                 &mut self.problems,
             ));
-            chapter.content = self.page(&mut context, page);
+            chapter.content = self.page(&mut current, page);
         });
         self.problems.sort();
     }
@@ -150,35 +150,35 @@ impl<'a> Weaver<'a> {
     }
 
     /// A page with everything replaced.
-    fn page(&mut self, context: &mut Context<'_>, page: Page) -> String {
+    fn page(&mut self, current: &mut CurrentPage<'_>, page: Page) -> String {
         for (at, message) in page.problems {
-            self.problem(context.path, context.text, at, message);
+            self.problem(current.path, current.text, at, message);
         }
         let mut edits: Vec<(Range<usize>, String)> = Vec::new();
         for formula in page.formulas {
             match self.math.inline(&formula.latex, formula.display) {
                 Ok(html) if formula.display => edits.push((formula.span, html)),
-                Ok(html) => edits.push(keep_together(context.text, formula.span, &html)),
+                Ok(html) => edits.push(keep_together(current.text, formula.span, &html)),
                 Err(message) => {
-                    self.problem(context.path, context.text, formula.span.start, message);
+                    self.problem(current.path, current.text, formula.span.start, message);
                 }
             }
         }
         for directive in page.directives {
-            match self.directive(context, &directive) {
+            match self.directive(current, &directive) {
                 Ok(text) => edits.push((directive.span, text)),
                 Err(message) => {
-                    self.problem(context.path, context.text, directive.span.start, message);
+                    self.problem(current.path, current.text, directive.span.start, message);
                 }
             }
         }
-        replace(context.text, edits, str::to_owned)
+        replace(current.text, edits, str::to_owned)
     }
 
     /// What stands in place of a directive.
     fn directive(
         &mut self,
-        context: &mut Context<'_>,
+        current: &mut CurrentPage<'_>,
         directive: &Directive,
     ) -> Result<String, String> {
         let words: Vec<&str> = directive.arguments.iter().map(String::as_str).collect();
@@ -189,45 +189,46 @@ impl<'a> Weaver<'a> {
         let block = |html: String| format!("\n\n{html}\n\n");
         match (kind.name, &words[..]) {
             ("eq", [id]) => equations::boxed(equations::find(id)?, &self.math).map(block),
-            ("ref", [id]) => self.reference(context, id),
+            ("ref", [id]) => self.reference(current, id),
             ("equations", []) => {
-                let place = |id: &str| self.equation_address(context.path, id);
+                let place = |id: &str| self.equation_address(current.path, id);
                 equations::matrix(&self.math, place).map(block)
             }
             ("tally", []) => Ok(block(equations::tally())),
             ("result", [key]) => number::format(self.results.number(key)?, None),
             ("result", [key, format]) => number::format(self.results.number(key)?, Some(format)),
-            ("figure", [name, caption]) => self.figure(context, name, caption).map(block),
+            ("figure", [name, caption]) => self.figure(current, name, caption).map(block),
             ("compare", [left, right, caption]) => {
-                self.compare(context, [left, right], caption).map(block)
+                self.compare(current, [left, right], caption).map(block)
             }
             ("code", [path, items @ ..]) if !items.is_empty() => self.code(path, items),
-            ("cite", [key]) => self.cite(context, key),
+            ("cite", [key]) => self.cite(current, key),
             ("bibliography", []) => Ok(block(self.bibliography.list())),
             ("experiments", []) => Ok(block(self.experiments())),
-            ("trial", [name]) => self.trial(context, name),
+            ("trial", [name]) => self.trial(current, name),
             ("trials", []) => Ok(block(registry::trials(
-                |id| self.equation_link(context, id),
+                |id| self.equation_link(current, id),
                 |key| self.results.experiment("trials").ok()?.numbers.get(key).copied(),
             ))),
             ("faults", []) => Ok(block(registry::faults())),
-            ("run", []) => Ok(block(self.run(context.path))),
+            ("run", []) => Ok(block(self.run(current.path))),
             ("mutants", []) => {
                 Record::read(self.results.folder()).map(|record| block(record.tables()))
             }
             ("traceability", []) => registry::traceability(
                 self.sources,
-                |id| self.equation_link(context, id),
-                |id| self.experiment_link(context.path, id),
+                self.results,
+                |id| self.equation_link(current, id),
+                |id| self.experiment_link(current.path, id),
             )
             .map(block),
             _ => Err(format!("this directive is written {}", kind.usage())),
         }
     }
 
-    fn reference(&self, context: &Context<'_>, id: &str) -> Result<String, String> {
+    fn reference(&self, current: &CurrentPage<'_>, id: &str) -> Result<String, String> {
         let equation = equations::find(id)?;
-        let address = self.equation_address(context.path, id).ok_or_else(|| {
+        let address = self.equation_address(current.path, id).ok_or_else(|| {
             format!("no page shows equation \"{id}\"; add {{{{#eq {id}}}}} to one")
         })?;
         Ok(format!(
@@ -237,8 +238,8 @@ impl<'a> Weaver<'a> {
     }
 
     /// The equation's number with a link to the page that shows it, if one does.
-    fn equation_link(&self, context: &Context<'_>, id: &str) -> String {
-        self.reference(context, id)
+    fn equation_link(&self, current: &CurrentPage<'_>, id: &str) -> String {
+        self.reference(current, id)
             .or_else(|_| equations::find(id).map(equations::label))
             .unwrap_or_default()
     }
@@ -260,22 +261,20 @@ impl<'a> Weaver<'a> {
     }
 
     /// A trial's name with a link to its row.
-    fn trial(&self, context: &Context<'_>, name: &str) -> Result<String, String> {
+    fn trial(&self, current: &CurrentPage<'_>, name: &str) -> Result<String, String> {
         let label = registry::trial(name)?;
-        Ok(match &self.places.trials {
-            Some(page) => {
-                let address = address(context.path, page, &registry::trial_fragment(name));
-                format!("<a href=\"{address}\">{label}</a>")
-            }
-            None => label,
-        })
+        let place = self.places.trials.as_ref();
+        Ok(place.map_or(label.clone(), |page| {
+            let address = address(current.path, page, &registry::trial_fragment(name));
+            format!("<a href=\"{address}\">{label}</a>")
+        }))
     }
 
-    fn cite(&self, context: &Context<'_>, key: &str) -> Result<String, String> {
+    fn cite(&self, current: &CurrentPage<'_>, key: &str) -> Result<String, String> {
         let label = escape(&self.bibliography.work(key)?.label);
         Ok(match &self.places.bibliography {
             Some(page) => {
-                let address = address(context.path, page, &format!("cite-{key}"));
+                let address = address(current.path, page, &format!("cite-{key}"));
                 format!("<a class=\"citation\" href=\"{address}\">{label}</a>")
             }
             None => format!("<span class=\"citation\">{label}</span>"),
@@ -354,7 +353,7 @@ fn experiment_fragment(id: &str) -> String {
 }
 
 /// What one experiment recorded.
-fn experiment(recorded: &Outcome) -> String {
+fn experiment(recorded: &ExperimentResult) -> String {
     let rows: String = recorded
         .numbers
         .iter()

@@ -1,20 +1,20 @@
 //! Figures: their pictures, captions, numbers, and where they come from.
 
-use super::{Context, Weaver, replace};
+use super::{CurrentPage, Weaver, replace};
 use crate::links::to_root;
 use crate::mathml::escape;
-use crate::results::Outcome;
+use crate::results::ExperimentResult;
 use crate::{directives, scan};
 
 impl<'a> Weaver<'a> {
     pub(super) fn figure(
         &mut self,
-        context: &mut Context<'_>,
+        current: &mut CurrentPage<'_>,
         name: &str,
         caption: &str,
     ) -> Result<String, String> {
-        let (experiment, picture) = self.picture(context, name)?;
-        self.captioned(context, &[name], caption, &[experiment], |label| {
+        let (experiment, picture) = self.picture(current, name)?;
+        self.captioned(current, &[name], caption, &[experiment], |label| {
             format!("<div class=\"picture\">{}</div>", picture(label))
         })
     }
@@ -22,13 +22,13 @@ impl<'a> Weaver<'a> {
     /// Two pictures of one size, one over the other, and a slider that shows more of either.
     pub(super) fn compare(
         &mut self,
-        context: &mut Context<'_>,
+        current: &mut CurrentPage<'_>,
         names: [&str; 2],
         caption: &str,
     ) -> Result<String, String> {
-        let (left, left_picture) = self.picture(context, names[0])?;
-        let (right, right_picture) = self.picture(context, names[1])?;
-        self.captioned(context, &names, caption, &[left, right], |label| {
+        let (left, left_picture) = self.picture(current, names[0])?;
+        let (right, right_picture) = self.picture(current, names[1])?;
+        self.captioned(current, &names, caption, &[left, right], |label| {
             format!(
                 "<div class=\"compare\"><div class=\"picture\">{}</div>\
                  <div class=\"picture over\">{}</div>\
@@ -44,16 +44,16 @@ impl<'a> Weaver<'a> {
     /// A recorded picture: its experiment, and its images under a label.
     fn picture(
         &mut self,
-        context: &Context<'_>,
+        current: &CurrentPage<'_>,
         name: &str,
-    ) -> Result<(&'a Outcome, impl Fn(&str) -> String + use<>), String> {
+    ) -> Result<(&'a ExperimentResult, impl Fn(&str) -> String + use<>), String> {
         let results = self.results;
         let (recorded, files) = results.figure(name)?;
         let mut addresses = Vec::new();
         for file in files {
             let file_name = file.file_name().unwrap_or_default().to_string_lossy();
             let name = format!("{}/{file_name}", recorded.id);
-            addresses.push(format!("{}figures/{}", to_root(context.path), escape(&name)));
+            addresses.push(format!("{}figures/{}", to_root(current.path), escape(&name)));
             self.figures.insert(name, file);
         }
         let images = move |label: &str| {
@@ -68,31 +68,31 @@ impl<'a> Weaver<'a> {
     /// A numbered figure with its caption and where it comes from.
     fn captioned(
         &mut self,
-        context: &mut Context<'_>,
+        current: &mut CurrentPage<'_>,
         names: &[&str],
         caption: &str,
-        experiments: &[&Outcome],
+        experiments: &[&ExperimentResult],
         body: impl Fn(&str) -> String,
     ) -> Result<String, String> {
         if caption.trim().is_empty() {
             return Err("a figure needs a caption that can be read alone".to_owned());
         }
         let id = format!("figure-{}", names.join("-").replace(['/', '.'], "-"));
-        if !context.shown.insert(id.clone()) {
+        if !current.shown.insert(id.clone()) {
             return Err(format!("{} is already shown on this page", names.join(" beside ")));
         }
-        let html = self.caption(context, caption)?;
-        context.figures += 1;
-        let label = match &context.chapter {
-            Some(chapter) => format!("Figure {chapter}.{}", context.figures),
-            None => format!("Figure {}", context.figures),
+        let html = self.caption(current, caption)?;
+        current.figures += 1;
+        let label = match &current.chapter {
+            Some(chapter) => format!("Figure {chapter}.{}", current.figures),
+            None => format!("Figure {}", current.figures),
         };
         let mut sources: Vec<String> = experiments
             .iter()
             .map(|recorded| {
                 format!(
                     "Experiment {}; repeat with <code>{}</code>.",
-                    self.experiment_link(context.path, &recorded.id),
+                    self.experiment_link(current.path, &recorded.id),
                     escape(&recorded.command)
                 )
             })
@@ -108,7 +108,7 @@ impl<'a> Weaver<'a> {
     }
 
     /// A caption as HTML: plain text with formulas and the directives of running text.
-    fn caption(&mut self, context: &mut Context<'_>, text: &str) -> Result<String, String> {
+    fn caption(&mut self, current: &mut CurrentPage<'_>, text: &str) -> Result<String, String> {
         let page = scan::page(text);
         if let Some((_, message)) = page.problems.into_iter().next() {
             return Err(message);
@@ -122,7 +122,7 @@ impl<'a> Weaver<'a> {
             if !directives::find(&directive.name)?.inline {
                 return Err(format!("{{{{#{}}}}} inside a caption", directive.name));
             }
-            let html = self.directive(context, &directive)?;
+            let html = self.directive(current, &directive)?;
             edits.push((directive.span, html));
         }
         Ok(replace(text, edits, escape))

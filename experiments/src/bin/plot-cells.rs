@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
-use experiments::{cells, cli};
+use experiments::plot::trial_cells;
+use experiments::run::cli;
 use whitefurnace::error::Error;
 
 /// Plot the cells of a failed trial: residuals in standard deviations, expected and observed values.
@@ -29,9 +30,9 @@ fn run(options: &PlotCells) -> Result<(), Error> {
     if out.extension().is_none_or(|extension| extension != "svg") {
         return Err(Error::Option(format!("--out {} must end in .svg", out.display())));
     }
-    let cells = cells::read(&options.file)?;
+    let cells = trial_cells::read(&options.file)?;
     let title = options.file.file_stem().unwrap_or_default().to_string_lossy();
-    cells::plot(&cells, &title, &out)?;
+    trial_cells::plot(&cells, &title, &out)?;
     say!("{} cells: {}", cells.len(), out.display());
     Ok(())
 }

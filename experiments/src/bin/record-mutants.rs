@@ -7,8 +7,8 @@ use std::process::ExitCode;
 
 use book::mutants::{Counts, FILE, Record};
 use clap::Parser;
-use experiments::lab::write_text;
-use experiments::{cli, record};
+use experiments::run::write_text;
+use experiments::run::{cli, record};
 use serde::Deserialize;
 use whitefurnace::error::Error;
 

@@ -4,20 +4,22 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use experiments::cli::{self, Ending};
-use experiments::command::Render;
-use experiments::job::{Job, Rendered};
-use experiments::progress::Progress;
+use clap::CommandFactory as _;
+use experiments::render::Rendered;
+use experiments::render::command::Render;
+use experiments::run::cli::{self, Ending};
+use experiments::run::progress::Progress;
 use experiments::say;
 use whitefurnace::error::Error;
 use whitefurnace::image::{check_writable, write_exr, write_png};
 
 fn main() -> ExitCode {
-    let (options, given) = cli::parse_given::<Render>();
-    cli::exit(options.checked_job(given).and_then(|job| run(&options, &job)))
+    let matches = cli::matches(Render::command());
+    let options = cli::or_one_line(Render::of(&matches));
+    cli::exit(options.check(&matches).and_then(|()| run(&options)))
 }
 
-fn run(options: &Render, job: &Job) -> Result<Ending, Error> {
+fn run(options: &Render) -> Result<Ending, Error> {
     // A finished image is never replaced by a part of one.
     let partial = options.out.with_extension("partial.exr");
     cli::use_threads(options.threads)?;
@@ -28,7 +30,7 @@ fn run(options: &Render, job: &Job) -> Result<Ending, Error> {
     cli::begin();
 
     let start = Instant::now();
-    let rendered = match job.render(&Progress::new("render")) {
+    let rendered = match options.job.render(&Progress::new("render")) {
         Ok(rendered) => rendered,
         Err(Error::Interrupted) => {
             eprintln!("interrupted before the first sample: nothing is written");
@@ -37,10 +39,10 @@ fn run(options: &Render, job: &Job) -> Result<Ending, Error> {
         Err(error) => return Err(error),
     };
     if rendered.complete {
-        write(&options.out, options, job, &rendered, start)?;
+        write(&options.out, options, &rendered, start)?;
         return Ok(Ending::Done);
     }
-    write(&partial, options, job, &rendered, start)?;
+    write(&partial, options, &rendered, start)?;
     eprintln!("interrupted: these files hold the samples done so far (channel samples.Y)");
     Ok(Ending::Interrupted)
 }
@@ -49,14 +51,13 @@ fn run(options: &Render, job: &Job) -> Result<Ending, Error> {
 fn write(
     exr: &Path,
     options: &Render,
-    job: &Job,
     Rendered { film, complete }: &Rendered,
     start: Instant,
 ) -> Result<(), Error> {
     let seconds = start.elapsed().as_secs_f64();
     let png = exr.with_extension("png");
-    write_exr(exr, film, &job.provenance(*complete))?;
-    write_png(&png, film, job.display(options.exposure), 1)?;
+    write_exr(exr, film, &options.job.provenance(*complete))?;
+    write_png(&png, film, options.job.display(options.exposure), 1)?;
     let replications = film.pixels().iter().map(|p| u64::from(p.replications()));
     let samples = replications.sum::<u64>() * u64::from(film.samples_per_replication());
     let error = film.relative_error();

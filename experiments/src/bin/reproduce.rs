@@ -4,9 +4,10 @@ use experiments::say;
 use std::process::ExitCode;
 
 use clap::Parser;
-use experiments::cli::Ending;
-use experiments::lab::{self, Experiment};
-use experiments::{EXPERIMENTS, cli, record};
+use experiments::experiments::EXPERIMENTS;
+use experiments::run::cli::Ending;
+use experiments::run::{self, Experiment};
+use experiments::run::{cli, record};
 use whitefurnace::error::Error;
 
 /// Reproduce the report: render its figures, measure its claims, print a table of what was found.
@@ -20,7 +21,7 @@ use whitefurnace::error::Error;
 #[command(name = "reproduce", version)]
 struct Reproduce {
     #[command(flatten)]
-    shared: lab::Options,
+    shared: run::Options,
     /// Run this experiment only; may be repeated
     #[arg(long, value_name = "ID")]
     only: Vec<String>,
@@ -65,7 +66,7 @@ fn run(options: &Reproduce) -> Result<Ending, Error> {
 
 /// Weaves the book from the recorded results, with a page that sets this run beside them, and says where it
 /// begins.
-fn weave_book(options: &lab::Options) -> Result<(), Error> {
+fn weave_book(options: &run::Options) -> Result<(), Error> {
     let book = book::Options {
         out: options.out.join("book"),
         run: Some(options.out.clone()),

@@ -15,7 +15,7 @@ use plotters_backend::DrawingErrorKind;
 use whitefurnace::error::Error;
 
 use super::{INK, Rgb};
-use crate::lab::write_text;
+use crate::run::write_text;
 
 /// Across and down.
 pub(super) type Point = [f64; 2];

@@ -39,8 +39,33 @@ pub struct Series {
 
 impl Series {
     /// A series without error bars.
-    pub fn new(label: &str, colour: usize, mark: Mark, points: Vec<[f64; 2]>) -> Self {
+    pub fn new(
+        label: &str,
+        colour: usize,
+        mark: Mark,
+        points: impl IntoIterator<Item = [f64; 2]>,
+    ) -> Self {
+        let points = points.into_iter().collect();
         Self { label: label.to_owned(), colour, mark, points, bars: Vec::new() }
+    }
+
+    /// Marks with error bars: x, y and how far the bar of y reaches to either side.
+    pub fn measured(
+        label: &str,
+        colour: usize,
+        points: impl IntoIterator<Item = [f64; 3]>,
+    ) -> Self {
+        let mut series = Self::new(label, colour, Mark::Points, []);
+        for [x, y, half] in points {
+            series.points.push([x, y]);
+            series.bars.push([y - half, y + half]);
+        }
+        series
+    }
+
+    /// The same points with these bars.
+    pub fn with_bars(self, bars: Vec<[f64; 2]>) -> Self {
+        Self { bars, ..self }
     }
 }
 
@@ -57,6 +82,24 @@ pub struct Chart {
     pub log: [bool; 2],
     /// What is drawn, in this order.
     pub series: Vec<Series>,
+}
+
+impl Chart {
+    /// A chart with even axes.
+    pub fn new(
+        title: impl Into<String>,
+        axes: [&str; 2],
+        ranges: [[f64; 2]; 2],
+        series: Vec<Series>,
+    ) -> Self {
+        let axes = axes.map(str::to_owned);
+        Self { title: title.into(), axes, ranges, log: [false, false], series }
+    }
+
+    /// The same with logarithmic axes where `log` says so.
+    pub fn log(self, log: [bool; 2]) -> Self {
+        Self { log, ..self }
+    }
 }
 
 /// Draws charts, one below the other, `size` in pixels for all together. `see` says what there is to see.

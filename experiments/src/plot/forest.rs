@@ -4,6 +4,7 @@ use std::path::Path;
 
 use whitefurnace::error::Error;
 use whitefurnace::harness::outcome::Verdict;
+use whitefurnace::harness::trial::Row;
 
 use super::canvas::{Anchor, Canvas, Pen, Shape, width};
 use super::{FAINT, INK, LABEL, OKABE_ITO, Rgb, TITLE};
@@ -19,6 +20,16 @@ pub struct Line {
     pub interval: [f64; 2],
     /// The verdict.
     pub verdict: Verdict,
+}
+
+impl Line {
+    /// A row of a trial in units of its δ.
+    pub fn of(label: String, row: &Row) -> Self {
+        let o = &row.outcome;
+        let units = |x: f64| (x - o.reference) / o.claim.size();
+        let (estimate, interval) = (units(o.estimate), o.interval.map(units));
+        Self { label, estimate, interval, verdict: row.verdict }
+    }
 }
 
 /// What a line's mark says.

@@ -9,7 +9,7 @@ use super::{FAINT, LABEL, OKABE_ITO, Rgb, TITLE};
 
 /// What a cell says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Seen {
+pub enum Detection {
     /// The trial rejects the fault.
     Rejected,
     /// The trial holds although the fault is there.
@@ -32,7 +32,7 @@ pub fn matrix(
     (title, see): (&str, &str),
     rows: &[String],
     columns: &[String],
-    seen: impl Fn(usize, usize) -> Option<Seen>,
+    seen: impl Fn(usize, usize) -> Option<Detection>,
 ) -> Result<(), Error> {
     let longest = |names: &[String]| {
         let widths = names.iter().map(|name| width(name, NAME));
@@ -45,9 +45,9 @@ pub fn matrix(
     let mut canvas = Canvas::new(size, title, see);
     canvas.text(title, [14.0, 20.0], Anchor::Start, TITLE);
     let legend = [
-        (Some(Seen::Rejected), "rejected"),
-        (Some(Seen::Missed), "not rejected"),
-        (Some(Seen::Undecided), "undecided"),
+        (Some(Detection::Rejected), "rejected"),
+        (Some(Detection::Missed), "not rejected"),
+        (Some(Detection::Undecided), "undecided"),
         (None, "not tried"),
     ];
     let mut x = 14.0;
@@ -72,7 +72,7 @@ pub fn matrix(
         let y = top + r as f64 * CELL;
         canvas.text(name, [left - 8.0, y + 0.5 * CELL], Anchor::End, NAME);
         canvas.line(&[[left, y], [left + across, y]], faint);
-        let verdicts: Vec<Option<Seen>> = (0..columns.len()).map(|c| seen(r, c)).collect();
+        let verdicts: Vec<Option<Detection>> = (0..columns.len()).map(|c| seen(r, c)).collect();
         let mut x = left;
         for run in verdicts.chunk_by(|a, b| a == b) {
             if let Some(seen) = run[0] {
@@ -86,15 +86,15 @@ pub fn matrix(
 }
 
 /// Dark; pale with a cross; grey: told apart without colour, too.
-fn cells(canvas: &mut Canvas, [x, y]: [f64; 2], count: usize, seen: Seen) {
+fn cells(canvas: &mut Canvas, [x, y]: [f64; 2], count: usize, seen: Detection) {
     let right = x + count as f64 * CELL;
     let colour = match seen {
-        Seen::Rejected => OKABE_ITO[2],
-        Seen::Missed => OKABE_ITO[4].pale(0.6),
-        Seen::Undecided => FAINT,
+        Detection::Rejected => OKABE_ITO[2],
+        Detection::Missed => OKABE_ITO[4].pale(0.6),
+        Detection::Undecided => FAINT,
     };
     canvas.fill([x + 1.0, y + 1.0, right - 1.0, y + CELL - 1.0], colour);
-    if seen == Seen::Missed {
+    if seen == Detection::Missed {
         let middle = |i: usize| [x + (i as f64 + 0.5) * CELL, y + 0.5 * CELL];
         let at: Vec<[f64; 2]> = (0..count).map(middle).collect();
         canvas.marks(&at, Shape::Cross, 3.2, Rgb(90, 60, 0));

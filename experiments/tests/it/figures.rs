@@ -10,7 +10,7 @@ use experiments::plot::chart::{Chart, Mark, Series, charts};
 use experiments::plot::differences::{Common, differences};
 use experiments::plot::forest::{Line, forest};
 use experiments::plot::map::{Map, diverging, maps};
-use experiments::plot::matrix::{Seen, matrix};
+use experiments::plot::matrix::{Detection, matrix};
 use whitefurnace::error::Error;
 use whitefurnace::harness::outcome::Verdict;
 
@@ -30,13 +30,7 @@ const OKABE_ITO: [&str; 8] =
     ["#D55E00", "#009E73", "#0072B2", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#828282"];
 
 fn chart(series: Vec<Series>) -> Chart {
-    Chart {
-        title: "A < B".to_owned(),
-        axes: ["x (m)".to_owned(), "y (s)".to_owned()],
-        ranges: [[0.0, 1.0], [0.0, 1.0]],
-        log: [false, false],
-        series,
-    }
+    Chart::new("A < B", ["x (m)", "y (s)"], [[0.0, 1.0]; 2], series)
 }
 
 /// The elements that draw lines.
@@ -94,15 +88,7 @@ fn attribute<'a>(element: &'a str, name: &str) -> Option<&'a str> {
 fn every_figure_says_what_it_shows() {
     let see = "What there is to see & know.";
     let line = |interval, verdict| Line { label: "a".to_owned(), estimate: 0.0, interval, verdict };
-    let map = Map {
-        title: "A < B".to_owned(),
-        axes: ["x".to_owned(), "y".to_owned()],
-        ranges: [[0.0, 1.0]; 2],
-        size: [1, 1],
-        values: vec![9.0],
-        bound: 4.0,
-        unit: "σ".to_owned(),
-    };
+    let map = Map { title: "A < B".to_owned(), size: [1, 1], ..map(vec![9.0]) };
     let about = ("A < B", see);
     let names = ["n".to_owned()];
     let common = Common { regions: &[("a region", 2.0)], axis: "y", band: "allowed" };
@@ -118,7 +104,7 @@ fn every_figure_says_what_it_shows() {
             forest(path, about, &[line([-0.5, 0.5], undecided)])
         }),
         drawn("map", |path| maps(path, see, [400, 300], 1, &[map])),
-        drawn("matrix", |path| matrix(path, about, &names, &names, |_, _| Some(Seen::Missed))),
+        drawn("matrix", |path| matrix(path, about, &names, &names, |_, _| Some(Detection::Missed))),
         drawn("squares", |path| squares(path, about, (&names, &names), "blank", square)),
         drawn("histograms", |path| histograms(path, about, &panels)),
     ];
@@ -135,7 +121,7 @@ fn every_figure_says_what_it_shows() {
 #[test]
 fn curves_are_not_jagged() {
     let parabola = (0..=200).map(|i| f64::from(i) / 200.0).map(|x| [x, 0.1 + 0.05 * x * x]);
-    let series = Series::new("parabola", 0, Mark::Line, parabola.collect());
+    let series = Series::new("parabola", 0, Mark::Line, parabola);
     let svg = drawn("parabola", |path| charts(path, "", [400, 300], &[chart(vec![series])]));
     let curve = paths(&svg).into_iter().max_by_key(|path| path.len()).expect("a curve");
     let curve = numbers(attribute(curve, "points").expect("points"));
@@ -177,8 +163,8 @@ fn series_are_told_apart_without_colour() {
 }
 
 /// A map of two values on a scale of ±4, without words.
-fn two_cells(name: &str, values: Vec<f64>) -> String {
-    let map = Map {
+fn map(values: Vec<f64>) -> Map {
+    Map {
         title: String::new(),
         axes: [String::new(), String::new()],
         ranges: [[0.0, 1.0]; 2],
@@ -186,8 +172,11 @@ fn two_cells(name: &str, values: Vec<f64>) -> String {
         values,
         bound: 4.0,
         unit: String::new(),
-    };
-    drawn(name, |path| maps(path, "", [400, 300], 1, &[map]))
+    }
+}
+
+fn two_cells(name: &str, values: Vec<f64>) -> String {
+    drawn(name, |path| maps(path, "", [400, 300], 1, &[map(values)]))
 }
 
 #[test]
@@ -217,23 +206,12 @@ fn maps_hold_their_cells_in_colours_of_equal_weight() {
     assert!((luminance(1.0) - luminance(-1.0)).abs() < 0.03);
     assert!(luminance(-1.0) < luminance(-0.5) && luminance(-0.5) < luminance(0.0));
 
-    let path = folder("maps").join("map.svg");
-    let map = Map {
-        title: String::from("toy"),
-        axes: [String::from("x"), String::from("y")],
-        ranges: [[0.0, 1.0]; 2],
-        size: [2, 1],
-        values: vec![-1.0, 5.0],
-        bound: 2.0,
-        unit: String::from("residual (σ)"),
-    };
-    maps(&path, "two cells", [400, 300], 1, std::slice::from_ref(&map)).expect("a map");
-    let svg = fs::read_to_string(&path).expect("a map");
+    let svg = two_cells("map", vec![-1.0, 5.0]);
     // The first bytes of every PNG.
     assert!(svg.contains("href=\"data:image/png;base64,iVBORw0KGgo"));
     assert!(svg.trim_end().ends_with("</svg>"));
-    let short = Map { values: vec![0.0], ..map };
-    assert!(maps(&path, "two cells", [400, 300], 1, &[short]).is_err());
+    let path = folder("maps").join("map.svg");
+    assert!(maps(&path, "one value", [400, 300], 1, &[map(vec![0.0])]).is_err());
 }
 
 /// The colour of a share of nothing is no colour of the scale, and is explained.

@@ -1,8 +1,8 @@
 //! How graded controls are counted: as often rejected as stated, or not.
 
-use experiments::lab::Judgement;
-use experiments::power::graded::{Counted, LeftOut, count_all};
-use experiments::seeds::{Graded, Measure};
+use experiments::experiments::power::graded::{Counted, LeftOut, count_all};
+use experiments::experiments::suite_seeds::{Graded, Measure};
+use experiments::run::Judgement;
 use whitefurnace::harness::outcome::ALPHA;
 
 const SEEDS: usize = 200;

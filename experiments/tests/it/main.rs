@@ -3,8 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use experiments::lab::{Finding, Judgement, Options, Outcome, Tier};
-use experiments::record::{recorded, recorded_folder};
+use clap::CommandFactory as _;
+use experiments::render::Job;
+use experiments::render::command::Render;
+use experiments::run::record::{recorded, recorded_folder};
+use experiments::run::{ExperimentResult, Finding, Judgement, Options, Tier};
 
 mod figures;
 mod graded;
@@ -41,6 +44,12 @@ fn render(folder: &Path, options: &str) -> Output {
     run(env!("CARGO_BIN_EXE_render"), folder, options)
 }
 
+/// What these words of a command line ask `render` for.
+fn job(words: &str) -> Job {
+    let matches = Render::command().try_get_matches_from(words.split_whitespace());
+    Render::of(&matches.expect("options")).expect("options").job
+}
+
 /// Asserts that it renders.
 fn renders(folder: &Path, options: &str) {
     let output = render(folder, options);
@@ -69,7 +78,7 @@ fn quick(out: PathBuf, shrink: u32) -> Options {
 }
 
 /// A recorded result with other findings: what is said, the value, and the verdict.
-fn outcome(findings: &[(&str, &str, Option<Judgement>)]) -> Outcome {
+fn outcome(findings: &[(&str, &str, Option<Judgement>)]) -> ExperimentResult {
     let mut outcome = recorded(&recorded_folder(), "room").expect("a recorded result");
     let finding = |&(what, value, verdict): &(&str, &str, Option<Judgement>)| Finding {
         what: what.to_owned(),

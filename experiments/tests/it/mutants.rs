@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use book::mutants::{Counts, FILE, Record};
-use experiments::record::recorded_folder;
+use experiments::run::record::recorded_folder;
 
 use crate::folder;
 

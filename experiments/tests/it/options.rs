@@ -3,8 +3,8 @@
 
 use std::collections::BTreeSet;
 
-use clap::{CommandFactory as _, Parser as _};
-use experiments::command::Render;
+use clap::CommandFactory as _;
+use experiments::render::command::Render;
 use glam::DVec3;
 use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
 use whitefurnace::emitter::LightSampling;
@@ -21,7 +21,7 @@ use whitefurnace::render::{Numbers, Sampling, render, render_passes};
 use whitefurnace::scene::room::{self, Convention};
 use whitefurnace::scene::{Scene, simple};
 
-use crate::{folder, renders};
+use crate::{folder, job, renders};
 
 /// An estimator and its settings.
 enum Method {
@@ -186,21 +186,13 @@ fn rows() -> Vec<Row> {
     use Base::{Cornell, Jitter, Photon, Plain, Radiosity as Mesh, Report as Text, Sobol};
     vec![
         Row("scene", "report", Plain, |_| {}),
-        Row("scene", "diffuse-room", Plain, |c| {
-            c.scene = room::diffuse();
-        }),
-        Row("scene", "environment", Plain, |c| {
-            c.scene = simple::environment();
-        }),
-        Row("scene", "furnace-box", Plain, |c| {
-            c.scene = simple::furnace_box(0.75);
-        }),
+        Row("scene", "diffuse-room", Plain, |c| c.scene = room::diffuse()),
+        Row("scene", "environment", Plain, |c| c.scene = simple::environment()),
+        Row("scene", "furnace-box", Plain, |c| c.scene = simple::furnace_box(0.75)),
         Row("scene", "cavity-cap", Plain, |c| {
             c.scene = simple::cavity_cap(0.75, simple::Cap::Reflecting);
         }),
-        Row("scene", "glass-cube", Plain, |c| {
-            c.scene = simple::glass_cube(false);
-        }),
+        Row("scene", "glass-cube", Plain, |c| c.scene = simple::glass_cube(false)),
         Row("scene", "cornell", Plain, |c| c.scene = simple::cornell()),
         Row("convention", "physical", Plain, |_| {}),
         Row("convention", "report", Plain, |c| *c = Text.call()),
@@ -208,28 +200,16 @@ fn rows() -> Vec<Row> {
         Row("estimator", "bsdf", Plain, |c| path(c, Strategy::Bsdf)),
         Row("estimator", "light", Plain, |c| path(c, Strategy::Light)),
         Row("estimator", "mis", Plain, |_| {}),
-        Row("estimator", "light-tracer", Cornell, |c| {
-            c.method = Method::LightTracer;
-        }),
-        Row("estimator", "photon", Base::Sppm, |c| {
-            photons(c, [3000, 3000], [0.5, 0.5]);
-        }),
-        Row("estimator", "sppm", Photon, |c| {
-            c.method = Method::Sppm(3000, 0.5);
-        }),
+        Row("estimator", "light-tracer", Cornell, |c| c.method = Method::LightTracer),
+        Row("estimator", "photon", Base::Sppm, |c| photons(c, [3000, 3000], [0.5, 0.5])),
+        Row("estimator", "sppm", Photon, |c| c.method = Method::Sppm(3000, 0.5)),
         Row("estimator", "bdpt", Plain, |c| c.method = Method::Bdpt),
         // In the report's room it implies the report's convention.
         Row("estimator", "report", Plain, |c| *c = Text.call()),
-        Row("estimator", "report", Cornell, |c| {
-            c.method = Method::Report(1, LightRules::PHYSICAL);
-        }),
+        Row("estimator", "report", Cornell, |c| c.method = Method::Report(1, LightRules::PHYSICAL)),
         Row("estimator", "radiosity", Mesh, |_| {}),
-        Row("estimator", "whitted", Plain, |c| {
-            c.method = Method::Whitted(LightRules::PHYSICAL);
-        }),
-        Row("estimator", "whitted", Text, |c| {
-            c.method = Method::Whitted(LightRules::REPORT);
-        }),
+        Row("estimator", "whitted", Plain, |c| c.method = Method::Whitted(LightRules::PHYSICAL)),
+        Row("estimator", "whitted", Text, |c| c.method = Method::Whitted(LightRules::REPORT)),
         Row("light-sampling", "area", Plain, |_| {}),
         Row("light-sampling", "solid-angle", Plain, |c| {
             c.method = Method::Path(Strategy::Mis, LightSampling::SolidAngle, BALANCE.1);
@@ -238,9 +218,7 @@ fn rows() -> Vec<Row> {
         Row("heuristic", "power", Plain, |c| {
             c.method = Method::Path(Strategy::Mis, BALANCE.0, Heuristic::Power);
         }),
-        Row("diffuse", "lambert", Plain, |c| {
-            white_sphere(c, Bsdf::Lambert { albedo: GREY });
-        }),
+        Row("diffuse", "lambert", Plain, |c| white_sphere(c, Bsdf::Lambert { albedo: GREY })),
         Row("diffuse", "printed", Plain, |c| {
             c.scene = room::report(Convention::Physical, OrenNayarForm::Printed);
         }),
@@ -249,37 +227,17 @@ fn rows() -> Vec<Row> {
             let roughness = OrenNayar::new(room::SIGMA).roughness();
             white_sphere(c, Bsdf::Eon { albedo: GREY, roughness });
         }),
-        Row("rays", "3", Text, |c| {
-            c.method = Method::Report(3, LightRules::REPORT);
-        }),
-        Row("photons", "2000", Base::Sppm, |c| {
-            c.method = Method::Sppm(2000, 0.5);
-        }),
-        Row("photons", "2000", Photon, |c| {
-            photons(c, [2000, 2000], [0.5, 0.5]);
-        }),
-        Row("radius", "0.3", Base::Sppm, |c| {
-            c.method = Method::Sppm(3000, 0.3);
-        }),
-        Row("radius", "0.3", Photon, |c| {
-            photons(c, [3000, 3000], [0.3, 0.3]);
-        }),
+        Row("rays", "3", Text, |c| c.method = Method::Report(3, LightRules::REPORT)),
+        Row("photons", "2000", Base::Sppm, |c| c.method = Method::Sppm(2000, 0.5)),
+        Row("photons", "2000", Photon, |c| photons(c, [2000, 2000], [0.5, 0.5])),
+        Row("radius", "0.3", Base::Sppm, |c| c.method = Method::Sppm(3000, 0.3)),
+        Row("radius", "0.3", Photon, |c| photons(c, [3000, 3000], [0.3, 0.3])),
         Row("gather", "yes", Photon, |_| {}),
-        Row("gather", "no", Photon, |c| {
-            c.method = Method::Photon(3000, 0.5, Lookup::Direct);
-        }),
-        Row("caustic-photons", "20000", Photon, |c| {
-            photons(c, [3000, 20_000], [0.5, 0.5]);
-        }),
-        Row("caustic-radius", "0.2", Photon, |c| {
-            photons(c, [3000, 3000], [0.5, 0.2]);
-        }),
-        Row("patches", "200", Mesh, |c| {
-            c.method = Method::Radiosity(200);
-        }),
-        Row("pixel", "centre", Plain, |c| {
-            c.pixel = PixelSampling::Centre;
-        }),
+        Row("gather", "no", Photon, |c| c.method = Method::Photon(3000, 0.5, Lookup::Direct)),
+        Row("caustic-photons", "20000", Photon, |c| photons(c, [3000, 20_000], [0.5, 0.5])),
+        Row("caustic-radius", "0.2", Photon, |c| photons(c, [3000, 3000], [0.5, 0.2])),
+        Row("patches", "200", Mesh, |c| c.method = Method::Radiosity(200)),
+        Row("pixel", "centre", Plain, |c| c.pixel = PixelSampling::Centre),
         Row("pixel", "grid", Plain, |c| {
             c.pixel = PixelSampling::Grid(4);
             c.spp = 16;
@@ -300,9 +258,7 @@ fn rows() -> Vec<Row> {
         Row("spp", "3", Plain, |c| c.spp = 3),
         Row("seed", "18446744073709551615", Plain, |c| c.seed = u64::MAX),
         Row("threads", "3", Plain, |_| {}),
-        Row("exposure", "-1.5", Plain, |c| {
-            c.display = Display::Srgb { exposure: -1.5 };
-        }),
+        Row("exposure", "-1.5", Plain, |c| c.display = Display::Srgb { exposure: -1.5 }),
         Row("out", "other.exr", Plain, |_| {}),
         // The bases themselves.
         Row("", "", Plain, |_| {}),
@@ -359,7 +315,7 @@ fn every_option_is_the_librarys_own_call() {
 
         let call = row.call();
         let film = call.film().expect("a film");
-        let provenance = Render::try_parse_from(&words).expect("options").job().provenance(true);
+        let provenance = job(&command).provenance(true);
         // The file says all that decides its pixels.
         let Row(option, value, ..) = row;
         if !["", "threads", "exposure", "out"].contains(&option) {

@@ -4,8 +4,9 @@ use std::fs;
 use std::io::Cursor;
 use std::process::Command;
 
-use experiments::record::{LARGEST_RECORDED, record, recorded, recorded_folder};
-use experiments::{EXPERIMENTS, cells};
+use experiments::experiments::EXPERIMENTS;
+use experiments::plot::trial_cells;
+use experiments::run::record::{LARGEST_RECORDED, record, recorded, recorded_folder};
 use whitefurnace::harness::mean::{Values, mean};
 use whitefurnace::harness::outcome::Claim;
 use whitefurnace::harness::trial::{Row, write_cells};
@@ -33,7 +34,13 @@ fn recorded_results_are_those_of_the_code() {
                     found.id, found.version, e.version
                 ));
             }
-            _ => {}
+            (Some(e), Some(found)) => {
+                let lacks = |id: &&str| !found.equations.iter().any(|other| other == id);
+                let lacking: Vec<&str> = e.equations.iter().map(|e| e.id).filter(lacks).collect();
+                if !lacking.is_empty() {
+                    stale.push(format!("{id}: recorded without equations {lacking:?}"));
+                }
+            }
         }
     }
     assert!(
@@ -132,7 +139,7 @@ fn batches_of_a_mean_are_plotted() {
         seed: 1,
     };
     let path = write_cells(&row.trial, &row.outcome, &folder).expect("written").expect("cells");
-    let found = cells::read(&path).expect("a data file");
+    let found = trial_cells::read(&path).expect("a data file");
     assert_eq!(found.len(), row.outcome.cells.len());
     let plot = Command::new(env!("CARGO_BIN_EXE_plot-cells"))
         .arg(&path)

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use clap::{Args as _, CommandFactory as _};
-use experiments::command::Render;
-use experiments::{EXPERIMENTS, lab};
+use experiments::experiments::EXPERIMENTS;
+use experiments::render::command::Render;
+use experiments::run;
 
 use crate::{folder, refused, render, reproduce, text};
 
@@ -93,7 +94,7 @@ fn bad_input_gets_one_line_exit_code_two_and_leaves_nothing() {
 /// What an option refuses names the range that its help states.
 #[test]
 fn ranges_stand_in_the_help() {
-    let commands = [Render::command(), lab::Options::augment_args(clap::Command::new("any"))];
+    let commands = [Render::command(), run::Options::augment_args(clap::Command::new("any"))];
     let mut ranged = 0;
     for command in commands {
         for argument in command.get_arguments() {
@@ -149,10 +150,15 @@ fn only_full_runs_are_recorded() {
 }
 
 #[test]
-fn reproduce_lists_and_refuses() {
+fn every_experiment_is_listed_and_has_a_program() {
     let folder = folder("list");
     let list = text(&reproduce(&folder, "--list").stdout);
     let ids = list.lines().map(|line| line.split(' ').next().expect("a name"));
     assert!(ids.eq(EXPERIMENTS.iter().map(|experiment| experiment.id)), "{list}");
     refused(&reproduce(&folder, "--only fig10"), "fig9");
+    let programs = Path::new(env!("CARGO_MANIFEST_DIR")).join("programs/src/bin");
+    for experiment in EXPERIMENTS {
+        let program = programs.join(format!("{}.rs", experiment.id));
+        assert!(program.is_file(), "{} is missing", program.display());
+    }
 }

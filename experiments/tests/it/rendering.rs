@@ -1,15 +1,14 @@
 //! What is rendered: the same bytes on any number of threads, and every scene by every estimator.
 
-use clap::{Parser as _, ValueEnum as _};
-use experiments::command::Render;
-use experiments::job::{EstimatorName, Job, LightSamplingName, SceneName};
-use experiments::photons::{Gather, Photons};
-use experiments::progress::Progress;
+use clap::ValueEnum as _;
+use experiments::render::photons::{Gather, Photons};
+use experiments::render::{EstimatorName, Job, LightSamplingName, SceneName};
+use experiments::run::progress::Progress;
 
 use rayon::ThreadPoolBuilder;
 use whitefurnace::image::write_exr;
 
-use crate::folder;
+use crate::{folder, job};
 
 #[test]
 fn same_seed_gives_the_same_bytes_on_any_number_of_threads() {
@@ -31,8 +30,7 @@ fn same_seed_gives_the_same_bytes_on_any_number_of_threads() {
     let path = folder("threads").join("a.exr");
     for case in cases {
         let bytes = |threads, seed| {
-            let words = format!("render {case} --size 40x30 --seed {seed}");
-            let job = Render::try_parse_from(words.split_whitespace()).expect("options").job();
+            let job = job(&format!("render {case} --size 40x30 --seed {seed}"));
             let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
             let rendered = pool.install(|| job.render(&Progress::default())).expect("a film");
             write_exr(&path, &rendered.film, &job.provenance(true)).expect("written");

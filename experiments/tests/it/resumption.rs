@@ -5,10 +5,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use experiments::agreement::AGREEMENT;
-use experiments::lab::Experiment;
-use experiments::ledger::{Ledger, level_of_look};
-use experiments::record::run_all;
+use experiments::experiments::agreement::AGREEMENT;
+use experiments::run::Experiment;
+use experiments::run::accumulated::{Accumulated, level_of_look};
+use experiments::run::record::run_all;
 use whitefurnace::error::Error;
 
 use crate::{folder, quick, reproduce, text};
@@ -22,10 +22,10 @@ const TOY: Experiment = Experiment {
     title: "a toy",
     version: 1,
     equations: &[],
-    run: |lab| {
-        let mut ledger = lab.ledger("toy.csv", "key", "replication,value")?;
-        let first = ledger.next();
-        let shared = lab.shared("toys", "key")?;
+    run: |run| {
+        let mut accumulated = run.accumulated("toy.csv", "key", "replication,value")?;
+        let first = accumulated.next();
+        let shared = run.shared("toys", "key")?;
         for k in 0..4 {
             let make = || {
                 if k == STOP.load(Ordering::Relaxed) {
@@ -35,24 +35,24 @@ const TOY: Experiment = Experiment {
                 Ok(((first + k) as f64 + 0.1).sin())
             };
             let value = if k % 2 == 0 {
-                lab.part(&format!("part-{k}"), make)
+                run.part(&format!("part-{k}"), make)
             } else {
                 shared.part(&format!("part-{}", first + k), make)
             }?;
-            ledger.push(first + k, &[format!("{value:e}")]);
+            accumulated.push(first + k, &[format!("{value:e}")]);
         }
-        let level = ledger.look(1e-3);
-        ledger.write()?;
-        lab.number("level", level);
-        lab.note("rows", ledger.rows().len().to_string());
+        let level = accumulated.look(1e-3);
+        accumulated.write()?;
+        run.number("level", level);
+        run.note("rows", accumulated.rows().len().to_string());
         let [none, odd] = [-1.0 / 0.0, f64::NAN];
-        lab.note("no number", format!("order {none:.2}, ± {odd:.1} %; information"));
+        run.note("no number", format!("order {none:.2}, ± {odd:.1} %; information"));
         Ok(())
     },
 };
 
 /// Three runs, and three that are interrupted at every place: the files are the same. So it is with every
-/// ledger, since there is no other way to one.
+/// file of accumulated rows, since there is no other way to one.
 #[test]
 fn interrupted_and_continued_is_uninterrupted() {
     let go = |out: &Path| run_all(&[&TOY], &quick(out.to_owned(), 1), true).is_ok();
@@ -69,7 +69,7 @@ fn interrupted_and_continued_is_uninterrupted() {
             assert!(!go(&pieces));
         }
         STOP.store(u64::MAX, Ordering::Relaxed);
-        // Neither the ledger nor the result can be written.
+        // Neither the rows nor the result can be written.
         for file in ["toy.csv", "result.json"] {
             let path = pieces.join("toy").join(file);
             let aside = pieces.join("aside");
@@ -102,7 +102,7 @@ fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     files.collect()
 }
 
-/// The experiment with the most parts and ledgers, whole, and interrupted before its last file, with a third of the
+/// The experiment with the most parts and accumulated rows, whole, and interrupted before its last file, with a third of the
 /// parts not there yet: the files are the same.
 #[test]
 fn agreement_goes_on() {
@@ -196,7 +196,7 @@ fn results_of_one_experiment_leave_the_others() {
 }
 
 #[test]
-fn looks_at_a_ledger_spend_the_level_once() {
+fn looks_at_accumulated_rows_spend_the_level_once() {
     // 6/π² Σ 1/k² = 1, and the rest after K terms lies between 6/π²/(K + 1) and 6/π²/K.
     let spent = |looks: u32| (1..=looks).map(|k| level_of_look(1e-3, k)).sum::<f64>();
     let share = 6.0 / (std::f64::consts::PI * std::f64::consts::PI);
@@ -205,19 +205,20 @@ fn looks_at_a_ledger_spend_the_level_once() {
         let k = f64::from(looks);
         assert!(1.0 / (k + 1.0) < rest && rest < 1.0 / k, "{looks}: {rest}");
     }
-    let path = folder("ledger").join("a.csv");
+    let path = folder("accumulated").join("a.csv");
     for look in 1..=3 {
-        let mut ledger = Ledger::open(path.clone(), "seed 1", "replication,p");
-        assert_eq!((ledger.looks(), ledger.next()), (look - 1, u64::from(look - 1)));
-        assert_eq!(ledger.look(0.01), level_of_look(0.01, look));
-        ledger.push(ledger.next(), &[String::from("0.5")]);
-        ledger.write().expect("a ledger");
+        let mut accumulated =
+            Accumulated::continued(&path, path.clone(), "seed 1", "replication,p");
+        assert_eq!((accumulated.looks(), accumulated.next()), (look - 1, u64::from(look - 1)));
+        assert_eq!(accumulated.look(0.01), level_of_look(0.01, look));
+        accumulated.push(accumulated.next(), &[String::from("0.5")]);
+        accumulated.write().expect("written");
     }
-    let text = fs::read_to_string(&path).expect("the ledger");
+    let text = fs::read_to_string(&path).expect("the rows");
     assert_eq!(text, "# seed 1\n# looks: 3\nreplication,p\n0,0.5\n1,0.5\n2,0.5\n");
     // Other numbers are other evidence, at which nobody has looked.
     for (key, columns) in [("seed 2", "replication,p"), ("seed 1", "replication,q")] {
-        let other = Ledger::open(path.clone(), key, columns);
+        let other = Accumulated::continued(&path, path.clone(), key, columns);
         assert_eq!((other.looks(), other.rows().len()), (0, 0));
     }
 }

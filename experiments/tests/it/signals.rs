@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use experiments::signals;
+use experiments::run::signals;
 
 use crate::{folder, renders};
 

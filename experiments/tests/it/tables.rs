@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use experiments::cli::{Ending, conclude};
-use experiments::lab::{Finding, Judgement};
-use experiments::progress::state;
-use experiments::record::{LONGEST_LINE, table, verdicts};
+use experiments::run::cli::{Ending, conclude};
+use experiments::run::progress::state;
+use experiments::run::record::{LONGEST_LINE, table, verdicts};
+use experiments::run::{Finding, Judgement};
 
 use crate::{folder, outcome, quick};
 

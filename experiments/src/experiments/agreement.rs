@@ -1,0 +1,295 @@
+//! The agreement matrix: every estimator on every scene that it can handle, against closed forms and the
+//! path tracer.
+
+mod claims;
+mod judge;
+mod left_out;
+mod maps;
+
+use serde::{Deserialize, Serialize};
+use whitefurnace::equation;
+use whitefurnace::error::Error;
+use whitefurnace::harness::mean::Values;
+use whitefurnace::moments::Moments;
+use whitefurnace::rng::seed_for;
+
+use claims::{Case, Claim, ESTIMATORS, Lack, SCENES, cases, replications, replications_left_out};
+use judge::judge;
+use left_out::{METHODS, left_out};
+use maps::{Maps, note_map};
+
+use crate::plot::agreement::{histograms, squares};
+use crate::plot::map::maps as draw_maps;
+use crate::render::photons::{Gather, Photons};
+use crate::render::{EstimatorName, Job, SceneName, name};
+use crate::run::accumulated::{Accumulated, number};
+use crate::run::progress::Progress;
+use crate::run::suite::FAMILY;
+use crate::run::{Experiment, Run};
+
+/// Every estimator against the reference of its scene.
+pub const AGREEMENT: Experiment = Experiment {
+    id: "agreement",
+    title: "estimator × scene: image means agree (accumulates over runs)",
+    version: 3,
+    equations: &[
+        &equation::RENDERING,
+        &equation::ESTIMATOR,
+        &equation::WHITTED,
+        &equation::GEOMETRY,
+    ],
+    run,
+};
+
+/// Photons per image: each image has its own.
+fn photons(run: &Run) -> u32 {
+    run.count(4_000) as u32
+}
+
+/// Patches of radiosity.
+fn patches(run: &Run) -> u32 {
+    run.count(1_000) as u32
+}
+
+/// What one run renders of a case, image by image.
+#[derive(Serialize, Deserialize)]
+struct Images {
+    #[serde(with = "state")]
+    means: Values,
+    maps: Maps,
+}
+
+/// Values as numbers that are stored.
+mod state {
+    use serde::{Deserialize as _, Deserializer, Serialize as _, Serializer};
+    use whitefurnace::harness::mean::Values;
+
+    pub fn serialize<S: Serializer>(values: &Values, to: S) -> Result<S::Ok, S::Error> {
+        values.state().serialize(to)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Values, D::Error> {
+        <[f64; 5]>::deserialize(from).map(Values::of_state)
+    }
+}
+
+/// Image means of all runs.
+#[derive(Clone, Copy)]
+struct Total {
+    moments: Moments,
+    /// From how many images on skewness leaves the tail of a t interval valid.
+    valid_from: u64,
+}
+
+const SIZE: [u32; 2] = [40, 30];
+const COLUMNS: &str = "replication,count,mean,variance";
+
+fn run(run: &mut Run) -> Result<(), Error> {
+    let cases = cases(run.tier());
+    // One interval of the mean and one least p-value of the tiles for each case.
+    let share = FAMILY / (2 * cases.len()) as f64;
+    let mut totals = Vec::new();
+    let mut rendered = Vec::new();
+    let mut level = share;
+    for case in &cases {
+        let mut accumulated = open(run, &format!("{}.csv", case.key()))?;
+        let first = accumulated.next() as u32;
+        let images = run.part(&case.key(), || render(run, case, first))?;
+        level = accumulated.look(share);
+        totals.push(add(&mut accumulated, &images.means, level)?);
+        rendered.push(images);
+    }
+    let lacks = lacks(run, &cases, level)?;
+    let mut shown = Vec::new();
+    let mut panels = Vec::new();
+    let mut tile_maps = Vec::new();
+    for (i, case) in cases.iter().enumerate() {
+        let closed_form = SCENES.iter().find(|(scene, _)| *scene == case.scene);
+        let reference = match closed_form.and_then(|(_, mean)| *mean) {
+            Some(mean) => Reference::Known(mean),
+            None => match cases.iter().position(|other| is_reference(other, case.scene)) {
+                Some(at) => Reference::Rendered(at),
+                None => continue,
+            },
+        };
+        let against = match reference {
+            Reference::Known(mean) => Mean::Known(mean),
+            Reference::Rendered(at) => Mean::Measured(totals[at]),
+        };
+        let square = judge(run, case, &totals[i], (against, lacks[i]), level);
+        if let Reference::Rendered(at) = reference
+            && at != i
+        {
+            let (tiles, pixels) =
+                note_map(run, case, [&rendered[i].maps, &rendered[at].maps], share);
+            if case.scene == SceneName::DiffuseRoom {
+                tile_maps.push(tiles);
+            }
+            if let Some(histogram) = pixels {
+                let title = format!("{}, {}", name(case.estimator), name(case.scene));
+                panels.push((title, histogram));
+            }
+        }
+        shown.push((case.scene, case.estimator, square));
+    }
+    let mut scenes: Vec<SceneName> = SCENES.iter().map(|(scene, _)| *scene).collect();
+    // A smaller tier leaves scenes out.
+    scenes.retain(|scene| shown.iter().any(|(s, ..)| s == scene));
+    let columns: Vec<String> = scenes.iter().copied().map(name).collect();
+    squares(
+        &run.figure("agreement.svg"),
+        (
+            "Image mean relative to the reference ± half its interval",
+            "Methods without bias agree in every scene; others differ as far as their reasons say.",
+        ),
+        (&ESTIMATORS.map(name), &columns),
+        "not compared: undefined, or without finite variance",
+        |row, column| {
+            let at = shown.iter().find(|(s, e, _)| *s == scenes[column] && *e == ESTIMATORS[row]);
+            at.map(|(.., square)| square.clone())
+        },
+    )?;
+    histograms(
+        &run.figure("p-values.svg"),
+        (
+            "p-values of the pixels against the path tracer",
+            "Flat where expectations are equal; high at the left where a method is biased or leaves light out.",
+        ),
+        &panels,
+    )?;
+    let see = "Noise without a pattern for methods without bias; blue where light is missing.";
+    draw_maps(&run.figure("tiles.svg"), see, [1080, 700], 3, &tile_maps)
+}
+
+/// The file that holds the image means of all runs.
+fn open(run: &Run, file: &str) -> Result<Accumulated, Error> {
+    let key = format!(
+        "agreement version {}, seed {}, {SIZE:?}, {} photons, {} patches",
+        AGREEMENT.version,
+        run.seed(),
+        photons(run),
+        patches(run)
+    );
+    run.accumulated(file, &key, COLUMNS)
+}
+
+/// Adds the image means of this run and writes the file; returns those of all runs.
+fn add(accumulated: &mut Accumulated, means: &Values, level: f64) -> Result<Total, Error> {
+    let moments = means.moments;
+    accumulated.push(
+        accumulated.next() + moments.count() - 1,
+        &[
+            moments.count().to_string(),
+            format!("{:e}", moments.mean()),
+            format!("{:e}", moments.variance()),
+        ],
+    );
+    accumulated.write()?;
+    Ok(total(accumulated, means, level))
+}
+
+/// What each case's method leaves out, if that is claimed.
+fn lacks(run: &Run, cases: &[Case], level: f64) -> Result<Vec<Option<Mean>>, Error> {
+    let mut counted = Vec::new();
+    for (scene, _) in SCENES {
+        let wanted = |case: &Case| {
+            case.scene == scene && matches!(case.claim, Claim::Lacks(Lack::Counted(_), _))
+        };
+        if !cases.iter().any(wanted) {
+            continue;
+        }
+        let files = METHODS.map(|method| {
+            let file = format!("{}.left-out-{}.csv", name(scene), method.word());
+            open(run, &file)
+        });
+        let mut files = files.into_iter().collect::<Result<Vec<_>, _>>()?;
+        let count = run.count(replications_left_out(scene, run.tier())).max(2) as u32;
+        let first = files[0].next() as u32;
+        let states: Vec<[f64; 5]> = run.part(&format!("{}.left-out", name(scene)), || {
+            let values = left_out(run, scene, first, count)?;
+            Ok(values.iter().map(Values::state).collect())
+        })?;
+        let values: Vec<Values> = states.into_iter().map(Values::of_state).collect();
+        for ((method, accumulated), values) in METHODS.iter().zip(&mut files).zip(&values) {
+            accumulated.look(level);
+            counted.push((scene, *method, add(accumulated, values, level)?));
+        }
+    }
+    let lack = |case: &Case| match case.claim {
+        Claim::Lacks(Lack::Known(radiance), _) => Some(Mean::Known(radiance)),
+        Claim::Lacks(Lack::Counted(method), _) => counted
+            .iter()
+            .find(|(scene, of, _)| *scene == case.scene && *of == method)
+            .map(|(.., total)| Mean::Measured(*total)),
+        Claim::Equal | Claim::Biased(..) => None,
+    };
+    Ok(cases.iter().map(lack).collect())
+}
+
+fn is_reference(case: &Case, scene: SceneName) -> bool {
+    case.scene == scene && case.estimator == EstimatorName::Mis
+}
+
+/// A mean that is known, or that images tell.
+#[derive(Clone, Copy)]
+enum Mean {
+    Known(f64),
+    Measured(Total),
+}
+
+/// What a case is compared with.
+enum Reference {
+    Known(f64),
+    /// The case with this index.
+    Rendered(usize),
+}
+
+/// Renders the next replications of a case.
+fn render(run: &Run, case: &Case, first: u32) -> Result<Images, Error> {
+    let label = format!("{} {}", name(case.scene), name(case.estimator));
+    let uses_photons = matches!(case.estimator, EstimatorName::Photon | EstimatorName::Sppm);
+    let is_radiosity = case.estimator == EstimatorName::Radiosity;
+    let photons = Photons {
+        photons: photons(run),
+        radius: match case.scene {
+            SceneName::FurnaceBox | SceneName::CavityCap => 0.03,
+            _ => 0.15,
+        },
+        // Shadow rays between walls that meet have no bounded variance.
+        gather: match (case.estimator, case.scene) {
+            (EstimatorName::Photon, SceneName::FurnaceBox) => Gather::No,
+            _ => Gather::Yes,
+        },
+        ..Photons::default()
+    };
+    let count = run.count(replications(case, run.tier())).max(2) as u32;
+    let job = Job {
+        scene: case.scene,
+        estimator: case.estimator,
+        photons: if uses_photons { photons } else { Photons::default() },
+        patches: if is_radiosity { patches(run) } else { Job::default().patches },
+        size: SIZE,
+        spp: first + count,
+        seed: seed_for(run.seed(), &label),
+        ..Job::default()
+    };
+    let mut images = Images { means: Values::new(1.0), maps: Maps::new(u64::from(count)) };
+    let bar = Progress::new(&label).bar_of(u64::from(count), "images");
+    job.replications(first..first + count, |image| {
+        images.means.push(images.maps.push(image));
+        bar.advance(1);
+        Ok(())
+    })?;
+    bar.finish();
+    Ok(images)
+}
+
+/// The image means of all runs together.
+fn total(accumulated: &Accumulated, values: &Values, level: f64) -> Total {
+    let moments = accumulated
+        .rows()
+        .iter()
+        .map(|row| Moments::of(number(row, 1) as u64, number(row, 2), number(row, 3)))
+        .fold(Moments::default(), Moments::merge);
+    Total { moments, valid_from: values.valid_from_at(level) }
+}

@@ -1,0 +1,146 @@
+//! What a case of the matrix says of the image mean.
+
+use whitefurnace::harness::mean::welch_satterthwaite;
+use whitefurnace::harness::outcome::{Verdict, approximate_verdict};
+use whitefurnace::harness::tails::student_upper;
+use whitefurnace::moments::Moments;
+
+use super::claims::{Case, Claim, margin};
+use super::{Mean, Total};
+use crate::plot::agreement::{Square, Standing};
+use crate::render::EstimatorName;
+use crate::run::Run;
+
+/// Intervals narrower than this are rounding, whose skewness says nothing.
+const NOTHING: f64 = 1e-9;
+
+/// Compares a case with its reference, records it, and returns what the matrix shows. To a method that
+/// lacks a part of the light, that part is added before: it has to make up for the whole difference.
+pub(super) fn judge(
+    run: &mut Run,
+    case: &Case,
+    total: &Total,
+    (reference, lack): (Mean, Option<Mean>),
+    level: f64,
+) -> Square {
+    let own = total.moments;
+    if let (Mean::Measured(_), EstimatorName::Mis) = (reference, case.estimator) {
+        let error = 100.0 * own.standard_error() / own.mean();
+        let value = format!("reference, {:.6} ± {error:.3} % standard error", own.mean());
+        run.note(&case.label(), value);
+        return Square {
+            text: format!("{:.4} ± {error:.2} %", own.mean()),
+            standing: Standing::Reference,
+        };
+    }
+    let lack = lack.unwrap_or(Mean::Known(0.0));
+    let mean = reference.value();
+    let half = |of: &[&Mean]| half_width(of, level) / mean;
+    let own_mean = Mean::Measured(*total);
+    let difference = own.mean() / mean - 1.0;
+    let shown = half(&[&own_mean, &reference]);
+    let expected = -lack.value() / mean;
+    let key = case.key();
+    run.number(&format!("{key}.difference"), difference);
+    run.number(&format!("{key}.half"), shown);
+    run.number(&format!("{key}.replications"), own.count() as f64);
+    let (size, why) = match case.claim {
+        Claim::Equal => (margin(case.scene, run.tier()), ""),
+        Claim::Biased(bias, why) => (bias, why),
+        Claim::Lacks(_, why) => (margin(case.scene, run.tier()), why),
+    };
+    run.number(&format!("{key}.margin"), size);
+    let parts = [&own_mean, &reference, &lack];
+    let half = half(&parts);
+    let rest = difference - expected;
+    let interval = [rest - half, rest + half];
+    let n = own.count();
+    let skew = skew(&parts);
+    let verdict = if skew > 1.0 && half > NOTHING {
+        let needed = (n as f64 * skew * skew).ceil() as u64;
+        Verdict::Undecided { needed }
+    } else {
+        approximate_verdict(interval, 0.0, size, n)
+    };
+    let mut value = format!("{:+.3} % ± {:.3} %", 100.0 * difference, 100.0 * shown);
+    if let Claim::Lacks(..) = case.claim {
+        run.number(&format!("{key}.expected"), expected);
+        run.number(&format!("{key}.rest"), rest);
+        run.number(&format!("{key}.rest_half"), half);
+        let [expected, rest, half] = [expected, rest, half].map(|x| 100.0 * x);
+        value += &format!(", expected {expected:+.3} %: {rest:+.3} % ± {half:.3} % remain");
+    }
+    value += &format!(", within {:.1} %", 100.0 * size);
+    if !why.is_empty() {
+        value += &format!(" ({why})");
+    }
+    if let Verdict::Undecided { needed } = verdict {
+        value += &format!("; needs about {needed} images");
+    }
+    run.claim(&case.label(), value, verdict);
+    let standing = match (verdict, case.claim) {
+        (Verdict::Fails, _) => Standing::Differs,
+        (Verdict::Undecided { .. }, _) => Standing::Undecided,
+        (Verdict::Holds, Claim::Lacks(..)) => Standing::Explained,
+        // A bias that may be there and is not to be seen is no difference.
+        (Verdict::Holds, _) if within(interval, margin(case.scene, run.tier())) => Standing::Agrees,
+        (Verdict::Holds, _) => Standing::Biased,
+    };
+    let mut text = format!("{} ± {:.2} %", signed(100.0 * difference), 100.0 * shown);
+    if let Claim::Lacks(..) = case.claim {
+        text += &format!("\nexpected {} %", signed(100.0 * expected));
+    }
+    Square { text, standing }
+}
+
+fn within(interval: [f64; 2], margin: f64) -> bool {
+    interval.iter().all(|end| end.abs() <= margin)
+}
+
+/// With two decimals and a sign, but for what rounds to zero.
+fn signed(value: f64) -> String {
+    let text = format!("{value:+.2}");
+    match text.trim_start_matches(['+', '-']) {
+        "0.00" => "0.00".to_owned(),
+        _ => text.replace('-', "−"),
+    }
+}
+
+/// How far skewness bends the tail of a sum of means, in units of what is allowed. Alone, n values bend it
+/// by √(valid from/n), which goes with their skewness; in a sum with a share w of the variance by w^(3/2) of
+/// that, as third cumulants add.
+fn skew(means: &[&Mean; 3]) -> f64 {
+    let variance = |total: &Total| total.moments.variance() / total.moments.count() as f64;
+    let measured = || means.iter().filter_map(|mean| mean.measured());
+    let all: f64 = measured().map(variance).sum();
+    let part = |total: &Total| {
+        let alone = total.valid_from as f64 / total.moments.count() as f64;
+        alone.sqrt() * (variance(total) / all).powf(1.5)
+    };
+    measured().map(part).sum()
+}
+
+/// Half of Welch's interval of a sum or difference of means.
+fn half_width(means: &[&Mean], level: f64) -> f64 {
+    let part = |m: Moments| (m.variance() / m.count() as f64, m.count());
+    let measured = means.iter().filter_map(|mean| mean.measured());
+    let parts = || measured.clone().map(|total| part(total.moments));
+    let dof = welch_satterthwaite(parts()).max(1.0);
+    student_upper(0.5 * level, dof) * parts().map(|(v, _)| v).sum::<f64>().sqrt()
+}
+
+impl Mean {
+    fn value(&self) -> f64 {
+        match self {
+            Self::Known(mean) => *mean,
+            Self::Measured(total) => total.moments.mean(),
+        }
+    }
+
+    fn measured(&self) -> Option<&Total> {
+        match self {
+            Self::Known(_) => None,
+            Self::Measured(total) => Some(total),
+        }
+    }
+}

@@ -1,0 +1,235 @@
+//! What a method leaves out, counted path by path: a walk from the eye that finds light by hitting it alone
+//! and asks of each path whether the method follows it. What it shares with the estimators are reflectance
+//! functions; it has no shadow rays, no weights between strategies and no limit.
+
+use glam::DVec3;
+use whitefurnace::bsdf::{Bsdf, Scattering};
+use whitefurnace::error::Error;
+use whitefurnace::estimator::{Estimator, Standard};
+use whitefurnace::frame::Frame;
+use whitefurnace::harness::mean::Values;
+use whitefurnace::rng::{seed_for, uniform, uniform2};
+use whitefurnace::sampler::Sampler;
+use whitefurnace::scene::{Hit, Scene};
+use whitefurnace::shape::Ray;
+
+use super::SIZE;
+use crate::render::{Job, SceneName, name};
+use crate::run::Run;
+
+/// Methods that follow a part of the paths only, in the order of the walk's channels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Method {
+    Whitted,
+    Report,
+    LightTracer,
+}
+
+impl Method {
+    /// For names of files.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Whitted => "whitted",
+            Self::Report => "report",
+            Self::LightTracer => "light-tracer",
+        }
+    }
+}
+
+/// All of them.
+pub(super) const METHODS: [Method; 3] = [Method::Whitted, Method::Report, Method::LightTracer];
+
+/// Segments from the eye that Whitted's method and the report's follow.
+const LIMIT: u32 = 7;
+
+/// A path from the eye to where it meets light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Way {
+    /// Segments, the one to the light included.
+    pub segments: u32,
+    /// Diffuse surfaces on the way.
+    pub diffuse: u32,
+    /// Whether the first surface on the way was diffuse.
+    pub diffuse_first: bool,
+    /// Whether the last surface on the way was diffuse.
+    pub diffuse_last: bool,
+    /// Whether the light is an emitter, not the background.
+    pub emitter: bool,
+}
+
+impl Way {
+    /// Whether a method follows paths of this kind.
+    pub fn followed(&self, method: Method) -> bool {
+        // A shadow ray is one segment more than the limit knows of, and finds emitters alone.
+        let by_shadow_ray = self.diffuse_last && self.emitter;
+        let within = self.segments <= LIMIT + u32::from(by_shadow_ray);
+        match method {
+            Method::Report => within,
+            Method::Whitted => within && (self.diffuse == 0 || self.diffuse == 1 && by_shadow_ray),
+            Method::LightTracer => self.segments == 1 || self.diffuse_first,
+        }
+    }
+}
+
+/// The walk: the grey radiance of what each of [`METHODS`] leaves out, one in each channel.
+struct LeftOut;
+
+impl Estimator for LeftOut {
+    fn radiance<R: Sampler>(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        hit: Option<Hit>,
+        rng: &mut R,
+    ) -> DVec3 {
+        let (mut ray, mut hit) = (*ray, hit);
+        let mut left_out = DVec3::ZERO;
+        let mut throughput = DVec3::ONE;
+        let mut way = Way {
+            segments: 1,
+            diffuse: 0,
+            diffuse_first: false,
+            diffuse_last: false,
+            emitter: false,
+        };
+        loop {
+            let met = match hit {
+                None => scene.background(),
+                Some(here) => match here.emitter {
+                    Some(index) if here.normal.dot(ray.direction) < 0.0 => {
+                        scene.emitters()[index as usize].radiance
+                    }
+                    _ => DVec3::ZERO,
+                },
+            };
+            way.emitter = hit.is_some();
+            let grey = (throughput * met).element_sum() / 3.0;
+            let missed = METHODS.map(|method| f64::from(u8::from(!way.followed(method))));
+            left_out += grey * DVec3::from_array(missed);
+            let Some(here) = hit else {
+                return left_out;
+            };
+            let Some((direction, weight)) = scattered(scene, &here, &ray, rng) else {
+                return left_out;
+            };
+            way.diffuse_last = scene.surface(&here).bsdf.is_rough();
+            way.diffuse_first |= way.diffuse_last && way.segments == 1;
+            way.diffuse += u32::from(way.diffuse_last);
+            way.segments += 1;
+            throughput *= weight;
+            // Most of what the limit cuts comes soon after it: no path ends before.
+            if way.segments > LIMIT + 2 {
+                let survival = throughput.max_element().clamp(0.05, 0.95);
+                if uniform(rng) >= survival {
+                    return left_out;
+                }
+                throughput /= survival;
+            }
+            ray = scene.leave(here.point, here.normal, direction);
+            hit = scene.intersect(&ray);
+        }
+    }
+}
+
+/// One way on from a surface, and its weight.
+fn scattered<R: Sampler>(
+    scene: &Scene,
+    here: &Hit,
+    ray: &Ray,
+    rng: &mut R,
+) -> Option<(DVec3, DVec3)> {
+    let outside = here.normal.dot(ray.direction) < 0.0;
+    let normal = if outside { here.normal } else { -here.normal };
+    match scene.surface(here).bsdf {
+        Bsdf::Black => None,
+        Bsdf::Mirror { reflectance } => Some((Standard.mirror(ray.direction, normal), reflectance)),
+        Bsdf::Glass { index } => {
+            let (n1, n2) = if outside { (1.0, index) } else { (index, 1.0) };
+            let share = Standard.fresnel(-ray.direction.dot(normal), n1, n2);
+            let refracted = Standard.refract(ray.direction, normal, n1, n2);
+            match refracted.filter(|_| uniform(rng) >= share) {
+                Some(refracted) => Some((refracted, DVec3::splat((n1 / n2).powi(2)))),
+                None => Some((Standard.mirror(ray.direction, normal), DVec3::ONE)),
+            }
+        }
+        ref bsdf => {
+            let frame = Frame::new(normal);
+            let wi = Standard.cosine_hemisphere(uniform2(rng));
+            // The cosine stands in the density as well.
+            let brdf = Standard.brdf(bsdf, frame.local(-ray.direction), wi);
+            Some((frame.world(wi), std::f64::consts::PI * brdf))
+        }
+    }
+}
+
+/// The image means of what each of [`METHODS`] leaves out of a scene, for `count` images from `first` on.
+pub(super) fn left_out(
+    run: &Run,
+    scene: SceneName,
+    first: u32,
+    count: u32,
+) -> Result<[Values; 3], Error> {
+    let job = Job {
+        scene,
+        size: SIZE,
+        spp: first + count,
+        seed: seed_for(run.seed(), &format!("{} left out", name(scene))),
+        ..Job::default()
+    };
+    let mut values = [Values::new(0.0); 3];
+    job.replications_by(&LeftOut, first..first + count, |image| {
+        let mean = image.iter().sum::<DVec3>() / image.len() as f64;
+        for (values, mean) in values.iter_mut().zip(mean.to_array()) {
+            values.push(mean);
+        }
+        Ok(())
+    })?;
+    Ok(values)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A path by its surfaces: d for diffuse, s for mirror or glass; the light is an emitter.
+    fn way(surfaces: &str) -> Way {
+        Way {
+            segments: surfaces.len() as u32 + 1,
+            diffuse: surfaces.matches('d').count() as u32,
+            diffuse_first: surfaces.starts_with('d'),
+            diffuse_last: surfaces.ends_with('d'),
+            emitter: true,
+        }
+    }
+
+    #[test]
+    fn paths_are_told_apart() {
+        use Method::{LightTracer, Report, Whitted};
+        // Surfaces in order from the eye, and the methods that follow the path to an emitter.
+        for (surfaces, methods) in [
+            ("", &[Whitted, Report, LightTracer][..]),
+            ("s", &[Whitted, Report]),
+            ("d", &[Whitted, Report, LightTracer]),
+            ("sd", &[Whitted, Report]),
+            ("ds", &[Report, LightTracer]),
+            ("dd", &[Report, LightTracer]),
+            ("dsd", &[Report, LightTracer]),
+            ("sds", &[Report]),
+            ("ssssss", &[Whitted, Report]),
+            ("sssssss", &[]),
+            ("ssssssd", &[Whitted, Report]),
+            ("sssssssd", &[]),
+            ("ddddddd", &[Report, LightTracer]),
+            ("dddddddd", &[LightTracer]),
+            ("dddddds", &[LightTracer]),
+        ] {
+            let followed = METHODS.map(|method| way(surfaces).followed(method));
+            assert_eq!(followed, METHODS.map(|m| methods.contains(&m)), "{surfaces}");
+        }
+        // No shadow ray finds the background.
+        let sky = Way { emitter: false, ..way("d") };
+        assert_eq!(METHODS.map(|m| sky.followed(m)), [false, true, true]);
+        let far = Way { emitter: false, ..way("ddddddd") };
+        assert!(!far.followed(Report));
+    }
+}

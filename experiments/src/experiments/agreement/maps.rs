@@ -1,0 +1,167 @@
+//! Tiles and pixels of two sets of images against each other. How far out the tail of a tile's or pixel's
+//! test is valid, its skewness decides, and that is taken from images that the test does not see: else what
+//! is left out would depend on what is found.
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+use whitefurnace::harness::mean::Values;
+use whitefurnace::harness::welch_map::{PValueMap, PixelStatistics, map};
+use whitefurnace::moments::Moments;
+
+use super::SIZE;
+use super::claims::{Case, Claim};
+use crate::plot::map::Map;
+use crate::render::name;
+use crate::run::Run;
+
+const TILE: usize = 5;
+/// Bins of a histogram of p-values.
+const BINS: usize = 10;
+/// One of so many images goes to the pilot, the rest to the test.
+const PILOT: u64 = 4;
+/// The least share of tiles or pixels that must be judged for anything to be said of all.
+const LEAST_SHARE: f64 = 0.5;
+
+/// A tile or pixel: what decides whether it is judged, and what is judged.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+struct Place {
+    #[serde(with = "super::state")]
+    pilot: Values,
+    #[serde(with = "super::state")]
+    tested: Values,
+}
+
+impl Place {
+    /// Whether the skewness of the pilot leaves the tail of the test valid at a level.
+    fn valid_at(&self, level: f64) -> bool {
+        self.pilot.moments.count() > 1
+            && self.tested.moments.count() >= self.pilot.valid_from_at(level)
+    }
+}
+
+/// The tiles and pixels of the images of one run.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Maps {
+    pilot: u64,
+    images: u64,
+    tiles: Vec<Place>,
+    pixels: Vec<Place>,
+}
+
+impl Maps {
+    /// For so many images.
+    pub fn new(images: u64) -> Self {
+        let pixels = (SIZE[0] * SIZE[1]) as usize;
+        let empty = Place { pilot: Values::new(1.0), tested: Values::new(1.0) };
+        Self {
+            pilot: images / PILOT,
+            images: 0,
+            tiles: vec![empty; pixels / (TILE * TILE)],
+            pixels: vec![empty; pixels],
+        }
+    }
+
+    /// Adds an image; returns its mean.
+    pub fn push(&mut self, image: &[DVec3]) -> f64 {
+        let is_pilot = self.images < self.pilot;
+        self.images += 1;
+        let push = |place: &mut Place, value| {
+            if is_pilot {
+                place.pilot.push(value);
+            } else {
+                place.tested.push(value);
+            }
+        };
+        let width = SIZE[0] as usize;
+        let mut tiles = vec![0.0; self.tiles.len()];
+        for (i, (pixel, value)) in self.pixels.iter_mut().zip(image).enumerate() {
+            let value = value.element_sum() / 3.0;
+            push(pixel, value);
+            tiles[i / width / TILE * (width / TILE) + i % width / TILE] += value;
+        }
+        for (tile, sum) in self.tiles.iter_mut().zip(&tiles) {
+            push(tile, sum / (TILE * TILE) as f64);
+        }
+        tiles.iter().sum::<f64>() / image.len() as f64
+    }
+}
+
+/// The Welch map of places that are judged at a level, the others left out; and how many are.
+fn judged([a, b]: [&[Place]; 2], width: usize, level: f64) -> (PValueMap, usize) {
+    let table = |places: &[Place]| {
+        let column =
+            |of: fn(&Moments) -> f64| places.iter().map(|p| of(&p.tested.moments)).collect();
+        let count: Vec<u64> = places.iter().map(|p| p.tested.moments.count()).collect();
+        (column(Moments::mean), column(Moments::variance), count)
+    };
+    let (ours, reference): (Table, Table) = (table(a), table(b));
+    let [ours, reference] = [&ours, &reference].map(|(mean, variance, count)| PixelStatistics {
+        mean,
+        variance,
+        count,
+    });
+    let mut map = map(&ours, &reference, width, 1);
+    for (i, (a, b)) in a.iter().zip(b).enumerate() {
+        // What is no number is not left out, but fails.
+        let number = map.p[i].is_some_and(|p| !p.is_nan());
+        if number && !(a.valid_at(level) && b.valid_at(level)) {
+            map.p[i] = None;
+            map.sigmas[i] = f64::NAN;
+        }
+    }
+    let count = map.p.iter().flatten().count();
+    (map, count)
+}
+
+/// Records the least p-value of the tiles, at `share` of the family; where equality is claimed, it can
+/// fail, and it is a claim if enough tiles are judged. Returns the map for drawing, and the histogram of the
+/// pixels' p-values if enough of them are judged as far out as its first bin.
+pub(super) fn note_map(
+    run: &mut Run,
+    case: &Case,
+    [a, b]: [&Maps; 2],
+    share: f64,
+) -> (Map, Option<Vec<u64>>) {
+    let enough = |count: usize, of: usize| count as f64 >= LEAST_SHARE * of as f64;
+    let total = a.tiles.len();
+    let (tiles, count) =
+        judged([&a.tiles, &b.tiles], SIZE[0] as usize / TILE, share / total as f64);
+    let (what, key) = (format!("{}, tiles", case.label()), case.key());
+    run.number(&format!("{key}.tiles.judged"), count as f64);
+    if enough(count, total) {
+        let p = tiles.smallest("tiles", 2).p;
+        run.number(&format!("{key}.tiles.p"), p);
+        let value = format!("least p {p:.2e} after Bonferroni over {count} of {total}");
+        if case.claim == Claim::Equal {
+            run.claim(&what, value, p >= share);
+        } else {
+            run.note(&what, value);
+        }
+    } else {
+        let least = 100.0 * LEAST_SHARE;
+        let value =
+            format!("undecided: skewness lets {count} of {total} be judged, not {least:.0} %");
+        run.note(&what, value);
+    }
+    let (pixels, count) = judged([&a.pixels, &b.pixels], SIZE[0] as usize, 1.0 / BINS as f64);
+    run.number(&format!("{key}.pixels.judged"), count as f64);
+    let histogram = enough(count, a.pixels.len()).then(|| pixels.histogram(BINS));
+    (drawn(&name(case.estimator), tiles), histogram)
+}
+
+/// Where in the image an estimator differs from the path tracer.
+fn drawn(estimator: &str, tiles: PValueMap) -> Map {
+    let size = [tiles.width, tiles.height];
+    Map {
+        title: format!("{estimator} − mis"),
+        axes: ["across (tiles)".into(), "up (tiles)".into()],
+        ranges: size.map(|tiles| [0.0, tiles as f64]),
+        size: size.map(|tiles| tiles as u32),
+        values: tiles.sigmas,
+        bound: 4.0,
+        unit: "standard errors".into(),
+    }
+}
+
+/// Means, variances and counts of tiles or pixels.
+type Table = (Vec<f64>, Vec<f64>, Vec<u64>);

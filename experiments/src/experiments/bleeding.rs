@@ -1,0 +1,234 @@
+//! Colour bleeding on the white sphere of the report's room: ratios of the channels along its girdle, with
+//! the coloured walls and with grey ones of the same luminance.
+
+use glam::DVec3;
+use whitefurnace::bsdf::OrenNayarForm;
+use whitefurnace::equation;
+use whitefurnace::error::Error;
+use whitefurnace::estimator::radiosity::Fineness;
+use whitefurnace::estimator::{Estimator, Path, Radiosity, Standard};
+use whitefurnace::harness::tails::normal_upper;
+use whitefurnace::image::write_png;
+use whitefurnace::moments::Moments;
+use whitefurnace::pixel::PixelSampling;
+use whitefurnace::rng::{seed_for, stream};
+use whitefurnace::scene::Scene;
+use whitefurnace::scene::room::{Convention, WHITE_SPHERE, Walls, diffuse_with, report_with};
+use whitefurnace::shape::Ray;
+
+use crate::experiments::figures;
+use crate::plot::chart::{Chart, Mark, Series, charts};
+use crate::render::Job;
+use crate::run::pictures::render_samples;
+use crate::run::progress::interrupted;
+use crate::run::suite::{FAMILY, parallel};
+use crate::run::{Experiment, Judgement, Run};
+
+/// Measures colour bleeding.
+pub const BLEEDING: Experiment = Experiment {
+    id: "bleeding",
+    title: "colour bleeding on the white sphere of figure 8, with coloured and with grey walls",
+    version: 2,
+    equations: &[
+        &equation::RENDERING,
+        &equation::LAMBERT,
+        &equation::OREN_NAYAR,
+        &equation::RADIOSITY,
+    ],
+    run,
+};
+
+/// Azimuths along the girdle, degrees from the direction to the camera, positive to the right in the
+/// picture.
+const ANGLES: [f64; 17] = [
+    -80.0, -70.0, -60.0, -50.0, -40.0, -30.0, -20.0, -10.0, 0.0, 10.0, 20.0, 30.0, 40.0, 50.0,
+    60.0, 70.0, 80.0,
+];
+/// Ratios are taken of means over batches, which are nearly normal.
+const BATCHES: u32 = 64;
+
+/// Margin of ratios of irradiance between radiosity and paths.
+const TINT: f64 = 0.03;
+
+/// Red and blue over green at a point, each with its standard error.
+type Ratios = [[f64; 2]; 2];
+
+fn run(run: &mut Run) -> Result<(), Error> {
+    let room = |walls| report_with(Convention::Physical, OrenNayarForm::Corrected, walls);
+    let samples = run.count(run.by_tier(5_000, 40_000)) as u32;
+    let mut profiles = Vec::new();
+    let mut rows = Vec::new();
+    for (name, scene) in [
+        ("report, coloured walls", room(Walls::Coloured)?),
+        ("report, grey walls", room(Walls::Grey)?),
+        ("diffuse room, coloured walls", diffuse_with(Walls::Coloured)?),
+    ] {
+        let profile = by_paths(&scene, seed_for(run.seed(), name), samples)?;
+        rows.extend(ANGLES.iter().zip(&profile).map(|(angle, ratios)| {
+            let [[red, red_error], [blue, blue_error]] = ratios;
+            format!("{name},{angle},{red:.6},{red_error:.6},{blue:.6},{blue_error:.6}")
+        }));
+        profiles.push(profile);
+    }
+    run.csv(
+        "bleeding.csv",
+        "scene,azimuth,red over green,standard error,blue over green,standard error",
+        &rows,
+    )?;
+    let patches = run.count(run.by_tier(800, 3_000)) as u32;
+    let radiosity = by_radiosity(&diffuse_with(Walls::Coloured)?, patches)?;
+    judge(run, &profiles, &radiosity);
+    picture(run, &diffuse_with(Walls::Coloured)?, "coloured.png")?;
+    picture(run, &diffuse_with(Walls::Grey)?, "grey.png")?;
+    draw(run, &profiles, &radiosity)
+}
+
+/// The white sphere in the window of figure 8, in a diffuse room: no caustics hide the tint.
+fn picture(run: &mut Run, scene: &Scene, file: &str) -> Result<(), Error> {
+    let job =
+        Job { window: Some(figures::WHITE_SPHERE), spp: run.by_tier(32, 512), ..Job::default() };
+    let job = run.prepared(job);
+    let path = Path::<Standard>::default();
+    let random = (PixelSampling::Random, job.seed);
+    let film = render_samples(scene, &path, random, (job.size, job.window), job.spp)?;
+    write_png(&run.figure(file), &film, job.display(0.0), 3)
+}
+
+/// The ray from the camera to a point of the girdle.
+fn girdle(scene: &Scene, angle: f64) -> Ray {
+    let sphere = WHITE_SPHERE;
+    let eye = scene.camera().eye;
+    let towards = (eye - sphere.centre).with_z(0.0).normalize();
+    // The camera looks along −x: its right is +y.
+    let right = DVec3::Z.cross(towards);
+    let (sin, cos) = angle.to_radians().sin_cos();
+    let point = sphere.centre + sphere.radius * (cos * towards + sin * right);
+    // From just before the point: what the ray passes on its way does not matter.
+    let outward = (point - sphere.centre) / sphere.radius;
+    let origin = point + 0.01 * outward;
+    Ray::new(origin, -outward)
+}
+
+fn by_paths(scene: &Scene, seed: u64, samples: u32) -> Result<Vec<Ratios>, Error> {
+    let path = Path::<Standard>::default();
+    let places: Vec<(u32, f64)> = (0..).zip(ANGLES).collect();
+    parallel(&places, |&(place, angle)| {
+        let ray = girdle(scene, angle);
+        let hit = scene.intersect(&ray);
+        let mut ratios = [Moments::default(); 2];
+        for batch in 0..BATCHES {
+            let mut rng = stream(seed, place, batch);
+            let sum: DVec3 = (0..samples).map(|_| path.radiance(scene, &ray, hit, &mut rng)).sum();
+            ratios[0].push(sum.x / sum.y);
+            ratios[1].push(sum.z / sum.y);
+        }
+        ratios.map(|moments| [moments.mean(), moments.standard_error()])
+    })
+}
+
+fn by_radiosity(scene: &Scene, patches: u32) -> Result<Vec<[f64; 2]>, Error> {
+    let fineness = Fineness { patches, halvings: 0 };
+    let solved = Radiosity::new(Standard, scene, fineness, &|_| !interrupted())?;
+    let ratios = ANGLES.iter().filter_map(|&angle| {
+        let ray = girdle(scene, angle);
+        let hit = scene.intersect(&ray)?;
+        let irradiance = solved.irradiance(scene, &ray, &hit);
+        Some([irradiance.x / irradiance.y, irradiance.z / irradiance.y])
+    });
+    Ok(ratios.collect())
+}
+
+/// What the profiles say, at the family-wise level of the experiment.
+fn judge(run: &mut Run, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) {
+    let critical = normal_upper(FAMILY / (2.0 * 4.0 * ANGLES.len() as f64));
+    let [coloured, grey, diffuse] = profiles else {
+        return;
+    };
+    for (place, side) in [(1, "left"), (ANGLES.len() / 2, "middle"), (ANGLES.len() - 2, "right")] {
+        let [[red, red_error], [blue, blue_error]] = coloured[place];
+        run.number(&format!("{side}.red"), red);
+        run.number(&format!("{side}.blue"), blue);
+        let value = format!(
+            "R : G : B = {red:.3} ± {:.3} : 1 : {blue:.3} ± {:.3}; with grey walls {:.3} : 1 : {:.3}",
+            critical * red_error,
+            critical * blue_error,
+            grey[place][0][0],
+            grey[place][1][0]
+        );
+        run.note(&format!("{side}, {}°", ANGLES[place]), value);
+    }
+    let worst = |ratios: &[Ratios]| {
+        let all = ratios.iter().flatten().map(|[ratio, _]| (ratio - 1.0).abs());
+        all.fold(0.0, f64::max)
+    };
+    let tinted = coloured
+        .iter()
+        .filter(|ratios| {
+            let far = |[ratio, error]: &[f64; 2]| (ratio - 1.0).abs() > critical * error;
+            ratios.iter().any(far)
+        })
+        .count();
+    let value =
+        format!("at {tinted} of {} points, up to {:.1} %", ANGLES.len(), 100.0 * worst(coloured));
+    run.claim("walls colour the white sphere", value, 2 * tinted > ANGLES.len());
+    let value = format!("channels differ by at most {:.1e}", worst(grey));
+    run.claim("grey walls do not", value, worst(grey) < 1e-9);
+    // The far and the near end of the interval of each ratio's distance.
+    let [apart, at_least] = [1.0, -1.0].map(|sign| {
+        diffuse
+            .iter()
+            .zip(radiosity)
+            .flat_map(|(paths, radiosity)| paths.iter().zip(radiosity))
+            .map(|([ratio, error], solved)| (ratio - solved).abs() + sign * critical * error)
+            .fold(0.0, f64::max)
+    });
+    run.number("apart", apart);
+    let what = "radiosity and path tracer agree on the tint";
+    let value = format!("ratios of irradiance within {apart:.4}, at most {TINT}");
+    let verdict = if apart < TINT || at_least > TINT {
+        Judgement::from(apart < TINT)
+    } else {
+        Judgement::Undecided
+    };
+    run.claim(what, value, verdict);
+}
+
+fn draw(run: &mut Run, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) -> Result<(), Error> {
+    let chart = |title: &str, places: &[(usize, &str)], solved: bool| {
+        let mut series = Vec::new();
+        for (channel, colour, letter) in [(0, 0, "R/G"), (1, 2, "B/G")] {
+            if solved {
+                let points = ANGLES.iter().zip(radiosity).map(|(&a, r)| [a, r[channel]]);
+                let label = format!("{letter}, radiosity");
+                series.push(Series::new(&label, colour, Mark::Line, points));
+            }
+            for &(place, label) in places {
+                let points = ANGLES.iter().zip(&profiles[place]).map(|(&a, r)| (a, r[channel]));
+                if label == "grey walls" {
+                    // The other ratio's line lies on this one.
+                    let label = if channel == 0 { "both ratios, grey walls" } else { "" };
+                    let points = points.map(|(a, [ratio, _])| [a, ratio]);
+                    series.push(Series::new(label, colour, Mark::Faint, points));
+                } else {
+                    let points = points.map(|(a, [ratio, error])| [a, ratio, 3.0 * error]);
+                    series.push(Series::measured(&format!("{letter}, {label}"), colour, points));
+                }
+            }
+        }
+        let azimuth = "azimuth on the sphere from the camera's direction (°, right is positive)";
+        Chart::new(title, [azimuth, "ratio to green"], [[-85.0, 85.0], [0.4, 1.7]], series)
+    };
+    let report = chart(
+        "The white sphere in the report's room: radiance along its girdle",
+        &[(0, "coloured walls"), (1, "grey walls")],
+        false,
+    );
+    let diffuse = chart(
+        "The same in the diffuse room: irradiance, by paths and by radiosity",
+        &[(2, "paths")],
+        true,
+    );
+    let see = "Towards the walls red and blue leave the ratio one that grey walls would give. Points of path \
+               tracing lie on the lines of radiosity.";
+    charts(&run.figure("bleeding.svg"), see, [900, 880], &[report, diffuse])
+}

@@ -1,0 +1,224 @@
+//! Whether the statistics keep their stated error rates.
+
+use std::collections::BTreeMap;
+
+use whitefurnace::error::Error;
+use whitefurnace::harness::ks::kolmogorov_smirnov;
+use whitefurnace::harness::tails::{binomial_sf, kolmogorov_upper};
+use whitefurnace::harness::trial::{Context, Trial, group, run_trial};
+use whitefurnace::rng::{seed_for, stream};
+
+use crate::experiments::statistics::{self, N};
+use crate::plot::chart::{Chart, Mark, Series, charts};
+use crate::run::accumulated::number;
+use crate::run::progress::Progress;
+use crate::run::suite::{FAMILY, equations, parallel};
+use crate::run::{Experiment, Run};
+
+/// p-values of true hypotheses over many seeds.
+pub const CALIBRATION: Experiment = Experiment {
+    id: "calibration",
+    title: "p-values of true hypotheses are uniform, stated error rates are kept (accumulates over runs)",
+    version: 3,
+    equations: &[],
+    run,
+};
+
+/// The scale at which the registry's trials are repeated.
+const SCALE: f64 = 1.0 / 1024.0;
+/// Statistics of continuous variables, whose p-values are uniform rather than only not too small...
+const CONTINUOUS: [&str; 6] =
+    ["t", "z", "Welch", "chi-square", "Kolmogorov-Smirnov", "variance ratio"];
+/// ...from about this many values on.
+const LEAST_VALUES: u64 = 900;
+
+/// So many replications are a part that an interrupted run need not do again.
+const PART: usize = 32;
+
+/// The prefixes of names in the accumulated rows.
+const STATISTIC: &str = "statistic ";
+const PROMISE: &str = "promise ";
+const TRIAL: &str = "trial ";
+
+fn run(run: &mut Run) -> Result<(), Error> {
+    let key = format!(
+        "calibration version {}, seed {}, n = {N}, registry at scale 1/1024",
+        CALIBRATION.version,
+        run.seed()
+    );
+    let mut accumulated = run.accumulated("calibration.csv", &key, "replication,name,p")?;
+    let first = accumulated.next();
+    let replications: Vec<u64> = (first..first + run.count(run.by_tier(64, 1024))).collect();
+    let registry = registry::all();
+    run.bears_on(equations(&registry));
+    let master = run.seed();
+    let registry = in_question(registry, master)?;
+    let bar = Progress::default().bar_of(replications.len() as u64, "seeds");
+    for part in replications.chunks(PART) {
+        let found = run.part(&format!("from-{}", part[0]), || {
+            let found = parallel(part, |&k| -> Result<Vec<[String; 2]>, Error> {
+                let mut rows = examine_statistics(master, k);
+                rows.extend(examine_registry(&registry, master, k)?);
+                Ok(rows)
+            })?;
+            found.into_iter().collect::<Result<Vec<_>, _>>()
+        })?;
+        for (&k, rows) in part.iter().zip(found) {
+            rows.iter().for_each(|row| accumulated.push(k, row));
+        }
+        bar.advance(part.len() as u64);
+    }
+    bar.finish();
+    let family = accumulated.look(FAMILY);
+    accumulated.write()?;
+    let mut by_name: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+    for row in accumulated.rows() {
+        let name = row.get(1).map_or("", String::as_str);
+        by_name.entry(name).or_default().push(number(row, 2));
+    }
+    let value = format!(
+        "{} replications so far, {} of this run; n = {N} per statistic, registry at scale 1/1024; \
+         family-wise level {FAMILY:.0e} for all looks, {family:.1e} for this one, number {}",
+        accumulated.next(),
+        replications.len(),
+        accumulated.looks()
+    );
+    run.note("size", value);
+    run.number("replications", accumulated.next() as f64);
+    let level = family / by_name.len().max(10) as f64;
+    judge(run, &by_name, level);
+    draw(run, &by_name, level)
+}
+
+/// The p-values of the statistics, and whether each promise was broken, in replication k.
+fn examine_statistics(master: u64, k: u64) -> Vec<[String; 2]> {
+    let rng = |name: &str| stream(seed_for(master, name), k as u32, 0);
+    let mut rows = Vec::new();
+    for statistic in statistics::continuous() {
+        let name = format!("{STATISTIC}{}", statistic.name);
+        let outcome = (statistic.run)(&mut rng(&name), 0.0);
+        rows.push([name, format!("{:.6e}", outcome.p)]);
+    }
+    for promise in statistics::promises() {
+        let name = format!("{PROMISE}{}", promise.name);
+        let happened = (promise.happened)(&mut rng(&name));
+        rows.push([name, u8::from(happened).to_string()]);
+    }
+    rows
+}
+
+/// Groups whose p-values mean nothing at this scale: the check-ups of whole BSDFs integrate for seconds,
+/// and the pixels of the images have two replications each.
+const LEFT_OUT: [&str; 2] = ["bsdf", "images"];
+
+/// The trials that have p-values to examine, by a replication of their own.
+fn in_question(registry: Vec<Trial>, master: u64) -> Result<Vec<Trial>, Error> {
+    let context = Context::new(seed_for(master, "calibration, which trials"), SCALE)?;
+    let examined = parallel(&registry, |trial| {
+        !LEFT_OUT.contains(&group(&trial.name)) && !p_values(trial, &context).is_empty()
+    })?;
+    let pairs = registry.into_iter().zip(examined);
+    Ok(pairs.filter_map(|(trial, kept)| kept.then_some(trial)).collect())
+}
+
+/// The p-values of these trials in replication k.
+fn examine_registry(trials: &[Trial], master: u64, k: u64) -> Result<Vec<[String; 2]>, Error> {
+    let context = Context::new(seed_for(master, &format!("calibration {k}")), SCALE)?;
+    Ok(trials.iter().flat_map(|trial| p_values(trial, &context)).collect())
+}
+
+/// The p-values of a trial's continuous statistics, with their names.
+fn p_values(trial: &Trial, context: &Context) -> Vec<[String; 2]> {
+    let mut rows = Vec::new();
+    for row in run_trial(trial, context) {
+        let o = &row.outcome;
+        // A furnace that is constant by construction has no p-values to speak of.
+        let varies = o.half_width() > 1e-9 * o.reference.abs();
+        // Nor has a chi-square whose cells have all been pooled into one.
+        let varies = varies && o.dof != Some(0.0);
+        if CONTINUOUS.contains(&o.statistic) && o.n >= LEAST_VALUES && varies {
+            let name = format!("{TRIAL}{}: {}", trial.name, o.name.replace(',', ";"));
+            rows.push([name, format!("{:.6e}", o.p)]);
+        }
+    }
+    rows
+}
+
+/// Judges each name at `level`, its share of the look's.
+fn judge(run: &mut Run, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) {
+    let rates: BTreeMap<String, f64> = statistics::promises()
+        .iter()
+        .map(|promise| (format!("{PROMISE}{}", promise.name), promise.rate))
+        .collect();
+    let (mut registered, mut worst) = (0, (1.0, String::from("none")));
+    for (&name, values) in by_name {
+        let n = values.len() as u64;
+        if let Some(&rate) = rates.get(name) {
+            let k = values.iter().filter(|&&happened| happened > 0.5).count() as u64;
+            let value = format!("{k} of {n}, at most {rate:.0e} promised");
+            run.number(&format!("{name}.share"), k as f64 / n as f64);
+            run.claim(name, value, binomial_sf(k, n, rate) >= level);
+            continue;
+        }
+        let outcome = kolmogorov_smirnov(name, &mut values.clone(), |p| p, 1.0);
+        run.number(&format!("{name}.distance"), outcome.estimate);
+        if name.starts_with(TRIAL) {
+            registered += 1;
+            if outcome.p < worst.0 {
+                worst = (outcome.p, name.to_owned());
+            }
+            if outcome.p >= level {
+                continue;
+            }
+        }
+        let value = format!("D = {:.4} over {n} seeds, p = {:.2e}", outcome.estimate, outcome.p);
+        run.claim(name, value, outcome.p >= level);
+    }
+    let value = format!("{registered} measures, least p = {:.2e} ({})", worst.0, worst.1);
+    run.claim("p-values of the registry's trials", value, worst.0 >= level);
+}
+
+fn draw(run: &mut Run, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) -> Result<(), Error> {
+    let n = by_name.values().map(|values| values.len() as u64).max().unwrap_or(1);
+    let radius = kolmogorov_upper(n, level);
+    let band = |sign: f64| {
+        let label = if sign > 0.0 { "limit at the level of this look" } else { "" };
+        Series::new(label, 6, Mark::Line, [[0.0, sign * radius], [1.0, sign * radius]])
+    };
+    let panel = |title: String, prefix: &str, mark: Mark| {
+        let mut series: Vec<Series> = by_name
+            .iter()
+            .filter(|(name, _)| name.starts_with(prefix))
+            .enumerate()
+            .map(|(i, (name, values))| {
+                let label = if mark == Mark::Faint { "" } else { &name[prefix.len()..] };
+                let stretches = if mark == Mark::Faint { 40 } else { 200 };
+                Series::new(label, i, mark, deviations(values, stretches))
+            })
+            .collect();
+        series.extend([band(1.0), band(-1.0)]);
+        let axes = ["p-value expected at this rank", "observed − expected"];
+        Chart::new(title, axes, [[0.0, 1.0], [-1.5 * radius, 2.8 * radius]], series)
+    };
+    let title = format!("Statistics of true hypotheses, {n} seeds, n = {N}");
+    let statistics = panel(title, STATISTIC, Mark::Line);
+    let title = format!("The registry's trials, {n} seeds, scale 1/1024, a line each");
+    let trials = panel(title, TRIAL, Mark::Faint);
+    let see = "Lines between the limits are those of uniform p-values, as true hypotheses give.";
+    charts(&run.figure("quantiles.svg"), see, [900, 900], &[statistics, trials])
+}
+
+/// Sorted p-values against their expected quantiles, as differences: of so many stretches of equal length
+/// the largest each.
+fn deviations(values: &[f64], stretches: usize) -> Vec<[f64; 2]> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let n = sorted.len() as f64;
+    let expected = |i: usize| (i as f64 + 0.5) / n;
+    let points = sorted.iter().enumerate();
+    let points: Vec<[f64; 2]> = points.map(|(i, p)| [expected(i), p - expected(i)]).collect();
+    points
+        .chunks(sorted.len().div_ceil(stretches))
+        .filter_map(|part| part.iter().copied().max_by(|a, b| a[1].abs().total_cmp(&b[1].abs())))
+        .collect()
+}

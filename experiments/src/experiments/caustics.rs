@@ -1,0 +1,229 @@
+//! The report's claim that caustics cannot be represented by Monte Carlo ray tracing, put to the test on
+//! a glass sphere between a floor and an area light.
+
+use registry::photon::scenes::{CAUSTIC, caustic, no_caustic};
+use whitefurnace::equation;
+use whitefurnace::error::Error;
+use whitefurnace::estimator::{
+    LightRules, Lookup, Path, PhotonMapping, Sppm, Standard, Strategy, Whitted,
+};
+use whitefurnace::film::Film;
+use whitefurnace::harness::mean::{Sigma, Values, skewness_of_sum};
+use whitefurnace::harness::outcome::{Verdict, approximate_verdict};
+use whitefurnace::harness::tails::student_upper;
+use whitefurnace::image::{Display, write_png};
+use whitefurnace::pixel::PixelSampling;
+use whitefurnace::render::render_passes;
+use whitefurnace::rng::seed_for;
+use whitefurnace::scene::Scene;
+
+use crate::run::pictures::render_samples;
+use crate::run::progress::{Progress, interrupted};
+use crate::run::suite::FAMILY;
+use crate::run::{Experiment, Run};
+
+/// Renders one caustic by six methods.
+pub const CAUSTICS: Experiment = Experiment {
+    id: "caustics",
+    title: "the caustic of a glass sphere by path tracing, Whitted ray tracing and photon mapping",
+    version: 3,
+    equations: &[&equation::PHOTON_FLUX, &equation::PHOTON_DENSITY],
+    run,
+};
+
+/// Pixels of an image, by tier.
+const SIZES: [[u32; 2]; 2] = [[80, 60], [240, 180]];
+/// Independent images of each method: they give the intervals, maps and all. The mean over all of their
+/// samples is as skewed for few large images as for many small ones; these are so many that it is known how
+/// skewed: to 0.1, where the level of an interval allows 0.4.
+const IMAGES: u64 = 600;
+/// Relative difference within which means must be the same, by tier: that of the full tier leaves room for
+/// the bias of the lookups, that of the quick one for its noise.
+const MARGINS: [f64; 2] = [0.08, 0.03];
+const RADIUS: f64 = 0.03;
+/// Methods whose means are compared with path tracing's, glass and no glass.
+const COMPARISONS: usize = 7;
+
+/// How an image is made.
+#[derive(Clone, Copy)]
+enum Method {
+    Path(Strategy),
+    Whitted,
+    Photon(Lookup),
+    Sppm,
+}
+
+/// What is made of one scene by one method.
+struct Made {
+    film: Film,
+    /// The first channel's mean over the caustic, a value for each image.
+    region: Values,
+}
+
+fn run(run: &mut Run) -> Result<(), Error> {
+    // Of one image.
+    let samples = run.by_tier(1, 2);
+    let particles = run.count(run.by_tier(1_600, 27_000)) as u32;
+    let gather = Lookup::Gather { caustic_particles: particles, caustic_radius: RADIUS };
+    let methods = [
+        ("mis", Method::Path(Strategy::Mis)),
+        ("bsdf", Method::Path(Strategy::Bsdf)),
+        ("whitted", Method::Whitted),
+        ("photon", Method::Photon(gather)),
+        ("photon-direct", Method::Photon(Lookup::Direct)),
+        ("sppm", Method::Sppm),
+    ];
+    let size = run.by_tier(SIZES[0], SIZES[1]);
+    let mut reference = None;
+    let mut rows = Vec::new();
+    for (name, method) in methods {
+        let made = make(run, &caustic(1.5), (name, method), size, (samples, particles))?;
+        let png = run.figure(&format!("{name}.png"));
+        write_png(&png, &made.film, Display::Srgb { exposure: 0.0 }, 2)?;
+        row(run, name, &made, &mut rows);
+        let path = *reference.get_or_insert(made.region);
+        match method {
+            Method::Path(Strategy::Mis) => {}
+            Method::Whitted => run.claim(
+                "whitted has no caustic",
+                format!(
+                    "{:.4} of path tracing's radiance",
+                    made.region.moments.mean() / path.moments.mean()
+                ),
+                made.region.moments.mean() < 0.5 * path.moments.mean(),
+            ),
+            _ => same(run, &format!("{name} and mis"), (&made.region, &path)),
+        }
+    }
+    let clear = ("mis, no glass", Method::Path(Strategy::Mis));
+    let clear = make(run, &no_caustic(), clear, size, (samples, particles))?;
+    row(run, "no-glass", &clear, &mut rows);
+    for (name, method) in [methods[0], methods[3]] {
+        let name = format!("{name} at index 1");
+        let made = make(run, &caustic(1.0), (&name, method), size, (samples, particles))?;
+        row(run, &name.replace(" at ", "-").replace(' ', ""), &made, &mut rows);
+        same(run, &format!("{name} and no glass"), (&made.region, &clear.region));
+    }
+    run.csv("caustics.csv", "method,region,standard_error,noise", &rows)
+}
+
+/// Records a region's mean and the noise of a pixel.
+fn row(run: &mut Run, name: &str, made: &Made, rows: &mut Vec<String>) {
+    let film = &made.film;
+    let region = made.region.moments;
+    run.number(&format!("{name}.region"), region.mean());
+    run.number(&format!("{name}.standard_error"), region.standard_error());
+    run.number(&format!("{name}.noise"), film.relative_error());
+    let value = format!(
+        "radiance of the caustic {:.4} ± {:.4}, mean relative error of a pixel {:.2} %",
+        region.mean(),
+        region.standard_error(),
+        100.0 * film.relative_error()
+    );
+    run.note(name, value);
+    rows.push(format!(
+        "{name},{:e},{:e},{:e}",
+        region.mean(),
+        region.standard_error(),
+        film.relative_error()
+    ));
+}
+
+/// Claims that two means are the same within the margin, by an interval at the experiment's family-wise
+/// level; undecided where their skewness leaves that level invalid.
+fn same(run: &mut Run, what: &str, (a, b): (&Values, &Values)) {
+    let margin = run.by_tier(MARGINS[0], MARGINS[1]);
+    let level = FAMILY / COMPARISONS as f64;
+    let images = a.moments.count();
+    let [of_a, of_b] = [a.moments, b.moments];
+    let critical = student_upper(level / 2.0, images as f64 - 1.0);
+    let reach = critical * of_a.standard_error().hypot(of_b.standard_error()) / of_b.mean();
+    let difference = of_a.mean() / of_b.mean() - 1.0;
+    let skewness = skewness_of_sum([a.part(), b.part()]);
+    let needed = Sigma::Estimated.valid_from(images, skewness, level);
+    let verdict = if images < needed {
+        Verdict::Undecided { needed }
+    } else {
+        let interval = [difference - reach, difference + reach];
+        approximate_verdict(interval, 0.0, margin, images)
+    };
+    let value = format!(
+        "difference {:+.3} % ± {:.3} %, margin {} %; {images} images, valid from {needed} on",
+        100.0 * difference,
+        100.0 * reach,
+        100.0 * margin
+    );
+    run.claim(&format!("{what} agree"), value, verdict);
+}
+
+/// Independent images of a scene, and the mean of all.
+fn make(
+    run: &Run,
+    scene: &Scene,
+    (name, method): (&str, Method),
+    size: [u32; 2],
+    (samples, particles): (u32, u32),
+) -> Result<Made, Error> {
+    let images = run.count(IMAGES).max(2);
+    let bar = Progress::new(name).bar(images);
+    let pixels = region(scene, size);
+    let mut all = Film::new(size, None, 1)?;
+    let mut values = Values::new(0.5);
+    for image in 0..images {
+        let seed = seed_for(run.seed(), &format!("{name} {image}"));
+        let film = one_image(scene, method, seed, size, (samples, particles))?;
+        let sum: f64 = pixels.iter().map(|&i| film.pixels()[i].mean().x).sum();
+        values.push(sum / pixels.len() as f64);
+        for (pixel, one) in all.pixels_mut().iter_mut().zip(film.pixels()) {
+            pixel.push(one.mean())?;
+        }
+        if !bar.advance(1) {
+            return Err(Error::Interrupted);
+        }
+    }
+    bar.finish();
+    Ok(Made { film: all, region: values })
+}
+
+fn one_image(
+    scene: &Scene,
+    method: Method,
+    seed: u64,
+    size: [u32; 2],
+    (samples, particles): (u32, u32),
+) -> Result<Film, Error> {
+    let parts = Standard;
+    let (random, frame) = ((PixelSampling::Random, seed), (size, None));
+    match method {
+        Method::Path(strategy) => {
+            render_samples(scene, &Path::new(parts, strategy), random, frame, samples)
+        }
+        Method::Whitted => {
+            let whitted = Whitted::new(LightRules::PHYSICAL);
+            render_samples(scene, &whitted, random, frame, samples)
+        }
+        Method::Photon(lookup) => {
+            let map = (particles, RADIUS);
+            let photons = PhotonMapping::new(parts, scene, lookup, map, (seed, 0))?;
+            render_samples(scene, &photons, random, frame, samples)
+        }
+        Method::Sppm => {
+            let sppm = Sppm { parts, particles: particles / samples + 1, radius: 2.0 * RADIUS };
+            let mut film = Film::new(size, None, 1)?;
+            let on = |_| !interrupted();
+            let complete = render_passes(scene, &sppm, seed, &mut film, 0..samples, &on)?;
+            if complete { Ok(film) } else { Err(Error::Interrupted) }
+        }
+    }
+}
+
+/// The pixels whose middle shows the part of the floor that the caustic covers.
+fn region(scene: &Scene, size: [u32; 2]) -> Vec<usize> {
+    let pixels = 0..size[0] * size[1];
+    let shows = |&pixel: &u32| {
+        let [x, y] = [pixel % size[0], pixel / size[0]].map(|i| f64::from(i) + 0.5);
+        let hit = scene.intersect(&scene.camera().ray(size, x, y));
+        hit.is_some_and(|hit| hit.point.z.abs() < 1e-9 && hit.point.truncate().length() < CAUSTIC)
+    };
+    pixels.filter(shows).map(|pixel| pixel as usize).collect()
+}

@@ -1,0 +1,227 @@
+//! How the error falls with the number of samples, for independent numbers and Sobol' points.
+
+use std::sync::Arc;
+
+use registry::scenes::{at_origin, rectangle_light};
+use whitefurnace::equation;
+use whitefurnace::error::Error;
+use whitefurnace::estimator::{Estimator, Path, Standard, Strategy};
+use whitefurnace::harness::convergence::log_slope;
+use whitefurnace::harness::tails::student_upper;
+use whitefurnace::moments::Moments;
+use whitefurnace::rng::{seed_for, stream, uniform2};
+use whitefurnace::sampler::{Sampler, Sobol, scramble};
+use whitefurnace::scene::Scene;
+use whitefurnace::scene::room;
+use whitefurnace::shape::Ray;
+
+use crate::plot::chart::{Chart, Mark, Series, charts};
+use crate::run::suite::{FAMILY, parallel};
+use crate::run::{Experiment, Run};
+
+/// Variance of the mean of N samples against N.
+pub const CONVERGENCE: Experiment = Experiment {
+    id: "convergence",
+    title: "variance against samples, independent numbers and Sobol' points: smooth, edge, room",
+    version: 2,
+    equations: &[&equation::SOBOL, &equation::ESTIMATOR],
+    run,
+};
+
+/// What is integrated.
+enum Integrand {
+    /// Light of an unoccluded square on a floor, by shadow rays: smooth in two numbers.
+    Smooth(Arc<Scene>),
+    /// A pixel whose half under y − ½ < 0.37 (x − ½) is bright.
+    Edge,
+    /// A pixel of the all-diffuse room, by path tracing; mirrors and glass would add paths so rare and
+    /// bright that the variance itself cannot be estimated.
+    Room(Box<Scene>),
+}
+
+/// The pixel of the room: on the floor, where light arrives straight and by other walls.
+const PIXEL: [f64; 2] = [512.0, 700.0];
+const FRAME: [u32; 2] = [1024, 768];
+
+impl Integrand {
+    fn sample<R: Sampler>(&self, rng: &mut R) -> f64 {
+        let radiance = |scene: &Scene, ray: &Ray, strategy, rng: &mut R| {
+            let parts = Standard;
+            let hit = scene.intersect(ray);
+            Path::new(parts, strategy).radiance(scene, ray, hit, rng).x
+        };
+        match self {
+            Self::Smooth(scene) => radiance(scene, &at_origin(), Strategy::Light, rng),
+            Self::Edge => {
+                let [x, y] = uniform2(rng);
+                f64::from(u8::from(y - 0.5 < 0.37 * (x - 0.5)))
+            }
+            Self::Room(scene) => {
+                let [x, y] = uniform2(rng);
+                let ray = scene.camera().ray(FRAME, PIXEL[0] + x, PIXEL[1] + y);
+                radiance(scene, &ray, Strategy::Mis, rng)
+            }
+        }
+    }
+
+    /// The mean of N samples of replication `k`: independent streams, or one scramble.
+    fn mean(&self, sobol: bool, seed: u64, k: u32, samples: u32) -> f64 {
+        let scramble = scramble(seed, samples, k);
+        let seed = seed_for(seed, &samples.to_string());
+        let sum: f64 = (0..samples)
+            .map(|index| {
+                let mut numbers = stream(seed, k, index);
+                if sobol {
+                    self.sample(&mut Sobol::new(index as u16, scramble, numbers))
+                } else {
+                    self.sample(&mut numbers)
+                }
+            })
+            .sum();
+        sum / f64::from(samples)
+    }
+}
+
+/// Groups of replications: leaving out one after the other gives the error of the slope.
+const GROUPS: u32 = 16;
+/// Replications of a group.
+const REPLICATIONS: u32 = 32;
+/// Slopes in all.
+const SLOPES: f64 = 6.0;
+
+/// Variances at each size over groups, the slope of their means, and its standard error.
+struct Fall {
+    variances: Vec<Moments>,
+    slope: f64,
+    error: f64,
+}
+
+impl Fall {
+    /// Half the width of an interval at this experiment's share of the level, in standard errors.
+    fn critical() -> f64 {
+        student_upper(FAMILY / 2.0 / SLOPES, f64::from(GROUPS - 1))
+    }
+
+    /// The slope and its interval.
+    fn interval(&self) -> [f64; 2] {
+        let half = Self::critical() * self.error;
+        [self.slope - half, self.slope + half]
+    }
+}
+
+fn measure(integrand: &Integrand, sobol: bool, seed: u64, sizes: &[u32]) -> Result<Fall, Error> {
+    let found: Vec<Vec<f64>> = parallel(0..GROUPS, |group| {
+        let variance = |&samples: &u32| {
+            let first = group * REPLICATIONS;
+            let moments: Moments = (first..first + REPLICATIONS)
+                .map(|k| integrand.mean(sobol, seed, k, samples))
+                .collect();
+            moments.variance()
+        };
+        sizes.iter().map(variance).collect()
+    })?;
+    let axis: Vec<f64> = sizes.iter().map(|&n| f64::from(n)).collect();
+    // Variances, not their logarithms, are averaged: the logarithm of a noisy variance is biased, more
+    // so where few samples leave the mean skewed.
+    let without = |left_out: Option<usize>| -> Vec<Moments> {
+        let kept = |&(k, _): &(usize, &Vec<f64>)| Some(k) != left_out;
+        let at =
+            |i: usize| found.iter().enumerate().filter(kept).map(|(_, group)| group[i]).collect();
+        (0..sizes.len()).map(at).collect()
+    };
+    let slope = |variances: &[Moments]| {
+        let means: Vec<f64> = variances.iter().map(Moments::mean).collect();
+        log_slope(&axis, &means)
+    };
+    let variances = without(None);
+    let jackknife: Moments = (0..found.len()).map(|k| slope(&without(Some(k)))).collect();
+    let n = found.len() as f64;
+    Ok(Fall { slope: slope(&variances), variances, error: (n - 1.0) * jackknife.standard_error() })
+}
+
+fn run(run: &mut Run) -> Result<(), Error> {
+    let room = room::diffuse()?;
+    let cases = [
+        (
+            "smooth",
+            "Unoccluded square light",
+            Integrand::Smooth(rectangle_light(false)),
+            run.by_tier(10, 13),
+        ),
+        ("edge", "Half-covered pixel", Integrand::Edge, run.by_tier(11, 14)),
+        (
+            "room",
+            "A pixel of the all-diffuse room",
+            Integrand::Room(Box::new(room)),
+            run.by_tier(7, 11),
+        ),
+    ];
+    let mut plots = Vec::new();
+    for (key, title, integrand, powers) in &cases {
+        // From 4 on: with fewer points a net has nothing to offer.
+        let sizes: Vec<u32> = (2..=*powers).map(|m| 1 << m).collect();
+        let mut series = Vec::new();
+        let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
+        let mut slopes = Vec::new();
+        for (colour, sobol) in [(2, false), (0, true)] {
+            let numbers = if sobol { "Sobol'" } else { "independent" };
+            let seed = seed_for(run.seed(), &format!("{key} {numbers}"));
+            let fall = measure(integrand, sobol, seed, &sizes)?;
+            for moments in &fall.variances {
+                low = low.min(moments.mean());
+                high = high.max(moments.mean());
+            }
+            let interval = fall.interval();
+            let slope = fall.slope;
+            run.number(&format!("{key}.{numbers}.slope"), slope);
+            run.number(&format!("{key}.{numbers}.slope.low"), interval[0]);
+            run.number(&format!("{key}.{numbers}.slope.high"), interval[1]);
+            slopes.push((slope, interval));
+            let half = slope - interval[0];
+            let label = format!("{numbers}, slope {slope:.3} ± {half:.3}").replace('-', "−");
+            series.extend(drawn(&label, colour, &sizes, &fall));
+        }
+        judge(run, key, title, &slopes);
+        let ranges = [[3.0, f64::from(1u32 << powers) * 1.3], [low / 3.0, high * 30.0]];
+        let axes = ["samples N", "variance of the mean"];
+        plots.push(Chart::new(*title, axes, ranges, series).log([true, true]));
+    }
+    let see = "Straight lines on logarithmic axes: independent samples fall with slope −1 in each panel, Sobol' \
+               points faster where the integrand is smooth.";
+    charts(&run.figure("convergence.svg"), see, [900, 1350], &plots)
+}
+
+/// Mean variances with intervals, and the line of the slope through their centre.
+fn drawn(label: &str, colour: usize, sizes: &[u32], fall: &Fall) -> [Series; 2] {
+    let axis: Vec<f64> = sizes.iter().map(|&n| f64::from(n)).collect();
+    let means: Vec<f64> = fall.variances.iter().map(Moments::mean).collect();
+    let centre = |values: &[f64]| values.iter().map(|v| v.ln()).sum::<f64>() / values.len() as f64;
+    let (x, y) = (centre(&axis), centre(&means));
+    let line = |n: f64| [n, (y + fall.slope * (n.ln() - x)).exp()];
+    let bars = fall.variances.iter().map(|m| {
+        let half = Fall::critical() * m.standard_error();
+        [(m.mean() - half).max(0.05 * m.mean()), m.mean() + half]
+    });
+    let points = axis.iter().zip(&means).map(|(&n, &v)| [n, v]);
+    [
+        Series::new(label, colour, Mark::Points, points).with_bars(bars.collect()),
+        Series::new("", colour, Mark::Line, axis.iter().map(|&n| line(n))),
+    ]
+}
+
+fn judge(run: &mut Run, key: &str, title: &str, slopes: &[(f64, [f64; 2])]) {
+    let [(independent, around), (sobol, net)] = slopes else {
+        return;
+    };
+    let what = format!("{title}: slope of independent samples is −1");
+    let value = format!("{independent:.4}, interval [{:.4}, {:.4}]", around[0], around[1]);
+    run.claim(&what, value, around[0] <= -1.0 && -1.0 <= around[1]);
+    let value = format!("{sobol:.4}, interval [{:.4}, {:.4}]", net[0], net[1]);
+    if key == "room" {
+        // The room is not smooth; what Sobol' points gain there is found, not claimed.
+        run.note(&format!("{title}: slope of Sobol' points"), value);
+    } else {
+        let what = format!("{title}: Sobol' points fall faster");
+        run.claim(&what, value, net[1] < around[0]);
+    }
+}

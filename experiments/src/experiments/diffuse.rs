@@ -1,0 +1,262 @@
+//! Figure 2 of the report with four diffuse models, and what the models reflect.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use glam::DVec3;
+use registry::bsdf::{oren_nayar_albedo, oren_nayar_printed_albedo};
+use whitefurnace::bsdf::{Bsdf, OrenNayar};
+use whitefurnace::camera::Camera;
+use whitefurnace::equation;
+use whitefurnace::error::Error;
+use whitefurnace::estimator::{Estimator, Path, Standard};
+use whitefurnace::film::Film;
+use whitefurnace::frame::from_spherical;
+use whitefurnace::harness::tails::normal_upper;
+use whitefurnace::image::{Display, write_png};
+use whitefurnace::moments::Moments;
+use whitefurnace::pixel::PixelSampling;
+use whitefurnace::rng::{seed_for, stream, uniform2};
+use whitefurnace::sampling::cosine_hemisphere;
+use whitefurnace::scene::{Scene, SceneBuilder, Surface};
+use whitefurnace::shape::{Ray, Sphere};
+
+use crate::plot::chart::{Chart, Mark, Series, charts};
+use crate::render::{DiffuseName, name};
+use crate::run::pictures::{render_samples, write_grid};
+use crate::run::suite::FAMILY;
+use crate::run::{Experiment, Run};
+
+/// Figure 2: a rough sphere lit from the front.
+pub const FIG2: Experiment = Experiment {
+    id: "fig2",
+    title: "a sphere lit from the front with four diffuse models: the flat look of the full moon",
+    version: 2,
+    equations: &[
+        &equation::LAMBERT,
+        &equation::OREN_NAYAR,
+        &equation::EON_SINGLE,
+        &equation::EON_MULTIPLE,
+    ],
+    run: figure,
+};
+
+/// What the four models reflect of a white sky, and where to.
+pub const ALBEDO: Experiment = Experiment {
+    id: "albedo",
+    title: "directional albedos of four diffuse models against their closed forms, and their lobes",
+    version: 1,
+    equations: &[
+        &equation::LAMBERT,
+        &equation::OREN_NAYAR,
+        &equation::OREN_NAYAR_CONSTANTS,
+        &equation::EON_ALBEDO,
+        &equation::EON_MULTIPLE,
+    ],
+    run: albedo,
+};
+
+/// σ of the rough models, radians.
+pub(crate) const SIGMA: f64 = 0.5;
+/// Distance of camera and light from the centre of the unit sphere: rays are all but parallel.
+pub(crate) const DISTANCE: f64 = 10_000.0;
+/// Half the side of the square light.
+const HALF: f64 = 5.0;
+/// Half the picture's height, in radii of the sphere.
+pub(crate) const MARGIN: f64 = 1.08;
+/// Single spheres are shown this many times larger than their pixels.
+const MAGNIFICATION: u32 = 2;
+/// The inclination at which limb and centre are compared, degrees.
+const LIMB: f64 = 85.0;
+
+/// A white unit sphere with a small light at the camera, whose irradiance at normal incidence is π, so
+/// that white Lambert shows the cosine.
+fn moon(bsdf: Bsdf) -> Result<Scene, Error> {
+    let mut scene = SceneBuilder::new("moon");
+    let white = scene.surface(Surface::new(bsdf));
+    scene.sphere(Sphere::new(DVec3::ZERO, 1.0), white);
+    let radiance = PI * (DISTANCE - 1.0).powi(2) / (4.0 * HALF * HALF);
+    let light = scene.surface(Surface::new(Bsdf::Black).emitting(DVec3::splat(radiance)));
+    scene.rectangle(
+        DVec3::new(DISTANCE, -HALF, -HALF),
+        // The front looks towards the sphere.
+        [2.0 * HALF * DVec3::Z, 2.0 * HALF * DVec3::Y],
+        light,
+    );
+    // Just in front of the light, which it would not see through.
+    let eye = DVec3::new(DISTANCE - 1e-3, 0.0, 0.0);
+    scene.build(Camera::new(eye, DVec3::ZERO, DVec3::Z, MARGIN / DISTANCE))
+}
+
+/// Radiance of the moon at inclination θ: π f_r(θ, θ) cos θ.
+fn frontal(bsdf: &Bsdf, theta: f64) -> f64 {
+    let w = from_spherical(theta, 0.0);
+    PI * bsdf.eval(w, w).x * w.z
+}
+
+fn figure(run: &mut Run) -> Result<(), Error> {
+    let side = run.by_tier(160, 256);
+    let spp = run.count(run.by_tier(16, 256)).max(2) as u32;
+    let (mut films, mut series) = (Vec::new(), Vec::new());
+    for (colour, model) in (0..).zip(DiffuseName::ALL) {
+        let bsdf = model.bsdf(DVec3::ONE, SIGMA);
+        let scene = moon(bsdf)?;
+        let path = Path::<Standard>::default();
+        let random = (PixelSampling::Random, run.seed());
+        let film = render_samples(&scene, &path, random, ([side, side], None), spp)?;
+        let curve = (0..=240).map(|i| f64::from(i) / 240.0);
+        let curve = curve.map(|x| [x, frontal(&bsdf, x.asin().min(FRAC_PI_2 - 1e-6))]);
+        series.push(Series::new(model.title(), colour, Mark::Line, curve));
+        series.push(Series::new("", colour, Mark::Points, profile(&film)));
+        limb(run, model, &scene, &bsdf);
+        films.push(film);
+    }
+    // EON's centre is a little above 1.
+    let display = Display::Srgb { exposure: -0.25 };
+    write_grid(&run.figure("moons.png"), &films, 4, display, 1)?;
+    for (film, model) in films.iter().zip(DiffuseName::ALL) {
+        if let DiffuseName::Printed | DiffuseName::Corrected = model {
+            let file = format!("{}.png", name(model));
+            write_png(&run.figure(&file), film, display, MAGNIFICATION)?;
+        }
+    }
+    run.note("moons.png", format!("left to right: {}; {side}x{side}, {spp} spp", titles()));
+    let title = format!("Radiance across the disc, white sphere lit from the front, σ = {SIGMA}");
+    let radiance = "radiance (points: pixels of the picture; lines: π f cos θ)";
+    let axes = ["distance from the centre (radii)", radiance];
+    let chart = Chart::new(title, axes, [[0.0, 1.0], [0.0, 1.1]], series);
+    let see = "The corrected Oren–Nayar sphere is flat almost to its rim; as printed it darkens like Lambert's.";
+    charts(&run.figure("profile.svg"), see, [900, 600], &[chart])
+}
+
+fn titles() -> String {
+    DiffuseName::ALL.map(DiffuseName::title).join(", ")
+}
+
+/// Radiance of every fourth pixel right of the centre, against the distance of its middle from it in
+/// radii; those that hold the rim are left out.
+fn profile(film: &Film) -> Vec<[f64; 2]> {
+    let side = film.size()[0];
+    let scale = 2.0 * MARGIN / f64::from(side);
+    (side / 2..side)
+        .step_by(4)
+        .map(|x| {
+            let distance = (f64::from(x - side / 2) + 0.5) * scale;
+            [distance, film.pixel(x, side / 2).mean().x]
+        })
+        .filter(|[distance, _]| distance + scale < 1.0)
+        .collect()
+}
+
+/// Radiance at the limb over that at the centre, by the path tracer, against the closed form.
+fn limb(run: &mut Run, model: DiffuseName, scene: &Scene, bsdf: &Bsdf) {
+    let samples = run.count(run.by_tier(4_000, 100_000)) as u32;
+    let radiance = |degrees: f64| -> Moments {
+        let theta = degrees.to_radians();
+        let point = DVec3::new(theta.cos(), theta.sin(), 0.0);
+        let eye = scene.camera().eye;
+        let ray = Ray::new(eye, (point - eye).normalize());
+        let seed = seed_for(run.seed(), &format!("limb {degrees}"));
+        (0..samples)
+            .map(|i| {
+                let hit = scene.intersect(&ray);
+                Path::<Standard>::default().radiance(scene, &ray, hit, &mut stream(seed, 0, i)).x
+            })
+            .collect()
+    };
+    let [centre, edge] = [0.0, LIMB].map(radiance);
+    let ratio = edge.mean() / centre.mean();
+    let expected = frontal(bsdf, LIMB.to_radians()) / frontal(bsdf, 0.0);
+    run.number(&format!("{}.limb", name(model)), ratio);
+    run.number(&format!("{}.limb.closed", name(model)), expected);
+    // Light and camera are so far that the angles are off by 10⁻⁴ at the limb, 0.11 % of cos 85°.
+    let what = format!("limb/centre at {LIMB}°, {}", model.title());
+    let value = format!("{ratio:.4}, closed form for parallel light {expected:.4}");
+    run.claim(&what, value, (ratio - expected).abs() < 0.005 * expected);
+}
+
+/// Directional albedo with ρ = 1 in closed form, at inclination θ in radians.
+pub(crate) fn closed_form(model: DiffuseName, theta: f64) -> f64 {
+    let constants = OrenNayar::new(SIGMA);
+    match model {
+        DiffuseName::Lambert | DiffuseName::Eon => 1.0,
+        DiffuseName::Printed => oren_nayar_printed_albedo(constants, theta),
+        DiffuseName::Corrected => oren_nayar_albedo(constants, theta),
+    }
+}
+
+/// Inclinations at which albedos are sampled, degrees.
+const ANGLES: [f64; 10] = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 85.0];
+
+fn albedo(run: &mut Run) -> Result<(), Error> {
+    let samples = run.count(run.by_tier(40_000, 1_000_000));
+    let critical = normal_upper(FAMILY / 2.0 / (4 * ANGLES.len()) as f64);
+    let (mut series, mut lobes) = (Vec::new(), Vec::new());
+    for (colour, model) in (0..).zip(DiffuseName::ALL) {
+        let bsdf = model.bsdf(DVec3::ONE, SIGMA);
+        let curve = (0..=89).map(|d| [f64::from(d), closed_form(model, f64::from(d).to_radians())]);
+        series.push(Series::new(model.title(), colour, Mark::Line, curve));
+        let found = sampled(run, model, &bsdf, samples);
+        let mut worst = 0.0_f64;
+        for (degrees, moments) in ANGLES.into_iter().zip(&found) {
+            let known = closed_form(model, f64::to_radians(degrees));
+            let off = (moments.mean() - known).abs();
+            // Lambert has no spread at all: what is left is rounding.
+            worst = worst.max(off / moments.standard_error().max(1e-12));
+            if [0.0, 60.0, 85.0].contains(&degrees) {
+                let key = format!("{}.{degrees:.0}", name(model));
+                run.number(&key, moments.mean());
+                run.number(&format!("{key}.closed"), known);
+            }
+        }
+        let what = format!("albedo of {} against its closed form", model.title());
+        let value = format!("worst of {} angles {worst:.2} standard errors", ANGLES.len());
+        run.claim(&what, value, worst < critical);
+        let points = ANGLES.into_iter().zip(&found);
+        let points = points.map(|(d, m)| [d, m.mean(), critical * m.standard_error()]);
+        series.push(Series::measured("", colour, points));
+        lobes.push(Series::new(model.title(), colour, Mark::Line, lobe(&bsdf)));
+    }
+    let title = format!(
+        "Directional albedo, ρ = 1, σ = {SIGMA}: closed forms, and means of {samples} samples"
+    );
+    let axes = ["inclination (degrees)", "directional albedo"];
+    let chart = Chart::new(title, axes, [[0.0, 90.0], [0.75, 1.05]], series);
+    let see = "Lambert and EON lie on one. Corrected Oren–Nayar rises towards grazing, the printed form hardly.";
+    charts(&run.figure("albedo.svg"), see, [900, 560], &[chart])?;
+    let arrow = from_spherical(INCIDENT.to_radians(), 0.0);
+    let arrow = [[0.0, 0.0], [2.0 * arrow.x, 2.0 * arrow.z]];
+    lobes.push(Series::new("direction of the light", 6, Mark::Line, arrow));
+    let title = format!("π f in the plane of incidence, light at {INCIDENT}°, ρ = 1, σ = {SIGMA}");
+    let axes = ["π f sin θ (towards the light →)", "π f cos θ"];
+    let chart = Chart::new(title, axes, [[-1.2, 2.0], [0.0, 1.45]], lobes);
+    let see =
+        "Lambert's lobe is a half circle. Corrected Oren–Nayar and EON bulge towards the light.";
+    charts(&run.figure("lobes.svg"), see, [900, 460], &[chart])
+}
+
+/// Inclination of the light of the lobes, degrees.
+const INCIDENT: f64 = 60.0;
+
+/// Means of cosine-weighted samples of π f at each of [`ANGLES`].
+fn sampled(run: &Run, model: DiffuseName, bsdf: &Bsdf, samples: u64) -> Vec<Moments> {
+    let seed = seed_for(run.seed(), &name(model));
+    let at = |(k, degrees): (u32, f64)| -> Moments {
+        let mut rng = stream(seed, k, 0);
+        let wo = from_spherical(degrees.to_radians(), 0.3);
+        (0..samples).map(|_| PI * bsdf.eval(wo, cosine_hemisphere(uniform2(&mut rng))).x).collect()
+    };
+    (0..).zip(ANGLES).map(at).collect()
+}
+
+/// π f around the half circle as a polar curve.
+fn lobe(bsdf: &Bsdf) -> Vec<[f64; 2]> {
+    let wi = from_spherical(INCIDENT.to_radians(), 0.0);
+    (-899..=899)
+        .map(|tenth| {
+            let theta = (f64::from(tenth) / 10.0).to_radians();
+            let wo = DVec3::new(theta.sin(), 0.0, theta.cos());
+            let value = PI * bsdf.eval(wo, wi).x;
+            [value * wo.x, value * wo.z]
+        })
+        .collect()
+}

@@ -1,0 +1,103 @@
+//! Directions and rays of a pixel: what the samples of 2.6 and 2.7 are, and what they cost.
+
+use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, TAU};
+
+use whitefurnace::harness::quadrature::{Rectangle, integrate};
+use whitefurnace::moments::Moments;
+use whitefurnace::pixel::PixelSampling;
+use whitefurnace::rng::{seed_for, stream, uniform, uniform2};
+use whitefurnace::sampling::{cosine_hemisphere_pdf, hemisphere_printed, uniform_hemisphere_pdf};
+
+use super::Sizes as _;
+use crate::run::Run;
+
+/// (18) and (19) with one r: the mean of x and y, which should be 0.
+pub(super) fn one_number(run: &mut Run) {
+    for (axis, name) in ["x", "y"].into_iter().enumerate() {
+        let mean = along(|r| hemisphere_printed(r)[axis]);
+        let what = "is the mean of that coordinate of directions by one r";
+        run.size(&format!("one_number.{name}"), mean, what);
+    }
+}
+
+/// Radiance by the cosine of its direction.
+type Radiance = fn(f64) -> f64;
+
+const PROFILES: [(&str, Radiance); 4] = [
+    ("constant", |_| 1.0),
+    ("cosine", |c| c),
+    ("horizon", |c| 1.0 - c),
+    ("band", |c| f64::from(u8::from(c < 0.1))),
+];
+
+/// 2.6.1, repaired by half: uniform directions, divided by the density of cosine-weighted ones.
+pub(super) fn mixed(run: &mut Run) {
+    for (name, radiance) in &PROFILES[..3] {
+        let found = along(radiance);
+        let right = along(|c| 2.0 * c * radiance(c));
+        let what = "relative error of uniform directions with the density of cosine-weighted ones";
+        run.size(&format!("mixed.{name}"), found / right - 1.0, what);
+    }
+}
+
+/// 2.6.1: variance of one sample of ∫ L cos θ dω, uniform against cosine-weighted directions.
+pub(super) fn importance(run: &mut Run) {
+    for (name, radiance) in PROFILES {
+        let variance = |pdf: fn(f64) -> f64| {
+            // dω = 2π d(cos θ). Split at the band's border, where the profile jumps.
+            let over = |power: i32| {
+                let part = |from: f64, to: f64| {
+                    along(|r| {
+                        let c = from + r * (to - from);
+                        TAU * (to - from)
+                            * pdf(c)
+                            * (radiance(c) * c * FRAC_1_PI / pdf(c)).powi(power)
+                    })
+                };
+                part(0.0, 0.1) + part(0.1, 1.0)
+            };
+            over(2) - over(1).powi(2)
+        };
+        let [uniform, cosine] = [variance(uniform_hemisphere_pdf), variance(cosine_hemisphere_pdf)];
+        let what = "is the variance by uniform directions";
+        run.size(&format!("importance.{name}.uniform"), uniform, what);
+        let what = "is the variance by cosine-weighted directions";
+        run.size(&format!("importance.{name}.cosine"), cosine.max(0.0), what);
+    }
+}
+
+/// 2.7: mean squared error of a pixel with 16 rays, cut by a straight edge of any slope.
+pub(super) fn slanted_edges(run: &mut Run) {
+    let edges = run.count(run.by_tier(100_000, 2_000_000));
+    for (name, strategy) in [
+        ("grid", PixelSampling::Grid(4)),
+        ("jittered", PixelSampling::Jitter(4)),
+        ("random", PixelSampling::Random),
+    ] {
+        let mut rng = stream(seed_for(run.seed(), &format!("errata {name}")), 0, 0);
+        let mut errors = Moments::default();
+        for _ in 0..edges {
+            let (b, a) = (FRAC_PI_2 * uniform(&mut rng)).sin_cos();
+            let [x, y] = uniform2(&mut rng);
+            let c = a * x + b * y;
+            // The part of the unit square where a x + b y < c.
+            let square = |length: f64| length.max(0.0).powi(2);
+            let area =
+                (square(c) - square(c - a) - square(c - b) + square(c - a - b)) / (2.0 * a * b);
+            let inside = (0..16).filter(|&i| {
+                let [x, y] = strategy.position(i, uniform2(&mut rng));
+                a * x + b * y < c
+            });
+            errors.push((inside.count() as f64 / 16.0 - area).powi(2));
+        }
+        let what = "is the mean squared error of 16 rays for edges of any slope";
+        run.size(&format!("slanted.{name}"), errors.mean(), what);
+    }
+    run.size("upright.grid", 0.5 / 4.0, "is the largest error of a 4 × 4 grid for an upright edge");
+}
+
+/// ∫ f(r) dr over [0, 1].
+fn along(f: impl Fn(f64) -> f64) -> f64 {
+    let unit = Rectangle { x: [0.0, 1.0], y: [0.0, 1.0] };
+    integrate(unit, 1e-12, &mut |x, _| f(x)).value
+}

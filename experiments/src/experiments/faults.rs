@@ -1,0 +1,193 @@
+//! Which trials see which faults.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+use registry::faults::Pair;
+use whitefurnace::error::Error;
+use whitefurnace::harness::guard::FAR_MISS;
+use whitefurnace::harness::outcome::{Outcome, Verdict};
+use whitefurnace::harness::trial::{Context, meant};
+
+use crate::plot::matrix::{Detection, matrix};
+use crate::run::suite::{self, parallel};
+use crate::run::{Experiment, Run, Tier};
+
+/// Runs every pair of a fault and a trial that fit together.
+pub const FAULTS: Experiment = Experiment {
+    id: "faults",
+    title: "fault × trial: which trials reject which faults",
+    version: 2,
+    equations: &[],
+    run,
+};
+
+/// The scale of pairs that the suite does not assert.
+const UNASSERTED: f64 = 1.0 / 128.0;
+
+fn run(run: &mut Run) -> Result<(), Error> {
+    let trials = registry::all();
+    run.bears_on(suite::equations(&trials));
+    // Quick: the pairs that the suite asserts. Full: every fault under every trial of its family; what
+    // the suite does not assert at a reduced size, where faults of small effect stay undecided.
+    let mut pairs = registry::matrix();
+    pairs.retain(|pair| !pair.fault.equivalent);
+    if run.tier() == Tier::Quick {
+        pairs.retain(|pair| pair.named);
+    }
+    let scales = [UNASSERTED, run.by_tier(suite::REDUCED, 1.0)].map(|scale| run.scale(scale));
+    let [reduced, asserted] = scales.map(|scale| Context::new(run.seed(), scale));
+    let (reduced, asserted) = (reduced?, asserted?);
+    let seen = parallel(&pairs, |pair| {
+        let context = if pair.named { &asserted } else { &reduced };
+        let name = format!("{}!{}", pair.trial, pair.fault.name);
+        let outcomes = (pair.run)(&context.named(&name));
+        if pair.named {
+            judge(&meant(&pair.rejected_by, &outcomes))
+        } else {
+            judge(&outcomes.iter().collect::<Vec<_>>())
+        }
+    })?;
+    let table: Vec<String> = pairs
+        .iter()
+        .zip(&seen)
+        .map(|(pair, seen)| {
+            let wrong = pair.fault.wrong.replace('"', "'");
+            format!("{},{},{},\"{wrong}\"", label(pair), pair.trial, word(*seen))
+        })
+        .collect();
+    run.csv("faults.csv", "fault,trial,verdict,wrong", &table)?;
+    draw(run, &pairs, &seen)?;
+    for (pair, seen) in pairs.iter().zip(&seen) {
+        if pair.named && *seen == Detection::Missed {
+            let value = "not rejected".to_owned();
+            run.claim(&format!("{} in {}", label(pair), pair.trial), value, false);
+        }
+    }
+    totals(run, &pairs, &seen, scales);
+    Ok(())
+}
+
+/// A fault's row of the matrix: faults of different families may have one name.
+fn label(pair: &Pair) -> String {
+    format!("{}: {}", pair.fault.family, pair.fault.name)
+}
+
+/// Rejected if any outcome fails, where the fault names the trial any that it names; a fault that every
+/// outcome lets through is missed.
+fn judge(outcomes: &[&Outcome]) -> Detection {
+    let any =
+        |wanted: fn(Verdict) -> bool| outcomes.iter().any(|outcome| wanted(outcome.verdict()));
+    if any(|verdict| verdict == Verdict::Fails) {
+        Detection::Rejected
+    } else if any(|verdict| matches!(verdict, Verdict::Undecided { .. })) {
+        Detection::Undecided
+    } else {
+        Detection::Missed
+    }
+}
+
+fn word(seen: Detection) -> &'static str {
+    match seen {
+        Detection::Rejected => "rejected",
+        Detection::Missed => "not rejected",
+        Detection::Undecided => "undecided",
+    }
+}
+
+fn totals(run: &mut Run, pairs: &[Pair], seen: &[Detection], [reduced, scale]: [f64; 2]) {
+    let mut counts = Vec::new();
+    for kind in [Detection::Rejected, Detection::Missed, Detection::Undecided] {
+        let count = seen.iter().filter(|&&s| s == kind).count();
+        run.number(&word(kind).replace(' ', "_"), count as f64);
+        counts.push(format!("{count} {}", word(kind)));
+    }
+    run.number("pairs", pairs.len() as f64);
+    let named = || pairs.iter().zip(seen).filter(|(pair, _)| pair.named);
+    let missed = named().filter(|(_, seen)| **seen == Detection::Missed).count();
+    let value = format!(
+        "{} pairs, those that the suite asserts ({}) at scale {scale} or a part of it that is enough, others at \
+         {reduced}: {}; at scale 1 a correct build misses an asserted one with probability at most {FAR_MISS:e}",
+        pairs.len(),
+        named().count(),
+        counts.join(", ")
+    );
+    if scale >= 1.0 || missed > 0 {
+        let rejected = named().all(|(_, seen)| *seen == Detection::Rejected);
+        run.claim("every fault is rejected by its trial", value, rejected);
+    } else {
+        run.note("faults rejected by their trials", value);
+    }
+}
+
+/// Figures of several families; each other family has a figure of its own name. Few enough names stand in
+/// each to be read at the width of a page.
+const TOGETHER: [(&str, &[&str]); 4] = [
+    ("scattering", &["uniform", "cosine", "fresnel", "bsdf", "eon"]),
+    ("roulette", &["roulette", "survival"]),
+    (
+        "numbers",
+        &[
+            "streams",
+            "render streams",
+            "sobol",
+            "sobol error bars",
+            "variance",
+            "grid",
+            "random",
+            "jitter",
+            "accumulator",
+        ],
+    ),
+    ("geometry", &["geometry", "points", "solid-angle"]),
+];
+
+/// The figure that shows a pair. Whole estimators have more trials than one figure holds: theirs are divided
+/// by what the trials look at.
+fn figure(pair: &Pair) -> String {
+    let family = pair.fault.family;
+    let name = match family {
+        "estimator" if pair.trial.starts_with("furnace/") => "furnace",
+        "estimator" if pair.trial.starts_with("irradiance/") => "irradiance",
+        "estimator" => "glass",
+        "photon-equivalence" => "photon",
+        other => TOGETHER
+            .iter()
+            .find(|(_, families)| families.contains(&other))
+            .map_or(other, |(name, _)| name),
+    };
+    format!("faults-{}.svg", name.replace(' ', "-"))
+}
+
+/// Draws the figures.
+fn draw(run: &mut Run, pairs: &[Pair], seen: &[Detection]) -> Result<(), Error> {
+    let mut figures: BTreeMap<String, Vec<(&Pair, Detection)>> = BTreeMap::new();
+    for (pair, &seen) in pairs.iter().zip(seen) {
+        figures.entry(figure(pair)).or_default().push((pair, seen));
+    }
+    for (file, pairs) in figures {
+        let families = unique(pairs.iter().map(|(pair, _)| pair.fault.family.to_owned()));
+        let row = |pair: &Pair| match families.len() {
+            1 => pair.fault.name.to_owned(),
+            _ => label(pair),
+        };
+        let rows = unique(pairs.iter().map(|(pair, _)| row(pair)));
+        let columns = unique(pairs.iter().map(|(pair, _)| pair.trial.clone()));
+        let cells: HashMap<(String, &str), Detection> =
+            pairs.iter().map(|(pair, seen)| ((row(pair), pair.trial.as_str()), *seen)).collect();
+        let stem = file.trim_end_matches(".svg");
+        let title =
+            format!("Which trials reject which faults: {}", stem.replacen("faults-", "", 1));
+        let see = "A row for each fault, a column for each trial; a dark cell where the trial rejects it.";
+        matrix(&run.figure(&file), (&title, see), &rows, &columns, |row, column| {
+            let cell = (rows[row].clone(), columns[column].as_str());
+            cells.get(&cell).copied()
+        })?;
+    }
+    Ok(())
+}
+
+/// Each name once, in the order of first mention.
+fn unique(names: impl Iterator<Item = String>) -> Vec<String> {
+    let mut seen = BTreeSet::new();
+    names.filter(|name| seen.insert(name.clone())).collect()
+}

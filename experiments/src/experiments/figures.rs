@@ -1,0 +1,96 @@
+//! The report's figures 6 to 9.
+
+use whitefurnace::equation;
+use whitefurnace::error::Error;
+use whitefurnace::film::Window;
+
+use crate::render::{ConventionName, Job};
+use crate::run::{Experiment, Run};
+
+/// Figure 6: the final scene.
+pub const FIG6: Experiment = Experiment {
+    id: "fig6",
+    title: "the final scene under the three conventions",
+    version: 1,
+    equations: &[&equation::RENDERING, &equation::ESTIMATOR],
+    run: |run| {
+        for (convention, stem) in CONVENTIONS {
+            let (size, spp) = run.by_tier(([512, 384], 32), ([1024, 768], 512));
+            run.picture(Job { size, spp, ..Job::report(convention) }, stem)?;
+        }
+        Ok(())
+    },
+};
+
+/// Figure 7a: the mirror sphere.
+pub const FIG7A: Experiment = Experiment {
+    id: "fig7a",
+    title: "the mirror sphere, a crop of figure 6",
+    version: 1,
+    equations: &[&equation::WHITTED],
+    run: |run| crop(run, [590, 370], [260, 240]),
+};
+
+/// Figure 7b: the glass sphere.
+pub const FIG7B: Experiment = Experiment {
+    id: "fig7b",
+    title: "the glass sphere, a crop of figure 6",
+    version: 1,
+    equations: &[&equation::FRESNEL, &equation::REFRACTION],
+    run: |run| crop(run, [350, 420], [270, 270]),
+};
+
+/// Figure 8: colour bleeding.
+pub const FIG8: Experiment = Experiment {
+    id: "fig8",
+    title: "colour bleeding on the white sphere, a crop of figure 6",
+    version: 1,
+    equations: &[&equation::OREN_NAYAR, &equation::RENDERING],
+    run: |run| crop(run, WHITE_SPHERE.corner, WHITE_SPHERE.size),
+};
+
+/// The white sphere in figure 6.
+pub const WHITE_SPHERE: Window = Window { corner: [490, 300], size: [170, 170] };
+
+/// Figure 9: noise at 64 samples.
+pub const FIG9: Experiment = Experiment {
+    id: "fig9",
+    title: "noise at 64 samples per pixel",
+    version: 1,
+    equations: &[&equation::ESTIMATOR],
+    run: |run| {
+        let size = run.by_tier([256, 256], [512, 512]);
+        run.picture(Job { size, spp: 64, ..Job::report(ConventionName::Report) }, "noise")?;
+        Ok(())
+    },
+};
+
+/// The room small and clean, for a first look.
+pub const ROOM: Experiment = Experiment {
+    id: "room",
+    title: "the report's room, small and clean",
+    version: 1,
+    equations: &[&equation::RENDERING],
+    run: |run| {
+        let spp = run.by_tier(64, 512);
+        let size = [400, 300];
+        let job = Job { size, spp, ..Job::report(ConventionName::Report) };
+        run.picture(job, "room")?;
+        Ok(())
+    },
+};
+
+/// The conventions, with the names of their pictures.
+pub const CONVENTIONS: [(ConventionName, &str); 3] = [
+    (ConventionName::Physical, "physical"),
+    (ConventionName::Report, "report"),
+    (ConventionName::Published, "published"),
+];
+
+/// A window of figure 6 under the report's convention: bit for bit what the whole figure has there.
+fn crop(run: &mut Run, corner: [u32; 2], size: [u32; 2]) -> Result<(), Error> {
+    let spp = run.by_tier(64, 512);
+    let window = Some(Window { corner, size });
+    run.picture(Job { window, spp, ..Job::report(ConventionName::Report) }, "crop")?;
+    Ok(())
+}

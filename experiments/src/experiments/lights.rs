@@ -1,0 +1,187 @@
+//! What solid-angle sampling of lights gains: variance by distance for each shape, and in whole scenes.
+
+use std::f64::consts::FRAC_1_PI;
+use std::sync::Arc;
+
+use glam::DVec3;
+use registry::scenes::{floor, lambert, light, polygon_irradiance, scene, sphere_irradiance};
+use whitefurnace::emitter::LightSampling;
+use whitefurnace::equation;
+use whitefurnace::error::Error;
+use whitefurnace::estimator::{Estimator, Heuristic, Path, Standard, Strategy};
+use whitefurnace::moments::Moments;
+use whitefurnace::rng::{seed_for, stream};
+use whitefurnace::scene::{Scene, SceneBuilder};
+use whitefurnace::shape::{Ray, Sphere};
+
+use crate::plot::chart::{Chart, Mark, Series, charts};
+use crate::render::{ConventionName, Job, LightSamplingName, SceneName, name};
+use crate::run::suite::parallel;
+use crate::run::{Experiment, Run};
+
+/// Variance of shadow rays by area and by solid angle.
+pub const LIGHTS: Experiment = Experiment {
+    id: "lights",
+    title: "variance of direct light: points on lights by area and by solid angle",
+    version: 1,
+    equations: &[
+        &equation::LIGHT_RECTANGLE,
+        &equation::LIGHT_TRIANGLE,
+        &equation::LIGHT_SPHERE,
+        &equation::SOLID_ANGLE,
+        &equation::MIS,
+        &equation::MIS_POWER,
+    ],
+    run,
+};
+
+/// A light of size about 1 above the origin, its lowest point at this height.
+struct Shape {
+    name: &'static str,
+    add: fn(&mut SceneBuilder, f64),
+    /// Irradiance at the origin per radiance.
+    irradiance: fn(f64) -> f64,
+}
+
+const SHAPES: [Shape; 3] = [
+    Shape {
+        name: "rectangle",
+        add: |s, height| {
+            let surface = s.surface(light(1.0));
+            let [a, b, _, d] = square(height);
+            s.rectangle(a, [d - a, b - a], surface);
+        },
+        irradiance: |height| polygon_irradiance(&square(height)),
+    },
+    Shape {
+        name: "triangle",
+        add: |s, height| {
+            let surface = s.surface(light(1.0));
+            s.mesh(&triangle(height), &[[0, 2, 1]], surface);
+        },
+        irradiance: |height| polygon_irradiance(&triangle(height)),
+    },
+    Shape {
+        name: "sphere",
+        add: |s, height| {
+            let surface = s.surface(light(1.0));
+            s.sphere(Sphere::new((height + 1.0) * DVec3::Z, 1.0), surface);
+        },
+        irradiance: |height| sphere_irradiance(1.0, height + 1.0, 1.0),
+    },
+];
+
+fn square(height: f64) -> [DVec3; 4] {
+    [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| DVec3::new(x, y, height))
+}
+
+fn triangle(height: f64) -> [DVec3; 3] {
+    [[-1.5, -1.0], [1.5, -1.0], [0.0, 2.0]].map(|[x, y]| DVec3::new(x, y, height))
+}
+
+/// Heights of the lights.
+const HEIGHTS: [f64; 11] = [0.05, 0.1, 0.2, 0.4, 0.7, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
+
+/// What is compared: a label, a strategy, a light sampling.
+const WAYS: [(&str, Strategy, LightSampling); 4] = [
+    ("light area", Strategy::Light, LightSampling::Area),
+    ("light solid angle", Strategy::Light, LightSampling::SolidAngle),
+    ("mis area", Strategy::Mis, LightSampling::Area),
+    ("mis solid angle", Strategy::Mis, LightSampling::SolidAngle),
+];
+
+fn run(run: &mut Run) -> Result<(), Error> {
+    by_distance(run)?;
+    scenes(run)
+}
+
+fn by_distance(run: &mut Run) -> Result<(), Error> {
+    let samples = run.count(run.by_tier(100_000, 2_000_000)) as u32;
+    let mut rows = Vec::new();
+    let mut panels = Vec::new();
+    for shape in &SHAPES {
+        let scenes = HEIGHTS.map(|height| (height, over_floor(shape, height)));
+        let mut series = Vec::new();
+        for (colour, (label, strategy, lights)) in WAYS.into_iter().enumerate() {
+            let path = Path { parts: Standard, strategy, lights, heuristic: Heuristic::Balance };
+            let seed = seed_for(run.seed(), &format!("{} {label}", shape.name));
+            let variances = parallel(&scenes, |(height, scene)| {
+                let expected = FRAC_1_PI * (shape.irradiance)(*height);
+                relative_variance(scene, &path, seed, samples, expected)
+            })?;
+            for (height, variance) in HEIGHTS.into_iter().zip(&variances) {
+                rows.push(format!("{},{label},{height},{samples},{variance:e}", shape.name));
+                let key = format!("{}.{}.{height}", shape.name, label.replace(' ', "-"));
+                run.number(&key, *variance);
+            }
+            let points = HEIGHTS.into_iter().zip(variances).map(|(x, y)| [x, y]);
+            series.push(Series::new(label, colour, Mark::Line, points));
+        }
+        let [area, angle] = [0, 1].map(|way: usize| series[way].points[0][1]);
+        let value = format!(
+            "variance by shadow rays alone: area {area:.3e}, solid angle {angle:.3e}, relative to the squared mean"
+        );
+        run.note(&format!("{} at height {}", shape.name, HEIGHTS[0]), value);
+        let title = format!(
+            "Light of a {}: variance of one sample, relative to the squared mean",
+            shape.name
+        );
+        let height = "height over the floor (half of its side, or its radius, is 1)";
+        let (axes, ranges) = ([height, "relative variance"], [[0.04, 40.0], [1e-8, 1e3]]);
+        panels.push(Chart::new(title, axes, ranges, series).log([true, true]));
+    }
+    run.csv("lights.csv", "shape,way,height,samples,relative variance", &rows)?;
+    let see = "Sampling by area: the variance rises without bound as the light comes near. By solid angle it \
+               stays small, and multiple importance sampling tames both.";
+    charts(&run.figure("lights.svg"), see, [900, 1260], &panels)
+}
+
+fn over_floor(shape: &Shape, height: f64) -> Arc<Scene> {
+    scene(shape.name, |s| {
+        floor(s, lambert(1.0));
+        (shape.add)(s, height);
+    })
+}
+
+/// The variance of one sample of the radiance of the origin over the square of its closed form.
+fn relative_variance(scene: &Scene, path: &Path, seed: u64, samples: u32, expected: f64) -> f64 {
+    let to_origin = DVec3::new(0.1, 0.05, -1.0).normalize();
+    let ray = Ray::new(-0.02 * to_origin, to_origin);
+    let hit = scene.intersect(&ray);
+    let mut moments = Moments::default();
+    for i in 0..samples {
+        moments.push(path.radiance(scene, &ray, hit, &mut stream(seed, 0, i)).x);
+    }
+    moments.variance() / (expected * expected)
+}
+
+/// Whole images by multiple importance sampling at equal samples.
+fn scenes(run: &mut Run) -> Result<(), Error> {
+    for scene in [SceneName::Report, SceneName::Cornell] {
+        let ways = [LightSamplingName::Area, LightSamplingName::SolidAngle];
+        let mut variances = Vec::new();
+        for light_sampling in ways {
+            let job = run.prepared(Job {
+                scene,
+                light_sampling,
+                size: [128, 96],
+                spp: run.by_tier(64, 1024),
+                ..Job::report(ConventionName::Physical)
+            });
+            let label = format!("{} {}", name(scene), name(light_sampling));
+            let film = run.render(&job, &label)?;
+            let sum: f64 = film.pixels().iter().map(|p| p.standard_error().y.powi(2)).sum();
+            let variance = sum * f64::from(job.spp) / film.pixels().len() as f64;
+            run.number(&label.replace(' ', "."), variance);
+            variances.push(variance);
+        }
+        let value = format!(
+            "area {:.4e}, solid angle {:.4e}: ratio {:.3}",
+            variances[0],
+            variances[1],
+            variances[1] / variances[0]
+        );
+        run.note(&format!("{}, mean variance of a pixel's sample", name(scene)), value);
+    }
+    Ok(())
+}

@@ -1,0 +1,76 @@
+//! The soft edge of a shadow: what the path tracer finds across a penumbra, and the closed form.
+
+use registry::strategies::{penumbra_reference, penumbra_scene, to_floor};
+use whitefurnace::emitter::LightSampling;
+use whitefurnace::equation;
+use whitefurnace::error::Error;
+use whitefurnace::estimator::{Estimator, Heuristic, Path, Standard, Strategy};
+use whitefurnace::harness::mean::Values;
+use whitefurnace::harness::tails::normal_upper;
+use whitefurnace::rng::{seed_for, stream};
+
+use crate::plot::chart::{Chart, Mark, Series, charts};
+use crate::run::suite::{FAMILY, parallel};
+use crate::run::{Experiment, Run};
+
+/// Radiance across a penumbra.
+pub const PENUMBRA: Experiment = Experiment {
+    id: "penumbra",
+    title: "a floor across the penumbra of a rectangular light, against the closed form",
+    version: 1,
+    equations: &[&equation::GEOMETRY, &equation::LIGHT_RECTANGLE],
+    run,
+};
+
+/// Places across the penumbra, which ends in full shadow at y = 2.
+const PLACES: u32 = 42;
+
+fn run(run: &mut Run) -> Result<(), Error> {
+    let samples = run.count(run.by_tier(20_000, 500_000)) as u32;
+    let scene = penumbra_scene();
+    let path = Path {
+        parts: Standard,
+        strategy: Strategy::Mis,
+        lights: LightSampling::SolidAngle,
+        heuristic: Heuristic::Balance,
+    };
+    let seed = seed_for(run.seed(), "penumbra");
+    let at = |k: u32| -2.2 + 4.1 * f64::from(k) / f64::from(PLACES - 1);
+    let measured = parallel(0..PLACES, |k| {
+        let ray = to_floor(at(k));
+        let hit = scene.intersect(&ray);
+        let mut values = Values::new(penumbra_reference(at(k)));
+        for i in 0..samples {
+            values.push(path.radiance(&scene, &ray, hit, &mut stream(seed, k, i)).x);
+        }
+        values.moments
+    })?;
+    let z = normal_upper(0.5 * FAMILY / f64::from(PLACES));
+    let mut rows = Vec::new();
+    let mut found = Vec::new();
+    let mut worst = 0.0_f64;
+    for (k, moments) in (0..).zip(&measured) {
+        let (y, reference) = (at(k), penumbra_reference(at(k)));
+        let (mean, error) = (moments.mean(), moments.standard_error());
+        worst = worst.max((mean - reference).abs() / error);
+        found.push([y, mean, z * error]);
+        rows.push(format!("{y},{mean:e},{error:e},{reference:e}"));
+    }
+    run.number("worst", worst);
+    let value = format!(
+        "{PLACES} places, {samples} samples each: at most {worst:.2} standard errors off; {z:.2} \
+         allowed at family-wise level {FAMILY:.0e}"
+    );
+    run.claim("radiance across the penumbra", value, worst <= z);
+    run.csv("penumbra.csv", "y,mean,standard error,closed form", &rows)?;
+    let curve = (0..=400).map(|i| -2.2 + 4.2 * f64::from(i) / 400.0);
+    let curve: Vec<[f64; 2]> = curve.map(|y| [y, penumbra_reference(y)]).collect();
+    let brightest = curve.iter().map(|[_, radiance]| *radiance).fold(0.0, f64::max);
+    let found = Series::measured("path tracer, with its error", 2, found);
+    let series = vec![Series::new("closed form", 0, Mark::Line, curve), found];
+    let title = "Radiance of the floor across the penumbra";
+    let axes = ["y (the occluder hangs over all y > 0)", "radiance (that of the light is 3)"];
+    let chart = Chart::new(title, axes, [[-2.3, 2.1], [0.0, 1.08 * brightest]], series);
+    let see = "The path tracer's points lie on the closed form from full light to full shadow.";
+    charts(&run.figure("penumbra.svg"), see, [900, 520], &[chart])
+}

@@ -1,0 +1,173 @@
+//! The bias of photon lookups against their radius, and of the mean of passes against their number.
+
+use registry::photon::scenes::{at_origin, at_point, disc_average, over_floor, point_camera};
+use whitefurnace::equation;
+use whitefurnace::error::Error;
+use whitefurnace::estimator::{
+    Estimator, ImageEstimator, Lookup, PhotonMapping, Sppm, Standard, radius_squared,
+};
+use whitefurnace::harness::tails::student_upper;
+use whitefurnace::moments::Moments;
+use whitefurnace::rng::{seed_for, stream};
+use whitefurnace::scene::Scene;
+
+use crate::plot::chart::{Chart, Mark, Series, charts};
+use crate::run::suite::{FAMILY, parallel};
+use crate::run::{Experiment, Run};
+
+/// Compares lookups of all radii with the closed form of their bias.
+pub const PHOTON_BIAS: Experiment = Experiment {
+    id: "photon-bias",
+    title: "bias of photon lookups against radius, and of progressive passes against their number",
+    version: 1,
+    equations: &[&equation::PHOTON_DENSITY, &equation::PHOTON_RADIUS],
+    run,
+};
+
+const RADII: [f64; 7] = [0.04, 0.08, 0.12, 0.2, 0.35, 0.7, 1.5];
+/// The radii between which the slope is measured, by place: where the next order of the bias is small
+/// and the noise is, too.
+const SLOPE: [usize; 2] = [2, 3];
+/// Particles of a map or pass.
+const PARTICLES: u32 = 1000;
+const PASSES: u32 = 64;
+/// Radius of the first pass.
+const FIRST: f64 = 0.2;
+/// Fewer replications say nothing of a spread.
+const LEAST: u64 = 8;
+
+fn run(run: &mut Run) -> Result<(), Error> {
+    let radii = radii(run)?;
+    let passes = passes(run)?;
+    let see = "Measured biases lie on their closed forms: they fall with the square of the radius, and slowly \
+               with the number of passes.";
+    charts(&run.figure("photon-bias.svg"), see, [900, 860], &[radii, passes])
+}
+
+/// How far the mean of replications may be from its expectation, at the experiment's family-wise level.
+fn reach(moments: &Moments, family: usize) -> f64 {
+    let dof = moments.count() as f64 - 1.0;
+    student_upper(FAMILY / family as f64 / 2.0, dof) * moments.standard_error()
+}
+
+/// The relative bias −(1 − L_r/L) of lookups at one point, for each radius.
+fn radii(run: &mut Run) -> Result<Chart, Error> {
+    let scene = over_floor();
+    let point = at_point();
+    let maps = run.count(run.by_tier(4_000, 40_000)).max(LEAST) as u32;
+    let mut found = Vec::new();
+    let mut rows = Vec::new();
+    for radius in RADII {
+        let seed = seed_for(run.seed(), &format!("radius {radius}"));
+        let values = parallel(0..maps, |index| looked_up(&scene, radius, (seed, index)))?;
+        let moments = values.into_iter().collect::<Result<Moments, Error>>()?;
+        let expected = disc_average(radius, f64::INFINITY);
+        let bias = 1.0 - moments.mean() / point;
+        let reach = reach(&moments, RADII.len() + 1) / point;
+        let closed = 1.0 - expected / point;
+        let value = format!("bias {:+.5} ± {reach:.5}, closed form {:+.5}", -bias, -closed);
+        run.claim(&format!("radius {radius}"), value, (bias - closed).abs() <= reach);
+        rows.push(format!("{radius},{bias:e},{closed:e},{reach:e}"));
+        found.push((radius, bias, closed, reach));
+    }
+    let [a, b] = SLOPE.map(|i| found[i]);
+    let span = (b.0 / a.0).ln();
+    let slope = (b.1 / a.1).ln() / span;
+    let error = (a.3 / a.1).hypot(b.3 / b.1) / span;
+    let closed = (b.2 / a.2).ln() / span;
+    run.number("radius.slope", slope);
+    run.number("radius.slope_error", error);
+    let what = format!("slope of the bias between radii {} and {}", a.0, b.0);
+    let value = format!("{slope:.3} ± {error:.3}, closed form {closed:.3}, 2 for small radii");
+    run.claim(&what, value, (slope - closed).abs() <= error);
+    run.csv("radii.csv", "radius,bias,closed,reach", &rows)?;
+    let measured = found.iter().map(|&(radius, bias, _, reach)| [radius, bias, reach]);
+    let [low, high] = [RADII[0], RADII[RADII.len() - 1]];
+    let radius = |k: u32| low * (high / low).powf(f64::from(k) / 200.0);
+    let closed = (0..=200).map(radius);
+    let closed = closed.map(|r| [r, 1.0 - disc_average(r, f64::INFINITY) / point]);
+    let series = vec![
+        Series::new("closed form: mean over the disc", 2, Mark::Line, closed),
+        Series::measured("measured", 0, measured),
+    ];
+    let title = "What a lookup lacks of the radiance at a point under a light";
+    let axes = ["radius (the light, 0.4 wide, is 0.5 above the floor)", "relative bias"];
+    Ok(Chart::new(title, axes, [[0.03, 2.0], [1e-3, 1.5]], series).log([true, true]))
+}
+
+fn looked_up(scene: &Scene, radius: f64, name: (u64, u32)) -> Result<f64, Error> {
+    let map = (PARTICLES, radius);
+    let photons = PhotonMapping::new(Standard, scene, Lookup::Direct, map, name)?;
+    let ray = at_origin();
+    let mut rng = stream(name.0, name.1, 0);
+    Ok(photons.radiance(scene, &ray, scene.intersect(&ray), &mut rng).x)
+}
+
+/// Bias and root-mean-square error of the mean of the first n passes.
+fn passes(run: &mut Run) -> Result<Chart, Error> {
+    let scene = point_camera();
+    let point = at_point();
+    let runs = run.count(run.by_tier(100, 1_000)).max(LEAST) as u32;
+    let sppm = Sppm { parts: Standard, particles: PARTICLES, radius: FIRST };
+    let seed = seed_for(run.seed(), "passes");
+    // For each run the mean of the first n passes, for each n.
+    let means = parallel(0..runs, |k| {
+        let seed = seed_for(seed, &k.to_string());
+        let mut sum = 0.0;
+        let mean = |index| {
+            sum += sppm.pass(&scene, [1, 1], seed, index)?[0].x;
+            Ok(sum / f64::from(index + 1))
+        };
+        (0..PASSES).map(mean).collect()
+    })?;
+    let means = means.into_iter().collect::<Result<Vec<Vec<f64>>, Error>>()?;
+    let mut expected = 0.0;
+    let mut rows = Vec::new();
+    let (mut closed, mut bias, mut error) = (Vec::new(), Vec::new(), Vec::new());
+    let mut worst = 0.0f64;
+    let mut last = (0.0, 0.0);
+    let mut spreads = Vec::new();
+    for index in 0..PASSES {
+        let radius = radius_squared(FIRST * FIRST, index).sqrt();
+        expected += disc_average(radius, f64::INFINITY);
+        let n = f64::from(index + 1);
+        let moments: Moments = means.iter().map(|means| means[index as usize]).collect();
+        let rms: Moments =
+            means.iter().map(|means| (means[index as usize] / point - 1.0).powi(2)).collect();
+        let found = 1.0 - moments.mean() / point;
+        let stated = 1.0 - expected / n / point;
+        let reach = reach(&moments, PASSES as usize) / point;
+        worst = worst.max((found - stated).abs() / reach);
+        last = (found, rms.mean().sqrt());
+        spreads.push(moments.variance().sqrt() / point);
+        rows.push(format!("{n},{found:e},{stated:e},{reach:e},{:e}", rms.mean().sqrt()));
+        closed.push([n, stated]);
+        // All would be too many to tell apart.
+        if (index + 1).is_power_of_two() {
+            bias.push([n, found, reach]);
+        }
+        error.push([n, rms.mean().sqrt()]);
+    }
+    let value = format!("{worst:.2} of the reach of chance from the closed form at worst");
+    run.claim("bias of the mean of passes", value, worst <= 1.0);
+    let spread = (spreads[PASSES as usize - 1] / spreads[PASSES as usize / 8 - 1]).ln() / 8f64.ln();
+    run.number("passes.bias_first", bias[0][1]);
+    run.number("passes.bias_last", last.0);
+    run.number("passes.error_last", last.1);
+    run.number("passes.spread_slope", spread);
+    let value = format!(
+        "{PASSES} passes: bias {:+.4} (first pass {:+.4}), root-mean-square error {:.4}; standard deviation \
+         falls as n^{spread:.2} (theory −1/3)",
+        -last.0, -bias[0][1], last.1
+    );
+    run.note("error against passes", value);
+    run.csv("passes.csv", "passes,bias,closed,reach,rms", &rows)?;
+    let series = vec![
+        Series::new("bias, closed form", 2, Mark::Line, closed),
+        Series::measured("bias, measured", 0, bias),
+        Series::new("root-mean-square error", 1, Mark::Line, error),
+    ];
+    let title = format!("The mean of n passes, first radius {FIRST}, α = 2/3");
+    let ranges = [[0.9, f64::from(PASSES) * 1.1], [0.01, 0.5]];
+    Ok(Chart::new(title, ["passes n", "relative error"], ranges, series).log([true, true]))
+}

@@ -1,0 +1,256 @@
+//! Whether the statistics see what they are said to see: by themselves, and in the registry's trials.
+
+pub mod graded;
+
+use whitefurnace::equation;
+use whitefurnace::error::Error;
+use whitefurnace::harness::mean::Values;
+use whitefurnace::harness::outcome::ALPHA;
+use whitefurnace::harness::tails::{binomial_cdf, binomial_interval, binomial_two_sided};
+use whitefurnace::harness::trial::Row;
+use whitefurnace::rng::{seed_for, stream};
+
+use crate::experiments::statistics::{N, Statistic, with_power};
+use crate::plot::chart::{Chart, Mark, Series, charts};
+use crate::run::suite::{self, FAMILY, parallel};
+use crate::run::{Experiment, Run};
+
+/// Rejections at the suite's own level under effects of known size.
+pub const POWER: Experiment = Experiment {
+    id: "power",
+    title: "power: measured rejections against the stated curves; the registry's own, at δ",
+    version: 3,
+    equations: &[&equation::ESTIMATOR],
+    run,
+};
+
+/// Powers at which the stated curve is checked.
+const CHECKED: [f64; 5] = [0.1, 0.3, 0.5, 0.9, 0.99];
+
+/// What was measured at one effect.
+struct Point {
+    stated: f64,
+    effect: f64,
+    rejected: u64,
+    values: Values,
+}
+
+fn run(run: &mut Run) -> Result<(), Error> {
+    let replications = run.count(run.by_tier(200, 2000)).max(2);
+    let mut panels = Vec::new();
+    let mut rows = Vec::new();
+    let statistics = with_power();
+    // The other half of the level is that of the graded controls.
+    let level = 0.5 * FAMILY / (statistics.len() * CHECKED.len()) as f64;
+    for (i, statistic) in statistics.iter().enumerate() {
+        let mut points = Vec::new();
+        for stated in CHECKED {
+            let effect = effect_of(statistic, stated);
+            let point = measure(run.seed(), statistic, effect, stated, replications)?;
+            report(run, statistic, &point, replications, level);
+            rows.push(format!(
+                "{},{:e},{stated},{},{replications},{:e},{:e}",
+                statistic.name,
+                effect,
+                point.rejected,
+                point.values.moments.mean(),
+                point.values.moments.variance().sqrt()
+            ));
+            points.push(point);
+        }
+        panels.push(series(statistic, &points, i % PER_PANEL, replications).to_vec());
+    }
+    run.csv("power.csv", "statistic,effect,stated,rejected,replications,mean,spread", &rows)?;
+    let value = format!(
+        "measured: powers of 0.1 to 0.99 at level {ALPHA:.0e} (n = {N}, {replications} replications, \
+         family-wise level {FAMILY:.0e} with the graded controls); extrapolated by the same curves: misses of 1e-9 \
+         at δ and false alarms of 1e-9"
+    );
+    run.note("what is extrapolated", value);
+    let titles = ["sums of values", "counts, cells, bounds"];
+    let panels = panels.chunks(PER_PANEL).zip(titles).map(|(series, what)| {
+        let title = format!(
+            "Power at level 1e-9, {what}: curves stated, points from {replications} replications"
+        );
+        let axes = ["effect (standard errors)", "probability of rejection"];
+        Chart::new(title, axes, [REACH, [0.0, 1.02]], series.concat())
+    });
+    let panels: Vec<Chart> = panels.collect();
+    let see = "Measured rates of rejection lie on the stated curves, or above them where the stated power is a \
+               lower bound.";
+    charts(&run.figure("power.svg"), see, [900, 960], &panels)?;
+    graded::graded(run, 0.5 * FAMILY)?;
+    registry(run)
+}
+
+/// Statistics in each panel of the figure.
+const PER_PANEL: usize = 5;
+/// Effects on the figure, in standard errors.
+const REACH: [f64; 2] = [3.0, 17.0];
+
+/// The effect with this power: the curve rises.
+fn effect_of(statistic: &Statistic, wanted: f64) -> f64 {
+    let (mut low, mut high) = (0.0, 20.0 * statistic.unit);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if statistic.power(middle) < wanted {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    // Discrete statistics jump: what is stated is the power at the effect itself.
+    high
+}
+
+fn measure(
+    master: u64,
+    statistic: &Statistic,
+    effect: f64,
+    wanted: f64,
+    replications: u64,
+) -> Result<Point, Error> {
+    let seed = seed_for(master, &format!("power {} {wanted}", statistic.name));
+    let replicate = |k| (statistic.run)(&mut stream(seed, k, 0), effect);
+    let outcomes = parallel(0..replications as u32, replicate)?;
+    let mut values = Values::new(0.0);
+    outcomes.iter().for_each(|o| values.push(o.value));
+    Ok(Point {
+        stated: wanted,
+        effect,
+        rejected: outcomes.iter().filter(|o| o.p < ALPHA).count() as u64,
+        values,
+    })
+}
+
+fn report(run: &mut Run, statistic: &Statistic, point: &Point, replications: u64, level: f64) {
+    let Point { stated, rejected, .. } = *point;
+    // A bound may be exceeded.
+    let p = if statistic.bound {
+        binomial_cdf(rejected, replications, stated)
+    } else {
+        binomial_two_sided(rejected, replications, stated)
+    };
+    let at_least = if statistic.bound { "at least " } else { "" };
+    let share = rejected as f64 / replications as f64;
+    let [mean, spread] = [point.values.moments.mean(), point.values.moments.variance().sqrt()];
+    let key = format!("{}.{stated}", statistic.name.replace(' ', "-"));
+    run.number(&format!("{key}.rejected"), share);
+    run.number(&format!("{key}.mean"), mean);
+    run.number(&format!("{key}.spread"), spread);
+    let value = format!(
+        "{rejected} of {replications} rejected, effect {:.3} standard errors, statistic {mean:.2} ± {spread:.2}",
+        point.effect / statistic.unit
+    );
+    run.claim(&format!("{} at power {at_least}{stated}", statistic.name), value, p >= level);
+}
+
+/// The stated curve, and the measured points with 95 % intervals.
+fn series(
+    statistic: &Statistic,
+    points: &[Point],
+    colour: usize,
+    replications: u64,
+) -> [Series; 2] {
+    let [from, to] = REACH;
+    let curve = (0..=280).map(|i| from + (to - from) * f64::from(i) / 280.0);
+    let curve = curve.map(|x| [x, statistic.power(x * statistic.unit)]);
+    let place = |point: &Point| {
+        [point.effect / statistic.unit, point.rejected as f64 / replications as f64]
+    };
+    let bars = points.iter().map(|p| binomial_interval(p.rejected, replications, 0.025)).collect();
+    [
+        Series::new(statistic.name, colour, Mark::Line, curve),
+        Series::new("", colour, Mark::Points, points.iter().map(place)).with_bars(bars),
+    ]
+}
+
+/// What one random measure of the registry detects, in units of its δ.
+struct Detectable<'a> {
+    row: &'a Row,
+    ratio: f64,
+}
+
+/// The stated power of every random measure of the registry at its own δ.
+fn registry(run: &mut Run) -> Result<(), Error> {
+    let trials = registry::all();
+    run.bears_on(suite::equations(&trials));
+    let scale = run.scale(run.by_tier(suite::REDUCED, 1.0));
+    let found = suite::run(&trials, run.seed(), scale)?;
+    let random = found.iter().flatten().filter(|row| row.outcome.is_random());
+    let mut measures: Vec<Detectable> = random
+        .map(|row| Detectable {
+            row,
+            ratio: row.outcome.minimum_detectable_effect() / row.outcome.claim.size(),
+        })
+        .collect();
+    measures.sort_by(|a, b| b.ratio.total_cmp(&a.ratio));
+    let line = |Detectable { row, ratio }: &Detectable| {
+        let o = &row.outcome;
+        run.number(&format!("{}: {}.detects_over_delta", row.trial, o.name), *ratio);
+        run.number(&format!("{}: {}.miss", row.trial, o.name), o.miss());
+        format!(
+            "{},\"{}\",{},{},{:e},{:e},{ratio:.4},{:e}",
+            row.trial,
+            o.name,
+            o.statistic,
+            o.n,
+            o.claim.size(),
+            o.minimum_detectable_effect(),
+            o.miss()
+        )
+    };
+    let lines: Vec<String> = measures.iter().map(line).collect();
+    run.csv(
+        "registry.csv",
+        "trial,measure,statistic,n,delta,detects,detects_over_delta,miss_at_delta",
+        &lines,
+    )?;
+    // Effects that are just detected shrink as 1/√n (in a Poisson count, whose δ grows as n², faster).
+    let limit = scale.powf(-0.5);
+    let weak = measures.iter().filter(|m| m.ratio > limit || m.ratio.is_nan());
+    let weakest = measures.first().map_or_else(String::new, |m| {
+        format!("{:.3} δ ({}: {})", m.ratio, m.row.trial, m.row.outcome.name)
+    });
+    let value = format!(
+        "{} random measures at scale {scale}, {} of them weaker than {limit:.1} δ; the weakest detects {weakest}",
+        measures.len(),
+        weak.count()
+    );
+    if scale == 1.0 {
+        let all_seen = measures.iter().all(|m| m.row.outcome.miss() <= ALPHA);
+        run.claim("the registry misses its δ at most once in 1e9", value, all_seen);
+    } else {
+        run.note("the registry's power at δ, at reduced size", value);
+    }
+    draw_registry(run, &measures, scale, limit)
+}
+
+/// Every measure in the order of its ratio, by statistic; those that vary by rounding alone lie below.
+fn draw_registry(
+    run: &mut Run,
+    measures: &[Detectable],
+    scale: f64,
+    limit: f64,
+) -> Result<(), Error> {
+    let mut kinds: Vec<&str> = measures.iter().map(|m| m.row.outcome.statistic).collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    let count = measures.len() as f64;
+    let finite = measures.iter().map(|m| m.ratio).filter(|ratio| ratio.is_finite());
+    let largest = finite.fold(limit, f64::max);
+    let line = [[0.0, limit], [count + 1.0, limit]];
+    let mut series = vec![Series::new("just seen at full size", 0, Mark::Faint, line)];
+    for (colour, kind) in kinds.into_iter().enumerate() {
+        let of_kind = measures.iter().enumerate();
+        let of_kind = of_kind.filter(|(_, m)| m.row.outcome.statistic == kind && m.ratio > 0.0);
+        let points = of_kind.map(|(i, m)| [i as f64 + 1.0, m.ratio]);
+        series.push(Series::new(kind, colour, Mark::Points, points));
+    }
+    let title = format!("What each random measure of the registry detects, scale {scale}");
+    let axes = ["measure, the weakest first (as in registry.csv)", "minimum detectable effect/δ"];
+    let ranges = [[0.0, count + 1.0], [0.01 * limit, 1.5 * largest]];
+    let chart = Chart::new(title, axes, ranges, series).log([false, true]);
+    let see = "Below the line a measure sees the effect that it must see.";
+    charts(&run.figure("registry.svg"), see, [900, 560], &[chart])
+}

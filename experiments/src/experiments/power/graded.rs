@@ -1,0 +1,278 @@
+//! Graded controls of the registry over many seeds: the right subject's values off by exactly δ, from each
+//! trial's own law and at its own n, rejected as often as stated.
+
+use std::collections::BTreeMap;
+
+use whitefurnace::error::Error;
+use whitefurnace::harness::mean::LARGEST_SKEW_TERM;
+use whitefurnace::harness::outcome::ALPHA;
+use whitefurnace::harness::tails::{binomial_cdf, binomial_sf, binomial_two_sided, normal_upper};
+
+use crate::experiments::suite_seeds::{Measure, POWERS, Seeds};
+use crate::plot::chart::{Chart, Mark, Series, charts};
+use crate::run::progress::Progress;
+use crate::run::{Run, Tier};
+
+/// Fewer seeds judge nothing.
+const SEEDS: u64 = 200;
+
+/// A level above this says nothing: almost everything is rejected.
+const COARSEST: f64 = 0.9;
+
+/// Skewness may move the power by this much; with 200 seeds, five standard deviations are 0.1 and more.
+const LARGEST_BEND: f64 = 0.02;
+
+/// A graded control at one power, over all seeds.
+pub struct Counted {
+    /// The measure: "trial: outcome".
+    pub name: String,
+    statistic: String,
+    up: bool,
+    bound: bool,
+    /// What is stated at the level.
+    pub power: f64,
+    /// The level: the median of those that the seeds state.
+    pub level: f64,
+    /// How many seeds reject it.
+    pub rejected: u64,
+    seeds: u64,
+}
+
+impl Counted {
+    /// The probability of a count as far off, on the lower side alone where the stated power is a bound.
+    pub fn p(&self) -> f64 {
+        if self.bound {
+            binomial_cdf(self.rejected, self.seeds, self.power)
+        } else {
+            binomial_two_sided(self.rejected, self.seeds, self.power)
+        }
+    }
+
+    fn share(&self) -> f64 {
+        self.rejected as f64 / self.seeds as f64
+    }
+
+    fn label(&self) -> String {
+        let sign = if self.up { '+' } else { '-' };
+        format!("{} {sign}δ", self.name)
+    }
+}
+
+/// How far skewness may move the power where the critical value is `z`: to first order, the mean's skewness
+/// g moves it by g (2x² + 1)/6 φ(x) and, by way of the standard error, by g z x/2 φ(x), x standard errors from
+/// the effect; at most g (1 + z)/8. What [`valid_from`](Measure::valid_from) says of the tail at the suite's
+/// own level gives g.
+fn bend(measure: &Measure, z: f64) -> f64 {
+    if measure.valid_from <= 2 {
+        return 0.0;
+    }
+    let used = (measure.valid_from as f64 / measure.n as f64).sqrt();
+    let g = used * 3.0 * LARGEST_SKEW_TERM / normal_upper(0.5 * ALPHA).powi(3);
+    g * (1.0 + z) / 8.0
+}
+
+/// The value in the middle; of an even number the upper one of the two.
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// The measures that were not judged at all, by the reason.
+pub type LeftOut = BTreeMap<&'static str, Vec<String>>;
+
+/// Counts the graded controls of the registry; judges them at `family`, the level of all together.
+pub fn graded(run: &mut Run, family: f64) -> Result<(), Error> {
+    let seeds = Seeds::open(run)?;
+    let count = run.count(run.by_tier(2, SEEDS));
+    let mut by_name: BTreeMap<String, Vec<Measure>> = BTreeMap::new();
+    let bar = Progress::default().bar_of(count, "seeds");
+    for k in 0..count {
+        for measure in seeds.run(k)?.subjects {
+            if measure.random {
+                by_name.entry(measure.name.clone()).or_default().push(measure);
+            }
+        }
+        bar.advance(1);
+    }
+    bar.finish();
+    let mut left_out = LeftOut::default();
+    let counted: Vec<Counted> =
+        by_name.values().flat_map(|found| count_all(found, &mut left_out)).collect();
+    report(run, &counted, &left_out, (count, seeds.scale, family));
+    let line = |c: &Counted| {
+        format!(
+            "\"{}\",{},{},{},{:e},{},{},{:e}",
+            c.name,
+            if c.up { "+" } else { "-" },
+            c.statistic,
+            c.power,
+            c.level,
+            c.rejected,
+            c.seeds,
+            c.p()
+        )
+    };
+    run.csv(
+        "graded.csv",
+        "measure,side,statistic,stated,level,rejected,seeds,p",
+        &counted.iter().map(line).collect::<Vec<_>>(),
+    )?;
+    draw(run, &counted, seeds.scale)
+}
+
+/// The graded controls of one measure, given its outcome under every seed; where none can be judged, it is
+/// named with the reason.
+pub fn count_all(found: &[Measure], left_out: &mut LeftOut) -> Vec<Counted> {
+    let first = &found[0];
+    let mut reason =
+        if first.approximate { "claimed within a margin only" } else { "without graded control" };
+    let mut counted: Vec<Counted> = Vec::new();
+    for up in [true, false] {
+        for (at, &wanted) in POWERS.iter().enumerate() {
+            let of_side = |measure: &Measure| {
+                let graded = measure.graded.iter().find(|graded| graded.up == up);
+                graded.map(|graded| (graded.p, graded.levels[at]))
+            };
+            let values: Vec<(f64, [f64; 2])> = found.iter().filter_map(of_side).collect();
+            if values.is_empty() {
+                continue;
+            }
+            let part = |i: usize| median(values.iter().map(|(_, level)| level[i]).collect());
+            let [level, power] = [part(0), part(1)];
+            let z = normal_upper(0.5 * level);
+            if level > COARSEST {
+                reason = "effect too small at this scale";
+            } else if median(found.iter().map(|measure| bend(measure, z)).collect()) > LARGEST_BEND
+            {
+                reason = "too skewed at this scale";
+            } else if level > ALPHA || wanted == POWERS[0] {
+                // Where the effect is seen at the suite's own level, both powers are asked for there.
+                counted.push(Counted {
+                    name: first.name.clone(),
+                    statistic: first.statistic.clone(),
+                    up,
+                    bound: first.bound,
+                    power,
+                    level,
+                    rejected: values.iter().filter(|(p, _)| *p < level).count() as u64,
+                    seeds: values.len() as u64,
+                });
+            }
+        }
+    }
+    if counted.is_empty() {
+        let names = left_out.entry(reason).or_default();
+        names.push(first.name.clone());
+    }
+    counted
+}
+
+fn report(run: &mut Run, counted: &[Counted], left_out: &LeftOut, size: (u64, f64, f64)) {
+    let (seeds, scale, family) = size;
+    let level = family / counted.len().max(1) as f64;
+    let weakest = counted.iter().min_by(|a, b| a.p().total_cmp(&b.p()));
+    let failing: Vec<&Counted> = counted.iter().filter(|c| c.p() < level).collect();
+    let mut names: Vec<&str> = counted.iter().map(|c| c.name.as_str()).collect();
+    names.dedup();
+    run.number("graded.seeds", seeds as f64);
+    run.number("graded.measures", names.len() as f64);
+    run.number("graded.counts", counted.len() as f64);
+    run.number("graded.scale_divides_by", 1.0 / scale);
+    run.number("graded.fails", failing.len() as f64);
+    for (at, &power) in POWERS.iter().enumerate() {
+        let near: Vec<&Counted> = at_power(counted, power).collect();
+        let rejected: u64 = near.iter().map(|c| c.rejected).sum();
+        let all: u64 = near.iter().map(|c| c.seeds).sum();
+        let share = rejected as f64 / all.max(1) as f64;
+        run.number(&format!("graded.share_{at}"), share);
+        let value =
+            format!("{share:.4} of all are rejected ({} controls under {seeds} seeds)", near.len());
+        run.note(&format!("graded controls at power {power}"), value);
+    }
+    let mut value = format!(
+        "{} counts for {} measures under {seeds} seeds at scale {scale}, {} of them off at level {level:.1e} each",
+        counted.len(),
+        names.len(),
+        failing.len()
+    );
+    if let Some(c) = weakest {
+        run.number("graded.weakest.share", c.share());
+        run.number("graded.weakest.stated", c.power);
+        run.number("graded.weakest.p", c.p());
+        value += &format!(
+            "; the furthest off is {}: {} of {} rejected at level {:.1e}, {:.3} stated, p = {:.1e}",
+            c.label(),
+            c.rejected,
+            c.seeds,
+            c.level,
+            c.power,
+            c.p()
+        );
+    }
+    let what = "values off by δ are rejected as often as stated";
+    let full = run.tier() == Tier::Full;
+    if full {
+        run.claim(what, value, failing.is_empty());
+    } else {
+        run.note(what, value);
+    }
+    for c in failing.iter().filter(|_| full) {
+        let value = format!(
+            "{} of {} rejected at level {:.1e}, stated {:.3}, p = {:.1e}",
+            c.rejected,
+            c.seeds,
+            c.level,
+            c.power,
+            c.p()
+        );
+        run.detail(&c.label(), value, false);
+    }
+    for (reason, names) in left_out {
+        let value = format!("{}: {}", names.len(), names.join("; "));
+        run.note(&format!("not judged: {reason}"), value);
+    }
+    let none: usize = left_out.values().map(Vec::len).sum();
+    run.number("graded.not_judged", none as f64);
+}
+
+/// Those counted at this power, and not at the suite's own level.
+fn at_power(counted: &[Counted], power: f64) -> impl Iterator<Item = &Counted> {
+    // A count's power jumps, and may be more than what was asked for.
+    counted.iter().filter(move |c| !c.bound && c.level > ALPHA && (c.power - power).abs() < 0.05)
+}
+
+/// How many controls were rejected how often, and how many would be by the binomial law of each.
+fn draw(run: &mut Run, counted: &[Counted], scale: f64) -> Result<(), Error> {
+    let panels = POWERS.map(|power| {
+        let near: Vec<&Counted> = at_power(counted, power).collect();
+        let seeds = near.iter().map(|c| c.seeds).max().unwrap_or(1);
+        let width = seeds.div_ceil(50);
+        let bins = seeds / width + 1;
+        let place = |bin: u64| (bin as f64 + 0.5) * width as f64 / seeds as f64;
+        let found = |bin: u64| near.iter().filter(|c| c.rejected / width == bin).count() as f64;
+        let expected = |bin: u64| {
+            let [from, to] = [bin * width, (bin + 1) * width];
+            let tail = |c: &&Counted, k: u64| binomial_sf(k, c.seeds, c.power);
+            near.iter().map(|c| tail(c, from) - tail(c, to)).sum::<f64>()
+        };
+        let series = |of: &dyn Fn(u64) -> f64| (0..bins).map(|bin| [place(bin), of(bin)]).collect();
+        let [found, expected]: [Vec<[f64; 2]>; 2] = [series(&found), series(&expected)];
+        let most = found.iter().chain(&expected).map(|at| at[1]).fold(1.0, f64::max);
+        let [low, high] = [(power - 0.3_f64).max(0.0), (power + 0.3).min(1.0)];
+        let within = |points: Vec<[f64; 2]>| {
+            points.into_iter().filter(move |at| (low..=high).contains(&at[0]))
+        };
+        let title = format!(
+            "Values off by δ, rejected at the level of power {power}: {} controls, {seeds} seeds, scale {scale}",
+            near.len()
+        );
+        let series = vec![
+            Series::new("binomial law of the stated power", 0, Mark::Line, within(expected)),
+            Series::new("found", 2, Mark::Points, within(found)),
+        ];
+        let axes = ["share of seeds that reject", "controls"];
+        Chart::new(title, axes, [[low, high], [0.0, 1.1 * most]], series)
+    });
+    let see = "Points along the lines: graded controls are rejected as often as stated.";
+    charts(&run.figure("graded.svg"), see, [900, 760], &panels)
+}

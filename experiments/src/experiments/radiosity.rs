@@ -1,0 +1,189 @@
+//! Radiosity in the diffuse room: how the solution moves as patches are halved, and how far it is from
+//! the path tracer.
+
+use glam::DVec3;
+use whitefurnace::equation;
+use whitefurnace::error::Error;
+use whitefurnace::estimator::radiosity::{Fineness, ReadOut};
+use whitefurnace::estimator::{Path, Radiosity, Standard};
+use whitefurnace::film::Film;
+use whitefurnace::pixel::PixelSampling;
+use whitefurnace::scene::{Scene, room};
+
+use crate::plot::chart::{Chart, Mark, Series, charts};
+use crate::run::pictures::render_samples;
+use crate::run::progress::interrupted;
+use crate::run::{Experiment, Run};
+
+/// Refines the mesh.
+pub const RADIOSITY: Experiment = Experiment {
+    id: "radiosity",
+    title: "radiosity in the diffuse room: error against the number of patches",
+    version: 3,
+    equations: &[&equation::RADIOSITY, &equation::FORM_FACTOR],
+    run,
+};
+
+const SIZE: [u32; 2] = [64, 48];
+/// Patches before they are halved.
+const COARSE: u32 = 60;
+/// Within which image means must agree.
+const MARGIN: f64 = 0.005;
+
+/// One mesh.
+struct Level {
+    patches: f64,
+    mean: DVec3,
+    /// Root mean square of the pixels' differences from the path tracer, its noise taken off, relative to
+    /// the mean: interpolated and gathered.
+    distances: [f64; 2],
+    /// The standard errors of these, from the path tracer's noise.
+    errors: [f64; 2],
+}
+
+fn run(run: &mut Run) -> Result<(), Error> {
+    let scene = room::diffuse()?;
+    let spp = run.count(run.by_tier(1_000, 20_000)) as u32;
+    let paths = image(run, &scene, &Path::<Standard>::default(), spp.max(2))?;
+    let reference = mean(&paths);
+    let halvings = run.by_tier(2, 3);
+    let mut levels = Vec::new();
+    for halvings in 0..=halvings {
+        let fineness = Fineness { patches: COARSE, halvings };
+        let solved = Radiosity::new(Standard, &scene, fineness, &|_| !interrupted())?;
+        let patches = solved.irradiances().count() as f64 / 2.0;
+        let (residual, sweeps) = (solved.residual(), solved.sweeps());
+        let interpolated = image(run, &scene, &solved, 1)?;
+        let gathered = image(run, &scene, &solved.read(ReadOut::Gathered), 1)?;
+        let found = [&interpolated, &gathered].map(|film| distance(film, &paths));
+        let level = Level {
+            patches,
+            mean: mean(&interpolated),
+            distances: found.map(|(distance, _)| distance),
+            errors: found.map(|(_, error)| error),
+        };
+        let key = format!("halvings-{halvings}");
+        run.number(&format!("{key}.patches"), patches);
+        run.number(&format!("{key}.mean"), level.mean.y);
+        run.number(&format!("{key}.residual"), residual);
+        for (kind, i) in [("interpolated", 0), ("gathered", 1)] {
+            run.number(&format!("{key}.{kind}"), level.distances[i]);
+            run.number(&format!("{key}.{kind}_error"), level.errors[i]);
+        }
+        let value = format!(
+            "image mean {:+.3} % from the path tracer, pixels {:.2} % (gathered {:.2} %), residual \
+             {residual:.1e} after {sweeps} sweeps",
+            100.0 * (level.mean.y / reference.y - 1.0),
+            100.0 * level.distances[0],
+            100.0 * level.distances[1],
+        );
+        run.note(&format!("{patches} patches"), value);
+        levels.push(level);
+    }
+    let errors = paths.pixels().iter().map(|p| p.standard_error().y.powi(2));
+    let noise = errors.sum::<f64>().sqrt() / paths.pixels().len() as f64 / reference.y;
+    judge(run, &levels, (reference.y, noise));
+    draw(run, &levels, (reference.y, noise))
+}
+
+/// An image of the room with every ray through its pixel's centre, so that edges add no noise.
+fn image<E: whitefurnace::estimator::Estimator>(
+    run: &Run,
+    scene: &Scene,
+    estimator: &E,
+    spp: u32,
+) -> Result<Film, Error> {
+    render_samples(scene, estimator, (PixelSampling::Centre, run.seed()), (SIZE, None), spp)
+}
+
+fn mean(film: &Film) -> DVec3 {
+    let pixels = film.pixels();
+    pixels.iter().map(|p| p.mean()).sum::<DVec3>() / pixels.len() as f64
+}
+
+/// Root mean square of the pixels' differences, relative to the mean, and its standard error. With noise
+/// of variance s² on a difference t, x = t + e has x² − s² for an unbiased estimate of t², whose variance
+/// 4 t² s² + 2 s⁴ is estimated by 4 x² s² − 2 s⁴.
+fn distance(film: &Film, paths: &Film) -> (f64, f64) {
+    let pairs = film.pixels().iter().zip(paths.pixels());
+    let (mut squares, mut variance) = (0.0, 0.0);
+    for (a, b) in pairs {
+        let x2 = (a.mean().y - b.mean().y).powi(2);
+        let s2 = b.standard_error().y.powi(2);
+        squares += x2 - s2;
+        variance += 4.0 * x2 * s2 - 2.0 * s2 * s2;
+    }
+    let (n, scale) = (film.pixels().len() as f64, mean(paths).y);
+    let distance = (squares.max(0.0) / n).sqrt();
+    let error = variance.max(0.0).sqrt() / n / (2.0 * distance);
+    (distance / scale, error / scale)
+}
+
+/// The order of convergence: how the deviation from the path tracer falls with the side of the patches,
+/// from the coarsest mesh to the finest. Visibility is all or nothing for a node and a patch, and
+/// patches that edges of shadows or of other surfaces cross are as wrong as they are large: order 1 is
+/// what theory leaves, with jumps from mesh to mesh, so that no extrapolation from three of them
+/// (Richardson's) means anything.
+fn judge(run: &mut Run, levels: &[Level], (reference, noise): (f64, f64)) {
+    let [first, .., last] = levels else { return };
+    let deviation = |level: &Level| level.mean.y / reference - 1.0;
+    let halvings = (levels.len() - 1) as f64;
+    let order = |value: &dyn Fn(&Level) -> f64| (value(first) / value(last)).log2() / halvings;
+    let orders = [
+        ("mean", order(&|l| deviation(l).abs())),
+        ("interpolated", order(&|l| l.distances[0])),
+        ("gathered", order(&|l| l.distances[1])),
+    ];
+    for (name, order) in orders {
+        run.number(&format!("order.{name}"), order);
+    }
+    let [mean, interpolated, gathered] = orders.map(|(_, order)| order);
+    run.number("reference", reference);
+    run.number("reference_error", noise);
+    let value = format!("image mean {mean:.2}, pixels {interpolated:.2} (gathered {gathered:.2})");
+    run.note("order in the side of a patch", value);
+    let difference = deviation(last);
+    run.number("difference", difference);
+    run.claim(
+        "the finest mesh agrees with the path tracer",
+        format!(
+            "image means {:+.3} % apart, at most {} %; the path tracer's has a standard error of {:.3} %",
+            100.0 * difference,
+            100.0 * MARGIN,
+            100.0 * noise
+        ),
+        difference.abs() + 4.0 * noise < MARGIN,
+    );
+}
+
+/// Error bars reach so many standard errors to either side.
+const BARS: f64 = 3.0;
+
+fn draw(run: &mut Run, levels: &[Level], (reference, noise): (f64, f64)) -> Result<(), Error> {
+    let series = |label: &str, colour, value: &dyn Fn(&Level) -> [f64; 2]| {
+        let points = || levels.iter().map(|l| [l.patches, 100.0 * value(l)[0]]);
+        let bar = |l: &Level| {
+            let [value, error] = value(l);
+            [-BARS, BARS].map(|errors| 100.0 * (value + errors * error))
+        };
+        let bars = levels.iter().map(bar).collect();
+        [
+            Series::new("", colour, Mark::Line, points()),
+            Series::new(label, colour, Mark::Points, points()).with_bars(bars),
+        ]
+    };
+    let (low, high) = (50.0, 10_000.0);
+    let slope = |patches: f64| [patches, 8.0 * (low / patches).sqrt()];
+    let name = "order 1: as the side of a patch, patches^(−1/2)";
+    let slope = Series::new(name, 6, Mark::Faint, [slope(low), slope(high)]);
+    let difference = move |level: &Level| [(level.mean.y / reference - 1.0).abs(), noise];
+    let mut all = vec![slope];
+    all.extend(series("pixels, interpolated (rms)", 2, &|l| [l.distances[0], l.errors[0]]));
+    all.extend(series("pixels, gathered (rms)", 1, &|l| [l.distances[1], l.errors[1]]));
+    all.extend(series("image mean", 0, &difference));
+    let title = "Radiosity in the diffuse room against the path tracer";
+    let axes = ["patches", "deviation from the path tracer (%)"];
+    let chart = Chart::new(title, axes, [[low, high], [0.03, 20.0]], all).log([true, true]);
+    let see = "All three deviations fall about as the side of a patch does, the grey line.";
+    charts(&run.figure("radiosity.svg"), see, [900, 520], &[chart])
+}

@@ -1,0 +1,52 @@
+//! What the report claims of its sampling, with numbers and figures.
+
+mod pictures;
+mod residuals;
+mod samples;
+mod walks;
+
+use whitefurnace::equation;
+use whitefurnace::error::Error;
+use whitefurnace::harness::tails::normal_upper;
+
+use crate::run::suite::FAMILY;
+use crate::run::{Experiment, Run};
+
+/// Importance sampling, roulette, path length, supersampling, noise.
+pub const SAMPLING_CLAIMS: Experiment = Experiment {
+    id: "sampling-claims",
+    title: "what the report says of sampling, roulette, path length, supersampling and noise",
+    version: 2,
+    equations: &[
+        &equation::HEMISPHERE_THETA,
+        &equation::HEMISPHERE_PHI,
+        &equation::COSINE_HEMISPHERE,
+        &equation::ROULETTE,
+        &equation::PATH_LENGTH,
+        &equation::SUPERSAMPLING,
+        &equation::RANDOMISATION,
+        &equation::ESTIMATOR,
+        &equation::FRESNEL,
+    ],
+    run,
+};
+
+fn run(run: &mut Run) -> Result<(), Error> {
+    samples::hemispheres(run, "hemispheres.svg")?;
+    residuals::residuals(run, "residuals.svg")?;
+    samples::importance(run, "importance.svg")?;
+    samples::fresnel(run, "fresnel.svg")?;
+    walks::roulette(run, "roulette.svg")?;
+    walks::truncation(run, "truncation.svg")?;
+    samples::edges(run, "edges.svg")?;
+    pictures::antialiasing(run, ["antialiasing.png", "centre.png", "jittered.png"])?;
+    pictures::noise(run, ["noise.png", "noise.svg", "noise-8.png", "noise-512.png"])
+}
+
+/// How many intervals this experiment draws and judges, at most.
+const INTERVALS: f64 = 200.0;
+
+/// Half the width of each interval in standard errors: the family-wise level over all of them.
+fn critical() -> f64 {
+    normal_upper(FAMILY / 2.0 / INTERVALS)
+}

@@ -1,0 +1,149 @@
+//! Roulette and path length in the abstract furnace.
+
+use registry::roulette::{Parts, RIGHT, variance, walk};
+use whitefurnace::error::Error;
+use whitefurnace::moments::Moments;
+use whitefurnace::rng::{seed_for, stream};
+
+use super::critical;
+use crate::plot::chart::{Chart, Mark, Series, charts};
+use crate::run::Run;
+
+const ALBEDOS: [f64; 3] = [0.5, 0.75, 0.9];
+
+fn walks(run: &Run, label: &str, n: u64, parts: Parts, [a, q]: [f64; 2]) -> (Moments, Moments) {
+    let mut rng = stream(seed_for(run.seed(), label), 0, 0);
+    let mean = 1.0 / (1.0 - a);
+    let (mut values, mut squares) = (Moments::default(), Moments::default());
+    for _ in 0..n {
+        let value = walk(&mut rng, parts, a, q);
+        values.push(value);
+        squares.push((value - mean).powi(2));
+    }
+    (values, squares)
+}
+
+/// Vertices of a path: 1 + q + q² + ...
+fn vertices(q: f64) -> f64 {
+    1.0 / (1.0 - q)
+}
+
+fn interval(moments: &Moments) -> [f64; 2] {
+    let half = critical() * moments.standard_error();
+    [moments.mean() - half, moments.mean() + half]
+}
+
+fn holds(interval: [f64; 2], known: f64) -> bool {
+    interval[0] <= known && known <= interval[1]
+}
+
+/// Mean, variance and efficiency against survival: closed forms, and walks where the variance of the
+/// squares is finite, from survival = albedo on.
+pub fn roulette(run: &mut Run, file: &str) -> Result<(), Error> {
+    let n = run.count(run.by_tier(100_000, 2_000_000));
+    let [mut means, mut variances, mut efficiencies] = [const { Vec::new() }; 3];
+    let mut all_hold = true;
+    for (colour, a) in ALBEDOS.into_iter().enumerate() {
+        let exact = 1.0 / (1.0 - a);
+        let survivals = [0.5, 0.6, 0.75, 0.8, 0.9, 0.95].into_iter().filter(|&q| q >= a);
+        let found: Vec<_> = survivals
+            .map(|q| (q, walks(run, &format!("roulette {a} {q}"), n, RIGHT, [a, q])))
+            .collect();
+        let label = format!("albedo {a}");
+        means.push(Series::new(&label, colour, Mark::Line, [[0.2, exact], [1.0, exact]]));
+        let measured = |q: f64, m: &Moments| [q, m.mean(), critical() * m.standard_error()];
+        let values = found.iter().map(|(q, (values, _))| measured(*q, values));
+        means.push(Series::measured("", colour, values));
+        let curve = |f: &dyn Fn(f64) -> f64| {
+            let survivals = (1..400).map(|i| a * a + f64::from(i) / 400.0 * (1.0 - a * a));
+            survivals.map(|q| [q, f(q)]).collect::<Vec<_>>()
+        };
+        let efficiency = |q: f64| 1.0 / (variance(a, q) * vertices(q));
+        variances.push(Series::new(&label, colour, Mark::Line, curve(&|q| variance(a, q))));
+        let squares = found.iter().map(|(q, (_, squares))| measured(*q, squares));
+        variances.push(Series::measured("", colour, squares));
+        variances.push(wall(a * a, [1e-3, 1e4]));
+        efficiencies.push(Series::new(&label, colour, Mark::Line, curve(&efficiency)));
+        let points = found.iter().map(|(q, (_, s))| [*q, 1.0 / (s.mean() * vertices(*q))]);
+        efficiencies.push(Series::new("", colour, Mark::Points, points));
+        efficiencies.push(wall(a * a, [1e-4, 1e1]));
+        for (q, (values, squares)) in &found {
+            all_hold &= holds(interval(values), exact);
+            all_hold &= holds(interval(squares), variance(a, *q));
+            run.number(&format!("roulette.{a}.{q}.mean"), values.mean());
+            run.number(&format!("roulette.{a}.{q}.variance"), squares.mean());
+        }
+        let [low, high] = [a, 0.95].map(efficiency);
+        let value = format!("{low:.4}, {high:.4}; the variance is infinite up to {:.4}", a * a);
+        run.note(&format!("roulette, albedo {a}: efficiency at survival {a} and 0.95"), value);
+    }
+    let value = format!("{n} walks each");
+    run.claim("roulette: means and variances are their closed forms", value, all_hold);
+    let chart = |title: &str, label: &str, range, series| {
+        Chart::new(title, ["survival probability q", label], [[0.2, 1.0], range], series)
+    };
+    let title = "Variance: infinite left of the squared albedo (grey)";
+    let variances = chart(title, "variance of a path", [1e-2, 1e4], variances);
+    let title = "Efficiency: 1/(variance × vertices)";
+    let efficiencies = chart(title, "efficiency", [1e-4, 1e1], efficiencies);
+    let panels = [
+        chart("Mean: whatever the survival", "mean", [0.0, 14.0], means),
+        variances.log([false, true]),
+        efficiencies.log([false, true]),
+    ];
+    let see = "The mean does not depend on the survival probability; the variance has no bound left of the squared albedo.";
+    charts(&run.figure(file), see, [900, 1260], &panels)
+}
+
+/// A vertical line.
+fn wall(x: f64, [low, high]: [f64; 2]) -> Series {
+    Series::new("", 6, Mark::Faint, [[x, low], [x, high]])
+}
+
+/// The smallest loss that is drawn.
+const LEAST: f64 = 1e-4;
+
+/// The relative bias of a path cut after b bounces: a^(b+1).
+pub fn truncation(run: &mut Run, file: &str) -> Result<(), Error> {
+    let n = run.count(run.by_tier(200_000, 4_000_000));
+    let mut series = Vec::new();
+    let mut all_hold = true;
+    for (colour, a) in ALBEDOS.into_iter().enumerate() {
+        let exact = 1.0 / (1.0 - a);
+        let curve = (0..=200).map(|i| f64::from(i) / 10.0);
+        let curve = curve.map(|b| [b, a.powf(b + 1.0)]);
+        let curve = curve.filter(|&[_, lost]| lost >= LEAST);
+        series.push(Series::new(&format!("albedo {a}"), colour, Mark::Line, curve));
+        let (mut lost, mut bars) = (Vec::new(), Vec::new());
+        for b in [1, 2, 3, 5, 7, 10, 15, 20] {
+            let parts = Parts { longest: Some(b), ..RIGHT };
+            let (values, _) = walks(run, &format!("cut {a} {b}"), n, parts, [a, 0.95]);
+            let [low, high] = interval(&values).map(|v| 1.0 - v / exact);
+            let known = a.powi(b as i32 + 1);
+            all_hold &= holds([high, low], known);
+            if b == 7 {
+                run.number(&format!("cut.{a}.7"), 1.0 - values.mean() / exact);
+                let value = format!(
+                    "{:.2} % of the light is missing, closed form {:.2} %",
+                    100.0 * (1.0 - values.mean() / exact),
+                    100.0 * known
+                );
+                run.note(&format!("seven bounces at albedo {a}"), value);
+            }
+            // Below the noise there is nothing to draw on a logarithmic axis.
+            if high > 0.0 {
+                lost.push([f64::from(b), 1.0 - values.mean() / exact]);
+                bars.push([high, low]);
+            }
+        }
+        series.push(Series::new("", colour, Mark::Points, lost).with_bars(bars));
+    }
+    series.push(wall(7.0, [LEAST, 1.0]));
+    let value = format!("{n} walks each");
+    run.claim("path length: the bias of cut paths is −a^(b+1)", value, all_hold);
+    let title = "Share of light lost by cutting paths; the report's seven bounces in grey";
+    let (axes, ranges) = (["bounces b", "relative bias"], [[0.0, 20.5], [LEAST, 1.0]]);
+    let chart = Chart::new(title, axes, ranges, series).log([false, true]);
+    let see = "Straight lines: each bounce more loses less by the albedo.";
+    charts(&run.figure(file), see, [900, 520], &[chart])
+}

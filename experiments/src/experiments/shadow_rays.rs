@@ -1,0 +1,205 @@
+//! The report's claim that photon mapping would improve the rendering time because it reduces the number
+//! of shadow rays: rays are counted, and errors compared at equal numbers of them.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use glam::DVec3;
+use whitefurnace::bsdf::Scattering;
+use whitefurnace::equation;
+use whitefurnace::error::Error;
+use whitefurnace::estimator::{
+    Estimator, Lookup, NextEvent, Path, PhotonMapping, Photons, Standard, Strategy,
+};
+use whitefurnace::film::Film;
+use whitefurnace::moments::Moments;
+use whitefurnace::pixel::PixelSampling;
+use whitefurnace::rng::seed_for;
+use whitefurnace::roulette;
+use whitefurnace::roulette::Roulette;
+use whitefurnace::scene::{Scene, room};
+
+use crate::run::pictures::render_samples;
+use crate::run::progress::{Bar, Progress};
+use crate::run::{Experiment, Run};
+
+/// Counts the rays of path tracing and photon mapping in the diffuse room.
+pub const SHADOW_RAYS: Experiment = Experiment {
+    id: "shadow-rays",
+    title: "shadow rays and error at equal numbers of rays: path tracing and photon mapping",
+    version: 1,
+    equations: &[&equation::PHOTON_DENSITY, &equation::RENDERING],
+    run,
+};
+
+const SIZE: [u32; 2] = [64, 48];
+/// Samples per pixel of photon mapping; path tracing gets as many as have the same number of rays.
+const SAMPLES: u32 = 16;
+const PARTICLES: u32 = 50_000;
+const RADIUS: f64 = 0.2;
+
+/// The standard parts with a count of rays.
+struct Counted<'a>(&'a Rays);
+
+/// Rays so far, but for one per camera sample.
+#[derive(Default)]
+struct Rays {
+    shadow: AtomicU64,
+    onward: AtomicU64,
+    /// Emitters picked: once for each particle, and once at each vertex that sends a shadow ray.
+    picks: AtomicU64,
+}
+
+impl Roulette for Counted<'_> {
+    fn survives(&self, r: f64, survival: f64) -> bool {
+        let survives = roulette::survives(r, survival);
+        self.0.onward.fetch_add(u64::from(survives), Ordering::Relaxed);
+        survives
+    }
+}
+
+impl NextEvent for Counted<'_> {
+    fn visible(&self, scene: &Scene, x: (DVec3, DVec3), y: (DVec3, DVec3), glass: bool) -> bool {
+        self.0.shadow.fetch_add(1, Ordering::Relaxed);
+        scene.visible(x, y, glass)
+    }
+    fn pick_emitter(&self, r: f64, count: usize) -> usize {
+        self.0.picks.fetch_add(1, Ordering::Relaxed);
+        Standard.pick_emitter(r, count)
+    }
+}
+
+impl Scattering for Counted<'_> {}
+
+impl Photons for Counted<'_> {}
+
+/// What images by one method cost per camera sample, and what they miss.
+#[derive(Clone, Copy)]
+struct Cost {
+    shadow: f64,
+    rays: f64,
+    picks: f64,
+    /// Root-mean-square error of the pixels, relative to the mean.
+    error: f64,
+}
+
+impl Cost {
+    /// For photons: a pick of an emitter starts a particle or goes with a gathering ray.
+    fn with_picks(self) -> Self {
+        Self { rays: self.rays + self.picks, ..self }
+    }
+}
+
+fn run(run: &mut Run) -> Result<(), Error> {
+    let scene = room::diffuse()?;
+    let images = run.count(run.by_tier(6, 24)).max(2) as u32;
+    let reference = run.count(run.by_tier(2_000, 20_000)) as u32;
+    let seed = seed_for(run.seed(), "reference");
+    let reference = film(&scene, &Path::<Standard>::default(), seed, reference)?;
+
+    let gather = Lookup::Gather { caustic_particles: 1, caustic_radius: RADIUS };
+    let photon = |lookup| {
+        let scene = &scene;
+        move |rays: &Rays, seed| {
+            let parts = Counted(rays);
+            let map = (PARTICLES, RADIUS);
+            let photons = PhotonMapping::new(parts, scene, lookup, map, (seed, 0))?;
+            film(scene, &photons, seed, SAMPLES)
+        }
+    };
+    let master = run.seed();
+    let bar = Progress::default().bar(u64::from(4 * images));
+    let trace = |name, images, samples, make: &dyn Fn(&Rays, u64) -> Result<Film, Error>| {
+        measure(seed_for(master, name), (images, samples), &reference, &bar, make)
+    };
+    let gathering = trace("gather", images, SAMPLES, &photon(gather))?.with_picks();
+    let direct = trace("direct", images, SAMPLES, &photon(Lookup::Direct))?.with_picks();
+    report(run, "gather", SAMPLES, &gathering);
+    report(run, "direct", SAMPLES, &direct);
+    for (name, strategy) in [("mis", Strategy::Mis), ("light", Strategy::Light)] {
+        let path = |samples| {
+            let scene = &scene;
+            move |rays: &Rays, seed| {
+                let parts = Counted(rays);
+                film(scene, &Path::new(parts, strategy), seed, samples)
+            }
+        };
+        let pilot = trace("pilot", 2, 1, &path(1))?;
+        let samples = f64::from(SAMPLES) * gathering.rays / pilot.rays;
+        let samples = samples.round().max(1.0) as u32;
+        let cost = trace(name, images, samples, &path(samples))?;
+        report(run, name, samples, &cost);
+        let what = format!("final gathering sends fewer shadow rays per sample than {name}");
+        let value = format!("{:.2} for {:.2}", gathering.shadow, cost.shadow);
+        run.claim(&what, value, gathering.shadow < cost.shadow);
+        let ratio = gathering.error / cost.error;
+        let what =
+            format!("error of final gathering over that of {name} at the same number of rays");
+        let value = format!("{ratio:.2}");
+        run.note(&what, value);
+        run.number(&format!("error_ratio.{name}"), ratio);
+    }
+    bar.finish();
+    run.claim(
+        "lookups at the first diffuse surface send no shadow rays",
+        format!("{:.2} per sample", direct.shadow),
+        direct.shadow == 0.0,
+    );
+    Ok(())
+}
+
+/// Makes images with seeds of their own and compares them with the reference.
+fn measure(
+    seed: u64,
+    (images, samples): (u32, u32),
+    reference: &Film,
+    bar: &Bar,
+    make: &dyn Fn(&Rays, u64) -> Result<Film, Error>,
+) -> Result<Cost, Error> {
+    let rays = Rays::default();
+    let mut squared = Moments::default();
+    for image in 0..images {
+        let made = make(&rays, seed_for(seed, &image.to_string()))?;
+        squared.push(difference(&made, reference));
+        if !bar.advance(1) {
+            return Err(Error::Interrupted);
+        }
+    }
+    let count = f64::from(images) * f64::from(samples) * reference.pixels().len() as f64;
+    let per_sample = |counter: &AtomicU64| counter.load(Ordering::Relaxed) as f64 / count;
+    let shadow = per_sample(&rays.shadow);
+    Ok(Cost {
+        shadow,
+        rays: 1.0 + shadow + per_sample(&rays.onward),
+        picks: per_sample(&rays.picks),
+        error: squared.mean().sqrt(),
+    })
+}
+
+fn report(run: &mut Run, name: &str, samples: u32, cost: &Cost) {
+    run.number(&format!("{name}.shadow_rays"), cost.shadow);
+    run.number(&format!("{name}.rays"), cost.rays);
+    run.number(&format!("{name}.error"), cost.error);
+    let value = format!(
+        "{:.2} shadow rays and {:.2} rays in all per sample, relative root-mean-square error {:.2} %",
+        cost.shadow,
+        cost.rays,
+        100.0 * cost.error
+    );
+    run.note(&format!("{name}, {samples} samples per pixel"), value);
+}
+
+fn film<E: Estimator>(
+    scene: &Scene,
+    estimator: &E,
+    seed: u64,
+    samples: u32,
+) -> Result<Film, Error> {
+    render_samples(scene, estimator, (PixelSampling::Centre, seed), (SIZE, None), samples)
+}
+
+/// Mean squared difference of the pixels, relative to the square of the reference's mean.
+fn difference(film: &Film, reference: &Film) -> f64 {
+    let pairs = film.pixels().iter().zip(reference.pixels());
+    let sum: f64 = pairs.map(|(a, b)| (a.mean() - b.mean()).length_squared() / 3.0).sum();
+    sum / film.pixels().len() as f64 / reference.mean().powi(2)
+}

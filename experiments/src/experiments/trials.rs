@@ -1,0 +1,222 @@
+//! The verdict table: every trial of the registry, by equation.
+
+use std::collections::BTreeMap;
+
+use whitefurnace::equation::{self, Equation};
+use whitefurnace::error::Error;
+use whitefurnace::harness::outcome::{ALPHA, CAPACITY, Claim, Verdict};
+use whitefurnace::harness::trial::{CSV_HEADER, Row, Trial, group};
+
+use crate::plot::forest::{Line, forest};
+use crate::run::{Experiment, ExperimentResult, Run};
+use crate::run::{record, suite};
+
+/// Runs the registry and prints a verdict for each equation and claim.
+pub const TRIALS: Experiment = Experiment {
+    id: "trials",
+    title: "the verdicts: every equation and claim on trial",
+    version: 1,
+    equations: &[],
+    run,
+};
+
+/// More lines do not fit on one figure.
+const LINES_PER_FIGURE: usize = 45;
+
+fn run(run: &mut Run) -> Result<(), Error> {
+    let mut trials = registry::all();
+    trials.sort_by_key(|trial| suite::place(trial.equation.id));
+    run.bears_on(suite::equations(&trials));
+    let scale = run.scale(run.by_tier(suite::REDUCED, 1.0));
+    let found = suite::run(&trials, run.seed(), scale)?;
+    let all: Vec<String> = found.iter().flatten().map(Row::csv).collect();
+    run.csv("trials.csv", CSV_HEADER, &all)?;
+    let figures = draw(run, &trials, &found)?;
+    let recorded = record::recorded(&record::recorded_folder(), TRIALS.id);
+    for equation in equation::ALL {
+        let on_trial =
+            trials.iter().zip(&found).filter(|(trial, _)| trial.equation.id == equation.id);
+        let rows: Vec<_> = on_trial.collect();
+        summarise(run, equation, &rows);
+        for (trial, rows) in rows {
+            report(run, trial, rows, &figures[group(&trial.name)], recorded.as_ref());
+        }
+    }
+    totals(run, &found, scale);
+    Ok(())
+}
+
+/// One line for an equation: what its trials say together.
+fn summarise(run: &mut Run, equation: &Equation, trials: &[(&Trial, &Vec<Row>)]) {
+    let what = match equation.number {
+        "" => equation.title.to_owned(),
+        number => format!("({number}) {}", equation.title),
+    };
+    if trials.is_empty() {
+        run.note(&what, "no trial of its own".to_owned());
+        return;
+    }
+    let verdict = suite::joint(verdicts(trials.iter().flat_map(|(_, rows)| rows.iter())));
+    let names: usize = trials.iter().map(|(_, rows)| rows.len()).sum();
+    let value = format!("trials {}, measures {names}", trials.len());
+    run.claim(&what, value, verdict);
+}
+
+/// One line for a trial: the measure that comes nearest to its limit.
+fn report(
+    run: &mut Run,
+    trial: &Trial,
+    rows: &[Row],
+    figure: &str,
+    recorded: Option<&ExperimentResult>,
+) {
+    let Some(row) = rows.iter().max_by(|a, b| reach(a).total_cmp(&reach(b))) else {
+        return;
+    };
+    let verdict = suite::joint(verdicts(rows.iter()));
+    let o = &row.outcome;
+    let what = trial.name.clone();
+    let mut value = format!("{}: {}, ", trial.property, evidence(row));
+    value += &format!(
+        "detects {:.2e}, power {}, n = {}, p = {:.2e}, {figure}",
+        o.minimum_detectable_effect(),
+        o.power(),
+        o.n,
+        o.p
+    );
+    if let Verdict::Undecided { needed } = verdict {
+        value += &format!("; needs about {needed}");
+        value += &recorded_verdict(recorded, &what);
+    }
+    run.detail(&what, value, verdict);
+    for (key, number) in [
+        ("estimate", o.estimate),
+        ("reference", o.reference),
+        ("low", o.interval[0]),
+        ("high", o.interval[1]),
+        ("delta", o.claim.size()),
+        ("detects", o.minimum_detectable_effect()),
+        ("miss", o.miss()),
+        ("n", o.n as f64),
+        ("p", o.p),
+    ] {
+        run.number(&format!("{}.{key}", trial.name), number);
+    }
+}
+
+/// "mean of z 0.50002 in [0.49990, 0.50013], should be 0.5 ± 0.002".
+fn evidence(row: &Row) -> String {
+    let o = &row.outcome;
+    if !o.is_random() {
+        return format!("{} {:.2e}, at most {:.1e}", o.name, o.estimate, o.claim.size());
+    }
+    if o.claim == Claim::Test {
+        return format!("{} {:.4e}", o.name, o.value);
+    }
+    format!(
+        "{} {:.6} in [{:.6}, {:.6}], should be {:.6} ± {:.1e}",
+        o.name,
+        o.estimate,
+        o.interval[0],
+        o.interval[1],
+        o.reference,
+        o.claim.size()
+    )
+}
+
+/// How far the interval reaches from the reference, in units of δ.
+fn reach(row: &Row) -> f64 {
+    let o = &row.outcome;
+    let far = o.interval.map(|end| (end - o.reference).abs());
+    match o.claim {
+        Claim::Test => -o.p,
+        claim => far[0].max(far[1]) / claim.size(),
+    }
+}
+
+fn verdicts<'a>(rows: impl Iterator<Item = &'a Row> + 'a) -> impl Iterator<Item = Verdict> + 'a {
+    rows.map(|row| row.verdict)
+}
+
+/// The counts, and the level at which they were made.
+fn totals(run: &mut Run, found: &[Vec<Row>], scale: f64) {
+    let rows: Vec<&Row> = found.iter().flatten().collect();
+    let count = |word: &str| rows.iter().filter(|row| row.verdict.word() == word).count();
+    for word in ["holds", "fails", "undecided"] {
+        run.number(word, count(word) as f64);
+    }
+    run.number("trials", found.len() as f64);
+    run.number("scale", scale);
+    let smallest = rows
+        .iter()
+        .filter(|row| row.outcome.is_random())
+        .map(|row| row.outcome.p)
+        .fold(1.0, f64::min);
+    run.number("smallest_p", smallest);
+    let value = format!(
+        "{} trials at scale {scale}: {} measures hold, {} fail, {} undecided; smallest p {smallest:.1e}; \
+         family-wise level {:.0e} ({ALPHA:.0e} for each of at most {CAPACITY})",
+        found.len(),
+        count("holds"),
+        count("fails"),
+        count("undecided"),
+        ALPHA * CAPACITY as f64,
+    );
+    run.note("in all", value);
+}
+
+/// The figures of each group of trials: the first one's name, by group.
+fn draw(
+    run: &mut Run,
+    trials: &[Trial],
+    found: &[Vec<Row>],
+) -> Result<BTreeMap<String, String>, Error> {
+    let mut lines: BTreeMap<String, Vec<Line>> = BTreeMap::new();
+    for (trial, rows) in trials.iter().zip(found) {
+        let group = group(&trial.name);
+        let lines = lines.entry(group.to_owned()).or_default();
+        lines.extend(rows.iter().filter_map(|row| line(trial, group, row)));
+    }
+    let mut figures = BTreeMap::new();
+    for (group, lines) in lines {
+        for (i, part) in lines.chunks(LINES_PER_FIGURE).enumerate() {
+            let file =
+                if i == 0 { format!("{group}.svg") } else { format!("{group}-{}.svg", i + 1) };
+            let title = format!(
+                "Trials of the group “{group}”, scale {}",
+                run.scale(run.by_tier(suite::REDUCED, 1.0))
+            );
+            let see = "Zero is the reference. An interval within the band about it holds.";
+            forest(&run.figure(&file), (&title, see), part)?;
+            figures.entry(group.clone()).or_insert(file);
+        }
+        figures.entry(group).or_insert_with(|| "no figure".to_owned());
+    }
+    Ok(figures)
+}
+
+/// A row in units of its δ; nothing where no size is claimed.
+fn line(trial: &Trial, group: &str, row: &Row) -> Option<Line> {
+    let o = &row.outcome;
+    if o.claim == Claim::Test || o.claim.size() <= 0.0 {
+        return None;
+    }
+    let short = trial.name.strip_prefix(group).unwrap_or(&trial.name);
+    let number = match trial.equation.number {
+        "" => String::new(),
+        number => format!("({number}) "),
+    };
+    let label = format!("{number}{}: {}", short.trim_start_matches('/'), o.name);
+    Some(Line::of(label, row))
+}
+
+/// What the last recorded full run says of a trial, as a clause.
+fn recorded_verdict(recorded: Option<&ExperimentResult>, what: &str) -> String {
+    let recorded = recorded.filter(|recorded| recorded.version == TRIALS.version);
+    let verdict = recorded.and_then(|recorded| {
+        let mut findings = recorded.findings.iter();
+        let verdict = findings.find(|finding| finding.what.trim_start() == what)?.verdict?;
+        Some(format!(" [{} in the recorded {} run]", verdict.word(), recorded.tier))
+    });
+    verdict.unwrap_or_else(|| " [not recorded]".to_owned())
+}

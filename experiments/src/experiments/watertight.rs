@@ -1,0 +1,95 @@
+//! No ray leaves the closed room.
+
+use glam::DVec3;
+use rand::Rng;
+use rand_distr::{Distribution, UnitSphere};
+use whitefurnace::bsdf::OrenNayarForm;
+use whitefurnace::equation;
+use whitefurnace::error::Error;
+use whitefurnace::rng::{seed_for, stream, uniform};
+use whitefurnace::scene::Scene;
+use whitefurnace::scene::room::{self, Convention};
+use whitefurnace::shape::Ray;
+
+use crate::run::suite::parallel;
+use crate::run::{Experiment, Run};
+
+/// Counts rays that leave the room.
+pub const WATERTIGHT: Experiment = Experiment {
+    id: "watertight",
+    title: "rays that leave the closed room, aimed everywhere, at edges and at corners",
+    version: 1,
+    equations: &[&equation::TRIANGLE_SOLUTION],
+    run,
+};
+
+/// Where the first ray of a walk is aimed.
+#[derive(Clone, Copy)]
+enum Aim {
+    Anywhere,
+    Edge,
+    Corner,
+}
+
+const AIMS: [(Aim, &str); 3] =
+    [(Aim::Anywhere, "anywhere"), (Aim::Edge, "edges"), (Aim::Corner, "corners")];
+/// Rays of one walk: the first from a random point, each later one from where the last one arrived.
+const WALK: u64 = 5;
+/// Walks of one random stream.
+const BATCH: u64 = 20_000;
+
+fn run(run: &mut Run) -> Result<(), Error> {
+    let scene = room::report(Convention::Physical, OrenNayarForm::Corrected)?;
+    let rays = run.count(run.by_tier(10_000_000, 100_000_000));
+    let batches = rays.div_ceil(3 * WALK * BATCH) as u32;
+    let triangles: Vec<[DVec3; 3]> = scene.triangles().collect();
+    for (aim, label) in AIMS {
+        let seed = seed_for(run.seed(), label);
+        let lost = parallel(0..batches, |batch| -> u64 {
+            let mut rng = stream(seed, batch, 0);
+            (0..BATCH).map(|_| lost_in_walk(&scene, &triangles, aim, &mut rng)).sum()
+        })?;
+        let lost: u64 = lost.into_iter().sum();
+        let total = u64::from(batches) * BATCH * WALK;
+        run.number(&format!("{label}.rays"), total as f64);
+        run.number(&format!("{label}.lost"), lost as f64);
+        run.claim(&format!("aimed at {label}"), format!("{lost} of {total} rays lost"), lost == 0);
+    }
+    Ok(())
+}
+
+/// A random walk that goes on from each hit into the hemisphere above it; how many rays were lost.
+fn lost_in_walk<R: Rng>(scene: &Scene, triangles: &[[DVec3; 3]], aim: Aim, rng: &mut R) -> u64 {
+    let origin = point_inside(rng);
+    let target = match aim {
+        Aim::Anywhere => origin + DVec3::from_array(UnitSphere.sample(rng)),
+        Aim::Edge | Aim::Corner => {
+            let triangle = triangles[(uniform(rng) * triangles.len() as f64) as usize];
+            let corner = (uniform(rng) * 3.0) as usize;
+            let along = if matches!(aim, Aim::Edge) { uniform(rng) } else { 0.0 };
+            triangle[corner].lerp(triangle[(corner + 1) % 3], along)
+        }
+    };
+    let mut ray = Ray::new(origin, (target - origin).normalize());
+    for rays_left in (1..=WALK).rev() {
+        let Some(hit) = scene.intersect(&ray) else {
+            return rays_left;
+        };
+        let facing = hit.normal * -hit.normal.dot(ray.direction).signum();
+        let direction = DVec3::from_array(UnitSphere.sample(rng));
+        let upward = direction * facing.dot(direction).signum();
+        ray = scene.leave(hit.point, hit.normal, upward);
+    }
+    0
+}
+
+/// A point inside the walls, uniform in volume.
+fn point_inside<R: Rng>(rng: &mut R) -> DVec3 {
+    loop {
+        let mut between = |low: f64, high: f64| low + (high - low) * uniform(rng);
+        let p = DVec3::new(between(-3.0, 13.0), between(-6.0, 6.0), between(-5.0, 5.0));
+        if room::contains(p) {
+            return p;
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! The look of all plots: SVG, one typeface, colours that colour-blind readers can tell apart, and shapes
+//! and dashes that say the same without colour.
+
+pub mod agreement;
+mod axis;
+mod canvas;
+pub mod chart;
+pub mod differences;
+pub mod forest;
+pub mod map;
+pub mod matrix;
+mod panel;
+pub mod trial_cells;
+
+use canvas::Shape;
+
+/// A colour, 8-bit sRGB.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Rgb(u8, u8, u8);
+
+impl Rgb {
+    /// Mixed with white: `share` of 1 is the colour itself.
+    fn pale(self, share: f64) -> Self {
+        let mix = |c: u8| (255.0 + share * (f64::from(c) - 255.0)).round() as u8;
+        Self(mix(self.0), mix(self.1), mix(self.2))
+    }
+}
+
+/// Colours of Okabe and Ito, which colour-blind readers can tell apart: vermilion, bluish green, blue,
+/// reddish purple, orange, sky blue, black; and a grey.
+const OKABE_ITO: [Rgb; 8] = [
+    Rgb(213, 94, 0),
+    Rgb(0, 158, 115),
+    Rgb(0, 114, 178),
+    Rgb(204, 121, 167),
+    Rgb(230, 159, 0),
+    Rgb(86, 180, 233),
+    Rgb(0, 0, 0),
+    Rgb(130, 130, 130),
+];
+const INK: Rgb = Rgb(40, 40, 40);
+const FAINT: Rgb = Rgb(215, 215, 215);
+
+/// What tells series apart without colour, in the order in which they appear: dashes of lines and shapes
+/// of marks.
+const STYLES: [(&str, Shape); 8] = [
+    ("", Shape::Disc),
+    ("9 4", Shape::Square),
+    ("2.5 3.5", Shape::Triangle),
+    ("10 3.5 2.5 3.5", Shape::Diamond),
+    ("18 4", Shape::Inverted),
+    ("5 2.5", Shape::Cross),
+    ("2.5 2 2.5 7", Shape::Plus),
+    ("14 3 2 3 2 3", Shape::Bar),
+];
+
+/// Sizes of letters in pixels: titles of figures, titles of panels, and all else.
+const TITLE: f64 = 18.0;
+const HEADING: f64 = 16.5;
+const LABEL: f64 = 14.0;

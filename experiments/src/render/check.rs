@@ -1,0 +1,269 @@
+//! What of a job makes no sense, and what a file records of it.
+
+use glam::DVec3;
+use whitefurnace::error::Error;
+use whitefurnace::estimator::radiosity::{Fineness, Mesh, check_memory};
+use whitefurnace::film::{Film, Window};
+use whitefurnace::sampler::LONGEST;
+
+use super::{ConventionName, EstimatorName, Job, PixelName, SamplerName, SceneName, name};
+use crate::render::photons::Gather;
+
+/// An option: what it goes with, and the value that a file records.
+struct Setting {
+    option: &'static str,
+    /// What it goes with; empty for any others.
+    with: &'static str,
+    /// Whether it changes anything together with the others.
+    applies: fn(&Job) -> bool,
+    /// Empty for what is not recorded.
+    value: fn(&Job) -> String,
+}
+
+const fn any(option: &'static str, value: fn(&Job) -> String) -> Setting {
+    Setting { option, with: "", applies: |_| true, value }
+}
+
+const fn goes(
+    option: &'static str,
+    with: &'static str,
+    applies: fn(&Job) -> bool,
+    value: fn(&Job) -> String,
+) -> Setting {
+    Setting { option, with, applies, value }
+}
+
+/// All that decides the pixels, in the order in which files record it.
+const SETTINGS: &[Setting] = &[
+    any("scene", |job| name(job.scene)),
+    any("convention", |job| name(job.convention)),
+    any("estimator", |job| name(job.estimator)),
+    goes("light-sampling", "--estimator light and mis", Job::picks_lights, |job| {
+        name(job.light_sampling)
+    }),
+    goes(
+        "heuristic",
+        "--estimator mis",
+        |job| job.estimator == EstimatorName::Mis,
+        |job| name(job.heuristic),
+    ),
+    goes(
+        "diffuse",
+        "--scene report, and not --convention published",
+        Job::has_white_sphere,
+        |job| name(job.diffuse),
+    ),
+    goes("rays", "--estimator report, and not --convention published", Job::splits, |job| {
+        job.rays.to_string()
+    }),
+    goes("photons", PHOTONS, Job::uses_photons, |job| job.photons.photons.to_string()),
+    goes("radius", PHOTONS, Job::uses_photons, |job| job.photons.radius.to_string()),
+    goes("gather", "--estimator photon", Job::keeps_one_map, |job| name(job.photons.gather)),
+    goes("caustic-photons", CAUSTICS, Job::gathers, |job| job.photons.caustic().0.to_string()),
+    goes("caustic-radius", CAUSTICS, Job::gathers, |job| job.photons.caustic().1.to_string()),
+    goes("patches", "--estimator radiosity", Job::has_patches, |job| job.patches.to_string()),
+    goes("pixel", SINGLE_RAYS, Job::renders_rays, |job| name(job.pixel)),
+    goes("grid", "--pixel grid and jitter", Job::divides_pixels, |job| job.grid.to_string()),
+    goes("sampler", SINGLE_RAYS, Job::renders_rays, |job| name(job.sampler)),
+    goes(
+        "scrambles",
+        "--sampler sobol",
+        |job| job.sampler == SamplerName::Sobol,
+        |job| job.scrambles.to_string(),
+    ),
+    any("size", |Job { size: [width, height], .. }| format!("{width}x{height}")),
+    any("window", |job| {
+        let text = |Window { corner: [x, y], size: [w, h] }| format!("{w}x{h}+{x}+{y}");
+        job.window.map_or_else(String::new, text)
+    }),
+    any("spp", |job| job.spp.to_string()),
+    any("seed", |job| job.seed.to_string()),
+    goes("exposure", "--convention physical", Job::is_physical, |_| String::new()),
+];
+const PHOTONS: &str = "--estimator photon and sppm";
+const CAUSTICS: &str = "--estimator photon and --gather yes";
+const SINGLE_RAYS: &str = "estimators of single rays, not light-tracer, bdpt and sppm";
+
+impl Job {
+    /// Refuses what makes no sense, before any work is done.
+    ///
+    /// # Errors
+    /// [`Error::Option`] with what to change.
+    pub fn check(&self) -> Result<(), Error> {
+        let refuse = |message: String| Err(Error::Option(message));
+        let convention = name(self.convention);
+        if self.scene != SceneName::Report && self.convention != ConventionName::Physical {
+            return refuse(format!(
+                "--scene {} is defined under --convention physical only; --convention {convention} \
+                 belongs to --scene report",
+                name(self.scene)
+            ));
+        }
+        // Empty: any.
+        let takes: &[EstimatorName] = match self.convention {
+            ConventionName::Physical => &[],
+            ConventionName::Report => &[EstimatorName::Report, EstimatorName::Whitted],
+            ConventionName::Published => &[EstimatorName::Report],
+        };
+        if !takes.is_empty() && !takes.contains(&self.estimator) {
+            let names: Vec<String> = takes.iter().copied().map(name).collect();
+            return refuse(format!(
+                "--estimator {} does not follow --convention {convention}, which takes --estimator {}",
+                name(self.estimator),
+                names.join(" or ")
+            ));
+        }
+        if self.sampler == SamplerName::Sobol {
+            self.check_sobol()?;
+        }
+        let cells = self.sampling().pixel.samples_per_replication();
+        if !self.spp.is_multiple_of(cells) {
+            return refuse(format!(
+                "--spp {} is not a multiple of the {cells} samples of a {}x{} grid: take {} or change --grid",
+                self.spp,
+                self.grid,
+                self.grid,
+                (u64::from(self.spp / cells) + 1) * u64::from(cells)
+            ));
+        }
+        Film::checked_window(self.size, self.window)?;
+        if self.renders_images() && self.window.is_some() {
+            return refuse(format!(
+                "--estimator {} renders whole images only: leave out the window",
+                name(self.estimator)
+            ));
+        }
+        if self.estimator == EstimatorName::LightTracer || self.uses_photons() {
+            self.check_emitters()?;
+        }
+        if self.estimator == EstimatorName::Radiosity {
+            check_memory(&Mesh::new(&self.build_scene()?, self.fineness())?)?;
+        }
+        Ok(())
+    }
+
+    /// Refuses options of which one is `given` and does nothing together with the others.
+    ///
+    /// # Errors
+    /// [`Error::Option`] with what it goes with.
+    pub fn check_effect(&self, given: impl Fn(&str) -> bool) -> Result<(), Error> {
+        // What goes with any others always does something.
+        let mut conditional = SETTINGS.iter().filter(|setting| !setting.with.is_empty());
+        let idle = conditional
+            .find(|setting| !(setting.applies)(self) && given(&setting.option.replace('-', "_")));
+        idle.map_or(Ok(()), |Setting { option, with, .. }| {
+            Err(Error::Option(format!("--{option} changes nothing here: it goes with {with}")))
+        })
+    }
+
+    /// Key=value lines of all that decides the pixels, for the EXR's attribute.
+    pub fn provenance(&self, complete: bool) -> String {
+        let mut text = format!(
+            "program=whitefurnace\nversion={}\ncommit={}\n",
+            env!("CARGO_PKG_VERSION"),
+            env!("WHITEFURNACE_COMMIT")
+        );
+        for Setting { option, applies, value, .. } in SETTINGS {
+            let value = value(self);
+            // Estimators of whole images take random points and independent numbers, which is the default.
+            let is_said = applies(self) || ["pixel", "sampler"].contains(option);
+            if is_said && !value.is_empty() {
+                text += &format!("{option}={value}\n");
+            }
+        }
+        text + "complete=" + if complete { "yes" } else { "no" } + "\n"
+    }
+
+    /// How finely radiosity divides the surfaces.
+    pub(super) fn fineness(&self) -> Fineness {
+        Fineness { patches: self.patches, halvings: 0 }
+    }
+
+    /// Refuses scenes whose light no particle carries, and more photons than fit memory.
+    fn check_emitters(&self) -> Result<(), Error> {
+        let scene = self.build_scene()?;
+        if scene.background() != DVec3::ZERO {
+            return Err(Error::Option(format!(
+                "--scene {} is lit by its background, where the particles of --estimator {} cannot start",
+                name(self.scene),
+                name(self.estimator)
+            )));
+        }
+        if self.uses_photons() {
+            self.photons.check_memory(self.keeps_one_map(), &scene, self.seed)?;
+        }
+        Ok(())
+    }
+
+    fn is_physical(&self) -> bool {
+        self.convention == ConventionName::Physical
+    }
+
+    fn picks_lights(&self) -> bool {
+        matches!(self.estimator, EstimatorName::Light | EstimatorName::Mis)
+    }
+
+    fn has_white_sphere(&self) -> bool {
+        self.scene == SceneName::Report && self.convention != ConventionName::Published
+    }
+
+    fn has_patches(&self) -> bool {
+        self.estimator == EstimatorName::Radiosity
+    }
+
+    fn divides_pixels(&self) -> bool {
+        matches!(self.pixel, PixelName::Grid | PixelName::Jitter)
+    }
+
+    fn renders_rays(&self) -> bool {
+        !self.renders_images()
+    }
+
+    /// Whether the estimator makes whole images, from independent numbers and random points of pixels.
+    fn renders_images(&self) -> bool {
+        matches!(
+            self.estimator,
+            EstimatorName::LightTracer | EstimatorName::Bdpt | EstimatorName::Sppm
+        )
+    }
+
+    /// Whether [`rays`](Self::rays) are followed from each diffuse hit.
+    fn splits(&self) -> bool {
+        self.estimator == EstimatorName::Report && self.convention != ConventionName::Published
+    }
+
+    /// Whether all samples share their photons.
+    pub(super) fn keeps_one_map(&self) -> bool {
+        self.estimator == EstimatorName::Photon
+    }
+
+    /// Whether photons are looked up at the second diffuse surface, and caustics apart.
+    fn gathers(&self) -> bool {
+        self.keeps_one_map() && self.photons.gather == Gather::Yes
+    }
+
+    /// Whether the estimator keeps photons.
+    pub(super) fn uses_photons(&self) -> bool {
+        matches!(self.estimator, EstimatorName::Photon | EstimatorName::Sppm)
+    }
+
+    fn check_sobol(&self) -> Result<(), Error> {
+        let refuse = |message: String| Err(Error::Option(message));
+        if !matches!(self.pixel, PixelName::Random | PixelName::Centre) {
+            return refuse("--sampler sobol goes with --pixel random and centre".to_owned());
+        }
+        if !self.spp.is_multiple_of(self.scrambles) {
+            return refuse(format!(
+                "--spp {} is not a multiple of the {} scrambles: change one of them",
+                self.spp, self.scrambles
+            ));
+        }
+        if self.spp / self.scrambles > LONGEST {
+            return refuse(format!(
+                "--spp {} in {} scrambles is more than {LONGEST} points each: raise --scrambles",
+                self.spp, self.scrambles
+            ));
+        }
+        Ok(())
+    }
+}

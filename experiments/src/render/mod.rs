@@ -1,0 +1,149 @@
+//! A render job: what the command line and the experiments ask the library to render.
+
+mod check;
+pub mod command;
+mod names;
+pub mod photons;
+mod work;
+
+use clap::{Args, Parser as _};
+use glam::DVec3;
+use whitefurnace::bsdf::OrenNayarForm;
+use whitefurnace::error::Error;
+use whitefurnace::film::Window;
+use whitefurnace::image::Display;
+use whitefurnace::pixel::PixelSampling;
+use whitefurnace::render::{Numbers, Sampling};
+use whitefurnace::scene::room::{self, Convention, Walls};
+use whitefurnace::scene::{Scene, simple};
+
+pub use names::{
+    ConventionName, DiffuseName, EstimatorName, HeuristicName, LightSamplingName, PixelName,
+    SamplerName, SceneName, name,
+};
+pub use work::{Rendered, Whole, Work};
+
+use crate::run::cli::{parse_size, whole};
+use photons::Photons;
+
+/// Everything that decides the pixels of an image, as options of the command line.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct Job {
+    /// What to render
+    #[arg(long, value_enum, default_value_t = SceneName::Report)]
+    pub scene: SceneName,
+    /// How light travels and is shown [default: physical, or report with --estimator report in the report's scene]
+    #[arg(long, value_enum, default_value_t = ConventionName::Physical, hide_default_value = true)]
+    pub convention: ConventionName,
+    /// How to compute it [default: mis, or report under --convention report and published]
+    #[arg(long, value_enum, default_value_t = EstimatorName::Mis, hide_default_value = true)]
+    pub estimator: EstimatorName,
+    /// How shadow rays pick points on lights, for --estimator light and mis
+    #[arg(long, value_enum, default_value_t)]
+    pub light_sampling: LightSamplingName,
+    /// How --estimator mis weights light that is both hit and sampled
+    #[arg(long, value_enum, default_value_t)]
+    pub heuristic: HeuristicName,
+    /// Diffuse model of the report's white sphere
+    #[arg(long, value_enum, default_value_t = DiffuseName::Corrected)]
+    pub diffuse: DiffuseName,
+    /// Sample rays per diffuse hit, N of equation (16), for --estimator report; from 1 to 64
+    #[arg(long, default_value_t = 1, allow_hyphen_values = true, value_parser = whole::<u32>(1..=64))]
+    pub rays: u32,
+    /// How photon mapping works.
+    #[command(flatten)]
+    pub photons: Photons,
+    /// About how many patches all surfaces are divided into, for --estimator radiosity; from 1 to 4294967295
+    #[arg(long, default_value_t = 2000, allow_hyphen_values = true, value_parser = whole::<u32>(1..=ANY))]
+    pub patches: u32,
+    /// Where in a pixel the rays go
+    #[arg(long, value_enum, default_value_t = PixelName::Random)]
+    pub pixel: PixelName,
+    /// Sub-pixels along each side for --pixel grid and jitter; from 1 to 1024
+    #[arg(long, default_value_t = 4, allow_hyphen_values = true, value_parser = whole::<u32>(1..=1024))]
+    pub grid: u32,
+    /// Where random numbers come from
+    #[arg(long, value_enum, default_value_t = SamplerName::Independent)]
+    pub sampler: SamplerName,
+    /// Independent scrambles per pixel for --sampler sobol, which give the error bars; from 1 to 4294967295
+    #[arg(long, default_value_t = 8, allow_hyphen_values = true, value_parser = whole::<u32>(1..=ANY))]
+    pub scrambles: u32,
+    /// Width x height in pixels; from 1x1 to 100000000 pixels in all
+    #[arg(long, allow_hyphen_values = true, value_parser = parse_size, default_value = "1024x768")]
+    pub size: [u32; 2],
+    /// The part of the frame to render
+    #[arg(skip)]
+    pub window: Option<Window>,
+    /// Samples per pixel; from 1 to 4294967295
+    #[arg(long, default_value_t = 64, allow_hyphen_values = true, value_parser = whole::<u32>(1..=ANY))]
+    pub spp: u32,
+    /// Seed of all random numbers; from 0 to 18446744073709551615
+    #[arg(long, default_value_t = 1, allow_hyphen_values = true, value_parser = whole::<u64>(0..=u64::MAX))]
+    pub seed: u64,
+}
+
+/// The largest count.
+const ANY: u64 = u32::MAX as u64;
+
+impl Default for Job {
+    /// As without any option: the report's figure 6 under the `physical` convention.
+    fn default() -> Self {
+        command::Render::parse_from(["render"]).job
+    }
+}
+
+impl Job {
+    /// The report's scene under a convention, with the estimator that belongs to it.
+    pub fn report(convention: ConventionName) -> Self {
+        Self { convention, estimator: convention.estimator(), ..Self::default() }
+    }
+
+    /// How the convention shows radiance; `exposure` in stops, for `physical`.
+    pub fn display(&self, exposure: f64) -> Display {
+        match self.convention {
+            ConventionName::Physical => Display::Srgb { exposure },
+            ConventionName::Report | ConventionName::Published => Display::Truncated,
+        }
+    }
+
+    fn sampling(&self) -> Sampling {
+        let pixel = match self.pixel {
+            PixelName::Centre => PixelSampling::Centre,
+            PixelName::Grid => PixelSampling::Grid(self.grid),
+            PixelName::Random => PixelSampling::Random,
+            PixelName::Jitter => PixelSampling::Jitter(self.grid),
+        };
+        let numbers = match self.sampler {
+            SamplerName::Independent => Numbers::Independent,
+            SamplerName::Sobol => Numbers::Sobol(self.spp / self.scrambles),
+        };
+        Sampling { pixel, numbers, seed: self.seed }
+    }
+
+    /// The scene of the job.
+    ///
+    /// # Errors
+    /// None for the scenes that programs can name.
+    pub fn build_scene(&self) -> Result<Scene, Error> {
+        match self.scene {
+            SceneName::Report => match self.convention {
+                ConventionName::Physical | ConventionName::Report => {
+                    let albedo = DVec3::splat(room::WHITE);
+                    room::with_white_sphere(
+                        self.diffuse.bsdf(albedo, room::SIGMA),
+                        Walls::default(),
+                    )
+                }
+                ConventionName::Published => {
+                    room::report(Convention::Published, OrenNayarForm::Corrected)
+                }
+            },
+            SceneName::DiffuseRoom => room::diffuse(),
+            SceneName::Environment => simple::environment(),
+            SceneName::FurnaceBox => simple::furnace_box(0.75),
+            SceneName::CavityCap => simple::cavity_cap(0.75, simple::Cap::Reflecting),
+            SceneName::GlassCube => simple::glass_cube(false),
+            SceneName::Cornell => simple::cornell(),
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! What the command line calls scenes, estimators and their settings.
+
+use clap::ValueEnum;
+use glam::DVec3;
+use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
+
+/// The scenes that programs can name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SceneName {
+    /// The report's final scene
+    Report,
+    /// The same room with Lambert surfaces only
+    DiffuseRoom,
+    /// White sphere, mirror and glass in a uniform environment: every pixel is 1
+    Environment,
+    /// Closed cube of albedo 0.75 whose walls emit: every pixel is 4
+    FurnaceBox,
+    /// Spherical cavity of albedo 0.75 with an emitting cap: off the cap every pixel is 0.75
+    CavityCap,
+    /// Glass cube in a uniform environment: every pixel is 1
+    GlassCube,
+    /// The Cornell box
+    Cornell,
+}
+
+/// The estimators that programs can name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum EstimatorName {
+    /// Path tracing that finds lights by the directions of its paths alone
+    Bsdf,
+    /// Path tracing that finds lights by shadow rays alone
+    Light,
+    /// Path tracing by both, combined by multiple importance sampling
+    Mis,
+    /// Particles from the lights, each hit connected to the camera
+    LightTracer,
+    /// Photon mapping with a kd-tree; its error bars leave out the noise of the photons that all pixels share
+    Photon,
+    /// Stochastic progressive photon mapping: each sample is a pass with photons of its own and a smaller radius
+    Sppm,
+    /// Bidirectional path tracing: a camera path and a particle, connected in every way
+    Bdpt,
+    /// The report's: shadow rays, uniform hemisphere, roulette, at most 7 segments
+    Report,
+    /// Finite elements for Lambert surfaces: no noise, but the error of a mesh
+    Radiosity,
+    /// Whitted ray tracing: shadow rays, mirror and glass tree, no indirect light
+    Whitted,
+}
+
+/// The light-transport conventions, as programs name them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ConventionName {
+    /// Energy-consistent light transport
+    Physical,
+    /// What the report's text describes
+    Report,
+    /// A hypothesis about the program that made the published figure 6
+    Published,
+}
+
+impl ConventionName {
+    /// The estimator that belongs to it.
+    pub fn estimator(self) -> EstimatorName {
+        match self {
+            Self::Physical => EstimatorName::Mis,
+            Self::Report | Self::Published => EstimatorName::Report,
+        }
+    }
+}
+
+/// The strategies of section 2.7, as programs name them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PixelName {
+    /// Every ray through the pixel's centre
+    Centre,
+    /// The centres of n × n sub-pixels
+    Grid,
+    /// Random points
+    Random,
+    /// A random point in each of n × n sub-pixels
+    Jitter,
+}
+
+/// Where random numbers come from, as programs name it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SamplerName {
+    /// A stream of its own for each sample
+    Independent,
+    /// Owen-scrambled Sobol' points, several scrambles per pixel
+    Sobol,
+}
+
+/// How shadow rays of path tracing pick points on lights, as programs name it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum LightSamplingName {
+    /// Uniform in area
+    #[default]
+    Area,
+    /// Uniform in the solid angle under which the light is seen
+    SolidAngle,
+}
+
+/// The heuristics of multiple importance sampling, as programs name them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum HeuristicName {
+    /// In proportion to the densities
+    #[default]
+    Balance,
+    /// In proportion to their squares
+    Power,
+}
+
+/// The diffuse models, as programs name them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum DiffuseName {
+    /// Lambert, equation (13)
+    Lambert,
+    /// Equation (14) as the report prints it, with sin α sin β
+    Printed,
+    /// Equation (14) as Oren and Nayar have it, with sin α tan β
+    Corrected,
+    /// Energy-preserving Oren-Nayar
+    Eon,
+}
+
+impl DiffuseName {
+    /// All, in the order in which figures show them.
+    pub const ALL: [Self; 4] = [Self::Lambert, Self::Printed, Self::Corrected, Self::Eon];
+
+    /// The model with the given albedo and σ in radians; EON gets the roughness of the same shape.
+    pub fn bsdf(self, albedo: DVec3, sigma: f64) -> Bsdf {
+        match self {
+            Self::Lambert => Bsdf::Lambert { albedo },
+            Self::Printed => Bsdf::oren_nayar(albedo, sigma, OrenNayarForm::Printed),
+            Self::Corrected => Bsdf::oren_nayar(albedo, sigma, OrenNayarForm::Corrected),
+            Self::Eon => Bsdf::Eon { albedo, roughness: OrenNayar::new(sigma).roughness() },
+        }
+    }
+
+    /// How plots and tables name it.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Lambert => "Lambert",
+            Self::Printed => "Oren–Nayar as printed",
+            Self::Corrected => "Oren–Nayar corrected",
+            Self::Eon => "EON",
+        }
+    }
+}
+
+/// The name that the command line uses for a value.
+pub fn name<T: ValueEnum + Copy>(value: T) -> String {
+    value.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+}

@@ -1,0 +1,97 @@
+//! The options of photon mapping.
+
+use clap::{Args, ValueEnum};
+use whitefurnace::error::Error;
+use whitefurnace::estimator::photon_map::{Kept, PhotonMap};
+use whitefurnace::estimator::{Lookup, Standard};
+use whitefurnace::scene::Scene;
+
+use crate::run::cli::{real, whole};
+
+/// Where photons are looked up, as programs name it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Gather {
+    /// At the second diffuse surface; the first gets shadow rays and caustic photons
+    #[default]
+    Yes,
+    /// At the first diffuse surface, all of whose light comes by photons
+    No,
+}
+
+/// The options of the estimators `photon` and `sppm`.
+#[derive(Clone, Copy, Debug, PartialEq, Args)]
+pub struct Photons {
+    /// Particles from the lights for --estimator photon, and in each pass of sppm; from 1 to 4294967295
+    #[arg(long, default_value_t = Photons::default().photons, allow_hyphen_values = true, value_parser = count())]
+    pub photons: u32,
+    /// Radius of lookups in the scene's units, that of the first pass of sppm; from 0.000001 to 1000000
+    #[arg(long, default_value_t = Photons::default().radius, allow_hyphen_values = true, value_parser = radius())]
+    pub radius: f64,
+    /// Whether --estimator photon gathers the light of a second diffuse surface
+    #[arg(long, value_enum, default_value_t = Gather::Yes)]
+    pub gather: Gather,
+    /// Particles for the caustics of --gather yes; from 1 to 4294967295 [default: as --photons]
+    #[arg(long, allow_hyphen_values = true, value_parser = count())]
+    pub caustic_photons: Option<u32>,
+    /// Radius of their lookups; from 0.000001 to 1000000 [default: as --radius]
+    #[arg(long, allow_hyphen_values = true, value_parser = radius())]
+    pub caustic_radius: Option<f64>,
+}
+
+fn count() -> impl Fn(&str) -> Result<u32, String> + Clone + Send + Sync + 'static {
+    whole(1..=u64::from(u32::MAX))
+}
+
+fn radius() -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
+    real(1e-6..=1e6)
+}
+
+impl Default for Photons {
+    /// For the report's room: a lookup finds some tens of photons.
+    fn default() -> Self {
+        Self {
+            photons: 200_000,
+            radius: 0.1,
+            gather: Gather::Yes,
+            caustic_photons: None,
+            caustic_radius: None,
+        }
+    }
+}
+
+impl Photons {
+    /// Particles and radius.
+    pub fn map(&self) -> (u32, f64) {
+        (self.photons, self.radius)
+    }
+
+    /// Particles and radius for caustics.
+    pub fn caustic(&self) -> (u32, f64) {
+        (self.caustic_photons.unwrap_or(self.photons), self.caustic_radius.unwrap_or(self.radius))
+    }
+
+    /// How photons are looked up: `one_map` for `--estimator photon` rather than `sppm`.
+    pub fn lookup(&self, one_map: bool) -> Lookup {
+        match self.gather {
+            Gather::Yes if one_map => {
+                let (caustic_particles, caustic_radius) = self.caustic();
+                Lookup::Gather { caustic_particles, caustic_radius }
+            }
+            _ => Lookup::Direct,
+        }
+    }
+
+    /// Refuses more photons than fit memory.
+    ///
+    /// # Errors
+    /// Those of [`PhotonMap::check`].
+    pub fn check_memory(&self, one_map: bool, scene: &Scene, seed: u64) -> Result<(), Error> {
+        PhotonMap::check(&Standard, scene, Kept::All, self.photons, (seed, 0))?;
+        match self.lookup(one_map) {
+            Lookup::Direct => Ok(()),
+            Lookup::Gather { caustic_particles, .. } => {
+                PhotonMap::check(&Standard, scene, Kept::Caustic, caustic_particles, (seed, 0))
+            }
+        }
+    }
+}

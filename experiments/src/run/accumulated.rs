@@ -1,0 +1,104 @@
+//! A CSV file that grows from run to run, so that evidence accumulates.
+//!
+//! Whoever looks at growing evidence again and again at one level will in the end see anything: n is not
+//! fixed beforehand. So the file counts the looks, and each spends a share of the level of its own.
+
+use std::path::{Path, PathBuf};
+
+use whitefurnace::error::Error;
+
+use crate::run::write_text;
+
+/// Rows of this and earlier runs. The first column of a row is the number of its replication; a run
+/// takes the numbers after those that are there.
+pub struct Accumulated {
+    path: PathBuf,
+    key: String,
+    columns: String,
+    looks: u32,
+    rows: Vec<Vec<String>>,
+}
+
+/// Begins the line that holds the number of looks.
+const LOOKS: &str = "# looks: ";
+
+/// The share of `level` that look number `look` ≥ 1 may spend: 6/(π² k²). All shares together are 1
+/// (Euler's sum), so that tests at these levels, however many looks there will be and whenever they
+/// end, reject a true hypothesis at any of them with probability at most `level` (the union bound over
+/// looks of Darling and Robbins, "Confidence sequences for mean, variance, and median", PNAS 58(1),
+/// 1967).
+pub fn level_of_look(level: f64, look: u32) -> f64 {
+    let k = f64::from(look) * std::f64::consts::PI;
+    6.0 * level / (k * k)
+}
+
+impl Accumulated {
+    /// The rows that earlier runs left in the file `before` under the same `key` (version, seed, sizes: all
+    /// that decides a row beside its number) and columns, to go on in `path`. A file of another key starts
+    /// afresh.
+    pub fn continued(before: &Path, path: PathBuf, key: &str, columns: &str) -> Self {
+        let text = std::fs::read_to_string(before).unwrap_or_default();
+        let (looks, rows) = read(&text, key, columns).unwrap_or_default();
+        Self { path, key: key.to_owned(), columns: columns.to_owned(), looks, rows }
+    }
+
+    /// Counts a look at all rows and returns the level that it may spend of `level`. The count is written
+    /// with the rows, when a run has all of its own: one that is interrupted has not looked.
+    pub fn look(&mut self, level: f64) -> f64 {
+        self.looks += 1;
+        level_of_look(level, self.looks)
+    }
+
+    /// How many looks there were.
+    pub fn looks(&self) -> u32 {
+        self.looks
+    }
+
+    /// The number of the next replication.
+    pub fn next(&self) -> u64 {
+        self.rows
+            .iter()
+            .filter_map(|row| row.first()?.parse::<u64>().ok())
+            .max()
+            .map_or(0, |last| last + 1)
+    }
+
+    /// Adds the fields of a replication; none may hold a comma.
+    pub fn push(&mut self, replication: u64, fields: &[String]) {
+        let mut row = vec![replication.to_string()];
+        row.extend_from_slice(fields);
+        self.rows.push(row);
+    }
+
+    /// All rows: the replication's number and its fields.
+    pub fn rows(&self) -> &[Vec<String>] {
+        &self.rows
+    }
+
+    /// Writes the file.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write(&self) -> Result<(), Error> {
+        let mut text = format!("# {}\n{LOOKS}{}\n{}\n", self.key, self.looks, self.columns);
+        for row in &self.rows {
+            text.push_str(&row.join(","));
+            text.push('\n');
+        }
+        write_text(&self.path, &text)
+    }
+}
+
+/// Looks and rows of a file with this key and these columns.
+fn read(text: &str, key: &str, columns: &str) -> Option<(u32, Vec<Vec<String>>)> {
+    let rest = text.strip_prefix("# ")?.strip_prefix(key)?;
+    let (looks, rest) = rest.strip_prefix('\n')?.strip_prefix(LOOKS)?.split_once('\n')?;
+    let rows = rest.strip_prefix(columns)?.strip_prefix('\n')?.lines();
+    let rows = rows.map(|row| row.split(',').map(str::to_owned).collect());
+    Some((looks.parse().ok()?, rows.collect()))
+}
+
+/// A field of a row as a number; NaN if it is none.
+pub fn number(row: &[String], column: usize) -> f64 {
+    row.get(column).and_then(|field| field.parse().ok()).unwrap_or(f64::NAN)
+}

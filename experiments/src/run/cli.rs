@@ -1,0 +1,200 @@
+//! What all programs do alike at the command line.
+
+use std::ops::RangeInclusive;
+use std::process::ExitCode;
+
+use clap::{Args, FromArgMatches, Parser};
+use whitefurnace::error::Error;
+use whitefurnace::film::LARGEST_FILM;
+
+use super::{progress, record, signals};
+use crate::experiments::EXPERIMENTS;
+use crate::run::{self, Experiment, ExperimentResult};
+
+/// Prints a line. That nobody reads it any more (`reproduce | head`) is no reason to stop.
+#[macro_export]
+macro_rules! say {
+    ($($words:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stdout(), $($words)*);
+    }};
+}
+
+/// How a program ends: exit code 0; 1 if a claim fails; 2 after one line on standard error; or that of the
+/// signal that ended the work ([`signals::exit_code`]).
+pub fn exit<E: Into<Ending>>(result: Result<E, Error>) -> ExitCode {
+    let code = match result.map(Into::into) {
+        Ok(Ending::Done) => 0,
+        Ok(Ending::ClaimFails) => 1,
+        Ok(Ending::Interrupted) => signals::exit_code().unwrap_or(2),
+        Err(error) => {
+            eprintln!("error: {error}");
+            let signal = signals::exit_code().filter(|_| matches!(error, Error::Interrupted));
+            signal.unwrap_or(2)
+        }
+    };
+    ExitCode::from(code)
+}
+
+/// How the work of a program ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// All of it is done.
+    Done,
+    /// All of it is done, and a claim does not hold.
+    ClaimFails,
+    /// A signal came, and what was done has been written.
+    Interrupted,
+}
+
+impl From<()> for Ending {
+    fn from((): ()) -> Self {
+        Self::Done
+    }
+}
+
+/// From here on signals end the work in hand, and how far it is gets shown.
+pub fn begin() {
+    signals::catch();
+    progress::show();
+}
+
+/// Says what was found, and how the program ends by it.
+pub fn conclude(outcomes: &[ExperimentResult], options: &run::Options) -> Ending {
+    if record::summarise(outcomes, options) { Ending::Done } else { Ending::ClaimFails }
+}
+
+/// Parses the command line; a wrong option gets one line on standard error and exit code 2.
+pub fn parse<T: Parser>() -> T {
+    or_one_line(T::from_arg_matches(&matches(T::command())))
+}
+
+/// What stands on the command line; a wrong option as by [`parse`].
+pub fn matches(command: clap::Command) -> clap::ArgMatches {
+    or_one_line(tolerant(command).try_get_matches())
+}
+
+/// What stands after an option with a list of values is its value, be it "-1", so that the refusal names the
+/// option.
+fn tolerant(command: clap::Command) -> clap::Command {
+    command.mut_args(|argument| {
+        let listed = !argument.get_possible_values().is_empty();
+        // A flag has the values true and false, and takes none.
+        if listed && argument.get_action().takes_values() {
+            argument.allow_hyphen_values(true)
+        } else {
+            argument
+        }
+    })
+}
+
+/// The value, or one line on standard error and exit code 2.
+pub fn or_one_line<T>(parsed: Result<T, clap::Error>) -> T {
+    match parsed {
+        Ok(options) => options,
+        Err(error) if error.use_stderr() => {
+            let message = error.render().to_string();
+            let lines: Vec<&str> = message
+                .lines()
+                .map(str::trim)
+                .filter(|line| !line.is_empty() && !line.starts_with("Usage:"))
+                .collect();
+            eprintln!("{}", lines.join("; "));
+            std::process::exit(2);
+        }
+        // Help and version.
+        Err(error) => error.exit(),
+    }
+}
+
+/// Parses `WIDTHxHEIGHT`.
+///
+/// # Errors
+/// What is expected.
+pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let sides = text.split_once('x').and_then(|(width, height)| {
+        let number = |text: &str| text.parse::<u32>().ok();
+        Some([number(width)?, number(height)?])
+    });
+    let pixels = |[width, height]: [u32; 2]| u64::from(width) * u64::from(height);
+    sides
+        .filter(|&sides| (1..=LARGEST_FILM).contains(&pixels(sides)))
+        .ok_or_else(|| {
+            format!(
+                "must be WIDTHxHEIGHT in pixels such as 1024x768, each at least 1, and at most {LARGEST_FILM} \
+                 in all, which is what fits memory"
+            )
+        })
+}
+
+/// A parser of whole numbers in a range.
+pub fn whole<T: TryFrom<u64>>(
+    range: RangeInclusive<u64>,
+) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static {
+    move |text| {
+        let number = text.parse().ok().filter(|number| range.contains(number));
+        number.and_then(|number| T::try_from(number).ok()).ok_or_else(|| {
+            format!("must be a whole number from {} to {}", range.start(), range.end())
+        })
+    }
+}
+
+/// A parser of numbers in a range.
+pub fn real(
+    range: RangeInclusive<f64>,
+) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
+    move |text| {
+        let number = text.parse().ok().filter(|number| range.contains(number));
+        number.ok_or_else(|| format!("must be a number from {} to {}", range.start(), range.end()))
+    }
+}
+
+/// Sets the number of threads for the whole program; all cores if `None`.
+///
+/// # Errors
+/// [`Error::Option`] if they cannot be started.
+pub fn use_threads(threads: Option<usize>) -> Result<(), Error> {
+    let Some(threads) = threads else {
+        return Ok(());
+    };
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build_global()
+        .map_err(|error| Error::Option(format!("--threads {threads} cannot be started: {error}")))
+}
+
+/// The whole program of the experiment whose name the binary has.
+#[macro_export]
+macro_rules! alone {
+    () => {
+        fn main() -> std::process::ExitCode {
+            $crate::run::cli::run_experiment(env!("CARGO_BIN_NAME"))
+        }
+    };
+}
+
+/// Runs the experiment of this name as the command line asks.
+pub fn run_experiment(id: &'static str) -> ExitCode {
+    exit(find(id).and_then(|experiment| {
+        let command = run::Options::augment_args(clap::Command::new(id))
+            .about(experiment.title)
+            .version(env!("CARGO_PKG_VERSION"));
+        let options = or_one_line(run::Options::from_arg_matches(&matches(command)));
+        use_threads(options.threads)?;
+        begin();
+        let outcomes = record::run_all(&[experiment], &options, true)?;
+        Ok(conclude(&outcomes, &options))
+    }))
+}
+
+/// The experiment of this name.
+///
+/// # Errors
+/// [`Error::Option`] with the names that there are.
+pub fn find(id: &str) -> Result<&'static Experiment, Error> {
+    let found = EXPERIMENTS.iter().copied().find(|experiment| experiment.id == id);
+    found.ok_or_else(|| {
+        let ids: Vec<&str> = EXPERIMENTS.iter().map(|experiment| experiment.id).collect();
+        Error::Option(format!("--only {id} is no experiment: take one of {}", ids.join(", ")))
+    })
+}

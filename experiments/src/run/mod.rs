@@ -1,0 +1,340 @@
+//! A run of an experiment: its options and output folder, and the numbers, figures and findings it records.
+
+pub mod accumulated;
+pub mod cli;
+pub mod pictures;
+pub mod progress;
+pub mod record;
+pub mod signals;
+pub mod split_png;
+pub mod suite;
+pub mod unfinished;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+pub use book::results::{ExperimentResult, Finding, Judgement};
+use clap::{Args, ValueEnum};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use whitefurnace::equation::Equation;
+use whitefurnace::error::Error;
+use whitefurnace::film::Film;
+use whitefurnace::image::{write_exr, write_png, write_whole};
+
+use crate::render::{Job, name};
+use crate::run::accumulated::Accumulated;
+use crate::run::cli::whole;
+use crate::run::progress::Progress;
+use crate::run::record::PROGRAM;
+use crate::run::unfinished::Unfinished;
+
+/// How much work a run does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Tier {
+    /// About three minutes in all on two cores: smaller pictures, fewer samples
+    Quick,
+    /// The report's sizes and sample counts
+    Full,
+}
+
+/// The options that all experiments share.
+#[derive(Clone, Debug, Args)]
+pub struct Options {
+    /// How much work to do
+    #[arg(long, value_enum, default_value_t = Tier::Quick)]
+    pub tier: Tier,
+    /// Folder for everything that is made
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    pub out: PathBuf,
+    /// Seed of all random numbers; from 0 to 18446744073709551615
+    #[arg(long, default_value_t = 1, allow_hyphen_values = true, value_parser = whole::<u64>(0..=u64::MAX))]
+    pub seed: u64,
+    /// Threads; from 1 to 1024 [default: one per core]
+    #[arg(long, allow_hyphen_values = true, value_parser = whole::<usize>(1..=1024))]
+    pub threads: Option<usize>,
+    /// Divide the pixels of every picture and all counts by this, from 1 to 4096, to try things out; nothing is
+    /// judged then
+    #[arg(long, default_value_t = 1, allow_hyphen_values = true, value_parser = whole::<u32>(1..=4096))]
+    pub shrink: u32,
+    /// Show every line of the tables, not only what it comes to
+    #[arg(long)]
+    pub rows: bool,
+}
+
+/// An experiment: a constant of data and one function.
+#[derive(Clone, Copy)]
+pub struct Experiment {
+    /// Its name on the command line, its folder and its binary.
+    pub id: &'static str,
+    /// What it makes or asks, in a line.
+    pub title: &'static str,
+    /// Raised when its numbers or figures change on purpose.
+    pub version: u32,
+    /// The equations that it bears on; those that loop over the registry of trials add theirs by
+    /// [`Run::bears_on`].
+    pub equations: &'static [&'static Equation],
+    /// Does the work.
+    pub run: fn(&mut Run) -> Result<(), Error>,
+}
+
+/// One run of an experiment: what it asks for and what it records.
+pub struct Run {
+    options: Options,
+    folder: PathBuf,
+    unfinished: Unfinished,
+    outcome: ExperimentResult,
+}
+
+impl Run {
+    /// Begins a run, or goes on with one that was interrupted.
+    pub(crate) fn new(
+        experiment: &Experiment,
+        options: &Options,
+        folder: PathBuf,
+        fingerprint: String,
+    ) -> Result<Self, Error> {
+        let divided = match options.shrink {
+            1 => String::new(),
+            shrink => format!(" --shrink {shrink}"),
+        };
+        Ok(Self {
+            unfinished: Unfinished::begin(&folder, &fingerprint)?,
+            options: options.clone(),
+            outcome: ExperimentResult {
+                id: experiment.id.to_owned(),
+                title: experiment.title.to_owned(),
+                version: experiment.version,
+                tier: name(options.tier),
+                seed: options.seed,
+                shrink: options.shrink,
+                command: format!(
+                    "cargo run --release --bin {} -- --tier {} --seed {}{divided}",
+                    experiment.id,
+                    name(options.tier),
+                    options.seed
+                ),
+                equations: experiment
+                    .equations
+                    .iter()
+                    .map(|equation| equation.id.to_owned())
+                    .collect(),
+                numbers: BTreeMap::new(),
+                figures: Vec::new(),
+                findings: Vec::new(),
+                digests: BTreeMap::new(),
+                fingerprint,
+            },
+            folder,
+        })
+    }
+
+    /// What the experiment found, and what to end when that is written.
+    pub(crate) fn into_outcome(self) -> (ExperimentResult, Unfinished) {
+        (self.outcome, self.unfinished)
+    }
+
+    /// A part of the work that an interrupted run need not do again ([`Unfinished::part`]).
+    ///
+    /// # Errors
+    /// As [`Unfinished::part`].
+    pub fn part<T: Serialize + DeserializeOwned>(
+        &self,
+        key: &str,
+        make: impl FnOnce() -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        self.unfinished.part(key, make)
+    }
+
+    /// Parts that several experiments draw on, in the folder `name` beside theirs: each is made once, by
+    /// whichever asks first. `key` says all that decides them beside the program.
+    ///
+    /// # Errors
+    /// As [`Unfinished::at`].
+    pub fn shared(&self, name: &str, key: &str) -> Result<Unfinished, Error> {
+        let fingerprint = format!("{:016x} {key}", *PROGRAM);
+        Unfinished::at(self.folder.with_file_name(name), &fingerprint)
+    }
+
+    /// The accumulated rows of `file` as earlier runs left them. A run writes them once, when all of its own are there.
+    ///
+    /// # Errors
+    /// As [`Unfinished::before`].
+    pub fn accumulated(&self, file: &str, key: &str, columns: &str) -> Result<Accumulated, Error> {
+        let path = self.path(file);
+        let before = self.unfinished.before(&path)?;
+        Ok(Accumulated::continued(&before, path, key, columns))
+    }
+
+    /// The tier.
+    pub fn tier(&self) -> Tier {
+        self.options.tier
+    }
+
+    /// `quick` or `full` by the tier.
+    pub fn by_tier<T>(&self, quick: T, full: T) -> T {
+        match self.options.tier {
+            Tier::Quick => quick,
+            Tier::Full => full,
+        }
+    }
+
+    /// A count, divided as the options ask; at least 1.
+    pub fn count(&self, count: u64) -> u64 {
+        (count / u64::from(self.options.shrink)).max(1)
+    }
+
+    /// The scale of the trials' sample sizes: `scale`, divided as the options ask, and at least
+    /// 1/1024, below which some statistics are undefined.
+    pub fn scale(&self, scale: f64) -> f64 {
+        (scale / f64::from(self.options.shrink)).max(1.0 / 1024.0)
+    }
+
+    /// A file of the experiment's folder.
+    pub fn path(&self, file: &str) -> PathBuf {
+        self.folder.join(file)
+    }
+
+    /// Adds the equations that the registry's trials bear on.
+    pub fn bears_on(&mut self, equations: impl IntoIterator<Item = &'static Equation>) {
+        for equation in equations {
+            if !self.outcome.equations.iter().any(|id| id == equation.id) {
+                self.outcome.equations.push(equation.id.to_owned());
+            }
+        }
+    }
+
+    /// The master seed.
+    pub fn seed(&self) -> u64 {
+        self.options.seed
+    }
+
+    /// The job with the run's seed and, where asked for, fewer pixels or samples.
+    pub fn prepared(&self, job: Job) -> Job {
+        let shrink = self.options.shrink;
+        let mut job = Job { seed: self.options.seed, ..job };
+        if job.window.is_some() {
+            // A window lies at fixed coordinates of the full frame.
+            job.spp = (job.spp / shrink).max(2);
+        } else {
+            let side = f64::from(shrink).sqrt();
+            job.size = job.size.map(|n| ((f64::from(n) / side) as u32).max(1));
+        }
+        job
+    }
+
+    /// Renders a job.
+    ///
+    /// # Errors
+    /// What [`Job::render`] refuses; [`Error::Interrupted`] after a signal to end.
+    pub fn render(&self, job: &Job, label: &str) -> Result<Film, Error> {
+        // The experiment is named already.
+        let progress = Progress::new(if label == self.outcome.id { "" } else { label });
+        job.render(&progress)?.whole()
+    }
+
+    /// Renders a job and writes it as `stem.exr` and `stem.png`.
+    ///
+    /// # Errors
+    /// As [`render`](Self::render), or the files cannot be written.
+    pub fn picture(&mut self, job: Job, stem: &str) -> Result<Film, Error> {
+        let job = self.prepared(job);
+        let film = self.render(&job, stem)?;
+        write_exr(&self.folder.join(format!("{stem}.exr")), &film, &job.provenance(true))?;
+        let png = self.figure(&format!("{stem}.png"));
+        let magnification = if job.window.is_some() { CROP_MAGNIFICATION } else { 1 };
+        write_png(&png, &film, job.display(0.0), magnification)?;
+        let [width, height] = film.size();
+        self.number(&format!("{stem}.mean"), film.mean());
+        self.number(&format!("{stem}.relative_error"), film.relative_error());
+        self.note(
+            &format!("{stem}.png"),
+            format!(
+                "{width}x{height}, {} spp, convention {}, estimator {}, mean radiance {:.4}, mean relative error {:.2} %",
+                job.spp,
+                name(job.convention),
+                name(job.estimator),
+                film.mean(),
+                100.0 * film.relative_error()
+            ),
+        );
+        Ok(film)
+    }
+
+    /// Registers a file for a person; returns its path.
+    pub fn figure(&mut self, file: &str) -> PathBuf {
+        self.outcome.figures.push(file.to_owned());
+        self.folder.join(file)
+    }
+
+    /// Records a number. JSON knows finite ones only; others are left out. The book's directives end
+    /// names at blanks: they become hyphens, and a colon before one a dot.
+    pub fn number(&mut self, key: &str, value: f64) {
+        if value.is_finite() {
+            let key = key.replace(": ", ".").replace(' ', "-");
+            self.outcome.numbers.insert(key, value);
+        }
+    }
+
+    /// Adds a line to the table.
+    pub fn note(&mut self, what: &str, value: String) {
+        self.finding((what, value), None, false);
+    }
+
+    /// Adds a line about a claim to the table: whether it holds, or a verdict. A shrunk run claims nothing:
+    /// claims state the sizes at which they can be judged.
+    pub fn claim(&mut self, what: &str, value: String, verdict: impl Into<Judgement>) {
+        self.finding((what, value), Some(verdict.into()), false);
+    }
+
+    /// The same as a detail of the last line that is none.
+    pub fn detail(&mut self, what: &str, value: String, verdict: impl Into<Judgement>) {
+        self.finding((what, value), Some(verdict.into()), true);
+    }
+
+    fn finding(&mut self, (what, value): (&str, String), verdict: Option<Judgement>, detail: bool) {
+        let value = if value.contains("inf") || value.contains("NaN") {
+            without_infinity(&value)
+        } else {
+            value
+        };
+        self.outcome.findings.push(Finding {
+            what: what.to_owned(),
+            value,
+            verdict: verdict.filter(|_| self.options.shrink == 1),
+            detail,
+        });
+    }
+
+    /// Writes rows of text as a CSV file.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn csv(&self, file: &str, header: &str, rows: &[String]) -> Result<(), Error> {
+        write_text(&self.folder.join(file), &format!("{header}\n{}\n", rows.join("\n")))
+    }
+}
+
+/// A text in which no number is infinite or none: such a one is not known.
+fn without_infinity(text: &str) -> String {
+    let word = |part: &str| {
+        let number = part.trim_matches(|c: char| !c.is_alphanumeric());
+        match number {
+            "inf" | "NaN" => part.replace(['+', '-', '−'], "").replace(number, "unknown"),
+            _ => part.to_owned(),
+        }
+    };
+    text.split(' ').map(word).collect::<Vec<_>>().join(" ")
+}
+
+/// Crops are shown this many times larger than their pixels.
+const CROP_MAGNIFICATION: u32 = 3;
+
+/// Writes a text file whole or not at all.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write_text(path: &Path, text: &str) -> Result<(), Error> {
+    use std::io::Write as _;
+    write_whole(path, |file| file.write_all(text.as_bytes()).map_err(Error::file("write", path)))
+}

@@ -1,0 +1,219 @@
+//! How far a program is: a line at the foot of a terminal, a line of text every few seconds elsewhere.
+
+use std::io::IsTerminal as _;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+pub use crate::run::signals::interrupted;
+
+/// Something that is being done. One of no size says only for how long.
+struct Task {
+    label: String,
+    unit: &'static str,
+    size: u64,
+    done: AtomicU64,
+    start: Instant,
+    /// The bits of the relative error of an image.
+    error: AtomicU64,
+}
+
+/// What is in hand, the parts of a task after it; and the line that shows it.
+struct Shown {
+    tasks: Vec<Arc<Task>>,
+    line: Option<ProgressBar>,
+}
+
+static SHOWN: Mutex<Shown> = Mutex::new(Shown { tasks: Vec::new(), line: None });
+
+/// A terminal's line is drawn so often.
+const DRAWN_EVERY: Duration = Duration::from_millis(200);
+/// Elsewhere a line is written so early, and then so often.
+const FIRST_WRITTEN: Duration = Duration::from_secs(1);
+const WRITTEN_EVERY: Duration = Duration::from_secs(5);
+
+fn shown() -> MutexGuard<'static, Shown> {
+    // What is shown decides nothing: a panic elsewhere is no reason for another.
+    SHOWN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// From here on what is in hand is shown on standard error.
+pub fn show() {
+    let terminal = std::io::stderr().is_terminal();
+    if terminal {
+        shown().line = Some(fresh_line());
+    }
+    std::thread::spawn(move || {
+        let mut wait = if terminal { DRAWN_EVERY } else { FIRST_WRITTEN };
+        loop {
+            std::thread::sleep(wait);
+            if !terminal {
+                wait = WRITTEN_EVERY;
+            }
+            let shown = shown();
+            let Some(text) = describe(&shown.tasks) else {
+                continue;
+            };
+            match &shown.line {
+                Some(line) => {
+                    line.set_message(text);
+                    line.tick();
+                }
+                None => eprintln!("{text}"),
+            }
+        }
+    });
+}
+
+fn fresh_line() -> ProgressBar {
+    let line = ProgressBar::new_spinner();
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {wide_msg}") {
+        line.set_style(style);
+    }
+    line
+}
+
+/// All labels, and how far the last task is.
+fn describe(tasks: &[Arc<Task>]) -> Option<String> {
+    let task = tasks.last()?;
+    let labels: Vec<&str> = tasks.iter().map(|task| task.label.as_str()).collect();
+    let labels =
+        labels.into_iter().filter(|label| !label.is_empty()).collect::<Vec<_>>().join(", ");
+    let error = f64::from_bits(task.error.load(Ordering::Relaxed));
+    let done = task.done.load(Ordering::Relaxed);
+    let text = state(done, task.size, task.unit, task.start.elapsed());
+    let mut text = format!("{labels}: {text}");
+    if error > 0.0 && error.is_finite() {
+        text += &format!(", error {:.2} %", 100.0 * error);
+    }
+    Some(text)
+}
+
+/// "45 % of 27.0 million samples, 1.20 million/s, 12 s left": the rate is that since the beginning, and the
+/// remaining time what the rest takes at it.
+pub fn state(done: u64, size: u64, unit: &str, elapsed: Duration) -> String {
+    let seconds = elapsed.as_secs_f64();
+    if size == 0 {
+        return duration(seconds);
+    }
+    let mut text = format!(
+        "{:.0} % of {} {unit}",
+        // Not yet all is not 100 %.
+        (100.0 * done as f64 / size as f64).floor(),
+        quantity(size as f64)
+    );
+    if done > 0 && seconds > 0.0 {
+        let rate = done as f64 / seconds;
+        text += &if rate >= 1.0 {
+            format!(", {}/s", quantity(rate))
+        } else {
+            format!(", {:.1} per minute", 60.0 * rate)
+        };
+        text += &format!(", {} left", duration(size.saturating_sub(done) as f64 / rate));
+    }
+    text
+}
+
+/// Three digits and a word.
+fn quantity(value: f64) -> String {
+    let (value, word) = match value {
+        v if v >= 1e12 => (v / 1e12, " trillion"),
+        v if v >= 1e9 => (v / 1e9, " billion"),
+        v if v >= 1e6 => (v / 1e6, " million"),
+        v if v >= 1e4 => (v / 1e3, " thousand"),
+        v => {
+            return if v < 10.0 && v.fract() > 0.0 { format!("{v:.1}") } else { format!("{v:.0}") };
+        }
+    };
+    match value {
+        v if v < 10.0 => format!("{v:.2}{word}"),
+        v if v < 100.0 => format!("{v:.1}{word}"),
+        v => format!("{v:.0}{word}"),
+    }
+}
+
+fn duration(seconds: f64) -> String {
+    let whole = seconds.round() as u64;
+    match whole {
+        0..60 => format!("{whole} s"),
+        60..3600 => format!("{} min {} s", whole / 60, whole % 60),
+        _ => format!("{} h {} min", whole / 3600, whole % 3600 / 60),
+    }
+}
+
+/// How a program shows progress, once [`show`] was called.
+#[derive(Clone, Debug, Default)]
+pub struct Progress {
+    label: String,
+}
+
+impl Progress {
+    /// Bars with a label; none if it goes without saying.
+    pub fn new(label: &str) -> Self {
+        Self { label: label.to_owned() }
+    }
+
+    /// A bar for so many samples.
+    pub fn bar(&self, samples: u64) -> Bar {
+        self.bar_of(samples, "samples")
+    }
+
+    /// A bar for so many of something; for 0, one that says how long it takes already.
+    pub fn bar_of(&self, size: u64, unit: &'static str) -> Bar {
+        let task = Arc::new(Task {
+            label: self.label.clone(),
+            unit,
+            size,
+            done: AtomicU64::new(0),
+            start: Instant::now(),
+            error: AtomicU64::new(0),
+        });
+        shown().tasks.push(Arc::clone(&task));
+        Bar { task, reckoned: Instant::now() }
+    }
+}
+
+/// One bar; it goes with its value.
+pub struct Bar {
+    task: Arc<Task>,
+    /// When the error was last reckoned.
+    reckoned: Instant,
+}
+
+/// The error over all pixels is costly: it is reckoned about this often.
+const ERROR_EVERY: Duration = Duration::from_secs(2);
+
+impl Bar {
+    /// Counts samples; false after a signal to end.
+    pub fn advance(&self, samples: u64) -> bool {
+        self.task.done.fetch_add(samples, Ordering::Relaxed);
+        !interrupted()
+    }
+
+    /// Shows the mean relative standard error of the pixels, from time to time.
+    pub fn error(&mut self, relative: impl FnOnce() -> f64) {
+        if self.reckoned.elapsed() >= ERROR_EVERY {
+            self.reckoned = Instant::now();
+            self.task.error.store(relative().to_bits(), Ordering::Relaxed);
+        }
+    }
+
+    /// Removes the bar.
+    pub fn finish(self) {}
+}
+
+impl Drop for Bar {
+    fn drop(&mut self) {
+        let mut shown = shown();
+        shown.tasks.retain(|task| !Arc::ptr_eq(task, &self.task));
+        if shown.tasks.is_empty()
+            && let Some(line) = &mut shown.line
+        {
+            // What is printed next stands where the line was.
+            line.finish_and_clear();
+            *line = fresh_line();
+        }
+    }
+}

@@ -1,0 +1,322 @@
+//! Runs experiments, keeps their results, and copies those of a full run into the book.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+use std::time::Instant;
+
+use serde::Serialize;
+use sha2::{Digest as _, Sha256};
+use whitefurnace::error::Error;
+use whitefurnace::image::check_writable;
+
+use super::split_png;
+use crate::experiments::EXPERIMENTS;
+use crate::render::name;
+use crate::run::progress::{Progress, interrupted};
+use crate::run::{
+    Experiment, ExperimentResult, Finding, Judgement, Options, Run, Tier, write_text,
+};
+use crate::say;
+
+/// The largest file that the book keeps, in bytes.
+pub const LARGEST_RECORDED: u64 = 300 * 1024;
+
+/// Runs experiments one after the other and returns what they found; results of an earlier run of this very
+/// program with the same options are kept unless `fresh`. After each, `results.json` is written anew from
+/// all experiments that have a result in the folder.
+///
+/// # Errors
+/// The first error of an experiment; results so far are kept.
+pub fn run_all(
+    experiments: &[&Experiment],
+    options: &Options,
+    fresh: bool,
+) -> Result<Vec<ExperimentResult>, Error> {
+    let results = options.out.join(RESULTS);
+    check_writable(&results)?;
+    let mut outcomes = Vec::new();
+    for (i, experiment) in experiments.iter().enumerate() {
+        let fingerprint = format!(
+            "{:016x} {} {} {} {}",
+            *PROGRAM,
+            experiment.version,
+            name(options.tier),
+            options.seed,
+            options.shrink
+        );
+        let folder = options.out.join(experiment.id);
+        let which = format!("[{} of {}] ", i + 1, experiments.len());
+        let kept = if fresh { None } else { kept(&folder, &fingerprint) };
+        let (outcome, how) = match kept {
+            Some(outcome) => (outcome, "kept from an earlier run".to_owned()),
+            None => {
+                let start = Instant::now();
+                let label = format!("{which}{}", experiment.id);
+                say!("{label} begins: {}", experiment.title);
+                let bar = Progress::new(&label).bar_of(0, "");
+                let outcome = run_one(experiment, options, &folder, fingerprint)?;
+                bar.finish();
+                let seconds = start.elapsed().as_secs_f64();
+                (outcome, format!("{seconds:.1} s"))
+            }
+        };
+        say!("{which}{}", table(&outcome, &how, options.rows));
+        outcomes.push(outcome);
+        write_results(&results, options)?;
+    }
+    Ok(outcomes)
+}
+
+/// The file for machines.
+const RESULTS: &str = "results.json";
+
+fn run_one(
+    experiment: &Experiment,
+    options: &Options,
+    folder: &Path,
+    fingerprint: String,
+) -> Result<ExperimentResult, Error> {
+    std::fs::create_dir_all(folder).map_err(Error::file("create", folder))?;
+    let mut run = Run::new(experiment, options, folder.to_owned(), fingerprint)?;
+    (experiment.run)(&mut run)?;
+    if interrupted() {
+        return Err(Error::Interrupted);
+    }
+    let (mut outcome, unfinished) = run.into_outcome();
+    outcome.digests = digests(folder)?;
+    write_json(&folder.join("result.json"), &outcome)?;
+    unfinished.end()?;
+    Ok(outcome)
+}
+
+/// The result in a folder if it has this fingerprint and its files are as they were.
+fn kept(folder: &Path, fingerprint: &str) -> Option<ExperimentResult> {
+    let outcome = result(folder)?;
+    let there = |file: &String| outcome.digests.contains_key(file);
+    let whole = outcome.figures.iter().all(there) && digests(folder).ok()? == outcome.digests;
+    (whole && outcome.fingerprint == fingerprint).then_some(outcome)
+}
+
+/// The result in a folder, if there is one that can be read.
+fn result(folder: &Path) -> Option<ExperimentResult> {
+    let text = std::fs::read_to_string(folder.join("result.json")).ok()?;
+    serde_json::from_str(&text).ok()
+}
+
+/// SHA-256 of each file of an experiment's folder but the result that lists them.
+fn digests(folder: &Path) -> Result<BTreeMap<String, String>, Error> {
+    let mut digests = BTreeMap::new();
+    for entry in std::fs::read_dir(folder).map_err(Error::file("read", folder))? {
+        let path = entry.map_err(Error::file("read", folder))?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if path.is_file() && name != "result.json" {
+            let bytes = std::fs::read(&path).map_err(Error::file("read", &path))?;
+            let digest = Sha256::digest(&bytes);
+            let digits = digest.iter().map(|byte| format!("{byte:02x}"));
+            digests.insert(name.into_owned(), digits.collect());
+        }
+    }
+    Ok(digests)
+}
+
+/// A hash of the running program's file: any change of code makes earlier results stale.
+pub static PROGRAM: LazyLock<u64> = LazyLock::new(|| {
+    let mut hasher = DefaultHasher::new();
+    let bytes = std::env::current_exe().and_then(std::fs::read);
+    bytes.unwrap_or_default().hash(&mut hasher);
+    hasher.finish()
+});
+
+#[derive(Serialize)]
+struct Results<'a> {
+    program: &'static str,
+    version: &'static str,
+    commit: &'static str,
+    /// Of the last run; each experiment has its own.
+    tier: String,
+    seed: u64,
+    shrink: u32,
+    experiments: &'a [ExperimentResult],
+}
+
+/// Writes what all experiments found whose results are in the folder.
+fn write_results(path: &Path, options: &Options) -> Result<(), Error> {
+    let found =
+        EXPERIMENTS.iter().filter_map(|experiment| result(&options.out.join(experiment.id)));
+    let outcomes: Vec<ExperimentResult> = found.collect();
+    write_json(
+        path,
+        &Results {
+            program: "whitefurnace",
+            version: env!("CARGO_PKG_VERSION"),
+            commit: env!("WHITEFURNACE_COMMIT"),
+            tier: name(options.tier),
+            seed: options.seed,
+            shrink: options.shrink,
+            experiments: &outcomes,
+        },
+    )
+}
+
+/// Writes a value as JSON.
+fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<(), Error> {
+    let text = serde_json::to_string_pretty(value).map_err(|error| Error::Image {
+        action: "write",
+        path: path.to_owned(),
+        message: error.to_string(),
+    })?;
+    write_text(path, &(text + "\n"))
+}
+
+/// No line of a table is longer, in characters.
+pub const LONGEST_LINE: usize = 160;
+
+/// An experiment's findings as text, a line each; long values go on below their beginning. Details are left
+/// out without `rows`, but not those that fail.
+pub fn table(outcome: &ExperimentResult, how: &str, rows: bool) -> String {
+    let mut text = format!("{}: {} ({how})", outcome.id, outcome.title);
+    let shows = |row: &&Finding| rows || !row.detail || row.verdict == Some(Judgement::Fails);
+    let shown: Vec<&Finding> = outcome.findings.iter().filter(shows).collect();
+    let label = |row: &Finding| format!("{}{}", if row.detail { "  " } else { "" }, row.what);
+    let width = shown.iter().map(|row| label(row).chars().count()).max().unwrap_or(0);
+    for row in &shown {
+        let verdict = row.verdict.map(|verdict| match verdict {
+            // To be seen among many.
+            Judgement::Fails => "FAILS",
+            other => other.word(),
+        });
+        let indent = width + 4;
+        let mut column = indent;
+        // Writing to a string cannot fail.
+        let _ = write!(text, "\n  {:width$} ", label(row));
+        for word in row.value.split(' ').chain(verdict) {
+            let length = word.chars().count() + 1;
+            if column + length > LONGEST_LINE && column > indent {
+                let _ = write!(text, "\n{:1$}", "", indent - 1);
+                column = indent;
+            }
+            let _ = write!(text, " {word}");
+            column += length;
+        }
+    }
+    let left_out = outcome.findings.len() - shown.len();
+    if left_out > 0 {
+        let _ = write!(text, "\n  and {left_out} rows more with --rows");
+    }
+    text
+}
+
+/// Says what experiments found in all: what fails by name, then the counts. Returns whether nothing fails.
+pub fn summarise(outcomes: &[ExperimentResult], options: &Options) -> bool {
+    let figures: usize = outcomes.iter().map(|outcome| outcome.figures.len()).sum();
+    say!(
+        "\n{} experiments, {figures} figures; for machines: {}",
+        outcomes.len(),
+        options.out.join(RESULTS).display()
+    );
+    let (text, none_fails) = verdicts(outcomes);
+    say!("{text}");
+    none_fails
+}
+
+/// The lines of claims that fail, and of the counts; whether nothing fails.
+pub fn verdicts(outcomes: &[ExperimentResult]) -> (String, bool) {
+    let all = || {
+        outcomes.iter().flat_map(|outcome| {
+            let id = outcome.id.as_str();
+            outcome.findings.iter().map(move |row| (id, row))
+        })
+    };
+    let count = |verdict| all().filter(|(_, row)| row.verdict == Some(verdict)).count();
+    let [holds, fails, undecided] =
+        [Judgement::Holds, Judgement::Fails, Judgement::Undecided].map(count);
+    let mut text = String::new();
+    for (id, row) in all().filter(|(_, row)| row.verdict == Some(Judgement::Fails)) {
+        let _ = writeln!(text, "FAILS: {id}: {}: {}", row.what, row.value);
+    }
+    let _ = write!(text, "{holds} hold, {fails} fail, {undecided} undecided at this tier");
+    if outcomes.iter().any(|outcome| outcome.shrink != 1) {
+        text += "; nothing is judged in a run with --shrink";
+    }
+    (text, fails == 0)
+}
+
+/// Where the book keeps the results of the last full run.
+pub fn recorded_folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../book/recorded")
+}
+
+/// The recorded result of an experiment, if there is one that can be read.
+pub fn recorded(folder: &Path, id: &str) -> Option<ExperimentResult> {
+    result(&folder.join(id))
+}
+
+/// Refuses to record anything but full runs.
+///
+/// # Errors
+/// [`Error::Option`] with what to change.
+pub fn check_recordable(options: &Options) -> Result<(), Error> {
+    if options.tier == Tier::Full && options.shrink == 1 {
+        return Ok(());
+    }
+    Err(Error::Option(
+        "--update-book records full runs only: add --tier full and leave out --shrink".to_owned(),
+    ))
+}
+
+/// Copies an experiment's result and figures from `from` to `to`, where older files go; large pictures
+/// in bands by [`split_png`]. Returns the plots that are too large and were left out.
+///
+/// # Errors
+/// A file cannot be read or written.
+pub fn record(from: &Path, to: &Path) -> Result<Vec<String>, Error> {
+    let file = from.join("result.json");
+    let text = std::fs::read_to_string(&file).map_err(Error::file("read", &file))?;
+    let mut outcome: ExperimentResult = serde_json::from_str(&text)
+        .map_err(|error| Error::Option(format!("{}: {error}", file.display())))?;
+    // They name a build and files that are not all recorded, which says nothing to a reader.
+    outcome.fingerprint.clear();
+    outcome.digests.clear();
+    if to.exists() {
+        std::fs::remove_dir_all(to).map_err(Error::file("remove", to))?;
+    }
+    std::fs::create_dir_all(to).map_err(Error::file("create", to))?;
+    let mut too_large = Vec::new();
+    for figure in std::mem::take(&mut outcome.figures) {
+        let source = from.join(&figure);
+        let size = std::fs::metadata(&source).map_err(Error::file("read", &source))?.len();
+        if size <= LARGEST_RECORDED {
+            std::fs::copy(&source, to.join(&figure)).map_err(Error::file("copy", &source))?;
+        } else if source.extension().is_some_and(|e| e == "png") {
+            split_png::split_png(&source, to, LARGEST_RECORDED)?;
+        } else {
+            too_large.push(figure);
+            continue;
+        }
+        outcome.figures.push(figure);
+    }
+    write_json(&to.join("result.json"), &outcome)?;
+    Ok(too_large)
+}
+
+/// Records the results of these experiments in the book's folder and says what was left out.
+///
+/// # Errors
+/// As [`record`].
+pub fn update_book(experiments: &[&Experiment], options: &Options) -> Result<(), Error> {
+    let book = recorded_folder();
+    for experiment in experiments {
+        for figure in record(&options.out.join(experiment.id), &book.join(experiment.id))? {
+            say!(
+                "left out of the book: {}/{figure}, larger than {} KiB",
+                experiment.id,
+                LARGEST_RECORDED / 1024
+            );
+        }
+    }
+    say!("recorded {} experiments in {}", experiments.len(), book.display());
+    Ok(())
+}

@@ -1,0 +1,47 @@
+//! Pictures too large for one recorded file, kept as bands of rows.
+
+use std::fs::File;
+use std::io::{BufReader, Write as _};
+use std::path::Path;
+
+use whitefurnace::error::Error;
+use whitefurnace::image::{encode_rgb, write_whole};
+
+/// Writes the picture `source`, an 8-bit RGB PNG, as `STEM.band-1.png`, `STEM.band-2.png` ... in the
+/// folder `to`: as few bands as keep each file at most `largest` bytes.
+///
+/// # Errors
+/// The picture cannot be read, the bands cannot be written, or a single row is too large.
+pub fn split_png(source: &Path, to: &Path, largest: u64) -> Result<(), Error> {
+    let fault =
+        |message: String| Error::Image { action: "divide", path: source.to_owned(), message };
+    let file = File::open(source).map_err(Error::file("read", source))?;
+    let mut reader = png::Decoder::new(BufReader::new(file))
+        .read_info()
+        .map_err(|error| fault(error.to_string()))?;
+    let size =
+        reader.output_buffer_size().ok_or_else(|| fault("too large for memory".to_owned()))?;
+    let mut pixels = vec![0; size];
+    let info = reader.next_frame(&mut pixels).map_err(|error| fault(error.to_string()))?;
+    if (info.color_type, info.bit_depth) != (png::ColorType::Rgb, png::BitDepth::Eight) {
+        return Err(fault("not an 8-bit RGB picture".to_owned()));
+    }
+    let stem = source.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let bands = (2..=info.height)
+        .find_map(|count| {
+            let rows = info.height.div_ceil(count) as usize * info.line_size;
+            let bands: Vec<Vec<u8>> = pixels
+                .chunks(rows)
+                .map(|band| encode_rgb([info.width, (band.len() / info.line_size) as u32], band))
+                .collect::<Result<_, _>>()
+                .ok()?;
+            let fit = bands.iter().all(|band| band.len() as u64 <= largest);
+            fit.then_some(bands)
+        })
+        .ok_or_else(|| fault(format!("a row takes more than {largest} bytes")))?;
+    for (i, band) in bands.iter().enumerate() {
+        let path = to.join(format!("{stem}.band-{}.png", i + 1));
+        write_whole(&path, |file| file.write_all(band).map_err(Error::file("write", &path)))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,98 @@
+//! What a run that was interrupted has done: the next one with the same options goes on from there.
+//!
+//! A run is a function of its options and of the files that were there when it began. So it is continued by
+//! doing it again: from those files as they were, and with the parts that are done taken from where they were
+//! put. It leaves what a run without interruption leaves, wherever it was interrupted.
+
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use whitefurnace::error::Error;
+
+use crate::run::progress::interrupted;
+use crate::run::write_text;
+
+/// A folder beside an experiment's files, from the beginning of a run to its end.
+pub struct Unfinished {
+    folder: PathBuf,
+}
+
+impl Unfinished {
+    /// Begins a run in an experiment's folder, or goes on with the one that was begun and has the same
+    /// fingerprint.
+    ///
+    /// # Errors
+    /// The folder cannot be made or written.
+    pub fn begin(folder: &Path, fingerprint: &str) -> Result<Self, Error> {
+        Self::at(folder.join("unfinished"), fingerprint)
+    }
+
+    /// The same in this very folder: for parts that outlive the run.
+    ///
+    /// # Errors
+    /// As [`begin`](Self::begin).
+    pub fn at(folder: PathBuf, fingerprint: &str) -> Result<Self, Error> {
+        let run = folder.join("run");
+        if std::fs::read_to_string(&run).is_ok_and(|begun| begun == fingerprint) {
+            return Ok(Self { folder });
+        }
+        if folder.exists() {
+            std::fs::remove_dir_all(&folder).map_err(Error::file("remove", &folder))?;
+        }
+        std::fs::create_dir_all(&folder).map_err(Error::file("create", &folder))?;
+        write_text(&run, fingerprint)?;
+        Ok(Self { folder })
+    }
+
+    /// A part of the run: taken from the folder if it was done, else made and put there. Its key is part of
+    /// the name of a file.
+    ///
+    /// # Errors
+    /// What `make` returns, [`Error::Interrupted`] after a signal, or the file cannot be written.
+    pub fn part<T: Serialize + DeserializeOwned>(
+        &self,
+        key: &str,
+        make: impl FnOnce() -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        let path = self.folder.join(format!("{key}.json"));
+        let done = std::fs::read_to_string(&path).ok();
+        if let Some(part) = done.and_then(|text| serde_json::from_str(&text).ok()) {
+            return Ok(part);
+        }
+        if interrupted() {
+            return Err(Error::Interrupted);
+        }
+        let odd = |error: serde_json::Error| Error::Option(format!("{}: {error}", path.display()));
+        let text = serde_json::to_string(&make()?).map_err(odd)?;
+        write_text(&path, &text)?;
+        // What was made now goes the way of what was made before.
+        serde_json::from_str(&text).map_err(odd)
+    }
+
+    /// A copy of a file of the experiment as it was when the run began; an empty one if there was none.
+    ///
+    /// # Errors
+    /// The file cannot be read, or the copy not written.
+    pub fn before(&self, file: &Path) -> Result<PathBuf, Error> {
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        let copy = self.folder.join(format!("{name}.before"));
+        if !copy.exists() {
+            let text = match std::fs::read_to_string(file) {
+                Err(error) if error.kind() == ErrorKind::NotFound => String::new(),
+                text => text.map_err(Error::file("read", file))?,
+            };
+            write_text(&copy, &text)?;
+        }
+        Ok(copy)
+    }
+
+    /// Ends the run: what it leaves has been written.
+    ///
+    /// # Errors
+    /// The folder cannot be removed.
+    pub fn end(self) -> Result<(), Error> {
+        std::fs::remove_dir_all(&self.folder).map_err(Error::file("remove", &self.folder))
+    }
+}
