@@ -4,6 +4,7 @@
 //! Directions are local unit vectors that point away from the surface, the normal is z.
 
 pub mod eon;
+pub mod ggx;
 mod scattering;
 
 use std::f64::consts::FRAC_1_PI;

@@ -132,6 +132,18 @@ equations! {
         r"f_2 = \frac{\rho_m}{\pi}\,\frac{(1 - E(\theta_i))(1 - E(\theta_o))}{1 - \bar E}, \quad \rho_m = \frac{\rho^2 \bar E}{1 - \rho(1 - \bar E)}", None,
         "Portsmouth, Kutz and Hill, JCGT 14(1), 2025; Kulla and Conty, SIGGRAPH course, 2017", Added,
         "With it a white surface reflects all light, whatever its roughness: neither form of (14) does.";
+    GGX_NORMALS = "ggx.normals", "", "GGX, normals of microfacets",
+        r"D(m) = \frac{\alpha^2}{\pi\,(1 + (\alpha^2 - 1)\cos^2\theta_m)^2}, \quad f_r = \frac{F\,D\,G_2}{4\cos\theta_i\cos\theta_o}", None,
+        "Walter et al., EGSR 2007", Added,
+        "A rough conductor that loses the light that meets a second facet.";
+    GGX_MASKING = "ggx.masking", "", "GGX, height-correlated masking and shadowing",
+        r"G_2 = \frac{1}{1 + \Lambda(\omega_o) + \Lambda(\omega_i)}, \quad \Lambda = \frac{\sqrt{1 + \alpha^2\tan^2\theta} - 1}{2}", None,
+        "Heitz, JCGT 3(2), 2014", Added,
+        "Masking of one side only is not reciprocal.";
+    GGX_VISIBLE = "ggx.visible", "", "GGX, pdf by visible normals",
+        r"D_o(m) = \frac{D(m)\,\max(0, \omega_o \cdot m)}{(1 + \Lambda(\omega_o))\cos\theta_o}, \quad p(\omega_i) = \frac{D_o(m)}{4\,\omega_o \cdot m}", None,
+        "Heitz, JCGT 7(4), 2018", Added,
+        "The Jacobian 1/(4 ω_o · m) turns a pdf of half vectors into one of directions.";
     ESTIMATOR = "estimator", "16", "Monte Carlo estimator",
         r"\langle E \rangle = \frac{1}{N}\sum_{i=1}^{N}\frac{f(X_i)}{p(X_i)}", None,
         "Dutré, Bala and Bekaert 2006", Correct,

@@ -17,6 +17,7 @@ pub mod form_factors;
 pub mod fresnel;
 pub mod furnace;
 pub mod geometry;
+pub mod ggx;
 pub mod glass;
 pub mod hemisphere;
 pub mod images;
@@ -52,6 +53,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         fresnel::families(),
         bsdf::families(),
         eon::families(),
+        ggx::families(),
         roulette::families(),
         policies::families(),
         streams::families(),

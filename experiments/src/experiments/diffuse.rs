@@ -4,7 +4,9 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::DVec3;
 use registry::bsdf::{oren_nayar_albedo, oren_nayar_printed_albedo};
-use whitefurnace::bsdf::{Bsdf, OrenNayar};
+use registry::ggx::reflected;
+use whitefurnace::bsdf::ggx::Ggx;
+use whitefurnace::bsdf::{Bsdf, OrenNayar, Vertex};
 use whitefurnace::camera::Camera;
 use whitefurnace::equation;
 use whitefurnace::error::Error;
@@ -43,14 +45,17 @@ pub const FIG2: Experiment = Experiment {
 /// What the four models reflect of a white sky, and where to.
 pub const ALBEDO: Experiment = Experiment {
     id: "albedo",
-    title: "directional albedos of four diffuse models against their closed forms, and their lobes",
-    version: 1,
+    title: "directional albedos of four diffuse models and of rough metals, and lobes",
+    version: 2,
     equations: &[
         &equation::LAMBERT,
         &equation::OREN_NAYAR,
         &equation::OREN_NAYAR_CONSTANTS,
         &equation::EON_ALBEDO,
         &equation::EON_MULTIPLE,
+        &equation::GGX_NORMALS,
+        &equation::GGX_MASKING,
+        &equation::GGX_VISIBLE,
     ],
     run: albedo,
 };
@@ -181,6 +186,7 @@ pub(crate) fn closed_form(model: DiffuseName, theta: f64) -> f64 {
         DiffuseName::Lambert | DiffuseName::Eon => 1.0,
         DiffuseName::Printed => oren_nayar_printed_albedo(constants, theta),
         DiffuseName::Corrected => oren_nayar_albedo(constants, theta),
+        DiffuseName::Ggx => reflected(metal(SIGMA), from_spherical(theta, 0.0)),
     }
 }
 
@@ -231,7 +237,52 @@ fn albedo(run: &mut Run) -> Result<(), Error> {
     let chart = Chart::new(title, axes, [[-1.2, 2.0], [0.0, 1.45]], lobes);
     let see =
         "Lambert's lobe is a half circle. Corrected Oren–Nayar and EON bulge towards the light.";
-    charts(&run.figure("lobes.svg"), see, [900, 460], &[chart])
+    charts(&run.figure("lobes.svg"), see, [900, 460], &[chart])?;
+    metals(run, samples)
+}
+
+/// Widths of the slopes' distributions of rough metals.
+const ALPHA: [f64; 3] = [0.25, 0.5, 1.0];
+
+fn metal(alpha: f64) -> Ggx {
+    Ggx { reflectance: DVec3::ONE, alpha }
+}
+
+/// What white metals of GGX reflect of a white sky: means of their own samples against quadrature over facets.
+fn metals(run: &mut Run, samples: u64) -> Result<(), Error> {
+    let critical = normal_upper(FAMILY / 2.0 / (ALPHA.len() * ANGLES.len()) as f64);
+    let mut series = Vec::new();
+    for (colour, alpha) in (0..).zip(ALPHA) {
+        let seed = seed_for(run.seed(), &format!("metal {alpha}"));
+        let bsdf = Bsdf::model(metal(alpha));
+        let known =
+            |degrees: f64| reflected(metal(alpha), from_spherical(degrees.to_radians(), 0.0));
+        let curve = (0..=88).step_by(2).map(|d| [f64::from(d), known(f64::from(d))]);
+        series.push(Series::new(&format!("α = {alpha}"), colour, Mark::Line, curve));
+        let mut worst = 0.0_f64;
+        let mut points = Vec::new();
+        for (k, degrees) in (0..).zip(ANGLES) {
+            let mut rng = stream(seed, k, 0);
+            let at = Vertex::local(from_spherical(degrees.to_radians(), 0.3), true);
+            let weight = |_| bsdf.sample(&at, &mut rng).map_or(0.0, |sample| sample.weight.x);
+            let moments: Moments = (0..samples).map(weight).collect();
+            worst = worst.max((moments.mean() - known(degrees)).abs() / moments.standard_error());
+            if degrees == 60.0 {
+                run.number(&format!("ggx.{alpha}.60"), moments.mean());
+            }
+            points.push([degrees, moments.mean(), critical * moments.standard_error()]);
+        }
+        let what = format!("albedo of GGX with α = {alpha} against quadrature over facets");
+        let value = format!("worst of {} angles {worst:.2} standard errors", ANGLES.len());
+        run.claim(&what, value, worst < critical);
+        series.push(Series::measured("", colour, points));
+    }
+    let title =
+        format!("Directional albedo of GGX, F₀ = 1: quadrature, and means of {samples} samples");
+    let axes = ["inclination (degrees)", "directional albedo"];
+    let chart = Chart::new(title, axes, [[0.0, 90.0], [0.3, 1.05]], series);
+    let see = "The rougher the metal, the more light is lost on a second facet, most of it where much is seen.";
+    charts(&run.figure("metals.svg"), see, [900, 560], &[chart])
 }
 
 /// Inclination of the light of the lobes, degrees.

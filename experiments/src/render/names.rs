@@ -2,6 +2,7 @@
 
 use clap::ValueEnum;
 use glam::DVec3;
+use whitefurnace::bsdf::ggx::Ggx;
 use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
 
 /// The scenes that programs can name.
@@ -111,7 +112,7 @@ pub enum HeuristicName {
     Power,
 }
 
-/// The diffuse models, as programs name them.
+/// The models of rough surfaces, as programs name them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum DiffuseName {
     /// Lambert, equation (13)
@@ -122,10 +123,12 @@ pub enum DiffuseName {
     Corrected,
     /// Energy-preserving Oren-Nayar
     Eon,
+    /// A rough metal, GGX with α = σ: not diffuse
+    Ggx,
 }
 
 impl DiffuseName {
-    /// All, in the order in which figures show them.
+    /// The diffuse ones, in the order in which figures show them.
     pub const ALL: [Self; 4] = [Self::Lambert, Self::Printed, Self::Corrected, Self::Eon];
 
     /// The model with the given albedo and σ in radians; EON gets the roughness of the same shape.
@@ -135,6 +138,7 @@ impl DiffuseName {
             Self::Printed => Bsdf::oren_nayar(albedo, sigma, OrenNayarForm::Printed),
             Self::Corrected => Bsdf::oren_nayar(albedo, sigma, OrenNayarForm::Corrected),
             Self::Eon => Bsdf::Eon { albedo, roughness: OrenNayar::new(sigma).roughness() },
+            Self::Ggx => Bsdf::model(Ggx { reflectance: albedo, alpha: sigma }),
         }
     }
 
@@ -145,6 +149,7 @@ impl DiffuseName {
             Self::Printed => "Oren–Nayar as printed",
             Self::Corrected => "Oren–Nayar corrected",
             Self::Eon => "EON",
+            Self::Ggx => "GGX",
         }
     }
 }

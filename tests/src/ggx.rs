@@ -1,0 +1,305 @@
+//! GGX: its distributions by quadrature, its check-up, and a floor under a white sky as it is rendered.
+
+use std::f64::consts::{FRAC_1_PI, TAU};
+
+use glam::DVec3;
+
+use crate::bsdf::{as_rendered, at_every_angle};
+use crate::faults::{AnyFamily, Family, Fault, TrialOn, data, fault};
+use crate::probes::BOUNCES;
+use crate::scenes::{floor, scene, towards_origin};
+use crate::subject::{self, fault};
+use whitefurnace::bsdf::ggx::{
+    Ggx, hidden, normals, sample_visible_normal, seen_from_both, visible_normals,
+};
+use whitefurnace::bsdf::{Bsdf, Model};
+use whitefurnace::equation::{Equation, GGX_MASKING, GGX_NORMALS, GGX_VISIBLE};
+use whitefurnace::estimator::{Estimator, Path, Standard, Strategy};
+use whitefurnace::frame::from_spherical;
+use whitefurnace::harness::bsdf_checkup::{CheckUp, Loss, check_up};
+use whitefurnace::harness::domain::{Domain, MASS_TOLERANCE};
+use whitefurnace::harness::mean::{Values, mean};
+use whitefurnace::harness::outcome::{Claim, Outcome};
+use whitefurnace::harness::trial::Context;
+
+/// The functions of the model, so that each can be replaced.
+#[derive(Clone, Copy, Debug)]
+pub struct Parts {
+    /// D(m) from α and m.
+    pub normals: fn(f64, DVec3) -> f64,
+    /// D_o(m) from α, wo and m.
+    pub visible: fn(f64, DVec3, DVec3) -> f64,
+    /// f_r.
+    pub eval: fn(&Ggx, DVec3, DVec3) -> DVec3,
+    /// A direction.
+    pub sample: fn(&Ggx, DVec3, [f64; 2]) -> Option<DVec3>,
+    /// Its pdf.
+    pub pdf: fn(&Ggx, DVec3, DVec3) -> f64,
+}
+
+/// The program's functions.
+const RIGHT: Parts = Parts {
+    normals,
+    visible: visible_normals,
+    eval: Ggx::eval,
+    sample: Ggx::sample,
+    pdf: Ggx::pdf,
+};
+
+/// The model of these functions.
+#[derive(Debug)]
+struct Assembled(Ggx, Parts);
+
+impl Model for Assembled {
+    fn eval(&self, wo: DVec3, wi: DVec3) -> DVec3 {
+        (self.1.eval)(&self.0, wo, wi)
+    }
+    fn sample(&self, wo: DVec3, random: [f64; 2]) -> Option<DVec3> {
+        (self.1.sample)(&self.0, wo, random)
+    }
+    fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
+        (self.1.pdf)(&self.0, wo, wi)
+    }
+    fn albedo(&self) -> DVec3 {
+        self.0.albedo()
+    }
+}
+
+fn ggx(reflectance: f64, alpha: f64) -> Ggx {
+    Ggx { reflectance: DVec3::splat(reflectance), alpha }
+}
+
+/// Λ from the tangent of the inclination.
+fn lambda(alpha: f64, w: DVec3) -> f64 {
+    let tan = w.truncate().length() / w.z;
+    0.5 * ((alpha * tan).hypot(1.0) - 1.0)
+}
+
+/// The directional albedo as an integral over facets, not over directions, so that no half vector's Jacobian
+/// has a part in it: ∫ F G₂ D (o · m)/cos θ_o dm, with D in the slope of the facet.
+pub fn reflected(Ggx { reflectance, alpha }: Ggx, wo: DVec3) -> f64 {
+    let f0 = reflectance.x;
+    let of_facet = |m: DVec3| {
+        let cosine = wo.dot(m);
+        let wi = 2.0 * cosine * m - wo;
+        if cosine <= 0.0 || wi.z <= 0.0 {
+            return 0.0;
+        }
+        let slope = m.truncate().length() / (alpha * m.z);
+        let d = FRAC_1_PI / (alpha * m.z * m.z * (1.0 + slope * slope)).powi(2);
+        let seen = 1.0 / (1.0 + lambda(alpha, wo) + lambda(alpha, wi));
+        (f0 + (1.0 - f0) * (1.0 - cosine).powi(5)) * seen * d * cosine / wo.z
+    };
+    Domain::Hemisphere.integrate_all(MASS_TOLERANCE, &of_facet).value
+}
+
+/// Inclinations of wo in degrees, and α.
+const ANGLES: [f64; 3] = [0.0, 50.0, 80.0];
+const ALPHA: [f64; 2] = [0.25, 0.8];
+
+/// The largest error over [`ANGLES`] and [`ALPHA`] of an integral over the hemisphere against what it should be.
+fn integrals(
+    name: &str,
+    f: impl Fn(f64, DVec3, DVec3) -> f64,
+    known: impl Fn(f64, DVec3) -> f64,
+) -> Vec<Outcome> {
+    let cases = ALPHA.into_iter().flat_map(|alpha| ANGLES.map(|degrees| (alpha, degrees)));
+    let errors = cases.map(|(alpha, degrees)| {
+        let wo = from_spherical(degrees.to_radians(), 0.0);
+        let found = Domain::Hemisphere.integrate_all(MASS_TOLERANCE, &|w| f(alpha, wo, w)).value;
+        let error = (found - known(alpha, wo)).abs();
+        let error = if error.is_nan() { f64::INFINITY } else { error };
+        (error, format!("{found:.9} at α = {alpha}, {degrees} degrees"))
+    });
+    let worst = errors.max_by(|a, b| a.0.total_cmp(&b.0));
+    let (error, place) = worst.unwrap_or((f64::NAN, String::new()));
+    let n = (ALPHA.len() * ANGLES.len()) as u64;
+    vec![Outcome::exact(name, n, error, 2.0 * MASS_TOLERANCE, place)]
+}
+
+/// Estimates of the radiance of the floor.
+const SAMPLES: u64 = 7_000_000;
+/// From where it is seen.
+const INCLINATION: f64 = 1.0;
+
+/// A white floor under a sky of radiance 1, by the path tracer: what is reflected once, and no more.
+fn on_a_floor(context: &Context, parts: Parts) -> Vec<Outcome> {
+    let metal = ggx(1.0, 0.8);
+    let scene = scene("GGX floor", |s| {
+        s.background(DVec3::ONE);
+        floor(s, Bsdf::model(Assembled(metal, parts)));
+    });
+    let ray = towards_origin(INCLINATION);
+    let path = Path::new(Standard, Strategy::Bsdf);
+    let wo = from_spherical(INCLINATION, 0.0);
+    let reference = reflected(metal, wo);
+    let mut rng = context.rng("radiance");
+    let values = Values::collect(reference, context.n(SAMPLES), || {
+        path.radiance(&scene, &ray, scene.intersect(&ray), &mut rng).x
+    });
+    vec![mean("radiance", &values, reference, Claim::Exact { delta: BOUNCES * reference })]
+}
+
+fn trials() -> Vec<TrialOn<Parts>> {
+    let trial = |name: &str, property: &str, equation: &'static Equation, subject, statistic| {
+        data(name, property, equation, subject, statistic)
+    };
+    vec![
+        TrialOn::new(
+            trial(
+                "bsdf/ggx",
+                "white GGX passes the check-up and reflects what its facets do",
+                &GGX_VISIBLE,
+                "bsdf::ggx::Ggx, bsdf::Scattering::sample_rough",
+                "BSDF check-up",
+            ),
+            |context, parts: Parts| {
+                let metal = ggx(1.0, 0.4);
+                let model = Bsdf::model(Assembled(metal, parts));
+                let subject = as_rendered(subject::RIGHT, model)
+                    .energy_bound(1.0)
+                    .loss(Loss::Allowed)
+                    .albedo(move |wo| reflected(metal, wo));
+                check_up(&subject, &CheckUp::default(), context)
+            },
+        ),
+        TrialOn::new(
+            trial(
+                "bsdf/ggx-normals",
+                "the facets' areas, projected, are the surface's area",
+                &GGX_NORMALS,
+                "bsdf::ggx::normals",
+                "exact",
+            ),
+            |_, parts: Parts| {
+                integrals("facets", |alpha, _, m| (parts.normals)(alpha, m) * m.z, |_, _| 1.0)
+            },
+        ),
+        TrialOn::new(
+            trial(
+                "bsdf/ggx-visible",
+                "the density of visible normals integrates to 1 from every side",
+                &GGX_VISIBLE,
+                "bsdf::ggx::visible_normals",
+                "exact",
+            ),
+            |_, parts: Parts| {
+                integrals("visible", |alpha, wo, m| (parts.visible)(alpha, wo, m), |_, _| 1.0)
+            },
+        ),
+        TrialOn::new(
+            trial(
+                "bsdf/ggx-coloured",
+                "GGX of reflectance 0.5 reflects what its facets do",
+                &GGX_MASKING,
+                "bsdf::ggx::Ggx",
+                "exact",
+            ),
+            |_, parts: Parts| {
+                let f = |alpha, wo, wi: DVec3| (parts.eval)(&ggx(0.5, alpha), wo, wi).x * wi.z;
+                integrals("coloured furnace", f, |alpha, wo| reflected(ggx(0.5, alpha), wo))
+            },
+        ),
+        TrialOn::new(
+            trial(
+                "furnace/ggx-floor",
+                "a white rough metal loses what meets a second facet, as rendered with its own sampler",
+                &GGX_MASKING,
+                "estimator::Path, bsdf::ggx::Ggx",
+                "t",
+            ),
+            on_a_floor,
+        ),
+    ]
+}
+
+/// f_r with another masking.
+fn masked(metal: &Ggx, wo: DVec3, wi: DVec3, share: f64) -> DVec3 {
+    metal.eval(wo, wi) * share / seen_from_both(metal.alpha, wo, wi)
+}
+
+fn faults() -> Vec<Fault<Parts>> {
+    vec![
+        fault!("one-sided", GGX_MASKING, "masking towards the eye, no shadowing towards the light",
+            Parts: { eval: |metal, wo, wi| masked(metal, wo, wi, 1.0 / (1.0 + hidden(metal.alpha, wo))) },
+            "bsdf/ggx: reciprocity", "bsdf/ggx-coloured", "furnace/ggx-floor"),
+        fault!("uncorrelated", GGX_MASKING, "masking and shadowing independent of each other",
+            Parts: { eval: |metal, wo, wi| {
+                let [o, i] = [wo, wi].map(|w| 1.0 / (1.0 + hidden(metal.alpha, w)));
+                masked(metal, wo, wi, o * i)
+            } },
+            "bsdf/ggx: directional albedo at 75 degrees", "bsdf/ggx-coloured", "furnace/ggx-floor"),
+        fault(
+            "no-jacobian",
+            &GGX_VISIBLE,
+            "the pdf is that of the half vector",
+            Parts {
+                pdf: |metal, wo, wi| visible_normals(metal.alpha, wo, (wo + wi).normalize()),
+                ..RIGHT
+            },
+            at_every_angle!["bsdf/ggx: furnace"],
+        ),
+        fault(
+            "all-normals",
+            &GGX_VISIBLE,
+            "facets are sampled by their area, seen or not; the pdf is that of the visible ones",
+            Parts {
+                sample: |metal, wo, [r1, r2]| {
+                    let tan = metal.alpha * (r1 / (1.0 - r1)).sqrt();
+                    let m = from_spherical(tan.atan(), TAU * r2);
+                    let wi = 2.0 * wo.dot(m) * m - wo;
+                    (wi.z > 0.0).then_some(wi)
+                },
+                ..RIGHT
+            },
+            &[
+                "bsdf/ggx: chi-square of samples at 40 degrees",
+                "bsdf/ggx: chi-square of samples at 75 degrees",
+                "bsdf/ggx: chi-square of samples at 85 degrees",
+            ],
+        ),
+        fault(
+            "roughness-squared-twice",
+            &GGX_NORMALS,
+            "α² for α where facets are sampled",
+            Parts {
+                sample: |metal, wo, random| {
+                    let m = sample_visible_normal(metal.alpha * metal.alpha, wo, random);
+                    let wi = 2.0 * wo.dot(m) * m - wo;
+                    (wi.z > 0.0).then_some(wi)
+                },
+                ..RIGHT
+            },
+            at_every_angle!["bsdf/ggx: chi-square of samples"],
+        ),
+        fault(
+            "pdf-too-high",
+            &GGX_VISIBLE,
+            "a pdf that is 3 % too high",
+            Parts { pdf: |metal, wo, wi| 1.03 * metal.pdf(wo, wi), ..RIGHT },
+            &[
+                "bsdf/ggx: furnace at 0 degrees",
+                "bsdf/ggx: furnace at 40 degrees",
+                "bsdf/ggx: furnace at 75 degrees",
+                "bsdf/ggx: furnace at 85 degrees",
+                "furnace/ggx-floor",
+            ],
+        ),
+        fault!("fourth-power", GGX_MASKING, "Schlick's reflectance with the fourth power",
+            Parts: { eval: |metal, wo, wi| {
+                let cosine = wo.dot((wo + wi).normalize());
+                let wrong = metal.reflectance + (1.0 - metal.reflectance) * (1.0 - cosine).powi(4);
+                metal.eval(wo, wi) * wrong / metal.fresnel(cosine)
+            } },
+            "bsdf/ggx-coloured"),
+        fault!("not-projected", GGX_NORMALS, "D normalised over solid angle, not over the projected area",
+            Parts: { normals: |alpha, m| normals(alpha, m) * m.z }, "bsdf/ggx-normals"),
+        fault!("cosine-forgotten", GGX_VISIBLE, "D_o without 1/cos θ_o",
+            Parts: { visible: |alpha, wo, m| visible_normals(alpha, wo, m) * wo.z }, "bsdf/ggx-visible"),
+    ]
+}
+
+/// The functions of GGX.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    vec![Box::new(Family { trials: trials(), faults: faults(), ..Family::new("ggx", RIGHT) })]
+}
