@@ -26,7 +26,7 @@ fn evaluate(function: &str, a: &[f64]) -> f64 {
 #[test]
 fn tails_agree_with_reference_values() {
     let mut wrong = Vec::new();
-    for row in fields(include_str!("data/tails.csv")) {
+    for row in fields(include_str!("../data/tails.csv")) {
         let (function, value) = (row[0], number(row[2]));
         let arguments: Vec<f64> = row[1].split(' ').map(number).collect();
         let found = evaluate(function, &arguments);

@@ -10,7 +10,7 @@ use whitefurnace::harness::lobe_checkup::{Lobe, LobeSample, LobeSubject, check_u
 use whitefurnace::harness::outcome::Outcome;
 use whitefurnace::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
 
-use crate::checkup::{assert_rejected, assert_rejection, large, red, rejections};
+use super::bsdf_checkup::{assert_rejected, assert_rejection, large, red, rejections};
 use crate::support::context;
 
 /// Outcomes of the right subjects that chance can turn: paper, mirror and glass.
