@@ -7,7 +7,6 @@ use std::sync::Mutex;
 use approx::assert_abs_diff_eq;
 use glam::DVec3;
 use whitefurnace::bsdf::Bsdf;
-use whitefurnace::camera::Camera;
 use whitefurnace::emitter::{Emitter, EmitterPoint};
 use whitefurnace::error::Error;
 use whitefurnace::estimator::{
@@ -17,12 +16,13 @@ use whitefurnace::estimator::{
 use whitefurnace::film::Film;
 use whitefurnace::moments::{Moments, UNIT};
 use whitefurnace::pixel::PixelSampling::{self, Centre, Grid, Jitter, Random};
-use whitefurnace::render::{Numbers, Sampling, render, render_passes};
+use whitefurnace::render::{Numbers, Sampling, render};
 use whitefurnace::rng::{seed_for, uniform2};
 use whitefurnace::sampler::{LONGEST, Sampler};
-use whitefurnace::scene::{Hit, Scene, SceneBuilder, Surface, simple};
+use whitefurnace::scene::{Hit, Scene, Surface, simple};
 use whitefurnace::shape::Ray;
 
+use crate::helpers::{passes, rendered, scene};
 use crate::support::master;
 
 const FRAME: [u32; 2] = [7, 5];
@@ -59,9 +59,7 @@ impl Estimator for Recorder {
 }
 
 fn open() -> Scene {
-    SceneBuilder::new("nothing")
-        .build(Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 1.0))
-        .expect("a scene")
+    scene(|_| {})
 }
 
 /// Asserts that no two of the draws are the same.
@@ -76,12 +74,9 @@ fn every_sample_of_every_replication_draws_its_own_numbers() {
     for sampling in samplings() {
         let samples = sampling.samples_per_replication();
         let recorder = Recorder::default();
-        let mut film = Film::new(FRAME, None, samples).expect("a film");
         // In pieces, as programs render.
-        for range in [0..1, 1..2, 2..4, 4..REPLICATIONS] {
-            let done = render(&open(), &recorder, sampling, &mut film, &range, &|_| true);
-            assert!(matches!(done, Ok(true)));
-        }
+        let ranges = [0..1, 1..2, 2..4, 4..REPLICATIONS];
+        rendered(&open(), &recorder, FRAME, sampling, &ranges).expect("legal radiance");
         let draws = recorder.0.into_inner().expect("no panic");
         let expected = FRAME[0] * FRAME[1] * REPLICATIONS * samples;
         assert_distinct(&draws, expected as usize, &format!("{sampling:?}"));
@@ -97,12 +92,8 @@ fn every_sample_of_every_replication_draws_its_own_numbers() {
 #[test]
 fn error_bars_are_the_spread_of_replications_rendered_alone() {
     for sampling in samplings() {
-        let samples = sampling.samples_per_replication();
         let film = |range: std::ops::Range<u32>| {
-            let mut film = Film::new(FRAME, None, samples).expect("a film");
-            let recorder = Recorder::default();
-            render(&open(), &recorder, sampling, &mut film, &range, &|_| true).expect("legal");
-            film
+            rendered(&open(), &Recorder::default(), FRAME, sampling, &[range]).expect("legal")
         };
         let whole = film(0..REPLICATIONS);
         let alone: Vec<Film> = (0..REPLICATIONS).map(|r| film(r..r + 1)).collect();
@@ -154,11 +145,8 @@ fn every_pass_draws_its_own_numbers() {
         estimator: impl Fn(Watched<'a>) -> E,
     ) {
         let estimator = estimator(Watched(seen));
-        let mut film = Film::new(FRAME, None, 1).expect("a film");
-        for range in [0..1, 1..3, 3..REPLICATIONS] {
-            let done = render_passes(&furnace(), &estimator, master(), &mut film, range, &|_| true);
-            assert!(matches!(done, Ok(true)));
-        }
+        let ranges = [0..1, 1..3, 3..REPLICATIONS];
+        passes(&furnace(), &estimator, FRAME, &ranges).expect("legal radiance");
         let draws = seen.lock().expect("no panic");
         // Each particle has at least a point and a direction.
         assert!(draws.len() as u32 > 2 * FRAME[0] * FRAME[1] * REPLICATIONS, "{name}");
@@ -191,10 +179,8 @@ fn every_map_of_photons_draws_its_own_numbers() {
 fn more_samples_than_can_be_named_are_refused() {
     let refused = |pixel, numbers, range: std::ops::Range<u32>| {
         let sampling = Sampling { pixel, numbers, seed: 1 };
-        let mut film = Film::new([1, 1], None, sampling.samples_per_replication()).expect("a film");
-        let estimator = Path::<Standard>::default();
-        let done = render(&open(), &estimator, sampling, &mut film, &range, &|_| true);
-        let error = done.map(|_| ()).expect_err("must be refused");
+        let found = rendered(&open(), &Path::<Standard>::default(), [1, 1], sampling, &[range]);
+        let error = found.map(|_| ()).expect_err("must be refused");
         assert!(matches!(error, Error::Option(_)) && !error.to_string().contains('\n'));
         error.to_string()
     };
@@ -214,8 +200,7 @@ fn more_samples_than_can_be_named_are_refused() {
     // The longest sequence itself is fine, in a film that knows its length.
     let sampling = Sampling { pixel: Random, numbers: Numbers::Sobol(LONGEST), seed: 1 };
     let recorder = Recorder::default();
-    let mut film = Film::new([1, 1], None, LONGEST).expect("a film");
-    assert!(render(&open(), &recorder, sampling, &mut film, &(0..1), &|_| true).is_ok());
+    assert!(rendered(&open(), &recorder, [1, 1], sampling, &[0..1]).is_ok());
     let mut other = Film::new([1, 1], None, 1).expect("a film");
     assert!(render(&open(), &recorder, sampling, &mut other, &(0..1), &|_| true).is_err());
     // All its points, once each: in 2^16 intervals.
@@ -229,12 +214,11 @@ fn more_samples_than_can_be_named_are_refused() {
 
 /// Half of the only pixel shows an emitter.
 fn edge() -> Scene {
-    let mut scene = SceneBuilder::new("edge");
-    let light = scene.surface(Surface::new(Bsdf::Black).emitting(DVec3::ONE));
-    let corner = DVec3::new(1.0, -9.0, -9.0);
-    scene.rectangle(corner, [18.0 * DVec3::Z, 9.0 * DVec3::Y], light);
-    let camera = Camera::new(DVec3::ZERO, DVec3::X, DVec3::Z, 1.0);
-    scene.build(camera).expect("a scene")
+    scene(|scene| {
+        let light = scene.surface(Surface::new(Bsdf::Black).emitting(DVec3::ONE));
+        let corner = DVec3::new(1.0, -9.0, -9.0);
+        scene.rectangle(corner, [18.0 * DVec3::Z, 9.0 * DVec3::Y], light);
+    })
 }
 
 /// The eye's rays of photon mapping's passes: each through a point of its own. Of 200 fair coins fewer than 40
@@ -261,12 +245,8 @@ impl Estimator for Sideways {
 fn a_replication_covers_every_cell_of_the_pixel() {
     for pixel in [Centre, Grid(2), Grid(3)] {
         for numbers in [Numbers::Independent, Numbers::Sobol(1), Numbers::Sobol(4)] {
-            let seed = master();
-            let sampling = Sampling { pixel, numbers, seed };
-            let samples = sampling.samples_per_replication();
-            let mut film = Film::new([1, 1], None, samples).expect("a film");
-            let done = render(&edge(), &Sideways, sampling, &mut film, &(0..2), &|_| true);
-            assert!(matches!(done, Ok(true)));
+            let sampling = Sampling { pixel, numbers, seed: master() };
+            let film = rendered(&edge(), &Sideways, [1, 1], sampling, &[0..2]).expect("legal");
             let mean = film.pixel(0, 0).mean().x;
             assert_abs_diff_eq!(mean, 1.0, epsilon = 2.0 * UNIT);
         }

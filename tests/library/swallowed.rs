@@ -14,13 +14,14 @@ use whitefurnace::estimator::{
 use whitefurnace::film::{Features, Film, Pixel, check_radiance};
 use whitefurnace::moments::{ExactMoments, LARGEST, UNIT};
 use whitefurnace::pixel::PixelSampling::{self, Centre, Jitter, Random};
-use whitefurnace::render::{Numbers, Sampling, render, render_passes};
+use whitefurnace::render::{Numbers, Sampling};
 use whitefurnace::rng::stream;
 use whitefurnace::sampler::Sampler;
 use whitefurnace::scene::{Hit, Scene, simple};
 use whitefurnace::shape::Ray;
 use whitefurnace::splat::Splats;
 
+use crate::helpers::{self, rendered};
 use crate::support::master;
 
 const FRAME: [u32; 2] = [5, 4];
@@ -170,9 +171,8 @@ fn one_bad_sample_ends_a_render() {
             let samples = sampling.samples_per_replication();
             for at in [0, 7 * samples - 1] {
                 let once = Once { calls: AtomicU32::new(0), at, value };
-                let mut film = Film::new(FRAME, None, samples).expect("a film");
-                let done = render(&furnace(), &once, sampling, &mut film, &(0..2), &|_| true);
-                assert_surfaces(done, "at pixel (", &format!("{value} with {sampling:?}"));
+                let found = rendered(&furnace(), &once, FRAME, sampling, &[0..2]);
+                assert_surfaces(found, "at pixel (", &format!("{value} with {sampling:?}"));
             }
         }
     }
@@ -192,9 +192,8 @@ impl ImageEstimator for BadPixel {
 #[test]
 fn one_bad_pixel_ends_the_passes() {
     for value in BAD {
-        let mut film = Film::new(FRAME, None, 1).expect("a film");
-        let done = render_passes(&furnace(), &BadPixel(value), 1, &mut film, 0..3, &|_| true);
-        assert_surfaces(done, "at pixel (3, 2), pass 1", &format!("{value}"));
+        let found = helpers::passes(&furnace(), &BadPixel(value), FRAME, &[0..3]);
+        assert_surfaces(found, "at pixel (3, 2), pass 1", &format!("{value}"));
     }
 }
 
@@ -260,15 +259,12 @@ impl Parts for Bad {
     }
 }
 
-fn rays<E: Estimator>(scene: &Scene, estimator: &E) -> Result<bool, Error> {
-    let mut film = Film::new(FRAME, None, 1).expect("a film");
-    let sampling = sampling(Random, Numbers::Independent);
-    render(scene, estimator, sampling, &mut film, &(0..4), &|_| true)
+fn rays<E: Estimator>(scene: &Scene, estimator: &E) -> Result<Film, Error> {
+    rendered(scene, estimator, FRAME, sampling(Random, Numbers::Independent), &[0..4])
 }
 
-fn passes<E: ImageEstimator>(scene: &Scene, estimator: &E) -> Result<bool, Error> {
-    let mut film = Film::new(FRAME, None, 1).expect("a film");
-    render_passes(scene, estimator, master(), &mut film, 0..4, &|_| true)
+fn passes<E: ImageEstimator>(scene: &Scene, estimator: &E) -> Result<Film, Error> {
+    helpers::passes(scene, estimator, FRAME, &[0..4])
 }
 
 fn gather() -> Lookup {
@@ -276,12 +272,12 @@ fn gather() -> Lookup {
 }
 
 /// Renders with photons, if there is a map.
-fn photons(scene: &Scene, parts: Bad, lookup: Lookup) -> Result<bool, Error> {
+fn photons(scene: &Scene, parts: Bad, lookup: Lookup) -> Result<Film, Error> {
     let map = PhotonMapping::new(parts, scene, lookup, (50, 0.5), (master(), 0))?;
     rays(scene, &map)
 }
 
-fn sppm(scene: &Scene, parts: Bad) -> Result<bool, Error> {
+fn sppm(scene: &Scene, parts: Bad) -> Result<Film, Error> {
     let (particles, radius) = (50, 0.5);
     passes(scene, &Sppm { parts, particles, radius })
 }
