@@ -17,10 +17,10 @@ use whitefurnace::estimator::{
 };
 use whitefurnace::rng::{stream, uniform2};
 use whitefurnace::sampler::Sampler;
-use whitefurnace::scene::{EDGE_MARGIN, Scene, SceneBuilder, Surface, simple};
+use whitefurnace::scene::{EDGE_MARGIN, Scene, SceneBuilder, Surface, SurfaceId, simple};
 use whitefurnace::shape::{Ray, Sphere};
 
-use crate::helpers::any_camera;
+use crate::helpers::{any_camera, scene, scene_from};
 use crate::rng::Constant;
 
 const ALBEDO: f64 = 0.6;
@@ -29,19 +29,19 @@ const FRAME: [u32; 2] = [6, 5];
 
 /// A white floor of half side `half` at the origin, seen from above, and what `add` adds.
 fn over_floor(half: f64, add: impl FnOnce(&mut SceneBuilder)) -> Scene {
-    let mut scene = SceneBuilder::new("floor");
-    let albedo = DVec3::splat(ALBEDO);
-    let floor = scene.surface(Surface::new(Bsdf::Lambert { albedo }));
-    let corner = DVec3::new(-half, -half, 0.0);
-    scene.rectangle(corner, [2.0 * half * DVec3::X, 2.0 * half * DVec3::Y], floor);
-    add(&mut scene);
-    let eye = DVec3::new(0.0, -0.1, 0.3);
-    let camera = Camera::new(eye, DVec3::ZERO, DVec3::Z, 0.1);
-    scene.build(camera).expect("a scene")
+    let camera = Camera::new(DVec3::new(0.0, -0.1, 0.3), DVec3::ZERO, DVec3::Z, 0.1);
+    scene_from(camera, |scene| {
+        let albedo = DVec3::splat(ALBEDO);
+        let floor = scene.surface(Surface::new(Bsdf::Lambert { albedo }));
+        let corner = DVec3::new(-half, -half, 0.0);
+        scene.rectangle(corner, [2.0 * half * DVec3::X, 2.0 * half * DVec3::Y], floor);
+        add(scene);
+    })
 }
 
-fn lit(half: f64, add: impl FnOnce(&mut SceneBuilder, whitefurnace::scene::SurfaceId)) -> Scene {
-    over_floor(half, |scene| {
+/// A small floor, and what shines above or around it.
+fn lit(add: impl FnOnce(&mut SceneBuilder, SurfaceId)) -> Scene {
+    over_floor(0.5, |scene| {
         let light = Surface::new(Bsdf::Black).emitting(DVec3::splat(LIGHT));
         let light = scene.surface(light);
         add(scene, light);
@@ -62,55 +62,19 @@ fn shadow_rays(scene: &Scene, lights: LightSampling, count: u32) -> Vec<f64> {
 #[test]
 fn without_solid_angles_lights_are_sampled_by_area() {
     let whole = Sphere::new(DVec3::new(0.1, 0.0, 0.2), 2.0);
+    let inward = Sphere { inward: true, ..whole };
+    let zone = Sphere { zone: [-0.4, 0.3], ..Sphere::new(DVec3::new(0.2, 0.3, 1.0), 0.5) };
+    let ball = |sphere| lit(|scene, light| scene.sphere(sphere, light));
+    let flat = |corner, edges| lit(|scene, light| scene.rectangle(corner, edges, light));
+    let [x, y, z] = DVec3::AXES;
     let scenes = [
-        (
-            "inward",
-            lit(0.5, |s, l| {
-                s.sphere(Sphere { inward: true, ..whole }, l);
-            }),
-            true,
-        ),
-        (
-            "zone",
-            lit(0.5, |s, l| {
-                let zone = [-0.4, 0.3];
-                s.sphere(Sphere { zone, ..Sphere::new(DVec3::new(0.2, 0.3, 1.0), 0.5) }, l);
-            }),
-            true,
-        ),
-        (
-            "skewed",
-            lit(0.5, |s, l| {
-                s.rectangle(
-                    DVec3::new(-1.0, -1.0, 1.0),
-                    [2.0 * DVec3::Y, DVec3::new(2.0, 0.5, 0.0)],
-                    l,
-                );
-            }),
-            true,
-        ),
-        (
-            "too small",
-            lit(0.5, |s, l| {
-                s.rectangle(DVec3::Z, [5e-4 * DVec3::Y, 5e-4 * DVec3::X], l);
-            }),
-            true,
-        ),
-        ("outward from within", lit(0.5, |s, l| s.sphere(whole, l)), false),
-        (
-            "behind",
-            lit(0.5, |s, l| {
-                s.rectangle(DVec3::Z, [DVec3::X, DVec3::Y], l);
-            }),
-            false,
-        ),
-        (
-            "in the plane",
-            lit(0.5, |s, l| {
-                s.rectangle(DVec3::X, [DVec3::Y, DVec3::X], l);
-            }),
-            false,
-        ),
+        ("inward", ball(inward), true),
+        ("zone", ball(zone), true),
+        ("skewed", flat(z - x - y, [2.0 * y, 2.0 * x + 0.5 * y]), true),
+        ("too small", flat(z, [5e-4 * y, 5e-4 * x]), true),
+        ("outward from within", ball(whole), false),
+        ("behind", flat(z, [x, y]), false),
+        ("in the plane", flat(x, [y, x]), false),
     ];
     for (name, scene, shines) in &scenes {
         let [area, angle] = [LightSampling::Area, LightSampling::SolidAngle]
@@ -125,8 +89,8 @@ fn without_solid_angles_lights_are_sampled_by_area() {
 /// brings 4 ρ L cos θ. A light too small for its solid angle brings ρ/π L A cos θ cos θ′/d².
 #[test]
 fn fallbacks_of_light_sampling_have_their_closed_form() {
-    let within = lit(0.5, |s, l| {
-        s.sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 2.0) }, l);
+    let within = lit(|scene, light| {
+        scene.sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 2.0) }, light);
     });
     // The numbers are the pick, then the height on the sphere, whose cosine is that from its lower to its
     // upper pole; what is below the floor brings nothing.
@@ -143,10 +107,9 @@ fn fallbacks_of_light_sampling_have_their_closed_form() {
     assert!(emitter.seen(DVec3::ZERO).is_none());
     let side = 5e-4;
     for (x, height) in [(0.0, 1.0), (0.7, 1.0), (0.2, 30.0)] {
-        let speck = lit(0.5, |s, l| {
-            let corner = DVec3::new(x, 0.0, height);
-            s.rectangle(corner, [side * DVec3::Y, side * DVec3::X], l);
-        });
+        let corner = DVec3::new(x, 0.0, height);
+        let edges = [side * DVec3::Y, side * DVec3::X];
+        let speck = lit(|scene, light| scene.rectangle(corner, edges, light));
         let distance_squared: f64 = x * x + height * height;
         let cosines = height * height / distance_squared;
         let known = ALBEDO * FRAC_1_PI * LIGHT * side * side * cosines / distance_squared;
@@ -313,13 +276,12 @@ impl Sampler for Constant {}
 /// ray within a sphere finds albedo · L exactly.
 #[test]
 fn the_reconstruction_ends_at_walls_that_absorb_all() {
-    let mut scene = SceneBuilder::new("absorbing furnace");
     let albedo = DVec3::splat(ALBEDO);
     let wall = Surface::new(Bsdf::Lambert { albedo }).emitting(DVec3::splat(LIGHT));
-    let wall = scene.surface(wall.absorbing(1.0));
-    let inside = Sphere::new(DVec3::ZERO, 1.0);
-    scene.sphere(Sphere { inward: true, ..inside }, wall);
-    let scene = scene.build(any_camera()).expect("a scene");
+    let scene = scene(|scene| {
+        let wall = scene.surface(wall.absorbing(1.0));
+        scene.sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) }, wall);
+    });
     let ray = Ray::new(0.3 * DVec3::X, DVec3::Y);
     for bits in 0..8 {
         let [roulette_by_cosine, end_loses_direct, extra_cosine] =
@@ -341,10 +303,10 @@ fn the_reconstruction_ends_at_walls_that_absorb_all() {
 #[test]
 fn a_later_camera_is_like_the_first() {
     let build = |camera| {
-        let mut scene = SceneBuilder::new("far");
-        let surface = scene.surface(Surface::new(Bsdf::Black));
-        scene.sphere(Sphere::new(DVec3::ZERO, 1.0), surface);
-        scene.build(camera).expect("a scene")
+        scene_from(camera, |scene| {
+            let surface = scene.surface(Surface::new(Bsdf::Black));
+            scene.sphere(Sphere::new(DVec3::ZERO, 1.0), surface);
+        })
     };
     let far = Camera::new(1e6 * DVec3::X, DVec3::ZERO, DVec3::Z, 1.0);
     let left = |scene: Scene| scene.leave(DVec3::ZERO, DVec3::Z, DVec3::Z).origin.z;

@@ -30,11 +30,10 @@ mod render;
 mod replications; // numbers and error bars of every way of placing samples
 mod rng;
 mod roulette;
-mod sampler;
+mod sampler; // Sobol' points
 mod sampling;
 mod scene;
 mod scene_tables; // every built-in scene against its table
-mod sobol;
 mod solid_angle;
 mod specular;
 mod spheres;

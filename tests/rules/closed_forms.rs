@@ -14,7 +14,7 @@ use whitefurnace::bsdf::OrenNayar;
 use whitefurnace::form_factor::polygon;
 use whitefurnace::harness::domain::Domain;
 
-use crate::reference::{fresnel_average, oren_nayar};
+use crate::reference::{oren_nayar, rows};
 
 #[test]
 fn closed_forms_of_oren_nayar_albedo() {
@@ -27,9 +27,10 @@ fn closed_forms_of_oren_nayar_albedo() {
     }
 }
 
+/// The average of R over the hemisphere from outside, from inside.
 #[test]
 fn hemispherical_reflectances() {
-    for [n, outside, inside] in fresnel_average() {
+    for [n, outside, inside] in rows(include_str!("../library/data/fresnel_average.csv")) {
         assert_relative_eq!(walsh(n), outside, max_relative = 1e-10);
         let found = 1.0 - (1.0 - walsh(n)) / (n * n);
         assert_relative_eq!(found, inside, max_relative = 1e-11);
