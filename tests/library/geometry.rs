@@ -178,14 +178,11 @@ fn both_tests_agree_on_misses() {
 }
 
 #[test]
-fn known_solution() {
-    assert_eq!(moller_trumbore(&down(0.25, 0.5), STANDARD), Some((2.0, 0.25, 0.5)));
-    let hit = watertight(&down(0.25, 0.5), STANDARD, 3.0).expect("a hit");
-    assert_eq!((hit.t, hit.weights), (2.0, [0.25, 0.25, 0.5]));
-    // From below, and with a direction of length 2.
+fn distances_are_in_units_of_the_direction_from_either_side() {
     let up = Ray::new(DVec3::new(0.25, 0.5, -2.0), 2.0 * DVec3::Z);
     assert_eq!(moller_trumbore(&up, STANDARD), Some((1.0, 0.25, 0.5)));
-    assert_eq!(watertight(&up, STANDARD, 3.0).map(|hit| hit.t), Some(1.0));
+    let hit = watertight(&up, STANDARD, 3.0).expect("a hit");
+    assert_eq!((hit.t, hit.weights), (1.0, [0.25, 0.25, 0.5]));
 }
 
 #[test]

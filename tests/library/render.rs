@@ -109,15 +109,7 @@ fn windows_are_crops() {
 }
 
 #[test]
-fn one_sub_pixel_is_the_whole_pixel() {
-    let scene = room();
-    assert!(whole(&scene, &path(), Grid(1)) == whole(&scene, &path(), Centre));
-    assert!(whole(&scene, &path(), Jitter(1)) == whole(&scene, &path(), Random));
-    assert!(whole(&scene, &path(), Centre) != whole(&scene, &path(), Random));
-}
-
-#[test]
-fn seeds_pixels_and_replications_matter() {
+fn seeds_matter() {
     let scene = room();
     let seeded = |seed| {
         let sampling = Sampling { seed, ..sampling(Random) };
@@ -125,8 +117,6 @@ fn seeds_pixels_and_replications_matter() {
     };
     assert!(seeded(1) == seeded(1));
     assert!(seeded(1) != seeded(2));
-    let first = divided(&scene, &path(), &[0..1]);
-    assert!(first != divided(&scene, &path(), &[1..2]));
 }
 
 /// Shows where on the image plane a ray passes, as its horizontal and vertical slope plus 2.

@@ -19,15 +19,13 @@ pub const ENOUGH: [(&str, usize, usize); 11] = [
 ];
 
 /// The assertions outside the registry that chance can turn red, by where they stand.
-pub const OUTSIDE: [(&str, usize); 7] = [
+pub const OUTSIDE: [(&str, usize); 6] = [
     ("calibration", 13),
     ("checkup", 17),
     ("lobes", 50),
     ("checkup parts", 5),
     // The printed distances of far spheres are worse by far.
     ("spheres", 1),
-    // Streams do not meet.
-    ("rng", 1),
     // The examples of `harness` and of its `bsdf_checkup` and `lobe_checkup`.
     ("documentation", 31),
 ];

@@ -173,6 +173,8 @@ fn a_share_has_its_exact_interval() {
     assert_eq!(found.p, binomial_two_sided(3, 10, 0.2));
     assert_eq!(found.interval, binomial_interval(3, 10, ALPHA / 2.0));
     assert_eq!(found.claim, Claim::Exact { delta: 0.5 });
+    // A share of −0.3 is not possible, and not tried.
+    assert!(matches!(&found.graded[..], [graded] if graded.effect == 0.5));
     // (3 − 2)/√(10 · 0.2 · 0.8).
     assert_eq!(found.worst, "3 of 10, 2.0 expected, +0.8 sigmas");
 }

@@ -1,7 +1,5 @@
 //! Sequential tests, exactly: thresholds, errors summed over all runs, confidence sequences by their theorem.
 
-use std::f64::consts::LN_2;
-
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use whitefurnace::harness::sequential::{ConfidenceSequence, Decision, Sprt};
 
@@ -75,21 +73,6 @@ fn errors_summed_over_all_runs_keep_the_guarantee() {
             let ([accepted, _], open) = decisions(test, pair, pair[1], 2000);
             assert!(accepted + open <= beta, "α {alpha}, β {beta}, {pair:?}: {accepted}");
         }
-    }
-}
-
-/// Between 1/3 and 2/3 each value is a step of ±ln 2: with errors 2^(−a) and 2^(−b) the sum meets the thresholds
-/// exactly, and the gambler's ruin gives the probabilities.
-#[test]
-fn a_walk_of_whole_steps_is_the_gamblers_ruin() {
-    for (a, b) in [(1, 1), (1, 3), (4, 1), (5, 5)] {
-        // A hair above, so that rounding does not ask for one step more.
-        let [alpha, beta] = [a, b].map(|steps| (-f64::from(steps) * LN_2 + 1e-9).exp());
-        let ([_, rejected], open) =
-            decisions(Sprt::new(alpha, beta), [1.0 / 3.0, 2.0 / 3.0], 1.0 / 3.0, 2000);
-        let [up, down] = [2f64.powi(a), 2f64.powi(-b)];
-        assert_abs_diff_eq!(rejected, (1.0 - down) / (up - down), epsilon = 1e-12);
-        assert!(open < 1e-15);
     }
 }
 
