@@ -23,7 +23,6 @@ fn the_shares_are_counted() {
         ("checkup", check_up + bsdf_checkup::FAULTY.len()),
         ("lobes", lobes::PASSES.iter().sum::<usize>() + lobes::FAULTY),
         ("checkup parts", checkup_parts::ASSERTIONS),
-        ("spheres", 1),
         ("documentation", 1 + check_up + lobes::PASSES[2]),
     ];
     assert_eq!(OUTSIDE, counted);

@@ -53,17 +53,15 @@ fn area_becomes_solid_angle() {
 }
 
 #[test]
-fn balance_weights_are_shares() {
+fn weights_are_shares_of_densities_and_of_their_squares() {
     let strategy = (1e-6..1e6, 1e-6..1e6);
-    property("balance", 1000, &strategy, |(p, q): (f64, f64)| {
-        let (a, b) = (balance(p, q), balance(q, p));
-        assert!((0.0..=1.0).contains(&a) && (0.0..=1.0).contains(&b));
-        assert_abs_diff_eq!(a + b, 1.0, epsilon = 3.0 * U);
-        assert_relative_eq!(a / b, p / q, max_relative = 8.0 * U);
-        assert_eq!(balance(p, 0.0), 1.0);
-        assert_eq!(balance(0.0, q), 0.0);
+    property("weights", 1000, &strategy, |(p, q): (f64, f64)| {
+        // The definitions, whose squares stay far from the ends of the floats here.
+        assert_relative_eq!(balance(p, q), p / (p + q), max_relative = 8.0 * U);
+        assert_relative_eq!(power(p, q), p * p / (p * p + q * q), max_relative = 8.0 * U);
+        assert_eq!((balance(p, 0.0), balance(0.0, q)), (1.0, 0.0));
     });
-    assert_eq!(balance(1.0, 3.0), 0.25);
+    assert_eq!((balance(1.0, 3.0), power(1.0, 3.0)), (0.25, 0.1));
 }
 
 /// Any two densities of this list, zero, infinity and the ends of the floats included, get weights in
@@ -84,16 +82,6 @@ fn weights_sum_to_one_for_extreme_densities() {
             }
         }
     }
-}
-
-#[test]
-fn power_weights_are_shares_of_squares() {
-    let strategy = (1e-6..1e6, 1e-6..1e6);
-    property("power", 1000, &strategy, |(p, q): (f64, f64)| {
-        // The definition, whose squares stay far from the ends of the floats here.
-        assert_relative_eq!(power(p, q), p * p / (p * p + q * q), max_relative = 8.0 * U);
-    });
-    assert_eq!(power(1.0, 3.0), 0.1);
 }
 
 #[test]
