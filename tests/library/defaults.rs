@@ -7,7 +7,7 @@ use approx::{assert_abs_diff_eq, assert_relative_eq};
 use glam::DVec3;
 use whitefurnace::bsdf::Bsdf;
 use whitefurnace::camera::Camera;
-use whitefurnace::emitter::{Emitter, EmitterShape, LightSampling};
+use whitefurnace::emitter::LightSampling;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::photon_map::{Kept, PhotonMap};
 use whitefurnace::estimator::radiosity::Fineness;
@@ -118,21 +118,6 @@ fn fallbacks_of_light_sampling_have_their_closed_form() {
             assert_relative_eq!(found, known, max_relative = 4.0 * side / height.min(1.0));
         }
     }
-}
-
-/// A point within a sphere's light, on it, or behind a flat one has no solid angle to sample.
-#[test]
-fn what_is_not_seen_has_no_solid_angle() {
-    let sphere = Sphere::new(DVec3::ZERO, 1.0);
-    let emitter = |shape| Emitter::new(shape, DVec3::ONE);
-    let ball = emitter(EmitterShape::Sphere(sphere));
-    for from in [DVec3::ZERO, 0.999 * DVec3::X, DVec3::X] {
-        assert_eq!(ball.pdf_solid_angle(from), None);
-        assert_eq!(ball.sample_solid_angle(from, [0.3, 0.7]), None);
-    }
-    // 1e-6 sr is a disc of radius d/1772.
-    assert!(ball.pdf_solid_angle(1700.0 * DVec3::X).is_some());
-    assert_eq!(ball.pdf_solid_angle(1800.0 * DVec3::X), None);
 }
 
 fn radiance<E: Estimator>(scene: &Scene, estimator: &E) -> Vec<DVec3> {

@@ -135,8 +135,12 @@ fn pixels_are_where_they_belong() {
     // Half height 0.77704 at distance 1: a pixel is 2 · 0.77704/18 wide. Roundings to units of 2⁻³².
     let scene = room();
     let step = 2.0 * 0.77704 / 18.0;
-    for pixel in [Centre, Grid(2), Grid(3)] {
-        let film = whole(&scene, &Slopes, pixel);
+    let numbers = [Numbers::Independent, Numbers::Sobol(1), Numbers::Sobol(4)];
+    let places = [Centre, Grid(2), Grid(3)];
+    for (numbers, pixel) in numbers.iter().flat_map(|&numbers| places.map(|pixel| (numbers, pixel)))
+    {
+        let sampling = Sampling { numbers, ..sampling(pixel) };
+        let film = rendered(&scene, &Slopes, FRAME, sampling, &[0..4]).expect("legal radiance");
         for (x, y) in [(0, 0), (23, 0), (5, 11), (23, 17)] {
             let mean = film.pixel(x, y).mean();
             let expected = DVec3::new(

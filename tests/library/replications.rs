@@ -230,25 +230,3 @@ fn every_pass_of_photons_looks_through_a_point_of_its_own() {
     let lit = (0..200).filter(|&index| pass(index)[0] == DVec3::ONE).count();
     assert!((40..=160).contains(&lit), "{lit}");
 }
-
-/// Light 1 + y for the unit direction's y.
-struct Sideways;
-
-impl Estimator for Sideways {
-    fn radiance<R: Sampler>(&self, _: &Scene, ray: &Ray, _: Option<Hit>, _: &mut R) -> DVec3 {
-        DVec3::splat(1.0 + ray.direction.y)
-    }
-}
-
-/// A replication of a grid goes through each of its cells as often: the mean of what is odd is that of the middle.
-#[test]
-fn a_replication_covers_every_cell_of_the_pixel() {
-    for pixel in [Centre, Grid(2), Grid(3)] {
-        for numbers in [Numbers::Independent, Numbers::Sobol(1), Numbers::Sobol(4)] {
-            let sampling = Sampling { pixel, numbers, seed: master() };
-            let film = rendered(&edge(), &Sideways, [1, 1], sampling, &[0..2]).expect("legal");
-            let mean = film.pixel(0, 0).mean().x;
-            assert_abs_diff_eq!(mean, 1.0, epsilon = 2.0 * UNIT);
-        }
-    }
-}

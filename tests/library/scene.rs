@@ -9,7 +9,7 @@ use whitefurnace::scene::simple::{self, Cap};
 use whitefurnace::scene::{EDGE_MARGIN, Geometry, OFFSET, Scene, SceneBuilder, Surface, SurfaceId};
 use whitefurnace::shape::{Ray, Sphere};
 
-use crate::helpers::{U, any_camera, in_cube, unit_vector};
+use crate::helpers::{U, any_camera, in_cube};
 use crate::support::rng;
 
 /// The floor of the room, as the report's scene was measured: counter-clockwise from above.
@@ -86,34 +86,6 @@ fn rays_meet_what_they_are_aimed_at() {
         let coincident = if matches!(scene.name(), "report" | "diffuse-room") { 4 } else { 0 };
         assert!(hidden <= coincident, "{}: {hidden} hidden", scene.name());
     }
-}
-
-/// Fires rays from a point of which every surface must show its front (or its back).
-fn assert_facing(scene: &Scene, eye: DVec3, front: bool) {
-    let mut rng = rng(scene.name());
-    for _ in 0..2000 {
-        let ray = Ray::new(eye, unit_vector(&mut rng));
-        if let Some(hit) = scene.intersect(&ray) {
-            let facing = hit.normal.dot(ray.direction) < 0.0;
-            assert_eq!(facing, front, "{}: {hit:?}", scene.name());
-        }
-    }
-}
-
-#[test]
-fn fronts_face_where_light_is() {
-    assert_facing(&report(Convention::Physical), DVec3::new(12.5, 0.0, 0.0), true);
-    assert_facing(&room::diffuse().expect("a scene"), DVec3::new(7.0, 0.0, 4.0), true);
-    assert_facing(&simple::furnace_box(0.5).expect("a scene"), DVec3::splat(0.3), true);
-    for cap in [Cap::Black, Cap::Reflecting] {
-        let scene = simple::cavity_cap(0.5, cap).expect("a scene");
-        assert_facing(&scene, DVec3::splat(0.3), true);
-    }
-    assert_facing(&simple::glass_cube(true).expect("a scene"), DVec3::ZERO, false);
-    assert_facing(&simple::glass_cube(false).expect("a scene"), DVec3::splat(3.0), true);
-    assert_facing(&simple::environment().expect("a scene"), DVec3::splat(3.0), true);
-    // The Cornell box is open to the camera and convex but for its blocks, which face outward.
-    assert_facing(&simple::cornell().expect("a scene"), DVec3::new(2.78, 4.5, 0.5), true);
 }
 
 #[test]

@@ -34,7 +34,7 @@ fn right() -> BsdfSubject {
     BsdfSubject::new(eval, sample, pdf).albedo(|_| ALBEDO)
 }
 
-fn with_eval(eval: impl Fn(DVec3, DVec3) -> f64 + Send + Sync + 'static) -> BsdfSubject {
+pub fn with_eval(eval: impl Fn(DVec3, DVec3) -> f64 + Send + Sync + 'static) -> BsdfSubject {
     BsdfSubject { eval: Box::new(eval), ..right() }
 }
 
@@ -43,7 +43,7 @@ fn with_pdf(pdf: impl Fn(DVec3, DVec3) -> f64 + Send + Sync + 'static) -> BsdfSu
 }
 
 /// The sampler with its result changed.
-fn with_sample(
+pub fn with_sample(
     change: impl Fn(BsdfSample) -> Option<BsdfSample> + Send + Sync + 'static,
 ) -> BsdfSubject {
     BsdfSubject {

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use whitefurnace::harness::bsdf_checkup::{BsdfSample, BsdfSubject, CheckUp, Loss, check_up};
+use whitefurnace::harness::bsdf_checkup::{BsdfSubject, CheckUp, Loss, check_up};
 use whitefurnace::harness::chi_square::{
     Counts, binomial, chi_square, poisson, sampler_against_partition,
 };
@@ -17,8 +17,8 @@ use whitefurnace::harness::mean::{
 use whitefurnace::harness::outcome::{Claim, Outcome, Verdict};
 use whitefurnace::harness::trial::Context;
 use whitefurnace::harness::welch_map::{image_mean, map};
-use whitefurnace::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
 
+use super::checkup_parts::{with_eval, with_sample};
 use super::{Image, cells};
 
 const WIDE: [Claim; 3] =
@@ -154,17 +154,10 @@ fn small() -> CheckUp {
 #[test]
 fn check_ups_without_samples_are_undecided() {
     let context = Context::new(7, 1.0).expect("a scale").named("nothing");
-    let lambert = |_, wi: DVec3| if wi.z > 0.0 { 0.5 / PI } else { 0.0 };
-    let nothing = BsdfSubject::new(lambert, |_, _| None, |_, _| 0.0).loss(Loss::Allowed);
+    let nothing =
+        BsdfSubject { pdf: Box::new(|_, _| 0.0), ..with_sample(|_| None).loss(Loss::Allowed) };
     let outcomes = check_up(&nothing, &small(), &context);
-    let stuck = BsdfSubject::new(
-        |_, wi: DVec3| wi.z.max(0.0) * 0.75 / PI,
-        |_, [r1, r2, _]| {
-            let wi = cosine_hemisphere([r1, r2]);
-            Some(BsdfSample { wi, weight: 0.5, pdf: cosine_hemisphere_pdf(wi.z) })
-        },
-        |_, wi: DVec3| cosine_hemisphere_pdf(wi.z.max(0.0)),
-    );
+    let stuck = with_eval(|_, wi| wi.z.max(0.0) * 0.75 / PI);
     let stuck = check_up(&stuck, &small(), &context);
     let lobes = LobeSubject::new(|_| Vec::<Lobe>::new(), |_, _| None::<LobeSample>);
     let lobes = check_up_lobes(&lobes.loss(Loss::Allowed), &small(), &context);
