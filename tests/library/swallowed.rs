@@ -267,10 +267,6 @@ fn passes<E: ImageEstimator>(scene: &Scene, estimator: &E) -> Result<Film, Error
     helpers::passes(scene, estimator, FRAME, &[0..4])
 }
 
-fn gather() -> Lookup {
-    Lookup::Gather { caustic_particles: 200, caustic_radius: 0.5 }
-}
-
 /// Renders with photons, if there is a map.
 fn photons(scene: &Scene, parts: Bad, lookup: Lookup) -> Result<Film, Error> {
     let map = PhotonMapping::new(parts, scene, lookup, (50, 0.5), (master(), 0))?;
@@ -278,30 +274,34 @@ fn photons(scene: &Scene, parts: Bad, lookup: Lookup) -> Result<Film, Error> {
 }
 
 fn sppm(scene: &Scene, parts: Bad) -> Result<Film, Error> {
-    let (particles, radius) = (50, 0.5);
-    passes(scene, &Sppm { parts, particles, radius })
+    passes(scene, &Sppm { parts, particles: 50, radius: 0.5 })
+}
+
+/// What every estimator that walks makes of these parts.
+fn walks(scene: &Scene, parts: Bad) -> Vec<(&'static str, Result<Film, Error>)> {
+    let path = |strategy| rays(scene, &Path::new(parts, strategy));
+    let gather = Lookup::Gather { caustic_particles: 200, caustic_radius: 0.5 };
+    vec![
+        ("path by BSDF", path(Strategy::Bsdf)),
+        ("path by light", path(Strategy::Light)),
+        ("path by both", path(Strategy::Mis)),
+        ("light tracer", passes(scene, &LightTracer { parts })),
+        ("bdpt", passes(scene, &Bdpt { parts })),
+        ("photons", photons(scene, parts, Lookup::Direct)),
+        ("photons, gathered", photons(scene, parts, gather)),
+        ("sppm", sppm(scene, parts)),
+    ]
 }
 
 #[test]
 fn bad_parts_surface_through_every_estimator() {
     let scene = furnace();
     for value in [f64::NAN, f64::INFINITY, -1.0] {
-        let parts = Bad::Brdf(value);
-        let what = |name: &str| format!("{name} with a BRDF of {value}");
-        for strategy in [Strategy::Bsdf, Strategy::Light, Strategy::Mis] {
-            let path = Path::new(parts, strategy);
-            assert_surfaces(rays(&scene, &path), "at pixel (", &what("path"));
+        for (name, found) in walks(&scene, Bad::Brdf(value)) {
+            let by_pixel = name.starts_with("path") || ["light tracer", "bdpt"].contains(&name);
+            let place = if by_pixel { "at pixel (" } else { "" };
+            assert_surfaces(found, place, &format!("{name} with a BRDF of {value}"));
         }
-        assert_surfaces(
-            passes(&scene, &LightTracer { parts }),
-            "at pixel (",
-            &what("light tracer"),
-        );
-        assert_surfaces(passes(&scene, &Bdpt { parts }), "at pixel (", &what("bdpt"));
-        for lookup in [Lookup::Direct, gather()] {
-            assert_surfaces(photons(&scene, parts, lookup), "", &what("photons"));
-        }
-        assert_surfaces(sppm(&scene, parts), "", &what("sppm"));
         let parts = Bad::Flux(value);
         let place = "the flux of a photon of pass 0";
         assert_surfaces(photons(&scene, parts, Lookup::Direct), place, &format!("flux {value}"));
@@ -326,15 +326,11 @@ fn bad_parts_do_not_pass_for_a_solution() {
 #[test]
 fn paths_without_end_are_errors() {
     let scene = simple::furnace_box(0.9).expect("a scene");
-    let parts = Bad::Endless;
-    for strategy in [Strategy::Bsdf, Strategy::Light, Strategy::Mis] {
-        assert_surfaces(rays(&scene, &Path::new(parts, strategy)), "at pixel (", "path");
+    for (name, found) in walks(&scene, Bad::Endless) {
+        let by_pixel = name.starts_with("path") || name == "bdpt";
+        let place = if by_pixel { "at pixel (" } else { "of pass 0" };
+        assert_surfaces(found, place, name);
     }
-    let place = "of pass 0";
-    assert_surfaces(passes(&scene, &LightTracer { parts }), place, "light tracer");
-    assert_surfaces(passes(&scene, &Bdpt { parts }), "at pixel (", "bdpt");
-    assert_surfaces(photons(&scene, parts, Lookup::Direct), place, "photons");
-    assert_surfaces(sppm(&scene, parts), place, "sppm");
 }
 
 /// Counts how often paths survive.

@@ -60,6 +60,8 @@ fn points_have_their_place_in_the_square() {
 fn borders_are_inside_and_what_lies_beyond_is_not() {
     let v = DVec3::new;
     let nan = v(f64::NAN, 0.0, 0.0);
+    let upper = vec![DVec3::Z, DVec3::X, -DVec3::Y];
+    let elsewhere = vec![-DVec3::Z, 1.001 * DVec3::Z, 0.999 * DVec3::Z, nan];
     // Rounding may carry a point 5e-10 across.
     let across = 5e-10;
     for (domain, inside, outside) in [
@@ -68,16 +70,8 @@ fn borders_are_inside_and_what_lies_beyond_is_not() {
             vec![DVec3::Z, -DVec3::Z, (1.0 + 0.4 * across) * DVec3::X],
             vec![1.001 * DVec3::X, 0.999 * DVec3::X, DVec3::ZERO, nan],
         ),
-        (
-            Domain::Hemisphere,
-            vec![DVec3::Z, DVec3::X, -DVec3::Y],
-            vec![-DVec3::Z, 1.001 * DVec3::Z, 0.999 * DVec3::Z, nan],
-        ),
-        (
-            Domain::CosineHemisphere,
-            vec![DVec3::Z, DVec3::X, -DVec3::Y],
-            vec![-DVec3::Z, 1.001 * DVec3::Z, 0.999 * DVec3::Z, nan],
-        ),
+        (Domain::Hemisphere, upper.clone(), elsewhere.clone()),
+        (Domain::CosineHemisphere, upper, elsewhere),
         (
             Domain::Disk,
             vec![DVec3::ZERO, -DVec3::X, (1.0 + 0.4 * across) * DVec3::Y],
