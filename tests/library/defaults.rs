@@ -8,7 +8,6 @@ use glam::DVec3;
 use whitefurnace::bsdf::Bsdf;
 use whitefurnace::camera::Camera;
 use whitefurnace::emitter::LightSampling;
-use whitefurnace::error::Error;
 use whitefurnace::estimator::photon_map::{Kept, PhotonMap};
 use whitefurnace::estimator::radiosity::Fineness;
 use whitefurnace::estimator::{
@@ -20,7 +19,7 @@ use whitefurnace::sampler::Sampler;
 use whitefurnace::scene::{EDGE_MARGIN, Scene, SceneBuilder, Surface, SurfaceId, simple};
 use whitefurnace::shape::{Ray, Sphere};
 
-use crate::helpers::{any_camera, scene, scene_from};
+use crate::helpers::{any_camera, assert_option_refused, scene, scene_from};
 use crate::rng::Constant;
 
 const ALBEDO: f64 = 0.6;
@@ -189,16 +188,6 @@ fn limits_of_zero_mean_direct_light() {
     }
 }
 
-fn option<T>(result: Result<T, Error>, hint: &str) {
-    match result {
-        Err(Error::Option(message)) => {
-            assert!(message.contains(hint) && !message.contains('\n'), "{message}");
-        }
-        Err(error) => panic!("{error}"),
-        Ok(_) => panic!("not refused: {hint}"),
-    }
-}
-
 /// No photons, and radii in which none can lie, are refused and not rendered black.
 #[test]
 fn photons_without_number_or_radius_are_refused() {
@@ -206,19 +195,19 @@ fn photons_without_number_or_radius_are_refused() {
     let map = |lookup, particles, radius| {
         PhotonMapping::new(Standard, &scene, lookup, (particles, radius), (1, 0))
     };
-    option(map(Lookup::Direct, 0, 0.1), "at least 1");
+    assert_option_refused(map(Lookup::Direct, 0, 0.1), "at least 1");
     for radius in [0.0, -0.1, f64::NAN, f64::INFINITY] {
-        option(map(Lookup::Direct, 10, radius), "radius above 0");
+        assert_option_refused(map(Lookup::Direct, 10, radius), "radius above 0");
         let gather = Lookup::Gather { caustic_particles: 10, caustic_radius: radius };
-        option(map(gather, 10, 0.1), "radius above 0");
+        assert_option_refused(map(gather, 10, 0.1), "radius above 0");
         let (parts, particles) = (Standard, 10);
         let sppm = Sppm { parts, particles, radius };
-        option(sppm.pass(&scene, FRAME, 1, 0), "radius above 0");
+        assert_option_refused(sppm.pass(&scene, FRAME, 1, 0), "radius above 0");
     }
     let gather = Lookup::Gather { caustic_particles: 0, caustic_radius: 0.1 };
-    option(map(gather, 10, 0.1), "at least 1");
+    assert_option_refused(map(gather, 10, 0.1), "at least 1");
     let sppm = Sppm { parts: Standard, particles: 0, radius: 0.1 };
-    option(sppm.pass(&scene, FRAME, 1, 0), "at least 1");
+    assert_option_refused(sppm.pass(&scene, FRAME, 1, 0), "at least 1");
 }
 
 /// Zones without area and cameras that look nowhere are refused when the scene is built.

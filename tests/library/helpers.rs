@@ -212,3 +212,14 @@ pub fn passes<E: ImageEstimator>(
 pub fn any_camera() -> Camera {
     Camera::new(DVec3::ZERO, DVec3::X, DVec3::Z, 1.0)
 }
+
+/// Asserts that an option is refused, in one line that contains a hint.
+pub fn assert_option_refused<T>(result: Result<T, Error>, hint: &str) {
+    match result {
+        Err(Error::Option(message)) => {
+            assert!(message.contains(hint) && !message.contains('\n'), "{message}");
+        }
+        Err(error) => panic!("{error}"),
+        Ok(_) => panic!("not refused: {hint}"),
+    }
+}
