@@ -8,18 +8,19 @@ mod support; // the master seed and what is derived from it
 
 mod harness;
 
+mod accel;
+mod bad_values; // what is no radiance surfaces as an error, from whatever accumulates it
 mod bidirectional;
 mod bsdf;
 mod camera;
 mod channels; // red stays red, through every estimator
-mod defaults; // what no built-in scene uses: fallbacks, empty scenes, numbers at the end of their range
+mod corner_cases; // lights without solid angle, scenes without light, limits of zero, refusals
 mod eon;
 mod estimator;
 mod film;
 mod frame;
 mod fresnel;
-mod geometry;
-mod hierarchy;
+mod geometry; // rays and triangles
 mod image;
 mod moments;
 mod photon;
@@ -35,7 +36,6 @@ mod sampling;
 mod scene;
 mod scene_tables; // every built-in scene against its table
 mod solid_angle;
-mod specular;
-mod spheres;
-mod swallowed; // what is no radiance surfaces as an error
+mod specular; // paths by way of mirrors and glass
+mod sphere;
 mod watertight;

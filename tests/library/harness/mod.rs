@@ -5,13 +5,13 @@ pub mod calibration; // error rates and power of the statistics, at a small size
 pub mod checkup_parts; // what each part of the check-up of BSDFs reports
 mod chi_square;
 mod convergence;
-mod degenerate; // samples that say nothing
 mod domain;
 mod graded;
 mod guard;
 mod ks;
 pub mod lobe_checkup; // paper, mirrors and glass, and faulty ones
 mod mean;
+mod no_evidence; // samples that say nothing
 mod outcome;
 mod power;
 mod quadrature;

@@ -1,5 +1,5 @@
-//! What no built-in scene uses: fallbacks of light sampling, scenes without light, numbers at the end of
-//! their range.
+//! What no built-in scene has: lights without a solid angle to sample, no light at all, limits of zero, photons
+//! without number, cameras that look nowhere.
 
 use std::f64::consts::{FRAC_1_PI, PI};
 
