@@ -46,48 +46,14 @@ fn table_of_reference_values() {
 }
 
 #[test]
-fn normal_incidence_and_grazing() {
-    property("limits", 500, &indices(), |(n1, n2)| {
-        let r = (n1 - n2) / (n1 + n2);
-        for of in [reflectance_s, reflectance_p, reflectance] {
-            // The difference n₁ − n₂ may cancel: 4 U of the indices, doubled by the square.
-            assert_abs_diff_eq!(of(1.0, n1, n2), r * r, epsilon = 8.0 * U * r.abs() + U * U);
-            assert_eq!(of(0.0, n1, n2), 1.0, "grazing");
-        }
-    });
-    assert_abs_diff_eq!(reflectance(1.0, 1.0, 1.5), 0.04, epsilon = 4.0 * U);
-}
-
-#[test]
 fn equal_indices_reflect_nothing() {
     property("index-matched", 500, &(0.01..=1.0, 1.0..3.0), |(cos_1, n)| {
         assert!(reflectance(cos_1, n, n) <= (cosine_error(cos_1, n, n) / cos_1).powi(2));
         // But for exact grazing, where no light enters and 0/0 must not come up.
         assert_eq!(cos_refracted(0.0, n, n), None);
-        assert_eq!(reflectance(0.0, n, n), 1.0);
-    });
-}
-
-#[test]
-fn total_reflection_beyond_the_critical_angle() {
-    property("critical", 500, &(1.001..4.0), |n: f64| {
-        let critical = (1.0 / n).asin();
-        let beyond = (1.001 * critical).cos();
-        assert_eq!(cos_refracted(beyond, n, 1.0), None);
         for of in [reflectance_s, reflectance_p, reflectance] {
-            assert_eq!(of(beyond, n, 1.0), 1.0);
-            assert_eq!(of(0.0, n, 1.0), 1.0);
-            // At the angle itself R = 1, but for the square root of the rounding.
-            assert_abs_diff_eq!(
-                of(critical.cos(), n, 1.0),
-                1.0,
-                epsilon = reflectance_error(critical.cos(), n, 1.0)
-            );
+            assert_eq!(of(0.0, n, n), 1.0);
         }
-        let before = (0.999 * critical).cos();
-        assert!(reflectance(before, n, 1.0) < 1.0);
-        // Nothing is total on the way in.
-        assert!(cos_refracted(0.01, 1.0, n).is_some());
     });
 }
 

@@ -6,6 +6,7 @@ use std::ops::Range;
 use glam::DVec3;
 use proptest::prelude::*;
 use rand::Rng;
+use whitefurnace::accel::Primitive;
 use whitefurnace::camera::Camera;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::{Estimator, ImageEstimator};
@@ -105,6 +106,11 @@ impl Mesh {
     /// The vertices of a triangle.
     pub fn corners(&self, triangle: [u32; 3]) -> [DVec3; 3] {
         triangle.map(|v| self.vertices[v as usize])
+    }
+
+    /// The triangles, for a hierarchy.
+    pub fn primitives(&self) -> Vec<Primitive> {
+        self.triangles.iter().map(|&t| Primitive::triangle(self.corners(t))).collect()
     }
 
     /// The mesh with every vertex mapped.

@@ -3,13 +3,14 @@
 use approx::assert_abs_diff_eq;
 use glam::DVec3;
 use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
+use whitefurnace::camera::Camera;
 use whitefurnace::emitter::{Emitter, EmitterShape};
 use whitefurnace::scene::room::{self, Convention};
 use whitefurnace::scene::simple::{self, Cap};
 use whitefurnace::scene::{EDGE_MARGIN, Geometry, OFFSET, Scene, SceneBuilder, Surface, SurfaceId};
 use whitefurnace::shape::{Ray, Sphere};
 
-use crate::helpers::{U, any_camera, in_cube};
+use crate::helpers::{U, any_camera, in_cube, scene_from};
 use crate::support::rng;
 
 /// The floor of the room, as the report's scene was measured: counter-clockwise from above.
@@ -149,12 +150,14 @@ fn builder() -> (SceneBuilder, SurfaceId) {
     (scene, surface)
 }
 
-/// The message with which the scene is refused: one line that names the scene.
-fn refusal(scene: SceneBuilder) -> String {
+/// Asserts that a scene with what is added to it is refused, in one line that names the scene and contains a
+/// hint.
+fn assert_refused(hint: &str, add: impl FnOnce(&mut SceneBuilder, SurfaceId)) {
+    let (mut scene, surface) = builder();
+    add(&mut scene, surface);
     let message = scene.build(any_camera()).expect_err("must be refused").to_string();
-    assert!(message.starts_with("scene broken: "), "{message}");
+    assert!(message.starts_with("scene broken: ") && message.contains(hint), "{message}");
     assert!(!message.contains('\n'), "{message}");
-    message
 }
 
 #[test]
@@ -183,15 +186,12 @@ fn bad_surfaces_are_refused() {
         valid.absorbing(-0.1),
         valid.absorbing(nan),
     ] {
-        let (mut scene, _) = builder();
-        scene.surface(surface);
-        let message = refusal(scene);
-        assert!(message.contains("surface 1"), "{message}");
+        assert_refused("surface 1", |scene, _| {
+            scene.surface(surface);
+        });
     }
     for background in [DVec3::splat(nan), DVec3::new(0.0, -1.0, 0.0), DVec3::INFINITY] {
-        let (mut scene, _) = builder();
-        scene.background(background);
-        assert!(refusal(scene).contains("background"));
+        assert_refused("background", |scene, _| scene.background(background));
     }
 }
 
@@ -208,18 +208,14 @@ fn bad_shapes_are_refused() {
         ([o, x, y], [0, 1, 3]),
         ([o, x, y], [0, 1, u32::MAX]),
     ] {
-        let (mut scene, surface) = builder();
-        scene.mesh(&vertices, &[[0, 1, 2], triangle], surface);
-        assert!(refusal(scene).contains("triangle"));
+        let triangles = [[0, 1, 2], triangle];
+        assert_refused("triangle", |scene, surface| scene.mesh(&vertices, &triangles, surface));
     }
     for (centre, radius) in [(o, 0.0), (o, -1.0), (o, f64::NAN), (o, f64::INFINITY), (nan, 1.0)] {
-        let (mut scene, surface) = builder();
-        scene.sphere(Sphere::new(centre, radius), surface);
-        assert!(refusal(scene).contains("sphere"));
+        let sphere = Sphere::new(centre, radius);
+        assert_refused("sphere", |scene, surface| scene.sphere(sphere, surface));
     }
-    let (mut scene, surface) = builder();
-    scene.rectangle(o, [x, 2.0 * x], surface);
-    refusal(scene);
+    assert_refused("triangle", |scene, surface| scene.rectangle(o, [x, 2.0 * x], surface));
 }
 
 #[test]
@@ -229,6 +225,8 @@ fn valid_borders_are_accepted() {
         scene.surface(Surface::new(bsdf).absorbing(1.0));
     }
     scene.sphere(Sphere::new(DVec3::ZERO, 1e-12), surface);
+    let zone = [-0.5, 2.0];
+    scene.sphere(Sphere { zone, ..Sphere::new(DVec3::ZERO, 1.0) }, surface);
     assert!(scene.build(any_camera()).is_ok());
     let (empty, _) = builder();
     let empty = empty.build(any_camera()).expect("nothing is wrong with nothing");
@@ -255,4 +253,46 @@ fn meshes_keep_their_own_vertices() {
         assert_abs_diff_eq!(hit.t, 1.0, epsilon = 8.0 * U);
         assert_eq!(hit.normal, DVec3::Z);
     }
+}
+
+/// Zones without area, and cameras that look nowhere, from the start or later.
+#[test]
+fn empty_zones_and_cameras_that_look_nowhere_are_refused() {
+    for zone in [[0.5, 0.5], [0.5, -0.5], [1.0, 2.0], [f64::NAN, 1.0], [-1.0, f64::NAN]] {
+        let sphere = Sphere { zone, ..Sphere::new(DVec3::ZERO, 1.0) };
+        assert_refused("zone", |scene, surface| scene.sphere(sphere, surface));
+    }
+    let [o, x, z] = [DVec3::ZERO, DVec3::X, DVec3::Z];
+    for camera in [
+        Camera::new(o, o, z, 1.0),
+        Camera::new(o, z, z, 1.0),
+        Camera::new(o, x, o, 1.0),
+        Camera::new(o, x, z, 0.0),
+        Camera::new(o, x, z, -1.0),
+        Camera::new(o, x, z, f64::NAN),
+        Camera::new(DVec3::NAN, x, z, 1.0),
+    ] {
+        let message = builder().0.build(camera).expect_err("refused").to_string();
+        assert!(message.contains("camera") && !message.contains('\n'), "{message}");
+        let seen = simple::environment().expect("a scene").with_camera(camera);
+        let seen = seen.expect_err("refused").to_string();
+        assert_eq!(seen, message.replace("broken", "environment"));
+    }
+}
+
+/// The camera counts for the distance at which rays leave surfaces, whenever it comes.
+#[test]
+fn a_later_camera_is_like_the_first() {
+    let build = |camera| {
+        scene_from(camera, |scene| {
+            let surface = scene.surface(Surface::new(Bsdf::Black));
+            scene.sphere(Sphere::new(DVec3::ZERO, 1.0), surface);
+        })
+    };
+    let far = Camera::new(1e6 * DVec3::X, DVec3::ZERO, DVec3::Z, 1.0);
+    let left = |scene: Scene| scene.leave(DVec3::ZERO, DVec3::Z, DVec3::Z).origin.z;
+    let later = build(any_camera()).with_camera(far).expect("a scene");
+    let (later, first) = (left(later), left(build(far)));
+    assert_eq!(later, first);
+    assert!(first > 1e5 * left(build(any_camera())));
 }

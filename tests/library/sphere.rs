@@ -65,16 +65,6 @@ fn sphere_roots_lie_on_the_sphere() {
 }
 
 #[test]
-fn lines_that_pass_the_sphere_have_no_roots() {
-    property("passing", 1000, &ray_and_sphere(1.001..3.0), |(ray, c, r, miss)| {
-        // Far away the offset itself drowns in the coordinates' rounding.
-        if (miss - 1.0) * r > 8.0 * U * (ray.origin.length() + c.length()) * 1e3 {
-            assert_eq!(sphere_distances(&ray, c, r), None);
-        }
-    });
-}
-
-#[test]
 fn known_sphere_roots() {
     let along_x = |x: f64, y: f64| Ray::new(DVec3::new(x, y, 0.0), DVec3::X);
     let roots = |ray: &Ray| sphere_distances(ray, DVec3::ZERO, 5.0);
