@@ -259,12 +259,17 @@ impl Parts for Bad {
     }
 }
 
+/// So many that of a BRDF that is -1 in one channel some path shows it: one in 64 at least is reflected just
+/// once, so that all 2000 look right with a probability below 1e-13. A bad value ends a render at once.
+const REPLICATIONS: u32 = 100;
+
 fn rays<E: Estimator>(scene: &Scene, estimator: &E) -> Result<Film, Error> {
-    rendered(scene, estimator, FRAME, sampling(Random, Numbers::Independent), &[0..4])
+    let sampling = sampling(Random, Numbers::Independent);
+    rendered(scene, estimator, FRAME, sampling, &[0..REPLICATIONS])
 }
 
 fn passes<E: ImageEstimator>(scene: &Scene, estimator: &E) -> Result<Film, Error> {
-    helpers::passes(scene, estimator, FRAME, &[0..4])
+    helpers::passes(scene, estimator, FRAME, &[0..REPLICATIONS])
 }
 
 /// Renders with photons, if there is a map.
