@@ -1,5 +1,4 @@
 //! The loop over pixels: the same bits on any threads, in any division.
-#![expect(clippy::single_range_in_vec_init, reason = "one range is a run in one piece")]
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
