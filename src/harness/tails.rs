@@ -4,7 +4,7 @@
 //! Incomplete gamma and beta functions are evaluated by series and continued fractions (Lentz's
 //! method; Press et al., Numerical Recipes, 3rd ed., 6.2 and 6.4). Their prefactors use the deviance
 //! and Stirling's remainder (Loader, "Fast and Accurate Computation of Binomial Probabilities", 2000),
-//! so that they do not cancel for large arguments. `tests/library/tails.rs` compares every function
+//! so that they do not cancel for large arguments. `tests/library/harness/tails.rs` compares every function
 //! with values of 25 digits.
 
 use statrs::function::erf::erfc;

@@ -2,8 +2,8 @@
 
 use whitefurnace::harness::bsdf_checkup::{CheckUp, assertions};
 
+use crate::harness::{bsdf_checkup, calibration, checkup_parts, lobe_checkup as lobes};
 use crate::shares::{ENOUGH, OUTSIDE};
-use crate::{calibration, checkup, checkup_parts, failures, lobes};
 
 /// Asserts that a test of [`ENOUGH`] has compared enough.
 pub fn enough(name: &str, count: usize) {
@@ -20,12 +20,9 @@ fn the_shares_are_counted() {
     let check_up = assertions(&CheckUp::default());
     let counted = [
         ("calibration", calibration::ASSERTIONS),
-        ("checkup", check_up + checkup::FAULTY.len()),
+        ("checkup", check_up + bsdf_checkup::FAULTY.len()),
         ("lobes", lobes::PASSES.iter().sum::<usize>() + lobes::FAULTY),
         ("checkup parts", checkup_parts::ASSERTIONS),
-        ("failures", failures::TOYS),
-        ("spheres", 1),
-        ("rng", 1),
         ("documentation", 1 + 2 * check_up + lobes::PASSES[2]),
     ];
     assert_eq!(OUTSIDE, counted);

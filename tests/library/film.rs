@@ -3,12 +3,11 @@
 use approx::assert_abs_diff_eq;
 use glam::DVec3;
 use proptest::prelude::*;
-use whitefurnace::error::Error;
 use whitefurnace::film::{Features, Film, LARGEST_FILM, Pixel, Window};
 use whitefurnace::moments::{Moments, UNIT};
 use whitefurnace::splat::Splats;
 
-use crate::helpers::{U, point};
+use crate::helpers::{U, assert_option_refused, point};
 use crate::support::property;
 
 fn pixel(values: &[DVec3]) -> Pixel {
@@ -20,34 +19,26 @@ fn pixel(values: &[DVec3]) -> Pixel {
 }
 
 #[test]
-fn pixels_hold_mean_and_standard_error() {
-    property("pixel", 300, &prop::collection::vec(point(10.0), 2..40), |values| {
-        let pixel = pixel(&values);
-        assert_eq!(pixel.replications(), values.len() as u32);
+fn pixels_hold_mean_and_standard_error_and_merge_exactly() {
+    let strategy = (prop::collection::vec(point(10.0), 2..40), any::<prop::sample::Index>());
+    property("pixel", 300, &strategy, |(values, cut)| {
+        let all = pixel(&values);
+        assert_eq!(all.replications(), values.len() as u32);
         for channel in 0..3 {
             let moments: Moments = values.iter().map(|v| v[channel].abs()).collect();
             // Values of at most 10 move by half a unit; 40 of them are summed.
             let bound = UNIT + 4000.0 * U;
-            assert_abs_diff_eq!(pixel.mean()[channel], moments.mean(), epsilon = bound);
-            let error = pixel.standard_error()[channel];
+            assert_abs_diff_eq!(all.mean()[channel], moments.mean(), epsilon = bound);
+            let error = all.standard_error()[channel];
             assert_abs_diff_eq!(error, moments.standard_error(), epsilon = 2.0 * bound);
         }
-    });
-}
-
-#[test]
-fn pixels_merge_exactly() {
-    let strategy = (prop::collection::vec(point(1e4), 1..40), any::<prop::sample::Index>());
-    property("pixel merge", 300, &strategy, |(values, cut)| {
         let (a, b) = values.split_at(cut.index(values.len()));
-        let (a, b, all) = (pixel(a), pixel(b), pixel(&values));
-        let merged = |mut a: Pixel, b: &Pixel| {
-            a.merge(b).expect("room for more");
-            a
-        };
-        assert_eq!(merged(a, &b), all);
-        assert_eq!(merged(b, &a), all);
-        assert_eq!(merged(all, &Pixel::default()), all);
+        let (a, b, none) = (pixel(a), pixel(b), Pixel::default());
+        for (one, other) in [(a, b), (b, a), (all, none)] {
+            let mut merged = one;
+            merged.merge(&other).expect("room for more");
+            assert_eq!(merged, all);
+        }
     });
 }
 
@@ -59,18 +50,6 @@ fn pixels_without_replications() {
     assert_eq!(empty.features().depth, 0.0);
     assert_eq!(pixel(&[DVec3::ONE]).standard_error(), DVec3::INFINITY);
     assert_eq!(pixel(&[DVec3::ONE; 2]).standard_error(), DVec3::ZERO);
-}
-
-#[test]
-fn pixels_refuse_what_they_cannot_hold() {
-    for channel in 0..3 {
-        for value in [f64::NAN, f64::INFINITY, 1e9] {
-            let mut radiance = DVec3::ONE;
-            radiance[channel] = value;
-            let result = Pixel::default().push(radiance);
-            assert!(matches!(result, Err(Error::Radiance { .. })), "{radiance}");
-        }
-    }
 }
 
 #[test]
@@ -94,42 +73,32 @@ fn features_are_means_over_the_hits() {
     assert_eq!(one.features().depth, 6.0);
 }
 
-fn refusal(frame: [u32; 2], window: Option<Window>) -> String {
-    let error = Film::new(frame, window, 1).expect_err("must be refused");
-    let message = error.to_string();
-    assert!(matches!(error, Error::Option(_)));
-    assert!(!message.contains('\n'), "{message}");
-    message
-}
-
 #[test]
-fn impossible_sizes_are_refused() {
-    for frame in [[0, 5], [5, 0], [0, 0]] {
-        assert!(refusal(frame, None).contains("at least 1"));
-    }
-    for frame in [[1_000_000_000, 1_000_000_000], [u32::MAX, u32::MAX], [1 << 20, 1 << 20]] {
-        assert!(refusal(frame, None).contains("memory"));
-    }
-    let above = u32::try_from(LARGEST_FILM + 1).expect("a 32-bit number");
-    assert!(refusal([above, 1], None).contains("memory"));
-}
-
-#[test]
-fn windows_must_lie_in_the_frame() {
+fn films_have_possible_sizes() {
+    const TOO_MANY: u32 = LARGEST_FILM as u32 + 1;
     let window = |x, y, width, height| Some(Window { corner: [x, y], size: [width, height] });
-    for bad in [
-        window(0, 0, 9, 6),
-        window(0, 0, 8, 7),
-        window(1, 0, 8, 6),
-        window(0, 1, 8, 6),
-        window(8, 0, 1, 1),
-        window(u32::MAX, 0, 2, 1),
-        window(0, u32::MAX, 1, 2),
+    let large = [1 << 20, 1 << 20];
+    for (frame, window, hint) in [
+        ([0, 5], None, "at least 1"),
+        ([5, 0], None, "at least 1"),
+        ([0, 0], None, "at least 1"),
+        ([1_000_000_000, 1_000_000_000], None, "memory"),
+        ([u32::MAX, u32::MAX], None, "memory"),
+        (large, None, "memory"),
+        ([TOO_MANY, 1], None, "memory"),
+        ([8, 6], window(0, 0, 9, 6), "leaves the frame"),
+        ([8, 6], window(0, 0, 8, 7), "leaves the frame"),
+        ([8, 6], window(1, 0, 8, 6), "leaves the frame"),
+        ([8, 6], window(0, 1, 8, 6), "leaves the frame"),
+        ([8, 6], window(8, 0, 1, 1), "leaves the frame"),
+        ([8, 6], window(u32::MAX, 0, 2, 1), "leaves the frame"),
+        ([8, 6], window(0, u32::MAX, 1, 2), "leaves the frame"),
+        ([8, 6], window(0, 0, 0, 3), "at least 1"),
+        ([8, 6], window(0, 0, 3, 0), "at least 1"),
+        // Pixels are numbered with 32 bits.
+        (large, window(7, 7, 2, 2), "smaller"),
     ] {
-        assert!(refusal([8, 6], bad).contains("leaves the frame"), "{bad:?}");
-    }
-    for empty in [window(0, 0, 0, 3), window(0, 0, 3, 0)] {
-        assert!(refusal([8, 6], empty).contains("at least 1"));
+        assert_option_refused(Film::new(frame, window, 1), hint);
     }
     let film = Film::new([8, 6], window(5, 4, 3, 2), 4).expect("the last pixels");
     assert_eq!((film.frame(), film.size()), ([8, 6], [3, 2]));
@@ -137,8 +106,6 @@ fn windows_must_lie_in_the_frame() {
     assert_eq!(film.pixels().len(), 6);
     // A small window of a frame too large to hold.
     assert!(Film::new([1 << 15, 1 << 15], window(7, 7, 2, 2), 1).is_ok());
-    // Pixels are numbered with 32 bits.
-    assert!(refusal([1 << 20, 1 << 20], window(7, 7, 2, 2)).contains("smaller"));
 }
 
 #[test]

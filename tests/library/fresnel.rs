@@ -1,13 +1,13 @@
 //! Equations (10)-(12), refraction and its radiance factor.
 
-use approx::{assert_abs_diff_eq, assert_relative_eq};
+use approx::assert_abs_diff_eq;
 use glam::DVec3;
 use proptest::prelude::*;
 use whitefurnace::fresnel::{
     cos_refracted, mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refract,
 };
 
-use crate::helpers::{U, gauss_legendre, integrate, unit};
+use crate::helpers::{U, unit};
 use crate::reference;
 use crate::support::property;
 
@@ -46,89 +46,14 @@ fn table_of_reference_values() {
 }
 
 #[test]
-fn normal_incidence_and_grazing() {
-    property("limits", 500, &indices(), |(n1, n2)| {
-        let r = (n1 - n2) / (n1 + n2);
-        for of in [reflectance_s, reflectance_p, reflectance] {
-            // The difference n₁ − n₂ may cancel: 4 U of the indices, doubled by the square.
-            assert_abs_diff_eq!(of(1.0, n1, n2), r * r, epsilon = 8.0 * U * r.abs() + U * U);
-            assert_eq!(of(0.0, n1, n2), 1.0, "grazing");
-        }
-    });
-    assert_abs_diff_eq!(reflectance(1.0, 1.0, 1.5), 0.04, epsilon = 4.0 * U);
-}
-
-#[test]
 fn equal_indices_reflect_nothing() {
     property("index-matched", 500, &(0.01..=1.0, 1.0..3.0), |(cos_1, n)| {
         assert!(reflectance(cos_1, n, n) <= (cosine_error(cos_1, n, n) / cos_1).powi(2));
         // But for exact grazing, where no light enters and 0/0 must not come up.
         assert_eq!(cos_refracted(0.0, n, n), None);
-        assert_eq!(reflectance(0.0, n, n), 1.0);
-    });
-}
-
-#[test]
-fn brewster_reflects_no_parallel_light() {
-    property("Brewster", 500, &indices(), |(n1, n2)| {
-        let cos_1 = n1 / n1.hypot(n2);
-        // The amplitude is zero up to rounding: its square vanishes.
-        let amplitude = reflectance_error(cos_1, n1, n2);
-        assert!(reflectance_p(cos_1, n1, n2) <= amplitude * amplitude);
-        let s = reflectance_s(cos_1, n1, n2);
-        assert_abs_diff_eq!(reflectance(cos_1, n1, n2), 0.5 * s, epsilon = amplitude);
-    });
-}
-
-#[test]
-fn total_reflection_beyond_the_critical_angle() {
-    property("critical", 500, &(1.001..4.0), |n: f64| {
-        let critical = (1.0 / n).asin();
-        let beyond = (1.001 * critical).cos();
-        assert_eq!(cos_refracted(beyond, n, 1.0), None);
         for of in [reflectance_s, reflectance_p, reflectance] {
-            assert_eq!(of(beyond, n, 1.0), 1.0);
-            assert_eq!(of(0.0, n, 1.0), 1.0);
-            // At the angle itself R = 1, but for the square root of the rounding.
-            assert_abs_diff_eq!(
-                of(critical.cos(), n, 1.0),
-                1.0,
-                epsilon = reflectance_error(critical.cos(), n, 1.0)
-            );
+            assert_eq!(of(0.0, n, n), 1.0);
         }
-        let before = (0.999 * critical).cos();
-        assert!(reflectance(before, n, 1.0) < 1.0);
-        // Nothing is total on the way in.
-        assert!(cos_refracted(0.01, 1.0, n).is_some());
-    });
-}
-
-#[test]
-fn reflectance_is_a_share() {
-    property("share", 2000, &(0.0..=1.0, indices()), |(cos_1, (n1, n2))| {
-        let [rs, rp] = [reflectance_s, reflectance_p].map(|of| of(cos_1, n1, n2));
-        let r = reflectance(cos_1, n1, n2);
-        for share in [rs, rp, r] {
-            assert!((0.0..=1.0).contains(&share), "{share}");
-        }
-        assert_abs_diff_eq!(r, 0.5 * (rs + rp), epsilon = U);
-        assert!(rs >= rp - 2.0 * reflectance_error(cos_1, n1, n2), "R_s is at least R_p");
-    });
-}
-
-#[test]
-fn reflectance_is_reversible() {
-    property("reversible", 2000, &(0.0..=1.0, indices()), |(cos_1, (n1, n2))| {
-        let Some(cos_2) = cos_refracted(cos_1, n1, n2).filter(|&c| c > 0.01 && cos_1 > 0.01) else {
-            return;
-        };
-        let (there, back) = (reflectance(cos_1, n1, n2), reflectance(cos_2, n2, n1));
-        // The way back starts from a rounded cos θ₂, whose error comes back as one of cos θ₁:
-        // cos θ₁ dcos θ₁ = (n₂/n₁)² cos θ₂ dcos θ₂.
-        let returned = (n2 / n1).powi(2) * cos_2 / cos_1 * cosine_error(cos_2, n1, n2);
-        let slope = 4.0 * n1.max(n2) / (n1.min(n2) * (cos_1 + cos_2));
-        let bound = reflectance_error(cos_1, n1, n2) + reflectance_error(cos_2, n2, n1);
-        assert_abs_diff_eq!(there, back, epsilon = bound + 2.0 * slope * returned);
     });
 }
 
@@ -155,25 +80,6 @@ fn refraction_obeys_snell() {
 }
 
 #[test]
-fn refraction_is_reversible() {
-    let strategy = (unit(), unit(), indices());
-    property("way back", 2000, &strategy, |(d, n, (n1, n2))| {
-        let n = if d.dot(n) < 0.0 { n } else { -n };
-        let Some(t) = refract(d, n, n1, n2) else {
-            return;
-        };
-        let (cos_1, cos_2) = (-d.dot(n), -t.dot(n));
-        if cos_1.min(cos_2) < 0.01 {
-            return;
-        }
-        let back = refract(-t, -n, n2, n1).expect("the way that it came");
-        let ratio = n1 / n2;
-        let square = 32.0 * U * (1.0 + ratio * ratio) * (1.0 + 1.0 / (ratio * ratio));
-        assert!((back + d).length() <= square / (cos_1 * cos_2));
-    });
-}
-
-#[test]
 fn mirror_law() {
     property("mirror", 1000, &(unit(), unit()), |(d, n)| {
         let m = mirror(d, n);
@@ -192,47 +98,4 @@ fn mirror_law() {
 fn radiance_factor_is_the_squared_ratio() {
     assert_eq!(radiance_factor(1.0, 2.0), 0.25);
     assert_eq!(radiance_factor(3.0, 1.0), 9.0);
-    property("slab", 500, &indices(), |(n1, n2)| {
-        let through = radiance_factor(n1, n2) * radiance_factor(n2, n1);
-        assert_abs_diff_eq!(through, 1.0, epsilon = 8.0 * U);
-    });
-}
-
-/// Average of R over the hemisphere, weighted with the cosine. From inside the denser medium all beyond
-/// the critical angle counts 1, and cos θ₂ is the variable of the rest: cos θ₁ dcos θ₁ =
-/// (n₂/n₁)² cos θ₂ dcos θ₂.
-fn average(n1: f64, n2: f64) -> f64 {
-    let rule = gauss_legendre(64);
-    if n1 <= n2 {
-        return integrate(&rule, 0.0, 1.0, |c| 2.0 * c * reflectance(c, n1, n2));
-    }
-    let square = (n2 / n1) * (n2 / n1);
-    let inner = integrate(&rule, 0.0, 1.0, |cos_2| {
-        let cos_1 = (1.0 - square * (1.0 - cos_2 * cos_2)).sqrt();
-        2.0 * cos_2 * reflectance(cos_1, n1, n2)
-    });
-    (1.0 - square) + square * inner
-}
-
-#[test]
-fn hemispherical_averages() {
-    // R is off by its rounding bound only; the root near grazing has its branch point at
-    // cos² = 1 − n², at least 0.45 from the interval, where 64 points converge far below rounding.
-    for [n, outside, inside] in reference::fresnel_average() {
-        let bound = 64.0 * U * n * n;
-        assert_abs_diff_eq!(average(1.0, n), outside, epsilon = bound);
-        assert_abs_diff_eq!(average(n, 1.0), inside, epsilon = bound);
-        assert_abs_diff_eq!(
-            1.0 - average(n, 1.0),
-            (1.0 - average(1.0, n)) / (n * n),
-            epsilon = 2.0 * bound
-        );
-    }
-}
-
-#[test]
-fn averages_depend_on_the_ratio_only() {
-    for (n1, n2) in [(1.0, 1.5), (1.33, 1.5), (1.5, 2.42)] {
-        assert_relative_eq!(average(2.0 * n1, 2.0 * n2), average(n1, n2), max_relative = 128.0 * U);
-    }
 }

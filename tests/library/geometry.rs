@@ -7,9 +7,8 @@ use whitefurnace::accel::Primitive;
 use whitefurnace::shape::{Ray, moller_trumbore, triangle_point, triangle_residual};
 use whitefurnace::watertight::{Shear, TriangleHit, Vertices};
 
-use crate::budget::enough;
-use crate::helpers::{U, between, in_cube, point};
-use crate::support::{property, rng};
+use crate::helpers::{U, point};
+use crate::support::property;
 
 const STANDARD: [DVec3; 3] = [DVec3::ZERO, DVec3::X, DVec3::Y];
 
@@ -85,18 +84,6 @@ fn ray_point() {
 }
 
 #[test]
-fn triangle_point_meets_the_vertices_and_edges() {
-    property("triangle_point", 200, &prop::array::uniform3(point(10.0)), |[a, b, c]| {
-        assert_eq!(triangle_point([a, b, c], 0.0, 0.0), a);
-        assert_eq!(triangle_point([a, b, c], 1.0, 0.0), b);
-        assert_eq!(triangle_point([a, b, c], 0.0, 1.0), c);
-        // Halves are exact: only the one addition rounds, in the same way on both sides.
-        assert_eq!(triangle_point([a, b, c], 0.5, 0.0), 0.5 * a + 0.5 * b);
-        assert_eq!(triangle_point([a, b, c], 0.5, 0.5), 0.5 * b + 0.5 * c);
-    });
-}
-
-#[test]
 fn residuals_are_distances_from_the_solution() {
     let triangle = [DVec3::new(1.0, 0.0, 0.0), DVec3::Y, DVec3::Z];
     let ray = Ray::new(DVec3::new(2.0, 4.0, 8.0), DVec3::new(0.0, -1.0, 0.5));
@@ -161,43 +148,11 @@ fn watertight_agrees_with_the_solution() {
 }
 
 #[test]
-fn both_tests_agree_on_misses() {
-    let mut rng = rng("misses");
-    let mut hits = 0;
-    for _ in 0..20_000 {
-        let triangle = [0; 3].map(|_| in_cube(&mut rng, 1.0));
-        let [a, b, c] = triangle;
-        let [u, v] = [0; 2].map(|_| between(&mut rng, -0.5, 1.5));
-        let origin = in_cube(&mut rng, 2.0);
-        let ray = Ray::new(origin, (triangle_point(triangle, u, v) - origin).normalize());
-        let det = ray.direction.dot((b - a).cross(c - a));
-        let (weight, _) = shear_error(&ray, triangle);
-        let reference = moller_trumbore(&ray, triangle);
-        let hit = watertight(&ray, triangle, f64::INFINITY);
-        // Barycentrics by volumes: only rays that pass an edge within the bound may differ.
-        let volume = |p: DVec3, q: DVec3| {
-            let (p, q) = (p - ray.origin, q - ray.origin);
-            ray.direction.dot(p.cross(q)) / det
-        };
-        let nearest = [volume(b, c), volume(c, a), volume(a, b)];
-        let nearest = nearest.into_iter().fold(f64::INFINITY, f64::min);
-        if nearest.abs() > 4.0 * weight {
-            assert_eq!(reference.is_some(), hit.is_some(), "{ray:?} {triangle:?}");
-        }
-        hits += usize::from(hit.is_some());
-    }
-    enough("misses", hits);
-}
-
-#[test]
-fn known_solution() {
-    assert_eq!(moller_trumbore(&down(0.25, 0.5), STANDARD), Some((2.0, 0.25, 0.5)));
-    let hit = watertight(&down(0.25, 0.5), STANDARD, 3.0).expect("a hit");
-    assert_eq!((hit.t, hit.weights), (2.0, [0.25, 0.25, 0.5]));
-    // From below, and with a direction of length 2.
+fn distances_are_in_units_of_the_direction_from_either_side() {
     let up = Ray::new(DVec3::new(0.25, 0.5, -2.0), 2.0 * DVec3::Z);
     assert_eq!(moller_trumbore(&up, STANDARD), Some((1.0, 0.25, 0.5)));
-    assert_eq!(watertight(&up, STANDARD, 3.0).map(|hit| hit.t), Some(1.0));
+    let hit = watertight(&up, STANDARD, 3.0).expect("a hit");
+    assert_eq!((hit.t, hit.weights), (1.0, [0.25, 0.25, 0.5]));
 }
 
 #[test]

@@ -1,13 +1,22 @@
-//! Random geometry, meshes and quadrature that several modules use.
+//! Random geometry, meshes, quadrature, scenes and films that several modules use.
 
 use std::f64::consts::{PI, TAU};
+use std::ops::Range;
 
 use glam::DVec3;
 use proptest::prelude::*;
 use rand::Rng;
+use whitefurnace::accel::Primitive;
 use whitefurnace::camera::Camera;
+use whitefurnace::error::Error;
+use whitefurnace::estimator::{Estimator, ImageEstimator};
+use whitefurnace::film::Film;
 use whitefurnace::frame::from_spherical;
+use whitefurnace::render::{Sampling, render, render_passes};
 use whitefurnace::rng::uniform;
+use whitefurnace::scene::{Scene, SceneBuilder};
+
+use crate::support::master;
 
 /// Unit roundoff: one operation has a relative error of at most this.
 pub const U: f64 = f64::EPSILON / 2.0;
@@ -99,6 +108,11 @@ impl Mesh {
         triangle.map(|v| self.vertices[v as usize])
     }
 
+    /// The triangles, for a hierarchy.
+    pub fn primitives(&self) -> Vec<Primitive> {
+        self.triangles.iter().map(|&t| Primitive::triangle(self.corners(t))).collect()
+    }
+
     /// The mesh with every vertex mapped.
     pub fn map(mut self, f: impl Fn(DVec3) -> DVec3) -> Self {
         for vertex in &mut self.vertices {
@@ -159,7 +173,59 @@ impl Mesh {
     }
 }
 
+/// A scene of these parts, seen by [`any_camera`].
+pub fn scene(parts: impl FnOnce(&mut SceneBuilder)) -> Scene {
+    scene_from(any_camera(), parts)
+}
+
+/// A scene of these parts and a camera.
+pub fn scene_from(camera: Camera, parts: impl FnOnce(&mut SceneBuilder)) -> Scene {
+    let mut scene = SceneBuilder::new("test");
+    parts(&mut scene);
+    scene.build(camera).expect("a valid scene")
+}
+
+/// A film of the frame after these ranges of replications.
+pub fn rendered<E: Estimator>(
+    scene: &Scene,
+    estimator: &E,
+    frame: [u32; 2],
+    sampling: Sampling,
+    ranges: &[Range<u32>],
+) -> Result<Film, Error> {
+    let mut film = Film::new(frame, None, sampling.samples_per_replication())?;
+    for range in ranges {
+        assert!(render(scene, estimator, sampling, &mut film, range, &|_| true)?);
+    }
+    Ok(film)
+}
+
+/// A film of the frame after these ranges of passes.
+pub fn passes<E: ImageEstimator>(
+    scene: &Scene,
+    estimator: &E,
+    frame: [u32; 2],
+    ranges: &[Range<u32>],
+) -> Result<Film, Error> {
+    let mut film = Film::new(frame, None, 1)?;
+    for range in ranges {
+        assert!(render_passes(scene, estimator, master(), &mut film, range.clone(), &|_| true)?);
+    }
+    Ok(film)
+}
+
 /// A camera for scenes whose picture does not matter.
 pub fn any_camera() -> Camera {
     Camera::new(DVec3::ZERO, DVec3::X, DVec3::Z, 1.0)
+}
+
+/// Asserts that an option is refused, in one line that contains a hint.
+pub fn assert_option_refused<T>(result: Result<T, Error>, hint: &str) {
+    match result {
+        Err(Error::Option(message)) => {
+            assert!(message.contains(hint) && !message.contains('\n'), "{message}");
+        }
+        Err(error) => panic!("{error}"),
+        Ok(_) => panic!("not refused: {hint}"),
+    }
 }

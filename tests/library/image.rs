@@ -1,5 +1,6 @@
 //! EXR and PNG files: what is in them, byte for byte, and what is not left behind.
 
+use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
@@ -7,7 +8,7 @@ use approx::assert_abs_diff_eq;
 use exr::prelude::{AttributeValue, FlatSamples, read_all_flat_layers_from_file};
 use glam::DVec3;
 use whitefurnace::error::Error;
-use whitefurnace::film::{Features, Film};
+use whitefurnace::film::{Features, Film, Pixel};
 use whitefurnace::image::{Display, check_writable, srgb, write_exr, write_png, write_whole};
 
 use crate::helpers::U;
@@ -58,54 +59,48 @@ fn exr_holds_every_channel() {
         panic!("one part");
     };
     assert_eq!((layer.size.0, layer.size.1), (3, 2));
-    type Channel = (&'static str, fn(&Film, usize) -> f64);
-    let expected: [Channel; 14] = [
-        ("B", |f, i| f.pixels()[i].mean().z),
-        ("G", |f, i| f.pixels()[i].mean().y),
-        ("R", |f, i| f.pixels()[i].mean().x),
-        ("albedo.B", |f, i| f.pixels()[i].features().albedo.z),
-        ("albedo.G", |f, i| f.pixels()[i].features().albedo.y),
-        ("albedo.R", |f, i| f.pixels()[i].features().albedo.x),
-        ("depth.Z", |f, i| f.pixels()[i].features().depth),
-        ("normal.X", |f, i| f.pixels()[i].features().normal.x),
-        ("normal.Y", |f, i| f.pixels()[i].features().normal.y),
-        ("normal.Z", |f, i| f.pixels()[i].features().normal.z),
-        ("samples.Y", |_, _| 12.0),
-        ("stderr.B", |f, i| f.pixels()[i].standard_error().z),
-        ("stderr.G", |f, i| f.pixels()[i].standard_error().y),
-        ("stderr.R", |f, i| f.pixels()[i].standard_error().x),
+    // Three channels of each, in the order of their names.
+    type Vectors = (&'static str, &'static str, fn(&Pixel) -> DVec3);
+    let vectors: [Vectors; 4] = [
+        ("", "RGB", Pixel::mean),
+        ("albedo.", "RGB", |pixel| pixel.features().albedo),
+        ("normal.", "XYZ", |pixel| pixel.features().normal),
+        ("stderr.", "RGB", Pixel::standard_error),
     ];
+    let pixels = film.pixels();
+    let mut expected: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+    for (group, axes, value) in vectors {
+        for (axis, name) in axes.chars().enumerate() {
+            let values = pixels.iter().map(|pixel| value(pixel)[axis]).collect();
+            expected.insert(format!("{group}{name}"), values);
+        }
+    }
+    let depths = pixels.iter().map(|pixel| pixel.features().depth).collect();
+    expected.insert("depth.Z".to_owned(), depths);
+    expected.insert("samples.Y".to_owned(), vec![12.0; pixels.len()]);
     let channels = &layer.channel_data.list;
-    let found: Vec<String> = channels.iter().map(|c| c.name.to_string()).collect();
-    assert_eq!(found, expected.map(|(name, _)| name.to_owned()));
-    for (channel, (name, value)) in channels.iter().zip(expected) {
+    let found = channels.iter().map(|channel| channel.name.to_string());
+    assert!(found.eq(expected.keys().cloned()));
+    for (channel, (name, values)) in channels.iter().zip(&expected) {
         let FlatSamples::F32(samples) = &channel.sample_data else {
             panic!("{name} is not of 32-bit floats");
         };
-        for (i, sample) in samples.iter().enumerate() {
-            assert_eq!(*sample, value(&film, i) as f32, "{name} of pixel {i}");
-        }
+        assert!(samples.iter().copied().eq(values.iter().map(|value| *value as f32)), "{name}");
     }
     // Values that were put in, not only what the film says of itself.
     let FlatSamples::F32(green) = &channels[1].sample_data else {
         unreachable!("checked above");
     };
     assert!((green[5] - (50.0 + 5.0 / 3.0)).abs() < 1e-5);
-}
-
-#[test]
-fn exr_has_one_attribute_of_ours() {
-    let path = folder("provenance").join("film.exr");
-    write_exr(&path, &film(), "version=0.1.0\nseed=7\n").expect("written");
-    let image = read_all_flat_layers_from_file(&path).expect("readable");
-    let other = &image.layer_data[0].attributes.other;
-    assert_eq!(other.len(), 1);
-    let (name, value) = other.iter().next().expect("one attribute");
-    assert_eq!(name.to_string(), "provenance");
-    let AttributeValue::Text(text) = value else {
-        panic!("not a text");
+    // One attribute is ours.
+    let other: Vec<_> = layer.attributes.other.iter().collect();
+    let [(name, AttributeValue::Text(text))] = other.as_slice() else {
+        panic!("{other:?}");
     };
-    assert_eq!(text.to_string(), "version=0.1.0\nseed=7\n");
+    assert_eq!(
+        (name.to_string(), text.to_string()),
+        ("provenance".into(), "seed=1\nspp=12\n".into())
+    );
     assert!(image.attributes.other.is_empty());
 }
 

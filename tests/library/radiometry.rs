@@ -1,20 +1,11 @@
 //! Equations (8)-(9): cosine, geometry term, change of measure, weights.
 
-use std::f64::consts::PI;
-
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use glam::DVec3;
 use whitefurnace::radiometry::{balance, cosine, power, reflected, solid_angle_per_area};
 
-use crate::helpers::{U, gauss_legendre, integrate, point, unit};
+use crate::helpers::{U, point, unit};
 use crate::support::property;
-
-/// ∫ of `f` over the parallelogram, with respect to area, by a product rule.
-fn over(corner: DVec3, [a, b]: [DVec3; 2], f: impl Fn(DVec3) -> f64) -> f64 {
-    let rule = gauss_legendre(32);
-    let area = a.cross(b).length();
-    area * integrate(&rule, 0.0, 1.0, |s| integrate(&rule, 0.0, 1.0, |t| f(corner + s * a + t * b)))
-}
 
 /// G(x, y) between two points with unit normals, of the factors that the estimators use.
 fn geometry_term(x: DVec3, normal_x: DVec3, y: DVec3, normal_y: DVec3) -> f64 {
@@ -59,81 +50,18 @@ fn area_becomes_solid_angle() {
     let (x, y) = (DVec3::ZERO, DVec3::new(6.0, 3.0, 2.0));
     let g = geometry_term(x, DVec3::Z, y, -DVec3::Z);
     assert_abs_diff_eq!(g, (2.0 / 7.0) * (2.0 / 7.0) / 49.0, epsilon = 8.0 * U * g);
-    // A cube seen from any inner point fills the sphere: its six faces together, with the pole of
-    // the integrand 0.6 away, where the rule of 32 points converges to rounding (0.6 + √1.36)^-64.
-    let eye = DVec3::new(0.3, -0.2, 0.4);
-    let face = |axis: usize, side: f64| {
-        let [a, b] = [(axis + 1) % 3, (axis + 2) % 3].map(|i| 2.0 * DVec3::AXES[i]);
-        let corner = side * DVec3::AXES[axis] - 0.5 * (a + b);
-        over(corner, [a, b], |y| {
-            let to = y - eye;
-            let at_y = cosine(side * DVec3::AXES[axis], to.normalize());
-            solid_angle_per_area(at_y, to.length_squared())
-        })
-    };
-    let total: f64 = (0..3).map(|axis| face(axis, 1.0) + face(axis, -1.0)).sum();
-    assert_relative_eq!(total, 4.0 * PI, max_relative = 1e-13);
 }
 
 #[test]
-fn rectangle_irradiance_meets_the_closed_form() {
-    // Lambert's polygon formula, 25 digits: corner, edges, normal of the receiver at the origin, E/L.
-    let v = DVec3::new;
-    for (corner, edges, normal, expected) in [
-        (v(-1.0, -1.0, 2.0), [v(2.0, 0.0, 0.0), v(0.0, 2.0, 0.0)], DVec3::Z, 0.7522746884541075),
-        (v(0.0, 0.0, 1.0), [DVec3::X, DVec3::Y], DVec3::Z, 0.4352098756835516),
-        (
-            v(-1.0, -1.0, 2.0),
-            [v(2.0, 0.0, 0.0), v(0.0, 2.0, 0.0)],
-            v(1.0, 0.0, 2.0),
-            0.6728549364543442,
-        ),
-        (v(1.0, -1.5, 1.5), [v(1.0, 0.0, 0.0), v(0.0, 3.0, 0.0)], DVec3::Z, 0.2704474475331219),
-        (v(-0.25, -0.2, 2.0), [v(0.5, 0.0, 0.0), v(0.0, 0.4, 0.0)], DVec3::Z, 0.04916107400429856),
-    ] {
-        let normal = normal.normalize();
-        let found = over(corner, edges, |y| geometry_term(DVec3::ZERO, normal, y, -DVec3::Z));
-        // The rule converges beyond rounding for heights of at least half the width; sums of 1024
-        // products in blocks of 32 lose at most 64 roundings.
-        assert_relative_eq!(found, expected, max_relative = 128.0 * U);
-    }
-}
-
-#[test]
-fn form_factors_of_parallel_squares_meet_the_closed_form() {
-    let rule = gauss_legendre(16);
-    for (distance, expected) in
-        [(1.0, 0.19982489569838738), (2.0, 0.06858958881855244), (5.0, 0.012403977313245102)]
-    {
-        let factor = integrate(&rule, 0.0, 1.0, |s| {
-            integrate(&rule, 0.0, 1.0, |t| {
-                let x = DVec3::new(s, t, 0.0);
-                integrate(&rule, 0.0, 1.0, |p| {
-                    integrate(&rule, 0.0, 1.0, |q| {
-                        let y = DVec3::new(p, q, distance);
-                        geometry_term(x, DVec3::Z, y, -DVec3::Z)
-                    })
-                })
-            })
-        }) / PI;
-        // Poles at ±1 (distance) from an interval of half width 1/2: the rule of 16 points converges
-        // as (2 + √5)^-32 < 1e-19; four nested sums of 16 lose at most 64 roundings.
-        assert_relative_eq!(factor, expected, max_relative = 128.0 * U);
-    }
-}
-
-#[test]
-fn balance_weights_are_shares() {
+fn weights_are_shares_of_densities_and_of_their_squares() {
     let strategy = (1e-6..1e6, 1e-6..1e6);
-    property("balance", 1000, &strategy, |(p, q): (f64, f64)| {
-        let (a, b) = (balance(p, q), balance(q, p));
-        assert!((0.0..=1.0).contains(&a) && (0.0..=1.0).contains(&b));
-        assert_abs_diff_eq!(a + b, 1.0, epsilon = 3.0 * U);
-        assert_relative_eq!(a / b, p / q, max_relative = 8.0 * U);
-        assert_eq!(balance(p, 0.0), 1.0);
-        assert_eq!(balance(0.0, q), 0.0);
+    property("weights", 1000, &strategy, |(p, q): (f64, f64)| {
+        // The definitions, whose squares stay far from the ends of the floats here.
+        assert_relative_eq!(balance(p, q), p / (p + q), max_relative = 8.0 * U);
+        assert_relative_eq!(power(p, q), p * p / (p * p + q * q), max_relative = 8.0 * U);
+        assert_eq!((balance(p, 0.0), balance(0.0, q)), (1.0, 0.0));
     });
-    assert_eq!(balance(1.0, 3.0), 0.25);
+    assert_eq!((balance(1.0, 3.0), power(1.0, 3.0)), (0.25, 0.1));
 }
 
 /// Any two densities of this list, zero, infinity and the ends of the floats included, get weights in
@@ -154,16 +82,6 @@ fn weights_sum_to_one_for_extreme_densities() {
             }
         }
     }
-}
-
-#[test]
-fn power_weights_are_shares_of_squares() {
-    let strategy = (1e-6..1e6, 1e-6..1e6);
-    property("power", 1000, &strategy, |(p, q): (f64, f64)| {
-        // The definition, whose squares stay far from the ends of the floats here.
-        assert_relative_eq!(power(p, q), p * p / (p * p + q * q), max_relative = 8.0 * U);
-    });
-    assert_eq!(power(1.0, 3.0), 0.1);
 }
 
 #[test]

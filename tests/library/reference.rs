@@ -11,7 +11,7 @@ pub fn number(text: &str) -> f64 {
 }
 
 /// The rows of a table of N numbers each.
-fn rows<const N: usize>(table: &'static str) -> Vec<[f64; N]> {
+pub fn rows<const N: usize>(table: &'static str) -> Vec<[f64; N]> {
     let row = |fields: Vec<&str>| {
         let numbers: Vec<f64> = fields.into_iter().map(number).collect();
         numbers.try_into().expect("a full row")
@@ -22,11 +22,6 @@ fn rows<const N: usize>(table: &'static str) -> Vec<[f64; N]> {
 /// n₁, n₂, cos θ₁, R_s, R_p, R.
 pub fn fresnel() -> Vec<[f64; 6]> {
     rows(include_str!("data/fresnel.csv"))
-}
-
-/// n, average of R over the hemisphere from outside, from inside.
-pub fn fresnel_average() -> Vec<[f64; 3]> {
-    rows(include_str!("data/fresnel_average.csv"))
 }
 
 /// σ, θ in degrees, directional albedo of the corrected and of the printed form.

@@ -1,25 +1,25 @@
 //! The loop over pixels: the same bits on any threads, in any division.
-#![expect(clippy::single_range_in_vec_init, reason = "one range is a run in one piece")]
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
 use rayon::ThreadPoolBuilder;
 use whitefurnace::bsdf::OrenNayarForm;
-use whitefurnace::error::Error;
 use whitefurnace::estimator::radiosity::Fineness;
 use whitefurnace::estimator::{
-    Bdpt, Estimator, ImageEstimator, LightRules, LightTracer, Lookup, Path, PhotonMapping,
-    Published, Radiosity, Report, Sppm, Standard, Whitted,
+    Bdpt, Estimator, LightRules, LightTracer, Lookup, Path, PhotonMapping, Published, Radiosity,
+    Report, Sppm, Standard, Whitted,
 };
 use whitefurnace::film::{Features, Film, Pixel, Window};
 use whitefurnace::pixel::PixelSampling::{self, Centre, Grid, Jitter, Random};
-use whitefurnace::render::{Numbers, Sampling, render, render_passes};
+use whitefurnace::render::{Numbers, Sampling, render};
 use whitefurnace::sampler::Sampler;
 use whitefurnace::scene::room::{self, Convention};
 use whitefurnace::scene::{Hit, Scene, simple};
 use whitefurnace::shape::Ray;
 
+use crate::helpers::{passes, rendered};
 use crate::support::master;
 
 const FRAME: [u32; 2] = [24, 18];
@@ -43,23 +43,12 @@ fn film(pixel: PixelSampling, window: Option<Window>) -> Film {
 }
 
 /// The film after the given ranges of replications.
-fn rendered<E: Estimator>(
-    scene: &Scene,
-    estimator: &E,
-    pixel: PixelSampling,
-    window: Option<Window>,
-    ranges: &[std::ops::Range<u32>],
-) -> Film {
-    let mut film = film(pixel, window);
-    for range in ranges {
-        let done = render(scene, estimator, sampling(pixel), &mut film, range, &|_| true);
-        assert!(done.expect("legal radiance"));
-    }
-    film
+fn divided<E: Estimator>(scene: &Scene, estimator: &E, ranges: &[Range<u32>]) -> Film {
+    rendered(scene, estimator, FRAME, sampling(Random), ranges).expect("legal radiance")
 }
 
 fn whole<E: Estimator>(scene: &Scene, estimator: &E, pixel: PixelSampling) -> Film {
-    rendered(scene, estimator, pixel, None, &[0..4])
+    rendered(scene, estimator, FRAME, sampling(pixel), &[0..4]).expect("legal radiance")
 }
 
 fn assert_threads_do_not_matter<E: Estimator>(scene: &Scene, estimator: &E) {
@@ -83,12 +72,12 @@ fn threads_do_not_matter() {
 #[test]
 fn divided_ranges_are_one_run() {
     let scene = room();
-    let once = rendered(&scene, &path(), Random, None, &[0..7]);
+    let once = divided(&scene, &path(), &[0..7]);
     for ranges in [vec![0..3, 3..7], vec![4..7, 0..1, 1..4], vec![0..0, 0..7, 7..7]] {
-        assert!(rendered(&scene, &path(), Random, None, &ranges) == once);
+        assert!(divided(&scene, &path(), &ranges) == once);
     }
     // As films of their own, merged in any order.
-    let parts = [0..2, 2..3, 3..7].map(|range| rendered(&scene, &path(), Random, None, &[range]));
+    let parts = [0..2, 2..3, 3..7].map(|range| divided(&scene, &path(), &[range]));
     for order in [[0, 1, 2], [2, 0, 1], [1, 2, 0]] {
         let mut sum = film(Random, None);
         for i in order {
@@ -105,7 +94,9 @@ fn windows_are_crops() {
         let full = whole(&scene, &path(), pixel);
         for (corner, size) in [([0, 0], FRAME), ([5, 3], [7, 9]), ([23, 17], [1, 1])] {
             let window = Window { corner, size };
-            let crop = rendered(&scene, &path(), pixel, Some(window), &[0..4]);
+            let mut crop = film(pixel, Some(window));
+            let done = render(&scene, &path(), sampling(pixel), &mut crop, &(0..4), &|_| true);
+            assert!(matches!(done, Ok(true)));
             for y in 0..size[1] {
                 for x in 0..size[0] {
                     let expected = full.pixel(corner[0] + x, corner[1] + y);
@@ -117,26 +108,14 @@ fn windows_are_crops() {
 }
 
 #[test]
-fn one_sub_pixel_is_the_whole_pixel() {
-    let scene = room();
-    assert!(whole(&scene, &path(), Grid(1)) == whole(&scene, &path(), Centre));
-    assert!(whole(&scene, &path(), Jitter(1)) == whole(&scene, &path(), Random));
-    assert!(whole(&scene, &path(), Centre) != whole(&scene, &path(), Random));
-}
-
-#[test]
-fn seeds_pixels_and_replications_matter() {
+fn seeds_matter() {
     let scene = room();
     let seeded = |seed| {
-        let mut film = film(Random, None);
-        let sampling = Sampling { numbers: Numbers::Independent, pixel: Random, seed };
-        render(&scene, &path(), sampling, &mut film, &(0..2), &|_| true).expect("legal");
-        film
+        let sampling = Sampling { seed, ..sampling(Random) };
+        rendered(&scene, &path(), FRAME, sampling, &[0..2]).expect("legal radiance")
     };
     assert!(seeded(1) == seeded(1));
     assert!(seeded(1) != seeded(2));
-    let first = rendered(&scene, &path(), Random, None, &[0..1]);
-    assert!(first != rendered(&scene, &path(), Random, None, &[1..2]));
 }
 
 /// Shows where on the image plane a ray passes, as its horizontal and vertical slope plus 2.
@@ -155,8 +134,12 @@ fn pixels_are_where_they_belong() {
     // Half height 0.77704 at distance 1: a pixel is 2 · 0.77704/18 wide. Roundings to units of 2⁻³².
     let scene = room();
     let step = 2.0 * 0.77704 / 18.0;
-    for pixel in [Centre, Grid(2), Grid(3)] {
-        let film = whole(&scene, &Slopes, pixel);
+    let numbers = [Numbers::Independent, Numbers::Sobol(1), Numbers::Sobol(4)];
+    let places = [Centre, Grid(2), Grid(3)];
+    for (numbers, pixel) in numbers.iter().flat_map(|&numbers| places.map(|pixel| (numbers, pixel)))
+    {
+        let sampling = Sampling { numbers, ..sampling(pixel) };
+        let film = rendered(&scene, &Slopes, FRAME, sampling, &[0..4]).expect("legal radiance");
         for (x, y) in [(0, 0), (23, 0), (5, 11), (23, 17)] {
             let mean = film.pixel(x, y).mean();
             let expected = DVec3::new(
@@ -240,12 +223,15 @@ fn features_are_the_same_for_every_estimator() {
         }
     }
     // Of whole images at random points, as many passes as there were replications.
-    let images = |ranges: &[std::ops::Range<u32>]| {
+    let images = |ranges: &[Range<u32>]| {
         let sppm = Sppm { parts: Standard, particles: 100, radius: 0.3 };
         [
-            ("light tracer", passes(&scene, &LightTracer::<Standard>::default(), ranges)),
-            ("bdpt", passes(&scene, &Bdpt::<Standard>::default(), ranges)),
-            ("sppm", passes(&scene, &sppm, ranges)),
+            (
+                "light tracer",
+                passes(&scene, &LightTracer::<Standard>::default(), FRAME, ranges).expect("legal"),
+            ),
+            ("bdpt", passes(&scene, &Bdpt::<Standard>::default(), FRAME, ranges).expect("legal")),
+            ("sppm", passes(&scene, &sppm, FRAME, ranges).expect("legal")),
         ]
     };
     let random = &mis[2];
@@ -255,19 +241,6 @@ fn features_are_the_same_for_every_estimator() {
         assert!(film == divided, "{name} in two runs");
     }
     assert!(!same_features(random, &mis[0]) && !same_features(random, &mis[3]));
-}
-
-fn passes<E: ImageEstimator>(
-    scene: &Scene,
-    estimator: &E,
-    ranges: &[std::ops::Range<u32>],
-) -> Film {
-    let mut film = film(Random, None);
-    for range in ranges {
-        let done = render_passes(scene, estimator, master(), &mut film, range.clone(), &|_| true);
-        assert!(done.expect("legal radiance"));
-    }
-    film
 }
 
 #[test]
@@ -301,15 +274,8 @@ impl Estimator for Constant {
 }
 
 #[test]
-fn what_no_film_holds_ends_the_render() {
-    let scene = room();
-    for value in [f64::NAN, f64::INFINITY, 1e9] {
-        let mut film = film(Centre, None);
-        let result =
-            render(&scene, &Constant(value), sampling(Centre), &mut film, &(0..1), &|_| true);
-        assert!(matches!(result, Err(Error::Radiance { .. })), "{value}");
-    }
-    let constant = whole(&scene, &Constant(0.3), Jitter(3));
+fn a_constant_has_no_error() {
+    let constant = whole(&room(), &Constant(0.3), Jitter(3));
     assert!(constant.pixels().iter().all(|p| p.standard_error() == DVec3::ZERO));
     assert!((constant.mean() - 0.3).abs() <= 1.0 / (1u64 << 32) as f64);
 }

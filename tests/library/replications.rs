@@ -7,9 +7,7 @@ use std::sync::Mutex;
 use approx::assert_abs_diff_eq;
 use glam::DVec3;
 use whitefurnace::bsdf::{Bsdf, Scattering};
-use whitefurnace::camera::Camera;
 use whitefurnace::emitter::{Emitter, EmitterPoint};
-use whitefurnace::error::Error;
 use whitefurnace::estimator::{
     Bdpt, Bidirectional, Estimator, ImageEstimator, LightTracer, Lookup, NextEvent, Path,
     PhotonMapping, Photons, Sppm, Standard,
@@ -17,13 +15,14 @@ use whitefurnace::estimator::{
 use whitefurnace::film::Film;
 use whitefurnace::moments::{Moments, UNIT};
 use whitefurnace::pixel::PixelSampling::{self, Centre, Grid, Jitter, Random};
-use whitefurnace::render::{Numbers, Sampling, render, render_passes};
+use whitefurnace::render::{Numbers, Sampling, render};
 use whitefurnace::rng::{seed_for, uniform2};
 use whitefurnace::roulette::Roulette;
 use whitefurnace::sampler::{LONGEST, Sampler};
-use whitefurnace::scene::{Hit, Scene, SceneBuilder, Surface, simple};
+use whitefurnace::scene::{Hit, Scene, Surface, simple};
 use whitefurnace::shape::Ray;
 
+use crate::helpers::{assert_option_refused, passes, rendered, scene};
 use crate::support::master;
 
 const FRAME: [u32; 2] = [7, 5];
@@ -60,9 +59,7 @@ impl Estimator for Recorder {
 }
 
 fn open() -> Scene {
-    SceneBuilder::new("nothing")
-        .build(Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 1.0))
-        .expect("a scene")
+    scene(|_| {})
 }
 
 /// Asserts that no two of the draws are the same.
@@ -77,12 +74,9 @@ fn every_sample_of_every_replication_draws_its_own_numbers() {
     for sampling in samplings() {
         let samples = sampling.samples_per_replication();
         let recorder = Recorder::default();
-        let mut film = Film::new(FRAME, None, samples).expect("a film");
         // In pieces, as programs render.
-        for range in [0..1, 1..2, 2..4, 4..REPLICATIONS] {
-            let done = render(&open(), &recorder, sampling, &mut film, &range, &|_| true);
-            assert!(matches!(done, Ok(true)));
-        }
+        let ranges = [0..1, 1..2, 2..4, 4..REPLICATIONS];
+        rendered(&open(), &recorder, FRAME, sampling, &ranges).expect("legal radiance");
         let draws = recorder.0.into_inner().expect("no panic");
         let expected = FRAME[0] * FRAME[1] * REPLICATIONS * samples;
         assert_distinct(&draws, expected as usize, &format!("{sampling:?}"));
@@ -98,12 +92,8 @@ fn every_sample_of_every_replication_draws_its_own_numbers() {
 #[test]
 fn error_bars_are_the_spread_of_replications_rendered_alone() {
     for sampling in samplings() {
-        let samples = sampling.samples_per_replication();
         let film = |range: std::ops::Range<u32>| {
-            let mut film = Film::new(FRAME, None, samples).expect("a film");
-            let recorder = Recorder::default();
-            render(&open(), &recorder, sampling, &mut film, &range, &|_| true).expect("legal");
-            film
+            rendered(&open(), &Recorder::default(), FRAME, sampling, &[range]).expect("legal")
         };
         let whole = film(0..REPLICATIONS);
         let alone: Vec<Film> = (0..REPLICATIONS).map(|r| film(r..r + 1)).collect();
@@ -164,11 +154,8 @@ fn every_pass_draws_its_own_numbers() {
         estimator: impl Fn(Watched<'a>) -> E,
     ) {
         let estimator = estimator(Watched(seen));
-        let mut film = Film::new(FRAME, None, 1).expect("a film");
-        for range in [0..1, 1..3, 3..REPLICATIONS] {
-            let done = render_passes(&furnace(), &estimator, master(), &mut film, range, &|_| true);
-            assert!(matches!(done, Ok(true)));
-        }
+        let ranges = [0..1, 1..3, 3..REPLICATIONS];
+        passes(&furnace(), &estimator, FRAME, &ranges).expect("legal radiance");
         let draws = seen.lock().expect("no panic");
         // Each particle has at least a point and a direction.
         assert!(draws.len() as u32 > 2 * FRAME[0] * FRAME[1] * REPLICATIONS, "{name}");
@@ -199,33 +186,24 @@ fn every_map_of_photons_draws_its_own_numbers() {
 /// What numbers of 32 bits cannot name is refused, not wrapped.
 #[test]
 fn more_samples_than_can_be_named_are_refused() {
-    let refused = |pixel, numbers, range: std::ops::Range<u32>| {
+    let refused = |pixel, numbers, range: std::ops::Range<u32>, hint| {
         let sampling = Sampling { pixel, numbers, seed: 1 };
-        let mut film = Film::new([1, 1], None, sampling.samples_per_replication()).expect("a film");
-        let estimator = Path::<Standard>::default();
-        let done = render(&open(), &estimator, sampling, &mut film, &range, &|_| true);
-        let error = done.map(|_| ()).expect_err("must be refused");
-        assert!(matches!(error, Error::Option(_)) && !error.to_string().contains('\n'));
-        error.to_string()
+        let found = rendered(&open(), &Path::<Standard>::default(), [1, 1], sampling, &[range]);
+        assert_option_refused(found, hint);
     };
     let end = u32::MAX;
-    assert!(refused(Jitter(2), Numbers::Independent, end - 1..end).contains("replications"));
-    assert!(refused(Random, Numbers::Sobol(2), end - 1..end).contains("replications"));
-    assert!(refused(Grid(0), Numbers::Independent, 0..1).contains("at least 1"));
-    assert!(refused(Random, Numbers::Sobol(0), 0..1).contains("at least 1"));
-    assert!(refused(Jitter(1 << 17), Numbers::Independent, 0..2).contains("replications"));
-    for (pixel, numbers) in [
-        (Random, Numbers::Sobol(LONGEST + 1)),
-        (Jitter(2), Numbers::Sobol(LONGEST / 4 + 1)),
-        (Jitter(1 << 17), Numbers::Sobol(1 << 17)),
-    ] {
-        assert!(refused(pixel, numbers, 0..1).contains("points"), "{numbers:?}");
-    }
+    refused(Jitter(2), Numbers::Independent, end - 1..end, "replications");
+    refused(Random, Numbers::Sobol(2), end - 1..end, "replications");
+    refused(Grid(0), Numbers::Independent, 0..1, "at least 1");
+    refused(Random, Numbers::Sobol(0), 0..1, "at least 1");
+    refused(Jitter(1 << 17), Numbers::Independent, 0..2, "replications");
+    refused(Random, Numbers::Sobol(LONGEST + 1), 0..1, "points");
+    refused(Jitter(2), Numbers::Sobol(LONGEST / 4 + 1), 0..1, "points");
+    refused(Jitter(1 << 17), Numbers::Sobol(1 << 17), 0..1, "points");
     // The longest sequence itself is fine, in a film that knows its length.
     let sampling = Sampling { pixel: Random, numbers: Numbers::Sobol(LONGEST), seed: 1 };
     let recorder = Recorder::default();
-    let mut film = Film::new([1, 1], None, LONGEST).expect("a film");
-    assert!(render(&open(), &recorder, sampling, &mut film, &(0..1), &|_| true).is_ok());
+    assert!(rendered(&open(), &recorder, [1, 1], sampling, &[0..1]).is_ok());
     let mut other = Film::new([1, 1], None, 1).expect("a film");
     assert!(render(&open(), &recorder, sampling, &mut other, &(0..1), &|_| true).is_err());
     // All its points, once each: in 2^16 intervals.
@@ -239,12 +217,11 @@ fn more_samples_than_can_be_named_are_refused() {
 
 /// Half of the only pixel shows an emitter.
 fn edge() -> Scene {
-    let mut scene = SceneBuilder::new("edge");
-    let light = scene.surface(Surface::new(Bsdf::Black).emitting(DVec3::ONE));
-    let corner = DVec3::new(1.0, -9.0, -9.0);
-    scene.rectangle(corner, [18.0 * DVec3::Z, 9.0 * DVec3::Y], light);
-    let camera = Camera::new(DVec3::ZERO, DVec3::X, DVec3::Z, 1.0);
-    scene.build(camera).expect("a scene")
+    scene(|scene| {
+        let light = scene.surface(Surface::new(Bsdf::Black).emitting(DVec3::ONE));
+        let corner = DVec3::new(1.0, -9.0, -9.0);
+        scene.rectangle(corner, [18.0 * DVec3::Z, 9.0 * DVec3::Y], light);
+    })
 }
 
 /// The eye's rays of photon mapping's passes: each through a point of its own. Of 200 fair coins fewer than 40
@@ -255,30 +232,4 @@ fn every_pass_of_photons_looks_through_a_point_of_its_own() {
     let pass = |index| sppm.pass(&edge(), [1, 1], master(), index).expect("an image");
     let lit = (0..200).filter(|&index| pass(index)[0] == DVec3::ONE).count();
     assert!((40..=160).contains(&lit), "{lit}");
-}
-
-/// Light 1 + y for the unit direction's y.
-struct Sideways;
-
-impl Estimator for Sideways {
-    fn radiance<R: Sampler>(&self, _: &Scene, ray: &Ray, _: Option<Hit>, _: &mut R) -> DVec3 {
-        DVec3::splat(1.0 + ray.direction.y)
-    }
-}
-
-/// A replication of a grid goes through each of its cells as often: the mean of what is odd is that of the middle.
-#[test]
-fn a_replication_covers_every_cell_of_the_pixel() {
-    for pixel in [Centre, Grid(2), Grid(3)] {
-        for numbers in [Numbers::Independent, Numbers::Sobol(1), Numbers::Sobol(4)] {
-            let seed = master();
-            let sampling = Sampling { pixel, numbers, seed };
-            let samples = sampling.samples_per_replication();
-            let mut film = Film::new([1, 1], None, samples).expect("a film");
-            let done = render(&edge(), &Sideways, sampling, &mut film, &(0..2), &|_| true);
-            assert!(matches!(done, Ok(true)));
-            let mean = film.pixel(0, 0).mean().x;
-            assert_abs_diff_eq!(mean, 1.0, epsilon = 2.0 * UNIT);
-        }
-    }
 }

@@ -1,4 +1,4 @@
-//! Sobol' points: numbers of different blocks, and more numbers than a block has.
+//! Owen-scrambled Sobol' points: strata, blocks, where the bits come from, and which block each vertex takes.
 
 use std::collections::BTreeSet;
 use std::convert::Infallible;
@@ -9,13 +9,125 @@ use whitefurnace::bsdf::{Bsdf, Scattering};
 use whitefurnace::estimator::{
     Estimator, Lookup, NextEvent, Path, PhotonMapping, Photons, Published, Strategy,
 };
-use whitefurnace::rng::{Stream, stream};
+use whitefurnace::rng::{Stream, stream, uniform};
 use whitefurnace::roulette::Roulette;
-use whitefurnace::sampler::{BLOCK, LIGHT, Sampler, Sobol};
-use whitefurnace::scene::{Scene, SceneBuilder, Surface, simple};
+use whitefurnace::sampler::{BLOCK, LIGHT, Sampler, Sobol, scramble};
+use whitefurnace::scene::{Scene, Surface, simple};
 use whitefurnace::shape::{Ray, Sphere};
 
-use crate::helpers::any_camera;
+use crate::helpers::scene;
+use crate::support::master;
+
+fn sobol(index: u32, scramble: u32) -> Sobol {
+    let point = u16::try_from(index).expect("a point of the sequence");
+    Sobol::new(point, u64::from(scramble), stream(1, scramble, index))
+}
+
+/// The first `n` numbers of a block.
+fn numbers(index: u32, scramble: u32, block: u32, n: u32) -> Vec<f64> {
+    let mut point = sobol(index, scramble);
+    point.block(block);
+    (0..n).map(|_| uniform(&mut point)).collect()
+}
+
+#[test]
+fn every_dimension_is_stratified() {
+    for (scramble, block) in [(0, 0), (7, 1), (0xFFFF_FFFF, LIGHT), (3, LIGHT + 2)] {
+        let points: Vec<Vec<f64>> = (0..256).map(|i| numbers(i, scramble, block, BLOCK)).collect();
+        for dimension in 0..BLOCK as usize {
+            // One point in each of 256 intervals.
+            let strata: BTreeSet<u32> =
+                points.iter().map(|point| (256.0 * point[dimension]) as u32).collect();
+            assert_eq!(strata.len(), 256, "{scramble} {block} {dimension}");
+        }
+        // The first two together: one point in each rectangle of any shape of area 1/256.
+        for bits in 0..=8 {
+            let [columns, rows] = [1_u32 << bits, 256 >> bits].map(f64::from);
+            let cells: BTreeSet<[u32; 2]> = points
+                .iter()
+                .map(|point| [(columns * point[0]) as u32, (rows * point[1]) as u32])
+                .collect();
+            assert_eq!(cells.len(), 256, "{scramble} {block}: {columns} x {rows}");
+        }
+    }
+}
+
+#[test]
+fn low_bits_are_those_of_the_stream() {
+    let mut fill = stream(1, 4, 17);
+    let mut point = sobol(17, 4);
+    for block in [3, LIGHT] {
+        point.block(block);
+        for _ in 0..BLOCK {
+            assert_eq!(point.next_u64() & ((1 << 41) - 1), fill.next_u64() >> 23);
+        }
+    }
+}
+
+#[test]
+fn asking_for_a_block_begins_it_anew() {
+    let [fresh, other] = [numbers(5, 9, 2, BLOCK), numbers(5, 9, 3, BLOCK)];
+    let mut point = sobol(5, 9);
+    let mut from = |block: u32| -> Vec<f64> {
+        point.block(block);
+        (0..BLOCK).map(|_| uniform(&mut point)).collect()
+    };
+    // The low bits come from a stream that only goes on.
+    let close = |a: &[f64], b: &[f64]| {
+        let step = 1.0 / f64::from(1 << 23);
+        a.iter().zip(b).all(|(a, b)| (a - b).abs() < step)
+    };
+    assert!(close(&from(2), &fresh) && close(&from(3), &other) && close(&from(2), &fresh));
+    assert!(!close(&fresh, &other));
+    assert!(!close(&fresh, &numbers(6, 9, 2, BLOCK)));
+    assert!(!close(&fresh, &numbers(5, 8, 2, BLOCK)));
+}
+
+#[test]
+fn halves_and_bytes_are_those_of_the_words() {
+    let mut words = sobol(17, 2);
+    let [first, second] = [words.next_u64(), words.next_u64()];
+    let mut halves = sobol(17, 2);
+    assert_eq!(
+        [halves.next_u32(), halves.next_u32()],
+        [first, second].map(|word| (word >> 32) as u32)
+    );
+    let mut bytes = [0; 11];
+    sobol(17, 2).fill_bytes(&mut bytes);
+    assert_eq!(bytes[..8], first.to_be_bytes());
+    assert_eq!(bytes[8..], second.to_be_bytes()[..3]);
+}
+
+#[test]
+fn streams_need_no_blocks() {
+    let (mut one, mut other) = (stream(1, 2, 3), stream(1, 2, 3));
+    other.block(7);
+    assert_eq!(one.next_u64(), other.next_u64());
+}
+
+/// All pixels of an image of 1024 × 768, and replications of one: with 32 bits some 70 pairs would be alike.
+#[test]
+fn scrambles_are_distinct() {
+    const PIXELS: u32 = 1024 * 768;
+    let pixels = (0..PIXELS).map(|pixel| scramble(master(), pixel, 3));
+    let replications = (0..PIXELS).map(|replication| scramble(master(), 7, replication));
+    let mut all: Vec<u64> = pixels.chain(replications).collect();
+    all.sort_unstable();
+    all.dedup();
+    // Pixel 7 in replication 3 is in both.
+    assert_eq!(all.len(), 2 * PIXELS as usize - 1);
+    // Not only their names: the leading bits of four numbers of one point, 92 bits, differ as well.
+    let mut points: Vec<[u32; 4]> = (0..PIXELS)
+        .map(|pixel| {
+            let mut point = Sobol::new(5, scramble(master(), pixel, 3), stream(1, 2, 3));
+            point.block(2);
+            [0; 4].map(|_| (point.next_u64() >> 41) as u32)
+        })
+        .collect();
+    points.sort_unstable();
+    points.dedup();
+    assert_eq!(points.len(), PIXELS as usize);
+}
 
 fn leading(points: &mut Sobol, count: u32) -> Vec<u64> {
     (0..count).map(|_| points.next_u64() >> 41).collect()
@@ -33,14 +145,6 @@ fn a_used_up_block_does_not_run_into_the_next() {
         asked += 3 * BLOCK as usize;
     }
     assert_eq!(seen.len(), asked);
-}
-
-#[test]
-fn the_fill_leaves_the_leading_bits_alone() {
-    let [mut a, mut b] = [1, 2].map(|k| Sobol::new(9, 5, stream(k, 0, 0)));
-    let [whole_a, whole_b] = [&mut a, &mut b].map(|p| p.next_u64());
-    assert_eq!(whole_a >> 41, whole_b >> 41);
-    assert_ne!(whole_a, whole_b);
 }
 
 /// Blocks far down a path, of the eye's and of the light's, have numbers of their own: they neither wrap
@@ -114,12 +218,12 @@ impl Photons for Endless {}
 
 /// A cavity of mirrors that emits 1, and a ray in it.
 fn mirrors(reflectance: f64) -> (Scene, Ray) {
-    let mut builder = SceneBuilder::new("mirrors");
     let reflectance = DVec3::splat(reflectance);
-    let mirror = builder.surface(Surface::new(Bsdf::Mirror { reflectance }).emitting(DVec3::ONE));
-    let cavity = Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) };
-    builder.sphere(cavity, mirror);
-    let scene = builder.build(any_camera()).expect("a scene");
+    let scene = scene(|scene| {
+        let mirror = Surface::new(Bsdf::Mirror { reflectance }).emitting(DVec3::ONE);
+        let mirror = scene.surface(mirror);
+        scene.sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) }, mirror);
+    });
     (scene, Ray::new(DVec3::new(0.1, 0.2, 0.3), DVec3::new(0.6, 0.0, 0.8)))
 }
 

@@ -11,6 +11,8 @@ use whitefurnace::scene::simple::{self, Cap};
 use whitefurnace::scene::{Geometry, Scene, Surface};
 use whitefurnace::shape::Sphere;
 
+use crate::scene::OUTLINE;
+
 /// A surface as numbers: kind, colour, what else its model knows, emission, absorption.
 type Look = (&'static str, [f64; 3], [f64; 2], [f64; 3], f64);
 
@@ -361,16 +363,7 @@ fn cornell_box() {
 /// The room as measured, with looks of mirror, glass and white objects, and of the eight surfaces: floor
 /// and ceiling, then the walls as below.
 fn room_table(name: &'static str, objects: [Look; 3], albedos: [[f64; 3]; 7]) -> Table {
-    let ring = |z: f64| {
-        [
-            [-3.0, 0.0, z],
-            [0.0, -6.0, z],
-            [10.0, -6.0, z],
-            [13.0, 0.0, z],
-            [10.0, 6.0, z],
-            [0.0, 6.0, z],
-        ]
-    };
+    let ring = |z: f64| OUTLINE.map(|[x, y]| [x, y, z]);
     let corners = [ring(-5.0), ring(5.0)].concat();
     let wall = |albedo| -> Look { ("lambert", albedo, [0.0; 2], BLACK, 0.25) };
     let mut primitives = faces(&corners, &[[0, 1, 2, 3, 4, 5]], wall(albedos[0]));

@@ -191,7 +191,14 @@ fn what_cannot_be_sampled_says_so() {
     let whole = Sphere::new(DVec3::ZERO, 1.0);
     let cap = |from, sphere| VisibleCap::new(from, &sphere).is_some();
     assert!(cap(2.0 * DVec3::Z, whole));
-    assert!(!cap(0.5 * DVec3::Z, whole), "from inside");
+    // 1e-6 sr is a disc of radius d/1772.
+    assert!(cap(1700.0 * DVec3::X, whole) && !cap(1800.0 * DVec3::X, whole));
+    let ball = Emitter::new(EmitterShape::Sphere(whole), DVec3::ONE);
+    for inside in [DVec3::ZERO, 0.5 * DVec3::Z, 0.999 * DVec3::X, DVec3::X] {
+        assert!(!cap(inside, whole));
+        assert_eq!(ball.pdf_solid_angle(inside), None);
+        assert_eq!(ball.sample_solid_angle(inside, [0.3, 0.7]), None);
+    }
     assert!(!cap(2.0 * DVec3::Z, Sphere { inward: true, ..whole }), "inward");
     assert!(!cap(2.0 * DVec3::Z, Sphere { zone: [-0.5, 1.0], ..whole }), "a zone");
 }

@@ -14,16 +14,17 @@ use crate::shares::{ENOUGH, OUTSIDE};
 
 /// Tests of identities with random arguments, by their calls for them in the sources of the tests: a
 /// share each.
-fn identities() -> usize {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("library");
-    let files = std::fs::read_dir(&folder).expect("the tests' sources");
-    files
-        .map(|file| std::fs::read_to_string(file.expect("an entry").path()).unwrap_or_default())
-        .map(|text| {
-            let calls = |line: &&str| line.contains("property(") || line.contains(" rng(\"");
-            text.lines().filter(calls).count()
-        })
-        .sum()
+fn identities(folder: &Path) -> usize {
+    let entries = std::fs::read_dir(folder).expect("the tests' sources");
+    let count = |path: &Path| {
+        if path.is_dir() {
+            return identities(path);
+        }
+        let text = std::fs::read_to_string(path).expect("a source file");
+        let calls = |line: &&str| line.contains("property(") || line.contains(" rng(");
+        text.lines().filter(calls).count()
+    };
+    entries.map(|entry| count(&entry.expect("an entry").path())).sum()
 }
 
 /// The outcomes of a trial on its right subject. At the smallest scale they are as many as at any other.
@@ -56,7 +57,7 @@ fn the_error_budget_is_kept() {
         equivalents().iter().map(|pair| shares(&found[pair.trial.as_str()])).sum();
     let elsewhere: usize = OUTSIDE.iter().map(|(_, count)| count).sum::<usize>()
         + ENOUGH.iter().map(|(.., times)| times).sum::<usize>();
-    let identities = identities();
+    let identities = identities(&Path::new(env!("CARGO_MANIFEST_DIR")).join("library"));
     let used = right + faults + graded + accepted + elsewhere + identities;
     let table = format!(
         "{used} shares of {CAPACITY}: {right} of the registry's right subjects, {faults} of {rejections} \

@@ -14,7 +14,7 @@ use whitefurnace::bsdf::OrenNayar;
 use whitefurnace::form_factor::polygon;
 use whitefurnace::harness::domain::Domain;
 
-use crate::reference::{fresnel_average, oren_nayar};
+use crate::reference::{oren_nayar, rows};
 
 #[test]
 fn closed_forms_of_oren_nayar_albedo() {
@@ -27,9 +27,10 @@ fn closed_forms_of_oren_nayar_albedo() {
     }
 }
 
+/// The average of R over the hemisphere from outside, from inside.
 #[test]
 fn hemispherical_reflectances() {
-    for [n, outside, inside] in fresnel_average() {
+    for [n, outside, inside] in rows(include_str!("../library/data/fresnel_average.csv")) {
         assert_relative_eq!(walsh(n), outside, max_relative = 1e-10);
         let found = 1.0 - (1.0 - walsh(n)) / (n * n);
         assert_relative_eq!(found, inside, max_relative = 1e-11);
@@ -86,28 +87,25 @@ fn the_plates_references_are_hottels() {
 /// The references of the trials through scenes, by a second route: quadrature over the light.
 #[test]
 fn polygon_and_sphere_irradiance_agree_with_quadrature() {
-    let up = |x: DVec3| x.normalize().z.max(0.0);
-    let over = |corner: DVec3, a: DVec3, b: DVec3, normal: DVec3| {
+    // Light along y from the origin, of one that faces it, over a domain spanned by two edges.
+    let over = |domain: Domain, [corner, first, last]: [DVec3; 3]| {
+        let (a, b) = (first - corner, last - corner);
+        let normal = a.cross(b).normalize();
         let f = |p: DVec3| {
             let y = corner + p.x * a + p.y * b;
-            up(y) * normal.dot(-y.normalize()).max(0.0) / y.length_squared()
+            let direction = y.normalize();
+            direction.z.max(0.0) * normal.dot(-direction).max(0.0) / y.length_squared()
         };
-        Domain::Square.integrate_all(1e-9, &f).value * a.cross(b).length()
+        domain.integrate_all(1e-9, &f).value * a.cross(b).length()
     };
     let [a, b, _, d] = RECTANGLE;
-    let square = over(a, b - a, d - a, -DVec3::Z);
+    let square = over(Domain::Square, [a, d, b]);
     assert_abs_diff_eq!(square, polygon_irradiance(&RECTANGLE), epsilon = 1e-7);
     assert_abs_diff_eq!(square, 0.752_274_688_454_107_5, epsilon = 1e-7);
     let [a, b, _, d] = WALL;
-    let wall = over(a, b - a, d - a, -DVec3::Y);
+    let wall = over(Domain::Square, [a, b, d]);
     assert_abs_diff_eq!(wall, polygon_irradiance(&WALL), epsilon = 1e-7);
-    let [a, b, c] = TRIANGLE;
-    let normal = (b - a).cross(c - a);
-    let f = |p: DVec3| {
-        let y = a + p.x * (b - a) + p.y * (c - a);
-        up(y) * normal.normalize().dot(-y.normalize()).max(0.0) / y.length_squared()
-    };
-    let triangle = Domain::Triangle.integrate_all(1e-9, &f).value * normal.length();
+    let triangle = over(Domain::Triangle, TRIANGLE);
     assert_abs_diff_eq!(triangle, polygon_irradiance(&TRIANGLE), epsilon = 1e-7);
     // The solid angle of a sphere is a cone around the zenith with sin θ = R/d.
     let cone = PI * 0.25_f64.powi(2);

@@ -14,7 +14,7 @@ use whitefurnace::estimator::{
 use whitefurnace::film::{Features, Film, Pixel, check_radiance};
 use whitefurnace::moments::{ExactMoments, LARGEST, UNIT};
 use whitefurnace::pixel::PixelSampling::{self, Centre, Jitter, Random};
-use whitefurnace::render::{Numbers, Sampling, render, render_passes};
+use whitefurnace::render::{Numbers, Sampling};
 use whitefurnace::rng::stream;
 use whitefurnace::roulette::Roulette;
 use whitefurnace::sampler::Sampler;
@@ -22,6 +22,7 @@ use whitefurnace::scene::{Hit, Scene, simple};
 use whitefurnace::shape::Ray;
 use whitefurnace::splat::Splats;
 
+use crate::helpers::{self, rendered};
 use crate::support::master;
 
 const FRAME: [u32; 2] = [5, 4];
@@ -171,9 +172,8 @@ fn one_bad_sample_ends_a_render() {
             let samples = sampling.samples_per_replication();
             for at in [0, 7 * samples - 1] {
                 let once = Once { calls: AtomicU32::new(0), at, value };
-                let mut film = Film::new(FRAME, None, samples).expect("a film");
-                let done = render(&furnace(), &once, sampling, &mut film, &(0..2), &|_| true);
-                assert_surfaces(done, "at pixel (", &format!("{value} with {sampling:?}"));
+                let found = rendered(&furnace(), &once, FRAME, sampling, &[0..2]);
+                assert_surfaces(found, "at pixel (", &format!("{value} with {sampling:?}"));
             }
         }
     }
@@ -193,9 +193,8 @@ impl ImageEstimator for BadPixel {
 #[test]
 fn one_bad_pixel_ends_the_passes() {
     for value in BAD {
-        let mut film = Film::new(FRAME, None, 1).expect("a film");
-        let done = render_passes(&furnace(), &BadPixel(value), 1, &mut film, 0..3, &|_| true);
-        assert_surfaces(done, "at pixel (3, 2), pass 1", &format!("{value}"));
+        let found = helpers::passes(&furnace(), &BadPixel(value), FRAME, &[0..3]);
+        assert_surfaces(found, "at pixel (3, 2), pass 1", &format!("{value}"));
     }
 }
 
@@ -275,52 +274,54 @@ impl FiniteElements for Bad {
 
 impl NextEvent for Bad {}
 
-fn rays<E: Estimator>(scene: &Scene, estimator: &E) -> Result<bool, Error> {
-    let mut film = Film::new(FRAME, None, 1).expect("a film");
+/// So many that of a BRDF that is -1 in one channel some path shows it: one in 64 at least is reflected just
+/// once, so that all 2000 look right with a probability below 1e-13. A bad value ends a render at once.
+const REPLICATIONS: u32 = 100;
+
+fn rays<E: Estimator>(scene: &Scene, estimator: &E) -> Result<Film, Error> {
     let sampling = sampling(Random, Numbers::Independent);
-    render(scene, estimator, sampling, &mut film, &(0..4), &|_| true)
+    rendered(scene, estimator, FRAME, sampling, &[0..REPLICATIONS])
 }
 
-fn passes<E: ImageEstimator>(scene: &Scene, estimator: &E) -> Result<bool, Error> {
-    let mut film = Film::new(FRAME, None, 1).expect("a film");
-    render_passes(scene, estimator, master(), &mut film, 0..4, &|_| true)
-}
-
-fn gather() -> Lookup {
-    Lookup::Gather { caustic_particles: 200, caustic_radius: 0.5 }
+fn passes<E: ImageEstimator>(scene: &Scene, estimator: &E) -> Result<Film, Error> {
+    helpers::passes(scene, estimator, FRAME, &[0..REPLICATIONS])
 }
 
 /// Renders with photons, if there is a map.
-fn photons(scene: &Scene, parts: Bad, lookup: Lookup) -> Result<bool, Error> {
+fn photons(scene: &Scene, parts: Bad, lookup: Lookup) -> Result<Film, Error> {
     let map = PhotonMapping::new(parts, scene, lookup, (50, 0.5), (master(), 0))?;
     rays(scene, &map)
 }
 
-fn sppm(scene: &Scene, parts: Bad) -> Result<bool, Error> {
-    let (particles, radius) = (50, 0.5);
-    passes(scene, &Sppm { parts, particles, radius })
+fn sppm(scene: &Scene, parts: Bad) -> Result<Film, Error> {
+    passes(scene, &Sppm { parts, particles: 50, radius: 0.5 })
+}
+
+/// What every estimator that walks makes of these parts.
+fn walks(scene: &Scene, parts: Bad) -> Vec<(&'static str, Result<Film, Error>)> {
+    let path = |strategy| rays(scene, &Path::new(parts, strategy));
+    let gather = Lookup::Gather { caustic_particles: 200, caustic_radius: 0.5 };
+    vec![
+        ("path by BSDF", path(Strategy::Bsdf)),
+        ("path by light", path(Strategy::Light)),
+        ("path by both", path(Strategy::Mis)),
+        ("light tracer", passes(scene, &LightTracer { parts })),
+        ("bdpt", passes(scene, &Bdpt { parts })),
+        ("photons", photons(scene, parts, Lookup::Direct)),
+        ("photons, gathered", photons(scene, parts, gather)),
+        ("sppm", sppm(scene, parts)),
+    ]
 }
 
 #[test]
 fn bad_parts_surface_through_every_estimator() {
     let scene = furnace();
     for value in [f64::NAN, f64::INFINITY, -1.0] {
-        let parts = Bad::Brdf(value);
-        let what = |name: &str| format!("{name} with a BRDF of {value}");
-        for strategy in [Strategy::Bsdf, Strategy::Light, Strategy::Mis] {
-            let path = Path::new(parts, strategy);
-            assert_surfaces(rays(&scene, &path), "at pixel (", &what("path"));
+        for (name, found) in walks(&scene, Bad::Brdf(value)) {
+            let by_pixel = name.starts_with("path") || ["light tracer", "bdpt"].contains(&name);
+            let place = if by_pixel { "at pixel (" } else { "" };
+            assert_surfaces(found, place, &format!("{name} with a BRDF of {value}"));
         }
-        assert_surfaces(
-            passes(&scene, &LightTracer { parts }),
-            "at pixel (",
-            &what("light tracer"),
-        );
-        assert_surfaces(passes(&scene, &Bdpt { parts }), "at pixel (", &what("bdpt"));
-        for lookup in [Lookup::Direct, gather()] {
-            assert_surfaces(photons(&scene, parts, lookup), "", &what("photons"));
-        }
-        assert_surfaces(sppm(&scene, parts), "", &what("sppm"));
         let parts = Bad::Flux(value);
         let place = "the flux of a photon of pass 0";
         assert_surfaces(photons(&scene, parts, Lookup::Direct), place, &format!("flux {value}"));
@@ -345,15 +346,11 @@ fn bad_parts_do_not_pass_for_a_solution() {
 #[test]
 fn paths_without_end_are_errors() {
     let scene = simple::furnace_box(0.9).expect("a scene");
-    let parts = Bad::Endless;
-    for strategy in [Strategy::Bsdf, Strategy::Light, Strategy::Mis] {
-        assert_surfaces(rays(&scene, &Path::new(parts, strategy)), "at pixel (", "path");
+    for (name, found) in walks(&scene, Bad::Endless) {
+        let by_pixel = name.starts_with("path") || name == "bdpt";
+        let place = if by_pixel { "at pixel (" } else { "of pass 0" };
+        assert_surfaces(found, place, name);
     }
-    let place = "of pass 0";
-    assert_surfaces(passes(&scene, &LightTracer { parts }), place, "light tracer");
-    assert_surfaces(passes(&scene, &Bdpt { parts }), "at pixel (", "bdpt");
-    assert_surfaces(photons(&scene, parts, Lookup::Direct), place, "photons");
-    assert_surfaces(sppm(&scene, parts), place, "sppm");
 }
 
 /// Counts how often paths survive.

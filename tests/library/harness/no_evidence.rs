@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use whitefurnace::harness::bsdf_checkup::{BsdfSample, BsdfSubject, CheckUp, Loss, check_up};
+use whitefurnace::harness::bsdf_checkup::{BsdfSubject, CheckUp, Loss, check_up};
 use whitefurnace::harness::chi_square::{
     Counts, binomial, chi_square, poisson, sampler_against_partition,
 };
@@ -16,8 +16,10 @@ use whitefurnace::harness::mean::{
 };
 use whitefurnace::harness::outcome::{Claim, Outcome, Verdict};
 use whitefurnace::harness::trial::Context;
-use whitefurnace::harness::welch_map::{PixelStatistics, image_mean, map};
-use whitefurnace::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
+use whitefurnace::harness::welch_map::{image_mean, map};
+
+use super::checkup_parts::{with_eval, with_sample};
+use super::{Image, cells};
 
 const WIDE: [Claim; 3] =
     [Claim::Exact { delta: 1e3 }, Claim::Approximate { margin: 1e3 }, Claim::Test];
@@ -27,18 +29,21 @@ fn same(n: u64, value: f64) -> Values {
     Values::collect(0.0, n, || value)
 }
 
-fn cells(masses: &[f64], observed: &[u64]) -> Outcome {
-    let places = masses.iter().map(|m| format!("{m}")).collect();
+fn counted(masses: &[f64], observed: &[u64]) -> Outcome {
     let counts =
         Counts { n: observed.iter().sum(), observed: observed.to_vec(), ..Counts::default() };
-    let partition = Partition::of_masses(masses.to_vec(), places);
-    chi_square("cells", &partition, &counts, 1e3)
+    chi_square("cells", &cells(masses), &counts, 1e3)
+}
+
+/// An image of ones without variance.
+fn still(pixels: usize, count: u64) -> Image {
+    Image::new(&vec![1.0; pixels], &vec![0.0; pixels], &vec![count; pixels])
 }
 
 fn image(pixels: usize, count: u64) -> Outcome {
-    let (mean, variance, count) = (vec![1.0; pixels], vec![0.0; pixels], vec![count; pixels]);
-    let pixels = PixelStatistics { mean: &mean, variance: &variance, count: &count };
-    let image = (&pixels, &variance[..]);
+    let still = still(pixels, count);
+    let pixels = still.statistics();
+    let image = (&pixels, &still.variance[..]);
     image_mean("image", image, image, 1e3)
 }
 
@@ -50,11 +55,13 @@ fn samples_that_say_nothing_are_undecided() {
     for claim in WIDE {
         for n in [0, 1, 2, 100, 2 * ENOUGH_EQUAL] {
             let (v, squares) = (same(n, 2.0), same(n, 0.5));
-            outcomes.push(mean("t", &v, 2.0, claim));
-            outcomes.push(mean_known_sigma("z", &v, 2.0, 1.0, claim));
-            outcomes.push(bounded_mean("one place", &v, 2.0, [2.0, 2.0], claim));
-            outcomes.push(welch("Welch", &v, &v, claim));
-            outcomes.push(variance_ratio("ratio", &squares, &squares, 1.0, 1e3));
+            outcomes.extend([
+                mean("t", &v, 2.0, claim),
+                mean_known_sigma("z", &v, 2.0, 1.0, claim),
+                bounded_mean("one place", &v, 2.0, [2.0, 2.0], claim),
+                welch("Welch", &v, &v, claim),
+                variance_ratio("ratio", &squares, &squares, 1.0, 1e3),
+            ]);
         }
         // Nothing is known of one value, or none, however wrong it is; and too little of a few equal ones.
         for n in [0, 1, 2, 1000] {
@@ -70,23 +77,22 @@ fn samples_that_say_nothing_are_undecided() {
     for groups in [vec![], vec![vec![1.0, 0.1]], vec![vec![1.0, 0.1]; 50]] {
         outcomes.push(slope("slope", &[1.0, 10.0], &groups, -1.0, 1e3));
     }
-    outcomes.push(cells(&[1.0], &[1_000_000]));
-    outcomes.push(cells(&[1.0, 0.0], &[1_000_000, 0]));
-    outcomes.push(cells(&[0.5, 0.5], &[0, 0]));
-    outcomes.push(cells(&[0.5, 0.5], &[900, 0]));
+    outcomes.extend([
+        counted(&[1.0], &[1_000_000]),
+        counted(&[1.0, 0.0], &[1_000_000, 0]),
+        counted(&[0.5, 0.5], &[0, 0]),
+        counted(&[0.5, 0.5], &[900, 0]),
+        Outcome::exact("identity of nothing", 0, 0.0, 1.0, ""),
+    ]);
     outcomes.extend([0.0, 0.5, 1.0].map(|q| binomial("share", 0, 0, q, 1e3)));
     outcomes.extend([0.0, 1.0].map(|events| poisson("events", 0, 0, events, 1e3)));
-    for n in [0, 1] {
-        outcomes.push(kolmogorov_smirnov("law", &mut vec![0.5; n], |x| x, 1e3));
-    }
+    outcomes.extend([0, 1].map(|n| kolmogorov_smirnov("law", &mut vec![0.5; n], |x| x, 1e3)));
     outcomes.extend([(0, 9), (4, 0), (4, 1), (4, 9)].map(|(pixels, n)| image(pixels, n)));
     for pixels in [0, 4] {
-        let (mean, zero, count) = (vec![1.0; pixels], vec![0.0; pixels], vec![9; pixels]);
-        let pixels = PixelStatistics { mean: &mean, variance: &zero, count: &count };
-        let map = map(&pixels, &pixels, 2, 1);
+        let still = still(pixels, 9);
+        let map = map(&still.statistics(), &still.statistics(), 2, 1);
         outcomes.extend([map.smallest("least", 9), map.flatness("flat", 1e3)]);
     }
-    outcomes.push(Outcome::exact("identity of nothing", 0, 0.0, 1.0, ""));
     for outcome in outcomes {
         let undecided = matches!(outcome.verdict(), Verdict::Undecided { .. });
         assert!(undecided, "{:?}: {outcome:?}", outcome.verdict());
@@ -100,7 +106,7 @@ fn samples_that_speak_against_a_claim_are_heard() {
     let claim = Claim::Exact { delta: 0.003 };
     let failing = [
         mean("black", &same(2 * ENOUGH_EQUAL, 0.0), 1.0, claim),
-        cells(&[1.0, 0.0], &[999_999, 1]),
+        counted(&[1.0, 0.0], &[999_999, 1]),
         kolmogorov_smirnov("stuck", &mut vec![0.5; 1000], |x| x, 0.01),
         binomial("never", 1, 1_000_000, 0.0, 0.01),
         binomial("always", 999_999, 1_000_000, 1.0, 0.01),
@@ -110,7 +116,7 @@ fn samples_that_speak_against_a_claim_are_heard() {
         welch("NaN", &same(1, f64::NAN), &same(1, 1.0), claim),
         binomial("NaN", 0, 10, f64::NAN, 1.0),
         poisson("NaN", 0, 10, f64::NAN, 1.0),
-        cells(&[f64::NAN, 0.5], &[500, 500]),
+        counted(&[f64::NAN, 0.5], &[500, 500]),
     ];
     for outcome in failing {
         assert_eq!(outcome.verdict(), Verdict::Fails, "{outcome:?}");
@@ -148,17 +154,10 @@ fn small() -> CheckUp {
 #[test]
 fn check_ups_without_samples_are_undecided() {
     let context = Context::new(7, 1.0).expect("a scale").named("nothing");
-    let lambert = |_, wi: DVec3| if wi.z > 0.0 { 0.5 / PI } else { 0.0 };
-    let nothing = BsdfSubject::new(lambert, |_, _| None, |_, _| 0.0).loss(Loss::Allowed);
+    let nothing =
+        BsdfSubject { pdf: Box::new(|_, _| 0.0), ..with_sample(|_| None).loss(Loss::Allowed) };
     let outcomes = check_up(&nothing, &small(), &context);
-    let stuck = BsdfSubject::new(
-        |_, wi: DVec3| wi.z.max(0.0) * 0.75 / PI,
-        |_, [r1, r2, _]| {
-            let wi = cosine_hemisphere([r1, r2]);
-            Some(BsdfSample { wi, weight: 0.5, pdf: cosine_hemisphere_pdf(wi.z) })
-        },
-        |_, wi: DVec3| cosine_hemisphere_pdf(wi.z.max(0.0)),
-    );
+    let stuck = with_eval(|_, wi| wi.z.max(0.0) * 0.75 / PI);
     let stuck = check_up(&stuck, &small(), &context);
     let lobes = LobeSubject::new(|_| Vec::<Lobe>::new(), |_, _| None::<LobeSample>);
     let lobes = check_up_lobes(&lobes.loss(Loss::Allowed), &small(), &context);
@@ -174,4 +173,22 @@ fn check_ups_without_samples_are_undecided() {
         let undecided = matches!(verdict, Some(Verdict::Undecided { .. }));
         assert!(undecided, "{name}: {found:?}");
     }
+}
+
+/// One value of a thousand that is no number is not lost in their mean.
+#[test]
+fn nan_and_infinity_never_hold() {
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let mut values = Values::new(1.0);
+        (0..1000).for_each(|i| values.push(if i == 500 { bad } else { 1.0 }));
+        let claim = Claim::Exact { delta: 10.0 };
+        assert_eq!(mean("t", &values, 1.0, claim).verdict(), Verdict::Fails);
+        assert_eq!(welch("w", &values, &values, claim).verdict(), Verdict::Fails);
+        assert_eq!(mean_known_sigma("z", &values, 1.0, 1.0, claim).verdict(), Verdict::Fails);
+        assert_ne!(bounded_mean("b", &values, 1.0, [0.0, 2.0], claim).verdict(), Verdict::Holds);
+        assert_eq!(Outcome::exact("e", 1, bad, 1.0, "").verdict(), Verdict::Fails);
+    }
+    let mut values = vec![f64::NAN; 200];
+    let outcome = kolmogorov_smirnov("ks", &mut values, |x| x, 1.0);
+    assert_eq!(outcome.verdict(), Verdict::Fails);
 }

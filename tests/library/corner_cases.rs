@@ -1,5 +1,5 @@
-//! What no built-in scene uses: fallbacks of light sampling, scenes without light, numbers at the end of
-//! their range.
+//! What no built-in scene has: lights without a solid angle to sample, no light at all, limits of zero, photons
+//! without number.
 
 use std::f64::consts::{FRAC_1_PI, PI};
 
@@ -7,8 +7,7 @@ use approx::{assert_abs_diff_eq, assert_relative_eq};
 use glam::DVec3;
 use whitefurnace::bsdf::Bsdf;
 use whitefurnace::camera::Camera;
-use whitefurnace::emitter::{Emitter, EmitterShape, LightSampling};
-use whitefurnace::error::Error;
+use whitefurnace::emitter::LightSampling;
 use whitefurnace::estimator::photon_map::{Kept, PhotonMap};
 use whitefurnace::estimator::radiosity::Fineness;
 use whitefurnace::estimator::{
@@ -17,10 +16,10 @@ use whitefurnace::estimator::{
 };
 use whitefurnace::rng::{stream, uniform2};
 use whitefurnace::sampler::Sampler;
-use whitefurnace::scene::{EDGE_MARGIN, Scene, SceneBuilder, Surface, simple};
+use whitefurnace::scene::{EDGE_MARGIN, Scene, SceneBuilder, Surface, SurfaceId, simple};
 use whitefurnace::shape::{Ray, Sphere};
 
-use crate::helpers::any_camera;
+use crate::helpers::{assert_option_refused, scene, scene_from};
 use crate::rng::Constant;
 
 const ALBEDO: f64 = 0.6;
@@ -29,19 +28,19 @@ const FRAME: [u32; 2] = [6, 5];
 
 /// A white floor of half side `half` at the origin, seen from above, and what `add` adds.
 fn over_floor(half: f64, add: impl FnOnce(&mut SceneBuilder)) -> Scene {
-    let mut scene = SceneBuilder::new("floor");
-    let albedo = DVec3::splat(ALBEDO);
-    let floor = scene.surface(Surface::new(Bsdf::Lambert { albedo }));
-    let corner = DVec3::new(-half, -half, 0.0);
-    scene.rectangle(corner, [2.0 * half * DVec3::X, 2.0 * half * DVec3::Y], floor);
-    add(&mut scene);
-    let eye = DVec3::new(0.0, -0.1, 0.3);
-    let camera = Camera::new(eye, DVec3::ZERO, DVec3::Z, 0.1);
-    scene.build(camera).expect("a scene")
+    let camera = Camera::new(DVec3::new(0.0, -0.1, 0.3), DVec3::ZERO, DVec3::Z, 0.1);
+    scene_from(camera, |scene| {
+        let albedo = DVec3::splat(ALBEDO);
+        let floor = scene.surface(Surface::new(Bsdf::Lambert { albedo }));
+        let corner = DVec3::new(-half, -half, 0.0);
+        scene.rectangle(corner, [2.0 * half * DVec3::X, 2.0 * half * DVec3::Y], floor);
+        add(scene);
+    })
 }
 
-fn lit(half: f64, add: impl FnOnce(&mut SceneBuilder, whitefurnace::scene::SurfaceId)) -> Scene {
-    over_floor(half, |scene| {
+/// A small floor, and what shines above or around it.
+fn lit(add: impl FnOnce(&mut SceneBuilder, SurfaceId)) -> Scene {
+    over_floor(0.5, |scene| {
         let light = Surface::new(Bsdf::Black).emitting(DVec3::splat(LIGHT));
         let light = scene.surface(light);
         add(scene, light);
@@ -62,55 +61,19 @@ fn shadow_rays(scene: &Scene, lights: LightSampling, count: u32) -> Vec<f64> {
 #[test]
 fn without_solid_angles_lights_are_sampled_by_area() {
     let whole = Sphere::new(DVec3::new(0.1, 0.0, 0.2), 2.0);
+    let inward = Sphere { inward: true, ..whole };
+    let zone = Sphere { zone: [-0.4, 0.3], ..Sphere::new(DVec3::new(0.2, 0.3, 1.0), 0.5) };
+    let ball = |sphere| lit(|scene, light| scene.sphere(sphere, light));
+    let flat = |corner, edges| lit(|scene, light| scene.rectangle(corner, edges, light));
+    let [x, y, z] = DVec3::AXES;
     let scenes = [
-        (
-            "inward",
-            lit(0.5, |s, l| {
-                s.sphere(Sphere { inward: true, ..whole }, l);
-            }),
-            true,
-        ),
-        (
-            "zone",
-            lit(0.5, |s, l| {
-                let zone = [-0.4, 0.3];
-                s.sphere(Sphere { zone, ..Sphere::new(DVec3::new(0.2, 0.3, 1.0), 0.5) }, l);
-            }),
-            true,
-        ),
-        (
-            "skewed",
-            lit(0.5, |s, l| {
-                s.rectangle(
-                    DVec3::new(-1.0, -1.0, 1.0),
-                    [2.0 * DVec3::Y, DVec3::new(2.0, 0.5, 0.0)],
-                    l,
-                );
-            }),
-            true,
-        ),
-        (
-            "too small",
-            lit(0.5, |s, l| {
-                s.rectangle(DVec3::Z, [5e-4 * DVec3::Y, 5e-4 * DVec3::X], l);
-            }),
-            true,
-        ),
-        ("outward from within", lit(0.5, |s, l| s.sphere(whole, l)), false),
-        (
-            "behind",
-            lit(0.5, |s, l| {
-                s.rectangle(DVec3::Z, [DVec3::X, DVec3::Y], l);
-            }),
-            false,
-        ),
-        (
-            "in the plane",
-            lit(0.5, |s, l| {
-                s.rectangle(DVec3::X, [DVec3::Y, DVec3::X], l);
-            }),
-            false,
-        ),
+        ("inward", ball(inward), true),
+        ("zone", ball(zone), true),
+        ("skewed", flat(z - x - y, [2.0 * y, 2.0 * x + 0.5 * y]), true),
+        ("too small", flat(z, [5e-4 * y, 5e-4 * x]), true),
+        ("outward from within", ball(whole), false),
+        ("behind", flat(z, [x, y]), false),
+        ("in the plane", flat(x, [y, x]), false),
     ];
     for (name, scene, shines) in &scenes {
         let [area, angle] = [LightSampling::Area, LightSampling::SolidAngle]
@@ -125,8 +88,8 @@ fn without_solid_angles_lights_are_sampled_by_area() {
 /// brings 4 ρ L cos θ. A light too small for its solid angle brings ρ/π L A cos θ cos θ′/d².
 #[test]
 fn fallbacks_of_light_sampling_have_their_closed_form() {
-    let within = lit(0.5, |s, l| {
-        s.sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 2.0) }, l);
+    let within = lit(|scene, light| {
+        scene.sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 2.0) }, light);
     });
     // The numbers are the pick, then the height on the sphere, whose cosine is that from its lower to its
     // upper pole; what is below the floor brings nothing.
@@ -143,10 +106,9 @@ fn fallbacks_of_light_sampling_have_their_closed_form() {
     assert!(emitter.seen(DVec3::ZERO).is_none());
     let side = 5e-4;
     for (x, height) in [(0.0, 1.0), (0.7, 1.0), (0.2, 30.0)] {
-        let speck = lit(0.5, |s, l| {
-            let corner = DVec3::new(x, 0.0, height);
-            s.rectangle(corner, [side * DVec3::Y, side * DVec3::X], l);
-        });
+        let corner = DVec3::new(x, 0.0, height);
+        let edges = [side * DVec3::Y, side * DVec3::X];
+        let speck = lit(|scene, light| scene.rectangle(corner, edges, light));
         let distance_squared: f64 = x * x + height * height;
         let cosines = height * height / distance_squared;
         let known = ALBEDO * FRAC_1_PI * LIGHT * side * side * cosines / distance_squared;
@@ -155,21 +117,6 @@ fn fallbacks_of_light_sampling_have_their_closed_form() {
             assert_relative_eq!(found, known, max_relative = 4.0 * side / height.min(1.0));
         }
     }
-}
-
-/// A point within a sphere's light, on it, or behind a flat one has no solid angle to sample.
-#[test]
-fn what_is_not_seen_has_no_solid_angle() {
-    let sphere = Sphere::new(DVec3::ZERO, 1.0);
-    let emitter = |shape| Emitter::new(shape, DVec3::ONE);
-    let ball = emitter(EmitterShape::Sphere(sphere));
-    for from in [DVec3::ZERO, 0.999 * DVec3::X, DVec3::X] {
-        assert_eq!(ball.pdf_solid_angle(from), None);
-        assert_eq!(ball.sample_solid_angle(from, [0.3, 0.7]), None);
-    }
-    // 1e-6 sr is a disc of radius d/1772.
-    assert!(ball.pdf_solid_angle(1700.0 * DVec3::X).is_some());
-    assert_eq!(ball.pdf_solid_angle(1800.0 * DVec3::X), None);
 }
 
 fn radiance<E: Estimator>(scene: &Scene, estimator: &E) -> Vec<DVec3> {
@@ -241,16 +188,6 @@ fn limits_of_zero_mean_direct_light() {
     }
 }
 
-fn option<T>(result: Result<T, Error>, hint: &str) {
-    match result {
-        Err(Error::Option(message)) => {
-            assert!(message.contains(hint) && !message.contains('\n'), "{message}");
-        }
-        Err(error) => panic!("{error}"),
-        Ok(_) => panic!("not refused: {hint}"),
-    }
-}
-
 /// No photons, and radii in which none can lie, are refused and not rendered black.
 #[test]
 fn photons_without_number_or_radius_are_refused() {
@@ -258,53 +195,19 @@ fn photons_without_number_or_radius_are_refused() {
     let map = |lookup, particles, radius| {
         PhotonMapping::new(Standard, &scene, lookup, (particles, radius), (1, 0))
     };
-    option(map(Lookup::Direct, 0, 0.1), "at least 1");
+    assert_option_refused(map(Lookup::Direct, 0, 0.1), "at least 1");
     for radius in [0.0, -0.1, f64::NAN, f64::INFINITY] {
-        option(map(Lookup::Direct, 10, radius), "radius above 0");
+        assert_option_refused(map(Lookup::Direct, 10, radius), "radius above 0");
         let gather = Lookup::Gather { caustic_particles: 10, caustic_radius: radius };
-        option(map(gather, 10, 0.1), "radius above 0");
+        assert_option_refused(map(gather, 10, 0.1), "radius above 0");
         let (parts, particles) = (Standard, 10);
         let sppm = Sppm { parts, particles, radius };
-        option(sppm.pass(&scene, FRAME, 1, 0), "radius above 0");
+        assert_option_refused(sppm.pass(&scene, FRAME, 1, 0), "radius above 0");
     }
     let gather = Lookup::Gather { caustic_particles: 0, caustic_radius: 0.1 };
-    option(map(gather, 10, 0.1), "at least 1");
+    assert_option_refused(map(gather, 10, 0.1), "at least 1");
     let sppm = Sppm { parts: Standard, particles: 0, radius: 0.1 };
-    option(sppm.pass(&scene, FRAME, 1, 0), "at least 1");
-}
-
-/// Zones without area and cameras that look nowhere are refused when the scene is built.
-#[test]
-fn empty_zones_and_cameras_that_look_nowhere_are_refused() {
-    let refusal = |zone, camera| {
-        let mut scene = SceneBuilder::new("bad");
-        let surface = scene.surface(Surface::new(Bsdf::Black).emitting(DVec3::ONE));
-        scene.sphere(Sphere { zone, ..Sphere::new(DVec3::ZERO, 1.0) }, surface);
-        scene.build(camera).err().map(|error| error.to_string())
-    };
-    assert_eq!(refusal([-0.5, 2.0], any_camera()), None);
-    for zone in [[0.5, 0.5], [0.5, -0.5], [1.0, 2.0], [f64::NAN, 1.0], [-1.0, f64::NAN]] {
-        let message = refusal(zone, any_camera()).expect("refused");
-        assert!(message.contains("zone") && !message.contains('\n'), "{message}");
-    }
-    let [o, x, z] = [DVec3::ZERO, DVec3::X, DVec3::Z];
-    for camera in [
-        Camera::new(o, o, z, 1.0),
-        Camera::new(o, z, z, 1.0),
-        Camera::new(o, x, o, 1.0),
-        Camera::new(o, x, z, 0.0),
-        Camera::new(o, x, z, -1.0),
-        Camera::new(o, x, z, f64::NAN),
-        Camera::new(DVec3::NAN, x, z, 1.0),
-    ] {
-        let message = refusal([-1.0, 1.0], camera).expect("refused");
-        let seen = simple::environment().expect("a scene").with_camera(camera);
-        assert_eq!(
-            seen.err().map(|error| error.to_string()),
-            Some(message.replace("bad", "environment"))
-        );
-        assert!(message.contains("camera") && !message.contains('\n'), "{message}");
-    }
+    assert_option_refused(sppm.pass(&scene, FRAME, 1, 0), "at least 1");
 }
 
 impl Sampler for Constant {}
@@ -313,13 +216,12 @@ impl Sampler for Constant {}
 /// ray within a sphere finds albedo · L exactly.
 #[test]
 fn the_reconstruction_ends_at_walls_that_absorb_all() {
-    let mut scene = SceneBuilder::new("absorbing furnace");
     let albedo = DVec3::splat(ALBEDO);
     let wall = Surface::new(Bsdf::Lambert { albedo }).emitting(DVec3::splat(LIGHT));
-    let wall = scene.surface(wall.absorbing(1.0));
-    let inside = Sphere::new(DVec3::ZERO, 1.0);
-    scene.sphere(Sphere { inward: true, ..inside }, wall);
-    let scene = scene.build(any_camera()).expect("a scene");
+    let scene = scene(|scene| {
+        let wall = scene.surface(wall.absorbing(1.0));
+        scene.sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) }, wall);
+    });
     let ray = Ray::new(0.3 * DVec3::X, DVec3::Y);
     for bits in 0..8 {
         let [roulette_by_cosine, end_loses_direct, extra_cosine] =
@@ -335,21 +237,4 @@ fn the_reconstruction_ends_at_walls_that_absorb_all() {
             assert_relative_eq!(radiance, 1.0 + direct, max_relative = 1e-12);
         }
     }
-}
-
-/// The camera counts for the distance at which rays leave surfaces, whenever it comes.
-#[test]
-fn a_later_camera_is_like_the_first() {
-    let build = |camera| {
-        let mut scene = SceneBuilder::new("far");
-        let surface = scene.surface(Surface::new(Bsdf::Black));
-        scene.sphere(Sphere::new(DVec3::ZERO, 1.0), surface);
-        scene.build(camera).expect("a scene")
-    };
-    let far = Camera::new(1e6 * DVec3::X, DVec3::ZERO, DVec3::Z, 1.0);
-    let left = |scene: Scene| scene.leave(DVec3::ZERO, DVec3::Z, DVec3::Z).origin.z;
-    let later = build(any_camera()).with_camera(far).expect("a scene");
-    let (later, first) = (left(later), left(build(far)));
-    assert_eq!(later, first);
-    assert!(first > 1e5 * left(build(any_camera())));
 }

@@ -146,9 +146,7 @@ fn scales_and_offsets() {
     let mut rng = rng("scales");
     for scale in [1e-4, 1e4] {
         for offset in [0.0, 100.0] {
-            let globe = Mesh::globe(12, 16).map(|v| (v + offset) * scale);
-            let mesh: Vec<_> =
-                globe.triangles.iter().map(|&t| Primitive::triangle(globe.corners(t))).collect();
+            let mesh = Mesh::globe(12, 16).map(|v| (v + offset) * scale).primitives();
             let rays: Vec<_> = rays(&mut rng, 2000)
                 .into_iter()
                 .map(|ray| Ray::new((ray.origin + offset) * scale, ray.direction))
@@ -176,9 +174,7 @@ fn hundred_thousand_triangles() {
     let mut rng = rng("large mesh");
     let globe = Mesh::globe(225, 223).map(|v| v * DVec3::new(1.0, 0.7, 0.4));
     assert!(globe.triangles.len() > 99_000);
-    let mesh: Vec<_> =
-        globe.triangles.iter().map(|&t| Primitive::triangle(globe.corners(t))).collect();
-    let bvh = Bvh::new(&mesh);
+    let bvh = Bvh::new(&globe.primitives());
     let mut hits = 0;
     for ray in rays(&mut rng, 400) {
         hits += usize::from(check(&bvh, &ray, f64::INFINITY));

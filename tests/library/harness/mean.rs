@@ -3,22 +3,17 @@
 use approx::assert_relative_eq;
 use whitefurnace::harness::batches::Batches;
 use whitefurnace::harness::mean::{
-    ENOUGH_EQUAL, LARGEST_SKEW_TERM, NEARLY_SYMMETRIC, Sigma, Values, bounded_mean, mean,
-    mean_known_sigma, skewness_of_sum, welch, welch_satterthwaite,
+    ENOUGH_EQUAL, LARGEST_SKEW_TERM, NEARLY_SYMMETRIC, Sigma, bounded_mean, mean, mean_known_sigma,
+    skewness_of_sum, welch, welch_satterthwaite,
 };
 use whitefurnace::harness::outcome::{ALPHA, Cell, Claim, Verdict};
 use whitefurnace::harness::tails::{
     binomial_cdf, binomial_sf, normal_sf, normal_upper, student_two_sided, student_upper,
 };
 
-const CLAIM: Claim = Claim::Exact { delta: 1.0 };
+use super::{around, rare, values};
 
-/// Values whose cubes are summed about `centre`.
-fn values(centre: f64, numbers: &[f64]) -> Values {
-    let mut numbers = numbers.iter();
-    let n = numbers.len() as u64;
-    Values::collect(centre, n, || *numbers.next().expect("as many as asked for"))
-}
+const CLAIM: Claim = Claim::Exact { delta: 1.0 };
 
 /// Mean 4, variance 12.5, third central moment 36.
 const FIVE: [f64; 5] = [1.0, 2.0, 3.0, 4.0, 10.0];
@@ -48,7 +43,8 @@ fn intervals_are_those_of_the_textbook() {
     let t = mean("t", &five, 3.0, CLAIM);
     assert_eq!((t.name.as_str(), t.statistic, t.n), ("t", "t", 5));
     assert_eq!(t.valid_from, five.valid_from());
-    assert_eq!((t.estimate, t.reference), (4.0, 3.0));
+    assert_eq!((t.estimate, t.reference, t.dof), (4.0, 3.0, Some(4.0)));
+    assert_relative_eq!(t.value, 0.4_f64.sqrt(), max_relative = 1e-12);
     assert_relative_eq!(t.p, student_two_sided(0.4_f64.sqrt(), 4.0), max_relative = 1e-12);
     let half = student_upper(ALPHA / 2.0, 4.0) * 2.5_f64.sqrt();
     assert_relative_eq!(t.interval[0], 4.0 - half, max_relative = 1e-12);
@@ -265,13 +261,6 @@ fn either_side_may_be_too_skewed_for_welch() {
     assert_eq!(welch("w", &pair, &even, CLAIM).valid_from, 2);
     assert_eq!(welch("w", &even, &pair, CLAIM).valid_from, 2);
     // One in a hundred is enough for 1e7 values, not for 100, whatever the other side has.
-    let rare = |n: u64| {
-        let mut i = 0;
-        Values::collect(0.01, n, || {
-            i += 1;
-            f64::from(u8::from(i % 100 == 0))
-        })
-    };
     let [few, many] = [rare(100), rare(10_000_000)];
     assert!(many.valid_from() < 10_000_000 && few.valid_from() > 1_000_000);
     for (a, b) in [(&few, &many), (&many, &few)] {
@@ -312,12 +301,40 @@ fn bernstein_moves_and_stretches_with_its_range() {
     }
 }
 
+/// √(2VL/n) + 7L/(3(n − 1)) with V = 1000/3996 and L = ln 4e9, at whose end the p-value is the level.
+#[test]
+fn bernsteins_p_value_and_interval_agree() {
+    let zeros_and_ones = around(0.5, 0.5, 1000);
+    let found = |reference| bounded_mean("b", &zeros_and_ones, reference, [0.0, 1.0], CLAIM);
+    assert_eq!(found(0.5).p, 1.0);
+    let end = found(0.5).interval[1];
+    assert_relative_eq!(found(end).p, ALPHA, max_relative = 1e-6);
+    let l = 4e9_f64.ln();
+    let half = (2.0 * (1000.0 / 3996.0) * l / 1000.0).sqrt() + 7.0 * l / (3.0 * 999.0);
+    assert_relative_eq!(end, 0.5 + half, max_relative = 1e-12);
+}
+
+#[test]
+fn a_claim_without_tolerance_is_of_every_value() {
+    let every = Claim::Exact { delta: 0.0 };
+    let verdict = |last: f64, reference: f64| {
+        let numbers = [&[2.0; 99][..], &[last]].concat();
+        mean("every", &values(2.0, &numbers), reference, every).verdict()
+    };
+    assert_eq!(verdict(2.0, 2.0), Verdict::Holds);
+    assert_eq!(verdict(2.0 + 4.0 * f64::EPSILON, 2.0), Verdict::Holds);
+    // One value that is off by 2e-8 is seen though the mean is off by 2e-10; and so is the reference.
+    assert_eq!(verdict(2.0 + 2e-8, 2.0), Verdict::Fails);
+    assert_eq!(verdict(2.0, 2.0 + 3e-9), Verdict::Fails);
+    assert_eq!(verdict(f64::NAN, 2.0), Verdict::Fails);
+}
+
 /// 2(κ − 1)⁻¹ n, where the fourth standardised moment κ is that of the numbers.
 #[test]
 fn outliers_take_degrees_of_freedom_from_the_variance() {
-    let rare = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+    let tenth = [&[0.0; 9][..], &[1.0]].concat();
     for centre in [0.0, 0.1, 4.0] {
-        let found = values(centre, &rare.repeat(100)).variance_dof();
+        let found = values(centre, &tenth.repeat(100)).variance_dof();
         // Successes of probability p have κ = 1/(p (1 − p)) − 3.
         let kurtosis = 1.0 / 0.09 - 3.0;
         assert_relative_eq!(found, 2000.0 / (kurtosis - 1.0), max_relative = 1e-9);

@@ -4,7 +4,9 @@ use std::f64::consts::{PI, TAU};
 
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use glam::DVec3;
+use whitefurnace::harness::chi_square::{Counts, chi_square};
 use whitefurnace::harness::domain::{Domain, MASS_TOLERANCE, Partition};
+use whitefurnace::harness::outcome::Verdict;
 
 use crate::support::property;
 
@@ -58,6 +60,8 @@ fn points_have_their_place_in_the_square() {
 fn borders_are_inside_and_what_lies_beyond_is_not() {
     let v = DVec3::new;
     let nan = v(f64::NAN, 0.0, 0.0);
+    let upper = vec![DVec3::Z, DVec3::X, -DVec3::Y];
+    let elsewhere = vec![-DVec3::Z, 1.001 * DVec3::Z, 0.999 * DVec3::Z, nan];
     // Rounding may carry a point 5e-10 across.
     let across = 5e-10;
     for (domain, inside, outside) in [
@@ -66,16 +70,8 @@ fn borders_are_inside_and_what_lies_beyond_is_not() {
             vec![DVec3::Z, -DVec3::Z, (1.0 + 0.4 * across) * DVec3::X],
             vec![1.001 * DVec3::X, 0.999 * DVec3::X, DVec3::ZERO, nan],
         ),
-        (
-            Domain::Hemisphere,
-            vec![DVec3::Z, DVec3::X, -DVec3::Y],
-            vec![-DVec3::Z, 1.001 * DVec3::Z, 0.999 * DVec3::Z, nan],
-        ),
-        (
-            Domain::CosineHemisphere,
-            vec![DVec3::Z, DVec3::X, -DVec3::Y],
-            vec![-DVec3::Z, 1.001 * DVec3::Z, 0.999 * DVec3::Z, nan],
-        ),
+        (Domain::Hemisphere, upper.clone(), elsewhere.clone()),
+        (Domain::CosineHemisphere, upper, elsewhere),
         (
             Domain::Disk,
             vec![DVec3::ZERO, -DVec3::X, (1.0 + 0.4 * across) * DVec3::Y],
@@ -118,12 +114,20 @@ fn parts_have_their_share_of_the_measure() {
             Domain::CosineHemisphere => 2.0 * p.z,
             _ => 1.0,
         };
+        let whole = domain.integrate_all(1e-9, &|_| 1.0).value;
+        assert_relative_eq!(whole, measure, max_relative = 1e-9);
         let found = domain.integrate(part, 1e-12, &even).value;
         assert_relative_eq!(found, area * measure, max_relative = 1e-10);
         for (axis, mean) in means.into_iter().enumerate() {
             let place = |p: DVec3| domain.to_square(p).expect("a point of the domain")[axis];
             let found = domain.integrate(part, 1e-12, &|p| even(p) * place(p)).value;
             assert_relative_eq!(found, area * measure * mean, max_relative = 1e-10);
+        }
+        // Cells of the even law are equally probable, whatever the cut.
+        let partition = Partition::of_pdf(domain, 8, &|p| even(p) / measure);
+        assert_eq!(partition.masses.len(), 8);
+        for mass in &partition.masses {
+            assert_relative_eq!(*mass, 0.125, max_relative = 1e-6);
         }
     }
 }
@@ -234,4 +238,26 @@ fn every_cell_holds_a_field() {
     }
     assert_eq!(fields, 32 * 64);
     assert_relative_eq!(partition.masses[0], 1.0, max_relative = 1e-12);
+}
+
+/// However rough a density is, its partition ends, and nothing holds with it. (A pair of rules that
+/// disagree does the same everywhere.)
+#[test]
+fn partitions_of_rough_densities_end_undecided() {
+    let noise = |p: DVec3| f64::from((1e8 * (p.x + 1.7 * p.y)).sin() > 0.0);
+    let evaluations = std::cell::Cell::new(0_u64);
+    let rough = |p: DVec3| {
+        evaluations.set(evaluations.get() + 1);
+        1.0 + noise(p) - 0.5
+    };
+    let partition = Partition::of_pdf(Domain::Square, 4, &rough);
+    // 2048 fields and 20 000 halvings, 225 values each.
+    assert!(evaluations.get() <= 225 * (2048 + 2 * 20_000));
+    assert!(partition.error > 1e-4, "{}", partition.error);
+    let counts = Counts { n: 40_000_000, observed: vec![10_000_000; 4], ..Counts::default() };
+    let verdict = chi_square("rough", &partition, &counts, 0.5).verdict();
+    assert!(matches!(verdict, Verdict::Undecided { .. }), "{verdict:?}");
+    let nan = Partition::of_pdf(Domain::Square, 4, &|_| f64::NAN);
+    assert!(nan.error.is_nan());
+    assert_eq!(chi_square("NaN", &nan, &counts, 0.5).verdict(), Verdict::Fails);
 }

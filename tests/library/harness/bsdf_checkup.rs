@@ -57,54 +57,43 @@ fn subject() -> BsdfSubject {
     BsdfSubject::new(eval, sample, pdf).loss(Loss::Allowed)
 }
 
-/// The outcomes that do not hold, of a right subject.
-pub fn red(outcomes: Vec<Outcome>, context: &Context) -> Vec<String> {
-    let red = |verdict| match verdict {
+fn in_words(outcome: &Outcome) -> String {
+    format!("{}: {}", outcome.name, outcome.worst)
+}
+
+/// Asserts that all outcomes of a right subject hold and pass the guard; below scale 1 what is undecided
+/// will do.
+pub fn assert_passes(name: &str, outcomes: &[Outcome], context: &Context) {
+    let red = |outcome: &&Outcome| match outcome.verdict() {
         Verdict::Holds => false,
         Verdict::Fails => true,
         Verdict::Undecided { .. } => context.scale >= 1.0,
     };
-    let refused = refused("check-up", &outcomes, context);
-    let mut red = those(outcomes, red);
-    red.extend(refused.lines().map(str::to_owned));
-    red
+    let red: Vec<String> = outcomes.iter().filter(red).map(in_words).collect();
+    assert!(red.is_empty(), "{name}: {}", red.join("\n"));
+    assert_eq!(refused(name, outcomes, context), "");
 }
 
-/// The outcomes that reject a faulty subject, for certain; below scale 1 those that do not decide will do.
-pub fn rejections(outcomes: Vec<Outcome>, context: &Context) -> Vec<String> {
-    let rejects = |verdict| match verdict {
+/// Asserts that a faulty subject is rejected, for certain, by an outcome whose name begins so; below scale 1
+/// one that does not decide will do.
+pub fn assert_rejection(name: &str, outcomes: &[Outcome], expected: &str, context: &Context) {
+    let small = context.scale < 1.0;
+    let rejects = |outcome: &&Outcome| match outcome.verdict() {
         Verdict::Holds => false,
-        Verdict::Fails => true,
-        Verdict::Undecided { .. } => context.scale < 1.0,
+        Verdict::Fails => small || guard::may_hold(outcome).is_none(),
+        Verdict::Undecided { .. } => small,
     };
-    let far = |outcome: &Outcome| guard::may_hold(outcome).is_none() || context.scale < 1.0;
-    let outcomes = outcomes.into_iter().filter(far).collect();
-    those(outcomes, rejects)
+    let found: Vec<String> = outcomes.iter().filter(rejects).map(in_words).collect();
+    let meant = found.iter().any(|rejection| rejection.starts_with(expected));
+    assert!(meant, "{name}: no complaint about {expected} among {found:?}");
 }
 
-fn those(outcomes: Vec<Outcome>, wanted: impl Fn(Verdict) -> bool) -> Vec<String> {
-    outcomes
-        .into_iter()
-        .filter(|outcome| wanted(outcome.verdict()))
-        .map(|outcome| format!("{}: {}", outcome.name, outcome.worst))
-        .collect()
-}
-
-/// Asserts that one of the rejections begins with `expected`.
-pub fn assert_rejection(name: &str, rejections: &[String], expected: &str) {
-    assert!(
-        rejections.iter().any(|c| c.starts_with(expected)),
-        "{name}: no complaint about {expected} among {rejections:?}"
-    );
-}
-
-/// Asserts that a faulty subject is rejected, for what begins with `expected`. Faults are far larger
-/// than δ: one inclination and a tenth of the samples show them.
+/// Asserts that a faulty subject is rejected. Faults are far larger than δ: one inclination and a tenth of
+/// the samples show them.
 pub fn assert_rejected(name: &str, subject: &BsdfSubject, expected: &str) {
     let context = context(name);
     let size = CheckUp { inclinations: vec![40.0], samples: 400_000, ..CheckUp::default() };
-    let found = rejections(check_up(subject, &size, &context), &context);
-    assert_rejection(name, &found, expected);
+    assert_rejection(name, &check_up(subject, &size, &context), expected, &context);
 }
 
 /// Where samplers lose what is absorbed, the weights vary more than those of Lambert.
@@ -115,8 +104,7 @@ pub fn large() -> CheckUp {
 #[test]
 fn a_right_microfacet_bsdf_passes() {
     let context = context("GGX");
-    let red = red(check_up(&subject(), &large(), &context), &context);
-    assert!(red.is_empty(), "{}", red.join("\n"));
+    assert_passes("GGX", &check_up(&subject(), &large(), &context), &context);
 }
 
 /// The right BSDF with `eval` multiplied by something.

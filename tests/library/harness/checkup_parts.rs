@@ -34,7 +34,7 @@ fn right() -> BsdfSubject {
     BsdfSubject::new(eval, sample, pdf).albedo(|_| ALBEDO)
 }
 
-fn with_eval(eval: impl Fn(DVec3, DVec3) -> f64 + Send + Sync + 'static) -> BsdfSubject {
+pub fn with_eval(eval: impl Fn(DVec3, DVec3) -> f64 + Send + Sync + 'static) -> BsdfSubject {
     BsdfSubject { eval: Box::new(eval), ..right() }
 }
 
@@ -43,7 +43,7 @@ fn with_pdf(pdf: impl Fn(DVec3, DVec3) -> f64 + Send + Sync + 'static) -> BsdfSu
 }
 
 /// The sampler with its result changed.
-fn with_sample(
+pub fn with_sample(
     change: impl Fn(BsdfSample) -> Option<BsdfSample> + Send + Sync + 'static,
 ) -> BsdfSubject {
     BsdfSubject {
@@ -62,21 +62,21 @@ fn context(name: &str) -> Context {
     Context { scale: 1.0, ..crate::support::context(name) }
 }
 
-/// The outcome whose name begins so.
-fn outcome(subject: &BsdfSubject, name: &str) -> Outcome {
-    check_up(subject, &small(), &context(name))
+/// The outcome whose name begins so, of a check-up at these inclinations.
+fn found(subject: &BsdfSubject, inclinations: Vec<f64>, name: &str) -> Outcome {
+    check_up(subject, &CheckUp { inclinations, ..small() }, &context(name))
         .into_iter()
         .find(|outcome| outcome.name.starts_with(name))
         .expect("an outcome of this name")
 }
 
+fn outcome(subject: &BsdfSubject, name: &str) -> Outcome {
+    found(subject, vec![30.0], name)
+}
+
 /// The pointwise checks alone: those that need no direction.
 fn pointwise(subject: &BsdfSubject, name: &str) -> Outcome {
-    let none = CheckUp { inclinations: Vec::new(), ..small() };
-    check_up(subject, &none, &context(name))
-        .into_iter()
-        .find(|outcome| outcome.name.starts_with(name))
-        .expect("an outcome of this name")
+    found(subject, Vec::new(), name)
 }
 
 /// How many verdicts chance could turn, in this module: two directions with two random outcomes at most, and
@@ -104,25 +104,12 @@ const MASS: &str = "integral of the pdf";
 fn a_check_up_asks_everything() {
     let size = CheckUp { inclinations: vec![0.0, 60.0], ..small() };
     let outcomes = check_up(&right(), &size, &context("everything"));
-    let names: Vec<&str> = outcomes.iter().map(|outcome| outcome.name.as_str()).collect();
-    assert_eq!(
-        names,
-        [
-            SANE,
-            WEIGHTS,
-            "reciprocity",
-            "integral of the pdf at 0 degrees",
-            "chi-square of samples at 0 degrees",
-            "furnace at 0 degrees",
-            "energy bound at 0 degrees",
-            "directional albedo at 0 degrees",
-            "integral of the pdf at 60 degrees",
-            "chi-square of samples at 60 degrees",
-            "furnace at 60 degrees",
-            "energy bound at 60 degrees",
-            "directional albedo at 60 degrees",
-        ]
-    );
+    let mut expected = [SANE, WEIGHTS, "reciprocity"].map(String::from).to_vec();
+    for degrees in [0, 60] {
+        let each = [MASS, "chi-square of samples", "furnace", "energy bound", "directional albedo"];
+        expected.extend(each.map(|name| format!("{name} at {degrees} degrees")));
+    }
+    assert!(outcomes.iter().map(|outcome| &outcome.name).eq(&expected));
     // All weights are the same: the furnaces are exact.
     assert_eq!(outcomes.iter().filter(|o| o.is_random()).count(), 2);
     assert_eq!((assertions(&size), assertions(&small())), (4, 2));
@@ -154,27 +141,35 @@ fn a_subject_is_what_was_set() {
 
 #[test]
 fn no_value_may_be_bad() {
-    assert_eq!(pointwise(&right(), SANE).p, 1.0);
+    let p = |subject: &BsdfSubject| pointwise(subject, SANE).p;
     for bad in [f64::NAN, f64::INFINITY, -1.0] {
-        assert_eq!(pointwise(&with_eval(move |_, _| bad), SANE).p, 0.0, "f {bad}");
-        assert_eq!(pointwise(&with_pdf(move |_, _| bad), SANE).p, 0.0, "pdf {bad}");
-        let weight = with_sample(move |s| Some(BsdfSample { weight: bad, ..s }));
-        assert_eq!(pointwise(&weight, SANE).p, 0.0, "weight {bad}");
-        let density = with_sample(move |s| Some(BsdfSample { pdf: bad, ..s }));
-        assert_eq!(pointwise(&density, SANE).p, 0.0, "sampled pdf {bad}");
+        for (what, subject) in [
+            ("f", with_eval(move |_, _| bad)),
+            ("pdf", with_pdf(move |_, _| bad)),
+            ("weight", with_sample(move |s| Some(BsdfSample { weight: bad, ..s }))),
+            ("sampled pdf", with_sample(move |s| Some(BsdfSample { pdf: bad, ..s }))),
+        ] {
+            assert_eq!(p(&subject), 0.0, "{what} {bad}");
+        }
     }
-    let zero = with_sample(|s| Some(BsdfSample { pdf: 0.0, ..s }));
-    assert_eq!(pointwise(&zero, SANE).p, 0.0, "sampled where the pdf is zero");
-    for factor in [0.999, 1.001] {
-        let stretched = with_sample(move |s| Some(BsdfSample { wi: factor * s.wi, ..s }));
-        assert_eq!(pointwise(&stretched, SANE).p, 0.0, "length {factor}");
+    let stretched = |factor: f64| with_sample(move |s| Some(BsdfSample { wi: factor * s.wi, ..s }));
+    let nowhere = with_sample(|s| Some(BsdfSample { pdf: 0.0, ..s }));
+    for (what, subject) in [
+        ("sampled where the pdf is zero", nowhere),
+        ("short", stretched(0.999)),
+        ("long", stretched(1.001)),
+    ] {
+        assert_eq!(p(&subject), 0.0, "{what}");
     }
-    // No light, no pdf there, and no sample are all right.
-    assert_eq!(pointwise(&with_eval(|_, _| 0.0), SANE).p, 1.0);
-    assert_eq!(pointwise(&with_pdf(|_, _| 0.0), SANE).p, 1.0);
-    let black = with_sample(|s| Some(BsdfSample { weight: 0.0, ..s }));
-    assert_eq!(pointwise(&black, SANE).p, 1.0);
-    assert_eq!(pointwise(&with_sample(|_| None), SANE).p, 1.0);
+    for (what, subject) in [
+        ("right", right()),
+        ("no light", with_eval(|_, _| 0.0)),
+        ("no pdf there", with_pdf(|_, _| 0.0)),
+        ("black", with_sample(|s| Some(BsdfSample { weight: 0.0, ..s }))),
+        ("no sample", with_sample(|_| None)),
+    ] {
+        assert_eq!(p(&subject), 1.0, "{what}");
+    }
 }
 
 #[test]
@@ -185,18 +180,14 @@ fn pointwise_errors_are_relative() {
     assert_relative_eq!(error(&heavy, WEIGHTS), 0.2, max_relative = 1e-9);
     let dense = with_sample(|s| Some(BsdfSample { pdf: 0.75 * s.pdf, ..s }));
     assert_relative_eq!(error(&dense, WEIGHTS), 0.25, max_relative = 1e-9);
-    // Grazing samples are left out: their cosines have lost their digits.
-    let grazing = with_sample(|s| {
-        let wi = DVec3::new((1.0_f64 - 1e-10).sqrt(), 0.0, 1e-5);
-        Some(BsdfSample { wi, ..s })
-    });
-    assert_eq!(error(&grazing, WEIGHTS), 0.0);
-    // The last cosine that counts: these samples have the pdf of other directions.
-    let last = with_sample(|s| {
-        let wi = DVec3::new((1.0_f64 - 1e-8).sqrt(), 0.0, 1e-4);
-        Some(BsdfSample { wi, ..s })
-    });
-    assert!(error(&last, WEIGHTS) > 0.5);
+    // Samples that all have cosine z, and the pdf of other directions. Grazing ones are left out, as their
+    // cosines have lost their digits; 1e-4 is the last that counts.
+    let towards = |z: f64| {
+        let wi = DVec3::new((1.0 - z * z).sqrt(), 0.0, z);
+        with_sample(move |s| Some(BsdfSample { wi, ..s }))
+    };
+    assert_eq!(error(&towards(1e-5), WEIGHTS), 0.0);
+    assert!(error(&towards(1e-4), WEIGHTS) > 0.5);
     // Samples below the surface are held to the same.
     let below = with_sample(|s| Some(BsdfSample { wi: -s.wi, ..s }));
     assert_eq!(error(&below, WEIGHTS), 1.0);
@@ -219,12 +210,16 @@ fn the_pdf_integrates_to_what_is_not_lost() {
         outcome(&subject, MASS).estimate
     };
     let declared = |share: f64| Loss::Declared(Box::new(move |_| share));
-    assert_abs_diff_eq!(error(1.0, Loss::None), 0.0, epsilon = 1e-7);
-    assert_abs_diff_eq!(error(0.9, Loss::None), 0.1, epsilon = 1e-7);
-    assert_abs_diff_eq!(error(0.9, declared(0.1)), 0.0, epsilon = 1e-7);
-    assert_abs_diff_eq!(error(0.9, declared(0.3)), 0.2, epsilon = 1e-7);
-    assert_abs_diff_eq!(error(0.9, Loss::Allowed), 0.0, epsilon = 1e-7);
-    assert_abs_diff_eq!(error(1.2, Loss::Allowed), 0.2, epsilon = 1e-7);
+    for (factor, loss, expected) in [
+        (1.0, Loss::None, 0.0),
+        (0.9, Loss::None, 0.1),
+        (0.9, declared(0.1), 0.0),
+        (0.9, declared(0.3), 0.2),
+        (0.9, Loss::Allowed, 0.0),
+        (1.2, Loss::Allowed, 0.2),
+    ] {
+        assert_abs_diff_eq!(error(factor, loss), expected, epsilon = 1e-7);
+    }
     assert!(error(f64::NAN, Loss::Allowed).is_nan());
     // The whole sphere counts where light may pass.
     let through = with_pdf(|_, wi| wi.z.abs() * FRAC_1_PI);
@@ -268,15 +263,9 @@ fn albedo_bound_and_furnace_are_those_of_the_quadrature() {
     assert_eq!(outcome(&right(), "energy bound").estimate, 0.0);
     let found = outcome(&right().albedo(|_| 0.75), "directional albedo");
     assert_abs_diff_eq!(found.estimate, 0.25, epsilon = 1e-7);
-    for (excess, verdict) in [
-        (1.9e-6, Verdict::Holds),
-        (-1.9e-6, Verdict::Holds),
-        (2.1e-6, Verdict::Fails),
-        (-2.1e-6, Verdict::Fails),
-    ] {
-        let found = outcome(&right().albedo(move |_| ALBEDO + excess), "directional albedo");
-        assert_eq!(found.verdict(), verdict, "{excess}");
-    }
+    let known = |excess: f64| {
+        outcome(&right().albedo(move |_| ALBEDO + excess), "directional albedo").verdict()
+    };
     let weighing = |weight: f64| {
         let subject = with_sample(move |s| Some(BsdfSample { weight, ..s }));
         outcome(&subject, "furnace")
@@ -285,13 +274,11 @@ fn albedo_bound_and_furnace_are_those_of_the_quadrature() {
     assert_eq!((found.n, found.verdict()), (20_000, Verdict::Holds));
     assert!(!found.is_random());
     // The quadrature is known to 1e-6; what differs by more than that fails, as nothing varies.
-    for (excess, verdict) in [
-        (8e-7, Verdict::Holds),
-        (-8e-7, Verdict::Holds),
-        (1.2e-6, Verdict::Fails),
-        (-1.2e-6, Verdict::Fails),
-    ] {
-        assert_eq!(weighing(ALBEDO + excess).verdict(), verdict, "{excess}");
+    for side in [1.0, -1.0] {
+        assert_eq!(known(side * 1.9e-6), Verdict::Holds);
+        assert_eq!(known(side * 2.1e-6), Verdict::Fails);
+        assert_eq!(weighing(ALBEDO + side * 8e-7).verdict(), Verdict::Holds);
+        assert_eq!(weighing(ALBEDO + side * 1.2e-6).verdict(), Verdict::Fails);
     }
     // Lost samples carry nothing: every other one halves the mean.
     let halved = BsdfSubject {
@@ -360,18 +347,19 @@ fn corners_of_the_domain_are_tried() {
     assert_eq!((n, numbers.len()), (PAIRS, 2 * 3 * PAIRS));
     for side in 0..2 {
         let inclination = |pair: &[DVec3; 2]| pair[side].truncate().length().atan2(pair[side].z);
-        let share = |low: f64, high: f64| {
-            let within = |pair: &&[DVec3; 2]| (low..=high).contains(&inclination(pair));
-            directions.iter().filter(within).count()
-        };
         // Four corners of one eighth each; the rest is even over the quarter circle.
-        close(share(0.0, 0.0), n, 0.125);
-        close(share(0.5e-9, 2e-9), n, 0.125);
-        close(share(FRAC_PI_4 - 1e-9, FRAC_PI_4 + 1e-9), n, 0.125);
-        close(share(FRAC_PI_2 - 2e-6, FRAC_PI_2), n, 0.125);
-        close(share(0.2 * FRAC_PI_2, 0.4 * FRAC_PI_2), n, 0.1);
-        close(share(0.6 * FRAC_PI_2, 0.8 * FRAC_PI_2), n, 0.1);
-        close(share(0.0, FRAC_PI_2), n, 1.0);
+        for (low, high, expected) in [
+            (0.0, 0.0, 0.125),
+            (0.5e-9, 2e-9, 0.125),
+            (FRAC_PI_4 - 1e-9, FRAC_PI_4 + 1e-9, 0.125),
+            (FRAC_PI_2 - 2e-6, FRAC_PI_2, 0.125),
+            (0.2 * FRAC_PI_2, 0.4 * FRAC_PI_2, 0.1),
+            (0.6 * FRAC_PI_2, 0.8 * FRAC_PI_2, 0.1),
+            (0.0, FRAC_PI_2, 1.0),
+        ] {
+            let within = |pair: &&[DVec3; 2]| (low..=high).contains(&inclination(pair));
+            close(directions.iter().filter(within).count(), n, expected);
+        }
         // Half of the azimuths are multiples of 45 degrees, all eight of them.
         let turns = |pair: &[DVec3; 2]| 8.0 * pair[side].y.atan2(pair[side].x) / TAU;
         let tilted: Vec<f64> =

@@ -3,19 +3,11 @@
 use approx::assert_relative_eq;
 use whitefurnace::harness::chi_square::{Counts, binomial, chi_square, poisson};
 use whitefurnace::harness::convergence::variance_ratio;
-use whitefurnace::harness::domain::Partition;
 use whitefurnace::harness::ks::kolmogorov_smirnov;
-use whitefurnace::harness::mean::{Values, bounded_mean, mean, mean_known_sigma, welch};
+use whitefurnace::harness::mean::{bounded_mean, mean, mean_known_sigma, welch};
 use whitefurnace::harness::outcome::{Claim, Outcome, Verdict};
 
-/// 1 ± 0.1, a million times.
-fn values(scale: f64) -> Values {
-    let mut i = 0;
-    Values::collect(scale, 1_000_000, || {
-        i += 1;
-        scale * (1.0 + 0.1 * f64::from(i % 2 * 2 - 1))
-    })
-}
+use super::{around, cells, values};
 
 fn exact(delta: f64) -> Claim {
     Claim::Exact { delta }
@@ -23,14 +15,9 @@ fn exact(delta: f64) -> Claim {
 
 /// The statistic with that claim's size, on right values whose estimate is exact.
 fn all(size: f64) -> Vec<Outcome> {
-    let v = values(2.0);
-    let cells = |n: u64| {
-        let places = ["a", "b", "c"].map(String::from).to_vec();
-        let partition = Partition::of_masses(vec![0.5, 0.3, 0.2], places);
-        let observed = [5, 3, 2].map(|share| share * n).to_vec();
-        let counts = Counts { n: 10 * n, observed, ..Counts::default() };
-        chi_square("cells", &partition, &counts, 0.02 * size)
-    };
+    let v = around(2.0, 0.2, 1_000_000);
+    let observed = [5, 3, 2].map(|share| 400_000 * share).to_vec();
+    let counts = Counts { n: 4_000_000, observed, ..Counts::default() };
     let mut uniform: Vec<f64> = (0..1_000_000).map(|i| (f64::from(i) + 0.5) / 1e6).collect();
     vec![
         mean("t", &v, 2.0, exact(0.003 * size)),
@@ -39,7 +26,7 @@ fn all(size: f64) -> Vec<Outcome> {
         bounded_mean("bounded", &v, 2.0, [1.0, 3.0], exact(0.004 * size)),
         welch("Welch", &v, &v, exact(0.004 * size)),
         variance_ratio("ratio", &v, &v, 1.0, 0.003 * size),
-        cells(400_000),
+        chi_square("cells", &cells(&[0.5, 0.3, 0.2]), &counts, 0.02 * size),
         kolmogorov_smirnov("law", &mut uniform, |x| x, 0.005 * size),
         binomial("share", 300_000, 1_000_000, 0.3, 0.007 * size),
         poisson("events", 10_000, 1_000_000, 10_000.0, 1500.0 * size),
@@ -77,30 +64,21 @@ fn transformed_values_are_off_by_the_effect() {
     for outcome in all(1.0) {
         for graded in &outcome.graded {
             let moved = graded.outcome.estimate - outcome.estimate;
-            let relative = if outcome.statistic == "Kolmogorov-Smirnov" {
-                1.0
-            } else {
-                graded.effect.signum()
-            };
-            assert_relative_eq!(moved, relative * graded.effect.abs(), max_relative = 1e-3);
+            // A distance grows whatever the sign.
+            let distance = outcome.statistic == "Kolmogorov-Smirnov";
+            let expected = if distance { graded.effect.abs() } else { graded.effect };
+            assert_relative_eq!(moved, expected, max_relative = 1e-3);
             assert!(graded.outcome.graded.is_empty());
         }
     }
-    let v = values(2.0).transformed(3.0, 1.0);
+    let v = around(2.0, 0.2, 1_000_000).transformed(3.0, 1.0);
     assert_relative_eq!(v.moments.mean(), 7.0, max_relative = 1e-12);
     assert_relative_eq!(v.moments.variance(), 0.36, max_relative = 1e-5);
     assert_relative_eq!(v.batches.means()[0], 7.0, max_relative = 1e-9);
     // Skewness does not depend on the unit.
-    let mut skewed = Values::new(0.0);
-    [0.0, 0.0, 0.0, 1.0].iter().for_each(|&x| skewed.push(x));
-    assert_relative_eq!(
-        skewed.transformed(3.0, 1.0).skewness(),
-        skewed.skewness(),
-        max_relative = 1e-12
-    );
-    assert_relative_eq!(
-        skewed.transformed(-3.0, 1.0).skewness(),
-        -skewed.skewness(),
-        max_relative = 1e-12
-    );
+    let skewed = values(0.0, &[0.0, 0.0, 0.0, 1.0]);
+    for sign in [1.0, -1.0] {
+        let found = skewed.transformed(sign * 3.0, 1.0).skewness();
+        assert_relative_eq!(found, sign * skewed.skewness(), max_relative = 1e-12);
+    }
 }

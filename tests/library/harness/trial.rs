@@ -1,4 +1,4 @@
-//! The rules that trials are run by: contexts, shares of the budget, rows, colours, data files.
+//! Trials: contexts, shares of the budget, rows, what is red, messages, data files.
 
 use std::path::Path;
 use std::process::Command;
@@ -6,10 +6,10 @@ use std::process::Command;
 use rand::Rng;
 use whitefurnace::equation::ESTIMATOR;
 use whitefurnace::harness::outcome::{Cell, Claim, Outcome, Verdict};
-use whitefurnace::harness::power::Sensitivity;
 use whitefurnace::harness::trial::{
-    CSV_HEADER, Context, Control, Row, Trial, check, check_control, check_subject, command,
-    control_is_green, full_name, group, run_control, run_trial, trial_is_green, write_cells,
+    CSV_HEADER, Context, Control, Row, Trial, assert_holds, check, check_control, check_subject,
+    command, control_is_green, full_name, group, run_control, run_trial, trial_is_green,
+    write_cells,
 };
 use whitefurnace::rng::{seed_for, stream};
 
@@ -25,10 +25,7 @@ fn random(name: &str, verdict: Verdict) -> Outcome {
         Verdict::Undecided { .. } => (1.0, 0.125),
     };
     Outcome {
-        name: name.to_owned(),
         statistic: "t",
-        value: 0.0,
-        dof: None,
         p,
         n: 100,
         valid_from: 2,
@@ -36,10 +33,7 @@ fn random(name: &str, verdict: Verdict) -> Outcome {
         reference: 0.5,
         interval: [0.25, 0.75],
         claim: Claim::Exact { delta },
-        sensitivity: Sensitivity::Certain,
-        worst: String::new(),
-        cells: Vec::new(),
-        graded: Vec::new(),
+        ..Outcome::exact(name, 0, 0.0, 0.0, "")
     }
 }
 
@@ -94,7 +88,7 @@ fn the_environment_is_read() {
     let found = |variables: &[(&str, &str)]| {
         let program = std::env::current_exe().expect("this program");
         let mut again = Command::new(program);
-        again.args(["--exact", "rows::the_environment_is_read", "--nocapture"]);
+        again.args(["--exact", "harness::trial::the_environment_is_read", "--nocapture"]);
         for name in ["SEED", "SCALE"] {
             again.env_remove(format!("WHITEFURNACE_{name}"));
         }
@@ -106,16 +100,13 @@ fn the_environment_is_read() {
     assert!(text.contains("found 2019 1."), "{text}");
     let text = found(&[("WHITEFURNACE_SEED", " 5 "), ("WHITEFURNACE_SCALE", "0.25")]);
     assert!(text.contains("found 5 0.25."), "{text}");
-    for (name, values, range) in [
-        (
-            "SEED",
-            &["five", "-1", "1.5", "18446744073709551616", ""][..],
-            "0 to 18446744073709551615",
-        ),
-        ("SCALE", &["x", "0", "-1", "nan", "inf", "1e300", "1e-300", ""], "0.0001 to 256"),
-    ] {
+    let [seeds, scales] = ["five -1 1.5 18446744073709551616 ", "x 0 -1 nan inf 1e300 1e-300 "];
+    for (name, values, range) in
+        [("SEED", seeds, "0 to 18446744073709551615"), ("SCALE", scales, "0.0001 to 256")]
+    {
         let name = format!("WHITEFURNACE_{name}");
-        for value in values {
+        // The last is empty.
+        for value in values.split(' ') {
             let text = found(&[(&name, value)]);
             let says = |part: &str| text.contains(part);
             assert!(says("refused: ") && says(&name) && says(range), "{name}={value}: {text}");
@@ -217,6 +208,14 @@ fn messages_speak_of_what_is_red() {
     assert!(message.find("fails") < message.find("was not rejected"));
     assert_eq!(lines("t of outcome 0:"), 1, "{message}");
     assert_eq!(lines("t of outcome 1:"), 2, "{message}");
+    // What was claimed of what, by which equation, and how to repeat it.
+    let repeat = "WHITEFURNACE_SEED=7 cargo test -- --exact 'harness::trial::messages_speak";
+    for part in ["it is so", "estimator (16)", "toy", repeat] {
+        assert!(message.contains(part), "{part} is not in\n{message}");
+    }
+    let weak = check(&trial(vec![UNDECIDED], vec![Verdict::Fails]), &full);
+    let message = weak.expect_err("undecided is red");
+    assert!(message.contains("undecided, needs about"), "{message}");
     let blind = trial(vec![Verdict::Holds], vec![Verdict::Holds]);
     let message = check(&blind, &full).expect_err("the control is not rejected");
     assert!(message.starts_with("toy/verdicts: the negative control wrong"), "{message}");
@@ -230,7 +229,8 @@ fn names_and_commands_lead_back() {
     let scaled = command(&context(0.25), "a/b", "");
     assert!(scaled.contains(" WHITEFURNACE_SCALE=0.25 "), "{scaled}");
     // A test function is repeated by its name; what has none, by the trial's.
-    let own = "WHITEFURNACE_SEED=7 cargo test -- --exact 'rows::names_and_commands_lead_back'";
+    let own =
+        "WHITEFURNACE_SEED=7 cargo test -- --exact 'harness::trial::names_and_commands_lead_back'";
     assert_eq!(command(&context(1.0), "a/b", "fault"), own);
     let unnamed = std::thread::spawn(|| command(&context(1.0), "a/b", "fault"));
     let unnamed = unnamed.join().expect("it does not panic");
@@ -256,4 +256,28 @@ fn data_files_hold_the_cells() {
     assert_eq!(name.as_deref(), Some("toy_verdicts_wrong_x²_at_1.5__half-way.csv"));
     let text = std::fs::read_to_string(&path).expect("the file");
     assert_eq!(text, "place,expected,observed,sigmas\n\"here\",1e3,1.25e3,7.906\n");
+}
+
+/// In a test of one's own: silent about what holds; of what does not, all that it takes to act.
+#[test]
+fn assertions_say_what_does_not_hold() {
+    let [holds, fails] = [Verdict::Holds, Verdict::Fails].map(|verdict| random("mean", verdict));
+    let cell = Cell { place: String::from("here"), expected: 1.0, observed: 2.0, sigmas: 9.0 };
+    let fails = Outcome { cells: vec![cell], ..fails };
+    assert_holds(std::slice::from_ref(&holds));
+    let message = |outcomes: Vec<Outcome>| {
+        let unwound = std::panic::catch_unwind(|| assert_holds(&outcomes));
+        *unwound.expect_err("it does not hold").downcast::<String>().expect("a message")
+    };
+    let red = message(vec![holds, fails]);
+    let line =
+        "\nmean: fails; 0.5 in [0.25, 0.75], should be 0.5 ± 1 (t = 0, n = 100, p = 0.0e0)\n";
+    assert!(red.starts_with(line), "{red}");
+    let file = "target/trials/harness__trial__assertions_say_what_does_not_hold_mean.csv";
+    assert!(red.contains(file) && red.contains("--bin plot-cells -- 'target"), "{red}");
+    assert_eq!(red.lines().count(), 4, "{red}");
+    let undecided = message(vec![random("mean", UNDECIDED)]);
+    assert!(undecided.contains("mean: undecided;"), "{undecided}");
+    assert!(undecided.contains("\n  needs about 1600 samples\n"), "{undecided}");
+    assert!(std::panic::catch_unwind(|| assert_holds(&[])).is_err());
 }

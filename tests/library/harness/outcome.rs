@@ -10,21 +10,14 @@ use whitefurnace::harness::tails::normal_upper;
 /// An estimate of 3, n = 100, in an interval of half width `half`.
 fn outcome(half: f64, claim: Claim) -> Outcome {
     Outcome {
-        name: String::from("three"),
         statistic: "z",
-        value: 0.0,
-        dof: None,
         p: 1.0,
         n: 100,
-        valid_from: 0,
         estimate: 3.0,
         reference: 3.0,
         interval: [3.0 - half, 3.0 + half],
         claim,
-        sensitivity: Sensitivity::Certain,
-        worst: String::new(),
-        cells: Vec::new(),
-        graded: Vec::new(),
+        ..Outcome::exact("three", 0, 0.0, 0.0, "")
     }
 }
 
@@ -54,18 +47,23 @@ fn borders_belong_to_the_claim() {
     for touching in [[2.25, 2.5], [1.5, 1.75]] {
         assert!(matches!(approximate(touching), Verdict::Undecided { .. }));
     }
-    for broken in [[f64::NAN, 2.0], [2.0, f64::NAN]] {
-        assert_eq!(approximate(broken), Verdict::Fails);
+    for wrong in [[2.26, 2.5], [1.5, 1.74], [f64::NAN, 2.0], [2.0, f64::NAN]] {
+        assert_eq!(approximate(wrong), Verdict::Fails);
     }
 }
 
+/// n (width/δ)², and more than there are if the interval is narrow enough but lies to one side.
 #[test]
-fn undecided_always_asks_for_more() {
-    // The width is less than δ, but the interval lies to one side.
-    let verdict = exact_verdict(1.0, [2.125, 2.3125], 2.0, 0.25, 100);
-    assert_eq!(verdict, Verdict::Undecided { needed: 101 });
-    let verdict = exact_verdict(1.0, [2.0, f64::INFINITY], 2.0, 0.25, 100);
-    assert_eq!(verdict, Verdict::Undecided { needed: u64::MAX });
+fn undecided_asks_for_what_would_decide() {
+    for (interval, needed) in [
+        ([1.625, 2.125], 400),
+        ([1.875, 2.5], 625),
+        ([2.125, 2.3125], 101),
+        ([2.0, f64::INFINITY], u64::MAX),
+    ] {
+        let undecided = Verdict::Undecided { needed };
+        assert_eq!(exact_verdict(1.0, interval, 2.0, 0.25, 100), undecided);
+    }
 }
 
 #[test]

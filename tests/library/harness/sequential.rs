@@ -1,0 +1,191 @@
+//! Sequential tests, exactly: thresholds, errors summed over all runs, confidence sequences by their theorem.
+
+use approx::{assert_abs_diff_eq, assert_relative_eq};
+use whitefurnace::harness::sequential::{ConfidenceSequence, Decision, Sprt};
+
+/// The summed likelihood ratio at which a test decides, by steps of `sign` · 2⁻²⁰ in its logarithm.
+fn threshold(mut test: Sprt, sign: f64) -> f64 {
+    const STEP: f64 = 1.0 / (1 << 20) as f64;
+    // A normal value of standard deviation 1, mean 0 against 1, adds its distance from 1/2.
+    while test.normal(0.5 + sign * STEP, 0.0, 1.0, 1.0) == Decision::Continue {}
+    assert_eq!(test.decision() == Decision::Alternative, sign > 0.0, "it decides on its side");
+    sign * test.count() as f64 * STEP
+}
+
+/// ln(1/α) and ln β, neither of which knows the other error, far from where both forms of Wald's agree.
+#[test]
+fn thresholds_are_those_of_the_guarantee() {
+    for (alpha, beta) in
+        [(0.05, 0.5), (0.5, 0.05), (0.05, 0.05), (0.25, 0.5), (0.01, 0.2), (1e-3, 0.9)]
+    {
+        let test = || Sprt::new(alpha, beta);
+        assert_abs_diff_eq!(threshold(test(), 1.0), -f64::ln(alpha), epsilon = 2e-6);
+        assert_abs_diff_eq!(threshold(test(), -1.0), f64::ln(beta), epsilon = 2e-6);
+    }
+}
+
+/// Probabilities of the decisions [null, alternative] of a Bernoulli test where successes have probability
+/// `truth`, and of none within `most` values. The test is a function of the numbers of successes and
+/// failures, so that all runs are summed without leaving one out.
+fn decisions(
+    start: Sprt,
+    [null, alternative]: [f64; 2],
+    truth: f64,
+    most: usize,
+) -> ([f64; 2], f64) {
+    let mut decided = [0.0; 2];
+    // By the number of successes so far.
+    let mut running = vec![Some((start, 1.0))];
+    for _ in 0..most {
+        let mut next = vec![None; running.len() + 1];
+        for (successes, state) in running.into_iter().enumerate() {
+            let Some((test, mass)) = state else { continue };
+            for (success, probability) in [(true, truth), (false, 1.0 - truth)] {
+                let mut test: Sprt = test;
+                let mass = mass * probability;
+                match test.bernoulli(success, null, alternative) {
+                    Decision::Null => decided[0] += mass,
+                    Decision::Alternative => decided[1] += mass,
+                    Decision::Continue => {
+                        let slot: &mut Option<(Sprt, f64)> =
+                            &mut next[successes + usize::from(success)];
+                        let before = slot.map_or(0.0, |(_, mass)| mass);
+                        *slot = Some((test, before + mass));
+                    }
+                }
+            }
+        }
+        running = next;
+    }
+    let open = running.into_iter().flatten().map(|(_, mass)| mass).sum();
+    (decided, open)
+}
+
+#[test]
+fn errors_summed_over_all_runs_keep_the_guarantee() {
+    for pair in [[1.0 / 3.0, 2.0 / 3.0], [0.2, 0.5], [0.6, 0.3], [0.5, 0.6]] {
+        for (alpha, beta) in
+            [(0.25, 0.5), (0.5, 0.25), (0.05, 0.05), (0.05, 0.5), (0.5, 0.05), (0.125, 0.75)]
+        {
+            let test = Sprt::new(alpha, beta);
+            let ([_, rejected], open) = decisions(test, pair, pair[0], 2000);
+            assert!(rejected + open <= alpha, "α {alpha}, β {beta}, {pair:?}: {rejected}");
+            let ([accepted, _], open) = decisions(test, pair, pair[1], 2000);
+            assert!(accepted + open <= beta, "α {alpha}, β {beta}, {pair:?}: {accepted}");
+        }
+    }
+}
+
+/// How many equal steps a test takes to its decision, and that decision.
+fn steps(mut test: Sprt, mut step: impl FnMut(&mut Sprt) -> Decision) -> (u64, Decision) {
+    while step(&mut test) == Decision::Continue {}
+    // Further values change nothing.
+    assert_eq!(step(&mut test), test.decision());
+    (test.count(), test.decision())
+}
+
+#[test]
+fn likelihood_ratios_are_those_of_the_laws() {
+    let new = || Sprt::new(1e-4, 1e-6);
+    let needed = |log: f64, threshold: f64| (threshold.ln() / log).abs().ceil() as u64;
+    for (null, alternative) in [(0.2, 0.3), (0.5, 0.25)] {
+        for success in [true, false] {
+            let of = |q: f64| if success { q } else { 1.0 - q };
+            let log = (of(alternative) / of(null)).ln();
+            let expected = if log > 0.0 {
+                (needed(log, 1e-4), Decision::Alternative)
+            } else {
+                (needed(log, 1e-6), Decision::Null)
+            };
+            let found = steps(new(), |test| test.bernoulli(success, null, alternative));
+            assert_eq!(found, expected, "{null} {alternative} {success}");
+        }
+    }
+    // Half the difference of squared distances, in units of the variance.
+    for (value, null, alternative, sigma) in
+        [(2.5, 1.0, 3.0, 4.0), (1.5, 1.0, 3.0, 4.0), (-2.0, 1.5, 0.5, 3.0)]
+    {
+        let square = |mean: f64| ((value - mean) / sigma).powi(2);
+        let log: f64 = 0.5 * (square(null) - square(alternative));
+        let expected = if log > 0.0 {
+            (needed(log, 1e-4), Decision::Alternative)
+        } else {
+            (needed(log, 1e-6), Decision::Null)
+        };
+        let found = steps(new(), |test| test.normal(value, null, alternative, sigma));
+        assert_eq!(found, expected, "{value} {null} {alternative}");
+    }
+}
+
+#[test]
+fn a_decision_is_reached_at_the_threshold_itself() {
+    // Ratios of 4 and 1/4 against thresholds of 4 and 1/4.
+    let new = || Sprt::new(0.25, 0.25);
+    assert_eq!(new().decision(), Decision::Continue);
+    assert_eq!(new().bernoulli(true, 0.125, 0.5), Decision::Alternative);
+    assert_eq!(new().bernoulli(true, 0.5, 0.125), Decision::Null);
+}
+
+/// The interval of theorem 2 after all values of [0, 1], with every sum taken anew.
+fn empirical_bernstein_sequence(alpha: f64, x: &[f64]) -> [f64; 2] {
+    let log = (2.0 / alpha).ln();
+    let mean = |t: usize| (0.5 + x[..t].iter().sum::<f64>()) / (t as f64 + 1.0);
+    let variance = |t: usize| {
+        let squares: f64 = (0..t).map(|i| (x[i] - mean(i + 1)).powi(2)).sum();
+        (0.25 + squares) / (t as f64 + 1.0)
+    };
+    let bet = |i: usize| {
+        let t = i as f64 + 1.0;
+        f64::min(0.5, (2.0 * log / (variance(i) * t * (t + 1.0).ln())).sqrt())
+    };
+    let psi = |bet: f64| (-(1.0 - bet).ln() - bet) / 4.0;
+    let (mut weights, mut weighted, mut penalty) = (0.0, 0.0, 0.0);
+    for (i, x) in x.iter().enumerate() {
+        let bet = bet(i);
+        weights += bet;
+        weighted += bet * x;
+        penalty += 4.0 * (x - mean(i)).powi(2) * psi(bet);
+    }
+    let half = (log + penalty) / weights;
+    [weighted / weights - half, weighted / weights + half]
+}
+
+#[test]
+fn confidence_sequences_are_those_of_the_theorem() {
+    // Bets are cut off at first and free later on.
+    let x: Vec<f64> = (0..300).map(|i| f64::from(i * i % 17) / 20.0).collect();
+    let [low, high] = [-1.0, 3.0];
+    let mut sequence = ConfidenceSequence::new(0.05, [low, high]);
+    assert_eq!((sequence.interval(), sequence.count()), ([low, high], 0));
+    for (i, &value) in x.iter().enumerate() {
+        sequence.push(low + (high - low) * value);
+        assert_eq!(sequence.count(), i as u64 + 1);
+        let [left, right] = sequence.interval();
+        assert_eq!(sequence.minimum_detectable_effect(), right - left);
+        if [0, 1, 9, 299].contains(&i) {
+            let expected = empirical_bernstein_sequence(0.05, &x[..=i]);
+            for (found, expected) in sequence.interval().iter().zip(expected) {
+                assert_relative_eq!(*found, low + (high - low) * expected, max_relative = 1e-9);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_sequence_decides_at_its_borders() {
+    // Before any value the interval is [0, 2].
+    let decide =
+        |reference, margin| ConfidenceSequence::new(0.05, [0.0, 2.0]).decide(reference, margin);
+    for (reference, margin, expected) in [
+        (1.0, 1.0, Decision::Null),
+        (2.0, 2.0, Decision::Null),
+        (0.0, 2.0, Decision::Null),
+        (0.0, 1.0, Decision::Continue),
+        (2.0, 1.0, Decision::Continue),
+        (1.0, 0.5, Decision::Continue),
+        (2.5, 9.0, Decision::Alternative),
+        (-0.5, 9.0, Decision::Alternative),
+    ] {
+        assert_eq!(decide(reference, margin), expected, "{reference} ± {margin}");
+    }
+}
