@@ -251,6 +251,71 @@ pub fn render_passes<E: ImageEstimator>(
     Ok(true)
 }
 
+/// What adds replications to films, whichever kind of estimator makes them.
+pub trait Renderer {
+    /// How many samples one replication has.
+    fn samples_per_replication(&self) -> u32;
+    /// Adds the replications `range` to every pixel of the film, as [`render`] and [`render_passes`] do.
+    ///
+    /// # Errors
+    /// Those of [`render`] or [`render_passes`].
+    fn add(
+        &self,
+        scene: &Scene,
+        film: &mut Film,
+        range: Range<u32>,
+        done: &(dyn Fn(u64) -> bool + Sync),
+    ) -> Result<bool, Error>;
+}
+
+/// Renders by single rays.
+#[derive(Clone, Copy, Debug)]
+pub struct ByRays<E> {
+    /// What a ray brings.
+    pub estimator: E,
+    /// Which rays, by which random numbers.
+    pub sampling: Sampling,
+}
+
+impl<E: Estimator> Renderer for ByRays<E> {
+    fn samples_per_replication(&self) -> u32 {
+        self.sampling.samples_per_replication()
+    }
+    fn add(
+        &self,
+        scene: &Scene,
+        film: &mut Film,
+        range: Range<u32>,
+        done: &(dyn Fn(u64) -> bool + Sync),
+    ) -> Result<bool, Error> {
+        render(scene, &self.estimator, self.sampling, film, &range, done)
+    }
+}
+
+/// Renders by whole images.
+#[derive(Clone, Copy, Debug)]
+pub struct ByPasses<E> {
+    /// What a pass brings.
+    pub estimator: E,
+    /// The master seed.
+    pub seed: u64,
+}
+
+impl<E: ImageEstimator> Renderer for ByPasses<E> {
+    fn samples_per_replication(&self) -> u32 {
+        1
+    }
+    fn add(
+        &self,
+        scene: &Scene,
+        film: &mut Film,
+        range: Range<u32>,
+        done: &(dyn Fn(u64) -> bool + Sync),
+    ) -> Result<bool, Error> {
+        render_passes(scene, &self.estimator, self.seed, film, range, done)
+    }
+}
+
 #[inline]
 fn features(scene: &Scene, hit: &Hit, ray: &Ray) -> Features {
     Features {

@@ -10,7 +10,7 @@ use whitefurnace::image::Display;
 
 use crate::experiments::figures::CONVENTIONS;
 use crate::plot::differences::{Common, Panel, differences};
-use crate::render::{ConventionName, Job, Whole, Work};
+use crate::render::{ConventionName, Job};
 use crate::run::progress::Progress;
 use crate::run::{Experiment, Run};
 
@@ -106,9 +106,7 @@ fn quirks(run: &mut Run) -> Result<(), Error> {
 fn quirked_mean(run: &Run, region: &Region, quirks: Quirks) -> Result<[f64; 3], Error> {
     let job = region_job(run, ConventionName::Published, region);
     let progress = Progress::new(region.name);
-    let scene = job.build_scene()?;
-    let whole = Whole { progress: &progress };
-    let film = whole.rays(&job, &scene, &Published { quirks })?.whole()?;
+    let film = job.render_by(Published { quirks }, &progress)?.whole()?;
     Ok(Display::Truncated.encoded_mean(&film))
 }
 

@@ -21,7 +21,7 @@ pub use names::{
     ConventionName, DiffuseName, EstimatorName, HeuristicName, LightSamplingName, PixelName,
     SamplerName, SceneName, name,
 };
-pub use work::{Rendered, Whole, Work};
+pub use work::Rendered;
 
 use crate::run::cli::{parse_size, whole};
 use photons::Photons;

@@ -177,7 +177,7 @@ pub(super) fn left_out(
         ..Job::default()
     };
     let mut values = [Values::new(0.0); 3];
-    job.replications_by(&LeftOut, first..first + count, |image| {
+    job.replications_by(LeftOut, first..first + count, |image| {
         let mean = image.iter().sum::<DVec3>() / image.len() as f64;
         for (values, mean) in values.iter_mut().zip(mean.to_array()) {
             values.push(mean);

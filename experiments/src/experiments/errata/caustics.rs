@@ -29,7 +29,7 @@ pub(super) fn lost(run: &mut Run) -> Result<(), Error> {
             rules: LightRules { caustics, ..LightRules::PHYSICAL },
             ..Report::default()
         };
-        job.replications_by(&report, 0..images, |image| {
+        job.replications_by(report, 0..images, |image| {
             means.push(image.iter().map(|v| v.element_sum()).sum::<f64>());
             Ok(())
         })?;
