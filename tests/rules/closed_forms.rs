@@ -8,9 +8,11 @@ use registry::bsdf::{oren_nayar_albedo, oren_nayar_printed_albedo};
 use registry::cie::{parallel_corner, upright_corner};
 use registry::form_factors::{parallel, perpendicular};
 use registry::fresnel::walsh;
+use registry::ggx::reflected;
 use registry::radiosity::{NEIGHBOURS, OPPOSITE};
 use registry::scenes::{RECTANGLE, TRIANGLE, WALL, corners, polygon_irradiance, sphere_irradiance};
 use whitefurnace::bsdf::OrenNayar;
+use whitefurnace::bsdf::ggx::Ggx;
 use whitefurnace::form_factor::polygon;
 use whitefurnace::harness::domain::Domain;
 
@@ -35,6 +37,13 @@ fn hemispherical_reflectances() {
         let found = 1.0 - (1.0 - walsh(n)) / (n * n);
         assert_relative_eq!(found, inside, max_relative = 1e-11);
     }
+}
+
+/// Where α is 1 facets look everywhere alike, and of light from the normal 1 − ln 2 is reflected.
+#[test]
+fn the_roughest_metal_reflects_a_third() {
+    let metal = Ggx { reflectance: DVec3::ONE, alpha: 1.0 };
+    assert_abs_diff_eq!(reflected(metal, DVec3::Z), 1.0 - 2f64.ln(), epsilon = 1e-7);
 }
 
 /// Between unit squares, opposite at distance 1 and at right angles with a common edge: the closed

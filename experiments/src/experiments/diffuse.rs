@@ -281,7 +281,7 @@ fn metals(run: &mut Run, samples: u64) -> Result<(), Error> {
         format!("Directional albedo of GGX, F₀ = 1: quadrature, and means of {samples} samples");
     let axes = ["inclination (degrees)", "directional albedo"];
     let chart = Chart::new(title, axes, [[0.0, 90.0], [0.3, 1.05]], series);
-    let see = "The rougher the metal, the more light is lost on a second facet, most of it where much is seen.";
+    let see = "The rougher the metal, the more of the light is lost on a second facet.";
     charts(&run.figure("metals.svg"), see, [900, 560], &[chart])
 }
 
