@@ -6,6 +6,7 @@ use std::collections::BTreeSet;
 use clap::CommandFactory as _;
 use experiments::render::command::Render;
 use glam::DVec3;
+use whitefurnace::bsdf::ggx::Ggx;
 use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
 use whitefurnace::emitter::LightSampling;
 use whitefurnace::error::Error;
@@ -226,6 +227,9 @@ fn rows() -> Vec<Row> {
         Row("diffuse", "eon", Plain, |c| {
             let roughness = OrenNayar::new(room::SIGMA).roughness();
             white_sphere(c, Bsdf::Eon { albedo: GREY, roughness });
+        }),
+        Row("diffuse", "ggx", Plain, |c| {
+            white_sphere(c, Bsdf::model(Ggx { reflectance: GREY, alpha: room::SIGMA }));
         }),
         Row("rays", "3", Text, |c| c.method = Method::Report(3, LightRules::REPORT)),
         Row("photons", "2000", Base::Sppm, |c| c.method = Method::Sppm(2000, 0.5)),
