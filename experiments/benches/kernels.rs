@@ -1,5 +1,5 @@
-//! Time per kernel: `cargo bench`, or `cargo bench -p experiments -- NAME`. The experiment `speed` times whole
-//! estimators and the rays of the room.
+//! Time per kernel: `cargo bench -p experiments --bench kernels`, or with `-- NAME` those of a name. The experiment
+//! `speed` times whole estimators and the rays of the room.
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};

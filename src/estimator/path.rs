@@ -134,6 +134,9 @@ impl<P: Walking> Estimator for Path<P> {
                 radiance += factor * weight * throughput * emitted(scene, &here, &ray);
             }
             let bsdf = &scene.surface(&here).bsdf;
+            if matches!(bsdf, Bsdf::Black) {
+                return radiance;
+            }
             let at = Vertex::new(&here, &ray);
             radiance += factor * throughput * self.shadow_ray(scene, bsdf, &at, rng);
             let Some(next) = self.parts.sample(bsdf, &at, rng) else {

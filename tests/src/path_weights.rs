@@ -228,10 +228,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let on = move |context: &Context, sides: Sides| weights(context, &scene, &sides);
     let hits = |side| Sides { hits: side, ..SIDES };
     let shadows = |side| Sides { shadows: side, ..SIDES };
-    let pdfs = |emitter_pdf_area, pdf_solid_angle| Side {
-        parts: Table { emitter_pdf_area, pdf_solid_angle, ..RIGHT },
-        ..SIDE
-    };
     let other = |lights| match lights {
         LightSampling::Area => LightSampling::SolidAngle,
         LightSampling::SolidAngle => LightSampling::Area,
@@ -272,10 +268,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "number-of-lights-forgotten",
                 &MIS,
                 "the density of a shadow ray does not know at a hit that one of five lights was picked",
-                hits(pdfs(
-                    |emitter| 5.0 * emitter.pdf_area(),
-                    |emitter, from| emitter.pdf_solid_angle(from).map(|pdf| 5.0 * pdf),
-                )),
+                hits(Side { parts: Table { pdf_of_pick: |pdf, _| pdf, ..RIGHT }, ..SIDE }),
                 by_hit,
             ),
             fault(

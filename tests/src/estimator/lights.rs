@@ -38,7 +38,7 @@ pub(super) fn faults() -> Vec<Fault<Subject>> {
             "irradiance/picks", "irradiance/three-lights"),
         fault!("pick-probability-missing", ESTIMATOR,
             "the density of a point does not know that one of three lights was picked",
-            { emitter_pdf_area: |emitter| 3.0 * emitter.pdf_area() }, "irradiance/three-lights"),
+            { pdf_of_pick: |pdf, _| pdf }, "irradiance/three-lights"),
         fault!("shadows-ignored", WHITTED, "shadow rays are not traced",
             { visible: always_visible }, "irradiance/half-hidden", "irradiance/penumbra/bright",
             "irradiance/penumbra/middle"),

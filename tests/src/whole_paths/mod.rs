@@ -205,7 +205,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "number-of-lights-forgotten",
                 &MIS,
                 "the density of a light's point does not know that one of four lights was picked",
-                Table { emitter_pdf_area: |emitter| EMITTERS as f64 * emitter.pdf_area(), ..RIGHT },
+                Table { pdf_of_pick: |pdf, _| pdf, ..RIGHT },
                 by!("densities", "weights"),
             ),
             fault(
