@@ -150,6 +150,12 @@ impl Bsdf {
         !matches!(self, Self::Black | Self::Mirror { .. } | Self::Glass { .. })
     }
 
+    /// Whether directions are sampled by their cosine, whatever the other direction.
+    #[inline]
+    pub fn is_sampled_by_cosine(&self) -> bool {
+        matches!(self, Self::Lambert { .. } | Self::OrenNayar { .. } | Self::Eon { .. })
+    }
+
     /// f_r(wo, wi) in 1/sr; zero for mirror and glass, whose light is concentrated in single directions, and
     /// below the horizon.
     #[inline]

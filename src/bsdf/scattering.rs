@@ -150,12 +150,12 @@ pub trait Scattering: Sync {
     /// glass.
     #[inline]
     fn pdf(&self, bsdf: &Bsdf, wo: DVec3, wi: DVec3) -> f64 {
+        if bsdf.is_sampled_by_cosine() {
+            return self.cosine_hemisphere_pdf(wi.z);
+        }
         match bsdf {
-            Bsdf::Black | Bsdf::Mirror { .. } | Bsdf::Glass { .. } => 0.0,
-            Bsdf::Lambert { .. } | Bsdf::OrenNayar { .. } | Bsdf::Eon { .. } => {
-                self.cosine_hemisphere_pdf(wi.z)
-            }
-            Bsdf::Model(model) => model.pdf(wo, wi),
+            Bsdf::Model(model) if wo.z > 0.0 && wi.z > 0.0 => model.pdf(wo, wi),
+            _ => 0.0,
         }
     }
 
@@ -163,12 +163,12 @@ pub trait Scattering: Sync {
     /// where it has no density.
     #[inline]
     fn sample_rough(&self, bsdf: &Bsdf, wo: DVec3, random: [f64; 2]) -> Option<BsdfSample> {
-        let wi = match bsdf {
-            Bsdf::Black | Bsdf::Mirror { .. } | Bsdf::Glass { .. } => return None,
-            Bsdf::Lambert { .. } | Bsdf::OrenNayar { .. } | Bsdf::Eon { .. } => {
-                self.cosine_hemisphere(random)
-            }
-            Bsdf::Model(model) => model.sample(wo, random)?,
+        let wi = if bsdf.is_sampled_by_cosine() {
+            self.cosine_hemisphere(random)
+        } else if let Bsdf::Model(model) = bsdf {
+            model.sample(wo, random)?
+        } else {
+            return None;
         };
         let pdf = self.pdf(bsdf, wo, wi);
         (pdf != 0.0).then(|| self.weighted(bsdf, wo, wi, pdf))

@@ -58,39 +58,43 @@ impl WholePath<'_> {
     /// walks have the ratio of their n² cos θ, which stands for each (Veach 1997, 5.2).
     pub fn densities<P: Scattering + NextEvent>(&self, parts: &P) -> Vec<Density> {
         let s = self.light.len();
-        let count = s + self.eye.len();
-        let vertex = |i: usize| if i < s { &self.light[i] } else { &self.eye[count - 1 - i] };
-        let mut path: Vec<Density> = (0..count)
-            .map(|i| (i, vertex(i)))
+        let vertices = self.light.iter().chain(self.eye.iter().rev());
+        let mut path: Vec<Density> = vertices
+            .clone()
+            .enumerate()
             .map(|(i, x)| Density { light: x.start, eye: 0.0, specular: i > 0 && x.is_specular() })
             .collect();
-        // Each way from vertex to vertex, the last one to the eye, as unit direction and squared length.
-        let way = |i: usize| {
-            let end = if i + 1 < count { vertex(i + 1).point } else { self.origin };
-            let offset = end - vertex(i).point;
-            (offset.normalize(), offset.length_squared())
-        };
-        let mut came = None;
-        let mut next = way(0);
-        for i in 0..count {
-            let (onward, distance_squared) = next;
-            let a = vertex(i);
-            let cos_a = a.normal.dot(onward).abs();
-            if i + 1 < count {
-                let b = vertex(i + 1);
-                next = way(i + 1);
-                let cos_b = b.normal.dot(onward).abs();
-                let index = if i + 1 < s { b } else { a }.squared_index;
-                path[i + 1].light = a.density(parts, came, onward, path[i].specular, index)
-                    * parts.solid_angle_per_area(cos_b, distance_squared);
-                path[i].eye = b.density(parts, Some(next.0), -onward, b.is_specular(), index)
-                    * parts.solid_angle_per_area(cos_a, distance_squared);
-            } else {
-                path[i].eye = self.importance * parts.solid_angle_per_area(cos_a, distance_squared);
-            }
-            came = Some(-onward);
+        for (i, (a, b)) in vertices.clone().zip(vertices.skip(1)).enumerate() {
+            let offset = b.point - a.point;
+            let (onward, distance_squared) = (offset.normalize(), offset.length_squared());
+            let [cos_a, cos_b] = [a, b].map(|x| x.normal.dot(onward).abs());
+            let index = if i + 1 < s { b } else { a }.squared_index;
+            let before = || i.checked_sub(1).map(|i| self.point(i));
+            let after = || Some(self.point(i + 2));
+            path[i + 1].light = a.density(parts, path[i].specular, (onward, cos_a), index, before)
+                * parts.solid_angle_per_area(cos_b, distance_squared);
+            path[i].eye = b.density(parts, b.is_specular(), (-onward, cos_b), index, after)
+                * parts.solid_angle_per_area(cos_a, distance_squared);
+        }
+        if let (Some(last), Some(density)) =
+            (self.eye.first().or(self.light.last()), path.last_mut())
+        {
+            let offset = self.origin - last.point;
+            let cosine = last.normal.dot(offset.normalize()).abs();
+            let per_area = parts.solid_angle_per_area(cosine, offset.length_squared());
+            density.eye = self.importance * per_area;
         }
         path
+    }
+
+    /// The point of a vertex, counted from the emitter; the last is the eye.
+    fn point(&self, i: usize) -> DVec3 {
+        let s = self.light.len();
+        match self.light.get(i) {
+            Some(vertex) => vertex.point,
+            None if i < s + self.eye.len() => self.eye[s + self.eye.len() - 1 - i].point,
+            None => self.origin,
+        }
     }
 }
 
@@ -100,26 +104,32 @@ impl Corner<'_> {
         self.bsdf.is_some_and(Bsdf::is_specular)
     }
 
-    /// How dense, with respect to solid angle, walks go on from here in a unit direction that `came` from the way
-    /// in another (`None` if they start here). `specular` stands for the Dirac distribution of a mirror or glass.
+    /// How dense, with respect to solid angle, walks go on from here in a unit direction with this cosine, if they
+    /// come from a point (`None` if they start here). `specular` stands for the Dirac distribution of a mirror or
+    /// glass.
     #[inline]
     fn density<P: Scattering>(
         &self,
         parts: &P,
-        came: Option<DVec3>,
-        onward: DVec3,
         specular: bool,
+        (onward, cosine): (DVec3, f64),
         squared_index: f64,
+        from: impl FnOnce() -> Option<DVec3>,
     ) -> f64 {
-        let above = |direction: DVec3| {
-            let local = Frame::new(self.normal).local(direction);
-            local.with_z(local.z.abs())
-        };
-        match (self.bsdf, came) {
-            _ if specular => squared_index * self.normal.dot(onward).abs(),
-            (Some(bsdf), Some(came)) => parts.pdf(bsdf, above(came), above(onward)),
-            _ => parts.cosine_hemisphere_pdf(self.normal.dot(onward).abs()),
+        if specular {
+            return squared_index * cosine;
         }
+        if let Some(bsdf) = self.bsdf.filter(|bsdf| !bsdf.is_sampled_by_cosine())
+            && let Some(from) = from()
+        {
+            let frame = Frame::new(self.normal);
+            let above = |direction: DVec3| {
+                let local = frame.local(direction);
+                local.with_z(local.z.abs())
+            };
+            return parts.pdf(bsdf, above((from - self.point).normalize()), above(onward));
+        }
+        parts.cosine_hemisphere_pdf(cosine)
     }
 }
 
