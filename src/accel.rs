@@ -135,16 +135,10 @@ impl Bvh {
         bvh
     }
 
-    fn build_node(
-        &mut self,
-        items: &mut [(Bounds, u32)],
-        primitives: &[Primitive],
-        depth: u32,
-    ) -> u32 {
+    fn build_node(&mut self, items: &mut [(Bounds, u32)], primitives: &[Primitive], depth: u32) -> u32 {
         self.levels = self.levels.max(depth + 1);
         let index = self.nodes.len();
-        self.nodes
-            .push(Node { planes: [[Vec4::INFINITY, Vec4::NEG_INFINITY]; 3], children: [0; 4] });
+        self.nodes.push(Node { planes: [[Vec4::INFINITY, Vec4::NEG_INFINITY]; 3], children: [0; 4] });
         for (slot, part) in split_in_four(items, depth).into_iter().enumerate() {
             let bounds = part.iter().fold(Bounds::EMPTY, |b, item| b.union(item.0));
             for axis in 0..3 {
@@ -189,9 +183,8 @@ impl Bvh {
         let shear = Shear::new(ray);
         let mut occluded = false;
         self.traverse(ray, t_max, |first, count| {
-            occluded = (first..first + count).any(|i| {
-                self.primitives[i].intersect(ray, &shear, t_max).is_some() && blocks(self.ids[i])
-            });
+            occluded = (first..first + count)
+                .any(|i| self.primitives[i].intersect(ray, &shear, t_max).is_some() && blocks(self.ids[i]));
             (!occluded).then_some(t_max)
         });
         occluded
@@ -222,12 +215,7 @@ impl Bvh {
     }
 
     #[inline]
-    fn traverse_with<const N: usize>(
-        &self,
-        ray: &Ray,
-        t_max: f64,
-        mut leaf: impl FnMut(usize, usize) -> Option<f64>,
-    ) {
+    fn traverse_with<const N: usize>(&self, ray: &Ray, t_max: f64, mut leaf: impl FnMut(usize, usize) -> Option<f64>) {
         let slabs = Slabs::new(ray);
         let mut limit = rounded_up(t_max);
         let mut stack = [(0f32, 0u32); N];
@@ -284,8 +272,7 @@ impl Slabs {
         let direction = ray.direction.as_vec3().to_array();
         let direction = direction.map(|d| if d.abs() < 1e-18 { 1e-18f32.copysign(d) } else { d });
         let forward = direction.map(|d| d > 0.0);
-        let shifted =
-            |axis: usize, towards: bool| origin[axis] + if towards { margin } else { -margin };
+        let shifted = |axis: usize, towards: bool| origin[axis] + if towards { margin } else { -margin };
         Self {
             near_origin: [0, 1, 2].map(|axis| shifted(axis, forward[axis])),
             far_origin: [0, 1, 2].map(|axis| shifted(axis, !forward[axis])),
@@ -341,8 +328,7 @@ fn split_in_four(items: &mut [(Bounds, u32)], depth: u32) -> Vec<&mut [(Bounds, 
             break;
         };
         let part = parts.swap_remove(widest);
-        let middle =
-            if depth < SORTED_DEPTH { sort_at_best_split(part) } else { sort_at_median(part) };
+        let middle = if depth < SORTED_DEPTH { sort_at_best_split(part) } else { sort_at_median(part) };
         let (left, right) = part.split_at_mut(middle);
         parts.push(left);
         parts.push(right);
@@ -369,8 +355,7 @@ fn sort_at_best_split(items: &mut [(Bounds, u32)]) -> usize {
         bounds = Bounds::EMPTY;
         for split in 1..items.len() {
             bounds = bounds.union(items[split - 1].0);
-            let cost = bounds.half_area() * split as f64
-                + right_areas[split] * (items.len() - split) as f64;
+            let cost = bounds.half_area() * split as f64 + right_areas[split] * (items.len() - split) as f64;
             if cost < best.0 {
                 best = (cost, axis, split);
             }

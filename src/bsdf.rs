@@ -165,9 +165,7 @@ impl Bsdf {
         }
         match *self {
             Self::Lambert { albedo } => lambert(albedo),
-            Self::OrenNayar { albedo, constants, form } => {
-                lambert(albedo) * oren_nayar(constants, form, wo, wi)
-            }
+            Self::OrenNayar { albedo, constants, form } => lambert(albedo) * oren_nayar(constants, form, wo, wi),
             Self::Eon { albedo, roughness } => FRAC_1_PI * eon::eon(albedo, roughness, wo, wi),
             Self::Black | Self::Mirror { .. } | Self::Glass { .. } => DVec3::ZERO,
             Self::Model(model) => model.eval(wo, wi),
@@ -191,9 +189,7 @@ impl Bsdf {
     pub fn albedo(&self) -> DVec3 {
         match *self {
             Self::Black => DVec3::ZERO,
-            Self::Lambert { albedo }
-            | Self::OrenNayar { albedo, .. }
-            | Self::Eon { albedo, .. } => albedo,
+            Self::Lambert { albedo } | Self::OrenNayar { albedo, .. } | Self::Eon { albedo, .. } => albedo,
             Self::Mirror { reflectance } => reflectance,
             Self::Glass { .. } => DVec3::ONE,
             Self::Model(model) => model.albedo(),

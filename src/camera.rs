@@ -28,9 +28,7 @@ impl Camera {
     /// sight, and a height above 0.
     pub fn is_valid(&self) -> bool {
         let Self { eye, forward, right, up, half_height } = *self;
-        [eye, forward, right, up].iter().all(|v| v.is_finite())
-            && half_height.is_finite()
-            && half_height > 0.0
+        [eye, forward, right, up].iter().all(|v| v.is_finite()) && half_height.is_finite() && half_height > 0.0
     }
 
     /// The ray through the point (x, y) of an image of `size` pixels, y downwards; (0, 0) is the top
@@ -39,9 +37,7 @@ impl Camera {
     pub fn ray(&self, size: [u32; 2], x: f64, y: f64) -> Ray {
         let [width, height] = size.map(f64::from);
         let scale = 2.0 * self.half_height / height;
-        let direction = self.forward
-            + (x - 0.5 * width) * scale * self.right
-            + (0.5 * height - y) * scale * self.up;
+        let direction = self.forward + (x - 0.5 * width) * scale * self.right + (0.5 * height - y) * scale * self.up;
         Ray::new(self.eye, direction.normalize())
     }
 
@@ -61,11 +57,7 @@ impl Camera {
             return None;
         }
         let distance_squared = offset.length_squared();
-        Some(Seen {
-            pixel: [x as u32, y as u32],
-            to_eye: offset / -distance_squared.sqrt(),
-            distance_squared,
-        })
+        Some(Seen { pixel: [x as u32, y as u32], to_eye: offset / -distance_squared.sqrt(), distance_squared })
     }
 
     /// W(ω) of [`crate::equation::IMPORTANCE`], 1/sr: what the mean radiance of a pixel of an image of

@@ -109,10 +109,9 @@ impl Emitter {
     #[inline]
     pub fn sample(&self, random: [f64; 2]) -> EmitterPoint {
         match self.shape {
-            EmitterShape::Rectangle { corner, edges } => EmitterPoint {
-                point: corner + random[0] * edges[0] + random[1] * edges[1],
-                normal: self.normal,
-            },
+            EmitterShape::Rectangle { corner, edges } => {
+                EmitterPoint { point: corner + random[0] * edges[0] + random[1] * edges[1], normal: self.normal }
+            }
             EmitterShape::Triangle(vertices) => {
                 let [u, v] = sampling::triangle(random);
                 EmitterPoint { point: triangle_point(vertices, u, v), normal: self.normal }
@@ -159,9 +158,7 @@ impl Emitter {
             EmitterShape::Rectangle { corner, edges } => {
                 SphericalRectangle::new(from, corner, edges).map(Seen::Rectangle)
             }
-            EmitterShape::Triangle(vertices) => {
-                SphericalTriangle::new(from, vertices).map(Seen::Triangle)
-            }
+            EmitterShape::Triangle(vertices) => SphericalTriangle::new(from, vertices).map(Seen::Triangle),
             EmitterShape::Sphere(ref sphere) => VisibleCap::new(from, sphere).map(Seen::Cap),
         }
     }

@@ -72,18 +72,13 @@ impl Error {
     #[must_use]
     pub fn at(self, place: impl FnOnce() -> String) -> Self {
         match self {
-            Self::Radiance { value, place: old } if old.is_empty() => {
-                Self::Radiance { value, place: place() }
-            }
+            Self::Radiance { value, place: old } if old.is_empty() => Self::Radiance { value, place: place() },
             other => other,
         }
     }
 
     /// For `map_err` on an operation on `path`.
-    pub fn file<'a>(
-        action: &'static str,
-        path: &'a Path,
-    ) -> impl FnOnce(std::io::Error) -> Self + 'a {
+    pub fn file<'a>(action: &'static str, path: &'a Path) -> impl FnOnce(std::io::Error) -> Self + 'a {
         move |source| Self::File { action, path: path.to_owned(), source }
     }
 }

@@ -142,11 +142,7 @@ impl Pixel {
         }
         let scale = UNIT / f64::from(self.hits);
         let mean = |sums: [i64; 3]| DVec3::from_array(sums.map(|sum| sum as f64 * scale));
-        Features {
-            albedo: mean(self.albedo),
-            normal: mean(self.normal),
-            depth: self.depth as f64 * scale,
-        }
+        Features { albedo: mean(self.albedo), normal: mean(self.normal), depth: self.depth as f64 * scale }
     }
 }
 
@@ -168,19 +164,10 @@ impl Film {
     ///
     /// # Errors
     /// As [`checked_window`](Self::checked_window).
-    pub fn new(
-        frame: [u32; 2],
-        window: Option<Window>,
-        samples_per_replication: u32,
-    ) -> Result<Self, Error> {
+    pub fn new(frame: [u32; 2], window: Option<Window>, samples_per_replication: u32) -> Result<Self, Error> {
         let window = Self::checked_window(frame, window)?;
         let [width, height] = window.size.map(|n| n as usize);
-        Ok(Self {
-            frame,
-            window,
-            samples_per_replication,
-            pixels: vec![Pixel::default(); width * height],
-        })
+        Ok(Self { frame, window, samples_per_replication, pixels: vec![Pixel::default(); width * height] })
     }
 
     /// The window that a film would hold.
@@ -190,9 +177,8 @@ impl Film {
     pub fn checked_window(frame: [u32; 2], window: Option<Window>) -> Result<Window, Error> {
         let window = window.unwrap_or(Window { corner: [0, 0], size: frame });
         let [width, height] = window.size;
-        let inside = |axis: usize| {
-            u64::from(window.corner[axis]) + u64::from(window.size[axis]) <= u64::from(frame[axis])
-        };
+        let inside =
+            |axis: usize| u64::from(window.corner[axis]) + u64::from(window.size[axis]) <= u64::from(frame[axis]);
         if !(inside(0) && inside(1)) {
             return Err(Error::Option(format!(
                 "window {width}x{height} at ({}, {}) leaves the frame of {}x{} pixels",
@@ -201,9 +187,7 @@ impl Film {
         }
         let count = u64::from(width) * u64::from(height);
         if count == 0 {
-            return Err(Error::Option(format!(
-                "size {width}x{height} has no pixels: both numbers must be at least 1"
-            )));
+            return Err(Error::Option(format!("size {width}x{height} has no pixels: both numbers must be at least 1")));
         }
         if count > LARGEST_FILM || frame[0].checked_mul(frame[1]).is_none() {
             return Err(Error::Option(format!(

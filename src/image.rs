@@ -5,8 +5,8 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image,
-    Layer, LayerAttributes, LineOrder, Text, WritableImage,
+    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes,
+    LineOrder, Text, WritableImage,
 };
 use glam::DVec3;
 
@@ -94,11 +94,7 @@ pub fn write_exr(path: &Path, film: &Film, provenance: &str) -> Result<(), Error
     let layer = Layer::new(
         (width, height),
         attributes,
-        Encoding {
-            compression: Compression::ZIP16,
-            blocks: Blocks::ScanLines,
-            line_order: LineOrder::Increasing,
-        },
+        Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing },
         AnyChannels::sort(channels.into_iter().collect()),
     );
     let image = Image::from_layer(layer);
@@ -117,12 +113,7 @@ pub fn write_exr(path: &Path, film: &Film, provenance: &str) -> Result<(), Error
 ///
 /// # Errors
 /// [`Error::File`] or [`Error::Image`]; nothing is left behind then.
-pub fn write_png(
-    path: &Path,
-    film: &Film,
-    display: Display,
-    magnification: u32,
-) -> Result<(), Error> {
+pub fn write_png(path: &Path, film: &Film, display: Display, magnification: u32) -> Result<(), Error> {
     let [width, height] = film.size().map(|n| n * magnification);
     let mut rgb = Vec::with_capacity(3 * width as usize * height as usize);
     for y in 0..height {
@@ -166,10 +157,7 @@ pub fn encode_rgb([width, height]: [u32; 2], rgb: &[u8]) -> Result<Vec<u8>, png:
 ///
 /// # Errors
 /// [`Error::File`] if the file cannot be created or renamed, or what `fill` returns.
-pub fn write_whole(
-    path: &Path,
-    fill: impl FnOnce(&mut BufWriter<File>) -> Result<(), Error>,
-) -> Result<(), Error> {
+pub fn write_whole(path: &Path, fill: impl FnOnce(&mut BufWriter<File>) -> Result<(), Error>) -> Result<(), Error> {
     let temporary = temporary_beside(path);
     let result = File::create(&temporary)
         .map_err(Error::file("create", path))

@@ -61,14 +61,12 @@ fn arrange<T: Send>(nodes: &mut [Node<T>]) {
     if nodes.len() < 2 {
         return;
     }
-    let (low, high) =
-        nodes.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), node| {
-            (low.min(node.point), high.max(node.point))
-        });
+    let (low, high) = nodes
+        .iter()
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), node| (low.min(node.point), high.max(node.point)));
     let axis = (high - low).max_position();
     let middle = nodes.len() / 2;
-    let (before, root, after) =
-        nodes.select_nth_unstable_by(middle, |a, b| a.point[axis].total_cmp(&b.point[axis]));
+    let (before, root, after) = nodes.select_nth_unstable_by(middle, |a, b| a.point[axis].total_cmp(&b.point[axis]));
     root.axis = axis;
     if before.len() >= PARALLEL {
         rayon::join(|| arrange(before), || arrange(after));

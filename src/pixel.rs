@@ -30,10 +30,7 @@ impl PixelSampling {
     pub fn position(self, index: u32, random: [f64; 2]) -> [f64; 2] {
         let cell = |n: u32, offset: [f64; 2]| {
             let inverse = 1.0 / f64::from(n);
-            [
-                (f64::from(index % n) + offset[0]) * inverse,
-                (f64::from(index / n) + offset[1]) * inverse,
-            ]
+            [(f64::from(index % n) + offset[0]) * inverse, (f64::from(index / n) + offset[1]) * inverse]
         };
         match self {
             Self::Centre => [0.5, 0.5],

@@ -53,8 +53,7 @@ impl Sampling {
     /// many up to `replications` that their samples have no 32-bit numbers.
     fn check(&self, replications: u32) -> Result<(), Error> {
         let samples = self.samples_per_replication();
-        let refuse =
-            |why: String| Err(Error::Option(format!("{samples} samples in a replication: {why}")));
+        let refuse = |why: String| Err(Error::Option(format!("{samples} samples in a replication: {why}")));
         if samples == 0 {
             return refuse("at least 1 is needed".to_owned());
         }
@@ -62,10 +61,7 @@ impl Sampling {
             return refuse(format!("a scramble has at most {LONGEST} points"));
         }
         if samples.checked_mul(replications).is_none() {
-            return refuse(format!(
-                "with {replications} replications they are more than {}",
-                u32::MAX
-            ));
+            return refuse(format!("with {replications} replications they are more than {}", u32::MAX));
         }
         Ok(())
     }
@@ -114,11 +110,8 @@ pub fn render<E: Estimator>(
             for (pixel, x) in row.iter_mut().zip(window.corner[0]..) {
                 for replication in range.clone() {
                     let position = PixelPosition { frame, x, y, replication };
-                    add_replication(scene, estimator, sampling, position, pixel).map_err(
-                        |error| {
-                            error.at(|| format!(" at pixel ({x}, {y}), replication {replication}"))
-                        },
-                    )?;
+                    add_replication(scene, estimator, sampling, position, pixel)
+                        .map_err(|error| error.at(|| format!(" at pixel ({x}, {y}), replication {replication}")))?;
                 }
             }
             if !row_done(row_samples) {

@@ -141,8 +141,7 @@ impl SphericalTriangle {
         let over = sin * (1.0 + a.dot(b));
         let under = cos * a.dot(b.cross(tangent)) - sin * b.dot(tangent);
         let scale = 1.0 / (over * over + under * under);
-        let vertex =
-            (under * under - over * over) * scale * a + 2.0 * over * under * scale * tangent;
+        let vertex = (under * under - over * over) * scale * a + 2.0 * over * under * scale * tangent;
         // On the arc from B to it the measure is that of one minus the cosine.
         let lost = 0.5 * r2 * (vertex - b).length_squared();
         let along = (lost * (2.0 - lost)).max(0.0).sqrt();

@@ -49,11 +49,7 @@ impl Shear {
         let y = if x == 2 { 0 } else { x + 1 };
         let o = ray.origin.to_array();
         let inverse = 1.0 / d[z];
-        Self {
-            origin: [o[x], o[y], o[z]],
-            axes: [x, y, z],
-            shear: [d[x] * inverse, d[y] * inverse, inverse],
-        }
+        Self { origin: [o[x], o[y], o[z]], axes: [x, y, z], shear: [d[x] * inverse, d[y] * inverse, inverse] }
     }
 
     /// The hit with 0 < t < `t_max`, from either side, edges and vertices included.

@@ -12,9 +12,7 @@ use registry::all;
 use registry::equivalents;
 use registry::faults::Pair;
 use whitefurnace::harness::outcome::Verdict;
-use whitefurnace::harness::trial::{
-    Context, Row, Trial, check_control, check_subject, full_name, meant, refused,
-};
+use whitefurnace::harness::trial::{Context, Row, Trial, check_control, check_subject, full_name, meant, refused};
 
 /// The message, for a test that is red.
 fn report(result: Result<Vec<Row>, String>) -> Result<(), Failed> {
@@ -38,9 +36,7 @@ fn without_fault(trial: &Trial, found: &[Row]) -> String {
     outcomes()
         .filter(|outcome| outcome.is_random() || exact)
         .filter(|outcome| !names.contains(outcome.name.as_str()))
-        .map(|outcome| {
-            format!("{}: no fault is to be rejected by its outcome {}\n", trial.name, outcome.name)
-        })
+        .map(|outcome| format!("{}: no fault is to be rejected by its outcome {}\n", trial.name, outcome.name))
         .collect()
 }
 
@@ -90,9 +86,7 @@ fn main() -> ExitCode {
         for i in 0..trial.controls.len() {
             let (trial, context) = (Arc::clone(&trial), context.clone());
             let name = full_name(&trial.name, trial.controls[i].name);
-            tests.push(Test::test(name, move || {
-                report(check_control(&trial, &trial.controls[i], &context))
-            }));
+            tests.push(Test::test(name, move || report(check_control(&trial, &trial.controls[i], &context))));
         }
         let context = context.clone();
         tests.push(Test::test(trial.name.clone(), move || on_its_subject(&trial, &context)));

@@ -67,9 +67,10 @@ impl Bibliography {
     pub fn list(&self) -> String {
         let mut html = String::from("<ul class=\"bibliography\">");
         for (key, work) in &self.works {
-            let doi = work.doi.as_ref().map_or_else(String::new, |doi| {
-                format!(" <span class=\"doi\">doi:{}</span>", escape(doi))
-            });
+            let doi = work
+                .doi
+                .as_ref()
+                .map_or_else(String::new, |doi| format!(" <span class=\"doi\">doi:{}</span>", escape(doi)));
             html.push_str(&format!(
                 "<li id=\"cite-{key}\">{} ({}). <em>{}</em>. {}.{doi}</li>",
                 escape(&work.authors),

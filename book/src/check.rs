@@ -59,9 +59,7 @@ pub fn output(out: &Path) -> Result<(), Error> {
         }
         let text = std::fs::read_to_string(&file).map_err(Error::io(&file))?;
         let marks: &[(&str, char)] = match extension {
-            "html" => {
-                &[(" src=\"", '"'), (" href=\"", '"'), (" srcset=\"", '"'), (" action=\"", '"')]
-            }
+            "html" => &[(" src=\"", '"'), (" href=\"", '"'), (" srcset=\"", '"'), (" action=\"", '"')],
             _ => &[("url(", ')'), ("@import ", ';')],
         };
         for (at, address) in marks.iter().flat_map(|mark| addresses(&text, *mark)) {
@@ -106,15 +104,12 @@ fn svg(bytes: &[u8]) -> Option<(usize, String)> {
     if !root.has_tag_name(("http://www.w3.org/2000/svg", "svg")) {
         return Some((line, "the root is no svg element of SVG".to_owned()));
     }
-    let positive =
-        |text: &str| text.parse().is_ok_and(|length: f64| length > 0.0 && length.is_finite());
+    let positive = |text: &str| text.parse().is_ok_and(|length: f64| length > 0.0 && length.is_finite());
     let view = root.attribute("viewBox").unwrap_or_default();
     let view: Vec<&str> = view.split_whitespace().collect();
-    let has_size =
-        ["width", "height"].iter().all(|side| root.attribute(*side).is_some_and(positive));
+    let has_size = ["width", "height"].iter().all(|side| root.attribute(*side).is_some_and(positive));
     let has_view = matches!(view[..], [_, _, width, height] if positive(width) && positive(height));
-    (!has_size || !has_view)
-        .then(|| (line, "needs width, height and viewBox in positive numbers".to_owned()))
+    (!has_size || !has_view).then(|| (line, "needs width, height and viewBox in positive numbers".to_owned()))
 }
 
 /// Whether this begins and ends as a PNG does.
@@ -141,10 +136,7 @@ pub fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
 }
 
 /// The text between every `mark.0` and the next `mark.1`, with its place.
-fn addresses<'a>(
-    text: &'a str,
-    mark: (&'static str, char),
-) -> impl Iterator<Item = (usize, &'a str)> {
+fn addresses<'a>(text: &'a str, mark: (&'static str, char)) -> impl Iterator<Item = (usize, &'a str)> {
     text.match_indices(mark.0).map(move |(at, found)| {
         let rest = &text[at + found.len()..];
         let end = rest.find(mark.1).unwrap_or(rest.len());

@@ -48,9 +48,7 @@ pub fn boxed(equation: &Equation, math: &Math) -> Result<String, String> {
         _ => format!("<span class=\"equation-number\">{}</span>", label(equation)),
     };
     let formula = math.block(equation.latex, true)?;
-    html.push_str(&format!(
-        "<div class=\"equation-line\"><div class=\"scroll\">{formula}</div>{number}</div>"
-    ));
+    html.push_str(&format!("<div class=\"equation-line\"><div class=\"scroll\">{formula}</div>{number}</div>"));
     if let Some(printed) = equation.printed {
         let printed = math.block(printed, true)?;
         html.push_str(&format!(
@@ -110,11 +108,7 @@ pub fn tally() -> String {
         .iter()
         .map(|&verdict| {
             let count = ALL.iter().filter(|e| e.verdict == verdict).count();
-            format!(
-                "<li>{} <strong>{count}</strong> <span>{}</span></li>",
-                badge(verdict),
-                meaning(verdict)
-            )
+            format!("<li>{} <strong>{count}</strong> <span>{}</span></li>", badge(verdict), meaning(verdict))
         })
         .collect();
     format!("<ul class=\"tally\">{items}</ul>")
@@ -140,9 +134,7 @@ fn name(verdict: Verdict) -> &'static str {
 fn meaning(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Correct => "right as printed",
-        Verdict::Trap => {
-            "right, but silent on a case or an assumption that breaks a literal program"
-        }
+        Verdict::Trap => "right, but silent on a case or an assumption that breaks a literal program",
         Verdict::Error => "wrong as printed",
         Verdict::Added => "not in the report, added because the report needs it",
     }

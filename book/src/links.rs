@@ -51,12 +51,7 @@ pub fn check(
                 let hint = nearest::hint(file, names);
                 problem(format!("no page {file} in SUMMARY.md{hint}"));
             } else if !id.is_empty() {
-                targets.push(Target {
-                    file: pages.join(path),
-                    line,
-                    page: resolved,
-                    id: id.to_owned(),
-                });
+                targets.push(Target { file: pages.join(path), line, page: resolved, id: id.to_owned() });
             }
         } else if !pages.join(&resolved).is_file() {
             problem(format!("no file {file} beside this page"));

@@ -28,9 +28,7 @@ pub fn read(root: &Path, path: &str) -> Result<String, String> {
     let relative = Path::new(path);
     let inside = relative.components().all(|part| matches!(part, Component::Normal(_)));
     if !inside || relative.extension().is_none_or(|e| e != "rs") {
-        return Err(format!(
-            "\"{path}\" is not the path of a Rust file inside the project, such as src/fresnel.rs"
-        ));
+        return Err(format!("\"{path}\" is not the path of a Rust file inside the project, such as src/fresnel.rs"));
     }
     std::fs::read_to_string(root.join(relative)).map_err(|error| {
         let siblings = siblings(root, relative);
@@ -84,10 +82,7 @@ pub fn item(source: &str, name: &str) -> Result<Listing, String> {
         }
         _ => {
             let at: Vec<_> = starts.iter().map(|at| (at + 1).to_string()).collect();
-            Err(format!(
-                "more than one item \"{name}\" in it, at lines {}; write Type::{name}",
-                at.join(", ")
-            ))
+            Err(format!("more than one item \"{name}\" in it, at lines {}; write Type::{name}", at.join(", ")))
         }
     }
 }
@@ -104,10 +99,8 @@ fn cut(lines: &[&str], start: usize, name: &str) -> Result<Listing, String> {
         })
         .count();
     let indentation = indentation(lines[start]);
-    let code: Vec<&str> = lines[start - above..=end]
-        .iter()
-        .map(|line| line.get(indentation..).unwrap_or_default())
-        .collect();
+    let code: Vec<&str> =
+        lines[start - above..=end].iter().map(|line| line.get(indentation..).unwrap_or_default()).collect();
     Ok(Listing { code: code.join("\n"), line: start + 1 })
 }
 

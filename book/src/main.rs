@@ -46,9 +46,7 @@ fn parse(arguments: impl IntoIterator<Item = String>) -> Result<Option<Options>,
 fn main() -> ExitCode {
     let options = parse(std::env::args().skip(1)).map_err(|message| format!("error: {message}"));
     let outcome = options.and_then(|options| match options {
-        Some(options) => weave(&options)
-            .map(|page| page.display().to_string())
-            .map_err(|error| error.to_string()),
+        Some(options) => weave(&options).map(|page| page.display().to_string()).map_err(|error| error.to_string()),
         None => Ok(HELP.to_owned()),
     });
     match outcome {

@@ -21,9 +21,7 @@ impl Math {
                 Err(format!("formula \"{}\" refers to a label that is not in it", one_line(latex)))
             }
             Ok(result) => Ok(result.mathml.replace('\n', " ")),
-            Err(error) => {
-                Err(format!("formula \"{}\": {}", one_line(latex), one_line(&error.to_string())))
-            }
+            Err(error) => Err(format!("formula \"{}\": {}", one_line(latex), one_line(&error.to_string()))),
         }
     }
 
@@ -69,8 +67,7 @@ pub fn escape(text: &str) -> String {
 /// The registry's plain text as HTML with the signs of print: minus signs, ranges of pages.
 pub fn typeset(text: &str) -> String {
     let characters: Vec<char> = text.replace(" - ", " − ").chars().collect();
-    let is_digit =
-        |at: Option<usize>| at.and_then(|at| characters.get(at)).is_some_and(char::is_ascii_digit);
+    let is_digit = |at: Option<usize>| at.and_then(|at| characters.get(at)).is_some_and(char::is_ascii_digit);
     let ranged: String = characters
         .iter()
         .enumerate()
@@ -79,8 +76,7 @@ pub fn typeset(text: &str) -> String {
             if c == '-' && between { '–' } else { c }
         })
         .collect();
-    let named =
-        ranged.replace("Möller-Trumbore", "Möller–Trumbore").replace("Oren-Nayar", "Oren–Nayar");
+    let named = ranged.replace("Möller-Trumbore", "Möller–Trumbore").replace("Oren-Nayar", "Oren–Nayar");
     raised(&escape(&named).replace("f_r", "<i>f</i><sub>r</sub>"))
 }
 

@@ -88,8 +88,8 @@ impl Record {
     /// One line if there is none, or it cannot be understood.
     pub fn read(folder: &Path) -> Result<Self, String> {
         let path = folder.join(FILE);
-        let text = std::fs::read_to_string(&path)
-            .map_err(|error| format!("{} cannot be read: {error}", path.display()))?;
+        let text =
+            std::fs::read_to_string(&path).map_err(|error| format!("{} cannot be read: {error}", path.display()))?;
         serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))
     }
 
@@ -121,8 +121,7 @@ impl Record {
     pub fn tables(&self) -> String {
         let counted = |name: &str, counts: &Counts| {
             let Counts { caught, timeout, missed, .. } = counts;
-            let [viable, caught, timeout, missed] =
-                [&counts.viable(), caught, timeout, missed].map(usize::to_string);
+            let [viable, caught, timeout, missed] = [&counts.viable(), caught, timeout, missed].map(usize::to_string);
             row([name, &viable, &caught, &timeout, &missed])
         };
         let files = self.files.iter().map(|(file, counts)| counted(&code(file), counts));

@@ -5,10 +5,11 @@ use strsim::levenshtein;
 /// A tail for messages: `; did you mean "x"?`, or the valid names if none is near and they are few.
 pub fn hint<'a>(wrong: &str, valid: impl IntoIterator<Item = &'a str>) -> String {
     let names: Vec<&str> = valid.into_iter().collect();
-    let nearest =
-        names.iter().map(|name| (levenshtein(wrong, name), *name)).min().filter(
-            |(distance, name)| 2 * distance <= wrong.chars().count().max(name.chars().count()),
-        );
+    let nearest = names
+        .iter()
+        .map(|name| (levenshtein(wrong, name), *name))
+        .min()
+        .filter(|(distance, name)| 2 * distance <= wrong.chars().count().max(name.chars().count()));
     match nearest {
         Some((_, name)) => format!("; did you mean \"{name}\"?"),
         None if names.is_empty() => "; there are none yet".to_owned(),

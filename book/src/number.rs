@@ -19,11 +19,7 @@ pub fn format(value: f64, format: Option<&str>) -> Result<String, String> {
     let wrong = || format!("\"{format}\" is not a format; there is %.3f, %.3e, %.3g, %.1%, %d");
     let body = format.strip_prefix('%').ok_or_else(wrong)?;
     if body == "d" {
-        return if integer {
-            Ok(grouped(value))
-        } else {
-            Err(format!("{value} is not an integer, which %d asks for"))
-        };
+        return if integer { Ok(grouped(value)) } else { Err(format!("{value} is not an integer, which %d asks for")) };
     }
     let (digits, kind) = body
         .strip_prefix('.')
@@ -49,8 +45,7 @@ fn significant(value: f64, digits: usize) -> String {
     }
     // The exponent after rounding to the digits shown.
     let rounded = format!("{value:.*e}", digits - 1);
-    let exponent: i32 =
-        rounded.split_once('e').and_then(|(_, exponent)| exponent.parse().ok()).unwrap_or(0);
+    let exponent: i32 = rounded.split_once('e').and_then(|(_, exponent)| exponent.parse().ok()).unwrap_or(0);
     if !(-4..6).contains(&exponent) {
         return scientific(value, digits - 1);
     }

@@ -81,8 +81,8 @@ pub fn traceability(
     equation: impl Fn(&str) -> String,
     experiment: impl Fn(&str) -> String,
 ) -> Result<String, String> {
-    let read = Sources::read(sources)
-        .map_err(|error| format!("cannot read the sources in {}: {error}", sources.display()))?;
+    let read =
+        Sources::read(sources).map_err(|error| format!("cannot read the sources in {}: {error}", sources.display()))?;
     let lines = |items: &[String]| {
         if items.is_empty() {
             return "–".to_owned();

@@ -185,9 +185,7 @@ impl Results {
     /// # Errors
     /// One line that names the nearest.
     pub fn number(&self, name: &str) -> Result<f64, String> {
-        let (id, key) = name
-            .split_once('.')
-            .ok_or_else(|| format!("\"{name}\" is not of the form EXPERIMENT.KEY"))?;
+        let (id, key) = name.split_once('.').ok_or_else(|| format!("\"{name}\" is not of the form EXPERIMENT.KEY"))?;
         let recorded = self.experiment(id)?;
         recorded.numbers.get(key).copied().ok_or_else(|| {
             let hint = nearest::hint(key, recorded.numbers.keys().map(String::as_str));
@@ -201,9 +199,8 @@ impl Results {
     /// # Errors
     /// One line that names the nearest.
     pub fn figure(&self, name: &str) -> Result<(&ExperimentResult, Vec<PathBuf>), String> {
-        let (id, file) = name
-            .split_once('/')
-            .ok_or_else(|| format!("\"{name}\" is not of the form EXPERIMENT/NAME.svg"))?;
+        let (id, file) =
+            name.split_once('/').ok_or_else(|| format!("\"{name}\" is not of the form EXPERIMENT/NAME.svg"))?;
         let recorded = self.experiment(id)?;
         if !recorded.figures.iter().any(|figure| figure == file) {
             let hint = nearest::hint(file, recorded.figures.iter().map(String::as_str));
@@ -213,10 +210,8 @@ impl Results {
         if path.is_file() {
             return Ok((recorded, vec![path]));
         }
-        let bands: Vec<PathBuf> = (1..)
-            .map(|k| path.with_extension(format!("band-{k}.png")))
-            .take_while(|band| band.is_file())
-            .collect();
+        let bands: Vec<PathBuf> =
+            (1..).map(|k| path.with_extension(format!("band-{k}.png"))).take_while(|band| band.is_file()).collect();
         if bands.is_empty() {
             return Err(format!(
                 "figure \"{name}\" is recorded, but {} is missing; run {}",
@@ -230,10 +225,10 @@ impl Results {
 
 /// One `result.json`.
 fn read(file: &Path, folder: &str) -> Result<ExperimentResult, Problem> {
-    let text = std::fs::read_to_string(file)
-        .map_err(|error| Problem::new(file, 1, format!("cannot be read: {error}")))?;
-    let recorded: ExperimentResult = serde_json::from_str(&text)
-        .map_err(|error| Problem::new(file, error.line().max(1), error.to_string()))?;
+    let text =
+        std::fs::read_to_string(file).map_err(|error| Problem::new(file, 1, format!("cannot be read: {error}")))?;
+    let recorded: ExperimentResult =
+        serde_json::from_str(&text).map_err(|error| Problem::new(file, error.line().max(1), error.to_string()))?;
     if recorded.id != folder {
         let message = format!("the id is \"{}\", but the folder \"{folder}\"", recorded.id);
         return Err(Problem::new(file, 1, message));

@@ -76,8 +76,7 @@ impl Pair<'_> {
 /// Half the width of a number's interval, if the experiment states one.
 pub fn half_width(numbers: &BTreeMap<String, f64>, key: &str) -> Option<f64> {
     let get = |name: String| numbers.get(&name).copied();
-    let between =
-        |stem: &str| Some(0.5 * (get(format!("{stem}.high"))? - get(format!("{stem}.low"))?).abs());
+    let between = |stem: &str| Some(0.5 * (get(format!("{stem}.high"))? - get(format!("{stem}.low"))?).abs());
     // An estimate's or a difference's interval may carry the name of what it belongs to.
     let stem = [".estimate", ".difference"].iter().find_map(|end| key.strip_suffix(end));
     get(format!("{key}.half"))
@@ -143,8 +142,7 @@ fn counts(recorded: &ExperimentResult) -> String {
         let verdicts = recorded.findings.iter().filter_map(|f| f.verdict);
         verdicts.filter(|&verdict| verdict == what).count()
     };
-    let [holds, fails, undecided] =
-        [Judgement::Holds, Judgement::Fails, Judgement::Undecided].map(count);
+    let [holds, fails, undecided] = [Judgement::Holds, Judgement::Fails, Judgement::Undecided].map(count);
     let fails = match fails {
         0 => "0".to_owned(),
         some => format!("<strong>{some}</strong>"),

@@ -2,9 +2,7 @@
 
 use std::ops::Range;
 
-use mdbook_markdown::pulldown_cmark::{
-    BrokenLink, CodeBlockKind, CowStr, Event, LinkType, Options, Parser, Tag,
-};
+use mdbook_markdown::pulldown_cmark::{BrokenLink, CodeBlockKind, CowStr, Event, LinkType, Options, Parser, Tag};
 
 /// A directive `{{#name arguments}}` outside of code.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -119,8 +117,7 @@ pub fn page(text: &str) -> Page {
 
 /// Whether a fence's info string says Rust.
 fn is_rust(info: &str) -> bool {
-    let language =
-        info.split([',', ' ', '\t', '{']).next().unwrap_or_default().to_ascii_lowercase();
+    let language = info.split([',', ' ', '\t', '{']).next().unwrap_or_default().to_ascii_lowercase();
     matches!(language.as_str(), "rust" | "rs")
 }
 

@@ -68,8 +68,7 @@ impl Sources {
         ALL.iter()
             .map(|equation| {
                 let own = trials.iter().filter(|t| t.equation.id == equation.id);
-                let bears =
-                    results.all().filter(|e| e.equations.iter().any(|id| id == equation.id));
+                let bears = results.all().filter(|e| e.equations.iter().any(|id| id == equation.id));
                 Trace {
                     equation,
                     code: self.code_of(equation),
@@ -174,7 +173,7 @@ fn names(registry: &str) -> BTreeMap<String, String> {
 fn has_word(text: &str, word: &str) -> bool {
     let part = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
     !word.is_empty()
-        && text.match_indices(word).any(|(at, _)| {
-            !part(text[..at].chars().next_back()) && !part(text[at + word.len()..].chars().next())
-        })
+        && text
+            .match_indices(word)
+            .any(|(at, _)| !part(text[..at].chars().next_back()) && !part(text[at + word.len()..].chars().next()))
 }

@@ -61,12 +61,7 @@ struct CurrentPage<'a> {
 
 impl<'a> Weaver<'a> {
     /// A weaver that has seen no page.
-    pub fn new(
-        pages: &'a Path,
-        sources: &'a Path,
-        results: &'a Results,
-        bibliography: &'a Bibliography,
-    ) -> Self {
+    pub fn new(pages: &'a Path, sources: &'a Path, results: &'a Results, bibliography: &'a Bibliography) -> Self {
         Self {
             pages,
             sources,
@@ -107,14 +102,7 @@ impl<'a> Weaver<'a> {
                 figures: 0,
                 shown: BTreeSet::new(),
             };
-            self.targets.extend(links::check(
-                self.pages,
-                &path,
-                current.text,
-                &page,
-                &known,
-                &mut self.problems,
-            ));
+            self.targets.extend(links::check(self.pages, &path, current.text, &page, &known, &mut self.problems));
             chapter.content = self.page(&mut current, page);
         });
         self.problems.sort();
@@ -176,11 +164,7 @@ impl<'a> Weaver<'a> {
     }
 
     /// What stands in place of a directive.
-    fn directive(
-        &mut self,
-        current: &mut CurrentPage<'_>,
-        directive: &Directive,
-    ) -> Result<String, String> {
+    fn directive(&mut self, current: &mut CurrentPage<'_>, directive: &Directive) -> Result<String, String> {
         let words: Vec<&str> = directive.arguments.iter().map(String::as_str).collect();
         let kind = directives::find(&directive.name)?;
         if !kind.inline && !directive.alone {
@@ -198,9 +182,7 @@ impl<'a> Weaver<'a> {
             ("result", [key]) => number::format(self.results.number(key)?, None),
             ("result", [key, format]) => number::format(self.results.number(key)?, Some(format)),
             ("figure", [name, caption]) => self.figure(current, name, caption).map(block),
-            ("compare", [left, right, caption]) => {
-                self.compare(current, [left, right], caption).map(block)
-            }
+            ("compare", [left, right, caption]) => self.compare(current, [left, right], caption).map(block),
             ("code", [path, items @ ..]) if !items.is_empty() => self.code(path, items),
             ("cite", [key]) => self.cite(current, key),
             ("bibliography", []) => Ok(block(self.bibliography.list())),
@@ -212,9 +194,7 @@ impl<'a> Weaver<'a> {
             ))),
             ("faults", []) => Ok(block(registry::faults())),
             ("run", []) => Ok(block(self.run(current.path))),
-            ("mutants", []) => {
-                Record::read(self.results.folder()).map(|record| block(record.tables()))
-            }
+            ("mutants", []) => Record::read(self.results.folder()).map(|record| block(record.tables())),
             ("traceability", []) => registry::traceability(
                 self.sources,
                 self.results,
@@ -228,20 +208,15 @@ impl<'a> Weaver<'a> {
 
     fn reference(&self, current: &CurrentPage<'_>, id: &str) -> Result<String, String> {
         let equation = equations::find(id)?;
-        let address = self.equation_address(current.path, id).ok_or_else(|| {
-            format!("no page shows equation \"{id}\"; add {{{{#eq {id}}}}} to one")
-        })?;
-        Ok(format!(
-            "<a class=\"equation-ref\" href=\"{address}\">{}</a>",
-            equations::label(equation)
-        ))
+        let address = self
+            .equation_address(current.path, id)
+            .ok_or_else(|| format!("no page shows equation \"{id}\"; add {{{{#eq {id}}}}} to one"))?;
+        Ok(format!("<a class=\"equation-ref\" href=\"{address}\">{}</a>", equations::label(equation)))
     }
 
     /// The equation's number with a link to the page that shows it, if one does.
     fn equation_link(&self, current: &CurrentPage<'_>, id: &str) -> String {
-        self.reference(current, id)
-            .or_else(|_| equations::find(id).map(equations::label))
-            .unwrap_or_default()
+        self.reference(current, id).or_else(|_| equations::find(id).map(equations::label)).unwrap_or_default()
     }
 
     /// The experiment's name with a link to what it recorded, if it did.
@@ -319,11 +294,7 @@ impl<'a> Weaver<'a> {
 }
 
 /// `text` with spans replaced, and what is between them passed through `rest`.
-fn replace(
-    text: &str,
-    mut edits: Vec<(Range<usize>, String)>,
-    rest: impl Fn(&str) -> String,
-) -> String {
+fn replace(text: &str, mut edits: Vec<(Range<usize>, String)>, rest: impl Fn(&str) -> String) -> String {
     edits.sort_by_key(|(span, _)| span.start);
     let mut out = String::with_capacity(2 * text.len());
     let mut from = 0;

@@ -23,9 +23,7 @@ const COUNT: u32 = 1024;
 /// Runs `kernel` over the same random inputs again and again.
 fn bench<I, O>(bencher: Bencher, input: impl Fn(u32) -> I, kernel: impl Fn(&I) -> O) {
     let inputs: Vec<I> = (0..COUNT).map(input).collect();
-    bencher
-        .counter(ItemsCount::new(COUNT))
-        .bench_local(|| inputs.iter().for_each(|i| drop(black_box(kernel(i)))));
+    bencher.counter(ItemsCount::new(COUNT)).bench_local(|| inputs.iter().for_each(|i| drop(black_box(kernel(i)))));
 }
 
 fn unit_vector(i: u32) -> DVec3 {
@@ -49,8 +47,7 @@ fn ray(i: u32) -> Ray {
     Ray::new(origin, (target - origin).normalize())
 }
 
-const TRIANGLE: [DVec3; 3] =
-    [DVec3::new(-1.0, -1.0, 0.1), DVec3::new(1.0, -0.8, -0.2), DVec3::new(0.0, 1.0, 0.3)];
+const TRIANGLE: [DVec3; 3] = [DVec3::new(-1.0, -1.0, 0.1), DVec3::new(1.0, -0.8, -0.2), DVec3::new(0.0, 1.0, 0.3)];
 
 #[divan::bench]
 fn triangle_watertight(bencher: Bencher) {
@@ -121,11 +118,7 @@ fn fresnel_reflectance(bencher: Bencher) {
 #[divan::bench(args = [OrenNayarForm::Corrected, OrenNayarForm::Printed])]
 fn oren_nayar_bracket(bencher: Bencher, form: OrenNayarForm) {
     let constants = OrenNayar::new(0.3);
-    bench(
-        bencher,
-        |i| (upper(i, 0), upper(i, 1)),
-        |&(wo, wi)| oren_nayar(black_box(constants), form, wo, wi),
-    );
+    bench(bencher, |i| (upper(i, 0), upper(i, 1)), |&(wo, wi)| oren_nayar(black_box(constants), form, wo, wi));
 }
 
 #[divan::bench]
@@ -149,9 +142,8 @@ fn film_push(bencher: Bencher) {
 #[divan::bench]
 fn film_push_features(bencher: Bencher) {
     let mut pixel = Pixel::default();
-    let features: Vec<Features> = (0..COUNT)
-        .map(|i| Features { albedo: upper(i, 0), normal: unit_vector(i), depth: f64::from(i) })
-        .collect();
+    let features: Vec<Features> =
+        (0..COUNT).map(|i| Features { albedo: upper(i, 0), normal: unit_vector(i), depth: f64::from(i) }).collect();
     bencher.counter(ItemsCount::new(COUNT)).bench_local(|| {
         for f in &features {
             pixel.push_features(f).expect("legal features");

@@ -215,8 +215,7 @@ pub trait Scattering: Sync {
         let (n1, n2) = at.indices(index);
         let normal = at.frame.z;
         let reflectance = self.fresnel(-at.direction.dot(normal), n1, n2);
-        let refracted =
-            (random >= reflectance).then(|| self.refract(at.direction, normal, n1, n2)).flatten();
+        let refracted = (random >= reflectance).then(|| self.refract(at.direction, normal, n1, n2)).flatten();
         let (direction, radiance_factor) = match refracted {
             Some(refracted) => (refracted, self.radiance_factor(n1, n2)),
             None => (self.mirror(at.direction, normal), 1.0),

@@ -31,13 +31,7 @@ pub struct Bdpt<P = Standard> {
 }
 
 impl<P: Walking + Bidirectional> ImageEstimator for Bdpt<P> {
-    fn pass(
-        &self,
-        scene: &Scene,
-        frame: [u32; 2],
-        seed: u64,
-        index: u32,
-    ) -> Result<Vec<DVec3>, Error> {
+    fn pass(&self, scene: &Scene, frame: [u32; 2], seed: u64, index: u32) -> Result<Vec<DVec3>, Error> {
         let image = Splats::new(frame);
         (0..frame[0] * frame[1]).into_par_iter().try_for_each(|pixel| {
             let mut rng = stream(seed, pixel, index);
@@ -76,12 +70,8 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         particle(&self.parts, scene, rng, |place| {
             corners.push(place.corner);
             if let Some(splat) = connect_to_eye(&self.parts, scene, frame, &place) {
-                let path = WholePath {
-                    light: &corners,
-                    eye: &[],
-                    origin: scene.camera().eye,
-                    importance: splat.importance,
-                };
+                let path =
+                    WholePath { light: &corners, eye: &[], origin: scene.camera().eye, importance: splat.importance };
                 image.add(splat.pixel, self.weight(path) * splat.value)?;
             }
             places.push(place);
@@ -118,8 +108,7 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
                 corner.start = point_pdf(&self.parts, scene, emitter);
             }
             eye.push(corner);
-            let found =
-                self.found(scene, step, WholePath { eye: &eye, ..whole }, (light, corners), rng);
+            let found = self.found(scene, step, WholePath { eye: &eye, ..whole }, (light, corners), rng);
             radiance += step.throughput * step.factor * found;
             Ok(())
         })?;
@@ -173,8 +162,7 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
     #[inline]
     fn connect(&self, scene: &Scene, bsdf: &Bsdf, vertex: &Vertex, place: &Place<'_>) -> DVec3 {
         let parts = &self.parts;
-        let (here, there) =
-            ((vertex.point, vertex.frame.z), (place.corner.point, place.corner.normal));
+        let (here, there) = ((vertex.point, vertex.frame.z), (place.corner.point, place.corner.normal));
         let offset = there.0 - here.0;
         let distance_squared = offset.length_squared();
         let direction = offset * distance_squared.sqrt().recip();
@@ -185,8 +173,7 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         }
         let leaving = place.leaving(parts, -direction);
         let brdf = parts.brdf(bsdf, vertex.wo, vertex.frame.local(direction));
-        let value =
-            leaving * brdf * cosine * parts.solid_angle_per_area(cosine_there, distance_squared);
+        let value = leaving * brdf * cosine * parts.solid_angle_per_area(cosine_there, distance_squared);
         if value == DVec3::ZERO || !parts.visible(scene, here, there, false) {
             return DVec3::ZERO;
         }

@@ -24,11 +24,7 @@ pub(super) struct Emission {
 /// Sends one particle from an emitter: which one, a point on it, a cosine-weighted direction. `None` if
 /// there are no emitters or the particle carries nothing.
 #[inline]
-pub(super) fn emit<P: NextEvent + Scattering, R: Sampler>(
-    parts: &P,
-    scene: &Scene,
-    rng: &mut R,
-) -> Option<Emission> {
+pub(super) fn emit<P: NextEvent + Scattering, R: Sampler>(parts: &P, scene: &Scene, rng: &mut R) -> Option<Emission> {
     let (emitter, light) = pick_point(parts, scene, rng)?;
     emit_from(parts, scene, emitter, &light, rng)
 }

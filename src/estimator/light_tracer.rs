@@ -21,22 +21,14 @@ pub struct LightTracer<P = Standard> {
 }
 
 impl<P: Walking + Bidirectional> ImageEstimator for LightTracer<P> {
-    fn pass(
-        &self,
-        scene: &Scene,
-        frame: [u32; 2],
-        seed: u64,
-        index: u32,
-    ) -> Result<Vec<DVec3>, Error> {
+    fn pass(&self, scene: &Scene, frame: [u32; 2], seed: u64, index: u32) -> Result<Vec<DVec3>, Error> {
         let image = Splats::new(frame);
         let particles = frame[0] * frame[1];
         (0..particles).into_par_iter().try_for_each(|number| {
             let mut rng = stream(seed, number, index);
-            particle(&self.parts, scene, &mut rng, |place| {
-                match connect_to_eye(&self.parts, scene, frame, &place) {
-                    Some(splat) => image.add(splat.pixel, splat.value),
-                    None => Ok(()),
-                }
+            particle(&self.parts, scene, &mut rng, |place| match connect_to_eye(&self.parts, scene, frame, &place) {
+                Some(splat) => image.add(splat.pixel, splat.value),
+                None => Ok(()),
             })
             .map_err(|error| error.at(|| format!(" by particle {number} of pass {index}")))
         })?;

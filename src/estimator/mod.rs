@@ -53,13 +53,7 @@ pub const LONGEST_PATH: u32 = 1 << 13;
 pub trait Estimator: Sync {
     /// One estimate of the radiance that arrives at `ray.origin` from `ray.direction` (a unit vector),
     /// where `hit` is what [`Scene::intersect`] returns for the ray.
-    fn radiance<R: Sampler>(
-        &self,
-        scene: &Scene,
-        ray: &Ray,
-        hit: Option<Hit>,
-        rng: &mut R,
-    ) -> DVec3;
+    fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3;
 }
 
 /// An estimate of a whole image at once, for methods in which one path reaches many pixels.
@@ -70,13 +64,7 @@ pub trait ImageEstimator: Sync {
     ///
     /// # Errors
     /// [`Error::Radiance`] for a value that no film can hold.
-    fn pass(
-        &self,
-        scene: &Scene,
-        frame: [u32; 2],
-        seed: u64,
-        index: u32,
-    ) -> Result<Vec<DVec3>, Error>;
+    fn pass(&self, scene: &Scene, frame: [u32; 2], seed: u64, index: u32) -> Result<Vec<DVec3>, Error>;
 }
 
 /// The parts that programs run: the library's own functions.
@@ -112,8 +100,7 @@ pub struct LightRules {
 
 impl LightRules {
     /// Energy-consistent.
-    pub const PHYSICAL: Self =
-        Self { seen: None, shadows_pass_glass: false, caustics: true, radiance_factor: true };
+    pub const PHYSICAL: Self = Self { seen: None, shadows_pass_glass: false, caustics: true, radiance_factor: true };
     /// What the report's figures show: an emitter that is seen shows 1, glass casts no shadow,
     /// T = 1 − R is all that refraction does, and light that mirrors and glass throw on diffuse surfaces
     /// is lost.

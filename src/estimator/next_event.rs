@@ -44,12 +44,7 @@ pub trait NextEvent: Sync {
     /// A point on an emitter whose direction is uniform in the solid angle seen from a point, and its
     /// pdf with respect to that; `None` for emitters that are sampled by area alone.
     #[inline]
-    fn sample_solid_angle(
-        &self,
-        emitter: &Emitter,
-        from: DVec3,
-        random: [f64; 2],
-    ) -> Option<(EmitterPoint, f64)> {
+    fn sample_solid_angle(&self, emitter: &Emitter, from: DVec3, random: [f64; 2]) -> Option<(EmitterPoint, f64)> {
         emitter.sample_solid_angle(from, random)
     }
     /// The same pdf for any point of the emitter's front.
@@ -171,12 +166,7 @@ pub(super) fn direct_light<P: NextEvent + Scattering, R: Sampler>(
 
 /// The pdf, with respect to solid angle, of a point uniform in area on an emitter.
 #[inline]
-fn area_pdf<P: NextEvent>(
-    parts: &P,
-    emitter: &Emitter,
-    cosine_at_light: f64,
-    distance_squared: f64,
-) -> f64 {
+fn area_pdf<P: NextEvent>(parts: &P, emitter: &Emitter, cosine_at_light: f64, distance_squared: f64) -> f64 {
     parts.emitter_pdf_area(emitter) / parts.solid_angle_per_area(cosine_at_light, distance_squared)
 }
 

@@ -28,9 +28,7 @@ impl Place<'_> {
     pub fn leaving<P: Scattering>(&self, parts: &P, direction: DVec3) -> DVec3 {
         match &self.surface {
             None => self.carried,
-            Some((bsdf, vertex)) => {
-                self.carried * parts.brdf(bsdf, vertex.frame.local(direction), vertex.wo)
-            }
+            Some((bsdf, vertex)) => self.carried * parts.brdf(bsdf, vertex.frame.local(direction), vertex.wo),
         }
     }
 }
@@ -49,13 +47,7 @@ pub(super) fn particle<'a, P: Walking + Bidirectional, R: Sampler>(
     };
     let pdf = point_pdf(parts, scene, emitter);
     visit(Place {
-        corner: Corner {
-            point: light.point,
-            normal: light.normal,
-            bsdf: None,
-            squared_index: 1.0,
-            start: pdf,
-        },
+        corner: Corner { point: light.point, normal: light.normal, bsdf: None, squared_index: 1.0, start: pdf },
         carried: emitter.radiance / pdf,
         surface: None,
     })?;

@@ -82,13 +82,7 @@ impl<P: Walking> Path<P> {
 
     /// Light by a shadow ray from a vertex, weighted; zero for the strategy that sends none.
     #[inline]
-    fn shadow_ray<R: Sampler>(
-        &self,
-        scene: &Scene,
-        bsdf: &Bsdf,
-        at: &Vertex,
-        rng: &mut R,
-    ) -> DVec3 {
+    fn shadow_ray<R: Sampler>(&self, scene: &Scene, bsdf: &Bsdf, at: &Vertex, rng: &mut R) -> DVec3 {
         if !bsdf.is_rough() || self.strategy == Strategy::Bsdf {
             return DVec3::ZERO;
         }
@@ -109,13 +103,7 @@ impl<P: Walking> Path<P> {
 
 impl<P: Walking> Estimator for Path<P> {
     #[inline]
-    fn radiance<R: Sampler>(
-        &self,
-        scene: &Scene,
-        ray: &Ray,
-        hit: Option<Hit>,
-        rng: &mut R,
-    ) -> DVec3 {
+    fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3 {
         let (mut ray, mut hit) = (*ray, hit);
         let mut radiance = DVec3::ZERO;
         // Without the radiance factors of refraction, whose product is kept beside it: they cancel when

@@ -147,13 +147,7 @@ impl<P: Photons + Walking> PhotonMapping<P> {
 }
 
 impl<P: Photons + Walking> Estimator for PhotonMapping<P> {
-    fn radiance<R: Sampler>(
-        &self,
-        scene: &Scene,
-        ray: &Ray,
-        hit: Option<Hit>,
-        rng: &mut R,
-    ) -> DVec3 {
+    fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3 {
         let mut radiance = DVec3::ZERO;
         let see = |emission| radiance += emission;
         let Some(here) = self.arrive(scene, (*ray, hit), 1, rng, see) else {

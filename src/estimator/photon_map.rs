@@ -195,16 +195,11 @@ pub fn check_radius(radius: f64) -> Result<(), Error> {
     if radius.is_finite() && radius > 0.0 {
         return Ok(());
     }
-    Err(Error::Option(format!(
-        "photons are looked up within a radius above 0, in the scene's units, not {radius}"
-    )))
+    Err(Error::Option(format!("photons are looked up within a radius above 0, in the scene's units, not {radius}")))
 }
 
 /// The photons of the first particles, unless they say that those of all would not fit.
-fn pilot(
-    emitted: u32,
-    follow: impl Fn(u32) -> Vec<(DVec3, Photon)>,
-) -> Result<Vec<(DVec3, Photon)>, Error> {
+fn pilot(emitted: u32, follow: impl Fn(u32) -> Vec<(DVec3, Photon)>) -> Result<Vec<(DVec3, Photon)>, Error> {
     if emitted == 0 {
         let message = "0 particles leave no photons: send at least 1".to_owned();
         return Err(Error::Option(message));
@@ -257,11 +252,7 @@ fn follow<P: Photons + Walking>(
         let at = Vertex::new(&here, &ray);
         if bsdf.is_rough() {
             if kept == Kept::All || parts.is_caustic(specular) {
-                let photon = Photon {
-                    normal: at.frame.z,
-                    from: -ray.direction,
-                    flux: emission.flux * throughput,
-                };
+                let photon = Photon { normal: at.frame.z, from: -ray.direction, flux: emission.flux * throughput };
                 photons.push((here.point, photon));
             }
             if kept == Kept::Caustic {

@@ -46,13 +46,7 @@ impl Default for Quirks {
 const SEGMENTS: u32 = 7;
 
 impl Estimator for Published {
-    fn radiance<R: Sampler>(
-        &self,
-        scene: &Scene,
-        ray: &Ray,
-        hit: Option<Hit>,
-        rng: &mut R,
-    ) -> DVec3 {
+    fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3 {
         let (parts, rules) = (Standard, LightRules::REPORT);
         let quirks = self.quirks;
         let (mut ray, mut hit) = (*ray, hit);
@@ -86,8 +80,7 @@ impl Estimator for Published {
                 let colour = bsdf.albedo() / survival;
                 let albedo = if quirks.end_loses_direct { colour } else { bsdf.albedo() };
                 let plain = Bsdf::Lambert { albedo };
-                let light =
-                    direct_light(&parts, scene, &plain, &vertex, &rules, LightSampling::Area, rng);
+                let light = direct_light(&parts, scene, &plain, &vertex, &rules, LightSampling::Area, rng);
                 if let Some(light) = light {
                     radiance += throughput * extra * light.reflected;
                 }

@@ -38,13 +38,7 @@ impl Default for Report {
 }
 
 impl<P: Walking> Estimator for Report<P> {
-    fn radiance<R: Sampler>(
-        &self,
-        scene: &Scene,
-        ray: &Ray,
-        hit: Option<Hit>,
-        rng: &mut R,
-    ) -> DVec3 {
+    fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3 {
         self.arriving(scene, ray, hit, self.segments, false, rng)
     }
 }
@@ -65,16 +59,11 @@ impl<P: Walking> Report<P> {
         let Some(here) = hit else {
             return scene.background();
         };
-        let mut radiance = if parts.hit_counts(Strategy::Light, sampled) {
-            seen(scene, &here, ray, &self.rules)
-        } else {
-            DVec3::ZERO
-        };
+        let mut radiance =
+            if parts.hit_counts(Strategy::Light, sampled) { seen(scene, &here, ray, &self.rules) } else { DVec3::ZERO };
         let surface = scene.surface(&here);
         let next = |direction, sampled, rng: &mut R| {
-            next(scene, &here, direction, segments, |ray, hit, left| {
-                self.arriving(scene, ray, hit, left, sampled, rng)
-            })
+            next(scene, &here, direction, segments, |ray, hit, left| self.arriving(scene, ray, hit, left, sampled, rng))
         };
         let bsdf = &surface.bsdf;
         let at = Vertex::new(&here, ray);
@@ -88,9 +77,7 @@ impl<P: Walking> Report<P> {
             let factor = if self.rules.radiance_factor { way.radiance_factor } else { 1.0 };
             return radiance + factor * way.weight * next(way.direction, sampled, rng);
         }
-        if let Some(light) =
-            direct_light(parts, scene, bsdf, &at, &self.rules, LightSampling::Area, rng)
-        {
+        if let Some(light) = direct_light(parts, scene, bsdf, &at, &self.rules, LightSampling::Area, rng) {
             radiance += light.reflected;
         }
         let survival = parts.survival_by_absorption(surface.absorption);

@@ -36,13 +36,7 @@ pub struct Sppm<P = Standard> {
 }
 
 impl<P: Photons + Walking + Copy> ImageEstimator for Sppm<P> {
-    fn pass(
-        &self,
-        scene: &Scene,
-        frame: [u32; 2],
-        seed: u64,
-        index: u32,
-    ) -> Result<Vec<DVec3>, Error> {
+    fn pass(&self, scene: &Scene, frame: [u32; 2], seed: u64, index: u32) -> Result<Vec<DVec3>, Error> {
         check_radius(self.radius)?;
         let first = self.radius * self.radius;
         let radius = self.parts.pass_radius_squared(first, index).sqrt();

@@ -10,9 +10,7 @@ use crate::shape::Ray;
 #[inline]
 pub(super) fn emitted(scene: &Scene, hit: &Hit, ray: &Ray) -> DVec3 {
     match hit.emitter {
-        Some(emitter) if hit.normal.dot(ray.direction) < 0.0 => {
-            scene.emitters()[emitter as usize].radiance
-        }
+        Some(emitter) if hit.normal.dot(ray.direction) < 0.0 => scene.emitters()[emitter as usize].radiance,
         _ => DVec3::ZERO,
     }
 }

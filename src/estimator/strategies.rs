@@ -76,9 +76,7 @@ impl WholePath<'_> {
             path[i].eye = b.density(parts, b.is_specular(), (-onward, cos_b), index, after)
                 * parts.solid_angle_per_area(cos_a, distance_squared);
         }
-        if let (Some(last), Some(density)) =
-            (self.eye.first().or(self.light.last()), path.last_mut())
-        {
+        if let (Some(last), Some(density)) = (self.eye.first().or(self.light.last()), path.last_mut()) {
             let offset = self.origin - last.point;
             let cosine = last.normal.dot(offset.normalize()).abs();
             let per_area = parts.solid_angle_per_area(cosine, offset.length_squared());
@@ -137,9 +135,7 @@ impl Corner<'_> {
 /// light vertices on the path whose vertices but the eye have these densities, in the order from the
 /// light. Strategies that connect at mirror or glass do not exist.
 pub fn weight(path: &[Density], s: usize) -> f64 {
-    let exists = |s: usize| {
-        s == 0 || (!path[s - 1].specular && path.get(s).is_none_or(|next| !next.specular))
-    };
+    let exists = |s: usize| s == 0 || (!path[s - 1].specular && path.get(s).is_none_or(|next| !next.specular));
     let mut sum = 1.0;
     let mut ratio = 1.0;
     for (i, vertex) in path.iter().enumerate().skip(s) {

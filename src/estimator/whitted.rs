@@ -33,42 +33,25 @@ impl Whitted {
 }
 
 impl<P: Scattering + NextEvent> Estimator for Whitted<P> {
-    fn radiance<R: Sampler>(
-        &self,
-        scene: &Scene,
-        ray: &Ray,
-        hit: Option<Hit>,
-        rng: &mut R,
-    ) -> DVec3 {
+    fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3 {
         self.arriving(scene, ray, hit, self.segments, rng)
     }
 }
 
 impl<P: Scattering + NextEvent> Whitted<P> {
-    fn arriving<R: Sampler>(
-        &self,
-        scene: &Scene,
-        ray: &Ray,
-        hit: Option<Hit>,
-        segments: u32,
-        rng: &mut R,
-    ) -> DVec3 {
+    fn arriving<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, segments: u32, rng: &mut R) -> DVec3 {
         let parts = &self.parts;
         let Some(here) = hit else {
             return scene.background();
         };
         let next = |direction, rng: &mut R| {
-            next(scene, &here, direction, segments, |ray, hit, left| {
-                self.arriving(scene, ray, hit, left, rng)
-            })
+            next(scene, &here, direction, segments, |ray, hit, left| self.arriving(scene, ray, hit, left, rng))
         };
         let emitted = seen(scene, &here, ray, &self.rules);
         let at = Vertex::new(&here, ray);
         let (direction, normal) = (at.direction, at.frame.z);
         let scattered = match scene.surface(&here).bsdf {
-            Bsdf::Mirror { reflectance } => {
-                reflectance * next(parts.mirror(direction, normal), rng)
-            }
+            Bsdf::Mirror { reflectance } => reflectance * next(parts.mirror(direction, normal), rng),
             Bsdf::Glass { index } => {
                 let (n1, n2) = at.indices(index);
                 let share = parts.fresnel(-direction.dot(normal), n1, n2);
@@ -77,15 +60,12 @@ impl<P: Scattering + NextEvent> Whitted<P> {
                     // From within, where no surface emits.
                     return reflected;
                 };
-                let factor =
-                    if self.rules.radiance_factor { parts.radiance_factor(n1, n2) } else { 1.0 };
+                let factor = if self.rules.radiance_factor { parts.radiance_factor(n1, n2) } else { 1.0 };
                 let transmitted = next(refracted, rng);
                 reflected + (1.0 - share) * factor * transmitted
             }
-            ref bsdf if bsdf.is_rough() => {
-                direct_light(parts, scene, bsdf, &at, &self.rules, LightSampling::Area, rng)
-                    .map_or(DVec3::ZERO, |light| light.reflected)
-            }
+            ref bsdf if bsdf.is_rough() => direct_light(parts, scene, bsdf, &at, &self.rules, LightSampling::Area, rng)
+                .map_or(DVec3::ZERO, |light| light.reflected),
             _ => DVec3::ZERO,
         };
         emitted + scattered

@@ -65,8 +65,7 @@ use super::domain::{Domain, MASS_TOLERANCE, Partition};
 use super::mean::{ROUNDING, Values, every, mean};
 use super::outcome::{Claim, Outcome};
 use super::pointwise::{
-    LEAST_COSINE, Largest, POINTWISE, fuzzed_direction, fuzzed_number, inner_direction, relative,
-    uniform3,
+    LEAST_COSINE, Largest, POINTWISE, fuzzed_direction, fuzzed_number, inner_direction, relative, uniform3,
 };
 use super::trial::Context;
 use crate::bsdf::{Bsdf, Scattering};
@@ -220,10 +219,8 @@ pub fn assertions(size: &CheckUp) -> usize {
 /// for each inclination the pdf's integral, chi-square of the sampler, the directional albedo against
 /// its closed form and bound, and the furnace (mean weight) against the albedo by quadrature.
 pub fn check_up(subject: &BsdfSubject, size: &CheckUp, context: &Context) -> Vec<Outcome> {
-    let mut outcomes = vec![
-        sane(subject, size, &mut context.rng("sane")),
-        weights(subject, size, &mut context.rng("weights")),
-    ];
+    let mut outcomes =
+        vec![sane(subject, size, &mut context.rng("sane")), weights(subject, size, &mut context.rng("weights"))];
     if subject.reciprocal {
         outcomes.push(reciprocity(subject, size, &mut context.rng("reciprocity")));
     }
@@ -236,16 +233,9 @@ pub fn check_up(subject: &BsdfSubject, size: &CheckUp, context: &Context) -> Vec
 }
 
 /// The checks for one outgoing direction, `degrees` from the normal.
-pub fn at_direction(
-    subject: &BsdfSubject,
-    size: &CheckUp,
-    context: &Context,
-    wo: DVec3,
-    degrees: f64,
-) -> Vec<Outcome> {
+pub fn at_direction(subject: &BsdfSubject, size: &CheckUp, context: &Context, wo: DVec3, degrees: f64) -> Vec<Outcome> {
     let partition = Partition::of_pdf(subject.domain(), size.cells, &|wi| (subject.pdf)(wo, wi));
-    let albedo =
-        subject.domain().integrate_all(MASS_TOLERANCE, &|wi| (subject.eval)(wo, wi) * wi.z.abs());
+    let albedo = subject.domain().integrate_all(MASS_TOLERANCE, &|wi| (subject.eval)(wo, wi) * wi.z.abs());
     let n = context.n(size.samples);
     let mut values = Values::new(albedo.value);
     let mut rng = context.rng(&format!("samples at {degrees}"));
@@ -286,30 +276,19 @@ pub fn at_direction(
 }
 
 fn mass(subject: &BsdfSubject, wo: DVec3, name: &str) -> Outcome {
-    let integral =
-        subject.domain().integrate_all(0.25 * MASS_TOLERANCE, &|wi| (subject.pdf)(wo, wi));
+    let integral = subject.domain().integrate_all(0.25 * MASS_TOLERANCE, &|wi| (subject.pdf)(wo, wi));
     let error = match &subject.loss {
         Loss::None => (integral.value - 1.0).abs(),
         Loss::Declared(loss) => (integral.value - (1.0 - loss(wo))).abs(),
         Loss::Allowed => (integral.value - 1.0).max(0.0),
     };
-    let worst = format!(
-        "the pdf integrates to {:.9} (quadrature error {:.1e})",
-        integral.value, integral.error
-    );
+    let worst = format!("the pdf integrates to {:.9} (quadrature error {:.1e})", integral.value, integral.error);
     Outcome::exact(name, 1, nan_or(integral.value, error), MASS_TOLERANCE, worst)
 }
 
 /// The mean weight is the albedo, known to within [`MASS_TOLERANCE`]. Weights that do not vary are right
 /// if by quadrature, too, f cos/pdf is the same for all directions; then each of them must be the albedo.
-fn furnace(
-    subject: &BsdfSubject,
-    wo: DVec3,
-    name: &str,
-    values: &Values,
-    albedo: f64,
-    delta: f64,
-) -> Outcome {
+fn furnace(subject: &BsdfSubject, wo: DVec3, name: &str, values: &Values, albedo: f64, delta: f64) -> Outcome {
     let deviation = |wi| {
         let (value, pdf) = ((subject.eval)(wo, wi) * wi.z.abs(), (subject.pdf)(wo, wi));
         // f cos/pdf − albedo, weighted by the pdf; where there is no pdf, there must be no light.
@@ -340,16 +319,11 @@ fn sane(subject: &BsdfSubject, size: &CheckUp, rng: &mut Stream) -> Outcome {
     let mut bad = 0.0;
     let ok = |x: f64| x.is_finite() && x >= 0.0;
     for _ in 0..size.pairs {
-        let [wo, wi] =
-            [fuzzed_direction(rng, subject.transmits), fuzzed_direction(rng, subject.transmits)];
+        let [wo, wi] = [fuzzed_direction(rng, subject.transmits), fuzzed_direction(rng, subject.transmits)];
         let u = [fuzzed_number(rng), fuzzed_number(rng), fuzzed_number(rng)];
-        let (f, pdf, sample) =
-            ((subject.eval)(wo, wi), (subject.pdf)(wo, wi), (subject.sample)(wo, u));
+        let (f, pdf, sample) = ((subject.eval)(wo, wi), (subject.pdf)(wo, wi), (subject.sample)(wo, u));
         let sample_ok = sample.is_none_or(|s| {
-            ok(s.weight)
-                && s.pdf > 0.0
-                && s.pdf.is_finite()
-                && (s.wi.length() - 1.0).abs() < POINTWISE
+            ok(s.weight) && s.pdf > 0.0 && s.pdf.is_finite() && (s.wi.length() - 1.0).abs() < POINTWISE
         });
         if !(ok(f) && ok(pdf) && sample_ok) {
             bad = 1.0;
@@ -375,12 +349,7 @@ fn weights(subject: &BsdfSubject, size: &CheckUp, rng: &mut Stream) -> Outcome {
         let [f, pdf] = [(subject.eval)(wo, s.wi), (subject.pdf)(wo, s.wi)];
         let error = relative(s.weight * pdf, f * s.wi.z.abs());
         largest.see(error, || {
-            format!(
-                "weight {} but f cos/pdf = {} at wo = {wo}, wi = {}",
-                s.weight,
-                f * s.wi.z.abs() / pdf,
-                s.wi
-            )
+            format!("weight {} but f cos/pdf = {} at wo = {wo}, wi = {}", s.weight, f * s.wi.z.abs() / pdf, s.wi)
         });
         largest.see(relative(s.pdf, pdf), || {
             format!("the sample says pdf = {}, pdf() says {pdf} at wo = {wo}, wi = {}", s.pdf, s.wi)
@@ -394,9 +363,8 @@ fn reciprocity(subject: &BsdfSubject, size: &CheckUp, rng: &mut Stream) -> Outco
     for _ in 0..size.pairs {
         let [wo, wi] = [(); 2].map(|()| inner_direction(rng, subject.transmits));
         let [there, back] = [(subject.eval)(wo, wi), (subject.eval)(wi, wo)];
-        largest.see(relative(there, back), || {
-            format!("f = {there} and {back} with wo = {wo}, wi = {wi} and exchanged")
-        });
+        largest
+            .see(relative(there, back), || format!("f = {there} and {back} with wo = {wo}, wi = {wi} and exchanged"));
     }
     Outcome::exact("reciprocity", size.pairs, largest.error, POINTWISE, largest.place)
 }

@@ -7,8 +7,8 @@ use super::graded::grade;
 use super::outcome::{ALPHA, Cell, Claim, Outcome};
 use super::power::Sensitivity;
 use super::tails::{
-    binomial_cdf, binomial_interval, binomial_sf, binomial_two_sided, chi_square_sf, normal_upper,
-    poisson_cdf, poisson_interval, poisson_sf,
+    binomial_cdf, binomial_interval, binomial_sf, binomial_two_sided, chi_square_sf, normal_upper, poisson_cdf,
+    poisson_interval, poisson_sf,
 };
 
 /// A cell must expect this many samples where there are fewer than [`FEW_CELLS`] cells...
@@ -103,11 +103,8 @@ pub fn chi_square(name: &str, partition: &Partition, counts: &Counts, delta: f64
 fn pearson(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Outcome {
     let kept: u64 = counts.observed.iter().sum();
     let mass = partition.mass();
-    let expected: Vec<f64> = partition
-        .masses
-        .iter()
-        .map(|m| kept as f64 * if mass == 0.0 { 0.0 } else { m / mass })
-        .collect();
+    let expected: Vec<f64> =
+        partition.masses.iter().map(|m| kept as f64 * if mass == 0.0 { 0.0 } else { m / mass }).collect();
     let pooled = pool(&expected, &counts.observed);
     let statistic: f64 = pooled.iter().map(|&[e, o]| (o - e).powi(2) / e).sum();
     let dof = pooled.len().saturating_sub(1) as f64;
@@ -116,8 +113,8 @@ fn pearson(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Ou
     // Where nothing may be lost at all, there is no chance in that, and no second test to pay for.
     let tests = if partition.loss == 0.0 && partition.error == 0.0 { 1 } else { 2 };
     // Without a quadrature's error, a cell without probability is as forbidden as the outside.
-    let impossible = partition.error == 0.0
-        && (partition.masses.iter().zip(&counts.observed)).any(|(&m, &o)| m == 0.0 && o > 0);
+    let impossible =
+        partition.error == 0.0 && (partition.masses.iter().zip(&counts.observed)).any(|(&m, &o)| m == 0.0 && o > 0);
     let p = if counts.forbidden > 0 || impossible {
         0.0
     } else if p_cells.is_nan() || p_lost.is_nan() {
@@ -181,8 +178,7 @@ pub fn pool(expected: &[f64], observed: &[u64]) -> Vec<[f64; 2]> {
     let least = |cells: usize| {
         if cells < FEW_CELLS { LEAST_EXPECTED_FEW } else { LEAST_EXPECTED_MANY }
     };
-    let mut cells: Vec<[f64; 2]> =
-        expected.iter().zip(observed).map(|(&e, &o)| [e, o as f64]).collect();
+    let mut cells: Vec<[f64; 2]> = expected.iter().zip(observed).map(|(&e, &o)| [e, o as f64]).collect();
     cells.sort_by(|a, b| b[0].total_cmp(&a[0]));
     while cells.len() > 1 && cells[cells.len() - 1][0] < least(cells.len()) {
         let [e, o] = cells.pop().unwrap_or_default();
@@ -202,8 +198,7 @@ pub fn pool(expected: &[f64], observed: &[u64]) -> Vec<[f64; 2]> {
 fn lost_p(partition: &Partition, counts: &Counts) -> f64 {
     let most = partition.loss + partition.error;
     let least = (partition.loss - partition.error).max(0.0);
-    let tails =
-        binomial_sf(counts.lost, counts.n, most).min(binomial_cdf(counts.lost, counts.n, least));
+    let tails = binomial_sf(counts.lost, counts.n, most).min(binomial_cdf(counts.lost, counts.n, least));
     (2.0 * tails).min(1.0)
 }
 
@@ -247,27 +242,20 @@ fn cells(partition: &Partition, counts: &Counts, expected: &[f64]) -> Vec<Cell> 
 
 fn describe(partition: &Partition, counts: &Counts, expected: &[f64], p_lost: f64) -> String {
     if let Some(point) = counts.example {
-        return format!(
-            "{} of {} samples where the pdf is zero, the first at {point}",
-            counts.forbidden, counts.n
-        );
+        return format!("{} of {} samples where the pdf is zero, the first at {point}", counts.forbidden, counts.n);
     }
     if p_lost < ALPHA {
-        return format!(
-            "{} samples lost, {:.1} expected",
-            counts.lost,
-            partition.loss * counts.n as f64
-        );
+        return format!("{} samples lost, {:.1} expected", counts.lost, partition.loss * counts.n as f64);
     }
-    cells(partition, counts, expected)
-        .iter()
-        .max_by(|a, b| a.sigmas.abs().total_cmp(&b.sigmas.abs()))
-        .map_or_else(String::new, |cell| {
+    cells(partition, counts, expected).iter().max_by(|a, b| a.sigmas.abs().total_cmp(&b.sigmas.abs())).map_or_else(
+        String::new,
+        |cell| {
             format!(
                 "cell at {}: {} samples, {:.1} expected, {:+.1} sigmas",
                 cell.place, cell.observed, cell.expected, cell.sigmas
             )
-        })
+        },
+    )
 }
 
 /// A discrete choice (mirror or refraction, which lobe, which light): k of n against its probability,
@@ -284,21 +272,14 @@ pub fn binomial(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Out
 
 fn share(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Outcome {
     let [share, expected] = [k as f64 / n as f64, n as f64 * probability];
-    let sigmas = if k as f64 == expected {
-        0.0
-    } else {
-        (k as f64 - expected) / (expected * (1.0 - probability)).sqrt()
-    };
+    let sigmas =
+        if k as f64 == expected { 0.0 } else { (k as f64 - expected) / (expected * (1.0 - probability)).sqrt() };
     let outcome = Outcome {
         name: name.to_owned(),
         statistic: "binomial",
         value: k as f64,
         dof: None,
-        p: if (0.0..=1.0).contains(&probability) {
-            binomial_two_sided(k, n, probability)
-        } else {
-            f64::NAN
-        },
+        p: if (0.0..=1.0).contains(&probability) { binomial_two_sided(k, n, probability) } else { f64::NAN },
         n,
         valid_from: 1,
         estimate: share,

@@ -21,13 +21,7 @@ pub fn log_slope(sizes: &[f64], errors: &[f64]) -> f64 {
 /// Each group holds one error (variance or mean squared error) per size. A logarithm of a noisy error
 /// is biased, but equally at every size if each group's errors come from the same number of
 /// replications at all sizes: the slope is not biased.
-pub fn slope(
-    name: &str,
-    sizes: &[f64],
-    groups: &[Vec<f64>],
-    reference: f64,
-    margin: f64,
-) -> Outcome {
+pub fn slope(name: &str, sizes: &[f64], groups: &[Vec<f64>], reference: f64, margin: f64) -> Outcome {
     let mut slopes = Values::new(reference);
     groups.iter().for_each(|errors| slopes.push(log_slope(sizes, errors)));
     let mut outcome = mean(name, &slopes, reference, Claim::Approximate { margin });
@@ -37,9 +31,8 @@ pub fn slope(
 
 /// Mean errors per size against the line of the reference slope through their centre.
 fn mean_errors(sizes: &[f64], groups: &[Vec<f64>], reference: f64) -> Vec<Cell> {
-    let logs: Vec<f64> = (0..sizes.len())
-        .map(|i| groups.iter().map(|g| g[i].ln()).sum::<f64>() / groups.len() as f64)
-        .collect();
+    let logs: Vec<f64> =
+        (0..sizes.len()).map(|i| groups.iter().map(|g| g[i].ln()).sum::<f64>() / groups.len() as f64).collect();
     let centre = |v: &mut dyn Iterator<Item = f64>| v.sum::<f64>() / sizes.len() as f64;
     let (x, y) = (centre(&mut sizes.iter().map(|s| s.ln())), centre(&mut logs.iter().copied()));
     sizes
@@ -93,8 +86,7 @@ fn ratio_test(name: &str, a: &Values, b: &Values, ratio: f64, delta: f64) -> Out
         // An effect on the ratio moves the difference by as many times the second mean.
         sensitivity: Sensitivity::Normal {
             standard_error: standard_error / mb.mean(),
-            dof: satterthwaite([(va, a.variance_dof()), (ratio * ratio * vb, b.variance_dof())])
-                .min(dof),
+            dof: satterthwaite([(va, a.variance_dof()), (ratio * ratio * vb, b.variance_dof())]).min(dof),
             tests: 1,
         },
         worst: format!("{t:+.2} standard errors"),

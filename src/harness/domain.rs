@@ -39,9 +39,7 @@ impl Domain {
         match self {
             Self::Sphere => inside(unit, [0.5 * (1.0 - p.z), azimuth()]),
             Self::Hemisphere => inside(unit && p.z >= 0.0, [1.0 - p.z, azimuth()]),
-            Self::CosineHemisphere => {
-                inside(unit && p.z >= 0.0, [p.x * p.x + p.y * p.y, azimuth()])
-            }
+            Self::CosineHemisphere => inside(unit && p.z >= 0.0, [p.x * p.x + p.y * p.y, azimuth()]),
             Self::Disk => {
                 let s = p.x * p.x + p.y * p.y;
                 inside(s <= 1.0 + ROUNDING && p.z == 0.0, [s, azimuth()])
@@ -85,12 +83,7 @@ impl Domain {
     }
 
     /// ∫ f over rows × columns [s₀, s₁] × [b₀, b₁] of the square, with respect to the domain's measure.
-    pub fn integrate(
-        self,
-        part: [[f64; 2]; 2],
-        tolerance: f64,
-        f: &dyn Fn(DVec3) -> f64,
-    ) -> Integral {
+    pub fn integrate(self, part: [[f64; 2]; 2], tolerance: f64, f: &dyn Fn(DVec3) -> f64) -> Integral {
         self.integrate_within(part, tolerance, &mut work(), f)
     }
 
@@ -158,14 +151,7 @@ impl Partition {
             domain,
             masses: vec![1.0 / cells as f64; cells],
             places: (0..cells)
-                .map(|k| {
-                    place(
-                        [k / columns, k / columns + 1],
-                        [k % columns, k % columns + 1],
-                        rows,
-                        columns,
-                    )
-                })
+                .map(|k| place([k / columns, k / columns + 1], [k % columns, k % columns + 1], rows, columns))
                 .collect(),
             loss: 0.0,
             error: 0.0,
@@ -232,9 +218,7 @@ impl Partition {
     /// Cuts a block of fields into `cells` cells of about equal probability.
     fn gather(&mut self, fields: &[f64], rows: [usize; 2], columns: [usize; 2], cells: usize) {
         let mass = |r: [usize; 2], c: [usize; 2]| -> f64 {
-            (r[0]..r[1])
-                .map(|i| fields[i * FIELDS[1] + c[0]..i * FIELDS[1] + c[1]].iter().sum::<f64>())
-                .sum()
+            (r[0]..r[1]).map(|i| fields[i * FIELDS[1] + c[0]..i * FIELDS[1] + c[1]].iter().sum::<f64>()).sum()
         };
         let total = mass(rows, columns);
         let first = cells / 2;
@@ -242,13 +226,8 @@ impl Partition {
         // Every cut across rows or columns, by how far it is from the wanted share.
         let cuts = (rows[0] + 1..rows[1])
             .map(|m| ([[rows[0], m], columns], [[m, rows[1]], columns]))
-            .chain(
-                (columns[0] + 1..columns[1])
-                    .map(|m| ([rows, [columns[0], m]], [rows, [m, columns[1]]])),
-            );
-        let best = cuts
-            .map(|(a, b)| ((mass(a[0], a[1]) - target).abs(), a, b))
-            .min_by(|x, y| x.0.total_cmp(&y.0));
+            .chain((columns[0] + 1..columns[1]).map(|m| ([rows, [columns[0], m]], [rows, [m, columns[1]]])));
+        let best = cuts.map(|(a, b)| ((mass(a[0], a[1]) - target).abs(), a, b)).min_by(|x, y| x.0.total_cmp(&y.0));
         match best {
             Some((_, a, b)) if cells > 1 => {
                 self.gather(fields, a[0], a[1], first);
@@ -256,8 +235,7 @@ impl Partition {
             }
             _ => {
                 for i in rows[0]..rows[1] {
-                    self.cell_of[i * FIELDS[1] + columns[0]..i * FIELDS[1] + columns[1]]
-                        .fill(self.masses.len());
+                    self.cell_of[i * FIELDS[1] + columns[0]..i * FIELDS[1] + columns[1]].fill(self.masses.len());
                 }
                 self.masses.push(total);
                 self.places.push(place(rows, columns, FIELDS[0], FIELDS[1]));

@@ -29,9 +29,7 @@ impl Graded {
     pub fn is_answered(&self) -> bool {
         let verdict = self.outcome.verdict();
         match self.outcome.claim {
-            Claim::Approximate { margin }
-                if self.effect.abs() < 2.0 * margin * (1.0 - ROUNDING) =>
-            {
+            Claim::Approximate { margin } if self.effect.abs() < 2.0 * margin * (1.0 - ROUNDING) => {
                 verdict != Verdict::Holds
             }
             Claim::Test => true,

@@ -99,9 +99,7 @@ pub fn distance(outcome: &Outcome) -> f64 {
 /// errors. `None` if it is.
 pub fn may_hold(outcome: &Outcome) -> Option<String> {
     let distance = distance(outcome);
-    (distance < FAR).then(|| {
-        format!("{}: rejected by {distance:.1} standard errors, needs {FAR}", outcome.name)
-    })
+    (distance < FAR).then(|| format!("{}: rejected by {distance:.1} standard errors, needs {FAR}", outcome.name))
 }
 
 /// Whether a fault is rejected so that a larger sample would add nothing: by [`FAR`] standard errors, for a

@@ -13,12 +13,7 @@ const KEPT_POINTS: usize = 64;
 /// The estimate is D, the largest distance between the two distribution functions; the claim is that
 /// the law's own distance is at most `delta`. Massart's inequality gives the interval and the far tail
 /// (see [`kolmogorov_sf`]). Values are sorted in place.
-pub fn kolmogorov_smirnov(
-    name: &str,
-    values: &mut [f64],
-    cdf: impl Fn(f64) -> f64,
-    delta: f64,
-) -> Outcome {
+pub fn kolmogorov_smirnov(name: &str, values: &mut [f64], cdf: impl Fn(f64) -> f64, delta: f64) -> Outcome {
     values.sort_by(f64::total_cmp);
     grade(distance(name, values, &cdf, delta), |effect| {
         // The uniform numbers cdf(x), bent so that their law is off by the effect at one half.
@@ -31,11 +26,7 @@ pub fn kolmogorov_smirnov(
 /// is uniform: the distribution functions differ most at one point, the middle.
 fn bent(u: f64, effect: f64) -> f64 {
     let lower = (0.5 + effect).clamp(0.0, 1.0);
-    if u < lower {
-        0.5 * u / lower
-    } else {
-        0.5 + 0.5 * (u - lower) / (1.0 - lower).max(f64::MIN_POSITIVE)
-    }
+    if u < lower { 0.5 * u / lower } else { 0.5 + 0.5 * (u - lower) / (1.0 - lower).max(f64::MIN_POSITIVE) }
 }
 
 /// The statistic of values in order.

@@ -30,8 +30,7 @@ use super::chi_square::{CELL_DELTA, binomial};
 use super::mean::{Values, mean};
 use super::outcome::{Claim, Outcome};
 use super::pointwise::{
-    LEAST_COSINE, Largest, POINTWISE, fuzzed_direction, fuzzed_number, inner_direction, relative,
-    uniform3,
+    LEAST_COSINE, Largest, POINTWISE, fuzzed_direction, fuzzed_number, inner_direction, relative, uniform3,
 };
 use super::trial::Context;
 use crate::frame::from_spherical;
@@ -82,13 +81,7 @@ impl LobeSubject {
         lobes: impl Fn(DVec3) -> Vec<Lobe> + Send + Sync + 'static,
         sample: impl Fn(DVec3, [f64; 3]) -> Option<LobeSample> + Send + Sync + 'static,
     ) -> Self {
-        Self {
-            lobes: Box::new(lobes),
-            sample: Box::new(sample),
-            transmits: false,
-            loss: Loss::None,
-            energy_bound: 1.0,
-        }
+        Self { lobes: Box::new(lobes), sample: Box::new(sample), transmits: false, loss: Loss::None, energy_bound: 1.0 }
     }
 
     /// Sets whether light may leave through the other side.
@@ -168,16 +161,13 @@ fn pointwise(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Vec<Ou
         };
         sums.see(error, || format!("probabilities sum to {sum} at wo = {wo}"));
         let albedo: f64 = lobes.iter().map(|lobe| lobe.share).sum();
-        energy
-            .see(albedo - subject.energy_bound, || format!("shares sum to {albedo} at wo = {wo}"));
+        energy.see(albedo - subject.energy_bound, || format!("shares sum to {albedo} at wo = {wo}"));
         for lobe in &lobes {
             let wi = lobe.direction;
             if wi.z.abs() > LEAST_COSINE && lobe.probability > 0.0 {
                 returned += 1;
                 let returns = lobe_of(&(subject.lobes)(wi), wo).is_some();
-                back.see(if returns { 0.0 } else { 1.0 }, || {
-                    format!("no lobe leads from {wi} back to wo = {wo}")
-                });
+                back.see(if returns { 0.0 } else { 1.0 }, || format!("no lobe leads from {wi} back to wo = {wo}"));
             }
         }
         if let Some(sample) = (subject.sample)(wo, uniform3(&mut rng)) {
@@ -187,8 +177,7 @@ fn pointwise(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Vec<Ou
                     let error = relative(sample.weight * lobe.probability, lobe.share);
                     weights.see(error, || format!("{sample:?} of {lobe:?} at wo = {wo}"));
                 }
-                None => weights
-                    .see(1.0, || format!("{sample:?} has the direction of no lobe at wo = {wo}")),
+                None => weights.see(1.0, || format!("{sample:?} has the direction of no lobe at wo = {wo}")),
             }
         }
     }
@@ -206,13 +195,7 @@ fn pointwise(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Vec<Ou
 const LEAST_PROBABILITY: f64 = 0.1;
 
 /// The checks by sampling for one wo.
-fn at_direction(
-    subject: &LobeSubject,
-    size: &CheckUp,
-    context: &Context,
-    wo: DVec3,
-    place: &str,
-) -> Vec<Outcome> {
+fn at_direction(subject: &LobeSubject, size: &CheckUp, context: &Context, wo: DVec3, place: &str) -> Vec<Outcome> {
     let lobes = (subject.lobes)(wo);
     let albedo: f64 = lobes.iter().map(|lobe| lobe.share).sum();
     let n = context.n(size.samples);
@@ -238,8 +221,7 @@ fn at_direction(
     let at = |what: &str| format!("{what} at {place}");
     // Weights are share/probability, or 0 for what is lost: the same for all, or not.
     let lossless = lobes.iter().map(|lobe| lobe.probability).sum::<f64>() > 1.0 - POINTWISE;
-    let constant = lossless
-        && lobes.iter().all(|lobe| (lobe.share - albedo * lobe.probability).abs() <= POINTWISE);
+    let constant = lossless && lobes.iter().all(|lobe| (lobe.share - albedo * lobe.probability).abs() <= POINTWISE);
     let claim = Claim::Exact { delta: if constant { 0.0 } else { size.delta * albedo } };
     let mut outcomes = vec![
         Outcome::exact(

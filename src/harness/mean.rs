@@ -43,11 +43,7 @@ impl Difference {
             // Infinite if nothing varies and yet the mean is wrong; NaN stays NaN and fails.
             difference / self.standard_error
         };
-        let p = if self.dof.is_finite() && self.dof > 0.0 {
-            student_two_sided(t, self.dof)
-        } else {
-            f64::NAN
-        };
+        let p = if self.dof.is_finite() && self.dof > 0.0 { student_two_sided(t, self.dof) } else { f64::NAN };
         let half = student_upper(ALPHA / 2.0, self.dof.max(1.0)) * self.standard_error + rounding;
         let outcome = Outcome {
             name: name.to_owned(),
@@ -61,11 +57,7 @@ impl Difference {
             reference: self.reference,
             interval: [self.estimate - half, self.estimate + half],
             claim,
-            sensitivity: Sensitivity::Normal {
-                standard_error: self.standard_error,
-                dof: self.noise_dof,
-                tests: 1,
-            },
+            sensitivity: Sensitivity::Normal { standard_error: self.standard_error, dof: self.noise_dof, tests: 1 },
             worst: format!("{t:+.2} standard errors"),
             cells: Vec::new(),
             graded: Vec::new(),
@@ -127,21 +119,13 @@ pub fn every(name: &str, moments: Moments, reference: f64, tolerance: f64) -> Ou
     let n = moments.count() as f64;
     let spread = if n < 2.0 { 0.0 } else { (moments.variance() * (n - 1.0)).sqrt() };
     let error = (moments.mean() - reference).abs() + spread;
-    let worst = format!(
-        "mean {}, no value further from it than {spread:.3e}; each should be {reference}",
-        moments.mean()
-    );
+    let worst =
+        format!("mean {}, no value further from it than {spread:.3e}; each should be {reference}", moments.mean());
     Outcome::exact(name, moments.count(), error, tolerance, worst)
 }
 
 /// The z test of a mean whose standard deviation `sigma` > 0 is known in closed form.
-pub fn mean_known_sigma(
-    name: &str,
-    values: &Values,
-    reference: f64,
-    sigma: f64,
-    claim: Claim,
-) -> Outcome {
+pub fn mean_known_sigma(name: &str, values: &Values, reference: f64, sigma: f64, claim: Claim) -> Outcome {
     grade(known_sigma(name, values, reference, sigma, claim), |effect| {
         let wrong = values.transformed(1.0, effect);
         Some(known_sigma(name, &wrong, reference, sigma, claim))
@@ -184,26 +168,14 @@ fn known_sigma(name: &str, values: &Values, reference: f64, sigma: f64, claim: C
 /// empirical Bernstein inequality (Maurer and Pontil, COLT 2009, theorem 4), both sides.
 ///
 /// |mean − μ| > √(2VL/n) + 7(high − low)L/(3(n − 1)) has probability at most 4 exp(−L).
-pub fn bounded_mean(
-    name: &str,
-    values: &Values,
-    reference: f64,
-    bounds: [f64; 2],
-    claim: Claim,
-) -> Outcome {
+pub fn bounded_mean(name: &str, values: &Values, reference: f64, bounds: [f64; 2], claim: Claim) -> Outcome {
     grade(bounded(name, values, reference, bounds, claim), |effect| {
         let wrong = values.off_by(effect, reference);
         Some(bounded(name, &wrong, reference, bounds, claim))
     })
 }
 
-fn bounded(
-    name: &str,
-    values: &Values,
-    reference: f64,
-    [low, high]: [f64; 2],
-    claim: Claim,
-) -> Outcome {
+fn bounded(name: &str, values: &Values, reference: f64, [low, high]: [f64; 2], claim: Claim) -> Outcome {
     let moments = values.moments;
     let n = moments.count() as f64;
     let root = (2.0 * moments.variance() / n).sqrt();

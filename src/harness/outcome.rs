@@ -164,13 +164,7 @@ pub struct Outcome {
 impl Outcome {
     /// An identity checked without chance: the largest error found over `n` arguments against its
     /// tolerance; `worst` names the argument. Without arguments it is undecided.
-    pub fn exact(
-        name: impl Into<String>,
-        n: u64,
-        error: f64,
-        tolerance: f64,
-        worst: impl Into<String>,
-    ) -> Self {
+    pub fn exact(name: impl Into<String>, n: u64, error: f64, tolerance: f64, worst: impl Into<String>) -> Self {
         Self {
             name: name.into(),
             statistic: "exact",
@@ -200,8 +194,7 @@ impl Outcome {
         self.interval = [f64::NEG_INFINITY, f64::INFINITY];
         self.valid_from = needed.max(self.n.saturating_add(1));
         // No effect would have been seen.
-        self.sensitivity =
-            Sensitivity::Normal { standard_error: f64::INFINITY, dof: f64::INFINITY, tests: 1 };
+        self.sensitivity = Sensitivity::Normal { standard_error: f64::INFINITY, dof: f64::INFINITY, tests: 1 };
         self.worst = format!("says nothing: {why}");
         self
     }
@@ -242,12 +235,8 @@ impl Outcome {
     /// The verdict if the tail is valid.
     fn verdict_of_claim(&self) -> Verdict {
         match self.claim {
-            Claim::Exact { delta } => {
-                exact_verdict(self.p, self.interval, self.reference, delta, self.n)
-            }
-            Claim::Approximate { margin } => {
-                approximate_verdict(self.interval, self.reference, margin, self.n)
-            }
+            Claim::Exact { delta } => exact_verdict(self.p, self.interval, self.reference, delta, self.n),
+            Claim::Approximate { margin } => approximate_verdict(self.interval, self.reference, margin, self.n),
             Claim::Test if self.p < ALPHA => Verdict::Fails,
             Claim::Test => Verdict::Holds,
         }
@@ -262,11 +251,7 @@ impl Outcome {
     /// an effect of that size is rejected, and of a right subject it is concluded that there is none. The
     /// tolerance of an exact identity.
     pub fn minimum_detectable_effect(&self) -> f64 {
-        if self.is_random() {
-            self.sensitivity.smallest_effect(ALPHA / self.sides())
-        } else {
-            self.claim.size()
-        }
+        if self.is_random() { self.sensitivity.smallest_effect(ALPHA / self.sides()) } else { self.claim.size() }
     }
 
     /// 1 − power: the chance that an effect of the claim's size is not rejected, or that it is not

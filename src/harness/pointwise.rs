@@ -58,13 +58,9 @@ fn either_side(w: DVec3, rng: &mut Stream, both_sides: bool) -> DVec3 {
 pub fn fuzzed_direction(rng: &mut Stream, both_sides: bool) -> DVec3 {
     const INCLINATIONS: [f64; 4] = [0.0, 1e-9, std::f64::consts::FRAC_PI_4, 1.570_795];
     let pick = (uniform(rng) * 8.0) as usize;
-    let theta = INCLINATIONS
-        .get(pick)
-        .copied()
-        .unwrap_or_else(|| uniform(rng) * std::f64::consts::FRAC_PI_2);
+    let theta = INCLINATIONS.get(pick).copied().unwrap_or_else(|| uniform(rng) * std::f64::consts::FRAC_PI_2);
     let turn = uniform(rng);
-    let phi = std::f64::consts::TAU
-        * if pick.is_multiple_of(2) { (turn * 8.0).floor() / 8.0 } else { turn };
+    let phi = std::f64::consts::TAU * if pick.is_multiple_of(2) { (turn * 8.0).floor() / 8.0 } else { turn };
     either_side(from_spherical(theta, phi), rng, both_sides)
 }
 

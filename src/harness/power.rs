@@ -5,8 +5,8 @@
 
 use super::outcome::ALPHA;
 use super::tails::{
-    binomial_cdf, binomial_sf, chi_square_upper, kolmogorov_upper, noncentral_chi_square_cdf,
-    normal_sf, normal_upper, poisson_cdf, poisson_sf, student_upper,
+    binomial_cdf, binomial_sf, chi_square_upper, kolmogorov_upper, noncentral_chi_square_cdf, normal_sf, normal_upper,
+    poisson_cdf, poisson_sf, student_upper,
 };
 
 /// How a statistic answers to an effect. Effects are in the units of the estimate.
@@ -75,9 +75,7 @@ impl Sensitivity {
         let size = effect.abs();
         match *self {
             Self::Certain => 0.0,
-            Self::Normal { standard_error, dof, tests } => {
-                normal_miss(size, standard_error, dof, alpha / tests as f64)
-            }
+            Self::Normal { standard_error, dof, tests } => normal_miss(size, standard_error, dof, alpha / tests as f64),
             Self::Cells { dof, n, least, tests } => {
                 let level = alpha / tests as f64;
                 if dof < 1.0 {
@@ -95,9 +93,7 @@ impl Sensitivity {
                 let excess = (size - kolmogorov_upper(n, alpha)).max(0.0);
                 (-2.0 * n as f64 * excess * excess).exp()
             }
-            Self::Binomial { n, probability } => {
-                binomial_miss(n, probability, probability + effect, alpha)
-            }
+            Self::Binomial { n, probability } => binomial_miss(n, probability, probability + effect, alpha),
             Self::Poisson { mean } => poisson_miss(mean, mean + effect, alpha),
             Self::Bernstein { root, range } => {
                 let radius = |l: f64| root * l.sqrt() + range * l;
@@ -175,11 +171,7 @@ fn normal_miss(size: f64, standard_error: f64, dof: f64, level: f64) -> f64 {
     if standard_error == 0.0 {
         return if size > 0.0 { 0.0 } else { 1.0 };
     }
-    let critical = if dof.is_finite() {
-        student_upper(level / 2.0, dof.max(1.0))
-    } else {
-        normal_upper(level / 2.0)
-    };
+    let critical = if dof.is_finite() { student_upper(level / 2.0, dof.max(1.0)) } else { normal_upper(level / 2.0) };
     let spread = (1.0 + critical * critical / (2.0 * dof)).sqrt();
     let (shift, bound) = (size / standard_error, critical * (1.0 - 0.25 / dof));
     // Beyond the other critical value it is rejected, too.

@@ -25,12 +25,8 @@ const KRONROD: [f64; 8] = [
     0.209_482_141_084_727_82,
 ];
 /// The Gauss weights of the odd ones.
-const GAUSS: [f64; 4] = [
-    0.129_484_966_168_869_7,
-    0.279_705_391_489_276_64,
-    0.381_830_050_505_118_9,
-    0.417_959_183_673_469_4,
-];
+const GAUSS: [f64; 4] =
+    [0.129_484_966_168_869_7, 0.279_705_391_489_276_64, 0.381_830_050_505_118_9, 0.417_959_183_673_469_4];
 
 /// An axis-parallel rectangle: x in [`x[0]`, `x[1]`], y likewise.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,11 +56,7 @@ const PROGRESS: f64 = 0.9;
 /// ∫∫ f over `domain`, refined where the error is largest until its sum is below `tolerance`
 /// (absolute), refinement gains nothing, or 20 000 rectangles are used; then `error` says what was
 /// reached. A value that is not finite makes the integral NaN.
-pub fn integrate(
-    domain: Rectangle,
-    tolerance: f64,
-    f: &mut dyn FnMut(f64, f64) -> f64,
-) -> Integral {
+pub fn integrate(domain: Rectangle, tolerance: f64, f: &mut dyn FnMut(f64, f64) -> f64) -> Integral {
     integrate_within(domain, tolerance, &mut work(), f)
 }
 

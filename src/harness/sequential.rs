@@ -33,11 +33,7 @@ impl Sprt {
 
     /// Adds one Bernoulli value; probability `null` against `alternative`, both in (0, 1).
     pub fn bernoulli(&mut self, success: bool, null: f64, alternative: f64) -> Decision {
-        self.add(if success {
-            (alternative / null).ln()
-        } else {
-            ((1.0 - alternative) / (1.0 - null)).ln()
-        })
+        self.add(if success { (alternative / null).ln() } else { ((1.0 - alternative) / (1.0 - null)).ln() })
     }
 
     /// Adds one normal value with known standard deviation `sigma`; mean `null` against `alternative`.
@@ -115,8 +111,7 @@ impl ConfidenceSequence {
         // All of this is known before x is seen.
         let mean_before = (0.5 + self.sum) / t;
         let variance_before = (0.25 + self.squares) / t;
-        let bet =
-            (2.0 * self.log_term / (variance_before * t * (1.0 + t).ln())).sqrt().min(LARGEST_BET);
+        let bet = (2.0 * self.log_term / (variance_before * t * (1.0 + t).ln())).sqrt().min(LARGEST_BET);
         let surprise = (x - mean_before).powi(2);
         self.weights += bet;
         self.weighted += bet * x;

@@ -120,11 +120,7 @@ pub fn kolmogorov_sf(n: u64, d: f64) -> f64 {
     let n = n as f64;
     let x = n.sqrt() * d;
     let body = kolmogorov_limit_sf(x + 1.0 / (6.0 * n.sqrt()) + (x - 1.0) / (4.0 * n));
-    if body > KOLMOGOROV_SWITCH {
-        body
-    } else {
-        (2.0 * (-2.0 * x * x).exp()).min(KOLMOGOROV_SWITCH)
-    }
+    if body > KOLMOGOROV_SWITCH { body } else { (2.0 * (-2.0 * x * x).exp()).min(KOLMOGOROV_SWITCH) }
 }
 
 /// The d with P(D ≥ d) ≤ p, for p ≤ [`KOLMOGOROV_SWITCH`]: Massart's inequality solved for d.

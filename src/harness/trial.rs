@@ -5,8 +5,8 @@ mod check;
 mod context;
 
 pub use check::{
-    assert_holds, check, check_control, check_subject, command, control_is_green, meant, refused,
-    trial_is_green, write_cells,
+    assert_holds, check, check_control, check_subject, command, control_is_green, meant, refused, trial_is_green,
+    write_cells,
 };
 pub use context::{Context, DEFAULT_SEED, SCALES};
 

@@ -89,11 +89,7 @@ impl PValueMap {
             interval: [self.sigmas[worst]; 2],
             claim: Claim::Test,
             // An effect on the worst tile, in its standard errors.
-            sensitivity: Sensitivity::Normal {
-                standard_error: 1.0,
-                dof: self.dof[worst],
-                tests: tests.max(1),
-            },
+            sensitivity: Sensitivity::Normal { standard_error: 1.0, dof: self.dof[worst], tests: tests.max(1) },
             worst: format!(
                 "({}, {}) of {} × {}: {:+.2} sigmas",
                 worst % self.width,
@@ -112,11 +108,7 @@ impl PValueMap {
         Outcome {
             statistic: "Welch map",
             claim: Claim::Test,
-            sensitivity: Sensitivity::Normal {
-                standard_error: f64::INFINITY,
-                dof: f64::INFINITY,
-                tests: 1,
-            },
+            sensitivity: Sensitivity::Normal { standard_error: f64::INFINITY, dof: f64::INFINITY, tests: 1 },
             ..Outcome::exact(name, n, 0.0, 0.0, "")
         }
         .without_evidence("no tile was judged", u64::MAX)
@@ -150,9 +142,7 @@ impl Difference {
 
 fn difference(a: &PixelStatistics, b: &PixelStatistics, pixels: &[usize]) -> Difference {
     let share = 1.0 / pixels.len() as f64;
-    let part = |s: &PixelStatistics, i: usize| {
-        (s.variance[i] / s.count[i] as f64 * share * share, s.count[i])
-    };
+    let part = |s: &PixelStatistics, i: usize| (s.variance[i] / s.count[i] as f64 * share * share, s.count[i]);
     let parts = || pixels.iter().flat_map(|&i| [part(a, i), part(b, i)]);
     Difference {
         difference: pixels.iter().map(|&i| a.mean[i] - b.mean[i]).sum::<f64>() * share,
@@ -176,9 +166,7 @@ pub fn image_mean(name: &str, a: Skewed, b: Skewed, delta: f64) -> Outcome {
 
 fn compare_means(name: &str, a: Skewed, b: Skewed, delta: f64) -> Outcome {
     let skewness = skewness_of_sum([a, b].into_iter().flat_map(|(s, skewness)| {
-        let part = |(i, &skewness): (usize, &f64)| {
-            (skewness, s.variance[i] / s.count[i] as f64, s.count[i])
-        };
+        let part = |(i, &skewness): (usize, &f64)| (skewness, s.variance[i] / s.count[i] as f64, s.count[i]);
         skewness.iter().enumerate().map(part)
     }));
     let (a, b) = (a.0, b.0);

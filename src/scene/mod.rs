@@ -145,9 +145,7 @@ impl Scene {
     pub fn primitives(&self) -> impl Iterator<Item = (Geometry, &Surface)> + '_ {
         self.parts.iter().map(|part| {
             let geometry = match part.shape {
-                PartShape::Triangle { vertices, .. } => {
-                    Geometry::Triangle(vertices.map(|v| self.vertices[v as usize]))
-                }
+                PartShape::Triangle { vertices, .. } => Geometry::Triangle(vertices.map(|v| self.vertices[v as usize])),
                 PartShape::Sphere(sphere) => Geometry::Sphere(sphere),
             };
             (geometry, &self.surfaces[part.surface as usize])
@@ -207,12 +205,7 @@ impl Scene {
     /// Whether the segment between two surface points with unit normals is free. Glass blocks it unless
     /// `through_glass`.
     #[inline]
-    pub fn visible(
-        &self,
-        (x, normal_x): (DVec3, DVec3),
-        (y, normal_y): (DVec3, DVec3),
-        through_glass: bool,
-    ) -> bool {
+    pub fn visible(&self, (x, normal_x): (DVec3, DVec3), (y, normal_y): (DVec3, DVec3), through_glass: bool) -> bool {
         let start = self.leave(x, normal_x, y - x).origin;
         let end = self.leave(y, normal_y, x - y).origin;
         let segment = Ray::new(start, end - start);
@@ -378,17 +371,12 @@ impl SceneBuilder {
         let share = |v: DVec3| v.cmpge(DVec3::ZERO).all() && v.cmple(DVec3::ONE).all();
         let radiance = |v: DVec3| v.is_finite() && v.cmpge(DVec3::ZERO).all();
         if !radiance(self.background) {
-            let message = format!(
-                "the background radiance {} must be finite and not negative",
-                self.background
-            );
+            let message = format!("the background radiance {} must be finite and not negative", self.background);
             return Err(invalid(&self.name, message));
         }
         for (i, surface) in self.surfaces.iter().enumerate() {
             let parameters_valid = match surface.bsdf {
-                Bsdf::OrenNayar { constants, .. } => {
-                    constants.a.is_finite() && constants.b.is_finite()
-                }
+                Bsdf::OrenNayar { constants, .. } => constants.a.is_finite() && constants.b.is_finite(),
                 Bsdf::Eon { roughness, .. } => (0.0..=1.0).contains(&roughness),
                 Bsdf::Glass { index } => index.is_finite() && index > 0.0,
                 Bsdf::Black | Bsdf::Lambert { .. } | Bsdf::Mirror { .. } | Bsdf::Model(_) => true,

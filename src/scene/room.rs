@@ -36,27 +36,16 @@ pub const GLASS: f64 = 1.5;
 pub const HALF_HEIGHT: f64 = 0.77704;
 
 /// Where the white sphere is.
-pub const WHITE_SPHERE: Sphere = Sphere {
-    centre: DVec3::new(0.0, 1.5, 0.0),
-    radius: 1.5,
-    zone: [f64::NEG_INFINITY, f64::INFINITY],
-    inward: false,
-};
+pub const WHITE_SPHERE: Sphere =
+    Sphere { centre: DVec3::new(0.0, 1.5, 0.0), radius: 1.5, zone: [f64::NEG_INFINITY, f64::INFINITY], inward: false };
 
 const FLOOR: f64 = -5.0;
 const CEILING: f64 = 5.0;
 /// The floor's outline, counter-clockwise seen from above.
-const OUTLINE: [[f64; 2]; 6] =
-    [[-3.0, 0.0], [0.0, -6.0], [10.0, -6.0], [13.0, 0.0], [10.0, 6.0], [0.0, 6.0]];
+const OUTLINE: [[f64; 2]; 6] = [[-3.0, 0.0], [0.0, -6.0], [10.0, -6.0], [13.0, 0.0], [10.0, 6.0], [0.0, 6.0]];
 /// Colour of the wall from each corner of the outline to the next.
-const WALLS: [[f64; 3]; 6] = [
-    [0.157, 0.208, 0.576],
-    [1.0, 0.25, 0.25],
-    [0.0, 1.0, 0.5],
-    [1.0, 0.0, 1.0],
-    [0.0, 1.0, 1.0],
-    [1.0, 1.0, 0.0],
-];
+const WALLS: [[f64; 3]; 6] =
+    [[0.157, 0.208, 0.576], [1.0, 0.25, 0.25], [0.0, 1.0, 0.5], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0], [1.0, 1.0, 0.0]];
 
 /// Luminance of a colour with the primaries of ITU-R BT.709.
 fn luminance([r, g, b]: [f64; 3]) -> f64 {
@@ -92,17 +81,11 @@ pub fn report(convention: Convention, form: OrenNayarForm) -> Result<Scene, Erro
 ///
 /// # Errors
 /// As [`report`].
-pub fn report_with(
-    convention: Convention,
-    form: OrenNayarForm,
-    walls: Walls,
-) -> Result<Scene, Error> {
+pub fn report_with(convention: Convention, form: OrenNayarForm, walls: Walls) -> Result<Scene, Error> {
     let white = match convention {
         // The authors' white sphere never absorbs; its extra cosine is the estimator's doing.
         Convention::Published => Bsdf::oren_nayar(DVec3::ONE, 0.0, form),
-        Convention::Physical | Convention::Report => {
-            Bsdf::oren_nayar(DVec3::splat(WHITE), SIGMA, form)
-        }
+        Convention::Physical | Convention::Report => Bsdf::oren_nayar(DVec3::splat(WHITE), SIGMA, form),
     };
     with_white_sphere(white, walls)
 }
@@ -112,11 +95,8 @@ pub fn report_with(
 /// # Errors
 /// A model that [`SceneBuilder::build`] refuses.
 pub fn with_white_sphere(white: Bsdf, walls: Walls) -> Result<Scene, Error> {
-    let objects = Objects {
-        mirror: Bsdf::Mirror { reflectance: DVec3::ONE },
-        glass: Bsdf::Glass { index: GLASS },
-        white,
-    };
+    let objects =
+        Objects { mirror: Bsdf::Mirror { reflectance: DVec3::ONE }, glass: Bsdf::Glass { index: GLASS }, white };
     room("report", &objects, walls)
 }
 
@@ -149,11 +129,7 @@ fn room(name: &str, objects: &Objects, walls: Walls) -> Result<Scene, Error> {
     let mut scene = SceneBuilder::new(name);
     shell(&mut scene, walls);
     let light = scene.surface(Surface::new(Bsdf::Black).emitting(DVec3::splat(LIGHT)));
-    scene.rectangle(
-        DVec3::new(3.0, -1.0, 4.999),
-        [DVec3::new(0.0, 2.0, 0.0), DVec3::new(2.0, 0.0, 0.0)],
-        light,
-    );
+    scene.rectangle(DVec3::new(3.0, -1.0, 4.999), [DVec3::new(0.0, 2.0, 0.0), DVec3::new(2.0, 0.0, 0.0)], light);
     let mirror = scene.surface(Surface::new(objects.mirror));
     let glass = scene.surface(Surface::new(objects.glass));
     let white = scene.surface(Surface::new(objects.white));
@@ -162,11 +138,7 @@ fn room(name: &str, objects: &Objects, walls: Walls) -> Result<Scene, Error> {
     scene.sphere(WHITE_SPHERE, white);
     let corner = DVec3::new(0.0, -6.0, FLOOR);
     let tips = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| corner + 4.0 * axis);
-    scene.mesh(
-        &[corner, tips[0], tips[1], tips[2]],
-        &[[1, 2, 3], [0, 2, 1], [0, 1, 3], [0, 3, 2]],
-        mirror,
-    );
+    scene.mesh(&[corner, tips[0], tips[1], tips[2]], &[[1, 2, 3], [0, 2, 1], [0, 1, 3], [0, 3, 2]], mirror);
     let eye = DVec3::new(12.5, 0.0, 0.0);
     scene.build(Camera::new(eye, eye - DVec3::X, DVec3::Z, HALF_HEIGHT))
 }

@@ -24,11 +24,8 @@ pub fn environment() -> Result<Scene, Error> {
 pub fn furnace_under(sky: DVec3) -> Result<Scene, Error> {
     let mut scene = SceneBuilder::new("environment");
     scene.background(sky);
-    let bsdfs = [
-        Bsdf::Lambert { albedo: DVec3::ONE },
-        Bsdf::Mirror { reflectance: DVec3::ONE },
-        Bsdf::Glass { index: 1.5 },
-    ];
+    let bsdfs =
+        [Bsdf::Lambert { albedo: DVec3::ONE }, Bsdf::Mirror { reflectance: DVec3::ONE }, Bsdf::Glass { index: 1.5 }];
     for (x, bsdf) in [-2.5, 0.0, 2.5].into_iter().zip(bsdfs) {
         let surface = scene.surface(Surface::new(bsdf));
         scene.sphere(Sphere::new(DVec3::new(x, 0.0, 0.0), 1.0), surface);
@@ -79,8 +76,7 @@ pub fn cavity_cap(albedo: f64, cap: Cap) -> Result<Scene, Error> {
         Cap::Black => Surface::new(Bsdf::Black).emitting(DVec3::ONE),
     });
     let border = 1.0 - 2.0 * CAP_SHARE;
-    for (zone, surface) in [([f64::NEG_INFINITY, border], lower), ([border, f64::INFINITY], upper)]
-    {
+    for (zone, surface) in [([f64::NEG_INFINITY, border], lower), ([border, f64::INFINITY], upper)] {
         let sphere = Sphere { zone, inward: true, ..Sphere::new(DVec3::ZERO, 1.0) };
         scene.sphere(sphere, surface);
     }
@@ -123,10 +119,8 @@ pub fn cornell() -> Result<Scene, Error> {
     let white = lambert(0.73, 0.73, 0.73);
     let red = lambert(0.63, 0.065, 0.05);
     let green = lambert(0.14, 0.45, 0.091);
-    let light = scene.surface(
-        Surface::new(Bsdf::Lambert { albedo: DVec3::splat(0.78) })
-            .emitting(DVec3::new(17.0, 12.0, 4.0)),
-    );
+    let light =
+        scene.surface(Surface::new(Bsdf::Lambert { albedo: DVec3::splat(0.78) }).emitting(DVec3::new(17.0, 12.0, 4.0)));
     let room = [
         [552.8, 0.0, 0.0],
         [0.0, 0.0, 0.0],

@@ -78,8 +78,7 @@ fn random_soups() {
     let mut rng = rng("soups");
     for count in [1, 2, 3, 4, 5, 8, 9, 17, 60, 400] {
         for size in [1.0, 0.1, 1e-3] {
-            let soup: Vec<_> =
-                (0..count).map(|_| Primitive::triangle(random_triangle(&mut rng, size))).collect();
+            let soup: Vec<_> = (0..count).map(|_| Primitive::triangle(random_triangle(&mut rng, size))).collect();
             check_all(&soup, &rays(&mut rng, 300));
         }
     }

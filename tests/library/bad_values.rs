@@ -8,8 +8,8 @@ use whitefurnace::camera::Camera;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::radiosity::Fineness;
 use whitefurnace::estimator::{
-    Bdpt, Bidirectional, Estimator, FiniteElements, ImageEstimator, LONGEST_PATH, LightTracer,
-    Lookup, NextEvent, Path, PhotonMapping, Photons, Radiosity, Sppm, Standard, Strategy,
+    Bdpt, Bidirectional, Estimator, FiniteElements, ImageEstimator, LONGEST_PATH, LightTracer, Lookup, NextEvent, Path,
+    PhotonMapping, Photons, Radiosity, Sppm, Standard, Strategy,
 };
 use whitefurnace::film::{Features, Film, Pixel, check_radiance};
 use whitefurnace::moments::{ExactMoments, LARGEST, UNIT};
@@ -120,11 +120,7 @@ fn full_sums_are_refused_before_they_wrap() {
 
 #[test]
 fn features_that_are_none_are_refused() {
-    let good = Features {
-        albedo: DVec3::new(0.0, 1.0, 0.5),
-        normal: DVec3::new(0.6, 0.0, -0.8),
-        depth: 0.0,
-    };
+    let good = Features { albedo: DVec3::new(0.0, 1.0, 0.5), normal: DVec3::new(0.6, 0.0, -0.8), depth: 0.0 };
     assert!(Pixel::default().push_features(&good).is_ok());
     for bad in [f64::NAN, f64::INFINITY, -0.1, 1.5] {
         for axis in 0..3 {

@@ -10,9 +10,7 @@ use rayon::ThreadPoolBuilder;
 use whitefurnace::bsdf::{Bsdf, OrenNayarForm, Scattering};
 use whitefurnace::camera::Camera;
 use whitefurnace::error::Error;
-use whitefurnace::estimator::{
-    Bdpt, Bidirectional, Density, ImageEstimator, LightTracer, NextEvent, Standard, weight,
-};
+use whitefurnace::estimator::{Bdpt, Bidirectional, Density, ImageEstimator, LightTracer, NextEvent, Standard, weight};
 use whitefurnace::film::{Film, Window};
 use whitefurnace::render::render_passes;
 use whitefurnace::roulette::Roulette;

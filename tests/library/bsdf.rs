@@ -23,9 +23,7 @@ pub fn directional_albedo(bsdf: &Bsdf, theta_out: f64) -> f64 {
     let rule = gauss_legendre(32);
     let wo = from_spherical(theta_out, 0.0);
     let ring = |theta: f64| {
-        let slice = |from: f64, to: f64| {
-            integrate(&rule, from, to, |phi| bsdf.eval(wo, from_spherical(theta, phi)).x)
-        };
+        let slice = |from: f64, to: f64| integrate(&rule, from, to, |phi| bsdf.eval(wo, from_spherical(theta, phi)).x);
         let around = slice(-FRAC_PI_2, FRAC_PI_2) + slice(FRAC_PI_2, 3.0 * FRAC_PI_2);
         around * theta.sin() * theta.cos()
     };
@@ -35,9 +33,7 @@ pub fn directional_albedo(bsdf: &Bsdf, theta_out: f64) -> f64 {
 /// 2 ∫ E(θ) sin θ cos θ dθ: the albedo under uniform light.
 fn average_albedo(bsdf: &Bsdf) -> f64 {
     let rule = gauss_legendre(32);
-    integrate(&rule, 0.0, FRAC_PI_2, |theta| {
-        2.0 * directional_albedo(bsdf, theta) * theta.sin() * theta.cos()
-    })
+    integrate(&rule, 0.0, FRAC_PI_2, |theta| 2.0 * directional_albedo(bsdf, theta) * theta.sin() * theta.cos())
 }
 
 /// Values of at most A + B/2 ≤ 1.2 summed in two nested blocks of 32, each term with some 16 roundings.
@@ -80,8 +76,7 @@ fn angles_and_vectors_give_the_same() {
             let constants = OrenNayar::new(sigma);
             let (wi, wo) = (from_spherical(theta_in, phi_in), from_spherical(theta_out, phi_out));
             for form in FORMS {
-                let readable =
-                    oren_nayar_angles(constants, form, theta_in, theta_out, phi_in - phi_out);
+                let readable = oren_nayar_angles(constants, form, theta_in, theta_out, phi_in - phi_out);
                 let fast = oren_nayar(constants, form, wo, wi);
                 // sin θᵢ sin θₒ cos Δφ is off by 8 U sin sin on either way, and by 7 U more through
                 // the rounded difference of azimuths; the last factor and the sum by 4 U each.
@@ -144,11 +139,7 @@ fn turning_both_directions_changes_nothing() {
             let bsdf = white(sigma, form);
             // The tangential product moves by 12 U, and is divided by a cosine of at least 0.01.
             let bound = 12.0 * U / wo.z.max(wi.z);
-            assert_abs_diff_eq!(
-                bsdf.eval(wo, wi).x,
-                bsdf.eval(turn * wo, turn * wi).x,
-                epsilon = bound
-            );
+            assert_abs_diff_eq!(bsdf.eval(wo, wi).x, bsdf.eval(turn * wo, turn * wi).x, epsilon = bound);
         }
     });
 }
@@ -199,10 +190,7 @@ fn directional_albedos_meet_the_reference() {
         for (form, expected) in FORMS.into_iter().zip([corrected, printed]) {
             let found = directional_albedo(&white(sigma, form), theta);
             let off = (found - expected).abs();
-            assert!(
-                off <= QUADRATURE,
-                "{form:?} at sigma {sigma}, {degrees} deg: {found} is off by {off:e}"
-            );
+            assert!(off <= QUADRATURE, "{form:?} at sigma {sigma}, {degrees} deg: {found} is off by {off:e}");
         }
     }
 }

@@ -92,8 +92,7 @@ fn the_light_is_where_the_figure_shows_it() {
     for (x, y) in corners {
         // Two pixels to the inside and to the outside, along the diagonal.
         let length = f64::hypot(middle.0 - x, middle.1 - y);
-        let step =
-            |s: f64| at(&scene, x + s * (middle.0 - x) / length, y + s * (middle.1 - y) / length);
+        let step = |s: f64| at(&scene, x + s * (middle.0 - x) / length, y + s * (middle.1 - y) / length);
         assert!(step(3.0).emitter.is_some(), "inside ({x}, {y})");
         assert!(step(-3.0).emitter.is_none(), "outside ({x}, {y})");
     }
@@ -104,8 +103,7 @@ fn the_light_is_where_the_figure_shows_it() {
 fn walls_meet_where_the_figure_shows_it() {
     let scene = published();
     let [blue, red, cyan, yellow, white] =
-        [[0.157, 0.208, 0.576], [1.0, 0.25, 0.25], [0.0, 1.0, 1.0], [1.0, 1.0, 0.0], [1.0; 3]]
-            .map(DVec3::from_array);
+        [[0.157, 0.208, 0.576], [1.0, 0.25, 0.25], [0.0, 1.0, 1.0], [1.0, 1.0, 0.0], [1.0; 3]].map(DVec3::from_array);
     for (x, y, expected) in [
         (510.5, 300.0, blue),
         (513.5, 300.0, yellow),
@@ -160,8 +158,7 @@ fn silhouette(centre: DVec3, radius: f64) -> [[f64; 2]; 2] {
 fn spheres_are_where_the_figure_shows_them() {
     let scene = published();
     let bsdf = |hit: &Hit| scene.surface(hit).bsdf;
-    let on_sphere =
-        |hit: &Hit, centre: DVec3, r: f64| ((hit.point - centre).length() - r).abs() < 1e-9;
+    let on_sphere = |hit: &Hit, centre: DVec3, r: f64| ((hit.point - centre).length() - r).abs() < 1e-9;
     let white = outline(&scene, |hit| matches!(bsdf(hit), Bsdf::OrenNayar { .. }));
     let glass = outline(&scene, |hit| matches!(bsdf(hit), Bsdf::Glass { .. }));
     let mirror = outline(&scene, |hit| on_sphere(hit, MIRROR, 2.0));

@@ -11,8 +11,8 @@ use whitefurnace::camera::Camera;
 use whitefurnace::emitter::LightSampling;
 use whitefurnace::estimator::radiosity::Fineness;
 use whitefurnace::estimator::{
-    Bdpt, Estimator, Heuristic, ImageEstimator, LightRules, LightTracer, Lookup, Path,
-    PhotonMapping, Published, Radiosity, Report, Sppm, Standard, Strategy, Whitted,
+    Bdpt, Estimator, Heuristic, ImageEstimator, LightRules, LightTracer, Lookup, Path, PhotonMapping, Published,
+    Radiosity, Report, Sppm, Standard, Strategy, Whitted,
 };
 use whitefurnace::film::Film;
 use whitefurnace::pixel::PixelSampling;
@@ -63,23 +63,19 @@ fn room(paint: Paint, lamp: Paint, plain: bool) -> Scene {
         let lamp = room.surface(lamp);
         room.sphere(Sphere::new(DVec3::new(0.3, 0.6, 0.5), 0.15), lamp);
     }
-    room.build(Camera::new(DVec3::new(0.1, -0.9, 0.1), DVec3::new(0.0, 0.5, -0.1), DVec3::Z, 0.9))
-        .expect("a scene")
+    room.build(Camera::new(DVec3::new(0.1, -0.9, 0.1), DVec3::new(0.0, 0.5, -0.1), DVec3::Z, 0.9)).expect("a scene")
 }
 
 /// Mean, standard error and albedo of every pixel.
 type Image = Vec<[DVec3; 3]>;
 
 fn image(film: &Film) -> Image {
-    let of = |pixel: &whitefurnace::film::Pixel| {
-        [pixel.mean(), pixel.standard_error(), pixel.features().albedo]
-    };
+    let of = |pixel: &whitefurnace::film::Pixel| [pixel.mean(), pixel.standard_error(), pixel.features().albedo];
     film.pixels().iter().map(of).collect()
 }
 
 fn rays<E: Estimator>(scene: &Scene, estimator: &E) -> Image {
-    let sampling =
-        Sampling { pixel: PixelSampling::Jitter(2), numbers: Numbers::Independent, seed: master() };
+    let sampling = Sampling { pixel: PixelSampling::Jitter(2), numbers: Numbers::Independent, seed: master() };
     let mut film = Film::new(FRAME, None, 4).expect("a film");
     render(scene, estimator, sampling, &mut film, &(0..3), &|_| true).expect("legal radiance");
     image(&film)
@@ -95,10 +91,8 @@ fn passes<E: ImageEstimator>(scene: &Scene, estimator: &E) -> Image {
 pub fn physical_images(scene: &Scene) -> Vec<(&'static str, Image)> {
     let path = |strategy, lights, heuristic| Path { strategy, lights, heuristic, parts: Standard };
     let (area, angle) = (LightSampling::Area, LightSampling::SolidAngle);
-    let photons = |lookup| {
-        PhotonMapping::new(Standard, scene, lookup, (3000, 0.3), (master(), 0))
-            .expect("a small map")
-    };
+    let photons =
+        |lookup| PhotonMapping::new(Standard, scene, lookup, (3000, 0.3), (master(), 0)).expect("a small map");
     let gather = Lookup::Gather { caustic_particles: 3000, caustic_radius: 0.3 };
     let report = Report { rays: 2, segments: 6, ..Report::<Standard>::default() };
     let report = Report { rules: LightRules::PHYSICAL, ..report };

@@ -11,8 +11,8 @@ use whitefurnace::emitter::LightSampling;
 use whitefurnace::estimator::photon_map::{Kept, PhotonMap};
 use whitefurnace::estimator::radiosity::Fineness;
 use whitefurnace::estimator::{
-    Bdpt, Estimator, ImageEstimator, LightRules, LightTracer, Lookup, Path, PhotonMapping,
-    Published, Quirks, Radiosity, Report, Sppm, Standard, Strategy, Whitted,
+    Bdpt, Estimator, ImageEstimator, LightRules, LightTracer, Lookup, Path, PhotonMapping, Published, Quirks,
+    Radiosity, Report, Sppm, Standard, Strategy, Whitted,
 };
 use whitefurnace::rng::{stream, uniform2};
 use whitefurnace::sampler::Sampler;
@@ -76,8 +76,8 @@ fn without_solid_angles_lights_are_sampled_by_area() {
         ("in the plane", flat(x, [y, x]), false),
     ];
     for (name, scene, shines) in &scenes {
-        let [area, angle] = [LightSampling::Area, LightSampling::SolidAngle]
-            .map(|lights| shadow_rays(scene, lights, 200));
+        let [area, angle] =
+            [LightSampling::Area, LightSampling::SolidAngle].map(|lights| shadow_rays(scene, lights, 200));
         assert_eq!(area, angle, "{name}");
         assert_eq!(area.iter().any(|v| *v > 0.0), *shines, "{name}");
         assert!(area.iter().all(|v| v.is_finite()), "{name}");
@@ -133,9 +133,8 @@ fn radiance<E: Estimator>(scene: &Scene, estimator: &E) -> Vec<DVec3> {
 fn without_emitters_it_is_dark() {
     let dark = over_floor(5.0, |_| {});
     let sky = over_floor(5.0, |scene| scene.background(DVec3::ONE));
-    let photons = |scene: &Scene, lookup| {
-        PhotonMapping::new(Standard, scene, lookup, (10, 0.1), (1, 0)).expect("a map")
-    };
+    let photons =
+        |scene: &Scene, lookup| PhotonMapping::new(Standard, scene, lookup, (10, 0.1), (1, 0)).expect("a map");
     let gather = Lookup::Gather { caustic_particles: 10, caustic_radius: 0.1 };
     let none = |found: Vec<DVec3>| assert!(found.iter().all(|v| *v == DVec3::ZERO), "{found:?}");
     for scene in [&dark, &sky] {
@@ -192,9 +191,7 @@ fn limits_of_zero_mean_direct_light() {
 #[test]
 fn photons_without_number_or_radius_are_refused() {
     let scene = simple::cornell().expect("a scene");
-    let map = |lookup, particles, radius| {
-        PhotonMapping::new(Standard, &scene, lookup, (particles, radius), (1, 0))
-    };
+    let map = |lookup, particles, radius| PhotonMapping::new(Standard, &scene, lookup, (particles, radius), (1, 0));
     assert_option_refused(map(Lookup::Direct, 0, 0.1), "at least 1");
     for radius in [0.0, -0.1, f64::NAN, f64::INFINITY] {
         assert_option_refused(map(Lookup::Direct, 10, radius), "radius above 0");
@@ -224,10 +221,8 @@ fn the_reconstruction_ends_at_walls_that_absorb_all() {
     });
     let ray = Ray::new(0.3 * DVec3::X, DVec3::Y);
     for bits in 0..8 {
-        let [roulette_by_cosine, end_loses_direct, extra_cosine] =
-            [1, 2, 4].map(|bit| bits & bit != 0);
-        let published =
-            Published { quirks: Quirks { roulette_by_cosine, end_loses_direct, extra_cosine } };
+        let [roulette_by_cosine, end_loses_direct, extra_cosine] = [1, 2, 4].map(|bit| bits & bit != 0);
+        let published = Published { quirks: Quirks { roulette_by_cosine, end_loses_direct, extra_cosine } };
         let direct = if end_loses_direct { 0.0 } else { ALBEDO * LIGHT };
         let hit = scene.intersect(&ray);
         let mut found = vec![published.radiance(&scene, &ray, hit, &mut Constant(0)).x];

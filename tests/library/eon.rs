@@ -5,8 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use glam::DVec3;
 use whitefurnace::bsdf::eon::{
-    AVERAGE_GAIN, LARGEST_GAIN, albedo, average_albedo, gain, multiple_albedo, scale,
-    single_scattering,
+    AVERAGE_GAIN, LARGEST_GAIN, albedo, average_albedo, gain, multiple_albedo, scale, single_scattering,
 };
 use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm, lambert, oren_nayar};
 use whitefurnace::frame::from_spherical;
@@ -59,9 +58,7 @@ fn white_eon_passes_the_furnace_and_oren_nayar_does_not() {
 #[test]
 fn averages_are_the_integrals_of_the_albedo() {
     let rule = gauss_legendre(32);
-    let average = |f: &dyn Fn(f64) -> f64| {
-        integrate(&rule, 0.0, FRAC_PI_2, |t| 2.0 * f(t.cos()) * t.sin() * t.cos())
-    };
+    let average = |f: &dyn Fn(f64) -> f64| integrate(&rule, 0.0, FRAC_PI_2, |t| 2.0 * f(t.cos()) * t.sin() * t.cos());
     assert_abs_diff_eq!(average(&gain), AVERAGE_GAIN, epsilon = 64.0 * U);
     for roughness in [0.0, 0.3, 1.0] {
         let found = average(&|cos| albedo(roughness, cos));

@@ -3,8 +3,7 @@
 use glam::DVec3;
 use whitefurnace::bsdf::{Bsdf, OrenNayarForm, Scattering};
 use whitefurnace::estimator::{
-    Bdpt, Bidirectional, Estimator, ImageEstimator, LightRules, NextEvent, Path, Report, Standard,
-    Strategy, Whitted,
+    Bdpt, Bidirectional, Estimator, ImageEstimator, LightRules, NextEvent, Path, Report, Standard, Strategy, Whitted,
 };
 use whitefurnace::rng::uniform2;
 use whitefurnace::roulette::Roulette;
@@ -227,9 +226,8 @@ fn the_report_counts_light_behind_index_matched_glass_once() {
     let mut rng = rng("behind nothing");
     let mut kinds = [0; 2];
     for _ in 0..2000 {
-        let value = |scene: &Scene, report: Report| {
-            report.radiance(scene, &ray, scene.intersect(&ray), &mut rng.clone()).x
-        };
+        let value =
+            |scene: &Scene, report: Report| report.radiance(scene, &ray, scene.intersect(&ray), &mut rng.clone()).x;
         let [passing, passing_caustics, blocked, caustics] =
             [(true, false), (true, true), (false, false), (false, true)]
                 .map(|(passes, caustics)| value(&glass, report(passes, caustics)));

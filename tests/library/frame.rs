@@ -13,8 +13,7 @@ use crate::support::property;
 /// Normals everywhere, more of them near the poles and the equator, where signs change.
 fn normals() -> impl Strategy<Value = DVec3> {
     let near = |theta: f64| {
-        (-16.0..-1.0, 0.0..TAU)
-            .prop_map(move |(e, phi): (f64, f64)| from_spherical(theta + 10f64.powf(e), phi))
+        (-16.0..-1.0, 0.0..TAU).prop_map(move |(e, phi): (f64, f64)| from_spherical(theta + 10f64.powf(e), phi))
     };
     prop_oneof![unit(), near(0.0), near(PI), near(PI / 2.0), near(-PI)]
 }
@@ -26,9 +25,7 @@ const BOUND: f64 = 16.0 * U;
 fn check(n: DVec3) {
     let Frame { x, y, z } = Frame::new(n);
     assert_eq!(z, n);
-    for (a, b, expected) in
-        [(x, x, 1.0), (y, y, 1.0), (z, z, 1.0), (x, y, 0.0), (y, z, 0.0), (z, x, 0.0)]
-    {
+    for (a, b, expected) in [(x, x, 1.0), (y, y, 1.0), (z, z, 1.0), (x, y, 0.0), (y, z, 0.0), (z, x, 0.0)] {
         assert_abs_diff_eq!(a.dot(b), expected, epsilon = BOUND);
     }
     assert!((x.cross(y) - z).length() <= BOUND, "right-handed");

@@ -24,9 +24,7 @@ fn folder(name: &str) -> PathBuf {
 
 fn names(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).expect("a folder");
-    entries
-        .map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned())
-        .collect()
+    entries.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned()).collect()
 }
 
 /// A film of 3 × 2 pixels with different values in every channel.
@@ -39,11 +37,8 @@ fn film() -> Film {
             let shift = shift * DVec3::new(1.0, 2.0, 0.3);
             pixel.push(value + shift).expect("legal");
         }
-        let features = Features {
-            albedo: DVec3::new(0.25, 0.5, 0.75),
-            normal: DVec3::new(0.0, -0.6, 0.8),
-            depth: 3.0 + i as f64,
-        };
+        let features =
+            Features { albedo: DVec3::new(0.25, 0.5, 0.75), normal: DVec3::new(0.0, -0.6, 0.8), depth: 3.0 + i as f64 };
         pixel.push_features(&features).expect("legal");
     }
     film
@@ -97,10 +92,7 @@ fn exr_holds_every_channel() {
     let [(name, AttributeValue::Text(text))] = other.as_slice() else {
         panic!("{other:?}");
     };
-    assert_eq!(
-        (name.to_string(), text.to_string()),
-        ("provenance".into(), "seed=1\nspp=12\n".into())
-    );
+    assert_eq!((name.to_string(), text.to_string()), ("provenance".into(), "seed=1\nspp=12\n".into()));
     assert!(image.attributes.other.is_empty());
 }
 
@@ -136,11 +128,8 @@ fn png_holds_the_encoded_mean() {
         write_png(&path, &film, display, 1).expect("written");
         let (size, bytes) = read_png(&path);
         assert_eq!(size, [3, 2]);
-        let expected: Vec<u8> = film
-            .pixels()
-            .iter()
-            .flat_map(|pixel| pixel.mean().to_array().map(|value| display.encode(value)))
-            .collect();
+        let expected: Vec<u8> =
+            film.pixels().iter().flat_map(|pixel| pixel.mean().to_array().map(|value| display.encode(value))).collect();
         assert_eq!(bytes, expected);
     }
     // Magnified twice, every pixel is four equal ones.
@@ -157,15 +146,9 @@ fn png_holds_the_encoded_mean() {
 #[test]
 fn displays_encode_as_they_say() {
     let truncated = |x| Display::Truncated.encode(x);
-    for (radiance, value) in [
-        (0.0, 0),
-        (1.0 / 255.0, 1),
-        (0.999 / 255.0, 0),
-        (0.5, 127),
-        (0.9999, 254),
-        (1.0, 255),
-        (50.0, 255),
-    ] {
+    for (radiance, value) in
+        [(0.0, 0), (1.0 / 255.0, 1), (0.999 / 255.0, 0), (0.5, 127), (0.9999, 254), (1.0, 255), (50.0, 255)]
+    {
         assert_eq!(truncated(radiance), value, "{radiance}");
     }
     // 25-digit values of IEC 61966-2-1. The last term of the power law loses 8 U in all.
@@ -241,10 +224,8 @@ fn means_of_images_are_of_8_bit_values() {
     let grey = |value: f64| value / 255.0;
     let mut film = Film::new([2, 1], None, 1).expect("a film");
     // Pixels of means 1.9, 4, 510 and 2.9, 4.5, 0 in units of 1/255.
-    for (pixel, values) in film
-        .pixels_mut()
-        .iter_mut()
-        .zip([[[1.0, 2.5, 1020.0], [2.8, 5.5, 0.0]], [[2.9, 0.5, 0.0], [2.9, 8.5, 0.0]]])
+    for (pixel, values) in
+        film.pixels_mut().iter_mut().zip([[[1.0, 2.5, 1020.0], [2.8, 5.5, 0.0]], [[2.9, 0.5, 0.0], [2.9, 8.5, 0.0]]])
     {
         for value in values {
             pixel.push(DVec3::from(value.map(grey))).expect("legal");
@@ -253,7 +234,6 @@ fn means_of_images_are_of_8_bit_values() {
     assert_eq!(Display::Truncated.encoded_mean(&film), [1.5, 4.0, 127.5]);
     let srgb = Display::Srgb { exposure: 0.0 };
     let encoded = |value: f64| f64::from(srgb.encode(grey(value)));
-    let expected =
-        [[1.9, 2.9], [4.0, 4.5], [510.0, 0.0]].map(|[a, b]| 0.5 * (encoded(a) + encoded(b)));
+    let expected = [[1.9, 2.9], [4.0, 4.5], [510.0, 0.0]].map(|[a, b]| 0.5 * (encoded(a) + encoded(b)));
     assert_eq!(srgb.encoded_mean(&film), expected);
 }

@@ -166,8 +166,7 @@ fn large_offsets_do_not_cancel() {
     let two = exact(&[LARGEST, LARGEST - UNIT * 8.0]);
     assert_eq!(two.variance(2), 32.0 * UNIT * UNIT);
     // Means between two integers: Σx² − (Σx)²/n = 1 − 1/2, 1 − 1/3, 6 − 16/3 units².
-    for (units, squares) in
-        [(vec![0.0, 1.0], 0.5), (vec![0.0, -1.0, 0.0], 2.0 / 3.0), (vec![1.0, 1.0, 2.0], 2.0 / 3.0)]
+    for (units, squares) in [(vec![0.0, 1.0], 0.5), (vec![0.0, -1.0, 0.0], 2.0 / 3.0), (vec![1.0, 1.0, 2.0], 2.0 / 3.0)]
     {
         let n = units.len() as u32;
         let scaled: Vec<f64> = units.iter().map(|x| x * UNIT).collect();

@@ -18,10 +18,7 @@ use crate::support::property;
 fn a_kd_tree_finds_what_brute_force_finds() {
     let coarse = (-4i32..=4).prop_map(|i| f64::from(i) * 0.25);
     let grid = prop::array::uniform3(coarse).prop_map(DVec3::from_array);
-    let points = prop_oneof![
-        prop::collection::vec(point(1.0), 0..200),
-        prop::collection::vec(grid, 0..200),
-    ];
+    let points = prop_oneof![prop::collection::vec(point(1.0), 0..200), prop::collection::vec(grid, 0..200),];
     let arguments = (points, point(1.2), 0.0..1.5f64);
     property("kd-tree", 256, &arguments, |(points, centre, radius)| {
         let tree = KdTree::new(points.iter().copied().zip(0..));
@@ -31,8 +28,7 @@ fn a_kd_tree_finds_what_brute_force_finds() {
         let mut found = Vec::new();
         tree.within(centre, r2, |&i: &usize| found.push(i));
         found.sort_unstable();
-        let expected: Vec<usize> =
-            (0..points.len()).filter(|&i| points[i].distance_squared(centre) <= r2).collect();
+        let expected: Vec<usize> = (0..points.len()).filter(|&i| points[i].distance_squared(centre) <= r2).collect();
         assert_eq!(found, expected);
     });
 }
@@ -41,8 +37,7 @@ fn a_kd_tree_finds_what_brute_force_finds() {
 #[test]
 fn a_large_kd_tree_does_not_depend_on_the_threads() {
     let mut rng = stream(7, 0, 0);
-    let points: Vec<DVec3> =
-        (0..50_000).map(|_| DVec3::from_array([0; 3].map(|_| uniform(&mut rng)))).collect();
+    let points: Vec<DVec3> = (0..50_000).map(|_| DVec3::from_array([0; 3].map(|_| uniform(&mut rng)))).collect();
     let order = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let pool = pool.expect("a pool of threads");

@@ -12,8 +12,7 @@ const LAST: f64 = 1.0 - U;
 
 #[test]
 fn samples_per_replication() {
-    for (strategy, count) in [(Centre, 1), (Random, 1), (Grid(1), 1), (Grid(3), 9), (Jitter(4), 16)]
-    {
+    for (strategy, count) in [(Centre, 1), (Random, 1), (Grid(1), 1), (Grid(3), 9), (Jitter(4), 16)] {
         assert_eq!(strategy.samples_per_replication(), count);
     }
 }

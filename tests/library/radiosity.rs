@@ -54,11 +54,7 @@ fn polygons_add_up_and_are_cut_at_the_horizon() {
     let seen = Polygon::new(&sunk).above(DVec3::Z);
     assert_eq!(seen.corners().len(), 4);
     let risen = [at(1.0, -1.0, 0.0), sunk[1], sunk[2], at(1.0, 1.0, 0.0)];
-    assert_abs_diff_eq!(
-        polygon(DVec3::Z, seen.corners()),
-        polygon(DVec3::Z, &risen),
-        epsilon = 1e-15
-    );
+    assert_abs_diff_eq!(polygon(DVec3::Z, seen.corners()), polygon(DVec3::Z, &risen), epsilon = 1e-15);
     assert!(Polygon::new(&sunk).above(-DVec3::X).corners().is_empty());
     assert_eq!(Polygon::new(&sunk).above(DVec3::X), Polygon::new(&sunk));
 }
@@ -114,15 +110,10 @@ fn medley() -> Scene {
         let lamp = s.surface(lambert(0.4).emitting(DVec3::new(3.0, 2.0, 1.0)));
         s.rectangle(DVec3::ZERO, [3.0 * DVec3::X, 2.0 * DVec3::Y], pale);
         s.rectangle(DVec3::ZERO, [2.0 * DVec3::Y, DVec3::new(0.3, 0.0, 2.0)], dark);
-        let corners =
-            [DVec3::new(0.5, 1.9, 0.1), DVec3::new(2.9, 1.8, 0.2), DVec3::new(1.0, 1.5, 1.8)];
+        let corners = [DVec3::new(0.5, 1.9, 0.1), DVec3::new(2.9, 1.8, 0.2), DVec3::new(1.0, 1.5, 1.8)];
         s.mesh(&corners, &[[0, 1, 2]], red);
         s.sphere(Sphere::new(DVec3::new(1.6, 0.7, 0.6), 0.5), red);
-        let zone = Sphere {
-            zone: [-0.2, 0.7],
-            inward: true,
-            ..Sphere::new(DVec3::new(1.5, 1.0, 1.2), 2.5)
-        };
+        let zone = Sphere { zone: [-0.2, 0.7], inward: true, ..Sphere::new(DVec3::new(1.5, 1.0, 1.2), 2.5) };
         s.sphere(zone, dark);
         s.rectangle(DVec3::new(0.6, 0.4, 2.2), [DVec3::Y, DVec3::new(0.8, 0.3, 0.1)], lamp);
         s.sphere(Sphere::new(DVec3::new(2.6, 0.4, 1.7), 0.2), lamp);
@@ -135,9 +126,7 @@ fn nodes(patch: &Patch) -> Vec<DVec3> {
     match patch {
         Patch::Flat { polygon, .. } => {
             let [a, b, c] = [0, 1, 2].map(|i| polygon.corners()[i]);
-            [(a, b, c), (b, c, a), (c, a, b)]
-                .map(|(near, p, q)| (4.0 * near + p + q) / 6.0)
-                .to_vec()
+            [(a, b, c), (b, c, a), (c, a, b)].map(|(near, p, q)| (4.0 * near + p + q) / 6.0).to_vec()
         }
         Patch::Curved(part) => {
             let gauss = [0.5 - 12f64.sqrt().recip(), 0.5 + 12f64.sqrt().recip()];
@@ -169,8 +158,7 @@ fn at_its_nodes_interpolation_is_exact() {
                 let ray = Ray::new(point + 1e-7 * normal, -normal);
                 let hit = scene.intersect(&ray).expect("the patch");
                 assert!((hit.point - point).length() < 1e-9, "{point} is hidden");
-                let [a, b] =
-                    [&interpolated, &gathered].map(|solved| solved.irradiance(&scene, &ray, &hit));
+                let [a, b] = [&interpolated, &gathered].map(|solved| solved.irradiance(&scene, &ray, &hit));
                 assert!((a - b).abs().max_element() < 1e-4, "{a}, not {b}, at {point}");
                 sum += a;
                 compared += 1;
@@ -198,8 +186,7 @@ fn every_patch_has_its_own_area() {
                 // The area of a facetted copy: strips between meridians and parallels.
                 let n = 200;
                 let point = |i: u32, j: u32| {
-                    let at =
-                        |[from, to]: [f64; 2], k| from + f64::from(k) / f64::from(n) * (to - from);
+                    let at = |[from, to]: [f64; 2], k| from + f64::from(k) / f64::from(n) * (to - from);
                     let inclinations = part.heights.map(f64::acos);
                     let (theta, turn) = (at(inclinations, i), at(part.azimuths, j));
                     part.radius * from_spherical(theta, turn)

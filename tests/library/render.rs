@@ -8,8 +8,8 @@ use rayon::ThreadPoolBuilder;
 use whitefurnace::bsdf::OrenNayarForm;
 use whitefurnace::estimator::radiosity::Fineness;
 use whitefurnace::estimator::{
-    Bdpt, Estimator, LightRules, LightTracer, Lookup, Path, PhotonMapping, Published, Radiosity,
-    Report, Sppm, Standard, Whitted,
+    Bdpt, Estimator, LightRules, LightTracer, Lookup, Path, PhotonMapping, Published, Radiosity, Report, Sppm,
+    Standard, Whitted,
 };
 use whitefurnace::film::{Features, Film, Pixel, Window};
 use whitefurnace::pixel::PixelSampling::{self, Centre, Grid, Jitter, Random};
@@ -136,17 +136,13 @@ fn pixels_are_where_they_belong() {
     let step = 2.0 * 0.77704 / 18.0;
     let numbers = [Numbers::Independent, Numbers::Sobol(1), Numbers::Sobol(4)];
     let places = [Centre, Grid(2), Grid(3)];
-    for (numbers, pixel) in numbers.iter().flat_map(|&numbers| places.map(|pixel| (numbers, pixel)))
-    {
+    for (numbers, pixel) in numbers.iter().flat_map(|&numbers| places.map(|pixel| (numbers, pixel))) {
         let sampling = Sampling { numbers, ..sampling(pixel) };
         let film = rendered(&scene, &Slopes, FRAME, sampling, &[0..4]).expect("legal radiance");
         for (x, y) in [(0, 0), (23, 0), (5, 11), (23, 17)] {
             let mean = film.pixel(x, y).mean();
-            let expected = DVec3::new(
-                2.0 + (f64::from(x) + 0.5 - 12.0) * step,
-                2.0 + (9.0 - f64::from(y) - 0.5) * step,
-                0.0,
-            );
+            let expected =
+                DVec3::new(2.0 + (f64::from(x) + 0.5 - 12.0) * step, 2.0 + (9.0 - f64::from(y) - 0.5) * step, 0.0);
             assert!((mean - expected).abs().max_element() < 1.0 / (1u64 << 31) as f64);
             // Whole grids are the replications, and all alike.
             assert_eq!(film.pixel(x, y).standard_error(), DVec3::ZERO);
@@ -207,8 +203,7 @@ fn features_are_the_same_for_every_estimator() {
     let ways = [Centre, Grid(2), Random, Jitter(2)];
     let mis = ways.map(|pixel| whole(&scene, &path(), pixel));
     let lookup = Lookup::Direct;
-    let photons =
-        PhotonMapping::new(Standard, &scene, lookup, (100, 0.3), (1, 0)).expect("a small map");
+    let photons = PhotonMapping::new(Standard, &scene, lookup, (100, 0.3), (1, 0)).expect("a small map");
     let fineness = Fineness { patches: 40, halvings: 0 };
     let solved = Radiosity::new(Standard, &scene, fineness, &|_| true).expect("it settles");
     for (pixel, mis) in ways.into_iter().zip(&mis) {
@@ -226,10 +221,7 @@ fn features_are_the_same_for_every_estimator() {
     let images = |ranges: &[Range<u32>]| {
         let sppm = Sppm { parts: Standard, particles: 100, radius: 0.3 };
         [
-            (
-                "light tracer",
-                passes(&scene, &LightTracer::<Standard>::default(), FRAME, ranges).expect("legal"),
-            ),
+            ("light tracer", passes(&scene, &LightTracer::<Standard>::default(), FRAME, ranges).expect("legal")),
             ("bdpt", passes(&scene, &Bdpt::<Standard>::default(), FRAME, ranges).expect("legal")),
             ("sppm", passes(&scene, &sppm, FRAME, ranges).expect("legal")),
         ]
@@ -257,8 +249,7 @@ fn rows_are_reported_and_can_be_stopped() {
     assert_eq!(samples.into_inner(), 24 * 18 * 3 * 4);
     let mut target = film(Random, None);
     let pool = ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
-    let done = pool
-        .install(|| render(&scene, &path(), sampling(Random), &mut target, &(0..1), &|_| false));
+    let done = pool.install(|| render(&scene, &path(), sampling(Random), &mut target, &(0..1), &|_| false));
     assert!(matches!(done, Ok(false)));
     let touched = target.pixels().iter().filter(|p| p.replications() > 0).count();
     assert_eq!(touched, 24, "one row, then stop");

@@ -9,8 +9,8 @@ use glam::DVec3;
 use whitefurnace::bsdf::{Bsdf, Scattering};
 use whitefurnace::emitter::{Emitter, EmitterPoint};
 use whitefurnace::estimator::{
-    Bdpt, Bidirectional, Estimator, ImageEstimator, LightTracer, Lookup, NextEvent, Path,
-    PhotonMapping, Photons, Sppm, Standard,
+    Bdpt, Bidirectional, Estimator, ImageEstimator, LightTracer, Lookup, NextEvent, Path, PhotonMapping, Photons, Sppm,
+    Standard,
 };
 use whitefurnace::film::Film;
 use whitefurnace::moments::{Moments, UNIT};
@@ -32,8 +32,7 @@ const REPLICATIONS: u32 = 6;
 fn samplings() -> Vec<Sampling> {
     let positions = [Centre, Grid(1), Grid(2), Grid(3), Random, Jitter(1), Jitter(2), Jitter(3)];
     let numbers = [Numbers::Independent, Numbers::Sobol(1), Numbers::Sobol(8)];
-    let with =
-        |pixel: PixelSampling| numbers.map(|numbers| Sampling { pixel, numbers, seed: master() });
+    let with = |pixel: PixelSampling| numbers.map(|numbers| Sampling { pixel, numbers, seed: master() });
     positions.into_iter().flat_map(with).collect()
 }
 
@@ -148,11 +147,7 @@ fn furnace() -> Scene {
 
 #[test]
 fn every_pass_draws_its_own_numbers() {
-    fn check<'a, E: ImageEstimator>(
-        seen: &'a Mutex<Vec<Draw>>,
-        name: &str,
-        estimator: impl Fn(Watched<'a>) -> E,
-    ) {
+    fn check<'a, E: ImageEstimator>(seen: &'a Mutex<Vec<Draw>>, name: &str, estimator: impl Fn(Watched<'a>) -> E) {
         let estimator = estimator(Watched(seen));
         let ranges = [0..1, 1..3, 3..REPLICATIONS];
         passes(&furnace(), &estimator, FRAME, &ranges).expect("legal radiance");
@@ -208,10 +203,8 @@ fn more_samples_than_can_be_named_are_refused() {
     assert!(render(&open(), &recorder, sampling, &mut other, &(0..1), &|_| true).is_err());
     // All its points, once each: in 2^16 intervals.
     let draws = recorder.0.into_inner().expect("no panic");
-    let strata: BTreeSet<u64> = draws
-        .iter()
-        .map(|[first, ..]| (f64::from_bits(*first) * f64::from(LONGEST)) as u64)
-        .collect();
+    let strata: BTreeSet<u64> =
+        draws.iter().map(|[first, ..]| (f64::from_bits(*first) * f64::from(LONGEST)) as u64).collect();
     assert_eq!(strata.len(), LONGEST as usize);
 }
 

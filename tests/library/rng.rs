@@ -14,10 +14,7 @@ fn stored_first_values() {
         ((0, 0, 0), [0xE8D0_CA5F_197D_9247, 0x7F57_92EE_A15C_5F24, 0xF78C_AC64_A66D_22BF]),
         ((1, 0, 0), [0x232D_C888_C9EA_96B5, 0x30D6_7EEC_40FD_4EF3, 0x9E0C_FEC2_D886_43DF]),
         ((1, 2, 3), [0x0B45_CE41_07E1_18C6, 0xAF47_6E53_8287_4995, 0x0200_02AE_35D5_E1E5]),
-        (
-            (u64::MAX, u32::MAX, u32::MAX),
-            [0x52E8_C119_F73F_D180, 0xD755_17CD_928E_1968, 0xE566_25B6_D01C_95B5],
-        ),
+        ((u64::MAX, u32::MAX, u32::MAX), [0x52E8_C119_F73F_D180, 0xD755_17CD_928E_1968, 0xE566_25B6_D01C_95B5]),
     ];
     for ((seed, high, low), expected) in FIRST {
         let mut rng = stream(seed, high, low);

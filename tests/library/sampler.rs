@@ -6,9 +6,7 @@ use std::convert::Infallible;
 use glam::DVec3;
 use rand::{Rng, TryRng};
 use whitefurnace::bsdf::{Bsdf, Scattering};
-use whitefurnace::estimator::{
-    Estimator, Lookup, NextEvent, Path, PhotonMapping, Photons, Published, Strategy,
-};
+use whitefurnace::estimator::{Estimator, Lookup, NextEvent, Path, PhotonMapping, Photons, Published, Strategy};
 use whitefurnace::rng::{Stream, stream, uniform};
 use whitefurnace::roulette::Roulette;
 use whitefurnace::sampler::{BLOCK, LIGHT, Sampler, Sobol, scramble};
@@ -36,17 +34,14 @@ fn every_dimension_is_stratified() {
         let points: Vec<Vec<f64>> = (0..256).map(|i| numbers(i, scramble, block, BLOCK)).collect();
         for dimension in 0..BLOCK as usize {
             // One point in each of 256 intervals.
-            let strata: BTreeSet<u32> =
-                points.iter().map(|point| (256.0 * point[dimension]) as u32).collect();
+            let strata: BTreeSet<u32> = points.iter().map(|point| (256.0 * point[dimension]) as u32).collect();
             assert_eq!(strata.len(), 256, "{scramble} {block} {dimension}");
         }
         // The first two together: one point in each rectangle of any shape of area 1/256.
         for bits in 0..=8 {
             let [columns, rows] = [1_u32 << bits, 256 >> bits].map(f64::from);
-            let cells: BTreeSet<[u32; 2]> = points
-                .iter()
-                .map(|point| [(columns * point[0]) as u32, (rows * point[1]) as u32])
-                .collect();
+            let cells: BTreeSet<[u32; 2]> =
+                points.iter().map(|point| [(columns * point[0]) as u32, (rows * point[1]) as u32]).collect();
             assert_eq!(cells.len(), 256, "{scramble} {block}: {columns} x {rows}");
         }
     }
@@ -88,10 +83,7 @@ fn halves_and_bytes_are_those_of_the_words() {
     let mut words = sobol(17, 2);
     let [first, second] = [words.next_u64(), words.next_u64()];
     let mut halves = sobol(17, 2);
-    assert_eq!(
-        [halves.next_u32(), halves.next_u32()],
-        [first, second].map(|word| (word >> 32) as u32)
-    );
+    assert_eq!([halves.next_u32(), halves.next_u32()], [first, second].map(|word| (word >> 32) as u32));
     let mut bytes = [0; 11];
     sobol(17, 2).fill_bytes(&mut bytes);
     assert_eq!(bytes[..8], first.to_be_bytes());

@@ -8,9 +8,8 @@ use proptest::prelude::*;
 use whitefurnace::emitter::{Emitter, EmitterShape};
 use whitefurnace::frame::{from_spherical, to_spherical};
 use whitefurnace::sampling::{
-    cosine_hemisphere, cosine_hemisphere_inverse, cosine_hemisphere_pdf, hemisphere_printed,
-    sphere_zone, triangle, uniform_hemisphere, uniform_hemisphere_inverse, uniform_hemisphere_pdf,
-    uniform_phi, uniform_theta,
+    cosine_hemisphere, cosine_hemisphere_inverse, cosine_hemisphere_pdf, hemisphere_printed, sphere_zone, triangle,
+    uniform_hemisphere, uniform_hemisphere_inverse, uniform_hemisphere_pdf, uniform_phi, uniform_theta,
 };
 use whitefurnace::shape::Sphere;
 
@@ -81,10 +80,8 @@ fn fast_map_is_equations_18_and_19() {
 #[test]
 fn inverses_undo_the_maps() {
     type Map = (fn(Square) -> DVec3, fn(DVec3) -> Square);
-    let maps: [Map; 2] = [
-        (uniform_hemisphere, uniform_hemisphere_inverse),
-        (cosine_hemisphere, cosine_hemisphere_inverse),
-    ];
+    let maps: [Map; 2] =
+        [(uniform_hemisphere, uniform_hemisphere_inverse), (cosine_hemisphere, cosine_hemisphere_inverse)];
     property("inverse", 2000, &square(), |[r1, r2]| {
         for (map, inverse) in maps {
             let w = map([r1, r2]);
@@ -120,8 +117,7 @@ fn azimuth_is_below_a_full_turn() {
 #[test]
 fn pdfs_belong_to_their_maps() {
     type Map = (fn(Square) -> DVec3, fn(f64) -> f64);
-    let maps: [Map; 2] =
-        [(uniform_hemisphere, uniform_hemisphere_pdf), (cosine_hemisphere, cosine_hemisphere_pdf)];
+    let maps: [Map; 2] = [(uniform_hemisphere, uniform_hemisphere_pdf), (cosine_hemisphere, cosine_hemisphere_pdf)];
     property("stretch", 2000, &(inner(), square()), |(random, any)| {
         for (map, pdf) in maps {
             let product = pdf(map(random).z) * area_ratio(map, random);
@@ -192,15 +188,13 @@ fn emitter_points_lie_on_the_emitter() {
     let sample = light.sample([0.25, 0.75]);
     assert_eq!(sample.point, DVec3::new(4.5, -0.5, 5.0));
     assert_eq!(sample.normal, -DVec3::Z);
-    let triangle =
-        Emitter::new(EmitterShape::Triangle([DVec3::ZERO, DVec3::X, DVec3::Y]), DVec3::ONE);
+    let triangle = Emitter::new(EmitterShape::Triangle([DVec3::ZERO, DVec3::X, DVec3::Y]), DVec3::ONE);
     assert_eq!(triangle.area, 0.5);
     assert_eq!(triangle.sample([0.25, 0.5]).point, DVec3::new(0.25, 0.5, 0.0));
     assert_eq!(triangle.sample([0.75, 0.5]).point, DVec3::new(0.25, 0.5, 0.0));
     assert_eq!(triangle.sample([0.25, 0.5]).normal, DVec3::Z);
     // Six tenths up the upper half of a sphere of radius 5 about a centre that is not the origin.
-    let sphere =
-        Sphere { zone: [0.0, f64::INFINITY], ..Sphere::new(DVec3::new(1.0, -2.0, 3.0), 5.0) };
+    let sphere = Sphere { zone: [0.0, f64::INFINITY], ..Sphere::new(DVec3::new(1.0, -2.0, 3.0), 5.0) };
     let cap = Emitter::new(EmitterShape::Sphere(sphere), DVec3::ONE);
     assert_relative_eq!(cap.area, 50.0 * PI, max_relative = 4.0 * U);
     assert_relative_eq!(cap.pdf_area(), 1.0 / (50.0 * PI), max_relative = 4.0 * U);

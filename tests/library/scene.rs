@@ -14,8 +14,7 @@ use crate::helpers::{U, any_camera, in_cube, scene_from};
 use crate::support::rng;
 
 /// The floor of the room, as the report's scene was measured: counter-clockwise from above.
-pub const OUTLINE: [[f64; 2]; 6] =
-    [[-3.0, 0.0], [0.0, -6.0], [10.0, -6.0], [13.0, 0.0], [10.0, 6.0], [0.0, 6.0]];
+pub const OUTLINE: [[f64; 2]; 6] = [[-3.0, 0.0], [0.0, -6.0], [10.0, -6.0], [13.0, 0.0], [10.0, 6.0], [0.0, 6.0]];
 
 fn report(convention: Convention) -> Scene {
     room::report(convention, OrenNayarForm::Corrected).expect("the room")
@@ -56,9 +55,7 @@ fn rays_meet_what_they_are_aimed_at() {
         let mut hidden = 0;
         for (i, (geometry, surface)) in (0..).zip(scene.primitives()) {
             let (target, normal) = match geometry {
-                Geometry::Triangle([a, b, c]) => {
-                    (0.2 * a + 0.3 * b + 0.5 * c, (b - a).cross(c - a).normalize())
-                }
+                Geometry::Triangle([a, b, c]) => (0.2 * a + 0.3 * b + 0.5 * c, (b - a).cross(c - a).normalize()),
                 Geometry::Sphere(sphere) => {
                     let z = if sphere.heights()[1] > 0.64 * sphere.radius { 0.64 } else { -0.64 };
                     let outward = DVec3::new(0.48, 0.6, z);

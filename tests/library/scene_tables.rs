@@ -83,11 +83,7 @@ fn look(surface: &Surface) -> Look {
 }
 
 fn same_look(a: &Look, b: &Look) -> bool {
-    a.0 == b.0
-        && all_close(&a.1, &b.1)
-        && all_close(&a.2, &b.2)
-        && all_close(&a.3, &b.3)
-        && close(a.4, b.4)
+    a.0 == b.0 && all_close(&a.1, &b.1) && all_close(&a.2, &b.2) && all_close(&a.3, &b.3) && close(a.4, b.4)
 }
 
 fn shape(geometry: Geometry) -> Shape {
@@ -116,14 +112,9 @@ fn same_shape(a: &Shape, b: &Shape) -> bool {
 }
 
 /// The triangles of convex polygons, counter-clockwise from the front, divided from the first corner.
-fn faces<const N: usize>(
-    corners: &[[f64; 3]],
-    polygons: &[[usize; N]],
-    look: Look,
-) -> Vec<(Shape, Look)> {
-    let triangles = polygons
-        .iter()
-        .flat_map(|polygon| (1..N - 1).map(move |i| [polygon[0], polygon[i], polygon[i + 1]]));
+fn faces<const N: usize>(corners: &[[f64; 3]], polygons: &[[usize; N]], look: Look) -> Vec<(Shape, Look)> {
+    let triangles =
+        polygons.iter().flat_map(|polygon| (1..N - 1).map(move |i| [polygon[0], polygon[i], polygon[i + 1]]));
     triangles.map(|triangle| (Shape::Triangle(triangle.map(|i| corners[i])), look)).collect()
 }
 
@@ -152,8 +143,7 @@ fn check(scene: &Scene, table: &Table) {
     let name = table.name;
     assert_eq!(scene.name(), name);
     assert!(all_close(&scene.background().to_array(), &table.background));
-    let found: Vec<_> =
-        scene.primitives().map(|(geometry, surface)| (shape(geometry), look(surface))).collect();
+    let found: Vec<_> = scene.primitives().map(|(geometry, surface)| (shape(geometry), look(surface))).collect();
     same_items(name, found, &table.primitives, |found, wanted| {
         same_shape(&found.0, &wanted.0) && same_look(&found.1, &wanted.1)
     });
@@ -224,8 +214,7 @@ const CUBE: [[f64; 3]; 8] = [
     [1.0, 1.0, 1.0],
     [-1.0, 1.0, 1.0],
 ];
-const OUTSIDE: [[usize; 4]; 6] =
-    [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [3, 7, 6, 2], [0, 4, 7, 3], [1, 2, 6, 5]];
+const OUTSIDE: [[usize; 4]; 6] = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [3, 7, 6, 2], [0, 4, 7, 3], [1, 2, 6, 5]];
 
 #[test]
 fn environment() {
@@ -349,13 +338,7 @@ fn cornell_box() {
         primitives,
         emitters: vec![(emitter, [17.0, 12.0, 4.0], 1.365)],
         // Looking along z with y up, the image's right is −x.
-        camera: (
-            [2.78, 2.73, -8.0],
-            [0.0, 0.0, 1.0],
-            [-1.0, 0.0, 0.0],
-            [0.0, 1.0, 0.0],
-            0.0125 / 0.035,
-        ),
+        camera: ([2.78, 2.73, -8.0], [0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], 0.0125 / 0.035),
     };
     check(&simple::cornell().expect("a scene"), &table);
 }
@@ -411,20 +394,15 @@ fn grey() -> [[f64; 3]; 7] {
 
 #[test]
 fn the_reports_room() {
-    let forms = [
-        (OrenNayarForm::Corrected, "oren-nayar, corrected"),
-        (OrenNayarForm::Printed, "oren-nayar, printed"),
-    ];
+    let forms = [(OrenNayarForm::Corrected, "oren-nayar, corrected"), (OrenNayarForm::Printed, "oren-nayar, printed")];
     for (form, kind) in forms {
         // A and B of Oren and Nayar at σ = 0.3: σ² = 0.09.
         let [a, b] = [1.0 - 0.5 * 0.09 / 0.42, 0.45 * 0.09 / 0.18];
         let rough: Look = (kind, [0.55; 3], [a, b], BLACK, 0.0);
         let smooth: Look = (kind, ONES, [1.0, 0.0], BLACK, 0.0);
-        for (convention, white) in [
-            (Convention::Physical, rough),
-            (Convention::Report, rough),
-            (Convention::Published, smooth),
-        ] {
+        for (convention, white) in
+            [(Convention::Physical, rough), (Convention::Report, rough), (Convention::Published, smooth)]
+        {
             for (walls, albedos) in [(Walls::Coloured, COLOURED), (Walls::Grey, grey())] {
                 let scene = room::report_with(convention, form, walls).expect("a scene");
                 check(&scene, &room_table("report", [MIRROR, GLASS, white], albedos));

@@ -27,10 +27,7 @@ fn cases(name: &str) -> Vec<(Emitter, DVec3)> {
         let edges = if before(x.cross(y)) { [x, y] } else { [y, x] };
         let slanted = y + between(&mut rng, -0.5, 0.5) * x;
         let [b, c] = if before(x.cross(slanted)) { [x, slanted] } else { [slanted, x] };
-        let sphere = Sphere::new(
-            from + (size * between(&mut rng, 1.001, 20.0)) * unit_vector(&mut rng),
-            size,
-        );
+        let sphere = Sphere::new(from + (size * between(&mut rng, 1.001, 20.0)) * unit_vector(&mut rng), size);
         for shape in [
             EmitterShape::Rectangle { corner, edges },
             EmitterShape::Triangle([corner, corner + b, corner + c]),
@@ -51,8 +48,7 @@ fn triangle([a, b, c]: [DVec3; 3]) -> f64 {
 fn reference(emitter: &Emitter, from: DVec3) -> f64 {
     match emitter.shape {
         EmitterShape::Rectangle { corner, edges: [x, y] } => {
-            let [a, b, c, d] =
-                [corner, corner + x, corner + x + y, corner + y].map(|v| (v - from).normalize());
+            let [a, b, c, d] = [corner, corner + x, corner + x + y, corner + y].map(|v| (v - from).normalize());
             triangle([a, b, c]) + triangle([a, c, d])
         }
         EmitterShape::Triangle(vertices) => triangle(vertices.map(|v| (v - from).normalize())),
@@ -89,8 +85,7 @@ fn points_lie_on_the_emitter_and_its_front_is_seen() {
         let Some(view) = emitter.seen(from) else {
             continue;
         };
-        for random in [[0.0, 0.0], [0.5, 0.5], [1.0 - f64::EPSILON, 1.0 - f64::EPSILON], [0.9, 0.1]]
-        {
+        for random in [[0.0, 0.0], [0.5, 0.5], [1.0 - f64::EPSILON, 1.0 - f64::EPSILON], [0.9, 0.1]] {
             let (light, _) = emitter.sample_solid_angle(from, random).expect("it is seen");
             assert_eq!(light.point, view.sample(random));
             assert!(light.point.is_finite(), "{emitter:?} from {from} at {random:?}");
@@ -108,9 +103,7 @@ fn points_lie_on_the_emitter_and_its_front_is_seen() {
                     let [u, v] = [share(p, c - a), share(b - a, p)];
                     (p.dot(light.normal), [u, u + v])
                 }
-                EmitterShape::Sphere(sphere) => {
-                    (light.point.distance(sphere.centre) - sphere.radius, [0.5; 2])
-                }
+                EmitterShape::Sphere(sphere) => (light.point.distance(sphere.centre) - sphere.radius, [0.5; 2]),
             };
             assert!(off.abs() < 1e-14 * scale, "{off} off {emitter:?}");
             let inside = -1e-11..1.0 + 1e-11;
@@ -153,11 +146,7 @@ fn far_and_small_shapes_keep_their_digits() {
         assert_relative_eq!(triangle.solid_angle, 0.5 * area, max_relative = second_order);
         assert_relative_eq!(cap.solid_angle, PI * area, max_relative = second_order);
         // A rectangle is twice the triangle that half of it is, as seen from its axis.
-        assert_relative_eq!(
-            rectangle.solid_angle,
-            2.0 * triangle.solid_angle,
-            max_relative = 1e-11
-        );
+        assert_relative_eq!(rectangle.solid_angle, 2.0 * triangle.solid_angle, max_relative = 1e-11);
     }
 }
 

@@ -4,9 +4,7 @@ use approx::assert_relative_eq;
 use glam::DVec3;
 use whitefurnace::bsdf::{Bsdf, Scattering};
 use whitefurnace::estimator::photon_map::{Kept, PhotonMap};
-use whitefurnace::estimator::{
-    Estimator, LightRules, NextEvent, Path, Published, Report, Standard, Strategy,
-};
+use whitefurnace::estimator::{Estimator, LightRules, NextEvent, Path, Published, Report, Standard, Strategy};
 use whitefurnace::rng::stream;
 use whitefurnace::roulette::Roulette;
 use whitefurnace::scene::{Scene, SceneBuilder, Surface, SurfaceId};
@@ -42,9 +40,7 @@ fn shining() -> Surface {
 /// Values of an estimator along a ray, a stream each.
 fn values<E: Estimator>(scene: &Scene, estimator: &E, ray: &Ray) -> Vec<f64> {
     let hit = scene.intersect(ray);
-    (0..STREAMS)
-        .map(|i| estimator.radiance(scene, ray, hit, &mut stream(master(), i, 0)).x)
-        .collect()
+    (0..STREAMS).map(|i| estimator.radiance(scene, ray, hit, &mut stream(master(), i, 0)).x).collect()
 }
 
 /// Glass that reflects all or nothing, and paths that end at their first diffuse surface.

@@ -3,18 +3,14 @@
 use approx::assert_abs_diff_eq;
 use glam::DVec3;
 use proptest::prelude::*;
-use whitefurnace::shape::{
-    Ray, Sphere, sphere_distances, sphere_distances_printed, sphere_residual,
-};
+use whitefurnace::shape::{Ray, Sphere, sphere_distances, sphere_distances_printed, sphere_residual};
 
 use crate::helpers::{U, point, unit};
 use crate::support::property;
 
 /// A sphere and a ray whose line passes it at `miss` radii from the centre, from distances around the
 /// radius to far away.
-fn ray_and_sphere(
-    misses: impl Strategy<Value = f64>,
-) -> impl Strategy<Value = (Ray, DVec3, f64, f64)> {
+fn ray_and_sphere(misses: impl Strategy<Value = f64>) -> impl Strategy<Value = (Ray, DVec3, f64, f64)> {
     (point(10.0), unit(), misses, -2.0..6.0, -2.0..2.0, any::<bool>()).prop_map(
         |(centre, direction, miss, along, size, behind): (_, DVec3, f64, f64, f64, bool)| {
             let radius = 10f64.powf(size);

@@ -16,11 +16,7 @@ const SCALES: [f64; 3] = [1e-4, 1.0, 1e4];
 
 /// Closed convex meshes around the origin, with the half width of a cube inside.
 fn meshes() -> Vec<(Mesh, f64)> {
-    vec![
-        (Mesh::cube(), 0.99),
-        (Mesh::globe(13, 17), 0.5),
-        (Mesh::room_shell().map(|v| v - DVec3::X), 1.0),
-    ]
+    vec![(Mesh::cube(), 0.99), (Mesh::globe(13, 17), 0.5), (Mesh::room_shell().map(|v| v - DVec3::X), 1.0)]
 }
 
 fn scene_of(mesh: &Mesh) -> Scene {
@@ -125,8 +121,7 @@ fn assert_closed(scene: &Scene, start: DVec3, bounces: u32, rng: &mut impl Rng) 
 
 #[test]
 fn no_ray_leaves_the_closed_scenes() {
-    let scenes =
-        [room::diffuse(), simple::furnace_box(0.75), simple::cavity_cap(0.75, simple::Cap::Black)];
+    let scenes = [room::diffuse(), simple::furnace_box(0.75), simple::cavity_cap(0.75, simple::Cap::Black)];
     for scene in scenes {
         let scene = scene.expect("a valid scene");
         assert_closed(&scene, scene.camera().eye, 200_000, &mut rng(scene.name()));
@@ -150,11 +145,7 @@ fn corners_of_the_room_hold() {
     let shell = Mesh::room_shell();
     let mut rng = rng("corners");
     for _ in 0..50_000 {
-        let eye = DVec3::new(
-            between(&mut rng, 11.0, 12.0),
-            between(&mut rng, -1.0, 1.0),
-            between(&mut rng, -4.0, 4.0),
-        );
+        let eye = DVec3::new(between(&mut rng, 11.0, 12.0), between(&mut rng, -1.0, 1.0), between(&mut rng, -4.0, 4.0));
         let aim = (border(&mut rng, &shell) - eye).normalize();
         let ray = Ray::new(eye, aim);
         let hit = scene.intersect(&ray).unwrap_or_else(|| panic!("lost {ray:?}"));

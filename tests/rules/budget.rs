@@ -53,10 +53,9 @@ fn the_error_budget_is_kept() {
     // A graded control of cells is no consequence of their verdict, on either side.
     let cells = |outcome: &&Outcome| outcome.statistic.contains("chi-square");
     let graded = 2 * found.values().flatten().filter(cells).count();
-    let accepted: usize =
-        equivalents().iter().map(|pair| shares(&found[pair.trial.as_str()])).sum();
-    let elsewhere: usize = OUTSIDE.iter().map(|(_, count)| count).sum::<usize>()
-        + ENOUGH.iter().map(|(.., times)| times).sum::<usize>();
+    let accepted: usize = equivalents().iter().map(|pair| shares(&found[pair.trial.as_str()])).sum();
+    let elsewhere: usize =
+        OUTSIDE.iter().map(|(_, count)| count).sum::<usize>() + ENOUGH.iter().map(|(.., times)| times).sum::<usize>();
     let identities = identities(&Path::new(env!("CARGO_MANIFEST_DIR")).join("library"));
     let used = right + faults + graded + accepted + elsewhere + identities;
     let table = format!(

@@ -92,11 +92,9 @@ fn faults() -> Vec<Fault<Summary>> {
             let variance = variance * (n - 1.0) / n;
             [mean, variance, (variance / n).sqrt()]
         }),
-        fault(
-            "lost-renormalised",
-            "the mean is divided by the samples that were not lost",
-            |a, b| of(moments_of(a, b, |v| v != 0.0)),
-        ),
+        fault("lost-renormalised", "the mean is divided by the samples that were not lost", |a, b| {
+            of(moments_of(a, b, |v| v != 0.0))
+        }),
         fault("mean-of-means", "two parts of different size count alike", |a, b| {
             let [_, variance, error] = summary(a, b);
             let mean = 0.5 * (summary(a, &[])[0] + summary(b, &[])[0]);

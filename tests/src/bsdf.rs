@@ -8,9 +8,7 @@ use crate::faults::{AnyFamily, Family, Fault, TrialOn, data, fault};
 use crate::subject::fault;
 use crate::subject::{RIGHT, Table};
 use whitefurnace::bsdf::{self, Bsdf, OrenNayar, OrenNayarForm, Scattering};
-use whitefurnace::equation::{
-    COSINE, COSINE_HEMISPHERE, HEMISPHERE_THETA, LAMBERT, OREN_NAYAR, OREN_NAYAR_CONSTANTS,
-};
+use whitefurnace::equation::{COSINE, COSINE_HEMISPHERE, HEMISPHERE_THETA, LAMBERT, OREN_NAYAR, OREN_NAYAR_CONSTANTS};
 use whitefurnace::harness::bsdf_checkup::{BsdfSample, BsdfSubject, CheckUp, check_up};
 use whitefurnace::harness::outcome::Outcome;
 use whitefurnace::harness::trial::Context;
@@ -97,8 +95,8 @@ fn oren_nayar_check(
     form: OrenNayarForm,
     albedo: fn(OrenNayar, f64) -> f64,
 ) -> Vec<Outcome> {
-    let subject = as_rendered(parts, oren_nayar(form))
-        .albedo(move |wo| RHO * albedo(OrenNayar::new(SIGMA), inclination(wo)));
+    let subject =
+        as_rendered(parts, oren_nayar(form)).albedo(move |wo| RHO * albedo(OrenNayar::new(SIGMA), inclination(wo)));
     check_up(&subject, &CheckUp::default(), context)
 }
 
@@ -122,19 +120,11 @@ fn trials() -> Vec<TrialOn<Table>> {
     };
     vec![
         TrialOn::new(
-            trial(
-                "lambert",
-                "Lambert passes the check-up and its directional albedo is ρ",
-                &LAMBERT,
-            ),
+            trial("lambert", "Lambert passes the check-up and its directional albedo is ρ", &LAMBERT),
             |c, parts| lambert_check(c, as_rendered(parts, lambert())),
         ),
         TrialOn::new(
-            trial(
-                "cosine",
-                "f_r, not f_r cos θ, is what eval returns and what is reciprocal",
-                &COSINE,
-            ),
+            trial("cosine", "f_r, not f_r cos θ, is what eval returns and what is reciprocal", &COSINE),
             |c, parts| lambert_check(c, uniform_sampled(parts, lambert())),
         ),
         TrialOn::new(
@@ -151,9 +141,7 @@ fn trials() -> Vec<TrialOn<Table>> {
                 "the printed form has its own closed-form albedo: it is not Oren-Nayar",
                 &OREN_NAYAR_CONSTANTS,
             ),
-            |c, parts| {
-                oren_nayar_check(c, parts, OrenNayarForm::Printed, oren_nayar_printed_albedo)
-            },
+            |c, parts| oren_nayar_check(c, parts, OrenNayarForm::Printed, oren_nayar_printed_albedo),
         ),
     ]
 }

@@ -52,8 +52,7 @@ pub fn trials() -> Vec<TrialOn<Subject>> {
     // What 1 - R of radiance becomes in the thinner medium, averaged over the hemisphere.
     let in_glass = FLOOR * LIGHT * (1.0 - walsh(INDEX)) / (INDEX * INDEX);
     let trial_on = |name, (scene, how, reference): &(&Arc<Scene>, &str, f64), kind, equation, n| {
-        let property =
-            format!("a patch reflects {reference:.6} of a light that it sees {how} only");
+        let property = format!("a patch reflects {reference:.6} of a light that it sees {how} only");
         let words = words(name, property, equation);
         radiance(words, (scene, kind, near_origin), *reference, (n, SINGLE))
     };

@@ -109,13 +109,12 @@ fn roof(name: &str, obstructed: bool) -> Arc<Scene> {
 
 /// The trials.
 pub fn trials() -> Vec<TrialOn<Subject>> {
-    let trial_on =
-        |name, what: &str, scene: &Arc<Scene>, ray: fn(&mut Stream) -> Ray, l, f: f64, n| {
-            let reference = FLOOR * l * f;
-            let property = format!("{what}: F = {f:.6}, and {reference:.6} is reflected");
-            let probe = (scene, Kind::Path, ray);
-            radiance(words(name, property, &GEOMETRY), probe, reference, (n, SINGLE))
-        };
+    let trial_on = |name, what: &str, scene: &Arc<Scene>, ray: fn(&mut Stream) -> Ray, l, f: f64, n| {
+        let reference = FLOOR * l * f;
+        let property = format!("{what}: F = {f:.6}, and {reference:.6} is reflected");
+        let probe = (scene, Kind::Path, ray);
+        radiance(words(name, property, &GEOMETRY), probe, reference, (n, SINGLE))
+    };
     let [x, y] = PANEL;
     let whole = [-HALF, HALF];
     // The obstruction's edge as the origin sees it in the plane of the opening.
@@ -126,11 +125,7 @@ pub fn trials() -> Vec<TrialOn<Subject>> {
         trial_on(
             "cie/panel-floor",
             "a luminous rectangle over a floor",
-            &panel(
-                "luminous panel over a floor",
-                DVec3::new(0.0, -4.0, 0.0),
-                [4.0 * DVec3::X, 8.0 * DVec3::Y],
-            ),
+            &panel("luminous panel over a floor", DVec3::new(0.0, -4.0, 0.0), [4.0 * DVec3::X, 8.0 * DVec3::Y]),
             |_| towards(DVec3::new(1.0, 0.0, 0.0), DVec3::Z),
             LIGHT,
             anywhere([x[0] - 1.0, x[1] - 1.0], y, |a, b| parallel_corner(a, b, CEILING)),
@@ -139,11 +134,7 @@ pub fn trials() -> Vec<TrialOn<Subject>> {
         trial_on(
             "cie/panel-wall",
             "a luminous rectangle beside a wall",
-            &panel(
-                "luminous panel beside a wall",
-                DVec3::new(0.0, -4.0, 0.0),
-                [8.0 * DVec3::Y, CEILING * DVec3::Z],
-            ),
+            &panel("luminous panel beside a wall", DVec3::new(0.0, -4.0, 0.0), [8.0 * DVec3::Y, CEILING * DVec3::Z]),
             |_| towards(DVec3::new(0.0, 0.0, 1.5), DVec3::X),
             LIGHT,
             anywhere(x, y, |a, b| upright_corner(a, b, CEILING - 1.5)),

@@ -12,9 +12,7 @@ use whitefurnace::harness::outcome::{Claim, Outcome};
 use whitefurnace::harness::trial::Context;
 use whitefurnace::pixel::PixelSampling;
 use whitefurnace::rng::{Stream, uniform, uniform2};
-use whitefurnace::sampling::{
-    cosine_hemisphere, cosine_hemisphere_pdf, uniform_hemisphere, uniform_hemisphere_pdf,
-};
+use whitefurnace::sampling::{cosine_hemisphere, cosine_hemisphere_pdf, uniform_hemisphere, uniform_hemisphere_pdf};
 
 const RATIO_SAMPLES: u64 = 16_000_000;
 /// δ of variance ratios and mean squared errors, relative.
@@ -128,18 +126,13 @@ fn edge(context: &Context, strategy: PixelSampling, reference: f64) -> Vec<Outco
 const EDGE_SIDE: u32 = 4;
 
 /// The slope of ln(mean squared error) against ln N, N = n² samples, n = 1 to 16.
-fn edge_slope(
-    context: &Context,
-    strategy: fn(u32) -> PixelSampling,
-    reference: f64,
-) -> Vec<Outcome> {
+fn edge_slope(context: &Context, strategy: fn(u32) -> PixelSampling, reference: f64) -> Vec<Outcome> {
     const SIDES: [u32; 5] = [1, 2, 4, 8, 16];
     let mut rng = context.rng("slope");
     let groups: Vec<Vec<f64>> = (0..context.n(GROUPS))
         .map(|_| {
             let error = |n: u32| {
-                let sum: f64 =
-                    (0..REPLICATIONS).map(|_| squared_error(&mut rng, strategy(n), n * n)).sum();
+                let sum: f64 = (0..REPLICATIONS).map(|_| squared_error(&mut rng, strategy(n), n * n)).sum();
                 sum / f64::from(REPLICATIONS)
             };
             SIDES.map(error).to_vec()
@@ -171,12 +164,7 @@ fn ratios() -> Family<[Method; 2]> {
             &COSINE_HEMISPHERE,
             "(18) taken for importance sampling, as the report does: both methods are uniform",
             [UNIFORM, UNIFORM],
-            &[
-                "convergence/ratio-cos",
-                "convergence/ratio-1-cos",
-                "convergence/ratio-cos2",
-                "convergence/ratio-cap",
-            ],
+            &["convergence/ratio-cos", "convergence/ratio-1-cos", "convergence/ratio-cos2", "convergence/ratio-cap"],
         )],
         ..Family::new("variance", [UNIFORM, COSINE])
     }

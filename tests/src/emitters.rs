@@ -61,30 +61,15 @@ fn trials() -> Vec<TrialOn<Points>> {
     };
     vec![
         TrialOn::new(
-            trial(
-                "triangle",
-                "points of a triangle are uniform in area",
-                &TRIANGLE_POINT,
-                "sampling::triangle",
-            ),
+            trial("triangle", "points of a triangle are uniform in area", &TRIANGLE_POINT, "sampling::triangle"),
             |c, points: Points| cells(c, Domain::Triangle, points.triangle),
         ),
         TrialOn::new(
-            trial(
-                "rectangle",
-                "points of a rectangle are uniform in area",
-                &GEOMETRY,
-                "emitter::Emitter::sample",
-            ),
+            trial("rectangle", "points of a rectangle are uniform in area", &GEOMETRY, "emitter::Emitter::sample"),
             |c, points: Points| cells(c, Domain::Square, points.rectangle),
         ),
         TrialOn::new(
-            trial(
-                "sphere",
-                "points of a sphere are uniform in area",
-                &GEOMETRY,
-                "sampling::sphere_zone",
-            ),
+            trial("sphere", "points of a sphere are uniform in area", &GEOMETRY, "sampling::sphere_zone"),
             |c, points: Points| cells(c, Domain::Sphere, points.sphere),
         ),
     ]
@@ -120,10 +105,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             "folded-otherwise",
             &TRIANGLE_POINT,
             "u = 1 − √r₁, v = r₂√r₁: another map, the same density",
-            Points {
-                triangle: |[r1, r2]| DVec3::new(1.0 - r1.sqrt(), r2 * r1.sqrt(), 0.0),
-                ..RIGHT
-            },
+            Points { triangle: |[r1, r2]| DVec3::new(1.0 - r1.sqrt(), r2 * r1.sqrt(), 0.0), ..RIGHT },
             &["emitter/triangle"],
         )],
         ..Family::new("points", RIGHT)

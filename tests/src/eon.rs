@@ -10,12 +10,9 @@ use crate::subject::fault;
 use crate::subject::{self, Table};
 use whitefurnace::bsdf::Bsdf;
 use whitefurnace::bsdf::eon::{
-    LARGEST_GAIN, albedo, average_albedo, multiple_albedo, multiple_scattering, scale,
-    single_scattering,
+    LARGEST_GAIN, albedo, average_albedo, multiple_albedo, multiple_scattering, scale, single_scattering,
 };
-use whitefurnace::equation::{
-    COSINE, COSINE_HEMISPHERE, EON_ALBEDO, EON_MULTIPLE, EON_SINGLE, Equation,
-};
+use whitefurnace::equation::{COSINE, COSINE_HEMISPHERE, EON_ALBEDO, EON_MULTIPLE, EON_SINGLE, Equation};
 use whitefurnace::frame::from_spherical;
 use whitefurnace::harness::bsdf_checkup::{CheckUp, check_up};
 use whitefurnace::harness::domain::{Domain, MASS_TOLERANCE};
@@ -64,18 +61,12 @@ const ROUGHNESS: [f64; 2] = [0.3, 1.0];
 const KINK: f64 = 0.0;
 
 /// The largest error over [`ANGLES`] and [`ROUGHNESS`] of the integral of f cos θ against `known`.
-fn furnace(
-    name: &str,
-    f: impl Fn(f64, DVec3, DVec3) -> f64,
-    known: impl Fn(f64, f64) -> f64,
-) -> Vec<Outcome> {
+fn furnace(name: &str, f: impl Fn(f64, DVec3, DVec3) -> f64, known: impl Fn(f64, f64) -> f64) -> Vec<Outcome> {
     let (mut error, mut worst) = (0.0_f64, String::from("every direction"));
     for roughness in ROUGHNESS {
         for degrees in ANGLES {
             let wo = from_spherical(f64::to_radians(degrees), KINK);
-            let found = Domain::Hemisphere
-                .integrate_all(MASS_TOLERANCE, &|wi| f(roughness, wo, wi) * wi.z)
-                .value;
+            let found = Domain::Hemisphere.integrate_all(MASS_TOLERANCE, &|wi| f(roughness, wo, wi) * wi.z).value;
             let off = (found - known(roughness, wo.z)).abs();
             // NaN is the worst of all.
             if off > error || off.is_nan() {
@@ -117,8 +108,7 @@ fn trials() -> Vec<TrialOn<Parts>> {
     );
     vec![
         TrialOn::new(sampled, |context, parts: Parts| {
-            let subject =
-                as_rendered(parts.lobes, material(1.0, 0.3)).energy_bound(1.0).albedo(|_| 1.0);
+            let subject = as_rendered(parts.lobes, material(1.0, 0.3)).energy_bound(1.0).albedo(|_| 1.0);
             check_up(&subject, &CheckUp::default(), context)
         }),
         TrialOn::new(

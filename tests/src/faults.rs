@@ -25,10 +25,7 @@ pub struct TrialOn<S> {
 
 impl<S> TrialOn<S> {
     /// A trial from its parts.
-    pub fn new(
-        trial: Trial,
-        on: impl Fn(&Context, S) -> Vec<Outcome> + Send + Sync + 'static,
-    ) -> Self {
+    pub fn new(trial: Trial, on: impl Fn(&Context, S) -> Vec<Outcome> + Send + Sync + 'static) -> Self {
         Self { trial, on: Arc::new(on) }
     }
 }
@@ -59,8 +56,7 @@ fn entry(caught_by: &'static str) -> (&'static str, Option<&'static str>) {
 
 /// The outcomes of a trial that `caught_by` names; `None` if it does not name the trial.
 fn outcomes_of(caught_by: &[&'static str], trial: &str) -> Option<Vec<&'static str>> {
-    let mut entries =
-        caught_by.iter().map(|text| entry(text)).filter(|(name, _)| *name == trial).peekable();
+    let mut entries = caught_by.iter().map(|text| entry(text)).filter(|(name, _)| *name == trial).peekable();
     entries.peek()?;
     Some(entries.filter_map(|(_, outcome)| outcome).collect())
 }
@@ -138,14 +134,7 @@ pub trait AnyFamily {
 impl<S: Copy + Send + Sync + 'static> Family<S> {
     /// A family with the right subject `right`, without trials and faults.
     pub fn new(name: &'static str, right: S) -> Self {
-        Self {
-            name,
-            whole_estimator: false,
-            right,
-            trials: Vec::new(),
-            faults: Vec::new(),
-            equivalents: Vec::new(),
-        }
+        Self { name, whole_estimator: false, right, trials: Vec::new(), faults: Vec::new(), equivalents: Vec::new() }
     }
 
     fn all(&self) -> impl Iterator<Item = (&Fault<S>, bool)> {
@@ -160,8 +149,7 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
             equation: mutant.equation,
             wrong: mutant.wrong,
             caught_by: {
-                let mut trials: Vec<_> =
-                    mutant.caught_by.iter().map(|text| entry(text).0).collect();
+                let mut trials: Vec<_> = mutant.caught_by.iter().map(|text| entry(text).0).collect();
                 trials.dedup();
                 trials
             },
@@ -203,9 +191,10 @@ impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
         let trial = |trial_on: &TrialOn<S>| {
             let (on, right) = (Arc::clone(&trial_on.on), self.right);
             let data = &trial_on.trial;
-            let named = self.faults.iter().filter_map(|fault| {
-                outcomes_of(fault.caught_by, &data.name).map(|outcomes| (fault, outcomes))
-            });
+            let named = self
+                .faults
+                .iter()
+                .filter_map(|fault| outcomes_of(fault.caught_by, &data.name).map(|outcomes| (fault, outcomes)));
             Trial {
                 name: data.name.clone(),
                 property: data.property.clone(),
@@ -234,9 +223,7 @@ impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
                 self.trials.iter().map(move |trial_on| {
                     let outcomes = outcomes_of(mutant.caught_by, &trial_on.trial.name);
                     let run = match &outcomes {
-                        Some(outcomes) if !equivalent => {
-                            Self::reject(trial_on, mutant, outcomes.clone())
-                        }
+                        Some(outcomes) if !equivalent => Self::reject(trial_on, mutant, outcomes.clone()),
                         _ => Self::whole(trial_on, mutant),
                     };
                     Pair {

@@ -70,13 +70,7 @@ pub fn trials() -> Vec<TrialOn<Subject>> {
         radiance(words, probe, reference, (samples, SINGLE))
     };
     vec![
-        trial_on(
-            "irradiance/parallel-squares",
-            "opposite",
-            &opposite,
-            parallel(1.0, 1.0),
-            4_500_000,
-        ),
+        trial_on("irradiance/parallel-squares", "opposite", &opposite, parallel(1.0, 1.0), 4_500_000),
         // Shadow rays alone would have infinite variance at the common edge; the weights of multiple
         // importance sampling bound every value.
         trial_on(

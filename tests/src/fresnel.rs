@@ -56,9 +56,8 @@ fn snell(cos_1: f64, n1: f64, n2: f64) -> Option<f64> {
 /// R + T = 1 for each polarisation, with T from the *amplitudes* of the transmitted wave (Born and
 /// Wolf, 1.5.2), not as 1 − R.
 pub fn energy(context: &Context, s: Reflectance, p: Reflectance) -> Vec<Outcome> {
-    let flux = |amplitude: f64, cos_1: f64, cos_2: f64, n1: f64, n2: f64| {
-        amplitude * amplitude * n2 * cos_2 / (n1 * cos_1)
-    };
+    let flux =
+        |amplitude: f64, cos_1: f64, cos_2: f64, n1: f64, n2: f64| amplitude * amplitude * n2 * cos_2 / (n1 * cos_1);
     vec![
         identity(context, "R + T = 1, perpendicular", |c1, c2, n1, n2| {
             let t = 2.0 * n1 * c1 / (n1 * c1 + n2 * c2);
@@ -74,9 +73,7 @@ pub fn energy(context: &Context, s: Reflectance, p: Reflectance) -> Vec<Outcome>
 /// R(n₁, n₂, θ₁) = R(n₂, n₁, θ₂), times cos θ₁ cos θ₂: Snell's law there and back leaves an error of ε/cos θ₁ in
 /// the cosine, and R changes by up to 1/cos θ₂ as much.
 pub fn reversible(context: &Context, r: Reflectance) -> Vec<Outcome> {
-    vec![identity(context, "reversibility", |c1, c2, n1, n2| {
-        (r(c1, n1, n2) - r(c2, n2, n1)).abs() * c1 * c2
-    })]
+    vec![identity(context, "reversibility", |c1, c2, n1, n2| (r(c1, n1, n2) - r(c2, n2, n1)).abs() * c1 * c2)]
 }
 
 /// R_p = 0 at Brewster's angle, tan θ = n₂/n₁, and R_s = ((n₁² − n₂²)/(n₁² + n₂²))² there.
@@ -94,9 +91,7 @@ pub fn brewster(context: &Context, s: Reflectance, p: Reflectance) -> Vec<Outcom
 /// ((n₁ − n₂)/(n₁ + n₂))² at normal incidence, 1 at grazing.
 pub fn limits(context: &Context, r: Reflectance) -> Vec<Outcome> {
     vec![
-        identity(context, "normal incidence", |_, _, n1, n2| {
-            (r(1.0, n1, n2) - ((n1 - n2) / (n1 + n2)).powi(2)).abs()
-        }),
+        identity(context, "normal incidence", |_, _, n1, n2| (r(1.0, n1, n2) - ((n1 - n2) / (n1 + n2)).powi(2)).abs()),
         identity(context, "grazing incidence", |_, _, n1, n2| (r(0.0, n1, n2) - 1.0).abs()),
     ]
 }
@@ -121,13 +116,7 @@ pub fn critical(context: &Context, r: Reflectance) -> Vec<Outcome> {
     }
     vec![
         Outcome::exact("total reflection", ARGUMENTS, beyond, 0.0, "past the critical angle"),
-        Outcome::exact(
-            "critical angle times 0.999",
-            ARGUMENTS,
-            before,
-            0.0,
-            "before the critical angle",
-        ),
+        Outcome::exact("critical angle times 0.999", ARGUMENTS, before, 0.0, "before the critical angle"),
     ]
 }
 
@@ -149,8 +138,8 @@ pub fn averages(context: &Context, r: Reflectance) -> Vec<Outcome> {
     let inside = 1.0 - (1.0 - outside) / (N * N);
     let mut outcomes = Vec::new();
     for (name, n1, n2, reference) in [("outside", 1.0, N, outside), ("inside", N, 1.0, inside)] {
-        let integral = Domain::CosineHemisphere
-            .integrate_all(1e-9, &|w: DVec3| r(w.z, n1, n2) * w.z / std::f64::consts::PI);
+        let integral =
+            Domain::CosineHemisphere.integrate_all(1e-9, &|w: DVec3| r(w.z, n1, n2) * w.z / std::f64::consts::PI);
         outcomes.push(Outcome::exact(
             format!("average by quadrature, {name}"),
             1,
@@ -159,16 +148,10 @@ pub fn averages(context: &Context, r: Reflectance) -> Vec<Outcome> {
             format!("{:.9} for {reference:.9}", integral.value),
         ));
         let mut rng = context.rng(name);
-        let values = Values::collect(reference, context.n(SAMPLES), || {
-            r(cosine_hemisphere(uniform2(&mut rng)).z, n1, n2)
-        });
+        let values =
+            Values::collect(reference, context.n(SAMPLES), || r(cosine_hemisphere(uniform2(&mut rng)).z, n1, n2));
         let delta = AVERAGE_DELTA * reference;
-        outcomes.push(mean(
-            &format!("average by sampling, {name}"),
-            &values,
-            reference,
-            Claim::Exact { delta },
-        ));
+        outcomes.push(mean(&format!("average by sampling, {name}"), &values, reference, Claim::Exact { delta }));
     }
     outcomes
 }
@@ -184,8 +167,7 @@ pub struct Reflectances {
     pub unpolarised: Reflectance,
 }
 
-const RIGHT: Reflectances =
-    Reflectances { s: reflectance_s, p: reflectance_p, unpolarised: reflectance };
+const RIGHT: Reflectances = Reflectances { s: reflectance_s, p: reflectance_p, unpolarised: reflectance };
 
 /// Schlick's approximation in place of (12).
 pub(super) fn schlick(cos_1: f64, n1: f64, n2: f64) -> f64 {
@@ -223,35 +205,22 @@ fn trials() -> Vec<TrialOn<Reflectances>> {
     );
     vec![
         TrialOn::new(
-            trial(
-                "energy",
-                "reflected and transmitted flux sum to one for each polarisation",
-                &FRESNEL_S,
-            ),
+            trial("energy", "reflected and transmitted flux sum to one for each polarisation", &FRESNEL_S),
             |c, r: Reflectances| energy(c, r.s, r.p),
         ),
         TrialOn::new(
-            trial(
-                "brewster",
-                "R_p vanishes at Brewster's angle and R_s has its closed form",
-                &FRESNEL_P,
-            ),
+            trial("brewster", "R_p vanishes at Brewster's angle and R_s has its closed form", &FRESNEL_P),
             |c, r: Reflectances| brewster(c, r.s, r.p),
         ),
         TrialOn::new(
             trial("reversible", "R is the same from both sides along one ray", &FRESNEL),
             |c, r: Reflectances| reversible(c, r.unpolarised),
         ),
+        TrialOn::new(trial("limits", "R at normal and at grazing incidence", &FRESNEL), |c, r: Reflectances| {
+            limits(c, r.unpolarised)
+        }),
         TrialOn::new(
-            trial("limits", "R at normal and at grazing incidence", &FRESNEL),
-            |c, r: Reflectances| limits(c, r.unpolarised),
-        ),
-        TrialOn::new(
-            trial(
-                "critical",
-                "reflection is total past the critical angle and not before",
-                &FRESNEL,
-            ),
+            trial("critical", "reflection is total past the critical angle and not before", &FRESNEL),
             |c, r: Reflectances| critical(c, r.unpolarised),
         ),
         TrialOn::new(sampled, |c, r: Reflectances| averages(c, r.unpolarised)),
@@ -289,10 +258,7 @@ fn faults() -> Vec<Fault<Reflectances>> {
             &FRESNEL,
             "a finite R past the critical angle",
             whole(no_total_reflection),
-            &[
-                "fresnel/critical: total reflection",
-                "fresnel/averages: average by quadrature, inside",
-            ],
+            &["fresnel/critical: total reflection", "fresnel/averages: average by quadrature, inside"],
         ),
         fault(
             "literal",
@@ -306,10 +272,7 @@ fn faults() -> Vec<Fault<Reflectances>> {
             &FRESNEL,
             "R_s alone, as if light were polarised",
             whole(reflectance_s),
-            &[
-                "fresnel/averages: average by sampling, outside",
-                "fresnel/averages: average by sampling, inside",
-            ],
+            &["fresnel/averages: average by sampling, outside", "fresnel/averages: average by sampling, inside"],
         ),
         fault(
             "swapped-indices",

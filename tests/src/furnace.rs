@@ -9,8 +9,8 @@ use super::policies;
 use super::probes::{BOUNCES, SINGLE, any_direction, radiance, words};
 use super::sample_rays;
 use super::scenes::{
-    SIGMA, WALL, at_origin, eon_floor, lambert, polygon_irradiance, rough_floor, scene,
-    sphere_furnace, towards_origin, walled_sky,
+    SIGMA, WALL, at_origin, eon_floor, lambert, polygon_irradiance, rough_floor, scene, sphere_furnace, towards_origin,
+    walled_sky,
 };
 use super::strategies::by;
 use super::subject::{Kind, Subject};
@@ -68,11 +68,8 @@ fn boxes() -> Vec<TrialOn<Subject>> {
         .filter_map(|(name, a, samples)| {
             let scene = furnace_box(a).ok()?.into();
             let m = 1.0 / (1.0 - a);
-            let words = words(
-                name,
-                format!("the radiance in a closed furnace box of albedo {a} is {m:.6}"),
-                &RENDERING,
-            );
+            let words =
+                words(name, format!("the radiance in a closed furnace box of albedo {a} is {m:.6}"), &RENDERING);
             let ray = |rng: &mut Stream| Ray::new(DVec3::new(0.1, 0.2, -0.3), any_direction(rng));
             Some(radiance(words, (&scene, Kind::Path, ray), m, (samples, BOUNCES)))
         })
@@ -112,15 +109,9 @@ fn strategies() -> Vec<TrialOn<Subject>> {
     ]
     .into_iter()
     .map(|(name, scene, strategy, samples)| {
-        let property =
-            format!("in a furnace of albedo 0.5 the radiance by {strategy:?} alone is 2");
+        let property = format!("in a furnace of albedo 0.5 the radiance by {strategy:?} alone is 2");
         let kind = by(strategy, LightSampling::SolidAngle);
-        radiance(
-            words(name, property, &RENDERING),
-            (scene, kind, anywhere),
-            2.0,
-            (samples, BOUNCES),
-        )
+        radiance(words(name, property, &RENDERING), (scene, kind, anywhere), 2.0, (samples, BOUNCES))
     })
     .collect()
 }
@@ -145,8 +136,7 @@ fn reports() -> Vec<TrialOn<Subject>> {
             (property, &ROULETTE)
         } else {
             let bias = -a.powi(segments as i32 + 1);
-            let property =
-                format!("{segments} segments have the relative bias {bias:.6} at albedo {a}");
+            let property = format!("{segments} segments have the relative bias {bias:.6} at albedo {a}");
             (property, &PATH_LENGTH)
         };
         let probe = (&scene, Kind::Report(segments), inside as fn(&mut Stream) -> Ray);
@@ -159,12 +149,7 @@ fn cavities() -> Vec<TrialOn<Subject>> {
     let rho = 0.75;
     [
         ("furnace/cavity/reflecting", Cap::Reflecting, rho * CAP_SHARE / (1.0 - rho), 6_400_000),
-        (
-            "furnace/cavity/black",
-            Cap::Black,
-            rho * CAP_SHARE / (1.0 - rho * (1.0 - CAP_SHARE)),
-            3_000_000,
-        ),
+        ("furnace/cavity/black", Cap::Black, rho * CAP_SHARE / (1.0 - rho * (1.0 - CAP_SHARE)), 3_000_000),
     ]
     .into_iter()
     .filter_map(|(name, cap, reference, samples)| {
@@ -243,9 +228,7 @@ fn mirrors() -> Vec<TrialOn<Subject>> {
         radiance(
             words(
                 "furnace/mirrors/hall",
-                format!(
-                    "in a hall of emitting mirrors of reflectance 0.75 the radiance is {hall_mean}"
-                ),
+                format!("in a hall of emitting mirrors of reflectance 0.75 the radiance is {hall_mean}"),
                 &RENDERING,
             ),
             (&hall, Kind::Path, inside),

@@ -9,9 +9,7 @@ use crate::faults::{AnyFamily, Family, Fault, TrialOn, data, fault};
 use crate::probes::BOUNCES;
 use crate::scenes::{floor, scene, towards_origin};
 use crate::subject::{self, fault};
-use whitefurnace::bsdf::ggx::{
-    Ggx, hidden, normals, sample_visible_normal, seen_from_both, visible_normals,
-};
+use whitefurnace::bsdf::ggx::{Ggx, hidden, normals, sample_visible_normal, seen_from_both, visible_normals};
 use whitefurnace::bsdf::{Bsdf, Model};
 use whitefurnace::equation::{Equation, GGX_MASKING, GGX_NORMALS, GGX_VISIBLE};
 use whitefurnace::estimator::{Estimator, Path, Standard, Strategy};
@@ -38,13 +36,7 @@ pub struct Parts {
 }
 
 /// The program's functions.
-const RIGHT: Parts = Parts {
-    normals,
-    visible: visible_normals,
-    eval: Ggx::eval,
-    sample: Ggx::sample,
-    pdf: Ggx::pdf,
-};
+const RIGHT: Parts = Parts { normals, visible: visible_normals, eval: Ggx::eval, sample: Ggx::sample, pdf: Ggx::pdf };
 
 /// The model of these functions.
 #[derive(Debug)]
@@ -98,11 +90,7 @@ const ANGLES: [f64; 3] = [0.0, 50.0, 80.0];
 const ALPHA: [f64; 2] = [0.25, 0.8];
 
 /// The largest error over [`ANGLES`] and [`ALPHA`] of an integral over the hemisphere against what it should be.
-fn integrals(
-    name: &str,
-    f: impl Fn(f64, DVec3, DVec3) -> f64,
-    known: impl Fn(f64, DVec3) -> f64,
-) -> Vec<Outcome> {
+fn integrals(name: &str, f: impl Fn(f64, DVec3, DVec3) -> f64, known: impl Fn(f64, DVec3) -> f64) -> Vec<Outcome> {
     let cases = ALPHA.into_iter().flat_map(|alpha| ANGLES.map(|degrees| (alpha, degrees)));
     let errors = cases.map(|(alpha, degrees)| {
         let wo = from_spherical(degrees.to_radians(), 0.0);
@@ -171,9 +159,7 @@ fn trials() -> Vec<TrialOn<Parts>> {
                 "bsdf::ggx::normals",
                 "exact",
             ),
-            |_, parts: Parts| {
-                integrals("facets", |alpha, _, m| (parts.normals)(alpha, m) * m.z, |_, _| 1.0)
-            },
+            |_, parts: Parts| integrals("facets", |alpha, _, m| (parts.normals)(alpha, m) * m.z, |_, _| 1.0),
         ),
         TrialOn::new(
             trial(
@@ -183,9 +169,7 @@ fn trials() -> Vec<TrialOn<Parts>> {
                 "bsdf::ggx::visible_normals",
                 "exact",
             ),
-            |_, parts: Parts| {
-                integrals("visible", |alpha, wo, m| (parts.visible)(alpha, wo, m), |_, _| 1.0)
-            },
+            |_, parts: Parts| integrals("visible", |alpha, wo, m| (parts.visible)(alpha, wo, m), |_, _| 1.0),
         ),
         TrialOn::new(
             trial(
@@ -233,10 +217,7 @@ fn faults() -> Vec<Fault<Parts>> {
             "no-jacobian",
             &GGX_VISIBLE,
             "the pdf is that of the half vector",
-            Parts {
-                pdf: |metal, wo, wi| visible_normals(metal.alpha, wo, (wo + wi).normalize()),
-                ..RIGHT
-            },
+            Parts { pdf: |metal, wo, wi| visible_normals(metal.alpha, wo, (wo + wi).normalize()), ..RIGHT },
             at_every_angle!["bsdf/ggx: furnace"],
         ),
         fault(

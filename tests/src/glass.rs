@@ -8,8 +8,8 @@ use glam::DVec3;
 
 use super::probes::{BOUNCES, IMAGE, SINGLE, any_direction, radiance, words};
 use super::scenes::{
-    FLOOR, HEIGHT, LIGHT, RECTANGLE, at_origin, floor, lambert, light, polygon_irradiance, scene,
-    square, towards_origin,
+    FLOOR, HEIGHT, LIGHT, RECTANGLE, at_origin, floor, lambert, light, polygon_irradiance, scene, square,
+    towards_origin,
 };
 use super::subject::{Kind, Probe, Property, Setup, Subject, on};
 use crate::faults::{TrialOn, data};
@@ -103,11 +103,7 @@ fn aims() -> Vec<TrialOn<Subject>> {
             (1000, 0.0),
         ),
         radiance(
-            words(
-                "glass/lit-from-below",
-                "light from within glass arrives as (1 − R)/n² of its radiance",
-                &REFRACTION,
-            ),
+            words("glass/lit-from-below", "light from within glass arrives as (1 − R)/n² of its radiance", &REFRACTION),
             (&lit_from_below(), Kind::Path, probe),
             transmitted / LIGHT,
             (2_400_000, SINGLE),
@@ -191,11 +187,9 @@ fn trapped(rng: &mut Stream) -> Ray {
 }
 
 fn from_outside(rng: &mut Stream) -> Ray {
-    let target = DVec3::new(
-        whitefurnace::rng::uniform(rng),
-        whitefurnace::rng::uniform(rng),
-        whitefurnace::rng::uniform(rng),
-    ) - 0.5;
+    let target =
+        DVec3::new(whitefurnace::rng::uniform(rng), whitefurnace::rng::uniform(rng), whitefurnace::rng::uniform(rng))
+            - 0.5;
     let origin = DVec3::new(2.7, -3.9, 2.1);
     Ray::new(origin, (target - origin).normalize())
 }
@@ -208,31 +202,19 @@ fn cubes() -> Vec<TrialOn<Subject>> {
     let n2 = INDEX * INDEX;
     vec![
         radiance(
-            words(
-                "glass/cube-outside",
-                "a glass cube under a white sky shows 1 from outside",
-                &FRESNEL,
-            ),
+            words("glass/cube-outside", "a glass cube under a white sky shows 1 from outside", &FRESNEL),
             (&outside, Kind::Path, from_outside),
             1.0,
             (1_000_000, BOUNCES),
         ),
         radiance(
-            words(
-                "glass/cube-inside",
-                "from inside it shows n² in directions that can leave",
-                &REFRACTION,
-            ),
+            words("glass/cube-inside", "from inside it shows n² in directions that can leave", &REFRACTION),
             (&inside, Kind::Path, leaving),
             n2,
             (2_400_000, BOUNCES),
         ),
         radiance(
-            words(
-                "glass/cube-trapped",
-                "and nothing in directions that total reflection traps",
-                &FRESNEL,
-            ),
+            words("glass/cube-trapped", "and nothing in directions that total reflection traps", &FRESNEL),
             (&inside, Kind::Path, trapped),
             0.0,
             (1_600_000, 0.0),
@@ -250,11 +232,7 @@ fn vanishing() -> TrialOn<Subject> {
     });
     let reference = FLOOR * FRAC_1_PI * LIGHT * polygon_irradiance(&RECTANGLE);
     radiance(
-        words(
-            "glass/index-matched",
-            "a sphere of index 1 before a light changes nothing",
-            &REFRACTION,
-        ),
+        words("glass/index-matched", "a sphere of index 1 before a light changes nothing", &REFRACTION),
         (&scene, Kind::Path, |_| at_origin()),
         reference,
         (5_800_000, IMAGE),

@@ -32,11 +32,8 @@ pub(super) fn film<E: Estimator>(
     (scene, size, range): (&Scene, [u32; 2], Range<u32>),
     estimator: &E,
 ) -> Option<Film> {
-    let sampling = Sampling {
-        numbers: Numbers::Independent,
-        pixel: PixelSampling::Centre,
-        seed: context.seed_of(part),
-    };
+    let sampling =
+        Sampling { numbers: Numbers::Independent, pixel: PixelSampling::Centre, seed: context.seed_of(part) };
     let mut film = Film::new(size, None, 1).ok()?;
     render(scene, estimator, sampling, &mut film, &range, &|_| true).ok()?;
     Some(film)
@@ -146,8 +143,7 @@ const ROOM_ABSORPTION: f64 = 0.25;
 /// that is 2ρ³/(1 − α)², and must be below 1 for the sum over all bounces to have one: else samples never know
 /// their own skewness. With albedos of 3/4, as in the report's room, it is 1.5.
 fn coloured_room() -> Arc<Scene> {
-    let camera =
-        Camera::new(DVec3::new(-0.8, -0.7, 0.4), DVec3::new(0.6, 0.5, -0.7), DVec3::Z, 0.5);
+    let camera = Camera::new(DVec3::new(-0.8, -0.7, 0.4), DVec3::new(0.6, 0.5, -0.7), DVec3::Z, 0.5);
     seen_by(camera, "coloured room", |s| {
         let surface = |albedo| Surface::new(Bsdf::Lambert { albedo }).absorbing(ROOM_ABSORPTION);
         let wall = s.surface(surface(DVec3::new(0.5, 0.4, 0.25)));
@@ -199,11 +195,7 @@ const CONVEX_REPLICATIONS: u64 = 2_600;
 impl Property for Convex {
     fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
         let n = context.n(CONVEX_REPLICATIONS) as u32;
-        let whitted = Whitted {
-            parts: setup.parts,
-            segments: setup.segments.unwrap_or(1),
-            rules: setup.rules,
-        };
+        let whitted = Whitted { parts: setup.parts, segments: setup.segments.unwrap_or(1), rules: setup.rules };
         let frame = (&*self.scene, CONVEX_SIZE, 0..n);
         let a = Levels::render(context, "whitted", frame.clone(), &whitted);
         let b = Levels::render(context, "path", frame, &Path::<Standard>::default());
@@ -245,10 +237,7 @@ impl Property for SameStrategies {
         let (Some(bsdf), Some(light), Some(mis)) = (bsdf, light, mis) else {
             return not_a_film();
         };
-        vec![
-            same_mean("bsdf and mis", &bsdf, &mis, IMAGE),
-            same_mean("light and mis", &light, &mis, IMAGE),
-        ]
+        vec![same_mean("bsdf and mis", &bsdf, &mis, IMAGE), same_mean("light and mis", &light, &mis, IMAGE)]
     }
 }
 

@@ -162,8 +162,7 @@ fn boundary(context: &Context, parts: Parts) -> Vec<Outcome> {
             see(&mut moment_error, error, place);
         }
     }
-    let exact =
-        |name, (error, place): (f64, String)| Outcome::exact(name, pairs, error, SUMMED, place);
+    let exact = |name, (error, place): (f64, String)| Outcome::exact(name, pairs, error, SUMMED, place);
     vec![exact("mean by summation", mean_error), exact("second moment by summation", moment_error)]
 }
 
@@ -173,9 +172,7 @@ pub fn trials() -> Vec<TrialOn<Parts>> {
         TrialOn::new(
             data(
                 "roulette/infinite-variance/law",
-                format!(
-                    "at albedo {ALBEDO} and survival {SURVIVAL} the walk has its closed-form law"
-                ),
+                format!("at albedo {ALBEDO} and survival {SURVIVAL} the walk has its closed-form law"),
                 &ROULETTE,
                 SUBJECT,
                 "chi-square, empirical Bernstein",
@@ -205,18 +202,13 @@ pub fn hall() -> TrialOn<Subject> {
     TrialOn::new(
         data(
             "furnace/mirrors/infinite-variance",
-            format!(
-                "in a hall of mirrors of reflectance {ALBEDO} survival {SURVIVAL} gives the closed-form law"
-            ),
+            format!("in a hall of mirrors of reflectance {ALBEDO} survival {SURVIVAL} gives the closed-form law"),
             &ROULETTE,
             "estimator::Path",
             "chi-square, empirical Bernstein",
         ),
         move |context: &Context, subject: Subject| {
-            let setup = subject.with(Table {
-                survival_by_throughput: |_| SURVIVAL,
-                ..subject.parts.unwrap_or(RIGHT)
-            });
+            let setup = subject.with(Table { survival_by_throughput: |_| SURVIVAL, ..subject.parts.unwrap_or(RIGHT) });
             let mut rng = context.rng("radiance");
             against_the_law(context.n(PATHS), 4, || probe.radiance(setup, &mut rng).x)
         },

@@ -9,9 +9,8 @@ use glam::DVec3;
 use super::form_factors;
 use super::probes::{MeanRadiance, SINGLE, radiance, words};
 use super::scenes::{
-    FLOOR, LIGHT, NEAR, RECTANGLE, SMALL_LIGHT, TRIANGLE, at_origin, corners, half_hidden_light,
-    near_light, polygon_irradiance, rectangle_light, sphere_irradiance, sphere_light, three_lights,
-    triangle_light,
+    FLOOR, LIGHT, NEAR, RECTANGLE, SMALL_LIGHT, TRIANGLE, at_origin, corners, half_hidden_light, near_light,
+    polygon_irradiance, rectangle_light, sphere_irradiance, sphere_light, three_lights, triangle_light,
 };
 use super::subject::{Kind, Probe, Property, RIGHT, Setup, Subject, Table, on};
 use crate::faults::{TrialOn, data};
@@ -148,13 +147,10 @@ fn strategies() -> Vec<TrialOn<Subject>> {
         let property = format!("{property}: a floor reflects {reference:.6} of a square light");
         let probe = Probe { scene, kind: Kind::Path, ray: |_| at_origin() };
         let property_of = MeanRadiance { probe, reference, delta: SINGLE * reference, samples };
-        TrialOn::new(
-            data(name, property, &MIS, "estimator::Path", "t"),
-            move |context: &Context, subject: Subject| {
-                let parts = alone(subject.parts.unwrap_or(RIGHT));
-                property_of.run(context, subject.with(parts))
-            },
-        )
+        TrialOn::new(data(name, property, &MIS, "estimator::Path", "t"), move |context: &Context, subject: Subject| {
+            let parts = alone(subject.parts.unwrap_or(RIGHT));
+            property_of.run(context, subject.with(parts))
+        })
     };
     vec![
         trial_on(
@@ -189,9 +185,7 @@ impl Property for Weights {
             sum = sum.max((a + b - 1.0).abs());
             balance = balance.max((a * q - b * p).abs());
         }
-        let exact = |name, error| {
-            Outcome::exact(name, ARGUMENTS, error, 1e-12, "the worst of random densities")
-        };
+        let exact = |name, error| Outcome::exact(name, ARGUMENTS, error, 1e-12, "the worst of random densities");
         vec![exact("sum of weights", sum), exact("balance", balance)]
     }
 }

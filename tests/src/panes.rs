@@ -111,10 +111,7 @@ pub fn trials() -> Vec<TrialOn<Subject>> {
         radiance(
             words(
                 "glass/prism",
-                format!(
-                    "a prism turns light by 90° and lets (1 − R)/(1 + R) = {:.6} through its legs",
-                    through(r0)
-                ),
+                format!("a prism turns light by 90° and lets (1 − R)/(1 + R) = {:.6} through its legs", through(r0)),
                 &FRESNEL,
             ),
             (&prism(), Kind::Path, |_| Ray::new(DVec3::new(-1.0, 0.0, 0.4), DVec3::X)),

@@ -28,13 +28,7 @@ pub enum ImageKind {
 
 impl ImageKind {
     /// A pass by this estimator; `None` if it has values that no film can hold, which is a fault.
-    fn pass<P: Parts>(
-        self,
-        parts: P,
-        (scene, frame): (&Scene, [u32; 2]),
-        seed: u64,
-        index: u32,
-    ) -> Option<Vec<DVec3>> {
+    fn pass<P: Parts>(self, parts: P, (scene, frame): (&Scene, [u32; 2]), seed: u64, index: u32) -> Option<Vec<DVec3>> {
         let pass = match self {
             Self::LightTracer => LightTracer { parts }.pass(scene, frame, seed, index),
             Self::Bdpt => Bdpt { parts }.pass(scene, frame, seed, index),
@@ -140,12 +134,7 @@ impl Property for MeanImage {
 
 /// A trial of regions whose mean radiance is `reference`, to within a δ relative to it; 0 claims it of
 /// every single pass.
-pub fn image(
-    words: Words,
-    passes: &Passes,
-    reference: f64,
-    regions: &[Region],
-) -> TrialOn<Subject> {
+pub fn image(words: Words, passes: &Passes, reference: f64, regions: &[Region]) -> TrialOn<Subject> {
     let trial = data(words.name, words.property, words.equation, passes.kind.path(), "t");
     let property = MeanImage { passes: passes.clone(), reference, regions: regions.to_vec() };
     TrialOn::new(trial, on(property))
@@ -193,11 +182,7 @@ impl Property for SameAsPath {
 
 /// A trial of equality with the path tracer, which renders `frames` frames of one sample per pixel; `delta`
 /// is relative to its mean.
-pub fn same_as_path(
-    words: Words,
-    passes: &Passes,
-    (frames, delta): (u64, f64),
-) -> TrialOn<Subject> {
+pub fn same_as_path(words: Words, passes: &Passes, (frames, delta): (u64, f64)) -> TrialOn<Subject> {
     let trial = data(words.name, words.property, words.equation, passes.kind.path(), "Welch");
     let property = SameAsPath { passes: passes.clone(), frames, delta };
     TrialOn::new(trial, on(property))

@@ -51,11 +51,7 @@ fn lights() -> Arc<Scene> {
         square(s, NEAR[0].z * DVec3::Z, 2.0, false, light(LIGHT));
         let surface = s.surface(light(LIGHT));
         let corner = DVec3::new(3.0, -1.0, 0.5);
-        s.mesh(
-            &[corner, corner + 2.0 * DVec3::Y, corner + DVec3::new(1.0, 1.0, 1.0)],
-            &[[0, 1, 2]],
-            surface,
-        );
+        s.mesh(&[corner, corner + 2.0 * DVec3::Y, corner + DVec3::new(1.0, 1.0, 1.0)], &[[0, 1, 2]], surface);
         s.sphere(Sphere::new(DVec3::new(-4.0, 0.0, 1.0), 0.5), surface);
         // These two have no sampling by solid angle: it falls back to area.
         let skewed = [2.0 * DVec3::Y + 0.7 * DVec3::X, DVec3::new(1.0, 0.0, 1.5)];
@@ -73,13 +69,7 @@ fn girard(from: DVec3, corners: [DVec3; 3]) -> f64 {
 }
 
 /// The density, with respect to solid angle, of a shadow ray towards a point of an emitter among `count`.
-fn density(
-    emitter: &Emitter,
-    lights: LightSampling,
-    from: DVec3,
-    to: (DVec3, DVec3),
-    count: usize,
-) -> f64 {
+fn density(emitter: &Emitter, lights: LightSampling, from: DVec3, to: (DVec3, DVec3), count: usize) -> f64 {
     let away = to.0 - from;
     let of_area = |area: f64| away.length().powi(3) / (area * -away.dot(to.1));
     // No angle where the shape has no sampling by it.
@@ -87,21 +77,15 @@ fn density(
         EmitterShape::Rectangle { corner, edges: [a, b] } => (
             a.cross(b).length(),
             (a.dot(b).abs() < 1e-9).then(|| {
-                girard(from, [corner, corner + a, corner + b])
-                    + girard(from, [corner + a + b, corner + a, corner + b])
+                girard(from, [corner, corner + a, corner + b]) + girard(from, [corner + a + b, corner + a, corner + b])
             }),
         ),
-        EmitterShape::Triangle([a, b, c]) => {
-            (0.5 * (b - a).cross(c - a).length(), Some(girard(from, [a, b, c])))
-        }
+        EmitterShape::Triangle([a, b, c]) => (0.5 * (b - a).cross(c - a).length(), Some(girard(from, [a, b, c]))),
         EmitterShape::Sphere(sphere) => {
             let sine = sphere.radius / sphere.centre.distance(from);
             let [low, high] = sphere.zone.map(|z| z.clamp(-sphere.radius, sphere.radius));
             let whole = high - low == 2.0 * sphere.radius;
-            (
-                TAU * sphere.radius * (high - low),
-                whole.then(|| TAU * (1.0 - (1.0 - sine * sine).sqrt())),
-            )
+            (TAU * sphere.radius * (high - low), whole.then(|| TAU * (1.0 - (1.0 - sine * sine).sqrt())))
         }
     };
     let one = match (lights, angle) {
@@ -135,9 +119,9 @@ fn one(
     let emitter = &emitters[(pick * emitters.len() as f64) as usize];
     let point = match lights {
         LightSampling::Area => emitter.sample(random),
-        LightSampling::SolidAngle => emitter
-            .sample_solid_angle(first.point, random)
-            .map_or_else(|| emitter.sample(random), |(point, _)| point),
+        LightSampling::SolidAngle => {
+            emitter.sample_solid_angle(first.point, random).map_or_else(|| emitter.sample(random), |(point, _)| point)
+        }
     };
     let free = scene.visible((first.point, first.normal), (point.point, point.normal), false);
     let towards = (point.point - first.point).normalize();
@@ -151,20 +135,13 @@ fn one(
     let shadow = [pick, random[0], random[1]];
     const ENDS: f64 = 0.999;
     let estimate = |side: &Side, strategy, numbers: &[f64]| {
-        Path {
-            parts: side.parts,
-            strategy,
-            lights: (side.lights)(lights),
-            heuristic: (side.heuristic)(heuristic),
-        }
-        .radiance(scene, &ray, Some(first), &mut Scripted(numbers.iter()))
-        .x
+        Path { parts: side.parts, strategy, lights: (side.lights)(lights), heuristic: (side.heuristic)(heuristic) }
+            .radiance(scene, &ray, Some(first), &mut Scripted(numbers.iter()))
+            .x
     };
     let both = |roulette| [shadow, direction(roulette)].concat();
     let shadows = |strategy| estimate(&sides.shadows, strategy, &both(ENDS));
-    let hits = |strategy| {
-        estimate(&sides.hits, strategy, &both(0.0)) - estimate(&sides.hits, strategy, &both(ENDS))
-    };
+    let hits = |strategy| estimate(&sides.hits, strategy, &both(0.0)) - estimate(&sides.hits, strategy, &both(ENDS));
     Some(Found {
         hit: hits(Strategy::Mis) / estimate(&sides.hits, Strategy::Bsdf, &direction(0.0)),
         shadow: shadows(Strategy::Mis) / shadows(Strategy::Light),
@@ -179,8 +156,7 @@ const TOLERANCE: f64 = 1e-8;
 
 fn weights(context: &Context, scene: &Scene, sides: &Sides) -> Vec<Outcome> {
     let mut rng = context.rng("paths");
-    let (mut sum, mut hits, mut shadows) =
-        (Largest::default(), Largest::default(), Largest::default());
+    let (mut sum, mut hits, mut shadows) = (Largest::default(), Largest::default(), Largest::default());
     for heuristic in [Heuristic::Balance, Heuristic::Power] {
         for lights in [LightSampling::Area, LightSampling::SolidAngle] {
             let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
@@ -199,20 +175,13 @@ fn weights(context: &Context, scene: &Scene, sides: &Sides) -> Vec<Outcome> {
             }
             // Weights near a half would prove nothing.
             if least > 1.0 / 3.0 || most < 3.0 {
-                sum.see(1.0, || {
-                    format!("{heuristic:?}, {lights:?}: ratios only from {least:.3} to {most:.3}")
-                });
+                sum.see(1.0, || format!("{heuristic:?}, {lights:?}: ratios only from {least:.3} to {most:.3}"));
             }
         }
     }
     let n = 4 * PATHS;
-    let exact =
-        |name, largest: Largest| Outcome::exact(name, n, largest.error, TOLERANCE, largest.place);
-    vec![
-        exact("weight of a hit", hits),
-        exact("weight of a shadow ray", shadows),
-        exact("sum of both", sum),
-    ]
+    let exact = |name, largest: Largest| Outcome::exact(name, n, largest.error, TOLERANCE, largest.place);
+    vec![exact("weight of a hit", hits), exact("weight of a shadow ray", shadows), exact("sum of both", sum)]
 }
 
 /// The weights.
@@ -233,12 +202,9 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         LightSampling::SolidAngle => LightSampling::Area,
     };
     let balance = Side { heuristic: |_| Heuristic::Balance, ..SIDE };
-    let by_hit: &[&str] =
-        &["irradiance/path-weights: weight of a hit", "irradiance/path-weights: sum of both"];
-    let by_shadow: &[&str] = &[
-        "irradiance/path-weights: weight of a shadow ray",
-        "irradiance/path-weights: sum of both",
-    ];
+    let by_hit: &[&str] = &["irradiance/path-weights: weight of a hit", "irradiance/path-weights: sum of both"];
+    let by_shadow: &[&str] =
+        &["irradiance/path-weights: weight of a shadow ray", "irradiance/path-weights: sum of both"];
     vec![Box::new(Family {
         whole_estimator: true,
         trials: vec![TrialOn::new(trial, on)],
@@ -289,10 +255,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "density-of-the-other-direction",
                 &MIS,
                 "a shadow ray is weighted by the uniform density of directions, not the cosine's",
-                shadows(Side {
-                    parts: Table { cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI, ..RIGHT },
-                    ..SIDE
-                }),
+                shadows(Side { parts: Table { cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI, ..RIGHT }, ..SIDE }),
                 by_shadow,
             ),
         ],

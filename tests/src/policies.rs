@@ -30,8 +30,7 @@ pub struct Policy {
     pub weight: fn(f64) -> f64,
 }
 
-const BY_THROUGHPUT: Policy =
-    Policy { survival: roulette::by_throughput, weight: roulette::weight };
+const BY_THROUGHPUT: Policy = Policy { survival: roulette::by_throughput, weight: roulette::weight };
 
 /// Albedos of the two surfaces that a walk meets with equal probability. One reflects all of a channel,
 /// so that the highest survival matters, and nothing of another.
@@ -107,13 +106,7 @@ fn bounds(context: &Context, policy: Policy) -> Vec<Outcome> {
             0.0,
             format!("survival {highest}"),
         ),
-        Outcome::exact(
-            "largest channel of a survivor",
-            n,
-            largest,
-            ROUNDING,
-            "the worst of all decisions, relative",
-        ),
+        Outcome::exact("largest channel of a survivor", n, largest, ROUNDING, "the worst of all decisions, relative"),
     ]
 }
 
@@ -184,11 +177,7 @@ fn faults() -> Vec<Fault<Policy>> {
 
 /// The path tracer's policy.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    vec![Box::new(Family {
-        trials: trials(),
-        faults: faults(),
-        ..Family::new("survival", BY_THROUGHPUT)
-    })]
+    vec![Box::new(Family { trials: trials(), faults: faults(), ..Family::new("survival", BY_THROUGHPUT) })]
 }
 
 /// Albedo of the cavity in which the policies are compared.
@@ -197,10 +186,8 @@ const PATHS: u64 = 4_900_000;
 
 /// The policies that must give the mean of [`roulette::by_throughput`] in the cavity, and their paths: a
 /// constant, and the report's 1 − α, where the walls absorb α = 1 − ρ.
-const OTHERS: [(&str, Survival, u64); 2] = [
-    ("survival 0.9", |_| 0.9, 2_300_000),
-    ("survival 1 − α", |_| roulette::by_absorption(1.0 - RHO), PATHS),
-];
+const OTHERS: [(&str, Survival, u64); 2] =
+    [("survival 0.9", |_| 0.9, 2_300_000), ("survival 1 − α", |_| roulette::by_absorption(1.0 - RHO), PATHS)];
 
 /// The path tracer as programs run it against the path tracer under the other policies, with the
 /// subject's parts.
@@ -213,11 +200,9 @@ fn same_mean(context: &Context, probe: &Probe, subject: Subject) -> Vec<Outcome>
     OTHERS
         .iter()
         .map(|&(name, survival_by_throughput, paths)| {
-            let setup =
-                subject.with(Table { survival_by_throughput, ..subject.parts.unwrap_or(RIGHT) });
+            let setup = subject.with(Table { survival_by_throughput, ..subject.parts.unwrap_or(RIGHT) });
             let mut rng = context.rng(name);
-            let other =
-                Values::collect(reference, context.n(paths), || probe.radiance(setup, &mut rng).x);
+            let other = Values::collect(reference, context.n(paths), || probe.radiance(setup, &mut rng).x);
             welch(name, &own, &other, claim)
         })
         .collect()
@@ -225,11 +210,7 @@ fn same_mean(context: &Context, probe: &Probe, subject: Subject) -> Vec<Outcome>
 
 /// The trial of the policies in a scene.
 pub fn cavity() -> Option<TrialOn<Subject>> {
-    let probe = Probe {
-        scene: Arc::new(cavity_cap(RHO, Cap::Black).ok()?),
-        kind: Kind::Path,
-        ray: off_cap,
-    };
+    let probe = Probe { scene: Arc::new(cavity_cap(RHO, Cap::Black).ok()?), kind: Kind::Path, ray: off_cap };
     Some(TrialOn::new(
         data(
             "furnace/cavity/policies",

@@ -57,11 +57,7 @@ pub struct Words {
 }
 
 /// The words of a trial.
-pub fn words(
-    name: &'static str,
-    property: impl Into<String>,
-    equation: &'static Equation,
-) -> Words {
+pub fn words(name: &'static str, property: impl Into<String>, equation: &'static Equation) -> Words {
     Words { name, property: property.into(), equation }
 }
 

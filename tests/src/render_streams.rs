@@ -158,17 +158,10 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         let scene = Arc::clone(&scene);
         TrialOn::new(trial, move |context: &Context, numbers| on(context, &scene, numbers))
     };
-    let fault = |name, wrong, numbers: Numbers, caught_by| {
-        fault(name, &ESTIMATOR, wrong, numbers, caught_by)
-    };
+    let fault = |name, wrong, numbers: Numbers, caught_by| fault(name, &ESTIMATOR, wrong, numbers, caught_by);
     vec![Box::new(Family {
         trials: vec![
-            trial_on(
-                "distinct",
-                "the first numbers of all pixels and samples are distinct",
-                "Poisson",
-                distinct,
-            ),
+            trial_on("distinct", "the first numbers of all pixels and samples are distinct", "Poisson", distinct),
             trial_on(
                 "neighbours",
                 "neighbouring columns, rows, samples and draws, and a ray's position and its first draw, are independent",

@@ -34,13 +34,8 @@ pub struct Parts {
 }
 
 /// The program's parts.
-pub const RIGHT: Parts = Parts {
-    survives: roulette::survives,
-    weight: roulette::weight,
-    longest: None,
-    emission: |_| 1.0,
-    slip: 0,
-};
+pub const RIGHT: Parts =
+    Parts { survives: roulette::survives, weight: roulette::weight, longest: None, emission: |_| 1.0, slip: 0 };
 
 /// A walk that never ends is a fault of roulette; so long a right one is never met (0.95^2000 = 3e-45).
 const GIVE_UP: u32 = 2_000;
@@ -85,9 +80,7 @@ pub fn variance(a: f64, q: f64) -> f64 {
 pub fn variance_is_right(context: &Context, parts: Parts, [a, q]: [f64; 2]) -> Vec<Outcome> {
     let (m, reference) = (1.0 / (1.0 - a), variance(a, q));
     let mut rng = context.rng("variance");
-    let values = Values::collect(reference, context.n(VARIANCE_SAMPLES), || {
-        (walk(&mut rng, parts, a, q) - m).powi(2)
-    });
+    let values = Values::collect(reference, context.n(VARIANCE_SAMPLES), || (walk(&mut rng, parts, a, q) - m).powi(2));
     let delta = VARIANCE_DELTA * reference;
     vec![mean("variance", &values, reference, Claim::Exact { delta })]
 }
@@ -138,24 +131,12 @@ fn pair_benches(pair: [f64; 2]) -> Vec<TrialOn<Parts>> {
     let name = |what| format!("roulette/albedo-{a}/survival-{q}/{what}");
     let m = 1.0 / (1.0 - a);
     let mut trials = vec![TrialOn::new(
-        data(
-            name("mean"),
-            format!("the mean is {m:.0} whatever the survival"),
-            &ROULETTE,
-            SUBJECT,
-            "t",
-        ),
+        data(name("mean"), format!("the mean is {m:.0} whatever the survival"), &ROULETTE, SUBJECT, "t"),
         move |c, parts| mean_is_right(c, parts, pair),
     )];
     if q >= a {
         trials.push(TrialOn::new(
-            data(
-                name("variance"),
-                format!("the variance is {:.6}", variance(a, q)),
-                &ROULETTE,
-                SUBJECT,
-                "t",
-            ),
+            data(name("variance"), format!("the variance is {:.6}", variance(a, q)), &ROULETTE, SUBJECT, "t"),
             move |c, parts| variance_is_right(c, parts, pair),
         ));
     }

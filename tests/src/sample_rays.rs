@@ -13,9 +13,7 @@ use crate::faults::{TrialOn, data};
 use crate::subject::Parts;
 use whitefurnace::bsdf::Scattering;
 use whitefurnace::equation::ESTIMATOR;
-use whitefurnace::estimator::{
-    Bidirectional, Estimator, FiniteElements, NextEvent, Photons, Report,
-};
+use whitefurnace::estimator::{Bidirectional, Estimator, FiniteElements, NextEvent, Photons, Report};
 use whitefurnace::harness::mean::{Values, mean};
 use whitefurnace::harness::outcome::{Claim, Outcome};
 use whitefurnace::harness::trial::Context;
@@ -63,9 +61,7 @@ impl Property for Mean {
     fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
         let reference = (1.0 - ALBEDO.powi(SEGMENTS as i32 + 1)) / (1.0 - ALBEDO);
         let mut rng = context.rng("radiance");
-        let values = Values::collect(reference, context.n(self.0.samples), || {
-            self.0.radiance(setup, &mut rng).x
-        });
+        let values = Values::collect(reference, context.n(self.0.samples), || self.0.radiance(setup, &mut rng).x);
         let delta = BOUNCES * reference;
         vec![mean("radiance", &values, reference, Claim::Exact { delta })]
     }

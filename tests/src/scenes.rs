@@ -91,12 +91,8 @@ pub const RECTANGLE: [DVec3; 4] = [
 ];
 
 /// The corners of a light so near and large that most directions hit it.
-pub const NEAR: [DVec3; 4] = [
-    DVec3::new(-2.0, -2.0, 0.6),
-    DVec3::new(2.0, -2.0, 0.6),
-    DVec3::new(2.0, 2.0, 0.6),
-    DVec3::new(-2.0, 2.0, 0.6),
-];
+pub const NEAR: [DVec3; 4] =
+    [DVec3::new(-2.0, -2.0, 0.6), DVec3::new(2.0, -2.0, 0.6), DVec3::new(2.0, 2.0, 0.6), DVec3::new(-2.0, 2.0, 0.6)];
 
 /// The light [`NEAR`] over the floor.
 pub fn near_light() -> Arc<Scene> {
@@ -107,8 +103,7 @@ pub fn near_light() -> Arc<Scene> {
 }
 
 /// A slanted triangle that faces the origin's side.
-pub const TRIANGLE: [DVec3; 3] =
-    [DVec3::new(1.0, -0.5, 1.5), DVec3::new(0.5, 1.0, 2.0), DVec3::new(2.0, 0.5, 1.0)];
+pub const TRIANGLE: [DVec3; 3] = [DVec3::new(1.0, -0.5, 1.5), DVec3::new(0.5, 1.0, 2.0), DVec3::new(2.0, 0.5, 1.0)];
 
 /// The triangle as a light over the floor.
 pub fn triangle_light() -> Arc<Scene> {
@@ -134,10 +129,8 @@ pub fn sphere_light() -> Arc<Scene> {
 fn add_sphere(builder: &mut SceneBuilder, centre: DVec3, radiance: f64) {
     let surface = builder.surface(light(radiance));
     let radius = 0.5;
-    let sphere = Sphere {
-        zone: [f64::NEG_INFINITY, -radius * radius / centre.length()],
-        ..Sphere::new(centre, radius)
-    };
+    let sphere =
+        Sphere { zone: [f64::NEG_INFINITY, -radius * radius / centre.length()], ..Sphere::new(centre, radius) };
     builder.sphere(sphere, surface);
 }
 
@@ -161,8 +154,7 @@ pub const SMALL_LIGHT: DVec3 = DVec3::new(-1.5, -0.5, 1.5);
 
 /// The corners of a horizontal square.
 pub fn corners(centre: DVec3, half: f64) -> [DVec3; 4] {
-    [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
-        .map(|[x, y]| centre + half * DVec3::new(x, y, 0.0))
+    [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| centre + half * DVec3::new(x, y, 0.0))
 }
 
 /// The rectangle light with a black wall that hides its half y > 0 from the origin exactly.
@@ -188,12 +180,8 @@ pub fn walled_sky() -> Arc<Scene> {
 }
 
 /// The wall of [`walled_sky`].
-pub const WALL: [DVec3; 4] = [
-    DVec3::new(-1.0, 1.0, 0.0),
-    DVec3::new(3.0, 1.0, 0.0),
-    DVec3::new(3.0, 1.0, 3.0),
-    DVec3::new(-1.0, 1.0, 3.0),
-];
+pub const WALL: [DVec3; 4] =
+    [DVec3::new(-1.0, 1.0, 0.0), DVec3::new(3.0, 1.0, 0.0), DVec3::new(3.0, 1.0, 3.0), DVec3::new(-1.0, 1.0, 3.0)];
 
 /// σ of [`rough_floor`], radians.
 pub const SIGMA: f64 = 0.5;

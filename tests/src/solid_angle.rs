@@ -8,9 +8,7 @@ use glam::DVec3;
 use super::scenes::{TRIANGLE, polygon_irradiance, sphere_irradiance};
 use crate::faults::{AnyFamily, Family, Fault, TrialOn, data, fault};
 use whitefurnace::emitter::{Emitter, EmitterPoint, EmitterShape};
-use whitefurnace::equation::{
-    Equation, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE, SOLID_ANGLE,
-};
+use whitefurnace::equation::{Equation, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE, SOLID_ANGLE};
 use whitefurnace::frame::{Frame, azimuth};
 use whitefurnace::harness::chi_square::{CELL_DELTA, Counts, chi_square};
 use whitefurnace::harness::domain::Partition;
@@ -29,8 +27,7 @@ struct Subject {
     sample: Sample,
 }
 
-const RIGHT: Subject =
-    Subject { sample: |emitter, from, random| emitter.sample_solid_angle(from, random) };
+const RIGHT: Subject = Subject { sample: |emitter, from, random| emitter.sample_solid_angle(from, random) };
 
 /// The solid angle of a convex polygon seen from the origin: the sum of the angles between the planes
 /// through its edges, less (n − 2)π. Loses digits for small polygons.
@@ -128,8 +125,7 @@ fn masses(shape: &Shape) -> Vec<f64> {
         };
         let [i, j] = [k / columns, k % columns];
         let (u, v) = ([i, i + 1].map(|i| share(i, rows)), [j, j + 1].map(|j| share(j, columns)));
-        let mut outline: Vec<DVec3> =
-            [[u[0], v[0]], [u[1], v[0]], [u[1], v[1]], [u[0], v[1]]].map(point).to_vec();
+        let mut outline: Vec<DVec3> = [[u[0], v[0]], [u[1], v[0]], [u[1], v[1]], [u[0], v[1]]].map(point).to_vec();
         // At a triangle's vertex two corners of a cell are one.
         outline.dedup();
         excess(&outline) / shape.solid_angle
@@ -145,14 +141,12 @@ const DELTA: f64 = 0.003;
 fn seen(context: &Context, subject: Subject, shape: &Shape) -> Vec<Outcome> {
     let mut rng = context.rng("directions");
     let [rows, columns] = GRID;
-    let mut counts =
-        Counts { n: context.n(SAMPLES), observed: vec![0; rows * columns], ..Counts::default() };
+    let mut counts = Counts { n: context.n(SAMPLES), observed: vec![0; rows * columns], ..Counts::default() };
     let expected = shape.irradiance / shape.solid_angle;
     let mut cosines = Values::new(expected);
     let mut worst = 0.0_f64;
     for _ in 0..counts.n {
-        let Some((light, pdf)) = (subject.sample)(&shape.emitter, DVec3::ZERO, uniform2(&mut rng))
-        else {
+        let Some((light, pdf)) = (subject.sample)(&shape.emitter, DVec3::ZERO, uniform2(&mut rng)) else {
             counts.lost += 1;
             continue;
         };
@@ -162,8 +156,7 @@ fn seen(context: &Context, subject: Subject, shape: &Shape) -> Vec<Outcome> {
         cosines.push(light.point.normalize().z);
         worst = worst.max((pdf * shape.solid_angle - 1.0).abs());
     }
-    let places =
-        (0..rows * columns).map(|k| format!("row {}, column {}", k / columns, k % columns));
+    let places = (0..rows * columns).map(|k| format!("row {}, column {}", k / columns, k % columns));
     let partition = Partition::of_masses(masses(shape), places.collect());
     let claim = Claim::Exact { delta: DELTA * expected };
     vec![
@@ -174,42 +167,25 @@ fn seen(context: &Context, subject: Subject, shape: &Shape) -> Vec<Outcome> {
 }
 
 fn trials() -> Vec<TrialOn<Subject>> {
-    let trial_on =
-        |name: &str, what: &str, equation: &'static Equation, subject, shape: fn() -> Shape| {
-            let trial = data(
-                format!("emitter/{name}"),
-                format!("directions to {what} are uniform in its solid angle"),
-                equation,
-                subject,
-                "chi-square, t",
-            );
-            TrialOn::new(trial, move |context: &Context, subject| seen(context, subject, &shape()))
-        };
+    let trial_on = |name: &str, what: &str, equation: &'static Equation, subject, shape: fn() -> Shape| {
+        let trial = data(
+            format!("emitter/{name}"),
+            format!("directions to {what} are uniform in its solid angle"),
+            equation,
+            subject,
+            "chi-square, t",
+        );
+        TrialOn::new(trial, move |context: &Context, subject| seen(context, subject, &shape()))
+    };
     vec![
-        trial_on(
-            "seen-rectangle",
-            "a rectangle",
-            &LIGHT_RECTANGLE,
-            "solid_angle::SphericalRectangle",
-            rectangle,
-        ),
-        trial_on(
-            "seen-triangle",
-            "a triangle",
-            &LIGHT_TRIANGLE,
-            "solid_angle::SphericalTriangle",
-            triangle,
-        ),
+        trial_on("seen-rectangle", "a rectangle", &LIGHT_RECTANGLE, "solid_angle::SphericalRectangle", rectangle),
+        trial_on("seen-triangle", "a triangle", &LIGHT_TRIANGLE, "solid_angle::SphericalTriangle", triangle),
         trial_on("seen-sphere", "a sphere", &LIGHT_SPHERE, "solid_angle::VisibleCap", sphere),
     ]
 }
 
 /// Points uniform in area under the pdf of directions uniform in solid angle.
-pub fn uniform_in_area(
-    emitter: &Emitter,
-    from: DVec3,
-    random: [f64; 2],
-) -> Option<(EmitterPoint, f64)> {
+pub fn uniform_in_area(emitter: &Emitter, from: DVec3, random: [f64; 2]) -> Option<(EmitterPoint, f64)> {
     Some((emitter.sample(random), emitter.pdf_solid_angle(from)?))
 }
 
@@ -225,11 +201,7 @@ pub fn with_pdf(
 }
 
 /// Cells of equal angle θ in the cone of a sphere, for cells of equal solid angle.
-fn linear_in_angle(
-    emitter: &Emitter,
-    from: DVec3,
-    [r1, r2]: [f64; 2],
-) -> Option<(EmitterPoint, f64)> {
+fn linear_in_angle(emitter: &Emitter, from: DVec3, [r1, r2]: [f64; 2]) -> Option<(EmitterPoint, f64)> {
     let pdf = emitter.pdf_solid_angle(from)?;
     let lost = 1.0 / (TAU * pdf);
     let angle = r1 * (1.0 - lost).acos();
@@ -237,9 +209,8 @@ fn linear_in_angle(
 }
 
 fn faults() -> Vec<Fault<Subject>> {
-    let fault = |name, equation, wrong, sample: Sample, caught_by| {
-        fault(name, equation, wrong, Subject { sample }, caught_by)
-    };
+    let fault =
+        |name, equation, wrong, sample: Sample, caught_by| fault(name, equation, wrong, Subject { sample }, caught_by);
     vec![
         fault(
             "area-for-solid-angle",
@@ -266,9 +237,7 @@ fn faults() -> Vec<Fault<Subject>> {
             "excess-from-the-wrong-side",
             &SOLID_ANGLE,
             "the solid angle of all directions that miss the shape: the sign of the excess is wrong",
-            |emitter, from, random| {
-                with_pdf(emitter, from, random, |pdf| 1.0 / (2.0 * TAU - 1.0 / pdf))
-            },
+            |emitter, from, random| with_pdf(emitter, from, random, |pdf| 1.0 / (2.0 * TAU - 1.0 / pdf)),
             &["emitter/seen-triangle: pdf", "emitter/seen-rectangle: pdf"],
         ),
         fault(
@@ -317,11 +286,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             "mirrored-numbers",
             &LIGHT_SPHERE,
             "1 − r for r: as uniform as r",
-            Subject {
-                sample: |emitter, from, [r1, r2]| {
-                    emitter.sample_solid_angle(from, [1.0 - r1, 1.0 - r2])
-                },
-            },
+            Subject { sample: |emitter, from, [r1, r2]| emitter.sample_solid_angle(from, [1.0 - r1, 1.0 - r2]) },
             &["emitter/seen-sphere"],
         )],
         ..Family::new("solid-angle", RIGHT)

@@ -11,18 +11,15 @@ use glam::DVec3;
 use super::irradiance::{reflected, three};
 use super::probes::{SINGLE, radiance, words};
 use super::scenes::{
-    FLOOR, LIGHT, NEAR, RECTANGLE, TRIANGLE, floor, lambert, level, light, near_light,
-    polygon_irradiance, rectangle_light, scene, sphere_irradiance, sphere_light, square,
-    three_lights, triangle_light,
+    FLOOR, LIGHT, NEAR, RECTANGLE, TRIANGLE, floor, lambert, level, light, near_light, polygon_irradiance,
+    rectangle_light, scene, sphere_irradiance, sphere_light, square, three_lights, triangle_light,
 };
 use super::subject::{Kind, Probe, Property, Setup, Subject, on};
 use crate::faults::{TrialOn, data};
 use crate::subject::Parts;
 use whitefurnace::bsdf::Bsdf;
 use whitefurnace::emitter::LightSampling;
-use whitefurnace::equation::{
-    GEOMETRY, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE, MIS, MIS_POWER, SOLID_ANGLE,
-};
+use whitefurnace::equation::{GEOMETRY, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE, MIS, MIS_POWER, SOLID_ANGLE};
 use whitefurnace::estimator::{Heuristic, Strategy};
 use whitefurnace::frame::from_spherical;
 use whitefurnace::harness::mean::{Values, welch};
@@ -91,66 +88,29 @@ fn lights() -> Vec<TrialOn<Subject>> {
     let far_triangle = (triangle_light(), polygon_irradiance(&TRIANGLE), "triangular");
     let far_sphere = (sphere_light(), sphere_irradiance(0.5, 2.0, 1.0), "spherical");
     let three = (three_lights(), three(), "threefold");
-    let trial_on =
-        |name, (scene, irradiance, shape): &(Arc<Scene>, f64, &str), kind, equation, n| {
-            let reference = reflected(*irradiance);
-            let property = format!("a floor reflects {reference:.6} of a {shape} light");
-            let words = words(name, property, equation);
-            radiance(words, (scene, kind, near_origin), reference, (n, SINGLE))
-        };
+    let trial_on = |name, (scene, irradiance, shape): &(Arc<Scene>, f64, &str), kind, equation, n| {
+        let reference = reflected(*irradiance);
+        let property = format!("a floor reflects {reference:.6} of a {shape} light");
+        let words = words(name, property, equation);
+        radiance(words, (scene, kind, near_origin), reference, (n, SINGLE))
+    };
     vec![
         trial_on("irradiance/near-square/bsdf", &square, BSDF, &MIS, 7_000_000),
         trial_on("irradiance/square/light-area", &far_square, LIGHT_AREA, &GEOMETRY, 900_000),
-        trial_on(
-            "irradiance/near-square/light-angle",
-            &square,
-            LIGHT_ANGLE,
-            &LIGHT_RECTANGLE,
-            2_500_000,
-        ),
+        trial_on("irradiance/near-square/light-angle", &square, LIGHT_ANGLE, &LIGHT_RECTANGLE, 2_500_000),
         trial_on("irradiance/near-square/mis-area", &square, MIS_AREA, &MIS, 6_500_000),
-        trial_on(
-            "irradiance/near-square/mis-angle",
-            &square,
-            MIS_ANGLE,
-            &LIGHT_RECTANGLE,
-            2_200_000,
-        ),
+        trial_on("irradiance/near-square/mis-angle", &square, MIS_ANGLE, &LIGHT_RECTANGLE, 2_200_000),
         trial_on("irradiance/near-triangle/bsdf", &triangle, BSDF, &MIS, 7_000_000),
         trial_on("irradiance/triangle/light-area", &far_triangle, LIGHT_AREA, &GEOMETRY, 2_400_000),
-        trial_on(
-            "irradiance/near-triangle/light-angle",
-            &triangle,
-            LIGHT_ANGLE,
-            &SOLID_ANGLE,
-            2_500_000,
-        ),
+        trial_on("irradiance/near-triangle/light-angle", &triangle, LIGHT_ANGLE, &SOLID_ANGLE, 2_500_000),
         trial_on("irradiance/near-triangle/mis-area", &triangle, MIS_AREA, &MIS, 6_700_000),
-        trial_on(
-            "irradiance/near-triangle/mis-angle",
-            &triangle,
-            MIS_ANGLE,
-            &LIGHT_TRIANGLE,
-            2_200_000,
-        ),
+        trial_on("irradiance/near-triangle/mis-angle", &triangle, MIS_ANGLE, &LIGHT_TRIANGLE, 2_200_000),
         trial_on("irradiance/near-sphere/bsdf", &sphere, BSDF, &MIS, 11_000_000),
         trial_on("irradiance/sphere/light-area", &far_sphere, LIGHT_AREA, &GEOMETRY, 11_500_000),
-        trial_on(
-            "irradiance/near-sphere/light-angle",
-            &sphere,
-            LIGHT_ANGLE,
-            &LIGHT_SPHERE,
-            1_100_000,
-        ),
+        trial_on("irradiance/near-sphere/light-angle", &sphere, LIGHT_ANGLE, &LIGHT_SPHERE, 1_100_000),
         trial_on("irradiance/near-sphere/mis-area", &sphere, MIS_AREA, &MIS, 11_000_000),
         trial_on("irradiance/near-sphere/mis-angle", &sphere, MIS_ANGLE, &LIGHT_SPHERE, 2_500_000),
-        trial_on(
-            "irradiance/three-lights/light-angle",
-            &three,
-            LIGHT_ANGLE,
-            &LIGHT_RECTANGLE,
-            13_500_000,
-        ),
+        trial_on("irradiance/three-lights/light-angle", &three, LIGHT_ANGLE, &LIGHT_RECTANGLE, 13_500_000),
     ]
 }
 
@@ -213,9 +173,7 @@ impl Property for SameMean {
                 ray: near_origin,
             };
             let mut rng = context.rng(&format!("{heuristic:?}"));
-            Values::collect(reference, context.n(self.samples), || {
-                level(&self.scene, probe.radiance(setup, &mut rng))
-            })
+            Values::collect(reference, context.n(self.samples), || level(&self.scene, probe.radiance(setup, &mut rng)))
         });
         let claim = Claim::Exact { delta: SINGLE * reference };
         vec![welch("balance less power", &balance, &power, claim)]
@@ -251,9 +209,7 @@ impl Property for PowerWeights {
             sum = sum.max((a + b - 1.0).abs());
             squares = squares.max((a * q * q - b * p * p).abs());
         }
-        let exact = |name, error| {
-            Outcome::exact(name, ARGUMENTS, error, 1e-12, "the worst of random densities")
-        };
+        let exact = |name, error| Outcome::exact(name, ARGUMENTS, error, 1e-12, "the worst of random densities");
         vec![exact("sum of weights", sum), exact("squares", squares)]
     }
 }

@@ -75,10 +75,8 @@ pub fn gaps(context: &Context, numbers: Numbers) -> Vec<Outcome> {
             break;
         }
     }
-    let partition = Partition::of_masses(
-        vec![0.5, 0.25, 0.125, 0.125],
-        (0..4).map(|length| format!("gap of {length}")).collect(),
-    );
+    let partition =
+        Partition::of_masses(vec![0.5, 0.25, 0.125, 0.125], (0..4).map(|length| format!("gap of {length}")).collect());
     let counts = Counts { n, observed, ..Counts::default() };
     vec![chi_square("gaps", &partition, &counts, CELL_DELTA)]
 }
@@ -126,12 +124,7 @@ impl Pairs {
     pub fn outcomes(&self, name: &str) -> [Outcome; 2] {
         let claim = Claim::Exact { delta: CORRELATION_DELTA };
         [
-            chi_square(
-                &format!("pairs of neighbouring {name}"),
-                &self.partition,
-                &self.counts,
-                CELL_DELTA,
-            ),
+            chi_square(&format!("pairs of neighbouring {name}"), &self.partition, &self.counts, CELL_DELTA),
             mean(&format!("correlation of neighbouring {name}"), &self.products, 0.0, claim),
         ]
     }
@@ -186,32 +179,19 @@ fn trials() -> Vec<TrialOn<Numbers>> {
     };
     vec![
         TrialOn::new(
-            trial(
-                "distinct",
-                "numbers of different pixels are distinct: 53 random bits",
-                "Poisson",
-            ),
+            trial("distinct", "numbers of different pixels are distinct: 53 random bits", "Poisson"),
             distinct,
         ),
+        TrialOn::new(trial("gaps", "gaps between visits of [0, 1/2) are geometric", "chi-square"), gaps),
         TrialOn::new(
-            trial("gaps", "gaps between visits of [0, 1/2) are geometric", "chi-square"),
-            gaps,
-        ),
-        TrialOn::new(
-            trial(
-                "neighbours",
-                "neighbouring pixels, samples and draws are independent",
-                "chi-square and t",
-            ),
+            trial("neighbours", "neighbouring pixels, samples and draws are independent", "chi-square and t"),
             neighbours,
         ),
     ]
 }
 
 fn faults() -> Vec<Fault<Numbers>> {
-    let fault = |name, wrong, numbers: Numbers, caught_by| {
-        fault(name, &ESTIMATOR, wrong, numbers, caught_by)
-    };
+    let fault = |name, wrong, numbers: Numbers, caught_by| fault(name, &ESTIMATOR, wrong, numbers, caught_by);
     vec![
         fault("coarse", "sixteen random bits", coarse, &["streams/distinct"]),
         fault("golden", "multiples of the golden ratio", golden, &["streams/gaps"]),

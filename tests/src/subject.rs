@@ -9,8 +9,8 @@ use whitefurnace::bsdf::{Bsdf, Scattering};
 use whitefurnace::camera::Camera;
 use whitefurnace::emitter::{Emitter, EmitterPoint, LightSampling};
 use whitefurnace::estimator::{
-    Bidirectional, Density, Estimator, FiniteElements, Heuristic, LightRules, NextEvent, Path,
-    Photons, Report, Standard, Strategy, Whitted,
+    Bidirectional, Density, Estimator, FiniteElements, Heuristic, LightRules, NextEvent, Path, Photons, Report,
+    Standard, Strategy, Whitted,
 };
 use whitefurnace::form_factor::Polygon;
 use whitefurnace::harness::outcome::Outcome;
@@ -50,15 +50,9 @@ macro_rules! table {
 }
 
 /// All parts of all estimators.
-pub trait Parts:
-    Scattering + Roulette + NextEvent + Photons + Bidirectional + FiniteElements
-{
-}
+pub trait Parts: Scattering + Roulette + NextEvent + Photons + Bidirectional + FiniteElements {}
 
-impl<P> Parts for P where
-    P: Scattering + Roulette + NextEvent + Photons + Bidirectional + FiniteElements
-{
-}
+impl<P> Parts for P where P: Scattering + Roulette + NextEvent + Photons + Bidirectional + FiniteElements {}
 
 table! {
     Scattering {
@@ -190,13 +184,7 @@ pub enum Kind {
 
 impl Kind {
     /// One estimate of the radiance along a ray by this estimator.
-    pub fn radiance<P: Parts + Copy>(
-        self,
-        setup: Setup<P>,
-        scene: &Scene,
-        ray: &Ray,
-        rng: &mut Stream,
-    ) -> DVec3 {
+    pub fn radiance<P: Parts + Copy>(self, setup: Setup<P>, scene: &Scene, ray: &Ray, rng: &mut Stream) -> DVec3 {
         let Setup { parts, rules, .. } = setup;
         let hit = scene.intersect(ray);
         match self {
@@ -204,13 +192,10 @@ impl Kind {
             Self::PathBy(strategy, lights, heuristic) => {
                 Path { parts, strategy, lights, heuristic }.radiance(scene, ray, hit, rng)
             }
-            Self::Report(segments) => {
-                Report { parts, rays: 1, segments: setup.segments.unwrap_or(segments), rules }
-                    .radiance(scene, ray, hit, rng)
-            }
+            Self::Report(segments) => Report { parts, rays: 1, segments: setup.segments.unwrap_or(segments), rules }
+                .radiance(scene, ray, hit, rng),
             Self::Whitted(segments) => {
-                Whitted { parts, segments: setup.segments.unwrap_or(segments), rules }
-                    .radiance(scene, ray, hit, rng)
+                Whitted { parts, segments: setup.segments.unwrap_or(segments), rules }.radiance(scene, ray, hit, rng)
             }
         }
     }

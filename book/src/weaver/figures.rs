@@ -57,9 +57,7 @@ impl<'a> Weaver<'a> {
             self.figures.insert(name, file);
         }
         let images = move |label: &str| {
-            let image = |address: &String| {
-                format!("<img src=\"{address}\" alt=\"{label}, described below\">")
-            };
+            let image = |address: &String| format!("<img src=\"{address}\" alt=\"{label}, described below\">");
             addresses.iter().map(image).collect()
         };
         Ok((recorded, images))

@@ -75,9 +75,7 @@ impl Small {
 
 /// A figure of the size that the books need.
 fn svg(body: &str) -> String {
-    format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"4\" height=\"3\" viewBox=\"0 0 4 3\">{body}</svg>"
-    )
+    format!("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"4\" height=\"3\" viewBox=\"0 0 4 3\">{body}</svg>")
 }
 
 const BOOK_TOML: &str = "[book]\ntitle = \"Small\"\nsrc = \"pages\"\n[build]\ncreate-missing = false\n\
@@ -115,10 +113,7 @@ fn a_missing_figure_is_refused() {
     refused("{{#figure demo/plt.svg \"A plot.\"}}", &["did you mean \"plot.svg\"?"]);
     refused("{{#figure demo/lost.svg \"A plot.\"}}", &["is missing; run cargo run"]);
     refused("{{#figure demo/plot.svg \"\"}}", &["caption"]);
-    refused(
-        "{{#figure demo/plot.svg \"See {{#result demo.no}}.\"}}",
-        &["recorded no number \"no\""],
-    );
+    refused("{{#figure demo/plot.svg \"See {{#result demo.no}}.\"}}", &["recorded no number \"no\""]);
     refused("{{#figure demo/plot.svg \"See {{#eq ray}}.\"}}", &["{{#eq}} inside a caption"]);
     refused("{{#figure demo/plot.svg}}", &["is written {{#figure EXPERIMENT/NAME.svg"]);
 }
@@ -217,8 +212,7 @@ fn what_a_merge_leaves_is_refused() {
         refused(mark, &["merge"]);
     }
     let figure = "{{#figure demo/plot.svg \"A plot.\"}}";
-    Small::new(&format!("{figure}\n\n{figure}\n"))
-        .refused(&["demo/plot.svg is already shown on this page"]);
+    Small::new(&format!("{figure}\n\n{figure}\n")).refused(&["demo/plot.svg is already shown on this page"]);
 }
 
 #[test]
@@ -382,9 +376,7 @@ fn a_run_stands_beside_the_record() {
     assert!(page.contains(row), "{page}");
     assert!(page.contains("judged differently (2)") && page.contains("judged alike (1)"));
     assert!(!page.contains("a note"));
-    for (file, text) in
-        [("figures/demo/plot.svg", "recorded"), ("figures/run/demo/plot.svg", "run")]
-    {
+    for (file, text) in [("figures/demo/plot.svg", "recorded"), ("figures/run/demo/plot.svg", "run")] {
         assert!(page.contains(&format!("src=\"{file}\"")), "{page}");
         let figure = fs::read_to_string(book.path("out").join(file)).expect("a figure");
         assert!(figure.contains(text));
@@ -407,10 +399,7 @@ fn numbers_are_compared_by_the_noise_that_both_state() {
     assert!(within.contains("without an interval that differ (4)"));
     let beyond = run_page(&body(10.0, 1.0), &body(14.3, 1.0));
     assert!(beyond.contains("<td>2 of 4</td>"), "{beyond}");
-    assert!(
-        beyond.contains("<td><code>x</code></td><td>10 ± 3</td><td>14.30 ± 3</td>"),
-        "{beyond}"
-    );
+    assert!(beyond.contains("<td><code>x</code></td><td>10 ± 3</td><td>14.30 ± 3</td>"), "{beyond}");
 }
 
 #[test]

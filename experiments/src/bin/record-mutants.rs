@@ -49,11 +49,8 @@ fn main() -> ExitCode {
 
 fn run(options: &RecordMutants) -> Result<(), Error> {
     let folder = options.folder.clone().unwrap_or_else(record::recorded_folder);
-    let mut known = if folder.join(FILE).exists() {
-        Record::read(&folder).map_err(Error::Option)?
-    } else {
-        Record::default()
-    };
+    let mut known =
+        if folder.join(FILE).exists() { Record::read(&folder).map_err(Error::Option)? } else { Record::default() };
     // By file and name; names sort by line only within digits of one length, so the order is kept apart.
     let mut found: BTreeMap<String, Vec<(String, String)>> = BTreeMap::new();
     for path in &options.outcomes {
@@ -74,8 +71,7 @@ fn run(options: &RecordMutants) -> Result<(), Error> {
         let (counts, missed) = count(mutants)?;
         known.replace(file, counts, &missed);
     }
-    let text = serde_json::to_string_pretty(&known)
-        .map_err(|error| Error::Option(format!("{FILE}: {error}")))?;
+    let text = serde_json::to_string_pretty(&known).map_err(|error| Error::Option(format!("{FILE}: {error}")))?;
     write_text(&folder.join(FILE), &(text + "\n"))?;
     report(&known, &folder);
     Ok(())
@@ -83,8 +79,7 @@ fn run(options: &RecordMutants) -> Result<(), Error> {
 
 fn read(path: &Path) -> Result<Run, Error> {
     let text = std::fs::read_to_string(path).map_err(Error::file("read", path))?;
-    serde_json::from_str(&text)
-        .map_err(|error| Error::Option(format!("{}: {error}", path.display())))
+    serde_json::from_str(&text).map_err(|error| Error::Option(format!("{}: {error}", path.display())))
 }
 
 /// Counts the ends that the tool knows, and lists the mutants that live.

@@ -48,12 +48,7 @@ fn run(options: &Render) -> Result<Ending, Error> {
 }
 
 /// Writes the EXR and the PNG, and says what they hold.
-fn write(
-    exr: &Path,
-    options: &Render,
-    Rendered { film, complete }: &Rendered,
-    start: Instant,
-) -> Result<(), Error> {
+fn write(exr: &Path, options: &Render, Rendered { film, complete }: &Rendered, start: Instant) -> Result<(), Error> {
     let seconds = start.elapsed().as_secs_f64();
     let png = exr.with_extension("png");
     write_exr(exr, film, &options.job.provenance(*complete))?;

@@ -67,11 +67,8 @@ fn run(options: &Reproduce) -> Result<Ending, Error> {
 /// Weaves the book from the recorded results, with a page that sets this run beside them, and says where it
 /// begins.
 fn weave_book(options: &run::Options) -> Result<(), Error> {
-    let book = book::Options {
-        out: options.out.join("book"),
-        run: Some(options.out.clone()),
-        ..book::Options::default()
-    };
+    let book =
+        book::Options { out: options.out.join("book"), run: Some(options.out.clone()), ..book::Options::default() };
     let page = book::weave(&book).map_err(|error| Error::Option(error.to_string()))?;
     say!(
         "the book begins at {}; your run beside the record: {}",

@@ -32,12 +32,7 @@ pub const AGREEMENT: Experiment = Experiment {
     id: "agreement",
     title: "estimator × scene: image means agree (accumulates over runs)",
     version: 3,
-    equations: &[
-        &equation::RENDERING,
-        &equation::ESTIMATOR,
-        &equation::WHITTED,
-        &equation::GEOMETRY,
-    ],
+    equations: &[&equation::RENDERING, &equation::ESTIMATOR, &equation::WHITTED, &equation::GEOMETRY],
     run,
 };
 
@@ -120,8 +115,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
         if let Reference::Rendered(at) = reference
             && at != i
         {
-            let (tiles, pixels) =
-                note_map(run, case, [&rendered[i].maps, &rendered[at].maps], share);
+            let (tiles, pixels) = note_map(run, case, [&rendered[i].maps, &rendered[at].maps], share);
             if case.scene == SceneName::DiffuseRoom {
                 tile_maps.push(tiles);
             }
@@ -178,11 +172,7 @@ fn add(accumulated: &mut Accumulated, means: &Values, level: f64) -> Result<Tota
     let moments = means.moments;
     accumulated.push(
         accumulated.next() + moments.count() - 1,
-        &[
-            moments.count().to_string(),
-            format!("{:e}", moments.mean()),
-            format!("{:e}", moments.variance()),
-        ],
+        &[moments.count().to_string(), format!("{:e}", moments.mean()), format!("{:e}", moments.variance())],
     );
     accumulated.write()?;
     Ok(total(accumulated, means, level))
@@ -192,9 +182,7 @@ fn add(accumulated: &mut Accumulated, means: &Values, level: f64) -> Result<Tota
 fn lacks(run: &Run, cases: &[Case], level: f64) -> Result<Vec<Option<Mean>>, Error> {
     let mut counted = Vec::new();
     for (scene, _) in SCENES {
-        let wanted = |case: &Case| {
-            case.scene == scene && matches!(case.claim, Claim::Lacks(Lack::Counted(_), _))
-        };
+        let wanted = |case: &Case| case.scene == scene && matches!(case.claim, Claim::Lacks(Lack::Counted(_), _));
         if !cases.iter().any(wanted) {
             continue;
         }

@@ -29,21 +29,14 @@ pub const BLEEDING: Experiment = Experiment {
     id: "bleeding",
     title: "colour bleeding on the white sphere of figure 8, with coloured and with grey walls",
     version: 2,
-    equations: &[
-        &equation::RENDERING,
-        &equation::LAMBERT,
-        &equation::OREN_NAYAR,
-        &equation::RADIOSITY,
-    ],
+    equations: &[&equation::RENDERING, &equation::LAMBERT, &equation::OREN_NAYAR, &equation::RADIOSITY],
     run,
 };
 
 /// Azimuths along the girdle, degrees from the direction to the camera, positive to the right in the
 /// picture.
-const ANGLES: [f64; 17] = [
-    -80.0, -70.0, -60.0, -50.0, -40.0, -30.0, -20.0, -10.0, 0.0, 10.0, 20.0, 30.0, 40.0, 50.0,
-    60.0, 70.0, 80.0,
-];
+const ANGLES: [f64; 17] =
+    [-80.0, -70.0, -60.0, -50.0, -40.0, -30.0, -20.0, -10.0, 0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0];
 /// Ratios are taken of means over batches, which are nearly normal.
 const BATCHES: u32 = 64;
 
@@ -70,11 +63,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
         }));
         profiles.push(profile);
     }
-    run.csv(
-        "bleeding.csv",
-        "scene,azimuth,red over green,standard error,blue over green,standard error",
-        &rows,
-    )?;
+    run.csv("bleeding.csv", "scene,azimuth,red over green,standard error,blue over green,standard error", &rows)?;
     let patches = run.count(run.by_tier(800, 3_000)) as u32;
     let radiosity = by_radiosity(&diffuse_with(Walls::Coloured)?, patches)?;
     judge(run, &profiles, &radiosity);
@@ -85,8 +74,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
 
 /// The white sphere in the window of figure 8, in a diffuse room: no caustics hide the tint.
 fn picture(run: &mut Run, scene: &Scene, file: &str) -> Result<(), Error> {
-    let job =
-        Job { window: Some(figures::WHITE_SPHERE), spp: run.by_tier(32, 512), ..Job::default() };
+    let job = Job { window: Some(figures::WHITE_SPHERE), spp: run.by_tier(32, 512), ..Job::default() };
     let job = run.prepared(job);
     let path = Path::<Standard>::default();
     let random = (PixelSampling::Random, job.seed);
@@ -168,8 +156,7 @@ fn judge(run: &mut Run, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) {
             ratios.iter().any(far)
         })
         .count();
-    let value =
-        format!("at {tinted} of {} points, up to {:.1} %", ANGLES.len(), 100.0 * worst(coloured));
+    let value = format!("at {tinted} of {} points, up to {:.1} %", ANGLES.len(), 100.0 * worst(coloured));
     run.claim("walls colour the white sphere", value, 2 * tinted > ANGLES.len());
     let value = format!("channels differ by at most {:.1e}", worst(grey));
     run.claim("grey walls do not", value, worst(grey) < 1e-9);
@@ -185,11 +172,7 @@ fn judge(run: &mut Run, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) {
     run.number("apart", apart);
     let what = "radiosity and path tracer agree on the tint";
     let value = format!("ratios of irradiance within {apart:.4}, at most {TINT}");
-    let verdict = if apart < TINT || at_least > TINT {
-        Judgement::from(apart < TINT)
-    } else {
-        Judgement::Undecided
-    };
+    let verdict = if apart < TINT || at_least > TINT { Judgement::from(apart < TINT) } else { Judgement::Undecided };
     run.claim(what, value, verdict);
 }
 
@@ -223,11 +206,7 @@ fn draw(run: &mut Run, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) -> Resu
         &[(0, "coloured walls"), (1, "grey walls")],
         false,
     );
-    let diffuse = chart(
-        "The same in the diffuse room: irradiance, by paths and by radiosity",
-        &[(2, "paths")],
-        true,
-    );
+    let diffuse = chart("The same in the diffuse room: irradiance, by paths and by radiosity", &[(2, "paths")], true);
     let see = "Towards the walls red and blue leave the ratio one that grey walls would give. Points of path \
                tracing lie on the lines of radiosity.";
     charts(&run.figure("bleeding.svg"), see, [900, 880], &[report, diffuse])

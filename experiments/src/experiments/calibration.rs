@@ -27,8 +27,7 @@ pub const CALIBRATION: Experiment = Experiment {
 /// The scale at which the registry's trials are repeated.
 const SCALE: f64 = 1.0 / 1024.0;
 /// Statistics of continuous variables, whose p-values are uniform rather than only not too small...
-const CONTINUOUS: [&str; 6] =
-    ["t", "z", "Welch", "chi-square", "Kolmogorov-Smirnov", "variance ratio"];
+const CONTINUOUS: [&str; 6] = ["t", "z", "Welch", "chi-square", "Kolmogorov-Smirnov", "variance ratio"];
 /// ...from about this many values on.
 const LEAST_VALUES: u64 = 900;
 
@@ -41,11 +40,8 @@ const PROMISE: &str = "promise ";
 const TRIAL: &str = "trial ";
 
 fn run(run: &mut Run) -> Result<(), Error> {
-    let key = format!(
-        "calibration version {}, seed {}, n = {N}, registry at scale 1/1024",
-        CALIBRATION.version,
-        run.seed()
-    );
+    let key =
+        format!("calibration version {}, seed {}, n = {N}, registry at scale 1/1024", CALIBRATION.version, run.seed());
     let mut accumulated = run.accumulated("calibration.csv", &key, "replication,name,p")?;
     let first = accumulated.next();
     let replications: Vec<u64> = (first..first + run.count(run.by_tier(64, 1024))).collect();
@@ -114,9 +110,8 @@ const LEFT_OUT: [&str; 2] = ["bsdf", "images"];
 /// The trials that have p-values to examine, by a replication of their own.
 fn in_question(registry: Vec<Trial>, master: u64) -> Result<Vec<Trial>, Error> {
     let context = Context::new(seed_for(master, "calibration, which trials"), SCALE)?;
-    let examined = parallel(&registry, |trial| {
-        !LEFT_OUT.contains(&group(&trial.name)) && !p_values(trial, &context).is_empty()
-    })?;
+    let examined =
+        parallel(&registry, |trial| !LEFT_OUT.contains(&group(&trial.name)) && !p_values(trial, &context).is_empty())?;
     let pairs = registry.into_iter().zip(examined);
     Ok(pairs.filter_map(|(trial, kept)| kept.then_some(trial)).collect())
 }
@@ -146,10 +141,8 @@ fn p_values(trial: &Trial, context: &Context) -> Vec<[String; 2]> {
 
 /// Judges each name at `level`, its share of the look's.
 fn judge(run: &mut Run, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) {
-    let rates: BTreeMap<String, f64> = statistics::promises()
-        .iter()
-        .map(|promise| (format!("{PROMISE}{}", promise.name), promise.rate))
-        .collect();
+    let rates: BTreeMap<String, f64> =
+        statistics::promises().iter().map(|promise| (format!("{PROMISE}{}", promise.name), promise.rate)).collect();
     let (mut registered, mut worst) = (0, (1.0, String::from("none")));
     for (&name, values) in by_name {
         let n = values.len() as u64;

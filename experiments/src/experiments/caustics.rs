@@ -4,9 +4,7 @@
 use registry::photon::scenes::{CAUSTIC, caustic, no_caustic};
 use whitefurnace::equation;
 use whitefurnace::error::Error;
-use whitefurnace::estimator::{
-    LightRules, Lookup, Path, PhotonMapping, Sppm, Standard, Strategy, Whitted,
-};
+use whitefurnace::estimator::{LightRules, Lookup, Path, PhotonMapping, Sppm, Standard, Strategy, Whitted};
 use whitefurnace::film::Film;
 use whitefurnace::harness::mean::{Sigma, Values, skewness_of_sum};
 use whitefurnace::harness::outcome::{Verdict, approximate_verdict};
@@ -86,10 +84,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
             Method::Path(Strategy::Mis) => {}
             Method::Whitted => run.claim(
                 "whitted has no caustic",
-                format!(
-                    "{:.4} of path tracing's radiance",
-                    made.region.moments.mean() / path.moments.mean()
-                ),
+                format!("{:.4} of path tracing's radiance", made.region.moments.mean() / path.moments.mean()),
                 made.region.moments.mean() < 0.5 * path.moments.mean(),
             ),
             _ => same(run, &format!("{name} and mis"), (&made.region, &path)),
@@ -121,12 +116,7 @@ fn row(run: &mut Run, name: &str, made: &Made, rows: &mut Vec<String>) {
         100.0 * film.relative_error()
     );
     run.note(name, value);
-    rows.push(format!(
-        "{name},{:e},{:e},{:e}",
-        region.mean(),
-        region.standard_error(),
-        film.relative_error()
-    ));
+    rows.push(format!("{name},{:e},{:e},{:e}", region.mean(), region.standard_error(), film.relative_error()));
 }
 
 /// Claims that two means are the same within the margin, by an interval at the experiment's family-wise
@@ -195,9 +185,7 @@ fn one_image(
     let parts = Standard;
     let (random, frame) = ((PixelSampling::Random, seed), (size, None));
     match method {
-        Method::Path(strategy) => {
-            render_samples(scene, &Path::new(parts, strategy), random, frame, samples)
-        }
+        Method::Path(strategy) => render_samples(scene, &Path::new(parts, strategy), random, frame, samples),
         Method::Whitted => {
             let whitted = Whitted::new(LightRules::PHYSICAL);
             render_samples(scene, &whitted, random, frame, samples)

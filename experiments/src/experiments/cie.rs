@@ -15,12 +15,7 @@ pub const CIE: Experiment = Experiment {
     id: "cie",
     title: "scenes with known answers, in the manner of CIE 171:2006: estimate, closed form, deviation",
     version: 1,
-    equations: &[
-        &equation::GEOMETRY,
-        &equation::FORM_FACTOR,
-        &equation::RADIOSITY,
-        &equation::FRESNEL,
-    ],
+    equations: &[&equation::GEOMETRY, &equation::FORM_FACTOR, &equation::RADIOSITY, &equation::FRESNEL],
     run,
 };
 
@@ -38,8 +33,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     for (trial, rows) in trials.iter().zip(&found) {
         for row in rows {
             let o = &row.outcome;
-            let standard_error =
-                o.half_width() / normal_upper(whitefurnace::harness::outcome::ALPHA / 2.0);
+            let standard_error = o.half_width() / normal_upper(whitefurnace::harness::outcome::ALPHA / 2.0);
             let value = format!(
                 "{}: {:.6}, closed form {:.6}, {:+.2} standard errors of {standard_error:.1e}",
                 trial.property, o.estimate, o.reference, o.value
@@ -55,10 +49,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     // Bonferroni over the table.
     let critical = normal_upper(suite::FAMILY / (2.0 * rows.len() as f64));
     run.number("largest_deviation", largest);
-    let value = format!(
-        "{largest:.2} standard errors; under {critical:.2} with probability {}",
-        1.0 - suite::FAMILY
-    );
+    let value = format!("{largest:.2} standard errors; under {critical:.2} with probability {}", 1.0 - suite::FAMILY);
     run.claim("the largest deviation", value, largest < critical);
     let lines: Vec<Line> = rows.iter().map(|row| Line::of(row.trial.clone(), row)).collect();
     let title = format!("Scenes with known answers, scale {scale}");

@@ -113,9 +113,8 @@ fn measure(integrand: &Integrand, sobol: bool, seed: u64, sizes: &[u32]) -> Resu
     let found: Vec<Vec<f64>> = parallel(0..GROUPS, |group| {
         let variance = |&samples: &u32| {
             let first = group * REPLICATIONS;
-            let moments: Moments = (first..first + REPLICATIONS)
-                .map(|k| integrand.mean(sobol, seed, k, samples))
-                .collect();
+            let moments: Moments =
+                (first..first + REPLICATIONS).map(|k| integrand.mean(sobol, seed, k, samples)).collect();
             moments.variance()
         };
         sizes.iter().map(variance).collect()
@@ -125,8 +124,7 @@ fn measure(integrand: &Integrand, sobol: bool, seed: u64, sizes: &[u32]) -> Resu
     // so where few samples leave the mean skewed.
     let without = |left_out: Option<usize>| -> Vec<Moments> {
         let kept = |&(k, _): &(usize, &Vec<f64>)| Some(k) != left_out;
-        let at =
-            |i: usize| found.iter().enumerate().filter(kept).map(|(_, group)| group[i]).collect();
+        let at = |i: usize| found.iter().enumerate().filter(kept).map(|(_, group)| group[i]).collect();
         (0..sizes.len()).map(at).collect()
     };
     let slope = |variances: &[Moments]| {
@@ -142,19 +140,9 @@ fn measure(integrand: &Integrand, sobol: bool, seed: u64, sizes: &[u32]) -> Resu
 fn run(run: &mut Run) -> Result<(), Error> {
     let room = room::diffuse()?;
     let cases = [
-        (
-            "smooth",
-            "Unoccluded square light",
-            Integrand::Smooth(rectangle_light(false)),
-            run.by_tier(10, 13),
-        ),
+        ("smooth", "Unoccluded square light", Integrand::Smooth(rectangle_light(false)), run.by_tier(10, 13)),
         ("edge", "Half-covered pixel", Integrand::Edge, run.by_tier(11, 14)),
-        (
-            "room",
-            "A pixel of the all-diffuse room",
-            Integrand::Room(Box::new(room)),
-            run.by_tier(7, 11),
-        ),
+        ("room", "A pixel of the all-diffuse room", Integrand::Room(Box::new(room)), run.by_tier(7, 11)),
     ];
     let mut plots = Vec::new();
     for (key, title, integrand, powers) in &cases {

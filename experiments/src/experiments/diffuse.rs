@@ -33,12 +33,7 @@ pub const FIG2: Experiment = Experiment {
     id: "fig2",
     title: "a sphere lit from the front with four diffuse models: the flat look of the full moon",
     version: 2,
-    equations: &[
-        &equation::LAMBERT,
-        &equation::OREN_NAYAR,
-        &equation::EON_SINGLE,
-        &equation::EON_MULTIPLE,
-    ],
+    equations: &[&equation::LAMBERT, &equation::OREN_NAYAR, &equation::EON_SINGLE, &equation::EON_MULTIPLE],
     run: figure,
 };
 
@@ -222,9 +217,7 @@ fn albedo(run: &mut Run) -> Result<(), Error> {
         series.push(Series::measured("", colour, points));
         lobes.push(Series::new(model.title(), colour, Mark::Line, lobe(&bsdf)));
     }
-    let title = format!(
-        "Directional albedo, ρ = 1, σ = {SIGMA}: closed forms, and means of {samples} samples"
-    );
+    let title = format!("Directional albedo, ρ = 1, σ = {SIGMA}: closed forms, and means of {samples} samples");
     let axes = ["inclination (degrees)", "directional albedo"];
     let chart = Chart::new(title, axes, [[0.0, 90.0], [0.75, 1.05]], series);
     let see = "Lambert and EON lie on one. Corrected Oren–Nayar rises towards grazing, the printed form hardly.";
@@ -235,8 +228,7 @@ fn albedo(run: &mut Run) -> Result<(), Error> {
     let title = format!("π f in the plane of incidence, light at {INCIDENT}°, ρ = 1, σ = {SIGMA}");
     let axes = ["π f sin θ (towards the light →)", "π f cos θ"];
     let chart = Chart::new(title, axes, [[-1.2, 2.0], [0.0, 1.45]], lobes);
-    let see =
-        "Lambert's lobe is a half circle. Corrected Oren–Nayar and EON bulge towards the light.";
+    let see = "Lambert's lobe is a half circle. Corrected Oren–Nayar and EON bulge towards the light.";
     charts(&run.figure("lobes.svg"), see, [900, 460], &[chart])?;
     metals(run, samples)
 }
@@ -255,8 +247,7 @@ fn metals(run: &mut Run, samples: u64) -> Result<(), Error> {
     for (colour, alpha) in (0..).zip(ALPHA) {
         let seed = seed_for(run.seed(), &format!("metal {alpha}"));
         let bsdf = Bsdf::model(metal(alpha));
-        let known =
-            |degrees: f64| reflected(metal(alpha), from_spherical(degrees.to_radians(), 0.0));
+        let known = |degrees: f64| reflected(metal(alpha), from_spherical(degrees.to_radians(), 0.0));
         let curve = (0..=88).step_by(2).map(|d| [f64::from(d), known(f64::from(d))]);
         series.push(Series::new(&format!("α = {alpha}"), colour, Mark::Line, curve));
         let mut worst = 0.0_f64;
@@ -277,8 +268,7 @@ fn metals(run: &mut Run, samples: u64) -> Result<(), Error> {
         run.claim(&what, value, worst < critical);
         series.push(Series::measured("", colour, points));
     }
-    let title =
-        format!("Directional albedo of GGX, F₀ = 1: quadrature, and means of {samples} samples");
+    let title = format!("Directional albedo of GGX, F₀ = 1: quadrature, and means of {samples} samples");
     let axes = ["inclination (degrees)", "directional albedo"];
     let chart = Chart::new(title, axes, [[0.0, 90.0], [0.3, 1.05]], series);
     let see = "The rougher the metal, the more of the light is lost on a second facet.";

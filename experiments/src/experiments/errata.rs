@@ -89,15 +89,12 @@ fn oren_nayar(run: &mut Run) {
     }
     let t = 75f64.to_radians();
     let at = |form, t: f64| oren_nayar_angles(constants, form, t, t, 0.0);
-    let [right, printed] =
-        [OrenNayarForm::Corrected, OrenNayarForm::Printed].map(|form| at(form, t));
+    let [right, printed] = [OrenNayarForm::Corrected, OrenNayarForm::Printed].map(|form| at(form, t));
     let what = "relative error of light sent back where it came from at 75°";
     run.size("oren_nayar.back", printed / right - 1.0, what);
     // A sphere lit from the eye: radiance goes with cos θ f_r.
     let t = 85f64.to_radians();
-    for (name, form) in
-        [("corrected", OrenNayarForm::Corrected), ("printed", OrenNayarForm::Printed)]
-    {
+    for (name, form) in [("corrected", OrenNayarForm::Corrected), ("printed", OrenNayarForm::Printed)] {
         let rim = t.cos() * at(form, t) / at(form, 0.0);
         let what = "of its centre's radiance is that of a sphere lit from the eye at 85°";
         run.size(&format!("oren_nayar.rim.{name}"), rim, what);
@@ -128,8 +125,7 @@ fn path_ends(run: &mut Run) {
     // Paths that survive with probability a and are not weighted: Σ a^2k for Σ a^k.
     let what = "relative bias without the weight, albedo and survival 0.75";
     run.size("unweighted", (1.0 - a) / (1.0 - a * a) - 1.0, what);
-    let what =
-        "relative bias if what was counted before the survival is divided as well, survival 0.75";
+    let what = "relative bias if what was counted before the survival is divided as well, survival 0.75";
     run.size("divided", 1.0 / a - 1.0, what);
     let what = "is the variance of a furnace of albedo 0.75 at survival 0.75";
     run.size("variance.0.75.0.75", variance(0.75, 0.75), what);

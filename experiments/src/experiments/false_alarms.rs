@@ -67,11 +67,8 @@ fn fields(seed: &Seed) -> Vec<String> {
         of.count().to_string()
     };
     let fails = |measure: &&Measure| measure.verdict == Judgement::Fails;
-    let compared = || {
-        measures().filter(|measure| {
-            measure.random && !measure.approximate && measure.n >= measure.valid_from
-        })
-    };
+    let compared =
+        || measures().filter(|measure| measure.random && !measure.approximate && measure.n >= measure.valid_from);
     let smallest = compared().min_by(|a, b| a.p.total_cmp(&b.p));
     let answers = |wanted: Answer| {
         let of = seed.faults.iter().filter(|(_, answer)| *answer == wanted);
@@ -100,8 +97,7 @@ fn report(run: &mut Run, accumulated: &Accumulated, scale: f64, level: f64) {
     let column = |at: usize| rows.iter().map(move |row| number(row, at));
     let seeds = rows.len() as f64;
     let [holds, fails, undecided, exact, random, faults, rejected, faults_red] =
-        [HOLDS, FAILS, UNDECIDED, EXACT, RANDOM, FAULTS, REJECTED, FAULTS_RED]
-            .map(|at| column(at).sum::<f64>());
+        [HOLDS, FAILS, UNDECIDED, EXACT, RANDOM, FAULTS, REJECTED, FAULTS_RED].map(|at| column(at).sum::<f64>());
     let bound = ALPHA * CAPACITY as f64;
     let red = rows.iter().filter(|row| !row[RED].is_empty());
     let names: Vec<&str> = red.map(|row| row[RED].as_str()).collect();
@@ -148,8 +144,9 @@ fn report(run: &mut Run, accumulated: &Accumulated, scale: f64, level: f64) {
         faults - rejected - faults_red
     );
     run.note("faults", value);
-    let value = "calibration, which `calibration` measures at length; check-ups of BSDFs that are not the program's own"
-        .to_owned();
+    let value =
+        "calibration, which `calibration` measures at length; check-ups of BSDFs that are not the program's own"
+            .to_owned();
     run.note("not among them", value);
     let smallest = column(SMALLEST).fold(1.0, f64::min);
     // P(least of m p-values ≤ x) ≤ m x, under any dependence.

@@ -75,8 +75,7 @@ fn label(pair: &Pair) -> String {
 /// Rejected if any outcome fails, where the fault names the trial any that it names; a fault that every
 /// outcome lets through is missed.
 fn judge(outcomes: &[&Outcome]) -> Detection {
-    let any =
-        |wanted: fn(Verdict) -> bool| outcomes.iter().any(|outcome| wanted(outcome.verdict()));
+    let any = |wanted: fn(Verdict) -> bool| outcomes.iter().any(|outcome| wanted(outcome.verdict()));
     if any(|verdict| verdict == Verdict::Fails) {
         Detection::Rejected
     } else if any(|verdict| matches!(verdict, Verdict::Undecided { .. })) {
@@ -150,10 +149,7 @@ fn figure(pair: &Pair) -> String {
         "estimator" if pair.trial.starts_with("irradiance/") => "irradiance",
         "estimator" => "glass",
         "photon-equivalence" => "photon",
-        other => TOGETHER
-            .iter()
-            .find(|(_, families)| families.contains(&other))
-            .map_or(other, |(name, _)| name),
+        other => TOGETHER.iter().find(|(_, families)| families.contains(&other)).map_or(other, |(name, _)| name),
     };
     format!("faults-{}.svg", name.replace(' ', "-"))
 }
@@ -175,8 +171,7 @@ fn draw(run: &mut Run, pairs: &[Pair], seen: &[Detection]) -> Result<(), Error> 
         let cells: HashMap<(String, &str), Detection> =
             pairs.iter().map(|(pair, seen)| ((row(pair), pair.trial.as_str()), *seen)).collect();
         let stem = file.trim_end_matches(".svg");
-        let title =
-            format!("Which trials reject which faults: {}", stem.replacen("faults-", "", 1));
+        let title = format!("Which trials reject which faults: {}", stem.replacen("faults-", "", 1));
         let see = "A row for each fault, a column for each trial; a dark cell where the trial rejects it.";
         matrix(&run.figure(&file), (&title, see), &rows, &columns, |row, column| {
             let cell = (rows[row].clone(), columns[column].as_str());

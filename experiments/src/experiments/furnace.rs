@@ -101,8 +101,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     }
     let value = format!("{side}x{side}, {spp} spp, white spheres, σ = {SIGMA}, sky of radiance 1");
     run.note("furnace.svg", value);
-    let see =
-        "Lambert's and EON's spheres vanish but for noise; both forms of Oren–Nayar are too dark.";
+    let see = "Lambert's and EON's spheres vanish but for noise; both forms of Oren–Nayar are too dark.";
     maps(&run.figure("furnace.svg"), see, [980, 820], 2, &panels)
 }
 

@@ -122,10 +122,7 @@ fn by_distance(run: &mut Run) -> Result<(), Error> {
             "variance by shadow rays alone: area {area:.3e}, solid angle {angle:.3e}, relative to the squared mean"
         );
         run.note(&format!("{} at height {}", shape.name, HEIGHTS[0]), value);
-        let title = format!(
-            "Light of a {}: variance of one sample, relative to the squared mean",
-            shape.name
-        );
+        let title = format!("Light of a {}: variance of one sample, relative to the squared mean", shape.name);
         let height = "height over the floor (half of its side, or its radius, is 1)";
         let (axes, ranges) = ([height, "relative variance"], [[0.04, 40.0], [1e-8, 1e3]]);
         panels.push(Chart::new(title, axes, ranges, series).log([true, true]));

@@ -3,9 +3,7 @@
 use registry::photon::scenes::{at_origin, at_point, disc_average, over_floor, point_camera};
 use whitefurnace::equation;
 use whitefurnace::error::Error;
-use whitefurnace::estimator::{
-    Estimator, ImageEstimator, Lookup, PhotonMapping, Sppm, Standard, radius_squared,
-};
+use whitefurnace::estimator::{Estimator, ImageEstimator, Lookup, PhotonMapping, Sppm, Standard, radius_squared};
 use whitefurnace::harness::tails::student_upper;
 use whitefurnace::moments::Moments;
 use whitefurnace::rng::{seed_for, stream};
@@ -132,8 +130,7 @@ fn passes(run: &mut Run) -> Result<Chart, Error> {
         expected += disc_average(radius, f64::INFINITY);
         let n = f64::from(index + 1);
         let moments: Moments = means.iter().map(|means| means[index as usize]).collect();
-        let rms: Moments =
-            means.iter().map(|means| (means[index as usize] / point - 1.0).powi(2)).collect();
+        let rms: Moments = means.iter().map(|means| (means[index as usize] / point - 1.0).powi(2)).collect();
         let found = 1.0 - moments.mean() / point;
         let stated = 1.0 - expected / n / point;
         let reach = reach(&moments, PASSES as usize) / point;

@@ -69,9 +69,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     run.note("what is extrapolated", value);
     let titles = ["sums of values", "counts, cells, bounds"];
     let panels = panels.chunks(PER_PANEL).zip(titles).map(|(series, what)| {
-        let title = format!(
-            "Power at level 1e-9, {what}: curves stated, points from {replications} replications"
-        );
+        let title = format!("Power at level 1e-9, {what}: curves stated, points from {replications} replications");
         let axes = ["effect (standard errors)", "probability of rejection"];
         Chart::new(title, axes, [REACH, [0.0, 1.02]], series.concat())
     });
@@ -103,24 +101,13 @@ fn effect_of(statistic: &Statistic, wanted: f64) -> f64 {
     high
 }
 
-fn measure(
-    master: u64,
-    statistic: &Statistic,
-    effect: f64,
-    wanted: f64,
-    replications: u64,
-) -> Result<Point, Error> {
+fn measure(master: u64, statistic: &Statistic, effect: f64, wanted: f64, replications: u64) -> Result<Point, Error> {
     let seed = seed_for(master, &format!("power {} {wanted}", statistic.name));
     let replicate = |k| (statistic.run)(&mut stream(seed, k, 0), effect);
     let outcomes = parallel(0..replications as u32, replicate)?;
     let mut values = Values::new(0.0);
     outcomes.iter().for_each(|o| values.push(o.value));
-    Ok(Point {
-        stated: wanted,
-        effect,
-        rejected: outcomes.iter().filter(|o| o.p < ALPHA).count() as u64,
-        values,
-    })
+    Ok(Point { stated: wanted, effect, rejected: outcomes.iter().filter(|o| o.p < ALPHA).count() as u64, values })
 }
 
 fn report(run: &mut Run, statistic: &Statistic, point: &Point, replications: u64, level: f64) {
@@ -146,18 +133,11 @@ fn report(run: &mut Run, statistic: &Statistic, point: &Point, replications: u64
 }
 
 /// The stated curve, and the measured points with 95 % intervals.
-fn series(
-    statistic: &Statistic,
-    points: &[Point],
-    colour: usize,
-    replications: u64,
-) -> [Series; 2] {
+fn series(statistic: &Statistic, points: &[Point], colour: usize, replications: u64) -> [Series; 2] {
     let [from, to] = REACH;
     let curve = (0..=280).map(|i| from + (to - from) * f64::from(i) / 280.0);
     let curve = curve.map(|x| [x, statistic.power(x * statistic.unit)]);
-    let place = |point: &Point| {
-        [point.effect / statistic.unit, point.rejected as f64 / replications as f64]
-    };
+    let place = |point: &Point| [point.effect / statistic.unit, point.rejected as f64 / replications as f64];
     let bars = points.iter().map(|p| binomial_interval(p.rejected, replications, 0.025)).collect();
     [
         Series::new(statistic.name, colour, Mark::Line, curve),
@@ -179,10 +159,7 @@ fn registry(run: &mut Run) -> Result<(), Error> {
     let found = suite::run(&trials, run.seed(), scale)?;
     let random = found.iter().flatten().filter(|row| row.outcome.is_random());
     let mut measures: Vec<Detectable> = random
-        .map(|row| Detectable {
-            row,
-            ratio: row.outcome.minimum_detectable_effect() / row.outcome.claim.size(),
-        })
+        .map(|row| Detectable { row, ratio: row.outcome.minimum_detectable_effect() / row.outcome.claim.size() })
         .collect();
     measures.sort_by(|a, b| b.ratio.total_cmp(&a.ratio));
     let line = |Detectable { row, ratio }: &Detectable| {
@@ -201,17 +178,13 @@ fn registry(run: &mut Run) -> Result<(), Error> {
         )
     };
     let lines: Vec<String> = measures.iter().map(line).collect();
-    run.csv(
-        "registry.csv",
-        "trial,measure,statistic,n,delta,detects,detects_over_delta,miss_at_delta",
-        &lines,
-    )?;
+    run.csv("registry.csv", "trial,measure,statistic,n,delta,detects,detects_over_delta,miss_at_delta", &lines)?;
     // Effects that are just detected shrink as 1/√n (in a Poisson count, whose δ grows as n², faster).
     let limit = scale.powf(-0.5);
     let weak = measures.iter().filter(|m| m.ratio > limit || m.ratio.is_nan());
-    let weakest = measures.first().map_or_else(String::new, |m| {
-        format!("{:.3} δ ({}: {})", m.ratio, m.row.trial, m.row.outcome.name)
-    });
+    let weakest = measures
+        .first()
+        .map_or_else(String::new, |m| format!("{:.3} δ ({}: {})", m.ratio, m.row.trial, m.row.outcome.name));
     let value = format!(
         "{} random measures at scale {scale}, {} of them weaker than {limit:.1} δ; the weakest detects {weakest}",
         measures.len(),
@@ -227,12 +200,7 @@ fn registry(run: &mut Run) -> Result<(), Error> {
 }
 
 /// Every measure in the order of its ratio, by statistic; those that vary by rounding alone lie below.
-fn draw_registry(
-    run: &mut Run,
-    measures: &[Detectable],
-    scale: f64,
-    limit: f64,
-) -> Result<(), Error> {
+fn draw_registry(run: &mut Run, measures: &[Detectable], scale: f64, limit: f64) -> Result<(), Error> {
     let mut kinds: Vec<&str> = measures.iter().map(|m| m.row.outcome.statistic).collect();
     kinds.sort_unstable();
     kinds.dedup();

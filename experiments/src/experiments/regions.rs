@@ -33,12 +33,7 @@ struct Region {
     margin: f64,
 }
 
-const fn region(
-    name: &'static str,
-    [x0, y0, x1, y1]: [u32; 4],
-    published: [f64; 3],
-    margin: f64,
-) -> Region {
+const fn region(name: &'static str, [x0, y0, x1, y1]: [u32; 4], published: [f64; 3], margin: f64) -> Region {
     Region { name, corner: [x0, y0], size: [x1 - x0, y1 - y0], published, margin }
 }
 
@@ -77,8 +72,7 @@ fn quirks(run: &mut Run) -> Result<(), Error> {
         ("without the loss of direct light", "direct-kept", kept),
         ("without the extra cosine", "single-cosine", single),
     ];
-    let with_all =
-        TABLE.iter().map(|region| quirked_mean(run, region, all)).collect::<Result<Vec<_>, _>>()?;
+    let with_all = TABLE.iter().map(|region| quirked_mean(run, region, all)).collect::<Result<Vec<_>, _>>()?;
     let mut panels = Vec::new();
     for (title, stem, quirks) in variants {
         let mut panel = Vec::new();
@@ -120,17 +114,9 @@ fn run(run: &mut Run) -> Result<(), Error> {
             let difference = [0, 1, 2].map(|c| mean[c] - region.published[c]);
             let worst = difference.iter().fold(0.0f64, |worst, d| worst.max(d.abs()));
             let what = format!("{stem}: {}", region.name);
-            let value = format!(
-                "{} (published {}), at most {worst:.1} off",
-                triple(mean),
-                triple(region.published)
-            );
+            let value = format!("{} (published {}), at most {worst:.1} off", triple(mean), triple(region.published));
             if convention == ConventionName::Published {
-                run.claim(
-                    &what,
-                    format!("{value} of {} allowed", region.margin),
-                    worst <= region.margin,
-                );
+                run.claim(&what, format!("{value} of {} allowed", region.margin), worst <= region.margin);
             } else {
                 run.note(&what, value);
             }
@@ -167,12 +153,7 @@ fn record(run: &mut Run, stem: &str, region: &Region, values: [f64; 3]) {
 }
 
 /// All panels on one scale, with what each region is allowed.
-fn draw(
-    path: &Path,
-    about: (&str, &str),
-    [axis, band]: [&str; 2],
-    panels: &[Panel<'_>],
-) -> Result<(), Error> {
+fn draw(path: &Path, about: (&str, &str), [axis, band]: [&str; 2], panels: &[Panel<'_>]) -> Result<(), Error> {
     let regions = TABLE.map(|region| (region.name, region.margin));
     let common = Common { regions: &regions, axis, band };
     differences(path, about, &common, panels)

@@ -7,9 +7,7 @@ use glam::DVec3;
 use whitefurnace::bsdf::Scattering;
 use whitefurnace::equation;
 use whitefurnace::error::Error;
-use whitefurnace::estimator::{
-    Estimator, Lookup, NextEvent, Path, PhotonMapping, Photons, Standard, Strategy,
-};
+use whitefurnace::estimator::{Estimator, Lookup, NextEvent, Path, PhotonMapping, Photons, Standard, Strategy};
 use whitefurnace::film::Film;
 use whitefurnace::moments::Moments;
 use whitefurnace::pixel::PixelSampling;
@@ -132,8 +130,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
         let value = format!("{:.2} for {:.2}", gathering.shadow, cost.shadow);
         run.claim(&what, value, gathering.shadow < cost.shadow);
         let ratio = gathering.error / cost.error;
-        let what =
-            format!("error of final gathering over that of {name} at the same number of rays");
+        let what = format!("error of final gathering over that of {name} at the same number of rays");
         let value = format!("{ratio:.2}");
         run.note(&what, value);
         run.number(&format!("error_ratio.{name}"), ratio);
@@ -188,12 +185,7 @@ fn report(run: &mut Run, name: &str, samples: u32, cost: &Cost) {
     run.note(&format!("{name}, {samples} samples per pixel"), value);
 }
 
-fn film<E: Estimator>(
-    scene: &Scene,
-    estimator: &E,
-    seed: u64,
-    samples: u32,
-) -> Result<Film, Error> {
+fn film<E: Estimator>(scene: &Scene, estimator: &E, seed: u64, samples: u32) -> Result<Film, Error> {
     render_samples(scene, estimator, (PixelSampling::Centre, seed), (SIZE, None), samples)
 }
 

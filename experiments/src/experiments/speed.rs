@@ -58,8 +58,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
             image(run, &pools, &name(scene), job)?;
         }
     }
-    let report =
-        Job { convention: ConventionName::Report, estimator: EstimatorName::Report, ..base };
+    let report = Job { convention: ConventionName::Report, estimator: EstimatorName::Report, ..base };
     let rate = image(run, &pools, "seven-segments", report)?;
     run.number("figure-6.seconds", FIGURE_6 / rate);
     rays(run)?;
@@ -120,11 +119,9 @@ fn least_seconds(mut work: impl FnMut() -> Result<(), Error>) -> Result<f64, Err
 fn rays(run: &mut Run) -> Result<(), Error> {
     let scene = room::diffuse()?;
     let seed = seed_for(run.seed(), "speed rays");
-    let bounced: Vec<Ray> =
-        (0..1024).filter_map(|i| bounced(&scene, &mut stream(seed, 0, i))).collect();
+    let bounced: Vec<Ray> = (0..1024).filter_map(|i| bounced(&scene, &mut stream(seed, 0, i))).collect();
     let light = DVec3::new(4.0, 0.0, 4.99);
-    let shadow: Vec<Ray> =
-        bounced.iter().map(|ray| Ray::new(ray.origin, light - ray.origin)).collect();
+    let shadow: Vec<Ray> = bounced.iter().map(|ray| Ray::new(ray.origin, light - ray.origin)).collect();
     let closest = |ray: &Ray| {
         black_box(scene.bvh().closest(ray, f64::INFINITY));
     };

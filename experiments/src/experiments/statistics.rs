@@ -207,9 +207,7 @@ pub fn promises() -> [Promise; 6] {
         Promise {
             name: "empirical Bernstein rejects a true mean",
             rate: LEVEL,
-            happened: |rng| {
-                bounded_mean("b", &uniforms(rng, 500, 0.0), 0.5, [0.0, 1.0], ANY).p < LEVEL
-            },
+            happened: |rng| bounded_mean("b", &uniforms(rng, 500, 0.0), 0.5, [0.0, 1.0], ANY).p < LEVEL,
         },
         Promise {
             name: "binomial test rejects a true share",

@@ -185,9 +185,7 @@ fn measure(trial: &str, o: &Outcome) -> Measure {
         bound: matches!(
             o.sensitivity,
             // Losses may reject, too.
-            Sensitivity::Distance { .. }
-                | Sensitivity::Bernstein { .. }
-                | Sensitivity::Cells { tests: 2.., .. }
+            Sensitivity::Distance { .. } | Sensitivity::Bernstein { .. } | Sensitivity::Cells { tests: 2.., .. }
         ),
         graded: graded.collect(),
     }

@@ -34,8 +34,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let figures = draw(run, &trials, &found)?;
     let recorded = record::recorded(&record::recorded_folder(), TRIALS.id);
     for equation in equation::ALL {
-        let on_trial =
-            trials.iter().zip(&found).filter(|(trial, _)| trial.equation.id == equation.id);
+        let on_trial = trials.iter().zip(&found).filter(|(trial, _)| trial.equation.id == equation.id);
         let rows: Vec<_> = on_trial.collect();
         summarise(run, equation, &rows);
         for (trial, rows) in rows {
@@ -63,13 +62,7 @@ fn summarise(run: &mut Run, equation: &Equation, trials: &[(&Trial, &Vec<Row>)])
 }
 
 /// One line for a trial: the measure that comes nearest to its limit.
-fn report(
-    run: &mut Run,
-    trial: &Trial,
-    rows: &[Row],
-    figure: &str,
-    recorded: Option<&ExperimentResult>,
-) {
+fn report(run: &mut Run, trial: &Trial, rows: &[Row], figure: &str, recorded: Option<&ExperimentResult>) {
     let Some(row) = rows.iter().max_by(|a, b| reach(a).total_cmp(&reach(b))) else {
         return;
     };
@@ -147,11 +140,7 @@ fn totals(run: &mut Run, found: &[Vec<Row>], scale: f64) {
     }
     run.number("trials", found.len() as f64);
     run.number("scale", scale);
-    let smallest = rows
-        .iter()
-        .filter(|row| row.outcome.is_random())
-        .map(|row| row.outcome.p)
-        .fold(1.0, f64::min);
+    let smallest = rows.iter().filter(|row| row.outcome.is_random()).map(|row| row.outcome.p).fold(1.0, f64::min);
     run.number("smallest_p", smallest);
     let value = format!(
         "{} trials at scale {scale}: {} measures hold, {} fail, {} undecided; smallest p {smallest:.1e}; \
@@ -166,11 +155,7 @@ fn totals(run: &mut Run, found: &[Vec<Row>], scale: f64) {
 }
 
 /// The figures of each group of trials: the first one's name, by group.
-fn draw(
-    run: &mut Run,
-    trials: &[Trial],
-    found: &[Vec<Row>],
-) -> Result<BTreeMap<String, String>, Error> {
+fn draw(run: &mut Run, trials: &[Trial], found: &[Vec<Row>]) -> Result<BTreeMap<String, String>, Error> {
     let mut lines: BTreeMap<String, Vec<Line>> = BTreeMap::new();
     for (trial, rows) in trials.iter().zip(found) {
         let group = group(&trial.name);
@@ -180,12 +165,8 @@ fn draw(
     let mut figures = BTreeMap::new();
     for (group, lines) in lines {
         for (i, part) in lines.chunks(LINES_PER_FIGURE).enumerate() {
-            let file =
-                if i == 0 { format!("{group}.svg") } else { format!("{group}-{}.svg", i + 1) };
-            let title = format!(
-                "Trials of the group “{group}”, scale {}",
-                run.scale(run.by_tier(suite::REDUCED, 1.0))
-            );
+            let file = if i == 0 { format!("{group}.svg") } else { format!("{group}-{}.svg", i + 1) };
+            let title = format!("Trials of the group “{group}”, scale {}", run.scale(run.by_tier(suite::REDUCED, 1.0)));
             let see = "Zero is the reference. An interval within the band about it holds.";
             forest(&run.figure(&file), (&title, see), part)?;
             figures.entry(group.clone()).or_insert(file);

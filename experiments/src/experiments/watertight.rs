@@ -31,8 +31,7 @@ enum Aim {
     Corner,
 }
 
-const AIMS: [(Aim, &str); 3] =
-    [(Aim::Anywhere, "anywhere"), (Aim::Edge, "edges"), (Aim::Corner, "corners")];
+const AIMS: [(Aim, &str); 3] = [(Aim::Anywhere, "anywhere"), (Aim::Edge, "edges"), (Aim::Corner, "corners")];
 /// Rays of one walk: the first from a random point, each later one from where the last one arrived.
 const WALK: u64 = 5;
 /// Walks of one random stream.

@@ -149,17 +149,12 @@ const ACROSS: usize = 5;
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn histograms(
-    path: &Path,
-    (title, see): (&str, &str),
-    panels: &[(String, Vec<u64>)],
-) -> Result<(), Error> {
+pub fn histograms(path: &Path, (title, see): (&str, &str), panels: &[(String, Vec<u64>)]) -> Result<(), Error> {
     let rows = panels.len().div_ceil(ACROSS).max(1);
     let size = [ACROSS as f64 * PANEL[0] + 20.0, rows as f64 * PANEL[1] + 72.0];
     let mut canvas = Canvas::new(size, title, see);
     canvas.text(title, [14.0, 20.0], Anchor::Start, TITLE);
-    let note =
-        "p from 0 (left) to 1 (right); the line is a flat histogram; an arrowhead: the bar goes on";
+    let note = "p from 0 (left) to 1 (right); the line is a flat histogram; an arrowhead: the bar goes on";
     canvas.text(note, [14.0, 44.0], Anchor::Start, 13.0);
     for (i, (name, counts)) in panels.iter().enumerate() {
         let corner = [14.0 + (i % ACROSS) as f64 * PANEL[0], 62.0 + (i / ACROSS) as f64 * PANEL[1]];

@@ -46,8 +46,7 @@ impl Axis {
             }
             Division::Logarithmic => {
                 let [a, b] = [low, high].map(f64::log10);
-                let multiples: &[f64] =
-                    if 3.0 * (b - a) <= most { &[1.0, 2.0, 5.0] } else { &[1.0] };
+                let multiples: &[f64] = if 3.0 * (b - a) <= most { &[1.0, 2.0, 5.0] } else { &[1.0] };
                 let step = ((b - a) / most).ceil().max(1.0) as usize;
                 (a.floor() as i32..=b.ceil() as i32)
                     .step_by(step)

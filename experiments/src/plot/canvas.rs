@@ -7,8 +7,7 @@ use std::path::Path;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use plotters::prelude::{
-    Color as _, DrawingBackend as _, IntoFont as _, RGBColor, SVGBackend, ShapeStyle, TextStyle,
-    WHITE,
+    Color as _, DrawingBackend as _, IntoFont as _, RGBColor, SVGBackend, ShapeStyle, TextStyle, WHITE,
 };
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters_backend::DrawingErrorKind;
@@ -84,10 +83,7 @@ impl Canvas {
     ) {
         let mut page = String::new();
         // Writing to a string cannot fail.
-        let _ = draw(&mut SVGBackend::with_string(
-            &mut page,
-            self.size.map(|side| fine(side) as u32).into(),
-        ));
+        let _ = draw(&mut SVGBackend::with_string(&mut page, self.size.map(|side| fine(side) as u32).into()));
         for line in page.lines().filter(|line| !line.contains("svg")) {
             match line.split_once(' ') {
                 Some((tag, rest)) if line.starts_with('<') && !attributes.is_empty() => {
@@ -119,9 +115,7 @@ impl Canvas {
             [] => String::new(),
             lengths => format!("stroke-dasharray=\"{}\"", lengths.join(" ")),
         };
-        self.draw(&attributes, |page| {
-            page.draw_path(points.iter().map(|&at| place(at)), &pen.stroke())
-        });
+        self.draw(&attributes, |page| page.draw_path(points.iter().map(|&at| place(at)), &pen.stroke()));
     }
 
     /// Lines that look alike.
@@ -148,9 +142,7 @@ impl Canvas {
                 }),
                 Outline::Corners(offsets) => {
                     let corners = corners(offsets);
-                    self.draw(rim, |page| {
-                        page.fill_polygon(corners.into_iter().map(place), &colour.filled())
-                    });
+                    self.draw(rim, |page| page.fill_polygon(corners.into_iter().map(place), &colour.filled()));
                 }
                 Outline::Strokes(strokes) => {
                     for stroke in strokes {
@@ -263,15 +255,9 @@ impl Shape {
             Self::Square => Outline::Corners(&[[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9]]),
             Self::Triangle => Outline::Corners(&[[0.0, -1.2], [1.1, 0.8], [-1.1, 0.8]]),
             Self::Inverted => Outline::Corners(&[[0.0, 1.2], [1.1, -0.8], [-1.1, -0.8]]),
-            Self::Diamond => {
-                Outline::Corners(&[[0.0, -1.25], [1.25, 0.0], [0.0, 1.25], [-1.25, 0.0]])
-            }
-            Self::Bar => {
-                Outline::Corners(&[[-1.4, -0.45], [1.4, -0.45], [1.4, 0.45], [-1.4, 0.45]])
-            }
-            Self::Cross => {
-                Outline::Strokes(&[[[-1.0, -1.0], [1.0, 1.0]], [[-1.0, 1.0], [1.0, -1.0]]])
-            }
+            Self::Diamond => Outline::Corners(&[[0.0, -1.25], [1.25, 0.0], [0.0, 1.25], [-1.25, 0.0]]),
+            Self::Bar => Outline::Corners(&[[-1.4, -0.45], [1.4, -0.45], [1.4, 0.45], [-1.4, 0.45]]),
+            Self::Cross => Outline::Strokes(&[[[-1.0, -1.0], [1.0, 1.0]], [[-1.0, 1.0], [1.0, -1.0]]]),
             Self::Plus => Outline::Strokes(&[[[-1.2, 0.0], [1.2, 0.0]], [[0.0, -1.2], [0.0, 1.2]]]),
         }
     }

@@ -39,22 +39,13 @@ pub struct Series {
 
 impl Series {
     /// A series without error bars.
-    pub fn new(
-        label: &str,
-        colour: usize,
-        mark: Mark,
-        points: impl IntoIterator<Item = [f64; 2]>,
-    ) -> Self {
+    pub fn new(label: &str, colour: usize, mark: Mark, points: impl IntoIterator<Item = [f64; 2]>) -> Self {
         let points = points.into_iter().collect();
         Self { label: label.to_owned(), colour, mark, points, bars: Vec::new() }
     }
 
     /// Marks with error bars: x, y and how far the bar of y reaches to either side.
-    pub fn measured(
-        label: &str,
-        colour: usize,
-        points: impl IntoIterator<Item = [f64; 3]>,
-    ) -> Self {
+    pub fn measured(label: &str, colour: usize, points: impl IntoIterator<Item = [f64; 3]>) -> Self {
         let mut series = Self::new(label, colour, Mark::Points, []);
         for [x, y, half] in points {
             series.points.push([x, y]);
@@ -86,12 +77,7 @@ pub struct Chart {
 
 impl Chart {
     /// A chart with even axes.
-    pub fn new(
-        title: impl Into<String>,
-        axes: [&str; 2],
-        ranges: [[f64; 2]; 2],
-        series: Vec<Series>,
-    ) -> Self {
+    pub fn new(title: impl Into<String>, axes: [&str; 2], ranges: [[f64; 2]; 2], series: Vec<Series>) -> Self {
         let axes = axes.map(str::to_owned);
         Self { title: title.into(), axes, ranges, log: [false, false], series }
     }
@@ -114,13 +100,7 @@ pub fn charts(path: &Path, see: &str, size: [u32; 2], charts: &[Chart]) -> Resul
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn rows(
-    path: &Path,
-    see: &str,
-    size: [u32; 2],
-    columns: usize,
-    charts: &[Chart],
-) -> Result<(), Error> {
+pub fn rows(path: &Path, see: &str, size: [u32; 2], columns: usize, charts: &[Chart]) -> Result<(), Error> {
     let looks = Looks::of(charts);
     let title = |chart: &Chart| chart.title.clone();
     let canvas = panels(see, size, columns, charts, title, |canvas, area, chart| {
@@ -223,8 +203,7 @@ fn legend(canvas: &mut Canvas, [left, top, right, _]: Area, chart: &Chart, looks
         // A line's points are often a series without a name.
         let sample = chart.series.iter().filter(|other| {
             other.colour == series.colour
-                && (other.mark == series.mark
-                    || (other.label.is_empty() && other.mark != Mark::Faint))
+                && (other.mark == series.mark || (other.label.is_empty() && other.mark != Mark::Faint))
         });
         let sample: Vec<&Series> = sample.collect();
         for part in &sample {

@@ -43,11 +43,7 @@ pub fn differences(
     let size = [900.0, 46.0 + 280.0 * panels.len() as f64];
     let mut canvas = Canvas::new(size, title, see);
     legend(&mut canvas, common.band);
-    let largest = panels
-        .iter()
-        .flat_map(|(_, rows)| rows)
-        .flatten()
-        .fold(10.0f64, |largest, d| largest.max(d.abs()));
+    let largest = panels.iter().flat_map(|(_, rows)| rows).flatten().fold(10.0f64, |largest, d| largest.max(d.abs()));
     for (area, panel) in areas([size[0], size[1] - 46.0], 1, panels.len()).into_iter().zip(panels) {
         let [left, top, right, bottom] = area;
         let area = [left, top + 46.0, right, bottom + 46.0];
@@ -95,9 +91,7 @@ fn draw(canvas: &mut Canvas, area: Area, common: &Common<'_>, panel: &Panel<'_>,
     }
     let (title, rows) = panel;
     for (c, (_, colour, shape)) in CHANNELS.into_iter().enumerate() {
-        let place = |(i, row): (usize, &[f64; 3])| {
-            [middle(i) + (c as f64 - 1.0) * 0.22 * step, y.at(row[c])]
-        };
+        let place = |(i, row): (usize, &[f64; 3])| [middle(i) + (c as f64 - 1.0) * 0.22 * step, y.at(row[c])];
         let points: Vec<[f64; 2]> = rows.iter().enumerate().map(place).collect();
         canvas.marks(&points, shape, RADIUS, colour);
     }

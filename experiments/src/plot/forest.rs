@@ -55,9 +55,7 @@ impl Mark {
         match line.verdict {
             Verdict::Holds => Self::Holds,
             Verdict::Fails => Self::Fails,
-            Verdict::Undecided { .. } if line.interval.iter().all(|end| end.abs() <= 1.0) => {
-                Self::Few
-            }
+            Verdict::Undecided { .. } if line.interval.iter().all(|end| end.abs() <= 1.0) => Self::Few,
             Verdict::Undecided { .. } => Self::Wide,
         }
     }
@@ -137,10 +135,7 @@ pub fn forest(path: &Path, (title, see): (&str, &str), lines: &[Line]) -> Result
             if end.abs() > REACH {
                 let tip = x(end);
                 let back = tip - 8.0 * side;
-                canvas.line(
-                    &[[back, y - 4.0], [tip, y], [back, y + 4.0]],
-                    Pen::new(mark.colour(), 2.0),
-                );
+                canvas.line(&[[back, y - 4.0], [tip, y], [back, y + 4.0]], Pen::new(mark.colour(), 2.0));
             }
         }
         if line.estimate.abs() <= REACH {

@@ -58,20 +58,10 @@ pub fn diverging(share: f64) -> [u8; 3] {
 ///
 /// # Errors
 /// A map has not as many values as cells; the file cannot be written.
-pub fn maps(
-    path: &Path,
-    see: &str,
-    size: [u32; 2],
-    columns: usize,
-    maps: &[Map],
-) -> Result<(), Error> {
+pub fn maps(path: &Path, see: &str, size: [u32; 2], columns: usize, maps: &[Map]) -> Result<(), Error> {
     let title = |map: &Map| map.title.clone();
     let canvas = panels(see, size, columns, maps, title, |canvas, area, map| {
-        draw(canvas, area, map).map_err(|message| Error::Image {
-            action: "write",
-            path: path.to_owned(),
-            message,
-        })
+        draw(canvas, area, map).map_err(|message| Error::Image { action: "write", path: path.to_owned(), message })
     })?;
     canvas.write(path)
 }
@@ -150,8 +140,7 @@ fn bar(canvas: &mut Canvas, [left, top, right, bottom]: Area, map: &Map) {
     }
     for quarter in [1.0, 0.5, 0.0, -0.5, -1.0] {
         let value = map.bound * quarter;
-        let label =
-            if value == 0.0 { "0".to_owned() } else { format!("{value:+}").replace('-', "−") };
+        let label = if value == 0.0 { "0".to_owned() } else { format!("{value:+}").replace('-', "−") };
         let y = at(quarter);
         canvas.line(&[[right, y], [right + 4.0, y]], Pen::new(INK, 1.0));
         canvas.text(&label, [right + 8.0, y], Anchor::Start, LABEL);

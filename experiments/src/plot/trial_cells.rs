@@ -17,9 +17,7 @@ const HEADER: [&str; 4] = ["place", "expected", "observed", "sigmas"];
 pub fn read(path: &Path) -> Result<Vec<Cell>, Error> {
     let file = File::open(path).map_err(Error::file("read", path))?;
     let mut reader = csv::Reader::from_reader(file);
-    let wrong = |line: u64, message: &str| {
-        Error::Option(format!("{} line {line}: {message}", path.display()))
-    };
+    let wrong = |line: u64, message: &str| Error::Option(format!("{} line {line}: {message}", path.display()));
     if reader.headers().is_ok_and(|header| header != HEADER.as_slice()) {
         return Err(wrong(1, &format!("expected the columns {}", HEADER.join(","))));
     }
@@ -48,8 +46,7 @@ pub fn plot(cells: &[Cell], title: &str, path: &Path) -> Result<(), Error> {
     let largest = residuals.iter().fold(3.0f64, |most, point| most.max(point[1].abs())) * 1.15;
     let x = [0.0, cells.len() as f64 + 1.0];
     let axis = format!("cell (1 to {}, in the order of the file)", cells.len());
-    let worst =
-        cells.iter().max_by(|a, b| finite(a.sigmas).abs().total_cmp(&finite(b.sigmas).abs()));
+    let worst = cells.iter().max_by(|a, b| finite(a.sigmas).abs().total_cmp(&finite(b.sigmas).abs()));
     let place = worst.map_or("", |cell| cell.place.as_str());
     let stems = residuals.iter().map(|point| [0.0, point[1]]).collect();
     let stems = Series::new("", 0, Mark::Points, residuals).with_bars(stems);
@@ -61,10 +58,8 @@ pub fn plot(cells: &[Cell], title: &str, path: &Path) -> Result<(), Error> {
     let title = format!("{title}: worst at {place}");
     let ranges = [x, [-largest, largest]];
     let above = Chart::new(title, [&axis, "(observed − expected)/σ"], ranges, vec![zero, stems]);
-    let series = vec![
-        Series::new("expected", 6, Mark::Line, expected),
-        Series::new("observed", 0, Mark::Points, observed),
-    ];
+    let series =
+        vec![Series::new("expected", 6, Mark::Line, expected), Series::new("observed", 0, Mark::Points, observed)];
     let axes = [&axis, "value (counts, or the units of the estimate)"];
     let ranges = [x, [low - room, high + 3.0 * room]];
     let below = Chart::new("expected and observed", axes, ranges, series);

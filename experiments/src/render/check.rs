@@ -38,24 +38,10 @@ const SETTINGS: &[Setting] = &[
     any("scene", |job| name(job.scene)),
     any("convention", |job| name(job.convention)),
     any("estimator", |job| name(job.estimator)),
-    goes("light-sampling", "--estimator light and mis", Job::picks_lights, |job| {
-        name(job.light_sampling)
-    }),
-    goes(
-        "heuristic",
-        "--estimator mis",
-        |job| job.estimator == EstimatorName::Mis,
-        |job| name(job.heuristic),
-    ),
-    goes(
-        "diffuse",
-        "--scene report, and not --convention published",
-        Job::has_white_sphere,
-        |job| name(job.diffuse),
-    ),
-    goes("rays", "--estimator report, and not --convention published", Job::splits, |job| {
-        job.rays.to_string()
-    }),
+    goes("light-sampling", "--estimator light and mis", Job::picks_lights, |job| name(job.light_sampling)),
+    goes("heuristic", "--estimator mis", |job| job.estimator == EstimatorName::Mis, |job| name(job.heuristic)),
+    goes("diffuse", "--scene report, and not --convention published", Job::has_white_sphere, |job| name(job.diffuse)),
+    goes("rays", "--estimator report, and not --convention published", Job::splits, |job| job.rays.to_string()),
     goes("photons", PHOTONS, Job::uses_photons, |job| job.photons.photons.to_string()),
     goes("radius", PHOTONS, Job::uses_photons, |job| job.photons.radius.to_string()),
     goes("gather", "--estimator photon", Job::keeps_one_map, |job| name(job.photons.gather)),
@@ -65,12 +51,7 @@ const SETTINGS: &[Setting] = &[
     goes("pixel", SINGLE_RAYS, Job::renders_rays, |job| name(job.pixel)),
     goes("grid", "--pixel grid and jitter", Job::divides_pixels, |job| job.grid.to_string()),
     goes("sampler", SINGLE_RAYS, Job::renders_rays, |job| name(job.sampler)),
-    goes(
-        "scrambles",
-        "--sampler sobol",
-        |job| job.sampler == SamplerName::Sobol,
-        |job| job.scrambles.to_string(),
-    ),
+    goes("scrambles", "--sampler sobol", |job| job.sampler == SamplerName::Sobol, |job| job.scrambles.to_string()),
     any("size", |Job { size: [width, height], .. }| format!("{width}x{height}")),
     any("window", |job| {
         let text = |Window { corner: [x, y], size: [w, h] }| format!("{w}x{h}+{x}+{y}");
@@ -149,8 +130,7 @@ impl Job {
     pub fn check_effect(&self, given: impl Fn(&str) -> bool) -> Result<(), Error> {
         // What goes with any others always does something.
         let mut conditional = SETTINGS.iter().filter(|setting| !setting.with.is_empty());
-        let idle = conditional
-            .find(|setting| !(setting.applies)(self) && given(&setting.option.replace('-', "_")));
+        let idle = conditional.find(|setting| !(setting.applies)(self) && given(&setting.option.replace('-', "_")));
         idle.map_or(Ok(()), |Setting { option, with, .. }| {
             Err(Error::Option(format!("--{option} changes nothing here: it goes with {with}")))
         })
@@ -221,10 +201,7 @@ impl Job {
 
     /// Whether the estimator makes whole images, from independent numbers and random points of pixels.
     fn renders_images(&self) -> bool {
-        matches!(
-            self.estimator,
-            EstimatorName::LightTracer | EstimatorName::Bdpt | EstimatorName::Sppm
-        )
+        matches!(self.estimator, EstimatorName::LightTracer | EstimatorName::Bdpt | EstimatorName::Sppm)
     }
 
     /// Whether [`rays`](Self::rays) are followed from each diffuse hit.

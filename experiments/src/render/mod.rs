@@ -18,8 +18,8 @@ use whitefurnace::scene::room::{self, Convention, Walls};
 use whitefurnace::scene::{Scene, simple};
 
 pub use names::{
-    ConventionName, DiffuseName, EstimatorName, HeuristicName, LightSamplingName, PixelName,
-    SamplerName, SceneName, name,
+    ConventionName, DiffuseName, EstimatorName, HeuristicName, LightSamplingName, PixelName, SamplerName, SceneName,
+    name,
 };
 pub use work::Rendered;
 
@@ -129,14 +129,9 @@ impl Job {
             SceneName::Report => match self.convention {
                 ConventionName::Physical | ConventionName::Report => {
                     let albedo = DVec3::splat(room::WHITE);
-                    room::with_white_sphere(
-                        self.diffuse.bsdf(albedo, room::SIGMA),
-                        Walls::default(),
-                    )
+                    room::with_white_sphere(self.diffuse.bsdf(albedo, room::SIGMA), Walls::default())
                 }
-                ConventionName::Published => {
-                    room::report(Convention::Published, OrenNayarForm::Corrected)
-                }
+                ConventionName::Published => room::report(Convention::Published, OrenNayarForm::Corrected),
             },
             SceneName::DiffuseRoom => room::diffuse(),
             SceneName::Environment => simple::environment(),

@@ -49,13 +49,7 @@ fn radius() -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'sta
 impl Default for Photons {
     /// For the report's room: a lookup finds some tens of photons.
     fn default() -> Self {
-        Self {
-            photons: 200_000,
-            radius: 0.1,
-            gather: Gather::Yes,
-            caustic_photons: None,
-            caustic_radius: None,
-        }
+        Self { photons: 200_000, radius: 0.1, gather: Gather::Yes, caustic_photons: None, caustic_radius: None }
     }
 }
 

@@ -7,8 +7,8 @@ use whitefurnace::emitter::LightSampling;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::radiosity::Mesh;
 use whitefurnace::estimator::{
-    Bdpt, Estimator, Heuristic, LightRules, LightTracer, Path, PhotonMapping, Published, Radiosity,
-    Report, Sppm, Standard, Strategy, Whitted,
+    Bdpt, Estimator, Heuristic, LightRules, LightTracer, Path, PhotonMapping, Published, Radiosity, Report, Sppm,
+    Standard, Strategy, Whitted,
 };
 use whitefurnace::film::{Film, Pixel};
 use whitefurnace::render::{ByPasses, ByRays, Renderer};
@@ -54,11 +54,7 @@ impl Job {
     ///
     /// # Errors
     /// As [`render`](Self::render).
-    pub fn render_by(
-        &self,
-        estimator: impl Estimator,
-        progress: &Progress,
-    ) -> Result<Rendered, Error> {
+    pub fn render_by(&self, estimator: impl Estimator, progress: &Progress) -> Result<Rendered, Error> {
         self.check()?;
         self.whole(&self.build_scene()?, &self.by_rays(estimator), progress)
     }
@@ -102,12 +98,7 @@ impl Job {
 
     /// All replications on one film, in ranges that double up to a largest one, so that error and image are known
     /// early.
-    fn whole(
-        &self,
-        scene: &Scene,
-        renderer: &dyn Renderer,
-        progress: &Progress,
-    ) -> Result<Rendered, Error> {
+    fn whole(&self, scene: &Scene, renderer: &dyn Renderer, progress: &Progress) -> Result<Rendered, Error> {
         let per_replication = renderer.samples_per_replication();
         let mut film = Film::new(self.size, self.window, per_replication)?;
         let replications = self.spp / per_replication;
@@ -163,9 +154,7 @@ impl Job {
             (EstimatorName::LightTracer, _) => {
                 Box::new(ByPasses { estimator: LightTracer::<Standard>::default(), seed })
             }
-            (EstimatorName::Bdpt, _) => {
-                Box::new(ByPasses { estimator: Bdpt::<Standard>::default(), seed })
-            }
+            (EstimatorName::Bdpt, _) => Box::new(ByPasses { estimator: Bdpt::<Standard>::default(), seed }),
             (EstimatorName::Photon, _) => {
                 let (map, lookup) = (self.photons.map(), self.photons.lookup(true));
                 let photons = PhotonMapping::new(Standard, scene, lookup, map, (seed, 0))?;
@@ -186,9 +175,7 @@ impl Job {
                 Box::new(self.by_rays(solved))
             }
             (EstimatorName::Whitted, _) => Box::new(self.by_rays(Whitted::new(rules))),
-            (EstimatorName::Report, ConventionName::Published) => {
-                Box::new(self.by_rays(Published::default()))
-            }
+            (EstimatorName::Report, ConventionName::Published) => Box::new(self.by_rays(Published::default())),
             (EstimatorName::Report, _) => {
                 let report = Report { rays: self.rays, rules, ..Report::default() };
                 Box::new(self.by_rays(report))

@@ -56,11 +56,7 @@ impl Accumulated {
 
     /// The number of the next replication.
     pub fn next(&self) -> u64 {
-        self.rows
-            .iter()
-            .filter_map(|row| row.first()?.parse::<u64>().ok())
-            .max()
-            .map_or(0, |last| last + 1)
+        self.rows.iter().filter_map(|row| row.first()?.parse::<u64>().ok()).max().map_or(0, |last| last + 1)
     }
 
     /// Adds the fields of a replication; none may hold a comma.

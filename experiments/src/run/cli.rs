@@ -80,11 +80,7 @@ fn tolerant(command: clap::Command) -> clap::Command {
     command.mut_args(|argument| {
         let listed = !argument.get_possible_values().is_empty();
         // A flag has the values true and false, and takes none.
-        if listed && argument.get_action().takes_values() {
-            argument.allow_hyphen_values(true)
-        } else {
-            argument
-        }
+        if listed && argument.get_action().takes_values() { argument.allow_hyphen_values(true) } else { argument }
     })
 }
 
@@ -94,11 +90,8 @@ pub fn or_one_line<T>(parsed: Result<T, clap::Error>) -> T {
         Ok(options) => options,
         Err(error) if error.use_stderr() => {
             let message = error.render().to_string();
-            let lines: Vec<&str> = message
-                .lines()
-                .map(str::trim)
-                .filter(|line| !line.is_empty() && !line.starts_with("Usage:"))
-                .collect();
+            let lines: Vec<&str> =
+                message.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with("Usage:")).collect();
             eprintln!("{}", lines.join("; "));
             std::process::exit(2);
         }
@@ -117,14 +110,12 @@ pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
         Some([number(width)?, number(height)?])
     });
     let pixels = |[width, height]: [u32; 2]| u64::from(width) * u64::from(height);
-    sides
-        .filter(|&sides| (1..=LARGEST_FILM).contains(&pixels(sides)))
-        .ok_or_else(|| {
-            format!(
-                "must be WIDTHxHEIGHT in pixels such as 1024x768, each at least 1, and at most {LARGEST_FILM} \
+    sides.filter(|&sides| (1..=LARGEST_FILM).contains(&pixels(sides))).ok_or_else(|| {
+        format!(
+            "must be WIDTHxHEIGHT in pixels such as 1024x768, each at least 1, and at most {LARGEST_FILM} \
                  in all, which is what fits memory"
-            )
-        })
+        )
+    })
 }
 
 /// A parser of whole numbers in a range.
@@ -133,16 +124,14 @@ pub fn whole<T: TryFrom<u64>>(
 ) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static {
     move |text| {
         let number = text.parse().ok().filter(|number| range.contains(number));
-        number.and_then(|number| T::try_from(number).ok()).ok_or_else(|| {
-            format!("must be a whole number from {} to {}", range.start(), range.end())
-        })
+        number
+            .and_then(|number| T::try_from(number).ok())
+            .ok_or_else(|| format!("must be a whole number from {} to {}", range.start(), range.end()))
     }
 }
 
 /// A parser of numbers in a range.
-pub fn real(
-    range: RangeInclusive<f64>,
-) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
+pub fn real(range: RangeInclusive<f64>) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
     move |text| {
         let number = text.parse().ok().filter(|number| range.contains(number));
         number.ok_or_else(|| format!("must be a number from {} to {}", range.start(), range.end()))

@@ -114,11 +114,7 @@ impl Run {
                     name(options.tier),
                     options.seed
                 ),
-                equations: experiment
-                    .equations
-                    .iter()
-                    .map(|equation| equation.id.to_owned())
-                    .collect(),
+                equations: experiment.equations.iter().map(|equation| equation.id.to_owned()).collect(),
                 numbers: BTreeMap::new(),
                 figures: Vec::new(),
                 findings: Vec::new(),
@@ -293,11 +289,7 @@ impl Run {
     }
 
     fn finding(&mut self, (what, value): (&str, String), verdict: Option<Judgement>, detail: bool) {
-        let value = if value.contains("inf") || value.contains("NaN") {
-            without_infinity(&value)
-        } else {
-            value
-        };
+        let value = if value.contains("inf") || value.contains("NaN") { without_infinity(&value) } else { value };
         self.outcome.findings.push(Finding {
             what: what.to_owned(),
             value,

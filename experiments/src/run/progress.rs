@@ -79,8 +79,7 @@ fn fresh_line() -> ProgressBar {
 fn describe(tasks: &[Arc<Task>]) -> Option<String> {
     let task = tasks.last()?;
     let labels: Vec<&str> = tasks.iter().map(|task| task.label.as_str()).collect();
-    let labels =
-        labels.into_iter().filter(|label| !label.is_empty()).collect::<Vec<_>>().join(", ");
+    let labels = labels.into_iter().filter(|label| !label.is_empty()).collect::<Vec<_>>().join(", ");
     let error = f64::from_bits(task.error.load(Ordering::Relaxed));
     let done = task.done.load(Ordering::Relaxed);
     let text = state(done, task.size, task.unit, task.start.elapsed());
@@ -106,11 +105,8 @@ pub fn state(done: u64, size: u64, unit: &str, elapsed: Duration) -> String {
     );
     if done > 0 && seconds > 0.0 {
         let rate = done as f64 / seconds;
-        text += &if rate >= 1.0 {
-            format!(", {}/s", quantity(rate))
-        } else {
-            format!(", {:.1} per minute", 60.0 * rate)
-        };
+        text +=
+            &if rate >= 1.0 { format!(", {}/s", quantity(rate)) } else { format!(", {:.1} per minute", 60.0 * rate) };
         text += &format!(", {} left", duration(size.saturating_sub(done) as f64 / rate));
     }
     text

@@ -16,9 +16,7 @@ use super::split_png;
 use crate::experiments::EXPERIMENTS;
 use crate::render::name;
 use crate::run::progress::{Progress, interrupted};
-use crate::run::{
-    Experiment, ExperimentResult, Finding, Judgement, Options, Run, Tier, write_text,
-};
+use crate::run::{Experiment, ExperimentResult, Finding, Judgement, Options, Run, Tier, write_text};
 use crate::say;
 
 /// The largest file that the book keeps, in bytes.
@@ -30,11 +28,7 @@ pub const LARGEST_RECORDED: u64 = 300 * 1024;
 ///
 /// # Errors
 /// The first error of an experiment; results so far are kept.
-pub fn run_all(
-    experiments: &[&Experiment],
-    options: &Options,
-    fresh: bool,
-) -> Result<Vec<ExperimentResult>, Error> {
+pub fn run_all(experiments: &[&Experiment], options: &Options, fresh: bool) -> Result<Vec<ExperimentResult>, Error> {
     let results = options.out.join(RESULTS);
     check_writable(&results)?;
     let mut outcomes = Vec::new();
@@ -144,8 +138,7 @@ struct Results<'a> {
 
 /// Writes what all experiments found whose results are in the folder.
 fn write_results(path: &Path, options: &Options) -> Result<(), Error> {
-    let found =
-        EXPERIMENTS.iter().filter_map(|experiment| result(&options.out.join(experiment.id)));
+    let found = EXPERIMENTS.iter().filter_map(|experiment| result(&options.out.join(experiment.id)));
     let outcomes: Vec<ExperimentResult> = found.collect();
     write_json(
         path,
@@ -212,11 +205,7 @@ pub fn table(outcome: &ExperimentResult, how: &str, rows: bool) -> String {
 /// Says what experiments found in all: what fails by name, then the counts. Returns whether nothing fails.
 pub fn summarise(outcomes: &[ExperimentResult], options: &Options) -> bool {
     let figures: usize = outcomes.iter().map(|outcome| outcome.figures.len()).sum();
-    say!(
-        "\n{} experiments, {figures} figures; for machines: {}",
-        outcomes.len(),
-        options.out.join(RESULTS).display()
-    );
+    say!("\n{} experiments, {figures} figures; for machines: {}", outcomes.len(), options.out.join(RESULTS).display());
     let (text, none_fails) = verdicts(outcomes);
     say!("{text}");
     none_fails
@@ -231,8 +220,7 @@ pub fn verdicts(outcomes: &[ExperimentResult]) -> (String, bool) {
         })
     };
     let count = |verdict| all().filter(|(_, row)| row.verdict == Some(verdict)).count();
-    let [holds, fails, undecided] =
-        [Judgement::Holds, Judgement::Fails, Judgement::Undecided].map(count);
+    let [holds, fails, undecided] = [Judgement::Holds, Judgement::Fails, Judgement::Undecided].map(count);
     let mut text = String::new();
     for (id, row) in all().filter(|(_, row)| row.verdict == Some(Judgement::Fails)) {
         let _ = writeln!(text, "FAILS: {id}: {}: {}", row.what, row.value);
@@ -262,9 +250,7 @@ pub fn check_recordable(options: &Options) -> Result<(), Error> {
     if options.tier == Tier::Full && options.shrink == 1 {
         return Ok(());
     }
-    Err(Error::Option(
-        "--update-book records full runs only: add --tier full and leave out --shrink".to_owned(),
-    ))
+    Err(Error::Option("--update-book records full runs only: add --tier full and leave out --shrink".to_owned()))
 }
 
 /// Copies an experiment's result and figures from `from` to `to`, where older files go; large pictures
@@ -275,8 +261,8 @@ pub fn check_recordable(options: &Options) -> Result<(), Error> {
 pub fn record(from: &Path, to: &Path) -> Result<Vec<String>, Error> {
     let file = from.join("result.json");
     let text = std::fs::read_to_string(&file).map_err(Error::file("read", &file))?;
-    let mut outcome: ExperimentResult = serde_json::from_str(&text)
-        .map_err(|error| Error::Option(format!("{}: {error}", file.display())))?;
+    let mut outcome: ExperimentResult =
+        serde_json::from_str(&text).map_err(|error| Error::Option(format!("{}: {error}", file.display())))?;
     // They name a build and files that are not all recorded, which says nothing to a reader.
     outcome.fingerprint.clear();
     outcome.digests.clear();
@@ -310,11 +296,7 @@ pub fn update_book(experiments: &[&Experiment], options: &Options) -> Result<(),
     let book = recorded_folder();
     for experiment in experiments {
         for figure in record(&options.out.join(experiment.id), &book.join(experiment.id))? {
-            say!(
-                "left out of the book: {}/{figure}, larger than {} KiB",
-                experiment.id,
-                LARGEST_RECORDED / 1024
-            );
+            say!("left out of the book: {}/{figure}, larger than {} KiB", experiment.id, LARGEST_RECORDED / 1024);
         }
     }
     say!("recorded {} experiments in {}", experiments.len(), book.display());

@@ -13,14 +13,10 @@ use whitefurnace::image::{encode_rgb, write_whole};
 /// # Errors
 /// The picture cannot be read, the bands cannot be written, or a single row is too large.
 pub fn split_png(source: &Path, to: &Path, largest: u64) -> Result<(), Error> {
-    let fault =
-        |message: String| Error::Image { action: "divide", path: source.to_owned(), message };
+    let fault = |message: String| Error::Image { action: "divide", path: source.to_owned(), message };
     let file = File::open(source).map_err(Error::file("read", source))?;
-    let mut reader = png::Decoder::new(BufReader::new(file))
-        .read_info()
-        .map_err(|error| fault(error.to_string()))?;
-    let size =
-        reader.output_buffer_size().ok_or_else(|| fault("too large for memory".to_owned()))?;
+    let mut reader = png::Decoder::new(BufReader::new(file)).read_info().map_err(|error| fault(error.to_string()))?;
+    let size = reader.output_buffer_size().ok_or_else(|| fault("too large for memory".to_owned()))?;
     let mut pixels = vec![0; size];
     let info = reader.next_frame(&mut pixels).map_err(|error| fault(error.to_string()))?;
     if (info.color_type, info.bit_depth) != (png::ColorType::Rgb, png::BitDepth::Eight) {

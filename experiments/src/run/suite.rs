@@ -49,9 +49,7 @@ pub fn run(trials: &[Trial], seed: u64, scale: f64) -> Result<Vec<Vec<Row>>, Err
 pub fn joint(verdicts: impl IntoIterator<Item = Verdict>) -> Verdict {
     verdicts.into_iter().fold(Verdict::Holds, |joint, verdict| match (joint, verdict) {
         (Verdict::Fails, _) | (_, Verdict::Fails) => Verdict::Fails,
-        (Verdict::Undecided { needed: a }, Verdict::Undecided { needed: b }) => {
-            Verdict::Undecided { needed: a.max(b) }
-        }
+        (Verdict::Undecided { needed: a }, Verdict::Undecided { needed: b }) => Verdict::Undecided { needed: a.max(b) },
         (Verdict::Holds, other) | (other, Verdict::Holds) => other,
     })
 }

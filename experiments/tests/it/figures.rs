@@ -26,8 +26,7 @@ fn drawn(name: &str, draw: impl FnOnce(&std::path::Path) -> Result<(), Error>) -
 }
 
 /// The colours of series, in their order.
-const OKABE_ITO: [&str; 8] =
-    ["#D55E00", "#009E73", "#0072B2", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#828282"];
+const OKABE_ITO: [&str; 8] = ["#D55E00", "#009E73", "#0072B2", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#828282"];
 
 fn chart(series: Vec<Series>) -> Chart {
     Chart::new("A < B", ["x (m)", "y (s)"], [[0.0, 1.0]; 2], series)
@@ -96,9 +95,7 @@ fn every_figure_says_what_it_shows() {
     let panels = [("n".to_owned(), vec![1, 2])];
     let figures = [
         drawn("charts", |path| charts(path, see, [400, 300], &[chart(Vec::new())])),
-        drawn("differences", |path| {
-            differences(path, about, &common, &[("panel", vec![[1.0, -50.0, 0.0]])])
-        }),
+        drawn("differences", |path| differences(path, about, &common, &[("panel", vec![[1.0, -50.0, 0.0]])])),
         drawn("forest", |path| {
             let undecided = Verdict::Undecided { needed: 9 };
             forest(path, about, &[line([-0.5, 0.5], undecided)])
@@ -129,8 +126,7 @@ fn curves_are_not_jagged() {
     assert_eq!(heights.len(), 201);
     // A parabola has equal second differences: each is off by less than four roundings to two decimals.
     let bend: Vec<f64> = heights.windows(3).map(|y| y[0] - 2.0 * y[1] + y[2]).collect();
-    let [least, most] =
-        [f64::min, f64::max].map(|of| bend.iter().copied().reduce(of).expect("many"));
+    let [least, most] = [f64::min, f64::max].map(|of| bend.iter().copied().reduce(of).expect("many"));
     assert!(most - least <= 0.04, "second differences from {least} to {most}");
 }
 
@@ -142,9 +138,7 @@ fn series_are_told_apart_without_colour() {
         let series = |i: usize| Series::new("", i, mark, points.clone());
         // Black, 6, is the colour of references, which have a full line.
         let colours = (0..COUNT).filter(|&i| i != 6);
-        let svg = drawn("series", |path| {
-            charts(path, "", [400, 300], &[chart(colours.map(series).collect())])
-        });
+        let svg = drawn("series", |path| charts(path, "", [400, 300], &[chart(colours.map(series).collect())]));
         well_formed(&svg);
         let looks: BTreeSet<String> = match mark {
             Mark::Line => {

@@ -77,12 +77,8 @@ fn what_is_not_judged_is_named() {
         assert_eq!(left_out[reasons[0]], ["trial: outcome"]);
         reasons[0]
     };
-    let graded = |levels| {
-        move |measure: Measure| Measure {
-            graded: vec![Graded { up: true, p: 0.5, levels }],
-            ..measure
-        }
-    };
+    let graded =
+        |levels| move |measure: Measure| Measure { graded: vec![Graded { up: true, p: 0.5, levels }], ..measure };
     let none = |approximate| move |measure| Measure { approximate, graded: Vec::new(), ..measure };
     assert!(why(&none(true)).contains("margin"));
     assert!(why(&none(false)).contains("without"));
@@ -94,8 +90,7 @@ fn what_is_not_judged_is_named() {
 /// Where the effect is seen at the suite's own level, that level is asked for once, with the power stated there.
 #[test]
 fn no_level_is_finer_than_the_suites_own() {
-    let found: Vec<Measure> =
-        (0..SEEDS).map(|_| measure(0.0, [[ALPHA, 0.97], [ALPHA, 0.97]])).collect();
+    let found: Vec<Measure> = (0..SEEDS).map(|_| measure(0.0, [[ALPHA, 0.97], [ALPHA, 0.97]])).collect();
     let (counted, _) = count(&found);
     assert_eq!(counted.len(), 1);
     assert_eq!((counted[0].level, counted[0].power), (ALPHA, 0.97));

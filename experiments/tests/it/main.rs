@@ -33,11 +33,7 @@ fn folder(test: &str) -> PathBuf {
 
 /// The output of a program that runs in a folder.
 fn run(program: &str, folder: &Path, options: &str) -> Output {
-    Command::new(program)
-        .args(options.split_whitespace())
-        .current_dir(folder)
-        .output()
-        .expect("the program starts")
+    Command::new(program).args(options.split_whitespace()).current_dir(folder).output().expect("the program starts")
 }
 
 fn render(folder: &Path, options: &str) -> Output {

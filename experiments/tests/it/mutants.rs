@@ -60,8 +60,7 @@ fn mutants_are_recorded_with_the_reasons_of_survivors() {
     found.survivors[0].reason = "the bits do not overlap".to_owned();
     let text = serde_json::to_string(&found).expect("json");
     fs::write(folder.join(FILE), text).expect("file");
-    let (code, text) =
-        record(&[outcomes(&[("src/a.rs", "7:5: replace | with ^", "MissedMutant")])]);
+    let (code, text) = record(&[outcomes(&[("src/a.rs", "7:5: replace | with ^", "MissedMutant")])]);
     assert_eq!((code, text.contains("no reason yet")), (Some(0), false));
     let found = Record::read(&folder).expect("a record");
     assert_eq!(found.survivors.len(), 1);

@@ -12,8 +12,8 @@ use whitefurnace::emitter::LightSampling;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::radiosity::Fineness;
 use whitefurnace::estimator::{
-    Bdpt, Estimator, Heuristic, ImageEstimator, LightRules, LightTracer, Lookup, Path,
-    PhotonMapping, Published, Radiosity, Report, Sppm, Standard, Strategy, Whitted,
+    Bdpt, Estimator, Heuristic, ImageEstimator, LightRules, LightTracer, Lookup, Path, PhotonMapping, Published,
+    Radiosity, Report, Sppm, Standard, Strategy, Whitted,
 };
 use whitefurnace::film::Film;
 use whitefurnace::image::{Display, write_exr, write_png};
@@ -132,9 +132,7 @@ impl Call {
                 let photons = PhotonMapping::new(Standard, scene, lookup, map, name)?;
                 self.rays(scene, &photons)
             }
-            Method::Sppm(particles, radius) => {
-                self.images(scene, &Sppm { parts: Standard, particles, radius })
-            }
+            Method::Sppm(particles, radius) => self.images(scene, &Sppm { parts: Standard, particles, radius }),
             Method::Radiosity(patches) => {
                 let fineness = Fineness { patches, halvings: 0 };
                 self.rays(scene, &Radiosity::new(Standard, scene, fineness, &|_| true)?)
@@ -323,10 +321,7 @@ fn every_option_is_the_librarys_own_call() {
         // The file says all that decides its pixels.
         let Row(option, value, ..) = row;
         if !["", "threads", "exposure", "out"].contains(&option) {
-            assert!(
-                provenance.contains(&format!("\n{option}={value}\n")),
-                "{command}: {provenance}"
-            );
+            assert!(provenance.contains(&format!("\n{option}={value}\n")), "{command}: {provenance}");
         }
         let (exr, png) = (folder.join("own.exr"), folder.join("own.png"));
         write_exr(&exr, &film, &provenance).expect("written");
@@ -356,10 +351,7 @@ fn says(base: Base, option: &str, value: &str) -> bool {
         return true;
     }
     let command = Render::command();
-    let argument = command
-        .get_arguments()
-        .find(|argument| argument.get_long() == Some(option))
-        .expect("an option");
+    let argument = command.get_arguments().find(|argument| argument.get_long() == Some(option)).expect("an option");
     let default = argument.get_default_values().first();
     let default = default.and_then(|value| value.to_str());
     // The help says what these are where they are left out.
@@ -377,9 +369,8 @@ fn every_option_and_value_has_a_row() {
         let Some(long) = argument.get_long() else {
             continue;
         };
-        let tried = |value: Option<&str>| {
-            rows.iter().any(|row| row.0 == long && value.is_none_or(|value| row.1 == value))
-        };
+        let tried =
+            |value: Option<&str>| rows.iter().any(|row| row.0 == long && value.is_none_or(|value| row.1 == value));
         let values = argument.get_possible_values();
         if values.is_empty() && !tried(None) {
             lacking.insert(format!("--{long}"));

@@ -122,9 +122,7 @@ fn ranges_stand_in_the_help() {
 fn a_full_disk_is_no_missing_folder() {
     use std::io::ErrorKind;
     use whitefurnace::error::Error;
-    let message = |kind: ErrorKind| {
-        Error::file("write", Path::new("a.exr"))(std::io::Error::from(kind)).to_string()
-    };
+    let message = |kind: ErrorKind| Error::file("write", Path::new("a.exr"))(std::io::Error::from(kind)).to_string();
     for kind in [ErrorKind::NotFound, ErrorKind::PermissionDenied] {
         assert!(message(kind).contains("folder exists"), "{}", message(kind));
     }

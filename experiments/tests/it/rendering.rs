@@ -67,12 +67,7 @@ fn every_scene_renders_with_every_legal_estimator() {
                     ..Job::default()
                 };
                 let made = job.render(&Progress::default());
-                assert_eq!(
-                    made.is_ok(),
-                    is_legal(estimator),
-                    "{scene:?}, {estimator:?}: {:?}",
-                    made.err()
-                );
+                assert_eq!(made.is_ok(), is_legal(estimator), "{scene:?}, {estimator:?}: {:?}", made.err());
             }
         }
     }

@@ -133,8 +133,7 @@ fn reproduce_goes_on_where_it_stopped() {
     let first = reproduce(&folder, options);
     assert!(first.status.success(), "{}", text(&first.stderr));
     let results = folder.join("out/results.json");
-    let json: serde_json::Value =
-        serde_json::from_str(&fs::read_to_string(&results).expect("results")).expect("JSON");
+    let json: serde_json::Value = serde_json::from_str(&fs::read_to_string(&results).expect("results")).expect("JSON");
     let experiments = json["experiments"].as_array().expect("a list");
     assert_eq!(experiments.len(), 2);
     assert_eq!(experiments[1]["numbers"]["edges.lost"], 0.0);
@@ -185,9 +184,8 @@ fn results_of_one_experiment_leave_the_others() {
         });
         found.collect()
     };
-    let command = |id: &str, shrink: u32| {
-        format!("cargo run --release --bin {id} -- --tier quick --seed 1 --shrink {shrink}")
-    };
+    let command =
+        |id: &str, shrink: u32| format!("cargo run --release --bin {id} -- --tier quick --seed 1 --shrink {shrink}");
     let row = |id: &str, shrink: u32| (id.to_owned(), u64::from(shrink), command(id, shrink));
     let both = results("--shrink 4096 --only watertight --only fig9 --only fig9");
     assert_eq!(both, [row("fig9", 4096), row("watertight", 4096)]);
@@ -207,8 +205,7 @@ fn looks_at_accumulated_rows_spend_the_level_once() {
     }
     let path = folder("accumulated").join("a.csv");
     for look in 1..=3 {
-        let mut accumulated =
-            Accumulated::continued(&path, path.clone(), "seed 1", "replication,p");
+        let mut accumulated = Accumulated::continued(&path, path.clone(), "seed 1", "replication,p");
         assert_eq!((accumulated.looks(), accumulated.next()), (look - 1, u64::from(look - 1)));
         assert_eq!(accumulated.look(0.01), level_of_look(0.01, look));
         accumulated.push(accumulated.next(), &[String::from("0.5")]);

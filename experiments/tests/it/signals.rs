@@ -68,8 +68,7 @@ fn signals_write_what_is_done_beside_what_was_finished() {
             continue;
         }
         renders(&folder, "--size 8x6 --spp 1 --out a.exr");
-        let finished =
-            ["a.exr", "a.png"].map(|file| std::fs::read(folder.join(file)).expect("there"));
+        let finished = ["a.exr", "a.png"].map(|file| std::fs::read(folder.join(file)).expect("there"));
         let mut render = endless(&folder, 1);
         let line = render.wait_for("% of 12.3 trillion samples");
         assert!(line.contains("/s") && line.contains("left"), "{line}");

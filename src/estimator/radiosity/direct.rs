@@ -27,10 +27,7 @@ impl Light {
     pub fn of(scene: &Scene, target: f64) -> Vec<Self> {
         let light = |emitter: &Emitter| match emitter.shape {
             EmitterShape::Rectangle { corner, edges: [a, b] } => Self::Flat {
-                patch: Box::new(Patch::flat(
-                    [corner, corner + a, corner + a + b, corner + b],
-                    true,
-                )),
+                patch: Box::new(Patch::flat([corner, corner + a, corner + a + b, corner + b], true)),
                 emitter: *emitter,
             },
             EmitterShape::Triangle(corners) => {
@@ -49,12 +46,7 @@ impl Light {
     }
 
     /// The irradiance at a point with a unit normal.
-    pub fn irradiance<P: FiniteElements + NextEvent + Scattering>(
-        &self,
-        parts: &P,
-        scene: &Scene,
-        at: &Node,
-    ) -> DVec3 {
+    pub fn irradiance<P: FiniteElements + NextEvent + Scattering>(&self, parts: &P, scene: &Scene, at: &Node) -> DVec3 {
         match self {
             Self::Flat { patch, emitter } => {
                 let Some(Sight { factor, .. }) = patch.sight(parts, at.point, at.normal) else {
@@ -66,9 +58,7 @@ impl Light {
                 let seen = patches
                     .iter()
                     .filter_map(|patch| patch.sight(parts, at.point, at.normal))
-                    .filter(|sight| {
-                        parts.visible(scene, (at.point, at.normal), sight.target, false)
-                    });
+                    .filter(|sight| parts.visible(scene, (at.point, at.normal), sight.target, false));
                 PI * seen.map(|sight| sight.factor).sum::<f64>() * *radiance
             }
         }
@@ -90,10 +80,8 @@ fn seen_share<P: FiniteElements + NextEvent + Scattering>(
         let distance_squared = offset.length_squared();
         let direction = offset / distance_squared.sqrt();
         let across = parts.cosine(y.normal, -direction);
-        let weight = parts.seen_weight(
-            parts.cosine(at.normal, direction),
-            parts.solid_angle_per_area(across, distance_squared),
-        );
+        let weight =
+            parts.seen_weight(parts.cosine(at.normal, direction), parts.solid_angle_per_area(across, distance_squared));
         all += weight;
         if weight > 0.0 && parts.visible(scene, (at.point, at.normal), (y.point, y.normal), false) {
             seen += weight;

@@ -121,13 +121,7 @@ impl Mesh {
         self.nodes.len()
     }
 
-    fn divide(
-        &mut self,
-        geometry: &Geometry,
-        surface: &Surface,
-        target: f64,
-        halvings: u32,
-    ) -> Division {
+    fn divide(&mut self, geometry: &Geometry, surface: &Surface, target: f64, halvings: u32) -> Division {
         match *geometry {
             Geometry::Triangle(corners) => {
                 let parts = ((area(geometry) / target).sqrt().ceil() as u32).max(1) << halvings;
@@ -225,9 +219,7 @@ fn check(scene: &Scene, fineness: Fineness) -> Result<(), Error> {
     let refuse = |what: &str| {
         Err(Error::Scene {
             scene: scene.name().to_owned(),
-            message: format!(
-                "radiosity takes Lambert and black surfaces in the dark only, and this scene has {what}"
-            ),
+            message: format!("radiosity takes Lambert and black surfaces in the dark only, and this scene has {what}"),
         })
     };
     if scene.background() != DVec3::ZERO {
@@ -259,12 +251,7 @@ fn inclinations(sphere: &Sphere) -> [f64; 2] {
 
 /// The front (or back) of a sphere's zone as patches of about the area `target`, in bands from the upper
 /// end; then both sides of each are halved so many times.
-pub(super) fn sphere_patches(
-    sphere: &Sphere,
-    front: bool,
-    target: f64,
-    halvings: u32,
-) -> Vec<Vec<SpherePatch>> {
+pub(super) fn sphere_patches(sphere: &Sphere, front: bool, target: f64, halvings: u32) -> Vec<Vec<SpherePatch>> {
     let side = target.sqrt();
     let [top, bottom] = inclinations(sphere);
     let coarse = ((sphere.radius * (bottom - top) / side).ceil() as u32).max(2);

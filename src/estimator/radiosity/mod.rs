@@ -104,12 +104,7 @@ impl FormFactors {
     }
 }
 
-fn row<P: FiniteElements + NextEvent + Scattering>(
-    parts: &P,
-    scene: &Scene,
-    mesh: &Mesh,
-    node: &Node,
-) -> Box<[Link]> {
+fn row<P: FiniteElements + NextEvent + Scattering>(parts: &P, scene: &Scene, mesh: &Mesh, node: &Node) -> Box<[Link]> {
     let link = |(element, sight): (u32, patch::Sight)| {
         parts
             .visible(scene, (node.point, node.normal), sight.target, false)
@@ -190,8 +185,7 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
         let mesh = Mesh::new(scene, fineness)?;
         let factors = FormFactors::new(&parts, scene, &mesh, row_done)?;
         let lights = Light::of(scene, mesh.target);
-        let direct =
-            mesh.nodes.par_iter().map(|node| arriving(&parts, scene, &lights, node)).collect();
+        let direct = mesh.nodes.par_iter().map(|node| arriving(&parts, scene, &lights, node)).collect();
         let mut solution = Self {
             exchanged: vec![DVec3::ZERO; mesh.elements.len()],
             indirect: vec![DVec3::ZERO; mesh.nodes.len()],
@@ -223,8 +217,7 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
                 });
             }
             for i in 0..self.exchanged.len() {
-                self.exchanged[i] =
-                    self.renewed(i, |node| PI * factors.gather(node, &self.exchanged));
+                self.exchanged[i] = self.renewed(i, |node| PI * factors.gather(node, &self.exchanged));
             }
             for node in 0..self.indirect.len() {
                 self.indirect[node] = PI * factors.gather(node, &self.exchanged);
@@ -240,10 +233,9 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
     fn check_numbers(&self) -> Result<(), Error> {
         let mut nodes = self.mesh.nodes.iter().zip(&self.direct).zip(&self.indirect);
         match nodes.find(|((_, direct), indirect)| (**direct + **indirect).is_nan()) {
-            Some(((node, _), _)) if !self.residual.is_nan() => Err(Error::Radiance {
-                value: f64::NAN,
-                place: format!(" as the irradiance at {}", node.point),
-            }),
+            Some(((node, _), _)) if !self.residual.is_nan() => {
+                Err(Error::Radiance { value: f64::NAN, place: format!(" as the irradiance at {}", node.point) })
+            }
             _ => Ok(()),
         }
     }
@@ -297,8 +289,7 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
         let Some((element, weights)) = self.mesh.locate(hit, ray) else {
             return DVec3::ZERO;
         };
-        let at =
-            Node { point: hit.point, normal: hit.normal * -hit.normal.dot(ray.direction).signum() };
+        let at = Node { point: hit.point, normal: hit.normal * -hit.normal.dot(ray.direction).signum() };
         let direct = arriving(&self.parts, scene, &self.lights, &at);
         let indirect = match self.read_out {
             ReadOut::Interpolated => {
@@ -309,8 +300,7 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
             }
             ReadOut::Gathered => {
                 let links = row(&self.parts, scene, &self.mesh, &at);
-                let sent =
-                    |link: &Link| f64::from(link.factor) * self.exchanged[link.element as usize];
+                let sent = |link: &Link| f64::from(link.factor) * self.exchanged[link.element as usize];
                 PI * links.iter().map(sent).sum::<DVec3>()
             }
         };
@@ -330,13 +320,7 @@ fn arriving<P: FiniteElements + NextEvent + Scattering>(
 }
 
 impl<P: FiniteElements + NextEvent + Scattering> Estimator for Radiosity<P> {
-    fn radiance<R: Sampler>(
-        &self,
-        scene: &Scene,
-        ray: &Ray,
-        hit: Option<Hit>,
-        _rng: &mut R,
-    ) -> DVec3 {
+    fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, _rng: &mut R) -> DVec3 {
         let Some(hit) = hit else {
             return scene.background();
         };

@@ -165,8 +165,11 @@ impl SpherePatch {
         let halves = |[a, b]: [f64; 2], m: f64| [[a, m], [m, b]];
         let [upper, lower] = halves(self.heights, z);
         let [left, right] = halves(self.azimuths, phi);
-        [(upper, left), (upper, right), (lower, left), (lower, right)]
-            .map(|(heights, azimuths)| Self { heights, azimuths, ..*self })
+        [(upper, left), (upper, right), (lower, left), (lower, right)].map(|(heights, azimuths)| Self {
+            heights,
+            azimuths,
+            ..*self
+        })
     }
 
     /// The form factor by the midpoint rule, exact from the sphere's own inside, where the integrand is
@@ -209,8 +212,7 @@ impl SpherePatch {
         let own = self.normal(y);
         let cosine = parts.cosine(normal, direction);
         let across = parts.cosine(own, -direction);
-        let factor =
-            cosine * parts.solid_angle_per_area(across, distance_squared) * area * FRAC_1_PI;
+        let factor = cosine * parts.solid_angle_per_area(across, distance_squared) * area * FRAC_1_PI;
         found.0 += factor;
         if factor > found.1 {
             found.1 = factor;

@@ -21,13 +21,7 @@ pub struct Values {
 impl Values {
     /// No values yet; the mean is expected near `centre`.
     pub fn new(centre: f64) -> Self {
-        Self {
-            moments: Moments::default(),
-            batches: Batches::default(),
-            centre,
-            cubes: 0.0,
-            fourths: 0.0,
-        }
+        Self { moments: Moments::default(), batches: Batches::default(), centre, cubes: 0.0, fourths: 0.0 }
     }
 
     /// `n` values from a sampler.
@@ -48,12 +42,7 @@ impl Values {
 
     /// The values with this [`state`](Self::state), without batches.
     pub fn of_state([count, mean, variance, centre, cubes]: [f64; 5]) -> Self {
-        Self {
-            moments: Moments::of(count as u64, mean, variance),
-            centre,
-            cubes,
-            ..Self::new(centre)
-        }
+        Self { moments: Moments::of(count as u64, mean, variance), centre, cubes, ..Self::new(centre) }
     }
 
     /// Adds one value.
@@ -89,8 +78,8 @@ impl Values {
         let second = self.moments.variance() * (n - 1.0) / n;
         let shift = self.moments.mean() - self.centre;
         let square = shift * shift;
-        let fourth = self.fourths / n - 4.0 * shift * self.cubes / n
-            + square * (6.0 * (second + square) - 3.0 * square);
+        let fourth =
+            self.fourths / n - 4.0 * shift * self.cubes / n + square * (6.0 * (second + square) - 3.0 * square);
         let dof = 2.0 * n / (fourth / (second * second) - 1.0);
         // Two values that are equally frequent have κ = 1; a constant has none.
         if dof > 0.0 { dof.min(n - 1.0) } else { n - 1.0 }
@@ -121,11 +110,7 @@ impl Values {
     pub fn transformed(&self, factor: f64, shift: f64) -> Self {
         let m = self.moments;
         Self {
-            moments: Moments::of(
-                m.count(),
-                factor * m.mean() + shift,
-                factor * factor * m.variance(),
-            ),
+            moments: Moments::of(m.count(), factor * m.mean() + shift, factor * factor * m.variance()),
             batches: self.batches.transformed(factor, shift),
             centre: factor * self.centre + shift,
             cubes: factor.powi(3) * self.cubes,

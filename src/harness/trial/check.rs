@@ -21,10 +21,7 @@ pub fn trial_is_green(rows: &[Row], context: &Context) -> bool {
 /// The outcomes that must reject a control: those that it names or, where it names none, the only
 /// random one or, where nothing is random, all of them. Nothing if there is none of a name, or a choice is
 /// left.
-pub fn meant<'a>(
-    rejected_by: &[&str],
-    outcomes: impl IntoIterator<Item = &'a Outcome>,
-) -> Vec<&'a Outcome> {
+pub fn meant<'a>(rejected_by: &[&str], outcomes: impl IntoIterator<Item = &'a Outcome>) -> Vec<&'a Outcome> {
     let all: Vec<&Outcome> = outcomes.into_iter().collect();
     if !rejected_by.is_empty() {
         let find = |name: &&str| all.iter().copied().find(|outcome| outcome.name == **name);
@@ -58,11 +55,8 @@ pub fn control_is_green(control: &Control, rows: &[Row], context: &Context) -> b
 /// The message, if anything is red.
 pub fn check(trial: &Trial, context: &Context) -> Result<Vec<Row>, String> {
     let found = check_subject(trial, context);
-    let message: String = trial
-        .controls
-        .iter()
-        .filter_map(|control| check_control(trial, control, context).err())
-        .collect();
+    let message: String =
+        trial.controls.iter().filter_map(|control| check_control(trial, control, context).err()).collect();
     match found {
         Ok(rows) if message.is_empty() => Ok(rows),
         Ok(_) => Err(message),
@@ -102,11 +96,7 @@ pub fn check_subject(trial: &Trial, context: &Context) -> Result<Vec<Row>, Strin
 }
 
 /// What the [`guard`] has against outcomes that are to hold, a line each; nothing below scale 1.
-pub fn refused<'a>(
-    name: &str,
-    outcomes: impl IntoIterator<Item = &'a Outcome>,
-    context: &Context,
-) -> String {
+pub fn refused<'a>(name: &str, outcomes: impl IntoIterator<Item = &'a Outcome>, context: &Context) -> String {
     outcomes
         .into_iter()
         .filter(|_| context.scale >= 1.0)
@@ -119,11 +109,7 @@ pub fn refused<'a>(
 ///
 /// # Errors
 /// The message, if the fault is not rejected.
-pub fn check_control(
-    trial: &Trial,
-    control: &Control,
-    context: &Context,
-) -> Result<Vec<Row>, String> {
+pub fn check_control(trial: &Trial, control: &Control, context: &Context) -> Result<Vec<Row>, String> {
     let rows = run_control(trial, control, context);
     if control_is_green(control, &rows, context) {
         let outcomes = rows.iter().map(|row| &row.outcome);
@@ -200,11 +186,7 @@ pub fn command(context: &Context, trial: &str, control: &str) -> String {
         None | Some("main") => full_name(trial, control),
         Some(test) => test.to_owned(),
     };
-    let scale = if context.scale == 1.0 {
-        String::new()
-    } else {
-        format!("WHITEFURNACE_SCALE={} ", context.scale)
-    };
+    let scale = if context.scale == 1.0 { String::new() } else { format!("WHITEFURNACE_SCALE={} ", context.scale) };
     format!("WHITEFURNACE_SEED={} {scale}cargo test -- --exact '{test}'", context.seed)
 }
 
@@ -233,10 +215,9 @@ pub fn assert_holds(outcomes: &[Outcome]) {
 /// What a message says of a data file.
 fn data_file(written: Result<Option<PathBuf>, Error>) -> String {
     match written {
-        Ok(Some(path)) => format!(
-            "  data       {0}\n  plot       cargo run --release --bin plot-cells -- '{0}'\n",
-            path.display()
-        ),
+        Ok(Some(path)) => {
+            format!("  data       {0}\n  plot       cargo run --release --bin plot-cells -- '{0}'\n", path.display())
+        }
         Ok(None) => String::new(),
         Err(error) => format!("  data       not written: {error}\n"),
     }
@@ -253,11 +234,7 @@ pub fn write_cells(name: &str, outcome: &Outcome, folder: &Path) -> Result<Optio
     }
     let mut text = String::from("place,expected,observed,sigmas\n");
     for cell in &outcome.cells {
-        let _ = writeln!(
-            text,
-            "\"{}\",{:e},{:e},{:.3}",
-            cell.place, cell.expected, cell.observed, cell.sigmas
-        );
+        let _ = writeln!(text, "\"{}\",{:e},{:e},{:.3}", cell.place, cell.expected, cell.observed, cell.sigmas);
     }
     let kept = |c: char| if c.is_alphanumeric() || c == '-' || c == '.' { c } else { '_' };
     let name: String = format!("{name} {}", outcome.name).chars().map(kept).collect();

@@ -56,10 +56,7 @@ impl Context {
             };
             let value = text.to_str().and_then(|text| text.trim().parse().ok());
             value.filter(fits).ok_or_else(|| {
-                Error::Option(format!(
-                    "{name} is '{}': set it to {expected}, or unset it",
-                    text.display()
-                ))
+                Error::Option(format!("{name} is '{}': set it to {expected}, or unset it", text.display()))
             })
         }
         let seeds = "a whole number from 0 to 18446744073709551615, such as 2019";

@@ -123,27 +123,18 @@ pub const FAULTY: [Faulty; 9] = [
     ("gain", || multiplied(|_| 1.5), "energy bound"),
     ("negative", || multiplied(|_| -1.0), "finite and not negative"),
     ("undeclared loss", || subject().loss(Loss::None), "integral of the pdf"),
-    (
-        "scaled pdf",
-        || BsdfSubject { pdf: Box::new(|wo, wi| 0.9 * pdf(wo, wi)), ..subject() },
-        "chi-square",
-    ),
+    ("scaled pdf", || BsdfSubject { pdf: Box::new(|wo, wi| 0.9 * pdf(wo, wi)), ..subject() }, "chi-square"),
     // The classic slip: the sampled half vector's distribution without the visible normals.
     (
         "wrong sampler",
-        || BsdfSubject {
-            sample: Box::new(|wo, [r1, r2, r3]| sample(wo, [r1 * r1, r2, r3])),
-            ..subject()
-        },
+        || BsdfSubject { sample: Box::new(|wo, [r1, r2, r3]| sample(wo, [r1 * r1, r2, r3])), ..subject() },
         "chi-square",
     ),
     // Below the horizon instead of lost.
     (
         "leaking sampler",
         || BsdfSubject {
-            sample: Box::new(|wo, u| {
-                sample(wo, u).or(Some(BsdfSample { wi: DVec3::NEG_Z, weight: 0.0, pdf: 1.0 }))
-            }),
+            sample: Box::new(|wo, u| sample(wo, u).or(Some(BsdfSample { wi: DVec3::NEG_Z, weight: 0.0, pdf: 1.0 }))),
             ..subject()
         },
         "chi-square",

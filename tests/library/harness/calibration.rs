@@ -139,9 +139,8 @@ fn power_of_the_t_test_is_what_is_stated() {
     let standard_error = (1.0 / 12.0 / n as f64).sqrt();
     for power in POWERS {
         let effect = (normal_upper(level / 2.0) - normal_upper(power)) * standard_error;
-        let rejected = replicate(&format!("power {power}"), |rng| {
-            mean("t", &uniforms(rng, n), 0.5 + effect, ANY).p < level
-        });
+        let rejected =
+            replicate(&format!("power {power}"), |rng| mean("t", &uniforms(rng, n), 0.5 + effect, ANY).p < level);
         let stated = normal_sf(normal_upper(level / 2.0) - effect / standard_error);
         assert_holds(&rate(&format!("power {power}"), &rejected, stated));
     }

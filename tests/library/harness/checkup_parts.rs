@@ -5,9 +5,7 @@ use std::sync::{Arc, Mutex};
 
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use glam::DVec3;
-use whitefurnace::harness::bsdf_checkup::{
-    BsdfSample, BsdfSubject, CheckUp, Loss, assertions, at_direction, check_up,
-};
+use whitefurnace::harness::bsdf_checkup::{BsdfSample, BsdfSubject, CheckUp, Loss, assertions, at_direction, check_up};
 use whitefurnace::harness::outcome::{ALPHA, Outcome, Verdict};
 use whitefurnace::harness::tails::{binomial_cdf, binomial_sf};
 use whitefurnace::harness::trial::Context;
@@ -43,13 +41,8 @@ fn with_pdf(pdf: impl Fn(DVec3, DVec3) -> f64 + Send + Sync + 'static) -> BsdfSu
 }
 
 /// The sampler with its result changed.
-pub fn with_sample(
-    change: impl Fn(BsdfSample) -> Option<BsdfSample> + Send + Sync + 'static,
-) -> BsdfSubject {
-    BsdfSubject {
-        sample: Box::new(move |wo, random| sample(wo, random).and_then(&change)),
-        ..right()
-    }
+pub fn with_sample(change: impl Fn(BsdfSample) -> Option<BsdfSample> + Send + Sync + 'static) -> BsdfSubject {
+    BsdfSubject { sample: Box::new(move |wo, random| sample(wo, random).and_then(&change)), ..right() }
 }
 
 /// Too small for a verdict on cells, large enough for everything else.
@@ -154,11 +147,9 @@ fn no_value_may_be_bad() {
     }
     let stretched = |factor: f64| with_sample(move |s| Some(BsdfSample { wi: factor * s.wi, ..s }));
     let nowhere = with_sample(|s| Some(BsdfSample { pdf: 0.0, ..s }));
-    for (what, subject) in [
-        ("sampled where the pdf is zero", nowhere),
-        ("short", stretched(0.999)),
-        ("long", stretched(1.001)),
-    ] {
+    for (what, subject) in
+        [("sampled where the pdf is zero", nowhere), ("short", stretched(0.999)), ("long", stretched(1.001))]
+    {
         assert_eq!(p(&subject), 0.0, "{what}");
     }
     for (what, subject) in [
@@ -263,9 +254,7 @@ fn albedo_bound_and_furnace_are_those_of_the_quadrature() {
     assert_eq!(outcome(&right(), "energy bound").estimate, 0.0);
     let found = outcome(&right().albedo(|_| 0.75), "directional albedo");
     assert_abs_diff_eq!(found.estimate, 0.25, epsilon = 1e-7);
-    let known = |excess: f64| {
-        outcome(&right().albedo(move |_| ALBEDO + excess), "directional albedo").verdict()
-    };
+    let known = |excess: f64| outcome(&right().albedo(move |_| ALBEDO + excess), "directional albedo").verdict();
     let weighing = |weight: f64| {
         let subject = with_sample(move |s| Some(BsdfSample { weight, ..s }));
         outcome(&subject, "furnace")
@@ -281,10 +270,8 @@ fn albedo_bound_and_furnace_are_those_of_the_quadrature() {
         assert_eq!(weighing(ALBEDO + side * 1.2e-6).verdict(), Verdict::Fails);
     }
     // Lost samples carry nothing: every other one halves the mean.
-    let halved = BsdfSubject {
-        sample: Box::new(|wo, random| sample(wo, random).filter(|_| random[2] < 0.5)),
-        ..right()
-    };
+    let halved =
+        BsdfSubject { sample: Box::new(|wo, random| sample(wo, random).filter(|_| random[2] < 0.5)), ..right() };
     let found = outcome(&halved, "furnace");
     assert_eq!(found.verdict(), Verdict::Fails);
     let kept = (found.estimate / ALBEDO * found.n as f64).round();
@@ -362,15 +349,12 @@ fn corners_of_the_domain_are_tried() {
         }
         // Half of the azimuths are multiples of 45 degrees, all eight of them.
         let turns = |pair: &[DVec3; 2]| 8.0 * pair[side].y.atan2(pair[side].x) / TAU;
-        let tilted: Vec<f64> =
-            directions.iter().filter(|pair| inclination(pair) > 0.0).map(turns).collect();
+        let tilted: Vec<f64> = directions.iter().filter(|pair| inclination(pair) > 0.0).map(turns).collect();
         let straight = |turns: &&f64| (**turns - turns.round()).abs() < 1e-9;
         // Of the even picks 0, 2, 4, 6 the first has no azimuth.
         close(tilted.iter().filter(straight).count(), tilted.len(), 3.0 / 7.0);
         for eighth in -3..=4 {
-            let there = |turns: &&f64| {
-                (turns.rem_euclid(8.0) - f64::from(eighth).rem_euclid(8.0)).abs() < 0.5
-            };
+            let there = |turns: &&f64| (turns.rem_euclid(8.0) - f64::from(eighth).rem_euclid(8.0)).abs() < 0.5;
             close(tilted.iter().filter(there).count(), tilted.len(), 0.125);
         }
     }

@@ -11,8 +11,8 @@ use whitefurnace::harness::domain::{Domain, Partition};
 use whitefurnace::harness::outcome::{ALPHA, Claim, Verdict};
 use whitefurnace::harness::power::Sensitivity;
 use whitefurnace::harness::tails::{
-    binomial_cdf, binomial_interval, binomial_sf, binomial_two_sided, chi_square_sf, normal_upper,
-    poisson_cdf, poisson_interval, poisson_sf,
+    binomial_cdf, binomial_interval, binomial_sf, binomial_two_sided, chi_square_sf, normal_upper, poisson_cdf,
+    poisson_interval, poisson_sf,
 };
 
 use super::cells;
@@ -44,17 +44,8 @@ fn cells_p() -> f64 {
 fn every_sample_is_counted_once() {
     let cells = Partition::equal(Domain::Square, 2, 2);
     let at = |x, y| Some(DVec3::new(x, y, 0.0));
-    let samples = [
-        at(0.1, 0.1),
-        None,
-        at(0.1, 0.9),
-        at(0.9, 0.1),
-        at(0.9, 0.2),
-        at(2.0, 0.0),
-        at(0.5, 0.5),
-        None,
-        at(0.2, 0.2),
-    ];
+    let samples =
+        [at(0.1, 0.1), None, at(0.1, 0.9), at(0.9, 0.1), at(0.9, 0.2), at(2.0, 0.0), at(0.5, 0.5), None, at(0.2, 0.2)];
     let mut next = samples.into_iter();
     let found = count(&cells, 9, || next.next().expect("no more than asked for"), |p| p.x != 0.5);
     assert_eq!((found.n, found.lost, found.forbidden), (9, 2, 2));

@@ -52,8 +52,7 @@ fn effects_of_the_size_of_the_claim_are_answered() {
         assert_eq!((up, down), (wanted, wanted), "{}", outcome.name);
     }
     for outcome in all(0.25) {
-        let rejected =
-            outcome.graded.iter().any(|graded| graded.outcome.verdict() == Verdict::Fails);
+        let rejected = outcome.graded.iter().any(|graded| graded.outcome.verdict() == Verdict::Fails);
         assert!(!rejected, "{}", outcome.name);
     }
 }

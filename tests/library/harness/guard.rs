@@ -46,10 +46,7 @@ fn a_subject_needs_room_for_the_noise_of_its_skewness() {
     let z = normal_upper(0.5 * ALPHA);
     let noise = 6_f64.sqrt() / DOF * z.powi(3) / 0.9;
     // valid_from/n is the square of what the skewness uses.
-    let skewed = |used: f64| Outcome {
-        valid_from: (used * used * DOF) as u64,
-        ..t(0.0, Claim::Exact { delta: 20.0 })
-    };
+    let skewed = |used: f64| Outcome { valid_from: (used * used * DOF) as u64, ..t(0.0, Claim::Exact { delta: 20.0 }) };
     let most = 1.0 - ROOM * noise;
     assert!((0.8..0.95).contains(&most), "{most}");
     assert!(may_not_hold(&skewed(most - 1e-3)).is_none());
@@ -61,8 +58,7 @@ fn a_subject_needs_room_for_the_noise_of_its_skewness() {
 #[test]
 fn a_fault_needs_a_distance_that_no_seed_takes_back() {
     let any = Claim::Exact { delta: 12.5 };
-    for (effect, passes) in [(0.0, false), (7.0, false), (19.0, false), (21.5, true), (60.0, true)]
-    {
+    for (effect, passes) in [(0.0, false), (7.0, false), (19.0, false), (21.5, true), (60.0, true)] {
         for outcome in [t(effect, any), t(-effect, any)] {
             assert_eq!(may_hold(&outcome).is_none(), passes, "{effect}");
         }
@@ -90,9 +86,7 @@ fn the_far_distance_is_two_misses_beyond_the_critical_value() {
 #[test]
 fn far_rejections_stand_without_a_valid_tail() {
     let claim = Claim::Exact { delta: 12.5 };
-    let skewed = |effect, times: u64| {
-        Outcome { valid_from: times * DOF as u64, ..t(effect, claim) }.verdict()
-    };
+    let skewed = |effect, times: u64| Outcome { valid_from: times * DOF as u64, ..t(effect, claim) }.verdict();
     assert_eq!(skewed(21.5, FAR_SHARE), Verdict::Fails);
     for (effect, times) in [(21.5, FAR_SHARE + 1), (19.0, 2), (0.0, 2)] {
         let verdict = skewed(effect, times);

@@ -64,18 +64,12 @@ fn paper_that_absorbs_and_lets_light_through_passes() {
 
 #[test]
 fn faulty_paper_is_rejected() {
-    let sampled = |sample: fn(DVec3, [f64; 3]) -> Option<BsdfSample>| BsdfSubject {
-        sample: Box::new(sample),
-        ..paper(0.25)
-    };
+    let sampled =
+        |sample: fn(DVec3, [f64; 3]) -> Option<BsdfSample>| BsdfSubject { sample: Box::new(sample), ..paper(0.25) };
     let one_way = |wo: DVec3, wi| paper_share(wo, wi) / PI * if wo.z < 0.0 { 0.9 } else { 1.0 };
     for (name, subject, expected) in [
         ("paper, loss", paper(0.2), "integral of the pdf"),
-        (
-            "paper, loses more",
-            sampled(|wo, [r1, r2, r3]| paper_sample(wo, [r1, r2, 1.05 * r3])),
-            "chi-square",
-        ),
+        ("paper, loses more", sampled(|wo, [r1, r2, r3]| paper_sample(wo, [r1, r2, 1.05 * r3])), "chi-square"),
         ("paper, other side", sampled(|wo, u| paper_sample(-wo, u)), "weight = f cos/pdf"),
         ("paper, one way", BsdfSubject { eval: Box::new(one_way), ..paper(0.25) }, "reciprocity"),
         ("paper, called opaque", paper(0.25).transmits(false), "integral of the pdf"),
@@ -99,11 +93,7 @@ fn mirror_sample(wo: DVec3, [r, ..]: [f64; 3]) -> Option<LobeSample> {
 /// A mirror on which paths end with the probability of absorption.
 fn absorbing_mirror() -> LobeSubject {
     let lobes = |wo: DVec3| {
-        vec![Lobe {
-            direction: DVec3::new(-wo.x, -wo.y, wo.z),
-            probability: REFLECTANCE,
-            share: REFLECTANCE,
-        }]
+        vec![Lobe { direction: DVec3::new(-wo.x, -wo.y, wo.z), probability: REFLECTANCE, share: REFLECTANCE }]
     };
     LobeSubject::new(lobes, mirror_sample).loss(Loss::Declared(Box::new(|_| 1.0 - REFLECTANCE)))
 }
@@ -138,10 +128,9 @@ fn glass_sample(wo: DVec3, r: f64, choice: impl Fn(f64) -> f64) -> Option<LobeSa
     let (n1, n2, normal) = sides(wo);
     let share = reflectance(wo.z.abs(), n1, n2);
     match refract(-wo, normal, n1, n2) {
-        Some(wi) if r >= choice(share) => Some(LobeSample {
-            wi,
-            weight: radiance_factor(n1, n2) * (1.0 - share) / (1.0 - choice(share)),
-        }),
+        Some(wi) if r >= choice(share) => {
+            Some(LobeSample { wi, weight: radiance_factor(n1, n2) * (1.0 - share) / (1.0 - choice(share)) })
+        }
         Some(_) => Some(LobeSample { wi: mirror(-wo, normal), weight: share / choice(share) }),
         None => Some(LobeSample { wi: mirror(-wo, normal), weight: 1.0 }),
     }
@@ -155,9 +144,7 @@ fn glass() -> LobeSubject {
 
 #[test]
 fn an_absorbing_mirror_and_glass_pass() {
-    for (name, subject, passes) in
-        [("mirror", absorbing_mirror(), PASSES[1]), ("glass", glass(), PASSES[2])]
-    {
+    for (name, subject, passes) in [("mirror", absorbing_mirror(), PASSES[1]), ("glass", glass(), PASSES[2])] {
         let context = context(name);
         let outcomes = check_up_lobes(&subject, &large(), &context);
         assert!(random(&outcomes) <= passes, "{}", random(&outcomes));
@@ -174,10 +161,8 @@ fn faulty_mirrors_are_rejected() {
         ..absorbing_mirror()
     };
     let back = || changed(|s| LobeSample { wi: -s.wi, ..s });
-    let rarely = LobeSubject {
-        sample: Box::new(|wo, [r, s, t]| mirror_sample(wo, [1.1 * r, s, t])),
-        ..absorbing_mirror()
-    };
+    let rarely =
+        LobeSubject { sample: Box::new(|wo, [r, s, t]| mirror_sample(wo, [1.1 * r, s, t])), ..absorbing_mirror() };
     for (name, subject, expected) in [
         ("mirror, loss", lossless(), "sum of probabilities"),
         ("mirror, lost", lossless(), "samples of no lobe"),
@@ -186,11 +171,7 @@ fn faulty_mirrors_are_rejected() {
         ("mirror, absorbs twice", changed(|s| LobeSample { weight: REFLECTANCE, ..s }), "furnace"),
         ("mirror, survives too rarely", rarely, "samples towards"),
         ("mirror, too bright", absorbing_mirror().energy_bound(0.5), "energy bound"),
-        (
-            "mirror, NaN",
-            changed(|s| LobeSample { weight: f64::NAN, ..s }),
-            "finite and not negative",
-        ),
+        ("mirror, NaN", changed(|s| LobeSample { weight: f64::NAN, ..s }), "finite and not negative"),
     ] {
         assert_lobes_rejected(name, &subject, expected);
     }
@@ -202,8 +183,7 @@ fn faulty_glass_is_rejected() {
         sample: Box::new(move |wo, [r, ..]| sample(wo, r)),
         ..glass()
     };
-    let unweighted =
-        |wo, r| glass_sample(wo, r, |share| share).map(|s| LobeSample { weight: 1.0, ..s });
+    let unweighted = |wo, r| glass_sample(wo, r, |share| share).map(|s| LobeSample { weight: 1.0, ..s });
     let bent = |wo: DVec3| {
         let mut lobes = glass_lobes(wo);
         // Straight through, from inside only: light does not find its way back.

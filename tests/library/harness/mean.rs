@@ -3,8 +3,8 @@
 use approx::assert_relative_eq;
 use whitefurnace::harness::batches::Batches;
 use whitefurnace::harness::mean::{
-    ENOUGH_EQUAL, LARGEST_SKEW_TERM, NEARLY_SYMMETRIC, Sigma, bounded_mean, mean, mean_known_sigma,
-    skewness_of_sum, welch, welch_satterthwaite,
+    ENOUGH_EQUAL, LARGEST_SKEW_TERM, NEARLY_SYMMETRIC, Sigma, bounded_mean, mean, mean_known_sigma, skewness_of_sum,
+    welch, welch_satterthwaite,
 };
 use whitefurnace::harness::outcome::{ALPHA, Cell, Claim, Verdict};
 use whitefurnace::harness::tails::{

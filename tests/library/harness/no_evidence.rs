@@ -4,16 +4,12 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 use whitefurnace::harness::bsdf_checkup::{BsdfSubject, CheckUp, Loss, check_up};
-use whitefurnace::harness::chi_square::{
-    Counts, binomial, chi_square, poisson, sampler_against_partition,
-};
+use whitefurnace::harness::chi_square::{Counts, binomial, chi_square, poisson, sampler_against_partition};
 use whitefurnace::harness::convergence::{slope, variance_ratio};
 use whitefurnace::harness::domain::{Domain, Partition};
 use whitefurnace::harness::ks::kolmogorov_smirnov;
 use whitefurnace::harness::lobe_checkup::{Lobe, LobeSample, LobeSubject, check_up_lobes};
-use whitefurnace::harness::mean::{
-    ENOUGH_EQUAL, Values, bounded_mean, mean, mean_known_sigma, welch,
-};
+use whitefurnace::harness::mean::{ENOUGH_EQUAL, Values, bounded_mean, mean, mean_known_sigma, welch};
 use whitefurnace::harness::outcome::{Claim, Outcome, Verdict};
 use whitefurnace::harness::trial::Context;
 use whitefurnace::harness::welch_map::{image_mean, map};
@@ -21,8 +17,7 @@ use whitefurnace::harness::welch_map::{image_mean, map};
 use super::checkup_parts::{with_eval, with_sample};
 use super::{Image, cells};
 
-const WIDE: [Claim; 3] =
-    [Claim::Exact { delta: 1e3 }, Claim::Approximate { margin: 1e3 }, Claim::Test];
+const WIDE: [Claim; 3] = [Claim::Exact { delta: 1e3 }, Claim::Approximate { margin: 1e3 }, Claim::Test];
 
 /// n values, all the same.
 fn same(n: u64, value: f64) -> Values {
@@ -30,8 +25,7 @@ fn same(n: u64, value: f64) -> Values {
 }
 
 fn counted(masses: &[f64], observed: &[u64]) -> Outcome {
-    let counts =
-        Counts { n: observed.iter().sum(), observed: observed.to_vec(), ..Counts::default() };
+    let counts = Counts { n: observed.iter().sum(), observed: observed.to_vec(), ..Counts::default() };
     chi_square("cells", &cells(masses), &counts, 1e3)
 }
 
@@ -154,8 +148,7 @@ fn small() -> CheckUp {
 #[test]
 fn check_ups_without_samples_are_undecided() {
     let context = Context::new(7, 1.0).expect("a scale").named("nothing");
-    let nothing =
-        BsdfSubject { pdf: Box::new(|_, _| 0.0), ..with_sample(|_| None).loss(Loss::Allowed) };
+    let nothing = BsdfSubject { pdf: Box::new(|_, _| 0.0), ..with_sample(|_| None).loss(Loss::Allowed) };
     let outcomes = check_up(&nothing, &small(), &context);
     let stuck = with_eval(|_, wi| wi.z.max(0.0) * 0.75 / PI);
     let stuck = check_up(&stuck, &small(), &context);

@@ -55,12 +55,9 @@ fn borders_belong_to_the_claim() {
 /// n (width/δ)², and more than there are if the interval is narrow enough but lies to one side.
 #[test]
 fn undecided_asks_for_what_would_decide() {
-    for (interval, needed) in [
-        ([1.625, 2.125], 400),
-        ([1.875, 2.5], 625),
-        ([2.125, 2.3125], 101),
-        ([2.0, f64::INFINITY], u64::MAX),
-    ] {
+    for (interval, needed) in
+        [([1.625, 2.125], 400), ([1.875, 2.5], 625), ([2.125, 2.3125], 101), ([2.0, f64::INFINITY], u64::MAX)]
+    {
         let undecided = Verdict::Undecided { needed };
         assert_eq!(exact_verdict(1.0, interval, 2.0, 0.25, 100), undecided);
     }
@@ -129,11 +126,9 @@ fn power_is_that_of_the_claim() {
     let strong = measured(Claim::Exact { delta: 2.0 });
     assert_eq!(strong.power(), format!("1 - {:.1e}", strong.miss()));
     assert!(strong.miss() < ALPHA);
-    for (claim, sides) in [
-        (Claim::Test, 1.0),
-        (Claim::Exact { delta: 1.0 }, 2.0),
-        (Claim::Approximate { margin: 1.0 }, 2.0),
-    ] {
+    for (claim, sides) in
+        [(Claim::Test, 1.0), (Claim::Exact { delta: 1.0 }, 2.0), (Claim::Approximate { margin: 1.0 }, 2.0)]
+    {
         let effect = measured(claim).minimum_detectable_effect();
         let expected = 0.125 * (critical + normal_upper(ALPHA / sides));
         assert_relative_eq!(effect, expected, max_relative = 1e-8);

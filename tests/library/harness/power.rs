@@ -7,8 +7,8 @@ use whitefurnace::harness::mean::{bounded_mean, mean, welch};
 use whitefurnace::harness::outcome::{ALPHA, Claim, Outcome};
 use whitefurnace::harness::power::Sensitivity;
 use whitefurnace::harness::tails::{
-    binomial_two_sided, chi_square_sf, gamma_p, noncentral_chi_square_cdf, normal_sf, normal_upper,
-    poisson_cdf, poisson_interval, poisson_sf,
+    binomial_two_sided, chi_square_sf, gamma_p, noncentral_chi_square_cdf, normal_sf, normal_upper, poisson_cdf,
+    poisson_interval, poisson_sf,
 };
 
 use super::around;
@@ -80,8 +80,7 @@ fn misses_of_counts_are_sums_over_their_laws() {
     // A probability above 1 does not exist.
     assert_eq!(test.miss(0.7), 0.0);
 
-    let poisson_law =
-        |mean: f64| move |k: u64| (1..=k).fold((-mean).exp(), |mass, i| mass * mean / i as f64);
+    let poisson_law = |mean: f64| move |k: u64| (1..=k).fold((-mean).exp(), |mass, i| mass * mean / i as f64);
     let test = Sensitivity::Poisson { mean: 30.0 };
     for effect in [-29.0, -10.0, 0.0, 20.0, 70.0] {
         let accepted = |k| 2.0 * poisson_sf(k, 30.0).min(poisson_cdf(k, 30.0)) >= ALPHA;
@@ -160,16 +159,14 @@ fn few_degrees_of_freedom_widen_the_normal_law() {
     let p = 0.5 * ALPHA;
     let cauchy = 1.0 / (std::f64::consts::PI * p).tan();
     let root = (1.0 - 2.0 * p) / (2.0 * p * (1.0 - p)).sqrt();
-    for (dof, c, bound, squared) in [
-        (1.0, cauchy, 0.75 * cauchy, 1.0 + cauchy * cauchy / 2.0),
-        (2.0, root, 0.875 * root, 1.0 + root * root / 4.0),
-    ] {
+    for (dof, c, bound, squared) in
+        [(1.0, cauchy, 0.75 * cauchy, 1.0 + cauchy * cauchy / 2.0), (2.0, root, 0.875 * root, 1.0 + root * root / 4.0)]
+    {
         let t = Sensitivity::Normal { standard_error: 0.5, dof, tests: 1 };
         let spread = squared.sqrt();
         for share in [0.0, 0.2, 0.6, 2.0] {
             let shift = share * c;
-            let expected =
-                normal_sf((shift - bound) / spread) - normal_sf((shift + bound) / spread);
+            let expected = normal_sf((shift - bound) / spread) - normal_sf((shift + bound) / spread);
             assert_relative_eq!(t.miss(0.5 * shift), expected, max_relative = 1e-7);
         }
     }
@@ -185,11 +182,7 @@ fn misses_of_normal_statistics_are_normal_tails() {
     // Half of the effects at the critical value are missed, but for those beyond the other one.
     assert_relative_eq!(known(1).miss(2.0 * critical), 0.5, max_relative = 1e-9);
     assert_relative_eq!(known(1).miss(0.0), 1.0 - ALPHA, max_relative = 1e-12);
-    assert_relative_eq!(
-        known(1).smallest_effect(ALPHA),
-        2.0 * (critical + normal_upper(ALPHA)),
-        max_relative = 1e-8
-    );
+    assert_relative_eq!(known(1).smallest_effect(ALPHA), 2.0 * (critical + normal_upper(ALPHA)), max_relative = 1e-8);
     let many = normal_upper(0.5 * ALPHA / 100.0);
     assert_relative_eq!(known(100).miss(2.0 * many), 0.5, max_relative = 1e-9);
     // With a million degrees of freedom, t is z.

@@ -6,8 +6,7 @@ use whitefurnace::harness::quadrature::{Rectangle, integrate};
 #[test]
 fn quadrature_is_exact_for_polynomials_and_adapts_to_kinks() {
     let unit = Rectangle { x: [-1.0, 2.0], y: [0.0, 3.0] };
-    let power =
-        |p: i32, [a, b]: [f64; 2]| (f64::powi(b, p + 1) - f64::powi(a, p + 1)) / f64::from(p + 1);
+    let power = |p: i32, [a, b]: [f64; 2]| (f64::powi(b, p + 1) - f64::powi(a, p + 1)) / f64::from(p + 1);
     for (i, j) in [(0, 0), (3, 12), (22, 0), (7, 20)] {
         let found = integrate(unit, 1e300, &mut |x, y| x.powi(i) * y.powi(j));
         assert_relative_eq!(found.value, power(i, unit.x) * power(j, unit.y), max_relative = 1e-12);

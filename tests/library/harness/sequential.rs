@@ -15,9 +15,7 @@ fn threshold(mut test: Sprt, sign: f64) -> f64 {
 /// ln(1/α) and ln β, neither of which knows the other error, far from where both forms of Wald's agree.
 #[test]
 fn thresholds_are_those_of_the_guarantee() {
-    for (alpha, beta) in
-        [(0.05, 0.5), (0.5, 0.05), (0.05, 0.05), (0.25, 0.5), (0.01, 0.2), (1e-3, 0.9)]
-    {
+    for (alpha, beta) in [(0.05, 0.5), (0.5, 0.05), (0.05, 0.05), (0.25, 0.5), (0.01, 0.2), (1e-3, 0.9)] {
         let test = || Sprt::new(alpha, beta);
         assert_abs_diff_eq!(threshold(test(), 1.0), -f64::ln(alpha), epsilon = 2e-6);
         assert_abs_diff_eq!(threshold(test(), -1.0), f64::ln(beta), epsilon = 2e-6);
@@ -27,12 +25,7 @@ fn thresholds_are_those_of_the_guarantee() {
 /// Probabilities of the decisions [null, alternative] of a Bernoulli test where successes have probability
 /// `truth`, and of none within `most` values. The test is a function of the numbers of successes and
 /// failures, so that all runs are summed without leaving one out.
-fn decisions(
-    start: Sprt,
-    [null, alternative]: [f64; 2],
-    truth: f64,
-    most: usize,
-) -> ([f64; 2], f64) {
+fn decisions(start: Sprt, [null, alternative]: [f64; 2], truth: f64, most: usize) -> ([f64; 2], f64) {
     let mut decided = [0.0; 2];
     // By the number of successes so far.
     let mut running = vec![Some((start, 1.0))];
@@ -47,8 +40,7 @@ fn decisions(
                     Decision::Null => decided[0] += mass,
                     Decision::Alternative => decided[1] += mass,
                     Decision::Continue => {
-                        let slot: &mut Option<(Sprt, f64)> =
-                            &mut next[successes + usize::from(success)];
+                        let slot: &mut Option<(Sprt, f64)> = &mut next[successes + usize::from(success)];
                         let before = slot.map_or(0.0, |(_, mass)| mass);
                         *slot = Some((test, before + mass));
                     }
@@ -64,9 +56,7 @@ fn decisions(
 #[test]
 fn errors_summed_over_all_runs_keep_the_guarantee() {
     for pair in [[1.0 / 3.0, 2.0 / 3.0], [0.2, 0.5], [0.6, 0.3], [0.5, 0.6]] {
-        for (alpha, beta) in
-            [(0.25, 0.5), (0.5, 0.25), (0.05, 0.05), (0.05, 0.5), (0.5, 0.05), (0.125, 0.75)]
-        {
+        for (alpha, beta) in [(0.25, 0.5), (0.5, 0.25), (0.05, 0.05), (0.05, 0.5), (0.5, 0.05), (0.125, 0.75)] {
             let test = Sprt::new(alpha, beta);
             let ([_, rejected], open) = decisions(test, pair, pair[0], 2000);
             assert!(rejected + open <= alpha, "α {alpha}, β {beta}, {pair:?}: {rejected}");
@@ -102,16 +92,11 @@ fn likelihood_ratios_are_those_of_the_laws() {
         }
     }
     // Half the difference of squared distances, in units of the variance.
-    for (value, null, alternative, sigma) in
-        [(2.5, 1.0, 3.0, 4.0), (1.5, 1.0, 3.0, 4.0), (-2.0, 1.5, 0.5, 3.0)]
-    {
+    for (value, null, alternative, sigma) in [(2.5, 1.0, 3.0, 4.0), (1.5, 1.0, 3.0, 4.0), (-2.0, 1.5, 0.5, 3.0)] {
         let square = |mean: f64| ((value - mean) / sigma).powi(2);
         let log: f64 = 0.5 * (square(null) - square(alternative));
-        let expected = if log > 0.0 {
-            (needed(log, 1e-4), Decision::Alternative)
-        } else {
-            (needed(log, 1e-6), Decision::Null)
-        };
+        let expected =
+            if log > 0.0 { (needed(log, 1e-4), Decision::Alternative) } else { (needed(log, 1e-6), Decision::Null) };
         let found = steps(new(), |test| test.normal(value, null, alternative, sigma));
         assert_eq!(found, expected, "{value} {null} {alternative}");
     }
@@ -174,8 +159,7 @@ fn confidence_sequences_are_those_of_the_theorem() {
 #[test]
 fn a_sequence_decides_at_its_borders() {
     // Before any value the interval is [0, 2].
-    let decide =
-        |reference, margin| ConfidenceSequence::new(0.05, [0.0, 2.0]).decide(reference, margin);
+    let decide = |reference, margin| ConfidenceSequence::new(0.05, [0.0, 2.0]).decide(reference, margin);
     for (reference, margin, expected) in [
         (1.0, 1.0, Decision::Null),
         (2.0, 2.0, Decision::Null),

@@ -37,9 +37,7 @@ fn tails_agree_with_reference_values() {
             (found / value - 1.0).abs()
         };
         if error.is_nan() || error > 1e-9 {
-            wrong.push(format!(
-                "{function}{arguments:?}: {found:e}, should be {value:e}, error {error:e}"
-            ));
+            wrong.push(format!("{function}{arguments:?}: {found:e}, should be {value:e}, error {error:e}"));
         }
     }
     assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
@@ -151,12 +149,7 @@ fn tails_keep_fourteen_digits() {
         // exp(−m) Σ mʲ/j! over the first counts.
         let term = |j: u64| (1..=j).fold(1.0, |product, i| product * mean / i as f64);
         let expected = f64::exp(-mean) * (0..=k).map(term).sum::<f64>();
-        assert_relative_eq!(
-            tails::poisson_cdf(k, mean),
-            expected,
-            max_relative = 1e-14,
-            epsilon = 0.0
-        );
+        assert_relative_eq!(tails::poisson_cdf(k, mean), expected, max_relative = 1e-14, epsilon = 0.0);
     }
 }
 

@@ -7,9 +7,8 @@ use rand::Rng;
 use whitefurnace::equation::ESTIMATOR;
 use whitefurnace::harness::outcome::{Cell, Claim, Outcome, Verdict};
 use whitefurnace::harness::trial::{
-    CSV_HEADER, Context, Control, Row, Trial, assert_holds, check, check_control, check_subject,
-    command, control_is_green, full_name, group, run_control, run_trial, trial_is_green,
-    write_cells,
+    CSV_HEADER, Context, Control, Row, Trial, assert_holds, check, check_control, check_subject, command,
+    control_is_green, full_name, group, run_control, run_trial, trial_is_green, write_cells,
 };
 use whitefurnace::rng::{seed_for, stream};
 
@@ -101,9 +100,7 @@ fn the_environment_is_read() {
     let text = found(&[("WHITEFURNACE_SEED", " 5 "), ("WHITEFURNACE_SCALE", "0.25")]);
     assert!(text.contains("found 5 0.25."), "{text}");
     let [seeds, scales] = ["five -1 1.5 18446744073709551616 ", "x 0 -1 nan inf 1e300 1e-300 "];
-    for (name, values, range) in
-        [("SEED", seeds, "0 to 18446744073709551615"), ("SCALE", scales, "0.0001 to 256")]
-    {
+    for (name, values, range) in [("SEED", seeds, "0 to 18446744073709551615"), ("SCALE", scales, "0.0001 to 256")] {
         let name = format!("WHITEFURNACE_{name}");
         // The last is empty.
         for value in values.split(' ') {
@@ -163,10 +160,7 @@ fn undecided_is_red_at_full_scale_only() {
 fn a_control_is_rejected_by_the_outcomes_that_it_names() {
     let outcome = |name: &str, verdict| Row { outcome: random(name, verdict), ..row(verdict) };
     let green = |names: &[&'static str], rows: &[Row]| {
-        let control = Control {
-            rejected_by: names.to_vec(),
-            ..Control::new("wrong", "it is not so", |_| Vec::new())
-        };
+        let control = Control { rejected_by: names.to_vec(), ..Control::new("wrong", "it is not so", |_| Vec::new()) };
         control_is_green(&control, rows, &context(1.0))
     };
     let [holds, fails] = [Verdict::Holds, Verdict::Fails];
@@ -229,8 +223,7 @@ fn names_and_commands_lead_back() {
     let scaled = command(&context(0.25), "a/b", "");
     assert!(scaled.contains(" WHITEFURNACE_SCALE=0.25 "), "{scaled}");
     // A test function is repeated by its name; what has none, by the trial's.
-    let own =
-        "WHITEFURNACE_SEED=7 cargo test -- --exact 'harness::trial::names_and_commands_lead_back'";
+    let own = "WHITEFURNACE_SEED=7 cargo test -- --exact 'harness::trial::names_and_commands_lead_back'";
     assert_eq!(command(&context(1.0), "a/b", "fault"), own);
     let unnamed = std::thread::spawn(|| command(&context(1.0), "a/b", "fault"));
     let unnamed = unnamed.join().expect("it does not panic");
@@ -243,14 +236,8 @@ fn data_files_hold_the_cells() {
     let mut row = row(Verdict::Fails);
     assert_eq!(write_cells("toy/verdicts wrong", &row.outcome, &folder).ok(), Some(None));
     row.outcome.name = String::from("x² at 1.5, half-way");
-    row.outcome.cells = vec![Cell {
-        place: String::from("here"),
-        expected: 1000.0,
-        observed: 1250.0,
-        sigmas: 7.9057,
-    }];
-    let path =
-        write_cells("toy/verdicts wrong", &row.outcome, &folder).ok().flatten().expect("a file");
+    row.outcome.cells = vec![Cell { place: String::from("here"), expected: 1000.0, observed: 1250.0, sigmas: 7.9057 }];
+    let path = write_cells("toy/verdicts wrong", &row.outcome, &folder).ok().flatten().expect("a file");
     // Letters, digits, dots and hyphens are kept.
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
     assert_eq!(name.as_deref(), Some("toy_verdicts_wrong_x²_at_1.5__half-way.csv"));
@@ -270,8 +257,7 @@ fn assertions_say_what_does_not_hold() {
         *unwound.expect_err("it does not hold").downcast::<String>().expect("a message")
     };
     let red = message(vec![holds, fails]);
-    let line =
-        "\nmean: fails; 0.5 in [0.25, 0.75], should be 0.5 ± 1 (t = 0, n = 100, p = 0.0e0)\n";
+    let line = "\nmean: fails; 0.5 in [0.25, 0.75], should be 0.5 ± 1 (t = 0, n = 100, p = 0.0e0)\n";
     assert!(red.starts_with(line), "{red}");
     let file = "target/trials/harness__trial__assertions_say_what_does_not_hold_mean.csv";
     assert!(red.contains(file) && red.contains("--bin plot-cells -- 'target"), "{red}");

@@ -80,10 +80,8 @@ fn tiles_hold_their_own_pixels() {
     // Sums instead of means: t and the degrees of freedom are the same.
     let expected = |inside: &dyn Fn(usize, usize) -> bool| {
         let pixels: Vec<usize> = (0..35).filter(|i| inside(i % 7, i / 7)).collect();
-        let [sum_a, sum_b] =
-            images.each_ref().map(|image| pixels.iter().map(|&i| image.mean[i]).sum::<f64>());
-        let part =
-            |image: &Image, i: usize| (image.variance[i] / image.count[i] as f64, image.count[i]);
+        let [sum_a, sum_b] = images.each_ref().map(|image| pixels.iter().map(|&i| image.mean[i]).sum::<f64>());
+        let part = |image: &Image, i: usize| (image.variance[i] / image.count[i] as f64, image.count[i]);
         let parts: Vec<(f64, u64)> =
             pixels.iter().flat_map(|&i| images.each_ref().map(|image| part(image, i))).collect();
         let error = parts.iter().map(|part| part.0).sum::<f64>().sqrt();
@@ -125,10 +123,7 @@ fn an_image_is_kept_in_stretches_of_its_rows() {
     // 149 pixels in at most 64 stretches: 49 of three pixels, and one of two.
     let mean_a: Vec<f64> = (0..149).map(|i| f64::from(i * i % 31)).collect();
     let mean_b: Vec<f64> = (0..149).map(|i| f64::from(i * 5 % 17)).collect();
-    let images = [
-        Image::new(&mean_a, &[0.04; 149], &[100; 149]),
-        Image::new(&mean_b, &[0.21; 149], &[300; 149]),
-    ];
+    let images = [Image::new(&mean_a, &[0.04; 149], &[100; 149]), Image::new(&mean_b, &[0.21; 149], &[300; 149])];
     let [a, b] = images.each_ref().map(Image::statistics);
     let even = [0.0; 149];
     let cells = image_mean("stretches", (&a, &even), (&b, &even), 0.01).cells;

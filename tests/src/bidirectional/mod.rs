@@ -79,11 +79,7 @@ fn direct() -> Vec<TrialOn<Subject>> {
 fn frame(name: &'static str, kind: ImageKind, count: u64) -> TrialOn<Subject> {
     let (scene, reference) = scenes::emitting_plane();
     let passes = Passes { scene, kind, frame: [24, 8], count };
-    let outer = Region {
-        name: "outer columns",
-        holds: |[x, _], [width, _]| x < 2 || x + 2 >= width,
-        delta: 0.02,
-    };
+    let outer = Region { name: "outer columns", holds: |[x, _], [width, _]| x < 2 || x + 2 >= width, delta: 0.02 };
     let property = format!("an emitter that fills a wide image shows {reference} in every pixel");
     let words = words(name, property, &IMPORTANCE);
     image(words, &passes, reference, &[whole(SINGLE), outer])
@@ -100,10 +96,9 @@ fn furnaces() -> Vec<TrialOn<Subject>> {
     };
     let cavity = |name, kind, cap, count| {
         let (what, reference) = match cap {
-            Cap::Reflecting => (
-                "a cavity of albedo 0.75 with a reflecting cap that emits",
-                rho * CAP_SHARE / (1.0 - rho),
-            ),
+            Cap::Reflecting => {
+                ("a cavity of albedo 0.75 with a reflecting cap that emits", rho * CAP_SHARE / (1.0 - rho))
+            }
             Cap::Black => (
                 "a cavity of albedo 0.75 with a black cap that emits",
                 rho * CAP_SHARE / (1.0 - rho * (1.0 - CAP_SHARE)),
@@ -121,12 +116,7 @@ fn furnaces() -> Vec<TrialOn<Subject>> {
     [
         furnace("bidirectional/light-tracer/furnace-box", LightTracer, 10_000),
         furnace("bidirectional/bdpt/furnace-box", Bdpt, NEARLY_SYMMETRIC),
-        cavity(
-            "bidirectional/light-tracer/cavity-reflecting",
-            LightTracer,
-            Cap::Reflecting,
-            23_500,
-        ),
+        cavity("bidirectional/light-tracer/cavity-reflecting", LightTracer, Cap::Reflecting, 23_500),
         cavity("bidirectional/bdpt/cavity-black", Bdpt, Cap::Black, NEARLY_SYMMETRIC),
         sky("bidirectional/bdpt/environment", 60_000),
     ]

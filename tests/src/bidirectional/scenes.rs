@@ -6,8 +6,8 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use crate::scenes::{
-    FLOOR, HEIGHT, LIGHT, NEAR, RECTANGLE, TINT, floor, lambert, light, polygon_irradiance,
-    seen_by, sphere_irradiance, square,
+    FLOOR, HEIGHT, LIGHT, NEAR, RECTANGLE, TINT, floor, lambert, light, polygon_irradiance, seen_by, sphere_irradiance,
+    square,
 };
 use whitefurnace::bsdf::Bsdf;
 use whitefurnace::camera::Camera;
@@ -98,8 +98,7 @@ pub fn mirror_caustic() -> (Arc<Scene>, f64) {
         s.rectangle(DVec3::new(-2.3, 0.05, 0.0), sides, patch);
         let emitter = s.surface(light(LIGHT));
         s.rectangle(corner, [width, depth], emitter);
-        let mirror =
-            s.surface(Surface::new(Bsdf::Mirror { reflectance: DVec3::splat(REFLECTANCE) }));
+        let mirror = s.surface(Surface::new(Bsdf::Mirror { reflectance: DVec3::splat(REFLECTANCE) }));
         let sides = [2.0 * DVec3::X, 0.4 * DVec3::Y];
         s.rectangle(DVec3::new(-1.0, -0.7, 1.0), sides, mirror);
     });

@@ -78,10 +78,7 @@ fn sphere(name: &'static str, only: fn(Subject) -> Subject) -> TrialOn<Subject> 
     altered(trial_on, move |subject| {
         let table = only(subject).parts.unwrap_or(RIGHT);
         Setup {
-            parts: Some(Table {
-                survival_by_throughput: |throughput| f64::from(throughput.x > 0.1),
-                ..table
-            }),
+            parts: Some(Table { survival_by_throughput: |throughput| f64::from(throughput.x > 0.1), ..table }),
             ..subject
         }
     })
@@ -126,15 +123,13 @@ impl Property for Weights {
             }
             sums = sums.max((sum - 1.0).abs());
         }
-        let exact =
-            |name, error| Outcome::exact(name, PATHS, error, 1e-12, "the worst of random paths");
+        let exact = |name, error| Outcome::exact(name, PATHS, error, 1e-12, "the worst of random paths");
         vec![exact("sum of weights", sums), exact("balance", balance)]
     }
 }
 
 pub(super) fn weights() -> TrialOn<Subject> {
-    let property =
-        "the weights of all strategies of a path sum to one, in proportion to their densities";
+    let property = "the weights of all strategies of a path sum to one, in proportion to their densities";
     let name = "bidirectional/weights";
     TrialOn::new(data(name, property, &PATH_DENSITY, "estimator::weight", "exact"), on(Weights))
 }

@@ -4,9 +4,7 @@ use crate::faults::{Fault, fault};
 use crate::fresnel::{no_total_reflection, schlick};
 use crate::subject::{RIGHT, Subject, Table, fault, parts};
 use whitefurnace::equation::{FRESNEL, FRESNEL_P, FRESNEL_S, REFRACTION};
-use whitefurnace::fresnel::{
-    mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refract,
-};
+use whitefurnace::fresnel::{mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refract};
 
 pub(super) fn faults() -> Vec<Fault<Subject>> {
     let fresnel = |name, equation, wrong, fresnel: fn(f64, f64, f64) -> f64, caught_by| {
@@ -26,20 +24,8 @@ pub(super) fn faults() -> Vec<Fault<Subject>> {
             reflectance_s,
             &["glass/reflects-60", "glass/snell-aim", "glass/slab"],
         ),
-        fresnel(
-            "only-p",
-            &FRESNEL_P,
-            "(11) alone",
-            reflectance_p,
-            &["glass/reflects-75", "glass/reflects-60"],
-        ),
-        fresnel(
-            "schlick",
-            &FRESNEL,
-            "Schlick's approximation",
-            schlick,
-            &["glass/reflects-60", "glass/vanishing"],
-        ),
+        fresnel("only-p", &FRESNEL_P, "(11) alone", reflectance_p, &["glass/reflects-75", "glass/reflects-60"]),
+        fresnel("schlick", &FRESNEL, "Schlick's approximation", schlick, &["glass/reflects-60", "glass/vanishing"]),
         fresnel(
             "indices-swapped",
             &FRESNEL,
@@ -53,14 +39,8 @@ pub(super) fn faults() -> Vec<Fault<Subject>> {
                 fresnel: no_total_reflection,
                 refract: |d, n, n1, n2| Some(refract(d, n, n1, n2).unwrap_or(d))
             }, "glass/total-reflection", "glass/cube-trapped", "glass/prism"),
-        factor(
-            "no-radiance-factor",
-            "T = 1 − R is all that refraction does, as the report has it",
-            |_, _| 1.0,
-        ),
-        factor("radiance-factor-inverted", "(n₂/n₁)² for (n₁/n₂)²", |n1, n2| {
-            radiance_factor(n2, n1)
-        }),
+        factor("no-radiance-factor", "T = 1 − R is all that refraction does, as the report has it", |_, _| 1.0),
+        factor("radiance-factor-inverted", "(n₂/n₁)² for (n₁/n₂)²", |n1, n2| radiance_factor(n2, n1)),
         fault!("snell-inverted", REFRACTION, "n₂/n₁ for n₁/n₂ in Snell's law",
             { refract: |d, n, n1, n2| refract(d, n, n2, n1) }, "glass/snell-aim"),
         fault!("not-refracted", REFRACTION, "light goes straight on into the glass",

@@ -4,9 +4,7 @@ use crate::faults::Fault;
 use crate::solid_angle::{uniform_in_area, with_pdf};
 use crate::subject::{Subject, fault};
 use whitefurnace::emitter::EmitterPoint;
-use whitefurnace::equation::{
-    LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE, MIS, MIS_POWER, SOLID_ANGLE,
-};
+use whitefurnace::equation::{LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE, MIS, MIS_POWER, SOLID_ANGLE};
 use whitefurnace::estimator::Strategy;
 
 pub(super) fn faults() -> Vec<Fault<Subject>> {

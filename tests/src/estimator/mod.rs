@@ -12,9 +12,7 @@ use std::f64::consts::FRAC_1_PI;
 use super::subject::{STANDARD, Setup, Subject, fault};
 use crate::faults::{AnyFamily, Family, Fault, fault};
 use crate::{chains, cie, furnace, glass, images, irradiance, panes, strategies};
-use whitefurnace::equation::{
-    COSINE_HEMISPHERE, ESTIMATOR, PATH_LENGTH, REFRACTION, RENDERING, ROULETTE, WHITTED,
-};
+use whitefurnace::equation::{COSINE_HEMISPHERE, ESTIMATOR, PATH_LENGTH, REFRACTION, RENDERING, ROULETTE, WHITTED};
 use whitefurnace::estimator::LightRules;
 use whitefurnace::sampling::{cosine_hemisphere, uniform_hemisphere};
 

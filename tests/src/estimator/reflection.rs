@@ -8,9 +8,7 @@ use crate::faults::{Fault, fault};
 use crate::subject::{RIGHT, Subject, Table, fault, parts};
 use whitefurnace::bsdf::eon::{multiple_albedo, multiple_scattering, single_scattering};
 use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
-use whitefurnace::equation::{
-    COSINE, EON_MULTIPLE, EON_SINGLE, LAMBERT, OREN_NAYAR, OREN_NAYAR_CONSTANTS, RENDERING,
-};
+use whitefurnace::equation::{COSINE, EON_MULTIPLE, EON_SINGLE, LAMBERT, OREN_NAYAR, OREN_NAYAR_CONSTANTS, RENDERING};
 
 /// The albedo of a diffuse surface squared.
 fn squared_albedo(bsdf: &Bsdf, wo: DVec3, wi: DVec3) -> DVec3 {

@@ -1,9 +1,7 @@
 //! Faults of sampling: directions (17)-(19), cosine-weighted directions, roulette.
 
 use crate::faults::Fault;
-use crate::hemisphere::faults::{
-    half_circle, half_circle_cosine, linear_theta, no_root, shared_number,
-};
+use crate::hemisphere::faults::{half_circle, half_circle_cosine, linear_theta, no_root, shared_number};
 use crate::subject::{Subject, fault};
 use whitefurnace::equation::{
     COSINE_HEMISPHERE, ESTIMATOR, HEMISPHERE_PDF, HEMISPHERE_PHI, HEMISPHERE_THETA, ROULETTE,

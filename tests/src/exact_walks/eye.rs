@@ -8,8 +8,8 @@ use crate::subject::Setup;
 use whitefurnace::emitter::LightSampling;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::{
-    Bdpt, Estimator, Heuristic, ImageEstimator, LightTracer, Lookup, Path, PhotonMapping, Report,
-    Sppm, Strategy, Whitted,
+    Bdpt, Estimator, Heuristic, ImageEstimator, LightTracer, Lookup, Path, PhotonMapping, Report, Sppm, Strategy,
+    Whitted,
 };
 use whitefurnace::rng::{Stream, uniform2};
 use whitefurnace::scene::Scene;
@@ -43,8 +43,7 @@ impl Eye {
         (rng, seed): (&mut Stream, u64),
     ) -> Result<Vec<f64>, Error> {
         let Setup { parts, segments, rules } = setup;
-        let levels =
-            |image: Vec<DVec3>| image.into_iter().map(|pixel| level(scene, pixel)).collect();
+        let levels = |image: Vec<DVec3>| image.into_iter().map(|pixel| level(scene, pixel)).collect();
         let pass = |estimator: &dyn Fn() -> Result<Vec<DVec3>, Error>| estimator().map(levels);
         match self {
             Self::Path => {

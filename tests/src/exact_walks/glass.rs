@@ -104,12 +104,8 @@ pub(super) fn factors(table: Table, caught_by: &'static [&'static str]) -> Vec<F
     };
     vec![
         fault("factor-missing", "refraction leaves radiance as it is", |_, _| 1.0),
-        fault("factor-twice", "refraction scales radiance by (n₁/n₂)⁴", |n1, n2| {
-            (n1 / n2).powi(4)
-        }),
-        fault("factor-inverted", "refraction scales radiance by (n₂/n₁)²", |n1, n2| {
-            (n2 / n1).powi(2)
-        }),
+        fault("factor-twice", "refraction scales radiance by (n₁/n₂)⁴", |n1, n2| (n1 / n2).powi(4)),
+        fault("factor-inverted", "refraction scales radiance by (n₂/n₁)²", |n1, n2| (n2 / n1).powi(2)),
     ]
 }
 

@@ -50,12 +50,8 @@ const COUNTED: Table = Table {
 };
 
 /// Photons that count whole wherever they lie, and glass that reflects nothing.
-const GATHERED: Table = Table {
-    fresnel: |_, _, _| 0.0,
-    same_side: |_, _| true,
-    photon_density: |_, flux, _, _| flux,
-    ..ENDLESS
-};
+const GATHERED: Table =
+    Table { fresnel: |_, _, _| 0.0, same_side: |_, _| true, photon_density: |_, flux, _, _| flux, ..ENDLESS };
 
 /// Rounding of some thousand factors and terms.
 const ROUNDING: f64 = 1e-11;
@@ -143,16 +139,8 @@ fn certain(
     TrialOn::new(trial, on(Certain { eye, scenes }))
 }
 
-fn left(
-    name: &str,
-    subject: &'static str,
-    by_eye: bool,
-    expected: f64,
-    eye: DVec3,
-) -> TrialOn<Subject> {
-    let property = format!(
-        "in a cavity of albedo {ALBEDO} each particle leaves {expected:.6} before it is faint"
-    );
+fn left(name: &str, subject: &'static str, by_eye: bool, expected: f64, eye: DVec3) -> TrialOn<Subject> {
+    let property = format!("in a cavity of albedo {ALBEDO} each particle leaves {expected:.6} before it is faint");
     let trial = data(name, property, &PATH_LENGTH, subject, "exact");
     let scene = cavity("diffuse cavity", lambert(ALBEDO), eye);
     TrialOn::new(trial, on(Left { scene, by_eye, expected }))
@@ -168,8 +156,7 @@ fn long() -> Vec<TrialOn<Subject>> {
     let reflectance = DVec3::splat(ALBEDO);
     let mirrors = |name, subject, eye, expected: f64| {
         let scene = cavity("mirrors", Bsdf::Mirror { reflectance }, INSIDE);
-        let property =
-            format!("between mirrors of {ALBEDO} that emit 1 every path sees {expected:.6}");
+        let property = format!("between mirrors of {ALBEDO} that emit 1 every path sees {expected:.6}");
         let words = (name, subject, &PATH_LENGTH);
         certain(words, property, eye, vec![(scene, expected)])
     };
@@ -194,21 +181,11 @@ fn long() -> Vec<TrialOn<Subject>> {
     ]
 }
 
-const MIRRORS: [&str; 4] = [
-    "furnace/mirrors/path",
-    "furnace/mirrors/photons",
-    "furnace/mirrors/sppm",
-    "furnace/mirrors/bdpt",
-];
+const MIRRORS: [&str; 4] =
+    ["furnace/mirrors/path", "furnace/mirrors/photons", "furnace/mirrors/sppm", "furnace/mirrors/bdpt"];
 const LIMITED: [&str; 2] = ["furnace/mirrors/report", "furnace/mirrors/whitted"];
-const UNLIMITED: &[&str] = &[
-    "furnace/long/path",
-    MIRRORS[0],
-    MIRRORS[1],
-    MIRRORS[2],
-    MIRRORS[3],
-    "furnace/long/photon-map",
-];
+const UNLIMITED: &[&str] =
+    &["furnace/long/path", MIRRORS[0], MIRRORS[1], MIRRORS[2], MIRRORS[3], "furnace/long/photon-map"];
 const LONG: &[&str] = &[
     "furnace/long/path",
     MIRRORS[0],
@@ -227,11 +204,7 @@ fn within(throughput: f64, vertices: f64) -> bool {
 }
 
 /// Walks that end at a number of vertices.
-fn cuts(
-    table: Table,
-    limited: &'static [&'static str],
-    all: &'static [&'static str],
-) -> Vec<Fault<Subject>> {
+fn cuts(table: Table, limited: &'static [&'static str], all: &'static [&'static str]) -> Vec<Fault<Subject>> {
     let cut = |name, wrong, segments, survives: fn(f64, f64) -> bool, caught_by| {
         let subject = Setup { segments: Some(segments), ..parts(Table { survives, ..table }) };
         fault(name, &PATH_LENGTH, wrong, subject, caught_by)
@@ -239,25 +212,14 @@ fn cuts(
     vec![
         cut("cut-at-63", "paths end at 63 vertices", 63, |_, t| within(t, 63.0), all),
         cut("cut-at-255", "paths end at 255 vertices", 255, |_, t| within(t, 255.0), all),
-        cut(
-            "cut-at-1000",
-            "paths end at 1000 vertices",
-            SEGMENTS,
-            |_, t| within(t, 1000.0),
-            limited,
-        ),
+        cut("cut-at-1000", "paths end at 1000 vertices", SEGMENTS, |_, t| within(t, 1000.0), limited),
     ]
 }
 
 /// The families: long walks of every estimator, and glass.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let family = |name, table, trials, faults| -> Box<dyn AnyFamily> {
-        Box::new(Family {
-            whole_estimator: true,
-            trials,
-            faults,
-            ..Family::new(name, parts(table))
-        })
+        Box::new(Family { whole_estimator: true, trials, faults, ..Family::new(name, parts(table)) })
     };
     // A particle of the unit cavity leaves L A (1 + a + a² + ...) in the image.
     let splats = 4.0 * PI / (1.0 - ALBEDO);
@@ -266,11 +228,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         family("long-walks", ENDLESS, long(), cuts(ENDLESS, UNLIMITED, LONG)),
         family("long-particles", COUNTED, vec![tracer], cuts(COUNTED, PARTICLE, PARTICLE)),
         family("equilibrium-in-glass", ENDLESS, glass::equilibrium(), glass::faults()),
-        family(
-            "photons-in-glass",
-            GATHERED,
-            glass::looked_up(),
-            glass::factors(GATHERED, glass::LOOKED_UP),
-        ),
+        family("photons-in-glass", GATHERED, glass::looked_up(), glass::factors(GATHERED, glass::LOOKED_UP)),
     ]
 }

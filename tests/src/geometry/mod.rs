@@ -8,15 +8,13 @@ use glam::DVec3;
 use crate::faults::{AnyFamily, Family, TrialOn, data, fault};
 use crate::probes::any_direction;
 use whitefurnace::equation::{
-    Equation, RAY, SPHERE, SPHERE_DISTANCE, SPHERE_RAY, TRIANGLE_POINT, TRIANGLE_SOLUTION,
-    TRIANGLE_SYSTEM,
+    Equation, RAY, SPHERE, SPHERE_DISTANCE, SPHERE_RAY, TRIANGLE_POINT, TRIANGLE_SOLUTION, TRIANGLE_SYSTEM,
 };
 use whitefurnace::harness::outcome::Outcome;
 use whitefurnace::harness::trial::Context;
 use whitefurnace::rng::{Stream, uniform};
 use whitefurnace::shape::{
-    Ray, Sphere, moller_trumbore, sphere_distances, sphere_residual, triangle_point,
-    triangle_residual,
+    Ray, Sphere, moller_trumbore, sphere_distances, sphere_residual, triangle_point, triangle_residual,
 };
 use whitefurnace::watertight::Shear;
 
@@ -157,9 +155,7 @@ fn solution(context: &Context, shapes: Shapes) -> Vec<Outcome> {
         match found {
             // Within rounding of a border either answer will do.
             _ if margin.abs() < 1e-6 => 0.0,
-            Some((ft, fu, fv)) if margin > 0.0 => {
-                (ft * length / size - t).abs() + (fu - u).abs() + (fv - w).abs()
-            }
+            Some((ft, fu, fv)) if margin > 0.0 => (ft * length / size - t).abs() + (fu - u).abs() + (fv - w).abs(),
             None if margin < 0.0 => 0.0,
             _ => WRONG,
         }
@@ -176,8 +172,7 @@ fn fan(context: &Context, shapes: Shapes) -> Vec<Outcome> {
         let (a, b) = hub.any_orthonormal_pair();
         let rim: Vec<DVec3> = (0..SPOKES)
             .map(|i| {
-                let (sin, cos) =
-                    (std::f64::consts::TAU * f64::from(i) / f64::from(SPOKES)).sin_cos();
+                let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(SPOKES)).sin_cos();
                 if on_grid {
                     hub + cos.round() * a + sin.round() * b
                 } else {
@@ -241,8 +236,7 @@ fn distances(context: &Context, shapes: Shapes) -> Vec<Outcome> {
         let (ray, centre, r, roots) = chord(rng);
         let length = between(rng, 0.5, 2.0);
         let scaled = Ray::new(ray.origin, length * ray.direction);
-        let beside =
-            Ray::new(centre + 1.1 * r * ray.direction.any_orthonormal_vector(), ray.direction);
+        let beside = Ray::new(centre + 1.1 * r * ray.direction.any_orthonormal_vector(), ray.direction);
         if (shapes.distances)(&beside, centre, r).is_some() {
             return WRONG;
         }
@@ -283,22 +277,14 @@ fn readable(ray: &Ray, v: Corners, limit: f64) -> Option<(f64, f64, f64)> {
 
 fn trials() -> Vec<TrialOn<Shapes>> {
     let trial = |name: &str, property: &str, equation: &'static Equation| {
-        let subject =
-            if equation == &TRIANGLE_SOLUTION { "watertight::Shear::intersect" } else { "shape" };
+        let subject = if equation == &TRIANGLE_SOLUTION { "watertight::Shear::intersect" } else { "shape" };
         data(format!("geometry/{name}"), property, equation, subject, "exact")
     };
     vec![
         TrialOn::new(trial("ray", "the ray's point at t is O + tD", &RAY), ray),
+        TrialOn::new(trial("triangle-point", "T is affine and meets the corners", &TRIANGLE_POINT), point),
         TrialOn::new(
-            trial("triangle-point", "T is affine and meets the corners", &TRIANGLE_POINT),
-            point,
-        ),
-        TrialOn::new(
-            trial(
-                "triangle-system",
-                "(3) vanishes at the solution and changes by −D, E₁, E₂",
-                &TRIANGLE_SYSTEM,
-            ),
+            trial("triangle-system", "(3) vanishes at the solution and changes by −D, E₁, E₂", &TRIANGLE_SYSTEM),
             system,
         ),
         TrialOn::new(
@@ -318,10 +304,7 @@ fn trials() -> Vec<TrialOn<Shapes>> {
             fan,
         ),
         TrialOn::new(trial("sphere", "(5) is the difference of two squares", &SPHERE), sphere),
-        TrialOn::new(
-            trial("sphere-ray", "(6) is on the sphere at the ends of a chord", &SPHERE_RAY),
-            on_sphere,
-        ),
+        TrialOn::new(trial("sphere-ray", "(6) is on the sphere at the ends of a chord", &SPHERE_RAY), on_sphere),
         TrialOn::new(
             trial(
                 "sphere-distance",

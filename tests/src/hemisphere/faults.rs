@@ -6,12 +6,9 @@ use glam::DVec3;
 
 use super::{Method, Pdf};
 use crate::faults::{Fault, fault};
-use whitefurnace::equation::{
-    COSINE_HEMISPHERE, ESTIMATOR, HEMISPHERE_PDF, HEMISPHERE_PHI, HEMISPHERE_THETA,
-};
+use whitefurnace::equation::{COSINE_HEMISPHERE, ESTIMATOR, HEMISPHERE_PDF, HEMISPHERE_PHI, HEMISPHERE_THETA};
 use whitefurnace::sampling::{
-    cosine_hemisphere, cosine_hemisphere_pdf, hemisphere_printed, uniform_hemisphere,
-    uniform_hemisphere_pdf,
+    cosine_hemisphere, cosine_hemisphere_pdf, hemisphere_printed, uniform_hemisphere, uniform_hemisphere_pdf,
 };
 
 /// (18) without the inverse cosine, θ = rπ/2.
@@ -87,10 +84,7 @@ pub(super) fn uniform_faults() -> Vec<Fault<Method>> {
             &HEMISPHERE_PHI,
             "φ over half the circle",
             (half_circle, pdf),
-            &[
-                "hemisphere/uniform/angles: law of φ",
-                "hemisphere/uniform/furnaces: furnace, radiance 1 + y",
-            ],
+            &["hemisphere/uniform/angles: law of φ", "hemisphere/uniform/furnaces: furnace, radiance 1 + y"],
         ),
         fault(
             "cosine-weight",

@@ -19,9 +19,7 @@ use whitefurnace::harness::mean::{Values, mean};
 use whitefurnace::harness::outcome::{Claim, Outcome};
 use whitefurnace::harness::trial::Context;
 use whitefurnace::rng::uniform2;
-use whitefurnace::sampling::{
-    cosine_hemisphere, cosine_hemisphere_pdf, uniform_hemisphere, uniform_hemisphere_pdf,
-};
+use whitefurnace::sampling::{cosine_hemisphere, cosine_hemisphere_pdf, uniform_hemisphere, uniform_hemisphere_pdf};
 
 /// A map from two random numbers to a direction.
 pub type Sampler = fn([f64; 2]) -> DVec3;
@@ -81,12 +79,9 @@ const COSINE: Law = Law {
 pub fn cells(context: &Context, domain: Domain, sampler: Sampler) -> Vec<Outcome> {
     let mut rng = context.rng("cells");
     let partition = Partition::equal(domain, 3, 4);
-    vec![sampler_against_partition(
-        "cells of equal probability",
-        &partition,
-        context.n(CELL_SAMPLES),
-        || Some(sampler(uniform2(&mut rng))),
-    )]
+    vec![sampler_against_partition("cells of equal probability", &partition, context.n(CELL_SAMPLES), || {
+        Some(sampler(uniform2(&mut rng)))
+    })]
 }
 
 /// The means of x and y, 0, and of z and z². Standard deviations are at most 0.58: 1.4e-4 standard error.
@@ -111,8 +106,7 @@ pub fn moments(context: &Context, expected: [f64; 2], sampler: Sampler) -> Vec<O
 /// The laws of cos θ and φ, each alone.
 pub fn angles(context: &Context, cos_cdf: fn(f64) -> f64, sampler: Sampler) -> Vec<Outcome> {
     let mut rng = context.rng("angles");
-    let directions: Vec<DVec3> =
-        (0..context.n(KS_SAMPLES)).map(|_| sampler(uniform2(&mut rng))).collect();
+    let directions: Vec<DVec3> = (0..context.n(KS_SAMPLES)).map(|_| sampler(uniform2(&mut rng))).collect();
     let mut cosines: Vec<f64> = directions.iter().map(|w| w.z).collect();
     let mut azimuths: Vec<f64> = directions.iter().map(|&w| to_spherical(w).1).collect();
     vec![
@@ -175,40 +169,23 @@ fn trials(law: Law) -> Vec<TrialOn<Method>> {
         data(name, property, equation, law.subject, statistic)
     };
     let [z, z2] = law.moments;
-    let reflects =
-        "a white Lambert surface reflects 1, 2/3, 1, 1 in furnaces 1, cos θ, 1 + x, 1 + y";
+    let reflects = "a white Lambert surface reflects 1, 2/3, 1, 1 in furnaces 1, cos θ, 1 + x, 1 + y";
     vec![
         TrialOn::new(
-            trial(
-                "cells",
-                format!("directions have the {} density", law.name),
-                law.angles,
-                "chi-square",
-            ),
+            trial("cells", format!("directions have the {} density", law.name), law.angles, "chi-square"),
             move |c, (sampler, _)| cells(c, law.domain, sampler),
         ),
         TrialOn::new(
-            trial(
-                "moments",
-                format!("E[x] = E[y] = 0, E[z] = {z:.4}, E[z²] = {z2:.4}"),
-                law.angles,
-                "t",
-            ),
+            trial("moments", format!("E[x] = E[y] = 0, E[z] = {z:.4}, E[z²] = {z2:.4}"), law.angles, "t"),
             move |c, (sampler, _)| moments(c, law.moments, sampler),
         ),
         TrialOn::new(
-            trial(
-                "angles",
-                String::from("cos θ and φ follow their laws"),
-                &HEMISPHERE_PHI,
-                "Kolmogorov-Smirnov",
-            ),
+            trial("angles", String::from("cos θ and φ follow their laws"), &HEMISPHERE_PHI, "Kolmogorov-Smirnov"),
             move |c, (sampler, _)| angles(c, law.cos_cdf, sampler),
         ),
-        TrialOn::new(
-            trial("furnaces", reflects.to_owned(), &ESTIMATOR, "t"),
-            move |c, (sampler, pdf)| furnaces(c, law.domain, sampler, pdf),
-        ),
+        TrialOn::new(trial("furnaces", reflects.to_owned(), &ESTIMATOR, "t"), move |c, (sampler, pdf)| {
+            furnaces(c, law.domain, sampler, pdf)
+        }),
         TrialOn::new(
             trial("pdf", String::from("the pdf integrates to one"), &HEMISPHERE_PDF, "exact"),
             |_, (_, pdf)| normalised(pdf),
@@ -219,12 +196,7 @@ fn trials(law: Law) -> Vec<TrialOn<Method>> {
 /// The two samplers, each under its own law; each is a fault under the other's.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let family = |law: Law, faults, equivalents| -> Box<dyn AnyFamily> {
-        Box::new(Family {
-            trials: trials(law),
-            faults,
-            equivalents,
-            ..Family::new(law.name, law.method)
-        })
+        Box::new(Family { trials: trials(law), faults, equivalents, ..Family::new(law.name, law.method) })
     };
     vec![
         family(UNIFORM, faults::uniform_faults(), faults::uniform_equivalents()),

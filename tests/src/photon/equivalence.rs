@@ -47,13 +47,11 @@ impl Property for SameRadiance {
         let paths = Values::collect(0.0, context.n(self.paths), || along(&mut rng));
         let centre = paths.moments.mean();
         let seed = context.seed_of("maps");
-        let lookup =
-            Lookup::Gather { caustic_particles: self.particles, caustic_radius: self.radius };
+        let lookup = Lookup::Gather { caustic_particles: self.particles, caustic_radius: self.radius };
         let mut index = 0;
         let maps = Values::collect(centre, context.n(self.maps), || {
             let map = (self.particles, self.radius);
-            let Ok(photons) = PhotonMapping::new(setup.parts, scene, lookup, map, (seed, index))
-            else {
+            let Ok(photons) = PhotonMapping::new(setup.parts, scene, lookup, map, (seed, index)) else {
                 return f64::NAN;
             };
             let mut rng = stream(seed, index, 0);

@@ -6,9 +6,7 @@ use glam::DVec3;
 
 use crate::faults::{Fault, fault};
 use crate::subject::{RIGHT, Subject, Table, fault, parts};
-use whitefurnace::equation::{
-    COSINE_HEMISPHERE, PHOTON_DENSITY, PHOTON_FLUX, PHOTON_RADIUS, ROULETTE,
-};
+use whitefurnace::equation::{COSINE_HEMISPHERE, PHOTON_DENSITY, PHOTON_FLUX, PHOTON_RADIUS, ROULETTE};
 use whitefurnace::estimator::photon_map::{density, flux_share};
 use whitefurnace::sampling::uniform_hemisphere;
 
@@ -20,8 +18,7 @@ pub(super) fn faults() -> Vec<Fault<Subject>> {
 }
 
 /// Half of every photon.
-pub(super) const HALVED: Table =
-    Table { photon_density: |brdf, flux, _, r2| density(0.5 * brdf, flux, r2), ..RIGHT };
+pub(super) const HALVED: Table = Table { photon_density: |brdf, flux, _, r2| density(0.5 * brdf, flux, r2), ..RIGHT };
 
 fn densities() -> Vec<Fault<Subject>> {
     vec![

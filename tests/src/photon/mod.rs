@@ -80,13 +80,8 @@ fn floors() -> Vec<TrialOn<Subject>> {
             delta: SINGLE,
             values,
         };
-        let mapping = Mapping {
-            scene,
-            lookup,
-            particles: FEW,
-            radius: scenes::RADIUS,
-            rays: vec![scenes::at_origin(); rays],
-        };
+        let mapping =
+            Mapping { scene, lookup, particles: FEW, radius: scenes::RADIUS, rays: vec![scenes::at_origin(); rays] };
         trial_on(about, mapping)
     };
     vec![
@@ -138,10 +133,7 @@ fn cavities() -> Vec<TrialOn<Subject>> {
     let rho = 0.75;
     let centred = |count| -> Vec<Ray> { spread(count).map(|w| Ray::new(DVec3::ZERO, w)).collect() };
     let off_cap = |count| -> Vec<Ray> {
-        spread(count)
-            .filter(|w| w.z < 0.9 - 2.0 * CAP_SHARE)
-            .map(|w| Ray::new(DVec3::ZERO, w))
-            .collect()
+        spread(count).filter(|w| w.z < 0.9 - 2.0 * CAP_SHARE).map(|w| Ray::new(DVec3::ZERO, w)).collect()
     };
     let cavity = |name, what: String, scene, lookup, rays, particles, reference: f64, values| {
         let about = About {
@@ -158,9 +150,7 @@ fn cavities() -> Vec<TrialOn<Subject>> {
     };
     let mut trials = vec![cavity(
         "photon/furnace",
-        format!(
-            "in a spherical furnace of albedo {albedo}, where lookups on curved walls are exact,"
-        ),
+        format!("in a spherical furnace of albedo {albedo}, where lookups on curved walls are exact,"),
         sphere_furnace(lambert(albedo), 0.0),
         Lookup::Direct,
         centred(64),
@@ -198,9 +188,7 @@ fn fluxes() -> Vec<TrialOn<Subject>> {
     let mut trials = vec![trial_on(
         about(
             "photon/flux-through-glass",
-            format!(
-                "of a light beside a glass sphere {caustic:.6} arrive as caustics: what enters leaves"
-            ),
+            format!("of a light beside a glass sphere {caustic:.6} arrive as caustics: what enters leaves"),
             caustic,
             SINGLE,
             18_000,
@@ -236,17 +224,12 @@ fn passes() -> TrialOn<Subject> {
     let reference = (0..count).map(disc).sum::<f64>() / f64::from(count);
     let about = About {
         name: "photon/passes",
-        property: format!(
-            "the first {count} passes reflect {reference:.6}, the mean over discs that shrink"
-        ),
+        property: format!("the first {count} passes reflect {reference:.6}, the mean over discs that shrink"),
         equation: &PHOTON_RADIUS,
         subject: "estimator::Sppm",
         reference,
         delta: SINGLE,
         values: NEARLY_SYMMETRIC,
     };
-    trial_on(
-        about,
-        Passes { scene: scenes::point_camera(), passes: count, particles: FEW, radius: first },
-    )
+    trial_on(about, Passes { scene: scenes::point_camera(), passes: count, particles: FEW, radius: first })
 }

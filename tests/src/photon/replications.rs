@@ -56,8 +56,7 @@ pub(super) fn trial_on<T: Replication>(about: About, replication: T) -> TrialOn<
     let About { reference, values, .. } = about;
     // Where nothing arrives, nothing varies.
     let delta = if reference == 0.0 { 0.0 } else { about.delta };
-    let trial =
-        data(about.name, about.property, about.equation, about.subject, "t over independent maps");
+    let trial = data(about.name, about.property, about.equation, about.subject, "t over independent maps");
     let property = Mean { replication, reference, delta: delta * reference, values };
     TrialOn::new(trial, on(property))
 }
@@ -100,9 +99,7 @@ pub(super) struct Flux {
 impl Replication for Flux {
     fn value<P: Parts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64 {
         let map = PhotonMap::new(&parts, &self.scene, self.kept, self.particles, (seed, index));
-        map.map_or(f64::NAN, |map| {
-            level(&self.scene, map.photons().map(|photon| photon.flux).sum())
-        })
+        map.map_or(f64::NAN, |map| level(&self.scene, map.photons().map(|photon| photon.flux).sum()))
     }
 }
 
@@ -120,9 +117,8 @@ impl Replication for Passes {
         // The pass's index decides its radius, so replications differ by the seed.
         let seed = seed.wrapping_add(u64::from(index) << 32);
         let pass = |pass| sppm.pass(&self.scene, [1, 1], seed, pass);
-        let sum: f64 = (0..self.passes)
-            .map(|index| pass(index).map_or(f64::NAN, |image| level(&self.scene, image[0])))
-            .sum();
+        let sum: f64 =
+            (0..self.passes).map(|index| pass(index).map_or(f64::NAN, |image| level(&self.scene, image[0]))).sum();
         sum / f64::from(self.passes)
     }
 }

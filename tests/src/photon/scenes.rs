@@ -5,9 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::scenes::{
-    FLOOR, LIGHT, corners, floor, lambert, light, polygon_irradiance, scene, square,
-};
+use crate::scenes::{FLOOR, LIGHT, corners, floor, lambert, light, polygon_irradiance, scene, square};
 use whitefurnace::bsdf::Bsdf;
 use whitefurnace::camera::Camera;
 use whitefurnace::harness::quadrature::{Rectangle, integrate};
@@ -75,8 +73,7 @@ pub fn matched() -> Arc<Scene> {
 /// origin of which only the part x < `end` exists; E/L is that of Lambert's polygon.
 pub fn disc_average(radius: f64, end: f64) -> f64 {
     let vertices = corners(CENTRE, HALF);
-    let irradiance =
-        |x: f64, y: f64| polygon_irradiance(&vertices.map(|v| v - DVec3::new(x, y, 0.0)));
+    let irradiance = |x: f64, y: f64| polygon_irradiance(&vertices.map(|v| v - DVec3::new(x, y, 0.0)));
     // x = r sin t and y = s r cos t make a smooth integrand of the disc.
     let domain = Rectangle { x: [-FRAC_PI_2, (end / radius).min(1.0).asin()], y: [-1.0, 1.0] };
     let mut f = |t: f64, s: f64| {

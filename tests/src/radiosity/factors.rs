@@ -197,33 +197,17 @@ pub(super) fn factors() -> Vec<TrialOn<Subject>> {
         trial_on(
             "radiosity/closure",
             "in a closed cube the form factors from each patch add up to 1".to_owned(),
-            Factors {
-                scene: Arc::clone(&cube),
-                patches: 100,
-                error: closure,
-                tolerance: SINGLE_PRECISION,
-            },
+            Factors { scene: Arc::clone(&cube), patches: 100, error: closure, tolerance: SINGLE_PRECISION },
         ),
         trial_on(
             "radiosity/ball",
-            "a ball near the walls of a room sends the room its area, and the room as much to the ball"
-                .to_owned(),
-            Factors {
-                scene: ball_in_room(),
-                patches: 300,
-                error: ball,
-                tolerance: IMAGE,
-            },
+            "a ball near the walls of a room sends the room its area, and the room as much to the ball".to_owned(),
+            Factors { scene: ball_in_room(), patches: 300, error: ball, tolerance: IMAGE },
         ),
         trial_on(
             "radiosity/reciprocity",
             "in a closed cube A_i F_ij = A_j F_ji, but for the mean over three nodes".to_owned(),
-            Factors {
-                scene: cube,
-                patches: 400,
-                error: reciprocity,
-                tolerance: 0.02,
-            },
+            Factors { scene: cube, patches: 400, error: reciprocity, tolerance: 0.02 },
         ),
     ]
 }

@@ -22,9 +22,7 @@ pub(super) fn faults() -> Vec<Fault<Subject>> {
         let table = Table { form_factor, ..RIGHT };
         fault(name, &FORM_FACTOR, wrong, parts(table), caught_by)
     };
-    let balance = |name, wrong, table: Table, caught_by| {
-        fault(name, &RADIOSITY, wrong, parts(table), caught_by)
-    };
+    let balance = |name, wrong, table: Table, caught_by| fault(name, &RADIOSITY, wrong, parts(table), caught_by);
     vec![
         factor(
             "form-factor-without-cosine",
@@ -103,9 +101,7 @@ pub(super) fn faults() -> Vec<Fault<Subject>> {
             "channels-mixed",
             "each channel is reflected by the next one's albedo",
             Table {
-                leaving: |albedo, emitted, irradiance| {
-                    radiosity::leaving(albedo.yzx(), emitted, irradiance)
-                },
+                leaving: |albedo, emitted, irradiance| radiosity::leaving(albedo.yzx(), emitted, irradiance),
                 ..RIGHT
             },
             &["radiosity/coloured"],
@@ -120,9 +116,7 @@ pub(super) fn faults() -> Vec<Fault<Subject>> {
             "emission-reflected",
             "the albedo is applied to what a surface emits, too",
             Table {
-                leaving: |albedo, emitted, irradiance| {
-                    radiosity::leaving(albedo, albedo * emitted, irradiance)
-                },
+                leaving: |albedo, emitted, irradiance| radiosity::leaving(albedo, albedo * emitted, irradiance),
                 ..RIGHT
             },
             &["radiosity/furnace-box"],
@@ -131,9 +125,7 @@ pub(super) fn faults() -> Vec<Fault<Subject>> {
             "channels-exchanged",
             "red and blue of the irradiance are exchanged",
             Table {
-                leaving: |albedo, emitted, e| {
-                    radiosity::leaving(albedo, emitted, DVec3::new(e.z, e.y, e.x))
-                },
+                leaving: |albedo, emitted, e| radiosity::leaving(albedo, emitted, DVec3::new(e.z, e.y, e.x)),
                 ..RIGHT
             },
             &["radiosity/rectangle"],

@@ -11,8 +11,8 @@ use crate::cie::{parallel_corner, upright_corner};
 use crate::faults::TrialOn;
 use crate::probes::IMAGE;
 use crate::scenes::{
-    FLOOR, HEIGHT, LIGHT, TINT, TRIANGLE, at_origin, floor, half_hidden_light, lambert, light,
-    rectangle_light, scene, square, triangle_light,
+    FLOOR, HEIGHT, LIGHT, TINT, TRIANGLE, at_origin, floor, half_hidden_light, lambert, light, rectangle_light, scene,
+    square, triangle_light,
 };
 use crate::subject::Subject;
 use whitefurnace::bsdf::Bsdf;
@@ -126,13 +126,7 @@ fn rectangles() -> Vec<TrialOn<Subject>> {
             2.0 * upright_corner(1.0, 1.0, 1.0),
             SINGLE_PRECISION,
         ),
-        trial_on(
-            "radiosity/close",
-            "a light a two-thousandth of its side away",
-            close,
-            &near,
-            (4, SINGLE_PRECISION),
-        ),
+        trial_on("radiosity/close", "a light a two-thousandth of its side away", close, &near, (4, SINGLE_PRECISION)),
     ]
 }
 
@@ -164,20 +158,8 @@ fn kinds() -> Vec<TrialOn<Subject>> {
             parallelogram(corner, edges),
             SINGLE_PRECISION,
         ),
-        lit(
-            "radiosity/triangle",
-            "a triangle of light",
-            triangle_light(),
-            triangle,
-            SINGLE_PRECISION,
-        ),
-        trial_on(
-            "radiosity/sphere",
-            "a sphere of light nearer than its patches are wide",
-            sphere,
-            &seen,
-            (4, COARSE),
-        ),
+        lit("radiosity/triangle", "a triangle of light", triangle_light(), triangle, SINGLE_PRECISION),
+        trial_on("radiosity/sphere", "a sphere of light nearer than its patches are wide", sphere, &seen, (4, COARSE)),
     ]
 }
 
@@ -221,8 +203,7 @@ fn both_sides() -> TrialOn<Subject> {
     });
     let above = parallel_corner(1.0, 1.0, 1.0);
     let below = parallel_corner(1.5, 1.0, 0.8) - parallel_corner(0.5, 1.0, 0.8);
-    let rays =
-        [((|_| at_origin()) as Kind, reflected(above)), (|_| from_below(), reflected(below))];
+    let rays = [((|_| at_origin()) as Kind, reflected(above)), (|_| from_below(), reflected(below))];
     let what = "a light above and of another below";
     trial_on("radiosity/both-sides", what, scene, &rays, (4, SINGLE_PRECISION))
 }

@@ -66,8 +66,7 @@ const RAYS: u64 = 50;
 impl Property for Known {
     fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
         let mut rng = context.rng("rays");
-        let solved =
-            solve(setup, &self.scene, self.patches).map(|solved| solved.read(self.read_out));
+        let solved = solve(setup, &self.scene, self.patches).map(|solved| solved.read(self.read_out));
         let mut deviation = |&(ray, reference): &KnownRay| {
             let Some(solved) = &solved else {
                 return f64::NAN;
@@ -118,12 +117,7 @@ impl Property for SameRoom {
     }
 }
 
-fn known(
-    name: &str,
-    property: impl Into<String>,
-    equation: &'static Equation,
-    known: Known,
-) -> TrialOn<Subject> {
+fn known(name: &str, property: impl Into<String>, equation: &'static Equation, known: Known) -> TrialOn<Subject> {
     let subject = "estimator::Radiosity";
     TrialOn::new(data(name, property, equation, subject, "exact"), on(known))
 }
@@ -177,8 +171,7 @@ fn furnaces() -> Vec<TrialOn<Subject>> {
         let wall = s.surface(Surface::new(Bsdf::Lambert { albedo }).emitting(emission));
         closed_cube(s, 1.0, true, wall);
     });
-    let coloured =
-        Known { rays: vec![(inside, emission / (DVec3::ONE - albedo))], ..of(coloured, 60, &[]) };
+    let coloured = Known { rays: vec![(inside, emission / (DVec3::ONE - albedo))], ..of(coloured, 60, &[]) };
     let name = |cap| format!("radiosity/cavity/{cap}");
     [
         furnace(interpolated, inside).map(|f| {

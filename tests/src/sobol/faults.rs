@@ -43,10 +43,7 @@ pub(super) fn of_numbers() -> Vec<Fault<Subject>> {
                 let replication = point.replication ^ point.index << 16;
                 sobol(Point { replication, ..point }, block)
             }),
-            &[
-                "sampler/stratified: elementary intervals",
-                "sampler/stratified: intervals of one coordinate",
-            ],
+            &["sampler/stratified: elementary intervals", "sampler/stratified: intervals of one coordinate"],
         ),
         fault(
             "second-coordinate-twice",
@@ -90,9 +87,7 @@ pub(super) fn of_numbers() -> Vec<Fault<Subject>> {
             "no-fill",
             &SOBOL,
             "nothing below the 23 leading bits",
-            with(|point, block| {
-                sobol(point, block).map(|u| (u * f64::from(1 << 23)).floor() / f64::from(1 << 23))
-            }),
+            with(|point, block| sobol(point, block).map(|u| (u * f64::from(1 << 23)).floor() / f64::from(1 << 23))),
             &["sampler/uniform: low bits"],
         ),
     ]

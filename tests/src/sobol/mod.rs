@@ -136,14 +136,13 @@ fn stratification(context: &Context, subject: Subject) -> Vec<Outcome> {
     let mut checked = 0;
     for (replication, block) in [(0, 0), (1, 1), (2, 7), (3, LIGHT), (4, LIGHT + 3)] {
         let point = |index| Point { seed, pixel: 5, replication, index };
-        let points: Vec<Block> =
-            (0..1 << LARGEST_POWER).map(|index| (subject.numbers)(point(index), block)).collect();
+        let points: Vec<Block> = (0..1 << LARGEST_POWER).map(|index| (subject.numbers)(point(index), block)).collect();
         for m in 1..=LARGEST_POWER {
             let first = &points[..1 << m];
             for split in 0..=m {
                 let cell = |p: &Block| {
-                    let [a, b] = [(p[0], split), (p[1], m - split)]
-                        .map(|(u, bits)| (u * f64::from(1u32 << bits)) as usize);
+                    let [a, b] =
+                        [(p[0], split), (p[1], m - split)].map(|(u, bits)| (u * f64::from(1u32 << bits)) as usize);
                     (a << (m - split)) + b
                 };
                 let empty = empty_cells(first, cell);
@@ -188,8 +187,7 @@ fn independence(context: &Context, subject: Subject) -> Vec<Outcome> {
     let names = ["next block", "next pixel", "next scramble", "next coordinate"];
     let mut values = names.map(|_| Values::new(0.0));
     for replication in 0..n as u32 {
-        let point =
-            Point { seed, pixel: 2, replication: 2 * replication, index: replication % 512 };
+        let point = Point { seed, pixel: 2, replication: 2 * replication, index: replication % 512 };
         let here = (subject.numbers)(point, 1);
         let next_pixel = Point { pixel: 3, ..point };
         let next_scramble = Point { replication: 2 * replication + 1, ..point };
@@ -263,9 +261,7 @@ fn error_bars(context: &Context, subject: Subject) -> Vec<Outcome> {
             let point = Point { seed, pixel: 0, replication, index };
             covered(uniform2(&mut Scripted(Source::new(subject, point))))
         };
-        (0..REPLICATIONS)
-            .map(|replication| (0..FEW).map(|i| sample(replication, i)).collect())
-            .collect()
+        (0..REPLICATIONS).map(|replication| (0..FEW).map(|i| sample(replication, i)).collect()).collect()
     };
     let expected = 1e-3; // near which cubes are summed
     let mut image = 0..;
@@ -275,9 +271,8 @@ fn error_bars(context: &Context, subject: Subject) -> Vec<Outcome> {
         (sum / f64::from(REPLICATIONS * FEW) - 0.5).powi(2)
     });
     let mut image = 0..;
-    let bars = Values::collect(expected, n / 5, || {
-        (subject.squared_error)(&rows("bars", image.next().unwrap_or(u64::MAX)))
-    });
+    let bars =
+        Values::collect(expected, n / 5, || (subject.squared_error)(&rows("bars", image.next().unwrap_or(u64::MAX))));
     vec![variance_ratio("squared error over squared error bar", &errors, &bars, 1.0, BAR_DELTA)]
 }
 
@@ -290,47 +285,28 @@ fn trial(name: &str, property: &str, statistic: &'static str) -> Trial {
 fn trials() -> Vec<TrialOn<Subject>> {
     vec![
         TrialOn::new(
-            trial(
-                "uniform",
-                "over scrambles each coordinate is uniform, below its leading bits, too",
-                "chi-square",
-            ),
+            trial("uniform", "over scrambles each coordinate is uniform, below its leading bits, too", "chi-square"),
             uniformity,
         ),
         TrialOn::new(
-            trial(
-                "stratified",
-                "each elementary interval holds one of the first 2^m points of a scramble",
-                "exact",
-            ),
+            trial("stratified", "each elementary interval holds one of the first 2^m points of a scramble", "exact"),
             stratification,
         ),
         TrialOn::new(
             trial("independent", "blocks, pixels, scrambles and coordinates are uncorrelated", "t"),
             independence,
         ),
-        TrialOn::new(
-            trial("mean", "the mean of 16 Sobol' points is unbiased through a path tracer", "t"),
-            unbiased,
-        ),
+        TrialOn::new(trial("mean", "the mean of 16 Sobol' points is unbiased through a path tracer", "t"), unbiased),
     ]
 }
 
 /// Low-discrepancy numbers.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![
-        Box::new(Family {
-            trials: trials(),
-            faults: faults::of_numbers(),
-            ..Family::new("sobol", RIGHT)
-        }),
+        Box::new(Family { trials: trials(), faults: faults::of_numbers(), ..Family::new("sobol", RIGHT) }),
         Box::new(Family {
             trials: vec![TrialOn::new(
-                trial(
-                    "error-bars",
-                    "the spread of scrambles is the error of their mean",
-                    "variance ratio",
-                ),
+                trial("error-bars", "the spread of scrambles is the error of their mean", "variance ratio"),
                 error_bars,
             )],
             faults: faults::of_error_bars(),

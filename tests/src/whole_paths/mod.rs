@@ -6,15 +6,11 @@ mod path;
 use std::cell::{Cell, RefCell};
 use std::f64::consts::FRAC_1_PI;
 
-use self::path::{
-    EMITTERS, FRAME, Kind, LAST, LIVES, Vertex, by_strategy, closed_form, on_emitter, room, trace,
-};
+use self::path::{EMITTERS, FRAME, Kind, LAST, LIVES, Vertex, by_strategy, closed_form, on_emitter, room, trace};
 use super::script::{self, Scripted};
 use super::subject::{RIGHT, Table};
 use crate::faults::{AnyFamily, Family, TrialOn, data, fault};
-use whitefurnace::equation::{
-    COSINE_HEMISPHERE, GEOMETRY, IMPORTANCE, MIS, PATH_DENSITY, REFRACTION, SOLID_ANGLE,
-};
+use whitefurnace::equation::{COSINE_HEMISPHERE, GEOMETRY, IMPORTANCE, MIS, PATH_DENSITY, REFRACTION, SOLID_ANGLE};
 use whitefurnace::estimator::{Bdpt, Density, weight};
 use whitefurnace::harness::outcome::Outcome;
 use whitefurnace::harness::pointwise::{Largest, relative};
@@ -92,21 +88,10 @@ fn record(path: &[Density], s: usize) -> f64 {
 
 /// The densities by which strategy `s` would weigh a path, and what it adds to the image before it does;
 /// `None` unless it makes the path once.
-fn made(
-    scene: &Scene,
-    parts: Table,
-    path: &[Vertex],
-    at: [f64; 2],
-    s: usize,
-) -> Option<(Vec<Density>, f64)> {
+fn made(scene: &Scene, parts: Table, path: &[Vertex], at: [f64; 2], s: usize) -> Option<(Vec<Density>, f64)> {
     WANTED.set((path.len(), s));
     FOUND.with_borrow_mut(Vec::clear);
-    let parts = Table {
-        strategy_weight: record,
-        survival_by_throughput: |_| 0.5,
-        roulette_weight: |_| 1.0,
-        ..parts
-    };
+    let parts = Table { strategy_weight: record, survival_by_throughput: |_| 0.5, roulette_weight: |_| 1.0, ..parts };
     let image = Splats::new(FRAME);
     let blocks = script(scene, path, at, s);
     let mut numbers = Scripted(Script { blocks: &blocks, block: 0, used: 0 });
@@ -167,16 +152,10 @@ fn whole_paths(context: &Context, scene: &Scene, parts: Table) -> Vec<Outcome> {
     }
     // Weights that are alike, or of one kind of path, would prove nothing.
     if least > 1e-3 || most < 1e3 || chains < 200 || inside < 50 {
-        sums.see(1.0, || {
-            format!(
-                "ratios {least:.1e} to {most:.1e}, {chains} specular paths, {inside} from glass"
-            )
-        });
+        sums.see(1.0, || format!("ratios {least:.1e} to {most:.1e}, {chains} specular paths, {inside} from glass"));
     }
     let names = ["densities", "weights", "sum of weights", "value times density"];
-    let exact = |(name, largest): (&str, Largest)| {
-        Outcome::exact(name, TRIES, largest.error, TOLERANCE, largest.place)
-    };
+    let exact = |(name, largest): (&str, Largest)| Outcome::exact(name, TRIES, largest.error, TOLERANCE, largest.place);
     names.into_iter().zip(worst).map(exact).collect()
 }
 
@@ -219,10 +198,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "density-without-cosine-of-arrival",
                 &SOLID_ANGLE,
                 "densities by area lack the cosine at the vertex that is reached",
-                Table {
-                    solid_angle_per_area: |_, distance_squared| 1.0 / distance_squared,
-                    ..RIGHT
-                },
+                Table { solid_angle_per_area: |_, distance_squared| 1.0 / distance_squared, ..RIGHT },
                 by!("densities", "weights"),
             ),
             fault(

@@ -41,9 +41,7 @@ pub(super) fn room() -> Arc<Scene> {
             s.rectangle(DVec3::new(side, -2.0, 0.0), [4.0 * DVec3::Y, high], walls);
             s.rectangle(DVec3::new(-2.0, side, 0.0), [4.0 * DVec3::X, high], walls);
         }
-        let shining = |radiance: f64, albedo: f64| {
-            Surface::new(lambert(albedo)).emitting(DVec3::splat(radiance))
-        };
+        let shining = |radiance: f64, albedo: f64| Surface::new(lambert(albedo)).emitting(DVec3::splat(radiance));
         let black = Surface::new(Bsdf::Black).emitting(DVec3::splat(400.0));
         square(s, DVec3::new(0.5, 0.4, 2.8), 0.02, false, black);
         square(s, DVec3::new(-0.5, -0.2, 2.9), 0.5, false, shining(50.0, 0.3));
@@ -177,10 +175,9 @@ pub(super) fn trace(scene: &Scene, rng: &mut Stream, [x, y]: [f64; 2]) -> Option
 /// The area of an emitter, and the numbers of a point on it.
 pub(super) fn on_emitter(shape: &EmitterShape, point: DVec3) -> (f64, [f64; 2]) {
     match *shape {
-        EmitterShape::Rectangle { corner, edges } => (
-            edges[0].length() * edges[1].length(),
-            edges.map(|e| e.dot(point - corner) / e.length_squared()),
-        ),
+        EmitterShape::Rectangle { corner, edges } => {
+            (edges[0].length() * edges[1].length(), edges.map(|e| e.dot(point - corner) / e.length_squared()))
+        }
         EmitterShape::Sphere(Sphere { centre, radius, .. }) => {
             let at = (point - centre) / radius;
             (2.0 * TAU * radius * radius, [0.5 + 0.5 * at.z, azimuth(at) / TAU])
@@ -214,10 +211,7 @@ pub(super) fn closed_form(scene: &Scene, path: &[Vertex]) -> Vec<[Option<f64>; 2
             let x = &path[i];
             let before = i.checked_sub(1).map(|i| &path[i]);
             let after = path.get(i + 1);
-            [
-                before.map_or_else(|| start(x), |from| walk(from, x)),
-                after.map_or_else(|| seen(x), |from| walk(from, x)),
-            ]
+            [before.map_or_else(|| start(x), |from| walk(from, x)), after.map_or_else(|| seen(x), |from| walk(from, x))]
         })
         .collect()
 }

@@ -53,8 +53,7 @@ pub(super) enum Lack {
 const DENSITY: &str = "density estimation blurs over its radius";
 const MESH: &str = "the mesh of finite elements";
 const NOT_SEEN: &str = "the eye sees nothing in mirrors and through glass";
-const DIRECT_ONLY: &str =
-    "emission and the direct light of the first diffuse surface alone, seven segments";
+const DIRECT_ONLY: &str = "emission and the direct light of the first diffuse surface alone, seven segments";
 const SEVEN: &str = "cut after seven segments";
 
 /// The albedo of the cavity.
@@ -81,9 +80,7 @@ pub(super) fn claim(scene: SceneName, estimator: EstimatorName) -> Option<Claim>
         E::Light | E::Whitted | E::Report if scene == S::FurnaceBox => return None,
         E::Light => Claim::Equal,
         E::LightTracer | E::Photon | E::Sppm if lit_by_background => return None,
-        E::LightTracer if scene == S::Report => {
-            Claim::Lacks(Lack::Counted(Method::LightTracer), NOT_SEEN)
-        }
+        E::LightTracer if scene == S::Report => Claim::Lacks(Lack::Counted(Method::LightTracer), NOT_SEEN),
         E::LightTracer => Claim::Equal,
         E::Photon => Claim::Biased(0.02, DENSITY),
         E::Sppm => Claim::Biased(0.06, DENSITY),
@@ -142,9 +139,7 @@ pub(super) fn replications(case: &Case, tier: Tier) -> u64 {
     };
     match (tier, case.scene, case.estimator) {
         (Tier::Quick, SceneName::Environment, E::Whitted) => quick / 4,
-        (Tier::Quick, SceneName::Environment | SceneName::FurnaceBox, E::Mis | E::Bsdf) => {
-            quick / 8
-        }
+        (Tier::Quick, SceneName::Environment | SceneName::FurnaceBox, E::Mis | E::Bsdf) => quick / 8,
         (Tier::Quick, SceneName::Environment, _) => quick / 8,
         // The mesh solves it exactly.
         (_, SceneName::FurnaceBox, E::Radiosity) => 100,

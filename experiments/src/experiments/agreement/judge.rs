@@ -28,10 +28,7 @@ pub(super) fn judge(
         let error = 100.0 * own.standard_error() / own.mean();
         let value = format!("reference, {:.6} ± {error:.3} % standard error", own.mean());
         run.note(&case.label(), value);
-        return Square {
-            text: format!("{:.4} ± {error:.2} %", own.mean()),
-            standing: Standing::Reference,
-        };
+        return Square { text: format!("{:.4} ± {error:.2} %", own.mean()), standing: Standing::Reference };
     }
     let lack = lack.unwrap_or(Mean::Known(0.0));
     let mean = reference.value();

@@ -75,30 +75,16 @@ impl Way {
 struct LeftOut;
 
 impl Estimator for LeftOut {
-    fn radiance<R: Sampler>(
-        &self,
-        scene: &Scene,
-        ray: &Ray,
-        hit: Option<Hit>,
-        rng: &mut R,
-    ) -> DVec3 {
+    fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3 {
         let (mut ray, mut hit) = (*ray, hit);
         let mut left_out = DVec3::ZERO;
         let mut throughput = DVec3::ONE;
-        let mut way = Way {
-            segments: 1,
-            diffuse: 0,
-            diffuse_first: false,
-            diffuse_last: false,
-            emitter: false,
-        };
+        let mut way = Way { segments: 1, diffuse: 0, diffuse_first: false, diffuse_last: false, emitter: false };
         loop {
             let met = match hit {
                 None => scene.background(),
                 Some(here) => match here.emitter {
-                    Some(index) if here.normal.dot(ray.direction) < 0.0 => {
-                        scene.emitters()[index as usize].radiance
-                    }
+                    Some(index) if here.normal.dot(ray.direction) < 0.0 => scene.emitters()[index as usize].radiance,
                     _ => DVec3::ZERO,
                 },
             };
@@ -132,12 +118,7 @@ impl Estimator for LeftOut {
 }
 
 /// One way on from a surface, and its weight.
-fn scattered<R: Sampler>(
-    scene: &Scene,
-    here: &Hit,
-    ray: &Ray,
-    rng: &mut R,
-) -> Option<(DVec3, DVec3)> {
+fn scattered<R: Sampler>(scene: &Scene, here: &Hit, ray: &Ray, rng: &mut R) -> Option<(DVec3, DVec3)> {
     let outside = here.normal.dot(ray.direction) < 0.0;
     let normal = if outside { here.normal } else { -here.normal };
     match scene.surface(here).bsdf {
@@ -163,12 +144,7 @@ fn scattered<R: Sampler>(
 }
 
 /// The image means of what each of [`METHODS`] leaves out of a scene, for `count` images from `first` on.
-pub(super) fn left_out(
-    run: &Run,
-    scene: SceneName,
-    first: u32,
-    count: u32,
-) -> Result<[Values; 3], Error> {
+pub(super) fn left_out(run: &Run, scene: SceneName, first: u32, count: u32) -> Result<[Values; 3], Error> {
     let job = Job {
         scene,
         size: SIZE,

@@ -34,8 +34,7 @@ struct Place {
 impl Place {
     /// Whether the skewness of the pilot leaves the tail of the test valid at a level.
     fn valid_at(&self, level: f64) -> bool {
-        self.pilot.moments.count() > 1
-            && self.tested.moments.count() >= self.pilot.valid_from_at(level)
+        self.pilot.moments.count() > 1 && self.tested.moments.count() >= self.pilot.valid_from_at(level)
     }
 }
 
@@ -89,17 +88,13 @@ impl Maps {
 /// The Welch map of places that are judged at a level, the others left out; and how many are.
 fn judged([a, b]: [&[Place]; 2], width: usize, level: f64) -> (PValueMap, usize) {
     let table = |places: &[Place]| {
-        let column =
-            |of: fn(&Moments) -> f64| places.iter().map(|p| of(&p.tested.moments)).collect();
+        let column = |of: fn(&Moments) -> f64| places.iter().map(|p| of(&p.tested.moments)).collect();
         let count: Vec<u64> = places.iter().map(|p| p.tested.moments.count()).collect();
         (column(Moments::mean), column(Moments::variance), count)
     };
     let (ours, reference): (Table, Table) = (table(a), table(b));
-    let [ours, reference] = [&ours, &reference].map(|(mean, variance, count)| PixelStatistics {
-        mean,
-        variance,
-        count,
-    });
+    let [ours, reference] =
+        [&ours, &reference].map(|(mean, variance, count)| PixelStatistics { mean, variance, count });
     let mut map = map(&ours, &reference, width, 1);
     for (i, (a, b)) in a.iter().zip(b).enumerate() {
         // What is no number is not left out, but fails.
@@ -116,16 +111,10 @@ fn judged([a, b]: [&[Place]; 2], width: usize, level: f64) -> (PValueMap, usize)
 /// Records the least p-value of the tiles, at `share` of the family; where equality is claimed, it can
 /// fail, and it is a claim if enough tiles are judged. Returns the map for drawing, and the histogram of the
 /// pixels' p-values if enough of them are judged as far out as its first bin.
-pub(super) fn note_map(
-    run: &mut Run,
-    case: &Case,
-    [a, b]: [&Maps; 2],
-    share: f64,
-) -> (Map, Option<Vec<u64>>) {
+pub(super) fn note_map(run: &mut Run, case: &Case, [a, b]: [&Maps; 2], share: f64) -> (Map, Option<Vec<u64>>) {
     let enough = |count: usize, of: usize| count as f64 >= LEAST_SHARE * of as f64;
     let total = a.tiles.len();
-    let (tiles, count) =
-        judged([&a.tiles, &b.tiles], SIZE[0] as usize / TILE, share / total as f64);
+    let (tiles, count) = judged([&a.tiles, &b.tiles], SIZE[0] as usize / TILE, share / total as f64);
     let (what, key) = (format!("{}, tiles", case.label()), case.key());
     run.number(&format!("{key}.tiles.judged"), count as f64);
     if enough(count, total) {
@@ -139,8 +128,7 @@ pub(super) fn note_map(
         }
     } else {
         let least = 100.0 * LEAST_SHARE;
-        let value =
-            format!("undecided: skewness lets {count} of {total} be judged, not {least:.0} %");
+        let value = format!("undecided: skewness lets {count} of {total} be judged, not {least:.0} %");
         run.note(&what, value);
     }
     let (pixels, count) = judged([&a.pixels, &b.pixels], SIZE[0] as usize, 1.0 / BINS as f64);

@@ -16,19 +16,11 @@ const SEGMENTS: u32 = 60;
 /// caustics: from the same random numbers, so that both follow the same paths.
 pub(super) fn lost(run: &mut Run) -> Result<(), Error> {
     let images = run.count(run.by_tier(400, 6_000)).max(2) as u32;
-    let job = Job {
-        size: [40, 30],
-        spp: images,
-        seed: seed_for(run.seed(), "errata caustics"),
-        ..Job::default()
-    };
+    let job = Job { size: [40, 30], spp: images, seed: seed_for(run.seed(), "errata caustics"), ..Job::default() };
     let mut means = Vec::new();
     for caustics in [true, false] {
-        let report = Report {
-            segments: SEGMENTS,
-            rules: LightRules { caustics, ..LightRules::PHYSICAL },
-            ..Report::default()
-        };
+        let report =
+            Report { segments: SEGMENTS, rules: LightRules { caustics, ..LightRules::PHYSICAL }, ..Report::default() };
         job.replications_by(report, 0..images, |image| {
             means.push(image.iter().map(|v| v.element_sum()).sum::<f64>());
             Ok(())
@@ -40,8 +32,7 @@ pub(super) fn lost(run: &mut Run) -> Result<(), Error> {
     for (all, without) in all.iter().zip(without) {
         lost.push((without - all) / mean);
     }
-    let what =
-        "relative change of the room's mean radiance without light by way of mirrors and glass";
+    let what = "relative change of the room's mean radiance without light by way of mirrors and glass";
     run.size("caustics.room", lost.mean(), what);
     run.size("caustics.room.error", lost.standard_error(), "is its standard error");
     Ok(())

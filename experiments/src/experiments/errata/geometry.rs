@@ -61,8 +61,7 @@ pub(super) fn far_spheres(run: &mut Run) {
         if exponent == 2 {
             run.size("sphere.single.1e2", single, "radii: the same in single precision");
         }
-        let what =
-            "radii: the largest error of the printed (7) at that many radii, in double precision";
+        let what = "radii: the largest error of the printed (7) at that many radii, in double precision";
         run.size(&format!("sphere.error.1e{exponent}"), worst, what);
     }
 }

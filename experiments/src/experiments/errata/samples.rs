@@ -23,12 +23,8 @@ pub(super) fn one_number(run: &mut Run) {
 /// Radiance by the cosine of its direction.
 type Radiance = fn(f64) -> f64;
 
-const PROFILES: [(&str, Radiance); 4] = [
-    ("constant", |_| 1.0),
-    ("cosine", |c| c),
-    ("horizon", |c| 1.0 - c),
-    ("band", |c| f64::from(u8::from(c < 0.1))),
-];
+const PROFILES: [(&str, Radiance); 4] =
+    [("constant", |_| 1.0), ("cosine", |c| c), ("horizon", |c| 1.0 - c), ("band", |c| f64::from(u8::from(c < 0.1)))];
 
 /// 2.6.1, repaired by half: uniform directions, divided by the density of cosine-weighted ones.
 pub(super) fn mixed(run: &mut Run) {
@@ -49,9 +45,7 @@ pub(super) fn importance(run: &mut Run) {
                 let part = |from: f64, to: f64| {
                     along(|r| {
                         let c = from + r * (to - from);
-                        TAU * (to - from)
-                            * pdf(c)
-                            * (radiance(c) * c * FRAC_1_PI / pdf(c)).powi(power)
+                        TAU * (to - from) * pdf(c) * (radiance(c) * c * FRAC_1_PI / pdf(c)).powi(power)
                     })
                 };
                 part(0.0, 0.1) + part(0.1, 1.0)
@@ -69,11 +63,9 @@ pub(super) fn importance(run: &mut Run) {
 /// 2.7: mean squared error of a pixel with 16 rays, cut by a straight edge of any slope.
 pub(super) fn slanted_edges(run: &mut Run) {
     let edges = run.count(run.by_tier(100_000, 2_000_000));
-    for (name, strategy) in [
-        ("grid", PixelSampling::Grid(4)),
-        ("jittered", PixelSampling::Jitter(4)),
-        ("random", PixelSampling::Random),
-    ] {
+    for (name, strategy) in
+        [("grid", PixelSampling::Grid(4)), ("jittered", PixelSampling::Jitter(4)), ("random", PixelSampling::Random)]
+    {
         let mut rng = stream(seed_for(run.seed(), &format!("errata {name}")), 0, 0);
         let mut errors = Moments::default();
         for _ in 0..edges {
@@ -82,8 +74,7 @@ pub(super) fn slanted_edges(run: &mut Run) {
             let c = a * x + b * y;
             // The part of the unit square where a x + b y < c.
             let square = |length: f64| length.max(0.0).powi(2);
-            let area =
-                (square(c) - square(c - a) - square(c - b) + square(c - a - b)) / (2.0 * a * b);
+            let area = (square(c) - square(c - a) - square(c - b) + square(c - a - b)) / (2.0 * a * b);
             let inside = (0..16).filter(|&i| {
                 let [x, y] = strategy.position(i, uniform2(&mut rng));
                 a * x + b * y < c

@@ -96,8 +96,7 @@ pub fn graded(run: &mut Run, family: f64) -> Result<(), Error> {
     }
     bar.finish();
     let mut left_out = LeftOut::default();
-    let counted: Vec<Counted> =
-        by_name.values().flat_map(|found| count_all(found, &mut left_out)).collect();
+    let counted: Vec<Counted> = by_name.values().flat_map(|found| count_all(found, &mut left_out)).collect();
     report(run, &counted, &left_out, (count, seeds.scale, family));
     let line = |c: &Counted| {
         format!(
@@ -124,8 +123,7 @@ pub fn graded(run: &mut Run, family: f64) -> Result<(), Error> {
 /// named with the reason.
 pub fn count_all(found: &[Measure], left_out: &mut LeftOut) -> Vec<Counted> {
     let first = &found[0];
-    let mut reason =
-        if first.approximate { "claimed within a margin only" } else { "without graded control" };
+    let mut reason = if first.approximate { "claimed within a margin only" } else { "without graded control" };
     let mut counted: Vec<Counted> = Vec::new();
     for up in [true, false] {
         for (at, &wanted) in POWERS.iter().enumerate() {
@@ -142,8 +140,7 @@ pub fn count_all(found: &[Measure], left_out: &mut LeftOut) -> Vec<Counted> {
             let z = normal_upper(0.5 * level);
             if level > COARSEST {
                 reason = "effect too small at this scale";
-            } else if median(found.iter().map(|measure| bend(measure, z)).collect()) > LARGEST_BEND
-            {
+            } else if median(found.iter().map(|measure| bend(measure, z)).collect()) > LARGEST_BEND {
                 reason = "too skewed at this scale";
             } else if level > ALPHA || wanted == POWERS[0] {
                 // Where the effect is seen at the suite's own level, both powers are asked for there.
@@ -185,8 +182,7 @@ fn report(run: &mut Run, counted: &[Counted], left_out: &LeftOut, size: (u64, f6
         let all: u64 = near.iter().map(|c| c.seeds).sum();
         let share = rejected as f64 / all.max(1) as f64;
         run.number(&format!("graded.share_{at}"), share);
-        let value =
-            format!("{share:.4} of all are rejected ({} controls under {seeds} seeds)", near.len());
+        let value = format!("{share:.4} of all are rejected ({} controls under {seeds} seeds)", near.len());
         run.note(&format!("graded controls at power {power}"), value);
     }
     let mut value = format!(
@@ -259,9 +255,7 @@ fn draw(run: &mut Run, counted: &[Counted], scale: f64) -> Result<(), Error> {
         let [found, expected]: [Vec<[f64; 2]>; 2] = [series(&found), series(&expected)];
         let most = found.iter().chain(&expected).map(|at| at[1]).fold(1.0, f64::max);
         let [low, high] = [(power - 0.3_f64).max(0.0), (power + 0.3).min(1.0)];
-        let within = |points: Vec<[f64; 2]>| {
-            points.into_iter().filter(move |at| (low..=high).contains(&at[0]))
-        };
+        let within = |points: Vec<[f64; 2]>| points.into_iter().filter(move |at| (low..=high).contains(&at[0]));
         let title = format!(
             "Values off by δ, rejected at the level of power {power}: {} controls, {seeds} seeds, scale {scale}",
             near.len()

@@ -11,29 +11,18 @@ use crate::run::pictures::write_grid;
 
 /// A part of the room in a frame of 400 × 300.
 fn crop(run: &Run, job: Job, label: &str, corner: [u32; 2], size: [u32; 2]) -> Result<Film, Error> {
-    let job =
-        Job { size: [400, 300], window: Some(Window { corner, size }), seed: run.seed(), ..job };
+    let job = Job { size: [400, 300], window: Some(Window { corner, size }), seed: run.seed(), ..job };
     run.render(&job, label)
 }
 
 /// The rim of the white sphere by four strategies: one ray through the centre, then 16 rays each; the first and
 /// the last by themselves, too.
 pub fn antialiasing(run: &mut Run, [file, first, last]: [&str; 3]) -> Result<(), Error> {
-    let strategies = [
-        (PixelName::Centre, 1),
-        (PixelName::Grid, 16),
-        (PixelName::Random, 16),
-        (PixelName::Jitter, 16),
-    ];
+    let strategies = [(PixelName::Centre, 1), (PixelName::Grid, 16), (PixelName::Random, 16), (PixelName::Jitter, 16)];
     let mut films = Vec::new();
     for (pixel, spp) in strategies {
         // Whitted's estimator has hardly any noise of its own, which would hide the edges'.
-        let job = Job {
-            estimator: EstimatorName::Whitted,
-            pixel,
-            spp,
-            ..Job::report(ConventionName::Physical)
-        };
+        let job = Job { estimator: EstimatorName::Whitted, pixel, spp, ..Job::report(ConventionName::Physical) };
         films.push(crop(run, job, &name(pixel), [185, 105], [40, 40])?);
     }
     let display = Job::default().display(0.0);
@@ -41,9 +30,7 @@ pub fn antialiasing(run: &mut Run, [file, first, last]: [&str; 3]) -> Result<(),
     for (file, film) in [(first, &films[0]), (last, &films[3])] {
         write_png(&run.figure(file), film, display, 12)?;
     }
-    let value =
-        "left to right: 1 ray through the centre; 16 rays on a grid, at random, jittered; ×6"
-            .to_owned();
+    let value = "left to right: 1 ray through the centre; 16 rays on a grid, at random, jittered; ×6".to_owned();
     run.note(file, value);
     Ok(())
 }

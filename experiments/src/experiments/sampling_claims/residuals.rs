@@ -5,8 +5,7 @@ use whitefurnace::error::Error;
 use whitefurnace::harness::tails::chi_square_sf;
 use whitefurnace::rng::{Stream, seed_for, stream, uniform, uniform2};
 use whitefurnace::sampling::{
-    cosine_hemisphere, cosine_hemisphere_inverse, hemisphere_printed, uniform_hemisphere,
-    uniform_hemisphere_inverse,
+    cosine_hemisphere, cosine_hemisphere_inverse, hemisphere_printed, uniform_hemisphere, uniform_hemisphere_inverse,
 };
 
 use crate::plot::map::{Map, maps};
@@ -78,8 +77,7 @@ pub fn residuals(run: &mut Run, file: &str) -> Result<(), Error> {
         for _ in 0..n {
             counts[cell((sampler.cell)((sampler.sample)(&mut rng)))] += 1;
         }
-        let values: Vec<f64> =
-            counts.iter().map(|&count| (count as f64 - expected) / expected.sqrt()).collect();
+        let values: Vec<f64> = counts.iter().map(|&count| (count as f64 - expected) / expected.sqrt()).collect();
         let statistic: f64 = values.iter().map(|r| r * r).sum();
         let p = chi_square_sf(statistic, cells as f64 - 1.0);
         let worst = values.iter().fold(0.0_f64, |worst, r| worst.max(r.abs()));

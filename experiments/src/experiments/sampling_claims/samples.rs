@@ -31,8 +31,7 @@ pub fn hemispheres(run: &mut Run, file: &str) -> Result<(), Error> {
             let (sin, cos) = f64::from(2 * i).to_radians().sin_cos();
             [cos, sin]
         });
-        let series =
-            vec![Series::new("", 6, Mark::Faint, horizon), Series::new("", k, Mark::Dots, dots)];
+        let series = vec![Series::new("", 6, Mark::Faint, horizon), Series::new("", k, Mark::Dots, dots)];
         Chart::new(title, ["x", "y"], [[-1.05, 1.05]; 2], series)
     };
     let panels: Vec<Chart> = samplers.into_iter().enumerate().map(panel).collect();
@@ -60,16 +59,13 @@ pub fn importance(run: &mut Run, file: &str) -> Result<(), Error> {
     let mut series = Vec::new();
     let mut all_hold = true;
     let profiles: Vec<Profile> = PROFILES.into_iter().chain(MORE).collect();
-    for (colour, label, method, cosine) in
-        [(2, "uniform", UNIFORM, false), (0, "cosine-weighted", COSINE, true)]
-    {
+    for (colour, label, method, cosine) in [(2, "uniform", UNIFORM, false), (0, "cosine-weighted", COSINE, true)] {
         let (mut closed, mut found) = (Vec::new(), Vec::new());
         for (k, profile) in profiles.iter().enumerate() {
             let seed = seed_for(run.seed(), &format!("{label} {}", profile.name));
             let mut rng = stream(seed, 0, 0);
-            let squares: Moments = (0..n)
-                .map(|_| (profile.estimate(method, uniform2(&mut rng)) - profile.mean).powi(2))
-                .collect();
+            let squares: Moments =
+                (0..n).map(|_| (profile.estimate(method, uniform2(&mut rng)) - profile.mean).powi(2)).collect();
             let known = if cosine { profile.cosine } else { profile.uniform };
             let half = critical() * squares.standard_error();
             // Constant light has no variance at all; what is left is rounding.
@@ -91,8 +87,7 @@ pub fn importance(run: &mut Run, file: &str) -> Result<(), Error> {
     let names: Vec<String> = profiles.iter().enumerate().map(named).collect();
     for profile in &profiles {
         let ratio = profile.uniform / profile.cosine;
-        let value =
-            if ratio.is_finite() { format!("{ratio:.3}") } else { "no variance left".to_owned() };
+        let value = if ratio.is_finite() { format!("{ratio:.3}") } else { "no variance left".to_owned() };
         run.note(&format!("radiance {}: uniform over cosine variance", profile.name), value);
     }
     let title = "Variance of one sample; closed forms as black bars; cosine leaves none of L = 1";
@@ -155,8 +150,7 @@ pub fn edges(run: &mut Run, file: &str) -> Result<(), Error> {
         for side in SIDES {
             let samples = side * side;
             let mut rng = stream(seed_for(run.seed(), label), samples, 0);
-            let errors: Moments =
-                (0..n).map(|_| squared_error(&mut rng, strategy(side), samples)).collect();
+            let errors: Moments = (0..n).map(|_| squared_error(&mut rng, strategy(side), samples)).collect();
             let half = critical() * errors.standard_error();
             let known = law(f64::from(samples));
             all_hold &= (errors.mean() - known).abs() <= half;

@@ -46,9 +46,8 @@ pub fn roulette(run: &mut Run, file: &str) -> Result<(), Error> {
     for (colour, a) in ALBEDOS.into_iter().enumerate() {
         let exact = 1.0 / (1.0 - a);
         let survivals = [0.5, 0.6, 0.75, 0.8, 0.9, 0.95].into_iter().filter(|&q| q >= a);
-        let found: Vec<_> = survivals
-            .map(|q| (q, walks(run, &format!("roulette {a} {q}"), n, RIGHT, [a, q])))
-            .collect();
+        let found: Vec<_> =
+            survivals.map(|q| (q, walks(run, &format!("roulette {a} {q}"), n, RIGHT, [a, q]))).collect();
         let label = format!("albedo {a}");
         means.push(Series::new(&label, colour, Mark::Line, [[0.2, exact], [1.0, exact]]));
         let measured = |q: f64, m: &Moments| [q, m.mean(), critical() * m.standard_error()];
@@ -91,7 +90,8 @@ pub fn roulette(run: &mut Run, file: &str) -> Result<(), Error> {
         variances.log([false, true]),
         efficiencies.log([false, true]),
     ];
-    let see = "The mean does not depend on the survival probability; the variance has no bound left of the squared albedo.";
+    let see =
+        "The mean does not depend on the survival probability; the variance has no bound left of the squared albedo.";
     charts(&run.figure(file), see, [900, 1260], &panels)
 }
 
