@@ -6,9 +6,8 @@ use rayon::prelude::*;
 
 use super::next_event::{direct_light, point_pdf};
 use super::particle::{Place, connect_to_eye, importance_per_particle, particle};
-use super::steps::emitted;
 use super::strategies::{Bidirectional, Corner, WholePath};
-use super::walk::{Step, walk};
+use super::walk::{Step, Walk};
 use super::{ImageEstimator, LightRules, Standard, Walking};
 use crate::bsdf::{Bsdf, Vertex};
 use crate::emitter::LightSampling;
@@ -54,7 +53,7 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         rng: &mut R,
     ) -> Result<(), Error> {
         let (light, corners) = self.light_path(scene, frame, image, rng)?;
-        let radiance = self.eye_path(scene, frame, pixel, (&light, &corners), rng)?;
+        let radiance = self.eye_path(scene, frame, pixel, (&light, &corners), rng);
         image.add(pixel, radiance)
     }
 
@@ -88,7 +87,7 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         pixel: [u32; 2],
         (light, corners): (&[Place<'_>], &[Corner<'_>]),
         rng: &mut R,
-    ) -> Result<DVec3, Error> {
+    ) -> DVec3 {
         rng.block(0);
         let [x, y] = uniform2(rng);
         let [column, row] = pixel.map(f64::from);
@@ -101,19 +100,20 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         };
         let mut radiance = DVec3::ZERO;
         let mut eye = Vec::new();
-        let left = walk(&self.parts, scene, &ray, 0, rng, |step: &Step<'_>, rng| {
-            let mut corner = step.corner();
+        let mut walk = Walk::new(scene, (ray, scene.intersect(&ray)), 0);
+        while let Some(step) = walk.arrive(rng) {
+            let at = step.vertex();
+            let mut corner = step.corner(&at);
             if let Some(emitter) = step.here.emitter {
                 let emitter = &scene.emitters()[emitter as usize];
                 corner.start = point_pdf(&self.parts, scene, emitter);
             }
             eye.push(corner);
-            let found = self.found(scene, step, WholePath { eye: &eye, ..whole }, (light, corners), rng);
+            let found = self.found(scene, (&step, &at), WholePath { eye: &eye, ..whole }, (light, corners), rng);
             radiance += step.throughput * step.factor * found;
-            Ok(())
-        })?;
-        let seen = left.map_or(DVec3::ZERO, |(throughput, factor)| throughput * factor);
-        Ok(radiance + seen * scene.background())
+            walk.scatter(&self.parts, &at, rng);
+        }
+        radiance + walk.background()
     }
 
     /// The radiance that leaves a hit of the eye's path towards the eye, by every strategy that joins the
@@ -121,17 +121,17 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
     fn found<R: Sampler>(
         &self,
         scene: &Scene,
-        step: &Step<'_>,
+        (step, vertex): (&Step<'_>, &Vertex),
         path: WholePath<'_>,
         (light, corners): (&[Place<'_>], &[Corner<'_>]),
         rng: &mut R,
     ) -> DVec3 {
         let parts = &self.parts;
-        let mut found = emitted(scene, &step.here, &step.ray);
+        let mut found = step.emitted(scene);
         if found != DVec3::ZERO {
             found *= self.weight(path);
         }
-        let (bsdf, vertex) = (step.bsdf, &step.at);
+        let bsdf = step.bsdf;
         if !bsdf.is_rough() {
             return found;
         }

@@ -17,7 +17,6 @@ mod published;
 pub mod radiosity;
 mod report;
 mod sppm;
-mod steps;
 mod strategies;
 mod walk;
 mod whitted;
@@ -106,4 +105,14 @@ impl LightRules {
     /// is lost.
     pub const REPORT: Self =
         Self { seen: Some(1.0), shadows_pass_glass: true, caustics: false, radiance_factor: false };
+
+    /// What a ray of this direction shows of an emitter that it hit; zero for its back and for other surfaces.
+    #[inline]
+    fn seen(&self, scene: &Scene, hit: &Hit, direction: DVec3) -> DVec3 {
+        let radiance = scene.emitted(hit, direction);
+        match self.seen {
+            Some(shown) if radiance != DVec3::ZERO => DVec3::splat(shown),
+            _ => radiance,
+        }
+    }
 }

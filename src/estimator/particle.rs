@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::emission::{Emission, emit_from};
 use super::next_event::{pick_point, point_pdf};
 use super::strategies::{Bidirectional, Corner};
-use super::walk::{Step, walk};
+use super::walk::Walk;
 use super::{NextEvent, Walking};
 use crate::bsdf::{Bsdf, Scattering, Vertex};
 use crate::error::Error;
@@ -54,13 +54,19 @@ pub(super) fn particle<'a, P: Walking + Bidirectional, R: Sampler>(
     let Some(Emission { ray, flux }) = emit_from(parts, scene, emitter, &light, rng) else {
         return Ok(());
     };
-    walk(parts, scene, &ray, LIGHT, rng, |step: &Step<'a>, _: &mut R| {
+    let mut walk = Walk::new(scene, (ray, scene.intersect(&ray)), LIGHT);
+    while let Some(step) = walk.arrive(rng) {
+        if step.endless {
+            return Err(Error::Radiance { value: f64::NAN, place: String::new() });
+        }
+        let at = step.vertex();
         visit(Place {
-            corner: step.corner(),
+            corner: step.corner(&at),
             carried: flux * step.throughput * parts.flux_factor(step.factor),
-            surface: Some((step.bsdf, step.at)),
-        })
-    })?;
+            surface: Some((step.bsdf, at)),
+        })?;
+        walk.scatter(parts, &at, rng);
+    }
     Ok(())
 }
 

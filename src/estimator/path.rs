@@ -4,11 +4,10 @@
 use glam::DVec3;
 
 use super::next_event::{direct_light, emitter_pdf};
-use super::steps::{emitted, onward};
-use super::{Estimator, LONGEST_PATH, LightRules, Standard, Walking};
+use super::walk::{Step, Walk};
+use super::{Estimator, LightRules, Standard, Walking};
 use crate::bsdf::{Bsdf, Vertex};
 use crate::emitter::LightSampling;
-use crate::rng::uniform;
 use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
@@ -57,17 +56,17 @@ impl<P> Path<P> {
 }
 
 impl<P: Walking> Path<P> {
-    /// The weight of an emitter that the path hit, by a direction of pdf `pdf` (with respect to solid
-    /// angle; `None` where no shadow ray could have found the same light).
+    /// The weight of an emitter that the path hit. Where the direction has a pdf, a shadow ray could have found the
+    /// same light.
     #[inline]
-    fn weight_of_hit(&self, scene: &Scene, here: &Hit, ray: &Ray, pdf: Option<f64>) -> f64 {
-        match (pdf, self.strategy, here.emitter) {
+    fn weight_of_hit(&self, scene: &Scene, step: &Step<'_>) -> f64 {
+        match (step.pdf, self.strategy, step.here.emitter) {
             (Some(pdf), Strategy::Mis, Some(index)) => {
                 let emitter = &scene.emitters()[index as usize];
-                let other = emitter_pdf(&self.parts, scene, emitter, self.lights, (ray, here));
+                let other = emitter_pdf(&self.parts, scene, emitter, self.lights, (&step.ray, &step.here));
                 self.weight(pdf, other)
             }
-            _ => f64::from(self.parts.hit_counts(self.strategy, pdf.is_some())),
+            _ => f64::from(self.parts.hit_counts(self.strategy, step.pdf.is_some())),
         }
     }
 
@@ -104,41 +103,20 @@ impl<P: Walking> Path<P> {
 impl<P: Walking> Estimator for Path<P> {
     #[inline]
     fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3 {
-        let (mut ray, mut hit) = (*ray, hit);
+        let mut walk = Walk::new(scene, (*ray, hit), 0);
         let mut radiance = DVec3::ZERO;
-        // Without the radiance factors of refraction, whose product is kept beside it: they cancel when
-        // the path leaves the glass, and roulette should not see them.
-        let mut throughput = DVec3::ONE;
-        let mut factor = 1.0;
-        // Pdf of the last direction if a shadow ray could have found the same light.
-        let mut shared_pdf = None;
-        for vertex in 1..=LONGEST_PATH {
-            let Some(here) = hit else {
-                return radiance + factor * throughput * scene.background();
-            };
-            rng.block(vertex);
-            if here.emitter.is_some() {
-                let weight = self.weight_of_hit(scene, &here, &ray, shared_pdf);
-                radiance += factor * weight * throughput * emitted(scene, &here, &ray);
+        while let Some(step) = walk.arrive(rng) {
+            if step.here.emitter.is_some() {
+                let weight = self.weight_of_hit(scene, &step);
+                radiance += step.factor * weight * step.throughput * step.emitted(scene);
             }
-            let bsdf = &scene.surface(&here).bsdf;
-            if matches!(bsdf, Bsdf::Black) {
+            if matches!(step.bsdf, Bsdf::Black) {
                 return radiance;
             }
-            let at = Vertex::new(&here, &ray);
-            radiance += factor * throughput * self.shadow_ray(scene, bsdf, &at, rng);
-            let Some(next) = self.parts.sample(bsdf, &at, rng) else {
-                return radiance;
-            };
-            throughput *= next.weight;
-            factor *= next.radiance_factor;
-            shared_pdf = next.pdf;
-            let Some(weight) = self.parts.survive(throughput, uniform(rng)) else {
-                return radiance;
-            };
-            throughput *= weight;
-            (ray, hit) = onward(scene, &here, next.direction);
+            let at = step.vertex();
+            radiance += step.factor * step.throughput * self.shadow_ray(scene, step.bsdf, &at, rng);
+            walk.scatter(&self.parts, &at, rng);
         }
-        DVec3::NAN
+        radiance + walk.background()
     }
 }

@@ -4,12 +4,12 @@ use glam::DVec3;
 
 use super::next_event::direct_light;
 use super::photon_map::{Kept, PhotonMap, Photons, check_radius};
-use super::steps::{emitted, onward};
-use super::{Estimator, LONGEST_PATH, LightRules, Walking};
+use super::walk::Walk;
+use super::{Estimator, LightRules, Walking};
 use crate::bsdf::Vertex;
 use crate::emitter::LightSampling;
 use crate::error::Error;
-use crate::rng::{seed_for, uniform};
+use crate::rng::seed_for;
 use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
@@ -49,8 +49,8 @@ struct Arrival {
     at: Vertex,
     /// What radiance that leaves it along the path is multiplied by.
     throughput: DVec3,
-    /// The number of its vertex, for the sampler's blocks.
-    vertex: u32,
+    /// Its block of random numbers.
+    block: u32,
 }
 
 impl<P: Photons + Walking> PhotonMapping<P> {
@@ -85,37 +85,27 @@ impl<P: Photons + Walking> PhotonMapping<P> {
         Ok(Self { all, radius, caustics, parts })
     }
 
-    /// Follows mirrors and glass from the vertex with this number to the first diffuse surface, and calls
-    /// `see` with what emitters on the way show along the path. One beyond [`LONGEST_PATH`] has throughput
-    /// NaN.
+    /// Follows mirrors and glass to the first diffuse surface, the k-th hit by block `block` + k, and calls `see` with
+    /// what emitters on the way show along the path.
     fn arrive<R: Sampler>(
         &self,
         scene: &Scene,
-        (mut ray, mut hit): (Ray, Option<Hit>),
-        first: u32,
+        start: (Ray, Option<Hit>),
+        block: u32,
         rng: &mut R,
         mut see: impl FnMut(DVec3),
     ) -> Option<Arrival> {
-        let mut throughput = DVec3::ONE;
-        let mut factor = 1.0;
-        for vertex in first.. {
-            let here = hit?;
-            rng.block(vertex);
-            if here.emitter.is_some() {
-                see(factor * throughput * emitted(scene, &here, &ray));
+        let mut walk = Walk::new(scene, start, block);
+        for hits in 1.. {
+            let step = walk.arrive(rng)?;
+            if step.here.emitter.is_some() {
+                see(step.factor * step.throughput * step.emitted(scene));
             }
-            let endless = vertex - first == LONGEST_PATH;
-            let bsdf = &scene.surface(&here).bsdf;
-            let at = Vertex::new(&here, &ray);
-            if endless || bsdf.is_rough() {
-                let way = if endless { f64::NAN } else { factor };
-                return Some(Arrival { hit: here, at, throughput: way * throughput, vertex });
+            if step.endless || step.bsdf.is_rough() {
+                let throughput = step.factor * step.throughput;
+                return Some(Arrival { hit: step.here, at: step.vertex(), throughput, block: block + hits });
             }
-            let next = self.parts.sample(bsdf, &at, rng)?;
-            throughput *= next.weight;
-            factor *= next.radiance_factor;
-            throughput *= self.parts.survive(throughput, uniform(rng))?;
-            (ray, hit) = onward(scene, &here, next.direction);
+            walk.scatter(&self.parts, &step.vertex(), rng);
         }
         None
     }
@@ -132,14 +122,14 @@ impl<P: Photons + Walking> PhotonMapping<P> {
         let Some(next) = self.parts.sample(bsdf, &at.at, rng) else {
             return DVec3::ZERO;
         };
-        let way = onward(scene, &at.hit, next.direction);
+        let way = scene.onward(&at.hit, next.direction);
         let mut radiance = DVec3::ZERO;
         let see = |emission| {
             if self.parts.gathers_emission() {
                 radiance += emission;
             }
         };
-        if let Some(there) = self.arrive(scene, way, at.vertex + 1, rng, see) {
+        if let Some(there) = self.arrive(scene, way, at.block, rng, see) {
             radiance += there.throughput * self.looked_up(scene, &there, &self.all, self.radius);
         }
         next.weight * radiance
@@ -150,7 +140,7 @@ impl<P: Photons + Walking> Estimator for PhotonMapping<P> {
     fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3 {
         let mut radiance = DVec3::ZERO;
         let see = |emission| radiance += emission;
-        let Some(here) = self.arrive(scene, (*ray, hit), 1, rng, see) else {
+        let Some(here) = self.arrive(scene, (*ray, hit), 0, rng, see) else {
             return radiance;
         };
         let reflected = match &self.caustics {

@@ -5,13 +5,13 @@ use std::f64::consts::FRAC_1_PI;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::Walking;
 use super::emission::emit;
-use super::steps::onward;
-use super::{LONGEST_PATH, Walking};
+use super::walk::Walk;
 use crate::bsdf::{Bsdf, Scattering, Vertex};
 use crate::error::Error;
 use crate::kd_tree::KdTree;
-use crate::rng::{stream, uniform};
+use crate::rng::stream;
 use crate::sampler::{LIGHT, Sampler};
 use crate::scene::Scene;
 
@@ -114,7 +114,7 @@ impl PhotonMap {
     ///
     /// # Errors
     /// Those of [`check`](Self::check); [`Error::Radiance`] for a photon whose flux is negative or not finite,
-    /// and for a particle beyond [`LONGEST_PATH`].
+    /// and for a particle beyond [`LONGEST_PATH`](super::LONGEST_PATH).
     pub fn new<P: Photons + Walking>(
         parts: &P,
         scene: &Scene,
@@ -234,42 +234,20 @@ fn follow<P: Photons + Walking>(
     let Some(emission) = emit(parts, scene, &mut rng) else {
         return photons;
     };
-    let mut ray = emission.ray;
-    let mut throughput = DVec3::ONE;
+    let mut walk = Walk::new(scene, (emission.ray, scene.intersect(&emission.ray)), LIGHT);
     let mut specular = 0;
-    for vertex in 1.. {
-        let Some(here) = scene.intersect(&ray) else {
-            break;
-        };
-        if vertex > LONGEST_PATH {
-            // Not a cut: the map refuses it.
-            let photon = Photon { normal: here.normal, from: -ray.direction, flux: DVec3::NAN };
-            photons.push((here.point, photon));
+    while let Some(step) = walk.arrive(&mut rng) {
+        let (rough, at) = (step.bsdf.is_rough(), step.vertex());
+        // An endless particle is not cut: the map refuses it.
+        if step.endless || rough && (kept == Kept::All || parts.is_caustic(specular)) {
+            let flux = emission.flux * step.throughput;
+            photons.push((step.here.point, Photon { normal: at.frame.z, from: -step.ray.direction, flux }));
+        }
+        if rough && kept == Kept::Caustic {
             break;
         }
-        rng.block(LIGHT + vertex);
-        let bsdf = &scene.surface(&here).bsdf;
-        let at = Vertex::new(&here, &ray);
-        if bsdf.is_rough() {
-            if kept == Kept::All || parts.is_caustic(specular) {
-                let photon = Photon { normal: at.frame.z, from: -ray.direction, flux: emission.flux * throughput };
-                photons.push((here.point, photon));
-            }
-            if kept == Kept::Caustic {
-                break;
-            }
-        } else {
-            specular += 1;
-        }
-        let Some(next) = parts.sample(bsdf, &at, &mut rng) else {
-            break;
-        };
-        throughput *= next.weight;
-        let Some(weight) = parts.survive(throughput, uniform(&mut rng)) else {
-            break;
-        };
-        throughput *= weight;
-        (ray, _) = onward(scene, &here, next.direction);
+        specular += u32::from(!rough);
+        walk.scatter(parts, &at, &mut rng);
     }
     photons
 }

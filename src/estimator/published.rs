@@ -6,7 +6,6 @@ use std::f64::consts::FRAC_1_PI;
 use glam::DVec3;
 
 use super::next_event::direct_light;
-use super::steps::{onward, seen};
 use super::{Estimator, LightRules, Standard};
 use crate::bsdf::{Bsdf, Scattering, Vertex};
 use crate::emitter::LightSampling;
@@ -56,7 +55,7 @@ impl Estimator for Published {
             let Some(here) = hit else {
                 return radiance + throughput * scene.background();
             };
-            radiance += throughput * seen(scene, &here, &ray, &rules);
+            radiance += throughput * rules.seen(scene, &here, ray.direction);
             let surface = scene.surface(&here);
             let bsdf = &surface.bsdf;
             let vertex = Vertex::new(&here, &ray);
@@ -94,7 +93,7 @@ impl Estimator for Published {
                 vertex.frame.world(wi)
             };
             if segment < SEGMENTS {
-                (ray, hit) = onward(scene, &here, direction);
+                (ray, hit) = scene.onward(&here, direction);
             }
         }
         radiance

@@ -9,7 +9,6 @@
 use glam::DVec3;
 
 use super::next_event::direct_light;
-use super::steps::{next, seen};
 use super::{Estimator, LightRules, Standard, Strategy, Walking};
 use crate::bsdf::Vertex;
 use crate::emitter::LightSampling;
@@ -59,11 +58,19 @@ impl<P: Walking> Report<P> {
         let Some(here) = hit else {
             return scene.background();
         };
-        let mut radiance =
-            if parts.hit_counts(Strategy::Light, sampled) { seen(scene, &here, ray, &self.rules) } else { DVec3::ZERO };
+        let mut radiance = if parts.hit_counts(Strategy::Light, sampled) {
+            self.rules.seen(scene, &here, ray.direction)
+        } else {
+            DVec3::ZERO
+        };
         let surface = scene.surface(&here);
         let next = |direction, sampled, rng: &mut R| {
-            next(scene, &here, direction, segments, |ray, hit, left| self.arriving(scene, ray, hit, left, sampled, rng))
+            // The first segment is always followed, even of none.
+            if segments <= 1 {
+                return DVec3::ZERO;
+            }
+            let (ray, hit) = scene.onward(&here, direction);
+            self.arriving(scene, &ray, hit, segments - 1, sampled, rng)
         };
         let bsdf = &surface.bsdf;
         let at = Vertex::new(&here, ray);

@@ -3,7 +3,6 @@
 use glam::DVec3;
 
 use super::next_event::{NextEvent, direct_light};
-use super::steps::{next, seen};
 use super::{Estimator, LightRules, Standard};
 use crate::bsdf::{Bsdf, Scattering, Vertex};
 use crate::emitter::LightSampling;
@@ -45,9 +44,14 @@ impl<P: Scattering + NextEvent> Whitted<P> {
             return scene.background();
         };
         let next = |direction, rng: &mut R| {
-            next(scene, &here, direction, segments, |ray, hit, left| self.arriving(scene, ray, hit, left, rng))
+            // The first segment is always followed, even of none.
+            if segments <= 1 {
+                return DVec3::ZERO;
+            }
+            let (ray, hit) = scene.onward(&here, direction);
+            self.arriving(scene, &ray, hit, segments - 1, rng)
         };
-        let emitted = seen(scene, &here, ray, &self.rules);
+        let emitted = self.rules.seen(scene, &here, ray.direction);
         let at = Vertex::new(&here, ray);
         let (direction, normal) = (at.direction, at.frame.z);
         let scattered = match scene.surface(&here).bsdf {

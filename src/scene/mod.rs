@@ -194,6 +194,23 @@ impl Scene {
         })
     }
 
+    /// The radiance that an emitter shows to a ray of this direction that hit it; zero for its back and for other
+    /// surfaces.
+    #[inline]
+    pub fn emitted(&self, hit: &Hit, direction: DVec3) -> DVec3 {
+        match hit.emitter {
+            Some(emitter) if hit.normal.dot(direction) < 0.0 => self.emitters[emitter as usize].radiance,
+            _ => DVec3::ZERO,
+        }
+    }
+
+    /// The ray that leaves a hit in a direction, and what it meets.
+    #[inline]
+    pub fn onward(&self, here: &Hit, direction: DVec3) -> (Ray, Option<Hit>) {
+        let ray = self.leave(here.point, here.normal, direction);
+        (ray, self.intersect(&ray))
+    }
+
     /// The ray that leaves a surface point with the given unit normal, from the side that `direction`
     /// points to.
     #[inline]

@@ -31,7 +31,7 @@ use crate::run::{Experiment, Run};
 pub const AGREEMENT: Experiment = Experiment {
     id: "agreement",
     title: "estimator × scene: image means agree (accumulates over runs)",
-    version: 3,
+    version: 4,
     equations: &[&equation::RENDERING, &equation::ESTIMATOR, &equation::WHITTED, &equation::GEOMETRY],
     run,
 };

@@ -18,7 +18,6 @@ pub use patch::{Patch, SpherePatch, is_near};
 
 use self::direct::Light;
 use self::mesh::Node;
-use super::steps::emitted;
 use super::{Estimator, NextEvent, Standard};
 use crate::bsdf::{Scattering, lambert};
 use crate::error::Error;
@@ -326,7 +325,7 @@ impl<P: FiniteElements + NextEvent + Scattering> Estimator for Radiosity<P> {
         };
         let albedo = scene.surface(&hit).bsdf.albedo();
         let irradiance = self.irradiance(scene, ray, &hit);
-        self.parts.leaving(albedo, emitted(scene, &hit, ray), irradiance)
+        self.parts.leaving(albedo, scene.emitted(&hit, ray.direction), irradiance)
     }
 }
 

@@ -1,14 +1,13 @@
 //! What a method leaves out, counted path by path: a walk from the eye that finds light by hitting it alone
-//! and asks of each path whether the method follows it. What it shares with the estimators are reflectance
-//! functions; it has no shadow rays, no weights between strategies and no limit.
+//! and asks of each path whether the method follows it. It scatters as the estimators do, and has no shadow rays,
+//! no weights between strategies and no limit.
 
 use glam::DVec3;
-use whitefurnace::bsdf::{Bsdf, Scattering};
+use whitefurnace::bsdf::Vertex;
 use whitefurnace::error::Error;
-use whitefurnace::estimator::{Estimator, Standard};
-use whitefurnace::frame::Frame;
+use whitefurnace::estimator::Estimator;
 use whitefurnace::harness::mean::Values;
-use whitefurnace::rng::{seed_for, uniform, uniform2};
+use whitefurnace::rng::{seed_for, uniform};
 use whitefurnace::sampler::Sampler;
 use whitefurnace::scene::{Hit, Scene};
 use whitefurnace::shape::Ray;
@@ -81,13 +80,7 @@ impl Estimator for LeftOut {
         let mut throughput = DVec3::ONE;
         let mut way = Way { segments: 1, diffuse: 0, diffuse_first: false, diffuse_last: false, emitter: false };
         loop {
-            let met = match hit {
-                None => scene.background(),
-                Some(here) => match here.emitter {
-                    Some(index) if here.normal.dot(ray.direction) < 0.0 => scene.emitters()[index as usize].radiance,
-                    _ => DVec3::ZERO,
-                },
-            };
+            let met = hit.map_or(scene.background(), |here| scene.emitted(&here, ray.direction));
             way.emitter = hit.is_some();
             let grey = (throughput * met).element_sum() / 3.0;
             let missed = METHODS.map(|method| f64::from(u8::from(!way.followed(method))));
@@ -95,14 +88,15 @@ impl Estimator for LeftOut {
             let Some(here) = hit else {
                 return left_out;
             };
-            let Some((direction, weight)) = scattered(scene, &here, &ray, rng) else {
+            let bsdf = &scene.surface(&here).bsdf;
+            let Some(next) = bsdf.sample(&Vertex::new(&here, &ray), rng) else {
                 return left_out;
             };
-            way.diffuse_last = scene.surface(&here).bsdf.is_rough();
+            way.diffuse_last = bsdf.is_rough();
             way.diffuse_first |= way.diffuse_last && way.segments == 1;
             way.diffuse += u32::from(way.diffuse_last);
             way.segments += 1;
-            throughput *= weight;
+            throughput *= next.radiance_factor * next.weight;
             // Most of what the limit cuts comes soon after it: no path ends before.
             if way.segments > LIMIT + 2 {
                 let survival = throughput.max_element().clamp(0.05, 0.95);
@@ -111,34 +105,7 @@ impl Estimator for LeftOut {
                 }
                 throughput /= survival;
             }
-            ray = scene.leave(here.point, here.normal, direction);
-            hit = scene.intersect(&ray);
-        }
-    }
-}
-
-/// One way on from a surface, and its weight.
-fn scattered<R: Sampler>(scene: &Scene, here: &Hit, ray: &Ray, rng: &mut R) -> Option<(DVec3, DVec3)> {
-    let outside = here.normal.dot(ray.direction) < 0.0;
-    let normal = if outside { here.normal } else { -here.normal };
-    match scene.surface(here).bsdf {
-        Bsdf::Black => None,
-        Bsdf::Mirror { reflectance } => Some((Standard.mirror(ray.direction, normal), reflectance)),
-        Bsdf::Glass { index } => {
-            let (n1, n2) = if outside { (1.0, index) } else { (index, 1.0) };
-            let share = Standard.fresnel(-ray.direction.dot(normal), n1, n2);
-            let refracted = Standard.refract(ray.direction, normal, n1, n2);
-            match refracted.filter(|_| uniform(rng) >= share) {
-                Some(refracted) => Some((refracted, DVec3::splat((n1 / n2).powi(2)))),
-                None => Some((Standard.mirror(ray.direction, normal), DVec3::ONE)),
-            }
-        }
-        ref bsdf => {
-            let frame = Frame::new(normal);
-            let wi = Standard.cosine_hemisphere(uniform2(rng));
-            // The cosine stands in the density as well.
-            let brdf = Standard.brdf(bsdf, frame.local(-ray.direction), wi);
-            Some((frame.world(wi), std::f64::consts::PI * brdf))
+            (ray, hit) = scene.onward(&here, next.direction);
         }
     }
 }
