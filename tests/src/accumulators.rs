@@ -1,12 +1,9 @@
 //! The estimator (16) itself: mean, variance and standard error of values that are known, merged from
 //! two parts, and of samples of which some are lost.
 
-use crate::faults::{AnyFamily, Family, Fault, TrialOn, data, fault};
-use whitefurnace::equation::ESTIMATOR;
-use whitefurnace::harness::outcome::Outcome;
-use whitefurnace::harness::trial::Context;
 use whitefurnace::moments::{ExactMoments, Moments};
-use whitefurnace::rng::uniform;
+
+use crate::prelude::*;
 
 /// Mean, variance and standard error of two sets of values together.
 type Summary = fn(&[f64], &[f64]) -> [f64; 3];
@@ -115,23 +112,17 @@ fn faults() -> Vec<Fault<Summary>> {
 
 /// The accumulators.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    let trial = data(
-        "accumulator/known-values",
-        "mean, variance and standard error of known values, merged from two parts",
-        &ESTIMATOR,
-        "moments::Moments, moments::ExactMoments",
-        "exact",
-    );
     vec![Box::new(Family {
-        trials: vec![TrialOn::new(trial, known_values)],
-        faults: faults(),
-        equivalents: vec![fault(
-            "exact-moments",
+        trials: vec![trial(
+            "accumulator/known-values",
+            "mean, variance and standard error of known values, merged from two parts",
             &ESTIMATOR,
-            "the film's integers in place of floating point",
-            exact_summary as Summary,
-            &["accumulator/known-values"],
+            ["moments::Moments, moments::ExactMoments", "exact"],
+            known_values,
         )],
+        faults: faults(),
+        equivalents: vec![fault!("exact-moments", ESTIMATOR, "the film's integers in place of floating point",
+            = exact_summary as Summary, "accumulator/known-values")],
         ..Family::new("accumulator", summary as Summary)
     })]
 }

@@ -1,19 +1,11 @@
 //! Check-ups of the diffuse BSDFs (9), (13)-(15) with cosine sampling.
 
-use std::f64::consts::{FRAC_1_PI, PI};
-
-use glam::DVec3;
-
-use crate::faults::{AnyFamily, Family, Fault, TrialOn, data, fault};
-use crate::subject::fault;
-use crate::subject::{RIGHT, Table};
-use whitefurnace::bsdf::{self, Bsdf, OrenNayar, OrenNayarForm, Scattering};
-use whitefurnace::equation::{COSINE, COSINE_HEMISPHERE, HEMISPHERE_THETA, LAMBERT, OREN_NAYAR, OREN_NAYAR_CONSTANTS};
+use whitefurnace::bsdf::{self, OrenNayar, OrenNayarForm};
 use whitefurnace::harness::bsdf_checkup::{BsdfSample, BsdfSubject, CheckUp, check_up};
-use whitefurnace::harness::outcome::Outcome;
-use whitefurnace::harness::trial::Context;
 use whitefurnace::radiometry::cosine;
 use whitefurnace::sampling::{cosine_hemisphere, uniform_hemisphere};
+
+use crate::prelude::*;
 
 /// The names of outcomes of check-ups at each of their inclinations.
 macro_rules! at_every_angle {
@@ -114,33 +106,27 @@ fn other_constant(wo: DVec3, wi: DVec3) -> f64 {
 
 fn trials() -> Vec<TrialOn<Table>> {
     // At so many inclinations all weights are the same, and no chance is in the furnace.
-    let trial = |name: &str, property: &str, equation| {
+    let own = |name: &str, property: &str, equation, on: TrialFn<Table>| {
         let subject = "bsdf::Scattering::sample_rough, sample_uniform";
-        data(format!("bsdf/{name}"), property, equation, subject, "BSDF check-up")
+        trial(format!("bsdf/{name}"), property, equation, [subject, "BSDF check-up"], on)
     };
     vec![
-        TrialOn::new(
-            trial("lambert", "Lambert passes the check-up and its directional albedo is ρ", &LAMBERT),
-            |c, parts| lambert_check(c, as_rendered(parts, lambert())),
-        ),
-        TrialOn::new(
-            trial("cosine", "f_r, not f_r cos θ, is what eval returns and what is reciprocal", &COSINE),
-            |c, parts| lambert_check(c, uniform_sampled(parts, lambert())),
-        ),
-        TrialOn::new(
-            trial(
-                "oren-nayar",
-                "Oren-Nayar passes the check-up and has the directional albedo of sin α tan β",
-                &OREN_NAYAR,
-            ),
+        own("lambert", "Lambert passes the check-up and its directional albedo is ρ", &LAMBERT, |c, parts| {
+            lambert_check(c, as_rendered(parts, lambert()))
+        }),
+        own("cosine", "f_r, not f_r cos θ, is what eval returns and what is reciprocal", &COSINE, |c, parts| {
+            lambert_check(c, uniform_sampled(parts, lambert()))
+        }),
+        own(
+            "oren-nayar",
+            "Oren-Nayar passes the check-up and has the directional albedo of sin α tan β",
+            &OREN_NAYAR,
             |c, parts| oren_nayar_check(c, parts, OrenNayarForm::Corrected, oren_nayar_albedo),
         ),
-        TrialOn::new(
-            trial(
-                "oren-nayar-printed",
-                "the printed form has its own closed-form albedo: it is not Oren-Nayar",
-                &OREN_NAYAR_CONSTANTS,
-            ),
+        own(
+            "oren-nayar-printed",
+            "the printed form has its own closed-form albedo: it is not Oren-Nayar",
+            &OREN_NAYAR_CONSTANTS,
             |c, parts| oren_nayar_check(c, parts, OrenNayarForm::Printed, oren_nayar_printed_albedo),
         ),
     ]

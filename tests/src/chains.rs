@@ -1,21 +1,12 @@
 //! Light that reaches a diffuse surface by way of a mirror or glass alone, where no shadow ray finds it:
 //! whole estimators count it once.
 
-use std::sync::Arc;
-
-use glam::DVec3;
-
-use super::fresnel::walsh;
-use super::glass::INDEX;
-use super::irradiance::reflected;
-use super::probes::{SINGLE, radiance, words};
-use super::scenes::{FLOOR, LIGHT, corners, lambert, light, polygon_irradiance, scene, square};
-use super::strategies::{LIGHT_ANGLE, MIS_ANGLE, near_origin};
-use super::subject::{Kind, Subject};
-use crate::faults::TrialOn;
-use whitefurnace::bsdf::Bsdf;
-use whitefurnace::equation::{MIS, REFRACTION, RENDERING};
-use whitefurnace::scene::{Scene, Surface};
+use crate::fresnel::walsh;
+use crate::glass::INDEX;
+use crate::irradiance::reflected;
+use crate::prelude::*;
+use crate::scenes::{FLOOR, LIGHT, corners, lambert, light, polygon_irradiance, scene, square};
+use crate::strategies::{LIGHT_ANGLE, MIS_ANGLE, near_origin};
 
 const REFLECTANCE: f64 = 0.9;
 /// From the eye to the patch, to the mirror or glass, to the light.

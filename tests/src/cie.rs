@@ -3,20 +3,8 @@
 //! opening and a window under a uniform sky, an obstruction before the window. The sky is uniform:
 //! scenes have no background that varies with direction, such as the CIE overcast sky.
 
-use std::f64::consts::TAU;
-use std::sync::Arc;
-
-use glam::DVec3;
-
-use super::probes::{SINGLE, radiance, words};
-use super::scenes::{FLOOR, LIGHT, floor, lambert, light, scene};
-use super::subject::{Kind, Subject};
-use crate::faults::TrialOn;
-use whitefurnace::bsdf::Bsdf;
-use whitefurnace::equation::GEOMETRY;
-use whitefurnace::rng::Stream;
-use whitefurnace::scene::{Scene, SceneBuilder, Surface};
-use whitefurnace::shape::Ray;
+use crate::prelude::*;
+use crate::scenes::{FLOOR, LIGHT, floor, lambert, light, scene};
 
 /// F from a point to a rectangle of sides a and b in a parallel plane at distance `c`, whose corner is
 /// on the point's normal: ∫∫ c²/(π(x² + y² + c²)²) dx dy by elementary steps.

@@ -1,18 +1,13 @@
 //! Variances of samplers against closed forms, and how fast the pixel strategies of section 2.7
 //! converge on an edge of known coverage.
 
-use glam::DVec3;
-
-use crate::faults::{AnyFamily, Family, TrialOn, data, fault};
-use crate::hemisphere::Method;
-use whitefurnace::equation::{COSINE_HEMISPHERE, RANDOMISATION, SUPERSAMPLING};
 use whitefurnace::harness::convergence::{slope, variance_ratio};
-use whitefurnace::harness::mean::{NEARLY_SYMMETRIC, Values, mean};
-use whitefurnace::harness::outcome::{Claim, Outcome};
-use whitefurnace::harness::trial::Context;
+use whitefurnace::harness::mean::NEARLY_SYMMETRIC;
 use whitefurnace::pixel::PixelSampling;
-use whitefurnace::rng::{Stream, uniform, uniform2};
 use whitefurnace::sampling::{cosine_hemisphere, cosine_hemisphere_pdf, uniform_hemisphere, uniform_hemisphere_pdf};
+
+use crate::hemisphere::Method;
+use crate::prelude::*;
 
 const RATIO_SAMPLES: u64 = 16_000_000;
 /// δ of variance ratios and mean squared errors, relative.
@@ -45,7 +40,7 @@ impl Profile {
     /// The estimate (16) from one direction of a method.
     pub fn estimate(&self, (sampler, pdf): Method, random: [f64; 2]) -> f64 {
         let w = sampler(random);
-        (self.radiance)(w) * w.z * std::f64::consts::FRAC_1_PI / pdf(w.z)
+        (self.radiance)(w) * w.z * FRAC_1_PI / pdf(w.z)
     }
 }
 
@@ -144,14 +139,11 @@ fn edge_slope(context: &Context, strategy: fn(u32) -> PixelSampling, reference: 
 
 fn ratio_bench(profile: Profile) -> TrialOn<[Method; 2]> {
     let ratio_of = profile.uniform / profile.cosine;
-    TrialOn::new(
-        data(
-            format!("convergence/ratio-{}", profile.name),
-            format!("uniform sampling has {ratio_of:.4} times the variance of cosine sampling"),
-            &COSINE_HEMISPHERE,
-            "sampling::uniform_hemisphere, sampling::cosine_hemisphere",
-            "variance ratio",
-        ),
+    trial(
+        format!("convergence/ratio-{}", profile.name),
+        format!("uniform sampling has {ratio_of:.4} times the variance of cosine sampling"),
+        &COSINE_HEMISPHERE,
+        ["sampling::uniform_hemisphere, sampling::cosine_hemisphere", "variance ratio"],
         move |c, methods| ratio(c, profile, methods),
     )
 }
@@ -159,13 +151,10 @@ fn ratio_bench(profile: Profile) -> TrialOn<[Method; 2]> {
 fn ratios() -> Family<[Method; 2]> {
     Family {
         trials: PROFILES.into_iter().map(ratio_bench).collect(),
-        faults: vec![fault(
-            "not-importance-sampling",
-            &COSINE_HEMISPHERE,
+        faults: vec![fault!("not-importance-sampling", COSINE_HEMISPHERE,
             "(18) taken for importance sampling, as the report does: both methods are uniform",
-            [UNIFORM, UNIFORM],
-            &["convergence/ratio-cos", "convergence/ratio-1-cos", "convergence/ratio-cos2", "convergence/ratio-cap"],
-        )],
+            = [UNIFORM, UNIFORM],
+            "convergence/ratio-cos", "convergence/ratio-1-cos", "convergence/ratio-cos2", "convergence/ratio-cap")],
         ..Family::new("variance", [UNIFORM, COSINE])
     }
 }
@@ -177,24 +166,18 @@ fn strategy_benches(name: &'static str, error: f64, order: f64) -> Vec<TrialOn<S
     let equation = if name == "grid" { &SUPERSAMPLING } else { &RANDOMISATION };
     let subject = "pixel::PixelSampling::position";
     vec![
-        TrialOn::new(
-            data(
-                format!("convergence/{name}-error"),
-                format!("the mean squared error on an edge is {error:.6}"),
-                equation,
-                subject,
-                "t",
-            ),
+        trial(
+            format!("convergence/{name}-error"),
+            format!("the mean squared error on an edge is {error:.6}"),
+            equation,
+            [subject, "t"],
             move |c, strategy: Strategy| edge(c, strategy(EDGE_SIDE), error),
         ),
-        TrialOn::new(
-            data(
-                format!("convergence/{name}-slope"),
-                format!("the squared error falls with the power {order} of the number of samples"),
-                equation,
-                subject,
-                "t of slopes",
-            ),
+        trial(
+            format!("convergence/{name}-slope"),
+            format!("the squared error falls with the power {order} of the number of samples"),
+            equation,
+            [subject, "t of slopes"],
             move |c, strategy: Strategy| edge_slope(c, strategy, order),
         ),
     ]
@@ -210,51 +193,26 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         Box::new(Family {
             trials: trials("grid", 1.0 / 192.0, -1.0),
             faults: vec![
-                fault(
-                    "jitter",
-                    &SUPERSAMPLING,
-                    "the sub-pixels' points are random",
-                    PixelSampling::Jitter,
-                    &["convergence/grid-error", "convergence/grid-slope"],
-                ),
-                fault(
-                    "centre",
-                    &SUPERSAMPLING,
-                    "every ray through the centre: more samples change nothing",
-                    |_| PixelSampling::Centre,
-                    &["convergence/grid-error", "convergence/grid-slope"],
-                ),
+                fault!("jitter", SUPERSAMPLING, "the sub-pixels' points are random",
+                    = PixelSampling::Jitter, "convergence/grid-error", "convergence/grid-slope"),
+                fault!("centre", SUPERSAMPLING, "every ray through the centre: more samples change nothing",
+                    = |_| PixelSampling::Centre, "convergence/grid-error", "convergence/grid-slope"),
             ],
             ..Family::new("grid", PixelSampling::Grid as Strategy)
         }),
         Box::new(Family {
             trials: trials("random", 1.0 / 96.0, -1.0),
-            faults: vec![fault(
-                "jitter",
-                &RANDOMISATION,
-                "one random point in each sub-pixel",
-                PixelSampling::Jitter,
-                &["convergence/random-error", "convergence/random-slope"],
-            )],
+            faults: vec![fault!("jitter", RANDOMISATION, "one random point in each sub-pixel",
+                = PixelSampling::Jitter, "convergence/random-error", "convergence/random-slope")],
             ..Family::new("random", RANDOM)
         }),
         Box::new(Family {
             trials: trials("jitter", 1.0 / 384.0, -1.5),
             faults: vec![
-                fault(
-                    "random",
-                    &RANDOMISATION,
-                    "random points in the whole pixel",
-                    RANDOM,
-                    &["convergence/jitter-error", "convergence/jitter-slope"],
-                ),
-                fault(
-                    "grid",
-                    &RANDOMISATION,
-                    "the sub-pixels' centres: no randomness",
-                    PixelSampling::Grid,
-                    &["convergence/jitter-error", "convergence/jitter-slope"],
-                ),
+                fault!("random", RANDOMISATION, "random points in the whole pixel",
+                    = RANDOM, "convergence/jitter-error", "convergence/jitter-slope"),
+                fault!("grid", RANDOMISATION, "the sub-pixels' centres: no randomness",
+                    = PixelSampling::Grid, "convergence/jitter-error", "convergence/jitter-slope"),
             ],
             ..Family::new("jitter", PixelSampling::Jitter as Strategy)
         }),

@@ -1,18 +1,10 @@
 //! Points on emitters: uniform in area on every shape.
 
-use glam::DVec3;
-
-use crate::faults::{AnyFamily, Family, Fault, TrialOn, data, fault};
-use crate::subject::fault;
 use whitefurnace::emitter::{Emitter, EmitterShape};
-use whitefurnace::equation::{Equation, GEOMETRY, TRIANGLE_POINT};
 use whitefurnace::harness::chi_square::sampler_against_partition;
-use whitefurnace::harness::domain::{Domain, Partition};
-use whitefurnace::harness::outcome::Outcome;
-use whitefurnace::harness::trial::Context;
-use whitefurnace::rng::uniform2;
 use whitefurnace::sampling::{sphere_zone, triangle};
-use whitefurnace::shape::Sphere;
+
+use crate::prelude::*;
 
 /// A map from two random numbers to a point of a standard shape.
 type Map = fn([f64; 2]) -> DVec3;
@@ -56,20 +48,29 @@ fn cells(context: &Context, domain: Domain, map: Map) -> Vec<Outcome> {
 }
 
 fn trials() -> Vec<TrialOn<Points>> {
-    let trial = |name: &str, property: &str, equation: &'static Equation, subject| {
-        data(format!("emitter/{name}"), property, equation, subject, "chi-square")
+    let own = |name: &str, property: &str, equation: &'static Equation, subject, on: TrialFn<Points>| {
+        trial(format!("emitter/{name}"), property, equation, [subject, "chi-square"], on)
     };
     vec![
-        TrialOn::new(
-            trial("triangle", "points of a triangle are uniform in area", &TRIANGLE_POINT, "sampling::triangle"),
+        own(
+            "triangle",
+            "points of a triangle are uniform in area",
+            &TRIANGLE_POINT,
+            "sampling::triangle",
             |c, points: Points| cells(c, Domain::Triangle, points.triangle),
         ),
-        TrialOn::new(
-            trial("rectangle", "points of a rectangle are uniform in area", &GEOMETRY, "emitter::Emitter::sample"),
+        own(
+            "rectangle",
+            "points of a rectangle are uniform in area",
+            &GEOMETRY,
+            "emitter::Emitter::sample",
             |c, points: Points| cells(c, Domain::Square, points.rectangle),
         ),
-        TrialOn::new(
-            trial("sphere", "points of a sphere are uniform in area", &GEOMETRY, "sampling::sphere_zone"),
+        own(
+            "sphere",
+            "points of a sphere are uniform in area",
+            &GEOMETRY,
+            "sampling::sphere_zone",
             |c, points: Points| cells(c, Domain::Sphere, points.sphere),
         ),
     ]
@@ -87,7 +88,7 @@ fn faults() -> Vec<Fault<Points>> {
             Points: {
                 sphere: |[r1, r2]| {
                     sphere_zone(
-                        [0.5 - 0.5 * (std::f64::consts::PI * r1).cos(), r2],
+                        [0.5 - 0.5 * (PI * r1).cos(), r2],
                         1.0,
                         [-1.0, 1.0],
                     )
@@ -101,13 +102,10 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
         trials: trials(),
         faults: faults(),
-        equivalents: vec![fault(
-            "folded-otherwise",
-            &TRIANGLE_POINT,
-            "u = 1 − √r₁, v = r₂√r₁: another map, the same density",
-            Points { triangle: |[r1, r2]| DVec3::new(1.0 - r1.sqrt(), r2 * r1.sqrt(), 0.0), ..RIGHT },
-            &["emitter/triangle"],
-        )],
+        equivalents: vec![
+            fault!("folded-otherwise", TRIANGLE_POINT, "u = 1 − √r₁, v = r₂√r₁: another map, the same density",
+            Points: { triangle: |[r1, r2]| DVec3::new(1.0 - r1.sqrt(), r2 * r1.sqrt(), 0.0) }, "emitter/triangle"),
+        ],
         ..Family::new("points", RIGHT)
     })]
 }

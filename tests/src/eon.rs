@@ -1,23 +1,16 @@
 //! EON under check-ups by sampling and in furnaces by quadrature.
 
-use std::f64::consts::FRAC_1_PI;
-
-use glam::DVec3;
-
-use crate::bsdf::{as_rendered, at_every_angle, squared};
-use crate::faults::{AnyFamily, Family, Fault, TrialOn, data, fault};
-use crate::subject::fault;
-use crate::subject::{self, Table};
-use whitefurnace::bsdf::Bsdf;
 use whitefurnace::bsdf::eon::{
     LARGEST_GAIN, albedo, average_albedo, multiple_albedo, multiple_scattering, scale, single_scattering,
 };
-use whitefurnace::equation::{COSINE, COSINE_HEMISPHERE, EON_ALBEDO, EON_MULTIPLE, EON_SINGLE, Equation};
 use whitefurnace::frame::from_spherical;
 use whitefurnace::harness::bsdf_checkup::{CheckUp, check_up};
-use whitefurnace::harness::domain::{Domain, MASS_TOLERANCE};
-use whitefurnace::harness::outcome::Outcome;
+use whitefurnace::harness::domain::MASS_TOLERANCE;
 use whitefurnace::sampling::uniform_hemisphere;
+
+use crate::bsdf::{as_rendered, at_every_angle, squared};
+use crate::prelude::*;
+use crate::subject;
 
 /// Parts of the model, so that each can be replaced; one channel.
 #[derive(Clone, Copy)]
@@ -96,61 +89,52 @@ fn reflected(roughness: f64, cos: f64) -> f64 {
 }
 
 fn trials() -> Vec<TrialOn<Parts>> {
-    let exact = |name: &str, property: &str, equation: &'static Equation, subject| {
-        data(format!("bsdf/{name}"), property, equation, subject, "exact")
+    let own = |name: &str, property: &str, equation: &'static Equation, subject, on: TrialFn<Parts>| {
+        trial(format!("bsdf/{name}"), property, equation, [subject, "exact"], on)
     };
-    let sampled = data(
-        "bsdf/eon",
-        "white EON passes the check-up and its directional albedo is 1",
-        &EON_MULTIPLE,
-        "bsdf::Scattering::sample_rough",
-        "BSDF check-up",
-    );
     vec![
-        TrialOn::new(sampled, |context, parts: Parts| {
-            let subject = as_rendered(parts.lobes, material(1.0, 0.3)).energy_bound(1.0).albedo(|_| 1.0);
-            check_up(&subject, &CheckUp::default(), context)
-        }),
-        TrialOn::new(
-            exact(
-                "eon-white",
-                "white EON reflects all light, at every angle and roughness",
-                &EON_MULTIPLE,
-                "bsdf::Bsdf::eval",
-            ),
+        trial(
+            "bsdf/eon",
+            "white EON passes the check-up and its directional albedo is 1",
+            &EON_MULTIPLE,
+            ["bsdf::Scattering::sample_rough", "BSDF check-up"],
+            |context, parts: Parts| {
+                let subject = as_rendered(parts.lobes, material(1.0, 0.3)).energy_bound(1.0).albedo(|_| 1.0);
+                check_up(&subject, &CheckUp::default(), context)
+            },
+        ),
+        own(
+            "eon-white",
+            "white EON reflects all light, at every angle and roughness",
+            &EON_MULTIPLE,
+            "bsdf::Bsdf::eval",
             |_, parts: Parts| {
                 let f = move |r: f64, wo: DVec3, wi: DVec3| parts.eval(1.0, r, wo, wi);
                 furnace("white furnace", f, |_, _| 1.0)
             },
         ),
-        TrialOn::new(
-            exact(
-                "eon-coloured",
-                "EON of albedo 0.5 reflects the sum of all orders of scattering",
-                &EON_MULTIPLE,
-                "bsdf::Bsdf::eval",
-            ),
+        own(
+            "eon-coloured",
+            "EON of albedo 0.5 reflects the sum of all orders of scattering",
+            &EON_MULTIPLE,
+            "bsdf::Bsdf::eval",
             |_, parts: Parts| {
                 let f = move |r: f64, wo: DVec3, wi: DVec3| parts.eval(RHO, r, wo, wi);
                 furnace("coloured furnace", f, reflected)
             },
         ),
-        TrialOn::new(
-            exact(
-                "eon-single",
-                "single scattering loses nothing at grazing: its albedo at 89.9999° is 1 within 1e-5",
-                &EON_SINGLE,
-                "bsdf::eon::single_scattering",
-            ),
+        own(
+            "eon-single",
+            "single scattering loses nothing at grazing: its albedo at 89.9999° is 1 within 1e-5",
+            &EON_SINGLE,
+            "bsdf::eon::single_scattering",
             |_, parts: Parts| grazing(parts),
         ),
-        TrialOn::new(
-            exact(
-                "eon-albedo",
-                "the closed form of the directional albedo is the integral of single scattering",
-                &EON_ALBEDO,
-                "bsdf::eon::albedo",
-            ),
+        own(
+            "eon-albedo",
+            "the closed form of the directional albedo is the integral of single scattering",
+            &EON_ALBEDO,
+            "bsdf::eon::albedo",
             |_, parts: Parts| {
                 let f = move |r: f64, wo: DVec3, wi: DVec3| FRAC_1_PI * (parts.single)(r, wo, wi);
                 furnace("single scattering", f, parts.albedo)
@@ -206,43 +190,27 @@ fn faults() -> Vec<Fault<Parts>> {
             sampled(Table { cosine: squared, ..subject::RIGHT }),
             at_every_angle!["bsdf/eon: furnace"],
         ),
-        fault(
-            "no-multiple-scattering",
-            &EON_MULTIPLE,
-            "single scattering alone",
-            with!(|rho, r, wo, wi| coloured(rho, r, (wo, wi), 0.0)),
-            &["bsdf/eon: directional albedo at 0 degrees", "bsdf/eon-white", "bsdf/eon-coloured"],
-        ),
-        fault(
-            "colour-not-deepened",
-            &EON_MULTIPLE,
-            "ρ in place of ρₘ: a white surface cannot show it",
-            with!(|rho, r, wo, wi| coloured(rho, r, (wo, wi), rho)),
-            &["bsdf/eon-coloured"],
-        ),
-        fault(
-            "average-forgotten",
-            &EON_MULTIPLE,
-            "the second lobe is not divided by 1 − Ē",
-            with!(|rho, r, wo, wi| {
+        fault!("no-multiple-scattering", EON_MULTIPLE, "single scattering alone",
+            = with!(|rho, r, wo, wi| coloured(rho, r, (wo, wi), 0.0)),
+            "bsdf/eon: directional albedo at 0 degrees", "bsdf/eon-white", "bsdf/eon-coloured"),
+        fault!("colour-not-deepened", EON_MULTIPLE, "ρ in place of ρₘ: a white surface cannot show it",
+            = with!(|rho, r, wo, wi| coloured(rho, r, (wo, wi), rho)), "bsdf/eon-coloured"),
+        fault!("average-forgotten", EON_MULTIPLE, "the second lobe is not divided by 1 − Ē",
+            = with!(|rho, r, wo, wi| {
                 let multiple = multiple_albedo(DVec3::splat(rho), r).x;
                 coloured(rho, r, (wo, wi), multiple * (1.0 - average_albedo(r)))
             }),
-            &["bsdf/eon: directional albedo at 0 degrees", "bsdf/eon-white", "bsdf/eon-coloured"],
-        ),
-        fault(
-            "one-sided",
-            &EON_MULTIPLE,
+            "bsdf/eon: directional albedo at 0 degrees", "bsdf/eon-white", "bsdf/eon-coloured"),
+        fault!("one-sided", EON_MULTIPLE,
             "the second lobe spreads as Lambert: white reflects all, but f_r is not reciprocal",
-            with!(|rho, r, wo, wi| {
+            = with!(|rho, r, wo, wi| {
                 let single = coloured(rho, r, (wo, wi), 0.0);
                 let multiple = multiple_albedo(DVec3::splat(rho), r).x;
                 let above = wo.z > 0.0 && wi.z > 0.0;
                 let lost = if above { 1.0 - albedo(r, wo.z) } else { 0.0 };
                 single + FRAC_1_PI * multiple * lost
             }),
-            &["bsdf/eon: reciprocity"],
-        ),
+            "bsdf/eon: reciprocity"),
         fault!("constant", EON_SINGLE, "A = 1/(1 + r/2 − 2/(3π)): r times the first term of c only",
             Parts: {
                 single: |r, wo, wi| {

@@ -15,6 +15,9 @@ use whitefurnace::harness::trial::{Context, Control, Run, Trial, meant};
 /// A trial's function, for any subject of the family's type.
 pub type On<S> = Arc<dyn Fn(&Context, S) -> Vec<Outcome> + Send + Sync>;
 
+/// The same where it captures nothing.
+pub type TrialFn<S> = fn(&Context, S) -> Vec<Outcome>;
+
 /// A trial that takes any subject of its family.
 pub struct TrialOn<S> {
     /// The trial as data; the family fills in its functions.
@@ -23,11 +26,17 @@ pub struct TrialOn<S> {
     pub on: On<S>,
 }
 
-impl<S> TrialOn<S> {
-    /// A trial from its parts.
-    pub fn new(trial: Trial, on: impl Fn(&Context, S) -> Vec<Outcome> + Send + Sync + 'static) -> Self {
-        Self { trial, on: Arc::new(on) }
-    }
+/// A trial: name, property, equation, what is judged by which statistic, and the function.
+pub fn trial<S>(
+    name: impl Into<String>,
+    property: impl Into<String>,
+    equation: &'static Equation,
+    [subject, statistic]: [&'static str; 2],
+    on: impl Fn(&Context, S) -> Vec<Outcome> + Send + Sync + 'static,
+) -> TrialOn<S> {
+    let (run, controls) = (Box::new(|_: &Context| Vec::new()), Vec::new());
+    let trial = Trial { name: name.into(), property: property.into(), equation, subject, statistic, run, controls };
+    TrialOn { trial, on: Arc::new(on) }
 }
 
 /// A subject that differs from the right one.
@@ -236,24 +245,5 @@ impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
                 })
             })
             .collect()
-    }
-}
-
-/// A trial as data: the family fills in its functions.
-pub fn data(
-    name: impl Into<String>,
-    property: impl Into<String>,
-    equation: &'static Equation,
-    subject: &'static str,
-    statistic: &'static str,
-) -> Trial {
-    Trial {
-        name: name.into(),
-        property: property.into(),
-        equation,
-        subject,
-        statistic,
-        run: Box::new(|_| Vec::new()),
-        controls: Vec::new(),
     }
 }

@@ -1,20 +1,10 @@
 //! Form factors of finite squares, by whole estimators: rays to points uniform on a reflecting square
 //! that a square light of radiance L illuminates see ρ L F on average.
 
-use std::f64::consts::{FRAC_1_PI, PI};
-use std::sync::Arc;
-
-use glam::DVec3;
-
-use super::probes::{SINGLE, radiance, words};
-use super::scenes::{FLOOR, LIGHT, lambert, light, scene, square};
-use super::subject::{Kind, Subject};
-use crate::faults::TrialOn;
-use whitefurnace::equation::GEOMETRY;
 use whitefurnace::frame::from_spherical;
-use whitefurnace::rng::{Stream, uniform2};
-use whitefurnace::scene::{Scene, Surface};
-use whitefurnace::shape::Ray;
+
+use crate::prelude::*;
+use crate::scenes::{FLOOR, LIGHT, lambert, light, scene, square};
 
 /// The form factor between two equal parallel rectangles of sides x and y opposite each other at
 /// distance 1 (Howell, A Catalog of Radiation Heat Transfer Configuration Factors, C-11).
@@ -38,7 +28,7 @@ pub fn perpendicular(h: f64, w: f64) -> f64 {
 }
 
 /// The reflecting square [0, 1]² at z = 0, its front up, and a light.
-fn lit(name: &str, light: impl FnOnce(&mut whitefurnace::scene::SceneBuilder)) -> Arc<Scene> {
+fn lit(name: &str, light: impl FnOnce(&mut SceneBuilder)) -> Arc<Scene> {
     scene(name, |s| {
         let centre = DVec3::new(0.5, 0.5, 0.0);
         square(s, centre, 0.5, true, Surface::new(lambert(FLOOR)));

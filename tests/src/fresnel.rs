@@ -1,17 +1,9 @@
 //! Fresnel reflectance (10)-(12): identities that need no reference values, and hemispherical averages.
 
-use glam::DVec3;
-
-use crate::faults::{AnyFamily, Family, Fault, TrialOn, data, fault};
-use crate::subject::fault;
-use whitefurnace::equation::{FRESNEL, FRESNEL_P, FRESNEL_S, REFRACTION};
 use whitefurnace::fresnel::{cos_refracted, reflectance, reflectance_p, reflectance_s};
-use whitefurnace::harness::domain::Domain;
-use whitefurnace::harness::mean::{Values, mean};
-use whitefurnace::harness::outcome::{Claim, Outcome};
-use whitefurnace::harness::trial::Context;
-use whitefurnace::rng::{Stream, uniform, uniform2};
 use whitefurnace::sampling::cosine_hemisphere;
+
+use crate::prelude::*;
 
 /// A reflectance as a function of cos θ₁, n₁, n₂.
 pub type Reflectance = fn(f64, f64, f64) -> f64;
@@ -138,8 +130,7 @@ pub fn averages(context: &Context, r: Reflectance) -> Vec<Outcome> {
     let inside = 1.0 - (1.0 - outside) / (N * N);
     let mut outcomes = Vec::new();
     for (name, n1, n2, reference) in [("outside", 1.0, N, outside), ("inside", N, 1.0, inside)] {
-        let integral =
-            Domain::CosineHemisphere.integrate_all(1e-9, &|w: DVec3| r(w.z, n1, n2) * w.z / std::f64::consts::PI);
+        let integral = Domain::CosineHemisphere.integrate_all(1e-9, &|w: DVec3| r(w.z, n1, n2) * w.z / PI);
         outcomes.push(Outcome::exact(
             format!("average by quadrature, {name}"),
             1,
@@ -192,38 +183,40 @@ fn literal(cos_1: f64, n1: f64, n2: f64) -> f64 {
 }
 
 fn trials() -> Vec<TrialOn<Reflectances>> {
-    let trial = |name: &str, property: &str, equation| {
+    let own = |name: &str, property: &str, equation, on: TrialFn<Reflectances>| {
         let subject = "fresnel::reflectance, reflectance_s, reflectance_p";
-        data(format!("fresnel/{name}"), property, equation, subject, "exact")
+        trial(format!("fresnel/{name}"), property, equation, [subject, "exact"], on)
     };
-    let sampled = data(
-        "fresnel/averages",
-        "hemispherical averages follow Walsh, and 1 − F_int = (1 − F_ext)/n²",
-        &REFRACTION,
-        "fresnel::reflectance",
-        "t",
-    );
     vec![
-        TrialOn::new(
-            trial("energy", "reflected and transmitted flux sum to one for each polarisation", &FRESNEL_S),
+        own(
+            "energy",
+            "reflected and transmitted flux sum to one for each polarisation",
+            &FRESNEL_S,
             |c, r: Reflectances| energy(c, r.s, r.p),
         ),
-        TrialOn::new(
-            trial("brewster", "R_p vanishes at Brewster's angle and R_s has its closed form", &FRESNEL_P),
+        own(
+            "brewster",
+            "R_p vanishes at Brewster's angle and R_s has its closed form",
+            &FRESNEL_P,
             |c, r: Reflectances| brewster(c, r.s, r.p),
         ),
-        TrialOn::new(
-            trial("reversible", "R is the same from both sides along one ray", &FRESNEL),
-            |c, r: Reflectances| reversible(c, r.unpolarised),
-        ),
-        TrialOn::new(trial("limits", "R at normal and at grazing incidence", &FRESNEL), |c, r: Reflectances| {
-            limits(c, r.unpolarised)
+        own("reversible", "R is the same from both sides along one ray", &FRESNEL, |c, r: Reflectances| {
+            reversible(c, r.unpolarised)
         }),
-        TrialOn::new(
-            trial("critical", "reflection is total past the critical angle and not before", &FRESNEL),
+        own("limits", "R at normal and at grazing incidence", &FRESNEL, |c, r: Reflectances| limits(c, r.unpolarised)),
+        own(
+            "critical",
+            "reflection is total past the critical angle and not before",
+            &FRESNEL,
             |c, r: Reflectances| critical(c, r.unpolarised),
         ),
-        TrialOn::new(sampled, |c, r: Reflectances| averages(c, r.unpolarised)),
+        trial(
+            "fresnel/averages",
+            "hemispherical averages follow Walsh, and 1 − F_int = (1 − F_ext)/n²",
+            &REFRACTION,
+            ["fresnel::reflectance", "t"],
+            |c, r: Reflectances| averages(c, r.unpolarised),
+        ),
     ]
 }
 
@@ -239,48 +232,21 @@ fn faults() -> Vec<Fault<Reflectances>> {
                 p: reflectance_s
             }, "fresnel/brewster: R_p at Brewster's angle", "fresnel/brewster: R_s at Brewster's angle",
             "fresnel/energy: R + T = 1, perpendicular", "fresnel/energy: R + T = 1, parallel"),
-        fault(
-            "schlick",
-            &FRESNEL,
-            "Schlick's approximation",
-            whole(schlick),
-            &["fresnel/reversible", "fresnel/averages: average by quadrature, outside"],
-        ),
-        fault(
-            "sum",
-            &FRESNEL,
-            "R_s + R_p without the half",
-            whole(|c, n1, n2| reflectance_s(c, n1, n2) + reflectance_p(c, n1, n2)),
-            &["fresnel/limits: normal incidence", "fresnel/limits: grazing incidence"],
-        ),
-        fault(
-            "no-total-reflection",
-            &FRESNEL,
-            "a finite R past the critical angle",
-            whole(no_total_reflection),
-            &["fresnel/critical: total reflection", "fresnel/averages: average by quadrature, inside"],
-        ),
-        fault(
-            "literal",
-            &FRESNEL,
-            "(10)-(12) as printed: NaN past the critical angle",
-            whole(literal),
-            &["fresnel/critical: total reflection"],
-        ),
-        fault(
-            "only-s",
-            &FRESNEL,
-            "R_s alone, as if light were polarised",
-            whole(reflectance_s),
-            &["fresnel/averages: average by sampling, outside", "fresnel/averages: average by sampling, inside"],
-        ),
-        fault(
-            "swapped-indices",
-            &FRESNEL,
-            "n₁ and n₂ exchanged",
-            whole(|c, n1, n2| reflectance(c, n2, n1)),
-            &["fresnel/critical: critical angle times 0.999"],
-        ),
+        fault!("schlick", FRESNEL, "Schlick's approximation",
+            = whole(schlick), "fresnel/reversible", "fresnel/averages: average by quadrature, outside"),
+        fault!("sum", FRESNEL, "R_s + R_p without the half",
+            = whole(|c, n1, n2| reflectance_s(c, n1, n2) + reflectance_p(c, n1, n2)),
+            "fresnel/limits: normal incidence", "fresnel/limits: grazing incidence"),
+        fault!("no-total-reflection", FRESNEL, "a finite R past the critical angle",
+            = whole(no_total_reflection),
+            "fresnel/critical: total reflection", "fresnel/averages: average by quadrature, inside"),
+        fault!("literal", FRESNEL, "(10)-(12) as printed: NaN past the critical angle",
+            = whole(literal), "fresnel/critical: total reflection"),
+        fault!("only-s", FRESNEL, "R_s alone, as if light were polarised",
+            = whole(reflectance_s),
+            "fresnel/averages: average by sampling, outside", "fresnel/averages: average by sampling, inside"),
+        fault!("swapped-indices", FRESNEL, "n₁ and n₂ exchanged",
+            = whole(|c, n1, n2| reflectance(c, n2, n1)), "fresnel/critical: critical angle times 0.999"),
     ]
 }
 

@@ -1,31 +1,18 @@
 //! Closed and open furnaces through whole estimators: multiple reflection with closed-form answers.
 
-use std::f64::consts::PI;
+use whitefurnace::bsdf::OrenNayar;
+use whitefurnace::emitter::LightSampling;
+use whitefurnace::scene::simple::{CAP_SHARE, Cap, cavity_cap, furnace_box};
 
-use glam::DVec3;
-
-use super::infinite_variance;
-use super::policies;
-use super::probes::{BOUNCES, SINGLE, any_direction, radiance, words};
-use super::sample_rays;
-use super::scenes::{
+use crate::bsdf::oren_nayar_albedo;
+use crate::prelude::*;
+use crate::probes::any_direction;
+use crate::scenes::{
     SIGMA, WALL, at_origin, eon_floor, lambert, polygon_irradiance, rough_floor, scene, sphere_furnace, towards_origin,
     walled_sky,
 };
-use super::strategies::by;
-use super::subject::{Kind, Subject};
-use crate::bsdf::oren_nayar_albedo;
-use crate::faults::TrialOn;
-use whitefurnace::bsdf::{Bsdf, OrenNayar};
-use whitefurnace::emitter::LightSampling;
-use whitefurnace::equation::{
-    COSINE_HEMISPHERE, EON_MULTIPLE, HEMISPHERE_PHI, OREN_NAYAR, PATH_LENGTH, RENDERING, ROULETTE,
-};
-use whitefurnace::estimator::Strategy;
-use whitefurnace::rng::{Stream, uniform};
-use whitefurnace::scene::Surface;
-use whitefurnace::scene::simple::{CAP_SHARE, Cap, cavity_cap, furnace_box};
-use whitefurnace::shape::{Ray, Sphere};
+use crate::strategies::by;
+use crate::{infinite_variance, policies, sample_rays};
 
 /// From a random point of a small ball in every direction.
 pub fn inside(rng: &mut Stream) -> Ray {

@@ -1,24 +1,15 @@
 //! GGX: its distributions by quadrature, its check-up, and a floor under a white sky as it is rendered.
 
-use std::f64::consts::{FRAC_1_PI, TAU};
-
-use glam::DVec3;
-
-use crate::bsdf::{as_rendered, at_every_angle};
-use crate::faults::{AnyFamily, Family, Fault, TrialOn, data, fault};
-use crate::probes::BOUNCES;
-use crate::scenes::{floor, scene, towards_origin};
-use crate::subject::{self, fault};
+use whitefurnace::bsdf::Model;
 use whitefurnace::bsdf::ggx::{Ggx, hidden, normals, sample_visible_normal, seen_from_both, visible_normals};
-use whitefurnace::bsdf::{Bsdf, Model};
-use whitefurnace::equation::{Equation, GGX_MASKING, GGX_NORMALS, GGX_VISIBLE};
-use whitefurnace::estimator::{Estimator, Path, Standard, Strategy};
 use whitefurnace::frame::from_spherical;
 use whitefurnace::harness::bsdf_checkup::{CheckUp, Loss, check_up};
-use whitefurnace::harness::domain::{Domain, MASS_TOLERANCE};
-use whitefurnace::harness::mean::{Values, mean};
-use whitefurnace::harness::outcome::{Claim, Outcome};
-use whitefurnace::harness::trial::Context;
+use whitefurnace::harness::domain::MASS_TOLERANCE;
+
+use crate::bsdf::{as_rendered, at_every_angle};
+use crate::prelude::*;
+use crate::scenes::{floor, scene, towards_origin};
+use crate::subject;
 
 /// The functions of the model, so that each can be replaced.
 #[derive(Clone, Copy, Debug)]
@@ -129,18 +120,12 @@ fn on_a_floor(context: &Context, parts: Parts) -> Vec<Outcome> {
 }
 
 fn trials() -> Vec<TrialOn<Parts>> {
-    let trial = |name: &str, property: &str, equation: &'static Equation, subject, statistic| {
-        data(name, property, equation, subject, statistic)
-    };
     vec![
-        TrialOn::new(
-            trial(
-                "bsdf/ggx",
-                "white GGX passes the check-up and reflects what its facets do",
-                &GGX_VISIBLE,
-                "bsdf::ggx::Ggx, bsdf::Scattering::sample_rough",
-                "BSDF check-up",
-            ),
+        trial(
+            "bsdf/ggx",
+            "white GGX passes the check-up and reflects what its facets do",
+            &GGX_VISIBLE,
+            ["bsdf::ggx::Ggx, bsdf::Scattering::sample_rough", "BSDF check-up"],
             |context, parts: Parts| {
                 let metal = ggx(1.0, 0.4);
                 let model = Bsdf::model(Assembled(metal, parts));
@@ -151,47 +136,35 @@ fn trials() -> Vec<TrialOn<Parts>> {
                 check_up(&subject, &CheckUp::default(), context)
             },
         ),
-        TrialOn::new(
-            trial(
-                "bsdf/ggx-normals",
-                "the facets' areas, projected, are the surface's area",
-                &GGX_NORMALS,
-                "bsdf::ggx::normals",
-                "exact",
-            ),
+        trial(
+            "bsdf/ggx-normals",
+            "the facets' areas, projected, are the surface's area",
+            &GGX_NORMALS,
+            ["bsdf::ggx::normals", "exact"],
             |_, parts: Parts| integrals("facets", |alpha, _, m| (parts.normals)(alpha, m) * m.z, |_, _| 1.0),
         ),
-        TrialOn::new(
-            trial(
-                "bsdf/ggx-visible",
-                "the density of visible normals integrates to 1 from every side",
-                &GGX_VISIBLE,
-                "bsdf::ggx::visible_normals",
-                "exact",
-            ),
+        trial(
+            "bsdf/ggx-visible",
+            "the density of visible normals integrates to 1 from every side",
+            &GGX_VISIBLE,
+            ["bsdf::ggx::visible_normals", "exact"],
             |_, parts: Parts| integrals("visible", |alpha, wo, m| (parts.visible)(alpha, wo, m), |_, _| 1.0),
         ),
-        TrialOn::new(
-            trial(
-                "bsdf/ggx-coloured",
-                "GGX of reflectance 0.5 reflects what its facets do",
-                &GGX_MASKING,
-                "bsdf::ggx::Ggx",
-                "exact",
-            ),
+        trial(
+            "bsdf/ggx-coloured",
+            "GGX of reflectance 0.5 reflects what its facets do",
+            &GGX_MASKING,
+            ["bsdf::ggx::Ggx", "exact"],
             |_, parts: Parts| {
                 let f = |alpha, wo, wi: DVec3| (parts.eval)(&ggx(0.5, alpha), wo, wi).x * wi.z;
                 integrals("coloured furnace", f, |alpha, wo| reflected(ggx(0.5, alpha), wo))
             },
         ),
-        TrialOn::new(
-            trial(
-                "furnace/ggx-floor",
-                "a white rough metal loses what meets a second facet, as rendered with its own sampler",
-                &GGX_MASKING,
-                "estimator::Path, bsdf::ggx::Ggx",
-                "t",
-            ),
+        trial(
+            "furnace/ggx-floor",
+            "a white rough metal loses what meets a second facet, as rendered with its own sampler",
+            &GGX_MASKING,
+            ["estimator::Path, bsdf::ggx::Ggx", "t"],
             on_a_floor,
         ),
     ]
@@ -220,25 +193,16 @@ fn faults() -> Vec<Fault<Parts>> {
             Parts { pdf: |metal, wo, wi| visible_normals(metal.alpha, wo, (wo + wi).normalize()), ..RIGHT },
             at_every_angle!["bsdf/ggx: furnace"],
         ),
-        fault(
-            "all-normals",
-            &GGX_VISIBLE,
+        fault!("all-normals", GGX_VISIBLE,
             "facets are sampled by their area, seen or not; the pdf is that of the visible ones",
-            Parts {
-                sample: |metal, wo, [r1, r2]| {
+            Parts: { sample: |metal, wo, [r1, r2]| {
                     let tan = metal.alpha * (r1 / (1.0 - r1)).sqrt();
                     let m = from_spherical(tan.atan(), TAU * r2);
                     let wi = 2.0 * wo.dot(m) * m - wo;
                     (wi.z > 0.0).then_some(wi)
-                },
-                ..RIGHT
-            },
-            &[
-                "bsdf/ggx: chi-square of samples at 40 degrees",
-                "bsdf/ggx: chi-square of samples at 75 degrees",
-                "bsdf/ggx: chi-square of samples at 85 degrees",
-            ],
-        ),
+                } },
+            "bsdf/ggx: chi-square of samples at 40 degrees", "bsdf/ggx: chi-square of samples at 75 degrees",
+            "bsdf/ggx: chi-square of samples at 85 degrees"),
         fault(
             "roughness-squared-twice",
             &GGX_NORMALS,
@@ -253,19 +217,10 @@ fn faults() -> Vec<Fault<Parts>> {
             },
             at_every_angle!["bsdf/ggx: chi-square of samples"],
         ),
-        fault(
-            "pdf-too-high",
-            &GGX_VISIBLE,
-            "a pdf that is 3 % too high",
-            Parts { pdf: |metal, wo, wi| 1.03 * metal.pdf(wo, wi), ..RIGHT },
-            &[
-                "bsdf/ggx: furnace at 0 degrees",
-                "bsdf/ggx: furnace at 40 degrees",
-                "bsdf/ggx: furnace at 75 degrees",
-                "bsdf/ggx: furnace at 85 degrees",
-                "furnace/ggx-floor",
-            ],
-        ),
+        fault!("pdf-too-high", GGX_VISIBLE, "a pdf that is 3 % too high",
+            Parts: { pdf: |metal, wo, wi| 1.03 * metal.pdf(wo, wi) },
+            "bsdf/ggx: furnace at 0 degrees", "bsdf/ggx: furnace at 40 degrees", "bsdf/ggx: furnace at 75 degrees",
+            "bsdf/ggx: furnace at 85 degrees", "furnace/ggx-floor"),
         fault!("fourth-power", GGX_MASKING, "Schlick's reflectance with the fourth power",
             Parts: { eval: |metal, wo, wi| {
                 let cosine = wo.dot((wo + wi).normalize());

@@ -1,28 +1,15 @@
 //! Mirrors and glass through whole estimators: directions, shares of reflected light, radiance factors,
 //! total reflection, and glass that must not be seen.
 
-use std::f64::consts::FRAC_1_PI;
-use std::sync::Arc;
+use whitefurnace::harness::chi_square::binomial;
+use whitefurnace::scene::simple::glass_cube;
 
-use glam::DVec3;
-
-use super::probes::{BOUNCES, IMAGE, SINGLE, any_direction, radiance, words};
-use super::scenes::{
+use crate::prelude::*;
+use crate::probes::any_direction;
+use crate::scenes::{
     FLOOR, HEIGHT, LIGHT, RECTANGLE, at_origin, floor, lambert, light, polygon_irradiance, scene, square,
     towards_origin,
 };
-use super::subject::{Kind, Probe, Property, Setup, Subject, on};
-use crate::faults::{TrialOn, data};
-use crate::subject::Parts;
-use whitefurnace::bsdf::Bsdf;
-use whitefurnace::equation::{FRESNEL, REFRACTION};
-use whitefurnace::harness::chi_square::binomial;
-use whitefurnace::harness::outcome::Outcome;
-use whitefurnace::harness::trial::Context;
-use whitefurnace::rng::Stream;
-use whitefurnace::scene::simple::glass_cube;
-use whitefurnace::scene::{Scene, Surface};
-use whitefurnace::shape::{Ray, Sphere};
 
 pub(super) const INDEX: f64 = 1.5;
 /// Where the probe rays of the aim trials meet the surface: 50° from the normal.
@@ -134,7 +121,7 @@ fn lobes() -> Vec<TrialOn<Subject>> {
         let property = format!("at {theta}° glass reflects with probability R = {r:.6}");
         let probe = Probe { scene: pane(), kind: Kind::Report(3), ray };
         let lobe = Lobe { probe, probability: r, delta: CELL * r, samples };
-        TrialOn::new(data(name, property, &FRESNEL, "estimator::Report", "binomial"), on(lobe))
+        trial(name, property, &FRESNEL, ["estimator::Report", "binomial"], on(lobe))
     };
     vec![
         lobe("glass/reflects-60", (60.0, |_| towards_origin(60f64.to_radians())), 4_500_000),
@@ -187,9 +174,7 @@ fn trapped(rng: &mut Stream) -> Ray {
 }
 
 fn from_outside(rng: &mut Stream) -> Ray {
-    let target =
-        DVec3::new(whitefurnace::rng::uniform(rng), whitefurnace::rng::uniform(rng), whitefurnace::rng::uniform(rng))
-            - 0.5;
+    let target = DVec3::new(uniform(rng), uniform(rng), uniform(rng)) - 0.5;
     let origin = DVec3::new(2.7, -3.9, 2.1);
     Ray::new(origin, (target - origin).normalize())
 }

@@ -1,29 +1,16 @@
 //! Whole films: what `render` makes of a scene with an estimator.
 
 use std::ops::Range;
-use std::sync::Arc;
 
-use glam::DVec3;
-
-use super::probes::{BOUNCES, IMAGE};
-use super::scenes::{FLOOR, LIGHT, light, scene, seen_by, square};
-use super::subject::{Property, Setup, Subject, on};
-use crate::faults::{TrialOn, data};
-use crate::subject::Parts;
-use whitefurnace::bsdf::Bsdf;
-use whitefurnace::camera::Camera;
-use whitefurnace::equation::{MIS, RENDERING, WHITTED};
-use whitefurnace::estimator::{Estimator, Path, Report, Standard, Strategy, Whitted};
+use whitefurnace::estimator::{Report, Whitted};
 use whitefurnace::film::{Film, Pixel};
-use whitefurnace::harness::mean::{Values, mean};
-use whitefurnace::harness::outcome::{Claim, Outcome};
-use whitefurnace::harness::trial::Context;
 use whitefurnace::harness::welch_map::{PixelStatistics, image_mean, map};
 use whitefurnace::pixel::PixelSampling;
 use whitefurnace::render::{Numbers, Sampling, render};
 use whitefurnace::scene::simple::{Cap, cavity_cap, closed_cube, furnace_under};
-use whitefurnace::scene::{Scene, Surface};
-use whitefurnace::shape::Sphere;
+
+use crate::prelude::*;
+use crate::scenes::{FLOOR, LIGHT, light, scene, seen_by, square};
 
 /// A film of a scene, every ray through its pixel's centre, so that edges add no noise; `None` if the estimator returns what no film can hold, which is a fault.
 pub(super) fn film<E: Estimator>(
@@ -242,15 +229,14 @@ impl Property for SameStrategies {
 }
 
 fn strategies(scene: Scene) -> TrialOn<Subject> {
-    let trial = data(
+    let scene = Arc::new(scene);
+    trial(
         "images/three-strategies",
         "hits, shadow rays and both make the same image of a diffuse cavity with an emitting cap",
         &MIS,
-        "render::render, estimator::Path",
-        "Welch",
-    );
-    let scene = Arc::new(scene);
-    TrialOn::new(trial, on(SameStrategies { scene }))
+        ["render::render, estimator::Path", "Welch"],
+        on(SameStrategies { scene }),
+    )
 }
 
 /// The trials.
@@ -261,34 +247,25 @@ pub fn trials() -> Vec<TrialOn<Subject>> {
     let white = WhiteFurnace { scene: Arc::new(white) };
     let same = SameImage { scene: coloured_room() };
     vec![
-        TrialOn::new(
-            data(
-                "images/white-furnace",
-                "the film of a white Lambert sphere, a mirror and glass has the mean of the coloured sky",
-                &RENDERING,
-                "render::render, estimator::Path",
-                "t",
-            ),
+        trial(
+            "images/white-furnace",
+            "the film of a white Lambert sphere, a mirror and glass has the mean of the coloured sky",
+            &RENDERING,
+            ["render::render, estimator::Path", "t"],
             on(white),
         ),
-        TrialOn::new(
-            data(
-                "images/diffuse-room",
-                "the path tracer and the report's estimator, unlimited, make the same image",
-                &RENDERING,
-                "render::render, estimator::Path, estimator::Report",
-                "Welch, equivalence",
-            ),
+        trial(
+            "images/diffuse-room",
+            "the path tracer and the report's estimator, unlimited, make the same image",
+            &RENDERING,
+            ["render::render, estimator::Path, estimator::Report", "Welch, equivalence"],
             on(same),
         ),
-        TrialOn::new(
-            data(
-                "images/convex-object",
-                "of one convex diffuse object Whitted's estimator and the path tracer make the same image",
-                &WHITTED,
-                "render::render, estimator::Whitted, estimator::Path",
-                "Welch",
-            ),
+        trial(
+            "images/convex-object",
+            "of one convex diffuse object Whitted's estimator and the path tracer make the same image",
+            &WHITTED,
+            ["render::render, estimator::Whitted, estimator::Path", "Welch"],
             on(Convex { scene: convex() }),
         ),
         strategies(cavity),

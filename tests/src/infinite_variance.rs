@@ -7,20 +7,13 @@
 //! And min(X, x_c) is bounded, with a closed form of its mean, so that the empirical Bernstein
 //! inequality holds for it.
 
-use super::furnace::inside;
-use super::probes::BOUNCES;
-use super::roulette::{Parts, SUBJECT, variance, walk};
-use super::scenes::sphere_furnace;
-use super::subject::{Kind, Probe, RIGHT, Subject, Table};
-use crate::faults::{TrialOn, data};
-use glam::DVec3;
-use whitefurnace::bsdf::Bsdf;
-use whitefurnace::equation::ROULETTE;
 use whitefurnace::harness::chi_square::{CELL_DELTA, Counts, chi_square};
-use whitefurnace::harness::domain::Partition;
-use whitefurnace::harness::mean::{Values, bounded_mean};
-use whitefurnace::harness::outcome::{Claim, Outcome};
-use whitefurnace::harness::trial::Context;
+use whitefurnace::harness::mean::bounded_mean;
+
+use crate::furnace::inside;
+use crate::prelude::*;
+use crate::roulette::{Parts, SUBJECT, variance, walk};
+use crate::scenes::sphere_furnace;
 
 /// Albedo, for which survivals up to 0.81 have infinite variance.
 const ALBEDO: f64 = 0.9;
@@ -169,24 +162,18 @@ fn boundary(context: &Context, parts: Parts) -> Vec<Outcome> {
 /// The trials of the abstract furnace.
 pub fn trials() -> Vec<TrialOn<Parts>> {
     vec![
-        TrialOn::new(
-            data(
-                "roulette/infinite-variance/law",
-                format!("at albedo {ALBEDO} and survival {SURVIVAL} the walk has its closed-form law"),
-                &ROULETTE,
-                SUBJECT,
-                "chi-square, empirical Bernstein",
-            ),
+        trial(
+            "roulette/infinite-variance/law",
+            format!("at albedo {ALBEDO} and survival {SURVIVAL} the walk has its closed-form law"),
+            &ROULETTE,
+            [SUBJECT, "chi-square, empirical Bernstein"],
             law,
         ),
-        TrialOn::new(
-            data(
-                "roulette/infinite-variance/boundary",
-                "the variance is finite exactly for survival above the squared albedo, the mean right on both sides",
-                &ROULETTE,
-                SUBJECT,
-                "exact",
-            ),
+        trial(
+            "roulette/infinite-variance/boundary",
+            "the variance is finite exactly for survival above the squared albedo, the mean right on both sides",
+            &ROULETTE,
+            [SUBJECT, "exact"],
             boundary,
         ),
     ]
@@ -199,14 +186,11 @@ const PATHS: u64 = 3_800_000;
 pub fn hall() -> TrialOn<Subject> {
     let mirrors = Bsdf::Mirror { reflectance: DVec3::splat(ALBEDO) };
     let probe = Probe { scene: sphere_furnace(mirrors, 0.0), kind: Kind::Path, ray: inside };
-    TrialOn::new(
-        data(
-            "furnace/mirrors/infinite-variance",
-            format!("in a hall of mirrors of reflectance {ALBEDO} survival {SURVIVAL} gives the closed-form law"),
-            &ROULETTE,
-            "estimator::Path",
-            "chi-square, empirical Bernstein",
-        ),
+    trial(
+        "furnace/mirrors/infinite-variance",
+        format!("in a hall of mirrors of reflectance {ALBEDO} survival {SURVIVAL} gives the closed-form law"),
+        &ROULETTE,
+        ["estimator::Path", "chi-square, empirical Bernstein"],
         move |context: &Context, subject: Subject| {
             let setup = subject.with(Table { survival_by_throughput: |_| SURVIVAL, ..subject.parts.unwrap_or(RIGHT) });
             let mut rng = context.rng("radiance");

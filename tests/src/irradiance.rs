@@ -1,26 +1,15 @@
 //! Direct light through whole estimators: irradiance of lights of every shape in closed form, by each
 //! strategy alone and by both.
 
-use std::f64::consts::FRAC_1_PI;
-use std::sync::Arc;
+use whitefurnace::harness::chi_square::{CELL_DELTA, Counts, chi_square};
 
-use glam::DVec3;
-
-use super::form_factors;
-use super::probes::{MeanRadiance, SINGLE, radiance, words};
-use super::scenes::{
+use crate::form_factors;
+use crate::prelude::*;
+use crate::probes::MeanRadiance;
+use crate::scenes::{
     FLOOR, LIGHT, NEAR, RECTANGLE, SMALL_LIGHT, TRIANGLE, at_origin, corners, half_hidden_light, near_light,
     polygon_irradiance, rectangle_light, sphere_irradiance, sphere_light, three_lights, triangle_light,
 };
-use super::subject::{Kind, Probe, Property, RIGHT, Setup, Subject, Table, on};
-use crate::faults::{TrialOn, data};
-use crate::subject::Parts;
-use whitefurnace::equation::{ESTIMATOR, GEOMETRY, MIS, WHITTED};
-use whitefurnace::harness::chi_square::{CELL_DELTA, Counts, chi_square};
-use whitefurnace::harness::domain::Partition;
-use whitefurnace::harness::outcome::Outcome;
-use whitefurnace::harness::trial::Context;
-use whitefurnace::rng::uniform;
 
 /// What the floor reflects of an irradiance E, given as E/L, of a light of radiance [`LIGHT`].
 pub fn reflected(irradiance: f64) -> f64 {
@@ -147,7 +136,7 @@ fn strategies() -> Vec<TrialOn<Subject>> {
         let property = format!("{property}: a floor reflects {reference:.6} of a square light");
         let probe = Probe { scene, kind: Kind::Path, ray: |_| at_origin() };
         let property_of = MeanRadiance { probe, reference, delta: SINGLE * reference, samples };
-        TrialOn::new(data(name, property, &MIS, "estimator::Path", "t"), move |context: &Context, subject: Subject| {
+        trial(name, property, &MIS, ["estimator::Path", "t"], move |context: &Context, subject: Subject| {
             let parts = alone(subject.parts.unwrap_or(RIGHT));
             property_of.run(context, subject.with(parts))
         })
@@ -193,7 +182,7 @@ impl Property for Weights {
 fn weights() -> TrialOn<Subject> {
     let property = "MIS weights sum to one and stand in proportion to the densities";
     let subject = "radiometry::balance";
-    TrialOn::new(data("irradiance/weights", property, &MIS, subject, "exact"), on(Weights))
+    trial("irradiance/weights", property, &MIS, [subject, "exact"], on(Weights))
 }
 
 const PICKS: u64 = 1_000_000;
@@ -217,5 +206,5 @@ impl Property for Picks {
 fn picks() -> TrialOn<Subject> {
     let property = "each of three emitters is picked with probability 1/3";
     let subject = "estimator::NextEvent::pick_emitter";
-    TrialOn::new(data("irradiance/picks", property, &ESTIMATOR, subject, "chi-square"), on(Picks))
+    trial("irradiance/picks", property, &ESTIMATOR, [subject, "chi-square"], on(Picks))
 }

@@ -28,6 +28,7 @@ pub mod passes;
 pub mod path_weights;
 pub mod photon;
 pub mod policies;
+mod prelude;
 pub mod probes;
 pub mod published;
 pub mod radiosity;

@@ -1,22 +1,10 @@
 //! Pieces of glass with known answers: a slab with all its internal reflections, a prism that turns light
 //! by total reflection, a sphere of index 1 that must not be seen.
 
-use std::sync::Arc;
-
-use glam::DVec3;
-
-use super::glass::{INDEX, reflectance_by_angles};
-use super::probes::{SINGLE, any_direction, radiance, words};
-use super::scenes::{LIGHT, floor, light, scene, square, towards_origin};
-use super::subject::{Kind, Property, Setup, Subject, on};
-use crate::faults::{TrialOn, data};
-use crate::subject::Parts;
-use whitefurnace::bsdf::Bsdf;
-use whitefurnace::equation::{FRESNEL, REFRACTION};
-use whitefurnace::harness::outcome::Outcome;
-use whitefurnace::harness::trial::Context;
-use whitefurnace::scene::{Scene, Surface};
-use whitefurnace::shape::{Ray, Sphere};
+use crate::glass::{INDEX, reflectance_by_angles};
+use crate::prelude::*;
+use crate::probes::any_direction;
+use crate::scenes::{LIGHT, floor, light, scene, square, towards_origin};
 
 /// A slab of glass over a ground that emits 1.
 fn slab() -> Arc<Scene> {
@@ -86,13 +74,6 @@ pub fn trials() -> Vec<TrialOn<Subject>> {
     let r = reflectance_by_angles(60f64.to_radians(), 1.0, INDEX);
     let r0 = ((INDEX - 1.0) / (INDEX + 1.0)).powi(2);
     let through = |r: f64| (1.0 - r) / (1.0 + r);
-    let vanishing = data(
-        "glass/vanishing",
-        "a sphere of index 1 before lights leaves the image as it is",
-        &REFRACTION,
-        "estimator::Whitted",
-        "exact",
-    );
     vec![
         radiance(
             words(
@@ -118,6 +99,12 @@ pub fn trials() -> Vec<TrialOn<Subject>> {
             through(r0) * LIGHT,
             (4_600_000, SINGLE),
         ),
-        TrialOn::new(vanishing, on(Vanishing { scenes: [lights(true), lights(false)] })),
+        trial(
+            "glass/vanishing",
+            "a sphere of index 1 before lights leaves the image as it is",
+            &REFRACTION,
+            ["estimator::Whitted", "exact"],
+            on(Vanishing { scenes: [lights(true), lights(false)] }),
+        ),
     ]
 }

@@ -1,21 +1,12 @@
 //! Trials of estimators of whole images: the means of their passes, against a closed form or against the
 //! path tracer.
 
-use std::sync::Arc;
+use whitefurnace::estimator::{Bdpt, ImageEstimator, LightTracer};
+use whitefurnace::harness::mean::welch;
 
-use glam::DVec3;
-
-use super::probes::Words;
-use super::scenes::level;
-use super::subject::{Property, Setup, Subject, on};
-use crate::faults::{TrialOn, data};
-use crate::subject::Parts;
-use whitefurnace::estimator::{Bdpt, Estimator, ImageEstimator, LightTracer, Path, Standard};
-use whitefurnace::harness::mean::{Values, mean, welch};
-use whitefurnace::harness::outcome::{Claim, Outcome};
-use whitefurnace::harness::trial::Context;
-use whitefurnace::rng::{Stream, uniform2};
-use whitefurnace::scene::Scene;
+use crate::prelude::*;
+use crate::probes::Words;
+use crate::scenes::level;
 
 /// Which estimator of whole images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -135,9 +126,8 @@ impl Property for MeanImage {
 /// A trial of regions whose mean radiance is `reference`, to within a δ relative to it; 0 claims it of
 /// every single pass.
 pub fn image(words: Words, passes: &Passes, reference: f64, regions: &[Region]) -> TrialOn<Subject> {
-    let trial = data(words.name, words.property, words.equation, passes.kind.path(), "t");
     let property = MeanImage { passes: passes.clone(), reference, regions: regions.to_vec() };
-    TrialOn::new(trial, on(property))
+    trial(words.name, words.property, words.equation, [passes.kind.path(), "t"], on(property))
 }
 
 /// The image has the mean of the path tracer's.
@@ -183,9 +173,8 @@ impl Property for SameAsPath {
 /// A trial of equality with the path tracer, which renders `frames` frames of one sample per pixel; `delta`
 /// is relative to its mean.
 pub fn same_as_path(words: Words, passes: &Passes, (frames, delta): (u64, f64)) -> TrialOn<Subject> {
-    let trial = data(words.name, words.property, words.equation, passes.kind.path(), "Welch");
     let property = SameAsPath { passes: passes.clone(), frames, delta };
-    TrialOn::new(trial, on(property))
+    trial(words.name, words.property, words.equation, [passes.kind.path(), "Welch"], on(property))
 }
 
 /// A trial whose subject is changed first, whatever else is wrong with it.
@@ -193,6 +182,6 @@ pub fn altered(
     trial_on: TrialOn<Subject>,
     alter: impl Fn(Subject) -> Subject + Send + Sync + 'static,
 ) -> TrialOn<Subject> {
-    let inner = trial_on.on;
-    TrialOn::new(trial_on.trial, move |context, subject| inner(context, alter(subject)))
+    let inner = Arc::clone(&trial_on.on);
+    TrialOn { on: Arc::new(move |context, subject| inner(context, alter(subject))), ..trial_on }
 }

@@ -1,27 +1,16 @@
 //! The weights that the path tracer gives to hits and to shadow rays, taken from its own estimates: one
 //! path at a time, with chosen random numbers, against densities in closed form.
 
-use std::f64::consts::{FRAC_1_PI, PI, TAU};
-use std::sync::Arc;
-
-use glam::DVec3;
-
-use super::probes::any_direction;
-use super::scenes::{FLOOR, LIGHT, NEAR, floor, lambert, light, scene, square};
-use super::script::Scripted;
-use super::subject::{RIGHT, Table};
-use crate::faults::{AnyFamily, Family, TrialOn, data, fault};
 use whitefurnace::emitter::{Emitter, EmitterShape, LightSampling};
-use whitefurnace::equation::{MIS, MIS_POWER, SOLID_ANGLE};
-use whitefurnace::estimator::{Estimator, Heuristic, Path, Strategy};
+use whitefurnace::estimator::Heuristic;
 use whitefurnace::frame::Frame;
-use whitefurnace::harness::outcome::Outcome;
 use whitefurnace::harness::pointwise::Largest;
-use whitefurnace::harness::trial::Context;
-use whitefurnace::rng::{Stream, uniform, uniform2};
 use whitefurnace::sampling::cosine_hemisphere_inverse;
-use whitefurnace::scene::Scene;
-use whitefurnace::shape::{Ray, Sphere};
+
+use crate::prelude::*;
+use crate::probes::any_direction;
+use crate::scenes::{FLOOR, LIGHT, NEAR, floor, lambert, light, scene, square};
+use crate::script::Scripted;
 
 /// One side's path tracer: its parts, and what it makes of the heuristic and light sampling asked for.
 #[derive(Clone, Copy)]
@@ -187,13 +176,6 @@ fn weights(context: &Context, scene: &Scene, sides: &Sides) -> Vec<Outcome> {
 /// The weights.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let scene = lights();
-    let trial = data(
-        "irradiance/path-weights",
-        "on every path a hit and a shadow ray have the heuristic's weights, which sum to one",
-        &MIS,
-        "estimator::Path",
-        "exact",
-    );
     let on = move |context: &Context, sides: Sides| weights(context, &scene, &sides);
     let hits = |side| Sides { hits: side, ..SIDES };
     let shadows = |side| Sides { shadows: side, ..SIDES };
@@ -207,7 +189,13 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         &["irradiance/path-weights: weight of a shadow ray", "irradiance/path-weights: sum of both"];
     vec![Box::new(Family {
         whole_estimator: true,
-        trials: vec![TrialOn::new(trial, on)],
+        trials: vec![trial(
+            "irradiance/path-weights",
+            "on every path a hit and a shadow ray have the heuristic's weights, which sum to one",
+            &MIS,
+            ["estimator::Path", "exact"],
+            on,
+        )],
         faults: vec![
             fault(
                 "hits-by-balance",

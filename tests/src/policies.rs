@@ -1,22 +1,12 @@
 //! Survival policies of Russian roulette: the path tracer's own under a microscope, and three of them
 //! in one scene. Whatever decides the survival, the mean stays.
 
-use std::sync::Arc;
-
-use glam::DVec3;
-
-use super::furnace::off_cap;
-use super::probes::BOUNCES;
-use super::subject::{Kind, Probe, RIGHT, STANDARD, Subject, Table};
-use crate::faults::{AnyFamily, Family, Fault, TrialOn, data, fault};
-use whitefurnace::equation::ROULETTE;
-use whitefurnace::estimator::Standard;
-use whitefurnace::harness::mean::{Values, mean, welch};
-use whitefurnace::harness::outcome::{Claim, Outcome};
-use whitefurnace::harness::trial::Context;
-use whitefurnace::rng::{Stream, uniform};
+use whitefurnace::harness::mean::welch;
 use whitefurnace::roulette::{self, HIGHEST_SURVIVAL};
 use whitefurnace::scene::simple::{CAP_SHARE, Cap, cavity_cap};
+
+use crate::furnace::off_cap;
+use crate::prelude::*;
 
 /// Survival probability from the throughput.
 pub type Survival = fn(DVec3) -> f64;
@@ -113,24 +103,18 @@ fn bounds(context: &Context, policy: Policy) -> Vec<Outcome> {
 fn trials() -> Vec<TrialOn<Policy>> {
     let subject = "roulette::by_throughput";
     vec![
-        TrialOn::new(
-            data(
-                "roulette/by-throughput/mean",
-                "survival by the largest channel of the throughput preserves the mean of every channel",
-                &ROULETTE,
-                subject,
-                "t",
-            ),
+        trial(
+            "roulette/by-throughput/mean",
+            "survival by the largest channel of the throughput preserves the mean of every channel",
+            &ROULETTE,
+            [subject, "t"],
             channels,
         ),
-        TrialOn::new(
-            data(
-                "roulette/by-throughput/bounds",
-                "survival is at most 0.95, and a survivor's largest channel 1 or what it was divided by 0.95",
-                &ROULETTE,
-                subject,
-                "exact",
-            ),
+        trial(
+            "roulette/by-throughput/bounds",
+            "survival is at most 0.95, and a survivor's largest channel 1 or what it was divided by 0.95",
+            &ROULETTE,
+            [subject, "exact"],
             bounds,
         ),
     ]
@@ -142,18 +126,11 @@ fn faults() -> Vec<Fault<Policy>> {
         fault(name, &ROULETTE, wrong, policy, caught_by)
     };
     vec![
-        fault(
-            "no-weight",
-            &ROULETTE,
-            "survivors are not divided by the survival",
-            Policy { weight: |_| 1.0, ..BY_THROUGHPUT },
-            &[
-                "roulette/by-throughput/mean: first channel",
-                "roulette/by-throughput/mean: second channel",
-                "roulette/by-throughput/mean: third channel",
-                "roulette/by-throughput/bounds: largest channel of a survivor",
-            ],
-        ),
+        fault!("no-weight", ROULETTE, "survivors are not divided by the survival",
+            = Policy { weight: |_| 1.0, ..BY_THROUGHPUT },
+            "roulette/by-throughput/mean: first channel", "roulette/by-throughput/mean: second channel",
+            "roulette/by-throughput/mean: third channel",
+            "roulette/by-throughput/bounds: largest channel of a survivor"),
         survival(
             "smallest-channel",
             "the smallest channel decides: where it is 0, the others are lost",
@@ -211,14 +188,11 @@ fn same_mean(context: &Context, probe: &Probe, subject: Subject) -> Vec<Outcome>
 /// The trial of the policies in a scene.
 pub fn cavity() -> Option<TrialOn<Subject>> {
     let probe = Probe { scene: Arc::new(cavity_cap(RHO, Cap::Black).ok()?), kind: Kind::Path, ray: off_cap };
-    Some(TrialOn::new(
-        data(
-            "furnace/cavity/policies",
-            "in a cavity the path tracer has the same mean with survival by throughput, 0.9, and 1 − α",
-            &ROULETTE,
-            "estimator::Path, roulette::by_throughput",
-            "Welch",
-        ),
+    Some(trial(
+        "furnace/cavity/policies",
+        "in a cavity the path tracer has the same mean with survival by throughput, 0.9, and 1 − α",
+        &ROULETTE,
+        ["estimator::Path, roulette::by_throughput", "Welch"],
         move |context, subject| same_mean(context, &probe, subject),
     ))
 }

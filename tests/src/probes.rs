@@ -1,20 +1,7 @@
 //! The commonest trial of a whole estimator: the mean radiance along probe rays is a closed form.
 
-use std::sync::Arc;
-
-use glam::DVec3;
-
-use super::scenes::level;
-use super::subject::{Kind, Probe, Property, Setup, Subject, on};
-use crate::faults::{TrialOn, data};
-use crate::subject::Parts;
-use whitefurnace::equation::Equation;
-use whitefurnace::harness::mean::{Values, mean};
-use whitefurnace::harness::outcome::{Claim, Outcome};
-use whitefurnace::harness::trial::Context;
-use whitefurnace::rng::Stream;
-use whitefurnace::scene::Scene;
-use whitefurnace::shape::Ray;
+use crate::prelude::*;
+use crate::scenes::level;
 
 /// δ of single estimators with closed forms, relative.
 pub const SINGLE: f64 = 0.003;
@@ -78,13 +65,12 @@ pub fn radiance(
     reference: f64,
     (samples, delta): (u64, f64),
 ) -> TrialOn<Subject> {
-    let trial = data(words.name, words.property, words.equation, path(kind), "t");
     let probe = Probe { scene: Arc::clone(scene), kind, ray };
     let property = MeanRadiance { probe, reference, delta: delta * reference, samples };
-    TrialOn::new(trial, on(property))
+    trial(words.name, words.property, words.equation, [path(kind), "t"], on(property))
 }
 
 /// A uniformly distributed direction.
 pub fn any_direction(rng: &mut Stream) -> DVec3 {
-    whitefurnace::sampling::sphere_zone(whitefurnace::rng::uniform2(rng), 1.0, [-1.0, 1.0])
+    whitefurnace::sampling::sphere_zone(uniform2(rng), 1.0, [-1.0, 1.0])
 }

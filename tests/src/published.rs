@@ -1,22 +1,12 @@
 //! The reconstruction of the program behind the published figure 6, in a furnace that shows each of its
 //! quirks.
 
-use std::sync::Arc;
+use whitefurnace::bsdf::OrenNayarForm;
+use whitefurnace::estimator::{Published, Quirks};
 
-use glam::DVec3;
-
-use super::furnace::inside;
-use super::probes::BOUNCES;
-use super::scenes::scene;
-use crate::faults::{AnyFamily, Family, TrialOn, data, fault};
-use whitefurnace::bsdf::{Bsdf, OrenNayarForm};
-use whitefurnace::equation::{OREN_NAYAR, ROULETTE};
-use whitefurnace::estimator::{Estimator, Published, Quirks};
-use whitefurnace::harness::mean::{Values, mean};
-use whitefurnace::harness::outcome::{Claim, Outcome};
-use whitefurnace::harness::trial::Context;
-use whitefurnace::scene::{Scene, Surface};
-use whitefurnace::shape::Sphere;
+use crate::furnace::inside;
+use crate::prelude::*;
+use crate::scenes::scene;
 
 const ALBEDO: f64 = 0.6;
 const SURVIVAL: f64 = 0.7;
@@ -49,13 +39,6 @@ fn known(segments: u32) -> f64 {
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let scene = furnace();
     let reference = known(SEGMENTS);
-    let trial = data(
-        "furnace/published",
-        format!("with its three quirks the radiance in a rough furnace is {reference:.6}"),
-        &ROULETTE,
-        "estimator::Published",
-        "t",
-    );
     let on = move |context: &Context, quirks: Quirks| -> Vec<Outcome> {
         let mut rng = context.rng("radiance");
         let values = Values::collect(reference, context.n(SAMPLES), || {
@@ -73,7 +56,13 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     };
     vec![Box::new(Family {
         whole_estimator: true,
-        trials: vec![TrialOn::new(trial, on)],
+        trials: vec![trial(
+            "furnace/published",
+            format!("with its three quirks the radiance in a rough furnace is {reference:.6}"),
+            &ROULETTE,
+            ["estimator::Published", "t"],
+            on,
+        )],
         faults: vec![
             without(
                 "roulette-by-its-own-number",

@@ -1,24 +1,15 @@
 //! Random streams as [`render`] hands them out: an estimator that returns the numbers that it receives
 //! is rendered, and the film read as a table of random numbers.
 
-use std::sync::Arc;
-
-use glam::DVec3;
-
-use super::streams::{Pairs, collisions};
-use crate::faults::{AnyFamily, Family, TrialOn, data, fault};
-use whitefurnace::camera::Camera;
-use whitefurnace::equation::ESTIMATOR;
-use whitefurnace::estimator::Estimator;
 use whitefurnace::film::Film;
-use whitefurnace::harness::outcome::Outcome;
-use whitefurnace::harness::trial::Context;
 use whitefurnace::pixel::PixelSampling;
-use whitefurnace::render::{Numbers as Source, Sampling, render};
-use whitefurnace::rng::uniform2;
+use whitefurnace::render::Numbers as Source;
+use whitefurnace::render::{Sampling, render};
 use whitefurnace::sampler::Sampler;
-use whitefurnace::scene::{Hit, Scene, SceneBuilder};
-use whitefurnace::shape::Ray;
+use whitefurnace::scene::Hit;
+
+use crate::prelude::*;
+use crate::streams::{Pairs, collisions};
 
 /// A wide frame: a stride by its height instead of its width must show.
 const SIZE: [u32; 2] = [256, 64];
@@ -154,9 +145,10 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let trial_on = |name: &str, property: &str, statistic, on: On| {
         let subject = "render::render";
         let name = format!("streams/render/{name}");
-        let trial = data(name, property, &ESTIMATOR, subject, statistic);
         let scene = Arc::clone(&scene);
-        TrialOn::new(trial, move |context: &Context, numbers| on(context, &scene, numbers))
+        trial(name, property, &ESTIMATOR, [subject, statistic], move |context: &Context, numbers| {
+            on(context, &scene, numbers)
+        })
     };
     let fault = |name, wrong, numbers: Numbers, caught_by| fault(name, &ESTIMATOR, wrong, numbers, caught_by);
     vec![Box::new(Family {

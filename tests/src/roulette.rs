@@ -1,15 +1,11 @@
 //! Russian roulette and path length in an abstract closed furnace: a walk in which every surface emits
 //! 1 and reflects the share a, so that the radiance is 1/(1 − a).
 
-use super::infinite_variance;
-use crate::faults::{AnyFamily, Family, Fault, TrialOn, data, fault};
-use crate::subject::fault;
-use whitefurnace::equation::{PATH_LENGTH, ROULETTE};
-use whitefurnace::harness::mean::{Values, mean, welch};
-use whitefurnace::harness::outcome::{Claim, Outcome};
-use whitefurnace::harness::trial::Context;
-use whitefurnace::rng::{Stream, uniform};
+use whitefurnace::harness::mean::welch;
 use whitefurnace::roulette;
+
+use crate::infinite_variance;
+use crate::prelude::*;
 
 const SAMPLES: u64 = 8_000_000;
 const VARIANCE_SAMPLES: u64 = 16_000_000;
@@ -130,13 +126,19 @@ fn pair_benches(pair: [f64; 2]) -> Vec<TrialOn<Parts>> {
     let [a, q] = pair;
     let name = |what| format!("roulette/albedo-{a}/survival-{q}/{what}");
     let m = 1.0 / (1.0 - a);
-    let mut trials = vec![TrialOn::new(
-        data(name("mean"), format!("the mean is {m:.0} whatever the survival"), &ROULETTE, SUBJECT, "t"),
+    let mut trials = vec![trial(
+        name("mean"),
+        format!("the mean is {m:.0} whatever the survival"),
+        &ROULETTE,
+        [SUBJECT, "t"],
         move |c, parts| mean_is_right(c, parts, pair),
     )];
     if q >= a {
-        trials.push(TrialOn::new(
-            data(name("variance"), format!("the variance is {:.6}", variance(a, q)), &ROULETTE, SUBJECT, "t"),
+        trials.push(trial(
+            name("variance"),
+            format!("the variance is {:.6}", variance(a, q)),
+            &ROULETTE,
+            [SUBJECT, "t"],
             move |c, parts| variance_is_right(c, parts, pair),
         ));
     }
@@ -145,25 +147,19 @@ fn pair_benches(pair: [f64; 2]) -> Vec<TrialOn<Parts>> {
 
 fn trials() -> Vec<TrialOn<Parts>> {
     let mut trials: Vec<_> = PAIRS.into_iter().flat_map(pair_benches).collect();
-    trials.push(TrialOn::new(
-        data(
-            "roulette/same-mean",
-            "survivals 0.75 and 0.9 have the same mean at albedo 0.75",
-            &ROULETTE,
-            SUBJECT,
-            "Welch",
-        ),
+    trials.push(trial(
+        "roulette/same-mean",
+        "survivals 0.75 and 0.9 have the same mean at albedo 0.75",
+        &ROULETTE,
+        [SUBJECT, "Welch"],
         |c, parts| same_mean(c, [RIGHT, parts], 0.75, [0.75, 0.9]),
     ));
     trials.extend([0.5, 0.75, 0.9].map(|a| {
-        TrialOn::new(
-            data(
-                format!("roulette/albedo-{a}/cut"),
-                "a path cut after b bounces has the relative bias −a^(b+1), b = 1 to 12",
-                &PATH_LENGTH,
-                SUBJECT,
-                "t",
-            ),
+        trial(
+            format!("roulette/albedo-{a}/cut"),
+            "a path cut after b bounces has the relative bias −a^(b+1), b = 1 to 12",
+            &PATH_LENGTH,
+            [SUBJECT, "t"],
             move |c, parts| truncation(c, parts, a),
         )
     }));
@@ -228,13 +224,10 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
         trials: trials(),
         faults: faults(),
-        equivalents: vec![fault(
-            "upper-end",
-            &ROULETTE,
-            "survives if r ≥ 1 − survival: the same probability at the other end",
-            Parts { survives: |r, q| r >= 1.0 - q, ..RIGHT },
-            &["roulette/albedo-0.75/survival-0.9/mean"],
-        )],
+        equivalents: vec![
+            fault!("upper-end", ROULETTE, "survives if r ≥ 1 − survival: the same probability at the other end",
+            Parts: { survives: |r, q| r >= 1.0 - q }, "roulette/albedo-0.75/survival-0.9/mean"),
+        ],
         ..Family::new("roulette", RIGHT)
     })]
 }

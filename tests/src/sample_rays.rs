@@ -1,25 +1,13 @@
 //! N of (16) in the report's estimator: the mean does not depend on it, the cost does.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use glam::DVec3;
-
-use super::furnace::inside;
-use super::probes::BOUNCES;
-use super::scenes::{lambert, sphere_furnace};
-use super::subject::{Property, Setup, Subject, on};
-use crate::faults::{TrialOn, data};
-use crate::subject::Parts;
-use whitefurnace::bsdf::Scattering;
-use whitefurnace::equation::ESTIMATOR;
-use whitefurnace::estimator::{Bidirectional, Estimator, FiniteElements, NextEvent, Photons, Report};
-use whitefurnace::harness::mean::{Values, mean};
-use whitefurnace::harness::outcome::{Claim, Outcome};
-use whitefurnace::harness::trial::Context;
-use whitefurnace::rng::Stream;
+use whitefurnace::estimator::{Bidirectional, FiniteElements, NextEvent, Photons, Report};
 use whitefurnace::roulette::Roulette;
-use whitefurnace::scene::Scene;
+
+use crate::furnace::inside;
+use crate::prelude::*;
+use crate::scenes::{lambert, sphere_furnace};
 
 /// Albedo of the furnace.
 const ALBEDO: f64 = 0.5;
@@ -125,25 +113,23 @@ impl Property for Cost {
 pub fn trials() -> Vec<TrialOn<Subject>> {
     let subject = "estimator::Report";
     let means = RAYS.into_iter().map(|(rays, samples)| {
-        let trial = data(
+        let furnace = SampleRays::new(ABSORPTION, (rays, samples));
+        trial(
             format!("furnace/report/rays-{rays}"),
             format!("with N = {rays} sample rays at each hit the mean is that of every N"),
             &ESTIMATOR,
-            subject,
-            "t",
-        );
-        let furnace = SampleRays::new(ABSORPTION, (rays, samples));
-        TrialOn::new(trial, on(Mean(furnace)))
+            [subject, "t"],
+            on(Mean(furnace)),
+        )
     });
     let costs = RAYS.into_iter().map(|(rays, _)| {
-        let trial = data(
+        trial(
             format!("furnace/report/cost-{rays}"),
             format!("N = {rays} sample rays at each of two hits are N + N² rays"),
             &ESTIMATOR,
-            subject,
-            "exact",
-        );
-        TrialOn::new(trial, on(Cost(SampleRays::new(0.0, (rays, ESTIMATES)))))
+            [subject, "exact"],
+            on(Cost(SampleRays::new(0.0, (rays, ESTIMATES)))),
+        )
     });
     means.chain(costs).collect()
 }

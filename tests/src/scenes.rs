@@ -1,15 +1,9 @@
 //! Small scenes of the trials through whole estimators, in metres, z up, each with a closed-form answer.
 
-use std::f64::consts::PI;
-use std::sync::Arc;
-
-use glam::DVec3;
-
-use whitefurnace::bsdf::{Bsdf, OrenNayarForm};
-use whitefurnace::camera::Camera;
+use whitefurnace::bsdf::OrenNayarForm;
 use whitefurnace::emitter::Emitter;
-use whitefurnace::scene::{Scene, SceneBuilder, Surface};
-use whitefurnace::shape::{Ray, Sphere};
+
+use crate::prelude::*;
 
 /// The 2 × 2 light above the origin: its height.
 pub const HEIGHT: f64 = 2.0;

@@ -1,22 +1,13 @@
 //! Emitters sampled by the solid angle under which they are seen: directions uniform in it, against
 //! cells and means whose values come from angles on the sphere.
 
-use std::f64::consts::TAU;
-
-use glam::DVec3;
-
-use super::scenes::{TRIANGLE, polygon_irradiance, sphere_irradiance};
-use crate::faults::{AnyFamily, Family, Fault, TrialOn, data, fault};
 use whitefurnace::emitter::{Emitter, EmitterPoint, EmitterShape};
-use whitefurnace::equation::{Equation, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE, SOLID_ANGLE};
 use whitefurnace::frame::{Frame, azimuth};
 use whitefurnace::harness::chi_square::{CELL_DELTA, Counts, chi_square};
-use whitefurnace::harness::domain::Partition;
-use whitefurnace::harness::mean::{Values, mean};
-use whitefurnace::harness::outcome::{Claim, Outcome};
-use whitefurnace::harness::trial::Context;
-use whitefurnace::rng::uniform2;
-use whitefurnace::shape::{Sphere, triangle_point};
+use whitefurnace::shape::triangle_point;
+
+use crate::prelude::*;
+use crate::scenes::{TRIANGLE, polygon_irradiance, sphere_irradiance};
 
 /// A point of an emitter from a place and two numbers, and its pdf with respect to solid angle.
 type Sample = fn(&Emitter, DVec3, [f64; 2]) -> Option<(EmitterPoint, f64)>;
@@ -34,8 +25,8 @@ const RIGHT: Subject = Subject { sample: |emitter, from, random| emitter.sample_
 pub fn excess(vertices: &[DVec3]) -> f64 {
     let n = vertices.len();
     let normal = |i: usize| vertices[i % n].cross(vertices[(i + 1) % n]);
-    let angles = (0..n).map(|i| std::f64::consts::PI - normal(i).angle_between(normal(i + 1)));
-    angles.sum::<f64>() - (n as f64 - 2.0) * std::f64::consts::PI
+    let angles = (0..n).map(|i| PI - normal(i).angle_between(normal(i + 1)));
+    angles.sum::<f64>() - (n as f64 - 2.0) * PI
 }
 
 /// The rectangle on trial, off the axis and slanted against the receiver, seen from the origin.
@@ -168,14 +159,13 @@ fn seen(context: &Context, subject: Subject, shape: &Shape) -> Vec<Outcome> {
 
 fn trials() -> Vec<TrialOn<Subject>> {
     let trial_on = |name: &str, what: &str, equation: &'static Equation, subject, shape: fn() -> Shape| {
-        let trial = data(
+        trial(
             format!("emitter/{name}"),
             format!("directions to {what} are uniform in its solid angle"),
             equation,
-            subject,
-            "chi-square, t",
-        );
-        TrialOn::new(trial, move |context: &Context, subject| seen(context, subject, &shape()))
+            [subject, "chi-square, t"],
+            move |context: &Context, subject| seen(context, subject, &shape()),
+        )
     };
     vec![
         trial_on("seen-rectangle", "a rectangle", &LIGHT_RECTANGLE, "solid_angle::SphericalRectangle", rectangle),
@@ -209,71 +199,36 @@ fn linear_in_angle(emitter: &Emitter, from: DVec3, [r1, r2]: [f64; 2]) -> Option
 }
 
 fn faults() -> Vec<Fault<Subject>> {
-    let fault =
-        |name, equation, wrong, sample: Sample, caught_by| fault(name, equation, wrong, Subject { sample }, caught_by);
     vec![
-        fault(
-            "area-for-solid-angle",
-            &LIGHT_RECTANGLE,
-            "points uniform in area, said to be uniform in solid angle",
-            uniform_in_area,
-            &[
-                "emitter/seen-rectangle: cells of the solid angle",
-                "emitter/seen-rectangle: mean cosine",
-                "emitter/seen-triangle: cells of the solid angle",
-                "emitter/seen-triangle: mean cosine",
-                "emitter/seen-sphere: cells of the solid angle",
-                "emitter/seen-sphere: mean cosine",
-            ],
-        ),
-        fault(
-            "half-angle-for-angle",
-            &SOLID_ANGLE,
-            "the factor 2 of the half-angle is missing in the solid angle",
-            |emitter, from, random| with_pdf(emitter, from, random, |pdf| 2.0 * pdf),
-            &["emitter/seen-triangle: pdf"],
-        ),
-        fault(
-            "excess-from-the-wrong-side",
-            &SOLID_ANGLE,
+        fault!("area-for-solid-angle", LIGHT_RECTANGLE, "points uniform in area, said to be uniform in solid angle",
+            = Subject { sample: uniform_in_area },
+            "emitter/seen-rectangle: cells of the solid angle", "emitter/seen-rectangle: mean cosine",
+            "emitter/seen-triangle: cells of the solid angle", "emitter/seen-triangle: mean cosine",
+            "emitter/seen-sphere: cells of the solid angle", "emitter/seen-sphere: mean cosine"),
+        fault!("half-angle-for-angle", SOLID_ANGLE, "the factor 2 of the half-angle is missing in the solid angle",
+            = Subject { sample: |emitter, from, random| with_pdf(emitter, from, random, |pdf| 2.0 * pdf) },
+            "emitter/seen-triangle: pdf"),
+        fault!("excess-from-the-wrong-side", SOLID_ANGLE,
             "the solid angle of all directions that miss the shape: the sign of the excess is wrong",
-            |emitter, from, random| with_pdf(emitter, from, random, |pdf| 1.0 / (2.0 * TAU - 1.0 / pdf)),
-            &["emitter/seen-triangle: pdf", "emitter/seen-rectangle: pdf"],
-        ),
-        fault(
-            "no-arc",
-            &LIGHT_TRIANGLE,
-            "uniform along the arc from B, not in one minus its cosine",
-            |emitter, from, [r1, r2]| emitter.sample_solid_angle(from, [r1, r2 * r2]),
-            &["emitter/seen-triangle: cells of the solid angle"],
-        ),
-        fault(
-            "one-number-seen",
-            &LIGHT_RECTANGLE,
-            "one random number for both coordinates",
-            |emitter, from, [r, _]| emitter.sample_solid_angle(from, [r, r]),
-            &["emitter/seen-rectangle: cells of the solid angle"],
-        ),
-        fault(
-            "linear-in-angle",
-            &LIGHT_SPHERE,
-            "the angle from the axis is uniform: directions crowd at the middle",
-            linear_in_angle,
-            &["emitter/seen-sphere: mean cosine"],
-        ),
-        fault(
-            "tangent-for-sine",
-            &LIGHT_SPHERE,
-            "tan θ = R/d for sin θ = R/d: the cone does not touch the sphere",
-            |emitter, from, random| {
+            = Subject { sample: |emitter, from, random| with_pdf(emitter, from, random, |pdf| 1.0 / (2.0 * TAU - 1.0 / pdf)) },
+            "emitter/seen-triangle: pdf", "emitter/seen-rectangle: pdf"),
+        fault!("no-arc", LIGHT_TRIANGLE, "uniform along the arc from B, not in one minus its cosine",
+            = Subject { sample: |emitter, from, [r1, r2]| emitter.sample_solid_angle(from, [r1, r2 * r2]) },
+            "emitter/seen-triangle: cells of the solid angle"),
+        fault!("one-number-seen", LIGHT_RECTANGLE, "one random number for both coordinates",
+            = Subject { sample: |emitter, from, [r, _]| emitter.sample_solid_angle(from, [r, r]) },
+            "emitter/seen-rectangle: cells of the solid angle"),
+        fault!("linear-in-angle", LIGHT_SPHERE, "the angle from the axis is uniform: directions crowd at the middle",
+            = Subject { sample: linear_in_angle }, "emitter/seen-sphere: mean cosine"),
+        fault!("tangent-for-sine", LIGHT_SPHERE, "tan θ = R/d for sin θ = R/d: the cone does not touch the sphere",
+            = Subject { sample: |emitter, from, random| {
                 with_pdf(emitter, from, random, |pdf| {
                     let cosine = 1.0 - 1.0 / (TAU * pdf);
                     let sine = (1.0 - cosine * cosine).sqrt();
                     1.0 / (TAU * (1.0 - sine.atan().cos()))
                 })
-            },
-            &["emitter/seen-sphere: pdf"],
-        ),
+            } },
+            "emitter/seen-sphere: pdf"),
     ]
 }
 
@@ -282,13 +237,9 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
         trials: trials(),
         faults: faults(),
-        equivalents: vec![fault(
-            "mirrored-numbers",
-            &LIGHT_SPHERE,
-            "1 − r for r: as uniform as r",
-            Subject { sample: |emitter, from, [r1, r2]| emitter.sample_solid_angle(from, [1.0 - r1, 1.0 - r2]) },
-            &["emitter/seen-sphere"],
-        )],
+        equivalents: vec![fault!("mirrored-numbers", LIGHT_SPHERE, "1 − r for r: as uniform as r",
+            = Subject { sample: |emitter, from, [r1, r2]| emitter.sample_solid_angle(from, [1.0 - r1, 1.0 - r2]) },
+            "emitter/seen-sphere")],
         ..Family::new("solid-angle", RIGHT)
     })]
 }

@@ -4,30 +4,17 @@
 //! Most lights are near and large, so that hits alone find them often enough. There shadow rays to points
 //! uniform in area need up to a thousand times as many samples: these see farther lights.
 
-use std::sync::Arc;
+use whitefurnace::emitter::LightSampling;
+use whitefurnace::estimator::Heuristic;
+use whitefurnace::frame::from_spherical;
+use whitefurnace::harness::mean::welch;
 
-use glam::DVec3;
-
-use super::irradiance::{reflected, three};
-use super::probes::{SINGLE, radiance, words};
-use super::scenes::{
+use crate::irradiance::{reflected, three};
+use crate::prelude::*;
+use crate::scenes::{
     FLOOR, LIGHT, NEAR, RECTANGLE, TRIANGLE, floor, lambert, level, light, near_light, polygon_irradiance,
     rectangle_light, scene, sphere_irradiance, sphere_light, square, three_lights, triangle_light,
 };
-use super::subject::{Kind, Probe, Property, Setup, Subject, on};
-use crate::faults::{TrialOn, data};
-use crate::subject::Parts;
-use whitefurnace::bsdf::Bsdf;
-use whitefurnace::emitter::LightSampling;
-use whitefurnace::equation::{GEOMETRY, LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE, MIS, MIS_POWER, SOLID_ANGLE};
-use whitefurnace::estimator::{Heuristic, Strategy};
-use whitefurnace::frame::from_spherical;
-use whitefurnace::harness::mean::{Values, welch};
-use whitefurnace::harness::outcome::{Claim, Outcome};
-use whitefurnace::harness::trial::Context;
-use whitefurnace::rng::{Stream, uniform};
-use whitefurnace::scene::{Scene, Surface};
-use whitefurnace::shape::{Ray, Sphere};
 
 /// A path tracer by strategy and light sampling, with the balance heuristic.
 pub const fn by(strategy: Strategy, lights: LightSampling) -> Kind {
@@ -183,14 +170,13 @@ impl Property for SameMean {
 fn heuristics() -> TrialOn<Subject> {
     let samples = 5_000_000;
     let property = SameMean { scene: near_light(), samples };
-    let trial = data(
+    trial(
         "irradiance/heuristics",
         "balance and power heuristic have the same mean",
         &MIS_POWER,
-        "estimator::Path",
-        "Welch",
-    );
-    TrialOn::new(trial, on(property))
+        ["estimator::Path", "Welch"],
+        on(property),
+    )
 }
 
 const ARGUMENTS: u64 = 10_000;
@@ -215,12 +201,11 @@ impl Property for PowerWeights {
 }
 
 fn power_weights() -> TrialOn<Subject> {
-    let trial = data(
+    trial(
         "irradiance/power-weights",
         "power weights sum to one and stand as the squares of the densities",
         &MIS_POWER,
-        "radiometry::power",
-        "exact",
-    );
-    TrialOn::new(trial, on(PowerWeights))
+        ["radiometry::power", "exact"],
+        on(PowerWeights),
+    )
 }

@@ -1,15 +1,10 @@
 //! Random-number streams: distinct values, gaps, and no correlation between neighbouring pixels,
 //! samples and draws.
 
-use crate::faults::{AnyFamily, Family, Fault, TrialOn, data, fault};
-use glam::DVec3;
-use whitefurnace::equation::ESTIMATOR;
 use whitefurnace::harness::chi_square::{CELL_DELTA, Counts, chi_square, poisson};
-use whitefurnace::harness::domain::{Domain, Partition};
-use whitefurnace::harness::mean::{Values, mean};
-use whitefurnace::harness::outcome::{Claim, Outcome};
-use whitefurnace::harness::trial::Context;
-use whitefurnace::rng::{stream, uniform};
+use whitefurnace::rng::stream;
+
+use crate::prelude::*;
 
 /// A number of [0, 1) from (seed, pixel, sample, draw).
 pub type Numbers = fn(u64, u32, u32, u32) -> f64;
@@ -173,20 +168,14 @@ fn golden(seed: u64, pixel: u32, sample: u32, draw: u32) -> f64 {
 }
 
 fn trials() -> Vec<TrialOn<Numbers>> {
-    let trial = |name: &str, property: &str, statistic| {
+    let own = |name: &str, property: &str, statistic, on: TrialFn<Numbers>| {
         let subject = "rng::stream, rng::uniform";
-        data(format!("streams/{name}"), property, &ESTIMATOR, subject, statistic)
+        trial(format!("streams/{name}"), property, &ESTIMATOR, [subject, statistic], on)
     };
     vec![
-        TrialOn::new(
-            trial("distinct", "numbers of different pixels are distinct: 53 random bits", "Poisson"),
-            distinct,
-        ),
-        TrialOn::new(trial("gaps", "gaps between visits of [0, 1/2) are geometric", "chi-square"), gaps),
-        TrialOn::new(
-            trial("neighbours", "neighbouring pixels, samples and draws are independent", "chi-square and t"),
-            neighbours,
-        ),
+        own("distinct", "numbers of different pixels are distinct: 53 random bits", "Poisson", distinct),
+        own("gaps", "gaps between visits of [0, 1/2) are geometric", "chi-square", gaps),
+        own("neighbours", "neighbouring pixels, samples and draws are independent", "chi-square and t", neighbours),
     ]
 }
 
@@ -231,13 +220,8 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
         trials: trials(),
         faults: faults(),
-        equivalents: vec![fault(
-            "one-minus-r",
-            &ESTIMATOR,
-            "1 − r for every number r",
-            |seed, pixel, sample, draw| 1.0 - right(seed, pixel, sample, draw),
-            &["streams/gaps"],
-        )],
+        equivalents: vec![fault!("one-minus-r", ESTIMATOR, "1 − r for every number r",
+            = |seed, pixel, sample, draw| 1.0 - right(seed, pixel, sample, draw), "streams/gaps")],
         ..Family::new("streams", right as Numbers)
     })]
 }

@@ -149,6 +149,9 @@ macro_rules! fault {
         let table = Table { $($part: $with,)* ..RIGHT };
         $crate::faults::fault($name, &$equation, $wrong, parts(table), &[$($by),+])
     }};
+    ($name:expr, $equation:expr, $wrong:expr, = $subject:expr, $($by:expr),+) => {
+        $crate::faults::fault($name, &$equation, $wrong, $subject, &[$($by),+])
+    };
     ($name:expr, $equation:expr, $wrong:expr, $kind:ident: { $($field:ident: $with:expr),* $(,)? }, $($by:expr),+) => {
         $crate::faults::fault($name, &$equation, $wrong, $kind { $($field: $with,)* ..RIGHT }, &[$($by),+])
     };

@@ -1,12 +1,9 @@
 //! Faults of particles, of the camera as a receiver, of connections, and of the weights of strategies.
 
-use crate::faults::{Fault, fault};
-use crate::subject::{RIGHT, Subject, Table, fault, parts};
-use whitefurnace::equation::{
-    COSINE_HEMISPHERE, ESTIMATOR, GEOMETRY, IMPORTANCE, MIS, PATH_DENSITY, REFRACTION, ROULETTE,
-};
 use whitefurnace::estimator::{Density, weight};
 use whitefurnace::sampling::uniform_hemisphere;
+
+use crate::prelude::*;
 
 pub(super) fn faults() -> Vec<Fault<Subject>> {
     let mut faults = particles();
@@ -144,11 +141,8 @@ fn strategies() -> Vec<Fault<Subject>> {
 }
 
 pub(super) fn equivalents() -> Vec<Fault<Subject>> {
-    vec![fault(
-        "equal-shares",
-        &PATH_DENSITY,
+    vec![fault!("equal-shares", PATH_DENSITY,
         "the same weight for each strategy of a path without mirrors: they sum to one as well",
-        parts(Table { strategy_weight: |path, _| 1.0 / (path.len() + 1) as f64, ..RIGHT }),
-        &["bidirectional/bdpt/frame"],
-    )]
+        = parts(Table { strategy_weight: |path, _| 1.0 / (path.len() + 1) as f64, ..RIGHT }),
+        "bidirectional/bdpt/frame")]
 }

@@ -5,17 +5,12 @@ mod faults;
 pub(super) mod scenes;
 mod strategies;
 
-use std::sync::Arc;
-
-use super::passes::ImageKind::{Bdpt, LightTracer};
-use super::passes::{ImageKind, Passes, Region, image, same_as_path, whole};
-use super::probes::{IMAGE, SINGLE, words};
-use super::subject::{STANDARD, Subject};
-use crate::faults::{AnyFamily, Family, TrialOn};
-use whitefurnace::equation::{Equation, GEOMETRY, IMPORTANCE, PATH_DENSITY, REFRACTION, RENDERING};
 use whitefurnace::harness::mean::NEARLY_SYMMETRIC;
-use whitefurnace::scene::Scene;
 use whitefurnace::scene::simple::{CAP_SHARE, Cap, environment, furnace_box};
+
+use crate::passes::ImageKind::{Bdpt, LightTracer};
+use crate::passes::{ImageKind, Passes, Region, image, same_as_path, whole};
+use crate::prelude::*;
 
 /// The family.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {

@@ -1,21 +1,14 @@
 //! Scenes whose images have closed-form means, for estimators in which particles meet the camera.
 
-use std::f64::consts::{FRAC_1_PI, PI};
-use std::sync::Arc;
+use whitefurnace::error::Error;
+use whitefurnace::scene::room;
+use whitefurnace::scene::simple::{Cap, cavity_cap, cornell};
 
-use glam::DVec3;
-
+use crate::prelude::*;
 use crate::scenes::{
     FLOOR, HEIGHT, LIGHT, NEAR, RECTANGLE, TINT, floor, lambert, light, polygon_irradiance, seen_by, sphere_irradiance,
     square,
 };
-use whitefurnace::bsdf::Bsdf;
-use whitefurnace::camera::Camera;
-use whitefurnace::error::Error;
-use whitefurnace::harness::domain::Domain;
-use whitefurnace::scene::simple::{Cap, cavity_cap, cornell};
-use whitefurnace::scene::{Scene, Surface, room};
-use whitefurnace::shape::Sphere;
 
 /// Looks straight down from (x, y, z); the image shows a floor at 0 from −`half` z to `half` z in height.
 fn overhead(eye: DVec3, half: f64) -> Camera {

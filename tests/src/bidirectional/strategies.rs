@@ -1,17 +1,11 @@
 //! The strategies of bidirectional path tracing: each alone against a closed form, and their weights.
 
-use super::{SQUARE, mean, scenes};
-use crate::faults::{TrialOn, data};
+use whitefurnace::estimator::Density;
+
+use crate::bidirectional::{SQUARE, mean, scenes};
 use crate::passes::ImageKind::Bdpt;
 use crate::passes::altered;
-use crate::probes::IMAGE;
-use crate::subject::Parts;
-use crate::subject::{Property, RIGHT, Setup, Subject, Table, on};
-use whitefurnace::equation::{MIS, PATH_DENSITY};
-use whitefurnace::estimator::Density;
-use whitefurnace::harness::outcome::Outcome;
-use whitefurnace::harness::trial::Context;
-use whitefurnace::rng::uniform;
+use crate::prelude::*;
 
 /// The subject whose strategies have all the weight or none.
 fn weighted(subject: Subject, strategy_weight: fn(&[Density], usize) -> f64) -> Subject {
@@ -131,5 +125,5 @@ impl Property for Weights {
 pub(super) fn weights() -> TrialOn<Subject> {
     let property = "the weights of all strategies of a path sum to one, in proportion to their densities";
     let name = "bidirectional/weights";
-    TrialOn::new(data(name, property, &PATH_DENSITY, "estimator::weight", "exact"), on(Weights))
+    trial(name, property, &PATH_DENSITY, ["estimator::weight", "exact"], on(Weights))
 }

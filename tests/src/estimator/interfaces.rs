@@ -1,10 +1,9 @@
 //! Faults of mirrors and glass, (10)-(12) and refraction.
 
-use crate::faults::{Fault, fault};
-use crate::fresnel::{no_total_reflection, schlick};
-use crate::subject::{RIGHT, Subject, Table, fault, parts};
-use whitefurnace::equation::{FRESNEL, FRESNEL_P, FRESNEL_S, REFRACTION};
 use whitefurnace::fresnel::{mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refract};
+
+use crate::fresnel::{no_total_reflection, schlick};
+use crate::prelude::*;
 
 pub(super) fn faults() -> Vec<Fault<Subject>> {
     let fresnel = |name, equation, wrong, fresnel: fn(f64, f64, f64) -> f64, caught_by| {

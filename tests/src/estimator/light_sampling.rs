@@ -1,11 +1,9 @@
 //! Faults of lights sampled by solid angle, of the power heuristic, and of light that is hit.
 
-use crate::faults::Fault;
-use crate::solid_angle::{uniform_in_area, with_pdf};
-use crate::subject::{Subject, fault};
 use whitefurnace::emitter::EmitterPoint;
-use whitefurnace::equation::{LIGHT_RECTANGLE, LIGHT_SPHERE, LIGHT_TRIANGLE, MIS, MIS_POWER, SOLID_ANGLE};
-use whitefurnace::estimator::Strategy;
+
+use crate::prelude::*;
+use crate::solid_angle::{uniform_in_area, with_pdf};
 
 pub(super) fn faults() -> Vec<Fault<Subject>> {
     let mut faults = points();
@@ -46,7 +44,7 @@ fn points() -> Vec<Fault<Subject>> {
             "the sign of the spherical excess is wrong: the solid angle of all that is not the light",
             {
                 sample_solid_angle: |emitter, from, random| {
-                    let sphere = 4.0 * std::f64::consts::PI;
+                    let sphere = 4.0 * PI;
                     with_pdf(emitter, from, random, |pdf| 1.0 / (sphere - 1.0 / pdf))
                 }
             }, "irradiance/near-triangle/light-angle"),

@@ -1,13 +1,9 @@
 //! Faults of direct light: picks, points, measures, shadow rays, weights.
 
-use glam::DVec3;
-
-use crate::faults::Fault;
-use crate::subject::{Subject, fault};
 use whitefurnace::emitter::{Emitter, EmitterPoint, EmitterShape};
-use whitefurnace::equation::{ESTIMATOR, GEOMETRY, MIS, WHITTED};
-use whitefurnace::scene::Scene;
 use whitefurnace::shape::triangle_point;
+
+use crate::prelude::*;
 
 fn squeezed(emitter: &Emitter, [r1, r2]: [f64; 2]) -> EmitterPoint {
     emitter.sample([r1 * r1, r2])

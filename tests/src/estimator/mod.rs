@@ -7,14 +7,11 @@ mod lights;
 mod reflection;
 mod sampling;
 
-use std::f64::consts::FRAC_1_PI;
-
-use super::subject::{STANDARD, Setup, Subject, fault};
-use crate::faults::{AnyFamily, Family, Fault, fault};
-use crate::{chains, cie, furnace, glass, images, irradiance, panes, strategies};
-use whitefurnace::equation::{COSINE_HEMISPHERE, ESTIMATOR, PATH_LENGTH, REFRACTION, RENDERING, ROULETTE, WHITTED};
 use whitefurnace::estimator::LightRules;
 use whitefurnace::sampling::{cosine_hemisphere, uniform_hemisphere};
+
+use crate::prelude::*;
+use crate::{chains, cie, furnace, glass, images, irradiance, panes, strategies};
 
 /// The family.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
@@ -46,55 +43,22 @@ fn told() -> Vec<Fault<Subject>> {
     let rules = |rules| Setup { rules, ..STANDARD };
     let segments = |segments| Setup { segments: Some(segments), ..STANDARD };
     vec![
-        fault(
-            "seven-segments",
-            &PATH_LENGTH,
-            "at most seven segments, called unbiased",
-            segments(7),
-            &["furnace/report/albedo-0.65"],
-        ),
-        fault(
-            "four-segments",
-            &PATH_LENGTH,
-            "one segment more than said",
-            segments(4),
-            &[
-                "furnace/report/three-segments",
-                "furnace/report/rays-1",
-                "furnace/report/rays-2",
-                "furnace/report/cost-1",
-                "furnace/report/cost-2",
-                "furnace/report/cost-4",
-            ],
-        ),
-        fault(
-            "not-seen-in-mirrors",
-            &WHITTED,
-            "lights are dark to rays that have met only mirrors and glass",
-            rules(LightRules { seen: Some(0.0), ..LightRules::PHYSICAL }),
-            &["glass/mirror-aim"],
-        ),
-        fault(
-            "lights-show-one",
-            &WHITTED,
-            "lights that are seen show 1, as in the report's figures",
-            rules(LightRules { seen: Some(1.0), ..LightRules::PHYSICAL }),
-            &["glass/mirror-aim"],
-        ),
-        fault(
-            "caustics-left-out",
-            &RENDERING,
+        fault!("seven-segments", PATH_LENGTH, "at most seven segments, called unbiased",
+            = segments(7), "furnace/report/albedo-0.65"),
+        fault!("four-segments", PATH_LENGTH, "one segment more than said",
+            = segments(4),
+            "furnace/report/three-segments", "furnace/report/rays-1", "furnace/report/rays-2", "furnace/report/cost-1",
+            "furnace/report/cost-2", "furnace/report/cost-4"),
+        fault!("not-seen-in-mirrors", WHITTED, "lights are dark to rays that have met only mirrors and glass",
+            = rules(LightRules { seen: Some(0.0), ..LightRules::PHYSICAL }), "glass/mirror-aim"),
+        fault!("lights-show-one", WHITTED, "lights that are seen show 1, as in the report's figures",
+            = rules(LightRules { seen: Some(1.0), ..LightRules::PHYSICAL }), "glass/mirror-aim"),
+        fault!("caustics-left-out", RENDERING,
             "no light that is hit after a diffuse surface counts, found by shadow rays or not",
-            rules(LightRules { caustics: false, ..LightRules::PHYSICAL }),
-            &["irradiance/after-mirror/report", "irradiance/after-glass/report"],
-        ),
-        fault(
-            "rules-without-factor",
-            &REFRACTION,
-            "the report's rules: radiance is not scaled by (n₁/n₂)²",
-            rules(LightRules { radiance_factor: false, ..LightRules::PHYSICAL }),
-            &["glass/snell-aim"],
-        ),
+            = rules(LightRules { caustics: false, ..LightRules::PHYSICAL }),
+            "irradiance/after-mirror/report", "irradiance/after-glass/report"),
+        fault!("rules-without-factor", REFRACTION, "the report's rules: radiance is not scaled by (n₁/n₂)²",
+            = rules(LightRules { radiance_factor: false, ..LightRules::PHYSICAL }), "glass/snell-aim"),
     ]
 }
 

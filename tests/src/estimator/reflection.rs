@@ -1,14 +1,9 @@
 //! Faults of reflection: models and the cosine, (8), (9), (13)-(15), EON.
 
-use std::f64::consts::{FRAC_1_PI, PI};
-
-use glam::DVec3;
-
-use crate::faults::{Fault, fault};
-use crate::subject::{RIGHT, Subject, Table, fault, parts};
 use whitefurnace::bsdf::eon::{multiple_albedo, multiple_scattering, single_scattering};
-use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
-use whitefurnace::equation::{COSINE, EON_MULTIPLE, EON_SINGLE, LAMBERT, OREN_NAYAR, OREN_NAYAR_CONSTANTS, RENDERING};
+use whitefurnace::bsdf::{OrenNayar, OrenNayarForm};
+
+use crate::prelude::*;
 
 /// The albedo of a diffuse surface squared.
 fn squared_albedo(bsdf: &Bsdf, wo: DVec3, wi: DVec3) -> DVec3 {
@@ -59,11 +54,8 @@ pub(super) fn faults() -> Vec<Fault<Subject>> {
         fault!("printed-oren-nayar", OREN_NAYAR, "sin β for tan β, as printed",
             { brdf: |bsdf, wo, wi| oren_nayar(bsdf, wo, wi, OrenNayarForm::Printed, |a| a) },
             "furnace/sky/oren-nayar"),
-        fault(
-            "oren-nayar-constant",
-            &OREN_NAYAR_CONSTANTS,
-            "0.57 for 0.33 in A",
-            parts(Table {
+        fault!("oren-nayar-constant", OREN_NAYAR_CONSTANTS, "0.57 for 0.33 in A",
+            = parts(Table {
                 brdf: |bsdf, wo, wi| {
                     // A = 1 − σ²/2(σ² + 0.33), solved for σ².
                     oren_nayar(bsdf, wo, wi, OrenNayarForm::Corrected, |a| {
@@ -73,8 +65,7 @@ pub(super) fn faults() -> Vec<Fault<Subject>> {
                 },
                 ..RIGHT
             }),
-            &["furnace/sky/oren-nayar"],
-        ),
+            "furnace/sky/oren-nayar"),
         fault!("eon-single-scattering-only", EON_MULTIPLE,
             "EON without its second lobe: rough white surfaces darken",
             { brdf: |bsdf, wo, wi| eon(bsdf, wo, wi, [1.0, 0.0]) }, "furnace/sky/eon"),

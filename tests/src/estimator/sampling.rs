@@ -1,13 +1,10 @@
 //! Faults of sampling: directions (17)-(19), cosine-weighted directions, roulette.
 
-use crate::faults::Fault;
-use crate::hemisphere::faults::{half_circle, half_circle_cosine, linear_theta, no_root, shared_number};
-use crate::subject::{Subject, fault};
-use whitefurnace::equation::{
-    COSINE_HEMISPHERE, ESTIMATOR, HEMISPHERE_PDF, HEMISPHERE_PHI, HEMISPHERE_THETA, ROULETTE,
-};
 use whitefurnace::roulette;
 use whitefurnace::sampling::{cosine_hemisphere, uniform_hemisphere, uniform_hemisphere_pdf};
+
+use crate::hemisphere::faults::{half_circle, half_circle_cosine, linear_theta, no_root, shared_number};
+use crate::prelude::*;
 
 pub(super) fn faults() -> Vec<Fault<Subject>> {
     vec![

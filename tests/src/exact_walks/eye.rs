@@ -1,18 +1,13 @@
 //! Estimators as they look at a small image, one path to a pixel.
 
-use glam::DVec3;
-
-use crate::scenes::level;
-use crate::subject::Parts;
-use crate::subject::Setup;
 use whitefurnace::emitter::LightSampling;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::{
-    Bdpt, Estimator, Heuristic, ImageEstimator, LightTracer, Lookup, Path, PhotonMapping, Report, Sppm, Strategy,
-    Whitted,
+    Bdpt, Heuristic, ImageEstimator, LightTracer, Lookup, PhotonMapping, Report, Sppm, Whitted,
 };
-use whitefurnace::rng::{Stream, uniform2};
-use whitefurnace::scene::Scene;
+
+use crate::prelude::*;
+use crate::scenes::level;
 
 /// Width and height of the images.
 pub(super) const FRAME: [u32; 2] = [3, 2];

@@ -1,21 +1,11 @@
 //! Light in glass: in equilibrium with it, and as photons beyond it.
 
-use std::f64::consts::PI;
-use std::sync::Arc;
-
-use glam::DVec3;
-
-use super::eye::{EVERYWHERE, Eye, PARTICLES};
-use super::{ENDLESS, certain, hollow};
-use crate::faults::{Fault, TrialOn, fault};
-use crate::scenes::{LIGHT, TINT, lambert, light, seen_by};
-use crate::subject::{Setup, Subject, Table, parts};
-use whitefurnace::bsdf::Bsdf;
-use whitefurnace::camera::Camera;
-use whitefurnace::equation::REFRACTION;
 use whitefurnace::estimator::{LightRules, Lookup};
-use whitefurnace::scene::{Scene, Surface};
-use whitefurnace::shape::Sphere;
+
+use crate::exact_walks::eye::{EVERYWHERE, Eye, PARTICLES};
+use crate::exact_walks::{ENDLESS, certain, hollow};
+use crate::prelude::*;
+use crate::scenes::{LIGHT, TINT, lambert, light, seen_by};
 
 /// Segments of the estimators that have a limit: Whitted's tree loses R^11 < 10⁻¹³.
 const FEW_SEGMENTS: u32 = 12;

@@ -8,25 +8,12 @@
 mod eye;
 mod glass;
 
-use std::f64::consts::{FRAC_1_PI, PI};
-use std::sync::Arc;
-
-use glam::DVec3;
-
-use self::eye::{Eye, PARTICLES};
-use super::scenes::{lambert, level, seen_by};
-use super::subject::{Property, RIGHT, Setup, Subject, Table, on, parts};
-use crate::faults::{AnyFamily, Family, Fault, TrialOn, data, fault};
-use crate::subject::Parts;
-use whitefurnace::bsdf::Bsdf;
-use whitefurnace::camera::Camera;
-use whitefurnace::equation::{Equation, PATH_LENGTH};
 use whitefurnace::estimator::Lookup;
 use whitefurnace::estimator::photon_map::{Kept, PhotonMap};
-use whitefurnace::harness::outcome::Outcome;
-use whitefurnace::harness::trial::Context;
-use whitefurnace::scene::{Scene, SceneBuilder, Surface};
-use whitefurnace::shape::Sphere;
+
+use crate::exact_walks::eye::{Eye, PARTICLES};
+use crate::prelude::*;
+use crate::scenes::{lambert, level, seen_by};
 
 /// Roulette that ends nothing but what is faint beyond double precision, and light that counts where
 /// paths from the eye hit it.
@@ -135,15 +122,13 @@ fn certain(
     eye: Eye,
     scenes: Vec<(Arc<Scene>, f64)>,
 ) -> TrialOn<Subject> {
-    let trial = data(name, property, equation, subject, "exact");
-    TrialOn::new(trial, on(Certain { eye, scenes }))
+    trial(name, property, equation, [subject, "exact"], on(Certain { eye, scenes }))
 }
 
 fn left(name: &str, subject: &'static str, by_eye: bool, expected: f64, eye: DVec3) -> TrialOn<Subject> {
     let property = format!("in a cavity of albedo {ALBEDO} each particle leaves {expected:.6} before it is faint");
-    let trial = data(name, property, &PATH_LENGTH, subject, "exact");
     let scene = cavity("diffuse cavity", lambert(ALBEDO), eye);
-    TrialOn::new(trial, on(Left { scene, by_eye, expected }))
+    trial(name, property, &PATH_LENGTH, [subject, "exact"], on(Left { scene, by_eye, expected }))
 }
 
 const INSIDE: DVec3 = DVec3::new(-0.3, 0.1, 0.2);

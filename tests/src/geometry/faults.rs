@@ -1,12 +1,9 @@
 //! Faults of (1)-(7).
 
-use super::{Corners, RIGHT, Shapes, Solution, readable, watertight};
-use crate::faults::{Fault, fault};
-use crate::subject::fault;
-use whitefurnace::equation::{
-    RAY, SPHERE, SPHERE_DISTANCE, SPHERE_RAY, TRIANGLE_POINT, TRIANGLE_SOLUTION, TRIANGLE_SYSTEM,
-};
-use whitefurnace::shape::{Ray, sphere_distances, sphere_distances_printed, triangle_point, triangle_residual};
+use whitefurnace::shape::{sphere_distances, sphere_distances_printed, triangle_point, triangle_residual};
+
+use crate::geometry::{Corners, RIGHT, Shapes, Solution, readable, watertight};
+use crate::prelude::*;
 
 /// The faults.
 pub(super) fn faults() -> Vec<Fault<Shapes>> {

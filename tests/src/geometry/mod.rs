@@ -3,20 +3,11 @@
 
 mod faults;
 
-use glam::DVec3;
-
-use crate::faults::{AnyFamily, Family, TrialOn, data, fault};
-use crate::probes::any_direction;
-use whitefurnace::equation::{
-    Equation, RAY, SPHERE, SPHERE_DISTANCE, SPHERE_RAY, TRIANGLE_POINT, TRIANGLE_SOLUTION, TRIANGLE_SYSTEM,
-};
-use whitefurnace::harness::outcome::Outcome;
-use whitefurnace::harness::trial::Context;
-use whitefurnace::rng::{Stream, uniform};
-use whitefurnace::shape::{
-    Ray, Sphere, moller_trumbore, sphere_distances, sphere_residual, triangle_point, triangle_residual,
-};
+use whitefurnace::shape::{moller_trumbore, sphere_distances, sphere_residual, triangle_point, triangle_residual};
 use whitefurnace::watertight::Shear;
+
+use crate::prelude::*;
+use crate::probes::any_direction;
 
 /// The corners of a triangle.
 type Corners = [DVec3; 3];
@@ -172,7 +163,7 @@ fn fan(context: &Context, shapes: Shapes) -> Vec<Outcome> {
         let (a, b) = hub.any_orthonormal_pair();
         let rim: Vec<DVec3> = (0..SPOKES)
             .map(|i| {
-                let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(SPOKES)).sin_cos();
+                let (sin, cos) = (TAU * f64::from(i) / f64::from(SPOKES)).sin_cos();
                 if on_grid {
                     hub + cos.round() * a + sin.round() * b
                 } else {
@@ -276,41 +267,32 @@ fn readable(ray: &Ray, v: Corners, limit: f64) -> Option<(f64, f64, f64)> {
 }
 
 fn trials() -> Vec<TrialOn<Shapes>> {
-    let trial = |name: &str, property: &str, equation: &'static Equation| {
+    let own = |name: &str, property: &str, equation: &'static Equation, on: TrialFn<Shapes>| {
         let subject = if equation == &TRIANGLE_SOLUTION { "watertight::Shear::intersect" } else { "shape" };
-        data(format!("geometry/{name}"), property, equation, subject, "exact")
+        trial(format!("geometry/{name}"), property, equation, [subject, "exact"], on)
     };
     vec![
-        TrialOn::new(trial("ray", "the ray's point at t is O + tD", &RAY), ray),
-        TrialOn::new(trial("triangle-point", "T is affine and meets the corners", &TRIANGLE_POINT), point),
-        TrialOn::new(
-            trial("triangle-system", "(3) vanishes at the solution and changes by −D, E₁, E₂", &TRIANGLE_SYSTEM),
-            system,
-        ),
-        TrialOn::new(
-            trial(
-                "triangle-solution",
-                "(4) recovers t, u, v at every size, and misses what it must",
-                &TRIANGLE_SOLUTION,
-            ),
+        own("ray", "the ray's point at t is O + tD", &RAY, ray),
+        own("triangle-point", "T is affine and meets the corners", &TRIANGLE_POINT, point),
+        own("triangle-system", "(3) vanishes at the solution and changes by −D, E₁, E₂", &TRIANGLE_SYSTEM, system),
+        own(
+            "triangle-solution",
+            "(4) recovers t, u, v at every size, and misses what it must",
+            &TRIANGLE_SOLUTION,
             solution,
         ),
-        TrialOn::new(
-            trial(
-                "triangle-edges",
-                "a ray into a closed fan of triangles meets one, at edges and vertices, too",
-                &TRIANGLE_SOLUTION,
-            ),
+        own(
+            "triangle-edges",
+            "a ray into a closed fan of triangles meets one, at edges and vertices, too",
+            &TRIANGLE_SOLUTION,
             fan,
         ),
-        TrialOn::new(trial("sphere", "(5) is the difference of two squares", &SPHERE), sphere),
-        TrialOn::new(trial("sphere-ray", "(6) is on the sphere at the ends of a chord", &SPHERE_RAY), on_sphere),
-        TrialOn::new(
-            trial(
-                "sphere-distance",
-                "(7) recovers both ends of a chord, and the nearer one ahead is seen",
-                &SPHERE_DISTANCE,
-            ),
+        own("sphere", "(5) is the difference of two squares", &SPHERE, sphere),
+        own("sphere-ray", "(6) is on the sphere at the ends of a chord", &SPHERE_RAY, on_sphere),
+        own(
+            "sphere-distance",
+            "(7) recovers both ends of a chord, and the nearer one ahead is seen",
+            &SPHERE_DISTANCE,
             distances,
         ),
     ]
@@ -321,13 +303,10 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
         trials: trials(),
         faults: faults::faults(),
-        equivalents: vec![fault(
-            "readable",
-            &TRIANGLE_SOLUTION,
-            "the readable form of (4): the same hits to rounding, away from edges",
-            Shapes { triangle: readable, ..RIGHT },
-            &["geometry/triangle-solution"],
-        )],
+        equivalents: vec![
+            fault!("readable", TRIANGLE_SOLUTION, "the readable form of (4): the same hits to rounding, away from edges",
+            Shapes: { triangle: readable }, "geometry/triangle-solution"),
+        ],
         ..Family::new("geometry", RIGHT)
     })]
 }

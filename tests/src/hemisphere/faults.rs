@@ -1,15 +1,11 @@
 //! Faults of the hemisphere samplers.
 
-use std::f64::consts::{PI, TAU};
-
-use glam::DVec3;
-
-use super::{Method, Pdf};
-use crate::faults::{Fault, fault};
-use whitefurnace::equation::{COSINE_HEMISPHERE, ESTIMATOR, HEMISPHERE_PDF, HEMISPHERE_PHI, HEMISPHERE_THETA};
 use whitefurnace::sampling::{
     cosine_hemisphere, cosine_hemisphere_pdf, hemisphere_printed, uniform_hemisphere, uniform_hemisphere_pdf,
 };
+
+use crate::hemisphere::{Method, Pdf};
+use crate::prelude::*;
 
 /// (18) without the inverse cosine, θ = rπ/2.
 pub fn linear_theta([r1, r2]: [f64; 2]) -> DVec3 {
@@ -54,146 +50,60 @@ fn twice(cos: f64) -> f64 {
 pub(super) fn uniform_faults() -> Vec<Fault<Method>> {
     let pdf: Pdf = uniform_hemisphere_pdf;
     vec![
-        fault(
-            "shared-number",
-            &HEMISPHERE_PHI,
-            "one random number for θ and φ, as printed",
-            (shared_number, pdf),
-            &[
-                "hemisphere/uniform/cells",
-                "hemisphere/uniform/moments: mean of x",
-                "hemisphere/uniform/moments: mean of y",
-                "hemisphere/uniform/furnaces: furnace, radiance 1 + x",
-                "hemisphere/uniform/furnaces: furnace, radiance 1 + y",
-            ],
-        ),
-        fault(
-            "linear-theta",
-            &HEMISPHERE_THETA,
-            "θ = rπ/2",
-            (linear_theta, pdf),
-            &[
-                "hemisphere/uniform/moments: mean of z",
-                "hemisphere/uniform/moments: mean of z²",
-                "hemisphere/uniform/cells",
-                "hemisphere/uniform/angles: law of cos θ",
-            ],
-        ),
-        fault(
-            "half-circle",
-            &HEMISPHERE_PHI,
-            "φ over half the circle",
-            (half_circle, pdf),
-            &["hemisphere/uniform/angles: law of φ", "hemisphere/uniform/furnaces: furnace, radiance 1 + y"],
-        ),
-        fault(
-            "cosine-weight",
-            &ESTIMATOR,
+        fault!("shared-number", HEMISPHERE_PHI, "one random number for θ and φ, as printed",
+            = (shared_number, pdf),
+            "hemisphere/uniform/cells", "hemisphere/uniform/moments: mean of x",
+            "hemisphere/uniform/moments: mean of y", "hemisphere/uniform/furnaces: furnace, radiance 1 + x",
+            "hemisphere/uniform/furnaces: furnace, radiance 1 + y"),
+        fault!("linear-theta", HEMISPHERE_THETA, "θ = rπ/2",
+            = (linear_theta, pdf),
+            "hemisphere/uniform/moments: mean of z", "hemisphere/uniform/moments: mean of z²",
+            "hemisphere/uniform/cells", "hemisphere/uniform/angles: law of cos θ"),
+        fault!("half-circle", HEMISPHERE_PHI, "φ over half the circle",
+            = (half_circle, pdf),
+            "hemisphere/uniform/angles: law of φ", "hemisphere/uniform/furnaces: furnace, radiance 1 + y"),
+        fault!("cosine-weight", ESTIMATOR,
             "uniform directions with the weight of the cosine pdf: radiance 1 does not see it",
-            (uniform_hemisphere, cosine_hemisphere_pdf),
-            &["hemisphere/uniform/furnaces: furnace, radiance cos θ"],
-        ),
-        fault(
-            "pdf-twice",
-            &HEMISPHERE_PDF,
-            "the pdf is 1/π",
-            (uniform_hemisphere, twice),
-            &["hemisphere/uniform/pdf", "hemisphere/uniform/furnaces: furnace, radiance 1"],
-        ),
-        fault(
-            "cosine-for-uniform",
-            &HEMISPHERE_THETA,
+            = (uniform_hemisphere, cosine_hemisphere_pdf), "hemisphere/uniform/furnaces: furnace, radiance cos θ"),
+        fault!("pdf-twice", HEMISPHERE_PDF, "the pdf is 1/π",
+            = (uniform_hemisphere, twice), "hemisphere/uniform/pdf", "hemisphere/uniform/furnaces: furnace, radiance 1"),
+        fault!("cosine-for-uniform", HEMISPHERE_THETA,
             "cosine-weighted directions, called importance sampling, for (18)",
-            (cosine_hemisphere, pdf),
-            &["hemisphere/uniform/moments: mean of z"],
-        ),
-        fault(
-            "slip",
-            &HEMISPHERE_THETA,
-            "density proportional to the power 0.05 of cos θ",
-            (slip, pdf),
-            &["hemisphere/uniform/moments: mean of z"],
-        ),
+            = (cosine_hemisphere, pdf), "hemisphere/uniform/moments: mean of z"),
+        fault!("slip", HEMISPHERE_THETA, "density proportional to the power 0.05 of cos θ",
+            = (slip, pdf), "hemisphere/uniform/moments: mean of z"),
     ]
 }
 
 pub(super) fn uniform_equivalents() -> Vec<Fault<Method>> {
-    vec![fault(
-        "one-minus-r",
-        &HEMISPHERE_THETA,
-        "1 − r for r in (18): it is as uniform as r",
-        (|[r1, r2]| uniform_hemisphere([1.0 - r1, r2]), uniform_hemisphere_pdf),
-        &["hemisphere/uniform/moments"],
-    )]
+    vec![fault!("one-minus-r", HEMISPHERE_THETA, "1 − r for r in (18): it is as uniform as r",
+        = (|[r1, r2]| uniform_hemisphere([1.0 - r1, r2]), uniform_hemisphere_pdf), "hemisphere/uniform/moments")]
 }
 
 pub(super) fn cosine_faults() -> Vec<Fault<Method>> {
     let pdf: Pdf = cosine_hemisphere_pdf;
     vec![
-        fault(
-            "shared-number",
-            &COSINE_HEMISPHERE,
-            "one random number for θ and φ",
-            (shared_number_cosine, pdf),
-            &[
-                "hemisphere/cosine/cells",
-                "hemisphere/cosine/moments: mean of x",
-                "hemisphere/cosine/moments: mean of y",
-            ],
-        ),
-        fault(
-            "no-root",
-            &COSINE_HEMISPHERE,
-            "sin θ = r for sin θ = √r",
-            (no_root, pdf),
-            &[
-                "hemisphere/cosine/moments: mean of z",
-                "hemisphere/cosine/moments: mean of z²",
-                "hemisphere/cosine/cells",
-                "hemisphere/cosine/angles: law of cos θ",
-            ],
-        ),
-        fault(
-            "half-circle",
-            &COSINE_HEMISPHERE,
-            "φ over half the circle",
-            (half_circle_cosine, pdf),
-            &["hemisphere/cosine/angles: law of φ"],
-        ),
-        fault(
-            "uniform-weight",
-            &COSINE_HEMISPHERE,
-            "cosine directions with the weight 2 cos θ",
-            (cosine_hemisphere, uniform_hemisphere_pdf),
-            &[
-                "hemisphere/cosine/furnaces: furnace, radiance 1",
-                "hemisphere/cosine/furnaces: furnace, radiance 1 + x",
-                "hemisphere/cosine/furnaces: furnace, radiance 1 + y",
-            ],
-        ),
-        fault(
-            "uniform-sampler",
-            &COSINE_HEMISPHERE,
-            "uniform directions with the cosine pdf's weight",
-            (uniform_hemisphere, pdf),
-            &["hemisphere/cosine/furnaces: furnace, radiance cos θ"],
-        ),
-        fault(
-            "pdf-twice",
-            &HEMISPHERE_PDF,
-            "the pdf is 2 cos θ/π",
-            (cosine_hemisphere, |cos| 2.0 * cosine_hemisphere_pdf(cos)),
-            &["hemisphere/cosine/pdf"],
-        ),
+        fault!("shared-number", COSINE_HEMISPHERE, "one random number for θ and φ",
+            = (shared_number_cosine, pdf),
+            "hemisphere/cosine/cells", "hemisphere/cosine/moments: mean of x", "hemisphere/cosine/moments: mean of y"),
+        fault!("no-root", COSINE_HEMISPHERE, "sin θ = r for sin θ = √r",
+            = (no_root, pdf),
+            "hemisphere/cosine/moments: mean of z", "hemisphere/cosine/moments: mean of z²", "hemisphere/cosine/cells",
+            "hemisphere/cosine/angles: law of cos θ"),
+        fault!("half-circle", COSINE_HEMISPHERE, "φ over half the circle",
+            = (half_circle_cosine, pdf), "hemisphere/cosine/angles: law of φ"),
+        fault!("uniform-weight", COSINE_HEMISPHERE, "cosine directions with the weight 2 cos θ",
+            = (cosine_hemisphere, uniform_hemisphere_pdf),
+            "hemisphere/cosine/furnaces: furnace, radiance 1", "hemisphere/cosine/furnaces: furnace, radiance 1 + x",
+            "hemisphere/cosine/furnaces: furnace, radiance 1 + y"),
+        fault!("uniform-sampler", COSINE_HEMISPHERE, "uniform directions with the cosine pdf's weight",
+            = (uniform_hemisphere, pdf), "hemisphere/cosine/furnaces: furnace, radiance cos θ"),
+        fault!("pdf-twice", HEMISPHERE_PDF, "the pdf is 2 cos θ/π",
+            = (cosine_hemisphere, |cos| 2.0 * cosine_hemisphere_pdf(cos)), "hemisphere/cosine/pdf"),
     ]
 }
 
 pub(super) fn cosine_equivalents() -> Vec<Fault<Method>> {
-    vec![fault(
-        "turned",
-        &COSINE_HEMISPHERE,
-        "φ counted from y: the law has no direction of its own",
-        (|[r1, r2]| cosine_hemisphere([r1, (r2 + 0.25).fract()]), cosine_hemisphere_pdf),
-        &["hemisphere/cosine/moments"],
-    )]
+    vec![fault!("turned", COSINE_HEMISPHERE, "φ counted from y: the law has no direction of its own",
+        = (|[r1, r2]| cosine_hemisphere([r1, (r2 + 0.25).fract()]), cosine_hemisphere_pdf), "hemisphere/cosine/moments")]
 }

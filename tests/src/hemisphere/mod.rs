@@ -3,23 +3,12 @@
 
 pub mod faults;
 
-use std::f64::consts::{FRAC_1_PI, TAU};
-
-use glam::DVec3;
-
-use crate::faults::{AnyFamily, Family, TrialOn, data};
-use whitefurnace::equation::{
-    COSINE_HEMISPHERE, ESTIMATOR, Equation, HEMISPHERE_PDF, HEMISPHERE_PHI, HEMISPHERE_THETA,
-};
 use whitefurnace::frame::to_spherical;
 use whitefurnace::harness::chi_square::sampler_against_partition;
-use whitefurnace::harness::domain::{Domain, Partition};
 use whitefurnace::harness::ks::kolmogorov_smirnov;
-use whitefurnace::harness::mean::{Values, mean};
-use whitefurnace::harness::outcome::{Claim, Outcome};
-use whitefurnace::harness::trial::Context;
-use whitefurnace::rng::uniform2;
 use whitefurnace::sampling::{cosine_hemisphere, cosine_hemisphere_pdf, uniform_hemisphere, uniform_hemisphere_pdf};
+
+use crate::prelude::*;
 
 /// A map from two random numbers to a direction.
 pub type Sampler = fn([f64; 2]) -> DVec3;
@@ -164,32 +153,29 @@ pub fn normalised(pdf: Pdf) -> Vec<Outcome> {
 }
 
 fn trials(law: Law) -> Vec<TrialOn<Method>> {
-    let trial = |what: &str, property: String, equation, statistic| {
-        let name = format!("hemisphere/{}/{what}", law.name);
-        data(name, property, equation, law.subject, statistic)
-    };
+    let name = |what: &str| format!("hemisphere/{}/{what}", law.name);
     let [z, z2] = law.moments;
+    let cells_are = format!("directions have the {} density", law.name);
+    let moments_are = format!("E[x] = E[y] = 0, E[z] = {z:.4}, E[z²] = {z2:.4}");
+    let angles_are = "cos θ and φ follow their laws";
     let reflects = "a white Lambert surface reflects 1, 2/3, 1, 1 in furnaces 1, cos θ, 1 + x, 1 + y";
+    let judged = |statistic| [law.subject, statistic];
     vec![
-        TrialOn::new(
-            trial("cells", format!("directions have the {} density", law.name), law.angles, "chi-square"),
-            move |c, (sampler, _)| cells(c, law.domain, sampler),
-        ),
-        TrialOn::new(
-            trial("moments", format!("E[x] = E[y] = 0, E[z] = {z:.4}, E[z²] = {z2:.4}"), law.angles, "t"),
-            move |c, (sampler, _)| moments(c, law.moments, sampler),
-        ),
-        TrialOn::new(
-            trial("angles", String::from("cos θ and φ follow their laws"), &HEMISPHERE_PHI, "Kolmogorov-Smirnov"),
-            move |c, (sampler, _)| angles(c, law.cos_cdf, sampler),
-        ),
-        TrialOn::new(trial("furnaces", reflects.to_owned(), &ESTIMATOR, "t"), move |c, (sampler, pdf)| {
+        trial(name("cells"), cells_are, law.angles, judged("chi-square"), move |c, (sampler, _)| {
+            cells(c, law.domain, sampler)
+        }),
+        trial(name("moments"), moments_are, law.angles, judged("t"), move |c, (sampler, _)| {
+            moments(c, law.moments, sampler)
+        }),
+        trial(name("angles"), angles_are, &HEMISPHERE_PHI, judged("Kolmogorov-Smirnov"), move |c, (sampler, _)| {
+            angles(c, law.cos_cdf, sampler)
+        }),
+        trial(name("furnaces"), reflects, &ESTIMATOR, judged("t"), move |c, (sampler, pdf)| {
             furnaces(c, law.domain, sampler, pdf)
         }),
-        TrialOn::new(
-            trial("pdf", String::from("the pdf integrates to one"), &HEMISPHERE_PDF, "exact"),
-            |_, (_, pdf)| normalised(pdf),
-        ),
+        trial(name("pdf"), "the pdf integrates to one", &HEMISPHERE_PDF, judged("exact"), |_, (_, pdf)| {
+            normalised(pdf)
+        }),
     ]
 }
 

@@ -1,25 +1,14 @@
 //! Photon mapping against the path tracer where no closed form is known: the same radiance within the bias
 //! of photon mapping.
 
-use std::f64::consts::TAU;
-use std::sync::Arc;
-
-use glam::DVec3;
-
-use super::faults::HALVED;
-use super::{MAPPING, scenes};
-use crate::faults::{Fault, TrialOn, data, fault};
-use crate::subject::Parts;
-use crate::subject::{Property, Setup, Subject, on, parts};
-use whitefurnace::equation::PHOTON_DENSITY;
-use whitefurnace::estimator::{Estimator, Lookup, Path, PhotonMapping, Standard};
-use whitefurnace::harness::mean::{Values, welch};
-use whitefurnace::harness::outcome::{Claim, Outcome};
-use whitefurnace::harness::trial::Context;
-use whitefurnace::rng::{Stream, stream, uniform2};
-use whitefurnace::scene::Scene;
+use whitefurnace::estimator::{Lookup, PhotonMapping};
+use whitefurnace::harness::mean::welch;
+use whitefurnace::rng::stream;
 use whitefurnace::scene::room::diffuse;
-use whitefurnace::shape::Ray;
+
+use crate::photon::faults::HALVED;
+use crate::photon::{MAPPING, scenes};
+use crate::prelude::*;
 
 /// The mean radiance along random rays by final gathering and by the path tracer.
 struct SameRadiance {
@@ -71,14 +60,13 @@ impl Property for SameRadiance {
 }
 
 fn trial_on(name: &'static str, property: &str, same: SameRadiance) -> TrialOn<Subject> {
-    let trial = data(
+    trial(
         name,
         format!("{property} within {} %", 100.0 * same.margin),
         &PHOTON_DENSITY,
-        MAPPING,
-        "Welch, equivalence",
-    );
-    TrialOn::new(trial, on(same))
+        [MAPPING, "Welch, equivalence"],
+        on(same),
+    )
 }
 
 /// From the room's camera to a part of its floor away from objects and walls.
@@ -136,11 +124,6 @@ pub(super) fn trials() -> Vec<TrialOn<Subject>> {
 
 /// What they must reject.
 pub(super) fn faults() -> Vec<Fault<Subject>> {
-    vec![fault(
-        "photons-halved",
-        &PHOTON_DENSITY,
-        "albedo/2π for the BRDF of photons",
-        parts(HALVED),
-        &["photon/caustic", "photon/diffuse-room"],
-    )]
+    vec![fault!("photons-halved", PHOTON_DENSITY, "albedo/2π for the BRDF of photons",
+        = parts(HALVED), "photon/caustic", "photon/diffuse-room")]
 }

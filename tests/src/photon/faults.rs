@@ -1,14 +1,9 @@
 //! Faults of photon mapping, each through the whole estimator.
 
-use std::f64::consts::FRAC_1_PI;
-
-use glam::DVec3;
-
-use crate::faults::{Fault, fault};
-use crate::subject::{RIGHT, Subject, Table, fault, parts};
-use whitefurnace::equation::{COSINE_HEMISPHERE, PHOTON_DENSITY, PHOTON_FLUX, PHOTON_RADIUS, ROULETTE};
 use whitefurnace::estimator::photon_map::{density, flux_share};
 use whitefurnace::sampling::uniform_hemisphere;
+
+use crate::prelude::*;
 
 pub(super) fn faults() -> Vec<Fault<Subject>> {
     let mut faults = densities();
@@ -30,13 +25,8 @@ fn densities() -> Vec<Fault<Subject>> {
         fault!("cosine-twice", PHOTON_DENSITY, "flux is multiplied by the cosine, which it has met already",
             { photon_density: |brdf, flux, wi, r2| density(brdf * wi.z, flux, r2) }, "photon/disc",
             "photon/furnace"),
-        fault(
-            "brdf-over-hemisphere",
-            &PHOTON_DENSITY,
-            "albedo/2π for the BRDF of photons",
-            parts(HALVED),
-            &["photon/disc", "photon/gather"],
-        ),
+        fault!("brdf-over-hemisphere", PHOTON_DENSITY, "albedo/2π for the BRDF of photons",
+            = parts(HALVED), "photon/disc", "photon/gather"),
         fault!("all-sides", PHOTON_DENSITY, "photons count wherever they lie in the ball",
             { same_side: |_, _| true }, "photon/behind", "photon/corner"),
         fault!("either-side", PHOTON_DENSITY,

@@ -6,22 +6,14 @@ mod faults;
 mod replications;
 pub mod scenes;
 
-use std::f64::consts::PI;
-use std::sync::Arc;
-
-use glam::DVec3;
-
-use self::replications::{About, Flux, Mapping, Passes, trial_on};
-use super::probes::{BOUNCES, SINGLE};
-use super::scenes::{lambert, sphere_furnace};
-use super::subject::{STANDARD, Subject};
-use crate::faults::{AnyFamily, Family, TrialOn};
-use whitefurnace::equation::{PHOTON_DENSITY, PHOTON_FLUX, PHOTON_RADIUS};
 use whitefurnace::estimator::photon_map::Kept;
 use whitefurnace::estimator::{Lookup, radius_squared};
 use whitefurnace::harness::mean::NEARLY_SYMMETRIC;
 use whitefurnace::scene::simple::{CAP_SHARE, Cap, cavity_cap, furnace_box};
-use whitefurnace::shape::Ray;
+
+use crate::photon::replications::{About, Flux, Mapping, Passes, trial_on};
+use crate::prelude::*;
+use crate::scenes::{lambert, sphere_furnace};
 
 /// The families: with closed forms, and against the path tracer.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {

@@ -1,20 +1,11 @@
 //! What a trial of photons averages: the values of independent maps and series of passes.
 
-use std::sync::Arc;
-
-use crate::faults::{TrialOn, data};
-use crate::scenes::level;
-use crate::subject::Parts;
-use crate::subject::{Property, Setup, Subject, on};
-use whitefurnace::equation::Equation;
 use whitefurnace::estimator::photon_map::{Kept, PhotonMap};
-use whitefurnace::estimator::{Estimator, ImageEstimator, Lookup, PhotonMapping, Sppm};
-use whitefurnace::harness::mean::{Values, mean};
-use whitefurnace::harness::outcome::{Claim, Outcome};
-use whitefurnace::harness::trial::Context;
-use whitefurnace::rng::{Stream, stream};
-use whitefurnace::scene::Scene;
-use whitefurnace::shape::Ray;
+use whitefurnace::estimator::{ImageEstimator, Lookup, PhotonMapping, Sppm};
+use whitefurnace::rng::stream;
+
+use crate::prelude::*;
+use crate::scenes::level;
 
 /// A trial of a mean: name, property, equation, subject, reference, relative δ (absolute if that is 0), and
 /// how many values there are at scale 1.
@@ -56,9 +47,8 @@ pub(super) fn trial_on<T: Replication>(about: About, replication: T) -> TrialOn<
     let About { reference, values, .. } = about;
     // Where nothing arrives, nothing varies.
     let delta = if reference == 0.0 { 0.0 } else { about.delta };
-    let trial = data(about.name, about.property, about.equation, about.subject, "t over independent maps");
     let property = Mean { replication, reference, delta: delta * reference, values };
-    TrialOn::new(trial, on(property))
+    trial(about.name, about.property, about.equation, [about.subject, "t over independent maps"], on(property))
 }
 
 /// The first channel of the mean radiance along some rays, by a map of its own.

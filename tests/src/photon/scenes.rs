@@ -1,16 +1,11 @@
 //! Scenes in which photons have closed-form answers, in metres, z up.
 
-use std::f64::consts::{FRAC_PI_2, PI};
-use std::sync::Arc;
+use std::f64::consts::FRAC_PI_2;
 
-use glam::DVec3;
-
-use crate::scenes::{FLOOR, LIGHT, corners, floor, lambert, light, polygon_irradiance, scene, square};
-use whitefurnace::bsdf::Bsdf;
-use whitefurnace::camera::Camera;
 use whitefurnace::harness::quadrature::{Rectangle, integrate};
-use whitefurnace::scene::{Scene, SceneBuilder, Surface};
-use whitefurnace::shape::{Ray, Sphere};
+
+use crate::prelude::*;
+use crate::scenes::{FLOOR, LIGHT, corners, floor, lambert, light, polygon_irradiance, scene, square};
 
 /// Height and half side of the light over the floor: most of its particles land within [`RADIUS`].
 const CENTRE: DVec3 = DVec3::new(0.0, 0.0, 0.5);

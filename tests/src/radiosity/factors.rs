@@ -1,23 +1,11 @@
 //! Form factors on trial: closed forms, closure, reciprocity, and the flux that they carry.
 
-use std::f64::consts::PI;
-use std::sync::Arc;
-
-use glam::DVec3;
-
-use super::{SINGLE_PRECISION, fineness, solve};
-use crate::faults::{TrialOn, data};
-use crate::probes::{BOUNCES, IMAGE, SINGLE};
-use crate::scenes::{LIGHT, lambert, scene, square};
-use crate::subject::Parts;
-use crate::subject::{Property, Setup, Subject, on};
-use whitefurnace::equation::FORM_FACTOR;
 use whitefurnace::estimator::radiosity::{Element, FormFactors, Mesh, Patch};
-use whitefurnace::harness::outcome::Outcome;
-use whitefurnace::harness::trial::Context;
 use whitefurnace::scene::simple::closed_cube;
-use whitefurnace::scene::{Scene, Surface};
-use whitefurnace::shape::Sphere;
+
+use crate::prelude::*;
+use crate::radiosity::{SINGLE_PRECISION, fineness, solve};
+use crate::scenes::{LIGHT, lambert, scene, square};
 
 /// What is asked of the form factors of a mesh: a number that should be 0.
 struct Factors {
@@ -170,8 +158,7 @@ pub(super) fn factors() -> Vec<TrialOn<Subject>> {
     let perpendicular = plates("perpendicular plates", DVec3::ZERO, [DVec3::Y, DVec3::Z]);
     let trial_on = |name: &str, property: String, subject: Factors| {
         let path = "estimator::radiosity::FormFactors";
-        let trial = data(name, property, &FORM_FACTOR, path, "exact");
-        TrialOn::new(trial, on(subject))
+        trial(name, property, &FORM_FACTOR, [path, "exact"], on(subject))
     };
     vec![
         trial_on(

@@ -1,15 +1,10 @@
 //! Faults of radiosity.
 
-use std::f64::consts::FRAC_1_PI;
-
-use glam::{DVec3, Vec3Swizzles};
-
-use crate::faults::{Fault, fault};
-use crate::subject::{RIGHT, Subject, Table, fault, parts};
-use whitefurnace::equation::{FORM_FACTOR, RADIOSITY};
+use glam::Vec3Swizzles;
 use whitefurnace::estimator::radiosity;
-use whitefurnace::form_factor;
-use whitefurnace::radiometry;
+use whitefurnace::{form_factor, radiometry};
+
+use crate::prelude::*;
 
 /// F towards the middle of a polygon for a surface that faces it: the receiver's cosine is gone.
 fn without_cosine(_: DVec3, corners: &[DVec3]) -> f64 {

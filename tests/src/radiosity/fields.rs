@@ -1,26 +1,15 @@
 //! Direct light on a floor by every kind of emitter, whole and in part hidden, from near and from both
 //! sides, against closed forms of rectangles and quadrature over the light: neither knows of polygons.
 
-use std::f64::consts::PI;
-use std::sync::Arc;
+use whitefurnace::estimator::radiosity::ReadOut;
 
-use glam::DVec3;
-
-use super::{Kind, Known, KnownRay, SINGLE_PRECISION, known};
 use crate::cie::{parallel_corner, upright_corner};
-use crate::faults::TrialOn;
-use crate::probes::IMAGE;
+use crate::prelude::*;
+use crate::radiosity::{Kind, Known, KnownRay, SINGLE_PRECISION, known};
 use crate::scenes::{
     FLOOR, HEIGHT, LIGHT, TINT, TRIANGLE, at_origin, floor, half_hidden_light, lambert, light, rectangle_light, scene,
     square, triangle_light,
 };
-use crate::subject::Subject;
-use whitefurnace::bsdf::Bsdf;
-use whitefurnace::equation::FORM_FACTOR;
-use whitefurnace::estimator::radiosity::ReadOut;
-use whitefurnace::harness::domain::Domain;
-use whitefurnace::scene::{Scene, SceneBuilder, Surface};
-use whitefurnace::shape::{Ray, Sphere};
 
 /// F from the origin with the normal z to a flat light: the double integral of cos θ cos θ′/(πd²), by
 /// quadrature over `domain` stretched along two edges.

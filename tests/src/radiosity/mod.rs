@@ -6,28 +6,16 @@ mod fields;
 
 pub use factors::{NEIGHBOURS, OPPOSITE};
 
-use std::sync::Arc;
-
-use glam::DVec3;
-
-use crate::faults::{AnyFamily, Family, TrialOn, data};
-use crate::furnace::off_cap;
-use crate::images::{Levels, same_mean};
-use crate::probes::{IMAGE, any_direction};
-use crate::scenes::{lambert, scene};
-use crate::subject::Parts;
-use crate::subject::{Property, STANDARD, Setup, Subject, on};
-use whitefurnace::bsdf::Bsdf;
-use whitefurnace::equation::{Equation, RADIOSITY};
+use whitefurnace::estimator::Radiosity;
 use whitefurnace::estimator::radiosity::{Fineness, RESIDUAL, ReadOut};
-use whitefurnace::estimator::{Estimator, Path, Radiosity, Standard};
-use whitefurnace::harness::outcome::Outcome;
-use whitefurnace::harness::trial::Context;
-use whitefurnace::rng::Stream;
 use whitefurnace::scene::room::diffuse;
 use whitefurnace::scene::simple::{CAP_SHARE, Cap, cavity_cap, closed_cube, furnace_box};
-use whitefurnace::scene::{Scene, Surface};
-use whitefurnace::shape::Ray;
+
+use crate::furnace::off_cap;
+use crate::images::{Levels, same_mean};
+use crate::prelude::*;
+use crate::probes::any_direction;
+use crate::scenes::{lambert, scene};
 
 /// Form factors are kept in single precision.
 const SINGLE_PRECISION: f64 = 1e-6;
@@ -119,7 +107,7 @@ impl Property for SameRoom {
 
 fn known(name: &str, property: impl Into<String>, equation: &'static Equation, known: Known) -> TrialOn<Subject> {
     let subject = "estimator::Radiosity";
-    TrialOn::new(data(name, property, equation, subject, "exact"), on(known))
+    trial(name, property, equation, [subject, "exact"], on(known))
 }
 
 /// From within a box towards points so near to its edges and corners that patches look huge.
@@ -210,25 +198,21 @@ fn furnaces() -> Vec<TrialOn<Subject>> {
 
 fn rooms() -> Vec<TrialOn<Subject>> {
     let subject = "estimator::Radiosity";
-    let energy = TrialOn::new(
-        data(
-            "radiosity/energy",
-            "in a cube with a wall of light all walls together receive the flux over 1 − ρ",
-            &RADIOSITY,
-            subject,
-            "exact",
-        ),
+    let energy = trial(
+        "radiosity/energy",
+        "in a cube with a wall of light all walls together receive the flux over 1 − ρ",
+        &RADIOSITY,
+        [subject, "exact"],
         on(factors::Energy),
     );
     let same = diffuse().ok().map(|room| {
-        let trial = data(
+        trial(
             "radiosity/diffuse-room",
             "radiosity and the path tracer make the same image of the diffuse room",
             &RADIOSITY,
-            subject,
-            "Welch, equivalence",
-        );
-        TrialOn::new(trial, on(SameRoom { scene: Arc::new(room) }))
+            [subject, "Welch, equivalence"],
+            on(SameRoom { scene: Arc::new(room) }),
+        )
     });
     std::iter::once(energy).chain(same).collect()
 }

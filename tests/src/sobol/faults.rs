@@ -1,95 +1,56 @@
 //! Faults of low-discrepancy numbers.
 
-use super::{Point, RIGHT, Subject, scrambled, sobol};
-use crate::faults::{Fault, fault};
-use crate::subject::fault;
-use whitefurnace::equation::SOBOL;
 use whitefurnace::moments::Moments;
 use whitefurnace::rng::stream;
+
+use crate::prelude::*;
+use crate::sobol::{Point, RIGHT, Subject, scrambled, sobol};
 
 /// Faults of the numbers themselves.
 pub(super) fn of_numbers() -> Vec<Fault<Subject>> {
     let with = |numbers| Subject { numbers, ..RIGHT };
     vec![
-        fault(
-            "unscrambled",
-            &SOBOL,
-            "one scramble for everything: each point of the sequence is where it always is",
-            with(|point, block| {
+        fault!("unscrambled", SOBOL, "one scramble for everything: each point of the sequence is where it always is",
+            = with(|point, block| {
                 let fill = stream(point.seed, point.replication, point.index);
                 scrambled(point, block, 0, fill)
             }),
-            &["sampler/independent: correlation, next scramble"],
-        ),
-        fault(
-            "one-scramble-for-all-pixels",
-            &SOBOL,
-            "the scramble does not depend on the pixel",
-            with(|point, block| sobol(Point { pixel: 0, ..point }, block)),
-            &["sampler/independent: correlation, next pixel"],
-        ),
-        fault(
-            "blocks-alike",
-            &SOBOL,
-            "every block is the same points",
-            with(|point, _| sobol(point, 0)),
-            &["sampler/independent: correlation, next block"],
-        ),
-        fault(
-            "scramble-per-sample",
-            &SOBOL,
-            "each sample has a scramble of its own: independent numbers, no net",
-            with(|point, block| {
+            "sampler/independent: correlation, next scramble"),
+        fault!("one-scramble-for-all-pixels", SOBOL, "the scramble does not depend on the pixel",
+            = with(|point, block| sobol(Point { pixel: 0, ..point }, block)),
+            "sampler/independent: correlation, next pixel"),
+        fault!("blocks-alike", SOBOL, "every block is the same points",
+            = with(|point, _| sobol(point, 0)), "sampler/independent: correlation, next block"),
+        fault!("scramble-per-sample", SOBOL, "each sample has a scramble of its own: independent numbers, no net",
+            = with(|point, block| {
                 let replication = point.replication ^ point.index << 16;
                 sobol(Point { replication, ..point }, block)
             }),
-            &["sampler/stratified: elementary intervals", "sampler/stratified: intervals of one coordinate"],
-        ),
-        fault(
-            "second-coordinate-twice",
-            &SOBOL,
+            "sampler/stratified: elementary intervals", "sampler/stratified: intervals of one coordinate"),
+        fault!("second-coordinate-twice", SOBOL,
             "the third number repeats the second: points on a light lie on its diagonal",
-            with(|point, block| {
+            = with(|point, block| {
                 let mut numbers = sobol(point, block);
                 numbers[2] = numbers[1];
                 numbers
             }),
-            &["sampler/mean"],
-        ),
-        fault(
-            "first-coordinate-twice",
-            &SOBOL,
-            "the second number repeats the first: directions lie on a spiral",
-            with(|point, block| {
+            "sampler/mean"),
+        fault!("first-coordinate-twice", SOBOL, "the second number repeats the first: directions lie on a spiral",
+            = with(|point, block| {
                 let mut numbers = sobol(point, block);
                 numbers[1] = numbers[0];
                 numbers
             }),
-            &["sampler/independent: correlation, next coordinate"],
-        ),
-        fault(
-            "last-sixteenth-empty",
-            &SOBOL,
+            "sampler/independent: correlation, next coordinate"),
+        fault!("last-sixteenth-empty", SOBOL,
             "numbers of [0, 15/16): the last sixteenth of every coordinate is never met",
-            with(|point, block| sobol(point, block).map(|u| u * 15.0 / 16.0)),
-            &[
-                "sampler/uniform: coordinate 0",
-                "sampler/uniform: coordinate 1",
-                "sampler/uniform: coordinate 2",
-                "sampler/uniform: coordinate 3",
-                "sampler/uniform: coordinate 4",
-                "sampler/uniform: coordinate 5",
-                "sampler/uniform: coordinate 6",
-                "sampler/uniform: coordinate 7",
-            ],
-        ),
-        fault(
-            "no-fill",
-            &SOBOL,
-            "nothing below the 23 leading bits",
-            with(|point, block| sobol(point, block).map(|u| (u * f64::from(1 << 23)).floor() / f64::from(1 << 23))),
-            &["sampler/uniform: low bits"],
-        ),
+            = with(|point, block| sobol(point, block).map(|u| u * 15.0 / 16.0)),
+            "sampler/uniform: coordinate 0", "sampler/uniform: coordinate 1", "sampler/uniform: coordinate 2",
+            "sampler/uniform: coordinate 3", "sampler/uniform: coordinate 4", "sampler/uniform: coordinate 5",
+            "sampler/uniform: coordinate 6", "sampler/uniform: coordinate 7"),
+        fault!("no-fill", SOBOL, "nothing below the 23 leading bits",
+            = with(|point, block| sobol(point, block).map(|u| (u * f64::from(1 << 23)).floor() / f64::from(1 << 23))),
+            "sampler/uniform: low bits"),
     ]
 }
 

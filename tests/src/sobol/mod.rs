@@ -3,22 +3,16 @@
 
 mod faults;
 
-use crate::faults::{AnyFamily, Family, TrialOn, data};
-use crate::irradiance::reflected;
-use crate::scenes::{RECTANGLE, at_origin, level, polygon_irradiance, rectangle_light};
-use crate::script::{Script, Scripted};
-use whitefurnace::equation::SOBOL;
-use whitefurnace::estimator::{Estimator, Path, Standard, Strategy};
 use whitefurnace::harness::chi_square::{CELL_DELTA, Counts, chi_square};
 use whitefurnace::harness::convergence::variance_ratio;
-use whitefurnace::harness::domain::Partition;
-use whitefurnace::harness::mean::{Values, mean};
-use whitefurnace::harness::outcome::{Claim, Outcome};
-use whitefurnace::harness::trial::{Context, Trial};
 use whitefurnace::moments::Moments;
-use whitefurnace::rng::{seed_for, stream, uniform, uniform2};
+use whitefurnace::rng::{seed_for, stream};
 use whitefurnace::sampler::{BLOCK, LIGHT, Sampler, Sobol, scramble};
-use whitefurnace::scene::Scene;
+
+use crate::irradiance::reflected;
+use crate::prelude::*;
+use crate::scenes::{RECTANGLE, at_origin, level, polygon_irradiance, rectangle_light};
+use crate::script::{Script, Scripted};
 
 /// Numbers of a block.
 type Block = [f64; BLOCK as usize];
@@ -48,7 +42,7 @@ fn sobol(point: Point, block: u32) -> Block {
     scrambled(point, block, scramble, stream(seed, pixel, replication ^ index << 16))
 }
 
-fn scrambled(point: Point, block: u32, scramble: u64, fill: whitefurnace::rng::Stream) -> Block {
+fn scrambled(point: Point, block: u32, scramble: u64, fill: Stream) -> Block {
     let mut points = Sobol::new(point.index as u16, scramble, fill);
     points.block(block);
     std::array::from_fn(|_| uniform(&mut points))
@@ -276,27 +270,26 @@ fn error_bars(context: &Context, subject: Subject) -> Vec<Outcome> {
     vec![variance_ratio("squared error over squared error bar", &errors, &bars, 1.0, BAR_DELTA)]
 }
 
-fn trial(name: &str, property: &str, statistic: &'static str) -> Trial {
-    let subject = "sampler::Sobol, sampler::scramble";
-    let name = format!("sampler/{name}");
-    data(name, property, &SOBOL, subject, statistic)
+fn own<S: 'static>(name: &str, property: &str, statistic: &'static str, on: TrialFn<S>) -> TrialOn<S> {
+    trial(format!("sampler/{name}"), property, &SOBOL, ["sampler::Sobol, sampler::scramble", statistic], on)
 }
 
 fn trials() -> Vec<TrialOn<Subject>> {
     vec![
-        TrialOn::new(
-            trial("uniform", "over scrambles each coordinate is uniform, below its leading bits, too", "chi-square"),
+        own(
+            "uniform",
+            "over scrambles each coordinate is uniform, below its leading bits, too",
+            "chi-square",
             uniformity,
         ),
-        TrialOn::new(
-            trial("stratified", "each elementary interval holds one of the first 2^m points of a scramble", "exact"),
+        own(
+            "stratified",
+            "each elementary interval holds one of the first 2^m points of a scramble",
+            "exact",
             stratification,
         ),
-        TrialOn::new(
-            trial("independent", "blocks, pixels, scrambles and coordinates are uncorrelated", "t"),
-            independence,
-        ),
-        TrialOn::new(trial("mean", "the mean of 16 Sobol' points is unbiased through a path tracer", "t"), unbiased),
+        own("independent", "blocks, pixels, scrambles and coordinates are uncorrelated", "t", independence),
+        own("mean", "the mean of 16 Sobol' points is unbiased through a path tracer", "t", unbiased),
     ]
 }
 
@@ -305,8 +298,10 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![
         Box::new(Family { trials: trials(), faults: faults::of_numbers(), ..Family::new("sobol", RIGHT) }),
         Box::new(Family {
-            trials: vec![TrialOn::new(
-                trial("error-bars", "the spread of scrambles is the error of their mean", "variance ratio"),
+            trials: vec![own(
+                "error-bars",
+                "the spread of scrambles is the error of their mean",
+                "variance ratio",
                 error_bars,
             )],
             faults: faults::of_error_bars(),

@@ -4,21 +4,17 @@
 mod path;
 
 use std::cell::{Cell, RefCell};
-use std::f64::consts::FRAC_1_PI;
 
-use self::path::{EMITTERS, FRAME, Kind, LAST, LIVES, Vertex, by_strategy, closed_form, on_emitter, room, trace};
-use super::script::{self, Scripted};
-use super::subject::{RIGHT, Table};
-use crate::faults::{AnyFamily, Family, TrialOn, data, fault};
-use whitefurnace::equation::{COSINE_HEMISPHERE, GEOMETRY, IMPORTANCE, MIS, PATH_DENSITY, REFRACTION, SOLID_ANGLE};
 use whitefurnace::estimator::{Bdpt, Density, weight};
-use whitefurnace::harness::outcome::Outcome;
 use whitefurnace::harness::pointwise::{Largest, relative};
-use whitefurnace::harness::trial::Context;
-use whitefurnace::rng::uniform2;
 use whitefurnace::sampler::LIGHT;
-use whitefurnace::scene::Scene;
 use whitefurnace::splat::Splats;
+
+use crate::prelude::*;
+use crate::script::{self, Scripted};
+use crate::whole_paths::path::{
+    EMITTERS, FRAME, Kind, LAST, LIVES, Vertex, by_strategy, closed_form, on_emitter, room, trace,
+};
 
 /// The numbers of each block; after the last, [`LAST`].
 struct Script<'a> {
@@ -168,17 +164,16 @@ macro_rules! by {
 /// The trial.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let scene = room();
-    let trial = data(
-        "bidirectional/whole-paths",
-        "every strategy makes the same path with the densities in closed form, and the weights sum to one",
-        &PATH_DENSITY,
-        "estimator::Bdpt",
-        "exact",
-    );
     let on = move |context: &Context, parts: Table| whole_paths(context, &scene, parts);
     vec![Box::new(Family {
         whole_estimator: true,
-        trials: vec![TrialOn::new(trial, on)],
+        trials: vec![trial(
+            "bidirectional/whole-paths",
+            "every strategy makes the same path with the densities in closed form, and the weights sum to one",
+            &PATH_DENSITY,
+            ["estimator::Bdpt", "exact"],
+            on,
+        )],
         faults: vec![
             fault(
                 "number-of-lights-forgotten",

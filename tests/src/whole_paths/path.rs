@@ -1,20 +1,12 @@
 //! A room, and paths in it from a light to the eye with their densities in closed form.
 
-use std::f64::consts::{FRAC_1_PI, TAU};
-use std::sync::Arc;
-
-use glam::DVec3;
-
-use crate::probes::any_direction;
-use crate::scenes::{FLOOR, lambert, seen_by, square};
-use whitefurnace::bsdf::Bsdf;
-use whitefurnace::camera::Camera;
 use whitefurnace::emitter::EmitterShape;
 use whitefurnace::frame::{Frame, azimuth};
-use whitefurnace::rng::{Stream, uniform, uniform2};
 use whitefurnace::sampling::cosine_hemisphere_inverse;
-use whitefurnace::scene::{Scene, Surface};
-use whitefurnace::shape::Sphere;
+
+use crate::prelude::*;
+use crate::probes::any_direction;
+use crate::scenes::{FLOOR, lambert, seen_by, square};
 
 const EYE: DVec3 = DVec3::new(0.2, -1.8, 1.3);
 const TARGET: DVec3 = DVec3::new(0.1, 0.3, 1.0);
