@@ -30,7 +30,7 @@ fn oren_nayar(form: OrenNayarForm) -> Bsdf {
 }
 
 /// A BSDF as paths go on from it.
-pub(super) fn as_rendered(parts: Table, bsdf: Bsdf) -> BsdfSubject {
+pub(super) fn as_rendered(parts: PartTable, bsdf: Bsdf) -> BsdfSubject {
     BsdfSubject::new(
         move |wo, wi| Scattering::brdf(&parts, &bsdf, wo, wi).x,
         move |wo, [r1, r2, _]| parts.sample_rough(&bsdf, wo, [r1, r2]).map(first_channel),
@@ -40,7 +40,7 @@ pub(super) fn as_rendered(parts: Table, bsdf: Bsdf) -> BsdfSubject {
 }
 
 /// The same by uniform directions.
-fn uniform_sampled(parts: Table, bsdf: Bsdf) -> BsdfSubject {
+fn uniform_sampled(parts: PartTable, bsdf: Bsdf) -> BsdfSubject {
     BsdfSubject::new(
         move |wo, wi| Scattering::brdf(&parts, &bsdf, wo, wi).x,
         move |wo, [r1, r2, _]| Some(first_channel(parts.sample_uniform(&bsdf, wo, [r1, r2]))),
@@ -83,7 +83,7 @@ fn lambert() -> Bsdf {
 
 fn oren_nayar_check(
     context: &Context,
-    parts: Table,
+    parts: PartTable,
     form: OrenNayarForm,
     albedo: fn(OrenNayar, f64) -> f64,
 ) -> Vec<Outcome> {
@@ -104,9 +104,9 @@ fn other_constant(wo: DVec3, wi: DVec3) -> f64 {
     RHO * FRAC_1_PI * bsdf::oren_nayar(constants, OrenNayarForm::Printed, wo, wi)
 }
 
-fn trials() -> Vec<TrialOn<Table>> {
+fn trials() -> Vec<FamilyTrial<PartTable>> {
     // At so many inclinations all weights are the same, and no chance is in the furnace.
-    let own = |name: &str, property: &str, equation, on: TrialFn<Table>| {
+    let own = |name: &str, property: &str, equation, on: TrialFn<PartTable>| {
         let subject = "bsdf::Scattering::sample_rough, sample_uniform";
         trial(format!("bsdf/{name}"), property, equation, [subject, "BSDF check-up"], on)
     };
@@ -132,16 +132,16 @@ fn trials() -> Vec<TrialOn<Table>> {
     ]
 }
 
-fn faults() -> Vec<Fault<Table>> {
+fn faults() -> Vec<Fault<PartTable>> {
     vec![
         fault!("no-pi", LAMBERT, "f = ρ",
-            Table: { brdf: |bsdf, wo, wi| PI * bsdf.eval(wo, wi) },
+            PartTable: { brdf: |bsdf, wo, wi| PI * bsdf.eval(wo, wi) },
             "bsdf/lambert: directional albedo at 0 degrees"),
         fault(
             "uniform-sampler",
             &COSINE_HEMISPHERE,
             "uniform directions, cosine pdf",
-            Table { cosine_hemisphere: uniform_hemisphere, ..RIGHT },
+            PartTable { cosine_hemisphere: uniform_hemisphere, ..CORRECT },
             at_every_angle![
                 "bsdf/lambert: chi-square of samples",
                 "bsdf/oren-nayar: chi-square of samples",
@@ -152,14 +152,14 @@ fn faults() -> Vec<Fault<Table>> {
             "cosine-sampler",
             &HEMISPHERE_THETA,
             "cosine directions, uniform pdf",
-            Table { uniform_hemisphere: cosine_hemisphere, ..RIGHT },
+            PartTable { uniform_hemisphere: cosine_hemisphere, ..CORRECT },
             at_every_angle!["bsdf/cosine: chi-square of samples"],
         ),
         fault(
             "cosine-twice",
             &COSINE,
             "the weight has the cosine twice",
-            Table { cosine: squared, ..RIGHT },
+            PartTable { cosine: squared, ..CORRECT },
             at_every_angle![
                 "bsdf/lambert: furnace",
                 "bsdf/cosine: furnace",
@@ -168,21 +168,21 @@ fn faults() -> Vec<Fault<Table>> {
             ],
         ),
         fault!("cosine-in-f", COSINE, "eval returns f_r cos θ",
-            Table: { brdf: |bsdf, wo, wi| bsdf.eval(wo, wi) * wi.z }, "bsdf/cosine: reciprocity",
+            PartTable: { brdf: |bsdf, wo, wi| bsdf.eval(wo, wi) * wi.z }, "bsdf/cosine: reciprocity",
             "bsdf/cosine: directional albedo at 0 degrees"),
         fault!("printed", OREN_NAYAR, "sin β for tan β, as the report prints",
-            Table: { brdf: |_, wo, wi| oren_nayar(OrenNayarForm::Printed).eval(wo, wi) },
+            PartTable: { brdf: |_, wo, wi| oren_nayar(OrenNayarForm::Printed).eval(wo, wi) },
             "bsdf/oren-nayar: directional albedo at 75 degrees"),
         fault!("correct-for-printed", OREN_NAYAR, "tan β where the printed form is meant",
-            Table: { brdf: |_, wo, wi| oren_nayar(OrenNayarForm::Corrected).eval(wo, wi) },
+            PartTable: { brdf: |_, wo, wi| oren_nayar(OrenNayarForm::Corrected).eval(wo, wi) },
             "bsdf/oren-nayar-printed: directional albedo at 75 degrees"),
         fault!("constant", OREN_NAYAR_CONSTANTS, "0.57 for 0.33 in A",
-            Table: { brdf: |_, wo, wi| DVec3::splat(other_constant(wo, wi)) },
+            PartTable: { brdf: |_, wo, wi| DVec3::splat(other_constant(wo, wi)) },
             "bsdf/oren-nayar-printed: directional albedo at 0 degrees"),
     ]
 }
 
 /// The diffuse models.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    vec![Box::new(Family { trials: trials(), faults: faults(), ..Family::new("bsdf", RIGHT) })]
+    vec![Box::new(Family { trials: trials(), faults: faults(), ..Family::new("bsdf", CORRECT) })]
 }

@@ -10,7 +10,7 @@ use crate::strategies::{LIGHT_ANGLE, MIS_ANGLE, near_origin};
 
 const REFLECTANCE: f64 = 0.9;
 /// From the eye to the patch, to the mirror or glass, to the light.
-const REPORT: Kind = Kind::Report(3);
+const REPORT: EstimatorKind = EstimatorKind::Report(3);
 
 /// A light that faces up, below the level of a diffuse patch at the origin and seen by it in a mirror
 /// only. The patch is so small that its own image is 1e-6 of the light.
@@ -35,25 +35,25 @@ fn light_in_glass() -> Arc<Scene> {
 }
 
 /// The trials.
-pub fn trials() -> Vec<TrialOn<Subject>> {
+pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let mirror = light_in_mirror();
     let image = polygon_irradiance(&corners(DVec3::Z, 6.0));
     let in_mirror = REFLECTANCE * reflected(image);
     let glass = light_in_glass();
     // What 1 - R of radiance becomes in the thinner medium, averaged over the hemisphere.
     let in_glass = FLOOR * LIGHT * (1.0 - walsh(INDEX)) / (INDEX * INDEX);
-    let trial_on = |name, (scene, how, reference): &(&Arc<Scene>, &str, f64), kind, equation, n| {
+    let family_trial = |name, (scene, how, reference): &(&Arc<Scene>, &str, f64), kind, equation, n| {
         let property = format!("a patch reflects {reference:.6} of a light that it sees {how} only");
-        let words = words(name, property, equation);
-        radiance(words, (scene, kind, near_origin), *reference, (n, SINGLE))
+        let statement = statement(name, property, equation);
+        radiance(statement, (scene, kind, near_origin), *reference, (n, SINGLE))
     };
     let mirror = (&mirror, "in a mirror", in_mirror);
     let glass = (&glass, "through glass", in_glass);
     vec![
-        trial_on("irradiance/after-mirror/light", &mirror, LIGHT_ANGLE, &MIS, 8_000_000),
-        trial_on("irradiance/after-mirror/mis", &mirror, MIS_ANGLE, &MIS, 8_000_000),
-        trial_on("irradiance/after-mirror/report", &mirror, REPORT, &RENDERING, 8_000_000),
-        trial_on("irradiance/after-glass/mis", &glass, MIS_ANGLE, &REFRACTION, 8_000_000),
-        trial_on("irradiance/after-glass/report", &glass, REPORT, &RENDERING, 9_500_000),
+        family_trial("irradiance/after-mirror/light", &mirror, LIGHT_ANGLE, &MIS, 8_000_000),
+        family_trial("irradiance/after-mirror/mis", &mirror, MIS_ANGLE, &MIS, 8_000_000),
+        family_trial("irradiance/after-mirror/report", &mirror, REPORT, &RENDERING, 8_000_000),
+        family_trial("irradiance/after-glass/mis", &glass, MIS_ANGLE, &REFRACTION, 8_000_000),
+        family_trial("irradiance/after-glass/report", &glass, REPORT, &RENDERING, 9_500_000),
     ]
 }

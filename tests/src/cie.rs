@@ -96,12 +96,12 @@ fn roof(name: &str, obstructed: bool) -> Arc<Scene> {
 }
 
 /// The trials.
-pub fn trials() -> Vec<TrialOn<Subject>> {
-    let trial_on = |name, what: &str, scene: &Arc<Scene>, ray: fn(&mut Stream) -> Ray, l, f: f64, n| {
+pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
+    let family_trial = |name, what: &str, scene: &Arc<Scene>, ray: fn(&mut Stream) -> Ray, l, f: f64, n| {
         let reference = FLOOR * l * f;
         let property = format!("{what}: F = {f:.6}, and {reference:.6} is reflected");
-        let probe = (scene, Kind::Path, ray);
-        radiance(words(name, property, &GEOMETRY), probe, reference, (n, SINGLE))
+        let probe = (scene, EstimatorKind::Path, ray);
+        radiance(statement(name, property, &GEOMETRY), probe, reference, (n, SINGLE))
     };
     let [x, y] = PANEL;
     let whole = [-HALF, HALF];
@@ -110,7 +110,7 @@ pub fn trials() -> Vec<TrialOn<Subject>> {
     let shadow = edge * SILL / height;
     let opening = |x| anywhere(x, whole, |a, b| parallel_corner(a, b, SILL));
     vec![
-        trial_on(
+        family_trial(
             "cie/panel-floor",
             "a luminous rectangle over a floor",
             &panel("luminous panel over a floor", DVec3::new(0.0, -4.0, 0.0), [4.0 * DVec3::X, 8.0 * DVec3::Y]),
@@ -119,7 +119,7 @@ pub fn trials() -> Vec<TrialOn<Subject>> {
             anywhere([x[0] - 1.0, x[1] - 1.0], y, |a, b| parallel_corner(a, b, CEILING)),
             4_000_000,
         ),
-        trial_on(
+        family_trial(
             "cie/panel-wall",
             "a luminous rectangle beside a wall",
             &panel("luminous panel beside a wall", DVec3::new(0.0, -4.0, 0.0), [8.0 * DVec3::Y, CEILING * DVec3::Z]),
@@ -128,7 +128,7 @@ pub fn trials() -> Vec<TrialOn<Subject>> {
             anywhere(x, y, |a, b| upright_corner(a, b, CEILING - 1.5)),
             6_000_000,
         ),
-        trial_on(
+        family_trial(
             "cie/roof-opening",
             "a roof opening under a uniform sky",
             &roof("roof opening", false),
@@ -137,7 +137,7 @@ pub fn trials() -> Vec<TrialOn<Subject>> {
             opening(whole),
             7_500_000,
         ),
-        trial_on(
+        family_trial(
             "cie/obstruction",
             "an opening before which an obstruction hides a part of a uniform sky",
             &roof("obstructed roof opening", true),

@@ -137,7 +137,7 @@ fn edge_slope(context: &Context, strategy: fn(u32) -> PixelSampling, reference: 
     vec![slope("slope of the error", &sizes, &groups, reference, SLOPE_MARGIN)]
 }
 
-fn ratio_bench(profile: Profile) -> TrialOn<[Method; 2]> {
+fn ratio_bench(profile: Profile) -> FamilyTrial<[Method; 2]> {
     let ratio_of = profile.uniform / profile.cosine;
     trial(
         format!("convergence/ratio-{}", profile.name),
@@ -162,7 +162,7 @@ fn ratios() -> Family<[Method; 2]> {
 /// A strategy for n × n samples.
 type Strategy = fn(u32) -> PixelSampling;
 
-fn strategy_benches(name: &'static str, error: f64, order: f64) -> Vec<TrialOn<Strategy>> {
+fn strategy_benches(name: &'static str, error: f64, order: f64) -> Vec<FamilyTrial<Strategy>> {
     let equation = if name == "grid" { &SUPERSAMPLING } else { &RANDOMISATION };
     let subject = "pixel::PixelSampling::position";
     vec![

@@ -25,7 +25,7 @@ fn unit_square([r1, r2]: [f64; 2]) -> DVec3 {
     Emitter::new(shape, DVec3::ONE).sample([r1, r2]).point
 }
 
-const RIGHT: Points = Points {
+const CORRECT: Points = Points {
     triangle: |random| {
         let [u, v] = triangle(random);
         DVec3::new(u, v, 0.0)
@@ -47,7 +47,7 @@ fn cells(context: &Context, domain: Domain, map: Map) -> Vec<Outcome> {
     })]
 }
 
-fn trials() -> Vec<TrialOn<Points>> {
+fn trials() -> Vec<FamilyTrial<Points>> {
     let own = |name: &str, property: &str, equation: &'static Equation, subject, on: TrialFn<Points>| {
         trial(format!("emitter/{name}"), property, equation, [subject, "chi-square"], on)
     };
@@ -106,6 +106,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             fault!("folded-otherwise", TRIANGLE_POINT, "u = 1 − √r₁, v = r₂√r₁: another map, the same density",
             Points: { triangle: |[r1, r2]| DVec3::new(1.0 - r1.sqrt(), r2 * r1.sqrt(), 0.0) }, "emitter/triangle"),
         ],
-        ..Family::new("points", RIGHT)
+        ..Family::new("points", CORRECT)
     })]
 }

@@ -12,18 +12,18 @@ use crate::bsdf::{as_rendered, at_every_angle, squared};
 use crate::prelude::*;
 use crate::subject;
 
-/// Parts of the model, so that each can be replaced; one channel.
+/// EonParts of the model, so that each can be replaced; one channel.
 #[derive(Clone, Copy)]
-pub struct Parts {
+pub struct EonParts {
     /// f_r of both lobes, and how it is sampled.
-    pub lobes: Table,
+    pub lobes: PartTable,
     /// π f_r/ρ of single scattering from r, wo and wi.
     pub single: fn(f64, DVec3, DVec3) -> f64,
     /// E(θ) from r and cos θ.
     pub albedo: fn(f64, f64) -> f64,
 }
 
-impl Parts {
+impl EonParts {
     /// f_r from ρ, r, wo and wi.
     fn eval(self, rho: f64, roughness: f64, wo: DVec3, wi: DVec3) -> f64 {
         (self.lobes.brdf)(&material(rho, roughness), wo, wi).x
@@ -36,7 +36,7 @@ fn material(rho: f64, roughness: f64) -> Bsdf {
 }
 
 /// The program's parts.
-const RIGHT: Parts = Parts { lobes: subject::RIGHT, single: single_scattering, albedo };
+const CORRECT: EonParts = EonParts { lobes: subject::CORRECT, single: single_scattering, albedo };
 
 /// Both lobes with another albedo of the second.
 fn coloured(rho: f64, r: f64, (wo, wi): (DVec3, DVec3), multiple: f64) -> f64 {
@@ -88,8 +88,8 @@ fn reflected(roughness: f64, cos: f64) -> f64 {
     RHO * e + multiple * (1.0 - e)
 }
 
-fn trials() -> Vec<TrialOn<Parts>> {
-    let own = |name: &str, property: &str, equation: &'static Equation, subject, on: TrialFn<Parts>| {
+fn trials() -> Vec<FamilyTrial<EonParts>> {
+    let own = |name: &str, property: &str, equation: &'static Equation, subject, on: TrialFn<EonParts>| {
         trial(format!("bsdf/{name}"), property, equation, [subject, "exact"], on)
     };
     vec![
@@ -98,7 +98,7 @@ fn trials() -> Vec<TrialOn<Parts>> {
             "white EON passes the check-up and its directional albedo is 1",
             &EON_MULTIPLE,
             ["bsdf::Scattering::sample_rough", "BSDF check-up"],
-            |context, parts: Parts| {
+            |context, parts: EonParts| {
                 let subject = as_rendered(parts.lobes, material(1.0, 0.3)).energy_bound(1.0).albedo(|_| 1.0);
                 check_up(&subject, &CheckUp::default(), context)
             },
@@ -108,7 +108,7 @@ fn trials() -> Vec<TrialOn<Parts>> {
             "white EON reflects all light, at every angle and roughness",
             &EON_MULTIPLE,
             "bsdf::Bsdf::eval",
-            |_, parts: Parts| {
+            |_, parts: EonParts| {
                 let f = move |r: f64, wo: DVec3, wi: DVec3| parts.eval(1.0, r, wo, wi);
                 furnace("white furnace", f, |_, _| 1.0)
             },
@@ -118,7 +118,7 @@ fn trials() -> Vec<TrialOn<Parts>> {
             "EON of albedo 0.5 reflects the sum of all orders of scattering",
             &EON_MULTIPLE,
             "bsdf::Bsdf::eval",
-            |_, parts: Parts| {
+            |_, parts: EonParts| {
                 let f = move |r: f64, wo: DVec3, wi: DVec3| parts.eval(RHO, r, wo, wi);
                 furnace("coloured furnace", f, reflected)
             },
@@ -128,14 +128,14 @@ fn trials() -> Vec<TrialOn<Parts>> {
             "single scattering loses nothing at grazing: its albedo at 89.9999° is 1 within 1e-5",
             &EON_SINGLE,
             "bsdf::eon::single_scattering",
-            |_, parts: Parts| grazing(parts),
+            |_, parts: EonParts| grazing(parts),
         ),
         own(
             "eon-albedo",
             "the closed form of the directional albedo is the integral of single scattering",
             &EON_ALBEDO,
             "bsdf::eon::albedo",
-            |_, parts: Parts| {
+            |_, parts: EonParts| {
                 let f = move |r: f64, wo: DVec3, wi: DVec3| FRAC_1_PI * (parts.single)(r, wo, wi);
                 furnace("single scattering", f, parts.albedo)
             },
@@ -144,50 +144,50 @@ fn trials() -> Vec<TrialOn<Parts>> {
 }
 
 /// 1 − E(θ) = A r (c − G/π) falls in proportion to cos θ: at 89.9999° it is below 2 × 10⁻⁶.
-fn grazing(parts: Parts) -> Vec<Outcome> {
+fn grazing(parts: EonParts) -> Vec<Outcome> {
     let wo = from_spherical(89.9999_f64.to_radians(), KINK);
     let lost = ROUGHNESS.map(|r| {
         let f = |wi: DVec3| FRAC_1_PI * (parts.single)(r, wo, wi) * wi.z;
         (1.0 - Domain::Hemisphere.integrate_all(MASS_TOLERANCE, &f).value).abs()
     });
     let worst = lost.into_iter().fold(0.0, f64::max);
-    let words = format!("1 − E = {lost:?} for r = {ROUGHNESS:?}");
-    vec![Outcome::exact("grazing", 3, worst, 1e-5, words)]
+    let statement = format!("1 − E = {lost:?} for r = {ROUGHNESS:?}");
+    vec![Outcome::exact("grazing", 3, worst, 1e-5, statement)]
 }
 
 /// The parts with other lobes: f_r from ρ, r, wo and wi.
 macro_rules! with {
     (|$rho:pat_param, $r:ident, $wo:ident, $wi:ident| $f:expr) => {
-        Parts {
-            lobes: Table {
+        EonParts {
+            lobes: PartTable {
                 brdf: |bsdf, $wo, $wi| {
                     let &Bsdf::Eon { albedo: DVec3 { x: $rho, .. }, roughness: $r } = bsdf else {
                         return DVec3::ZERO;
                     };
                     DVec3::splat($f)
                 },
-                ..subject::RIGHT
+                ..subject::CORRECT
             },
-            ..RIGHT
+            ..CORRECT
         }
     };
 }
 
-fn faults() -> Vec<Fault<Parts>> {
-    let sampled = |lobes| Parts { lobes, ..RIGHT };
+fn faults() -> Vec<Fault<EonParts>> {
+    let sampled = |lobes| EonParts { lobes, ..CORRECT };
     vec![
         fault(
             "uniform-sampler",
             &COSINE_HEMISPHERE,
             "uniform directions, cosine pdf",
-            sampled(Table { cosine_hemisphere: uniform_hemisphere, ..subject::RIGHT }),
+            sampled(PartTable { cosine_hemisphere: uniform_hemisphere, ..subject::CORRECT }),
             at_every_angle!["bsdf/eon: chi-square of samples"],
         ),
         fault(
             "cosine-twice",
             &COSINE,
             "the weight has the cosine twice",
-            sampled(Table { cosine: squared, ..subject::RIGHT }),
+            sampled(PartTable { cosine: squared, ..subject::CORRECT }),
             at_every_angle!["bsdf/eon: furnace"],
         ),
         fault!("no-multiple-scattering", EON_MULTIPLE, "single scattering alone",
@@ -212,14 +212,14 @@ fn faults() -> Vec<Fault<Parts>> {
             }),
             "bsdf/eon: reciprocity"),
         fault!("constant", EON_SINGLE, "A = 1/(1 + r/2 − 2/(3π)): r times the first term of c only",
-            Parts: {
+            EonParts: {
                 single: |r, wo, wi| {
                     let a = 1.0 / (1.0 + 0.5 * r - (0.5 - LARGEST_GAIN));
                     single_scattering(r, wo, wi) * a / scale(r)
                 }
             }, "bsdf/eon-single", "bsdf/eon-albedo"),
         fault!("negative-side-divided", EON_SINGLE, "t = max(cos, cos) where s < 0, too",
-            Parts: {
+            EonParts: {
                 single: |r, wo, wi| {
                     let s = wo.x * wi.x + wo.y * wi.y;
                     scale(r) * (1.0 + r * s / wo.z.max(wi.z))
@@ -227,7 +227,7 @@ fn faults() -> Vec<Fault<Parts>> {
             }, "bsdf/eon-single", "bsdf/eon-albedo"),
         fault!("albedo-of-oren-nayar", EON_ALBEDO,
             "G without its term −2/3 sin θ, as where s < 0 counts nothing",
-            Parts: {
+            EonParts: {
                 albedo: |r, cos| {
                     let sin = (1.0 - cos * cos).sqrt();
                     albedo(r, cos) + scale(r) * r * FRAC_1_PI * 2.0 / 3.0 * sin
@@ -238,5 +238,5 @@ fn faults() -> Vec<Fault<Parts>> {
 
 /// The parts of EON.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    vec![Box::new(Family { trials: trials(), faults: faults(), ..Family::new("eon", RIGHT) })]
+    vec![Box::new(Family { trials: trials(), faults: faults(), ..Family::new("eon", CORRECT) })]
 }

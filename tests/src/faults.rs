@@ -19,7 +19,7 @@ pub type On<S> = Arc<dyn Fn(&Context, S) -> Vec<Outcome> + Send + Sync>;
 pub type TrialFn<S> = fn(&Context, S) -> Vec<Outcome>;
 
 /// A trial that takes any subject of its family.
-pub struct TrialOn<S> {
+pub struct FamilyTrial<S> {
     /// The trial as data; the family fills in its functions.
     pub trial: Trial,
     /// Its function.
@@ -33,10 +33,10 @@ pub fn trial<S>(
     equation: &'static Equation,
     [subject, statistic]: [&'static str; 2],
     on: impl Fn(&Context, S) -> Vec<Outcome> + Send + Sync + 'static,
-) -> TrialOn<S> {
+) -> FamilyTrial<S> {
     let (run, controls) = (Box::new(|_: &Context| Vec::new()), Vec::new());
     let trial = Trial { name: name.into(), property: property.into(), equation, subject, statistic, run, controls };
-    TrialOn { trial, on: Arc::new(on) }
+    FamilyTrial { trial, on: Arc::new(on) }
 }
 
 /// A subject that differs from the right one.
@@ -90,7 +90,7 @@ pub struct Family<S> {
     /// The right subject.
     pub right: S,
     /// The trials.
-    pub trials: Vec<TrialOn<S>>,
+    pub trials: Vec<FamilyTrial<S>>,
     /// The faults.
     pub faults: Vec<Fault<S>>,
     /// Mutants that are as right as the right subject.
@@ -170,8 +170,8 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
     /// A trial's function on a fault that it must reject by these outcomes. Most effects are many times δ:
     /// the fault runs at a part of the trial's size first, and at a larger one only if that does not
     /// [settle](guard::settled) it.
-    fn reject(trial_on: &TrialOn<S>, mutant: &Fault<S>, rejected_by: Vec<&'static str>) -> Run {
-        let (on, subject) = (Arc::clone(&trial_on.on), mutant.subject);
+    fn reject(family_trial: &FamilyTrial<S>, mutant: &Fault<S>, rejected_by: Vec<&'static str>) -> Run {
+        let (on, subject) = (Arc::clone(&family_trial.on), mutant.subject);
         Box::new(move |context| {
             let settled = |share: &f64| {
                 let part = Context { scale: context.scale * share, ..context.clone() };
@@ -186,8 +186,8 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
     }
 
     /// A trial's function on a mutant, at the trial's size.
-    fn whole(trial_on: &TrialOn<S>, mutant: &Fault<S>) -> Run {
-        let (on, subject) = (Arc::clone(&trial_on.on), mutant.subject);
+    fn whole(family_trial: &FamilyTrial<S>, mutant: &Fault<S>) -> Run {
+        let (on, subject) = (Arc::clone(&family_trial.on), mutant.subject);
         Box::new(move |context| on(context, subject))
     }
 }
@@ -197,9 +197,9 @@ const LOOKS: [f64; 3] = [1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0];
 
 impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
     fn trials(&self) -> Vec<Trial> {
-        let trial = |trial_on: &TrialOn<S>| {
-            let (on, right) = (Arc::clone(&trial_on.on), self.right);
-            let data = &trial_on.trial;
+        let trial = |family_trial: &FamilyTrial<S>| {
+            let (on, right) = (Arc::clone(&family_trial.on), self.right);
+            let data = &family_trial.trial;
             let named = self
                 .faults
                 .iter()
@@ -212,7 +212,7 @@ impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
                     .map(|(fault, rejected_by)| Control {
                         name: fault.name,
                         wrong: fault.wrong,
-                        run: Self::reject(trial_on, fault, rejected_by.clone()),
+                        run: Self::reject(family_trial, fault, rejected_by.clone()),
                         rejected_by,
                     })
                     .collect(),
@@ -229,15 +229,15 @@ impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
     fn pairs(&self) -> Vec<Pair> {
         self.all()
             .flat_map(|(mutant, equivalent)| {
-                self.trials.iter().map(move |trial_on| {
-                    let outcomes = outcomes_of(mutant.caught_by, &trial_on.trial.name);
+                self.trials.iter().map(move |family_trial| {
+                    let outcomes = outcomes_of(mutant.caught_by, &family_trial.trial.name);
                     let run = match &outcomes {
-                        Some(outcomes) if !equivalent => Self::reject(trial_on, mutant, outcomes.clone()),
-                        _ => Self::whole(trial_on, mutant),
+                        Some(outcomes) if !equivalent => Self::reject(family_trial, mutant, outcomes.clone()),
+                        _ => Self::whole(family_trial, mutant),
                     };
                     Pair {
                         fault: self.fault(mutant, equivalent),
-                        trial: trial_on.trial.name.clone(),
+                        trial: family_trial.trial.name.clone(),
                         named: outcomes.is_some(),
                         rejected_by: outcomes.unwrap_or_default(),
                         run,

@@ -44,7 +44,7 @@ fn anywhere(rng: &mut Stream) -> Ray {
 }
 
 /// The trials.
-pub fn trials() -> Vec<TrialOn<Subject>> {
+pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let opposite = lit("parallel squares", |s| {
         square(s, DVec3::new(0.5, 0.5, 1.0), 0.5, false, light(LIGHT));
     });
@@ -52,18 +52,18 @@ pub fn trials() -> Vec<TrialOn<Subject>> {
         let wall = s.surface(light(LIGHT));
         s.rectangle(DVec3::ZERO, [DVec3::Y, DVec3::Z], wall);
     });
-    let trial_on = |name, how: &str, scene, factor: f64, samples| {
+    let family_trial = |name, how: &str, scene, factor: f64, samples| {
         let property = format!("the form factor between {how} unit squares is {factor:.6}");
         let reference = FLOOR * LIGHT * factor;
-        let words = words(name, property, &GEOMETRY);
-        let probe = (scene, Kind::Path, anywhere as fn(&mut Stream) -> Ray);
-        radiance(words, probe, reference, (samples, SINGLE))
+        let statement = statement(name, property, &GEOMETRY);
+        let probe = (scene, EstimatorKind::Path, anywhere as fn(&mut Stream) -> Ray);
+        radiance(statement, probe, reference, (samples, SINGLE))
     };
     vec![
-        trial_on("irradiance/parallel-squares", "opposite", &opposite, parallel(1.0, 1.0), 4_500_000),
+        family_trial("irradiance/parallel-squares", "opposite", &opposite, parallel(1.0, 1.0), 4_500_000),
         // Shadow rays alone would have infinite variance at the common edge; the weights of multiple
         // importance sampling bound every value.
-        trial_on(
+        family_trial(
             "irradiance/perpendicular-squares",
             "perpendicular, adjacent",
             &upright,

@@ -158,7 +158,7 @@ pub struct Reflectances {
     pub unpolarised: Reflectance,
 }
 
-const RIGHT: Reflectances = Reflectances { s: reflectance_s, p: reflectance_p, unpolarised: reflectance };
+const CORRECT: Reflectances = Reflectances { s: reflectance_s, p: reflectance_p, unpolarised: reflectance };
 
 /// Schlick's approximation in place of (12).
 pub(super) fn schlick(cos_1: f64, n1: f64, n2: f64) -> f64 {
@@ -182,7 +182,7 @@ fn literal(cos_1: f64, n1: f64, n2: f64) -> f64 {
     0.5 * (s * s + p * p)
 }
 
-fn trials() -> Vec<TrialOn<Reflectances>> {
+fn trials() -> Vec<FamilyTrial<Reflectances>> {
     let own = |name: &str, property: &str, equation, on: TrialFn<Reflectances>| {
         let subject = "fresnel::reflectance, reflectance_s, reflectance_p";
         trial(format!("fresnel/{name}"), property, equation, [subject, "exact"], on)
@@ -221,7 +221,7 @@ fn trials() -> Vec<TrialOn<Reflectances>> {
 }
 
 fn faults() -> Vec<Fault<Reflectances>> {
-    let whole = |r: Reflectance| Reflectances { unpolarised: r, ..RIGHT };
+    let whole = |r: Reflectance| Reflectances { unpolarised: r, ..CORRECT };
     vec![
         fault!("amplitude", FRESNEL_S, "R_s without its square",
             Reflectances: { s: |c, n1, n2| reflectance_s(c, n1, n2).sqrt() },
@@ -252,5 +252,5 @@ fn faults() -> Vec<Fault<Reflectances>> {
 
 /// The reflectances.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    vec![Box::new(Family { trials: trials(), faults: faults(), ..Family::new("fresnel", RIGHT) })]
+    vec![Box::new(Family { trials: trials(), faults: faults(), ..Family::new("fresnel", CORRECT) })]
 }

@@ -5,14 +5,14 @@ use whitefurnace::emitter::LightSampling;
 use whitefurnace::scene::simple::{CAP_SHARE, Cap, cavity_cap, furnace_box};
 
 use crate::bsdf::oren_nayar_albedo;
+use crate::mean_radiance::any_direction;
 use crate::prelude::*;
-use crate::probes::any_direction;
 use crate::scenes::{
     SIGMA, WALL, at_origin, eon_floor, lambert, polygon_irradiance, rough_floor, scene, sphere_furnace, towards_origin,
     walled_sky,
 };
 use crate::strategies::by;
-use crate::{infinite_variance, policies, sample_rays};
+use crate::{infinite_variance, rays_per_hit, survival};
 
 /// From a random point of a small ball in every direction.
 pub fn inside(rng: &mut Stream) -> Ray {
@@ -35,40 +35,40 @@ pub fn off_cap(rng: &mut Stream) -> Ray {
 const LONG: u32 = 60;
 
 /// The trials.
-pub fn trials() -> Vec<TrialOn<Subject>> {
+pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let mut trials = boxes();
     trials.push(bright_sphere());
     trials.extend(strategies());
     trials.extend(reports());
-    trials.extend(sample_rays::trials());
+    trials.extend(rays_per_hit::trials());
     trials.extend(cavities());
-    trials.extend(policies::cavity());
+    trials.extend(survival::cavity());
     trials.extend(skies());
     trials.extend(mirrors());
     trials.push(infinite_variance::hall());
     trials
 }
 
-fn boxes() -> Vec<TrialOn<Subject>> {
+fn boxes() -> Vec<FamilyTrial<EstimatorSubject>> {
     [("furnace/path/albedo-0.5", 0.5, 2_600_000), ("furnace/path/albedo-0.75", 0.75, 4_400_000)]
         .into_iter()
         .filter_map(|(name, a, samples)| {
             let scene = furnace_box(a).ok()?.into();
             let m = 1.0 / (1.0 - a);
-            let words =
-                words(name, format!("the radiance in a closed furnace box of albedo {a} is {m:.6}"), &RENDERING);
+            let statement =
+                statement(name, format!("the radiance in a closed furnace box of albedo {a} is {m:.6}"), &RENDERING);
             let ray = |rng: &mut Stream| Ray::new(DVec3::new(0.1, 0.2, -0.3), any_direction(rng));
-            Some(radiance(words, (&scene, Kind::Path, ray), m, (samples, BOUNCES)))
+            Some(radiance(statement, (&scene, EstimatorKind::Path, ray), m, (samples, BOUNCES)))
         })
         .collect()
 }
 
 /// The longest paths, by hits alone: every wall emits, so that shadow rays would cost and bring little.
-fn bright_sphere() -> TrialOn<Subject> {
+fn bright_sphere() -> FamilyTrial<EstimatorSubject> {
     let a = 0.9;
     let m = 1.0 / (1.0 - a);
     radiance(
-        words(
+        statement(
             "furnace/path/albedo-0.9",
             format!("the radiance in a spherical furnace of albedo {a} is {m:.6}"),
             &RENDERING,
@@ -82,7 +82,7 @@ fn bright_sphere() -> TrialOn<Subject> {
 /// One strategy alone. Shadow rays to points uniform in area have infinite variance in a box, whose
 /// corners bring points as near to each other as one likes; by solid angle their weight is bounded, and
 /// in a sphere, which is sampled by area, it is constant.
-fn strategies() -> Vec<TrialOn<Subject>> {
+fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
     let Ok(cube) = furnace_box(0.5) else {
         return Vec::new();
     };
@@ -98,14 +98,14 @@ fn strategies() -> Vec<TrialOn<Subject>> {
     .map(|(name, scene, strategy, samples)| {
         let property = format!("in a furnace of albedo 0.5 the radiance by {strategy:?} alone is 2");
         let kind = by(strategy, LightSampling::SolidAngle);
-        radiance(words(name, property, &RENDERING), (scene, kind, anywhere), 2.0, (samples, BOUNCES))
+        radiance(statement(name, property, &RENDERING), (scene, kind, anywhere), 2.0, (samples, BOUNCES))
     })
     .collect()
 }
 
 /// In a sphere the shadow ray's weight is constant (from a corner of a box its variance is infinite). A
 /// Report of s segments counts s + 1 terms of the Neumann series: the shadow ray is one more.
-fn reports() -> Vec<TrialOn<Subject>> {
+fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
     let cut = |a: f64, segments: u32| (1.0 - a.powi(segments as i32 + 1)) / (1.0 - a);
     [
         ("furnace/report/absorption-0.25", 0.5, 0.25, LONG, 1_600_000),
@@ -126,13 +126,13 @@ fn reports() -> Vec<TrialOn<Subject>> {
             let property = format!("{segments} segments have the relative bias {bias:.6} at albedo {a}");
             (property, &PATH_LENGTH)
         };
-        let probe = (&scene, Kind::Report(segments), inside as fn(&mut Stream) -> Ray);
-        radiance(words(name, property, equation), probe, m, (samples, BOUNCES))
+        let probe = (&scene, EstimatorKind::Report(segments), inside as fn(&mut Stream) -> Ray);
+        radiance(statement(name, property, equation), probe, m, (samples, BOUNCES))
     })
     .collect()
 }
 
-fn cavities() -> Vec<TrialOn<Subject>> {
+fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
     let rho = 0.75;
     [
         ("furnace/cavity/reflecting", Cap::Reflecting, rho * CAP_SHARE / (1.0 - rho), 6_400_000),
@@ -141,7 +141,7 @@ fn cavities() -> Vec<TrialOn<Subject>> {
     .into_iter()
     .filter_map(|(name, cap, reference, samples)| {
         let scene = cavity_cap(rho, cap).ok()?.into();
-        let words = words(
+        let statement = statement(
             name,
             format!(
                 "off a {} cap the radiance in a cavity of albedo {rho} is {reference:.6}",
@@ -149,14 +149,14 @@ fn cavities() -> Vec<TrialOn<Subject>> {
             ),
             &RENDERING,
         );
-        let probe = (&scene, Kind::Path, off_cap as fn(&mut Stream) -> Ray);
-        Some(radiance(words, probe, reference, (samples, BOUNCES)))
+        let probe = (&scene, EstimatorKind::Path, off_cap as fn(&mut Stream) -> Ray);
+        Some(radiance(statement, probe, reference, (samples, BOUNCES)))
     })
     .collect()
 }
 
 /// Floors under a sky of radiance 1.
-fn skies() -> Vec<TrialOn<Subject>> {
+fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
     let walled = walled_sky();
     let visible = 1.0 - polygon_irradiance(&WALL) / PI;
     let property = format!("a floor under a sky that a wall hides in part reflects {visible:.6}");
@@ -165,34 +165,34 @@ fn skies() -> Vec<TrialOn<Subject>> {
     let albedo = oren_nayar_albedo(OrenNayar::new(SIGMA), inclination);
     vec![
         radiance(
-            words("furnace/sky/path", property.clone(), &COSINE_HEMISPHERE),
-            (&walled, Kind::Path, |_| at_origin()),
+            statement("furnace/sky/path", property.clone(), &COSINE_HEMISPHERE),
+            (&walled, EstimatorKind::Path, |_| at_origin()),
             visible,
             (8_500_000, SINGLE),
         ),
         radiance(
-            words("furnace/sky/report", property, &HEMISPHERE_PHI),
-            (&walled, Kind::Report(2), |_| at_origin()),
+            statement("furnace/sky/report", property, &HEMISPHERE_PHI),
+            (&walled, EstimatorKind::Report(2), |_| at_origin()),
             visible,
             (17_000_000, SINGLE),
         ),
         radiance(
-            words(
+            statement(
                 "furnace/sky/oren-nayar",
                 format!("at 75° an Oren-Nayar floor reflects {albedo:.6} of a white sky"),
                 &OREN_NAYAR,
             ),
-            (&rough, Kind::Path, |_| towards_origin(75f64.to_radians())),
+            (&rough, EstimatorKind::Path, |_| towards_origin(75f64.to_radians())),
             albedo,
             (4_200_000, SINGLE),
         ),
         radiance(
-            words(
+            statement(
                 "furnace/sky/eon",
                 "a white floor of EON with roughness 1 reflects all of a white sky",
                 &EON_MULTIPLE,
             ),
-            (&eon_floor(1.0), Kind::Path, |_| at_origin()),
+            (&eon_floor(1.0), EstimatorKind::Path, |_| at_origin()),
             1.0,
             (2_400_000, SINGLE),
         ),
@@ -200,7 +200,7 @@ fn skies() -> Vec<TrialOn<Subject>> {
 }
 
 /// Halls of mirrors end and are unbiased: no absorption is needed for that.
-fn mirrors() -> Vec<TrialOn<Subject>> {
+fn mirrors() -> Vec<FamilyTrial<EstimatorSubject>> {
     let reflectance = 0.75;
     let hall = sphere_furnace(Bsdf::Mirror { reflectance: DVec3::splat(reflectance) }, 0.0);
     let facing = scene("facing mirrors", |s| {
@@ -213,22 +213,22 @@ fn mirrors() -> Vec<TrialOn<Subject>> {
     let hall_mean = 1.0 / (1.0 - reflectance);
     vec![
         radiance(
-            words(
+            statement(
                 "furnace/mirrors/hall",
                 format!("in a hall of emitting mirrors of reflectance 0.75 the radiance is {hall_mean}"),
                 &RENDERING,
             ),
-            (&hall, Kind::Path, inside),
+            (&hall, EstimatorKind::Path, inside),
             hall_mean,
             (5_200_000, BOUNCES),
         ),
         radiance(
-            words(
+            statement(
                 "furnace/mirrors/facing",
                 "between two facing perfect mirrors under a white sky paths end and the radiance is 1",
                 &ROULETTE,
             ),
-            (&facing, Kind::Path, |rng| {
+            (&facing, EstimatorKind::Path, |rng| {
                 let w = any_direction(rng);
                 let slanted = DVec3::new(w.x, w.y, 0.0).normalize() * 0.3 + DVec3::Z;
                 Ray::new(DVec3::ZERO, slanted.normalize())

@@ -13,7 +13,7 @@ use crate::subject;
 
 /// The functions of the model, so that each can be replaced.
 #[derive(Clone, Copy, Debug)]
-pub struct Parts {
+pub struct GgxParts {
     /// D(m) from α and m.
     pub normals: fn(f64, DVec3) -> f64,
     /// D_o(m) from α, wo and m.
@@ -27,11 +27,12 @@ pub struct Parts {
 }
 
 /// The program's functions.
-const RIGHT: Parts = Parts { normals, visible: visible_normals, eval: Ggx::eval, sample: Ggx::sample, pdf: Ggx::pdf };
+const CORRECT: GgxParts =
+    GgxParts { normals, visible: visible_normals, eval: Ggx::eval, sample: Ggx::sample, pdf: Ggx::pdf };
 
 /// The model of these functions.
 #[derive(Debug)]
-struct Assembled(Ggx, Parts);
+struct Assembled(Ggx, GgxParts);
 
 impl Model for Assembled {
     fn eval(&self, wo: DVec3, wi: DVec3) -> DVec3 {
@@ -102,7 +103,7 @@ const SAMPLES: u64 = 7_000_000;
 const INCLINATION: f64 = 1.0;
 
 /// A white floor under a sky of radiance 1, by the path tracer: what is reflected once, and no more.
-fn on_a_floor(context: &Context, parts: Parts) -> Vec<Outcome> {
+fn on_a_floor(context: &Context, parts: GgxParts) -> Vec<Outcome> {
     let metal = ggx(1.0, 0.8);
     let scene = scene("GGX floor", |s| {
         s.background(DVec3::ONE);
@@ -119,17 +120,17 @@ fn on_a_floor(context: &Context, parts: Parts) -> Vec<Outcome> {
     vec![mean("radiance", &values, reference, Claim::Exact { delta: BOUNCES * reference })]
 }
 
-fn trials() -> Vec<TrialOn<Parts>> {
+fn trials() -> Vec<FamilyTrial<GgxParts>> {
     vec![
         trial(
             "bsdf/ggx",
             "white GGX passes the check-up and reflects what its facets do",
             &GGX_VISIBLE,
             ["bsdf::ggx::Ggx, bsdf::Scattering::sample_rough", "BSDF check-up"],
-            |context, parts: Parts| {
+            |context, parts: GgxParts| {
                 let metal = ggx(1.0, 0.4);
                 let model = Bsdf::model(Assembled(metal, parts));
-                let subject = as_rendered(subject::RIGHT, model)
+                let subject = as_rendered(subject::CORRECT, model)
                     .energy_bound(1.0)
                     .loss(Loss::Allowed)
                     .albedo(move |wo| reflected(metal, wo));
@@ -141,21 +142,21 @@ fn trials() -> Vec<TrialOn<Parts>> {
             "the facets' areas, projected, are the surface's area",
             &GGX_NORMALS,
             ["bsdf::ggx::normals", "exact"],
-            |_, parts: Parts| integrals("facets", |alpha, _, m| (parts.normals)(alpha, m) * m.z, |_, _| 1.0),
+            |_, parts: GgxParts| integrals("facets", |alpha, _, m| (parts.normals)(alpha, m) * m.z, |_, _| 1.0),
         ),
         trial(
             "bsdf/ggx-visible",
             "the density of visible normals integrates to 1 from every side",
             &GGX_VISIBLE,
             ["bsdf::ggx::visible_normals", "exact"],
-            |_, parts: Parts| integrals("visible", |alpha, wo, m| (parts.visible)(alpha, wo, m), |_, _| 1.0),
+            |_, parts: GgxParts| integrals("visible", |alpha, wo, m| (parts.visible)(alpha, wo, m), |_, _| 1.0),
         ),
         trial(
             "bsdf/ggx-coloured",
             "GGX of reflectance 0.5 reflects what its facets do",
             &GGX_MASKING,
             ["bsdf::ggx::Ggx", "exact"],
-            |_, parts: Parts| {
+            |_, parts: GgxParts| {
                 let f = |alpha, wo, wi: DVec3| (parts.eval)(&ggx(0.5, alpha), wo, wi).x * wi.z;
                 integrals("coloured furnace", f, |alpha, wo| reflected(ggx(0.5, alpha), wo))
             },
@@ -175,13 +176,13 @@ fn masked(metal: &Ggx, wo: DVec3, wi: DVec3, share: f64) -> DVec3 {
     metal.eval(wo, wi) * share / seen_from_both(metal.alpha, wo, wi)
 }
 
-fn faults() -> Vec<Fault<Parts>> {
+fn faults() -> Vec<Fault<GgxParts>> {
     vec![
         fault!("one-sided", GGX_MASKING, "masking towards the eye, no shadowing towards the light",
-            Parts: { eval: |metal, wo, wi| masked(metal, wo, wi, 1.0 / (1.0 + hidden(metal.alpha, wo))) },
+            GgxParts: { eval: |metal, wo, wi| masked(metal, wo, wi, 1.0 / (1.0 + hidden(metal.alpha, wo))) },
             "bsdf/ggx: reciprocity", "bsdf/ggx-coloured", "furnace/ggx-floor"),
         fault!("uncorrelated", GGX_MASKING, "masking and shadowing independent of each other",
-            Parts: { eval: |metal, wo, wi| {
+            GgxParts: { eval: |metal, wo, wi| {
                 let [o, i] = [wo, wi].map(|w| 1.0 / (1.0 + hidden(metal.alpha, w)));
                 masked(metal, wo, wi, o * i)
             } },
@@ -190,12 +191,12 @@ fn faults() -> Vec<Fault<Parts>> {
             "no-jacobian",
             &GGX_VISIBLE,
             "the pdf is that of the half vector",
-            Parts { pdf: |metal, wo, wi| visible_normals(metal.alpha, wo, (wo + wi).normalize()), ..RIGHT },
+            GgxParts { pdf: |metal, wo, wi| visible_normals(metal.alpha, wo, (wo + wi).normalize()), ..CORRECT },
             at_every_angle!["bsdf/ggx: furnace"],
         ),
         fault!("all-normals", GGX_VISIBLE,
             "facets are sampled by their area, seen or not; the pdf is that of the visible ones",
-            Parts: { sample: |metal, wo, [r1, r2]| {
+            GgxParts: { sample: |metal, wo, [r1, r2]| {
                     let tan = metal.alpha * (r1 / (1.0 - r1)).sqrt();
                     let m = from_spherical(tan.atan(), TAU * r2);
                     let wi = 2.0 * wo.dot(m) * m - wo;
@@ -207,35 +208,35 @@ fn faults() -> Vec<Fault<Parts>> {
             "roughness-squared-twice",
             &GGX_NORMALS,
             "α² for α where facets are sampled",
-            Parts {
+            GgxParts {
                 sample: |metal, wo, random| {
                     let m = sample_visible_normal(metal.alpha * metal.alpha, wo, random);
                     let wi = 2.0 * wo.dot(m) * m - wo;
                     (wi.z > 0.0).then_some(wi)
                 },
-                ..RIGHT
+                ..CORRECT
             },
             at_every_angle!["bsdf/ggx: chi-square of samples"],
         ),
         fault!("pdf-too-high", GGX_VISIBLE, "a pdf that is 3 % too high",
-            Parts: { pdf: |metal, wo, wi| 1.03 * metal.pdf(wo, wi) },
+            GgxParts: { pdf: |metal, wo, wi| 1.03 * metal.pdf(wo, wi) },
             "bsdf/ggx: furnace at 0 degrees", "bsdf/ggx: furnace at 40 degrees", "bsdf/ggx: furnace at 75 degrees",
             "bsdf/ggx: furnace at 85 degrees", "furnace/ggx-floor"),
         fault!("fourth-power", GGX_MASKING, "Schlick's reflectance with the fourth power",
-            Parts: { eval: |metal, wo, wi| {
+            GgxParts: { eval: |metal, wo, wi| {
                 let cosine = wo.dot((wo + wi).normalize());
                 let wrong = metal.reflectance + (1.0 - metal.reflectance) * (1.0 - cosine).powi(4);
                 metal.eval(wo, wi) * wrong / metal.fresnel(cosine)
             } },
             "bsdf/ggx-coloured"),
         fault!("not-projected", GGX_NORMALS, "D normalised over solid angle, not over the projected area",
-            Parts: { normals: |alpha, m| normals(alpha, m) * m.z }, "bsdf/ggx-normals"),
+            GgxParts: { normals: |alpha, m| normals(alpha, m) * m.z }, "bsdf/ggx-normals"),
         fault!("cosine-forgotten", GGX_VISIBLE, "D_o without 1/cos θ_o",
-            Parts: { visible: |alpha, wo, m| visible_normals(alpha, wo, m) * wo.z }, "bsdf/ggx-visible"),
+            GgxParts: { visible: |alpha, wo, m| visible_normals(alpha, wo, m) * wo.z }, "bsdf/ggx-visible"),
     ]
 }
 
 /// The functions of GGX.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    vec![Box::new(Family { trials: trials(), faults: faults(), ..Family::new("ggx", RIGHT) })]
+    vec![Box::new(Family { trials: trials(), faults: faults(), ..Family::new("ggx", CORRECT) })]
 }

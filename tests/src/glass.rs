@@ -4,8 +4,8 @@
 use whitefurnace::harness::chi_square::binomial;
 use whitefurnace::scene::simple::glass_cube;
 
+use crate::mean_radiance::any_direction;
 use crate::prelude::*;
-use crate::probes::any_direction;
 use crate::scenes::{
     FLOOR, HEIGHT, LIGHT, RECTANGLE, at_origin, floor, lambert, light, polygon_irradiance, scene, square,
     towards_origin,
@@ -53,7 +53,7 @@ fn beyond(inclination: f64) -> DVec3 {
 }
 
 /// The trials.
-pub fn trials() -> Vec<TrialOn<Subject>> {
+pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let mut trials = aims();
     trials.extend(lobes());
     trials.extend(cubes());
@@ -61,7 +61,7 @@ pub fn trials() -> Vec<TrialOn<Subject>> {
     trials
 }
 
-fn aims() -> Vec<TrialOn<Subject>> {
+fn aims() -> Vec<FamilyTrial<EstimatorSubject>> {
     let mirror = Bsdf::Mirror { reflectance: DVec3::splat(0.9) };
     let reflected = beyond(AIM.to_radians()).with_z(AIM.to_radians().cos());
     let theta_1 = AIM.to_radians();
@@ -70,28 +70,32 @@ fn aims() -> Vec<TrialOn<Subject>> {
     let probe: fn(&mut Stream) -> Ray = |_| towards_origin(AIM.to_radians());
     vec![
         radiance(
-            words(
+            statement(
                 "glass/mirror-aim",
                 "a small light lies where the law of reflection says, and is seen in the mirror",
                 &REFRACTION,
             ),
-            (&aim(mirror, reflected), Kind::Whitted(3), probe),
+            (&aim(mirror, reflected), EstimatorKind::Whitted(3), probe),
             0.9 * LIGHT,
             (1000, 0.0),
         ),
         radiance(
-            words(
+            statement(
                 "glass/snell-aim",
                 "a small light in glass lies where Snell's law says, at (1 − R)/n² of its radiance",
                 &REFRACTION,
             ),
-            (&aim(Bsdf::Glass { index: INDEX }, refracted), Kind::Whitted(3), probe),
+            (&aim(Bsdf::Glass { index: INDEX }, refracted), EstimatorKind::Whitted(3), probe),
             transmitted,
             (1000, 0.0),
         ),
         radiance(
-            words("glass/lit-from-below", "light from within glass arrives as (1 − R)/n² of its radiance", &REFRACTION),
-            (&lit_from_below(), Kind::Path, probe),
+            statement(
+                "glass/lit-from-below",
+                "light from within glass arrives as (1 − R)/n² of its radiance",
+                &REFRACTION,
+            ),
+            (&lit_from_below(), EstimatorKind::Path, probe),
             transmitted / LIGHT,
             (2_400_000, SINGLE),
         ),
@@ -107,7 +111,7 @@ struct Lobe {
 }
 
 impl Property for Lobe {
-    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let mut rng = context.rng("lobes");
         let n = context.n(self.samples);
         let k = (0..n).filter(|_| self.probe.radiance(setup, &mut rng).x > 0.0).count() as u64;
@@ -115,13 +119,13 @@ impl Property for Lobe {
     }
 }
 
-fn lobes() -> Vec<TrialOn<Subject>> {
+fn lobes() -> Vec<FamilyTrial<EstimatorSubject>> {
     let lobe = |name: &str, (theta, ray): (f64, fn(&mut Stream) -> Ray), samples| {
         let r = reflectance_by_angles(theta.to_radians(), 1.0, INDEX);
         let property = format!("at {theta}° glass reflects with probability R = {r:.6}");
-        let probe = Probe { scene: pane(), kind: Kind::Report(3), ray };
+        let probe = Probe { scene: pane(), kind: EstimatorKind::Report(3), ray };
         let lobe = Lobe { probe, probability: r, delta: CELL * r, samples };
-        trial(name, property, &FRESNEL, ["estimator::Report", "binomial"], on(lobe))
+        trial(name, property, &FRESNEL, ["estimator::Report", "binomial"], with_parts(lobe))
     };
     vec![
         lobe("glass/reflects-60", (60.0, |_| towards_origin(60f64.to_radians())), 4_500_000),
@@ -135,14 +139,14 @@ fn lobes() -> Vec<TrialOn<Subject>> {
 const CELL: f64 = whitefurnace::harness::chi_square::CELL_DELTA;
 
 /// From within the glass, past the critical angle: every ray goes back down to the lit ground.
-fn total_reflection() -> TrialOn<Subject> {
+fn total_reflection() -> FamilyTrial<EstimatorSubject> {
     radiance(
-        words(
+        statement(
             "glass/total-reflection",
             "within glass, past the critical angle, the surface shows the lit ground undiminished",
             &FRESNEL,
         ),
-        (&lit_from_below(), Kind::Report(3), |_| {
+        (&lit_from_below(), EstimatorKind::Report(3), |_| {
             let d = whitefurnace::frame::from_spherical(50f64.to_radians(), 1.0);
             Ray::new(-0.5 * d, d)
         }),
@@ -179,7 +183,7 @@ fn from_outside(rng: &mut Stream) -> Ray {
     Ray::new(origin, (target - origin).normalize())
 }
 
-fn cubes() -> Vec<TrialOn<Subject>> {
+fn cubes() -> Vec<FamilyTrial<EstimatorSubject>> {
     let cube = |inside| glass_cube(inside).ok().map(Arc::new);
     let (Some(outside), Some(inside)) = (cube(false), cube(true)) else {
         return Vec::new();
@@ -187,20 +191,20 @@ fn cubes() -> Vec<TrialOn<Subject>> {
     let n2 = INDEX * INDEX;
     vec![
         radiance(
-            words("glass/cube-outside", "a glass cube under a white sky shows 1 from outside", &FRESNEL),
-            (&outside, Kind::Path, from_outside),
+            statement("glass/cube-outside", "a glass cube under a white sky shows 1 from outside", &FRESNEL),
+            (&outside, EstimatorKind::Path, from_outside),
             1.0,
             (1_000_000, BOUNCES),
         ),
         radiance(
-            words("glass/cube-inside", "from inside it shows n² in directions that can leave", &REFRACTION),
-            (&inside, Kind::Path, leaving),
+            statement("glass/cube-inside", "from inside it shows n² in directions that can leave", &REFRACTION),
+            (&inside, EstimatorKind::Path, leaving),
             n2,
             (2_400_000, BOUNCES),
         ),
         radiance(
-            words("glass/cube-trapped", "and nothing in directions that total reflection traps", &FRESNEL),
-            (&inside, Kind::Path, trapped),
+            statement("glass/cube-trapped", "and nothing in directions that total reflection traps", &FRESNEL),
+            (&inside, EstimatorKind::Path, trapped),
             0.0,
             (1_600_000, 0.0),
         ),
@@ -208,7 +212,7 @@ fn cubes() -> Vec<TrialOn<Subject>> {
 }
 
 /// A sphere of index 1 between light and floor: shadow rays stop at it, hits pass through it.
-fn vanishing() -> TrialOn<Subject> {
+fn vanishing() -> FamilyTrial<EstimatorSubject> {
     let scene = scene("index-matched sphere", |s| {
         floor(s, lambert(FLOOR));
         square(s, HEIGHT * DVec3::Z, 1.0, false, light(LIGHT));
@@ -217,8 +221,8 @@ fn vanishing() -> TrialOn<Subject> {
     });
     let reference = FLOOR * FRAC_1_PI * LIGHT * polygon_irradiance(&RECTANGLE);
     radiance(
-        words("glass/index-matched", "a sphere of index 1 before a light changes nothing", &REFRACTION),
-        (&scene, Kind::Path, |_| at_origin()),
+        statement("glass/index-matched", "a sphere of index 1 before a light changes nothing", &REFRACTION),
+        (&scene, EstimatorKind::Path, |_| at_origin()),
         reference,
         (5_800_000, IMAGE),
     )

@@ -91,7 +91,7 @@ const FURNACE_SIZE: [u32; 2] = [48, 16];
 const FURNACE_REPLICATIONS: u64 = 24_000;
 
 impl Property for WhiteFurnace {
-    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let parts = setup.parts;
         // One value per replication of the whole film: a mean of many pixels, nearly normal.
         let mut values = Values::new(1.0);
@@ -147,7 +147,7 @@ fn coloured_room() -> Arc<Scene> {
 const FLATNESS: f64 = 0.25;
 
 impl Property for SameImage {
-    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let n = context.n(ROOM_REPLICATIONS) as u32;
         let report = Report {
             parts: setup.parts,
@@ -180,7 +180,7 @@ const CONVEX_SIZE: [u32; 2] = [32, 32];
 const CONVEX_REPLICATIONS: u64 = 2_600;
 
 impl Property for Convex {
-    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let n = context.n(CONVEX_REPLICATIONS) as u32;
         let whitted = Whitted { parts: setup.parts, segments: setup.segments.unwrap_or(1), rules: setup.rules };
         let frame = (&*self.scene, CONVEX_SIZE, 0..n);
@@ -214,7 +214,7 @@ const CAVITY_SIZE: [u32; 2] = [20, 15];
 const CAVITY_REPLICATIONS: u64 = 6_600;
 
 impl Property for SameStrategies {
-    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let n = context.n(CAVITY_REPLICATIONS) as u32;
         let frame = (&*self.scene, CAVITY_SIZE, 0..n);
         let [bsdf, light, mis] = [Strategy::Bsdf, Strategy::Light, Strategy::Mis].map(|strategy| {
@@ -228,19 +228,19 @@ impl Property for SameStrategies {
     }
 }
 
-fn strategies(scene: Scene) -> TrialOn<Subject> {
+fn strategies(scene: Scene) -> FamilyTrial<EstimatorSubject> {
     let scene = Arc::new(scene);
     trial(
         "images/three-strategies",
         "hits, shadow rays and both make the same image of a diffuse cavity with an emitting cap",
         &MIS,
         ["render::render, estimator::Path", "Welch"],
-        on(SameStrategies { scene }),
+        with_parts(SameStrategies { scene }),
     )
 }
 
 /// The trials.
-pub fn trials() -> Vec<TrialOn<Subject>> {
+pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let (Ok(white), Ok(cavity)) = (furnace_under(SKY), cavity_cap(0.9, Cap::Black)) else {
         return Vec::new();
     };
@@ -252,21 +252,21 @@ pub fn trials() -> Vec<TrialOn<Subject>> {
             "the film of a white Lambert sphere, a mirror and glass has the mean of the coloured sky",
             &RENDERING,
             ["render::render, estimator::Path", "t"],
-            on(white),
+            with_parts(white),
         ),
         trial(
             "images/diffuse-room",
             "the path tracer and the report's estimator, unlimited, make the same image",
             &RENDERING,
             ["render::render, estimator::Path, estimator::Report", "Welch, equivalence"],
-            on(same),
+            with_parts(same),
         ),
         trial(
             "images/convex-object",
             "of one convex diffuse object Whitted's estimator and the path tracer make the same image",
             &WHITTED,
             ["render::render, estimator::Whitted, estimator::Path", "Welch"],
-            on(Convex { scene: convex() }),
+            with_parts(Convex { scene: convex() }),
         ),
         strategies(cavity),
     ]

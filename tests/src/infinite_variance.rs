@@ -12,7 +12,7 @@ use whitefurnace::harness::mean::bounded_mean;
 
 use crate::furnace::inside;
 use crate::prelude::*;
-use crate::roulette::{Parts, SUBJECT, variance, walk};
+use crate::roulette::{SUBJECT, WalkParts, variance, walk};
 use crate::scenes::sphere_furnace;
 
 /// Albedo, for which survivals up to 0.81 have infinite variance.
@@ -103,7 +103,7 @@ fn against_the_law(n: u64, c: u32, mut draw: impl FnMut() -> f64) -> Vec<Outcome
 const WALKS: u64 = 9_000_000;
 
 /// Walks follow the law.
-fn law(context: &Context, parts: Parts) -> Vec<Outcome> {
+fn law(context: &Context, parts: WalkParts) -> Vec<Outcome> {
     let mut rng = context.rng("law");
     against_the_law(context.n(WALKS), 8, || walk(&mut rng, parts, ALBEDO, SURVIVAL))
 }
@@ -118,7 +118,7 @@ const SUMMED: f64 = 1e-9;
 /// The mean and the second moment by summation over the number of bounces, with the values that walks
 /// of so many bounces have: the mean is 1/(1 − a) on both sides of the boundary; the second moment is
 /// the closed form's where survival exceeds the squared albedo, and elsewhere its terms never fall.
-fn boundary(context: &Context, parts: Parts) -> Vec<Outcome> {
+fn boundary(context: &Context, parts: WalkParts) -> Vec<Outcome> {
     let mut rng = context.rng("walks of given length");
     let [mut mean_error, mut moment_error] = [(0.0, String::new()), (0.0, String::new())];
     let see = |worst: &mut (f64, String), error: f64, place: String| {
@@ -131,7 +131,7 @@ fn boundary(context: &Context, parts: Parts) -> Vec<Outcome> {
         for q in SIDES.map(|side| side * a * a) {
             pairs += 1;
             let mut value = |bounces| {
-                let certain = Parts { survives: |_, _| true, longest: Some(bounces), ..parts };
+                let certain = WalkParts { survives: |_, _| true, longest: Some(bounces), ..parts };
                 walk(&mut rng, certain, a, q)
             };
             let term = |(k, x): (i32, f64)| (1.0 - q) * q.powi(k) * x;
@@ -160,7 +160,7 @@ fn boundary(context: &Context, parts: Parts) -> Vec<Outcome> {
 }
 
 /// The trials of the abstract furnace.
-pub fn trials() -> Vec<TrialOn<Parts>> {
+pub fn trials() -> Vec<FamilyTrial<WalkParts>> {
     vec![
         trial(
             "roulette/infinite-variance/law",
@@ -183,16 +183,17 @@ const PATHS: u64 = 3_800_000;
 
 /// The path tracer with survival 0.75 in a hall of emitting mirrors of reflectance 0.9: its radiance
 /// has the same law, as no direction changes it.
-pub fn hall() -> TrialOn<Subject> {
+pub fn hall() -> FamilyTrial<EstimatorSubject> {
     let mirrors = Bsdf::Mirror { reflectance: DVec3::splat(ALBEDO) };
-    let probe = Probe { scene: sphere_furnace(mirrors, 0.0), kind: Kind::Path, ray: inside };
+    let probe = Probe { scene: sphere_furnace(mirrors, 0.0), kind: EstimatorKind::Path, ray: inside };
     trial(
         "furnace/mirrors/infinite-variance",
         format!("in a hall of mirrors of reflectance {ALBEDO} survival {SURVIVAL} gives the closed-form law"),
         &ROULETTE,
         ["estimator::Path", "chi-square, empirical Bernstein"],
-        move |context: &Context, subject: Subject| {
-            let setup = subject.with(Table { survival_by_throughput: |_| SURVIVAL, ..subject.parts.unwrap_or(RIGHT) });
+        move |context: &Context, subject: EstimatorSubject| {
+            let setup =
+                subject.with(PartTable { survival_by_throughput: |_| SURVIVAL, ..subject.parts.unwrap_or(CORRECT) });
             let mut rng = context.rng("radiance");
             against_the_law(context.n(PATHS), 4, || probe.radiance(setup, &mut rng).x)
         },

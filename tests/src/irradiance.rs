@@ -4,8 +4,8 @@
 use whitefurnace::harness::chi_square::{CELL_DELTA, Counts, chi_square};
 
 use crate::form_factors;
+use crate::mean_radiance::MeanRadiance;
 use crate::prelude::*;
-use crate::probes::MeanRadiance;
 use crate::scenes::{
     FLOOR, LIGHT, NEAR, RECTANGLE, SMALL_LIGHT, TRIANGLE, at_origin, corners, half_hidden_light, near_light,
     polygon_irradiance, rectangle_light, sphere_irradiance, sphere_light, three_lights, triangle_light,
@@ -24,7 +24,7 @@ pub fn three() -> f64 {
 }
 
 /// The trials.
-pub fn trials() -> Vec<TrialOn<Subject>> {
+pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let mut trials = lights();
     trials.extend(strategies());
     trials.extend(form_factors::trials());
@@ -33,17 +33,17 @@ pub fn trials() -> Vec<TrialOn<Subject>> {
     trials
 }
 
-fn lights() -> Vec<TrialOn<Subject>> {
+fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
     let rectangle = rectangle_light(false);
     let hidden = half_hidden_light();
     let [a, b, ..] = RECTANGLE;
     let visible_half = [a, b, b.with_y(0.0), a.with_y(0.0)];
-    let trial_on = |name, what: &str, scene, kind, irradiance, samples, equation| {
+    let family_trial = |name, what: &str, scene, kind, irradiance, samples, equation| {
         let reference = reflected(irradiance);
         let property = format!("a floor reflects {reference:.6} of {what}");
-        let words = words(name, property, equation);
+        let statement = statement(name, property, equation);
         radiance(
-            words,
+            statement,
             (&scene, kind, |_| at_origin()),
             reference,
             // Where nothing arrives, nothing varies.
@@ -52,74 +52,74 @@ fn lights() -> Vec<TrialOn<Subject>> {
     };
     let square = polygon_irradiance(&RECTANGLE);
     vec![
-        trial_on(
+        family_trial(
             "irradiance/rectangle",
             "a square light's radiance",
             Arc::clone(&rectangle),
-            Kind::Path,
+            EstimatorKind::Path,
             square,
             3_800_000,
             &GEOMETRY,
         ),
-        trial_on(
+        family_trial(
             "irradiance/rectangle-report",
             "a square light's radiance",
             Arc::clone(&rectangle),
-            Kind::Report(2),
+            EstimatorKind::Report(2),
             square,
             700_000,
             &GEOMETRY,
         ),
-        trial_on(
+        family_trial(
             "irradiance/rectangle-whitted",
             "a square light's radiance",
             rectangle,
-            Kind::Whitted(7),
+            EstimatorKind::Whitted(7),
             square,
             700_000,
             &WHITTED,
         ),
-        trial_on(
+        family_trial(
             "irradiance/half-hidden",
             "a square light that a wall hides by half",
             Arc::clone(&hidden),
-            Kind::Path,
+            EstimatorKind::Path,
             polygon_irradiance(&visible_half),
             20_000_000,
             &GEOMETRY,
         ),
-        trial_on(
+        family_trial(
             "irradiance/behind",
             "a light that shines the other way",
             rectangle_light(true),
-            Kind::Path,
+            EstimatorKind::Path,
             0.0,
             100_000,
             &GEOMETRY,
         ),
-        trial_on(
+        family_trial(
             "irradiance/triangle",
             "a slanted triangular light",
             triangle_light(),
-            Kind::Path,
+            EstimatorKind::Path,
             polygon_irradiance(&TRIANGLE),
             2_600_000,
             &GEOMETRY,
         ),
-        trial_on(
+        family_trial(
             "irradiance/sphere",
             "a spherical light",
             sphere_light(),
-            Kind::Path,
+            EstimatorKind::Path,
             sphere_irradiance(0.5, 2.0, 1.0),
             11_500_000,
             &GEOMETRY,
         ),
-        trial_on(
+        family_trial(
             "irradiance/three-lights",
             "three lights of different size and radiance",
             three_lights(),
-            Kind::Path,
+            EstimatorKind::Path,
             three(),
             13_000_000,
             &ESTIMATOR,
@@ -128,30 +128,30 @@ fn lights() -> Vec<TrialOn<Subject>> {
 }
 
 /// One strategy of the path tracer with the other taken away and all the weight.
-fn strategies() -> Vec<TrialOn<Subject>> {
+fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
     let far = rectangle_light(false);
     let near = near_light();
-    let trial_on = |name, property, scene, polygon: &[_], samples, alone: fn(Table) -> Table| {
+    let family_trial = |name, property, scene, polygon: &[_], samples, alone: fn(PartTable) -> PartTable| {
         let reference = reflected(polygon_irradiance(polygon));
         let property = format!("{property}: a floor reflects {reference:.6} of a square light");
-        let probe = Probe { scene, kind: Kind::Path, ray: |_| at_origin() };
+        let probe = Probe { scene, kind: EstimatorKind::Path, ray: |_| at_origin() };
         let property_of = MeanRadiance { probe, reference, delta: SINGLE * reference, samples };
-        trial(name, property, &MIS, ["estimator::Path", "t"], move |context: &Context, subject: Subject| {
-            let parts = alone(subject.parts.unwrap_or(RIGHT));
+        trial(name, property, &MIS, ["estimator::Path", "t"], move |context: &Context, subject: EstimatorSubject| {
+            let parts = alone(subject.parts.unwrap_or(CORRECT));
             property_of.run(context, subject.with(parts))
         })
     };
     vec![
-        trial_on(
+        family_trial(
             "irradiance/shadow-rays-alone",
             "by shadow rays alone",
             far,
             &RECTANGLE,
             700_000,
             // A horizontal direction has no density: the path ends after its shadow ray.
-            |table| Table { cosine_hemisphere: |_| DVec3::X, mis_weight: |_, _| 1.0, ..table },
+            |table| PartTable { cosine_hemisphere: |_| DVec3::X, mis_weight: |_, _| 1.0, ..table },
         ),
-        trial_on("irradiance/hits-alone", "by hits alone", near, &NEAR, 8_000_000, |table| Table {
+        family_trial("irradiance/hits-alone", "by hits alone", near, &NEAR, 8_000_000, |table| PartTable {
             visible: |_, _, _, _| false,
             mis_weight: |_, _| 1.0,
             ..table
@@ -165,7 +165,7 @@ const ARGUMENTS: u64 = 10_000;
 struct Weights;
 
 impl Property for Weights {
-    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let mut rng = context.rng("weights");
         let (mut sum, mut balance) = (0.0_f64, 0.0_f64);
         for _ in 0..context.arguments(ARGUMENTS) {
@@ -179,10 +179,10 @@ impl Property for Weights {
     }
 }
 
-fn weights() -> TrialOn<Subject> {
+fn weights() -> FamilyTrial<EstimatorSubject> {
     let property = "MIS weights sum to one and stand in proportion to the densities";
     let subject = "radiometry::balance";
-    trial("irradiance/weights", property, &MIS, [subject, "exact"], on(Weights))
+    trial("irradiance/weights", property, &MIS, [subject, "exact"], with_parts(Weights))
 }
 
 const PICKS: u64 = 1_000_000;
@@ -191,7 +191,7 @@ const PICKS: u64 = 1_000_000;
 struct Picks;
 
 impl Property for Picks {
-    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let mut rng = context.rng("picks");
         let n = context.n(PICKS);
         let mut observed = vec![0; 3];
@@ -203,8 +203,8 @@ impl Property for Picks {
     }
 }
 
-fn picks() -> TrialOn<Subject> {
+fn picks() -> FamilyTrial<EstimatorSubject> {
     let property = "each of three emitters is picked with probability 1/3";
     let subject = "estimator::NextEvent::pick_emitter";
-    trial("irradiance/picks", property, &ESTIMATOR, [subject, "chi-square"], on(Picks))
+    trial("irradiance/picks", property, &ESTIMATOR, [subject, "chi-square"], with_parts(Picks))
 }

@@ -19,22 +19,21 @@ pub mod furnace;
 pub mod geometry;
 pub mod ggx;
 pub mod glass;
+pub mod glass_bodies;
 pub mod hemisphere;
+pub mod image_means;
 pub mod images;
 pub mod infinite_variance;
 pub mod irradiance;
-pub mod panes;
-pub mod passes;
+pub mod mean_radiance;
 pub mod path_weights;
 pub mod photon;
-pub mod policies;
 mod prelude;
-pub mod probes;
 pub mod published;
 pub mod radiosity;
+pub mod rays_per_hit;
 pub mod render_streams;
 pub mod roulette;
-pub mod sample_rays;
 pub mod scenes;
 pub mod script;
 pub mod sobol;
@@ -42,6 +41,7 @@ pub mod solid_angle;
 pub mod strategies;
 pub mod streams;
 pub mod subject;
+pub mod survival;
 pub mod whole_paths;
 
 use crate::faults::{AnyFamily, FaultData, Pair};
@@ -56,7 +56,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         eon::families(),
         ggx::families(),
         roulette::families(),
-        policies::families(),
+        survival::families(),
         streams::families(),
         render_streams::families(),
         sobol::families(),

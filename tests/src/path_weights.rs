@@ -7,15 +7,15 @@ use whitefurnace::frame::Frame;
 use whitefurnace::harness::pointwise::Largest;
 use whitefurnace::sampling::cosine_hemisphere_inverse;
 
+use crate::mean_radiance::any_direction;
 use crate::prelude::*;
-use crate::probes::any_direction;
 use crate::scenes::{FLOOR, LIGHT, NEAR, floor, lambert, light, scene, square};
 use crate::script::Scripted;
 
 /// One side's path tracer: its parts, and what it makes of the heuristic and light sampling asked for.
 #[derive(Clone, Copy)]
 pub struct Side {
-    parts: Table,
+    parts: PartTable,
     heuristic: fn(Heuristic) -> Heuristic,
     lights: fn(LightSampling) -> LightSampling,
 }
@@ -29,7 +29,7 @@ pub struct Sides {
     pub shadows: Side,
 }
 
-const SIDE: Side = Side { parts: RIGHT, heuristic: |heuristic| heuristic, lights: |lights| lights };
+const SIDE: Side = Side { parts: CORRECT, heuristic: |heuristic| heuristic, lights: |lights| lights };
 const SIDES: Sides = Sides { hits: SIDE, shadows: SIDE };
 
 /// A square so near that most directions hit it, and farther lights of every shape: few of the densities
@@ -222,7 +222,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "number-of-lights-forgotten",
                 &MIS,
                 "the density of a shadow ray does not know at a hit that one of five lights was picked",
-                hits(Side { parts: Table { pdf_of_pick: |pdf, _| pdf, ..RIGHT }, ..SIDE }),
+                hits(Side { parts: PartTable { pdf_of_pick: |pdf, _| pdf, ..CORRECT }, ..SIDE }),
                 by_hit,
             ),
             fault(
@@ -230,10 +230,10 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 &MIS,
                 "the two densities change places at a hit",
                 hits(Side {
-                    parts: Table {
+                    parts: PartTable {
                         mis_weight: |p, q| q / (p + q),
                         mis_power_weight: |p, q| q * q / (p * p + q * q),
-                        ..RIGHT
+                        ..CORRECT
                     },
                     ..SIDE
                 }),
@@ -243,7 +243,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "density-of-the-other-direction",
                 &MIS,
                 "a shadow ray is weighted by the uniform density of directions, not the cosine's",
-                shadows(Side { parts: Table { cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI, ..RIGHT }, ..SIDE }),
+                shadows(Side { parts: PartTable { cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI, ..CORRECT }, ..SIDE }),
                 by_shadow,
             ),
         ],

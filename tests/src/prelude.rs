@@ -16,8 +16,9 @@ pub(crate) use whitefurnace::rng::{Stream, uniform, uniform2};
 pub(crate) use whitefurnace::scene::{Scene, SceneBuilder, Surface};
 pub(crate) use whitefurnace::shape::{Ray, Sphere};
 
-pub(crate) use crate::faults::{AnyFamily, Family, Fault, TrialFn, TrialOn, fault, trial};
-pub(crate) use crate::probes::{BOUNCES, IMAGE, SINGLE, radiance, words};
+pub(crate) use crate::faults::{AnyFamily, Family, FamilyTrial, Fault, TrialFn, fault, trial};
+pub(crate) use crate::mean_radiance::{BOUNCES, IMAGE, SINGLE, radiance, statement};
 pub(crate) use crate::subject::{
-    Kind, Parts, Probe, Property, RIGHT, STANDARD, Setup, Subject, Table, fault, on, parts,
+    CORRECT, Configuration, EstimatorKind, EstimatorParts, EstimatorSubject, PartTable, Probe, Property, STANDARD,
+    fault, parts, with_parts,
 };

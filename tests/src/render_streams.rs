@@ -142,7 +142,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let Some(scene) = nothing() else {
         return Vec::new();
     };
-    let trial_on = |name: &str, property: &str, statistic, on: On| {
+    let family_trial = |name: &str, property: &str, statistic, on: On| {
         let subject = "render::render";
         let name = format!("streams/render/{name}");
         let scene = Arc::clone(&scene);
@@ -153,8 +153,8 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let fault = |name, wrong, numbers: Numbers, caught_by| fault(name, &ESTIMATOR, wrong, numbers, caught_by);
     vec![Box::new(Family {
         trials: vec![
-            trial_on("distinct", "the first numbers of all pixels and samples are distinct", "Poisson", distinct),
-            trial_on(
+            family_trial("distinct", "the first numbers of all pixels and samples are distinct", "Poisson", distinct),
+            family_trial(
                 "neighbours",
                 "neighbouring columns, rows, samples and draws, and a ray's position and its first draw, are independent",
                 "chi-square and t",

@@ -16,7 +16,7 @@ const VARIANCE_DELTA: f64 = 0.01;
 
 /// The parts of roulette, so that each can be replaced.
 #[derive(Clone, Copy)]
-pub struct Parts {
+pub struct WalkParts {
     /// Whether the path goes on, from r and the survival probability.
     pub survives: fn(f64, f64) -> bool,
     /// What a survivor is multiplied by.
@@ -30,14 +30,14 @@ pub struct Parts {
 }
 
 /// The program's parts.
-pub const RIGHT: Parts =
-    Parts { survives: roulette::survives, weight: roulette::weight, longest: None, emission: |_| 1.0, slip: 0 };
+pub const CORRECT: WalkParts =
+    WalkParts { survives: roulette::survives, weight: roulette::weight, longest: None, emission: |_| 1.0, slip: 0 };
 
 /// A walk that never ends is a fault of roulette; so long a right one is never met (0.95^2000 = 3e-45).
 const GIVE_UP: u32 = 2_000;
 
 /// One estimate of the furnace's radiance.
-pub fn walk(rng: &mut Stream, parts: Parts, albedo: f64, survival: f64) -> f64 {
+pub fn walk(rng: &mut Stream, parts: WalkParts, albedo: f64, survival: f64) -> f64 {
     let (mut radiance, mut throughput) = ((parts.emission)(survival), 1.0);
     for _ in 0..parts.longest.unwrap_or(GIVE_UP) {
         if !(parts.survives)(uniform(rng), survival) {
@@ -49,13 +49,13 @@ pub fn walk(rng: &mut Stream, parts: Parts, albedo: f64, survival: f64) -> f64 {
     radiance
 }
 
-fn walks(context: &Context, part: &str, n: u64, parts: Parts, [a, q]: [f64; 2]) -> Values {
+fn walks(context: &Context, part: &str, n: u64, parts: WalkParts, [a, q]: [f64; 2]) -> Values {
     let mut rng = context.rng(part);
     Values::collect(1.0 / (1.0 - a), context.n(n), || walk(&mut rng, parts, a, q))
 }
 
 /// The mean is 1/(1 − a).
-pub fn mean_is_right(context: &Context, parts: Parts, [a, q]: [f64; 2]) -> Vec<Outcome> {
+pub fn mean_is_right(context: &Context, parts: WalkParts, [a, q]: [f64; 2]) -> Vec<Outcome> {
     let reference = 1.0 / (1.0 - a);
     let values = walks(context, "mean", SAMPLES, parts, [a, q]);
     let delta = MEAN_DELTA * reference;
@@ -73,7 +73,7 @@ pub fn variance(a: f64, q: f64) -> f64 {
 }
 
 /// The mean of (X − m)² is the closed form of the variance.
-pub fn variance_is_right(context: &Context, parts: Parts, [a, q]: [f64; 2]) -> Vec<Outcome> {
+pub fn variance_is_right(context: &Context, parts: WalkParts, [a, q]: [f64; 2]) -> Vec<Outcome> {
     let (m, reference) = (1.0 / (1.0 - a), variance(a, q));
     let mut rng = context.rng("variance");
     let values = Values::collect(reference, context.n(VARIANCE_SAMPLES), || (walk(&mut rng, parts, a, q) - m).powi(2));
@@ -82,7 +82,7 @@ pub fn variance_is_right(context: &Context, parts: Parts, [a, q]: [f64; 2]) -> V
 }
 
 /// Two survival policies have the same mean.
-pub fn same_mean(context: &Context, parts: [Parts; 2], a: f64, q: [f64; 2]) -> Vec<Outcome> {
+pub fn same_mean(context: &Context, parts: [WalkParts; 2], a: f64, q: [f64; 2]) -> Vec<Outcome> {
     let first = walks(context, "first", SAMPLES, parts[0], [a, q[0]]);
     let second = walks(context, "second", SAMPLES, parts[1], [a, q[1]]);
     let delta = MEAN_DELTA / (1.0 - a);
@@ -91,11 +91,11 @@ pub fn same_mean(context: &Context, parts: [Parts; 2], a: f64, q: [f64; 2]) -> V
 
 /// Cutting paths after b bounces leaves (1 − a^(b+1))/(1 − a), for b from 1 to 12. The path is cut
 /// after b + `slip` bounces: 0 is right.
-pub fn truncation(context: &Context, parts: Parts, a: f64) -> Vec<Outcome> {
+pub fn truncation(context: &Context, parts: WalkParts, a: f64) -> Vec<Outcome> {
     (1..=12)
         .map(|b: u32| {
             let reference = (1.0 - a.powi(b as i32 + 1)) / (1.0 - a);
-            let parts = Parts { longest: Some(b + parts.slip), ..parts };
+            let parts = WalkParts { longest: Some(b + parts.slip), ..parts };
             let values = walks(context, &format!("{b} bounces"), SAMPLES / 4, parts, [a, 0.95]);
             let delta = MEAN_DELTA * reference;
             mean(&format!("{b} bounces"), &values, reference, Claim::Exact { delta })
@@ -122,7 +122,7 @@ const PAIRS: [[f64; 2]; 9] = [
 /// What walks examine.
 pub const SUBJECT: &str = "roulette::survives, roulette::weight";
 
-fn pair_benches(pair: [f64; 2]) -> Vec<TrialOn<Parts>> {
+fn pair_benches(pair: [f64; 2]) -> Vec<FamilyTrial<WalkParts>> {
     let [a, q] = pair;
     let name = |what| format!("roulette/albedo-{a}/survival-{q}/{what}");
     let m = 1.0 / (1.0 - a);
@@ -145,14 +145,14 @@ fn pair_benches(pair: [f64; 2]) -> Vec<TrialOn<Parts>> {
     trials
 }
 
-fn trials() -> Vec<TrialOn<Parts>> {
+fn trials() -> Vec<FamilyTrial<WalkParts>> {
     let mut trials: Vec<_> = PAIRS.into_iter().flat_map(pair_benches).collect();
     trials.push(trial(
         "roulette/same-mean",
         "survivals 0.75 and 0.9 have the same mean at albedo 0.75",
         &ROULETTE,
         [SUBJECT, "Welch"],
-        |c, parts| same_mean(c, [RIGHT, parts], 0.75, [0.75, 0.9]),
+        |c, parts| same_mean(c, [CORRECT, parts], 0.75, [0.75, 0.9]),
     ));
     trials.extend([0.5, 0.75, 0.9].map(|a| {
         trial(
@@ -167,10 +167,10 @@ fn trials() -> Vec<TrialOn<Parts>> {
     trials
 }
 
-fn faults() -> Vec<Fault<Parts>> {
+fn faults() -> Vec<Fault<WalkParts>> {
     vec![
         fault!("no-weight", ROULETTE, "survivors are not divided by the survival",
-            Parts: { weight: |_| 1.0 }, "roulette/albedo-0.5/survival-0.45/mean",
+            WalkParts: { weight: |_| 1.0 }, "roulette/albedo-0.5/survival-0.45/mean",
             "roulette/albedo-0.5/survival-0.5/mean", "roulette/albedo-0.5/survival-0.5/variance",
             "roulette/albedo-0.5/survival-0.75/mean", "roulette/albedo-0.5/survival-0.75/variance",
             "roulette/albedo-0.5/survival-0.9/variance", "roulette/albedo-0.75/survival-0.75/mean",
@@ -200,21 +200,21 @@ fn faults() -> Vec<Fault<Parts>> {
             "roulette/albedo-0.9/cut: 12 bounces"),
         fault!("flipped", ROULETTE,
             "survives if r ≥ survival: not seen at survival 1/2, where α and 1 − α are one",
-            Parts: { survives: |r, q| r >= q }, "roulette/albedo-0.5/survival-0.9/mean",
+            WalkParts: { survives: |r, q| r >= q }, "roulette/albedo-0.5/survival-0.9/mean",
             "roulette/albedo-0.75/survival-0.9/mean", "roulette/albedo-0.75/survival-0.95/mean",
             "roulette/albedo-0.9/survival-0.95/mean", "roulette/infinite-variance/law: values of the law"),
         fault!("other-share", ROULETTE,
             "divides by α for 1 − α: tried below 1/2, as the mean is infinite above",
-            Parts: { weight: |q| 1.0 / (1.0 - q) }, "roulette/albedo-0.5/survival-0.45/mean"),
+            WalkParts: { weight: |q| 1.0 / (1.0 - q) }, "roulette/albedo-0.5/survival-0.45/mean"),
         fault!("weighted-emission", ROULETTE,
             "emission that was counted before the decision is divided as well",
-            Parts: { emission: |q| 1.0 / q }, "roulette/albedo-0.75/survival-0.9/mean",
+            WalkParts: { emission: |q| 1.0 / q }, "roulette/albedo-0.75/survival-0.9/mean",
             "roulette/infinite-variance/boundary: mean by summation"),
         fault!("cut", PATH_LENGTH, "paths end after seven bounces, called unbiased",
-            Parts: { longest: Some(7) }, "roulette/albedo-0.75/survival-0.75/mean",
+            WalkParts: { longest: Some(7) }, "roulette/albedo-0.75/survival-0.75/mean",
             "roulette/albedo-0.75/survival-0.9/mean", "roulette/infinite-variance/law: radiance"),
         fault!("off-by-one", PATH_LENGTH, "a cut path makes one bounce more than said",
-            Parts: { slip: 1 }, "roulette/albedo-0.5/cut: 1 bounces", "roulette/albedo-0.75/cut: 1 bounces",
+            WalkParts: { slip: 1 }, "roulette/albedo-0.5/cut: 1 bounces", "roulette/albedo-0.75/cut: 1 bounces",
             "roulette/albedo-0.9/cut: 1 bounces"),
     ]
 }
@@ -226,8 +226,8 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         faults: faults(),
         equivalents: vec![
             fault!("upper-end", ROULETTE, "survives if r ≥ 1 − survival: the same probability at the other end",
-            Parts: { survives: |r, q| r >= 1.0 - q }, "roulette/albedo-0.75/survival-0.9/mean"),
+            WalkParts: { survives: |r, q| r >= 1.0 - q }, "roulette/albedo-0.75/survival-0.9/mean"),
         ],
-        ..Family::new("roulette", RIGHT)
+        ..Family::new("roulette", CORRECT)
     })]
 }

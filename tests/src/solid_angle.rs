@@ -14,11 +14,11 @@ type Sample = fn(&Emitter, DVec3, [f64; 2]) -> Option<(EmitterPoint, f64)>;
 
 /// A map replaceable by a faulty one.
 #[derive(Clone, Copy)]
-struct Subject {
+struct LightSampler {
     sample: Sample,
 }
 
-const RIGHT: Subject = Subject { sample: |emitter, from, random| emitter.sample_solid_angle(from, random) };
+const CORRECT: LightSampler = LightSampler { sample: |emitter, from, random| emitter.sample_solid_angle(from, random) };
 
 /// The solid angle of a convex polygon seen from the origin: the sum of the angles between the planes
 /// through its edges, less (n − 2)π. Loses digits for small polygons.
@@ -129,7 +129,7 @@ const SAMPLES: u64 = 5_000_000;
 const DELTA: f64 = 0.003;
 
 /// Cells, mean cosine and pdf of a shape seen from the origin.
-fn seen(context: &Context, subject: Subject, shape: &Shape) -> Vec<Outcome> {
+fn seen(context: &Context, subject: LightSampler, shape: &Shape) -> Vec<Outcome> {
     let mut rng = context.rng("directions");
     let [rows, columns] = GRID;
     let mut counts = Counts { n: context.n(SAMPLES), observed: vec![0; rows * columns], ..Counts::default() };
@@ -157,8 +157,8 @@ fn seen(context: &Context, subject: Subject, shape: &Shape) -> Vec<Outcome> {
     ]
 }
 
-fn trials() -> Vec<TrialOn<Subject>> {
-    let trial_on = |name: &str, what: &str, equation: &'static Equation, subject, shape: fn() -> Shape| {
+fn trials() -> Vec<FamilyTrial<LightSampler>> {
+    let family_trial = |name: &str, what: &str, equation: &'static Equation, subject, shape: fn() -> Shape| {
         trial(
             format!("emitter/{name}"),
             format!("directions to {what} are uniform in its solid angle"),
@@ -168,9 +168,9 @@ fn trials() -> Vec<TrialOn<Subject>> {
         )
     };
     vec![
-        trial_on("seen-rectangle", "a rectangle", &LIGHT_RECTANGLE, "solid_angle::SphericalRectangle", rectangle),
-        trial_on("seen-triangle", "a triangle", &LIGHT_TRIANGLE, "solid_angle::SphericalTriangle", triangle),
-        trial_on("seen-sphere", "a sphere", &LIGHT_SPHERE, "solid_angle::VisibleCap", sphere),
+        family_trial("seen-rectangle", "a rectangle", &LIGHT_RECTANGLE, "solid_angle::SphericalRectangle", rectangle),
+        family_trial("seen-triangle", "a triangle", &LIGHT_TRIANGLE, "solid_angle::SphericalTriangle", triangle),
+        family_trial("seen-sphere", "a sphere", &LIGHT_SPHERE, "solid_angle::VisibleCap", sphere),
     ]
 }
 
@@ -198,30 +198,30 @@ fn linear_in_angle(emitter: &Emitter, from: DVec3, [r1, r2]: [f64; 2]) -> Option
     emitter.sample_solid_angle(from, [(1.0 - angle.cos()) / lost, r2])
 }
 
-fn faults() -> Vec<Fault<Subject>> {
+fn faults() -> Vec<Fault<LightSampler>> {
     vec![
         fault!("area-for-solid-angle", LIGHT_RECTANGLE, "points uniform in area, said to be uniform in solid angle",
-            = Subject { sample: uniform_in_area },
+            = LightSampler { sample: uniform_in_area },
             "emitter/seen-rectangle: cells of the solid angle", "emitter/seen-rectangle: mean cosine",
             "emitter/seen-triangle: cells of the solid angle", "emitter/seen-triangle: mean cosine",
             "emitter/seen-sphere: cells of the solid angle", "emitter/seen-sphere: mean cosine"),
         fault!("half-angle-for-angle", SOLID_ANGLE, "the factor 2 of the half-angle is missing in the solid angle",
-            = Subject { sample: |emitter, from, random| with_pdf(emitter, from, random, |pdf| 2.0 * pdf) },
+            = LightSampler { sample: |emitter, from, random| with_pdf(emitter, from, random, |pdf| 2.0 * pdf) },
             "emitter/seen-triangle: pdf"),
         fault!("excess-from-the-wrong-side", SOLID_ANGLE,
             "the solid angle of all directions that miss the shape: the sign of the excess is wrong",
-            = Subject { sample: |emitter, from, random| with_pdf(emitter, from, random, |pdf| 1.0 / (2.0 * TAU - 1.0 / pdf)) },
+            = LightSampler { sample: |emitter, from, random| with_pdf(emitter, from, random, |pdf| 1.0 / (2.0 * TAU - 1.0 / pdf)) },
             "emitter/seen-triangle: pdf", "emitter/seen-rectangle: pdf"),
         fault!("no-arc", LIGHT_TRIANGLE, "uniform along the arc from B, not in one minus its cosine",
-            = Subject { sample: |emitter, from, [r1, r2]| emitter.sample_solid_angle(from, [r1, r2 * r2]) },
+            = LightSampler { sample: |emitter, from, [r1, r2]| emitter.sample_solid_angle(from, [r1, r2 * r2]) },
             "emitter/seen-triangle: cells of the solid angle"),
         fault!("one-number-seen", LIGHT_RECTANGLE, "one random number for both coordinates",
-            = Subject { sample: |emitter, from, [r, _]| emitter.sample_solid_angle(from, [r, r]) },
+            = LightSampler { sample: |emitter, from, [r, _]| emitter.sample_solid_angle(from, [r, r]) },
             "emitter/seen-rectangle: cells of the solid angle"),
         fault!("linear-in-angle", LIGHT_SPHERE, "the angle from the axis is uniform: directions crowd at the middle",
-            = Subject { sample: linear_in_angle }, "emitter/seen-sphere: mean cosine"),
+            = LightSampler { sample: linear_in_angle }, "emitter/seen-sphere: mean cosine"),
         fault!("tangent-for-sine", LIGHT_SPHERE, "tan θ = R/d for sin θ = R/d: the cone does not touch the sphere",
-            = Subject { sample: |emitter, from, random| {
+            = LightSampler { sample: |emitter, from, random| {
                 with_pdf(emitter, from, random, |pdf| {
                     let cosine = 1.0 - 1.0 / (TAU * pdf);
                     let sine = (1.0 - cosine * cosine).sqrt();
@@ -238,8 +238,8 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         trials: trials(),
         faults: faults(),
         equivalents: vec![fault!("mirrored-numbers", LIGHT_SPHERE, "1 − r for r: as uniform as r",
-            = Subject { sample: |emitter, from, [r1, r2]| emitter.sample_solid_angle(from, [1.0 - r1, 1.0 - r2]) },
+            = LightSampler { sample: |emitter, from, [r1, r2]| emitter.sample_solid_angle(from, [1.0 - r1, 1.0 - r2]) },
             "emitter/seen-sphere")],
-        ..Family::new("solid-angle", RIGHT)
+        ..Family::new("solid-angle", CORRECT)
     })]
 }

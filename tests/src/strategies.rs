@@ -17,15 +17,15 @@ use crate::scenes::{
 };
 
 /// A path tracer by strategy and light sampling, with the balance heuristic.
-pub const fn by(strategy: Strategy, lights: LightSampling) -> Kind {
-    Kind::PathBy(strategy, lights, Heuristic::Balance)
+pub const fn by(strategy: Strategy, lights: LightSampling) -> EstimatorKind {
+    EstimatorKind::PathBy(strategy, lights, Heuristic::Balance)
 }
 
-const BSDF: Kind = by(Strategy::Bsdf, LightSampling::Area);
-const LIGHT_AREA: Kind = by(Strategy::Light, LightSampling::Area);
-pub(super) const LIGHT_ANGLE: Kind = by(Strategy::Light, LightSampling::SolidAngle);
-const MIS_AREA: Kind = by(Strategy::Mis, LightSampling::Area);
-pub(super) const MIS_ANGLE: Kind = by(Strategy::Mis, LightSampling::SolidAngle);
+const BSDF: EstimatorKind = by(Strategy::Bsdf, LightSampling::Area);
+const LIGHT_AREA: EstimatorKind = by(Strategy::Light, LightSampling::Area);
+pub(super) const LIGHT_ANGLE: EstimatorKind = by(Strategy::Light, LightSampling::SolidAngle);
+const MIS_AREA: EstimatorKind = by(Strategy::Mis, LightSampling::Area);
+pub(super) const MIS_ANGLE: EstimatorKind = by(Strategy::Mis, LightSampling::SolidAngle);
 
 /// A triangle so near and large that most directions hit it; it faces down.
 pub const NEAR_TRIANGLE: [DVec3; 3] =
@@ -57,7 +57,7 @@ fn near_sphere() -> Arc<Scene> {
 }
 
 /// The trials.
-pub fn trials() -> Vec<TrialOn<Subject>> {
+pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let mut trials = lights();
     trials.extend(penumbra());
     trials.push(heuristics());
@@ -66,7 +66,7 @@ pub fn trials() -> Vec<TrialOn<Subject>> {
 }
 
 /// Lights of each shape by each strategy.
-fn lights() -> Vec<TrialOn<Subject>> {
+fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
     let square = (near_light(), polygon_irradiance(&NEAR), "square");
     let triangle = (near_triangle(), polygon_irradiance(&NEAR_TRIANGLE), "triangular");
     let [radius, height] = NEAR_SPHERE;
@@ -75,29 +75,29 @@ fn lights() -> Vec<TrialOn<Subject>> {
     let far_triangle = (triangle_light(), polygon_irradiance(&TRIANGLE), "triangular");
     let far_sphere = (sphere_light(), sphere_irradiance(0.5, 2.0, 1.0), "spherical");
     let three = (three_lights(), three(), "threefold");
-    let trial_on = |name, (scene, irradiance, shape): &(Arc<Scene>, f64, &str), kind, equation, n| {
+    let family_trial = |name, (scene, irradiance, shape): &(Arc<Scene>, f64, &str), kind, equation, n| {
         let reference = reflected(*irradiance);
         let property = format!("a floor reflects {reference:.6} of a {shape} light");
-        let words = words(name, property, equation);
-        radiance(words, (scene, kind, near_origin), reference, (n, SINGLE))
+        let statement = statement(name, property, equation);
+        radiance(statement, (scene, kind, near_origin), reference, (n, SINGLE))
     };
     vec![
-        trial_on("irradiance/near-square/bsdf", &square, BSDF, &MIS, 7_000_000),
-        trial_on("irradiance/square/light-area", &far_square, LIGHT_AREA, &GEOMETRY, 900_000),
-        trial_on("irradiance/near-square/light-angle", &square, LIGHT_ANGLE, &LIGHT_RECTANGLE, 2_500_000),
-        trial_on("irradiance/near-square/mis-area", &square, MIS_AREA, &MIS, 6_500_000),
-        trial_on("irradiance/near-square/mis-angle", &square, MIS_ANGLE, &LIGHT_RECTANGLE, 2_200_000),
-        trial_on("irradiance/near-triangle/bsdf", &triangle, BSDF, &MIS, 7_000_000),
-        trial_on("irradiance/triangle/light-area", &far_triangle, LIGHT_AREA, &GEOMETRY, 2_400_000),
-        trial_on("irradiance/near-triangle/light-angle", &triangle, LIGHT_ANGLE, &SOLID_ANGLE, 2_500_000),
-        trial_on("irradiance/near-triangle/mis-area", &triangle, MIS_AREA, &MIS, 6_700_000),
-        trial_on("irradiance/near-triangle/mis-angle", &triangle, MIS_ANGLE, &LIGHT_TRIANGLE, 2_200_000),
-        trial_on("irradiance/near-sphere/bsdf", &sphere, BSDF, &MIS, 11_000_000),
-        trial_on("irradiance/sphere/light-area", &far_sphere, LIGHT_AREA, &GEOMETRY, 11_500_000),
-        trial_on("irradiance/near-sphere/light-angle", &sphere, LIGHT_ANGLE, &LIGHT_SPHERE, 1_100_000),
-        trial_on("irradiance/near-sphere/mis-area", &sphere, MIS_AREA, &MIS, 11_000_000),
-        trial_on("irradiance/near-sphere/mis-angle", &sphere, MIS_ANGLE, &LIGHT_SPHERE, 2_500_000),
-        trial_on("irradiance/three-lights/light-angle", &three, LIGHT_ANGLE, &LIGHT_RECTANGLE, 13_500_000),
+        family_trial("irradiance/near-square/bsdf", &square, BSDF, &MIS, 7_000_000),
+        family_trial("irradiance/square/light-area", &far_square, LIGHT_AREA, &GEOMETRY, 900_000),
+        family_trial("irradiance/near-square/light-angle", &square, LIGHT_ANGLE, &LIGHT_RECTANGLE, 2_500_000),
+        family_trial("irradiance/near-square/mis-area", &square, MIS_AREA, &MIS, 6_500_000),
+        family_trial("irradiance/near-square/mis-angle", &square, MIS_ANGLE, &LIGHT_RECTANGLE, 2_200_000),
+        family_trial("irradiance/near-triangle/bsdf", &triangle, BSDF, &MIS, 7_000_000),
+        family_trial("irradiance/triangle/light-area", &far_triangle, LIGHT_AREA, &GEOMETRY, 2_400_000),
+        family_trial("irradiance/near-triangle/light-angle", &triangle, LIGHT_ANGLE, &SOLID_ANGLE, 2_500_000),
+        family_trial("irradiance/near-triangle/mis-area", &triangle, MIS_AREA, &MIS, 6_700_000),
+        family_trial("irradiance/near-triangle/mis-angle", &triangle, MIS_ANGLE, &LIGHT_TRIANGLE, 2_200_000),
+        family_trial("irradiance/near-sphere/bsdf", &sphere, BSDF, &MIS, 11_000_000),
+        family_trial("irradiance/sphere/light-area", &far_sphere, LIGHT_AREA, &GEOMETRY, 11_500_000),
+        family_trial("irradiance/near-sphere/light-angle", &sphere, LIGHT_ANGLE, &LIGHT_SPHERE, 1_100_000),
+        family_trial("irradiance/near-sphere/mis-area", &sphere, MIS_AREA, &MIS, 11_000_000),
+        family_trial("irradiance/near-sphere/mis-angle", &sphere, MIS_ANGLE, &LIGHT_SPHERE, 2_500_000),
+        family_trial("irradiance/three-lights/light-angle", &three, LIGHT_ANGLE, &LIGHT_RECTANGLE, 13_500_000),
     ]
 }
 
@@ -130,17 +130,17 @@ pub fn to_floor(y: f64) -> Ray {
     Ray::new(DVec3::new(0.0, y, 0.0) + 0.2 * w, -w)
 }
 
-fn penumbra() -> Vec<TrialOn<Subject>> {
+fn penumbra() -> Vec<FamilyTrial<EstimatorSubject>> {
     let scene = penumbra_scene();
-    let trial_on = |name, y: f64, ray: fn(&mut Stream) -> Ray, kind, samples| {
+    let family_trial = |name, y: f64, ray: fn(&mut Stream) -> Ray, kind, samples| {
         let reference = penumbra_reference(y);
         let property = format!("in the penumbra at y = {y} the floor reflects {reference:.6}");
-        let words = words(name, property, &GEOMETRY);
-        radiance(words, (&scene, kind, ray), reference, (samples, SINGLE))
+        let statement = statement(name, property, &GEOMETRY);
+        radiance(statement, (&scene, kind, ray), reference, (samples, SINGLE))
     };
     vec![
-        trial_on("irradiance/penumbra/bright", -0.6, |_| to_floor(-0.6), LIGHT_ANGLE, 3_800_000),
-        trial_on("irradiance/penumbra/middle", -0.2, |_| to_floor(-0.2), LIGHT_ANGLE, 9_500_000),
+        family_trial("irradiance/penumbra/bright", -0.6, |_| to_floor(-0.6), LIGHT_ANGLE, 3_800_000),
+        family_trial("irradiance/penumbra/middle", -0.2, |_| to_floor(-0.2), LIGHT_ANGLE, 9_500_000),
     ]
 }
 
@@ -151,12 +151,12 @@ struct SameMean {
 }
 
 impl Property for SameMean {
-    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let reference = reflected(polygon_irradiance(&NEAR));
         let [balance, power] = [Heuristic::Balance, Heuristic::Power].map(|heuristic| {
             let probe = Probe {
                 scene: Arc::clone(&self.scene),
-                kind: Kind::PathBy(Strategy::Mis, LightSampling::SolidAngle, heuristic),
+                kind: EstimatorKind::PathBy(Strategy::Mis, LightSampling::SolidAngle, heuristic),
                 ray: near_origin,
             };
             let mut rng = context.rng(&format!("{heuristic:?}"));
@@ -167,7 +167,7 @@ impl Property for SameMean {
     }
 }
 
-fn heuristics() -> TrialOn<Subject> {
+fn heuristics() -> FamilyTrial<EstimatorSubject> {
     let samples = 5_000_000;
     let property = SameMean { scene: near_light(), samples };
     trial(
@@ -175,7 +175,7 @@ fn heuristics() -> TrialOn<Subject> {
         "balance and power heuristic have the same mean",
         &MIS_POWER,
         ["estimator::Path", "Welch"],
-        on(property),
+        with_parts(property),
     )
 }
 
@@ -185,7 +185,7 @@ const ARGUMENTS: u64 = 10_000;
 struct PowerWeights;
 
 impl Property for PowerWeights {
-    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let mut rng = context.rng("power weights");
         let (mut sum, mut squares) = (0.0_f64, 0.0_f64);
         for _ in 0..context.arguments(ARGUMENTS) {
@@ -200,12 +200,12 @@ impl Property for PowerWeights {
     }
 }
 
-fn power_weights() -> TrialOn<Subject> {
+fn power_weights() -> FamilyTrial<EstimatorSubject> {
     trial(
         "irradiance/power-weights",
         "power weights sum to one and stand as the squares of the densities",
         &MIS_POWER,
         ["radiometry::power", "exact"],
-        on(PowerWeights),
+        with_parts(PowerWeights),
     )
 }

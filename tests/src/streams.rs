@@ -167,7 +167,7 @@ fn golden(seed: u64, pixel: u32, sample: u32, draw: u32) -> f64 {
     (start + RATIO * (f64::from(pixel) + f64::from(sample))).fract()
 }
 
-fn trials() -> Vec<TrialOn<Numbers>> {
+fn trials() -> Vec<FamilyTrial<Numbers>> {
     let own = |name: &str, property: &str, statistic, on: TrialFn<Numbers>| {
         let subject = "rng::stream, rng::uniform";
         trial(format!("streams/{name}"), property, &ESTIMATOR, [subject, statistic], on)

@@ -27,9 +27,9 @@ macro_rules! table {
     ($($group:ident {
         $($name:ident($($argument:ident: $kind:ty),*) -> $result:ty;)*
     })*) => {
-        /// Parts as data: a fault is [`RIGHT`] with another function in one place.
+        /// EstimatorParts as data: a fault is [`CORRECT`] with another function in one place.
         #[derive(Clone, Copy)]
-        pub struct Table {
+        pub struct PartTable {
             $($(
                 #[doc = concat!("In place of [`", stringify!($group), "::", stringify!($name), "`].")]
                 pub $name: fn($($kind),*) -> $result,
@@ -37,11 +37,11 @@ macro_rules! table {
         }
 
         /// The parts of [`Standard`] as a table.
-        pub const RIGHT: Table = Table {
+        pub const CORRECT: PartTable = PartTable {
             $($($name: |$($argument),*| Standard.$name($($argument),*),)*)*
         };
 
-        $(impl $group for Table {
+        $(impl $group for PartTable {
             $(fn $name(&self, $($argument: $kind),*) -> $result {
                 (self.$name)($($argument),*)
             })*
@@ -50,9 +50,9 @@ macro_rules! table {
 }
 
 /// All parts of all estimators.
-pub trait Parts: Scattering + Roulette + NextEvent + Photons + Bidirectional + FiniteElements {}
+pub trait EstimatorParts: Scattering + Roulette + NextEvent + Photons + Bidirectional + FiniteElements {}
 
-impl<P> Parts for P where P: Scattering + Roulette + NextEvent + Photons + Bidirectional + FiniteElements {}
+impl<P> EstimatorParts for P where P: Scattering + Roulette + NextEvent + Photons + Bidirectional + FiniteElements {}
 
 table! {
     Scattering {
@@ -110,9 +110,9 @@ table! {
     }
 }
 
-/// What a fault can replace in an estimator: its parts, and what it is told.
+/// What a fault can replace in an estimator: its parts, and how it is configured.
 #[derive(Clone, Copy)]
-pub struct Setup<P> {
+pub struct Configuration<P> {
     /// The parts.
     pub parts: P,
     /// The longest path in segments, in place of the trial's own choice (not of [`Path`], which has
@@ -122,38 +122,38 @@ pub struct Setup<P> {
     pub rules: LightRules,
 }
 
-impl<P> Setup<P> {
+impl<P> Configuration<P> {
     /// The same with other parts.
-    pub fn with<Q>(self, parts: Q) -> Setup<Q> {
-        Setup { parts, segments: self.segments, rules: self.rules }
+    pub fn with<Q>(self, parts: Q) -> Configuration<Q> {
+        Configuration { parts, segments: self.segments, rules: self.rules }
     }
 }
 
 /// A subject: `None` in the place of the parts stands for [`Standard`], the very code that programs
 /// run.
-pub type Subject = Setup<Option<Table>>;
+pub type EstimatorSubject = Configuration<Option<PartTable>>;
 
 /// The right subject.
-pub const STANDARD: Subject = Setup { parts: None, segments: None, rules: LightRules::PHYSICAL };
+pub const STANDARD: EstimatorSubject = Configuration { parts: None, segments: None, rules: LightRules::PHYSICAL };
 
 /// The right subject with other parts.
-pub const fn parts(table: Table) -> Subject {
-    Setup { parts: Some(table), ..STANDARD }
+pub const fn parts(table: PartTable) -> EstimatorSubject {
+    Configuration { parts: Some(table), ..STANDARD }
 }
 
-/// A fault as one entry of a table: name, equation, what is wrong, what stands in the place of `RIGHT`'s, and
+/// A fault as one entry of a table: name, equation, what is wrong, what stands in the place of `CORRECT`'s, and
 /// the trials that must reject it. Fields without a type are parts of an estimator.
 macro_rules! fault {
     ($name:expr, $equation:expr, $wrong:expr, { $($part:ident: $with:expr),* $(,)? }, $($by:expr),+) => {{
-        use $crate::subject::{RIGHT, Table, parts};
-        let table = Table { $($part: $with,)* ..RIGHT };
+        use $crate::subject::{CORRECT, PartTable, parts};
+        let table = PartTable { $($part: $with,)* ..CORRECT };
         $crate::faults::fault($name, &$equation, $wrong, parts(table), &[$($by),+])
     }};
     ($name:expr, $equation:expr, $wrong:expr, = $subject:expr, $($by:expr),+) => {
         $crate::faults::fault($name, &$equation, $wrong, $subject, &[$($by),+])
     };
     ($name:expr, $equation:expr, $wrong:expr, $kind:ident: { $($field:ident: $with:expr),* $(,)? }, $($by:expr),+) => {
-        $crate::faults::fault($name, &$equation, $wrong, $kind { $($field: $with,)* ..RIGHT }, &[$($by),+])
+        $crate::faults::fault($name, &$equation, $wrong, $kind { $($field: $with,)* ..CORRECT }, &[$($by),+])
     };
 }
 pub(crate) use fault;
@@ -161,11 +161,11 @@ pub(crate) use fault;
 /// What a trial does with any estimator's parts.
 pub trait Property: Send + Sync + 'static {
     /// The trial's function.
-    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome>;
+    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome>;
 }
 
 /// A property as a function of the subject.
-pub fn on<Q: Property>(property: Q) -> impl Fn(&Context, Subject) -> Vec<Outcome> + Send + Sync {
+pub fn with_parts<Q: Property>(property: Q) -> impl Fn(&Context, EstimatorSubject) -> Vec<Outcome> + Send + Sync {
     move |context, subject| match subject.parts {
         None => property.run(context, subject.with(Standard)),
         Some(parts) => property.run(context, subject.with(parts)),
@@ -174,7 +174,7 @@ pub fn on<Q: Property>(property: Q) -> impl Fn(&Context, Subject) -> Vec<Outcome
 
 /// Which estimator, with its own limit on segments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum EstimatorKind {
     /// [`Path`] as programs run it.
     Path,
     /// [`Path`] that finds direct light in another way.
@@ -185,10 +185,16 @@ pub enum Kind {
     Whitted(u32),
 }
 
-impl Kind {
+impl EstimatorKind {
     /// One estimate of the radiance along a ray by this estimator.
-    pub fn radiance<P: Parts + Copy>(self, setup: Setup<P>, scene: &Scene, ray: &Ray, rng: &mut Stream) -> DVec3 {
-        let Setup { parts, rules, .. } = setup;
+    pub fn radiance<P: EstimatorParts + Copy>(
+        self,
+        setup: Configuration<P>,
+        scene: &Scene,
+        ray: &Ray,
+        rng: &mut Stream,
+    ) -> DVec3 {
+        let Configuration { parts, rules, .. } = setup;
         let hit = scene.intersect(ray);
         match self {
             Self::Path => Path::new(parts, Strategy::Mis).radiance(scene, ray, hit, rng),
@@ -210,14 +216,14 @@ pub struct Probe {
     /// The scene.
     pub scene: Arc<Scene>,
     /// The estimator.
-    pub kind: Kind,
+    pub kind: EstimatorKind,
     /// The rays, from random numbers.
     pub ray: fn(&mut Stream) -> Ray,
 }
 
 impl Probe {
     /// One estimate along one ray.
-    pub fn radiance<P: Parts + Copy>(&self, setup: Setup<P>, rng: &mut Stream) -> DVec3 {
+    pub fn radiance<P: EstimatorParts + Copy>(&self, setup: Configuration<P>, rng: &mut Stream) -> DVec3 {
         let ray = (self.ray)(rng);
         self.kind.radiance(setup, &self.scene, &ray, rng)
     }

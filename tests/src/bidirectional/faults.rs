@@ -5,14 +5,14 @@ use whitefurnace::sampling::uniform_hemisphere;
 
 use crate::prelude::*;
 
-pub(super) fn faults() -> Vec<Fault<Subject>> {
+pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
     let mut faults = particles();
     faults.extend(measures());
     faults.extend(strategies());
     faults
 }
 
-fn particles() -> Vec<Fault<Subject>> {
+fn particles() -> Vec<Fault<EstimatorSubject>> {
     vec![
         fault!("pi-forgotten", COSINE_HEMISPHERE,
             "the density of a particle's direction is cos θ without 1/π",
@@ -45,7 +45,7 @@ fn particles() -> Vec<Fault<Subject>> {
     ]
 }
 
-fn measures() -> Vec<Fault<Subject>> {
+fn measures() -> Vec<Fault<EstimatorSubject>> {
     vec![
         fault!("importance-without-cosines", IMPORTANCE, "1/A: the cubed cosine is missing",
             {
@@ -87,7 +87,7 @@ fn measures() -> Vec<Fault<Subject>> {
     ]
 }
 
-fn strategies() -> Vec<Fault<Subject>> {
+fn strategies() -> Vec<Fault<EstimatorSubject>> {
     vec![
         fault!("strategy-left-out", PATH_DENSITY,
             "the sum of densities leaves out seen particles, which count all the same",
@@ -140,9 +140,9 @@ fn strategies() -> Vec<Fault<Subject>> {
     ]
 }
 
-pub(super) fn equivalents() -> Vec<Fault<Subject>> {
+pub(super) fn equivalents() -> Vec<Fault<EstimatorSubject>> {
     vec![fault!("equal-shares", PATH_DENSITY,
         "the same weight for each strategy of a path without mirrors: they sum to one as well",
-        = parts(Table { strategy_weight: |path, _| 1.0 / (path.len() + 1) as f64, ..RIGHT }),
+        = parts(PartTable { strategy_weight: |path, _| 1.0 / (path.len() + 1) as f64, ..CORRECT }),
         "bidirectional/bdpt/frame")]
 }

@@ -8,8 +8,8 @@ mod strategies;
 use whitefurnace::harness::mean::NEARLY_SYMMETRIC;
 use whitefurnace::scene::simple::{CAP_SHARE, Cap, environment, furnace_box};
 
-use crate::passes::ImageKind::{Bdpt, LightTracer};
-use crate::passes::{ImageKind, Passes, Region, image, same_as_path, whole};
+use crate::image_means::ImageEstimatorKind::{Bdpt, LightTracer};
+use crate::image_means::{ImageEstimatorKind, Passes, Region, image, same_as_path, whole};
 use crate::prelude::*;
 
 /// The family.
@@ -34,18 +34,18 @@ const SQUARE: [u32; 2] = [14, 14];
 
 /// A trial of the whole image: name, property, equation; scene and mean; frame, passes and δ.
 fn mean(
-    (name, kind, equation): (&'static str, ImageKind, &'static Equation),
+    (name, kind, equation): (&'static str, ImageEstimatorKind, &'static Equation),
     what: &str,
     (scene, reference): (Arc<Scene>, f64),
     (frame, count, delta): ([u32; 2], u64, f64),
-) -> TrialOn<Subject> {
+) -> FamilyTrial<EstimatorSubject> {
     let passes = Passes { scene, kind, frame, count };
-    let words = words(name, format!("{what}: the image has mean {reference:.6}"), equation);
-    image(words, &passes, reference, &[whole(delta)])
+    let statement = statement(name, format!("{what}: the image has mean {reference:.6}"), equation);
+    image(statement, &passes, reference, &[whole(delta)])
 }
 
 /// Light that is reflected once, and light that is seen.
-fn direct() -> Vec<TrialOn<Subject>> {
+fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
     let rectangle = |name, kind, count| {
         let what = "a floor under a square light";
         mean((name, kind, &GEOMETRY), what, scenes::rectangle(false), (SQUARE, count, IMAGE))
@@ -71,17 +71,17 @@ fn direct() -> Vec<TrialOn<Subject>> {
 }
 
 /// A uniform emitter fills the image: every pixel shows its radiance, the outermost as well.
-fn frame(name: &'static str, kind: ImageKind, count: u64) -> TrialOn<Subject> {
+fn frame(name: &'static str, kind: ImageEstimatorKind, count: u64) -> FamilyTrial<EstimatorSubject> {
     let (scene, reference) = scenes::emitting_plane();
     let passes = Passes { scene, kind, frame: [24, 8], count };
     let outer = Region { name: "outer columns", holds: |[x, _], [width, _]| x < 2 || x + 2 >= width, delta: 0.02 };
     let property = format!("an emitter that fills a wide image shows {reference} in every pixel");
-    let words = words(name, property, &IMPORTANCE);
-    image(words, &passes, reference, &[whole(SINGLE), outer])
+    let statement = statement(name, property, &IMPORTANCE);
+    image(statement, &passes, reference, &[whole(SINGLE), outer])
 }
 
 /// Rooms that emit and reflect.
-fn furnaces() -> Vec<TrialOn<Subject>> {
+fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
     let rho = 0.75;
     let furnace = |name, kind, count| {
         let scene = Arc::new(furnace_box(rho).ok()?);
@@ -121,7 +121,7 @@ fn furnaces() -> Vec<TrialOn<Subject>> {
 }
 
 /// Mirror and glass between light and surface.
-fn specular() -> Vec<TrialOn<Subject>> {
+fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
     let mirror = |name, kind, count| {
         let what = "a floor that is lit by way of a mirror";
         mean((name, kind, &PATH_DENSITY), what, scenes::mirror_caustic(), ([22, 9], count, IMAGE))
@@ -152,12 +152,12 @@ fn specular() -> Vec<TrialOn<Subject>> {
 }
 
 /// The same image as the path tracer's.
-fn equivalence() -> Vec<TrialOn<Subject>> {
+fn equivalence() -> Vec<FamilyTrial<EstimatorSubject>> {
     // Small frames, many of them: the noise of a sample's skewness falls with their number.
     let same = |name, kind, scene, frame, (count, frames)| {
         let passes = Passes { scene, kind, frame, count };
         let property = "an image of particles has the path tracer's mean";
-        same_as_path(words(name, property, &RENDERING), &passes, (frames, IMAGE))
+        same_as_path(statement(name, property, &RENDERING), &passes, (frames, IMAGE))
     };
     let cornell = scenes::cornell_box().ok();
     let room = scenes::diffuse_room().ok();

@@ -3,13 +3,13 @@
 use whitefurnace::estimator::Density;
 
 use crate::bidirectional::{SQUARE, mean, scenes};
-use crate::passes::ImageKind::Bdpt;
-use crate::passes::altered;
+use crate::image_means::ImageEstimatorKind::Bdpt;
+use crate::image_means::altered;
 use crate::prelude::*;
 
 /// The subject whose strategies have all the weight or none.
-fn weighted(subject: Subject, strategy_weight: fn(&[Density], usize) -> f64) -> Subject {
-    Setup { parts: Some(Table { strategy_weight, ..subject.parts.unwrap_or(RIGHT) }), ..subject }
+fn weighted(subject: EstimatorSubject, strategy_weight: fn(&[Density], usize) -> f64) -> EstimatorSubject {
+    Configuration { parts: Some(PartTable { strategy_weight, ..subject.parts.unwrap_or(CORRECT) }), ..subject }
 }
 
 /// All the weight for paths of `length` vertices besides the eye, `s` of them from the light.
@@ -20,11 +20,11 @@ macro_rules! only {
 }
 
 /// Each strategy alone finds all the light of the paths that it makes.
-pub(super) fn alone() -> Vec<TrialOn<Subject>> {
-    let floor = |name, what, scene, count, only: fn(Subject) -> Subject| {
+pub(super) fn alone() -> Vec<FamilyTrial<EstimatorSubject>> {
+    let floor = |name, what, scene, count, only: fn(EstimatorSubject) -> EstimatorSubject| {
         let size = (SQUARE, count, IMAGE);
-        let trial_on = mean((name, Bdpt, &MIS), what, scene, size);
-        altered(trial_on, only)
+        let family_trial = mean((name, Bdpt, &MIS), what, scene, size);
+        altered(family_trial, only)
     };
     let mut trials = vec![
         floor(
@@ -51,7 +51,7 @@ pub(super) fn alone() -> Vec<TrialOn<Subject>> {
     ];
     trials.extend(
         [
-            ("bidirectional/alone/sphere-hits", only!(4, 0) as fn(Subject) -> Subject),
+            ("bidirectional/alone/sphere-hits", only!(4, 0) as fn(EstimatorSubject) -> EstimatorSubject),
             ("bidirectional/alone/sphere-shadow-rays", only!(4, 1)),
             ("bidirectional/alone/sphere-inner-connections", only!(4, 2)),
             ("bidirectional/alone/sphere-first-connections", only!(4, 3)),
@@ -64,15 +64,15 @@ pub(super) fn alone() -> Vec<TrialOn<Subject>> {
 /// In a sphere of albedo ρ the paths of three scatterings have the expectation ρ³ for every strategy, and
 /// every single one has that value: densities are uniform. Roulette would add its noise; walks end after
 /// three scatterings instead.
-fn sphere(name: &'static str, only: fn(Subject) -> Subject) -> TrialOn<Subject> {
+fn sphere(name: &'static str, only: fn(EstimatorSubject) -> EstimatorSubject) -> FamilyTrial<EstimatorSubject> {
     let rho: f64 = 0.5;
     let scene = (scenes::sphere_furnace(rho), rho.powi(3));
     let what = "light that a sphere reflects three times, by one strategy alone";
-    let trial_on = mean((name, Bdpt, &PATH_DENSITY), what, scene, (SQUARE, 400, 0.0));
-    altered(trial_on, move |subject| {
-        let table = only(subject).parts.unwrap_or(RIGHT);
-        Setup {
-            parts: Some(Table { survival_by_throughput: |throughput| f64::from(throughput.x > 0.1), ..table }),
+    let family_trial = mean((name, Bdpt, &PATH_DENSITY), what, scene, (SQUARE, 400, 0.0));
+    altered(family_trial, move |subject| {
+        let table = only(subject).parts.unwrap_or(CORRECT);
+        Configuration {
+            parts: Some(PartTable { survival_by_throughput: |throughput| f64::from(throughput.x > 0.1), ..table }),
             ..subject
         }
     })
@@ -85,7 +85,7 @@ const PATHS: u64 = 10_000;
 struct Weights;
 
 impl Property for Weights {
-    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let mut rng = context.rng("paths");
         let (mut sums, mut balance) = (0.0_f64, 0.0_f64);
         for _ in 0..context.arguments(PATHS) {
@@ -122,8 +122,8 @@ impl Property for Weights {
     }
 }
 
-pub(super) fn weights() -> TrialOn<Subject> {
+pub(super) fn weights() -> FamilyTrial<EstimatorSubject> {
     let property = "the weights of all strategies of a path sum to one, in proportion to their densities";
     let name = "bidirectional/weights";
-    trial(name, property, &PATH_DENSITY, ["estimator::weight", "exact"], on(Weights))
+    trial(name, property, &PATH_DENSITY, ["estimator::weight", "exact"], with_parts(Weights))
 }

@@ -5,13 +5,13 @@ use whitefurnace::fresnel::{mirror, radiance_factor, reflectance, reflectance_p,
 use crate::fresnel::{no_total_reflection, schlick};
 use crate::prelude::*;
 
-pub(super) fn faults() -> Vec<Fault<Subject>> {
+pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
     let fresnel = |name, equation, wrong, fresnel: fn(f64, f64, f64) -> f64, caught_by| {
-        let table = Table { fresnel, ..RIGHT };
+        let table = PartTable { fresnel, ..CORRECT };
         fault(name, equation, wrong, parts(table), caught_by)
     };
     let factor = |name, wrong, radiance_factor: fn(f64, f64) -> f64| {
-        let table = Table { radiance_factor, ..RIGHT };
+        let table = PartTable { radiance_factor, ..CORRECT };
         let caught_by: &[&str] = &["glass/cube-inside", "glass/lit-from-below"];
         fault(name, &REFRACTION, wrong, parts(table), caught_by)
     };

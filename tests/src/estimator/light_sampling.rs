@@ -5,13 +5,13 @@ use whitefurnace::emitter::EmitterPoint;
 use crate::prelude::*;
 use crate::solid_angle::{uniform_in_area, with_pdf};
 
-pub(super) fn faults() -> Vec<Fault<Subject>> {
+pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
     let mut faults = points();
     faults.extend(weights());
     faults
 }
 
-fn points() -> Vec<Fault<Subject>> {
+fn points() -> Vec<Fault<EstimatorSubject>> {
     vec![
         fault!("angle-pdf-of-area", LIGHT_RECTANGLE,
             "points by solid angle under the pdf of points by area, in the measure of area",
@@ -57,7 +57,7 @@ fn points() -> Vec<Fault<Subject>> {
     ]
 }
 
-fn weights() -> Vec<Fault<Subject>> {
+fn weights() -> Vec<Fault<EstimatorSubject>> {
     vec![
         fault!("hits-weighted-by-area", MIS,
             "points by solid angle, but hits are weighted with the pdf of points by area",

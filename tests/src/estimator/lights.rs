@@ -23,7 +23,7 @@ fn always_visible(_: &Scene, _: (DVec3, DVec3), _: (DVec3, DVec3), _: bool) -> b
     true
 }
 
-pub(super) fn faults() -> Vec<Fault<Subject>> {
+pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
     let mut faults = light_measures();
     faults.extend([
         fault!("always-the-first", ESTIMATOR, "picks the first emitter every time, with the density of all",
@@ -60,7 +60,7 @@ pub(super) fn faults() -> Vec<Fault<Subject>> {
     faults
 }
 
-fn light_measures() -> Vec<Fault<Subject>> {
+fn light_measures() -> Vec<Fault<EstimatorSubject>> {
     vec![
         fault!("light-cosine-missing", GEOMETRY,
             "the cosine at the light is missing in the change of measure",

@@ -11,7 +11,7 @@ use whitefurnace::estimator::LightRules;
 use whitefurnace::sampling::{cosine_hemisphere, uniform_hemisphere};
 
 use crate::prelude::*;
-use crate::{chains, cie, furnace, glass, images, irradiance, panes, strategies};
+use crate::{chains, cie, furnace, glass, glass_bodies, images, irradiance, strategies};
 
 /// The family.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
@@ -20,7 +20,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     trials.extend(strategies::trials());
     trials.extend(chains::trials());
     trials.extend(glass::trials());
-    trials.extend(panes::trials());
+    trials.extend(glass_bodies::trials());
     trials.extend(cie::trials());
     trials.extend(images::trials());
     let mut faults = reflection::faults();
@@ -28,7 +28,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     faults.extend(lights::faults());
     faults.extend(light_sampling::faults());
     faults.extend(interfaces::faults());
-    faults.extend(told());
+    faults.extend(configuration_faults());
     vec![Box::new(Family {
         whole_estimator: true,
         trials,
@@ -38,10 +38,10 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     })]
 }
 
-/// Faults in what an estimator is told.
-fn told() -> Vec<Fault<Subject>> {
-    let rules = |rules| Setup { rules, ..STANDARD };
-    let segments = |segments| Setup { segments: Some(segments), ..STANDARD };
+/// Faults in how an estimator is configured.
+fn configuration_faults() -> Vec<Fault<EstimatorSubject>> {
+    let rules = |rules| Configuration { rules, ..STANDARD };
+    let segments = |segments| Configuration { segments: Some(segments), ..STANDARD };
     vec![
         fault!("seven-segments", PATH_LENGTH, "at most seven segments, called unbiased",
             = segments(7), "furnace/report/albedo-0.65"),
@@ -62,7 +62,7 @@ fn told() -> Vec<Fault<Subject>> {
     ]
 }
 
-fn equivalents() -> Vec<Fault<Subject>> {
+fn equivalents() -> Vec<Fault<EstimatorSubject>> {
     vec![
         fault!("survival-constant", ROULETTE,
             "survival 0.9 whatever the throughput: every policy has the same mean",

@@ -33,7 +33,7 @@ fn eon(bsdf: &Bsdf, wo: DVec3, wi: DVec3, [first, second]: [f64; 2]) -> DVec3 {
     }
 }
 
-pub(super) fn faults() -> Vec<Fault<Subject>> {
+pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
     vec![
         fault!("no-pi", LAMBERT, "the BRDF misses 1/π",
             { brdf: |bsdf, wo, wi| PI * bsdf.eval(wo, wi) }, "irradiance/rectangle-whitted",
@@ -55,7 +55,7 @@ pub(super) fn faults() -> Vec<Fault<Subject>> {
             { brdf: |bsdf, wo, wi| oren_nayar(bsdf, wo, wi, OrenNayarForm::Printed, |a| a) },
             "furnace/sky/oren-nayar"),
         fault!("oren-nayar-constant", OREN_NAYAR_CONSTANTS, "0.57 for 0.33 in A",
-            = parts(Table {
+            = parts(PartTable {
                 brdf: |bsdf, wo, wi| {
                     // A = 1 − σ²/2(σ² + 0.33), solved for σ².
                     oren_nayar(bsdf, wo, wi, OrenNayarForm::Corrected, |a| {
@@ -63,7 +63,7 @@ pub(super) fn faults() -> Vec<Fault<Subject>> {
                         1.0 - s2 / (2.0 * (s2 + 0.57))
                     })
                 },
-                ..RIGHT
+                ..CORRECT
             }),
             "furnace/sky/oren-nayar"),
         fault!("eon-single-scattering-only", EON_MULTIPLE,

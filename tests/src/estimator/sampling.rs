@@ -6,7 +6,7 @@ use whitefurnace::sampling::{cosine_hemisphere, uniform_hemisphere, uniform_hemi
 use crate::hemisphere::faults::{half_circle, half_circle_cosine, linear_theta, no_root, shared_number};
 use crate::prelude::*;
 
-pub(super) fn faults() -> Vec<Fault<Subject>> {
+pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
     vec![
         fault!("uniform-for-cosine", COSINE_HEMISPHERE, "uniform directions with the cosine pdf's weight",
             { cosine_hemisphere: uniform_hemisphere }, "irradiance/hits-alone"),

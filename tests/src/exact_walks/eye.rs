@@ -31,13 +31,13 @@ pub(super) const PARTICLES: u32 = 5;
 
 impl Eye {
     /// The [`level`] of every pixel, one path each.
-    pub(super) fn image<P: Parts + Copy>(
+    pub(super) fn image<P: EstimatorParts + Copy>(
         self,
-        setup: Setup<P>,
+        setup: Configuration<P>,
         scene: &Scene,
         (rng, seed): (&mut Stream, u64),
     ) -> Result<Vec<f64>, Error> {
-        let Setup { parts, segments, rules } = setup;
+        let Configuration { parts, segments, rules } = setup;
         let levels = |image: Vec<DVec3>| image.into_iter().map(|pixel| level(scene, pixel)).collect();
         let pass = |estimator: &dyn Fn() -> Result<Vec<DVec3>, Error>| estimator().map(levels);
         match self {

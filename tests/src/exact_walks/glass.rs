@@ -37,7 +37,7 @@ const GLASS: &[&str] = &[
 const RULED: &[&str] = &["glass/equilibrium/report", "glass/equilibrium/whitted"];
 pub(super) const LOOKED_UP: &[&str] = &["glass/photons/direct", "glass/photons/gather"];
 
-pub(super) fn equilibrium() -> Vec<TrialOn<Subject>> {
+pub(super) fn equilibrium() -> Vec<FamilyTrial<EstimatorSubject>> {
     let n2 = INDEX * INDEX;
     let surfaces = [light(1.0), light(n2)];
     let scenes = [
@@ -45,7 +45,7 @@ pub(super) fn equilibrium() -> Vec<TrialOn<Subject>> {
         (glass("within, outwards", 0.5, 1.0, true, surfaces), n2),
         (glass("from outside", 1.4, 0.25, false, surfaces), 1.0),
     ];
-    let trial_on = |name, subject, eye| {
+    let family_trial = |name, subject, eye| {
         certain(
             (name, subject, &REFRACTION),
             format!("in equilibrium all within glass is at {n2} and all outside at 1"),
@@ -55,17 +55,17 @@ pub(super) fn equilibrium() -> Vec<TrialOn<Subject>> {
     };
     let photons = Eye::Photons(Lookup::Direct);
     vec![
-        trial_on(GLASS[0], "estimator::Path", Eye::Path),
-        trial_on(GLASS[1], "estimator::PhotonMapping", photons),
-        trial_on(GLASS[2], "estimator::Sppm", Eye::Sppm),
-        trial_on(GLASS[3], "estimator::Bdpt", Eye::Bdpt),
-        trial_on(RULED[0], "estimator::Report", Eye::Report(FEW_SEGMENTS)),
-        trial_on(RULED[1], "estimator::Whitted", Eye::Whitted(FEW_SEGMENTS)),
+        family_trial(GLASS[0], "estimator::Path", Eye::Path),
+        family_trial(GLASS[1], "estimator::PhotonMapping", photons),
+        family_trial(GLASS[2], "estimator::Sppm", Eye::Sppm),
+        family_trial(GLASS[3], "estimator::Bdpt", Eye::Bdpt),
+        family_trial(RULED[0], "estimator::Report", Eye::Report(FEW_SEGMENTS)),
+        family_trial(RULED[1], "estimator::Whitted", Eye::Whitted(FEW_SEGMENTS)),
     ]
 }
 
 /// What a ball in glass sends to a wall, looked up from within the glass; and what comes back to it.
-pub(super) fn looked_up() -> Vec<TrialOn<Subject>> {
+pub(super) fn looked_up() -> Vec<FamilyTrial<EstimatorSubject>> {
     let n2 = INDEX * INDEX;
     let black = Surface::new(lambert(0.0));
     let surfaces = [black, black.emitting(LIGHT * TINT)];
@@ -75,7 +75,7 @@ pub(super) fn looked_up() -> Vec<TrialOn<Subject>> {
         (glass("the ball from outside", 1.4, 0.05, false, surfaces), (LIGHT + flux) / n2),
     ];
     let gather = Lookup::Gather { caustic_particles: PARTICLES, caustic_radius: EVERYWHERE };
-    let trial_on = |name, lookup| {
+    let family_trial = |name, lookup| {
         certain(
             (name, "estimator::PhotonMapping", &REFRACTION),
             format!("photons of {flux:.6} beyond glass are seen n² as bright from within"),
@@ -83,13 +83,13 @@ pub(super) fn looked_up() -> Vec<TrialOn<Subject>> {
             scenes.clone(),
         )
     };
-    vec![trial_on(LOOKED_UP[0], Lookup::Direct), trial_on(LOOKED_UP[1], gather)]
+    vec![family_trial(LOOKED_UP[0], Lookup::Direct), family_trial(LOOKED_UP[1], gather)]
 }
 
 /// Radiance that refraction changes in a wrong way.
-pub(super) fn factors(table: Table, caught_by: &'static [&'static str]) -> Vec<Fault<Subject>> {
+pub(super) fn factors(table: PartTable, caught_by: &'static [&'static str]) -> Vec<Fault<EstimatorSubject>> {
     let fault = |name, wrong, radiance_factor: fn(f64, f64) -> f64| {
-        let subject = parts(Table { radiance_factor, ..table });
+        let subject = parts(PartTable { radiance_factor, ..table });
         fault(name, &REFRACTION, wrong, subject, caught_by)
     };
     vec![
@@ -100,14 +100,14 @@ pub(super) fn factors(table: Table, caught_by: &'static [&'static str]) -> Vec<F
 }
 
 /// Faults of the trials of equilibrium.
-pub(super) fn faults() -> Vec<Fault<Subject>> {
+pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
     let mut faults = factors(ENDLESS, GLASS);
     let rules = LightRules { radiance_factor: false, ..LightRules::PHYSICAL };
     faults.push(fault(
         "rules-without-factor",
         &REFRACTION,
         "the rules leave radiance as it is",
-        Setup { rules, ..parts(ENDLESS) },
+        Configuration { rules, ..parts(ENDLESS) },
         RULED,
     ));
     faults

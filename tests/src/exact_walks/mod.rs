@@ -17,16 +17,16 @@ use crate::scenes::{lambert, level, seen_by};
 
 /// Roulette that ends nothing but what is faint beyond double precision, and light that counts where
 /// paths from the eye hit it.
-const ENDLESS: Table = Table {
+const ENDLESS: PartTable = PartTable {
     survival_by_throughput: |throughput| throughput.max_element(),
     survives: |_, throughput| throughput > 1e-13,
     roulette_weight: |_| 1.0,
     strategy_weight: |_, s| f64::from(u8::from(s == 0)),
-    ..RIGHT
+    ..CORRECT
 };
 
 /// Particles that splat the same wherever they are and go on.
-const COUNTED: Table = Table {
+const COUNTED: PartTable = PartTable {
     brdf: |bsdf, _, _| FRAC_1_PI * bsdf.albedo(),
     cosine: |_, _| 1.0,
     cosine_hemisphere_pdf: |_| FRAC_1_PI,
@@ -37,8 +37,8 @@ const COUNTED: Table = Table {
 };
 
 /// Photons that count whole wherever they lie, and glass that reflects nothing.
-const GATHERED: Table =
-    Table { fresnel: |_, _, _| 0.0, same_side: |_, _| true, photon_density: |_, flux, _, _| flux, ..ENDLESS };
+const GATHERED: PartTable =
+    PartTable { fresnel: |_, _, _| 0.0, same_side: |_, _| true, photon_density: |_, flux, _, _| flux, ..ENDLESS };
 
 /// Rounding of some thousand factors and terms.
 const ROUNDING: f64 = 1e-11;
@@ -54,7 +54,7 @@ struct Certain {
 }
 
 impl Property for Certain {
-    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let mut rng = context.rng("ways");
         let outcome = |(scene, expected): &(Arc<Scene>, f64)| {
             let random = (&mut rng, context.seed_of("passes"));
@@ -79,7 +79,7 @@ struct Left {
 }
 
 impl Property for Left {
-    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let (parts, seed) = (setup.parts, context.seed_of("particles"));
         let sum = if self.by_eye {
             let random = (&mut context.rng("ways"), seed);
@@ -121,29 +121,29 @@ fn certain(
     property: String,
     eye: Eye,
     scenes: Vec<(Arc<Scene>, f64)>,
-) -> TrialOn<Subject> {
-    trial(name, property, equation, [subject, "exact"], on(Certain { eye, scenes }))
+) -> FamilyTrial<EstimatorSubject> {
+    trial(name, property, equation, [subject, "exact"], with_parts(Certain { eye, scenes }))
 }
 
-fn left(name: &str, subject: &'static str, by_eye: bool, expected: f64, eye: DVec3) -> TrialOn<Subject> {
+fn left(name: &str, subject: &'static str, by_eye: bool, expected: f64, eye: DVec3) -> FamilyTrial<EstimatorSubject> {
     let property = format!("in a cavity of albedo {ALBEDO} each particle leaves {expected:.6} before it is faint");
     let scene = cavity("diffuse cavity", lambert(ALBEDO), eye);
-    trial(name, property, &PATH_LENGTH, [subject, "exact"], on(Left { scene, by_eye, expected }))
+    trial(name, property, &PATH_LENGTH, [subject, "exact"], with_parts(Left { scene, by_eye, expected }))
 }
 
 const INSIDE: DVec3 = DVec3::new(-0.3, 0.1, 0.2);
 /// A place from which the whole cavity lies within the image.
 const OUTSIDE: DVec3 = DVec3::new(0.0, -5.0, 0.0);
 
-fn long() -> Vec<TrialOn<Subject>> {
+fn long() -> Vec<FamilyTrial<EstimatorSubject>> {
     let all = 1.0 / (1.0 - ALBEDO);
     let cut = all * (1.0 - ALBEDO.powi(SEGMENTS as i32));
     let reflectance = DVec3::splat(ALBEDO);
     let mirrors = |name, subject, eye, expected: f64| {
         let scene = cavity("mirrors", Bsdf::Mirror { reflectance }, INSIDE);
         let property = format!("between mirrors of {ALBEDO} that emit 1 every path sees {expected:.6}");
-        let words = (name, subject, &PATH_LENGTH);
-        certain(words, property, eye, vec![(scene, expected)])
+        let statement = (name, subject, &PATH_LENGTH);
+        certain(statement, property, eye, vec![(scene, expected)])
     };
     let diffuse = certain(
         ("furnace/long/path", "estimator::Path", &PATH_LENGTH),
@@ -189,9 +189,13 @@ fn within(throughput: f64, vertices: f64) -> bool {
 }
 
 /// Walks that end at a number of vertices.
-fn cuts(table: Table, limited: &'static [&'static str], all: &'static [&'static str]) -> Vec<Fault<Subject>> {
+fn cuts(
+    table: PartTable,
+    limited: &'static [&'static str],
+    all: &'static [&'static str],
+) -> Vec<Fault<EstimatorSubject>> {
     let cut = |name, wrong, segments, survives: fn(f64, f64) -> bool, caught_by| {
-        let subject = Setup { segments: Some(segments), ..parts(Table { survives, ..table }) };
+        let subject = Configuration { segments: Some(segments), ..parts(PartTable { survives, ..table }) };
         fault(name, &PATH_LENGTH, wrong, subject, caught_by)
     };
     vec![

@@ -2,7 +2,7 @@
 
 use whitefurnace::shape::{sphere_distances, sphere_distances_printed, triangle_point, triangle_residual};
 
-use crate::geometry::{Corners, RIGHT, Shapes, Solution, readable, watertight};
+use crate::geometry::{CORRECT, Corners, Shapes, Solution, readable, watertight};
 use crate::prelude::*;
 
 /// The faults.
@@ -42,12 +42,12 @@ fn front(ray: &Ray, v: Corners) -> bool {
 
 fn triangle_faults() -> Vec<Fault<Shapes>> {
     let solution = |name, wrong, triangle: Solution| {
-        let subject = Shapes { triangle, ..RIGHT };
+        let subject = Shapes { triangle, ..CORRECT };
         let caught_by: &[&str] = &["geometry/triangle-solution"];
         fault(name, &TRIANGLE_SOLUTION, wrong, subject, caught_by)
     };
     let edges = |name, wrong, triangle: Solution| {
-        let subject = Shapes { triangle, ..RIGHT };
+        let subject = Shapes { triangle, ..CORRECT };
         let caught_by: &[&str] = &["geometry/triangle-edges"];
         fault(name, &TRIANGLE_SOLUTION, wrong, subject, caught_by)
     };

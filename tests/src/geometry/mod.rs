@@ -6,8 +6,8 @@ mod faults;
 use whitefurnace::shape::{moller_trumbore, sphere_distances, sphere_residual, triangle_point, triangle_residual};
 use whitefurnace::watertight::Shear;
 
+use crate::mean_radiance::any_direction;
 use crate::prelude::*;
-use crate::probes::any_direction;
 
 /// The corners of a triangle.
 type Corners = [DVec3; 3];
@@ -33,7 +33,7 @@ pub struct Shapes {
     pub nearest: fn(&Sphere, &Ray) -> Option<f64>,
 }
 
-const RIGHT: Shapes = Shapes {
+const CORRECT: Shapes = Shapes {
     at: Ray::at,
     point: triangle_point,
     residual: triangle_residual,
@@ -266,7 +266,7 @@ fn readable(ray: &Ray, v: Corners, limit: f64) -> Option<(f64, f64, f64)> {
     moller_trumbore(ray, v).filter(|(t, ..)| *t < limit)
 }
 
-fn trials() -> Vec<TrialOn<Shapes>> {
+fn trials() -> Vec<FamilyTrial<Shapes>> {
     let own = |name: &str, property: &str, equation: &'static Equation, on: TrialFn<Shapes>| {
         let subject = if equation == &TRIANGLE_SOLUTION { "watertight::Shear::intersect" } else { "shape" };
         trial(format!("geometry/{name}"), property, equation, [subject, "exact"], on)
@@ -307,6 +307,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             fault!("readable", TRIANGLE_SOLUTION, "the readable form of (4): the same hits to rounding, away from edges",
             Shapes: { triangle: readable }, "geometry/triangle-solution"),
         ],
-        ..Family::new("geometry", RIGHT)
+        ..Family::new("geometry", CORRECT)
     })]
 }

@@ -152,7 +152,7 @@ pub fn normalised(pdf: Pdf) -> Vec<Outcome> {
     )]
 }
 
-fn trials(law: Law) -> Vec<TrialOn<Method>> {
+fn trials(law: Law) -> Vec<FamilyTrial<Method>> {
     let name = |what: &str| format!("hemisphere/{}/{what}", law.name);
     let [z, z2] = law.moments;
     let cells_are = format!("directions have the {} density", law.name);

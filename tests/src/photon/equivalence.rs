@@ -25,7 +25,7 @@ struct SameRadiance {
 }
 
 impl Property for SameRadiance {
-    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let scene = &*self.scene;
         let path = Path::<Standard>::default();
         let mut rng = context.rng("paths");
@@ -59,13 +59,13 @@ impl Property for SameRadiance {
     }
 }
 
-fn trial_on(name: &'static str, property: &str, same: SameRadiance) -> TrialOn<Subject> {
+fn family_trial(name: &'static str, property: &str, same: SameRadiance) -> FamilyTrial<EstimatorSubject> {
     trial(
         name,
         format!("{property} within {} %", 100.0 * same.margin),
         &PHOTON_DENSITY,
         [MAPPING, "Welch, equivalence"],
-        on(same),
+        with_parts(same),
     )
 }
 
@@ -86,8 +86,8 @@ fn caustic_floor(rng: &mut Stream) -> Ray {
 }
 
 /// The trials.
-pub(super) fn trials() -> Vec<TrialOn<Subject>> {
-    let mut trials = vec![trial_on(
+pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
+    let mut trials = vec![family_trial(
         "photon/caustic",
         "photon mapping and the path tracer find the same light in the caustic of a glass sphere",
         SameRadiance {
@@ -103,7 +103,7 @@ pub(super) fn trials() -> Vec<TrialOn<Subject>> {
         },
     )];
     if let Ok(room) = diffuse() {
-        trials.push(trial_on(
+        trials.push(family_trial(
             "photon/diffuse-room",
             "photon mapping and the path tracer find the same light on the floor of the diffuse room",
             SameRadiance {
@@ -123,7 +123,7 @@ pub(super) fn trials() -> Vec<TrialOn<Subject>> {
 }
 
 /// What they must reject.
-pub(super) fn faults() -> Vec<Fault<Subject>> {
+pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
     vec![fault!("photons-halved", PHOTON_DENSITY, "albedo/2π for the BRDF of photons",
         = parts(HALVED), "photon/caustic", "photon/diffuse-room")]
 }

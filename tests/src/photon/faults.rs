@@ -5,7 +5,7 @@ use whitefurnace::sampling::uniform_hemisphere;
 
 use crate::prelude::*;
 
-pub(super) fn faults() -> Vec<Fault<Subject>> {
+pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
     let mut faults = densities();
     faults.extend(maps());
     faults.extend(particles());
@@ -13,9 +13,10 @@ pub(super) fn faults() -> Vec<Fault<Subject>> {
 }
 
 /// Half of every photon.
-pub(super) const HALVED: Table = Table { photon_density: |brdf, flux, _, r2| density(0.5 * brdf, flux, r2), ..RIGHT };
+pub(super) const HALVED: PartTable =
+    PartTable { photon_density: |brdf, flux, _, r2| density(0.5 * brdf, flux, r2), ..CORRECT };
 
-fn densities() -> Vec<Fault<Subject>> {
+fn densities() -> Vec<Fault<EstimatorSubject>> {
     vec![
         fault!("radius-for-its-square", PHOTON_DENSITY, "the disc's area is πr",
             { photon_density: |brdf, flux, _, r2| density(brdf, flux, r2.sqrt()) }, "photon/furnace",
@@ -42,7 +43,7 @@ fn densities() -> Vec<Fault<Subject>> {
     ]
 }
 
-fn maps() -> Vec<Fault<Subject>> {
+fn maps() -> Vec<Fault<EstimatorSubject>> {
     vec![
         fault!("direct-light-twice", PHOTON_DENSITY,
             "the caustic map keeps light that came straight, which shadow rays bring as well",
@@ -55,7 +56,7 @@ fn maps() -> Vec<Fault<Subject>> {
     ]
 }
 
-fn particles() -> Vec<Fault<Subject>> {
+fn particles() -> Vec<Fault<EstimatorSubject>> {
     vec![
         fault!("shared-by-stored", PHOTON_FLUX,
             "flux is divided by the photons stored in place of the particles emitted",

@@ -11,7 +11,7 @@ use whitefurnace::estimator::{Lookup, radius_squared};
 use whitefurnace::harness::mean::NEARLY_SYMMETRIC;
 use whitefurnace::scene::simple::{CAP_SHARE, Cap, cavity_cap, furnace_box};
 
-use crate::photon::replications::{About, Flux, Mapping, Passes, trial_on};
+use crate::photon::replications::{About, Flux, Mapping, Passes, family_trial};
 use crate::prelude::*;
 use crate::scenes::{lambert, sphere_furnace};
 
@@ -46,7 +46,7 @@ fn spread(count: u32) -> impl Iterator<Item = DVec3> {
 
 const MAPPING: &str = "estimator::PhotonMapping";
 
-fn trials() -> Vec<TrialOn<Subject>> {
+fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let mut trials = floors();
     trials.extend(cavities());
     trials.extend(fluxes());
@@ -57,7 +57,7 @@ fn trials() -> Vec<TrialOn<Subject>> {
 /// Particles per map of a floor: few do, since the mean does not depend on their number.
 const FEW: u32 = 64;
 
-fn floors() -> Vec<TrialOn<Subject>> {
+fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
     let gather = Lookup::Gather { caustic_particles: FEW, caustic_radius: scenes::RADIUS };
     let whole = scenes::disc_average(scenes::RADIUS, f64::INFINITY);
     let cut = scenes::disc_average(scenes::RADIUS, scenes::WALL_AT);
@@ -74,7 +74,7 @@ fn floors() -> Vec<TrialOn<Subject>> {
         };
         let mapping =
             Mapping { scene, lookup, particles: FEW, radius: scenes::RADIUS, rays: vec![scenes::at_origin(); rays] };
-        trial_on(about, mapping)
+        family_trial(about, mapping)
     };
     vec![
         floor(
@@ -120,7 +120,7 @@ fn floors() -> Vec<TrialOn<Subject>> {
     ]
 }
 
-fn cavities() -> Vec<TrialOn<Subject>> {
+fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
     let albedo = 0.5;
     let rho = 0.75;
     let centred = |count| -> Vec<Ray> { spread(count).map(|w| Ray::new(DVec3::ZERO, w)).collect() };
@@ -138,7 +138,7 @@ fn cavities() -> Vec<TrialOn<Subject>> {
             values,
         };
         let mapping = Mapping { scene, lookup, particles, radius: 0.4, rays };
-        trial_on(about, mapping)
+        family_trial(about, mapping)
     };
     let mut trials = vec![cavity(
         "photon/furnace",
@@ -166,7 +166,7 @@ fn cavities() -> Vec<TrialOn<Subject>> {
     trials
 }
 
-fn fluxes() -> Vec<TrialOn<Subject>> {
+fn fluxes() -> Vec<FamilyTrial<EstimatorSubject>> {
     let about = |name, property, reference, delta, values| About {
         name,
         property,
@@ -177,7 +177,7 @@ fn fluxes() -> Vec<TrialOn<Subject>> {
         values,
     };
     let caustic = scenes::flux_into_glass();
-    let mut trials = vec![trial_on(
+    let mut trials = vec![family_trial(
         about(
             "photon/flux-through-glass",
             format!("of a light beside a glass sphere {caustic:.6} arrive as caustics: what enters leaves"),
@@ -191,7 +191,7 @@ fn fluxes() -> Vec<TrialOn<Subject>> {
     if let Ok(scene) = furnace_box(albedo) {
         // A cube of side 2: π L A/(1 − a) arrive, a share a of them is reflected, the rest absorbed.
         let arriving = PI * 24.0 / (1.0 - albedo);
-        trials.push(trial_on(
+        trials.push(family_trial(
             about(
                 "photon/flux-balance",
                 format!("in a closed box of albedo {albedo} photons of {arriving:.6} arrive"),
@@ -206,7 +206,7 @@ fn fluxes() -> Vec<TrialOn<Subject>> {
 }
 
 /// The mean of the passes' disc averages, each of its own radius.
-fn passes() -> TrialOn<Subject> {
+fn passes() -> FamilyTrial<EstimatorSubject> {
     let count = 12;
     let first = scenes::RADIUS;
     let disc = |index| {
@@ -223,5 +223,5 @@ fn passes() -> TrialOn<Subject> {
         delta: SINGLE,
         values: NEARLY_SYMMETRIC,
     };
-    trial_on(about, Passes { scene: scenes::point_camera(), passes: count, particles: FEW, radius: first })
+    family_trial(about, Passes { scene: scenes::point_camera(), passes: count, particles: FEW, radius: first })
 }

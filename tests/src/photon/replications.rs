@@ -21,7 +21,7 @@ pub(super) struct About {
 
 /// One value of a trial from the stream (seed, index).
 pub(super) trait Replication: Send + Sync + 'static {
-    fn value<P: Parts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64;
+    fn value<P: EstimatorParts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64;
 }
 
 struct Mean<T> {
@@ -32,7 +32,7 @@ struct Mean<T> {
 }
 
 impl<T: Replication> Property for Mean<T> {
-    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let seed = context.seed_of("replication");
         let mut values = Values::new(self.reference);
         for index in 0..context.n(self.values) as u32 {
@@ -43,12 +43,12 @@ impl<T: Replication> Property for Mean<T> {
     }
 }
 
-pub(super) fn trial_on<T: Replication>(about: About, replication: T) -> TrialOn<Subject> {
+pub(super) fn family_trial<T: Replication>(about: About, replication: T) -> FamilyTrial<EstimatorSubject> {
     let About { reference, values, .. } = about;
     // Where nothing arrives, nothing varies.
     let delta = if reference == 0.0 { 0.0 } else { about.delta };
     let property = Mean { replication, reference, delta: delta * reference, values };
-    trial(about.name, about.property, about.equation, [about.subject, "t over independent maps"], on(property))
+    trial(about.name, about.property, about.equation, [about.subject, "t over independent maps"], with_parts(property))
 }
 
 /// The first channel of the mean radiance along some rays, by a map of its own.
@@ -61,7 +61,7 @@ pub(super) struct Mapping {
 }
 
 impl Replication for Mapping {
-    fn value<P: Parts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64 {
+    fn value<P: EstimatorParts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64 {
         let (map, name) = ((self.particles, self.radius), (seed, index));
         let Ok(photons) = PhotonMapping::new(parts, &self.scene, self.lookup, map, name) else {
             return f64::NAN;
@@ -87,7 +87,7 @@ pub(super) struct Flux {
 }
 
 impl Replication for Flux {
-    fn value<P: Parts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64 {
+    fn value<P: EstimatorParts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64 {
         let map = PhotonMap::new(&parts, &self.scene, self.kept, self.particles, (seed, index));
         map.map_or(f64::NAN, |map| level(&self.scene, map.photons().map(|photon| photon.flux).sum()))
     }
@@ -102,7 +102,7 @@ pub(super) struct Passes {
 }
 
 impl Replication for Passes {
-    fn value<P: Parts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64 {
+    fn value<P: EstimatorParts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64 {
         let sppm = Sppm { parts, particles: self.particles, radius: self.radius };
         // The pass's index decides its radius, so replications differ by the seed.
         let seed = seed.wrapping_add(u64::from(index) << 32);

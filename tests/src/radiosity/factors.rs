@@ -16,7 +16,7 @@ struct Factors {
 }
 
 impl Property for Factors {
-    fn run<P: Parts + Copy>(&self, _: &Context, setup: Setup<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(&self, _: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let error = || {
             let mesh = Mesh::new(&self.scene, fineness(self.patches)).ok()?;
             let factors = FormFactors::new(&setup.parts, &self.scene, &mesh, &|_| true).ok()?;
@@ -130,7 +130,7 @@ fn reciprocity(elements: &[Element], rows: &[Vec<f64>]) -> f64 {
 pub(super) struct Energy;
 
 impl Property for Energy {
-    fn run<P: Parts + Copy>(&self, _: &Context, setup: Setup<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(&self, _: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let rho = 0.6;
         let room = scene("cube with a wall of light", |s| {
             let wall = s.surface(Surface::new(lambert(rho)));
@@ -149,19 +149,19 @@ impl Property for Energy {
     }
 }
 
-pub(super) fn factors() -> Vec<TrialOn<Subject>> {
+pub(super) fn factors() -> Vec<FamilyTrial<EstimatorSubject>> {
     let cube = scene("closed cube", |s| {
         let wall = s.surface(Surface::new(lambert(0.5)));
         closed_cube(s, 1.0, true, wall);
     });
     let parallel = plates("parallel plates", DVec3::Z, [DVec3::Y, DVec3::X]);
     let perpendicular = plates("perpendicular plates", DVec3::ZERO, [DVec3::Y, DVec3::Z]);
-    let trial_on = |name: &str, property: String, subject: Factors| {
+    let family_trial = |name: &str, property: String, subject: Factors| {
         let path = "estimator::radiosity::FormFactors";
-        trial(name, property, &FORM_FACTOR, [path, "exact"], on(subject))
+        trial(name, property, &FORM_FACTOR, [path, "exact"], with_parts(subject))
     };
     vec![
-        trial_on(
+        family_trial(
             "radiosity/parallel-plates",
             format!("between parallel unit plates at distance 1 F = {OPPOSITE:.6}"),
             Factors {
@@ -171,7 +171,7 @@ pub(super) fn factors() -> Vec<TrialOn<Subject>> {
                 tolerance: 1e-4,
             },
         ),
-        trial_on(
+        family_trial(
             "radiosity/perpendicular-plates",
             format!("between unit plates at a right angle with a common edge F = {NEIGHBOURS:.6}"),
             Factors {
@@ -181,17 +181,17 @@ pub(super) fn factors() -> Vec<TrialOn<Subject>> {
                 tolerance: SINGLE,
             },
         ),
-        trial_on(
+        family_trial(
             "radiosity/closure",
             "in a closed cube the form factors from each patch add up to 1".to_owned(),
             Factors { scene: Arc::clone(&cube), patches: 100, error: closure, tolerance: SINGLE_PRECISION },
         ),
-        trial_on(
+        family_trial(
             "radiosity/ball",
             "a ball near the walls of a room sends the room its area, and the room as much to the ball".to_owned(),
             Factors { scene: ball_in_room(), patches: 300, error: ball, tolerance: IMAGE },
         ),
-        trial_on(
+        family_trial(
             "radiosity/reciprocity",
             "in a closed cube A_i F_ij = A_j F_ji, but for the mean over three nodes".to_owned(),
             Factors { scene: cube, patches: 400, error: reciprocity, tolerance: 0.02 },

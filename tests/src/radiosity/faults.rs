@@ -12,12 +12,12 @@ fn without_cosine(_: DVec3, corners: &[DVec3]) -> f64 {
     form_factor::polygon(middle.normalize_or_zero(), corners)
 }
 
-pub(super) fn faults() -> Vec<Fault<Subject>> {
+pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
     let factor = |name, wrong, form_factor: fn(DVec3, &[DVec3]) -> f64, caught_by| {
-        let table = Table { form_factor, ..RIGHT };
+        let table = PartTable { form_factor, ..CORRECT };
         fault(name, &FORM_FACTOR, wrong, parts(table), caught_by)
     };
-    let balance = |name, wrong, table: Table, caught_by| fault(name, &RADIOSITY, wrong, parts(table), caught_by);
+    let balance = |name, wrong, table: PartTable, caught_by| fault(name, &RADIOSITY, wrong, parts(table), caught_by);
     vec![
         factor(
             "form-factor-without-cosine",
@@ -95,46 +95,46 @@ pub(super) fn faults() -> Vec<Fault<Subject>> {
         balance(
             "channels-mixed",
             "each channel is reflected by the next one's albedo",
-            Table {
+            PartTable {
                 leaving: |albedo, emitted, irradiance| radiosity::leaving(albedo.yzx(), emitted, irradiance),
-                ..RIGHT
+                ..CORRECT
             },
             &["radiosity/coloured"],
         ),
         balance(
             "emission-exchanged",
             "patches send each other what they emit, which was counted as direct light",
-            Table { exchanged: |leaving, _| leaving, ..RIGHT },
+            PartTable { exchanged: |leaving, _| leaving, ..CORRECT },
             &["radiosity/furnace-box", "radiosity/corners", "radiosity/energy"],
         ),
         balance(
             "emission-reflected",
             "the albedo is applied to what a surface emits, too",
-            Table {
+            PartTable {
                 leaving: |albedo, emitted, irradiance| radiosity::leaving(albedo, albedo * emitted, irradiance),
-                ..RIGHT
+                ..CORRECT
             },
             &["radiosity/furnace-box"],
         ),
         balance(
             "channels-exchanged",
             "red and blue of the irradiance are exchanged",
-            Table {
+            PartTable {
                 leaving: |albedo, emitted, e| radiosity::leaving(albedo, emitted, DVec3::new(e.z, e.y, e.x)),
-                ..RIGHT
+                ..CORRECT
             },
             &["radiosity/rectangle"],
         ),
         balance(
             "two-sweeps",
             "the solution ends after two sweeps",
-            Table { solved: |_, sweeps| sweeps >= 2, ..RIGHT },
+            PartTable { solved: |_, sweeps| sweeps >= 2, ..CORRECT },
             &["radiosity/furnace-box", "radiosity/cavity/black", "radiosity/diffuse-room"],
         ),
         balance(
             "exitance-for-radiance",
             "ρE is taken for the radiance, without 1/π",
-            Table { leaving: |albedo, emitted, irradiance| emitted + albedo * irradiance, ..RIGHT },
+            PartTable { leaving: |albedo, emitted, irradiance| emitted + albedo * irradiance, ..CORRECT },
             &["radiosity/rectangle", "radiosity/skewed", "radiosity/triangle"],
         ),
     ]

@@ -5,7 +5,7 @@ use whitefurnace::estimator::radiosity::ReadOut;
 
 use crate::cie::{parallel_corner, upright_corner};
 use crate::prelude::*;
-use crate::radiosity::{Kind, Known, KnownRay, SINGLE_PRECISION, known};
+use crate::radiosity::{EstimatorKind, Known, KnownRay, SINGLE_PRECISION, known};
 use crate::scenes::{
     FLOOR, HEIGHT, LIGHT, TINT, TRIANGLE, at_origin, floor, half_hidden_light, lambert, light, rectangle_light, scene,
     square, triangle_light,
@@ -51,13 +51,13 @@ fn reflected(factor: f64) -> f64 {
     FLOOR * LIGHT * factor
 }
 
-fn trial_on(
+fn family_trial(
     name: &str,
     what: &str,
     scene: Arc<Scene>,
-    rays: &[(Kind, f64)],
+    rays: &[(EstimatorKind, f64)],
     (patches, tolerance): (u32, f64),
-) -> TrialOn<Subject> {
+) -> FamilyTrial<EstimatorSubject> {
     let seen: Vec<String> = rays.iter().map(|(_, l)| format!("{l:.6}")).collect();
     let property = format!("a floor reflects {} of {what}", seen.join(" and "));
     let rays: Vec<KnownRay> = rays.iter().map(|&(ray, l)| (ray, l * TINT)).collect();
@@ -66,13 +66,13 @@ fn trial_on(
 }
 
 /// One ray to the floor's origin, few patches.
-fn lit(name: &str, what: &str, scene: Arc<Scene>, factor: f64, tolerance: f64) -> TrialOn<Subject> {
-    let rays = [((|_| at_origin()) as Kind, reflected(factor))];
-    trial_on(name, what, scene, &rays, (4, tolerance))
+fn lit(name: &str, what: &str, scene: Arc<Scene>, factor: f64, tolerance: f64) -> FamilyTrial<EstimatorSubject> {
+    let rays = [((|_| at_origin()) as EstimatorKind, reflected(factor))];
+    family_trial(name, what, scene, &rays, (4, tolerance))
 }
 
 /// The trials.
-pub(super) fn trials() -> Vec<TrialOn<Subject>> {
+pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let mut trials = rectangles();
     trials.extend(kinds());
     trials.extend(hidden());
@@ -80,7 +80,7 @@ pub(super) fn trials() -> Vec<TrialOn<Subject>> {
     trials
 }
 
-fn rectangles() -> Vec<TrialOn<Subject>> {
+fn rectangles() -> Vec<FamilyTrial<EstimatorSubject>> {
     let upright = scene("light that sinks below the horizon", |s| {
         floor(s, lambert(FLOOR));
         let edges = [2.0 * DVec3::Z, 2.0 * DVec3::Y];
@@ -92,7 +92,7 @@ fn rectangles() -> Vec<TrialOn<Subject>> {
         square(s, DVec3::new(1.0 - side, 0.0, gap), 1.0, false, light(LIGHT));
     });
     let beside = parallel_corner(side, 1.0, gap) + parallel_corner(2.0 - side, 1.0, gap);
-    let near = [((|_| nearby()) as Kind, reflected(2.0 * beside))];
+    let near = [((|_| nearby()) as EstimatorKind, reflected(2.0 * beside))];
     vec![
         lit(
             "radiosity/rectangle",
@@ -115,12 +115,18 @@ fn rectangles() -> Vec<TrialOn<Subject>> {
             2.0 * upright_corner(1.0, 1.0, 1.0),
             SINGLE_PRECISION,
         ),
-        trial_on("radiosity/close", "a light a two-thousandth of its side away", close, &near, (4, SINGLE_PRECISION)),
+        family_trial(
+            "radiosity/close",
+            "a light a two-thousandth of its side away",
+            close,
+            &near,
+            (4, SINGLE_PRECISION),
+        ),
     ]
 }
 
 /// Other kinds of emitters.
-fn kinds() -> Vec<TrialOn<Subject>> {
+fn kinds() -> Vec<FamilyTrial<EstimatorSubject>> {
     let corner = DVec3::new(0.4, -0.7, 1.1);
     let edges = [DVec3::new(0.3, 1.2, 0.5), DVec3::new(0.9, 0.4, -0.2)];
     let skewed = scene("skewed light", |s| {
@@ -138,7 +144,7 @@ fn kinds() -> Vec<TrialOn<Subject>> {
         s.sphere(Sphere::new(centre, radius), surface);
     });
     let share = radius / distance;
-    let seen = [((|_| nearby()) as Kind, reflected(share * share * cos))];
+    let seen = [((|_| nearby()) as EstimatorKind, reflected(share * share * cos))];
     vec![
         lit(
             "radiosity/skewed",
@@ -148,7 +154,13 @@ fn kinds() -> Vec<TrialOn<Subject>> {
             SINGLE_PRECISION,
         ),
         lit("radiosity/triangle", "a triangle of light", triangle_light(), triangle, SINGLE_PRECISION),
-        trial_on("radiosity/sphere", "a sphere of light nearer than its patches are wide", sphere, &seen, (4, COARSE)),
+        family_trial(
+            "radiosity/sphere",
+            "a sphere of light nearer than its patches are wide",
+            sphere,
+            &seen,
+            (4, COARSE),
+        ),
     ]
 }
 
@@ -157,7 +169,7 @@ const COARSE: f64 = 0.005;
 
 /// An upright light of which an upright wall half way hides a part: below, above or to one side. What is
 /// hidden counts by its cosine at the floor, which grows with height.
-fn hidden() -> Vec<TrialOn<Subject>> {
+fn hidden() -> Vec<FamilyTrial<EstimatorSubject>> {
     let [width, height] = [2.0 * DVec3::Y, 2.0 * DVec3::Z];
     let corner = DVec3::new(1.0, -1.0, 0.0);
     let all = 2.0 * upright_corner(2.0, 1.0, 1.0);
@@ -184,7 +196,7 @@ fn hidden() -> Vec<TrialOn<Subject>> {
 }
 
 /// A floor between two lights, each of which it reflects on its own side.
-fn both_sides() -> TrialOn<Subject> {
+fn both_sides() -> FamilyTrial<EstimatorSubject> {
     let scene = scene("lights above and below", |s| {
         square(s, DVec3::ZERO, 0.2, true, Surface::new(lambert(FLOOR)));
         square(s, DVec3::new(0.5, 0.5, 1.0), 0.5, false, light(LIGHT));
@@ -192,7 +204,7 @@ fn both_sides() -> TrialOn<Subject> {
     });
     let above = parallel_corner(1.0, 1.0, 1.0);
     let below = parallel_corner(1.5, 1.0, 0.8) - parallel_corner(0.5, 1.0, 0.8);
-    let rays = [((|_| at_origin()) as Kind, reflected(above)), (|_| from_below(), reflected(below))];
+    let rays = [((|_| at_origin()) as EstimatorKind, reflected(above)), (|_| from_below(), reflected(below))];
     let what = "a light above and of another below";
-    trial_on("radiosity/both-sides", what, scene, &rays, (4, SINGLE_PRECISION))
+    family_trial("radiosity/both-sides", what, scene, &rays, (4, SINGLE_PRECISION))
 }

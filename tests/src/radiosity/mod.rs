@@ -13,8 +13,8 @@ use whitefurnace::scene::simple::{CAP_SHARE, Cap, cavity_cap, closed_cube, furna
 
 use crate::furnace::off_cap;
 use crate::images::{Levels, same_mean};
+use crate::mean_radiance::any_direction;
 use crate::prelude::*;
-use crate::probes::any_direction;
 use crate::scenes::{lambert, scene};
 
 /// Form factors are kept in single precision.
@@ -30,14 +30,14 @@ fn fineness(patches: u32) -> Fineness {
     Fineness { patches, halvings: 0 }
 }
 
-fn solve<P: Parts + Copy>(setup: Setup<P>, scene: &Scene, patches: u32) -> Option<Radiosity<P>> {
+fn solve<P: EstimatorParts + Copy>(setup: Configuration<P>, scene: &Scene, patches: u32) -> Option<Radiosity<P>> {
     Radiosity::new(setup.parts, scene, fineness(patches), &|_| true).ok()
 }
 
 /// A kind of ray.
-type Kind = fn(&mut Stream) -> Ray;
+type EstimatorKind = fn(&mut Stream) -> Ray;
 /// A kind of ray with its radiance.
-type KnownRay = (Kind, DVec3);
+type KnownRay = (EstimatorKind, DVec3);
 
 /// A radiance that is known along every ray of a kind: the largest relative deviation.
 struct Known {
@@ -52,7 +52,7 @@ struct Known {
 const RAYS: u64 = 50;
 
 impl Property for Known {
-    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let mut rng = context.rng("rays");
         let solved = solve(setup, &self.scene, self.patches).map(|solved| solved.read(self.read_out));
         let mut deviation = |&(ray, reference): &KnownRay| {
@@ -87,7 +87,7 @@ const REPLICATIONS: u64 = 400;
 const PATCHES: u32 = 500;
 
 impl Property for SameRoom {
-    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let n = context.n(REPLICATIONS) as u32;
         let films = || {
             let solved = solve(setup, &self.scene, PATCHES)?;
@@ -105,9 +105,14 @@ impl Property for SameRoom {
     }
 }
 
-fn known(name: &str, property: impl Into<String>, equation: &'static Equation, known: Known) -> TrialOn<Subject> {
+fn known(
+    name: &str,
+    property: impl Into<String>,
+    equation: &'static Equation,
+    known: Known,
+) -> FamilyTrial<EstimatorSubject> {
     let subject = "estimator::Radiosity";
-    trial(name, property, equation, [subject, "exact"], on(known))
+    trial(name, property, equation, [subject, "exact"], with_parts(known))
 }
 
 /// From within a box towards points so near to its edges and corners that patches look huge.
@@ -122,11 +127,11 @@ fn into_corners(rng: &mut Stream) -> Ray {
     Ray::new(origin, (target - origin).normalize())
 }
 
-fn furnaces() -> Vec<TrialOn<Subject>> {
+fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
     let rho = ALBEDO;
     let interpolated = ReadOut::Interpolated;
     let inside = |rng: &mut Stream| Ray::new(DVec3::new(0.1, 0.2, -0.3), any_direction(rng));
-    let of = |scene: Arc<Scene>, patches, rays: &[(Kind, f64)]| Known {
+    let of = |scene: Arc<Scene>, patches, rays: &[(EstimatorKind, f64)]| Known {
         scene,
         patches,
         rays: rays.iter().map(|&(ray, l)| (ray, DVec3::splat(l))).collect(),
@@ -134,7 +139,7 @@ fn furnaces() -> Vec<TrialOn<Subject>> {
         read_out: interpolated,
     };
     let cap = |cap, reference| {
-        let rays = [(off_cap as Kind, reference)];
+        let rays = [(off_cap as EstimatorKind, reference)];
         let scene = cavity_cap(rho, cap).ok()?;
         Some(of(scene.into(), 100, &rays))
     };
@@ -196,14 +201,14 @@ fn furnaces() -> Vec<TrialOn<Subject>> {
     .collect()
 }
 
-fn rooms() -> Vec<TrialOn<Subject>> {
+fn rooms() -> Vec<FamilyTrial<EstimatorSubject>> {
     let subject = "estimator::Radiosity";
     let energy = trial(
         "radiosity/energy",
         "in a cube with a wall of light all walls together receive the flux over 1 − ρ",
         &RADIOSITY,
         [subject, "exact"],
-        on(factors::Energy),
+        with_parts(factors::Energy),
     );
     let same = diffuse().ok().map(|room| {
         trial(
@@ -211,7 +216,7 @@ fn rooms() -> Vec<TrialOn<Subject>> {
             "radiosity and the path tracer make the same image of the diffuse room",
             &RADIOSITY,
             [subject, "Welch, equivalence"],
-            on(SameRoom { scene: Arc::new(room) }),
+            with_parts(SameRoom { scene: Arc::new(room) }),
         )
     });
     std::iter::once(energy).chain(same).collect()

@@ -4,11 +4,11 @@ use whitefurnace::moments::Moments;
 use whitefurnace::rng::stream;
 
 use crate::prelude::*;
-use crate::sobol::{Point, RIGHT, Subject, scrambled, sobol};
+use crate::sobol::{CORRECT, Point, SobolParts, scrambled, sobol};
 
 /// Faults of the numbers themselves.
-pub(super) fn of_numbers() -> Vec<Fault<Subject>> {
-    let with = |numbers| Subject { numbers, ..RIGHT };
+pub(super) fn of_numbers() -> Vec<Fault<SobolParts>> {
+    let with = |numbers| SobolParts { numbers, ..CORRECT };
     vec![
         fault!("unscrambled", SOBOL, "one scramble for everything: each point of the sequence is where it always is",
             = with(|point, block| {
@@ -55,11 +55,11 @@ pub(super) fn of_numbers() -> Vec<Fault<Subject>> {
 }
 
 /// Faults of the spread of replications, and of what is made of it.
-pub(super) fn of_error_bars() -> Vec<Fault<Subject>> {
+pub(super) fn of_error_bars() -> Vec<Fault<SobolParts>> {
     vec![
         fault!("one-scramble-for-two-replications", SOBOL,
             "every second replication of a pixel is the points of the one before again",
-            Subject: {
+            SobolParts: {
                 numbers: |point, block| {
                     let replication = point.replication / 2;
                     sobol(
@@ -72,7 +72,7 @@ pub(super) fn of_error_bars() -> Vec<Fault<Subject>> {
                 }
             }, "sampler/error-bars"),
         fault!("samples-as-if-independent", SOBOL, "an error bar from single samples, which repel each other",
-            Subject: {
+            SobolParts: {
                 squared_error: |rows| {
                     let moments: Moments = rows.iter().flatten().copied().collect();
                     moments.variance() / moments.count() as f64

@@ -28,7 +28,7 @@ pub struct Point {
 
 /// Where low-discrepancy numbers come from, and what error bar is made of them.
 #[derive(Clone, Copy)]
-pub struct Subject {
+pub struct SobolParts {
     /// The numbers of a block of a point.
     numbers: fn(Point, u32) -> Block,
     /// The square of the error bar of the mean of all samples, a row for each replication.
@@ -48,7 +48,7 @@ fn scrambled(point: Point, block: u32, scramble: u64, fill: Stream) -> Block {
     std::array::from_fn(|_| uniform(&mut points))
 }
 
-const RIGHT: Subject = Subject {
+const CORRECT: SobolParts = SobolParts {
     numbers: sobol,
     // The mean of each scramble is one value.
     squared_error: |rows| {
@@ -60,7 +60,7 @@ const RIGHT: Subject = Subject {
 
 /// A subject's numbers as an estimator takes them.
 struct Source {
-    subject: Subject,
+    subject: SobolParts,
     point: Point,
     block: u32,
     numbers: Block,
@@ -68,7 +68,7 @@ struct Source {
 }
 
 impl Source {
-    fn new(subject: Subject, point: Point) -> Self {
+    fn new(subject: SobolParts, point: Point) -> Self {
         Self { subject, point, block: 0, numbers: (subject.numbers)(point, 0), used: 0 }
     }
 }
@@ -93,7 +93,7 @@ const CELLS: usize = 8;
 
 /// The cell of each coordinate, and of what lies below its 23 leading bits, over scrambles: one point
 /// of each, because the points of one scramble are not independent.
-fn uniformity(context: &Context, subject: Subject) -> Vec<Outcome> {
+fn uniformity(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     let seed = context.seed_of("uniform");
     let n = context.n(UNIFORM);
     let mut observed = vec![vec![0; CELLS]; BLOCK as usize + 1];
@@ -124,7 +124,7 @@ const LARGEST_POWER: u32 = 10;
 
 /// Every elementary interval of area 2⁻ᵐ holds exactly one of the first 2ᵐ points of a scramble, in the
 /// first two coordinates; and every interval of length 2⁻ᵐ one, in each coordinate. m = 1 to 10.
-fn stratification(context: &Context, subject: Subject) -> Vec<Outcome> {
+fn stratification(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     let seed = context.seed_of("stratified");
     let (mut two, mut one) = ((0, String::from("none")), (0, String::from("none")));
     let mut checked = 0;
@@ -174,7 +174,7 @@ const CORRELATION_DELTA: f64 = 0.005;
 
 /// No correlation of a coordinate with the same one of the next block, pixel and scramble, nor with the
 /// next coordinate; a point of each scramble.
-fn independence(context: &Context, subject: Subject) -> Vec<Outcome> {
+fn independence(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     let seed = context.seed_of("independent");
     let n = context.n(PAIRS);
     let centred = |u: f64| 12f64.sqrt() * (u - 0.5);
@@ -206,7 +206,7 @@ const POINTS: u32 = 16;
 /// δ of the mean, relative.
 const MEAN_DELTA: f64 = 0.003;
 
-fn estimate(scene: &Scene, subject: Subject, point: Point) -> f64 {
+fn estimate(scene: &Scene, subject: SobolParts, point: Point) -> f64 {
     let (parts, strategy) = (Standard, Strategy::Light);
     let ray = at_origin();
     let hit = scene.intersect(&ray);
@@ -216,7 +216,7 @@ fn estimate(scene: &Scene, subject: Subject, point: Point) -> f64 {
 }
 
 /// The mean of a path tracer's estimates over scrambles is the closed form of the irradiance.
-fn unbiased(context: &Context, subject: Subject) -> Vec<Outcome> {
+fn unbiased(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     let seed = context.seed_of("mean");
     let scene = rectangle_light(false);
     let reference = reflected(polygon_irradiance(&RECTANGLE));
@@ -247,7 +247,7 @@ fn covered([x, y]: [f64; 2]) -> f64 {
 }
 
 /// The mean squared error of a pixel's mean over that of its error bar is 1.
-fn error_bars(context: &Context, subject: Subject) -> Vec<Outcome> {
+fn error_bars(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     let n = context.n(IMAGES);
     let rows = |part: &str, image: u64| -> Vec<Vec<f64>> {
         let seed = seed_for(context.seed_of(part), &image.to_string());
@@ -270,11 +270,11 @@ fn error_bars(context: &Context, subject: Subject) -> Vec<Outcome> {
     vec![variance_ratio("squared error over squared error bar", &errors, &bars, 1.0, BAR_DELTA)]
 }
 
-fn own<S: 'static>(name: &str, property: &str, statistic: &'static str, on: TrialFn<S>) -> TrialOn<S> {
+fn own<S: 'static>(name: &str, property: &str, statistic: &'static str, on: TrialFn<S>) -> FamilyTrial<S> {
     trial(format!("sampler/{name}"), property, &SOBOL, ["sampler::Sobol, sampler::scramble", statistic], on)
 }
 
-fn trials() -> Vec<TrialOn<Subject>> {
+fn trials() -> Vec<FamilyTrial<SobolParts>> {
     vec![
         own(
             "uniform",
@@ -296,7 +296,7 @@ fn trials() -> Vec<TrialOn<Subject>> {
 /// Low-discrepancy numbers.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![
-        Box::new(Family { trials: trials(), faults: faults::of_numbers(), ..Family::new("sobol", RIGHT) }),
+        Box::new(Family { trials: trials(), faults: faults::of_numbers(), ..Family::new("sobol", CORRECT) }),
         Box::new(Family {
             trials: vec![own(
                 "error-bars",
@@ -305,7 +305,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 error_bars,
             )],
             faults: faults::of_error_bars(),
-            ..Family::new("sobol error bars", RIGHT)
+            ..Family::new("sobol error bars", CORRECT)
         }),
     ]
 }

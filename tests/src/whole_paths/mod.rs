@@ -84,10 +84,11 @@ fn record(path: &[Density], s: usize) -> f64 {
 
 /// The densities by which strategy `s` would weigh a path, and what it adds to the image before it does;
 /// `None` unless it makes the path once.
-fn made(scene: &Scene, parts: Table, path: &[Vertex], at: [f64; 2], s: usize) -> Option<(Vec<Density>, f64)> {
+fn made(scene: &Scene, parts: PartTable, path: &[Vertex], at: [f64; 2], s: usize) -> Option<(Vec<Density>, f64)> {
     WANTED.set((path.len(), s));
     FOUND.with_borrow_mut(Vec::clear);
-    let parts = Table { strategy_weight: record, survival_by_throughput: |_| 0.5, roulette_weight: |_| 1.0, ..parts };
+    let parts =
+        PartTable { strategy_weight: record, survival_by_throughput: |_| 0.5, roulette_weight: |_| 1.0, ..parts };
     let image = Splats::new(FRAME);
     let blocks = script(scene, path, at, s);
     let mut numbers = Scripted(Script { blocks: &blocks, block: 0, used: 0 });
@@ -103,7 +104,7 @@ const TOLERANCE: f64 = 1e-6;
 /// Below this an image's values lose digits of [`TOLERANCE`].
 const LEAST_VALUE: f64 = 1e-3;
 
-fn whole_paths(context: &Context, scene: &Scene, parts: Table) -> Vec<Outcome> {
+fn whole_paths(context: &Context, scene: &Scene, parts: PartTable) -> Vec<Outcome> {
     let mut rng = context.rng("whole paths");
     let mut worst: [Largest; 4] = Default::default();
     let [densities, weights, sums, values] = &mut worst;
@@ -164,7 +165,7 @@ macro_rules! by {
 /// The trial.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let scene = room();
-    let on = move |context: &Context, parts: Table| whole_paths(context, &scene, parts);
+    let on = move |context: &Context, parts: PartTable| whole_paths(context, &scene, parts);
     vec![Box::new(Family {
         whole_estimator: true,
         trials: vec![trial(
@@ -179,48 +180,48 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "number-of-lights-forgotten",
                 &MIS,
                 "the density of a light's point does not know that one of four lights was picked",
-                Table { pdf_of_pick: |pdf, _| pdf, ..RIGHT },
+                PartTable { pdf_of_pick: |pdf, _| pdf, ..CORRECT },
                 by!("densities", "weights"),
             ),
             fault(
                 "importance-off-by-three-per-cent",
                 &IMPORTANCE,
                 "the camera's importance is 1.03 times too large",
-                Table { importance: |camera, size, w| 1.03 * camera.importance(size, w), ..RIGHT },
+                PartTable { importance: |camera, size, w| 1.03 * camera.importance(size, w), ..CORRECT },
                 by!("densities", "weights"),
             ),
             fault(
                 "density-without-cosine-of-arrival",
                 &SOLID_ANGLE,
                 "densities by area lack the cosine at the vertex that is reached",
-                Table { solid_angle_per_area: |_, distance_squared| 1.0 / distance_squared, ..RIGHT },
+                PartTable { solid_angle_per_area: |_, distance_squared| 1.0 / distance_squared, ..CORRECT },
                 by!("densities", "weights"),
             ),
             fault(
                 "density-without-distance",
                 &GEOMETRY,
                 "densities by area lack the squared distance",
-                Table { solid_angle_per_area: |cosine, _| cosine, ..RIGHT },
+                PartTable { solid_angle_per_area: |cosine, _| cosine, ..CORRECT },
                 by!("densities", "weights"),
             ),
             fault(
                 "density-of-another-direction",
                 &COSINE_HEMISPHERE,
                 "directions are weighted by the uniform density, not the cosine's",
-                Table { cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI, ..RIGHT },
+                PartTable { cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI, ..CORRECT },
                 by!("densities", "weights"),
             ),
             fault(
                 "mirrors-not-skipped",
                 &PATH_DENSITY,
                 "the sum counts connections at mirrors and glass, which nobody makes",
-                Table {
+                PartTable {
                     strategy_weight: |path, s| {
                         let mut path = path.to_vec();
                         path.iter_mut().for_each(|vertex| vertex.specular = false);
                         weight(&path, s)
                     },
-                    ..RIGHT
+                    ..CORRECT
                 },
                 by!("weights", "sum of weights"),
             ),
@@ -228,10 +229,10 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "flux-scaled-as-radiance",
                 &REFRACTION,
                 "refraction scales the flux of particles",
-                Table { flux_factor: |factor| factor, ..RIGHT },
+                PartTable { flux_factor: |factor| factor, ..CORRECT },
                 by!("value times density"),
             ),
         ],
-        ..Family::new("whole paths", RIGHT)
+        ..Family::new("whole paths", CORRECT)
     })]
 }

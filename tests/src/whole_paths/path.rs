@@ -4,8 +4,8 @@ use whitefurnace::emitter::EmitterShape;
 use whitefurnace::frame::{Frame, azimuth};
 use whitefurnace::sampling::cosine_hemisphere_inverse;
 
+use crate::mean_radiance::any_direction;
 use crate::prelude::*;
-use crate::probes::any_direction;
 use crate::scenes::{FLOOR, lambert, seen_by, square};
 
 const EYE: DVec3 = DVec3::new(0.2, -1.8, 1.3);

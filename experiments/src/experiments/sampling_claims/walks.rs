@@ -1,6 +1,6 @@
 //! Roulette and path length in the abstract furnace.
 
-use registry::roulette::{Parts, RIGHT, variance, walk};
+use registry::roulette::{CORRECT, WalkParts, variance, walk};
 use whitefurnace::error::Error;
 use whitefurnace::moments::Moments;
 use whitefurnace::rng::{seed_for, stream};
@@ -11,7 +11,7 @@ use crate::run::Run;
 
 const ALBEDOS: [f64; 3] = [0.5, 0.75, 0.9];
 
-fn walks(run: &Run, label: &str, n: u64, parts: Parts, [a, q]: [f64; 2]) -> (Moments, Moments) {
+fn walks(run: &Run, label: &str, n: u64, parts: WalkParts, [a, q]: [f64; 2]) -> (Moments, Moments) {
     let mut rng = stream(seed_for(run.seed(), label), 0, 0);
     let mean = 1.0 / (1.0 - a);
     let (mut values, mut squares) = (Moments::default(), Moments::default());
@@ -47,7 +47,7 @@ pub fn roulette(run: &mut Run, file: &str) -> Result<(), Error> {
         let exact = 1.0 / (1.0 - a);
         let survivals = [0.5, 0.6, 0.75, 0.8, 0.9, 0.95].into_iter().filter(|&q| q >= a);
         let found: Vec<_> =
-            survivals.map(|q| (q, walks(run, &format!("roulette {a} {q}"), n, RIGHT, [a, q]))).collect();
+            survivals.map(|q| (q, walks(run, &format!("roulette {a} {q}"), n, CORRECT, [a, q]))).collect();
         let label = format!("albedo {a}");
         means.push(Series::new(&label, colour, Mark::Line, [[0.2, exact], [1.0, exact]]));
         let measured = |q: f64, m: &Moments| [q, m.mean(), critical() * m.standard_error()];
@@ -116,7 +116,7 @@ pub fn truncation(run: &mut Run, file: &str) -> Result<(), Error> {
         series.push(Series::new(&format!("albedo {a}"), colour, Mark::Line, curve));
         let (mut lost, mut bars) = (Vec::new(), Vec::new());
         for b in [1, 2, 3, 5, 7, 10, 15, 20] {
-            let parts = Parts { longest: Some(b), ..RIGHT };
+            let parts = WalkParts { longest: Some(b), ..CORRECT };
             let (values, _) = walks(run, &format!("cut {a} {b}"), n, parts, [a, 0.95]);
             let [low, high] = interval(&values).map(|v| 1.0 - v / exact);
             let known = a.powi(b as i32 + 1);

@@ -30,7 +30,7 @@ impl SampleRays {
         Self { scene: sphere_furnace(lambert(ALBEDO), absorption), rays, samples }
     }
 
-    fn radiance<P: Parts + Copy>(&self, setup: Setup<P>, rng: &mut Stream) -> DVec3 {
+    fn radiance<P: EstimatorParts + Copy>(&self, setup: Configuration<P>, rng: &mut Stream) -> DVec3 {
         let report = Report {
             parts: setup.parts,
             rays: self.rays,
@@ -46,7 +46,7 @@ impl SampleRays {
 struct Mean(SampleRays);
 
 impl Property for Mean {
-    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let reference = (1.0 - ALBEDO.powi(SEGMENTS as i32 + 1)) / (1.0 - ALBEDO);
         let mut rng = context.rng("radiance");
         let values = Values::collect(reference, context.n(self.0.samples), || self.0.radiance(setup, &mut rng).x);
@@ -62,14 +62,14 @@ struct Counting<'a, P> {
     directions: &'a AtomicU64,
 }
 
-impl<P: Parts> Scattering for Counting<'_, P> {
+impl<P: EstimatorParts> Scattering for Counting<'_, P> {
     fn uniform_hemisphere(&self, random: [f64; 2]) -> DVec3 {
         self.directions.fetch_add(1, Ordering::Relaxed);
         self.parts.uniform_hemisphere(random)
     }
 }
 
-impl<P: Parts> Roulette for Counting<'_, P> {
+impl<P: EstimatorParts> Roulette for Counting<'_, P> {
     fn survival_by_absorption(&self, absorption: f64) -> f64 {
         self.parts.survival_by_absorption(absorption)
     }
@@ -78,10 +78,10 @@ impl<P: Parts> Roulette for Counting<'_, P> {
     }
 }
 
-impl<P: Parts> NextEvent for Counting<'_, P> {}
-impl<P: Parts> Photons for Counting<'_, P> {}
-impl<P: Parts> Bidirectional for Counting<'_, P> {}
-impl<P: Parts> FiniteElements for Counting<'_, P> {}
+impl<P: EstimatorParts> NextEvent for Counting<'_, P> {}
+impl<P: EstimatorParts> Photons for Counting<'_, P> {}
+impl<P: EstimatorParts> Bidirectional for Counting<'_, P> {}
+impl<P: EstimatorParts> FiniteElements for Counting<'_, P> {}
 
 const ESTIMATES: u64 = 100;
 
@@ -89,7 +89,7 @@ const ESTIMATES: u64 = 100;
 struct Cost(SampleRays);
 
 impl Property for Cost {
-    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let rays = u64::from(self.0.rays);
         let expected: u64 = (1..SEGMENTS).map(|bounce| rays.pow(bounce)).sum();
         let mut rng = context.rng("rays");
@@ -110,7 +110,7 @@ impl Property for Cost {
 }
 
 /// The trials.
-pub fn trials() -> Vec<TrialOn<Subject>> {
+pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let subject = "estimator::Report";
     let means = RAYS.into_iter().map(|(rays, samples)| {
         let furnace = SampleRays::new(ABSORPTION, (rays, samples));
@@ -119,7 +119,7 @@ pub fn trials() -> Vec<TrialOn<Subject>> {
             format!("with N = {rays} sample rays at each hit the mean is that of every N"),
             &ESTIMATOR,
             [subject, "t"],
-            on(Mean(furnace)),
+            with_parts(Mean(furnace)),
         )
     });
     let costs = RAYS.into_iter().map(|(rays, _)| {
@@ -128,7 +128,7 @@ pub fn trials() -> Vec<TrialOn<Subject>> {
             format!("N = {rays} sample rays at each of two hits are N + N² rays"),
             &ESTIMATOR,
             [subject, "exact"],
-            on(Cost(SampleRays::new(0.0, (rays, ESTIMATES)))),
+            with_parts(Cost(SampleRays::new(0.0, (rays, ESTIMATES)))),
         )
     });
     means.chain(costs).collect()

@@ -23,7 +23,7 @@ pub struct MeanRadiance {
 }
 
 impl Property for MeanRadiance {
-    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let mut rng = context.rng("radiance");
         let values = Values::collect(self.reference, context.n(self.samples), || {
             level(&self.probe.scene, self.probe.radiance(setup, &mut rng))
@@ -34,7 +34,7 @@ impl Property for MeanRadiance {
 }
 
 /// What a trial of a mean is called, says and concerns.
-pub struct Words {
+pub struct Statement {
     /// The trial's name.
     pub name: &'static str,
     /// Its property.
@@ -44,30 +44,30 @@ pub struct Words {
 }
 
 /// The words of a trial.
-pub fn words(name: &'static str, property: impl Into<String>, equation: &'static Equation) -> Words {
-    Words { name, property: property.into(), equation }
+pub fn statement(name: &'static str, property: impl Into<String>, equation: &'static Equation) -> Statement {
+    Statement { name, property: property.into(), equation }
 }
 
 /// The path of an estimator of this kind.
-pub fn path(kind: Kind) -> &'static str {
+pub fn path(kind: EstimatorKind) -> &'static str {
     match kind {
-        Kind::Path | Kind::PathBy(..) => "estimator::Path",
-        Kind::Report(_) => "estimator::Report",
-        Kind::Whitted(_) => "estimator::Whitted",
+        EstimatorKind::Path | EstimatorKind::PathBy(..) => "estimator::Path",
+        EstimatorKind::Report(_) => "estimator::Report",
+        EstimatorKind::Whitted(_) => "estimator::Whitted",
     }
 }
 
 /// A trial of the mean radiance; `delta` is relative to the reference. 0 claims that every value is the
 /// reference.
 pub fn radiance(
-    words: Words,
-    (scene, kind, ray): (&Arc<Scene>, Kind, fn(&mut Stream) -> Ray),
+    statement: Statement,
+    (scene, kind, ray): (&Arc<Scene>, EstimatorKind, fn(&mut Stream) -> Ray),
     reference: f64,
     (samples, delta): (u64, f64),
-) -> TrialOn<Subject> {
+) -> FamilyTrial<EstimatorSubject> {
     let probe = Probe { scene: Arc::clone(scene), kind, ray };
     let property = MeanRadiance { probe, reference, delta: delta * reference, samples };
-    trial(words.name, words.property, words.equation, [path(kind), "t"], on(property))
+    trial(statement.name, statement.property, statement.equation, [path(kind), "t"], with_parts(property))
 }
 
 /// A uniformly distributed direction.

@@ -100,7 +100,7 @@ fn bounds(context: &Context, policy: Policy) -> Vec<Outcome> {
     ]
 }
 
-fn trials() -> Vec<TrialOn<Policy>> {
+fn trials() -> Vec<FamilyTrial<Policy>> {
     let subject = "roulette::by_throughput";
     vec![
         trial(
@@ -168,7 +168,7 @@ const OTHERS: [(&str, Survival, u64); 2] =
 
 /// The path tracer as programs run it against the path tracer under the other policies, with the
 /// subject's parts.
-fn same_mean(context: &Context, probe: &Probe, subject: Subject) -> Vec<Outcome> {
+fn same_mean(context: &Context, probe: &Probe, subject: EstimatorSubject) -> Vec<Outcome> {
     let reference = RHO * CAP_SHARE / (1.0 - RHO * (1.0 - CAP_SHARE));
     let own = STANDARD.with(Standard);
     let mut rng = context.rng("survival by throughput");
@@ -177,7 +177,7 @@ fn same_mean(context: &Context, probe: &Probe, subject: Subject) -> Vec<Outcome>
     OTHERS
         .iter()
         .map(|&(name, survival_by_throughput, paths)| {
-            let setup = subject.with(Table { survival_by_throughput, ..subject.parts.unwrap_or(RIGHT) });
+            let setup = subject.with(PartTable { survival_by_throughput, ..subject.parts.unwrap_or(CORRECT) });
             let mut rng = context.rng(name);
             let other = Values::collect(reference, context.n(paths), || probe.radiance(setup, &mut rng).x);
             welch(name, &own, &other, claim)
@@ -186,8 +186,8 @@ fn same_mean(context: &Context, probe: &Probe, subject: Subject) -> Vec<Outcome>
 }
 
 /// The trial of the policies in a scene.
-pub fn cavity() -> Option<TrialOn<Subject>> {
-    let probe = Probe { scene: Arc::new(cavity_cap(RHO, Cap::Black).ok()?), kind: Kind::Path, ray: off_cap };
+pub fn cavity() -> Option<FamilyTrial<EstimatorSubject>> {
+    let probe = Probe { scene: Arc::new(cavity_cap(RHO, Cap::Black).ok()?), kind: EstimatorKind::Path, ray: off_cap };
     Some(trial(
         "furnace/cavity/policies",
         "in a cavity the path tracer has the same mean with survival by throughput, 0.9, and 1 − α",

@@ -2,8 +2,8 @@
 //! by total reflection, a sphere of index 1 that must not be seen.
 
 use crate::glass::{INDEX, reflectance_by_angles};
+use crate::mean_radiance::any_direction;
 use crate::prelude::*;
-use crate::probes::any_direction;
 use crate::scenes::{LIGHT, floor, light, scene, square, towards_origin};
 
 /// A slab of glass over a ground that emits 1.
@@ -52,7 +52,7 @@ struct Vanishing {
 const RAYS: u64 = 2_000;
 
 impl Property for Vanishing {
-    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let mut rng = context.rng("rays");
         let mut worst = 0.0_f64;
         for _ in 0..RAYS {
@@ -60,7 +60,7 @@ impl Property for Vanishing {
             let origin = DVec3::new(0.2, -0.3, 3.0);
             let ray = Ray::new(origin, (aim - origin).normalize());
             let [with, without] = [0, 1].map(|i| {
-                let whitted = Kind::Whitted(5);
+                let whitted = EstimatorKind::Whitted(5);
                 whitted.radiance(setup, &self.scenes[i], &ray, &mut rng)
             });
             worst = worst.max((with - without).abs().max_element());
@@ -70,13 +70,13 @@ impl Property for Vanishing {
 }
 
 /// The trials.
-pub fn trials() -> Vec<TrialOn<Subject>> {
+pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let r = reflectance_by_angles(60f64.to_radians(), 1.0, INDEX);
     let r0 = ((INDEX - 1.0) / (INDEX + 1.0)).powi(2);
     let through = |r: f64| (1.0 - r) / (1.0 + r);
     vec![
         radiance(
-            words(
+            statement(
                 "glass/slab",
                 format!(
                     "a slab lets (1 − R)/(1 + R) = {:.6} of unpolarised light through at 60°, R taken \
@@ -85,17 +85,17 @@ pub fn trials() -> Vec<TrialOn<Subject>> {
                 ),
                 &FRESNEL,
             ),
-            (&slab(), Kind::Path, |_| towards_origin(60f64.to_radians())),
+            (&slab(), EstimatorKind::Path, |_| towards_origin(60f64.to_radians())),
             through(r),
             (5_600_000, SINGLE),
         ),
         radiance(
-            words(
+            statement(
                 "glass/prism",
                 format!("a prism turns light by 90° and lets (1 − R)/(1 + R) = {:.6} through its legs", through(r0)),
                 &FRESNEL,
             ),
-            (&prism(), Kind::Path, |_| Ray::new(DVec3::new(-1.0, 0.0, 0.4), DVec3::X)),
+            (&prism(), EstimatorKind::Path, |_| Ray::new(DVec3::new(-1.0, 0.0, 0.4), DVec3::X)),
             through(r0) * LIGHT,
             (4_600_000, SINGLE),
         ),
@@ -104,7 +104,7 @@ pub fn trials() -> Vec<TrialOn<Subject>> {
             "a sphere of index 1 before lights leaves the image as it is",
             &REFRACTION,
             ["estimator::Whitted", "exact"],
-            on(Vanishing { scenes: [lights(true), lights(false)] }),
+            with_parts(Vanishing { scenes: [lights(true), lights(false)] }),
         ),
     ]
 }

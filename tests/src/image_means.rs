@@ -4,22 +4,28 @@
 use whitefurnace::estimator::{Bdpt, ImageEstimator, LightTracer};
 use whitefurnace::harness::mean::welch;
 
+use crate::mean_radiance::Statement;
 use crate::prelude::*;
-use crate::probes::Words;
 use crate::scenes::level;
 
 /// Which estimator of whole images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ImageKind {
+pub enum ImageEstimatorKind {
     /// [`LightTracer`].
     LightTracer,
     /// [`Bdpt`].
     Bdpt,
 }
 
-impl ImageKind {
+impl ImageEstimatorKind {
     /// A pass by this estimator; `None` if it has values that no film can hold, which is a fault.
-    fn pass<P: Parts>(self, parts: P, (scene, frame): (&Scene, [u32; 2]), seed: u64, index: u32) -> Option<Vec<DVec3>> {
+    fn pass<P: EstimatorParts>(
+        self,
+        parts: P,
+        (scene, frame): (&Scene, [u32; 2]),
+        seed: u64,
+        index: u32,
+    ) -> Option<Vec<DVec3>> {
         let pass = match self {
             Self::LightTracer => LightTracer { parts }.pass(scene, frame, seed, index),
             Self::Bdpt => Bdpt { parts }.pass(scene, frame, seed, index),
@@ -58,7 +64,7 @@ pub struct Passes {
     /// The scene.
     pub scene: Arc<Scene>,
     /// The estimator.
-    pub kind: ImageKind,
+    pub kind: ImageEstimatorKind,
     /// Width and height.
     pub frame: [u32; 2],
     /// How many.
@@ -67,7 +73,7 @@ pub struct Passes {
 
 impl Passes {
     /// The mean [`level`] of each region, pass by pass; cubes are summed about `centre`.
-    fn means<P: Parts + Copy>(
+    fn means<P: EstimatorParts + Copy>(
         &self,
         context: &Context,
         parts: P,
@@ -110,7 +116,7 @@ struct MeanImage {
 }
 
 impl Property for MeanImage {
-    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let means = self.passes.means(context, setup.parts, &self.regions, self.reference);
         let Some(means) = means else {
             return not_an_image();
@@ -125,9 +131,14 @@ impl Property for MeanImage {
 
 /// A trial of regions whose mean radiance is `reference`, to within a δ relative to it; 0 claims it of
 /// every single pass.
-pub fn image(words: Words, passes: &Passes, reference: f64, regions: &[Region]) -> TrialOn<Subject> {
+pub fn image(
+    statement: Statement,
+    passes: &Passes,
+    reference: f64,
+    regions: &[Region],
+) -> FamilyTrial<EstimatorSubject> {
     let property = MeanImage { passes: passes.clone(), reference, regions: regions.to_vec() };
-    trial(words.name, words.property, words.equation, [passes.kind.path(), "t"], on(property))
+    trial(statement.name, statement.property, statement.equation, [passes.kind.path(), "t"], with_parts(property))
 }
 
 /// The image has the mean of the path tracer's.
@@ -155,7 +166,7 @@ impl SameAsPath {
 }
 
 impl Property for SameAsPath {
-    fn run<P: Parts + Copy>(&self, context: &Context, setup: Setup<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let mut rng = context.rng("path tracer");
         let frames = context.n(self.frames);
         let path = Values::collect(0.0, frames, || self.frame(&mut rng));
@@ -172,16 +183,20 @@ impl Property for SameAsPath {
 
 /// A trial of equality with the path tracer, which renders `frames` frames of one sample per pixel; `delta`
 /// is relative to its mean.
-pub fn same_as_path(words: Words, passes: &Passes, (frames, delta): (u64, f64)) -> TrialOn<Subject> {
+pub fn same_as_path(
+    statement: Statement,
+    passes: &Passes,
+    (frames, delta): (u64, f64),
+) -> FamilyTrial<EstimatorSubject> {
     let property = SameAsPath { passes: passes.clone(), frames, delta };
-    trial(words.name, words.property, words.equation, [passes.kind.path(), "Welch"], on(property))
+    trial(statement.name, statement.property, statement.equation, [passes.kind.path(), "Welch"], with_parts(property))
 }
 
 /// A trial whose subject is changed first, whatever else is wrong with it.
 pub fn altered(
-    trial_on: TrialOn<Subject>,
-    alter: impl Fn(Subject) -> Subject + Send + Sync + 'static,
-) -> TrialOn<Subject> {
-    let inner = Arc::clone(&trial_on.on);
-    TrialOn { on: Arc::new(move |context, subject| inner(context, alter(subject))), ..trial_on }
+    family_trial: FamilyTrial<EstimatorSubject>,
+    alter: impl Fn(EstimatorSubject) -> EstimatorSubject + Send + Sync + 'static,
+) -> FamilyTrial<EstimatorSubject> {
+    let inner = Arc::clone(&family_trial.on);
+    FamilyTrial { on: Arc::new(move |context, subject| inner(context, alter(subject))), ..family_trial }
 }
