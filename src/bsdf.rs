@@ -140,7 +140,7 @@ impl Bsdf {
     /// Whether light leaves in single directions only, by Dirac distributions: mirror and glass. Shadow rays
     /// find nothing there.
     #[inline]
-    pub fn is_specular(&self) -> bool {
+    pub(crate) fn is_specular(&self) -> bool {
         matches!(self, Self::Mirror { .. } | Self::Glass { .. })
     }
 
@@ -152,7 +152,7 @@ impl Bsdf {
 
     /// Whether directions are sampled by their cosine, whatever the other direction.
     #[inline]
-    pub fn is_sampled_by_cosine(&self) -> bool {
+    pub(crate) fn is_sampled_by_cosine(&self) -> bool {
         matches!(self, Self::Lambert { .. } | Self::OrenNayar { .. } | Self::Eon { .. })
     }
 

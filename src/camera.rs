@@ -26,7 +26,7 @@ impl Camera {
 
     /// Whether it looks anywhere: finite numbers, a target away from the eye, `up` not along the line of
     /// sight, and a height above 0.
-    pub fn is_valid(&self) -> bool {
+    pub(crate) fn is_valid(&self) -> bool {
         let Self { eye, forward, right, up, half_height } = *self;
         [eye, forward, right, up].iter().all(|v| v.is_finite()) && half_height.is_finite() && half_height > 0.0
     }

@@ -38,7 +38,7 @@ impl Polygon {
     }
 
     /// The same polygon with its corners relative to a point.
-    pub fn seen_from(&self, point: DVec3) -> Self {
+    pub(crate) fn seen_from(&self, point: DVec3) -> Self {
         let mut seen = *self;
         let corners = seen.corners[..self.count].iter_mut();
         corners.for_each(|corner| *corner -= point);

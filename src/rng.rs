@@ -25,7 +25,7 @@ pub fn stream(seed: u64, high: u32, low: u32) -> Stream {
 
 /// A number for a counter: for a fixed seed a bijection, so that different counters have different numbers.
 #[inline]
-pub fn number_for(seed: u64, high: u32, low: u32) -> u64 {
+pub(crate) fn number_for(seed: u64, high: u32, low: u32) -> u64 {
     let counter = (u64::from(high) << 32) | u64::from(low);
     mix(counter ^ mix(seed.wrapping_add(GOLDEN)))
 }

@@ -258,7 +258,7 @@ pub fn welch_satterthwaite(parts: impl IntoIterator<Item = (f64, u64)>) -> f64 {
 }
 
 /// As [`welch_satterthwaite`], for variances with these degrees of freedom.
-pub fn satterthwaite(parts: impl IntoIterator<Item = (f64, f64)>) -> f64 {
+pub(crate) fn satterthwaite(parts: impl IntoIterator<Item = (f64, f64)>) -> f64 {
     let (mut sum, mut squares, mut count) = (0.0, 0.0, 0.0);
     for (v, dof) in parts {
         sum += v;

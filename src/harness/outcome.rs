@@ -188,7 +188,7 @@ impl Outcome {
     /// The same outcome of a sample that says nothing (no values, one value, one cell, no variance): no
     /// verdict but *undecided*. `needed` values might decide; `u64::MAX` if more of the same will not.
     /// NaN still fails.
-    pub fn without_evidence(mut self, why: &str, needed: u64) -> Self {
+    pub(crate) fn without_evidence(mut self, why: &str, needed: u64) -> Self {
         let bad = self.estimate.is_nan() && self.n > 0;
         self.p = if bad { f64::NAN } else { 1.0 };
         self.interval = [f64::NEG_INFINITY, f64::INFINITY];

@@ -7,7 +7,7 @@ use crate::rng::{Stream, uniform};
 use crate::sampling::uniform_hemisphere;
 
 /// Relative tolerance of pointwise identities: a few hundred roundings.
-pub const POINTWISE: f64 = 1e-9;
+pub(crate) const POINTWISE: f64 = 1e-9;
 /// Below this cosine, products of cosines in a BSDF's denominators lose the digits of [`POINTWISE`].
 pub const LEAST_COSINE: f64 = 1e-4;
 
@@ -40,7 +40,7 @@ pub fn uniform3(rng: &mut Stream) -> [f64; 3] {
 }
 
 /// A uniform direction of the hemisphere, or of the sphere, away from exact grazing.
-pub fn inner_direction(rng: &mut Stream, both_sides: bool) -> DVec3 {
+pub(crate) fn inner_direction(rng: &mut Stream, both_sides: bool) -> DVec3 {
     loop {
         let w = uniform_hemisphere([uniform(rng), uniform(rng)]);
         if w.z > LEAST_COSINE {
@@ -55,7 +55,7 @@ fn either_side(w: DVec3, rng: &mut Stream, both_sides: bool) -> DVec3 {
 }
 
 /// Random, and often at the corners: θ at 0, 1e-9 and near 90 degrees, φ at multiples of 45 degrees.
-pub fn fuzzed_direction(rng: &mut Stream, both_sides: bool) -> DVec3 {
+pub(crate) fn fuzzed_direction(rng: &mut Stream, both_sides: bool) -> DVec3 {
     const INCLINATIONS: [f64; 4] = [0.0, 1e-9, std::f64::consts::FRAC_PI_4, 1.570_795];
     let pick = (uniform(rng) * 8.0) as usize;
     let theta = INCLINATIONS.get(pick).copied().unwrap_or_else(|| uniform(rng) * std::f64::consts::FRAC_PI_2);
@@ -65,7 +65,7 @@ pub fn fuzzed_direction(rng: &mut Stream, both_sides: bool) -> DVec3 {
 }
 
 /// A number of [0, 1), often 0 or the largest.
-pub fn fuzzed_number(rng: &mut Stream) -> f64 {
+pub(crate) fn fuzzed_number(rng: &mut Stream) -> f64 {
     let [pick, r] = [uniform(rng), uniform(rng)];
     if pick < 0.1 {
         0.0

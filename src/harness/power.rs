@@ -161,7 +161,7 @@ impl Sensitivity {
 
 /// The L at which a deviation just reaches the radius `root` √L + `range` L: a quadratic equation in
 /// √L, solved without cancellation.
-pub fn bernstein_exponent(deviation: f64, root: f64, range: f64) -> f64 {
+pub(crate) fn bernstein_exponent(deviation: f64, root: f64, range: f64) -> f64 {
     (2.0 * deviation / (root + (root * root + 4.0 * range * deviation).sqrt())).powi(2)
 }
 

@@ -25,7 +25,7 @@ pub enum Convention {
 /// Radiance of the light.
 pub const LIGHT: f64 = 50.0;
 /// Reflection coefficient of the room's surfaces: albedo = colour × this.
-pub const COEFFICIENT: f64 = 0.75;
+pub(crate) const COEFFICIENT: f64 = 0.75;
 /// Albedo of the white sphere, chosen so that its brightness meets figure 6.
 pub const WHITE: f64 = 0.55;
 /// σ of the white sphere's Oren-Nayar model, radians; the report states none.
