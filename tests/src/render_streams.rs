@@ -150,7 +150,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             on(context, &scene, numbers)
         })
     };
-    let fault = |name, wrong, numbers: Numbers, caught_by| fault(name, &ESTIMATOR, wrong, numbers, caught_by);
     vec![Box::new(Family {
         trials: vec![
             family_trial("distinct", "the first numbers of all pixels and samples are distinct", "Poisson", distinct),
@@ -162,58 +161,29 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             ),
         ],
         faults: vec![
-            fault(
-                "shared-columns",
-                "two columns share a stream",
-                shared_columns,
-                &[
-                    "streams/render/neighbours: pairs of neighbouring columns",
-                    "streams/render/neighbours: correlation of neighbouring columns",
-                    "streams/render/distinct",
-                ],
-            ),
-            fault(
-                "shared-rows",
-                "two rows share a stream",
-                shared_rows,
-                &[
-                    "streams/render/neighbours: pairs of neighbouring rows",
-                    "streams/render/neighbours: correlation of neighbouring rows",
-                ],
-            ),
-            fault(
-                "stride-of-height",
+            fault!("shared-columns", ESTIMATOR, "two columns share a stream",
+                = shared_columns,
+                "streams/render/neighbours: pairs of neighbouring columns",
+                "streams/render/neighbours: correlation of neighbouring columns", "streams/render/distinct"),
+            fault!("shared-rows", ESTIMATOR, "two rows share a stream",
+                = shared_rows,
+                "streams/render/neighbours: pairs of neighbouring rows",
+                "streams/render/neighbours: correlation of neighbouring rows"),
+            fault!("stride-of-height", ESTIMATOR,
                 "a pixel's number is y times the height plus x: far pixels share a stream",
-                stride_of_height,
-                &["streams/render/distinct"],
-            ),
-            fault(
-                "shared-samples",
-                "every second sample repeats the one before",
-                shared_samples,
-                &[
-                    "streams/render/neighbours: pairs of neighbouring samples",
-                    "streams/render/neighbours: correlation of neighbouring samples",
-                ],
-            ),
-            fault(
-                "same-draw",
-                "an estimator gets the same number twice",
-                same_draw,
-                &[
-                    "streams/render/neighbours: pairs of neighbouring draws",
-                    "streams/render/neighbours: correlation of neighbouring draws",
-                ],
-            ),
-            fault(
-                "position-again",
-                "an estimator gets the numbers again that placed the ray in its pixel",
-                position_again,
-                &[
-                    "streams/render/neighbours: pairs of neighbouring positions and draws",
-                    "streams/render/neighbours: correlation of neighbouring positions and draws",
-                ],
-            ),
+                = stride_of_height, "streams/render/distinct"),
+            fault!("shared-samples", ESTIMATOR, "every second sample repeats the one before",
+                = shared_samples,
+                "streams/render/neighbours: pairs of neighbouring samples",
+                "streams/render/neighbours: correlation of neighbouring samples"),
+            fault!("same-draw", ESTIMATOR, "an estimator gets the same number twice",
+                = same_draw,
+                "streams/render/neighbours: pairs of neighbouring draws",
+                "streams/render/neighbours: correlation of neighbouring draws"),
+            fault!("position-again", ESTIMATOR, "an estimator gets the numbers again that placed the ray in its pixel",
+                = position_again,
+                "streams/render/neighbours: pairs of neighbouring positions and draws",
+                "streams/render/neighbours: correlation of neighbouring positions and draws"),
         ],
         ..Family::new("render streams", right as Numbers)
     })]

@@ -180,38 +180,20 @@ fn trials() -> Vec<FamilyTrial<Numbers>> {
 }
 
 fn faults() -> Vec<Fault<Numbers>> {
-    let fault = |name, wrong, numbers: Numbers, caught_by| fault(name, &ESTIMATOR, wrong, numbers, caught_by);
     vec![
-        fault("coarse", "sixteen random bits", coarse, &["streams/distinct"]),
-        fault("golden", "multiples of the golden ratio", golden, &["streams/gaps"]),
-        fault(
-            "shared-samples",
-            "every second sample repeats the one before",
-            shared_samples,
-            &[
-                "streams/neighbours: pairs of neighbouring samples",
-                "streams/neighbours: correlation of neighbouring samples",
-                "streams/gaps",
-            ],
-        ),
-        fault(
-            "shared-pixels",
-            "neighbouring pixels share a stream",
-            shared_pixels,
-            &[
-                "streams/neighbours: pairs of neighbouring pixels",
-                "streams/neighbours: correlation of neighbouring pixels",
-            ],
-        ),
-        fault(
-            "shared-draws",
-            "the same number twice",
-            shared_draws,
-            &[
-                "streams/neighbours: pairs of neighbouring draws",
-                "streams/neighbours: correlation of neighbouring draws",
-            ],
-        ),
+        fault!("coarse", ESTIMATOR, "sixteen random bits", = coarse, "streams/distinct"),
+        fault!("golden", ESTIMATOR, "multiples of the golden ratio", = golden, "streams/gaps"),
+        fault!("shared-samples", ESTIMATOR, "every second sample repeats the one before",
+            = shared_samples,
+            "streams/neighbours: pairs of neighbouring samples",
+            "streams/neighbours: correlation of neighbouring samples", "streams/gaps"),
+        fault!("shared-pixels", ESTIMATOR, "neighbouring pixels share a stream",
+            = shared_pixels,
+            "streams/neighbours: pairs of neighbouring pixels",
+            "streams/neighbours: correlation of neighbouring pixels"),
+        fault!("shared-draws", ESTIMATOR, "the same number twice",
+            = shared_draws,
+            "streams/neighbours: pairs of neighbouring draws", "streams/neighbours: correlation of neighbouring draws"),
     ]
 }
 

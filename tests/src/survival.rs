@@ -121,34 +121,21 @@ fn trials() -> Vec<FamilyTrial<Policy>> {
 }
 
 fn faults() -> Vec<Fault<Policy>> {
-    let survival = |name, wrong, survival: Survival, caught_by| {
-        let policy = Policy { survival, ..BY_THROUGHPUT };
-        fault(name, &ROULETTE, wrong, policy, caught_by)
-    };
     vec![
         fault!("no-weight", ROULETTE, "survivors are not divided by the survival",
             = Policy { weight: |_| 1.0, ..BY_THROUGHPUT },
             "roulette/by-throughput/mean: first channel", "roulette/by-throughput/mean: second channel",
             "roulette/by-throughput/mean: third channel",
             "roulette/by-throughput/bounds: largest channel of a survivor"),
-        survival(
-            "smallest-channel",
-            "the smallest channel decides: where it is 0, the others are lost",
-            |t| t.min_element().min(HIGHEST_SURVIVAL),
-            &["roulette/by-throughput/mean: first channel"],
-        ),
-        survival(
-            "average-channel",
-            "the average of the channels decides: the mean stays, weights grow",
-            |t| (t.element_sum() / 3.0).min(HIGHEST_SURVIVAL),
-            &["roulette/by-throughput/bounds: largest channel of a survivor"],
-        ),
-        survival(
-            "immortal",
-            "no highest survival: a path between perfect mirrors never ends",
-            DVec3::max_element,
-            &["roulette/by-throughput/bounds: survival above the highest"],
-        ),
+        fault!("smallest-channel", ROULETTE, "the smallest channel decides: where it is 0, the others are lost",
+            = Policy { survival: |t| t.min_element().min(HIGHEST_SURVIVAL), ..BY_THROUGHPUT },
+            "roulette/by-throughput/mean: first channel"),
+        fault!("average-channel", ROULETTE, "the average of the channels decides: the mean stays, weights grow",
+            = Policy { survival: |t| (t.element_sum() / 3.0).min(HIGHEST_SURVIVAL), ..BY_THROUGHPUT },
+            "roulette/by-throughput/bounds: largest channel of a survivor"),
+        fault!("immortal", ROULETTE, "no highest survival: a path between perfect mirrors never ends",
+            = Policy { survival: DVec3::max_element, ..BY_THROUGHPUT },
+            "roulette/by-throughput/bounds: survival above the highest"),
     ]
 }
 

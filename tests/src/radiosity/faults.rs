@@ -13,49 +13,27 @@ fn without_cosine(_: DVec3, corners: &[DVec3]) -> f64 {
 }
 
 pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
-    let factor = |name, wrong, form_factor: fn(DVec3, &[DVec3]) -> f64, caught_by| {
-        let table = PartTable { form_factor, ..CORRECT };
-        fault(name, &FORM_FACTOR, wrong, parts(table), caught_by)
-    };
-    let balance = |name, wrong, table: PartTable, caught_by| fault(name, &RADIOSITY, wrong, parts(table), caught_by);
     vec![
-        factor(
-            "form-factor-without-cosine",
-            "the cosine at the receiver is missing",
-            without_cosine,
-            &[
-                "radiosity/horizon",
-                "radiosity/skewed",
-                "radiosity/triangle",
-                "radiosity/closure",
-                "radiosity/parallel-plates",
-            ],
-        ),
-        factor(
-            "form-factor-orientation",
-            "the edges run the wrong way: fronts are taken for backs",
-            |normal, corners| -form_factor::polygon(normal, corners),
-            &["radiosity/rectangle", "radiosity/closure"],
-        ),
-        factor(
-            "form-factor-doubled",
-            "1/π for 1/2π",
-            |normal, corners| 2.0 * form_factor::polygon(normal, corners),
-            &["radiosity/close", "radiosity/parallel-plates", "radiosity/perpendicular-plates"],
-        ),
-        factor(
-            "form-factor-open",
-            "the edge from the last corner to the first is left out",
-            |normal, corners| {
+        fault!("form-factor-without-cosine", FORM_FACTOR, "the cosine at the receiver is missing",
+            { form_factor: without_cosine },
+            "radiosity/horizon", "radiosity/skewed", "radiosity/triangle", "radiosity/closure",
+            "radiosity/parallel-plates"),
+        fault!("form-factor-orientation", FORM_FACTOR, "the edges run the wrong way: fronts are taken for backs",
+            { form_factor: |normal, corners| -form_factor::polygon(normal, corners) },
+            "radiosity/rectangle", "radiosity/closure"),
+        fault!("form-factor-doubled", FORM_FACTOR, "1/π for 1/2π",
+            { form_factor: |normal, corners| 2.0 * form_factor::polygon(normal, corners) },
+            "radiosity/close", "radiosity/parallel-plates", "radiosity/perpendicular-plates"),
+        fault!("form-factor-open", FORM_FACTOR, "the edge from the last corner to the first is left out",
+            { form_factor: |normal, corners| {
                 let pairs = corners.windows(2);
                 let edge = |pair: &[DVec3]| {
                     let across = pair[0].cross(pair[1]);
                     pair[0].angle_between(pair[1]) * across.normalize_or_zero().dot(normal)
                 };
                 pairs.map(edge).sum::<f64>() * -0.5 * FRAC_1_PI
-            },
-            &["radiosity/reciprocity", "radiosity/perpendicular-plates"],
-        ),
+            } },
+            "radiosity/reciprocity", "radiosity/perpendicular-plates"),
         fault!("horizon-not-cut", FORM_FACTOR, "the part of a polygon below the horizon counts, negatively",
             { horizon: |_, polygon| *polygon }, "radiosity/horizon"),
         fault!("hidden-patches-seen", FORM_FACTOR, "nothing hides anything",
@@ -92,50 +70,27 @@ pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
             "radiosity/cavity/reflecting", "radiosity/sphere", "radiosity/ball"),
         fault!("sphere-cosine-missing", FORM_FACTOR, "the cosines between parts of a sphere are 1",
             { cosine: |_, _| 1.0 }, "radiosity/sphere"),
-        balance(
-            "channels-mixed",
-            "each channel is reflected by the next one's albedo",
-            PartTable {
-                leaving: |albedo, emitted, irradiance| radiosity::leaving(albedo.yzx(), emitted, irradiance),
-                ..CORRECT
-            },
-            &["radiosity/coloured"],
-        ),
-        balance(
-            "emission-exchanged",
+        fault!("channels-mixed", RADIOSITY, "each channel is reflected by the next one's albedo",
+            {
+                leaving: |albedo, emitted, irradiance| radiosity::leaving(albedo.yzx(), emitted, irradiance) },
+            "radiosity/coloured"),
+        fault!("emission-exchanged", RADIOSITY,
             "patches send each other what they emit, which was counted as direct light",
-            PartTable { exchanged: |leaving, _| leaving, ..CORRECT },
-            &["radiosity/furnace-box", "radiosity/corners", "radiosity/energy"],
-        ),
-        balance(
-            "emission-reflected",
-            "the albedo is applied to what a surface emits, too",
-            PartTable {
-                leaving: |albedo, emitted, irradiance| radiosity::leaving(albedo, albedo * emitted, irradiance),
-                ..CORRECT
-            },
-            &["radiosity/furnace-box"],
-        ),
-        balance(
-            "channels-exchanged",
-            "red and blue of the irradiance are exchanged",
-            PartTable {
-                leaving: |albedo, emitted, e| radiosity::leaving(albedo, emitted, DVec3::new(e.z, e.y, e.x)),
-                ..CORRECT
-            },
-            &["radiosity/rectangle"],
-        ),
-        balance(
-            "two-sweeps",
-            "the solution ends after two sweeps",
-            PartTable { solved: |_, sweeps| sweeps >= 2, ..CORRECT },
-            &["radiosity/furnace-box", "radiosity/cavity/black", "radiosity/diffuse-room"],
-        ),
-        balance(
-            "exitance-for-radiance",
-            "ρE is taken for the radiance, without 1/π",
-            PartTable { leaving: |albedo, emitted, irradiance| emitted + albedo * irradiance, ..CORRECT },
-            &["radiosity/rectangle", "radiosity/skewed", "radiosity/triangle"],
-        ),
+            { exchanged: |leaving, _| leaving },
+            "radiosity/furnace-box", "radiosity/corners", "radiosity/energy"),
+        fault!("emission-reflected", RADIOSITY, "the albedo is applied to what a surface emits, too",
+            {
+                leaving: |albedo, emitted, irradiance| radiosity::leaving(albedo, albedo * emitted, irradiance) },
+            "radiosity/furnace-box"),
+        fault!("channels-exchanged", RADIOSITY, "red and blue of the irradiance are exchanged",
+            {
+                leaving: |albedo, emitted, e| radiosity::leaving(albedo, emitted, DVec3::new(e.z, e.y, e.x)) },
+            "radiosity/rectangle"),
+        fault!("two-sweeps", RADIOSITY, "the solution ends after two sweeps",
+            { solved: |_, sweeps| sweeps >= 2 },
+            "radiosity/furnace-box", "radiosity/cavity/black", "radiosity/diffuse-room"),
+        fault!("exitance-for-radiance", RADIOSITY, "ρE is taken for the radiance, without 1/π",
+            { leaving: |albedo, emitted, irradiance| emitted + albedo * irradiance },
+            "radiosity/rectangle", "radiosity/skewed", "radiosity/triangle"),
     ]
 }
