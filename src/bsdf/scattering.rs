@@ -43,6 +43,12 @@ impl Vertex {
         Self::of(DVec3::ZERO, if outside { DVec3::Z } else { -DVec3::Z }, -wo)
     }
 
+    /// The point of a surface where light starts that it emits.
+    #[inline]
+    pub(crate) fn emitting(point: DVec3, normal: DVec3) -> Self {
+        Self::of(point, normal, -normal)
+    }
+
     #[inline]
     fn of(point: DVec3, normal: DVec3, direction: DVec3) -> Self {
         let cosine = normal.dot(direction);

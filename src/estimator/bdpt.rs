@@ -5,8 +5,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::next_event::{direct_light, point_pdf};
-use super::particle::{Place, connect_to_eye, importance_per_particle, particle};
-use super::strategies::{Bidirectional, Corner, WholePath};
+use super::particle::{connect_to_eye, importance_per_particle, particle};
+use super::strategies::{Bidirectional, PathVertex, WholePath};
 use super::walk::{Step, Walk};
 use super::{ImageEstimator, LightRules, Standard, Walking};
 use crate::bsdf::{Bsdf, Vertex};
@@ -52,8 +52,8 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         image: &Splats,
         rng: &mut R,
     ) -> Result<(), Error> {
-        let (light, corners) = self.light_path(scene, frame, image, rng)?;
-        let radiance = self.eye_path(scene, frame, pixel, (&light, &corners), rng);
+        let light = self.light_path(scene, frame, image, rng)?;
+        let radiance = self.eye_path(scene, frame, pixel, &light, rng);
         image.add(pixel, radiance)
     }
 
@@ -64,19 +64,18 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         frame: [u32; 2],
         image: &Splats,
         rng: &mut R,
-    ) -> Result<(Vec<Place<'a>>, Vec<Corner<'a>>), Error> {
-        let (mut places, mut corners) = (Vec::new(), Vec::new());
+    ) -> Result<Vec<PathVertex<'a>>, Error> {
+        let mut light = Vec::new();
         particle(&self.parts, scene, rng, |place| {
-            corners.push(place.corner);
+            light.push(place);
             if let Some(splat) = connect_to_eye(&self.parts, scene, frame, &place) {
-                let path =
-                    WholePath { light: &corners, eye: &[], origin: scene.camera().eye, importance: splat.importance };
+                let (origin, importance) = (scene.camera().eye, splat.importance);
+                let path = WholePath { light: &light, eye: &[], origin, importance };
                 image.add(splat.pixel, self.weight(path) * splat.value)?;
             }
-            places.push(place);
             Ok(())
         })?;
-        Ok((places, corners))
+        Ok(light)
     }
 
     /// The radiance through a random point of a pixel by all strategies but t = 1.
@@ -85,7 +84,7 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         scene: &Scene,
         frame: [u32; 2],
         pixel: [u32; 2],
-        (light, corners): (&[Place<'_>], &[Corner<'_>]),
+        light: &[PathVertex<'_>],
         rng: &mut R,
     ) -> DVec3 {
         rng.block(0);
@@ -103,13 +102,13 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         let mut walk = Walk::new(scene, (ray, scene.intersect(&ray)), 0);
         while let Some(step) = walk.arrive(rng) {
             let at = step.vertex();
-            let mut corner = step.corner(&at);
+            let mut vertex = step.path_vertex(at, DVec3::ZERO);
             if let Some(emitter) = step.here.emitter {
                 let emitter = &scene.emitters()[emitter as usize];
-                corner.start = point_pdf(&self.parts, scene, emitter);
+                vertex.start = point_pdf(&self.parts, scene, emitter);
             }
-            eye.push(corner);
-            let found = self.found(scene, (&step, &at), WholePath { eye: &eye, ..whole }, (light, corners), rng);
+            eye.push(vertex);
+            let found = self.found(scene, (&step, &at), WholePath { eye: &eye, ..whole }, light, rng);
             radiance += step.throughput * step.factor * found;
             walk.scatter(&self.parts, &at, rng);
         }
@@ -123,7 +122,7 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         scene: &Scene,
         (step, vertex): (&Step<'_>, &Vertex),
         path: WholePath<'_>,
-        (light, corners): (&[Place<'_>], &[Corner<'_>]),
+        light: &[PathVertex<'_>],
         rng: &mut R,
     ) -> DVec3 {
         let parts = &self.parts;
@@ -137,20 +136,13 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         }
         let (rules, area) = (&LightRules::PHYSICAL, LightSampling::Area);
         if let Some(direct) = direct_light(parts, scene, bsdf, vertex, rules, area, rng) {
-            let fresh = Corner {
-                point: direct.point.point,
-                normal: direct.point.normal,
-                bsdf: None,
-                squared_index: 1.0,
-                start: direct.pdf_area,
-            };
-            let light = &[fresh];
+            let light = &[PathVertex::emitting(&direct.point, DVec3::ZERO, direct.pdf_area)];
             found += direct.reflected * self.weight(WholePath { light, ..path });
         }
         for s in 2..=light.len() {
             let connected = self.connect(scene, bsdf, vertex, &light[s - 1]);
             if connected != DVec3::ZERO {
-                let light = &corners[..s];
+                let light = &light[..s];
                 found += connected * self.weight(WholePath { light, ..path });
             }
         }
@@ -160,9 +152,9 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
     /// What a vertex of the eye's path reflects of the light that reaches it from a place of the
     /// particle, before any weight.
     #[inline]
-    fn connect(&self, scene: &Scene, bsdf: &Bsdf, vertex: &Vertex, place: &Place<'_>) -> DVec3 {
+    fn connect(&self, scene: &Scene, bsdf: &Bsdf, vertex: &Vertex, place: &PathVertex<'_>) -> DVec3 {
         let parts = &self.parts;
-        let (here, there) = ((vertex.point, vertex.frame.z), (place.corner.point, place.corner.normal));
+        let (here, there) = ((vertex.point, vertex.frame.z), (place.at.point, place.normal()));
         let offset = there.0 - here.0;
         let distance_squared = offset.length_squared();
         let direction = offset * distance_squared.sqrt().recip();

@@ -4,34 +4,13 @@ use glam::DVec3;
 
 use super::emission::{Emission, emit_from};
 use super::next_event::{pick_point, point_pdf};
-use super::strategies::{Bidirectional, Corner};
+use super::strategies::{Bidirectional, PathVertex};
 use super::walk::Walk;
 use super::{NextEvent, Walking};
-use crate::bsdf::{Bsdf, Scattering, Vertex};
+use crate::bsdf::Scattering;
 use crate::error::Error;
 use crate::sampler::{LIGHT, Sampler};
 use crate::scene::Scene;
-
-/// Where a particle is: on its emitter or on a surface that it hit.
-pub(super) struct Place<'a> {
-    /// The vertex, its normal on the side on which light leaves.
-    pub corner: Corner<'a>,
-    /// Radiance per pdf of the emitter's point, or flux that arrives at the surface.
-    carried: DVec3,
-    /// `None` on the emitter.
-    surface: Option<(&'a Bsdf, Vertex)>,
-}
-
-impl Place<'_> {
-    /// The radiance that leaves in a unit direction, per density of particles on the area.
-    #[inline]
-    pub fn leaving<P: Scattering>(&self, parts: &P, direction: DVec3) -> DVec3 {
-        match &self.surface {
-            None => self.carried,
-            Some((bsdf, vertex)) => self.carried * parts.brdf(bsdf, vertex.frame.local(direction), vertex.wo),
-        }
-    }
-}
 
 /// Sends one particle from an emitter and shows every place where it is, the emitter first. It carries
 /// flux, which refraction does not change.
@@ -39,18 +18,14 @@ pub(super) fn particle<'a, P: Walking + Bidirectional, R: Sampler>(
     parts: &P,
     scene: &'a Scene,
     rng: &mut R,
-    mut visit: impl FnMut(Place<'a>) -> Result<(), Error>,
+    mut visit: impl FnMut(PathVertex<'a>) -> Result<(), Error>,
 ) -> Result<(), Error> {
     rng.block(LIGHT);
     let Some((emitter, light)) = pick_point(parts, scene, rng) else {
         return Ok(());
     };
     let pdf = point_pdf(parts, scene, emitter);
-    visit(Place {
-        corner: Corner { point: light.point, normal: light.normal, bsdf: None, squared_index: 1.0, start: pdf },
-        carried: emitter.radiance / pdf,
-        surface: None,
-    })?;
+    visit(PathVertex::emitting(&light, emitter.radiance, pdf))?;
     let Some(Emission { ray, flux }) = emit_from(parts, scene, emitter, &light, rng) else {
         return Ok(());
     };
@@ -60,11 +35,7 @@ pub(super) fn particle<'a, P: Walking + Bidirectional, R: Sampler>(
             return Err(Error::Radiance { value: f64::NAN, place: String::new() });
         }
         let at = step.vertex();
-        visit(Place {
-            corner: step.corner(&at),
-            carried: flux * step.throughput * parts.flux_factor(step.factor),
-            surface: Some((step.bsdf, at)),
-        })?;
+        visit(step.path_vertex(at, flux * step.throughput * parts.flux_factor(step.factor)))?;
         walk.scatter(parts, &at, rng);
     }
     Ok(())
@@ -87,9 +58,9 @@ pub(super) fn connect_to_eye<P: Scattering + NextEvent + Bidirectional>(
     parts: &P,
     scene: &Scene,
     frame: [u32; 2],
-    place: &Place<'_>,
+    place: &PathVertex<'_>,
 ) -> Option<Splat> {
-    let Corner { point, normal, .. } = place.corner;
+    let (point, normal) = (place.at.point, place.normal());
     let camera = scene.camera();
     let seen = camera.project(frame, point)?;
     let cosine = parts.cosine(normal, seen.to_eye);

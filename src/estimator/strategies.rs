@@ -7,20 +7,21 @@
 
 use glam::DVec3;
 
-use crate::bsdf::{Bsdf, Scattering};
+use crate::bsdf::{Bsdf, Scattering, Vertex};
 use crate::camera::Camera;
-use crate::frame::Frame;
+use crate::emitter::EmitterPoint;
 
 use super::NextEvent;
 
-/// A vertex of a path, as far as densities need it.
+/// A vertex of a path from a light or from the eye.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Corner<'a> {
-    pub point: DVec3,
-    /// Unit, to the side to which the path leads.
-    pub normal: DVec3,
+pub(super) struct PathVertex<'a> {
+    /// Where it is; the normal is on the side to which the path leads.
+    pub at: Vertex,
     /// `None` where a particle starts, by the cosine.
     pub bsdf: Option<&'a Bsdf>,
+    /// What a particle carries: radiance per pdf of its emitter's point, or flux that arrives at the surface.
+    pub carried: DVec3,
     /// n² of the medium through which its own walk came here, relative to where that began.
     pub squared_index: f64,
     /// The pdf, with respect to area, of a path that starts here; 0 where nothing emits.
@@ -42,9 +43,9 @@ pub struct Density {
 #[derive(Clone, Copy)]
 pub(super) struct WholePath<'a> {
     /// From the emitter on.
-    pub light: &'a [Corner<'a>],
+    pub light: &'a [PathVertex<'a>],
     /// From the first hit of the camera ray on.
-    pub eye: &'a [Corner<'a>],
+    pub eye: &'a [PathVertex<'a>],
     /// Where the eye is.
     pub origin: DVec3,
     /// The pdf of the camera ray with respect to solid angle, among as many camera rays as particles.
@@ -65,9 +66,9 @@ impl WholePath<'_> {
             .map(|(i, x)| Density { light: x.start, eye: 0.0, specular: i > 0 && x.is_specular() })
             .collect();
         for (i, (a, b)) in vertices.clone().zip(vertices.skip(1)).enumerate() {
-            let offset = b.point - a.point;
+            let offset = b.at.point - a.at.point;
             let (onward, distance_squared) = (offset.normalize(), offset.length_squared());
-            let [cos_a, cos_b] = [a, b].map(|x| x.normal.dot(onward).abs());
+            let [cos_a, cos_b] = [a, b].map(|x| x.normal().dot(onward).abs());
             let index = if i + 1 < s { b } else { a }.squared_index;
             let before = || i.checked_sub(1).map(|i| self.point(i));
             let after = || Some(self.point(i + 2));
@@ -77,8 +78,8 @@ impl WholePath<'_> {
                 * parts.solid_angle_per_area(cos_a, distance_squared);
         }
         if let (Some(last), Some(density)) = (self.eye.first().or(self.light.last()), path.last_mut()) {
-            let offset = self.origin - last.point;
-            let cosine = last.normal.dot(offset.normalize()).abs();
+            let offset = self.origin - last.at.point;
+            let cosine = last.normal().dot(offset.normalize()).abs();
             let per_area = parts.solid_angle_per_area(cosine, offset.length_squared());
             density.eye = self.importance * per_area;
         }
@@ -89,14 +90,36 @@ impl WholePath<'_> {
     fn point(&self, i: usize) -> DVec3 {
         let s = self.light.len();
         match self.light.get(i) {
-            Some(vertex) => vertex.point,
-            None if i < s + self.eye.len() => self.eye[s + self.eye.len() - 1 - i].point,
+            Some(vertex) => vertex.at.point,
+            None if i < s + self.eye.len() => self.eye[s + self.eye.len() - 1 - i].at.point,
             None => self.origin,
         }
     }
 }
 
-impl Corner<'_> {
+impl<'a> PathVertex<'a> {
+    /// A point on an emitter of radiance `radiance`, with the pdf of a path that starts there.
+    #[inline]
+    pub fn emitting(point: &EmitterPoint, radiance: DVec3, start: f64) -> Self {
+        let at = Vertex::emitting(point.point, point.normal);
+        Self { at, bsdf: None, carried: radiance / start, squared_index: 1.0, start }
+    }
+
+    /// Unit, on the side to which the path leads.
+    #[inline]
+    pub fn normal(&self) -> DVec3 {
+        self.at.frame.z
+    }
+
+    /// The radiance that leaves in a unit direction, per density of particles on the area.
+    #[inline]
+    pub fn leaving<P: Scattering>(&self, parts: &P, direction: DVec3) -> DVec3 {
+        match self.bsdf {
+            None => self.carried,
+            Some(bsdf) => self.carried * parts.brdf(bsdf, self.at.frame.local(direction), self.at.wo),
+        }
+    }
+
     /// Mirror or glass: no connection ends here.
     fn is_specular(&self) -> bool {
         self.bsdf.is_some_and(Bsdf::is_specular)
@@ -120,12 +143,11 @@ impl Corner<'_> {
         if let Some(bsdf) = self.bsdf.filter(|bsdf| !bsdf.is_sampled_by_cosine())
             && let Some(from) = from()
         {
-            let frame = Frame::new(self.normal);
             let above = |direction: DVec3| {
-                let local = frame.local(direction);
+                let local = self.at.frame.local(direction);
                 local.with_z(local.z.abs())
             };
-            return parts.pdf(bsdf, above((from - self.point).normalize()), above(onward));
+            return parts.pdf(bsdf, above((from - self.at.point).normalize()), above(onward));
         }
         parts.cosine_hemisphere_pdf(cosine)
     }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::strategies::Corner;
+use super::strategies::PathVertex;
 use super::{LONGEST_PATH, Walking};
 use crate::bsdf::{Bsdf, Vertex};
 use crate::rng::uniform;
@@ -105,13 +105,7 @@ impl<'a> Step<'a> {
 
     /// The hit, whose [`vertex`](Self::vertex) is `at`, as a vertex of a path that does not start here.
     #[inline]
-    pub fn corner(&self, at: &Vertex) -> Corner<'a> {
-        Corner {
-            point: at.point,
-            normal: at.frame.z,
-            bsdf: Some(self.bsdf),
-            squared_index: 1.0 / self.factor,
-            start: 0.0,
-        }
+    pub fn path_vertex(&self, at: Vertex, carried: DVec3) -> PathVertex<'a> {
+        PathVertex { at, bsdf: Some(self.bsdf), carried, squared_index: 1.0 / self.factor, start: 0.0 }
     }
 }
