@@ -43,7 +43,7 @@ impl Camera {
 
     /// Where an image of `size` pixels shows a point; `None` outside of the image and behind the eye.
     #[inline]
-    pub fn project(&self, size: [u32; 2], point: DVec3) -> Option<Seen> {
+    pub fn project(&self, size: [u32; 2], point: DVec3) -> Option<Projection> {
         let [width, height] = size.map(f64::from);
         let offset = point - self.eye;
         let depth = offset.dot(self.forward);
@@ -57,7 +57,7 @@ impl Camera {
             return None;
         }
         let distance_squared = offset.length_squared();
-        Some(Seen { pixel: [x as u32, y as u32], to_eye: offset / -distance_squared.sqrt(), distance_squared })
+        Some(Projection { pixel: [x as u32, y as u32], to_eye: offset / -distance_squared.sqrt(), distance_squared })
     }
 
     /// W(ω) of [`crate::equation::IMPORTANCE`], 1/sr: what the mean radiance of a pixel of an image of
@@ -71,9 +71,9 @@ impl Camera {
     }
 }
 
-/// A point as the camera sees it.
+/// Where the camera sees a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Seen {
+pub struct Projection {
     /// Column and row of its pixel.
     pub pixel: [u32; 2],
     /// Unit direction from the point to the eye.

@@ -24,7 +24,7 @@ pub enum EmitterShape {
 
 /// The shape of an emitter as seen from a point.
 #[derive(Clone, Copy, Debug)]
-pub enum Seen {
+pub enum SolidAngleShape {
     /// A rectangle.
     Rectangle(SphericalRectangle),
     /// A triangle.
@@ -33,7 +33,7 @@ pub enum Seen {
     Cap(VisibleCap),
 }
 
-impl Seen {
+impl SolidAngleShape {
     /// Its solid angle.
     #[inline]
     pub fn solid_angle(&self) -> f64 {
@@ -153,13 +153,13 @@ impl Emitter {
     /// The emitter as seen from a point; `None` from behind or within, for zones and insides of
     /// spheres, parallelograms without right angles, and emitters that are too small.
     #[inline]
-    pub fn seen(&self, from: DVec3) -> Option<Seen> {
+    pub fn seen(&self, from: DVec3) -> Option<SolidAngleShape> {
         match self.shape {
             EmitterShape::Rectangle { corner, edges } => {
-                SphericalRectangle::new(from, corner, edges).map(Seen::Rectangle)
+                SphericalRectangle::new(from, corner, edges).map(SolidAngleShape::Rectangle)
             }
-            EmitterShape::Triangle(vertices) => SphericalTriangle::new(from, vertices).map(Seen::Triangle),
-            EmitterShape::Sphere(ref sphere) => VisibleCap::new(from, sphere).map(Seen::Cap),
+            EmitterShape::Triangle(vertices) => SphericalTriangle::new(from, vertices).map(SolidAngleShape::Triangle),
+            EmitterShape::Sphere(ref sphere) => VisibleCap::new(from, sphere).map(SolidAngleShape::Cap),
         }
     }
 }
