@@ -36,9 +36,6 @@ pub struct Bibliography {
 
 impl Bibliography {
     /// Reads the file; a missing file holds none.
-    ///
-    /// # Errors
-    /// The line that is not as it should be.
     pub fn load(file: &Path) -> Result<Self, Error> {
         if !file.exists() {
             return Ok(Self::default());
@@ -53,9 +50,6 @@ impl Bibliography {
     }
 
     /// The work with this key.
-    ///
-    /// # Errors
-    /// One line that names the nearest key.
     pub fn work(&self, key: &str) -> Result<&Work, String> {
         self.works.get(key).ok_or_else(|| {
             let hint = nearest::hint(key, self.works.keys().map(String::as_str));

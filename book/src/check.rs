@@ -9,9 +9,6 @@ use crate::error::{Error, Problem};
 use crate::links::{Target, line};
 
 /// Whether every page that `SUMMARY.md` names exists.
-///
-/// # Errors
-/// The lines whose page is missing.
 pub fn summary(pages: &Path) -> Result<(), Error> {
     let file = pages.join("SUMMARY.md");
     let text = std::fs::read_to_string(&file).map_err(Error::io(&file))?;
@@ -30,9 +27,6 @@ pub fn summary(pages: &Path) -> Result<(), Error> {
 }
 
 /// Whether the ids that links name exist on the written pages.
-///
-/// # Errors
-/// The lines whose target is missing.
 pub fn targets(targets: &[Target], out: &Path) -> Result<(), Error> {
     let mut problems = Vec::new();
     for target in targets {
@@ -47,9 +41,6 @@ pub fn targets(targets: &[Target], out: &Path) -> Result<(), Error> {
 }
 
 /// Whether the written pages load nothing from outside and link to nothing that does not exist.
-///
-/// # Errors
-/// The written files with the address that is wrong.
 pub fn output(out: &Path) -> Result<(), Error> {
     let mut problems = Vec::new();
     for file in files(out)? {
@@ -75,9 +66,6 @@ pub fn output(out: &Path) -> Result<(), Error> {
 
 /// Whether browsers can show these pictures. They show nothing of an SVG that is not well-formed, and one
 /// without a size at a size of their own.
-///
-/// # Errors
-/// The lines of pictures that are not SVG with a size, nor whole PNG.
 pub fn pictures<'a>(files: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), Error> {
     let mut problems = Vec::new();
     for file in files {
@@ -118,9 +106,6 @@ fn is_png(bytes: &[u8]) -> bool {
 }
 
 /// Every file below `folder`.
-///
-/// # Errors
-/// If a folder cannot be read.
 pub fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(Error::io(folder))? {

@@ -46,9 +46,6 @@ impl Kind {
 }
 
 /// The directive with this name.
-///
-/// # Errors
-/// One line that names the nearest.
 pub fn find(name: &str) -> Result<&'static Kind, String> {
     ALL.iter().find(|kind| kind.name == name).ok_or_else(|| {
         let hint = nearest::hint(name, ALL.iter().map(|kind| kind.name));

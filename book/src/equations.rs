@@ -6,9 +6,6 @@ use crate::mathml::{Math, typeset};
 use crate::nearest;
 
 /// The equation with this id.
-///
-/// # Errors
-/// One line that names the nearest.
 pub fn find(id: &str) -> Result<&'static Equation, String> {
     by_id(id).ok_or_else(|| {
         let hint = nearest::hint(id, ALL.iter().map(|equation| equation.id));
@@ -31,9 +28,6 @@ pub fn fragment(id: &str) -> String {
 }
 
 /// The box that shows an equation with our verdict; one line of HTML.
-///
-/// # Errors
-/// If one of its formulas does not convert.
 pub fn boxed(equation: &Equation, math: &Math) -> Result<String, String> {
     let mut html = format!(
         "<div class=\"equation verdict-{}\" id=\"{}\"><div class=\"equation-head\">\
@@ -67,9 +61,6 @@ pub fn boxed(equation: &Equation, math: &Math) -> Result<String, String> {
 }
 
 /// The table of all equations. `place` gives the address of the page that shows one.
-///
-/// # Errors
-/// If a formula does not convert.
 pub fn matrix(math: &Math, place: impl Fn(&str) -> Option<String>) -> Result<String, String> {
     let mut html = String::from(
         "<table class=\"matrix\"><thead><tr><th class=\"col-number\">No.</th>\

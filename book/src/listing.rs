@@ -21,9 +21,6 @@ pub struct Listing {
 const KEYWORDS: [&str; 8] = ["fn", "struct", "enum", "trait", "const", "static", "type", "mod"];
 
 /// Reads `path`, relative to `root` and inside it.
-///
-/// # Errors
-/// One line that says why not.
 pub fn read(root: &Path, path: &str) -> Result<String, String> {
     let relative = Path::new(path);
     let inside = relative.components().all(|part| matches!(part, Component::Normal(_)));
@@ -53,9 +50,6 @@ fn siblings(root: &Path, relative: &Path) -> Vec<String> {
 }
 
 /// The item `name` of `source`: `reflectance`, or `OrenNayar::new` for an item of an `impl` or trait.
-///
-/// # Errors
-/// One line if there is no such item, or more than one.
 pub fn item(source: &str, name: &str) -> Result<Listing, String> {
     let lines: Vec<&str> = source.lines().collect();
     let starts: Vec<usize> = match name.split_once("::") {

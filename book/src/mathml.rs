@@ -9,9 +9,6 @@ pub struct Math {
 
 impl Math {
     /// A formula as MathML on one line, for an HTML block.
-    ///
-    /// # Errors
-    /// What is wrong with the LaTeX, in one line.
     pub fn block(&self, latex: &str, display: bool) -> Result<String, String> {
         let mode = if display { MathDisplay::Block } else { MathDisplay::Inline };
         // TeX's negative space before \left undoes a space that MathML does not add.
@@ -27,9 +24,6 @@ impl Math {
 
     /// A formula for running Markdown text: as [`Self::block`], with every character that Markdown
     /// would read again written as a character reference.
-    ///
-    /// # Errors
-    /// As [`Self::block`].
     pub fn inline(&self, latex: &str, display: bool) -> Result<String, String> {
         let mathml = self.block(latex, display)?;
         let mut out = String::with_capacity(2 * mathml.len());

@@ -83,9 +83,6 @@ fn what(mutant: &str) -> String {
 
 impl Record {
     /// Reads the record in a folder of recorded results.
-    ///
-    /// # Errors
-    /// One line if there is none, or it cannot be understood.
     pub fn read(folder: &Path) -> Result<Self, String> {
         let path = folder.join(FILE);
         let text =

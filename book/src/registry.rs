@@ -39,9 +39,6 @@ pub fn trials(equation: impl Fn(&str) -> String, recorded: impl Fn(&str) -> Opti
 }
 
 /// The name of a trial, checked against the registry.
-///
-/// # Errors
-/// One line that names the nearest.
 pub fn trial(name: &str) -> Result<String, String> {
     let trials = all();
     if trials.iter().any(|trial| trial.name == name) {
@@ -72,9 +69,6 @@ pub fn faults() -> String {
 
 /// The matrix equation → code → trials and tests → experiments → chapter, from the project in
 /// `sources` and the recorded `results`.
-///
-/// # Errors
-/// One line if a source cannot be read.
 pub fn traceability(
     sources: &Path,
     results: &Results,

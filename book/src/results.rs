@@ -128,9 +128,6 @@ pub struct Results {
 
 impl Results {
     /// Reads every `*/result.json` of `folder`; a missing folder holds none.
-    ///
-    /// # Errors
-    /// The problems of all files that cannot be read or contradict themselves.
     pub fn load(folder: &Path) -> Result<Self, Error> {
         let mut results = Self { folder: folder.to_owned(), by_id: BTreeMap::new() };
         if !folder.exists() {
@@ -170,9 +167,6 @@ impl Results {
     }
 
     /// The experiment with this name.
-    ///
-    /// # Errors
-    /// One line that names the nearest.
     pub fn experiment(&self, id: &str) -> Result<&ExperimentResult, String> {
         self.by_id.get(id).ok_or_else(|| {
             let hint = nearest::hint(id, self.by_id.keys().map(String::as_str));
@@ -181,9 +175,6 @@ impl Results {
     }
 
     /// The number `EXPERIMENT.KEY`; the key may itself have dots.
-    ///
-    /// # Errors
-    /// One line that names the nearest.
     pub fn number(&self, name: &str) -> Result<f64, String> {
         let (id, key) = name.split_once('.').ok_or_else(|| format!("\"{name}\" is not of the form EXPERIMENT.KEY"))?;
         let recorded = self.experiment(id)?;
@@ -195,9 +186,6 @@ impl Results {
 
     /// The experiment and the files of the figure `EXPERIMENT/NAME`: one, or the bands of a large
     /// picture from the top.
-    ///
-    /// # Errors
-    /// One line that names the nearest.
     pub fn figure(&self, name: &str) -> Result<(&ExperimentResult, Vec<PathBuf>), String> {
         let (id, file) =
             name.split_once('/').ok_or_else(|| format!("\"{name}\" is not of the form EXPERIMENT/NAME.svg"))?;

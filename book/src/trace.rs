@@ -46,9 +46,6 @@ pub struct Trace {
 
 impl Sources {
     /// Reads the project in `root`.
-    ///
-    /// # Errors
-    /// A file or folder cannot be read.
     pub fn read(root: &Path) -> Result<Self, Error> {
         let file = root.join("src/equation.rs");
         let registry = std::fs::read_to_string(&file).map_err(Error::io(file))?;

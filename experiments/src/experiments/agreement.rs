@@ -7,25 +7,16 @@ mod left_out;
 mod maps;
 
 use serde::{Deserialize, Serialize};
-use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::harness::mean::Values;
-use whitefurnace::moments::Moments;
-use whitefurnace::rng::seed_for;
 
 use claims::{Case, Claim, ESTIMATORS, Lack, SCENES, cases, replications, replications_left_out};
 use judge::judge;
 use left_out::{METHODS, left_out};
 use maps::{Maps, note_map};
 
+use crate::experiments::prelude::*;
 use crate::plot::agreement::{histograms, squares};
 use crate::plot::map::maps as draw_maps;
 use crate::render::photons::{Gather, Photons};
-use crate::render::{EstimatorName, Job, SceneName, name};
-use crate::run::accumulated::{Accumulated, number};
-use crate::run::progress::Progress;
-use crate::run::suite::FAMILY;
-use crate::run::{Experiment, Run};
 
 /// Every estimator against the reference of its scene.
 pub const AGREEMENT: Experiment = Experiment {

@@ -1,31 +1,14 @@
 //! Colour bleeding on the white sphere of the report's room: ratios of the channels along its girdle, with
 //! the coloured walls and with grey ones of the same luminance.
 
-use glam::DVec3;
 use whitefurnace::bsdf::OrenNayarForm;
-use whitefurnace::equation;
-use whitefurnace::error::Error;
 use whitefurnace::estimator::radiosity::Fineness;
-use whitefurnace::estimator::{Estimator, Path, Radiosity, Standard};
-use whitefurnace::harness::tails::normal_upper;
-use whitefurnace::image::write_png;
-use whitefurnace::moments::Moments;
-use whitefurnace::pixel::PixelSampling;
-use whitefurnace::rng::{seed_for, stream};
-use whitefurnace::scene::Scene;
 use whitefurnace::scene::room::{Convention, WHITE_SPHERE, Walls, diffuse_with, report_with};
-use whitefurnace::shape::Ray;
 
 use crate::experiments::figures;
-use crate::plot::chart::{Chart, Mark, Series, charts};
-use crate::render::Job;
-use crate::run::pictures::render_samples;
-use crate::run::progress::interrupted;
-use crate::run::suite::{FAMILY, parallel};
-use crate::run::{Experiment, Judgement, Run};
+use crate::experiments::prelude::*;
 
-/// Measures colour bleeding.
-pub const BLEEDING: Experiment = Experiment {
+pub(super) const BLEEDING: Experiment = Experiment {
     id: "bleeding",
     title: "colour bleeding on the white sphere of figure 8, with coloured and with grey walls",
     version: 2,

@@ -2,21 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use whitefurnace::error::Error;
 use whitefurnace::harness::ks::kolmogorov_smirnov;
 use whitefurnace::harness::tails::{binomial_sf, kolmogorov_upper};
 use whitefurnace::harness::trial::{Context, Trial, group, run_trial};
-use whitefurnace::rng::{seed_for, stream};
 
+use crate::experiments::prelude::*;
 use crate::experiments::statistics::{self, N};
-use crate::plot::chart::{Chart, Mark, Series, charts};
-use crate::run::accumulated::number;
-use crate::run::progress::Progress;
-use crate::run::suite::{FAMILY, equations, parallel};
-use crate::run::{Experiment, Run};
+use crate::run::suite::equations;
 
-/// p-values of true hypotheses over many seeds.
-pub const CALIBRATION: Experiment = Experiment {
+pub(super) const CALIBRATION: Experiment = Experiment {
     id: "calibration",
     title: "p-values of true hypotheses are uniform, stated error rates are kept (accumulates over runs)",
     version: 3,

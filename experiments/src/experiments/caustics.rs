@@ -2,26 +2,14 @@
 //! a glass sphere between a floor and an area light.
 
 use registry::photon::scenes::{CAUSTIC, caustic, no_caustic};
-use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::estimator::{LightRules, Lookup, Path, PhotonMapping, Sppm, Standard, Strategy, Whitted};
-use whitefurnace::film::Film;
-use whitefurnace::harness::mean::{Sigma, Values, skewness_of_sum};
-use whitefurnace::harness::outcome::{Verdict, approximate_verdict};
-use whitefurnace::harness::tails::student_upper;
-use whitefurnace::image::{Display, write_png};
-use whitefurnace::pixel::PixelSampling;
+use whitefurnace::estimator::Whitted;
+use whitefurnace::harness::mean::{Sigma, skewness_of_sum};
+use whitefurnace::harness::outcome::approximate_verdict;
 use whitefurnace::render::render_passes;
-use whitefurnace::rng::seed_for;
-use whitefurnace::scene::Scene;
 
-use crate::run::pictures::render_samples;
-use crate::run::progress::{Progress, interrupted};
-use crate::run::suite::FAMILY;
-use crate::run::{Experiment, Run};
+use crate::experiments::prelude::*;
 
-/// Renders one caustic by six methods.
-pub const CAUSTICS: Experiment = Experiment {
+pub(super) const CAUSTICS: Experiment = Experiment {
     id: "caustics",
     title: "the caustic of a glass sphere by path tracing, Whitted ray tracing and photon mapping",
     version: 3,

@@ -3,24 +3,12 @@
 use std::sync::Arc;
 
 use registry::scenes::{at_origin, rectangle_light};
-use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::estimator::{Estimator, Path, Standard, Strategy};
 use whitefurnace::harness::convergence::log_slope;
-use whitefurnace::harness::tails::student_upper;
-use whitefurnace::moments::Moments;
-use whitefurnace::rng::{seed_for, stream, uniform2};
 use whitefurnace::sampler::{Sampler, Sobol, scramble};
-use whitefurnace::scene::Scene;
-use whitefurnace::scene::room;
-use whitefurnace::shape::Ray;
 
-use crate::plot::chart::{Chart, Mark, Series, charts};
-use crate::run::suite::{FAMILY, parallel};
-use crate::run::{Experiment, Run};
+use crate::experiments::prelude::*;
 
-/// Variance of the mean of N samples against N.
-pub const CONVERGENCE: Experiment = Experiment {
+pub(super) const CONVERGENCE: Experiment = Experiment {
     id: "convergence",
     title: "variance against samples, independent numbers and Sobol' points: smooth, edge, room",
     version: 2,

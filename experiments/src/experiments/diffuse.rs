@@ -2,34 +2,20 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use glam::DVec3;
 use registry::bsdf::{oren_nayar_albedo, oren_nayar_printed_albedo};
 use registry::ggx::reflected;
 use whitefurnace::bsdf::ggx::Ggx;
 use whitefurnace::bsdf::{Bsdf, OrenNayar, Vertex};
 use whitefurnace::camera::Camera;
-use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::estimator::{Estimator, Path, Standard};
-use whitefurnace::film::Film;
 use whitefurnace::frame::from_spherical;
-use whitefurnace::harness::tails::normal_upper;
-use whitefurnace::image::{Display, write_png};
-use whitefurnace::moments::Moments;
-use whitefurnace::pixel::PixelSampling;
-use whitefurnace::rng::{seed_for, stream, uniform2};
 use whitefurnace::sampling::cosine_hemisphere;
-use whitefurnace::scene::{Scene, SceneBuilder, Surface};
-use whitefurnace::shape::{Ray, Sphere};
+use whitefurnace::scene::{SceneBuilder, Surface};
+use whitefurnace::shape::Sphere;
 
-use crate::plot::chart::{Chart, Mark, Series, charts};
-use crate::render::{DiffuseName, name};
-use crate::run::pictures::{render_samples, write_grid};
-use crate::run::suite::FAMILY;
-use crate::run::{Experiment, Run};
+use crate::experiments::prelude::*;
+use crate::render::DiffuseName;
 
-/// Figure 2: a rough sphere lit from the front.
-pub const FIG2: Experiment = Experiment {
+pub(super) const FIG2: Experiment = Experiment {
     id: "fig2",
     title: "a sphere lit from the front with four diffuse models: the flat look of the full moon",
     version: 2,
@@ -37,8 +23,7 @@ pub const FIG2: Experiment = Experiment {
     run: figure,
 };
 
-/// What the four models reflect of a white sky, and where to.
-pub const ALBEDO: Experiment = Experiment {
+pub(super) const ALBEDO: Experiment = Experiment {
     id: "albedo",
     title: "directional albedos of four diffuse models and of rough metals, and lobes",
     version: 2,

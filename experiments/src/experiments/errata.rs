@@ -10,14 +10,12 @@ use std::f64::consts::FRAC_PI_2;
 use registry::bsdf::{oren_nayar_albedo, oren_nayar_printed_albedo};
 use registry::roulette::variance;
 use whitefurnace::bsdf::{OrenNayar, OrenNayarForm, oren_nayar_angles};
-use whitefurnace::equation;
 use whitefurnace::fresnel;
 use whitefurnace::image::srgb;
 
-use crate::run::{Experiment, Run};
+use crate::experiments::prelude::*;
 
-/// Sizes of the findings.
-pub const ERRATA: Experiment = Experiment {
+pub(super) const ERRATA: Experiment = Experiment {
     id: "errata",
     title: "what is wrong in the report, and by how much",
     version: 2,

@@ -1,18 +1,13 @@
 //! What `cargo test` runs, under many master seeds: how often a correct build goes red.
 
-use whitefurnace::error::Error;
-use whitefurnace::harness::outcome::{ALPHA, CAPACITY};
+use whitefurnace::harness::outcome::CAPACITY;
 use whitefurnace::harness::tails::binomial_interval;
 
+use crate::experiments::prelude::*;
 use crate::experiments::suite_seeds::{Answer, FAULTS_EVERY, Measure, Seed, Seeds};
-use crate::plot::chart::{Chart, Mark, Series, charts};
-use crate::run::accumulated::{Accumulated, number};
-use crate::run::progress::Progress;
-use crate::run::suite::{self, FAMILY};
-use crate::run::{Experiment, Judgement, Run};
+use crate::run::suite;
 
-/// The suite at a reduced scale over master seeds.
-pub const FALSE_ALARMS: Experiment = Experiment {
+pub(super) const FALSE_ALARMS: Experiment = Experiment {
     id: "false-alarms",
     title: "the whole suite under fresh master seeds (accumulates over runs)",
     version: 3,

@@ -3,17 +3,15 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use registry::faults::Pair;
-use whitefurnace::error::Error;
 use whitefurnace::harness::guard::FAR_MISS;
-use whitefurnace::harness::outcome::{Outcome, Verdict};
+use whitefurnace::harness::outcome::Outcome;
 use whitefurnace::harness::trial::{Context, meant};
 
+use crate::experiments::prelude::*;
 use crate::plot::matrix::{Detection, matrix};
-use crate::run::suite::{self, parallel};
-use crate::run::{Experiment, Run, Tier};
+use crate::run::suite;
 
-/// Runs every pair of a fault and a trial that fit together.
-pub const FAULTS: Experiment = Experiment {
+pub(super) const FAULTS: Experiment = Experiment {
     id: "faults",
     title: "fault × trial: which trials reject which faults",
     version: 2,

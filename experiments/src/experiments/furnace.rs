@@ -3,27 +3,16 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
 use whitefurnace::camera::Camera;
-use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::estimator::{Path, Standard};
-use whitefurnace::film::Film;
-use whitefurnace::harness::tails::normal_upper;
-use whitefurnace::pixel::PixelSampling;
-use whitefurnace::rng::seed_for;
-use whitefurnace::scene::{Scene, SceneBuilder, Surface};
+use whitefurnace::scene::{SceneBuilder, Surface};
 use whitefurnace::shape::Sphere;
 
 use crate::experiments::diffuse::{DISTANCE, MARGIN, SIGMA, closed_form};
+use crate::experiments::prelude::*;
 use crate::plot::map::{Map, maps};
-use crate::render::{DiffuseName, name};
-use crate::run::pictures::render_samples;
-use crate::run::suite::FAMILY;
-use crate::run::{Experiment, Run};
+use crate::render::DiffuseName;
 
-/// White spheres under a white sky.
-pub const FURNACE: Experiment = Experiment {
+pub(super) const FURNACE: Experiment = Experiment {
     id: "furnace",
     title: "white spheres of four diffuse models in the white furnace: a model that keeps all light vanishes",
     version: 1,

@@ -3,24 +3,15 @@
 use std::f64::consts::FRAC_1_PI;
 use std::sync::Arc;
 
-use glam::DVec3;
 use registry::scenes::{floor, lambert, light, polygon_irradiance, scene, sphere_irradiance};
 use whitefurnace::emitter::LightSampling;
-use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::estimator::{Estimator, Heuristic, Path, Standard, Strategy};
-use whitefurnace::moments::Moments;
-use whitefurnace::rng::{seed_for, stream};
-use whitefurnace::scene::{Scene, SceneBuilder};
-use whitefurnace::shape::{Ray, Sphere};
+use whitefurnace::scene::SceneBuilder;
+use whitefurnace::shape::Sphere;
 
-use crate::plot::chart::{Chart, Mark, Series, charts};
-use crate::render::{ConventionName, Job, LightSamplingName, SceneName, name};
-use crate::run::suite::parallel;
-use crate::run::{Experiment, Run};
+use crate::experiments::prelude::*;
+use crate::render::LightSamplingName;
 
-/// Variance of shadow rays by area and by solid angle.
-pub const LIGHTS: Experiment = Experiment {
+pub(super) const LIGHTS: Experiment = Experiment {
     id: "lights",
     title: "variance of direct light: points on lights by area and by solid angle",
     version: 1,

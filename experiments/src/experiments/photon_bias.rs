@@ -1,20 +1,11 @@
 //! The bias of photon lookups against their radius, and of the mean of passes against their number.
 
 use registry::photon::scenes::{at_origin, at_point, disc_average, over_floor, point_camera};
-use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::estimator::{Estimator, ImageEstimator, Lookup, PhotonMapping, Sppm, Standard, radius_squared};
-use whitefurnace::harness::tails::student_upper;
-use whitefurnace::moments::Moments;
-use whitefurnace::rng::{seed_for, stream};
-use whitefurnace::scene::Scene;
+use whitefurnace::estimator::{ImageEstimator, radius_squared};
 
-use crate::plot::chart::{Chart, Mark, Series, charts};
-use crate::run::suite::{FAMILY, parallel};
-use crate::run::{Experiment, Run};
+use crate::experiments::prelude::*;
 
-/// Compares lookups of all radii with the closed form of their bias.
-pub const PHOTON_BIAS: Experiment = Experiment {
+pub(super) const PHOTON_BIAS: Experiment = Experiment {
     id: "photon-bias",
     title: "bias of photon lookups against radius, and of progressive passes against their number",
     version: 1,

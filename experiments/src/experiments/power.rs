@@ -2,21 +2,14 @@
 
 pub mod graded;
 
-use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::harness::mean::Values;
-use whitefurnace::harness::outcome::ALPHA;
 use whitefurnace::harness::tails::{binomial_cdf, binomial_interval, binomial_two_sided};
 use whitefurnace::harness::trial::Row;
-use whitefurnace::rng::{seed_for, stream};
 
+use crate::experiments::prelude::*;
 use crate::experiments::statistics::{N, Statistic, with_power};
-use crate::plot::chart::{Chart, Mark, Series, charts};
-use crate::run::suite::{self, FAMILY, parallel};
-use crate::run::{Experiment, Run};
+use crate::run::suite;
 
-/// Rejections at the suite's own level under effects of known size.
-pub const POWER: Experiment = Experiment {
+pub(super) const POWER: Experiment = Experiment {
     id: "power",
     title: "power: measured rejections against the stated curves; the registry's own, at δ",
     version: 3,

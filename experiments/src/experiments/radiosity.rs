@@ -1,22 +1,11 @@
 //! Radiosity in the diffuse room: how the solution moves as patches are halved, and how far it is from
 //! the path tracer.
 
-use glam::DVec3;
-use whitefurnace::equation;
-use whitefurnace::error::Error;
 use whitefurnace::estimator::radiosity::{Fineness, ReadOut};
-use whitefurnace::estimator::{Path, Radiosity, Standard};
-use whitefurnace::film::Film;
-use whitefurnace::pixel::PixelSampling;
-use whitefurnace::scene::{Scene, room};
 
-use crate::plot::chart::{Chart, Mark, Series, charts};
-use crate::run::pictures::render_samples;
-use crate::run::progress::interrupted;
-use crate::run::{Experiment, Run};
+use crate::experiments::prelude::*;
 
-/// Refines the mesh.
-pub const RADIOSITY: Experiment = Experiment {
+pub(super) const RADIOSITY: Experiment = Experiment {
     id: "radiosity",
     title: "radiosity in the diffuse room: error against the number of patches",
     version: 3,
@@ -87,12 +76,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
 }
 
 /// An image of the room with every ray through its pixel's centre, so that edges add no noise.
-fn image<E: whitefurnace::estimator::Estimator>(
-    run: &Run,
-    scene: &Scene,
-    estimator: &E,
-    spp: u32,
-) -> Result<Film, Error> {
+fn image<E: Estimator>(run: &Run, scene: &Scene, estimator: &E, spp: u32) -> Result<Film, Error> {
     render_samples(scene, estimator, (PixelSampling::Centre, run.seed()), (SIZE, None), spp)
 }
 

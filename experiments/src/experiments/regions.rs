@@ -2,20 +2,13 @@
 
 use std::path::Path;
 
-use whitefurnace::equation;
-use whitefurnace::error::Error;
 use whitefurnace::estimator::{Published, Quirks};
-use whitefurnace::film::Window;
-use whitefurnace::image::Display;
 
 use crate::experiments::figures::CONVENTIONS;
+use crate::experiments::prelude::*;
 use crate::plot::differences::{Common, Panel, differences};
-use crate::render::{ConventionName, Job};
-use crate::run::progress::Progress;
-use crate::run::{Experiment, Run};
 
-/// Compares region means with the published image.
-pub const REGIONS: Experiment = Experiment {
+pub(super) const REGIONS: Experiment = Experiment {
     id: "regions",
     title: "region means of the published figure 6 (8-bit R G B) against the three conventions",
     version: 1,
@@ -53,8 +46,7 @@ const TABLE: [Region; 9] = [
     region("light in glass", [483, 468, 497, 476], [111.2, 109.2, 110.8], OTHER),
 ];
 
-/// What each quirk of the reconstruction does to each region.
-pub const QUIRKS: Experiment = Experiment {
+pub(super) const QUIRKS: Experiment = Experiment {
     id: "quirks",
     title: "the published convention with one quirk left out at a time, by region (8-bit R G B)",
     version: 1,

@@ -3,25 +3,15 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use glam::DVec3;
 use whitefurnace::bsdf::Scattering;
-use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::estimator::{Estimator, Lookup, NextEvent, Path, PhotonMapping, Photons, Standard, Strategy};
-use whitefurnace::film::Film;
-use whitefurnace::moments::Moments;
-use whitefurnace::pixel::PixelSampling;
-use whitefurnace::rng::seed_for;
+use whitefurnace::estimator::{NextEvent, Photons};
 use whitefurnace::roulette;
 use whitefurnace::roulette::Roulette;
-use whitefurnace::scene::{Scene, room};
 
-use crate::run::pictures::render_samples;
-use crate::run::progress::{Bar, Progress};
-use crate::run::{Experiment, Run};
+use crate::experiments::prelude::*;
+use crate::run::progress::Bar;
 
-/// Counts the rays of path tracing and photon mapping in the diffuse room.
-pub const SHADOW_RAYS: Experiment = Experiment {
+pub(super) const SHADOW_RAYS: Experiment = Experiment {
     id: "shadow-rays",
     title: "shadow rays and error at equal numbers of rays: path tracing and photon mapping",
     version: 1,

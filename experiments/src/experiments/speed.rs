@@ -4,23 +4,14 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use glam::DVec3;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde::Deserialize;
-use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::film::Film;
 use whitefurnace::frame::Frame;
-use whitefurnace::rng::{Stream, seed_for, stream, uniform2};
 use whitefurnace::sampling::cosine_hemisphere;
-use whitefurnace::scene::{Scene, room};
-use whitefurnace::shape::Ray;
 
-use crate::render::{ConventionName, EstimatorName, Job, SceneName, name};
-use crate::run::{Experiment, Run};
+use crate::experiments::prelude::*;
 
-/// Times every estimator that draws samples, and the queries that they spend their time in.
-pub const SPEED: Experiment = Experiment {
+pub(super) const SPEED: Experiment = Experiment {
     id: "speed",
     title: "camera samples and rays per second, on one thread and on all",
     version: 1,

@@ -6,11 +6,12 @@ use whitefurnace::harness::chi_square::{Counts, binomial, chi_square, poisson};
 use whitefurnace::harness::convergence::variance_ratio;
 use whitefurnace::harness::domain::Partition;
 use whitefurnace::harness::ks::kolmogorov_smirnov;
-use whitefurnace::harness::mean::{Values, bounded_mean, mean, mean_known_sigma, welch};
-use whitefurnace::harness::outcome::{ALPHA, Claim, Outcome, Verdict};
+use whitefurnace::harness::mean::{bounded_mean, mean, mean_known_sigma, welch};
+use whitefurnace::harness::outcome::{Claim, Outcome};
 use whitefurnace::harness::power::Sensitivity;
 use whitefurnace::harness::sequential::{ConfidenceSequence, Decision, Sprt};
-use whitefurnace::rng::{Stream, uniform};
+
+use crate::experiments::prelude::*;
 
 /// Values per replication.
 pub const N: u64 = 4000;

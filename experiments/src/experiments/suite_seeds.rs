@@ -6,17 +6,14 @@
 use registry::equivalents;
 use registry::faults::Pair;
 use serde::{Deserialize, Serialize};
-use whitefurnace::error::Error;
-use whitefurnace::harness::outcome::{Claim, Outcome, Verdict};
+use whitefurnace::harness::outcome::{Claim, Outcome};
 use whitefurnace::harness::power::Sensitivity;
 use whitefurnace::harness::trial::{
     Context, Control, Trial, control_is_green, full_name, meant, run_control, run_trial,
 };
-use whitefurnace::rng::seed_for;
 
-use crate::run::suite::parallel;
+use crate::experiments::prelude::*;
 use crate::run::unfinished::Unfinished;
-use crate::run::{Judgement, Run};
 
 /// The scale of sample sizes. Exact identities keep their arguments.
 pub const SCALE: f64 = 1.0 / 32.0;
@@ -98,9 +95,6 @@ pub struct Seeds {
 
 impl Seeds {
     /// The seeds of this run's master seed, at its scale.
-    ///
-    /// # Errors
-    /// As [`Run::shared`].
     pub fn open(run: &Run) -> Result<Self, Error> {
         let scale = run.scale(SCALE);
         Ok(Self {
@@ -113,9 +107,6 @@ impl Seeds {
     }
 
     /// What the suite finds under seed number `k`.
-    ///
-    /// # Errors
-    /// As [`Unfinished::part`].
     pub fn run(&self, k: u64) -> Result<Seed, Error> {
         self.parts.part(&format!("seed-{k}"), || self.make(k))
     }

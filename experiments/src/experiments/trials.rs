@@ -2,17 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use whitefurnace::equation::{self, Equation};
-use whitefurnace::error::Error;
-use whitefurnace::harness::outcome::{ALPHA, CAPACITY, Claim, Verdict};
+use whitefurnace::equation::Equation;
+use whitefurnace::harness::outcome::{CAPACITY, Claim};
 use whitefurnace::harness::trial::{CSV_HEADER, Row, Trial, group};
 
+use crate::experiments::prelude::*;
 use crate::plot::forest::{Line, forest};
-use crate::run::{Experiment, ExperimentResult, Run};
+use crate::run::ExperimentResult;
 use crate::run::{record, suite};
 
-/// Runs the registry and prints a verdict for each equation and claim.
-pub const TRIALS: Experiment = Experiment {
+pub(super) const TRIALS: Experiment = Experiment {
     id: "trials",
     title: "the verdicts: every equation and claim on trial",
     version: 1,

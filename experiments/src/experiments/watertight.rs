@@ -1,21 +1,13 @@
 //! No ray leaves the closed room.
 
-use glam::DVec3;
 use rand::Rng;
 use rand_distr::{Distribution, UnitSphere};
 use whitefurnace::bsdf::OrenNayarForm;
-use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::rng::{seed_for, stream, uniform};
-use whitefurnace::scene::Scene;
-use whitefurnace::scene::room::{self, Convention};
-use whitefurnace::shape::Ray;
+use whitefurnace::scene::room::Convention;
 
-use crate::run::suite::parallel;
-use crate::run::{Experiment, Run};
+use crate::experiments::prelude::*;
 
-/// Counts rays that leave the room.
-pub const WATERTIGHT: Experiment = Experiment {
+pub(super) const WATERTIGHT: Experiment = Experiment {
     id: "watertight",
     title: "rays that leave the closed room, aimed everywhere, at edges and at corners",
     version: 1,

@@ -39,9 +39,6 @@ const LINE: f64 = 17.0;
 const LEFT: f64 = 100.0;
 
 /// Draws rows × columns. A cell that is `None` is struck through: `blank` says why.
-///
-/// # Errors
-/// The file cannot be written.
 pub fn squares(
     path: &Path,
     (title, see): (&str, &str),
@@ -146,9 +143,6 @@ const PANEL: [f64; 2] = [178.0, 108.0];
 const ACROSS: usize = 5;
 
 /// Histograms of p-values in equal bins of [0, 1], a small panel each, relative to a flat one.
-///
-/// # Errors
-/// The file cannot be written.
 pub fn histograms(path: &Path, (title, see): (&str, &str), panels: &[(String, Vec<u64>)]) -> Result<(), Error> {
     let rows = panels.len().div_ceil(ACROSS).max(1);
     let size = [ACROSS as f64 * PANEL[0] + 20.0, rows as f64 * PANEL[1] + 72.0];

@@ -189,9 +189,6 @@ impl Canvas {
     }
 
     /// Writes the file.
-    ///
-    /// # Errors
-    /// The file cannot be written.
     pub fn write(self, path: &Path) -> Result<(), Error> {
         let [width, height] = self.size;
         let [across, down] = self.size.map(fine);

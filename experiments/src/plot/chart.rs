@@ -89,17 +89,11 @@ impl Chart {
 }
 
 /// Draws charts, one below the other, `size` in pixels for all together. `see` says what there is to see.
-///
-/// # Errors
-/// The file cannot be written.
 pub fn charts(path: &Path, see: &str, size: [u32; 2], charts: &[Chart]) -> Result<(), Error> {
     rows(path, see, size, 1, charts)
 }
 
 /// Draws charts in rows of `columns`, `size` in pixels for all together.
-///
-/// # Errors
-/// The file cannot be written.
 pub fn rows(path: &Path, see: &str, size: [u32; 2], columns: usize, charts: &[Chart]) -> Result<(), Error> {
     let looks = Looks::of(charts);
     let title = |chart: &Chart| chart.title.clone();

@@ -31,9 +31,6 @@ const BAND: Rgb = Rgb(224, 232, 240);
 const RADIUS: f64 = 4.6;
 
 /// Draws the panels one below the other, all on one scale: even about zero, logarithmic farther from it.
-///
-/// # Errors
-/// The file cannot be written.
 pub fn differences(
     path: &Path,
     (title, see): (&str, &str),

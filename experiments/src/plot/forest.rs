@@ -99,9 +99,6 @@ const TOP: f64 = 92.0;
 const NAME: f64 = 13.0;
 
 /// Draws the lines from top to bottom.
-///
-/// # Errors
-/// The file cannot be written.
 pub fn forest(path: &Path, (title, see): (&str, &str), lines: &[Line]) -> Result<(), Error> {
     let bottom = TOP + ROW * lines.len() as f64;
     let mut canvas = Canvas::new([WIDTH, bottom + 58.0], title, see);

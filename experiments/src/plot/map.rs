@@ -55,9 +55,6 @@ pub fn diverging(share: f64) -> [u8; 3] {
 }
 
 /// Draws maps in rows of `columns`, `size` in pixels for all together. `see` says what there is to see.
-///
-/// # Errors
-/// A map has not as many values as cells; the file cannot be written.
 pub fn maps(path: &Path, see: &str, size: [u32; 2], columns: usize, maps: &[Map]) -> Result<(), Error> {
     let title = |map: &Map| map.title.clone();
     let canvas = panels(see, size, columns, maps, title, |canvas, area, map| {

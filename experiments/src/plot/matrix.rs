@@ -24,9 +24,6 @@ const NAME: f64 = 13.0;
 
 /// Draws rows × columns; pairs that were not tried stay empty. Neighbours in a row that say the same are
 /// drawn as one.
-///
-/// # Errors
-/// The file cannot be written.
 pub fn matrix(
     path: &Path,
     (title, see): (&str, &str),

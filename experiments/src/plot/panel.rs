@@ -11,9 +11,6 @@ pub(super) const LEFT: f64 = 84.0;
 pub(super) const TOP: f64 = 38.0;
 
 /// Panels in rows of `columns` on a page of `size` pixels.
-///
-/// # Errors
-/// What `draw` refuses.
 pub(super) fn panels<T>(
     see: &str,
     size: [u32; 2],

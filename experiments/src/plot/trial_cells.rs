@@ -11,9 +11,6 @@ use crate::plot::chart::{Chart, Mark, Series, charts};
 const HEADER: [&str; 4] = ["place", "expected", "observed", "sigmas"];
 
 /// Reads a data file.
-///
-/// # Errors
-/// One line that names file and line.
 pub fn read(path: &Path) -> Result<Vec<Cell>, Error> {
     let file = File::open(path).map_err(Error::file("read", path))?;
     let mut reader = csv::Reader::from_reader(file);
@@ -33,9 +30,6 @@ pub fn read(path: &Path) -> Result<Vec<Cell>, Error> {
 }
 
 /// Draws residuals above, expected and observed values below.
-///
-/// # Errors
-/// The file cannot be written.
 pub fn plot(cells: &[Cell], title: &str, path: &Path) -> Result<(), Error> {
     let finite = |value: f64| if value.is_finite() { value } else { 0.0 };
     let points = |value: fn(&Cell) -> f64| -> Vec<[f64; 2]> {

@@ -67,9 +67,6 @@ const SINGLE_RAYS: &str = "estimators of single rays, not light-tracer, bdpt and
 
 impl Job {
     /// Refuses what makes no sense, before any work is done.
-    ///
-    /// # Errors
-    /// [`Error::Option`] with what to change.
     pub fn check(&self) -> Result<(), Error> {
         let refuse = |message: String| Err(Error::Option(message));
         let convention = name(self.convention);
@@ -124,9 +121,6 @@ impl Job {
     }
 
     /// Refuses options of which one is `given` and does nothing together with the others.
-    ///
-    /// # Errors
-    /// [`Error::Option`] with what it goes with.
     pub fn check_effect(&self, given: impl Fn(&str) -> bool) -> Result<(), Error> {
         // What goes with any others always does something.
         let mut conditional = SETTINGS.iter().filter(|setting| !setting.with.is_empty());

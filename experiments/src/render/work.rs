@@ -30,10 +30,7 @@ pub struct Rendered {
 }
 
 impl Rendered {
-    /// The film with all its samples.
-    ///
-    /// # Errors
-    /// [`Error::Interrupted`] after a signal to end.
+    /// The film with all its samples; an error after a signal to end.
     pub fn whole(self) -> Result<Film, Error> {
         if self.complete { Ok(self.film) } else { Err(Error::Interrupted) }
     }
@@ -41,9 +38,6 @@ impl Rendered {
 
 impl Job {
     /// Renders the job.
-    ///
-    /// # Errors
-    /// What [`check`](Self::check), [`Film::new`] and the renderer refuse.
     pub fn render(&self, progress: &Progress) -> Result<Rendered, Error> {
         self.check()?;
         let scene = self.build_scene()?;
@@ -51,9 +45,6 @@ impl Job {
     }
 
     /// The same with an estimator of single rays that no name of the program stands for.
-    ///
-    /// # Errors
-    /// As [`render`](Self::render).
     pub fn render_by(&self, estimator: impl Estimator, progress: &Progress) -> Result<Rendered, Error> {
         self.check()?;
         self.whole(&self.build_scene()?, &self.by_rays(estimator), progress)
@@ -61,9 +52,6 @@ impl Job {
 
     /// Renders each replication of the range as an image of its own and shows it: pixel means row by row
     /// from the top. A photon map is made anew for each, so that they are independent.
-    ///
-    /// # Errors
-    /// As [`render`](Self::render), and what `each` returns.
     pub fn replications(
         &self,
         range: Range<u32>,
@@ -83,9 +71,6 @@ impl Job {
     }
 
     /// The same with an estimator of single rays that no name of the program stands for.
-    ///
-    /// # Errors
-    /// As [`replications`](Self::replications).
     pub fn replications_by(
         &self,
         estimator: impl Estimator,

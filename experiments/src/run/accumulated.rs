@@ -72,9 +72,6 @@ impl Accumulated {
     }
 
     /// Writes the file.
-    ///
-    /// # Errors
-    /// The file cannot be written.
     pub fn write(&self) -> Result<(), Error> {
         let mut text = format!("# {}\n{LOOKS}{}\n{}\n", self.key, self.looks, self.columns);
         for row in &self.rows {

@@ -101,9 +101,6 @@ pub fn or_one_line<T>(parsed: Result<T, clap::Error>) -> T {
 }
 
 /// Parses `WIDTHxHEIGHT`.
-///
-/// # Errors
-/// What is expected.
 pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let sides = text.split_once('x').and_then(|(width, height)| {
         let number = |text: &str| text.parse::<u32>().ok();
@@ -139,9 +136,6 @@ pub fn real(range: RangeInclusive<f64>) -> impl Fn(&str) -> Result<f64, String> 
 }
 
 /// Sets the number of threads for the whole program; all cores if `None`.
-///
-/// # Errors
-/// [`Error::Option`] if they cannot be started.
 pub fn use_threads(threads: Option<usize>) -> Result<(), Error> {
     let Some(threads) = threads else {
         return Ok(());
@@ -177,9 +171,6 @@ pub fn run_experiment(id: &'static str) -> ExitCode {
 }
 
 /// The experiment of this name.
-///
-/// # Errors
-/// [`Error::Option`] with the names that there are.
 pub fn find(id: &str) -> Result<&'static Experiment, Error> {
     let found = EXPERIMENTS.iter().copied().find(|experiment| experiment.id == id);
     found.ok_or_else(|| {

@@ -131,9 +131,6 @@ impl Run {
     }
 
     /// A part of the work that an interrupted run need not do again ([`Unfinished::part`]).
-    ///
-    /// # Errors
-    /// As [`Unfinished::part`].
     pub fn part<T: Serialize + DeserializeOwned>(
         &self,
         key: &str,
@@ -144,18 +141,12 @@ impl Run {
 
     /// Parts that several experiments draw on, in the folder `name` beside theirs: each is made once, by
     /// whichever asks first. `key` says all that decides them beside the program.
-    ///
-    /// # Errors
-    /// As [`Unfinished::at`].
     pub fn shared(&self, name: &str, key: &str) -> Result<Unfinished, Error> {
         let fingerprint = format!("{:016x} {key}", *PROGRAM);
         Unfinished::at(self.folder.with_file_name(name), &fingerprint)
     }
 
     /// The accumulated rows of `file` as earlier runs left them. A run writes them once, when all of its own are there.
-    ///
-    /// # Errors
-    /// As [`Unfinished::before`].
     pub fn accumulated(&self, file: &str, key: &str, columns: &str) -> Result<Accumulated, Error> {
         let path = self.path(file);
         let before = self.unfinished.before(&path)?;
@@ -220,9 +211,6 @@ impl Run {
     }
 
     /// Renders a job.
-    ///
-    /// # Errors
-    /// What [`Job::render`] refuses; [`Error::Interrupted`] after a signal to end.
     pub fn render(&self, job: &Job, label: &str) -> Result<Film, Error> {
         // The experiment is named already.
         let progress = Progress::new(if label == self.outcome.id { "" } else { label });
@@ -230,9 +218,6 @@ impl Run {
     }
 
     /// Renders a job and writes it as `stem.exr` and `stem.png`.
-    ///
-    /// # Errors
-    /// As [`render`](Self::render), or the files cannot be written.
     pub fn picture(&mut self, job: Job, stem: &str) -> Result<Film, Error> {
         let job = self.prepared(job);
         let film = self.render(&job, stem)?;
@@ -299,9 +284,6 @@ impl Run {
     }
 
     /// Writes rows of text as a CSV file.
-    ///
-    /// # Errors
-    /// The file cannot be written.
     pub fn csv(&self, file: &str, header: &str, rows: &[String]) -> Result<(), Error> {
         write_text(&self.folder.join(file), &format!("{header}\n{}\n", rows.join("\n")))
     }
@@ -323,9 +305,6 @@ fn without_infinity(text: &str) -> String {
 const CROP_MAGNIFICATION: u32 = 3;
 
 /// Writes a text file whole or not at all.
-///
-/// # Errors
-/// The file cannot be written.
 pub fn write_text(path: &Path, text: &str) -> Result<(), Error> {
     use std::io::Write as _;
     write_whole(path, |file| file.write_all(text.as_bytes()).map_err(Error::file("write", path)))

@@ -14,9 +14,6 @@ use crate::run::progress::interrupted;
 
 /// Renders the first `samples` samples of every pixel of a frame, or of a window of it, onto a film of one
 /// sample per replication, with independent numbers.
-///
-/// # Errors
-/// Those of [`Film::new`] and [`render`](render()); [`Error::Interrupted`] after a signal to end.
 pub fn render_samples<E: Estimator>(
     scene: &Scene,
     estimator: &E,
@@ -35,9 +32,6 @@ pub fn render_samples<E: Estimator>(
 const GAP: u32 = 6;
 
 /// Writes films of the same size in rows of `columns`, each pixel as `magnification`² equal ones.
-///
-/// # Errors
-/// The file cannot be written.
 pub fn write_grid(
     path: &Path,
     films: &[Film],

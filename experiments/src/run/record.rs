@@ -24,10 +24,7 @@ pub const LARGEST_RECORDED: u64 = 300 * 1024;
 
 /// Runs experiments one after the other and returns what they found; results of an earlier run of this very
 /// program with the same options are kept unless `fresh`. After each, `results.json` is written anew from
-/// all experiments that have a result in the folder.
-///
-/// # Errors
-/// The first error of an experiment; results so far are kept.
+/// all experiments that have a result in the folder, so that an error in a later one loses none.
 pub fn run_all(experiments: &[&Experiment], options: &Options, fresh: bool) -> Result<Vec<ExperimentResult>, Error> {
     let results = options.out.join(RESULTS);
     check_writable(&results)?;
@@ -243,9 +240,6 @@ pub fn recorded(folder: &Path, id: &str) -> Option<ExperimentResult> {
 }
 
 /// Refuses to record anything but full runs.
-///
-/// # Errors
-/// [`Error::Option`] with what to change.
 pub fn check_recordable(options: &Options) -> Result<(), Error> {
     if options.tier == Tier::Full && options.shrink == 1 {
         return Ok(());
@@ -255,9 +249,6 @@ pub fn check_recordable(options: &Options) -> Result<(), Error> {
 
 /// Copies an experiment's result and figures from `from` to `to`, where older files go; large pictures
 /// in bands by [`split_png`]. Returns the plots that are too large and were left out.
-///
-/// # Errors
-/// A file cannot be read or written.
 pub fn record(from: &Path, to: &Path) -> Result<Vec<String>, Error> {
     let file = from.join("result.json");
     let text = std::fs::read_to_string(&file).map_err(Error::file("read", &file))?;
@@ -289,9 +280,6 @@ pub fn record(from: &Path, to: &Path) -> Result<Vec<String>, Error> {
 }
 
 /// Records the results of these experiments in the book's folder and says what was left out.
-///
-/// # Errors
-/// As [`record`].
 pub fn update_book(experiments: &[&Experiment], options: &Options) -> Result<(), Error> {
     let book = recorded_folder();
     for experiment in experiments {

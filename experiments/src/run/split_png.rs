@@ -9,9 +9,6 @@ use whitefurnace::image::{encode_rgb, write_whole};
 
 /// Writes the picture `source`, an 8-bit RGB PNG, as `STEM.band-1.png`, `STEM.band-2.png` ... in the
 /// folder `to`: as few bands as keep each file at most `largest` bytes.
-///
-/// # Errors
-/// The picture cannot be read, the bands cannot be written, or a single row is too large.
 pub fn split_png(source: &Path, to: &Path, largest: u64) -> Result<(), Error> {
     let fault = |message: String| Error::Image { action: "divide", path: source.to_owned(), message };
     let file = File::open(source).map_err(Error::file("read", source))?;

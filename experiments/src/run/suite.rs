@@ -15,9 +15,6 @@ pub const REDUCED: f64 = 1.0 / 16.0;
 pub const FAMILY: f64 = 1e-3;
 
 /// Does `work` for every item on all cores; the results are in the items' order.
-///
-/// # Errors
-/// [`Error::Interrupted`] after a signal to end.
 pub fn parallel<I: IntoParallelIterator<Iter: IndexedParallelIterator>, R: Send>(
     items: I,
     work: impl Fn(I::Item) -> R + Sync,
@@ -37,9 +34,6 @@ pub fn parallel<I: IntoParallelIterator<Iter: IndexedParallelIterator>, R: Send>
 }
 
 /// The rows of every trial, in the trials' order.
-///
-/// # Errors
-/// As [`Context::new`] and [`parallel`].
 pub fn run(trials: &[Trial], seed: u64, scale: f64) -> Result<Vec<Vec<Row>>, Error> {
     let context = Context::new(seed, scale)?;
     parallel(trials, |trial| run_trial(trial, &context))

@@ -22,17 +22,11 @@ pub struct Unfinished {
 impl Unfinished {
     /// Begins a run in an experiment's folder, or goes on with the one that was begun and has the same
     /// fingerprint.
-    ///
-    /// # Errors
-    /// The folder cannot be made or written.
     pub fn begin(folder: &Path, fingerprint: &str) -> Result<Self, Error> {
         Self::at(folder.join("unfinished"), fingerprint)
     }
 
     /// The same in this very folder: for parts that outlive the run.
-    ///
-    /// # Errors
-    /// As [`begin`](Self::begin).
     pub fn at(folder: PathBuf, fingerprint: &str) -> Result<Self, Error> {
         let run = folder.join("run");
         if std::fs::read_to_string(&run).is_ok_and(|begun| begun == fingerprint) {
@@ -48,9 +42,6 @@ impl Unfinished {
 
     /// A part of the run: taken from the folder if it was done, else made and put there. Its key is part of
     /// the name of a file.
-    ///
-    /// # Errors
-    /// What `make` returns, [`Error::Interrupted`] after a signal, or the file cannot be written.
     pub fn part<T: Serialize + DeserializeOwned>(
         &self,
         key: &str,
@@ -72,9 +63,6 @@ impl Unfinished {
     }
 
     /// A copy of a file of the experiment as it was when the run began; an empty one if there was none.
-    ///
-    /// # Errors
-    /// The file cannot be read, or the copy not written.
     pub fn before(&self, file: &Path) -> Result<PathBuf, Error> {
         let name = file.file_name().unwrap_or_default().to_string_lossy();
         let copy = self.folder.join(format!("{name}.before"));
@@ -89,9 +77,6 @@ impl Unfinished {
     }
 
     /// Ends the run: what it leaves has been written.
-    ///
-    /// # Errors
-    /// The folder cannot be removed.
     pub fn end(self) -> Result<(), Error> {
         std::fs::remove_dir_all(&self.folder).map_err(Error::file("remove", &self.folder))
     }

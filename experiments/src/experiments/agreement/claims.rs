@@ -3,8 +3,7 @@
 use whitefurnace::scene::simple::CAP_SHARE;
 
 use super::left_out::Method;
-use crate::render::{EstimatorName, SceneName, name};
-use crate::run::Tier;
+use crate::experiments::prelude::*;
 
 /// The scenes, with the mean radiance of every pixel where a closed form gives it.
 pub(super) const SCENES: [(SceneName, Option<f64>); 7] = [

@@ -1,15 +1,12 @@
 //! What a case of the matrix says of the image mean.
 
 use whitefurnace::harness::mean::welch_satterthwaite;
-use whitefurnace::harness::outcome::{Verdict, approximate_verdict};
-use whitefurnace::harness::tails::student_upper;
-use whitefurnace::moments::Moments;
+use whitefurnace::harness::outcome::approximate_verdict;
 
 use super::claims::{Case, Claim, margin};
 use super::{Mean, Total};
+use crate::experiments::prelude::*;
 use crate::plot::agreement::{Square, Standing};
-use crate::render::EstimatorName;
-use crate::run::Run;
 
 /// Intervals narrower than this are rounding, whose skewness says nothing.
 const NOTHING: f64 = 1e-9;

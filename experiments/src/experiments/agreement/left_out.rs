@@ -2,20 +2,13 @@
 //! and asks of each path whether the method follows it. What it shares with the estimators are reflectance
 //! functions; it has no shadow rays, no weights between strategies and no limit.
 
-use glam::DVec3;
 use whitefurnace::bsdf::{Bsdf, Scattering};
-use whitefurnace::error::Error;
-use whitefurnace::estimator::{Estimator, Standard};
 use whitefurnace::frame::Frame;
-use whitefurnace::harness::mean::Values;
-use whitefurnace::rng::{seed_for, uniform, uniform2};
 use whitefurnace::sampler::Sampler;
-use whitefurnace::scene::{Hit, Scene};
-use whitefurnace::shape::Ray;
+use whitefurnace::scene::Hit;
 
 use super::SIZE;
-use crate::render::{Job, SceneName, name};
-use crate::run::Run;
+use crate::experiments::prelude::*;
 
 /// Methods that follow a part of the paths only, in the order of the walk's channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

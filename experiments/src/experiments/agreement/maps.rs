@@ -2,17 +2,13 @@
 //! test is valid, its skewness decides, and that is taken from images that the test does not see: else what
 //! is left out would depend on what is found.
 
-use glam::DVec3;
 use serde::{Deserialize, Serialize};
-use whitefurnace::harness::mean::Values;
 use whitefurnace::harness::welch_map::{PValueMap, PixelStatistics, map};
-use whitefurnace::moments::Moments;
 
 use super::SIZE;
 use super::claims::{Case, Claim};
+use crate::experiments::prelude::*;
 use crate::plot::map::Map;
-use crate::render::name;
-use crate::run::Run;
 
 const TILE: usize = 5;
 /// Bins of a histogram of p-values.

@@ -1,13 +1,9 @@
 //! What is lost if nothing counts that a path hits after a diffuse surface.
 
-use whitefurnace::error::Error;
-use whitefurnace::estimator::{LightRules, Report};
-use whitefurnace::moments::Moments;
-use whitefurnace::rng::seed_for;
+use whitefurnace::estimator::Report;
 
 use super::Sizes as _;
-use crate::render::Job;
-use crate::run::Run;
+use crate::experiments::prelude::*;
 
 /// So long that what is cut is nothing: 0.75 to this power.
 const SEGMENTS: u32 = 60;

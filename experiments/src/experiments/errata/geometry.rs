@@ -1,12 +1,10 @@
 //! What rounding does to (4) and (7).
 
-use glam::DVec3;
-use whitefurnace::rng::{seed_for, stream, uniform, uniform2};
 use whitefurnace::sampling::sphere_zone;
-use whitefurnace::shape::{Ray, moller_trumbore, sphere_distances, sphere_distances_printed};
+use whitefurnace::shape::{moller_trumbore, sphere_distances, sphere_distances_printed};
 
 use super::Sizes as _;
-use crate::run::Run;
+use crate::experiments::prelude::*;
 
 /// (4): rays aimed at the common edge of two triangles.
 pub(super) fn edges(run: &mut Run) {

@@ -3,13 +3,10 @@
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, TAU};
 
 use whitefurnace::harness::quadrature::{Rectangle, integrate};
-use whitefurnace::moments::Moments;
-use whitefurnace::pixel::PixelSampling;
-use whitefurnace::rng::{seed_for, stream, uniform, uniform2};
 use whitefurnace::sampling::{cosine_hemisphere_pdf, hemisphere_printed, uniform_hemisphere_pdf};
 
 use super::Sizes as _;
-use crate::run::Run;
+use crate::experiments::prelude::*;
 
 /// (18) and (19) with one r: the mean of x and y, which should be 0.
 pub(super) fn one_number(run: &mut Run) {

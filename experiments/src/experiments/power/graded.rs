@@ -3,15 +3,11 @@
 
 use std::collections::BTreeMap;
 
-use whitefurnace::error::Error;
 use whitefurnace::harness::mean::LARGEST_SKEW_TERM;
-use whitefurnace::harness::outcome::ALPHA;
-use whitefurnace::harness::tails::{binomial_cdf, binomial_sf, binomial_two_sided, normal_upper};
+use whitefurnace::harness::tails::{binomial_cdf, binomial_sf, binomial_two_sided};
 
+use crate::experiments::prelude::*;
 use crate::experiments::suite_seeds::{Measure, POWERS, Seeds};
-use crate::plot::chart::{Chart, Mark, Series, charts};
-use crate::run::progress::Progress;
-use crate::run::{Run, Tier};
 
 /// Fewer seeds judge nothing.
 const SEEDS: u64 = 200;

@@ -1,13 +1,7 @@
 //! Crops of the room: pixel strategies magnified, and noise at growing numbers of samples.
 
-use whitefurnace::error::Error;
-use whitefurnace::film::{Film, Window};
-use whitefurnace::image::write_png;
-
-use crate::plot::chart::{Chart, Mark, Series, charts};
-use crate::render::{ConventionName, EstimatorName, Job, PixelName, SceneName, name};
-use crate::run::Run;
-use crate::run::pictures::write_grid;
+use crate::experiments::prelude::*;
+use crate::render::PixelName;
 
 /// A part of the room in a frame of 400 × 300.
 fn crop(run: &Run, job: Job, label: &str, corner: [u32; 2], size: [u32; 2]) -> Result<Film, Error> {

@@ -1,16 +1,12 @@
 //! Hemisphere samplers against the densities that they claim: a map of residuals for each.
 
-use glam::DVec3;
-use whitefurnace::error::Error;
 use whitefurnace::harness::tails::chi_square_sf;
-use whitefurnace::rng::{Stream, seed_for, stream, uniform, uniform2};
 use whitefurnace::sampling::{
     cosine_hemisphere, cosine_hemisphere_inverse, hemisphere_printed, uniform_hemisphere, uniform_hemisphere_inverse,
 };
 
+use crate::experiments::prelude::*;
 use crate::plot::map::{Map, maps};
-use crate::run::Run;
-use crate::run::suite::FAMILY;
 
 /// Cells of azimuth and of inclination.
 const CELLS: [usize; 2] = [32, 16];

@@ -1,21 +1,16 @@
 //! Directions, their variances, interfaces and pixel strategies.
 
-use glam::DVec3;
 use registry::convergence::{COSINE, PROFILES, Profile, UNIFORM, squared_error};
-use whitefurnace::error::Error;
 use whitefurnace::fresnel::{reflectance, reflectance_p, reflectance_s};
-use whitefurnace::moments::Moments;
-use whitefurnace::pixel::PixelSampling;
-use whitefurnace::rng::{seed_for, stream, uniform, uniform2};
 use whitefurnace::sampling::{cosine_hemisphere, hemisphere_printed, uniform_hemisphere};
 
 use super::critical;
-use crate::plot::chart::{Chart, Mark, Series, charts, rows};
-use crate::run::Run;
+use crate::experiments::prelude::*;
+use crate::plot::chart::rows;
 
 /// Directions of three samplers, seen from above.
 pub fn hemispheres(run: &mut Run, file: &str) -> Result<(), Error> {
-    type Sampler = fn(&mut whitefurnace::rng::Stream) -> DVec3;
+    type Sampler = fn(&mut Stream) -> DVec3;
     let samplers: [(&str, Sampler); 3] = [
         ("uniform, two numbers", |rng| uniform_hemisphere(uniform2(rng))),
         ("cosine-weighted", |rng| cosine_hemisphere(uniform2(rng))),

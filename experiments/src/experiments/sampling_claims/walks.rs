@@ -1,13 +1,9 @@
 //! Roulette and path length in the abstract furnace.
 
 use registry::roulette::{Parts, RIGHT, variance, walk};
-use whitefurnace::error::Error;
-use whitefurnace::moments::Moments;
-use whitefurnace::rng::{seed_for, stream};
 
 use super::critical;
-use crate::plot::chart::{Chart, Mark, Series, charts};
-use crate::run::Run;
+use crate::experiments::prelude::*;
 
 const ALBEDOS: [f64; 3] = [0.5, 0.75, 0.9];
 
