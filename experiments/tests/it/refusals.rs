@@ -154,9 +154,10 @@ fn every_experiment_is_listed_and_has_a_program() {
     let ids = list.lines().map(|line| line.split(' ').next().expect("a name"));
     assert!(ids.eq(EXPERIMENTS.iter().map(|experiment| experiment.id)), "{list}");
     refused(&reproduce(&folder, "--only fig10"), "fig9");
-    let programs = Path::new(env!("CARGO_MANIFEST_DIR")).join("programs/src/bin");
-    for experiment in EXPERIMENTS {
-        let program = programs.join(format!("{}.rs", experiment.id));
-        assert!(program.is_file(), "{} is missing", program.display());
+    let programs = Path::new(env!("CARGO_MANIFEST_DIR")).join("programs");
+    let manifest = std::fs::read_to_string(programs.join("Cargo.toml")).expect("a manifest");
+    for id in EXPERIMENTS.iter().map(|experiment| experiment.id) {
+        assert!(programs.join(format!("src/bin/{id}.rs")).is_file(), "{id} has no program");
+        assert!(manifest.contains(&format!("{{ name = \"{id}\", test = false }}")), "{id} is linked as a test");
     }
 }
