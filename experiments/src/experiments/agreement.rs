@@ -265,10 +265,8 @@ fn render(run: &Run, case: &Case, first: u32) -> Result<Images, Error> {
 
 /// The image means of all runs together.
 fn total(accumulated: &Accumulated, values: &Values, level: f64) -> Total {
-    let moments = accumulated
-        .rows()
-        .iter()
-        .map(|row| Moments::of(number(row, 1) as u64, number(row, 2), number(row, 3)))
-        .fold(Moments::default(), Moments::merge);
+    let [counts, means, variances] = ["count", "mean", "variance"].map(|column| accumulated.numbers(column));
+    let moments = counts.zip(means).zip(variances).map(|((n, mean), variance)| Moments::of(n as u64, mean, variance));
+    let moments = moments.fold(Moments::default(), Moments::merge);
     Total { moments, valid_from: values.valid_from_at(level) }
 }

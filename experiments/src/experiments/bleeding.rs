@@ -117,8 +117,7 @@ fn judge(run: &mut Run, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) {
     };
     for (place, side) in [(1, "left"), (ANGLES.len() / 2, "middle"), (ANGLES.len() - 2, "right")] {
         let [[red, red_error], [blue, blue_error]] = coloured[place];
-        run.number(&format!("{side}.red"), red);
-        run.number(&format!("{side}.blue"), blue);
+        run.numbers(side, [("red", red), ("blue", blue)]);
         let value = format!(
             "R : G : B = {red:.3} ± {:.3} : 1 : {blue:.3} ± {:.3}; with grey walls {:.3} : 1 : {:.3}",
             critical * red_error,

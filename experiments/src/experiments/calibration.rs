@@ -62,9 +62,8 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let family = accumulated.look(FAMILY);
     accumulated.write()?;
     let mut by_name: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
-    for row in accumulated.rows() {
-        let name = row.get(1).map_or("", String::as_str);
-        by_name.entry(name).or_default().push(number(row, 2));
+    for (name, p) in accumulated.column("name").zip(accumulated.numbers("p")) {
+        by_name.entry(name).or_default().push(p);
     }
     let value = format!(
         "{} replications so far, {} of this run; n = {N} per statistic, registry at scale 1/1024; \

@@ -94,17 +94,13 @@ fn run(run: &mut Run) -> Result<(), Error> {
 fn row(run: &mut Run, name: &str, made: &Made, rows: &mut Vec<String>) {
     let film = &made.film;
     let region = made.region.moments;
-    run.number(&format!("{name}.region"), region.mean());
-    run.number(&format!("{name}.standard_error"), region.standard_error());
-    run.number(&format!("{name}.noise"), film.relative_error());
-    let value = format!(
-        "radiance of the caustic {:.4} ± {:.4}, mean relative error of a pixel {:.2} %",
-        region.mean(),
-        region.standard_error(),
-        100.0 * film.relative_error()
-    );
+    let (mean, error, noise) = (region.mean(), region.standard_error(), film.relative_error());
+    run.numbers(name, [("region", mean), ("standard_error", error), ("noise", noise)]);
+    let noise_share = 100.0 * noise;
+    let value =
+        format!("radiance of the caustic {mean:.4} ± {error:.4}, mean relative error of a pixel {noise_share:.2} %");
     run.note(name, value);
-    rows.push(format!("{name},{:e},{:e},{:e}", region.mean(), region.standard_error(), film.relative_error()));
+    rows.push(format!("{name},{mean:e},{error:e},{noise:e}"));
 }
 
 /// Claims that two means are the same within the margin, by an interval at the experiment's family-wise

@@ -34,10 +34,10 @@ fn run(run: &mut Run) -> Result<(), Error> {
                 "{}: {:.6}, closed form {:.6}, {:+.2} standard errors of {standard_error:.1e}",
                 trial.property, o.estimate, o.reference, o.value
             );
-            run.number(&format!("{}.estimate", trial.name), o.estimate);
-            run.number(&format!("{}.reference", trial.name), o.reference);
-            run.number(&format!("{}.half", trial.name), o.half_width());
-            run.number(&format!("{}.deviation", trial.name), o.value);
+            let half = o.half_width();
+            let numbers =
+                [("estimate", o.estimate), ("reference", o.reference), ("half", half), ("deviation", o.value)];
+            run.numbers(&trial.name, numbers);
             run.claim(&trial.name, value, row.verdict);
         }
     }

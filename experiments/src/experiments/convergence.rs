@@ -149,9 +149,8 @@ fn run(run: &mut Run) -> Result<(), Error> {
             }
             let interval = fall.interval();
             let slope = fall.slope;
-            run.number(&format!("{key}.{numbers}.slope"), slope);
-            run.number(&format!("{key}.{numbers}.slope.low"), interval[0]);
-            run.number(&format!("{key}.{numbers}.slope.high"), interval[1]);
+            let found = [("slope", slope), ("slope.low", interval[0]), ("slope.high", interval[1])];
+            run.numbers(&format!("{key}.{numbers}"), found);
             slopes.push((slope, interval));
             let half = slope - interval[0];
             let label = format!("{numbers}, slope {slope:.3} ± {half:.3}").replace('-', "−");

@@ -17,16 +17,6 @@ pub(super) const FALSE_ALARMS: Experiment = Experiment {
 
 const COLUMNS: &str = "replication,holds,fails,undecided,exact,random,smallest_p,where,\
                        faults,rejected,faults_red,red";
-const HOLDS: usize = 1;
-const FAILS: usize = 2;
-const UNDECIDED: usize = 3;
-const EXACT: usize = 4;
-const RANDOM: usize = 5;
-const SMALLEST: usize = 6;
-const FAULTS: usize = 8;
-const REJECTED: usize = 9;
-const FAULTS_RED: usize = 10;
-const RED: usize = 11;
 
 fn run(run: &mut Run) -> Result<(), Error> {
     let suite = Seeds::open(run)?;
@@ -88,14 +78,12 @@ fn fields(seed: &Seed) -> Vec<String> {
 
 /// Judges all suites at `level`, the share of this look.
 fn report(run: &mut Run, accumulated: &Accumulated, scale: f64, level: f64) {
-    let rows = accumulated.rows();
-    let column = |at: usize| rows.iter().map(move |row| number(row, at));
-    let seeds = rows.len() as f64;
+    let seeds = accumulated.rows().len() as f64;
     let [holds, fails, undecided, exact, random, faults, rejected, faults_red] =
-        [HOLDS, FAILS, UNDECIDED, EXACT, RANDOM, FAULTS, REJECTED, FAULTS_RED].map(|at| column(at).sum::<f64>());
+        ["holds", "fails", "undecided", "exact", "random", "faults", "rejected", "faults_red"]
+            .map(|column| accumulated.numbers(column).sum::<f64>());
     let bound = ALPHA * CAPACITY as f64;
-    let red = rows.iter().filter(|row| !row[RED].is_empty());
-    let names: Vec<&str> = red.map(|row| row[RED].as_str()).collect();
+    let names: Vec<&str> = accumulated.column("red").filter(|names| !names.is_empty()).collect();
     // With 95 % confidence, and no approximation where none is red.
     let below = |k: f64, n: f64| binomial_interval(k as u64, n as u64, 0.05)[1];
     let rate = below(names.len() as f64, seeds);
@@ -143,7 +131,7 @@ fn report(run: &mut Run, accumulated: &Accumulated, scale: f64, level: f64) {
         "calibration, which `calibration` measures at length; check-ups of BSDFs that are not the program's own"
             .to_owned();
     run.note("not among them", value);
-    let smallest = column(SMALLEST).fold(1.0, f64::min);
+    let smallest = accumulated.numbers("smallest_p").fold(1.0, f64::min);
     // P(least of m p-values ≤ x) ≤ m x, under any dependence.
     let chance = (random * smallest).min(1.0);
     run.number("smallest_p", smallest);
@@ -161,12 +149,11 @@ fn report(run: &mut Run, accumulated: &Accumulated, scale: f64, level: f64) {
 
 /// Each seed's least p-value against the quantile that independent tests would give it.
 fn draw(run: &mut Run, accumulated: &Accumulated) -> Result<(), Error> {
-    let mut least: Vec<f64> = accumulated.rows().iter().map(|row| number(row, SMALLEST)).collect();
+    let mut least: Vec<f64> = accumulated.numbers("smallest_p").collect();
     least.sort_by(f64::total_cmp);
     let seeds = least.len() as f64;
     // How many tails are valid differs a little from seed to seed.
-    let random = accumulated.rows().iter().map(|row| number(row, RANDOM)).sum::<f64>() / seeds;
-    let random = random.round().max(1.0);
+    let random = (accumulated.numbers("random").sum::<f64>() / seeds).round().max(1.0);
     let expected = |i: usize| 1.0 - (1.0 - (i as f64 + 0.5) / seeds).powf(1.0 / random);
     let points = least.iter().enumerate().map(|(i, &p)| [expected(i), p]);
     let low = 0.1 / (random * seeds);

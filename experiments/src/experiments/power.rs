@@ -103,21 +103,20 @@ fn measure(master: u64, statistic: &Statistic, effect: f64, wanted: f64, replica
     Ok(Point { stated: wanted, effect, rejected: outcomes.iter().filter(|o| o.p < ALPHA).count() as u64, values })
 }
 
+/// The probability of so many rejections or as far off, on the lower side alone where the stated power is a bound.
+fn p_of_count(rejected: u64, replications: u64, stated: f64, bound: bool) -> f64 {
+    let p = if bound { binomial_cdf } else { binomial_two_sided };
+    p(rejected, replications, stated)
+}
+
 fn report(run: &mut Run, statistic: &Statistic, point: &Point, replications: u64, level: f64) {
     let Point { stated, rejected, .. } = *point;
-    // A bound may be exceeded.
-    let p = if statistic.bound {
-        binomial_cdf(rejected, replications, stated)
-    } else {
-        binomial_two_sided(rejected, replications, stated)
-    };
-    let at_least = if statistic.bound { "at least " } else { "" };
+    let p = p_of_count(rejected, replications, stated, statistic.is_bound());
+    let at_least = if statistic.is_bound() { "at least " } else { "" };
     let share = rejected as f64 / replications as f64;
     let [mean, spread] = [point.values.moments.mean(), point.values.moments.variance().sqrt()];
     let key = format!("{}.{stated}", statistic.name.replace(' ', "-"));
-    run.number(&format!("{key}.rejected"), share);
-    run.number(&format!("{key}.mean"), mean);
-    run.number(&format!("{key}.spread"), spread);
+    run.numbers(&key, [("rejected", share), ("mean", mean), ("spread", spread)]);
     let value = format!(
         "{rejected} of {replications} rejected, effect {:.3} standard errors, statistic {mean:.2} ± {spread:.2}",
         point.effect / statistic.unit
@@ -157,8 +156,7 @@ fn registry(run: &mut Run) -> Result<(), Error> {
     measures.sort_by(|a, b| b.ratio.total_cmp(&a.ratio));
     let line = |Detectable { row, ratio }: &Detectable| {
         let o = &row.outcome;
-        run.number(&format!("{}: {}.detects_over_delta", row.trial, o.name), *ratio);
-        run.number(&format!("{}: {}.miss", row.trial, o.name), o.miss());
+        run.numbers(&format!("{}: {}", row.trial, o.name), [("detects_over_delta", *ratio), ("miss", o.miss())]);
         format!(
             "{},\"{}\",{},{},{:e},{:e},{ratio:.4},{:e}",
             row.trial,

@@ -19,7 +19,7 @@ pub(super) use whitefurnace::shape::Ray;
 
 pub(super) use crate::plot::chart::{Chart, Mark, Series, charts};
 pub(super) use crate::render::{ConventionName, EstimatorName, Job, SceneName, name};
-pub(super) use crate::run::accumulated::{Accumulated, number};
+pub(super) use crate::run::accumulated::Accumulated;
 pub(super) use crate::run::pictures::{render_samples, write_grid};
 pub(super) use crate::run::progress::{Progress, interrupted};
 pub(super) use crate::run::suite::{FAMILY, parallel};

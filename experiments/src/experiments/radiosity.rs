@@ -52,9 +52,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
             errors: found.map(|(_, error)| error),
         };
         let key = format!("halvings-{halvings}");
-        run.number(&format!("{key}.patches"), patches);
-        run.number(&format!("{key}.mean"), level.mean.y);
-        run.number(&format!("{key}.residual"), residual);
+        run.numbers(&key, [("patches", patches), ("mean", level.mean.y), ("residual", residual)]);
         for (kind, i) in [("interpolated", 0), ("gathered", 1)] {
             run.number(&format!("{key}.{kind}"), level.distances[i]);
             run.number(&format!("{key}.{kind}_error"), level.errors[i]);
@@ -118,9 +116,7 @@ fn judge(run: &mut Run, levels: &[Level], (reference, noise): (f64, f64)) {
         ("interpolated", order(&|l| l.distances[0])),
         ("gathered", order(&|l| l.distances[1])),
     ];
-    for (name, order) in orders {
-        run.number(&format!("order.{name}"), order);
-    }
+    run.numbers("order", orders);
     let [mean, interpolated, gathered] = orders.map(|(_, order)| order);
     run.number("reference", reference);
     run.number("reference_error", noise);

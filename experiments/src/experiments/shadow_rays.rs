@@ -163,9 +163,7 @@ fn measure(
 }
 
 fn report(run: &mut Run, name: &str, samples: u32, cost: &Cost) {
-    run.number(&format!("{name}.shadow_rays"), cost.shadow);
-    run.number(&format!("{name}.rays"), cost.rays);
-    run.number(&format!("{name}.error"), cost.error);
+    run.numbers(name, [("shadow_rays", cost.shadow), ("rays", cost.rays), ("error", cost.error)]);
     let value = format!(
         "{:.2} shadow rays and {:.2} rays in all per sample, relative root-mean-square error {:.2} %",
         cost.shadow,

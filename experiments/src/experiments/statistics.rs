@@ -34,8 +34,6 @@ pub struct Statistic {
     pub unit: f64,
     /// What the library states of its power, from the values' law.
     pub sensitivity: fn(effect: f64) -> Sensitivity,
-    /// Whether the stated power is a lower bound only.
-    pub bound: bool,
 }
 
 impl Statistic {
@@ -43,6 +41,18 @@ impl Statistic {
     pub fn power(&self, effect: f64) -> f64 {
         1.0 - (self.sensitivity)(effect).miss(effect)
     }
+
+    /// Whether the stated power is a lower bound only.
+    pub fn is_bound(&self) -> bool {
+        is_bound(&(self.sensitivity)(0.0))
+    }
+}
+
+/// Whether the power that follows from it is a lower bound only.
+pub fn is_bound(sensitivity: &Sensitivity) -> bool {
+    // In many cells losses may reject, too.
+    use Sensitivity::{Bernstein, Cells, Distance};
+    matches!(sensitivity, Distance { .. } | Bernstein { .. } | Cells { tests: 2.., .. })
 }
 
 fn normal(standard_error: f64, dof: f64) -> Sensitivity {
@@ -71,14 +81,12 @@ pub fn continuous() -> [Statistic; 6] {
             },
             unit: mean_error(),
             sensitivity: |_| normal(mean_error(), f64::INFINITY),
-            bound: false,
         },
         Statistic {
             name: "t",
             run: |rng, effect| mean("t", &uniforms(rng, N, effect), 0.5, ANY),
             unit: mean_error(),
             sensitivity: |_| normal(mean_error(), N as f64 - 1.0),
-            bound: false,
         },
         Statistic {
             name: "Welch",
@@ -89,7 +97,6 @@ pub fn continuous() -> [Statistic; 6] {
             unit: mean_error() * (4.0f64 / 3.0).sqrt(),
             // (1 + 1/3)²/(1 + 1/27) degrees of freedom per value.
             sensitivity: |_| normal(mean_error() * (4.0f64 / 3.0).sqrt(), 12.0 / 7.0 * N as f64),
-            bound: false,
         },
         Statistic {
             name: "chi-square",
@@ -109,7 +116,6 @@ pub fn continuous() -> [Statistic; 6] {
                 least: 1.0 / CELLS as f64,
                 tests: 1,
             },
-            bound: false,
         },
         Statistic {
             name: "Kolmogorov-Smirnov",
@@ -119,7 +125,6 @@ pub fn continuous() -> [Statistic; 6] {
             },
             unit: 1.0 / (N as f64).sqrt(),
             sensitivity: |_| Sensitivity::Distance { n: N },
-            bound: true,
         },
         Statistic {
             name: "variance ratio",
@@ -132,7 +137,6 @@ pub fn continuous() -> [Statistic; 6] {
             },
             unit: ratio_error(1.0),
             sensitivity: |effect| normal(ratio_error(1.0 + effect), N as f64 - 1.0),
-            bound: false,
         },
     ]
 }
@@ -147,7 +151,6 @@ pub fn shares() -> Statistic {
         },
         unit: (SHARE * (1.0 - SHARE) / N as f64).sqrt(),
         sensitivity: |_| Sensitivity::Binomial { n: N, probability: SHARE },
-        bound: false,
     }
 }
 
@@ -162,7 +165,6 @@ fn events() -> Statistic {
         },
         unit: EVENTS.sqrt(),
         sensitivity: |_| Sensitivity::Poisson { mean: EVENTS },
-        bound: false,
     }
 }
 
@@ -179,7 +181,6 @@ fn bounded() -> Statistic {
             root: (1.0 / 6.0 / N as f64).sqrt(),
             range: 7.0 / (3.0 * (N as f64 - 1.0)),
         },
-        bound: true,
     }
 }
 
@@ -199,51 +200,33 @@ pub struct Promise {
     pub happened: fn(&mut Stream) -> bool,
 }
 
+fn promise(name: &'static str, rate: f64, happened: fn(&mut Stream) -> bool) -> Promise {
+    Promise { name, rate, happened }
+}
+
 /// The level at which promises are checked.
 pub const LEVEL: f64 = 0.05;
 
 /// One-sided, discrete, sequential and equivalence statistics: they promise a bound.
 pub fn promises() -> [Promise; 6] {
     [
-        Promise {
-            name: "empirical Bernstein rejects a true mean",
-            rate: LEVEL,
-            happened: |rng| bounded_mean("b", &uniforms(rng, 500, 0.0), 0.5, [0.0, 1.0], ANY).p < LEVEL,
-        },
-        Promise {
-            name: "binomial test rejects a true share",
-            rate: LEVEL,
-            happened: |rng| (shares().run)(rng, 0.0).p < LEVEL,
-        },
-        Promise {
-            name: "confidence sequence ever excludes the mean",
-            rate: LEVEL,
-            happened: |rng| {
-                let mut sequence = ConfidenceSequence::new(LEVEL, [0.0, 1.0]);
-                (0..1000).any(|_| {
-                    sequence.push(uniform(rng));
-                    sequence.decide(0.5, 0.0) == Decision::Alternative
-                })
-            },
-        },
-        Promise {
-            name: "SPRT rejects a true hypothesis",
-            rate: LEVEL,
-            happened: |rng| sprt(rng, 0.5) == Decision::Alternative,
-        },
-        Promise {
-            name: "SPRT accepts a false hypothesis",
-            rate: LEVEL,
-            happened: |rng| sprt(rng, 0.6) == Decision::Null,
-        },
-        Promise {
-            name: "equivalence concluded at the very margin",
-            rate: ALPHA,
-            happened: |rng| {
-                let claim = Claim::Approximate { margin: 0.05 };
-                mean("e", &uniforms(rng, N, 0.0), 0.45, claim).verdict() == Verdict::Holds
-            },
-        },
+        promise("empirical Bernstein rejects a true mean", LEVEL, |rng| {
+            bounded_mean("b", &uniforms(rng, 500, 0.0), 0.5, [0.0, 1.0], ANY).p < LEVEL
+        }),
+        promise("binomial test rejects a true share", LEVEL, |rng| (shares().run)(rng, 0.0).p < LEVEL),
+        promise("confidence sequence ever excludes the mean", LEVEL, |rng| {
+            let mut sequence = ConfidenceSequence::new(LEVEL, [0.0, 1.0]);
+            (0..1000).any(|_| {
+                sequence.push(uniform(rng));
+                sequence.decide(0.5, 0.0) == Decision::Alternative
+            })
+        }),
+        promise("SPRT rejects a true hypothesis", LEVEL, |rng| sprt(rng, 0.5) == Decision::Alternative),
+        promise("SPRT accepts a false hypothesis", LEVEL, |rng| sprt(rng, 0.6) == Decision::Null),
+        promise("equivalence concluded at the very margin", ALPHA, |rng| {
+            let claim = Claim::Approximate { margin: 0.05 };
+            mean("e", &uniforms(rng, N, 0.0), 0.45, claim).verdict() == Verdict::Holds
+        }),
     ]
 }
 

@@ -7,12 +7,12 @@ use registry::equivalents;
 use registry::faults::Pair;
 use serde::{Deserialize, Serialize};
 use whitefurnace::harness::outcome::{Claim, Outcome};
-use whitefurnace::harness::power::Sensitivity;
 use whitefurnace::harness::trial::{
     Context, Control, Trial, control_is_green, full_name, meant, run_control, run_trial,
 };
 
 use crate::experiments::prelude::*;
+use crate::experiments::statistics::is_bound;
 use crate::run::unfinished::Unfinished;
 
 /// The scale of sample sizes. Exact identities keep their arguments.
@@ -173,11 +173,7 @@ fn measure(trial: &str, o: &Outcome) -> Measure {
         p: number(o.p),
         n: o.n,
         valid_from: o.valid_from,
-        bound: matches!(
-            o.sensitivity,
-            // Losses may reject, too.
-            Sensitivity::Distance { .. } | Sensitivity::Bernstein { .. } | Sensitivity::Cells { tests: 2.., .. }
-        ),
+        bound: is_bound(&o.sensitivity),
         graded: graded.collect(),
     }
 }

@@ -81,7 +81,7 @@ fn report(run: &mut Run, trial: &Trial, rows: &[Row], figure: &str, recorded: Op
         value += &recorded_verdict(recorded, &what);
     }
     run.detail(&what, value, verdict);
-    for (key, number) in [
+    let numbers = [
         ("estimate", o.estimate),
         ("reference", o.reference),
         ("low", o.interval[0]),
@@ -91,9 +91,8 @@ fn report(run: &mut Run, trial: &Trial, rows: &[Row], figure: &str, recorded: Op
         ("miss", o.miss()),
         ("n", o.n as f64),
         ("p", o.p),
-    ] {
-        run.number(&format!("{}.{key}", trial.name), number);
-    }
+    ];
+    run.numbers(&trial.name, numbers);
 }
 
 /// "mean of z 0.50002 in [0.49990, 0.50013], should be 0.5 ± 0.002".

@@ -42,8 +42,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
         })?;
         let lost: u64 = lost.into_iter().sum();
         let total = u64::from(batches) * BATCH * WALK;
-        run.number(&format!("{label}.rays"), total as f64);
-        run.number(&format!("{label}.lost"), lost as f64);
+        run.numbers(label, [("rays", total as f64), ("lost", lost as f64)]);
         run.claim(&format!("aimed at {label}"), format!("{lost} of {total} rays lost"), lost == 0);
     }
     Ok(())

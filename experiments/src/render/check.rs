@@ -47,10 +47,10 @@ const SETTINGS: &[Setting] = &[
     goes("gather", "--estimator photon", Job::keeps_one_map, |job| name(job.photons.gather)),
     goes("caustic-photons", CAUSTICS, Job::gathers, |job| job.photons.caustic().0.to_string()),
     goes("caustic-radius", CAUSTICS, Job::gathers, |job| job.photons.caustic().1.to_string()),
-    goes("patches", "--estimator radiosity", Job::has_patches, |job| job.patches.to_string()),
-    goes("pixel", SINGLE_RAYS, Job::renders_rays, |job| name(job.pixel)),
+    goes("patches", RADIOSITY, |job| job.estimator == EstimatorName::Radiosity, |job| job.patches.to_string()),
+    goes("pixel", SINGLE_RAYS, |job| !job.renders_images(), |job| name(job.pixel)),
     goes("grid", "--pixel grid and jitter", Job::divides_pixels, |job| job.grid.to_string()),
-    goes("sampler", SINGLE_RAYS, Job::renders_rays, |job| name(job.sampler)),
+    goes("sampler", SINGLE_RAYS, |job| !job.renders_images(), |job| name(job.sampler)),
     goes("scrambles", "--sampler sobol", |job| job.sampler == SamplerName::Sobol, |job| job.scrambles.to_string()),
     any("size", |Job { size: [width, height], .. }| format!("{width}x{height}")),
     any("window", |job| {
@@ -59,8 +59,9 @@ const SETTINGS: &[Setting] = &[
     }),
     any("spp", |job| job.spp.to_string()),
     any("seed", |job| job.seed.to_string()),
-    goes("exposure", "--convention physical", Job::is_physical, |_| String::new()),
+    goes("exposure", "--convention physical", |job| job.convention == ConventionName::Physical, |_| String::new()),
 ];
+const RADIOSITY: &str = "--estimator radiosity";
 const PHOTONS: &str = "--estimator photon and sppm";
 const CAUSTICS: &str = "--estimator photon and --gather yes";
 const SINGLE_RAYS: &str = "estimators of single rays, not light-tracer, bdpt and sppm";
@@ -169,10 +170,6 @@ impl Job {
         Ok(())
     }
 
-    fn is_physical(&self) -> bool {
-        self.convention == ConventionName::Physical
-    }
-
     fn picks_lights(&self) -> bool {
         matches!(self.estimator, EstimatorName::Light | EstimatorName::Mis)
     }
@@ -181,16 +178,8 @@ impl Job {
         self.scene == SceneName::Report && self.convention != ConventionName::Published
     }
 
-    fn has_patches(&self) -> bool {
-        self.estimator == EstimatorName::Radiosity
-    }
-
     fn divides_pixels(&self) -> bool {
         matches!(self.pixel, PixelName::Grid | PixelName::Jitter)
-    }
-
-    fn renders_rays(&self) -> bool {
-        !self.renders_images()
     }
 
     /// Whether the estimator makes whole images, from independent numbers and random points of pixels.

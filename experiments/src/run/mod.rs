@@ -257,6 +257,13 @@ impl Run {
         }
     }
 
+    /// Records numbers about one thing, each as `of.what`.
+    pub fn numbers<'a>(&mut self, of: &str, numbers: impl IntoIterator<Item = (&'a str, f64)>) {
+        for (what, value) in numbers {
+            self.number(&format!("{of}.{what}"), value);
+        }
+    }
+
     /// Adds a line to the table.
     pub fn note(&mut self, what: &str, value: String) {
         self.finding((what, value), None, false);

@@ -35,15 +35,13 @@ pub(super) fn judge(
     let shown = half(&[&own_mean, &reference]);
     let expected = -lack.value() / mean;
     let key = case.key();
-    run.number(&format!("{key}.difference"), difference);
-    run.number(&format!("{key}.half"), shown);
-    run.number(&format!("{key}.replications"), own.count() as f64);
     let (size, why) = match case.claim {
         Claim::Equal => (margin(case.scene, run.tier()), ""),
         Claim::Biased(bias, why) => (bias, why),
         Claim::Lacks(_, why) => (margin(case.scene, run.tier()), why),
     };
-    run.number(&format!("{key}.margin"), size);
+    let replications = own.count() as f64;
+    run.numbers(&key, [("difference", difference), ("half", shown), ("replications", replications), ("margin", size)]);
     let parts = [&own_mean, &reference, &lack];
     let half = half(&parts);
     let rest = difference - expected;
@@ -58,9 +56,7 @@ pub(super) fn judge(
     };
     let mut value = format!("{:+.3} % ± {:.3} %", 100.0 * difference, 100.0 * shown);
     if let Claim::Lacks(..) = case.claim {
-        run.number(&format!("{key}.expected"), expected);
-        run.number(&format!("{key}.rest"), rest);
-        run.number(&format!("{key}.rest_half"), half);
+        run.numbers(&key, [("expected", expected), ("rest", rest), ("rest_half", half)]);
         let [expected, rest, half] = [expected, rest, half].map(|x| 100.0 * x);
         value += &format!(", expected {expected:+.3} %: {rest:+.3} % ± {half:.3} % remain");
     }

@@ -4,7 +4,9 @@
 use std::collections::BTreeMap;
 
 use whitefurnace::harness::mean::LARGEST_SKEW_TERM;
-use whitefurnace::harness::tails::{binomial_cdf, binomial_sf, binomial_two_sided};
+use whitefurnace::harness::tails::binomial_sf;
+
+use super::p_of_count;
 
 use crate::experiments::prelude::*;
 use crate::experiments::suite_seeds::{Measure, POWERS, Seeds};
@@ -35,13 +37,9 @@ pub struct Counted {
 }
 
 impl Counted {
-    /// The probability of a count as far off, on the lower side alone where the stated power is a bound.
+    /// The p-value of the count.
     pub fn p(&self) -> f64 {
-        if self.bound {
-            binomial_cdf(self.rejected, self.seeds, self.power)
-        } else {
-            binomial_two_sided(self.rejected, self.seeds, self.power)
-        }
+        p_of_count(self.rejected, self.seeds, self.power, self.bound)
     }
 
     fn share(&self) -> f64 {
@@ -167,11 +165,9 @@ fn report(run: &mut Run, counted: &[Counted], left_out: &LeftOut, size: (u64, f6
     let failing: Vec<&Counted> = counted.iter().filter(|c| c.p() < level).collect();
     let mut names: Vec<&str> = counted.iter().map(|c| c.name.as_str()).collect();
     names.dedup();
-    run.number("graded.seeds", seeds as f64);
-    run.number("graded.measures", names.len() as f64);
-    run.number("graded.counts", counted.len() as f64);
-    run.number("graded.scale_divides_by", 1.0 / scale);
-    run.number("graded.fails", failing.len() as f64);
+    let (measures, fails) = (names.len() as f64, failing.len() as f64);
+    run.numbers("graded", [("seeds", seeds as f64), ("measures", measures), ("counts", counted.len() as f64)]);
+    run.numbers("graded", [("scale_divides_by", 1.0 / scale), ("fails", fails)]);
     for (at, &power) in POWERS.iter().enumerate() {
         let near: Vec<&Counted> = at_power(counted, power).collect();
         let rejected: u64 = near.iter().map(|c| c.rejected).sum();
@@ -188,9 +184,7 @@ fn report(run: &mut Run, counted: &[Counted], left_out: &LeftOut, size: (u64, f6
         failing.len()
     );
     if let Some(c) = weakest {
-        run.number("graded.weakest.share", c.share());
-        run.number("graded.weakest.stated", c.power);
-        run.number("graded.weakest.p", c.p());
+        run.numbers("graded.weakest", [("share", c.share()), ("stated", c.power), ("p", c.p())]);
         value += &format!(
             "; the furthest off is {}: {} of {} rejected at level {:.1e}, {:.3} stated, p = {:.1e}",
             c.label(),

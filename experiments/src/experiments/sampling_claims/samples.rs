@@ -115,8 +115,7 @@ pub fn fresnel(run: &mut Run, file: &str) -> Result<(), Error> {
     };
     let brewster = 1.5f64.atan().to_degrees();
     let critical = (1.0f64 / 1.5).asin().to_degrees();
-    run.number("fresnel.brewster", brewster);
-    run.number("fresnel.critical", critical);
+    run.numbers("fresnel", [("brewster", brewster), ("critical", critical)]);
     let title = format!("Air to glass, n = 1.5: Brewster {brewster:.2}°");
     let into = panel(&title, 1.0, 1.5, &[brewster]);
     let within = 90.0 - brewster;

@@ -65,8 +65,7 @@ pub fn roulette(run: &mut Run, file: &str) -> Result<(), Error> {
         for (q, (values, squares)) in &found {
             all_hold &= holds(interval(values), exact);
             all_hold &= holds(interval(squares), variance(a, *q));
-            run.number(&format!("roulette.{a}.{q}.mean"), values.mean());
-            run.number(&format!("roulette.{a}.{q}.variance"), squares.mean());
+            run.numbers(&format!("roulette.{a}.{q}"), [("mean", values.mean()), ("variance", squares.mean())]);
         }
         let [low, high] = [a, 0.95].map(efficiency);
         let value = format!("{low:.4}, {high:.4}; the variance is infinite up to {:.4}", a * a);
