@@ -31,21 +31,12 @@ pub fn page(record: &Results, run: &Results) -> (String, BTreeMap<String, PathBu
         some => format!("<p>Not in this run: {}.</p>\n\n", some.join(", ")),
     };
     let text = format!(
-        "# {TITLE}\n\n\
-         > Does your machine find what the record says?\n\n\
-         This page is made from the results that lay in the run's folder when the book was woven. Every other page \
-         shows recorded results alone, whatever the run found.\n\n\
-         Each experiment states its claims itself; a claim is undecided where a run is too small to tell. Two \
-         numbers *differ beyond noise* where both carry an interval and lie farther apart than \
-         √(*h*₁² + *h*₂²), with *h*₁ and *h*₂ the half widths of the two: that is the half width, at the same \
-         level, of the interval of a difference of independent estimates. Where an experiment states a standard \
-         error instead, *h* is {STANDARD_ERRORS} of them. Numbers without an interval are listed where they differ and not judged: \
-         some are counts or times, or depend on the tier. With the same program, tier, seed and shrink \
-         everything but times is the same to the last digit.\n\n\
-         <div class=\"table-wrapper\"><table class=\"registry\"><thead><tr><th>experiment</th>\
-         <th>record: tier, seed, shrink</th><th>your run</th><th>claims in the record: hold, fail, undecided</th>\
-         <th>in your run</th><th>numbers beyond noise</th></tr></thead>\n<tbody>{rows}</tbody></table></div>\n\n\
-         {missing}{sections}"
+        include_str!("run.md"),
+        title = TITLE,
+        errors = STANDARD_ERRORS,
+        rows = rows,
+        missing = missing,
+        sections = sections
     );
     (text, figures)
 }
