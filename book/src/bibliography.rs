@@ -43,8 +43,7 @@ impl Bibliography {
         let text = std::fs::read_to_string(file).map_err(Error::io(file))?;
         let works = toml::from_str(&text).map_err(|error| {
             let at = error.span().map_or(0, |span| span.start);
-            let line = line(&text, at);
-            Error::Problems(vec![Problem::new(file, line, error.message())])
+            Error::Problems(vec![Problem::new(file, line(&text, at), error.message())])
         })?;
         Ok(Self { works })
     }

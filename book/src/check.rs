@@ -18,9 +18,7 @@ pub fn summary(pages: &Path) -> Result<(), Error> {
             && !dest_url.is_empty()
             && !pages.join(dest_url.as_ref()).is_file()
         {
-            let line = line(&text, span.start);
-            let message = format!("there is no page {dest_url}");
-            problems.push(Problem::new(&file, line, message));
+            problems.push(Problem::new(&file, line(&text, span.start), format!("there is no page {dest_url}")));
         }
     }
     fail_if(problems)
@@ -31,8 +29,7 @@ pub fn targets(targets: &[Target], out: &Path) -> Result<(), Error> {
     let mut problems = Vec::new();
     for target in targets {
         let page = out.join(target.page.with_extension("html"));
-        let html = std::fs::read_to_string(&page).map_err(Error::io(&page))?;
-        if !has_id(&html, &target.id) {
+        if !has_id(&std::fs::read_to_string(&page).map_err(Error::io(&page))?, &target.id) {
             let message = format!("no heading #{} on {}", target.id, target.page.display());
             problems.push(Problem::new(&target.file, target.line, message));
         }
@@ -55,8 +52,7 @@ pub fn output(out: &Path) -> Result<(), Error> {
         };
         for (at, address) in marks.iter().flat_map(|mark| addresses(&text, *mark)) {
             if let Some(message) = wrong(&file, &text, address)? {
-                let line = line(&text, at);
-                problems.push(Problem::new(&file, line, message));
+                problems.push(Problem::new(&file, line(&text, at), message));
             }
         }
     }

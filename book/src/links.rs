@@ -72,8 +72,7 @@ pub fn to_root(page: &Path) -> String {
 
 /// The relative address of an id on another page.
 pub fn address(from: &Path, page: &Path, id: &str) -> String {
-    let page = page.with_extension("html");
-    format!("{}{}#{id}", to_root(from), page.display())
+    format!("{}{}#{id}", to_root(from), page.with_extension("html").display())
 }
 
 /// `file` relative to `folder`, with `..` resolved.

@@ -218,13 +218,11 @@ fn read(file: &Path, folder: &str) -> Result<ExperimentResult, Problem> {
     let recorded: ExperimentResult =
         serde_json::from_str(&text).map_err(|error| Problem::new(file, error.line().max(1), error.to_string()))?;
     if recorded.id != folder {
-        let message = format!("the id is \"{}\", but the folder \"{folder}\"", recorded.id);
-        return Err(Problem::new(file, 1, message));
+        return Err(Problem::new(file, 1, format!("the id is \"{}\", but the folder \"{folder}\"", recorded.id)));
     }
     let plain = |name: &String| !name.contains(['/', '\\']) && !name.starts_with('.');
     if let Some(name) = recorded.figures.iter().find(|name| !plain(name)) {
-        let message = format!("\"{name}\" is not the name of a file beside this one");
-        return Err(Problem::new(file, 1, message));
+        return Err(Problem::new(file, 1, format!("\"{name}\" is not the name of a file beside this one")));
     }
     Ok(recorded)
 }

@@ -133,8 +133,7 @@ impl<'a> Weaver<'a> {
     }
 
     fn problem(&mut self, path: &Path, text: &str, at: usize, message: impl Into<String>) {
-        let line = line(text, at);
-        self.problems.push(Problem::new(self.pages.join(path), line, message));
+        self.problems.push(Problem::new(self.pages.join(path), line(text, at), message));
     }
 
     /// A page with everything replaced.
@@ -231,8 +230,7 @@ impl<'a> Weaver<'a> {
     }
 
     fn equation_address(&self, from: &Path, id: &str) -> Option<String> {
-        let page = self.places.equations.get(id)?;
-        Some(address(from, page, &equations::fragment(id)))
+        Some(address(from, self.places.equations.get(id)?, &equations::fragment(id)))
     }
 
     /// A trial's name with a link to its row.
@@ -314,8 +312,7 @@ fn keep_together(text: &str, span: Range<usize>, html: &str) -> (Range<usize>, S
     if length == 0 {
         return (span, html.to_owned());
     }
-    let kept = format!("<span class=\"keep\">{html}{}</span>", &after[..length]);
-    (span.start..span.end + length, kept)
+    (span.start..span.end + length, format!("<span class=\"keep\">{html}{}</span>", &after[..length]))
 }
 
 /// The id of an experiment's place.

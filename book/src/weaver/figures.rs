@@ -113,8 +113,7 @@ impl<'a> Weaver<'a> {
         }
         let mut edits = Vec::new();
         for formula in page.formulas {
-            let html = self.math.block(&formula.latex, formula.display)?;
-            edits.push((formula.span, html));
+            edits.push((formula.span, self.math.block(&formula.latex, formula.display)?));
         }
         for directive in page.directives {
             if !directives::find(&directive.name)?.inline {

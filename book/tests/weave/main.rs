@@ -142,8 +142,7 @@ fn a_damaged_figure_is_refused() {
         let book = Small::new(page);
         book.write("recorded/demo/plot.svg", &text);
         let message = book.weave().expect_err(&text).to_string();
-        let place = format!("recorded/demo/plot.svg:{line}: ");
-        assert!(message.contains(&place), "{text}: {message}");
+        assert!(message.contains(&format!("recorded/demo/plot.svg:{line}: ")), "{text}: {message}");
         assert!(!book.path("out/page.html").exists(), "nothing is written");
     }
     let book = Small::new(&page.replace("svg", "png"));

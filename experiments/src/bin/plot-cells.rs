@@ -31,8 +31,7 @@ fn run(options: &PlotCells) -> Result<(), Error> {
         return Err(Error::Option(format!("--out {} must end in .svg", out.display())));
     }
     let cells = trial_cells::read(&options.file)?;
-    let title = options.file.file_stem().unwrap_or_default().to_string_lossy();
-    trial_cells::plot(&cells, &title, &out)?;
+    trial_cells::plot(&cells, &options.file.file_stem().unwrap_or_default().to_string_lossy(), &out)?;
     say!("{} cells: {}", cells.len(), out.display());
     Ok(())
 }

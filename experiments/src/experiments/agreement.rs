@@ -111,8 +111,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
                 tile_maps.push(tiles);
             }
             if let Some(histogram) = pixels {
-                let title = format!("{}, {}", name(case.estimator), name(case.scene));
-                panels.push((title, histogram));
+                panels.push((format!("{}, {}", name(case.estimator), name(case.scene)), histogram));
             }
         }
         shown.push((case.scene, case.estimator, square));
@@ -177,16 +176,12 @@ fn lacks(run: &Run, cases: &[Case], level: f64) -> Result<Vec<Option<Mean>>, Err
         if !cases.iter().any(wanted) {
             continue;
         }
-        let files = METHODS.map(|method| {
-            let file = format!("{}.left-out-{}.csv", name(scene), method.word());
-            open(run, &file)
-        });
+        let files = METHODS.map(|method| open(run, &format!("{}.left-out-{}.csv", name(scene), method.word())));
         let mut files = files.into_iter().collect::<Result<Vec<_>, _>>()?;
         let count = run.count(replications_left_out(scene, run.tier())).max(2) as u32;
         let first = files[0].next() as u32;
         let states: Vec<[f64; 5]> = run.part(&format!("{}.left-out", name(scene)), || {
-            let values = left_out(run, scene, first, count)?;
-            Ok(values.iter().map(Values::state).collect())
+            Ok(left_out(run, scene, first, count)?.iter().map(Values::state).collect())
         })?;
         let values: Vec<Values> = states.into_iter().map(Values::of_state).collect();
         for ((method, accumulated), values) in METHODS.iter().zip(&mut files).zip(&values) {

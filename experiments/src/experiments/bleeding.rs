@@ -60,8 +60,7 @@ fn picture(run: &mut Run, scene: &Scene, file: &str) -> Result<(), Error> {
     let job = Job { window: Some(figures::WHITE_SPHERE), spp: run.by_tier(32, 512), ..Job::default() };
     let job = run.prepared(job);
     let path = Path::<Standard>::default();
-    let random = (PixelSampling::Random, job.seed);
-    let film = render_samples(scene, &path, random, (job.size, job.window), job.spp)?;
+    let film = render_samples(scene, &path, (PixelSampling::Random, job.seed), (job.size, job.window), job.spp)?;
     write_png(&run.figure(file), &film, job.display(0.0), 3)
 }
 
@@ -98,12 +97,10 @@ fn by_paths(scene: &Scene, seed: u64, samples: u32) -> Result<Vec<Ratios>, Error
 }
 
 fn by_radiosity(scene: &Scene, patches: u32) -> Result<Vec<[f64; 2]>, Error> {
-    let fineness = Fineness { patches, halvings: 0 };
-    let solved = Radiosity::new(Standard, scene, fineness, &|_| !interrupted())?;
+    let solved = Radiosity::new(Standard, scene, Fineness { patches, halvings: 0 }, &|_| !interrupted())?;
     let ratios = ANGLES.iter().filter_map(|&angle| {
         let ray = girdle(scene, angle);
-        let hit = scene.intersect(&ray)?;
-        let irradiance = solved.irradiance(scene, &ray, &hit);
+        let irradiance = solved.irradiance(scene, &ray, &scene.intersect(&ray)?);
         Some([irradiance.x / irradiance.y, irradiance.z / irradiance.y])
     });
     Ok(ratios.collect())
@@ -164,8 +161,7 @@ fn draw(run: &mut Run, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) -> Resu
         for (channel, colour, letter) in [(0, 0, "R/G"), (1, 2, "B/G")] {
             if solved {
                 let points = ANGLES.iter().zip(radiosity).map(|(&a, r)| [a, r[channel]]);
-                let label = format!("{letter}, radiosity");
-                series.push(Series::new(&label, colour, Mark::Line, points));
+                series.push(Series::new(&format!("{letter}, radiosity"), colour, Mark::Line, points));
             }
             for &(place, label) in places {
                 let points = ANGLES.iter().zip(&profiles[place]).map(|(&a, r)| (a, r[channel]));

@@ -125,8 +125,7 @@ fn p_values(trial: &Trial, context: &Context) -> Vec<[String; 2]> {
         // Nor has a chi-square whose cells have all been pooled into one.
         let varies = varies && o.dof != Some(0.0);
         if CONTINUOUS.contains(&o.statistic) && o.n >= LEAST_VALUES && varies {
-            let name = format!("{TRIAL}{}: {}", trial.name, o.name.replace(',', ";"));
-            rows.push([name, format!("{:.6e}", o.p)]);
+            rows.push([format!("{TRIAL}{}: {}", trial.name, o.name.replace(',', ";")), format!("{:.6e}", o.p)]);
         }
     }
     rows
@@ -186,10 +185,8 @@ fn draw(run: &mut Run, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) -> Result
         let axes = ["p-value expected at this rank", "observed − expected"];
         Chart::new(title, axes, [[0.0, 1.0], [-1.5 * radius, 2.8 * radius]], series)
     };
-    let title = format!("Statistics of true hypotheses, {n} seeds, n = {N}");
-    let statistics = panel(title, STATISTIC, Mark::Line);
-    let title = format!("The registry's trials, {n} seeds, scale 1/1024, a line each");
-    let trials = panel(title, TRIAL, Mark::Faint);
+    let statistics = panel(format!("Statistics of true hypotheses, {n} seeds, n = {N}"), STATISTIC, Mark::Line);
+    let trials = panel(format!("The registry's trials, {n} seeds, scale 1/1024, a line each"), TRIAL, Mark::Faint);
     let see = "Lines between the limits are those of uniform p-values, as true hypotheses give.";
     charts(&run.figure("quantiles.svg"), see, [900, 900], &[statistics, trials])
 }

@@ -64,8 +64,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let mut rows = Vec::new();
     for (name, method) in methods {
         let made = make(run, &caustic(1.5), (name, method), size, (samples, particles))?;
-        let png = run.figure(&format!("{name}.png"));
-        write_png(&png, &made.film, Display::Srgb { exposure: 0.0 }, 2)?;
+        write_png(&run.figure(&format!("{name}.png")), &made.film, Display::Srgb { exposure: 0.0 }, 2)?;
         row(run, name, &made, &mut rows);
         let path = *reference.get_or_insert(made.region);
         match method {
@@ -118,8 +117,7 @@ fn same(run: &mut Run, what: &str, (a, b): (&Values, &Values)) {
     let verdict = if images < needed {
         Verdict::Undecided { needed }
     } else {
-        let interval = [difference - reach, difference + reach];
-        approximate_verdict(interval, 0.0, margin, images)
+        approximate_verdict([difference - reach, difference + reach], 0.0, margin, images)
     };
     let value = format!(
         "difference {:+.3} % ± {:.3} %, margin {} %; {images} images, valid from {needed} on",
@@ -170,13 +168,9 @@ fn one_image(
     let (random, frame) = ((PixelSampling::Random, seed), (size, None));
     match method {
         Method::Path(strategy) => render_samples(scene, &Path::new(parts, strategy), random, frame, samples),
-        Method::Whitted => {
-            let whitted = Whitted::new(LightRules::PHYSICAL);
-            render_samples(scene, &whitted, random, frame, samples)
-        }
+        Method::Whitted => render_samples(scene, &Whitted::new(LightRules::PHYSICAL), random, frame, samples),
         Method::Photon(lookup) => {
-            let map = (particles, RADIUS);
-            let photons = PhotonMapping::new(parts, scene, lookup, map, (seed, 0))?;
+            let photons = PhotonMapping::new(parts, scene, lookup, (particles, RADIUS), (seed, 0))?;
             render_samples(scene, &photons, random, frame, samples)
         }
         Method::Sppm => {

@@ -158,8 +158,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
         }
         judge(run, key, title, &slopes);
         let ranges = [[3.0, f64::from(1u32 << powers) * 1.3], [low / 3.0, high * 30.0]];
-        let axes = ["samples N", "variance of the mean"];
-        plots.push(Chart::new(*title, axes, ranges, series).log([true, true]));
+        plots.push(Chart::new(*title, ["samples N", "variance of the mean"], ranges, series).log([true, true]));
     }
     let see = "Straight lines on logarithmic axes: independent samples fall with slope −1 in each panel, Sobol' \
                points faster where the integrand is smooth.";
@@ -196,7 +195,6 @@ fn judge(run: &mut Run, key: &str, title: &str, slopes: &[(f64, [f64; 2])]) {
         // The room is not smooth; what Sobol' points gain there is found, not claimed.
         run.note(&format!("{title}: slope of Sobol' points"), value);
     } else {
-        let what = format!("{title}: Sobol' points fall faster");
-        run.claim(&what, value, net[1] < around[0]);
+        run.claim(&format!("{title}: Sobol' points fall faster"), value, net[1] < around[0]);
     }
 }

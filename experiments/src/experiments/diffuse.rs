@@ -86,8 +86,7 @@ fn figure(run: &mut Run) -> Result<(), Error> {
         let bsdf = model.bsdf(DVec3::ONE, SIGMA);
         let scene = moon(bsdf)?;
         let path = Path::<Standard>::default();
-        let random = (PixelSampling::Random, run.seed());
-        let film = render_samples(&scene, &path, random, ([side, side], None), spp)?;
+        let film = render_samples(&scene, &path, (PixelSampling::Random, run.seed()), ([side, side], None), spp)?;
         let curve = (0..=240).map(|i| f64::from(i) / 240.0);
         let curve = curve.map(|x| [x, frontal(&bsdf, x.asin().min(FRAC_PI_2 - 1e-6))]);
         series.push(Series::new(model.title(), colour, Mark::Line, curve));
@@ -100,15 +99,13 @@ fn figure(run: &mut Run) -> Result<(), Error> {
     write_grid(&run.figure("moons.png"), &films, 4, display, 1)?;
     for (film, model) in films.iter().zip(DiffuseName::ALL) {
         if let DiffuseName::Printed | DiffuseName::Corrected = model {
-            let file = format!("{}.png", name(model));
-            write_png(&run.figure(&file), film, display, MAGNIFICATION)?;
+            write_png(&run.figure(&format!("{}.png", name(model))), film, display, MAGNIFICATION)?;
         }
     }
     run.note("moons.png", format!("left to right: {}; {side}x{side}, {spp} spp", titles()));
     let title = format!("Radiance across the disc, white sphere lit from the front, σ = {SIGMA}");
     let radiance = "radiance (points: pixels of the picture; lines: π f cos θ)";
-    let axes = ["distance from the centre (radii)", radiance];
-    let chart = Chart::new(title, axes, [[0.0, 1.0], [0.0, 1.1]], series);
+    let chart = Chart::new(title, ["distance from the centre (radii)", radiance], [[0.0, 1.0], [0.0, 1.1]], series);
     let see = "The corrected Oren–Nayar sphere is flat almost to its rim; as printed it darkens like Lambert's.";
     charts(&run.figure("profile.svg"), see, [900, 600], &[chart])
 }
@@ -195,8 +192,7 @@ fn albedo(run: &mut Run) -> Result<(), Error> {
             }
         }
         let what = format!("albedo of {} against its closed form", model.title());
-        let value = format!("worst of {} angles {worst:.2} standard errors", ANGLES.len());
-        run.claim(&what, value, worst < critical);
+        run.claim(&what, format!("worst of {} angles {worst:.2} standard errors", ANGLES.len()), worst < critical);
         let points = ANGLES.into_iter().zip(&found);
         let points = points.map(|(d, m)| [d, m.mean(), critical * m.standard_error()]);
         series.push(Series::measured("", colour, points));
@@ -249,8 +245,7 @@ fn metals(run: &mut Run, samples: u64) -> Result<(), Error> {
             points.push([degrees, moments.mean(), critical * moments.standard_error()]);
         }
         let what = format!("albedo of GGX with α = {alpha} against quadrature over facets");
-        let value = format!("worst of {} angles {worst:.2} standard errors", ANGLES.len());
-        run.claim(&what, value, worst < critical);
+        run.claim(&what, format!("worst of {} angles {worst:.2} standard errors", ANGLES.len()), worst < critical);
         series.push(Series::measured("", colour, points));
     }
     let title = format!("Directional albedo of GGX, F₀ = 1: quadrature, and means of {samples} samples");

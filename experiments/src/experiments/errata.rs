@@ -58,13 +58,10 @@ const INDEX: f64 = 1.5;
 fn glass(run: &mut Run) {
     // cos² of the critical angle: total reflection is below it.
     let border = 1.0 - 1.0 / (INDEX * INDEX);
-    let what = "of cosine-distributed directions inside glass are reflected totally";
-    run.size("total.cosine", border, what);
-    let what = "of uniform directions inside glass are reflected totally";
-    run.size("total.uniform", border.sqrt(), what);
+    run.size("total.cosine", border, "of cosine-distributed directions inside glass are reflected totally");
+    run.size("total.uniform", border.sqrt(), "of uniform directions inside glass are reflected totally");
     let factor = fresnel::radiance_factor(INDEX, 1.0);
-    let what = "times the radiance outside is the radiance inside glass, but for 1 − R";
-    run.size("radiance.inside", factor, what);
+    run.size("radiance.inside", factor, "times the radiance outside is the radiance inside glass, but for 1 − R");
     // A slab passes (1 − R)/(1 + R) of each polarisation, all reflections within it summed.
     let passed = |r: f64| (1.0 - r) / (1.0 + r);
     let cos = INDEX.atan().cos();
@@ -127,21 +124,17 @@ fn path_ends(run: &mut Run) {
     run.size("divided", 1.0 / a - 1.0, what);
     let what = "is the variance of a furnace of albedo 0.75 at survival 0.75";
     run.size("variance.0.75.0.75", variance(0.75, 0.75), what);
-    let what = "is the variance of a furnace of albedo 0.9 at survival 0.9";
-    run.size("variance.0.9.0.9", variance(0.9, 0.9), what);
-    let what = "is the survival below which the variance is infinite at albedo 0.9";
-    run.size("survival.limit.0.9", 0.9 * 0.9, what);
+    run.size("variance.0.9.0.9", variance(0.9, 0.9), "is the variance of a furnace of albedo 0.9 at survival 0.9");
+    run.size("survival.limit.0.9", 0.9 * 0.9, "is the survival below which the variance is infinite at albedo 0.9");
     for rays in [2u64, 4, 10] {
         let tree: u64 = (1..=7).map(|level| rays.pow(level)).sum();
-        let what = "rays at most per camera ray if every hit sends that many";
-        run.size(&format!("tree.{rays}"), tree as f64, what);
+        run.size(&format!("tree.{rays}"), tree as f64, "rays at most per camera ray if every hit sends that many");
     }
 }
 
 /// 2.7 and 3.2: noise and encoding.
 fn noise(run: &mut Run) {
-    let what = "times the noise of 512 samples has an image of 64";
-    run.size("noise.64", (512f64 / 64.0).sqrt(), what);
+    run.size("noise.64", (512f64 / 64.0).sqrt(), "times the noise of 512 samples has an image of 64");
     run.size("encoded.half", srgb(0.5), "is the encoded value of a pixel half white, half black");
     run.size("encoded.mean", 0.5, "is the mean of the encoded values");
     let decoded = ((0.5 + 0.055) / 1.055f64).powf(2.4);

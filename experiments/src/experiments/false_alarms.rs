@@ -163,8 +163,7 @@ fn draw(run: &mut Run, accumulated: &Accumulated) -> Result<(), Error> {
     ];
     let title = format!("Least p-value of each of {seeds} suites of {random} random tests");
     let axes = ["expected of independent tests at this rank", "least p-value observed"];
-    let ranges = [[low, 0.1], [low.min(0.5 * least[0]), 1.0]];
-    let chart = Chart::new(title, axes, ranges, series).log([true, true]);
+    let chart = Chart::new(title, axes, [[low, 0.1], [low.min(0.5 * least[0]), 1.0]], series).log([true, true]);
     let see = "Points along the line: least p-values as independent tests of true hypotheses give.";
     charts(&run.figure("false-alarms.svg"), see, [900, 560], &[chart])
 }

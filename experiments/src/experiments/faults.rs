@@ -57,8 +57,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     draw(run, &pairs, &seen)?;
     for (pair, seen) in pairs.iter().zip(&seen) {
         if pair.named && *seen == Detection::Missed {
-            let value = "not rejected".to_owned();
-            run.claim(&format!("{} in {}", label(pair), pair.trial), value, false);
+            run.claim(&format!("{} in {}", label(pair), pair.trial), "not rejected".to_owned(), false);
         }
     }
     totals(run, &pairs, &seen, scales);
@@ -172,8 +171,7 @@ fn draw(run: &mut Run, pairs: &[Pair], seen: &[Detection]) -> Result<(), Error> 
         let title = format!("Which trials reject which faults: {}", stem.replacen("faults-", "", 1));
         let see = "A row for each fault, a column for each trial; a dark cell where the trial rejects it.";
         matrix(&run.figure(&file), (&title, see), &rows, &columns, |row, column| {
-            let cell = (rows[row].clone(), columns[column].as_str());
-            cells.get(&cell).copied()
+            cells.get(&(rows[row].clone(), columns[column].as_str())).copied()
         })?;
     }
     Ok(())

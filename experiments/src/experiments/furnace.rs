@@ -38,8 +38,7 @@ fn scene(model: DiffuseName) -> Result<Scene, Error> {
     scene.background(DVec3::ONE);
     let white = scene.surface(Surface::new(model.bsdf(DVec3::ONE, SIGMA)));
     scene.sphere(Sphere::new(DVec3::ZERO, 1.0), white);
-    let eye = DVec3::new(DISTANCE, 0.0, 0.0);
-    scene.build(Camera::new(eye, DVec3::ZERO, DVec3::Z, MARGIN / DISTANCE))
+    scene.build(Camera::new(DVec3::new(DISTANCE, 0.0, 0.0), DVec3::ZERO, DVec3::Z, MARGIN / DISTANCE))
 }
 
 /// Mean albedo over the disc that the sphere covers: ∫ E(asin r) 2r dr.
@@ -84,8 +83,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
             unit: "radiance − 1 (%)".into(),
         });
     }
-    let value = format!("{side}x{side}, {spp} spp, white spheres, σ = {SIGMA}, sky of radiance 1");
-    run.note("furnace.svg", value);
+    run.note("furnace.svg", format!("{side}x{side}, {spp} spp, white spheres, σ = {SIGMA}, sky of radiance 1"));
     let see = "Lambert's and EON's spheres vanish but for noise; both forms of Oren–Nayar are too dark.";
     maps(&run.figure("furnace.svg"), see, [980, 820], 2, &panels)
 }

@@ -97,13 +97,11 @@ fn by_distance(run: &mut Run) -> Result<(), Error> {
             let path = Path { parts: Standard, strategy, lights, heuristic: Heuristic::Balance };
             let seed = seed_for(run.seed(), &format!("{} {label}", shape.name));
             let variances = parallel(&scenes, |(height, scene)| {
-                let expected = FRAC_1_PI * (shape.irradiance)(*height);
-                relative_variance(scene, &path, seed, samples, expected)
+                relative_variance(scene, &path, seed, samples, FRAC_1_PI * (shape.irradiance)(*height))
             })?;
             for (height, variance) in HEIGHTS.into_iter().zip(&variances) {
                 rows.push(format!("{},{label},{height},{samples},{variance:e}", shape.name));
-                let key = format!("{}.{}.{height}", shape.name, label.replace(' ', "-"));
-                run.number(&key, *variance);
+                run.number(&format!("{}.{}.{height}", shape.name, label.replace(' ', "-")), *variance);
             }
             let points = HEIGHTS.into_iter().zip(variances).map(|(x, y)| [x, y]);
             series.push(Series::new(label, colour, Mark::Line, points));

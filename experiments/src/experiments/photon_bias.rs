@@ -35,8 +35,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
 
 /// How far the mean of replications may be from its expectation, at the experiment's family-wise level.
 fn reach(moments: &Moments, family: usize) -> f64 {
-    let dof = moments.count() as f64 - 1.0;
-    student_upper(FAMILY / family as f64 / 2.0, dof) * moments.standard_error()
+    student_upper(FAMILY / family as f64 / 2.0, moments.count() as f64 - 1.0) * moments.standard_error()
 }
 
 /// The relative bias −(1 − L_r/L) of lookups at one point, for each radius.
@@ -85,8 +84,7 @@ fn radii(run: &mut Run) -> Result<Chart, Error> {
 }
 
 fn looked_up(scene: &Scene, radius: f64, name: (u64, u32)) -> Result<f64, Error> {
-    let map = (PARTICLES, radius);
-    let photons = PhotonMapping::new(Standard, scene, Lookup::Direct, map, name)?;
+    let photons = PhotonMapping::new(Standard, scene, Lookup::Direct, (PARTICLES, radius), name)?;
     let ray = at_origin();
     let mut rng = stream(name.0, name.1, 0);
     Ok(photons.radiance(scene, &ray, scene.intersect(&ray), &mut rng).x)

@@ -38,8 +38,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let halvings = run.by_tier(2, 3);
     let mut levels = Vec::new();
     for halvings in 0..=halvings {
-        let fineness = Fineness { patches: COARSE, halvings };
-        let solved = Radiosity::new(Standard, &scene, fineness, &|_| !interrupted())?;
+        let solved = Radiosity::new(Standard, &scene, Fineness { patches: COARSE, halvings }, &|_| !interrupted())?;
         let patches = solved.irradiances().count() as f64 / 2.0;
         let (residual, sweeps) = (solved.residual(), solved.sweeps());
         let interpolated = image(run, &scene, &solved, 1)?;

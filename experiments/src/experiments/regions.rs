@@ -91,8 +91,7 @@ fn quirks(run: &mut Run) -> Result<(), Error> {
 /// a difference shows the quirk and little noise.
 fn quirked_mean(run: &Run, region: &Region, quirks: Quirks) -> Result<[f64; 3], Error> {
     let job = region_job(run, ConventionName::Published, region);
-    let progress = Progress::new(region.name);
-    let film = job.render_by(Published { quirks }, &progress)?.whole()?;
+    let film = job.render_by(Published { quirks }, &Progress::new(region.name))?.whole()?;
     Ok(Display::Truncated.encoded_mean(&film))
 }
 
@@ -147,8 +146,7 @@ fn record(run: &mut Run, stem: &str, region: &Region, values: [f64; 3]) {
 /// All panels on one scale, with what each region is allowed.
 fn draw(path: &Path, about: (&str, &str), [axis, band]: [&str; 2], panels: &[Panel<'_>]) -> Result<(), Error> {
     let regions = TABLE.map(|region| (region.name, region.margin));
-    let common = Common { regions: &regions, axis, band };
-    differences(path, about, &common, panels)
+    differences(path, about, &Common { regions: &regions, axis, band }, panels)
 }
 
 fn triple([r, g, b]: [f64; 3]) -> String {
@@ -157,8 +155,7 @@ fn triple([r, g, b]: [f64; 3]) -> String {
 
 /// The mean over the region of floor(255 · min(1, pixel mean)), as the published image was measured.
 fn region_mean(run: &Run, convention: ConventionName, region: &Region) -> Result<[f64; 3], Error> {
-    let film = run.render(&region_job(run, convention, region), region.name)?;
-    Ok(Display::Truncated.encoded_mean(&film))
+    Ok(Display::Truncated.encoded_mean(&run.render(&region_job(run, convention, region), region.name)?))
 }
 
 fn region_job(run: &Run, convention: ConventionName, region: &Region) -> Job {

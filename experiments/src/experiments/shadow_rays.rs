@@ -88,9 +88,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let photon = |lookup| {
         let scene = &scene;
         move |rays: &Rays, seed| {
-            let parts = Counted(rays);
-            let map = (PARTICLES, RADIUS);
-            let photons = PhotonMapping::new(parts, scene, lookup, map, (seed, 0))?;
+            let photons = PhotonMapping::new(Counted(rays), scene, lookup, (PARTICLES, RADIUS), (seed, 0))?;
             film(scene, &photons, seed, SAMPLES)
         }
     };
@@ -106,10 +104,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     for (name, strategy) in [("mis", Strategy::Mis), ("light", Strategy::Light)] {
         let path = |samples| {
             let scene = &scene;
-            move |rays: &Rays, seed| {
-                let parts = Counted(rays);
-                film(scene, &Path::new(parts, strategy), seed, samples)
-            }
+            move |rays: &Rays, seed| film(scene, &Path::new(Counted(rays), strategy), seed, samples)
         };
         let pilot = trace("pilot", 2, 1, &path(1))?;
         let samples = f64::from(SAMPLES) * gathering.rays / pilot.rays;
@@ -117,12 +112,10 @@ fn run(run: &mut Run) -> Result<(), Error> {
         let cost = trace(name, images, samples, &path(samples))?;
         report(run, name, samples, &cost);
         let what = format!("final gathering sends fewer shadow rays per sample than {name}");
-        let value = format!("{:.2} for {:.2}", gathering.shadow, cost.shadow);
-        run.claim(&what, value, gathering.shadow < cost.shadow);
+        run.claim(&what, format!("{:.2} for {:.2}", gathering.shadow, cost.shadow), gathering.shadow < cost.shadow);
         let ratio = gathering.error / cost.error;
         let what = format!("error of final gathering over that of {name} at the same number of rays");
-        let value = format!("{ratio:.2}");
-        run.note(&what, value);
+        run.note(&what, format!("{ratio:.2}"));
         run.number(&format!("error_ratio.{name}"), ratio);
     }
     bar.finish();
@@ -145,8 +138,7 @@ fn measure(
     let rays = Rays::default();
     let mut squared = Moments::default();
     for image in 0..images {
-        let made = make(&rays, seed_for(seed, &image.to_string()))?;
-        squared.push(difference(&made, reference));
+        squared.push(difference(&make(&rays, seed_for(seed, &image.to_string()))?, reference));
         if !bar.advance(1) {
             return Err(Error::Interrupted);
         }

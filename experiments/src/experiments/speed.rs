@@ -141,8 +141,7 @@ fn query(run: &mut Run, key: &str, rays: &[Ray], ask: impl Fn(&Ray)) -> Result<(
 fn bounced(scene: &Scene, rng: &mut Stream) -> Option<Ray> {
     let [x, y] = uniform2(rng);
     let hit = scene.intersect(&scene.camera().ray([4, 3], 4.0 * x, 3.0 * y))?;
-    let local = cosine_hemisphere(uniform2(rng));
-    let direction = Frame::new(hit.normal).world(local);
+    let direction = Frame::new(hit.normal).world(cosine_hemisphere(uniform2(rng)));
     Some(scene.leave(hit.point, hit.normal, direction))
 }
 
@@ -173,8 +172,7 @@ fn peers(run: &mut Run) -> Result<(), Error> {
         for (limit, rate) in [("seven", peer.seven), ("unlimited", peer.unlimited)] {
             if let Some(rate) = rate {
                 run.number(&format!("peer.{}.{limit}", peer.name), rate);
-                let value = format!("{rate} million samples/s, {}", peer.title);
-                run.note(&format!("peer.{}.{limit}", peer.name), value);
+                run.note(&format!("peer.{}.{limit}", peer.name), format!("{rate} million samples/s, {}", peer.title));
             }
         }
     }

@@ -75,10 +75,7 @@ pub fn continuous() -> [Statistic; 6] {
     [
         Statistic {
             name: "z",
-            run: |rng, effect| {
-                let sigma = (1.0f64 / 12.0).sqrt();
-                mean_known_sigma("z", &uniforms(rng, N, effect), 0.5, sigma, ANY)
-            },
+            run: |rng, effect| mean_known_sigma("z", &uniforms(rng, N, effect), 0.5, (1.0f64 / 12.0).sqrt(), ANY),
             unit: mean_error(),
             sensitivity: |_| normal(mean_error(), f64::INFINITY),
         },
@@ -106,8 +103,7 @@ pub fn continuous() -> [Statistic; 6] {
                     counts.observed[skewed_cell(rng, effect)] += 1;
                 }
                 let places = (0..CELLS).map(|i| format!("cell {i}")).collect();
-                let partition = Partition::of_masses(vec![1.0 / CELLS as f64; CELLS], places);
-                chi_square("cells", &partition, &counts, 1.0)
+                chi_square("cells", &Partition::of_masses(vec![1.0 / CELLS as f64; CELLS], places), &counts, 1.0)
             },
             unit: ((CELLS as f64 - 1.0) / N as f64).sqrt(),
             sensitivity: |_| Sensitivity::Cells {
@@ -224,8 +220,7 @@ pub fn promises() -> [Promise; 6] {
         promise("SPRT rejects a true hypothesis", LEVEL, |rng| sprt(rng, 0.5) == Decision::Alternative),
         promise("SPRT accepts a false hypothesis", LEVEL, |rng| sprt(rng, 0.6) == Decision::Null),
         promise("equivalence concluded at the very margin", ALPHA, |rng| {
-            let claim = Claim::Approximate { margin: 0.05 };
-            mean("e", &uniforms(rng, N, 0.0), 0.45, claim).verdict() == Verdict::Holds
+            mean("e", &uniforms(rng, N, 0.0), 0.45, Claim::Approximate { margin: 0.05 }).verdict() == Verdict::Holds
         }),
     ]
 }

@@ -130,8 +130,7 @@ impl Seeds {
             .flat_map(|trial| trial.controls.iter().map(move |control| (trial, control)))
             .collect();
         let faults = parallel(&faults, |(trial, control)| {
-            let answer = answer(trial, control, &context);
-            (full_name(&trial.name, control.name), answer)
+            (full_name(&trial.name, control.name), answer(trial, control, &context))
         })?;
         Ok(Seed { subjects: subjects.concat(), equivalents: equivalents.concat(), faults })
     }

@@ -56,8 +56,7 @@ fn summarise(run: &mut Run, equation: &Equation, trials: &[(&Trial, &Vec<Row>)])
     }
     let verdict = suite::joint(verdicts(trials.iter().flat_map(|(_, rows)| rows.iter())));
     let names: usize = trials.iter().map(|(_, rows)| rows.len()).sum();
-    let value = format!("trials {}, measures {names}", trials.len());
-    run.claim(&what, value, verdict);
+    run.claim(&what, format!("trials {}, measures {names}", trials.len()), verdict);
 }
 
 /// One line for a trial: the measure that comes nearest to its limit.
@@ -185,8 +184,7 @@ fn line(trial: &Trial, group: &str, row: &Row) -> Option<Line> {
         "" => String::new(),
         number => format!("({number}) "),
     };
-    let label = format!("{number}{}: {}", short.trim_start_matches('/'), o.name);
-    Some(Line::of(label, row))
+    Some(Line::of(format!("{number}{}: {}", short.trim_start_matches('/'), o.name), row))
 }
 
 /// What the last recorded full run says of a trial, as a clause.

@@ -67,8 +67,7 @@ fn lost_in_walk<R: Rng>(scene: &Scene, triangles: &[[DVec3; 3]], aim: Aim, rng: 
         };
         let facing = hit.normal * -hit.normal.dot(ray.direction).signum();
         let direction = DVec3::from_array(UnitSphere.sample(rng));
-        let upward = direction * facing.dot(direction).signum();
-        ray = scene.leave(hit.point, hit.normal, upward);
+        ray = scene.leave(hit.point, hit.normal, direction * facing.dot(direction).signum());
     }
     0
 }

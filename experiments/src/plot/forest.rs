@@ -111,8 +111,7 @@ pub fn forest(path: &Path, (title, see): (&str, &str), lines: &[Line]) -> Result
     canvas.fill([x(-1.0), TOP - 6.0, x(1.0), bottom], Rgb(238, 243, 247));
     for tick in -3..=3 {
         let at = x(f64::from(tick));
-        let pen = Pen::new(if tick == 0 { INK } else { FAINT }, 1.0);
-        canvas.line(&[[at, TOP - 6.0], [at, bottom]], pen);
+        canvas.line(&[[at, TOP - 6.0], [at, bottom]], Pen::new(if tick == 0 { INK } else { FAINT }, 1.0));
         let label = match tick {
             0 => "0".to_owned(),
             _ => format!("{tick:+}").replace('-', "−"),
@@ -124,8 +123,7 @@ pub fn forest(path: &Path, (title, see): (&str, &str), lines: &[Line]) -> Result
     for (i, line) in lines.iter().enumerate() {
         let y = TOP + ROW * (i as f64 + 0.5);
         let mark = Mark::of(line);
-        let label = shortened(&line.label);
-        canvas.text(&label, [LEFT - 12.0, y], Anchor::End, NAME);
+        canvas.text(&shortened(&line.label), [LEFT - 12.0, y], Anchor::End, NAME);
         let [low, high] = line.interval;
         canvas.line(&[[x(low), y], [x(high), y]], mark.pen());
         for (end, side) in [(low, -1.0), (high, 1.0)] {

@@ -131,8 +131,7 @@ fn bar(canvas: &mut Canvas, [left, top, right, bottom]: Area, map: &Map) {
     for (sign, shape) in [(1.0, Shape::Triangle), (-1.0, Shape::Inverted)] {
         if map.values.iter().any(|value| sign * value > map.bound) {
             let [r, g, b] = diverging(sign);
-            let tip = [middle, at(sign) - 8.0 * sign];
-            canvas.marks(&[tip], shape, 7.0, Rgb(r, g, b));
+            canvas.marks(&[[middle, at(sign) - 8.0 * sign]], shape, 7.0, Rgb(r, g, b));
         }
     }
     for quarter in [1.0, 0.5, 0.0, -0.5, -1.0] {
@@ -147,6 +146,5 @@ fn bar(canvas: &mut Canvas, [left, top, right, bottom]: Area, map: &Map) {
         canvas.fill([left - 8.0, bottom + 24.0, left + 4.0, bottom + 36.0], Rgb(r, g, b));
         canvas.text("not judged", [left + 9.0, bottom + 30.0], Anchor::Start, 13.0);
     }
-    let place = [right + LABELS - 12.0, 0.5 * (top + bottom)];
-    canvas.turned(&map.unit, place, Anchor::Middle, LABEL, 90);
+    canvas.turned(&map.unit, [right + LABELS - 12.0, 0.5 * (top + bottom)], Anchor::Middle, LABEL, 90);
 }

@@ -38,8 +38,7 @@ pub fn matrix(
     let (left, top) = (longest(rows) + 26.0, longest(columns) + 84.0);
     let [across, down] = [columns, rows].map(|names| names.len() as f64 * CELL);
     let least = width(title, TITLE).max(560.0);
-    let size = [(left + across).max(least) + 20.0, top + down + 16.0];
-    let mut canvas = Canvas::new(size, title, see);
+    let mut canvas = Canvas::new([(left + across).max(least) + 20.0, top + down + 16.0], title, see);
     canvas.text(title, [14.0, 20.0], Anchor::Start, TITLE);
     let legend = [
         (Some(Detection::Rejected), "rejected"),
@@ -54,15 +53,13 @@ pub fn matrix(
         if let Some(seen) = seen {
             cells(&mut canvas, at, 1, seen);
         }
-        let place = [x + CELL + 8.0, 40.0 + 0.5 * CELL];
-        canvas.text(label, place, Anchor::Start, LABEL);
+        canvas.text(label, [x + CELL + 8.0, 40.0 + 0.5 * CELL], Anchor::Start, LABEL);
         x += CELL + 32.0 + width(label, LABEL);
     }
     let faint = Pen::new(FAINT, 1.0);
     for (c, name) in columns.iter().enumerate() {
         let x = left + c as f64 * CELL;
-        let at = [x + 0.5 * CELL, top - 6.0];
-        canvas.turned(name, at, Anchor::Start, NAME, -90);
+        canvas.turned(name, [x + 0.5 * CELL, top - 6.0], Anchor::Start, NAME, -90);
         canvas.line(&[[x, top], [x, top + down]], faint);
     }
     for (r, name) in rows.iter().enumerate() {

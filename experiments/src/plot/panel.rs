@@ -44,8 +44,7 @@ pub(super) fn axes(plot: Area, [x, y]: [[f64; 2]; 2], divisions: [Division; 2]) 
 
 /// The title of a panel, over the middle of its plot.
 pub(super) fn heading(canvas: &mut Canvas, [left, _, right, _]: Area, top: f64, title: &str) {
-    let at = [0.5 * (left + right), top + 19.0];
-    canvas.text(title, at, Anchor::Middle, HEADING);
+    canvas.text(title, [0.5 * (left + right), top + 19.0], Anchor::Middle, HEADING);
 }
 
 /// The axes with their labels, and a grid.
@@ -71,7 +70,6 @@ pub(super) fn frame(
     }
     canvas.line(&[[left, top], [left, bottom], [right, bottom]], axis);
     let middle = [0.5 * (left + right), 0.5 * (top + bottom)];
-    let below = [middle[0], bottom + 39.0];
-    canvas.text(across, below, Anchor::Middle, LABEL);
+    canvas.text(across, [middle[0], bottom + 39.0], Anchor::Middle, LABEL);
     canvas.turned(up, [left - 66.0, middle[1]], Anchor::Middle, LABEL, -90);
 }

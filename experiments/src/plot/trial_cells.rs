@@ -12,8 +12,7 @@ const HEADER: [&str; 4] = ["place", "expected", "observed", "sigmas"];
 
 /// Reads a data file.
 pub fn read(path: &Path) -> Result<Vec<Cell>, Error> {
-    let file = File::open(path).map_err(Error::file("read", path))?;
-    let mut reader = csv::Reader::from_reader(file);
+    let mut reader = csv::Reader::from_reader(File::open(path).map_err(Error::file("read", path))?);
     let wrong = |line: u64, message: &str| Error::Option(format!("{} line {line}: {message}", path.display()));
     if reader.headers().is_ok_and(|header| header != HEADER.as_slice()) {
         return Err(wrong(1, &format!("expected the columns {}", HEADER.join(","))));
@@ -21,8 +20,7 @@ pub fn read(path: &Path) -> Result<Vec<Cell>, Error> {
     let mut cells = Vec::new();
     for row in reader.deserialize() {
         let (place, expected, observed, sigmas) = row.map_err(|error| {
-            let line = error.position().map_or(1, csv::Position::line);
-            wrong(line, "expected a quoted place and three numbers")
+            wrong(error.position().map_or(1, csv::Position::line), "expected a quoted place and three numbers")
         })?;
         cells.push(Cell { place, expected, observed, sigmas });
     }
@@ -50,13 +48,11 @@ pub fn plot(cells: &[Cell], title: &str, path: &Path) -> Result<(), Error> {
     let (low, high) = (both().fold(f64::MAX, f64::min), both().fold(f64::MIN, f64::max));
     let room = 0.08 * (high - low).max(1e-3 * high.abs()).max(f64::MIN_POSITIVE);
     let title = format!("{title}: worst at {place}");
-    let ranges = [x, [-largest, largest]];
-    let above = Chart::new(title, [&axis, "(observed − expected)/σ"], ranges, vec![zero, stems]);
+    let above = Chart::new(title, [&axis, "(observed − expected)/σ"], [x, [-largest, largest]], vec![zero, stems]);
     let series =
         vec![Series::new("expected", 6, Mark::Line, expected), Series::new("observed", 0, Mark::Points, observed)];
     let axes = [&axis, "value (counts, or the units of the estimate)"];
-    let ranges = [x, [low - room, high + 3.0 * room]];
-    let below = Chart::new("expected and observed", axes, ranges, series);
+    let below = Chart::new("expected and observed", axes, [x, [low - room, high + 3.0 * room]], series);
     let see = "Above: how far each cell is from what is expected. Below: both values.";
     charts(path, see, [900, 820], &[above, below])
 }

@@ -142,8 +142,7 @@ impl Job {
             (EstimatorName::Bdpt, _) => Box::new(ByPasses { estimator: Bdpt::<Standard>::default(), seed }),
             (EstimatorName::Photon, _) => {
                 let (map, lookup) = (self.photons.map(), self.photons.lookup(true));
-                let photons = PhotonMapping::new(Standard, scene, lookup, map, (seed, 0))?;
-                Box::new(self.by_rays(photons))
+                Box::new(self.by_rays(PhotonMapping::new(Standard, scene, lookup, map, (seed, 0))?))
             }
             (EstimatorName::Sppm, _) => {
                 let (particles, radius) = self.photons.map();
@@ -162,8 +161,7 @@ impl Job {
             (EstimatorName::Whitted, _) => Box::new(self.by_rays(Whitted::new(rules))),
             (EstimatorName::Report, ConventionName::Published) => Box::new(self.by_rays(Published::default())),
             (EstimatorName::Report, _) => {
-                let report = Report { rays: self.rays, rules, ..Report::default() };
-                Box::new(self.by_rays(report))
+                Box::new(self.by_rays(Report { rays: self.rays, rules, ..Report::default() }))
             }
         })
     }

@@ -142,15 +142,13 @@ impl Run {
     /// Parts that several experiments draw on, in the folder `name` beside theirs: each is made once, by
     /// whichever asks first. `key` says all that decides them beside the program.
     pub fn shared(&self, name: &str, key: &str) -> Result<Unfinished, Error> {
-        let fingerprint = format!("{:016x} {key}", *PROGRAM);
-        Unfinished::at(self.folder.with_file_name(name), &fingerprint)
+        Unfinished::at(self.folder.with_file_name(name), &format!("{:016x} {key}", *PROGRAM))
     }
 
     /// The accumulated rows of `file` as earlier runs left them. A run writes them once, when all of its own are there.
     pub fn accumulated(&self, file: &str, key: &str, columns: &str) -> Result<Accumulated, Error> {
         let path = self.path(file);
-        let before = self.unfinished.before(&path)?;
-        Ok(Accumulated::continued(&before, path, key, columns))
+        Ok(Accumulated::continued(&self.unfinished.before(&path)?, path, key, columns))
     }
 
     /// The tier.
@@ -213,8 +211,7 @@ impl Run {
     /// Renders a job.
     pub fn render(&self, job: &Job, label: &str) -> Result<Film, Error> {
         // The experiment is named already.
-        let progress = Progress::new(if label == self.outcome.id { "" } else { label });
-        job.render(&progress)?.whole()
+        job.render(&Progress::new(if label == self.outcome.id { "" } else { label }))?.whole()
     }
 
     /// Renders a job and writes it as `stem.exr` and `stem.png`.
@@ -252,8 +249,7 @@ impl Run {
     /// names at blanks: they become hyphens, and a colon before one a dot.
     pub fn number(&mut self, key: &str, value: f64) {
         if value.is_finite() {
-            let key = key.replace(": ", ".").replace(' ', "-");
-            self.outcome.numbers.insert(key, value);
+            self.outcome.numbers.insert(key.replace(": ", ".").replace(' ', "-"), value);
         }
     }
 

@@ -93,8 +93,7 @@ fn kept(folder: &Path, fingerprint: &str) -> Option<ExperimentResult> {
 
 /// The result in a folder, if there is one that can be read.
 fn result(folder: &Path) -> Option<ExperimentResult> {
-    let text = std::fs::read_to_string(folder.join("result.json")).ok()?;
-    serde_json::from_str(&text).ok()
+    serde_json::from_str(&std::fs::read_to_string(folder.join("result.json")).ok()?).ok()
 }
 
 /// SHA-256 of each file of an experiment's folder but the result that lists them.
@@ -104,8 +103,7 @@ fn digests(folder: &Path) -> Result<BTreeMap<String, String>, Error> {
         let path = entry.map_err(Error::file("read", folder))?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         if path.is_file() && name != "result.json" {
-            let bytes = std::fs::read(&path).map_err(Error::file("read", &path))?;
-            let digest = Sha256::digest(&bytes);
+            let digest = Sha256::digest(&std::fs::read(&path).map_err(Error::file("read", &path))?);
             let digits = digest.iter().map(|byte| format!("{byte:02x}"));
             digests.insert(name.into_owned(), digits.collect());
         }

@@ -81,10 +81,7 @@ fn every_figure_says_what_it_shows() {
     let figures = [
         drawn("charts", |path| charts(path, see, [400, 300], &[chart(Vec::new())])),
         drawn("differences", |path| differences(path, about, &common, &[("panel", vec![[1.0, -50.0, 0.0]])])),
-        drawn("forest", |path| {
-            let undecided = Verdict::Undecided { needed: 9 };
-            forest(path, about, &[line([-0.5, 0.5], undecided)])
-        }),
+        drawn("forest", |path| forest(path, about, &[line([-0.5, 0.5], Verdict::Undecided { needed: 9 })])),
         drawn("map", |path| maps(path, see, [400, 300], 1, &[map])),
         drawn("matrix", |path| matrix(path, about, &names, &names, |_, _| Some(Detection::Missed))),
         drawn("squares", |path| squares(path, about, (&names, &names), "blank", square)),
@@ -92,8 +89,7 @@ fn every_figure_says_what_it_shows() {
     ];
     for svg in figures {
         assert!(svg.contains("<title id=\"title\">A &lt; B</title>"), "{svg}");
-        let desc = "<desc id=\"see\">What there is to see &amp; know.</desc>";
-        assert!(svg.contains(desc), "{svg}");
+        assert!(svg.contains("<desc id=\"see\">What there is to see &amp; know.</desc>"), "{svg}");
         assert!(svg.contains("aria-labelledby=\"title see\""), "{svg}");
         parsed(&svg);
     }
@@ -158,8 +154,7 @@ fn two_cells(name: &str, values: Vec<f64>) -> String {
 fn what_is_off_a_map_s_scale_is_marked() {
     let triangles = |values| {
         let svg = two_cells("overflow", values);
-        let rim = "<polygon stroke=\"#fff\"";
-        svg.lines().filter(|line| line.starts_with(rim) && line.contains("#FFFFFF")).count()
+        svg.lines().filter(|line| line.starts_with("<polygon stroke=\"#fff\"") && line.contains("#FFFFFF")).count()
     };
     assert_eq!(triangles(vec![4.0, -4.0]), 0);
     assert_eq!(triangles(vec![4.1, 0.0]), 1);
@@ -174,8 +169,7 @@ fn maps_hold_their_cells_in_colours_of_equal_weight() {
     // Relative luminance (ITU-R BT.709, linear) of both ends is about the same.
     let luminance = |share: f64| -> f64 {
         let linear = |channel: u8| (f64::from(channel) / 255.0).powf(2.2);
-        let weights = [0.2126, 0.7152, 0.0722];
-        let products = diverging(share).into_iter().zip(weights);
+        let products = diverging(share).into_iter().zip([0.2126, 0.7152, 0.0722]);
         products.map(|(channel, weight)| weight * linear(channel)).sum()
     };
     assert!((luminance(1.0) - luminance(-1.0)).abs() < 0.03);
@@ -185,8 +179,7 @@ fn maps_hold_their_cells_in_colours_of_equal_weight() {
     // The first bytes of every PNG.
     assert!(svg.contains("href=\"data:image/png;base64,iVBORw0KGgo"));
     parsed(&svg);
-    let path = folder("maps").join("map.svg");
-    assert!(maps(&path, "one value", [400, 300], 1, &[map(vec![0.0])]).is_err());
+    assert!(maps(&folder("maps").join("map.svg"), "one value", [400, 300], 1, &[map(vec![0.0])]).is_err());
 }
 
 /// The colour of a share of nothing is no colour of the scale, and is explained.

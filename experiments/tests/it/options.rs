@@ -108,8 +108,7 @@ impl Call {
             }
             Method::Sppm(particles, radius) => self.images(Sppm { parts: Standard, particles, radius }),
             Method::Radiosity(patches) => {
-                let fineness = Fineness { patches, halvings: 0 };
-                self.rays(Radiosity::new(Standard, scene, fineness, &|_| true)?)
+                self.rays(Radiosity::new(Standard, scene, Fineness { patches, halvings: 0 }, &|_| true)?)
             }
             Method::Whitted(rules) => self.rays(Whitted::new(rules)),
             Method::Report(rays, rules) => self.rays(Report { rays, rules, ..Report::default() }),

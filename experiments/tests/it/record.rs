@@ -95,8 +95,7 @@ fn cells_of_a_failed_trial_are_plotted_and_bad_files_refused() {
     };
     let good = plot("good.csv", "place,expected,observed,sigmas\n\"u, v\",1e3,1.1e3,3.2\n\"w\",5e2,4.9e2,-0.4\n");
     assert!(good.status.success());
-    let svg = fs::read_to_string(folder.join("good.svg")).expect("a plot");
-    assert!(svg.contains("u, v"));
+    assert!(fs::read_to_string(folder.join("good.svg")).expect("a plot").contains("u, v"));
     for (text, line) in [
         ("a,b\n", "line 1"),
         ("place,expected,observed,sigmas\n", "line 2"),
@@ -132,10 +131,8 @@ fn batches_of_a_mean_are_plotted() {
         seed: 1,
     };
     let path = write_cells(&row.trial, &row.outcome, &folder).expect("written").expect("cells");
-    let found = trial_cells::read(&path).expect("a data file");
-    assert_eq!(found.len(), row.outcome.cells.len());
+    assert_eq!(trial_cells::read(&path).expect("a data file").len(), row.outcome.cells.len());
     let plot = Command::new(env!("CARGO_BIN_EXE_plot-cells")).arg(&path).output().expect("the program starts");
     assert!(plot.status.success());
-    let svg = fs::read_to_string(path.with_extension("svg")).expect("a plot");
-    assert!(svg.contains(" (16 values)"));
+    assert!(fs::read_to_string(path.with_extension("svg")).expect("a plot").contains(" (16 values)"));
 }

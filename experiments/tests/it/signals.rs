@@ -40,8 +40,7 @@ impl Running {
 
     fn signal(&self, name: &str) {
         let id = self.child.id().to_string();
-        let sent = Command::new("kill").args([name, &id]).status();
-        assert!(sent.expect("kill").success());
+        assert!(Command::new("kill").args([name, &id]).status().expect("kill").success());
     }
 
     fn end(mut self) -> Option<i32> {
@@ -80,8 +79,7 @@ fn signals_write_what_is_done_beside_what_was_finished() {
         for file in ["a.partial.exr", "a.partial.png"] {
             std::fs::remove_file(folder.join(file)).expect("a partial image");
         }
-        let left = std::fs::read_dir(&folder).expect("the folder").count();
-        assert_eq!(left, 2, "{signal}");
+        assert_eq!(std::fs::read_dir(&folder).expect("the folder").count(), 2, "{signal}");
     }
 }
 

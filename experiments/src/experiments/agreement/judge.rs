@@ -23,8 +23,7 @@ pub(super) fn judge(
     let own = total.moments;
     if let (Mean::Measured(_), EstimatorName::Mis) = (reference, case.estimator) {
         let error = 100.0 * own.standard_error() / own.mean();
-        let value = format!("reference, {:.6} ± {error:.3} % standard error", own.mean());
-        run.note(&case.label(), value);
+        run.note(&case.label(), format!("reference, {:.6} ± {error:.3} % standard error", own.mean()));
         return Square { text: format!("{:.4} ± {error:.2} %", own.mean()), standing: Standing::Reference };
     }
     let lack = lack.unwrap_or(Mean::Known(0.0));

@@ -124,8 +124,7 @@ pub(super) fn note_map(run: &mut Run, case: &Case, [a, b]: [&Maps; 2], share: f6
         }
     } else {
         let least = 100.0 * LEAST_SHARE;
-        let value = format!("undecided: skewness lets {count} of {total} be judged, not {least:.0} %");
-        run.note(&what, value);
+        run.note(&what, format!("undecided: skewness lets {count} of {total} be judged, not {least:.0} %"));
     }
     let (pixels, count) = judged([&a.pixels, &b.pixels], SIZE[0] as usize, 1.0 / BINS as f64);
     run.number(&format!("{key}.pixels.judged"), count as f64);

@@ -12,8 +12,7 @@ use crate::experiments::prelude::*;
 pub(super) fn one_number(run: &mut Run) {
     for (axis, name) in ["x", "y"].into_iter().enumerate() {
         let mean = along(|r| hemisphere_printed(r)[axis]);
-        let what = "is the mean of that coordinate of directions by one r";
-        run.size(&format!("one_number.{name}"), mean, what);
+        run.size(&format!("one_number.{name}"), mean, "is the mean of that coordinate of directions by one r");
     }
 }
 
@@ -86,6 +85,5 @@ pub(super) fn slanted_edges(run: &mut Run) {
 
 /// ∫ f(r) dr over [0, 1].
 fn along(f: impl Fn(f64) -> f64) -> f64 {
-    let unit = Rectangle { x: [0.0, 1.0], y: [0.0, 1.0] };
-    integrate(unit, 1e-12, &mut |x, _| f(x)).value
+    integrate(Rectangle { x: [0.0, 1.0], y: [0.0, 1.0] }, 1e-12, &mut |x, _| f(x)).value
 }

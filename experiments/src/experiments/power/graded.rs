@@ -152,8 +152,7 @@ pub fn count_all(found: &[Measure], left_out: &mut LeftOut) -> Vec<Counted> {
         }
     }
     if counted.is_empty() {
-        let names = left_out.entry(reason).or_default();
-        names.push(first.name.clone());
+        left_out.entry(reason).or_default().push(first.name.clone());
     }
     counted
 }
@@ -214,8 +213,7 @@ fn report(run: &mut Run, counted: &[Counted], left_out: &LeftOut, size: (u64, f6
         run.detail(&c.label(), value, false);
     }
     for (reason, names) in left_out {
-        let value = format!("{}: {}", names.len(), names.join("; "));
-        run.note(&format!("not judged: {reason}"), value);
+        run.note(&format!("not judged: {reason}"), format!("{}: {}", names.len(), names.join("; ")));
     }
     let none: usize = left_out.values().map(Vec::len).sum();
     run.number("graded.not_judged", none as f64);
@@ -254,8 +252,7 @@ fn draw(run: &mut Run, counted: &[Counted], scale: f64) -> Result<(), Error> {
             Series::new("binomial law of the stated power", 0, Mark::Line, within(expected)),
             Series::new("found", 2, Mark::Points, within(found)),
         ];
-        let axes = ["share of seeds that reject", "controls"];
-        Chart::new(title, axes, [[low, high], [0.0, 1.1 * most]], series)
+        Chart::new(title, ["share of seeds that reject", "controls"], [[low, high], [0.0, 1.1 * most]], series)
     });
     let see = "Points along the lines: graded controls are rejected as often as stated.";
     charts(&run.figure("graded.svg"), see, [900, 760], &panels)

@@ -71,7 +71,6 @@ pub fn noise(run: &mut Run, [picture, plot, few, many]: [&str; 4]) -> Result<(),
     ];
     let title = "Noise of a crop of the all-diffuse room";
     let axes = ["samples per pixel N", "standard error of a pixel (radiance, rms)"];
-    let ranges = [[4.0, 1000.0], [error * 0.5, error * 20.0]];
-    let chart = Chart::new(title, axes, ranges, series).log([true; 2]);
+    let chart = Chart::new(title, axes, [[4.0, 1000.0], [error * 0.5, error * 20.0]], series).log([true; 2]);
     charts(&run.figure(plot), "The points lie on a line of slope −1/2.", [900, 460], &[chart])
 }

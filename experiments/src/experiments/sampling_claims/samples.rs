@@ -57,8 +57,7 @@ pub fn importance(run: &mut Run, file: &str) -> Result<(), Error> {
     for (colour, label, method, cosine) in [(2, "uniform", UNIFORM, false), (0, "cosine-weighted", COSINE, true)] {
         let (mut closed, mut found) = (Vec::new(), Vec::new());
         for (k, profile) in profiles.iter().enumerate() {
-            let seed = seed_for(run.seed(), &format!("{label} {}", profile.name));
-            let mut rng = stream(seed, 0, 0);
+            let mut rng = stream(seed_for(run.seed(), &format!("{label} {}", profile.name)), 0, 0);
             let squares: Moments =
                 (0..n).map(|_| (profile.estimate(method, uniform2(&mut rng)) - profile.mean).powi(2)).collect();
             let known = if cosine { profile.cosine } else { profile.uniform };
@@ -68,8 +67,7 @@ pub fn importance(run: &mut Run, file: &str) -> Result<(), Error> {
             run.number(&format!("importance.{}.{label}", profile.name), squares.mean());
             let x = k as f64 + if cosine { 0.1 } else { -0.1 };
             if known > 0.0 {
-                let ends = [[x - 0.09, known], [x + 0.09, known]];
-                closed.push(Series::new("", 6, Mark::Line, ends));
+                closed.push(Series::new("", 6, Mark::Line, [[x - 0.09, known], [x + 0.09, known]]));
                 found.push([x, squares.mean(), half]);
             }
         }
@@ -87,8 +85,7 @@ pub fn importance(run: &mut Run, file: &str) -> Result<(), Error> {
     }
     let title = "Variance of one sample; closed forms as black bars; cosine leaves none of L = 1";
     let across = format!("profile of incoming radiance: {}", names.join(", "));
-    let ranges = [[-0.5, 5.5], [1e-3, 10.0]];
-    let chart = Chart::new(title, [&across, "variance"], ranges, series).log([false, true]);
+    let chart = Chart::new(title, [&across, "variance"], [[-0.5, 5.5], [1e-3, 10.0]], series).log([false, true]);
     let see = "For light from above cosine-weighted directions have less variance, for light from the horizon more.";
     charts(&run.figure(file), see, [900, 500], &[chart])
 }
@@ -146,8 +143,7 @@ pub fn edges(run: &mut Run, file: &str) -> Result<(), Error> {
             let mut rng = stream(seed_for(run.seed(), label), samples, 0);
             let errors: Moments = (0..n).map(|_| squared_error(&mut rng, strategy(side), samples)).collect();
             let half = critical() * errors.standard_error();
-            let known = law(f64::from(samples));
-            all_hold &= (errors.mean() - known).abs() <= half;
+            all_hold &= (errors.mean() - law(f64::from(samples))).abs() <= half;
             run.number(&format!("edges.{label}.{samples}"), errors.mean());
             found.push([f64::from(samples), errors.mean(), half]);
         }

@@ -71,15 +71,13 @@ pub fn roulette(run: &mut Run, file: &str) -> Result<(), Error> {
         let value = format!("{low:.4}, {high:.4}; the variance is infinite up to {:.4}", a * a);
         run.note(&format!("roulette, albedo {a}: efficiency at survival {a} and 0.95"), value);
     }
-    let value = format!("{n} walks each");
-    run.claim("roulette: means and variances are their closed forms", value, all_hold);
+    run.claim("roulette: means and variances are their closed forms", format!("{n} walks each"), all_hold);
     let chart = |title: &str, label: &str, range, series| {
         Chart::new(title, ["survival probability q", label], [[0.2, 1.0], range], series)
     };
     let title = "Variance: infinite left of the squared albedo (grey)";
     let variances = chart(title, "variance of a path", [1e-2, 1e4], variances);
-    let title = "Efficiency: 1/(variance × vertices)";
-    let efficiencies = chart(title, "efficiency", [1e-4, 1e1], efficiencies);
+    let efficiencies = chart("Efficiency: 1/(variance × vertices)", "efficiency", [1e-4, 1e1], efficiencies);
     let panels = [
         chart("Mean: whatever the survival", "mean", [0.0, 14.0], means),
         variances.log([false, true]),
@@ -111,8 +109,7 @@ pub fn truncation(run: &mut Run, file: &str) -> Result<(), Error> {
         series.push(Series::new(&format!("albedo {a}"), colour, Mark::Line, curve));
         let (mut lost, mut bars) = (Vec::new(), Vec::new());
         for b in [1, 2, 3, 5, 7, 10, 15, 20] {
-            let parts = Parts { longest: Some(b), ..RIGHT };
-            let (values, _) = walks(run, &format!("cut {a} {b}"), n, parts, [a, 0.95]);
+            let (values, _) = walks(run, &format!("cut {a} {b}"), n, Parts { longest: Some(b), ..RIGHT }, [a, 0.95]);
             let [low, high] = interval(&values).map(|v| 1.0 - v / exact);
             let known = a.powi(b as i32 + 1);
             all_hold &= holds([high, low], known);
@@ -134,11 +131,9 @@ pub fn truncation(run: &mut Run, file: &str) -> Result<(), Error> {
         series.push(Series::new("", colour, Mark::Points, lost).with_bars(bars));
     }
     series.push(wall(7.0, [LEAST, 1.0]));
-    let value = format!("{n} walks each");
-    run.claim("path length: the bias of cut paths is −a^(b+1)", value, all_hold);
+    run.claim("path length: the bias of cut paths is −a^(b+1)", format!("{n} walks each"), all_hold);
     let title = "Share of light lost by cutting paths; the report's seven bounces in grey";
     let (axes, ranges) = (["bounces b", "relative bias"], [[0.0, 20.5], [LEAST, 1.0]]);
     let chart = Chart::new(title, axes, ranges, series).log([false, true]);
-    let see = "Straight lines: each bounce more loses less by the albedo.";
-    charts(&run.figure(file), see, [900, 520], &[chart])
+    charts(&run.figure(file), "Straight lines: each bounce more loses less by the albedo.", [900, 520], &[chart])
 }
