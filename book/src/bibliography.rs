@@ -8,7 +8,7 @@ use serde::Deserialize;
 use crate::error::{Error, Problem};
 use crate::links::line;
 use crate::mathml::escape;
-use crate::nearest;
+use crate::nearest::hint;
 
 /// A work.
 #[derive(Clone, Debug, Deserialize)]
@@ -16,13 +16,10 @@ use crate::nearest;
 pub struct Work {
     /// How the text calls it, such as "Kajiya 1986".
     pub label: String,
-    /// All authors.
     pub authors: String,
-    /// Its title.
     pub title: String,
     /// Journal, volume and pages; proceedings; publisher.
     pub venue: String,
-    /// When it was published.
     pub year: u16,
     /// Its digital object identifier, printed as text.
     pub doi: Option<String>,
@@ -48,12 +45,10 @@ impl Bibliography {
         Ok(Self { works })
     }
 
-    /// The work with this key.
     pub fn work(&self, key: &str) -> Result<&Work, String> {
-        self.works.get(key).ok_or_else(|| {
-            let hint = nearest::hint(key, self.works.keys().map(String::as_str));
-            format!("no work \"{key}\" in the bibliography{hint}")
-        })
+        self.works
+            .get(key)
+            .ok_or_else(|| format!("no work \"{key}\" in the bibliography{}", hint(key, self.works.keys())))
     }
 
     /// The list of all works as HTML, by key, which begins with the first author's name.

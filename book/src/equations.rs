@@ -3,14 +3,10 @@
 use whitefurnace::equation::{ALL, Equation, Verdict, by_id};
 
 use crate::mathml::{Math, typeset};
-use crate::nearest;
+use crate::nearest::hint;
 
-/// The equation with this id.
 pub fn find(id: &str) -> Result<&'static Equation, String> {
-    by_id(id).ok_or_else(|| {
-        let hint = nearest::hint(id, ALL.iter().map(|equation| equation.id));
-        format!("no equation \"{id}\" in the registry{hint}")
-    })
+    by_id(id).ok_or_else(|| format!("no equation \"{id}\" in the registry{}", hint(id, ALL.iter().map(|e| e.id))))
 }
 
 /// How the text calls an equation: its number, its section, or its title if the report lacks it.
@@ -94,14 +90,11 @@ pub fn matrix(math: &Math, place: impl Fn(&str) -> Option<String>) -> Result<Str
 
 /// How many equations have each verdict, as a table row of counts.
 pub fn tally() -> String {
-    let verdicts = [Verdict::Correct, Verdict::Trap, Verdict::Error, Verdict::Added];
-    let items: String = verdicts
-        .iter()
-        .map(|&verdict| {
-            let count = ALL.iter().filter(|e| e.verdict == verdict).count();
-            format!("<li>{} <strong>{count}</strong> <span>{}</span></li>", badge(verdict), meaning(verdict))
-        })
-        .collect();
+    let item = |(verdict, _, meaning): (Verdict, &str, &str)| {
+        let count = ALL.iter().filter(|e| e.verdict == verdict).count();
+        format!("<li>{} <strong>{count}</strong> <span>{meaning}</span></li>", badge(verdict))
+    };
+    let items = VERDICTS.map(item).concat();
     format!("<ul class=\"tally\">{items}</ul>")
 }
 
@@ -111,22 +104,14 @@ fn badge(verdict: Verdict) -> String {
     format!("<span class=\"badge badge-{name}\">{name}</span>")
 }
 
-/// The verdict in one word.
-fn name(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Correct => "correct",
-        Verdict::Trap => "trap",
-        Verdict::Error => "error",
-        Verdict::Added => "added",
-    }
-}
+/// The verdicts, in one word and in one clause each.
+const VERDICTS: [(Verdict, &str, &str); 4] = [
+    (Verdict::Correct, "correct", "right as printed"),
+    (Verdict::Trap, "trap", "right, but silent on a case or an assumption that breaks a literal program"),
+    (Verdict::Error, "error", "wrong as printed"),
+    (Verdict::Added, "added", "not in the report, added because the report needs it"),
+];
 
-/// The verdict in one clause.
-fn meaning(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Correct => "right as printed",
-        Verdict::Trap => "right, but silent on a case or an assumption that breaks a literal program",
-        Verdict::Error => "wrong as printed",
-        Verdict::Added => "not in the report, added because the report needs it",
-    }
+fn name(verdict: Verdict) -> &'static str {
+    VERDICTS.iter().find(|(of, ..)| *of == verdict).map_or("", |(_, name, _)| name)
 }

@@ -5,9 +5,9 @@
 //! |---|---|
 //! | `{{#eq ID}}` | an equation of the registry with its verdict, finding and source |
 //! | `{{#ref ID}}` | a link to the place that shows it |
-//! | `{{#result EXPERIMENT.KEY [FORMAT]}}` | a recorded number, see [`number::format`] |
+//! | `{{#result EXPERIMENT.KEY [FORMAT]}}` | a recorded number, see `number::format` |
 //! | `{{#figure EXPERIMENT/NAME.svg "caption"}}` | a recorded figure and the command that repeats it |
-//! | `{{#code PATH ITEM...}}` | items of a source file, see [`listing`] |
+//! | `{{#code PATH ITEM...}}` | items of a source file, see `listing` |
 //! | `{{#cite KEY}}` | a link into the bibliography |
 //! | `{{#equations}}`, `{{#tally}}`, `{{#experiments}}`, `{{#bibliography}}` | generated tables |
 //! | `{{#trials}}`, `{{#faults}}`, `{{#traceability}}` | tables from the registry of trials |
@@ -21,23 +21,23 @@ use std::path::{Path, PathBuf};
 use mdbook_driver::MDBook;
 use mdbook_driver::book::{BookItem, Chapter};
 
-pub mod bibliography;
+mod bibliography;
 pub mod check;
-pub mod directives;
-pub mod equations;
-pub mod error;
-pub mod links;
-pub mod listing;
-pub mod mathml;
+mod directives;
+mod equations;
+mod error;
+mod links;
+mod listing;
+mod mathml;
 pub mod mutants;
-pub mod nearest;
-pub mod number;
-pub mod registry;
+mod nearest;
+mod number;
+mod registry;
 pub mod results;
 pub mod run;
-pub mod scan;
+mod scan;
 pub mod trace;
-pub mod weaver;
+mod weaver;
 
 pub use error::{Error, Problem};
 

@@ -2,7 +2,6 @@
 
 use math_core::{LatexToMathML, MathCoreConfig, MathDisplay};
 
-/// Converts formulas.
 pub struct Math {
     converter: LatexToMathML,
 }
@@ -87,7 +86,6 @@ fn raised(text: &str) -> String {
     html
 }
 
-/// Text without line ends.
 fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
@@ -98,8 +96,7 @@ mod tests {
 
     #[test]
     fn inline_mathml_has_nothing_that_markdown_reads() {
-        let math = Math::default();
-        let html = math.inline(r"a_1^* + [b] \| c | \backslash", false);
+        let html = Math::default().inline(r"a_1^* + [b] \| c | \backslash", false);
         let html = html.expect("valid LaTeX");
         assert!(!html.contains(['*', '_', '[', ']', '|', '~', '\\', '`']), "{html}");
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 use registry::{all, all_faults};
 
 use crate::mathml::{escape, typeset};
-use crate::nearest;
+use crate::nearest::hint;
 use crate::results::Results;
 use crate::trace::Sources;
 
@@ -44,8 +44,7 @@ pub fn trial(name: &str) -> Result<String, String> {
     if trials.iter().any(|trial| trial.name == name) {
         return Ok(code(name));
     }
-    let hint = nearest::hint(name, trials.iter().map(|trial| trial.name.as_str()));
-    Err(format!("no trial \"{name}\"{hint}"))
+    Err(format!("no trial \"{name}\"{}", hint(name, trials.iter().map(|trial| &trial.name))))
 }
 
 /// The place of a trial on the page that lists them.
@@ -112,7 +111,6 @@ pub fn table(columns: &[&str], rows: &[String]) -> String {
     )
 }
 
-/// Text as code.
 pub fn code(text: &str) -> String {
     format!("<code>{}</code>", escape(text))
 }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use whitefurnace::harness::outcome::Verdict;
 
 use crate::error::{Error, Problem};
-use crate::nearest;
+use crate::nearest::hint;
 
 /// What an experiment leaves behind, on disk as `result.json`.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -168,20 +168,17 @@ impl Results {
 
     /// The experiment with this name.
     pub fn experiment(&self, id: &str) -> Result<&ExperimentResult, String> {
-        self.by_id.get(id).ok_or_else(|| {
-            let hint = nearest::hint(id, self.by_id.keys().map(String::as_str));
-            format!("no recorded result of an experiment \"{id}\"{hint}")
-        })
+        let found = self.by_id.get(id);
+        found.ok_or_else(|| format!("no recorded result of an experiment \"{id}\"{}", hint(id, self.by_id.keys())))
     }
 
     /// The number `EXPERIMENT.KEY`; the key may itself have dots.
     pub fn number(&self, name: &str) -> Result<f64, String> {
         let (id, key) = name.split_once('.').ok_or_else(|| format!("\"{name}\" is not of the form EXPERIMENT.KEY"))?;
         let recorded = self.experiment(id)?;
-        recorded.numbers.get(key).copied().ok_or_else(|| {
-            let hint = nearest::hint(key, recorded.numbers.keys().map(String::as_str));
-            format!("experiment \"{id}\" recorded no number \"{key}\"{hint}")
-        })
+        let numbers = &recorded.numbers;
+        let unknown = || format!("experiment \"{id}\" recorded no number \"{key}\"{}", hint(key, numbers.keys()));
+        numbers.get(key).copied().ok_or_else(unknown)
     }
 
     /// The experiment and the files of the figure `EXPERIMENT/NAME`: one, or the bands of a large
@@ -191,8 +188,7 @@ impl Results {
             name.split_once('/').ok_or_else(|| format!("\"{name}\" is not of the form EXPERIMENT/NAME.svg"))?;
         let recorded = self.experiment(id)?;
         if !recorded.figures.iter().any(|figure| figure == file) {
-            let hint = nearest::hint(file, recorded.figures.iter().map(String::as_str));
-            return Err(format!("experiment \"{id}\" recorded no figure \"{file}\"{hint}"));
+            return Err(format!("experiment \"{id}\" recorded no figure \"{file}\"{}", hint(file, &recorded.figures)));
         }
         let path = self.folder.join(id).join(file);
         if path.is_file() {

@@ -129,10 +129,7 @@ fn options(recorded: &ExperimentResult) -> String {
 
 /// How many claims hold, fail and are undecided.
 fn counts(recorded: &ExperimentResult) -> String {
-    let count = |what| {
-        let verdicts = recorded.findings.iter().filter_map(|f| f.verdict);
-        verdicts.filter(|&verdict| verdict == what).count()
-    };
+    let count = |what| recorded.findings.iter().filter_map(|f| f.verdict).filter(|&verdict| verdict == what).count();
     let [holds, fails, undecided] = [Judgement::Holds, Judgement::Fails, Judgement::Undecided].map(count);
     let fails = match fails {
         0 => "0".to_owned(),
@@ -231,8 +228,7 @@ fn numbers(pairs: &[Pair<'_>]) -> String {
 /// Claims in the record and in the run: those that fail or are judged differently first.
 fn claims(recorded: Option<&ExperimentResult>, ours: &ExperimentResult) -> String {
     let claimed = |from: Option<&'_ ExperimentResult>| -> Vec<Finding> {
-        let all = from.into_iter().flat_map(|r| r.findings.iter());
-        all.filter(|f| f.verdict.is_some()).cloned().collect()
+        from.into_iter().flat_map(|r| r.findings.iter()).filter(|f| f.verdict.is_some()).cloned().collect()
     };
     let (theirs, own) = (claimed(recorded), claimed(Some(ours)));
     let find = |list: &[Finding], what: &str| list.iter().find(|f| f.what == what).cloned();

@@ -54,7 +54,6 @@ fn options() -> Options {
         | Options::ENABLE_MATH
 }
 
-/// Reads a page.
 pub fn page(text: &str) -> Page {
     let mut page = Page::default();
     let mut code = Vec::new();

@@ -32,9 +32,7 @@ pub struct Weaver<'a> {
     pub pages: &'a Path,
     /// The project, for code.
     pub sources: &'a Path,
-    /// Recorded results.
     pub results: &'a Results,
-    /// Cited works.
     pub bibliography: &'a Bibliography,
     /// Whether a page sets a run beside the record.
     pub has_run: bool,
@@ -60,7 +58,6 @@ struct CurrentPage<'a> {
 }
 
 impl<'a> Weaver<'a> {
-    /// A weaver that has seen no page.
     pub fn new(pages: &'a Path, sources: &'a Path, results: &'a Results, bibliography: &'a Bibliography) -> Self {
         Self {
             pages,

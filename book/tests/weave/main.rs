@@ -180,8 +180,7 @@ fn broken_links_are_refused() {
 
 #[test]
 fn a_link_to_a_missing_heading_is_refused() {
-    let book = Small::new("# Page\n\n[Here](#nothing).\n");
-    let message = book.weave().expect_err("no such heading").to_string();
+    let message = Small::new("# Page\n\n[Here](#nothing).\n").weave().expect_err("no such heading").to_string();
     assert!(message.contains("page.md:3: no heading #nothing"), "{message}");
 }
 
