@@ -90,22 +90,15 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let mut panels = Vec::new();
     let mut tile_maps = Vec::new();
     for (i, case) in cases.iter().enumerate() {
-        let closed_form = SCENES.iter().find(|(scene, _)| *scene == case.scene);
-        let reference = match closed_form.and_then(|(_, mean)| *mean) {
-            Some(mean) => Reference::Known(mean),
-            None => match cases.iter().position(|other| is_reference(other, case.scene)) {
-                Some(at) => Reference::Rendered(at),
-                None => continue,
-            },
-        };
-        let against = match reference {
-            Reference::Known(mean) => Mean::Known(mean),
-            Reference::Rendered(at) => Mean::Measured(totals[at]),
+        let closed_form = SCENES.iter().find(|(scene, _)| *scene == case.scene).and_then(|(_, mean)| *mean);
+        // Where there is none, the path tracer's images are the reference.
+        let is_reference = |other: &Case| other.scene == case.scene && other.estimator == EstimatorName::Mis;
+        let at = cases.iter().position(is_reference).filter(|_| closed_form.is_none());
+        let Some(against) = closed_form.map(Mean::Known).or(at.map(|at| Mean::Measured(totals[at]))) else {
+            continue;
         };
         let square = judge(run, case, &totals[i], (against, lacks[i]), level);
-        if let Reference::Rendered(at) = reference
-            && at != i
-        {
+        if let Some(at) = at.filter(|&at| at != i) {
             let (tiles, pixels) = note_map(run, case, [&rendered[i].maps, &rendered[at].maps], share);
             if case.scene == SceneName::DiffuseRoom {
                 tile_maps.push(tiles);
@@ -165,7 +158,10 @@ fn add(accumulated: &mut Accumulated, means: &Values, level: f64) -> Result<Tota
         &[moments.count().to_string(), format!("{:e}", moments.mean()), format!("{:e}", moments.variance())],
     );
     accumulated.write()?;
-    Ok(total(accumulated, means, level))
+    let [counts, averages, variances] = ["count", "mean", "variance"].map(|column| accumulated.numbers(column));
+    let runs = counts.zip(averages).zip(variances);
+    let moments = runs.map(|((count, mean), variance)| Moments::of(count as u64, mean, variance));
+    Ok(Total { moments: moments.fold(Moments::default(), Moments::merge), valid_from: means.valid_from_at(level) })
 }
 
 /// What each case's method leaves out, if that is claimed.
@@ -200,22 +196,11 @@ fn lacks(run: &Run, cases: &[Case], level: f64) -> Result<Vec<Option<Mean>>, Err
     Ok(cases.iter().map(lack).collect())
 }
 
-fn is_reference(case: &Case, scene: SceneName) -> bool {
-    case.scene == scene && case.estimator == EstimatorName::Mis
-}
-
 /// A mean that is known, or that images tell.
 #[derive(Clone, Copy)]
 enum Mean {
     Known(f64),
     Measured(Total),
-}
-
-/// What a case is compared with.
-enum Reference {
-    Known(f64),
-    /// The case with this index.
-    Rendered(usize),
 }
 
 /// Renders the next replications of a case.
@@ -256,12 +241,4 @@ fn render(run: &Run, case: &Case, first: u32) -> Result<Images, Error> {
     })?;
     bar.finish();
     Ok(images)
-}
-
-/// The image means of all runs together.
-fn total(accumulated: &Accumulated, values: &Values, level: f64) -> Total {
-    let [counts, means, variances] = ["count", "mean", "variance"].map(|column| accumulated.numbers(column));
-    let moments = counts.zip(means).zip(variances).map(|((n, mean), variance)| Moments::of(n as u64, mean, variance));
-    let moments = moments.fold(Moments::default(), Moments::merge);
-    Total { moments, valid_from: values.valid_from_at(level) }
 }

@@ -124,10 +124,7 @@ fn judge(run: &mut Run, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) {
         );
         run.note(&format!("{side}, {}°", ANGLES[place]), value);
     }
-    let worst = |ratios: &[Ratios]| {
-        let all = ratios.iter().flatten().map(|[ratio, _]| (ratio - 1.0).abs());
-        all.fold(0.0, f64::max)
-    };
+    let worst = |ratios: &[Ratios]| ratios.iter().flatten().map(|[ratio, _]| (ratio - 1.0).abs()).fold(0.0, f64::max);
     let tinted = coloured
         .iter()
         .filter(|ratios| {

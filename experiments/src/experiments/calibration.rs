@@ -105,8 +105,7 @@ fn in_question(registry: Vec<Trial>, master: u64) -> Result<Vec<Trial>, Error> {
     let context = Context::new(seed_for(master, "calibration, which trials"), SCALE)?;
     let examined =
         parallel(&registry, |trial| !LEFT_OUT.contains(&group(&trial.name)) && !p_values(trial, &context).is_empty())?;
-    let pairs = registry.into_iter().zip(examined);
-    Ok(pairs.filter_map(|(trial, kept)| kept.then_some(trial)).collect())
+    Ok(registry.into_iter().zip(examined).filter_map(|(trial, kept)| kept.then_some(trial)).collect())
 }
 
 /// The p-values of these trials in replication k.

@@ -47,17 +47,13 @@ fn run(run: &mut Run) -> Result<(), Error> {
 /// approximate claim the hypothesis of equality need not be true.
 fn fields(seed: &Seed) -> Vec<String> {
     let measures = || seed.subjects.iter().chain(&seed.equivalents);
-    let count = |wanted: Judgement| {
-        let of = measures().filter(|measure| measure.verdict == wanted);
-        of.count().to_string()
-    };
+    let count = |wanted: Judgement| measures().filter(|measure| measure.verdict == wanted).count().to_string();
     let fails = |measure: &&Measure| measure.verdict == Judgement::Fails;
     let compared =
         || measures().filter(|measure| measure.random && !measure.approximate && measure.n >= measure.valid_from);
     let smallest = compared().min_by(|a, b| a.p.total_cmp(&b.p));
     let answers = |wanted: Answer| {
-        let of = seed.faults.iter().filter(|(_, answer)| *answer == wanted);
-        of.map(|(name, _)| name.as_str()).collect::<Vec<_>>()
+        seed.faults.iter().filter(|(_, answer)| *answer == wanted).map(|(name, _)| name.as_str()).collect::<Vec<_>>()
     };
     let mut red: Vec<&str> = measures().filter(fails).map(|m| m.name.as_str()).collect();
     red.extend(answers(Answer::Red));

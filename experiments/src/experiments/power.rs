@@ -196,8 +196,7 @@ fn draw_registry(run: &mut Run, measures: &[Detectable], scale: f64, limit: f64)
     kinds.sort_unstable();
     kinds.dedup();
     let count = measures.len() as f64;
-    let finite = measures.iter().map(|m| m.ratio).filter(|ratio| ratio.is_finite());
-    let largest = finite.fold(limit, f64::max);
+    let largest = measures.iter().map(|m| m.ratio).filter(|ratio| ratio.is_finite()).fold(limit, f64::max);
     let line = [[0.0, limit], [count + 1.0, limit]];
     let mut series = vec![Series::new("just seen at full size", 0, Mark::Faint, line)];
     for (colour, kind) in kinds.into_iter().enumerate() {

@@ -90,8 +90,7 @@ fn image(run: &mut Run, pools: &[(&str, ThreadPool)], scene: &str, job: Job) -> 
 /// Mean squared standard error of a pixel's channel: the variance of a sample over their number. Not the
 /// whole error of methods whose pixels share photons or whose lookups are biased.
 fn squared_error(film: &Film) -> f64 {
-    let squares = film.pixels().iter();
-    let sum: f64 = squares.map(|p| p.standard_error().length_squared()).sum();
+    let sum: f64 = film.pixels().iter().map(|p| p.standard_error().length_squared()).sum();
     sum / (3.0 * film.pixels().len() as f64)
 }
 
@@ -127,8 +126,7 @@ fn rays(run: &mut Run) -> Result<(), Error> {
 fn query(run: &mut Run, key: &str, rays: &[Ray], ask: impl Fn(&Ray)) -> Result<(), Error> {
     let count = run.count(run.by_tier(100_000, 2_000_000));
     let seconds = least_seconds(|| {
-        let rays = rays.iter().cycle().take(count as usize);
-        rays.for_each(|ray| ask(black_box(ray)));
+        rays.iter().cycle().take(count as usize).for_each(|ray| ask(black_box(ray)));
         Ok(())
     })?;
     let rate = count as f64 / seconds / 1e6;

@@ -33,8 +33,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let figures = draw(run, &trials, &found)?;
     let recorded = record::recorded(&record::recorded_folder(), TRIALS.id);
     for equation in equation::ALL {
-        let on_trial = trials.iter().zip(&found).filter(|(trial, _)| trial.equation.id == equation.id);
-        let rows: Vec<_> = on_trial.collect();
+        let rows: Vec<_> = trials.iter().zip(&found).filter(|(trial, _)| trial.equation.id == equation.id).collect();
         summarise(run, equation, &rows);
         for (trial, rows) in rows {
             report(run, trial, rows, &figures[group(&trial.name)], recorded.as_ref());
@@ -54,7 +53,7 @@ fn summarise(run: &mut Run, equation: &Equation, trials: &[(&Trial, &Vec<Row>)])
         run.note(&what, "no trial of its own".to_owned());
         return;
     }
-    let verdict = suite::joint(verdicts(trials.iter().flat_map(|(_, rows)| rows.iter())));
+    let verdict = suite::joint(trials.iter().flat_map(|(_, rows)| rows.iter()));
     let names: usize = trials.iter().map(|(_, rows)| rows.len()).sum();
     run.claim(&what, format!("trials {}, measures {names}", trials.len()), verdict);
 }
@@ -64,7 +63,7 @@ fn report(run: &mut Run, trial: &Trial, rows: &[Row], figure: &str, recorded: Op
     let Some(row) = rows.iter().max_by(|a, b| reach(a).total_cmp(&reach(b))) else {
         return;
     };
-    let verdict = suite::joint(verdicts(rows.iter()));
+    let verdict = suite::joint(rows);
     let o = &row.outcome;
     let what = trial.name.clone();
     let mut value = format!("{}: {}, ", trial.property, evidence(row));
@@ -124,10 +123,6 @@ fn reach(row: &Row) -> f64 {
     }
 }
 
-fn verdicts<'a>(rows: impl Iterator<Item = &'a Row> + 'a) -> impl Iterator<Item = Verdict> + 'a {
-    rows.map(|row| row.verdict)
-}
-
 /// The counts, and the level at which they were made.
 fn totals(run: &mut Run, found: &[Vec<Row>], scale: f64) {
     let rows: Vec<&Row> = found.iter().flatten().collect();
@@ -156,8 +151,7 @@ fn draw(run: &mut Run, trials: &[Trial], found: &[Vec<Row>]) -> Result<BTreeMap<
     let mut lines: BTreeMap<String, Vec<Line>> = BTreeMap::new();
     for (trial, rows) in trials.iter().zip(found) {
         let group = group(&trial.name);
-        let lines = lines.entry(group.to_owned()).or_default();
-        lines.extend(rows.iter().filter_map(|row| line(trial, group, row)));
+        lines.entry(group.to_owned()).or_default().extend(rows.iter().filter_map(|row| line(trial, group, row)));
     }
     let mut figures = BTreeMap::new();
     for (group, lines) in lines {

@@ -110,8 +110,7 @@ fn cells(map: &Map) -> Result<Vec<u8>, String> {
     let colours: Vec<[u8; 3]> = map.values.iter().map(colour).collect();
     let mut pixels = Vec::new();
     for row in colours.chunks(width.max(1) as usize) {
-        let wide = row.iter().flat_map(|&c| std::iter::repeat_n(c, times as usize));
-        let line: Vec<u8> = wide.flatten().collect();
+        let line: Vec<u8> = row.iter().flat_map(|&c| std::iter::repeat_n(c, times as usize)).flatten().collect();
         (0..times).for_each(|_| pixels.extend_from_slice(&line));
     }
     encode_rgb([width * times, height * times], &pixels).map_err(|error| error.to_string())

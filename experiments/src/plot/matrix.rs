@@ -31,10 +31,7 @@ pub fn matrix(
     columns: &[String],
     seen: impl Fn(usize, usize) -> Option<Detection>,
 ) -> Result<(), Error> {
-    let longest = |names: &[String]| {
-        let widths = names.iter().map(|name| width(name, NAME));
-        widths.fold(0.0, f64::max)
-    };
+    let longest = |names: &[String]| names.iter().map(|name| width(name, NAME)).fold(0.0, f64::max);
     let (left, top) = (longest(rows) + 26.0, longest(columns) + 84.0);
     let [across, down] = [columns, rows].map(|names| names.len() as f64 * CELL);
     let least = width(title, TITLE).max(560.0);

@@ -98,6 +98,5 @@ fn read(text: &str, key: &str, columns: &str) -> Option<(u32, Vec<Vec<String>>)>
     let rest = text.strip_prefix("# ")?.strip_prefix(key)?;
     let (looks, rest) = rest.strip_prefix('\n')?.strip_prefix(LOOKS)?.split_once('\n')?;
     let rows = rest.strip_prefix(columns)?.strip_prefix('\n')?.lines();
-    let rows = rows.map(|row| row.split(',').map(str::to_owned).collect());
-    Some((looks.parse().ok()?, rows.collect()))
+    Some((looks.parse().ok()?, rows.map(|row| row.split(',').map(str::to_owned).collect()).collect()))
 }

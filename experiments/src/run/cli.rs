@@ -29,8 +29,7 @@ pub fn exit<E: Into<Ending>>(result: Result<E, Error>) -> ExitCode {
         Ok(Ending::Interrupted) => signals::exit_code().unwrap_or(2),
         Err(error) => {
             eprintln!("error: {error}");
-            let signal = signals::exit_code().filter(|_| matches!(error, Error::Interrupted));
-            signal.unwrap_or(2)
+            signals::exit_code().filter(|_| matches!(error, Error::Interrupted)).unwrap_or(2)
         }
     };
     ExitCode::from(code)

@@ -114,19 +114,15 @@ pub fn state(done: u64, size: u64, unit: &str, elapsed: Duration) -> String {
 
 /// Three digits and a word.
 fn quantity(value: f64) -> String {
-    let (value, word) = match value {
-        v if v >= 1e12 => (v / 1e12, " trillion"),
-        v if v >= 1e9 => (v / 1e9, " billion"),
-        v if v >= 1e6 => (v / 1e6, " million"),
-        v if v >= 1e4 => (v / 1e3, " thousand"),
-        v => {
-            return if v < 10.0 && v.fract() > 0.0 { format!("{v:.1}") } else { format!("{v:.0}") };
-        }
-    };
-    match value {
-        v if v < 10.0 => format!("{v:.2}{word}"),
-        v if v < 100.0 => format!("{v:.1}{word}"),
-        v => format!("{v:.0}{word}"),
+    let scales = [(1e12, " trillion"), (1e9, " billion"), (1e6, " million"), (1e3, " thousand")];
+    // Four digits need no word.
+    let scale = scales.into_iter().find(|&(unit, _)| value >= f64::max(unit, 1e4));
+    match scale.map(|(unit, word)| (value / unit, word)) {
+        None if value < 10.0 && value.fract() > 0.0 => format!("{value:.1}"),
+        None => format!("{value:.0}"),
+        Some((v, word)) if v < 10.0 => format!("{v:.2}{word}"),
+        Some((v, word)) if v < 100.0 => format!("{v:.1}{word}"),
+        Some((v, word)) => format!("{v:.0}{word}"),
     }
 }
 

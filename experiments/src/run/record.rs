@@ -104,8 +104,7 @@ fn digests(folder: &Path) -> Result<BTreeMap<String, String>, Error> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         if path.is_file() && name != "result.json" {
             let digest = Sha256::digest(&std::fs::read(&path).map_err(Error::file("read", &path))?);
-            let digits = digest.iter().map(|byte| format!("{byte:02x}"));
-            digests.insert(name.into_owned(), digits.collect());
+            digests.insert(name.into_owned(), digest.iter().map(|byte| format!("{byte:02x}")).collect());
         }
     }
     Ok(digests)
@@ -114,8 +113,7 @@ fn digests(folder: &Path) -> Result<BTreeMap<String, String>, Error> {
 /// A hash of the running program's file: any change of code makes earlier results stale.
 pub static PROGRAM: LazyLock<u64> = LazyLock::new(|| {
     let mut hasher = DefaultHasher::new();
-    let bytes = std::env::current_exe().and_then(std::fs::read);
-    bytes.unwrap_or_default().hash(&mut hasher);
+    std::env::current_exe().and_then(std::fs::read).unwrap_or_default().hash(&mut hasher);
     hasher.finish()
 });
 

@@ -28,8 +28,7 @@ pub fn split_png(source: &Path, to: &Path, largest: u64) -> Result<(), Error> {
                 .map(|band| encode_rgb([info.width, (band.len() / info.line_size) as u32], band))
                 .collect::<Result<_, _>>()
                 .ok()?;
-            let fit = bands.iter().all(|band| band.len() as u64 <= largest);
-            fit.then_some(bands)
+            bands.iter().all(|band| band.len() as u64 <= largest).then_some(bands)
         })
         .ok_or_else(|| fault(format!("a row takes more than {largest} bytes")))?;
     for (i, band) in bands.iter().enumerate() {

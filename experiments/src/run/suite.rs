@@ -40,8 +40,8 @@ pub fn run(trials: &[Trial], seed: u64, scale: f64) -> Result<Vec<Vec<Row>>, Err
 }
 
 /// The verdict on several outcomes together: fails if one does, holds if all do.
-pub fn joint(verdicts: impl IntoIterator<Item = Verdict>) -> Verdict {
-    verdicts.into_iter().fold(Verdict::Holds, |joint, verdict| match (joint, verdict) {
+pub fn joint<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Verdict {
+    rows.into_iter().fold(Verdict::Holds, |joint, row| match (joint, row.verdict) {
         (Verdict::Fails, _) | (_, Verdict::Fails) => Verdict::Fails,
         (Verdict::Undecided { needed: a }, Verdict::Undecided { needed: b }) => Verdict::Undecided { needed: a.max(b) },
         (Verdict::Holds, other) | (other, Verdict::Holds) => other,

@@ -48,8 +48,7 @@ impl Unfinished {
         make: impl FnOnce() -> Result<T, Error>,
     ) -> Result<T, Error> {
         let path = self.folder.join(format!("{key}.json"));
-        let done = std::fs::read_to_string(&path).ok();
-        if let Some(part) = done.and_then(|text| serde_json::from_str(&text).ok()) {
+        if let Some(part) = std::fs::read_to_string(&path).ok().and_then(|text| serde_json::from_str(&text).ok()) {
             return Ok(part);
         }
         if interrupted() {

@@ -188,10 +188,7 @@ fn what_is_not_judged_is_grey() {
     let svg = |values| two_cells("unknown", values);
     let [known, unknown] = [svg(vec![0.0, -9.0]), svg(vec![0.0, f64::NAN])];
     assert!(unknown.contains("not judged") && !known.contains("not judged"));
-    let picture = |svg: &str| {
-        let data = svg.split("base64,").nth(1).expect("a picture");
-        data.split('"').next().map(str::to_owned)
-    };
+    let picture = |svg: &str| svg.split("base64,").nth(1).expect("a picture").split('"').next().map(str::to_owned);
     assert!(picture(&known) != picture(&unknown), "as if it were far below");
 }
 

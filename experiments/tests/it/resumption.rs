@@ -98,8 +98,7 @@ fn interrupted_and_continued_is_uninterrupted() {
 fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let files = book::check::files(folder).expect("the folder is there");
     let relative = |file: &Path| file.strip_prefix(folder).expect("below").to_owned();
-    let files = files.iter().map(|file| (relative(file), fs::read(file).expect("a file")));
-    files.collect()
+    files.iter().map(|file| (relative(file), fs::read(file).expect("a file"))).collect()
 }
 
 /// The experiment with the most parts and accumulated rows, whole, and interrupted before its last file, with a third of the

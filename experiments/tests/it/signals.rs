@@ -91,8 +91,7 @@ fn threads_are_as_many_as_asked_for() {
     let tasks = |threads: usize| {
         let mut render = endless(&folder, threads);
         render.wait_for("% of");
-        let tasks = std::fs::read_dir(format!("/proc/{}/task", render.child.id())).expect("tasks");
-        let count = tasks.count();
+        let count = std::fs::read_dir(format!("/proc/{}/task", render.child.id())).expect("tasks").count();
         render.signal("-TERM");
         assert_eq!(render.end(), Some(143));
         count

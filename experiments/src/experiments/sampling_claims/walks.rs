@@ -50,8 +50,7 @@ pub fn roulette(run: &mut Run, file: &str) -> Result<(), Error> {
         let values = found.iter().map(|(q, (values, _))| measured(*q, values));
         means.push(Series::measured("", colour, values));
         let curve = |f: &dyn Fn(f64) -> f64| {
-            let survivals = (1..400).map(|i| a * a + f64::from(i) / 400.0 * (1.0 - a * a));
-            survivals.map(|q| [q, f(q)]).collect::<Vec<_>>()
+            (1..400).map(|i| a * a + f64::from(i) / 400.0 * (1.0 - a * a)).map(|q| [q, f(q)]).collect::<Vec<_>>()
         };
         let efficiency = |q: f64| 1.0 / (variance(a, q) * vertices(q));
         variances.push(Series::new(&label, colour, Mark::Line, curve(&|q| variance(a, q))));
