@@ -6,10 +6,9 @@ use std::path::Path;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use plotters::prelude::{
-    Color as _, DrawingBackend as _, IntoFont as _, RGBColor, SVGBackend, ShapeStyle, TextStyle, WHITE,
-};
-use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::prelude::{Color as _, DrawingBackend as _, IntoFont as _, SVGBackend, ShapeStyle, TextStyle, WHITE};
+pub(super) use plotters::style::text_anchor::HPos as Anchor;
+use plotters::style::text_anchor::{Pos, VPos};
 use plotters_backend::DrawingErrorKind;
 use whitefurnace::error::Error;
 
@@ -51,14 +50,6 @@ pub(super) enum Shape {
     Inverted,
     Plus,
     Bar,
-}
-
-/// Where a text stands with respect to its point.
-#[derive(Clone, Copy)]
-pub(super) enum Anchor {
-    Start,
-    Middle,
-    End,
 }
 
 /// A drawing in the making.
@@ -128,27 +119,20 @@ impl Canvas {
         // A thin white rim keeps marks apart that overlap.
         let rim = if radius > 2.0 { RIM } else { "" };
         for &[x, y] in at {
-            let corners = |offsets: &[Point]| -> Vec<Point> {
-                let at = |&[dx, dy]: &Point| [x + radius * dx, y + radius * dy];
-                offsets.iter().map(at).collect()
-            };
-            match shape.outline() {
-                Outline::Disc => self.draw("", |page| {
+            let at = |&[dx, dy]: &Point| [x + radius * dx, y + radius * dy];
+            let corners: Vec<Point> = shape.corners().iter().map(at).collect();
+            match shape {
+                Shape::Disc => self.draw("", |page| {
                     let at = place([x, y]);
                     if !rim.is_empty() {
                         page.draw_circle(at, fine(radius + 0.3) as u32, &WHITE, true)?;
                     }
                     page.draw_circle(at, fine(radius) as u32, &colour.filled(), true)
                 }),
-                Outline::Corners(offsets) => {
-                    let corners = corners(offsets);
-                    self.draw(rim, |page| page.fill_polygon(corners.into_iter().map(place), &colour.filled()));
+                Shape::Cross | Shape::Plus => {
+                    corners.chunks(2).for_each(|stroke| self.line(stroke, Pen::new(colour, 2.0)));
                 }
-                Outline::Strokes(strokes) => {
-                    for stroke in strokes {
-                        self.line(&corners(stroke), Pen::new(colour, 2.0));
-                    }
-                }
+                _ => self.draw(rim, |page| page.fill_polygon(corners.into_iter().map(place), &colour.filled())),
             }
         }
     }
@@ -160,11 +144,6 @@ impl Canvas {
 
     /// A text turned by `degrees` about its point, clockwise.
     pub fn turned(&mut self, text: &str, at: Point, anchor: Anchor, size: f64, degrees: i32) {
-        let across = match anchor {
-            Anchor::Start => HPos::Left,
-            Anchor::Middle => HPos::Center,
-            Anchor::End => HPos::Right,
-        };
         let (x, y) = place(at);
         let turn = match degrees {
             0 => String::new(),
@@ -172,8 +151,7 @@ impl Canvas {
         };
         // Plotters writes font sizes divided by 1.24.
         let font = ("sans-serif", 1.24 * f64::from(fine(size))).into_font();
-        let ink = INK.plotters();
-        let style = TextStyle::from(font).color(&ink).pos(Pos::new(across, VPos::Center));
+        let style = TextStyle::from(font).color(&INK).pos(Pos::new(anchor, VPos::Center));
         self.draw(&turn, |page| page.draw_text(text, &style, (x, y)));
     }
 
@@ -224,38 +202,22 @@ fn place([x, y]: Point) -> (i32, i32) {
 
 impl Pen {
     fn stroke(self) -> ShapeStyle {
-        self.colour.plotters().stroke_width(fine(self.width) as u32)
+        self.colour.stroke_width(fine(self.width) as u32)
     }
-}
-
-impl Rgb {
-    fn plotters(self) -> RGBColor {
-        RGBColor(self.0, self.1, self.2)
-    }
-
-    fn filled(self) -> ShapeStyle {
-        self.plotters().filled()
-    }
-}
-
-/// How a mark of radius 1 is drawn.
-enum Outline {
-    Disc,
-    Corners(&'static [Point]),
-    Strokes(&'static [[Point; 2]; 2]),
 }
 
 impl Shape {
-    fn outline(self) -> Outline {
+    /// The corners of a mark of radius 1; of crosses the ends of both strokes; of a disc none.
+    fn corners(self) -> &'static [Point] {
         match self {
-            Self::Disc => Outline::Disc,
-            Self::Square => Outline::Corners(&[[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9]]),
-            Self::Triangle => Outline::Corners(&[[0.0, -1.2], [1.1, 0.8], [-1.1, 0.8]]),
-            Self::Inverted => Outline::Corners(&[[0.0, 1.2], [1.1, -0.8], [-1.1, -0.8]]),
-            Self::Diamond => Outline::Corners(&[[0.0, -1.25], [1.25, 0.0], [0.0, 1.25], [-1.25, 0.0]]),
-            Self::Bar => Outline::Corners(&[[-1.4, -0.45], [1.4, -0.45], [1.4, 0.45], [-1.4, 0.45]]),
-            Self::Cross => Outline::Strokes(&[[[-1.0, -1.0], [1.0, 1.0]], [[-1.0, 1.0], [1.0, -1.0]]]),
-            Self::Plus => Outline::Strokes(&[[[-1.2, 0.0], [1.2, 0.0]], [[0.0, -1.2], [0.0, 1.2]]]),
+            Self::Disc => &[],
+            Self::Square => &[[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9]],
+            Self::Triangle => &[[0.0, -1.2], [1.1, 0.8], [-1.1, 0.8]],
+            Self::Inverted => &[[0.0, 1.2], [1.1, -0.8], [-1.1, -0.8]],
+            Self::Diamond => &[[0.0, -1.25], [1.25, 0.0], [0.0, 1.25], [-1.25, 0.0]],
+            Self::Bar => &[[-1.4, -0.45], [1.4, -0.45], [1.4, 0.45], [-1.4, 0.45]],
+            Self::Cross => &[[-1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [1.0, -1.0]],
+            Self::Plus => &[[-1.2, 0.0], [1.2, 0.0], [0.0, -1.2], [0.0, 1.2]],
         }
     }
 }

@@ -208,7 +208,7 @@ fn legend(canvas: &mut Canvas, [left, top, right, _]: Area, chart: &Chart, looks
         if let Some(part) = sample.iter().find(|s| matches!(s.mark, Mark::Points | Mark::Dots)) {
             canvas.marks(&[[x + 15.0, y]], looks.style(part).1, RADIUS, colour(part));
         }
-        canvas.text(&series.label, [x + 36.0, y], Anchor::Start, LABEL);
+        canvas.text(&series.label, [x + 36.0, y], Anchor::Left, LABEL);
         x += length;
     }
     lines

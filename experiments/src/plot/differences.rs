@@ -52,11 +52,11 @@ fn legend(canvas: &mut Canvas, band: &str) {
     let mut x = LEFT;
     for (name, colour, shape) in CHANNELS {
         canvas.marks(&[[x, 24.0]], shape, RADIUS, colour);
-        canvas.text(name, [x + 12.0, 24.0], Anchor::Start, LABEL);
+        canvas.text(name, [x + 12.0, 24.0], Anchor::Left, LABEL);
         x += 84.0;
     }
     canvas.fill([x, 15.0, x + 26.0, 33.0], BAND);
-    canvas.text(band, [x + 34.0, 24.0], Anchor::Start, LABEL);
+    canvas.text(band, [x + 34.0, 24.0], Anchor::Left, LABEL);
 }
 
 fn draw(canvas: &mut Canvas, area: Area, common: &Common<'_>, panel: &Panel<'_>, most: f64) {
@@ -80,7 +80,7 @@ fn draw(canvas: &mut Canvas, area: Area, common: &Common<'_>, panel: &Panel<'_>,
     for (i, (name, _)) in common.regions.iter().enumerate() {
         let lines = name.rsplit_once(' ').unwrap_or((name, ""));
         for (line, down) in [(lines.0, 14.0), (lines.1, 29.0)] {
-            canvas.text(line, [middle(i), plot[3] + down], Anchor::Middle, 13.0);
+            canvas.text(line, [middle(i), plot[3] + down], Anchor::Center, 13.0);
         }
     }
     let (title, rows) = panel;

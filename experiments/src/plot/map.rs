@@ -138,12 +138,12 @@ fn bar(canvas: &mut Canvas, [left, top, right, bottom]: Area, map: &Map) {
         let label = if value == 0.0 { "0".to_owned() } else { format!("{value:+}").replace('-', "−") };
         let y = at(quarter);
         canvas.line(&[[right, y], [right + 4.0, y]], Pen::new(INK, 1.0));
-        canvas.text(&label, [right + 8.0, y], Anchor::Start, LABEL);
+        canvas.text(&label, [right + 8.0, y], Anchor::Left, LABEL);
     }
     if map.values.iter().any(|value| value.is_nan()) {
         let [r, g, b] = UNKNOWN;
         canvas.fill([left - 8.0, bottom + 24.0, left + 4.0, bottom + 36.0], Rgb(r, g, b));
-        canvas.text("not judged", [left + 9.0, bottom + 30.0], Anchor::Start, 13.0);
+        canvas.text("not judged", [left + 9.0, bottom + 30.0], Anchor::Left, 13.0);
     }
-    canvas.turned(&map.unit, [right + LABELS - 12.0, 0.5 * (top + bottom)], Anchor::Middle, LABEL, 90);
+    canvas.turned(&map.unit, [right + LABELS - 12.0, 0.5 * (top + bottom)], Anchor::Center, LABEL, 90);
 }

@@ -13,17 +13,12 @@ mod panel;
 pub mod trial_cells;
 
 use canvas::Shape;
+use plotters::style::RGBColor as Rgb;
 
-/// A colour, 8-bit sRGB.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Rgb(u8, u8, u8);
-
-impl Rgb {
-    /// Mixed with white: `share` of 1 is the colour itself.
-    fn pale(self, share: f64) -> Self {
-        let mix = |c: u8| (255.0 + share * (f64::from(c) - 255.0)).round() as u8;
-        Self(mix(self.0), mix(self.1), mix(self.2))
-    }
+/// A colour mixed with white: a `share` of 1 is the colour itself.
+fn pale(Rgb(r, g, b): Rgb, share: f64) -> Rgb {
+    let mix = |c: u8| (255.0 + share * (f64::from(c) - 255.0)).round() as u8;
+    Rgb(mix(r), mix(g), mix(b))
 }
 
 /// Colours of Okabe and Ito, which colour-blind readers can tell apart: vermilion, bluish green, blue,

@@ -44,7 +44,7 @@ pub(super) fn axes(plot: Area, [x, y]: [[f64; 2]; 2], divisions: [Division; 2]) 
 
 /// The title of a panel, over the middle of its plot.
 pub(super) fn heading(canvas: &mut Canvas, [left, _, right, _]: Area, top: f64, title: &str) {
-    canvas.text(title, [0.5 * (left + right), top + 19.0], Anchor::Middle, HEADING);
+    canvas.text(title, [0.5 * (left + right), top + 19.0], Anchor::Center, HEADING);
 }
 
 /// The axes with their labels, and a grid.
@@ -60,16 +60,16 @@ pub(super) fn frame(
         let at = x.at(tick);
         canvas.line(&[[at, top], [at, bottom]], grid);
         canvas.line(&[[at, bottom], [at, bottom + 5.0]], axis);
-        canvas.text(&x.label(tick), [at, bottom + 15.0], Anchor::Middle, LABEL);
+        canvas.text(&x.label(tick), [at, bottom + 15.0], Anchor::Center, LABEL);
     }
     for &tick in &y.ticks {
         let at = y.at(tick);
         canvas.line(&[[left, at], [right, at]], grid);
         canvas.line(&[[left - 5.0, at], [left, at]], axis);
-        canvas.text(&y.label(tick), [left - 9.0, at], Anchor::End, LABEL);
+        canvas.text(&y.label(tick), [left - 9.0, at], Anchor::Right, LABEL);
     }
     canvas.line(&[[left, top], [left, bottom], [right, bottom]], axis);
     let middle = [0.5 * (left + right), 0.5 * (top + bottom)];
-    canvas.text(across, [middle[0], bottom + 39.0], Anchor::Middle, LABEL);
-    canvas.turned(up, [left - 66.0, middle[1]], Anchor::Middle, LABEL, -90);
+    canvas.text(across, [middle[0], bottom + 39.0], Anchor::Center, LABEL);
+    canvas.turned(up, [left - 66.0, middle[1]], Anchor::Center, LABEL, -90);
 }
