@@ -233,12 +233,10 @@ fn render(run: &Run, case: &Case, first: u32) -> Result<Images, Error> {
         ..Job::default()
     };
     let mut images = Images { means: Values::new(1.0), maps: Maps::new(u64::from(count)) };
-    let bar = Progress::new(&label).bar_of(u64::from(count), "images");
+    let bar = Bar::new(&label, u64::from(count), "images");
     job.replications(first..first + count, |image| {
         images.means.push(images.maps.push(image));
         bar.advance(1);
-        Ok(())
     })?;
-    bar.finish();
     Ok(images)
 }

@@ -43,7 +43,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     run.bears_on(equations(&registry));
     let master = run.seed();
     let registry = in_question(registry, master)?;
-    let bar = Progress::default().bar_of(replications.len() as u64, "seeds");
+    let bar = Bar::new("", replications.len() as u64, "seeds");
     for part in replications.chunks(PART) {
         let found = run.part(&format!("from-{}", part[0]), || {
             let found = parallel(part, |&k| -> Result<Vec<[String; 2]>, Error> {
@@ -58,7 +58,6 @@ fn run(run: &mut Run) -> Result<(), Error> {
         }
         bar.advance(part.len() as u64);
     }
-    bar.finish();
     let family = accumulated.look(FAMILY);
     accumulated.write()?;
     let mut by_name: BTreeMap<&str, Vec<f64>> = BTreeMap::new();

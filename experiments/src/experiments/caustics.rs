@@ -137,7 +137,7 @@ fn make(
     (samples, particles): (u32, u32),
 ) -> Result<Made, Error> {
     let images = run.count(IMAGES).max(2);
-    let bar = Progress::new(name).bar(images);
+    let bar = Bar::new(name, images, "samples");
     let pixels = region(scene, size);
     let mut all = Film::new(size, None, 1)?;
     let mut values = Values::new(0.5);
@@ -153,7 +153,6 @@ fn make(
             return Err(Error::Interrupted);
         }
     }
-    bar.finish();
     Ok(Made { film: all, region: values })
 }
 

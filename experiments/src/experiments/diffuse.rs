@@ -96,7 +96,7 @@ fn figure(run: &mut Run) -> Result<(), Error> {
     }
     // EON's centre is a little above 1.
     let display = Display::Srgb { exposure: -0.25 };
-    write_grid(&run.figure("moons.png"), &films, 4, display, 1)?;
+    write_row(&run.figure("moons.png"), &films, display, 1)?;
     for (film, model) in films.iter().zip(DiffuseName::ALL) {
         if let DiffuseName::Printed | DiffuseName::Corrected = model {
             write_png(&run.figure(&format!("{}.png", name(model))), film, display, MAGNIFICATION)?;

@@ -31,12 +31,11 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let mut accumulated = run.accumulated("false-alarms.csv", &key, COLUMNS)?;
     let first = accumulated.next();
     let seeds = run.count(run.by_tier(2, 200));
-    let bar = Progress::default().bar_of(seeds, "seeds");
+    let bar = Bar::new("", seeds, "seeds");
     for k in first..first + seeds {
         accumulated.push(k, &fields(&suite.run(k)?));
         bar.advance(1);
     }
-    bar.finish();
     let level = accumulated.look(FAMILY);
     accumulated.write()?;
     report(run, &accumulated, suite.scale, level);

@@ -91,7 +91,7 @@ fn quirks(run: &mut Run) -> Result<(), Error> {
 /// a difference shows the quirk and little noise.
 fn quirked_mean(run: &Run, region: &Region, quirks: Quirks) -> Result<[f64; 3], Error> {
     let job = region_job(run, ConventionName::Published, region);
-    let film = job.render_by(Published { quirks }, &Progress::new(region.name))?.whole()?;
+    let film = job.render_by(Published { quirks }, region.name)?.whole()?;
     Ok(Display::Truncated.encoded_mean(&film))
 }
 

@@ -9,7 +9,6 @@ use whitefurnace::roulette;
 use whitefurnace::roulette::Roulette;
 
 use crate::experiments::prelude::*;
-use crate::run::progress::Bar;
 
 pub(super) const SHADOW_RAYS: Experiment = Experiment {
     id: "shadow-rays",
@@ -93,7 +92,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
         }
     };
     let master = run.seed();
-    let bar = Progress::default().bar(u64::from(4 * images));
+    let bar = Bar::new("", u64::from(4 * images), "samples");
     let trace = |name, images, samples, make: &dyn Fn(&Rays, u64) -> Result<Film, Error>| {
         measure(seed_for(master, name), (images, samples), &reference, &bar, make)
     };
@@ -118,7 +117,6 @@ fn run(run: &mut Run) -> Result<(), Error> {
         run.note(&what, format!("{ratio:.2}"));
         run.number(&format!("error_ratio.{name}"), ratio);
     }
-    bar.finish();
     run.claim(
         "lookups at the first diffuse surface send no shadow rays",
         format!("{:.2} per sample", direct.shadow),

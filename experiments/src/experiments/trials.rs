@@ -31,7 +31,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let all: Vec<String> = found.iter().flatten().map(Row::csv).collect();
     run.csv("trials.csv", CSV_HEADER, &all)?;
     let figures = draw(run, &trials, &found)?;
-    let recorded = record::recorded(&record::recorded_folder(), TRIALS.id);
+    let recorded = record::result(&record::recorded_folder().join(TRIALS.id));
     for equation in equation::ALL {
         let rows: Vec<_> = trials.iter().zip(&found).filter(|(trial, _)| trial.equation.id == equation.id).collect();
         summarise(run, equation, &rows);

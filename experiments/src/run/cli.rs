@@ -58,9 +58,14 @@ pub fn begin() {
     progress::show();
 }
 
-/// Says what was found, and how the program ends by it.
+/// Says what was found in all: what fails by name, then the counts; and how the program ends by it.
 pub fn conclude(outcomes: &[ExperimentResult], options: &run::Options) -> Ending {
-    if record::summarise(outcomes, options) { Ending::Done } else { Ending::ClaimFails }
+    let figures: usize = outcomes.iter().map(|outcome| outcome.figures.len()).sum();
+    let results = options.out.join(record::RESULTS);
+    say!("\n{} experiments, {figures} figures; for machines: {}", outcomes.len(), results.display());
+    let (text, none_fails) = record::verdicts(outcomes);
+    say!("{text}");
+    if none_fails { Ending::Done } else { Ending::ClaimFails }
 }
 
 /// Parses the command line; a wrong option gets one line on standard error and exit code 2.

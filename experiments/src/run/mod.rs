@@ -25,7 +25,6 @@ use whitefurnace::image::{write_exr, write_png, write_whole};
 use crate::render::{Job, name};
 use crate::run::accumulated::Accumulated;
 use crate::run::cli::whole;
-use crate::run::progress::Progress;
 use crate::run::record::PROGRAM;
 use crate::run::unfinished::Unfinished;
 
@@ -99,7 +98,7 @@ impl Run {
             shrink => format!(" --shrink {shrink}"),
         };
         Ok(Self {
-            unfinished: Unfinished::begin(&folder, &fingerprint)?,
+            unfinished: Unfinished::begin(folder.join("unfinished"), &fingerprint)?,
             options: options.clone(),
             outcome: ExperimentResult {
                 id: experiment.id.to_owned(),
@@ -142,7 +141,7 @@ impl Run {
     /// Parts that several experiments draw on, in the folder `name` beside theirs: each is made once, by
     /// whichever asks first. `key` says all that decides them beside the program.
     pub fn shared(&self, name: &str, key: &str) -> Result<Unfinished, Error> {
-        Unfinished::at(self.folder.with_file_name(name), &format!("{:016x} {key}", *PROGRAM))
+        Unfinished::begin(self.folder.with_file_name(name), &format!("{:016x} {key}", *PROGRAM))
     }
 
     /// The accumulated rows of `file` as earlier runs left them. A run writes them once, when all of its own are there.
@@ -211,7 +210,7 @@ impl Run {
     /// Renders a job.
     pub fn render(&self, job: &Job, label: &str) -> Result<Film, Error> {
         // The experiment is named already.
-        job.render(&Progress::new(if label == self.outcome.id { "" } else { label }))?.whole()
+        job.render(if label == self.outcome.id { "" } else { label })?.whole()
     }
 
     /// Renders a job and writes it as `stem.exr` and `stem.png`.

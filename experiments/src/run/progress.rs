@@ -135,39 +135,7 @@ fn duration(seconds: f64) -> String {
     }
 }
 
-/// How a program shows progress, once [`show`] was called.
-#[derive(Clone, Debug, Default)]
-pub struct Progress {
-    label: String,
-}
-
-impl Progress {
-    /// Bars with a label; none if it goes without saying.
-    pub fn new(label: &str) -> Self {
-        Self { label: label.to_owned() }
-    }
-
-    /// A bar for so many samples.
-    pub fn bar(&self, samples: u64) -> Bar {
-        self.bar_of(samples, "samples")
-    }
-
-    /// A bar for so many of something; for 0, one that says how long it takes already.
-    pub fn bar_of(&self, size: u64, unit: &'static str) -> Bar {
-        let task = Arc::new(Task {
-            label: self.label.clone(),
-            unit,
-            size,
-            done: AtomicU64::new(0),
-            start: Instant::now(),
-            error: AtomicU64::new(0),
-        });
-        shown().tasks.push(Arc::clone(&task));
-        Bar { task, reckoned: Instant::now() }
-    }
-}
-
-/// One bar; it goes with its value.
+/// How far something is, shown once [`show`] was called and as long as this is kept.
 pub struct Bar {
     task: Arc<Task>,
     /// When the error was last reckoned.
@@ -178,6 +146,21 @@ pub struct Bar {
 const ERROR_EVERY: Duration = Duration::from_secs(2);
 
 impl Bar {
+    /// For so many of something; for 0, one that says how long it takes already. The label is empty where it goes
+    /// without saying.
+    pub fn new(label: &str, size: u64, unit: &'static str) -> Self {
+        let task = Arc::new(Task {
+            label: label.to_owned(),
+            unit,
+            size,
+            done: AtomicU64::new(0),
+            start: Instant::now(),
+            error: AtomicU64::new(0),
+        });
+        shown().tasks.push(Arc::clone(&task));
+        Self { task, reckoned: Instant::now() }
+    }
+
     /// Counts samples; false after a signal to end.
     pub fn advance(&self, samples: u64) -> bool {
         self.task.done.fetch_add(samples, Ordering::Relaxed);
@@ -191,9 +174,6 @@ impl Bar {
             self.task.error.store(relative().to_bits(), Ordering::Relaxed);
         }
     }
-
-    /// Removes the bar.
-    pub fn finish(self) {}
 }
 
 impl Drop for Bar {

@@ -15,7 +15,7 @@ use whitefurnace::image::check_writable;
 use super::split_png;
 use crate::experiments::EXPERIMENTS;
 use crate::render::name;
-use crate::run::progress::{Progress, interrupted};
+use crate::run::progress::{Bar, interrupted};
 use crate::run::{Experiment, ExperimentResult, Finding, Judgement, Options, Run, Tier, write_text};
 use crate::say;
 
@@ -47,9 +47,9 @@ pub fn run_all(experiments: &[&Experiment], options: &Options, fresh: bool) -> R
                 let start = Instant::now();
                 let label = format!("{which}{}", experiment.id);
                 say!("{label} begins: {}", experiment.title);
-                let bar = Progress::new(&label).bar_of(0, "");
+                let bar = Bar::new(&label, 0, "");
                 let outcome = run_one(experiment, options, &folder, fingerprint)?;
-                bar.finish();
+                drop(bar);
                 let seconds = start.elapsed().as_secs_f64();
                 (outcome, format!("{seconds:.1} s"))
             }
@@ -62,7 +62,7 @@ pub fn run_all(experiments: &[&Experiment], options: &Options, fresh: bool) -> R
 }
 
 /// The file for machines.
-const RESULTS: &str = "results.json";
+pub const RESULTS: &str = "results.json";
 
 fn run_one(
     experiment: &Experiment,
@@ -92,7 +92,7 @@ fn kept(folder: &Path, fingerprint: &str) -> Option<ExperimentResult> {
 }
 
 /// The result in a folder, if there is one that can be read.
-fn result(folder: &Path) -> Option<ExperimentResult> {
+pub fn result(folder: &Path) -> Option<ExperimentResult> {
     serde_json::from_str(&std::fs::read_to_string(folder.join("result.json")).ok()?).ok()
 }
 
@@ -195,15 +195,6 @@ pub fn table(outcome: &ExperimentResult, how: &str, rows: bool) -> String {
     text
 }
 
-/// Says what experiments found in all: what fails by name, then the counts. Returns whether nothing fails.
-pub fn summarise(outcomes: &[ExperimentResult], options: &Options) -> bool {
-    let figures: usize = outcomes.iter().map(|outcome| outcome.figures.len()).sum();
-    say!("\n{} experiments, {figures} figures; for machines: {}", outcomes.len(), options.out.join(RESULTS).display());
-    let (text, none_fails) = verdicts(outcomes);
-    say!("{text}");
-    none_fails
-}
-
 /// The lines of claims that fail, and of the counts; whether nothing fails.
 pub fn verdicts(outcomes: &[ExperimentResult]) -> (String, bool) {
     let all = || {
@@ -228,11 +219,6 @@ pub fn verdicts(outcomes: &[ExperimentResult]) -> (String, bool) {
 /// Where the book keeps the results of the last full run.
 pub fn recorded_folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../book/recorded")
-}
-
-/// The recorded result of an experiment, if there is one that can be read.
-pub fn recorded(folder: &Path, id: &str) -> Option<ExperimentResult> {
-    result(&folder.join(id))
 }
 
 /// Refuses to record anything but full runs.

@@ -6,7 +6,7 @@ use whitefurnace::error::Error;
 use whitefurnace::harness::outcome::Verdict;
 use whitefurnace::harness::trial::{Context, Row, Trial, run_trial};
 
-use crate::run::progress::{Progress, interrupted};
+use crate::run::progress::{Bar, interrupted};
 
 /// The scale of sample sizes at which experiments repeat the suite.
 pub const REDUCED: f64 = 1.0 / 16.0;
@@ -20,7 +20,7 @@ pub fn parallel<I: IntoParallelIterator<Iter: IndexedParallelIterator>, R: Send>
     work: impl Fn(I::Item) -> R + Sync,
 ) -> Result<Vec<R>, Error> {
     let items = items.into_par_iter();
-    let bar = Progress::default().bar_of(items.len() as u64, "parts");
+    let bar = Bar::new("", items.len() as u64, "parts");
     items
         .map(|item| {
             if interrupted() {

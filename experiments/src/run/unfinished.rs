@@ -20,14 +20,8 @@ pub struct Unfinished {
 }
 
 impl Unfinished {
-    /// Begins a run in an experiment's folder, or goes on with the one that was begun and has the same
-    /// fingerprint.
-    pub fn begin(folder: &Path, fingerprint: &str) -> Result<Self, Error> {
-        Self::at(folder.join("unfinished"), fingerprint)
-    }
-
-    /// The same in this very folder: for parts that outlive the run.
-    pub fn at(folder: PathBuf, fingerprint: &str) -> Result<Self, Error> {
+    /// Begins in this folder, or goes on with what was begun there under the same fingerprint.
+    pub fn begin(folder: PathBuf, fingerprint: &str) -> Result<Self, Error> {
         let run = folder.join("run");
         if std::fs::read_to_string(&run).is_ok_and(|begun| begun == fingerprint) {
             return Ok(Self { folder });

@@ -151,7 +151,6 @@ pub(super) fn left_out(run: &Run, scene: SceneName, first: u32, count: u32) -> R
         for (values, mean) in values.iter_mut().zip(mean.to_array()) {
             values.push(mean);
         }
-        Ok(())
     })?;
     Ok(values)
 }

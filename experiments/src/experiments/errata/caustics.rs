@@ -19,7 +19,6 @@ pub(super) fn lost(run: &mut Run) -> Result<(), Error> {
             Report { segments: SEGMENTS, rules: LightRules { caustics, ..LightRules::PHYSICAL }, ..Report::default() };
         job.replications_by(report, 0..images, |image| {
             means.push(image.iter().map(|v| v.element_sum()).sum::<f64>());
-            Ok(())
         })?;
     }
     let (all, without) = means.split_at(images as usize);

@@ -79,7 +79,7 @@ pub fn graded(run: &mut Run, family: f64) -> Result<(), Error> {
     let seeds = Seeds::open(run)?;
     let count = run.count(run.by_tier(2, SEEDS));
     let mut by_name: BTreeMap<String, Vec<Measure>> = BTreeMap::new();
-    let bar = Progress::default().bar_of(count, "seeds");
+    let bar = Bar::new("", count, "seeds");
     for k in 0..count {
         for measure in seeds.run(k)?.subjects {
             if measure.random {
@@ -88,7 +88,6 @@ pub fn graded(run: &mut Run, family: f64) -> Result<(), Error> {
         }
         bar.advance(1);
     }
-    bar.finish();
     let mut left_out = LeftOut::default();
     let counted: Vec<Counted> = by_name.values().flat_map(|found| count_all(found, &mut left_out)).collect();
     report(run, &counted, &left_out, (count, seeds.scale, family));

@@ -20,7 +20,7 @@ pub fn antialiasing(run: &mut Run, [file, first, last]: [&str; 3]) -> Result<(),
         films.push(crop(run, job, &name(pixel), [185, 105], [40, 40])?);
     }
     let display = Job::default().display(0.0);
-    write_grid(&run.figure(file), &films, 4, display, 6)?;
+    write_row(&run.figure(file), &films, display, 6)?;
     for (file, film) in [(first, &films[0]), (last, &films[3])] {
         write_png(&run.figure(file), film, display, 12)?;
     }
@@ -52,7 +52,7 @@ pub fn noise(run: &mut Run, [picture, plot, few, many]: [&str; 4]) -> Result<(),
     }
     let magnification = run.by_tier(3, 2);
     let display = Job::default().display(0.0);
-    write_grid(&run.figure(picture), &films, 4, display, magnification)?;
+    write_row(&run.figure(picture), &films, display, magnification)?;
     for (file, film) in [(few, &films[1]), (many, &films[3])] {
         write_png(&run.figure(file), film, display, 2 * magnification)?;
     }
