@@ -10,7 +10,6 @@ use crate::links::line;
 use crate::mathml::escape;
 use crate::nearest::hint;
 
-/// A work.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Work {

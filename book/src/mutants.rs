@@ -109,8 +109,7 @@ impl Record {
             }
         }));
         // By file; within one the order is the tool's, that of the lines.
-        let path = |s: &Survivor| s.mutant.split(':').next().map(str::to_owned);
-        self.survivors.sort_by_key(path);
+        self.survivors.sort_by_key(|s| s.mutant.split(':').next().map(str::to_owned));
         self.files.insert(file.to_owned(), counts);
     }
 

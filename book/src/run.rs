@@ -138,7 +138,6 @@ fn counts(recorded: &ExperimentResult) -> String {
     format!("{holds}, {fails}, {undecided}")
 }
 
-/// Everything about one experiment.
 fn section(
     record: &Results,
     run: &Results,

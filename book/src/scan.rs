@@ -101,8 +101,7 @@ pub fn page(text: &str) -> Page {
         if page.directives.iter().any(|d| inside(&d.span)) {
             continue;
         }
-        let overlaps = |d: &Directive| d.span.start < span.end && span.start < d.span.end;
-        if page.directives.iter().any(overlaps) {
+        if page.directives.iter().any(|d| d.span.start < span.end && span.start < d.span.end) {
             page.problems.push((span.start, "a directive inside a formula; put it beside the formula".to_owned()));
             continue;
         }

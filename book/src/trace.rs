@@ -22,7 +22,6 @@ pub struct Sources {
     /// The library without the registry of equations, the trials and the harness.
     code: Vec<File>,
     tests: Vec<File>,
-    /// The pages of the book.
     pages: Vec<File>,
     /// The constants of the registry, by id.
     names: BTreeMap<String, String>,

@@ -38,7 +38,6 @@ pub struct Weaver<'a> {
     pub has_run: bool,
     math: Math,
     places: Places,
-    /// What is wrong so far.
     pub problems: Vec<Problem>,
     /// Figures to copy, as `EXPERIMENT/NAME` and file.
     pub figures: BTreeMap<String, PathBuf>,
@@ -46,14 +45,12 @@ pub struct Weaver<'a> {
     pub targets: Vec<Target>,
 }
 
-/// The page that is being woven.
 struct CurrentPage<'a> {
     path: &'a Path,
     text: &'a str,
     /// The chapter's number such as "4", and how many figures it has so far.
     chapter: Option<String>,
     figures: usize,
-    /// The ids of the figures so far.
     shown: BTreeSet<String>,
 }
 
@@ -312,12 +309,10 @@ fn keep_together(text: &str, span: Range<usize>, html: &str) -> (Range<usize>, S
     (span.start..span.end + length, format!("<span class=\"keep\">{html}{}</span>", &after[..length]))
 }
 
-/// The id of an experiment's place.
 fn experiment_fragment(id: &str) -> String {
     format!("experiment-{id}")
 }
 
-/// What one experiment recorded.
 fn experiment(recorded: &ExperimentResult) -> String {
     let rows: String = recorded
         .numbers

@@ -1,8 +1,6 @@
 //! Colour bleeding on the white sphere of the report's room: ratios of the channels along its girdle, with
 //! the coloured walls and with grey ones of the same luminance.
 
-use whitefurnace::bsdf::OrenNayarForm;
-use whitefurnace::estimator::radiosity::Fineness;
 use whitefurnace::scene::room::{Convention, WHITE_SPHERE, Walls, diffuse_with, report_with};
 
 use crate::experiments::figures;
@@ -127,10 +125,7 @@ fn judge(run: &mut Run, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) {
     let worst = |ratios: &[Ratios]| ratios.iter().flatten().map(|[ratio, _]| (ratio - 1.0).abs()).fold(0.0, f64::max);
     let tinted = coloured
         .iter()
-        .filter(|ratios| {
-            let far = |[ratio, error]: &[f64; 2]| (ratio - 1.0).abs() > critical * error;
-            ratios.iter().any(far)
-        })
+        .filter(|ratios| ratios.iter().any(|[ratio, error]| (ratio - 1.0).abs() > critical * error))
         .count();
     let value = format!("at {tinted} of {} points, up to {:.1} %", ANGLES.len(), 100.0 * worst(coloured));
     run.claim("walls colour the white sphere", value, 2 * tinted > ANGLES.len());

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use whitefurnace::harness::ks::kolmogorov_smirnov;
 use whitefurnace::harness::tails::{binomial_sf, kolmogorov_upper};
-use whitefurnace::harness::trial::{Context, Trial, group, run_trial};
 
 use crate::experiments::prelude::*;
 use crate::experiments::statistics::{self, N};

@@ -4,7 +4,6 @@
 use registry::photon::scenes::{CAUSTIC, caustic, no_caustic};
 use whitefurnace::estimator::Whitted;
 use whitefurnace::harness::mean::{Sigma, skewness_of_sum};
-use whitefurnace::harness::outcome::approximate_verdict;
 use whitefurnace::render::render_passes;
 
 use crate::experiments::prelude::*;

@@ -1,11 +1,8 @@
 //! Scenes with known answers: rooms in the manner of CIE 171:2006, furnaces, glass and form factors,
 //! each estimate beside its closed form.
 
-use whitefurnace::harness::trial::{CSV_HEADER, Row, group};
-
 use crate::experiments::prelude::*;
 use crate::plot::forest::{Line, forest};
-use crate::run::suite;
 
 pub(super) const CIE: Experiment = Experiment {
     id: "cie",

@@ -4,16 +4,12 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use registry::bsdf::{oren_nayar_albedo, oren_nayar_printed_albedo};
 use registry::ggx::reflected;
+use whitefurnace::bsdf::Vertex;
 use whitefurnace::bsdf::ggx::Ggx;
-use whitefurnace::bsdf::{Bsdf, OrenNayar, Vertex};
 use whitefurnace::camera::Camera;
 use whitefurnace::frame::from_spherical;
-use whitefurnace::sampling::cosine_hemisphere;
-use whitefurnace::scene::{SceneBuilder, Surface};
-use whitefurnace::shape::Sphere;
 
 use crate::experiments::prelude::*;
-use crate::render::DiffuseName;
 
 pub(super) const FIG2: Experiment = Experiment {
     id: "fig2",

@@ -1,11 +1,9 @@
 //! What `cargo test` runs, under many master seeds: how often a correct build goes red.
 
-use whitefurnace::harness::outcome::CAPACITY;
 use whitefurnace::harness::tails::binomial_interval;
 
 use crate::experiments::prelude::*;
 use crate::experiments::suite_seeds::{Answer, FAULTS_EVERY, Measure, Seed, Seeds};
-use crate::run::suite;
 
 pub(super) const FALSE_ALARMS: Experiment = Experiment {
     id: "false-alarms",

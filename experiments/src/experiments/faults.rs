@@ -4,12 +4,9 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use registry::faults::Pair;
 use whitefurnace::harness::guard::FAR_MISS;
-use whitefurnace::harness::outcome::Outcome;
-use whitefurnace::harness::trial::{Context, meant};
 
 use crate::experiments::prelude::*;
 use crate::plot::matrix::{Detection, matrix};
-use crate::run::suite;
 
 pub(super) const FAULTS: Experiment = Experiment {
     id: "faults",
@@ -141,7 +138,6 @@ fn figure(pair: &Pair) -> String {
     format!("faults-{}.svg", name.replace(' ', "-"))
 }
 
-/// Draws the figures.
 fn draw(run: &mut Run, pairs: &[Pair], seen: &[Detection]) -> Result<(), Error> {
     let mut figures: BTreeMap<String, Vec<(&Pair, Detection)>> = BTreeMap::new();
     for (pair, &seen) in pairs.iter().zip(seen) {

@@ -4,13 +4,9 @@
 use std::f64::consts::PI;
 
 use whitefurnace::camera::Camera;
-use whitefurnace::scene::{SceneBuilder, Surface};
-use whitefurnace::shape::Sphere;
 
 use crate::experiments::diffuse::{DISTANCE, MARGIN, SIGMA, closed_form};
 use crate::experiments::prelude::*;
-use crate::plot::map::{Map, maps};
-use crate::render::DiffuseName;
 
 pub(super) const FURNACE: Experiment = Experiment {
     id: "furnace",

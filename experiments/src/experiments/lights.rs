@@ -5,8 +5,6 @@ use std::sync::Arc;
 
 use registry::scenes::{floor, lambert, light, polygon_irradiance, scene, sphere_irradiance};
 use whitefurnace::emitter::LightSampling;
-use whitefurnace::scene::SceneBuilder;
-use whitefurnace::shape::Sphere;
 
 use crate::experiments::prelude::*;
 use crate::render::LightSamplingName;
@@ -70,7 +68,6 @@ fn triangle(height: f64) -> [DVec3; 3] {
     [[-1.5, -1.0], [1.5, -1.0], [0.0, 2.0]].map(|[x, y]| DVec3::new(x, y, height))
 }
 
-/// Heights of the lights.
 const HEIGHTS: [f64; 11] = [0.05, 0.1, 0.2, 0.4, 0.7, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
 
 /// What is compared: a label, a strategy, a light sampling.

@@ -71,8 +71,7 @@ fn radii(run: &mut Run) -> Result<Chart, Error> {
     run.csv("radii.csv", "radius,bias,closed,reach", &rows)?;
     let measured = found.iter().map(|&(radius, bias, _, reach)| [radius, bias, reach]);
     let [low, high] = [RADII[0], RADII[RADII.len() - 1]];
-    let radius = |k: u32| low * (high / low).powf(f64::from(k) / 200.0);
-    let closed = (0..=200).map(radius);
+    let closed = (0..=200).map(|k| low * (high / low).powf(f64::from(k) / 200.0));
     let closed = closed.map(|r| [r, 1.0 - disc_average(r, f64::INFINITY) / point]);
     let series = vec![
         Series::new("closed form: mean over the disc", 2, Mark::Line, closed),

@@ -3,11 +3,9 @@
 pub mod graded;
 
 use whitefurnace::harness::tails::{binomial_cdf, binomial_interval, binomial_two_sided};
-use whitefurnace::harness::trial::Row;
 
 use crate::experiments::prelude::*;
 use crate::experiments::statistics::{N, Statistic, with_power};
-use crate::run::suite;
 
 pub(super) const POWER: Experiment = Experiment {
     id: "power",

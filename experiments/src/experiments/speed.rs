@@ -7,7 +7,6 @@ use std::time::Instant;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde::Deserialize;
 use whitefurnace::frame::Frame;
-use whitefurnace::sampling::cosine_hemisphere;
 
 use crate::experiments::prelude::*;
 

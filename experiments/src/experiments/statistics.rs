@@ -7,7 +7,6 @@ use whitefurnace::harness::convergence::variance_ratio;
 use whitefurnace::harness::domain::Partition;
 use whitefurnace::harness::ks::kolmogorov_smirnov;
 use whitefurnace::harness::mean::{bounded_mean, mean, mean_known_sigma, welch};
-use whitefurnace::harness::outcome::{Claim, Outcome};
 use whitefurnace::harness::power::Sensitivity;
 use whitefurnace::harness::sequential::{ConfidenceSequence, Decision, Sprt};
 
@@ -26,7 +25,6 @@ const ANY: Claim = Claim::Exact { delta: 1.0 };
 
 /// A statistic and what is known of it.
 pub struct Statistic {
-    /// Its name.
     pub name: &'static str,
     /// The statistic on fresh values with an effect, in the units of `unit`.
     pub run: fn(&mut Stream, effect: f64) -> Outcome,
@@ -137,7 +135,6 @@ pub fn continuous() -> [Statistic; 6] {
     ]
 }
 
-/// The binomial test.
 pub fn shares() -> Statistic {
     Statistic {
         name: "binomial",
@@ -150,7 +147,6 @@ pub fn shares() -> Statistic {
     }
 }
 
-/// The test of a Poisson count.
 fn events() -> Statistic {
     Statistic {
         name: "Poisson",
@@ -190,7 +186,6 @@ pub fn with_power() -> Vec<Statistic> {
 pub struct Promise {
     /// What must be rare.
     pub name: &'static str,
-    /// How rare.
     pub rate: f64,
     /// Whether it happened in one replication.
     pub happened: fn(&mut Stream) -> bool,

@@ -6,10 +6,7 @@
 use registry::equivalents;
 use registry::faults::Pair;
 use serde::{Deserialize, Serialize};
-use whitefurnace::harness::outcome::{Claim, Outcome};
-use whitefurnace::harness::trial::{
-    Context, Control, Trial, control_is_green, full_name, meant, run_control, run_trial,
-};
+use whitefurnace::harness::trial::{Control, control_is_green, full_name, run_control};
 
 use crate::experiments::prelude::*;
 use crate::experiments::statistics::is_bound;

@@ -3,13 +3,11 @@
 use std::collections::BTreeMap;
 
 use whitefurnace::equation::Equation;
-use whitefurnace::harness::outcome::{CAPACITY, Claim};
-use whitefurnace::harness::trial::{CSV_HEADER, Row, Trial, group};
 
 use crate::experiments::prelude::*;
 use crate::plot::forest::{Line, forest};
 use crate::run::ExperimentResult;
-use crate::run::{record, suite};
+use crate::run::record;
 
 pub(super) const TRIALS: Experiment = Experiment {
     id: "trials",

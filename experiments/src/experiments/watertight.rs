@@ -2,7 +2,6 @@
 
 use rand::Rng;
 use rand_distr::{Distribution, UnitSphere};
-use whitefurnace::bsdf::OrenNayarForm;
 use whitefurnace::scene::room::Convention;
 
 use crate::experiments::prelude::*;

@@ -124,10 +124,10 @@ fn cell(canvas: &mut Canvas, frame: Area, standing: Option<Standing>) {
     let blue = Pen::new(OKABE_ITO[2], 3.0);
     match standing {
         Some(Standing::Agrees) => {}
-        Some(Standing::Biased) => canvas.line(&under, Pen { dash: "6 4", ..blue }),
+        Some(Standing::Biased) => canvas.line(&under, Pen { dash: &[6.0, 4.0], ..blue }),
         Some(Standing::Explained) => canvas.line(&under, blue),
         Some(Standing::Undecided) => {
-            canvas.frame(inner, Pen { dash: "2 3", ..Pen::new(Rgb(120, 120, 120), 1.0) });
+            canvas.frame(inner, Pen { dash: &[2.0, 3.0], ..Pen::new(Rgb(120, 120, 120), 1.0) });
         }
         Some(Standing::Differs) => canvas.frame(inner, Pen::new(OKABE_ITO[0], 3.0)),
         Some(Standing::Reference) => canvas.frame(inner, Pen::new(INK, 1.4)),

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use plotters::prelude::{Color as _, DrawingBackend as _, IntoFont as _, SVGBackend, ShapeStyle, TextStyle, WHITE};
+use plotters::prelude::{Color as _, DrawingBackend as _, IntoFont as _, SVGBackend, TextStyle, WHITE};
 pub(super) use plotters::style::text_anchor::HPos as Anchor;
 use plotters::style::text_anchor::{Pos, VPos};
 use plotters_backend::DrawingErrorKind;
@@ -21,21 +21,18 @@ pub(super) type Point = [f64; 2];
 /// Left, top, right and bottom.
 pub(super) type Area = [f64; 4];
 
-/// How a line is drawn.
 #[derive(Clone, Copy)]
 pub(super) struct Pen {
-    /// Its colour.
     pub colour: Rgb,
-    /// Its width.
     pub width: f64,
     /// Lengths of strokes and gaps; empty for a line without gaps.
-    pub dash: &'static str,
+    pub dash: &'static [f64],
 }
 
 impl Pen {
     /// A line without gaps.
     pub const fn new(colour: Rgb, width: f64) -> Self {
-        Self { colour, width, dash: "" }
+        Self { colour, width, dash: &[] }
     }
 }
 
@@ -93,23 +90,17 @@ impl Canvas {
 
     /// The border of a rectangle.
     pub fn frame(&mut self, [left, top, right, bottom]: Area, pen: Pen) {
-        let corners = [[left, top], [right, top], [right, bottom], [left, bottom]];
-        let [a, b, c, d] = corners;
-        self.line(&[a, b, c, d, a], pen);
+        self.line(&[[left, top], [right, top], [right, bottom], [left, bottom], [left, top]], pen);
     }
 
-    /// A line through points.
     pub fn line(&mut self, points: &[Point], pen: Pen) {
-        let lengths = pen.dash.split_whitespace().filter_map(|n| n.parse().ok());
-        let dash: Vec<String> = lengths.map(|n: f64| fine(n).to_string()).collect();
-        let attributes = match dash.as_slice() {
-            [] => String::new(),
-            lengths => format!("stroke-dasharray=\"{}\"", lengths.join(" ")),
-        };
-        self.draw(&attributes, |page| page.draw_path(points.iter().map(|&at| place(at)), &pen.stroke()));
+        let dash: Vec<String> = pen.dash.iter().map(|&length| fine(length).to_string()).collect();
+        let dashed = || format!("stroke-dasharray=\"{}\"", dash.join(" "));
+        let attributes = if dash.is_empty() { String::new() } else { dashed() };
+        let stroke = pen.colour.stroke_width(fine(pen.width) as u32);
+        self.draw(&attributes, |page| page.draw_path(points.iter().map(|&at| place(at)), &stroke));
     }
 
-    /// Lines that look alike.
     pub fn lines(&mut self, lines: &[Vec<Point>], pen: Pen) {
         lines.iter().for_each(|line| self.line(line, pen));
     }
@@ -166,7 +157,6 @@ impl Canvas {
         ));
     }
 
-    /// Writes the file.
     pub fn write(self, path: &Path) -> Result<(), Error> {
         let [width, height] = self.size;
         let [across, down] = self.size.map(fine);
@@ -198,12 +188,6 @@ fn fine(length: f64) -> i32 {
 
 fn place([x, y]: Point) -> (i32, i32) {
     (fine(x), fine(y))
-}
-
-impl Pen {
-    fn stroke(self) -> ShapeStyle {
-        self.colour.stroke_width(fine(self.width) as u32)
-    }
 }
 
 impl Shape {

@@ -70,7 +70,7 @@ impl Mark {
 
     /// Dots where nothing may be read from the interval.
     fn pen(self) -> Pen {
-        Pen { dash: if self == Self::Few { "2 3" } else { "" }, ..Pen::new(self.colour(), 2.0) }
+        Pen { dash: if self == Self::Few { &[2.0, 3.0] } else { &[] }, ..Pen::new(self.colour(), 2.0) }
     }
 
     /// Shape and colour say the same: disc, cross, hollow squares and diamonds.

@@ -8,7 +8,7 @@ use whitefurnace::image::{encode_rgb, srgb};
 
 use super::axis::Division;
 use super::canvas::{Anchor, Area, Canvas, Pen, Shape};
-use super::panel::{LEFT, TOP, axes, frame, heading, panels};
+use super::panel::{LEFT, TOP, axes, frame, heading, page};
 use super::{INK, LABEL, Rgb};
 
 /// A map; several share a file.
@@ -56,10 +56,12 @@ pub fn diverging(share: f64) -> [u8; 3] {
 
 /// Draws maps in rows of `columns`, `size` in pixels for all together. `see` says what there is to see.
 pub fn maps(path: &Path, see: &str, size: [u32; 2], columns: usize, maps: &[Map]) -> Result<(), Error> {
-    let title = |map: &Map| map.title.clone();
-    let canvas = panels(see, size, columns, maps, title, |canvas, area, map| {
-        draw(canvas, area, map).map_err(|message| Error::Image { action: "write", path: path.to_owned(), message })
-    })?;
+    let titles: Vec<&str> = maps.iter().map(|map| map.title.as_str()).collect();
+    let (mut canvas, areas) = page(see, size, columns, &titles);
+    let fault = |message| Error::Image { action: "write", path: path.to_owned(), message };
+    for (area, map) in areas.into_iter().zip(maps) {
+        draw(&mut canvas, area, map).map_err(fault)?;
+    }
     canvas.write(path)
 }
 

@@ -86,8 +86,7 @@ fn cells(canvas: &mut Canvas, [x, y]: [f64; 2], count: usize, seen: Detection) {
     };
     canvas.fill([x + 1.0, y + 1.0, right - 1.0, y + CELL - 1.0], colour);
     if seen == Detection::Missed {
-        let middle = |i: usize| [x + (i as f64 + 0.5) * CELL, y + 0.5 * CELL];
-        let at: Vec<[f64; 2]> = (0..count).map(middle).collect();
+        let at: Vec<[f64; 2]> = (0..count).map(|i| [x + (i as f64 + 0.5) * CELL, y + 0.5 * CELL]).collect();
         canvas.marks(&at, Shape::Cross, 3.2, Rgb(90, 60, 0));
     }
 }

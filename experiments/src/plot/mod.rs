@@ -38,15 +38,15 @@ const FAINT: Rgb = Rgb(215, 215, 215);
 
 /// What tells series apart without colour, in the order in which they appear: dashes of lines and shapes
 /// of marks.
-const STYLES: [(&str, Shape); 8] = [
-    ("", Shape::Disc),
-    ("9 4", Shape::Square),
-    ("2.5 3.5", Shape::Triangle),
-    ("10 3.5 2.5 3.5", Shape::Diamond),
-    ("18 4", Shape::Inverted),
-    ("5 2.5", Shape::Cross),
-    ("2.5 2 2.5 7", Shape::Plus),
-    ("14 3 2 3 2 3", Shape::Bar),
+const STYLES: [(&[f64], Shape); 8] = [
+    (&[], Shape::Disc),
+    (&[9.0, 4.0], Shape::Square),
+    (&[2.5, 3.5], Shape::Triangle),
+    (&[10.0, 3.5, 2.5, 3.5], Shape::Diamond),
+    (&[18.0, 4.0], Shape::Inverted),
+    (&[5.0, 2.5], Shape::Cross),
+    (&[2.5, 2.0, 2.5, 7.0], Shape::Plus),
+    (&[14.0, 3.0, 2.0, 3.0, 2.0, 3.0], Shape::Bar),
 ];
 
 /// Sizes of letters in pixels: titles of figures, titles of panels, and all else.

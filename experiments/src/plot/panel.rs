@@ -1,7 +1,5 @@
 //! Panels of a figure: where each lies, its title, and its axes with labels and a grid.
 
-use whitefurnace::error::Error;
-
 use super::axis::{Axis, Division};
 use super::canvas::{Anchor, Area, Canvas, Pen, Point};
 use super::{FAINT, HEADING, INK, LABEL};
@@ -10,22 +8,10 @@ use super::{FAINT, HEADING, INK, LABEL};
 pub(super) const LEFT: f64 = 84.0;
 pub(super) const TOP: f64 = 38.0;
 
-/// Panels in rows of `columns` on a page of `size` pixels.
-pub(super) fn panels<T>(
-    see: &str,
-    size: [u32; 2],
-    columns: usize,
-    panels: &[T],
-    title: impl Fn(&T) -> String,
-    mut draw: impl FnMut(&mut Canvas, Area, &T) -> Result<(), Error>,
-) -> Result<Canvas, Error> {
-    let titles: Vec<String> = panels.iter().map(title).collect();
+/// A page of `size` pixels for panels of these titles, and where they lie: in rows of `columns`.
+pub(super) fn page(see: &str, size: [u32; 2], columns: usize, titles: &[&str]) -> (Canvas, Vec<Area>) {
     let size = size.map(f64::from);
-    let mut canvas = Canvas::new(size, &titles.join("; "), see);
-    for (area, panel) in areas(size, columns, panels.len()).into_iter().zip(panels) {
-        draw(&mut canvas, area, panel)?;
-    }
-    Ok(canvas)
+    (Canvas::new(size, &titles.join("; "), see), areas(size, columns, titles.len()))
 }
 
 /// Equal parts of a drawing, row by row.

@@ -31,8 +31,7 @@ pub fn read(path: &Path) -> Result<Vec<Cell>, Error> {
 pub fn plot(cells: &[Cell], title: &str, path: &Path) -> Result<(), Error> {
     let finite = |value: f64| if value.is_finite() { value } else { 0.0 };
     let points = |value: fn(&Cell) -> f64| -> Vec<[f64; 2]> {
-        let place = |(i, cell)| [i as f64 + 1.0, finite(value(cell))];
-        cells.iter().enumerate().map(place).collect()
+        cells.iter().enumerate().map(|(i, cell)| [i as f64 + 1.0, finite(value(cell))]).collect()
     };
     let residuals = points(|cell| cell.sigmas);
     let largest = residuals.iter().fold(3.0f64, |most, point| most.max(point[1].abs())) * 1.15;

@@ -149,7 +149,6 @@ impl Job {
         text + "complete=" + if complete { "yes" } else { "no" } + "\n"
     }
 
-    /// How finely radiosity divides the surfaces.
     pub(super) fn fineness(&self) -> Fineness {
         Fineness { patches: self.patches, halvings: 0 }
     }
@@ -202,7 +201,6 @@ impl Job {
         self.keeps_one_map() && self.photons.gather == Gather::Yes
     }
 
-    /// Whether the estimator keeps photons.
     pub(super) fn uses_photons(&self) -> bool {
         matches!(self.estimator, EstimatorName::Photon | EstimatorName::Sppm)
     }

@@ -28,7 +28,6 @@ struct Shown {
 
 static SHOWN: Mutex<Shown> = Mutex::new(Shown { tasks: Vec::new(), line: None });
 
-/// A terminal's line is drawn so often.
 const DRAWN_EVERY: Duration = Duration::from_millis(200);
 /// Elsewhere a line is written so early, and then so often.
 const FIRST_WRITTEN: Duration = Duration::from_secs(1);

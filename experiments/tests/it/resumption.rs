@@ -57,8 +57,7 @@ const TOY: Experiment = Experiment {
 fn interrupted_and_continued_is_uninterrupted() {
     let go = |out: &Path| run_all(&[&TOY], &quick(out.to_owned(), 1), true).is_ok();
     let files = |out: &Path| {
-        let read = |file: &str| fs::read_to_string(out.join("toy").join(file)).expect("a file");
-        ["toy.csv", "result.json"].map(read)
+        ["toy.csv", "result.json"].map(|file| fs::read_to_string(out.join("toy").join(file)).expect("a file"))
     };
     let [whole, pieces] = ["toy-whole", "toy-pieces"].map(folder);
     let mut last = None;

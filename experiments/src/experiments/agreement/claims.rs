@@ -91,7 +91,6 @@ pub(super) fn claim(scene: SceneName, estimator: EstimatorName) -> Option<Claim>
     })
 }
 
-/// A case of the matrix.
 pub(super) struct Case {
     pub scene: SceneName,
     pub estimator: EstimatorName,

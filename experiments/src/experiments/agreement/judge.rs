@@ -1,7 +1,6 @@
 //! What a case of the matrix says of the image mean.
 
 use whitefurnace::harness::mean::welch_satterthwaite;
-use whitefurnace::harness::outcome::approximate_verdict;
 
 use super::claims::{Case, Claim, margin};
 use super::{Mean, Total};

@@ -2,7 +2,7 @@
 //! and asks of each path whether the method follows it. What it shares with the estimators are reflectance
 //! functions; it has no shadow rays, no weights between strategies and no limit.
 
-use whitefurnace::bsdf::{Bsdf, Scattering};
+use whitefurnace::bsdf::Scattering;
 use whitefurnace::frame::Frame;
 use whitefurnace::sampler::Sampler;
 use whitefurnace::scene::Hit;
@@ -29,7 +29,6 @@ impl Method {
     }
 }
 
-/// All of them.
 pub(super) const METHODS: [Method; 3] = [Method::Whitted, Method::Report, Method::LightTracer];
 
 /// Segments from the eye that Whitted's method and the report's follow.
@@ -40,18 +39,14 @@ const LIMIT: u32 = 7;
 pub(super) struct Way {
     /// Segments, the one to the light included.
     pub segments: u32,
-    /// Diffuse surfaces on the way.
     pub diffuse: u32,
-    /// Whether the first surface on the way was diffuse.
     pub diffuse_first: bool,
-    /// Whether the last surface on the way was diffuse.
     pub diffuse_last: bool,
     /// Whether the light is an emitter, not the background.
     pub emitter: bool,
 }
 
 impl Way {
-    /// Whether a method follows paths of this kind.
     pub fn followed(&self, method: Method) -> bool {
         // A shadow ray is one segment more than the limit knows of, and finds emitters alone.
         let by_shadow_ray = self.diffuse_last && self.emitter;

@@ -8,7 +8,6 @@ use whitefurnace::harness::welch_map::{PValueMap, PixelStatistics, map};
 use super::SIZE;
 use super::claims::{Case, Claim};
 use crate::experiments::prelude::*;
-use crate::plot::map::Map;
 
 const TILE: usize = 5;
 /// Bins of a histogram of p-values.

@@ -2,7 +2,7 @@
 
 use whitefurnace::estimator::Report;
 
-use super::Sizes as _;
+use super::size;
 use crate::experiments::prelude::*;
 
 /// So long that what is cut is nothing: 0.75 to this power.
@@ -28,7 +28,7 @@ pub(super) fn lost(run: &mut Run) -> Result<(), Error> {
         lost.push((without - all) / mean);
     }
     let what = "relative change of the room's mean radiance without light by way of mirrors and glass";
-    run.size("caustics.room", lost.mean(), what);
-    run.size("caustics.room.error", lost.standard_error(), "is its standard error");
+    size(run, "caustics.room", lost.mean(), what);
+    size(run, "caustics.room.error", lost.standard_error(), "is its standard error");
     Ok(())
 }

@@ -1,12 +1,9 @@
 //! Hemisphere samplers against the densities that they claim: a map of residuals for each.
 
 use whitefurnace::harness::tails::chi_square_sf;
-use whitefurnace::sampling::{
-    cosine_hemisphere, cosine_hemisphere_inverse, hemisphere_printed, uniform_hemisphere, uniform_hemisphere_inverse,
-};
+use whitefurnace::sampling::{cosine_hemisphere_inverse, uniform_hemisphere_inverse};
 
 use crate::experiments::prelude::*;
-use crate::plot::map::{Map, maps};
 
 /// Cells of azimuth and of inclination.
 const CELLS: [usize; 2] = [32, 16];

@@ -2,7 +2,6 @@
 
 use registry::convergence::{COSINE, PROFILES, Profile, UNIFORM, squared_error};
 use whitefurnace::fresnel::{reflectance, reflectance_p, reflectance_s};
-use whitefurnace::sampling::{cosine_hemisphere, hemisphere_printed, uniform_hemisphere};
 
 use super::critical;
 use crate::experiments::prelude::*;

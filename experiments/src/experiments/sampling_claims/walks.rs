@@ -87,7 +87,6 @@ pub fn roulette(run: &mut Run, file: &str) -> Result<(), Error> {
     charts(&run.figure(file), see, [900, 1260], &panels)
 }
 
-/// A vertical line.
 fn wall(x: f64, [low, high]: [f64; 2]) -> Series {
     Series::new("", 6, Mark::Faint, [[x, low], [x, high]])
 }
