@@ -157,6 +157,7 @@ fn has_id(html: &str, id: &str) -> bool {
     html.contains(&format!("id=\"{id}\""))
 }
 
-fn fail_if(problems: Vec<Problem>) -> Result<(), Error> {
+/// Tells all problems, if there are any.
+pub(crate) fn fail_if(problems: Vec<Problem>) -> Result<(), Error> {
     if problems.is_empty() { Ok(()) } else { Err(Error::Problems(problems)) }
 }

@@ -78,10 +78,7 @@ pub fn weave(options: &Options) -> Result<PathBuf, Error> {
     let out = std::path::absolute(&options.out).map_err(Error::io(&options.out))?;
     refuse_strangers(&options.out)?;
     let results = results::Results::load(&brief(&options.results))?;
-    let own = match &options.run {
-        Some(folder) => Some(own(folder)?),
-        None => None,
-    };
+    let own = options.run.as_deref().map(own).transpose()?;
     let bibliography = bibliography::Bibliography::load(&book.join("bibliography.toml"))?;
 
     let config = book.join("book.toml");
@@ -94,9 +91,7 @@ pub fn weave(options: &Options) -> Result<PathBuf, Error> {
     let mut weaver = weaver::Weaver::new(&pages, &options.sources, &results, &bibliography);
     weaver.has_run = own.is_some();
     weaver.weave(&mut mdbook_book.book);
-    if !weaver.problems.is_empty() {
-        return Err(Error::Problems(weaver.problems));
-    }
+    check::fail_if(std::mem::take(&mut weaver.problems))?;
     if let Some(own) = &own {
         let (text, figures) = run::page(&results, own);
         weaver.figures.extend(figures);

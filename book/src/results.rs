@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Deserializer, Serialize};
 use whitefurnace::harness::outcome::Verdict;
 
+use crate::check::fail_if;
 use crate::error::{Error, Problem};
 use crate::nearest::hint;
 
@@ -148,12 +149,9 @@ impl Results {
                 Err(problem) => problems.push(problem),
             }
         }
-        if problems.is_empty() {
-            Ok(results)
-        } else {
-            problems.sort();
-            Err(Error::Problems(problems))
-        }
+        problems.sort();
+        fail_if(problems)?;
+        Ok(results)
     }
 
     /// Where they were read from.

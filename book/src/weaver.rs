@@ -21,9 +21,8 @@ use crate::{directives, equations, listing, number, registry, run};
 #[derive(Debug, Default)]
 struct Places {
     equations: BTreeMap<String, PathBuf>,
-    bibliography: Option<PathBuf>,
-    experiments: Option<PathBuf>,
-    trials: Option<PathBuf>,
+    /// By the name of the directive that makes a list.
+    lists: BTreeMap<String, PathBuf>,
 }
 
 /// Everything that pages may refer to, and what was found on them.
@@ -118,9 +117,9 @@ impl<'a> Weaver<'a> {
                         self.places.equations.insert(id.clone(), path.to_owned());
                     }
                 }
-                ("bibliography", _) => self.places.bibliography = Some(path.to_owned()),
-                ("experiments", _) => self.places.experiments = Some(path.to_owned()),
-                ("trials", _) => self.places.trials = Some(path.to_owned()),
+                (list @ ("bibliography" | "experiments" | "trials"), _) => {
+                    self.places.lists.insert(list.to_owned(), path.to_owned());
+                }
                 _ => {}
             }
         }
@@ -214,7 +213,7 @@ impl<'a> Weaver<'a> {
 
     /// The experiment's name with a link to what it recorded, if it did.
     fn experiment_link(&self, from: &Path, id: &str) -> String {
-        match &self.places.experiments {
+        match self.places.lists.get("experiments") {
             Some(page) if self.results.experiment(id).is_ok() => {
                 let address = address(from, page, &experiment_fragment(id));
                 format!("<a href=\"{address}\">{}</a>", escape(id))
@@ -230,7 +229,7 @@ impl<'a> Weaver<'a> {
     /// A trial's name with a link to its row.
     fn trial(&self, current: &CurrentPage<'_>, name: &str) -> Result<String, String> {
         let label = registry::trial(name)?;
-        let place = self.places.trials.as_ref();
+        let place = self.places.lists.get("trials");
         Ok(place.map_or(label.clone(), |page| {
             let address = address(current.path, page, &registry::trial_fragment(name));
             format!("<a href=\"{address}\">{label}</a>")
@@ -239,7 +238,7 @@ impl<'a> Weaver<'a> {
 
     fn cite(&self, current: &CurrentPage<'_>, key: &str) -> Result<String, String> {
         let label = escape(&self.bibliography.work(key)?.label);
-        Ok(match &self.places.bibliography {
+        Ok(match self.places.lists.get("bibliography") {
             Some(page) => {
                 let address = address(current.path, page, &format!("cite-{key}"));
                 format!("<a class=\"citation\" href=\"{address}\">{label}</a>")
