@@ -7,7 +7,6 @@ use whitefurnace::harness::tails::{binomial_sf, kolmogorov_upper};
 
 use crate::experiments::prelude::*;
 use crate::experiments::statistics::{self, N};
-use crate::run::suite::equations;
 
 pub(super) const CALIBRATION: Experiment = Experiment {
     id: "calibration",
@@ -39,7 +38,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let first = accumulated.next();
     let replications: Vec<u64> = (first..first + run.count(run.by_tier(64, 1024))).collect();
     let registry = registry::all();
-    run.bears_on(equations(&registry));
+    run.bears_on(&registry);
     let master = run.seed();
     let registry = in_question(registry, master)?;
     let bar = Bar::new("", replications.len() as u64, "seeds");

@@ -18,7 +18,7 @@ const COLUMNS: &str = "replication,holds,fails,undecided,exact,random,smallest_p
 
 fn run(run: &mut Run) -> Result<(), Error> {
     let suite = Seeds::open(run)?;
-    run.bears_on(suite::equations(&suite.trials));
+    run.bears_on(&suite.trials);
     let key = format!(
         "false-alarms version {}, seed {}, scale {}, {} trials",
         FALSE_ALARMS.version,

@@ -20,8 +20,7 @@ pub(super) const FAULTS: Experiment = Experiment {
 const UNASSERTED: f64 = 1.0 / 128.0;
 
 fn run(run: &mut Run) -> Result<(), Error> {
-    let trials = registry::all();
-    run.bears_on(suite::equations(&trials));
+    run.bears_on(&registry::all());
     // Quick: the pairs that the suite asserts. Full: every fault under every trial of its family; what
     // the suite does not assert at a reduced size, where faults of small effect stay undecided.
     let mut pairs = registry::matrix();

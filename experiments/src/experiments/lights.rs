@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use registry::scenes::{floor, lambert, light, polygon_irradiance, scene, sphere_irradiance};
 use whitefurnace::emitter::LightSampling;
+use whitefurnace::scene::SurfaceId;
 
 use crate::experiments::prelude::*;
 use crate::render::LightSamplingName;
@@ -27,7 +28,7 @@ pub(super) const LIGHTS: Experiment = Experiment {
 /// A light of size about 1 above the origin, its lowest point at this height.
 struct Shape {
     name: &'static str,
-    add: fn(&mut SceneBuilder, f64),
+    add: fn(&mut SceneBuilder, f64, SurfaceId),
     /// Irradiance at the origin per radiance.
     irradiance: fn(f64) -> f64,
 }
@@ -35,8 +36,7 @@ struct Shape {
 const SHAPES: [Shape; 3] = [
     Shape {
         name: "rectangle",
-        add: |s, height| {
-            let surface = s.surface(light(1.0));
+        add: |s, height, surface| {
             let [a, b, _, d] = square(height);
             s.rectangle(a, [d - a, b - a], surface);
         },
@@ -44,18 +44,12 @@ const SHAPES: [Shape; 3] = [
     },
     Shape {
         name: "triangle",
-        add: |s, height| {
-            let surface = s.surface(light(1.0));
-            s.mesh(&triangle(height), &[[0, 2, 1]], surface);
-        },
+        add: |s, height, surface| s.mesh(&triangle(height), &[[0, 2, 1]], surface),
         irradiance: |height| polygon_irradiance(&triangle(height)),
     },
     Shape {
         name: "sphere",
-        add: |s, height| {
-            let surface = s.surface(light(1.0));
-            s.sphere(Sphere::new((height + 1.0) * DVec3::Z, 1.0), surface);
-        },
+        add: |s, height, surface| s.sphere(Sphere::new((height + 1.0) * DVec3::Z, 1.0), surface),
         irradiance: |height| sphere_irradiance(1.0, height + 1.0, 1.0),
     },
 ];
@@ -122,7 +116,8 @@ fn by_distance(run: &mut Run) -> Result<(), Error> {
 fn over_floor(shape: &Shape, height: f64) -> Arc<Scene> {
     scene(shape.name, |s| {
         floor(s, lambert(1.0));
-        (shape.add)(s, height);
+        let surface = s.surface(light(1.0));
+        (shape.add)(s, height, surface);
     })
 }
 

@@ -144,7 +144,7 @@ struct Detectable<'a> {
 /// The stated power of every random measure of the registry at its own δ.
 fn registry(run: &mut Run) -> Result<(), Error> {
     let trials = registry::all();
-    run.bears_on(suite::equations(&trials));
+    run.bears_on(&trials);
     let scale = run.scale(run.by_tier(suite::REDUCED, 1.0));
     let found = suite::run(&trials, run.seed(), scale)?;
     let random = found.iter().flatten().filter(|row| row.outcome.is_random());

@@ -19,15 +19,14 @@ pub(super) const REGIONS: Experiment = Experiment {
 /// A rectangle of figure 6 and its published mean.
 struct Region {
     name: &'static str,
-    corner: [u32; 2],
-    size: [u32; 2],
+    window: Window,
     published: [f64; 3],
     /// Grey levels within which the `published` convention must meet it.
     margin: f64,
 }
 
 const fn region(name: &'static str, [x0, y0, x1, y1]: [u32; 4], published: [f64; 3], margin: f64) -> Region {
-    Region { name, corner: [x0, y0], size: [x1 - x0, y1 - y0], published, margin }
+    Region { name, window: Window { corner: [x0, y0], size: [x1 - x0, y1 - y0] }, published, margin }
 }
 
 /// The white sphere's reconstruction is coarser than the rest.
@@ -159,7 +158,5 @@ fn region_mean(run: &Run, convention: ConventionName, region: &Region) -> Result
 }
 
 fn region_job(run: &Run, convention: ConventionName, region: &Region) -> Job {
-    let window = Some(Window { corner: region.corner, size: region.size });
-    let spp = run.by_tier(128, 512);
-    run.prepared(Job { window, spp, ..Job::report(convention) })
+    run.prepared(Job { window: Some(region.window), spp: run.by_tier(128, 512), ..Job::report(convention) })
 }

@@ -20,6 +20,7 @@ use serde::de::DeserializeOwned;
 use whitefurnace::equation::Equation;
 use whitefurnace::error::Error;
 use whitefurnace::film::Film;
+use whitefurnace::harness::trial::Trial;
 use whitefurnace::image::{write_exr, write_png, write_whole};
 
 use crate::render::{Job, name};
@@ -179,9 +180,9 @@ impl Run {
         self.folder.join(file)
     }
 
-    /// Adds the equations that the registry's trials bear on.
-    pub fn bears_on(&mut self, equations: impl IntoIterator<Item = &'static Equation>) {
-        for equation in equations {
+    /// Adds the equations that trials bear on.
+    pub fn bears_on(&mut self, trials: &[Trial]) {
+        for equation in trials.iter().map(|trial| trial.equation) {
             if !self.outcome.equations.iter().any(|id| id == equation.id) {
                 self.outcome.equations.push(equation.id.to_owned());
             }

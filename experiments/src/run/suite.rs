@@ -1,7 +1,6 @@
 //! The registry of trials, run in parallel for the experiments.
 
 use rayon::prelude::*;
-use whitefurnace::equation::{self, Equation};
 use whitefurnace::error::Error;
 use whitefurnace::harness::outcome::Verdict;
 use whitefurnace::harness::trial::{Context, Row, Trial, run_trial};
@@ -46,14 +45,4 @@ pub fn joint<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Verdict {
         (Verdict::Undecided { needed: a }, Verdict::Undecided { needed: b }) => Verdict::Undecided { needed: a.max(b) },
         (Verdict::Holds, other) | (other, Verdict::Holds) => other,
     })
-}
-
-/// The place of an equation in the registry, for sorting.
-pub fn place(id: &str) -> usize {
-    equation::ALL.iter().position(|equation| equation.id == id).unwrap_or(equation::ALL.len())
-}
-
-/// The equation of each trial.
-pub fn equations(trials: &[Trial]) -> impl Iterator<Item = &'static Equation> + '_ {
-    trials.iter().map(|trial| trial.equation)
 }

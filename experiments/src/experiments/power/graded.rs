@@ -7,7 +7,6 @@ use whitefurnace::harness::mean::LARGEST_SKEW_TERM;
 use whitefurnace::harness::tails::binomial_sf;
 
 use super::p_of_count;
-
 use crate::experiments::prelude::*;
 use crate::experiments::suite_seeds::{Measure, POWERS, Seeds};
 
