@@ -175,7 +175,7 @@ fn maps_hold_their_cells_in_colours_of_equal_weight() {
     assert!((luminance(1.0) - luminance(-1.0)).abs() < 0.03);
     assert!(luminance(-1.0) < luminance(-0.5) && luminance(-0.5) < luminance(0.0));
 
-    let svg = two_cells("map", vec![-1.0, 5.0]);
+    let svg = two_cells("cells", vec![-1.0, 5.0]);
     // The first bytes of every PNG.
     assert!(svg.contains("href=\"data:image/png;base64,iVBORw0KGgo"));
     parsed(&svg);

@@ -211,21 +211,12 @@ fn rows() -> Vec<Row> {
         Row("caustic-radius", "0.2", PHOTON, |c| photons(c, [3000, 3000], [0.5, 0.2])),
         Row("patches", "200", RADIOSITY, |c| c.method = Method::Radiosity(200)),
         Row("pixel", "centre", PLAIN, |c| c.pixel = PixelSampling::Centre),
-        Row("pixel", "grid", PLAIN, |c| {
-            c.pixel = PixelSampling::Grid(4);
-            c.spp = 16;
-        }),
+        Row("pixel", "grid", PLAIN, |c| (c.pixel, c.spp) = (PixelSampling::Grid(4), 16)),
         Row("pixel", "random", PLAIN, |_| {}),
-        Row("pixel", "jitter", PLAIN, |c| {
-            c.pixel = PixelSampling::Jitter(4);
-            c.spp = 16;
-        }),
+        Row("pixel", "jitter", PLAIN, |c| (c.pixel, c.spp) = (PixelSampling::Jitter(4), 16)),
         Row("grid", "1", JITTER, |c| c.pixel = PixelSampling::Jitter(1)),
         Row("sampler", "independent", PLAIN, |_| {}),
-        Row("sampler", "sobol", PLAIN, |c| {
-            c.numbers = Numbers::Sobol(2);
-            c.spp = 16;
-        }),
+        Row("sampler", "sobol", PLAIN, |c| (c.numbers, c.spp) = (Numbers::Sobol(2), 16)),
         Row("scrambles", "4", SOBOL, |c| c.numbers = Numbers::Sobol(1)),
         Row("size", "20x10", PLAIN, |c| c.size = [20, 10]),
         Row("spp", "3", PLAIN, |c| c.spp = 3),
