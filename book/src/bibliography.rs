@@ -58,13 +58,9 @@ impl Bibliography {
                 .doi
                 .as_ref()
                 .map_or_else(String::new, |doi| format!(" <span class=\"doi\">doi:{}</span>", escape(doi)));
-            html.push_str(&format!(
-                "<li id=\"cite-{key}\">{} ({}). <em>{}</em>. {}.{doi}</li>",
-                escape(&work.authors),
-                work.year,
-                escape(&work.title),
-                escape(&work.venue),
-            ));
+            let [authors, title, venue] = [&work.authors, &work.title, &work.venue].map(|text| escape(text));
+            let year = work.year;
+            html += &format!("<li id=\"cite-{key}\">{authors} ({year}). <em>{title}</em>. {venue}.{doi}</li>");
         }
         html.push_str("</ul>");
         html

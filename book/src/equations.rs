@@ -25,13 +25,11 @@ pub fn fragment(id: &str) -> String {
 
 /// The box that shows an equation with our verdict; one line of HTML.
 pub fn boxed(equation: &Equation, math: &Math) -> Result<String, String> {
+    let (name, place, badge) = (name(equation.verdict), fragment(equation.id), badge(equation.verdict));
+    let [title, finding, source] = [equation.title, equation.finding, equation.source].map(typeset);
     let mut html = format!(
-        "<div class=\"equation verdict-{}\" id=\"{}\"><div class=\"equation-head\">\
-         <span class=\"equation-title\">{}</span>{}</div>",
-        name(equation.verdict),
-        fragment(equation.id),
-        typeset(equation.title),
-        badge(equation.verdict),
+        "<div class=\"equation verdict-{name}\" id=\"{place}\"><div class=\"equation-head\">\
+         <span class=\"equation-title\">{title}</span>{badge}</div>"
     );
     let number = match equation.number {
         "" => String::new(),
@@ -47,10 +45,8 @@ pub fn boxed(equation: &Equation, math: &Math) -> Result<String, String> {
         ));
     }
     html.push_str(&format!(
-        "<div class=\"equation-finding\">{}</div><div class=\"equation-source\">Source: {}. \
+        "<div class=\"equation-finding\">{finding}</div><div class=\"equation-source\">Source: {source}. \
          Registry: <code>{}</code>.</div></div>",
-        typeset(equation.finding),
-        typeset(equation.source),
         equation.id,
     ));
     Ok(html)
@@ -73,15 +69,11 @@ pub fn matrix(math: &Math, place: impl Fn(&str) -> Option<String>) -> Result<Str
             "" => "–".to_owned(),
             _ => label(equation),
         };
+        let [finding, source] = [equation.finding, equation.source].map(typeset);
+        let (id, formula, badge) = (equation.id, math.block(equation.latex, true)?, badge(equation.verdict));
         html.push_str(&format!(
-            "<tr><td class=\"nowrap\">{number}</td><td>{title} <code>{}</code>\
-             <div class=\"scroll\">{}</div>{}<div class=\"equation-source\">{}</div></td>\
-             <td>{}</td></tr>",
-            equation.id,
-            math.block(equation.latex, true)?,
-            typeset(equation.finding),
-            typeset(equation.source),
-            badge(equation.verdict),
+            "<tr><td class=\"nowrap\">{number}</td><td>{title} <code>{id}</code><div class=\"scroll\">{formula}</div>\
+             {finding}<div class=\"equation-source\">{source}</div></td><td>{badge}</td></tr>"
         ));
     }
     html.push_str("</tbody></table>");

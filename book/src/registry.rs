@@ -22,16 +22,13 @@ pub fn trials(equation: impl Fn(&str) -> String, recorded: impl Fn(&str) -> Opti
             };
             let n = found("n").map_or_else(|| "–".to_owned(), |n| n.to_string());
             let controls: Vec<_> = trial.controls.iter().map(|c| code(c.name)).collect();
+            let (place, equation) = (trial_fragment(&trial.name), equation(trial.equation.id));
+            let (property, statistic) = (upper(&typeset(&trial.property)), escape(trial.statistic));
             format!(
-                "<tr id=\"{}\"><td>{}</td><td>{}.<div class=\"equation-source\">{}; \
-                 controls {}</div></td><td>{}</td><td>{}</td><td class=\"nowrap\">{delta}</td></tr>",
-                trial_fragment(&trial.name),
-                equation(trial.equation.id),
-                upper(&typeset(&trial.property)),
+                "<tr id=\"{place}\"><td>{equation}</td><td>{property}.<div class=\"equation-source\">{}; \
+                 controls {}</div></td><td>{statistic}</td><td>{n}</td><td class=\"nowrap\">{delta}</td></tr>",
                 code(&trial.name),
                 controls.join(", "),
-                escape(trial.statistic),
-                n,
             )
         })
         .collect();

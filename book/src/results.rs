@@ -195,11 +195,8 @@ impl Results {
         let bands: Vec<PathBuf> =
             (1..).map(|k| path.with_extension(format!("band-{k}.png"))).take_while(|band| band.is_file()).collect();
         if bands.is_empty() {
-            return Err(format!(
-                "figure \"{name}\" is recorded, but {} is missing; run {}",
-                path.display(),
-                recorded.command
-            ));
+            let (path, command) = (path.display(), &recorded.command);
+            return Err(format!("figure \"{name}\" is recorded, but {path} is missing; run {command}"));
         }
         Ok((recorded, bands))
     }

@@ -150,12 +150,10 @@ fn section(
     match recorded {
         None => text += "<p>There is no record of this experiment.</p>\n\n",
         Some(recorded) => {
+            let [theirs, own] = [recorded, ours].map(|of| (of.version, options(of)));
             text += &format!(
                 "<p>Record: version {}, tier, seed and shrink {}. Your run: version {}, {}.</p>\n\n",
-                recorded.version,
-                options(recorded),
-                ours.version,
-                options(ours)
+                theirs.0, theirs.1, own.0, own.1
             );
             text += &numbers(&pairs(recorded, ours));
         }
@@ -277,12 +275,10 @@ fn pictures(
         for file in files {
             let file_name = file.file_name().unwrap_or_default().to_string_lossy();
             let copy = format!("{folder}{}/{file_name}", ours.id);
+            let [name, id, address] = [name, &ours.id, &copy].map(escape);
             images += &format!(
-                "<a href=\"figures/{file}\"><img src=\"figures/{file}\" loading=\"lazy\" \
-                 alt=\"{} of {}, {whose}\"></a>",
-                escape(name),
-                escape(&ours.id),
-                file = escape(&copy)
+                "<a href=\"figures/{address}\"><img src=\"figures/{address}\" loading=\"lazy\" \
+                 alt=\"{name} of {id}, {whose}\"></a>"
             );
             figures.insert(copy, file);
         }

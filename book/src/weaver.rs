@@ -256,12 +256,10 @@ impl<'a> Weaver<'a> {
         let code: Vec<_> = listings.iter().map(|listing| listing.code.as_str()).collect();
         let lines: Vec<_> = listings.iter().map(|l| l.line.to_string()).collect();
         let plural = if lines.len() == 1 { "line" } else { "lines" };
+        let (path, lines, code) = (escape(path), lines.join(", "), code.join("\n\n"));
         Ok(format!(
-            "\n\n<p class=\"listing-source\"><code>{}</code>, {plural} {}</p>\n\n\
-             ``````rust,ignore,noplayground\n{}\n``````\n\n",
-            escape(path),
-            lines.join(", "),
-            code.join("\n\n"),
+            "\n\n<p class=\"listing-source\"><code>{path}</code>, {plural} {lines}</p>\n\n\
+             ``````rust,ignore,noplayground\n{code}\n``````\n\n"
         ))
     }
 
@@ -313,24 +311,18 @@ fn experiment_fragment(id: &str) -> String {
 }
 
 fn experiment(recorded: &ExperimentResult) -> String {
-    let rows: String = recorded
-        .numbers
-        .iter()
-        .map(|(key, &value)| {
-            let value = number::format(value, None).unwrap_or_default();
-            format!("<tr><td><code>{}</code></td><td>{value}</td></tr>", escape(key))
-        })
-        .collect();
+    let ExperimentResult { version, seed, numbers, .. } = recorded;
+    let row = |(key, &value): (&String, &f64)| {
+        let value = number::format(value, None).unwrap_or_default();
+        format!("<tr><td><code>{}</code></td><td>{value}</td></tr>", escape(key))
+    };
+    let rows: String = numbers.iter().map(row).collect();
+    let [id, tier, command] = [&recorded.id, &recorded.tier, &recorded.command].map(|text| escape(text));
     format!(
-        "<h2 id=\"{}\">{}</h2><p>Version {}, tier {}, seed {}. Repeat with <code>{}</code>.</p>\
+        "<h2 id=\"{}\">{id}</h2><p>Version {version}, tier {tier}, seed {seed}. Repeat with <code>{command}</code>.</p>\
          <details><summary>Numbers ({})</summary><div class=\"table-wrapper\"><table><thead><tr><th>number</th>\
          <th>value</th></tr></thead><tbody>{rows}</tbody></table></div></details>",
         experiment_fragment(&recorded.id),
-        escape(&recorded.id),
-        recorded.version,
-        escape(&recorded.tier),
-        recorded.seed,
-        escape(&recorded.command),
-        recorded.numbers.len(),
+        numbers.len(),
     )
 }

@@ -140,13 +140,8 @@ fn run(run: &mut Run) -> Result<(), Error> {
 
 /// The file that holds the image means of all runs.
 fn open(run: &Run, file: &str) -> Result<Accumulated, Error> {
-    let key = format!(
-        "agreement version {}, seed {}, {SIZE:?}, {} photons, {} patches",
-        AGREEMENT.version,
-        run.seed(),
-        photons(run),
-        patches(run)
-    );
+    let (version, seed, photons, patches) = (AGREEMENT.version, run.seed(), photons(run), patches(run));
+    let key = format!("agreement version {version}, seed {seed}, {SIZE:?}, {photons} photons, {patches} patches");
     run.accumulated(file, &key, COLUMNS)
 }
 

@@ -18,8 +18,7 @@ const GROUPS: [&str; 4] = ["cie", "irradiance", "furnace", "glass"];
 fn run(run: &mut Run) -> Result<(), Error> {
     let mut trials = registry::all();
     trials.retain(|trial| GROUPS.contains(&group(&trial.name)) && trial.statistic == "t");
-    let scale = run.scale(run.by_tier(suite::REDUCED, 1.0));
-    let found = suite::run(&trials, run.seed(), scale)?;
+    let (scale, found) = (suite::scale(run), suite::rows(run, &trials)?);
     let rows: Vec<&Row> = found.iter().flatten().collect();
     let csv: Vec<String> = rows.iter().map(|row| row.csv()).collect();
     run.csv("cie.csv", CSV_HEADER, &csv)?;

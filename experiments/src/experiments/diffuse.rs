@@ -98,16 +98,15 @@ fn figure(run: &mut Run) -> Result<(), Error> {
             write_png(&run.figure(&format!("{}.png", name(model))), film, display, MAGNIFICATION)?;
         }
     }
-    run.note("moons.png", format!("left to right: {}; {side}x{side}, {spp} spp", titles()));
+    run.note(
+        "moons.png",
+        format!("left to right: {}; {side}x{side}, {spp} spp", DiffuseName::ALL.map(DiffuseName::title).join(", ")),
+    );
     let title = format!("Radiance across the disc, white sphere lit from the front, σ = {SIGMA}");
     let radiance = "radiance (points: pixels of the picture; lines: π f cos θ)";
     let chart = Chart::new(title, ["distance from the centre (radii)", radiance], [[0.0, 1.0], [0.0, 1.1]], series);
     let see = "The corrected Oren–Nayar sphere is flat almost to its rim; as printed it darkens like Lambert's.";
     charts(&run.figure("profile.svg"), see, [900, 600], &[chart])
-}
-
-fn titles() -> String {
-    DiffuseName::ALL.map(DiffuseName::title).join(", ")
 }
 
 /// Radiance of every fourth pixel right of the centre, against the distance of its middle from it in

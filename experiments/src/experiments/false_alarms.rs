@@ -19,13 +19,8 @@ const COLUMNS: &str = "replication,holds,fails,undecided,exact,random,smallest_p
 fn run(run: &mut Run) -> Result<(), Error> {
     let suite = Seeds::open(run)?;
     run.bears_on(&suite.trials);
-    let key = format!(
-        "false-alarms version {}, seed {}, scale {}, {} trials",
-        FALSE_ALARMS.version,
-        run.seed(),
-        suite.scale,
-        suite.trials.len()
-    );
+    let (version, seed, scale, trials) = (FALSE_ALARMS.version, run.seed(), suite.scale, suite.trials.len());
+    let key = format!("false-alarms version {version}, seed {seed}, scale {scale}, {trials} trials");
     let mut accumulated = run.accumulated("false-alarms.csv", &key, COLUMNS)?;
     let first = accumulated.next();
     let seeds = run.count(run.by_tier(2, 200));

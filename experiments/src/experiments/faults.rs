@@ -28,7 +28,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     if run.tier() == Tier::Quick {
         pairs.retain(|pair| pair.named);
     }
-    let scales = [UNASSERTED, run.by_tier(suite::REDUCED, 1.0)].map(|scale| run.scale(scale));
+    let scales = [run.scale(UNASSERTED), suite::scale(run)];
     let [reduced, asserted] = scales.map(|scale| Context::new(run.seed(), scale));
     let (reduced, asserted) = (reduced?, asserted?);
     let seen = parallel(&pairs, |pair| {

@@ -50,7 +50,7 @@ pub(super) const FIG9: Experiment = Experiment {
     equations: &[&equation::ESTIMATOR],
     run: |run| {
         let size = run.by_tier([256, 256], [512, 512]);
-        run.picture(Job { size, spp: 64, ..Job::report(ConventionName::Report) }, "noise").map(drop)
+        run.picture(Job { size, spp: 64, ..Job::report(ConventionName::Report) }, "noise")
     },
 };
 
@@ -61,7 +61,7 @@ pub(super) const ROOM: Experiment = Experiment {
     equations: &[&equation::RENDERING],
     run: |run| {
         let spp = run.by_tier(64, 512);
-        run.picture(Job { size: [400, 300], spp, ..Job::report(ConventionName::Report) }, "room").map(drop)
+        run.picture(Job { size: [400, 300], spp, ..Job::report(ConventionName::Report) }, "room")
     },
 };
 
@@ -76,5 +76,5 @@ pub const CONVENTIONS: [(ConventionName, &str); 3] = [
 fn crop(run: &mut Run, corner: [u32; 2], size: [u32; 2]) -> Result<(), Error> {
     let spp = run.by_tier(64, 512);
     let window = Some(Window { corner, size });
-    run.picture(Job { window, spp, ..Job::report(ConventionName::Report) }, "crop").map(drop)
+    run.picture(Job { window, spp, ..Job::report(ConventionName::Report) }, "crop")
 }

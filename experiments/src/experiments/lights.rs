@@ -153,12 +153,8 @@ fn scenes(run: &mut Run) -> Result<(), Error> {
             run.number(&label.replace(' ', "."), variance);
             variances.push(variance);
         }
-        let value = format!(
-            "area {:.4e}, solid angle {:.4e}: ratio {:.3}",
-            variances[0],
-            variances[1],
-            variances[1] / variances[0]
-        );
+        let [area, angle] = [variances[0], variances[1]];
+        let value = format!("area {area:.4e}, solid angle {angle:.4e}: ratio {:.3}", angle / area);
         run.note(&format!("{}, mean variance of a pixel's sample", name(scene)), value);
     }
     Ok(())

@@ -39,14 +39,9 @@ fn run(run: &mut Run) -> Result<(), Error> {
             let effect = effect_of(statistic, stated);
             let point = measure(run.seed(), statistic, effect, stated, replications)?;
             report(run, statistic, &point, replications, level);
-            rows.push(format!(
-                "{},{:e},{stated},{},{replications},{:e},{:e}",
-                statistic.name,
-                effect,
-                point.rejected,
-                point.values.moments.mean(),
-                point.values.moments.variance().sqrt()
-            ));
+            let (name, rejected, moments) = (statistic.name, point.rejected, point.values.moments);
+            let (mean, spread) = (moments.mean(), moments.variance().sqrt());
+            rows.push(format!("{name},{effect:e},{stated},{rejected},{replications},{mean:e},{spread:e}"));
             points.push(point);
         }
         panels.push(series(statistic, &points, i % PER_PANEL, replications).to_vec());
@@ -145,26 +140,18 @@ struct Detectable<'a> {
 fn registry(run: &mut Run) -> Result<(), Error> {
     let trials = registry::all();
     run.bears_on(&trials);
-    let scale = run.scale(run.by_tier(suite::REDUCED, 1.0));
-    let found = suite::run(&trials, run.seed(), scale)?;
+    let (scale, found) = (suite::scale(run), suite::rows(run, &trials)?);
     let random = found.iter().flatten().filter(|row| row.outcome.is_random());
     let mut measures: Vec<Detectable> = random
         .map(|row| Detectable { row, ratio: row.outcome.minimum_detectable_effect() / row.outcome.claim.size() })
         .collect();
     measures.sort_by(|a, b| b.ratio.total_cmp(&a.ratio));
     let line = |Detectable { row, ratio }: &Detectable| {
-        let o = &row.outcome;
-        run.numbers(&format!("{}: {}", row.trial, o.name), [("detects_over_delta", *ratio), ("miss", o.miss())]);
-        format!(
-            "{},\"{}\",{},{},{:e},{:e},{ratio:.4},{:e}",
-            row.trial,
-            o.name,
-            o.statistic,
-            o.n,
-            o.claim.size(),
-            o.minimum_detectable_effect(),
-            o.miss()
-        )
+        let Row { trial, outcome: o, .. } = row;
+        let (delta, detects, miss) = (o.claim.size(), o.minimum_detectable_effect(), o.miss());
+        run.numbers(&format!("{trial}: {}", o.name), [("detects_over_delta", *ratio), ("miss", miss)]);
+        let Outcome { name, statistic, n, .. } = o;
+        format!("{trial},\"{name}\",{statistic},{n},{delta:e},{detects:e},{ratio:.4},{miss:e}")
     };
     let lines: Vec<String> = measures.iter().map(line).collect();
     run.csv("registry.csv", "trial,measure,statistic,n,delta,detects,detects_over_delta,miss_at_delta", &lines)?;

@@ -112,12 +112,8 @@ fn run(run: &mut Run) -> Result<(), Error> {
             }
             record(run, stem, region, mean);
             for (channel, c) in CHANNELS.into_iter().zip(0..) {
-                rows.push(format!(
-                    "{stem},{},{channel},{:.3},{:.1}",
-                    region.name.replace(',', ""),
-                    mean[c],
-                    region.published[c]
-                ));
+                let (name, ours, theirs) = (region.name.replace(',', ""), mean[c], region.published[c]);
+                rows.push(format!("{stem},{name},{channel},{ours:.3},{theirs:.1}"));
             }
             panel.push(difference);
         }

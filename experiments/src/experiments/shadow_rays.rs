@@ -153,12 +153,11 @@ fn measure(
 }
 
 fn report(run: &mut Run, name: &str, samples: u32, cost: &Cost) {
-    run.numbers(name, [("shadow_rays", cost.shadow), ("rays", cost.rays), ("error", cost.error)]);
+    let Cost { shadow, rays, error, .. } = *cost;
+    run.numbers(name, [("shadow_rays", shadow), ("rays", rays), ("error", error)]);
+    let percent = 100.0 * error;
     let value = format!(
-        "{:.2} shadow rays and {:.2} rays in all per sample, relative root-mean-square error {:.2} %",
-        cost.shadow,
-        cost.rays,
-        100.0 * cost.error
+        "{shadow:.2} shadow rays and {rays:.2} rays in all per sample, relative root-mean-square error {percent:.2} %"
     );
     run.note(&format!("{name}, {samples} samples per pixel"), value);
 }

@@ -24,8 +24,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let mut trials = registry::all();
     trials.sort_by_key(|trial| equation::ALL.iter().position(|equation| equation.id == trial.equation.id));
     run.bears_on(&trials);
-    let scale = run.scale(run.by_tier(suite::REDUCED, 1.0));
-    let found = suite::run(&trials, run.seed(), scale)?;
+    let (scale, found) = (suite::scale(run), suite::rows(run, &trials)?);
     let all: Vec<String> = found.iter().flatten().map(Row::csv).collect();
     run.csv("trials.csv", CSV_HEADER, &all)?;
     let figures = draw(run, &trials, &found)?;
@@ -65,13 +64,8 @@ fn report(run: &mut Run, trial: &Trial, rows: &[Row], figure: &str, recorded: Op
     let o = &row.outcome;
     let what = trial.name.clone();
     let mut value = format!("{}: {}, ", trial.property, evidence(row));
-    value += &format!(
-        "detects {:.2e}, power {}, n = {}, p = {:.2e}, {figure}",
-        o.minimum_detectable_effect(),
-        o.power(),
-        o.n,
-        o.p
-    );
+    let (Outcome { n, p, .. }, detects, power) = (o, o.minimum_detectable_effect(), o.power());
+    value += &format!("detects {detects:.2e}, power {power}, n = {n}, p = {p:.2e}, {figure}");
     if let Verdict::Undecided { needed } = verdict {
         value += &format!("; needs about {needed}");
         value += &recorded_verdict(recorded, &what);
@@ -100,15 +94,8 @@ fn evidence(row: &Row) -> String {
     if o.claim == Claim::Test {
         return format!("{} {:.4e}", o.name, o.value);
     }
-    format!(
-        "{} {:.6} in [{:.6}, {:.6}], should be {:.6} ± {:.1e}",
-        o.name,
-        o.estimate,
-        o.interval[0],
-        o.interval[1],
-        o.reference,
-        o.claim.size()
-    )
+    let (Outcome { name, estimate, interval: [low, high], reference, .. }, delta) = (o, o.claim.size());
+    format!("{name} {estimate:.6} in [{low:.6}, {high:.6}], should be {reference:.6} ± {delta:.1e}")
 }
 
 /// How far the interval reaches from the reference, in units of δ.
@@ -132,13 +119,10 @@ fn totals(run: &mut Run, found: &[Vec<Row>], scale: f64) {
     run.number("scale", scale);
     let smallest = rows.iter().filter(|row| row.outcome.is_random()).map(|row| row.outcome.p).fold(1.0, f64::min);
     run.number("smallest_p", smallest);
+    let (trials, [holds, fails, undecided]) = (found.len(), ["holds", "fails", "undecided"].map(count));
     let value = format!(
-        "{} trials at scale {scale}: {} measures hold, {} fail, {} undecided; smallest p {smallest:.1e}; \
-         family-wise level {:.0e} ({ALPHA:.0e} for each of at most {CAPACITY})",
-        found.len(),
-        count("holds"),
-        count("fails"),
-        count("undecided"),
+        "{trials} trials at scale {scale}: {holds} measures hold, {fails} fail, {undecided} undecided; smallest p \
+         {smallest:.1e}; family-wise level {:.0e} ({ALPHA:.0e} for each of at most {CAPACITY})",
         ALPHA * CAPACITY as f64,
     );
     run.note("in all", value);
@@ -155,7 +139,7 @@ fn draw(run: &mut Run, trials: &[Trial], found: &[Vec<Row>]) -> Result<BTreeMap<
     for (group, lines) in lines {
         for (i, part) in lines.chunks(LINES_PER_FIGURE).enumerate() {
             let file = if i == 0 { format!("{group}.svg") } else { format!("{group}-{}.svg", i + 1) };
-            let title = format!("Trials of the group “{group}”, scale {}", run.scale(run.by_tier(suite::REDUCED, 1.0)));
+            let title = format!("Trials of the group “{group}”, scale {}", suite::scale(run));
             let see = "Zero is the reference. An interval within the band about it holds.";
             forest(&run.figure(&file), (&title, see), part)?;
             figures.entry(group.clone()).or_insert(file);

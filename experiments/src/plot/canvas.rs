@@ -160,13 +160,12 @@ impl Canvas {
     pub fn write(self, path: &Path) -> Result<(), Error> {
         let [width, height] = self.size;
         let [across, down] = self.size.map(fine);
+        let [title, see] = [escaped(&self.title), escaped(&self.see)];
         let text = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
              viewBox=\"0 0 {across} {down}\" role=\"img\" aria-labelledby=\"title see\">\n\
-             <title id=\"title\">{}</title>\n<desc id=\"see\">{}</desc>\n\
+             <title id=\"title\">{title}</title>\n<desc id=\"see\">{see}</desc>\n\
              <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n{}</svg>\n",
-            escaped(&self.title),
-            escaped(&self.see),
             self.body
         );
         write_text(path, &text)

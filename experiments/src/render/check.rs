@@ -70,12 +70,11 @@ impl Job {
     /// Refuses what makes no sense, before any work is done.
     pub fn check(&self) -> Result<(), Error> {
         let refuse = |message: String| Err(Error::Option(message));
-        let convention = name(self.convention);
+        let (scene, convention, estimator) = (name(self.scene), name(self.convention), name(self.estimator));
         if self.scene != SceneName::Report && self.convention != ConventionName::Physical {
             return refuse(format!(
-                "--scene {} is defined under --convention physical only; --convention {convention} \
-                 belongs to --scene report",
-                name(self.scene)
+                "--scene {scene} is defined under --convention physical only; --convention {convention} belongs to --scene \
+                 report"
             ));
         }
         // Empty: any.
@@ -85,32 +84,26 @@ impl Job {
             ConventionName::Published => &[EstimatorName::Report],
         };
         if !takes.is_empty() && !takes.contains(&self.estimator) {
-            let names: Vec<String> = takes.iter().copied().map(name).collect();
+            let names = takes.iter().copied().map(name).collect::<Vec<_>>().join(" or ");
             return refuse(format!(
-                "--estimator {} does not follow --convention {convention}, which takes --estimator {}",
-                name(self.estimator),
-                names.join(" or ")
+                "--estimator {estimator} does not follow --convention {convention}, which takes --estimator {names}"
             ));
         }
         if self.sampler == SamplerName::Sobol {
             self.check_sobol()?;
         }
         let cells = self.sampling().pixel.samples_per_replication();
-        if !self.spp.is_multiple_of(cells) {
+        let Self { spp, grid, .. } = self;
+        if !spp.is_multiple_of(cells) {
+            let next = (u64::from(spp / cells) + 1) * u64::from(cells);
             return refuse(format!(
-                "--spp {} is not a multiple of the {cells} samples of a {}x{} grid: take {} or change --grid",
-                self.spp,
-                self.grid,
-                self.grid,
-                (u64::from(self.spp / cells) + 1) * u64::from(cells)
+                "--spp {spp} is not a multiple of the {cells} samples of a {grid}x{grid} grid: take {next} or change \
+                 --grid"
             ));
         }
         Film::checked_window(self.size, self.window)?;
         if self.renders_images() && self.window.is_some() {
-            return refuse(format!(
-                "--estimator {} renders whole images only: leave out the window",
-                name(self.estimator)
-            ));
+            return refuse(format!("--estimator {estimator} renders whole images only: leave out the window"));
         }
         if self.estimator == EstimatorName::LightTracer || self.uses_photons() {
             self.check_emitters()?;
@@ -210,16 +203,13 @@ impl Job {
         if !matches!(self.pixel, PixelName::Random | PixelName::Centre) {
             return refuse("--sampler sobol goes with --pixel random and centre".to_owned());
         }
-        if !self.spp.is_multiple_of(self.scrambles) {
-            return refuse(format!(
-                "--spp {} is not a multiple of the {} scrambles: change one of them",
-                self.spp, self.scrambles
-            ));
+        let Self { spp, scrambles, .. } = self;
+        if !spp.is_multiple_of(*scrambles) {
+            return refuse(format!("--spp {spp} is not a multiple of the {scrambles} scrambles: change one of them"));
         }
-        if self.spp / self.scrambles > LONGEST {
+        if spp / scrambles > LONGEST {
             return refuse(format!(
-                "--spp {} in {} scrambles is more than {LONGEST} points each: raise --scrambles",
-                self.spp, self.scrambles
+                "--spp {spp} in {scrambles} scrambles is more than {LONGEST} points each: raise --scrambles"
             ));
         }
         Ok(())

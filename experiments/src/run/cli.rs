@@ -22,8 +22,8 @@ macro_rules! say {
 
 /// How a program ends: exit code 0; 1 if a claim fails; 2 after one line on standard error; or that of the
 /// signal that ended the work ([`signals::exit_code`]).
-pub fn exit<E: Into<Ending>>(result: Result<E, Error>) -> ExitCode {
-    let code = match result.map(Into::into) {
+pub fn exit(result: Result<Ending, Error>) -> ExitCode {
+    let code = match result {
         Ok(Ending::Done) => 0,
         Ok(Ending::ClaimFails) => 1,
         Ok(Ending::Interrupted) => signals::exit_code().unwrap_or(2),
@@ -44,12 +44,6 @@ pub enum Ending {
     ClaimFails,
     /// A signal came, and what was done has been written.
     Interrupted,
-}
-
-impl From<()> for Ending {
-    fn from((): ()) -> Self {
-        Self::Done
-    }
 }
 
 /// From here on signals end the work in hand, and how far it is gets shown.

@@ -94,6 +94,7 @@ impl Run {
         folder: PathBuf,
         fingerprint: String,
     ) -> Result<Self, Error> {
+        let (id, tier, seed) = (experiment.id, name(options.tier), options.seed);
         let divided = match options.shrink {
             1 => String::new(),
             shrink => format!(" --shrink {shrink}"),
@@ -102,18 +103,13 @@ impl Run {
             unfinished: Unfinished::begin(folder.join("unfinished"), &fingerprint)?,
             options: options.clone(),
             outcome: ExperimentResult {
-                id: experiment.id.to_owned(),
+                id: id.to_owned(),
                 title: experiment.title.to_owned(),
                 version: experiment.version,
-                tier: name(options.tier),
-                seed: options.seed,
+                command: format!("cargo run --release --bin {id} -- --tier {tier} --seed {seed}{divided}"),
+                tier,
+                seed,
                 shrink: options.shrink,
-                command: format!(
-                    "cargo run --release --bin {} -- --tier {} --seed {}{divided}",
-                    experiment.id,
-                    name(options.tier),
-                    options.seed
-                ),
                 equations: experiment.equations.iter().map(|equation| equation.id.to_owned()).collect(),
                 numbers: BTreeMap::new(),
                 figures: Vec::new(),
@@ -215,28 +211,23 @@ impl Run {
     }
 
     /// Renders a job and writes it as `stem.exr` and `stem.png`.
-    pub fn picture(&mut self, job: Job, stem: &str) -> Result<Film, Error> {
+    pub fn picture(&mut self, job: Job, stem: &str) -> Result<(), Error> {
         let job = self.prepared(job);
         let film = self.render(&job, stem)?;
         write_exr(&self.folder.join(format!("{stem}.exr")), &film, &job.provenance(true))?;
-        let png = self.figure(&format!("{stem}.png"));
+        let file = format!("{stem}.png");
         let magnification = if job.window.is_some() { CROP_MAGNIFICATION } else { 1 };
-        write_png(&png, &film, job.display(0.0), magnification)?;
-        let [width, height] = film.size();
-        self.number(&format!("{stem}.mean"), film.mean());
-        self.number(&format!("{stem}.relative_error"), film.relative_error());
-        self.note(
-            &format!("{stem}.png"),
-            format!(
-                "{width}x{height}, {} spp, convention {}, estimator {}, mean radiance {:.4}, mean relative error {:.2} %",
-                job.spp,
-                name(job.convention),
-                name(job.estimator),
-                film.mean(),
-                100.0 * film.relative_error()
-            ),
+        write_png(&self.figure(&file), &film, job.display(0.0), magnification)?;
+        let ([width, height], mean, error) = (film.size(), film.mean(), film.relative_error());
+        self.numbers(stem, [("mean", mean), ("relative_error", error)]);
+        let (convention, estimator, percent) = (name(job.convention), name(job.estimator), 100.0 * error);
+        let value = format!(
+            "{width}x{height}, {} spp, convention {convention}, estimator {estimator}, mean radiance {mean:.4}, \
+             mean relative error {percent:.2} %",
+            job.spp
         );
-        Ok(film)
+        self.note(&file, value);
+        Ok(())
     }
 
     /// Registers a file for a person; returns its path.

@@ -16,7 +16,7 @@ use super::split_png;
 use crate::experiments::EXPERIMENTS;
 use crate::render::name;
 use crate::run::progress::{Bar, interrupted};
-use crate::run::{Experiment, ExperimentResult, Finding, Judgement, Options, Run, Tier, write_text};
+use crate::run::{Experiment, ExperimentResult, Finding, Judgement, Options, Run, write_text};
 use crate::say;
 
 /// The largest file that the book keeps, in bytes.
@@ -30,14 +30,8 @@ pub fn run_all(experiments: &[&Experiment], options: &Options, fresh: bool) -> R
     check_writable(&results)?;
     let mut outcomes = Vec::new();
     for (i, experiment) in experiments.iter().enumerate() {
-        let fingerprint = format!(
-            "{:016x} {} {} {} {}",
-            *PROGRAM,
-            experiment.version,
-            name(options.tier),
-            options.seed,
-            options.shrink
-        );
+        let (Options { seed, shrink, .. }, tier) = (options, name(options.tier));
+        let fingerprint = format!("{:016x} {} {tier} {seed} {shrink}", *PROGRAM, experiment.version);
         let folder = options.out.join(experiment.id);
         let which = format!("[{} of {}] ", i + 1, experiments.len());
         let kept = if fresh { None } else { kept(&folder, &fingerprint) };
@@ -219,14 +213,6 @@ pub fn verdicts(outcomes: &[ExperimentResult]) -> (String, bool) {
 /// Where the book keeps the results of the last full run.
 pub fn recorded_folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../book/recorded")
-}
-
-/// Refuses to record anything but full runs.
-pub fn check_recordable(options: &Options) -> Result<(), Error> {
-    if options.tier == Tier::Full && options.shrink == 1 {
-        return Ok(());
-    }
-    Err(Error::Option("--update-book records full runs only: add --tier full and leave out --shrink".to_owned()))
 }
 
 /// Copies an experiment's result and figures from `from` to `to`, where older files go; large pictures

@@ -5,10 +5,13 @@ use whitefurnace::error::Error;
 use whitefurnace::harness::outcome::Verdict;
 use whitefurnace::harness::trial::{Context, Row, Trial, run_trial};
 
+use crate::run::Run;
 use crate::run::progress::{Bar, interrupted};
 
-/// The scale of sample sizes at which experiments repeat the suite.
-pub const REDUCED: f64 = 1.0 / 16.0;
+/// The scale of sample sizes at which experiments repeat the suite: that of the suite itself at the full tier.
+pub fn scale(run: &Run) -> f64 {
+    run.scale(run.by_tier(1.0 / 16.0, 1.0))
+}
 
 /// The family-wise level of an experiment.
 pub const FAMILY: f64 = 1e-3;
@@ -32,9 +35,9 @@ pub fn parallel<I: IntoParallelIterator<Iter: IndexedParallelIterator>, R: Send>
         .collect()
 }
 
-/// The rows of every trial, in the trials' order.
-pub fn run(trials: &[Trial], seed: u64, scale: f64) -> Result<Vec<Vec<Row>>, Error> {
-    let context = Context::new(seed, scale)?;
+/// The rows of every trial at that scale, in the trials' order.
+pub fn rows(run: &Run, trials: &[Trial]) -> Result<Vec<Vec<Row>>, Error> {
+    let context = Context::new(run.seed(), scale(run))?;
     parallel(trials, |trial| run_trial(trial, &context))
 }
 

@@ -91,17 +91,9 @@ pub fn graded(run: &mut Run, family: f64) -> Result<(), Error> {
     let counted: Vec<Counted> = by_name.values().flat_map(|found| count_all(found, &mut left_out)).collect();
     report(run, &counted, &left_out, (count, seeds.scale, family));
     let line = |c: &Counted| {
-        format!(
-            "\"{}\",{},{},{},{:e},{},{},{:e}",
-            c.name,
-            if c.up { "+" } else { "-" },
-            c.statistic,
-            c.power,
-            c.level,
-            c.rejected,
-            c.seeds,
-            c.p()
-        )
+        let Counted { name, statistic, power, level, rejected, seeds, .. } = c;
+        let (side, p) = (if c.up { "+" } else { "-" }, c.p());
+        format!("\"{name}\",{side},{statistic},{power},{level:e},{rejected},{seeds},{p:e}")
     };
     run.csv(
         "graded.csv",
@@ -182,14 +174,10 @@ fn report(run: &mut Run, counted: &[Counted], left_out: &LeftOut, size: (u64, f6
     );
     if let Some(c) = weakest {
         run.numbers("graded.weakest", [("share", c.share()), ("stated", c.power), ("p", c.p())]);
+        let (label, Counted { rejected, seeds, level, power, .. }, p) = (c.label(), c, c.p());
         value += &format!(
-            "; the furthest off is {}: {} of {} rejected at level {:.1e}, {:.3} stated, p = {:.1e}",
-            c.label(),
-            c.rejected,
-            c.seeds,
-            c.level,
-            c.power,
-            c.p()
+            "; the furthest off is {label}: {rejected} of {seeds} rejected at level {level:.1e}, {power:.3} stated, \
+             p = {p:.1e}"
         );
     }
     let what = "values off by δ are rejected as often as stated";
@@ -200,14 +188,8 @@ fn report(run: &mut Run, counted: &[Counted], left_out: &LeftOut, size: (u64, f6
         run.note(what, value);
     }
     for c in failing.iter().filter(|_| full) {
-        let value = format!(
-            "{} of {} rejected at level {:.1e}, stated {:.3}, p = {:.1e}",
-            c.rejected,
-            c.seeds,
-            c.level,
-            c.power,
-            c.p()
-        );
+        let (Counted { rejected, seeds, level, power, .. }, p) = (c, c.p());
+        let value = format!("{rejected} of {seeds} rejected at level {level:.1e}, stated {power:.3}, p = {p:.1e}");
         run.detail(&c.label(), value, false);
     }
     for (reason, names) in left_out {

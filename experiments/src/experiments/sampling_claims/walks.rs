@@ -113,11 +113,8 @@ pub fn truncation(run: &mut Run, file: &str) -> Result<(), Error> {
             all_hold &= holds([high, low], known);
             if b == 7 {
                 run.number(&format!("cut.{a}.7"), 1.0 - values.mean() / exact);
-                let value = format!(
-                    "{:.2} % of the light is missing, closed form {:.2} %",
-                    100.0 * (1.0 - values.mean() / exact),
-                    100.0 * known
-                );
+                let [found, closed] = [1.0 - values.mean() / exact, known].map(|share| 100.0 * share);
+                let value = format!("{found:.2} % of the light is missing, closed form {closed:.2} %");
                 run.note(&format!("seven bounces at albedo {a}"), value);
             }
             // Below the noise there is nothing to draw on a logarithmic axis.
