@@ -113,12 +113,11 @@ fn judge(run: &mut Run, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) {
     for (place, side) in [(1, "left"), (ANGLES.len() / 2, "middle"), (ANGLES.len() - 2, "right")] {
         let [[red, red_error], [blue, blue_error]] = coloured[place];
         run.numbers(side, [("red", red), ("blue", blue)]);
+        let [red_half, blue_half] = [red_error, blue_error].map(|error| critical * error);
+        let [[red_grey, _], [blue_grey, _]] = grey[place];
         let value = format!(
-            "R : G : B = {red:.3} ± {:.3} : 1 : {blue:.3} ± {:.3}; with grey walls {:.3} : 1 : {:.3}",
-            critical * red_error,
-            critical * blue_error,
-            grey[place][0][0],
-            grey[place][1][0]
+            "R : G : B = {red:.3} ± {red_half:.3} : 1 : {blue:.3} ± {blue_half:.3}; with grey walls {red_grey:.3} : 1 : \
+             {blue_grey:.3}"
         );
         run.note(&format!("{side}, {}°", ANGLES[place]), value);
     }

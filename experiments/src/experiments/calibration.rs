@@ -62,15 +62,13 @@ fn run(run: &mut Run) -> Result<(), Error> {
     for (name, p) in accumulated.column("name").zip(accumulated.numbers("p")) {
         by_name.entry(name).or_default().push(p);
     }
+    let (all, own, look) = (accumulated.next(), replications.len(), accumulated.looks());
     let value = format!(
-        "{} replications so far, {} of this run; n = {N} per statistic, registry at scale 1/1024; \
-         family-wise level {FAMILY:.0e} for all looks, {family:.1e} for this one, number {}",
-        accumulated.next(),
-        replications.len(),
-        accumulated.looks()
+        "{all} replications so far, {own} of this run; n = {N} per statistic, registry at scale 1/1024; \
+         family-wise level {FAMILY:.0e} for all looks, {family:.1e} for this one, number {look}"
     );
     run.note("size", value);
-    run.number("replications", accumulated.next() as f64);
+    run.number("replications", all as f64);
     let level = family / by_name.len().max(10) as f64;
     judge(run, &by_name, level);
     draw(run, &by_name, level)

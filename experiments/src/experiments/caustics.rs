@@ -118,12 +118,9 @@ fn same(run: &mut Run, what: &str, (a, b): (&Values, &Values)) {
     } else {
         approximate_verdict([difference - reach, difference + reach], 0.0, margin, images)
     };
-    let value = format!(
-        "difference {:+.3} % ± {:.3} %, margin {} %; {images} images, valid from {needed} on",
-        100.0 * difference,
-        100.0 * reach,
-        100.0 * margin
-    );
+    let [off, reach, margin] = [difference, reach, margin].map(|share| 100.0 * share);
+    let value =
+        format!("difference {off:+.3} % ± {reach:.3} %, margin {margin} %; {images} images, valid from {needed} on");
     run.claim(&format!("{what} agree"), value, verdict);
 }
 

@@ -96,12 +96,11 @@ fn totals(run: &mut Run, pairs: &[Pair], seen: &[Detection], [reduced, scale]: [
     run.number("pairs", pairs.len() as f64);
     let named = || pairs.iter().zip(seen).filter(|(pair, _)| pair.named);
     let missed = named().filter(|(_, seen)| **seen == Detection::Missed).count();
+    let (all, asserted, counts) = (pairs.len(), named().count(), counts.join(", "));
     let value = format!(
-        "{} pairs, those that the suite asserts ({}) at scale {scale} or a part of it that is enough, others at \
-         {reduced}: {}; at scale 1 a correct build misses an asserted one with probability at most {FAR_MISS:e}",
-        pairs.len(),
-        named().count(),
-        counts.join(", ")
+        "{all} pairs, those that the suite asserts ({asserted}) at scale {scale} or a part of it that is enough, \
+         others at {reduced}: {counts}; at scale 1 a correct build misses an asserted one with probability at most \
+         {FAR_MISS:e}"
     );
     if scale >= 1.0 || missed > 0 {
         let rejected = named().all(|(_, seen)| *seen == Detection::Rejected);

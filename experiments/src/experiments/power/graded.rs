@@ -154,9 +154,9 @@ fn report(run: &mut Run, counted: &[Counted], left_out: &LeftOut, size: (u64, f6
     let failing: Vec<&Counted> = counted.iter().filter(|c| c.p() < level).collect();
     let mut names: Vec<&str> = counted.iter().map(|c| c.name.as_str()).collect();
     names.dedup();
-    let (measures, fails) = (names.len() as f64, failing.len() as f64);
-    run.numbers("graded", [("seeds", seeds as f64), ("measures", measures), ("counts", counted.len() as f64)]);
-    run.numbers("graded", [("scale_divides_by", 1.0 / scale), ("fails", fails)]);
+    let (counts, measures, fails) = (counted.len(), names.len(), failing.len());
+    run.numbers("graded", [("seeds", seeds as f64), ("measures", measures as f64), ("counts", counts as f64)]);
+    run.numbers("graded", [("scale_divides_by", 1.0 / scale), ("fails", fails as f64)]);
     for (at, &power) in POWERS.iter().enumerate() {
         let near: Vec<&Counted> = at_power(counted, power).collect();
         let rejected: u64 = near.iter().map(|c| c.rejected).sum();
@@ -167,10 +167,8 @@ fn report(run: &mut Run, counted: &[Counted], left_out: &LeftOut, size: (u64, f6
         run.note(&format!("graded controls at power {power}"), value);
     }
     let mut value = format!(
-        "{} counts for {} measures under {seeds} seeds at scale {scale}, {} of them off at level {level:.1e} each",
-        counted.len(),
-        names.len(),
-        failing.len()
+        "{counts} counts for {measures} measures under {seeds} seeds at scale {scale}, {fails} of them off at level \
+         {level:.1e} each"
     );
     if let Some(c) = weakest {
         run.numbers("graded.weakest", [("share", c.share()), ("stated", c.power), ("p", c.p())]);
