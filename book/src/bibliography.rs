@@ -8,21 +8,17 @@ use serde::Deserialize;
 use crate::error::{Error, Problem};
 use crate::links::line;
 use crate::mathml::escape;
-use crate::nearest;
+use crate::nearest::hint;
 
-/// A work.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Work {
     /// How the text calls it, such as "Kajiya 1986".
     pub label: String,
-    /// All authors.
     pub authors: String,
-    /// Its title.
     pub title: String,
     /// Journal, volume and pages; proceedings; publisher.
     pub venue: String,
-    /// When it was published.
     pub year: u16,
     /// Its digital object identifier, printed as text.
     pub doi: Option<String>,
@@ -36,9 +32,6 @@ pub struct Bibliography {
 
 impl Bibliography {
     /// Reads the file; a missing file holds none.
-    ///
-    /// # Errors
-    /// The line that is not as it should be.
     pub fn load(file: &Path) -> Result<Self, Error> {
         if !file.exists() {
             return Ok(Self::default());
@@ -46,21 +39,15 @@ impl Bibliography {
         let text = std::fs::read_to_string(file).map_err(Error::io(file))?;
         let works = toml::from_str(&text).map_err(|error| {
             let at = error.span().map_or(0, |span| span.start);
-            let line = line(&text, at);
-            Error::Problems(vec![Problem::new(file, line, error.message())])
+            Error::Problems(vec![Problem::new(file, line(&text, at), error.message())])
         })?;
         Ok(Self { works })
     }
 
-    /// The work with this key.
-    ///
-    /// # Errors
-    /// One line that names the nearest key.
     pub fn work(&self, key: &str) -> Result<&Work, String> {
-        self.works.get(key).ok_or_else(|| {
-            let hint = nearest::hint(key, self.works.keys().map(String::as_str));
-            format!("no work \"{key}\" in the bibliography{hint}")
-        })
+        self.works
+            .get(key)
+            .ok_or_else(|| format!("no work \"{key}\" in the bibliography{}", hint(key, self.works.keys())))
     }
 
     /// The list of all works as HTML, by key, which begins with the first author's name.
@@ -71,13 +58,9 @@ impl Bibliography {
                 .doi
                 .as_ref()
                 .map_or_else(String::new, |doi| format!(" <span class=\"doi\">doi:{}</span>", escape(doi)));
-            html.push_str(&format!(
-                "<li id=\"cite-{key}\">{} ({}). <em>{}</em>. {}.{doi}</li>",
-                escape(&work.authors),
-                work.year,
-                escape(&work.title),
-                escape(&work.venue),
-            ));
+            let [authors, title, venue] = [&work.authors, &work.title, &work.venue].map(|text| escape(text));
+            let year = work.year;
+            html += &format!("<li id=\"cite-{key}\">{authors} ({year}). <em>{title}</em>. {venue}.{doi}</li>");
         }
         html.push_str("</ul>");
         html

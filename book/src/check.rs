@@ -9,9 +9,6 @@ use crate::error::{Error, Problem};
 use crate::links::{Target, line};
 
 /// Whether every page that `SUMMARY.md` names exists.
-///
-/// # Errors
-/// The lines whose page is missing.
 pub fn summary(pages: &Path) -> Result<(), Error> {
     let file = pages.join("SUMMARY.md");
     let text = std::fs::read_to_string(&file).map_err(Error::io(&file))?;
@@ -21,24 +18,18 @@ pub fn summary(pages: &Path) -> Result<(), Error> {
             && !dest_url.is_empty()
             && !pages.join(dest_url.as_ref()).is_file()
         {
-            let line = line(&text, span.start);
-            let message = format!("there is no page {dest_url}");
-            problems.push(Problem::new(&file, line, message));
+            problems.push(Problem::new(&file, line(&text, span.start), format!("there is no page {dest_url}")));
         }
     }
     fail_if(problems)
 }
 
 /// Whether the ids that links name exist on the written pages.
-///
-/// # Errors
-/// The lines whose target is missing.
 pub fn targets(targets: &[Target], out: &Path) -> Result<(), Error> {
     let mut problems = Vec::new();
     for target in targets {
         let page = out.join(target.page.with_extension("html"));
-        let html = std::fs::read_to_string(&page).map_err(Error::io(&page))?;
-        if !has_id(&html, &target.id) {
+        if !has_id(&std::fs::read_to_string(&page).map_err(Error::io(&page))?, &target.id) {
             let message = format!("no heading #{} on {}", target.id, target.page.display());
             problems.push(Problem::new(&target.file, target.line, message));
         }
@@ -47,9 +38,6 @@ pub fn targets(targets: &[Target], out: &Path) -> Result<(), Error> {
 }
 
 /// Whether the written pages load nothing from outside and link to nothing that does not exist.
-///
-/// # Errors
-/// The written files with the address that is wrong.
 pub fn output(out: &Path) -> Result<(), Error> {
     let mut problems = Vec::new();
     for file in files(out)? {
@@ -64,8 +52,7 @@ pub fn output(out: &Path) -> Result<(), Error> {
         };
         for (at, address) in marks.iter().flat_map(|mark| addresses(&text, *mark)) {
             if let Some(message) = wrong(&file, &text, address)? {
-                let line = line(&text, at);
-                problems.push(Problem::new(&file, line, message));
+                problems.push(Problem::new(&file, line(&text, at), message));
             }
         }
     }
@@ -75,9 +62,6 @@ pub fn output(out: &Path) -> Result<(), Error> {
 
 /// Whether browsers can show these pictures. They show nothing of an SVG that is not well-formed, and one
 /// without a size at a size of their own.
-///
-/// # Errors
-/// The lines of pictures that are not SVG with a size, nor whole PNG.
 pub fn pictures<'a>(files: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), Error> {
     let mut problems = Vec::new();
     for file in files {
@@ -118,9 +102,6 @@ fn is_png(bytes: &[u8]) -> bool {
 }
 
 /// Every file below `folder`.
-///
-/// # Errors
-/// If a folder cannot be read.
 pub fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(Error::io(folder))? {
@@ -176,6 +157,7 @@ fn has_id(html: &str, id: &str) -> bool {
     html.contains(&format!("id=\"{id}\""))
 }
 
-fn fail_if(problems: Vec<Problem>) -> Result<(), Error> {
+/// Tells all problems, if there are any.
+pub(crate) fn fail_if(problems: Vec<Problem>) -> Result<(), Error> {
     if problems.is_empty() { Ok(()) } else { Err(Error::Problems(problems)) }
 }

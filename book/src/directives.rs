@@ -1,6 +1,6 @@
 //! The directives that exist.
 
-use crate::nearest;
+use crate::nearest::hint;
 
 /// A directive that pages may use.
 pub struct Kind {
@@ -12,7 +12,6 @@ pub struct Kind {
     pub inline: bool,
 }
 
-/// All of them.
 pub const ALL: [Kind; 17] = [
     kind("eq", "ID", false),
     kind("ref", "ID", true),
@@ -45,13 +44,7 @@ impl Kind {
     }
 }
 
-/// The directive with this name.
-///
-/// # Errors
-/// One line that names the nearest.
 pub fn find(name: &str) -> Result<&'static Kind, String> {
-    ALL.iter().find(|kind| kind.name == name).ok_or_else(|| {
-        let hint = nearest::hint(name, ALL.iter().map(|kind| kind.name));
-        format!("unknown directive \"{name}\"{hint}")
-    })
+    let found = ALL.iter().find(|kind| kind.name == name);
+    found.ok_or_else(|| format!("unknown directive \"{name}\"{}", hint(name, ALL.iter().map(|kind| kind.name))))
 }

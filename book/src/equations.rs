@@ -3,17 +3,10 @@
 use whitefurnace::equation::{ALL, Equation, Verdict, by_id};
 
 use crate::mathml::{Math, typeset};
-use crate::nearest;
+use crate::nearest::hint;
 
-/// The equation with this id.
-///
-/// # Errors
-/// One line that names the nearest.
 pub fn find(id: &str) -> Result<&'static Equation, String> {
-    by_id(id).ok_or_else(|| {
-        let hint = nearest::hint(id, ALL.iter().map(|equation| equation.id));
-        format!("no equation \"{id}\" in the registry{hint}")
-    })
+    by_id(id).ok_or_else(|| format!("no equation \"{id}\" in the registry{}", hint(id, ALL.iter().map(|e| e.id))))
 }
 
 /// How the text calls an equation: its number, its section, or its title if the report lacks it.
@@ -31,17 +24,12 @@ pub fn fragment(id: &str) -> String {
 }
 
 /// The box that shows an equation with our verdict; one line of HTML.
-///
-/// # Errors
-/// If one of its formulas does not convert.
 pub fn boxed(equation: &Equation, math: &Math) -> Result<String, String> {
+    let (name, place, badge) = (name(equation.verdict), fragment(equation.id), badge(equation.verdict));
+    let [title, finding, source] = [equation.title, equation.finding, equation.source].map(typeset);
     let mut html = format!(
-        "<div class=\"equation verdict-{}\" id=\"{}\"><div class=\"equation-head\">\
-         <span class=\"equation-title\">{}</span>{}</div>",
-        name(equation.verdict),
-        fragment(equation.id),
-        typeset(equation.title),
-        badge(equation.verdict),
+        "<div class=\"equation verdict-{name}\" id=\"{place}\"><div class=\"equation-head\">\
+         <span class=\"equation-title\">{title}</span>{badge}</div>"
     );
     let number = match equation.number {
         "" => String::new(),
@@ -57,19 +45,14 @@ pub fn boxed(equation: &Equation, math: &Math) -> Result<String, String> {
         ));
     }
     html.push_str(&format!(
-        "<div class=\"equation-finding\">{}</div><div class=\"equation-source\">Source: {}. \
+        "<div class=\"equation-finding\">{finding}</div><div class=\"equation-source\">Source: {source}. \
          Registry: <code>{}</code>.</div></div>",
-        typeset(equation.finding),
-        typeset(equation.source),
         equation.id,
     ));
     Ok(html)
 }
 
 /// The table of all equations. `place` gives the address of the page that shows one.
-///
-/// # Errors
-/// If a formula does not convert.
 pub fn matrix(math: &Math, place: impl Fn(&str) -> Option<String>) -> Result<String, String> {
     let mut html = String::from(
         "<table class=\"matrix\"><thead><tr><th class=\"col-number\">No.</th>\
@@ -86,15 +69,11 @@ pub fn matrix(math: &Math, place: impl Fn(&str) -> Option<String>) -> Result<Str
             "" => "–".to_owned(),
             _ => label(equation),
         };
+        let [finding, source] = [equation.finding, equation.source].map(typeset);
+        let (id, formula, badge) = (equation.id, math.block(equation.latex, true)?, badge(equation.verdict));
         html.push_str(&format!(
-            "<tr><td class=\"nowrap\">{number}</td><td>{title} <code>{}</code>\
-             <div class=\"scroll\">{}</div>{}<div class=\"equation-source\">{}</div></td>\
-             <td>{}</td></tr>",
-            equation.id,
-            math.block(equation.latex, true)?,
-            typeset(equation.finding),
-            typeset(equation.source),
-            badge(equation.verdict),
+            "<tr><td class=\"nowrap\">{number}</td><td>{title} <code>{id}</code><div class=\"scroll\">{formula}</div>\
+             {finding}<div class=\"equation-source\">{source}</div></td><td>{badge}</td></tr>"
         ));
     }
     html.push_str("</tbody></table>");
@@ -103,14 +82,11 @@ pub fn matrix(math: &Math, place: impl Fn(&str) -> Option<String>) -> Result<Str
 
 /// How many equations have each verdict, as a table row of counts.
 pub fn tally() -> String {
-    let verdicts = [Verdict::Correct, Verdict::Trap, Verdict::Error, Verdict::Added];
-    let items: String = verdicts
-        .iter()
-        .map(|&verdict| {
-            let count = ALL.iter().filter(|e| e.verdict == verdict).count();
-            format!("<li>{} <strong>{count}</strong> <span>{}</span></li>", badge(verdict), meaning(verdict))
-        })
-        .collect();
+    let item = |(verdict, _, meaning): (Verdict, &str, &str)| {
+        let count = ALL.iter().filter(|e| e.verdict == verdict).count();
+        format!("<li>{} <strong>{count}</strong> <span>{meaning}</span></li>", badge(verdict))
+    };
+    let items = VERDICTS.map(item).concat();
     format!("<ul class=\"tally\">{items}</ul>")
 }
 
@@ -120,22 +96,14 @@ fn badge(verdict: Verdict) -> String {
     format!("<span class=\"badge badge-{name}\">{name}</span>")
 }
 
-/// The verdict in one word.
-fn name(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Correct => "correct",
-        Verdict::Trap => "trap",
-        Verdict::Error => "error",
-        Verdict::Added => "added",
-    }
-}
+/// The verdicts, in one word and in one clause each.
+const VERDICTS: [(Verdict, &str, &str); 4] = [
+    (Verdict::Correct, "correct", "right as printed"),
+    (Verdict::Trap, "trap", "right, but silent on a case or an assumption that breaks a literal program"),
+    (Verdict::Error, "error", "wrong as printed"),
+    (Verdict::Added, "added", "not in the report, added because the report needs it"),
+];
 
-/// The verdict in one clause.
-fn meaning(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Correct => "right as printed",
-        Verdict::Trap => "right, but silent on a case or an assumption that breaks a literal program",
-        Verdict::Error => "wrong as printed",
-        Verdict::Added => "not in the report, added because the report needs it",
-    }
+fn name(verdict: Verdict) -> &'static str {
+    VERDICTS.iter().find(|(of, ..)| *of == verdict).map_or("", |(_, name, _)| name)
 }

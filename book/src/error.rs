@@ -31,7 +31,7 @@ impl fmt::Display for Problem {
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The sources have faults; every one that was found, by file and line.
-    #[error("{}", list(.0))]
+    #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
     Problems(Vec<Problem>),
     /// A file could not be read or written.
     #[error("{}: {source}", .path.display())]
@@ -60,9 +60,4 @@ impl Error {
         let path = path.into();
         |source| Self::Io { path, source }
     }
-}
-
-fn list(problems: &[Problem]) -> String {
-    let lines: Vec<_> = problems.iter().map(ToString::to_string).collect();
-    lines.join("\n")
 }

@@ -5,9 +5,9 @@
 //! |---|---|
 //! | `{{#eq ID}}` | an equation of the registry with its verdict, finding and source |
 //! | `{{#ref ID}}` | a link to the place that shows it |
-//! | `{{#result EXPERIMENT.KEY [FORMAT]}}` | a recorded number, see [`number::format`] |
+//! | `{{#result EXPERIMENT.KEY [FORMAT]}}` | a recorded number, see `number::format` |
 //! | `{{#figure EXPERIMENT/NAME.svg "caption"}}` | a recorded figure and the command that repeats it |
-//! | `{{#code PATH ITEM...}}` | items of a source file, see [`listing`] |
+//! | `{{#code PATH ITEM...}}` | items of a source file, see `listing` |
 //! | `{{#cite KEY}}` | a link into the bibliography |
 //! | `{{#equations}}`, `{{#tally}}`, `{{#experiments}}`, `{{#bibliography}}` | generated tables |
 //! | `{{#trials}}`, `{{#faults}}`, `{{#traceability}}` | tables from the registry of trials |
@@ -21,23 +21,23 @@ use std::path::{Path, PathBuf};
 use mdbook_driver::MDBook;
 use mdbook_driver::book::{BookItem, Chapter};
 
-pub mod bibliography;
+mod bibliography;
 pub mod check;
-pub mod directives;
-pub mod equations;
-pub mod error;
-pub mod links;
-pub mod listing;
-pub mod mathml;
+mod directives;
+mod equations;
+mod error;
+mod links;
+mod listing;
+mod mathml;
 pub mod mutants;
-pub mod nearest;
-pub mod number;
-pub mod registry;
+mod nearest;
+mod number;
+mod registry;
 pub mod results;
 pub mod run;
-pub mod scan;
+mod scan;
 pub mod trace;
-pub mod weaver;
+mod weaver;
 
 pub use error::{Error, Problem};
 
@@ -70,21 +70,15 @@ impl Default for Options {
     }
 }
 
-/// Weaves the book and returns the path of its first page.
-///
-/// # Errors
-/// Every fault of the sources with file and line; nothing is written then, unless only the written
-/// pages showed the fault.
+/// Weaves the book and returns the path of its first page. Whatever is wrong with the sources is told at once, and
+/// nothing is written then, unless only the written pages showed the fault.
 pub fn weave(options: &Options) -> Result<PathBuf, Error> {
     let mdbook = |error: mdbook_driver::errors::Error| Error::Mdbook(format!("{error:#}"));
     let book = brief(&options.book);
     let out = std::path::absolute(&options.out).map_err(Error::io(&options.out))?;
     refuse_strangers(&options.out)?;
     let results = results::Results::load(&brief(&options.results))?;
-    let own = match &options.run {
-        Some(folder) => Some(own(folder)?),
-        None => None,
-    };
+    let own = options.run.as_deref().map(own).transpose()?;
     let bibliography = bibliography::Bibliography::load(&book.join("bibliography.toml"))?;
 
     let config = book.join("book.toml");
@@ -97,9 +91,7 @@ pub fn weave(options: &Options) -> Result<PathBuf, Error> {
     let mut weaver = weaver::Weaver::new(&pages, &options.sources, &results, &bibliography);
     weaver.has_run = own.is_some();
     weaver.weave(&mut mdbook_book.book);
-    if !weaver.problems.is_empty() {
-        return Err(Error::Problems(weaver.problems));
-    }
+    check::fail_if(std::mem::take(&mut weaver.problems))?;
     if let Some(own) = &own {
         let (text, figures) = run::page(&results, own);
         weaver.figures.extend(figures);

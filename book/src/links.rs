@@ -4,15 +4,13 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use crate::error::Problem;
-use crate::nearest;
+use crate::nearest::hint;
 use crate::scan::Page;
 
 /// A link to a heading or another id, to be checked when the pages are written.
 #[derive(Debug)]
 pub struct Target {
-    /// The file and line of the link.
     pub file: PathBuf,
-    /// From 1.
     pub line: usize,
     /// The page it leads to, relative to the pages.
     pub page: PathBuf,
@@ -48,8 +46,7 @@ pub fn check(
         if resolved.extension().is_some_and(|e| e == "md") {
             if !known.contains(&resolved) {
                 let names = known.iter().filter_map(|page| page.to_str());
-                let hint = nearest::hint(file, names);
-                problem(format!("no page {file} in SUMMARY.md{hint}"));
+                problem(format!("no page {file} in SUMMARY.md{}", hint(file, names)));
             } else if !id.is_empty() {
                 targets.push(Target { file: pages.join(path), line, page: resolved, id: id.to_owned() });
             }
@@ -72,8 +69,7 @@ pub fn to_root(page: &Path) -> String {
 
 /// The relative address of an id on another page.
 pub fn address(from: &Path, page: &Path, id: &str) -> String {
-    let page = page.with_extension("html");
-    format!("{}{}#{id}", to_root(from), page.display())
+    format!("{}{}#{id}", to_root(from), page.with_extension("html").display())
 }
 
 /// `file` relative to `folder`, with `..` resolved.

@@ -6,7 +6,7 @@
 
 use std::path::{Component, Path};
 
-use crate::nearest;
+use crate::nearest::hint;
 
 /// An item as it stands in its file, without its outer indentation.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -21,20 +21,14 @@ pub struct Listing {
 const KEYWORDS: [&str; 8] = ["fn", "struct", "enum", "trait", "const", "static", "type", "mod"];
 
 /// Reads `path`, relative to `root` and inside it.
-///
-/// # Errors
-/// One line that says why not.
 pub fn read(root: &Path, path: &str) -> Result<String, String> {
     let relative = Path::new(path);
     let inside = relative.components().all(|part| matches!(part, Component::Normal(_)));
     if !inside || relative.extension().is_none_or(|e| e != "rs") {
         return Err(format!("\"{path}\" is not the path of a Rust file inside the project, such as src/fresnel.rs"));
     }
-    std::fs::read_to_string(root.join(relative)).map_err(|error| {
-        let siblings = siblings(root, relative);
-        let hint = nearest::hint(path, siblings.iter().map(String::as_str));
-        format!("cannot read {path}: {error}{hint}")
-    })
+    std::fs::read_to_string(root.join(relative))
+        .map_err(|error| format!("cannot read {path}: {error}{}", hint(path, siblings(root, relative))))
 }
 
 /// The Rust files in the folder of `relative`.
@@ -53,9 +47,6 @@ fn siblings(root: &Path, relative: &Path) -> Vec<String> {
 }
 
 /// The item `name` of `source`: `reflectance`, or `OrenNayar::new` for an item of an `impl` or trait.
-///
-/// # Errors
-/// One line if there is no such item, or more than one.
 pub fn item(source: &str, name: &str) -> Result<Listing, String> {
     let lines: Vec<&str> = source.lines().collect();
     let starts: Vec<usize> = match name.split_once("::") {
@@ -77,8 +68,7 @@ pub fn item(source: &str, name: &str) -> Result<Listing, String> {
         [start] => cut(&lines, start, name),
         [] => {
             let known = lines.iter().filter_map(|line| declared(line));
-            let hint = nearest::hint(name, known);
-            Err(format!("no item \"{name}\" in it{hint}"))
+            Err(format!("no item \"{name}\" in it{}", hint(name, known)))
         }
         _ => {
             let at: Vec<_> = starts.iter().map(|at| (at + 1).to_string()).collect();
@@ -113,7 +103,6 @@ fn end(lines: &[&str], start: usize) -> Option<usize> {
     })
 }
 
-/// Spaces at the start of a line.
 fn indentation(line: &str) -> usize {
     line.len() - line.trim_start_matches(' ').len()
 }
@@ -158,58 +147,7 @@ fn is_block_of(line: &str, owner: &str) -> bool {
 mod tests {
     use super::*;
 
-    const SOURCE: &str = "\
-//! File.
-
-/// A constant.
-pub const LIMIT: f64 = 1.0;
-
-/// Table.
-const TABLE: [u8; 2] = [
-    1,
-    2,
-];
-
-/// Twice.
-///
-/// More.
-#[inline]
-pub fn twice(x: f64) -> f64 {
-    if x > 0.0 {
-        return 2.0 * x;
-    }
-
-    2.0 * x
-}
-
-pub struct A;
-pub struct B;
-
-impl A {
-    /// New A.
-    pub const fn new() -> Self {
-        A
-    }
-}
-
-impl From<A> for B {
-    fn from(_: A) -> Self {
-        B
-    }
-}
-
-impl B {
-    pub fn new(
-        x: f64,
-    ) -> Self {
-        B
-    }
-}
-
-mod tests {
-    fn twice() {}
-}
-";
+    const SOURCE: &str = include_str!("listing/sample.txt");
 
     fn code(name: &str) -> String {
         item(SOURCE, name).expect(name).code

@@ -6,16 +6,7 @@ use std::process::ExitCode;
 
 use book::{Options, weave};
 
-const HELP: &str = "\
-Weaves the whitefurnace book, offline.
-
-Usage: cargo run --release -p book -- [OPTIONS]
-
-Options:
-  --out DIR      where to write it [out/book]
-  --results DIR  recorded results to take numbers and figures from [book/recorded]
-  --run DIR      a run of yours, such as out: adds a page that sets it beside the record
-  --help         this text";
+const HELP: &str = include_str!("help.txt");
 
 /// What the command line asks for; `None` for help.
 fn parse(arguments: impl IntoIterator<Item = String>) -> Result<Option<Options>, String> {
@@ -47,7 +38,7 @@ fn main() -> ExitCode {
     let options = parse(std::env::args().skip(1)).map_err(|message| format!("error: {message}"));
     let outcome = options.and_then(|options| match options {
         Some(options) => weave(&options).map(|page| page.display().to_string()).map_err(|error| error.to_string()),
-        None => Ok(HELP.to_owned()),
+        None => Ok(HELP.trim_end().to_owned()),
     });
     match outcome {
         Ok(text) => {

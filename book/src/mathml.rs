@@ -2,16 +2,12 @@
 
 use math_core::{LatexToMathML, MathCoreConfig, MathDisplay};
 
-/// Converts formulas.
 pub struct Math {
     converter: LatexToMathML,
 }
 
 impl Math {
     /// A formula as MathML on one line, for an HTML block.
-    ///
-    /// # Errors
-    /// What is wrong with the LaTeX, in one line.
     pub fn block(&self, latex: &str, display: bool) -> Result<String, String> {
         let mode = if display { MathDisplay::Block } else { MathDisplay::Inline };
         // TeX's negative space before \left undoes a space that MathML does not add.
@@ -27,9 +23,6 @@ impl Math {
 
     /// A formula for running Markdown text: as [`Self::block`], with every character that Markdown
     /// would read again written as a character reference.
-    ///
-    /// # Errors
-    /// As [`Self::block`].
     pub fn inline(&self, latex: &str, display: bool) -> Result<String, String> {
         let mathml = self.block(latex, display)?;
         let mut out = String::with_capacity(2 * mathml.len());
@@ -93,7 +86,6 @@ fn raised(text: &str) -> String {
     html
 }
 
-/// Text without line ends.
 fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
@@ -104,8 +96,7 @@ mod tests {
 
     #[test]
     fn inline_mathml_has_nothing_that_markdown_reads() {
-        let math = Math::default();
-        let html = math.inline(r"a_1^* + [b] \| c | \backslash", false);
+        let html = Math::default().inline(r"a_1^* + [b] \| c | \backslash", false);
         let html = html.expect("valid LaTeX");
         assert!(!html.contains(['*', '_', '[', ']', '|', '~', '\\', '`']), "{html}");
     }

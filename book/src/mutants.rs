@@ -83,9 +83,6 @@ fn what(mutant: &str) -> String {
 
 impl Record {
     /// Reads the record in a folder of recorded results.
-    ///
-    /// # Errors
-    /// One line if there is none, or it cannot be understood.
     pub fn read(folder: &Path) -> Result<Self, String> {
         let path = folder.join(FILE);
         let text =
@@ -112,8 +109,7 @@ impl Record {
             }
         }));
         // By file; within one the order is the tool's, that of the lines.
-        let path = |s: &Survivor| s.mutant.split(':').next().map(str::to_owned);
-        self.survivors.sort_by_key(path);
+        self.survivors.sort_by_key(|s| s.mutant.split(':').next().map(str::to_owned));
         self.files.insert(file.to_owned(), counts);
     }
 

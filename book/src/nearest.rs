@@ -3,8 +3,9 @@
 use strsim::levenshtein;
 
 /// A tail for messages: `; did you mean "x"?`, or the valid names if none is near and they are few.
-pub fn hint<'a>(wrong: &str, valid: impl IntoIterator<Item = &'a str>) -> String {
-    let names: Vec<&str> = valid.into_iter().collect();
+pub fn hint<S: AsRef<str>>(wrong: &str, valid: impl IntoIterator<Item = S>) -> String {
+    let names: Vec<S> = valid.into_iter().collect();
+    let names: Vec<&str> = names.iter().map(S::as_ref).collect();
     let nearest = names
         .iter()
         .map(|name| (levenshtein(wrong, name), *name))
@@ -26,6 +27,6 @@ mod tests {
     fn a_near_name_is_suggested_and_a_far_one_is_not() {
         assert_eq!(hint("fresnell", ["fresnel", "sphere"]), "; did you mean \"fresnel\"?");
         assert_eq!(hint("xyz", ["fresnel"]), "; there is fresnel");
-        assert_eq!(hint("xyz", []), "; there are none yet");
+        assert_eq!(hint("xyz", [""; 0]), "; there are none yet");
     }
 }

@@ -7,10 +7,7 @@ const LARGEST_INTEGER: f64 = 1e15;
 
 /// `value` in `format`: `%.3f` fixed, `%.3e` powers of ten, `%.3g` significant digits, `%.1%` per cent,
 /// `%d` an integer in groups of three. Without one, integers as with `%d` and others with four
-/// significant digits. Powers of ten come as HTML.
-///
-/// # Errors
-/// One line if the format is none of these, or `%d` meets a fraction.
+/// significant digits. Powers of ten come as HTML. Refuses other formats, and `%d` for a fraction.
 pub fn format(value: f64, format: Option<&str>) -> Result<String, String> {
     let integer = value.fract() == 0.0 && value.abs() < LARGEST_INTEGER;
     let Some(format) = format else {

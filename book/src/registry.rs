@@ -5,7 +5,7 @@ use std::path::Path;
 use registry::{all, all_faults};
 
 use crate::mathml::{escape, typeset};
-use crate::nearest;
+use crate::nearest::hint;
 use crate::results::Results;
 use crate::trace::Sources;
 
@@ -22,16 +22,13 @@ pub fn trials(equation: impl Fn(&str) -> String, recorded: impl Fn(&str) -> Opti
             };
             let n = found("n").map_or_else(|| "–".to_owned(), |n| n.to_string());
             let controls: Vec<_> = trial.controls.iter().map(|c| code(c.name)).collect();
+            let (place, equation) = (trial_fragment(&trial.name), equation(trial.equation.id));
+            let (property, statistic) = (upper(&typeset(&trial.property)), escape(trial.statistic));
             format!(
-                "<tr id=\"{}\"><td>{}</td><td>{}.<div class=\"equation-source\">{}; \
-                 controls {}</div></td><td>{}</td><td>{}</td><td class=\"nowrap\">{delta}</td></tr>",
-                trial_fragment(&trial.name),
-                equation(trial.equation.id),
-                upper(&typeset(&trial.property)),
+                "<tr id=\"{place}\"><td>{equation}</td><td>{property}.<div class=\"equation-source\">{}; \
+                 controls {}</div></td><td>{statistic}</td><td>{n}</td><td class=\"nowrap\">{delta}</td></tr>",
                 code(&trial.name),
                 controls.join(", "),
-                escape(trial.statistic),
-                n,
             )
         })
         .collect();
@@ -39,16 +36,12 @@ pub fn trials(equation: impl Fn(&str) -> String, recorded: impl Fn(&str) -> Opti
 }
 
 /// The name of a trial, checked against the registry.
-///
-/// # Errors
-/// One line that names the nearest.
 pub fn trial(name: &str) -> Result<String, String> {
     let trials = all();
     if trials.iter().any(|trial| trial.name == name) {
         return Ok(code(name));
     }
-    let hint = nearest::hint(name, trials.iter().map(|trial| trial.name.as_str()));
-    Err(format!("no trial \"{name}\"{hint}"))
+    Err(format!("no trial \"{name}\"{}", hint(name, trials.iter().map(|trial| &trial.name))))
 }
 
 /// The place of a trial on the page that lists them.
@@ -72,9 +65,6 @@ pub fn faults() -> String {
 
 /// The matrix equation → code → trials and tests → experiments → chapter, from the project in
 /// `sources` and the recorded `results`.
-///
-/// # Errors
-/// One line if a source cannot be read.
 pub fn traceability(
     sources: &Path,
     results: &Results,
@@ -118,7 +108,6 @@ pub fn table(columns: &[&str], rows: &[String]) -> String {
     )
 }
 
-/// Text as code.
 pub fn code(text: &str) -> String {
     format!("<code>{}</code>", escape(text))
 }

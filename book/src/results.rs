@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Deserializer, Serialize};
 use whitefurnace::harness::outcome::Verdict;
 
+use crate::check::fail_if;
 use crate::error::{Error, Problem};
-use crate::nearest;
+use crate::nearest::hint;
 
 /// What an experiment leaves behind, on disk as `result.json`.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -128,9 +129,6 @@ pub struct Results {
 
 impl Results {
     /// Reads every `*/result.json` of `folder`; a missing folder holds none.
-    ///
-    /// # Errors
-    /// The problems of all files that cannot be read or contradict themselves.
     pub fn load(folder: &Path) -> Result<Self, Error> {
         let mut results = Self { folder: folder.to_owned(), by_id: BTreeMap::new() };
         if !folder.exists() {
@@ -151,12 +149,9 @@ impl Results {
                 Err(problem) => problems.push(problem),
             }
         }
-        if problems.is_empty() {
-            Ok(results)
-        } else {
-            problems.sort();
-            Err(Error::Problems(problems))
-        }
+        problems.sort();
+        fail_if(problems)?;
+        Ok(results)
     }
 
     /// Where they were read from.
@@ -170,41 +165,28 @@ impl Results {
     }
 
     /// The experiment with this name.
-    ///
-    /// # Errors
-    /// One line that names the nearest.
     pub fn experiment(&self, id: &str) -> Result<&ExperimentResult, String> {
-        self.by_id.get(id).ok_or_else(|| {
-            let hint = nearest::hint(id, self.by_id.keys().map(String::as_str));
-            format!("no recorded result of an experiment \"{id}\"{hint}")
-        })
+        let found = self.by_id.get(id);
+        found.ok_or_else(|| format!("no recorded result of an experiment \"{id}\"{}", hint(id, self.by_id.keys())))
     }
 
     /// The number `EXPERIMENT.KEY`; the key may itself have dots.
-    ///
-    /// # Errors
-    /// One line that names the nearest.
     pub fn number(&self, name: &str) -> Result<f64, String> {
         let (id, key) = name.split_once('.').ok_or_else(|| format!("\"{name}\" is not of the form EXPERIMENT.KEY"))?;
         let recorded = self.experiment(id)?;
-        recorded.numbers.get(key).copied().ok_or_else(|| {
-            let hint = nearest::hint(key, recorded.numbers.keys().map(String::as_str));
-            format!("experiment \"{id}\" recorded no number \"{key}\"{hint}")
-        })
+        let numbers = &recorded.numbers;
+        let unknown = || format!("experiment \"{id}\" recorded no number \"{key}\"{}", hint(key, numbers.keys()));
+        numbers.get(key).copied().ok_or_else(unknown)
     }
 
     /// The experiment and the files of the figure `EXPERIMENT/NAME`: one, or the bands of a large
     /// picture from the top.
-    ///
-    /// # Errors
-    /// One line that names the nearest.
     pub fn figure(&self, name: &str) -> Result<(&ExperimentResult, Vec<PathBuf>), String> {
         let (id, file) =
             name.split_once('/').ok_or_else(|| format!("\"{name}\" is not of the form EXPERIMENT/NAME.svg"))?;
         let recorded = self.experiment(id)?;
         if !recorded.figures.iter().any(|figure| figure == file) {
-            let hint = nearest::hint(file, recorded.figures.iter().map(String::as_str));
-            return Err(format!("experiment \"{id}\" recorded no figure \"{file}\"{hint}"));
+            return Err(format!("experiment \"{id}\" recorded no figure \"{file}\"{}", hint(file, &recorded.figures)));
         }
         let path = self.folder.join(id).join(file);
         if path.is_file() {
@@ -213,11 +195,8 @@ impl Results {
         let bands: Vec<PathBuf> =
             (1..).map(|k| path.with_extension(format!("band-{k}.png"))).take_while(|band| band.is_file()).collect();
         if bands.is_empty() {
-            return Err(format!(
-                "figure \"{name}\" is recorded, but {} is missing; run {}",
-                path.display(),
-                recorded.command
-            ));
+            let (path, command) = (path.display(), &recorded.command);
+            return Err(format!("figure \"{name}\" is recorded, but {path} is missing; run {command}"));
         }
         Ok((recorded, bands))
     }
@@ -230,13 +209,11 @@ fn read(file: &Path, folder: &str) -> Result<ExperimentResult, Problem> {
     let recorded: ExperimentResult =
         serde_json::from_str(&text).map_err(|error| Problem::new(file, error.line().max(1), error.to_string()))?;
     if recorded.id != folder {
-        let message = format!("the id is \"{}\", but the folder \"{folder}\"", recorded.id);
-        return Err(Problem::new(file, 1, message));
+        return Err(Problem::new(file, 1, format!("the id is \"{}\", but the folder \"{folder}\"", recorded.id)));
     }
     let plain = |name: &String| !name.contains(['/', '\\']) && !name.starts_with('.');
     if let Some(name) = recorded.figures.iter().find(|name| !plain(name)) {
-        let message = format!("\"{name}\" is not the name of a file beside this one");
-        return Err(Problem::new(file, 1, message));
+        return Err(Problem::new(file, 1, format!("\"{name}\" is not the name of a file beside this one")));
     }
     Ok(recorded)
 }

@@ -31,21 +31,12 @@ pub fn page(record: &Results, run: &Results) -> (String, BTreeMap<String, PathBu
         some => format!("<p>Not in this run: {}.</p>\n\n", some.join(", ")),
     };
     let text = format!(
-        "# {TITLE}\n\n\
-         > Does your machine find what the record says?\n\n\
-         This page is made from the results that lay in the run's folder when the book was woven. Every other page \
-         shows recorded results alone, whatever the run found.\n\n\
-         Each experiment states its claims itself; a claim is undecided where a run is too small to tell. Two \
-         numbers *differ beyond noise* where both carry an interval and lie farther apart than \
-         √(*h*₁² + *h*₂²), with *h*₁ and *h*₂ the half widths of the two: that is the half width, at the same \
-         level, of the interval of a difference of independent estimates. Where an experiment states a standard \
-         error instead, *h* is {STANDARD_ERRORS} of them. Numbers without an interval are listed where they differ and not judged: \
-         some are counts or times, or depend on the tier. With the same program, tier, seed and shrink \
-         everything but times is the same to the last digit.\n\n\
-         <div class=\"table-wrapper\"><table class=\"registry\"><thead><tr><th>experiment</th>\
-         <th>record: tier, seed, shrink</th><th>your run</th><th>claims in the record: hold, fail, undecided</th>\
-         <th>in your run</th><th>numbers beyond noise</th></tr></thead>\n<tbody>{rows}</tbody></table></div>\n\n\
-         {missing}{sections}"
+        include_str!("run.md"),
+        title = TITLE,
+        errors = STANDARD_ERRORS,
+        rows = rows,
+        missing = missing,
+        sections = sections
     );
     (text, figures)
 }
@@ -138,10 +129,7 @@ fn options(recorded: &ExperimentResult) -> String {
 
 /// How many claims hold, fail and are undecided.
 fn counts(recorded: &ExperimentResult) -> String {
-    let count = |what| {
-        let verdicts = recorded.findings.iter().filter_map(|f| f.verdict);
-        verdicts.filter(|&verdict| verdict == what).count()
-    };
+    let count = |what| recorded.findings.iter().filter_map(|f| f.verdict).filter(|&verdict| verdict == what).count();
     let [holds, fails, undecided] = [Judgement::Holds, Judgement::Fails, Judgement::Undecided].map(count);
     let fails = match fails {
         0 => "0".to_owned(),
@@ -150,7 +138,6 @@ fn counts(recorded: &ExperimentResult) -> String {
     format!("{holds}, {fails}, {undecided}")
 }
 
-/// Everything about one experiment.
 fn section(
     record: &Results,
     run: &Results,
@@ -163,12 +150,10 @@ fn section(
     match recorded {
         None => text += "<p>There is no record of this experiment.</p>\n\n",
         Some(recorded) => {
+            let [theirs, own] = [recorded, ours].map(|of| (of.version, options(of)));
             text += &format!(
                 "<p>Record: version {}, tier, seed and shrink {}. Your run: version {}, {}.</p>\n\n",
-                recorded.version,
-                options(recorded),
-                ours.version,
-                options(ours)
+                theirs.0, theirs.1, own.0, own.1
             );
             text += &numbers(&pairs(recorded, ours));
         }
@@ -240,8 +225,7 @@ fn numbers(pairs: &[Pair<'_>]) -> String {
 /// Claims in the record and in the run: those that fail or are judged differently first.
 fn claims(recorded: Option<&ExperimentResult>, ours: &ExperimentResult) -> String {
     let claimed = |from: Option<&'_ ExperimentResult>| -> Vec<Finding> {
-        let all = from.into_iter().flat_map(|r| r.findings.iter());
-        all.filter(|f| f.verdict.is_some()).cloned().collect()
+        from.into_iter().flat_map(|r| r.findings.iter()).filter(|f| f.verdict.is_some()).cloned().collect()
     };
     let (theirs, own) = (claimed(recorded), claimed(Some(ours)));
     let find = |list: &[Finding], what: &str| list.iter().find(|f| f.what == what).cloned();
@@ -291,12 +275,10 @@ fn pictures(
         for file in files {
             let file_name = file.file_name().unwrap_or_default().to_string_lossy();
             let copy = format!("{folder}{}/{file_name}", ours.id);
+            let [name, id, address] = [name, &ours.id, &copy].map(escape);
             images += &format!(
-                "<a href=\"figures/{file}\"><img src=\"figures/{file}\" loading=\"lazy\" \
-                 alt=\"{} of {}, {whose}\"></a>",
-                escape(name),
-                escape(&ours.id),
-                file = escape(&copy)
+                "<a href=\"figures/{address}\"><img src=\"figures/{address}\" loading=\"lazy\" \
+                 alt=\"{name} of {id}, {whose}\"></a>"
             );
             figures.insert(copy, file);
         }

@@ -54,7 +54,6 @@ fn options() -> Options {
         | Options::ENABLE_MATH
 }
 
-/// Reads a page.
 pub fn page(text: &str) -> Page {
     let mut page = Page::default();
     let mut code = Vec::new();
@@ -62,8 +61,7 @@ pub fn page(text: &str) -> Page {
     let mut broken = Vec::new();
     let mut on_broken = |link: BrokenLink<'_>| -> Option<(CowStr<'_>, CowStr<'_>)> {
         if matches!(link.link_type, LinkType::Reference | LinkType::Collapsed) {
-            let message = format!("link to \"{}\", which is not defined", link.reference);
-            broken.push((link.span.start, message));
+            broken.push((link.span.start, format!("link to \"{}\", which is not defined", link.reference)));
         }
         None
     };
@@ -93,8 +91,7 @@ pub fn page(text: &str) -> Page {
     let mut at = 0;
     for line in text.split_inclusive('\n') {
         if ["<<<<<<< ", ">>>>>>> ", "||||||| "].iter().any(|mark| line.starts_with(mark)) {
-            let message = "a mark of a merge that was not resolved";
-            page.problems.push((at, message.to_owned()));
+            page.problems.push((at, "a mark of a merge that was not resolved".to_owned()));
         }
         at += line.len();
     }
@@ -104,10 +101,8 @@ pub fn page(text: &str) -> Page {
         if page.directives.iter().any(|d| inside(&d.span)) {
             continue;
         }
-        let overlaps = |d: &Directive| d.span.start < span.end && span.start < d.span.end;
-        if page.directives.iter().any(overlaps) {
-            let message = "a directive inside a formula; put it beside the formula";
-            page.problems.push((span.start, message.to_owned()));
+        if page.directives.iter().any(|d| d.span.start < span.end && span.start < d.span.end) {
+            page.problems.push((span.start, "a directive inside a formula; put it beside the formula".to_owned()));
             continue;
         }
         page.formulas.push(Formula { span, latex, display });
@@ -132,8 +127,7 @@ fn directives(text: &str, code: &[Range<usize>], page: &mut Page) {
         }
         let inner = start + 3;
         let Some(end) = closing(&text[inner..]).map(|length| inner + length) else {
-            let message = "this directive is not closed by }}";
-            page.problems.push((start, message.to_owned()));
+            page.problems.push((start, "this directive is not closed by }}".to_owned()));
             return;
         };
         from = end + 2;

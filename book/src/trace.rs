@@ -22,19 +22,16 @@ pub struct Sources {
     /// The library without the registry of equations, the trials and the harness.
     code: Vec<File>,
     tests: Vec<File>,
-    /// The pages of the book.
     pages: Vec<File>,
     /// The constants of the registry, by id.
     names: BTreeMap<String, String>,
 }
 
 /// Where an equation is found.
-pub struct Trace {
-    /// The equation.
+pub(crate) struct Trace {
     pub equation: &'static Equation,
     /// `path: item` of the library.
     pub code: Vec<String>,
-    /// Names of trials.
     pub trials: Vec<String>,
     /// Files of exact tests.
     pub tests: Vec<String>,
@@ -46,15 +43,11 @@ pub struct Trace {
 
 impl Sources {
     /// Reads the project in `root`.
-    ///
-    /// # Errors
-    /// A file or folder cannot be read.
     pub fn read(root: &Path) -> Result<Self, Error> {
         let file = root.join("src/equation.rs");
         let registry = std::fs::read_to_string(&file).map_err(Error::io(file))?;
         let mut code = files(root, "src", "rs")?;
-        let apart = ["src/equation.rs", "src/harness/"];
-        code.retain(|(path, _)| !apart.iter().any(|prefix| path.starts_with(prefix)));
+        code.retain(|(path, _)| !["src/equation.rs", "src/harness/"].iter().any(|prefix| path.starts_with(prefix)));
         Ok(Self {
             code,
             tests: files(root, "tests/library", "rs")?,
@@ -64,7 +57,7 @@ impl Sources {
     }
 
     /// A row for each equation, in the order of the report.
-    pub fn matrix(&self, trials: &[Trial], results: &Results) -> Vec<Trace> {
+    pub(crate) fn matrix(&self, trials: &[Trial], results: &Results) -> Vec<Trace> {
         ALL.iter()
             .map(|equation| {
                 let own = trials.iter().filter(|t| t.equation.id == equation.id);
@@ -120,8 +113,7 @@ impl Sources {
                 let item = if line.trim_start().starts_with("//!") {
                     path.clone()
                 } else {
-                    let declared = lines[at..].iter().find_map(|line| declared(line));
-                    format!("{path}: {}", declared.unwrap_or("?"))
+                    format!("{path}: {}", lines[at..].iter().find_map(|line| declared(line)).unwrap_or("?"))
                 };
                 if !found.contains(&item) {
                     found.push(item);
@@ -134,8 +126,7 @@ impl Sources {
     fn tests_of(&self, equation: &Equation) -> Vec<String> {
         let name = self.name(equation);
         let cites = |text: &str| text.contains("equation::") && has_word(text, name);
-        let tests = self.tests.iter().filter(|(_, text)| cites(text));
-        tests.map(|(path, _)| path.clone()).collect()
+        self.tests.iter().filter(|(_, text)| cites(text)).map(|(path, _)| path.clone()).collect()
     }
 
     fn chapter_of(&self, equation: &Equation) -> Option<String> {
@@ -163,8 +154,7 @@ fn names(registry: &str) -> BTreeMap<String, String> {
     let entries = registry.lines().filter_map(|line| {
         let (name, rest) = line.trim().split_once(" = \"")?;
         let (id, _) = rest.split_once('"')?;
-        let constant = name.chars().all(|c| c.is_ascii_uppercase() || c == '_');
-        constant.then(|| (id.to_owned(), name.to_owned()))
+        name.chars().all(|c| c.is_ascii_uppercase() || c == '_').then(|| (id.to_owned(), name.to_owned()))
     });
     entries.collect()
 }

@@ -21,9 +21,8 @@ use crate::{directives, equations, listing, number, registry, run};
 #[derive(Debug, Default)]
 struct Places {
     equations: BTreeMap<String, PathBuf>,
-    bibliography: Option<PathBuf>,
-    experiments: Option<PathBuf>,
-    trials: Option<PathBuf>,
+    /// By the name of the directive that makes a list.
+    lists: BTreeMap<String, PathBuf>,
 }
 
 /// Everything that pages may refer to, and what was found on them.
@@ -32,15 +31,12 @@ pub struct Weaver<'a> {
     pub pages: &'a Path,
     /// The project, for code.
     pub sources: &'a Path,
-    /// Recorded results.
     pub results: &'a Results,
-    /// Cited works.
     pub bibliography: &'a Bibliography,
     /// Whether a page sets a run beside the record.
     pub has_run: bool,
     math: Math,
     places: Places,
-    /// What is wrong so far.
     pub problems: Vec<Problem>,
     /// Figures to copy, as `EXPERIMENT/NAME` and file.
     pub figures: BTreeMap<String, PathBuf>,
@@ -48,19 +44,16 @@ pub struct Weaver<'a> {
     pub targets: Vec<Target>,
 }
 
-/// The page that is being woven.
 struct CurrentPage<'a> {
     path: &'a Path,
     text: &'a str,
     /// The chapter's number such as "4", and how many figures it has so far.
     chapter: Option<String>,
     figures: usize,
-    /// The ids of the figures so far.
     shown: BTreeSet<String>,
 }
 
 impl<'a> Weaver<'a> {
-    /// A weaver that has seen no page.
     pub fn new(pages: &'a Path, sources: &'a Path, results: &'a Results, bibliography: &'a Bibliography) -> Self {
         Self {
             pages,
@@ -124,17 +117,16 @@ impl<'a> Weaver<'a> {
                         self.places.equations.insert(id.clone(), path.to_owned());
                     }
                 }
-                ("bibliography", _) => self.places.bibliography = Some(path.to_owned()),
-                ("experiments", _) => self.places.experiments = Some(path.to_owned()),
-                ("trials", _) => self.places.trials = Some(path.to_owned()),
+                (list @ ("bibliography" | "experiments" | "trials"), _) => {
+                    self.places.lists.insert(list.to_owned(), path.to_owned());
+                }
                 _ => {}
             }
         }
     }
 
     fn problem(&mut self, path: &Path, text: &str, at: usize, message: impl Into<String>) {
-        let line = line(text, at);
-        self.problems.push(Problem::new(self.pages.join(path), line, message));
+        self.problems.push(Problem::new(self.pages.join(path), line(text, at), message));
     }
 
     /// A page with everything replaced.
@@ -221,7 +213,7 @@ impl<'a> Weaver<'a> {
 
     /// The experiment's name with a link to what it recorded, if it did.
     fn experiment_link(&self, from: &Path, id: &str) -> String {
-        match &self.places.experiments {
+        match self.places.lists.get("experiments") {
             Some(page) if self.results.experiment(id).is_ok() => {
                 let address = address(from, page, &experiment_fragment(id));
                 format!("<a href=\"{address}\">{}</a>", escape(id))
@@ -231,14 +223,13 @@ impl<'a> Weaver<'a> {
     }
 
     fn equation_address(&self, from: &Path, id: &str) -> Option<String> {
-        let page = self.places.equations.get(id)?;
-        Some(address(from, page, &equations::fragment(id)))
+        Some(address(from, self.places.equations.get(id)?, &equations::fragment(id)))
     }
 
     /// A trial's name with a link to its row.
     fn trial(&self, current: &CurrentPage<'_>, name: &str) -> Result<String, String> {
         let label = registry::trial(name)?;
-        let place = self.places.trials.as_ref();
+        let place = self.places.lists.get("trials");
         Ok(place.map_or(label.clone(), |page| {
             let address = address(current.path, page, &registry::trial_fragment(name));
             format!("<a href=\"{address}\">{label}</a>")
@@ -247,7 +238,7 @@ impl<'a> Weaver<'a> {
 
     fn cite(&self, current: &CurrentPage<'_>, key: &str) -> Result<String, String> {
         let label = escape(&self.bibliography.work(key)?.label);
-        Ok(match &self.places.bibliography {
+        Ok(match self.places.lists.get("bibliography") {
             Some(page) => {
                 let address = address(current.path, page, &format!("cite-{key}"));
                 format!("<a class=\"citation\" href=\"{address}\">{label}</a>")
@@ -265,12 +256,10 @@ impl<'a> Weaver<'a> {
         let code: Vec<_> = listings.iter().map(|listing| listing.code.as_str()).collect();
         let lines: Vec<_> = listings.iter().map(|l| l.line.to_string()).collect();
         let plural = if lines.len() == 1 { "line" } else { "lines" };
+        let (path, lines, code) = (escape(path), lines.join(", "), code.join("\n\n"));
         Ok(format!(
-            "\n\n<p class=\"listing-source\"><code>{}</code>, {plural} {}</p>\n\n\
-             ``````rust,ignore,noplayground\n{}\n``````\n\n",
-            escape(path),
-            lines.join(", "),
-            code.join("\n\n"),
+            "\n\n<p class=\"listing-source\"><code>{path}</code>, {plural} {lines}</p>\n\n\
+             ``````rust,ignore,noplayground\n{code}\n``````\n\n"
         ))
     }
 
@@ -314,35 +303,26 @@ fn keep_together(text: &str, span: Range<usize>, html: &str) -> (Range<usize>, S
     if length == 0 {
         return (span, html.to_owned());
     }
-    let kept = format!("<span class=\"keep\">{html}{}</span>", &after[..length]);
-    (span.start..span.end + length, kept)
+    (span.start..span.end + length, format!("<span class=\"keep\">{html}{}</span>", &after[..length]))
 }
 
-/// The id of an experiment's place.
 fn experiment_fragment(id: &str) -> String {
     format!("experiment-{id}")
 }
 
-/// What one experiment recorded.
 fn experiment(recorded: &ExperimentResult) -> String {
-    let rows: String = recorded
-        .numbers
-        .iter()
-        .map(|(key, &value)| {
-            let value = number::format(value, None).unwrap_or_default();
-            format!("<tr><td><code>{}</code></td><td>{value}</td></tr>", escape(key))
-        })
-        .collect();
+    let ExperimentResult { version, seed, numbers, .. } = recorded;
+    let row = |(key, &value): (&String, &f64)| {
+        let value = number::format(value, None).unwrap_or_default();
+        format!("<tr><td><code>{}</code></td><td>{value}</td></tr>", escape(key))
+    };
+    let rows: String = numbers.iter().map(row).collect();
+    let [id, tier, command] = [&recorded.id, &recorded.tier, &recorded.command].map(|text| escape(text));
     format!(
-        "<h2 id=\"{}\">{}</h2><p>Version {}, tier {}, seed {}. Repeat with <code>{}</code>.</p>\
+        "<h2 id=\"{}\">{id}</h2><p>Version {version}, tier {tier}, seed {seed}. Repeat with <code>{command}</code>.</p>\
          <details><summary>Numbers ({})</summary><div class=\"table-wrapper\"><table><thead><tr><th>number</th>\
          <th>value</th></tr></thead><tbody>{rows}</tbody></table></div></details>",
         experiment_fragment(&recorded.id),
-        escape(&recorded.id),
-        recorded.version,
-        escape(&recorded.tier),
-        recorded.seed,
-        escape(&recorded.command),
-        recorded.numbers.len(),
+        numbers.len(),
     )
 }

@@ -88,20 +88,15 @@ impl<'a> Weaver<'a> {
         let mut sources: Vec<String> = experiments
             .iter()
             .map(|recorded| {
-                format!(
-                    "Experiment {}; repeat with <code>{}</code>.",
-                    self.experiment_link(current.path, &recorded.id),
-                    escape(&recorded.command)
-                )
+                let link = self.experiment_link(current.path, &recorded.id);
+                format!("Experiment {link}; repeat with <code>{}</code>.", escape(&recorded.command))
             })
             .collect();
         sources.dedup();
+        let (id, body, sources) = (escape(&id), body(&label), sources.join(" "));
         Ok(format!(
-            "<figure id=\"{}\">{}<figcaption><strong>{label}.</strong> {html} \
-             <span class=\"figure-source\">{}</span></figcaption></figure>",
-            escape(&id),
-            body(&label),
-            sources.join(" "),
+            "<figure id=\"{id}\">{body}<figcaption><strong>{label}.</strong> {html} \
+             <span class=\"figure-source\">{sources}</span></figcaption></figure>"
         ))
     }
 
@@ -113,8 +108,7 @@ impl<'a> Weaver<'a> {
         }
         let mut edits = Vec::new();
         for formula in page.formulas {
-            let html = self.math.block(&formula.latex, formula.display)?;
-            edits.push((formula.span, html));
+            edits.push((formula.span, self.math.block(&formula.latex, formula.display)?));
         }
         for directive in page.directives {
             if !directives::find(&directive.name)?.inline {

@@ -18,8 +18,7 @@ fn weaves_twice_to_the_same_bytes_and_loads_nothing_from_outside() {
             let content = fs::read(&file).expect("a written file");
             (file.strip_prefix(&out).map(Path::to_owned), content)
         };
-        let files = check::files(&out).expect("the written files");
-        files.into_iter().map(read).collect::<Vec<_>>()
+        check::files(&out).expect("the written files").into_iter().map(read).collect::<Vec<_>>()
     };
     let files = bytes("one");
     assert_eq!(files, bytes("two"));

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use experiments::plot::trial_cells;
-use experiments::run::cli;
+use experiments::run::cli::{self, Ending};
 use whitefurnace::error::Error;
 
 /// Plot the cells of a failed trial: residuals in standard deviations, expected and observed values.
@@ -25,14 +25,13 @@ fn main() -> ExitCode {
     cli::exit(run(&cli::parse()))
 }
 
-fn run(options: &PlotCells) -> Result<(), Error> {
+fn run(options: &PlotCells) -> Result<Ending, Error> {
     let out = options.out.clone().unwrap_or_else(|| options.file.with_extension("svg"));
     if out.extension().is_none_or(|extension| extension != "svg") {
         return Err(Error::Option(format!("--out {} must end in .svg", out.display())));
     }
     let cells = trial_cells::read(&options.file)?;
-    let title = options.file.file_stem().unwrap_or_default().to_string_lossy();
-    trial_cells::plot(&cells, &title, &out)?;
+    trial_cells::plot(&cells, &options.file.file_stem().unwrap_or_default().to_string_lossy(), &out)?;
     say!("{} cells: {}", cells.len(), out.display());
-    Ok(())
+    Ok(Ending::Done)
 }

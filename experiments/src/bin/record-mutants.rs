@@ -7,8 +7,9 @@ use std::process::ExitCode;
 
 use book::mutants::{Counts, FILE, Record};
 use clap::Parser;
+use experiments::run::cli::{self, Ending};
+use experiments::run::record;
 use experiments::run::write_text;
-use experiments::run::{cli, record};
 use serde::Deserialize;
 use whitefurnace::error::Error;
 
@@ -47,7 +48,7 @@ fn main() -> ExitCode {
     cli::exit(run(&cli::parse()))
 }
 
-fn run(options: &RecordMutants) -> Result<(), Error> {
+fn run(options: &RecordMutants) -> Result<Ending, Error> {
     let folder = options.folder.clone().unwrap_or_else(record::recorded_folder);
     let mut known =
         if folder.join(FILE).exists() { Record::read(&folder).map_err(Error::Option)? } else { Record::default() };
@@ -74,7 +75,7 @@ fn run(options: &RecordMutants) -> Result<(), Error> {
     let text = serde_json::to_string_pretty(&known).map_err(|error| Error::Option(format!("{FILE}: {error}")))?;
     write_text(&folder.join(FILE), &(text + "\n"))?;
     report(&known, &folder);
-    Ok(())
+    Ok(Ending::Done)
 }
 
 fn read(path: &Path) -> Result<Run, Error> {

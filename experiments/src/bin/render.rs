@@ -8,7 +8,6 @@ use clap::CommandFactory as _;
 use experiments::render::Rendered;
 use experiments::render::command::Render;
 use experiments::run::cli::{self, Ending};
-use experiments::run::progress::Progress;
 use experiments::say;
 use whitefurnace::error::Error;
 use whitefurnace::image::{check_writable, write_exr, write_png};
@@ -30,7 +29,7 @@ fn run(options: &Render) -> Result<Ending, Error> {
     cli::begin();
 
     let start = Instant::now();
-    let rendered = match options.job.render(&Progress::new("render")) {
+    let rendered = match options.job.render("render") {
         Ok(rendered) => rendered,
         Err(Error::Interrupted) => {
             eprintln!("interrupted before the first sample: nothing is written");

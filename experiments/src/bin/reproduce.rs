@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Parser;
 use experiments::experiments::EXPERIMENTS;
 use experiments::run::cli::Ending;
-use experiments::run::{self, Experiment};
+use experiments::run::{self, Experiment, Tier};
 use experiments::run::{cli, record};
 use whitefurnace::error::Error;
 
@@ -48,8 +48,9 @@ fn run(options: &Reproduce) -> Result<Ending, Error> {
         return Ok(Ending::Done);
     }
     let chosen = choose(&options.only)?;
-    if options.update_book {
-        record::check_recordable(&options.shared)?;
+    if options.update_book && (options.shared.tier, options.shared.shrink) != (Tier::Full, 1) {
+        let refusal = "--update-book records full runs only: add --tier full and leave out --shrink";
+        return Err(Error::Option(refusal.to_owned()));
     }
     cli::use_threads(options.shared.threads)?;
     cli::begin();

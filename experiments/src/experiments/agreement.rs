@@ -7,25 +7,16 @@ mod left_out;
 mod maps;
 
 use serde::{Deserialize, Serialize};
-use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::harness::mean::Values;
-use whitefurnace::moments::Moments;
-use whitefurnace::rng::seed_for;
 
 use claims::{Case, Claim, ESTIMATORS, Lack, SCENES, cases, replications, replications_left_out};
 use judge::judge;
 use left_out::{METHODS, left_out};
 use maps::{Maps, note_map};
 
+use crate::experiments::prelude::*;
 use crate::plot::agreement::{histograms, squares};
 use crate::plot::map::maps as draw_maps;
 use crate::render::photons::{Gather, Photons};
-use crate::render::{EstimatorName, Job, SceneName, name};
-use crate::run::accumulated::{Accumulated, number};
-use crate::run::progress::Progress;
-use crate::run::suite::FAMILY;
-use crate::run::{Experiment, Run};
 
 /// Every estimator against the reference of its scene.
 pub const AGREEMENT: Experiment = Experiment {
@@ -99,29 +90,21 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let mut panels = Vec::new();
     let mut tile_maps = Vec::new();
     for (i, case) in cases.iter().enumerate() {
-        let closed_form = SCENES.iter().find(|(scene, _)| *scene == case.scene);
-        let reference = match closed_form.and_then(|(_, mean)| *mean) {
-            Some(mean) => Reference::Known(mean),
-            None => match cases.iter().position(|other| is_reference(other, case.scene)) {
-                Some(at) => Reference::Rendered(at),
-                None => continue,
-            },
-        };
-        let against = match reference {
-            Reference::Known(mean) => Mean::Known(mean),
-            Reference::Rendered(at) => Mean::Measured(totals[at]),
+        let closed_form = SCENES.iter().find(|(scene, _)| *scene == case.scene).and_then(|(_, mean)| *mean);
+        // Where there is none, the path tracer's images are the reference.
+        let is_reference = |other: &Case| other.scene == case.scene && other.estimator == EstimatorName::Mis;
+        let at = cases.iter().position(is_reference).filter(|_| closed_form.is_none());
+        let Some(against) = closed_form.map(Mean::Known).or(at.map(|at| Mean::Measured(totals[at]))) else {
+            continue;
         };
         let square = judge(run, case, &totals[i], (against, lacks[i]), level);
-        if let Reference::Rendered(at) = reference
-            && at != i
-        {
+        if let Some(at) = at.filter(|&at| at != i) {
             let (tiles, pixels) = note_map(run, case, [&rendered[i].maps, &rendered[at].maps], share);
             if case.scene == SceneName::DiffuseRoom {
                 tile_maps.push(tiles);
             }
             if let Some(histogram) = pixels {
-                let title = format!("{}, {}", name(case.estimator), name(case.scene));
-                panels.push((title, histogram));
+                panels.push((format!("{}, {}", name(case.estimator), name(case.scene)), histogram));
             }
         }
         shown.push((case.scene, case.estimator, square));
@@ -157,13 +140,8 @@ fn run(run: &mut Run) -> Result<(), Error> {
 
 /// The file that holds the image means of all runs.
 fn open(run: &Run, file: &str) -> Result<Accumulated, Error> {
-    let key = format!(
-        "agreement version {}, seed {}, {SIZE:?}, {} photons, {} patches",
-        AGREEMENT.version,
-        run.seed(),
-        photons(run),
-        patches(run)
-    );
+    let (version, seed, photons, patches) = (AGREEMENT.version, run.seed(), photons(run), patches(run));
+    let key = format!("agreement version {version}, seed {seed}, {SIZE:?}, {photons} photons, {patches} patches");
     run.accumulated(file, &key, COLUMNS)
 }
 
@@ -175,7 +153,10 @@ fn add(accumulated: &mut Accumulated, means: &Values, level: f64) -> Result<Tota
         &[moments.count().to_string(), format!("{:e}", moments.mean()), format!("{:e}", moments.variance())],
     );
     accumulated.write()?;
-    Ok(total(accumulated, means, level))
+    let [counts, averages, variances] = ["count", "mean", "variance"].map(|column| accumulated.numbers(column));
+    let runs = counts.zip(averages).zip(variances);
+    let moments = runs.map(|((count, mean), variance)| Moments::of(count as u64, mean, variance));
+    Ok(Total { moments: moments.fold(Moments::default(), Moments::merge), valid_from: means.valid_from_at(level) })
 }
 
 /// What each case's method leaves out, if that is claimed.
@@ -186,16 +167,12 @@ fn lacks(run: &Run, cases: &[Case], level: f64) -> Result<Vec<Option<Mean>>, Err
         if !cases.iter().any(wanted) {
             continue;
         }
-        let files = METHODS.map(|method| {
-            let file = format!("{}.left-out-{}.csv", name(scene), method.word());
-            open(run, &file)
-        });
+        let files = METHODS.map(|method| open(run, &format!("{}.left-out-{}.csv", name(scene), method.word())));
         let mut files = files.into_iter().collect::<Result<Vec<_>, _>>()?;
         let count = run.count(replications_left_out(scene, run.tier())).max(2) as u32;
         let first = files[0].next() as u32;
         let states: Vec<[f64; 5]> = run.part(&format!("{}.left-out", name(scene)), || {
-            let values = left_out(run, scene, first, count)?;
-            Ok(values.iter().map(Values::state).collect())
+            Ok(left_out(run, scene, first, count)?.iter().map(Values::state).collect())
         })?;
         let values: Vec<Values> = states.into_iter().map(Values::of_state).collect();
         for ((method, accumulated), values) in METHODS.iter().zip(&mut files).zip(&values) {
@@ -214,22 +191,11 @@ fn lacks(run: &Run, cases: &[Case], level: f64) -> Result<Vec<Option<Mean>>, Err
     Ok(cases.iter().map(lack).collect())
 }
 
-fn is_reference(case: &Case, scene: SceneName) -> bool {
-    case.scene == scene && case.estimator == EstimatorName::Mis
-}
-
 /// A mean that is known, or that images tell.
 #[derive(Clone, Copy)]
 enum Mean {
     Known(f64),
     Measured(Total),
-}
-
-/// What a case is compared with.
-enum Reference {
-    Known(f64),
-    /// The case with this index.
-    Rendered(usize),
 }
 
 /// Renders the next replications of a case.
@@ -262,22 +228,10 @@ fn render(run: &Run, case: &Case, first: u32) -> Result<Images, Error> {
         ..Job::default()
     };
     let mut images = Images { means: Values::new(1.0), maps: Maps::new(u64::from(count)) };
-    let bar = Progress::new(&label).bar_of(u64::from(count), "images");
+    let bar = Bar::new(&label, u64::from(count), "images");
     job.replications(first..first + count, |image| {
         images.means.push(images.maps.push(image));
         bar.advance(1);
-        Ok(())
     })?;
-    bar.finish();
     Ok(images)
-}
-
-/// The image means of all runs together.
-fn total(accumulated: &Accumulated, values: &Values, level: f64) -> Total {
-    let moments = accumulated
-        .rows()
-        .iter()
-        .map(|row| Moments::of(number(row, 1) as u64, number(row, 2), number(row, 3)))
-        .fold(Moments::default(), Moments::merge);
-    Total { moments, valid_from: values.valid_from_at(level) }
 }

@@ -1,31 +1,12 @@
 //! Colour bleeding on the white sphere of the report's room: ratios of the channels along its girdle, with
 //! the coloured walls and with grey ones of the same luminance.
 
-use glam::DVec3;
-use whitefurnace::bsdf::OrenNayarForm;
-use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::estimator::radiosity::Fineness;
-use whitefurnace::estimator::{Estimator, Path, Radiosity, Standard};
-use whitefurnace::harness::tails::normal_upper;
-use whitefurnace::image::write_png;
-use whitefurnace::moments::Moments;
-use whitefurnace::pixel::PixelSampling;
-use whitefurnace::rng::{seed_for, stream};
-use whitefurnace::scene::Scene;
 use whitefurnace::scene::room::{Convention, WHITE_SPHERE, Walls, diffuse_with, report_with};
-use whitefurnace::shape::Ray;
 
 use crate::experiments::figures;
-use crate::plot::chart::{Chart, Mark, Series, charts};
-use crate::render::Job;
-use crate::run::pictures::render_samples;
-use crate::run::progress::interrupted;
-use crate::run::suite::{FAMILY, parallel};
-use crate::run::{Experiment, Judgement, Run};
+use crate::experiments::prelude::*;
 
-/// Measures colour bleeding.
-pub const BLEEDING: Experiment = Experiment {
+pub(super) const BLEEDING: Experiment = Experiment {
     id: "bleeding",
     title: "colour bleeding on the white sphere of figure 8, with coloured and with grey walls",
     version: 2,
@@ -77,8 +58,7 @@ fn picture(run: &mut Run, scene: &Scene, file: &str) -> Result<(), Error> {
     let job = Job { window: Some(figures::WHITE_SPHERE), spp: run.by_tier(32, 512), ..Job::default() };
     let job = run.prepared(job);
     let path = Path::<Standard>::default();
-    let random = (PixelSampling::Random, job.seed);
-    let film = render_samples(scene, &path, random, (job.size, job.window), job.spp)?;
+    let film = render_samples(scene, &path, (PixelSampling::Random, job.seed), (job.size, job.window), job.spp)?;
     write_png(&run.figure(file), &film, job.display(0.0), 3)
 }
 
@@ -115,12 +95,10 @@ fn by_paths(scene: &Scene, seed: u64, samples: u32) -> Result<Vec<Ratios>, Error
 }
 
 fn by_radiosity(scene: &Scene, patches: u32) -> Result<Vec<[f64; 2]>, Error> {
-    let fineness = Fineness { patches, halvings: 0 };
-    let solved = Radiosity::new(Standard, scene, fineness, &|_| !interrupted())?;
+    let solved = Radiosity::new(Standard, scene, Fineness { patches, halvings: 0 }, &|_| !interrupted())?;
     let ratios = ANGLES.iter().filter_map(|&angle| {
         let ray = girdle(scene, angle);
-        let hit = scene.intersect(&ray)?;
-        let irradiance = solved.irradiance(scene, &ray, &hit);
+        let irradiance = solved.irradiance(scene, &ray, &scene.intersect(&ray)?);
         Some([irradiance.x / irradiance.y, irradiance.z / irradiance.y])
     });
     Ok(ratios.collect())
@@ -134,27 +112,19 @@ fn judge(run: &mut Run, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) {
     };
     for (place, side) in [(1, "left"), (ANGLES.len() / 2, "middle"), (ANGLES.len() - 2, "right")] {
         let [[red, red_error], [blue, blue_error]] = coloured[place];
-        run.number(&format!("{side}.red"), red);
-        run.number(&format!("{side}.blue"), blue);
+        run.numbers(side, [("red", red), ("blue", blue)]);
+        let [red_half, blue_half] = [red_error, blue_error].map(|error| critical * error);
+        let [[red_grey, _], [blue_grey, _]] = grey[place];
         let value = format!(
-            "R : G : B = {red:.3} ± {:.3} : 1 : {blue:.3} ± {:.3}; with grey walls {:.3} : 1 : {:.3}",
-            critical * red_error,
-            critical * blue_error,
-            grey[place][0][0],
-            grey[place][1][0]
+            "R : G : B = {red:.3} ± {red_half:.3} : 1 : {blue:.3} ± {blue_half:.3}; with grey walls {red_grey:.3} : 1 : \
+             {blue_grey:.3}"
         );
         run.note(&format!("{side}, {}°", ANGLES[place]), value);
     }
-    let worst = |ratios: &[Ratios]| {
-        let all = ratios.iter().flatten().map(|[ratio, _]| (ratio - 1.0).abs());
-        all.fold(0.0, f64::max)
-    };
+    let worst = |ratios: &[Ratios]| ratios.iter().flatten().map(|[ratio, _]| (ratio - 1.0).abs()).fold(0.0, f64::max);
     let tinted = coloured
         .iter()
-        .filter(|ratios| {
-            let far = |[ratio, error]: &[f64; 2]| (ratio - 1.0).abs() > critical * error;
-            ratios.iter().any(far)
-        })
+        .filter(|ratios| ratios.iter().any(|[ratio, error]| (ratio - 1.0).abs() > critical * error))
         .count();
     let value = format!("at {tinted} of {} points, up to {:.1} %", ANGLES.len(), 100.0 * worst(coloured));
     run.claim("walls colour the white sphere", value, 2 * tinted > ANGLES.len());
@@ -182,8 +152,7 @@ fn draw(run: &mut Run, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) -> Resu
         for (channel, colour, letter) in [(0, 0, "R/G"), (1, 2, "B/G")] {
             if solved {
                 let points = ANGLES.iter().zip(radiosity).map(|(&a, r)| [a, r[channel]]);
-                let label = format!("{letter}, radiosity");
-                series.push(Series::new(&label, colour, Mark::Line, points));
+                series.push(Series::new(&format!("{letter}, radiosity"), colour, Mark::Line, points));
             }
             for &(place, label) in places {
                 let points = ANGLES.iter().zip(&profiles[place]).map(|(&a, r)| (a, r[channel]));

@@ -2,21 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use whitefurnace::error::Error;
 use whitefurnace::harness::ks::kolmogorov_smirnov;
 use whitefurnace::harness::tails::{binomial_sf, kolmogorov_upper};
-use whitefurnace::harness::trial::{Context, Trial, group, run_trial};
-use whitefurnace::rng::{seed_for, stream};
 
+use crate::experiments::prelude::*;
 use crate::experiments::statistics::{self, N};
-use crate::plot::chart::{Chart, Mark, Series, charts};
-use crate::run::accumulated::number;
-use crate::run::progress::Progress;
-use crate::run::suite::{FAMILY, equations, parallel};
-use crate::run::{Experiment, Run};
 
-/// p-values of true hypotheses over many seeds.
-pub const CALIBRATION: Experiment = Experiment {
+pub(super) const CALIBRATION: Experiment = Experiment {
     id: "calibration",
     title: "p-values of true hypotheses are uniform, stated error rates are kept (accumulates over runs)",
     version: 3,
@@ -46,10 +38,10 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let first = accumulated.next();
     let replications: Vec<u64> = (first..first + run.count(run.by_tier(64, 1024))).collect();
     let registry = registry::all();
-    run.bears_on(equations(&registry));
+    run.bears_on(&registry);
     let master = run.seed();
     let registry = in_question(registry, master)?;
-    let bar = Progress::default().bar_of(replications.len() as u64, "seeds");
+    let bar = Bar::new("", replications.len() as u64, "seeds");
     for part in replications.chunks(PART) {
         let found = run.part(&format!("from-{}", part[0]), || {
             let found = parallel(part, |&k| -> Result<Vec<[String; 2]>, Error> {
@@ -64,23 +56,19 @@ fn run(run: &mut Run) -> Result<(), Error> {
         }
         bar.advance(part.len() as u64);
     }
-    bar.finish();
     let family = accumulated.look(FAMILY);
     accumulated.write()?;
     let mut by_name: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
-    for row in accumulated.rows() {
-        let name = row.get(1).map_or("", String::as_str);
-        by_name.entry(name).or_default().push(number(row, 2));
+    for (name, p) in accumulated.column("name").zip(accumulated.numbers("p")) {
+        by_name.entry(name).or_default().push(p);
     }
+    let (all, own, look) = (accumulated.next(), replications.len(), accumulated.looks());
     let value = format!(
-        "{} replications so far, {} of this run; n = {N} per statistic, registry at scale 1/1024; \
-         family-wise level {FAMILY:.0e} for all looks, {family:.1e} for this one, number {}",
-        accumulated.next(),
-        replications.len(),
-        accumulated.looks()
+        "{all} replications so far, {own} of this run; n = {N} per statistic, registry at scale 1/1024; \
+         family-wise level {FAMILY:.0e} for all looks, {family:.1e} for this one, number {look}"
     );
     run.note("size", value);
-    run.number("replications", accumulated.next() as f64);
+    run.number("replications", all as f64);
     let level = family / by_name.len().max(10) as f64;
     judge(run, &by_name, level);
     draw(run, &by_name, level)
@@ -112,8 +100,7 @@ fn in_question(registry: Vec<Trial>, master: u64) -> Result<Vec<Trial>, Error> {
     let context = Context::new(seed_for(master, "calibration, which trials"), SCALE)?;
     let examined =
         parallel(&registry, |trial| !LEFT_OUT.contains(&group(&trial.name)) && !p_values(trial, &context).is_empty())?;
-    let pairs = registry.into_iter().zip(examined);
-    Ok(pairs.filter_map(|(trial, kept)| kept.then_some(trial)).collect())
+    Ok(registry.into_iter().zip(examined).filter_map(|(trial, kept)| kept.then_some(trial)).collect())
 }
 
 /// The p-values of these trials in replication k.
@@ -132,8 +119,7 @@ fn p_values(trial: &Trial, context: &Context) -> Vec<[String; 2]> {
         // Nor has a chi-square whose cells have all been pooled into one.
         let varies = varies && o.dof != Some(0.0);
         if CONTINUOUS.contains(&o.statistic) && o.n >= LEAST_VALUES && varies {
-            let name = format!("{TRIAL}{}: {}", trial.name, o.name.replace(',', ";"));
-            rows.push([name, format!("{:.6e}", o.p)]);
+            rows.push([format!("{TRIAL}{}: {}", trial.name, o.name.replace(',', ";")), format!("{:.6e}", o.p)]);
         }
     }
     rows
@@ -193,10 +179,8 @@ fn draw(run: &mut Run, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) -> Result
         let axes = ["p-value expected at this rank", "observed − expected"];
         Chart::new(title, axes, [[0.0, 1.0], [-1.5 * radius, 2.8 * radius]], series)
     };
-    let title = format!("Statistics of true hypotheses, {n} seeds, n = {N}");
-    let statistics = panel(title, STATISTIC, Mark::Line);
-    let title = format!("The registry's trials, {n} seeds, scale 1/1024, a line each");
-    let trials = panel(title, TRIAL, Mark::Faint);
+    let statistics = panel(format!("Statistics of true hypotheses, {n} seeds, n = {N}"), STATISTIC, Mark::Line);
+    let trials = panel(format!("The registry's trials, {n} seeds, scale 1/1024, a line each"), TRIAL, Mark::Faint);
     let see = "Lines between the limits are those of uniform p-values, as true hypotheses give.";
     charts(&run.figure("quantiles.svg"), see, [900, 900], &[statistics, trials])
 }

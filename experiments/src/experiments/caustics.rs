@@ -2,26 +2,13 @@
 //! a glass sphere between a floor and an area light.
 
 use registry::photon::scenes::{CAUSTIC, caustic, no_caustic};
-use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::estimator::{LightRules, Lookup, Path, PhotonMapping, Sppm, Standard, Strategy, Whitted};
-use whitefurnace::film::Film;
-use whitefurnace::harness::mean::{Sigma, Values, skewness_of_sum};
-use whitefurnace::harness::outcome::{Verdict, approximate_verdict};
-use whitefurnace::harness::tails::student_upper;
-use whitefurnace::image::{Display, write_png};
-use whitefurnace::pixel::PixelSampling;
+use whitefurnace::estimator::Whitted;
+use whitefurnace::harness::mean::{Sigma, skewness_of_sum};
 use whitefurnace::render::render_passes;
-use whitefurnace::rng::seed_for;
-use whitefurnace::scene::Scene;
 
-use crate::run::pictures::render_samples;
-use crate::run::progress::{Progress, interrupted};
-use crate::run::suite::FAMILY;
-use crate::run::{Experiment, Run};
+use crate::experiments::prelude::*;
 
-/// Renders one caustic by six methods.
-pub const CAUSTICS: Experiment = Experiment {
+pub(super) const CAUSTICS: Experiment = Experiment {
     id: "caustics",
     title: "the caustic of a glass sphere by path tracing, Whitted ray tracing and photon mapping",
     version: 3,
@@ -76,8 +63,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let mut rows = Vec::new();
     for (name, method) in methods {
         let made = make(run, &caustic(1.5), (name, method), size, (samples, particles))?;
-        let png = run.figure(&format!("{name}.png"));
-        write_png(&png, &made.film, Display::Srgb { exposure: 0.0 }, 2)?;
+        write_png(&run.figure(&format!("{name}.png")), &made.film, Display::Srgb { exposure: 0.0 }, 2)?;
         row(run, name, &made, &mut rows);
         let path = *reference.get_or_insert(made.region);
         match method {
@@ -106,17 +92,13 @@ fn run(run: &mut Run) -> Result<(), Error> {
 fn row(run: &mut Run, name: &str, made: &Made, rows: &mut Vec<String>) {
     let film = &made.film;
     let region = made.region.moments;
-    run.number(&format!("{name}.region"), region.mean());
-    run.number(&format!("{name}.standard_error"), region.standard_error());
-    run.number(&format!("{name}.noise"), film.relative_error());
-    let value = format!(
-        "radiance of the caustic {:.4} ± {:.4}, mean relative error of a pixel {:.2} %",
-        region.mean(),
-        region.standard_error(),
-        100.0 * film.relative_error()
-    );
+    let (mean, error, noise) = (region.mean(), region.standard_error(), film.relative_error());
+    run.numbers(name, [("region", mean), ("standard_error", error), ("noise", noise)]);
+    let noise_share = 100.0 * noise;
+    let value =
+        format!("radiance of the caustic {mean:.4} ± {error:.4}, mean relative error of a pixel {noise_share:.2} %");
     run.note(name, value);
-    rows.push(format!("{name},{:e},{:e},{:e}", region.mean(), region.standard_error(), film.relative_error()));
+    rows.push(format!("{name},{mean:e},{error:e},{noise:e}"));
 }
 
 /// Claims that two means are the same within the margin, by an interval at the experiment's family-wise
@@ -134,15 +116,11 @@ fn same(run: &mut Run, what: &str, (a, b): (&Values, &Values)) {
     let verdict = if images < needed {
         Verdict::Undecided { needed }
     } else {
-        let interval = [difference - reach, difference + reach];
-        approximate_verdict(interval, 0.0, margin, images)
+        approximate_verdict([difference - reach, difference + reach], 0.0, margin, images)
     };
-    let value = format!(
-        "difference {:+.3} % ± {:.3} %, margin {} %; {images} images, valid from {needed} on",
-        100.0 * difference,
-        100.0 * reach,
-        100.0 * margin
-    );
+    let [off, reach, margin] = [difference, reach, margin].map(|share| 100.0 * share);
+    let value =
+        format!("difference {off:+.3} % ± {reach:.3} %, margin {margin} %; {images} images, valid from {needed} on");
     run.claim(&format!("{what} agree"), value, verdict);
 }
 
@@ -155,7 +133,7 @@ fn make(
     (samples, particles): (u32, u32),
 ) -> Result<Made, Error> {
     let images = run.count(IMAGES).max(2);
-    let bar = Progress::new(name).bar(images);
+    let bar = Bar::new(name, images, "samples");
     let pixels = region(scene, size);
     let mut all = Film::new(size, None, 1)?;
     let mut values = Values::new(0.5);
@@ -171,7 +149,6 @@ fn make(
             return Err(Error::Interrupted);
         }
     }
-    bar.finish();
     Ok(Made { film: all, region: values })
 }
 
@@ -186,13 +163,9 @@ fn one_image(
     let (random, frame) = ((PixelSampling::Random, seed), (size, None));
     match method {
         Method::Path(strategy) => render_samples(scene, &Path::new(parts, strategy), random, frame, samples),
-        Method::Whitted => {
-            let whitted = Whitted::new(LightRules::PHYSICAL);
-            render_samples(scene, &whitted, random, frame, samples)
-        }
+        Method::Whitted => render_samples(scene, &Whitted::new(LightRules::PHYSICAL), random, frame, samples),
         Method::Photon(lookup) => {
-            let map = (particles, RADIUS);
-            let photons = PhotonMapping::new(parts, scene, lookup, map, (seed, 0))?;
+            let photons = PhotonMapping::new(parts, scene, lookup, (particles, RADIUS), (seed, 0))?;
             render_samples(scene, &photons, random, frame, samples)
         }
         Method::Sppm => {

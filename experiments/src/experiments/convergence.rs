@@ -3,24 +3,12 @@
 use std::sync::Arc;
 
 use registry::scenes::{at_origin, rectangle_light};
-use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::estimator::{Estimator, Path, Standard, Strategy};
 use whitefurnace::harness::convergence::log_slope;
-use whitefurnace::harness::tails::student_upper;
-use whitefurnace::moments::Moments;
-use whitefurnace::rng::{seed_for, stream, uniform2};
 use whitefurnace::sampler::{Sampler, Sobol, scramble};
-use whitefurnace::scene::Scene;
-use whitefurnace::scene::room;
-use whitefurnace::shape::Ray;
 
-use crate::plot::chart::{Chart, Mark, Series, charts};
-use crate::run::suite::{FAMILY, parallel};
-use crate::run::{Experiment, Run};
+use crate::experiments::prelude::*;
 
-/// Variance of the mean of N samples against N.
-pub const CONVERGENCE: Experiment = Experiment {
+pub(super) const CONVERGENCE: Experiment = Experiment {
     id: "convergence",
     title: "variance against samples, independent numbers and Sobol' points: smooth, edge, room",
     version: 2,
@@ -161,9 +149,8 @@ fn run(run: &mut Run) -> Result<(), Error> {
             }
             let interval = fall.interval();
             let slope = fall.slope;
-            run.number(&format!("{key}.{numbers}.slope"), slope);
-            run.number(&format!("{key}.{numbers}.slope.low"), interval[0]);
-            run.number(&format!("{key}.{numbers}.slope.high"), interval[1]);
+            let found = [("slope", slope), ("slope.low", interval[0]), ("slope.high", interval[1])];
+            run.numbers(&format!("{key}.{numbers}"), found);
             slopes.push((slope, interval));
             let half = slope - interval[0];
             let label = format!("{numbers}, slope {slope:.3} ± {half:.3}").replace('-', "−");
@@ -171,8 +158,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
         }
         judge(run, key, title, &slopes);
         let ranges = [[3.0, f64::from(1u32 << powers) * 1.3], [low / 3.0, high * 30.0]];
-        let axes = ["samples N", "variance of the mean"];
-        plots.push(Chart::new(*title, axes, ranges, series).log([true, true]));
+        plots.push(Chart::new(*title, ["samples N", "variance of the mean"], ranges, series).log([true, true]));
     }
     let see = "Straight lines on logarithmic axes: independent samples fall with slope −1 in each panel, Sobol' \
                points faster where the integrand is smooth.";
@@ -209,7 +195,6 @@ fn judge(run: &mut Run, key: &str, title: &str, slopes: &[(f64, [f64; 2])]) {
         // The room is not smooth; what Sobol' points gain there is found, not claimed.
         run.note(&format!("{title}: slope of Sobol' points"), value);
     } else {
-        let what = format!("{title}: Sobol' points fall faster");
-        run.claim(&what, value, net[1] < around[0]);
+        run.claim(&format!("{title}: Sobol' points fall faster"), value, net[1] < around[0]);
     }
 }

@@ -2,34 +2,16 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use glam::DVec3;
 use registry::bsdf::{oren_nayar_albedo, oren_nayar_printed_albedo};
 use registry::ggx::reflected;
+use whitefurnace::bsdf::Vertex;
 use whitefurnace::bsdf::ggx::Ggx;
-use whitefurnace::bsdf::{Bsdf, OrenNayar, Vertex};
 use whitefurnace::camera::Camera;
-use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::estimator::{Estimator, Path, Standard};
-use whitefurnace::film::Film;
 use whitefurnace::frame::from_spherical;
-use whitefurnace::harness::tails::normal_upper;
-use whitefurnace::image::{Display, write_png};
-use whitefurnace::moments::Moments;
-use whitefurnace::pixel::PixelSampling;
-use whitefurnace::rng::{seed_for, stream, uniform2};
-use whitefurnace::sampling::cosine_hemisphere;
-use whitefurnace::scene::{Scene, SceneBuilder, Surface};
-use whitefurnace::shape::{Ray, Sphere};
 
-use crate::plot::chart::{Chart, Mark, Series, charts};
-use crate::render::{DiffuseName, name};
-use crate::run::pictures::{render_samples, write_grid};
-use crate::run::suite::FAMILY;
-use crate::run::{Experiment, Run};
+use crate::experiments::prelude::*;
 
-/// Figure 2: a rough sphere lit from the front.
-pub const FIG2: Experiment = Experiment {
+pub(super) const FIG2: Experiment = Experiment {
     id: "fig2",
     title: "a sphere lit from the front with four diffuse models: the flat look of the full moon",
     version: 2,
@@ -37,8 +19,7 @@ pub const FIG2: Experiment = Experiment {
     run: figure,
 };
 
-/// What the four models reflect of a white sky, and where to.
-pub const ALBEDO: Experiment = Experiment {
+pub(super) const ALBEDO: Experiment = Experiment {
     id: "albedo",
     title: "directional albedos of four diffuse models and of rough metals, and lobes",
     version: 2,
@@ -101,8 +82,7 @@ fn figure(run: &mut Run) -> Result<(), Error> {
         let bsdf = model.bsdf(DVec3::ONE, SIGMA);
         let scene = moon(bsdf)?;
         let path = Path::<Standard>::default();
-        let random = (PixelSampling::Random, run.seed());
-        let film = render_samples(&scene, &path, random, ([side, side], None), spp)?;
+        let film = render_samples(&scene, &path, (PixelSampling::Random, run.seed()), ([side, side], None), spp)?;
         let curve = (0..=240).map(|i| f64::from(i) / 240.0);
         let curve = curve.map(|x| [x, frontal(&bsdf, x.asin().min(FRAC_PI_2 - 1e-6))]);
         series.push(Series::new(model.title(), colour, Mark::Line, curve));
@@ -112,24 +92,21 @@ fn figure(run: &mut Run) -> Result<(), Error> {
     }
     // EON's centre is a little above 1.
     let display = Display::Srgb { exposure: -0.25 };
-    write_grid(&run.figure("moons.png"), &films, 4, display, 1)?;
+    write_row(&run.figure("moons.png"), &films, display, 1)?;
     for (film, model) in films.iter().zip(DiffuseName::ALL) {
         if let DiffuseName::Printed | DiffuseName::Corrected = model {
-            let file = format!("{}.png", name(model));
-            write_png(&run.figure(&file), film, display, MAGNIFICATION)?;
+            write_png(&run.figure(&format!("{}.png", name(model))), film, display, MAGNIFICATION)?;
         }
     }
-    run.note("moons.png", format!("left to right: {}; {side}x{side}, {spp} spp", titles()));
+    run.note(
+        "moons.png",
+        format!("left to right: {}; {side}x{side}, {spp} spp", DiffuseName::ALL.map(DiffuseName::title).join(", ")),
+    );
     let title = format!("Radiance across the disc, white sphere lit from the front, σ = {SIGMA}");
     let radiance = "radiance (points: pixels of the picture; lines: π f cos θ)";
-    let axes = ["distance from the centre (radii)", radiance];
-    let chart = Chart::new(title, axes, [[0.0, 1.0], [0.0, 1.1]], series);
+    let chart = Chart::new(title, ["distance from the centre (radii)", radiance], [[0.0, 1.0], [0.0, 1.1]], series);
     let see = "The corrected Oren–Nayar sphere is flat almost to its rim; as printed it darkens like Lambert's.";
     charts(&run.figure("profile.svg"), see, [900, 600], &[chart])
-}
-
-fn titles() -> String {
-    DiffuseName::ALL.map(DiffuseName::title).join(", ")
 }
 
 /// Radiance of every fourth pixel right of the centre, against the distance of its middle from it in
@@ -210,8 +187,7 @@ fn albedo(run: &mut Run) -> Result<(), Error> {
             }
         }
         let what = format!("albedo of {} against its closed form", model.title());
-        let value = format!("worst of {} angles {worst:.2} standard errors", ANGLES.len());
-        run.claim(&what, value, worst < critical);
+        run.claim(&what, format!("worst of {} angles {worst:.2} standard errors", ANGLES.len()), worst < critical);
         let points = ANGLES.into_iter().zip(&found);
         let points = points.map(|(d, m)| [d, m.mean(), critical * m.standard_error()]);
         series.push(Series::measured("", colour, points));
@@ -264,8 +240,7 @@ fn metals(run: &mut Run, samples: u64) -> Result<(), Error> {
             points.push([degrees, moments.mean(), critical * moments.standard_error()]);
         }
         let what = format!("albedo of GGX with α = {alpha} against quadrature over facets");
-        let value = format!("worst of {} angles {worst:.2} standard errors", ANGLES.len());
-        run.claim(&what, value, worst < critical);
+        run.claim(&what, format!("worst of {} angles {worst:.2} standard errors", ANGLES.len()), worst < critical);
         series.push(Series::measured("", colour, points));
     }
     let title = format!("Directional albedo of GGX, F₀ = 1: quadrature, and means of {samples} samples");

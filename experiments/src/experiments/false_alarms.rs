@@ -1,18 +1,11 @@
 //! What `cargo test` runs, under many master seeds: how often a correct build goes red.
 
-use whitefurnace::error::Error;
-use whitefurnace::harness::outcome::{ALPHA, CAPACITY};
 use whitefurnace::harness::tails::binomial_interval;
 
+use crate::experiments::prelude::*;
 use crate::experiments::suite_seeds::{Answer, FAULTS_EVERY, Measure, Seed, Seeds};
-use crate::plot::chart::{Chart, Mark, Series, charts};
-use crate::run::accumulated::{Accumulated, number};
-use crate::run::progress::Progress;
-use crate::run::suite::{self, FAMILY};
-use crate::run::{Experiment, Judgement, Run};
 
-/// The suite at a reduced scale over master seeds.
-pub const FALSE_ALARMS: Experiment = Experiment {
+pub(super) const FALSE_ALARMS: Experiment = Experiment {
     id: "false-alarms",
     title: "the whole suite under fresh master seeds (accumulates over runs)",
     version: 3,
@@ -22,36 +15,20 @@ pub const FALSE_ALARMS: Experiment = Experiment {
 
 const COLUMNS: &str = "replication,holds,fails,undecided,exact,random,smallest_p,where,\
                        faults,rejected,faults_red,red";
-const HOLDS: usize = 1;
-const FAILS: usize = 2;
-const UNDECIDED: usize = 3;
-const EXACT: usize = 4;
-const RANDOM: usize = 5;
-const SMALLEST: usize = 6;
-const FAULTS: usize = 8;
-const REJECTED: usize = 9;
-const FAULTS_RED: usize = 10;
-const RED: usize = 11;
 
 fn run(run: &mut Run) -> Result<(), Error> {
     let suite = Seeds::open(run)?;
-    run.bears_on(suite::equations(&suite.trials));
-    let key = format!(
-        "false-alarms version {}, seed {}, scale {}, {} trials",
-        FALSE_ALARMS.version,
-        run.seed(),
-        suite.scale,
-        suite.trials.len()
-    );
+    run.bears_on(&suite.trials);
+    let (version, seed, scale, trials) = (FALSE_ALARMS.version, run.seed(), suite.scale, suite.trials.len());
+    let key = format!("false-alarms version {version}, seed {seed}, scale {scale}, {trials} trials");
     let mut accumulated = run.accumulated("false-alarms.csv", &key, COLUMNS)?;
     let first = accumulated.next();
     let seeds = run.count(run.by_tier(2, 200));
-    let bar = Progress::default().bar_of(seeds, "seeds");
+    let bar = Bar::new("", seeds, "seeds");
     for k in first..first + seeds {
         accumulated.push(k, &fields(&suite.run(k)?));
         bar.advance(1);
     }
-    bar.finish();
     let level = accumulated.look(FAMILY);
     accumulated.write()?;
     report(run, &accumulated, suite.scale, level);
@@ -62,17 +39,13 @@ fn run(run: &mut Run) -> Result<(), Error> {
 /// approximate claim the hypothesis of equality need not be true.
 fn fields(seed: &Seed) -> Vec<String> {
     let measures = || seed.subjects.iter().chain(&seed.equivalents);
-    let count = |wanted: Judgement| {
-        let of = measures().filter(|measure| measure.verdict == wanted);
-        of.count().to_string()
-    };
+    let count = |wanted: Judgement| measures().filter(|measure| measure.verdict == wanted).count().to_string();
     let fails = |measure: &&Measure| measure.verdict == Judgement::Fails;
     let compared =
         || measures().filter(|measure| measure.random && !measure.approximate && measure.n >= measure.valid_from);
     let smallest = compared().min_by(|a, b| a.p.total_cmp(&b.p));
     let answers = |wanted: Answer| {
-        let of = seed.faults.iter().filter(|(_, answer)| *answer == wanted);
-        of.map(|(name, _)| name.as_str()).collect::<Vec<_>>()
+        seed.faults.iter().filter(|(_, answer)| *answer == wanted).map(|(name, _)| name.as_str()).collect::<Vec<_>>()
     };
     let mut red: Vec<&str> = measures().filter(fails).map(|m| m.name.as_str()).collect();
     red.extend(answers(Answer::Red));
@@ -93,14 +66,12 @@ fn fields(seed: &Seed) -> Vec<String> {
 
 /// Judges all suites at `level`, the share of this look.
 fn report(run: &mut Run, accumulated: &Accumulated, scale: f64, level: f64) {
-    let rows = accumulated.rows();
-    let column = |at: usize| rows.iter().map(move |row| number(row, at));
-    let seeds = rows.len() as f64;
+    let seeds = accumulated.rows().len() as f64;
     let [holds, fails, undecided, exact, random, faults, rejected, faults_red] =
-        [HOLDS, FAILS, UNDECIDED, EXACT, RANDOM, FAULTS, REJECTED, FAULTS_RED].map(|at| column(at).sum::<f64>());
+        ["holds", "fails", "undecided", "exact", "random", "faults", "rejected", "faults_red"]
+            .map(|column| accumulated.numbers(column).sum::<f64>());
     let bound = ALPHA * CAPACITY as f64;
-    let red = rows.iter().filter(|row| !row[RED].is_empty());
-    let names: Vec<&str> = red.map(|row| row[RED].as_str()).collect();
+    let names: Vec<&str> = accumulated.column("red").filter(|names| !names.is_empty()).collect();
     // With 95 % confidence, and no approximation where none is red.
     let below = |k: f64, n: f64| binomial_interval(k as u64, n as u64, 0.05)[1];
     let rate = below(names.len() as f64, seeds);
@@ -148,7 +119,7 @@ fn report(run: &mut Run, accumulated: &Accumulated, scale: f64, level: f64) {
         "calibration, which `calibration` measures at length; check-ups of BSDFs that are not the program's own"
             .to_owned();
     run.note("not among them", value);
-    let smallest = column(SMALLEST).fold(1.0, f64::min);
+    let smallest = accumulated.numbers("smallest_p").fold(1.0, f64::min);
     // P(least of m p-values ≤ x) ≤ m x, under any dependence.
     let chance = (random * smallest).min(1.0);
     run.number("smallest_p", smallest);
@@ -166,12 +137,11 @@ fn report(run: &mut Run, accumulated: &Accumulated, scale: f64, level: f64) {
 
 /// Each seed's least p-value against the quantile that independent tests would give it.
 fn draw(run: &mut Run, accumulated: &Accumulated) -> Result<(), Error> {
-    let mut least: Vec<f64> = accumulated.rows().iter().map(|row| number(row, SMALLEST)).collect();
+    let mut least: Vec<f64> = accumulated.numbers("smallest_p").collect();
     least.sort_by(f64::total_cmp);
     let seeds = least.len() as f64;
     // How many tails are valid differs a little from seed to seed.
-    let random = accumulated.rows().iter().map(|row| number(row, RANDOM)).sum::<f64>() / seeds;
-    let random = random.round().max(1.0);
+    let random = (accumulated.numbers("random").sum::<f64>() / seeds).round().max(1.0);
     let expected = |i: usize| 1.0 - (1.0 - (i as f64 + 0.5) / seeds).powf(1.0 / random);
     let points = least.iter().enumerate().map(|(i, &p)| [expected(i), p]);
     let low = 0.1 / (random * seeds);
@@ -181,8 +151,7 @@ fn draw(run: &mut Run, accumulated: &Accumulated) -> Result<(), Error> {
     ];
     let title = format!("Least p-value of each of {seeds} suites of {random} random tests");
     let axes = ["expected of independent tests at this rank", "least p-value observed"];
-    let ranges = [[low, 0.1], [low.min(0.5 * least[0]), 1.0]];
-    let chart = Chart::new(title, axes, ranges, series).log([true, true]);
+    let chart = Chart::new(title, axes, [[low, 0.1], [low.min(0.5 * least[0]), 1.0]], series).log([true, true]);
     let see = "Points along the line: least p-values as independent tests of true hypotheses give.";
     charts(&run.figure("false-alarms.svg"), see, [900, 560], &[chart])
 }

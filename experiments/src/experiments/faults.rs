@@ -3,17 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use registry::faults::Pair;
-use whitefurnace::error::Error;
 use whitefurnace::harness::guard::FAR_MISS;
-use whitefurnace::harness::outcome::{Outcome, Verdict};
-use whitefurnace::harness::trial::{Context, meant};
 
+use crate::experiments::prelude::*;
 use crate::plot::matrix::{Detection, matrix};
-use crate::run::suite::{self, parallel};
-use crate::run::{Experiment, Run, Tier};
 
-/// Runs every pair of a fault and a trial that fit together.
-pub const FAULTS: Experiment = Experiment {
+pub(super) const FAULTS: Experiment = Experiment {
     id: "faults",
     title: "fault × trial: which trials reject which faults",
     version: 2,
@@ -25,8 +20,7 @@ pub const FAULTS: Experiment = Experiment {
 const UNASSERTED: f64 = 1.0 / 128.0;
 
 fn run(run: &mut Run) -> Result<(), Error> {
-    let trials = registry::all();
-    run.bears_on(suite::equations(&trials));
+    run.bears_on(&registry::all());
     // Quick: the pairs that the suite asserts. Full: every fault under every trial of its family; what
     // the suite does not assert at a reduced size, where faults of small effect stay undecided.
     let mut pairs = registry::matrix();
@@ -34,7 +28,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     if run.tier() == Tier::Quick {
         pairs.retain(|pair| pair.named);
     }
-    let scales = [UNASSERTED, run.by_tier(suite::REDUCED, 1.0)].map(|scale| run.scale(scale));
+    let scales = [run.scale(UNASSERTED), suite::scale(run)];
     let [reduced, asserted] = scales.map(|scale| Context::new(run.seed(), scale));
     let (reduced, asserted) = (reduced?, asserted?);
     let seen = parallel(&pairs, |pair| {
@@ -59,8 +53,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     draw(run, &pairs, &seen)?;
     for (pair, seen) in pairs.iter().zip(&seen) {
         if pair.named && *seen == Detection::Missed {
-            let value = "not rejected".to_owned();
-            run.claim(&format!("{} in {}", label(pair), pair.trial), value, false);
+            run.claim(&format!("{} in {}", label(pair), pair.trial), "not rejected".to_owned(), false);
         }
     }
     totals(run, &pairs, &seen, scales);
@@ -103,12 +96,11 @@ fn totals(run: &mut Run, pairs: &[Pair], seen: &[Detection], [reduced, scale]: [
     run.number("pairs", pairs.len() as f64);
     let named = || pairs.iter().zip(seen).filter(|(pair, _)| pair.named);
     let missed = named().filter(|(_, seen)| **seen == Detection::Missed).count();
+    let (all, asserted, counts) = (pairs.len(), named().count(), counts.join(", "));
     let value = format!(
-        "{} pairs, those that the suite asserts ({}) at scale {scale} or a part of it that is enough, others at \
-         {reduced}: {}; at scale 1 a correct build misses an asserted one with probability at most {FAR_MISS:e}",
-        pairs.len(),
-        named().count(),
-        counts.join(", ")
+        "{all} pairs, those that the suite asserts ({asserted}) at scale {scale} or a part of it that is enough, \
+         others at {reduced}: {counts}; at scale 1 a correct build misses an asserted one with probability at most \
+         {FAR_MISS:e}"
     );
     if scale >= 1.0 || missed > 0 {
         let rejected = named().all(|(_, seen)| *seen == Detection::Rejected);
@@ -120,24 +112,11 @@ fn totals(run: &mut Run, pairs: &[Pair], seen: &[Detection], [reduced, scale]: [
 
 /// Figures of several families; each other family has a figure of its own name. Few enough names stand in
 /// each to be read at the width of a page.
-const TOGETHER: [(&str, &[&str]); 4] = [
-    ("scattering", &["uniform", "cosine", "fresnel", "bsdf", "eon"]),
-    ("roulette", &["roulette", "survival"]),
-    (
-        "numbers",
-        &[
-            "streams",
-            "render streams",
-            "sobol",
-            "sobol error bars",
-            "variance",
-            "grid",
-            "random",
-            "jitter",
-            "accumulator",
-        ],
-    ),
-    ("geometry", &["geometry", "points", "solid-angle"]),
+const TOGETHER: [(&str, &str); 4] = [
+    ("scattering", "uniform, cosine, fresnel, bsdf, eon"),
+    ("roulette", "roulette, survival"),
+    ("numbers", "streams, render streams, sobol, sobol error bars, variance, grid, random, jitter, accumulator"),
+    ("geometry", "geometry, points, solid-angle"),
 ];
 
 /// The figure that shows a pair. Whole estimators have more trials than one figure holds: theirs are divided
@@ -149,12 +128,14 @@ fn figure(pair: &Pair) -> String {
         "estimator" if pair.trial.starts_with("irradiance/") => "irradiance",
         "estimator" => "glass",
         "photon-equivalence" => "photon",
-        other => TOGETHER.iter().find(|(_, families)| families.contains(&other)).map_or(other, |(name, _)| name),
+        other => {
+            let mut together = TOGETHER.into_iter();
+            together.find(|(_, all)| all.split(", ").any(|one| one == other)).map_or(other, |(name, _)| name)
+        }
     };
     format!("faults-{}.svg", name.replace(' ', "-"))
 }
 
-/// Draws the figures.
 fn draw(run: &mut Run, pairs: &[Pair], seen: &[Detection]) -> Result<(), Error> {
     let mut figures: BTreeMap<String, Vec<(&Pair, Detection)>> = BTreeMap::new();
     for (pair, &seen) in pairs.iter().zip(seen) {
@@ -174,8 +155,7 @@ fn draw(run: &mut Run, pairs: &[Pair], seen: &[Detection]) -> Result<(), Error> 
         let title = format!("Which trials reject which faults: {}", stem.replacen("faults-", "", 1));
         let see = "A row for each fault, a column for each trial; a dark cell where the trial rejects it.";
         matrix(&run.figure(&file), (&title, see), &rows, &columns, |row, column| {
-            let cell = (rows[row].clone(), columns[column].as_str());
-            cells.get(&cell).copied()
+            cells.get(&(rows[row].clone(), columns[column].as_str())).copied()
         })?;
     }
     Ok(())

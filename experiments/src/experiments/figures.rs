@@ -1,14 +1,8 @@
 //! The report's figures 6 to 9.
 
-use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::film::Window;
+use crate::experiments::prelude::*;
 
-use crate::render::{ConventionName, Job};
-use crate::run::{Experiment, Run};
-
-/// Figure 6: the final scene.
-pub const FIG6: Experiment = Experiment {
+pub(super) const FIG6: Experiment = Experiment {
     id: "fig6",
     title: "the final scene under the three conventions",
     version: 1,
@@ -22,8 +16,7 @@ pub const FIG6: Experiment = Experiment {
     },
 };
 
-/// Figure 7a: the mirror sphere.
-pub const FIG7A: Experiment = Experiment {
+pub(super) const FIG7A: Experiment = Experiment {
     id: "fig7a",
     title: "the mirror sphere, a crop of figure 6",
     version: 1,
@@ -31,8 +24,7 @@ pub const FIG7A: Experiment = Experiment {
     run: |run| crop(run, [590, 370], [260, 240]),
 };
 
-/// Figure 7b: the glass sphere.
-pub const FIG7B: Experiment = Experiment {
+pub(super) const FIG7B: Experiment = Experiment {
     id: "fig7b",
     title: "the glass sphere, a crop of figure 6",
     version: 1,
@@ -40,8 +32,7 @@ pub const FIG7B: Experiment = Experiment {
     run: |run| crop(run, [350, 420], [270, 270]),
 };
 
-/// Figure 8: colour bleeding.
-pub const FIG8: Experiment = Experiment {
+pub(super) const FIG8: Experiment = Experiment {
     id: "fig8",
     title: "colour bleeding on the white sphere, a crop of figure 6",
     version: 1,
@@ -52,31 +43,25 @@ pub const FIG8: Experiment = Experiment {
 /// The white sphere in figure 6.
 pub const WHITE_SPHERE: Window = Window { corner: [490, 300], size: [170, 170] };
 
-/// Figure 9: noise at 64 samples.
-pub const FIG9: Experiment = Experiment {
+pub(super) const FIG9: Experiment = Experiment {
     id: "fig9",
     title: "noise at 64 samples per pixel",
     version: 1,
     equations: &[&equation::ESTIMATOR],
     run: |run| {
         let size = run.by_tier([256, 256], [512, 512]);
-        run.picture(Job { size, spp: 64, ..Job::report(ConventionName::Report) }, "noise")?;
-        Ok(())
+        run.picture(Job { size, spp: 64, ..Job::report(ConventionName::Report) }, "noise")
     },
 };
 
-/// The room small and clean, for a first look.
-pub const ROOM: Experiment = Experiment {
+pub(super) const ROOM: Experiment = Experiment {
     id: "room",
     title: "the report's room, small and clean",
     version: 1,
     equations: &[&equation::RENDERING],
     run: |run| {
         let spp = run.by_tier(64, 512);
-        let size = [400, 300];
-        let job = Job { size, spp, ..Job::report(ConventionName::Report) };
-        run.picture(job, "room")?;
-        Ok(())
+        run.picture(Job { size: [400, 300], spp, ..Job::report(ConventionName::Report) }, "room")
     },
 };
 
@@ -91,6 +76,5 @@ pub const CONVENTIONS: [(ConventionName, &str); 3] = [
 fn crop(run: &mut Run, corner: [u32; 2], size: [u32; 2]) -> Result<(), Error> {
     let spp = run.by_tier(64, 512);
     let window = Some(Window { corner, size });
-    run.picture(Job { window, spp, ..Job::report(ConventionName::Report) }, "crop")?;
-    Ok(())
+    run.picture(Job { window, spp, ..Job::report(ConventionName::Report) }, "crop")
 }

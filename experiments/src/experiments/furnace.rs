@@ -3,27 +3,12 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
 use whitefurnace::camera::Camera;
-use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::estimator::{Path, Standard};
-use whitefurnace::film::Film;
-use whitefurnace::harness::tails::normal_upper;
-use whitefurnace::pixel::PixelSampling;
-use whitefurnace::rng::seed_for;
-use whitefurnace::scene::{Scene, SceneBuilder, Surface};
-use whitefurnace::shape::Sphere;
 
 use crate::experiments::diffuse::{DISTANCE, MARGIN, SIGMA, closed_form};
-use crate::plot::map::{Map, maps};
-use crate::render::{DiffuseName, name};
-use crate::run::pictures::render_samples;
-use crate::run::suite::FAMILY;
-use crate::run::{Experiment, Run};
+use crate::experiments::prelude::*;
 
-/// White spheres under a white sky.
-pub const FURNACE: Experiment = Experiment {
+pub(super) const FURNACE: Experiment = Experiment {
     id: "furnace",
     title: "white spheres of four diffuse models in the white furnace: a model that keeps all light vanishes",
     version: 1,
@@ -49,8 +34,7 @@ fn scene(model: DiffuseName) -> Result<Scene, Error> {
     scene.background(DVec3::ONE);
     let white = scene.surface(Surface::new(model.bsdf(DVec3::ONE, SIGMA)));
     scene.sphere(Sphere::new(DVec3::ZERO, 1.0), white);
-    let eye = DVec3::new(DISTANCE, 0.0, 0.0);
-    scene.build(Camera::new(eye, DVec3::ZERO, DVec3::Z, MARGIN / DISTANCE))
+    scene.build(Camera::new(DVec3::new(DISTANCE, 0.0, 0.0), DVec3::ZERO, DVec3::Z, MARGIN / DISTANCE))
 }
 
 /// Mean albedo over the disc that the sphere covers: ∫ E(asin r) 2r dr.
@@ -73,16 +57,12 @@ fn run(run: &mut Run) -> Result<(), Error> {
         let [mean, half] = over_the_disc(&film).map(|percent| 100.0 * percent);
         let half = critical * half;
         let known = 100.0 * (mean_albedo(model) - 1.0);
-        let key = |what: &str| format!("{}.{what}", name(model));
-        run.number(&key("mean"), mean);
-        run.number(&key("mean.half"), half);
-        run.number(&key("mean.closed"), known);
         let inclinations = || (0..900).map(|tenth| (f64::from(tenth) / 10.0).to_radians());
         let deviations = || inclinations().map(|t| 100.0 * (closed_form(model, t) - 1.0));
         let least = deviations().fold(f64::MAX, f64::min);
         let most = deviations().fold(f64::MIN, f64::max);
-        run.number(&key("least.closed"), least);
-        run.number(&key("most.closed"), most);
+        run.numbers(&name(model), [("mean", mean), ("mean.half", half), ("mean.closed", known)]);
+        run.numbers(&name(model), [("least.closed", least), ("most.closed", most)]);
         let what = format!("mean deviation of {}", model.title());
         let value = format!(
             "{mean:+.3} ± {half:.3} %, closed form {known:+.3} %, from {least:+.2} to {most:+.2} % over \
@@ -99,8 +79,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
             unit: "radiance − 1 (%)".into(),
         });
     }
-    let value = format!("{side}x{side}, {spp} spp, white spheres, σ = {SIGMA}, sky of radiance 1");
-    run.note("furnace.svg", value);
+    run.note("furnace.svg", format!("{side}x{side}, {spp} spp, white spheres, σ = {SIGMA}, sky of radiance 1"));
     let see = "Lambert's and EON's spheres vanish but for noise; both forms of Oren–Nayar are too dark.";
     maps(&run.figure("furnace.svg"), see, [980, 820], 2, &panels)
 }

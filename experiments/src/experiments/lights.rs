@@ -3,24 +3,14 @@
 use std::f64::consts::FRAC_1_PI;
 use std::sync::Arc;
 
-use glam::DVec3;
 use registry::scenes::{floor, lambert, light, polygon_irradiance, scene, sphere_irradiance};
 use whitefurnace::emitter::LightSampling;
-use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::estimator::{Estimator, Heuristic, Path, Standard, Strategy};
-use whitefurnace::moments::Moments;
-use whitefurnace::rng::{seed_for, stream};
-use whitefurnace::scene::{Scene, SceneBuilder};
-use whitefurnace::shape::{Ray, Sphere};
+use whitefurnace::scene::SurfaceId;
 
-use crate::plot::chart::{Chart, Mark, Series, charts};
-use crate::render::{ConventionName, Job, LightSamplingName, SceneName, name};
-use crate::run::suite::parallel;
-use crate::run::{Experiment, Run};
+use crate::experiments::prelude::*;
+use crate::render::LightSamplingName;
 
-/// Variance of shadow rays by area and by solid angle.
-pub const LIGHTS: Experiment = Experiment {
+pub(super) const LIGHTS: Experiment = Experiment {
     id: "lights",
     title: "variance of direct light: points on lights by area and by solid angle",
     version: 1,
@@ -38,7 +28,7 @@ pub const LIGHTS: Experiment = Experiment {
 /// A light of size about 1 above the origin, its lowest point at this height.
 struct Shape {
     name: &'static str,
-    add: fn(&mut SceneBuilder, f64),
+    add: fn(&mut SceneBuilder, f64, SurfaceId),
     /// Irradiance at the origin per radiance.
     irradiance: fn(f64) -> f64,
 }
@@ -46,8 +36,7 @@ struct Shape {
 const SHAPES: [Shape; 3] = [
     Shape {
         name: "rectangle",
-        add: |s, height| {
-            let surface = s.surface(light(1.0));
+        add: |s, height, surface| {
             let [a, b, _, d] = square(height);
             s.rectangle(a, [d - a, b - a], surface);
         },
@@ -55,18 +44,12 @@ const SHAPES: [Shape; 3] = [
     },
     Shape {
         name: "triangle",
-        add: |s, height| {
-            let surface = s.surface(light(1.0));
-            s.mesh(&triangle(height), &[[0, 2, 1]], surface);
-        },
+        add: |s, height, surface| s.mesh(&triangle(height), &[[0, 2, 1]], surface),
         irradiance: |height| polygon_irradiance(&triangle(height)),
     },
     Shape {
         name: "sphere",
-        add: |s, height| {
-            let surface = s.surface(light(1.0));
-            s.sphere(Sphere::new((height + 1.0) * DVec3::Z, 1.0), surface);
-        },
+        add: |s, height, surface| s.sphere(Sphere::new((height + 1.0) * DVec3::Z, 1.0), surface),
         irradiance: |height| sphere_irradiance(1.0, height + 1.0, 1.0),
     },
 ];
@@ -79,7 +62,6 @@ fn triangle(height: f64) -> [DVec3; 3] {
     [[-1.5, -1.0], [1.5, -1.0], [0.0, 2.0]].map(|[x, y]| DVec3::new(x, y, height))
 }
 
-/// Heights of the lights.
 const HEIGHTS: [f64; 11] = [0.05, 0.1, 0.2, 0.4, 0.7, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
 
 /// What is compared: a label, a strategy, a light sampling.
@@ -106,13 +88,11 @@ fn by_distance(run: &mut Run) -> Result<(), Error> {
             let path = Path { parts: Standard, strategy, lights, heuristic: Heuristic::Balance };
             let seed = seed_for(run.seed(), &format!("{} {label}", shape.name));
             let variances = parallel(&scenes, |(height, scene)| {
-                let expected = FRAC_1_PI * (shape.irradiance)(*height);
-                relative_variance(scene, &path, seed, samples, expected)
+                relative_variance(scene, &path, seed, samples, FRAC_1_PI * (shape.irradiance)(*height))
             })?;
             for (height, variance) in HEIGHTS.into_iter().zip(&variances) {
                 rows.push(format!("{},{label},{height},{samples},{variance:e}", shape.name));
-                let key = format!("{}.{}.{height}", shape.name, label.replace(' ', "-"));
-                run.number(&key, *variance);
+                run.number(&format!("{}.{}.{height}", shape.name, label.replace(' ', "-")), *variance);
             }
             let points = HEIGHTS.into_iter().zip(variances).map(|(x, y)| [x, y]);
             series.push(Series::new(label, colour, Mark::Line, points));
@@ -136,7 +116,8 @@ fn by_distance(run: &mut Run) -> Result<(), Error> {
 fn over_floor(shape: &Shape, height: f64) -> Arc<Scene> {
     scene(shape.name, |s| {
         floor(s, lambert(1.0));
-        (shape.add)(s, height);
+        let surface = s.surface(light(1.0));
+        (shape.add)(s, height, surface);
     })
 }
 
@@ -172,12 +153,8 @@ fn scenes(run: &mut Run) -> Result<(), Error> {
             run.number(&label.replace(' ', "."), variance);
             variances.push(variance);
         }
-        let value = format!(
-            "area {:.4e}, solid angle {:.4e}: ratio {:.3}",
-            variances[0],
-            variances[1],
-            variances[1] / variances[0]
-        );
+        let [area, angle] = [variances[0], variances[1]];
+        let value = format!("area {area:.4e}, solid angle {angle:.4e}: ratio {:.3}", angle / area);
         run.note(&format!("{}, mean variance of a pixel's sample", name(scene)), value);
     }
     Ok(())

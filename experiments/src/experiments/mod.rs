@@ -1,30 +1,31 @@
 //! The experiments, a module each; `statistics` and `suite_seeds` are what several of them examine.
 
 pub mod agreement;
-pub mod bleeding;
-pub mod calibration;
-pub mod caustics;
-pub mod cie;
-pub mod convergence;
-pub mod diffuse;
-pub mod errata;
-pub mod false_alarms;
-pub mod faults;
-pub mod figures;
-pub mod furnace;
-pub mod lights;
-pub mod penumbra;
-pub mod photon_bias;
+mod bleeding;
+mod calibration;
+mod caustics;
+mod cie;
+mod convergence;
+mod diffuse;
+mod errata;
+mod false_alarms;
+mod faults;
+mod figures;
+mod furnace;
+mod lights;
+mod penumbra;
+mod photon_bias;
 pub mod power;
-pub mod radiosity;
-pub mod regions;
-pub mod sampling_claims;
-pub mod shadow_rays;
-pub mod speed;
-pub mod statistics;
+mod prelude;
+mod radiosity;
+mod regions;
+mod sampling_claims;
+mod shadow_rays;
+mod speed;
+mod statistics;
 pub mod suite_seeds;
-pub mod trials;
-pub mod watertight;
+mod trials;
+mod watertight;
 
 use crate::run::Experiment;
 

@@ -2,19 +2,10 @@
 
 use registry::strategies::{penumbra_reference, penumbra_scene, to_floor};
 use whitefurnace::emitter::LightSampling;
-use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::estimator::{Estimator, Heuristic, Path, Standard, Strategy};
-use whitefurnace::harness::mean::Values;
-use whitefurnace::harness::tails::normal_upper;
-use whitefurnace::rng::{seed_for, stream};
 
-use crate::plot::chart::{Chart, Mark, Series, charts};
-use crate::run::suite::{FAMILY, parallel};
-use crate::run::{Experiment, Run};
+use crate::experiments::prelude::*;
 
-/// Radiance across a penumbra.
-pub const PENUMBRA: Experiment = Experiment {
+pub(super) const PENUMBRA: Experiment = Experiment {
     id: "penumbra",
     title: "a floor across the penumbra of a rectangular light, against the closed form",
     version: 1,

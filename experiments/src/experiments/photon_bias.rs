@@ -1,20 +1,11 @@
 //! The bias of photon lookups against their radius, and of the mean of passes against their number.
 
 use registry::photon::scenes::{at_origin, at_point, disc_average, over_floor, point_camera};
-use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::estimator::{Estimator, ImageEstimator, Lookup, PhotonMapping, Sppm, Standard, radius_squared};
-use whitefurnace::harness::tails::student_upper;
-use whitefurnace::moments::Moments;
-use whitefurnace::rng::{seed_for, stream};
-use whitefurnace::scene::Scene;
+use whitefurnace::estimator::{ImageEstimator, radius_squared};
 
-use crate::plot::chart::{Chart, Mark, Series, charts};
-use crate::run::suite::{FAMILY, parallel};
-use crate::run::{Experiment, Run};
+use crate::experiments::prelude::*;
 
-/// Compares lookups of all radii with the closed form of their bias.
-pub const PHOTON_BIAS: Experiment = Experiment {
+pub(super) const PHOTON_BIAS: Experiment = Experiment {
     id: "photon-bias",
     title: "bias of photon lookups against radius, and of progressive passes against their number",
     version: 1,
@@ -44,8 +35,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
 
 /// How far the mean of replications may be from its expectation, at the experiment's family-wise level.
 fn reach(moments: &Moments, family: usize) -> f64 {
-    let dof = moments.count() as f64 - 1.0;
-    student_upper(FAMILY / family as f64 / 2.0, dof) * moments.standard_error()
+    student_upper(FAMILY / family as f64 / 2.0, moments.count() as f64 - 1.0) * moments.standard_error()
 }
 
 /// The relative bias −(1 − L_r/L) of lookups at one point, for each radius.
@@ -81,8 +71,7 @@ fn radii(run: &mut Run) -> Result<Chart, Error> {
     run.csv("radii.csv", "radius,bias,closed,reach", &rows)?;
     let measured = found.iter().map(|&(radius, bias, _, reach)| [radius, bias, reach]);
     let [low, high] = [RADII[0], RADII[RADII.len() - 1]];
-    let radius = |k: u32| low * (high / low).powf(f64::from(k) / 200.0);
-    let closed = (0..=200).map(radius);
+    let closed = (0..=200).map(|k| low * (high / low).powf(f64::from(k) / 200.0));
     let closed = closed.map(|r| [r, 1.0 - disc_average(r, f64::INFINITY) / point]);
     let series = vec![
         Series::new("closed form: mean over the disc", 2, Mark::Line, closed),
@@ -94,8 +83,7 @@ fn radii(run: &mut Run) -> Result<Chart, Error> {
 }
 
 fn looked_up(scene: &Scene, radius: f64, name: (u64, u32)) -> Result<f64, Error> {
-    let map = (PARTICLES, radius);
-    let photons = PhotonMapping::new(Standard, scene, Lookup::Direct, map, name)?;
+    let photons = PhotonMapping::new(Standard, scene, Lookup::Direct, (PARTICLES, radius), name)?;
     let ray = at_origin();
     let mut rng = stream(name.0, name.1, 0);
     Ok(photons.radiance(scene, &ray, scene.intersect(&ray), &mut rng).x)

@@ -2,21 +2,12 @@
 
 pub mod graded;
 
-use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::harness::mean::Values;
-use whitefurnace::harness::outcome::ALPHA;
 use whitefurnace::harness::tails::{binomial_cdf, binomial_interval, binomial_two_sided};
-use whitefurnace::harness::trial::Row;
-use whitefurnace::rng::{seed_for, stream};
 
+use crate::experiments::prelude::*;
 use crate::experiments::statistics::{N, Statistic, with_power};
-use crate::plot::chart::{Chart, Mark, Series, charts};
-use crate::run::suite::{self, FAMILY, parallel};
-use crate::run::{Experiment, Run};
 
-/// Rejections at the suite's own level under effects of known size.
-pub const POWER: Experiment = Experiment {
+pub(super) const POWER: Experiment = Experiment {
     id: "power",
     title: "power: measured rejections against the stated curves; the registry's own, at δ",
     version: 3,
@@ -48,14 +39,9 @@ fn run(run: &mut Run) -> Result<(), Error> {
             let effect = effect_of(statistic, stated);
             let point = measure(run.seed(), statistic, effect, stated, replications)?;
             report(run, statistic, &point, replications, level);
-            rows.push(format!(
-                "{},{:e},{stated},{},{replications},{:e},{:e}",
-                statistic.name,
-                effect,
-                point.rejected,
-                point.values.moments.mean(),
-                point.values.moments.variance().sqrt()
-            ));
+            let (name, rejected, moments) = (statistic.name, point.rejected, point.values.moments);
+            let (mean, spread) = (moments.mean(), moments.variance().sqrt());
+            rows.push(format!("{name},{effect:e},{stated},{rejected},{replications},{mean:e},{spread:e}"));
             points.push(point);
         }
         panels.push(series(statistic, &points, i % PER_PANEL, replications).to_vec());
@@ -110,21 +96,20 @@ fn measure(master: u64, statistic: &Statistic, effect: f64, wanted: f64, replica
     Ok(Point { stated: wanted, effect, rejected: outcomes.iter().filter(|o| o.p < ALPHA).count() as u64, values })
 }
 
+/// The probability of so many rejections or as far off, on the lower side alone where the stated power is a bound.
+fn p_of_count(rejected: u64, replications: u64, stated: f64, bound: bool) -> f64 {
+    let p = if bound { binomial_cdf } else { binomial_two_sided };
+    p(rejected, replications, stated)
+}
+
 fn report(run: &mut Run, statistic: &Statistic, point: &Point, replications: u64, level: f64) {
     let Point { stated, rejected, .. } = *point;
-    // A bound may be exceeded.
-    let p = if statistic.bound {
-        binomial_cdf(rejected, replications, stated)
-    } else {
-        binomial_two_sided(rejected, replications, stated)
-    };
-    let at_least = if statistic.bound { "at least " } else { "" };
+    let p = p_of_count(rejected, replications, stated, statistic.is_bound());
+    let at_least = if statistic.is_bound() { "at least " } else { "" };
     let share = rejected as f64 / replications as f64;
     let [mean, spread] = [point.values.moments.mean(), point.values.moments.variance().sqrt()];
     let key = format!("{}.{stated}", statistic.name.replace(' ', "-"));
-    run.number(&format!("{key}.rejected"), share);
-    run.number(&format!("{key}.mean"), mean);
-    run.number(&format!("{key}.spread"), spread);
+    run.numbers(&key, [("rejected", share), ("mean", mean), ("spread", spread)]);
     let value = format!(
         "{rejected} of {replications} rejected, effect {:.3} standard errors, statistic {mean:.2} ± {spread:.2}",
         point.effect / statistic.unit
@@ -154,28 +139,19 @@ struct Detectable<'a> {
 /// The stated power of every random measure of the registry at its own δ.
 fn registry(run: &mut Run) -> Result<(), Error> {
     let trials = registry::all();
-    run.bears_on(suite::equations(&trials));
-    let scale = run.scale(run.by_tier(suite::REDUCED, 1.0));
-    let found = suite::run(&trials, run.seed(), scale)?;
+    run.bears_on(&trials);
+    let (scale, found) = (suite::scale(run), suite::rows(run, &trials)?);
     let random = found.iter().flatten().filter(|row| row.outcome.is_random());
     let mut measures: Vec<Detectable> = random
         .map(|row| Detectable { row, ratio: row.outcome.minimum_detectable_effect() / row.outcome.claim.size() })
         .collect();
     measures.sort_by(|a, b| b.ratio.total_cmp(&a.ratio));
     let line = |Detectable { row, ratio }: &Detectable| {
-        let o = &row.outcome;
-        run.number(&format!("{}: {}.detects_over_delta", row.trial, o.name), *ratio);
-        run.number(&format!("{}: {}.miss", row.trial, o.name), o.miss());
-        format!(
-            "{},\"{}\",{},{},{:e},{:e},{ratio:.4},{:e}",
-            row.trial,
-            o.name,
-            o.statistic,
-            o.n,
-            o.claim.size(),
-            o.minimum_detectable_effect(),
-            o.miss()
-        )
+        let Row { trial, outcome: o, .. } = row;
+        let (delta, detects, miss) = (o.claim.size(), o.minimum_detectable_effect(), o.miss());
+        run.numbers(&format!("{trial}: {}", o.name), [("detects_over_delta", *ratio), ("miss", miss)]);
+        let Outcome { name, statistic, n, .. } = o;
+        format!("{trial},\"{name}\",{statistic},{n},{delta:e},{detects:e},{ratio:.4},{miss:e}")
     };
     let lines: Vec<String> = measures.iter().map(line).collect();
     run.csv("registry.csv", "trial,measure,statistic,n,delta,detects,detects_over_delta,miss_at_delta", &lines)?;
@@ -205,8 +181,7 @@ fn draw_registry(run: &mut Run, measures: &[Detectable], scale: f64, limit: f64)
     kinds.sort_unstable();
     kinds.dedup();
     let count = measures.len() as f64;
-    let finite = measures.iter().map(|m| m.ratio).filter(|ratio| ratio.is_finite());
-    let largest = finite.fold(limit, f64::max);
+    let largest = measures.iter().map(|m| m.ratio).filter(|ratio| ratio.is_finite()).fold(limit, f64::max);
     let line = [[0.0, limit], [count + 1.0, limit]];
     let mut series = vec![Series::new("just seen at full size", 0, Mark::Faint, line)];
     for (colour, kind) in kinds.into_iter().enumerate() {

@@ -1,22 +1,11 @@
 //! Radiosity in the diffuse room: how the solution moves as patches are halved, and how far it is from
 //! the path tracer.
 
-use glam::DVec3;
-use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::estimator::radiosity::{Fineness, ReadOut};
-use whitefurnace::estimator::{Path, Radiosity, Standard};
-use whitefurnace::film::Film;
-use whitefurnace::pixel::PixelSampling;
-use whitefurnace::scene::{Scene, room};
+use whitefurnace::estimator::radiosity::ReadOut;
 
-use crate::plot::chart::{Chart, Mark, Series, charts};
-use crate::run::pictures::render_samples;
-use crate::run::progress::interrupted;
-use crate::run::{Experiment, Run};
+use crate::experiments::prelude::*;
 
-/// Refines the mesh.
-pub const RADIOSITY: Experiment = Experiment {
+pub(super) const RADIOSITY: Experiment = Experiment {
     id: "radiosity",
     title: "radiosity in the diffuse room: error against the number of patches",
     version: 3,
@@ -35,10 +24,8 @@ struct Level {
     patches: f64,
     mean: DVec3,
     /// Root mean square of the pixels' differences from the path tracer, its noise taken off, relative to
-    /// the mean: interpolated and gathered.
-    distances: [f64; 2],
-    /// The standard errors of these, from the path tracer's noise.
-    errors: [f64; 2],
+    /// the mean, and its standard error: interpolated and gathered.
+    distances: [[f64; 2]; 2],
 }
 
 fn run(run: &mut Run) -> Result<(), Error> {
@@ -49,33 +36,24 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let halvings = run.by_tier(2, 3);
     let mut levels = Vec::new();
     for halvings in 0..=halvings {
-        let fineness = Fineness { patches: COARSE, halvings };
-        let solved = Radiosity::new(Standard, &scene, fineness, &|_| !interrupted())?;
+        let solved = Radiosity::new(Standard, &scene, Fineness { patches: COARSE, halvings }, &|_| !interrupted())?;
         let patches = solved.irradiances().count() as f64 / 2.0;
         let (residual, sweeps) = (solved.residual(), solved.sweeps());
         let interpolated = image(run, &scene, &solved, 1)?;
         let gathered = image(run, &scene, &solved.read(ReadOut::Gathered), 1)?;
-        let found = [&interpolated, &gathered].map(|film| distance(film, &paths));
-        let level = Level {
-            patches,
-            mean: mean(&interpolated),
-            distances: found.map(|(distance, _)| distance),
-            errors: found.map(|(_, error)| error),
-        };
+        let distances = [&interpolated, &gathered].map(|film| distance(film, &paths));
+        let level = Level { patches, mean: mean(&interpolated), distances };
         let key = format!("halvings-{halvings}");
-        run.number(&format!("{key}.patches"), patches);
-        run.number(&format!("{key}.mean"), level.mean.y);
-        run.number(&format!("{key}.residual"), residual);
-        for (kind, i) in [("interpolated", 0), ("gathered", 1)] {
-            run.number(&format!("{key}.{kind}"), level.distances[i]);
-            run.number(&format!("{key}.{kind}_error"), level.errors[i]);
-        }
+        run.numbers(&key, [("patches", patches), ("mean", level.mean.y), ("residual", residual)]);
+        let [[interpolated, its_error], [gathered, gathered_error]] = distances;
+        run.numbers(&key, [("interpolated", interpolated), ("interpolated_error", its_error)]);
+        run.numbers(&key, [("gathered", gathered), ("gathered_error", gathered_error)]);
         let value = format!(
             "image mean {:+.3} % from the path tracer, pixels {:.2} % (gathered {:.2} %), residual \
              {residual:.1e} after {sweeps} sweeps",
             100.0 * (level.mean.y / reference.y - 1.0),
-            100.0 * level.distances[0],
-            100.0 * level.distances[1],
+            100.0 * interpolated,
+            100.0 * gathered,
         );
         run.note(&format!("{patches} patches"), value);
         levels.push(level);
@@ -87,12 +65,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
 }
 
 /// An image of the room with every ray through its pixel's centre, so that edges add no noise.
-fn image<E: whitefurnace::estimator::Estimator>(
-    run: &Run,
-    scene: &Scene,
-    estimator: &E,
-    spp: u32,
-) -> Result<Film, Error> {
+fn image<E: Estimator>(run: &Run, scene: &Scene, estimator: &E, spp: u32) -> Result<Film, Error> {
     render_samples(scene, estimator, (PixelSampling::Centre, run.seed()), (SIZE, None), spp)
 }
 
@@ -104,7 +77,7 @@ fn mean(film: &Film) -> DVec3 {
 /// Root mean square of the pixels' differences, relative to the mean, and its standard error. With noise
 /// of variance s² on a difference t, x = t + e has x² − s² for an unbiased estimate of t², whose variance
 /// 4 t² s² + 2 s⁴ is estimated by 4 x² s² − 2 s⁴.
-fn distance(film: &Film, paths: &Film) -> (f64, f64) {
+fn distance(film: &Film, paths: &Film) -> [f64; 2] {
     let pairs = film.pixels().iter().zip(paths.pixels());
     let (mut squares, mut variance) = (0.0, 0.0);
     for (a, b) in pairs {
@@ -116,7 +89,7 @@ fn distance(film: &Film, paths: &Film) -> (f64, f64) {
     let (n, scale) = (film.pixels().len() as f64, mean(paths).y);
     let distance = (squares.max(0.0) / n).sqrt();
     let error = variance.max(0.0).sqrt() / n / (2.0 * distance);
-    (distance / scale, error / scale)
+    [distance / scale, error / scale]
 }
 
 /// The order of convergence: how the deviation from the path tracer falls with the side of the patches,
@@ -131,12 +104,10 @@ fn judge(run: &mut Run, levels: &[Level], (reference, noise): (f64, f64)) {
     let order = |value: &dyn Fn(&Level) -> f64| (value(first) / value(last)).log2() / halvings;
     let orders = [
         ("mean", order(&|l| deviation(l).abs())),
-        ("interpolated", order(&|l| l.distances[0])),
-        ("gathered", order(&|l| l.distances[1])),
+        ("interpolated", order(&|l| l.distances[0][0])),
+        ("gathered", order(&|l| l.distances[1][0])),
     ];
-    for (name, order) in orders {
-        run.number(&format!("order.{name}"), order);
-    }
+    run.numbers("order", orders);
     let [mean, interpolated, gathered] = orders.map(|(_, order)| order);
     run.number("reference", reference);
     run.number("reference_error", noise);
@@ -178,8 +149,8 @@ fn draw(run: &mut Run, levels: &[Level], (reference, noise): (f64, f64)) -> Resu
     let slope = Series::new(name, 6, Mark::Faint, [slope(low), slope(high)]);
     let difference = move |level: &Level| [(level.mean.y / reference - 1.0).abs(), noise];
     let mut all = vec![slope];
-    all.extend(series("pixels, interpolated (rms)", 2, &|l| [l.distances[0], l.errors[0]]));
-    all.extend(series("pixels, gathered (rms)", 1, &|l| [l.distances[1], l.errors[1]]));
+    all.extend(series("pixels, interpolated (rms)", 2, &|l| l.distances[0]));
+    all.extend(series("pixels, gathered (rms)", 1, &|l| l.distances[1]));
     all.extend(series("image mean", 0, &difference));
     let title = "Radiosity in the diffuse room against the path tracer";
     let axes = ["patches", "deviation from the path tracer (%)"];

@@ -2,20 +2,13 @@
 
 use std::path::Path;
 
-use whitefurnace::equation;
-use whitefurnace::error::Error;
 use whitefurnace::estimator::{Published, Quirks};
-use whitefurnace::film::Window;
-use whitefurnace::image::Display;
 
 use crate::experiments::figures::CONVENTIONS;
+use crate::experiments::prelude::*;
 use crate::plot::differences::{Common, Panel, differences};
-use crate::render::{ConventionName, Job};
-use crate::run::progress::Progress;
-use crate::run::{Experiment, Run};
 
-/// Compares region means with the published image.
-pub const REGIONS: Experiment = Experiment {
+pub(super) const REGIONS: Experiment = Experiment {
     id: "regions",
     title: "region means of the published figure 6 (8-bit R G B) against the three conventions",
     version: 1,
@@ -26,15 +19,14 @@ pub const REGIONS: Experiment = Experiment {
 /// A rectangle of figure 6 and its published mean.
 struct Region {
     name: &'static str,
-    corner: [u32; 2],
-    size: [u32; 2],
+    window: Window,
     published: [f64; 3],
     /// Grey levels within which the `published` convention must meet it.
     margin: f64,
 }
 
 const fn region(name: &'static str, [x0, y0, x1, y1]: [u32; 4], published: [f64; 3], margin: f64) -> Region {
-    Region { name, corner: [x0, y0], size: [x1 - x0, y1 - y0], published, margin }
+    Region { name, window: Window { corner: [x0, y0], size: [x1 - x0, y1 - y0] }, published, margin }
 }
 
 /// The white sphere's reconstruction is coarser than the rest.
@@ -53,8 +45,7 @@ const TABLE: [Region; 9] = [
     region("light in glass", [483, 468, 497, 476], [111.2, 109.2, 110.8], OTHER),
 ];
 
-/// What each quirk of the reconstruction does to each region.
-pub const QUIRKS: Experiment = Experiment {
+pub(super) const QUIRKS: Experiment = Experiment {
     id: "quirks",
     title: "the published convention with one quirk left out at a time, by region (8-bit R G B)",
     version: 1,
@@ -99,8 +90,7 @@ fn quirks(run: &mut Run) -> Result<(), Error> {
 /// a difference shows the quirk and little noise.
 fn quirked_mean(run: &Run, region: &Region, quirks: Quirks) -> Result<[f64; 3], Error> {
     let job = region_job(run, ConventionName::Published, region);
-    let progress = Progress::new(region.name);
-    let film = job.render_by(Published { quirks }, &progress)?.whole()?;
+    let film = job.render_by(Published { quirks }, region.name)?.whole()?;
     Ok(Display::Truncated.encoded_mean(&film))
 }
 
@@ -122,12 +112,8 @@ fn run(run: &mut Run) -> Result<(), Error> {
             }
             record(run, stem, region, mean);
             for (channel, c) in CHANNELS.into_iter().zip(0..) {
-                rows.push(format!(
-                    "{stem},{},{channel},{:.3},{:.1}",
-                    region.name.replace(',', ""),
-                    mean[c],
-                    region.published[c]
-                ));
+                let (name, ours, theirs) = (region.name.replace(',', ""), mean[c], region.published[c]);
+                rows.push(format!("{stem},{name},{channel},{ours:.3},{theirs:.1}"));
             }
             panel.push(difference);
         }
@@ -155,8 +141,7 @@ fn record(run: &mut Run, stem: &str, region: &Region, values: [f64; 3]) {
 /// All panels on one scale, with what each region is allowed.
 fn draw(path: &Path, about: (&str, &str), [axis, band]: [&str; 2], panels: &[Panel<'_>]) -> Result<(), Error> {
     let regions = TABLE.map(|region| (region.name, region.margin));
-    let common = Common { regions: &regions, axis, band };
-    differences(path, about, &common, panels)
+    differences(path, about, &Common { regions: &regions, axis, band }, panels)
 }
 
 fn triple([r, g, b]: [f64; 3]) -> String {
@@ -165,12 +150,9 @@ fn triple([r, g, b]: [f64; 3]) -> String {
 
 /// The mean over the region of floor(255 · min(1, pixel mean)), as the published image was measured.
 fn region_mean(run: &Run, convention: ConventionName, region: &Region) -> Result<[f64; 3], Error> {
-    let film = run.render(&region_job(run, convention, region), region.name)?;
-    Ok(Display::Truncated.encoded_mean(&film))
+    Ok(Display::Truncated.encoded_mean(&run.render(&region_job(run, convention, region), region.name)?))
 }
 
 fn region_job(run: &Run, convention: ConventionName, region: &Region) -> Job {
-    let window = Some(Window { corner: region.corner, size: region.size });
-    let spp = run.by_tier(128, 512);
-    run.prepared(Job { window, spp, ..Job::report(convention) })
+    run.prepared(Job { window: Some(region.window), spp: run.by_tier(128, 512), ..Job::report(convention) })
 }

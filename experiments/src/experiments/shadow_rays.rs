@@ -3,25 +3,14 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use glam::DVec3;
 use whitefurnace::bsdf::Scattering;
-use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::estimator::{Estimator, Lookup, NextEvent, Path, PhotonMapping, Photons, Standard, Strategy};
-use whitefurnace::film::Film;
-use whitefurnace::moments::Moments;
-use whitefurnace::pixel::PixelSampling;
-use whitefurnace::rng::seed_for;
+use whitefurnace::estimator::{NextEvent, Photons};
 use whitefurnace::roulette;
 use whitefurnace::roulette::Roulette;
-use whitefurnace::scene::{Scene, room};
 
-use crate::run::pictures::render_samples;
-use crate::run::progress::{Bar, Progress};
-use crate::run::{Experiment, Run};
+use crate::experiments::prelude::*;
 
-/// Counts the rays of path tracing and photon mapping in the diffuse room.
-pub const SHADOW_RAYS: Experiment = Experiment {
+pub(super) const SHADOW_RAYS: Experiment = Experiment {
     id: "shadow-rays",
     title: "shadow rays and error at equal numbers of rays: path tracing and photon mapping",
     version: 1,
@@ -98,14 +87,12 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let photon = |lookup| {
         let scene = &scene;
         move |rays: &Rays, seed| {
-            let parts = Counted(rays);
-            let map = (PARTICLES, RADIUS);
-            let photons = PhotonMapping::new(parts, scene, lookup, map, (seed, 0))?;
+            let photons = PhotonMapping::new(Counted(rays), scene, lookup, (PARTICLES, RADIUS), (seed, 0))?;
             film(scene, &photons, seed, SAMPLES)
         }
     };
     let master = run.seed();
-    let bar = Progress::default().bar(u64::from(4 * images));
+    let bar = Bar::new("", u64::from(4 * images), "samples");
     let trace = |name, images, samples, make: &dyn Fn(&Rays, u64) -> Result<Film, Error>| {
         measure(seed_for(master, name), (images, samples), &reference, &bar, make)
     };
@@ -116,10 +103,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     for (name, strategy) in [("mis", Strategy::Mis), ("light", Strategy::Light)] {
         let path = |samples| {
             let scene = &scene;
-            move |rays: &Rays, seed| {
-                let parts = Counted(rays);
-                film(scene, &Path::new(parts, strategy), seed, samples)
-            }
+            move |rays: &Rays, seed| film(scene, &Path::new(Counted(rays), strategy), seed, samples)
         };
         let pilot = trace("pilot", 2, 1, &path(1))?;
         let samples = f64::from(SAMPLES) * gathering.rays / pilot.rays;
@@ -127,15 +111,12 @@ fn run(run: &mut Run) -> Result<(), Error> {
         let cost = trace(name, images, samples, &path(samples))?;
         report(run, name, samples, &cost);
         let what = format!("final gathering sends fewer shadow rays per sample than {name}");
-        let value = format!("{:.2} for {:.2}", gathering.shadow, cost.shadow);
-        run.claim(&what, value, gathering.shadow < cost.shadow);
+        run.claim(&what, format!("{:.2} for {:.2}", gathering.shadow, cost.shadow), gathering.shadow < cost.shadow);
         let ratio = gathering.error / cost.error;
         let what = format!("error of final gathering over that of {name} at the same number of rays");
-        let value = format!("{ratio:.2}");
-        run.note(&what, value);
+        run.note(&what, format!("{ratio:.2}"));
         run.number(&format!("error_ratio.{name}"), ratio);
     }
-    bar.finish();
     run.claim(
         "lookups at the first diffuse surface send no shadow rays",
         format!("{:.2} per sample", direct.shadow),
@@ -155,8 +136,7 @@ fn measure(
     let rays = Rays::default();
     let mut squared = Moments::default();
     for image in 0..images {
-        let made = make(&rays, seed_for(seed, &image.to_string()))?;
-        squared.push(difference(&made, reference));
+        squared.push(difference(&make(&rays, seed_for(seed, &image.to_string()))?, reference));
         if !bar.advance(1) {
             return Err(Error::Interrupted);
         }
@@ -173,14 +153,11 @@ fn measure(
 }
 
 fn report(run: &mut Run, name: &str, samples: u32, cost: &Cost) {
-    run.number(&format!("{name}.shadow_rays"), cost.shadow);
-    run.number(&format!("{name}.rays"), cost.rays);
-    run.number(&format!("{name}.error"), cost.error);
+    let Cost { shadow, rays, error, .. } = *cost;
+    run.numbers(name, [("shadow_rays", shadow), ("rays", rays), ("error", error)]);
+    let percent = 100.0 * error;
     let value = format!(
-        "{:.2} shadow rays and {:.2} rays in all per sample, relative root-mean-square error {:.2} %",
-        cost.shadow,
-        cost.rays,
-        100.0 * cost.error
+        "{shadow:.2} shadow rays and {rays:.2} rays in all per sample, relative root-mean-square error {percent:.2} %"
     );
     run.note(&format!("{name}, {samples} samples per pixel"), value);
 }

@@ -4,23 +4,13 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use glam::DVec3;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde::Deserialize;
-use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::film::Film;
 use whitefurnace::frame::Frame;
-use whitefurnace::rng::{Stream, seed_for, stream, uniform2};
-use whitefurnace::sampling::cosine_hemisphere;
-use whitefurnace::scene::{Scene, room};
-use whitefurnace::shape::Ray;
 
-use crate::render::{ConventionName, EstimatorName, Job, SceneName, name};
-use crate::run::{Experiment, Run};
+use crate::experiments::prelude::*;
 
-/// Times every estimator that draws samples, and the queries that they spend their time in.
-pub const SPEED: Experiment = Experiment {
+pub(super) const SPEED: Experiment = Experiment {
     id: "speed",
     title: "camera samples and rays per second, on one thread and on all",
     version: 1,
@@ -99,8 +89,7 @@ fn image(run: &mut Run, pools: &[(&str, ThreadPool)], scene: &str, job: Job) -> 
 /// Mean squared standard error of a pixel's channel: the variance of a sample over their number. Not the
 /// whole error of methods whose pixels share photons or whose lookups are biased.
 fn squared_error(film: &Film) -> f64 {
-    let squares = film.pixels().iter();
-    let sum: f64 = squares.map(|p| p.standard_error().length_squared()).sum();
+    let sum: f64 = film.pixels().iter().map(|p| p.standard_error().length_squared()).sum();
     sum / (3.0 * film.pixels().len() as f64)
 }
 
@@ -136,8 +125,7 @@ fn rays(run: &mut Run) -> Result<(), Error> {
 fn query(run: &mut Run, key: &str, rays: &[Ray], ask: impl Fn(&Ray)) -> Result<(), Error> {
     let count = run.count(run.by_tier(100_000, 2_000_000));
     let seconds = least_seconds(|| {
-        let rays = rays.iter().cycle().take(count as usize);
-        rays.for_each(|ray| ask(black_box(ray)));
+        rays.iter().cycle().take(count as usize).for_each(|ray| ask(black_box(ray)));
         Ok(())
     })?;
     let rate = count as f64 / seconds / 1e6;
@@ -150,8 +138,7 @@ fn query(run: &mut Run, key: &str, rays: &[Ray], ask: impl Fn(&Ray)) -> Result<(
 fn bounced(scene: &Scene, rng: &mut Stream) -> Option<Ray> {
     let [x, y] = uniform2(rng);
     let hit = scene.intersect(&scene.camera().ray([4, 3], 4.0 * x, 3.0 * y))?;
-    let local = cosine_hemisphere(uniform2(rng));
-    let direction = Frame::new(hit.normal).world(local);
+    let direction = Frame::new(hit.normal).world(cosine_hemisphere(uniform2(rng)));
     Some(scene.leave(hit.point, hit.normal, direction))
 }
 
@@ -182,8 +169,7 @@ fn peers(run: &mut Run) -> Result<(), Error> {
         for (limit, rate) in [("seven", peer.seven), ("unlimited", peer.unlimited)] {
             if let Some(rate) = rate {
                 run.number(&format!("peer.{}.{limit}", peer.name), rate);
-                let value = format!("{rate} million samples/s, {}", peer.title);
-                run.note(&format!("peer.{}.{limit}", peer.name), value);
+                run.note(&format!("peer.{}.{limit}", peer.name), format!("{rate} million samples/s, {}", peer.title));
             }
         }
     }

@@ -6,17 +6,11 @@
 use registry::equivalents;
 use registry::faults::Pair;
 use serde::{Deserialize, Serialize};
-use whitefurnace::error::Error;
-use whitefurnace::harness::outcome::{Claim, Outcome, Verdict};
-use whitefurnace::harness::power::Sensitivity;
-use whitefurnace::harness::trial::{
-    Context, Control, Trial, control_is_green, full_name, meant, run_control, run_trial,
-};
-use whitefurnace::rng::seed_for;
+use whitefurnace::harness::trial::{Control, control_is_green, full_name, run_control};
 
-use crate::run::suite::parallel;
+use crate::experiments::prelude::*;
+use crate::experiments::statistics::is_bound;
 use crate::run::unfinished::Unfinished;
-use crate::run::{Judgement, Run};
 
 /// The scale of sample sizes. Exact identities keep their arguments.
 pub const SCALE: f64 = 1.0 / 32.0;
@@ -98,9 +92,6 @@ pub struct Seeds {
 
 impl Seeds {
     /// The seeds of this run's master seed, at its scale.
-    ///
-    /// # Errors
-    /// As [`Run::shared`].
     pub fn open(run: &Run) -> Result<Self, Error> {
         let scale = run.scale(SCALE);
         Ok(Self {
@@ -113,9 +104,6 @@ impl Seeds {
     }
 
     /// What the suite finds under seed number `k`.
-    ///
-    /// # Errors
-    /// As [`Unfinished::part`].
     pub fn run(&self, k: u64) -> Result<Seed, Error> {
         self.parts.part(&format!("seed-{k}"), || self.make(k))
     }
@@ -139,8 +127,7 @@ impl Seeds {
             .flat_map(|trial| trial.controls.iter().map(move |control| (trial, control)))
             .collect();
         let faults = parallel(&faults, |(trial, control)| {
-            let answer = answer(trial, control, &context);
-            (full_name(&trial.name, control.name), answer)
+            (full_name(&trial.name, control.name), answer(trial, control, &context))
         })?;
         Ok(Seed { subjects: subjects.concat(), equivalents: equivalents.concat(), faults })
     }
@@ -182,11 +169,7 @@ fn measure(trial: &str, o: &Outcome) -> Measure {
         p: number(o.p),
         n: o.n,
         valid_from: o.valid_from,
-        bound: matches!(
-            o.sensitivity,
-            // Losses may reject, too.
-            Sensitivity::Distance { .. } | Sensitivity::Bernstein { .. } | Sensitivity::Cells { tests: 2.., .. }
-        ),
+        bound: is_bound(&o.sensitivity),
         graded: graded.collect(),
     }
 }

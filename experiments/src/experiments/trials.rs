@@ -2,17 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use whitefurnace::equation::{self, Equation};
-use whitefurnace::error::Error;
-use whitefurnace::harness::outcome::{ALPHA, CAPACITY, Claim, Verdict};
-use whitefurnace::harness::trial::{CSV_HEADER, Row, Trial, group};
+use whitefurnace::equation::Equation;
 
+use crate::experiments::prelude::*;
 use crate::plot::forest::{Line, forest};
-use crate::run::{Experiment, ExperimentResult, Run};
-use crate::run::{record, suite};
+use crate::run::ExperimentResult;
+use crate::run::record;
 
-/// Runs the registry and prints a verdict for each equation and claim.
-pub const TRIALS: Experiment = Experiment {
+pub(super) const TRIALS: Experiment = Experiment {
     id: "trials",
     title: "the verdicts: every equation and claim on trial",
     version: 1,
@@ -25,17 +22,15 @@ const LINES_PER_FIGURE: usize = 45;
 
 fn run(run: &mut Run) -> Result<(), Error> {
     let mut trials = registry::all();
-    trials.sort_by_key(|trial| suite::place(trial.equation.id));
-    run.bears_on(suite::equations(&trials));
-    let scale = run.scale(run.by_tier(suite::REDUCED, 1.0));
-    let found = suite::run(&trials, run.seed(), scale)?;
+    trials.sort_by_key(|trial| equation::ALL.iter().position(|equation| equation.id == trial.equation.id));
+    run.bears_on(&trials);
+    let (scale, found) = (suite::scale(run), suite::rows(run, &trials)?);
     let all: Vec<String> = found.iter().flatten().map(Row::csv).collect();
     run.csv("trials.csv", CSV_HEADER, &all)?;
     let figures = draw(run, &trials, &found)?;
-    let recorded = record::recorded(&record::recorded_folder(), TRIALS.id);
+    let recorded = record::result(&record::recorded_folder().join(TRIALS.id));
     for equation in equation::ALL {
-        let on_trial = trials.iter().zip(&found).filter(|(trial, _)| trial.equation.id == equation.id);
-        let rows: Vec<_> = on_trial.collect();
+        let rows: Vec<_> = trials.iter().zip(&found).filter(|(trial, _)| trial.equation.id == equation.id).collect();
         summarise(run, equation, &rows);
         for (trial, rows) in rows {
             report(run, trial, rows, &figures[group(&trial.name)], recorded.as_ref());
@@ -55,10 +50,9 @@ fn summarise(run: &mut Run, equation: &Equation, trials: &[(&Trial, &Vec<Row>)])
         run.note(&what, "no trial of its own".to_owned());
         return;
     }
-    let verdict = suite::joint(verdicts(trials.iter().flat_map(|(_, rows)| rows.iter())));
+    let verdict = suite::joint(trials.iter().flat_map(|(_, rows)| rows.iter()));
     let names: usize = trials.iter().map(|(_, rows)| rows.len()).sum();
-    let value = format!("trials {}, measures {names}", trials.len());
-    run.claim(&what, value, verdict);
+    run.claim(&what, format!("trials {}, measures {names}", trials.len()), verdict);
 }
 
 /// One line for a trial: the measure that comes nearest to its limit.
@@ -66,23 +60,18 @@ fn report(run: &mut Run, trial: &Trial, rows: &[Row], figure: &str, recorded: Op
     let Some(row) = rows.iter().max_by(|a, b| reach(a).total_cmp(&reach(b))) else {
         return;
     };
-    let verdict = suite::joint(verdicts(rows.iter()));
+    let verdict = suite::joint(rows);
     let o = &row.outcome;
     let what = trial.name.clone();
     let mut value = format!("{}: {}, ", trial.property, evidence(row));
-    value += &format!(
-        "detects {:.2e}, power {}, n = {}, p = {:.2e}, {figure}",
-        o.minimum_detectable_effect(),
-        o.power(),
-        o.n,
-        o.p
-    );
+    let (Outcome { n, p, .. }, detects, power) = (o, o.minimum_detectable_effect(), o.power());
+    value += &format!("detects {detects:.2e}, power {power}, n = {n}, p = {p:.2e}, {figure}");
     if let Verdict::Undecided { needed } = verdict {
         value += &format!("; needs about {needed}");
         value += &recorded_verdict(recorded, &what);
     }
     run.detail(&what, value, verdict);
-    for (key, number) in [
+    let numbers = [
         ("estimate", o.estimate),
         ("reference", o.reference),
         ("low", o.interval[0]),
@@ -92,9 +81,8 @@ fn report(run: &mut Run, trial: &Trial, rows: &[Row], figure: &str, recorded: Op
         ("miss", o.miss()),
         ("n", o.n as f64),
         ("p", o.p),
-    ] {
-        run.number(&format!("{}.{key}", trial.name), number);
-    }
+    ];
+    run.numbers(&trial.name, numbers);
 }
 
 /// "mean of z 0.50002 in [0.49990, 0.50013], should be 0.5 ± 0.002".
@@ -106,15 +94,8 @@ fn evidence(row: &Row) -> String {
     if o.claim == Claim::Test {
         return format!("{} {:.4e}", o.name, o.value);
     }
-    format!(
-        "{} {:.6} in [{:.6}, {:.6}], should be {:.6} ± {:.1e}",
-        o.name,
-        o.estimate,
-        o.interval[0],
-        o.interval[1],
-        o.reference,
-        o.claim.size()
-    )
+    let (Outcome { name, estimate, interval: [low, high], reference, .. }, delta) = (o, o.claim.size());
+    format!("{name} {estimate:.6} in [{low:.6}, {high:.6}], should be {reference:.6} ± {delta:.1e}")
 }
 
 /// How far the interval reaches from the reference, in units of δ.
@@ -125,10 +106,6 @@ fn reach(row: &Row) -> f64 {
         Claim::Test => -o.p,
         claim => far[0].max(far[1]) / claim.size(),
     }
-}
-
-fn verdicts<'a>(rows: impl Iterator<Item = &'a Row> + 'a) -> impl Iterator<Item = Verdict> + 'a {
-    rows.map(|row| row.verdict)
 }
 
 /// The counts, and the level at which they were made.
@@ -142,13 +119,10 @@ fn totals(run: &mut Run, found: &[Vec<Row>], scale: f64) {
     run.number("scale", scale);
     let smallest = rows.iter().filter(|row| row.outcome.is_random()).map(|row| row.outcome.p).fold(1.0, f64::min);
     run.number("smallest_p", smallest);
+    let (trials, [holds, fails, undecided]) = (found.len(), ["holds", "fails", "undecided"].map(count));
     let value = format!(
-        "{} trials at scale {scale}: {} measures hold, {} fail, {} undecided; smallest p {smallest:.1e}; \
-         family-wise level {:.0e} ({ALPHA:.0e} for each of at most {CAPACITY})",
-        found.len(),
-        count("holds"),
-        count("fails"),
-        count("undecided"),
+        "{trials} trials at scale {scale}: {holds} measures hold, {fails} fail, {undecided} undecided; smallest p \
+         {smallest:.1e}; family-wise level {:.0e} ({ALPHA:.0e} for each of at most {CAPACITY})",
         ALPHA * CAPACITY as f64,
     );
     run.note("in all", value);
@@ -159,14 +133,13 @@ fn draw(run: &mut Run, trials: &[Trial], found: &[Vec<Row>]) -> Result<BTreeMap<
     let mut lines: BTreeMap<String, Vec<Line>> = BTreeMap::new();
     for (trial, rows) in trials.iter().zip(found) {
         let group = group(&trial.name);
-        let lines = lines.entry(group.to_owned()).or_default();
-        lines.extend(rows.iter().filter_map(|row| line(trial, group, row)));
+        lines.entry(group.to_owned()).or_default().extend(rows.iter().filter_map(|row| line(trial, group, row)));
     }
     let mut figures = BTreeMap::new();
     for (group, lines) in lines {
         for (i, part) in lines.chunks(LINES_PER_FIGURE).enumerate() {
             let file = if i == 0 { format!("{group}.svg") } else { format!("{group}-{}.svg", i + 1) };
-            let title = format!("Trials of the group “{group}”, scale {}", run.scale(run.by_tier(suite::REDUCED, 1.0)));
+            let title = format!("Trials of the group “{group}”, scale {}", suite::scale(run));
             let see = "Zero is the reference. An interval within the band about it holds.";
             forest(&run.figure(&file), (&title, see), part)?;
             figures.entry(group.clone()).or_insert(file);
@@ -187,8 +160,7 @@ fn line(trial: &Trial, group: &str, row: &Row) -> Option<Line> {
         "" => String::new(),
         number => format!("({number}) "),
     };
-    let label = format!("{number}{}: {}", short.trim_start_matches('/'), o.name);
-    Some(Line::of(label, row))
+    Some(Line::of(format!("{number}{}: {}", short.trim_start_matches('/'), o.name), row))
 }
 
 /// What the last recorded full run says of a trial, as a clause.

@@ -1,21 +1,12 @@
 //! No ray leaves the closed room.
 
-use glam::DVec3;
 use rand::Rng;
 use rand_distr::{Distribution, UnitSphere};
-use whitefurnace::bsdf::OrenNayarForm;
-use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::rng::{seed_for, stream, uniform};
-use whitefurnace::scene::Scene;
-use whitefurnace::scene::room::{self, Convention};
-use whitefurnace::shape::Ray;
+use whitefurnace::scene::room::Convention;
 
-use crate::run::suite::parallel;
-use crate::run::{Experiment, Run};
+use crate::experiments::prelude::*;
 
-/// Counts rays that leave the room.
-pub const WATERTIGHT: Experiment = Experiment {
+pub(super) const WATERTIGHT: Experiment = Experiment {
     id: "watertight",
     title: "rays that leave the closed room, aimed everywhere, at edges and at corners",
     version: 1,
@@ -50,8 +41,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
         })?;
         let lost: u64 = lost.into_iter().sum();
         let total = u64::from(batches) * BATCH * WALK;
-        run.number(&format!("{label}.rays"), total as f64);
-        run.number(&format!("{label}.lost"), lost as f64);
+        run.numbers(label, [("rays", total as f64), ("lost", lost as f64)]);
         run.claim(&format!("aimed at {label}"), format!("{lost} of {total} rays lost"), lost == 0);
     }
     Ok(())
@@ -76,8 +66,7 @@ fn lost_in_walk<R: Rng>(scene: &Scene, triangles: &[[DVec3; 3]], aim: Aim, rng: 
         };
         let facing = hit.normal * -hit.normal.dot(ray.direction).signum();
         let direction = DVec3::from_array(UnitSphere.sample(rng));
-        let upward = direction * facing.dot(direction).signum();
-        ray = scene.leave(hit.point, hit.normal, upward);
+        ray = scene.leave(hit.point, hit.normal, direction * facing.dot(direction).signum());
     }
     0
 }

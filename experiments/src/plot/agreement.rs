@@ -5,7 +5,7 @@ use std::path::Path;
 use whitefurnace::error::Error;
 
 use super::canvas::{Anchor, Area, Canvas, Pen, Point, Shape, width};
-use super::{FAINT, INK, LABEL, OKABE_ITO, Rgb, TITLE};
+use super::{FAINT, INK, LABEL, OKABE_ITO, Rgb, TITLE, pale};
 
 /// What a cell of the matrix says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,9 +39,6 @@ const LINE: f64 = 17.0;
 const LEFT: f64 = 100.0;
 
 /// Draws rows × columns. A cell that is `None` is struck through: `blank` says why.
-///
-/// # Errors
-/// The file cannot be written.
 pub fn squares(
     path: &Path,
     (title, see): (&str, &str),
@@ -54,21 +51,19 @@ pub fn squares(
     let entries = legend(right, blank);
     let above = entries.iter().map(|(_, _, [_, y])| y + 58.0);
     let above = above.fold(0.0, f64::max);
-    let size = [right, above + rows.len() as f64 * CELL[1] + 14.0];
-    let mut canvas = Canvas::new(size, title, see);
-    canvas.text(title, [14.0, 20.0], Anchor::Start, TITLE);
+    let mut canvas = Canvas::new([right, above + rows.len() as f64 * CELL[1] + 14.0], title, see);
+    canvas.text(title, [14.0, 20.0], Anchor::Left, TITLE);
     for (standing, label, [x, y]) in entries {
         cell(&mut canvas, [x, y, x + 26.0, y + 18.0], standing);
-        canvas.text(label, [x + 32.0, y + 9.0], Anchor::Start, 13.0);
+        canvas.text(label, [x + 32.0, y + 9.0], Anchor::Left, 13.0);
     }
     for (c, name) in columns.iter().enumerate() {
-        let at = [LEFT + (c as f64 + 0.5) * CELL[0], above - 12.0];
-        canvas.text(name, at, Anchor::Middle, LABEL);
+        canvas.text(name, [LEFT + (c as f64 + 0.5) * CELL[0], above - 12.0], Anchor::Center, LABEL);
     }
     for (r, name) in rows.iter().enumerate() {
         let y = above + r as f64 * CELL[1];
         let middle = y + 0.5 * CELL[1];
-        canvas.text(name, [LEFT - 8.0, middle], Anchor::End, LABEL);
+        canvas.text(name, [LEFT - 8.0, middle], Anchor::Right, LABEL);
         for c in 0..columns.len() {
             let x = LEFT + c as f64 * CELL[0];
             let frame = [x, y, x + CELL[0], y + CELL[1]];
@@ -78,8 +73,7 @@ pub fn squares(
                 let count = square.text.lines().count() as f64;
                 for (i, line) in square.text.lines().enumerate() {
                     let down = LINE * (i as f64 + 0.5 * (1.0 - count));
-                    let at = [x + 0.5 * CELL[0], middle + down];
-                    canvas.text(line, at, Anchor::Middle, 13.0);
+                    canvas.text(line, [x + 0.5 * CELL[0], middle + down], Anchor::Center, 13.0);
                 }
             }
         }
@@ -117,10 +111,10 @@ fn legend(right: f64, blank: &str) -> [Entry<'_>; 7] {
 fn cell(canvas: &mut Canvas, frame: Area, standing: Option<Standing>) {
     let [left, top, right, bottom] = frame;
     let fill = match standing {
-        Some(Standing::Agrees) => OKABE_ITO[1].pale(0.35),
-        Some(Standing::Biased | Standing::Explained) => OKABE_ITO[5].pale(0.35),
-        Some(Standing::Undecided) => FAINT.pale(0.6),
-        Some(Standing::Differs) => OKABE_ITO[0].pale(0.6),
+        Some(Standing::Agrees) => pale(OKABE_ITO[1], 0.35),
+        Some(Standing::Biased | Standing::Explained) => pale(OKABE_ITO[5], 0.35),
+        Some(Standing::Undecided) => pale(FAINT, 0.6),
+        Some(Standing::Differs) => pale(OKABE_ITO[0], 0.6),
         Some(Standing::Reference) | None => Rgb(255, 255, 255),
     };
     canvas.fill([left + 1.0, top + 1.0, right - 1.0, bottom - 1.0], fill);
@@ -130,11 +124,10 @@ fn cell(canvas: &mut Canvas, frame: Area, standing: Option<Standing>) {
     let blue = Pen::new(OKABE_ITO[2], 3.0);
     match standing {
         Some(Standing::Agrees) => {}
-        Some(Standing::Biased) => canvas.line(&under, Pen { dash: "6 4", ..blue }),
+        Some(Standing::Biased) => canvas.line(&under, Pen { dash: &[6.0, 4.0], ..blue }),
         Some(Standing::Explained) => canvas.line(&under, blue),
         Some(Standing::Undecided) => {
-            let pen = Pen::new(Rgb(120, 120, 120), 1.0);
-            canvas.frame(inner, Pen { dash: "2 3", ..pen });
+            canvas.frame(inner, Pen { dash: &[2.0, 3.0], ..Pen::new(Rgb(120, 120, 120), 1.0) });
         }
         Some(Standing::Differs) => canvas.frame(inner, Pen::new(OKABE_ITO[0], 3.0)),
         Some(Standing::Reference) => canvas.frame(inner, Pen::new(INK, 1.4)),
@@ -146,16 +139,12 @@ const PANEL: [f64; 2] = [178.0, 108.0];
 const ACROSS: usize = 5;
 
 /// Histograms of p-values in equal bins of [0, 1], a small panel each, relative to a flat one.
-///
-/// # Errors
-/// The file cannot be written.
 pub fn histograms(path: &Path, (title, see): (&str, &str), panels: &[(String, Vec<u64>)]) -> Result<(), Error> {
     let rows = panels.len().div_ceil(ACROSS).max(1);
-    let size = [ACROSS as f64 * PANEL[0] + 20.0, rows as f64 * PANEL[1] + 72.0];
-    let mut canvas = Canvas::new(size, title, see);
-    canvas.text(title, [14.0, 20.0], Anchor::Start, TITLE);
+    let mut canvas = Canvas::new([ACROSS as f64 * PANEL[0] + 20.0, rows as f64 * PANEL[1] + 72.0], title, see);
+    canvas.text(title, [14.0, 20.0], Anchor::Left, TITLE);
     let note = "p from 0 (left) to 1 (right); the line is a flat histogram; an arrowhead: the bar goes on";
-    canvas.text(note, [14.0, 44.0], Anchor::Start, 13.0);
+    canvas.text(note, [14.0, 44.0], Anchor::Left, 13.0);
     for (i, (name, counts)) in panels.iter().enumerate() {
         let corner = [14.0 + (i % ACROSS) as f64 * PANEL[0], 62.0 + (i / ACROSS) as f64 * PANEL[1]];
         histogram(&mut canvas, corner, name, counts);
@@ -165,7 +154,7 @@ pub fn histograms(path: &Path, (title, see): (&str, &str), panels: &[(String, Ve
 
 fn histogram(canvas: &mut Canvas, [x, y]: [f64; 2], name: &str, counts: &[u64]) {
     let (right, base, top) = (x + PANEL[0] - 16.0, y + 94.0, y + 22.0);
-    canvas.text(name, [x, y + 8.0], Anchor::Start, 12.0);
+    canvas.text(name, [x, y + 8.0], Anchor::Left, 12.0);
     let flat = counts.iter().sum::<u64>() as f64 / counts.len().max(1) as f64;
     // A flat histogram reaches half of the height.
     let scale = 0.5 * (base - top) / flat.max(1.0);
@@ -173,11 +162,9 @@ fn histogram(canvas: &mut Canvas, [x, y]: [f64; 2], name: &str, counts: &[u64]) 
     for (k, &count) in counts.iter().enumerate() {
         let height = count as f64 * scale;
         let left = x + k as f64 * bin;
-        let bar = [left, base - height.min(base - top), left + bin - 1.0, base];
-        canvas.fill(bar, OKABE_ITO[2].pale(0.7));
+        canvas.fill([left, base - height.min(base - top), left + bin - 1.0, base], pale(OKABE_ITO[2], 0.7));
         if height > base - top {
-            let at = [left + 0.5 * (bin - 1.0), top - 4.0];
-            canvas.marks(&[at], Shape::Triangle, 3.6, OKABE_ITO[2]);
+            canvas.marks(&[[left + 0.5 * (bin - 1.0), top - 4.0]], Shape::Triangle, 3.6, OKABE_ITO[2]);
         }
     }
     let level = 0.5 * (base + top);

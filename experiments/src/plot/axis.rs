@@ -1,11 +1,8 @@
 //! Axes: where values lie, and which are labelled.
 
-/// How an axis is divided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Division {
-    /// Evenly.
     Linear,
-    /// By logarithms.
     Logarithmic,
     /// By asinh: evenly about zero, by logarithms far from it on either side.
     Signed,

@@ -6,10 +6,9 @@ use std::path::Path;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use plotters::prelude::{
-    Color as _, DrawingBackend as _, IntoFont as _, RGBColor, SVGBackend, ShapeStyle, TextStyle, WHITE,
-};
-use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::prelude::{Color as _, DrawingBackend as _, IntoFont as _, SVGBackend, TextStyle, WHITE};
+pub(super) use plotters::style::text_anchor::HPos as Anchor;
+use plotters::style::text_anchor::{Pos, VPos};
 use plotters_backend::DrawingErrorKind;
 use whitefurnace::error::Error;
 
@@ -22,21 +21,18 @@ pub(super) type Point = [f64; 2];
 /// Left, top, right and bottom.
 pub(super) type Area = [f64; 4];
 
-/// How a line is drawn.
 #[derive(Clone, Copy)]
 pub(super) struct Pen {
-    /// Its colour.
     pub colour: Rgb,
-    /// Its width.
     pub width: f64,
     /// Lengths of strokes and gaps; empty for a line without gaps.
-    pub dash: &'static str,
+    pub dash: &'static [f64],
 }
 
 impl Pen {
     /// A line without gaps.
     pub const fn new(colour: Rgb, width: f64) -> Self {
-        Self { colour, width, dash: "" }
+        Self { colour, width, dash: &[] }
     }
 }
 
@@ -51,14 +47,6 @@ pub(super) enum Shape {
     Inverted,
     Plus,
     Bar,
-}
-
-/// Where a text stands with respect to its point.
-#[derive(Clone, Copy)]
-pub(super) enum Anchor {
-    Start,
-    Middle,
-    End,
 }
 
 /// A drawing in the making.
@@ -102,23 +90,17 @@ impl Canvas {
 
     /// The border of a rectangle.
     pub fn frame(&mut self, [left, top, right, bottom]: Area, pen: Pen) {
-        let corners = [[left, top], [right, top], [right, bottom], [left, bottom]];
-        let [a, b, c, d] = corners;
-        self.line(&[a, b, c, d, a], pen);
+        self.line(&[[left, top], [right, top], [right, bottom], [left, bottom], [left, top]], pen);
     }
 
-    /// A line through points.
     pub fn line(&mut self, points: &[Point], pen: Pen) {
-        let lengths = pen.dash.split_whitespace().filter_map(|n| n.parse().ok());
-        let dash: Vec<String> = lengths.map(|n: f64| fine(n).to_string()).collect();
-        let attributes = match dash.as_slice() {
-            [] => String::new(),
-            lengths => format!("stroke-dasharray=\"{}\"", lengths.join(" ")),
-        };
-        self.draw(&attributes, |page| page.draw_path(points.iter().map(|&at| place(at)), &pen.stroke()));
+        let dash: Vec<String> = pen.dash.iter().map(|&length| fine(length).to_string()).collect();
+        let dashed = || format!("stroke-dasharray=\"{}\"", dash.join(" "));
+        let attributes = if dash.is_empty() { String::new() } else { dashed() };
+        let stroke = pen.colour.stroke_width(fine(pen.width) as u32);
+        self.draw(&attributes, |page| page.draw_path(points.iter().map(|&at| place(at)), &stroke));
     }
 
-    /// Lines that look alike.
     pub fn lines(&mut self, lines: &[Vec<Point>], pen: Pen) {
         lines.iter().for_each(|line| self.line(line, pen));
     }
@@ -128,27 +110,20 @@ impl Canvas {
         // A thin white rim keeps marks apart that overlap.
         let rim = if radius > 2.0 { RIM } else { "" };
         for &[x, y] in at {
-            let corners = |offsets: &[Point]| -> Vec<Point> {
-                let at = |&[dx, dy]: &Point| [x + radius * dx, y + radius * dy];
-                offsets.iter().map(at).collect()
-            };
-            match shape.outline() {
-                Outline::Disc => self.draw("", |page| {
+            let at = |&[dx, dy]: &Point| [x + radius * dx, y + radius * dy];
+            let corners: Vec<Point> = shape.corners().iter().map(at).collect();
+            match shape {
+                Shape::Disc => self.draw("", |page| {
                     let at = place([x, y]);
                     if !rim.is_empty() {
                         page.draw_circle(at, fine(radius + 0.3) as u32, &WHITE, true)?;
                     }
                     page.draw_circle(at, fine(radius) as u32, &colour.filled(), true)
                 }),
-                Outline::Corners(offsets) => {
-                    let corners = corners(offsets);
-                    self.draw(rim, |page| page.fill_polygon(corners.into_iter().map(place), &colour.filled()));
+                Shape::Cross | Shape::Plus => {
+                    corners.chunks(2).for_each(|stroke| self.line(stroke, Pen::new(colour, 2.0)));
                 }
-                Outline::Strokes(strokes) => {
-                    for stroke in strokes {
-                        self.line(&corners(stroke), Pen::new(colour, 2.0));
-                    }
-                }
+                _ => self.draw(rim, |page| page.fill_polygon(corners.into_iter().map(place), &colour.filled())),
             }
         }
     }
@@ -160,11 +135,6 @@ impl Canvas {
 
     /// A text turned by `degrees` about its point, clockwise.
     pub fn turned(&mut self, text: &str, at: Point, anchor: Anchor, size: f64, degrees: i32) {
-        let across = match anchor {
-            Anchor::Start => HPos::Left,
-            Anchor::Middle => HPos::Center,
-            Anchor::End => HPos::Right,
-        };
         let (x, y) = place(at);
         let turn = match degrees {
             0 => String::new(),
@@ -172,8 +142,7 @@ impl Canvas {
         };
         // Plotters writes font sizes divided by 1.24.
         let font = ("sans-serif", 1.24 * f64::from(fine(size))).into_font();
-        let ink = INK.plotters();
-        let style = TextStyle::from(font).color(&ink).pos(Pos::new(across, VPos::Center));
+        let style = TextStyle::from(font).color(&INK).pos(Pos::new(anchor, VPos::Center));
         self.draw(&turn, |page| page.draw_text(text, &style, (x, y)));
     }
 
@@ -188,20 +157,15 @@ impl Canvas {
         ));
     }
 
-    /// Writes the file.
-    ///
-    /// # Errors
-    /// The file cannot be written.
     pub fn write(self, path: &Path) -> Result<(), Error> {
         let [width, height] = self.size;
         let [across, down] = self.size.map(fine);
+        let [title, see] = [escaped(&self.title), escaped(&self.see)];
         let text = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
              viewBox=\"0 0 {across} {down}\" role=\"img\" aria-labelledby=\"title see\">\n\
-             <title id=\"title\">{}</title>\n<desc id=\"see\">{}</desc>\n\
+             <title id=\"title\">{title}</title>\n<desc id=\"see\">{see}</desc>\n\
              <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n{}</svg>\n",
-            escaped(&self.title),
-            escaped(&self.see),
             self.body
         );
         write_text(path, &text)
@@ -225,40 +189,18 @@ fn place([x, y]: Point) -> (i32, i32) {
     (fine(x), fine(y))
 }
 
-impl Pen {
-    fn stroke(self) -> ShapeStyle {
-        self.colour.plotters().stroke_width(fine(self.width) as u32)
-    }
-}
-
-impl Rgb {
-    fn plotters(self) -> RGBColor {
-        RGBColor(self.0, self.1, self.2)
-    }
-
-    fn filled(self) -> ShapeStyle {
-        self.plotters().filled()
-    }
-}
-
-/// How a mark of radius 1 is drawn.
-enum Outline {
-    Disc,
-    Corners(&'static [Point]),
-    Strokes(&'static [[Point; 2]; 2]),
-}
-
 impl Shape {
-    fn outline(self) -> Outline {
+    /// The corners of a mark of radius 1; of crosses the ends of both strokes; of a disc none.
+    fn corners(self) -> &'static [Point] {
         match self {
-            Self::Disc => Outline::Disc,
-            Self::Square => Outline::Corners(&[[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9]]),
-            Self::Triangle => Outline::Corners(&[[0.0, -1.2], [1.1, 0.8], [-1.1, 0.8]]),
-            Self::Inverted => Outline::Corners(&[[0.0, 1.2], [1.1, -0.8], [-1.1, -0.8]]),
-            Self::Diamond => Outline::Corners(&[[0.0, -1.25], [1.25, 0.0], [0.0, 1.25], [-1.25, 0.0]]),
-            Self::Bar => Outline::Corners(&[[-1.4, -0.45], [1.4, -0.45], [1.4, 0.45], [-1.4, 0.45]]),
-            Self::Cross => Outline::Strokes(&[[[-1.0, -1.0], [1.0, 1.0]], [[-1.0, 1.0], [1.0, -1.0]]]),
-            Self::Plus => Outline::Strokes(&[[[-1.2, 0.0], [1.2, 0.0]], [[0.0, -1.2], [0.0, 1.2]]]),
+            Self::Disc => &[],
+            Self::Square => &[[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9]],
+            Self::Triangle => &[[0.0, -1.2], [1.1, 0.8], [-1.1, 0.8]],
+            Self::Inverted => &[[0.0, 1.2], [1.1, -0.8], [-1.1, -0.8]],
+            Self::Diamond => &[[0.0, -1.25], [1.25, 0.0], [0.0, 1.25], [-1.25, 0.0]],
+            Self::Bar => &[[-1.4, -0.45], [1.4, -0.45], [1.4, 0.45], [-1.4, 0.45]],
+            Self::Cross => &[[-1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [1.0, -1.0]],
+            Self::Plus => &[[-1.2, 0.0], [1.2, 0.0], [0.0, -1.2], [0.0, 1.2]],
         }
     }
 }

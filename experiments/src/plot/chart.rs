@@ -6,7 +6,7 @@ use whitefurnace::error::Error;
 
 use super::axis::Division;
 use super::canvas::{Anchor, Area, Canvas, Pen, Point, Shape, width};
-use super::panel::{LEFT, TOP, axes, frame, heading, panels};
+use super::panel::{LEFT, TOP, axes, frame, heading, page};
 use super::{LABEL, OKABE_ITO, Rgb, STYLES};
 
 /// How a series is drawn.
@@ -89,24 +89,18 @@ impl Chart {
 }
 
 /// Draws charts, one below the other, `size` in pixels for all together. `see` says what there is to see.
-///
-/// # Errors
-/// The file cannot be written.
 pub fn charts(path: &Path, see: &str, size: [u32; 2], charts: &[Chart]) -> Result<(), Error> {
     rows(path, see, size, 1, charts)
 }
 
 /// Draws charts in rows of `columns`, `size` in pixels for all together.
-///
-/// # Errors
-/// The file cannot be written.
 pub fn rows(path: &Path, see: &str, size: [u32; 2], columns: usize, charts: &[Chart]) -> Result<(), Error> {
     let looks = Looks::of(charts);
-    let title = |chart: &Chart| chart.title.clone();
-    let canvas = panels(see, size, columns, charts, title, |canvas, area, chart| {
-        draw(canvas, area, chart, &looks);
-        Ok(())
-    })?;
+    let titles: Vec<&str> = charts.iter().map(|chart| chart.title.as_str()).collect();
+    let (mut canvas, areas) = page(see, size, columns, &titles);
+    for (area, chart) in areas.into_iter().zip(charts) {
+        draw(&mut canvas, area, chart, &looks);
+    }
     canvas.write(path)
 }
 
@@ -126,10 +120,10 @@ impl Looks {
         Self(colours)
     }
 
-    fn style(&self, series: &Series) -> (&'static str, Shape) {
+    fn style(&self, series: &Series) -> (&'static [f64], Shape) {
         let place = self.0.iter().position(|&colour| colour == series.colour);
         // A black series beside others has a shape of its own.
-        place.map_or(("", STYLES[3].1), |place| STYLES[place % STYLES.len()])
+        place.map_or((&[][..], STYLES[3].1), |place| STYLES[place % STYLES.len()])
     }
 
     fn pen(&self, series: &Series) -> Pen {
@@ -152,7 +146,6 @@ const RIGHT: f64 = 26.0;
 const BOTTOM: f64 = 60.0;
 /// Height of a line of the legend.
 const LINE: f64 = 22.0;
-/// Radius of a mark.
 const RADIUS: f64 = 4.2;
 
 fn draw(canvas: &mut Canvas, area: Area, chart: &Chart, looks: &Looks) {
@@ -212,10 +205,9 @@ fn legend(canvas: &mut Canvas, [left, top, right, _]: Area, chart: &Chart, looks
             }
         }
         if let Some(part) = sample.iter().find(|s| matches!(s.mark, Mark::Points | Mark::Dots)) {
-            let shape = looks.style(part).1;
-            canvas.marks(&[[x + 15.0, y]], shape, RADIUS, colour(part));
+            canvas.marks(&[[x + 15.0, y]], looks.style(part).1, RADIUS, colour(part));
         }
-        canvas.text(&series.label, [x + 36.0, y], Anchor::Start, LABEL);
+        canvas.text(&series.label, [x + 36.0, y], Anchor::Left, LABEL);
         x += length;
     }
     lines

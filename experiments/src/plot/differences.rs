@@ -31,9 +31,6 @@ const BAND: Rgb = Rgb(224, 232, 240);
 const RADIUS: f64 = 4.6;
 
 /// Draws the panels one below the other, all on one scale: even about zero, logarithmic farther from it.
-///
-/// # Errors
-/// The file cannot be written.
 pub fn differences(
     path: &Path,
     (title, see): (&str, &str),
@@ -46,8 +43,7 @@ pub fn differences(
     let largest = panels.iter().flat_map(|(_, rows)| rows).flatten().fold(10.0f64, |largest, d| largest.max(d.abs()));
     for (area, panel) in areas([size[0], size[1] - 46.0], 1, panels.len()).into_iter().zip(panels) {
         let [left, top, right, bottom] = area;
-        let area = [left, top + 46.0, right, bottom + 46.0];
-        draw(&mut canvas, area, common, panel, 1.4 * largest);
+        draw(&mut canvas, [left, top + 46.0, right, bottom + 46.0], common, panel, 1.4 * largest);
     }
     canvas.write(path)
 }
@@ -56,11 +52,11 @@ fn legend(canvas: &mut Canvas, band: &str) {
     let mut x = LEFT;
     for (name, colour, shape) in CHANNELS {
         canvas.marks(&[[x, 24.0]], shape, RADIUS, colour);
-        canvas.text(name, [x + 12.0, 24.0], Anchor::Start, LABEL);
+        canvas.text(name, [x + 12.0, 24.0], Anchor::Left, LABEL);
         x += 84.0;
     }
     canvas.fill([x, 15.0, x + 26.0, 33.0], BAND);
-    canvas.text(band, [x + 34.0, 24.0], Anchor::Start, LABEL);
+    canvas.text(band, [x + 34.0, 24.0], Anchor::Left, LABEL);
 }
 
 fn draw(canvas: &mut Canvas, area: Area, common: &Common<'_>, panel: &Panel<'_>, most: f64) {
@@ -68,16 +64,14 @@ fn draw(canvas: &mut Canvas, area: Area, common: &Common<'_>, panel: &Panel<'_>,
     let plot = [left + LEFT, top + 34.0, right - 16.0, bottom - 44.0];
     let step = (plot[2] - plot[0]) / common.regions.len() as f64;
     let middle = |i: usize| plot[0] + (i as f64 + 0.5) * step;
-    let divisions = [Division::Linear, Division::Signed];
-    let [mut x, y] = axes(plot, [[0.0, 1.0], [-most, most]], divisions);
+    let [mut x, y] = axes(plot, [[0.0, 1.0], [-most, most]], [Division::Linear, Division::Signed]);
     for (i, &(_, allowed)) in common.regions.iter().enumerate() {
         let [from, to] = [-0.5, 0.5].map(|half| middle(i) + half * step);
         canvas.fill([from, y.at(allowed), to, y.at(-allowed)], BAND);
     }
     // No labels across but the regions' names.
     x.ticks.clear();
-    let labels = [String::new(), common.axis.to_owned()];
-    frame(canvas, plot, [&x, &y], &labels);
+    frame(canvas, plot, [&x, &y], &[String::new(), common.axis.to_owned()]);
     canvas.line(&[[plot[0], y.at(0.0)], [plot[2], y.at(0.0)]], Pen::new(INK, 1.2));
     for i in 1..common.regions.len() {
         let at = middle(i) - 0.5 * step;
@@ -86,7 +80,7 @@ fn draw(canvas: &mut Canvas, area: Area, common: &Common<'_>, panel: &Panel<'_>,
     for (i, (name, _)) in common.regions.iter().enumerate() {
         let lines = name.rsplit_once(' ').unwrap_or((name, ""));
         for (line, down) in [(lines.0, 14.0), (lines.1, 29.0)] {
-            canvas.text(line, [middle(i), plot[3] + down], Anchor::Middle, 13.0);
+            canvas.text(line, [middle(i), plot[3] + down], Anchor::Center, 13.0);
         }
     }
     let (title, rows) = panel;

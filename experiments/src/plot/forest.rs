@@ -70,7 +70,7 @@ impl Mark {
 
     /// Dots where nothing may be read from the interval.
     fn pen(self) -> Pen {
-        Pen { dash: if self == Self::Few { "2 3" } else { "" }, ..Pen::new(self.colour(), 2.0) }
+        Pen { dash: if self == Self::Few { &[2.0, 3.0] } else { &[] }, ..Pen::new(self.colour(), 2.0) }
     }
 
     /// Shape and colour say the same: disc, cross, hollow squares and diamonds.
@@ -99,9 +99,6 @@ const TOP: f64 = 92.0;
 const NAME: f64 = 13.0;
 
 /// Draws the lines from top to bottom.
-///
-/// # Errors
-/// The file cannot be written.
 pub fn forest(path: &Path, (title, see): (&str, &str), lines: &[Line]) -> Result<(), Error> {
     let bottom = TOP + ROW * lines.len() as f64;
     let mut canvas = Canvas::new([WIDTH, bottom + 58.0], title, see);
@@ -109,26 +106,24 @@ pub fn forest(path: &Path, (title, see): (&str, &str), lines: &[Line]) -> Result
         let share = (value.clamp(-REACH, REACH) + REACH) / (2.0 * REACH);
         LEFT + (WIDTH - 24.0 - LEFT) * share
     };
-    canvas.text(title, [14.0, 20.0], Anchor::Start, TITLE);
+    canvas.text(title, [14.0, 20.0], Anchor::Left, TITLE);
     legend(&mut canvas, lines);
     canvas.fill([x(-1.0), TOP - 6.0, x(1.0), bottom], Rgb(238, 243, 247));
     for tick in -3..=3 {
         let at = x(f64::from(tick));
-        let pen = Pen::new(if tick == 0 { INK } else { FAINT }, 1.0);
-        canvas.line(&[[at, TOP - 6.0], [at, bottom]], pen);
+        canvas.line(&[[at, TOP - 6.0], [at, bottom]], Pen::new(if tick == 0 { INK } else { FAINT }, 1.0));
         let label = match tick {
             0 => "0".to_owned(),
             _ => format!("{tick:+}").replace('-', "−"),
         };
-        canvas.text(&label, [at, bottom + 13.0], Anchor::Middle, LABEL);
+        canvas.text(&label, [at, bottom + 13.0], Anchor::Center, LABEL);
     }
     let words = "(estimate − reference)/δ, with its interval at level 1 − 10⁻⁹";
-    canvas.text(words, [x(0.0), bottom + 38.0], Anchor::Middle, LABEL);
+    canvas.text(words, [x(0.0), bottom + 38.0], Anchor::Center, LABEL);
     for (i, line) in lines.iter().enumerate() {
         let y = TOP + ROW * (i as f64 + 0.5);
         let mark = Mark::of(line);
-        let label = shortened(&line.label);
-        canvas.text(&label, [LEFT - 12.0, y], Anchor::End, NAME);
+        canvas.text(&shortened(&line.label), [LEFT - 12.0, y], Anchor::Right, NAME);
         let [low, high] = line.interval;
         canvas.line(&[[x(low), y], [x(high), y]], mark.pen());
         for (end, side) in [(low, -1.0), (high, 1.0)] {
@@ -151,13 +146,13 @@ fn legend(canvas: &mut Canvas, lines: &[Line]) {
     for (mark, label) in Mark::ALL {
         if lines.iter().any(|line| Mark::of(line) == mark) {
             mark.draw(canvas, [x, 50.0]);
-            canvas.text(label, [x + 13.0, 50.0], Anchor::Start, NAME);
+            canvas.text(label, [x + 13.0, 50.0], Anchor::Left, NAME);
             x += 36.0 + width(label, NAME);
         }
     }
     canvas.fill([14.0, 64.0, 36.0, 78.0], Rgb(238, 243, 247));
     let band = "± δ, the effect that must be seen: an interval within it holds";
-    canvas.text(band, [44.0, 71.0], Anchor::Start, NAME);
+    canvas.text(band, [44.0, 71.0], Anchor::Left, NAME);
 }
 
 /// Labels must fit beside the plot.

@@ -8,7 +8,7 @@ use whitefurnace::image::{encode_rgb, srgb};
 
 use super::axis::Division;
 use super::canvas::{Anchor, Area, Canvas, Pen, Shape};
-use super::panel::{LEFT, TOP, axes, frame, heading, panels};
+use super::panel::{LEFT, TOP, axes, frame, heading, page};
 use super::{INK, LABEL, Rgb};
 
 /// A map; several share a file.
@@ -55,14 +55,13 @@ pub fn diverging(share: f64) -> [u8; 3] {
 }
 
 /// Draws maps in rows of `columns`, `size` in pixels for all together. `see` says what there is to see.
-///
-/// # Errors
-/// A map has not as many values as cells; the file cannot be written.
 pub fn maps(path: &Path, see: &str, size: [u32; 2], columns: usize, maps: &[Map]) -> Result<(), Error> {
-    let title = |map: &Map| map.title.clone();
-    let canvas = panels(see, size, columns, maps, title, |canvas, area, map| {
-        draw(canvas, area, map).map_err(|message| Error::Image { action: "write", path: path.to_owned(), message })
-    })?;
+    let titles: Vec<&str> = maps.iter().map(|map| map.title.as_str()).collect();
+    let (mut canvas, areas) = page(see, size, columns, &titles);
+    let fault = |message| Error::Image { action: "write", path: path.to_owned(), message };
+    for (area, map) in areas.into_iter().zip(maps) {
+        draw(&mut canvas, area, map).map_err(fault)?;
+    }
     canvas.write(path)
 }
 
@@ -113,8 +112,7 @@ fn cells(map: &Map) -> Result<Vec<u8>, String> {
     let colours: Vec<[u8; 3]> = map.values.iter().map(colour).collect();
     let mut pixels = Vec::new();
     for row in colours.chunks(width.max(1) as usize) {
-        let wide = row.iter().flat_map(|&c| std::iter::repeat_n(c, times as usize));
-        let line: Vec<u8> = wide.flatten().collect();
+        let line: Vec<u8> = row.iter().flat_map(|&c| std::iter::repeat_n(c, times as usize)).flatten().collect();
         (0..times).for_each(|_| pixels.extend_from_slice(&line));
     }
     encode_rgb([width * times, height * times], &pixels).map_err(|error| error.to_string())
@@ -134,8 +132,7 @@ fn bar(canvas: &mut Canvas, [left, top, right, bottom]: Area, map: &Map) {
     for (sign, shape) in [(1.0, Shape::Triangle), (-1.0, Shape::Inverted)] {
         if map.values.iter().any(|value| sign * value > map.bound) {
             let [r, g, b] = diverging(sign);
-            let tip = [middle, at(sign) - 8.0 * sign];
-            canvas.marks(&[tip], shape, 7.0, Rgb(r, g, b));
+            canvas.marks(&[[middle, at(sign) - 8.0 * sign]], shape, 7.0, Rgb(r, g, b));
         }
     }
     for quarter in [1.0, 0.5, 0.0, -0.5, -1.0] {
@@ -143,13 +140,12 @@ fn bar(canvas: &mut Canvas, [left, top, right, bottom]: Area, map: &Map) {
         let label = if value == 0.0 { "0".to_owned() } else { format!("{value:+}").replace('-', "−") };
         let y = at(quarter);
         canvas.line(&[[right, y], [right + 4.0, y]], Pen::new(INK, 1.0));
-        canvas.text(&label, [right + 8.0, y], Anchor::Start, LABEL);
+        canvas.text(&label, [right + 8.0, y], Anchor::Left, LABEL);
     }
     if map.values.iter().any(|value| value.is_nan()) {
         let [r, g, b] = UNKNOWN;
         canvas.fill([left - 8.0, bottom + 24.0, left + 4.0, bottom + 36.0], Rgb(r, g, b));
-        canvas.text("not judged", [left + 9.0, bottom + 30.0], Anchor::Start, 13.0);
+        canvas.text("not judged", [left + 9.0, bottom + 30.0], Anchor::Left, 13.0);
     }
-    let place = [right + LABELS - 12.0, 0.5 * (top + bottom)];
-    canvas.turned(&map.unit, place, Anchor::Middle, LABEL, 90);
+    canvas.turned(&map.unit, [right + LABELS - 12.0, 0.5 * (top + bottom)], Anchor::Center, LABEL, 90);
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use whitefurnace::error::Error;
 
 use super::canvas::{Anchor, Canvas, Pen, Shape, width};
-use super::{FAINT, LABEL, OKABE_ITO, Rgb, TITLE};
+use super::{FAINT, LABEL, OKABE_ITO, Rgb, TITLE, pale};
 
 /// What a cell says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,9 +24,6 @@ const NAME: f64 = 13.0;
 
 /// Draws rows × columns; pairs that were not tried stay empty. Neighbours in a row that say the same are
 /// drawn as one.
-///
-/// # Errors
-/// The file cannot be written.
 pub fn matrix(
     path: &Path,
     (title, see): (&str, &str),
@@ -34,16 +31,12 @@ pub fn matrix(
     columns: &[String],
     seen: impl Fn(usize, usize) -> Option<Detection>,
 ) -> Result<(), Error> {
-    let longest = |names: &[String]| {
-        let widths = names.iter().map(|name| width(name, NAME));
-        widths.fold(0.0, f64::max)
-    };
+    let longest = |names: &[String]| names.iter().map(|name| width(name, NAME)).fold(0.0, f64::max);
     let (left, top) = (longest(rows) + 26.0, longest(columns) + 84.0);
     let [across, down] = [columns, rows].map(|names| names.len() as f64 * CELL);
     let least = width(title, TITLE).max(560.0);
-    let size = [(left + across).max(least) + 20.0, top + down + 16.0];
-    let mut canvas = Canvas::new(size, title, see);
-    canvas.text(title, [14.0, 20.0], Anchor::Start, TITLE);
+    let mut canvas = Canvas::new([(left + across).max(least) + 20.0, top + down + 16.0], title, see);
+    canvas.text(title, [14.0, 20.0], Anchor::Left, TITLE);
     let legend = [
         (Some(Detection::Rejected), "rejected"),
         (Some(Detection::Missed), "not rejected"),
@@ -57,20 +50,18 @@ pub fn matrix(
         if let Some(seen) = seen {
             cells(&mut canvas, at, 1, seen);
         }
-        let place = [x + CELL + 8.0, 40.0 + 0.5 * CELL];
-        canvas.text(label, place, Anchor::Start, LABEL);
+        canvas.text(label, [x + CELL + 8.0, 40.0 + 0.5 * CELL], Anchor::Left, LABEL);
         x += CELL + 32.0 + width(label, LABEL);
     }
     let faint = Pen::new(FAINT, 1.0);
     for (c, name) in columns.iter().enumerate() {
         let x = left + c as f64 * CELL;
-        let at = [x + 0.5 * CELL, top - 6.0];
-        canvas.turned(name, at, Anchor::Start, NAME, -90);
+        canvas.turned(name, [x + 0.5 * CELL, top - 6.0], Anchor::Left, NAME, -90);
         canvas.line(&[[x, top], [x, top + down]], faint);
     }
     for (r, name) in rows.iter().enumerate() {
         let y = top + r as f64 * CELL;
-        canvas.text(name, [left - 8.0, y + 0.5 * CELL], Anchor::End, NAME);
+        canvas.text(name, [left - 8.0, y + 0.5 * CELL], Anchor::Right, NAME);
         canvas.line(&[[left, y], [left + across, y]], faint);
         let verdicts: Vec<Option<Detection>> = (0..columns.len()).map(|c| seen(r, c)).collect();
         let mut x = left;
@@ -90,13 +81,12 @@ fn cells(canvas: &mut Canvas, [x, y]: [f64; 2], count: usize, seen: Detection) {
     let right = x + count as f64 * CELL;
     let colour = match seen {
         Detection::Rejected => OKABE_ITO[2],
-        Detection::Missed => OKABE_ITO[4].pale(0.6),
+        Detection::Missed => pale(OKABE_ITO[4], 0.6),
         Detection::Undecided => FAINT,
     };
     canvas.fill([x + 1.0, y + 1.0, right - 1.0, y + CELL - 1.0], colour);
     if seen == Detection::Missed {
-        let middle = |i: usize| [x + (i as f64 + 0.5) * CELL, y + 0.5 * CELL];
-        let at: Vec<[f64; 2]> = (0..count).map(middle).collect();
+        let at: Vec<[f64; 2]> = (0..count).map(|i| [x + (i as f64 + 0.5) * CELL, y + 0.5 * CELL]).collect();
         canvas.marks(&at, Shape::Cross, 3.2, Rgb(90, 60, 0));
     }
 }

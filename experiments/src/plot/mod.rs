@@ -13,17 +13,12 @@ mod panel;
 pub mod trial_cells;
 
 use canvas::Shape;
+use plotters::style::RGBColor as Rgb;
 
-/// A colour, 8-bit sRGB.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Rgb(u8, u8, u8);
-
-impl Rgb {
-    /// Mixed with white: `share` of 1 is the colour itself.
-    fn pale(self, share: f64) -> Self {
-        let mix = |c: u8| (255.0 + share * (f64::from(c) - 255.0)).round() as u8;
-        Self(mix(self.0), mix(self.1), mix(self.2))
-    }
+/// A colour mixed with white: a `share` of 1 is the colour itself.
+fn pale(Rgb(r, g, b): Rgb, share: f64) -> Rgb {
+    let mix = |c: u8| (255.0 + share * (f64::from(c) - 255.0)).round() as u8;
+    Rgb(mix(r), mix(g), mix(b))
 }
 
 /// Colours of Okabe and Ito, which colour-blind readers can tell apart: vermilion, bluish green, blue,
@@ -43,15 +38,15 @@ const FAINT: Rgb = Rgb(215, 215, 215);
 
 /// What tells series apart without colour, in the order in which they appear: dashes of lines and shapes
 /// of marks.
-const STYLES: [(&str, Shape); 8] = [
-    ("", Shape::Disc),
-    ("9 4", Shape::Square),
-    ("2.5 3.5", Shape::Triangle),
-    ("10 3.5 2.5 3.5", Shape::Diamond),
-    ("18 4", Shape::Inverted),
-    ("5 2.5", Shape::Cross),
-    ("2.5 2 2.5 7", Shape::Plus),
-    ("14 3 2 3 2 3", Shape::Bar),
+const STYLES: [(&[f64], Shape); 8] = [
+    (&[], Shape::Disc),
+    (&[9.0, 4.0], Shape::Square),
+    (&[2.5, 3.5], Shape::Triangle),
+    (&[10.0, 3.5, 2.5, 3.5], Shape::Diamond),
+    (&[18.0, 4.0], Shape::Inverted),
+    (&[5.0, 2.5], Shape::Cross),
+    (&[2.5, 2.0, 2.5, 7.0], Shape::Plus),
+    (&[14.0, 3.0, 2.0, 3.0, 2.0, 3.0], Shape::Bar),
 ];
 
 /// Sizes of letters in pixels: titles of figures, titles of panels, and all else.

@@ -1,7 +1,5 @@
 //! Panels of a figure: where each lies, its title, and its axes with labels and a grid.
 
-use whitefurnace::error::Error;
-
 use super::axis::{Axis, Division};
 use super::canvas::{Anchor, Area, Canvas, Pen, Point};
 use super::{FAINT, HEADING, INK, LABEL};
@@ -10,25 +8,10 @@ use super::{FAINT, HEADING, INK, LABEL};
 pub(super) const LEFT: f64 = 84.0;
 pub(super) const TOP: f64 = 38.0;
 
-/// Panels in rows of `columns` on a page of `size` pixels.
-///
-/// # Errors
-/// What `draw` refuses.
-pub(super) fn panels<T>(
-    see: &str,
-    size: [u32; 2],
-    columns: usize,
-    panels: &[T],
-    title: impl Fn(&T) -> String,
-    mut draw: impl FnMut(&mut Canvas, Area, &T) -> Result<(), Error>,
-) -> Result<Canvas, Error> {
-    let titles: Vec<String> = panels.iter().map(title).collect();
+/// A page of `size` pixels for panels of these titles, and where they lie: in rows of `columns`.
+pub(super) fn page(see: &str, size: [u32; 2], columns: usize, titles: &[&str]) -> (Canvas, Vec<Area>) {
     let size = size.map(f64::from);
-    let mut canvas = Canvas::new(size, &titles.join("; "), see);
-    for (area, panel) in areas(size, columns, panels.len()).into_iter().zip(panels) {
-        draw(&mut canvas, area, panel)?;
-    }
-    Ok(canvas)
+    (Canvas::new(size, &titles.join("; "), see), areas(size, columns, titles.len()))
 }
 
 /// Equal parts of a drawing, row by row.
@@ -47,8 +30,7 @@ pub(super) fn axes(plot: Area, [x, y]: [[f64; 2]; 2], divisions: [Division; 2]) 
 
 /// The title of a panel, over the middle of its plot.
 pub(super) fn heading(canvas: &mut Canvas, [left, _, right, _]: Area, top: f64, title: &str) {
-    let at = [0.5 * (left + right), top + 19.0];
-    canvas.text(title, at, Anchor::Middle, HEADING);
+    canvas.text(title, [0.5 * (left + right), top + 19.0], Anchor::Center, HEADING);
 }
 
 /// The axes with their labels, and a grid.
@@ -64,17 +46,16 @@ pub(super) fn frame(
         let at = x.at(tick);
         canvas.line(&[[at, top], [at, bottom]], grid);
         canvas.line(&[[at, bottom], [at, bottom + 5.0]], axis);
-        canvas.text(&x.label(tick), [at, bottom + 15.0], Anchor::Middle, LABEL);
+        canvas.text(&x.label(tick), [at, bottom + 15.0], Anchor::Center, LABEL);
     }
     for &tick in &y.ticks {
         let at = y.at(tick);
         canvas.line(&[[left, at], [right, at]], grid);
         canvas.line(&[[left - 5.0, at], [left, at]], axis);
-        canvas.text(&y.label(tick), [left - 9.0, at], Anchor::End, LABEL);
+        canvas.text(&y.label(tick), [left - 9.0, at], Anchor::Right, LABEL);
     }
     canvas.line(&[[left, top], [left, bottom], [right, bottom]], axis);
     let middle = [0.5 * (left + right), 0.5 * (top + bottom)];
-    let below = [middle[0], bottom + 39.0];
-    canvas.text(across, below, Anchor::Middle, LABEL);
-    canvas.turned(up, [left - 66.0, middle[1]], Anchor::Middle, LABEL, -90);
+    canvas.text(across, [middle[0], bottom + 39.0], Anchor::Center, LABEL);
+    canvas.turned(up, [left - 66.0, middle[1]], Anchor::Center, LABEL, -90);
 }

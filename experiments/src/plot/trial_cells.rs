@@ -11,12 +11,8 @@ use crate::plot::chart::{Chart, Mark, Series, charts};
 const HEADER: [&str; 4] = ["place", "expected", "observed", "sigmas"];
 
 /// Reads a data file.
-///
-/// # Errors
-/// One line that names file and line.
 pub fn read(path: &Path) -> Result<Vec<Cell>, Error> {
-    let file = File::open(path).map_err(Error::file("read", path))?;
-    let mut reader = csv::Reader::from_reader(file);
+    let mut reader = csv::Reader::from_reader(File::open(path).map_err(Error::file("read", path))?);
     let wrong = |line: u64, message: &str| Error::Option(format!("{} line {line}: {message}", path.display()));
     if reader.headers().is_ok_and(|header| header != HEADER.as_slice()) {
         return Err(wrong(1, &format!("expected the columns {}", HEADER.join(","))));
@@ -24,8 +20,7 @@ pub fn read(path: &Path) -> Result<Vec<Cell>, Error> {
     let mut cells = Vec::new();
     for row in reader.deserialize() {
         let (place, expected, observed, sigmas) = row.map_err(|error| {
-            let line = error.position().map_or(1, csv::Position::line);
-            wrong(line, "expected a quoted place and three numbers")
+            wrong(error.position().map_or(1, csv::Position::line), "expected a quoted place and three numbers")
         })?;
         cells.push(Cell { place, expected, observed, sigmas });
     }
@@ -33,14 +28,10 @@ pub fn read(path: &Path) -> Result<Vec<Cell>, Error> {
 }
 
 /// Draws residuals above, expected and observed values below.
-///
-/// # Errors
-/// The file cannot be written.
 pub fn plot(cells: &[Cell], title: &str, path: &Path) -> Result<(), Error> {
     let finite = |value: f64| if value.is_finite() { value } else { 0.0 };
     let points = |value: fn(&Cell) -> f64| -> Vec<[f64; 2]> {
-        let place = |(i, cell)| [i as f64 + 1.0, finite(value(cell))];
-        cells.iter().enumerate().map(place).collect()
+        cells.iter().enumerate().map(|(i, cell)| [i as f64 + 1.0, finite(value(cell))]).collect()
     };
     let residuals = points(|cell| cell.sigmas);
     let largest = residuals.iter().fold(3.0f64, |most, point| most.max(point[1].abs())) * 1.15;
@@ -56,13 +47,11 @@ pub fn plot(cells: &[Cell], title: &str, path: &Path) -> Result<(), Error> {
     let (low, high) = (both().fold(f64::MAX, f64::min), both().fold(f64::MIN, f64::max));
     let room = 0.08 * (high - low).max(1e-3 * high.abs()).max(f64::MIN_POSITIVE);
     let title = format!("{title}: worst at {place}");
-    let ranges = [x, [-largest, largest]];
-    let above = Chart::new(title, [&axis, "(observed − expected)/σ"], ranges, vec![zero, stems]);
+    let above = Chart::new(title, [&axis, "(observed − expected)/σ"], [x, [-largest, largest]], vec![zero, stems]);
     let series =
         vec![Series::new("expected", 6, Mark::Line, expected), Series::new("observed", 0, Mark::Points, observed)];
     let axes = [&axis, "value (counts, or the units of the estimate)"];
-    let ranges = [x, [low - room, high + 3.0 * room]];
-    let below = Chart::new("expected and observed", axes, ranges, series);
+    let below = Chart::new("expected and observed", axes, [x, [low - room, high + 3.0 * room]], series);
     let see = "Above: how far each cell is from what is expected. Below: both values.";
     charts(path, see, [900, 820], &[above, below])
 }

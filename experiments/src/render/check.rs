@@ -47,10 +47,10 @@ const SETTINGS: &[Setting] = &[
     goes("gather", "--estimator photon", Job::keeps_one_map, |job| name(job.photons.gather)),
     goes("caustic-photons", CAUSTICS, Job::gathers, |job| job.photons.caustic().0.to_string()),
     goes("caustic-radius", CAUSTICS, Job::gathers, |job| job.photons.caustic().1.to_string()),
-    goes("patches", "--estimator radiosity", Job::has_patches, |job| job.patches.to_string()),
-    goes("pixel", SINGLE_RAYS, Job::renders_rays, |job| name(job.pixel)),
+    goes("patches", RADIOSITY, |job| job.estimator == EstimatorName::Radiosity, |job| job.patches.to_string()),
+    goes("pixel", SINGLE_RAYS, |job| !job.renders_images(), |job| name(job.pixel)),
     goes("grid", "--pixel grid and jitter", Job::divides_pixels, |job| job.grid.to_string()),
-    goes("sampler", SINGLE_RAYS, Job::renders_rays, |job| name(job.sampler)),
+    goes("sampler", SINGLE_RAYS, |job| !job.renders_images(), |job| name(job.sampler)),
     goes("scrambles", "--sampler sobol", |job| job.sampler == SamplerName::Sobol, |job| job.scrambles.to_string()),
     any("size", |Job { size: [width, height], .. }| format!("{width}x{height}")),
     any("window", |job| {
@@ -59,25 +59,22 @@ const SETTINGS: &[Setting] = &[
     }),
     any("spp", |job| job.spp.to_string()),
     any("seed", |job| job.seed.to_string()),
-    goes("exposure", "--convention physical", Job::is_physical, |_| String::new()),
+    goes("exposure", "--convention physical", |job| job.convention == ConventionName::Physical, |_| String::new()),
 ];
+const RADIOSITY: &str = "--estimator radiosity";
 const PHOTONS: &str = "--estimator photon and sppm";
 const CAUSTICS: &str = "--estimator photon and --gather yes";
 const SINGLE_RAYS: &str = "estimators of single rays, not light-tracer, bdpt and sppm";
 
 impl Job {
     /// Refuses what makes no sense, before any work is done.
-    ///
-    /// # Errors
-    /// [`Error::Option`] with what to change.
     pub fn check(&self) -> Result<(), Error> {
         let refuse = |message: String| Err(Error::Option(message));
-        let convention = name(self.convention);
+        let (scene, convention, estimator) = (name(self.scene), name(self.convention), name(self.estimator));
         if self.scene != SceneName::Report && self.convention != ConventionName::Physical {
             return refuse(format!(
-                "--scene {} is defined under --convention physical only; --convention {convention} \
-                 belongs to --scene report",
-                name(self.scene)
+                "--scene {scene} is defined under --convention physical only; --convention {convention} belongs to --scene \
+                 report"
             ));
         }
         // Empty: any.
@@ -87,32 +84,26 @@ impl Job {
             ConventionName::Published => &[EstimatorName::Report],
         };
         if !takes.is_empty() && !takes.contains(&self.estimator) {
-            let names: Vec<String> = takes.iter().copied().map(name).collect();
+            let names = takes.iter().copied().map(name).collect::<Vec<_>>().join(" or ");
             return refuse(format!(
-                "--estimator {} does not follow --convention {convention}, which takes --estimator {}",
-                name(self.estimator),
-                names.join(" or ")
+                "--estimator {estimator} does not follow --convention {convention}, which takes --estimator {names}"
             ));
         }
         if self.sampler == SamplerName::Sobol {
             self.check_sobol()?;
         }
         let cells = self.sampling().pixel.samples_per_replication();
-        if !self.spp.is_multiple_of(cells) {
+        let Self { spp, grid, .. } = self;
+        if !spp.is_multiple_of(cells) {
+            let next = (u64::from(spp / cells) + 1) * u64::from(cells);
             return refuse(format!(
-                "--spp {} is not a multiple of the {cells} samples of a {}x{} grid: take {} or change --grid",
-                self.spp,
-                self.grid,
-                self.grid,
-                (u64::from(self.spp / cells) + 1) * u64::from(cells)
+                "--spp {spp} is not a multiple of the {cells} samples of a {grid}x{grid} grid: take {next} or change \
+                 --grid"
             ));
         }
         Film::checked_window(self.size, self.window)?;
         if self.renders_images() && self.window.is_some() {
-            return refuse(format!(
-                "--estimator {} renders whole images only: leave out the window",
-                name(self.estimator)
-            ));
+            return refuse(format!("--estimator {estimator} renders whole images only: leave out the window"));
         }
         if self.estimator == EstimatorName::LightTracer || self.uses_photons() {
             self.check_emitters()?;
@@ -124,9 +115,6 @@ impl Job {
     }
 
     /// Refuses options of which one is `given` and does nothing together with the others.
-    ///
-    /// # Errors
-    /// [`Error::Option`] with what it goes with.
     pub fn check_effect(&self, given: impl Fn(&str) -> bool) -> Result<(), Error> {
         // What goes with any others always does something.
         let mut conditional = SETTINGS.iter().filter(|setting| !setting.with.is_empty());
@@ -154,7 +142,6 @@ impl Job {
         text + "complete=" + if complete { "yes" } else { "no" } + "\n"
     }
 
-    /// How finely radiosity divides the surfaces.
     pub(super) fn fineness(&self) -> Fineness {
         Fineness { patches: self.patches, halvings: 0 }
     }
@@ -175,10 +162,6 @@ impl Job {
         Ok(())
     }
 
-    fn is_physical(&self) -> bool {
-        self.convention == ConventionName::Physical
-    }
-
     fn picks_lights(&self) -> bool {
         matches!(self.estimator, EstimatorName::Light | EstimatorName::Mis)
     }
@@ -187,16 +170,8 @@ impl Job {
         self.scene == SceneName::Report && self.convention != ConventionName::Published
     }
 
-    fn has_patches(&self) -> bool {
-        self.estimator == EstimatorName::Radiosity
-    }
-
     fn divides_pixels(&self) -> bool {
         matches!(self.pixel, PixelName::Grid | PixelName::Jitter)
-    }
-
-    fn renders_rays(&self) -> bool {
-        !self.renders_images()
     }
 
     /// Whether the estimator makes whole images, from independent numbers and random points of pixels.
@@ -219,7 +194,6 @@ impl Job {
         self.keeps_one_map() && self.photons.gather == Gather::Yes
     }
 
-    /// Whether the estimator keeps photons.
     pub(super) fn uses_photons(&self) -> bool {
         matches!(self.estimator, EstimatorName::Photon | EstimatorName::Sppm)
     }
@@ -229,16 +203,13 @@ impl Job {
         if !matches!(self.pixel, PixelName::Random | PixelName::Centre) {
             return refuse("--sampler sobol goes with --pixel random and centre".to_owned());
         }
-        if !self.spp.is_multiple_of(self.scrambles) {
-            return refuse(format!(
-                "--spp {} is not a multiple of the {} scrambles: change one of them",
-                self.spp, self.scrambles
-            ));
+        let Self { spp, scrambles, .. } = self;
+        if !spp.is_multiple_of(*scrambles) {
+            return refuse(format!("--spp {spp} is not a multiple of the {scrambles} scrambles: change one of them"));
         }
-        if self.spp / self.scrambles > LONGEST {
+        if spp / scrambles > LONGEST {
             return refuse(format!(
-                "--spp {} in {} scrambles is more than {LONGEST} points each: raise --scrambles",
-                self.spp, self.scrambles
+                "--spp {spp} in {scrambles} scrambles is more than {LONGEST} points each: raise --scrambles"
             ));
         }
         Ok(())

@@ -45,9 +45,6 @@ fn given(matches: &ArgMatches, id: &str) -> bool {
 
 impl Render {
     /// The options of a command line, with what they imply where it says nothing.
-    ///
-    /// # Errors
-    /// What clap refuses.
     pub fn of(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let mut render = Self::from_arg_matches(matches)?;
         let job = &mut render.job;
@@ -62,9 +59,6 @@ impl Render {
     }
 
     /// Refuses options that make no sense together, or do nothing.
-    ///
-    /// # Errors
-    /// [`Error::Option`] with what to change.
     pub fn check(&self, matches: &ArgMatches) -> Result<(), Error> {
         self.job.check()?;
         self.job.check_effect(|id| given(matches, id))?;

@@ -121,9 +121,6 @@ impl Job {
     }
 
     /// The scene of the job.
-    ///
-    /// # Errors
-    /// None for the scenes that programs can name.
     pub fn build_scene(&self) -> Result<Scene, Error> {
         match self.scene {
             SceneName::Report => match self.convention {

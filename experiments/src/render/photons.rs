@@ -76,9 +76,6 @@ impl Photons {
     }
 
     /// Refuses more photons than fit memory.
-    ///
-    /// # Errors
-    /// Those of [`PhotonMap::check`].
     pub fn check_memory(&self, one_map: bool, scene: &Scene, seed: u64) -> Result<(), Error> {
         PhotonMap::check(&Standard, scene, Kept::All, self.photons, (seed, 0))?;
         match self.lookup(one_map) {

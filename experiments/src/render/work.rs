@@ -16,7 +16,7 @@ use whitefurnace::rng::seed_for;
 use whitefurnace::scene::Scene;
 
 use super::{ConventionName, EstimatorName, HeuristicName, Job, LightSamplingName, name};
-use crate::run::progress::{Progress, interrupted};
+use crate::run::progress::{Bar, interrupted};
 
 /// Largest number of replications between two looks at the error.
 const LARGEST_RANGE: u32 = 16;
@@ -30,10 +30,7 @@ pub struct Rendered {
 }
 
 impl Rendered {
-    /// The film with all its samples.
-    ///
-    /// # Errors
-    /// [`Error::Interrupted`] after a signal to end.
+    /// The film with all its samples; an error after a signal to end.
     pub fn whole(self) -> Result<Film, Error> {
         if self.complete { Ok(self.film) } else { Err(Error::Interrupted) }
     }
@@ -41,56 +38,40 @@ impl Rendered {
 
 impl Job {
     /// Renders the job.
-    ///
-    /// # Errors
-    /// What [`check`](Self::check), [`Film::new`] and the renderer refuse.
-    pub fn render(&self, progress: &Progress) -> Result<Rendered, Error> {
+    pub fn render(&self, label: &str) -> Result<Rendered, Error> {
         self.check()?;
         let scene = self.build_scene()?;
-        self.whole(&scene, &*self.renderer(&scene, progress)?, progress)
+        self.whole(&scene, &*self.renderer(&scene, label)?, label)
     }
 
     /// The same with an estimator of single rays that no name of the program stands for.
-    ///
-    /// # Errors
-    /// As [`render`](Self::render).
-    pub fn render_by(&self, estimator: impl Estimator, progress: &Progress) -> Result<Rendered, Error> {
+    pub fn render_by(&self, estimator: impl Estimator, label: &str) -> Result<Rendered, Error> {
         self.check()?;
-        self.whole(&self.build_scene()?, &self.by_rays(estimator), progress)
+        self.whole(&self.build_scene()?, &self.by_rays(estimator), label)
     }
 
     /// Renders each replication of the range as an image of its own and shows it: pixel means row by row
     /// from the top. A photon map is made anew for each, so that they are independent.
-    ///
-    /// # Errors
-    /// As [`render`](Self::render), and what `each` returns.
-    pub fn replications(
-        &self,
-        range: Range<u32>,
-        mut each: impl FnMut(&[DVec3]) -> Result<(), Error>,
-    ) -> Result<(), Error> {
+    pub fn replications(&self, range: Range<u32>, mut each: impl FnMut(&[DVec3])) -> Result<(), Error> {
         self.check()?;
-        let progress = Progress::new(&name(self.estimator));
+        let label = name(self.estimator);
         let scene = self.build_scene()?;
         if self.estimator != EstimatorName::Photon {
-            return self.single(&scene, &*self.renderer(&scene, &progress)?, range, &mut each);
+            return self.single(&scene, &*self.renderer(&scene, &label)?, range, &mut each);
         }
         for index in range {
             let job = Self { seed: seed_for(self.seed, &format!("photons {index}")), ..*self };
-            job.single(&scene, &*job.renderer(&scene, &progress)?, 0..1, &mut each)?;
+            job.single(&scene, &*job.renderer(&scene, &label)?, 0..1, &mut each)?;
         }
         Ok(())
     }
 
     /// The same with an estimator of single rays that no name of the program stands for.
-    ///
-    /// # Errors
-    /// As [`replications`](Self::replications).
     pub fn replications_by(
         &self,
         estimator: impl Estimator,
         range: Range<u32>,
-        mut each: impl FnMut(&[DVec3]) -> Result<(), Error>,
+        mut each: impl FnMut(&[DVec3]),
     ) -> Result<(), Error> {
         self.check()?;
         self.single(&self.build_scene()?, &self.by_rays(estimator), range, &mut each)
@@ -98,12 +79,12 @@ impl Job {
 
     /// All replications on one film, in ranges that double up to a largest one, so that error and image are known
     /// early.
-    fn whole(&self, scene: &Scene, renderer: &dyn Renderer, progress: &Progress) -> Result<Rendered, Error> {
+    fn whole(&self, scene: &Scene, renderer: &dyn Renderer, label: &str) -> Result<Rendered, Error> {
         let per_replication = renderer.samples_per_replication();
         let mut film = Film::new(self.size, self.window, per_replication)?;
         let replications = self.spp / per_replication;
         let [width, height] = film.size().map(u64::from);
-        let mut bar = progress.bar(width * height * u64::from(self.spp));
+        let mut bar = Bar::new(label, width * height * u64::from(self.spp), "samples");
         let mut done = 0;
         while done < replications {
             let end = replications.min(done + done.clamp(1, LARGEST_RANGE));
@@ -113,7 +94,6 @@ impl Job {
             done = end;
             bar.error(|| film.relative_error());
         }
-        bar.finish();
         Ok(Rendered { film, complete: done == replications })
     }
 
@@ -123,7 +103,7 @@ impl Job {
         scene: &Scene,
         renderer: &dyn Renderer,
         range: Range<u32>,
-        each: &mut dyn FnMut(&[DVec3]) -> Result<(), Error>,
+        each: &mut dyn FnMut(&[DVec3]),
     ) -> Result<(), Error> {
         for index in range {
             let mut film = Film::new(self.size, None, renderer.samples_per_replication())?;
@@ -131,7 +111,7 @@ impl Job {
                 return Err(Error::Interrupted);
             }
             let image: Vec<DVec3> = film.pixels().iter().map(Pixel::mean).collect();
-            each(&image)?;
+            each(&image);
         }
         Ok(())
     }
@@ -141,7 +121,7 @@ impl Job {
     }
 
     /// The estimator that the job names, in its scene.
-    fn renderer(&self, scene: &Scene, progress: &Progress) -> Result<Box<dyn Renderer>, Error> {
+    fn renderer(&self, scene: &Scene, label: &str) -> Result<Box<dyn Renderer>, Error> {
         let rules = match self.convention {
             ConventionName::Physical => LightRules::PHYSICAL,
             ConventionName::Report | ConventionName::Published => LightRules::REPORT,
@@ -157,8 +137,7 @@ impl Job {
             (EstimatorName::Bdpt, _) => Box::new(ByPasses { estimator: Bdpt::<Standard>::default(), seed }),
             (EstimatorName::Photon, _) => {
                 let (map, lookup) = (self.photons.map(), self.photons.lookup(true));
-                let photons = PhotonMapping::new(Standard, scene, lookup, map, (seed, 0))?;
-                Box::new(self.by_rays(photons))
+                Box::new(self.by_rays(PhotonMapping::new(Standard, scene, lookup, map, (seed, 0))?))
             }
             (EstimatorName::Sppm, _) => {
                 let (particles, radius) = self.photons.map();
@@ -168,17 +147,15 @@ impl Job {
             (EstimatorName::Radiosity, _) => {
                 let fineness = self.fineness();
                 let nodes = Mesh::new(scene, fineness)?.nodes() as u64;
-                let bar = progress.bar(nodes);
+                let bar = Bar::new(label, nodes, "samples");
                 let node_done = |nodes| bar.advance(nodes);
                 let solved = Radiosity::new(Standard, scene, fineness, &node_done)?;
-                bar.finish();
                 Box::new(self.by_rays(solved))
             }
             (EstimatorName::Whitted, _) => Box::new(self.by_rays(Whitted::new(rules))),
             (EstimatorName::Report, ConventionName::Published) => Box::new(self.by_rays(Published::default())),
             (EstimatorName::Report, _) => {
-                let report = Report { rays: self.rays, rules, ..Report::default() };
-                Box::new(self.by_rays(report))
+                Box::new(self.by_rays(Report { rays: self.rays, rules, ..Report::default() }))
             }
         })
     }

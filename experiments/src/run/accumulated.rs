@@ -71,10 +71,18 @@ impl Accumulated {
         &self.rows
     }
 
+    /// The fields of a column; nothing where a row has none.
+    pub fn column(&self, name: &str) -> impl Iterator<Item = &str> + use<'_> {
+        let at = self.columns.split(',').position(|column| column == name);
+        self.rows.iter().map(move |row| at.and_then(|at| row.get(at)).map_or("", String::as_str))
+    }
+
+    /// The same as numbers; NaN for what is none.
+    pub fn numbers(&self, column: &str) -> impl Iterator<Item = f64> + use<'_> {
+        self.column(column).map(|field| field.parse().unwrap_or(f64::NAN))
+    }
+
     /// Writes the file.
-    ///
-    /// # Errors
-    /// The file cannot be written.
     pub fn write(&self) -> Result<(), Error> {
         let mut text = format!("# {}\n{LOOKS}{}\n{}\n", self.key, self.looks, self.columns);
         for row in &self.rows {
@@ -90,11 +98,5 @@ fn read(text: &str, key: &str, columns: &str) -> Option<(u32, Vec<Vec<String>>)>
     let rest = text.strip_prefix("# ")?.strip_prefix(key)?;
     let (looks, rest) = rest.strip_prefix('\n')?.strip_prefix(LOOKS)?.split_once('\n')?;
     let rows = rest.strip_prefix(columns)?.strip_prefix('\n')?.lines();
-    let rows = rows.map(|row| row.split(',').map(str::to_owned).collect());
-    Some((looks.parse().ok()?, rows.collect()))
-}
-
-/// A field of a row as a number; NaN if it is none.
-pub fn number(row: &[String], column: usize) -> f64 {
-    row.get(column).and_then(|field| field.parse().ok()).unwrap_or(f64::NAN)
+    Some((looks.parse().ok()?, rows.map(|row| row.split(',').map(str::to_owned).collect()).collect()))
 }

@@ -22,15 +22,14 @@ macro_rules! say {
 
 /// How a program ends: exit code 0; 1 if a claim fails; 2 after one line on standard error; or that of the
 /// signal that ended the work ([`signals::exit_code`]).
-pub fn exit<E: Into<Ending>>(result: Result<E, Error>) -> ExitCode {
-    let code = match result.map(Into::into) {
+pub fn exit(result: Result<Ending, Error>) -> ExitCode {
+    let code = match result {
         Ok(Ending::Done) => 0,
         Ok(Ending::ClaimFails) => 1,
         Ok(Ending::Interrupted) => signals::exit_code().unwrap_or(2),
         Err(error) => {
             eprintln!("error: {error}");
-            let signal = signals::exit_code().filter(|_| matches!(error, Error::Interrupted));
-            signal.unwrap_or(2)
+            signals::exit_code().filter(|_| matches!(error, Error::Interrupted)).unwrap_or(2)
         }
     };
     ExitCode::from(code)
@@ -47,21 +46,20 @@ pub enum Ending {
     Interrupted,
 }
 
-impl From<()> for Ending {
-    fn from((): ()) -> Self {
-        Self::Done
-    }
-}
-
 /// From here on signals end the work in hand, and how far it is gets shown.
 pub fn begin() {
     signals::catch();
     progress::show();
 }
 
-/// Says what was found, and how the program ends by it.
+/// Says what was found in all: what fails by name, then the counts; and how the program ends by it.
 pub fn conclude(outcomes: &[ExperimentResult], options: &run::Options) -> Ending {
-    if record::summarise(outcomes, options) { Ending::Done } else { Ending::ClaimFails }
+    let figures: usize = outcomes.iter().map(|outcome| outcome.figures.len()).sum();
+    let results = options.out.join(record::RESULTS);
+    say!("\n{} experiments, {figures} figures; for machines: {}", outcomes.len(), results.display());
+    let (text, none_fails) = record::verdicts(outcomes);
+    say!("{text}");
+    if none_fails { Ending::Done } else { Ending::ClaimFails }
 }
 
 /// Parses the command line; a wrong option gets one line on standard error and exit code 2.
@@ -101,9 +99,6 @@ pub fn or_one_line<T>(parsed: Result<T, clap::Error>) -> T {
 }
 
 /// Parses `WIDTHxHEIGHT`.
-///
-/// # Errors
-/// What is expected.
 pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let sides = text.split_once('x').and_then(|(width, height)| {
         let number = |text: &str| text.parse::<u32>().ok();
@@ -139,9 +134,6 @@ pub fn real(range: RangeInclusive<f64>) -> impl Fn(&str) -> Result<f64, String> 
 }
 
 /// Sets the number of threads for the whole program; all cores if `None`.
-///
-/// # Errors
-/// [`Error::Option`] if they cannot be started.
 pub fn use_threads(threads: Option<usize>) -> Result<(), Error> {
     let Some(threads) = threads else {
         return Ok(());
@@ -177,9 +169,6 @@ pub fn run_experiment(id: &'static str) -> ExitCode {
 }
 
 /// The experiment of this name.
-///
-/// # Errors
-/// [`Error::Option`] with the names that there are.
 pub fn find(id: &str) -> Result<&'static Experiment, Error> {
     let found = EXPERIMENTS.iter().copied().find(|experiment| experiment.id == id);
     found.ok_or_else(|| {

@@ -20,12 +20,12 @@ use serde::de::DeserializeOwned;
 use whitefurnace::equation::Equation;
 use whitefurnace::error::Error;
 use whitefurnace::film::Film;
+use whitefurnace::harness::trial::Trial;
 use whitefurnace::image::{write_exr, write_png, write_whole};
 
 use crate::render::{Job, name};
 use crate::run::accumulated::Accumulated;
 use crate::run::cli::whole;
-use crate::run::progress::Progress;
 use crate::run::record::PROGRAM;
 use crate::run::unfinished::Unfinished;
 
@@ -94,26 +94,22 @@ impl Run {
         folder: PathBuf,
         fingerprint: String,
     ) -> Result<Self, Error> {
+        let (id, tier, seed) = (experiment.id, name(options.tier), options.seed);
         let divided = match options.shrink {
             1 => String::new(),
             shrink => format!(" --shrink {shrink}"),
         };
         Ok(Self {
-            unfinished: Unfinished::begin(&folder, &fingerprint)?,
+            unfinished: Unfinished::begin(folder.join("unfinished"), &fingerprint)?,
             options: options.clone(),
             outcome: ExperimentResult {
-                id: experiment.id.to_owned(),
+                id: id.to_owned(),
                 title: experiment.title.to_owned(),
                 version: experiment.version,
-                tier: name(options.tier),
-                seed: options.seed,
+                command: format!("cargo run --release --bin {id} -- --tier {tier} --seed {seed}{divided}"),
+                tier,
+                seed,
                 shrink: options.shrink,
-                command: format!(
-                    "cargo run --release --bin {} -- --tier {} --seed {}{divided}",
-                    experiment.id,
-                    name(options.tier),
-                    options.seed
-                ),
                 equations: experiment.equations.iter().map(|equation| equation.id.to_owned()).collect(),
                 numbers: BTreeMap::new(),
                 figures: Vec::new(),
@@ -131,9 +127,6 @@ impl Run {
     }
 
     /// A part of the work that an interrupted run need not do again ([`Unfinished::part`]).
-    ///
-    /// # Errors
-    /// As [`Unfinished::part`].
     pub fn part<T: Serialize + DeserializeOwned>(
         &self,
         key: &str,
@@ -144,22 +137,14 @@ impl Run {
 
     /// Parts that several experiments draw on, in the folder `name` beside theirs: each is made once, by
     /// whichever asks first. `key` says all that decides them beside the program.
-    ///
-    /// # Errors
-    /// As [`Unfinished::at`].
     pub fn shared(&self, name: &str, key: &str) -> Result<Unfinished, Error> {
-        let fingerprint = format!("{:016x} {key}", *PROGRAM);
-        Unfinished::at(self.folder.with_file_name(name), &fingerprint)
+        Unfinished::begin(self.folder.with_file_name(name), &format!("{:016x} {key}", *PROGRAM))
     }
 
     /// The accumulated rows of `file` as earlier runs left them. A run writes them once, when all of its own are there.
-    ///
-    /// # Errors
-    /// As [`Unfinished::before`].
     pub fn accumulated(&self, file: &str, key: &str, columns: &str) -> Result<Accumulated, Error> {
         let path = self.path(file);
-        let before = self.unfinished.before(&path)?;
-        Ok(Accumulated::continued(&before, path, key, columns))
+        Ok(Accumulated::continued(&self.unfinished.before(&path)?, path, key, columns))
     }
 
     /// The tier.
@@ -191,9 +176,9 @@ impl Run {
         self.folder.join(file)
     }
 
-    /// Adds the equations that the registry's trials bear on.
-    pub fn bears_on(&mut self, equations: impl IntoIterator<Item = &'static Equation>) {
-        for equation in equations {
+    /// Adds the equations that trials bear on.
+    pub fn bears_on(&mut self, trials: &[Trial]) {
+        for equation in trials.iter().map(|trial| trial.equation) {
             if !self.outcome.equations.iter().any(|id| id == equation.id) {
                 self.outcome.equations.push(equation.id.to_owned());
             }
@@ -220,41 +205,29 @@ impl Run {
     }
 
     /// Renders a job.
-    ///
-    /// # Errors
-    /// What [`Job::render`] refuses; [`Error::Interrupted`] after a signal to end.
     pub fn render(&self, job: &Job, label: &str) -> Result<Film, Error> {
         // The experiment is named already.
-        let progress = Progress::new(if label == self.outcome.id { "" } else { label });
-        job.render(&progress)?.whole()
+        job.render(if label == self.outcome.id { "" } else { label })?.whole()
     }
 
     /// Renders a job and writes it as `stem.exr` and `stem.png`.
-    ///
-    /// # Errors
-    /// As [`render`](Self::render), or the files cannot be written.
-    pub fn picture(&mut self, job: Job, stem: &str) -> Result<Film, Error> {
+    pub fn picture(&mut self, job: Job, stem: &str) -> Result<(), Error> {
         let job = self.prepared(job);
         let film = self.render(&job, stem)?;
         write_exr(&self.folder.join(format!("{stem}.exr")), &film, &job.provenance(true))?;
-        let png = self.figure(&format!("{stem}.png"));
+        let file = format!("{stem}.png");
         let magnification = if job.window.is_some() { CROP_MAGNIFICATION } else { 1 };
-        write_png(&png, &film, job.display(0.0), magnification)?;
-        let [width, height] = film.size();
-        self.number(&format!("{stem}.mean"), film.mean());
-        self.number(&format!("{stem}.relative_error"), film.relative_error());
-        self.note(
-            &format!("{stem}.png"),
-            format!(
-                "{width}x{height}, {} spp, convention {}, estimator {}, mean radiance {:.4}, mean relative error {:.2} %",
-                job.spp,
-                name(job.convention),
-                name(job.estimator),
-                film.mean(),
-                100.0 * film.relative_error()
-            ),
+        write_png(&self.figure(&file), &film, job.display(0.0), magnification)?;
+        let ([width, height], mean, error) = (film.size(), film.mean(), film.relative_error());
+        self.numbers(stem, [("mean", mean), ("relative_error", error)]);
+        let (convention, estimator, percent) = (name(job.convention), name(job.estimator), 100.0 * error);
+        let value = format!(
+            "{width}x{height}, {} spp, convention {convention}, estimator {estimator}, mean radiance {mean:.4}, \
+             mean relative error {percent:.2} %",
+            job.spp
         );
-        Ok(film)
+        self.note(&file, value);
+        Ok(())
     }
 
     /// Registers a file for a person; returns its path.
@@ -267,8 +240,14 @@ impl Run {
     /// names at blanks: they become hyphens, and a colon before one a dot.
     pub fn number(&mut self, key: &str, value: f64) {
         if value.is_finite() {
-            let key = key.replace(": ", ".").replace(' ', "-");
-            self.outcome.numbers.insert(key, value);
+            self.outcome.numbers.insert(key.replace(": ", ".").replace(' ', "-"), value);
+        }
+    }
+
+    /// Records numbers about one thing, each as `of.what`.
+    pub fn numbers<'a>(&mut self, of: &str, numbers: impl IntoIterator<Item = (&'a str, f64)>) {
+        for (what, value) in numbers {
+            self.number(&format!("{of}.{what}"), value);
         }
     }
 
@@ -299,9 +278,6 @@ impl Run {
     }
 
     /// Writes rows of text as a CSV file.
-    ///
-    /// # Errors
-    /// The file cannot be written.
     pub fn csv(&self, file: &str, header: &str, rows: &[String]) -> Result<(), Error> {
         write_text(&self.folder.join(file), &format!("{header}\n{}\n", rows.join("\n")))
     }
@@ -323,9 +299,6 @@ fn without_infinity(text: &str) -> String {
 const CROP_MAGNIFICATION: u32 = 3;
 
 /// Writes a text file whole or not at all.
-///
-/// # Errors
-/// The file cannot be written.
 pub fn write_text(path: &Path, text: &str) -> Result<(), Error> {
     use std::io::Write as _;
     write_whole(path, |file| file.write_all(text.as_bytes()).map_err(Error::file("write", path)))

@@ -14,9 +14,6 @@ use crate::run::progress::interrupted;
 
 /// Renders the first `samples` samples of every pixel of a frame, or of a window of it, onto a film of one
 /// sample per replication, with independent numbers.
-///
-/// # Errors
-/// Those of [`Film::new`] and [`render`](render()); [`Error::Interrupted`] after a signal to end.
 pub fn render_samples<E: Estimator>(
     scene: &Scene,
     estimator: &E,
@@ -34,27 +31,16 @@ pub fn render_samples<E: Estimator>(
 /// White pixels between two pictures.
 const GAP: u32 = 6;
 
-/// Writes films of the same size in rows of `columns`, each pixel as `magnification`² equal ones.
-///
-/// # Errors
-/// The file cannot be written.
-pub fn write_grid(
-    path: &Path,
-    films: &[Film],
-    columns: u32,
-    display: Display,
-    magnification: u32,
-) -> Result<(), Error> {
+/// Writes films of the same size side by side, each pixel as `magnification`² equal ones.
+pub fn write_row(path: &Path, films: &[Film], display: Display, magnification: u32) -> Result<(), Error> {
     let [width, height] = films.first().map_or([1, 1], Film::size).map(|n| n * magnification);
-    let rows = (films.len() as u32).div_ceil(columns);
-    let size = [columns * (width + GAP) - GAP, rows.max(1) * (height + GAP) - GAP];
+    let size = [films.len() as u32 * (width + GAP) - GAP, height];
     let mut rgb = vec![u8::MAX; 3 * size[0] as usize * size[1] as usize];
     for (k, film) in (0..).zip(films) {
-        let corner = [(k % columns) * (width + GAP), (k / columns) * (height + GAP)];
         for y in 0..height {
             for x in 0..width {
                 let mean = film.pixel(x / magnification, y / magnification).mean();
-                let at = 3 * ((corner[1] + y) * size[0] + corner[0] + x) as usize;
+                let at = 3 * (y * size[0] + k * (width + GAP) + x) as usize;
                 rgb[at..at + 3].copy_from_slice(&mean.to_array().map(|l| display.encode(l)));
             }
         }

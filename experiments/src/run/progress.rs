@@ -28,7 +28,6 @@ struct Shown {
 
 static SHOWN: Mutex<Shown> = Mutex::new(Shown { tasks: Vec::new(), line: None });
 
-/// A terminal's line is drawn so often.
 const DRAWN_EVERY: Duration = Duration::from_millis(200);
 /// Elsewhere a line is written so early, and then so often.
 const FIRST_WRITTEN: Duration = Duration::from_secs(1);
@@ -114,19 +113,15 @@ pub fn state(done: u64, size: u64, unit: &str, elapsed: Duration) -> String {
 
 /// Three digits and a word.
 fn quantity(value: f64) -> String {
-    let (value, word) = match value {
-        v if v >= 1e12 => (v / 1e12, " trillion"),
-        v if v >= 1e9 => (v / 1e9, " billion"),
-        v if v >= 1e6 => (v / 1e6, " million"),
-        v if v >= 1e4 => (v / 1e3, " thousand"),
-        v => {
-            return if v < 10.0 && v.fract() > 0.0 { format!("{v:.1}") } else { format!("{v:.0}") };
-        }
-    };
-    match value {
-        v if v < 10.0 => format!("{v:.2}{word}"),
-        v if v < 100.0 => format!("{v:.1}{word}"),
-        v => format!("{v:.0}{word}"),
+    let scales = [(1e12, " trillion"), (1e9, " billion"), (1e6, " million"), (1e3, " thousand")];
+    // Four digits need no word.
+    let scale = scales.into_iter().find(|&(unit, _)| value >= f64::max(unit, 1e4));
+    match scale.map(|(unit, word)| (value / unit, word)) {
+        None if value < 10.0 && value.fract() > 0.0 => format!("{value:.1}"),
+        None => format!("{value:.0}"),
+        Some((v, word)) if v < 10.0 => format!("{v:.2}{word}"),
+        Some((v, word)) if v < 100.0 => format!("{v:.1}{word}"),
+        Some((v, word)) => format!("{v:.0}{word}"),
     }
 }
 
@@ -139,39 +134,7 @@ fn duration(seconds: f64) -> String {
     }
 }
 
-/// How a program shows progress, once [`show`] was called.
-#[derive(Clone, Debug, Default)]
-pub struct Progress {
-    label: String,
-}
-
-impl Progress {
-    /// Bars with a label; none if it goes without saying.
-    pub fn new(label: &str) -> Self {
-        Self { label: label.to_owned() }
-    }
-
-    /// A bar for so many samples.
-    pub fn bar(&self, samples: u64) -> Bar {
-        self.bar_of(samples, "samples")
-    }
-
-    /// A bar for so many of something; for 0, one that says how long it takes already.
-    pub fn bar_of(&self, size: u64, unit: &'static str) -> Bar {
-        let task = Arc::new(Task {
-            label: self.label.clone(),
-            unit,
-            size,
-            done: AtomicU64::new(0),
-            start: Instant::now(),
-            error: AtomicU64::new(0),
-        });
-        shown().tasks.push(Arc::clone(&task));
-        Bar { task, reckoned: Instant::now() }
-    }
-}
-
-/// One bar; it goes with its value.
+/// How far something is, shown once [`show`] was called and as long as this is kept.
 pub struct Bar {
     task: Arc<Task>,
     /// When the error was last reckoned.
@@ -182,6 +145,21 @@ pub struct Bar {
 const ERROR_EVERY: Duration = Duration::from_secs(2);
 
 impl Bar {
+    /// For so many of something; for 0, one that says how long it takes already. The label is empty where it goes
+    /// without saying.
+    pub fn new(label: &str, size: u64, unit: &'static str) -> Self {
+        let task = Arc::new(Task {
+            label: label.to_owned(),
+            unit,
+            size,
+            done: AtomicU64::new(0),
+            start: Instant::now(),
+            error: AtomicU64::new(0),
+        });
+        shown().tasks.push(Arc::clone(&task));
+        Self { task, reckoned: Instant::now() }
+    }
+
     /// Counts samples; false after a signal to end.
     pub fn advance(&self, samples: u64) -> bool {
         self.task.done.fetch_add(samples, Ordering::Relaxed);
@@ -195,9 +173,6 @@ impl Bar {
             self.task.error.store(relative().to_bits(), Ordering::Relaxed);
         }
     }
-
-    /// Removes the bar.
-    pub fn finish(self) {}
 }
 
 impl Drop for Bar {

@@ -15,8 +15,8 @@ use whitefurnace::image::check_writable;
 use super::split_png;
 use crate::experiments::EXPERIMENTS;
 use crate::render::name;
-use crate::run::progress::{Progress, interrupted};
-use crate::run::{Experiment, ExperimentResult, Finding, Judgement, Options, Run, Tier, write_text};
+use crate::run::progress::{Bar, interrupted};
+use crate::run::{Experiment, ExperimentResult, Finding, Judgement, Options, Run, write_text};
 use crate::say;
 
 /// The largest file that the book keeps, in bytes.
@@ -24,23 +24,14 @@ pub const LARGEST_RECORDED: u64 = 300 * 1024;
 
 /// Runs experiments one after the other and returns what they found; results of an earlier run of this very
 /// program with the same options are kept unless `fresh`. After each, `results.json` is written anew from
-/// all experiments that have a result in the folder.
-///
-/// # Errors
-/// The first error of an experiment; results so far are kept.
+/// all experiments that have a result in the folder, so that an error in a later one loses none.
 pub fn run_all(experiments: &[&Experiment], options: &Options, fresh: bool) -> Result<Vec<ExperimentResult>, Error> {
     let results = options.out.join(RESULTS);
     check_writable(&results)?;
     let mut outcomes = Vec::new();
     for (i, experiment) in experiments.iter().enumerate() {
-        let fingerprint = format!(
-            "{:016x} {} {} {} {}",
-            *PROGRAM,
-            experiment.version,
-            name(options.tier),
-            options.seed,
-            options.shrink
-        );
+        let (Options { seed, shrink, .. }, tier) = (options, name(options.tier));
+        let fingerprint = format!("{:016x} {} {tier} {seed} {shrink}", *PROGRAM, experiment.version);
         let folder = options.out.join(experiment.id);
         let which = format!("[{} of {}] ", i + 1, experiments.len());
         let kept = if fresh { None } else { kept(&folder, &fingerprint) };
@@ -50,9 +41,9 @@ pub fn run_all(experiments: &[&Experiment], options: &Options, fresh: bool) -> R
                 let start = Instant::now();
                 let label = format!("{which}{}", experiment.id);
                 say!("{label} begins: {}", experiment.title);
-                let bar = Progress::new(&label).bar_of(0, "");
+                let bar = Bar::new(&label, 0, "");
                 let outcome = run_one(experiment, options, &folder, fingerprint)?;
-                bar.finish();
+                drop(bar);
                 let seconds = start.elapsed().as_secs_f64();
                 (outcome, format!("{seconds:.1} s"))
             }
@@ -65,7 +56,7 @@ pub fn run_all(experiments: &[&Experiment], options: &Options, fresh: bool) -> R
 }
 
 /// The file for machines.
-const RESULTS: &str = "results.json";
+pub const RESULTS: &str = "results.json";
 
 fn run_one(
     experiment: &Experiment,
@@ -95,9 +86,8 @@ fn kept(folder: &Path, fingerprint: &str) -> Option<ExperimentResult> {
 }
 
 /// The result in a folder, if there is one that can be read.
-fn result(folder: &Path) -> Option<ExperimentResult> {
-    let text = std::fs::read_to_string(folder.join("result.json")).ok()?;
-    serde_json::from_str(&text).ok()
+pub fn result(folder: &Path) -> Option<ExperimentResult> {
+    serde_json::from_str(&std::fs::read_to_string(folder.join("result.json")).ok()?).ok()
 }
 
 /// SHA-256 of each file of an experiment's folder but the result that lists them.
@@ -107,10 +97,8 @@ fn digests(folder: &Path) -> Result<BTreeMap<String, String>, Error> {
         let path = entry.map_err(Error::file("read", folder))?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         if path.is_file() && name != "result.json" {
-            let bytes = std::fs::read(&path).map_err(Error::file("read", &path))?;
-            let digest = Sha256::digest(&bytes);
-            let digits = digest.iter().map(|byte| format!("{byte:02x}"));
-            digests.insert(name.into_owned(), digits.collect());
+            let digest = Sha256::digest(&std::fs::read(&path).map_err(Error::file("read", &path))?);
+            digests.insert(name.into_owned(), digest.iter().map(|byte| format!("{byte:02x}")).collect());
         }
     }
     Ok(digests)
@@ -119,8 +107,7 @@ fn digests(folder: &Path) -> Result<BTreeMap<String, String>, Error> {
 /// A hash of the running program's file: any change of code makes earlier results stale.
 pub static PROGRAM: LazyLock<u64> = LazyLock::new(|| {
     let mut hasher = DefaultHasher::new();
-    let bytes = std::env::current_exe().and_then(std::fs::read);
-    bytes.unwrap_or_default().hash(&mut hasher);
+    std::env::current_exe().and_then(std::fs::read).unwrap_or_default().hash(&mut hasher);
     hasher.finish()
 });
 
@@ -202,15 +189,6 @@ pub fn table(outcome: &ExperimentResult, how: &str, rows: bool) -> String {
     text
 }
 
-/// Says what experiments found in all: what fails by name, then the counts. Returns whether nothing fails.
-pub fn summarise(outcomes: &[ExperimentResult], options: &Options) -> bool {
-    let figures: usize = outcomes.iter().map(|outcome| outcome.figures.len()).sum();
-    say!("\n{} experiments, {figures} figures; for machines: {}", outcomes.len(), options.out.join(RESULTS).display());
-    let (text, none_fails) = verdicts(outcomes);
-    say!("{text}");
-    none_fails
-}
-
 /// The lines of claims that fail, and of the counts; whether nothing fails.
 pub fn verdicts(outcomes: &[ExperimentResult]) -> (String, bool) {
     let all = || {
@@ -237,27 +215,8 @@ pub fn recorded_folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../book/recorded")
 }
 
-/// The recorded result of an experiment, if there is one that can be read.
-pub fn recorded(folder: &Path, id: &str) -> Option<ExperimentResult> {
-    result(&folder.join(id))
-}
-
-/// Refuses to record anything but full runs.
-///
-/// # Errors
-/// [`Error::Option`] with what to change.
-pub fn check_recordable(options: &Options) -> Result<(), Error> {
-    if options.tier == Tier::Full && options.shrink == 1 {
-        return Ok(());
-    }
-    Err(Error::Option("--update-book records full runs only: add --tier full and leave out --shrink".to_owned()))
-}
-
 /// Copies an experiment's result and figures from `from` to `to`, where older files go; large pictures
 /// in bands by [`split_png`]. Returns the plots that are too large and were left out.
-///
-/// # Errors
-/// A file cannot be read or written.
 pub fn record(from: &Path, to: &Path) -> Result<Vec<String>, Error> {
     let file = from.join("result.json");
     let text = std::fs::read_to_string(&file).map_err(Error::file("read", &file))?;
@@ -289,9 +248,6 @@ pub fn record(from: &Path, to: &Path) -> Result<Vec<String>, Error> {
 }
 
 /// Records the results of these experiments in the book's folder and says what was left out.
-///
-/// # Errors
-/// As [`record`].
 pub fn update_book(experiments: &[&Experiment], options: &Options) -> Result<(), Error> {
     let book = recorded_folder();
     for experiment in experiments {

@@ -9,9 +9,6 @@ use whitefurnace::image::{encode_rgb, write_whole};
 
 /// Writes the picture `source`, an 8-bit RGB PNG, as `STEM.band-1.png`, `STEM.band-2.png` ... in the
 /// folder `to`: as few bands as keep each file at most `largest` bytes.
-///
-/// # Errors
-/// The picture cannot be read, the bands cannot be written, or a single row is too large.
 pub fn split_png(source: &Path, to: &Path, largest: u64) -> Result<(), Error> {
     let fault = |message: String| Error::Image { action: "divide", path: source.to_owned(), message };
     let file = File::open(source).map_err(Error::file("read", source))?;
@@ -31,8 +28,7 @@ pub fn split_png(source: &Path, to: &Path, largest: u64) -> Result<(), Error> {
                 .map(|band| encode_rgb([info.width, (band.len() / info.line_size) as u32], band))
                 .collect::<Result<_, _>>()
                 .ok()?;
-            let fit = bands.iter().all(|band| band.len() as u64 <= largest);
-            fit.then_some(bands)
+            bands.iter().all(|band| band.len() as u64 <= largest).then_some(bands)
         })
         .ok_or_else(|| fault(format!("a row takes more than {largest} bytes")))?;
     for (i, band) in bands.iter().enumerate() {

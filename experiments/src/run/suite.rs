@@ -1,29 +1,28 @@
 //! The registry of trials, run in parallel for the experiments.
 
 use rayon::prelude::*;
-use whitefurnace::equation::{self, Equation};
 use whitefurnace::error::Error;
 use whitefurnace::harness::outcome::Verdict;
 use whitefurnace::harness::trial::{Context, Row, Trial, run_trial};
 
-use crate::run::progress::{Progress, interrupted};
+use crate::run::Run;
+use crate::run::progress::{Bar, interrupted};
 
-/// The scale of sample sizes at which experiments repeat the suite.
-pub const REDUCED: f64 = 1.0 / 16.0;
+/// The scale of sample sizes at which experiments repeat the suite: that of the suite itself at the full tier.
+pub fn scale(run: &Run) -> f64 {
+    run.scale(run.by_tier(1.0 / 16.0, 1.0))
+}
 
 /// The family-wise level of an experiment.
 pub const FAMILY: f64 = 1e-3;
 
 /// Does `work` for every item on all cores; the results are in the items' order.
-///
-/// # Errors
-/// [`Error::Interrupted`] after a signal to end.
 pub fn parallel<I: IntoParallelIterator<Iter: IndexedParallelIterator>, R: Send>(
     items: I,
     work: impl Fn(I::Item) -> R + Sync,
 ) -> Result<Vec<R>, Error> {
     let items = items.into_par_iter();
-    let bar = Progress::default().bar_of(items.len() as u64, "parts");
+    let bar = Bar::new("", items.len() as u64, "parts");
     items
         .map(|item| {
             if interrupted() {
@@ -36,30 +35,17 @@ pub fn parallel<I: IntoParallelIterator<Iter: IndexedParallelIterator>, R: Send>
         .collect()
 }
 
-/// The rows of every trial, in the trials' order.
-///
-/// # Errors
-/// As [`Context::new`] and [`parallel`].
-pub fn run(trials: &[Trial], seed: u64, scale: f64) -> Result<Vec<Vec<Row>>, Error> {
-    let context = Context::new(seed, scale)?;
+/// The rows of every trial at that scale, in the trials' order.
+pub fn rows(run: &Run, trials: &[Trial]) -> Result<Vec<Vec<Row>>, Error> {
+    let context = Context::new(run.seed(), scale(run))?;
     parallel(trials, |trial| run_trial(trial, &context))
 }
 
 /// The verdict on several outcomes together: fails if one does, holds if all do.
-pub fn joint(verdicts: impl IntoIterator<Item = Verdict>) -> Verdict {
-    verdicts.into_iter().fold(Verdict::Holds, |joint, verdict| match (joint, verdict) {
+pub fn joint<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Verdict {
+    rows.into_iter().fold(Verdict::Holds, |joint, row| match (joint, row.verdict) {
         (Verdict::Fails, _) | (_, Verdict::Fails) => Verdict::Fails,
         (Verdict::Undecided { needed: a }, Verdict::Undecided { needed: b }) => Verdict::Undecided { needed: a.max(b) },
         (Verdict::Holds, other) | (other, Verdict::Holds) => other,
     })
-}
-
-/// The place of an equation in the registry, for sorting.
-pub fn place(id: &str) -> usize {
-    equation::ALL.iter().position(|equation| equation.id == id).unwrap_or(equation::ALL.len())
-}
-
-/// The equation of each trial.
-pub fn equations(trials: &[Trial]) -> impl Iterator<Item = &'static Equation> + '_ {
-    trials.iter().map(|trial| trial.equation)
 }

@@ -20,20 +20,8 @@ pub struct Unfinished {
 }
 
 impl Unfinished {
-    /// Begins a run in an experiment's folder, or goes on with the one that was begun and has the same
-    /// fingerprint.
-    ///
-    /// # Errors
-    /// The folder cannot be made or written.
-    pub fn begin(folder: &Path, fingerprint: &str) -> Result<Self, Error> {
-        Self::at(folder.join("unfinished"), fingerprint)
-    }
-
-    /// The same in this very folder: for parts that outlive the run.
-    ///
-    /// # Errors
-    /// As [`begin`](Self::begin).
-    pub fn at(folder: PathBuf, fingerprint: &str) -> Result<Self, Error> {
+    /// Begins in this folder, or goes on with what was begun there under the same fingerprint.
+    pub fn begin(folder: PathBuf, fingerprint: &str) -> Result<Self, Error> {
         let run = folder.join("run");
         if std::fs::read_to_string(&run).is_ok_and(|begun| begun == fingerprint) {
             return Ok(Self { folder });
@@ -48,17 +36,13 @@ impl Unfinished {
 
     /// A part of the run: taken from the folder if it was done, else made and put there. Its key is part of
     /// the name of a file.
-    ///
-    /// # Errors
-    /// What `make` returns, [`Error::Interrupted`] after a signal, or the file cannot be written.
     pub fn part<T: Serialize + DeserializeOwned>(
         &self,
         key: &str,
         make: impl FnOnce() -> Result<T, Error>,
     ) -> Result<T, Error> {
         let path = self.folder.join(format!("{key}.json"));
-        let done = std::fs::read_to_string(&path).ok();
-        if let Some(part) = done.and_then(|text| serde_json::from_str(&text).ok()) {
+        if let Some(part) = std::fs::read_to_string(&path).ok().and_then(|text| serde_json::from_str(&text).ok()) {
             return Ok(part);
         }
         if interrupted() {
@@ -72,9 +56,6 @@ impl Unfinished {
     }
 
     /// A copy of a file of the experiment as it was when the run began; an empty one if there was none.
-    ///
-    /// # Errors
-    /// The file cannot be read, or the copy not written.
     pub fn before(&self, file: &Path) -> Result<PathBuf, Error> {
         let name = file.file_name().unwrap_or_default().to_string_lossy();
         let copy = self.folder.join(format!("{name}.before"));
@@ -89,9 +70,6 @@ impl Unfinished {
     }
 
     /// Ends the run: what it leaves has been written.
-    ///
-    /// # Errors
-    /// The folder cannot be removed.
     pub fn end(self) -> Result<(), Error> {
         std::fs::remove_dir_all(&self.folder).map_err(Error::file("remove", &self.folder))
     }

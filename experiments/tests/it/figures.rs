@@ -11,6 +11,7 @@ use experiments::plot::differences::{Common, differences};
 use experiments::plot::forest::{Line, forest};
 use experiments::plot::map::{Map, diverging, maps};
 use experiments::plot::matrix::{Detection, matrix};
+use roxmltree::{Document, Node};
 use whitefurnace::error::Error;
 use whitefurnace::harness::outcome::Verdict;
 
@@ -32,55 +33,39 @@ fn chart(series: Vec<Series>) -> Chart {
     Chart::new("A < B", ["x (m)", "y (s)"], [[0.0, 1.0]; 2], series)
 }
 
-/// The elements that draw lines.
-fn paths(svg: &str) -> Vec<&str> {
-    svg.lines().filter(|line| line.starts_with("<polyline ")).collect()
+/// A figure as browsers read it: one that is not well-formed is an error to them.
+fn parsed(svg: &str) -> Document<'_> {
+    Document::parse(svg).unwrap_or_else(|error| panic!("{error}: {svg}"))
+}
+
+fn polylines<'a>(svg: &'a Document<'_>) -> impl DoubleEndedIterator<Item = Node<'a, 'a>> {
+    svg.descendants().filter(|node| node.has_tag_name("polyline"))
 }
 
 /// What draws marks, by colour: elements and the corners of polygons relative to the first.
-fn marks(svg: &str) -> BTreeMap<&str, BTreeSet<String>> {
+fn marks<'a>(svg: &'a Document<'_>) -> BTreeMap<&'a str, BTreeSet<String>> {
     let mut marks: BTreeMap<_, BTreeSet<_>> = BTreeMap::new();
-    for line in svg.lines() {
-        let tag = line.split(' ').next().unwrap_or(line);
-        let (colour, look) = match (tag, attribute(line, "points")) {
-            ("<circle", _) => (attribute(line, "fill"), String::new()),
-            ("<polygon", Some(points)) => (attribute(line, "fill"), offsets(points)),
-            ("<polyline", Some(points)) => (attribute(line, "stroke"), offsets(points)),
+    for node in svg.descendants() {
+        let tag = node.tag_name().name();
+        let colour = match tag {
+            "circle" | "polygon" => node.attribute("fill"),
+            "polyline" => node.attribute("stroke"),
             _ => continue,
         };
-        let colour = colour.expect("a colour");
-        marks.entry(colour).or_default().insert(tag.to_owned() + &look);
+        let points = points(&node);
+        let relative = points.iter().map(|[x, y]| [x - points[0][0], y - points[0][1]]);
+        let look = format!("{tag} {:?}", relative.collect::<Vec<_>>());
+        marks.entry(colour.expect("a colour")).or_default().insert(look);
     }
     marks
 }
 
-/// No element has an attribute twice: browsers would show an error in place of the figure.
-fn well_formed(svg: &str) {
-    for line in svg.lines().filter(|line| line.starts_with('<')) {
-        let names = line.split("=\"").filter_map(|part| part.rsplit(' ').next());
-        let names: Vec<&str> = names.take(line.matches("=\"").count()).collect();
-        let distinct: BTreeSet<&str> = names.iter().copied().collect();
-        assert_eq!(names.len(), distinct.len(), "{line}");
-    }
-}
-
-/// Points relative to the first.
-fn offsets(points: &str) -> String {
-    let points = numbers(points);
-    let relative = points.iter().map(|[x, y]| [x - points[0][0], y - points[0][1]]);
-    format!("{:?}", relative.collect::<Vec<_>>())
-}
-
-/// The points of a polygon or a line, in pixels.
-fn numbers(points: &str) -> Vec<[f64; 2]> {
+/// The points of a polygon or a line, in pixels; none of another element.
+fn points(node: &Node<'_, '_>) -> Vec<[f64; 2]> {
     let pixels = |text: &str| text.parse::<f64>().expect("a coordinate") / 100.0;
     let point = |text: &str| text.split_once(',').map(|(x, y)| [x, y].map(pixels));
-    points.split_whitespace().map(|text| point(text).expect("a point")).collect()
-}
-
-fn attribute<'a>(element: &'a str, name: &str) -> Option<&'a str> {
-    let from = element.find(&format!(" {name}=\""))? + name.len() + 3;
-    element[from..].split('"').next()
+    let texts = node.attribute("points").unwrap_or_default().split_whitespace();
+    texts.map(|text| point(text).expect("a point")).collect()
 }
 
 #[test]
@@ -96,10 +81,7 @@ fn every_figure_says_what_it_shows() {
     let figures = [
         drawn("charts", |path| charts(path, see, [400, 300], &[chart(Vec::new())])),
         drawn("differences", |path| differences(path, about, &common, &[("panel", vec![[1.0, -50.0, 0.0]])])),
-        drawn("forest", |path| {
-            let undecided = Verdict::Undecided { needed: 9 };
-            forest(path, about, &[line([-0.5, 0.5], undecided)])
-        }),
+        drawn("forest", |path| forest(path, about, &[line([-0.5, 0.5], Verdict::Undecided { needed: 9 })])),
         drawn("map", |path| maps(path, see, [400, 300], 1, &[map])),
         drawn("matrix", |path| matrix(path, about, &names, &names, |_, _| Some(Detection::Missed))),
         drawn("squares", |path| squares(path, about, (&names, &names), "blank", square)),
@@ -107,11 +89,9 @@ fn every_figure_says_what_it_shows() {
     ];
     for svg in figures {
         assert!(svg.contains("<title id=\"title\">A &lt; B</title>"), "{svg}");
-        let desc = "<desc id=\"see\">What there is to see &amp; know.</desc>";
-        assert!(svg.contains(desc), "{svg}");
+        assert!(svg.contains("<desc id=\"see\">What there is to see &amp; know.</desc>"), "{svg}");
         assert!(svg.contains("aria-labelledby=\"title see\""), "{svg}");
-        well_formed(&svg);
-        assert!(svg.trim_end().ends_with("</svg>"));
+        parsed(&svg);
     }
 }
 
@@ -120,8 +100,7 @@ fn curves_are_not_jagged() {
     let parabola = (0..=200).map(|i| f64::from(i) / 200.0).map(|x| [x, 0.1 + 0.05 * x * x]);
     let series = Series::new("parabola", 0, Mark::Line, parabola);
     let svg = drawn("parabola", |path| charts(path, "", [400, 300], &[chart(vec![series])]));
-    let curve = paths(&svg).into_iter().max_by_key(|path| path.len()).expect("a curve");
-    let curve = numbers(attribute(curve, "points").expect("points"));
+    let curve = polylines(&parsed(&svg)).map(|line| points(&line)).max_by_key(Vec::len).expect("a curve");
     let heights: Vec<f64> = curve.iter().map(|point| point[1]).collect();
     assert_eq!(heights.len(), 201);
     // A parabola has equal second differences: each is off by less than four roundings to two decimals.
@@ -139,17 +118,15 @@ fn series_are_told_apart_without_colour() {
         // Black, 6, is the colour of references, which have a full line.
         let colours = (0..COUNT).filter(|&i| i != 6);
         let svg = drawn("series", |path| charts(path, "", [400, 300], &[chart(colours.map(series).collect())]));
-        well_formed(&svg);
+        let svg = parsed(&svg);
         let looks: BTreeSet<String> = match mark {
             Mark::Line => {
-                let all = paths(&svg);
-                let dash = |line: &&str| format!("{:?}", attribute(line, "stroke-dasharray"));
-                all[all.len() - (COUNT - 1)..].iter().map(dash).collect()
+                let dash = |line: Node<'_, '_>| format!("{:?}", line.attribute("stroke-dasharray"));
+                polylines(&svg).rev().take(COUNT - 1).map(dash).collect()
             }
             _ => {
                 let marks = marks(&svg);
-                let colour = |i| OKABE_ITO[i];
-                (0..COUNT).filter(|&i| i != 6).map(|i| format!("{:?}", marks[colour(i)])).collect()
+                (0..COUNT).filter(|&i| i != 6).map(|i| format!("{:?}", marks[OKABE_ITO[i]])).collect()
             }
         };
         assert_eq!(looks.len(), COUNT - 1, "{mark:?}: {looks:#?}");
@@ -177,8 +154,7 @@ fn two_cells(name: &str, values: Vec<f64>) -> String {
 fn what_is_off_a_map_s_scale_is_marked() {
     let triangles = |values| {
         let svg = two_cells("overflow", values);
-        let rim = "<polygon stroke=\"#fff\"";
-        svg.lines().filter(|line| line.starts_with(rim) && line.contains("#FFFFFF")).count()
+        svg.lines().filter(|line| line.starts_with("<polygon stroke=\"#fff\"") && line.contains("#FFFFFF")).count()
     };
     assert_eq!(triangles(vec![4.0, -4.0]), 0);
     assert_eq!(triangles(vec![4.1, 0.0]), 1);
@@ -193,19 +169,17 @@ fn maps_hold_their_cells_in_colours_of_equal_weight() {
     // Relative luminance (ITU-R BT.709, linear) of both ends is about the same.
     let luminance = |share: f64| -> f64 {
         let linear = |channel: u8| (f64::from(channel) / 255.0).powf(2.2);
-        let weights = [0.2126, 0.7152, 0.0722];
-        let products = diverging(share).into_iter().zip(weights);
+        let products = diverging(share).into_iter().zip([0.2126, 0.7152, 0.0722]);
         products.map(|(channel, weight)| weight * linear(channel)).sum()
     };
     assert!((luminance(1.0) - luminance(-1.0)).abs() < 0.03);
     assert!(luminance(-1.0) < luminance(-0.5) && luminance(-0.5) < luminance(0.0));
 
-    let svg = two_cells("map", vec![-1.0, 5.0]);
+    let svg = two_cells("cells", vec![-1.0, 5.0]);
     // The first bytes of every PNG.
     assert!(svg.contains("href=\"data:image/png;base64,iVBORw0KGgo"));
-    assert!(svg.trim_end().ends_with("</svg>"));
-    let path = folder("maps").join("map.svg");
-    assert!(maps(&path, "one value", [400, 300], 1, &[map(vec![0.0])]).is_err());
+    parsed(&svg);
+    assert!(maps(&folder("maps").join("map.svg"), "one value", [400, 300], 1, &[map(vec![0.0])]).is_err());
 }
 
 /// The colour of a share of nothing is no colour of the scale, and is explained.
@@ -214,10 +188,7 @@ fn what_is_not_judged_is_grey() {
     let svg = |values| two_cells("unknown", values);
     let [known, unknown] = [svg(vec![0.0, -9.0]), svg(vec![0.0, f64::NAN])];
     assert!(unknown.contains("not judged") && !known.contains("not judged"));
-    let picture = |svg: &str| {
-        let data = svg.split("base64,").nth(1).expect("a picture");
-        data.split('"').next().map(str::to_owned)
-    };
+    let picture = |svg: &str| svg.split("base64,").nth(1).expect("a picture").split('"').next().map(str::to_owned);
     assert!(picture(&known) != picture(&unknown), "as if it were far below");
 }
 
@@ -229,13 +200,12 @@ fn a_narrow_matrix_has_room_for_its_legend() {
     let title = "Image mean relative to the reference ± half its interval";
     let square = |_, _| Some(Square { text: "1".to_owned(), standing: Standing::Agrees });
     let svg = drawn("narrow", |path| squares(path, (title, ""), (&names, &names), blank, square));
+    let svg = parsed(&svg);
+    let number = |node: Node<'_, '_>, name| node.attribute(name).and_then(|n| n.parse().ok()).expect("a number");
     let height = |text: &str| -> f64 {
-        let mut lines = svg.lines();
-        let line = lines.position(|line| line == text).expect("a text");
-        let element = svg.lines().nth(line - 1).expect("its element");
-        attribute(element, "y").expect("a place").parse().expect("a number")
+        let mut texts = svg.descendants().filter(|node| node.has_tag_name("text"));
+        number(texts.find(|node| node.text().is_some_and(|t| t.trim() == text)).expect("a text"), "y")
     };
     assert!(height("n") > height(blank) + 1800.0, "the legend stands in the matrix");
-    let across = attribute(svg.lines().next().expect("a root"), "width").expect("a width");
-    assert!(across.parse::<f64>().expect("a number") > 500.0, "the title is cut off");
+    assert!(number(svg.root_element(), "width") > 500.0, "the title is cut off");
 }

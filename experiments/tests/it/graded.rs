@@ -60,8 +60,7 @@ fn counts_are_held_to_the_stated_power() {
     assert!(p(&seeds([100, 50]))[1] < 1e-6);
     // A lower bound may be exceeded, and must be reached.
     let bounds = |counts| -> Vec<Measure> {
-        let bound = |measure| Measure { bound: true, ..measure };
-        seeds(counts).into_iter().map(bound).collect()
+        seeds(counts).into_iter().map(|measure| Measure { bound: true, ..measure }).collect()
     };
     assert!(p(&bounds([180, 20])).iter().all(|&p| p > 0.9));
     assert!(p(&bounds([60, 90]))[0] < 1e-6);

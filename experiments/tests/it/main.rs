@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 use clap::CommandFactory as _;
 use experiments::render::Job;
 use experiments::render::command::Render;
-use experiments::run::record::{recorded, recorded_folder};
+use experiments::run::record::{recorded_folder, result};
 use experiments::run::{ExperimentResult, Finding, Judgement, Options, Tier};
 
 mod figures;
@@ -75,7 +75,7 @@ fn quick(out: PathBuf, shrink: u32) -> Options {
 
 /// A recorded result with other findings: what is said, the value, and the verdict.
 fn outcome(findings: &[(&str, &str, Option<Judgement>)]) -> ExperimentResult {
-    let mut outcome = recorded(&recorded_folder(), "room").expect("a recorded result");
+    let mut outcome = result(&recorded_folder().join("room")).expect("a recorded result");
     let finding = |&(what, value, verdict): &(&str, &str, Option<Judgement>)| Finding {
         what: what.to_owned(),
         value: value.to_owned(),

@@ -35,8 +35,7 @@ fn mutants_are_recorded_with_the_reasons_of_survivors() {
             fs::write(&path, run).expect("file");
             command.arg(path);
         }
-        let command = command.arg("--folder").arg(&folder);
-        let output = command.output().expect("the program starts");
+        let output = command.arg("--folder").arg(&folder).output().expect("the program starts");
         (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned())
     };
     let first = outcomes(&[
@@ -47,14 +46,12 @@ fn mutants_are_recorded_with_the_reasons_of_survivors() {
         ("src/b.rs", "9:9: replace f with 1", "Unviable"),
     ]);
     // The second run tries survivors again.
-    let second = outcomes(&[("src/a.rs", "3:5: replace * with /", "CaughtMutant")]);
-    let (code, text) = record(&[first, second]);
+    let (code, text) = record(&[first, outcomes(&[("src/a.rs", "3:5: replace * with /", "CaughtMutant")])]);
     assert_eq!(code, Some(0));
     assert!(text.contains("no reason yet: src/a.rs:2:5: replace | with ^"), "{text}");
     assert!(text.contains("all: 3 of 4 killed"), "{text}");
     let mut found = Record::read(&folder).expect("a record");
-    let counts = Counts { caught: 2, timeout: 0, missed: 1, unviable: 0 };
-    assert_eq!(found.files["src/a.rs"], counts);
+    assert_eq!(found.files["src/a.rs"], Counts { caught: 2, timeout: 0, missed: 1, unviable: 0 });
     assert_eq!((found.files["src/b.rs"].timeout, found.files["src/b.rs"].unviable), (1, 1));
     // A reason stays with its mutant when the lines move; other files stay as they are.
     found.survivors[0].reason = "the bits do not overlap".to_owned();

@@ -6,7 +6,7 @@ use std::process::Command;
 
 use experiments::experiments::EXPERIMENTS;
 use experiments::plot::trial_cells;
-use experiments::run::record::{LARGEST_RECORDED, record, recorded, recorded_folder};
+use experiments::run::record::{LARGEST_RECORDED, record, recorded_folder, result};
 use whitefurnace::harness::mean::{Values, mean};
 use whitefurnace::harness::outcome::Claim;
 use whitefurnace::harness::trial::{Row, write_cells};
@@ -25,7 +25,7 @@ fn recorded_results_are_those_of_the_code() {
         }
         let id = path.file_name().expect("a name").to_string_lossy();
         let experiment = EXPERIMENTS.iter().find(|e| e.id == id);
-        match (experiment, recorded(&book, &id)) {
+        match (experiment, result(&path)) {
             (None, _) => stale.push(format!("{id}: no such experiment")),
             (_, None) => stale.push(format!("{id}: result.json cannot be read")),
             (Some(e), Some(found)) if (e.id, e.version) != (&found.id, found.version) => {
@@ -60,12 +60,12 @@ fn recording_divides_large_pictures_and_leaves_out_large_plots() {
         .map(|i: u32| (i.wrapping_mul(2_654_435_761) >> 24) as u8 ^ (i.wrapping_mul(i) >> 7) as u8)
         .collect();
     write_rgb(&from.join("c.png"), size, &noise).expect("picture");
-    let result = r#"{"id": "demo", "title": "", "version": 1, "tier": "full", "seed": 1,
+    let written = r#"{"id": "demo", "title": "", "version": 1, "tier": "full", "seed": 1,
         "command": "", "equations": [], "numbers": {"x": 1.5}, "figures": ["a.svg", "b.svg", "c.png"],
         "findings": [], "fingerprint": "abc"}"#;
-    fs::write(from.join("result.json"), result).expect("file");
+    fs::write(from.join("result.json"), written).expect("file");
     assert_eq!(record(&from, &to).expect("recorded"), ["b.svg"]);
-    let found = recorded(&folder, "to").expect("a result");
+    let found = result(&to).expect("a result");
     assert_eq!(found.figures, ["a.svg", "c.png"]);
     assert!(found.fingerprint.is_empty());
     assert!(to.join("a.svg").is_file() && !to.join("b.svg").exists());
@@ -95,8 +95,7 @@ fn cells_of_a_failed_trial_are_plotted_and_bad_files_refused() {
     };
     let good = plot("good.csv", "place,expected,observed,sigmas\n\"u, v\",1e3,1.1e3,3.2\n\"w\",5e2,4.9e2,-0.4\n");
     assert!(good.status.success());
-    let svg = fs::read_to_string(folder.join("good.svg")).expect("a plot");
-    assert!(svg.contains("u, v"));
+    assert!(fs::read_to_string(folder.join("good.svg")).expect("a plot").contains("u, v"));
     for (text, line) in [
         ("a,b\n", "line 1"),
         ("place,expected,observed,sigmas\n", "line 2"),
@@ -132,10 +131,8 @@ fn batches_of_a_mean_are_plotted() {
         seed: 1,
     };
     let path = write_cells(&row.trial, &row.outcome, &folder).expect("written").expect("cells");
-    let found = trial_cells::read(&path).expect("a data file");
-    assert_eq!(found.len(), row.outcome.cells.len());
+    assert_eq!(trial_cells::read(&path).expect("a data file").len(), row.outcome.cells.len());
     let plot = Command::new(env!("CARGO_BIN_EXE_plot-cells")).arg(&path).output().expect("the program starts");
     assert!(plot.status.success());
-    let svg = fs::read_to_string(path.with_extension("svg")).expect("a plot");
-    assert!(svg.contains(" (16 values)"));
+    assert!(fs::read_to_string(path.with_extension("svg")).expect("a plot").contains(" (16 values)"));
 }

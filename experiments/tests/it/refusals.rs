@@ -11,72 +11,8 @@ use crate::{folder, refused, render, reproduce, text};
 
 #[test]
 fn bad_input_gets_one_line_exit_code_two_and_leaves_nothing() {
-    let cases = [
-        ("--size 0x10", "'--size"),
-        ("--size -5x5", "'--size"),
-        ("--size 5x-5", "'--size"),
-        ("--size 1000000000x1000000000", "'--size"),
-        ("--size 60000x60000", "memory"),
-        ("--size 10", "WIDTHxHEIGHT"),
-        ("--size axb", "WIDTHxHEIGHT"),
-        ("--spp 0", "'--spp"),
-        ("--spp -1", "1 to 4294967295"),
-        ("--threads 0", "1 to 1024"),
-        ("--threads -1", "'--threads"),
-        ("--pixel grid --spp 10", "multiple"),
-        ("--pixel grid --grid 1024 --spp 4294967295", "multiple"),
-        ("--exposure nan", "-100 to 100"),
-        ("--exposure -inf", "'--exposure"),
-        ("--convention report --exposure 1", "--convention physical"),
-        ("--convention report --exposure 0", "--exposure"),
-        ("--scene cornell --diffuse lambert", "--scene report"),
-        ("--scene cornell --diffuse corrected", "--diffuse"),
-        ("--convention published --diffuse eon", "published"),
-        ("--pixel random --grid 3", "--pixel grid and jitter"),
-        ("--grid 4", "--grid"),
-        ("--scrambles 4", "--sampler sobol"),
-        ("--sampler sobol --scrambles 0", "'--scrambles"),
-        ("--sampler sobol --scrambles 3 --spp 8", "multiple"),
-        ("--estimator radiosity --patches 0", "'--patches"),
-        ("--patches -1", "1 to 4294967295"),
-        ("--out out/picture.png", ".exr"),
-        ("--out /dev/null/picture.exr", "/dev/null"),
-        ("--convention published --estimator mis", "--estimator report"),
-        ("--scene environment --estimator light-tracer", "background"),
-        ("--estimator bdpt --pixel centre", "--pixel"),
-        ("--estimator bdpt --pixel random", "--pixel"),
-        ("--estimator bdpt --sampler sobol --spp 8", "single rays"),
-        ("--scene cornell --convention report", "--scene report"),
-        ("--rays 4", "--estimator report"),
-        ("--rays 1", "--estimator report"),
-        ("--estimator bsdf --light-sampling solid-angle", "--estimator light and mis"),
-        ("--estimator light --heuristic power", "--estimator mis"),
-        ("--radius 1", "--estimator photon"),
-        ("--photons 1000", "--estimator photon"),
-        ("--estimator photon --radius 0", "0.000001 to 1000000"),
-        ("--estimator photon --radius nan", "'--radius"),
-        ("--estimator photon --photons 0", "1 to 4294967295"),
-        ("--estimator photon --photons 4e9", "'--photons"),
-        ("--estimator photon --photons 4000000000", "GB"),
-        ("--estimator photon --caustic-photons 0", "1 to 4294967295"),
-        ("--estimator photon --caustic-radius -1", "'--caustic-radius"),
-        ("--estimator sppm --gather no", "--estimator photon"),
-        ("--estimator sppm --caustic-radius 1", "--gather yes"),
-        ("--estimator photon --gather no --caustic-photons 9", "--gather yes"),
-        ("--estimator photon --scene environment", "background"),
-        ("--convention report --rays 0", "1 to 64"),
-        ("--estimator radiosity", "mirrors"),
-        ("--estimator radiosity --scene environment", "background"),
-        ("--estimator radiosity --scene cornell --patches 50000", "memory"),
-        ("--patches 100", "--estimator radiosity"),
-        ("--frames 3", "--frames"),
-        ("--scene nowhere", "cornell"),
-        ("--scene -1", "'--scene"),
-        ("--seed -1", "'--seed"),
-        ("--seed 18446744073709551616", "0 to 18446744073709551615"),
-        ("--spp", "'--spp"),
-    ];
-    for (options, hint) in cases {
+    for case in include_str!("refusals.txt").lines() {
+        let (options, hint) = case.split_once(" => ").expect("options, and what is said of them");
         let folder = folder("errors");
         // An option may be given once only.
         let defaults: String = [("--size", "8x6"), ("--spp", "1")]
@@ -84,8 +20,7 @@ fn bad_input_gets_one_line_exit_code_two_and_leaves_nothing() {
             .filter(|(option, _)| !options.contains(option))
             .map(|(option, value)| format!("{option} {value} "))
             .collect();
-        let output = render(&folder, &(defaults + options));
-        refused(&output, hint);
+        refused(&render(&folder, &(defaults + options)), hint);
         let left = std::fs::read_dir(&folder).expect("the folder is there").count();
         assert_eq!(left, 0, "{options} left files behind");
     }
@@ -135,8 +70,7 @@ fn a_full_disk_is_no_missing_folder() {
 fn a_failed_run_keeps_the_file_that_was_there() {
     let folder = folder("keeps");
     std::fs::write(folder.join("a.exr"), "precious").expect("written");
-    let output = render(&folder, "--spp 0 --out a.exr");
-    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(render(&folder, "--spp 0 --out a.exr").status.code(), Some(2));
     assert_eq!(std::fs::read_to_string(folder.join("a.exr")).expect("there"), "precious");
 }
 
@@ -155,8 +89,7 @@ fn every_experiment_is_listed_and_has_a_program() {
     assert!(ids.eq(EXPERIMENTS.iter().map(|experiment| experiment.id)), "{list}");
     refused(&reproduce(&folder, "--only fig10"), "fig9");
     let programs = Path::new(env!("CARGO_MANIFEST_DIR")).join("programs/src/bin");
-    for experiment in EXPERIMENTS {
-        let program = programs.join(format!("{}.rs", experiment.id));
-        assert!(program.is_file(), "{} is missing", program.display());
+    for id in EXPERIMENTS.iter().map(|experiment| experiment.id) {
+        assert!(programs.join(format!("{id}.rs")).is_file(), "{id} has no program");
     }
 }

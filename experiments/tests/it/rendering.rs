@@ -3,7 +3,6 @@
 use clap::ValueEnum as _;
 use experiments::render::photons::{Gather, Photons};
 use experiments::render::{EstimatorName, Job, LightSamplingName, SceneName};
-use experiments::run::progress::Progress;
 
 use rayon::ThreadPoolBuilder;
 use whitefurnace::image::write_exr;
@@ -32,7 +31,7 @@ fn same_seed_gives_the_same_bytes_on_any_number_of_threads() {
         let bytes = |threads, seed| {
             let job = job(&format!("render {case} --size 40x30 --seed {seed}"));
             let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-            let rendered = pool.install(|| job.render(&Progress::default())).expect("a film");
+            let rendered = pool.install(|| job.render("")).expect("a film");
             write_exr(&path, &rendered.film, &job.provenance(true)).expect("written");
             std::fs::read(&path).expect("the EXR is there")
         };
@@ -66,7 +65,7 @@ fn every_scene_renders_with_every_legal_estimator() {
                     spp: 2,
                     ..Job::default()
                 };
-                let made = job.render(&Progress::default());
+                let made = job.render("");
                 assert_eq!(made.is_ok(), is_legal(estimator), "{scene:?}, {estimator:?}: {:?}", made.err());
             }
         }

@@ -57,8 +57,7 @@ const TOY: Experiment = Experiment {
 fn interrupted_and_continued_is_uninterrupted() {
     let go = |out: &Path| run_all(&[&TOY], &quick(out.to_owned(), 1), true).is_ok();
     let files = |out: &Path| {
-        let read = |file: &str| fs::read_to_string(out.join("toy").join(file)).expect("a file");
-        ["toy.csv", "result.json"].map(read)
+        ["toy.csv", "result.json"].map(|file| fs::read_to_string(out.join("toy").join(file)).expect("a file"))
     };
     let [whole, pieces] = ["toy-whole", "toy-pieces"].map(folder);
     let mut last = None;
@@ -98,8 +97,7 @@ fn interrupted_and_continued_is_uninterrupted() {
 fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let files = book::check::files(folder).expect("the folder is there");
     let relative = |file: &Path| file.strip_prefix(folder).expect("below").to_owned();
-    let files = files.iter().map(|file| (relative(file), fs::read(file).expect("a file")));
-    files.collect()
+    files.iter().map(|file| (relative(file), fs::read(file).expect("a file"))).collect()
 }
 
 /// The experiment with the most parts and accumulated rows, whole, and interrupted before its last file, with a third of the

@@ -40,8 +40,7 @@ impl Running {
 
     fn signal(&self, name: &str) {
         let id = self.child.id().to_string();
-        let sent = Command::new("kill").args([name, &id]).status();
-        assert!(sent.expect("kill").success());
+        assert!(Command::new("kill").args([name, &id]).status().expect("kill").success());
     }
 
     fn end(mut self) -> Option<i32> {
@@ -80,8 +79,7 @@ fn signals_write_what_is_done_beside_what_was_finished() {
         for file in ["a.partial.exr", "a.partial.png"] {
             std::fs::remove_file(folder.join(file)).expect("a partial image");
         }
-        let left = std::fs::read_dir(&folder).expect("the folder").count();
-        assert_eq!(left, 2, "{signal}");
+        assert_eq!(std::fs::read_dir(&folder).expect("the folder").count(), 2, "{signal}");
     }
 }
 
@@ -93,8 +91,7 @@ fn threads_are_as_many_as_asked_for() {
     let tasks = |threads: usize| {
         let mut render = endless(&folder, threads);
         render.wait_for("% of");
-        let tasks = std::fs::read_dir(format!("/proc/{}/task", render.child.id())).expect("tasks");
-        let count = tasks.count();
+        let count = std::fs::read_dir(format!("/proc/{}/task", render.child.id())).expect("tasks").count();
         render.signal("-TERM");
         assert_eq!(render.end(), Some(143));
         count

@@ -36,8 +36,7 @@ fn what_fails_is_named_and_what_is_undecided_counted() {
         let read = |text: &str| serde_json::from_str::<Finding>(text).expect("a finding");
         let finding = read(&format!(r#"{{"what": "w", "value": "v"{text}}}"#));
         assert_eq!(finding.verdict, verdict, "{text}");
-        let again = serde_json::to_string(&finding).expect("JSON");
-        assert_eq!(read(&again).verdict, verdict, "{text}");
+        assert_eq!(read(&serde_json::to_string(&finding).expect("JSON")).verdict, verdict, "{text}");
     }
     let fine = outcome(&[("fine", "1", Some(Holds)), ("fine", "1", None), ("fine", "1", Some(Holds))]);
     let said = "2 hold, 0 fail, 0 undecided at this tier";

@@ -1,3 +1,1 @@
-//! The experiment `agreement` by itself.
-
 experiments::alone!();

@@ -1,3 +1,1 @@
-//! The experiment `albedo` by itself.
-
 experiments::alone!();

@@ -1,3 +1,1 @@
-//! The experiment `bleeding` by itself.
-
 experiments::alone!();

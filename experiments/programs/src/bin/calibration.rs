@@ -1,3 +1,1 @@
-//! The experiment `calibration` by itself.
-
 experiments::alone!();

@@ -1,3 +1,1 @@
-//! The experiment `caustics` by itself.
-
 experiments::alone!();

@@ -1,3 +1,1 @@
-//! The experiment `cie` by itself.
-
 experiments::alone!();

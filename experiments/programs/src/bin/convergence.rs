@@ -1,3 +1,1 @@
-//! The experiment `convergence` by itself.
-
 experiments::alone!();

@@ -1,3 +1,1 @@
-//! The experiment `errata` by itself.
-
 experiments::alone!();

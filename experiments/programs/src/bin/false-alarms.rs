@@ -1,3 +1,1 @@
-//! The experiment `false-alarms` by itself.
-
 experiments::alone!();

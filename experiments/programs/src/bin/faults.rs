@@ -1,3 +1,1 @@
-//! The experiment `faults` by itself.
-
 experiments::alone!();

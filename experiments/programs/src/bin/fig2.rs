@@ -1,3 +1,1 @@
-//! The experiment `fig2` by itself.
-
 experiments::alone!();

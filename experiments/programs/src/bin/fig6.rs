@@ -1,3 +1,1 @@
-//! The experiment `fig6` by itself.
-
 experiments::alone!();

@@ -1,3 +1,1 @@
-//! The experiment `fig7a` by itself.
-
 experiments::alone!();

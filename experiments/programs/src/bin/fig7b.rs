@@ -1,3 +1,1 @@
-//! The experiment `fig7b` by itself.
-
 experiments::alone!();

@@ -1,3 +1,1 @@
-//! The experiment `fig8` by itself.
-
 experiments::alone!();

@@ -1,3 +1,1 @@
-//! The experiment `fig9` by itself.
-
 experiments::alone!();

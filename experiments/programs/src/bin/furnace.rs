@@ -1,3 +1,1 @@
-//! The experiment `furnace` by itself.
-
 experiments::alone!();

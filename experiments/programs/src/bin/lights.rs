@@ -1,3 +1,1 @@
-//! The experiment `lights` by itself.
-
 experiments::alone!();

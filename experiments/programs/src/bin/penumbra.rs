@@ -1,3 +1,1 @@
-//! The experiment `penumbra` by itself.
-
 experiments::alone!();

@@ -1,3 +1,1 @@
-//! The experiment `photon-bias` by itself.
-
 experiments::alone!();

@@ -1,3 +1,1 @@
-//! The experiment `power` by itself.
-
 experiments::alone!();

@@ -1,3 +1,1 @@
-//! The experiment `quirks` by itself.
-
 experiments::alone!();

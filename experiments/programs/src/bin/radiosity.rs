@@ -1,3 +1,1 @@
-//! The experiment `radiosity` by itself.
-
 experiments::alone!();

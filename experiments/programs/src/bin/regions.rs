@@ -1,3 +1,1 @@
-//! The experiment `regions` by itself.
-
 experiments::alone!();

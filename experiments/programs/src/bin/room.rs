@@ -1,3 +1,1 @@
-//! The experiment `room` by itself.
-
 experiments::alone!();

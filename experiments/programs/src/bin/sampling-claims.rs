@@ -1,3 +1,1 @@
-//! The experiment `sampling-claims` by itself.
-
 experiments::alone!();

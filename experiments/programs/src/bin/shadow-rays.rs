@@ -1,3 +1,1 @@
-//! The experiment `shadow-rays` by itself.
-
 experiments::alone!();

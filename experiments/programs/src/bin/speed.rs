@@ -1,3 +1,1 @@
-//! The experiment `speed` by itself.
-
 experiments::alone!();

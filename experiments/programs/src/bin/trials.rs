@@ -1,3 +1,1 @@
-//! The experiment `trials` by itself.
-
 experiments::alone!();

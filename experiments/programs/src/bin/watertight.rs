@@ -1,3 +1,1 @@
-//! The experiment `watertight` by itself.
-
 experiments::alone!();

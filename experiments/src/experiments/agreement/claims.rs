@@ -3,8 +3,7 @@
 use whitefurnace::scene::simple::CAP_SHARE;
 
 use super::left_out::Method;
-use crate::render::{EstimatorName, SceneName, name};
-use crate::run::Tier;
+use crate::experiments::prelude::*;
 
 /// The scenes, with the mean radiance of every pixel where a closed form gives it.
 pub(super) const SCENES: [(SceneName, Option<f64>); 7] = [
@@ -92,7 +91,6 @@ pub(super) fn claim(scene: SceneName, estimator: EstimatorName) -> Option<Claim>
     })
 }
 
-/// A case of the matrix.
 pub(super) struct Case {
     pub scene: SceneName,
     pub estimator: EstimatorName,

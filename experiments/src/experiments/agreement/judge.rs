@@ -1,15 +1,11 @@
 //! What a case of the matrix says of the image mean.
 
 use whitefurnace::harness::mean::welch_satterthwaite;
-use whitefurnace::harness::outcome::{Verdict, approximate_verdict};
-use whitefurnace::harness::tails::student_upper;
-use whitefurnace::moments::Moments;
 
 use super::claims::{Case, Claim, margin};
 use super::{Mean, Total};
+use crate::experiments::prelude::*;
 use crate::plot::agreement::{Square, Standing};
-use crate::render::EstimatorName;
-use crate::run::Run;
 
 /// Intervals narrower than this are rounding, whose skewness says nothing.
 const NOTHING: f64 = 1e-9;
@@ -26,8 +22,7 @@ pub(super) fn judge(
     let own = total.moments;
     if let (Mean::Measured(_), EstimatorName::Mis) = (reference, case.estimator) {
         let error = 100.0 * own.standard_error() / own.mean();
-        let value = format!("reference, {:.6} ± {error:.3} % standard error", own.mean());
-        run.note(&case.label(), value);
+        run.note(&case.label(), format!("reference, {:.6} ± {error:.3} % standard error", own.mean()));
         return Square { text: format!("{:.4} ± {error:.2} %", own.mean()), standing: Standing::Reference };
     }
     let lack = lack.unwrap_or(Mean::Known(0.0));
@@ -38,15 +33,13 @@ pub(super) fn judge(
     let shown = half(&[&own_mean, &reference]);
     let expected = -lack.value() / mean;
     let key = case.key();
-    run.number(&format!("{key}.difference"), difference);
-    run.number(&format!("{key}.half"), shown);
-    run.number(&format!("{key}.replications"), own.count() as f64);
     let (size, why) = match case.claim {
         Claim::Equal => (margin(case.scene, run.tier()), ""),
         Claim::Biased(bias, why) => (bias, why),
         Claim::Lacks(_, why) => (margin(case.scene, run.tier()), why),
     };
-    run.number(&format!("{key}.margin"), size);
+    let replications = own.count() as f64;
+    run.numbers(&key, [("difference", difference), ("half", shown), ("replications", replications), ("margin", size)]);
     let parts = [&own_mean, &reference, &lack];
     let half = half(&parts);
     let rest = difference - expected;
@@ -61,9 +54,7 @@ pub(super) fn judge(
     };
     let mut value = format!("{:+.3} % ± {:.3} %", 100.0 * difference, 100.0 * shown);
     if let Claim::Lacks(..) = case.claim {
-        run.number(&format!("{key}.expected"), expected);
-        run.number(&format!("{key}.rest"), rest);
-        run.number(&format!("{key}.rest_half"), half);
+        run.numbers(&key, [("expected", expected), ("rest", rest), ("rest_half", half)]);
         let [expected, rest, half] = [expected, rest, half].map(|x| 100.0 * x);
         value += &format!(", expected {expected:+.3} %: {rest:+.3} % ± {half:.3} % remain");
     }

@@ -2,19 +2,12 @@
 //! and asks of each path whether the method follows it. It scatters as the estimators do, and has no shadow rays,
 //! no weights between strategies and no limit.
 
-use glam::DVec3;
 use whitefurnace::bsdf::Vertex;
-use whitefurnace::error::Error;
-use whitefurnace::estimator::Estimator;
-use whitefurnace::harness::mean::Values;
-use whitefurnace::rng::{seed_for, uniform};
 use whitefurnace::sampler::Sampler;
-use whitefurnace::scene::{Hit, Scene};
-use whitefurnace::shape::Ray;
+use whitefurnace::scene::Hit;
 
 use super::SIZE;
-use crate::render::{Job, SceneName, name};
-use crate::run::Run;
+use crate::experiments::prelude::*;
 
 /// Methods that follow a part of the paths only, in the order of the walk's channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,7 +28,6 @@ impl Method {
     }
 }
 
-/// All of them.
 pub(super) const METHODS: [Method; 3] = [Method::Whitted, Method::Report, Method::LightTracer];
 
 /// Segments from the eye that Whitted's method and the report's follow.
@@ -46,18 +38,14 @@ const LIMIT: u32 = 7;
 pub(super) struct Way {
     /// Segments, the one to the light included.
     pub segments: u32,
-    /// Diffuse surfaces on the way.
     pub diffuse: u32,
-    /// Whether the first surface on the way was diffuse.
     pub diffuse_first: bool,
-    /// Whether the last surface on the way was diffuse.
     pub diffuse_last: bool,
     /// Whether the light is an emitter, not the background.
     pub emitter: bool,
 }
 
 impl Way {
-    /// Whether a method follows paths of this kind.
     pub fn followed(&self, method: Method) -> bool {
         // A shadow ray is one segment more than the limit knows of, and finds emitters alone.
         let by_shadow_ray = self.diffuse_last && self.emitter;
@@ -125,7 +113,6 @@ pub(super) fn left_out(run: &Run, scene: SceneName, first: u32, count: u32) -> R
         for (values, mean) in values.iter_mut().zip(mean.to_array()) {
             values.push(mean);
         }
-        Ok(())
     })?;
     Ok(values)
 }

@@ -2,17 +2,12 @@
 //! test is valid, its skewness decides, and that is taken from images that the test does not see: else what
 //! is left out would depend on what is found.
 
-use glam::DVec3;
 use serde::{Deserialize, Serialize};
-use whitefurnace::harness::mean::Values;
 use whitefurnace::harness::welch_map::{PValueMap, PixelStatistics, map};
-use whitefurnace::moments::Moments;
 
 use super::SIZE;
 use super::claims::{Case, Claim};
-use crate::plot::map::Map;
-use crate::render::name;
-use crate::run::Run;
+use crate::experiments::prelude::*;
 
 const TILE: usize = 5;
 /// Bins of a histogram of p-values.
@@ -128,8 +123,7 @@ pub(super) fn note_map(run: &mut Run, case: &Case, [a, b]: [&Maps; 2], share: f6
         }
     } else {
         let least = 100.0 * LEAST_SHARE;
-        let value = format!("undecided: skewness lets {count} of {total} be judged, not {least:.0} %");
-        run.note(&what, value);
+        run.note(&what, format!("undecided: skewness lets {count} of {total} be judged, not {least:.0} %"));
     }
     let (pixels, count) = judged([&a.pixels, &b.pixels], SIZE[0] as usize, 1.0 / BINS as f64);
     run.number(&format!("{key}.pixels.judged"), count as f64);

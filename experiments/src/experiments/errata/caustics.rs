@@ -1,13 +1,9 @@
 //! What is lost if nothing counts that a path hits after a diffuse surface.
 
-use whitefurnace::error::Error;
-use whitefurnace::estimator::{LightRules, Report};
-use whitefurnace::moments::Moments;
-use whitefurnace::rng::seed_for;
+use whitefurnace::estimator::Report;
 
-use super::Sizes as _;
-use crate::render::Job;
-use crate::run::Run;
+use super::size;
+use crate::experiments::prelude::*;
 
 /// So long that what is cut is nothing: 0.75 to this power.
 const SEGMENTS: u32 = 60;
@@ -23,7 +19,6 @@ pub(super) fn lost(run: &mut Run) -> Result<(), Error> {
             Report { segments: SEGMENTS, rules: LightRules { caustics, ..LightRules::PHYSICAL }, ..Report::default() };
         job.replications_by(report, 0..images, |image| {
             means.push(image.iter().map(|v| v.element_sum()).sum::<f64>());
-            Ok(())
         })?;
     }
     let (all, without) = means.split_at(images as usize);
@@ -33,7 +28,7 @@ pub(super) fn lost(run: &mut Run) -> Result<(), Error> {
         lost.push((without - all) / mean);
     }
     let what = "relative change of the room's mean radiance without light by way of mirrors and glass";
-    run.size("caustics.room", lost.mean(), what);
-    run.size("caustics.room.error", lost.standard_error(), "is its standard error");
+    size(run, "caustics.room", lost.mean(), what);
+    size(run, "caustics.room.error", lost.standard_error(), "is its standard error");
     Ok(())
 }

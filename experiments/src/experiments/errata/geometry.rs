@@ -1,12 +1,10 @@
 //! What rounding does to (4) and (7).
 
-use glam::DVec3;
-use whitefurnace::rng::{seed_for, stream, uniform, uniform2};
 use whitefurnace::sampling::sphere_zone;
-use whitefurnace::shape::{Ray, moller_trumbore, sphere_distances, sphere_distances_printed};
+use whitefurnace::shape::{moller_trumbore, sphere_distances, sphere_distances_printed};
 
-use super::Sizes as _;
-use crate::run::Run;
+use super::size;
+use crate::experiments::prelude::*;
 
 /// (4): rays aimed at the common edge of two triangles.
 pub(super) fn edges(run: &mut Run) {
@@ -32,12 +30,12 @@ pub(super) fn edges(run: &mut Run) {
         twice += u64::from(met == [true, true]);
     }
     let what = "of rays aimed at a shared edge miss both triangles by (4)";
-    run.size("edge.lost", lost as f64 / rays as f64, what);
+    size(run, "edge.lost", lost as f64 / rays as f64, what);
     let what = "of rays aimed at a shared edge meet both triangles by (4)";
-    run.size("edge.twice", twice as f64 / rays as f64, what);
+    size(run, "edge.twice", twice as f64 / rays as f64, what);
     // P · E₁ is the product of the legs of a right triangle that the ray meets head on.
     let what = "long are the legs of the right triangle whose divisor is 1e-8 at most";
-    run.size("determinant.leg", 1e-8f64.sqrt(), what);
+    size(run, "determinant.leg", 1e-8f64.sqrt(), what);
 }
 
 /// (7): the printed root against the stable one, for a unit sphere at growing distance.
@@ -59,10 +57,10 @@ pub(super) fn far_spheres(run: &mut Run) {
             }
         }
         if exponent == 2 {
-            run.size("sphere.single.1e2", single, "radii: the same in single precision");
+            size(run, "sphere.single.1e2", single, "radii: the same in single precision");
         }
         let what = "radii: the largest error of the printed (7) at that many radii, in double precision";
-        run.size(&format!("sphere.error.1e{exponent}"), worst, what);
+        size(run, &format!("sphere.error.1e{exponent}"), worst, what);
     }
 }
 

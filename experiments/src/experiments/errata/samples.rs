@@ -3,20 +3,16 @@
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, TAU};
 
 use whitefurnace::harness::quadrature::{Rectangle, integrate};
-use whitefurnace::moments::Moments;
-use whitefurnace::pixel::PixelSampling;
-use whitefurnace::rng::{seed_for, stream, uniform, uniform2};
-use whitefurnace::sampling::{cosine_hemisphere_pdf, hemisphere_printed, uniform_hemisphere_pdf};
+use whitefurnace::sampling::{cosine_hemisphere_pdf, uniform_hemisphere_pdf};
 
-use super::Sizes as _;
-use crate::run::Run;
+use super::size;
+use crate::experiments::prelude::*;
 
 /// (18) and (19) with one r: the mean of x and y, which should be 0.
 pub(super) fn one_number(run: &mut Run) {
     for (axis, name) in ["x", "y"].into_iter().enumerate() {
         let mean = along(|r| hemisphere_printed(r)[axis]);
-        let what = "is the mean of that coordinate of directions by one r";
-        run.size(&format!("one_number.{name}"), mean, what);
+        size(run, &format!("one_number.{name}"), mean, "is the mean of that coordinate of directions by one r");
     }
 }
 
@@ -32,7 +28,7 @@ pub(super) fn mixed(run: &mut Run) {
         let found = along(radiance);
         let right = along(|c| 2.0 * c * radiance(c));
         let what = "relative error of uniform directions with the density of cosine-weighted ones";
-        run.size(&format!("mixed.{name}"), found / right - 1.0, what);
+        size(run, &format!("mixed.{name}"), found / right - 1.0, what);
     }
 }
 
@@ -54,9 +50,9 @@ pub(super) fn importance(run: &mut Run) {
         };
         let [uniform, cosine] = [variance(uniform_hemisphere_pdf), variance(cosine_hemisphere_pdf)];
         let what = "is the variance by uniform directions";
-        run.size(&format!("importance.{name}.uniform"), uniform, what);
+        size(run, &format!("importance.{name}.uniform"), uniform, what);
         let what = "is the variance by cosine-weighted directions";
-        run.size(&format!("importance.{name}.cosine"), cosine.max(0.0), what);
+        size(run, &format!("importance.{name}.cosine"), cosine.max(0.0), what);
     }
 }
 
@@ -82,13 +78,12 @@ pub(super) fn slanted_edges(run: &mut Run) {
             errors.push((inside.count() as f64 / 16.0 - area).powi(2));
         }
         let what = "is the mean squared error of 16 rays for edges of any slope";
-        run.size(&format!("slanted.{name}"), errors.mean(), what);
+        size(run, &format!("slanted.{name}"), errors.mean(), what);
     }
-    run.size("upright.grid", 0.5 / 4.0, "is the largest error of a 4 × 4 grid for an upright edge");
+    size(run, "upright.grid", 0.5 / 4.0, "is the largest error of a 4 × 4 grid for an upright edge");
 }
 
 /// ∫ f(r) dr over [0, 1].
 fn along(f: impl Fn(f64) -> f64) -> f64 {
-    let unit = Rectangle { x: [0.0, 1.0], y: [0.0, 1.0] };
-    integrate(unit, 1e-12, &mut |x, _| f(x)).value
+    integrate(Rectangle { x: [0.0, 1.0], y: [0.0, 1.0] }, 1e-12, &mut |x, _| f(x)).value
 }

@@ -3,15 +3,12 @@
 
 use std::collections::BTreeMap;
 
-use whitefurnace::error::Error;
 use whitefurnace::harness::mean::LARGEST_SKEW_TERM;
-use whitefurnace::harness::outcome::ALPHA;
-use whitefurnace::harness::tails::{binomial_cdf, binomial_sf, binomial_two_sided, normal_upper};
+use whitefurnace::harness::tails::binomial_sf;
 
+use super::p_of_count;
+use crate::experiments::prelude::*;
 use crate::experiments::suite_seeds::{Measure, POWERS, Seeds};
-use crate::plot::chart::{Chart, Mark, Series, charts};
-use crate::run::progress::Progress;
-use crate::run::{Run, Tier};
 
 /// Fewer seeds judge nothing.
 const SEEDS: u64 = 200;
@@ -39,13 +36,9 @@ pub struct Counted {
 }
 
 impl Counted {
-    /// The probability of a count as far off, on the lower side alone where the stated power is a bound.
+    /// The p-value of the count.
     pub fn p(&self) -> f64 {
-        if self.bound {
-            binomial_cdf(self.rejected, self.seeds, self.power)
-        } else {
-            binomial_two_sided(self.rejected, self.seeds, self.power)
-        }
+        p_of_count(self.rejected, self.seeds, self.power, self.bound)
     }
 
     fn share(&self) -> f64 {
@@ -85,7 +78,7 @@ pub fn graded(run: &mut Run, family: f64) -> Result<(), Error> {
     let seeds = Seeds::open(run)?;
     let count = run.count(run.by_tier(2, SEEDS));
     let mut by_name: BTreeMap<String, Vec<Measure>> = BTreeMap::new();
-    let bar = Progress::default().bar_of(count, "seeds");
+    let bar = Bar::new("", count, "seeds");
     for k in 0..count {
         for measure in seeds.run(k)?.subjects {
             if measure.random {
@@ -94,22 +87,13 @@ pub fn graded(run: &mut Run, family: f64) -> Result<(), Error> {
         }
         bar.advance(1);
     }
-    bar.finish();
     let mut left_out = LeftOut::default();
     let counted: Vec<Counted> = by_name.values().flat_map(|found| count_all(found, &mut left_out)).collect();
     report(run, &counted, &left_out, (count, seeds.scale, family));
     let line = |c: &Counted| {
-        format!(
-            "\"{}\",{},{},{},{:e},{},{},{:e}",
-            c.name,
-            if c.up { "+" } else { "-" },
-            c.statistic,
-            c.power,
-            c.level,
-            c.rejected,
-            c.seeds,
-            c.p()
-        )
+        let Counted { name, statistic, power, level, rejected, seeds, .. } = c;
+        let (side, p) = (if c.up { "+" } else { "-" }, c.p());
+        format!("\"{name}\",{side},{statistic},{power},{level:e},{rejected},{seeds},{p:e}")
     };
     run.csv(
         "graded.csv",
@@ -158,8 +142,7 @@ pub fn count_all(found: &[Measure], left_out: &mut LeftOut) -> Vec<Counted> {
         }
     }
     if counted.is_empty() {
-        let names = left_out.entry(reason).or_default();
-        names.push(first.name.clone());
+        left_out.entry(reason).or_default().push(first.name.clone());
     }
     counted
 }
@@ -171,11 +154,9 @@ fn report(run: &mut Run, counted: &[Counted], left_out: &LeftOut, size: (u64, f6
     let failing: Vec<&Counted> = counted.iter().filter(|c| c.p() < level).collect();
     let mut names: Vec<&str> = counted.iter().map(|c| c.name.as_str()).collect();
     names.dedup();
-    run.number("graded.seeds", seeds as f64);
-    run.number("graded.measures", names.len() as f64);
-    run.number("graded.counts", counted.len() as f64);
-    run.number("graded.scale_divides_by", 1.0 / scale);
-    run.number("graded.fails", failing.len() as f64);
+    let (counts, measures, fails) = (counted.len(), names.len(), failing.len());
+    run.numbers("graded", [("seeds", seeds as f64), ("measures", measures as f64), ("counts", counts as f64)]);
+    run.numbers("graded", [("scale_divides_by", 1.0 / scale), ("fails", fails as f64)]);
     for (at, &power) in POWERS.iter().enumerate() {
         let near: Vec<&Counted> = at_power(counted, power).collect();
         let rejected: u64 = near.iter().map(|c| c.rejected).sum();
@@ -186,23 +167,15 @@ fn report(run: &mut Run, counted: &[Counted], left_out: &LeftOut, size: (u64, f6
         run.note(&format!("graded controls at power {power}"), value);
     }
     let mut value = format!(
-        "{} counts for {} measures under {seeds} seeds at scale {scale}, {} of them off at level {level:.1e} each",
-        counted.len(),
-        names.len(),
-        failing.len()
+        "{counts} counts for {measures} measures under {seeds} seeds at scale {scale}, {fails} of them off at level \
+         {level:.1e} each"
     );
     if let Some(c) = weakest {
-        run.number("graded.weakest.share", c.share());
-        run.number("graded.weakest.stated", c.power);
-        run.number("graded.weakest.p", c.p());
+        run.numbers("graded.weakest", [("share", c.share()), ("stated", c.power), ("p", c.p())]);
+        let (label, Counted { rejected, seeds, level, power, .. }, p) = (c.label(), c, c.p());
         value += &format!(
-            "; the furthest off is {}: {} of {} rejected at level {:.1e}, {:.3} stated, p = {:.1e}",
-            c.label(),
-            c.rejected,
-            c.seeds,
-            c.level,
-            c.power,
-            c.p()
+            "; the furthest off is {label}: {rejected} of {seeds} rejected at level {level:.1e}, {power:.3} stated, \
+             p = {p:.1e}"
         );
     }
     let what = "values off by δ are rejected as often as stated";
@@ -213,19 +186,12 @@ fn report(run: &mut Run, counted: &[Counted], left_out: &LeftOut, size: (u64, f6
         run.note(what, value);
     }
     for c in failing.iter().filter(|_| full) {
-        let value = format!(
-            "{} of {} rejected at level {:.1e}, stated {:.3}, p = {:.1e}",
-            c.rejected,
-            c.seeds,
-            c.level,
-            c.power,
-            c.p()
-        );
+        let (Counted { rejected, seeds, level, power, .. }, p) = (c, c.p());
+        let value = format!("{rejected} of {seeds} rejected at level {level:.1e}, stated {power:.3}, p = {p:.1e}");
         run.detail(&c.label(), value, false);
     }
     for (reason, names) in left_out {
-        let value = format!("{}: {}", names.len(), names.join("; "));
-        run.note(&format!("not judged: {reason}"), value);
+        run.note(&format!("not judged: {reason}"), format!("{}: {}", names.len(), names.join("; ")));
     }
     let none: usize = left_out.values().map(Vec::len).sum();
     run.number("graded.not_judged", none as f64);
@@ -264,8 +230,7 @@ fn draw(run: &mut Run, counted: &[Counted], scale: f64) -> Result<(), Error> {
             Series::new("binomial law of the stated power", 0, Mark::Line, within(expected)),
             Series::new("found", 2, Mark::Points, within(found)),
         ];
-        let axes = ["share of seeds that reject", "controls"];
-        Chart::new(title, axes, [[low, high], [0.0, 1.1 * most]], series)
+        Chart::new(title, ["share of seeds that reject", "controls"], [[low, high], [0.0, 1.1 * most]], series)
     });
     let see = "Points along the lines: graded controls are rejected as often as stated.";
     charts(&run.figure("graded.svg"), see, [900, 760], &panels)

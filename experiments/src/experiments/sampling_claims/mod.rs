@@ -5,15 +5,9 @@ mod residuals;
 mod samples;
 mod walks;
 
-use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::harness::tails::normal_upper;
+use crate::experiments::prelude::*;
 
-use crate::run::suite::FAMILY;
-use crate::run::{Experiment, Run};
-
-/// Importance sampling, roulette, path length, supersampling, noise.
-pub const SAMPLING_CLAIMS: Experiment = Experiment {
+pub(super) const SAMPLING_CLAIMS: Experiment = Experiment {
     id: "sampling-claims",
     title: "what the report says of sampling, roulette, path length, supersampling and noise",
     version: 2,

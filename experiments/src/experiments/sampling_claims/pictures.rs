@@ -1,13 +1,7 @@
 //! Crops of the room: pixel strategies magnified, and noise at growing numbers of samples.
 
-use whitefurnace::error::Error;
-use whitefurnace::film::{Film, Window};
-use whitefurnace::image::write_png;
-
-use crate::plot::chart::{Chart, Mark, Series, charts};
-use crate::render::{ConventionName, EstimatorName, Job, PixelName, SceneName, name};
-use crate::run::Run;
-use crate::run::pictures::write_grid;
+use crate::experiments::prelude::*;
+use crate::render::PixelName;
 
 /// A part of the room in a frame of 400 × 300.
 fn crop(run: &Run, job: Job, label: &str, corner: [u32; 2], size: [u32; 2]) -> Result<Film, Error> {
@@ -26,7 +20,7 @@ pub fn antialiasing(run: &mut Run, [file, first, last]: [&str; 3]) -> Result<(),
         films.push(crop(run, job, &name(pixel), [185, 105], [40, 40])?);
     }
     let display = Job::default().display(0.0);
-    write_grid(&run.figure(file), &films, 4, display, 6)?;
+    write_row(&run.figure(file), &films, display, 6)?;
     for (file, film) in [(first, &films[0]), (last, &films[3])] {
         write_png(&run.figure(file), film, display, 12)?;
     }
@@ -58,7 +52,7 @@ pub fn noise(run: &mut Run, [picture, plot, few, many]: [&str; 4]) -> Result<(),
     }
     let magnification = run.by_tier(3, 2);
     let display = Job::default().display(0.0);
-    write_grid(&run.figure(picture), &films, 4, display, magnification)?;
+    write_row(&run.figure(picture), &films, display, magnification)?;
     for (file, film) in [(few, &films[1]), (many, &films[3])] {
         write_png(&run.figure(file), film, display, 2 * magnification)?;
     }
@@ -77,7 +71,6 @@ pub fn noise(run: &mut Run, [picture, plot, few, many]: [&str; 4]) -> Result<(),
     ];
     let title = "Noise of a crop of the all-diffuse room";
     let axes = ["samples per pixel N", "standard error of a pixel (radiance, rms)"];
-    let ranges = [[4.0, 1000.0], [error * 0.5, error * 20.0]];
-    let chart = Chart::new(title, axes, ranges, series).log([true; 2]);
+    let chart = Chart::new(title, axes, [[4.0, 1000.0], [error * 0.5, error * 20.0]], series).log([true; 2]);
     charts(&run.figure(plot), "The points lie on a line of slope −1/2.", [900, 460], &[chart])
 }

@@ -1,16 +1,9 @@
 //! Hemisphere samplers against the densities that they claim: a map of residuals for each.
 
-use glam::DVec3;
-use whitefurnace::error::Error;
 use whitefurnace::harness::tails::chi_square_sf;
-use whitefurnace::rng::{Stream, seed_for, stream, uniform, uniform2};
-use whitefurnace::sampling::{
-    cosine_hemisphere, cosine_hemisphere_inverse, hemisphere_printed, uniform_hemisphere, uniform_hemisphere_inverse,
-};
+use whitefurnace::sampling::{cosine_hemisphere_inverse, uniform_hemisphere_inverse};
 
-use crate::plot::map::{Map, maps};
-use crate::run::Run;
-use crate::run::suite::FAMILY;
+use crate::experiments::prelude::*;
 
 /// Cells of azimuth and of inclination.
 const CELLS: [usize; 2] = [32, 16];
@@ -67,9 +60,7 @@ pub fn residuals(run: &mut Run, file: &str) -> Result<(), Error> {
     let cells = CELLS[0] * CELLS[1];
     let expected = run.count(run.by_tier(200, 20_000)) as f64;
     let n = expected as u64 * cells as u64;
-    run.number("residuals.samples", n as f64);
-    run.number("residuals.expected", expected);
-    run.number("residuals.cells", cells as f64);
+    run.numbers("residuals", [("samples", n as f64), ("expected", expected), ("cells", cells as f64)]);
     let mut panels = Vec::new();
     for sampler in &SAMPLERS {
         let mut rng = stream(seed_for(run.seed(), &format!("residuals {}", sampler.name)), 0, 0);
@@ -81,10 +72,8 @@ pub fn residuals(run: &mut Run, file: &str) -> Result<(), Error> {
         let statistic: f64 = values.iter().map(|r| r * r).sum();
         let p = chi_square_sf(statistic, cells as f64 - 1.0);
         let worst = values.iter().fold(0.0_f64, |worst, r| worst.max(r.abs()));
-        let key = |what: &str| format!("residuals.{}.{what}", sampler.name);
-        run.number(&key("chi_square"), statistic);
-        run.number(&key("p"), p);
-        run.number(&key("worst"), worst);
+        let numbers = [("chi_square", statistic), ("p", p), ("worst", worst)];
+        run.numbers(&format!("residuals.{}", sampler.name), numbers);
         let verdict = if sampler.right { "agrees with" } else { "is rejected by" };
         let level = FAMILY / SAMPLERS.len() as f64;
         let value = format!(

@@ -1,21 +1,15 @@
 //! Directions, their variances, interfaces and pixel strategies.
 
-use glam::DVec3;
 use registry::convergence::{COSINE, PROFILES, Profile, UNIFORM, squared_error};
-use whitefurnace::error::Error;
 use whitefurnace::fresnel::{reflectance, reflectance_p, reflectance_s};
-use whitefurnace::moments::Moments;
-use whitefurnace::pixel::PixelSampling;
-use whitefurnace::rng::{seed_for, stream, uniform, uniform2};
-use whitefurnace::sampling::{cosine_hemisphere, hemisphere_printed, uniform_hemisphere};
 
 use super::critical;
-use crate::plot::chart::{Chart, Mark, Series, charts, rows};
-use crate::run::Run;
+use crate::experiments::prelude::*;
+use crate::plot::chart::rows;
 
 /// Directions of three samplers, seen from above.
 pub fn hemispheres(run: &mut Run, file: &str) -> Result<(), Error> {
-    type Sampler = fn(&mut whitefurnace::rng::Stream) -> DVec3;
+    type Sampler = fn(&mut Stream) -> DVec3;
     let samplers: [(&str, Sampler); 3] = [
         ("uniform, two numbers", |rng| uniform_hemisphere(uniform2(rng))),
         ("cosine-weighted", |rng| cosine_hemisphere(uniform2(rng))),
@@ -62,8 +56,7 @@ pub fn importance(run: &mut Run, file: &str) -> Result<(), Error> {
     for (colour, label, method, cosine) in [(2, "uniform", UNIFORM, false), (0, "cosine-weighted", COSINE, true)] {
         let (mut closed, mut found) = (Vec::new(), Vec::new());
         for (k, profile) in profiles.iter().enumerate() {
-            let seed = seed_for(run.seed(), &format!("{label} {}", profile.name));
-            let mut rng = stream(seed, 0, 0);
+            let mut rng = stream(seed_for(run.seed(), &format!("{label} {}", profile.name)), 0, 0);
             let squares: Moments =
                 (0..n).map(|_| (profile.estimate(method, uniform2(&mut rng)) - profile.mean).powi(2)).collect();
             let known = if cosine { profile.cosine } else { profile.uniform };
@@ -73,8 +66,7 @@ pub fn importance(run: &mut Run, file: &str) -> Result<(), Error> {
             run.number(&format!("importance.{}.{label}", profile.name), squares.mean());
             let x = k as f64 + if cosine { 0.1 } else { -0.1 };
             if known > 0.0 {
-                let ends = [[x - 0.09, known], [x + 0.09, known]];
-                closed.push(Series::new("", 6, Mark::Line, ends));
+                closed.push(Series::new("", 6, Mark::Line, [[x - 0.09, known], [x + 0.09, known]]));
                 found.push([x, squares.mean(), half]);
             }
         }
@@ -92,8 +84,7 @@ pub fn importance(run: &mut Run, file: &str) -> Result<(), Error> {
     }
     let title = "Variance of one sample; closed forms as black bars; cosine leaves none of L = 1";
     let across = format!("profile of incoming radiance: {}", names.join(", "));
-    let ranges = [[-0.5, 5.5], [1e-3, 10.0]];
-    let chart = Chart::new(title, [&across, "variance"], ranges, series).log([false, true]);
+    let chart = Chart::new(title, [&across, "variance"], [[-0.5, 5.5], [1e-3, 10.0]], series).log([false, true]);
     let see = "For light from above cosine-weighted directions have less variance, for light from the horizon more.";
     charts(&run.figure(file), see, [900, 500], &[chart])
 }
@@ -120,8 +111,7 @@ pub fn fresnel(run: &mut Run, file: &str) -> Result<(), Error> {
     };
     let brewster = 1.5f64.atan().to_degrees();
     let critical = (1.0f64 / 1.5).asin().to_degrees();
-    run.number("fresnel.brewster", brewster);
-    run.number("fresnel.critical", critical);
+    run.numbers("fresnel", [("brewster", brewster), ("critical", critical)]);
     let title = format!("Air to glass, n = 1.5: Brewster {brewster:.2}°");
     let into = panel(&title, 1.0, 1.5, &[brewster]);
     let within = 90.0 - brewster;
@@ -152,8 +142,7 @@ pub fn edges(run: &mut Run, file: &str) -> Result<(), Error> {
             let mut rng = stream(seed_for(run.seed(), label), samples, 0);
             let errors: Moments = (0..n).map(|_| squared_error(&mut rng, strategy(side), samples)).collect();
             let half = critical() * errors.standard_error();
-            let known = law(f64::from(samples));
-            all_hold &= (errors.mean() - known).abs() <= half;
+            all_hold &= (errors.mean() - law(f64::from(samples))).abs() <= half;
             run.number(&format!("edges.{label}.{samples}"), errors.mean());
             found.push([f64::from(samples), errors.mean(), half]);
         }

@@ -1,13 +1,9 @@
 //! Roulette and path length in the abstract furnace.
 
 use registry::roulette::{CORRECT, WalkParts, variance, walk};
-use whitefurnace::error::Error;
-use whitefurnace::moments::Moments;
-use whitefurnace::rng::{seed_for, stream};
 
 use super::critical;
-use crate::plot::chart::{Chart, Mark, Series, charts};
-use crate::run::Run;
+use crate::experiments::prelude::*;
 
 const ALBEDOS: [f64; 3] = [0.5, 0.75, 0.9];
 
@@ -54,8 +50,7 @@ pub fn roulette(run: &mut Run, file: &str) -> Result<(), Error> {
         let values = found.iter().map(|(q, (values, _))| measured(*q, values));
         means.push(Series::measured("", colour, values));
         let curve = |f: &dyn Fn(f64) -> f64| {
-            let survivals = (1..400).map(|i| a * a + f64::from(i) / 400.0 * (1.0 - a * a));
-            survivals.map(|q| [q, f(q)]).collect::<Vec<_>>()
+            (1..400).map(|i| a * a + f64::from(i) / 400.0 * (1.0 - a * a)).map(|q| [q, f(q)]).collect::<Vec<_>>()
         };
         let efficiency = |q: f64| 1.0 / (variance(a, q) * vertices(q));
         variances.push(Series::new(&label, colour, Mark::Line, curve(&|q| variance(a, q))));
@@ -69,22 +64,19 @@ pub fn roulette(run: &mut Run, file: &str) -> Result<(), Error> {
         for (q, (values, squares)) in &found {
             all_hold &= holds(interval(values), exact);
             all_hold &= holds(interval(squares), variance(a, *q));
-            run.number(&format!("roulette.{a}.{q}.mean"), values.mean());
-            run.number(&format!("roulette.{a}.{q}.variance"), squares.mean());
+            run.numbers(&format!("roulette.{a}.{q}"), [("mean", values.mean()), ("variance", squares.mean())]);
         }
         let [low, high] = [a, 0.95].map(efficiency);
         let value = format!("{low:.4}, {high:.4}; the variance is infinite up to {:.4}", a * a);
         run.note(&format!("roulette, albedo {a}: efficiency at survival {a} and 0.95"), value);
     }
-    let value = format!("{n} walks each");
-    run.claim("roulette: means and variances are their closed forms", value, all_hold);
+    run.claim("roulette: means and variances are their closed forms", format!("{n} walks each"), all_hold);
     let chart = |title: &str, label: &str, range, series| {
         Chart::new(title, ["survival probability q", label], [[0.2, 1.0], range], series)
     };
     let title = "Variance: infinite left of the squared albedo (grey)";
     let variances = chart(title, "variance of a path", [1e-2, 1e4], variances);
-    let title = "Efficiency: 1/(variance × vertices)";
-    let efficiencies = chart(title, "efficiency", [1e-4, 1e1], efficiencies);
+    let efficiencies = chart("Efficiency: 1/(variance × vertices)", "efficiency", [1e-4, 1e1], efficiencies);
     let panels = [
         chart("Mean: whatever the survival", "mean", [0.0, 14.0], means),
         variances.log([false, true]),
@@ -95,7 +87,6 @@ pub fn roulette(run: &mut Run, file: &str) -> Result<(), Error> {
     charts(&run.figure(file), see, [900, 1260], &panels)
 }
 
-/// A vertical line.
 fn wall(x: f64, [low, high]: [f64; 2]) -> Series {
     Series::new("", 6, Mark::Faint, [[x, low], [x, high]])
 }
@@ -116,18 +107,15 @@ pub fn truncation(run: &mut Run, file: &str) -> Result<(), Error> {
         series.push(Series::new(&format!("albedo {a}"), colour, Mark::Line, curve));
         let (mut lost, mut bars) = (Vec::new(), Vec::new());
         for b in [1, 2, 3, 5, 7, 10, 15, 20] {
-            let parts = WalkParts { longest: Some(b), ..CORRECT };
-            let (values, _) = walks(run, &format!("cut {a} {b}"), n, parts, [a, 0.95]);
+            let (values, _) =
+                walks(run, &format!("cut {a} {b}"), n, WalkParts { longest: Some(b), ..CORRECT }, [a, 0.95]);
             let [low, high] = interval(&values).map(|v| 1.0 - v / exact);
             let known = a.powi(b as i32 + 1);
             all_hold &= holds([high, low], known);
             if b == 7 {
                 run.number(&format!("cut.{a}.7"), 1.0 - values.mean() / exact);
-                let value = format!(
-                    "{:.2} % of the light is missing, closed form {:.2} %",
-                    100.0 * (1.0 - values.mean() / exact),
-                    100.0 * known
-                );
+                let [found, closed] = [1.0 - values.mean() / exact, known].map(|share| 100.0 * share);
+                let value = format!("{found:.2} % of the light is missing, closed form {closed:.2} %");
                 run.note(&format!("seven bounces at albedo {a}"), value);
             }
             // Below the noise there is nothing to draw on a logarithmic axis.
@@ -139,11 +127,9 @@ pub fn truncation(run: &mut Run, file: &str) -> Result<(), Error> {
         series.push(Series::new("", colour, Mark::Points, lost).with_bars(bars));
     }
     series.push(wall(7.0, [LEAST, 1.0]));
-    let value = format!("{n} walks each");
-    run.claim("path length: the bias of cut paths is −a^(b+1)", value, all_hold);
+    run.claim("path length: the bias of cut paths is −a^(b+1)", format!("{n} walks each"), all_hold);
     let title = "Share of light lost by cutting paths; the report's seven bounces in grey";
     let (axes, ranges) = (["bounces b", "relative bias"], [[0.0, 20.5], [LEAST, 1.0]]);
     let chart = Chart::new(title, axes, ranges, series).log([false, true]);
-    let see = "Straight lines: each bounce more loses less by the albedo.";
-    charts(&run.figure(file), see, [900, 520], &[chart])
+    charts(&run.figure(file), "Straight lines: each bounce more loses less by the albedo.", [900, 520], &[chart])
 }
