@@ -1,14 +1,9 @@
 //! The hierarchy against its brute-force twin.
 
-use glam::DVec3;
-use rand::Rng;
 use whitefurnace::accel::{Bvh, Primitive, PrimitiveHit};
-use whitefurnace::rng::uniform;
-use whitefurnace::shape::{Ray, Sphere};
 
 use crate::budget::enough;
-use crate::helpers::{Mesh, between, in_cube, unit_vector};
-use crate::support::rng;
+use crate::prelude::*;
 
 /// Checks all three queries for a ray; says whether it hit.
 ///

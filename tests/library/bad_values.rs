@@ -2,28 +2,12 @@
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use glam::DVec3;
-use whitefurnace::bsdf::{Bsdf, Scattering};
-use whitefurnace::camera::Camera;
-use whitefurnace::error::Error;
-use whitefurnace::estimator::radiosity::Fineness;
-use whitefurnace::estimator::{
-    Bdpt, Bidirectional, Estimator, FiniteElements, ImageEstimator, LONGEST_PATH, LightTracer, Lookup, NextEvent, Path,
-    PhotonMapping, Photons, Radiosity, Sppm, Standard, Strategy,
-};
-use whitefurnace::film::{Features, Film, Pixel, check_radiance};
-use whitefurnace::moments::{ExactMoments, LARGEST, UNIT};
-use whitefurnace::pixel::PixelSampling::{self, Centre, Jitter, Random};
-use whitefurnace::render::{Numbers, Sampling};
-use whitefurnace::rng::stream;
-use whitefurnace::roulette::Roulette;
-use whitefurnace::sampler::Sampler;
-use whitefurnace::scene::{Hit, Scene, simple};
-use whitefurnace::shape::Ray;
+use whitefurnace::estimator::{FiniteElements, LONGEST_PATH, Path, Strategy};
+use whitefurnace::film::check_radiance;
 use whitefurnace::splat::Splats;
 
-use crate::helpers::{self, rendered};
-use crate::support::master;
+use crate::helpers;
+use crate::prelude::*;
 
 const FRAME: [u32; 2] = [5, 4];
 

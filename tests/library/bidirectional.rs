@@ -1,25 +1,12 @@
 //! Light paths and the camera: densities of whole paths, weights on real paths, the same image on any
 //! threads, and importance against its definition.
 
-use std::f64::consts::PI;
 use std::sync::Mutex;
 
-use approx::assert_abs_diff_eq;
-use glam::DVec3;
 use rayon::ThreadPoolBuilder;
-use whitefurnace::bsdf::{Bsdf, OrenNayarForm, Scattering};
-use whitefurnace::camera::Camera;
-use whitefurnace::error::Error;
-use whitefurnace::estimator::{Bdpt, Bidirectional, Density, ImageEstimator, LightTracer, NextEvent, Standard, weight};
-use whitefurnace::film::{Film, Window};
-use whitefurnace::render::render_passes;
-use whitefurnace::roulette::Roulette;
-use whitefurnace::scene::room::{self, Convention};
-use whitefurnace::scene::{Scene, SceneBuilder, Surface};
-use whitefurnace::shape::Sphere;
+use whitefurnace::estimator::{Density, weight};
 
-use crate::helpers::U;
-use crate::support::{master, property};
+use crate::prelude::*;
 
 const FRAME: [u32; 2] = [12, 9];
 

@@ -1,15 +1,10 @@
 //! Equations (13)-(15): Lambert and Oren-Nayar in both forms.
 
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use glam::DMat3;
+use whitefurnace::bsdf::{oren_nayar, oren_nayar_angles};
 
-use approx::{assert_abs_diff_eq, assert_relative_eq};
-use glam::{DMat3, DVec3};
-use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm, lambert, oren_nayar, oren_nayar_angles};
-use whitefurnace::frame::from_spherical;
-
-use crate::helpers::{U, gauss_legendre, integrate, upper};
+use crate::prelude::*;
 use crate::reference;
-use crate::support::property;
 
 const FORMS: [OrenNayarForm; 2] = [OrenNayarForm::Corrected, OrenNayarForm::Printed];
 

@@ -1,14 +1,6 @@
 //! The pinhole camera, alone and against the landmarks of the published figure 6.
 
-use approx::assert_abs_diff_eq;
-use glam::DVec3;
-use whitefurnace::bsdf::{Bsdf, OrenNayarForm};
-use whitefurnace::camera::Camera;
-use whitefurnace::scene::room::{self, Convention};
-use whitefurnace::scene::{Hit, Scene};
-
-use crate::helpers::{U, point};
-use crate::support::property;
+use crate::prelude::*;
 
 const SIZE: [u32; 2] = [1024, 768];
 const WHITE: DVec3 = DVec3::new(0.0, 1.5, 0.0);

@@ -5,22 +5,9 @@
 //! bit: roulette asks for the largest channel only. Cyclic permutations and transpositions together commute with
 //! no mix-up of channels, and a light of one channel lights that channel only, so none is added to another.
 
-use glam::DVec3;
-use whitefurnace::bsdf::{Bsdf, OrenNayarForm};
-use whitefurnace::camera::Camera;
-use whitefurnace::emitter::LightSampling;
-use whitefurnace::estimator::radiosity::Fineness;
-use whitefurnace::estimator::{
-    Bdpt, Estimator, Heuristic, ImageEstimator, LightRules, LightTracer, Lookup, Path, PhotonMapping, Published,
-    Radiosity, Report, Sppm, Standard, Strategy, Whitted,
-};
-use whitefurnace::film::Film;
-use whitefurnace::pixel::PixelSampling;
-use whitefurnace::render::{Numbers, Sampling, render, render_passes};
-use whitefurnace::scene::{Scene, SceneBuilder, Surface};
-use whitefurnace::shape::Sphere;
+use whitefurnace::estimator::{Heuristic, Path, Strategy};
 
-use crate::support::master;
+use crate::prelude::*;
 
 const FRAME: [u32; 2] = [8, 6];
 
@@ -70,12 +57,12 @@ fn room(paint: Paint, lamp: Paint, plain: bool) -> Scene {
 type Image = Vec<[DVec3; 3]>;
 
 fn image(film: &Film) -> Image {
-    let of = |pixel: &whitefurnace::film::Pixel| [pixel.mean(), pixel.standard_error(), pixel.features().albedo];
+    let of = |pixel: &Pixel| [pixel.mean(), pixel.standard_error(), pixel.features().albedo];
     film.pixels().iter().map(of).collect()
 }
 
 fn rays<E: Estimator>(scene: &Scene, estimator: &E) -> Image {
-    let sampling = Sampling { pixel: PixelSampling::Jitter(2), numbers: Numbers::Independent, seed: master() };
+    let sampling = Sampling { pixel: Jitter(2), numbers: Numbers::Independent, seed: master() };
     let mut film = Film::new(FRAME, None, 4).expect("a film");
     render(scene, estimator, sampling, &mut film, &(0..3), &|_| true).expect("legal radiance");
     image(&film)

@@ -1,25 +1,9 @@
 //! What no built-in scene has: lights without a solid angle to sample, no light at all, limits of zero, photons
 //! without number.
 
-use std::f64::consts::{FRAC_1_PI, PI};
+use whitefurnace::estimator::{Path, Quirks, Strategy};
 
-use approx::{assert_abs_diff_eq, assert_relative_eq};
-use glam::DVec3;
-use whitefurnace::bsdf::Bsdf;
-use whitefurnace::camera::Camera;
-use whitefurnace::emitter::LightSampling;
-use whitefurnace::estimator::photon_map::{Kept, PhotonMap};
-use whitefurnace::estimator::radiosity::Fineness;
-use whitefurnace::estimator::{
-    Bdpt, Estimator, ImageEstimator, LightRules, LightTracer, Lookup, Path, PhotonMapping, Published, Quirks,
-    Radiosity, Report, Sppm, Standard, Strategy, Whitted,
-};
-use whitefurnace::rng::{stream, uniform2};
-use whitefurnace::sampler::Sampler;
-use whitefurnace::scene::{EDGE_MARGIN, Scene, SceneBuilder, Surface, SurfaceId, simple};
-use whitefurnace::shape::{Ray, Sphere};
-
-use crate::helpers::{assert_option_refused, scene, scene_from};
+use crate::prelude::*;
 use crate::rng::Constant;
 
 const ALBEDO: f64 = 0.6;

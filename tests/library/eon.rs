@@ -1,20 +1,13 @@
 //! EON: both lobes against reference values, closed forms against quadrature, limits and symmetry.
 
-use std::f64::consts::FRAC_PI_2;
-
-use approx::{assert_abs_diff_eq, assert_relative_eq};
-use glam::DVec3;
 use whitefurnace::bsdf::eon::{
     AVERAGE_GAIN, LARGEST_GAIN, albedo, average_albedo, gain, multiple_albedo, scale, single_scattering,
 };
-use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm, lambert, oren_nayar};
-use whitefurnace::frame::from_spherical;
-use whitefurnace::scene::{SceneBuilder, Surface};
+use whitefurnace::bsdf::oren_nayar;
 
 use crate::bsdf::directional_albedo;
-use crate::helpers::{U, any_camera, gauss_legendre, integrate, upper};
+use crate::prelude::*;
 use crate::reference;
-use crate::support::property;
 
 /// Values of at most 2 summed in two nested blocks of 32, each term with some 40 roundings.
 const QUADRATURE: f64 = 256.0 * U;

@@ -1,19 +1,9 @@
 //! Estimators, path by path, where every path has the same value or none.
 
-use glam::DVec3;
-use whitefurnace::bsdf::{Bsdf, OrenNayarForm, Scattering};
-use whitefurnace::estimator::{
-    Bdpt, Bidirectional, Estimator, ImageEstimator, LightRules, NextEvent, Path, Report, Standard, Strategy, Whitted,
-};
-use whitefurnace::rng::uniform2;
-use whitefurnace::roulette::Roulette;
-use whitefurnace::scene::room::{self, Convention};
-use whitefurnace::scene::{Scene, SceneBuilder, Surface, simple};
-use whitefurnace::shape::{Ray, Sphere};
+use whitefurnace::estimator::{Path, Strategy};
 
 use crate::budget::enough;
-use crate::helpers::{U, any_camera, unit_vector};
-use crate::support::{master, property, rng};
+use crate::prelude::*;
 
 /// Roulette without its weight: a path has the value that it would have without roulette, or none.
 #[derive(Clone, Copy, Debug, Default)]
@@ -187,11 +177,11 @@ fn direct_light_of_whitted_is_f_cos_over_pdf() {
         let mut copy = rng.clone();
         let found = Whitted::new(LightRules::PHYSICAL).radiance(&scene, &ray, Some(hit), &mut rng);
         // The draws: which emitter, then where on it.
-        let _ = whitefurnace::rng::uniform(&mut copy);
+        let _ = uniform(&mut copy);
         let [s, t] = uniform2(&mut copy);
         let y = DVec3::new(-1.0 + 2.0 * t, -1.0 + 2.0 * s, 2.0);
         let d2 = (y - hit.point).length_squared();
-        let expected = albedo / std::f64::consts::PI * 3.0 * 4.0 * (2.0 * 2.0) / (d2 * d2);
+        let expected = albedo / PI * 3.0 * 4.0 * (2.0 * 2.0) / (d2 * d2);
         assert!((found - expected).abs().max_element() <= 64.0 * U);
     }
 }

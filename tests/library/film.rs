@@ -1,14 +1,9 @@
 //! The film's accumulators: exact, mergeable in any order, and picky about sizes.
 
-use approx::assert_abs_diff_eq;
-use glam::DVec3;
-use proptest::prelude::*;
-use whitefurnace::film::{Features, Film, LARGEST_FILM, Pixel, Window};
-use whitefurnace::moments::{Moments, UNIT};
+use whitefurnace::film::LARGEST_FILM;
 use whitefurnace::splat::Splats;
 
-use crate::helpers::{U, assert_option_refused, point};
-use crate::support::property;
+use crate::prelude::*;
 
 fn pixel(values: &[DVec3]) -> Pixel {
     let mut pixel = Pixel::default();

@@ -1,14 +1,6 @@
 //! Orthonormal frames and spherical coordinates.
 
-use std::f64::consts::{PI, TAU};
-
-use approx::assert_abs_diff_eq;
-use glam::DVec3;
-use proptest::prelude::*;
-use whitefurnace::frame::{Frame, from_spherical, to_spherical};
-
-use crate::helpers::{U, point, unit};
-use crate::support::property;
+use crate::prelude::*;
 
 /// Normals everywhere, more of them near the poles and the equator, where signs change.
 fn normals() -> impl Strategy<Value = DVec3> {

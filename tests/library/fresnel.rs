@@ -1,15 +1,11 @@
 //! Equations (10)-(12), refraction and its radiance factor.
 
-use approx::assert_abs_diff_eq;
-use glam::DVec3;
-use proptest::prelude::*;
 use whitefurnace::fresnel::{
     cos_refracted, mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refract,
 };
 
-use crate::helpers::{U, unit};
+use crate::prelude::*;
 use crate::reference;
-use crate::support::property;
 
 /// Bound on the error of cos θ₂: its square is off by 4 U (1 + ρ²), ρ = n₁/n₂, from seven roundings
 /// and that of cos θ₁; halved by the root, and never more than the root of the whole.

@@ -1,14 +1,10 @@
 //! Equations (1)-(4): rays and triangles.
 
-use approx::assert_abs_diff_eq;
-use glam::DVec3;
-use proptest::prelude::*;
 use whitefurnace::accel::Primitive;
-use whitefurnace::shape::{Ray, moller_trumbore, triangle_point, triangle_residual};
+use whitefurnace::shape::{moller_trumbore, triangle_point, triangle_residual};
 use whitefurnace::watertight::{Shear, TriangleHit, Vertices};
 
-use crate::helpers::{U, point};
-use crate::support::property;
+use crate::prelude::*;
 
 const STANDARD: [DVec3; 3] = [DVec3::ZERO, DVec3::X, DVec3::Y];
 

@@ -4,14 +4,10 @@ use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
-use approx::assert_abs_diff_eq;
 use exr::prelude::{AttributeValue, FlatSamples, read_all_flat_layers_from_file};
-use glam::DVec3;
-use whitefurnace::error::Error;
-use whitefurnace::film::{Features, Film, Pixel};
 use whitefurnace::image::{Display, check_writable, srgb, write_exr, write_png, write_whole};
 
-use crate::helpers::U;
+use crate::prelude::*;
 
 /// An empty folder of the test's own.
 fn folder(name: &str) -> PathBuf {

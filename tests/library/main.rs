@@ -3,6 +3,7 @@
 
 mod budget; // what chance can turn red, counted
 mod helpers; // random geometry, meshes, quadrature
+mod prelude; // what most modules use
 mod reference; // tables of reference values
 mod shares; // the budget as data, for that of the whole suite
 mod support; // the master seed and what is derived from it

@@ -1,14 +1,10 @@
 //! Models that are not of the library are rendered like its own, by every estimator, to the last bit.
 
-use glam::DVec3;
-use whitefurnace::bsdf::{Bsdf, Model, lambert};
-use whitefurnace::camera::Camera;
-use whitefurnace::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
+use whitefurnace::bsdf::Model;
 use whitefurnace::scene::simple::closed_cube;
-use whitefurnace::scene::{Scene, SceneBuilder, Surface};
-use whitefurnace::shape::Sphere;
 
 use crate::channels::physical_images;
+use crate::prelude::*;
 
 const ALBEDO: DVec3 = DVec3::new(0.7, 0.5, 0.2);
 

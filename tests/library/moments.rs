@@ -1,13 +1,8 @@
 //! Equation (16): running moments, in floating point and exact.
 
-use approx::{assert_abs_diff_eq, assert_relative_eq};
-use proptest::prelude::*;
-use whitefurnace::error::Error;
-use whitefurnace::moments::{ExactMoments, LARGEST, Moments, UNIT, in_units};
-use whitefurnace::rng::uniform;
+use whitefurnace::moments::in_units;
 
-use crate::helpers::U;
-use crate::support::{property, rng};
+use crate::prelude::*;
 
 fn values() -> impl Strategy<Value = Vec<f64>> {
     let offset = prop_oneof![Just(0.0), -1e3..1e3, Just(1e6)];

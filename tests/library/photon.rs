@@ -1,17 +1,11 @@
 //! The kd-tree against brute force; photon maps and passes as functions of their arguments alone.
 
-use glam::DVec3;
-use proptest::prelude::*;
 use statrs::function::gamma::ln_gamma;
-use whitefurnace::error::Error;
-use whitefurnace::estimator::photon_map::{Kept, Photon, PhotonMap, same_side};
-use whitefurnace::estimator::{ImageEstimator, Sppm, Standard, radius_squared};
+use whitefurnace::estimator::photon_map::{Photon, same_side};
+use whitefurnace::estimator::radius_squared;
 use whitefurnace::kd_tree::KdTree;
-use whitefurnace::rng::{stream, uniform};
-use whitefurnace::scene::{room, simple};
 
-use crate::helpers::point;
-use crate::support::property;
+use crate::prelude::*;
 
 /// Every point within the radius once and no other, ties and equal points included.
 #[test]
@@ -52,7 +46,7 @@ fn a_large_kd_tree_does_not_depend_on_the_threads() {
     assert_eq!(one, order(3));
 }
 
-fn photons(kept: Kept, scene: &whitefurnace::scene::Scene, emitted: u32) -> Vec<Photon> {
+fn photons(kept: Kept, scene: &Scene, emitted: u32) -> Vec<Photon> {
     let map = PhotonMap::new(&Standard, scene, kept, emitted, (3, 1)).expect("a small map");
     map.photons().copied().collect()
 }
@@ -79,7 +73,7 @@ fn a_photon_map_does_not_depend_on_the_threads() {
 fn without_mirrors_and_glass_there_are_no_caustic_photons() {
     let diffuse = room::diffuse().expect("a scene");
     assert!(photons(Kept::Caustic, &diffuse, 2000).is_empty());
-    let report = room::report(room::Convention::Physical, Default::default()).expect("a scene");
+    let report = room::report(Convention::Physical, Default::default()).expect("a scene");
     let found = photons(Kept::Caustic, &report, 2000).len();
     assert!(found > 0 && found < 2000, "{found}");
 }
@@ -91,7 +85,7 @@ fn flux_is_shared_among_the_particles_that_were_emitted() {
     let found = photons(Kept::All, &scene, 100);
     assert_eq!(found.len(), 100);
     for photon in found {
-        let share = std::f64::consts::PI * 24.0 / 100.0;
+        let share = PI * 24.0 / 100.0;
         approx::assert_relative_eq!(photon.flux.x, share, max_relative = 1e-12);
         approx::assert_relative_eq!(photon.normal.length(), 1.0, max_relative = 1e-12);
         assert!(photon.normal.dot(photon.from) > 0.0);

@@ -1,11 +1,8 @@
 //! Equations (8)-(9): cosine, geometry term, change of measure, weights.
 
-use approx::{assert_abs_diff_eq, assert_relative_eq};
-use glam::DVec3;
 use whitefurnace::radiometry::{balance, cosine, power, reflected, solid_angle_per_area};
 
-use crate::helpers::{U, point, unit};
-use crate::support::property;
+use crate::prelude::*;
 
 /// G(x, y) between two points with unit normals, of the factors that the estimators use.
 fn geometry_term(x: DVec3, normal_x: DVec3, y: DVec3, normal_y: DVec3) -> f64 {

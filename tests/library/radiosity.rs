@@ -1,19 +1,10 @@
 //! Radiosity and form factors: closed forms, refusals, order of convergence, threads.
 
-use std::f64::consts::PI;
-
-use approx::assert_abs_diff_eq;
-use glam::DVec3;
-use whitefurnace::bsdf::Bsdf;
-use whitefurnace::camera::Camera;
 use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::estimator::radiosity::{Fineness, FormFactors, Mesh, Patch, RESIDUAL, ReadOut};
-use whitefurnace::estimator::{Radiosity, Standard};
+use whitefurnace::estimator::radiosity::{FormFactors, Mesh, Patch, RESIDUAL, ReadOut};
 use whitefurnace::form_factor::{Polygon, polygon};
-use whitefurnace::frame::from_spherical;
-use whitefurnace::scene::{Scene, SceneBuilder, Surface, room, simple};
-use whitefurnace::shape::{Ray, Sphere};
+
+use crate::prelude::*;
 
 fn fineness(patches: u32, halvings: u32) -> Fineness {
     Fineness { patches, halvings }
@@ -245,7 +236,7 @@ fn what_it_cannot_do_is_refused_in_one_line() {
         assert!(message.contains(hint) && !message.contains('\n'), "{message}");
     };
     let default = Fineness::default();
-    let report = room::report(room::Convention::Physical, Default::default()).expect("a scene");
+    let report = room::report(Convention::Physical, Default::default()).expect("a scene");
     refused(&report, default, "mirrors");
     refused(&simple::glass_cube(false).expect("a scene"), default, "background");
     let furnace = simple::furnace_box(0.5).expect("a scene");

@@ -3,24 +3,10 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use glam::DVec3;
 use rayon::ThreadPoolBuilder;
-use whitefurnace::bsdf::OrenNayarForm;
-use whitefurnace::estimator::radiosity::Fineness;
-use whitefurnace::estimator::{
-    Bdpt, Estimator, LightRules, LightTracer, Lookup, Path, PhotonMapping, Published, Radiosity, Report, Sppm,
-    Standard, Whitted,
-};
-use whitefurnace::film::{Features, Film, Pixel, Window};
-use whitefurnace::pixel::PixelSampling::{self, Centre, Grid, Jitter, Random};
-use whitefurnace::render::{Numbers, Sampling, render};
-use whitefurnace::sampler::Sampler;
-use whitefurnace::scene::room::{self, Convention};
-use whitefurnace::scene::{Hit, Scene, simple};
-use whitefurnace::shape::Ray;
+use whitefurnace::estimator::Path;
 
-use crate::helpers::{passes, rendered};
-use crate::support::master;
+use crate::prelude::*;
 
 const FRAME: [u32; 2] = [24, 18];
 

@@ -4,26 +4,11 @@
 use std::collections::BTreeSet;
 use std::sync::Mutex;
 
-use approx::assert_abs_diff_eq;
-use glam::DVec3;
-use whitefurnace::bsdf::{Bsdf, Scattering};
-use whitefurnace::emitter::{Emitter, EmitterPoint};
-use whitefurnace::estimator::{
-    Bdpt, Bidirectional, Estimator, ImageEstimator, LightTracer, Lookup, NextEvent, Path, PhotonMapping, Photons, Sppm,
-    Standard,
-};
-use whitefurnace::film::Film;
-use whitefurnace::moments::{Moments, UNIT};
-use whitefurnace::pixel::PixelSampling::{self, Centre, Grid, Jitter, Random};
-use whitefurnace::render::{Numbers, Sampling, render};
-use whitefurnace::rng::{seed_for, uniform2};
-use whitefurnace::roulette::Roulette;
-use whitefurnace::sampler::{LONGEST, Sampler};
-use whitefurnace::scene::{Hit, Scene, Surface, simple};
-use whitefurnace::shape::Ray;
+use whitefurnace::emitter::EmitterPoint;
+use whitefurnace::estimator::Path;
+use whitefurnace::sampler::LONGEST;
 
-use crate::helpers::{assert_option_refused, passes, rendered, scene};
-use crate::support::master;
+use crate::prelude::*;
 
 const FRAME: [u32; 2] = [7, 5];
 const REPLICATIONS: u32 = 6;

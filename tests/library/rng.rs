@@ -3,8 +3,9 @@
 use std::collections::HashSet;
 use std::convert::Infallible;
 
-use rand::{Rng, TryRng};
-use whitefurnace::rng::{seed_for, stream, uniform, uniform2};
+use rand::TryRng;
+
+use crate::prelude::*;
 
 /// First numbers of four streams, by an independent implementation of SplitMix64's finaliser and
 /// Xoshiro256++: a change of any of them changes every picture.

@@ -1,11 +1,8 @@
 //! Section 2.6.2: Russian roulette.
 
-use approx::assert_abs_diff_eq;
-use glam::DVec3;
 use whitefurnace::roulette::{HIGHEST_SURVIVAL, by_absorption, by_throughput, survives, weight};
 
-use crate::helpers::U;
-use crate::support::property;
+use crate::prelude::*;
 
 #[test]
 fn survivors_stand_for_all() {

@@ -3,18 +3,11 @@
 use std::collections::BTreeSet;
 use std::convert::Infallible;
 
-use glam::DVec3;
-use rand::{Rng, TryRng};
-use whitefurnace::bsdf::{Bsdf, Scattering};
-use whitefurnace::estimator::{Estimator, Lookup, NextEvent, Path, PhotonMapping, Photons, Published, Strategy};
-use whitefurnace::rng::{Stream, stream, uniform};
-use whitefurnace::roulette::Roulette;
-use whitefurnace::sampler::{BLOCK, LIGHT, Sampler, Sobol, scramble};
-use whitefurnace::scene::{Scene, Surface, simple};
-use whitefurnace::shape::{Ray, Sphere};
+use rand::TryRng;
+use whitefurnace::estimator::{Path, Strategy};
+use whitefurnace::sampler::{BLOCK, LIGHT, Sobol, scramble};
 
-use crate::helpers::scene;
-use crate::support::master;
+use crate::prelude::*;
 
 fn sobol(index: u32, scramble: u32) -> Sobol {
     let point = u16::try_from(index).expect("a point of the sequence");

@@ -1,20 +1,11 @@
 //! Equations (17)-(19), cosine-weighted directions, points on emitters.
 
-use std::f64::consts::{PI, TAU};
-
-use approx::{assert_abs_diff_eq, assert_relative_eq};
-use glam::DVec3;
-use proptest::prelude::*;
-use whitefurnace::emitter::{Emitter, EmitterShape};
-use whitefurnace::frame::{from_spherical, to_spherical};
 use whitefurnace::sampling::{
-    cosine_hemisphere, cosine_hemisphere_inverse, cosine_hemisphere_pdf, hemisphere_printed, sphere_zone, triangle,
-    uniform_hemisphere, uniform_hemisphere_inverse, uniform_hemisphere_pdf, uniform_phi, uniform_theta,
+    cosine_hemisphere_inverse, hemisphere_printed, sphere_zone, triangle, uniform_hemisphere_inverse,
+    uniform_hemisphere_pdf, uniform_phi, uniform_theta,
 };
-use whitefurnace::shape::Sphere;
 
-use crate::helpers::U;
-use crate::support::property;
+use crate::prelude::*;
 
 type Square = [f64; 2];
 

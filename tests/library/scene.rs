@@ -1,17 +1,8 @@
 //! Scenes: what they contain, which way it faces, what the builder refuses.
 
-use approx::assert_abs_diff_eq;
-use glam::DVec3;
-use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
-use whitefurnace::camera::Camera;
-use whitefurnace::emitter::{Emitter, EmitterShape};
-use whitefurnace::scene::room::{self, Convention};
-use whitefurnace::scene::simple::{self, Cap};
-use whitefurnace::scene::{EDGE_MARGIN, Geometry, OFFSET, Scene, SceneBuilder, Surface, SurfaceId};
-use whitefurnace::shape::{Ray, Sphere};
+use whitefurnace::scene::OFFSET;
 
-use crate::helpers::{U, any_camera, in_cube, scene_from};
-use crate::support::rng;
+use crate::prelude::*;
 
 /// The floor of the room, as the report's scene was measured: counter-clockwise from above.
 pub const OUTLINE: [[f64; 2]; 6] = [[-3.0, 0.0], [0.0, -6.0], [10.0, -6.0], [13.0, 0.0], [10.0, 6.0], [0.0, 6.0]];

@@ -1,16 +1,9 @@
 //! Every built-in scene against its table: shapes, materials, emitters, background and camera, whatever the
 //! order in which the scene lists them. A constant that is off by 1e-9 of itself shows.
 
-use std::f64::consts::PI;
+use whitefurnace::scene::room::Walls;
 
-use glam::DVec3;
-use whitefurnace::bsdf::{Bsdf, OrenNayarForm};
-use whitefurnace::emitter::EmitterShape;
-use whitefurnace::scene::room::{self, Convention, Walls};
-use whitefurnace::scene::simple::{self, Cap};
-use whitefurnace::scene::{Geometry, Scene, Surface};
-use whitefurnace::shape::Sphere;
-
+use crate::prelude::*;
 use crate::scene::OUTLINE;
 
 /// A surface as numbers: kind, colour, what else its model knows, emission, absorption.

@@ -1,16 +1,9 @@
 //! Emitters as they are seen: solid angles, points, densities.
 
-use std::f64::consts::{PI, TAU};
-
-use approx::{assert_abs_diff_eq, assert_relative_eq};
-use glam::DVec3;
-use whitefurnace::emitter::{Emitter, EmitterShape};
-use whitefurnace::shape::Sphere;
 use whitefurnace::solid_angle::{SMALLEST, SphericalRectangle, SphericalTriangle, VisibleCap};
 
-use crate::helpers::{between, in_cube, unit_vector};
+use crate::prelude::*;
 use crate::sampling::area_ratio;
-use crate::support::rng;
 
 const TRIES: usize = 2000;
 

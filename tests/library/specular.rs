@@ -1,17 +1,8 @@
 //! Light by way of mirrors and glass, path by path, where a path has one value or none.
 
-use approx::assert_relative_eq;
-use glam::DVec3;
-use whitefurnace::bsdf::{Bsdf, Scattering};
-use whitefurnace::estimator::photon_map::{Kept, PhotonMap};
-use whitefurnace::estimator::{Estimator, LightRules, NextEvent, Path, Published, Report, Standard, Strategy};
-use whitefurnace::rng::stream;
-use whitefurnace::roulette::Roulette;
-use whitefurnace::scene::{Scene, SceneBuilder, Surface, SurfaceId};
-use whitefurnace::shape::Ray;
+use whitefurnace::estimator::{Path, Strategy};
 
-use crate::helpers::any_camera;
-use crate::support::master;
+use crate::prelude::*;
 
 const STREAMS: u32 = 200;
 

@@ -1,12 +1,8 @@
 //! Equations (5)-(7): rays and spheres.
 
-use approx::assert_abs_diff_eq;
-use glam::DVec3;
-use proptest::prelude::*;
-use whitefurnace::shape::{Ray, Sphere, sphere_distances, sphere_distances_printed, sphere_residual};
+use whitefurnace::shape::{sphere_distances, sphere_distances_printed, sphere_residual};
 
-use crate::helpers::{U, point, unit};
-use crate::support::property;
+use crate::prelude::*;
 
 /// A sphere and a ray whose line passes it at `miss` radii from the centre, from distances around the
 /// radius to far away.
@@ -139,9 +135,9 @@ fn zones_divide_the_sphere() {
     assert!(cap.intersect(&level, 10.0).is_some());
     assert_eq!(below.intersect(&level, 10.0), None);
     assert_eq!(cap.heights(), [0.5, 1.0]);
-    assert_abs_diff_eq!(cap.area(), std::f64::consts::PI, epsilon = 4.0 * U * 4.0);
+    assert_abs_diff_eq!(cap.area(), PI, epsilon = 4.0 * U * 4.0);
     let larger = Sphere { radius: 3.0, ..cap };
-    let area = 15.0 * std::f64::consts::PI;
+    let area = 15.0 * PI;
     assert_abs_diff_eq!(larger.area(), area, epsilon = 4.0 * U * area);
 }
 

@@ -1,16 +1,6 @@
 //! Closed meshes must not leak: rays aimed at edges and vertices, from inside and from surfaces.
 
-use glam::DVec3;
-use rand::Rng;
-use whitefurnace::bsdf::Bsdf;
-use whitefurnace::frame::Frame;
-use whitefurnace::rng::uniform2;
-use whitefurnace::sampling::uniform_hemisphere;
-use whitefurnace::scene::{Hit, Scene, Surface, room, simple};
-use whitefurnace::shape::Ray;
-
-use crate::helpers::{Mesh, barycentric, between, in_cube, scene, unit_vector, weights};
-use crate::support::rng;
+use crate::prelude::*;
 
 const SCALES: [f64; 3] = [1e-4, 1.0, 1e4];
 
@@ -121,7 +111,7 @@ fn assert_closed(scene: &Scene, start: DVec3, bounces: u32, rng: &mut impl Rng) 
 
 #[test]
 fn no_ray_leaves_the_closed_scenes() {
-    let scenes = [room::diffuse(), simple::furnace_box(0.75), simple::cavity_cap(0.75, simple::Cap::Black)];
+    let scenes = [room::diffuse(), simple::furnace_box(0.75), simple::cavity_cap(0.75, Cap::Black)];
     for scene in scenes {
         let scene = scene.expect("a valid scene");
         assert_closed(&scene, scene.camera().eye, 200_000, &mut rng(scene.name()));

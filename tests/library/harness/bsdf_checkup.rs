@@ -1,15 +1,9 @@
 //! The BSDF check-ups on right BSDFs and on faulty versions of them, each of which must be rejected: a
 //! microfacet conductor that is not ours (GGX, visible normals).
 
-use std::f64::consts::{PI, TAU};
+use whitefurnace::harness::trial::refused;
 
-use glam::DVec3;
-use whitefurnace::harness::bsdf_checkup::{BsdfSample, BsdfSubject, CheckUp, Loss, check_up};
-use whitefurnace::harness::guard;
-use whitefurnace::harness::outcome::{Outcome, Verdict};
-use whitefurnace::harness::trial::{Context, refused};
-
-use crate::support::context;
+use super::*;
 
 const ROUGHNESS: f64 = 0.5;
 fn lambda(w: DVec3) -> f64 {
@@ -80,7 +74,7 @@ pub fn assert_rejection(name: &str, outcomes: &[Outcome], expected: &str, contex
     let small = context.scale < 1.0;
     let rejects = |outcome: &&Outcome| match outcome.verdict() {
         Verdict::Holds => false,
-        Verdict::Fails => small || guard::may_hold(outcome).is_none(),
+        Verdict::Fails => small || may_hold(outcome).is_none(),
         Verdict::Undecided { .. } => small,
     };
     let found: Vec<String> = outcomes.iter().filter(rejects).map(in_words).collect();

@@ -1,14 +1,11 @@
 //! What each part of the BSDF check-up reports of a diffuse BSDF with one thing wrong.
 
-use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, TAU};
+use std::f64::consts::FRAC_PI_4;
 use std::sync::{Arc, Mutex};
 
-use approx::{assert_abs_diff_eq, assert_relative_eq};
-use glam::DVec3;
-use whitefurnace::harness::bsdf_checkup::{BsdfSample, BsdfSubject, CheckUp, Loss, assertions, at_direction, check_up};
-use whitefurnace::harness::outcome::{ALPHA, Outcome, Verdict};
-use whitefurnace::harness::tails::{binomial_cdf, binomial_sf};
-use whitefurnace::harness::trial::Context;
+use whitefurnace::harness::bsdf_checkup::{assertions, at_direction};
+
+use super::*;
 
 const ALBEDO: f64 = 0.5;
 

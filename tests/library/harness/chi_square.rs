@@ -2,20 +2,10 @@
 
 use std::cell::Cell;
 
-use approx::assert_relative_eq;
-use glam::DVec3;
-use whitefurnace::harness::chi_square::{
-    Counts, binomial, chi_square, count, poisson, pool, sampler_against_partition,
-};
-use whitefurnace::harness::domain::{Domain, Partition};
-use whitefurnace::harness::outcome::{ALPHA, Claim, Verdict};
-use whitefurnace::harness::power::Sensitivity;
-use whitefurnace::harness::tails::{
-    binomial_cdf, binomial_interval, binomial_sf, binomial_two_sided, chi_square_sf, normal_upper, poisson_cdf,
-    poisson_interval, poisson_sf,
-};
+use whitefurnace::harness::chi_square::pool;
+use whitefurnace::harness::tails::binomial_interval;
 
-use super::cells;
+use super::*;
 
 /// Three cells of probability 0.5, 0.3 and 0.2 of what is not lost.
 fn partition(loss: f64, error: f64) -> Partition {

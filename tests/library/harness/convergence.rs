@@ -1,13 +1,8 @@
 //! Orders of convergence and ratios of variances, against their definitions.
 
-use approx::assert_relative_eq;
-use whitefurnace::harness::convergence::{f_test, log_slope, slope, variance_ratio};
-use whitefurnace::harness::mean::{Sigma, Values, skewness_of_sum};
-use whitefurnace::harness::outcome::{ALPHA, Claim};
-use whitefurnace::harness::power::Sensitivity;
-use whitefurnace::harness::tails::{student_two_sided, student_upper};
+use whitefurnace::harness::convergence::{f_test, log_slope};
 
-use super::{around, rare};
+use super::*;
 
 #[test]
 fn slopes_are_drawn_through_the_mean_errors() {

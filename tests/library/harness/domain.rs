@@ -1,14 +1,8 @@
 //! Domains and their partitions: places of points, measures of parts, masses of cells.
 
-use std::f64::consts::{PI, TAU};
+use whitefurnace::harness::domain::MASS_TOLERANCE;
 
-use approx::{assert_abs_diff_eq, assert_relative_eq};
-use glam::DVec3;
-use whitefurnace::harness::chi_square::{Counts, chi_square};
-use whitefurnace::harness::domain::{Domain, MASS_TOLERANCE, Partition};
-use whitefurnace::harness::outcome::Verdict;
-
-use crate::support::property;
+use super::*;
 
 /// Every domain with its whole measure.
 const DOMAINS: [(Domain, f64); 6] = [

@@ -1,9 +1,9 @@
 //! The guard of the error budget: what it lets through and what it refuses, at the borders.
 
-use whitefurnace::harness::guard::{FAR, FAR_MISS, ROOM, distance, may_hold, may_not_hold};
-use whitefurnace::harness::outcome::{ALPHA, Claim, FAR_LEVEL, FAR_SHARE, Outcome, Verdict};
-use whitefurnace::harness::power::Sensitivity;
-use whitefurnace::harness::tails::{normal_sf, normal_upper, student_two_sided};
+use whitefurnace::harness::guard::{FAR, FAR_MISS, ROOM, distance};
+use whitefurnace::harness::outcome::{FAR_LEVEL, FAR_SHARE};
+
+use super::*;
 
 const DOF: f64 = 20_000.0;
 

@@ -1,9 +1,8 @@
 //! The Kolmogorov-Smirnov test against the distances of regular points.
 
-use approx::assert_relative_eq;
-use whitefurnace::harness::ks::kolmogorov_smirnov;
-use whitefurnace::harness::outcome::ALPHA;
 use whitefurnace::harness::tails::{kolmogorov_sf, kolmogorov_upper};
+
+use super::*;
 
 #[test]
 fn distribution_functions_are_compared_at_every_value() {

@@ -1,17 +1,9 @@
 //! Tests of means against textbook formulas on small sets of numbers, and under changes of scale.
 
-use approx::assert_relative_eq;
 use whitefurnace::harness::batches::Batches;
-use whitefurnace::harness::mean::{
-    ENOUGH_EQUAL, LARGEST_SKEW_TERM, NEARLY_SYMMETRIC, Sigma, bounded_mean, mean, mean_known_sigma, skewness_of_sum,
-    welch, welch_satterthwaite,
-};
-use whitefurnace::harness::outcome::{ALPHA, Cell, Claim, Verdict};
-use whitefurnace::harness::tails::{
-    binomial_cdf, binomial_sf, normal_sf, normal_upper, student_two_sided, student_upper,
-};
+use whitefurnace::harness::mean::{LARGEST_SKEW_TERM, NEARLY_SYMMETRIC};
 
-use super::{around, rare, values};
+use super::*;
 
 const CLAIM: Claim = Claim::Exact { delta: 1.0 };
 

@@ -20,9 +20,28 @@ mod tails;
 mod trial;
 mod welch_map;
 
-use whitefurnace::harness::domain::Partition;
-use whitefurnace::harness::mean::Values;
-use whitefurnace::harness::welch_map::PixelStatistics;
+// What the modules share, by `use super::*`.
+use whitefurnace::harness::bsdf_checkup::{BsdfSample, BsdfSubject, CheckUp, Loss, check_up};
+use whitefurnace::harness::chi_square::{Counts, binomial, chi_square, count, poisson, sampler_against_partition};
+use whitefurnace::harness::convergence::{slope, variance_ratio};
+use whitefurnace::harness::domain::{Domain, Partition};
+use whitefurnace::harness::guard::{may_hold, may_not_hold};
+use whitefurnace::harness::ks::kolmogorov_smirnov;
+use whitefurnace::harness::lobe_checkup::{Lobe, LobeSample, LobeSubject, check_up_lobes};
+use whitefurnace::harness::mean::{
+    ENOUGH_EQUAL, Sigma, Values, bounded_mean, mean, mean_known_sigma, skewness_of_sum, welch, welch_satterthwaite,
+};
+use whitefurnace::harness::outcome::{ALPHA, Cell, Claim, Outcome, Verdict};
+use whitefurnace::harness::power::Sensitivity;
+use whitefurnace::harness::sequential::{ConfidenceSequence, Decision, Sprt};
+use whitefurnace::harness::tails::{
+    binomial_cdf, binomial_sf, binomial_two_sided, chi_square_sf, normal_sf, normal_upper, poisson_cdf,
+    poisson_interval, poisson_sf, student_two_sided, student_upper,
+};
+use whitefurnace::harness::trial::Context;
+use whitefurnace::harness::welch_map::{PixelStatistics, image_mean, map};
+
+use crate::prelude::*;
 
 /// Values whose cubes are summed about `centre`.
 fn values(centre: f64, numbers: &[f64]) -> Values {

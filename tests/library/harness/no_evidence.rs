@@ -1,21 +1,7 @@
 //! Samples that say nothing: no statistic may say *holds* of them.
 
-use std::f64::consts::PI;
-
-use glam::DVec3;
-use whitefurnace::harness::bsdf_checkup::{BsdfSubject, CheckUp, Loss, check_up};
-use whitefurnace::harness::chi_square::{Counts, binomial, chi_square, poisson, sampler_against_partition};
-use whitefurnace::harness::convergence::{slope, variance_ratio};
-use whitefurnace::harness::domain::{Domain, Partition};
-use whitefurnace::harness::ks::kolmogorov_smirnov;
-use whitefurnace::harness::lobe_checkup::{Lobe, LobeSample, LobeSubject, check_up_lobes};
-use whitefurnace::harness::mean::{ENOUGH_EQUAL, Values, bounded_mean, mean, mean_known_sigma, welch};
-use whitefurnace::harness::outcome::{Claim, Outcome, Verdict};
-use whitefurnace::harness::trial::Context;
-use whitefurnace::harness::welch_map::{image_mean, map};
-
 use super::checkup_parts::{with_eval, with_sample};
-use super::{Image, cells};
+use super::*;
 
 const WIDE: [Claim; 3] = [Claim::Exact { delta: 1e3 }, Claim::Approximate { margin: 1e3 }, Claim::Test];
 

@@ -1,11 +1,8 @@
 //! Outcomes and verdicts at their borders: the fields of an outcome, its power, and what decides it.
 
-use approx::assert_relative_eq;
-use whitefurnace::harness::outcome::{
-    ALPHA, CAPACITY, Claim, Outcome, SUITE_BUDGET, Verdict, approximate_verdict, exact_verdict,
-};
-use whitefurnace::harness::power::Sensitivity;
-use whitefurnace::harness::tails::normal_upper;
+use whitefurnace::harness::outcome::{CAPACITY, SUITE_BUDGET, approximate_verdict, exact_verdict};
+
+use super::*;
 
 /// An estimate of 3, n = 100, in an interval of half width `half`.
 fn outcome(half: f64, claim: Claim) -> Outcome {

@@ -1,23 +1,14 @@
 //! Stated power against closed forms and against sums over whole laws.
 
-use approx::{assert_abs_diff_eq, assert_relative_eq};
-use whitefurnace::harness::chi_square::{binomial, poisson};
-use whitefurnace::harness::convergence::variance_ratio;
-use whitefurnace::harness::mean::{bounded_mean, mean, welch};
-use whitefurnace::harness::outcome::{ALPHA, Claim, Outcome};
-use whitefurnace::harness::power::Sensitivity;
-use whitefurnace::harness::tails::{
-    binomial_two_sided, chi_square_sf, gamma_p, noncentral_chi_square_cdf, normal_sf, normal_upper, poisson_cdf,
-    poisson_interval, poisson_sf,
-};
+use whitefurnace::harness::tails::{gamma_p, noncentral_chi_square_cdf};
 
-use super::around;
+use super::*;
 
 /// With one degree of freedom the law is that of a squared normal value with mean √λ; with three, one
 /// step of the recurrence in the degrees of freedom away from it.
 #[test]
 fn the_noncentral_chi_square_law_has_its_closed_forms() {
-    let density = |x: f64| (-0.5 * x * x).exp() / std::f64::consts::TAU.sqrt();
+    let density = |x: f64| (-0.5 * x * x).exp() / TAU.sqrt();
     for (x, noncentrality) in [(1.0, 2.0), (40.0, 30.0), (37.3, 150.0), (37.3, 600.0)] {
         let (x, l): (f64, f64) = (x, noncentrality);
         let (near, far) = (l.sqrt() - x.sqrt(), l.sqrt() + x.sqrt());
@@ -157,7 +148,7 @@ fn counts_at_the_ends_are_accepted_or_not() {
 fn few_degrees_of_freedom_widen_the_normal_law() {
     // One degree is Cauchy's law, and the quantile of two has a root.
     let p = 0.5 * ALPHA;
-    let cauchy = 1.0 / (std::f64::consts::PI * p).tan();
+    let cauchy = 1.0 / (PI * p).tan();
     let root = (1.0 - 2.0 * p) / (2.0 * p * (1.0 - p)).sqrt();
     for (dof, c, bound, squared) in
         [(1.0, cauchy, 0.75 * cauchy, 1.0 + cauchy * cauchy / 2.0), (2.0, root, 0.875 * root, 1.0 + root * root / 4.0)]

@@ -1,7 +1,6 @@
 //! Sequential tests, exactly: thresholds, errors summed over all runs, confidence sequences by their theorem.
 
-use approx::{assert_abs_diff_eq, assert_relative_eq};
-use whitefurnace::harness::sequential::{ConfidenceSequence, Decision, Sprt};
+use super::*;
 
 /// The summed likelihood ratio at which a test decides, by steps of `sign` · 2⁻²⁰ in its logarithm.
 fn threshold(mut test: Sprt, sign: f64) -> f64 {

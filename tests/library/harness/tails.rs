@@ -1,24 +1,23 @@
 //! Tails and quantiles against values of 25 digits and against each other.
 
-use approx::assert_relative_eq;
 use whitefurnace::harness::tails;
 
+use super::*;
 use crate::reference::{fields, number};
-use crate::support::property;
 
 fn evaluate(function: &str, a: &[f64]) -> f64 {
     match function {
-        "normal_sf" => tails::normal_sf(a[0]),
-        "normal_upper" => tails::normal_upper(a[0]),
-        "student_two_sided" => tails::student_two_sided(a[0], a[1]),
-        "chi_square_sf" => tails::chi_square_sf(a[0], a[1]),
+        "normal_sf" => normal_sf(a[0]),
+        "normal_upper" => normal_upper(a[0]),
+        "student_two_sided" => student_two_sided(a[0], a[1]),
+        "chi_square_sf" => chi_square_sf(a[0], a[1]),
         "f_sf" => tails::f_sf(a[0], a[1], a[2]),
         "kolmogorov_limit_sf" => tails::kolmogorov_limit_sf(a[0]),
         "kolmogorov_sf_body" => tails::kolmogorov_sf(a[0] as u64, a[1]),
-        "binomial_sf" => tails::binomial_sf(a[0] as u64, a[1] as u64, a[2]),
-        "binomial_cdf" => tails::binomial_cdf(a[0] as u64, a[1] as u64, a[2]),
-        "poisson_sf" => tails::poisson_sf(a[0] as u64, a[1]),
-        "poisson_cdf" => tails::poisson_cdf(a[0] as u64, a[1]),
+        "binomial_sf" => binomial_sf(a[0] as u64, a[1] as u64, a[2]),
+        "binomial_cdf" => binomial_cdf(a[0] as u64, a[1] as u64, a[2]),
+        "poisson_sf" => poisson_sf(a[0] as u64, a[1]),
+        "poisson_cdf" => poisson_cdf(a[0] as u64, a[1]),
         other => panic!("no function {other}"),
     }
 }
@@ -52,11 +51,11 @@ fn quantiles_undo_their_tails() {
         };
         for dof in [3.0, 40.0, 1e6] {
             if p < 0.5 {
-                close(0.5 * tails::student_two_sided(tails::student_upper(p, dof), dof), dof);
+                close(0.5 * student_two_sided(student_upper(p, dof), dof), dof);
             }
         }
         for dof in [1.0, 32.0, 50.0, 1000.0] {
-            close(tails::chi_square_sf(tails::chi_square_upper(p, dof), dof), dof);
+            close(chi_square_sf(tails::chi_square_upper(p, dof), dof), dof);
         }
         // Two degrees: the tail is exp(−x/2).
         let x = tails::chi_square_upper(p, 2.0);
@@ -70,9 +69,9 @@ fn quantiles_undo_their_tails() {
 fn binomial_and_poisson_tails_sum_to_one() {
     property("binomial tails", 256, &(1_u64..5000, 0.0..1.0, 0.0..1.0), |(n, share, q)| {
         let k = (share * n as f64) as u64;
-        let sum = tails::binomial_cdf(k, n, q) + tails::binomial_sf(k + 1, n, q);
+        let sum = binomial_cdf(k, n, q) + binomial_sf(k + 1, n, q);
         assert!((sum - 1.0).abs() < 1e-10, "{sum}");
-        let sum = tails::poisson_cdf(k, q * 100.0) + tails::poisson_sf(k + 1, q * 100.0);
+        let sum = poisson_cdf(k, q * 100.0) + poisson_sf(k + 1, q * 100.0);
         assert!((sum - 1.0).abs() < 1e-10, "{sum}");
     });
 }
@@ -80,38 +79,38 @@ fn binomial_and_poisson_tails_sum_to_one() {
 #[test]
 fn clopper_pearson_ends_have_the_tails_they_promise() {
     let [low, high] = tails::binomial_interval(30, 1000, 1e-6);
-    assert_relative_eq!(tails::binomial_sf(30, 1000, low), 1e-6, max_relative = 1e-6);
-    assert_relative_eq!(tails::binomial_cdf(30, 1000, high), 1e-6, max_relative = 1e-6);
+    assert_relative_eq!(binomial_sf(30, 1000, low), 1e-6, max_relative = 1e-6);
+    assert_relative_eq!(binomial_cdf(30, 1000, high), 1e-6, max_relative = 1e-6);
     assert_eq!(tails::binomial_interval(0, 10, 1e-3)[0], 0.0);
     assert_eq!(tails::binomial_interval(10, 10, 1e-3)[1], 1.0);
 }
 
 #[test]
 fn tails_at_the_ends_of_their_ranges() {
-    assert_relative_eq!(tails::normal_upper(0.9), -tails::normal_upper(0.1));
-    assert_eq!(tails::normal_upper(0.5), 0.0);
+    assert_relative_eq!(normal_upper(0.9), -normal_upper(0.1));
+    assert_eq!(normal_upper(0.5), 0.0);
     for x in [0.0, -1.0] {
         assert_eq!(tails::kolmogorov_limit_sf(x), 1.0);
         assert_eq!((tails::gamma_p(2.5, x), tails::gamma_q(2.5, x)), (0.0, 1.0));
         assert_eq!(tails::beta(2.0, 3.0, x, 1.0), 0.0);
         assert_eq!(tails::beta(2.0, 3.0, 1.0, x), 1.0);
-        assert_eq!(tails::binomial_sf(3, 10, x), 0.0);
+        assert_eq!(binomial_sf(3, 10, x), 0.0);
     }
-    assert_eq!(tails::student_two_sided(0.0, 5.0), 1.0);
-    assert_eq!(tails::student_two_sided(f64::NEG_INFINITY, 5.0), 0.0);
-    assert!(tails::student_two_sided(f64::NAN, 5.0).is_nan());
-    assert_eq!(tails::binomial_sf(0, 10, 0.3), 1.0);
-    assert_eq!(tails::binomial_sf(11, 10, 0.3), 0.0);
-    assert_relative_eq!(tails::binomial_sf(10, 10, 0.5), 0.5_f64.powi(10));
-    assert_eq!(tails::binomial_cdf(10, 10, 0.3), 1.0);
-    assert_relative_eq!(tails::binomial_cdf(0, 10, 0.5), 0.5_f64.powi(10));
-    assert_eq!(tails::binomial_two_sided(5, 10, 0.5), 1.0);
-    assert_eq!(tails::poisson_sf(0, 3.0), 1.0);
+    assert_eq!(student_two_sided(0.0, 5.0), 1.0);
+    assert_eq!(student_two_sided(f64::NEG_INFINITY, 5.0), 0.0);
+    assert!(student_two_sided(f64::NAN, 5.0).is_nan());
+    assert_eq!(binomial_sf(0, 10, 0.3), 1.0);
+    assert_eq!(binomial_sf(11, 10, 0.3), 0.0);
+    assert_relative_eq!(binomial_sf(10, 10, 0.5), 0.5_f64.powi(10));
+    assert_eq!(binomial_cdf(10, 10, 0.3), 1.0);
+    assert_relative_eq!(binomial_cdf(0, 10, 0.5), 0.5_f64.powi(10));
+    assert_eq!(binomial_two_sided(5, 10, 0.5), 1.0);
+    assert_eq!(poisson_sf(0, 3.0), 1.0);
     // Leading terms of tails far below the resolution of 1: n q, λ³/6, and t⁻³ √12/π of three degrees.
     for (found, expected) in [
-        (tails::binomial_sf(1, 5, 1e-30), 5e-30),
-        (tails::poisson_sf(3, 1e-30), 1e-90 / 6.0),
-        (tails::student_two_sided(1e20, 3.0), 2.0 * 12_f64.sqrt() / (std::f64::consts::PI * 1e60)),
+        (binomial_sf(1, 5, 1e-30), 5e-30),
+        (poisson_sf(3, 1e-30), 1e-90 / 6.0),
+        (student_two_sided(1e20, 3.0), 2.0 * 12_f64.sqrt() / (PI * 1e60)),
     ] {
         assert!((found / expected - 1.0).abs() < 1e-9, "{found:e} {expected:e}");
     }
@@ -128,15 +127,15 @@ fn tails_have_closed_forms() {
         let close = |found: f64, expected: f64| {
             assert!((found / expected - 1.0).abs() < 1e-10, "{x}: {found:e} {expected:e}");
         };
-        close(tails::chi_square_sf(x, 2.0), exp);
-        close(tails::chi_square_sf(x, 4.0), exp * (1.0 + 0.5 * x));
+        close(chi_square_sf(x, 2.0), exp);
+        close(chi_square_sf(x, 4.0), exp * (1.0 + 0.5 * x));
         close(tails::gamma_p(1.0, x), -(-x).exp_m1());
         close(tails::gamma_p(1.0, x) + tails::gamma_q(1.0, x), 1.0);
         close(tails::gamma_p(30.0, x) + tails::gamma_q(30.0, x), 1.0);
         // One degree of freedom is Cauchy's law, two have a root.
-        close(tails::student_two_sided(x, 1.0), 2.0 * (1.0 / x).atan() / std::f64::consts::PI);
+        close(student_two_sided(x, 1.0), 2.0 * (1.0 / x).atan() / PI);
         let root = (2.0 + x * x).sqrt();
-        close(tails::student_two_sided(-x, 2.0), 2.0 / (root * (root + x)));
+        close(student_two_sided(-x, 2.0), 2.0 / (root * (root + x)));
         close(tails::f_sf(x, 2.0, 6.0), (1.0 + x / 3.0).powi(-3));
         close(tails::beta(3.5, 1.0, x / 100.0, 1.0 - x / 100.0), (x / 100.0).powf(3.5));
     }
@@ -149,18 +148,18 @@ fn tails_keep_fourteen_digits() {
         // exp(−m) Σ mʲ/j! over the first counts.
         let term = |j: u64| (1..=j).fold(1.0, |product, i| product * mean / i as f64);
         let expected = f64::exp(-mean) * (0..=k).map(term).sum::<f64>();
-        assert_relative_eq!(tails::poisson_cdf(k, mean), expected, max_relative = 1e-14, epsilon = 0.0);
+        assert_relative_eq!(poisson_cdf(k, mean), expected, max_relative = 1e-14, epsilon = 0.0);
     }
 }
 
 /// P(½, x) is erf √x, close to 2 √(x/π) for small x.
 #[test]
 fn small_arguments_are_summed_up() {
-    let expected = 2e-10 / std::f64::consts::PI.sqrt();
+    let expected = 2e-10 / PI.sqrt();
     let found = tails::gamma_p(0.5, 1e-20);
     assert!((found / expected - 1.0).abs() < 1e-12, "{found:e}");
     assert!((tails::gamma_q(0.5, 1e-20) - (1.0 - expected)).abs() < 1e-15);
     // Cauchy's law in the middle: 1 − 2t/π.
-    let found = tails::student_two_sided(1e-8, 1.0);
-    assert!((found - (1.0 - 2e-8 / std::f64::consts::PI)).abs() < 1e-15);
+    let found = student_two_sided(1e-8, 1.0);
+    assert!((found - (1.0 - 2e-8 / PI)).abs() < 1e-15);
 }

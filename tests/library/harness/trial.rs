@@ -3,14 +3,13 @@
 use std::path::Path;
 use std::process::Command;
 
-use rand::Rng;
 use whitefurnace::equation::ESTIMATOR;
-use whitefurnace::harness::outcome::{Cell, Claim, Outcome, Verdict};
 use whitefurnace::harness::trial::{
-    CSV_HEADER, Context, Control, Row, Trial, assert_holds, check, check_control, check_subject, command,
-    control_is_green, full_name, group, run_control, run_trial, trial_is_green, write_cells,
+    CSV_HEADER, Control, Row, Trial, assert_holds, check, check_control, check_subject, command, control_is_green,
+    full_name, group, run_control, run_trial, trial_is_green, write_cells,
 };
-use whitefurnace::rng::{seed_for, stream};
+
+use super::*;
 
 fn context(scale: f64) -> Context {
     Context::new(7, scale).expect("a valid scale")

@@ -1,14 +1,8 @@
 //! Maps of Welch tests and means of images, against what the definitions say of small images.
 
-use approx::assert_relative_eq;
-use whitefurnace::harness::ks::kolmogorov_smirnov;
-use whitefurnace::harness::mean::welch_satterthwaite;
-use whitefurnace::harness::outcome::{ALPHA, Claim, Outcome, Verdict};
-use whitefurnace::harness::power::Sensitivity;
-use whitefurnace::harness::tails::{student_two_sided, student_upper};
-use whitefurnace::harness::welch_map::{PValueMap, PixelStatistics, image_mean, map};
+use whitefurnace::harness::welch_map::PValueMap;
 
-use super::Image;
+use super::*;
 
 #[test]
 fn maps_leave_out_what_says_nothing() {
