@@ -62,7 +62,9 @@ fn check(scene: Result<Scene, Error>, name: &str, sections: &[&str], more: &str)
         };
         match kind {
             "polygon" => {
-                points[1..].windows(2).for_each(|edge| part(Geometry::Triangle([points[0], edge[0], edge[1]])))
+                for edge in points[1..].windows(2) {
+                    part(Geometry::Triangle([points[0], edge[0], edge[1]]));
+                }
             }
             "ball" => {
                 let zone = numbers.get(4..6).map_or([f64::NEG_INFINITY, f64::INFINITY], |zone| [zone[0], zone[1]]);
