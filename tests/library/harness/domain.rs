@@ -52,48 +52,31 @@ fn points_have_their_place_in_the_square() {
 
 #[test]
 fn borders_are_inside_and_what_lies_beyond_is_not() {
-    let v = DVec3::new;
-    let nan = v(f64::NAN, 0.0, 0.0);
-    let upper = vec![DVec3::Z, DVec3::X, -DVec3::Y];
-    let elsewhere = vec![-DVec3::Z, 1.001 * DVec3::Z, 0.999 * DVec3::Z, nan];
+    let ([o, x, y, z], nan) = ([DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z], DVec3::NAN);
     // Rounding may carry a point 5e-10 across.
     let across = 5e-10;
+    let hair = 1.0 + 0.4 * across;
+    let [upper, elsewhere] = [vec![z, x, -y], vec![-z, 1.001 * z, 0.999 * z, nan]];
+    let square = vec![0.5 * y - 0.1 * x, 0.5 * y + 1.1 * x, 0.5 * x - 0.1 * y, 0.5 * x + 1.1 * y, nan];
+    let triangle = vec![0.5 * y - 0.1 * x, 0.5 * x - 0.1 * y, 0.75 * x + 0.5 * y, 1.1 * x, nan];
     for (domain, inside, outside) in [
-        (
-            Domain::Sphere,
-            vec![DVec3::Z, -DVec3::Z, (1.0 + 0.4 * across) * DVec3::X],
-            vec![1.001 * DVec3::X, 0.999 * DVec3::X, DVec3::ZERO, nan],
-        ),
+        (Domain::Sphere, vec![z, -z, hair * x], vec![1.001 * x, 0.999 * x, o, nan]),
         (Domain::Hemisphere, upper.clone(), elsewhere.clone()),
         (Domain::CosineHemisphere, upper, elsewhere),
-        (
-            Domain::Disk,
-            vec![DVec3::ZERO, -DVec3::X, (1.0 + 0.4 * across) * DVec3::Y],
-            vec![1.001 * DVec3::X, 0.5 * DVec3::X + 0.1 * DVec3::Z, nan],
-        ),
-        (
-            Domain::Square,
-            vec![DVec3::ZERO, DVec3::X, DVec3::Y, v(1.0, 1.0, 0.0)],
-            vec![v(-0.1, 0.5, 0.0), v(1.1, 0.5, 0.0), v(0.5, -0.1, 0.0), v(0.5, 1.1, 0.0), nan],
-        ),
-        (
-            Domain::Triangle,
-            vec![DVec3::ZERO, DVec3::X, DVec3::Y, v(0.25, 0.75 + across, 0.0)],
-            vec![v(-0.1, 0.5, 0.0), v(0.5, -0.1, 0.0), v(0.75, 0.5, 0.0), v(1.1, 0.0, 0.0), nan],
-        ),
+        (Domain::Disk, vec![o, -x, hair * y], vec![1.001 * x, 0.5 * x + 0.1 * z, nan]),
+        (Domain::Square, vec![o, x, y, x + y], square),
+        (Domain::Triangle, vec![o, x, y, 0.25 * x + (0.75 + across) * y], triangle),
     ] {
         for point in inside {
             let place = domain.to_square(point);
-            assert!(
-                place.is_some_and(|p| p.iter().all(|x| (0.0..=1.0 + 3.0 * across).contains(x))),
-                "{domain:?} {point} {place:?}"
-            );
+            let legal = |place: [f64; 2]| place.iter().all(|x| (0.0..=1.0 + 3.0 * across).contains(x));
+            assert!(place.is_some_and(legal), "{domain:?} {point} {place:?}");
         }
         for point in outside {
             assert_eq!(domain.to_square(point), None, "{domain:?} {point}");
         }
     }
-    assert_eq!(Domain::Triangle.to_square(DVec3::X), Some([1.0, 0.0]));
+    assert_eq!(Domain::Triangle.to_square(x), Some([1.0, 0.0]));
 }
 
 #[test]

@@ -31,49 +31,48 @@ fn skewness_does_not_depend_on_the_centre() {
 
 #[test]
 fn intervals_are_those_of_the_textbook() {
-    let five = values(4.0, &FIVE);
-    let t = mean("t", &five, 3.0, CLAIM);
-    assert_eq!((t.name.as_str(), t.statistic, t.n), ("t", "t", 5));
-    assert_eq!(t.valid_from, five.valid_from());
-    assert_eq!((t.estimate, t.reference, t.dof), (4.0, 3.0, Some(4.0)));
-    assert_relative_eq!(t.value, 0.4_f64.sqrt(), max_relative = 1e-12);
-    assert_relative_eq!(t.p, student_two_sided(0.4_f64.sqrt(), 4.0), max_relative = 1e-12);
+    let [a, b] = [values(4.0, &FIVE), values(1.0, &THREE)];
+    let t = 0.4_f64.sqrt();
     let half = student_upper(ALPHA / 2.0, 4.0) * 2.5_f64.sqrt();
-    assert_relative_eq!(t.interval[0], 4.0 - half, max_relative = 1e-12);
-    assert_relative_eq!(t.interval[1], 4.0 + half, max_relative = 1e-12);
-    let z = mean_known_sigma("z", &five, 3.0, 2.0, CLAIM);
-    assert_eq!((z.name.as_str(), z.statistic, z.n), ("z", "z", 5));
-    // With σ known, skewness counts half as much.
-    let from = 0.25 * (five.valid_from() as f64);
-    assert!((z.valid_from as f64 - from).abs() <= 1.0, "{}", z.valid_from);
-    assert_relative_eq!(z.p, 2.0 * normal_sf(1.25_f64.sqrt()), max_relative = 1e-12);
+    let found = mean("t", &a, 3.0, CLAIM);
+    assert_test(&found, "t", 5, [t, student_two_sided(t, 4.0)], [4.0, 3.0], half);
+    assert_eq!((found.valid_from, found.dof), (a.valid_from(), Some(4.0)));
+    let z = 1.25_f64.sqrt();
     let half = normal_upper(ALPHA / 2.0) * 2.0 / 5_f64.sqrt();
-    assert_relative_eq!(z.interval[0], 4.0 - half, max_relative = 1e-12);
-    assert_relative_eq!(z.interval[1], 4.0 + half, max_relative = 1e-12);
-    let below = mean_known_sigma("z", &five, 5.0, 2.0, CLAIM);
-    assert_relative_eq!(below.value, -1.25_f64.sqrt(), max_relative = 1e-12);
-    assert_relative_eq!(below.p, z.p, max_relative = 1e-12);
+    for (reference, value) in [(3.0, z), (5.0, -z)] {
+        let found = mean_known_sigma("z", &a, reference, 2.0, CLAIM);
+        assert_test(&found, "z", 5, [value, 2.0 * normal_sf(z)], [4.0, reference], half);
+        // With σ known, skewness counts half as much.
+        assert_abs_diff_eq!(found.valid_from as f64, 0.25 * a.valid_from() as f64, epsilon = 1.0);
+    }
+    let [va, vb] = [2.5_f64, 1.0 / 3.0];
+    let dof = (va + vb).powi(2) / (va * va / 4.0 + vb * vb / 2.0);
+    let t = 3.0 / (va + vb).sqrt();
+    let half = student_upper(ALPHA / 2.0, dof) * (va + vb).sqrt();
+    for (side, found) in [(1.0, welch("Welch", &a, &b, CLAIM)), (-1.0, welch("Welch", &b, &a, CLAIM))] {
+        assert_test(&found, "Welch", 3, [side * t, student_two_sided(t, dof)], [side * 3.0, 0.0], half);
+        assert_relative_eq!(found.dof.expect("degrees of freedom"), dof, max_relative = 1e-12);
+    }
+    // Without variance every value counts.
+    assert_eq!(welch_satterthwaite([(0.0, 5), (0.0, 9)]), 12.0);
 }
 
 #[test]
 fn a_data_file_shows_the_values() {
-    let [a, b] = [values(4.0, &FIVE), values(1.0, &THREE)];
     // Few values are batches of their own.
-    let shown = |cells: &[Cell]| -> Vec<(String, f64, f64)> {
-        let numbers = |cell: &Cell| (cell.place.clone(), cell.expected, cell.observed);
-        cells.iter().map(numbers).collect()
-    };
-    let t = mean("t", &a, 3.0, CLAIM);
-    assert_eq!(t.cells.len(), 5);
-    assert_eq!(shown(&t.cells)[4], (String::from("batch 5 (1 values)"), 3.0, 10.0));
-    assert_relative_eq!(t.cells[4].sigmas, 7.0 / 12.5_f64.sqrt(), max_relative = 1e-12);
-    let z = mean_known_sigma("z", &a, 3.0, 2.5, CLAIM);
-    assert_relative_eq!(z.cells[4].sigmas, 2.8, max_relative = 1e-12);
-    let bounded = bounded_mean("b", &a, 3.0, [0.0, 10.0], CLAIM);
-    assert_eq!(shown(&bounded.cells), shown(&t.cells));
-    let w = welch("w", &a, &b, CLAIM);
-    assert_eq!(w.cells.len(), 8);
-    assert_eq!(shown(&w.cells)[7], (String::from("second, batch 3 (1 values)"), 4.0, 2.0));
+    let [a, b] = [values(4.0, &FIVE), values(1.0, &THREE)];
+    let batch = |place, expected, observed, sigmas| (format!("{place} (1 values)"), expected, observed, sigmas);
+    for (found, count, last) in [
+        (mean("t", &a, 3.0, CLAIM), 5, batch("batch 5", 3.0, 10.0, 7.0 / 12.5_f64.sqrt())),
+        (mean_known_sigma("z", &a, 3.0, 2.5, CLAIM), 5, batch("batch 5", 3.0, 10.0, 2.8)),
+        (bounded_mean("b", &a, 3.0, [0.0, 10.0], CLAIM), 5, batch("batch 5", 3.0, 10.0, 7.0 / 12.5_f64.sqrt())),
+        (welch("w", &a, &b, CLAIM), 8, batch("second, batch 3", 4.0, 2.0, -2.0)),
+    ] {
+        assert_eq!(found.cells.len(), count);
+        let Cell { place, expected, observed, sigmas } = found.cells[count - 1].clone();
+        assert_eq!((place, expected, observed), (last.0, last.1, last.2));
+        assert_relative_eq!(sigmas, last.3, max_relative = 1e-12);
+    }
 }
 
 #[test]
@@ -127,26 +126,6 @@ fn rounding_is_relative_to_the_size_of_the_numbers() {
         let far = welch("w", &same, &other(1.0 + 3e-12), claim);
         assert_eq!(far.verdict(), Verdict::Fails);
     }
-}
-
-#[test]
-fn welch_is_that_of_the_textbook() {
-    let [a, b] = [values(4.0, &FIVE), values(1.0, &THREE)];
-    let w = welch("w", &a, &b, CLAIM);
-    let [va, vb]: [f64; 2] = [2.5, 1.0 / 3.0];
-    let dof = (va + vb).powi(2) / (va * va / 4.0 + vb * vb / 2.0);
-    let t = 3.0 / f64::sqrt(va + vb);
-    assert_eq!((w.name.as_str(), w.statistic, w.n), ("w", "Welch", 3));
-    assert_relative_eq!(w.value, t, max_relative = 1e-12);
-    assert_relative_eq!(w.dof.expect("degrees of freedom"), dof, max_relative = 1e-12);
-    assert_relative_eq!(w.p, student_two_sided(t, dof), max_relative = 1e-12);
-    let half = student_upper(ALPHA / 2.0, dof) * (va + vb).sqrt();
-    assert_relative_eq!(w.interval[0], 3.0 - half, max_relative = 1e-12);
-    assert_relative_eq!(w.interval[1], 3.0 + half, max_relative = 1e-12);
-    let back = welch("w", &b, &a, CLAIM);
-    assert_eq!((back.value, back.p), (-w.value, w.p));
-    // Without variance every value counts.
-    assert_eq!(welch_satterthwaite([(0.0, 5), (0.0, 9)]), 12.0);
 }
 
 /// √(6/n) is the standard deviation of the skewness of n normal values.

@@ -89,3 +89,19 @@ impl Image {
         PixelStatistics { mean: &self.mean, variance: &self.variance, count: &self.count }
     }
 }
+
+/// Asserts the fields of a test that is named by its statistic to 1e-12: the statistic and p-value, estimate and reference, and the half width of
+/// the interval.
+fn assert_test(found: &Outcome, statistic: &str, n: u64, test: [f64; 2], values: [f64; 2], half: f64) {
+    assert_eq!((&*found.name, found.statistic, found.n), (statistic, statistic, n));
+    let [estimate, reference] = values;
+    for (found, expected) in [
+        ([found.value, found.p], test),
+        ([found.estimate, found.reference], [estimate, reference]),
+        (found.interval, [estimate - half, estimate + half]),
+    ] {
+        for (found, expected) in found.into_iter().zip(expected) {
+            assert_relative_eq!(found, expected, max_relative = 1e-12);
+        }
+    }
+}

@@ -75,29 +75,24 @@ fn steps(mut test: Sprt, mut step: impl FnMut(&mut Sprt) -> Decision) -> (u64, D
 
 #[test]
 fn likelihood_ratios_are_those_of_the_laws() {
+    // Steps of this logarithm reach ln 1e4 or ln 1e-6.
+    let decided = |log: f64| {
+        let (threshold, decision) = if log > 0.0 { (1e-4, Decision::Alternative) } else { (1e-6, Decision::Null) };
+        ((f64::ln(threshold) / log).abs().ceil() as u64, decision)
+    };
     let new = || Sprt::new(1e-4, 1e-6);
-    let needed = |log: f64, threshold: f64| (threshold.ln() / log).abs().ceil() as u64;
     for (null, alternative) in [(0.2, 0.3), (0.5, 0.25)] {
         for success in [true, false] {
             let of = |q: f64| if success { q } else { 1.0 - q };
-            let log = (of(alternative) / of(null)).ln();
-            let expected = if log > 0.0 {
-                (needed(log, 1e-4), Decision::Alternative)
-            } else {
-                (needed(log, 1e-6), Decision::Null)
-            };
             let found = steps(new(), |test| test.bernoulli(success, null, alternative));
-            assert_eq!(found, expected, "{null} {alternative} {success}");
+            assert_eq!(found, decided((of(alternative) / of(null)).ln()), "{null} {alternative} {success}");
         }
     }
     // Half the difference of squared distances, in units of the variance.
     for (value, null, alternative, sigma) in [(2.5, 1.0, 3.0, 4.0), (1.5, 1.0, 3.0, 4.0), (-2.0, 1.5, 0.5, 3.0)] {
         let square = |mean: f64| ((value - mean) / sigma).powi(2);
-        let log: f64 = 0.5 * (square(null) - square(alternative));
-        let expected =
-            if log > 0.0 { (needed(log, 1e-4), Decision::Alternative) } else { (needed(log, 1e-6), Decision::Null) };
         let found = steps(new(), |test| test.normal(value, null, alternative, sigma));
-        assert_eq!(found, expected, "{value} {null} {alternative}");
+        assert_eq!(found, decided(0.5 * (square(null) - square(alternative))), "{value} {null} {alternative}");
     }
 }
 
