@@ -117,8 +117,7 @@ fn flat_and_axis_aligned_geometry() {
             flat.push(Primitive::triangle([corner, corner + x, corner + x + y]));
             flat.push(Primitive::triangle([corner, corner + x + y, corner + y]));
         }
-        let hits = check_all(&flat, &rays(&mut rng, 4000));
-        enough("flat", hits);
+        enough("flat", check_all(&flat, &rays(&mut rng, 4000)));
         // Rays within the plane of the faces, and aimed at their corners.
         let bvh = Bvh::new(&flat);
         for primitive in &flat {
@@ -145,8 +144,7 @@ fn scales_and_offsets() {
                 .into_iter()
                 .map(|ray| Ray::new((ray.origin + offset) * scale, ray.direction))
                 .collect();
-            let hits = check_all(&mesh, &rays);
-            enough("scales", hits);
+            enough("scales", check_all(&mesh, &rays));
         }
     }
 }

@@ -86,8 +86,7 @@ fn full_sums_are_refused_before_they_wrap() {
     // Counts double with every merge with itself: 2^30 is the last power below 2^31.
     let mut pixel = Pixel::default();
     pixel.push(DVec3::ONE).expect("legal");
-    let seen = Features { albedo: DVec3::ONE, normal: DVec3::Z, depth: 1e6 };
-    pixel.push_features(&seen).expect("legal");
+    pixel.push_features(&Features { albedo: DVec3::ONE, normal: DVec3::Z, depth: 1e6 }).expect("legal");
     for _ in 0..30 {
         let same = pixel;
         pixel.merge(&same).expect("room for more");
@@ -259,8 +258,7 @@ impl NextEvent for Bad {}
 const REPLICATIONS: u32 = 100;
 
 fn rays<E: Estimator>(scene: &Scene, estimator: &E) -> Result<Film, Error> {
-    let sampling = sampling(Random, Numbers::Independent);
-    rendered(scene, estimator, FRAME, sampling, &[0..REPLICATIONS])
+    rendered(scene, estimator, FRAME, sampling(Random, Numbers::Independent), &[0..REPLICATIONS])
 }
 
 fn passes<E: ImageEstimator>(scene: &Scene, estimator: &E) -> Result<Film, Error> {
@@ -269,8 +267,7 @@ fn passes<E: ImageEstimator>(scene: &Scene, estimator: &E) -> Result<Film, Error
 
 /// Renders with photons, if there is a map.
 fn photons(scene: &Scene, parts: Bad, lookup: Lookup) -> Result<Film, Error> {
-    let map = PhotonMapping::new(parts, scene, lookup, (50, 0.5), (master(), 0))?;
-    rays(scene, &map)
+    rays(scene, &PhotonMapping::new(parts, scene, lookup, (50, 0.5), (master(), 0))?)
 }
 
 fn sppm(scene: &Scene, parts: Bad) -> Result<Film, Error> {
@@ -325,8 +322,7 @@ fn bad_parts_do_not_pass_for_a_solution() {
 /// A path that never ends is an error after [`LONGEST_PATH`] vertices, by every estimator that walks.
 #[test]
 fn paths_without_end_are_errors() {
-    let scene = simple::furnace_box(0.9).expect("a scene");
-    for (name, found) in walks(&scene, Bad::Endless) {
+    for (name, found) in walks(&simple::furnace_box(0.9).expect("a scene"), Bad::Endless) {
         let by_pixel = name.starts_with("path") || name == "bdpt";
         let place = if by_pixel { "at pixel (" } else { "of pass 0" };
         assert_surfaces(found, place, name);

@@ -46,14 +46,12 @@ fn paths(scene: &Scene) -> Vec<(Vec<Density>, usize)> {
 #[test]
 fn densities_in_a_sphere_are_uniform() {
     let mut scene = SceneBuilder::new("sphere");
-    let albedo = DVec3::splat(0.6);
-    let wall = Surface::new(Bsdf::Lambert { albedo }).emitting(DVec3::ONE);
+    let wall = Surface::new(Bsdf::Lambert { albedo: DVec3::splat(0.6) }).emitting(DVec3::ONE);
     let wall = scene.surface(wall);
     let sphere = Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) };
     scene.sphere(sphere, wall);
     let camera = Camera::new(DVec3::new(0.3, -0.5, 0.1), DVec3::ZERO, DVec3::Z, 0.7);
-    let scene = scene.build(camera).expect("a scene");
-    let found = paths(&scene);
+    let found = paths(&scene.build(camera).expect("a scene"));
     for length in 1..=4 {
         for s in 0..=length {
             let made = |(path, by): &&(Vec<Density>, usize)| path.len() == length && *by == s;
@@ -117,16 +115,12 @@ fn passes_fill_whole_films_only() {
     let scene = room();
     let bdpt = Bdpt::<Standard>::default();
     let mut film = Film::new(FRAME, None, 1).expect("a film");
-    let done = render_passes(&scene, &bdpt, 1, &mut film, 0..3, &|_| true);
-    assert!(matches!(done, Ok(true)));
+    assert!(matches!(render_passes(&scene, &bdpt, 1, &mut film, 0..3, &|_| true), Ok(true)));
     assert!(film.pixels().iter().all(|pixel| pixel.replications() == 3));
-    let stopped = render_passes(&scene, &bdpt, 1, &mut film, 3..9, &|_| false);
-    assert!(matches!(stopped, Ok(false)));
+    assert!(matches!(render_passes(&scene, &bdpt, 1, &mut film, 3..9, &|_| false), Ok(false)));
     assert!(film.pixels().iter().all(|pixel| pixel.replications() == 4));
-    let window = Window { corner: [1, 1], size: [4, 4] };
-    let mut part = Film::new(FRAME, Some(window), 1).expect("a film");
-    let refused = render_passes(&scene, &bdpt, 1, &mut part, 0..1, &|_| true);
-    assert!(matches!(refused, Err(Error::Option(_))));
+    let mut part = Film::new(FRAME, Some(Window { corner: [1, 1], size: [4, 4] }), 1).expect("a film");
+    assert!(matches!(render_passes(&scene, &bdpt, 1, &mut part, 0..1, &|_| true), Err(Error::Option(_))));
 }
 
 /// A point on a camera ray is seen in the pixel of the ray, and the importance is one over the solid angle

@@ -93,8 +93,7 @@ fn known_values() {
     let (a, b) = (0.784_482_758_620_689_7, 0.330_882_352_941_176_5);
     let w = from_spherical(PI / 3.0, 1.0);
     for (form, expected) in FORMS.into_iter().zip([a + 1.5 * b, a + 0.75 * b]) {
-        let found = white(0.5, form).eval(w, w).x * PI;
-        assert_abs_diff_eq!(found, expected, epsilon = 32.0 * U);
+        assert_abs_diff_eq!(white(0.5, form).eval(w, w).x * PI, expected, epsilon = 32.0 * U);
         // Across the normal only A is left.
         let across = from_spherical(PI / 3.0, 1.0 + PI);
         assert_abs_diff_eq!(white(0.5, form).eval(w, across).x * PI, a, epsilon = 8.0 * U);
@@ -104,8 +103,7 @@ fn known_values() {
 
 #[test]
 fn both_forms_are_reciprocal() {
-    let strategy = (upper(1e-6), upper(1e-6), 0.0..FRAC_PI_2);
-    property("reciprocal", 1000, &strategy, |(wo, wi, sigma)| {
+    property("reciprocal", 1000, &(upper(1e-6), upper(1e-6), 0.0..FRAC_PI_2), |(wo, wi, sigma)| {
         for form in FORMS {
             let bsdf = white(sigma, form);
             assert_eq!(bsdf.eval(wo, wi), bsdf.eval(wi, wo));
@@ -119,16 +117,14 @@ fn smooth_surfaces_are_lambert() {
     property("smooth", 200, &(upper(1e-6), upper(1e-6)), |(wo, wi)| {
         for form in FORMS {
             let albedo = DVec3::new(0.2, 0.4, 0.9);
-            let rough = Bsdf::oren_nayar(albedo, 0.0, form);
-            assert_eq!(rough.eval(wo, wi), lambert(albedo));
+            assert_eq!(Bsdf::oren_nayar(albedo, 0.0, form).eval(wo, wi), lambert(albedo));
         }
     });
 }
 
 #[test]
 fn turning_both_directions_changes_nothing() {
-    let strategy = (upper(0.01), upper(0.01), 0.0..FRAC_PI_2, 0.0..TAU);
-    property("rotation", 1000, &strategy, |(wo, wi, sigma, angle)| {
+    property("rotation", 1000, &(upper(0.01), upper(0.01), 0.0..FRAC_PI_2, 0.0..TAU), |(wo, wi, sigma, angle)| {
         let turn = DMat3::from_rotation_z(angle);
         for form in FORMS {
             let bsdf = white(sigma, form);
@@ -210,8 +206,7 @@ fn average_albedos_meet_their_closed_forms() {
         let closed = [a + b * (2.0 / 3.0 - 64.0 / (45.0 * PI)), a + 4.0 * b / (9.0 * PI)];
         for ((form, expected), closed) in FORMS.into_iter().zip([corrected, printed]).zip(closed) {
             assert_relative_eq!(closed, expected, max_relative = 8.0 * U);
-            let found = average_albedo(&white(sigma, form));
-            assert_abs_diff_eq!(found, expected, epsilon = 2.0 * QUADRATURE);
+            assert_abs_diff_eq!(average_albedo(&white(sigma, form)), expected, epsilon = 2.0 * QUADRATURE);
         }
     }
 }

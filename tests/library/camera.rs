@@ -14,8 +14,7 @@ fn rays_pass_the_image_plane_evenly() {
     property("image plane", 500, &(view, pixel), |((eye, target, half), (width, height, s, t))| {
         let forward = (target - eye).normalize();
         let [w, h] = [width, height].map(f64::from);
-        let camera = Camera::new(eye, target, DVec3::Z, half);
-        let ray = camera.ray([width, height], s * w, t * h);
+        let ray = Camera::new(eye, target, DVec3::Z, half).ray([width, height], s * w, t * h);
         assert_eq!(ray.origin, eye);
         assert_abs_diff_eq!(ray.direction.length(), 1.0, epsilon = 4.0 * U);
         // Where the ray passes the plane at distance 1, in half heights: square pixels.
@@ -46,8 +45,7 @@ fn published() -> Scene {
 }
 
 fn at(scene: &Scene, x: f64, y: f64) -> Hit {
-    let ray = scene.camera().ray(SIZE, x, y);
-    scene.intersect(&ray).expect("a closed room")
+    scene.intersect(&scene.camera().ray(SIZE, x, y)).expect("a closed room")
 }
 
 fn colour(scene: &Scene, x: f64, y: f64) -> DVec3 {
@@ -113,8 +111,7 @@ fn walls_meet_where_the_figure_shows_it() {
         (630.0, 715.0, white),
     ] {
         let found = colour(&scene, x, y);
-        let bound = 4.0 * U;
-        assert!((found - expected).abs().max_element() <= bound, "({x}, {y}) shows {found}");
+        assert!((found - expected).abs().max_element() <= 4.0 * U, "({x}, {y}) shows {found}");
     }
 }
 
@@ -216,6 +213,5 @@ fn points_are_seen_in_their_pixel_within_the_image_only() {
     }
     // One over side² cos³.
     assert_eq!(camera.importance(size, DVec3::X), 4.0);
-    let slanted = camera.importance(size, DVec3::new(0.5, 0.0, 0.75_f64.sqrt()));
-    assert_abs_diff_eq!(slanted, 32.0, epsilon = 1e-12);
+    assert_abs_diff_eq!(camera.importance(size, DVec3::new(0.5, 0.0, 0.75_f64.sqrt())), 32.0, epsilon = 1e-12);
 }

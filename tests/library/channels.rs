@@ -29,8 +29,7 @@ fn room(paint: Paint, lamp: Paint, plain: bool) -> Scene {
         (lambert(colour(0.2, 0.5, 0.8)), lambert(colour(0.6, 0.3, 0.4)))
     } else {
         let paper = Bsdf::oren_nayar(colour(0.2, 0.5, 0.8), 0.4, OrenNayarForm::Corrected);
-        let albedo = colour(0.6, 0.3, 0.4);
-        (paper, Bsdf::Eon { albedo, roughness: 0.5 })
+        (paper, Bsdf::Eon { albedo: colour(0.6, 0.3, 0.4), roughness: 0.5 })
     };
     let dark = DVec3::ZERO;
     wall(lambert(colour(0.7, 0.5, 0.3)), [-1., -1., -1.], [[2., 0., 0.], [0., 2., 0.]], dark);
@@ -155,8 +154,7 @@ fn light_of_one_channel_lights_that_channel() {
     ];
     for (lit, lamp) in lamps.into_iter().enumerate() {
         for (name, image) in physical(|colour| colour, lamp) {
-            let total = total(&image).to_array();
-            for (channel, sum) in total.into_iter().enumerate() {
+            for (channel, sum) in total(&image).to_array().into_iter().enumerate() {
                 assert_eq!(sum > 0.0, channel == lit, "{name}: channel {channel} of light {lit}");
             }
         }

@@ -143,8 +143,7 @@ fn facing_mirrors_end() {
     scene.sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) }, mirror);
     let scene = scene.build(any_camera()).expect("a scene");
     let path = Path::new(Unweighted, Strategy::Mis);
-    let found = values(&scene, &path, 1000);
-    assert!(found.iter().all(|v| *v == DVec3::ZERO));
+    assert!(values(&scene, &path, 1000).iter().all(|v| *v == DVec3::ZERO));
     assert!(values(&scene, &Report::default(), 100).iter().all(|v| *v == DVec3::ZERO));
 }
 
@@ -155,8 +154,7 @@ fn emitters_are_picked_evenly() {
         assert_eq!(pick, (r * count as f64).floor() as usize);
         assert!(Standard.pick_emitter(1.0 - U, count) == count - 1, "never one too many");
         // Equal shares of [0, 1).
-        let middle = (pick as f64 + 0.5) / count as f64;
-        assert_eq!(Standard.pick_emitter(middle, count), pick);
+        assert_eq!(Standard.pick_emitter((pick as f64 + 0.5) / count as f64, count), pick);
     });
 }
 

@@ -24,8 +24,7 @@ fn pixels_hold_mean_and_standard_error_and_merge_exactly() {
             // Values of at most 10 move by half a unit; 40 of them are summed.
             let bound = UNIT + 4000.0 * U;
             assert_abs_diff_eq!(all.mean()[channel], moments.mean(), epsilon = bound);
-            let error = all.standard_error()[channel];
-            assert_abs_diff_eq!(error, moments.standard_error(), epsilon = 2.0 * bound);
+            assert_abs_diff_eq!(all.standard_error()[channel], moments.standard_error(), epsilon = 2.0 * bound);
         }
         let (a, b) = values.split_at(cut.index(values.len()));
         let (a, b, none) = (pixel(a), pixel(b), Pixel::default());
@@ -118,8 +117,7 @@ fn films_of_different_kinds_do_not_merge() {
     let film = |frame, window, samples| Film::new(frame, window, samples).expect("a film");
     let mut base = film([4, 3], None, 1);
     for other in [film([3, 4], None, 1), film([4, 3], window, 1), film([4, 3], None, 4)] {
-        let message = base.merge(&other).expect_err("must be refused").to_string();
-        assert!(message.contains("cannot be merged"));
+        assert!(base.merge(&other).expect_err("must be refused").to_string().contains("cannot be merged"));
     }
     assert!(base.merge(&film([4, 3], None, 1)).is_ok());
 }

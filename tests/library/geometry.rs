@@ -34,8 +34,7 @@ fn aimed() -> impl Strategy<Value = (Ray, [DVec3; 3], [f64; 2])> {
             let target = triangle_point(triangle, u, v);
             // Origins at distances from a hundredth to a hundred times the triangle's size.
             let origin = target + origin * scale.powf(0.5);
-            let ray = Ray::new(origin, (target - origin).normalize());
-            (ray, triangle, [u, v])
+            (Ray::new(origin, (target - origin).normalize()), triangle, [u, v])
         })
         .prop_filter("well conditioned", |(ray, [a, b, c], _)| {
             let (e1, e2) = (*b - *a, *c - *a);

@@ -41,8 +41,7 @@ fn room(bsdf: Bsdf) -> Scene {
     ball(0.4, -0.5, -0.2, Surface::new(Bsdf::Mirror { reflectance: DVec3::splat(0.9) }));
     ball(-0.4, 0.4, -0.5, Surface::new(Bsdf::Glass { index: 1.5 }));
     let eye = DVec3::new(-0.9, -0.9, 0.2);
-    let camera = Camera::new(eye, DVec3::ZERO, DVec3::Z, 0.7);
-    room.build(camera).expect("a legal scene")
+    room.build(Camera::new(eye, DVec3::ZERO, DVec3::Z, 0.7)).expect("a legal scene")
 }
 
 #[test]

@@ -45,15 +45,13 @@ fn running_moments_meet_two_passes() {
         assert_eq!(moments.count(), values.len() as u64);
         assert_abs_diff_eq!(moments.mean(), mean, epsilon = e_mean);
         assert_abs_diff_eq!(moments.variance(), variance, epsilon = e_variance);
-        let standard_error = (moments.variance() / values.len() as f64).sqrt();
-        assert_eq!(moments.standard_error(), standard_error);
+        assert_eq!(moments.standard_error(), (moments.variance() / values.len() as f64).sqrt());
     });
 }
 
 #[test]
 fn merging_is_associative_up_to_rounding() {
-    let strategy = (values(), 0.0..1.0, 0.0..1.0);
-    property("merging", 500, &strategy, |(values, s, t): (Vec<f64>, f64, f64)| {
+    property("merging", 500, &(values(), 0.0..1.0, 0.0..1.0), |(values, s, t): (Vec<f64>, f64, f64)| {
         let cut = |share: f64| (share * values.len() as f64) as usize;
         let (first, second) = (cut(s.min(t)), cut(s.max(t)));
         let part = |from: usize, to: usize| values[from..to].iter().copied().collect::<Moments>();
@@ -87,8 +85,7 @@ fn few_values() {
 #[test]
 fn units_are_the_nearest_multiples() {
     assert_eq!((UNIT, LARGEST), (2f64.powi(-32), 2f64.powi(24)));
-    let multiples = -(1i64 << 56)..=(1i64 << 56);
-    property("units", 2000, &multiples, |units| {
+    property("units", 2000, &(-(1i64 << 56)..=(1i64 << 56)), |units| {
         // What a double can hold of it.
         let value = units as f64 * UNIT;
         assert_eq!(in_units(value), units as f64 as i64);
@@ -114,8 +111,7 @@ fn exact_moments_agree_with_two_passes() {
         // Every value moves by at most half a unit.
         let moved = 2.0 * (2.0 * variance).sqrt() * UNIT + UNIT * UNIT;
         assert_abs_diff_eq!(moments.variance(n), variance, epsilon = e_variance + moved);
-        let standard_error = (moments.variance(n) / f64::from(n)).sqrt();
-        assert_eq!(moments.standard_error(n), standard_error);
+        assert_eq!(moments.standard_error(n), (moments.variance(n) / f64::from(n)).sqrt());
     });
 }
 
@@ -124,8 +120,7 @@ fn exact_moments_merge_in_any_order() {
     let strategy = (values(), prop::collection::vec(any::<prop::sample::Index>(), 3));
     property("any order", 500, &strategy, |(mut values, cuts)| {
         let all = exact(&values);
-        let cut = cuts[0].index(values.len());
-        let (left, right) = values.split_at(cut);
+        let (left, right) = values.split_at(cuts[0].index(values.len()));
         for (a, b) in [(left, right), (right, left)] {
             let mut merged = exact(a);
             merged.merge(&exact(b)).expect("room for more");
@@ -155,8 +150,7 @@ fn large_offsets_do_not_cancel() {
     let values: Vec<f64> = (0..n).map(|i| LARGEST / 2.0 + f64::from(i % 2)).collect();
     let moments = exact(&values);
     assert_eq!(moments.mean(n), LARGEST / 2.0 + 0.5);
-    let expected = f64::from(n) / 4.0 / f64::from(n - 1);
-    assert_relative_eq!(moments.variance(n), expected, max_relative = 4.0 * U);
+    assert_relative_eq!(moments.variance(n), f64::from(n) / 4.0 / f64::from(n - 1), max_relative = 4.0 * U);
     // The smallest difference that the unit resolves, on top of the largest value.
     let two = exact(&[LARGEST, LARGEST - UNIT * 8.0]);
     assert_eq!(two.variance(2), 32.0 * UNIT * UNIT);

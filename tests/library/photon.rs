@@ -10,11 +10,9 @@ use crate::prelude::*;
 /// Every point within the radius once and no other, ties and equal points included.
 #[test]
 fn a_kd_tree_finds_what_brute_force_finds() {
-    let coarse = (-4i32..=4).prop_map(|i| f64::from(i) * 0.25);
-    let grid = prop::array::uniform3(coarse).prop_map(DVec3::from_array);
+    let grid = prop::array::uniform3((-4i32..=4).prop_map(|i| f64::from(i) * 0.25)).prop_map(DVec3::from_array);
     let points = prop_oneof![prop::collection::vec(point(1.0), 0..200), prop::collection::vec(grid, 0..200),];
-    let arguments = (points, point(1.2), 0.0..1.5f64);
-    property("kd-tree", 256, &arguments, |(points, centre, radius)| {
+    property("kd-tree", 256, &(points, point(1.2), 0.0..1.5f64), |(points, centre, radius)| {
         let tree = KdTree::new(points.iter().copied().zip(0..));
         assert_eq!(tree.len(), points.len());
         assert_eq!(tree.is_empty(), points.is_empty());
@@ -34,8 +32,7 @@ fn a_large_kd_tree_does_not_depend_on_the_threads() {
     let points: Vec<DVec3> = (0..50_000).map(|_| DVec3::from_array([0; 3].map(|_| uniform(&mut rng)))).collect();
     let order = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let pool = pool.expect("a pool of threads");
-        let tree = pool.install(|| KdTree::new(points.iter().copied().zip(0u32..)));
+        let tree = pool.expect("a pool of threads").install(|| KdTree::new(points.iter().copied().zip(0u32..)));
         let mut order = Vec::new();
         tree.within(DVec3::splat(0.5), 0.1, |&i| order.push(i));
         order
@@ -47,8 +44,7 @@ fn a_large_kd_tree_does_not_depend_on_the_threads() {
 }
 
 fn photons(kept: Kept, scene: &Scene, emitted: u32) -> Vec<Photon> {
-    let map = PhotonMap::new(&Standard, scene, kept, emitted, (3, 1)).expect("a small map");
-    map.photons().copied().collect()
+    PhotonMap::new(&Standard, scene, kept, emitted, (3, 1)).expect("a small map").photons().copied().collect()
 }
 
 fn bits(photons: &[Photon]) -> Vec<[u64; 3]> {
@@ -61,8 +57,7 @@ fn a_photon_map_does_not_depend_on_the_threads() {
     let scene = room::diffuse().expect("a scene");
     let map = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let pool = pool.expect("a pool of threads");
-        bits(&pool.install(|| photons(Kept::All, &scene, 5000)))
+        bits(&pool.expect("a pool of threads").install(|| photons(Kept::All, &scene, 5000)))
     };
     let one = map(1);
     assert!(one.len() > 5000);
@@ -81,21 +76,18 @@ fn without_mirrors_and_glass_there_are_no_caustic_photons() {
 /// In a furnace whose walls absorb everything each particle leaves one photon, of flux π L A/N.
 #[test]
 fn flux_is_shared_among_the_particles_that_were_emitted() {
-    let scene = simple::furnace_box(0.0).expect("a scene");
-    let found = photons(Kept::All, &scene, 100);
+    let found = photons(Kept::All, &simple::furnace_box(0.0).expect("a scene"), 100);
     assert_eq!(found.len(), 100);
     for photon in found {
-        let share = PI * 24.0 / 100.0;
-        approx::assert_relative_eq!(photon.flux.x, share, max_relative = 1e-12);
-        approx::assert_relative_eq!(photon.normal.length(), 1.0, max_relative = 1e-12);
+        assert_relative_eq!(photon.flux.x, PI * 24.0 / 100.0, max_relative = 1e-12);
+        assert_relative_eq!(photon.normal.length(), 1.0, max_relative = 1e-12);
         assert!(photon.normal.dot(photon.from) > 0.0);
     }
 }
 
 #[test]
 fn a_map_that_would_not_fit_memory_is_refused_before_it_is_made() {
-    let scene = room::diffuse().expect("a scene");
-    let refused = PhotonMap::new(&Standard, &scene, Kept::All, u32::MAX, (1, 0));
+    let refused = PhotonMap::new(&Standard, &room::diffuse().expect("a scene"), Kept::All, u32::MAX, (1, 0));
     assert!(matches!(refused, Err(Error::Option(message)) if message.contains("GB")));
 }
 
@@ -114,8 +106,7 @@ fn the_radius_of_a_pass_is_a_quotient_of_gamma_functions() {
     for n in [1u32, 2, 3, 10, 1000] {
         let x = f64::from(n);
         let log = ln_gamma(x + alpha) - ln_gamma(1.0 + alpha) - ln_gamma(x + 1.0);
-        let expected = 0.25 * log.exp();
-        approx::assert_relative_eq!(radius_squared(0.25, n - 1), expected, max_relative = 1e-9);
+        assert_relative_eq!(radius_squared(0.25, n - 1), 0.25 * log.exp(), max_relative = 1e-9);
     }
 }
 

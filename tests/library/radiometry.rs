@@ -15,8 +15,7 @@ fn geometry_term(x: DVec3, normal_x: DVec3, y: DVec3, normal_y: DVec3) -> f64 {
 #[test]
 fn cosine_is_zero_below_the_surface() {
     property("cosine", 500, &(unit(), unit()), |(n, w)| {
-        let scalar = n.x * w.x + n.y * w.y + n.z * w.z;
-        assert_abs_diff_eq!(cosine(n, w), scalar.max(0.0), epsilon = 3.0 * U);
+        assert_abs_diff_eq!(cosine(n, w), (n.x * w.x + n.y * w.y + n.z * w.z).max(0.0), epsilon = 3.0 * U);
         assert!(cosine(n, w) >= 0.0);
         assert_eq!(cosine(n, w) * cosine(n, -w), 0.0);
     });
@@ -25,8 +24,7 @@ fn cosine_is_zero_below_the_surface() {
 
 #[test]
 fn geometry_term_is_symmetric() {
-    let strategy = (point(2.0), unit(), point(2.0), unit());
-    property("geometry", 1000, &strategy, |(x, nx, y, ny)| {
+    property("geometry", 1000, &(point(2.0), unit(), point(2.0), unit()), |(x, nx, y, ny)| {
         let (there, back) = (geometry_term(x, nx, y, ny), geometry_term(y, ny, x, nx));
         // The differences are exactly opposite; four roundings of products differ on each way.
         assert_relative_eq!(there, back, max_relative = 8.0 * U);
@@ -51,8 +49,7 @@ fn area_becomes_solid_angle() {
 
 #[test]
 fn weights_are_shares_of_densities_and_of_their_squares() {
-    let strategy = (1e-6..1e6, 1e-6..1e6);
-    property("weights", 1000, &strategy, |(p, q): (f64, f64)| {
+    property("weights", 1000, &(1e-6..1e6, 1e-6..1e6), |(p, q): (f64, f64)| {
         // The definitions, whose squares stay far from the ends of the floats here.
         assert_relative_eq!(balance(p, q), p / (p + q), max_relative = 8.0 * U);
         assert_relative_eq!(power(p, q), p * p / (p * p + q * q), max_relative = 8.0 * U);

@@ -13,8 +13,7 @@ fn fineness(patches: u32, halvings: u32) -> Fineness {
 fn scene(parts: impl FnOnce(&mut SceneBuilder)) -> Scene {
     let mut builder = SceneBuilder::new("test");
     parts(&mut builder);
-    let camera = Camera::new(DVec3::new(0.5, -2.0, 0.6), DVec3::ZERO, DVec3::Z, 0.5);
-    builder.build(camera).expect("a valid scene")
+    builder.build(Camera::new(DVec3::new(0.5, -2.0, 0.6), DVec3::ZERO, DVec3::Z, 0.5)).expect("a valid scene")
 }
 
 fn lambert(albedo: f64) -> Surface {
@@ -34,8 +33,7 @@ fn polygons_add_up_and_are_cut_at_the_horizon() {
     let [a, b, c, d] = whole;
     let f = polygon(DVec3::Z, &whole);
     assert!(f > 0.0);
-    let parts = polygon(DVec3::Z, &[a, b, c]) + polygon(DVec3::Z, &[a, c, d]);
-    assert_abs_diff_eq!(f, parts, epsilon = 1e-15);
+    assert_abs_diff_eq!(f, polygon(DVec3::Z, &[a, b, c]) + polygon(DVec3::Z, &[a, c, d]), epsilon = 1e-15);
     assert_abs_diff_eq!(polygon(DVec3::Z, &[d, c, b, a]), -f, epsilon = 1e-15);
     // A hemisphere's worth: a huge square overhead.
     let sky = [[-1e6, -1e6], [-1e6, 1e6], [1e6, 1e6], [1e6, -1e6]].map(|[x, y]| at(x, y, 1.0));
@@ -198,8 +196,7 @@ fn every_patch_has_its_own_area() {
 
 #[test]
 fn the_solution_satisfies_its_equation_and_converges() {
-    let scene = simple::furnace_box(0.9).expect("a scene");
-    let solved = solve(&scene, fineness(40, 0)).expect("a solution");
+    let solved = solve(&simple::furnace_box(0.9).expect("a scene"), fineness(40, 0)).expect("a solution");
     assert!(solved.residual() <= RESIDUAL && solved.sweeps() > 2);
     for (element, irradiance) in solved.irradiances() {
         let inside = irradiance != DVec3::ZERO;
@@ -236,23 +233,20 @@ fn what_it_cannot_do_is_refused_in_one_line() {
         assert!(message.contains(hint) && !message.contains('\n'), "{message}");
     };
     let default = Fineness::default();
-    let report = room::report(Convention::Physical, Default::default()).expect("a scene");
-    refused(&report, default, "mirrors");
+    refused(&room::report(Convention::Physical, Default::default()).expect("a scene"), default, "mirrors");
     refused(&simple::glass_cube(false).expect("a scene"), default, "background");
     let furnace = simple::furnace_box(0.5).expect("a scene");
     refused(&furnace, fineness(0, 0), "at least one");
     refused(&furnace, fineness(1_000_000, 0), "memory");
     refused(&simple::furnace_box(1.0).expect("a scene"), fineness(12, 0), "settle");
-    let stopped = Radiosity::new(Standard, &furnace, default, &|_| false);
-    assert!(matches!(stopped, Err(Error::Interrupted)));
+    assert!(matches!(Radiosity::new(Standard, &furnace, default, &|_| false), Err(Error::Interrupted)));
 }
 
 #[test]
 fn threads_change_nothing() {
     let scene = simple::cornell().expect("a scene");
     let solved = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        pool.install(|| {
+        rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool").install(|| {
             let solved = solve(&scene, fineness(100, 0)).expect("a solution");
             solved.irradiances().map(|(_, e)| e.to_array().map(f64::to_bits)).collect::<Vec<_>>()
         })

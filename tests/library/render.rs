@@ -152,8 +152,7 @@ fn features_are_those_of_the_first_hit() {
     let film = whole(&scene, &path(), Centre);
     for (x, y) in [(12, 2), (2, 9), (12, 13), (20, 4)] {
         let [px, py] = [x, y].map(|v| f64::from(v) + 0.5);
-        let ray = scene.camera().ray(FRAME, px, py);
-        let hit = scene.intersect(&ray).expect("closed");
+        let hit = scene.intersect(&scene.camera().ray(FRAME, px, py)).expect("closed");
         let found = film.pixel(x, y).features();
         let unit = 1.0 / (1u64 << 32) as f64;
         assert!((found.albedo - scene.surface(&hit).bsdf.albedo()).abs().max_element() <= unit);
@@ -166,8 +165,7 @@ fn features_are_those_of_the_first_hit() {
     assert_eq!(open.pixel(0, 0).mean(), DVec3::ONE);
     let glass = simple::glass_cube(true).expect("a scene");
     let inside = whole(&glass, &path(), Centre);
-    let ray = glass.camera().ray(FRAME, 12.5, 9.5);
-    assert!(inside.pixel(12, 9).features().normal.dot(ray.direction) < 0.0);
+    assert!(inside.pixel(12, 9).features().normal.dot(glass.camera().ray(FRAME, 12.5, 9.5).direction) < 0.0);
 }
 
 /// What two films show of albedo, normal and depth, to the last bit.
@@ -237,8 +235,7 @@ fn rows_are_reported_and_can_be_stopped() {
     let pool = ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
     let done = pool.install(|| render(&scene, &path(), sampling(Random), &mut target, &(0..1), &|_| false));
     assert!(matches!(done, Ok(false)));
-    let touched = target.pixels().iter().filter(|p| p.replications() > 0).count();
-    assert_eq!(touched, 24, "one row, then stop");
+    assert_eq!(target.pixels().iter().filter(|p| p.replications() > 0).count(), 24, "one row, then stop");
 }
 
 /// Returns one value for every ray.

@@ -83,8 +83,7 @@ fn error_bars_are_the_spread_of_replications_rendered_alone() {
         let alone: Vec<Film> = (0..REPLICATIONS).map(|r| film(r..r + 1)).collect();
         for (i, pixel) in whole.pixels().iter().enumerate() {
             for channel in 0..3 {
-                let values = alone.iter().map(|film| film.pixels()[i].mean()[channel]);
-                let moments: Moments = values.collect();
+                let moments: Moments = alone.iter().map(|film| film.pixels()[i].mean()[channel]).collect();
                 assert_abs_diff_eq!(pixel.mean()[channel], moments.mean(), epsilon = 2.0 * UNIT);
                 let error = pixel.standard_error()[channel];
                 assert_abs_diff_eq!(error, moments.standard_error(), epsilon = 4.0 * UNIT);
@@ -134,8 +133,7 @@ fn furnace() -> Scene {
 fn every_pass_draws_its_own_numbers() {
     fn check<'a, E: ImageEstimator>(seen: &'a Mutex<Vec<Draw>>, name: &str, estimator: impl Fn(Watched<'a>) -> E) {
         let estimator = estimator(Watched(seen));
-        let ranges = [0..1, 1..3, 3..REPLICATIONS];
-        passes(&furnace(), &estimator, FRAME, &ranges).expect("legal radiance");
+        passes(&furnace(), &estimator, FRAME, &[0..1, 1..3, 3..REPLICATIONS]).expect("legal radiance");
         let draws = seen.lock().expect("no panic");
         // Each particle has at least a point and a direction.
         assert!(draws.len() as u32 > 2 * FRAME[0] * FRAME[1] * REPLICATIONS, "{name}");
@@ -155,8 +153,7 @@ fn every_map_of_photons_draws_its_own_numbers() {
     // Programs name replications by the seed, passes by their number.
     for (seed, pass) in [(1_u32, 0), (1, 1), (2, 0), (3, 7)] {
         let name = (seed_for(master(), &seed.to_string()), pass);
-        let map = PhotonMapping::new(Watched(&seen), &scene, lookup, (40, 0.1), name);
-        assert!(map.is_ok());
+        assert!(PhotonMapping::new(Watched(&seen), &scene, lookup, (40, 0.1), name).is_ok());
     }
     let draws = seen.into_inner().expect("no panic");
     assert!(draws.len() >= 4 * 2 * 2 * 40);

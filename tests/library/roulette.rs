@@ -18,8 +18,7 @@ fn the_share_of_survivors_is_the_survival() {
     let n = 1024;
     for k in [0, 1, 100, 768, 1023, 1024] {
         let survival = f64::from(k) / f64::from(n);
-        let count = (0..n).filter(|&i| survives(f64::from(i) / f64::from(n), survival)).count();
-        assert_eq!(count, k as usize);
+        assert_eq!((0..n).filter(|&i| survives(f64::from(i) / f64::from(n), survival)).count(), k as usize);
     }
     assert!(!survives(0.0, 0.0), "survival 0 is certain death");
     assert!(survives(1.0 - U, 1.0), "survival 1 is certain life");

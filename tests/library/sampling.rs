@@ -85,8 +85,7 @@ fn inverses_undo_the_maps() {
                 assert!(apart(s2, r2) <= 8.0 * U, "{s2} for {r2}");
             }
             // And back to the direction: the roots of r₁ near 0 and 1 divide its error by themselves.
-            let bound = 64.0 * U / r1.min(1.0 - r1).max(U).sqrt();
-            assert!((map([s1, s2]) - w).length() <= bound);
+            assert!((map([s1, s2]) - w).length() <= 64.0 * U / r1.min(1.0 - r1).max(U).sqrt());
         }
     });
 }
@@ -111,8 +110,7 @@ fn pdfs_belong_to_their_maps() {
     let maps: [Map; 2] = [(uniform_hemisphere, uniform_hemisphere_pdf), (cosine_hemisphere, cosine_hemisphere_pdf)];
     property("stretch", 2000, &(inner(), square()), |(random, any)| {
         for (map, pdf) in maps {
-            let product = pdf(map(random).z) * area_ratio(map, random);
-            assert_abs_diff_eq!(product, 1.0, epsilon = DIFFERENCES);
+            assert_abs_diff_eq!(pdf(map(random).z) * area_ratio(map, random), 1.0, epsilon = DIFFERENCES);
             assert_abs_diff_eq!(map(any).length(), 1.0, epsilon = 6.0 * U);
             assert!(map(any).z > 0.0);
         }
@@ -131,8 +129,7 @@ fn one_number_for_both_angles_is_a_spiral() {
         assert_abs_diff_eq!(w.z, 1.0 - r, epsilon = 4.0 * U);
         if r > 0.0 {
             // The azimuth follows from the inclination: a curve, not a surface.
-            let turn = uniform_hemisphere_inverse(w)[1];
-            assert!(apart(turn, 1.0 - w.z) <= 16.0 * U);
+            assert!(apart(uniform_hemisphere_inverse(w)[1], 1.0 - w.z) <= 16.0 * U);
         }
     });
 }
@@ -146,8 +143,7 @@ fn zone_points_are_uniform_on_their_zone() {
         assert_abs_diff_eq!(p.length(), r, epsilon = 8.0 * U * r);
         assert!(p.z >= heights[0] - 2.0 * U * r && p.z <= heights[1] + 2.0 * U * r);
         // Archimedes: the height and the azimuth are uniform.
-        let z = heights[0] + random[0] * (heights[1] - heights[0]);
-        assert_abs_diff_eq!(p.z, z, epsilon = 4.0 * U * r);
+        assert_abs_diff_eq!(p.z, heights[0] + random[0] * (heights[1] - heights[0]), epsilon = 4.0 * U * r);
     });
     property("zone area", 500, &inner(), |random| {
         let heights = [-0.9, 0.4];

@@ -213,8 +213,7 @@ fn valid_borders_are_accepted() {
         scene.surface(Surface::new(bsdf).absorbing(1.0));
     }
     scene.sphere(Sphere::new(DVec3::ZERO, 1e-12), surface);
-    let zone = [-0.5, 2.0];
-    scene.sphere(Sphere { zone, ..Sphere::new(DVec3::ZERO, 1.0) }, surface);
+    scene.sphere(Sphere { zone: [-0.5, 2.0], ..Sphere::new(DVec3::ZERO, 1.0) }, surface);
     assert!(scene.build(any_camera()).is_ok());
     let (empty, _) = builder();
     let empty = empty.build(any_camera()).expect("nothing is wrong with nothing");
@@ -236,8 +235,7 @@ fn meshes_keep_their_own_vertices() {
     }
     let scene = scene.build(any_camera()).expect("valid");
     for (z, direction) in [(0.0, DVec3::Z), (3.0, -DVec3::Z)] {
-        let ray = Ray::new(DVec3::new(0.25, 0.25, z), direction);
-        let hit = scene.intersect(&ray).expect("a triangle");
+        let hit = scene.intersect(&Ray::new(DVec3::new(0.25, 0.25, z), direction)).expect("a triangle");
         assert_abs_diff_eq!(hit.t, 1.0, epsilon = 8.0 * U);
         assert_eq!(hit.normal, DVec3::Z);
     }
@@ -263,8 +261,7 @@ fn empty_zones_and_cameras_that_look_nowhere_are_refused() {
         let message = builder().0.build(camera).expect_err("refused").to_string();
         assert!(message.contains("camera") && !message.contains('\n'), "{message}");
         let seen = simple::environment().expect("a scene").with_camera(camera);
-        let seen = seen.expect_err("refused").to_string();
-        assert_eq!(seen, message.replace("broken", "environment"));
+        assert_eq!(seen.expect_err("refused").to_string(), message.replace("broken", "environment"));
     }
 }
 

@@ -66,8 +66,7 @@ fn solid_angle_is_the_closed_form_and_the_pdf_its_inverse() {
         assert_abs_diff_eq!(view.solid_angle(), reference, epsilon = 1e-6 * reference.max(1e-2));
         let pdf = emitter.pdf_solid_angle(from).expect("it is seen");
         assert_relative_eq!(pdf, 1.0 / view.solid_angle(), max_relative = 1e-15);
-        let sampled = emitter.sample_solid_angle(from, [0.3, 0.6]).expect("it is seen");
-        assert_eq!(pdf, sampled.1);
+        assert_eq!(pdf, emitter.sample_solid_angle(from, [0.3, 0.6]).expect("it is seen").1);
     }
     assert!(2 * seen > 3 * TRIES, "only {seen} were seen");
 }

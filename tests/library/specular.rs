@@ -20,8 +20,7 @@ fn square(scene: &mut SceneBuilder, half: f64, height: f64, up: bool, surface: S
 }
 
 fn lambert(albedo: f64) -> Surface {
-    let albedo = DVec3::splat(albedo);
-    Surface::new(Bsdf::Lambert { albedo })
+    Surface::new(Bsdf::Lambert { albedo: DVec3::splat(albedo) })
 }
 
 fn shining() -> Surface {
@@ -106,8 +105,7 @@ fn what_glass_reflects_counts_where_shadow_rays_pass_it() {
 fn a_caustic_ends_at_its_first_diffuse_surface() {
     let scene = scene(|s| {
         let [floor, light] = [lambert(0.9), shining()].map(|surface| s.surface(surface));
-        let reflectance = DVec3::ONE;
-        let mirror = s.surface(Surface::new(Bsdf::Mirror { reflectance }));
+        let mirror = s.surface(Surface::new(Bsdf::Mirror { reflectance: DVec3::ONE }));
         square(s, 99.0, 0.0, true, floor);
         square(s, 99.0, 0.5, false, mirror);
         square(s, 0.1, 0.2, true, light);
@@ -122,13 +120,11 @@ fn a_caustic_ends_at_its_first_diffuse_surface() {
 fn the_reconstruction_sees_the_background() {
     let scene = scene(|s| {
         s.background(DVec3::splat(3.0));
-        let reflectance = DVec3::splat(0.5);
-        let mirror = s.surface(Surface::new(Bsdf::Mirror { reflectance }));
+        let mirror = s.surface(Surface::new(Bsdf::Mirror { reflectance: DVec3::splat(0.5) }));
         square(s, 1.0, 0.0, true, mirror);
     });
     for (z, seen) in [(1.0, 3.0), (-1.0, 1.5)] {
         let ray = Ray::new(DVec3::Z, DVec3::new(0.0, 0.1, z).normalize());
-        let found = values(&scene, &Published::default(), &ray);
-        assert!(found.iter().all(|value| *value == seen));
+        assert!(values(&scene, &Published::default(), &ray).iter().all(|value| *value == seen));
     }
 }

@@ -111,8 +111,7 @@ fn assert_closed(scene: &Scene, start: DVec3, bounces: u32, rng: &mut impl Rng) 
 
 #[test]
 fn no_ray_leaves_the_closed_scenes() {
-    let scenes = [room::diffuse(), simple::furnace_box(0.75), simple::cavity_cap(0.75, Cap::Black)];
-    for scene in scenes {
+    for scene in [room::diffuse(), simple::furnace_box(0.75), simple::cavity_cap(0.75, Cap::Black)] {
         let scene = scene.expect("a valid scene");
         assert_closed(&scene, scene.camera().eye, 200_000, &mut rng(scene.name()));
     }
@@ -122,8 +121,7 @@ fn no_ray_leaves_the_closed_scenes() {
 fn walks_stay_in_shells_of_any_size() {
     for scale in SCALES {
         for (mesh, _) in meshes() {
-            let scene = scene_of(&mesh.map(|v| v * scale));
-            assert_closed(&scene, DVec3::ZERO, 20_000, &mut rng("walks"));
+            assert_closed(&scene_of(&mesh.map(|v| v * scale)), DVec3::ZERO, 20_000, &mut rng("walks"));
         }
     }
 }

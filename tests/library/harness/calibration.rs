@@ -99,8 +99,7 @@ const PROMISES: [(&str, f64, Replication<bool>); 6] = [
     ("SPRT accepts a false hypothesis", LEVEL, |rng| sprt(rng, 0.6, Decision::Null)),
     // Just at the margin: at level 1e-9, practically never.
     ("equivalence concluded at the very margin", ALPHA, |rng| {
-        let claim = Claim::Approximate { margin: 0.05 };
-        mean("e", &uniforms(rng, 500), 0.45, claim).verdict() == Verdict::Holds
+        mean("e", &uniforms(rng, 500), 0.45, Claim::Approximate { margin: 0.05 }).verdict() == Verdict::Holds
     }),
 ];
 

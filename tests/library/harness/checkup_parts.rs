@@ -110,8 +110,7 @@ fn a_check_up_asks_everything() {
         assert_eq!(outcome.verdict() != Verdict::Holds, expected, "{}", outcome.name);
     }
     // 75 degrees are a direction like any other.
-    let wo = DVec3::new(0.6, 0.0, 0.8);
-    let outcomes = at_direction(&right(), &size, &context("direction"), wo, 75.0);
+    let outcomes = at_direction(&right(), &size, &context("direction"), DVec3::new(0.6, 0.0, 0.8), 75.0);
     assert!(outcomes.iter().all(|outcome| outcome.name.ends_with("at 75 degrees")));
 }
 
@@ -172,8 +171,7 @@ fn pointwise_errors_are_relative() {
     assert_eq!(error(&towards(1e-5), WEIGHTS), 0.0);
     assert!(error(&towards(1e-4), WEIGHTS) > 0.5);
     // Samples below the surface are held to the same.
-    let below = with_sample(|s| Some(BsdfSample { wi: -s.wi, ..s }));
-    assert_eq!(error(&below, WEIGHTS), 1.0);
+    assert_eq!(error(&with_sample(|s| Some(BsdfSample { wi: -s.wi, ..s })), WEIGHTS), 1.0);
     assert_eq!(error(&right(), "reciprocity"), 0.0);
     // Where nothing is wrong, no place is the worst.
     assert_eq!(pointwise(&right(), "reciprocity").worst, "");
@@ -188,10 +186,7 @@ fn pointwise_errors_are_relative() {
 
 #[test]
 fn the_pdf_integrates_to_what_is_not_lost() {
-    let error = |factor: f64, loss| {
-        let subject = with_pdf(move |wo, wi| factor * pdf(wo, wi)).loss(loss);
-        outcome(&subject, MASS).estimate
-    };
+    let error = |factor: f64, loss| outcome(&with_pdf(move |wo, wi| factor * pdf(wo, wi)).loss(loss), MASS).estimate;
     let declared = |share: f64| Loss::Declared(Box::new(move |_| share));
     for (factor, loss, expected) in [
         (1.0, Loss::None, 0.0),
@@ -207,8 +202,7 @@ fn the_pdf_integrates_to_what_is_not_lost() {
     // The whole sphere counts where light may pass.
     let through = with_pdf(|_, wi| wi.z.abs() * FRAC_1_PI);
     assert_abs_diff_eq!(outcome(&through, MASS).estimate, 0.0, epsilon = 1e-7);
-    let through = through.transmits(true);
-    assert_abs_diff_eq!(outcome(&through, MASS).estimate, 1.0, epsilon = 1e-7);
+    assert_abs_diff_eq!(outcome(&through.transmits(true), MASS).estimate, 1.0, epsilon = 1e-7);
     // A narrow lobe is followed until a quarter of the tolerance is left.
     let lobe = with_pdf(|_, wi| 1001.0 / TAU * wi.z.max(0.0).powi(1000));
     assert_abs_diff_eq!(outcome(&lobe, MASS).estimate, 0.0, epsilon = 2.5e-7);
@@ -236,10 +230,7 @@ fn albedo_bound_and_furnace_are_those_of_the_quadrature() {
     let found = outcome(&right().albedo(|_| 0.75), "directional albedo");
     assert_abs_diff_eq!(found.estimate, 0.25, epsilon = 1e-7);
     let known = |excess: f64| outcome(&right().albedo(move |_| ALBEDO + excess), "directional albedo").verdict();
-    let weighing = |weight: f64| {
-        let subject = with_sample(move |s| Some(BsdfSample { weight, ..s }));
-        outcome(&subject, "furnace")
-    };
+    let weighing = |weight: f64| outcome(&with_sample(move |s| Some(BsdfSample { weight, ..s })), "furnace");
     let found = weighing(ALBEDO);
     assert_eq!((found.n, found.verdict()), (20_000, Verdict::Holds));
     assert!(!found.is_random());
@@ -255,8 +246,7 @@ fn albedo_bound_and_furnace_are_those_of_the_quadrature() {
         BsdfSubject { sample: Box::new(|wo, random| sample(wo, random).filter(|_| random[2] < 0.5)), ..right() };
     let found = outcome(&halved, "furnace");
     assert_eq!(found.verdict(), Verdict::Fails);
-    let kept = (found.estimate / ALBEDO * found.n as f64).round();
-    assert_share(kept as usize, found.n as usize, 0.5, 0.04);
+    assert_share((found.estimate / ALBEDO * found.n as f64).round() as usize, found.n as usize, 0.5, 0.04);
 }
 
 #[test]
@@ -348,16 +338,14 @@ fn corners_of_the_domain_are_tried() {
     }
     // A tenth of the fuzzed half of them.
     for corner in [0.0, 1.0 - f64::EPSILON / 2.0] {
-        let found = numbers.iter().filter(|&&u| u == corner).count();
-        assert_share(found, numbers.len() / 2, 0.1, 0.02);
+        assert_share(numbers.iter().filter(|&&u| u == corner).count(), numbers.len() / 2, 0.1, 0.02);
     }
     assert!(numbers.iter().all(|u| (0.0..1.0).contains(u)));
     // Both directions are above the surface; where light may pass, each is as often below.
     assert!(directions.iter().flatten().all(|w| w.z >= 0.0));
     let directions = fuzzed(true).pairs;
     for side in 0..2 {
-        let below = directions.iter().filter(|pair| pair[side].z < 0.0).count();
-        close(below, n, 0.5);
+        close(directions.iter().filter(|pair| pair[side].z < 0.0).count(), n, 0.5);
     }
     let across = |pair: &&[DVec3; 2]| pair[0].z * pair[1].z < 0.0;
     close(directions.iter().filter(across).count(), n, 0.5);

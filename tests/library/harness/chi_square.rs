@@ -63,8 +63,7 @@ fn cells_have_simultaneous_intervals() {
     for (cell, (place, expected, observed)) in found.cells.iter().zip(expected) {
         assert_eq!((cell.place.as_str(), cell.observed), (place, observed));
         assert_relative_eq!(cell.expected, expected, max_relative = 1e-12);
-        let sigmas = (observed - expected) / expected.sqrt();
-        assert_relative_eq!(cell.sigmas, sigmas, max_relative = 1e-9);
+        assert_relative_eq!(cell.sigmas, (observed - expected) / expected.sqrt(), max_relative = 1e-9);
     }
     assert_eq!(found.cells.len(), 3);
     assert_eq!(found.worst, "cell at 0: 5100 samples, 5000.0 expected, +1.4 sigmas");
@@ -80,8 +79,7 @@ fn cells_have_simultaneous_intervals() {
     // Nothing where nothing is expected is right; a single cell has no shape to be wrong.
     let all = Counts { n: 5000, observed: vec![5000, 0], ..Counts::default() };
     let found = chi_square("single", &cells(&[1.0, 0.0]), &all, 0.5);
-    let undecided = matches!(found.verdict(), Verdict::Undecided { .. });
-    assert_eq!((found.p, undecided), (1.0, true));
+    assert_eq!((found.p, matches!(found.verdict(), Verdict::Undecided { .. })), (1.0, true));
     assert!(found.cells.iter().all(|cell| cell.sigmas == 0.0));
     // Whatever the rounding of what the cell expects.
     for parts in 2..200 {
@@ -109,8 +107,7 @@ fn lost_samples_are_tested_beside_the_cells() {
         let [above, below] = [binomial_sf(lost, n, loss + error), binomial_cdf(lost, n, least)];
         let lost_p = (2.0 * above.min(below)).min(1.0);
         let expected = (2.0 * cells_p().min(lost_p)).min(1.0);
-        let found = p(&partition(loss, error), lost);
-        assert_relative_eq!(found, expected, max_relative = 1e-9);
+        assert_relative_eq!(p(&partition(loss, error), lost), expected, max_relative = 1e-9);
     }
     // Where nothing may be lost, losing nothing costs nothing.
     assert_relative_eq!(p(&partition(0.0, 0.0), 0), cells_p(), max_relative = 1e-12);
@@ -132,8 +129,7 @@ fn the_worst_is_named() {
 #[test]
 fn thin_cells_are_pooled_smallest_first() {
     // 900 + 900 outgrows the third, which then is the smallest and joins them.
-    let expected = [900.0, 3000.0, 900.0, 900.0];
-    assert_eq!(pool(&expected, &[1, 2, 4, 8]), [[3000.0, 2.0], [2700.0, 13.0]]);
+    assert_eq!(pool(&[900.0, 3000.0, 900.0, 900.0], &[1, 2, 4, 8]), [[3000.0, 2.0], [2700.0, 13.0]]);
     // Just enough is enough, and a last cell stays, however thin.
     assert_eq!(pool(&[1000.0, 1000.0], &[1, 2]).len(), 2);
     assert_eq!(pool(&[5.0], &[3]), [[5.0, 3.0]]);
@@ -175,8 +171,7 @@ fn rare_events_follow_the_poisson_law() {
     };
     assert_eq!((cell.expected, cell.observed), (20.0, 30.0));
     assert_relative_eq!(cell.sigmas, 5_f64.sqrt(), max_relative = 1e-12);
-    let few = poisson("few", 11, 1000, 20.0, 5.0);
-    assert_eq!(few.p, 2.0 * poisson_cdf(11, 20.0));
+    assert_eq!(poisson("few", 11, 1000, 20.0, 5.0).p, 2.0 * poisson_cdf(11, 20.0));
     assert_eq!(poisson("even", 20, 1000, 20.0, 5.0).p, 1.0);
 }
 

@@ -38,8 +38,7 @@ fn points_have_their_place_in_the_square() {
     for (domain, _) in DOMAINS {
         let name = format!("{domain:?}");
         property(&name, 500, &(0.001..0.999, 0.0..0.999), |(s, b)| {
-            let found = domain.to_square(point_at(domain, [s, b]));
-            let [found_s, found_b] = found.expect("a point of the domain");
+            let [found_s, found_b] = domain.to_square(point_at(domain, [s, b])).expect("a point of the domain");
             assert_abs_diff_eq!(found_s, s, epsilon = 1e-12);
             assert_abs_diff_eq!(found_b, b, epsilon = 1e-12);
         });
@@ -91,8 +90,7 @@ fn parts_have_their_share_of_the_measure() {
             Domain::CosineHemisphere => 2.0 * p.z,
             _ => 1.0,
         };
-        let whole = domain.integrate_all(1e-9, &|_| 1.0).value;
-        assert_relative_eq!(whole, measure, max_relative = 1e-9);
+        assert_relative_eq!(domain.integrate_all(1e-9, &|_| 1.0).value, measure, max_relative = 1e-9);
         let found = domain.integrate(part, 1e-12, &even).value;
         assert_relative_eq!(found, area * measure, max_relative = 1e-10);
         for (axis, mean) in means.into_iter().enumerate() {
@@ -132,8 +130,7 @@ fn equal_cells_run_row_by_row() {
         let [row, column] = [k / 4, k % 4];
         let centre = [(row as f64 + 0.5) / 3.0, (column as f64 + 0.5) / 4.0];
         assert_eq!(cells.cell(point_at(Domain::Square, centre)), Some(k));
-        let place = format!("row {row}-{} of 3; column {column}-{} of 4", row + 1, column + 1);
-        assert_eq!(cells.places[k], place);
+        assert_eq!(cells.places[k], format!("row {row}-{} of 3; column {column}-{} of 4", row + 1, column + 1));
     }
     // The far border belongs to the last row and column.
     assert_eq!(cells.cell(DVec3::new(1.0, 1.0, 0.0)), Some(11));
@@ -148,8 +145,7 @@ fn equal_cells_run_row_by_row() {
 /// The numbers of a place such as "row 0-16 of 32; column 5-9 of 64".
 fn numbers(place: &str) -> Vec<usize> {
     let digits = |c: char| !c.is_ascii_digit();
-    let parts = place.split(digits).filter(|part| !part.is_empty());
-    parts.map(|part| part.parse().expect("a number")).collect()
+    place.split(digits).filter(|part| !part.is_empty()).map(|part| part.parse().expect("a number")).collect()
 }
 
 #[test]

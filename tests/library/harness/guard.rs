@@ -50,8 +50,7 @@ fn a_subject_needs_room_for_the_noise_of_its_skewness() {
     let most = 1.0 - ROOM * noise;
     assert!((0.8..0.95).contains(&most), "{most}");
     assert!(may_not_hold(&skewed(most - 1e-3)).is_none());
-    let refused = may_not_hold(&skewed(most + 1e-3));
-    assert!(refused.is_some_and(|why| why.contains("skewness")));
+    assert!(may_not_hold(&skewed(most + 1e-3)).is_some_and(|why| why.contains("skewness")));
     assert_eq!(skewed(most + 1e-3).verdict(), Verdict::Holds);
 }
 
@@ -89,7 +88,6 @@ fn far_rejections_stand_without_a_valid_tail() {
     let skewed = |effect, times: u64| Outcome { valid_from: times * DOF as u64, ..t(effect, claim) }.verdict();
     assert_eq!(skewed(21.5, FAR_SHARE), Verdict::Fails);
     for (effect, times) in [(21.5, FAR_SHARE + 1), (19.0, 2), (0.0, 2)] {
-        let verdict = skewed(effect, times);
-        assert!(matches!(verdict, Verdict::Undecided { .. }), "{effect} {times}");
+        assert!(matches!(skewed(effect, times), Verdict::Undecided { .. }), "{effect} {times}");
     }
 }

@@ -16,8 +16,7 @@ const THREE: [f64; 3] = [0.0, 1.0, 2.0];
 fn skewness_does_not_depend_on_the_centre() {
     let expected = 36.0 / 12.5_f64.powf(1.5);
     for centre in [4.0, 3.7, 0.0, -2.5, 100.0] {
-        let found = values(centre, &FIVE).skewness();
-        assert_relative_eq!(found, expected, max_relative = 1e-9);
+        assert_relative_eq!(values(centre, &FIVE).skewness(), expected, max_relative = 1e-9);
     }
     let mirrored = values(0.0, &FIVE.map(|x| 3.0 - 2.0 * x));
     assert_relative_eq!(mirrored.skewness(), -expected, max_relative = 1e-12);
@@ -81,8 +80,7 @@ fn batches_are_means_of_consecutive_values() {
     for (n, size) in [(1, 1), (63, 1), (64, 2), (127, 2), (128, 4), (1000, 16), (5000, 128)] {
         let mut batches = Batches::default();
         (0..n).for_each(|i| batches.push(f64::from(i * i)));
-        let count = n / size;
-        assert_eq!(batches.means().len(), count as usize);
+        assert_eq!(batches.means().len(), (n / size) as usize);
         for (k, mean) in (0..).zip(batches.means()) {
             let sum: i64 = (k * size..(k + 1) * size).map(|i| i64::from(i * i)).sum();
             assert_relative_eq!(*mean, sum as f64 / f64::from(size), max_relative = 1e-12);
@@ -118,8 +116,7 @@ fn rounding_is_relative_to_the_size_of_the_numbers() {
         assert_eq!(verdict(scale * (1.0 + 5e-13)), nothing);
         assert_eq!(verdict(scale * (1.0 + 3e-12)), Verdict::Fails);
         let few = mean("t", &values(scale, &many[1..]), 2.0 * scale, claim);
-        let needed = ENOUGH_EQUAL;
-        assert_eq!(few.verdict(), Verdict::Undecided { needed });
+        assert_eq!(few.verdict(), Verdict::Undecided { needed: ENOUGH_EQUAL });
         let other = |factor: f64| values(scale, &[scale * factor].repeat(many.len()));
         let near = welch("w", &same, &other(1.0 + 5e-13), claim);
         assert_eq!((near.value, near.verdict()), (0.0, nothing));
@@ -237,8 +234,7 @@ fn either_side_may_be_too_skewed_for_welch() {
     for (a, b) in [(&few, &many), (&many, &few)] {
         let needed = welch("w", a, b, CLAIM).valid_from as f64;
         assert_relative_eq!(needed, few.valid_from() as f64, max_relative = 1e-4);
-        let verdict = welch("w", a, b, CLAIM).verdict();
-        assert!(matches!(verdict, Verdict::Undecided { .. }));
+        assert!(matches!(welch("w", a, b, CLAIM).verdict(), Verdict::Undecided { .. }));
     }
     assert_eq!(welch("w", &many, &many, CLAIM).verdict(), Verdict::Holds);
     // Two sides of equal law make a difference of √½ its skewness, of √2 its standard error.

@@ -74,8 +74,7 @@ fn samples_that_say_nothing_are_undecided() {
         outcomes.extend([map.smallest("least", 9), map.flatness("flat", 1e3)]);
     }
     for outcome in outcomes {
-        let undecided = matches!(outcome.verdict(), Verdict::Undecided { .. });
-        assert!(undecided, "{:?}: {outcome:?}", outcome.verdict());
+        assert!(matches!(outcome.verdict(), Verdict::Undecided { .. }), "{:?}: {outcome:?}", outcome.verdict());
         assert!(outcome.p >= 0.5, "{outcome:?}");
     }
 }
@@ -148,9 +147,7 @@ fn check_ups_without_samples_are_undecided() {
         (&lobes, "way back"),
     ] {
         let found = outcomes.iter().find(|outcome| outcome.name == name);
-        let verdict = found.map(Outcome::verdict);
-        let undecided = matches!(verdict, Some(Verdict::Undecided { .. }));
-        assert!(undecided, "{name}: {found:?}");
+        assert!(matches!(found.map(Outcome::verdict), Some(Verdict::Undecided { .. })), "{name}: {found:?}");
     }
 }
 

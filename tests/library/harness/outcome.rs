@@ -30,8 +30,7 @@ fn claims_and_verdicts_have_sizes_and_words() {
     assert_eq!(Claim::Approximate { margin: 0.5 }.size(), 0.5);
     assert_eq!(Claim::Test.size(), 0.0);
     let undecided = Verdict::Undecided { needed: 1 };
-    let words = [Verdict::Holds, Verdict::Fails, undecided].map(Verdict::word);
-    assert_eq!(words, ["holds", "fails", "undecided"]);
+    assert_eq!([Verdict::Holds, Verdict::Fails, undecided].map(Verdict::word), ["holds", "fails", "undecided"]);
 }
 
 #[test]
@@ -55,8 +54,7 @@ fn undecided_asks_for_what_would_decide() {
     for (interval, needed) in
         [([1.625, 2.125], 400), ([1.875, 2.5], 625), ([2.125, 2.3125], 101), ([2.0, f64::INFINITY], u64::MAX)]
     {
-        let undecided = Verdict::Undecided { needed };
-        assert_eq!(exact_verdict(1.0, interval, 2.0, 0.25, 100), undecided);
+        assert_eq!(exact_verdict(1.0, interval, 2.0, 0.25, 100), Verdict::Undecided { needed });
     }
 }
 
@@ -127,8 +125,7 @@ fn power_is_that_of_the_claim() {
         [(Claim::Test, 1.0), (Claim::Exact { delta: 1.0 }, 2.0), (Claim::Approximate { margin: 1.0 }, 2.0)]
     {
         let effect = measured(claim).minimum_detectable_effect();
-        let expected = 0.125 * (critical + normal_upper(ALPHA / sides));
-        assert_relative_eq!(effect, expected, max_relative = 1e-8);
+        assert_relative_eq!(effect, 0.125 * (critical + normal_upper(ALPHA / sides)), max_relative = 1e-8);
     }
     assert_eq!(measured(Claim::Test).miss(), ALPHA);
     let identity = Outcome::exact("identity", 1, 0.0, 0.25, "");

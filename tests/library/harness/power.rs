@@ -60,8 +60,7 @@ fn small_misses_and_small_levels_keep_their_digits() {
     for effect in [-0.001, 0.0, 0.001] {
         let coin = Sensitivity::Binomial { n: 60, probability: 0.5 };
         let rejected = |k| binomial_two_sided(k, 60, 0.5) < ALPHA;
-        let expected = added_up(60, binomial_law(60, 0.5 + effect), rejected);
-        close(1.0 - coin.miss(effect), expected, 1e-5);
+        close(1.0 - coin.miss(effect), added_up(60, binomial_law(60, 0.5 + effect), rejected), 1e-5);
     }
     for (probability, effect) in [(0.1, 0.89), (0.9, -0.89)] {
         let share = Sensitivity::Binomial { n: 60, probability };
@@ -130,8 +129,7 @@ fn misses_of_normal_statistics_are_normal_tails() {
     assert_relative_eq!(known(1).miss(2.0 * critical), 0.5, max_relative = 1e-9);
     assert_relative_eq!(known(1).miss(0.0), 1.0 - ALPHA, max_relative = 1e-12);
     assert_relative_eq!(known(1).smallest_effect(ALPHA), 2.0 * (critical + normal_upper(ALPHA)), max_relative = 1e-8);
-    let many = normal_upper(0.5 * ALPHA / 100.0);
-    assert_relative_eq!(known(100).miss(2.0 * many), 0.5, max_relative = 1e-9);
+    assert_relative_eq!(known(100).miss(2.0 * normal_upper(0.5 * ALPHA / 100.0)), 0.5, max_relative = 1e-9);
     // With a million degrees of freedom, t is z.
     let t = Sensitivity::Normal { standard_error: 2.0, dof: 1e6, tests: 1 };
     assert_relative_eq!(t.miss(16.0), known(1).miss(16.0), max_relative = 1e-3);
@@ -188,8 +186,7 @@ fn levels_of_a_power_are_found() {
     let coin = Sensitivity::Binomial { n: 400, probability: 0.5 };
     let level = coin.level_with_power(0.05, 0.9);
     assert!(coin.miss_at(0.05, level) <= 0.1 && coin.miss_at(0.05, 0.9999 * level) > 0.1);
-    let rare = Sensitivity::Poisson { mean: 1e-4 };
-    assert_eq!(rare.level_with_power(0.125, 0.5), 1.0);
+    assert_eq!(Sensitivity::Poisson { mean: 1e-4 }.level_with_power(0.125, 0.5), 1.0);
 }
 
 /// The effect that is found by asking the statistic itself: of hypotheses further and further from the

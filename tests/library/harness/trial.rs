@@ -58,8 +58,7 @@ fn trial(verdicts: Vec<Verdict>, control: Vec<Verdict>) -> Trial {
 
 #[test]
 fn contexts_scale_sizes_and_name_streams() {
-    let sizes = [1000, 7, 3, 1, 0].map(|n| context(0.5).n(n));
-    assert_eq!(sizes, [500, 4, 2, 2, 2]);
+    assert_eq!([1000, 7, 3, 1, 0].map(|n| context(0.5).n(n)), [500, 4, 2, 2, 2]);
     assert_eq!(context(16.0).n(1000), 16_000);
     let named = context(0.5).named("some trial");
     assert_eq!((named.seed, named.scale, named.name.as_str()), (7, 0.5, "some trial"));
@@ -206,8 +205,7 @@ fn messages_speak_of_what_is_red() {
     for part in ["it is so", "estimator (16)", "toy", repeat] {
         assert!(message.contains(part), "{part} is not in\n{message}");
     }
-    let weak = check(&trial(vec![UNDECIDED], vec![Verdict::Fails]), &full);
-    let message = weak.expect_err("undecided is red");
+    let message = check(&trial(vec![UNDECIDED], vec![Verdict::Fails]), &full).expect_err("undecided is red");
     assert!(message.contains("undecided, needs about"), "{message}");
     let blind = trial(vec![Verdict::Holds], vec![Verdict::Holds]);
     let message = check(&blind, &full).expect_err("the control is not rejected");

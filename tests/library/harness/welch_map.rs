@@ -28,8 +28,7 @@ fn maps_leave_out_what_says_nothing() {
     assert_eq!((smallest.value, smallest.estimate), (-3.3, -3.3));
     assert_eq!(smallest.claim, Claim::Test);
     // The level is shared by the five tiles that say something.
-    let sensitivity = Sensitivity::Normal { standard_error: 1.0, dof: 5.0, tests: 5 };
-    assert_eq!(smallest.sensitivity, sensitivity);
+    assert_eq!(smallest.sensitivity, Sensitivity::Normal { standard_error: 1.0, dof: 5.0, tests: 5 });
     assert_eq!(smallest.worst, "(1, 1) of 3 × 2: -3.30 sigmas");
     assert_eq!(smallest.cells.len(), 6);
     let cell = &smallest.cells[5];
@@ -107,8 +106,7 @@ fn tiles_hold_their_own_pixels() {
     // Equal without variance: nothing is known.
     let still = PixelStatistics { variance: &even, ..a };
     let same = image_mean("same", (&still, &even), (&still, &even), 0.01);
-    let needed = u64::MAX;
-    assert_eq!((same.value, same.p, same.verdict()), (0.0, 1.0, Verdict::Undecided { needed }));
+    assert_eq!((same.value, same.p, same.verdict()), (0.0, 1.0, Verdict::Undecided { needed: u64::MAX }));
     assert!(map(&still, &still, 7, 1).p.iter().all(Option::is_none));
 }
 
