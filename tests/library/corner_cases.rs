@@ -13,7 +13,7 @@ const FRAME: [u32; 2] = [6, 5];
 /// A white floor of half side `half` at the origin, seen from above, and what `add` adds.
 fn over_floor(half: f64, add: impl FnOnce(&mut SceneBuilder)) -> Scene {
     scene_from(Camera::new(DVec3::new(0.0, -0.1, 0.3), DVec3::ZERO, DVec3::Z, 0.1), |scene| {
-        let floor = scene.surface(Surface::new(Bsdf::Lambert { albedo: DVec3::splat(ALBEDO) }));
+        let floor = scene.surface(diffuse(ALBEDO));
         let corner = DVec3::new(-half, -half, 0.0);
         scene.rectangle(corner, [2.0 * half * DVec3::X, 2.0 * half * DVec3::Y], floor);
         add(scene);
@@ -23,7 +23,7 @@ fn over_floor(half: f64, add: impl FnOnce(&mut SceneBuilder)) -> Scene {
 /// A small floor, and what shines above or around it.
 fn lit(add: impl FnOnce(&mut SceneBuilder, SurfaceId)) -> Scene {
     over_floor(0.5, |scene| {
-        let light = Surface::new(Bsdf::Black).emitting(DVec3::splat(LIGHT));
+        let light = lamp(LIGHT);
         let light = scene.surface(light);
         add(scene, light);
     })
@@ -188,7 +188,7 @@ impl Sampler for Constant {}
 /// ray within a sphere finds albedo · L exactly.
 #[test]
 fn the_reconstruction_ends_at_walls_that_absorb_all() {
-    let wall = Surface::new(Bsdf::Lambert { albedo: DVec3::splat(ALBEDO) }).emitting(DVec3::splat(LIGHT));
+    let wall = diffuse(ALBEDO).emitting(DVec3::splat(LIGHT));
     let scene = scene(|scene| {
         let wall = scene.surface(wall.absorbing(1.0));
         scene.sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) }, wall);

@@ -1,22 +1,10 @@
 //! Random geometry, meshes, quadrature, scenes and films that several modules use.
 
-use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
-use glam::DVec3;
-use proptest::prelude::*;
-use rand::Rng;
 use whitefurnace::accel::Primitive;
-use whitefurnace::camera::Camera;
-use whitefurnace::error::Error;
-use whitefurnace::estimator::{Estimator, ImageEstimator};
-use whitefurnace::film::Film;
-use whitefurnace::frame::from_spherical;
-use whitefurnace::render::{Sampling, render, render_passes};
-use whitefurnace::rng::uniform;
-use whitefurnace::scene::{Scene, SceneBuilder};
 
-use crate::support::master;
+use crate::prelude::*;
 
 /// Unit roundoff: one operation has a relative error of at most this.
 pub const U: f64 = f64::EPSILON / 2.0;
@@ -183,6 +171,46 @@ pub fn scene_from(camera: Camera, parts: impl FnOnce(&mut SceneBuilder)) -> Scen
     let mut scene = SceneBuilder::new("test");
     parts(&mut scene);
     scene.build(camera).expect("a valid scene")
+}
+
+/// The report's room.
+pub fn report_room() -> Scene {
+    room::report(Convention::Physical, OrenNayarForm::Corrected).expect("the room")
+}
+
+/// The cube that emits and reflects evenly.
+pub fn furnace(albedo: f64) -> Scene {
+    simple::furnace_box(albedo).expect("a scene")
+}
+
+/// The inside of a sphere of radius 1.
+pub fn within_sphere(surface: Surface) -> Scene {
+    scene(|scene| {
+        let surface = scene.surface(surface);
+        scene.sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) }, surface);
+    })
+}
+
+/// A surface that reflects this share by Lambert's law.
+pub fn diffuse(albedo: f64) -> Surface {
+    Surface::new(Bsdf::Lambert { albedo: DVec3::splat(albedo) })
+}
+
+/// A surface that reflects nothing and emits this radiance.
+pub fn lamp(radiance: f64) -> Surface {
+    Surface::new(Bsdf::Black).emitting(DVec3::splat(radiance))
+}
+
+/// A level square of this half side around the z-axis, its front up or down.
+pub fn square(scene: &mut SceneBuilder, half: f64, height: f64, up: bool, surface: SurfaceId) {
+    let [x, y] = [2.0 * half * DVec3::X, 2.0 * half * DVec3::Y];
+    scene.rectangle(DVec3::new(-half, -half, height), if up { [x, y] } else { [y, x] }, surface);
+}
+
+/// What is found with so many threads.
+pub fn on_threads<T: Send>(threads: usize, run: impl FnOnce() -> T + Send) -> T {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.expect("a pool of threads").install(run)
 }
 
 /// A film of the frame after these ranges of replications.

@@ -37,7 +37,7 @@ fn room(bsdf: Bsdf) -> Scene {
         let surface = room.surface(surface);
         room.sphere(Sphere::new(DVec3::new(x, y, z), 0.3), surface);
     };
-    ball(0.5, 0.4, 0.3, Surface::new(Bsdf::Black).emitting(DVec3::ONE));
+    ball(0.5, 0.4, 0.3, lamp(1.0));
     ball(0.4, -0.5, -0.2, Surface::new(Bsdf::Mirror { reflectance: DVec3::splat(0.9) }));
     ball(-0.4, 0.4, -0.5, Surface::new(Bsdf::Glass { index: 1.5 }));
     let eye = DVec3::new(-0.9, -0.9, 0.2);

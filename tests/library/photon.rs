@@ -31,8 +31,7 @@ fn a_large_kd_tree_does_not_depend_on_the_threads() {
     let mut rng = stream(7, 0, 0);
     let points: Vec<DVec3> = (0..50_000).map(|_| DVec3::from_array([0; 3].map(|_| uniform(&mut rng)))).collect();
     let order = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let tree = pool.expect("a pool of threads").install(|| KdTree::new(points.iter().copied().zip(0u32..)));
+        let tree = on_threads(threads, || KdTree::new(points.iter().copied().zip(0u32..)));
         let mut order = Vec::new();
         tree.within(DVec3::splat(0.5), 0.1, |&i| order.push(i));
         order
@@ -55,10 +54,7 @@ fn bits(photons: &[Photon]) -> Vec<[u64; 3]> {
 #[test]
 fn a_photon_map_does_not_depend_on_the_threads() {
     let scene = room::diffuse().expect("a scene");
-    let map = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        bits(&pool.expect("a pool of threads").install(|| photons(Kept::All, &scene, 5000)))
-    };
+    let map = |threads| bits(&on_threads(threads, || photons(Kept::All, &scene, 5000)));
     let one = map(1);
     assert!(one.len() > 5000);
     assert_eq!(one, map(3));
@@ -68,15 +64,14 @@ fn a_photon_map_does_not_depend_on_the_threads() {
 fn without_mirrors_and_glass_there_are_no_caustic_photons() {
     let diffuse = room::diffuse().expect("a scene");
     assert!(photons(Kept::Caustic, &diffuse, 2000).is_empty());
-    let report = room::report(Convention::Physical, Default::default()).expect("a scene");
-    let found = photons(Kept::Caustic, &report, 2000).len();
+    let found = photons(Kept::Caustic, &report_room(), 2000).len();
     assert!(found > 0 && found < 2000, "{found}");
 }
 
 /// In a furnace whose walls absorb everything each particle leaves one photon, of flux π L A/N.
 #[test]
 fn flux_is_shared_among_the_particles_that_were_emitted() {
-    let found = photons(Kept::All, &simple::furnace_box(0.0).expect("a scene"), 100);
+    let found = photons(Kept::All, &furnace(0.0), 100);
     assert_eq!(found.len(), 100);
     for photon in found {
         assert_relative_eq!(photon.flux.x, PI * 24.0 / 100.0, max_relative = 1e-12);

@@ -11,13 +11,7 @@ fn fineness(patches: u32, halvings: u32) -> Fineness {
 }
 
 fn scene(parts: impl FnOnce(&mut SceneBuilder)) -> Scene {
-    let mut builder = SceneBuilder::new("test");
-    parts(&mut builder);
-    builder.build(Camera::new(DVec3::new(0.5, -2.0, 0.6), DVec3::ZERO, DVec3::Z, 0.5)).expect("a valid scene")
-}
-
-fn lambert(albedo: f64) -> Surface {
-    Surface::new(Bsdf::Lambert { albedo: DVec3::splat(albedo) })
+    scene_from(Camera::new(DVec3::new(0.5, -2.0, 0.6), DVec3::ZERO, DVec3::Z, 0.5), parts)
 }
 
 fn solve(scene: &Scene, fineness: Fineness) -> Result<Radiosity, Error> {
@@ -51,7 +45,7 @@ fn polygons_add_up_and_are_cut_at_the_horizon() {
 #[test]
 fn the_mesh_keeps_the_area_of_both_sides() {
     let scene = scene(|s| {
-        let grey = s.surface(lambert(0.5));
+        let grey = s.surface(diffuse(0.5));
         let black = s.surface(Surface::new(Bsdf::Black));
         s.sphere(Sphere::new(DVec3::new(3.0, 0.0, 0.0), 1.5), grey);
         s.rectangle(DVec3::ZERO, [DVec3::X, 2.0 * DVec3::Y], grey);
@@ -73,8 +67,8 @@ fn the_mesh_keeps_the_area_of_both_sides() {
 #[test]
 fn patches_of_a_sphere_add_up_to_its_form_factor() {
     let scene = scene(|s| {
-        let grey = s.surface(lambert(0.5));
-        let floor = s.surface(lambert(0.25));
+        let grey = s.surface(diffuse(0.5));
+        let floor = s.surface(diffuse(0.25));
         s.sphere(Sphere::new(DVec3::new(0.0, 0.0, 3.0), 1.0), grey);
         s.rectangle(DVec3::new(-0.01, -0.01, 0.0), [0.02 * DVec3::X, 0.02 * DVec3::Y], floor);
     });
@@ -95,8 +89,8 @@ fn patches_of_a_sphere_add_up_to_its_form_factor() {
 /// a cavity, each reflecting on both sides.
 fn medley() -> Scene {
     scene(|s| {
-        let [pale, dark, red] = [0.7, 0.2, 0.5].map(|albedo| s.surface(lambert(albedo)));
-        let lamp = s.surface(lambert(0.4).emitting(DVec3::new(3.0, 2.0, 1.0)));
+        let [pale, dark, red] = [0.7, 0.2, 0.5].map(|albedo| s.surface(diffuse(albedo)));
+        let lamp = s.surface(diffuse(0.4).emitting(DVec3::new(3.0, 2.0, 1.0)));
         s.rectangle(DVec3::ZERO, [3.0 * DVec3::X, 2.0 * DVec3::Y], pale);
         s.rectangle(DVec3::ZERO, [2.0 * DVec3::Y, DVec3::new(0.3, 0.0, 2.0)], dark);
         let corners = [DVec3::new(0.5, 1.9, 0.1), DVec3::new(2.9, 1.8, 0.2), DVec3::new(1.0, 1.5, 1.8)];
@@ -196,7 +190,7 @@ fn every_patch_has_its_own_area() {
 
 #[test]
 fn the_solution_satisfies_its_equation_and_converges() {
-    let solved = solve(&simple::furnace_box(0.9).expect("a scene"), fineness(40, 0)).expect("a solution");
+    let solved = solve(&furnace(0.9), fineness(40, 0)).expect("a solution");
     assert!(solved.residual() <= RESIDUAL && solved.sweeps() > 2);
     for (element, irradiance) in solved.irradiances() {
         let inside = irradiance != DVec3::ZERO;
@@ -211,8 +205,8 @@ fn the_solution_satisfies_its_equation_and_converges() {
 #[test]
 fn halving_patches_divides_the_error_by_four() {
     let scene = scene(|s| {
-        let grey = s.surface(lambert(0.5));
-        let lit = s.surface(Surface::new(Bsdf::Black).emitting(DVec3::ONE));
+        let grey = s.surface(diffuse(0.5));
+        let lit = s.surface(lamp(1.0));
         s.rectangle(DVec3::ZERO, [DVec3::X, DVec3::Y], grey);
         s.rectangle(DVec3::new(-0.2, 0.0, 0.1), [DVec3::Y, DVec3::Z], grey);
         s.rectangle(DVec3::new(0.2, 0.2, 1.0), [0.6 * DVec3::Y, 0.6 * DVec3::X], lit);
@@ -233,20 +227,20 @@ fn what_it_cannot_do_is_refused_in_one_line() {
         assert!(message.contains(hint) && !message.contains('\n'), "{message}");
     };
     let default = Fineness::default();
-    refused(&room::report(Convention::Physical, Default::default()).expect("a scene"), default, "mirrors");
+    refused(&report_room(), default, "mirrors");
     refused(&simple::glass_cube(false).expect("a scene"), default, "background");
-    let furnace = simple::furnace_box(0.5).expect("a scene");
-    refused(&furnace, fineness(0, 0), "at least one");
-    refused(&furnace, fineness(1_000_000, 0), "memory");
-    refused(&simple::furnace_box(1.0).expect("a scene"), fineness(12, 0), "settle");
-    assert!(matches!(Radiosity::new(Standard, &furnace, default, &|_| false), Err(Error::Interrupted)));
+    let cube = furnace(0.5);
+    refused(&cube, fineness(0, 0), "at least one");
+    refused(&cube, fineness(1_000_000, 0), "memory");
+    refused(&furnace(1.0), fineness(12, 0), "settle");
+    assert!(matches!(Radiosity::new(Standard, &cube, default, &|_| false), Err(Error::Interrupted)));
 }
 
 #[test]
 fn threads_change_nothing() {
     let scene = simple::cornell().expect("a scene");
     let solved = |threads| {
-        rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool").install(|| {
+        on_threads(threads, || {
             let solved = solve(&scene, fineness(100, 0)).expect("a solution");
             solved.irradiances().map(|(_, e)| e.to_array().map(f64::to_bits)).collect::<Vec<_>>()
         })

@@ -3,16 +3,11 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use rayon::ThreadPoolBuilder;
 use whitefurnace::estimator::Path;
 
 use crate::prelude::*;
 
 const FRAME: [u32; 2] = [24, 18];
-
-fn room() -> Scene {
-    room::report(Convention::Physical, OrenNayarForm::Corrected).expect("the room")
-}
 
 fn path() -> Path {
     Path::<Standard>::default()
@@ -38,17 +33,14 @@ fn whole<E: Estimator>(scene: &Scene, estimator: &E, pixel: PixelSampling) -> Fi
 }
 
 fn assert_threads_do_not_matter<E: Estimator>(scene: &Scene, estimator: &E) {
-    let films = [1, 2, 3, 7].map(|threads| {
-        let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.expect("threads").install(|| whole(scene, estimator, Random))
-    });
+    let films = [1, 2, 3, 7].map(|threads| on_threads(threads, || whole(scene, estimator, Random)));
     assert!(films.iter().all(|film| *film == films[0]));
     assert!(films[0].mean() > 0.0);
 }
 
 #[test]
 fn threads_do_not_matter() {
-    let scene = room();
+    let scene = report_room();
     assert_threads_do_not_matter(&scene, &path());
     assert_threads_do_not_matter(&scene, &Report::default());
     assert_threads_do_not_matter(&scene, &Published::default());
@@ -57,7 +49,7 @@ fn threads_do_not_matter() {
 
 #[test]
 fn divided_ranges_are_one_run() {
-    let scene = room();
+    let scene = report_room();
     let once = divided(&scene, &path(), &[0..7]);
     for ranges in [vec![0..3, 3..7], vec![4..7, 0..1, 1..4], vec![0..0, 0..7, 7..7]] {
         assert!(divided(&scene, &path(), &ranges) == once);
@@ -75,7 +67,7 @@ fn divided_ranges_are_one_run() {
 
 #[test]
 fn windows_are_crops() {
-    let scene = room();
+    let scene = report_room();
     for pixel in [Random, Jitter(2)] {
         let full = whole(&scene, &path(), pixel);
         for (corner, size) in [([0, 0], FRAME), ([5, 3], [7, 9]), ([23, 17], [1, 1])] {
@@ -95,7 +87,7 @@ fn windows_are_crops() {
 
 #[test]
 fn seeds_matter() {
-    let scene = room();
+    let scene = report_room();
     let seeded = |seed| {
         let sampling = Sampling { seed, ..sampling(Random) };
         rendered(&scene, &path(), FRAME, sampling, &[0..2]).expect("legal radiance")
@@ -118,7 +110,7 @@ impl Estimator for Slopes {
 #[test]
 fn pixels_are_where_they_belong() {
     // Half height 0.77704 at distance 1: a pixel is 2 · 0.77704/18 wide. Roundings to units of 2⁻³².
-    let scene = room();
+    let scene = report_room();
     let step = 2.0 * 0.77704 / 18.0;
     let numbers = [Numbers::Independent, Numbers::Sobol(1), Numbers::Sobol(4)];
     let places = [Centre, Grid(2), Grid(3)];
@@ -148,7 +140,7 @@ fn pixels_are_where_they_belong() {
 
 #[test]
 fn features_are_those_of_the_first_hit() {
-    let scene = room();
+    let scene = report_room();
     let film = whole(&scene, &path(), Centre);
     for (x, y) in [(12, 2), (2, 9), (12, 13), (20, 4)] {
         let [px, py] = [x, y].map(|v| f64::from(v) + 0.5);
@@ -221,7 +213,7 @@ fn features_are_the_same_for_every_estimator() {
 
 #[test]
 fn rows_are_reported_and_can_be_stopped() {
-    let scene = room();
+    let scene = report_room();
     let samples = AtomicU64::new(0);
     let count = |row: u64| {
         samples.fetch_add(row, Ordering::Relaxed);
@@ -232,8 +224,7 @@ fn rows_are_reported_and_can_be_stopped() {
     assert!(matches!(done, Ok(true)));
     assert_eq!(samples.into_inner(), 24 * 18 * 3 * 4);
     let mut target = film(Random, None);
-    let pool = ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
-    let done = pool.install(|| render(&scene, &path(), sampling(Random), &mut target, &(0..1), &|_| false));
+    let done = on_threads(1, || render(&scene, &path(), sampling(Random), &mut target, &(0..1), &|_| false));
     assert!(matches!(done, Ok(false)));
     assert_eq!(target.pixels().iter().filter(|p| p.replications() > 0).count(), 24, "one row, then stop");
 }
@@ -249,7 +240,7 @@ impl Estimator for Constant {
 
 #[test]
 fn a_constant_has_no_error() {
-    let constant = whole(&room(), &Constant(0.3), Jitter(3));
+    let constant = whole(&report_room(), &Constant(0.3), Jitter(3));
     assert!(constant.pixels().iter().all(|p| p.standard_error() == DVec3::ZERO));
     assert!((constant.mean() - 0.3).abs() <= 1.0 / (1u64 << 32) as f64);
 }

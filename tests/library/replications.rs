@@ -119,21 +119,14 @@ impl NextEvent for Watched<'_> {
 }
 
 impl Roulette for Watched<'_> {}
-
 impl Photons for Watched<'_> {}
-
 impl Bidirectional for Watched<'_> {}
-
-/// A closed box that emits and reflects: every particle and every path bounces.
-fn furnace() -> Scene {
-    simple::furnace_box(0.5).expect("a scene")
-}
 
 #[test]
 fn every_pass_draws_its_own_numbers() {
     fn check<'a, E: ImageEstimator>(seen: &'a Mutex<Vec<Draw>>, name: &str, estimator: impl Fn(Watched<'a>) -> E) {
         let estimator = estimator(Watched(seen));
-        passes(&furnace(), &estimator, FRAME, &[0..1, 1..3, 3..REPLICATIONS]).expect("legal radiance");
+        passes(&furnace(0.5), &estimator, FRAME, &[0..1, 1..3, 3..REPLICATIONS]).expect("legal radiance");
         let draws = seen.lock().expect("no panic");
         // Each particle has at least a point and a direction.
         assert!(draws.len() as u32 > 2 * FRAME[0] * FRAME[1] * REPLICATIONS, "{name}");
@@ -148,7 +141,7 @@ fn every_pass_draws_its_own_numbers() {
 #[test]
 fn every_map_of_photons_draws_its_own_numbers() {
     let seen = Mutex::default();
-    let scene = furnace();
+    let scene = furnace(0.5);
     let lookup = Lookup::Gather { caustic_particles: 40, caustic_radius: 0.1 };
     // Programs name replications by the seed, passes by their number.
     for (seed, pass) in [(1_u32, 0), (1, 1), (2, 0), (3, 7)] {
@@ -193,7 +186,7 @@ fn more_samples_than_can_be_named_are_refused() {
 /// Half of the only pixel shows an emitter.
 fn edge() -> Scene {
     scene(|scene| {
-        let light = scene.surface(Surface::new(Bsdf::Black).emitting(DVec3::ONE));
+        let light = scene.surface(lamp(1.0));
         let corner = DVec3::new(1.0, -9.0, -9.0);
         scene.rectangle(corner, [18.0 * DVec3::Z, 9.0 * DVec3::Y], light);
     })

@@ -196,20 +196,13 @@ impl Roulette for Endless {
 }
 
 impl Scattering for Endless {}
-
 impl NextEvent for Endless {}
-
 impl Photons for Endless {}
 
 /// A cavity of mirrors that emits 1, and a ray in it.
 fn mirrors(reflectance: f64) -> (Scene, Ray) {
-    let reflectance = DVec3::splat(reflectance);
-    let scene = scene(|scene| {
-        let mirror = Surface::new(Bsdf::Mirror { reflectance }).emitting(DVec3::ONE);
-        let mirror = scene.surface(mirror);
-        scene.sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) }, mirror);
-    });
-    (scene, Ray::new(DVec3::new(0.1, 0.2, 0.3), DVec3::new(0.6, 0.0, 0.8)))
+    let mirror = Surface::new(Bsdf::Mirror { reflectance: DVec3::splat(reflectance) }).emitting(DVec3::ONE);
+    (within_sphere(mirror), Ray::new(DVec3::new(0.1, 0.2, 0.3), DVec3::new(0.6, 0.0, 0.8)))
 }
 
 /// Each vertex of a path of 1500 takes the next block, and no block serves two.
@@ -238,7 +231,7 @@ fn every_vertex_has_a_block_of_its_own() {
 /// The wall that final gathering looks at is the second vertex.
 #[test]
 fn final_gathering_takes_the_next_block() {
-    let scene = simple::furnace_box(0.5).expect("a scene");
+    let scene = furnace(0.5);
     let lookup = Lookup::Gather { caustic_particles: 1, caustic_radius: 0.1 };
     let photons = PhotonMapping::new(Endless, &scene, lookup, (1, 0.1), (1, 0)).expect("a map");
     let mut recorder = Recorder { numbers: stream(3, 4, 5), blocks: Vec::new() };

@@ -11,10 +11,6 @@ fn report(convention: Convention) -> Scene {
     room::report(convention, OrenNayarForm::Corrected).expect("the room")
 }
 
-fn lambert(albedo: f64) -> Bsdf {
-    Bsdf::Lambert { albedo: DVec3::splat(albedo) }
-}
-
 /// Whether an emitter is the whole of a primitive, or a rectangle the primitive one of its halves.
 fn is_emitter_of(geometry: Geometry, emitter: &Emitter) -> bool {
     match (geometry, emitter.shape) {
@@ -33,11 +29,11 @@ fn is_emitter_of(geometry: Geometry, emitter: &Emitter) -> bool {
 #[test]
 fn rays_meet_what_they_are_aimed_at() {
     let scenes = [
-        report(Convention::Physical),
+        report_room(),
         report(Convention::Published),
         room::diffuse().expect("the room"),
         simple::environment().expect("a scene"),
-        simple::furnace_box(0.75).expect("a scene"),
+        furnace(0.75),
         simple::cavity_cap(0.75, Cap::Black).expect("a scene"),
         simple::glass_cube(true).expect("a scene"),
         simple::cornell().expect("a scene"),
@@ -79,7 +75,7 @@ fn rays_meet_what_they_are_aimed_at() {
 
 #[test]
 fn hit_points_keep_off_edges() {
-    let scene = simple::furnace_box(0.5).expect("a scene");
+    let scene = furnace(0.5);
     let mut rng = rng("hit points");
     for i in 0..3000 {
         let eye = 0.9 * in_cube(&mut rng, 1.0);
@@ -103,7 +99,7 @@ fn hit_points_keep_off_edges() {
 
 #[test]
 fn rays_leave_on_the_side_they_go_to() {
-    let scene = simple::furnace_box(0.5).expect("a scene");
+    let scene = furnace(0.5);
     let point = DVec3::new(0.2, 0.3, -1.0);
     for (direction, sign) in [(DVec3::ONE, 1.0), (-DVec3::ONE, -1.0)] {
         let ray = scene.leave(point, DVec3::Z, direction);
@@ -114,7 +110,7 @@ fn rays_leave_on_the_side_they_go_to() {
 
 #[test]
 fn visibility_is_symmetric_and_stops_at_surfaces() {
-    let scene = report(Convention::Physical);
+    let scene = report_room();
     let light = (DVec3::new(4.0, 0.5, 4.999), -DVec3::Z);
     let floor = |x: f64, y: f64| (DVec3::new(x, y, -5.0), DVec3::Z);
     for (point, free, through_glass) in [
@@ -134,7 +130,7 @@ fn visibility_is_symmetric_and_stops_at_surfaces() {
 /// A builder with one valid surface.
 fn builder() -> (SceneBuilder, SurfaceId) {
     let mut scene = SceneBuilder::new("broken");
-    let surface = scene.surface(Surface::new(lambert(0.5)));
+    let surface = scene.surface(diffuse(0.5));
     (scene, surface)
 }
 
@@ -151,15 +147,15 @@ fn assert_refused(hint: &str, add: impl FnOnce(&mut SceneBuilder, SurfaceId)) {
 #[test]
 fn bad_surfaces_are_refused() {
     let nan = f64::NAN;
-    let valid = Surface::new(lambert(0.5));
+    let valid = diffuse(0.5);
     let mirror = |r: f64| Bsdf::Mirror { reflectance: DVec3::splat(r) };
     let constants = OrenNayar { a: nan, b: 0.0 };
     let albedo = DVec3::ONE;
     let form = OrenNayarForm::Corrected;
     for surface in [
-        Surface::new(lambert(1.0 + f64::EPSILON)),
-        Surface::new(lambert(-0.1)),
-        Surface::new(lambert(nan)),
+        diffuse(1.0 + f64::EPSILON),
+        diffuse(-0.1),
+        diffuse(nan),
         Surface::new(mirror(1.1)),
         Surface::new(Bsdf::Glass { index: 0.0 }),
         Surface::new(Bsdf::Glass { index: -1.5 }),
@@ -209,8 +205,8 @@ fn bad_shapes_are_refused() {
 #[test]
 fn valid_borders_are_accepted() {
     let (mut scene, surface) = builder();
-    for bsdf in [lambert(0.0), lambert(1.0), Bsdf::Glass { index: 0.5 }] {
-        scene.surface(Surface::new(bsdf).absorbing(1.0));
+    for surface in [diffuse(0.0), diffuse(1.0), Surface::new(Bsdf::Glass { index: 0.5 })] {
+        scene.surface(surface.absorbing(1.0));
     }
     scene.sphere(Sphere::new(DVec3::ZERO, 1e-12), surface);
     scene.sphere(Sphere { zone: [-0.5, 2.0], ..Sphere::new(DVec3::ZERO, 1.0) }, surface);

@@ -6,27 +6,6 @@ use crate::prelude::*;
 
 const STREAMS: u32 = 200;
 
-fn scene(parts: impl FnOnce(&mut SceneBuilder)) -> Scene {
-    let mut scene = SceneBuilder::new("specular");
-    parts(&mut scene);
-    scene.build(any_camera()).expect("a scene")
-}
-
-/// A square of this half side at this height, its front up or down.
-fn square(scene: &mut SceneBuilder, half: f64, height: f64, up: bool, surface: SurfaceId) {
-    let corner = DVec3::new(-half, -half, height);
-    let [x, y] = [2.0 * half * DVec3::X, 2.0 * half * DVec3::Y];
-    scene.rectangle(corner, if up { [x, y] } else { [y, x] }, surface);
-}
-
-fn lambert(albedo: f64) -> Surface {
-    Surface::new(Bsdf::Lambert { albedo: DVec3::splat(albedo) })
-}
-
-fn shining() -> Surface {
-    Surface::new(Bsdf::Black).emitting(DVec3::splat(4.0))
-}
-
 /// Values of an estimator along a ray, a stream each.
 fn values<E: Estimator>(scene: &Scene, estimator: &E, ray: &Ray) -> Vec<f64> {
     let hit = scene.intersect(ray);
@@ -60,7 +39,7 @@ impl NextEvent for All {}
 fn shadow_rays_in_glass_have_the_radiance_factor() {
     let lit = |index| {
         scene(|s| {
-            let [floor, light] = [lambert(0.5), shining()].map(|surface| s.surface(surface));
+            let [floor, light] = [diffuse(0.5), lamp(4.0)].map(|surface| s.surface(surface));
             let glass = s.surface(Surface::new(Bsdf::Glass { index }));
             square(s, 9.0, 0.0, true, floor);
             s.rectangle(DVec3::new(1.0, -1.0, 0.2), [DVec3::Z, 2.0 * DVec3::Y], light);
@@ -83,7 +62,7 @@ fn shadow_rays_in_glass_have_the_radiance_factor() {
 #[test]
 fn what_glass_reflects_counts_where_shadow_rays_pass_it() {
     let scene = scene(|s| {
-        let [floor, light] = [lambert(0.5), shining()].map(|surface| s.surface(surface));
+        let [floor, light] = [diffuse(0.5), lamp(4.0)].map(|surface| s.surface(surface));
         let glass = s.surface(Surface::new(Bsdf::Glass { index: 1.5 }));
         square(s, 1e-3, 0.0, true, floor);
         square(s, 9.0, -0.2, true, light);
@@ -104,7 +83,7 @@ fn what_glass_reflects_counts_where_shadow_rays_pass_it() {
 #[test]
 fn a_caustic_ends_at_its_first_diffuse_surface() {
     let scene = scene(|s| {
-        let [floor, light] = [lambert(0.9), shining()].map(|surface| s.surface(surface));
+        let [floor, light] = [diffuse(0.9), lamp(4.0)].map(|surface| s.surface(surface));
         let mirror = s.surface(Surface::new(Bsdf::Mirror { reflectance: DVec3::ONE }));
         square(s, 99.0, 0.0, true, floor);
         square(s, 99.0, 0.5, false, mirror);
