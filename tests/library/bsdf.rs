@@ -136,29 +136,15 @@ fn turning_both_directions_changes_nothing() {
 }
 
 #[test]
-fn nothing_below_the_horizon_or_from_singular_models() {
-    let albedo = DVec3::splat(0.5);
-    let lambertian = Bsdf::Lambert { albedo };
-    let rough = white(0.5, OrenNayarForm::Corrected);
+fn nothing_is_reflected_below_the_horizon() {
     let up = from_spherical(0.5, 0.0);
     for below in [from_spherical(2.0, 1.0), DVec3::X, -DVec3::Z] {
-        for bsdf in [lambertian, rough] {
-            assert_eq!(bsdf.eval(up, below), DVec3::ZERO);
-            assert_eq!(bsdf.eval(below, up), DVec3::ZERO);
-            assert_eq!(bsdf.eval(below, below), DVec3::ZERO);
+        for bsdf in [Bsdf::Lambert { albedo: DVec3::splat(0.5) }, white(0.5, OrenNayarForm::Corrected)] {
+            for (wo, wi) in [(up, below), (below, up), (below, below)] {
+                assert_eq!(bsdf.eval(wo, wi), DVec3::ZERO);
+            }
         }
     }
-    let reflectance = DVec3::splat(0.9);
-    for (bsdf, albedo) in [
-        (Bsdf::Black, DVec3::ZERO),
-        (Bsdf::Mirror { reflectance }, reflectance),
-        (Bsdf::Glass { index: 1.5 }, DVec3::ONE),
-    ] {
-        assert_eq!(bsdf.eval(up, up), DVec3::ZERO);
-        assert_eq!(bsdf.albedo(), albedo);
-    }
-    assert_eq!(lambertian.albedo(), albedo);
-    assert_eq!(rough.albedo(), DVec3::ONE);
 }
 
 #[test]
@@ -184,20 +170,6 @@ fn directional_albedos_meet_the_reference() {
             assert!(off <= QUADRATURE, "{form:?} at sigma {sigma}, {degrees} deg: {found} is off by {off:e}");
         }
     }
-}
-
-#[test]
-fn the_printed_form_is_not_oren_nayar() {
-    let mut compared = 0;
-    for [sigma, degrees, corrected, _] in reference::oren_nayar() {
-        if degrees >= 60.0 && sigma >= 0.3 {
-            let printed = white(sigma, OrenNayarForm::Printed);
-            let ratio = directional_albedo(&printed, degrees.to_radians()) / corrected;
-            assert!(ratio < 0.975, "{ratio} at sigma {sigma}, {degrees} deg");
-            compared += 1;
-        }
-    }
-    assert_eq!(compared, 35);
 }
 
 #[test]

@@ -228,19 +228,3 @@ fn rows_are_reported_and_can_be_stopped() {
     assert!(matches!(done, Ok(false)));
     assert_eq!(target.pixels().iter().filter(|p| p.replications() > 0).count(), 24, "one row, then stop");
 }
-
-/// Returns one value for every ray.
-struct Constant(f64);
-
-impl Estimator for Constant {
-    fn radiance<R: Sampler>(&self, _: &Scene, _: &Ray, _: Option<Hit>, _: &mut R) -> DVec3 {
-        DVec3::splat(self.0)
-    }
-}
-
-#[test]
-fn a_constant_has_no_error() {
-    let constant = whole(&report_room(), &Constant(0.3), Jitter(3));
-    assert!(constant.pixels().iter().all(|p| p.standard_error() == DVec3::ZERO));
-    assert!((constant.mean() - 0.3).abs() <= 1.0 / (1u64 << 32) as f64);
-}

@@ -13,15 +13,10 @@ fn eval(_: DVec3, wi: DVec3) -> f64 {
     if wi.z > 0.0 { ALBEDO * FRAC_1_PI } else { 0.0 }
 }
 fn pdf(_: DVec3, wi: DVec3) -> f64 {
-    wi.z.max(0.0) * FRAC_1_PI
+    cosine_hemisphere_pdf(wi.z)
 }
-/// Malley's method: up to the hemisphere from a point of the disk.
-fn direction([r1, r2, _]: [f64; 3]) -> DVec3 {
-    let (sin, cos) = (TAU * r2).sin_cos();
-    DVec3::new(r1.sqrt() * cos, r1.sqrt() * sin, (1.0 - r1).sqrt())
-}
-fn sample(wo: DVec3, random: [f64; 3]) -> Option<BsdfSample> {
-    let wi = direction(random);
+fn sample(wo: DVec3, [r1, r2, _]: [f64; 3]) -> Option<BsdfSample> {
+    let wi = cosine_hemisphere([r1, r2]);
     Some(BsdfSample { wi, weight: ALBEDO, pdf: pdf(wo, wi) })
 }
 

@@ -134,58 +134,33 @@ fn nearly_symmetric_values_are_enough() {
     assert!(allowed > 0.2 + z * (6.0 / n).sqrt(), "{allowed}");
 }
 
-/// Successes among n: Student's t of their share is a function of the count, so that its tails are sums
-/// over the binomial law.
-struct Successes {
-    n: u64,
-    share: f64,
-}
-
-impl Successes {
-    /// As many as the rule just admits.
-    fn admitted(share: f64, sigma: Sigma) -> Self {
-        let skewness = (1.0 - 2.0 * share) / (share * (1.0 - share)).sqrt();
-        let n = sigma.valid_from(1, skewness, ALPHA);
-        Self { n, share }
-    }
-
-    fn statistic(&self, count: u64, sigma: Sigma) -> f64 {
-        let (n, k) = (self.n as f64, count as f64);
+/// P(T < −z) and P(T > z) as shares of the nominal tail, of a share of successes with as many values as the rule of
+/// `admitted` just admits: Student's t of their share is a function of the count, so that its tails are sums over the
+/// binomial law. Between counts the logarithms of the tails (half of a count's own probability to either side) are
+/// interpolated: the lattice is not at issue.
+fn tails(q: f64, admitted: Sigma, sigma: Sigma) -> [f64; 2] {
+    let nominal = 0.5 * ALPHA;
+    let z = normal_upper(nominal);
+    let n = admitted.valid_from(1, (1.0 - 2.0 * q) / (q * (1.0 - q)).sqrt(), ALPHA);
+    let statistic = |k: u64| {
+        let share = k as f64 / n as f64;
         let variance = match sigma {
-            Sigma::Known => self.share * (1.0 - self.share) / n,
-            Sigma::Estimated => k / n * (1.0 - k / n) / (n - 1.0),
+            Sigma::Known => q * (1.0 - q) / n as f64,
+            Sigma::Estimated => share * (1.0 - share) / (n as f64 - 1.0),
         };
-        (k / n - self.share) / variance.sqrt()
-    }
-
-    /// P(T < −z) and P(T > z) as shares of the nominal tail. Between counts the logarithms of the tails
-    /// (half of a count's own probability to either side) are interpolated: the lattice is not at issue.
-    fn tails(&self, sigma: Sigma, nominal: f64) -> [f64; 2] {
-        let z = normal_upper(nominal);
-        let (n, q) = (self.n, self.share);
-        let mean = (n as f64 * q) as u64;
-        let reach = (20.0 * (n as f64 * q).sqrt()) as u64;
-        let tail = |below: bool, k: u64| {
-            if below {
-                0.5 * (binomial_cdf(k, n, q) + binomial_cdf(k - 1, n, q))
-            } else {
-                0.5 * (binomial_sf(k, n, q) + binomial_sf(k + 1, n, q))
-            }
-        };
-        let at = |below: bool| {
-            let beyond = |k: &u64| {
-                let t = self.statistic(*k, sigma);
-                if below { t > -z } else { t > z }
-            };
-            let start = if below { mean.saturating_sub(reach).max(1) } else { mean };
-            let after = (start..).find(beyond).expect("a count beyond");
-            let [t0, t1] = [after - 1, after].map(|k| self.statistic(k, sigma));
-            let [p0, p1] = [after - 1, after].map(|k| tail(below, k).ln());
-            let target = if below { -z } else { z };
-            (p0 + (p1 - p0) * (target - t0) / (t1 - t0)).exp() / nominal
-        };
-        [at(true), at(false)]
-    }
+        (share - q) / variance.sqrt()
+    };
+    let below = |k| 0.5 * (binomial_cdf(k, n, q) + binomial_cdf(k - 1, n, q));
+    let above = |k| 0.5 * (binomial_sf(k, n, q) + binomial_sf(k + 1, n, q));
+    let at = |start: u64, target: f64, tail: &dyn Fn(u64) -> f64| {
+        let after = (start..).find(|&k| statistic(k) > target).expect("a count beyond");
+        let [t0, t1] = [after - 1, after].map(statistic);
+        let [p0, p1] = [after - 1, after].map(|k| tail(k).ln());
+        (p0 + (p1 - p0) * (target - t0) / (t1 - t0)).exp() / nominal
+    };
+    let mean = n as f64 * q;
+    let low = (mean as u64).saturating_sub((20.0 * mean.sqrt()) as u64).max(1);
+    [at(low, -z, &below), at(mean as u64, z, &above)]
 }
 
 /// At the limit that the rule admits, the heavier tail is 1.34 of nominal with a known σ, 1.37 with an
@@ -194,15 +169,13 @@ impl Successes {
 /// strict, an estimated σ has a lower tail of more than 1.8.
 #[test]
 fn tails_are_nominal_at_the_limit_of_the_rule() {
-    let nominal = 0.5 * ALPHA;
     for share in [0.002, 0.01, 0.05, 0.2] {
         for sigma in [Sigma::Known, Sigma::Estimated] {
-            let [low, high] = Successes::admitted(share, sigma).tails(sigma, nominal);
-            let heavier = low.max(high);
-            assert!((1.3..1.4).contains(&heavier), "{sigma:?} {share}: {low} {high}");
+            let [low, high] = tails(share, sigma, sigma);
+            assert!((1.3..1.4).contains(&low.max(high)), "{sigma:?} {share}: {low} {high}");
             assert!((low + high - 2.0).abs() < 0.11, "{sigma:?} {share}: {low} {high}");
         }
-        let [low, high] = Successes::admitted(share, Sigma::Known).tails(Sigma::Estimated, nominal);
+        let [low, high] = tails(share, Sigma::Known, Sigma::Estimated);
         assert!(low > 1.8, "{share}: {low} {high}");
     }
 }
