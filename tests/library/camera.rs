@@ -1,6 +1,7 @@
 //! The pinhole camera, alone and against the landmarks of the published figure 6.
 
 use crate::prelude::*;
+use crate::reference::{fields, number};
 
 const SIZE: [u32; 2] = [1024, 768];
 const WHITE: DVec3 = DVec3::new(0.0, 1.5, 0.0);
@@ -33,13 +34,6 @@ fn rays_pass_the_image_plane_evenly() {
     });
 }
 
-/// The pixel of the published frame that a point of the room falls on: the eye at (12.5, 0, 0) looks
-/// along −x with y to the right.
-fn project(p: DVec3) -> [f64; 2] {
-    let depth = 12.5 - p.x;
-    [512.0 + 384.0 * p.y / (0.77704 * depth), 384.0 - 384.0 * p.z / (0.77704 * depth)]
-}
-
 fn published() -> Scene {
     room::report(Convention::Published, OrenNayarForm::Corrected).expect("the room")
 }
@@ -48,71 +42,28 @@ fn at(scene: &Scene, x: f64, y: f64) -> Hit {
     scene.intersect(&scene.camera().ray(SIZE, x, y)).expect("a closed room")
 }
 
-fn colour(scene: &Scene, x: f64, y: f64) -> DVec3 {
-    scene.surface(&at(scene, x, y)).bsdf.albedo() / 0.75
-}
-
 #[test]
-fn landmarks_of_figure_6() {
-    // Read off the published image, to a pixel or so.
-    for (p, pixel) in [
-        ((5.0, -1.0, 4.999), [446.0, 55.0]),
-        ((5.0, 1.0, 4.999), [578.0, 55.0]),
-        ((3.0, 1.0, 4.999), [564.0, 124.0]),
-        ((3.0, -1.0, 4.999), [460.0, 124.0]),
-        ((0.0, -6.0, 5.0), [275.0, 187.0]),
-        ((-3.0, 0.0, 5.0), [512.0, 224.0]),
-        ((0.0, 6.0, 5.0), [749.0, 187.0]),
-        ((4.0, -6.0, -5.0), [164.0, 675.0]),
-        ((0.0, -6.0, -1.0), [276.0, 424.0]),
-        ((0.0, -2.0, -5.0), [433.0, 582.0]),
-    ] {
-        let projected = project(DVec3::from(p));
-        for axis in 0..2 {
-            assert_abs_diff_eq!(projected[axis], pixel[axis], epsilon = 1.5);
-        }
-    }
-}
-
-#[test]
-fn the_light_is_where_the_figure_shows_it() {
+fn the_room_is_where_the_figure_shows_it() {
     let scene = published();
-    let corners = [(446.0, 55.0), (578.0, 55.0), (564.0, 124.0), (460.0, 124.0)];
-    let middle = (512.0, 90.0);
-    for (x, y) in corners {
-        // Two pixels to the inside and to the outside, along the diagonal.
-        let length = f64::hypot(middle.0 - x, middle.1 - y);
-        let step = |s: f64| at(&scene, x + s * (middle.0 - x) / length, y + s * (middle.1 - y) / length);
-        assert!(step(3.0).emitter.is_some(), "inside ({x}, {y})");
-        assert!(step(-3.0).emitter.is_none(), "outside ({x}, {y})");
+    for row in fields(include_str!("data/figure_6.csv")) {
+        let [pixel, place] = [row[1], row[2]].map(|text| text.split(' ').map(number).collect::<Vec<_>>());
+        let ([x, y], place) = ([pixel[0], pixel[1]], DVec3::from_slice(&place));
+        if row[0] == "wall" {
+            let off = scene.surface(&at(&scene, x, y)).bsdf.albedo() / 0.75 - place;
+            assert!(off.abs().max_element() <= 4.0 * U, "{row:?}: {off}");
+            continue;
+        }
+        // In 64 parts of a pixel.
+        let seen = scene.camera().project(SIZE.map(|side| 64 * side), place).expect("in the image");
+        for (seen, published) in seen.pixel.into_iter().zip([x, y]) {
+            assert_abs_diff_eq!(f64::from(seen) / 64.0, published, epsilon = 1.5);
+        }
+        // Three pixels to the inside and to the outside, along the diagonal.
+        let [to_x, to_y] = [512.0 - x, 90.0 - y].map(|to| to / f64::hypot(512.0 - x, 90.0 - y));
+        let lit = |step: f64| at(&scene, x + step * to_x, y + step * to_y).emitter.is_some();
+        assert!(row[0] != "lamp" || lit(3.0) && !lit(-3.0), "{row:?}");
     }
     assert_eq!(at(&scene, 512.0, 90.0).normal, -DVec3::Z);
-}
-
-#[test]
-fn walls_meet_where_the_figure_shows_it() {
-    let scene = published();
-    let [blue, red, cyan, yellow, white] =
-        [[0.157, 0.208, 0.576], [1.0, 0.25, 0.25], [0.0, 1.0, 1.0], [1.0, 1.0, 0.0], [1.0; 3]].map(DVec3::from_array);
-    for (x, y, expected) in [
-        (510.5, 300.0, blue),
-        (513.5, 300.0, yellow),
-        (512.0, 222.0, white),
-        (510.5, 226.5, blue),
-        (513.5, 226.5, yellow),
-        (273.0, 250.0, red),
-        (277.5, 250.0, blue),
-        (747.0, 250.0, yellow),
-        (751.5, 250.0, cyan),
-        (275.0, 184.0, white),
-        (749.0, 184.0, white),
-        (130.0, 350.0, red),
-        (930.0, 300.0, cyan),
-        (630.0, 715.0, white),
-    ] {
-        let found = colour(&scene, x, y);
-        assert!((found - expected).abs().max_element() <= 4.0 * U, "({x}, {y}) shows {found}");
-    }
 }
 
 /// First and last pixels, in x and y, whose centres show a surface, one past the last.

@@ -13,9 +13,7 @@ const FRAME: [u32; 2] = [6, 5];
 /// A white floor of half side `half` at the origin, seen from above, and what `add` adds.
 fn over_floor(half: f64, add: impl FnOnce(&mut SceneBuilder)) -> Scene {
     scene_from(Camera::new(DVec3::new(0.0, -0.1, 0.3), DVec3::ZERO, DVec3::Z, 0.1), |scene| {
-        let floor = scene.surface(diffuse(ALBEDO));
-        let corner = DVec3::new(-half, -half, 0.0);
-        scene.rectangle(corner, [2.0 * half * DVec3::X, 2.0 * half * DVec3::Y], floor);
+        square(scene, half, 0.0, true, diffuse(ALBEDO));
         add(scene);
     })
 }
@@ -189,10 +187,7 @@ impl Sampler for Constant {}
 #[test]
 fn the_reconstruction_ends_at_walls_that_absorb_all() {
     let wall = diffuse(ALBEDO).emitting(DVec3::splat(LIGHT));
-    let scene = scene(|scene| {
-        let wall = scene.surface(wall.absorbing(1.0));
-        scene.sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) }, wall);
-    });
+    let scene = within_sphere(wall.absorbing(1.0));
     let ray = Ray::new(0.3 * DVec3::X, DVec3::Y);
     for bits in 0..8 {
         let [roulette_by_cosine, end_loses_direct, extra_cosine] = [1, 2, 4].map(|bit| bits & bit != 0);

@@ -75,8 +75,7 @@ fn paths_inside_glass_see_the_squared_index() {
 fn glass_sphere(index: f64) -> Scene {
     scene(|scene| {
         scene.background(DVec3::ONE);
-        let glass = scene.surface(Surface::new(Bsdf::Glass { index }));
-        scene.sphere(Sphere::new(DVec3::ZERO, 1.0), glass);
+        ball(scene, Sphere::new(DVec3::ZERO, 1.0), glass(index));
     })
 }
 
@@ -133,7 +132,7 @@ fn emitters_are_seen_under_each_rule() {
 #[test]
 fn facing_mirrors_end() {
     // Between perfect mirrors only roulette, or the limit on segments, ends a path: radiance is 0.
-    let scene = within_sphere(Surface::new(Bsdf::Mirror { reflectance: DVec3::ONE }));
+    let scene = within_sphere(reflecting(1.0));
     let mut found = values("facing mirrors", &scene, &Path::new(Unweighted, Strategy::Mis), 1000);
     found.extend(values("facing mirrors", &scene, &Report::default(), 100));
     assert!(found.iter().all(|v| *v == DVec3::ZERO));
@@ -155,9 +154,8 @@ fn direct_light_of_whitted_is_f_cos_over_pdf() {
     // One emitter far above a floor, and the point that the shadow ray draws is known from the stream.
     let albedo = DVec3::new(0.2, 0.5, 0.8);
     let scene = scene(|scene| {
-        let [floor, light] = [Surface::new(Bsdf::Lambert { albedo }), lamp(3.0)].map(|surface| scene.surface(surface));
-        square(scene, 5.0, 0.0, true, floor);
-        square(scene, 1.0, 2.0, false, light);
+        square(scene, 5.0, 0.0, true, Surface::new(Bsdf::Lambert { albedo }));
+        square(scene, 1.0, 2.0, false, lamp(3.0));
     });
     let ray = Ray::new(DVec3::new(4.0, 0.0, 1.0), DVec3::new(-1.0, 0.0, -1.0).normalize());
     let hit = scene.intersect(&ray).expect("the floor");
@@ -179,12 +177,10 @@ fn direct_light_of_whitted_is_f_cos_over_pdf() {
 /// ceiling that ends all paths.
 fn light_behind_nothing(sphere: bool) -> Scene {
     scene(|scene| {
-        let [floor, light] = [diffuse(1.0).absorbing(0.25), lamp(3.0)].map(|surface| scene.surface(surface));
-        square(scene, 5.0, 0.0, true, floor);
-        square(scene, 5.0, 2.5, false, light);
+        square(scene, 5.0, 0.0, true, diffuse(1.0).absorbing(0.25));
+        square(scene, 5.0, 2.5, false, lamp(3.0));
         if sphere {
-            let glass = scene.surface(Surface::new(Bsdf::Glass { index: 1.0 }));
-            scene.sphere(Sphere::new(1.3 * DVec3::Z, 1.0), glass);
+            ball(scene, Sphere::new(1.3 * DVec3::Z, 1.0), glass(1.0));
         }
     })
 }

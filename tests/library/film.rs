@@ -19,13 +19,12 @@ fn pixels_hold_mean_and_standard_error_and_merge_exactly() {
     property("pixel", 300, &strategy, |(values, cut)| {
         let all = pixel(&values);
         assert_eq!(all.replications(), values.len() as u32);
-        for channel in 0..3 {
-            let moments: Moments = values.iter().map(|v| v[channel].abs()).collect();
-            // Values of at most 10 move by half a unit; 40 of them are summed.
-            let bound = UNIT + 4000.0 * U;
-            assert_abs_diff_eq!(all.mean()[channel], moments.mean(), epsilon = bound);
-            assert_abs_diff_eq!(all.standard_error()[channel], moments.standard_error(), epsilon = 2.0 * bound);
-        }
+        let moments = [0, 1, 2].map(|i| values.iter().map(|v| v[i].abs()).collect::<Moments>());
+        // Values of at most 10 move by half a unit; 40 of them are summed.
+        let bound = UNIT + 4000.0 * U;
+        assert_abs_diff_eq!(all.mean(), DVec3::from(moments.map(|m| m.mean())), epsilon = bound);
+        let error = DVec3::from(moments.map(|m| m.standard_error()));
+        assert_abs_diff_eq!(all.standard_error(), error, epsilon = 2.0 * bound);
         let (a, b) = values.split_at(cut.index(values.len()));
         let (a, b, none) = (pixel(a), pixel(b), Pixel::default());
         for (one, other) in [(a, b), (b, a), (all, none)] {
@@ -39,9 +38,7 @@ fn pixels_hold_mean_and_standard_error_and_merge_exactly() {
 #[test]
 fn pixels_without_replications() {
     let empty = Pixel::default();
-    assert_eq!(empty.mean(), DVec3::ZERO);
-    assert_eq!(empty.standard_error(), DVec3::INFINITY);
-    assert_eq!(empty.features().depth, 0.0);
+    assert_eq!((empty.mean(), empty.standard_error(), empty.features().depth), (DVec3::ZERO, DVec3::INFINITY, 0.0));
     assert_eq!(pixel(&[DVec3::ONE]).standard_error(), DVec3::INFINITY);
     assert_eq!(pixel(&[DVec3::ONE; 2]).standard_error(), DVec3::ZERO);
 }

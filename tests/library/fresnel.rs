@@ -1,8 +1,6 @@
 //! Equations (10)-(12), refraction and its radiance factor.
 
-use whitefurnace::fresnel::{
-    cos_refracted, mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refract,
-};
+use whitefurnace::fresnel::{cos_refracted, mirror, reflectance, reflectance_p, reflectance_s, refract};
 
 use crate::prelude::*;
 use crate::reference;
@@ -86,10 +84,4 @@ fn mirror_law() {
     });
     let down = DVec3::new(0.6, 0.0, -0.8);
     assert_eq!(mirror(down, DVec3::Z), DVec3::new(0.6, 0.0, 0.8));
-}
-
-#[test]
-fn radiance_factor_is_the_squared_ratio() {
-    assert_eq!(radiance_factor(1.0, 2.0), 0.25);
-    assert_eq!(radiance_factor(3.0, 1.0), 9.0);
 }

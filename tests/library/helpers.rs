@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use whitefurnace::accel::Primitive;
+use whitefurnace::harness::quadrature::{Rectangle, integrate};
 
 use crate::prelude::*;
 
@@ -25,18 +26,6 @@ pub fn in_cube<R: Rng>(rng: &mut R, half: f64) -> DVec3 {
     DVec3::from_array([0; 3].map(|_| between(rng, -half, half)))
 }
 
-/// Positive barycentric weights that sum to one up to rounding.
-pub fn weights<R: Rng>(rng: &mut R) -> [f64; 3] {
-    let [a, b] = [uniform(rng), uniform(rng)];
-    let (low, high) = (a.min(b), a.max(b));
-    [low, high - low, 1.0 - high]
-}
-
-/// The point with barycentric weights `w`.
-pub fn barycentric(w: [f64; 3], [a, b, c]: [DVec3; 3]) -> DVec3 {
-    w[0] * a + w[1] * b + w[2] * c
-}
-
 /// Unit vectors for property tests.
 pub fn unit() -> impl Strategy<Value = DVec3> {
     (0.0..=PI, 0.0..TAU).prop_map(|(theta, phi)| from_spherical(theta, phi))
@@ -52,36 +41,9 @@ pub fn point(half: f64) -> impl Strategy<Value = DVec3> {
     prop::array::uniform3(-half..=half).prop_map(DVec3::from_array)
 }
 
-/// Nodes and weights of the Gauss-Legendre rule of `n` points on [−1, 1], by Newton's method.
-pub fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
-    (0..n)
-        .map(|i| {
-            let mut x = (PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();
-            let mut slope = 1.0;
-            for _ in 0..50 {
-                let (value, derivative) = legendre(n, x);
-                slope = derivative;
-                x -= value / derivative;
-            }
-            (x, 2.0 / ((1.0 - x * x) * slope * slope))
-        })
-        .collect()
-}
-
-/// The Legendre polynomial of degree `n` and its derivative.
-fn legendre(n: usize, x: f64) -> (f64, f64) {
-    let (mut before, mut value) = (1.0, x);
-    for k in 2..=n {
-        let k = k as f64;
-        (before, value) = (value, ((2.0 * k - 1.0) * x * value - (k - 1.0) * before) / k);
-    }
-    (value, n as f64 * (x * value - before) / (x * x - 1.0))
-}
-
-/// ∫ f over [a, b] by a rule of [`gauss_legendre`].
-pub fn integrate(rule: &[(f64, f64)], a: f64, b: f64, f: impl Fn(f64) -> f64) -> f64 {
-    let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
-    half * rule.iter().map(|&(x, w)| w * f(middle + half * x)).sum::<f64>()
+/// ∫ f over [a, b].
+pub fn integral(a: f64, b: f64, mut f: impl FnMut(f64) -> f64) -> f64 {
+    integrate(Rectangle { x: [a, b], y: [0.0, 1.0] }, 1e-15, &mut |x, _| f(x)).value
 }
 
 /// An indexed triangle mesh.
@@ -185,10 +147,7 @@ pub fn furnace(albedo: f64) -> Scene {
 
 /// The inside of a sphere of radius 1.
 pub fn within_sphere(surface: Surface) -> Scene {
-    scene(|scene| {
-        let surface = scene.surface(surface);
-        scene.sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) }, surface);
-    })
+    scene(|scene| ball(scene, Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) }, surface))
 }
 
 /// A surface that reflects this share by Lambert's law.
@@ -201,10 +160,32 @@ pub fn lamp(radiance: f64) -> Surface {
     Surface::new(Bsdf::Black).emitting(DVec3::splat(radiance))
 }
 
-/// A level square of this half side around the z-axis, its front up or down.
-pub fn square(scene: &mut SceneBuilder, half: f64, height: f64, up: bool, surface: SurfaceId) {
+/// Smooth glass.
+pub fn glass(index: f64) -> Surface {
+    Surface::new(Bsdf::Glass { index })
+}
+
+/// A mirror that reflects this share.
+pub fn reflecting(reflectance: f64) -> Surface {
+    Surface::new(Bsdf::Mirror { reflectance: DVec3::splat(reflectance) })
+}
+
+/// Adds a rectangle of its own surface.
+pub fn panel(scene: &mut SceneBuilder, corner: DVec3, edges: [DVec3; 2], surface: Surface) {
+    let surface = scene.surface(surface);
+    scene.rectangle(corner, edges, surface);
+}
+
+/// Adds a level square of this half side around the z-axis, its front up or down.
+pub fn square(scene: &mut SceneBuilder, half: f64, height: f64, up: bool, surface: Surface) {
     let [x, y] = [2.0 * half * DVec3::X, 2.0 * half * DVec3::Y];
-    scene.rectangle(DVec3::new(-half, -half, height), if up { [x, y] } else { [y, x] }, surface);
+    panel(scene, DVec3::new(-half, -half, height), if up { [x, y] } else { [y, x] }, surface);
+}
+
+/// Adds a sphere of its own surface.
+pub fn ball(scene: &mut SceneBuilder, sphere: Sphere, surface: Surface) {
+    let surface = scene.surface(surface);
+    scene.sphere(sphere, surface);
 }
 
 /// What is found with so many threads.

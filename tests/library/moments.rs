@@ -38,14 +38,20 @@ fn exact(values: &[f64]) -> ExactMoments {
 }
 
 #[test]
-fn running_moments_meet_two_passes() {
+fn moments_meet_two_passes() {
     property("two passes", 500, &values(), |values| {
-        let moments: Moments = values.iter().copied().collect();
+        let n = values.len() as u32;
+        let (running, exact) = (values.iter().copied().collect::<Moments>(), exact(&values));
         let ((mean, variance), (e_mean, e_variance)) = (two_pass(&values), error(&values));
-        assert_eq!(moments.count(), values.len() as u64);
-        assert_abs_diff_eq!(moments.mean(), mean, epsilon = e_mean);
-        assert_abs_diff_eq!(moments.variance(), variance, epsilon = e_variance);
-        assert_eq!(moments.standard_error(), (moments.variance() / values.len() as f64).sqrt());
+        assert_eq!(running.count(), u64::from(n));
+        assert_abs_diff_eq!(running.mean(), mean, epsilon = e_mean);
+        assert_abs_diff_eq!(running.variance(), variance, epsilon = e_variance);
+        assert_eq!(running.standard_error(), (running.variance() / f64::from(n)).sqrt());
+        // Every value moves by at most half a unit.
+        assert_abs_diff_eq!(exact.mean(n), mean, epsilon = e_mean + 0.5 * UNIT);
+        let moved = 2.0 * (2.0 * variance).sqrt() * UNIT + UNIT * UNIT;
+        assert_abs_diff_eq!(exact.variance(n), variance, epsilon = e_variance + moved);
+        assert_eq!(exact.standard_error(n), (exact.variance(n) / f64::from(n)).sqrt());
     });
 }
 
@@ -69,16 +75,16 @@ fn merging_is_associative_up_to_rounding() {
 #[test]
 fn few_values() {
     let none = Moments::default();
-    let one: Moments = [3.0].into_iter().collect();
-    let two: Moments = [3.0, 5.0].into_iter().collect();
-    assert_eq!((none.count(), none.mean()), (0, 0.0));
-    assert_eq!(none.variance(), f64::INFINITY);
-    assert_eq!((one.mean(), one.variance()), (3.0, f64::INFINITY));
-    assert_eq!(one.standard_error(), f64::INFINITY);
+    let [one, two] = [&[3.0][..], &[3.0, 5.0]].map(|values| values.iter().copied().collect::<Moments>());
+    let [few, more] = [&[3.0][..], &[3.0, 5.0]].map(exact);
+    let infinite = f64::INFINITY;
+    assert_eq!((none.count(), none.mean(), none.variance()), (0, 0.0, infinite));
+    assert_eq!((one.mean(), one.variance(), one.standard_error()), (3.0, infinite, infinite));
     assert_eq!((two.mean(), two.variance(), two.standard_error()), (4.0, 2.0, 1.0));
-    assert_eq!(none.merge(none), none);
-    assert_eq!(none.merge(two), two);
-    assert_eq!(two.merge(none), two);
+    assert_eq!((ExactMoments::default().mean(0), ExactMoments::default().variance(0)), (0.0, infinite));
+    assert_eq!((few.variance(1), few.standard_error(1)), (infinite, infinite));
+    assert_eq!((more.mean(2), more.variance(2), more.standard_error(2)), (4.0, 2.0, 1.0));
+    assert_eq!([none.merge(none), none.merge(two), two.merge(none)], [none, two, two]);
     assert_eq!(one.merge([5.0].into_iter().collect()), two);
 }
 
@@ -99,20 +105,6 @@ fn units_are_the_nearest_multiples() {
     }
     assert_eq!(in_units(0.5f64.next_down() * UNIT), 0);
     assert_eq!(in_units(-0.5f64.next_down() * UNIT), 0);
-}
-
-#[test]
-fn exact_moments_agree_with_two_passes() {
-    property("exact", 500, &values(), |values| {
-        let n = values.len() as u32;
-        let moments = exact(&values);
-        let ((mean, variance), (e_mean, e_variance)) = (two_pass(&values), error(&values));
-        assert_abs_diff_eq!(moments.mean(n), mean, epsilon = e_mean + 0.5 * UNIT);
-        // Every value moves by at most half a unit.
-        let moved = 2.0 * (2.0 * variance).sqrt() * UNIT + UNIT * UNIT;
-        assert_abs_diff_eq!(moments.variance(n), variance, epsilon = e_variance + moved);
-        assert_eq!(moments.standard_error(n), (moments.variance(n) / f64::from(n)).sqrt());
-    });
 }
 
 #[test]
@@ -176,17 +168,6 @@ fn values_that_no_film_holds_are_refused() {
     assert!(ExactMoments::default().push(-LARGEST).is_ok());
     let message = ExactMoments::default().push(f64::NAN).expect_err("NaN").to_string();
     assert!(message.contains("NaN") && !message.contains('\n'), "{message}");
-}
-
-#[test]
-fn few_exact_values() {
-    let moments = exact(&[3.0, 5.0]);
-    assert_eq!(ExactMoments::default().mean(0), 0.0);
-    assert_eq!(ExactMoments::default().variance(0), f64::INFINITY);
-    assert_eq!(exact(&[3.0]).variance(1), f64::INFINITY);
-    assert_eq!(exact(&[3.0]).standard_error(1), f64::INFINITY);
-    assert_eq!((moments.mean(2), moments.variance(2)), (4.0, 2.0));
-    assert_eq!(moments.standard_error(2), 1.0);
 }
 
 #[test]

@@ -45,11 +45,9 @@ fn polygons_add_up_and_are_cut_at_the_horizon() {
 #[test]
 fn the_mesh_keeps_the_area_of_both_sides() {
     let scene = scene(|s| {
-        let grey = s.surface(diffuse(0.5));
-        let black = s.surface(Surface::new(Bsdf::Black));
-        s.sphere(Sphere::new(DVec3::new(3.0, 0.0, 0.0), 1.5), grey);
-        s.rectangle(DVec3::ZERO, [DVec3::X, 2.0 * DVec3::Y], grey);
-        s.rectangle(DVec3::Z, [DVec3::X, DVec3::Y], black);
+        ball(s, Sphere::new(DVec3::new(3.0, 0.0, 0.0), 1.5), diffuse(0.5));
+        panel(s, DVec3::ZERO, [DVec3::X, 2.0 * DVec3::Y], diffuse(0.5));
+        panel(s, DVec3::Z, [DVec3::X, DVec3::Y], Surface::new(Bsdf::Black));
     });
     let area = 2.0 * (4.0 * PI * 1.5 * 1.5 + 2.0);
     let mut before = 0;
@@ -67,10 +65,8 @@ fn the_mesh_keeps_the_area_of_both_sides() {
 #[test]
 fn patches_of_a_sphere_add_up_to_its_form_factor() {
     let scene = scene(|s| {
-        let grey = s.surface(diffuse(0.5));
-        let floor = s.surface(diffuse(0.25));
-        s.sphere(Sphere::new(DVec3::new(0.0, 0.0, 3.0), 1.0), grey);
-        s.rectangle(DVec3::new(-0.01, -0.01, 0.0), [0.02 * DVec3::X, 0.02 * DVec3::Y], floor);
+        ball(s, Sphere::new(DVec3::new(0.0, 0.0, 3.0), 1.0), diffuse(0.5));
+        square(s, 0.01, 0.0, true, diffuse(0.25));
     });
     let mesh = Mesh::new(&scene, fineness(1000, 0)).expect("a mesh");
     let factors = FormFactors::new(&Standard, &scene, &mesh, &|_| true).expect("form factors");
@@ -164,7 +160,7 @@ fn every_patch_has_its_own_area() {
                 0.5 * (b - a).cross(c - a).length()
             }
             Patch::Curved(part) => {
-                let [height, turn] = [part.heights, part.azimuths].map(|[from, to]| to - from);
+                let [height, turn] = [part.heights, part.azimuths].map(|[from, to]| (to - from).abs());
                 part.radius * part.radius * height * turn
             }
         };
@@ -190,11 +186,9 @@ fn the_solution_satisfies_its_equation_and_converges() {
 #[test]
 fn halving_patches_divides_the_error_by_four() {
     let scene = scene(|s| {
-        let grey = s.surface(diffuse(0.5));
-        let lit = s.surface(lamp(1.0));
-        s.rectangle(DVec3::ZERO, [DVec3::X, DVec3::Y], grey);
-        s.rectangle(DVec3::new(-0.2, 0.0, 0.1), [DVec3::Y, DVec3::Z], grey);
-        s.rectangle(DVec3::new(0.2, 0.2, 1.0), [0.6 * DVec3::Y, 0.6 * DVec3::X], lit);
+        panel(s, DVec3::ZERO, [DVec3::X, DVec3::Y], diffuse(0.5));
+        panel(s, DVec3::new(-0.2, 0.0, 0.1), [DVec3::Y, DVec3::Z], diffuse(0.5));
+        panel(s, DVec3::new(0.2, 0.2, 1.0), [0.6 * DVec3::Y, 0.6 * DVec3::X], lamp(1.0));
     });
     let flux = |halvings| {
         let solved = solve(&scene, fineness(8, halvings)).expect("a solution");

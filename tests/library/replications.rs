@@ -82,14 +82,12 @@ fn error_bars_are_the_spread_of_replications_rendered_alone() {
         let whole = film(0..REPLICATIONS);
         let alone: Vec<Film> = (0..REPLICATIONS).map(|r| film(r..r + 1)).collect();
         for (i, pixel) in whole.pixels().iter().enumerate() {
-            for channel in 0..3 {
-                let moments: Moments = alone.iter().map(|film| film.pixels()[i].mean()[channel]).collect();
-                assert_abs_diff_eq!(pixel.mean()[channel], moments.mean(), epsilon = 2.0 * UNIT);
-                let error = pixel.standard_error()[channel];
-                assert_abs_diff_eq!(error, moments.standard_error(), epsilon = 4.0 * UNIT);
-                // Numbers that are uniform and independent differ; the third channel is 1 for all.
-                assert_eq!(error > 0.0, channel < 2, "{sampling:?}");
-            }
+            let moments = [0, 1, 2].map(|c| alone.iter().map(|film| film.pixels()[i].mean()[c]).collect::<Moments>());
+            let [mean, error] = [moments.map(|m| m.mean()), moments.map(|m| m.standard_error())].map(DVec3::from);
+            assert_abs_diff_eq!(pixel.mean(), mean, epsilon = 2.0 * UNIT);
+            assert_abs_diff_eq!(pixel.standard_error(), error, epsilon = 4.0 * UNIT);
+            // Numbers that are uniform and independent differ; the third channel is 1 for all.
+            assert_eq!(pixel.standard_error().to_array().map(|error| error > 0.0), [true, true, false], "{sampling:?}");
             assert_eq!(pixel.replications(), REPLICATIONS);
         }
     }
@@ -186,9 +184,7 @@ fn more_samples_than_can_be_named_are_refused() {
 /// Half of the only pixel shows an emitter.
 fn edge() -> Scene {
     scene(|scene| {
-        let light = scene.surface(lamp(1.0));
-        let corner = DVec3::new(1.0, -9.0, -9.0);
-        scene.rectangle(corner, [18.0 * DVec3::Z, 9.0 * DVec3::Y], light);
+        panel(scene, DVec3::new(1.0, -9.0, -9.0), [18.0 * DVec3::Z, 9.0 * DVec3::Y], lamp(1.0));
     })
 }
 

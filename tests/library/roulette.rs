@@ -25,16 +25,12 @@ fn the_share_of_survivors_is_the_survival() {
 }
 
 #[test]
-fn survival_by_absorption_is_the_rest() {
+fn survival_is_the_rest_of_absorption_or_bounds_weights() {
     for (absorption, survival) in [(0.25, 0.75), (0.0, 1.0), (1.0, 0.0)] {
         assert_eq!(by_absorption(absorption), survival);
     }
-}
-
-#[test]
-fn survival_by_throughput_bounds_weights() {
     assert_eq!(HIGHEST_SURVIVAL, 0.95);
-    assert_eq!(by_throughput(DVec3::ZERO), 0.0);
-    assert_eq!(by_throughput(DVec3::new(0.1, 0.7, 0.3)), 0.7);
-    assert_eq!(by_throughput(DVec3::new(0.1, 0.2, 7.0)), HIGHEST_SURVIVAL);
+    for (throughput, survival) in [([0.0; 3], 0.0), ([0.1, 0.7, 0.3], 0.7), ([0.1, 0.2, 7.0], HIGHEST_SURVIVAL)] {
+        assert_eq!(by_throughput(DVec3::from(throughput)), survival);
+    }
 }

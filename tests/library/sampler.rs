@@ -201,8 +201,10 @@ impl Photons for Endless {}
 
 /// A cavity of mirrors that emits 1, and a ray in it.
 fn mirrors(reflectance: f64) -> (Scene, Ray) {
-    let mirror = Surface::new(Bsdf::Mirror { reflectance: DVec3::splat(reflectance) }).emitting(DVec3::ONE);
-    (within_sphere(mirror), Ray::new(DVec3::new(0.1, 0.2, 0.3), DVec3::new(0.6, 0.0, 0.8)))
+    (
+        within_sphere(reflecting(reflectance).emitting(DVec3::ONE)),
+        Ray::new(DVec3::new(0.1, 0.2, 0.3), DVec3::new(0.6, 0.0, 0.8)),
+    )
 }
 
 /// Each vertex of a path of 1500 takes the next block, and no block serves two.

@@ -120,10 +120,10 @@ fn visibility_is_symmetric_and_stops_at_surfaces() {
         (floor(3.2, -0.6), false, true),
         ((DVec3::new(5.0, -6.0, 0.0), DVec3::Y), true, true),
     ] {
-        assert_eq!(scene.visible(point, light, false), free, "{point:?}");
-        assert_eq!(scene.visible(light, point, false), free, "{point:?}");
-        assert_eq!(scene.visible(point, light, true), through_glass, "{point:?}");
-        assert_eq!(scene.visible(light, point, true), through_glass, "{point:?}");
+        for (glass, seen) in [(false, free), (true, through_glass)] {
+            let found = [scene.visible(point, light, glass), scene.visible(light, point, glass)];
+            assert_eq!(found, [seen; 2], "{point:?}");
+        }
     }
 }
 
@@ -148,33 +148,23 @@ fn assert_refused(hint: &str, add: impl FnOnce(&mut SceneBuilder, SurfaceId)) {
 fn bad_surfaces_are_refused() {
     let nan = f64::NAN;
     let valid = diffuse(0.5);
-    let mirror = |r: f64| Bsdf::Mirror { reflectance: DVec3::splat(r) };
     let constants = OrenNayar { a: nan, b: 0.0 };
-    let albedo = DVec3::ONE;
-    let form = OrenNayarForm::Corrected;
-    for surface in [
-        diffuse(1.0 + f64::EPSILON),
-        diffuse(-0.1),
-        diffuse(nan),
-        Surface::new(mirror(1.1)),
-        Surface::new(Bsdf::Glass { index: 0.0 }),
-        Surface::new(Bsdf::Glass { index: -1.5 }),
-        Surface::new(Bsdf::Glass { index: nan }),
-        Surface::new(Bsdf::Glass { index: f64::INFINITY }),
+    let (albedo, form) = (DVec3::ONE, OrenNayarForm::Corrected);
+    let mut bad = [1.0 + f64::EPSILON, -0.1, nan].map(diffuse).to_vec();
+    bad.extend([0.0, -1.5, nan, f64::INFINITY].map(|index| Surface::new(Bsdf::Glass { index })));
+    bad.extend([
+        Surface::new(Bsdf::Mirror { reflectance: DVec3::splat(1.1) }),
         Surface::new(Bsdf::OrenNayar { albedo, constants, form }),
         Surface::new(Bsdf::oren_nayar(2.0 * albedo, 0.3, form)),
-        valid.emitting(DVec3::new(1.0, -1.0, 1.0)),
-        valid.emitting(DVec3::splat(nan)),
-        valid.emitting(DVec3::splat(f64::INFINITY)),
-        valid.absorbing(1.1),
-        valid.absorbing(-0.1),
-        valid.absorbing(nan),
-    ] {
+    ]);
+    bad.extend([DVec3::new(1.0, -1.0, 1.0), DVec3::NAN, DVec3::INFINITY].map(|light| valid.emitting(light)));
+    bad.extend([1.1, -0.1, nan].map(|share| valid.absorbing(share)));
+    for surface in bad {
         assert_refused("surface 1", |scene, _| {
             scene.surface(surface);
         });
     }
-    for background in [DVec3::splat(nan), DVec3::new(0.0, -1.0, 0.0), DVec3::INFINITY] {
+    for background in [DVec3::NAN, DVec3::new(0.0, -1.0, 0.0), DVec3::INFINITY] {
         assert_refused("background", |scene, _| scene.background(background));
     }
 }
@@ -244,16 +234,10 @@ fn empty_zones_and_cameras_that_look_nowhere_are_refused() {
         let sphere = Sphere { zone, ..Sphere::new(DVec3::ZERO, 1.0) };
         assert_refused("zone", |scene, surface| scene.sphere(sphere, surface));
     }
-    let [o, x, z] = [DVec3::ZERO, DVec3::X, DVec3::Z];
-    for camera in [
-        Camera::new(o, o, z, 1.0),
-        Camera::new(o, z, z, 1.0),
-        Camera::new(o, x, o, 1.0),
-        Camera::new(o, x, z, 0.0),
-        Camera::new(o, x, z, -1.0),
-        Camera::new(o, x, z, f64::NAN),
-        Camera::new(DVec3::NAN, x, z, 1.0),
-    ] {
+    let ([o, x, z], nan) = ([DVec3::ZERO, DVec3::X, DVec3::Z], DVec3::NAN);
+    let nowhere = [(o, o, z, 1.0), (o, z, z, 1.0), (o, x, o, 1.0), (nan, x, z, 1.0)].into_iter();
+    for (eye, target, up, half) in nowhere.chain([0.0, -1.0, f64::NAN].map(|half| (o, x, z, half))) {
+        let camera = Camera::new(eye, target, up, half);
         let message = builder().0.build(camera).expect_err("refused").to_string();
         assert!(message.contains("camera") && !message.contains('\n'), "{message}");
         let seen = simple::environment().expect("a scene").with_camera(camera);
@@ -264,12 +248,8 @@ fn empty_zones_and_cameras_that_look_nowhere_are_refused() {
 /// The camera counts for the distance at which rays leave surfaces, whenever it comes.
 #[test]
 fn a_later_camera_is_like_the_first() {
-    let build = |camera| {
-        scene_from(camera, |scene| {
-            let surface = scene.surface(Surface::new(Bsdf::Black));
-            scene.sphere(Sphere::new(DVec3::ZERO, 1.0), surface);
-        })
-    };
+    let build =
+        |camera| scene_from(camera, |scene| ball(scene, Sphere::new(DVec3::ZERO, 1.0), Surface::new(Bsdf::Black)));
     let far = Camera::new(1e6 * DVec3::X, DVec3::ZERO, DVec3::Z, 1.0);
     let left = |scene: Scene| scene.leave(DVec3::ZERO, DVec3::Z, DVec3::Z).origin.z;
     let later = build(any_camera()).with_camera(far).expect("a scene");

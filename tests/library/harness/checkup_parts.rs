@@ -114,10 +114,8 @@ fn a_subject_is_what_was_set() {
     let new = || BsdfSubject::new(eval, sample, pdf);
     assert!(new().reciprocal && !new().transmits && matches!(new().loss, Loss::None));
     assert!(new().energy_bound == 1.0 && new().albedo.is_none());
-    assert!(!new().reciprocal(false).reciprocal);
-    assert!(new().transmits(true).transmits);
-    assert!(matches!(new().loss(Loss::Allowed).loss, Loss::Allowed));
-    assert_eq!(new().energy_bound(0.5).energy_bound, 0.5);
+    let set = new().reciprocal(false).transmits(true).loss(Loss::Allowed).energy_bound(0.5);
+    assert!(!set.reciprocal && set.transmits && matches!(set.loss, Loss::Allowed) && set.energy_bound == 0.5);
     let outcomes = check_up(&new().reciprocal(false), &small(), &context("no reciprocity"));
     assert!(outcomes.iter().all(|outcome| outcome.name != "reciprocity"));
     assert!(outcomes.iter().all(|o| !o.name.starts_with("directional albedo")));

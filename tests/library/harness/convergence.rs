@@ -20,12 +20,9 @@ fn slopes_are_drawn_through_the_mean_errors() {
     assert_eq!(found.claim, Claim::Approximate { margin: 0.1 });
     assert_eq!(found.cells.len(), 4);
     for (cell, n) in found.cells.iter().zip(sizes) {
-        assert_eq!(cell.place, format!("N = {n}"));
         // Geometric means of 1/N and 16/N, and the line of slope −1/2 through their centre √1000.
-        assert_relative_eq!(cell.observed, 4.0 / n, max_relative = 1e-12);
         let centre = 1000_f64.sqrt();
-        let line = 4.0 / centre * (centre / n).sqrt();
-        assert_relative_eq!(cell.expected, line, max_relative = 1e-12);
+        assert_cell(cell, &format!("N = {n}"), [4.0 / centre * (centre / n).sqrt(), 4.0 / n, cell.sigmas]);
     }
 }
 

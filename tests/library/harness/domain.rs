@@ -38,9 +38,8 @@ fn points_have_their_place_in_the_square() {
     for (domain, _) in DOMAINS {
         let name = format!("{domain:?}");
         property(&name, 500, &(0.001..0.999, 0.0..0.999), |(s, b)| {
-            let [found_s, found_b] = domain.to_square(point_at(domain, [s, b])).expect("a point of the domain");
-            assert_abs_diff_eq!(found_s, s, epsilon = 1e-12);
-            assert_abs_diff_eq!(found_b, b, epsilon = 1e-12);
+            let found = domain.to_square(point_at(domain, [s, b])).expect("a point of the domain");
+            assert_abs_diff_eq!(found[..], [s, b][..], epsilon = 1e-12);
         });
     }
     // The azimuth starts at the x-axis, and is less than a full turn below it.
@@ -100,10 +99,7 @@ fn parts_have_their_share_of_the_measure() {
         }
         // Cells of the even law are equally probable, whatever the cut.
         let partition = Partition::of_pdf(domain, 8, &|p| even(p) / measure);
-        assert_eq!(partition.masses.len(), 8);
-        for mass in &partition.masses {
-            assert_relative_eq!(*mass, 0.125, max_relative = 1e-6);
-        }
+        assert_relative_eq!(partition.masses[..], [0.125; 8][..], max_relative = 1e-6);
     }
 }
 
@@ -154,7 +150,6 @@ fn cells_of_a_density_hold_what_lies_in_them() {
     let pdf = |p: DVec3| 0.9 * (1.0 + p.x) * (3.0 - p.y * p.y) / 4.0;
     for cells in [1, 2, 5, 6, 12] {
         let partition = Partition::of_pdf(Domain::Square, cells, &pdf);
-        assert_eq!(partition.masses.len(), cells);
         assert_eq!(partition.places.len(), cells);
         assert_eq!(partition.error, MASS_TOLERANCE);
         assert_relative_eq!(partition.loss, 0.1, max_relative = 1e-6);
@@ -176,11 +171,9 @@ fn cells_of_a_density_hold_what_lies_in_them() {
                 assert_eq!((place[2], place[5]), (32, 64));
             }
         }
-        for (mass, expected) in partition.masses.iter().zip(&masses) {
-            assert_relative_eq!(*mass, *expected, max_relative = 1e-9);
-            // A row of fields has three hundredths of the whole: cuts are off by half of that at most.
-            assert_abs_diff_eq!(*mass, 0.9 / cells as f64, epsilon = 0.02);
-        }
+        assert_relative_eq!(partition.masses[..], masses[..], max_relative = 1e-9);
+        // A row of fields has three hundredths of the whole: cuts are off by half of that at most.
+        assert_abs_diff_eq!(masses[..], vec![0.9 / cells as f64; cells][..], epsilon = 0.02);
     }
 }
 
@@ -192,9 +185,7 @@ fn masses_are_known_to_the_tolerance_together() {
     // ∫ |u − 0.3| from 0 to 1 is (0.3² + 0.7²)/2 = 0.29.
     assert_abs_diff_eq!(partition.mass(), 0.9, epsilon = MASS_TOLERANCE);
     assert_abs_diff_eq!(partition.loss, 0.1, epsilon = MASS_TOLERANCE);
-    for mass in partition.masses {
-        assert_abs_diff_eq!(mass, 0.225, epsilon = MASS_TOLERANCE);
-    }
+    assert_abs_diff_eq!(partition.masses[..], [0.225; 4][..], epsilon = MASS_TOLERANCE);
 }
 
 #[test]

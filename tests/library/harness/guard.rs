@@ -9,17 +9,12 @@ const DOF: f64 = 20_000.0;
 
 /// t of `effect` standard errors of 1, with a claim about it.
 fn t(effect: f64, claim: Claim) -> Outcome {
-    let half = normal_upper(0.5 * ALPHA);
     Outcome {
-        statistic: "t",
         p: student_two_sided(effect, DOF),
         n: DOF as u64,
-        valid_from: 2,
-        estimate: effect,
-        interval: [effect - half, effect + half],
-        claim,
+        reference: 0.0,
         sensitivity: Sensitivity::Normal { standard_error: 1.0, dof: DOF, tests: 1 },
-        ..Outcome::exact("toy", 1, 0.0, 1.0, "")
+        ..outcome(effect, normal_upper(0.5 * ALPHA), claim)
     }
 }
 

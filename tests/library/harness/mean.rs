@@ -60,17 +60,15 @@ fn intervals_are_those_of_the_textbook() {
 fn a_data_file_shows_the_values() {
     // Few values are batches of their own.
     let [a, b] = [values(4.0, &FIVE), values(1.0, &THREE)];
-    let batch = |place, expected, observed, sigmas| (format!("{place} (1 values)"), expected, observed, sigmas);
-    for (found, count, last) in [
-        (mean("t", &a, 3.0, CLAIM), 5, batch("batch 5", 3.0, 10.0, 7.0 / 12.5_f64.sqrt())),
-        (mean_known_sigma("z", &a, 3.0, 2.5, CLAIM), 5, batch("batch 5", 3.0, 10.0, 2.8)),
-        (bounded_mean("b", &a, 3.0, [0.0, 10.0], CLAIM), 5, batch("batch 5", 3.0, 10.0, 7.0 / 12.5_f64.sqrt())),
-        (welch("w", &a, &b, CLAIM), 8, batch("second, batch 3", 4.0, 2.0, -2.0)),
+    let sigmas = 7.0 / 12.5_f64.sqrt();
+    for (found, count, place, numbers) in [
+        (mean("t", &a, 3.0, CLAIM), 5, "batch 5", [3.0, 10.0, sigmas]),
+        (mean_known_sigma("z", &a, 3.0, 2.5, CLAIM), 5, "batch 5", [3.0, 10.0, 2.8]),
+        (bounded_mean("b", &a, 3.0, [0.0, 10.0], CLAIM), 5, "batch 5", [3.0, 10.0, sigmas]),
+        (welch("w", &a, &b, CLAIM), 8, "second, batch 3", [4.0, 2.0, -2.0]),
     ] {
         assert_eq!(found.cells.len(), count);
-        let Cell { place, expected, observed, sigmas } = found.cells[count - 1].clone();
-        assert_eq!((place, expected, observed), (last.0, last.1, last.2));
-        assert_relative_eq!(sigmas, last.3, max_relative = 1e-12);
+        assert_cell(&found.cells[count - 1], &format!("{place} (1 values)"), numbers);
     }
 }
 
@@ -95,14 +93,6 @@ fn batches_are_means_of_consecutive_values() {
     let mut still = Batches::default();
     still.push(1.0);
     assert_eq!(still.cells("", 1.0, 0.0)[0].sigmas, 0.0);
-}
-
-#[test]
-fn one_value_says_nothing() {
-    let one = mean("t", &values(1.0, &[1.0]), 1.0, CLAIM);
-    assert_eq!(one.verdict(), Verdict::Undecided { needed: 2 });
-    assert_eq!((one.p, one.interval[1]), (1.0, f64::INFINITY));
-    assert_eq!(one.worst, "says nothing: fewer than two values");
 }
 
 #[test]
@@ -232,9 +222,7 @@ fn bernstein_moves_and_stretches_with_its_range() {
         let bounds = [low, low + width];
         let found = bounded_mean("b", &moved, place(0.7), bounds, CLAIM);
         assert_relative_eq!(found.p, unit.p, max_relative = 1e-9);
-        for (found, unit) in found.interval.iter().zip(unit.interval) {
-            assert_relative_eq!(*found, place(unit), max_relative = 1e-12);
-        }
+        assert_relative_eq!(found.interval[..], unit.interval.map(place)[..], max_relative = 1e-12);
         // The interval stays within the range.
         let few = bounded_mean("b", &values(low, &[low, low + width]), low, bounds, CLAIM);
         assert_eq!((few.interval, few.p), (bounds, 1.0));
@@ -255,7 +243,7 @@ fn bernsteins_p_value_and_interval_agree() {
 }
 
 #[test]
-fn a_claim_without_tolerance_is_of_every_value() {
+fn a_claim_without_tolerance_is_of_every_value_and_one_says_nothing() {
     let every = Claim::Exact { delta: 0.0 };
     let verdict = |last: f64, reference: f64| {
         let numbers = [&[2.0; 99][..], &[last]].concat();
@@ -267,6 +255,9 @@ fn a_claim_without_tolerance_is_of_every_value() {
     assert_eq!(verdict(2.0 + 2e-8, 2.0), Verdict::Fails);
     assert_eq!(verdict(2.0, 2.0 + 3e-9), Verdict::Fails);
     assert_eq!(verdict(f64::NAN, 2.0), Verdict::Fails);
+    let one = mean("t", &values(1.0, &[1.0]), 1.0, CLAIM);
+    assert_eq!((one.verdict(), one.p, one.interval[1]), (Verdict::Undecided { needed: 2 }, 1.0, f64::INFINITY));
+    assert_eq!(one.worst, "says nothing: fewer than two values");
 }
 
 /// 2(κ − 1)⁻¹ n, where the fourth standardised moment κ is that of the numbers.

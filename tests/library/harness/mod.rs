@@ -90,18 +90,33 @@ impl Image {
     }
 }
 
+/// t of 100 values that estimates this, rightly, within ±`half`.
+fn outcome(estimate: f64, half: f64, claim: Claim) -> Outcome {
+    Outcome {
+        statistic: "t",
+        n: 100,
+        valid_from: 2,
+        estimate,
+        reference: estimate,
+        interval: [estimate - half, estimate + half],
+        claim,
+        ..Outcome::exact("toy", 0, 0.0, 0.0, "")
+    }
+}
+
 /// Asserts the fields of a test that is named by its statistic to 1e-12: the statistic and p-value, estimate and reference, and the half width of
 /// the interval.
 fn assert_test(found: &Outcome, statistic: &str, n: u64, test: [f64; 2], values: [f64; 2], half: f64) {
     assert_eq!((&*found.name, found.statistic, found.n), (statistic, statistic, n));
     let [estimate, reference] = values;
-    for (found, expected) in [
-        ([found.value, found.p], test),
-        ([found.estimate, found.reference], [estimate, reference]),
-        (found.interval, [estimate - half, estimate + half]),
-    ] {
-        for (found, expected) in found.into_iter().zip(expected) {
-            assert_relative_eq!(found, expected, max_relative = 1e-12);
-        }
-    }
+    let numbers = [found.value, found.p, found.estimate, found.reference, found.interval[0], found.interval[1]];
+    let expected = [test[0], test[1], estimate, reference, estimate - half, estimate + half];
+    assert_relative_eq!(numbers[..], expected[..], max_relative = 1e-12);
+}
+
+/// Asserts where a cell is, and its numbers: what was expected, observed, and their distance.
+fn assert_cell(cell: &Cell, place: &str, numbers: [f64; 3]) {
+    assert_eq!(cell.place, place);
+    let found = [cell.expected, cell.observed, cell.sigmas];
+    assert_relative_eq!(found[..], numbers[..], max_relative = 1e-12, epsilon = 1e-12);
 }

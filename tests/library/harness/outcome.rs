@@ -4,20 +4,6 @@ use whitefurnace::harness::outcome::{CAPACITY, SUITE_BUDGET, approximate_verdict
 
 use super::*;
 
-/// An estimate of 3, n = 100, in an interval of half width `half`.
-fn outcome(half: f64, claim: Claim) -> Outcome {
-    Outcome {
-        statistic: "z",
-        p: 1.0,
-        n: 100,
-        estimate: 3.0,
-        reference: 3.0,
-        interval: [3.0 - half, 3.0 + half],
-        claim,
-        ..Outcome::exact("three", 0, 0.0, 0.0, "")
-    }
-}
-
 #[test]
 fn the_budget_is_shared_evenly() {
     assert_relative_eq!(SUITE_BUDGET, 1e-6, max_relative = 1e-15);
@@ -60,14 +46,14 @@ fn undecided_asks_for_what_would_decide() {
 
 #[test]
 fn an_outcome_is_judged_by_its_claim() {
-    let exact = outcome(0.1, Claim::Exact { delta: 0.125 });
+    let exact = outcome(3.0, 0.1, Claim::Exact { delta: 0.125 });
     assert_eq!(exact.verdict(), Verdict::Holds);
     let few = |valid_from| Outcome { valid_from, ..exact.clone() };
     assert_eq!(few(99).verdict(), Verdict::Holds);
     assert_eq!(few(100).verdict(), Verdict::Holds);
     assert_eq!(few(101).verdict(), Verdict::Undecided { needed: 101 });
     // The margin decides whatever p is, and p decides where there is no margin.
-    let with_p = |p, claim| Outcome { p, ..outcome(0.1, claim) };
+    let with_p = |p, claim| Outcome { p, ..outcome(3.0, 0.1, claim) };
     let [tiny, small] = [0.5 * ALPHA, ALPHA];
     for (claim, at_tiny, at_small) in [
         (Claim::Exact { delta: 0.125 }, Verdict::Fails, Verdict::Holds),
@@ -86,12 +72,10 @@ fn exact_identities_use_no_chance() {
     let found = |error| Outcome::exact("identity", 7, error, 0.5, "everywhere").named("renamed");
     let on_the_border = found(-0.5);
     assert_eq!(on_the_border.verdict(), Verdict::Holds);
-    assert_eq!(on_the_border.name, "renamed");
-    assert_eq!((on_the_border.n, on_the_border.p), (7, 1.0));
-    assert_eq!(on_the_border.interval, [-0.5, -0.5]);
-    assert_eq!(on_the_border.worst, "everywhere");
+    assert_eq!((&*on_the_border.name, &*on_the_border.worst), ("renamed", "everywhere"));
+    assert_eq!((on_the_border.n, on_the_border.p, on_the_border.interval), (7, 1.0, [-0.5, -0.5]));
     assert!(!on_the_border.is_random());
-    assert!(outcome(0.1, Claim::Test).is_random());
+    assert!(outcome(3.0, 0.1, Claim::Test).is_random());
     let beyond = found(0.75);
     assert_eq!((beyond.p, beyond.verdict()), (0.0, Verdict::Fails));
 }
@@ -100,7 +84,7 @@ fn exact_identities_use_no_chance() {
 fn measured(claim: Claim) -> Outcome {
     Outcome {
         sensitivity: Sensitivity::Normal { standard_error: 0.125, dof: f64::INFINITY, tests: 1 },
-        ..outcome(0.75, claim)
+        ..outcome(3.0, 0.75, claim)
     }
 }
 

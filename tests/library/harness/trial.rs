@@ -22,17 +22,7 @@ fn random(name: &str, verdict: Verdict) -> Outcome {
         Verdict::Fails => (0.0, 1.0),
         Verdict::Undecided { .. } => (1.0, 0.125),
     };
-    Outcome {
-        statistic: "t",
-        p,
-        n: 100,
-        valid_from: 2,
-        estimate: 0.5,
-        reference: 0.5,
-        interval: [0.25, 0.75],
-        claim: Claim::Exact { delta },
-        ..Outcome::exact(name, 0, 0.0, 0.0, "")
-    }
+    Outcome { p, ..outcome(0.5, 0.25, Claim::Exact { delta }) }.named(name)
 }
 
 const UNDECIDED: Verdict = Verdict::Undecided { needed: 1600 };
@@ -194,12 +184,9 @@ fn messages_speak_of_what_is_red() {
     let red = trial(vec![Verdict::Holds, Verdict::Fails], vec![Verdict::Holds; 2]);
     let message = check(&red, &full).expect_err("both are red");
     let lines = |what: &str| message.lines().filter(|line| line.contains(what)).count();
-    assert_eq!(lines("toy/verdicts: fails"), 1, "{message}");
-    assert_eq!(lines("toy/verdicts: holds"), 2, "{message}");
-    assert_eq!(lines("wrong was not rejected"), 1, "{message}");
+    let verdicts = ["toy/verdicts: fails", "toy/verdicts: holds", "wrong was not rejected"].map(lines);
+    assert_eq!((verdicts, ["t of outcome 0:", "t of outcome 1:"].map(lines)), ([1, 2, 1], [1, 2]), "{message}");
     assert!(message.find("fails") < message.find("was not rejected"));
-    assert_eq!(lines("t of outcome 0:"), 1, "{message}");
-    assert_eq!(lines("t of outcome 1:"), 2, "{message}");
     // What was claimed of what, by which equation, and how to repeat it.
     let repeat = "WHITEFURNACE_SEED=7 cargo test -- --exact 'harness::trial::messages_speak";
     for part in ["it is so", "estimator (16)", "toy", repeat] {
