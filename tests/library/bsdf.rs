@@ -21,7 +21,7 @@ pub fn directional_albedo(bsdf: &Bsdf, theta_out: f64) -> f64 {
     let inclinations = [[0.0, theta_out], [theta_out, FRAC_PI_2]];
     let azimuths = [[-FRAC_PI_2, FRAC_PI_2], [FRAC_PI_2, 3.0 * FRAC_PI_2]];
     let parts = inclinations.into_iter().flat_map(|x| azimuths.map(|y| Rectangle { x, y }));
-    parts.filter(|part| part.x[0] < part.x[1]).map(|part| integrate(part, 1e-15, &mut f).value).sum()
+    parts.filter(|part| part.x[0] < part.x[1]).map(|part| integrate(part, 1e-10, &mut f).value).sum()
 }
 
 /// 2 ∫ E(θ) sin θ cos θ dθ: the albedo under uniform light.

@@ -43,7 +43,7 @@ pub fn point(half: f64) -> impl Strategy<Value = DVec3> {
 
 /// ∫ f over [a, b].
 pub fn integral(a: f64, b: f64, mut f: impl FnMut(f64) -> f64) -> f64 {
-    integrate(Rectangle { x: [a, b], y: [0.0, 1.0] }, 1e-15, &mut |x, _| f(x)).value
+    integrate(Rectangle { x: [a, b], y: [0.0, 1.0] }, 1e-10, &mut |x, _| f(x)).value
 }
 
 /// An indexed triangle mesh.
@@ -121,6 +121,16 @@ impl Mesh {
         }
         Self { vertices, triangles }
     }
+}
+
+/// A vertex, or a point on an edge: where watertightness is decided.
+pub fn border<R: Rng>(rng: &mut R, mesh: &Mesh) -> DVec3 {
+    let pick = between(rng, 0.0, mesh.triangles.len() as f64) as usize;
+    let [a, b, c] = mesh.corners(mesh.triangles[pick]);
+    let s = between(rng, -0.5, 1.0).max(0.0);
+    let side = between(rng, 0.0, 3.0) as usize;
+    let (p, q) = [(a, b), (b, c), (c, a)][side];
+    p + s * (q - p)
 }
 
 /// A scene of these parts, seen by [`any_camera`].

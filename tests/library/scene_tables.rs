@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 
 use whitefurnace::scene::room::Walls;
 
+use crate::camera::assert_rays;
 use crate::prelude::*;
 
 /// The words and numbers of a text, numbers rounded to 1e-12, however they are written and divided.
@@ -72,7 +73,7 @@ fn check(scene: Result<Scene, Error>, name: &str, sections: &[&str], more: &str)
                 part(Geometry::Sphere(Sphere { zone, inward, ..Sphere::new(points[0], numbers[3]) }));
             }
             "light" => expected.push(line.to_owned()),
-            "camera" => check_camera(&scene, &points, numbers[9]),
+            "camera" => assert_rays(scene.camera(), [points[0], points[1], points[2]], numbers[9]),
             _ => {}
         }
     }
@@ -84,23 +85,6 @@ fn check(scene: Result<Scene, Error>, name: &str, sections: &[&str], more: &str)
         [found, expected].map(|lines| lines.iter().map(|line| plain(line)).collect::<BTreeSet<_>>());
     let [lacks, has] = [expected.difference(&found), found.difference(&expected)].map(Vec::from_iter);
     assert!(lacks.is_empty() && has.is_empty(), "{name} lacks {lacks:#?} and has {has:#?}");
-}
-
-/// Rays through the corners of images of several shapes, and a point of no symmetry.
-fn check_camera(scene: &Scene, points: &[DVec3], half: f64) {
-    let [eye, forward, upright] = [0, 1, 2].map(|i| points[i]);
-    let forward = forward.normalize();
-    let right = forward.cross(upright).normalize();
-    let up = right.cross(forward);
-    for size in [[4, 3], [7, 7], [3, 8]] {
-        let [width, height] = size.map(f64::from);
-        for [x, y] in [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [0.3, 0.8]] {
-            let ray = scene.camera().ray(size, x * width, y * height);
-            let aim = forward + (2.0 * x - 1.0) * half * width / height * right + (1.0 - 2.0 * y) * half * up;
-            let off = ray.origin.distance(eye).max(ray.direction.distance(aim.normalize()));
-            assert!(off <= 1e-12, "{}: {ray:?} through ({x}, {y}) of {size:?} is off by {off:e}", scene.name());
-        }
-    }
 }
 
 #[test]

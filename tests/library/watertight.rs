@@ -19,16 +19,6 @@ fn scene_of(mesh: &Mesh) -> Scene {
     })
 }
 
-/// A vertex, or a point on an edge: where watertightness is decided.
-fn border<R: Rng>(rng: &mut R, mesh: &Mesh) -> DVec3 {
-    let pick = between(rng, 0.0, mesh.triangles.len() as f64) as usize;
-    let [a, b, c] = mesh.corners(mesh.triangles[pick]);
-    let s = between(rng, -0.5, 1.0).max(0.0);
-    let side = between(rng, 0.0, 3.0) as usize;
-    let (p, q) = [(a, b), (b, c), (c, a)][side];
-    p + s * (q - p)
-}
-
 /// The ray from a hit's surface into the half space that it was hit from.
 fn onward(scene: &Scene, hit: &Hit, arrived: DVec3, local: DVec3) -> Ray {
     let facing = hit.normal * -hit.normal.dot(arrived).signum();
