@@ -152,8 +152,7 @@ fn scales_and_offsets() {
 #[test]
 fn equal_primitives_are_all_there() {
     // Nothing separates them: a heuristic that insists on a split would not end.
-    let triangle = Primitive::triangle([DVec3::ZERO, DVec3::X, DVec3::Y]);
-    let bvh = Bvh::new(&vec![triangle; 100]);
+    let bvh = Bvh::new(&vec![Primitive::triangle([DVec3::ZERO, DVec3::X, DVec3::Y]); 100]);
     let ray = Ray::new(DVec3::new(0.25, 0.25, 1.0), -DVec3::Z);
     assert_eq!(bvh.closest(&ray, 2.0).map(|hit| hit.t), Some(1.0));
     for id in 0..100 {

@@ -128,8 +128,7 @@ fn the_camera_sees_what_its_rays_meet() {
         assert!(camera.project(size, ray.at(-distance)).is_none(), "behind the eye");
         let step = |dx: f64, dy: f64| camera.ray(size, x + dx, y + dy).direction;
         let across = step(0.5, 0.0) - step(-0.5, 0.0);
-        let down = step(0.0, 0.5) - step(0.0, -0.5);
-        let solid_angle = across.cross(down).length();
+        let solid_angle = across.cross(step(0.0, 0.5) - step(0.0, -0.5)).length();
         let share = camera.importance(size, ray.direction) * solid_angle;
         // Central differences over a pixel of at most 2/150 err by its square.
         assert!((share - 1.0).abs() <= 1e-3, "{share}");

@@ -146,10 +146,8 @@ fn without_emitters_it_is_dark() {
 #[test]
 fn limits_of_zero_mean_direct_light() {
     let scene = simple::cornell().expect("a scene");
-    let report = |rays, segments| {
-        let parts = Standard;
-        radiance(&scene, &Report { parts, rays, segments, rules: LightRules::PHYSICAL })
-    };
+    let report =
+        |rays, segments| radiance(&scene, &Report { parts: Standard, rays, segments, rules: LightRules::PHYSICAL });
     let whitted = |segments| {
         let whole = Whitted::new(LightRules::PHYSICAL);
         radiance(&scene, &Whitted { segments, ..whole })

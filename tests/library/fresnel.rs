@@ -82,6 +82,5 @@ fn mirror_law() {
         assert!((m.cross(n) - d.cross(n)).length() <= bound);
         assert!((mirror(m, n) - d).length() <= 2.0 * bound);
     });
-    let down = DVec3::new(0.6, 0.0, -0.8);
-    assert_eq!(mirror(down, DVec3::Z), DVec3::new(0.6, 0.0, 0.8));
+    assert_eq!(mirror(DVec3::new(0.6, 0.0, -0.8), DVec3::Z), DVec3::new(0.6, 0.0, 0.8));
 }

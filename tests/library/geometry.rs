@@ -38,8 +38,7 @@ fn aimed() -> impl Strategy<Value = (Ray, [DVec3; 3], [f64; 2])> {
         })
         .prop_filter("well conditioned", |(ray, [a, b, c], _)| {
             let (e1, e2) = (*b - *a, *c - *a);
-            let det = ray.direction.dot(e1.cross(e2)).abs();
-            det > 1e-3 * e1.length() * e2.length()
+            ray.direction.dot(e1.cross(e2)).abs() > 1e-3 * e1.length() * e2.length()
         })
 }
 
@@ -120,8 +119,7 @@ fn solution_scales_exactly() {
         assert_eq!(found, Some((t * scale, u, v)));
         let hit = watertight(&ray, triangle, f64::INFINITY).expect("aimed inside");
         let found = watertight(&scaled, triangle.map(|x| x * scale), f64::INFINITY);
-        let t = hit.t * scale;
-        assert_eq!(found, Some(TriangleHit { t, ..hit }));
+        assert_eq!(found, Some(TriangleHit { t: hit.t * scale, ..hit }));
     });
 }
 

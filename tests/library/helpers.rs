@@ -17,8 +17,7 @@ pub fn between<R: Rng>(rng: &mut R, low: f64, high: f64) -> f64 {
 
 /// A uniform unit vector.
 pub fn unit_vector<R: Rng>(rng: &mut R) -> DVec3 {
-    let theta = between(rng, -1.0, 1.0).acos();
-    from_spherical(theta, between(rng, 0.0, TAU))
+    from_spherical(between(rng, -1.0, 1.0).acos(), between(rng, 0.0, TAU))
 }
 
 /// A point of the cube [−half, half]³.
@@ -102,8 +101,7 @@ impl Mesh {
         for row in 1..rows {
             for column in 0..columns {
                 let theta = PI * f64::from(row) / f64::from(rows);
-                let phi = TAU * f64::from(column) / f64::from(columns);
-                vertices.push(from_spherical(theta, phi));
+                vertices.push(from_spherical(theta, TAU * f64::from(column) / f64::from(columns)));
             }
         }
         vertices.push(-DVec3::Z);

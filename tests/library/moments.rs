@@ -93,8 +93,7 @@ fn units_are_the_nearest_multiples() {
     assert_eq!((UNIT, LARGEST), (2f64.powi(-32), 2f64.powi(24)));
     property("units", 2000, &(-(1i64 << 56)..=(1i64 << 56)), |units| {
         // What a double can hold of it.
-        let value = units as f64 * UNIT;
-        assert_eq!(in_units(value), units as f64 as i64);
+        assert_eq!(in_units(units as f64 * UNIT), units as f64 as i64);
     });
     property("large units", 500, &((1i64 << 52)..(1i64 << 53)), |units| {
         assert_eq!(in_units(units as f64 * UNIT), units, "every integer of 53 bits");

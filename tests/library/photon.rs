@@ -62,8 +62,7 @@ fn a_photon_map_does_not_depend_on_the_threads() {
 
 #[test]
 fn without_mirrors_and_glass_there_are_no_caustic_photons() {
-    let diffuse = room::diffuse().expect("a scene");
-    assert!(photons(Kept::Caustic, &diffuse, 2000).is_empty());
+    assert!(photons(Kept::Caustic, &room::diffuse().expect("a scene"), 2000).is_empty());
     let found = photons(Kept::Caustic, &report_room(), 2000).len();
     assert!(found > 0 && found < 2000, "{found}");
 }

@@ -8,8 +8,7 @@ use crate::prelude::*;
 fn geometry_term(x: DVec3, normal_x: DVec3, y: DVec3, normal_y: DVec3) -> f64 {
     let to_y = y - x;
     let direction = to_y.normalize();
-    let cosine_at_y = cosine(normal_y, -direction);
-    cosine(normal_x, direction) * solid_angle_per_area(cosine_at_y, to_y.length_squared())
+    cosine(normal_x, direction) * solid_angle_per_area(cosine(normal_y, -direction), to_y.length_squared())
 }
 
 #[test]

@@ -14,9 +14,7 @@ fn path() -> Path {
 }
 
 fn sampling(pixel: PixelSampling) -> Sampling {
-    let seed = master();
-    let numbers = Numbers::Independent;
-    Sampling { pixel, numbers, seed }
+    Sampling { pixel, numbers: Numbers::Independent, seed: master() }
 }
 
 fn film(pixel: PixelSampling, window: Option<Window>) -> Film {

@@ -145,8 +145,7 @@ fn deep_blocks_have_numbers_of_their_own() {
         for block in [block, LIGHT + block] {
             points.block(block);
             // Four numbers of 23 bits: none alike by chance.
-            let numbers = leading(&mut points, 4);
-            assert!(seen.insert(numbers), "block {block} repeats another");
+            assert!(seen.insert(leading(&mut points, 4)), "block {block} repeats another");
         }
     }
 }
@@ -246,8 +245,7 @@ fn final_gathering_takes_the_next_block() {
 #[test]
 fn published_ends_after_seven_segments() {
     let (scene, ray) = mirrors(0.5);
-    let hit = scene.intersect(&ray);
-    let seen = Published::default().radiance(&scene, &ray, hit, &mut stream(3, 4, 5));
+    let seen = Published::default().radiance(&scene, &ray, scene.intersect(&ray), &mut stream(3, 4, 5));
     // 1 + 1/2 + ... + 1/64.
     assert_eq!(seen, DVec3::splat(1.984_375));
 }

@@ -116,8 +116,7 @@ fn directions_are_uniform_in_solid_angle() {
         let ratio = area_ratio(|r| (view.sample(r) - from).normalize(), random);
         // Central differences: third derivatives grow as a point nears the plane of the shape.
         let grazing = 1.0 / (2.0 * PI - view.solid_angle()).max(1e-3);
-        let tolerance = 1e-6 * grazing.powi(3).max(1.0);
-        assert_relative_eq!(ratio, view.solid_angle(), max_relative = tolerance);
+        assert_relative_eq!(ratio, view.solid_angle(), max_relative = 1e-6 * grazing.powi(3).max(1.0));
     }
 }
 

@@ -12,8 +12,7 @@ fn ray_and_sphere(misses: impl Strategy<Value = f64>) -> impl Strategy<Value = (
             let radius = 10f64.powf(size);
             let side = direction.any_orthonormal_vector();
             let along = 10f64.powf(along) * if behind { -1.0 } else { 1.0 };
-            let origin = centre + radius * (miss * side - along * direction);
-            (Ray::new(origin, direction), centre, radius, miss)
+            (Ray::new(centre + radius * (miss * side - along * direction), direction), centre, radius, miss)
         },
     )
 }

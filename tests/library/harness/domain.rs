@@ -36,8 +36,7 @@ fn point_at(domain: Domain, [s, b]: [f64; 2]) -> DVec3 {
 #[test]
 fn points_have_their_place_in_the_square() {
     for (domain, _) in DOMAINS {
-        let name = format!("{domain:?}");
-        property(&name, 500, &(0.001..0.999, 0.0..0.999), |(s, b)| {
+        property(&format!("{domain:?}"), 500, &(0.001..0.999, 0.0..0.999), |(s, b)| {
             let found = domain.to_square(point_at(domain, [s, b])).expect("a point of the domain");
             assert_abs_diff_eq!(found[..], [s, b][..], epsilon = 1e-12);
         });
@@ -110,8 +109,7 @@ fn errors_of_parts_add_up_to_less_than_the_tolerance() {
             let found = Domain::Square.integrate_all(tolerance, &|p| (p.x + p.y - kink).abs());
             assert!(found.error > 0.0 && found.error <= tolerance, "{found:?}");
             // ∫ (x + y − k) over the square, and twice the pyramid below the kink.
-            let exact = 1.0 - kink + kink.powi(3) / 3.0;
-            assert_abs_diff_eq!(found.value, exact, epsilon = tolerance);
+            assert_abs_diff_eq!(found.value, 1.0 - kink + kink.powi(3) / 3.0, epsilon = tolerance);
         }
     }
 }

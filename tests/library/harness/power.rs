@@ -109,8 +109,7 @@ fn outcomes_state_the_power_of_their_own_statistic() {
     let ratio = |effect: f64| variance_ratio("r", &values, &values, 1.0 + effect, 0.1);
     let at = first_rejected(&ratio);
     // The hypothesis enters its own standard error, here 8 % at the critical value.
-    let wanted = ratio(0.0).sensitivity.miss(at / 1.045);
-    assert_relative_eq!(wanted, 0.5, max_relative = 0.1);
+    assert_relative_eq!(ratio(0.0).sensitivity.miss(at / 1.045), 0.5, max_relative = 0.1);
     let bounded = |effect: f64| bounded_mean("b", &values, 1.0 + effect, [0.0, 2.0], claim);
     let at = first_rejected(&bounded);
     assert_relative_eq!(bounded(0.0).sensitivity.miss(at), 1.0);
@@ -131,8 +130,7 @@ fn few_or_equal_values_have_little_power() {
     let rare = poisson("rare", 0, 1_000_000, 1e-4, 30.0);
     assert!(rare.miss() < 1e-9 && rare.verdict().word() == "holds");
     assert!(chi_square_sf(rare.minimum_detectable_effect(), 2.0) < 1e-5);
-    let coin = binomial("coin", 500, 1000, 0.5, 0.2);
-    let detected = coin.minimum_detectable_effect();
+    let detected = binomial("coin", 500, 1000, 0.5, 0.2).minimum_detectable_effect();
     // About 12 standard errors of 0.0158, less what the law's smaller spread out there saves.
     assert!(0.17 < detected && detected < 0.19, "{detected}");
 }

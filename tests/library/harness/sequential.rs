@@ -40,16 +40,14 @@ fn decisions(start: Sprt, [null, alternative]: [f64; 2], truth: f64, most: usize
                     Decision::Alternative => decided[1] += mass,
                     Decision::Continue => {
                         let slot: &mut Option<(Sprt, f64)> = &mut next[successes + usize::from(success)];
-                        let before = slot.map_or(0.0, |(_, mass)| mass);
-                        *slot = Some((test, before + mass));
+                        *slot = Some((test, slot.map_or(0.0, |(_, mass)| mass) + mass));
                     }
                 }
             }
         }
         running = next;
     }
-    let open = running.into_iter().flatten().map(|(_, mass)| mass).sum();
-    (decided, open)
+    (decided, running.into_iter().flatten().map(|(_, mass)| mass).sum())
 }
 
 #[test]

@@ -73,15 +73,13 @@ fn the_environment_is_read() {
         return;
     }
     let found = |variables: &[(&str, &str)]| {
-        let program = std::env::current_exe().expect("this program");
-        let mut again = Command::new(program);
+        let mut again = Command::new(std::env::current_exe().expect("this program"));
         again.args(["--exact", "harness::trial::the_environment_is_read", "--nocapture"]);
         for name in ["SEED", "SCALE"] {
             again.env_remove(format!("WHITEFURNACE_{name}"));
         }
         again.env(AGAIN, "1").envs(variables.iter().copied());
-        let output = again.output().expect("it starts");
-        String::from_utf8_lossy(&output.stdout).into_owned()
+        String::from_utf8_lossy(&again.output().expect("it starts").stdout).into_owned()
     };
     let text = found(&[]);
     assert!(text.contains("found 2019 1."), "{text}");
@@ -100,8 +98,7 @@ fn the_environment_is_read() {
 }
 
 fn row(verdict: Verdict) -> Row {
-    let rows = run_trial(&trial(vec![verdict], Vec::new()), &context(1.0));
-    rows.into_iter().next().expect("one outcome")
+    run_trial(&trial(vec![verdict], Vec::new()), &context(1.0)).into_iter().next().expect("one outcome")
 }
 
 #[test]
