@@ -1,14 +1,9 @@
 //! The hierarchy against its brute-force twin.
 
-use glam::DVec3;
-use rand::Rng;
 use whitefurnace::accel::{Bvh, Primitive, PrimitiveHit};
-use whitefurnace::rng::uniform;
-use whitefurnace::shape::{Ray, Sphere};
 
 use crate::budget::enough;
-use crate::helpers::{Mesh, between, in_cube, unit_vector};
-use crate::support::rng;
+use crate::prelude::*;
 
 /// Checks all three queries for a ray; says whether it hit.
 ///
@@ -122,8 +117,7 @@ fn flat_and_axis_aligned_geometry() {
             flat.push(Primitive::triangle([corner, corner + x, corner + x + y]));
             flat.push(Primitive::triangle([corner, corner + x + y, corner + y]));
         }
-        let hits = check_all(&flat, &rays(&mut rng, 4000));
-        enough("flat", hits);
+        enough("flat", check_all(&flat, &rays(&mut rng, 4000)));
         // Rays within the plane of the faces, and aimed at their corners.
         let bvh = Bvh::new(&flat);
         for primitive in &flat {
@@ -150,8 +144,7 @@ fn scales_and_offsets() {
                 .into_iter()
                 .map(|ray| Ray::new((ray.origin + offset) * scale, ray.direction))
                 .collect();
-            let hits = check_all(&mesh, &rays);
-            enough("scales", hits);
+            enough("scales", check_all(&mesh, &rays));
         }
     }
 }
@@ -159,8 +152,7 @@ fn scales_and_offsets() {
 #[test]
 fn equal_primitives_are_all_there() {
     // Nothing separates them: a heuristic that insists on a split would not end.
-    let triangle = Primitive::triangle([DVec3::ZERO, DVec3::X, DVec3::Y]);
-    let bvh = Bvh::new(&vec![triangle; 100]);
+    let bvh = Bvh::new(&vec![Primitive::triangle([DVec3::ZERO, DVec3::X, DVec3::Y]); 100]);
     let ray = Ray::new(DVec3::new(0.25, 0.25, 1.0), -DVec3::Z);
     assert_eq!(bvh.closest(&ray, 2.0).map(|hit| hit.t), Some(1.0));
     for id in 0..100 {
@@ -181,11 +173,8 @@ fn hundred_thousand_triangles() {
     enough("large mesh", hits);
     // From inside, at vertices and edges: closed, so every ray meets it.
     for _ in 0..20_000 {
-        let pick = between(&mut rng, 0.0, globe.triangles.len() as f64) as usize;
-        let [a, b, _] = globe.corners(globe.triangles[pick]);
-        let target = if pick.is_multiple_of(2) { a } else { a + uniform(&mut rng) * (b - a) };
         let origin = 0.2 * in_cube(&mut rng, 1.0);
-        let ray = Ray::new(origin, target - origin);
+        let ray = Ray::new(origin, border(&mut rng, &globe) - origin);
         assert!(bvh.closest(&ray, f64::INFINITY).is_some(), "lost {ray:?}");
     }
 }

@@ -2,37 +2,17 @@
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use glam::DVec3;
-use whitefurnace::bsdf::{Bsdf, Scattering};
-use whitefurnace::camera::Camera;
-use whitefurnace::error::Error;
-use whitefurnace::estimator::radiosity::Fineness;
-use whitefurnace::estimator::{
-    Bdpt, Bidirectional, Estimator, FiniteElements, ImageEstimator, LONGEST_PATH, LightTracer, Lookup, NextEvent, Path,
-    PhotonMapping, Photons, Radiosity, Sppm, Standard, Strategy,
-};
-use whitefurnace::film::{Features, Film, Pixel, check_radiance};
-use whitefurnace::moments::{ExactMoments, LARGEST, UNIT};
-use whitefurnace::pixel::PixelSampling::{self, Centre, Jitter, Random};
-use whitefurnace::render::{Numbers, Sampling};
-use whitefurnace::rng::stream;
-use whitefurnace::roulette::Roulette;
-use whitefurnace::sampler::Sampler;
-use whitefurnace::scene::{Hit, Scene, simple};
-use whitefurnace::shape::Ray;
+use whitefurnace::estimator::{FiniteElements, LONGEST_PATH, Path, Strategy};
+use whitefurnace::film::check_radiance;
 use whitefurnace::splat::Splats;
 
-use crate::helpers::{self, rendered};
-use crate::support::master;
+use crate::helpers;
+use crate::prelude::*;
 
 const FRAME: [u32; 2] = [5, 4];
 
 /// What no accumulator may take.
 const BAD: [f64; 5] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1e-3, 2.0 * LARGEST];
-
-fn furnace() -> Scene {
-    simple::furnace_box(0.5).expect("a scene")
-}
 
 /// Asserts that a result is the error of a radiance, in one line that names the place.
 fn assert_surfaces<T>(result: Result<T, Error>, place: &str, what: &str) {
@@ -102,8 +82,7 @@ fn full_sums_are_refused_before_they_wrap() {
     // Counts double with every merge with itself: 2^30 is the last power below 2^31.
     let mut pixel = Pixel::default();
     pixel.push(DVec3::ONE).expect("legal");
-    let seen = Features { albedo: DVec3::ONE, normal: DVec3::Z, depth: 1e6 };
-    pixel.push_features(&seen).expect("legal");
+    pixel.push_features(&Features { albedo: DVec3::ONE, normal: DVec3::Z, depth: 1e6 }).expect("legal");
     for _ in 0..30 {
         let same = pixel;
         pixel.merge(&same).expect("room for more");
@@ -168,7 +147,7 @@ fn one_bad_sample_ends_a_render() {
             let samples = sampling.samples_per_replication();
             for at in [0, 7 * samples - 1] {
                 let once = Once { calls: AtomicU32::new(0), at, value };
-                let found = rendered(&furnace(), &once, FRAME, sampling, &[0..2]);
+                let found = rendered(&furnace(0.5), &once, FRAME, sampling, &[0..2]);
                 assert_surfaces(found, "at pixel (", &format!("{value} with {sampling:?}"));
             }
         }
@@ -189,7 +168,7 @@ impl ImageEstimator for BadPixel {
 #[test]
 fn one_bad_pixel_ends_the_passes() {
     for value in BAD {
-        let found = helpers::passes(&furnace(), &BadPixel(value), FRAME, &[0..3]);
+        let found = helpers::passes(&furnace(0.5), &BadPixel(value), FRAME, &[0..3]);
         assert_surfaces(found, "at pixel (3, 2), pass 1", &format!("{value}"));
     }
 }
@@ -213,57 +192,44 @@ enum Bad {
 
 impl Scattering for Bad {
     fn brdf(&self, bsdf: &Bsdf, wo: DVec3, wi: DVec3) -> DVec3 {
-        match self {
-            Self::Brdf(value) => DVec3::new(0.1, 0.1, *value),
-            _ => Standard.brdf(bsdf, wo, wi),
-        }
+        if let Self::Brdf(value) = self { DVec3::new(0.1, 0.1, *value) } else { Standard.brdf(bsdf, wo, wi) }
     }
 }
 
 impl Roulette for Bad {
     fn survives(&self, r: f64, survival: f64) -> bool {
-        match self {
-            Self::Endless => true,
-            _ => Standard.survives(r, survival),
-        }
+        matches!(self, Self::Endless) || Standard.survives(r, survival)
     }
 }
 
 impl Photons for Bad {
     fn photon_flux(&self, flux: DVec3, emitted: u32, stored: usize) -> DVec3 {
-        match self {
-            Self::Flux(value) => DVec3::new(0.1, *value, 0.1),
-            _ => Standard.photon_flux(flux, emitted, stored),
+        if let Self::Flux(value) = self {
+            DVec3::new(0.1, *value, 0.1)
+        } else {
+            Standard.photon_flux(flux, emitted, stored)
         }
     }
 }
 
 impl Bidirectional for Bad {
     fn importance(&self, camera: &Camera, size: [u32; 2], direction: DVec3) -> f64 {
-        match self {
-            Self::Importance(value) => *value,
-            _ => Standard.importance(camera, size, direction),
-        }
+        if let Self::Importance(value) = self { *value } else { Standard.importance(camera, size, direction) }
     }
 }
 
 impl FiniteElements for Bad {
     fn form_factor(&self, normal: DVec3, corners: &[DVec3]) -> f64 {
-        match self {
-            Self::FormFactor => f64::NAN,
-            _ => Standard.form_factor(normal, corners),
-        }
+        if let Self::FormFactor = self { f64::NAN } else { Standard.form_factor(normal, corners) }
     }
     fn exchanged(&self, leaving: DVec3, emitted: DVec3) -> DVec3 {
-        match self {
-            Self::Exchanged => DVec3::new(f64::NAN, 0.1, 0.1),
-            _ => Standard.exchanged(leaving, emitted),
-        }
+        if let Self::Exchanged = self { DVec3::new(f64::NAN, 0.1, 0.1) } else { Standard.exchanged(leaving, emitted) }
     }
     fn leaving(&self, albedo: DVec3, emitted: DVec3, irradiance: DVec3) -> DVec3 {
-        match self {
-            Self::Leaving => DVec3::new(0.1, f64::NAN, 0.1),
-            _ => Standard.leaving(albedo, emitted, irradiance),
+        if let Self::Leaving = self {
+            DVec3::new(0.1, f64::NAN, 0.1)
+        } else {
+            Standard.leaving(albedo, emitted, irradiance)
         }
     }
 }
@@ -275,8 +241,7 @@ impl NextEvent for Bad {}
 const REPLICATIONS: u32 = 100;
 
 fn rays<E: Estimator>(scene: &Scene, estimator: &E) -> Result<Film, Error> {
-    let sampling = sampling(Random, Numbers::Independent);
-    rendered(scene, estimator, FRAME, sampling, &[0..REPLICATIONS])
+    rendered(scene, estimator, FRAME, sampling(Random, Numbers::Independent), &[0..REPLICATIONS])
 }
 
 fn passes<E: ImageEstimator>(scene: &Scene, estimator: &E) -> Result<Film, Error> {
@@ -285,8 +250,7 @@ fn passes<E: ImageEstimator>(scene: &Scene, estimator: &E) -> Result<Film, Error
 
 /// Renders with photons, if there is a map.
 fn photons(scene: &Scene, parts: Bad, lookup: Lookup) -> Result<Film, Error> {
-    let map = PhotonMapping::new(parts, scene, lookup, (50, 0.5), (master(), 0))?;
-    rays(scene, &map)
+    rays(scene, &PhotonMapping::new(parts, scene, lookup, (50, 0.5), (master(), 0))?)
 }
 
 fn sppm(scene: &Scene, parts: Bad) -> Result<Film, Error> {
@@ -311,7 +275,7 @@ fn walks(scene: &Scene, parts: Bad) -> Vec<(&'static str, Result<Film, Error>)> 
 
 #[test]
 fn bad_parts_surface_through_every_estimator() {
-    let scene = furnace();
+    let scene = furnace(0.5);
     for value in [f64::NAN, f64::INFINITY, -1.0] {
         for (name, found) in walks(&scene, Bad::Brdf(value)) {
             let by_pixel = name.starts_with("path") || ["light tracer", "bdpt"].contains(&name);
@@ -341,8 +305,7 @@ fn bad_parts_do_not_pass_for_a_solution() {
 /// A path that never ends is an error after [`LONGEST_PATH`] vertices, by every estimator that walks.
 #[test]
 fn paths_without_end_are_errors() {
-    let scene = simple::furnace_box(0.9).expect("a scene");
-    for (name, found) in walks(&scene, Bad::Endless) {
+    for (name, found) in walks(&furnace(0.9), Bad::Endless) {
         let by_pixel = name.starts_with("path") || name == "bdpt";
         let place = if by_pixel { "at pixel (" } else { "of pass 0" };
         assert_surfaces(found, place, name);
@@ -359,13 +322,12 @@ impl Roulette for Counting {
 }
 
 impl Scattering for Counting {}
-
 impl NextEvent for Counting {}
 
 /// The longest path that there is counts to its last vertex; its probability is beyond telling.
 #[test]
 fn the_longest_path_is_no_error() {
-    let scene = furnace();
+    let scene = furnace(0.5);
     let ray = scene.camera().ray(FRAME, 2.5, 2.0);
     let parts = Counting(AtomicU32::new(0));
     let path = Path::new(parts, Strategy::Bsdf);

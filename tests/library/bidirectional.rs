@@ -1,31 +1,13 @@
 //! Light paths and the camera: densities of whole paths, weights on real paths, the same image on any
 //! threads, and importance against its definition.
 
-use std::f64::consts::PI;
 use std::sync::Mutex;
 
-use approx::assert_abs_diff_eq;
-use glam::DVec3;
-use rayon::ThreadPoolBuilder;
-use whitefurnace::bsdf::{Bsdf, OrenNayarForm, Scattering};
-use whitefurnace::camera::Camera;
-use whitefurnace::error::Error;
-use whitefurnace::estimator::{Bdpt, Bidirectional, Density, ImageEstimator, LightTracer, NextEvent, Standard, weight};
-use whitefurnace::film::{Film, Window};
-use whitefurnace::render::render_passes;
-use whitefurnace::roulette::Roulette;
-use whitefurnace::scene::room::{self, Convention};
-use whitefurnace::scene::{Scene, SceneBuilder, Surface};
-use whitefurnace::shape::Sphere;
+use whitefurnace::estimator::{Density, weight};
 
-use crate::helpers::U;
-use crate::support::{master, property};
+use crate::prelude::*;
 
 const FRAME: [u32; 2] = [12, 9];
-
-fn room() -> Scene {
-    room::report(Convention::Physical, OrenNayarForm::Corrected).expect("the room")
-}
 
 /// Keeps every path whose weight is asked for, with its number of light vertices.
 #[derive(Default)]
@@ -40,9 +22,7 @@ impl Bidirectional for Recorder {
 }
 
 impl Scattering for Recorder {}
-
 impl Roulette for Recorder {}
-
 impl NextEvent for Recorder {}
 
 /// The paths of a few passes.
@@ -58,15 +38,9 @@ fn paths(scene: &Scene) -> Vec<(Vec<Density>, usize)> {
 /// whatever the one before it: all densities but that of the camera's first hit are 1/4π.
 #[test]
 fn densities_in_a_sphere_are_uniform() {
-    let mut scene = SceneBuilder::new("sphere");
-    let albedo = DVec3::splat(0.6);
-    let wall = Surface::new(Bsdf::Lambert { albedo }).emitting(DVec3::ONE);
-    let wall = scene.surface(wall);
-    let sphere = Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) };
-    scene.sphere(sphere, wall);
+    let scene = within_sphere(diffuse(0.6).emitting(DVec3::ONE));
     let camera = Camera::new(DVec3::new(0.3, -0.5, 0.1), DVec3::ZERO, DVec3::Z, 0.7);
-    let scene = scene.build(camera).expect("a scene");
-    let found = paths(&scene);
+    let found = paths(&scene.with_camera(camera).expect("a scene"));
     for length in 1..=4 {
         for s in 0..=length {
             let made = |(path, by): &&(Vec<Density>, usize)| path.len() == length && *by == s;
@@ -89,7 +63,7 @@ fn densities_in_a_sphere_are_uniform() {
 /// weights of all that exist sum to one.
 #[test]
 fn weights_sum_to_one_on_real_paths() {
-    let found = paths(&room());
+    let found = paths(&report_room());
     let open = |path: &[Density], i: usize| path.get(i).is_none_or(|vertex| !vertex.specular);
     let exists = |path: &[Density], s: usize| s == 0 || (open(path, s - 1) && open(path, s));
     let mut specular = 0;
@@ -107,12 +81,9 @@ fn weights_sum_to_one_on_real_paths() {
 }
 
 fn assert_threads_do_not_matter<E: ImageEstimator>(estimator: &E) {
-    let scene = room();
-    let images = [1, 2, 7].map(|threads| {
-        let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-        let pass = || estimator.pass(&scene, FRAME, master(), 3).expect("legal values");
-        pool.expect("threads").install(pass)
-    });
+    let scene = report_room();
+    let images = [1, 2, 7]
+        .map(|threads| on_threads(threads, || estimator.pass(&scene, FRAME, master(), 3).expect("legal values")));
     assert!(images.iter().all(|image| *image == images[0]));
     assert!(images[0].iter().any(|pixel| *pixel != DVec3::ZERO));
     let other = estimator.pass(&scene, FRAME, master(), 4).expect("legal values");
@@ -127,19 +98,15 @@ fn threads_do_not_matter_to_passes() {
 
 #[test]
 fn passes_fill_whole_films_only() {
-    let scene = room();
+    let scene = report_room();
     let bdpt = Bdpt::<Standard>::default();
     let mut film = Film::new(FRAME, None, 1).expect("a film");
-    let done = render_passes(&scene, &bdpt, 1, &mut film, 0..3, &|_| true);
-    assert!(matches!(done, Ok(true)));
+    assert!(matches!(render_passes(&scene, &bdpt, 1, &mut film, 0..3, &|_| true), Ok(true)));
     assert!(film.pixels().iter().all(|pixel| pixel.replications() == 3));
-    let stopped = render_passes(&scene, &bdpt, 1, &mut film, 3..9, &|_| false);
-    assert!(matches!(stopped, Ok(false)));
+    assert!(matches!(render_passes(&scene, &bdpt, 1, &mut film, 3..9, &|_| false), Ok(false)));
     assert!(film.pixels().iter().all(|pixel| pixel.replications() == 4));
-    let window = Window { corner: [1, 1], size: [4, 4] };
-    let mut part = Film::new(FRAME, Some(window), 1).expect("a film");
-    let refused = render_passes(&scene, &bdpt, 1, &mut part, 0..1, &|_| true);
-    assert!(matches!(refused, Err(Error::Option(_))));
+    let mut part = Film::new(FRAME, Some(Window { corner: [1, 1], size: [4, 4] }), 1).expect("a film");
+    assert!(matches!(render_passes(&scene, &bdpt, 1, &mut part, 0..1, &|_| true), Err(Error::Option(_))));
 }
 
 /// A point on a camera ray is seen in the pixel of the ray, and the importance is one over the solid angle
@@ -161,8 +128,7 @@ fn the_camera_sees_what_its_rays_meet() {
         assert!(camera.project(size, ray.at(-distance)).is_none(), "behind the eye");
         let step = |dx: f64, dy: f64| camera.ray(size, x + dx, y + dy).direction;
         let across = step(0.5, 0.0) - step(-0.5, 0.0);
-        let down = step(0.0, 0.5) - step(0.0, -0.5);
-        let solid_angle = across.cross(down).length();
+        let solid_angle = across.cross(step(0.0, 0.5) - step(0.0, -0.5)).length();
         let share = camera.importance(size, ray.direction) * solid_angle;
         // Central differences over a pixel of at most 2/150 err by its square.
         assert!((share - 1.0).abs() <= 1e-3, "{share}");
@@ -180,16 +146,14 @@ impl NextEvent for Opaque {
 }
 
 impl Scattering for Opaque {}
-
 impl Roulette for Opaque {}
-
 impl Bidirectional for Opaque {}
 
 /// Shadow rays and connections stop at glass: the paths that pass it are followed.
 #[test]
 fn nothing_is_connected_through_glass() {
     let (tracer, bdpt) = (LightTracer { parts: Opaque }, Bdpt { parts: Opaque });
-    let (scene, seed) = (room(), master());
+    let (scene, seed) = (report_room(), master());
     assert!(tracer.pass(&scene, FRAME, seed, 0).is_ok());
     assert!(bdpt.pass(&scene, FRAME, seed, 0).is_ok());
 }

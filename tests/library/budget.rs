@@ -7,8 +7,7 @@ use crate::shares::{ENOUGH, OUTSIDE};
 
 /// Asserts that a test of [`ENOUGH`] has compared enough.
 pub fn enough(name: &str, count: usize) {
-    let known = ENOUGH.iter().find(|(test, ..)| *test == name);
-    let Some((_, least, _)) = known else {
+    let Some((_, least, _)) = ENOUGH.iter().find(|(test, ..)| *test == name) else {
         panic!("{name} has no share of the error budget: add it to ENOUGH");
     };
     assert!(count > *least, "{name}: only {count} were compared");

@@ -1,52 +1,37 @@
 //! The pinhole camera, alone and against the landmarks of the published figure 6.
 
-use approx::assert_abs_diff_eq;
-use glam::DVec3;
-use whitefurnace::bsdf::{Bsdf, OrenNayarForm};
-use whitefurnace::camera::Camera;
-use whitefurnace::scene::room::{self, Convention};
-use whitefurnace::scene::{Hit, Scene};
-
-use crate::helpers::{U, point};
-use crate::support::property;
+use crate::prelude::*;
+use crate::reference::{fields, number};
 
 const SIZE: [u32; 2] = [1024, 768];
 const WHITE: DVec3 = DVec3::new(0.0, 1.5, 0.0);
 const GLASS: DVec3 = DVec3::new(3.25, -0.5, -3.0);
 const MIRROR: DVec3 = DVec3::new(2.5, 4.0, -2.0);
 
-#[test]
-fn rays_pass_the_image_plane_evenly() {
-    let view = (point(5.0), point(5.0), 0.1..2.0);
-    let pixel = (1u32..2000, 1u32..2000, 0.0..=1.0, 0.0..=1.0);
-    property("image plane", 500, &(view, pixel), |((eye, target, half), (width, height, s, t))| {
-        let forward = (target - eye).normalize();
-        let [w, h] = [width, height].map(f64::from);
-        let camera = Camera::new(eye, target, DVec3::Z, half);
-        let ray = camera.ray([width, height], s * w, t * h);
-        assert_eq!(ray.origin, eye);
-        assert_abs_diff_eq!(ray.direction.length(), 1.0, epsilon = 4.0 * U);
-        // Where the ray passes the plane at distance 1, in half heights: square pixels.
-        let at = ray.direction / ray.direction.dot(forward) - forward;
-        let level = DVec3::new(forward.x, forward.y, 0.0).length();
-        if level < 0.1 {
-            return;
+/// Asserts where the rays go through the corners of images of several shapes, and a point of no symmetry.
+pub fn assert_rays(camera: &Camera, [eye, forward, upright]: [DVec3; 3], half: f64) {
+    let forward = forward.normalize();
+    let right = forward.cross(upright).normalize();
+    let up = right.cross(forward);
+    for size in [[4, 3], [7, 7], [3, 8], [1999, 1]] {
+        let [width, height] = size.map(f64::from);
+        for [x, y] in [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [0.3, 0.8]] {
+            let ray = camera.ray(size, x * width, y * height);
+            let aim = forward + (2.0 * x - 1.0) * half * width / height * right + (1.0 - 2.0 * y) * half * up;
+            let off = ray.origin.distance(eye).max(ray.direction.distance(aim.normalize()));
+            assert!(off <= 1e-12, "{ray:?} through ({x}, {y}) of {size:?} is off by {off:e}");
         }
-        let right = DVec3::new(forward.y, -forward.x, 0.0) / level;
-        let up = right.cross(forward);
-        let reach = half * (1.0 + w / h);
-        // Axes are off by 8 U over the share of `forward` that is level; twelve roundings more.
-        let bound = 32.0 * U / level * (1.0 + reach) * (1.0 + reach);
-        assert_abs_diff_eq!(at.dot(right), (2.0 * s - 1.0) * half * w / h, epsilon = bound);
-        assert_abs_diff_eq!(at.dot(up), (1.0 - 2.0 * t) * half, epsilon = bound);
-    });
+    }
 }
 
-/// The pixel of the published frame that a point of the room falls on: the eye at (12.5, 0, 0) looks
-/// along −x with y to the right.
-fn project(p: DVec3) -> [f64; 2] {
-    let depth = 12.5 - p.x;
-    [512.0 + 384.0 * p.y / (0.77704 * depth), 384.0 - 384.0 * p.z / (0.77704 * depth)]
+#[test]
+fn rays_pass_the_image_plane_evenly() {
+    property("image plane", 500, &(point(5.0), point(5.0), 0.1..2.0), |(eye, target, half)| {
+        // Straight up and down there is no upright.
+        if (target - eye).normalize().truncate().length() > 0.1 {
+            assert_rays(&Camera::new(eye, target, DVec3::Z, half), [eye, target - eye, DVec3::Z], half);
+        }
+    });
 }
 
 fn published() -> Scene {
@@ -54,76 +39,31 @@ fn published() -> Scene {
 }
 
 fn at(scene: &Scene, x: f64, y: f64) -> Hit {
-    let ray = scene.camera().ray(SIZE, x, y);
-    scene.intersect(&ray).expect("a closed room")
-}
-
-fn colour(scene: &Scene, x: f64, y: f64) -> DVec3 {
-    scene.surface(&at(scene, x, y)).bsdf.albedo() / 0.75
+    scene.intersect(&scene.camera().ray(SIZE, x, y)).expect("a closed room")
 }
 
 #[test]
-fn landmarks_of_figure_6() {
-    // Read off the published image, to a pixel or so.
-    for (p, pixel) in [
-        ((5.0, -1.0, 4.999), [446.0, 55.0]),
-        ((5.0, 1.0, 4.999), [578.0, 55.0]),
-        ((3.0, 1.0, 4.999), [564.0, 124.0]),
-        ((3.0, -1.0, 4.999), [460.0, 124.0]),
-        ((0.0, -6.0, 5.0), [275.0, 187.0]),
-        ((-3.0, 0.0, 5.0), [512.0, 224.0]),
-        ((0.0, 6.0, 5.0), [749.0, 187.0]),
-        ((4.0, -6.0, -5.0), [164.0, 675.0]),
-        ((0.0, -6.0, -1.0), [276.0, 424.0]),
-        ((0.0, -2.0, -5.0), [433.0, 582.0]),
-    ] {
-        let projected = project(DVec3::from(p));
-        for axis in 0..2 {
-            assert_abs_diff_eq!(projected[axis], pixel[axis], epsilon = 1.5);
-        }
-    }
-}
-
-#[test]
-fn the_light_is_where_the_figure_shows_it() {
+fn the_room_is_where_the_figure_shows_it() {
     let scene = published();
-    let corners = [(446.0, 55.0), (578.0, 55.0), (564.0, 124.0), (460.0, 124.0)];
-    let middle = (512.0, 90.0);
-    for (x, y) in corners {
-        // Two pixels to the inside and to the outside, along the diagonal.
-        let length = f64::hypot(middle.0 - x, middle.1 - y);
-        let step = |s: f64| at(&scene, x + s * (middle.0 - x) / length, y + s * (middle.1 - y) / length);
-        assert!(step(3.0).emitter.is_some(), "inside ({x}, {y})");
-        assert!(step(-3.0).emitter.is_none(), "outside ({x}, {y})");
+    for row in fields(include_str!("data/figure_6.csv")) {
+        let [pixel, place] = [row[1], row[2]].map(|text| text.split(' ').map(number).collect::<Vec<_>>());
+        let ([x, y], place) = ([pixel[0], pixel[1]], DVec3::from_slice(&place));
+        if row[0] == "wall" {
+            let off = scene.surface(&at(&scene, x, y)).bsdf.albedo() / 0.75 - place;
+            assert!(off.abs().max_element() <= 4.0 * U, "{row:?}: {off}");
+            continue;
+        }
+        // In 64 parts of a pixel.
+        let seen = scene.camera().project(SIZE.map(|side| 64 * side), place).expect("in the image");
+        for (seen, published) in seen.pixel.into_iter().zip([x, y]) {
+            assert_abs_diff_eq!(f64::from(seen) / 64.0, published, epsilon = 1.5);
+        }
+        // Three pixels to the inside and to the outside, along the diagonal.
+        let [to_x, to_y] = [512.0 - x, 90.0 - y].map(|to| to / f64::hypot(512.0 - x, 90.0 - y));
+        let lit = |step: f64| at(&scene, x + step * to_x, y + step * to_y).emitter.is_some();
+        assert!(row[0] != "lamp" || lit(3.0) && !lit(-3.0), "{row:?}");
     }
     assert_eq!(at(&scene, 512.0, 90.0).normal, -DVec3::Z);
-}
-
-#[test]
-fn walls_meet_where_the_figure_shows_it() {
-    let scene = published();
-    let [blue, red, cyan, yellow, white] =
-        [[0.157, 0.208, 0.576], [1.0, 0.25, 0.25], [0.0, 1.0, 1.0], [1.0, 1.0, 0.0], [1.0; 3]].map(DVec3::from_array);
-    for (x, y, expected) in [
-        (510.5, 300.0, blue),
-        (513.5, 300.0, yellow),
-        (512.0, 222.0, white),
-        (510.5, 226.5, blue),
-        (513.5, 226.5, yellow),
-        (273.0, 250.0, red),
-        (277.5, 250.0, blue),
-        (747.0, 250.0, yellow),
-        (751.5, 250.0, cyan),
-        (275.0, 184.0, white),
-        (749.0, 184.0, white),
-        (130.0, 350.0, red),
-        (930.0, 300.0, cyan),
-        (630.0, 715.0, white),
-    ] {
-        let found = colour(&scene, x, y);
-        let bound = 4.0 * U;
-        assert!((found - expected).abs().max_element() <= bound, "({x}, {y}) shows {found}");
-    }
 }
 
 /// First and last pixels, in x and y, whose centres show a surface, one past the last.
@@ -197,33 +137,24 @@ fn points_are_seen_in_their_pixel_within_the_image_only() {
     // Four by two pixels of side 1/2 at distance 1; x to the right is −y of the scene.
     let camera = Camera::new(DVec3::X, 2.0 * DVec3::X, DVec3::Z, 0.5);
     let size = [4, 2];
-    let at = |depth: f64, right: f64, up: f64| {
-        let offset = depth * DVec3::new(1.0, -right, up);
-        let seen = camera.project(size, DVec3::X + offset)?;
-        assert_abs_diff_eq!(seen.to_eye, -offset.normalize(), epsilon = 1e-15);
-        assert_eq!(seen.distance_squared, offset.length_squared());
-        Some(seen.pixel)
-    };
+    let seen = |offset: DVec3| camera.project(size, DVec3::X + offset).map(|seen| seen.pixel);
     for depth in [0.5, 1.0, 4.0] {
-        for (right, up, pixel) in [
-            (-0.75, 0.25, [0, 0]),
-            (-0.25, -0.25, [1, 1]),
-            (0.75, 0.25, [3, 0]),
-            // The first borders belong to the image, the last do not.
-            (-1.0, 0.5, [0, 0]),
-        ] {
-            assert_eq!(at(depth, right, up), Some(pixel), "{right} {up}");
+        let at = |right: f64, up: f64| seen(depth * DVec3::new(1.0, -right, up));
+        // The first borders belong to the image, the last do not.
+        for (right, up, pixel) in
+            [(-0.75, 0.25, [0, 0]), (-0.25, -0.25, [1, 1]), (0.75, 0.25, [3, 0]), (-1.0, 0.5, [0, 0])]
+        {
+            assert_eq!(at(right, up), Some(pixel), "{right} {up}");
         }
         for (right, up) in [(1.0, 0.25), (-1.125, 0.25), (0.25, -0.5), (0.25, 0.625), (2.0, -2.0)] {
-            assert_eq!(at(depth, right, up), None, "{right} {up}");
+            assert_eq!(at(right, up), None, "{right} {up}");
         }
-        assert_eq!(at(-depth, 0.25, 0.25), None);
+        assert_eq!(seen(-depth * DVec3::new(1.0, 0.25, -0.25)), None);
     }
     for offset in [DVec3::ZERO, DVec3::Y, DVec3::Z] {
-        assert_eq!(camera.project(size, DVec3::X + offset), None);
+        assert_eq!(seen(offset), None);
     }
     // One over side² cos³.
     assert_eq!(camera.importance(size, DVec3::X), 4.0);
-    let slanted = camera.importance(size, DVec3::new(0.5, 0.0, 0.75_f64.sqrt()));
-    assert_abs_diff_eq!(slanted, 32.0, epsilon = 1e-12);
+    assert_abs_diff_eq!(camera.importance(size, DVec3::new(0.5, 0.0, 0.75_f64.sqrt())), 32.0, epsilon = 1e-12);
 }

@@ -5,45 +5,36 @@
 //! bit: roulette asks for the largest channel only. Cyclic permutations and transpositions together commute with
 //! no mix-up of channels, and a light of one channel lights that channel only, so none is added to another.
 
-use glam::DVec3;
-use whitefurnace::bsdf::{Bsdf, OrenNayarForm};
-use whitefurnace::camera::Camera;
-use whitefurnace::emitter::LightSampling;
-use whitefurnace::estimator::radiosity::Fineness;
-use whitefurnace::estimator::{
-    Bdpt, Estimator, Heuristic, ImageEstimator, LightRules, LightTracer, Lookup, Path, PhotonMapping, Published,
-    Radiosity, Report, Sppm, Standard, Strategy, Whitted,
-};
-use whitefurnace::film::Film;
-use whitefurnace::pixel::PixelSampling;
-use whitefurnace::render::{Numbers, Sampling, render, render_passes};
-use whitefurnace::scene::{Scene, SceneBuilder, Surface};
-use whitefurnace::shape::Sphere;
+use whitefurnace::estimator::{Heuristic, Path, Strategy};
 
-use crate::support::master;
+use crate::helpers;
+use crate::prelude::*;
 
 const FRAME: [u32; 2] = [8, 6];
 
+/// The library's own model.
+pub fn lambertian(albedo: DVec3) -> Bsdf {
+    Bsdf::Lambert { albedo }
+}
+
 /// What is done with every colour of the scene.
-type Paint = fn(DVec3) -> DVec3;
+pub type Paint = fn(DVec3) -> DVec3;
 
 /// A small room of many colours with paper, a mirror, glass, a sphere as a lamp and a light in the ceiling; only
-/// diffuse polygons if `plain`. `lamp` paints what emits, `paint` everything.
-fn room(paint: Paint, lamp: Paint, plain: bool) -> Scene {
+/// diffuse polygons if `plain`. `lamp` paints what emits, `paint` everything; walls are of the model `lambert`.
+pub fn room(paint: Paint, lamp: Paint, plain: bool, lambert: impl Fn(DVec3) -> Bsdf) -> Scene {
     let mut room = SceneBuilder::new("colours");
     let colour = |r, g, b| paint(DVec3::new(r, g, b));
     let light = |r, g, b| paint(lamp(DVec3::new(r, g, b)));
-    let lambert = |albedo| Bsdf::Lambert { albedo };
     let mut wall = |bsdf, corner: [f64; 3], edges: [[f64; 3]; 2], emission: DVec3| {
-        let surface = room.surface(Surface::new(bsdf).emitting(emission).absorbing(0.5));
-        room.rectangle(DVec3::from(corner), edges.map(DVec3::from), surface);
+        let surface = Surface::new(bsdf).emitting(emission).absorbing(0.5);
+        panel(&mut room, DVec3::from(corner), edges.map(DVec3::from), surface);
     };
     let (paper, eon) = if plain {
         (lambert(colour(0.2, 0.5, 0.8)), lambert(colour(0.6, 0.3, 0.4)))
     } else {
         let paper = Bsdf::oren_nayar(colour(0.2, 0.5, 0.8), 0.4, OrenNayarForm::Corrected);
-        let albedo = colour(0.6, 0.3, 0.4);
-        (paper, Bsdf::Eon { albedo, roughness: 0.5 })
+        (paper, Bsdf::Eon { albedo: colour(0.6, 0.3, 0.4), roughness: 0.5 })
     };
     let dark = DVec3::ZERO;
     wall(lambert(colour(0.7, 0.5, 0.3)), [-1., -1., -1.], [[2., 0., 0.], [0., 2., 0.]], dark);
@@ -55,13 +46,11 @@ fn room(paint: Paint, lamp: Paint, plain: bool) -> Scene {
     wall(Bsdf::Black, [-0.4, -0.2, 0.99], [[0., 0.8, 0.], [0.8, 0., 0.]], light(3.0, 5.0, 2.0));
     if !plain {
         let reflectance = colour(0.9, 0.6, 0.8);
-        let mirror = room.surface(Surface::new(Bsdf::Mirror { reflectance }).absorbing(0.1));
-        room.sphere(Sphere::new(DVec3::new(-0.5, 0.4, -0.6), 0.35), mirror);
-        let glass = room.surface(Surface::new(Bsdf::Glass { index: 1.5 }));
-        room.sphere(Sphere::new(DVec3::new(0.45, 0.3, -0.5), 0.4), glass);
+        let mirror = Surface::new(Bsdf::Mirror { reflectance }).absorbing(0.1);
+        ball(&mut room, Sphere::new(DVec3::new(-0.5, 0.4, -0.6), 0.35), mirror);
+        ball(&mut room, Sphere::new(DVec3::new(0.45, 0.3, -0.5), 0.4), glass(1.5));
         let lamp = Surface::new(Bsdf::Black).emitting(light(1.0, 4.0, 7.0));
-        let lamp = room.surface(lamp);
-        room.sphere(Sphere::new(DVec3::new(0.3, 0.6, 0.5), 0.15), lamp);
+        ball(&mut room, Sphere::new(DVec3::new(0.3, 0.6, 0.5), 0.15), lamp);
     }
     room.build(Camera::new(DVec3::new(0.1, -0.9, 0.1), DVec3::new(0.0, 0.5, -0.1), DVec3::Z, 0.9)).expect("a scene")
 }
@@ -70,21 +59,17 @@ fn room(paint: Paint, lamp: Paint, plain: bool) -> Scene {
 type Image = Vec<[DVec3; 3]>;
 
 fn image(film: &Film) -> Image {
-    let of = |pixel: &whitefurnace::film::Pixel| [pixel.mean(), pixel.standard_error(), pixel.features().albedo];
+    let of = |pixel: &Pixel| [pixel.mean(), pixel.standard_error(), pixel.features().albedo];
     film.pixels().iter().map(of).collect()
 }
 
 fn rays<E: Estimator>(scene: &Scene, estimator: &E) -> Image {
-    let sampling = Sampling { pixel: PixelSampling::Jitter(2), numbers: Numbers::Independent, seed: master() };
-    let mut film = Film::new(FRAME, None, 4).expect("a film");
-    render(scene, estimator, sampling, &mut film, &(0..3), &|_| true).expect("legal radiance");
-    image(&film)
+    let sampling = Sampling { pixel: Jitter(2), numbers: Numbers::Independent, seed: master() };
+    image(&rendered(scene, estimator, FRAME, sampling, &[0..3]).expect("legal radiance"))
 }
 
 fn passes<E: ImageEstimator>(scene: &Scene, estimator: &E) -> Image {
-    let mut film = Film::new(FRAME, None, 1).expect("a film");
-    render_passes(scene, estimator, master(), &mut film, 0..12, &|_| true).expect("legal radiance");
-    image(&film)
+    image(&helpers::passes(scene, estimator, FRAME, &[0..12]).expect("legal radiance"))
 }
 
 /// The images of a scene by every estimator with physical rules that takes mirrors and glass.
@@ -114,8 +99,8 @@ pub fn physical_images(scene: &Scene) -> Vec<(&'static str, Image)> {
 
 /// The images of every estimator with physical rules.
 fn physical(paint: Paint, lamp: Paint) -> Vec<(&'static str, Image)> {
-    let mut images = physical_images(&room(paint, lamp, false));
-    let plain = &room(paint, lamp, true);
+    let mut images = physical_images(&room(paint, lamp, false, lambertian));
+    let plain = &room(paint, lamp, true, lambertian);
     let fineness = Fineness { patches: 60, halvings: 0 };
     let solved = Radiosity::new(Standard, plain, fineness, &|_| true).expect("it settles");
     images.push(("radiosity", rays(plain, &solved)));
@@ -125,7 +110,7 @@ fn physical(paint: Paint, lamp: Paint) -> Vec<(&'static str, Image)> {
 /// All estimators, in the conventions of the report as well.
 fn images(paint: Paint) -> Vec<(&'static str, Image)> {
     let mut images = physical(paint, |light| light);
-    let scene = room(paint, |light| light, false);
+    let scene = room(paint, |light| light, false, lambertian);
     images.extend([
         ("report's report", rays(&scene, &Report::<Standard>::default())),
         ("report's whitted", rays(&scene, &Whitted::new(LightRules::REPORT))),
@@ -168,8 +153,7 @@ fn light_of_one_channel_lights_that_channel() {
     ];
     for (lit, lamp) in lamps.into_iter().enumerate() {
         for (name, image) in physical(|colour| colour, lamp) {
-            let total = total(&image).to_array();
-            for (channel, sum) in total.into_iter().enumerate() {
+            for (channel, sum) in total(&image).to_array().into_iter().enumerate() {
                 assert_eq!(sum > 0.0, channel == lit, "{name}: channel {channel} of light {lit}");
             }
         }

@@ -1,25 +1,9 @@
 //! What no built-in scene has: lights without a solid angle to sample, no light at all, limits of zero, photons
 //! without number.
 
-use std::f64::consts::{FRAC_1_PI, PI};
+use whitefurnace::estimator::{Path, Quirks, Strategy};
 
-use approx::{assert_abs_diff_eq, assert_relative_eq};
-use glam::DVec3;
-use whitefurnace::bsdf::Bsdf;
-use whitefurnace::camera::Camera;
-use whitefurnace::emitter::LightSampling;
-use whitefurnace::estimator::photon_map::{Kept, PhotonMap};
-use whitefurnace::estimator::radiosity::Fineness;
-use whitefurnace::estimator::{
-    Bdpt, Estimator, ImageEstimator, LightRules, LightTracer, Lookup, Path, PhotonMapping, Published, Quirks,
-    Radiosity, Report, Sppm, Standard, Strategy, Whitted,
-};
-use whitefurnace::rng::{stream, uniform2};
-use whitefurnace::sampler::Sampler;
-use whitefurnace::scene::{EDGE_MARGIN, Scene, SceneBuilder, Surface, SurfaceId, simple};
-use whitefurnace::shape::{Ray, Sphere};
-
-use crate::helpers::{assert_option_refused, scene, scene_from};
+use crate::prelude::*;
 use crate::rng::Constant;
 
 const ALBEDO: f64 = 0.6;
@@ -28,12 +12,8 @@ const FRAME: [u32; 2] = [6, 5];
 
 /// A white floor of half side `half` at the origin, seen from above, and what `add` adds.
 fn over_floor(half: f64, add: impl FnOnce(&mut SceneBuilder)) -> Scene {
-    let camera = Camera::new(DVec3::new(0.0, -0.1, 0.3), DVec3::ZERO, DVec3::Z, 0.1);
-    scene_from(camera, |scene| {
-        let albedo = DVec3::splat(ALBEDO);
-        let floor = scene.surface(Surface::new(Bsdf::Lambert { albedo }));
-        let corner = DVec3::new(-half, -half, 0.0);
-        scene.rectangle(corner, [2.0 * half * DVec3::X, 2.0 * half * DVec3::Y], floor);
+    scene_from(Camera::new(DVec3::new(0.0, -0.1, 0.3), DVec3::ZERO, DVec3::Z, 0.1), |scene| {
+        square(scene, half, 0.0, true, diffuse(ALBEDO));
         add(scene);
     })
 }
@@ -41,7 +21,7 @@ fn over_floor(half: f64, add: impl FnOnce(&mut SceneBuilder)) -> Scene {
 /// A small floor, and what shines above or around it.
 fn lit(add: impl FnOnce(&mut SceneBuilder, SurfaceId)) -> Scene {
     over_floor(0.5, |scene| {
-        let light = Surface::new(Bsdf::Black).emitting(DVec3::splat(LIGHT));
+        let light = lamp(LIGHT);
         let light = scene.surface(light);
         add(scene, light);
     })
@@ -93,8 +73,7 @@ fn fallbacks_of_light_sampling_have_their_closed_form() {
     });
     // The numbers are the pick, then the height on the sphere, whose cosine is that from its lower to its
     // upper pole; what is below the floor brings nothing.
-    let values = shadow_rays(&within, LightSampling::SolidAngle, 400);
-    for (i, value) in (0..).zip(values) {
+    for (i, value) in (0..).zip(shadow_rays(&within, LightSampling::SolidAngle, 400)) {
         let mut rng = stream(5, i, 0);
         let [_, height] = uniform2(&mut rng);
         let known = 4.0 * ALBEDO * LIGHT * (2.0 * height - 1.0).max(0.0);
@@ -142,12 +121,9 @@ fn without_emitters_it_is_dark() {
         none(radiance(scene, &photons(scene, gather)));
         none(radiance(scene, &Whitted::new(LightRules::PHYSICAL)));
         let (particles, radius, parts) = (10, 0.1, Standard);
-        let sppm = Sppm { parts, particles, radius };
-        none(sppm.pass(scene, FRAME, 1, 0).expect("legal values"));
-        let tracer = LightTracer::<Standard>::default();
-        none(tracer.pass(scene, FRAME, 1, 0).expect("legal values"));
-        let map = PhotonMap::new(&Standard, scene, Kept::All, 5, (1, 0)).expect("a map");
-        assert_eq!(map.photons().count(), 0);
+        none(Sppm { parts, particles, radius }.pass(scene, FRAME, 1, 0).expect("legal values"));
+        none(LightTracer::<Standard>::default().pass(scene, FRAME, 1, 0).expect("legal values"));
+        assert_eq!(PhotonMap::new(&Standard, scene, Kept::All, 5, (1, 0)).expect("a map").photons().count(), 0);
     }
     let bdpt = Bdpt::<Standard>::default();
     let pass = |scene| bdpt.pass(scene, FRAME, 1, 0).expect("legal values");
@@ -156,8 +132,7 @@ fn without_emitters_it_is_dark() {
     none(radiance(&dark, &Report::default()));
     none(radiance(&dark, &Published::default()));
     let fineness = Fineness { patches: 3, halvings: 0 };
-    let solved = Radiosity::new(Standard, &dark, fineness, &|_| true).expect("a solution");
-    none(radiance(&dark, &solved));
+    none(radiance(&dark, &Radiosity::new(Standard, &dark, fineness, &|_| true).expect("a solution")));
     // A plane under a uniform sky reflects its albedo: a survivor of roulette has all of it.
     for found in [pass(&sky), radiance(&sky, &Path::<Standard>::default())] {
         assert!(found.iter().any(|v| v.x > 0.0));
@@ -171,11 +146,8 @@ fn without_emitters_it_is_dark() {
 #[test]
 fn limits_of_zero_mean_direct_light() {
     let scene = simple::cornell().expect("a scene");
-    let report = |rays, segments| {
-        let parts = Standard;
-        let rules = LightRules::PHYSICAL;
-        radiance(&scene, &Report { parts, rays, segments, rules })
-    };
+    let report =
+        |rays, segments| radiance(&scene, &Report { parts: Standard, rays, segments, rules: LightRules::PHYSICAL });
     let whitted = |segments| {
         let whole = Whitted::new(LightRules::PHYSICAL);
         radiance(&scene, &Whitted { segments, ..whole })
@@ -198,8 +170,7 @@ fn photons_without_number_or_radius_are_refused() {
         let gather = Lookup::Gather { caustic_particles: 10, caustic_radius: radius };
         assert_option_refused(map(gather, 10, 0.1), "radius above 0");
         let (parts, particles) = (Standard, 10);
-        let sppm = Sppm { parts, particles, radius };
-        assert_option_refused(sppm.pass(&scene, FRAME, 1, 0), "radius above 0");
+        assert_option_refused(Sppm { parts, particles, radius }.pass(&scene, FRAME, 1, 0), "radius above 0");
     }
     let gather = Lookup::Gather { caustic_particles: 0, caustic_radius: 0.1 };
     assert_option_refused(map(gather, 10, 0.1), "at least 1");
@@ -213,12 +184,8 @@ impl Sampler for Constant {}
 /// ray within a sphere finds albedo · L exactly.
 #[test]
 fn the_reconstruction_ends_at_walls_that_absorb_all() {
-    let albedo = DVec3::splat(ALBEDO);
-    let wall = Surface::new(Bsdf::Lambert { albedo }).emitting(DVec3::splat(LIGHT));
-    let scene = scene(|scene| {
-        let wall = scene.surface(wall.absorbing(1.0));
-        scene.sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) }, wall);
-    });
+    let wall = diffuse(ALBEDO).emitting(DVec3::splat(LIGHT));
+    let scene = within_sphere(wall.absorbing(1.0));
     let ray = Ray::new(0.3 * DVec3::X, DVec3::Y);
     for bits in 0..8 {
         let [roulette_by_cosine, end_loses_direct, extra_cosine] = [1, 2, 4].map(|bit| bits & bit != 0);

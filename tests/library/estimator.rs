@@ -1,19 +1,9 @@
 //! Estimators, path by path, where every path has the same value or none.
 
-use glam::DVec3;
-use whitefurnace::bsdf::{Bsdf, OrenNayarForm, Scattering};
-use whitefurnace::estimator::{
-    Bdpt, Bidirectional, Estimator, ImageEstimator, LightRules, NextEvent, Path, Report, Standard, Strategy, Whitted,
-};
-use whitefurnace::rng::uniform2;
-use whitefurnace::roulette::Roulette;
-use whitefurnace::scene::room::{self, Convention};
-use whitefurnace::scene::{Scene, SceneBuilder, Surface, simple};
-use whitefurnace::shape::{Ray, Sphere};
+use whitefurnace::estimator::{Path, Strategy};
 
 use crate::budget::enough;
-use crate::helpers::{U, any_camera, unit_vector};
-use crate::support::{master, property, rng};
+use crate::prelude::*;
 
 /// Roulette without its weight: a path has the value that it would have without roulette, or none.
 #[derive(Clone, Copy, Debug, Default)]
@@ -26,14 +16,12 @@ impl Roulette for Unweighted {
 }
 
 impl Scattering for Unweighted {}
-
 impl NextEvent for Unweighted {}
-
 impl Bidirectional for Unweighted {}
 
 /// Values of paths from the scene's camera through random points of the image.
-fn values<E: Estimator>(scene: &Scene, estimator: &E, count: usize) -> Vec<DVec3> {
-    let mut rng = rng(scene.name());
+fn values<E: Estimator>(name: &str, scene: &Scene, estimator: &E, count: usize) -> Vec<DVec3> {
+    let mut rng = rng(name);
     (0..count)
         .map(|_| {
             let [x, y] = uniform2(&mut rng);
@@ -57,9 +45,9 @@ fn assert_all_or_nothing(name: &str, values: &[DVec3], expected: f64) {
 fn paths_in_a_uniform_environment_see_it() {
     let path = Path::new(Unweighted, Strategy::Mis);
     let scene = simple::environment().expect("a scene");
-    assert_all_or_nothing("around", &values(&scene, &path, 5000), 1.0);
+    assert_all_or_nothing("around", &values("environment", &scene, &path, 5000), 1.0);
     let scene = simple::glass_cube(false).expect("a scene");
-    assert_all_or_nothing("through glass", &values(&scene, &path, 5000), 1.0);
+    assert_all_or_nothing("through glass", &values("glass-cube", &scene, &path, 5000), 1.0);
 }
 
 #[test]
@@ -85,30 +73,26 @@ fn paths_inside_glass_see_the_squared_index() {
 
 /// A glass sphere around the origin in a uniform environment.
 fn glass_sphere(index: f64) -> Scene {
-    let mut scene = SceneBuilder::new("glass sphere");
-    scene.background(DVec3::ONE);
-    let glass = scene.surface(Surface::new(Bsdf::Glass { index }));
-    scene.sphere(Sphere::new(DVec3::ZERO, 1.0), glass);
-    scene.build(any_camera()).expect("a scene")
+    scene(|scene| {
+        scene.background(DVec3::ONE);
+        ball(scene, Sphere::new(DVec3::ZERO, 1.0), glass(index));
+    })
 }
 
 #[test]
 fn whitted_trees_lose_only_what_the_limit_cuts() {
     // From the centre a ray meets the sphere squarely: n² (1 − R) Σ R^k over the inner segments, with
-    // the segment after the last hit one of seven.
+    // the segment after the last hit one of seven. The report's rules have no radiance factor.
     for index in [1.2, 1.5, 2.4] {
         let scene = glass_sphere(index);
         let mut rng = rng("whitted");
         let ray = Ray::new(DVec3::ZERO, unit_vector(&mut rng));
-        let whitted = Whitted::new(LightRules::PHYSICAL);
-        let found = whitted.radiance(&scene, &ray, scene.intersect(&ray), &mut rng);
-        let r = ((index - 1.0) / (index + 1.0)).powi(2);
-        let expected = index * index * (1.0 - r.powi(6));
-        assert!((found - expected).abs().max_element() <= 100.0 * U * expected);
-        // The report's rules have no radiance factor.
-        let whitted = Whitted::new(LightRules::REPORT);
-        let found = whitted.radiance(&scene, &ray, scene.intersect(&ray), &mut rng);
-        assert!((found - (1.0 - r.powi(6))).abs().max_element() <= 100.0 * U);
+        let r: f64 = ((index - 1.0) / (index + 1.0)).powi(2);
+        for (rules, factor) in [(LightRules::PHYSICAL, index * index), (LightRules::REPORT, 1.0)] {
+            let found = Whitted::new(rules).radiance(&scene, &ray, scene.intersect(&ray), &mut rng);
+            let expected = factor * (1.0 - r.powi(6));
+            assert!((found - expected).abs().max_element() <= 100.0 * U * factor);
+        }
     }
 }
 
@@ -148,14 +132,10 @@ fn emitters_are_seen_under_each_rule() {
 #[test]
 fn facing_mirrors_end() {
     // Between perfect mirrors only roulette, or the limit on segments, ends a path: radiance is 0.
-    let mut scene = SceneBuilder::new("facing mirrors");
-    let mirror = scene.surface(Surface::new(Bsdf::Mirror { reflectance: DVec3::ONE }));
-    scene.sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) }, mirror);
-    let scene = scene.build(any_camera()).expect("a scene");
-    let path = Path::new(Unweighted, Strategy::Mis);
-    let found = values(&scene, &path, 1000);
+    let scene = within_sphere(reflecting(1.0));
+    let mut found = values("facing mirrors", &scene, &Path::new(Unweighted, Strategy::Mis), 1000);
+    found.extend(values("facing mirrors", &scene, &Report::default(), 100));
     assert!(found.iter().all(|v| *v == DVec3::ZERO));
-    assert!(values(&scene, &Report::default(), 100).iter().all(|v| *v == DVec3::ZERO));
 }
 
 #[test]
@@ -165,21 +145,18 @@ fn emitters_are_picked_evenly() {
         assert_eq!(pick, (r * count as f64).floor() as usize);
         assert!(Standard.pick_emitter(1.0 - U, count) == count - 1, "never one too many");
         // Equal shares of [0, 1).
-        let middle = (pick as f64 + 0.5) / count as f64;
-        assert_eq!(Standard.pick_emitter(middle, count), pick);
+        assert_eq!(Standard.pick_emitter((pick as f64 + 0.5) / count as f64, count), pick);
     });
 }
 
 #[test]
 fn direct_light_of_whitted_is_f_cos_over_pdf() {
     // One emitter far above a floor, and the point that the shadow ray draws is known from the stream.
-    let mut scene = SceneBuilder::new("floor and light");
     let albedo = DVec3::new(0.2, 0.5, 0.8);
-    let floor = scene.surface(Surface::new(Bsdf::Lambert { albedo }));
-    scene.rectangle(DVec3::new(-5.0, -5.0, 0.0), [10.0 * DVec3::X, 10.0 * DVec3::Y], floor);
-    let light = scene.surface(Surface::new(Bsdf::Black).emitting(DVec3::splat(3.0)));
-    scene.rectangle(DVec3::new(-1.0, -1.0, 2.0), [2.0 * DVec3::Y, 2.0 * DVec3::X], light);
-    let scene = scene.build(any_camera()).expect("a scene");
+    let scene = scene(|scene| {
+        square(scene, 5.0, 0.0, true, Surface::new(Bsdf::Lambert { albedo }));
+        square(scene, 1.0, 2.0, false, lamp(3.0));
+    });
     let ray = Ray::new(DVec3::new(4.0, 0.0, 1.0), DVec3::new(-1.0, 0.0, -1.0).normalize());
     let hit = scene.intersect(&ray).expect("the floor");
     let mut rng = rng("direct light");
@@ -187,11 +164,11 @@ fn direct_light_of_whitted_is_f_cos_over_pdf() {
         let mut copy = rng.clone();
         let found = Whitted::new(LightRules::PHYSICAL).radiance(&scene, &ray, Some(hit), &mut rng);
         // The draws: which emitter, then where on it.
-        let _ = whitefurnace::rng::uniform(&mut copy);
+        let _ = uniform(&mut copy);
         let [s, t] = uniform2(&mut copy);
         let y = DVec3::new(-1.0 + 2.0 * t, -1.0 + 2.0 * s, 2.0);
         let d2 = (y - hit.point).length_squared();
-        let expected = albedo / std::f64::consts::PI * 3.0 * 4.0 * (2.0 * 2.0) / (d2 * d2);
+        let expected = albedo / PI * 3.0 * 4.0 * (2.0 * 2.0) / (d2 * d2);
         assert!((found - expected).abs().max_element() <= 64.0 * U);
     }
 }
@@ -199,18 +176,13 @@ fn direct_light_of_whitted_is_f_cos_over_pdf() {
 /// A white floor under a black light, with or without a sphere of index 1 between them, and a black
 /// ceiling that ends all paths.
 fn light_behind_nothing(sphere: bool) -> Scene {
-    let mut scene = SceneBuilder::new("light behind nothing");
-    let white = Surface::new(Bsdf::Lambert { albedo: DVec3::ONE }).absorbing(0.25);
-    let floor = scene.surface(white);
-    let corner = DVec3::new(-5.0, -5.0, 0.0);
-    scene.rectangle(corner, [10.0 * DVec3::X, 10.0 * DVec3::Y], floor);
-    let light = scene.surface(Surface::new(Bsdf::Black).emitting(DVec3::splat(3.0)));
-    scene.rectangle(corner + 2.5 * DVec3::Z, [10.0 * DVec3::Y, 10.0 * DVec3::X], light);
-    if sphere {
-        let glass = scene.surface(Surface::new(Bsdf::Glass { index: 1.0 }));
-        scene.sphere(Sphere::new(1.3 * DVec3::Z, 1.0), glass);
-    }
-    scene.build(any_camera()).expect("a scene")
+    scene(|scene| {
+        square(scene, 5.0, 0.0, true, diffuse(1.0).absorbing(0.25));
+        square(scene, 5.0, 2.5, false, lamp(3.0));
+        if sphere {
+            ball(scene, Sphere::new(1.3 * DVec3::Z, 1.0), glass(1.0));
+        }
+    })
 }
 
 #[test]

@@ -1,14 +1,9 @@
 //! The film's accumulators: exact, mergeable in any order, and picky about sizes.
 
-use approx::assert_abs_diff_eq;
-use glam::DVec3;
-use proptest::prelude::*;
-use whitefurnace::film::{Features, Film, LARGEST_FILM, Pixel, Window};
-use whitefurnace::moments::{Moments, UNIT};
+use whitefurnace::film::LARGEST_FILM;
 use whitefurnace::splat::Splats;
 
-use crate::helpers::{U, assert_option_refused, point};
-use crate::support::property;
+use crate::prelude::*;
 
 fn pixel(values: &[DVec3]) -> Pixel {
     let mut pixel = Pixel::default();
@@ -24,14 +19,12 @@ fn pixels_hold_mean_and_standard_error_and_merge_exactly() {
     property("pixel", 300, &strategy, |(values, cut)| {
         let all = pixel(&values);
         assert_eq!(all.replications(), values.len() as u32);
-        for channel in 0..3 {
-            let moments: Moments = values.iter().map(|v| v[channel].abs()).collect();
-            // Values of at most 10 move by half a unit; 40 of them are summed.
-            let bound = UNIT + 4000.0 * U;
-            assert_abs_diff_eq!(all.mean()[channel], moments.mean(), epsilon = bound);
-            let error = all.standard_error()[channel];
-            assert_abs_diff_eq!(error, moments.standard_error(), epsilon = 2.0 * bound);
-        }
+        let moments = [0, 1, 2].map(|i| values.iter().map(|v| v[i].abs()).collect::<Moments>());
+        // Values of at most 10 move by half a unit; 40 of them are summed.
+        let bound = UNIT + 4000.0 * U;
+        assert_abs_diff_eq!(all.mean(), DVec3::from(moments.map(|m| m.mean())), epsilon = bound);
+        let error = DVec3::from(moments.map(|m| m.standard_error()));
+        assert_abs_diff_eq!(all.standard_error(), error, epsilon = 2.0 * bound);
         let (a, b) = values.split_at(cut.index(values.len()));
         let (a, b, none) = (pixel(a), pixel(b), Pixel::default());
         for (one, other) in [(a, b), (b, a), (all, none)] {
@@ -45,9 +38,7 @@ fn pixels_hold_mean_and_standard_error_and_merge_exactly() {
 #[test]
 fn pixels_without_replications() {
     let empty = Pixel::default();
-    assert_eq!(empty.mean(), DVec3::ZERO);
-    assert_eq!(empty.standard_error(), DVec3::INFINITY);
-    assert_eq!(empty.features().depth, 0.0);
+    assert_eq!((empty.mean(), empty.standard_error(), empty.features().depth), (DVec3::ZERO, DVec3::INFINITY, 0.0));
     assert_eq!(pixel(&[DVec3::ONE]).standard_error(), DVec3::INFINITY);
     assert_eq!(pixel(&[DVec3::ONE; 2]).standard_error(), DVec3::ZERO);
 }
@@ -123,8 +114,7 @@ fn films_of_different_kinds_do_not_merge() {
     let film = |frame, window, samples| Film::new(frame, window, samples).expect("a film");
     let mut base = film([4, 3], None, 1);
     for other in [film([3, 4], None, 1), film([4, 3], window, 1), film([4, 3], None, 4)] {
-        let message = base.merge(&other).expect_err("must be refused").to_string();
-        assert!(message.contains("cannot be merged"));
+        assert!(base.merge(&other).expect_err("must be refused").to_string().contains("cannot be merged"));
     }
     assert!(base.merge(&film([4, 3], None, 1)).is_ok());
 }

@@ -1,22 +1,11 @@
 //! Random geometry, meshes, quadrature, scenes and films that several modules use.
 
-use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
-use glam::DVec3;
-use proptest::prelude::*;
-use rand::Rng;
 use whitefurnace::accel::Primitive;
-use whitefurnace::camera::Camera;
-use whitefurnace::error::Error;
-use whitefurnace::estimator::{Estimator, ImageEstimator};
-use whitefurnace::film::Film;
-use whitefurnace::frame::from_spherical;
-use whitefurnace::render::{Sampling, render, render_passes};
-use whitefurnace::rng::uniform;
-use whitefurnace::scene::{Scene, SceneBuilder};
+use whitefurnace::harness::quadrature::{Rectangle, integrate};
 
-use crate::support::master;
+use crate::prelude::*;
 
 /// Unit roundoff: one operation has a relative error of at most this.
 pub const U: f64 = f64::EPSILON / 2.0;
@@ -28,25 +17,12 @@ pub fn between<R: Rng>(rng: &mut R, low: f64, high: f64) -> f64 {
 
 /// A uniform unit vector.
 pub fn unit_vector<R: Rng>(rng: &mut R) -> DVec3 {
-    let theta = between(rng, -1.0, 1.0).acos();
-    from_spherical(theta, between(rng, 0.0, TAU))
+    from_spherical(between(rng, -1.0, 1.0).acos(), between(rng, 0.0, TAU))
 }
 
 /// A point of the cube [−half, half]³.
 pub fn in_cube<R: Rng>(rng: &mut R, half: f64) -> DVec3 {
     DVec3::from_array([0; 3].map(|_| between(rng, -half, half)))
-}
-
-/// Positive barycentric weights that sum to one up to rounding.
-pub fn weights<R: Rng>(rng: &mut R) -> [f64; 3] {
-    let [a, b] = [uniform(rng), uniform(rng)];
-    let (low, high) = (a.min(b), a.max(b));
-    [low, high - low, 1.0 - high]
-}
-
-/// The point with barycentric weights `w`.
-pub fn barycentric(w: [f64; 3], [a, b, c]: [DVec3; 3]) -> DVec3 {
-    w[0] * a + w[1] * b + w[2] * c
 }
 
 /// Unit vectors for property tests.
@@ -64,36 +40,9 @@ pub fn point(half: f64) -> impl Strategy<Value = DVec3> {
     prop::array::uniform3(-half..=half).prop_map(DVec3::from_array)
 }
 
-/// Nodes and weights of the Gauss-Legendre rule of `n` points on [−1, 1], by Newton's method.
-pub fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
-    (0..n)
-        .map(|i| {
-            let mut x = (PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();
-            let mut slope = 1.0;
-            for _ in 0..50 {
-                let (value, derivative) = legendre(n, x);
-                slope = derivative;
-                x -= value / derivative;
-            }
-            (x, 2.0 / ((1.0 - x * x) * slope * slope))
-        })
-        .collect()
-}
-
-/// The Legendre polynomial of degree `n` and its derivative.
-fn legendre(n: usize, x: f64) -> (f64, f64) {
-    let (mut before, mut value) = (1.0, x);
-    for k in 2..=n {
-        let k = k as f64;
-        (before, value) = (value, ((2.0 * k - 1.0) * x * value - (k - 1.0) * before) / k);
-    }
-    (value, n as f64 * (x * value - before) / (x * x - 1.0))
-}
-
-/// ∫ f over [a, b] by a rule of [`gauss_legendre`].
-pub fn integrate(rule: &[(f64, f64)], a: f64, b: f64, f: impl Fn(f64) -> f64) -> f64 {
-    let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
-    half * rule.iter().map(|&(x, w)| w * f(middle + half * x)).sum::<f64>()
+/// ∫ f over [a, b].
+pub fn integral(a: f64, b: f64, mut f: impl FnMut(f64) -> f64) -> f64 {
+    integrate(Rectangle { x: [a, b], y: [0.0, 1.0] }, 1e-10, &mut |x, _| f(x)).value
 }
 
 /// An indexed triangle mesh.
@@ -152,8 +101,7 @@ impl Mesh {
         for row in 1..rows {
             for column in 0..columns {
                 let theta = PI * f64::from(row) / f64::from(rows);
-                let phi = TAU * f64::from(column) / f64::from(columns);
-                vertices.push(from_spherical(theta, phi));
+                vertices.push(from_spherical(theta, TAU * f64::from(column) / f64::from(columns)));
             }
         }
         vertices.push(-DVec3::Z);
@@ -173,6 +121,16 @@ impl Mesh {
     }
 }
 
+/// A vertex, or a point on an edge: where watertightness is decided.
+pub fn border<R: Rng>(rng: &mut R, mesh: &Mesh) -> DVec3 {
+    let pick = between(rng, 0.0, mesh.triangles.len() as f64) as usize;
+    let [a, b, c] = mesh.corners(mesh.triangles[pick]);
+    let s = between(rng, -0.5, 1.0).max(0.0);
+    let side = between(rng, 0.0, 3.0) as usize;
+    let (p, q) = [(a, b), (b, c), (c, a)][side];
+    p + s * (q - p)
+}
+
 /// A scene of these parts, seen by [`any_camera`].
 pub fn scene(parts: impl FnOnce(&mut SceneBuilder)) -> Scene {
     scene_from(any_camera(), parts)
@@ -183,6 +141,65 @@ pub fn scene_from(camera: Camera, parts: impl FnOnce(&mut SceneBuilder)) -> Scen
     let mut scene = SceneBuilder::new("test");
     parts(&mut scene);
     scene.build(camera).expect("a valid scene")
+}
+
+/// The report's room.
+pub fn report_room() -> Scene {
+    room::report(Convention::Physical, OrenNayarForm::Corrected).expect("the room")
+}
+
+/// The cube that emits and reflects evenly.
+pub fn furnace(albedo: f64) -> Scene {
+    simple::furnace_box(albedo).expect("a scene")
+}
+
+/// The inside of a sphere of radius 1.
+pub fn within_sphere(surface: Surface) -> Scene {
+    scene(|scene| ball(scene, Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) }, surface))
+}
+
+/// A surface that reflects this share by Lambert's law.
+pub fn diffuse(albedo: f64) -> Surface {
+    Surface::new(Bsdf::Lambert { albedo: DVec3::splat(albedo) })
+}
+
+/// A surface that reflects nothing and emits this radiance.
+pub fn lamp(radiance: f64) -> Surface {
+    Surface::new(Bsdf::Black).emitting(DVec3::splat(radiance))
+}
+
+/// Smooth glass.
+pub fn glass(index: f64) -> Surface {
+    Surface::new(Bsdf::Glass { index })
+}
+
+/// A mirror that reflects this share.
+pub fn reflecting(reflectance: f64) -> Surface {
+    Surface::new(Bsdf::Mirror { reflectance: DVec3::splat(reflectance) })
+}
+
+/// Adds a rectangle of its own surface.
+pub fn panel(scene: &mut SceneBuilder, corner: DVec3, edges: [DVec3; 2], surface: Surface) {
+    let surface = scene.surface(surface);
+    scene.rectangle(corner, edges, surface);
+}
+
+/// Adds a level square of this half side around the z-axis, its front up or down.
+pub fn square(scene: &mut SceneBuilder, half: f64, height: f64, up: bool, surface: Surface) {
+    let [x, y] = [2.0 * half * DVec3::X, 2.0 * half * DVec3::Y];
+    panel(scene, DVec3::new(-half, -half, height), if up { [x, y] } else { [y, x] }, surface);
+}
+
+/// Adds a sphere of its own surface.
+pub fn ball(scene: &mut SceneBuilder, sphere: Sphere, surface: Surface) {
+    let surface = scene.surface(surface);
+    scene.sphere(sphere, surface);
+}
+
+/// What is found with so many threads.
+pub fn on_threads<T: Send>(threads: usize, run: impl FnOnce() -> T + Send) -> T {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.expect("a pool of threads").install(run)
 }
 
 /// A film of the frame after these ranges of replications.

@@ -4,14 +4,10 @@ use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
-use approx::assert_abs_diff_eq;
 use exr::prelude::{AttributeValue, FlatSamples, read_all_flat_layers_from_file};
-use glam::DVec3;
-use whitefurnace::error::Error;
-use whitefurnace::film::{Features, Film, Pixel};
 use whitefurnace::image::{Display, check_writable, srgb, write_exr, write_png, write_whole};
 
-use crate::helpers::U;
+use crate::prelude::*;
 
 /// An empty folder of the test's own.
 fn folder(name: &str) -> PathBuf {
@@ -66,16 +62,13 @@ fn exr_holds_every_channel() {
     let mut expected: BTreeMap<String, Vec<f64>> = BTreeMap::new();
     for (group, axes, value) in vectors {
         for (axis, name) in axes.chars().enumerate() {
-            let values = pixels.iter().map(|pixel| value(pixel)[axis]).collect();
-            expected.insert(format!("{group}{name}"), values);
+            expected.insert(format!("{group}{name}"), pixels.iter().map(|pixel| value(pixel)[axis]).collect());
         }
     }
-    let depths = pixels.iter().map(|pixel| pixel.features().depth).collect();
-    expected.insert("depth.Z".to_owned(), depths);
+    expected.insert("depth.Z".to_owned(), pixels.iter().map(|pixel| pixel.features().depth).collect());
     expected.insert("samples.Y".to_owned(), vec![12.0; pixels.len()]);
     let channels = &layer.channel_data.list;
-    let found = channels.iter().map(|channel| channel.name.to_string());
-    assert!(found.eq(expected.keys().cloned()));
+    assert!(channels.iter().map(|channel| channel.name.to_string()).eq(expected.keys().cloned()));
     for (channel, (name, values)) in channels.iter().zip(&expected) {
         let FlatSamples::F32(samples) = &channel.sample_data else {
             panic!("{name} is not of 32-bit floats");
@@ -166,8 +159,7 @@ fn displays_encode_as_they_say() {
         let display = Display::Srgb { exposure: 0.0 };
         assert_eq!(f64::from(display.encode(linear)), (255.0 * encoded).round());
         // A stop doubles.
-        let brighter = Display::Srgb { exposure: 2.0 };
-        assert_eq!(brighter.encode(linear / 4.0), display.encode(linear));
+        assert_eq!(Display::Srgb { exposure: 2.0 }.encode(linear / 4.0), display.encode(linear));
         assert_eq!(display.encode(1.0 + linear), 255);
     }
     assert!(srgb(0.0031308f64.next_up()) >= srgb(0.0031308) - 1e-7, "no step back at the joint");
@@ -198,8 +190,7 @@ fn nothing_is_left_behind_on_failure() {
     assert_eq!(found, ["file", "taken"]);
     assert!(names(&taken).is_empty());
     // What was there before a failing write stays as it was.
-    let failing = write_whole(&file, |_| Err(Error::Option("no".to_owned())));
-    assert!(failing.is_err());
+    assert!(write_whole(&file, |_| Err(Error::Option("no".to_owned()))).is_err());
     assert_eq!(fs::read_to_string(&file).expect("a file"), "kept");
     assert!(write_exr(&file, &film, "not Latin-1: \u{4e00}").is_err());
     assert_eq!(fs::read_to_string(&file).expect("a file"), "kept");

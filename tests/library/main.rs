@@ -2,7 +2,8 @@
 #![expect(clippy::single_range_in_vec_init, reason = "one range is a run in one piece")]
 
 mod budget; // what chance can turn red, counted
-mod helpers; // random geometry, meshes, quadrature
+mod helpers; // random geometry, meshes, scenes, films
+mod prelude; // what most modules use
 mod reference; // tables of reference values
 mod shares; // the budget as data, for that of the whole suite
 mod support; // the master seed and what is derived from it

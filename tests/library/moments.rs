@@ -1,13 +1,8 @@
 //! Equation (16): running moments, in floating point and exact.
 
-use approx::{assert_abs_diff_eq, assert_relative_eq};
-use proptest::prelude::*;
-use whitefurnace::error::Error;
-use whitefurnace::moments::{ExactMoments, LARGEST, Moments, UNIT, in_units};
-use whitefurnace::rng::uniform;
+use whitefurnace::moments::in_units;
 
-use crate::helpers::U;
-use crate::support::{property, rng};
+use crate::prelude::*;
 
 fn values() -> impl Strategy<Value = Vec<f64>> {
     let offset = prop_oneof![Just(0.0), -1e3..1e3, Just(1e6)];
@@ -43,22 +38,26 @@ fn exact(values: &[f64]) -> ExactMoments {
 }
 
 #[test]
-fn running_moments_meet_two_passes() {
+fn moments_meet_two_passes() {
     property("two passes", 500, &values(), |values| {
-        let moments: Moments = values.iter().copied().collect();
+        let n = values.len() as u32;
+        let (running, exact) = (values.iter().copied().collect::<Moments>(), exact(&values));
         let ((mean, variance), (e_mean, e_variance)) = (two_pass(&values), error(&values));
-        assert_eq!(moments.count(), values.len() as u64);
-        assert_abs_diff_eq!(moments.mean(), mean, epsilon = e_mean);
-        assert_abs_diff_eq!(moments.variance(), variance, epsilon = e_variance);
-        let standard_error = (moments.variance() / values.len() as f64).sqrt();
-        assert_eq!(moments.standard_error(), standard_error);
+        assert_eq!(running.count(), u64::from(n));
+        assert_abs_diff_eq!(running.mean(), mean, epsilon = e_mean);
+        assert_abs_diff_eq!(running.variance(), variance, epsilon = e_variance);
+        assert_eq!(running.standard_error(), (running.variance() / f64::from(n)).sqrt());
+        // Every value moves by at most half a unit.
+        assert_abs_diff_eq!(exact.mean(n), mean, epsilon = e_mean + 0.5 * UNIT);
+        let moved = 2.0 * (2.0 * variance).sqrt() * UNIT + UNIT * UNIT;
+        assert_abs_diff_eq!(exact.variance(n), variance, epsilon = e_variance + moved);
+        assert_eq!(exact.standard_error(n), (exact.variance(n) / f64::from(n)).sqrt());
     });
 }
 
 #[test]
 fn merging_is_associative_up_to_rounding() {
-    let strategy = (values(), 0.0..1.0, 0.0..1.0);
-    property("merging", 500, &strategy, |(values, s, t): (Vec<f64>, f64, f64)| {
+    property("merging", 500, &(values(), 0.0..1.0, 0.0..1.0), |(values, s, t): (Vec<f64>, f64, f64)| {
         let cut = |share: f64| (share * values.len() as f64) as usize;
         let (first, second) = (cut(s.min(t)), cut(s.max(t)));
         let part = |from: usize, to: usize| values[from..to].iter().copied().collect::<Moments>();
@@ -76,27 +75,25 @@ fn merging_is_associative_up_to_rounding() {
 #[test]
 fn few_values() {
     let none = Moments::default();
-    let one: Moments = [3.0].into_iter().collect();
-    let two: Moments = [3.0, 5.0].into_iter().collect();
-    assert_eq!((none.count(), none.mean()), (0, 0.0));
-    assert_eq!(none.variance(), f64::INFINITY);
-    assert_eq!((one.mean(), one.variance()), (3.0, f64::INFINITY));
-    assert_eq!(one.standard_error(), f64::INFINITY);
+    let [one, two] = [&[3.0][..], &[3.0, 5.0]].map(|values| values.iter().copied().collect::<Moments>());
+    let [few, more] = [&[3.0][..], &[3.0, 5.0]].map(exact);
+    let infinite = f64::INFINITY;
+    assert_eq!((none.count(), none.mean(), none.variance()), (0, 0.0, infinite));
+    assert_eq!((one.mean(), one.variance(), one.standard_error()), (3.0, infinite, infinite));
     assert_eq!((two.mean(), two.variance(), two.standard_error()), (4.0, 2.0, 1.0));
-    assert_eq!(none.merge(none), none);
-    assert_eq!(none.merge(two), two);
-    assert_eq!(two.merge(none), two);
+    assert_eq!((ExactMoments::default().mean(0), ExactMoments::default().variance(0)), (0.0, infinite));
+    assert_eq!((few.variance(1), few.standard_error(1)), (infinite, infinite));
+    assert_eq!((more.mean(2), more.variance(2), more.standard_error(2)), (4.0, 2.0, 1.0));
+    assert_eq!([none.merge(none), none.merge(two), two.merge(none)], [none, two, two]);
     assert_eq!(one.merge([5.0].into_iter().collect()), two);
 }
 
 #[test]
 fn units_are_the_nearest_multiples() {
     assert_eq!((UNIT, LARGEST), (2f64.powi(-32), 2f64.powi(24)));
-    let multiples = -(1i64 << 56)..=(1i64 << 56);
-    property("units", 2000, &multiples, |units| {
+    property("units", 2000, &(-(1i64 << 56)..=(1i64 << 56)), |units| {
         // What a double can hold of it.
-        let value = units as f64 * UNIT;
-        assert_eq!(in_units(value), units as f64 as i64);
+        assert_eq!(in_units(units as f64 * UNIT), units as f64 as i64);
     });
     property("large units", 500, &((1i64 << 52)..(1i64 << 53)), |units| {
         assert_eq!(in_units(units as f64 * UNIT), units, "every integer of 53 bits");
@@ -110,27 +107,11 @@ fn units_are_the_nearest_multiples() {
 }
 
 #[test]
-fn exact_moments_agree_with_two_passes() {
-    property("exact", 500, &values(), |values| {
-        let n = values.len() as u32;
-        let moments = exact(&values);
-        let ((mean, variance), (e_mean, e_variance)) = (two_pass(&values), error(&values));
-        assert_abs_diff_eq!(moments.mean(n), mean, epsilon = e_mean + 0.5 * UNIT);
-        // Every value moves by at most half a unit.
-        let moved = 2.0 * (2.0 * variance).sqrt() * UNIT + UNIT * UNIT;
-        assert_abs_diff_eq!(moments.variance(n), variance, epsilon = e_variance + moved);
-        let standard_error = (moments.variance(n) / f64::from(n)).sqrt();
-        assert_eq!(moments.standard_error(n), standard_error);
-    });
-}
-
-#[test]
 fn exact_moments_merge_in_any_order() {
     let strategy = (values(), prop::collection::vec(any::<prop::sample::Index>(), 3));
     property("any order", 500, &strategy, |(mut values, cuts)| {
         let all = exact(&values);
-        let cut = cuts[0].index(values.len());
-        let (left, right) = values.split_at(cut);
+        let (left, right) = values.split_at(cuts[0].index(values.len()));
         for (a, b) in [(left, right), (right, left)] {
             let mut merged = exact(a);
             merged.merge(&exact(b)).expect("room for more");
@@ -160,8 +141,7 @@ fn large_offsets_do_not_cancel() {
     let values: Vec<f64> = (0..n).map(|i| LARGEST / 2.0 + f64::from(i % 2)).collect();
     let moments = exact(&values);
     assert_eq!(moments.mean(n), LARGEST / 2.0 + 0.5);
-    let expected = f64::from(n) / 4.0 / f64::from(n - 1);
-    assert_relative_eq!(moments.variance(n), expected, max_relative = 4.0 * U);
+    assert_relative_eq!(moments.variance(n), f64::from(n) / 4.0 / f64::from(n - 1), max_relative = 4.0 * U);
     // The smallest difference that the unit resolves, on top of the largest value.
     let two = exact(&[LARGEST, LARGEST - UNIT * 8.0]);
     assert_eq!(two.variance(2), 32.0 * UNIT * UNIT);
@@ -187,17 +167,6 @@ fn values_that_no_film_holds_are_refused() {
     assert!(ExactMoments::default().push(-LARGEST).is_ok());
     let message = ExactMoments::default().push(f64::NAN).expect_err("NaN").to_string();
     assert!(message.contains("NaN") && !message.contains('\n'), "{message}");
-}
-
-#[test]
-fn few_exact_values() {
-    let moments = exact(&[3.0, 5.0]);
-    assert_eq!(ExactMoments::default().mean(0), 0.0);
-    assert_eq!(ExactMoments::default().variance(0), f64::INFINITY);
-    assert_eq!(exact(&[3.0]).variance(1), f64::INFINITY);
-    assert_eq!(exact(&[3.0]).standard_error(1), f64::INFINITY);
-    assert_eq!((moments.mean(2), moments.variance(2)), (4.0, 2.0));
-    assert_eq!(moments.standard_error(2), 1.0);
 }
 
 #[test]

@@ -1,26 +1,18 @@
 //! The kd-tree against brute force; photon maps and passes as functions of their arguments alone.
 
-use glam::DVec3;
-use proptest::prelude::*;
 use statrs::function::gamma::ln_gamma;
-use whitefurnace::error::Error;
-use whitefurnace::estimator::photon_map::{Kept, Photon, PhotonMap, same_side};
-use whitefurnace::estimator::{ImageEstimator, Sppm, Standard, radius_squared};
+use whitefurnace::estimator::photon_map::{Photon, same_side};
+use whitefurnace::estimator::radius_squared;
 use whitefurnace::kd_tree::KdTree;
-use whitefurnace::rng::{stream, uniform};
-use whitefurnace::scene::{room, simple};
 
-use crate::helpers::point;
-use crate::support::property;
+use crate::prelude::*;
 
 /// Every point within the radius once and no other, ties and equal points included.
 #[test]
 fn a_kd_tree_finds_what_brute_force_finds() {
-    let coarse = (-4i32..=4).prop_map(|i| f64::from(i) * 0.25);
-    let grid = prop::array::uniform3(coarse).prop_map(DVec3::from_array);
+    let grid = prop::array::uniform3((-4i32..=4).prop_map(|i| f64::from(i) * 0.25)).prop_map(DVec3::from_array);
     let points = prop_oneof![prop::collection::vec(point(1.0), 0..200), prop::collection::vec(grid, 0..200),];
-    let arguments = (points, point(1.2), 0.0..1.5f64);
-    property("kd-tree", 256, &arguments, |(points, centre, radius)| {
+    property("kd-tree", 256, &(points, point(1.2), 0.0..1.5f64), |(points, centre, radius)| {
         let tree = KdTree::new(points.iter().copied().zip(0..));
         assert_eq!(tree.len(), points.len());
         assert_eq!(tree.is_empty(), points.is_empty());
@@ -39,9 +31,7 @@ fn a_large_kd_tree_does_not_depend_on_the_threads() {
     let mut rng = stream(7, 0, 0);
     let points: Vec<DVec3> = (0..50_000).map(|_| DVec3::from_array([0; 3].map(|_| uniform(&mut rng)))).collect();
     let order = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let pool = pool.expect("a pool of threads");
-        let tree = pool.install(|| KdTree::new(points.iter().copied().zip(0u32..)));
+        let tree = on_threads(threads, || KdTree::new(points.iter().copied().zip(0u32..)));
         let mut order = Vec::new();
         tree.within(DVec3::splat(0.5), 0.1, |&i| order.push(i));
         order
@@ -52,9 +42,8 @@ fn a_large_kd_tree_does_not_depend_on_the_threads() {
     assert_eq!(one, order(3));
 }
 
-fn photons(kept: Kept, scene: &whitefurnace::scene::Scene, emitted: u32) -> Vec<Photon> {
-    let map = PhotonMap::new(&Standard, scene, kept, emitted, (3, 1)).expect("a small map");
-    map.photons().copied().collect()
+fn photons(kept: Kept, scene: &Scene, emitted: u32) -> Vec<Photon> {
+    PhotonMap::new(&Standard, scene, kept, emitted, (3, 1)).expect("a small map").photons().copied().collect()
 }
 
 fn bits(photons: &[Photon]) -> Vec<[u64; 3]> {
@@ -65,11 +54,7 @@ fn bits(photons: &[Photon]) -> Vec<[u64; 3]> {
 #[test]
 fn a_photon_map_does_not_depend_on_the_threads() {
     let scene = room::diffuse().expect("a scene");
-    let map = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let pool = pool.expect("a pool of threads");
-        bits(&pool.install(|| photons(Kept::All, &scene, 5000)))
-    };
+    let map = |threads| bits(&on_threads(threads, || photons(Kept::All, &scene, 5000)));
     let one = map(1);
     assert!(one.len() > 5000);
     assert_eq!(one, map(3));
@@ -77,31 +62,26 @@ fn a_photon_map_does_not_depend_on_the_threads() {
 
 #[test]
 fn without_mirrors_and_glass_there_are_no_caustic_photons() {
-    let diffuse = room::diffuse().expect("a scene");
-    assert!(photons(Kept::Caustic, &diffuse, 2000).is_empty());
-    let report = room::report(room::Convention::Physical, Default::default()).expect("a scene");
-    let found = photons(Kept::Caustic, &report, 2000).len();
+    assert!(photons(Kept::Caustic, &room::diffuse().expect("a scene"), 2000).is_empty());
+    let found = photons(Kept::Caustic, &report_room(), 2000).len();
     assert!(found > 0 && found < 2000, "{found}");
 }
 
 /// In a furnace whose walls absorb everything each particle leaves one photon, of flux π L A/N.
 #[test]
 fn flux_is_shared_among_the_particles_that_were_emitted() {
-    let scene = simple::furnace_box(0.0).expect("a scene");
-    let found = photons(Kept::All, &scene, 100);
+    let found = photons(Kept::All, &furnace(0.0), 100);
     assert_eq!(found.len(), 100);
     for photon in found {
-        let share = std::f64::consts::PI * 24.0 / 100.0;
-        approx::assert_relative_eq!(photon.flux.x, share, max_relative = 1e-12);
-        approx::assert_relative_eq!(photon.normal.length(), 1.0, max_relative = 1e-12);
+        assert_relative_eq!(photon.flux.x, PI * 24.0 / 100.0, max_relative = 1e-12);
+        assert_relative_eq!(photon.normal.length(), 1.0, max_relative = 1e-12);
         assert!(photon.normal.dot(photon.from) > 0.0);
     }
 }
 
 #[test]
 fn a_map_that_would_not_fit_memory_is_refused_before_it_is_made() {
-    let scene = room::diffuse().expect("a scene");
-    let refused = PhotonMap::new(&Standard, &scene, Kept::All, u32::MAX, (1, 0));
+    let refused = PhotonMap::new(&Standard, &room::diffuse().expect("a scene"), Kept::All, u32::MAX, (1, 0));
     assert!(matches!(refused, Err(Error::Option(message)) if message.contains("GB")));
 }
 
@@ -120,8 +100,7 @@ fn the_radius_of_a_pass_is_a_quotient_of_gamma_functions() {
     for n in [1u32, 2, 3, 10, 1000] {
         let x = f64::from(n);
         let log = ln_gamma(x + alpha) - ln_gamma(1.0 + alpha) - ln_gamma(x + 1.0);
-        let expected = 0.25 * log.exp();
-        approx::assert_relative_eq!(radius_squared(0.25, n - 1), expected, max_relative = 1e-9);
+        assert_relative_eq!(radius_squared(0.25, n - 1), 0.25 * log.exp(), max_relative = 1e-9);
     }
 }
 

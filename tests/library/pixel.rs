@@ -1,11 +1,6 @@
 //! Section 2.7: where in a pixel the rays go.
 
-use approx::assert_abs_diff_eq;
-use proptest::prelude::*;
-use whitefurnace::pixel::PixelSampling::{Centre, Grid, Jitter, Random};
-
-use crate::helpers::U;
-use crate::support::property;
+use crate::prelude::*;
 
 /// The largest number that the generator makes.
 const LAST: f64 = 1.0 - U;

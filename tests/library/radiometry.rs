@@ -1,25 +1,20 @@
 //! Equations (8)-(9): cosine, geometry term, change of measure, weights.
 
-use approx::{assert_abs_diff_eq, assert_relative_eq};
-use glam::DVec3;
 use whitefurnace::radiometry::{balance, cosine, power, reflected, solid_angle_per_area};
 
-use crate::helpers::{U, point, unit};
-use crate::support::property;
+use crate::prelude::*;
 
 /// G(x, y) between two points with unit normals, of the factors that the estimators use.
 fn geometry_term(x: DVec3, normal_x: DVec3, y: DVec3, normal_y: DVec3) -> f64 {
     let to_y = y - x;
     let direction = to_y.normalize();
-    let cosine_at_y = cosine(normal_y, -direction);
-    cosine(normal_x, direction) * solid_angle_per_area(cosine_at_y, to_y.length_squared())
+    cosine(normal_x, direction) * solid_angle_per_area(cosine(normal_y, -direction), to_y.length_squared())
 }
 
 #[test]
 fn cosine_is_zero_below_the_surface() {
     property("cosine", 500, &(unit(), unit()), |(n, w)| {
-        let scalar = n.x * w.x + n.y * w.y + n.z * w.z;
-        assert_abs_diff_eq!(cosine(n, w), scalar.max(0.0), epsilon = 3.0 * U);
+        assert_abs_diff_eq!(cosine(n, w), (n.x * w.x + n.y * w.y + n.z * w.z).max(0.0), epsilon = 3.0 * U);
         assert!(cosine(n, w) >= 0.0);
         assert_eq!(cosine(n, w) * cosine(n, -w), 0.0);
     });
@@ -28,8 +23,7 @@ fn cosine_is_zero_below_the_surface() {
 
 #[test]
 fn geometry_term_is_symmetric() {
-    let strategy = (point(2.0), unit(), point(2.0), unit());
-    property("geometry", 1000, &strategy, |(x, nx, y, ny)| {
+    property("geometry", 1000, &(point(2.0), unit(), point(2.0), unit()), |(x, nx, y, ny)| {
         let (there, back) = (geometry_term(x, nx, y, ny), geometry_term(y, ny, x, nx));
         // The differences are exactly opposite; four roundings of products differ on each way.
         assert_relative_eq!(there, back, max_relative = 8.0 * U);
@@ -47,6 +41,8 @@ fn geometry_term_is_symmetric() {
 fn area_becomes_solid_angle() {
     // Exact: 6, 3, 2 over 49 has distance 7.
     assert_eq!(solid_angle_per_area(0.5, 4.0), 0.125);
+    let [brdf, radiance] = [[0.25, 0.5, 1.0], [2.0, 4.0, 8.0]].map(DVec3::from_array);
+    assert_eq!(reflected(brdf, radiance, 0.5, 0.25), DVec3::new(1.0, 4.0, 16.0));
     let (x, y) = (DVec3::ZERO, DVec3::new(6.0, 3.0, 2.0));
     let g = geometry_term(x, DVec3::Z, y, -DVec3::Z);
     assert_abs_diff_eq!(g, (2.0 / 7.0) * (2.0 / 7.0) / 49.0, epsilon = 8.0 * U * g);
@@ -54,8 +50,7 @@ fn area_becomes_solid_angle() {
 
 #[test]
 fn weights_are_shares_of_densities_and_of_their_squares() {
-    let strategy = (1e-6..1e6, 1e-6..1e6);
-    property("weights", 1000, &strategy, |(p, q): (f64, f64)| {
+    property("weights", 1000, &(1e-6..1e6, 1e-6..1e6), |(p, q): (f64, f64)| {
         // The definitions, whose squares stay far from the ends of the floats here.
         assert_relative_eq!(balance(p, q), p / (p + q), max_relative = 8.0 * U);
         assert_relative_eq!(power(p, q), p * p / (p * p + q * q), max_relative = 8.0 * U);
@@ -82,10 +77,4 @@ fn weights_sum_to_one_for_extreme_densities() {
             }
         }
     }
-}
-
-#[test]
-fn reflected_is_the_integrand_over_the_pdf() {
-    let found = reflected(DVec3::new(0.25, 0.5, 1.0), DVec3::new(2.0, 4.0, 8.0), 0.5, 0.25);
-    assert_eq!(found, DVec3::new(1.0, 4.0, 16.0));
 }

@@ -1,33 +1,17 @@
 //! Radiosity and form factors: closed forms, refusals, order of convergence, threads.
 
-use std::f64::consts::PI;
-
-use approx::assert_abs_diff_eq;
-use glam::DVec3;
-use whitefurnace::bsdf::Bsdf;
-use whitefurnace::camera::Camera;
 use whitefurnace::equation;
-use whitefurnace::error::Error;
-use whitefurnace::estimator::radiosity::{Fineness, FormFactors, Mesh, Patch, RESIDUAL, ReadOut};
-use whitefurnace::estimator::{Radiosity, Standard};
+use whitefurnace::estimator::radiosity::{FormFactors, Mesh, Patch, RESIDUAL, ReadOut};
 use whitefurnace::form_factor::{Polygon, polygon};
-use whitefurnace::frame::from_spherical;
-use whitefurnace::scene::{Scene, SceneBuilder, Surface, room, simple};
-use whitefurnace::shape::{Ray, Sphere};
+
+use crate::prelude::*;
 
 fn fineness(patches: u32, halvings: u32) -> Fineness {
     Fineness { patches, halvings }
 }
 
 fn scene(parts: impl FnOnce(&mut SceneBuilder)) -> Scene {
-    let mut builder = SceneBuilder::new("test");
-    parts(&mut builder);
-    let camera = Camera::new(DVec3::new(0.5, -2.0, 0.6), DVec3::ZERO, DVec3::Z, 0.5);
-    builder.build(camera).expect("a valid scene")
-}
-
-fn lambert(albedo: f64) -> Surface {
-    Surface::new(Bsdf::Lambert { albedo: DVec3::splat(albedo) })
+    scene_from(Camera::new(DVec3::new(0.5, -2.0, 0.6), DVec3::ZERO, DVec3::Z, 0.5), parts)
 }
 
 fn solve(scene: &Scene, fineness: Fineness) -> Result<Radiosity, Error> {
@@ -43,8 +27,7 @@ fn polygons_add_up_and_are_cut_at_the_horizon() {
     let [a, b, c, d] = whole;
     let f = polygon(DVec3::Z, &whole);
     assert!(f > 0.0);
-    let parts = polygon(DVec3::Z, &[a, b, c]) + polygon(DVec3::Z, &[a, c, d]);
-    assert_abs_diff_eq!(f, parts, epsilon = 1e-15);
+    assert_abs_diff_eq!(f, polygon(DVec3::Z, &[a, b, c]) + polygon(DVec3::Z, &[a, c, d]), epsilon = 1e-15);
     assert_abs_diff_eq!(polygon(DVec3::Z, &[d, c, b, a]), -f, epsilon = 1e-15);
     // A hemisphere's worth: a huge square overhead.
     let sky = [[-1e6, -1e6], [-1e6, 1e6], [1e6, 1e6], [1e6, -1e6]].map(|[x, y]| at(x, y, 1.0));
@@ -62,11 +45,9 @@ fn polygons_add_up_and_are_cut_at_the_horizon() {
 #[test]
 fn the_mesh_keeps_the_area_of_both_sides() {
     let scene = scene(|s| {
-        let grey = s.surface(lambert(0.5));
-        let black = s.surface(Surface::new(Bsdf::Black));
-        s.sphere(Sphere::new(DVec3::new(3.0, 0.0, 0.0), 1.5), grey);
-        s.rectangle(DVec3::ZERO, [DVec3::X, 2.0 * DVec3::Y], grey);
-        s.rectangle(DVec3::Z, [DVec3::X, DVec3::Y], black);
+        ball(s, Sphere::new(DVec3::new(3.0, 0.0, 0.0), 1.5), diffuse(0.5));
+        panel(s, DVec3::ZERO, [DVec3::X, 2.0 * DVec3::Y], diffuse(0.5));
+        panel(s, DVec3::Z, [DVec3::X, DVec3::Y], Surface::new(Bsdf::Black));
     });
     let area = 2.0 * (4.0 * PI * 1.5 * 1.5 + 2.0);
     let mut before = 0;
@@ -84,10 +65,8 @@ fn the_mesh_keeps_the_area_of_both_sides() {
 #[test]
 fn patches_of_a_sphere_add_up_to_its_form_factor() {
     let scene = scene(|s| {
-        let grey = s.surface(lambert(0.5));
-        let floor = s.surface(lambert(0.25));
-        s.sphere(Sphere::new(DVec3::new(0.0, 0.0, 3.0), 1.0), grey);
-        s.rectangle(DVec3::new(-0.01, -0.01, 0.0), [0.02 * DVec3::X, 0.02 * DVec3::Y], floor);
+        ball(s, Sphere::new(DVec3::new(0.0, 0.0, 3.0), 1.0), diffuse(0.5));
+        square(s, 0.01, 0.0, true, diffuse(0.25));
     });
     let mesh = Mesh::new(&scene, fineness(1000, 0)).expect("a mesh");
     let factors = FormFactors::new(&Standard, &scene, &mesh, &|_| true).expect("form factors");
@@ -106,8 +85,8 @@ fn patches_of_a_sphere_add_up_to_its_form_factor() {
 /// a cavity, each reflecting on both sides.
 fn medley() -> Scene {
     scene(|s| {
-        let [pale, dark, red] = [0.7, 0.2, 0.5].map(|albedo| s.surface(lambert(albedo)));
-        let lamp = s.surface(lambert(0.4).emitting(DVec3::new(3.0, 2.0, 1.0)));
+        let [pale, dark, red] = [0.7, 0.2, 0.5].map(|albedo| s.surface(diffuse(albedo)));
+        let lamp = s.surface(diffuse(0.4).emitting(DVec3::new(3.0, 2.0, 1.0)));
         s.rectangle(DVec3::ZERO, [3.0 * DVec3::X, 2.0 * DVec3::Y], pale);
         s.rectangle(DVec3::ZERO, [2.0 * DVec3::Y, DVec3::new(0.3, 0.0, 2.0)], dark);
         let corners = [DVec3::new(0.5, 1.9, 0.1), DVec3::new(2.9, 1.8, 0.2), DVec3::new(1.0, 1.5, 1.8)];
@@ -171,44 +150,28 @@ fn at_its_nodes_interpolation_is_exact() {
     }
 }
 
-/// Each triangle's patches are equal, each patch of a sphere has the area of its own polygon of many
-/// corners.
+/// Of a triangle, and by Archimedes of a sphere between two heights and two meridians.
 #[test]
 fn every_patch_has_its_own_area() {
-    let mesh = Mesh::new(&medley(), fineness(60, 0)).expect("a mesh");
-    for element in mesh.elements() {
+    for element in Mesh::new(&medley(), fineness(60, 0)).expect("a mesh").elements() {
         let expected = match &element.patch {
             Patch::Flat { polygon, .. } => {
                 let [a, b, c] = [0, 1, 2].map(|i| polygon.corners()[i]);
                 0.5 * (b - a).cross(c - a).length()
             }
             Patch::Curved(part) => {
-                // The area of a facetted copy: strips between meridians and parallels.
-                let n = 200;
-                let point = |i: u32, j: u32| {
-                    let at = |[from, to]: [f64; 2], k| from + f64::from(k) / f64::from(n) * (to - from);
-                    let inclinations = part.heights.map(f64::acos);
-                    let (theta, turn) = (at(inclinations, i), at(part.azimuths, j));
-                    part.radius * from_spherical(theta, turn)
-                };
-                // One meridian's strip, as often as there are.
-                let facet = |i| {
-                    let [a, b, c, d] = [point(i, 0), point(i + 1, 0), point(i + 1, 1), point(i, 1)];
-                    0.5 * (c - a).cross(d - b).length()
-                };
-                f64::from(n) * (0..n).map(facet).sum::<f64>()
+                let [height, turn] = [part.heights, part.azimuths].map(|[from, to]| (to - from).abs());
+                part.radius * part.radius * height * turn
             }
         };
-        let off = element.area / expected - 1.0;
-        assert!(off.abs() < 1e-4, "{} is not {expected}", element.area);
+        assert_relative_eq!(element.area, expected, max_relative = 1e-12);
         assert!(element.area > 0.0);
     }
 }
 
 #[test]
 fn the_solution_satisfies_its_equation_and_converges() {
-    let scene = simple::furnace_box(0.9).expect("a scene");
-    let solved = solve(&scene, fineness(40, 0)).expect("a solution");
+    let solved = solve(&furnace(0.9), fineness(40, 0)).expect("a solution");
     assert!(solved.residual() <= RESIDUAL && solved.sweeps() > 2);
     for (element, irradiance) in solved.irradiances() {
         let inside = irradiance != DVec3::ZERO;
@@ -223,11 +186,9 @@ fn the_solution_satisfies_its_equation_and_converges() {
 #[test]
 fn halving_patches_divides_the_error_by_four() {
     let scene = scene(|s| {
-        let grey = s.surface(lambert(0.5));
-        let lit = s.surface(Surface::new(Bsdf::Black).emitting(DVec3::ONE));
-        s.rectangle(DVec3::ZERO, [DVec3::X, DVec3::Y], grey);
-        s.rectangle(DVec3::new(-0.2, 0.0, 0.1), [DVec3::Y, DVec3::Z], grey);
-        s.rectangle(DVec3::new(0.2, 0.2, 1.0), [0.6 * DVec3::Y, 0.6 * DVec3::X], lit);
+        panel(s, DVec3::ZERO, [DVec3::X, DVec3::Y], diffuse(0.5));
+        panel(s, DVec3::new(-0.2, 0.0, 0.1), [DVec3::Y, DVec3::Z], diffuse(0.5));
+        panel(s, DVec3::new(0.2, 0.2, 1.0), [0.6 * DVec3::Y, 0.6 * DVec3::X], lamp(1.0));
     });
     let flux = |halvings| {
         let solved = solve(&scene, fineness(8, halvings)).expect("a solution");
@@ -245,23 +206,20 @@ fn what_it_cannot_do_is_refused_in_one_line() {
         assert!(message.contains(hint) && !message.contains('\n'), "{message}");
     };
     let default = Fineness::default();
-    let report = room::report(room::Convention::Physical, Default::default()).expect("a scene");
-    refused(&report, default, "mirrors");
+    refused(&report_room(), default, "mirrors");
     refused(&simple::glass_cube(false).expect("a scene"), default, "background");
-    let furnace = simple::furnace_box(0.5).expect("a scene");
-    refused(&furnace, fineness(0, 0), "at least one");
-    refused(&furnace, fineness(1_000_000, 0), "memory");
-    refused(&simple::furnace_box(1.0).expect("a scene"), fineness(12, 0), "settle");
-    let stopped = Radiosity::new(Standard, &furnace, default, &|_| false);
-    assert!(matches!(stopped, Err(Error::Interrupted)));
+    let cube = furnace(0.5);
+    refused(&cube, fineness(0, 0), "at least one");
+    refused(&cube, fineness(1_000_000, 0), "memory");
+    refused(&furnace(1.0), fineness(12, 0), "settle");
+    assert!(matches!(Radiosity::new(Standard, &cube, default, &|_| false), Err(Error::Interrupted)));
 }
 
 #[test]
 fn threads_change_nothing() {
     let scene = simple::cornell().expect("a scene");
     let solved = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        pool.install(|| {
+        on_threads(threads, || {
             let solved = solve(&scene, fineness(100, 0)).expect("a solution");
             solved.irradiances().map(|(_, e)| e.to_array().map(f64::to_bits)).collect::<Vec<_>>()
         })

@@ -3,39 +3,18 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use glam::DVec3;
-use rayon::ThreadPoolBuilder;
-use whitefurnace::bsdf::OrenNayarForm;
-use whitefurnace::estimator::radiosity::Fineness;
-use whitefurnace::estimator::{
-    Bdpt, Estimator, LightRules, LightTracer, Lookup, Path, PhotonMapping, Published, Radiosity, Report, Sppm,
-    Standard, Whitted,
-};
-use whitefurnace::film::{Features, Film, Pixel, Window};
-use whitefurnace::pixel::PixelSampling::{self, Centre, Grid, Jitter, Random};
-use whitefurnace::render::{Numbers, Sampling, render};
-use whitefurnace::sampler::Sampler;
-use whitefurnace::scene::room::{self, Convention};
-use whitefurnace::scene::{Hit, Scene, simple};
-use whitefurnace::shape::Ray;
+use whitefurnace::estimator::Path;
 
-use crate::helpers::{passes, rendered};
-use crate::support::master;
+use crate::prelude::*;
 
 const FRAME: [u32; 2] = [24, 18];
-
-fn room() -> Scene {
-    room::report(Convention::Physical, OrenNayarForm::Corrected).expect("the room")
-}
 
 fn path() -> Path {
     Path::<Standard>::default()
 }
 
 fn sampling(pixel: PixelSampling) -> Sampling {
-    let seed = master();
-    let numbers = Numbers::Independent;
-    Sampling { pixel, numbers, seed }
+    Sampling { pixel, numbers: Numbers::Independent, seed: master() }
 }
 
 fn film(pixel: PixelSampling, window: Option<Window>) -> Film {
@@ -52,17 +31,14 @@ fn whole<E: Estimator>(scene: &Scene, estimator: &E, pixel: PixelSampling) -> Fi
 }
 
 fn assert_threads_do_not_matter<E: Estimator>(scene: &Scene, estimator: &E) {
-    let films = [1, 2, 3, 7].map(|threads| {
-        let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.expect("threads").install(|| whole(scene, estimator, Random))
-    });
+    let films = [1, 2, 3, 7].map(|threads| on_threads(threads, || whole(scene, estimator, Random)));
     assert!(films.iter().all(|film| *film == films[0]));
     assert!(films[0].mean() > 0.0);
 }
 
 #[test]
 fn threads_do_not_matter() {
-    let scene = room();
+    let scene = report_room();
     assert_threads_do_not_matter(&scene, &path());
     assert_threads_do_not_matter(&scene, &Report::default());
     assert_threads_do_not_matter(&scene, &Published::default());
@@ -71,7 +47,7 @@ fn threads_do_not_matter() {
 
 #[test]
 fn divided_ranges_are_one_run() {
-    let scene = room();
+    let scene = report_room();
     let once = divided(&scene, &path(), &[0..7]);
     for ranges in [vec![0..3, 3..7], vec![4..7, 0..1, 1..4], vec![0..0, 0..7, 7..7]] {
         assert!(divided(&scene, &path(), &ranges) == once);
@@ -85,11 +61,13 @@ fn divided_ranges_are_one_run() {
         }
         assert!(sum == once, "merged as {order:?}");
     }
+    let other = Sampling { seed: master() ^ 1, ..sampling(Random) };
+    assert!(rendered(&scene, &path(), FRAME, other, &[0..7]).expect("legal radiance") != once, "seeds matter");
 }
 
 #[test]
 fn windows_are_crops() {
-    let scene = room();
+    let scene = report_room();
     for pixel in [Random, Jitter(2)] {
         let full = whole(&scene, &path(), pixel);
         for (corner, size) in [([0, 0], FRAME), ([5, 3], [7, 9]), ([23, 17], [1, 1])] {
@@ -107,17 +85,6 @@ fn windows_are_crops() {
     }
 }
 
-#[test]
-fn seeds_matter() {
-    let scene = room();
-    let seeded = |seed| {
-        let sampling = Sampling { seed, ..sampling(Random) };
-        rendered(&scene, &path(), FRAME, sampling, &[0..2]).expect("legal radiance")
-    };
-    assert!(seeded(1) == seeded(1));
-    assert!(seeded(1) != seeded(2));
-}
-
 /// Shows where on the image plane a ray passes, as its horizontal and vertical slope plus 2.
 struct Slopes;
 
@@ -132,7 +99,7 @@ impl Estimator for Slopes {
 #[test]
 fn pixels_are_where_they_belong() {
     // Half height 0.77704 at distance 1: a pixel is 2 · 0.77704/18 wide. Roundings to units of 2⁻³².
-    let scene = room();
+    let scene = report_room();
     let step = 2.0 * 0.77704 / 18.0;
     let numbers = [Numbers::Independent, Numbers::Sobol(1), Numbers::Sobol(4)];
     let places = [Centre, Grid(2), Grid(3)];
@@ -162,12 +129,11 @@ fn pixels_are_where_they_belong() {
 
 #[test]
 fn features_are_those_of_the_first_hit() {
-    let scene = room();
+    let scene = report_room();
     let film = whole(&scene, &path(), Centre);
     for (x, y) in [(12, 2), (2, 9), (12, 13), (20, 4)] {
         let [px, py] = [x, y].map(|v| f64::from(v) + 0.5);
-        let ray = scene.camera().ray(FRAME, px, py);
-        let hit = scene.intersect(&ray).expect("closed");
+        let hit = scene.intersect(&scene.camera().ray(FRAME, px, py)).expect("closed");
         let found = film.pixel(x, y).features();
         let unit = 1.0 / (1u64 << 32) as f64;
         assert!((found.albedo - scene.surface(&hit).bsdf.albedo()).abs().max_element() <= unit);
@@ -180,8 +146,7 @@ fn features_are_those_of_the_first_hit() {
     assert_eq!(open.pixel(0, 0).mean(), DVec3::ONE);
     let glass = simple::glass_cube(true).expect("a scene");
     let inside = whole(&glass, &path(), Centre);
-    let ray = glass.camera().ray(FRAME, 12.5, 9.5);
-    assert!(inside.pixel(12, 9).features().normal.dot(ray.direction) < 0.0);
+    assert!(inside.pixel(12, 9).features().normal.dot(glass.camera().ray(FRAME, 12.5, 9.5).direction) < 0.0);
 }
 
 /// What two films show of albedo, normal and depth, to the last bit.
@@ -237,7 +202,7 @@ fn features_are_the_same_for_every_estimator() {
 
 #[test]
 fn rows_are_reported_and_can_be_stopped() {
-    let scene = room();
+    let scene = report_room();
     let samples = AtomicU64::new(0);
     let count = |row: u64| {
         samples.fetch_add(row, Ordering::Relaxed);
@@ -248,25 +213,7 @@ fn rows_are_reported_and_can_be_stopped() {
     assert!(matches!(done, Ok(true)));
     assert_eq!(samples.into_inner(), 24 * 18 * 3 * 4);
     let mut target = film(Random, None);
-    let pool = ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
-    let done = pool.install(|| render(&scene, &path(), sampling(Random), &mut target, &(0..1), &|_| false));
+    let done = on_threads(1, || render(&scene, &path(), sampling(Random), &mut target, &(0..1), &|_| false));
     assert!(matches!(done, Ok(false)));
-    let touched = target.pixels().iter().filter(|p| p.replications() > 0).count();
-    assert_eq!(touched, 24, "one row, then stop");
-}
-
-/// Returns one value for every ray.
-struct Constant(f64);
-
-impl Estimator for Constant {
-    fn radiance<R: Sampler>(&self, _: &Scene, _: &Ray, _: Option<Hit>, _: &mut R) -> DVec3 {
-        DVec3::splat(self.0)
-    }
-}
-
-#[test]
-fn a_constant_has_no_error() {
-    let constant = whole(&room(), &Constant(0.3), Jitter(3));
-    assert!(constant.pixels().iter().all(|p| p.standard_error() == DVec3::ZERO));
-    assert!((constant.mean() - 0.3).abs() <= 1.0 / (1u64 << 32) as f64);
+    assert_eq!(target.pixels().iter().filter(|p| p.replications() > 0).count(), 24, "one row, then stop");
 }

@@ -4,26 +4,11 @@
 use std::collections::BTreeSet;
 use std::sync::Mutex;
 
-use approx::assert_abs_diff_eq;
-use glam::DVec3;
-use whitefurnace::bsdf::{Bsdf, Scattering};
-use whitefurnace::emitter::{Emitter, EmitterPoint};
-use whitefurnace::estimator::{
-    Bdpt, Bidirectional, Estimator, ImageEstimator, LightTracer, Lookup, NextEvent, Path, PhotonMapping, Photons, Sppm,
-    Standard,
-};
-use whitefurnace::film::Film;
-use whitefurnace::moments::{Moments, UNIT};
-use whitefurnace::pixel::PixelSampling::{self, Centre, Grid, Jitter, Random};
-use whitefurnace::render::{Numbers, Sampling, render};
-use whitefurnace::rng::{seed_for, uniform2};
-use whitefurnace::roulette::Roulette;
-use whitefurnace::sampler::{LONGEST, Sampler};
-use whitefurnace::scene::{Hit, Scene, Surface, simple};
-use whitefurnace::shape::Ray;
+use whitefurnace::emitter::EmitterPoint;
+use whitefurnace::estimator::Path;
+use whitefurnace::sampler::LONGEST;
 
-use crate::helpers::{assert_option_refused, passes, rendered, scene};
-use crate::support::master;
+use crate::prelude::*;
 
 const FRAME: [u32; 2] = [7, 5];
 const REPLICATIONS: u32 = 6;
@@ -97,15 +82,12 @@ fn error_bars_are_the_spread_of_replications_rendered_alone() {
         let whole = film(0..REPLICATIONS);
         let alone: Vec<Film> = (0..REPLICATIONS).map(|r| film(r..r + 1)).collect();
         for (i, pixel) in whole.pixels().iter().enumerate() {
-            for channel in 0..3 {
-                let values = alone.iter().map(|film| film.pixels()[i].mean()[channel]);
-                let moments: Moments = values.collect();
-                assert_abs_diff_eq!(pixel.mean()[channel], moments.mean(), epsilon = 2.0 * UNIT);
-                let error = pixel.standard_error()[channel];
-                assert_abs_diff_eq!(error, moments.standard_error(), epsilon = 4.0 * UNIT);
-                // Numbers that are uniform and independent differ; the third channel is 1 for all.
-                assert_eq!(error > 0.0, channel < 2, "{sampling:?}");
-            }
+            let moments = [0, 1, 2].map(|c| alone.iter().map(|film| film.pixels()[i].mean()[c]).collect::<Moments>());
+            let [mean, error] = [moments.map(|m| m.mean()), moments.map(|m| m.standard_error())].map(DVec3::from);
+            assert_abs_diff_eq!(pixel.mean(), mean, epsilon = 2.0 * UNIT);
+            assert_abs_diff_eq!(pixel.standard_error(), error, epsilon = 4.0 * UNIT);
+            // Numbers that are uniform and independent differ; the third channel is 1 for all.
+            assert_eq!(pixel.standard_error().to_array().map(|error| error > 0.0), [true, true, false], "{sampling:?}");
             assert_eq!(pixel.replications(), REPLICATIONS);
         }
     }
@@ -135,22 +117,14 @@ impl NextEvent for Watched<'_> {
 }
 
 impl Roulette for Watched<'_> {}
-
 impl Photons for Watched<'_> {}
-
 impl Bidirectional for Watched<'_> {}
-
-/// A closed box that emits and reflects: every particle and every path bounces.
-fn furnace() -> Scene {
-    simple::furnace_box(0.5).expect("a scene")
-}
 
 #[test]
 fn every_pass_draws_its_own_numbers() {
     fn check<'a, E: ImageEstimator>(seen: &'a Mutex<Vec<Draw>>, name: &str, estimator: impl Fn(Watched<'a>) -> E) {
         let estimator = estimator(Watched(seen));
-        let ranges = [0..1, 1..3, 3..REPLICATIONS];
-        passes(&furnace(), &estimator, FRAME, &ranges).expect("legal radiance");
+        passes(&furnace(0.5), &estimator, FRAME, &[0..1, 1..3, 3..REPLICATIONS]).expect("legal radiance");
         let draws = seen.lock().expect("no panic");
         // Each particle has at least a point and a direction.
         assert!(draws.len() as u32 > 2 * FRAME[0] * FRAME[1] * REPLICATIONS, "{name}");
@@ -165,13 +139,12 @@ fn every_pass_draws_its_own_numbers() {
 #[test]
 fn every_map_of_photons_draws_its_own_numbers() {
     let seen = Mutex::default();
-    let scene = furnace();
+    let scene = furnace(0.5);
     let lookup = Lookup::Gather { caustic_particles: 40, caustic_radius: 0.1 };
     // Programs name replications by the seed, passes by their number.
     for (seed, pass) in [(1_u32, 0), (1, 1), (2, 0), (3, 7)] {
         let name = (seed_for(master(), &seed.to_string()), pass);
-        let map = PhotonMapping::new(Watched(&seen), &scene, lookup, (40, 0.1), name);
-        assert!(map.is_ok());
+        assert!(PhotonMapping::new(Watched(&seen), &scene, lookup, (40, 0.1), name).is_ok());
     }
     let draws = seen.into_inner().expect("no panic");
     assert!(draws.len() >= 4 * 2 * 2 * 40);
@@ -211,9 +184,7 @@ fn more_samples_than_can_be_named_are_refused() {
 /// Half of the only pixel shows an emitter.
 fn edge() -> Scene {
     scene(|scene| {
-        let light = scene.surface(Surface::new(Bsdf::Black).emitting(DVec3::ONE));
-        let corner = DVec3::new(1.0, -9.0, -9.0);
-        scene.rectangle(corner, [18.0 * DVec3::Z, 9.0 * DVec3::Y], light);
+        panel(scene, DVec3::new(1.0, -9.0, -9.0), [18.0 * DVec3::Z, 9.0 * DVec3::Y], lamp(1.0));
     })
 }
 

@@ -1,11 +1,8 @@
 //! Section 2.6.2: Russian roulette.
 
-use approx::assert_abs_diff_eq;
-use glam::DVec3;
 use whitefurnace::roulette::{HIGHEST_SURVIVAL, by_absorption, by_throughput, survives, weight};
 
-use crate::helpers::U;
-use crate::support::property;
+use crate::prelude::*;
 
 #[test]
 fn survivors_stand_for_all() {
@@ -21,24 +18,19 @@ fn the_share_of_survivors_is_the_survival() {
     let n = 1024;
     for k in [0, 1, 100, 768, 1023, 1024] {
         let survival = f64::from(k) / f64::from(n);
-        let count = (0..n).filter(|&i| survives(f64::from(i) / f64::from(n), survival)).count();
-        assert_eq!(count, k as usize);
+        assert_eq!((0..n).filter(|&i| survives(f64::from(i) / f64::from(n), survival)).count(), k as usize);
     }
     assert!(!survives(0.0, 0.0), "survival 0 is certain death");
     assert!(survives(1.0 - U, 1.0), "survival 1 is certain life");
 }
 
 #[test]
-fn survival_by_absorption_is_the_rest() {
+fn survival_is_the_rest_of_absorption_or_bounds_weights() {
     for (absorption, survival) in [(0.25, 0.75), (0.0, 1.0), (1.0, 0.0)] {
         assert_eq!(by_absorption(absorption), survival);
     }
-}
-
-#[test]
-fn survival_by_throughput_bounds_weights() {
     assert_eq!(HIGHEST_SURVIVAL, 0.95);
-    assert_eq!(by_throughput(DVec3::ZERO), 0.0);
-    assert_eq!(by_throughput(DVec3::new(0.1, 0.7, 0.3)), 0.7);
-    assert_eq!(by_throughput(DVec3::new(0.1, 0.2, 7.0)), HIGHEST_SURVIVAL);
+    for (throughput, survival) in [([0.0; 3], 0.0), ([0.1, 0.7, 0.3], 0.7), ([0.1, 0.2, 7.0], HIGHEST_SURVIVAL)] {
+        assert_eq!(by_throughput(DVec3::from(throughput)), survival);
+    }
 }

@@ -3,18 +3,11 @@
 use std::collections::BTreeSet;
 use std::convert::Infallible;
 
-use glam::DVec3;
-use rand::{Rng, TryRng};
-use whitefurnace::bsdf::{Bsdf, Scattering};
-use whitefurnace::estimator::{Estimator, Lookup, NextEvent, Path, PhotonMapping, Photons, Published, Strategy};
-use whitefurnace::rng::{Stream, stream, uniform};
-use whitefurnace::roulette::Roulette;
-use whitefurnace::sampler::{BLOCK, LIGHT, Sampler, Sobol, scramble};
-use whitefurnace::scene::{Scene, Surface, simple};
-use whitefurnace::shape::{Ray, Sphere};
+use rand::TryRng;
+use whitefurnace::estimator::{Path, Strategy};
+use whitefurnace::sampler::{BLOCK, LIGHT, Sobol, scramble};
 
-use crate::helpers::scene;
-use crate::support::master;
+use crate::prelude::*;
 
 fn sobol(index: u32, scramble: u32) -> Sobol {
     let point = u16::try_from(index).expect("a point of the sequence");
@@ -152,8 +145,7 @@ fn deep_blocks_have_numbers_of_their_own() {
         for block in [block, LIGHT + block] {
             points.block(block);
             // Four numbers of 23 bits: none alike by chance.
-            let numbers = leading(&mut points, 4);
-            assert!(seen.insert(numbers), "block {block} repeats another");
+            assert!(seen.insert(leading(&mut points, 4)), "block {block} repeats another");
         }
     }
 }
@@ -203,20 +195,15 @@ impl Roulette for Endless {
 }
 
 impl Scattering for Endless {}
-
 impl NextEvent for Endless {}
-
 impl Photons for Endless {}
 
 /// A cavity of mirrors that emits 1, and a ray in it.
 fn mirrors(reflectance: f64) -> (Scene, Ray) {
-    let reflectance = DVec3::splat(reflectance);
-    let scene = scene(|scene| {
-        let mirror = Surface::new(Bsdf::Mirror { reflectance }).emitting(DVec3::ONE);
-        let mirror = scene.surface(mirror);
-        scene.sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) }, mirror);
-    });
-    (scene, Ray::new(DVec3::new(0.1, 0.2, 0.3), DVec3::new(0.6, 0.0, 0.8)))
+    (
+        within_sphere(reflecting(reflectance).emitting(DVec3::ONE)),
+        Ray::new(DVec3::new(0.1, 0.2, 0.3), DVec3::new(0.6, 0.0, 0.8)),
+    )
 }
 
 /// Each vertex of a path of 1500 takes the next block, and no block serves two.
@@ -245,7 +232,7 @@ fn every_vertex_has_a_block_of_its_own() {
 /// The wall that final gathering looks at is the second vertex.
 #[test]
 fn final_gathering_takes_the_next_block() {
-    let scene = simple::furnace_box(0.5).expect("a scene");
+    let scene = furnace(0.5);
     let lookup = Lookup::Gather { caustic_particles: 1, caustic_radius: 0.1 };
     let photons = PhotonMapping::new(Endless, &scene, lookup, (1, 0.1), (1, 0)).expect("a map");
     let mut recorder = Recorder { numbers: stream(3, 4, 5), blocks: Vec::new() };
@@ -258,8 +245,7 @@ fn final_gathering_takes_the_next_block() {
 #[test]
 fn published_ends_after_seven_segments() {
     let (scene, ray) = mirrors(0.5);
-    let hit = scene.intersect(&ray);
-    let seen = Published::default().radiance(&scene, &ray, hit, &mut stream(3, 4, 5));
+    let seen = Published::default().radiance(&scene, &ray, scene.intersect(&ray), &mut stream(3, 4, 5));
     // 1 + 1/2 + ... + 1/64.
     assert_eq!(seen, DVec3::splat(1.984_375));
 }

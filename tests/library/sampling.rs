@@ -1,20 +1,11 @@
 //! Equations (17)-(19), cosine-weighted directions, points on emitters.
 
-use std::f64::consts::{PI, TAU};
-
-use approx::{assert_abs_diff_eq, assert_relative_eq};
-use glam::DVec3;
-use proptest::prelude::*;
-use whitefurnace::emitter::{Emitter, EmitterShape};
-use whitefurnace::frame::{from_spherical, to_spherical};
 use whitefurnace::sampling::{
-    cosine_hemisphere, cosine_hemisphere_inverse, cosine_hemisphere_pdf, hemisphere_printed, sphere_zone, triangle,
-    uniform_hemisphere, uniform_hemisphere_inverse, uniform_hemisphere_pdf, uniform_phi, uniform_theta,
+    cosine_hemisphere_inverse, hemisphere_printed, sphere_zone, triangle, uniform_hemisphere_inverse,
+    uniform_hemisphere_pdf, uniform_phi, uniform_theta,
 };
-use whitefurnace::shape::Sphere;
 
-use crate::helpers::U;
-use crate::support::property;
+use crate::prelude::*;
 
 type Square = [f64; 2];
 
@@ -94,8 +85,7 @@ fn inverses_undo_the_maps() {
                 assert!(apart(s2, r2) <= 8.0 * U, "{s2} for {r2}");
             }
             // And back to the direction: the roots of r₁ near 0 and 1 divide its error by themselves.
-            let bound = 64.0 * U / r1.min(1.0 - r1).max(U).sqrt();
-            assert!((map([s1, s2]) - w).length() <= bound);
+            assert!((map([s1, s2]) - w).length() <= 64.0 * U / r1.min(1.0 - r1).max(U).sqrt());
         }
     });
 }
@@ -120,8 +110,7 @@ fn pdfs_belong_to_their_maps() {
     let maps: [Map; 2] = [(uniform_hemisphere, uniform_hemisphere_pdf), (cosine_hemisphere, cosine_hemisphere_pdf)];
     property("stretch", 2000, &(inner(), square()), |(random, any)| {
         for (map, pdf) in maps {
-            let product = pdf(map(random).z) * area_ratio(map, random);
-            assert_abs_diff_eq!(product, 1.0, epsilon = DIFFERENCES);
+            assert_abs_diff_eq!(pdf(map(random).z) * area_ratio(map, random), 1.0, epsilon = DIFFERENCES);
             assert_abs_diff_eq!(map(any).length(), 1.0, epsilon = 6.0 * U);
             assert!(map(any).z > 0.0);
         }
@@ -140,8 +129,7 @@ fn one_number_for_both_angles_is_a_spiral() {
         assert_abs_diff_eq!(w.z, 1.0 - r, epsilon = 4.0 * U);
         if r > 0.0 {
             // The azimuth follows from the inclination: a curve, not a surface.
-            let turn = uniform_hemisphere_inverse(w)[1];
-            assert!(apart(turn, 1.0 - w.z) <= 16.0 * U);
+            assert!(apart(uniform_hemisphere_inverse(w)[1], 1.0 - w.z) <= 16.0 * U);
         }
     });
 }
@@ -155,8 +143,7 @@ fn zone_points_are_uniform_on_their_zone() {
         assert_abs_diff_eq!(p.length(), r, epsilon = 8.0 * U * r);
         assert!(p.z >= heights[0] - 2.0 * U * r && p.z <= heights[1] + 2.0 * U * r);
         // Archimedes: the height and the azimuth are uniform.
-        let z = heights[0] + random[0] * (heights[1] - heights[0]);
-        assert_abs_diff_eq!(p.z, z, epsilon = 4.0 * U * r);
+        assert_abs_diff_eq!(p.z, heights[0] + random[0] * (heights[1] - heights[0]), epsilon = 4.0 * U * r);
     });
     property("zone area", 500, &inner(), |random| {
         let heights = [-0.9, 0.4];

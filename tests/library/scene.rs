@@ -1,27 +1,14 @@
 //! Scenes: what they contain, which way it faces, what the builder refuses.
 
-use approx::assert_abs_diff_eq;
-use glam::DVec3;
-use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
-use whitefurnace::camera::Camera;
-use whitefurnace::emitter::{Emitter, EmitterShape};
-use whitefurnace::scene::room::{self, Convention};
-use whitefurnace::scene::simple::{self, Cap};
-use whitefurnace::scene::{EDGE_MARGIN, Geometry, OFFSET, Scene, SceneBuilder, Surface, SurfaceId};
-use whitefurnace::shape::{Ray, Sphere};
+use whitefurnace::scene::OFFSET;
 
-use crate::helpers::{U, any_camera, in_cube, scene_from};
-use crate::support::rng;
+use crate::prelude::*;
 
 /// The floor of the room, as the report's scene was measured: counter-clockwise from above.
 pub const OUTLINE: [[f64; 2]; 6] = [[-3.0, 0.0], [0.0, -6.0], [10.0, -6.0], [13.0, 0.0], [10.0, 6.0], [0.0, 6.0]];
 
 fn report(convention: Convention) -> Scene {
     room::report(convention, OrenNayarForm::Corrected).expect("the room")
-}
-
-fn lambert(albedo: f64) -> Bsdf {
-    Bsdf::Lambert { albedo: DVec3::splat(albedo) }
 }
 
 /// Whether an emitter is the whole of a primitive, or a rectangle the primitive one of its halves.
@@ -42,11 +29,11 @@ fn is_emitter_of(geometry: Geometry, emitter: &Emitter) -> bool {
 #[test]
 fn rays_meet_what_they_are_aimed_at() {
     let scenes = [
-        report(Convention::Physical),
+        report_room(),
         report(Convention::Published),
         room::diffuse().expect("the room"),
         simple::environment().expect("a scene"),
-        simple::furnace_box(0.75).expect("a scene"),
+        furnace(0.75),
         simple::cavity_cap(0.75, Cap::Black).expect("a scene"),
         simple::glass_cube(true).expect("a scene"),
         simple::cornell().expect("a scene"),
@@ -88,7 +75,7 @@ fn rays_meet_what_they_are_aimed_at() {
 
 #[test]
 fn hit_points_keep_off_edges() {
-    let scene = simple::furnace_box(0.5).expect("a scene");
+    let scene = furnace(0.5);
     let mut rng = rng("hit points");
     for i in 0..3000 {
         let eye = 0.9 * in_cube(&mut rng, 1.0);
@@ -112,7 +99,7 @@ fn hit_points_keep_off_edges() {
 
 #[test]
 fn rays_leave_on_the_side_they_go_to() {
-    let scene = simple::furnace_box(0.5).expect("a scene");
+    let scene = furnace(0.5);
     let point = DVec3::new(0.2, 0.3, -1.0);
     for (direction, sign) in [(DVec3::ONE, 1.0), (-DVec3::ONE, -1.0)] {
         let ray = scene.leave(point, DVec3::Z, direction);
@@ -123,7 +110,7 @@ fn rays_leave_on_the_side_they_go_to() {
 
 #[test]
 fn visibility_is_symmetric_and_stops_at_surfaces() {
-    let scene = report(Convention::Physical);
+    let scene = report_room();
     let light = (DVec3::new(4.0, 0.5, 4.999), -DVec3::Z);
     let floor = |x: f64, y: f64| (DVec3::new(x, y, -5.0), DVec3::Z);
     for (point, free, through_glass) in [
@@ -133,17 +120,17 @@ fn visibility_is_symmetric_and_stops_at_surfaces() {
         (floor(3.2, -0.6), false, true),
         ((DVec3::new(5.0, -6.0, 0.0), DVec3::Y), true, true),
     ] {
-        assert_eq!(scene.visible(point, light, false), free, "{point:?}");
-        assert_eq!(scene.visible(light, point, false), free, "{point:?}");
-        assert_eq!(scene.visible(point, light, true), through_glass, "{point:?}");
-        assert_eq!(scene.visible(light, point, true), through_glass, "{point:?}");
+        for (glass, seen) in [(false, free), (true, through_glass)] {
+            let found = [scene.visible(point, light, glass), scene.visible(light, point, glass)];
+            assert_eq!(found, [seen; 2], "{point:?}");
+        }
     }
 }
 
 /// A builder with one valid surface.
 fn builder() -> (SceneBuilder, SurfaceId) {
     let mut scene = SceneBuilder::new("broken");
-    let surface = scene.surface(Surface::new(lambert(0.5)));
+    let surface = scene.surface(diffuse(0.5));
     (scene, surface)
 }
 
@@ -160,34 +147,24 @@ fn assert_refused(hint: &str, add: impl FnOnce(&mut SceneBuilder, SurfaceId)) {
 #[test]
 fn bad_surfaces_are_refused() {
     let nan = f64::NAN;
-    let valid = Surface::new(lambert(0.5));
-    let mirror = |r: f64| Bsdf::Mirror { reflectance: DVec3::splat(r) };
+    let valid = diffuse(0.5);
     let constants = OrenNayar { a: nan, b: 0.0 };
-    let albedo = DVec3::ONE;
-    let form = OrenNayarForm::Corrected;
-    for surface in [
-        Surface::new(lambert(1.0 + f64::EPSILON)),
-        Surface::new(lambert(-0.1)),
-        Surface::new(lambert(nan)),
-        Surface::new(mirror(1.1)),
-        Surface::new(Bsdf::Glass { index: 0.0 }),
-        Surface::new(Bsdf::Glass { index: -1.5 }),
-        Surface::new(Bsdf::Glass { index: nan }),
-        Surface::new(Bsdf::Glass { index: f64::INFINITY }),
+    let (albedo, form) = (DVec3::ONE, OrenNayarForm::Corrected);
+    let mut bad = [1.0 + f64::EPSILON, -0.1, nan].map(diffuse).to_vec();
+    bad.extend([0.0, -1.5, nan, f64::INFINITY].map(|index| Surface::new(Bsdf::Glass { index })));
+    bad.extend([
+        Surface::new(Bsdf::Mirror { reflectance: DVec3::splat(1.1) }),
         Surface::new(Bsdf::OrenNayar { albedo, constants, form }),
         Surface::new(Bsdf::oren_nayar(2.0 * albedo, 0.3, form)),
-        valid.emitting(DVec3::new(1.0, -1.0, 1.0)),
-        valid.emitting(DVec3::splat(nan)),
-        valid.emitting(DVec3::splat(f64::INFINITY)),
-        valid.absorbing(1.1),
-        valid.absorbing(-0.1),
-        valid.absorbing(nan),
-    ] {
+    ]);
+    bad.extend([DVec3::new(1.0, -1.0, 1.0), DVec3::NAN, DVec3::INFINITY].map(|light| valid.emitting(light)));
+    bad.extend([1.1, -0.1, nan].map(|share| valid.absorbing(share)));
+    for surface in bad {
         assert_refused("surface 1", |scene, _| {
             scene.surface(surface);
         });
     }
-    for background in [DVec3::splat(nan), DVec3::new(0.0, -1.0, 0.0), DVec3::INFINITY] {
+    for background in [DVec3::NAN, DVec3::new(0.0, -1.0, 0.0), DVec3::INFINITY] {
         assert_refused("background", |scene, _| scene.background(background));
     }
 }
@@ -218,12 +195,11 @@ fn bad_shapes_are_refused() {
 #[test]
 fn valid_borders_are_accepted() {
     let (mut scene, surface) = builder();
-    for bsdf in [lambert(0.0), lambert(1.0), Bsdf::Glass { index: 0.5 }] {
-        scene.surface(Surface::new(bsdf).absorbing(1.0));
+    for surface in [diffuse(0.0), diffuse(1.0), Surface::new(Bsdf::Glass { index: 0.5 })] {
+        scene.surface(surface.absorbing(1.0));
     }
     scene.sphere(Sphere::new(DVec3::ZERO, 1e-12), surface);
-    let zone = [-0.5, 2.0];
-    scene.sphere(Sphere { zone, ..Sphere::new(DVec3::ZERO, 1.0) }, surface);
+    scene.sphere(Sphere { zone: [-0.5, 2.0], ..Sphere::new(DVec3::ZERO, 1.0) }, surface);
     assert!(scene.build(any_camera()).is_ok());
     let (empty, _) = builder();
     let empty = empty.build(any_camera()).expect("nothing is wrong with nothing");
@@ -245,8 +221,7 @@ fn meshes_keep_their_own_vertices() {
     }
     let scene = scene.build(any_camera()).expect("valid");
     for (z, direction) in [(0.0, DVec3::Z), (3.0, -DVec3::Z)] {
-        let ray = Ray::new(DVec3::new(0.25, 0.25, z), direction);
-        let hit = scene.intersect(&ray).expect("a triangle");
+        let hit = scene.intersect(&Ray::new(DVec3::new(0.25, 0.25, z), direction)).expect("a triangle");
         assert_abs_diff_eq!(hit.t, 1.0, epsilon = 8.0 * U);
         assert_eq!(hit.normal, DVec3::Z);
     }
@@ -259,33 +234,22 @@ fn empty_zones_and_cameras_that_look_nowhere_are_refused() {
         let sphere = Sphere { zone, ..Sphere::new(DVec3::ZERO, 1.0) };
         assert_refused("zone", |scene, surface| scene.sphere(sphere, surface));
     }
-    let [o, x, z] = [DVec3::ZERO, DVec3::X, DVec3::Z];
-    for camera in [
-        Camera::new(o, o, z, 1.0),
-        Camera::new(o, z, z, 1.0),
-        Camera::new(o, x, o, 1.0),
-        Camera::new(o, x, z, 0.0),
-        Camera::new(o, x, z, -1.0),
-        Camera::new(o, x, z, f64::NAN),
-        Camera::new(DVec3::NAN, x, z, 1.0),
-    ] {
+    let ([o, x, z], nan) = ([DVec3::ZERO, DVec3::X, DVec3::Z], DVec3::NAN);
+    let nowhere = [(o, o, z, 1.0), (o, z, z, 1.0), (o, x, o, 1.0), (nan, x, z, 1.0)].into_iter();
+    for (eye, target, up, half) in nowhere.chain([0.0, -1.0, f64::NAN].map(|half| (o, x, z, half))) {
+        let camera = Camera::new(eye, target, up, half);
         let message = builder().0.build(camera).expect_err("refused").to_string();
         assert!(message.contains("camera") && !message.contains('\n'), "{message}");
         let seen = simple::environment().expect("a scene").with_camera(camera);
-        let seen = seen.expect_err("refused").to_string();
-        assert_eq!(seen, message.replace("broken", "environment"));
+        assert_eq!(seen.expect_err("refused").to_string(), message.replace("broken", "environment"));
     }
 }
 
 /// The camera counts for the distance at which rays leave surfaces, whenever it comes.
 #[test]
 fn a_later_camera_is_like_the_first() {
-    let build = |camera| {
-        scene_from(camera, |scene| {
-            let surface = scene.surface(Surface::new(Bsdf::Black));
-            scene.sphere(Sphere::new(DVec3::ZERO, 1.0), surface);
-        })
-    };
+    let build =
+        |camera| scene_from(camera, |scene| ball(scene, Sphere::new(DVec3::ZERO, 1.0), Surface::new(Bsdf::Black)));
     let far = Camera::new(1e6 * DVec3::X, DVec3::ZERO, DVec3::Z, 1.0);
     let left = |scene: Scene| scene.leave(DVec3::ZERO, DVec3::Z, DVec3::Z).origin.z;
     let later = build(any_camera()).with_camera(far).expect("a scene");

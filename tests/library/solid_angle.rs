@@ -1,16 +1,9 @@
 //! Emitters as they are seen: solid angles, points, densities.
 
-use std::f64::consts::{PI, TAU};
-
-use approx::{assert_abs_diff_eq, assert_relative_eq};
-use glam::DVec3;
-use whitefurnace::emitter::{Emitter, EmitterShape};
-use whitefurnace::shape::Sphere;
 use whitefurnace::solid_angle::{SMALLEST, SphericalRectangle, SphericalTriangle, VisibleCap};
 
-use crate::helpers::{between, in_cube, unit_vector};
+use crate::prelude::*;
 use crate::sampling::area_ratio;
-use crate::support::rng;
 
 const TRIES: usize = 2000;
 
@@ -73,8 +66,7 @@ fn solid_angle_is_the_closed_form_and_the_pdf_its_inverse() {
         assert_abs_diff_eq!(view.solid_angle(), reference, epsilon = 1e-6 * reference.max(1e-2));
         let pdf = emitter.pdf_solid_angle(from).expect("it is seen");
         assert_relative_eq!(pdf, 1.0 / view.solid_angle(), max_relative = 1e-15);
-        let sampled = emitter.sample_solid_angle(from, [0.3, 0.6]).expect("it is seen");
-        assert_eq!(pdf, sampled.1);
+        assert_eq!(pdf, emitter.sample_solid_angle(from, [0.3, 0.6]).expect("it is seen").1);
     }
     assert!(2 * seen > 3 * TRIES, "only {seen} were seen");
 }
@@ -124,8 +116,7 @@ fn directions_are_uniform_in_solid_angle() {
         let ratio = area_ratio(|r| (view.sample(r) - from).normalize(), random);
         // Central differences: third derivatives grow as a point nears the plane of the shape.
         let grazing = 1.0 / (2.0 * PI - view.solid_angle()).max(1e-3);
-        let tolerance = 1e-6 * grazing.powi(3).max(1.0);
-        assert_relative_eq!(ratio, view.solid_angle(), max_relative = tolerance);
+        assert_relative_eq!(ratio, view.solid_angle(), max_relative = 1e-6 * grazing.powi(3).max(1.0));
     }
 }
 

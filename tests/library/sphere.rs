@@ -1,12 +1,8 @@
 //! Equations (5)-(7): rays and spheres.
 
-use approx::assert_abs_diff_eq;
-use glam::DVec3;
-use proptest::prelude::*;
-use whitefurnace::shape::{Ray, Sphere, sphere_distances, sphere_distances_printed, sphere_residual};
+use whitefurnace::shape::{sphere_distances, sphere_distances_printed, sphere_residual};
 
-use crate::helpers::{U, point, unit};
-use crate::support::property;
+use crate::prelude::*;
 
 /// A sphere and a ray whose line passes it at `miss` radii from the centre, from distances around the
 /// radius to far away.
@@ -16,8 +12,7 @@ fn ray_and_sphere(misses: impl Strategy<Value = f64>) -> impl Strategy<Value = (
             let radius = 10f64.powf(size);
             let side = direction.any_orthonormal_vector();
             let along = 10f64.powf(along) * if behind { -1.0 } else { 1.0 };
-            let origin = centre + radius * (miss * side - along * direction);
-            (Ray::new(origin, direction), centre, radius, miss)
+            (Ray::new(centre + radius * (miss * side - along * direction), direction), centre, radius, miss)
         },
     )
 }
@@ -43,8 +38,7 @@ fn the_residual_is_negative_inside_and_positive_outside() {
 
 #[test]
 fn sphere_roots_lie_on_the_sphere() {
-    let misses = prop_oneof![0.0..0.999, 0.999..1.0];
-    property("roots", 3000, &ray_and_sphere(misses), |(ray, c, r, _)| {
+    property("roots", 3000, &ray_and_sphere(prop_oneof![0.0..0.999, 0.999..1.0]), |(ray, c, r, _)| {
         // Within rounding of the tangent the line may pass outside.
         let Some(roots) = sphere_distances(&ray, c, r) else {
             let tangential = (c - ray.origin).cross(ray.direction).length();
@@ -91,8 +85,7 @@ fn known_sphere_roots() {
 
 #[test]
 fn sphere_distance_is_in_units_of_the_direction() {
-    let strategy = (ray_and_sphere(0.0..0.99), -40i32..40);
-    property("units", 500, &strategy, |((ray, c, r, _), k)| {
+    property("units", 500, &(ray_and_sphere(0.0..0.99), -40i32..40), |((ray, c, r, _), k)| {
         let longer = Ray::new(ray.origin, ray.direction * 2f64.powi(k));
         let expected = sphere_distances(&ray, c, r).map(|roots| roots.map(|t| t * 2f64.powi(-k)));
         // Powers of four are exact throughout; odd powers meet a square root of 2^k, which is not.
@@ -100,16 +93,14 @@ fn sphere_distance_is_in_units_of_the_direction() {
             assert_eq!(sphere_distances(&longer, c, r), expected);
         }
         for t in sphere_distances(&longer, c, r).into_iter().flatten() {
-            let residual = sphere_residual(longer.at(t), c, r).abs();
-            assert!(residual <= sphere_bound(&ray, c, r));
+            assert!(sphere_residual(longer.at(t), c, r).abs() <= sphere_bound(&ray, c, r));
         }
     });
 }
 
 #[test]
 fn zones_divide_the_sphere() {
-    let strategy = (ray_and_sphere(0.0..1.5), -1.0..1.0);
-    property("zones", 2000, &strategy, |((ray, c, r, _), cut): (_, f64)| {
+    property("zones", 2000, &(ray_and_sphere(0.0..1.5), -1.0..1.0), |((ray, c, r, _), cut): (_, f64)| {
         let whole = Sphere::new(c, r);
         let height = cut * r;
         let zone = |zone| Sphere { zone, ..whole };
@@ -139,23 +130,20 @@ fn zones_divide_the_sphere() {
     assert!(cap.intersect(&level, 10.0).is_some());
     assert_eq!(below.intersect(&level, 10.0), None);
     assert_eq!(cap.heights(), [0.5, 1.0]);
-    assert_abs_diff_eq!(cap.area(), std::f64::consts::PI, epsilon = 4.0 * U * 4.0);
+    assert_abs_diff_eq!(cap.area(), PI, epsilon = 4.0 * U * 4.0);
     let larger = Sphere { radius: 3.0, ..cap };
-    let area = 15.0 * std::f64::consts::PI;
+    let area = 15.0 * PI;
     assert_abs_diff_eq!(larger.area(), area, epsilon = 4.0 * U * area);
 }
 
 #[test]
 fn sphere_normals_are_unit_and_on_their_side() {
-    let strategy = (point(10.0), unit(), -3.0..3.0);
-    property("normals", 500, &strategy, |(c, n, size): (_, _, f64)| {
+    property("normals", 500, &(point(10.0), unit(), -3.0..3.0), |(c, n, size): (_, _, f64)| {
         let r = 10f64.powf(size);
         let outward = Sphere::new(c, r).normal(c + r * n);
-        let inward = Sphere { inward: true, ..Sphere::new(c, r) };
-        assert_eq!(inward.normal(c + r * n), -outward);
+        assert_eq!(Sphere { inward: true, ..Sphere::new(c, r) }.normal(c + r * n), -outward);
         assert_abs_diff_eq!(outward.length(), 1.0, epsilon = 6.0 * U);
         // The point is rounded relative to its coordinates, the normal relative to the radius.
-        let bound = 4.0 * U * (c.length() + r) / r + 8.0 * U;
-        assert!((outward - n).length() <= bound);
+        assert!((outward - n).length() <= 4.0 * U * (c.length() + r) / r + 8.0 * U);
     });
 }

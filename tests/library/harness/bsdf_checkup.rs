@@ -1,60 +1,13 @@
-//! The BSDF check-ups on right BSDFs and on faulty versions of them, each of which must be rejected: a
-//! microfacet conductor that is not ours (GGX, visible normals).
+//! The BSDF check-ups on a rough conductor, and on faulty versions of it, each of which must be rejected.
 
-use std::f64::consts::{PI, TAU};
+use whitefurnace::harness::trial::refused;
 
-use glam::DVec3;
-use whitefurnace::harness::bsdf_checkup::{BsdfSample, BsdfSubject, CheckUp, Loss, check_up};
-use whitefurnace::harness::guard;
-use whitefurnace::harness::outcome::{Outcome, Verdict};
-use whitefurnace::harness::trial::{Context, refused};
+use whitefurnace::bsdf::ggx::Ggx;
 
-use crate::support::context;
-
-const ROUGHNESS: f64 = 0.5;
-fn lambda(w: DVec3) -> f64 {
-    let tan2 = (w.x * w.x + w.y * w.y) / (w.z * w.z);
-    0.5 * ((1.0 + ROUGHNESS * ROUGHNESS * tan2).sqrt() - 1.0)
-}
-fn distribution(h: DVec3) -> f64 {
-    let d = (h.x * h.x + h.y * h.y) / (ROUGHNESS * ROUGHNESS) + h.z * h.z;
-    1.0 / (PI * ROUGHNESS * ROUGHNESS * d * d)
-}
-fn eval(wo: DVec3, wi: DVec3) -> f64 {
-    if wo.z <= 0.0 || wi.z <= 0.0 {
-        return 0.0;
-    }
-    let g2 = 1.0 / (1.0 + lambda(wo) + lambda(wi));
-    distribution((wo + wi).normalize()) * g2 / (4.0 * wo.z * wi.z)
-}
-fn pdf(wo: DVec3, wi: DVec3) -> f64 {
-    if wo.z <= 0.0 || wi.z <= 0.0 {
-        return 0.0;
-    }
-    distribution((wo + wi).normalize()) / (1.0 + lambda(wo)) / (4.0 * wo.z)
-}
-fn sample(wo: DVec3, [r1, r2, _]: [f64; 3]) -> Option<BsdfSample> {
-    let v = DVec3::new(ROUGHNESS * wo.x, ROUGHNESS * wo.y, wo.z).normalize();
-    let across = v.x.hypot(v.y);
-    let t1 = if across > 0.0 { DVec3::new(-v.y, v.x, 0.0) / across } else { DVec3::X };
-    let t2 = v.cross(t1);
-    let (radius, (sin, cos)) = (r1.sqrt(), (TAU * r2).sin_cos());
-    let s = 0.5 * (1.0 + v.z);
-    let a = radius * cos;
-    let b = (1.0 - s) * (1.0 - a * a).sqrt() + s * radius * sin;
-    let n = a * t1 + b * t2 + (1.0 - a * a - b * b).max(0.0).sqrt() * v;
-    let h = DVec3::new(ROUGHNESS * n.x, ROUGHNESS * n.y, n.z).normalize();
-    let wi = 2.0 * wo.dot(h) * h - wo;
-    (wi.z > 0.0).then(|| BsdfSample {
-        wi,
-        // f cos/pdf = G₂/G₁, derived on its own.
-        weight: (1.0 + lambda(wo)) / (1.0 + lambda(wo) + lambda(wi)),
-        pdf: pdf(wo, wi),
-    })
-}
+use super::*;
 
 fn subject() -> BsdfSubject {
-    BsdfSubject::new(eval, sample, pdf).loss(Loss::Allowed)
+    BsdfSubject::of(Bsdf::model(Ggx { reflectance: DVec3::ONE, alpha: 0.5 })).loss(Loss::Allowed)
 }
 
 fn in_words(outcome: &Outcome) -> String {
@@ -80,7 +33,7 @@ pub fn assert_rejection(name: &str, outcomes: &[Outcome], expected: &str, contex
     let small = context.scale < 1.0;
     let rejects = |outcome: &&Outcome| match outcome.verdict() {
         Verdict::Holds => false,
-        Verdict::Fails => small || guard::may_hold(outcome).is_none(),
+        Verdict::Fails => small || may_hold(outcome).is_none(),
         Verdict::Undecided { .. } => small,
     };
     let found: Vec<String> = outcomes.iter().filter(rejects).map(in_words).collect();
@@ -108,12 +61,21 @@ fn a_right_microfacet_bsdf_passes() {
 }
 
 /// The right BSDF with `eval` multiplied by something.
-fn multiplied(by: impl Fn(DVec3) -> f64 + Send + Sync + 'static) -> BsdfSubject {
-    BsdfSubject { eval: Box::new(move |wo, wi| eval(wo, wi) * by(wo)), ..subject() }
+fn multiplied(by: fn(DVec3) -> f64) -> BsdfSubject {
+    let right = subject();
+    BsdfSubject { eval: Box::new(move |wo, wi| (right.eval)(wo, wi) * by(wo)), ..subject() }
+}
+
+/// The right BSDF with a sampler that asks it.
+fn sampled(sample: fn(&BsdfSubject, DVec3, [f64; 3]) -> Option<BsdfSample>) -> BsdfSubject {
+    let right = subject();
+    BsdfSubject { sample: Box::new(move |wo, random| sample(&right, wo, random)), ..subject() }
 }
 
 /// A name, a faulty subject, and how some complaint about it begins.
 type Faulty = (&'static str, fn() -> BsdfSubject, &'static str);
+
+const BELOW: Option<BsdfSample> = Some(BsdfSample { wi: DVec3::NEG_Z, weight: 0.0, pdf: 1.0 });
 
 /// Faulty versions, each of which must be rejected.
 pub const FAULTY: [Faulty; 9] = [
@@ -123,22 +85,11 @@ pub const FAULTY: [Faulty; 9] = [
     ("gain", || multiplied(|_| 1.5), "energy bound"),
     ("negative", || multiplied(|_| -1.0), "finite and not negative"),
     ("undeclared loss", || subject().loss(Loss::None), "integral of the pdf"),
-    ("scaled pdf", || BsdfSubject { pdf: Box::new(|wo, wi| 0.9 * pdf(wo, wi)), ..subject() }, "chi-square"),
+    ("scaled pdf", || BsdfSubject { pdf: Box::new(|wo, wi| 0.9 * (subject().pdf)(wo, wi)), ..subject() }, "chi-square"),
     // The classic slip: the sampled half vector's distribution without the visible normals.
-    (
-        "wrong sampler",
-        || BsdfSubject { sample: Box::new(|wo, [r1, r2, r3]| sample(wo, [r1 * r1, r2, r3])), ..subject() },
-        "chi-square",
-    ),
+    ("wrong sampler", || sampled(|right, wo, [r1, r2, r3]| (right.sample)(wo, [r1 * r1, r2, r3])), "chi-square"),
     // Below the horizon instead of lost.
-    (
-        "leaking sampler",
-        || BsdfSubject {
-            sample: Box::new(|wo, u| sample(wo, u).or(Some(BsdfSample { wi: DVec3::NEG_Z, weight: 0.0, pdf: 1.0 }))),
-            ..subject()
-        },
-        "chi-square",
-    ),
+    ("leaking sampler", || sampled(|right, wo, u| (right.sample)(wo, u).or(BELOW)), "chi-square"),
 ];
 
 #[test]

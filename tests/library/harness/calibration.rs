@@ -2,18 +2,8 @@
 //! their own. Bounds are valid at 1e-9; what is compared goes through the guard, and wrong statistics are seen.
 
 use rayon::prelude::*;
-use whitefurnace::harness::chi_square::{binomial, chi_square, count};
-use whitefurnace::harness::domain::{Domain, Partition};
-use whitefurnace::harness::guard::{may_hold, may_not_hold};
-use whitefurnace::harness::ks::kolmogorov_smirnov;
-use whitefurnace::harness::mean::{Values, bounded_mean, mean, welch};
-use whitefurnace::harness::outcome::{ALPHA, Claim, Outcome, Verdict};
-use whitefurnace::harness::sequential::{ConfidenceSequence, Decision, Sprt};
-use whitefurnace::harness::tails::{binomial_sf, normal_sf, normal_upper};
-use whitefurnace::rng::{Stream, stream, uniform, uniform2};
-use whitefurnace::sampling::uniform_hemisphere;
 
-use crate::support::context;
+use super::*;
 
 const REPLICATIONS: u32 = 2000;
 
@@ -109,8 +99,7 @@ const PROMISES: [(&str, f64, Replication<bool>); 6] = [
     ("SPRT accepts a false hypothesis", LEVEL, |rng| sprt(rng, 0.6, Decision::Null)),
     // Just at the margin: at level 1e-9, practically never.
     ("equivalence concluded at the very margin", ALPHA, |rng| {
-        let claim = Claim::Approximate { margin: 0.05 };
-        mean("e", &uniforms(rng, 500), 0.45, claim).verdict() == Verdict::Holds
+        mean("e", &uniforms(rng, 500), 0.45, Claim::Approximate { margin: 0.05 }).verdict() == Verdict::Holds
     }),
 ];
 

@@ -1,14 +1,11 @@
 //! What each part of the BSDF check-up reports of a diffuse BSDF with one thing wrong.
 
-use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, TAU};
+use std::f64::consts::FRAC_PI_4;
 use std::sync::{Arc, Mutex};
 
-use approx::{assert_abs_diff_eq, assert_relative_eq};
-use glam::DVec3;
-use whitefurnace::harness::bsdf_checkup::{BsdfSample, BsdfSubject, CheckUp, Loss, assertions, at_direction, check_up};
-use whitefurnace::harness::outcome::{ALPHA, Outcome, Verdict};
-use whitefurnace::harness::tails::{binomial_cdf, binomial_sf};
-use whitefurnace::harness::trial::Context;
+use whitefurnace::harness::bsdf_checkup::{assertions, at_direction};
+
+use super::*;
 
 const ALBEDO: f64 = 0.5;
 
@@ -16,15 +13,10 @@ fn eval(_: DVec3, wi: DVec3) -> f64 {
     if wi.z > 0.0 { ALBEDO * FRAC_1_PI } else { 0.0 }
 }
 fn pdf(_: DVec3, wi: DVec3) -> f64 {
-    wi.z.max(0.0) * FRAC_1_PI
+    cosine_hemisphere_pdf(wi.z)
 }
-/// Malley's method: up to the hemisphere from a point of the disk.
-fn direction([r1, r2, _]: [f64; 3]) -> DVec3 {
-    let (sin, cos) = (TAU * r2).sin_cos();
-    DVec3::new(r1.sqrt() * cos, r1.sqrt() * sin, (1.0 - r1).sqrt())
-}
-fn sample(wo: DVec3, random: [f64; 3]) -> Option<BsdfSample> {
-    let wi = direction(random);
+fn sample(wo: DVec3, [r1, r2, _]: [f64; 3]) -> Option<BsdfSample> {
+    let wi = cosine_hemisphere([r1, r2]);
     Some(BsdfSample { wi, weight: ALBEDO, pdf: pdf(wo, wi) })
 }
 
@@ -113,8 +105,7 @@ fn a_check_up_asks_everything() {
         assert_eq!(outcome.verdict() != Verdict::Holds, expected, "{}", outcome.name);
     }
     // 75 degrees are a direction like any other.
-    let wo = DVec3::new(0.6, 0.0, 0.8);
-    let outcomes = at_direction(&right(), &size, &context("direction"), wo, 75.0);
+    let outcomes = at_direction(&right(), &size, &context("direction"), DVec3::new(0.6, 0.0, 0.8), 75.0);
     assert!(outcomes.iter().all(|outcome| outcome.name.ends_with("at 75 degrees")));
 }
 
@@ -123,10 +114,8 @@ fn a_subject_is_what_was_set() {
     let new = || BsdfSubject::new(eval, sample, pdf);
     assert!(new().reciprocal && !new().transmits && matches!(new().loss, Loss::None));
     assert!(new().energy_bound == 1.0 && new().albedo.is_none());
-    assert!(!new().reciprocal(false).reciprocal);
-    assert!(new().transmits(true).transmits);
-    assert!(matches!(new().loss(Loss::Allowed).loss, Loss::Allowed));
-    assert_eq!(new().energy_bound(0.5).energy_bound, 0.5);
+    let set = new().reciprocal(false).transmits(true).loss(Loss::Allowed).energy_bound(0.5);
+    assert!(!set.reciprocal && set.transmits && matches!(set.loss, Loss::Allowed) && set.energy_bound == 0.5);
     let outcomes = check_up(&new().reciprocal(false), &small(), &context("no reciprocity"));
     assert!(outcomes.iter().all(|outcome| outcome.name != "reciprocity"));
     assert!(outcomes.iter().all(|o| !o.name.starts_with("directional albedo")));
@@ -134,32 +123,27 @@ fn a_subject_is_what_was_set() {
 
 #[test]
 fn no_value_may_be_bad() {
-    let p = |subject: &BsdfSubject| pointwise(subject, SANE).p;
-    for bad in [f64::NAN, f64::INFINITY, -1.0] {
-        for (what, subject) in [
-            ("f", with_eval(move |_, _| bad)),
-            ("pdf", with_pdf(move |_, _| bad)),
-            ("weight", with_sample(move |s| Some(BsdfSample { weight: bad, ..s }))),
-            ("sampled pdf", with_sample(move |s| Some(BsdfSample { pdf: bad, ..s }))),
-        ] {
-            assert_eq!(p(&subject), 0.0, "{what} {bad}");
-        }
-    }
     let stretched = |factor: f64| with_sample(move |s| Some(BsdfSample { wi: factor * s.wi, ..s }));
-    let nowhere = with_sample(|s| Some(BsdfSample { pdf: 0.0, ..s }));
-    for (what, subject) in
-        [("sampled where the pdf is zero", nowhere), ("short", stretched(0.999)), ("long", stretched(1.001))]
-    {
-        assert_eq!(p(&subject), 0.0, "{what}");
+    let mut subjects = vec![
+        ("sampled where the pdf is zero", with_sample(|s| Some(BsdfSample { pdf: 0.0, ..s })), 0.0),
+        ("short", stretched(0.999), 0.0),
+        ("long", stretched(1.001), 0.0),
+        ("right", right(), 1.0),
+        ("no light", with_eval(|_, _| 0.0), 1.0),
+        ("no pdf there", with_pdf(|_, _| 0.0), 1.0),
+        ("black", with_sample(|s| Some(BsdfSample { weight: 0.0, ..s })), 1.0),
+        ("no sample", with_sample(|_| None), 1.0),
+    ];
+    for bad in [f64::NAN, f64::INFINITY, -1.0] {
+        subjects.extend([
+            ("f", with_eval(move |_, _| bad), 0.0),
+            ("pdf", with_pdf(move |_, _| bad), 0.0),
+            ("weight", with_sample(move |s| Some(BsdfSample { weight: bad, ..s })), 0.0),
+            ("sampled pdf", with_sample(move |s| Some(BsdfSample { pdf: bad, ..s })), 0.0),
+        ]);
     }
-    for (what, subject) in [
-        ("right", right()),
-        ("no light", with_eval(|_, _| 0.0)),
-        ("no pdf there", with_pdf(|_, _| 0.0)),
-        ("black", with_sample(|s| Some(BsdfSample { weight: 0.0, ..s }))),
-        ("no sample", with_sample(|_| None)),
-    ] {
-        assert_eq!(p(&subject), 1.0, "{what}");
+    for (what, subject, p) in subjects {
+        assert_eq!(pointwise(&subject, SANE).p, p, "{what}");
     }
 }
 
@@ -180,8 +164,7 @@ fn pointwise_errors_are_relative() {
     assert_eq!(error(&towards(1e-5), WEIGHTS), 0.0);
     assert!(error(&towards(1e-4), WEIGHTS) > 0.5);
     // Samples below the surface are held to the same.
-    let below = with_sample(|s| Some(BsdfSample { wi: -s.wi, ..s }));
-    assert_eq!(error(&below, WEIGHTS), 1.0);
+    assert_eq!(error(&with_sample(|s| Some(BsdfSample { wi: -s.wi, ..s })), WEIGHTS), 1.0);
     assert_eq!(error(&right(), "reciprocity"), 0.0);
     // Where nothing is wrong, no place is the worst.
     assert_eq!(pointwise(&right(), "reciprocity").worst, "");
@@ -196,10 +179,7 @@ fn pointwise_errors_are_relative() {
 
 #[test]
 fn the_pdf_integrates_to_what_is_not_lost() {
-    let error = |factor: f64, loss| {
-        let subject = with_pdf(move |wo, wi| factor * pdf(wo, wi)).loss(loss);
-        outcome(&subject, MASS).estimate
-    };
+    let error = |factor: f64, loss| outcome(&with_pdf(move |wo, wi| factor * pdf(wo, wi)).loss(loss), MASS).estimate;
     let declared = |share: f64| Loss::Declared(Box::new(move |_| share));
     for (factor, loss, expected) in [
         (1.0, Loss::None, 0.0),
@@ -215,8 +195,7 @@ fn the_pdf_integrates_to_what_is_not_lost() {
     // The whole sphere counts where light may pass.
     let through = with_pdf(|_, wi| wi.z.abs() * FRAC_1_PI);
     assert_abs_diff_eq!(outcome(&through, MASS).estimate, 0.0, epsilon = 1e-7);
-    let through = through.transmits(true);
-    assert_abs_diff_eq!(outcome(&through, MASS).estimate, 1.0, epsilon = 1e-7);
+    assert_abs_diff_eq!(outcome(&through.transmits(true), MASS).estimate, 1.0, epsilon = 1e-7);
     // A narrow lobe is followed until a quarter of the tolerance is left.
     let lobe = with_pdf(|_, wi| 1001.0 / TAU * wi.z.max(0.0).powi(1000));
     assert_abs_diff_eq!(outcome(&lobe, MASS).estimate, 0.0, epsilon = 2.5e-7);
@@ -224,24 +203,13 @@ fn the_pdf_integrates_to_what_is_not_lost() {
 
 #[test]
 fn directions_favour_no_axis_and_differ() {
-    let asked = Arc::new(Mutex::new(Vec::new()));
-    let seen = asked.clone();
-    let subject = BsdfSubject {
-        sample: Box::new(move |wo, random| {
-            let mut seen = seen.lock().expect("one thread");
-            if !seen.contains(&wo) {
-                seen.push(wo);
-            }
-            sample(wo, random)
-        }),
-        ..right()
-    };
     // No pairs: all samples are those of the directions.
-    let size = CheckUp { inclinations: vec![30.0; 3], samples: 100, pairs: 0, ..small() };
-    check_up(&subject, &size, &context("directions"));
-    let asked = asked.lock().expect("one thread").clone();
-    assert_eq!(asked.len(), 3);
-    for wo in asked {
+    let asked = asked(false, &CheckUp { inclinations: vec![30.0; 3], samples: 100, pairs: 0, ..small() });
+    let mut directions = asked.sampled;
+    directions.dedup();
+    assert_eq!(directions.len(), 3);
+    for (i, wo) in directions.iter().enumerate() {
+        assert!(!directions[..i].contains(wo));
         assert_relative_eq!(wo.z, 0.75_f64.sqrt(), max_relative = 1e-12);
         assert!(wo.x.abs().min(wo.y.abs()) > 0.05, "{wo}");
     }
@@ -255,10 +223,7 @@ fn albedo_bound_and_furnace_are_those_of_the_quadrature() {
     let found = outcome(&right().albedo(|_| 0.75), "directional albedo");
     assert_abs_diff_eq!(found.estimate, 0.25, epsilon = 1e-7);
     let known = |excess: f64| outcome(&right().albedo(move |_| ALBEDO + excess), "directional albedo").verdict();
-    let weighing = |weight: f64| {
-        let subject = with_sample(move |s| Some(BsdfSample { weight, ..s }));
-        outcome(&subject, "furnace")
-    };
+    let weighing = |weight: f64| outcome(&with_sample(move |s| Some(BsdfSample { weight, ..s })), "furnace");
     let found = weighing(ALBEDO);
     assert_eq!((found.n, found.verdict()), (20_000, Verdict::Holds));
     assert!(!found.is_random());
@@ -274,8 +239,7 @@ fn albedo_bound_and_furnace_are_those_of_the_quadrature() {
         BsdfSubject { sample: Box::new(|wo, random| sample(wo, random).filter(|_| random[2] < 0.5)), ..right() };
     let found = outcome(&halved, "furnace");
     assert_eq!(found.verdict(), Verdict::Fails);
-    let kept = (found.estimate / ALBEDO * found.n as f64).round();
-    assert_share(kept as usize, found.n as usize, 0.5, 0.04);
+    assert_share((found.estimate / ALBEDO * found.n as f64).round() as usize, found.n as usize, 0.5, 0.04);
 }
 
 #[test]
@@ -303,33 +267,40 @@ fn samples_where_the_pdf_is_zero_or_infinite_are_forbidden() {
 /// So many that shares of one eighth of them are known to 0.05.
 const PAIRS: usize = 7000;
 
-/// What a subject was asked: pairs of directions, and random numbers.
-type Asked = (Vec<[DVec3; 2]>, Vec<f64>);
+/// What a subject was asked: pairs of directions, directions to sample from, and random numbers.
+#[derive(Clone, Default)]
+struct Asked {
+    pairs: Vec<[DVec3; 2]>,
+    sampled: Vec<DVec3>,
+    numbers: Vec<f64>,
+}
+
+fn asked(transmits: bool, size: &CheckUp) -> Asked {
+    let asked = Arc::new(Mutex::new(Asked::default()));
+    let [first, second] = [asked.clone(), asked.clone()];
+    let eval = move |wo, wi| {
+        first.lock().expect("one thread").pairs.push([wo, wi]);
+        1.0
+    };
+    let sample = move |wo, random| {
+        let mut asked = second.lock().expect("one thread");
+        asked.sampled.push(wo);
+        asked.numbers.extend::<[f64; 3]>(random);
+        None
+    };
+    let subject = BsdfSubject::new(eval, sample, |_, _| 1.0).transmits(transmits).reciprocal(false);
+    check_up(&subject, size, &context("fuzzed"));
+    asked.lock().expect("one thread").clone()
+}
 
 fn fuzzed(transmits: bool) -> Asked {
-    let asked = Arc::new(Mutex::new((Vec::new(), Vec::new())));
-    let [first, second] = [asked.clone(), asked.clone()];
-    let subject = BsdfSubject::new(
-        move |wo, wi| {
-            first.lock().expect("one thread").0.push([wo, wi]);
-            1.0
-        },
-        move |_, random| {
-            second.lock().expect("one thread").1.extend(random);
-            None
-        },
-        |_, _| 1.0,
-    );
-    let size = CheckUp { inclinations: Vec::new(), pairs: PAIRS as u64, ..small() };
-    let subject = subject.transmits(transmits).reciprocal(false);
-    check_up(&subject, &size, &context("fuzzed"));
-    asked.lock().expect("one thread").clone()
+    asked(transmits, &CheckUp { inclinations: Vec::new(), pairs: PAIRS as u64, ..small() })
 }
 
 #[test]
 fn corners_of_the_domain_are_tried() {
     let close = |found: usize, n: usize, share: f64| assert_share(found, n, share, 0.05);
-    let (directions, numbers) = fuzzed(false);
+    let Asked { pairs: directions, numbers, .. } = fuzzed(false);
     let n = directions.len();
     assert_eq!((n, numbers.len()), (PAIRS, 2 * 3 * PAIRS));
     for side in 0..2 {
@@ -360,16 +331,14 @@ fn corners_of_the_domain_are_tried() {
     }
     // A tenth of the fuzzed half of them.
     for corner in [0.0, 1.0 - f64::EPSILON / 2.0] {
-        let found = numbers.iter().filter(|&&u| u == corner).count();
-        assert_share(found, numbers.len() / 2, 0.1, 0.02);
+        assert_share(numbers.iter().filter(|&&u| u == corner).count(), numbers.len() / 2, 0.1, 0.02);
     }
     assert!(numbers.iter().all(|u| (0.0..1.0).contains(u)));
     // Both directions are above the surface; where light may pass, each is as often below.
     assert!(directions.iter().flatten().all(|w| w.z >= 0.0));
-    let (directions, _) = fuzzed(true);
+    let directions = fuzzed(true).pairs;
     for side in 0..2 {
-        let below = directions.iter().filter(|pair| pair[side].z < 0.0).count();
-        close(below, n, 0.5);
+        close(directions.iter().filter(|pair| pair[side].z < 0.0).count(), n, 0.5);
     }
     let across = |pair: &&[DVec3; 2]| pair[0].z * pair[1].z < 0.0;
     close(directions.iter().filter(across).count(), n, 0.5);

@@ -2,20 +2,10 @@
 
 use std::cell::Cell;
 
-use approx::assert_relative_eq;
-use glam::DVec3;
-use whitefurnace::harness::chi_square::{
-    Counts, binomial, chi_square, count, poisson, pool, sampler_against_partition,
-};
-use whitefurnace::harness::domain::{Domain, Partition};
-use whitefurnace::harness::outcome::{ALPHA, Claim, Verdict};
-use whitefurnace::harness::power::Sensitivity;
-use whitefurnace::harness::tails::{
-    binomial_cdf, binomial_interval, binomial_sf, binomial_two_sided, chi_square_sf, normal_upper, poisson_cdf,
-    poisson_interval, poisson_sf,
-};
+use whitefurnace::harness::chi_square::pool;
+use whitefurnace::harness::tails::binomial_interval;
 
-use super::cells;
+use super::*;
 
 /// Three cells of probability 0.5, 0.3 and 0.2 of what is not lost.
 fn partition(loss: f64, error: f64) -> Partition {
@@ -67,14 +57,11 @@ fn cells_have_simultaneous_intervals() {
     });
     let low = ends.iter().fold(0.0_f64, |low, end| low.min(end[0]));
     let high = ends.iter().fold(0.0_f64, |high, end| high.max(end[1]));
-    assert_relative_eq!(found.interval[0], low, max_relative = 1e-9);
-    assert_relative_eq!(found.interval[1], high, max_relative = 1e-9);
-    let expected = [("0", 5000.0, 5100.0), ("1", 3000.0, 2950.0), ("2", 2000.0, 1950.0)];
-    for (cell, (place, expected, observed)) in found.cells.iter().zip(expected) {
-        assert_eq!((cell.place.as_str(), cell.observed), (place, observed));
-        assert_relative_eq!(cell.expected, expected, max_relative = 1e-12);
-        let sigmas = (observed - expected) / expected.sqrt();
-        assert_relative_eq!(cell.sigmas, sigmas, max_relative = 1e-9);
+    assert_relative_eq!(found.interval[..], [low, high][..], max_relative = 1e-9);
+    for (cell, (place, mass, observed)) in
+        found.cells.iter().zip([("0", 5000_f64, 5100.0), ("1", 3000.0, 2950.0), ("2", 2000.0, 1950.0)])
+    {
+        assert_cell(cell, place, [mass, observed, (observed - mass) / mass.sqrt()]);
     }
     assert_eq!(found.cells.len(), 3);
     assert_eq!(found.worst, "cell at 0: 5100 samples, 5000.0 expected, +1.4 sigmas");
@@ -90,8 +77,7 @@ fn cells_have_simultaneous_intervals() {
     // Nothing where nothing is expected is right; a single cell has no shape to be wrong.
     let all = Counts { n: 5000, observed: vec![5000, 0], ..Counts::default() };
     let found = chi_square("single", &cells(&[1.0, 0.0]), &all, 0.5);
-    let undecided = matches!(found.verdict(), Verdict::Undecided { .. });
-    assert_eq!((found.p, undecided), (1.0, true));
+    assert_eq!((found.p, matches!(found.verdict(), Verdict::Undecided { .. })), (1.0, true));
     assert!(found.cells.iter().all(|cell| cell.sigmas == 0.0));
     // Whatever the rounding of what the cell expects.
     for parts in 2..200 {
@@ -119,8 +105,7 @@ fn lost_samples_are_tested_beside_the_cells() {
         let [above, below] = [binomial_sf(lost, n, loss + error), binomial_cdf(lost, n, least)];
         let lost_p = (2.0 * above.min(below)).min(1.0);
         let expected = (2.0 * cells_p().min(lost_p)).min(1.0);
-        let found = p(&partition(loss, error), lost);
-        assert_relative_eq!(found, expected, max_relative = 1e-9);
+        assert_relative_eq!(p(&partition(loss, error), lost), expected, max_relative = 1e-9);
     }
     // Where nothing may be lost, losing nothing costs nothing.
     assert_relative_eq!(p(&partition(0.0, 0.0), 0), cells_p(), max_relative = 1e-12);
@@ -142,8 +127,7 @@ fn the_worst_is_named() {
 #[test]
 fn thin_cells_are_pooled_smallest_first() {
     // 900 + 900 outgrows the third, which then is the smallest and joins them.
-    let expected = [900.0, 3000.0, 900.0, 900.0];
-    assert_eq!(pool(&expected, &[1, 2, 4, 8]), [[3000.0, 2.0], [2700.0, 13.0]]);
+    assert_eq!(pool(&[900.0, 3000.0, 900.0, 900.0], &[1, 2, 4, 8]), [[3000.0, 2.0], [2700.0, 13.0]]);
     // Just enough is enough, and a last cell stays, however thin.
     assert_eq!(pool(&[1000.0, 1000.0], &[1, 2]).len(), 2);
     assert_eq!(pool(&[5.0], &[3]), [[5.0, 3.0]]);
@@ -160,10 +144,9 @@ fn thin_cells_are_pooled_smallest_first() {
 fn a_share_has_its_exact_interval() {
     let found = binomial("share", 3, 10, 0.2, 0.5);
     assert_eq!((found.name.as_str(), found.n, found.value), ("share", 10, 3.0));
-    assert_eq!((found.estimate, found.reference), (0.3, 0.2));
+    assert_eq!((found.estimate, found.reference, found.claim), (0.3, 0.2, Claim::Exact { delta: 0.5 }));
     assert_eq!(found.p, binomial_two_sided(3, 10, 0.2));
     assert_eq!(found.interval, binomial_interval(3, 10, ALPHA / 2.0));
-    assert_eq!(found.claim, Claim::Exact { delta: 0.5 });
     // A share of −0.3 is not possible, and not tried.
     assert!(matches!(&found.graded[..], [graded] if graded.effect == 0.5));
     // (3 − 2)/√(10 · 0.2 · 0.8).
@@ -174,19 +157,14 @@ fn a_share_has_its_exact_interval() {
 fn rare_events_follow_the_poisson_law() {
     let found = poisson("rare", 30, 1000, 20.0, 5.0);
     assert_eq!((found.name.as_str(), found.n, found.value), ("rare", 1000, 30.0));
-    assert_eq!((found.estimate, found.reference), (30.0, 20.0));
+    assert_eq!((found.estimate, found.reference, found.claim), (30.0, 20.0, Claim::Exact { delta: 5.0 }));
     assert_eq!(found.p, 2.0 * poisson_sf(30, 20.0));
     assert_eq!(found.interval, poisson_interval(30, ALPHA / 2.0));
-    assert_eq!(found.claim, Claim::Exact { delta: 5.0 });
     assert_eq!(found.sensitivity, Sensitivity::Poisson { mean: 20.0 });
     assert_eq!(found.worst, "30 among 1000 values, 2.0e1 expected");
-    let [cell] = &found.cells[..] else {
-        panic!("{:?}", found.cells);
-    };
-    assert_eq!((cell.expected, cell.observed), (20.0, 30.0));
-    assert_relative_eq!(cell.sigmas, 5_f64.sqrt(), max_relative = 1e-12);
-    let few = poisson("few", 11, 1000, 20.0, 5.0);
-    assert_eq!(few.p, 2.0 * poisson_cdf(11, 20.0));
+    assert_eq!(found.cells.len(), 1);
+    assert_cell(&found.cells[0], &found.cells[0].place, [20.0, 30.0, 5_f64.sqrt()]);
+    assert_eq!(poisson("few", 11, 1000, 20.0, 5.0).p, 2.0 * poisson_cdf(11, 20.0));
     assert_eq!(poisson("even", 20, 1000, 20.0, 5.0).p, 1.0);
 }
 

@@ -1,14 +1,8 @@
 //! Domains and their partitions: places of points, measures of parts, masses of cells.
 
-use std::f64::consts::{PI, TAU};
+use whitefurnace::harness::domain::MASS_TOLERANCE;
 
-use approx::{assert_abs_diff_eq, assert_relative_eq};
-use glam::DVec3;
-use whitefurnace::harness::chi_square::{Counts, chi_square};
-use whitefurnace::harness::domain::{Domain, MASS_TOLERANCE, Partition};
-use whitefurnace::harness::outcome::Verdict;
-
-use crate::support::property;
+use super::*;
 
 /// Every domain with its whole measure.
 const DOMAINS: [(Domain, f64); 6] = [
@@ -42,12 +36,9 @@ fn point_at(domain: Domain, [s, b]: [f64; 2]) -> DVec3 {
 #[test]
 fn points_have_their_place_in_the_square() {
     for (domain, _) in DOMAINS {
-        let name = format!("{domain:?}");
-        property(&name, 500, &(0.001..0.999, 0.0..0.999), |(s, b)| {
-            let found = domain.to_square(point_at(domain, [s, b]));
-            let [found_s, found_b] = found.expect("a point of the domain");
-            assert_abs_diff_eq!(found_s, s, epsilon = 1e-12);
-            assert_abs_diff_eq!(found_b, b, epsilon = 1e-12);
+        property(&format!("{domain:?}"), 500, &(0.001..0.999, 0.0..0.999), |(s, b)| {
+            let found = domain.to_square(point_at(domain, [s, b])).expect("a point of the domain");
+            assert_abs_diff_eq!(found[..], [s, b][..], epsilon = 1e-12);
         });
     }
     // The azimuth starts at the x-axis, and is less than a full turn below it.
@@ -58,48 +49,31 @@ fn points_have_their_place_in_the_square() {
 
 #[test]
 fn borders_are_inside_and_what_lies_beyond_is_not() {
-    let v = DVec3::new;
-    let nan = v(f64::NAN, 0.0, 0.0);
-    let upper = vec![DVec3::Z, DVec3::X, -DVec3::Y];
-    let elsewhere = vec![-DVec3::Z, 1.001 * DVec3::Z, 0.999 * DVec3::Z, nan];
+    let ([o, x, y, z], nan) = ([DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z], DVec3::NAN);
     // Rounding may carry a point 5e-10 across.
     let across = 5e-10;
+    let hair = 1.0 + 0.4 * across;
+    let [upper, elsewhere] = [vec![z, x, -y], vec![-z, 1.001 * z, 0.999 * z, nan]];
+    let square = vec![0.5 * y - 0.1 * x, 0.5 * y + 1.1 * x, 0.5 * x - 0.1 * y, 0.5 * x + 1.1 * y, nan];
+    let triangle = vec![0.5 * y - 0.1 * x, 0.5 * x - 0.1 * y, 0.75 * x + 0.5 * y, 1.1 * x, nan];
     for (domain, inside, outside) in [
-        (
-            Domain::Sphere,
-            vec![DVec3::Z, -DVec3::Z, (1.0 + 0.4 * across) * DVec3::X],
-            vec![1.001 * DVec3::X, 0.999 * DVec3::X, DVec3::ZERO, nan],
-        ),
+        (Domain::Sphere, vec![z, -z, hair * x], vec![1.001 * x, 0.999 * x, o, nan]),
         (Domain::Hemisphere, upper.clone(), elsewhere.clone()),
         (Domain::CosineHemisphere, upper, elsewhere),
-        (
-            Domain::Disk,
-            vec![DVec3::ZERO, -DVec3::X, (1.0 + 0.4 * across) * DVec3::Y],
-            vec![1.001 * DVec3::X, 0.5 * DVec3::X + 0.1 * DVec3::Z, nan],
-        ),
-        (
-            Domain::Square,
-            vec![DVec3::ZERO, DVec3::X, DVec3::Y, v(1.0, 1.0, 0.0)],
-            vec![v(-0.1, 0.5, 0.0), v(1.1, 0.5, 0.0), v(0.5, -0.1, 0.0), v(0.5, 1.1, 0.0), nan],
-        ),
-        (
-            Domain::Triangle,
-            vec![DVec3::ZERO, DVec3::X, DVec3::Y, v(0.25, 0.75 + across, 0.0)],
-            vec![v(-0.1, 0.5, 0.0), v(0.5, -0.1, 0.0), v(0.75, 0.5, 0.0), v(1.1, 0.0, 0.0), nan],
-        ),
+        (Domain::Disk, vec![o, -x, hair * y], vec![1.001 * x, 0.5 * x + 0.1 * z, nan]),
+        (Domain::Square, vec![o, x, y, x + y], square),
+        (Domain::Triangle, vec![o, x, y, 0.25 * x + (0.75 + across) * y], triangle),
     ] {
         for point in inside {
             let place = domain.to_square(point);
-            assert!(
-                place.is_some_and(|p| p.iter().all(|x| (0.0..=1.0 + 3.0 * across).contains(x))),
-                "{domain:?} {point} {place:?}"
-            );
+            let legal = |place: [f64; 2]| place.iter().all(|x| (0.0..=1.0 + 3.0 * across).contains(x));
+            assert!(place.is_some_and(legal), "{domain:?} {point} {place:?}");
         }
         for point in outside {
             assert_eq!(domain.to_square(point), None, "{domain:?} {point}");
         }
     }
-    assert_eq!(Domain::Triangle.to_square(DVec3::X), Some([1.0, 0.0]));
+    assert_eq!(Domain::Triangle.to_square(x), Some([1.0, 0.0]));
 }
 
 #[test]
@@ -114,8 +88,7 @@ fn parts_have_their_share_of_the_measure() {
             Domain::CosineHemisphere => 2.0 * p.z,
             _ => 1.0,
         };
-        let whole = domain.integrate_all(1e-9, &|_| 1.0).value;
-        assert_relative_eq!(whole, measure, max_relative = 1e-9);
+        assert_relative_eq!(domain.integrate_all(1e-9, &|_| 1.0).value, measure, max_relative = 1e-9);
         let found = domain.integrate(part, 1e-12, &even).value;
         assert_relative_eq!(found, area * measure, max_relative = 1e-10);
         for (axis, mean) in means.into_iter().enumerate() {
@@ -125,10 +98,7 @@ fn parts_have_their_share_of_the_measure() {
         }
         // Cells of the even law are equally probable, whatever the cut.
         let partition = Partition::of_pdf(domain, 8, &|p| even(p) / measure);
-        assert_eq!(partition.masses.len(), 8);
-        for mass in &partition.masses {
-            assert_relative_eq!(*mass, 0.125, max_relative = 1e-6);
-        }
+        assert_relative_eq!(partition.masses[..], [0.125; 8][..], max_relative = 1e-6);
     }
 }
 
@@ -139,8 +109,7 @@ fn errors_of_parts_add_up_to_less_than_the_tolerance() {
             let found = Domain::Square.integrate_all(tolerance, &|p| (p.x + p.y - kink).abs());
             assert!(found.error > 0.0 && found.error <= tolerance, "{found:?}");
             // ∫ (x + y − k) over the square, and twice the pyramid below the kink.
-            let exact = 1.0 - kink + kink.powi(3) / 3.0;
-            assert_abs_diff_eq!(found.value, exact, epsilon = tolerance);
+            assert_abs_diff_eq!(found.value, 1.0 - kink + kink.powi(3) / 3.0, epsilon = tolerance);
         }
     }
 }
@@ -155,8 +124,7 @@ fn equal_cells_run_row_by_row() {
         let [row, column] = [k / 4, k % 4];
         let centre = [(row as f64 + 0.5) / 3.0, (column as f64 + 0.5) / 4.0];
         assert_eq!(cells.cell(point_at(Domain::Square, centre)), Some(k));
-        let place = format!("row {row}-{} of 3; column {column}-{} of 4", row + 1, column + 1);
-        assert_eq!(cells.places[k], place);
+        assert_eq!(cells.places[k], format!("row {row}-{} of 3; column {column}-{} of 4", row + 1, column + 1));
     }
     // The far border belongs to the last row and column.
     assert_eq!(cells.cell(DVec3::new(1.0, 1.0, 0.0)), Some(11));
@@ -171,8 +139,7 @@ fn equal_cells_run_row_by_row() {
 /// The numbers of a place such as "row 0-16 of 32; column 5-9 of 64".
 fn numbers(place: &str) -> Vec<usize> {
     let digits = |c: char| !c.is_ascii_digit();
-    let parts = place.split(digits).filter(|part| !part.is_empty());
-    parts.map(|part| part.parse().expect("a number")).collect()
+    place.split(digits).filter(|part| !part.is_empty()).map(|part| part.parse().expect("a number")).collect()
 }
 
 #[test]
@@ -181,7 +148,6 @@ fn cells_of_a_density_hold_what_lies_in_them() {
     let pdf = |p: DVec3| 0.9 * (1.0 + p.x) * (3.0 - p.y * p.y) / 4.0;
     for cells in [1, 2, 5, 6, 12] {
         let partition = Partition::of_pdf(Domain::Square, cells, &pdf);
-        assert_eq!(partition.masses.len(), cells);
         assert_eq!(partition.places.len(), cells);
         assert_eq!(partition.error, MASS_TOLERANCE);
         assert_relative_eq!(partition.loss, 0.1, max_relative = 1e-6);
@@ -203,11 +169,9 @@ fn cells_of_a_density_hold_what_lies_in_them() {
                 assert_eq!((place[2], place[5]), (32, 64));
             }
         }
-        for (mass, expected) in partition.masses.iter().zip(&masses) {
-            assert_relative_eq!(*mass, *expected, max_relative = 1e-9);
-            // A row of fields has three hundredths of the whole: cuts are off by half of that at most.
-            assert_abs_diff_eq!(*mass, 0.9 / cells as f64, epsilon = 0.02);
-        }
+        assert_relative_eq!(partition.masses[..], masses[..], max_relative = 1e-9);
+        // A row of fields has three hundredths of the whole: cuts are off by half of that at most.
+        assert_abs_diff_eq!(masses[..], vec![0.9 / cells as f64; cells][..], epsilon = 0.02);
     }
 }
 
@@ -219,9 +183,7 @@ fn masses_are_known_to_the_tolerance_together() {
     // ∫ |u − 0.3| from 0 to 1 is (0.3² + 0.7²)/2 = 0.29.
     assert_abs_diff_eq!(partition.mass(), 0.9, epsilon = MASS_TOLERANCE);
     assert_abs_diff_eq!(partition.loss, 0.1, epsilon = MASS_TOLERANCE);
-    for mass in partition.masses {
-        assert_abs_diff_eq!(mass, 0.225, epsilon = MASS_TOLERANCE);
-    }
+    assert_abs_diff_eq!(partition.masses[..], [0.225; 4][..], epsilon = MASS_TOLERANCE);
 }
 
 #[test]

@@ -1,13 +1,6 @@
 //! Graded controls: every statistic is run again on values that are off by the size of its claim.
 
-use approx::assert_relative_eq;
-use whitefurnace::harness::chi_square::{Counts, binomial, chi_square, poisson};
-use whitefurnace::harness::convergence::variance_ratio;
-use whitefurnace::harness::ks::kolmogorov_smirnov;
-use whitefurnace::harness::mean::{bounded_mean, mean, mean_known_sigma, welch};
-use whitefurnace::harness::outcome::{Claim, Outcome, Verdict};
-
-use super::{around, cells, values};
+use super::*;
 
 fn exact(delta: f64) -> Claim {
     Claim::Exact { delta }

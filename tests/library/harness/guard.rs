@@ -1,25 +1,20 @@
 //! The guard of the error budget: what it lets through and what it refuses, at the borders.
 
-use whitefurnace::harness::guard::{FAR, FAR_MISS, ROOM, distance, may_hold, may_not_hold};
-use whitefurnace::harness::outcome::{ALPHA, Claim, FAR_LEVEL, FAR_SHARE, Outcome, Verdict};
-use whitefurnace::harness::power::Sensitivity;
-use whitefurnace::harness::tails::{normal_sf, normal_upper, student_two_sided};
+use whitefurnace::harness::guard::{FAR, FAR_MISS, ROOM, distance};
+use whitefurnace::harness::outcome::{FAR_LEVEL, FAR_SHARE};
+
+use super::*;
 
 const DOF: f64 = 20_000.0;
 
 /// t of `effect` standard errors of 1, with a claim about it.
 fn t(effect: f64, claim: Claim) -> Outcome {
-    let half = normal_upper(0.5 * ALPHA);
     Outcome {
-        statistic: "t",
         p: student_two_sided(effect, DOF),
         n: DOF as u64,
-        valid_from: 2,
-        estimate: effect,
-        interval: [effect - half, effect + half],
-        claim,
+        reference: 0.0,
         sensitivity: Sensitivity::Normal { standard_error: 1.0, dof: DOF, tests: 1 },
-        ..Outcome::exact("toy", 1, 0.0, 1.0, "")
+        ..outcome(effect, normal_upper(0.5 * ALPHA), claim)
     }
 }
 
@@ -50,8 +45,7 @@ fn a_subject_needs_room_for_the_noise_of_its_skewness() {
     let most = 1.0 - ROOM * noise;
     assert!((0.8..0.95).contains(&most), "{most}");
     assert!(may_not_hold(&skewed(most - 1e-3)).is_none());
-    let refused = may_not_hold(&skewed(most + 1e-3));
-    assert!(refused.is_some_and(|why| why.contains("skewness")));
+    assert!(may_not_hold(&skewed(most + 1e-3)).is_some_and(|why| why.contains("skewness")));
     assert_eq!(skewed(most + 1e-3).verdict(), Verdict::Holds);
 }
 
@@ -89,7 +83,6 @@ fn far_rejections_stand_without_a_valid_tail() {
     let skewed = |effect, times: u64| Outcome { valid_from: times * DOF as u64, ..t(effect, claim) }.verdict();
     assert_eq!(skewed(21.5, FAR_SHARE), Verdict::Fails);
     for (effect, times) in [(21.5, FAR_SHARE + 1), (19.0, 2), (0.0, 2)] {
-        let verdict = skewed(effect, times);
-        assert!(matches!(verdict, Verdict::Undecided { .. }), "{effect} {times}");
+        assert!(matches!(skewed(effect, times), Verdict::Undecided { .. }), "{effect} {times}");
     }
 }

@@ -1,17 +1,10 @@
 //! The check-ups of BSDFs that transmit or have single directions, and of faulty versions, each of which
 //! must be rejected: a sheet of paper that absorbs and lets light through, a mirror that absorbs, glass.
 
-use std::f64::consts::PI;
-
-use glam::DVec3;
 use whitefurnace::fresnel::{mirror, radiance_factor, reflectance, refract};
-use whitefurnace::harness::bsdf_checkup::{BsdfSample, BsdfSubject, CheckUp, Loss, check_up};
-use whitefurnace::harness::lobe_checkup::{Lobe, LobeSample, LobeSubject, check_up_lobes};
-use whitefurnace::harness::outcome::Outcome;
-use whitefurnace::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
 
 use super::bsdf_checkup::{assert_passes, assert_rejected, assert_rejection, large};
-use crate::support::context;
+use super::*;
 
 /// Outcomes of the right subjects that chance can turn: paper, mirror and glass.
 pub const PASSES: [usize; 3] = [4, 8, 22];

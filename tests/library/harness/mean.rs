@@ -1,17 +1,9 @@
 //! Tests of means against textbook formulas on small sets of numbers, and under changes of scale.
 
-use approx::assert_relative_eq;
 use whitefurnace::harness::batches::Batches;
-use whitefurnace::harness::mean::{
-    ENOUGH_EQUAL, LARGEST_SKEW_TERM, NEARLY_SYMMETRIC, Sigma, bounded_mean, mean, mean_known_sigma, skewness_of_sum,
-    welch, welch_satterthwaite,
-};
-use whitefurnace::harness::outcome::{ALPHA, Cell, Claim, Verdict};
-use whitefurnace::harness::tails::{
-    binomial_cdf, binomial_sf, normal_sf, normal_upper, student_two_sided, student_upper,
-};
+use whitefurnace::harness::mean::{LARGEST_SKEW_TERM, NEARLY_SYMMETRIC};
 
-use super::{around, rare, values};
+use super::*;
 
 const CLAIM: Claim = Claim::Exact { delta: 1.0 };
 
@@ -24,8 +16,7 @@ const THREE: [f64; 3] = [0.0, 1.0, 2.0];
 fn skewness_does_not_depend_on_the_centre() {
     let expected = 36.0 / 12.5_f64.powf(1.5);
     for centre in [4.0, 3.7, 0.0, -2.5, 100.0] {
-        let found = values(centre, &FIVE).skewness();
-        assert_relative_eq!(found, expected, max_relative = 1e-9);
+        assert_relative_eq!(values(centre, &FIVE).skewness(), expected, max_relative = 1e-9);
     }
     let mirrored = values(0.0, &FIVE.map(|x| 3.0 - 2.0 * x));
     assert_relative_eq!(mirrored.skewness(), -expected, max_relative = 1e-12);
@@ -39,49 +30,46 @@ fn skewness_does_not_depend_on_the_centre() {
 
 #[test]
 fn intervals_are_those_of_the_textbook() {
-    let five = values(4.0, &FIVE);
-    let t = mean("t", &five, 3.0, CLAIM);
-    assert_eq!((t.name.as_str(), t.statistic, t.n), ("t", "t", 5));
-    assert_eq!(t.valid_from, five.valid_from());
-    assert_eq!((t.estimate, t.reference, t.dof), (4.0, 3.0, Some(4.0)));
-    assert_relative_eq!(t.value, 0.4_f64.sqrt(), max_relative = 1e-12);
-    assert_relative_eq!(t.p, student_two_sided(0.4_f64.sqrt(), 4.0), max_relative = 1e-12);
+    let [a, b] = [values(4.0, &FIVE), values(1.0, &THREE)];
+    let t = 0.4_f64.sqrt();
     let half = student_upper(ALPHA / 2.0, 4.0) * 2.5_f64.sqrt();
-    assert_relative_eq!(t.interval[0], 4.0 - half, max_relative = 1e-12);
-    assert_relative_eq!(t.interval[1], 4.0 + half, max_relative = 1e-12);
-    let z = mean_known_sigma("z", &five, 3.0, 2.0, CLAIM);
-    assert_eq!((z.name.as_str(), z.statistic, z.n), ("z", "z", 5));
-    // With σ known, skewness counts half as much.
-    let from = 0.25 * (five.valid_from() as f64);
-    assert!((z.valid_from as f64 - from).abs() <= 1.0, "{}", z.valid_from);
-    assert_relative_eq!(z.p, 2.0 * normal_sf(1.25_f64.sqrt()), max_relative = 1e-12);
+    let found = mean("t", &a, 3.0, CLAIM);
+    assert_test(&found, "t", 5, [t, student_two_sided(t, 4.0)], [4.0, 3.0], half);
+    assert_eq!((found.valid_from, found.dof), (a.valid_from(), Some(4.0)));
+    let z = 1.25_f64.sqrt();
     let half = normal_upper(ALPHA / 2.0) * 2.0 / 5_f64.sqrt();
-    assert_relative_eq!(z.interval[0], 4.0 - half, max_relative = 1e-12);
-    assert_relative_eq!(z.interval[1], 4.0 + half, max_relative = 1e-12);
-    let below = mean_known_sigma("z", &five, 5.0, 2.0, CLAIM);
-    assert_relative_eq!(below.value, -1.25_f64.sqrt(), max_relative = 1e-12);
-    assert_relative_eq!(below.p, z.p, max_relative = 1e-12);
+    for (reference, value) in [(3.0, z), (5.0, -z)] {
+        let found = mean_known_sigma("z", &a, reference, 2.0, CLAIM);
+        assert_test(&found, "z", 5, [value, 2.0 * normal_sf(z)], [4.0, reference], half);
+        // With σ known, skewness counts half as much.
+        assert_abs_diff_eq!(found.valid_from as f64, 0.25 * a.valid_from() as f64, epsilon = 1.0);
+    }
+    let [va, vb] = [2.5_f64, 1.0 / 3.0];
+    let dof = (va + vb).powi(2) / (va * va / 4.0 + vb * vb / 2.0);
+    let t = 3.0 / (va + vb).sqrt();
+    let half = student_upper(ALPHA / 2.0, dof) * (va + vb).sqrt();
+    for (side, found) in [(1.0, welch("Welch", &a, &b, CLAIM)), (-1.0, welch("Welch", &b, &a, CLAIM))] {
+        assert_test(&found, "Welch", 3, [side * t, student_two_sided(t, dof)], [side * 3.0, 0.0], half);
+        assert_relative_eq!(found.dof.expect("degrees of freedom"), dof, max_relative = 1e-12);
+    }
+    // Without variance every value counts.
+    assert_eq!(welch_satterthwaite([(0.0, 5), (0.0, 9)]), 12.0);
 }
 
 #[test]
 fn a_data_file_shows_the_values() {
-    let [a, b] = [values(4.0, &FIVE), values(1.0, &THREE)];
     // Few values are batches of their own.
-    let shown = |cells: &[Cell]| -> Vec<(String, f64, f64)> {
-        let numbers = |cell: &Cell| (cell.place.clone(), cell.expected, cell.observed);
-        cells.iter().map(numbers).collect()
-    };
-    let t = mean("t", &a, 3.0, CLAIM);
-    assert_eq!(t.cells.len(), 5);
-    assert_eq!(shown(&t.cells)[4], (String::from("batch 5 (1 values)"), 3.0, 10.0));
-    assert_relative_eq!(t.cells[4].sigmas, 7.0 / 12.5_f64.sqrt(), max_relative = 1e-12);
-    let z = mean_known_sigma("z", &a, 3.0, 2.5, CLAIM);
-    assert_relative_eq!(z.cells[4].sigmas, 2.8, max_relative = 1e-12);
-    let bounded = bounded_mean("b", &a, 3.0, [0.0, 10.0], CLAIM);
-    assert_eq!(shown(&bounded.cells), shown(&t.cells));
-    let w = welch("w", &a, &b, CLAIM);
-    assert_eq!(w.cells.len(), 8);
-    assert_eq!(shown(&w.cells)[7], (String::from("second, batch 3 (1 values)"), 4.0, 2.0));
+    let [a, b] = [values(4.0, &FIVE), values(1.0, &THREE)];
+    let sigmas = 7.0 / 12.5_f64.sqrt();
+    for (found, count, place, numbers) in [
+        (mean("t", &a, 3.0, CLAIM), 5, "batch 5", [3.0, 10.0, sigmas]),
+        (mean_known_sigma("z", &a, 3.0, 2.5, CLAIM), 5, "batch 5", [3.0, 10.0, 2.8]),
+        (bounded_mean("b", &a, 3.0, [0.0, 10.0], CLAIM), 5, "batch 5", [3.0, 10.0, sigmas]),
+        (welch("w", &a, &b, CLAIM), 8, "second, batch 3", [4.0, 2.0, -2.0]),
+    ] {
+        assert_eq!(found.cells.len(), count);
+        assert_cell(&found.cells[count - 1], &format!("{place} (1 values)"), numbers);
+    }
 }
 
 #[test]
@@ -90,8 +78,7 @@ fn batches_are_means_of_consecutive_values() {
     for (n, size) in [(1, 1), (63, 1), (64, 2), (127, 2), (128, 4), (1000, 16), (5000, 128)] {
         let mut batches = Batches::default();
         (0..n).for_each(|i| batches.push(f64::from(i * i)));
-        let count = n / size;
-        assert_eq!(batches.means().len(), count as usize);
+        assert_eq!(batches.means().len(), (n / size) as usize);
         for (k, mean) in (0..).zip(batches.means()) {
             let sum: i64 = (k * size..(k + 1) * size).map(|i| i64::from(i * i)).sum();
             assert_relative_eq!(*mean, sum as f64 / f64::from(size), max_relative = 1e-12);
@@ -109,14 +96,6 @@ fn batches_are_means_of_consecutive_values() {
 }
 
 #[test]
-fn one_value_says_nothing() {
-    let one = mean("t", &values(1.0, &[1.0]), 1.0, CLAIM);
-    assert_eq!(one.verdict(), Verdict::Undecided { needed: 2 });
-    assert_eq!((one.p, one.interval[1]), (1.0, f64::INFINITY));
-    assert_eq!(one.worst, "says nothing: fewer than two values");
-}
-
-#[test]
 fn rounding_is_relative_to_the_size_of_the_numbers() {
     for scale in [1e-6, 1.0, 1e6] {
         let claim = Claim::Exact { delta: 1e-3 * scale };
@@ -127,34 +106,13 @@ fn rounding_is_relative_to_the_size_of_the_numbers() {
         assert_eq!(verdict(scale * (1.0 + 5e-13)), nothing);
         assert_eq!(verdict(scale * (1.0 + 3e-12)), Verdict::Fails);
         let few = mean("t", &values(scale, &many[1..]), 2.0 * scale, claim);
-        let needed = ENOUGH_EQUAL;
-        assert_eq!(few.verdict(), Verdict::Undecided { needed });
+        assert_eq!(few.verdict(), Verdict::Undecided { needed: ENOUGH_EQUAL });
         let other = |factor: f64| values(scale, &[scale * factor].repeat(many.len()));
         let near = welch("w", &same, &other(1.0 + 5e-13), claim);
         assert_eq!((near.value, near.verdict()), (0.0, nothing));
         let far = welch("w", &same, &other(1.0 + 3e-12), claim);
         assert_eq!(far.verdict(), Verdict::Fails);
     }
-}
-
-#[test]
-fn welch_is_that_of_the_textbook() {
-    let [a, b] = [values(4.0, &FIVE), values(1.0, &THREE)];
-    let w = welch("w", &a, &b, CLAIM);
-    let [va, vb]: [f64; 2] = [2.5, 1.0 / 3.0];
-    let dof = (va + vb).powi(2) / (va * va / 4.0 + vb * vb / 2.0);
-    let t = 3.0 / f64::sqrt(va + vb);
-    assert_eq!((w.name.as_str(), w.statistic, w.n), ("w", "Welch", 3));
-    assert_relative_eq!(w.value, t, max_relative = 1e-12);
-    assert_relative_eq!(w.dof.expect("degrees of freedom"), dof, max_relative = 1e-12);
-    assert_relative_eq!(w.p, student_two_sided(t, dof), max_relative = 1e-12);
-    let half = student_upper(ALPHA / 2.0, dof) * (va + vb).sqrt();
-    assert_relative_eq!(w.interval[0], 3.0 - half, max_relative = 1e-12);
-    assert_relative_eq!(w.interval[1], 3.0 + half, max_relative = 1e-12);
-    let back = welch("w", &b, &a, CLAIM);
-    assert_eq!((back.value, back.p), (-w.value, w.p));
-    // Without variance every value counts.
-    assert_eq!(welch_satterthwaite([(0.0, 5), (0.0, 9)]), 12.0);
 }
 
 /// √(6/n) is the standard deviation of the skewness of n normal values.
@@ -166,58 +124,33 @@ fn nearly_symmetric_values_are_enough() {
     assert!(allowed > 0.2 + z * (6.0 / n).sqrt(), "{allowed}");
 }
 
-/// Successes among n: Student's t of their share is a function of the count, so that its tails are sums
-/// over the binomial law.
-struct Successes {
-    n: u64,
-    share: f64,
-}
-
-impl Successes {
-    /// As many as the rule just admits.
-    fn admitted(share: f64, sigma: Sigma) -> Self {
-        let skewness = (1.0 - 2.0 * share) / (share * (1.0 - share)).sqrt();
-        let n = sigma.valid_from(1, skewness, ALPHA);
-        Self { n, share }
-    }
-
-    fn statistic(&self, count: u64, sigma: Sigma) -> f64 {
-        let (n, k) = (self.n as f64, count as f64);
+/// P(T < −z) and P(T > z) as shares of the nominal tail, of a share of successes with as many values as the rule of
+/// `admitted` just admits: Student's t of their share is a function of the count, so that its tails are sums over the
+/// binomial law. Between counts the logarithms of the tails (half of a count's own probability to either side) are
+/// interpolated: the lattice is not at issue.
+fn tails(q: f64, admitted: Sigma, sigma: Sigma) -> [f64; 2] {
+    let nominal = 0.5 * ALPHA;
+    let z = normal_upper(nominal);
+    let n = admitted.valid_from(1, (1.0 - 2.0 * q) / (q * (1.0 - q)).sqrt(), ALPHA);
+    let statistic = |k: u64| {
+        let share = k as f64 / n as f64;
         let variance = match sigma {
-            Sigma::Known => self.share * (1.0 - self.share) / n,
-            Sigma::Estimated => k / n * (1.0 - k / n) / (n - 1.0),
+            Sigma::Known => q * (1.0 - q) / n as f64,
+            Sigma::Estimated => share * (1.0 - share) / (n as f64 - 1.0),
         };
-        (k / n - self.share) / variance.sqrt()
-    }
-
-    /// P(T < −z) and P(T > z) as shares of the nominal tail. Between counts the logarithms of the tails
-    /// (half of a count's own probability to either side) are interpolated: the lattice is not at issue.
-    fn tails(&self, sigma: Sigma, nominal: f64) -> [f64; 2] {
-        let z = normal_upper(nominal);
-        let (n, q) = (self.n, self.share);
-        let mean = (n as f64 * q) as u64;
-        let reach = (20.0 * (n as f64 * q).sqrt()) as u64;
-        let tail = |below: bool, k: u64| {
-            if below {
-                0.5 * (binomial_cdf(k, n, q) + binomial_cdf(k - 1, n, q))
-            } else {
-                0.5 * (binomial_sf(k, n, q) + binomial_sf(k + 1, n, q))
-            }
-        };
-        let at = |below: bool| {
-            let beyond = |k: &u64| {
-                let t = self.statistic(*k, sigma);
-                if below { t > -z } else { t > z }
-            };
-            let start = if below { mean.saturating_sub(reach).max(1) } else { mean };
-            let after = (start..).find(beyond).expect("a count beyond");
-            let [t0, t1] = [after - 1, after].map(|k| self.statistic(k, sigma));
-            let [p0, p1] = [after - 1, after].map(|k| tail(below, k).ln());
-            let target = if below { -z } else { z };
-            (p0 + (p1 - p0) * (target - t0) / (t1 - t0)).exp() / nominal
-        };
-        [at(true), at(false)]
-    }
+        (share - q) / variance.sqrt()
+    };
+    let below = |k| 0.5 * (binomial_cdf(k, n, q) + binomial_cdf(k - 1, n, q));
+    let above = |k| 0.5 * (binomial_sf(k, n, q) + binomial_sf(k + 1, n, q));
+    let at = |start: u64, target: f64, tail: &dyn Fn(u64) -> f64| {
+        let after = (start..).find(|&k| statistic(k) > target).expect("a count beyond");
+        let [t0, t1] = [after - 1, after].map(statistic);
+        let [p0, p1] = [after - 1, after].map(|k| tail(k).ln());
+        (p0 + (p1 - p0) * (target - t0) / (t1 - t0)).exp() / nominal
+    };
+    let mean = n as f64 * q;
+    let low = (mean as u64).saturating_sub((20.0 * mean.sqrt()) as u64).max(1);
+    [at(low, -z, &below), at(mean as u64, z, &above)]
 }
 
 /// At the limit that the rule admits, the heavier tail is 1.34 of nominal with a known σ, 1.37 with an
@@ -226,15 +159,13 @@ impl Successes {
 /// strict, an estimated σ has a lower tail of more than 1.8.
 #[test]
 fn tails_are_nominal_at_the_limit_of_the_rule() {
-    let nominal = 0.5 * ALPHA;
     for share in [0.002, 0.01, 0.05, 0.2] {
         for sigma in [Sigma::Known, Sigma::Estimated] {
-            let [low, high] = Successes::admitted(share, sigma).tails(sigma, nominal);
-            let heavier = low.max(high);
-            assert!((1.3..1.4).contains(&heavier), "{sigma:?} {share}: {low} {high}");
+            let [low, high] = tails(share, sigma, sigma);
+            assert!((1.3..1.4).contains(&low.max(high)), "{sigma:?} {share}: {low} {high}");
             assert!((low + high - 2.0).abs() < 0.11, "{sigma:?} {share}: {low} {high}");
         }
-        let [low, high] = Successes::admitted(share, Sigma::Known).tails(Sigma::Estimated, nominal);
+        let [low, high] = tails(share, Sigma::Known, Sigma::Estimated);
         assert!(low > 1.8, "{share}: {low} {high}");
     }
 }
@@ -266,14 +197,12 @@ fn either_side_may_be_too_skewed_for_welch() {
     for (a, b) in [(&few, &many), (&many, &few)] {
         let needed = welch("w", a, b, CLAIM).valid_from as f64;
         assert_relative_eq!(needed, few.valid_from() as f64, max_relative = 1e-4);
-        let verdict = welch("w", a, b, CLAIM).verdict();
-        assert!(matches!(verdict, Verdict::Undecided { .. }));
+        assert!(matches!(welch("w", a, b, CLAIM).verdict(), Verdict::Undecided { .. }));
     }
     assert_eq!(welch("w", &many, &many, CLAIM).verdict(), Verdict::Holds);
     // Two sides of equal law make a difference of √½ its skewness, of √2 its standard error.
     let half = 0.5 * many.valid_from() as f64;
-    let both = welch("w", &many, &many, CLAIM).valid_from as f64;
-    assert_relative_eq!(both, half, max_relative = 1e-6);
+    assert_relative_eq!(welch("w", &many, &many, CLAIM).valid_from as f64, half, max_relative = 1e-6);
 }
 
 #[test]
@@ -292,9 +221,7 @@ fn bernstein_moves_and_stretches_with_its_range() {
         let bounds = [low, low + width];
         let found = bounded_mean("b", &moved, place(0.7), bounds, CLAIM);
         assert_relative_eq!(found.p, unit.p, max_relative = 1e-9);
-        for (found, unit) in found.interval.iter().zip(unit.interval) {
-            assert_relative_eq!(*found, place(unit), max_relative = 1e-12);
-        }
+        assert_relative_eq!(found.interval[..], unit.interval.map(place)[..], max_relative = 1e-12);
         // The interval stays within the range.
         let few = bounded_mean("b", &values(low, &[low, low + width]), low, bounds, CLAIM);
         assert_eq!((few.interval, few.p), (bounds, 1.0));
@@ -315,7 +242,7 @@ fn bernsteins_p_value_and_interval_agree() {
 }
 
 #[test]
-fn a_claim_without_tolerance_is_of_every_value() {
+fn a_claim_without_tolerance_is_of_every_value_and_one_says_nothing() {
     let every = Claim::Exact { delta: 0.0 };
     let verdict = |last: f64, reference: f64| {
         let numbers = [&[2.0; 99][..], &[last]].concat();
@@ -327,6 +254,9 @@ fn a_claim_without_tolerance_is_of_every_value() {
     assert_eq!(verdict(2.0 + 2e-8, 2.0), Verdict::Fails);
     assert_eq!(verdict(2.0, 2.0 + 3e-9), Verdict::Fails);
     assert_eq!(verdict(f64::NAN, 2.0), Verdict::Fails);
+    let one = mean("t", &values(1.0, &[1.0]), 1.0, CLAIM);
+    assert_eq!((one.verdict(), one.p, one.interval[1]), (Verdict::Undecided { needed: 2 }, 1.0, f64::INFINITY));
+    assert_eq!(one.worst, "says nothing: fewer than two values");
 }
 
 /// 2(κ − 1)⁻¹ n, where the fourth standardised moment κ is that of the numbers.

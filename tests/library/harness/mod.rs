@@ -1,6 +1,6 @@
 //! The statistical harness, module by module: exactly where it can be, by sampling where only that shows it.
 
-pub mod bsdf_checkup; // a BSDF that is not ours, and faulty versions of it
+pub mod bsdf_checkup; // a rough conductor, and faulty versions of it
 pub mod calibration; // error rates and power of the statistics, at a small size
 pub mod checkup_parts; // what each part of the check-up of BSDFs reports
 mod chi_square;
@@ -20,9 +20,28 @@ mod tails;
 mod trial;
 mod welch_map;
 
-use whitefurnace::harness::domain::Partition;
-use whitefurnace::harness::mean::Values;
-use whitefurnace::harness::welch_map::PixelStatistics;
+// What the modules share, by `use super::*`.
+use whitefurnace::harness::bsdf_checkup::{BsdfSample, BsdfSubject, CheckUp, Loss, check_up};
+use whitefurnace::harness::chi_square::{Counts, binomial, chi_square, count, poisson, sampler_against_partition};
+use whitefurnace::harness::convergence::{slope, variance_ratio};
+use whitefurnace::harness::domain::{Domain, Partition};
+use whitefurnace::harness::guard::{may_hold, may_not_hold};
+use whitefurnace::harness::ks::kolmogorov_smirnov;
+use whitefurnace::harness::lobe_checkup::{Lobe, LobeSample, LobeSubject, check_up_lobes};
+use whitefurnace::harness::mean::{
+    ENOUGH_EQUAL, Sigma, Values, bounded_mean, mean, mean_known_sigma, skewness_of_sum, welch, welch_satterthwaite,
+};
+use whitefurnace::harness::outcome::{ALPHA, Cell, Claim, Outcome, Verdict};
+use whitefurnace::harness::power::Sensitivity;
+use whitefurnace::harness::sequential::{ConfidenceSequence, Decision, Sprt};
+use whitefurnace::harness::tails::{
+    binomial_cdf, binomial_sf, binomial_two_sided, chi_square_sf, normal_sf, normal_upper, poisson_cdf,
+    poisson_interval, poisson_sf, student_two_sided, student_upper,
+};
+use whitefurnace::harness::trial::Context;
+use whitefurnace::harness::welch_map::{PixelStatistics, image_mean, map};
+
+use crate::prelude::*;
 
 /// Values whose cubes are summed about `centre`.
 fn values(centre: f64, numbers: &[f64]) -> Values {
@@ -69,4 +88,35 @@ impl Image {
     fn statistics(&self) -> PixelStatistics<'_> {
         PixelStatistics { mean: &self.mean, variance: &self.variance, count: &self.count }
     }
+}
+
+/// t of 100 values that estimates this, rightly, within ±`half`.
+fn outcome(estimate: f64, half: f64, claim: Claim) -> Outcome {
+    Outcome {
+        statistic: "t",
+        n: 100,
+        valid_from: 2,
+        estimate,
+        reference: estimate,
+        interval: [estimate - half, estimate + half],
+        claim,
+        ..Outcome::exact("toy", 0, 0.0, 0.0, "")
+    }
+}
+
+/// Asserts the fields of a test that is named by its statistic to 1e-12: the statistic and p-value, estimate and reference, and the half width of
+/// the interval.
+fn assert_test(found: &Outcome, statistic: &str, n: u64, test: [f64; 2], values: [f64; 2], half: f64) {
+    assert_eq!((&*found.name, found.statistic, found.n), (statistic, statistic, n));
+    let [estimate, reference] = values;
+    let numbers = [found.value, found.p, found.estimate, found.reference, found.interval[0], found.interval[1]];
+    let expected = [test[0], test[1], estimate, reference, estimate - half, estimate + half];
+    assert_relative_eq!(numbers[..], expected[..], max_relative = 1e-12);
+}
+
+/// Asserts where a cell is, and its numbers: what was expected, observed, and their distance.
+fn assert_cell(cell: &Cell, place: &str, numbers: [f64; 3]) {
+    assert_eq!(cell.place, place);
+    let found = [cell.expected, cell.observed, cell.sigmas];
+    assert_relative_eq!(found[..], numbers[..], max_relative = 1e-12, epsilon = 1e-12);
 }

@@ -1,21 +1,7 @@
 //! Samples that say nothing: no statistic may say *holds* of them.
 
-use std::f64::consts::PI;
-
-use glam::DVec3;
-use whitefurnace::harness::bsdf_checkup::{BsdfSubject, CheckUp, Loss, check_up};
-use whitefurnace::harness::chi_square::{Counts, binomial, chi_square, poisson, sampler_against_partition};
-use whitefurnace::harness::convergence::{slope, variance_ratio};
-use whitefurnace::harness::domain::{Domain, Partition};
-use whitefurnace::harness::ks::kolmogorov_smirnov;
-use whitefurnace::harness::lobe_checkup::{Lobe, LobeSample, LobeSubject, check_up_lobes};
-use whitefurnace::harness::mean::{ENOUGH_EQUAL, Values, bounded_mean, mean, mean_known_sigma, welch};
-use whitefurnace::harness::outcome::{Claim, Outcome, Verdict};
-use whitefurnace::harness::trial::Context;
-use whitefurnace::harness::welch_map::{image_mean, map};
-
 use super::checkup_parts::{with_eval, with_sample};
-use super::{Image, cells};
+use super::*;
 
 const WIDE: [Claim; 3] = [Claim::Exact { delta: 1e3 }, Claim::Approximate { margin: 1e3 }, Claim::Test];
 
@@ -88,8 +74,7 @@ fn samples_that_say_nothing_are_undecided() {
         outcomes.extend([map.smallest("least", 9), map.flatness("flat", 1e3)]);
     }
     for outcome in outcomes {
-        let undecided = matches!(outcome.verdict(), Verdict::Undecided { .. });
-        assert!(undecided, "{:?}: {outcome:?}", outcome.verdict());
+        assert!(matches!(outcome.verdict(), Verdict::Undecided { .. }), "{:?}: {outcome:?}", outcome.verdict());
         assert!(outcome.p >= 0.5, "{outcome:?}");
     }
 }
@@ -162,9 +147,7 @@ fn check_ups_without_samples_are_undecided() {
         (&lobes, "way back"),
     ] {
         let found = outcomes.iter().find(|outcome| outcome.name == name);
-        let verdict = found.map(Outcome::verdict);
-        let undecided = matches!(verdict, Some(Verdict::Undecided { .. }));
-        assert!(undecided, "{name}: {found:?}");
+        assert!(matches!(found.map(Outcome::verdict), Some(Verdict::Undecided { .. })), "{name}: {found:?}");
     }
 }
 
@@ -182,6 +165,5 @@ fn nan_and_infinity_never_hold() {
         assert_eq!(Outcome::exact("e", 1, bad, 1.0, "").verdict(), Verdict::Fails);
     }
     let mut values = vec![f64::NAN; 200];
-    let outcome = kolmogorov_smirnov("ks", &mut values, |x| x, 1.0);
-    assert_eq!(outcome.verdict(), Verdict::Fails);
+    assert_eq!(kolmogorov_smirnov("ks", &mut values, |x| x, 1.0).verdict(), Verdict::Fails);
 }

@@ -1,25 +1,8 @@
 //! Outcomes and verdicts at their borders: the fields of an outcome, its power, and what decides it.
 
-use approx::assert_relative_eq;
-use whitefurnace::harness::outcome::{
-    ALPHA, CAPACITY, Claim, Outcome, SUITE_BUDGET, Verdict, approximate_verdict, exact_verdict,
-};
-use whitefurnace::harness::power::Sensitivity;
-use whitefurnace::harness::tails::normal_upper;
+use whitefurnace::harness::outcome::{CAPACITY, SUITE_BUDGET, approximate_verdict, exact_verdict};
 
-/// An estimate of 3, n = 100, in an interval of half width `half`.
-fn outcome(half: f64, claim: Claim) -> Outcome {
-    Outcome {
-        statistic: "z",
-        p: 1.0,
-        n: 100,
-        estimate: 3.0,
-        reference: 3.0,
-        interval: [3.0 - half, 3.0 + half],
-        claim,
-        ..Outcome::exact("three", 0, 0.0, 0.0, "")
-    }
-}
+use super::*;
 
 #[test]
 fn the_budget_is_shared_evenly() {
@@ -33,8 +16,7 @@ fn claims_and_verdicts_have_sizes_and_words() {
     assert_eq!(Claim::Approximate { margin: 0.5 }.size(), 0.5);
     assert_eq!(Claim::Test.size(), 0.0);
     let undecided = Verdict::Undecided { needed: 1 };
-    let words = [Verdict::Holds, Verdict::Fails, undecided].map(Verdict::word);
-    assert_eq!(words, ["holds", "fails", "undecided"]);
+    assert_eq!([Verdict::Holds, Verdict::Fails, undecided].map(Verdict::word), ["holds", "fails", "undecided"]);
 }
 
 #[test]
@@ -58,21 +40,20 @@ fn undecided_asks_for_what_would_decide() {
     for (interval, needed) in
         [([1.625, 2.125], 400), ([1.875, 2.5], 625), ([2.125, 2.3125], 101), ([2.0, f64::INFINITY], u64::MAX)]
     {
-        let undecided = Verdict::Undecided { needed };
-        assert_eq!(exact_verdict(1.0, interval, 2.0, 0.25, 100), undecided);
+        assert_eq!(exact_verdict(1.0, interval, 2.0, 0.25, 100), Verdict::Undecided { needed });
     }
 }
 
 #[test]
 fn an_outcome_is_judged_by_its_claim() {
-    let exact = outcome(0.1, Claim::Exact { delta: 0.125 });
+    let exact = outcome(3.0, 0.1, Claim::Exact { delta: 0.125 });
     assert_eq!(exact.verdict(), Verdict::Holds);
     let few = |valid_from| Outcome { valid_from, ..exact.clone() };
     assert_eq!(few(99).verdict(), Verdict::Holds);
     assert_eq!(few(100).verdict(), Verdict::Holds);
     assert_eq!(few(101).verdict(), Verdict::Undecided { needed: 101 });
     // The margin decides whatever p is, and p decides where there is no margin.
-    let with_p = |p, claim| Outcome { p, ..outcome(0.1, claim) };
+    let with_p = |p, claim| Outcome { p, ..outcome(3.0, 0.1, claim) };
     let [tiny, small] = [0.5 * ALPHA, ALPHA];
     for (claim, at_tiny, at_small) in [
         (Claim::Exact { delta: 0.125 }, Verdict::Fails, Verdict::Holds),
@@ -91,12 +72,10 @@ fn exact_identities_use_no_chance() {
     let found = |error| Outcome::exact("identity", 7, error, 0.5, "everywhere").named("renamed");
     let on_the_border = found(-0.5);
     assert_eq!(on_the_border.verdict(), Verdict::Holds);
-    assert_eq!(on_the_border.name, "renamed");
-    assert_eq!((on_the_border.n, on_the_border.p), (7, 1.0));
-    assert_eq!(on_the_border.interval, [-0.5, -0.5]);
-    assert_eq!(on_the_border.worst, "everywhere");
+    assert_eq!((&*on_the_border.name, &*on_the_border.worst), ("renamed", "everywhere"));
+    assert_eq!((on_the_border.n, on_the_border.p, on_the_border.interval), (7, 1.0, [-0.5, -0.5]));
     assert!(!on_the_border.is_random());
-    assert!(outcome(0.1, Claim::Test).is_random());
+    assert!(outcome(3.0, 0.1, Claim::Test).is_random());
     let beyond = found(0.75);
     assert_eq!((beyond.p, beyond.verdict()), (0.0, Verdict::Fails));
 }
@@ -105,7 +84,7 @@ fn exact_identities_use_no_chance() {
 fn measured(claim: Claim) -> Outcome {
     Outcome {
         sensitivity: Sensitivity::Normal { standard_error: 0.125, dof: f64::INFINITY, tests: 1 },
-        ..outcome(0.75, claim)
+        ..outcome(3.0, 0.75, claim)
     }
 }
 
@@ -130,8 +109,7 @@ fn power_is_that_of_the_claim() {
         [(Claim::Test, 1.0), (Claim::Exact { delta: 1.0 }, 2.0), (Claim::Approximate { margin: 1.0 }, 2.0)]
     {
         let effect = measured(claim).minimum_detectable_effect();
-        let expected = 0.125 * (critical + normal_upper(ALPHA / sides));
-        assert_relative_eq!(effect, expected, max_relative = 1e-8);
+        assert_relative_eq!(effect, 0.125 * (critical + normal_upper(ALPHA / sides)), max_relative = 1e-8);
     }
     assert_eq!(measured(Claim::Test).miss(), ALPHA);
     let identity = Outcome::exact("identity", 1, 0.0, 0.25, "");

@@ -1,7 +1,8 @@
 //! Adaptive quadrature over rectangles: exact for polynomials, at its end, at its limit.
 
-use approx::assert_relative_eq;
 use whitefurnace::harness::quadrature::{Rectangle, integrate};
+
+use super::*;
 
 #[test]
 fn quadrature_is_exact_for_polynomials_and_adapts_to_kinks() {

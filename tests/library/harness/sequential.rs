@@ -1,7 +1,6 @@
 //! Sequential tests, exactly: thresholds, errors summed over all runs, confidence sequences by their theorem.
 
-use approx::{assert_abs_diff_eq, assert_relative_eq};
-use whitefurnace::harness::sequential::{ConfidenceSequence, Decision, Sprt};
+use super::*;
 
 /// The summed likelihood ratio at which a test decides, by steps of `sign` · 2⁻²⁰ in its logarithm.
 fn threshold(mut test: Sprt, sign: f64) -> f64 {
@@ -41,16 +40,14 @@ fn decisions(start: Sprt, [null, alternative]: [f64; 2], truth: f64, most: usize
                     Decision::Alternative => decided[1] += mass,
                     Decision::Continue => {
                         let slot: &mut Option<(Sprt, f64)> = &mut next[successes + usize::from(success)];
-                        let before = slot.map_or(0.0, |(_, mass)| mass);
-                        *slot = Some((test, before + mass));
+                        *slot = Some((test, slot.map_or(0.0, |(_, mass)| mass) + mass));
                     }
                 }
             }
         }
         running = next;
     }
-    let open = running.into_iter().flatten().map(|(_, mass)| mass).sum();
-    (decided, open)
+    (decided, running.into_iter().flatten().map(|(_, mass)| mass).sum())
 }
 
 #[test]
@@ -76,29 +73,24 @@ fn steps(mut test: Sprt, mut step: impl FnMut(&mut Sprt) -> Decision) -> (u64, D
 
 #[test]
 fn likelihood_ratios_are_those_of_the_laws() {
+    // Steps of this logarithm reach ln 1e4 or ln 1e-6.
+    let decided = |log: f64| {
+        let (threshold, decision) = if log > 0.0 { (1e-4, Decision::Alternative) } else { (1e-6, Decision::Null) };
+        ((f64::ln(threshold) / log).abs().ceil() as u64, decision)
+    };
     let new = || Sprt::new(1e-4, 1e-6);
-    let needed = |log: f64, threshold: f64| (threshold.ln() / log).abs().ceil() as u64;
     for (null, alternative) in [(0.2, 0.3), (0.5, 0.25)] {
         for success in [true, false] {
             let of = |q: f64| if success { q } else { 1.0 - q };
-            let log = (of(alternative) / of(null)).ln();
-            let expected = if log > 0.0 {
-                (needed(log, 1e-4), Decision::Alternative)
-            } else {
-                (needed(log, 1e-6), Decision::Null)
-            };
             let found = steps(new(), |test| test.bernoulli(success, null, alternative));
-            assert_eq!(found, expected, "{null} {alternative} {success}");
+            assert_eq!(found, decided((of(alternative) / of(null)).ln()), "{null} {alternative} {success}");
         }
     }
     // Half the difference of squared distances, in units of the variance.
     for (value, null, alternative, sigma) in [(2.5, 1.0, 3.0, 4.0), (1.5, 1.0, 3.0, 4.0), (-2.0, 1.5, 0.5, 3.0)] {
         let square = |mean: f64| ((value - mean) / sigma).powi(2);
-        let log: f64 = 0.5 * (square(null) - square(alternative));
-        let expected =
-            if log > 0.0 { (needed(log, 1e-4), Decision::Alternative) } else { (needed(log, 1e-6), Decision::Null) };
         let found = steps(new(), |test| test.normal(value, null, alternative, sigma));
-        assert_eq!(found, expected, "{value} {null} {alternative}");
+        assert_eq!(found, decided(0.5 * (square(null) - square(alternative))), "{value} {null} {alternative}");
     }
 }
 
@@ -111,49 +103,29 @@ fn a_decision_is_reached_at_the_threshold_itself() {
     assert_eq!(new().bernoulli(true, 0.5, 0.125), Decision::Null);
 }
 
-/// The interval of theorem 2 after all values of [0, 1], with every sum taken anew.
-fn empirical_bernstein_sequence(alpha: f64, x: &[f64]) -> [f64; 2] {
-    let log = (2.0 / alpha).ln();
-    let mean = |t: usize| (0.5 + x[..t].iter().sum::<f64>()) / (t as f64 + 1.0);
-    let variance = |t: usize| {
-        let squares: f64 = (0..t).map(|i| (x[i] - mean(i + 1)).powi(2)).sum();
-        (0.25 + squares) / (t as f64 + 1.0)
-    };
-    let bet = |i: usize| {
-        let t = i as f64 + 1.0;
-        f64::min(0.5, (2.0 * log / (variance(i) * t * (t + 1.0).ln())).sqrt())
-    };
-    let psi = |bet: f64| (-(1.0 - bet).ln() - bet) / 4.0;
-    let (mut weights, mut weighted, mut penalty) = (0.0, 0.0, 0.0);
-    for (i, x) in x.iter().enumerate() {
-        let bet = bet(i);
-        weights += bet;
-        weighted += bet * x;
-        penalty += 4.0 * (x - mean(i)).powi(2) * psi(bet);
-    }
-    let half = (log + penalty) / weights;
-    [weighted / weights - half, weighted / weights + half]
-}
+/// The intervals of theorem 2 after so many values of [0, 1], with every sum taken anew in 50 digits.
+const INTERVALS: [(u64, [f64; 2]); 4] = [
+    (1, [-7.474_332_498_507_85, 7.474_332_498_507_85]),
+    (2, [-3.719_892_136_476_32, 3.769_892_136_476_32]),
+    (10, [-0.374_444_347_327_65, 1.184_444_347_327_65]),
+    (300, [0.343_470_795_831_978, 0.457_178_638_941_791]),
+];
 
 #[test]
 fn confidence_sequences_are_those_of_the_theorem() {
-    // Bets are cut off at first and free later on.
-    let x: Vec<f64> = (0..300).map(|i| f64::from(i * i % 17) / 20.0).collect();
     let [low, high] = [-1.0, 3.0];
     let mut sequence = ConfidenceSequence::new(0.05, [low, high]);
     assert_eq!((sequence.interval(), sequence.count()), ([low, high], 0));
-    for (i, &value) in x.iter().enumerate() {
-        sequence.push(low + (high - low) * value);
-        assert_eq!(sequence.count(), i as u64 + 1);
-        let [left, right] = sequence.interval();
-        assert_eq!(sequence.minimum_detectable_effect(), right - left);
-        if [0, 1, 9, 299].contains(&i) {
-            let expected = empirical_bernstein_sequence(0.05, &x[..=i]);
-            for (found, expected) in sequence.interval().iter().zip(expected) {
-                assert_relative_eq!(*found, low + (high - low) * expected, max_relative = 1e-9);
-            }
+    for i in 0..300 {
+        // Bets are cut off at first and free later on.
+        sequence.push(low + (high - low) * f64::from(i * i % 17) / 20.0);
+        let found = sequence.interval();
+        assert_eq!(sequence.minimum_detectable_effect(), found[1] - found[0]);
+        if let Some((_, expected)) = INTERVALS.iter().find(|(count, _)| *count == sequence.count()) {
+            assert_relative_eq!(found[..], expected.map(|x| low + (high - low) * x)[..], max_relative = 1e-9);
         }
     }
+    assert_eq!(sequence.count(), 300);
 }
 
 #[test]

@@ -3,14 +3,13 @@
 use std::path::Path;
 use std::process::Command;
 
-use rand::Rng;
 use whitefurnace::equation::ESTIMATOR;
-use whitefurnace::harness::outcome::{Cell, Claim, Outcome, Verdict};
 use whitefurnace::harness::trial::{
-    CSV_HEADER, Context, Control, Row, Trial, assert_holds, check, check_control, check_subject, command,
-    control_is_green, full_name, group, run_control, run_trial, trial_is_green, write_cells,
+    CSV_HEADER, Control, Row, Trial, assert_holds, check, check_control, check_subject, command, control_is_green,
+    full_name, group, run_control, run_trial, trial_is_green, write_cells,
 };
-use whitefurnace::rng::{seed_for, stream};
+
+use super::*;
 
 fn context(scale: f64) -> Context {
     Context::new(7, scale).expect("a valid scale")
@@ -23,17 +22,7 @@ fn random(name: &str, verdict: Verdict) -> Outcome {
         Verdict::Fails => (0.0, 1.0),
         Verdict::Undecided { .. } => (1.0, 0.125),
     };
-    Outcome {
-        statistic: "t",
-        p,
-        n: 100,
-        valid_from: 2,
-        estimate: 0.5,
-        reference: 0.5,
-        interval: [0.25, 0.75],
-        claim: Claim::Exact { delta },
-        ..Outcome::exact(name, 0, 0.0, 0.0, "")
-    }
+    Outcome { p, ..outcome(0.5, 0.25, Claim::Exact { delta }) }.named(name)
 }
 
 const UNDECIDED: Verdict = Verdict::Undecided { needed: 1600 };
@@ -59,8 +48,7 @@ fn trial(verdicts: Vec<Verdict>, control: Vec<Verdict>) -> Trial {
 
 #[test]
 fn contexts_scale_sizes_and_name_streams() {
-    let sizes = [1000, 7, 3, 1, 0].map(|n| context(0.5).n(n));
-    assert_eq!(sizes, [500, 4, 2, 2, 2]);
+    assert_eq!([1000, 7, 3, 1, 0].map(|n| context(0.5).n(n)), [500, 4, 2, 2, 2]);
     assert_eq!(context(16.0).n(1000), 16_000);
     let named = context(0.5).named("some trial");
     assert_eq!((named.seed, named.scale, named.name.as_str()), (7, 0.5, "some trial"));
@@ -85,15 +73,13 @@ fn the_environment_is_read() {
         return;
     }
     let found = |variables: &[(&str, &str)]| {
-        let program = std::env::current_exe().expect("this program");
-        let mut again = Command::new(program);
+        let mut again = Command::new(std::env::current_exe().expect("this program"));
         again.args(["--exact", "harness::trial::the_environment_is_read", "--nocapture"]);
         for name in ["SEED", "SCALE"] {
             again.env_remove(format!("WHITEFURNACE_{name}"));
         }
         again.env(AGAIN, "1").envs(variables.iter().copied());
-        let output = again.output().expect("it starts");
-        String::from_utf8_lossy(&output.stdout).into_owned()
+        String::from_utf8_lossy(&again.output().expect("it starts").stdout).into_owned()
     };
     let text = found(&[]);
     assert!(text.contains("found 2019 1."), "{text}");
@@ -112,8 +98,7 @@ fn the_environment_is_read() {
 }
 
 fn row(verdict: Verdict) -> Row {
-    let rows = run_trial(&trial(vec![verdict], Vec::new()), &context(1.0));
-    rows.into_iter().next().expect("one outcome")
+    run_trial(&trial(vec![verdict], Vec::new()), &context(1.0)).into_iter().next().expect("one outcome")
 }
 
 #[test]
@@ -196,19 +181,15 @@ fn messages_speak_of_what_is_red() {
     let red = trial(vec![Verdict::Holds, Verdict::Fails], vec![Verdict::Holds; 2]);
     let message = check(&red, &full).expect_err("both are red");
     let lines = |what: &str| message.lines().filter(|line| line.contains(what)).count();
-    assert_eq!(lines("toy/verdicts: fails"), 1, "{message}");
-    assert_eq!(lines("toy/verdicts: holds"), 2, "{message}");
-    assert_eq!(lines("wrong was not rejected"), 1, "{message}");
+    let verdicts = ["toy/verdicts: fails", "toy/verdicts: holds", "wrong was not rejected"].map(lines);
+    assert_eq!((verdicts, ["t of outcome 0:", "t of outcome 1:"].map(lines)), ([1, 2, 1], [1, 2]), "{message}");
     assert!(message.find("fails") < message.find("was not rejected"));
-    assert_eq!(lines("t of outcome 0:"), 1, "{message}");
-    assert_eq!(lines("t of outcome 1:"), 2, "{message}");
     // What was claimed of what, by which equation, and how to repeat it.
     let repeat = "WHITEFURNACE_SEED=7 cargo test -- --exact 'harness::trial::messages_speak";
     for part in ["it is so", "estimator (16)", "toy", repeat] {
         assert!(message.contains(part), "{part} is not in\n{message}");
     }
-    let weak = check(&trial(vec![UNDECIDED], vec![Verdict::Fails]), &full);
-    let message = weak.expect_err("undecided is red");
+    let message = check(&trial(vec![UNDECIDED], vec![Verdict::Fails]), &full).expect_err("undecided is red");
     assert!(message.contains("undecided, needs about"), "{message}");
     let blind = trial(vec![Verdict::Holds], vec![Verdict::Holds]);
     let message = check(&blind, &full).expect_err("the control is not rejected");

@@ -1,14 +1,8 @@
 //! Maps of Welch tests and means of images, against what the definitions say of small images.
 
-use approx::assert_relative_eq;
-use whitefurnace::harness::ks::kolmogorov_smirnov;
-use whitefurnace::harness::mean::welch_satterthwaite;
-use whitefurnace::harness::outcome::{ALPHA, Claim, Outcome, Verdict};
-use whitefurnace::harness::power::Sensitivity;
-use whitefurnace::harness::tails::{student_two_sided, student_upper};
-use whitefurnace::harness::welch_map::{PValueMap, PixelStatistics, image_mean, map};
+use whitefurnace::harness::welch_map::PValueMap;
 
-use super::Image;
+use super::*;
 
 #[test]
 fn maps_leave_out_what_says_nothing() {
@@ -34,8 +28,7 @@ fn maps_leave_out_what_says_nothing() {
     assert_eq!((smallest.value, smallest.estimate), (-3.3, -3.3));
     assert_eq!(smallest.claim, Claim::Test);
     // The level is shared by the five tiles that say something.
-    let sensitivity = Sensitivity::Normal { standard_error: 1.0, dof: 5.0, tests: 5 };
-    assert_eq!(smallest.sensitivity, sensitivity);
+    assert_eq!(smallest.sensitivity, Sensitivity::Normal { standard_error: 1.0, dof: 5.0, tests: 5 });
     assert_eq!(smallest.worst, "(1, 1) of 3 × 2: -3.30 sigmas");
     assert_eq!(smallest.cells.len(), 6);
     let cell = &smallest.cells[5];
@@ -102,19 +95,16 @@ fn tiles_hold_their_own_pixels() {
     let whole = image_mean("whole", (&a, &even), (&b, &even), 0.01);
     let (t, dof, error) = expected(&|_, _| true);
     assert_eq!((whole.name.as_str(), whole.n), ("whole", 50));
-    assert_relative_eq!(whole.value, t, max_relative = 1e-9);
-    assert_relative_eq!(whole.p, student_two_sided(t, dof), max_relative = 1e-9);
-    assert_relative_eq!(whole.estimate, t * error, max_relative = 1e-9);
-    let half = student_upper(ALPHA / 2.0, dof) * error;
-    assert_relative_eq!(whole.interval[0], t * error - half, max_relative = 1e-9);
-    assert_relative_eq!(whole.interval[1], t * error + half, max_relative = 1e-9);
+    let critical = student_upper(ALPHA / 2.0, dof);
+    let expected = [t, student_two_sided(t, dof), t * error, (t - critical) * error, (t + critical) * error];
+    let found = [whole.value, whole.p, whole.estimate, whole.interval[0], whole.interval[1]];
+    assert_relative_eq!(found[..], expected[..], max_relative = 1e-9);
     let scale = b.mean.iter().sum::<f64>() / 35.0;
     assert_relative_eq!(whole.claim.size(), 0.01 * scale, max_relative = 1e-12);
     // Equal without variance: nothing is known.
     let still = PixelStatistics { variance: &even, ..a };
     let same = image_mean("same", (&still, &even), (&still, &even), 0.01);
-    let needed = u64::MAX;
-    assert_eq!((same.value, same.p, same.verdict()), (0.0, 1.0, Verdict::Undecided { needed }));
+    assert_eq!((same.value, same.p, same.verdict()), (0.0, 1.0, Verdict::Undecided { needed: u64::MAX }));
     assert!(map(&still, &still, 7, 1).p.iter().all(Option::is_none));
 }
 
@@ -130,13 +120,11 @@ fn an_image_is_kept_in_stretches_of_its_rows() {
     assert_eq!(cells.len(), 50);
     for (i, cell) in cells.iter().enumerate() {
         let n = if i < 49 { 3 } else { 2 };
-        assert_eq!(cell.place, format!("{n} pixels from {} on, row by row", 3 * i));
         let sum = |mean: &[f64]| mean[3 * i..3 * i + n].iter().sum::<f64>();
         let [sum_a, sum_b] = [sum(&mean_a), sum(&mean_b)];
-        assert_relative_eq!(cell.expected, sum_b / n as f64, max_relative = 1e-12);
-        assert_relative_eq!(cell.observed, sum_a / n as f64, max_relative = 1e-12);
         // Sums of n pixels with variances 0.0004 and 0.0007.
         let sigmas = (sum_a - sum_b) / (n as f64 * 0.0011).sqrt();
-        assert_relative_eq!(cell.sigmas, sigmas, max_relative = 1e-9, epsilon = 1e-12);
+        let place = format!("{n} pixels from {} on, row by row", 3 * i);
+        assert_cell(cell, &place, [sum_b / n as f64, sum_a / n as f64, sigmas]);
     }
 }
