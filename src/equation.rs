@@ -5,7 +5,7 @@
 
 /// What our trials and the literature say of an equation or method as the report prints it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub enum Assessment {
     /// Right as printed.
     Correct,
     /// Right, but silent on a case or an assumption that breaks a literal implementation.
@@ -19,6 +19,8 @@ pub enum Verdict {
 /// One entry of the registry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Equation {
+    /// Its constant's name.
+    pub name: &'static str,
     /// Stable name, used by the book and in messages.
     pub id: &'static str,
     /// The report's number or section; empty for what we added.
@@ -32,7 +34,7 @@ pub struct Equation {
     /// Where it comes from.
     pub source: &'static str,
     /// Our verdict on the printed form.
-    pub verdict: Verdict,
+    pub verdict: Assessment,
     /// Why, in one sentence.
     pub finding: &'static str,
 }
@@ -43,8 +45,8 @@ macro_rules! equations {
         $(
             #[doc = concat!($title, " (", $number, ").\n\n`", $latex, "`\n\n", $finding)]
             pub const $name: Equation = Equation {
-                id: $id, number: $number, title: $title, latex: $latex, printed: $printed,
-                source: $source, verdict: Verdict::$verdict, finding: $finding,
+                name: stringify!($name), id: $id, number: $number, title: $title, latex: $latex, printed: $printed,
+                source: $source, verdict: Assessment::$verdict, finding: $finding,
             };
         )*
         /// Every equation, in the order of the report.

@@ -1,6 +1,6 @@
 //! The registry's equations as HTML: the box on a chapter's page, and the matrix of all.
 
-use whitefurnace::equation::{ALL, Equation, Verdict, by_id};
+use whitefurnace::equation::{ALL, Assessment, Equation, by_id};
 
 use crate::mathml::{Math, typeset};
 use crate::nearest::hint;
@@ -56,7 +56,7 @@ pub fn boxed(equation: &Equation, math: &Math) -> Result<String, String> {
 pub fn matrix(math: &Math, place: impl Fn(&str) -> Option<String>) -> Result<String, String> {
     let mut html = String::from(
         "<table class=\"matrix\"><thead><tr><th class=\"col-number\">No.</th>\
-         <th>Equation, finding, source</th><th class=\"col-verdict\">Verdict</th></tr></thead>\
+         <th>Equation, finding, source</th><th class=\"col-verdict\">Assessment</th></tr></thead>\
          <tbody>",
     );
     for equation in ALL {
@@ -82,7 +82,7 @@ pub fn matrix(math: &Math, place: impl Fn(&str) -> Option<String>) -> Result<Str
 
 /// How many equations have each verdict, as a table row of counts.
 pub fn tally() -> String {
-    let item = |(verdict, _, meaning): (Verdict, &str, &str)| {
+    let item = |(verdict, _, meaning): (Assessment, &str, &str)| {
         let count = ALL.iter().filter(|e| e.verdict == verdict).count();
         format!("<li>{} <strong>{count}</strong> <span>{meaning}</span></li>", badge(verdict))
     };
@@ -91,19 +91,19 @@ pub fn tally() -> String {
 }
 
 /// The verdict as a coloured word.
-fn badge(verdict: Verdict) -> String {
+fn badge(verdict: Assessment) -> String {
     let name = name(verdict);
     format!("<span class=\"badge badge-{name}\">{name}</span>")
 }
 
 /// The verdicts, in one word and in one clause each.
-const VERDICTS: [(Verdict, &str, &str); 4] = [
-    (Verdict::Correct, "correct", "right as printed"),
-    (Verdict::Trap, "trap", "right, but silent on a case or an assumption that breaks a literal program"),
-    (Verdict::Error, "error", "wrong as printed"),
-    (Verdict::Added, "added", "not in the report, added because the report needs it"),
+const VERDICTS: [(Assessment, &str, &str); 4] = [
+    (Assessment::Correct, "correct", "right as printed"),
+    (Assessment::Trap, "trap", "right, but silent on a case or an assumption that breaks a literal program"),
+    (Assessment::Error, "error", "wrong as printed"),
+    (Assessment::Added, "added", "not in the report, added because the report needs it"),
 ];
 
-fn name(verdict: Verdict) -> &'static str {
+fn name(verdict: Assessment) -> &'static str {
     VERDICTS.iter().find(|(of, ..)| *of == verdict).map_or("", |(_, name, _)| name)
 }

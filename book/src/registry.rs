@@ -22,7 +22,7 @@ pub fn trials(equation: impl Fn(&str) -> String, recorded: impl Fn(&str) -> Opti
             };
             let n = found("n").map_or_else(|| "–".to_owned(), |n| n.to_string());
             let controls: Vec<_> = trial.controls.iter().map(|c| code(c.name)).collect();
-            let (place, equation) = (trial_fragment(&trial.name), equation(trial.equation.id));
+            let (place, equation) = (trial_fragment(&trial.name), equation(trial.source));
             let (property, statistic) = (upper(&typeset(&trial.property)), escape(trial.statistic));
             format!(
                 "<tr id=\"{place}\"><td>{equation}</td><td>{property}.<div class=\"equation-source\">{}; \

@@ -3,7 +3,6 @@
 //!
 //! The sources cite equations by the names of their constants, pages by id.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use whitefurnace::equation::{ALL, Equation};
@@ -23,8 +22,6 @@ pub struct Sources {
     code: Vec<File>,
     tests: Vec<File>,
     pages: Vec<File>,
-    /// The constants of the registry, by id.
-    names: BTreeMap<String, String>,
 }
 
 /// Where an equation is found.
@@ -44,23 +41,16 @@ pub(crate) struct Trace {
 impl Sources {
     /// Reads the project in `root`.
     pub fn read(root: &Path) -> Result<Self, Error> {
-        let file = root.join("src/equation.rs");
-        let registry = std::fs::read_to_string(&file).map_err(Error::io(file))?;
         let mut code = files(root, "src", "rs")?;
         code.retain(|(path, _)| !["src/equation.rs", "src/harness/"].iter().any(|prefix| path.starts_with(prefix)));
-        Ok(Self {
-            code,
-            tests: files(root, "tests/library", "rs")?,
-            pages: files(root, "book/pages", "md")?,
-            names: names(&registry),
-        })
+        Ok(Self { code, tests: files(root, "tests/library", "rs")?, pages: files(root, "book/pages", "md")? })
     }
 
     /// A row for each equation, in the order of the report.
     pub(crate) fn matrix(&self, trials: &[Trial], results: &Results) -> Vec<Trace> {
         ALL.iter()
             .map(|equation| {
-                let own = trials.iter().filter(|t| t.equation.id == equation.id);
+                let own = trials.iter().filter(|t| t.source == equation.id);
                 let bears = results.all().filter(|e| e.equations.iter().any(|id| id == equation.id));
                 Trace {
                     equation,
@@ -96,13 +86,9 @@ impl Sources {
         holes
     }
 
-    fn name(&self, equation: &Equation) -> &str {
-        self.names.get(equation.id).map_or("", String::as_str)
-    }
-
     /// The items whose documentation cites the equation.
     fn code_of(&self, equation: &Equation) -> Vec<String> {
-        let citation = format!("equation::{}", self.name(equation));
+        let citation = format!("equation::{}", equation.name);
         let mut found = Vec::new();
         for (path, text) in &self.code {
             let lines: Vec<&str> = text.lines().collect();
@@ -124,8 +110,7 @@ impl Sources {
     }
 
     fn tests_of(&self, equation: &Equation) -> Vec<String> {
-        let name = self.name(equation);
-        let cites = |text: &str| text.contains("equation::") && has_word(text, name);
+        let cites = |text: &str| text.contains("equation::") && has_word(text, equation.name);
         self.tests.iter().filter(|(_, text)| cites(text)).map(|(path, _)| path.clone()).collect()
     }
 
@@ -149,21 +134,9 @@ fn files(root: &Path, folder: &str, extension: &str) -> Result<Vec<File>, Error>
     Ok(found)
 }
 
-/// Lines such as `FRESNEL_S = "fresnel.s", ...` of the registry.
-fn names(registry: &str) -> BTreeMap<String, String> {
-    let entries = registry.lines().filter_map(|line| {
-        let (name, rest) = line.trim().split_once(" = \"")?;
-        let (id, _) = rest.split_once('"')?;
-        name.chars().all(|c| c.is_ascii_uppercase() || c == '_').then(|| (id.to_owned(), name.to_owned()))
-    });
-    entries.collect()
-}
-
 /// Whether `word` stands in `text` and is not part of a longer name.
 fn has_word(text: &str, word: &str) -> bool {
     let part = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
-    !word.is_empty()
-        && text
-            .match_indices(word)
-            .any(|(at, _)| !part(text[..at].chars().next_back()) && !part(text[at + word.len()..].chars().next()))
+    text.match_indices(word)
+        .any(|(at, _)| !part(text[..at].chars().next_back()) && !part(text[at + word.len()..].chars().next()))
 }

@@ -9,7 +9,7 @@
 //! ```
 //! use glam::DVec3;
 //! use std::f64::consts::{PI, TAU};
-//! use whitefurnace::harness::bsdf_checkup::{BsdfSample, BsdfSubject, CheckUp, Loss, check_up};
+//! use whitefurnace::harness::bsdf_checkup::{SampledDirection, BsdfSubject, CheckUp, Loss, check_up};
 //! use whitefurnace::harness::outcome::Verdict;
 //! use whitefurnace::harness::trial::Context;
 //!
@@ -31,7 +31,7 @@
 //!     if wo.z <= 0.0 || wi.z <= 0.0 { return 0.0; }
 //!     distribution((wo + wi).normalize()) / (1.0 + lambda(wo)) / (4.0 * wo.z)
 //! }
-//! fn sample(wo: DVec3, [r1, r2, _]: [f64; 3]) -> Option<BsdfSample> {
+//! fn sample(wo: DVec3, [r1, r2, _]: [f64; 3]) -> Option<SampledDirection> {
 //!     let v = DVec3::new(ALPHA * wo.x, ALPHA * wo.y, wo.z).normalize();
 //!     let across = v.x.hypot(v.y);
 //!     let t1 = if across > 0.0 { DVec3::new(-v.y, v.x, 0.0) / across } else { DVec3::X };
@@ -43,7 +43,7 @@
 //!     let n = a * t1 + b * t2 + (1.0 - a * a - b * b).max(0.0).sqrt() * v;
 //!     let h = DVec3::new(ALPHA * n.x, ALPHA * n.y, n.z).normalize();
 //!     let wi = 2.0 * wo.dot(h) * h - wo;
-//!     (wi.z > 0.0).then(|| BsdfSample {
+//!     (wi.z > 0.0).then(|| SampledDirection {
 //!         wi,
 //!         // f cos/pdf = G₂/G₁, derived on its own.
 //!         weight: (1.0 + lambda(wo)) / (1.0 + lambda(wo) + lambda(wi)),
@@ -75,7 +75,7 @@ use crate::rng::Stream;
 
 /// What a BSDF's sampler returns.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BsdfSample {
+pub struct SampledDirection {
     /// The sampled direction, unit, pointing away from the surface.
     pub wi: DVec3,
     /// What the path's throughput is multiplied by: f |cos θᵢ| / pdf.
@@ -95,7 +95,7 @@ pub enum Loss {
 }
 
 type Eval = Box<dyn Fn(DVec3, DVec3) -> f64 + Send + Sync>;
-type Sample = Box<dyn Fn(DVec3, [f64; 3]) -> Option<BsdfSample> + Send + Sync>;
+type Sample = Box<dyn Fn(DVec3, [f64; 3]) -> Option<SampledDirection> + Send + Sync>;
 
 /// A BSDF under trial, one colour channel. Directions are local unit vectors that point away from the
 /// surface; the normal is z.
@@ -123,7 +123,7 @@ impl BsdfSubject {
     /// methods below change that.
     pub fn new(
         eval: impl Fn(DVec3, DVec3) -> f64 + Send + Sync + 'static,
-        sample: impl Fn(DVec3, [f64; 3]) -> Option<BsdfSample> + Send + Sync + 'static,
+        sample: impl Fn(DVec3, [f64; 3]) -> Option<SampledDirection> + Send + Sync + 'static,
         pdf: impl Fn(DVec3, DVec3) -> f64 + Send + Sync + 'static,
     ) -> Self {
         Self {
@@ -144,7 +144,7 @@ impl BsdfSubject {
             move |wo, wi| bsdf.eval(wo, wi).x,
             move |wo, [r1, r2, _]| {
                 let sample = Standard.sample_rough(&bsdf, wo, [r1, r2])?;
-                Some(BsdfSample { wi: sample.direction, weight: sample.weight.x, pdf: sample.pdf? })
+                Some(SampledDirection { wi: sample.direction, weight: sample.weight.x, pdf: sample.pdf? })
             },
             move |wo, wi| bsdf.pdf(wo, wi),
         )

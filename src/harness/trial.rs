@@ -11,7 +11,6 @@ pub use check::{
 pub use context::{Context, DEFAULT_SEED, SCALES};
 
 use super::outcome::{Outcome, Verdict};
-use crate::equation::Equation;
 
 /// What a trial does: takes its random numbers and sizes from the context, returns what it found.
 pub type Run = Box<dyn Fn(&Context) -> Vec<Outcome> + Send + Sync>;
@@ -50,8 +49,8 @@ pub struct Trial {
     pub name: String,
     /// The statement that is true or false.
     pub property: String,
-    /// The equation or claim that the property belongs to.
-    pub equation: &'static Equation,
+    /// What the property belongs to: the id of an [`Equation`](crate::equation::Equation), or a source in words.
+    pub source: &'static str,
     /// What is examined: the path of the function.
     pub subject: &'static str,
     /// Which statistic.
@@ -71,8 +70,8 @@ pub struct Row {
     pub control: String,
     /// The trial's property.
     pub property: String,
-    /// The equation's id.
-    pub equation: &'static str,
+    /// The trial's source.
+    pub source: &'static str,
     /// What was found.
     pub outcome: Outcome,
     /// The verdict on it.
@@ -93,7 +92,7 @@ impl Row {
             "{},{},{},\"{}\",{},{},{:e},{:e},{:e},{:e},{:e},{},{:e},{:e},{},{}",
             self.trial,
             self.control,
-            self.equation,
+            self.source,
             o.name,
             o.statistic,
             o.n,
@@ -128,7 +127,7 @@ fn rows(trial: &Trial, control: &str, run: &Run, context: &Context) -> Vec<Row> 
             trial: trial.name.clone(),
             control: control.to_owned(),
             property: trial.property.clone(),
-            equation: trial.equation.id,
+            source: trial.source,
             verdict: outcome.verdict(),
             outcome,
             seed: context.seed,

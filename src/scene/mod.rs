@@ -152,14 +152,6 @@ impl Scene {
         })
     }
 
-    /// The corners of every triangle.
-    pub fn triangles(&self) -> impl Iterator<Item = [DVec3; 3]> + '_ {
-        self.primitives().filter_map(|(geometry, _)| match geometry {
-            Geometry::Triangle(corners) => Some(corners),
-            Geometry::Sphere(_) => None,
-        })
-    }
-
     /// The acceleration structure, whose brute-force twin tests use.
     pub fn bvh(&self) -> &Bvh {
         &self.bvh

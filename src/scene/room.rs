@@ -119,12 +119,6 @@ pub fn diffuse_with(walls: Walls) -> Result<Scene, Error> {
     room("diffuse-room", &objects, walls)
 }
 
-/// Whether a point is inside the room's walls, floor and ceiling.
-pub fn contains(p: DVec3) -> bool {
-    let along = 0.5 * p.y.abs();
-    p.y.abs() < 6.0 && p.x > along - 3.0 && p.x < 13.0 - along && p.z > FLOOR && p.z < CEILING
-}
-
 fn room(name: &str, objects: &Objects, walls: Walls) -> Result<Scene, Error> {
     let mut scene = SceneBuilder::new(name);
     shell(&mut scene, walls);

@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use whitefurnace::estimator::Path;
+use whitefurnace::render::{ByPasses, ByRays, Renderer};
 
 use crate::prelude::*;
 
@@ -198,6 +199,29 @@ fn features_are_the_same_for_every_estimator() {
         assert!(film == divided, "{name} in two runs");
     }
     assert!(!same_features(random, &mis[0]) && !same_features(random, &mis[3]));
+}
+
+/// What stands for a way to render does what the functions do, and reports what it did.
+#[test]
+fn renderers_fill_films_as_the_functions_do() {
+    let scene = report_room();
+    let tracer = LightTracer::<Standard>::default();
+    let by_rays = ByRays { estimator: path(), sampling: sampling(Jitter(2)) };
+    let by_passes = ByPasses { estimator: tracer, seed: master() };
+    let rays = rendered(&scene, &path(), FRAME, sampling(Jitter(2)), &[2..6]).expect("legal radiance");
+    let images = passes(&scene, &tracer, FRAME, &[2..6]).expect("legal radiance");
+    for (renderer, samples, expected) in [(&by_rays as &dyn Renderer, 4, rays), (&by_passes, 1, images)] {
+        assert_eq!(renderer.samples_per_replication(), samples);
+        let mut film = Film::new(FRAME, None, samples).expect("a film");
+        let reported = AtomicU64::new(0);
+        let done = renderer.add(&scene, &mut film, 2..6, &|samples| {
+            reported.fetch_add(samples, Ordering::Relaxed);
+            true
+        });
+        assert!(matches!(done, Ok(true)) && film == expected);
+        assert_eq!(reported.into_inner(), 24 * 18 * 4 * u64::from(samples));
+        assert!(matches!(renderer.add(&scene, &mut film, 6..7, &|_| false), Ok(false)));
+    }
 }
 
 #[test]

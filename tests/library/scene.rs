@@ -257,3 +257,13 @@ fn a_later_camera_is_like_the_first() {
     assert_eq!(later, first);
     assert!(first > 1e5 * left(build(any_camera())));
 }
+
+/// So does how far a sphere reaches.
+#[test]
+fn rays_leave_spheres_by_their_extent() {
+    let left = |x: f64| {
+        let sphere = Sphere::new(x * DVec3::X, 50.0);
+        scene(|scene| ball(scene, sphere, diffuse(0.5))).leave(DVec3::ZERO, DVec3::Z, DVec3::Z).origin.z
+    };
+    assert_relative_eq!(left(300.0) / left(-100.0), 350.0 / 150.0, max_relative = 4.0 * U);
+}

@@ -1,7 +1,7 @@
 //! Check-ups of the diffuse BSDFs (9), (13)-(15) with cosine sampling.
 
 use whitefurnace::bsdf::{self, OrenNayar, OrenNayarForm};
-use whitefurnace::harness::bsdf_checkup::{BsdfSample, BsdfSubject, CheckUp, check_up};
+use whitefurnace::harness::bsdf_checkup::{BsdfSubject, CheckUp, SampledDirection, check_up};
 use whitefurnace::radiometry::cosine;
 use whitefurnace::sampling::{cosine_hemisphere, uniform_hemisphere};
 
@@ -48,9 +48,9 @@ fn uniform_sampled(parts: PartTable, bsdf: Bsdf) -> BsdfSubject {
     )
 }
 
-fn first_channel(sample: bsdf::BsdfSample) -> BsdfSample {
+fn first_channel(sample: bsdf::BsdfSample) -> SampledDirection {
     let pdf = sample.pdf.unwrap_or(f64::NAN);
-    BsdfSample { wi: sample.direction, weight: sample.weight.x, pdf }
+    SampledDirection { wi: sample.direction, weight: sample.weight.x, pdf }
 }
 
 /// Directional albedo of correct Oren-Nayar, ρ = 1: A + (2B/π)[sin t (t − sin t cos t)/2 +

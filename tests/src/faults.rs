@@ -35,7 +35,8 @@ pub fn trial<S>(
     on: impl Fn(&Context, S) -> Vec<Outcome> + Send + Sync + 'static,
 ) -> FamilyTrial<S> {
     let (run, controls) = (Box::new(|_: &Context| Vec::new()), Vec::new());
-    let trial = Trial { name: name.into(), property: property.into(), equation, subject, statistic, run, controls };
+    let (name, property, source) = (name.into(), property.into(), equation.id);
+    let trial = Trial { name, property, source, subject, statistic, run, controls };
     FamilyTrial { trial, on: Arc::new(on) }
 }
 

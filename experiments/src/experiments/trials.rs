@@ -22,7 +22,7 @@ const LINES_PER_FIGURE: usize = 45;
 
 fn run(run: &mut Run) -> Result<(), Error> {
     let mut trials = registry::all();
-    trials.sort_by_key(|trial| equation::ALL.iter().position(|equation| equation.id == trial.equation.id));
+    trials.sort_by_key(|trial| equation::ALL.iter().position(|equation| equation.id == trial.source));
     run.bears_on(&trials);
     let (scale, found) = (suite::scale(run), suite::rows(run, &trials)?);
     let all: Vec<String> = found.iter().flatten().map(Row::csv).collect();
@@ -30,7 +30,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let figures = draw(run, &trials, &found)?;
     let recorded = record::result(&record::recorded_folder().join(TRIALS.id));
     for equation in equation::ALL {
-        let rows: Vec<_> = trials.iter().zip(&found).filter(|(trial, _)| trial.equation.id == equation.id).collect();
+        let rows: Vec<_> = trials.iter().zip(&found).filter(|(trial, _)| trial.source == equation.id).collect();
         summarise(run, equation, &rows);
         for (trial, rows) in rows {
             report(run, trial, rows, &figures[group(&trial.name)], recorded.as_ref());
@@ -156,10 +156,8 @@ fn line(trial: &Trial, group: &str, row: &Row) -> Option<Line> {
         return None;
     }
     let short = trial.name.strip_prefix(group).unwrap_or(&trial.name);
-    let number = match trial.equation.number {
-        "" => String::new(),
-        number => format!("({number}) "),
-    };
+    let number = equation::by_id(trial.source).map_or("", |equation| equation.number);
+    let number = if number.is_empty() { String::new() } else { format!("({number}) ") };
     Some(Line::of(format!("{number}{}: {}", short.trim_start_matches('/'), o.name), row))
 }
 

@@ -2,6 +2,7 @@
 
 use rand::Rng;
 use rand_distr::{Distribution, UnitSphere};
+use whitefurnace::scene::Geometry;
 use whitefurnace::scene::room::Convention;
 
 use crate::experiments::prelude::*;
@@ -32,7 +33,11 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let scene = room::report(Convention::Physical, OrenNayarForm::Corrected)?;
     let rays = run.count(run.by_tier(10_000_000, 100_000_000));
     let batches = rays.div_ceil(3 * WALK * BATCH) as u32;
-    let triangles: Vec<[DVec3; 3]> = scene.triangles().collect();
+    let corners = |(geometry, _)| match geometry {
+        Geometry::Triangle(corners) => Some(corners),
+        Geometry::Sphere(_) => None,
+    };
+    let triangles: Vec<[DVec3; 3]> = scene.primitives().filter_map(corners).collect();
     for (aim, label) in AIMS {
         let seed = seed_for(run.seed(), label);
         let lost = parallel(0..batches, |batch| -> u64 {
@@ -71,12 +76,13 @@ fn lost_in_walk<R: Rng>(scene: &Scene, triangles: &[[DVec3; 3]], aim: Aim, rng: 
     0
 }
 
-/// A point inside the walls, uniform in volume.
+/// A point inside the walls, uniform in volume: the hexagon narrows to a corner at either end.
 fn point_inside<R: Rng>(rng: &mut R) -> DVec3 {
     loop {
         let mut between = |low: f64, high: f64| low + (high - low) * uniform(rng);
         let p = DVec3::new(between(-3.0, 13.0), between(-6.0, 6.0), between(-5.0, 5.0));
-        if room::contains(p) {
+        let along = 0.5 * p.y.abs();
+        if p.x > along - 3.0 && p.x < 13.0 - along {
             return p;
         }
     }

@@ -17,7 +17,7 @@ pub use book::results::{ExperimentResult, Finding, Judgement};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use whitefurnace::equation::Equation;
+use whitefurnace::equation::{self, Equation};
 use whitefurnace::error::Error;
 use whitefurnace::film::Film;
 use whitefurnace::harness::trial::Trial;
@@ -178,7 +178,7 @@ impl Run {
 
     /// Adds the equations that trials bear on.
     pub fn bears_on(&mut self, trials: &[Trial]) {
-        for equation in trials.iter().map(|trial| trial.equation) {
+        for equation in trials.iter().filter_map(|trial| equation::by_id(trial.source)) {
             if !self.outcome.equations.iter().any(|id| id == equation.id) {
                 self.outcome.equations.push(equation.id.to_owned());
             }

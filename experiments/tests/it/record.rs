@@ -125,7 +125,7 @@ fn batches_of_a_mean_are_plotted() {
         trial: String::from("toy/mean"),
         control: String::new(),
         property: String::new(),
-        equation: "estimator",
+        source: "estimator",
         verdict: outcome.verdict(),
         outcome,
         seed: 1,

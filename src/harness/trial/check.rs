@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use super::{Context, Control, Row, Trial, full_name, run_control, run_trial};
+use crate::equation;
 use crate::error::Error;
 use crate::harness::guard;
 use crate::harness::outcome::{Outcome, Verdict};
@@ -140,6 +141,8 @@ pub fn check_control(trial: &Trial, control: &Control, context: &Context) -> Res
 /// What a person needs in order to act on a verdict.
 fn explain(trial: &Trial, rows: &[Row], context: &Context) -> String {
     let mut text = String::new();
+    let source = equation::by_id(trial.source)
+        .map_or_else(|| trial.source.to_owned(), |known| format!("{} ({}), {}", known.id, known.number, known.title));
     for row in rows.iter().filter(|row| row.verdict != Verdict::Holds || !row.control.is_empty()) {
         let o = &row.outcome;
         let verdict = match row.verdict {
@@ -148,14 +151,12 @@ fn explain(trial: &Trial, rows: &[Row], context: &Context) -> String {
         };
         let _ = writeln!(
             text,
-            "{}: {verdict}\n  property   {}\n  equation   {} ({}), {}\n  subject    {}\n  \
+            "{}: {verdict}\n  property   {}\n  source     {}\n  subject    {}\n  \
              statistic  {} of {}: {:.6}, n = {}, p = {:.3e}\n  estimate   {:.9} in [{:.9}, {:.9}], \
              should be {:.9} ± {:.3e}\n  power      {} at that size, detects {:.3e}\n  worst      {}\n  repeat     {}",
             row.trial,
             trial.property,
-            trial.equation.id,
-            trial.equation.number,
-            trial.equation.title,
+            source,
             trial.subject,
             o.statistic,
             o.name,

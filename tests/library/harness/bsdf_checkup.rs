@@ -67,7 +67,7 @@ fn multiplied(by: fn(DVec3) -> f64) -> BsdfSubject {
 }
 
 /// The right BSDF with a sampler that asks it.
-fn sampled(sample: fn(&BsdfSubject, DVec3, [f64; 3]) -> Option<BsdfSample>) -> BsdfSubject {
+fn sampled(sample: fn(&BsdfSubject, DVec3, [f64; 3]) -> Option<SampledDirection>) -> BsdfSubject {
     let right = subject();
     BsdfSubject { sample: Box::new(move |wo, random| sample(&right, wo, random)), ..subject() }
 }
@@ -75,7 +75,7 @@ fn sampled(sample: fn(&BsdfSubject, DVec3, [f64; 3]) -> Option<BsdfSample>) -> B
 /// A name, a faulty subject, and how some complaint about it begins.
 type Faulty = (&'static str, fn() -> BsdfSubject, &'static str);
 
-const BELOW: Option<BsdfSample> = Some(BsdfSample { wi: DVec3::NEG_Z, weight: 0.0, pdf: 1.0 });
+const BELOW: Option<SampledDirection> = Some(SampledDirection { wi: DVec3::NEG_Z, weight: 0.0, pdf: 1.0 });
 
 /// Faulty versions, each of which must be rejected.
 pub const FAULTY: [Faulty; 9] = [

@@ -15,9 +15,9 @@ fn eval(_: DVec3, wi: DVec3) -> f64 {
 fn pdf(_: DVec3, wi: DVec3) -> f64 {
     cosine_hemisphere_pdf(wi.z)
 }
-fn sample(wo: DVec3, [r1, r2, _]: [f64; 3]) -> Option<BsdfSample> {
+fn sample(wo: DVec3, [r1, r2, _]: [f64; 3]) -> Option<SampledDirection> {
     let wi = cosine_hemisphere([r1, r2]);
-    Some(BsdfSample { wi, weight: ALBEDO, pdf: pdf(wo, wi) })
+    Some(SampledDirection { wi, weight: ALBEDO, pdf: pdf(wo, wi) })
 }
 
 fn right() -> BsdfSubject {
@@ -33,7 +33,9 @@ fn with_pdf(pdf: impl Fn(DVec3, DVec3) -> f64 + Send + Sync + 'static) -> BsdfSu
 }
 
 /// The sampler with its result changed.
-pub fn with_sample(change: impl Fn(BsdfSample) -> Option<BsdfSample> + Send + Sync + 'static) -> BsdfSubject {
+pub fn with_sample(
+    change: impl Fn(SampledDirection) -> Option<SampledDirection> + Send + Sync + 'static,
+) -> BsdfSubject {
     BsdfSubject { sample: Box::new(move |wo, random| sample(wo, random).and_then(&change)), ..right() }
 }
 
@@ -123,23 +125,23 @@ fn a_subject_is_what_was_set() {
 
 #[test]
 fn no_value_may_be_bad() {
-    let stretched = |factor: f64| with_sample(move |s| Some(BsdfSample { wi: factor * s.wi, ..s }));
+    let stretched = |factor: f64| with_sample(move |s| Some(SampledDirection { wi: factor * s.wi, ..s }));
     let mut subjects = vec![
-        ("sampled where the pdf is zero", with_sample(|s| Some(BsdfSample { pdf: 0.0, ..s })), 0.0),
+        ("sampled where the pdf is zero", with_sample(|s| Some(SampledDirection { pdf: 0.0, ..s })), 0.0),
         ("short", stretched(0.999), 0.0),
         ("long", stretched(1.001), 0.0),
         ("right", right(), 1.0),
         ("no light", with_eval(|_, _| 0.0), 1.0),
         ("no pdf there", with_pdf(|_, _| 0.0), 1.0),
-        ("black", with_sample(|s| Some(BsdfSample { weight: 0.0, ..s })), 1.0),
+        ("black", with_sample(|s| Some(SampledDirection { weight: 0.0, ..s })), 1.0),
         ("no sample", with_sample(|_| None), 1.0),
     ];
     for bad in [f64::NAN, f64::INFINITY, -1.0] {
         subjects.extend([
             ("f", with_eval(move |_, _| bad), 0.0),
             ("pdf", with_pdf(move |_, _| bad), 0.0),
-            ("weight", with_sample(move |s| Some(BsdfSample { weight: bad, ..s })), 0.0),
-            ("sampled pdf", with_sample(move |s| Some(BsdfSample { pdf: bad, ..s })), 0.0),
+            ("weight", with_sample(move |s| Some(SampledDirection { weight: bad, ..s })), 0.0),
+            ("sampled pdf", with_sample(move |s| Some(SampledDirection { pdf: bad, ..s })), 0.0),
         ]);
     }
     for (what, subject, p) in subjects {
@@ -151,20 +153,20 @@ fn no_value_may_be_bad() {
 fn pointwise_errors_are_relative() {
     let error = |subject: &BsdfSubject, name| pointwise(subject, name).estimate;
     assert!(error(&right(), WEIGHTS) < 1e-12);
-    let heavy = with_sample(|s| Some(BsdfSample { weight: 1.25 * s.weight, ..s }));
+    let heavy = with_sample(|s| Some(SampledDirection { weight: 1.25 * s.weight, ..s }));
     assert_relative_eq!(error(&heavy, WEIGHTS), 0.2, max_relative = 1e-9);
-    let dense = with_sample(|s| Some(BsdfSample { pdf: 0.75 * s.pdf, ..s }));
+    let dense = with_sample(|s| Some(SampledDirection { pdf: 0.75 * s.pdf, ..s }));
     assert_relative_eq!(error(&dense, WEIGHTS), 0.25, max_relative = 1e-9);
     // Samples that all have cosine z, and the pdf of other directions. Grazing ones are left out, as their
     // cosines have lost their digits; 1e-4 is the last that counts.
     let towards = |z: f64| {
         let wi = DVec3::new((1.0 - z * z).sqrt(), 0.0, z);
-        with_sample(move |s| Some(BsdfSample { wi, ..s }))
+        with_sample(move |s| Some(SampledDirection { wi, ..s }))
     };
     assert_eq!(error(&towards(1e-5), WEIGHTS), 0.0);
     assert!(error(&towards(1e-4), WEIGHTS) > 0.5);
     // Samples below the surface are held to the same.
-    assert_eq!(error(&with_sample(|s| Some(BsdfSample { wi: -s.wi, ..s })), WEIGHTS), 1.0);
+    assert_eq!(error(&with_sample(|s| Some(SampledDirection { wi: -s.wi, ..s })), WEIGHTS), 1.0);
     assert_eq!(error(&right(), "reciprocity"), 0.0);
     // Where nothing is wrong, no place is the worst.
     assert_eq!(pointwise(&right(), "reciprocity").worst, "");
@@ -223,7 +225,7 @@ fn albedo_bound_and_furnace_are_those_of_the_quadrature() {
     let found = outcome(&right().albedo(|_| 0.75), "directional albedo");
     assert_abs_diff_eq!(found.estimate, 0.25, epsilon = 1e-7);
     let known = |excess: f64| outcome(&right().albedo(move |_| ALBEDO + excess), "directional albedo").verdict();
-    let weighing = |weight: f64| outcome(&with_sample(move |s| Some(BsdfSample { weight, ..s })), "furnace");
+    let weighing = |weight: f64| outcome(&with_sample(move |s| Some(SampledDirection { weight, ..s })), "furnace");
     let found = weighing(ALBEDO);
     assert_eq!((found.n, found.verdict()), (20_000, Verdict::Holds));
     assert!(!found.is_random());
@@ -248,7 +250,7 @@ fn samples_where_the_pdf_is_zero_or_infinite_are_forbidden() {
         let subject = BsdfSubject {
             sample: Box::new(move |wo, random| {
                 let right = sample(wo, random);
-                if random[2] < 0.25 { right.map(|s| BsdfSample { wi, ..s }) } else { right }
+                if random[2] < 0.25 { right.map(|s| SampledDirection { wi, ..s }) } else { right }
             }),
             pdf: Box::new(move |wo, at| if at == wi { density } else { pdf(wo, at) }),
             ..right()

@@ -25,11 +25,11 @@ fn paper_share(wo: DVec3, wi: DVec3) -> f64 {
     if (wo.z > 0.0) == (wi.z > 0.0) { REFLECTED } else { LET_THROUGH }
 }
 
-fn paper_sample(wo: DVec3, [r1, r2, r3]: [f64; 3]) -> Option<BsdfSample> {
+fn paper_sample(wo: DVec3, [r1, r2, r3]: [f64; 3]) -> Option<SampledDirection> {
     let up = cosine_hemisphere([r1, r2]);
     let side = if r3 < REFLECTED { wo.z.signum() } else { -wo.z.signum() };
     let wi = up.with_z(side * up.z);
-    (r3 < REFLECTED + LET_THROUGH).then(|| BsdfSample {
+    (r3 < REFLECTED + LET_THROUGH).then(|| SampledDirection {
         wi,
         weight: 1.0,
         pdf: paper_share(wo, wi) * cosine_hemisphere_pdf(up.z),
@@ -57,8 +57,10 @@ fn paper_that_absorbs_and_lets_light_through_passes() {
 
 #[test]
 fn faulty_paper_is_rejected() {
-    let sampled =
-        |sample: fn(DVec3, [f64; 3]) -> Option<BsdfSample>| BsdfSubject { sample: Box::new(sample), ..paper(0.25) };
+    let sampled = |sample: fn(DVec3, [f64; 3]) -> Option<SampledDirection>| BsdfSubject {
+        sample: Box::new(sample),
+        ..paper(0.25)
+    };
     let one_way = |wo: DVec3, wi| paper_share(wo, wi) / PI * if wo.z < 0.0 { 0.9 } else { 1.0 };
     for (name, subject, expected) in [
         ("paper, loss", paper(0.2), "integral of the pdf"),

@@ -21,7 +21,7 @@ mod trial;
 mod welch_map;
 
 // What the modules share, by `use super::*`.
-use whitefurnace::harness::bsdf_checkup::{BsdfSample, BsdfSubject, CheckUp, Loss, check_up};
+use whitefurnace::harness::bsdf_checkup::{BsdfSubject, CheckUp, Loss, SampledDirection, check_up};
 use whitefurnace::harness::chi_square::{Counts, binomial, chi_square, count, poisson, sampler_against_partition};
 use whitefurnace::harness::convergence::{slope, variance_ratio};
 use whitefurnace::harness::domain::{Domain, Partition};
