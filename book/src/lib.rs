@@ -32,6 +32,7 @@ mod mathml;
 pub mod mutants;
 mod nearest;
 mod number;
+pub mod readme;
 mod registry;
 pub mod results;
 pub mod run;

@@ -1,6 +1,7 @@
 //! From every equation to its code, trial, experiment and chapter: one line per hole.
 
 use book::Options;
+use book::readme::with_numbers;
 use book::results::Results;
 use book::trace::Sources;
 use registry::all;
@@ -12,4 +13,27 @@ fn nothing_is_missing_between_equation_and_chapter() {
     let results = Results::load(&options.results).expect("the recorded results can be read");
     let holes = sources.holes(&all(), &results);
     assert!(holes.is_empty(), "{} holes:\n{}", holes.len(), holes.join("\n"));
+}
+
+#[test]
+fn the_readme_says_what_was_recorded() {
+    let options = Options::default();
+    let text = std::fs::read_to_string(options.sources.join("README.md")).expect("the README can be read");
+    let results = Results::load(&options.results).expect("the recorded results can be read");
+    assert!(text.contains("<!--errata."), "no number is left");
+    let again = "`cargo run --release -- --tier full --only errata --update-book` writes it anew";
+    assert_eq!(with_numbers(&text, &results).as_ref(), Ok(&text), "{again}");
+    let found = |text: &str| with_numbers(text, &results);
+    assert_eq!(
+        found("so <!--errata.sphere.single.1e2 %.1%-->9<!----> far"),
+        found("so <!--errata.sphere.single.1e2 %.1%--><!----> far")
+    );
+    for broken in [
+        "<!--errata.nothing-->1<!---->",
+        "<!--errata.divided",
+        "<!--errata.divided-->1",
+        "<!--errata.divided %x-->1<!---->",
+    ] {
+        assert!(found(broken).is_err(), "{broken}");
+    }
 }

@@ -3,14 +3,16 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::hash::{DefaultHasher, Hash, Hasher};
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use std::time::Instant;
 
+use book::readme::with_numbers;
 use serde::Serialize;
 use sha2::{Digest as _, Sha256};
 use whitefurnace::error::Error;
-use whitefurnace::image::check_writable;
+use whitefurnace::image::{check_writable, write_whole};
 
 use super::split_png;
 use crate::experiments::EXPERIMENTS;
@@ -247,14 +249,19 @@ pub fn record(from: &Path, to: &Path) -> Result<Vec<String>, Error> {
     Ok(too_large)
 }
 
-/// Records the results of these experiments in the book's folder and says what was left out.
+/// Records the results of these experiments in the book's folder and the README, and says what was left out.
 pub fn update_book(experiments: &[&Experiment], options: &Options) -> Result<(), Error> {
-    let book = recorded_folder();
+    let folder = recorded_folder();
     for experiment in experiments {
-        for figure in record(&options.out.join(experiment.id), &book.join(experiment.id))? {
+        for figure in record(&options.out.join(experiment.id), &folder.join(experiment.id))? {
             say!("left out of the book: {}/{figure}, larger than {} KiB", experiment.id, LARGEST_RECORDED / 1024);
         }
     }
-    say!("recorded {} experiments in {}", experiments.len(), book.display());
+    let readme = folder.join("../../README.md");
+    let text = std::fs::read_to_string(&readme).map_err(Error::file("read", &readme))?;
+    let results = book::results::Results::load(&folder).map_err(|error| Error::Option(error.to_string()))?;
+    let text = with_numbers(&text, &results).map_err(|why| Error::Option(format!("{}: {why}", readme.display())))?;
+    write_whole(&readme, |file| file.write_all(text.as_bytes()).map_err(Error::file("write", &readme)))?;
+    say!("recorded {} experiments in {}", experiments.len(), folder.display());
     Ok(())
 }
