@@ -55,9 +55,8 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let family_trial = |name, how: &str, scene, factor: f64, samples| {
         let property = format!("the form factor between {how} unit squares is {factor:.6}");
         let reference = FLOOR * LIGHT * factor;
-        let statement = statement(name, property, &GEOMETRY);
         let probe = (scene, EstimatorKind::Path, anywhere as fn(&mut Stream) -> Ray);
-        radiance(statement, probe, reference, (samples, SINGLE))
+        radiance(name, property, &GEOMETRY, probe, reference, (samples, SINGLE))
     };
     vec![
         family_trial("irradiance/parallel-squares", "opposite", &opposite, parallel(1.0, 1.0), 4_500_000),

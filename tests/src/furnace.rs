@@ -55,10 +55,15 @@ fn boxes() -> Vec<FamilyTrial<EstimatorSubject>> {
         .filter_map(|(name, a, samples)| {
             let scene = furnace_box(a).ok()?.into();
             let m = 1.0 / (1.0 - a);
-            let statement =
-                statement(name, format!("the radiance in a closed furnace box of albedo {a} is {m:.6}"), &RENDERING);
             let ray = |rng: &mut Stream| Ray::new(DVec3::new(0.1, 0.2, -0.3), any_direction(rng));
-            Some(radiance(statement, (&scene, EstimatorKind::Path, ray), m, (samples, BOUNCES)))
+            Some(radiance(
+                name,
+                format!("the radiance in a closed furnace box of albedo {a} is {m:.6}"),
+                &RENDERING,
+                (&scene, EstimatorKind::Path, ray),
+                m,
+                (samples, BOUNCES),
+            ))
         })
         .collect()
 }
@@ -68,11 +73,9 @@ fn bright_sphere() -> FamilyTrial<EstimatorSubject> {
     let a = 0.9;
     let m = 1.0 / (1.0 - a);
     radiance(
-        statement(
-            "furnace/path/albedo-0.9",
-            format!("the radiance in a spherical furnace of albedo {a} is {m:.6}"),
-            &RENDERING,
-        ),
+        "furnace/path/albedo-0.9",
+        format!("the radiance in a spherical furnace of albedo {a} is {m:.6}"),
+        &RENDERING,
         (&sphere_furnace(lambert(a), 0.0), by(Strategy::Bsdf, LightSampling::SolidAngle), inside),
         m,
         (6_000_000, BOUNCES),
@@ -98,7 +101,7 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
     .map(|(name, scene, strategy, samples)| {
         let property = format!("in a furnace of albedo 0.5 the radiance by {strategy:?} alone is 2");
         let kind = by(strategy, LightSampling::SolidAngle);
-        radiance(statement(name, property, &RENDERING), (scene, kind, anywhere), 2.0, (samples, BOUNCES))
+        radiance(name, property, &RENDERING, (scene, kind, anywhere), 2.0, (samples, BOUNCES))
     })
     .collect()
 }
@@ -127,7 +130,7 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
             (property, &PATH_LENGTH)
         };
         let probe = (&scene, EstimatorKind::Report(segments), inside as fn(&mut Stream) -> Ray);
-        radiance(statement(name, property, equation), probe, m, (samples, BOUNCES))
+        radiance(name, property, equation, probe, m, (samples, BOUNCES))
     })
     .collect()
 }
@@ -141,16 +144,18 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
     .into_iter()
     .filter_map(|(name, cap, reference, samples)| {
         let scene = cavity_cap(rho, cap).ok()?.into();
-        let statement = statement(
+        let probe = (&scene, EstimatorKind::Path, off_cap as fn(&mut Stream) -> Ray);
+        Some(radiance(
             name,
             format!(
                 "off a {} cap the radiance in a cavity of albedo {rho} is {reference:.6}",
                 format!("{cap:?}").to_lowercase()
             ),
             &RENDERING,
-        );
-        let probe = (&scene, EstimatorKind::Path, off_cap as fn(&mut Stream) -> Ray);
-        Some(radiance(statement, probe, reference, (samples, BOUNCES)))
+            probe,
+            reference,
+            (samples, BOUNCES),
+        ))
     })
     .collect()
 }
@@ -165,33 +170,33 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
     let albedo = oren_nayar_albedo(OrenNayar::new(SIGMA), inclination);
     vec![
         radiance(
-            statement("furnace/sky/path", property.clone(), &COSINE_HEMISPHERE),
+            "furnace/sky/path",
+            property.clone(),
+            &COSINE_HEMISPHERE,
             (&walled, EstimatorKind::Path, |_| at_origin()),
             visible,
             (8_500_000, SINGLE),
         ),
         radiance(
-            statement("furnace/sky/report", property, &HEMISPHERE_PHI),
+            "furnace/sky/report",
+            property,
+            &HEMISPHERE_PHI,
             (&walled, EstimatorKind::Report(2), |_| at_origin()),
             visible,
             (17_000_000, SINGLE),
         ),
         radiance(
-            statement(
-                "furnace/sky/oren-nayar",
-                format!("at 75° an Oren-Nayar floor reflects {albedo:.6} of a white sky"),
-                &OREN_NAYAR,
-            ),
+            "furnace/sky/oren-nayar",
+            format!("at 75° an Oren-Nayar floor reflects {albedo:.6} of a white sky"),
+            &OREN_NAYAR,
             (&rough, EstimatorKind::Path, |_| towards_origin(75f64.to_radians())),
             albedo,
             (4_200_000, SINGLE),
         ),
         radiance(
-            statement(
-                "furnace/sky/eon",
-                "a white floor of EON with roughness 1 reflects all of a white sky",
-                &EON_MULTIPLE,
-            ),
+            "furnace/sky/eon",
+            "a white floor of EON with roughness 1 reflects all of a white sky",
+            &EON_MULTIPLE,
             (&eon_floor(1.0), EstimatorKind::Path, |_| at_origin()),
             1.0,
             (2_400_000, SINGLE),
@@ -213,21 +218,17 @@ fn mirrors() -> Vec<FamilyTrial<EstimatorSubject>> {
     let hall_mean = 1.0 / (1.0 - reflectance);
     vec![
         radiance(
-            statement(
-                "furnace/mirrors/hall",
-                format!("in a hall of emitting mirrors of reflectance 0.75 the radiance is {hall_mean}"),
-                &RENDERING,
-            ),
+            "furnace/mirrors/hall",
+            format!("in a hall of emitting mirrors of reflectance 0.75 the radiance is {hall_mean}"),
+            &RENDERING,
             (&hall, EstimatorKind::Path, inside),
             hall_mean,
             (5_200_000, BOUNCES),
         ),
         radiance(
-            statement(
-                "furnace/mirrors/facing",
-                "between two facing perfect mirrors under a white sky paths end and the radiance is 1",
-                &ROULETTE,
-            ),
+            "furnace/mirrors/facing",
+            "between two facing perfect mirrors under a white sky paths end and the radiance is 1",
+            &ROULETTE,
             (&facing, EstimatorKind::Path, |rng| {
                 let w = any_direction(rng);
                 let slanted = DVec3::new(w.x, w.y, 0.0).normalize() * 0.3 + DVec3::Z;

@@ -70,31 +70,25 @@ fn aims() -> Vec<FamilyTrial<EstimatorSubject>> {
     let probe: fn(&mut Stream) -> Ray = |_| towards_origin(AIM.to_radians());
     vec![
         radiance(
-            statement(
-                "glass/mirror-aim",
-                "a small light lies where the law of reflection says, and is seen in the mirror",
-                &REFRACTION,
-            ),
+            "glass/mirror-aim",
+            "a small light lies where the law of reflection says, and is seen in the mirror",
+            &REFRACTION,
             (&aim(mirror, reflected), EstimatorKind::Whitted(3), probe),
             0.9 * LIGHT,
             (1000, 0.0),
         ),
         radiance(
-            statement(
-                "glass/snell-aim",
-                "a small light in glass lies where Snell's law says, at (1 − R)/n² of its radiance",
-                &REFRACTION,
-            ),
+            "glass/snell-aim",
+            "a small light in glass lies where Snell's law says, at (1 − R)/n² of its radiance",
+            &REFRACTION,
             (&aim(Bsdf::Glass { index: INDEX }, refracted), EstimatorKind::Whitted(3), probe),
             transmitted,
             (1000, 0.0),
         ),
         radiance(
-            statement(
-                "glass/lit-from-below",
-                "light from within glass arrives as (1 − R)/n² of its radiance",
-                &REFRACTION,
-            ),
+            "glass/lit-from-below",
+            "light from within glass arrives as (1 − R)/n² of its radiance",
+            &REFRACTION,
             (&lit_from_below(), EstimatorKind::Path, probe),
             transmitted / LIGHT,
             (2_400_000, SINGLE),
@@ -141,11 +135,9 @@ const CELL: f64 = whitefurnace::harness::chi_square::CELL_DELTA;
 /// From within the glass, past the critical angle: every ray goes back down to the lit ground.
 fn total_reflection() -> FamilyTrial<EstimatorSubject> {
     radiance(
-        statement(
-            "glass/total-reflection",
-            "within glass, past the critical angle, the surface shows the lit ground undiminished",
-            &FRESNEL,
-        ),
+        "glass/total-reflection",
+        "within glass, past the critical angle, the surface shows the lit ground undiminished",
+        &FRESNEL,
         (&lit_from_below(), EstimatorKind::Report(3), |_| {
             let d = whitefurnace::frame::from_spherical(50f64.to_radians(), 1.0);
             Ray::new(-0.5 * d, d)
@@ -191,19 +183,25 @@ fn cubes() -> Vec<FamilyTrial<EstimatorSubject>> {
     let n2 = INDEX * INDEX;
     vec![
         radiance(
-            statement("glass/cube-outside", "a glass cube under a white sky shows 1 from outside", &FRESNEL),
+            "glass/cube-outside",
+            "a glass cube under a white sky shows 1 from outside",
+            &FRESNEL,
             (&outside, EstimatorKind::Path, from_outside),
             1.0,
             (1_000_000, BOUNCES),
         ),
         radiance(
-            statement("glass/cube-inside", "from inside it shows n² in directions that can leave", &REFRACTION),
+            "glass/cube-inside",
+            "from inside it shows n² in directions that can leave",
+            &REFRACTION,
             (&inside, EstimatorKind::Path, leaving),
             n2,
             (2_400_000, BOUNCES),
         ),
         radiance(
-            statement("glass/cube-trapped", "and nothing in directions that total reflection traps", &FRESNEL),
+            "glass/cube-trapped",
+            "and nothing in directions that total reflection traps",
+            &FRESNEL,
             (&inside, EstimatorKind::Path, trapped),
             0.0,
             (1_600_000, 0.0),
@@ -221,7 +219,9 @@ fn vanishing() -> FamilyTrial<EstimatorSubject> {
     });
     let reference = FLOOR * FRAC_1_PI * LIGHT * polygon_irradiance(&RECTANGLE);
     radiance(
-        statement("glass/index-matched", "a sphere of index 1 before a light changes nothing", &REFRACTION),
+        "glass/index-matched",
+        "a sphere of index 1 before a light changes nothing",
+        &REFRACTION,
         (&scene, EstimatorKind::Path, |_| at_origin()),
         reference,
         (5_800_000, IMAGE),

@@ -76,25 +76,21 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let through = |r: f64| (1.0 - r) / (1.0 + r);
     vec![
         radiance(
-            statement(
-                "glass/slab",
-                format!(
-                    "a slab lets (1 − R)/(1 + R) = {:.6} of unpolarised light through at 60°, R taken \
+            "glass/slab",
+            format!(
+                "a slab lets (1 − R)/(1 + R) = {:.6} of unpolarised light through at 60°, R taken \
                      anew for light without polarisation at each face, as (12) has it",
-                    through(r)
-                ),
-                &FRESNEL,
+                through(r)
             ),
+            &FRESNEL,
             (&slab(), EstimatorKind::Path, |_| towards_origin(60f64.to_radians())),
             through(r),
             (5_600_000, SINGLE),
         ),
         radiance(
-            statement(
-                "glass/prism",
-                format!("a prism turns light by 90° and lets (1 − R)/(1 + R) = {:.6} through its legs", through(r0)),
-                &FRESNEL,
-            ),
+            "glass/prism",
+            format!("a prism turns light by 90° and lets (1 − R)/(1 + R) = {:.6} through its legs", through(r0)),
+            &FRESNEL,
             (&prism(), EstimatorKind::Path, |_| Ray::new(DVec3::new(-1.0, 0.0, 0.4), DVec3::X)),
             through(r0) * LIGHT,
             (4_600_000, SINGLE),

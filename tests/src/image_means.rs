@@ -4,7 +4,6 @@
 use whitefurnace::estimator::{Bdpt, ImageEstimator, LightTracer};
 use whitefurnace::harness::mean::welch;
 
-use crate::mean_radiance::Statement;
 use crate::prelude::*;
 use crate::scenes::level;
 
@@ -132,13 +131,15 @@ impl Property for MeanImage {
 /// A trial of regions whose mean radiance is `reference`, to within a δ relative to it; 0 claims it of
 /// every single pass.
 pub fn image(
-    statement: Statement,
+    name: &'static str,
+    property: impl Into<String>,
+    equation: &'static Equation,
     passes: &Passes,
     reference: f64,
     regions: &[Region],
 ) -> FamilyTrial<EstimatorSubject> {
-    let property = MeanImage { passes: passes.clone(), reference, regions: regions.to_vec() };
-    trial(statement.name, statement.property, statement.equation, [passes.kind.path(), "t"], with_parts(property))
+    let same = MeanImage { passes: passes.clone(), reference, regions: regions.to_vec() };
+    trial(name, property, equation, [passes.kind.path(), "t"], with_parts(same))
 }
 
 /// The image has the mean of the path tracer's.
@@ -184,12 +185,14 @@ impl Property for SameAsPath {
 /// A trial of equality with the path tracer, which renders `frames` frames of one sample per pixel; `delta`
 /// is relative to its mean.
 pub fn same_as_path(
-    statement: Statement,
+    name: &'static str,
+    property: impl Into<String>,
+    equation: &'static Equation,
     passes: &Passes,
     (frames, delta): (u64, f64),
 ) -> FamilyTrial<EstimatorSubject> {
-    let property = SameAsPath { passes: passes.clone(), frames, delta };
-    trial(statement.name, statement.property, statement.equation, [passes.kind.path(), "Welch"], with_parts(property))
+    let same = SameAsPath { passes: passes.clone(), frames, delta };
+    trial(name, property, equation, [passes.kind.path(), "Welch"], with_parts(same))
 }
 
 /// A trial whose subject is changed first, whatever else is wrong with it.

@@ -41,12 +41,12 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
     let family_trial = |name, what: &str, scene, kind, irradiance, samples, equation| {
         let reference = reflected(irradiance);
         let property = format!("a floor reflects {reference:.6} of {what}");
-        let statement = statement(name, property, equation);
         radiance(
-            statement,
+            name,
+            property,
+            equation,
             (&scene, kind, |_| at_origin()),
-            reference,
-            // Where nothing arrives, nothing varies.
+            reference, // Where nothing arrives, nothing varies.
             (samples, if reference == 0.0 { 0.0 } else { SINGLE }),
         )
     };

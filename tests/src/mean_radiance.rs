@@ -33,21 +33,6 @@ impl Property for MeanRadiance {
     }
 }
 
-/// What a trial of a mean is called, says and concerns.
-pub struct Statement {
-    /// The trial's name.
-    pub name: &'static str,
-    /// Its property.
-    pub property: String,
-    /// Its equation.
-    pub equation: &'static Equation,
-}
-
-/// The words of a trial.
-pub fn statement(name: &'static str, property: impl Into<String>, equation: &'static Equation) -> Statement {
-    Statement { name, property: property.into(), equation }
-}
-
 /// The path of an estimator of this kind.
 pub fn path(kind: EstimatorKind) -> &'static str {
     match kind {
@@ -60,14 +45,16 @@ pub fn path(kind: EstimatorKind) -> &'static str {
 /// A trial of the mean radiance; `delta` is relative to the reference. 0 claims that every value is the
 /// reference.
 pub fn radiance(
-    statement: Statement,
+    name: &'static str,
+    property: impl Into<String>,
+    equation: &'static Equation,
     (scene, kind, ray): (&Arc<Scene>, EstimatorKind, fn(&mut Stream) -> Ray),
     reference: f64,
     (samples, delta): (u64, f64),
 ) -> FamilyTrial<EstimatorSubject> {
     let probe = Probe { scene: Arc::clone(scene), kind, ray };
-    let property = MeanRadiance { probe, reference, delta: delta * reference, samples };
-    trial(statement.name, statement.property, statement.equation, [path(kind), "t"], with_parts(property))
+    let mean = MeanRadiance { probe, reference, delta: delta * reference, samples };
+    trial(name, property, equation, [path(kind), "t"], with_parts(mean))
 }
 
 /// A uniformly distributed direction.

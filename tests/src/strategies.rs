@@ -78,8 +78,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
     let family_trial = |name, (scene, irradiance, shape): &(Arc<Scene>, f64, &str), kind, equation, n| {
         let reference = reflected(*irradiance);
         let property = format!("a floor reflects {reference:.6} of a {shape} light");
-        let statement = statement(name, property, equation);
-        radiance(statement, (scene, kind, near_origin), reference, (n, SINGLE))
+        radiance(name, property, equation, (scene, kind, near_origin), reference, (n, SINGLE))
     };
     vec![
         family_trial("irradiance/near-square/bsdf", &square, BSDF, &MIS, 7_000_000),
@@ -135,8 +134,7 @@ fn penumbra() -> Vec<FamilyTrial<EstimatorSubject>> {
     let family_trial = |name, y: f64, ray: fn(&mut Stream) -> Ray, kind, samples| {
         let reference = penumbra_reference(y);
         let property = format!("in the penumbra at y = {y} the floor reflects {reference:.6}");
-        let statement = statement(name, property, &GEOMETRY);
-        radiance(statement, (&scene, kind, ray), reference, (samples, SINGLE))
+        radiance(name, property, &GEOMETRY, (&scene, kind, ray), reference, (samples, SINGLE))
     };
     vec![
         family_trial("irradiance/penumbra/bright", -0.6, |_| to_floor(-0.6), LIGHT_ANGLE, 3_800_000),

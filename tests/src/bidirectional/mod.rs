@@ -40,8 +40,7 @@ fn mean(
     (frame, count, delta): ([u32; 2], u64, f64),
 ) -> FamilyTrial<EstimatorSubject> {
     let passes = Passes { scene, kind, frame, count };
-    let statement = statement(name, format!("{what}: the image has mean {reference:.6}"), equation);
-    image(statement, &passes, reference, &[whole(delta)])
+    image(name, format!("{what}: the image has mean {reference:.6}"), equation, &passes, reference, &[whole(delta)])
 }
 
 /// Light that is reflected once, and light that is seen.
@@ -76,8 +75,7 @@ fn frame(name: &'static str, kind: ImageEstimatorKind, count: u64) -> FamilyTria
     let passes = Passes { scene, kind, frame: [24, 8], count };
     let outer = Region { name: "outer columns", holds: |[x, _], [width, _]| x < 2 || x + 2 >= width, delta: 0.02 };
     let property = format!("an emitter that fills a wide image shows {reference} in every pixel");
-    let statement = statement(name, property, &IMPORTANCE);
-    image(statement, &passes, reference, &[whole(SINGLE), outer])
+    image(name, property, &IMPORTANCE, &passes, reference, &[whole(SINGLE), outer])
 }
 
 /// Rooms that emit and reflect.
@@ -157,7 +155,7 @@ fn equivalence() -> Vec<FamilyTrial<EstimatorSubject>> {
     let same = |name, kind, scene, frame, (count, frames)| {
         let passes = Passes { scene, kind, frame, count };
         let property = "an image of particles has the path tracer's mean";
-        same_as_path(statement(name, property, &RENDERING), &passes, (frames, IMAGE))
+        same_as_path(name, property, &RENDERING, &passes, (frames, IMAGE))
     };
     let cornell = scenes::cornell_box().ok();
     let room = scenes::diffuse_room().ok();

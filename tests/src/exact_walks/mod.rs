@@ -142,8 +142,7 @@ fn long() -> Vec<FamilyTrial<EstimatorSubject>> {
     let mirrors = |name, subject, eye, expected: f64| {
         let scene = cavity("mirrors", Bsdf::Mirror { reflectance }, INSIDE);
         let property = format!("between mirrors of {ALBEDO} that emit 1 every path sees {expected:.6}");
-        let statement = (name, subject, &PATH_LENGTH);
-        certain(statement, property, eye, vec![(scene, expected)])
+        certain((name, subject, &PATH_LENGTH), property, eye, vec![(scene, expected)])
     };
     let diffuse = certain(
         ("furnace/long/path", "estimator::Path", &PATH_LENGTH),
