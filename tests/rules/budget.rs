@@ -10,6 +10,7 @@ use whitefurnace::harness::guard::FAR_MISS;
 use whitefurnace::harness::outcome::{ALPHA, CAPACITY, Outcome};
 use whitefurnace::harness::trial::{Context, DEFAULT_SEED, SCALES, Trial, run_trial};
 
+use crate::calibration;
 use crate::shares::{ENOUGH, OUTSIDE};
 
 /// Tests of identities with random arguments, by their calls for them in the sources of the tests: a
@@ -54,14 +55,14 @@ fn the_error_budget_is_kept() {
     let cells = |outcome: &&Outcome| outcome.statistic.contains("chi-square");
     let graded = 2 * found.values().flatten().filter(cells).count();
     let accepted: usize = equivalents().iter().map(|pair| shares(&found[pair.trial.as_str()])).sum();
-    let elsewhere: usize =
-        OUTSIDE.iter().map(|(_, count)| count).sum::<usize>() + ENOUGH.iter().map(|(.., times)| times).sum::<usize>();
+    let enough: usize = ENOUGH.iter().map(|(.., times)| times).sum();
+    let elsewhere = OUTSIDE.iter().map(|(_, count)| count).sum::<usize>() + enough + calibration::assertions();
     let identities = identities(&Path::new(env!("CARGO_MANIFEST_DIR")).join("library"));
     let used = right + faults + graded + accepted + elsewhere + identities;
     let table = format!(
         "{used} shares of {CAPACITY}: {right} of the registry's right subjects, {faults} of {rejections} \
          rejections of its faults, {graded} of graded controls of cells, {accepted} of equivalent mutants, \
-         {identities} of identities in the tests, {elsewhere} elsewhere: {OUTSIDE:?}"
+         {identities} of identities in the tests, {elsewhere} elsewhere: calibration, {OUTSIDE:?}"
     );
     println!("{table}");
     assert!(used <= CAPACITY, "{table}");

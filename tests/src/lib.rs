@@ -38,6 +38,7 @@ pub mod scenes;
 mod script;
 mod sobol;
 mod solid_angle;
+pub mod statistics;
 pub mod strategies;
 mod streams;
 mod subject;

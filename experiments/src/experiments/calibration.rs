@@ -6,7 +6,7 @@ use whitefurnace::harness::ks::kolmogorov_smirnov;
 use whitefurnace::harness::tails::{binomial_sf, kolmogorov_upper};
 
 use crate::experiments::prelude::*;
-use crate::experiments::statistics::{self, N};
+use registry::statistics::{self, N};
 
 pub(super) const CALIBRATION: Experiment = Experiment {
     id: "calibration",

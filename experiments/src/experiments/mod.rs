@@ -1,4 +1,4 @@
-//! The experiments, a module each; `statistics` and `suite_seeds` are what several of them examine.
+//! The experiments, a module each; `suite_seeds` is what several of them examine.
 
 pub mod agreement;
 mod bleeding;
@@ -22,7 +22,6 @@ mod regions;
 mod sampling_claims;
 mod shadow_rays;
 mod speed;
-mod statistics;
 pub mod suite_seeds;
 mod trials;
 mod watertight;

@@ -5,7 +5,7 @@ pub mod graded;
 use whitefurnace::harness::tails::{binomial_cdf, binomial_interval, binomial_two_sided};
 
 use crate::experiments::prelude::*;
-use crate::experiments::statistics::{N, Statistic, with_power};
+use registry::statistics::{N, Statistic, with_power};
 
 pub(super) const POWER: Experiment = Experiment {
     id: "power",

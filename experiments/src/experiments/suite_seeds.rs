@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 use whitefurnace::harness::trial::{Control, control_is_green, full_name, run_control};
 
 use crate::experiments::prelude::*;
-use crate::experiments::statistics::is_bound;
 use crate::run::unfinished::Unfinished;
+use registry::statistics::is_bound;
 
 /// The scale of sample sizes. Exact identities keep their arguments.
 pub const SCALE: f64 = 1.0 / 32.0;

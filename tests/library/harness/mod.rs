@@ -1,7 +1,6 @@
 //! The statistical harness, module by module: exactly where it can be, by sampling where only that shows it.
 
 pub mod bsdf_checkup; // a rough conductor, and faulty versions of it
-pub mod calibration; // error rates and power of the statistics, at a small size
 pub mod checkup_parts; // what each part of the check-up of BSDFs reports
 mod chi_square;
 mod convergence;

@@ -1,5 +1,5 @@
 //! The harness's statistics at small sizes, under a true hypothesis and under effects of known size:
-//! what `calibration` and `power` examine.
+//! what the tests and the experiments `calibration` and `power` examine.
 
 use rand_distr::{Distribution, Poisson};
 use whitefurnace::harness::chi_square::{Counts, binomial, chi_square, poisson};
@@ -7,10 +7,11 @@ use whitefurnace::harness::convergence::variance_ratio;
 use whitefurnace::harness::domain::Partition;
 use whitefurnace::harness::ks::kolmogorov_smirnov;
 use whitefurnace::harness::mean::{bounded_mean, mean, mean_known_sigma, welch};
+use whitefurnace::harness::outcome::{ALPHA, Verdict};
 use whitefurnace::harness::power::Sensitivity;
 use whitefurnace::harness::sequential::{ConfidenceSequence, Decision, Sprt};
 
-use crate::experiments::prelude::*;
+use crate::prelude::*;
 
 /// Values per replication.
 pub const N: u64 = 4000;
@@ -25,6 +26,7 @@ const ANY: Claim = Claim::Exact { delta: 1.0 };
 
 /// A statistic and what is known of it.
 pub struct Statistic {
+    /// Its name.
     pub name: &'static str,
     /// The statistic on fresh values with an effect, in the units of `unit`.
     pub run: fn(&mut Stream, effect: f64) -> Outcome,
@@ -135,7 +137,8 @@ pub fn continuous() -> [Statistic; 6] {
     ]
 }
 
-pub fn shares() -> Statistic {
+/// The binomial test of a share.
+fn shares() -> Statistic {
     Statistic {
         name: "binomial",
         run: |rng, effect| {
@@ -186,6 +189,7 @@ pub fn with_power() -> Vec<Statistic> {
 pub struct Promise {
     /// What must be rare.
     pub name: &'static str,
+    /// With what probability it may happen.
     pub rate: f64,
     /// Whether it happened in one replication.
     pub happened: fn(&mut Stream) -> bool,

@@ -1,0 +1,103 @@
+//! Error rates and power of the statistics, measured at a small size over replications with streams of
+//! their own. Bounds are valid at 1e-9; what is compared goes through the guard, and wrong statistics are seen.
+
+use rayon::prelude::*;
+use registry::statistics::{LEVEL, N, continuous, promises};
+use whitefurnace::harness::chi_square::binomial;
+use whitefurnace::harness::guard::{may_hold, may_not_hold};
+use whitefurnace::harness::ks::kolmogorov_smirnov;
+use whitefurnace::harness::mean::{Values, mean};
+use whitefurnace::harness::outcome::{ALPHA, Claim, Outcome, Verdict};
+use whitefurnace::harness::tails::{binomial_sf, normal_sf, normal_upper};
+use whitefurnace::harness::trial::Context;
+use whitefurnace::rng::{Stream, stream, uniform};
+
+const REPLICATIONS: u32 = 2000;
+
+/// One result per replication, each with a stream of its own.
+fn replicate<T: Send>(name: &str, run: impl Fn(&mut Stream) -> T + Sync) -> Vec<T> {
+    let context = Context::from_environment().expect("WHITEFURNACE_SEED and WHITEFURNACE_SCALE").named(name);
+    let seed = context.seed_of("replications");
+    (0..REPLICATIONS).into_par_iter().map(|i| run(&mut stream(seed, i, 0))).collect()
+}
+
+/// An effect of this size on a law or a rate is seen for certain with so many replications.
+const SEEN: f64 = 0.15;
+
+/// Asserts that an outcome at this size holds, and that the guard lets it through.
+fn assert_holds(outcome: &Outcome) {
+    assert_eq!(may_not_hold(outcome), None);
+    assert_eq!(outcome.verdict(), Verdict::Holds, "{outcome}");
+}
+
+/// Whether p-values are uniform, as those of a true hypothesis are, up to what the statistic's own
+/// approximations allow.
+fn uniformity(name: &str, run: impl Fn(&mut Stream) -> Outcome + Sync) -> Outcome {
+    kolmogorov_smirnov(name, &mut replicate(name, |rng| run(rng).p), |p| p, SEEN)
+}
+
+/// How often something happened, against a rate.
+fn rate(name: &str, happened: &[bool], rate: f64) -> Outcome {
+    let k = happened.iter().filter(|&&h| h).count() as u64;
+    binomial(name, k, happened.len() as u64, rate, SEEN)
+}
+
+#[test]
+fn p_values_of_true_hypotheses_are_uniform() {
+    for statistic in continuous() {
+        let name = format!("calibration of {}", statistic.name);
+        assert_holds(&uniformity(&name, |rng| (statistic.run)(rng, 0.0)));
+    }
+}
+
+#[test]
+fn statistics_that_only_promise_a_bound_keep_it() {
+    for promise in promises() {
+        let found = rate(promise.name, &replicate(promise.name, promise.happened), promise.rate);
+        // Fewer are no fault: the upper side alone is tested, where an effect is seen as well.
+        assert!(found.sensitivity.miss(SEEN) <= ALPHA, "{}", promise.name);
+        let p = binomial_sf(found.value as u64, found.n, promise.rate);
+        assert!(p >= ALPHA, "{}, at most {} claimed", found.worst, promise.rate);
+    }
+}
+
+/// Powers at which the stated curve is checked.
+const POWERS: [f64; 2] = [0.5, 0.9];
+
+/// How many assertions of this module chance can turn.
+pub fn assertions() -> usize {
+    continuous().len() + promises().len() + POWERS.len() + 1
+}
+
+/// The share of rejections of a wrong mean is what the normal law says, where power is 0.5 and 0.9.
+#[test]
+fn power_of_the_t_test_is_what_is_stated() {
+    let [_, t, ..] = continuous();
+    let level = 0.01;
+    for power in POWERS {
+        let effect = (normal_upper(level / 2.0) - normal_upper(power)) * t.unit;
+        let name = format!("power {power} of {} with {N} values", t.name);
+        let rejected = replicate(&name, |rng| (t.run)(rng, effect).p < level);
+        assert_holds(&rate(&name, &rejected, normal_sf(normal_upper(level / 2.0) - effect / t.unit)));
+    }
+}
+
+/// A t test of values that each count four times: its standard error is half of what it should be.
+fn repeated(rng: &mut Stream) -> Outcome {
+    let mut values = Values::new(0.5);
+    for _ in 0..500 {
+        let value = uniform(rng);
+        (0..4).for_each(|_| values.push(value));
+    }
+    mean("repeated", &values, 0.5, Claim::Exact { delta: 1.0 })
+}
+
+/// The negative control: no seed takes its rejection back. One share of the budget is enough for both.
+#[test]
+fn a_wrong_statistic_is_seen() {
+    let law = uniformity("calibration of repeated values", repeated);
+    let happened = replicate("rate of repeated values", |rng| repeated(rng).p < LEVEL);
+    for outcome in [law, rate("repeated values reject", &happened, LEVEL)] {
+        assert_eq!(may_hold(&outcome), None);
+    }
+}
