@@ -51,7 +51,7 @@ pub fn density(brdf: DVec3, flux: DVec3, r2: f64) -> DVec3 {
 
 /// Photons are counted where their normal and that of the point in question have at least this cosine
 /// (26°): not from behind nor round a corner. On a sphere of radius R that allows lookups up to r = 0.45 R.
-pub(crate) const SAME_SIDE: f64 = 0.9;
+pub const SAME_SIDE: f64 = 0.9;
 
 /// Whether a photon lies on the same surface and side as a point, by their unit normals.
 #[inline]
@@ -97,7 +97,7 @@ pub trait Photons: Sync {
 }
 
 /// The most memory that a map may take while it is made, bytes: a list of photons and the tree.
-pub(crate) const LARGEST_MAP: usize = 4 << 30;
+pub const LARGEST_MAP: usize = 4 << 30;
 
 /// Particles that tell how many photons the others will leave.
 const PILOT: u32 = 1024;

@@ -7,7 +7,7 @@ use crate::rng::{Stream, uniform};
 use crate::sampling::uniform_hemisphere;
 
 /// Relative tolerance of pointwise identities: a few hundred roundings.
-pub(crate) const POINTWISE: f64 = 1e-9;
+pub const POINTWISE: f64 = 1e-9;
 /// Below this cosine, products of cosines in a BSDF's denominators lose the digits of [`POINTWISE`].
 pub const LEAST_COSINE: f64 = 1e-4;
 

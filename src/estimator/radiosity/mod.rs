@@ -39,7 +39,7 @@ pub const RESIDUAL: f64 = 1e-6;
 /// but that.
 const MOST_SWEEPS: u32 = 10_000;
 /// The most memory that form factors may take, in bytes.
-pub(crate) const MOST_MEMORY: u64 = 3 << 30;
+pub const MOST_MEMORY: u64 = 3 << 30;
 
 /// A form factor from a node to an element.
 #[derive(Clone, Copy, Debug)]

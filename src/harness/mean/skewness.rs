@@ -26,7 +26,7 @@ pub enum Sigma {
 impl Sigma {
     /// The first term of the Edgeworth expansion relative to the tail beyond z, to leading order, for
     /// the skewness of the mean (γ/√n): |γ| z³/(6√n) or |γ| z³/(3√n).
-    pub(crate) fn skew_term(self, skewness_of_mean: f64, z: f64) -> f64 {
+    pub fn skew_term(self, skewness_of_mean: f64, z: f64) -> f64 {
         let divisor = match self {
             Self::Known => 6.0,
             Self::Estimated => 3.0,
