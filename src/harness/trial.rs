@@ -88,11 +88,12 @@ impl Row {
     /// The row with the columns of [`CSV_HEADER`].
     pub fn csv(&self) -> String {
         let o = &self.outcome;
+        let quoted = || format!("\"{}\"", self.source.replace('"', "\"\""));
+        let source = if self.source.contains([',', '"']) { quoted() } else { self.source.to_owned() };
         format!(
-            "{},{},{},\"{}\",{},{},{:e},{:e},{:e},{:e},{:e},{},{:e},{:e},{},{}",
+            "{},{},{source},\"{}\",{},{},{:e},{:e},{:e},{:e},{:e},{},{:e},{:e},{},{}",
             self.trial,
             self.control,
-            self.source,
             o.name,
             o.statistic,
             o.n,

@@ -37,7 +37,7 @@ fn trial(verdicts: Vec<Verdict>, control: Vec<Verdict>) -> Trial {
     Trial {
         name: String::from("toy/verdicts"),
         property: String::from("it is so"),
-        source: "a toy",
+        source: "estimator",
         subject: "toy",
         statistic: "t",
         run: Box::new(run(verdicts)),
@@ -188,8 +188,12 @@ fn messages_speak_of_what_is_red() {
     for part in ["it is so", "estimator (16)", "toy", repeat] {
         assert!(message.contains(part), "{part} is not in\n{message}");
     }
-    let message = check(&trial(vec![UNDECIDED], vec![Verdict::Fails]), &full).expect_err("undecided is red");
-    assert!(message.contains("undecided, needs about"), "{message}");
+    // A source that is no equation's id is said as it is.
+    let undecided = Trial { source: "Veach 1997, 9.2", ..trial(vec![UNDECIDED], vec![Verdict::Fails]) };
+    let message = check(&undecided, &full).expect_err("undecided is red");
+    assert!(message.contains("undecided, needs about") && message.contains("source     Veach 1997, 9.2"), "{message}");
+    let row = run_trial(&undecided, &full).remove(0).csv();
+    assert!(row.starts_with("toy/verdicts,,\"Veach 1997, 9.2\",\"outcome 0\",t,"), "{row}");
     let blind = trial(vec![Verdict::Holds], vec![Verdict::Holds]);
     let message = check(&blind, &full).expect_err("the control is not rejected");
     assert!(message.starts_with("toy/verdicts: the negative control wrong"), "{message}");
