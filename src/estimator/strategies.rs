@@ -35,8 +35,8 @@ pub struct Density {
     pub light: f64,
     /// p_E: for a walk that comes from the eye.
     pub eye: f64,
-    /// Whether no connection can end here.
-    pub specular: bool,
+    /// Whether a strategy joins its two walks between this vertex and the next towards the eye.
+    pub joined: bool,
 }
 
 /// A path in the two pieces that were connected.
@@ -60,11 +60,10 @@ impl WholePath<'_> {
     pub fn densities<P: Scattering + NextEvent>(&self, parts: &P) -> Vec<Density> {
         let s = self.light.len();
         let vertices = self.light.iter().chain(self.eye.iter().rev());
-        let mut path: Vec<Density> = vertices
-            .clone()
-            .enumerate()
-            .map(|(i, x)| Density { light: x.start, eye: 0.0, specular: i > 0 && x.is_specular() })
-            .collect();
+        // An emitter is where a walk starts, whatever it is made of.
+        let specular = |i: usize, x: &PathVertex<'_>| i > 0 && x.is_specular();
+        let density = |(i, x): (usize, &PathVertex<'_>)| Density { light: x.start, eye: 0.0, joined: !specular(i, x) };
+        let mut path: Vec<Density> = vertices.clone().enumerate().map(density).collect();
         for (i, (a, b)) in vertices.clone().zip(vertices.skip(1)).enumerate() {
             let offset = b.at.point - a.at.point;
             let (onward, distance_squared) = (offset.normalize(), offset.length_squared());
@@ -72,7 +71,8 @@ impl WholePath<'_> {
             let index = if i + 1 < s { b } else { a }.squared_index;
             let before = || i.checked_sub(1).map(|i| self.point(i));
             let after = || Some(self.point(i + 2));
-            path[i + 1].light = a.density(parts, path[i].specular, (onward, cos_a), index, before)
+            path[i].joined &= !b.is_specular();
+            path[i + 1].light = a.density(parts, specular(i, a), (onward, cos_a), index, before)
                 * parts.solid_angle_per_area(cos_b, distance_squared);
             path[i].eye = b.density(parts, b.is_specular(), (-onward, cos_b), index, after)
                 * parts.solid_angle_per_area(cos_a, distance_squared);
@@ -155,9 +155,9 @@ impl<'a> PathVertex<'a> {
 
 /// w_s of [`crate::equation::PATH_DENSITY`], the balance heuristic: the weight of the strategy with `s`
 /// light vertices on the path whose vertices but the eye have these densities, in the order from the
-/// light. Strategies that connect at mirror or glass do not exist.
+/// light.
 pub fn weight(path: &[Density], s: usize) -> f64 {
-    let exists = |s: usize| s == 0 || (!path[s - 1].specular && path.get(s).is_none_or(|next| !next.specular));
+    let exists = |s: usize| s == 0 || path[s - 1].joined;
     let mut sum = 1.0;
     let mut ratio = 1.0;
     for (i, vertex) in path.iter().enumerate().skip(s) {

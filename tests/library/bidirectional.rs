@@ -64,8 +64,7 @@ fn densities_in_a_sphere_are_uniform() {
 #[test]
 fn weights_sum_to_one_on_real_paths() {
     let found = paths(&report_room());
-    let open = |path: &[Density], i: usize| path.get(i).is_none_or(|vertex| !vertex.specular);
-    let exists = |path: &[Density], s: usize| s == 0 || (open(path, s - 1) && open(path, s));
+    let exists = |path: &[Density], s: usize| s == 0 || path[s - 1].joined;
     let mut specular = 0;
     for (path, s) in &found {
         assert!(exists(path, *s), "{s} of {path:?}");
@@ -75,7 +74,7 @@ fn weights_sum_to_one_on_real_paths() {
         let sum: f64 = weights.iter().sum();
         // Each ratio of a path of up to fifty vertices rounds twice.
         assert_abs_diff_eq!(sum, 1.0, epsilon = 400.0 * U);
-        specular += usize::from(path.iter().any(|vertex| vertex.specular));
+        specular += usize::from(path.iter().any(|vertex| !vertex.joined));
     }
     assert!(specular > 100, "{specular} paths meet mirror or glass");
 }

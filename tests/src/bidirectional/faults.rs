@@ -128,11 +128,11 @@ fn strategies() -> Vec<Fault<EstimatorSubject>> {
             "weights leave room for strategies that would connect at a mirror",
             {
                 strategy_weight: |path, s| {
-                    let rough = |x: &Density| Density {
-                        specular: false,
+                    let joined = |x: &Density| Density {
+                        joined: true,
                         ..*x
                     };
-                    weight(&path.iter().map(rough).collect::<Vec<_>>(), s)
+                    weight(&path.iter().map(joined).collect::<Vec<_>>(), s)
                 }
             }, "bidirectional/weights: sum of weights", "bidirectional/bdpt/mirror-caustic"),
         fault!("every-strategy-in-full", PATH_DENSITY, "each strategy counts its paths in full",

@@ -91,16 +91,15 @@ impl Property for Weights {
         for _ in 0..context.arguments(PATHS) {
             let length = 1 + (8.0 * uniform(&mut rng)) as usize;
             let path: Vec<Density> = (0..length)
-                .map(|i| Density {
+                .map(|_| Density {
                     light: uniform(&mut rng) + 0.01,
                     eye: uniform(&mut rng) + 0.01,
-                    specular: i > 0 && uniform(&mut rng) < 0.3,
+                    joined: uniform(&mut rng) < 0.6,
                 })
                 .collect();
             // The density of the strategy that takes s vertices from the light; 0 if it does not exist.
             let density = |s: usize| -> f64 {
-                let open = |i: usize| path.get(i).is_none_or(|x| !x.specular);
-                if s > 0 && !(open(s - 1) && open(s)) {
+                if s > 0 && !path[s - 1].joined {
                     return 0.0;
                 }
                 let (light, eye) = path.split_at(s);

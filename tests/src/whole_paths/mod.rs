@@ -218,7 +218,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 PartTable {
                     strategy_weight: |path, s| {
                         let mut path = path.to_vec();
-                        path.iter_mut().for_each(|vertex| vertex.specular = false);
+                        path.iter_mut().for_each(|vertex| vertex.joined = true);
                         weight(&path, s)
                     },
                     ..CORRECT
