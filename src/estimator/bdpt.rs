@@ -23,7 +23,7 @@ use crate::splat::Splats;
 /// (s = 0), by a shadow ray to a fresh point of an emitter (s = 1), when the particle is seen (t = 1), and
 /// by connecting the two parts otherwise. [`Bidirectional::strategy_weight`] combines them. No particle starts
 /// from the background: only the eye's part finds its light.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Bdpt<P = Standard> {
     /// Its parts.
     pub parts: P,
@@ -39,6 +39,13 @@ impl<P: Walking + Bidirectional> ImageEstimator for Bdpt<P> {
                 .map_err(|error| error.at(|| format!(" at pixel ({x}, {y})")))
         })?;
         Ok(image.into_values())
+    }
+}
+
+impl<P> Bdpt<P> {
+    /// Every strategy, made of these parts.
+    pub const fn new(parts: P) -> Self {
+        Self { parts }
     }
 }
 

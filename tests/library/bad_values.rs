@@ -266,7 +266,7 @@ fn walks(scene: &Scene, parts: Bad) -> Vec<(&'static str, Result<Film, Error>)> 
         ("path by light", path(Strategy::Light)),
         ("path by both", path(Strategy::Mis)),
         ("light tracer", passes(scene, &LightTracer { parts })),
-        ("bdpt", passes(scene, &Bdpt { parts })),
+        ("bdpt", passes(scene, &Bdpt::new(parts))),
         ("photons", photons(scene, parts, Lookup::Direct)),
         ("photons, gathered", photons(scene, parts, gather)),
         ("sppm", sppm(scene, parts)),
@@ -288,7 +288,7 @@ fn bad_parts_surface_through_every_estimator() {
         assert_surfaces(sppm(&scene, parts), place, &format!("flux {value} in passes"));
         let parts = Bad::Importance(value);
         assert_surfaces(passes(&scene, &LightTracer { parts }), "at pixel (", "importance");
-        assert_surfaces(passes(&scene, &Bdpt { parts }), "at pixel (", "importance");
+        assert_surfaces(passes(&scene, &Bdpt::new(parts)), "at pixel (", "importance");
     }
 }
 

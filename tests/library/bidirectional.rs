@@ -27,7 +27,7 @@ impl NextEvent for Recorder {}
 
 /// The paths of a few passes.
 fn paths(scene: &Scene) -> Vec<(Vec<Density>, usize)> {
-    let bdpt = Bdpt { parts: Recorder::default() };
+    let bdpt = Bdpt::new(Recorder::default());
     for index in 0..8 {
         bdpt.pass(scene, FRAME, master(), index).expect("legal values");
     }
@@ -92,13 +92,13 @@ fn assert_threads_do_not_matter<E: ImageEstimator>(estimator: &E) {
 #[test]
 fn threads_do_not_matter_to_passes() {
     assert_threads_do_not_matter(&LightTracer::<Standard>::default());
-    assert_threads_do_not_matter(&Bdpt::<Standard>::default());
+    assert_threads_do_not_matter(&Bdpt::new(Standard));
 }
 
 #[test]
 fn passes_fill_whole_films_only() {
     let scene = report_room();
-    let bdpt = Bdpt::<Standard>::default();
+    let bdpt = Bdpt::new(Standard);
     let mut film = Film::new(FRAME, None, 1).expect("a film");
     assert!(matches!(render_passes(&scene, &bdpt, 1, &mut film, 0..3, &|_| true), Ok(true)));
     assert!(film.pixels().iter().all(|pixel| pixel.replications() == 3));
@@ -151,7 +151,7 @@ impl Bidirectional for Opaque {}
 /// Shadow rays and connections stop at glass: the paths that pass it are followed.
 #[test]
 fn nothing_is_connected_through_glass() {
-    let (tracer, bdpt) = (LightTracer { parts: Opaque }, Bdpt { parts: Opaque });
+    let (tracer, bdpt) = (LightTracer { parts: Opaque }, Bdpt::new(Opaque));
     let (scene, seed) = (report_room(), master());
     assert!(tracer.pass(&scene, FRAME, seed, 0).is_ok());
     assert!(bdpt.pass(&scene, FRAME, seed, 0).is_ok());

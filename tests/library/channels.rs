@@ -92,7 +92,7 @@ pub fn physical_images(scene: &Scene) -> Vec<(&'static str, Image)> {
         ("photon", rays(scene, &photons(Lookup::Direct))),
         ("gather", rays(scene, &photons(gather))),
         ("light tracer", passes(scene, &LightTracer::<Standard>::default())),
-        ("bdpt", passes(scene, &Bdpt::<Standard>::default())),
+        ("bdpt", passes(scene, &Bdpt::new(Standard))),
         ("sppm", passes(scene, &Sppm { parts: Standard, particles: 3000, radius: 0.3 })),
     ]
 }

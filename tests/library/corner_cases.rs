@@ -125,7 +125,7 @@ fn without_emitters_it_is_dark() {
         none(LightTracer::<Standard>::default().pass(scene, FRAME, 1, 0).expect("legal values"));
         assert_eq!(PhotonMap::new(&Standard, scene, Kept::All, 5, (1, 0)).expect("a map").photons().count(), 0);
     }
-    let bdpt = Bdpt::<Standard>::default();
+    let bdpt = Bdpt::new(Standard);
     let pass = |scene| bdpt.pass(scene, FRAME, 1, 0).expect("legal values");
     none(pass(&dark));
     none(radiance(&dark, &Path::<Standard>::default()));

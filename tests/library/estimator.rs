@@ -65,7 +65,7 @@ fn paths_inside_glass_see_the_squared_index() {
         .collect();
     assert_all_or_nothing("inside glass", &values, 2.25);
     // The eye's part of two: nothing but the background emits.
-    let bdpt = Bdpt { parts: Unweighted };
+    let bdpt = Bdpt::new(Unweighted);
     let pass = |index| bdpt.pass(&scene, [16, 12], master(), index);
     let values: Vec<_> = (0..16).flat_map(|index| pass(index).expect("an image")).collect();
     assert_all_or_nothing("inside glass, bidirectional", &values, 2.25);

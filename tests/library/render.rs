@@ -188,7 +188,7 @@ fn features_are_the_same_for_every_estimator() {
         let sppm = Sppm { parts: Standard, particles: 100, radius: 0.3 };
         [
             ("light tracer", passes(&scene, &LightTracer::<Standard>::default(), FRAME, ranges).expect("legal")),
-            ("bdpt", passes(&scene, &Bdpt::<Standard>::default(), FRAME, ranges).expect("legal")),
+            ("bdpt", passes(&scene, &Bdpt::new(Standard), FRAME, ranges).expect("legal")),
             ("sppm", passes(&scene, &sppm, FRAME, ranges).expect("legal")),
         ]
     };

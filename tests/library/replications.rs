@@ -132,7 +132,7 @@ fn every_pass_draws_its_own_numbers() {
     }
     let seen = [(); 3].map(|()| Mutex::default());
     check(&seen[0], "light tracer", |parts| LightTracer { parts });
-    check(&seen[1], "bdpt", |parts| Bdpt { parts });
+    check(&seen[1], "bdpt", Bdpt::new);
     check(&seen[2], "sppm", |parts| Sppm { parts, particles: FRAME[0] * FRAME[1], radius: 0.3 });
 }
 

@@ -27,7 +27,7 @@ impl ImageEstimatorKind {
     ) -> Option<Vec<DVec3>> {
         let pass = match self {
             Self::LightTracer => LightTracer { parts }.pass(scene, frame, seed, index),
-            Self::Bdpt => Bdpt { parts }.pass(scene, frame, seed, index),
+            Self::Bdpt => Bdpt::new(parts).pass(scene, frame, seed, index),
         };
         pass.ok()
     }

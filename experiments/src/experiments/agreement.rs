@@ -6,9 +6,10 @@ mod judge;
 mod left_out;
 mod maps;
 
+use clap::ValueEnum as _;
 use serde::{Deserialize, Serialize};
 
-use claims::{Case, Claim, ESTIMATORS, Lack, SCENES, cases, replications, replications_left_out};
+use claims::{Case, Claim, Lack, SCENES, cases, replications, replications_left_out};
 use judge::judge;
 use left_out::{METHODS, left_out};
 use maps::{Maps, note_map};
@@ -112,6 +113,8 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let mut scenes: Vec<SceneName> = SCENES.iter().map(|(scene, _)| *scene).collect();
     // A smaller tier leaves scenes out.
     scenes.retain(|scene| shown.iter().any(|(s, ..)| s == scene));
+    let estimators = EstimatorName::value_variants();
+    let rows: Vec<String> = estimators.iter().copied().map(name).collect();
     let columns: Vec<String> = scenes.iter().copied().map(name).collect();
     squares(
         &run.figure("agreement.svg"),
@@ -119,10 +122,10 @@ fn run(run: &mut Run) -> Result<(), Error> {
             "Image mean relative to the reference ± half its interval",
             "Methods without bias agree in every scene; others differ as far as their reasons say.",
         ),
-        (&ESTIMATORS.map(name), &columns),
+        (&rows, &columns),
         "not compared: undefined, or without finite variance",
         |row, column| {
-            let at = shown.iter().find(|(s, e, _)| *s == scenes[column] && *e == ESTIMATORS[row]);
+            let at = shown.iter().find(|(s, e, _)| *s == scenes[column] && *e == estimators[row]);
             at.map(|(.., square)| square.clone())
         },
     )?;

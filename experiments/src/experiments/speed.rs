@@ -4,6 +4,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
+use clap::ValueEnum as _;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde::Deserialize;
 use whitefurnace::frame::Frame;
@@ -18,17 +19,6 @@ pub(super) const SPEED: Experiment = Experiment {
     run,
 };
 
-/// Estimators that take a number of samples; radiosity takes none.
-const ESTIMATORS: [EstimatorName; 8] = [
-    EstimatorName::Bsdf,
-    EstimatorName::Light,
-    EstimatorName::Mis,
-    EstimatorName::LightTracer,
-    EstimatorName::Bdpt,
-    EstimatorName::Photon,
-    EstimatorName::Sppm,
-    EstimatorName::Whitted,
-];
 /// The samples of figure 6: its pixels, 512 times.
 const FIGURE_6: f64 = 1024.0 * 768.0 * 512.0;
 /// Each time is the least of this many: what else the machine does only adds.
@@ -40,7 +30,11 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let pools = [("one", pool(1)?), ("all", pool(all)?)];
     let base = Job { size: run.by_tier([64, 48], [256, 192]), spp: 16, ..Job::default() };
     for scene in [SceneName::Report, SceneName::DiffuseRoom] {
-        for estimator in ESTIMATORS {
+        for &estimator in EstimatorName::value_variants() {
+            // One takes no number of samples, the other is measured by the rules of its own room.
+            if matches!(estimator, EstimatorName::Radiosity | EstimatorName::Report) {
+                continue;
+            }
             let mut job = Job { scene, estimator, ..base };
             if matches!(estimator, EstimatorName::Photon | EstimatorName::Sppm) {
                 job.photons.photons = base.size[0] * base.size[1];

@@ -6,6 +6,7 @@ use whitefurnace::estimator::radiosity::{Fineness, Mesh, check_memory};
 use whitefurnace::film::{Film, Window};
 use whitefurnace::sampler::LONGEST;
 
+use super::names::SINGLE_RAYS;
 use super::{ConventionName, EstimatorName, Job, PixelName, SamplerName, SceneName, name};
 use crate::render::photons::Gather;
 
@@ -48,9 +49,9 @@ const SETTINGS: &[Setting] = &[
     goes("caustic-photons", CAUSTICS, Job::gathers, |job| job.photons.caustic().0.to_string()),
     goes("caustic-radius", CAUSTICS, Job::gathers, |job| job.photons.caustic().1.to_string()),
     goes("patches", RADIOSITY, |job| job.estimator == EstimatorName::Radiosity, |job| job.patches.to_string()),
-    goes("pixel", SINGLE_RAYS, |job| !job.renders_images(), |job| name(job.pixel)),
+    goes("pixel", SINGLE_RAYS, |job| !job.estimator.makes_images(), |job| name(job.pixel)),
     goes("grid", "--pixel grid and jitter", Job::divides_pixels, |job| job.grid.to_string()),
-    goes("sampler", SINGLE_RAYS, |job| !job.renders_images(), |job| name(job.sampler)),
+    goes("sampler", SINGLE_RAYS, |job| !job.estimator.makes_images(), |job| name(job.sampler)),
     goes("scrambles", "--sampler sobol", |job| job.sampler == SamplerName::Sobol, |job| job.scrambles.to_string()),
     any("size", |Job { size: [width, height], .. }| format!("{width}x{height}")),
     any("window", |job| {
@@ -64,7 +65,6 @@ const SETTINGS: &[Setting] = &[
 const RADIOSITY: &str = "--estimator radiosity";
 const PHOTONS: &str = "--estimator photon and sppm";
 const CAUSTICS: &str = "--estimator photon and --gather yes";
-const SINGLE_RAYS: &str = "estimators of single rays, not light-tracer, bdpt and sppm";
 
 impl Job {
     /// Refuses what makes no sense, before any work is done.
@@ -102,7 +102,7 @@ impl Job {
             ));
         }
         Film::checked_window(self.size, self.window)?;
-        if self.renders_images() && self.window.is_some() {
+        if self.estimator.makes_images() && self.window.is_some() {
             return refuse(format!("--estimator {estimator} renders whole images only: leave out the window"));
         }
         if self.estimator == EstimatorName::LightTracer || self.uses_photons() {
@@ -172,11 +172,6 @@ impl Job {
 
     fn divides_pixels(&self) -> bool {
         matches!(self.pixel, PixelName::Grid | PixelName::Jitter)
-    }
-
-    /// Whether the estimator makes whole images, from independent numbers and random points of pixels.
-    fn renders_images(&self) -> bool {
-        matches!(self.estimator, EstimatorName::LightTracer | EstimatorName::Bdpt | EstimatorName::Sppm)
     }
 
     /// Whether [`rays`](Self::rays) are followed from each diffuse hit.

@@ -24,29 +24,39 @@ pub enum SceneName {
     Cornell,
 }
 
-/// The estimators that programs can name.
+/// The estimators that programs can name, in the order of figures and tables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum EstimatorName {
+    /// Path tracing by directions and shadow rays, combined by multiple importance sampling
+    Mis,
     /// Path tracing that finds lights by the directions of its paths alone
     Bsdf,
     /// Path tracing that finds lights by shadow rays alone
     Light,
-    /// Path tracing by both, combined by multiple importance sampling
-    Mis,
     /// Particles from the lights, each hit connected to the camera
     LightTracer,
+    /// Bidirectional path tracing: a camera path and a particle, connected in every way
+    Bdpt,
     /// Photon mapping with a kd-tree; its error bars leave out the noise of the photons that all pixels share
     Photon,
     /// Stochastic progressive photon mapping: each sample is a pass with photons of its own and a smaller radius
     Sppm,
-    /// Bidirectional path tracing: a camera path and a particle, connected in every way
-    Bdpt,
-    /// The report's: shadow rays, uniform hemisphere, roulette, at most 7 segments
-    Report,
     /// Finite elements for Lambert surfaces: no noise, but the error of a mesh
     Radiosity,
     /// Whitted ray tracing: shadow rays, mirror and glass tree, no indirect light
     Whitted,
+    /// The report's: shadow rays, uniform hemisphere, roulette, at most 7 segments
+    Report,
+}
+
+/// All estimators but those that [make images](EstimatorName::makes_images).
+pub(super) const SINGLE_RAYS: &str = "estimators of single rays, not light-tracer, bdpt and sppm";
+
+impl EstimatorName {
+    /// Whether it makes whole images, from independent numbers and random points of pixels.
+    pub(super) fn makes_images(self) -> bool {
+        matches!(self, Self::LightTracer | Self::Bdpt | Self::Sppm)
+    }
 }
 
 /// The light-transport conventions, as programs name them.

@@ -134,7 +134,7 @@ impl Job {
             (EstimatorName::LightTracer, _) => {
                 Box::new(ByPasses { estimator: LightTracer::<Standard>::default(), seed })
             }
-            (EstimatorName::Bdpt, _) => Box::new(ByPasses { estimator: Bdpt::<Standard>::default(), seed }),
+            (EstimatorName::Bdpt, _) => Box::new(ByPasses { estimator: Bdpt::new(Standard), seed }),
             (EstimatorName::Photon, _) => {
                 let (map, lookup) = (self.photons.map(), self.photons.lookup(true));
                 Box::new(self.by_rays(PhotonMapping::new(Standard, scene, lookup, map, (seed, 0))?))

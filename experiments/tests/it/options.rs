@@ -101,7 +101,7 @@ impl Call {
                 self.rays(Path { parts: Standard, strategy, lights, heuristic })
             }
             Method::LightTracer => self.images(LightTracer::<Standard>::default()),
-            Method::Bdpt => self.images(Bdpt::<Standard>::default()),
+            Method::Bdpt => self.images(Bdpt::new(Standard)),
             Method::Photon(particles, radius, lookup) => {
                 let (map, name) = ((particles, radius), (self.seed, 0));
                 self.rays(PhotonMapping::new(Standard, scene, lookup, map, name)?)

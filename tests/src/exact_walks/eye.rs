@@ -67,7 +67,7 @@ impl Eye {
                 let sppm = Sppm { parts, particles: PARTICLES, radius: EVERYWHERE };
                 pass(&|| sppm.pass(scene, FRAME, seed, 0))
             }
-            Self::Bdpt => pass(&|| Bdpt { parts }.pass(scene, FRAME, seed, 0)),
+            Self::Bdpt => pass(&|| Bdpt::new(parts).pass(scene, FRAME, seed, 0)),
             Self::LightTracer => pass(&|| LightTracer { parts }.pass(scene, FRAME, seed, 0)),
         }
     }

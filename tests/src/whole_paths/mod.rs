@@ -93,7 +93,7 @@ fn made(scene: &Scene, parts: PartTable, path: &[Vertex], at: [f64; 2], s: usize
     let blocks = script(scene, path, at, s);
     let mut numbers = Scripted(Script { blocks: &blocks, block: 0, used: 0 });
     let pixel = at.map(|x| x as u32);
-    Bdpt { parts }.pair(scene, pixel, FRAME, &image, &mut numbers).ok()?;
+    Bdpt::new(parts).pair(scene, pixel, FRAME, &image, &mut numbers).ok()?;
     let value = image.into_values().iter().map(|value| value.x).sum();
     FOUND.with_borrow_mut(|found| (found.len() == 1).then(|| (found.remove(0), value)))
 }

@@ -1,5 +1,6 @@
 //! What is claimed of each estimator on each scene, and how many images that takes.
 
+use clap::ValueEnum as _;
 use whitefurnace::scene::simple::CAP_SHARE;
 
 use super::left_out::Method;
@@ -14,19 +15,6 @@ pub(super) const SCENES: [(SceneName, Option<f64>); 7] = [
     (SceneName::CavityCap, None),
     (SceneName::Environment, Some(1.0)),
     (SceneName::GlassCube, Some(1.0)),
-];
-
-pub(super) const ESTIMATORS: [EstimatorName; 10] = [
-    EstimatorName::Mis,
-    EstimatorName::Bsdf,
-    EstimatorName::Light,
-    EstimatorName::LightTracer,
-    EstimatorName::Bdpt,
-    EstimatorName::Photon,
-    EstimatorName::Sppm,
-    EstimatorName::Radiosity,
-    EstimatorName::Whitted,
-    EstimatorName::Report,
 ];
 
 /// What is claimed of a case.
@@ -170,7 +158,7 @@ pub(super) fn replications_left_out(scene: SceneName, tier: Tier) -> u64 {
 /// Quick: the named subset. Full: all.
 pub(super) fn cases(tier: Tier) -> Vec<Case> {
     let all = SCENES.iter().flat_map(|&(scene, _)| {
-        ESTIMATORS.iter().filter_map(move |&estimator| {
+        EstimatorName::value_variants().iter().filter_map(move |&estimator| {
             let claim = claim(scene, estimator)?;
             Some(Case { scene, estimator, claim })
         })
