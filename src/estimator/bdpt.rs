@@ -1,5 +1,5 @@
 //! Bidirectional path tracing (Lafortune and Willems 1993; Veach 1997, chapter 10): a path from the eye
-//! and one from a light, connected in every way that there is.
+//! and one from a light, connected in every way that there is, or to the other's end alone.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -17,6 +17,16 @@ use crate::sampler::Sampler;
 use crate::scene::Scene;
 use crate::splat::Splats;
 
+/// Which vertices of the two walks are connected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Connections {
+    /// Every one with every other.
+    All,
+    /// Of the particle with the eye, and of the eye's path with a point on a light: what lies between is left to
+    /// hits. A cheaper pass, with the same caustics.
+    Ends,
+}
+
 /// One camera ray and one particle per pixel and pass, an unbiased estimator of (8) on every scene.
 ///
 /// A path with s vertices from the light and t from the eye is found when the eye's part hits an emitter
@@ -27,6 +37,8 @@ use crate::splat::Splats;
 pub struct Bdpt<P = Standard> {
     /// Its parts.
     pub parts: P,
+    /// The strategies that there are.
+    pub connections: Connections,
 }
 
 impl<P: Walking + Bidirectional> ImageEstimator for Bdpt<P> {
@@ -45,7 +57,7 @@ impl<P: Walking + Bidirectional> ImageEstimator for Bdpt<P> {
 impl<P> Bdpt<P> {
     /// Every strategy, made of these parts.
     pub const fn new(parts: P) -> Self {
-        Self { parts }
+        Self { parts, connections: Connections::All }
     }
 }
 
@@ -146,6 +158,9 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
             let light = &[PathVertex::emitting(&direct.point, DVec3::ZERO, direct.pdf_area)];
             found += direct.reflected * self.weight(WholePath { light, ..path });
         }
+        if self.connections == Connections::Ends {
+            return found;
+        }
         for s in 2..=light.len() {
             let connected = self.connect(scene, bsdf, vertex, &light[s - 1]);
             if connected != DVec3::ZERO {
@@ -182,7 +197,12 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
     /// The weight of the strategy that made a path of these two pieces.
     #[inline]
     fn weight(&self, path: WholePath<'_>) -> f64 {
-        let densities = path.densities(&self.parts);
+        let mut densities = path.densities(&self.parts);
+        if self.connections == Connections::Ends
+            && let [_, inner @ .., _] = &mut densities[..]
+        {
+            inner.iter_mut().for_each(|density| density.joined = false);
+        }
         self.parts.strategy_weight(&densities, path.light.len())
     }
 }

@@ -23,7 +23,7 @@ mod whitted;
 
 use glam::DVec3;
 
-pub use bdpt::Bdpt;
+pub use bdpt::{Bdpt, Connections};
 pub use light_tracer::LightTracer;
 pub use next_event::NextEvent;
 pub use path::{Heuristic, Path, Strategy};

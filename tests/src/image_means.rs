@@ -1,7 +1,7 @@
 //! Trials of estimators of whole images: the means of their passes, against a closed form or against the
 //! path tracer.
 
-use whitefurnace::estimator::{Bdpt, ImageEstimator, LightTracer};
+use whitefurnace::estimator::{Bdpt, Connections, ImageEstimator, LightTracer};
 use whitefurnace::harness::mean::welch;
 
 use crate::prelude::*;
@@ -12,8 +12,10 @@ use crate::scenes::level;
 pub enum ImageEstimatorKind {
     /// [`LightTracer`].
     LightTracer,
-    /// [`Bdpt`].
+    /// [`Bdpt`] with all connections.
     Bdpt,
+    /// [`Bdpt`] with connections to lights and to the eye.
+    BdptEnds,
 }
 
 impl ImageEstimatorKind {
@@ -28,6 +30,7 @@ impl ImageEstimatorKind {
         let pass = match self {
             Self::LightTracer => LightTracer { parts }.pass(scene, frame, seed, index),
             Self::Bdpt => Bdpt::new(parts).pass(scene, frame, seed, index),
+            Self::BdptEnds => Bdpt { parts, connections: Connections::Ends }.pass(scene, frame, seed, index),
         };
         pass.ok()
     }
@@ -35,7 +38,7 @@ impl ImageEstimatorKind {
     fn path(self) -> &'static str {
         match self {
             Self::LightTracer => "estimator::LightTracer",
-            Self::Bdpt => "estimator::Bdpt",
+            Self::Bdpt | Self::BdptEnds => "estimator::Bdpt",
         }
     }
 }

@@ -37,6 +37,8 @@ pub enum EstimatorName {
     LightTracer,
     /// Bidirectional path tracing: a camera path and a particle, connected in every way
     Bdpt,
+    /// Bidirectional path tracing without connections between inner vertices: to lights and to the camera alone
+    BdptEnds,
     /// Photon mapping with a kd-tree; its error bars leave out the noise of the photons that all pixels share
     Photon,
     /// Stochastic progressive photon mapping: each sample is a pass with photons of its own and a smaller radius
@@ -50,12 +52,12 @@ pub enum EstimatorName {
 }
 
 /// All estimators but those that [make images](EstimatorName::makes_images).
-pub(super) const SINGLE_RAYS: &str = "estimators of single rays, not light-tracer, bdpt and sppm";
+pub(super) const SINGLE_RAYS: &str = "estimators of single rays, not light-tracer, bdpt, bdpt-ends and sppm";
 
 impl EstimatorName {
     /// Whether it makes whole images, from independent numbers and random points of pixels.
     pub(super) fn makes_images(self) -> bool {
-        matches!(self, Self::LightTracer | Self::Bdpt | Self::Sppm)
+        matches!(self, Self::LightTracer | Self::Bdpt | Self::BdptEnds | Self::Sppm)
     }
 }
 

@@ -7,8 +7,8 @@ use whitefurnace::emitter::LightSampling;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::radiosity::Mesh;
 use whitefurnace::estimator::{
-    Bdpt, Estimator, Heuristic, LightRules, LightTracer, Path, PhotonMapping, Published, Radiosity, Report, Sppm,
-    Standard, Strategy, Whitted,
+    Bdpt, Connections, Estimator, Heuristic, LightRules, LightTracer, Path, PhotonMapping, Published, Radiosity,
+    Report, Sppm, Standard, Strategy, Whitted,
 };
 use whitefurnace::film::{Film, Pixel};
 use whitefurnace::render::{ByPasses, ByRays, Renderer};
@@ -135,6 +135,10 @@ impl Job {
                 Box::new(ByPasses { estimator: LightTracer::<Standard>::default(), seed })
             }
             (EstimatorName::Bdpt, _) => Box::new(ByPasses { estimator: Bdpt::new(Standard), seed }),
+            (EstimatorName::BdptEnds, _) => {
+                let estimator = Bdpt { parts: Standard, connections: Connections::Ends };
+                Box::new(ByPasses { estimator, seed })
+            }
             (EstimatorName::Photon, _) => {
                 let (map, lookup) = (self.photons.map(), self.photons.lookup(true));
                 Box::new(self.by_rays(PhotonMapping::new(Standard, scene, lookup, map, (seed, 0))?))

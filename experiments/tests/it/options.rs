@@ -12,8 +12,8 @@ use whitefurnace::emitter::LightSampling;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::radiosity::Fineness;
 use whitefurnace::estimator::{
-    Bdpt, Estimator, Heuristic, ImageEstimator, LightRules, LightTracer, Lookup, Path, PhotonMapping, Published,
-    Radiosity, Report, Sppm, Standard, Strategy, Whitted,
+    Bdpt, Connections, Estimator, Heuristic, ImageEstimator, LightRules, LightTracer, Lookup, Path, PhotonMapping,
+    Published, Radiosity, Report, Sppm, Standard, Strategy, Whitted,
 };
 use whitefurnace::film::Film;
 use whitefurnace::image::{Display, write_exr, write_png};
@@ -28,7 +28,7 @@ use crate::{folder, job, renders};
 enum Method {
     Path(Strategy, LightSampling, Heuristic),
     LightTracer,
-    Bdpt,
+    Bdpt(Connections),
     Photon(u32, f64, Lookup),
     Sppm(u32, f64),
     Radiosity(u32),
@@ -101,7 +101,7 @@ impl Call {
                 self.rays(Path { parts: Standard, strategy, lights, heuristic })
             }
             Method::LightTracer => self.images(LightTracer::<Standard>::default()),
-            Method::Bdpt => self.images(Bdpt::new(Standard)),
+            Method::Bdpt(connections) => self.images(Bdpt { parts: Standard, connections }),
             Method::Photon(particles, radius, lookup) => {
                 let (map, name) = ((particles, radius), (self.seed, 0));
                 self.rays(PhotonMapping::new(Standard, scene, lookup, map, name)?)
@@ -173,7 +173,8 @@ fn rows() -> Vec<Row> {
         Row("estimator", "light-tracer", CORNELL, |c| c.method = Method::LightTracer),
         Row("estimator", "photon", SPPM, |c| photons(c, [3000, 3000], [0.5, 0.5])),
         Row("estimator", "sppm", PHOTON, |c| c.method = Method::Sppm(3000, 0.5)),
-        Row("estimator", "bdpt", PLAIN, |c| c.method = Method::Bdpt),
+        Row("estimator", "bdpt", PLAIN, |c| c.method = Method::Bdpt(Connections::All)),
+        Row("estimator", "bdpt-ends", PLAIN, |c| c.method = Method::Bdpt(Connections::Ends)),
         // In the report's room it implies the report's convention.
         Row("estimator", "report", PLAIN, |c| *c = REPORT.call()),
         Row("estimator", "report", CORNELL, |c| c.method = Method::Report(1, LightRules::PHYSICAL)),

@@ -31,7 +31,8 @@ fn particles() -> Vec<Fault<EstimatorSubject>> {
             { flux_factor: |factor| factor }, "bidirectional/light-tracer/in-glass"),
         fault!("radiance-not-scaled", REFRACTION,
             "the eye's path lacks the radiance factor, so that its share differs from the particles'",
-            { radiance_factor: |_, _| 1.0 }, "bidirectional/bdpt/in-glass"),
+            { radiance_factor: |_, _| 1.0 }, "bidirectional/bdpt/in-glass",
+            "bidirectional/bdpt-ends/in-glass"),
         fault!("survivors-not-weighted", ROULETTE,
             "particles that survive roulette carry on as if there were none",
             { roulette_weight: |_| 1.0 }, "bidirectional/light-tracer/furnace-box",
@@ -55,7 +56,7 @@ fn measures() -> Vec<Fault<EstimatorSubject>> {
                 }
             }, "bidirectional/light-tracer/frame: image mean",
             "bidirectional/light-tracer/frame: outer columns", "bidirectional/bdpt/frame: image mean",
-            "bidirectional/bdpt/frame: outer columns"),
+            "bidirectional/bdpt/frame: outer columns", "bidirectional/bdpt-ends/frame: image mean", "bidirectional/bdpt-ends/frame: outer columns"),
         fault!("importance-with-fourth-power", IMPORTANCE,
             "1/(A cos⁴ θ), the film's law of irradiance, for the pixel's mean radiance",
             {
@@ -112,7 +113,8 @@ fn strategies() -> Vec<Fault<EstimatorSubject>> {
                     }
                 }
             }, "bidirectional/weights: sum of weights", "bidirectional/weights: balance",
-            "bidirectional/bdpt/rectangle", "bidirectional/bdpt/diffuse-room"),
+            "bidirectional/bdpt/rectangle", "bidirectional/bdpt/diffuse-room",
+            "bidirectional/bdpt-ends/cavity-black"),
         fault!("hit-and-sampled", MIS,
             "emitters that are hit and emitters that are sampled both count for both",
             {
@@ -125,7 +127,7 @@ fn strategies() -> Vec<Fault<EstimatorSubject>> {
                 }
             }, "bidirectional/weights: sum of weights", "bidirectional/bdpt/frame: image mean"),
         fault!("specular-connected", PATH_DENSITY,
-            "weights leave room for strategies that would connect at a mirror",
+            "weights leave room for connections that nobody makes, at a mirror or between inner vertices",
             {
                 strategy_weight: |path, s| {
                     let joined = |x: &Density| Density {
@@ -134,7 +136,8 @@ fn strategies() -> Vec<Fault<EstimatorSubject>> {
                     };
                     weight(&path.iter().map(joined).collect::<Vec<_>>(), s)
                 }
-            }, "bidirectional/weights: sum of weights", "bidirectional/bdpt/mirror-caustic"),
+            }, "bidirectional/weights: sum of weights", "bidirectional/bdpt/mirror-caustic",
+            "bidirectional/bdpt-ends/cavity-black"),
         fault!("every-strategy-in-full", PATH_DENSITY, "each strategy counts its paths in full",
             { strategy_weight: |_, _| 1.0 }, "bidirectional/bdpt/frame: image mean"),
     ]

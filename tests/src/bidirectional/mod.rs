@@ -8,7 +8,7 @@ mod strategies;
 use whitefurnace::harness::mean::NEARLY_SYMMETRIC;
 use whitefurnace::scene::simple::{CAP_SHARE, Cap, environment, furnace_box};
 
-use crate::image_means::ImageEstimatorKind::{Bdpt, LightTracer};
+use crate::image_means::ImageEstimatorKind::{Bdpt, BdptEnds, LightTracer};
 use crate::image_means::{ImageEstimatorKind, Passes, Region, image, same_as_path, whole};
 use crate::prelude::*;
 
@@ -66,6 +66,7 @@ fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         frame("bidirectional/light-tracer/frame", LightTracer, 17_000),
         frame("bidirectional/bdpt/frame", Bdpt, 14_000),
+        frame("bidirectional/bdpt-ends/frame", BdptEnds, 14_000),
     ]
 }
 
@@ -111,6 +112,7 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
         furnace("bidirectional/bdpt/furnace-box", Bdpt, NEARLY_SYMMETRIC),
         cavity("bidirectional/light-tracer/cavity-reflecting", LightTracer, Cap::Reflecting, 23_500),
         cavity("bidirectional/bdpt/cavity-black", Bdpt, Cap::Black, NEARLY_SYMMETRIC),
+        cavity("bidirectional/bdpt-ends/cavity-black", BdptEnds, Cap::Black, NEARLY_SYMMETRIC),
         sky("bidirectional/bdpt/environment", 60_000),
     ]
     .into_iter()
@@ -142,6 +144,13 @@ fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
         glass(
             "bidirectional/bdpt/in-glass",
             Bdpt,
+            "a ball in glass, all in equilibrium",
+            squared_index,
+            NEARLY_SYMMETRIC,
+        ),
+        glass(
+            "bidirectional/bdpt-ends/in-glass",
+            BdptEnds,
             "a ball in glass, all in equilibrium",
             squared_index,
             NEARLY_SYMMETRIC,

@@ -62,7 +62,7 @@ pub(super) fn claim(scene: SceneName, estimator: EstimatorName) -> Option<Claim>
         _ => Claim::Lacks(Lack::Counted(method), why),
     };
     Some(match estimator {
-        E::Mis | E::Bsdf | E::Bdpt => Claim::Equal,
+        E::Mis | E::Bsdf | E::Bdpt | E::BdptEnds => Claim::Equal,
         // Points uniform in area on walls that meet: the geometry term has no bound.
         E::Light | E::Whitted | E::Report if scene == S::FurnaceBox => return None,
         E::Light => Claim::Equal,
@@ -118,6 +118,7 @@ pub(super) fn replications(case: &Case, tier: Tier) -> u64 {
         E::Light => (1_000, 30_000),
         E::LightTracer => (400, 12_000),
         E::Bdpt => (200, 3_000),
+        E::BdptEnds => (400, 6_000),
         E::Photon => (1_500, 3_000),
         E::Sppm => (400, 2_000),
         E::Radiosity => (1_500, 3_000),
@@ -137,8 +138,8 @@ pub(super) fn replications(case: &Case, tier: Tier) -> u64 {
         // A tree of glass for each sample.
         (Tier::Full, SceneName::Environment | SceneName::GlassCube, E::Whitted) => full / 8,
         (Tier::Full, SceneName::DiffuseRoom | SceneName::Cornell, _)
-        | (Tier::Full, SceneName::Report, E::Bdpt | E::Photon)
-        | (Tier::Full, SceneName::CavityCap, E::LightTracer | E::Bdpt)
+        | (Tier::Full, SceneName::Report, E::Bdpt | E::BdptEnds | E::Photon)
+        | (Tier::Full, SceneName::CavityCap, E::LightTracer | E::Bdpt | E::BdptEnds)
         | (Tier::Full, SceneName::FurnaceBox, E::Photon) => full,
         (Tier::Full, ..) => full / 4,
     }
