@@ -94,8 +94,12 @@ fn by_distance(run: &mut Run) -> Result<(), Error> {
                 rows.push(format!("{},{label},{height},{samples},{variance:e}", shape.name));
                 run.number(&format!("{}.{}.{height}", shape.name, label.replace(' ', "-")), *variance);
             }
-            let points = HEIGHTS.into_iter().zip(variances).map(|(x, y)| [x, y]);
-            series.push(Series::new(label, colour, Mark::Line, points));
+            series.push(Series::new(
+                label,
+                colour,
+                Mark::Line,
+                HEIGHTS.into_iter().zip(variances).map(<[f64; 2]>::from),
+            ));
         }
         let [area, angle] = [0, 1].map(|way: usize| series[way].points[0][1]);
         let value = format!(
@@ -125,12 +129,7 @@ fn over_floor(shape: &Shape, height: f64) -> Arc<Scene> {
 fn relative_variance(scene: &Scene, path: &Path, seed: u64, samples: u32, expected: f64) -> f64 {
     let to_origin = DVec3::new(0.1, 0.05, -1.0).normalize();
     let ray = Ray::new(-0.02 * to_origin, to_origin);
-    let hit = scene.intersect(&ray);
-    let mut moments = Moments::default();
-    for i in 0..samples {
-        moments.push(path.radiance(scene, &ray, hit, &mut stream(seed, 0, i)).x);
-    }
-    moments.variance() / (expected * expected)
+    radiance_along(scene, path, &ray, (seed, 0), samples).variance() / (expected * expected)
 }
 
 /// Whole images by multiple importance sampling at equal samples.

@@ -44,6 +44,12 @@ impl Series {
         Self { label: label.to_owned(), colour, mark, points, bars: Vec::new() }
     }
 
+    /// The line of a function at `steps` + 1 places from one end of a range to the other.
+    pub fn curve(label: &str, colour: usize, [from, to]: [f64; 2], steps: u32, f: impl Fn(f64) -> f64) -> Self {
+        let x = (0..=steps).map(|i| from + (to - from) * f64::from(i) / f64::from(steps));
+        Self::new(label, colour, Mark::Line, x.map(|x| [x, f(x)]))
+    }
+
     /// Marks with error bars: x, y and how far the bar of y reaches to either side.
     pub fn measured(label: &str, colour: usize, points: impl IntoIterator<Item = [f64; 3]>) -> Self {
         let mut series = Self::new(label, colour, Mark::Points, []);

@@ -121,11 +121,6 @@ impl Run {
         })
     }
 
-    /// What the experiment found, and what to end when that is written.
-    pub(crate) fn into_outcome(self) -> (ExperimentResult, Unfinished) {
-        (self.outcome, self.unfinished)
-    }
-
     /// A part of the work that an interrupted run need not do again ([`Unfinished::part`]).
     pub fn part<T: Serialize + DeserializeOwned>(
         &self,
@@ -297,6 +292,12 @@ fn without_infinity(text: &str) -> String {
 
 /// Crops are shown this many times larger than their pixels.
 const CROP_MAGNIFICATION: u32 = 3;
+
+/// Reads a value from a JSON file.
+pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, Error> {
+    let text = std::fs::read_to_string(path).map_err(Error::file("read", path))?;
+    serde_json::from_str(&text).map_err(|error| Error::Option(format!("{}: {error}", path.display())))
+}
 
 /// Writes a text file whole or not at all.
 pub fn write_text(path: &Path, text: &str) -> Result<(), Error> {
