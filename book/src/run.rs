@@ -101,19 +101,17 @@ fn pairs<'a>(recorded: &'a ExperimentResult, ours: &'a ExperimentResult) -> Vec<
 
 /// One line of the table of all experiments.
 fn row(recorded: Option<&ExperimentResult>, ours: &ExperimentResult) -> String {
-    let beyond = recorded.map_or_else(
-        || "–".to_owned(),
-        |recorded| {
+    let [their_options, their_counts, beyond] = match recorded {
+        None => ["not recorded", "–", "–"].map(str::to_owned),
+        Some(recorded) => {
             let pairs = pairs(recorded, ours);
             let with = pairs.iter().filter(|pair| pair.halves.is_some()).count();
             let beyond = pairs.iter().filter(|pair| pair.beyond()).count();
-            format!("{beyond} of {with}")
-        },
-    );
+            [options(recorded), counts(recorded), format!("{beyond} of {with}")]
+        }
+    };
     let id = escape(&ours.id);
     let link = format!("<a href=\"#run-{id}\">{id}</a>");
-    let their_options = recorded.map_or_else(|| "not recorded".to_owned(), options);
-    let their_counts = recorded.map_or_else(|| "–".to_owned(), counts);
     line([&link, &their_options, &options(ours), &their_counts, &counts(ours), &beyond])
 }
 
@@ -150,10 +148,10 @@ fn section(
     match recorded {
         None => text += "<p>There is no record of this experiment.</p>\n\n",
         Some(recorded) => {
-            let [theirs, own] = [recorded, ours].map(|of| (of.version, options(of)));
+            let [(version, theirs), (own_version, own)] = [recorded, ours].map(|of| (of.version, options(of)));
             text += &format!(
-                "<p>Record: version {}, tier, seed and shrink {}. Your run: version {}, {}.</p>\n\n",
-                theirs.0, theirs.1, own.0, own.1
+                "<p>Record: version {version}, tier, seed and shrink {theirs}. \
+                 Your run: version {own_version}, {own}.</p>\n\n"
             );
             text += &numbers(&pairs(recorded, ours));
         }

@@ -6,7 +6,7 @@ use whitefurnace::harness::ks::kolmogorov_smirnov;
 use whitefurnace::harness::tails::{binomial_sf, kolmogorov_upper};
 
 use crate::experiments::prelude::*;
-use registry::statistics::{self, N};
+use registry::statistics::{self, N, Promise};
 
 pub(super) const CALIBRATION: Experiment = Experiment {
     id: "calibration",
@@ -127,16 +127,15 @@ fn p_values(trial: &Trial, context: &Context) -> Vec<[String; 2]> {
 
 /// Judges each name at `level`, its share of the look's.
 fn judge(run: &mut Run, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) {
-    let rates: BTreeMap<String, f64> =
-        statistics::promises().iter().map(|promise| (format!("{PROMISE}{}", promise.name), promise.rate)).collect();
+    let promises = statistics::promises();
     let (mut registered, mut worst) = (0, (1.0, String::from("none")));
     for (&name, values) in by_name {
         let n = values.len() as u64;
-        if let Some(&rate) = rates.get(name) {
+        if let Some(Promise { rate, .. }) = promises.iter().find(|p| name.strip_prefix(PROMISE) == Some(p.name)) {
             let k = values.iter().filter(|&&happened| happened > 0.5).count() as u64;
             let value = format!("{k} of {n}, at most {rate:.0e} promised");
             run.number(&format!("{name}.share"), k as f64 / n as f64);
-            run.claim(name, value, binomial_sf(k, n, rate) >= level);
+            run.claim(name, value, binomial_sf(k, n, *rate) >= level);
             continue;
         }
         let outcome = kolmogorov_smirnov(name, &mut values.clone(), |p| p, 1.0);
@@ -165,17 +164,12 @@ fn draw(run: &mut Run, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) -> Result
         Series::new(label, 6, Mark::Line, [[0.0, sign * radius], [1.0, sign * radius]])
     };
     let panel = |title: String, prefix: &str, mark: Mark| {
-        let mut series: Vec<Series> = by_name
-            .iter()
-            .filter(|(name, _)| name.starts_with(prefix))
-            .enumerate()
-            .map(|(i, (name, values))| {
-                let label = if mark == Mark::Faint { "" } else { &name[prefix.len()..] };
-                let stretches = if mark == Mark::Faint { 40 } else { 200 };
-                Series::new(label, i, mark, deviations(values, stretches))
-            })
-            .collect();
-        series.extend([band(1.0), band(-1.0)]);
+        let named = by_name.iter().filter_map(|(name, values)| Some((name.strip_prefix(prefix)?, values)));
+        let series = named.enumerate().map(|(i, (name, values))| {
+            let (label, stretches) = if mark == Mark::Faint { ("", 40) } else { (name, 200) };
+            Series::new(label, i, mark, deviations(values, stretches))
+        });
+        let series = series.chain([band(1.0), band(-1.0)]).collect();
         let axes = ["p-value expected at this rank", "observed − expected"];
         Chart::new(title, axes, [[0.0, 1.0], [-1.5 * radius, 2.8 * radius]], series)
     };

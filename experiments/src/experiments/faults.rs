@@ -46,7 +46,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
         .zip(&seen)
         .map(|(pair, seen)| {
             let wrong = pair.fault.wrong.replace('"', "'");
-            format!("{},{},{},\"{wrong}\"", label(pair), pair.trial, word(*seen))
+            format!("{},{},{},\"{wrong}\"", label(pair), pair.trial, seen.word())
         })
         .collect();
     run.csv("faults.csv", "fault,trial,verdict,wrong", &table)?;
@@ -78,20 +78,12 @@ fn judge(outcomes: &[&Outcome]) -> Detection {
     }
 }
 
-fn word(seen: Detection) -> &'static str {
-    match seen {
-        Detection::Rejected => "rejected",
-        Detection::Missed => "not rejected",
-        Detection::Undecided => "undecided",
-    }
-}
-
 fn totals(run: &mut Run, pairs: &[Pair], seen: &[Detection], [reduced, scale]: [f64; 2]) {
     let mut counts = Vec::new();
-    for kind in [Detection::Rejected, Detection::Missed, Detection::Undecided] {
+    for kind in Detection::ALL {
         let count = seen.iter().filter(|&&s| s == kind).count();
-        run.number(&word(kind).replace(' ', "_"), count as f64);
-        counts.push(format!("{count} {}", word(kind)));
+        run.number(&kind.word().replace(' ', "_"), count as f64);
+        counts.push(format!("{count} {}", kind.word()));
     }
     run.number("pairs", pairs.len() as f64);
     let named = || pairs.iter().zip(seen).filter(|(pair, _)| pair.named);

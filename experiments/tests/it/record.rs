@@ -12,7 +12,7 @@ use whitefurnace::harness::outcome::Claim;
 use whitefurnace::harness::trial::{Row, write_cells};
 use whitefurnace::image::write_rgb;
 
-use crate::folder;
+use crate::{folder, refused, run};
 
 #[test]
 fn recorded_results_are_those_of_the_code() {
@@ -87,11 +87,7 @@ fn cells_of_a_failed_trial_are_plotted_and_bad_files_refused() {
     let folder = folder("cells");
     let plot = |name: &str, text: &str| {
         fs::write(folder.join(name), text).expect("file");
-        Command::new(env!("CARGO_BIN_EXE_plot-cells"))
-            .arg(name)
-            .current_dir(&folder)
-            .output()
-            .expect("the program starts")
+        run(env!("CARGO_BIN_EXE_plot-cells"), &folder, name)
     };
     let good = plot("good.csv", "place,expected,observed,sigmas\n\"u, v\",1e3,1.1e3,3.2\n\"w\",5e2,4.9e2,-0.4\n");
     assert!(good.status.success());
@@ -101,11 +97,7 @@ fn cells_of_a_failed_trial_are_plotted_and_bad_files_refused() {
         ("place,expected,observed,sigmas\n", "line 2"),
         ("place,expected,observed,sigmas\n\"x\",1,2\n", "line 2"),
     ] {
-        let bad = plot("bad.csv", text);
-        assert_eq!(bad.status.code(), Some(2));
-        let message = String::from_utf8_lossy(&bad.stderr);
-        assert_eq!(message.lines().count(), 1, "{message}");
-        assert!(message.contains(line), "{message}");
+        refused(&plot("bad.csv", text), line);
     }
 }
 
