@@ -1,13 +1,8 @@
 //! A plain chart: lines, points and error bars over linear or logarithmic axes.
 
-use std::path::Path;
-
-use whitefurnace::error::Error;
-
 use super::axis::Division;
-use super::canvas::{Anchor, Area, Canvas, Pen, Point, Shape, width};
 use super::panel::{LEFT, TOP, axes, frame, heading, page};
-use super::{LABEL, OKABE_ITO, Rgb, STYLES};
+use super::*;
 
 /// How a series is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

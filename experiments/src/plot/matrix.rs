@@ -1,11 +1,6 @@
 //! A matrix of verdicts: which trial rejects which fault.
 
-use std::path::Path;
-
-use whitefurnace::error::Error;
-
-use super::canvas::{Anchor, Canvas, Pen, Shape, width};
-use super::{FAINT, LABEL, OKABE_ITO, Rgb, TITLE, pale};
+use super::*;
 
 /// What a cell says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -77,8 +77,8 @@ fn fresh_line() -> ProgressBar {
 /// All labels, and how far the last task is.
 fn describe(tasks: &[Arc<Task>]) -> Option<String> {
     let task = tasks.last()?;
-    let labels: Vec<&str> = tasks.iter().map(|task| task.label.as_str()).collect();
-    let labels = labels.into_iter().filter(|label| !label.is_empty()).collect::<Vec<_>>().join(", ");
+    let labels = tasks.iter().map(|task| task.label.as_str()).filter(|label| !label.is_empty());
+    let labels = labels.collect::<Vec<_>>().join(", ");
     let error = f64::from_bits(task.error.load(Ordering::Relaxed));
     let done = task.done.load(Ordering::Relaxed);
     let text = state(done, task.size, task.unit, task.start.elapsed());
