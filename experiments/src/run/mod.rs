@@ -138,7 +138,7 @@ impl Run {
 
     /// The accumulated rows of `file` as earlier runs left them. A run writes them once, when all of its own are there.
     pub fn accumulated(&self, file: &str, key: &str, columns: &str) -> Result<Accumulated, Error> {
-        let path = self.path(file);
+        let path = self.folder.join(file);
         Ok(Accumulated::continued(&self.unfinished.before(&path)?, path, key, columns))
     }
 
@@ -164,11 +164,6 @@ impl Run {
     /// 1/1024, below which some statistics are undefined.
     pub fn scale(&self, scale: f64) -> f64 {
         (scale / f64::from(self.options.shrink)).max(1.0 / 1024.0)
-    }
-
-    /// A file of the experiment's folder.
-    pub fn path(&self, file: &str) -> PathBuf {
-        self.folder.join(file)
     }
 
     /// Adds the equations that trials bear on.
