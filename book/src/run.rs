@@ -222,25 +222,18 @@ fn numbers(pairs: &[Pair<'_>]) -> String {
 
 /// Claims in the record and in the run: those that fail or are judged differently first.
 fn claims(recorded: Option<&ExperimentResult>, ours: &ExperimentResult) -> String {
-    let claimed = |from: Option<&'_ ExperimentResult>| -> Vec<Finding> {
-        from.into_iter().flat_map(|r| r.findings.iter()).filter(|f| f.verdict.is_some()).cloned().collect()
-    };
-    let (theirs, own) = (claimed(recorded), claimed(Some(ours)));
-    let find = |list: &[Finding], what: &str| list.iter().find(|f| f.what == what).cloned();
+    let both: [Vec<(&Finding, Judgement)>; 2] = [recorded, Some(ours)]
+        .map(|from| from.into_iter().flat_map(|r| &r.findings).filter_map(|f| Some((f, f.verdict?))).collect());
     let mut seen = BTreeSet::new();
-    let names = theirs.iter().chain(&own).map(|f| f.what.clone());
+    let names = both.iter().flatten().map(|(f, _)| &f.what);
     let (mut first, mut rest) = (Vec::new(), Vec::new());
-    for what in names.filter(|name| seen.insert(name.clone())) {
-        let pair = [find(&theirs, &what), find(&own, &what)];
-        let verdicts = pair.each_ref().map(|f| f.as_ref().and_then(|f| f.verdict));
-        let cell = |finding: &Option<Finding>| match finding {
-            None => "–".to_owned(),
-            Some(f) => {
-                let verdict = f.verdict.map_or("", Judgement::word);
-                format!("<strong>{verdict}</strong> {}", escape(&f.value))
-            }
-        };
-        let row = line([&escape(what.trim()), &cell(&pair[0]), &cell(&pair[1])]);
+    for what in names.filter(|name| seen.insert(*name)) {
+        let pair = both.each_ref().map(|claims| claims.iter().find(|(f, _)| f.what == *what));
+        let cells = pair.map(|found| {
+            found.map_or("–".to_owned(), |(f, v)| format!("<strong>{}</strong> {}", v.word(), escape(&f.value)))
+        });
+        let row = line([&escape(what.trim()), &cells[0], &cells[1]]);
+        let verdicts = pair.map(|found| found.map(|(_, verdict)| *verdict));
         if verdicts[0] != verdicts[1] || verdicts.contains(&Some(Judgement::Fails)) {
             first.push(row);
         } else {

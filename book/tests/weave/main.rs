@@ -63,6 +63,15 @@ impl Small {
         fs::read_to_string(self.path("out/page.html")).expect("the page")
     }
 
+    /// Asserts that the page's HTML has all of these parts, and returns it.
+    fn shows(&self, parts: &[&str]) -> String {
+        let html = self.html();
+        for part in parts {
+            assert!(html.contains(part), "no {part:?} in: {html}");
+        }
+        html
+    }
+
     /// Asserts that the message has all of these parts, and returns it.
     fn says(&self, parts: &[&str]) -> String {
         let message = self.weave().expect_err("this book is faulty").to_string();
@@ -220,8 +229,7 @@ fn a_folder_of_something_else_is_not_emptied() {
 fn equations_numbers_and_code_appear() {
     let text = "{{#eq oren-nayar}}\n\nSee {{#ref oren-nayar}}: {{#result demo.psnr %.1f}} of \
                 {{#result demo.count %d}}.\n\n{{#code src/demo.rs twice}}";
-    let html = small(text).html();
-    for part in [
+    let html = small(text).shows(&[
         "id=\"eq-oren-nayar\"",
         "(14)",
         "As the report prints it",
@@ -229,9 +237,7 @@ fn equations_numbers_and_code_appear() {
         "page.html#eq-oren-nayar",
         "31.4 of 12\u{202f}345",
         "/// Twice `x`.\npub fn twice",
-    ] {
-        assert!(html.contains(part), "no {part:?}");
-    }
+    ]);
     assert!(!html.contains("{{"), "a directive is left over");
 }
 
@@ -240,8 +246,7 @@ fn figures_carry_number_caption_and_command() {
     let book = Small::new(
         "# Page\n\n{{#figure demo/plot.svg \"Error $\\sigma$ & {{#result demo.psnr %.1f}} dB.\"}}\n\n{{#experiments}}\n",
     );
-    let html = book.html();
-    for part in [
+    book.shows(&[
         "src=\"figures/demo/plot.svg\"",
         "Figure 1.1.",
         "&amp; 31.4 dB.",
@@ -249,17 +254,14 @@ fn figures_carry_number_caption_and_command() {
         "cargo run --release -- --only demo",
         "page.html#experiment-demo",
         "id=\"experiment-demo\"",
-    ] {
-        assert!(html.contains(part), "no {part:?}");
-    }
+    ]);
     assert!(book.path("out/figures/demo/plot.svg").is_file());
 }
 
 #[test]
 fn citations_lead_to_the_bibliography() {
-    let html = small("As {{#cite kajiya1986}}.\n\n{{#bibliography}}").html();
-    assert!(html.contains("page.html#cite-kajiya1986\">Kajiya 1986</a>"));
-    assert!(html.contains("id=\"cite-kajiya1986\""));
+    let parts = ["page.html#cite-kajiya1986\">Kajiya 1986</a>", "id=\"cite-kajiya1986\""];
+    small("As {{#cite kajiya1986}}.\n\n{{#bibliography}}").shows(&parts);
 }
 
 #[test]
@@ -303,8 +305,7 @@ fn a_run_stands_beside_the_record() {
         { "what": "worse", "value": "9", "verdict": "fails" },
         { "what": "new", "value": "4", "verdict": "undecided" }]"#;
     let book = with_run(findings, own);
-    let html = book.html();
-    assert!(html.contains("<a href=\"run.html\">Your run beside the record</a>"), "{html}");
+    book.shows(&["<a href=\"run.html\">Your run beside the record</a>"]);
     let page = fs::read_to_string(book.path("out/run.html")).expect("the page of the run");
     // Hold, fail, undecided: in the record and in the run; tier, seed and shrink of both.
     assert!(page.contains("<td>2, 0, 0</td><td>1, <strong>1</strong>, 1</td>"), "{page}");
@@ -342,7 +343,7 @@ fn numbers_are_compared_by_the_noise_that_both_state() {
 #[test]
 fn without_a_run_there_is_no_page_of_it() {
     let book = Small::new("# Page\n\n{{#run}}\n");
-    assert!(book.html().contains("woven without a run"));
+    book.shows(&["woven without a run"]);
     assert!(!book.path("out/run.html").exists());
     book.write("run/nothing.txt", "");
     book.says(&["run: holds no results of a run"]);
