@@ -77,18 +77,17 @@ fn run(run: &mut Run) -> Result<(), Error> {
 /// The p-values of the statistics, and whether each promise was broken, in replication k.
 fn examine_statistics(master: u64, k: u64) -> Vec<[String; 2]> {
     let rng = |name: &str| stream(seed_for(master, name), k as u32, 0);
-    let mut rows = Vec::new();
-    for statistic in statistics::continuous() {
+    let statistics = statistics::continuous().into_iter().map(|statistic| {
         let name = format!("{STATISTIC}{}", statistic.name);
-        let outcome = (statistic.run)(&mut rng(&name), 0.0);
-        rows.push([name, format!("{:.6e}", outcome.p)]);
-    }
-    for promise in statistics::promises() {
+        let p = (statistic.run)(&mut rng(&name), 0.0).p;
+        [name, format!("{p:.6e}")]
+    });
+    let promises = statistics::promises().into_iter().map(|promise| {
         let name = format!("{PROMISE}{}", promise.name);
         let happened = (promise.happened)(&mut rng(&name));
-        rows.push([name, u8::from(happened).to_string()]);
-    }
-    rows
+        [name, u8::from(happened).to_string()]
+    });
+    statistics.chain(promises).collect()
 }
 
 /// Groups whose p-values mean nothing at this scale: the check-ups of whole BSDFs integrate for seconds,
@@ -111,18 +110,16 @@ fn examine_registry(trials: &[Trial], master: u64, k: u64) -> Result<Vec<[String
 
 /// The p-values of a trial's continuous statistics, with their names.
 fn p_values(trial: &Trial, context: &Context) -> Vec<[String; 2]> {
-    let mut rows = Vec::new();
-    for row in run_trial(trial, context) {
-        let o = &row.outcome;
+    let outcomes = run_trial(trial, context).into_iter().map(|row| row.outcome);
+    let continuous = outcomes.filter(|o| {
         // A furnace that is constant by construction has no p-values to speak of.
         let varies = o.half_width() > 1e-9 * o.reference.abs();
         // Nor has a chi-square whose cells have all been pooled into one.
         let varies = varies && o.dof != Some(0.0);
-        if CONTINUOUS.contains(&o.statistic) && o.n >= LEAST_VALUES && varies {
-            rows.push([format!("{TRIAL}{}: {}", trial.name, o.name.replace(',', ";")), format!("{:.6e}", o.p)]);
-        }
-    }
-    rows
+        CONTINUOUS.contains(&o.statistic) && o.n >= LEAST_VALUES && varies
+    });
+    let named = |o: Outcome| [format!("{TRIAL}{}: {}", trial.name, o.name.replace(',', ";")), format!("{:.6e}", o.p)];
+    continuous.map(named).collect()
 }
 
 /// Judges each name at `level`, its share of the look's.

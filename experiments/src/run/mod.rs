@@ -288,6 +288,14 @@ fn without_infinity(text: &str) -> String {
 /// Crops are shown this many times larger than their pixels.
 const CROP_MAGNIFICATION: u32 = 3;
 
+/// Makes a folder, in place of an older one and all that is in it.
+fn make_afresh(folder: &Path) -> Result<(), Error> {
+    if folder.exists() {
+        std::fs::remove_dir_all(folder).map_err(Error::file("remove", folder))?;
+    }
+    std::fs::create_dir_all(folder).map_err(Error::file("create", folder))
+}
+
 /// Reads a value from a JSON file.
 pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, Error> {
     let text = std::fs::read_to_string(path).map_err(Error::file("read", path))?;

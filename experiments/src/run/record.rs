@@ -18,7 +18,7 @@ use super::split_png;
 use crate::experiments::EXPERIMENTS;
 use crate::render::name;
 use crate::run::progress::{Bar, interrupted};
-use crate::run::{Experiment, ExperimentResult, Finding, Judgement, Options, Run, read_json, write_text};
+use crate::run::{Experiment, ExperimentResult, Finding, Judgement, Options, Run, make_afresh, read_json, write_text};
 use crate::say;
 
 /// The largest file that the book keeps, in bytes.
@@ -224,10 +224,7 @@ pub fn record(from: &Path, to: &Path) -> Result<Vec<String>, Error> {
     // They name a build and files that are not all recorded, which says nothing to a reader.
     outcome.fingerprint.clear();
     outcome.digests.clear();
-    if to.exists() {
-        std::fs::remove_dir_all(to).map_err(Error::file("remove", to))?;
-    }
-    std::fs::create_dir_all(to).map_err(Error::file("create", to))?;
+    make_afresh(to)?;
     let mut too_large = Vec::new();
     for figure in std::mem::take(&mut outcome.figures) {
         let source = from.join(&figure);

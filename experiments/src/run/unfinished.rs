@@ -12,7 +12,7 @@ use serde::de::DeserializeOwned;
 use whitefurnace::error::Error;
 
 use crate::run::progress::interrupted;
-use crate::run::{read_json, write_text};
+use crate::run::{make_afresh, read_json, write_text};
 
 /// A folder beside an experiment's files, from the beginning of a run to its end.
 pub struct Unfinished {
@@ -26,10 +26,7 @@ impl Unfinished {
         if std::fs::read_to_string(&run).is_ok_and(|begun| begun == fingerprint) {
             return Ok(Self { folder });
         }
-        if folder.exists() {
-            std::fs::remove_dir_all(&folder).map_err(Error::file("remove", &folder))?;
-        }
-        std::fs::create_dir_all(&folder).map_err(Error::file("create", &folder))?;
+        make_afresh(&folder)?;
         write_text(&run, fingerprint)?;
         Ok(Self { folder })
     }

@@ -9,7 +9,7 @@ use experiments::plot::trial_cells;
 use experiments::run::record::{LARGEST_RECORDED, record, recorded_folder, result};
 use whitefurnace::harness::mean::{Values, mean};
 use whitefurnace::harness::outcome::Claim;
-use whitefurnace::harness::trial::{Row, write_cells};
+use whitefurnace::harness::trial::write_cells;
 use whitefurnace::image::write_rgb;
 
 use crate::{folder, refused, run};
@@ -105,25 +105,14 @@ fn cells_of_a_failed_trial_are_plotted_and_bad_files_refused() {
 #[test]
 fn batches_of_a_mean_are_plotted() {
     let folder = folder("batches");
-    let values = Values::collect(0.0, 1000, {
-        let mut i = 0;
-        move || {
-            i += 1;
-            f64::from(i % 3)
-        }
+    let mut i = 0;
+    let values = Values::collect(0.0, 1000, || {
+        i += 1;
+        f64::from(i % 3)
     });
     let outcome = mean("mean, of i", &values, 2.0, Claim::Exact { delta: 0.1 });
-    let row = Row {
-        trial: String::from("toy/mean"),
-        control: String::new(),
-        property: String::new(),
-        source: "estimator",
-        verdict: outcome.verdict(),
-        outcome,
-        seed: 1,
-    };
-    let path = write_cells(&row.trial, &row.outcome, &folder).expect("written").expect("cells");
-    assert_eq!(trial_cells::read(&path).expect("a data file").len(), row.outcome.cells.len());
+    let path = write_cells("toy/mean", &outcome, &folder).expect("written").expect("cells");
+    assert_eq!(trial_cells::read(&path).expect("a data file").len(), outcome.cells.len());
     let plot = Command::new(env!("CARGO_BIN_EXE_plot-cells")).arg(&path).output().expect("the program starts");
     assert!(plot.status.success());
     assert!(fs::read_to_string(path.with_extension("svg")).expect("a plot").contains(" (16 values)"));
