@@ -10,7 +10,6 @@ pub mod split_png;
 pub mod suite;
 pub mod unfinished;
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 pub use book::results::{ExperimentResult, Finding, Judgement};
@@ -111,11 +110,8 @@ impl Run {
                 seed,
                 shrink: options.shrink,
                 equations: experiment.equations.iter().map(|equation| equation.id.to_owned()).collect(),
-                numbers: BTreeMap::new(),
-                figures: Vec::new(),
-                findings: Vec::new(),
-                digests: BTreeMap::new(),
                 fingerprint,
+                ..ExperimentResult::default()
             },
             folder,
         })
