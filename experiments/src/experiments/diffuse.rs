@@ -212,8 +212,9 @@ fn metals(run: &mut Run, samples: u64) -> Result<(), Error> {
         let weight =
             |wo, rng: &mut Stream| bsdf.sample(&Vertex::local(wo, true), rng).map_or(0.0, |sample| sample.weight.x);
         let found = sampled(seed_for(run.seed(), &format!("metal {alpha}")), samples, weight);
-        let at_60 = ANGLES.iter().position(|&degrees| degrees == 60.0).map_or(f64::NAN, |at| found[at].mean());
-        run.number(&format!("ggx.{alpha}.60"), at_60);
+        for (_, moments) in ANGLES.into_iter().zip(&found).filter(|(degrees, _)| *degrees == 60.0) {
+            run.number(&format!("ggx.{alpha}.60"), moments.mean());
+        }
         let what = format!("albedo of GGX with α = {alpha} against quadrature over facets");
         let points = compared(run, &what, &found, known, ALPHA.len());
         series.push(Series::curve(&format!("α = {alpha}"), colour, [0.0, 88.0], 44, known));
@@ -238,8 +239,8 @@ fn sampled(seed: u64, samples: u64, value: impl Fn(DVec3, &mut Stream) -> f64) -
     (0..).zip(ANGLES).map(at).collect()
 }
 
-/// Claims that the means at [`ANGLES`] are what is `known`, with one of so many figures' `curves`; returns them
-/// with half their intervals.
+/// Claims that the means at [`ANGLES`] are what is `known`, at the level of one of so many `curves`; returns them with
+/// half the widths of their intervals.
 fn compared(run: &mut Run, what: &str, found: &[Moments], known: impl Fn(f64) -> f64, curves: usize) -> Vec<[f64; 3]> {
     let critical = normal_upper(FAMILY / 2.0 / (curves * ANGLES.len()) as f64);
     // Lambert has no spread at all: what is left is rounding.

@@ -104,24 +104,11 @@ fn totals(run: &mut Run, pairs: &[Pair], seen: &[Detection], [reduced, scale]: [
 
 /// Figures of several families; each other family has a figure of its own name. Few enough names stand in
 /// each to be read at the width of a page.
-const TOGETHER: [(&str, &[&str]); 4] = [
-    ("scattering", &["uniform", "cosine", "fresnel", "bsdf", "eon"]),
-    ("roulette", &["roulette", "survival"]),
-    (
-        "numbers",
-        &[
-            "streams",
-            "render streams",
-            "sobol",
-            "sobol error bars",
-            "variance",
-            "grid",
-            "random",
-            "jitter",
-            "accumulator",
-        ],
-    ),
-    ("geometry", &["geometry", "points", "solid-angle"]),
+const TOGETHER: [(&str, &str); 4] = [
+    ("scattering", "uniform, cosine, fresnel, bsdf, eon"),
+    ("roulette", "roulette, survival"),
+    ("numbers", "streams, render streams, sobol, sobol error bars, variance, grid, random, jitter, accumulator"),
+    ("geometry", "geometry, points, solid-angle"),
 ];
 
 /// The figure that shows a pair. Whole estimators have more trials than one figure holds: theirs are divided
@@ -133,7 +120,10 @@ fn figure(pair: &Pair) -> String {
         "estimator" if pair.trial.starts_with("irradiance/") => "irradiance",
         "estimator" => "glass",
         "photon-equivalence" => "photon",
-        other => TOGETHER.iter().find(|(_, families)| families.contains(&other)).map_or(other, |(name, _)| name),
+        other => {
+            let holds = |families: &str| families.split(", ").any(|family| family == other);
+            TOGETHER.iter().find(|(_, families)| holds(families)).map_or(other, |(name, _)| name)
+        }
     };
     format!("faults-{}.svg", name.replace(' ', "-"))
 }

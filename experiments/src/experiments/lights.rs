@@ -90,12 +90,8 @@ fn by_distance(run: &mut Run) -> Result<(), Error> {
                 rows.push(format!("{},{label},{height},{samples},{variance:e}", shape.name));
                 run.number(&format!("{}.{}.{height}", shape.name, label.replace(' ', "-")), *variance);
             }
-            series.push(Series::new(
-                label,
-                colour,
-                Mark::Line,
-                HEIGHTS.into_iter().zip(variances).map(<[f64; 2]>::from),
-            ));
+            let points = HEIGHTS.into_iter().zip(variances).map(|(x, y)| [x, y]);
+            series.push(Series::new(label, colour, Mark::Line, points));
         }
         let [area, angle] = [0, 1].map(|way: usize| series[way].points[0][1]);
         let value = format!(

@@ -134,7 +134,8 @@ fn passes(run: &mut Run) -> Result<Chart, Error> {
     let value = format!("{worst:.2} of the reach of chance from the closed form at worst");
     run.claim("bias of the mean of passes", value, worst <= 1.0);
     let spread = (spreads[PASSES as usize - 1] / spreads[PASSES as usize / 8 - 1]).ln() / 8f64.ln();
-    let ([first, last], last_error) = ([bias[0][1], bias[bias.len() - 1][1]], error[error.len() - 1][1]);
+    let [first, last] = [bias[0][1], bias[bias.len() - 1][1]];
+    let last_error = error[error.len() - 1][1];
     run.numbers("passes", [("bias_first", first), ("bias_last", last), ("error_last", last_error)]);
     run.number("passes.spread_slope", spread);
     let value = format!(
