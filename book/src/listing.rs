@@ -172,17 +172,8 @@ mod tests {
     }
 
     #[test]
-    fn wrong_and_ambiguous_names_are_told() {
-        let missing = item(SOURCE, "twise").expect_err("missing");
-        assert!(missing.contains("did you mean \"twice\"?"), "{missing}");
+    fn ambiguous_names_are_told() {
         let ambiguous = item(SOURCE, "new").expect_err("ambiguous");
         assert!(ambiguous.contains("lines 29, 41"), "{ambiguous}");
-    }
-
-    #[test]
-    fn paths_stay_inside_the_project() {
-        for path in ["../Cargo.toml", "/etc/passwd", "src/../../x.rs", "Cargo.toml"] {
-            assert!(read(Path::new("."), path).is_err(), "{path}");
-        }
     }
 }

@@ -24,12 +24,8 @@ impl Math {
     /// A formula for running Markdown text: as [`Self::block`], with every character that Markdown
     /// would read again written as a character reference.
     pub fn inline(&self, latex: &str, display: bool) -> Result<String, String> {
-        let mathml = self.block(latex, display)?;
-        let mut out = String::with_capacity(2 * mathml.len());
-        if display {
-            out.push_str("<span class=\"formula\">");
-        }
-        for character in mathml.chars() {
+        let mut out = String::new();
+        for character in self.block(latex, display)?.chars() {
             match character {
                 '*' | '_' | '[' | ']' | '|' | '~' | '\\' | '`' | '$' | '\'' => {
                     out.push_str(&format!("&#{};", u32::from(character)));
@@ -37,10 +33,7 @@ impl Math {
                 _ => out.push(character),
             }
         }
-        if display {
-            out.push_str("</span>");
-        }
-        Ok(out)
+        Ok(if display { format!("<span class=\"formula\">{out}</span>") } else { out })
     }
 }
 
@@ -75,15 +68,10 @@ pub fn typeset(text: &str) -> String {
 
 /// `a^(b+1)` with its exponent raised.
 fn raised(text: &str) -> String {
-    let mut parts = text.split("^(");
-    let mut html = parts.next().unwrap_or_default().to_owned();
-    for part in parts {
-        match part.split_once(')') {
-            Some((exponent, rest)) => html.push_str(&format!("<sup>{exponent}</sup>{rest}")),
-            None => html.push_str(&format!("^({part}")),
-        }
+    match text.split_once("^(").and_then(|(base, rest)| Some((base, rest.split_once(')')?))) {
+        Some((base, (exponent, rest))) => format!("{base}<sup>{exponent}</sup>{}", raised(rest)),
+        None => text.to_owned(),
     }
-    html
 }
 
 fn one_line(text: &str) -> String {

@@ -65,14 +65,7 @@ impl Counts {
     }
 }
 
-impl Survivor {
-    /// The name without line and column, which any change above moves.
-    pub fn what(&self) -> String {
-        what(&self.mutant)
-    }
-}
-
-/// A mutant's name without line and column.
+/// A mutant's name without line and column, which any change above moves.
 fn what(mutant: &str) -> String {
     let mut parts = mutant.splitn(4, ':');
     match [parts.next(), parts.next(), parts.next(), parts.next()] {
@@ -102,7 +95,7 @@ impl Record {
         self.survivors.retain(|survivor| !of_file(survivor));
         self.survivors.extend(missed.iter().map(|mutant| {
             let same = known.iter().find(|s| s.mutant == *mutant);
-            let alike = || known.iter().find(|s| s.what() == what(mutant));
+            let alike = || known.iter().find(|s| what(&s.mutant) == what(mutant));
             Survivor {
                 mutant: mutant.clone(),
                 reason: same.or_else(alike).map_or_else(String::new, |s| s.reason.clone()),

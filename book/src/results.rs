@@ -11,7 +11,7 @@ use crate::error::{Error, Problem};
 use crate::nearest::hint;
 
 /// What an experiment leaves behind, on disk as `result.json`.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct ExperimentResult {
     /// The experiment's name, also its folder's.
     pub id: String,

@@ -101,19 +101,17 @@ fn pairs<'a>(recorded: &'a ExperimentResult, ours: &'a ExperimentResult) -> Vec<
 
 /// One line of the table of all experiments.
 fn row(recorded: Option<&ExperimentResult>, ours: &ExperimentResult) -> String {
-    let beyond = recorded.map_or_else(
-        || "–".to_owned(),
-        |recorded| {
+    let [their_options, their_counts, beyond] = match recorded {
+        None => ["not recorded", "–", "–"].map(str::to_owned),
+        Some(recorded) => {
             let pairs = pairs(recorded, ours);
             let with = pairs.iter().filter(|pair| pair.halves.is_some()).count();
             let beyond = pairs.iter().filter(|pair| pair.beyond()).count();
-            format!("{beyond} of {with}")
-        },
-    );
+            [options(recorded), counts(recorded), format!("{beyond} of {with}")]
+        }
+    };
     let id = escape(&ours.id);
     let link = format!("<a href=\"#run-{id}\">{id}</a>");
-    let their_options = recorded.map_or_else(|| "not recorded".to_owned(), options);
-    let their_counts = recorded.map_or_else(|| "–".to_owned(), counts);
     line([&link, &their_options, &options(ours), &their_counts, &counts(ours), &beyond])
 }
 
@@ -150,10 +148,10 @@ fn section(
     match recorded {
         None => text += "<p>There is no record of this experiment.</p>\n\n",
         Some(recorded) => {
-            let [theirs, own] = [recorded, ours].map(|of| (of.version, options(of)));
+            let [(version, theirs), (own_version, own)] = [recorded, ours].map(|of| (of.version, options(of)));
             text += &format!(
-                "<p>Record: version {}, tier, seed and shrink {}. Your run: version {}, {}.</p>\n\n",
-                theirs.0, theirs.1, own.0, own.1
+                "<p>Record: version {version}, tier, seed and shrink {theirs}. \
+                 Your run: version {own_version}, {own}.</p>\n\n"
             );
             text += &numbers(&pairs(recorded, ours));
         }
@@ -224,25 +222,18 @@ fn numbers(pairs: &[Pair<'_>]) -> String {
 
 /// Claims in the record and in the run: those that fail or are judged differently first.
 fn claims(recorded: Option<&ExperimentResult>, ours: &ExperimentResult) -> String {
-    let claimed = |from: Option<&'_ ExperimentResult>| -> Vec<Finding> {
-        from.into_iter().flat_map(|r| r.findings.iter()).filter(|f| f.verdict.is_some()).cloned().collect()
-    };
-    let (theirs, own) = (claimed(recorded), claimed(Some(ours)));
-    let find = |list: &[Finding], what: &str| list.iter().find(|f| f.what == what).cloned();
+    let both: [Vec<(&Finding, Judgement)>; 2] = [recorded, Some(ours)]
+        .map(|from| from.into_iter().flat_map(|r| &r.findings).filter_map(|f| Some((f, f.verdict?))).collect());
     let mut seen = BTreeSet::new();
-    let names = theirs.iter().chain(&own).map(|f| f.what.clone());
+    let names = both.iter().flatten().map(|(f, _)| &f.what);
     let (mut first, mut rest) = (Vec::new(), Vec::new());
-    for what in names.filter(|name| seen.insert(name.clone())) {
-        let pair = [find(&theirs, &what), find(&own, &what)];
-        let verdicts = pair.each_ref().map(|f| f.as_ref().and_then(|f| f.verdict));
-        let cell = |finding: &Option<Finding>| match finding {
-            None => "–".to_owned(),
-            Some(f) => {
-                let verdict = f.verdict.map_or("", Judgement::word);
-                format!("<strong>{verdict}</strong> {}", escape(&f.value))
-            }
-        };
-        let row = line([&escape(what.trim()), &cell(&pair[0]), &cell(&pair[1])]);
+    for what in names.filter(|name| seen.insert(*name)) {
+        let pair = both.each_ref().map(|claims| claims.iter().find(|(f, _)| f.what == *what));
+        let cells = pair.map(|found| {
+            found.map_or("–".to_owned(), |(f, v)| format!("<strong>{}</strong> {}", v.word(), escape(&f.value)))
+        });
+        let row = line([&escape(what.trim()), &cells[0], &cells[1]]);
+        let verdicts = pair.map(|found| found.map(|(_, verdict)| *verdict));
         if verdicts[0] != verdicts[1] || verdicts.contains(&Some(Judgement::Fails)) {
             first.push(row);
         } else {

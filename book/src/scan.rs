@@ -79,8 +79,8 @@ pub fn page(text: &str) -> Page {
                 }
                 code.push(span);
             }
-            Event::InlineMath(latex) => formulas.push((span, latex.into_string(), false)),
-            Event::DisplayMath(latex) => formulas.push((span, latex.into_string(), true)),
+            Event::InlineMath(latex) => formulas.push(Formula { span, latex: latex.into_string(), display: false }),
+            Event::DisplayMath(latex) => formulas.push(Formula { span, latex: latex.into_string(), display: true }),
             Event::Start(Tag::Link { dest_url, .. } | Tag::Image { dest_url, .. }) => {
                 page.links.push((span, dest_url.into_string()));
             }
@@ -96,16 +96,16 @@ pub fn page(text: &str) -> Page {
         at += line.len();
     }
     directives(text, &code, &mut page);
-    for (span, latex, display) in formulas {
-        let inside = |outer: &Range<usize>| outer.start <= span.start && span.end <= outer.end;
-        if page.directives.iter().any(|d| inside(&d.span)) {
-            continue;
+    for formula in formulas {
+        let Range { start, end } = formula.span;
+        match page.directives.iter().find(|d| d.span.start < end && start < d.span.end) {
+            None => page.formulas.push(formula),
+            // It is in an argument.
+            Some(d) if d.span.start <= start && end <= d.span.end => {}
+            Some(_) => {
+                page.problems.push((start, "a directive inside a formula; put it beside the formula".to_owned()));
+            }
         }
-        if page.directives.iter().any(|d| d.span.start < span.end && span.start < d.span.end) {
-            page.problems.push((span.start, "a directive inside a formula; put it beside the formula".to_owned()));
-            continue;
-        }
-        page.formulas.push(Formula { span, latex, display });
     }
     page
 }

@@ -34,8 +34,8 @@ pub(crate) struct Trace {
     pub tests: Vec<String>,
     /// Ids of experiments.
     pub experiments: Vec<String>,
-    /// The page that shows it.
-    pub chapter: Option<String>,
+    /// Whether a page shows it.
+    pub is_shown: bool,
 }
 
 impl Sources {
@@ -51,6 +51,7 @@ impl Sources {
         ALL.iter()
             .map(|equation| {
                 let own = trials.iter().filter(|t| t.source == equation.id);
+                let shown = format!("{{{{#eq {}}}}}", equation.id);
                 let bears = results.all().filter(|e| e.equations.iter().any(|id| id == equation.id));
                 Trace {
                     equation,
@@ -58,7 +59,7 @@ impl Sources {
                     trials: own.map(|trial| trial.name.clone()).collect(),
                     tests: self.tests_of(equation),
                     experiments: bears.map(|experiment| experiment.id.clone()).collect(),
-                    chapter: self.chapter_of(equation),
+                    is_shown: self.pages.iter().any(|(_, text)| text.contains(&shown)),
                 }
             })
             .collect()
@@ -73,7 +74,7 @@ impl Sources {
                 (!row.code.is_empty(), "no code cites it"),
                 (judged, "no trial, and no exact test cites it"),
                 (!row.experiments.is_empty(), "no recorded experiment bears on it"),
-                (row.chapter.is_some(), "no chapter shows it"),
+                (row.is_shown, "no chapter shows it"),
             ] {
                 if !there {
                     holes.push(format!("equation {}: {what}", row.equation.id));
@@ -112,13 +113,6 @@ impl Sources {
     fn tests_of(&self, equation: &Equation) -> Vec<String> {
         let cites = |text: &str| text.contains("equation::") && has_word(text, equation.name);
         self.tests.iter().filter(|(_, text)| cites(text)).map(|(path, _)| path.clone()).collect()
-    }
-
-    fn chapter_of(&self, equation: &Equation) -> Option<String> {
-        let directive = format!("{{{{#eq {}}}}}", equation.id);
-        let mut pages = self.pages.iter();
-        let page = pages.find(|(_, text)| text.contains(&directive))?;
-        page.0.strip_prefix("book/pages/").map(str::to_owned)
     }
 }
 

@@ -81,10 +81,7 @@ impl<'a> Weaver<'a> {
         }
         let known: BTreeSet<PathBuf> = scanned.keys().cloned().collect();
         book.for_each_chapter_mut(|chapter| {
-            let Some(path) = chapter.path.clone() else {
-                return;
-            };
-            let Some(page) = scanned.remove(&path) else {
+            let Some((path, page)) = chapter.path.as_ref().and_then(|path| scanned.remove_entry(path)) else {
                 return;
             };
             let number = chapter.number.as_ref();
@@ -131,26 +128,23 @@ impl<'a> Weaver<'a> {
 
     /// A page with everything replaced.
     fn page(&mut self, current: &mut CurrentPage<'_>, page: Page) -> String {
-        for (at, message) in page.problems {
-            self.problem(current.path, current.text, at, message);
-        }
+        let mut problems = page.problems;
         let mut edits: Vec<(Range<usize>, String)> = Vec::new();
         for formula in page.formulas {
             match self.math.inline(&formula.latex, formula.display) {
                 Ok(html) if formula.display => edits.push((formula.span, html)),
                 Ok(html) => edits.push(keep_together(current.text, formula.span, &html)),
-                Err(message) => {
-                    self.problem(current.path, current.text, formula.span.start, message);
-                }
+                Err(message) => problems.push((formula.span.start, message)),
             }
         }
         for directive in page.directives {
             match self.directive(current, &directive) {
                 Ok(text) => edits.push((directive.span, text)),
-                Err(message) => {
-                    self.problem(current.path, current.text, directive.span.start, message);
-                }
+                Err(message) => problems.push((directive.span.start, message)),
             }
+        }
+        for (at, message) in problems {
+            self.problem(current.path, current.text, at, message);
         }
         replace(current.text, edits, str::to_owned)
     }
@@ -253,8 +247,7 @@ impl<'a> Weaver<'a> {
             .iter()
             .map(|item| listing::item(&source, item).map_err(|e| format!("{path}: {e}")))
             .collect::<Result<Vec<_>, _>>()?;
-        let code: Vec<_> = listings.iter().map(|listing| listing.code.as_str()).collect();
-        let lines: Vec<_> = listings.iter().map(|l| l.line.to_string()).collect();
+        let (code, lines): (Vec<_>, Vec<_>) = listings.into_iter().map(|l| (l.code, l.line.to_string())).unzip();
         let plural = if lines.len() == 1 { "line" } else { "lines" };
         let (path, lines, code) = (escape(path), lines.join(", "), code.join("\n\n"));
         Ok(format!(
@@ -274,11 +267,8 @@ impl<'a> Weaver<'a> {
 
     /// The list of all recorded experiments.
     fn experiments(&self) -> String {
-        let sections: Vec<String> = self.results.all().map(experiment).collect();
-        if sections.is_empty() {
-            return "<p>No results are recorded yet.</p>".to_owned();
-        }
-        sections.join("")
+        let sections: String = self.results.all().map(experiment).collect();
+        if sections.is_empty() { "<p>No results are recorded yet.</p>".to_owned() } else { sections }
     }
 }
 

@@ -126,28 +126,23 @@ fn stream_start(bencher: Bencher) {
     bench(bencher, |i| i, |&i| uniform(&mut stream(1, 2, i)));
 }
 
-#[divan::bench]
-fn film_push(bencher: Bencher) {
-    let mut pixel = Pixel::default();
-    let values: Vec<DVec3> = (0..COUNT).map(|i| upper(i, 0)).collect();
+/// Pushes random inputs onto one pixel, which begins empty.
+fn fill<I>(bencher: Bencher, input: impl Fn(u32) -> I, push: impl Fn(&mut Pixel, &I)) {
+    let inputs: Vec<I> = (0..COUNT).map(input).collect();
     bencher.counter(ItemsCount::new(COUNT)).bench_local(|| {
-        pixel = Pixel::default();
-        for &value in &values {
-            pixel.push(value).expect("finite radiance");
-        }
+        let mut pixel = Pixel::default();
+        inputs.iter().for_each(|input| push(&mut pixel, input));
         black_box(pixel)
     });
 }
 
 #[divan::bench]
+fn film_push(bencher: Bencher) {
+    fill(bencher, |i| upper(i, 0), |pixel, &value| pixel.push(value).expect("finite radiance"));
+}
+
+#[divan::bench]
 fn film_push_features(bencher: Bencher) {
-    let mut pixel = Pixel::default();
-    let features: Vec<Features> =
-        (0..COUNT).map(|i| Features { albedo: upper(i, 0), normal: unit_vector(i), depth: f64::from(i) }).collect();
-    bencher.counter(ItemsCount::new(COUNT)).bench_local(|| {
-        for f in &features {
-            pixel.push_features(f).expect("legal features");
-        }
-        black_box(pixel)
-    });
+    let features = |i| Features { albedo: upper(i, 0), normal: unit_vector(i), depth: f64::from(i) };
+    fill(bencher, features, |pixel, f| pixel.push_features(f).expect("legal features"));
 }

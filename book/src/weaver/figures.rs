@@ -13,10 +13,7 @@ impl<'a> Weaver<'a> {
         name: &str,
         caption: &str,
     ) -> Result<String, String> {
-        let (experiment, picture) = self.picture(current, name)?;
-        self.captioned(current, &[name], caption, &[experiment], |label| {
-            format!("<div class=\"picture\">{}</div>", picture(label))
-        })
+        self.captioned(current, &[name], caption, |pictures| format!("<div class=\"picture\">{}</div>", pictures[0]))
     }
 
     /// Two pictures of one size, one over the other, and a slider that shows more of either.
@@ -26,27 +23,24 @@ impl<'a> Weaver<'a> {
         names: [&str; 2],
         caption: &str,
     ) -> Result<String, String> {
-        let (left, left_picture) = self.picture(current, names[0])?;
-        let (right, right_picture) = self.picture(current, names[1])?;
-        self.captioned(current, &names, caption, &[left, right], |label| {
+        self.captioned(current, &names, caption, |pictures| {
             format!(
                 "<div class=\"compare\"><div class=\"picture\">{}</div>\
                  <div class=\"picture over\">{}</div>\
                  <input type=\"range\" min=\"0\" max=\"100\" value=\"50\" \
                  aria-label=\"how much of the left picture is shown\" \
                  oninput=\"this.parentNode.style.setProperty('--split', this.value + '%')\"></div>",
-                left_picture(label),
-                right_picture(label)
+                pictures[0], pictures[1]
             )
         })
     }
 
-    /// A recorded picture: its experiment, and its images under a label.
+    /// A recorded picture: its experiment, and the addresses of its files.
     fn picture(
         &mut self,
         current: &CurrentPage<'_>,
         name: &str,
-    ) -> Result<(&'a ExperimentResult, impl Fn(&str) -> String + use<>), String> {
+    ) -> Result<(&'a ExperimentResult, Vec<String>), String> {
         let results = self.results;
         let (recorded, files) = results.figure(name)?;
         let mut addresses = Vec::new();
@@ -56,22 +50,18 @@ impl<'a> Weaver<'a> {
             addresses.push(format!("{}figures/{}", to_root(current.path), escape(&name)));
             self.figures.insert(name, file);
         }
-        let images = move |label: &str| {
-            let image = |address: &String| format!("<img src=\"{address}\" alt=\"{label}, described below\">");
-            addresses.iter().map(image).collect()
-        };
-        Ok((recorded, images))
+        Ok((recorded, addresses))
     }
 
-    /// A numbered figure with its caption and where it comes from.
+    /// A numbered figure with its caption and where it comes from. `body` arranges the pictures of these names.
     fn captioned(
         &mut self,
         current: &mut CurrentPage<'_>,
         names: &[&str],
         caption: &str,
-        experiments: &[&ExperimentResult],
-        body: impl Fn(&str) -> String,
+        body: impl Fn(&[String]) -> String,
     ) -> Result<String, String> {
+        let found = names.iter().map(|name| self.picture(current, name)).collect::<Result<Vec<_>, _>>()?;
         if caption.trim().is_empty() {
             return Err("a figure needs a caption that can be read alone".to_owned());
         }
@@ -85,15 +75,15 @@ impl<'a> Weaver<'a> {
             Some(chapter) => format!("Figure {chapter}.{}", current.figures),
             None => format!("Figure {}", current.figures),
         };
-        let mut sources: Vec<String> = experiments
-            .iter()
-            .map(|recorded| {
-                let link = self.experiment_link(current.path, &recorded.id);
-                format!("Experiment {link}; repeat with <code>{}</code>.", escape(&recorded.command))
-            })
-            .collect();
+        let image = |address: &String| format!("<img src=\"{address}\" alt=\"{label}, described below\">");
+        let pictures: Vec<String> = found.iter().map(|(_, addresses)| addresses.iter().map(image).collect()).collect();
+        let source = |(recorded, _): &(&ExperimentResult, Vec<String>)| {
+            let link = self.experiment_link(current.path, &recorded.id);
+            format!("Experiment {link}; repeat with <code>{}</code>.", escape(&recorded.command))
+        };
+        let mut sources: Vec<String> = found.iter().map(source).collect();
         sources.dedup();
-        let (id, body, sources) = (escape(&id), body(&label), sources.join(" "));
+        let (id, body, sources) = (escape(&id), body(&pictures), sources.join(" "));
         Ok(format!(
             "<figure id=\"{id}\">{body}<figcaption><strong>{label}.</strong> {html} \
              <span class=\"figure-source\">{sources}</span></figcaption></figure>"

@@ -63,12 +63,27 @@ impl Small {
         fs::read_to_string(self.path("out/page.html")).expect("the page")
     }
 
-    /// The message, which must name the page's third line and all of `parts`.
-    fn refused(&self, parts: &[&str]) {
+    /// Asserts that the page's HTML has all of these parts, and returns it.
+    fn shows(&self, parts: &[&str]) -> String {
+        let html = self.html();
+        for part in parts {
+            assert!(html.contains(part), "no {part:?} in: {html}");
+        }
+        html
+    }
+
+    /// Asserts that the message has all of these parts, and returns it.
+    fn says(&self, parts: &[&str]) -> String {
         let message = self.weave().expect_err("this book is faulty").to_string();
-        for part in parts.iter().chain(&["pages/page.md:3: "]) {
+        for part in parts {
             assert!(message.contains(part), "no {part:?} in: {message}");
         }
+        message
+    }
+
+    /// Asserts that the message names the page's third line and all of `parts`, and that nothing is written.
+    fn refused(&self, parts: &[&str]) {
+        self.says(&[parts, &["pages/page.md:3: "]].concat());
         assert!(!self.path("out/page.html").exists(), "nothing is written");
     }
 }
@@ -85,12 +100,9 @@ const BOOK_TOML: &str = "[book]\ntitle = \"Small\"\nsrc = \"pages\"\n[build]\ncr
 const BIBLIOGRAPHY: &str = "[kajiya1986]\nlabel = \"Kajiya 1986\"\nauthors = \"J. Kajiya\"\n\
                             title = \"The rendering equation\"\nvenue = \"SIGGRAPH\"\nyear = 1986\n";
 
-fn refused(line: &str, parts: &[&str]) {
-    Small::new(&format!("# Page\n\n{line}\n")).refused(parts);
-}
-
-fn woven(text: &str) -> String {
-    Small::new(&format!("# Page\n\n{text}\n")).html()
+/// A book of a page with this text under its title, from the third line on.
+fn small(text: &str) -> Small {
+    Small::new(&format!("# Page\n\n{text}\n"))
 }
 
 /// Cases under headings: a line of a page, and all that is said of it.
@@ -99,7 +111,7 @@ fn what_is_missing_broken_or_misused_is_refused() {
     let is_case = |line: &&str| !line.is_empty() && !line.starts_with("# ");
     for case in include_str!("refused.txt").lines().filter(is_case) {
         let (line, said) = case.split_once(" => ").expect("a line, and what is said of it");
-        refused(line, &said.split(" && ").collect::<Vec<_>>());
+        small(line).refused(&said.split(" && ").collect::<Vec<_>>());
     }
 }
 
@@ -126,34 +138,28 @@ fn a_damaged_figure_is_refused() {
     for (text, line) in faults {
         let book = Small::new(page);
         book.write("recorded/demo/plot.svg", &text);
-        let message = book.weave().expect_err(&text).to_string();
-        assert!(message.contains(&format!("recorded/demo/plot.svg:{line}: ")), "{text}: {message}");
+        book.says(&[&format!("recorded/demo/plot.svg:{line}: ")]);
         assert!(!book.path("out/page.html").exists(), "nothing is written");
     }
     let book = Small::new(&page.replace("svg", "png"));
     book.write("recorded/demo/result.json", &RESULT.replace("plot.svg", "plot.png"));
     book.write("recorded/demo/plot.png", "no picture");
-    let message = book.weave().expect_err("no PNG").to_string();
-    assert!(message.contains("plot.png:1: not a whole PNG"), "{message}");
+    book.says(&["plot.png:1: not a whole PNG"]);
     // So it is with the figures of a reader's own run.
     let book = with_run(r#""numbers": {}"#, r#""numbers": {}"#);
     book.write("run/demo/plot.svg", "<svg>");
-    let message = book.weave().expect_err("damaged").to_string();
-    assert!(message.contains("run/demo/plot.svg:1: "), "{message}");
+    book.says(&["run/demo/plot.svg:1: "]);
 }
 
 #[test]
 fn a_link_to_a_missing_heading_is_refused() {
-    let message = Small::new("# Page\n\n[Here](#nothing).\n").weave().expect_err("no such heading").to_string();
-    assert!(message.contains("page.md:3: no heading #nothing"), "{message}");
+    small("[Here](#nothing).").says(&["page.md:3: no heading #nothing"]);
 }
 
 #[test]
 fn raw_html_cannot_reach_outside() {
     for html in ["<img src=\"https://example.org/a.png\">", "<a href=\"gone.html\">x</a>"] {
-        let message = Small::new(&format!("# Page\n\n{html}\n")).weave();
-        let message = message.expect_err("outside").to_string();
-        assert!(message.contains("page.html:"), "{message}");
+        small(html).says(&["page.html:"]);
     }
 }
 
@@ -161,7 +167,7 @@ fn raw_html_cannot_reach_outside() {
 #[test]
 fn what_a_merge_leaves_is_refused() {
     for mark in ["<<<<<<< HEAD", "||||||| base", ">>>>>>> 3069b86 (Draw)"] {
-        refused(mark, &["merge"]);
+        small(mark).refused(&["merge"]);
     }
     let figure = "{{#figure demo/plot.svg \"A plot.\"}}";
     Small::new(&format!("{figure}\n\n{figure}\n")).refused(&["demo/plot.svg is already shown on this page"]);
@@ -169,21 +175,19 @@ fn what_a_merge_leaves_is_refused() {
 
 #[test]
 fn typed_rust_is_refused() {
-    refused("```rust\nfn f() {}\n```", &["Rust code typed into the page"]);
+    small("```rust\nfn f() {}\n```").refused(&["Rust code typed into the page"]);
 }
 
 #[test]
 fn an_equation_is_shown_once() {
-    let book = Small::new("{{#eq ray}}\n\n{{#eq ray}}\n");
-    book.refused(&["already shown on page.md"]);
+    Small::new("{{#eq ray}}\n\n{{#eq ray}}\n").refused(&["already shown on page.md"]);
 }
 
 #[test]
 fn a_missing_page_is_refused() {
     let book = Small::new("# Page\n");
     book.write("book/pages/SUMMARY.md", "- [Page](page.md)\n- [Lost](lost.md)\n");
-    let message = book.weave().expect_err("no such page").to_string();
-    assert!(message.contains("SUMMARY.md:2: there is no page lost.md"), "{message}");
+    book.says(&["SUMMARY.md:2: there is no page lost.md"]);
 }
 
 #[test]
@@ -196,8 +200,7 @@ fn a_damaged_record_is_refused() {
         (&RESULT.replace("plot.svg", "../plot.svg"), "beside this one"),
     ] {
         book.write("recorded/demo/result.json", text);
-        let message = book.weave().expect_err("damaged").to_string();
-        assert!(message.contains(part), "no {part:?} in: {message}");
+        book.says(&[part]);
     }
 }
 
@@ -205,14 +208,12 @@ fn a_damaged_record_is_refused() {
 fn a_damaged_bibliography_is_refused() {
     let book = Small::new("# Page\n");
     book.write("book/bibliography.toml", "\n[a]\nlabel = 1\n");
-    let message = book.weave().expect_err("damaged").to_string();
-    assert!(message.contains("bibliography.toml:3: "), "{message}");
+    book.says(&["bibliography.toml:3: "]);
 }
 
 #[test]
 fn every_fault_of_a_book_is_told_at_once() {
-    let book = Small::new("{{#eq a}}\n{{#result b.c}}\n\n{{#cite d}}\n");
-    let message = book.weave().expect_err("faulty").to_string();
+    let message = Small::new("{{#eq a}}\n{{#result b.c}}\n\n{{#cite d}}\n").says(&[]);
     assert_eq!(message.lines().count(), 3, "{message}");
 }
 
@@ -226,11 +227,9 @@ fn a_folder_of_something_else_is_not_emptied() {
 
 #[test]
 fn equations_numbers_and_code_appear() {
-    let html = woven(
-        "{{#eq oren-nayar}}\n\nSee {{#ref oren-nayar}}: {{#result demo.psnr %.1f}} of \
-         {{#result demo.count %d}}.\n\n{{#code src/demo.rs twice}}\n",
-    );
-    for part in [
+    let text = "{{#eq oren-nayar}}\n\nSee {{#ref oren-nayar}}: {{#result demo.psnr %.1f}} of \
+                {{#result demo.count %d}}.\n\n{{#code src/demo.rs twice}}";
+    let html = small(text).shows(&[
         "id=\"eq-oren-nayar\"",
         "(14)",
         "As the report prints it",
@@ -238,9 +237,7 @@ fn equations_numbers_and_code_appear() {
         "page.html#eq-oren-nayar",
         "31.4 of 12\u{202f}345",
         "/// Twice `x`.\npub fn twice",
-    ] {
-        assert!(html.contains(part), "no {part:?}");
-    }
+    ]);
     assert!(!html.contains("{{"), "a directive is left over");
 }
 
@@ -249,8 +246,7 @@ fn figures_carry_number_caption_and_command() {
     let book = Small::new(
         "# Page\n\n{{#figure demo/plot.svg \"Error $\\sigma$ & {{#result demo.psnr %.1f}} dB.\"}}\n\n{{#experiments}}\n",
     );
-    let html = book.html();
-    for part in [
+    book.shows(&[
         "src=\"figures/demo/plot.svg\"",
         "Figure 1.1.",
         "&amp; 31.4 dB.",
@@ -258,22 +254,19 @@ fn figures_carry_number_caption_and_command() {
         "cargo run --release -- --only demo",
         "page.html#experiment-demo",
         "id=\"experiment-demo\"",
-    ] {
-        assert!(html.contains(part), "no {part:?}");
-    }
+    ]);
     assert!(book.path("out/figures/demo/plot.svg").is_file());
 }
 
 #[test]
 fn citations_lead_to_the_bibliography() {
-    let html = woven("As {{#cite kajiya1986}}.\n\n{{#bibliography}}");
-    assert!(html.contains("page.html#cite-kajiya1986\">Kajiya 1986</a>"));
-    assert!(html.contains("id=\"cite-kajiya1986\""));
+    let parts = ["page.html#cite-kajiya1986\">Kajiya 1986</a>", "id=\"cite-kajiya1986\""];
+    small("As {{#cite kajiya1986}}.\n\n{{#bibliography}}").shows(&parts);
 }
 
 #[test]
 fn formulas_survive_markdown_and_code_does_not_change() {
-    let html = woven("$a_1 * b_2 * [c]$ costs `$5_1$`.\n\n| $|x|$ | b |\n|---|---|\n| 1 | $y_1$ |");
+    let html = small("$a_1 * b_2 * [c]$ costs `$5_1$`.\n\n| $|x|$ | b |\n|---|---|\n| 1 | $y_1$ |").html();
     assert!(html.contains("<code>$5_1$</code>"), "code is left alone");
     assert!(!html.contains("<em>"), "no emphasis inside formulas");
     assert!(html.matches("<math").count() >= 2);
@@ -312,8 +305,7 @@ fn a_run_stands_beside_the_record() {
         { "what": "worse", "value": "9", "verdict": "fails" },
         { "what": "new", "value": "4", "verdict": "undecided" }]"#;
     let book = with_run(findings, own);
-    let html = book.html();
-    assert!(html.contains("<a href=\"run.html\">Your run beside the record</a>"), "{html}");
+    book.shows(&["<a href=\"run.html\">Your run beside the record</a>"]);
     let page = fs::read_to_string(book.path("out/run.html")).expect("the page of the run");
     // Hold, fail, undecided: in the record and in the run; tier, seed and shrink of both.
     assert!(page.contains("<td>2, 0, 0</td><td>1, <strong>1</strong>, 1</td>"), "{page}");
@@ -351,9 +343,8 @@ fn numbers_are_compared_by_the_noise_that_both_state() {
 #[test]
 fn without_a_run_there_is_no_page_of_it() {
     let book = Small::new("# Page\n\n{{#run}}\n");
-    assert!(book.html().contains("woven without a run"));
+    book.shows(&["woven without a run"]);
     assert!(!book.path("out/run.html").exists());
     book.write("run/nothing.txt", "");
-    let message = book.weave().expect_err("no run there").to_string();
-    assert!(message.contains("run: holds no results of a run"), "{message}");
+    book.says(&["run: holds no results of a run"]);
 }

@@ -8,8 +8,8 @@ use std::process::ExitCode;
 use book::mutants::{Counts, FILE, Record};
 use clap::Parser;
 use experiments::run::cli::{self, Ending};
+use experiments::run::read_json;
 use experiments::run::record;
-use experiments::run::write_text;
 use serde::Deserialize;
 use whitefurnace::error::Error;
 
@@ -55,7 +55,7 @@ fn run(options: &RecordMutants) -> Result<Ending, Error> {
     // By file and name; names sort by line only within digits of one length, so the order is kept apart.
     let mut found: BTreeMap<String, Vec<(String, String)>> = BTreeMap::new();
     for path in &options.outcomes {
-        let run = read(path)?;
+        let run: Run = read_json(path)?;
         known.tool = format!("cargo-mutants {}", run.cargo_mutants_version);
         for Outcome { scenario, summary } in run.outcomes {
             let Scenario::Mutant { name, file } = scenario else {
@@ -72,15 +72,9 @@ fn run(options: &RecordMutants) -> Result<Ending, Error> {
         let (counts, missed) = count(mutants)?;
         known.replace(file, counts, &missed);
     }
-    let text = serde_json::to_string_pretty(&known).map_err(|error| Error::Option(format!("{FILE}: {error}")))?;
-    write_text(&folder.join(FILE), &(text + "\n"))?;
+    record::write_json(&folder.join(FILE), &known)?;
     report(&known, &folder);
     Ok(Ending::Done)
-}
-
-fn read(path: &Path) -> Result<Run, Error> {
-    let text = std::fs::read_to_string(path).map_err(Error::file("read", path))?;
-    serde_json::from_str(&text).map_err(|error| Error::Option(format!("{}: {error}", path.display())))
 }
 
 /// Counts the ends that the tool knows, and lists the mutants that live.

@@ -147,35 +147,27 @@ fn judge(run: &mut Run, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) {
 }
 
 fn draw(run: &mut Run, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) -> Result<(), Error> {
-    let chart = |title: &str, places: &[(usize, &str)], solved: bool| {
-        let mut series = Vec::new();
-        for (channel, colour, letter) in [(0, 0, "R/G"), (1, 2, "B/G")] {
-            if solved {
-                let points = ANGLES.iter().zip(radiosity).map(|(&a, r)| [a, r[channel]]);
-                series.push(Series::new(&format!("{letter}, radiosity"), colour, Mark::Line, points));
-            }
-            for &(place, label) in places {
-                let points = ANGLES.iter().zip(&profiles[place]).map(|(&a, r)| (a, r[channel]));
-                if label == "grey walls" {
-                    // The other ratio's line lies on this one.
-                    let label = if channel == 0 { "both ratios, grey walls" } else { "" };
-                    let points = points.map(|(a, [ratio, _])| [a, ratio]);
-                    series.push(Series::new(label, colour, Mark::Faint, points));
-                } else {
-                    let points = points.map(|(a, [ratio, error])| [a, ratio, 3.0 * error]);
-                    series.push(Series::measured(&format!("{letter}, {label}"), colour, points));
-                }
-            }
-        }
+    let (mut report, mut diffuse) = (Vec::new(), Vec::new());
+    for (channel, colour, ratio) in [(0, 0, "R/G"), (1, 2, "B/G")] {
+        let measured = |profile: &[Ratios], label: &str| {
+            let points = ANGLES.iter().zip(profile).map(|(&a, r)| [a, r[channel][0], 3.0 * r[channel][1]]);
+            Series::measured(&format!("{ratio}, {label}"), colour, points)
+        };
+        report.push(measured(&profiles[0], "coloured walls"));
+        // The other ratio's line lies on this one.
+        let label = if channel == 0 { "both ratios, grey walls" } else { "" };
+        let grey = ANGLES.iter().zip(&profiles[1]).map(|(&a, r)| [a, r[channel][0]]);
+        report.push(Series::new(label, colour, Mark::Faint, grey));
+        let solved = ANGLES.iter().zip(radiosity).map(|(&a, r)| [a, r[channel]]);
+        diffuse.push(Series::new(&format!("{ratio}, radiosity"), colour, Mark::Line, solved));
+        diffuse.push(measured(&profiles[2], "paths"));
+    }
+    let chart = |title: &str, series| {
         let azimuth = "azimuth on the sphere from the camera's direction (°, right is positive)";
         Chart::new(title, [azimuth, "ratio to green"], [[-85.0, 85.0], [0.4, 1.7]], series)
     };
-    let report = chart(
-        "The white sphere in the report's room: radiance along its girdle",
-        &[(0, "coloured walls"), (1, "grey walls")],
-        false,
-    );
-    let diffuse = chart("The same in the diffuse room: irradiance, by paths and by radiosity", &[(2, "paths")], true);
+    let report = chart("The white sphere in the report's room: radiance along its girdle", report);
+    let diffuse = chart("The same in the diffuse room: irradiance, by paths and by radiosity", diffuse);
     let see = "Towards the walls red and blue leave the ratio one that grey walls would give. Points of path \
                tracing lie on the lines of radiosity.";
     charts(&run.figure("bleeding.svg"), see, [900, 880], &[report, diffuse])

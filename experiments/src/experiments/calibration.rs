@@ -6,7 +6,7 @@ use whitefurnace::harness::ks::kolmogorov_smirnov;
 use whitefurnace::harness::tails::{binomial_sf, kolmogorov_upper};
 
 use crate::experiments::prelude::*;
-use registry::statistics::{self, N};
+use registry::statistics::{self, N, Promise};
 
 pub(super) const CALIBRATION: Experiment = Experiment {
     id: "calibration",
@@ -77,18 +77,17 @@ fn run(run: &mut Run) -> Result<(), Error> {
 /// The p-values of the statistics, and whether each promise was broken, in replication k.
 fn examine_statistics(master: u64, k: u64) -> Vec<[String; 2]> {
     let rng = |name: &str| stream(seed_for(master, name), k as u32, 0);
-    let mut rows = Vec::new();
-    for statistic in statistics::continuous() {
+    let statistics = statistics::continuous().into_iter().map(|statistic| {
         let name = format!("{STATISTIC}{}", statistic.name);
-        let outcome = (statistic.run)(&mut rng(&name), 0.0);
-        rows.push([name, format!("{:.6e}", outcome.p)]);
-    }
-    for promise in statistics::promises() {
+        let p = (statistic.run)(&mut rng(&name), 0.0).p;
+        [name, format!("{p:.6e}")]
+    });
+    let promises = statistics::promises().into_iter().map(|promise| {
         let name = format!("{PROMISE}{}", promise.name);
         let happened = (promise.happened)(&mut rng(&name));
-        rows.push([name, u8::from(happened).to_string()]);
-    }
-    rows
+        [name, u8::from(happened).to_string()]
+    });
+    statistics.chain(promises).collect()
 }
 
 /// Groups whose p-values mean nothing at this scale: the check-ups of whole BSDFs integrate for seconds,
@@ -111,32 +110,29 @@ fn examine_registry(trials: &[Trial], master: u64, k: u64) -> Result<Vec<[String
 
 /// The p-values of a trial's continuous statistics, with their names.
 fn p_values(trial: &Trial, context: &Context) -> Vec<[String; 2]> {
-    let mut rows = Vec::new();
-    for row in run_trial(trial, context) {
-        let o = &row.outcome;
+    let outcomes = run_trial(trial, context).into_iter().map(|row| row.outcome);
+    let continuous = outcomes.filter(|o| {
         // A furnace that is constant by construction has no p-values to speak of.
         let varies = o.half_width() > 1e-9 * o.reference.abs();
         // Nor has a chi-square whose cells have all been pooled into one.
         let varies = varies && o.dof != Some(0.0);
-        if CONTINUOUS.contains(&o.statistic) && o.n >= LEAST_VALUES && varies {
-            rows.push([format!("{TRIAL}{}: {}", trial.name, o.name.replace(',', ";")), format!("{:.6e}", o.p)]);
-        }
-    }
-    rows
+        CONTINUOUS.contains(&o.statistic) && o.n >= LEAST_VALUES && varies
+    });
+    let named = |o: Outcome| [format!("{TRIAL}{}: {}", trial.name, o.name.replace(',', ";")), format!("{:.6e}", o.p)];
+    continuous.map(named).collect()
 }
 
 /// Judges each name at `level`, its share of the look's.
 fn judge(run: &mut Run, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) {
-    let rates: BTreeMap<String, f64> =
-        statistics::promises().iter().map(|promise| (format!("{PROMISE}{}", promise.name), promise.rate)).collect();
+    let promises = statistics::promises();
     let (mut registered, mut worst) = (0, (1.0, String::from("none")));
     for (&name, values) in by_name {
         let n = values.len() as u64;
-        if let Some(&rate) = rates.get(name) {
+        if let Some(Promise { rate, .. }) = promises.iter().find(|p| name.strip_prefix(PROMISE) == Some(p.name)) {
             let k = values.iter().filter(|&&happened| happened > 0.5).count() as u64;
             let value = format!("{k} of {n}, at most {rate:.0e} promised");
             run.number(&format!("{name}.share"), k as f64 / n as f64);
-            run.claim(name, value, binomial_sf(k, n, rate) >= level);
+            run.claim(name, value, binomial_sf(k, n, *rate) >= level);
             continue;
         }
         let outcome = kolmogorov_smirnov(name, &mut values.clone(), |p| p, 1.0);
@@ -165,17 +161,12 @@ fn draw(run: &mut Run, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) -> Result
         Series::new(label, 6, Mark::Line, [[0.0, sign * radius], [1.0, sign * radius]])
     };
     let panel = |title: String, prefix: &str, mark: Mark| {
-        let mut series: Vec<Series> = by_name
-            .iter()
-            .filter(|(name, _)| name.starts_with(prefix))
-            .enumerate()
-            .map(|(i, (name, values))| {
-                let label = if mark == Mark::Faint { "" } else { &name[prefix.len()..] };
-                let stretches = if mark == Mark::Faint { 40 } else { 200 };
-                Series::new(label, i, mark, deviations(values, stretches))
-            })
-            .collect();
-        series.extend([band(1.0), band(-1.0)]);
+        let named = by_name.iter().filter_map(|(name, values)| Some((name.strip_prefix(prefix)?, values)));
+        let series = named.enumerate().map(|(i, (name, values))| {
+            let (label, stretches) = if mark == Mark::Faint { ("", 40) } else { (name, 200) };
+            Series::new(label, i, mark, deviations(values, stretches))
+        });
+        let series = series.chain([band(1.0), band(-1.0)]).collect();
         let axes = ["p-value expected at this rank", "observed − expected"];
         Chart::new(title, axes, [[0.0, 1.0], [-1.5 * radius, 2.8 * radius]], series)
     };

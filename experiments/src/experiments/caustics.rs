@@ -38,6 +38,14 @@ enum Method {
     Sppm,
 }
 
+/// How much is spent on an image.
+#[derive(Clone, Copy)]
+struct Effort {
+    size: [u32; 2],
+    samples: u32,
+    particles: u32,
+}
+
 /// What is made of one scene by one method.
 struct Made {
     film: Film,
@@ -46,8 +54,6 @@ struct Made {
 }
 
 fn run(run: &mut Run) -> Result<(), Error> {
-    // Of one image.
-    let samples = run.by_tier(1, 2);
     let particles = run.count(run.by_tier(1_600, 27_000)) as u32;
     let gather = Lookup::Gather { caustic_particles: particles, caustic_radius: RADIUS };
     let methods = [
@@ -58,11 +64,11 @@ fn run(run: &mut Run) -> Result<(), Error> {
         ("photon-direct", Method::Photon(Lookup::Direct)),
         ("sppm", Method::Sppm),
     ];
-    let size = run.by_tier(SIZES[0], SIZES[1]);
+    let effort = Effort { size: run.by_tier(SIZES[0], SIZES[1]), samples: run.by_tier(1, 2), particles };
     let mut reference = None;
     let mut rows = Vec::new();
     for (name, method) in methods {
-        let made = make(run, &caustic(1.5), (name, method), size, (samples, particles))?;
+        let made = make(run, &caustic(1.5), (name, method), effort)?;
         write_png(&run.figure(&format!("{name}.png")), &made.film, Display::Srgb { exposure: 0.0 }, 2)?;
         row(run, name, &made, &mut rows);
         let path = *reference.get_or_insert(made.region);
@@ -77,11 +83,11 @@ fn run(run: &mut Run) -> Result<(), Error> {
         }
     }
     let clear = ("mis, no glass", Method::Path(Strategy::Mis));
-    let clear = make(run, &no_caustic(), clear, size, (samples, particles))?;
+    let clear = make(run, &no_caustic(), clear, effort)?;
     row(run, "no-glass", &clear, &mut rows);
     for (name, method) in [methods[0], methods[3]] {
         let name = format!("{name} at index 1");
-        let made = make(run, &caustic(1.0), (&name, method), size, (samples, particles))?;
+        let made = make(run, &caustic(1.0), (&name, method), effort)?;
         row(run, &name.replace(" at ", "-").replace(' ', ""), &made, &mut rows);
         same(run, &format!("{name} and no glass"), (&made.region, &clear.region));
     }
@@ -125,21 +131,15 @@ fn same(run: &mut Run, what: &str, (a, b): (&Values, &Values)) {
 }
 
 /// Independent images of a scene, and the mean of all.
-fn make(
-    run: &Run,
-    scene: &Scene,
-    (name, method): (&str, Method),
-    size: [u32; 2],
-    (samples, particles): (u32, u32),
-) -> Result<Made, Error> {
+fn make(run: &Run, scene: &Scene, (name, method): (&str, Method), effort: Effort) -> Result<Made, Error> {
     let images = run.count(IMAGES).max(2);
     let bar = Bar::new(name, images, "samples");
-    let pixels = region(scene, size);
-    let mut all = Film::new(size, None, 1)?;
+    let pixels = region(scene, effort.size);
+    let mut all = Film::new(effort.size, None, 1)?;
     let mut values = Values::new(0.5);
     for image in 0..images {
         let seed = seed_for(run.seed(), &format!("{name} {image}"));
-        let film = one_image(scene, method, seed, size, (samples, particles))?;
+        let film = one_image(scene, method, seed, effort)?;
         let sum: f64 = pixels.iter().map(|&i| film.pixels()[i].mean().x).sum();
         values.push(sum / pixels.len() as f64);
         for (pixel, one) in all.pixels_mut().iter_mut().zip(film.pixels()) {
@@ -152,14 +152,8 @@ fn make(
     Ok(Made { film: all, region: values })
 }
 
-fn one_image(
-    scene: &Scene,
-    method: Method,
-    seed: u64,
-    size: [u32; 2],
-    (samples, particles): (u32, u32),
-) -> Result<Film, Error> {
-    let parts = Standard;
+fn one_image(scene: &Scene, method: Method, seed: u64, effort: Effort) -> Result<Film, Error> {
+    let (parts, Effort { size, samples, particles }) = (Standard, effort);
     let (random, frame) = ((PixelSampling::Random, seed), (size, None));
     match method {
         Method::Path(strategy) => render_samples(scene, &Path::new(parts, strategy), random, frame, samples),

@@ -77,8 +77,9 @@ const REPLICATIONS: u32 = 32;
 /// Slopes in all.
 const SLOPES: f64 = 6.0;
 
-/// Variances at each size over groups, the slope of their means, and its standard error.
+/// Variances at each number of samples over groups, the slope of their means, and its standard error.
 struct Fall {
+    samples: Vec<f64>,
     variances: Vec<Moments>,
     slope: f64,
     error: f64,
@@ -107,7 +108,7 @@ fn measure(integrand: &Integrand, sobol: bool, seed: u64, sizes: &[u32]) -> Resu
         };
         sizes.iter().map(variance).collect()
     })?;
-    let axis: Vec<f64> = sizes.iter().map(|&n| f64::from(n)).collect();
+    let samples: Vec<f64> = sizes.iter().map(|&n| f64::from(n)).collect();
     // Variances, not their logarithms, are averaged: the logarithm of a noisy variance is biased, more
     // so where few samples leave the mean skewed.
     let without = |left_out: Option<usize>| -> Vec<Moments> {
@@ -117,12 +118,13 @@ fn measure(integrand: &Integrand, sobol: bool, seed: u64, sizes: &[u32]) -> Resu
     };
     let slope = |variances: &[Moments]| {
         let means: Vec<f64> = variances.iter().map(Moments::mean).collect();
-        log_slope(&axis, &means)
+        log_slope(&samples, &means)
     };
     let variances = without(None);
     let jackknife: Moments = (0..found.len()).map(|k| slope(&without(Some(k)))).collect();
     let n = found.len() as f64;
-    Ok(Fall { slope: slope(&variances), variances, error: (n - 1.0) * jackknife.standard_error() })
+    let (slope, error) = (slope(&variances), (n - 1.0) * jackknife.standard_error());
+    Ok(Fall { samples, variances, slope, error })
 }
 
 fn run(run: &mut Run) -> Result<(), Error> {
@@ -143,10 +145,8 @@ fn run(run: &mut Run) -> Result<(), Error> {
             let numbers = if sobol { "Sobol'" } else { "independent" };
             let seed = seed_for(run.seed(), &format!("{key} {numbers}"));
             let fall = measure(integrand, sobol, seed, &sizes)?;
-            for moments in &fall.variances {
-                low = low.min(moments.mean());
-                high = high.max(moments.mean());
-            }
+            let means = fall.variances.iter().map(Moments::mean);
+            (low, high) = (means.clone().fold(low, f64::min), means.fold(high, f64::max));
             let interval = fall.interval();
             let slope = fall.slope;
             let found = [("slope", slope), ("slope.low", interval[0]), ("slope.high", interval[1])];
@@ -154,7 +154,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
             slopes.push((slope, interval));
             let half = slope - interval[0];
             let label = format!("{numbers}, slope {slope:.3} ± {half:.3}").replace('-', "−");
-            series.extend(drawn(&label, colour, &sizes, &fall));
+            series.extend(drawn(&label, colour, &fall));
         }
         judge(run, key, title, &slopes);
         let ranges = [[3.0, f64::from(1u32 << powers) * 1.3], [low / 3.0, high * 30.0]];
@@ -166,20 +166,19 @@ fn run(run: &mut Run) -> Result<(), Error> {
 }
 
 /// Mean variances with intervals, and the line of the slope through their centre.
-fn drawn(label: &str, colour: usize, sizes: &[u32], fall: &Fall) -> [Series; 2] {
-    let axis: Vec<f64> = sizes.iter().map(|&n| f64::from(n)).collect();
+fn drawn(label: &str, colour: usize, fall: &Fall) -> [Series; 2] {
     let means: Vec<f64> = fall.variances.iter().map(Moments::mean).collect();
     let centre = |values: &[f64]| values.iter().map(|v| v.ln()).sum::<f64>() / values.len() as f64;
-    let (x, y) = (centre(&axis), centre(&means));
+    let (x, y) = (centre(&fall.samples), centre(&means));
     let line = |n: f64| [n, (y + fall.slope * (n.ln() - x)).exp()];
     let bars = fall.variances.iter().map(|m| {
         let half = Fall::critical() * m.standard_error();
         [(m.mean() - half).max(0.05 * m.mean()), m.mean() + half]
     });
-    let points = axis.iter().zip(&means).map(|(&n, &v)| [n, v]);
+    let points = fall.samples.iter().zip(&means).map(|(&n, &v)| [n, v]);
     [
         Series::new(label, colour, Mark::Points, points).with_bars(bars.collect()),
-        Series::new("", colour, Mark::Line, axis.iter().map(|&n| line(n))),
+        Series::new("", colour, Mark::Line, fall.samples.iter().map(|&n| line(n))),
     ]
 }
 

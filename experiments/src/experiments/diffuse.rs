@@ -83,9 +83,8 @@ fn figure(run: &mut Run) -> Result<(), Error> {
         let scene = moon(bsdf)?;
         let path = Path::<Standard>::default();
         let film = render_samples(&scene, &path, (PixelSampling::Random, run.seed()), ([side, side], None), spp)?;
-        let curve = (0..=240).map(|i| f64::from(i) / 240.0);
-        let curve = curve.map(|x| [x, frontal(&bsdf, x.asin().min(FRAC_PI_2 - 1e-6))]);
-        series.push(Series::new(model.title(), colour, Mark::Line, curve));
+        let radiance = |x: f64| frontal(&bsdf, x.asin().min(FRAC_PI_2 - 1e-6));
+        series.push(Series::curve(model.title(), colour, [0.0, 1.0], 240, radiance));
         series.push(Series::new("", colour, Mark::Points, profile(&film)));
         limb(run, model, &scene, &bsdf);
         films.push(film);
@@ -127,18 +126,13 @@ fn profile(film: &Film) -> Vec<[f64; 2]> {
 /// Radiance at the limb over that at the centre, by the path tracer, against the closed form.
 fn limb(run: &mut Run, model: DiffuseName, scene: &Scene, bsdf: &Bsdf) {
     let samples = run.count(run.by_tier(4_000, 100_000)) as u32;
-    let radiance = |degrees: f64| -> Moments {
+    let radiance = |degrees: f64| {
         let theta = degrees.to_radians();
         let point = DVec3::new(theta.cos(), theta.sin(), 0.0);
         let eye = scene.camera().eye;
         let ray = Ray::new(eye, (point - eye).normalize());
         let seed = seed_for(run.seed(), &format!("limb {degrees}"));
-        (0..samples)
-            .map(|i| {
-                let hit = scene.intersect(&ray);
-                Path::<Standard>::default().radiance(scene, &ray, hit, &mut stream(seed, 0, i)).x
-            })
-            .collect()
+        radiance_along(scene, &Path::default(), &ray, (seed, 0), samples)
     };
     let [centre, edge] = [0.0, LIMB].map(radiance);
     let ratio = edge.mean() / centre.mean();
@@ -167,29 +161,22 @@ const ANGLES: [f64; 10] = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 
 
 fn albedo(run: &mut Run) -> Result<(), Error> {
     let samples = run.count(run.by_tier(40_000, 1_000_000));
-    let critical = normal_upper(FAMILY / 2.0 / (4 * ANGLES.len()) as f64);
     let (mut series, mut lobes) = (Vec::new(), Vec::new());
     for (colour, model) in (0..).zip(DiffuseName::ALL) {
         let bsdf = model.bsdf(DVec3::ONE, SIGMA);
-        let curve = (0..=89).map(|d| [f64::from(d), closed_form(model, f64::from(d).to_radians())]);
-        series.push(Series::new(model.title(), colour, Mark::Line, curve));
-        let found = sampled(run, model, &bsdf, samples);
-        let mut worst = 0.0_f64;
+        let known = |degrees: f64| closed_form(model, degrees.to_radians());
+        let reflected = |wo, rng: &mut Stream| PI * bsdf.eval(wo, cosine_hemisphere(uniform2(rng))).x;
+        let found = sampled(seed_for(run.seed(), &name(model)), samples, reflected);
         for (degrees, moments) in ANGLES.into_iter().zip(&found) {
-            let known = closed_form(model, f64::to_radians(degrees));
-            let off = (moments.mean() - known).abs();
-            // Lambert has no spread at all: what is left is rounding.
-            worst = worst.max(off / moments.standard_error().max(1e-12));
             if [0.0, 60.0, 85.0].contains(&degrees) {
                 let key = format!("{}.{degrees:.0}", name(model));
                 run.number(&key, moments.mean());
-                run.number(&format!("{key}.closed"), known);
+                run.number(&format!("{key}.closed"), known(degrees));
             }
         }
         let what = format!("albedo of {} against its closed form", model.title());
-        run.claim(&what, format!("worst of {} angles {worst:.2} standard errors", ANGLES.len()), worst < critical);
-        let points = ANGLES.into_iter().zip(&found);
-        let points = points.map(|(d, m)| [d, m.mean(), critical * m.standard_error()]);
+        let points = compared(run, &what, &found, known, DiffuseName::ALL.len());
+        series.push(Series::curve(model.title(), colour, [0.0, 89.0], 89, known));
         series.push(Series::measured("", colour, points));
         lobes.push(Series::new(model.title(), colour, Mark::Line, lobe(&bsdf)));
     }
@@ -218,29 +205,19 @@ fn metal(alpha: f64) -> Ggx {
 
 /// What white metals of GGX reflect of a white sky: means of their own samples against quadrature over facets.
 fn metals(run: &mut Run, samples: u64) -> Result<(), Error> {
-    let critical = normal_upper(FAMILY / 2.0 / (ALPHA.len() * ANGLES.len()) as f64);
     let mut series = Vec::new();
     for (colour, alpha) in (0..).zip(ALPHA) {
-        let seed = seed_for(run.seed(), &format!("metal {alpha}"));
         let bsdf = Bsdf::model(metal(alpha));
         let known = |degrees: f64| reflected(metal(alpha), from_spherical(degrees.to_radians(), 0.0));
-        let curve = (0..=88).step_by(2).map(|d| [f64::from(d), known(f64::from(d))]);
-        series.push(Series::new(&format!("α = {alpha}"), colour, Mark::Line, curve));
-        let mut worst = 0.0_f64;
-        let mut points = Vec::new();
-        for (k, degrees) in (0..).zip(ANGLES) {
-            let mut rng = stream(seed, k, 0);
-            let at = Vertex::local(from_spherical(degrees.to_radians(), 0.3), true);
-            let weight = |_| bsdf.sample(&at, &mut rng).map_or(0.0, |sample| sample.weight.x);
-            let moments: Moments = (0..samples).map(weight).collect();
-            worst = worst.max((moments.mean() - known(degrees)).abs() / moments.standard_error());
-            if degrees == 60.0 {
-                run.number(&format!("ggx.{alpha}.60"), moments.mean());
-            }
-            points.push([degrees, moments.mean(), critical * moments.standard_error()]);
+        let weight =
+            |wo, rng: &mut Stream| bsdf.sample(&Vertex::local(wo, true), rng).map_or(0.0, |sample| sample.weight.x);
+        let found = sampled(seed_for(run.seed(), &format!("metal {alpha}")), samples, weight);
+        for (_, moments) in ANGLES.into_iter().zip(&found).filter(|(degrees, _)| *degrees == 60.0) {
+            run.number(&format!("ggx.{alpha}.60"), moments.mean());
         }
         let what = format!("albedo of GGX with α = {alpha} against quadrature over facets");
-        run.claim(&what, format!("worst of {} angles {worst:.2} standard errors", ANGLES.len()), worst < critical);
+        let points = compared(run, &what, &found, known, ALPHA.len());
+        series.push(Series::curve(&format!("α = {alpha}"), colour, [0.0, 88.0], 44, known));
         series.push(Series::measured("", colour, points));
     }
     let title = format!("Directional albedo of GGX, F₀ = 1: quadrature, and means of {samples} samples");
@@ -253,15 +230,25 @@ fn metals(run: &mut Run, samples: u64) -> Result<(), Error> {
 /// Inclination of the light of the lobes, degrees.
 const INCIDENT: f64 = 60.0;
 
-/// Means of cosine-weighted samples of π f at each of [`ANGLES`].
-fn sampled(run: &Run, model: DiffuseName, bsdf: &Bsdf, samples: u64) -> Vec<Moments> {
-    let seed = seed_for(run.seed(), &name(model));
+/// Means of a random `value` at each of [`ANGLES`].
+fn sampled(seed: u64, samples: u64, value: impl Fn(DVec3, &mut Stream) -> f64) -> Vec<Moments> {
     let at = |(k, degrees): (u32, f64)| -> Moments {
-        let mut rng = stream(seed, k, 0);
-        let wo = from_spherical(degrees.to_radians(), 0.3);
-        (0..samples).map(|_| PI * bsdf.eval(wo, cosine_hemisphere(uniform2(&mut rng))).x).collect()
+        let (mut rng, wo) = (stream(seed, k, 0), from_spherical(degrees.to_radians(), 0.3));
+        (0..samples).map(|_| value(wo, &mut rng)).collect()
     };
     (0..).zip(ANGLES).map(at).collect()
+}
+
+/// Claims that the means at [`ANGLES`] are what is `known`, at the level of one of so many `curves`; returns them with
+/// half the widths of their intervals.
+fn compared(run: &mut Run, what: &str, found: &[Moments], known: impl Fn(f64) -> f64, curves: usize) -> Vec<[f64; 3]> {
+    let critical = normal_upper(FAMILY / 2.0 / (curves * ANGLES.len()) as f64);
+    // Lambert has no spread at all: what is left is rounding.
+    let off = |(degrees, m): (f64, &Moments)| (m.mean() - known(degrees)).abs() / m.standard_error().max(1e-12);
+    let worst = ANGLES.into_iter().zip(found).map(off).fold(0.0, f64::max);
+    run.claim(what, format!("worst of {} angles {worst:.2} standard errors", ANGLES.len()), worst < critical);
+    let points = ANGLES.into_iter().zip(found);
+    points.map(|(degrees, m)| [degrees, m.mean(), critical * m.standard_error()]).collect()
 }
 
 /// π f around the half circle as a polar curve.

@@ -46,7 +46,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
         .zip(&seen)
         .map(|(pair, seen)| {
             let wrong = pair.fault.wrong.replace('"', "'");
-            format!("{},{},{},\"{wrong}\"", label(pair), pair.trial, word(*seen))
+            format!("{},{},{},\"{wrong}\"", label(pair), pair.trial, seen.word())
         })
         .collect();
     run.csv("faults.csv", "fault,trial,verdict,wrong", &table)?;
@@ -78,20 +78,12 @@ fn judge(outcomes: &[&Outcome]) -> Detection {
     }
 }
 
-fn word(seen: Detection) -> &'static str {
-    match seen {
-        Detection::Rejected => "rejected",
-        Detection::Missed => "not rejected",
-        Detection::Undecided => "undecided",
-    }
-}
-
 fn totals(run: &mut Run, pairs: &[Pair], seen: &[Detection], [reduced, scale]: [f64; 2]) {
     let mut counts = Vec::new();
-    for kind in [Detection::Rejected, Detection::Missed, Detection::Undecided] {
+    for kind in Detection::ALL {
         let count = seen.iter().filter(|&&s| s == kind).count();
-        run.number(&word(kind).replace(' ', "_"), count as f64);
-        counts.push(format!("{count} {}", word(kind)));
+        run.number(&kind.word().replace(' ', "_"), count as f64);
+        counts.push(format!("{count} {}", kind.word()));
     }
     run.number("pairs", pairs.len() as f64);
     let named = || pairs.iter().zip(seen).filter(|(pair, _)| pair.named);
@@ -112,24 +104,11 @@ fn totals(run: &mut Run, pairs: &[Pair], seen: &[Detection], [reduced, scale]: [
 
 /// Figures of several families; each other family has a figure of its own name. Few enough names stand in
 /// each to be read at the width of a page.
-const TOGETHER: [(&str, &[&str]); 4] = [
-    ("scattering", &["uniform", "cosine", "fresnel", "bsdf", "eon"]),
-    ("roulette", &["roulette", "survival"]),
-    (
-        "numbers",
-        &[
-            "streams",
-            "render streams",
-            "sobol",
-            "sobol error bars",
-            "variance",
-            "grid",
-            "random",
-            "jitter",
-            "accumulator",
-        ],
-    ),
-    ("geometry", &["geometry", "points", "solid-angle"]),
+const TOGETHER: [(&str, &str); 4] = [
+    ("scattering", "uniform, cosine, fresnel, bsdf, eon"),
+    ("roulette", "roulette, survival"),
+    ("numbers", "streams, render streams, sobol, sobol error bars, variance, grid, random, jitter, accumulator"),
+    ("geometry", "geometry, points, solid-angle"),
 ];
 
 /// The figure that shows a pair. Whole estimators have more trials than one figure holds: theirs are divided
@@ -141,7 +120,10 @@ fn figure(pair: &Pair) -> String {
         "estimator" if pair.trial.starts_with("irradiance/") => "irradiance",
         "estimator" => "glass",
         "photon-equivalence" => "photon",
-        other => TOGETHER.iter().find(|(_, families)| families.contains(&other)).map_or(other, |(name, _)| name),
+        other => {
+            let holds = |families: &str| families.split(", ").any(|family| family == other);
+            TOGETHER.iter().find(|(_, families)| holds(families)).map_or(other, |(name, _)| name)
+        }
     };
     format!("faults-{}.svg", name.replace(' ', "-"))
 }

@@ -57,10 +57,9 @@ fn run(run: &mut Run) -> Result<(), Error> {
         let [mean, half] = over_the_disc(&film).map(|percent| 100.0 * percent);
         let half = critical * half;
         let known = 100.0 * (mean_albedo(model) - 1.0);
-        let inclinations = || (0..900).map(|tenth| (f64::from(tenth) / 10.0).to_radians());
-        let deviations = || inclinations().map(|t| 100.0 * (closed_form(model, t) - 1.0));
-        let least = deviations().fold(f64::MAX, f64::min);
-        let most = deviations().fold(f64::MIN, f64::max);
+        let inclinations = (0..900).map(|tenth| (f64::from(tenth) / 10.0).to_radians());
+        let deviations = inclinations.map(|t| 100.0 * (closed_form(model, t) - 1.0));
+        let (least, most) = (deviations.clone().fold(f64::MAX, f64::min), deviations.fold(f64::MIN, f64::max));
         run.numbers(&name(model), [("mean", mean), ("mean.half", half), ("mean.closed", known)]);
         run.numbers(&name(model), [("least.closed", least), ("most.closed", most)]);
         let what = format!("mean deviation of {}", model.title());

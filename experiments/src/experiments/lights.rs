@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_1_PI;
 use std::sync::Arc;
 
-use registry::scenes::{floor, lambert, light, polygon_irradiance, scene, sphere_irradiance};
+use registry::scenes::{corners, floor, lambert, light, polygon_irradiance, scene, sphere_irradiance};
 use whitefurnace::emitter::LightSampling;
 use whitefurnace::scene::SurfaceId;
 
@@ -37,10 +37,10 @@ const SHAPES: [Shape; 3] = [
     Shape {
         name: "rectangle",
         add: |s, height, surface| {
-            let [a, b, _, d] = square(height);
+            let [a, b, _, d] = corners(height * DVec3::Z, 1.0);
             s.rectangle(a, [d - a, b - a], surface);
         },
-        irradiance: |height| polygon_irradiance(&square(height)),
+        irradiance: |height| polygon_irradiance(&corners(height * DVec3::Z, 1.0)),
     },
     Shape {
         name: "triangle",
@@ -53,10 +53,6 @@ const SHAPES: [Shape; 3] = [
         irradiance: |height| sphere_irradiance(1.0, height + 1.0, 1.0),
     },
 ];
-
-fn square(height: f64) -> [DVec3; 4] {
-    [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| DVec3::new(x, y, height))
-}
 
 fn triangle(height: f64) -> [DVec3; 3] {
     [[-1.5, -1.0], [1.5, -1.0], [0.0, 2.0]].map(|[x, y]| DVec3::new(x, y, height))
@@ -125,12 +121,7 @@ fn over_floor(shape: &Shape, height: f64) -> Arc<Scene> {
 fn relative_variance(scene: &Scene, path: &Path, seed: u64, samples: u32, expected: f64) -> f64 {
     let to_origin = DVec3::new(0.1, 0.05, -1.0).normalize();
     let ray = Ray::new(-0.02 * to_origin, to_origin);
-    let hit = scene.intersect(&ray);
-    let mut moments = Moments::default();
-    for i in 0..samples {
-        moments.push(path.radiance(scene, &ray, hit, &mut stream(seed, 0, i)).x);
-    }
-    moments.variance() / (expected * expected)
+    radiance_along(scene, path, &ray, (seed, 0), samples).variance() / (expected * expected)
 }
 
 /// Whole images by multiple importance sampling at equal samples.

@@ -27,15 +27,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     };
     let seed = seed_for(run.seed(), "penumbra");
     let at = |k: u32| -2.2 + 4.1 * f64::from(k) / f64::from(PLACES - 1);
-    let measured = parallel(0..PLACES, |k| {
-        let ray = to_floor(at(k));
-        let hit = scene.intersect(&ray);
-        let mut values = Values::new(penumbra_reference(at(k)));
-        for i in 0..samples {
-            values.push(path.radiance(&scene, &ray, hit, &mut stream(seed, k, i)).x);
-        }
-        values.moments
-    })?;
+    let measured = parallel(0..PLACES, |k| radiance_along(&scene, &path, &to_floor(at(k)), (seed, k), samples))?;
     let z = normal_upper(0.5 * FAMILY / f64::from(PLACES));
     let mut rows = Vec::new();
     let mut found = Vec::new();
@@ -54,11 +46,9 @@ fn run(run: &mut Run) -> Result<(), Error> {
     );
     run.claim("radiance across the penumbra", value, worst <= z);
     run.csv("penumbra.csv", "y,mean,standard error,closed form", &rows)?;
-    let curve = (0..=400).map(|i| -2.2 + 4.2 * f64::from(i) / 400.0);
-    let curve: Vec<[f64; 2]> = curve.map(|y| [y, penumbra_reference(y)]).collect();
-    let brightest = curve.iter().map(|[_, radiance]| *radiance).fold(0.0, f64::max);
-    let found = Series::measured("path tracer, with its error", 2, found);
-    let series = vec![Series::new("closed form", 0, Mark::Line, curve), found];
+    let curve = Series::curve("closed form", 0, [-2.2, 2.0], 400, penumbra_reference);
+    let brightest = curve.points.iter().map(|[_, radiance]| *radiance).fold(0.0, f64::max);
+    let series = vec![curve, Series::measured("path tracer, with its error", 2, found)];
     let title = "Radiance of the floor across the penumbra";
     let axes = ["y (the occluder hangs over all y > 0)", "radiance (that of the light is 3)"];
     let chart = Chart::new(title, axes, [[-2.3, 2.1], [0.0, 1.08 * brightest]], series);

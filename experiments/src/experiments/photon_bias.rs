@@ -111,7 +111,6 @@ fn passes(run: &mut Run) -> Result<Chart, Error> {
     let mut rows = Vec::new();
     let (mut closed, mut bias, mut error) = (Vec::new(), Vec::new(), Vec::new());
     let mut worst = 0.0f64;
-    let mut last = (0.0, 0.0);
     let mut spreads = Vec::new();
     for index in 0..PASSES {
         let radius = radius_squared(FIRST * FIRST, index).sqrt();
@@ -123,7 +122,6 @@ fn passes(run: &mut Run) -> Result<Chart, Error> {
         let stated = 1.0 - expected / n / point;
         let reach = reach(&moments, PASSES as usize) / point;
         worst = worst.max((found - stated).abs() / reach);
-        last = (found, rms.mean().sqrt());
         spreads.push(moments.variance().sqrt() / point);
         rows.push(format!("{n},{found:e},{stated:e},{reach:e},{:e}", rms.mean().sqrt()));
         closed.push([n, stated]);
@@ -136,14 +134,14 @@ fn passes(run: &mut Run) -> Result<Chart, Error> {
     let value = format!("{worst:.2} of the reach of chance from the closed form at worst");
     run.claim("bias of the mean of passes", value, worst <= 1.0);
     let spread = (spreads[PASSES as usize - 1] / spreads[PASSES as usize / 8 - 1]).ln() / 8f64.ln();
-    run.number("passes.bias_first", bias[0][1]);
-    run.number("passes.bias_last", last.0);
-    run.number("passes.error_last", last.1);
+    let [first, last] = [bias[0][1], bias[bias.len() - 1][1]];
+    let last_error = error[error.len() - 1][1];
+    run.numbers("passes", [("bias_first", first), ("bias_last", last), ("error_last", last_error)]);
     run.number("passes.spread_slope", spread);
     let value = format!(
-        "{PASSES} passes: bias {:+.4} (first pass {:+.4}), root-mean-square error {:.4}; standard deviation \
+        "{PASSES} passes: bias {:+.4} (first pass {:+.4}), root-mean-square error {last_error:.4}; standard deviation \
          falls as n^{spread:.2} (theory −1/3)",
-        -last.0, -bias[0][1], last.1
+        -last, -first
     );
     run.note("error against passes", value);
     run.csv("passes.csv", "passes,bias,closed,reach,rms", &rows)?;

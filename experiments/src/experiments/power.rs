@@ -23,7 +23,8 @@ struct Point {
     stated: f64,
     effect: f64,
     rejected: u64,
-    values: Values,
+    /// Of the statistic: mean and standard deviation.
+    values: [f64; 2],
 }
 
 fn run(run: &mut Run) -> Result<(), Error> {
@@ -39,8 +40,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
             let effect = effect_of(statistic, stated);
             let point = measure(run.seed(), statistic, effect, stated, replications)?;
             report(run, statistic, &point, replications, level);
-            let (name, rejected, moments) = (statistic.name, point.rejected, point.values.moments);
-            let (mean, spread) = (moments.mean(), moments.variance().sqrt());
+            let (name, rejected, [mean, spread]) = (statistic.name, point.rejected, point.values);
             rows.push(format!("{name},{effect:e},{stated},{rejected},{replications},{mean:e},{spread:e}"));
             points.push(point);
         }
@@ -91,9 +91,9 @@ fn measure(master: u64, statistic: &Statistic, effect: f64, wanted: f64, replica
     let seed = seed_for(master, &format!("power {} {wanted}", statistic.name));
     let replicate = |k| (statistic.run)(&mut stream(seed, k, 0), effect);
     let outcomes = parallel(0..replications as u32, replicate)?;
-    let mut values = Values::new(0.0);
-    outcomes.iter().for_each(|o| values.push(o.value));
-    Ok(Point { stated: wanted, effect, rejected: outcomes.iter().filter(|o| o.p < ALPHA).count() as u64, values })
+    let rejected = outcomes.iter().filter(|o| o.p < ALPHA).count() as u64;
+    let moments: Moments = outcomes.iter().map(|o| o.value).collect();
+    Ok(Point { stated: wanted, effect, rejected, values: [moments.mean(), moments.variance().sqrt()] })
 }
 
 /// The probability of so many rejections or as far off, on the lower side alone where the stated power is a bound.
@@ -103,11 +103,10 @@ fn p_of_count(rejected: u64, replications: u64, stated: f64, bound: bool) -> f64
 }
 
 fn report(run: &mut Run, statistic: &Statistic, point: &Point, replications: u64, level: f64) {
-    let Point { stated, rejected, .. } = *point;
+    let Point { stated, rejected, values: [mean, spread], .. } = *point;
     let p = p_of_count(rejected, replications, stated, statistic.is_bound());
     let at_least = if statistic.is_bound() { "at least " } else { "" };
     let share = rejected as f64 / replications as f64;
-    let [mean, spread] = [point.values.moments.mean(), point.values.moments.variance().sqrt()];
     let key = format!("{}.{stated}", statistic.name.replace(' ', "-"));
     run.numbers(&key, [("rejected", share), ("mean", mean), ("spread", spread)]);
     let value = format!(
@@ -119,13 +118,10 @@ fn report(run: &mut Run, statistic: &Statistic, point: &Point, replications: u64
 
 /// The stated curve, and the measured points with 95 % intervals.
 fn series(statistic: &Statistic, points: &[Point], colour: usize, replications: u64) -> [Series; 2] {
-    let [from, to] = REACH;
-    let curve = (0..=280).map(|i| from + (to - from) * f64::from(i) / 280.0);
-    let curve = curve.map(|x| [x, statistic.power(x * statistic.unit)]);
     let place = |point: &Point| [point.effect / statistic.unit, point.rejected as f64 / replications as f64];
     let bars = points.iter().map(|p| binomial_interval(p.rejected, replications, 0.025)).collect();
     [
-        Series::new(statistic.name, colour, Mark::Line, curve),
+        Series::curve(statistic.name, colour, REACH, 280, |x| statistic.power(x * statistic.unit)),
         Series::new("", colour, Mark::Points, points.iter().map(place)).with_bars(bars),
     ]
 }

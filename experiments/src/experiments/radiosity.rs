@@ -132,16 +132,10 @@ const BARS: f64 = 3.0;
 
 fn draw(run: &mut Run, levels: &[Level], (reference, noise): (f64, f64)) -> Result<(), Error> {
     let series = |label: &str, colour, value: &dyn Fn(&Level) -> [f64; 2]| {
-        let points = || levels.iter().map(|l| [l.patches, 100.0 * value(l)[0]]);
-        let bar = |l: &Level| {
-            let [value, error] = value(l);
-            [-BARS, BARS].map(|errors| 100.0 * (value + errors * error))
-        };
-        let bars = levels.iter().map(bar).collect();
-        [
-            Series::new("", colour, Mark::Line, points()),
-            Series::new(label, colour, Mark::Points, points()).with_bars(bars),
-        ]
+        let percent = levels.iter().map(|level| (level.patches, value(level).map(|share| 100.0 * share)));
+        let points = percent.map(|(patches, [value, error])| [patches, value, BARS * error]);
+        let measured = Series::measured(label, colour, points);
+        [Series::new("", colour, Mark::Line, measured.points.clone()), measured]
     };
     let (low, high) = (50.0, 10_000.0);
     let slope = |patches: f64| [patches, 8.0 * (low / patches).sqrt()];

@@ -55,13 +55,10 @@ pub(super) const QUIRKS: Experiment = Experiment {
 
 fn quirks(run: &mut Run) -> Result<(), Error> {
     let all = Quirks::default();
-    let own = Quirks { roulette_by_cosine: false, ..all };
-    let kept = Quirks { end_loses_direct: false, ..all };
-    let single = Quirks { extra_cosine: false, ..all };
     let variants = [
-        ("without the cosine as roulette number", "own-number", own),
-        ("without the loss of direct light", "direct-kept", kept),
-        ("without the extra cosine", "single-cosine", single),
+        ("without the cosine as roulette number", "own-number", Quirks { roulette_by_cosine: false, ..all }),
+        ("without the loss of direct light", "direct-kept", Quirks { end_loses_direct: false, ..all }),
+        ("without the extra cosine", "single-cosine", Quirks { extra_cosine: false, ..all }),
     ];
     let with_all = TABLE.iter().map(|region| quirked_mean(run, region, all)).collect::<Result<Vec<_>, _>>()?;
     let mut panels = Vec::new();

@@ -77,15 +77,14 @@ impl Cost {
 }
 
 fn run(run: &mut Run) -> Result<(), Error> {
-    let scene = room::diffuse()?;
+    let scene = &room::diffuse()?;
     let images = run.count(run.by_tier(6, 24)).max(2) as u32;
     let reference = run.count(run.by_tier(2_000, 20_000)) as u32;
     let seed = seed_for(run.seed(), "reference");
-    let reference = film(&scene, &Path::<Standard>::default(), seed, reference)?;
+    let reference = film(scene, &Path::<Standard>::default(), seed, reference)?;
 
     let gather = Lookup::Gather { caustic_particles: 1, caustic_radius: RADIUS };
     let photon = |lookup| {
-        let scene = &scene;
         move |rays: &Rays, seed| {
             let photons = PhotonMapping::new(Counted(rays), scene, lookup, (PARTICLES, RADIUS), (seed, 0))?;
             film(scene, &photons, seed, SAMPLES)
@@ -101,10 +100,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     report(run, "gather", SAMPLES, &gathering);
     report(run, "direct", SAMPLES, &direct);
     for (name, strategy) in [("mis", Strategy::Mis), ("light", Strategy::Light)] {
-        let path = |samples| {
-            let scene = &scene;
-            move |rays: &Rays, seed| film(scene, &Path::new(Counted(rays), strategy), seed, samples)
-        };
+        let path = |samples| move |rays: &Rays, seed| film(scene, &Path::new(Counted(rays), strategy), seed, samples);
         let pilot = trace("pilot", 2, 1, &path(1))?;
         let samples = f64::from(SAMPLES) * gathering.rays / pilot.rays;
         let samples = samples.round().max(1.0) as u32;

@@ -62,15 +62,13 @@ fn report(run: &mut Run, trial: &Trial, rows: &[Row], figure: &str, recorded: Op
     };
     let verdict = suite::joint(rows);
     let o = &row.outcome;
-    let what = trial.name.clone();
-    let mut value = format!("{}: {}, ", trial.property, evidence(row));
     let (Outcome { n, p, .. }, detects, power) = (o, o.minimum_detectable_effect(), o.power());
-    value += &format!("detects {detects:.2e}, power {power}, n = {n}, p = {p:.2e}, {figure}");
+    let numbers = format!("detects {detects:.2e}, power {power}, n = {n}, p = {p:.2e}");
+    let mut value = format!("{}: {}, {numbers}, {figure}", trial.property, evidence(row));
     if let Verdict::Undecided { needed } = verdict {
-        value += &format!("; needs about {needed}");
-        value += &recorded_verdict(recorded, &what);
+        value += &format!("; needs about {needed}{}", recorded_verdict(recorded, &trial.name));
     }
-    run.detail(&what, value, verdict);
+    run.detail(&trial.name, value, verdict);
     let numbers = [
         ("estimate", o.estimate),
         ("reference", o.reference),

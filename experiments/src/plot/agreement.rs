@@ -1,11 +1,6 @@
 //! The agreement matrix, and the histograms of p-values behind it.
 
-use std::path::Path;
-
-use whitefurnace::error::Error;
-
-use super::canvas::{Anchor, Area, Canvas, Pen, Point, Shape, width};
-use super::{FAINT, INK, LABEL, OKABE_ITO, Rgb, TITLE, pale};
+use super::*;
 
 /// What a cell of the matrix says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

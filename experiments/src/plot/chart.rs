@@ -1,13 +1,8 @@
 //! A plain chart: lines, points and error bars over linear or logarithmic axes.
 
-use std::path::Path;
-
-use whitefurnace::error::Error;
-
 use super::axis::Division;
-use super::canvas::{Anchor, Area, Canvas, Pen, Point, Shape, width};
 use super::panel::{LEFT, TOP, axes, frame, heading, page};
-use super::{LABEL, OKABE_ITO, Rgb, STYLES};
+use super::*;
 
 /// How a series is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,6 +37,12 @@ impl Series {
     pub fn new(label: &str, colour: usize, mark: Mark, points: impl IntoIterator<Item = [f64; 2]>) -> Self {
         let points = points.into_iter().collect();
         Self { label: label.to_owned(), colour, mark, points, bars: Vec::new() }
+    }
+
+    /// The line of a function at `steps` + 1 places from one end of a range to the other.
+    pub fn curve(label: &str, colour: usize, [from, to]: [f64; 2], steps: u32, f: impl Fn(f64) -> f64) -> Self {
+        let x = (0..=steps).map(|i| from + (to - from) * f64::from(i) / f64::from(steps));
+        Self::new(label, colour, Mark::Line, x.map(|x| [x, f(x)]))
     }
 
     /// Marks with error bars: x, y and how far the bar of y reaches to either side.

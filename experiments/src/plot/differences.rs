@@ -1,13 +1,8 @@
 //! Differences of regions, channel by channel, in panels on one scale.
 
-use std::path::Path;
-
-use whitefurnace::error::Error;
-
 use super::axis::Division;
-use super::canvas::{Anchor, Area, Canvas, Pen, Shape};
 use super::panel::{LEFT, areas, axes, frame, heading};
-use super::{FAINT, INK, LABEL, OKABE_ITO, Rgb};
+use super::*;
 
 /// Differences of red, green and blue for each region, under a title.
 pub type Panel<'a> = (&'a str, Vec<[f64; 3]>);

@@ -1,13 +1,9 @@
 //! A forest plot: estimates with intervals, a line each, in units of the effect that must be seen.
 
-use std::path::Path;
-
-use whitefurnace::error::Error;
 use whitefurnace::harness::outcome::Verdict;
 use whitefurnace::harness::trial::Row;
 
-use super::canvas::{Anchor, Canvas, Pen, Shape, width};
-use super::{FAINT, INK, LABEL, OKABE_ITO, Rgb, TITLE};
+use super::*;
 
 /// One line.
 #[derive(Clone, Debug)]

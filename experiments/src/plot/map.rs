@@ -1,15 +1,11 @@
 //! Maps of a signed quantity: cells in a diverging scale of colours, with a bar that says what they mean.
 
-use std::path::Path;
-
 use glam::DVec3;
-use whitefurnace::error::Error;
 use whitefurnace::image::{encode_rgb, srgb};
 
 use super::axis::Division;
-use super::canvas::{Anchor, Area, Canvas, Pen, Shape};
 use super::panel::{LEFT, TOP, axes, frame, heading, page};
-use super::{INK, LABEL, Rgb};
+use super::*;
 
 /// A map; several share a file.
 #[derive(Clone, Debug)]

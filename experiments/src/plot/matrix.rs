@@ -1,11 +1,6 @@
 //! A matrix of verdicts: which trial rejects which fault.
 
-use std::path::Path;
-
-use whitefurnace::error::Error;
-
-use super::canvas::{Anchor, Canvas, Pen, Shape, width};
-use super::{FAINT, LABEL, OKABE_ITO, Rgb, TITLE, pale};
+use super::*;
 
 /// What a cell says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,6 +11,20 @@ pub enum Detection {
     Missed,
     /// Too few samples to say.
     Undecided,
+}
+
+impl Detection {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Rejected, Self::Missed, Self::Undecided];
+
+    /// What the legend calls it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Rejected => "rejected",
+            Self::Missed => "not rejected",
+            Self::Undecided => "undecided",
+        }
+    }
 }
 
 const CELL: f64 = 17.0;
@@ -37,14 +46,9 @@ pub fn matrix(
     let least = width(title, TITLE).max(560.0);
     let mut canvas = Canvas::new([(left + across).max(least) + 20.0, top + down + 16.0], title, see);
     canvas.text(title, [14.0, 20.0], Anchor::Left, TITLE);
-    let legend = [
-        (Some(Detection::Rejected), "rejected"),
-        (Some(Detection::Missed), "not rejected"),
-        (Some(Detection::Undecided), "undecided"),
-        (None, "not tried"),
-    ];
     let mut x = 14.0;
-    for (seen, label) in legend {
+    for seen in Detection::ALL.map(Some).into_iter().chain([None]) {
+        let label = seen.map_or("not tried", Detection::word);
         let at = [x, 40.0];
         canvas.frame([x, 40.0, x + CELL, 40.0 + CELL], Pen::new(FAINT, 1.0));
         if let Some(seen) = seen {

@@ -12,8 +12,12 @@ pub mod matrix;
 mod panel;
 pub mod trial_cells;
 
-use canvas::Shape;
+// What all plots draw with.
+use std::path::Path;
+
+use canvas::{Anchor, Area, Canvas, Pen, Point, Shape, width};
 use plotters::style::RGBColor as Rgb;
+use whitefurnace::error::Error;
 
 /// A colour mixed with white: a `share` of 1 is the colour itself.
 fn pale(Rgb(r, g, b): Rgb, share: f64) -> Rgb {

@@ -1,8 +1,7 @@
 //! Panels of a figure: where each lies, its title, and its axes with labels and a grid.
 
 use super::axis::{Axis, Division};
-use super::canvas::{Anchor, Area, Canvas, Pen, Point};
-use super::{FAINT, HEADING, INK, LABEL};
+use super::*;
 
 /// Room left of the plotted area, and above it, pixels.
 pub(super) const LEFT: f64 = 84.0;

@@ -16,7 +16,7 @@ pub struct Accumulated {
     key: String,
     columns: String,
     looks: u32,
-    rows: Vec<Vec<String>>,
+    rows: Vec<String>,
 }
 
 /// Begins the line that holds the number of looks.
@@ -56,25 +56,24 @@ impl Accumulated {
 
     /// The number of the next replication.
     pub fn next(&self) -> u64 {
-        self.rows.iter().filter_map(|row| row.first()?.parse::<u64>().ok()).max().map_or(0, |last| last + 1)
+        let numbers = self.rows.iter().filter_map(|row| row.split(',').next()?.parse::<u64>().ok());
+        numbers.max().map_or(0, |last| last + 1)
     }
 
     /// Adds the fields of a replication; none may hold a comma.
     pub fn push(&mut self, replication: u64, fields: &[String]) {
-        let mut row = vec![replication.to_string()];
-        row.extend_from_slice(fields);
-        self.rows.push(row);
+        self.rows.push(format!("{replication},{}", fields.join(",")));
     }
 
-    /// All rows: the replication's number and its fields.
-    pub fn rows(&self) -> &[Vec<String>] {
+    /// All rows: the replication's number and its fields, between commas.
+    pub fn rows(&self) -> &[String] {
         &self.rows
     }
 
     /// The fields of a column; nothing where a row has none.
     pub fn column(&self, name: &str) -> impl Iterator<Item = &str> + use<'_> {
         let at = self.columns.split(',').position(|column| column == name);
-        self.rows.iter().map(move |row| at.and_then(|at| row.get(at)).map_or("", String::as_str))
+        self.rows.iter().map(move |row| at.and_then(|at| row.split(',').nth(at)).unwrap_or_default())
     }
 
     /// The same as numbers; NaN for what is none.
@@ -84,19 +83,15 @@ impl Accumulated {
 
     /// Writes the file.
     pub fn write(&self) -> Result<(), Error> {
-        let mut text = format!("# {}\n{LOOKS}{}\n{}\n", self.key, self.looks, self.columns);
-        for row in &self.rows {
-            text.push_str(&row.join(","));
-            text.push('\n');
-        }
-        write_text(&self.path, &text)
+        let rows: String = self.rows.iter().map(|row| format!("{row}\n")).collect();
+        write_text(&self.path, &format!("# {}\n{LOOKS}{}\n{}\n{rows}", self.key, self.looks, self.columns))
     }
 }
 
 /// Looks and rows of a file with this key and these columns.
-fn read(text: &str, key: &str, columns: &str) -> Option<(u32, Vec<Vec<String>>)> {
+fn read(text: &str, key: &str, columns: &str) -> Option<(u32, Vec<String>)> {
     let rest = text.strip_prefix("# ")?.strip_prefix(key)?;
     let (looks, rest) = rest.strip_prefix('\n')?.strip_prefix(LOOKS)?.split_once('\n')?;
     let rows = rest.strip_prefix(columns)?.strip_prefix('\n')?.lines();
-    Some((looks.parse().ok()?, rows.map(|row| row.split(',').map(str::to_owned).collect()).collect()))
+    Some((looks.parse().ok()?, rows.map(str::to_owned).collect()))
 }

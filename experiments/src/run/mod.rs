@@ -10,7 +10,6 @@ pub mod split_png;
 pub mod suite;
 pub mod unfinished;
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 pub use book::results::{ExperimentResult, Finding, Judgement};
@@ -111,19 +110,11 @@ impl Run {
                 seed,
                 shrink: options.shrink,
                 equations: experiment.equations.iter().map(|equation| equation.id.to_owned()).collect(),
-                numbers: BTreeMap::new(),
-                figures: Vec::new(),
-                findings: Vec::new(),
-                digests: BTreeMap::new(),
                 fingerprint,
+                ..ExperimentResult::default()
             },
             folder,
         })
-    }
-
-    /// What the experiment found, and what to end when that is written.
-    pub(crate) fn into_outcome(self) -> (ExperimentResult, Unfinished) {
-        (self.outcome, self.unfinished)
     }
 
     /// A part of the work that an interrupted run need not do again ([`Unfinished::part`]).
@@ -143,7 +134,7 @@ impl Run {
 
     /// The accumulated rows of `file` as earlier runs left them. A run writes them once, when all of its own are there.
     pub fn accumulated(&self, file: &str, key: &str, columns: &str) -> Result<Accumulated, Error> {
-        let path = self.path(file);
+        let path = self.folder.join(file);
         Ok(Accumulated::continued(&self.unfinished.before(&path)?, path, key, columns))
     }
 
@@ -169,11 +160,6 @@ impl Run {
     /// 1/1024, below which some statistics are undefined.
     pub fn scale(&self, scale: f64) -> f64 {
         (scale / f64::from(self.options.shrink)).max(1.0 / 1024.0)
-    }
-
-    /// A file of the experiment's folder.
-    pub fn path(&self, file: &str) -> PathBuf {
-        self.folder.join(file)
     }
 
     /// Adds the equations that trials bear on.
@@ -297,6 +283,20 @@ fn without_infinity(text: &str) -> String {
 
 /// Crops are shown this many times larger than their pixels.
 const CROP_MAGNIFICATION: u32 = 3;
+
+/// Makes a folder, in place of an older one and all that is in it.
+fn make_afresh(folder: &Path) -> Result<(), Error> {
+    if folder.exists() {
+        std::fs::remove_dir_all(folder).map_err(Error::file("remove", folder))?;
+    }
+    std::fs::create_dir_all(folder).map_err(Error::file("create", folder))
+}
+
+/// Reads a value from a JSON file.
+pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, Error> {
+    let text = std::fs::read_to_string(path).map_err(Error::file("read", path))?;
+    serde_json::from_str(&text).map_err(|error| Error::Option(format!("{}: {error}", path.display())))
+}
 
 /// Writes a text file whole or not at all.
 pub fn write_text(path: &Path, text: &str) -> Result<(), Error> {

@@ -3,12 +3,15 @@
 use std::path::Path;
 
 use whitefurnace::error::Error;
-use whitefurnace::estimator::Estimator;
+use whitefurnace::estimator::{Estimator, Path as PathTracer};
 use whitefurnace::film::{Film, Window};
 use whitefurnace::image::{Display, write_rgb};
+use whitefurnace::moments::Moments;
 use whitefurnace::pixel::PixelSampling;
 use whitefurnace::render::{Numbers, Sampling, render};
+use whitefurnace::rng::stream;
 use whitefurnace::scene::Scene;
+use whitefurnace::shape::Ray;
 
 use crate::run::progress::interrupted;
 
@@ -26,6 +29,13 @@ pub fn render_samples<E: Estimator>(
     let on = |_| !interrupted();
     let complete = render(scene, estimator, sampling, &mut film, &(0..samples), &on)?;
     if complete { Ok(film) } else { Err(Error::Interrupted) }
+}
+
+/// Samples of the first channel along one ray, each with random numbers of its own: sample i takes those of the
+/// stream (seed, place, i).
+pub fn radiance_along(scene: &Scene, path: &PathTracer, ray: &Ray, (seed, place): (u64, u32), samples: u32) -> Moments {
+    let hit = scene.intersect(ray);
+    (0..samples).map(|i| path.radiance(scene, ray, hit, &mut stream(seed, place, i)).x).collect()
 }
 
 /// White pixels between two pictures.

@@ -1,28 +1,20 @@
 //! How far a program is: a line at the foot of a terminal, a line of text every few seconds elsewhere.
 
 use std::io::IsTerminal as _;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 pub use crate::run::signals::interrupted;
 
-/// Something that is being done. One of no size says only for how long.
-struct Task {
-    label: String,
-    unit: &'static str,
-    size: u64,
-    done: AtomicU64,
-    start: Instant,
-    /// The bits of the relative error of an image.
-    error: AtomicU64,
-}
+/// Something that is being done, and the unit of what it counts. Its bar only counts; one of no length says only for
+/// how long.
+type Task = (ProgressBar, &'static str);
 
 /// What is in hand, the parts of a task after it; and the line that shows it.
 struct Shown {
-    tasks: Vec<Arc<Task>>,
+    tasks: Vec<Task>,
     line: Option<ProgressBar>,
 }
 
@@ -75,18 +67,11 @@ fn fresh_line() -> ProgressBar {
 }
 
 /// All labels, and how far the last task is.
-fn describe(tasks: &[Arc<Task>]) -> Option<String> {
-    let task = tasks.last()?;
-    let labels: Vec<&str> = tasks.iter().map(|task| task.label.as_str()).collect();
-    let labels = labels.into_iter().filter(|label| !label.is_empty()).collect::<Vec<_>>().join(", ");
-    let error = f64::from_bits(task.error.load(Ordering::Relaxed));
-    let done = task.done.load(Ordering::Relaxed);
-    let text = state(done, task.size, task.unit, task.start.elapsed());
-    let mut text = format!("{labels}: {text}");
-    if error > 0.0 && error.is_finite() {
-        text += &format!(", error {:.2} %", 100.0 * error);
-    }
-    Some(text)
+fn describe(tasks: &[Task]) -> Option<String> {
+    let (last, unit) = tasks.last()?;
+    let labels = tasks.iter().map(|(task, _)| task.prefix()).filter(|label| !label.is_empty());
+    let state = state(last.position(), last.length().unwrap_or(0), unit, last.elapsed());
+    Some(format!("{}: {state}{}", labels.collect::<Vec<_>>().join(", "), last.message()))
 }
 
 /// "45 % of 27.0 million samples, 1.20 million/s, 12 s left": the rate is that since the beginning, and the
@@ -136,7 +121,7 @@ fn duration(seconds: f64) -> String {
 
 /// How far something is, shown once [`show`] was called and as long as this is kept.
 pub struct Bar {
-    task: Arc<Task>,
+    task: ProgressBar,
     /// When the error was last reckoned.
     reckoned: Instant,
 }
@@ -148,21 +133,15 @@ impl Bar {
     /// For so many of something; for 0, one that says how long it takes already. The label is empty where it goes
     /// without saying.
     pub fn new(label: &str, size: u64, unit: &'static str) -> Self {
-        let task = Arc::new(Task {
-            label: label.to_owned(),
-            unit,
-            size,
-            done: AtomicU64::new(0),
-            start: Instant::now(),
-            error: AtomicU64::new(0),
-        });
-        shown().tasks.push(Arc::clone(&task));
+        let task = ProgressBar::with_draw_target(Some(size), ProgressDrawTarget::hidden());
+        let task = task.with_prefix(label.to_owned());
+        shown().tasks.push((task.clone(), unit));
         Self { task, reckoned: Instant::now() }
     }
 
     /// Counts samples; false after a signal to end.
     pub fn advance(&self, samples: u64) -> bool {
-        self.task.done.fetch_add(samples, Ordering::Relaxed);
+        self.task.inc(samples);
         !interrupted()
     }
 
@@ -170,15 +149,18 @@ impl Bar {
     pub fn error(&mut self, relative: impl FnOnce() -> f64) {
         if self.reckoned.elapsed() >= ERROR_EVERY {
             self.reckoned = Instant::now();
-            self.task.error.store(relative().to_bits(), Ordering::Relaxed);
+            let error = relative();
+            let is_known = error > 0.0 && error.is_finite();
+            self.task.set_message(if is_known { format!(", error {:.2} %", 100.0 * error) } else { String::new() });
         }
     }
 }
 
 impl Drop for Bar {
     fn drop(&mut self) {
+        self.task.abandon();
         let mut shown = shown();
-        shown.tasks.retain(|task| !Arc::ptr_eq(task, &self.task));
+        shown.tasks.retain(|(task, _)| !task.is_finished());
         if shown.tasks.is_empty()
             && let Some(line) = &mut shown.line
         {

@@ -18,7 +18,7 @@ use super::split_png;
 use crate::experiments::EXPERIMENTS;
 use crate::render::name;
 use crate::run::progress::{Bar, interrupted};
-use crate::run::{Experiment, ExperimentResult, Finding, Judgement, Options, Run, write_text};
+use crate::run::{Experiment, ExperimentResult, Finding, Judgement, Options, Run, make_afresh, read_json, write_text};
 use crate::say;
 
 /// The largest file that the book keeps, in bytes.
@@ -72,7 +72,7 @@ fn run_one(
     if interrupted() {
         return Err(Error::Interrupted);
     }
-    let (mut outcome, unfinished) = run.into_outcome();
+    let Run { mut outcome, unfinished, .. } = run;
     outcome.digests = digests(folder)?;
     write_json(&folder.join("result.json"), &outcome)?;
     unfinished.end()?;
@@ -89,7 +89,7 @@ fn kept(folder: &Path, fingerprint: &str) -> Option<ExperimentResult> {
 
 /// The result in a folder, if there is one that can be read.
 pub fn result(folder: &Path) -> Option<ExperimentResult> {
-    serde_json::from_str(&std::fs::read_to_string(folder.join("result.json")).ok()?).ok()
+    read_json(&folder.join("result.json")).ok()
 }
 
 /// SHA-256 of each file of an experiment's folder but the result that lists them.
@@ -144,7 +144,7 @@ fn write_results(path: &Path, options: &Options) -> Result<(), Error> {
 }
 
 /// Writes a value as JSON.
-fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<(), Error> {
+pub fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<(), Error> {
     let text = serde_json::to_string_pretty(value).map_err(|error| Error::Image {
         action: "write",
         path: path.to_owned(),
@@ -220,17 +220,11 @@ pub fn recorded_folder() -> PathBuf {
 /// Copies an experiment's result and figures from `from` to `to`, where older files go; large pictures
 /// in bands by [`split_png`]. Returns the plots that are too large and were left out.
 pub fn record(from: &Path, to: &Path) -> Result<Vec<String>, Error> {
-    let file = from.join("result.json");
-    let text = std::fs::read_to_string(&file).map_err(Error::file("read", &file))?;
-    let mut outcome: ExperimentResult =
-        serde_json::from_str(&text).map_err(|error| Error::Option(format!("{}: {error}", file.display())))?;
+    let mut outcome: ExperimentResult = read_json(&from.join("result.json"))?;
     // They name a build and files that are not all recorded, which says nothing to a reader.
     outcome.fingerprint.clear();
     outcome.digests.clear();
-    if to.exists() {
-        std::fs::remove_dir_all(to).map_err(Error::file("remove", to))?;
-    }
-    std::fs::create_dir_all(to).map_err(Error::file("create", to))?;
+    make_afresh(to)?;
     let mut too_large = Vec::new();
     for figure in std::mem::take(&mut outcome.figures) {
         let source = from.join(&figure);

@@ -12,7 +12,7 @@ use serde::de::DeserializeOwned;
 use whitefurnace::error::Error;
 
 use crate::run::progress::interrupted;
-use crate::run::write_text;
+use crate::run::{make_afresh, read_json, write_text};
 
 /// A folder beside an experiment's files, from the beginning of a run to its end.
 pub struct Unfinished {
@@ -26,10 +26,7 @@ impl Unfinished {
         if std::fs::read_to_string(&run).is_ok_and(|begun| begun == fingerprint) {
             return Ok(Self { folder });
         }
-        if folder.exists() {
-            std::fs::remove_dir_all(&folder).map_err(Error::file("remove", &folder))?;
-        }
-        std::fs::create_dir_all(&folder).map_err(Error::file("create", &folder))?;
+        make_afresh(&folder)?;
         write_text(&run, fingerprint)?;
         Ok(Self { folder })
     }
@@ -42,17 +39,16 @@ impl Unfinished {
         make: impl FnOnce() -> Result<T, Error>,
     ) -> Result<T, Error> {
         let path = self.folder.join(format!("{key}.json"));
-        if let Some(part) = std::fs::read_to_string(&path).ok().and_then(|text| serde_json::from_str(&text).ok()) {
+        if let Ok(part) = read_json(&path) {
             return Ok(part);
         }
         if interrupted() {
             return Err(Error::Interrupted);
         }
-        let odd = |error: serde_json::Error| Error::Option(format!("{}: {error}", path.display()));
-        let text = serde_json::to_string(&make()?).map_err(odd)?;
-        write_text(&path, &text)?;
+        let text = serde_json::to_string(&make()?);
+        write_text(&path, &text.map_err(|error| Error::Option(format!("{}: {error}", path.display())))?)?;
         // What was made now goes the way of what was made before.
-        serde_json::from_str(&text).map_err(odd)
+        read_json(&path)
     }
 
     /// A copy of a file of the experiment as it was when the run began; an empty one if there was none.

@@ -9,10 +9,10 @@ use experiments::plot::trial_cells;
 use experiments::run::record::{LARGEST_RECORDED, record, recorded_folder, result};
 use whitefurnace::harness::mean::{Values, mean};
 use whitefurnace::harness::outcome::Claim;
-use whitefurnace::harness::trial::{Row, write_cells};
+use whitefurnace::harness::trial::write_cells;
 use whitefurnace::image::write_rgb;
 
-use crate::folder;
+use crate::{folder, refused, run};
 
 #[test]
 fn recorded_results_are_those_of_the_code() {
@@ -87,11 +87,7 @@ fn cells_of_a_failed_trial_are_plotted_and_bad_files_refused() {
     let folder = folder("cells");
     let plot = |name: &str, text: &str| {
         fs::write(folder.join(name), text).expect("file");
-        Command::new(env!("CARGO_BIN_EXE_plot-cells"))
-            .arg(name)
-            .current_dir(&folder)
-            .output()
-            .expect("the program starts")
+        run(env!("CARGO_BIN_EXE_plot-cells"), &folder, name)
     };
     let good = plot("good.csv", "place,expected,observed,sigmas\n\"u, v\",1e3,1.1e3,3.2\n\"w\",5e2,4.9e2,-0.4\n");
     assert!(good.status.success());
@@ -101,11 +97,7 @@ fn cells_of_a_failed_trial_are_plotted_and_bad_files_refused() {
         ("place,expected,observed,sigmas\n", "line 2"),
         ("place,expected,observed,sigmas\n\"x\",1,2\n", "line 2"),
     ] {
-        let bad = plot("bad.csv", text);
-        assert_eq!(bad.status.code(), Some(2));
-        let message = String::from_utf8_lossy(&bad.stderr);
-        assert_eq!(message.lines().count(), 1, "{message}");
-        assert!(message.contains(line), "{message}");
+        refused(&plot("bad.csv", text), line);
     }
 }
 
@@ -113,25 +105,14 @@ fn cells_of_a_failed_trial_are_plotted_and_bad_files_refused() {
 #[test]
 fn batches_of_a_mean_are_plotted() {
     let folder = folder("batches");
-    let values = Values::collect(0.0, 1000, {
-        let mut i = 0;
-        move || {
-            i += 1;
-            f64::from(i % 3)
-        }
+    let mut i = 0;
+    let values = Values::collect(0.0, 1000, || {
+        i += 1;
+        f64::from(i % 3)
     });
     let outcome = mean("mean, of i", &values, 2.0, Claim::Exact { delta: 0.1 });
-    let row = Row {
-        trial: String::from("toy/mean"),
-        control: String::new(),
-        property: String::new(),
-        source: "estimator",
-        verdict: outcome.verdict(),
-        outcome,
-        seed: 1,
-    };
-    let path = write_cells(&row.trial, &row.outcome, &folder).expect("written").expect("cells");
-    assert_eq!(trial_cells::read(&path).expect("a data file").len(), row.outcome.cells.len());
+    let path = write_cells("toy/mean", &outcome, &folder).expect("written").expect("cells");
+    assert_eq!(trial_cells::read(&path).expect("a data file").len(), outcome.cells.len());
     let plot = Command::new(env!("CARGO_BIN_EXE_plot-cells")).arg(&path).output().expect("the program starts");
     assert!(plot.status.success());
     assert!(fs::read_to_string(path.with_extension("svg")).expect("a plot").contains(" (16 values)"));

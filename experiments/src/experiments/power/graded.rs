@@ -46,8 +46,16 @@ impl Counted {
     }
 
     fn label(&self) -> String {
-        let sign = if self.up { '+' } else { '-' };
-        format!("{} {sign}δ", self.name)
+        format!("{} {}δ", self.name, self.sign())
+    }
+
+    fn sign(&self) -> char {
+        if self.up { '+' } else { '-' }
+    }
+
+    fn evidence(&self) -> String {
+        let (Self { rejected, seeds, level, power, .. }, p) = (self, self.p());
+        format!("{rejected} of {seeds} rejected at level {level:.1e}, {power:.3} stated, p = {p:.1e}")
     }
 }
 
@@ -92,14 +100,11 @@ pub fn graded(run: &mut Run, family: f64) -> Result<(), Error> {
     report(run, &counted, &left_out, (count, seeds.scale, family));
     let line = |c: &Counted| {
         let Counted { name, statistic, power, level, rejected, seeds, .. } = c;
-        let (side, p) = (if c.up { "+" } else { "-" }, c.p());
+        let (side, p) = (c.sign(), c.p());
         format!("\"{name}\",{side},{statistic},{power},{level:e},{rejected},{seeds},{p:e}")
     };
-    run.csv(
-        "graded.csv",
-        "measure,side,statistic,stated,level,rejected,seeds,p",
-        &counted.iter().map(line).collect::<Vec<_>>(),
-    )?;
+    let lines: Vec<String> = counted.iter().map(line).collect();
+    run.csv("graded.csv", "measure,side,statistic,stated,level,rejected,seeds,p", &lines)?;
     draw(run, &counted, seeds.scale)
 }
 
@@ -172,11 +177,7 @@ fn report(run: &mut Run, counted: &[Counted], left_out: &LeftOut, size: (u64, f6
     );
     if let Some(c) = weakest {
         run.numbers("graded.weakest", [("share", c.share()), ("stated", c.power), ("p", c.p())]);
-        let (label, Counted { rejected, seeds, level, power, .. }, p) = (c.label(), c, c.p());
-        value += &format!(
-            "; the furthest off is {label}: {rejected} of {seeds} rejected at level {level:.1e}, {power:.3} stated, \
-             p = {p:.1e}"
-        );
+        value += &format!("; the furthest off is {}: {}", c.label(), c.evidence());
     }
     let what = "values off by δ are rejected as often as stated";
     let full = run.tier() == Tier::Full;
@@ -186,9 +187,7 @@ fn report(run: &mut Run, counted: &[Counted], left_out: &LeftOut, size: (u64, f6
         run.note(what, value);
     }
     for c in failing.iter().filter(|_| full) {
-        let (Counted { rejected, seeds, level, power, .. }, p) = (c, c.p());
-        let value = format!("{rejected} of {seeds} rejected at level {level:.1e}, stated {power:.3}, p = {p:.1e}");
-        run.detail(&c.label(), value, false);
+        run.detail(&c.label(), c.evidence(), false);
     }
     for (reason, names) in left_out {
         run.note(&format!("not judged: {reason}"), format!("{}: {}", names.len(), names.join("; ")));

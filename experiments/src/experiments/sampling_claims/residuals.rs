@@ -8,48 +8,20 @@ use crate::experiments::prelude::*;
 /// Cells of azimuth and of inclination.
 const CELLS: [usize; 2] = [32, 16];
 
-/// A sampler on trial.
-struct Sampler {
-    /// In the titles.
-    title: &'static str,
-    /// In the keys.
-    name: &'static str,
-    /// A direction.
-    sample: fn(&mut Stream) -> DVec3,
-    /// The share of its claimed density below a direction's inclination, and the azimuth in turns: both are
-    /// uniform if the claim is right, so that cells of equal size have equal probability.
-    cell: fn(DVec3) -> [f64; 2],
-    /// How the axis names that share.
-    share: &'static str,
-    /// Whether the claim is right.
-    right: bool,
-}
+/// A claimed density: its share below a direction's inclination, and the azimuth in turns. Both are uniform if the
+/// claim is right, so that cells of equal size have equal probability. The axis has a name for the share.
+type Density = (fn(DVec3) -> [f64; 2], &'static str);
 
-const SAMPLERS: [Sampler; 3] = [
-    Sampler {
-        title: "Uniform, two numbers",
-        name: "uniform",
-        sample: |rng| uniform_hemisphere(uniform2(rng)),
-        cell: uniform_hemisphere_inverse,
-        share: "1 − cos θ",
-        right: true,
-    },
-    Sampler {
-        title: "Cosine-weighted",
-        name: "cosine",
-        sample: |rng| cosine_hemisphere(uniform2(rng)),
-        cell: cosine_hemisphere_inverse,
-        share: "sin² θ",
-        right: true,
-    },
-    Sampler {
-        title: "As printed, one number",
-        name: "printed",
-        sample: |rng| hemisphere_printed(uniform(rng)),
-        cell: uniform_hemisphere_inverse,
-        share: "1 − cos θ",
-        right: false,
-    },
+const UNIFORM: Density = (uniform_hemisphere_inverse, "1 − cos θ");
+const COSINE: Density = (cosine_hemisphere_inverse, "sin² θ");
+
+type Sampler = fn(&mut Stream) -> DVec3;
+
+/// Samplers with their names in titles and in keys, the densities that they claim, and whether the claims are right.
+const SAMPLERS: [(&str, &str, Sampler, Density, bool); 3] = [
+    ("Uniform, two numbers", "uniform", |rng| uniform_hemisphere(uniform2(rng)), UNIFORM, true),
+    ("Cosine-weighted", "cosine", |rng| cosine_hemisphere(uniform2(rng)), COSINE, true),
+    ("As printed, one number", "printed", |rng| hemisphere_printed(uniform(rng)), UNIFORM, false),
 ];
 
 /// Bound of the scale for samplers that are right, standard deviations.
@@ -62,36 +34,35 @@ pub fn residuals(run: &mut Run, file: &str) -> Result<(), Error> {
     let n = expected as u64 * cells as u64;
     run.numbers("residuals", [("samples", n as f64), ("expected", expected), ("cells", cells as f64)]);
     let mut panels = Vec::new();
-    for sampler in &SAMPLERS {
-        let mut rng = stream(seed_for(run.seed(), &format!("residuals {}", sampler.name)), 0, 0);
+    for (title, name, sample, (place, share), right) in SAMPLERS {
+        let mut rng = stream(seed_for(run.seed(), &format!("residuals {name}")), 0, 0);
         let mut counts = vec![0_u64; cells];
         for _ in 0..n {
-            counts[cell((sampler.cell)((sampler.sample)(&mut rng)))] += 1;
+            counts[cell(place(sample(&mut rng)))] += 1;
         }
         let values: Vec<f64> = counts.iter().map(|&count| (count as f64 - expected) / expected.sqrt()).collect();
         let statistic: f64 = values.iter().map(|r| r * r).sum();
         let p = chi_square_sf(statistic, cells as f64 - 1.0);
         let worst = values.iter().fold(0.0_f64, |worst, r| worst.max(r.abs()));
-        let numbers = [("chi_square", statistic), ("p", p), ("worst", worst)];
-        run.numbers(&format!("residuals.{}", sampler.name), numbers);
-        let verdict = if sampler.right { "agrees with" } else { "is rejected by" };
+        run.numbers(&format!("residuals.{name}"), [("chi_square", statistic), ("p", p), ("worst", worst)]);
+        let verdict = if right { "agrees with" } else { "is rejected by" };
         let level = FAMILY / SAMPLERS.len() as f64;
         let value = format!(
             "{verdict} its density: chi-square {statistic:.1} of {} degrees of freedom, p = {p:.2e}, \
              greatest residual {worst:.1} standard deviations",
             cells - 1
         );
-        run.claim(&format!("residuals, {}", sampler.title), value, (p >= level) == sampler.right);
+        run.claim(&format!("residuals, {title}"), value, (p >= level) == right);
         // An empty cell has the full colour of the faulty sampler's scale.
-        let (bound, scale) = if sampler.right {
+        let (bound, scale) = if right {
             (BOUND, format!("scale ±{BOUND} σ"))
         } else {
             let empty = expected.sqrt().round();
             (empty, format!("own scale, cut at ±{empty} σ"))
         };
         panels.push(Map {
-            title: format!("{}: greatest residual {worst:.1} σ ({scale})", sampler.title),
-            axes: ["azimuth φ (turns)".into(), sampler.share.into()],
+            title: format!("{title}: greatest residual {worst:.1} σ ({scale})"),
+            axes: ["azimuth φ (turns)".into(), share.into()],
             ranges: [[0.0, 1.0]; 2],
             size: CELLS.map(|n| n as u32),
             values,

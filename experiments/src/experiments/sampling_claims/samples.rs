@@ -99,11 +99,7 @@ pub fn fresnel(run: &mut Run, file: &str) -> Result<(), Error> {
             ("unpolarised (12)", reflectance),
         ];
         let series = curves.into_iter().enumerate().map(|(k, (label, r))| {
-            let points = (0..=900).map(|i| {
-                let degrees = f64::from(i) / 10.0;
-                [degrees, r(degrees.to_radians().cos(), n1, n2)]
-            });
-            Series::new(label, k, Mark::Line, points)
+            Series::curve(label, k, [0.0, 90.0], 900, |degrees| r(degrees.to_radians().cos(), n1, n2))
         });
         let marks = marks.iter().map(|&x| Series::new("", 6, Mark::Faint, [[x, 0.0], [x, 1.0]]));
         let axes = ["angle of incidence (degrees)", "reflectance"];

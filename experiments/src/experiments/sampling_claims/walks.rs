@@ -24,13 +24,8 @@ fn vertices(q: f64) -> f64 {
     1.0 / (1.0 - q)
 }
 
-fn interval(moments: &Moments) -> [f64; 2] {
-    let half = critical() * moments.standard_error();
-    [moments.mean() - half, moments.mean() + half]
-}
-
-fn holds(interval: [f64; 2], known: f64) -> bool {
-    interval[0] <= known && known <= interval[1]
+fn holds(moments: &Moments, known: f64) -> bool {
+    (moments.mean() - known).abs() <= critical() * moments.standard_error()
 }
 
 /// Mean, variance and efficiency against survival: closed forms, and walks where the variance of the
@@ -62,8 +57,7 @@ pub fn roulette(run: &mut Run, file: &str) -> Result<(), Error> {
         efficiencies.push(Series::new("", colour, Mark::Points, points));
         efficiencies.push(wall(a * a, [1e-4, 1e1]));
         for (q, (values, squares)) in &found {
-            all_hold &= holds(interval(values), exact);
-            all_hold &= holds(interval(squares), variance(a, *q));
+            all_hold &= holds(values, exact) && holds(squares, variance(a, *q));
             run.numbers(&format!("roulette.{a}.{q}"), [("mean", values.mean()), ("variance", squares.mean())]);
         }
         let [low, high] = [a, 0.95].map(efficiency);
@@ -101,30 +95,28 @@ pub fn truncation(run: &mut Run, file: &str) -> Result<(), Error> {
     let mut all_hold = true;
     for (colour, a) in ALBEDOS.into_iter().enumerate() {
         let exact = 1.0 / (1.0 - a);
-        let curve = (0..=200).map(|i| f64::from(i) / 10.0);
-        let curve = curve.map(|b| [b, a.powf(b + 1.0)]);
-        let curve = curve.filter(|&[_, lost]| lost >= LEAST);
-        series.push(Series::new(&format!("albedo {a}"), colour, Mark::Line, curve));
-        let (mut lost, mut bars) = (Vec::new(), Vec::new());
+        let mut curve = Series::curve(&format!("albedo {a}"), colour, [0.0, 20.0], 200, |b| a.powf(b + 1.0));
+        curve.points.retain(|[_, lost]| *lost >= LEAST);
+        series.push(curve);
+        let mut found = Vec::new();
         for b in [1, 2, 3, 5, 7, 10, 15, 20] {
             let (values, _) =
                 walks(run, &format!("cut {a} {b}"), n, WalkParts { longest: Some(b), ..CORRECT }, [a, 0.95]);
-            let [low, high] = interval(&values).map(|v| 1.0 - v / exact);
             let known = a.powi(b as i32 + 1);
-            all_hold &= holds([high, low], known);
+            all_hold &= holds(&values, exact * (1.0 - known));
+            let (lost, half) = (1.0 - values.mean() / exact, critical() * values.standard_error() / exact);
             if b == 7 {
-                run.number(&format!("cut.{a}.7"), 1.0 - values.mean() / exact);
-                let [found, closed] = [1.0 - values.mean() / exact, known].map(|share| 100.0 * share);
-                let value = format!("{found:.2} % of the light is missing, closed form {closed:.2} %");
+                run.number(&format!("cut.{a}.7"), lost);
+                let [lost, closed] = [lost, known].map(|share| 100.0 * share);
+                let value = format!("{lost:.2} % of the light is missing, closed form {closed:.2} %");
                 run.note(&format!("seven bounces at albedo {a}"), value);
             }
             // Below the noise there is nothing to draw on a logarithmic axis.
-            if high > 0.0 {
-                lost.push([f64::from(b), 1.0 - values.mean() / exact]);
-                bars.push([high, low]);
+            if lost > half {
+                found.push([f64::from(b), lost, half]);
             }
         }
-        series.push(Series::new("", colour, Mark::Points, lost).with_bars(bars));
+        series.push(Series::measured("", colour, found));
     }
     series.push(wall(7.0, [LEAST, 1.0]));
     run.claim("path length: the bias of cut paths is −a^(b+1)", format!("{n} walks each"), all_hold);
