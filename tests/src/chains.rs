@@ -44,7 +44,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let in_glass = FLOOR * LIGHT * (1.0 - walsh(INDEX)) / (INDEX * INDEX);
     let family_trial = |name, (scene, how, reference): &(&Arc<Scene>, &str, f64), kind, equation, n| {
         let property = format!("a patch reflects {reference:.6} of a light that it sees {how} only");
-        radiance(name, property, equation, (scene, kind, near_origin), *reference, (n, SINGLE))
+        radiance(name, equation, (scene, kind, near_origin)).says(property).is((*reference, SINGLE), n)
     };
     let mirror = (&mirror, "in a mirror", in_mirror);
     let glass = (&glass, "through glass", in_glass);

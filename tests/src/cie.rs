@@ -101,7 +101,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         let reference = FLOOR * l * f;
         let property = format!("{what}: F = {f:.6}, and {reference:.6} is reflected");
         let probe = (scene, EstimatorKind::Path, ray);
-        radiance(name, property, &GEOMETRY, probe, reference, (n, SINGLE))
+        radiance(name, &GEOMETRY, probe).says(property).is((reference, SINGLE), n)
     };
     let [x, y] = PANEL;
     let whole = [-HALF, HALF];

@@ -110,11 +110,8 @@ pub fn squared_error(rng: &mut Stream, strategy: PixelSampling, samples: u32) ->
 /// ±1/2n), 1/(6n²) at random (E[c(1 − c)] = 1/6), 1/(6n³) jittered (n of the n² cells are cut).
 fn edge(context: &Context, strategy: PixelSampling, reference: f64) -> Vec<Outcome> {
     let mut rng = context.rng("edge");
-    let values = Values::collect(reference, context.n(EDGE_SAMPLES), || {
-        squared_error(&mut rng, strategy, EDGE_SIDE * EDGE_SIDE)
-    });
-    let delta = VARIANCE_DELTA * reference;
-    vec![mean("mean squared error", &values, reference, Claim::Exact { delta })]
+    let value = || squared_error(&mut rng, strategy, EDGE_SIDE * EDGE_SIDE);
+    vec![mean_of("mean squared error", (reference, VARIANCE_DELTA), context.n(EDGE_SAMPLES), value)]
 }
 
 /// n of the trials of one size.

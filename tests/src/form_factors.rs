@@ -56,7 +56,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         let property = format!("the form factor between {how} unit squares is {factor:.6}");
         let reference = FLOOR * LIGHT * factor;
         let probe = (scene, EstimatorKind::Path, anywhere as fn(&mut Stream) -> Ray);
-        radiance(name, property, &GEOMETRY, probe, reference, (samples, SINGLE))
+        radiance(name, &GEOMETRY, probe).says(property).is((reference, SINGLE), samples)
     };
     vec![
         family_trial("irradiance/parallel-squares", "opposite", &opposite, parallel(1.0, 1.0), 4_500_000),

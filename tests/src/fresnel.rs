@@ -139,10 +139,9 @@ pub fn averages(context: &Context, r: Reflectance) -> Vec<Outcome> {
             format!("{:.9} for {reference:.9}", integral.value),
         ));
         let mut rng = context.rng(name);
-        let values =
-            Values::collect(reference, context.n(SAMPLES), || r(cosine_hemisphere(uniform2(&mut rng)).z, n1, n2));
-        let delta = AVERAGE_DELTA * reference;
-        outcomes.push(mean(&format!("average by sampling, {name}"), &values, reference, Claim::Exact { delta }));
+        let value = || r(cosine_hemisphere(uniform2(&mut rng)).z, n1, n2);
+        let name = format!("average by sampling, {name}");
+        outcomes.push(mean_of(&name, (reference, AVERAGE_DELTA), context.n(SAMPLES), value));
     }
     outcomes
 }

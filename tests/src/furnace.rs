@@ -56,14 +56,11 @@ fn boxes() -> Vec<FamilyTrial<EstimatorSubject>> {
             let scene = furnace_box(a).ok()?.into();
             let m = 1.0 / (1.0 - a);
             let ray = |rng: &mut Stream| Ray::new(DVec3::new(0.1, 0.2, -0.3), any_direction(rng));
-            Some(radiance(
-                name,
-                format!("the radiance in a closed furnace box of albedo {a} is {m:.6}"),
-                &RENDERING,
-                (&scene, EstimatorKind::Path, ray),
-                m,
-                (samples, BOUNCES),
-            ))
+            Some(
+                radiance(name, &RENDERING, (&scene, EstimatorKind::Path, ray))
+                    .says(format!("the radiance in a closed furnace box of albedo {a} is {m:.6}"))
+                    .is((m, BOUNCES), samples),
+            )
         })
         .collect()
 }
@@ -74,12 +71,11 @@ fn bright_sphere() -> FamilyTrial<EstimatorSubject> {
     let m = 1.0 / (1.0 - a);
     radiance(
         "furnace/path/albedo-0.9",
-        format!("the radiance in a spherical furnace of albedo {a} is {m:.6}"),
         &RENDERING,
         (&sphere_furnace(lambert(a), 0.0), by(Strategy::Bsdf, LightSampling::SolidAngle), inside),
-        m,
-        (6_000_000, BOUNCES),
     )
+    .says(format!("the radiance in a spherical furnace of albedo {a} is {m:.6}"))
+    .is((m, BOUNCES), 6_000_000)
 }
 
 /// One strategy alone. Shadow rays to points uniform in area have infinite variance in a box, whose
@@ -101,7 +97,7 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
     .map(|(name, scene, strategy, samples)| {
         let property = format!("in a furnace of albedo 0.5 the radiance by {strategy:?} alone is 2");
         let kind = by(strategy, LightSampling::SolidAngle);
-        radiance(name, property, &RENDERING, (scene, kind, anywhere), 2.0, (samples, BOUNCES))
+        radiance(name, &RENDERING, (scene, kind, anywhere)).says(property).is((2.0, BOUNCES), samples)
     })
     .collect()
 }
@@ -130,7 +126,7 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
             (property, &PATH_LENGTH)
         };
         let probe = (&scene, EstimatorKind::Report(segments), inside as fn(&mut Stream) -> Ray);
-        radiance(name, property, equation, probe, m, (samples, BOUNCES))
+        radiance(name, equation, probe).says(property).is((m, BOUNCES), samples)
     })
     .collect()
 }
@@ -145,17 +141,14 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
     .filter_map(|(name, cap, reference, samples)| {
         let scene = cavity_cap(rho, cap).ok()?.into();
         let probe = (&scene, EstimatorKind::Path, off_cap as fn(&mut Stream) -> Ray);
-        Some(radiance(
-            name,
-            format!(
-                "off a {} cap the radiance in a cavity of albedo {rho} is {reference:.6}",
-                format!("{cap:?}").to_lowercase()
-            ),
-            &RENDERING,
-            probe,
-            reference,
-            (samples, BOUNCES),
-        ))
+        Some(
+            radiance(name, &RENDERING, probe)
+                .says(format!(
+                    "off a {} cap the radiance in a cavity of albedo {rho} is {reference:.6}",
+                    format!("{cap:?}").to_lowercase()
+                ))
+                .is((reference, BOUNCES), samples),
+        )
     })
     .collect()
 }
@@ -169,38 +162,22 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
     let inclination = 75f64.to_radians();
     let albedo = oren_nayar_albedo(OrenNayar::new(SIGMA), inclination);
     vec![
-        radiance(
-            "furnace/sky/path",
-            property.clone(),
-            &COSINE_HEMISPHERE,
-            (&walled, EstimatorKind::Path, |_| at_origin()),
-            visible,
-            (8_500_000, SINGLE),
-        ),
-        radiance(
-            "furnace/sky/report",
-            property,
-            &HEMISPHERE_PHI,
-            (&walled, EstimatorKind::Report(2), |_| at_origin()),
-            visible,
-            (17_000_000, SINGLE),
-        ),
+        radiance("furnace/sky/path", &COSINE_HEMISPHERE, (&walled, EstimatorKind::Path, |_| at_origin()))
+            .says(property.clone())
+            .is((visible, SINGLE), 8_500_000),
+        radiance("furnace/sky/report", &HEMISPHERE_PHI, (&walled, EstimatorKind::Report(2), |_| at_origin()))
+            .says(property)
+            .is((visible, SINGLE), 17_000_000),
         radiance(
             "furnace/sky/oren-nayar",
-            format!("at 75° an Oren-Nayar floor reflects {albedo:.6} of a white sky"),
             &OREN_NAYAR,
             (&rough, EstimatorKind::Path, |_| towards_origin(75f64.to_radians())),
-            albedo,
-            (4_200_000, SINGLE),
-        ),
-        radiance(
-            "furnace/sky/eon",
-            "a white floor of EON with roughness 1 reflects all of a white sky",
-            &EON_MULTIPLE,
-            (&eon_floor(1.0), EstimatorKind::Path, |_| at_origin()),
-            1.0,
-            (2_400_000, SINGLE),
-        ),
+        )
+        .says(format!("at 75° an Oren-Nayar floor reflects {albedo:.6} of a white sky"))
+        .is((albedo, SINGLE), 4_200_000),
+        radiance("furnace/sky/eon", &EON_MULTIPLE, (&eon_floor(1.0), EstimatorKind::Path, |_| at_origin()))
+            .says("a white floor of EON with roughness 1 reflects all of a white sky")
+            .is((1.0, SINGLE), 2_400_000),
     ]
 }
 
@@ -217,25 +194,19 @@ fn mirrors() -> Vec<FamilyTrial<EstimatorSubject>> {
     });
     let hall_mean = 1.0 / (1.0 - reflectance);
     vec![
-        radiance(
-            "furnace/mirrors/hall",
-            format!("in a hall of emitting mirrors of reflectance 0.75 the radiance is {hall_mean}"),
-            &RENDERING,
-            (&hall, EstimatorKind::Path, inside),
-            hall_mean,
-            (5_200_000, BOUNCES),
-        ),
+        radiance("furnace/mirrors/hall", &RENDERING, (&hall, EstimatorKind::Path, inside))
+            .says(format!("in a hall of emitting mirrors of reflectance 0.75 the radiance is {hall_mean}"))
+            .is((hall_mean, BOUNCES), 5_200_000),
         radiance(
             "furnace/mirrors/facing",
-            "between two facing perfect mirrors under a white sky paths end and the radiance is 1",
             &ROULETTE,
             (&facing, EstimatorKind::Path, |rng| {
                 let w = any_direction(rng);
                 let slanted = DVec3::new(w.x, w.y, 0.0).normalize() * 0.3 + DVec3::Z;
                 Ray::new(DVec3::ZERO, slanted.normalize())
             }),
-            1.0,
-            (1_200_000, BOUNCES),
-        ),
+        )
+        .says("between two facing perfect mirrors under a white sky paths end and the radiance is 1")
+        .is((1.0, BOUNCES), 1_200_000),
     ]
 }

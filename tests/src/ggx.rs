@@ -114,10 +114,8 @@ fn on_a_floor(context: &Context, parts: GgxParts) -> Vec<Outcome> {
     let wo = from_spherical(INCLINATION, 0.0);
     let reference = reflected(metal, wo);
     let mut rng = context.rng("radiance");
-    let values = Values::collect(reference, context.n(SAMPLES), || {
-        path.radiance(&scene, &ray, scene.intersect(&ray), &mut rng).x
-    });
-    vec![mean("radiance", &values, reference, Claim::Exact { delta: BOUNCES * reference })]
+    let value = || path.radiance(&scene, &ray, scene.intersect(&ray), &mut rng).x;
+    vec![mean_of("radiance", (reference, BOUNCES), context.n(SAMPLES), value)]
 }
 
 fn trials() -> Vec<FamilyTrial<GgxParts>> {

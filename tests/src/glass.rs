@@ -69,30 +69,19 @@ fn aims() -> Vec<FamilyTrial<EstimatorSubject>> {
     let transmitted = (1.0 - reflectance_by_angles(theta_1, 1.0, INDEX)) / (INDEX * INDEX) * LIGHT;
     let probe: fn(&mut Stream) -> Ray = |_| towards_origin(AIM.to_radians());
     vec![
-        radiance(
-            "glass/mirror-aim",
-            "a small light lies where the law of reflection says, and is seen in the mirror",
-            &REFRACTION,
-            (&aim(mirror, reflected), EstimatorKind::Whitted(3), probe),
-            0.9 * LIGHT,
-            (1000, 0.0),
-        ),
+        radiance("glass/mirror-aim", &REFRACTION, (&aim(mirror, reflected), EstimatorKind::Whitted(3), probe))
+            .says("a small light lies where the law of reflection says, and is seen in the mirror")
+            .is((0.9 * LIGHT, 0.0), 1000),
         radiance(
             "glass/snell-aim",
-            "a small light in glass lies where Snell's law says, at (1 − R)/n² of its radiance",
             &REFRACTION,
             (&aim(Bsdf::Glass { index: INDEX }, refracted), EstimatorKind::Whitted(3), probe),
-            transmitted,
-            (1000, 0.0),
-        ),
-        radiance(
-            "glass/lit-from-below",
-            "light from within glass arrives as (1 − R)/n² of its radiance",
-            &REFRACTION,
-            (&lit_from_below(), EstimatorKind::Path, probe),
-            transmitted / LIGHT,
-            (2_400_000, SINGLE),
-        ),
+        )
+        .says("a small light in glass lies where Snell's law says, at (1 − R)/n² of its radiance")
+        .is((transmitted, 0.0), 1000),
+        radiance("glass/lit-from-below", &REFRACTION, (&lit_from_below(), EstimatorKind::Path, probe))
+            .says("light from within glass arrives as (1 − R)/n² of its radiance")
+            .is((transmitted / LIGHT, SINGLE), 2_400_000),
     ]
 }
 
@@ -136,15 +125,14 @@ const CELL: f64 = whitefurnace::harness::chi_square::CELL_DELTA;
 fn total_reflection() -> FamilyTrial<EstimatorSubject> {
     radiance(
         "glass/total-reflection",
-        "within glass, past the critical angle, the surface shows the lit ground undiminished",
         &FRESNEL,
         (&lit_from_below(), EstimatorKind::Report(3), |_| {
             let d = whitefurnace::frame::from_spherical(50f64.to_radians(), 1.0);
             Ray::new(-0.5 * d, d)
         }),
-        1.0,
-        (2_000_000, 0.0),
     )
+    .says("within glass, past the critical angle, the surface shows the lit ground undiminished")
+    .is((1.0, 0.0), 2_000_000)
 }
 
 /// A direction in which light can leave a glass cube: well within the critical angle of one of its
@@ -182,30 +170,15 @@ fn cubes() -> Vec<FamilyTrial<EstimatorSubject>> {
     };
     let n2 = INDEX * INDEX;
     vec![
-        radiance(
-            "glass/cube-outside",
-            "a glass cube under a white sky shows 1 from outside",
-            &FRESNEL,
-            (&outside, EstimatorKind::Path, from_outside),
-            1.0,
-            (1_000_000, BOUNCES),
-        ),
-        radiance(
-            "glass/cube-inside",
-            "from inside it shows n² in directions that can leave",
-            &REFRACTION,
-            (&inside, EstimatorKind::Path, leaving),
-            n2,
-            (2_400_000, BOUNCES),
-        ),
-        radiance(
-            "glass/cube-trapped",
-            "and nothing in directions that total reflection traps",
-            &FRESNEL,
-            (&inside, EstimatorKind::Path, trapped),
-            0.0,
-            (1_600_000, 0.0),
-        ),
+        radiance("glass/cube-outside", &FRESNEL, (&outside, EstimatorKind::Path, from_outside))
+            .says("a glass cube under a white sky shows 1 from outside")
+            .is((1.0, BOUNCES), 1_000_000),
+        radiance("glass/cube-inside", &REFRACTION, (&inside, EstimatorKind::Path, leaving))
+            .says("from inside it shows n² in directions that can leave")
+            .is((n2, BOUNCES), 2_400_000),
+        radiance("glass/cube-trapped", &FRESNEL, (&inside, EstimatorKind::Path, trapped))
+            .says("and nothing in directions that total reflection traps")
+            .is((0.0, 0.0), 1_600_000),
     ]
 }
 
@@ -218,12 +191,7 @@ fn vanishing() -> FamilyTrial<EstimatorSubject> {
         s.sphere(Sphere::new(DVec3::new(0.1, 0.0, 1.3), 0.5), glass);
     });
     let reference = FLOOR * FRAC_1_PI * LIGHT * polygon_irradiance(&RECTANGLE);
-    radiance(
-        "glass/index-matched",
-        "a sphere of index 1 before a light changes nothing",
-        &REFRACTION,
-        (&scene, EstimatorKind::Path, |_| at_origin()),
-        reference,
-        (5_800_000, IMAGE),
-    )
+    radiance("glass/index-matched", &REFRACTION, (&scene, EstimatorKind::Path, |_| at_origin()))
+        .says("a sphere of index 1 before a light changes nothing")
+        .is((reference, IMAGE), 5_800_000)
 }

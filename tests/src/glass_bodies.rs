@@ -75,26 +75,20 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let r0 = ((INDEX - 1.0) / (INDEX + 1.0)).powi(2);
     let through = |r: f64| (1.0 - r) / (1.0 + r);
     vec![
-        radiance(
-            "glass/slab",
-            format!(
+        radiance("glass/slab", &FRESNEL, (&slab(), EstimatorKind::Path, |_| towards_origin(60f64.to_radians())))
+            .says(format!(
                 "a slab lets (1 − R)/(1 + R) = {:.6} of unpolarised light through at 60°, R taken \
                      anew for light without polarisation at each face, as (12) has it",
                 through(r)
-            ),
-            &FRESNEL,
-            (&slab(), EstimatorKind::Path, |_| towards_origin(60f64.to_radians())),
-            through(r),
-            (5_600_000, SINGLE),
-        ),
+            ))
+            .is((through(r), SINGLE), 5_600_000),
         radiance(
             "glass/prism",
-            format!("a prism turns light by 90° and lets (1 − R)/(1 + R) = {:.6} through its legs", through(r0)),
             &FRESNEL,
             (&prism(), EstimatorKind::Path, |_| Ray::new(DVec3::new(-1.0, 0.0, 0.4), DVec3::X)),
-            through(r0) * LIGHT,
-            (4_600_000, SINGLE),
-        ),
+        )
+        .says(format!("a prism turns light by 90° and lets (1 − R)/(1 + R) = {:.6} through its legs", through(r0)))
+        .is((through(r0) * LIGHT, SINGLE), 4_600_000),
         trial(
             "glass/vanishing",
             "a sphere of index 1 before lights leaves the image as it is",

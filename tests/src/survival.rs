@@ -50,23 +50,12 @@ const WALKS: u64 = 4_500_000;
 
 /// The mean of each channel is 1/(1 − ā) with the mean albedo ā.
 fn channels(context: &Context, policy: Policy) -> Vec<Outcome> {
-    let reference = DVec3::ONE / (DVec3::ONE - 0.5 * (COLOURS[0] + COLOURS[1]));
-    let mut values = reference.to_array().map(Values::new);
+    let [x, y, z] = (DVec3::ONE / (DVec3::ONE - 0.5 * (COLOURS[0] + COLOURS[1]))).to_array();
+    let about = [("first channel", x), ("second channel", y), ("third channel", z)];
     let mut rng = context.rng("walks");
-    for _ in 0..context.n(WALKS) {
-        let radiance = walk(&mut rng, policy, |_, _, _| ());
-        for (channel, value) in values.iter_mut().zip(radiance.to_array()) {
-            channel.push(value);
-        }
-    }
-    let names = ["first channel", "second channel", "third channel"];
-    let channels = names.iter().zip(&values).zip(reference.to_array());
-    channels
-        .map(|((name, values), reference)| {
-            let delta = BOUNCES * reference;
-            mean(name, values, reference, Claim::Exact { delta })
-        })
-        .collect()
+    means(about.map(|(name, reference)| (name, reference, BOUNCES * reference)), context.n(WALKS), || {
+        walk(&mut rng, policy, |_, _, _| ()).to_array()
+    })
 }
 
 const BOUNDED_WALKS: u64 = 100_000;

@@ -178,9 +178,11 @@ fn independence(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     let seed = context.seed_of("independent");
     let n = context.n(PAIRS);
     let centred = |u: f64| 12f64.sqrt() * (u - 0.5);
-    let names = ["next block", "next pixel", "next scramble", "next coordinate"];
-    let mut values = names.map(|_| Values::new(0.0));
-    for replication in 0..n as u32 {
+    let names =
+        ["next block", "next pixel", "next scramble", "next coordinate"].map(|next| format!("correlation, {next}"));
+    let mut replications = 0..;
+    means(names.each_ref().map(|name| (&**name, 0.0, CORRELATION_DELTA)), n, || {
+        let replication = replications.next().unwrap_or(u32::MAX);
         let point = Point { seed, pixel: 2, replication: 2 * replication, index: replication % 512 };
         let here = (subject.numbers)(point, 1);
         let next_pixel = Point { pixel: 3, ..point };
@@ -191,13 +193,8 @@ fn independence(context: &Context, subject: SobolParts) -> Vec<Outcome> {
             (subject.numbers)(next_scramble, 1)[0],
             here[1],
         ];
-        for (values, other) in values.iter_mut().zip(others) {
-            values.push(centred(here[0]) * centred(other));
-        }
-    }
-    let claim = Claim::Exact { delta: CORRELATION_DELTA };
-    let outcome = |(name, values)| mean(&format!("correlation, {name}"), values, 0.0, claim);
-    names.into_iter().zip(&values).map(outcome).collect()
+        others.map(|other| centred(here[0]) * centred(other))
+    })
 }
 
 /// Scrambles of the estimate's mean, and points of each.
@@ -221,15 +218,12 @@ fn unbiased(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     let scene = rectangle_light(false);
     let reference = reflected(polygon_irradiance(&RECTANGLE));
     let mut replication = 0;
-    let values = Values::collect(reference, context.n(SCRAMBLES), || {
+    vec![mean_of("radiance over scrambles", (reference, MEAN_DELTA), context.n(SCRAMBLES), || {
         let point = |index| Point { seed, pixel: 1, replication, index };
         let sum: f64 = (0..POINTS).map(|i| estimate(&scene, subject, point(i))).sum();
         replication += 1;
         sum / f64::from(POINTS)
-    });
-    let delta = MEAN_DELTA * reference;
-    let claim = Claim::Exact { delta };
-    vec![mean("radiance over scrambles", &values, reference, claim)]
+    })]
 }
 
 /// Images of the error bar's trial. Squared errors vary more than squared bars: they take four fifths.
