@@ -7,15 +7,21 @@ use whitefurnace::sampling::{cosine_hemisphere, uniform_hemisphere};
 
 use crate::prelude::*;
 
-/// The names of outcomes of check-ups at each of their inclinations.
+/// An outcome of a trial by check-up, at each of its inclinations.
 macro_rules! at_every_angle {
-    ($($name:literal),* $(,)?) => {
-        &[$(
-            concat!($name, " at 0 degrees"),
-            concat!($name, " at 40 degrees"),
-            concat!($name, " at 75 degrees"),
-            concat!($name, " at 85 degrees"),
-        )*]
+    ($trial:literal, $name:literal) => {
+        concat!(
+            $trial,
+            ": ",
+            $name,
+            " at 0 degrees | ",
+            $name,
+            " at 40 degrees | ",
+            $name,
+            " at 75 degrees | ",
+            $name,
+            " at 85 degrees"
+        )
     };
 }
 pub(super) use at_every_angle;
@@ -137,39 +143,21 @@ fn faults() -> Vec<Fault<PartTable>> {
         fault!("no-pi", LAMBERT, "f = ρ",
             PartTable: { brdf: |bsdf, wo, wi| PI * bsdf.eval(wo, wi) },
             "bsdf/lambert: directional albedo at 0 degrees"),
-        fault(
-            "uniform-sampler",
-            &COSINE_HEMISPHERE,
-            "uniform directions, cosine pdf",
-            PartTable { cosine_hemisphere: uniform_hemisphere, ..CORRECT },
-            at_every_angle![
-                "bsdf/lambert: chi-square of samples",
-                "bsdf/oren-nayar: chi-square of samples",
-                "bsdf/oren-nayar-printed: chi-square of samples",
-            ],
-        ),
-        fault(
-            "cosine-sampler",
-            &HEMISPHERE_THETA,
-            "cosine directions, uniform pdf",
-            PartTable { uniform_hemisphere: cosine_hemisphere, ..CORRECT },
-            at_every_angle!["bsdf/cosine: chi-square of samples"],
-        ),
-        fault(
-            "cosine-twice",
-            &COSINE,
-            "the weight has the cosine twice",
-            PartTable { cosine: squared, ..CORRECT },
-            at_every_angle![
-                "bsdf/lambert: furnace",
-                "bsdf/cosine: furnace",
-                "bsdf/oren-nayar: furnace",
-                "bsdf/oren-nayar-printed: furnace",
-            ],
-        ),
+        fault!("uniform-sampler", COSINE_HEMISPHERE, "uniform directions, cosine pdf",
+            PartTable: { cosine_hemisphere: uniform_hemisphere },
+            at_every_angle!("bsdf/lambert", "chi-square of samples"),
+            at_every_angle!("bsdf/oren-nayar", "chi-square of samples"),
+            at_every_angle!("bsdf/oren-nayar-printed", "chi-square of samples")),
+        fault!("cosine-sampler", HEMISPHERE_THETA, "cosine directions, uniform pdf",
+            PartTable: { uniform_hemisphere: cosine_hemisphere },
+            at_every_angle!("bsdf/cosine", "chi-square of samples")),
+        fault!("cosine-twice", COSINE, "the weight has the cosine twice",
+            PartTable: { cosine: squared },
+            at_every_angle!("bsdf/lambert", "furnace"), at_every_angle!("bsdf/cosine", "furnace"),
+            at_every_angle!("bsdf/oren-nayar", "furnace"), at_every_angle!("bsdf/oren-nayar-printed", "furnace")),
         fault!("cosine-in-f", COSINE, "eval returns f_r cos θ",
-            PartTable: { brdf: |bsdf, wo, wi| bsdf.eval(wo, wi) * wi.z }, "bsdf/cosine: reciprocity",
-            "bsdf/cosine: directional albedo at 0 degrees"),
+            PartTable: { brdf: |bsdf, wo, wi| bsdf.eval(wo, wi) * wi.z },
+            "bsdf/cosine: reciprocity | directional albedo at 0 degrees"),
         fault!("printed", OREN_NAYAR, "sin β for tan β, as the report prints",
             PartTable: { brdf: |_, wo, wi| oren_nayar(OrenNayarForm::Printed).eval(wo, wi) },
             "bsdf/oren-nayar: directional albedo at 75 degrees"),

@@ -174,22 +174,13 @@ macro_rules! with {
 }
 
 fn faults() -> Vec<Fault<EonParts>> {
-    let sampled = |lobes| EonParts { lobes, ..CORRECT };
     vec![
-        fault(
-            "uniform-sampler",
-            &COSINE_HEMISPHERE,
-            "uniform directions, cosine pdf",
-            sampled(PartTable { cosine_hemisphere: uniform_hemisphere, ..subject::CORRECT }),
-            at_every_angle!["bsdf/eon: chi-square of samples"],
-        ),
-        fault(
-            "cosine-twice",
-            &COSINE,
-            "the weight has the cosine twice",
-            sampled(PartTable { cosine: squared, ..subject::CORRECT }),
-            at_every_angle!["bsdf/eon: furnace"],
-        ),
+        fault!("uniform-sampler", COSINE_HEMISPHERE, "uniform directions, cosine pdf",
+            EonParts: { lobes: PartTable { cosine_hemisphere: uniform_hemisphere, ..subject::CORRECT } },
+            at_every_angle!("bsdf/eon", "chi-square of samples")),
+        fault!("cosine-twice", COSINE, "the weight has the cosine twice",
+            EonParts: { lobes: PartTable { cosine: squared, ..subject::CORRECT } },
+            at_every_angle!("bsdf/eon", "furnace")),
         fault!("no-multiple-scattering", EON_MULTIPLE, "single scattering alone",
             = with!(|rho, r, wo, wi| coloured(rho, r, (wo, wi), 0.0)),
             "bsdf/eon: directional albedo at 0 degrees", "bsdf/eon-white", "bsdf/eon-coloured"),

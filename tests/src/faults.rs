@@ -50,17 +50,16 @@ pub struct Fault<S> {
     pub wrong: &'static str,
     /// The faulty subject.
     pub subject: S,
-    /// The trials that must reject it, each alone or with the outcome that must: "trial: outcome", once
-    /// for each such outcome (see [`meant`]). Of an equivalent mutant, the
-    /// trials that must accept it.
+    /// The trials that must reject it, each alone or with the outcomes that must: "trial: outcome | outcome"
+    /// (see [`meant`]). Of an equivalent mutant, the trials that must accept it.
     pub caught_by: &'static [&'static str],
 }
 
-/// The trial and the outcome of an entry of [`Fault::caught_by`].
-fn entry(caught_by: &'static str) -> (&'static str, Option<&'static str>) {
+/// The trial and the outcomes of an entry of [`Fault::caught_by`].
+fn entry(caught_by: &'static str) -> (&'static str, Vec<&'static str>) {
     match caught_by.split_once(": ") {
-        Some((trial, outcome)) => (trial, Some(outcome)),
-        None => (caught_by, None),
+        Some((trial, outcomes)) => (trial, outcomes.split(" | ").collect()),
+        None => (caught_by, Vec::new()),
     }
 }
 
@@ -68,7 +67,7 @@ fn entry(caught_by: &'static str) -> (&'static str, Option<&'static str>) {
 fn outcomes_of(caught_by: &[&'static str], trial: &str) -> Option<Vec<&'static str>> {
     let mut entries = caught_by.iter().map(|text| entry(text)).filter(|(name, _)| *name == trial).peekable();
     entries.peek()?;
-    Some(entries.filter_map(|(_, outcome)| outcome).collect())
+    Some(entries.flat_map(|(_, outcomes)| outcomes).collect())
 }
 
 /// A fault from its parts, in the order of its fields.

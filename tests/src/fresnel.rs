@@ -235,7 +235,7 @@ fn faults() -> Vec<Fault<Reflectances>> {
             = whole(schlick), "fresnel/reversible", "fresnel/averages: average by quadrature, outside"),
         fault!("sum", FRESNEL, "R_s + R_p without the half",
             = whole(|c, n1, n2| reflectance_s(c, n1, n2) + reflectance_p(c, n1, n2)),
-            "fresnel/limits: normal incidence", "fresnel/limits: grazing incidence"),
+            "fresnel/limits: normal incidence | grazing incidence"),
         fault!("no-total-reflection", FRESNEL, "a finite R past the critical angle",
             = whole(no_total_reflection),
             "fresnel/critical: total reflection", "fresnel/averages: average by quadrature, inside"),
@@ -243,7 +243,7 @@ fn faults() -> Vec<Fault<Reflectances>> {
             = whole(literal), "fresnel/critical: total reflection"),
         fault!("only-s", FRESNEL, "R_s alone, as if light were polarised",
             = whole(reflectance_s),
-            "fresnel/averages: average by sampling, outside", "fresnel/averages: average by sampling, inside"),
+            "fresnel/averages: average by sampling, outside | average by sampling, inside"),
         fault!("swapped-indices", FRESNEL, "n₁ and n₂ exchanged",
             = whole(|c, n1, n2| reflectance(c, n2, n1)), "fresnel/critical: critical angle times 0.999"),
     ]

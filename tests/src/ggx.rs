@@ -174,6 +174,12 @@ fn masked(metal: &Ggx, wo: DVec3, wi: DVec3, share: f64) -> DVec3 {
     metal.eval(wo, wi) * share / seen_from_both(metal.alpha, wo, wi)
 }
 
+/// The direction to which a facet throws, if that is above the surface.
+fn mirrored(wo: DVec3, m: DVec3) -> Option<DVec3> {
+    let wi = 2.0 * wo.dot(m) * m - wo;
+    (wi.z > 0.0).then_some(wi)
+}
+
 fn faults() -> Vec<Fault<GgxParts>> {
     vec![
         fault!("one-sided", GGX_MASKING, "masking towards the eye, no shadowing towards the light",
@@ -185,41 +191,25 @@ fn faults() -> Vec<Fault<GgxParts>> {
                 masked(metal, wo, wi, o * i)
             } },
             "bsdf/ggx: directional albedo at 75 degrees", "bsdf/ggx-coloured", "furnace/ggx-floor"),
-        fault(
-            "no-jacobian",
-            &GGX_VISIBLE,
-            "the pdf is that of the half vector",
-            GgxParts { pdf: |metal, wo, wi| visible_normals(metal.alpha, wo, (wo + wi).normalize()), ..CORRECT },
-            at_every_angle!["bsdf/ggx: furnace"],
-        ),
+        fault!("no-jacobian", GGX_VISIBLE, "the pdf is that of the half vector",
+            GgxParts: { pdf: |metal, wo, wi| visible_normals(metal.alpha, wo, (wo + wi).normalize()) },
+            at_every_angle!("bsdf/ggx", "furnace")),
         fault!("all-normals", GGX_VISIBLE,
             "facets are sampled by their area, seen or not; the pdf is that of the visible ones",
             GgxParts: { sample: |metal, wo, [r1, r2]| {
-                    let tan = metal.alpha * (r1 / (1.0 - r1)).sqrt();
-                    let m = from_spherical(tan.atan(), TAU * r2);
-                    let wi = 2.0 * wo.dot(m) * m - wo;
-                    (wi.z > 0.0).then_some(wi)
-                } },
-            "bsdf/ggx: chi-square of samples at 40 degrees", "bsdf/ggx: chi-square of samples at 75 degrees",
-            "bsdf/ggx: chi-square of samples at 85 degrees"),
-        fault(
-            "roughness-squared-twice",
-            &GGX_NORMALS,
-            "α² for α where facets are sampled",
-            GgxParts {
-                sample: |metal, wo, random| {
-                    let m = sample_visible_normal(metal.alpha * metal.alpha, wo, random);
-                    let wi = 2.0 * wo.dot(m) * m - wo;
-                    (wi.z > 0.0).then_some(wi)
-                },
-                ..CORRECT
-            },
-            at_every_angle!["bsdf/ggx: chi-square of samples"],
-        ),
+                let tan = metal.alpha * (r1 / (1.0 - r1)).sqrt();
+                mirrored(wo, from_spherical(tan.atan(), TAU * r2))
+            } },
+            "bsdf/ggx: chi-square of samples at 40 degrees | chi-square of samples at 75 degrees \
+             | chi-square of samples at 85 degrees"),
+        fault!("roughness-squared-twice", GGX_NORMALS, "α² for α where facets are sampled",
+            GgxParts: { sample: |metal, wo, random| {
+                mirrored(wo, sample_visible_normal(metal.alpha * metal.alpha, wo, random))
+            } },
+            at_every_angle!("bsdf/ggx", "chi-square of samples")),
         fault!("pdf-too-high", GGX_VISIBLE, "a pdf that is 3 % too high",
             GgxParts: { pdf: |metal, wo, wi| 1.03 * metal.pdf(wo, wi) },
-            "bsdf/ggx: furnace at 0 degrees", "bsdf/ggx: furnace at 40 degrees", "bsdf/ggx: furnace at 75 degrees",
-            "bsdf/ggx: furnace at 85 degrees", "furnace/ggx-floor"),
+            at_every_angle!("bsdf/ggx", "furnace"), "furnace/ggx-floor"),
         fault!("fourth-power", GGX_MASKING, "Schlick's reflectance with the fourth power",
             GgxParts: { eval: |metal, wo, wi| {
                 let cosine = wo.dot((wo + wi).normalize());

@@ -179,14 +179,14 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let on = move |context: &Context, sides: Sides| weights(context, &scene, &sides);
     let hits = |side| Sides { hits: side, ..SIDES };
     let shadows = |side| Sides { shadows: side, ..SIDES };
+    let with = |parts| Side { parts, ..SIDE };
     let other = |lights| match lights {
         LightSampling::Area => LightSampling::SolidAngle,
         LightSampling::SolidAngle => LightSampling::Area,
     };
     let balance = Side { heuristic: |_| Heuristic::Balance, ..SIDE };
-    let by_hit: &[&str] = &["irradiance/path-weights: weight of a hit", "irradiance/path-weights: sum of both"];
-    let by_shadow: &[&str] =
-        &["irradiance/path-weights: weight of a shadow ray", "irradiance/path-weights: sum of both"];
+    const BY_HIT: &str = "irradiance/path-weights: weight of a hit | sum of both";
+    const BY_SHADOW: &str = "irradiance/path-weights: weight of a shadow ray | sum of both";
     vec![Box::new(Family {
         whole_estimator: true,
         trials: vec![trial(
@@ -197,55 +197,27 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             on,
         )],
         faults: vec![
-            fault(
-                "hits-by-balance",
-                &MIS_POWER,
-                "hits have the weight of balance where shadow rays have that of power",
-                hits(balance),
-                by_hit,
-            ),
-            fault(
-                "shadow-rays-by-balance",
-                &MIS_POWER,
+            fault!("hits-by-balance", MIS_POWER,
+                "hits have the weight of balance where shadow rays have that of power", = hits(balance), BY_HIT),
+            fault!("shadow-rays-by-balance", MIS_POWER,
                 "shadow rays have the weight of balance where hits have that of power",
-                shadows(balance),
-                by_shadow,
-            ),
-            fault(
-                "density-of-the-other-light-sampling",
-                &SOLID_ANGLE,
+                = shadows(balance), BY_SHADOW),
+            fault!("density-of-the-other-light-sampling", SOLID_ANGLE,
                 "hits are weighted by area where shadow rays pick by solid angle, and the reverse",
-                hits(Side { lights: other, ..SIDE }),
-                by_hit,
-            ),
-            fault(
-                "number-of-lights-forgotten",
-                &MIS,
+                = hits(Side { lights: other, ..SIDE }), BY_HIT),
+            fault!("number-of-lights-forgotten", MIS,
                 "the density of a shadow ray does not know at a hit that one of five lights was picked",
-                hits(Side { parts: PartTable { pdf_of_pick: |pdf, _| pdf, ..CORRECT }, ..SIDE }),
-                by_hit,
-            ),
-            fault(
-                "hits-weighted-as-shadow-rays",
-                &MIS,
-                "the two densities change places at a hit",
-                hits(Side {
-                    parts: PartTable {
-                        mis_weight: |p, q| q / (p + q),
-                        mis_power_weight: |p, q| q * q / (p * p + q * q),
-                        ..CORRECT
-                    },
-                    ..SIDE
-                }),
-                by_hit,
-            ),
-            fault(
-                "density-of-the-other-direction",
-                &MIS,
+                = hits(with(PartTable { pdf_of_pick: |pdf, _| pdf, ..CORRECT })), BY_HIT),
+            fault!("hits-weighted-as-shadow-rays", MIS, "the two densities change places at a hit",
+                = hits(with(PartTable {
+                    mis_weight: |p, q| q / (p + q),
+                    mis_power_weight: |p, q| q * q / (p * p + q * q),
+                    ..CORRECT
+                })),
+                BY_HIT),
+            fault!("density-of-the-other-direction", MIS,
                 "a shadow ray is weighted by the uniform density of directions, not the cosine's",
-                shadows(Side { parts: PartTable { cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI, ..CORRECT }, ..SIDE }),
-                by_shadow,
-            ),
+                = shadows(with(PartTable { cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI, ..CORRECT })), BY_SHADOW),
         ],
         ..Family::new("path weights", SIDES)
     })]

@@ -202,9 +202,9 @@ fn faults() -> Vec<Fault<LightSampler>> {
     vec![
         fault!("area-for-solid-angle", LIGHT_RECTANGLE, "points uniform in area, said to be uniform in solid angle",
             = LightSampler { sample: uniform_in_area },
-            "emitter/seen-rectangle: cells of the solid angle", "emitter/seen-rectangle: mean cosine",
-            "emitter/seen-triangle: cells of the solid angle", "emitter/seen-triangle: mean cosine",
-            "emitter/seen-sphere: cells of the solid angle", "emitter/seen-sphere: mean cosine"),
+            "emitter/seen-rectangle: cells of the solid angle | mean cosine",
+            "emitter/seen-triangle: cells of the solid angle | mean cosine",
+            "emitter/seen-sphere: cells of the solid angle | mean cosine"),
         fault!("half-angle-for-angle", SOLID_ANGLE, "the factor 2 of the half-angle is missing in the solid angle",
             = LightSampler { sample: |emitter, from, random| with_pdf(emitter, from, random, |pdf| 2.0 * pdf) },
             "emitter/seen-triangle: pdf"),

@@ -185,15 +185,13 @@ fn faults() -> Vec<Fault<Numbers>> {
         fault!("golden", ESTIMATOR, "multiples of the golden ratio", = golden, "streams/gaps"),
         fault!("shared-samples", ESTIMATOR, "every second sample repeats the one before",
             = shared_samples,
-            "streams/neighbours: pairs of neighbouring samples",
-            "streams/neighbours: correlation of neighbouring samples", "streams/gaps"),
+            "streams/neighbours: pairs of neighbouring samples | correlation of neighbouring samples", "streams/gaps"),
         fault!("shared-pixels", ESTIMATOR, "neighbouring pixels share a stream",
             = shared_pixels,
-            "streams/neighbours: pairs of neighbouring pixels",
-            "streams/neighbours: correlation of neighbouring pixels"),
+            "streams/neighbours: pairs of neighbouring pixels | correlation of neighbouring pixels"),
         fault!("shared-draws", ESTIMATOR, "the same number twice",
             = shared_draws,
-            "streams/neighbours: pairs of neighbouring draws", "streams/neighbours: correlation of neighbouring draws"),
+            "streams/neighbours: pairs of neighbouring draws | correlation of neighbouring draws"),
     ]
 }
 

@@ -113,8 +113,7 @@ fn faults() -> Vec<Fault<Policy>> {
     vec![
         fault!("no-weight", ROULETTE, "survivors are not divided by the survival",
             = Policy { weight: |_| 1.0, ..BY_THROUGHPUT },
-            "roulette/by-throughput/mean: first channel", "roulette/by-throughput/mean: second channel",
-            "roulette/by-throughput/mean: third channel",
+            "roulette/by-throughput/mean: first channel | second channel | third channel",
             "roulette/by-throughput/bounds: largest channel of a survivor"),
         fault!("smallest-channel", ROULETTE, "the smallest channel decides: where it is 0, the others are lost",
             = Policy { survival: |t| t.min_element().min(HIGHEST_SURVIVAL), ..BY_THROUGHPUT },

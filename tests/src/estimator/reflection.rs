@@ -44,8 +44,8 @@ pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
                     let f = bsdf.eval(wo, wi);
                     DVec3::new(f.z, f.y, f.x)
                 }
-            }, "images/convex-object", "images/diffuse-room: image mean",
-            "images/diffuse-room: p-values of pixels"),
+            },
+            "images/convex-object", "images/diffuse-room: image mean | p-values of pixels"),
         fault!("channels-mixed", LAMBERT, "every channel has the mean albedo",
             { brdf: |bsdf, wo, wi| DVec3::splat(bsdf.eval(wo, wi).element_sum() / 3.0) },
             "images/convex-object"),

@@ -25,7 +25,7 @@ pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
         fault!("pdf-twice", HEMISPHERE_PDF, "p = 1/π",
             { uniform_hemisphere_pdf: |cos| 2.0 * uniform_hemisphere_pdf(cos) },
             "furnace/report/absorption-0.25", "furnace/report/seven-segments", "furnace/sky/report",
-            "images/diffuse-room: image mean", "images/diffuse-room: p-values of pixels"),
+            "images/diffuse-room: image mean | p-values of pixels"),
         fault!("no-roulette-weight", ROULETTE, "survivors are not divided by the survival",
             { roulette_weight: |_| 1.0 }, "furnace/path/albedo-0.75", "furnace/report/absorption-0.1",
             "furnace/mirrors/hall", "furnace/mirrors/facing", "furnace/cavity/policies: survival 0.9",

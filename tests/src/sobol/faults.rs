@@ -26,7 +26,7 @@ pub(super) fn of_numbers() -> Vec<Fault<SobolParts>> {
                 let replication = point.replication ^ point.index << 16;
                 sobol(Point { replication, ..point }, block)
             }),
-            "sampler/stratified: elementary intervals", "sampler/stratified: intervals of one coordinate"),
+            "sampler/stratified: elementary intervals | intervals of one coordinate"),
         fault!("second-coordinate-twice", SOBOL,
             "the third number repeats the second: points on a light lie on its diagonal",
             = with(|point, block| {
@@ -45,9 +45,8 @@ pub(super) fn of_numbers() -> Vec<Fault<SobolParts>> {
         fault!("last-sixteenth-empty", SOBOL,
             "numbers of [0, 15/16): the last sixteenth of every coordinate is never met",
             = with(|point, block| sobol(point, block).map(|u| u * 15.0 / 16.0)),
-            "sampler/uniform: coordinate 0", "sampler/uniform: coordinate 1", "sampler/uniform: coordinate 2",
-            "sampler/uniform: coordinate 3", "sampler/uniform: coordinate 4", "sampler/uniform: coordinate 5",
-            "sampler/uniform: coordinate 6", "sampler/uniform: coordinate 7"),
+            "sampler/uniform: coordinate 0 | coordinate 1 | coordinate 2 | coordinate 3 | coordinate 4 \
+             | coordinate 5 | coordinate 6 | coordinate 7"),
         fault!("no-fill", SOBOL, "nothing below the 23 leading bits",
             = with(|point, block| sobol(point, block).map(|u| (u * f64::from(1 << 23)).floor() / f64::from(1 << 23))),
             "sampler/uniform: low bits"),
