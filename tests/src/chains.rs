@@ -2,10 +2,10 @@
 //! whole estimators count it once.
 
 use crate::fresnel::walsh;
-use crate::glass::INDEX;
+use crate::glass::{GLASS, INDEX};
 use crate::irradiance::reflected;
 use crate::prelude::*;
-use crate::scenes::{FLOOR, LIGHT, corners, lambert, light, polygon_irradiance, scene, square};
+use crate::scenes::{FLOOR, LIGHT, corners, lambert, light, mirror, polygon_irradiance, scene, square};
 use crate::strategies::{LIGHT_ANGLE, MIS_ANGLE, near_origin};
 
 const REFLECTANCE: f64 = 0.9;
@@ -18,8 +18,7 @@ fn light_in_mirror() -> Arc<Scene> {
     scene("light in mirror", |s| {
         square(s, DVec3::ZERO, 1e-3, true, Surface::new(lambert(FLOOR)));
         square(s, -0.2 * DVec3::Z, 6.0, true, light(LIGHT));
-        let mirror = Bsdf::Mirror { reflectance: DVec3::splat(REFLECTANCE) };
-        square(s, 0.4 * DVec3::Z, 50.0, false, Surface::new(mirror));
+        square(s, 0.4 * DVec3::Z, 50.0, false, Surface::new(mirror(REFLECTANCE)));
     })
 }
 
@@ -28,8 +27,7 @@ fn light_in_mirror() -> Arc<Scene> {
 fn light_in_glass() -> Arc<Scene> {
     scene("light in glass", |s| {
         square(s, DVec3::ZERO, 1e-3, true, Surface::new(lambert(FLOOR)));
-        let glass = Surface::new(Bsdf::Glass { index: INDEX });
-        square(s, 0.4 * DVec3::Z, 500.0, false, glass);
+        square(s, 0.4 * DVec3::Z, 500.0, false, Surface::new(GLASS));
         square(s, 0.6 * DVec3::Z, 500.0, false, light(LIGHT));
     })
 }

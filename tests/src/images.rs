@@ -10,7 +10,7 @@ use whitefurnace::render::{Numbers, Sampling, render};
 use whitefurnace::scene::simple::{Cap, cavity_cap, closed_cube, furnace_under};
 
 use crate::prelude::*;
-use crate::scenes::{FLOOR, LIGHT, light, scene, seen_by, square};
+use crate::scenes::{FLOOR, LIGHT, ball, light, scene, seen_by, square, valid};
 
 /// A film of a scene, every ray through its pixel's centre, so that edges add no noise; `None` if the estimator returns what no film can hold, which is a fault.
 pub(super) fn film<E: Estimator>(
@@ -135,10 +135,9 @@ fn coloured_room() -> Arc<Scene> {
         let surface = |albedo| Surface::new(Bsdf::Lambert { albedo }).absorbing(ROOM_ABSORPTION);
         let wall = s.surface(surface(DVec3::new(0.5, 0.4, 0.25)));
         closed_cube(s, 1.0, true, wall);
-        let red = s.surface(surface(DVec3::new(0.5, 0.2, 0.1)));
-        s.sphere(Sphere::new(DVec3::new(0.5, 0.1, -0.6), 0.4), red);
-        let green = s.surface(surface(DVec3::new(0.3, 0.5, 0.2)));
-        s.sphere(Sphere::new(DVec3::new(-0.1, 0.6, -0.5), 0.3), green);
+        let [red, green] = [DVec3::new(0.5, 0.2, 0.1), DVec3::new(0.3, 0.5, 0.2)].map(surface);
+        ball(s, Sphere::new(DVec3::new(0.5, 0.1, -0.6), 0.4), red);
+        ball(s, Sphere::new(DVec3::new(-0.1, 0.6, -0.5), 0.3), green);
         square(s, 0.99 * DVec3::Z, 0.4, false, light(LIGHT));
     })
 }
@@ -198,8 +197,7 @@ fn convex() -> Arc<Scene> {
     scene("convex object", |s| {
         // In other proportions than the light, so that no exchange of channels undoes the other's.
         let albedo = FLOOR * DVec3::new(0.9, 1.0, 0.5);
-        let diffuse = s.surface(Surface::new(Bsdf::Lambert { albedo }));
-        s.sphere(Sphere::new(DVec3::ZERO, 0.5), diffuse);
+        ball(s, Sphere::new(DVec3::ZERO, 0.5), Surface::new(Bsdf::Lambert { albedo }));
         square(s, 1.5 * DVec3::Z, 0.2, false, light(LIGHT));
     })
 }
@@ -228,24 +226,11 @@ impl Property for SameStrategies {
     }
 }
 
-fn strategies(scene: Scene) -> FamilyTrial<EstimatorSubject> {
-    let scene = Arc::new(scene);
-    trial(
-        "images/three-strategies",
-        "hits, shadow rays and both make the same image of a diffuse cavity with an emitting cap",
-        &MIS,
-        ["render::render, estimator::Path", "Welch"],
-        with_parts(SameStrategies { scene }),
-    )
-}
-
 /// The trials.
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let (Ok(white), Ok(cavity)) = (furnace_under(SKY), cavity_cap(0.9, Cap::Black)) else {
-        return Vec::new();
-    };
-    let white = WhiteFurnace { scene: Arc::new(white) };
+    let white = WhiteFurnace { scene: valid(furnace_under(SKY)) };
     let same = SameImage { scene: coloured_room() };
+    let strategies = SameStrategies { scene: valid(cavity_cap(0.9, Cap::Black)) };
     vec![
         trial(
             "images/white-furnace",
@@ -268,6 +253,12 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             ["render::render, estimator::Whitted, estimator::Path", "Welch"],
             with_parts(Convex { scene: convex() }),
         ),
-        strategies(cavity),
+        trial(
+            "images/three-strategies",
+            "hits, shadow rays and both make the same image of a diffuse cavity with an emitting cap",
+            &MIS,
+            ["render::render, estimator::Path", "Welch"],
+            with_parts(strategies),
+        ),
     ]
 }

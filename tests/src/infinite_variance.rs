@@ -13,7 +13,7 @@ use whitefurnace::harness::mean::bounded_mean;
 use crate::furnace::inside;
 use crate::prelude::*;
 use crate::roulette::{SUBJECT, WalkParts, variance, walk};
-use crate::scenes::sphere_furnace;
+use crate::scenes::{mirror, sphere_furnace};
 
 /// Albedo, for which survivals up to 0.81 have infinite variance.
 const ALBEDO: f64 = 0.9;
@@ -184,8 +184,7 @@ const PATHS: u64 = 3_800_000;
 /// The path tracer with survival 0.75 in a hall of emitting mirrors of reflectance 0.9: its radiance
 /// has the same law, as no direction changes it.
 pub fn hall() -> FamilyTrial<EstimatorSubject> {
-    let mirrors = Bsdf::Mirror { reflectance: DVec3::splat(ALBEDO) };
-    let probe = Probe { scene: sphere_furnace(mirrors, 0.0), kind: EstimatorKind::Path, ray: inside };
+    let probe = Probe { scene: sphere_furnace(mirror(ALBEDO), 0.0), kind: EstimatorKind::Path, ray: inside };
     trial(
         "furnace/mirrors/infinite-variance",
         format!("in a hall of mirrors of reflectance {ALBEDO} survival {SURVIVAL} gives the closed-form law"),

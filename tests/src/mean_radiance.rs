@@ -86,6 +86,11 @@ impl Radiance {
     }
 }
 
+/// The largest of some errors; unlike a maximum it keeps NaN.
+pub fn largest(errors: impl Iterator<Item = f64>) -> f64 {
+    errors.fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
+}
+
 /// A uniformly distributed direction.
 pub fn any_direction(rng: &mut Stream) -> DVec3 {
     whitefurnace::sampling::sphere_zone(uniform2(rng), 1.0, [-1.0, 1.0])

@@ -9,7 +9,7 @@ use whitefurnace::sampling::cosine_hemisphere_inverse;
 
 use crate::mean_radiance::any_direction;
 use crate::prelude::*;
-use crate::scenes::{FLOOR, LIGHT, NEAR, floor, lambert, light, scene, square};
+use crate::scenes::{FLOOR, LIGHT, NEAR, ball, floor, lambert, light, panel, scene, square, triangle};
 use crate::script::Scripted;
 
 /// One side's path tracer: its parts, and what it makes of the heuristic and light sampling asked for.
@@ -38,15 +38,13 @@ fn lights() -> Arc<Scene> {
     scene("lights near and far", |s| {
         floor(s, lambert(FLOOR));
         square(s, NEAR[0].z * DVec3::Z, 2.0, false, light(LIGHT));
-        let surface = s.surface(light(LIGHT));
         let corner = DVec3::new(3.0, -1.0, 0.5);
-        s.mesh(&[corner, corner + 2.0 * DVec3::Y, corner + DVec3::new(1.0, 1.0, 1.0)], &[[0, 1, 2]], surface);
-        s.sphere(Sphere::new(DVec3::new(-4.0, 0.0, 1.0), 0.5), surface);
+        triangle(s, &[corner, corner + 2.0 * DVec3::Y, corner + DVec3::ONE], light(LIGHT));
+        ball(s, Sphere::new(DVec3::new(-4.0, 0.0, 1.0), 0.5), light(LIGHT));
         // These two have no sampling by solid angle: it falls back to area.
         let skewed = [2.0 * DVec3::Y + 0.7 * DVec3::X, DVec3::new(1.0, 0.0, 1.5)];
-        s.rectangle(DVec3::new(3.0, 3.0, 0.4), skewed, surface);
-        let dome = Sphere { zone: [-0.2, 0.4], ..Sphere::new(DVec3::new(-1.0, -4.0, 0.8), 0.6) };
-        s.sphere(dome, surface);
+        panel(s, DVec3::new(3.0, 3.0, 0.4), skewed, light(LIGHT));
+        ball(s, Sphere { zone: [-0.2, 0.4], ..Sphere::new(DVec3::new(-1.0, -4.0, 0.8), 0.6) }, light(LIGHT));
     })
 }
 

@@ -91,7 +91,8 @@ fn truncation(context: &Context, parts: WalkParts, a: f64) -> Vec<Outcome> {
         let parts = WalkParts { longest: Some(b + parts.slip), ..parts };
         let name = format!("{b} bounces");
         let mut rng = context.rng(&name);
-        mean_of(&name, (reference, MEAN_DELTA), context.n(SAMPLES / 4), || walk(&mut rng, parts, a, 0.95))
+        let values = Values::collect(1.0 / (1.0 - a), context.n(SAMPLES / 4), || walk(&mut rng, parts, a, 0.95));
+        mean(&name, &values, reference, Claim::Exact { delta: MEAN_DELTA * reference })
     };
     (1..=12).map(cut).collect()
 }

@@ -12,8 +12,9 @@ use whitefurnace::harness::mean::welch;
 use crate::irradiance::{Weights, lit, reflected, three};
 use crate::prelude::*;
 use crate::scenes::{
-    FLOOR, LIGHT, NEAR, RECTANGLE, TRIANGLE, floor, lambert, level, light, near_light, polygon_irradiance,
-    rectangle_light, scene, sphere_irradiance, sphere_light, square, three_lights, triangle_light,
+    FLOOR, LIGHT, NEAR, RECTANGLE, TRIANGLE, ball, floor, lambert, level, light, near_light, origin_from, panel,
+    polygon_irradiance, rectangle_light, scene, sphere_irradiance, sphere_light, square, three_lights, triangle,
+    triangle_light,
 };
 
 /// A path tracer by strategy and light sampling, with the balance heuristic.
@@ -35,24 +36,21 @@ pub const NEAR_SPHERE: [f64; 2] = [1.35, 1.5];
 
 /// The origin from so near that no light is between.
 pub(super) fn near_origin(_: &mut Stream) -> Ray {
-    let w = from_spherical(25f64.to_radians(), 4.0);
-    Ray::new(0.1 * w, -w)
+    origin_from(0.1)
 }
 
 fn near_triangle() -> Arc<Scene> {
     scene("near triangle", |s| {
         floor(s, lambert(FLOOR));
-        let surface = s.surface(light(LIGHT));
-        s.mesh(&NEAR_TRIANGLE, &[[0, 1, 2]], surface);
+        triangle(s, &NEAR_TRIANGLE, light(LIGHT));
     })
 }
 
 fn near_sphere() -> Arc<Scene> {
     scene("near sphere", |s| {
         floor(s, lambert(FLOOR));
-        let surface = s.surface(light(LIGHT));
         let [radius, height] = NEAR_SPHERE;
-        s.sphere(Sphere::new(height * DVec3::Z, radius), surface);
+        ball(s, Sphere::new(height * DVec3::Z, radius), light(LIGHT));
     })
 }
 
@@ -72,7 +70,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
     let [radius, height] = NEAR_SPHERE;
     let near_sphere = (near_sphere(), sphere_irradiance(radius, height, 1.0), "a spherical light");
     let square = (rectangle_light(false), polygon_irradiance(&RECTANGLE), "a square light");
-    let triangle = (triangle_light(), polygon_irradiance(&TRIANGLE), "a triangular light");
+    let far_triangle = (triangle_light(), polygon_irradiance(&TRIANGLE), "a triangular light");
     let sphere = (sphere_light(), sphere_irradiance(0.5, 2.0, 1.0), "a spherical light");
     let three = (three_lights(), three(), "a threefold light");
     let by = |name, light, kind, equation, samples| lit(name, light, (kind, near_origin), equation, samples);
@@ -83,7 +81,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         by("irradiance/near-square/mis-area", &near_square, MIS_AREA, &MIS, 6_500_000),
         by("irradiance/near-square/mis-angle", &near_square, MIS_ANGLE, &LIGHT_RECTANGLE, 2_200_000),
         by("irradiance/near-triangle/bsdf", &near_triangle, BSDF, &MIS, 7_000_000),
-        by("irradiance/triangle/light-area", &triangle, LIGHT_AREA, &GEOMETRY, 2_400_000),
+        by("irradiance/triangle/light-area", &far_triangle, LIGHT_AREA, &GEOMETRY, 2_400_000),
         by("irradiance/near-triangle/light-angle", &near_triangle, LIGHT_ANGLE, &SOLID_ANGLE, 2_500_000),
         by("irradiance/near-triangle/mis-area", &near_triangle, MIS_AREA, &MIS, 6_700_000),
         by("irradiance/near-triangle/mis-angle", &near_triangle, MIS_ANGLE, &LIGHT_TRIANGLE, 2_200_000),
@@ -105,9 +103,7 @@ pub fn penumbra_scene() -> Arc<Scene> {
     scene("penumbra", |s| {
         floor(s, lambert(FLOOR));
         square(s, 0.6 * DVec3::Z, 2.0, false, light(LIGHT));
-        let black = s.surface(Surface::new(Bsdf::Black));
-        let corner = DVec3::new(-40.0, 0.0, EDGE);
-        s.rectangle(corner, [80.0 * DVec3::X, 40.0 * DVec3::Y], black);
+        panel(s, DVec3::new(-40.0, 0.0, EDGE), [80.0 * DVec3::X, 40.0 * DVec3::Y], Surface::new(Bsdf::Black));
     })
 }
 

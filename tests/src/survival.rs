@@ -3,10 +3,11 @@
 
 use whitefurnace::harness::mean::welch;
 use whitefurnace::roulette::{self, HIGHEST_SURVIVAL};
-use whitefurnace::scene::simple::{CAP_SHARE, Cap, cavity_cap};
+use whitefurnace::scene::simple::{Cap, cavity_cap};
 
-use crate::furnace::off_cap;
+use crate::furnace::{off_cap, off_cap_radiance};
 use crate::prelude::*;
+use crate::scenes::valid;
 
 /// Survival probability from the throughput.
 pub type Survival = fn(DVec3) -> f64;
@@ -77,14 +78,9 @@ fn bounds(context: &Context, policy: Policy) -> Vec<Outcome> {
             }
         });
     }
+    let excess = (highest - HIGHEST_SURVIVAL).max(0.0);
     vec![
-        Outcome::exact(
-            "survival above the highest",
-            n,
-            (highest - HIGHEST_SURVIVAL).max(0.0),
-            0.0,
-            format!("survival {highest}"),
-        ),
+        Outcome::exact("survival above the highest", n, excess, 0.0, format!("survival {highest}")),
         Outcome::exact("largest channel of a survivor", n, largest, ROUNDING, "the worst of all decisions, relative"),
     ]
 }
@@ -144,7 +140,7 @@ const OTHERS: [(&str, Survival, u64); 2] =
 /// The path tracer as programs run it against the path tracer under the other policies, with the
 /// subject's parts.
 fn same_mean(context: &Context, probe: &Probe, subject: EstimatorSubject) -> Vec<Outcome> {
-    let reference = RHO * CAP_SHARE / (1.0 - RHO * (1.0 - CAP_SHARE));
+    let reference = off_cap_radiance(RHO, Cap::Black);
     let own = STANDARD.with(Standard);
     let mut rng = context.rng("survival by throughput");
     let own = Values::collect(reference, context.n(PATHS), || probe.radiance(own, &mut rng).x);
@@ -161,13 +157,13 @@ fn same_mean(context: &Context, probe: &Probe, subject: EstimatorSubject) -> Vec
 }
 
 /// The trial of the policies in a scene.
-pub fn cavity() -> Option<FamilyTrial<EstimatorSubject>> {
-    let probe = Probe { scene: Arc::new(cavity_cap(RHO, Cap::Black).ok()?), kind: EstimatorKind::Path, ray: off_cap };
-    Some(trial(
+pub fn cavity() -> FamilyTrial<EstimatorSubject> {
+    let probe = Probe { scene: valid(cavity_cap(RHO, Cap::Black)), kind: EstimatorKind::Path, ray: off_cap };
+    trial(
         "furnace/cavity/policies",
         "in a cavity the path tracer has the same mean with survival by throughput, 0.9, and 1 − α",
         &ROULETTE,
         ["estimator::Path, roulette::by_throughput", "Welch"],
         move |context, subject| same_mean(context, &probe, subject),
-    ))
+    )
 }
