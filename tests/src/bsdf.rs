@@ -1,7 +1,9 @@
 //! Check-ups of the diffuse BSDFs (9), (13)-(15) with cosine sampling.
 
 use whitefurnace::bsdf::{self, OrenNayar, OrenNayarForm};
+use whitefurnace::frame::from_spherical;
 use whitefurnace::harness::bsdf_checkup::{BsdfSubject, CheckUp, SampledDirection, check_up};
+use whitefurnace::harness::domain::MASS_TOLERANCE;
 use whitefurnace::radiometry::cosine;
 use whitefurnace::sampling::{cosine_hemisphere, uniform_hemisphere};
 
@@ -74,6 +76,28 @@ pub fn oren_nayar_printed_albedo(constants: OrenNayar, t: f64) -> f64 {
 
 fn inclination(wo: DVec3) -> f64 {
     wo.x.hypot(wo.y).atan2(wo.z)
+}
+
+/// The largest error of an integral over the hemisphere against what it should be, over two parameters of a model
+/// and three inclinations of wo in degrees.
+pub(super) fn integrals(
+    name: &str,
+    (symbol, parameters, angles): (&str, [f64; 2], [f64; 3]),
+    f: impl Fn(f64, DVec3, DVec3) -> f64,
+    known: impl Fn(f64, DVec3) -> f64,
+) -> Vec<Outcome> {
+    let cases = parameters.into_iter().flat_map(|parameter| angles.map(|degrees| (parameter, degrees)));
+    let errors = cases.map(|(parameter, degrees)| {
+        let wo = from_spherical(degrees.to_radians(), 0.0);
+        let found = Domain::Hemisphere.integrate_all(MASS_TOLERANCE, &|w| f(parameter, wo, w)).value;
+        let error = (found - known(parameter, wo)).abs();
+        let error = if error.is_nan() { f64::INFINITY } else { error };
+        (error, format!("{found:.9} at {symbol} = {parameter}, {degrees} degrees"))
+    });
+    let worst = errors.max_by(|a, b| a.0.total_cmp(&b.0));
+    let (error, place) = worst.unwrap_or((f64::NAN, String::new()));
+    let n = (parameters.len() * angles.len()) as u64;
+    vec![Outcome::exact(name, n, error, 2.0 * MASS_TOLERANCE, place)]
 }
 
 fn lambert_check(context: &Context, subject: BsdfSubject) -> Vec<Outcome> {

@@ -1,6 +1,7 @@
 //! Fresnel reflectance (10)-(12): identities that need no reference values, and hemispherical averages.
 
 use whitefurnace::fresnel::{cos_refracted, reflectance, reflectance_p, reflectance_s};
+use whitefurnace::harness::pointwise::Largest;
 use whitefurnace::sampling::cosine_hemisphere;
 
 use crate::prelude::*;
@@ -24,19 +25,16 @@ fn indices(rng: &mut Stream) -> [f64; 2] {
 /// below 1e-3 are left out: there R has a square-root singularity and loses digits by conditioning.
 fn identity(context: &Context, name: &str, error: impl Fn(f64, f64, f64, f64) -> f64) -> Outcome {
     let mut rng = context.rng(name);
-    let (mut largest, mut place) = (0.0, String::from("no error"));
+    let mut largest = Largest { place: String::from("no error"), ..Largest::default() };
     for _ in 0..context.arguments(ARGUMENTS) {
         let [n1, n2] = indices(&mut rng);
         let cos_1 = uniform(&mut rng);
         let Some(cos_2) = snell(cos_1, n1, n2).filter(|&c| c > 1e-3) else {
             continue;
         };
-        let e = error(cos_1, cos_2, n1, n2);
-        if e.is_nan() || e > largest {
-            (largest, place) = (e, format!("cos θ = {cos_1}, n = {n1} to {n2}"));
-        }
+        largest.see(error(cos_1, cos_2, n1, n2), || format!("cos θ = {cos_1}, n = {n1} to {n2}"));
     }
-    Outcome::exact(name, ARGUMENTS, largest, TOLERANCE, place)
+    Outcome::exact(name, ARGUMENTS, largest.error, TOLERANCE, largest.place)
 }
 
 /// cos θ₂ from n₁ sin θ₁ = n₂ sin θ₂ through the angle itself, a second route.
@@ -226,10 +224,8 @@ fn faults() -> Vec<Fault<Reflectances>> {
             Reflectances: { s: |c, n1, n2| reflectance_s(c, n1, n2).sqrt() },
             "fresnel/energy: R + T = 1, perpendicular"),
         fault!("exchanged", FRESNEL_P, "R_p for R_s and R_s for R_p",
-            Reflectances: {
-                s: reflectance_p,
-                p: reflectance_s
-            }, "fresnel/brewster: R_p at Brewster's angle", "fresnel/brewster: R_s at Brewster's angle",
+            Reflectances: { s: reflectance_p, p: reflectance_s },
+            "fresnel/brewster: R_p at Brewster's angle", "fresnel/brewster: R_s at Brewster's angle",
             "fresnel/energy: R + T = 1, perpendicular", "fresnel/energy: R + T = 1, parallel"),
         fault!("schlick", FRESNEL, "Schlick's approximation",
             = whole(schlick), "fresnel/reversible", "fresnel/averages: average by quadrature, outside"),

@@ -6,7 +6,7 @@ use whitefurnace::frame::from_spherical;
 use whitefurnace::harness::bsdf_checkup::{CheckUp, Loss, check_up};
 use whitefurnace::harness::domain::MASS_TOLERANCE;
 
-use crate::bsdf::{as_rendered, at_every_angle};
+use crate::bsdf::{as_rendered, at_every_angle, integrals};
 use crate::prelude::*;
 use crate::scenes::{floor, scene, towards_origin};
 use crate::subject;
@@ -78,24 +78,7 @@ pub fn reflected(Ggx { reflectance, alpha }: Ggx, wo: DVec3) -> f64 {
 }
 
 /// Inclinations of wo in degrees, and α.
-const ANGLES: [f64; 3] = [0.0, 50.0, 80.0];
-const ALPHA: [f64; 2] = [0.25, 0.8];
-
-/// The largest error over [`ANGLES`] and [`ALPHA`] of an integral over the hemisphere against what it should be.
-fn integrals(name: &str, f: impl Fn(f64, DVec3, DVec3) -> f64, known: impl Fn(f64, DVec3) -> f64) -> Vec<Outcome> {
-    let cases = ALPHA.into_iter().flat_map(|alpha| ANGLES.map(|degrees| (alpha, degrees)));
-    let errors = cases.map(|(alpha, degrees)| {
-        let wo = from_spherical(degrees.to_radians(), 0.0);
-        let found = Domain::Hemisphere.integrate_all(MASS_TOLERANCE, &|w| f(alpha, wo, w)).value;
-        let error = (found - known(alpha, wo)).abs();
-        let error = if error.is_nan() { f64::INFINITY } else { error };
-        (error, format!("{found:.9} at α = {alpha}, {degrees} degrees"))
-    });
-    let worst = errors.max_by(|a, b| a.0.total_cmp(&b.0));
-    let (error, place) = worst.unwrap_or((f64::NAN, String::new()));
-    let n = (ALPHA.len() * ANGLES.len()) as u64;
-    vec![Outcome::exact(name, n, error, 2.0 * MASS_TOLERANCE, place)]
-}
+const CASES: (&str, [f64; 2], [f64; 3]) = ("α", [0.25, 0.8], [0.0, 50.0, 80.0]);
 
 /// Estimates of the radiance of the floor.
 const SAMPLES: u64 = 7_000_000;
@@ -140,14 +123,14 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
             "the facets' areas, projected, are the surface's area",
             &GGX_NORMALS,
             ["bsdf::ggx::normals", "exact"],
-            |_, parts: GgxParts| integrals("facets", |alpha, _, m| (parts.normals)(alpha, m) * m.z, |_, _| 1.0),
+            |_, parts: GgxParts| integrals("facets", CASES, |alpha, _, m| (parts.normals)(alpha, m) * m.z, |_, _| 1.0),
         ),
         trial(
             "bsdf/ggx-visible",
             "the density of visible normals integrates to 1 from every side",
             &GGX_VISIBLE,
             ["bsdf::ggx::visible_normals", "exact"],
-            |_, parts: GgxParts| integrals("visible", |alpha, wo, m| (parts.visible)(alpha, wo, m), |_, _| 1.0),
+            |_, parts: GgxParts| integrals("visible", CASES, |alpha, wo, m| (parts.visible)(alpha, wo, m), |_, _| 1.0),
         ),
         trial(
             "bsdf/ggx-coloured",
@@ -156,7 +139,7 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
             ["bsdf::ggx::Ggx", "exact"],
             |_, parts: GgxParts| {
                 let f = |alpha, wo, wi: DVec3| (parts.eval)(&ggx(0.5, alpha), wo, wi).x * wi.z;
-                integrals("coloured furnace", f, |alpha, wo| reflected(ggx(0.5, alpha), wo))
+                integrals("coloured furnace", CASES, f, |alpha, wo| reflected(ggx(0.5, alpha), wo))
             },
         ),
         trial(

@@ -2,7 +2,7 @@
 //! strategy alone and by both.
 
 use whitefurnace::estimator::Heuristic;
-use whitefurnace::harness::chi_square::{CELL_DELTA, Counts, chi_square};
+use whitefurnace::harness::chi_square::Counts;
 
 use crate::form_factors;
 use crate::mean_radiance::MeanRadiance;
@@ -11,6 +11,7 @@ use crate::scenes::{
     FLOOR, LIGHT, NEAR, RECTANGLE, SMALL_LIGHT, TRIANGLE, at_origin, corners, half_hidden_light, near_light,
     polygon_irradiance, rectangle_light, sphere_irradiance, sphere_light, three_lights, triangle_light,
 };
+use crate::streams::frequencies;
 
 /// What the floor reflects of an irradiance E, given as E/L, of a light of radiance [`LIGHT`].
 pub fn reflected(irradiance: f64) -> f64 {
@@ -135,10 +136,8 @@ impl Property for Picks {
         let n = context.n(PICKS);
         let mut observed = vec![0; 3];
         (0..n).for_each(|_| observed[setup.parts.pick_emitter(uniform(&mut rng), 3)] += 1);
-        let places = (0..3).map(|i| format!("emitter {i}")).collect();
-        let partition = Partition::of_masses(vec![1.0 / 3.0; 3], places);
         let counts = Counts { n, observed, ..Counts::default() };
-        vec![chi_square("picks", &partition, &counts, CELL_DELTA)]
+        vec![frequencies("picks", vec![1.0 / 3.0; 3], |i| format!("emitter {i}"), counts)]
     }
 }
 

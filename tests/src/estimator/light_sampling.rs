@@ -15,11 +15,8 @@ fn points() -> Vec<Fault<EstimatorSubject>> {
     vec![
         fault!("angle-pdf-of-area", LIGHT_RECTANGLE,
             "points by solid angle under the pdf of points by area, in the measure of area",
-            {
-                sample_solid_angle: |emitter, from, random| {
-                    with_pdf(emitter, from, random, |_| emitter.pdf_area())
-                }
-            }, "irradiance/near-square/light-angle"),
+            { sample_solid_angle: |emitter, from, random| with_pdf(emitter, from, random, |_| emitter.pdf_area()) },
+            "irradiance/near-square/light-angle"),
         fault!("area-points-angle-pdf", LIGHT_TRIANGLE,
             "points by area under the pdf of points by solid angle",
             { sample_solid_angle: uniform_in_area }, "irradiance/near-square/light-angle",
@@ -35,11 +32,8 @@ fn points() -> Vec<Fault<EstimatorSubject>> {
             }, "irradiance/near-square/light-angle", "irradiance/near-square/mis-angle"),
         fault!("angle-pick-forgotten", LIGHT_RECTANGLE,
             "the pdf by solid angle does not know that one of three lights was picked",
-            {
-                sample_solid_angle: |emitter, from, random| {
-                    with_pdf(emitter, from, random, |pdf| 3.0 * pdf)
-                }
-            }, "irradiance/three-lights/light-angle"),
+            { sample_solid_angle: |emitter, from, random| with_pdf(emitter, from, random, |pdf| 3.0 * pdf) },
+            "irradiance/three-lights/light-angle"),
         fault!("angle-of-the-rest", SOLID_ANGLE,
             "the sign of the spherical excess is wrong: the solid angle of all that is not the light",
             {
@@ -49,11 +43,8 @@ fn points() -> Vec<Fault<EstimatorSubject>> {
                 }
             }, "irradiance/near-triangle/light-angle"),
         fault!("cone-squeezed", LIGHT_SPHERE, "directions crowd at the middle of the cone",
-            {
-                sample_solid_angle: |emitter, from, [r1, r2]| {
-                    emitter.sample_solid_angle(from, [r1 * r1, r2])
-                }
-            }, "irradiance/near-sphere/light-angle"),
+            { sample_solid_angle: |emitter, from, [r1, r2]| emitter.sample_solid_angle(from, [r1 * r1, r2]) },
+            "irradiance/near-sphere/light-angle"),
     ]
 }
 

@@ -63,11 +63,8 @@ fn particles() -> Vec<Fault<EstimatorSubject>> {
             { photon_flux: |flux, _, stored| flux / stored.max(1) as f64 }, "photon/furnace",
             "photon/gather"),
         fault!("channels-exchanged", PHOTON_FLUX, "red and blue of the flux are exchanged",
-            {
-                photon_flux: |flux, emitted, _| {
-                    flux_share(DVec3::new(flux.z, flux.y, flux.x), emitted)
-                }
-            }, "photon/disc", "photon/index-matched", "photon/passes"),
+            { photon_flux: |flux, emitted, _| flux_share(DVec3::new(flux.z, flux.y, flux.x), emitted) },
+            "photon/disc", "photon/index-matched", "photon/passes"),
         fault!("survivors-unpaid", ROULETTE, "particles that survive roulette carry no more than before",
             { roulette_weight: |_| 1.0 }, "photon/flux-balance", "photon/furnace"),
         fault!("particles-uniform", COSINE_HEMISPHERE,
