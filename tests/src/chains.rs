@@ -32,7 +32,6 @@ fn light_in_glass() -> Arc<Scene> {
     })
 }
 
-/// The trials.
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let mirror = light_in_mirror();
     let image = polygon_irradiance(&corners(DVec3::Z, 6.0));

@@ -42,8 +42,7 @@ fn anywhere(rng: &mut Stream) -> Ray {
     Ray::new(DVec3::new(x, y, 0.0) + 0.5 * w, -w)
 }
 
-/// The trials.
-pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
+pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let opposite = lit("parallel squares", |s| {
         square(s, DVec3::new(0.5, 0.5, 1.0), 0.5, false, light(LIGHT));
     });

@@ -42,7 +42,6 @@ pub fn off_cap_radiance(rho: f64, cap: Cap) -> f64 {
 
 const LONG: u32 = 60;
 
-/// The trials.
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let mut trials = closed();
     trials.extend(strategies());

@@ -54,13 +54,8 @@ fn beyond(inclination: f64) -> DVec3 {
     -whitefurnace::frame::from_spherical(inclination, 4.0)
 }
 
-/// The trials.
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let mut trials = aims();
-    trials.extend(lobes());
-    trials.extend(cubes());
-    trials.push(vanishing());
-    trials
+    [aims(), lobes(), cubes(), vec![vanishing()]].into_iter().flatten().collect()
 }
 
 fn aims() -> Vec<FamilyTrial<EstimatorSubject>> {

@@ -64,7 +64,6 @@ impl Property for Vanishing {
     }
 }
 
-/// The trials.
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let r = reflectance_by_angles(60f64.to_radians(), 1.0, INDEX);
     let r0 = ((INDEX - 1.0) / (INDEX + 1.0)).powi(2);

@@ -226,7 +226,6 @@ impl Property for SameStrategies {
     }
 }
 
-/// The trials.
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let white = WhiteFurnace { scene: valid(furnace_under(SKY)) };
     let same = SameImage { scene: coloured_room() };

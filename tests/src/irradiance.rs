@@ -25,14 +25,8 @@ pub fn three() -> f64 {
         + 4.0 * polygon_irradiance(&corners(SMALL_LIGHT, 0.4))
 }
 
-/// The trials.
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let mut trials = lights();
-    trials.extend(strategies());
-    trials.extend(form_factors::trials());
-    trials.push(weights());
-    trials.push(picks());
-    trials
+    [lights(), strategies(), form_factors::trials(), vec![weights()], vec![picks()]].into_iter().flatten().collect()
 }
 
 /// A light over the floor: the scene, E/L at the origin, and what it is.

@@ -108,7 +108,6 @@ impl Property for Cost {
     }
 }
 
-/// The trials.
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let subject = "estimator::Report";
     let means = RAYS.into_iter().map(|(rays, samples)| {

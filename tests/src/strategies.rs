@@ -54,13 +54,8 @@ fn near_sphere() -> Arc<Scene> {
     })
 }
 
-/// The trials.
-pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let mut trials = lights();
-    trials.extend(penumbra());
-    trials.push(heuristics());
-    trials.push(power_weights());
-    trials
+pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
+    [lights(), penumbra(), vec![heuristics()], vec![power_weights()]].into_iter().flatten().collect()
 }
 
 /// Lights of each shape by each strategy.

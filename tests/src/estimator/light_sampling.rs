@@ -6,9 +6,7 @@ use crate::prelude::*;
 use crate::solid_angle::{uniform_in_area, with_pdf};
 
 pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
-    let mut faults = points();
-    faults.extend(weights());
-    faults
+    [points(), weights()].into_iter().flatten().collect()
 }
 
 fn points() -> Vec<Fault<EstimatorSubject>> {

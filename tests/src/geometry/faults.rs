@@ -7,9 +7,7 @@ use crate::prelude::*;
 
 /// The faults.
 pub(super) fn faults() -> Vec<Fault<Shapes>> {
-    let mut faults = triangle_faults();
-    faults.extend(sphere_faults());
-    faults
+    [triangle_faults(), sphere_faults()].into_iter().flatten().collect()
 }
 
 /// A hit behind the ray's start counts as well.

@@ -73,7 +73,6 @@ fn caustic_floor(rng: &mut Stream) -> Ray {
     Ray::new(DVec3::new(radius * cos, radius * sin, 0.01), -DVec3::Z)
 }
 
-/// The trials.
 pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let caustic = SameRadiance {
         scene: scenes::caustic(1.5),

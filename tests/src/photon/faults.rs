@@ -6,10 +6,7 @@ use whitefurnace::sampling::uniform_hemisphere;
 use crate::prelude::*;
 
 pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
-    let mut faults = densities();
-    faults.extend(maps());
-    faults.extend(particles());
-    faults
+    [densities(), maps(), particles()].into_iter().flatten().collect()
 }
 
 /// Half of every photon.

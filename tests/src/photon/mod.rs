@@ -48,11 +48,7 @@ fn spread(count: u32) -> impl Iterator<Item = DVec3> {
 const MAPPING: &str = "estimator::PhotonMapping";
 
 fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let mut trials = floors();
-    trials.extend(cavities());
-    trials.extend(fluxes());
-    trials.push(passes());
-    trials
+    [floors(), cavities(), fluxes(), vec![passes()]].into_iter().flatten().collect()
 }
 
 /// Particles per map of a floor: few do, since the mean does not depend on their number.

@@ -56,13 +56,8 @@ fn lit(name: &str, what: &str, scene: Arc<Scene>, factor: f64, tolerance: f64) -
     family_trial(name, what, scene, &[(|_| at_origin(), factor)], tolerance)
 }
 
-/// The trials.
 pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let mut trials = rectangles();
-    trials.extend(kinds());
-    trials.extend(hidden());
-    trials.push(both_sides());
-    trials
+    [rectangles(), kinds(), hidden(), vec![both_sides()]].into_iter().flatten().collect()
 }
 
 fn rectangles() -> Vec<FamilyTrial<EstimatorSubject>> {

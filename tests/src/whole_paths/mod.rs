@@ -156,7 +156,6 @@ fn whole_paths(context: &Context, scene: &Scene, parts: PartTable) -> Vec<Outcom
     names.into_iter().zip(worst).map(exact).collect()
 }
 
-/// The trial.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let scene = room();
     const BY_DENSITY: &str = "bidirectional/whole-paths: densities | weights";
