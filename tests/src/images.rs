@@ -68,6 +68,17 @@ impl Levels {
     }
 }
 
+/// The images of an estimator and of the path tracer.
+fn with_path<E: Estimator>(
+    context: &Context,
+    part: &str,
+    frame: (&Scene, [u32; 2], Range<u32>),
+    estimator: &E,
+) -> Option<[Levels; 2]> {
+    let image = Levels::render(context, part, frame.clone(), estimator)?;
+    Some([image, Levels::render(context, "path", frame, &Path::<Standard>::default())?])
+}
+
 /// The test of the means of two images within a relative margin.
 pub(super) fn same_mean(name: &str, a: &Levels, b: &Levels, margin: f64) -> Outcome {
     let [(sa, ka), (sb, kb)] = [a, b].map(|c| (c.statistics(), &c.skewness[..]));
@@ -155,17 +166,14 @@ impl Property for SameImage {
             rules: setup.rules,
         };
         let frame = (&*self.scene, ROOM_SIZE, 0..n);
-        let a = Levels::render(context, "report", frame.clone(), &report);
-        let b = Levels::render(context, "path", frame, &Path::<Standard>::default());
-        let (Some(a), Some(b)) = (a, b) else {
-            return not_a_film();
-        };
-        let pixels = map(&a.statistics(), &b.statistics(), ROOM_SIZE[0] as usize, 1);
-        vec![
+        let outcomes = || {
+            let [a, b] = with_path(context, "report", frame, &report)?;
+            let pixels = map(&a.statistics(), &b.statistics(), ROOM_SIZE[0] as usize, 1);
             // What the limit on segments leaves out is no reason to fail.
-            same_mean("image mean", &a, &b, IMAGE).within_delta(),
-            pixels.flatness("p-values of pixels", FLATNESS),
-        ]
+            let mean = same_mean("image mean", &a, &b, IMAGE).within_delta();
+            Some(vec![mean, pixels.flatness("p-values of pixels", FLATNESS)])
+        };
+        outcomes().unwrap_or_else(not_a_film)
     }
 }
 
@@ -183,12 +191,8 @@ impl Property for Convex {
         let n = context.n(CONVEX_REPLICATIONS) as u32;
         let whitted = Whitted { parts: setup.parts, segments: setup.segments.unwrap_or(1), rules: setup.rules };
         let frame = (&*self.scene, CONVEX_SIZE, 0..n);
-        let a = Levels::render(context, "whitted", frame.clone(), &whitted);
-        let b = Levels::render(context, "path", frame, &Path::<Standard>::default());
-        let (Some(a), Some(b)) = (a, b) else {
-            return not_a_film();
-        };
-        vec![same_mean("image mean", &a, &b, BOUNCES)]
+        with_path(context, "whitted", frame, &whitted)
+            .map_or_else(not_a_film, |[a, b]| vec![same_mean("image mean", &a, &b, BOUNCES)])
     }
 }
 

@@ -11,7 +11,7 @@ mod glass;
 use whitefurnace::estimator::Lookup;
 use whitefurnace::estimator::photon_map::{Kept, PhotonMap};
 
-use crate::exact_walks::eye::{Eye, PARTICLES};
+use crate::exact_walks::eye::{Eye, HITS, PARTICLES};
 use crate::mean_radiance::largest;
 use crate::prelude::*;
 use crate::scenes::{hollow, lambert, level, mirror, seen_by};
@@ -129,7 +129,7 @@ fn long() -> Vec<FamilyTrial<EstimatorSubject>> {
     let diffuse = certain(
         ("furnace/long/path", "estimator::Path", &PATH_LENGTH),
         format!("in a diffuse cavity of albedo {ALBEDO} every path sees {all:.6}"),
-        Eye::Path,
+        HITS,
         vec![(cavity("diffuse cavity", lambert(ALBEDO), INSIDE), all)],
     );
     let photons = Eye::Photons(Lookup::Direct);
@@ -137,12 +137,12 @@ fn long() -> Vec<FamilyTrial<EstimatorSubject>> {
     let flux = PI * 4.0 * PI * all;
     vec![
         diffuse,
-        mirrors(MIRRORS[0], "estimator::Path", Eye::Path, all),
+        mirrors(MIRRORS[0], "estimator::Path", HITS, all),
         mirrors(MIRRORS[1], mapping, photons, all),
         mirrors(MIRRORS[2], "estimator::Sppm", Eye::Sppm, all),
         mirrors(MIRRORS[3], "estimator::Bdpt", Eye::Bdpt, all),
-        mirrors(LIMITED[0], "estimator::Report", Eye::Report(SEGMENTS), cut),
-        mirrors(LIMITED[1], "estimator::Whitted", Eye::Whitted(SEGMENTS), cut),
+        mirrors(LIMITED[0], "estimator::Report", Eye::Rays(EstimatorKind::Report(SEGMENTS)), cut),
+        mirrors(LIMITED[1], "estimator::Whitted", Eye::Rays(EstimatorKind::Whitted(SEGMENTS)), cut),
         left("furnace/long/photon-map", "estimator::photon_map::PhotonMap", false, flux, INSIDE),
     ]
 }
