@@ -8,6 +8,7 @@ use whitefurnace::radiometry::cosine;
 use whitefurnace::sampling::{cosine_hemisphere, uniform_hemisphere};
 
 use crate::prelude::*;
+use crate::scenes::lambert;
 
 /// An outcome of a trial by check-up, at each of its inclinations.
 macro_rules! at_every_angle {
@@ -106,11 +107,6 @@ fn lambert_check(context: &Context, subject: BsdfSubject) -> Vec<Outcome> {
     check_up(&subject.albedo(|_| RHO), &size, context)
 }
 
-fn lambert() -> Bsdf {
-    let albedo = DVec3::splat(RHO);
-    Bsdf::Lambert { albedo }
-}
-
 fn oren_nayar_check(
     context: &Context,
     parts: PartTable,
@@ -142,10 +138,10 @@ fn trials() -> Vec<FamilyTrial<PartTable>> {
     };
     vec![
         own("lambert", "Lambert passes the check-up and its directional albedo is ρ", &LAMBERT, |c, parts| {
-            lambert_check(c, as_rendered(parts, lambert()))
+            lambert_check(c, as_rendered(parts, lambert(RHO)))
         }),
         own("cosine", "f_r, not f_r cos θ, is what eval returns and what is reciprocal", &COSINE, |c, parts| {
-            lambert_check(c, uniform_sampled(parts, lambert()))
+            lambert_check(c, uniform_sampled(parts, lambert(RHO)))
         }),
         own(
             "oren-nayar",

@@ -71,6 +71,9 @@ fn trials() -> Vec<FamilyTrial<EonParts>> {
     let own = |name: &str, property: &str, equation: &'static Equation, subject, on: TrialFn<EonParts>| {
         trial(format!("bsdf/{name}"), property, equation, [subject, "exact"], on)
     };
+    let (lobes, single, closed) = ("bsdf::Bsdf::eval", "bsdf::eon::single_scattering", "bsdf::eon::albedo");
+    let grazes = "single scattering loses nothing at grazing: its albedo at 89.9999° is 1 within 1e-5";
+    let is_integral = "the closed form of the directional albedo is the integral of single scattering";
     vec![
         trial(
             "bsdf/eon",
@@ -86,37 +89,21 @@ fn trials() -> Vec<FamilyTrial<EonParts>> {
             "eon-white",
             "white EON reflects all light, at every angle and roughness",
             &EON_MULTIPLE,
-            "bsdf::Bsdf::eval",
-            |_, parts: EonParts| {
-                integrals("white furnace", CASES, |r, wo, wi| parts.eval(1.0, r, wo, wi) * wi.z, |_, _| 1.0)
-            },
+            lobes,
+            |_, parts| integrals("white furnace", CASES, |r, wo, wi| parts.eval(1.0, r, wo, wi) * wi.z, |_, _| 1.0),
         ),
         own(
             "eon-coloured",
             "EON of albedo 0.5 reflects the sum of all orders of scattering",
             &EON_MULTIPLE,
-            "bsdf::Bsdf::eval",
-            |_, parts: EonParts| {
-                integrals("coloured furnace", CASES, |r, wo, wi| parts.eval(RHO, r, wo, wi) * wi.z, reflected)
-            },
+            lobes,
+            |_, parts| integrals("coloured furnace", CASES, |r, wo, wi| parts.eval(RHO, r, wo, wi) * wi.z, reflected),
         ),
-        own(
-            "eon-single",
-            "single scattering loses nothing at grazing: its albedo at 89.9999° is 1 within 1e-5",
-            &EON_SINGLE,
-            "bsdf::eon::single_scattering",
-            |_, parts| grazing(parts),
-        ),
-        own(
-            "eon-albedo",
-            "the closed form of the directional albedo is the integral of single scattering",
-            &EON_ALBEDO,
-            "bsdf::eon::albedo",
-            |_, parts: EonParts| {
-                let f = |r, wo, wi: DVec3| FRAC_1_PI * (parts.single)(r, wo, wi) * wi.z;
-                integrals("single scattering", CASES, f, |r, wo| (parts.albedo)(r, wo.z))
-            },
-        ),
+        own("eon-single", grazes, &EON_SINGLE, single, |_, parts| grazing(parts)),
+        own("eon-albedo", is_integral, &EON_ALBEDO, closed, |_, parts| {
+            let f = |r, wo, wi: DVec3| FRAC_1_PI * (parts.single)(r, wo, wi) * wi.z;
+            integrals("single scattering", CASES, f, |r, wo| (parts.albedo)(r, wo.z))
+        }),
     ]
 }
 

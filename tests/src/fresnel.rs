@@ -45,7 +45,7 @@ fn snell(cos_1: f64, n1: f64, n2: f64) -> Option<f64> {
 
 /// R + T = 1 for each polarisation, with T from the *amplitudes* of the transmitted wave (Born and
 /// Wolf, 1.5.2), not as 1 − R.
-pub fn energy(context: &Context, s: Reflectance, p: Reflectance) -> Vec<Outcome> {
+fn energy(context: &Context, Reflectances { s, p, .. }: Reflectances) -> Vec<Outcome> {
     let flux =
         |amplitude: f64, cos_1: f64, cos_2: f64, n1: f64, n2: f64| amplitude * amplitude * n2 * cos_2 / (n1 * cos_1);
     vec![
@@ -62,12 +62,12 @@ pub fn energy(context: &Context, s: Reflectance, p: Reflectance) -> Vec<Outcome>
 
 /// R(n₁, n₂, θ₁) = R(n₂, n₁, θ₂), times cos θ₁ cos θ₂: Snell's law there and back leaves an error of ε/cos θ₁ in
 /// the cosine, and R changes by up to 1/cos θ₂ as much.
-pub fn reversible(context: &Context, r: Reflectance) -> Vec<Outcome> {
+fn reversible(context: &Context, Reflectances { unpolarised: r, .. }: Reflectances) -> Vec<Outcome> {
     vec![identity(context, "reversibility", |c1, c2, n1, n2| (r(c1, n1, n2) - r(c2, n2, n1)).abs() * c1 * c2)]
 }
 
 /// R_p = 0 at Brewster's angle, tan θ = n₂/n₁, and R_s = ((n₁² − n₂²)/(n₁² + n₂²))² there.
-pub fn brewster(context: &Context, s: Reflectance, p: Reflectance) -> Vec<Outcome> {
+fn brewster(context: &Context, Reflectances { s, p, .. }: Reflectances) -> Vec<Outcome> {
     let at_brewster = |n1: f64, n2: f64| 1.0 / (n2 / n1).hypot(1.0);
     vec![
         identity(context, "R_p at Brewster's angle", |_, _, n1, n2| p(at_brewster(n1, n2), n1, n2)),
@@ -79,7 +79,7 @@ pub fn brewster(context: &Context, s: Reflectance, p: Reflectance) -> Vec<Outcom
 }
 
 /// ((n₁ − n₂)/(n₁ + n₂))² at normal incidence, 1 at grazing.
-pub fn limits(context: &Context, r: Reflectance) -> Vec<Outcome> {
+fn limits(context: &Context, Reflectances { unpolarised: r, .. }: Reflectances) -> Vec<Outcome> {
     vec![
         identity(context, "normal incidence", |_, _, n1, n2| (r(1.0, n1, n2) - ((n1 - n2) / (n1 + n2)).powi(2)).abs()),
         identity(context, "grazing incidence", |_, _, n1, n2| (r(0.0, n1, n2) - 1.0).abs()),
@@ -87,7 +87,7 @@ pub fn limits(context: &Context, r: Reflectance) -> Vec<Outcome> {
 }
 
 /// From the dense side: total reflection from the critical angle on, and 1 − R ~ √ just before it.
-pub fn critical(context: &Context, r: Reflectance) -> Vec<Outcome> {
+fn critical(context: &Context, Reflectances { unpolarised: r, .. }: Reflectances) -> Vec<Outcome> {
     let mut rng = context.rng("critical");
     let (mut beyond, mut before) = (0.0_f64, 0.0_f64);
     for _ in 0..context.arguments(ARGUMENTS) {
@@ -122,7 +122,7 @@ pub fn walsh(n: f64) -> f64 {
 
 /// The averages over cosine-distributed directions from outside and inside: F_ext by Walsh,
 /// F_int = 1 − (1 − F_ext)/n²; by quadrature and by sampling.
-pub fn averages(context: &Context, r: Reflectance) -> Vec<Outcome> {
+fn averages(context: &Context, Reflectances { unpolarised: r, .. }: Reflectances) -> Vec<Outcome> {
     const N: f64 = 1.5;
     let outside = walsh(N);
     let inside = 1.0 - (1.0 - outside) / (N * N);
@@ -185,34 +185,17 @@ fn trials() -> Vec<FamilyTrial<Reflectances>> {
         trial(format!("fresnel/{name}"), property, equation, [subject, "exact"], on)
     };
     vec![
-        own(
-            "energy",
-            "reflected and transmitted flux sum to one for each polarisation",
-            &FRESNEL_S,
-            |c, r: Reflectances| energy(c, r.s, r.p),
-        ),
-        own(
-            "brewster",
-            "R_p vanishes at Brewster's angle and R_s has its closed form",
-            &FRESNEL_P,
-            |c, r: Reflectances| brewster(c, r.s, r.p),
-        ),
-        own("reversible", "R is the same from both sides along one ray", &FRESNEL, |c, r: Reflectances| {
-            reversible(c, r.unpolarised)
-        }),
-        own("limits", "R at normal and at grazing incidence", &FRESNEL, |c, r: Reflectances| limits(c, r.unpolarised)),
-        own(
-            "critical",
-            "reflection is total past the critical angle and not before",
-            &FRESNEL,
-            |c, r: Reflectances| critical(c, r.unpolarised),
-        ),
+        own("energy", "reflected and transmitted flux sum to one for each polarisation", &FRESNEL_S, energy),
+        own("brewster", "R_p vanishes at Brewster's angle and R_s has its closed form", &FRESNEL_P, brewster),
+        own("reversible", "R is the same from both sides along one ray", &FRESNEL, reversible),
+        own("limits", "R at normal and at grazing incidence", &FRESNEL, limits),
+        own("critical", "reflection is total past the critical angle and not before", &FRESNEL, critical),
         trial(
             "fresnel/averages",
             "hemispherical averages follow Walsh, and 1 − F_int = (1 − F_ext)/n²",
             &REFRACTION,
             ["fresnel::reflectance", "t"],
-            |c, r: Reflectances| averages(c, r.unpolarised),
+            averages,
         ),
     ]
 }

@@ -12,7 +12,8 @@ use whitefurnace::scene::simple::{Cap, cavity_cap, closed_cube, furnace_under};
 use crate::prelude::*;
 use crate::scenes::{FLOOR, LIGHT, ball, light, scene, seen_by, square, valid};
 
-/// A film of a scene, every ray through its pixel's centre, so that edges add no noise; `None` if the estimator returns what no film can hold, which is a fault.
+/// A film of a scene, every ray through its pixel's centre, so that edges add no noise; `None` if the estimator
+/// returns what no film can hold, which is a fault.
 pub(super) fn film<E: Estimator>(
     context: &Context,
     part: &str,

@@ -17,14 +17,20 @@ pub fn mean_of(name: &str, (reference, delta): (f64, f64), n: u64, value: impl F
 }
 
 /// The same of several values that are drawn together: each has a name, a reference and an absolute δ.
-pub fn means<const N: usize>(about: [(&str, f64, f64); N], n: u64, mut draw: impl FnMut() -> [f64; N]) -> Vec<Outcome> {
-    let mut all = about.map(|(_, reference, _)| Values::new(reference));
+pub fn means<S: AsRef<str>, const N: usize>(
+    about: [(S, f64, f64); N],
+    n: u64,
+    mut draw: impl FnMut() -> [f64; N],
+) -> Vec<Outcome> {
+    let mut all = about.each_ref().map(|(_, reference, _)| Values::new(*reference));
     for _ in 0..n {
         for (values, value) in all.iter_mut().zip(draw()) {
             values.push(value);
         }
     }
-    let outcome = |((name, reference, delta), values)| mean(name, values, reference, Claim::Exact { delta });
+    let outcome = |((name, reference, delta), values): ((S, f64, f64), &Values)| {
+        mean(name.as_ref(), values, reference, Claim::Exact { delta })
+    };
     about.into_iter().zip(&all).map(outcome).collect()
 }
 

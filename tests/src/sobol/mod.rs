@@ -174,17 +174,16 @@ const CORRELATION_DELTA: f64 = 0.005;
 /// next coordinate; a point of each scramble.
 fn independence(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     let seed = context.seed_of("independent");
-    let n = context.n(PAIRS);
     let centred = |u: f64| 12f64.sqrt() * (u - 0.5);
-    let names =
-        ["next block", "next pixel", "next scramble", "next coordinate"].map(|next| format!("correlation, {next}"));
-    let mut replications = 0..;
-    means(names.each_ref().map(|name| (&**name, 0.0, CORRELATION_DELTA)), n, || {
-        let replication = replications.next().unwrap_or(u32::MAX);
+    let about = ["next block", "next pixel", "next scramble", "next coordinate"]
+        .map(|next| (format!("correlation, {next}"), 0.0, CORRELATION_DELTA));
+    let mut replication = 0;
+    means(about, context.n(PAIRS), || {
         let point = Point { seed, pixel: 2, replication: 2 * replication, index: replication % 512 };
         let here = (subject.numbers)(point, 1);
         let next_pixel = Point { pixel: 3, ..point };
         let next_scramble = Point { replication: 2 * replication + 1, ..point };
+        replication += 1;
         let others = [
             (subject.numbers)(point, 2)[0],
             (subject.numbers)(next_pixel, 1)[0],
