@@ -93,9 +93,7 @@ fn not_a_film() -> Vec<Outcome> {
 
 /// The mean of the pixels of the white furnace under a coloured sky: every one's expectation is the sky's
 /// radiance.
-struct WhiteFurnace {
-    scene: Arc<Scene>,
-}
+struct WhiteFurnace(Arc<Scene>);
 
 const SKY: DVec3 = DVec3::new(1.0, 3.0, 0.5);
 
@@ -109,7 +107,7 @@ impl Property for WhiteFurnace {
         let mut values = Values::new(1.0);
         for replication in 0..context.n(FURNACE_REPLICATIONS) {
             let part = format!("film {replication}");
-            let frame = (&*self.scene, FURNACE_SIZE, 0..1);
+            let frame = (&*self.0, FURNACE_SIZE, 0..1);
             let Some(film) = film(context, &part, frame, &Path::new(parts, Strategy::Mis)) else {
                 return not_a_film();
             };
@@ -124,9 +122,7 @@ impl Property for WhiteFurnace {
 
 /// The path tracer and the report's estimator with physical rules in the all-diffuse room: two
 /// directions of sampling, two roulettes, with and without multiple importance sampling.
-struct SameImage {
-    scene: Arc<Scene>,
-}
+struct SameImage(Arc<Scene>);
 
 const ROOM_SIZE: [u32; 2] = [32, 24];
 const ROOM_REPLICATIONS: u64 = 1_200;
@@ -166,7 +162,7 @@ impl Property for SameImage {
             segments: setup.segments.unwrap_or(ROOM_SEGMENTS),
             rules: setup.rules,
         };
-        let frame = (&*self.scene, ROOM_SIZE, 0..n);
+        let frame = (&*self.0, ROOM_SIZE, 0..n);
         let outcomes = || {
             let [a, b] = with_path(context, "report", frame, &report)?;
             let pixels = map(&a.statistics(), &b.statistics(), ROOM_SIZE[0] as usize, 1);
@@ -180,9 +176,7 @@ impl Property for SameImage {
 
 /// Whitted's estimator and the path tracer on a convex diffuse object under a light that reflects
 /// nothing: no light meets two diffuse surfaces, so Whitted leaves nothing out.
-struct Convex {
-    scene: Arc<Scene>,
-}
+struct Convex(Arc<Scene>);
 
 const CONVEX_SIZE: [u32; 2] = [32, 32];
 const CONVEX_REPLICATIONS: u64 = 2_600;
@@ -191,7 +185,7 @@ impl Property for Convex {
     fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let n = context.n(CONVEX_REPLICATIONS) as u32;
         let whitted = Whitted { parts: setup.parts, segments: setup.segments.unwrap_or(1), rules: setup.rules };
-        let frame = (&*self.scene, CONVEX_SIZE, 0..n);
+        let frame = (&*self.0, CONVEX_SIZE, 0..n);
         with_path(context, "whitted", frame, &whitted)
             .map_or_else(not_a_film, |[a, b]| vec![same_mean("image mean", &a, &b, BOUNCES)])
     }
@@ -209,9 +203,7 @@ fn convex() -> Arc<Scene> {
 
 /// The path tracer's three strategies in a diffuse cavity with an emitting cap that ends paths: most find
 /// it, which keeps the variance of hits low.
-struct SameStrategies {
-    scene: Arc<Scene>,
-}
+struct SameStrategies(Arc<Scene>);
 
 const CAVITY_SIZE: [u32; 2] = [20, 15];
 const CAVITY_REPLICATIONS: u64 = 6_600;
@@ -219,7 +211,7 @@ const CAVITY_REPLICATIONS: u64 = 6_600;
 impl Property for SameStrategies {
     fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let n = context.n(CAVITY_REPLICATIONS) as u32;
-        let frame = (&*self.scene, CAVITY_SIZE, 0..n);
+        let frame = (&*self.0, CAVITY_SIZE, 0..n);
         let [bsdf, light, mis] = [Strategy::Bsdf, Strategy::Light, Strategy::Mis].map(|strategy| {
             let path = Path::new(setup.parts, strategy);
             Levels::render(context, &format!("{strategy:?}"), frame.clone(), &path)
@@ -232,9 +224,9 @@ impl Property for SameStrategies {
 }
 
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let white = WhiteFurnace { scene: valid(furnace_under(SKY)) };
-    let same = SameImage { scene: coloured_room() };
-    let strategies = SameStrategies { scene: valid(cavity_cap(0.9, Cap::Black)) };
+    let white = WhiteFurnace(valid(furnace_under(SKY)));
+    let same = SameImage(coloured_room());
+    let strategies = SameStrategies(valid(cavity_cap(0.9, Cap::Black)));
     vec![
         trial(
             "images/white-furnace",
@@ -255,7 +247,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "of one convex diffuse object Whitted's estimator and the path tracer make the same image",
             &WHITTED,
             ["render::render, estimator::Whitted, estimator::Path", "Welch"],
-            with_parts(Convex { scene: convex() }),
+            with_parts(Convex(convex())),
         ),
         trial(
             "images/three-strategies",

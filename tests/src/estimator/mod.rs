@@ -71,9 +71,7 @@ fn equivalents() -> Vec<Fault<EstimatorSubject>> {
             { cosine_hemisphere: |[r1, r2]| cosine_hemisphere([1.0 - r1, 1.0 - r2]) }, "furnace/sky/path"),
         fault!("uniform-with-its-weight", ESTIMATOR,
             "uniform directions with the uniform pdf: another density, the same mean",
-            {
-                cosine_hemisphere: uniform_hemisphere,
-                cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI
-            }, "furnace/light/sphere"),
+            { cosine_hemisphere: uniform_hemisphere, cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI },
+            "furnace/light/sphere"),
     ]
 }

@@ -42,11 +42,7 @@ pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
             { roulette_weight: |q| 4.0 * roulette::weight(q) }, "furnace/report/rays-4"),
         fault!("black-holes", ROULETTE,
             "survival 0 where the throughput is below 0.6: light is lost with the path",
-            {
-                survival_by_throughput: |t| {
-                    let q = t.max_element();
-                    if q < 0.6 { 0.0 } else { q.min(0.95) }
-                }
-            }, "furnace/path/albedo-0.5"),
+            { survival_by_throughput: |t| if t.max_element() < 0.6 { 0.0 } else { t.max_element().min(0.95) } },
+            "furnace/path/albedo-0.5"),
     ]
 }

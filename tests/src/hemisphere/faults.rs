@@ -43,10 +43,6 @@ fn slip([r1, r2]: [f64; 2]) -> DVec3 {
     uniform_hemisphere([1.0 - (1.0 - r1).powf(1.0 / 1.05), r2])
 }
 
-fn twice(cos: f64) -> f64 {
-    2.0 * uniform_hemisphere_pdf(cos)
-}
-
 pub(super) fn uniform_faults() -> Vec<Fault<Method>> {
     let pdf: Pdf = uniform_hemisphere_pdf;
     vec![
@@ -65,7 +61,8 @@ pub(super) fn uniform_faults() -> Vec<Fault<Method>> {
             "uniform directions with the weight of the cosine pdf: radiance 1 does not see it",
             = (uniform_hemisphere, cosine_hemisphere_pdf), "hemisphere/uniform/furnaces: furnace, radiance cos θ"),
         fault!("pdf-twice", HEMISPHERE_PDF, "the pdf is 1/π",
-            = (uniform_hemisphere, twice), "hemisphere/uniform/pdf", "hemisphere/uniform/furnaces: furnace, radiance 1"),
+            = (uniform_hemisphere, |cos| 2.0 * uniform_hemisphere_pdf(cos)),
+            "hemisphere/uniform/pdf", "hemisphere/uniform/furnaces: furnace, radiance 1"),
         fault!("cosine-for-uniform", HEMISPHERE_THETA,
             "cosine-weighted directions, called importance sampling, for (18)",
             = (cosine_hemisphere, pdf), "hemisphere/uniform/moments: mean of z"),

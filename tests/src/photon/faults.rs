@@ -1,5 +1,6 @@
 //! Faults of photon mapping, each through the whole estimator.
 
+use glam::Vec3Swizzles;
 use whitefurnace::estimator::photon_map::{density, flux_share};
 use whitefurnace::sampling::uniform_hemisphere;
 
@@ -60,7 +61,7 @@ fn particles() -> Vec<Fault<EstimatorSubject>> {
             { photon_flux: |flux, _, stored| flux / stored.max(1) as f64 }, "photon/furnace",
             "photon/gather"),
         fault!("channels-exchanged", PHOTON_FLUX, "red and blue of the flux are exchanged",
-            { photon_flux: |flux, emitted, _| flux_share(DVec3::new(flux.z, flux.y, flux.x), emitted) },
+            { photon_flux: |flux, emitted, _| flux_share(flux.zyx(), emitted) },
             "photon/disc", "photon/index-matched", "photon/passes"),
         fault!("survivors-unpaid", ROULETTE, "particles that survive roulette carry no more than before",
             { roulette_weight: |_| 1.0 }, "photon/flux-balance", "photon/furnace"),

@@ -72,9 +72,7 @@ impl Property for Known {
 }
 
 /// The path tracer and radiosity in the all-diffuse room.
-struct SameRoom {
-    scene: Arc<Scene>,
-}
+struct SameRoom(Arc<Scene>);
 
 const SIZE: [u32; 2] = [40, 30];
 const REPLICATIONS: u64 = 400;
@@ -84,11 +82,11 @@ impl Property for SameRoom {
     fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let n = context.n(REPLICATIONS) as u32;
         let films = || {
-            let solved = solve(setup, &self.scene, PATCHES)?;
+            let solved = solve(setup, &self.0, PATCHES)?;
             // Every replication is the same: two are enough to say so.
-            let a = Levels::render(context, "radiosity", (&*self.scene, SIZE, 0..2), &solved)?;
+            let a = Levels::render(context, "radiosity", (&*self.0, SIZE, 0..2), &solved)?;
             let paths = Path::<Standard>::default();
-            let b = Levels::render(context, "paths", (&*self.scene, SIZE, 0..n), &paths)?;
+            let b = Levels::render(context, "paths", (&*self.0, SIZE, 0..n), &paths)?;
             Some([a, b])
         };
         match films() {
@@ -191,7 +189,7 @@ fn rooms() -> Vec<FamilyTrial<EstimatorSubject>> {
             "radiosity and the path tracer make the same image of the diffuse room",
             &RADIOSITY,
             [SUBJECT, "Welch, equivalence"],
-            with_parts(SameRoom { scene: valid(diffuse()) }),
+            with_parts(SameRoom(valid(diffuse()))),
         ),
     ]
 }
