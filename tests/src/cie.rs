@@ -92,7 +92,7 @@ fn roof(name: &str, obstructed: bool) -> Arc<Scene> {
 }
 
 pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let family_trial = |name, what: &str, scene: &Arc<Scene>, ray: fn(&mut Stream) -> Ray, l, f: f64, n| {
+    let family_trial = |name, what: &str, scene: &Arc<Scene>, ray: Rays, l, f: f64, n| {
         let reference = FLOOR * l * f;
         let property = format!("{what}: F = {f:.6}, and {reference:.6} is reflected");
         let probe = (scene, EstimatorKind::Path, ray);

@@ -146,6 +146,11 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
         Self { name, whole_estimator: false, right, trials: Vec::new(), faults: Vec::new(), equivalents: Vec::new() }
     }
 
+    /// The same of a family whose subjects act through a whole estimator.
+    pub fn whole(name: &'static str, right: S) -> Self {
+        Self { whole_estimator: true, ..Self::new(name, right) }
+    }
+
     fn all(&self) -> impl Iterator<Item = (&Fault<S>, bool)> {
         let faults = self.faults.iter().map(|fault| (fault, false));
         faults.chain(self.equivalents.iter().map(|mutant| (mutant, true)))
@@ -186,7 +191,7 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
     }
 
     /// A trial's function on a mutant, at the trial's size.
-    fn whole(family_trial: &FamilyTrial<S>, mutant: &Fault<S>) -> Run {
+    fn at_full_size(family_trial: &FamilyTrial<S>, mutant: &Fault<S>) -> Run {
         let (on, subject) = (Arc::clone(&family_trial.on), mutant.subject);
         Box::new(move |context| on(context, subject))
     }
@@ -233,7 +238,7 @@ impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
                     let outcomes = outcomes_of(mutant.caught_by, &family_trial.trial.name);
                     let run = match &outcomes {
                         Some(outcomes) if !equivalent => Self::reject(family_trial, mutant, outcomes.clone()),
-                        _ => Self::whole(family_trial, mutant),
+                        _ => Self::at_full_size(family_trial, mutant),
                     };
                     Pair {
                         fault: self.fault(mutant, equivalent),

@@ -52,7 +52,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let family_trial = |name, how: &str, scene, factor: f64, samples| {
         let property = format!("the form factor between {how} unit squares is {factor:.6}");
         let reference = FLOOR * LIGHT * factor;
-        let probe = (scene, EstimatorKind::Path, anywhere as fn(&mut Stream) -> Ray);
+        let probe = (scene, EstimatorKind::Path, anywhere as Rays);
         radiance(name, &GEOMETRY, probe).says(property).is((reference, SINGLE), samples)
     };
     vec![

@@ -56,19 +56,18 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
 }
 
 /// From within a box of side 2 in every direction.
-fn in_box(rng: &mut Stream) -> Ray {
+pub fn in_box(rng: &mut Stream) -> Ray {
     Ray::new(DVec3::new(0.1, 0.2, -0.3), any_direction(rng))
 }
 
 fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
+    let cube = |a| (valid(furnace_box(a)), EstimatorKind::Path, in_box as Rays);
     // The longest paths, by hits alone: every wall emits, so that shadow rays would cost and bring little.
     let hits = by(Strategy::Bsdf, LightSampling::SolidAngle);
-    let cubes = [0.5, 0.75].map(|a| (valid(furnace_box(a)), EstimatorKind::Path, in_box as fn(&mut Stream) -> Ray));
-    let [half, more] = cubes;
-    let sphere = (sphere_furnace(lambert(0.9), 0.0), hits, inside as fn(&mut Stream) -> Ray);
+    let sphere = (sphere_furnace(lambert(0.9), 0.0), hits, inside as Rays);
     [
-        ("furnace/path/albedo-0.5", "closed furnace box", 0.5, half, 2_600_000),
-        ("furnace/path/albedo-0.75", "closed furnace box", 0.75, more, 4_400_000),
+        ("furnace/path/albedo-0.5", "closed furnace box", 0.5, cube(0.5), 2_600_000),
+        ("furnace/path/albedo-0.75", "closed furnace box", 0.75, cube(0.75), 4_400_000),
         ("furnace/path/albedo-0.9", "spherical furnace", 0.9, sphere, 6_000_000),
     ]
     .into_iter()
@@ -122,7 +121,7 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
             let property = format!("{segments} segments have the relative bias {bias:.6} at albedo {a}");
             (property, &PATH_LENGTH)
         };
-        let probe = (&scene, EstimatorKind::Report(segments), inside as fn(&mut Stream) -> Ray);
+        let probe = (&scene, EstimatorKind::Report(segments), inside as Rays);
         radiance(name, equation, probe).says(property).is((m, BOUNCES), samples)
     })
     .collect()

@@ -63,7 +63,7 @@ fn aims() -> Vec<FamilyTrial<EstimatorSubject>> {
     let theta_1 = AIM.to_radians();
     let refracted = beyond((theta_1.sin() / INDEX).asin());
     let transmitted = (1.0 - reflectance_by_angles(theta_1, 1.0, INDEX)) / (INDEX * INDEX) * LIGHT;
-    let probe: fn(&mut Stream) -> Ray = |_| towards_origin(AIM.to_radians());
+    let probe: Rays = |_| towards_origin(AIM.to_radians());
     vec![
         radiance("glass/mirror-aim", &REFRACTION, (&aim(mirror(0.9), back), EstimatorKind::Whitted(3), probe))
             .says("a small light lies where the law of reflection says, and is seen in the mirror")
@@ -95,7 +95,7 @@ impl Property for Lobe {
 }
 
 fn lobes() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let lobe = |name: &str, (theta, ray): (f64, fn(&mut Stream) -> Ray), samples| {
+    let lobe = |name: &str, (theta, ray): (f64, Rays), samples| {
         let r = reflectance_by_angles(theta.to_radians(), 1.0, INDEX);
         let property = format!("at {theta}° glass reflects with probability R = {r:.6}");
         let probe = Probe { scene: pane(), kind: EstimatorKind::Report(3), ray };

@@ -36,7 +36,7 @@ pub(super) type Light = (Arc<Scene>, f64, &'static str);
 pub(super) fn lit(
     name: &'static str,
     (scene, irradiance, light): &Light,
-    (kind, ray): (EstimatorKind, fn(&mut Stream) -> Ray),
+    (kind, ray): (EstimatorKind, Rays),
     equation: &'static Equation,
     samples: u64,
 ) -> FamilyTrial<EstimatorSubject> {
@@ -55,7 +55,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
     let triangle = (triangle_light(), polygon_irradiance(&TRIANGLE), "a slanted triangular light");
     let sphere = (sphere_light(), sphere_irradiance(0.5, 2.0, 1.0), "a spherical light");
     let three = (three_lights(), three(), "three lights of different size and radiance");
-    let at_origin = |kind| (kind, (|_| at_origin()) as fn(&mut Stream) -> Ray);
+    let at_origin = |kind| (kind, (|_| at_origin()) as Rays);
     vec![
         lit("irradiance/rectangle", &square, at_origin(Path), &GEOMETRY, 3_800_000),
         lit("irradiance/rectangle-report", &square, at_origin(Report(2)), &GEOMETRY, 700_000),

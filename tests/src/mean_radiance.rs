@@ -61,11 +61,14 @@ pub fn path(kind: EstimatorKind) -> &'static str {
     }
 }
 
+/// Rays into a scene, from random numbers.
+pub type Rays = fn(&mut Stream) -> Ray;
+
 /// A trial of the mean radiance that an estimator finds in a scene along rays.
 pub fn radiance(
     name: &'static str,
     equation: &'static Equation,
-    (scene, kind, ray): (&Arc<Scene>, EstimatorKind, fn(&mut Stream) -> Ray),
+    (scene, kind, ray): (&Arc<Scene>, EstimatorKind, Rays),
 ) -> Radiance {
     Radiance { name, equation, probe: Probe { scene: Arc::clone(scene), kind, ray }, property: String::new() }
 }

@@ -186,7 +186,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     const BY_HIT: &str = "irradiance/path-weights: weight of a hit | sum of both";
     const BY_SHADOW: &str = "irradiance/path-weights: weight of a shadow ray | sum of both";
     vec![Box::new(Family {
-        whole_estimator: true,
         trials: vec![trial(
             "irradiance/path-weights",
             "on every path a hit and a shadow ray have the heuristic's weights, which sum to one",
@@ -217,6 +216,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "a shadow ray is weighted by the uniform density of directions, not the cosine's",
                 = shadows(with(PartTable { cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI, ..CORRECT })), BY_SHADOW),
         ],
-        ..Family::new("path weights", SIDES)
+        ..Family::whole("path weights", SIDES)
     })]
 }

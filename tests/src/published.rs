@@ -45,7 +45,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     };
     let right = Quirks::default();
     vec![Box::new(Family {
-        whole_estimator: true,
         trials: vec![trial(
             "furnace/published",
             format!("with its three quirks the radiance in a rough furnace is {reference:.6}"),
@@ -62,6 +61,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             fault!("cosine-once", OREN_NAYAR, "rough surfaces do not multiply by the cosine once more",
                 = Quirks { extra_cosine: false, ..right }, "furnace/published"),
         ],
-        ..Family::new("published", right)
+        ..Family::whole("published", right)
     })]
 }

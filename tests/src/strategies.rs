@@ -118,7 +118,7 @@ pub fn to_floor(y: f64) -> Ray {
 
 fn penumbra() -> Vec<FamilyTrial<EstimatorSubject>> {
     let scene = penumbra_scene();
-    let family_trial = |name, y: f64, ray: fn(&mut Stream) -> Ray, kind, samples| {
+    let family_trial = |name, y: f64, ray: Rays, kind, samples| {
         let reference = penumbra_reference(y);
         let property = format!("in the penumbra at y = {y} the floor reflects {reference:.6}");
         radiance(name, &GEOMETRY, (&scene, kind, ray)).says(property).is((reference, SINGLE), samples)

@@ -29,13 +29,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     faults.extend(light_sampling::faults());
     faults.extend(interfaces::faults());
     faults.extend(configuration_faults());
-    vec![Box::new(Family {
-        whole_estimator: true,
-        trials,
-        faults,
-        equivalents: equivalents(),
-        ..Family::new("estimator", STANDARD)
-    })]
+    vec![Box::new(Family { trials, faults, equivalents: equivalents(), ..Family::whole("estimator", STANDARD) })]
 }
 
 /// Faults in how an estimator is configured.

@@ -189,7 +189,7 @@ fn cuts(
 /// The families: long walks of every estimator, and glass.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let family = |name, table, trials, faults| -> Box<dyn AnyFamily> {
-        Box::new(Family { whole_estimator: true, trials, faults, ..Family::new(name, parts(table)) })
+        Box::new(Family { trials, faults, ..Family::whole(name, parts(table)) })
     };
     // A particle of the unit cavity leaves L A (1 + a + a² + ...) in the image.
     let splats = 4.0 * PI / (1.0 - ALBEDO);

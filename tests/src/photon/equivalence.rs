@@ -14,7 +14,7 @@ use crate::scenes::valid;
 /// The mean radiance along random rays by final gathering and by the path tracer.
 struct SameRadiance {
     scene: Arc<Scene>,
-    ray: fn(&mut Stream) -> Ray,
+    ray: Rays,
     particles: u32,
     radius: f64,
     /// Maps, and rays with each.

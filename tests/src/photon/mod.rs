@@ -19,17 +19,11 @@ use crate::scenes::{lambert, sphere_furnace, valid};
 /// The families: with closed forms, and against the path tracer.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![
+        Box::new(Family { trials: trials(), faults: faults::faults(), ..Family::whole("photon", STANDARD) }),
         Box::new(Family {
-            whole_estimator: true,
-            trials: trials(),
-            faults: faults::faults(),
-            ..Family::new("photon", STANDARD)
-        }),
-        Box::new(Family {
-            whole_estimator: true,
             trials: equivalence::trials(),
             faults: equivalence::faults(),
-            ..Family::new("photon-equivalence", STANDARD)
+            ..Family::whole("photon-equivalence", STANDARD)
         }),
     ]
 }

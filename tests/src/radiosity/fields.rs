@@ -40,7 +40,7 @@ fn family_trial(
     name: &str,
     what: &str,
     scene: Arc<Scene>,
-    rays: &[(fn(&mut Stream) -> Ray, f64)],
+    rays: &[(Rays, f64)],
     tolerance: f64,
 ) -> FamilyTrial<EstimatorSubject> {
     let rays: Vec<_> = rays.iter().map(|&(ray, factor)| (ray, FLOOR * LIGHT * factor)).collect();
@@ -180,6 +180,6 @@ fn both_sides() -> FamilyTrial<EstimatorSubject> {
     });
     let above = parallel_corner(1.0, 1.0, 1.0);
     let below = parallel_corner(1.5, 1.0, 0.8) - parallel_corner(0.5, 1.0, 0.8);
-    let rays = [((|_| at_origin()) as fn(&mut Stream) -> Ray, above), (|_| from_below(), below)];
+    let rays = [((|_| at_origin()) as Rays, above), (|_| from_below(), below)];
     family_trial("radiosity/both-sides", "a light above and of another below", scene, &rays, SINGLE_PRECISION)
 }

@@ -11,7 +11,7 @@ use whitefurnace::estimator::radiosity::{Fineness, RESIDUAL, ReadOut};
 use whitefurnace::scene::room::diffuse;
 use whitefurnace::scene::simple::{Cap, cavity_cap, closed_cube, furnace_box};
 
-use crate::furnace::{off_cap, off_cap_radiance};
+use crate::furnace::{in_box, off_cap, off_cap_radiance};
 use crate::images::{Levels, same_mean};
 use crate::mean_radiance::{any_direction, largest};
 use crate::prelude::*;
@@ -36,7 +36,7 @@ fn solve<P: EstimatorParts + Copy>(setup: Configuration<P>, scene: &Scene, patch
 }
 
 /// A kind of ray with its radiance.
-type KnownRay = (fn(&mut Stream) -> Ray, DVec3);
+type KnownRay = (Rays, DVec3);
 
 /// A radiance that is known along every ray of a kind: the largest relative deviation.
 struct Known {
@@ -110,7 +110,6 @@ fn into_corners(rng: &mut Stream) -> Ray {
 }
 
 fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let inside = |rng: &mut Stream| Ray::new(DVec3::new(0.1, 0.2, -0.3), any_direction(rng));
     let outside = |rng: &mut Stream| Ray::new(DVec3::new(1.5, 1.4, -1.6), any_direction(rng));
     let box_of = |name, walls: &[(f64, Surface)]| {
         scene(name, |s| {
@@ -129,7 +128,7 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
     let cavity = |cap| valid(cavity_cap(ALBEDO, cap));
     let [reflecting, black] = [Cap::Reflecting, Cap::Black].map(|cap| off_cap_radiance(ALBEDO, cap));
     let furnace = || valid(furnace_box(ALBEDO));
-    let of = |scene, patches, rays: &[(fn(&mut Stream) -> Ray, DVec3)]| Known {
+    let of = |scene, patches, rays: &[KnownRay]| Known {
         scene,
         patches,
         rays: rays.to_vec(),
@@ -142,7 +141,7 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
         (
             "radiosity/furnace-box",
             "in a closed furnace box of albedo 0.75 the radiance is 4".to_owned(),
-            of(furnace(), 60, &[(inside, grey(4.0))]),
+            of(furnace(), 60, &[(in_box, grey(4.0))]),
         ),
         (
             "radiosity/corners",
@@ -162,12 +161,12 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
         (
             "radiosity/nested",
             format!("a furnace box in a dark box shows {lit:.6} inside and nothing outside"),
-            of(nested, 150, &[(inside, grey(lit)), (outside, DVec3::ZERO)]),
+            of(nested, 150, &[(in_box, grey(lit)), (outside, DVec3::ZERO)]),
         ),
         (
             "radiosity/coloured",
             "in a furnace box each channel is its emission over 1 less its albedo".to_owned(),
-            of(coloured, 60, &[(inside, emission / (DVec3::ONE - albedo))]),
+            of(coloured, 60, &[(in_box, emission / (DVec3::ONE - albedo))]),
         ),
     ]
     .into_iter()
@@ -196,14 +195,6 @@ fn rooms() -> Vec<FamilyTrial<EstimatorSubject>> {
 
 /// Radiosity as a whole.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    let mut trials = furnaces();
-    trials.extend(fields::trials());
-    trials.extend(factors::factors());
-    trials.extend(rooms());
-    vec![Box::new(Family {
-        whole_estimator: true,
-        trials,
-        faults: faults::faults(),
-        ..Family::new("radiosity", STANDARD)
-    })]
+    let trials = [furnaces(), fields::trials(), factors::factors(), rooms()].into_iter().flatten().collect();
+    vec![Box::new(Family { trials, faults: faults::faults(), ..Family::whole("radiosity", STANDARD) })]
 }

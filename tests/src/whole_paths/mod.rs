@@ -161,7 +161,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     const BY_DENSITY: &str = "bidirectional/whole-paths: densities | weights";
     let on = move |context: &Context, parts: PartTable| whole_paths(context, &scene, parts);
     vec![Box::new(Family {
-        whole_estimator: true,
         trials: vec![trial(
             "bidirectional/whole-paths",
             "every strategy makes the same path with the densities in closed form, and the weights sum to one",
@@ -194,6 +193,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             fault!("flux-scaled-as-radiance", REFRACTION, "refraction scales the flux of particles",
                 PartTable: { flux_factor: |factor| factor }, "bidirectional/whole-paths: value times density"),
         ],
-        ..Family::new("whole paths", CORRECT)
+        ..Family::whole("whole paths", CORRECT)
     })]
 }
