@@ -131,7 +131,7 @@ impl Property for Picks {
         let mut observed = vec![0; 3];
         (0..n).for_each(|_| observed[setup.parts.pick_emitter(uniform(&mut rng), 3)] += 1);
         let counts = Counts { n, observed, ..Counts::default() };
-        vec![frequencies("picks", vec![1.0 / 3.0; 3], |i| format!("emitter {i}"), counts)]
+        vec![frequencies("picks", vec![1.0 / 3.0; 3], |i| format!("emitter {i}"), &counts)]
     }
 }
 

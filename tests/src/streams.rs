@@ -71,7 +71,8 @@ pub fn gaps(context: &Context, numbers: Numbers) -> Vec<Outcome> {
         }
     }
     let masses = vec![0.5, 0.25, 0.125, 0.125];
-    vec![frequencies("gaps", masses, |length| format!("gap of {length}"), Counts { n, observed, ..Counts::default() })]
+    let counts = Counts { n, observed, ..Counts::default() };
+    vec![frequencies("gaps", masses, |length| format!("gap of {length}"), &counts)]
 }
 
 /// Which two numbers are neighbours.
@@ -124,9 +125,9 @@ impl Pairs {
 }
 
 /// Counts in cells of these probabilities, which are called by their numbers.
-pub fn frequencies(name: &str, masses: Vec<f64>, place: impl Fn(usize) -> String, counts: Counts) -> Outcome {
+pub fn frequencies(name: &str, masses: Vec<f64>, place: impl Fn(usize) -> String, counts: &Counts) -> Outcome {
     let places = (0..masses.len()).map(place).collect();
-    chi_square(name, &Partition::of_masses(masses, places), &counts, CELL_DELTA)
+    chi_square(name, &Partition::of_masses(masses, places), counts, CELL_DELTA)
 }
 
 /// Pairs of neighbouring pixels, samples and draws.

@@ -114,7 +114,7 @@ fn uniformity(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     };
     let outcome = |(i, observed)| {
         let counts = Counts { n, observed, ..Counts::default() };
-        frequencies(&named(i), vec![1.0 / CELLS as f64; CELLS], |k| format!("{k}/{CELLS}"), counts)
+        frequencies(&named(i), vec![1.0 / CELLS as f64; CELLS], |k| format!("{k}/{CELLS}"), &counts)
     };
     observed.into_iter().enumerate().map(outcome).collect()
 }
