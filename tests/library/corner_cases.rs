@@ -178,8 +178,6 @@ fn photons_without_number_or_radius_are_refused() {
     assert_option_refused(sppm.pass(&scene, FRAME, 1, 0), "at least 1");
 }
 
-impl Sampler for Constant {}
-
 /// A wall that absorbs all shows its light; what the quirks leave of it; and never 0/0 of survival 0. A shadow
 /// ray within a sphere finds albedo · L exactly.
 #[test]
@@ -192,7 +190,7 @@ fn the_reconstruction_ends_at_walls_that_absorb_all() {
         let published = Published { quirks: Quirks { roulette_by_cosine, end_loses_direct, extra_cosine } };
         let direct = if end_loses_direct { 0.0 } else { ALBEDO * LIGHT };
         let hit = scene.intersect(&ray);
-        let mut found = vec![published.radiance(&scene, &ray, hit, &mut Constant(0)).x];
+        let mut found = vec![published.radiance(&scene, &ray, hit, &mut Constant::default()).x];
         let stream = |i| published.radiance(&scene, &ray, hit, &mut stream(3, i, 0)).x;
         found.extend((0..20).map(stream));
         for radiance in found {

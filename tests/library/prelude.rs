@@ -22,7 +22,7 @@ pub use whitefurnace::frame::{Frame, from_spherical, to_spherical};
 pub use whitefurnace::moments::{ExactMoments, LARGEST, Moments, UNIT};
 pub use whitefurnace::pixel::PixelSampling::{self, Centre, Grid, Jitter, Random};
 pub use whitefurnace::render::{Numbers, Sampling, render, render_passes};
-pub use whitefurnace::rng::{Stream, seed_for, stream, uniform, uniform2};
+pub use whitefurnace::rng::{seed_for, stream, uniform, uniform2};
 pub use whitefurnace::roulette::Roulette;
 pub use whitefurnace::sampler::Sampler;
 pub use whitefurnace::sampling::{cosine_hemisphere, cosine_hemisphere_pdf, uniform_hemisphere};

@@ -19,6 +19,22 @@ pub fn rows<const N: usize>(table: &'static str) -> Vec<[f64; N]> {
     fields(table).map(row).collect()
 }
 
+/// Asserts the values of a table whose rows are the name of a function, its arguments between blanks, a value and,
+/// where it is not 1e-9, the relative error that is allowed.
+pub fn assert_table(table: &'static str, evaluate: impl Fn(&str, &[f64]) -> f64) {
+    let mut wrong = Vec::new();
+    for row in fields(table) {
+        let arguments: Vec<f64> = row[1].split(' ').map(number).collect();
+        let (found, value) = (evaluate(row[0], &arguments), number(row[2]));
+        let same = found == value || found.is_nan() && value.is_nan();
+        let error = if same { 0.0 } else { (found / value - 1.0).abs() };
+        if error.is_nan() || error > row.get(3).map_or(1e-9, |allowed| number(allowed)) {
+            wrong.push(format!("{row:?}: {found:e}, error {error:e}"));
+        }
+    }
+    assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+}
+
 /// n₁, n₂, cos θ₁, R_s, R_p, R.
 pub fn fresnel() -> Vec<[f64; 6]> {
     rows(include_str!("data/fresnel.csv"))

@@ -35,30 +35,39 @@ fn seeds_depend_on_every_byte() {
     assert_eq!(seeds.len(), 4 * names.len());
 }
 
-/// A generator that always returns the same bits.
-pub struct Constant(pub u64);
+/// A generator that always returns the same bits, and writes down which blocks it is asked for.
+#[derive(Default)]
+pub struct Constant {
+    pub bits: u64,
+    pub blocks: Vec<u32>,
+}
+
+impl Sampler for Constant {
+    fn block(&mut self, block: u32) {
+        self.blocks.push(block);
+    }
+}
 
 impl TryRng for Constant {
     type Error = Infallible;
     fn try_next_u32(&mut self) -> Result<u32, Infallible> {
-        Ok(self.0 as u32)
+        Ok(self.bits as u32)
     }
     fn try_next_u64(&mut self) -> Result<u64, Infallible> {
-        Ok(self.0)
+        Ok(self.bits)
     }
     fn try_fill_bytes(&mut self, bytes: &mut [u8]) -> Result<(), Infallible> {
-        bytes.fill(self.0 as u8);
+        bytes.fill(self.bits as u8);
         Ok(())
     }
 }
 
 #[test]
 fn uniform_numbers_are_in_the_half_open_interval() {
-    let step = f64::EPSILON / 2.0;
-    assert_eq!(uniform(&mut Constant(0)), 0.0);
-    assert_eq!(uniform(&mut Constant(u64::MAX)), 1.0 - step);
-    assert_eq!(uniform(&mut Constant(1 << 63)), 0.5);
-    assert_eq!(uniform(&mut Constant(1 << 11)), step, "53 bits");
+    // 53 bits.
+    for (bits, expected) in [(0, 0.0), (u64::MAX, 1.0 - U), (1 << 63, 0.5), (1 << 11, U)] {
+        assert_eq!(uniform(&mut Constant { bits, ..Constant::default() }), expected);
+    }
     let (mut one, mut two) = (stream(5, 6, 7), stream(5, 6, 7));
     assert_eq!(uniform2(&mut one), [uniform(&mut two), uniform(&mut two)]);
 }

@@ -1,13 +1,12 @@
 //! Owen-scrambled Sobol' points: strata, blocks, where the bits come from, and which block each vertex takes.
 
 use std::collections::BTreeSet;
-use std::convert::Infallible;
 
-use rand::TryRng;
 use whitefurnace::estimator::{Path, Strategy};
 use whitefurnace::sampler::{BLOCK, LIGHT, Sobol, scramble};
 
 use crate::prelude::*;
+use crate::rng::Constant;
 
 fn sobol(index: u32, scramble: u32) -> Sobol {
     let point = u16::try_from(index).expect("a point of the sequence");
@@ -150,34 +149,6 @@ fn deep_blocks_have_numbers_of_their_own() {
     }
 }
 
-/// Writes down which blocks are asked for.
-struct Recorder {
-    numbers: Stream,
-    blocks: Vec<u32>,
-}
-
-impl TryRng for Recorder {
-    type Error = Infallible;
-
-    fn try_next_u32(&mut self) -> Result<u32, Infallible> {
-        self.numbers.try_next_u32()
-    }
-
-    fn try_next_u64(&mut self) -> Result<u64, Infallible> {
-        self.numbers.try_next_u64()
-    }
-
-    fn try_fill_bytes(&mut self, bytes: &mut [u8]) -> Result<(), Infallible> {
-        self.numbers.try_fill_bytes(bytes)
-    }
-}
-
-impl Sampler for Recorder {
-    fn block(&mut self, block: u32) {
-        self.blocks.push(block);
-    }
-}
-
 /// Paths that never end by chance, but only when faint.
 #[derive(Clone, Copy)]
 struct Endless;
@@ -210,8 +181,8 @@ fn mirrors(reflectance: f64) -> (Scene, Ray) {
 #[test]
 fn every_vertex_has_a_block_of_its_own() {
     let (scene, ray) = mirrors(0.98);
-    let blocks = |radiance: &dyn Fn(&mut Recorder) -> DVec3| {
-        let mut recorder = Recorder { numbers: stream(3, 4, 5), blocks: Vec::new() };
+    let blocks = |radiance: &dyn Fn(&mut Constant) -> DVec3| {
+        let mut recorder = Constant::default();
         let seen = radiance(&mut recorder);
         assert!((seen.x / 50.0 - 1.0).abs() < 1e-11, "{seen}");
         recorder.blocks
@@ -235,7 +206,7 @@ fn final_gathering_takes_the_next_block() {
     let scene = furnace(0.5);
     let lookup = Lookup::Gather { caustic_particles: 1, caustic_radius: 0.1 };
     let photons = PhotonMapping::new(Endless, &scene, lookup, (1, 0.1), (1, 0)).expect("a map");
-    let mut recorder = Recorder { numbers: stream(3, 4, 5), blocks: Vec::new() };
+    let mut recorder = Constant::default();
     let ray = Ray::new(DVec3::ZERO, DVec3::X);
     photons.radiance(&scene, &ray, scene.intersect(&ray), &mut recorder);
     assert_eq!(recorder.blocks, [1, 2]);

@@ -1,21 +1,30 @@
 //! Check-ups of the diffuse BSDFs (9), (13)-(15) with cosine sampling.
 
 use whitefurnace::bsdf::{self, OrenNayar, OrenNayarForm};
+use whitefurnace::frame::from_spherical;
 use whitefurnace::harness::bsdf_checkup::{BsdfSubject, CheckUp, SampledDirection, check_up};
+use whitefurnace::harness::domain::MASS_TOLERANCE;
 use whitefurnace::radiometry::cosine;
 use whitefurnace::sampling::{cosine_hemisphere, uniform_hemisphere};
 
 use crate::prelude::*;
+use crate::scenes::lambert;
 
-/// The names of outcomes of check-ups at each of their inclinations.
+/// An outcome of a trial by check-up, at each of its inclinations.
 macro_rules! at_every_angle {
-    ($($name:literal),* $(,)?) => {
-        &[$(
-            concat!($name, " at 0 degrees"),
-            concat!($name, " at 40 degrees"),
-            concat!($name, " at 75 degrees"),
-            concat!($name, " at 85 degrees"),
-        )*]
+    ($trial:literal, $name:literal) => {
+        concat!(
+            $trial,
+            ": ",
+            $name,
+            " at 0 degrees | ",
+            $name,
+            " at 40 degrees | ",
+            $name,
+            " at 75 degrees | ",
+            $name,
+            " at 85 degrees"
+        )
     };
 }
 pub(super) use at_every_angle;
@@ -70,15 +79,32 @@ fn inclination(wo: DVec3) -> f64 {
     wo.x.hypot(wo.y).atan2(wo.z)
 }
 
+/// The largest error of an integral over the hemisphere against what it should be, over two parameters of a model
+/// and three inclinations of wo in degrees.
+pub(super) fn integrals(
+    name: &str,
+    (symbol, parameters, angles): (&str, [f64; 2], [f64; 3]),
+    f: impl Fn(f64, DVec3, DVec3) -> f64,
+    known: impl Fn(f64, DVec3) -> f64,
+) -> Vec<Outcome> {
+    let cases = parameters.into_iter().flat_map(|parameter| angles.map(|degrees| (parameter, degrees)));
+    let errors = cases.map(|(parameter, degrees)| {
+        let wo = from_spherical(degrees.to_radians(), 0.0);
+        let found = Domain::Hemisphere.integrate_all(MASS_TOLERANCE, &|w| f(parameter, wo, w)).value;
+        let error = (found - known(parameter, wo)).abs();
+        let error = if error.is_nan() { f64::INFINITY } else { error };
+        (error, format!("{found:.9} at {symbol} = {parameter}, {degrees} degrees"))
+    });
+    let worst = errors.max_by(|a, b| a.0.total_cmp(&b.0));
+    let (error, place) = worst.unwrap_or((f64::NAN, String::new()));
+    let n = (parameters.len() * angles.len()) as u64;
+    vec![Outcome::exact(name, n, error, 2.0 * MASS_TOLERANCE, place)]
+}
+
 fn lambert_check(context: &Context, subject: BsdfSubject) -> Vec<Outcome> {
     // Twice the usual size, for uniform sampling of Lambert: relative standard deviation 1/√3.
     let size = CheckUp { samples: 2 * CheckUp::default().samples, ..CheckUp::default() };
     check_up(&subject.albedo(|_| RHO), &size, context)
-}
-
-fn lambert() -> Bsdf {
-    let albedo = DVec3::splat(RHO);
-    Bsdf::Lambert { albedo }
 }
 
 fn oren_nayar_check(
@@ -112,10 +138,10 @@ fn trials() -> Vec<FamilyTrial<PartTable>> {
     };
     vec![
         own("lambert", "Lambert passes the check-up and its directional albedo is ρ", &LAMBERT, |c, parts| {
-            lambert_check(c, as_rendered(parts, lambert()))
+            lambert_check(c, as_rendered(parts, lambert(RHO)))
         }),
         own("cosine", "f_r, not f_r cos θ, is what eval returns and what is reciprocal", &COSINE, |c, parts| {
-            lambert_check(c, uniform_sampled(parts, lambert()))
+            lambert_check(c, uniform_sampled(parts, lambert(RHO)))
         }),
         own(
             "oren-nayar",
@@ -137,39 +163,21 @@ fn faults() -> Vec<Fault<PartTable>> {
         fault!("no-pi", LAMBERT, "f = ρ",
             PartTable: { brdf: |bsdf, wo, wi| PI * bsdf.eval(wo, wi) },
             "bsdf/lambert: directional albedo at 0 degrees"),
-        fault(
-            "uniform-sampler",
-            &COSINE_HEMISPHERE,
-            "uniform directions, cosine pdf",
-            PartTable { cosine_hemisphere: uniform_hemisphere, ..CORRECT },
-            at_every_angle![
-                "bsdf/lambert: chi-square of samples",
-                "bsdf/oren-nayar: chi-square of samples",
-                "bsdf/oren-nayar-printed: chi-square of samples",
-            ],
-        ),
-        fault(
-            "cosine-sampler",
-            &HEMISPHERE_THETA,
-            "cosine directions, uniform pdf",
-            PartTable { uniform_hemisphere: cosine_hemisphere, ..CORRECT },
-            at_every_angle!["bsdf/cosine: chi-square of samples"],
-        ),
-        fault(
-            "cosine-twice",
-            &COSINE,
-            "the weight has the cosine twice",
-            PartTable { cosine: squared, ..CORRECT },
-            at_every_angle![
-                "bsdf/lambert: furnace",
-                "bsdf/cosine: furnace",
-                "bsdf/oren-nayar: furnace",
-                "bsdf/oren-nayar-printed: furnace",
-            ],
-        ),
+        fault!("uniform-sampler", COSINE_HEMISPHERE, "uniform directions, cosine pdf",
+            PartTable: { cosine_hemisphere: uniform_hemisphere },
+            at_every_angle!("bsdf/lambert", "chi-square of samples"),
+            at_every_angle!("bsdf/oren-nayar", "chi-square of samples"),
+            at_every_angle!("bsdf/oren-nayar-printed", "chi-square of samples")),
+        fault!("cosine-sampler", HEMISPHERE_THETA, "cosine directions, uniform pdf",
+            PartTable: { uniform_hemisphere: cosine_hemisphere },
+            at_every_angle!("bsdf/cosine", "chi-square of samples")),
+        fault!("cosine-twice", COSINE, "the weight has the cosine twice",
+            PartTable: { cosine: squared },
+            at_every_angle!("bsdf/lambert", "furnace"), at_every_angle!("bsdf/cosine", "furnace"),
+            at_every_angle!("bsdf/oren-nayar", "furnace"), at_every_angle!("bsdf/oren-nayar-printed", "furnace")),
         fault!("cosine-in-f", COSINE, "eval returns f_r cos θ",
-            PartTable: { brdf: |bsdf, wo, wi| bsdf.eval(wo, wi) * wi.z }, "bsdf/cosine: reciprocity",
-            "bsdf/cosine: directional albedo at 0 degrees"),
+            PartTable: { brdf: |bsdf, wo, wi| bsdf.eval(wo, wi) * wi.z },
+            "bsdf/cosine: reciprocity | directional albedo at 0 degrees"),
         fault!("printed", OREN_NAYAR, "sin β for tan β, as the report prints",
             PartTable: { brdf: |_, wo, wi| oren_nayar(OrenNayarForm::Printed).eval(wo, wi) },
             "bsdf/oren-nayar: directional albedo at 75 degrees"),

@@ -2,10 +2,10 @@
 //! whole estimators count it once.
 
 use crate::fresnel::walsh;
-use crate::glass::INDEX;
+use crate::glass::{GLASS, INDEX};
 use crate::irradiance::reflected;
 use crate::prelude::*;
-use crate::scenes::{FLOOR, LIGHT, corners, lambert, light, polygon_irradiance, scene, square};
+use crate::scenes::{FLOOR, LIGHT, corners, lambert, light, mirror, polygon_irradiance, scene, square};
 use crate::strategies::{LIGHT_ANGLE, MIS_ANGLE, near_origin};
 
 const REFLECTANCE: f64 = 0.9;
@@ -18,8 +18,7 @@ fn light_in_mirror() -> Arc<Scene> {
     scene("light in mirror", |s| {
         square(s, DVec3::ZERO, 1e-3, true, Surface::new(lambert(FLOOR)));
         square(s, -0.2 * DVec3::Z, 6.0, true, light(LIGHT));
-        let mirror = Bsdf::Mirror { reflectance: DVec3::splat(REFLECTANCE) };
-        square(s, 0.4 * DVec3::Z, 50.0, false, Surface::new(mirror));
+        square(s, 0.4 * DVec3::Z, 50.0, false, Surface::new(mirror(REFLECTANCE)));
     })
 }
 
@@ -28,13 +27,11 @@ fn light_in_mirror() -> Arc<Scene> {
 fn light_in_glass() -> Arc<Scene> {
     scene("light in glass", |s| {
         square(s, DVec3::ZERO, 1e-3, true, Surface::new(lambert(FLOOR)));
-        let glass = Surface::new(Bsdf::Glass { index: INDEX });
-        square(s, 0.4 * DVec3::Z, 500.0, false, glass);
+        square(s, 0.4 * DVec3::Z, 500.0, false, Surface::new(GLASS));
         square(s, 0.6 * DVec3::Z, 500.0, false, light(LIGHT));
     })
 }
 
-/// The trials.
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let mirror = light_in_mirror();
     let image = polygon_irradiance(&corners(DVec3::Z, 6.0));
@@ -44,7 +41,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let in_glass = FLOOR * LIGHT * (1.0 - walsh(INDEX)) / (INDEX * INDEX);
     let family_trial = |name, (scene, how, reference): &(&Arc<Scene>, &str, f64), kind, equation, n| {
         let property = format!("a patch reflects {reference:.6} of a light that it sees {how} only");
-        radiance(name, property, equation, (scene, kind, near_origin), *reference, (n, SINGLE))
+        radiance(name, equation, (scene, kind, near_origin)).says(property).is((*reference, SINGLE), n)
     };
     let mirror = (&mirror, "in a mirror", in_mirror);
     let glass = (&glass, "through glass", in_glass);

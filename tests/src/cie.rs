@@ -4,7 +4,7 @@
 //! scenes have no background that varies with direction, such as the CIE overcast sky.
 
 use crate::prelude::*;
-use crate::scenes::{FLOOR, LIGHT, floor, lambert, light, scene};
+use crate::scenes::{FLOOR, LIGHT, floor, lambert, light, panel, scene};
 
 /// F from a point to a rectangle of sides a and b in a parallel plane at distance `c`, whose corner is
 /// on the point's normal: ∫∫ c²/(π(x² + y² + c²)²) dx dy by elementary steps.
@@ -44,14 +44,12 @@ const CEILING: f64 = 3.0;
 const PANEL: [[f64; 2]; 2] = [[0.3, 2.3], [-0.4, 1.2]];
 
 /// The luminous rectangle, and a diffuse one that it shines on.
-fn panel(name: &str, corner: DVec3, edges: [DVec3; 2]) -> Arc<Scene> {
+fn lit(name: &str, corner: DVec3, edges: [DVec3; 2]) -> Arc<Scene> {
     scene(name, |s| {
-        let grey = s.surface(Surface::new(lambert(FLOOR)));
-        s.rectangle(corner, edges, grey);
-        let lit = s.surface(light(LIGHT));
+        panel(s, corner, edges, Surface::new(lambert(FLOOR)));
         let [[x0, x1], [y0, y1]] = PANEL;
         let edges = [(y1 - y0) * DVec3::Y, (x1 - x0) * DVec3::X];
-        s.rectangle(DVec3::new(x0, y0, CEILING), edges, lit);
+        panel(s, DVec3::new(x0, y0, CEILING), edges, light(LIGHT));
     })
 }
 
@@ -62,7 +60,6 @@ const HALF: f64 = 1.2;
 
 /// A black sheet in the plane z = `height` with a square opening around the z axis.
 fn sheet(s: &mut SceneBuilder, height: f64) {
-    let black = s.surface(Surface::new(Bsdf::Black));
     const FAR: f64 = 50.0;
     let rest = FAR - HALF;
     for (corner, [x, y]) in [
@@ -72,7 +69,7 @@ fn sheet(s: &mut SceneBuilder, height: f64) {
         ([HALF, -HALF], [rest, 2.0 * HALF]),
     ] {
         let corner = DVec3::new(corner[0], corner[1], height);
-        s.rectangle(corner, [x * DVec3::X, y * DVec3::Y], black);
+        panel(s, corner, [x * DVec3::X, y * DVec3::Y], Surface::new(Bsdf::Black));
     }
 }
 
@@ -87,21 +84,19 @@ fn roof(name: &str, obstructed: bool) -> Arc<Scene> {
         floor(s, lambert(FLOOR));
         sheet(s, SILL);
         if obstructed {
-            let black = s.surface(Surface::new(Bsdf::Black));
             let [height, edge] = OBSTRUCTION;
             let corner = DVec3::new(-100.0, -100.0, height);
-            s.rectangle(corner, [(edge + 100.0) * DVec3::X, 200.0 * DVec3::Y], black);
+            panel(s, corner, [(edge + 100.0) * DVec3::X, 200.0 * DVec3::Y], Surface::new(Bsdf::Black));
         }
     })
 }
 
-/// The trials.
-pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let family_trial = |name, what: &str, scene: &Arc<Scene>, ray: fn(&mut Stream) -> Ray, l, f: f64, n| {
+pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
+    let family_trial = |name, what: &str, scene: &Arc<Scene>, ray: Rays, l, f: f64, n| {
         let reference = FLOOR * l * f;
         let property = format!("{what}: F = {f:.6}, and {reference:.6} is reflected");
         let probe = (scene, EstimatorKind::Path, ray);
-        radiance(name, property, &GEOMETRY, probe, reference, (n, SINGLE))
+        radiance(name, &GEOMETRY, probe).says(property).is((reference, SINGLE), n)
     };
     let [x, y] = PANEL;
     let whole = [-HALF, HALF];
@@ -113,7 +108,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         family_trial(
             "cie/panel-floor",
             "a luminous rectangle over a floor",
-            &panel("luminous panel over a floor", DVec3::new(0.0, -4.0, 0.0), [4.0 * DVec3::X, 8.0 * DVec3::Y]),
+            &lit("luminous panel over a floor", DVec3::new(0.0, -4.0, 0.0), [4.0 * DVec3::X, 8.0 * DVec3::Y]),
             |_| towards(DVec3::new(1.0, 0.0, 0.0), DVec3::Z),
             LIGHT,
             anywhere([x[0] - 1.0, x[1] - 1.0], y, |a, b| parallel_corner(a, b, CEILING)),
@@ -122,7 +117,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         family_trial(
             "cie/panel-wall",
             "a luminous rectangle beside a wall",
-            &panel("luminous panel beside a wall", DVec3::new(0.0, -4.0, 0.0), [8.0 * DVec3::Y, CEILING * DVec3::Z]),
+            &lit("luminous panel beside a wall", DVec3::new(0.0, -4.0, 0.0), [8.0 * DVec3::Y, CEILING * DVec3::Z]),
             |_| towards(DVec3::new(0.0, 0.0, 1.5), DVec3::X),
             LIGHT,
             anywhere(x, y, |a, b| upright_corner(a, b, CEILING - 1.5)),

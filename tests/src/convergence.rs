@@ -46,35 +46,15 @@ impl Profile {
 
 /// By ∫ over cos θ: uniform ∫ (2cL)² dc − m², cosine ∫ L² 2c dc − m².
 pub const PROFILES: [Profile; 4] = [
-    Profile {
-        name: "cos",
-        radiance: |w| w.z,
-        mean: 2.0 / 3.0,
-        uniform: 4.0 / 5.0 - 4.0 / 9.0,
-        cosine: 1.0 / 2.0 - 4.0 / 9.0,
-    },
-    Profile {
-        name: "1-cos",
-        radiance: |w| 1.0 - w.z,
-        mean: 1.0 / 3.0,
-        uniform: 2.0 / 15.0 - 1.0 / 9.0,
-        cosine: 1.0 / 6.0 - 1.0 / 9.0,
-    },
-    Profile {
-        name: "cos2",
-        radiance: |w| w.z * w.z,
-        mean: 1.0 / 2.0,
-        uniform: 4.0 / 7.0 - 1.0 / 4.0,
-        cosine: 1.0 / 3.0 - 1.0 / 4.0,
-    },
-    Profile {
-        name: "cap",
-        radiance: |w| if w.z > 0.9 { 1.0 } else { 0.0 },
-        mean: 0.19,
-        uniform: 4.0 / 3.0 * (1.0 - 0.729) - 0.0361,
-        cosine: 0.19 - 0.0361,
-    },
+    profile("cos", |w| w.z, 2.0 / 3.0, 4.0 / 5.0 - 4.0 / 9.0, 1.0 / 2.0 - 4.0 / 9.0),
+    profile("1-cos", |w| 1.0 - w.z, 1.0 / 3.0, 2.0 / 15.0 - 1.0 / 9.0, 1.0 / 6.0 - 1.0 / 9.0),
+    profile("cos2", |w| w.z * w.z, 1.0 / 2.0, 4.0 / 7.0 - 1.0 / 4.0, 1.0 / 3.0 - 1.0 / 4.0),
+    profile("cap", |w| if w.z > 0.9 { 1.0 } else { 0.0 }, 0.19, 4.0 / 3.0 * (1.0 - 0.729) - 0.0361, 0.19 - 0.0361),
 ];
+
+const fn profile(name: &'static str, radiance: fn(DVec3) -> f64, mean: f64, uniform: f64, cosine: f64) -> Profile {
+    Profile { name, radiance, mean, uniform, cosine }
+}
 
 /// Uniform directions and their pdf.
 pub const UNIFORM: Method = (uniform_hemisphere, uniform_hemisphere_pdf);
@@ -110,11 +90,8 @@ pub fn squared_error(rng: &mut Stream, strategy: PixelSampling, samples: u32) ->
 /// ±1/2n), 1/(6n²) at random (E[c(1 − c)] = 1/6), 1/(6n³) jittered (n of the n² cells are cut).
 fn edge(context: &Context, strategy: PixelSampling, reference: f64) -> Vec<Outcome> {
     let mut rng = context.rng("edge");
-    let values = Values::collect(reference, context.n(EDGE_SAMPLES), || {
-        squared_error(&mut rng, strategy, EDGE_SIDE * EDGE_SIDE)
-    });
-    let delta = VARIANCE_DELTA * reference;
-    vec![mean("mean squared error", &values, reference, Claim::Exact { delta })]
+    let value = || squared_error(&mut rng, strategy, EDGE_SIDE * EDGE_SIDE);
+    vec![mean_of("mean squared error", (reference, VARIANCE_DELTA), context.n(EDGE_SAMPLES), value)]
 }
 
 /// n of the trials of one size.

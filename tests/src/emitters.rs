@@ -20,9 +20,12 @@ pub struct Points {
     pub sphere: Map,
 }
 
-fn unit_square([r1, r2]: [f64; 2]) -> DVec3 {
-    let shape = EmitterShape::Rectangle { corner: DVec3::ZERO, edges: [DVec3::X, DVec3::Y] };
-    Emitter::new(shape, DVec3::ONE).sample([r1, r2]).point
+fn on(shape: EmitterShape, random: [f64; 2]) -> DVec3 {
+    Emitter::new(shape, DVec3::ONE).sample(random).point
+}
+
+fn unit_square(random: [f64; 2]) -> DVec3 {
+    on(EmitterShape::Rectangle { corner: DVec3::ZERO, edges: [DVec3::X, DVec3::Y] }, random)
 }
 
 const CORRECT: Points = Points {
@@ -31,10 +34,7 @@ const CORRECT: Points = Points {
         DVec3::new(u, v, 0.0)
     },
     rectangle: unit_square,
-    sphere: |random| {
-        let shape = EmitterShape::Sphere(Sphere::new(DVec3::ZERO, 1.0));
-        Emitter::new(shape, DVec3::ONE).sample(random).point
-    },
+    sphere: |random| on(EmitterShape::Sphere(Sphere::new(DVec3::ZERO, 1.0)), random),
 };
 
 const SAMPLES: u64 = 5_600_000;
@@ -48,31 +48,14 @@ fn cells(context: &Context, domain: Domain, map: Map) -> Vec<Outcome> {
 }
 
 fn trials() -> Vec<FamilyTrial<Points>> {
-    let own = |name: &str, property: &str, equation: &'static Equation, subject, on: TrialFn<Points>| {
+    let own = |name: &str, equation: &'static Equation, subject, on: TrialFn<Points>| {
+        let property = format!("points of a {name} are uniform in area");
         trial(format!("emitter/{name}"), property, equation, [subject, "chi-square"], on)
     };
     vec![
-        own(
-            "triangle",
-            "points of a triangle are uniform in area",
-            &TRIANGLE_POINT,
-            "sampling::triangle",
-            |c, points: Points| cells(c, Domain::Triangle, points.triangle),
-        ),
-        own(
-            "rectangle",
-            "points of a rectangle are uniform in area",
-            &GEOMETRY,
-            "emitter::Emitter::sample",
-            |c, points: Points| cells(c, Domain::Square, points.rectangle),
-        ),
-        own(
-            "sphere",
-            "points of a sphere are uniform in area",
-            &GEOMETRY,
-            "sampling::sphere_zone",
-            |c, points: Points| cells(c, Domain::Sphere, points.sphere),
-        ),
+        own("triangle", &TRIANGLE_POINT, "sampling::triangle", |c, p| cells(c, Domain::Triangle, p.triangle)),
+        own("rectangle", &GEOMETRY, "emitter::Emitter::sample", |c, p| cells(c, Domain::Square, p.rectangle)),
+        own("sphere", &GEOMETRY, "sampling::sphere_zone", |c, p| cells(c, Domain::Sphere, p.sphere)),
     ]
 }
 
@@ -85,15 +68,8 @@ fn faults() -> Vec<Fault<Points>> {
         fault!("one-number", GEOMETRY, "one random number for both coordinates: the diagonal",
             Points: { rectangle: |[r, _]| unit_square([r, r]) }, "emitter/rectangle"),
         fault!("crowded-poles", GEOMETRY, "uniform in the inclination: points crowd at the poles",
-            Points: {
-                sphere: |[r1, r2]| {
-                    sphere_zone(
-                        [0.5 - 0.5 * (PI * r1).cos(), r2],
-                        1.0,
-                        [-1.0, 1.0],
-                    )
-                }
-            }, "emitter/sphere"),
+            Points: { sphere: |[r1, r2]| sphere_zone([0.5 - 0.5 * (PI * r1).cos(), r2], 1.0, [-1.0, 1.0]) },
+            "emitter/sphere"),
     ]
 }
 

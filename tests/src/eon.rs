@@ -8,7 +8,7 @@ use whitefurnace::harness::bsdf_checkup::{CheckUp, check_up};
 use whitefurnace::harness::domain::MASS_TOLERANCE;
 use whitefurnace::sampling::uniform_hemisphere;
 
-use crate::bsdf::{as_rendered, at_every_angle, squared};
+use crate::bsdf::{as_rendered, at_every_angle, integrals, squared};
 use crate::prelude::*;
 use crate::subject;
 
@@ -46,39 +46,18 @@ fn coloured(rho: f64, r: f64, (wo, wi): (DVec3, DVec3), multiple: f64) -> f64 {
     FRAC_1_PI * (rho * single_scattering(r, wo, wi) + multiple * multiple_scattering(r, wo, wi))
 }
 
-/// Inclinations of wo in degrees.
-const ANGLES: [f64; 3] = [0.0, 50.0, 85.0];
 const ROUGHNESS: [f64; 2] = [0.3, 1.0];
-
-/// The azimuth of wo for which s changes sign where the quadrature's parts meet.
-const KINK: f64 = 0.0;
-
-/// The largest error over [`ANGLES`] and [`ROUGHNESS`] of the integral of f cos θ against `known`.
-fn furnace(name: &str, f: impl Fn(f64, DVec3, DVec3) -> f64, known: impl Fn(f64, f64) -> f64) -> Vec<Outcome> {
-    let (mut error, mut worst) = (0.0_f64, String::from("every direction"));
-    for roughness in ROUGHNESS {
-        for degrees in ANGLES {
-            let wo = from_spherical(f64::to_radians(degrees), KINK);
-            let found = Domain::Hemisphere.integrate_all(MASS_TOLERANCE, &|wi| f(roughness, wo, wi) * wi.z).value;
-            let off = (found - known(roughness, wo.z)).abs();
-            // NaN is the worst of all.
-            if off > error || off.is_nan() {
-                error = if off.is_nan() { f64::INFINITY } else { off };
-                worst = format!("{found:.9} at r = {roughness}, {degrees} degrees");
-            }
-        }
-    }
-    let n = (ROUGHNESS.len() * ANGLES.len()) as u64;
-    vec![Outcome::exact(name, n, error, 2.0 * MASS_TOLERANCE, worst)]
-}
+/// Roughness, and inclinations of wo in degrees. Its azimuth is 0: there s changes sign where the quadrature's
+/// parts meet.
+const CASES: (&str, [f64; 2], [f64; 3]) = ("r", ROUGHNESS, [0.0, 50.0, 85.0]);
 
 /// Albedo of the coloured furnace and of the check-up.
 const RHO: f64 = 0.5;
 
 /// What both lobes reflect of a white sky: ρ E + ρₘ (1 − E), where ρₘ is summed as a series: of light
 /// that was reflected once, the share 1 − Ē stays and is reflected with ρ again.
-fn reflected(roughness: f64, cos: f64) -> f64 {
-    let [e, average] = [albedo(roughness, cos), average_albedo(roughness)];
+fn reflected(roughness: f64, wo: DVec3) -> f64 {
+    let [e, average] = [albedo(roughness, wo.z), average_albedo(roughness)];
     let mut multiple = 0.0;
     let mut order = RHO * RHO * average;
     while order > 1e-17 {
@@ -92,6 +71,9 @@ fn trials() -> Vec<FamilyTrial<EonParts>> {
     let own = |name: &str, property: &str, equation: &'static Equation, subject, on: TrialFn<EonParts>| {
         trial(format!("bsdf/{name}"), property, equation, [subject, "exact"], on)
     };
+    let (lobes, single, closed) = ("bsdf::Bsdf::eval", "bsdf::eon::single_scattering", "bsdf::eon::albedo");
+    let grazes = "single scattering loses nothing at grazing: its albedo at 89.9999° is 1 within 1e-5";
+    let is_integral = "the closed form of the directional albedo is the integral of single scattering";
     vec![
         trial(
             "bsdf/eon",
@@ -107,45 +89,27 @@ fn trials() -> Vec<FamilyTrial<EonParts>> {
             "eon-white",
             "white EON reflects all light, at every angle and roughness",
             &EON_MULTIPLE,
-            "bsdf::Bsdf::eval",
-            |_, parts: EonParts| {
-                let f = move |r: f64, wo: DVec3, wi: DVec3| parts.eval(1.0, r, wo, wi);
-                furnace("white furnace", f, |_, _| 1.0)
-            },
+            lobes,
+            |_, parts| integrals("white furnace", CASES, |r, wo, wi| parts.eval(1.0, r, wo, wi) * wi.z, |_, _| 1.0),
         ),
         own(
             "eon-coloured",
             "EON of albedo 0.5 reflects the sum of all orders of scattering",
             &EON_MULTIPLE,
-            "bsdf::Bsdf::eval",
-            |_, parts: EonParts| {
-                let f = move |r: f64, wo: DVec3, wi: DVec3| parts.eval(RHO, r, wo, wi);
-                furnace("coloured furnace", f, reflected)
-            },
+            lobes,
+            |_, parts| integrals("coloured furnace", CASES, |r, wo, wi| parts.eval(RHO, r, wo, wi) * wi.z, reflected),
         ),
-        own(
-            "eon-single",
-            "single scattering loses nothing at grazing: its albedo at 89.9999° is 1 within 1e-5",
-            &EON_SINGLE,
-            "bsdf::eon::single_scattering",
-            |_, parts: EonParts| grazing(parts),
-        ),
-        own(
-            "eon-albedo",
-            "the closed form of the directional albedo is the integral of single scattering",
-            &EON_ALBEDO,
-            "bsdf::eon::albedo",
-            |_, parts: EonParts| {
-                let f = move |r: f64, wo: DVec3, wi: DVec3| FRAC_1_PI * (parts.single)(r, wo, wi);
-                furnace("single scattering", f, parts.albedo)
-            },
-        ),
+        own("eon-single", grazes, &EON_SINGLE, single, |_, parts| grazing(parts)),
+        own("eon-albedo", is_integral, &EON_ALBEDO, closed, |_, parts| {
+            let f = |r, wo, wi: DVec3| FRAC_1_PI * (parts.single)(r, wo, wi) * wi.z;
+            integrals("single scattering", CASES, f, |r, wo| (parts.albedo)(r, wo.z))
+        }),
     ]
 }
 
 /// 1 − E(θ) = A r (c − G/π) falls in proportion to cos θ: at 89.9999° it is below 2 × 10⁻⁶.
 fn grazing(parts: EonParts) -> Vec<Outcome> {
-    let wo = from_spherical(89.9999_f64.to_radians(), KINK);
+    let wo = from_spherical(89.9999_f64.to_radians(), 0.0);
     let lost = ROUGHNESS.map(|r| {
         let f = |wi: DVec3| FRAC_1_PI * (parts.single)(r, wo, wi) * wi.z;
         (1.0 - Domain::Hemisphere.integrate_all(MASS_TOLERANCE, &f).value).abs()
@@ -174,22 +138,13 @@ macro_rules! with {
 }
 
 fn faults() -> Vec<Fault<EonParts>> {
-    let sampled = |lobes| EonParts { lobes, ..CORRECT };
     vec![
-        fault(
-            "uniform-sampler",
-            &COSINE_HEMISPHERE,
-            "uniform directions, cosine pdf",
-            sampled(PartTable { cosine_hemisphere: uniform_hemisphere, ..subject::CORRECT }),
-            at_every_angle!["bsdf/eon: chi-square of samples"],
-        ),
-        fault(
-            "cosine-twice",
-            &COSINE,
-            "the weight has the cosine twice",
-            sampled(PartTable { cosine: squared, ..subject::CORRECT }),
-            at_every_angle!["bsdf/eon: furnace"],
-        ),
+        fault!("uniform-sampler", COSINE_HEMISPHERE, "uniform directions, cosine pdf",
+            EonParts: { lobes: PartTable { cosine_hemisphere: uniform_hemisphere, ..subject::CORRECT } },
+            at_every_angle!("bsdf/eon", "chi-square of samples")),
+        fault!("cosine-twice", COSINE, "the weight has the cosine twice",
+            EonParts: { lobes: PartTable { cosine: squared, ..subject::CORRECT } },
+            at_every_angle!("bsdf/eon", "furnace")),
         fault!("no-multiple-scattering", EON_MULTIPLE, "single scattering alone",
             = with!(|rho, r, wo, wi| coloured(rho, r, (wo, wi), 0.0)),
             "bsdf/eon: directional albedo at 0 degrees", "bsdf/eon-white", "bsdf/eon-coloured"),
@@ -212,27 +167,24 @@ fn faults() -> Vec<Fault<EonParts>> {
             }),
             "bsdf/eon: reciprocity"),
         fault!("constant", EON_SINGLE, "A = 1/(1 + r/2 − 2/(3π)): r times the first term of c only",
-            EonParts: {
-                single: |r, wo, wi| {
-                    let a = 1.0 / (1.0 + 0.5 * r - (0.5 - LARGEST_GAIN));
-                    single_scattering(r, wo, wi) * a / scale(r)
-                }
-            }, "bsdf/eon-single", "bsdf/eon-albedo"),
+            EonParts: { single: |r, wo, wi| {
+                let a = 1.0 / (1.0 + 0.5 * r - (0.5 - LARGEST_GAIN));
+                single_scattering(r, wo, wi) * a / scale(r)
+            } },
+            "bsdf/eon-single", "bsdf/eon-albedo"),
         fault!("negative-side-divided", EON_SINGLE, "t = max(cos, cos) where s < 0, too",
-            EonParts: {
-                single: |r, wo, wi| {
-                    let s = wo.x * wi.x + wo.y * wi.y;
-                    scale(r) * (1.0 + r * s / wo.z.max(wi.z))
-                }
-            }, "bsdf/eon-single", "bsdf/eon-albedo"),
+            EonParts: { single: |r, wo, wi| {
+                let s = wo.x * wi.x + wo.y * wi.y;
+                scale(r) * (1.0 + r * s / wo.z.max(wi.z))
+            } },
+            "bsdf/eon-single", "bsdf/eon-albedo"),
         fault!("albedo-of-oren-nayar", EON_ALBEDO,
             "G without its term −2/3 sin θ, as where s < 0 counts nothing",
-            EonParts: {
-                albedo: |r, cos| {
-                    let sin = (1.0 - cos * cos).sqrt();
-                    albedo(r, cos) + scale(r) * r * FRAC_1_PI * 2.0 / 3.0 * sin
-                }
-            }, "bsdf/eon-albedo"),
+            EonParts: { albedo: |r, cos| {
+                let sin = (1.0 - cos * cos).sqrt();
+                albedo(r, cos) + scale(r) * r * FRAC_1_PI * 2.0 / 3.0 * sin
+            } },
+            "bsdf/eon-albedo"),
     ]
 }
 

@@ -50,17 +50,16 @@ pub struct Fault<S> {
     pub wrong: &'static str,
     /// The faulty subject.
     pub subject: S,
-    /// The trials that must reject it, each alone or with the outcome that must: "trial: outcome", once
-    /// for each such outcome (see [`meant`]). Of an equivalent mutant, the
-    /// trials that must accept it.
+    /// The trials that must reject it, each alone or with the outcomes that must: "trial: outcome | outcome"
+    /// (see [`meant`]). Of an equivalent mutant, the trials that must accept it.
     pub caught_by: &'static [&'static str],
 }
 
-/// The trial and the outcome of an entry of [`Fault::caught_by`].
-fn entry(caught_by: &'static str) -> (&'static str, Option<&'static str>) {
+/// The trial and the outcomes of an entry of [`Fault::caught_by`].
+fn entry(caught_by: &'static str) -> (&'static str, Vec<&'static str>) {
     match caught_by.split_once(": ") {
-        Some((trial, outcome)) => (trial, Some(outcome)),
-        None => (caught_by, None),
+        Some((trial, outcomes)) => (trial, outcomes.split(" | ").collect()),
+        None => (caught_by, Vec::new()),
     }
 }
 
@@ -68,7 +67,7 @@ fn entry(caught_by: &'static str) -> (&'static str, Option<&'static str>) {
 fn outcomes_of(caught_by: &[&'static str], trial: &str) -> Option<Vec<&'static str>> {
     let mut entries = caught_by.iter().map(|text| entry(text)).filter(|(name, _)| *name == trial).peekable();
     entries.peek()?;
-    Some(entries.filter_map(|(_, outcome)| outcome).collect())
+    Some(entries.flat_map(|(_, outcomes)| outcomes).collect())
 }
 
 /// A fault from its parts, in the order of its fields.
@@ -147,6 +146,11 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
         Self { name, whole_estimator: false, right, trials: Vec::new(), faults: Vec::new(), equivalents: Vec::new() }
     }
 
+    /// The same of a family whose subjects act through a whole estimator.
+    pub fn whole(name: &'static str, right: S) -> Self {
+        Self { whole_estimator: true, ..Self::new(name, right) }
+    }
+
     fn all(&self) -> impl Iterator<Item = (&Fault<S>, bool)> {
         let faults = self.faults.iter().map(|fault| (fault, false));
         faults.chain(self.equivalents.iter().map(|mutant| (mutant, true)))
@@ -187,7 +191,7 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
     }
 
     /// A trial's function on a mutant, at the trial's size.
-    fn whole(family_trial: &FamilyTrial<S>, mutant: &Fault<S>) -> Run {
+    fn at_full_size(family_trial: &FamilyTrial<S>, mutant: &Fault<S>) -> Run {
         let (on, subject) = (Arc::clone(&family_trial.on), mutant.subject);
         Box::new(move |context| on(context, subject))
     }
@@ -234,7 +238,7 @@ impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
                     let outcomes = outcomes_of(mutant.caught_by, &family_trial.trial.name);
                     let run = match &outcomes {
                         Some(outcomes) if !equivalent => Self::reject(family_trial, mutant, outcomes.clone()),
-                        _ => Self::whole(family_trial, mutant),
+                        _ => Self::at_full_size(family_trial, mutant),
                     };
                     Pair {
                         fault: self.fault(mutant, equivalent),

@@ -4,7 +4,7 @@
 use whitefurnace::frame::from_spherical;
 
 use crate::prelude::*;
-use crate::scenes::{FLOOR, LIGHT, lambert, light, scene, square};
+use crate::scenes::{FLOOR, LIGHT, lambert, light, panel, scene, square};
 
 /// The form factor between two equal parallel rectangles of sides x and y opposite each other at
 /// distance 1 (Howell, A Catalog of Radiation Heat Transfer Configuration Factors, C-11).
@@ -30,8 +30,7 @@ pub fn perpendicular(h: f64, w: f64) -> f64 {
 /// The reflecting square [0, 1]² at z = 0, its front up, and a light.
 fn lit(name: &str, light: impl FnOnce(&mut SceneBuilder)) -> Arc<Scene> {
     scene(name, |s| {
-        let centre = DVec3::new(0.5, 0.5, 0.0);
-        square(s, centre, 0.5, true, Surface::new(lambert(FLOOR)));
+        square(s, DVec3::new(0.5, 0.5, 0.0), 0.5, true, Surface::new(lambert(FLOOR)));
         light(s);
     })
 }
@@ -43,20 +42,18 @@ fn anywhere(rng: &mut Stream) -> Ray {
     Ray::new(DVec3::new(x, y, 0.0) + 0.5 * w, -w)
 }
 
-/// The trials.
-pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
+pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let opposite = lit("parallel squares", |s| {
         square(s, DVec3::new(0.5, 0.5, 1.0), 0.5, false, light(LIGHT));
     });
     let upright = lit("perpendicular squares", |s| {
-        let wall = s.surface(light(LIGHT));
-        s.rectangle(DVec3::ZERO, [DVec3::Y, DVec3::Z], wall);
+        panel(s, DVec3::ZERO, [DVec3::Y, DVec3::Z], light(LIGHT));
     });
     let family_trial = |name, how: &str, scene, factor: f64, samples| {
         let property = format!("the form factor between {how} unit squares is {factor:.6}");
         let reference = FLOOR * LIGHT * factor;
-        let probe = (scene, EstimatorKind::Path, anywhere as fn(&mut Stream) -> Ray);
-        radiance(name, property, &GEOMETRY, probe, reference, (samples, SINGLE))
+        let probe = (scene, EstimatorKind::Path, anywhere as Rays);
+        radiance(name, &GEOMETRY, probe).says(property).is((reference, SINGLE), samples)
     };
     vec![
         family_trial("irradiance/parallel-squares", "opposite", &opposite, parallel(1.0, 1.0), 4_500_000),

@@ -1,6 +1,7 @@
 //! Fresnel reflectance (10)-(12): identities that need no reference values, and hemispherical averages.
 
 use whitefurnace::fresnel::{cos_refracted, reflectance, reflectance_p, reflectance_s};
+use whitefurnace::harness::pointwise::Largest;
 use whitefurnace::sampling::cosine_hemisphere;
 
 use crate::prelude::*;
@@ -24,19 +25,16 @@ fn indices(rng: &mut Stream) -> [f64; 2] {
 /// below 1e-3 are left out: there R has a square-root singularity and loses digits by conditioning.
 fn identity(context: &Context, name: &str, error: impl Fn(f64, f64, f64, f64) -> f64) -> Outcome {
     let mut rng = context.rng(name);
-    let (mut largest, mut place) = (0.0, String::from("no error"));
+    let mut largest = Largest { place: String::from("no error"), ..Largest::default() };
     for _ in 0..context.arguments(ARGUMENTS) {
         let [n1, n2] = indices(&mut rng);
         let cos_1 = uniform(&mut rng);
         let Some(cos_2) = snell(cos_1, n1, n2).filter(|&c| c > 1e-3) else {
             continue;
         };
-        let e = error(cos_1, cos_2, n1, n2);
-        if e.is_nan() || e > largest {
-            (largest, place) = (e, format!("cos θ = {cos_1}, n = {n1} to {n2}"));
-        }
+        largest.see(error(cos_1, cos_2, n1, n2), || format!("cos θ = {cos_1}, n = {n1} to {n2}"));
     }
-    Outcome::exact(name, ARGUMENTS, largest, TOLERANCE, place)
+    Outcome::exact(name, ARGUMENTS, largest.error, TOLERANCE, largest.place)
 }
 
 /// cos θ₂ from n₁ sin θ₁ = n₂ sin θ₂ through the angle itself, a second route.
@@ -47,7 +45,7 @@ fn snell(cos_1: f64, n1: f64, n2: f64) -> Option<f64> {
 
 /// R + T = 1 for each polarisation, with T from the *amplitudes* of the transmitted wave (Born and
 /// Wolf, 1.5.2), not as 1 − R.
-pub fn energy(context: &Context, s: Reflectance, p: Reflectance) -> Vec<Outcome> {
+fn energy(context: &Context, Reflectances { s, p, .. }: Reflectances) -> Vec<Outcome> {
     let flux =
         |amplitude: f64, cos_1: f64, cos_2: f64, n1: f64, n2: f64| amplitude * amplitude * n2 * cos_2 / (n1 * cos_1);
     vec![
@@ -64,12 +62,12 @@ pub fn energy(context: &Context, s: Reflectance, p: Reflectance) -> Vec<Outcome>
 
 /// R(n₁, n₂, θ₁) = R(n₂, n₁, θ₂), times cos θ₁ cos θ₂: Snell's law there and back leaves an error of ε/cos θ₁ in
 /// the cosine, and R changes by up to 1/cos θ₂ as much.
-pub fn reversible(context: &Context, r: Reflectance) -> Vec<Outcome> {
+fn reversible(context: &Context, Reflectances { unpolarised: r, .. }: Reflectances) -> Vec<Outcome> {
     vec![identity(context, "reversibility", |c1, c2, n1, n2| (r(c1, n1, n2) - r(c2, n2, n1)).abs() * c1 * c2)]
 }
 
 /// R_p = 0 at Brewster's angle, tan θ = n₂/n₁, and R_s = ((n₁² − n₂²)/(n₁² + n₂²))² there.
-pub fn brewster(context: &Context, s: Reflectance, p: Reflectance) -> Vec<Outcome> {
+fn brewster(context: &Context, Reflectances { s, p, .. }: Reflectances) -> Vec<Outcome> {
     let at_brewster = |n1: f64, n2: f64| 1.0 / (n2 / n1).hypot(1.0);
     vec![
         identity(context, "R_p at Brewster's angle", |_, _, n1, n2| p(at_brewster(n1, n2), n1, n2)),
@@ -81,7 +79,7 @@ pub fn brewster(context: &Context, s: Reflectance, p: Reflectance) -> Vec<Outcom
 }
 
 /// ((n₁ − n₂)/(n₁ + n₂))² at normal incidence, 1 at grazing.
-pub fn limits(context: &Context, r: Reflectance) -> Vec<Outcome> {
+fn limits(context: &Context, Reflectances { unpolarised: r, .. }: Reflectances) -> Vec<Outcome> {
     vec![
         identity(context, "normal incidence", |_, _, n1, n2| (r(1.0, n1, n2) - ((n1 - n2) / (n1 + n2)).powi(2)).abs()),
         identity(context, "grazing incidence", |_, _, n1, n2| (r(0.0, n1, n2) - 1.0).abs()),
@@ -89,7 +87,7 @@ pub fn limits(context: &Context, r: Reflectance) -> Vec<Outcome> {
 }
 
 /// From the dense side: total reflection from the critical angle on, and 1 − R ~ √ just before it.
-pub fn critical(context: &Context, r: Reflectance) -> Vec<Outcome> {
+fn critical(context: &Context, Reflectances { unpolarised: r, .. }: Reflectances) -> Vec<Outcome> {
     let mut rng = context.rng("critical");
     let (mut beyond, mut before) = (0.0_f64, 0.0_f64);
     for _ in 0..context.arguments(ARGUMENTS) {
@@ -124,7 +122,7 @@ pub fn walsh(n: f64) -> f64 {
 
 /// The averages over cosine-distributed directions from outside and inside: F_ext by Walsh,
 /// F_int = 1 − (1 − F_ext)/n²; by quadrature and by sampling.
-pub fn averages(context: &Context, r: Reflectance) -> Vec<Outcome> {
+fn averages(context: &Context, Reflectances { unpolarised: r, .. }: Reflectances) -> Vec<Outcome> {
     const N: f64 = 1.5;
     let outside = walsh(N);
     let inside = 1.0 - (1.0 - outside) / (N * N);
@@ -139,10 +137,9 @@ pub fn averages(context: &Context, r: Reflectance) -> Vec<Outcome> {
             format!("{:.9} for {reference:.9}", integral.value),
         ));
         let mut rng = context.rng(name);
-        let values =
-            Values::collect(reference, context.n(SAMPLES), || r(cosine_hemisphere(uniform2(&mut rng)).z, n1, n2));
-        let delta = AVERAGE_DELTA * reference;
-        outcomes.push(mean(&format!("average by sampling, {name}"), &values, reference, Claim::Exact { delta }));
+        let value = || r(cosine_hemisphere(uniform2(&mut rng)).z, n1, n2);
+        let name = format!("average by sampling, {name}");
+        outcomes.push(mean_of(&name, (reference, AVERAGE_DELTA), context.n(SAMPLES), value));
     }
     outcomes
 }
@@ -188,34 +185,17 @@ fn trials() -> Vec<FamilyTrial<Reflectances>> {
         trial(format!("fresnel/{name}"), property, equation, [subject, "exact"], on)
     };
     vec![
-        own(
-            "energy",
-            "reflected and transmitted flux sum to one for each polarisation",
-            &FRESNEL_S,
-            |c, r: Reflectances| energy(c, r.s, r.p),
-        ),
-        own(
-            "brewster",
-            "R_p vanishes at Brewster's angle and R_s has its closed form",
-            &FRESNEL_P,
-            |c, r: Reflectances| brewster(c, r.s, r.p),
-        ),
-        own("reversible", "R is the same from both sides along one ray", &FRESNEL, |c, r: Reflectances| {
-            reversible(c, r.unpolarised)
-        }),
-        own("limits", "R at normal and at grazing incidence", &FRESNEL, |c, r: Reflectances| limits(c, r.unpolarised)),
-        own(
-            "critical",
-            "reflection is total past the critical angle and not before",
-            &FRESNEL,
-            |c, r: Reflectances| critical(c, r.unpolarised),
-        ),
+        own("energy", "reflected and transmitted flux sum to one for each polarisation", &FRESNEL_S, energy),
+        own("brewster", "R_p vanishes at Brewster's angle and R_s has its closed form", &FRESNEL_P, brewster),
+        own("reversible", "R is the same from both sides along one ray", &FRESNEL, reversible),
+        own("limits", "R at normal and at grazing incidence", &FRESNEL, limits),
+        own("critical", "reflection is total past the critical angle and not before", &FRESNEL, critical),
         trial(
             "fresnel/averages",
             "hemispherical averages follow Walsh, and 1 − F_int = (1 − F_ext)/n²",
             &REFRACTION,
             ["fresnel::reflectance", "t"],
-            |c, r: Reflectances| averages(c, r.unpolarised),
+            averages,
         ),
     ]
 }
@@ -227,16 +207,14 @@ fn faults() -> Vec<Fault<Reflectances>> {
             Reflectances: { s: |c, n1, n2| reflectance_s(c, n1, n2).sqrt() },
             "fresnel/energy: R + T = 1, perpendicular"),
         fault!("exchanged", FRESNEL_P, "R_p for R_s and R_s for R_p",
-            Reflectances: {
-                s: reflectance_p,
-                p: reflectance_s
-            }, "fresnel/brewster: R_p at Brewster's angle", "fresnel/brewster: R_s at Brewster's angle",
+            Reflectances: { s: reflectance_p, p: reflectance_s },
+            "fresnel/brewster: R_p at Brewster's angle", "fresnel/brewster: R_s at Brewster's angle",
             "fresnel/energy: R + T = 1, perpendicular", "fresnel/energy: R + T = 1, parallel"),
         fault!("schlick", FRESNEL, "Schlick's approximation",
             = whole(schlick), "fresnel/reversible", "fresnel/averages: average by quadrature, outside"),
         fault!("sum", FRESNEL, "R_s + R_p without the half",
             = whole(|c, n1, n2| reflectance_s(c, n1, n2) + reflectance_p(c, n1, n2)),
-            "fresnel/limits: normal incidence", "fresnel/limits: grazing incidence"),
+            "fresnel/limits: normal incidence | grazing incidence"),
         fault!("no-total-reflection", FRESNEL, "a finite R past the critical angle",
             = whole(no_total_reflection),
             "fresnel/critical: total reflection", "fresnel/averages: average by quadrature, inside"),
@@ -244,7 +222,7 @@ fn faults() -> Vec<Fault<Reflectances>> {
             = whole(literal), "fresnel/critical: total reflection"),
         fault!("only-s", FRESNEL, "R_s alone, as if light were polarised",
             = whole(reflectance_s),
-            "fresnel/averages: average by sampling, outside", "fresnel/averages: average by sampling, inside"),
+            "fresnel/averages: average by sampling, outside | average by sampling, inside"),
         fault!("swapped-indices", FRESNEL, "n₁ and n₂ exchanged",
             = whole(|c, n1, n2| reflectance(c, n2, n1)), "fresnel/critical: critical angle times 0.999"),
     ]

@@ -8,8 +8,8 @@ use crate::bsdf::oren_nayar_albedo;
 use crate::mean_radiance::any_direction;
 use crate::prelude::*;
 use crate::scenes::{
-    SIGMA, WALL, at_origin, eon_floor, lambert, polygon_irradiance, rough_floor, scene, sphere_furnace, towards_origin,
-    walled_sky,
+    SIGMA, WALL, at_origin, ball, eon_floor, lambert, mirror, polygon_irradiance, rough_floor, scene, sphere_furnace,
+    towards_origin, valid, walled_sky,
 };
 use crate::strategies::by;
 use crate::{infinite_variance, rays_per_hit, survival};
@@ -32,66 +32,58 @@ pub fn off_cap(rng: &mut Stream) -> Ray {
     Ray::new(origin, (target - origin).normalize())
 }
 
+/// What is seen there, if the cap emits 1.
+pub fn off_cap_radiance(rho: f64, cap: Cap) -> f64 {
+    match cap {
+        Cap::Reflecting => rho * CAP_SHARE / (1.0 - rho),
+        Cap::Black => rho * CAP_SHARE / (1.0 - rho * (1.0 - CAP_SHARE)),
+    }
+}
+
 const LONG: u32 = 60;
 
-/// The trials.
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let mut trials = boxes();
-    trials.push(bright_sphere());
+    let mut trials = closed();
     trials.extend(strategies());
     trials.extend(reports());
     trials.extend(rays_per_hit::trials());
     trials.extend(cavities());
-    trials.extend(survival::cavity());
+    trials.push(survival::cavity());
     trials.extend(skies());
     trials.extend(mirrors());
     trials.push(infinite_variance::hall());
     trials
 }
 
-fn boxes() -> Vec<FamilyTrial<EstimatorSubject>> {
-    [("furnace/path/albedo-0.5", 0.5, 2_600_000), ("furnace/path/albedo-0.75", 0.75, 4_400_000)]
-        .into_iter()
-        .filter_map(|(name, a, samples)| {
-            let scene = furnace_box(a).ok()?.into();
-            let m = 1.0 / (1.0 - a);
-            let ray = |rng: &mut Stream| Ray::new(DVec3::new(0.1, 0.2, -0.3), any_direction(rng));
-            Some(radiance(
-                name,
-                format!("the radiance in a closed furnace box of albedo {a} is {m:.6}"),
-                &RENDERING,
-                (&scene, EstimatorKind::Path, ray),
-                m,
-                (samples, BOUNCES),
-            ))
-        })
-        .collect()
+/// From within a box of side 2 in every direction.
+pub fn in_box(rng: &mut Stream) -> Ray {
+    Ray::new(DVec3::new(0.1, 0.2, -0.3), any_direction(rng))
 }
 
-/// The longest paths, by hits alone: every wall emits, so that shadow rays would cost and bring little.
-fn bright_sphere() -> FamilyTrial<EstimatorSubject> {
-    let a = 0.9;
-    let m = 1.0 / (1.0 - a);
-    radiance(
-        "furnace/path/albedo-0.9",
-        format!("the radiance in a spherical furnace of albedo {a} is {m:.6}"),
-        &RENDERING,
-        (&sphere_furnace(lambert(a), 0.0), by(Strategy::Bsdf, LightSampling::SolidAngle), inside),
-        m,
-        (6_000_000, BOUNCES),
-    )
+fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
+    let cube = |a| (valid(furnace_box(a)), EstimatorKind::Path, in_box as Rays);
+    // The longest paths, by hits alone: every wall emits, so that shadow rays would cost and bring little.
+    let hits = by(Strategy::Bsdf, LightSampling::SolidAngle);
+    let sphere = (sphere_furnace(lambert(0.9), 0.0), hits, inside as Rays);
+    [
+        ("furnace/path/albedo-0.5", "closed furnace box", 0.5, cube(0.5), 2_600_000),
+        ("furnace/path/albedo-0.75", "closed furnace box", 0.75, cube(0.75), 4_400_000),
+        ("furnace/path/albedo-0.9", "spherical furnace", 0.9, sphere, 6_000_000),
+    ]
+    .into_iter()
+    .map(|(name, what, a, (scene, kind, ray), samples)| {
+        let m = 1.0 / (1.0 - a);
+        let property = format!("the radiance in a {what} of albedo {a} is {m:.6}");
+        radiance(name, &RENDERING, (&scene, kind, ray)).says(property).is((m, BOUNCES), samples)
+    })
+    .collect()
 }
 
 /// One strategy alone. Shadow rays to points uniform in area have infinite variance in a box, whose
 /// corners bring points as near to each other as one likes; by solid angle their weight is bounded, and
 /// in a sphere, which is sampled by area, it is constant.
 fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let Ok(cube) = furnace_box(0.5) else {
-        return Vec::new();
-    };
-    let cube = cube.into();
-    let sphere = sphere_furnace(lambert(0.5), 0.5);
-    let anywhere = |rng: &mut Stream| Ray::new(DVec3::new(0.1, 0.2, -0.3), any_direction(rng));
+    let (cube, sphere) = (valid(furnace_box(0.5)), sphere_furnace(lambert(0.5), 0.5));
     [
         ("furnace/bsdf/box", &cube, Strategy::Bsdf, 3_500_000),
         ("furnace/light/box", &cube, Strategy::Light, 2_500_000),
@@ -101,7 +93,7 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
     .map(|(name, scene, strategy, samples)| {
         let property = format!("in a furnace of albedo 0.5 the radiance by {strategy:?} alone is 2");
         let kind = by(strategy, LightSampling::SolidAngle);
-        radiance(name, property, &RENDERING, (scene, kind, anywhere), 2.0, (samples, BOUNCES))
+        radiance(name, &RENDERING, (scene, kind, in_box)).says(property).is((2.0, BOUNCES), samples)
     })
     .collect()
 }
@@ -129,8 +121,8 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
             let property = format!("{segments} segments have the relative bias {bias:.6} at albedo {a}");
             (property, &PATH_LENGTH)
         };
-        let probe = (&scene, EstimatorKind::Report(segments), inside as fn(&mut Stream) -> Ray);
-        radiance(name, property, equation, probe, m, (samples, BOUNCES))
+        let probe = (&scene, EstimatorKind::Report(segments), inside as Rays);
+        radiance(name, equation, probe).says(property).is((m, BOUNCES), samples)
     })
     .collect()
 }
@@ -138,24 +130,15 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
 fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
     let rho = 0.75;
     [
-        ("furnace/cavity/reflecting", Cap::Reflecting, rho * CAP_SHARE / (1.0 - rho), 6_400_000),
-        ("furnace/cavity/black", Cap::Black, rho * CAP_SHARE / (1.0 - rho * (1.0 - CAP_SHARE)), 3_000_000),
+        ("furnace/cavity/reflecting", "reflecting", Cap::Reflecting, 6_400_000),
+        ("furnace/cavity/black", "black", Cap::Black, 3_000_000),
     ]
     .into_iter()
-    .filter_map(|(name, cap, reference, samples)| {
-        let scene = cavity_cap(rho, cap).ok()?.into();
-        let probe = (&scene, EstimatorKind::Path, off_cap as fn(&mut Stream) -> Ray);
-        Some(radiance(
-            name,
-            format!(
-                "off a {} cap the radiance in a cavity of albedo {rho} is {reference:.6}",
-                format!("{cap:?}").to_lowercase()
-            ),
-            &RENDERING,
-            probe,
-            reference,
-            (samples, BOUNCES),
-        ))
+    .map(|(name, what, cap, samples)| {
+        let reference = off_cap_radiance(rho, cap);
+        radiance(name, &RENDERING, (&valid(cavity_cap(rho, cap)), EstimatorKind::Path, off_cap))
+            .says(format!("off a {what} cap the radiance in a cavity of albedo {rho} is {reference:.6}"))
+            .is((reference, BOUNCES), samples)
     })
     .collect()
 }
@@ -166,76 +149,49 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
     let visible = 1.0 - polygon_irradiance(&WALL) / PI;
     let property = format!("a floor under a sky that a wall hides in part reflects {visible:.6}");
     let rough = rough_floor();
-    let inclination = 75f64.to_radians();
-    let albedo = oren_nayar_albedo(OrenNayar::new(SIGMA), inclination);
+    let grazing = |_: &mut Stream| towards_origin(75f64.to_radians());
+    let albedo = oren_nayar_albedo(OrenNayar::new(SIGMA), 75f64.to_radians());
     vec![
-        radiance(
-            "furnace/sky/path",
-            property.clone(),
-            &COSINE_HEMISPHERE,
-            (&walled, EstimatorKind::Path, |_| at_origin()),
-            visible,
-            (8_500_000, SINGLE),
-        ),
-        radiance(
-            "furnace/sky/report",
-            property,
-            &HEMISPHERE_PHI,
-            (&walled, EstimatorKind::Report(2), |_| at_origin()),
-            visible,
-            (17_000_000, SINGLE),
-        ),
-        radiance(
-            "furnace/sky/oren-nayar",
-            format!("at 75° an Oren-Nayar floor reflects {albedo:.6} of a white sky"),
-            &OREN_NAYAR,
-            (&rough, EstimatorKind::Path, |_| towards_origin(75f64.to_radians())),
-            albedo,
-            (4_200_000, SINGLE),
-        ),
-        radiance(
-            "furnace/sky/eon",
-            "a white floor of EON with roughness 1 reflects all of a white sky",
-            &EON_MULTIPLE,
-            (&eon_floor(1.0), EstimatorKind::Path, |_| at_origin()),
-            1.0,
-            (2_400_000, SINGLE),
-        ),
+        radiance("furnace/sky/path", &COSINE_HEMISPHERE, (&walled, EstimatorKind::Path, |_| at_origin()))
+            .says(property.clone())
+            .is((visible, SINGLE), 8_500_000),
+        radiance("furnace/sky/report", &HEMISPHERE_PHI, (&walled, EstimatorKind::Report(2), |_| at_origin()))
+            .says(property)
+            .is((visible, SINGLE), 17_000_000),
+        radiance("furnace/sky/oren-nayar", &OREN_NAYAR, (&rough, EstimatorKind::Path, grazing))
+            .says(format!("at 75° an Oren-Nayar floor reflects {albedo:.6} of a white sky"))
+            .is((albedo, SINGLE), 4_200_000),
+        radiance("furnace/sky/eon", &EON_MULTIPLE, (&eon_floor(1.0), EstimatorKind::Path, |_| at_origin()))
+            .says("a white floor of EON with roughness 1 reflects all of a white sky")
+            .is((1.0, SINGLE), 2_400_000),
     ]
 }
 
 /// Halls of mirrors end and are unbiased: no absorption is needed for that.
 fn mirrors() -> Vec<FamilyTrial<EstimatorSubject>> {
     let reflectance = 0.75;
-    let hall = sphere_furnace(Bsdf::Mirror { reflectance: DVec3::splat(reflectance) }, 0.0);
+    let hall = sphere_furnace(mirror(reflectance), 0.0);
     let facing = scene("facing mirrors", |s| {
         s.background(DVec3::ONE);
-        let mirror = s.surface(Surface::new(Bsdf::Mirror { reflectance: DVec3::ONE }));
         for z in [-1.0, 1.0] {
-            s.sphere(Sphere::new(DVec3::new(0.0, 0.0, 11.0 * z), 10.0), mirror);
+            ball(s, Sphere::new(DVec3::new(0.0, 0.0, 11.0 * z), 10.0), Surface::new(mirror(1.0)));
         }
     });
     let hall_mean = 1.0 / (1.0 - reflectance);
     vec![
-        radiance(
-            "furnace/mirrors/hall",
-            format!("in a hall of emitting mirrors of reflectance 0.75 the radiance is {hall_mean}"),
-            &RENDERING,
-            (&hall, EstimatorKind::Path, inside),
-            hall_mean,
-            (5_200_000, BOUNCES),
-        ),
+        radiance("furnace/mirrors/hall", &RENDERING, (&hall, EstimatorKind::Path, inside))
+            .says(format!("in a hall of emitting mirrors of reflectance 0.75 the radiance is {hall_mean}"))
+            .is((hall_mean, BOUNCES), 5_200_000),
         radiance(
             "furnace/mirrors/facing",
-            "between two facing perfect mirrors under a white sky paths end and the radiance is 1",
             &ROULETTE,
             (&facing, EstimatorKind::Path, |rng| {
                 let w = any_direction(rng);
                 let slanted = DVec3::new(w.x, w.y, 0.0).normalize() * 0.3 + DVec3::Z;
                 Ray::new(DVec3::ZERO, slanted.normalize())
             }),
-            1.0,
-            (1_200_000, BOUNCES),
-        ),
+        )
+        .says("between two facing perfect mirrors under a white sky paths end and the radiance is 1")
+        .is((1.0, BOUNCES), 1_200_000),
     ]
 }

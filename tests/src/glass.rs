@@ -4,14 +4,16 @@
 use whitefurnace::harness::chi_square::binomial;
 use whitefurnace::scene::simple::glass_cube;
 
+use crate::irradiance::reflected;
 use crate::mean_radiance::any_direction;
 use crate::prelude::*;
 use crate::scenes::{
-    FLOOR, HEIGHT, LIGHT, RECTANGLE, at_origin, floor, lambert, light, polygon_irradiance, scene, square,
-    towards_origin,
+    FLOOR, HEIGHT, LIGHT, RECTANGLE, at_origin, ball, floor, lambert, light, mirror, polygon_irradiance, scene, square,
+    towards_origin, valid,
 };
 
 pub(super) const INDEX: f64 = 1.5;
+pub(super) const GLASS: Bsdf = Bsdf::Glass { index: INDEX };
 /// Where the probe rays of the aim trials meet the surface: 50° from the normal.
 const AIM: f64 = 50.0;
 
@@ -26,7 +28,7 @@ pub(super) fn reflectance_by_angles(theta_1: f64, n1: f64, n2: f64) -> f64 {
 /// A plane of glass at z = 0, glass below, under a ceiling that emits 1.
 fn pane() -> Arc<Scene> {
     scene("glass plane", |s| {
-        floor(s, Bsdf::Glass { index: INDEX });
+        floor(s, GLASS);
         square(s, 3.0 * DVec3::Z, 50.0, false, light(1.0));
     })
 }
@@ -34,7 +36,7 @@ fn pane() -> Arc<Scene> {
 /// The same with the ceiling in the dark and an emitting ground within the glass.
 fn lit_from_below() -> Arc<Scene> {
     scene("glass plane, lit from below", |s| {
-        floor(s, Bsdf::Glass { index: INDEX });
+        floor(s, GLASS);
         square(s, -3.0 * DVec3::Z, 50.0, true, light(1.0));
     })
 }
@@ -52,47 +54,26 @@ fn beyond(inclination: f64) -> DVec3 {
     -whitefurnace::frame::from_spherical(inclination, 4.0)
 }
 
-/// The trials.
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let mut trials = aims();
-    trials.extend(lobes());
-    trials.extend(cubes());
-    trials.push(vanishing());
-    trials
+    [aims(), lobes(), cubes(), vec![vanishing()]].into_iter().flatten().collect()
 }
 
 fn aims() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let mirror = Bsdf::Mirror { reflectance: DVec3::splat(0.9) };
-    let reflected = beyond(AIM.to_radians()).with_z(AIM.to_radians().cos());
+    let back = beyond(AIM.to_radians()).with_z(AIM.to_radians().cos());
     let theta_1 = AIM.to_radians();
     let refracted = beyond((theta_1.sin() / INDEX).asin());
     let transmitted = (1.0 - reflectance_by_angles(theta_1, 1.0, INDEX)) / (INDEX * INDEX) * LIGHT;
-    let probe: fn(&mut Stream) -> Ray = |_| towards_origin(AIM.to_radians());
+    let probe: Rays = |_| towards_origin(AIM.to_radians());
     vec![
-        radiance(
-            "glass/mirror-aim",
-            "a small light lies where the law of reflection says, and is seen in the mirror",
-            &REFRACTION,
-            (&aim(mirror, reflected), EstimatorKind::Whitted(3), probe),
-            0.9 * LIGHT,
-            (1000, 0.0),
-        ),
-        radiance(
-            "glass/snell-aim",
-            "a small light in glass lies where Snell's law says, at (1 − R)/n² of its radiance",
-            &REFRACTION,
-            (&aim(Bsdf::Glass { index: INDEX }, refracted), EstimatorKind::Whitted(3), probe),
-            transmitted,
-            (1000, 0.0),
-        ),
-        radiance(
-            "glass/lit-from-below",
-            "light from within glass arrives as (1 − R)/n² of its radiance",
-            &REFRACTION,
-            (&lit_from_below(), EstimatorKind::Path, probe),
-            transmitted / LIGHT,
-            (2_400_000, SINGLE),
-        ),
+        radiance("glass/mirror-aim", &REFRACTION, (&aim(mirror(0.9), back), EstimatorKind::Whitted(3), probe))
+            .says("a small light lies where the law of reflection says, and is seen in the mirror")
+            .is((0.9 * LIGHT, 0.0), 1000),
+        radiance("glass/snell-aim", &REFRACTION, (&aim(GLASS, refracted), EstimatorKind::Whitted(3), probe))
+            .says("a small light in glass lies where Snell's law says, at (1 − R)/n² of its radiance")
+            .is((transmitted, 0.0), 1000),
+        radiance("glass/lit-from-below", &REFRACTION, (&lit_from_below(), EstimatorKind::Path, probe))
+            .says("light from within glass arrives as (1 − R)/n² of its radiance")
+            .is((transmitted / LIGHT, SINGLE), 2_400_000),
     ]
 }
 
@@ -114,7 +95,7 @@ impl Property for Lobe {
 }
 
 fn lobes() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let lobe = |name: &str, (theta, ray): (f64, fn(&mut Stream) -> Ray), samples| {
+    let lobe = |name: &str, (theta, ray): (f64, Rays), samples| {
         let r = reflectance_by_angles(theta.to_radians(), 1.0, INDEX);
         let property = format!("at {theta}° glass reflects with probability R = {r:.6}");
         let probe = Probe { scene: pane(), kind: EstimatorKind::Report(3), ray };
@@ -134,39 +115,35 @@ const CELL: f64 = whitefurnace::harness::chi_square::CELL_DELTA;
 
 /// From within the glass, past the critical angle: every ray goes back down to the lit ground.
 fn total_reflection() -> FamilyTrial<EstimatorSubject> {
-    radiance(
-        "glass/total-reflection",
-        "within glass, past the critical angle, the surface shows the lit ground undiminished",
-        &FRESNEL,
-        (&lit_from_below(), EstimatorKind::Report(3), |_| {
-            let d = whitefurnace::frame::from_spherical(50f64.to_radians(), 1.0);
-            Ray::new(-0.5 * d, d)
-        }),
-        1.0,
-        (2_000_000, 0.0),
-    )
+    let up = |_: &mut Stream| {
+        let d = whitefurnace::frame::from_spherical(50f64.to_radians(), 1.0);
+        Ray::new(-0.5 * d, d)
+    };
+    radiance("glass/total-reflection", &FRESNEL, (&lit_from_below(), EstimatorKind::Report(3), up))
+        .says("within glass, past the critical angle, the surface shows the lit ground undiminished")
+        .is((1.0, 0.0), 2_000_000)
 }
 
-/// A direction in which light can leave a glass cube: well within the critical angle of one of its
-/// faces. Just within it R is near 1, a path outlives any roulette, and the variance is infinite.
-fn leaving(rng: &mut Stream) -> Ray {
+/// From within a glass cube in a direction whose cosine to one of its faces is wanted.
+fn within_cube(rng: &mut Stream, wanted: impl Fn(f64) -> bool) -> Ray {
     loop {
         let d = any_direction(rng);
-        if d.abs().max_element() > 0.85 {
+        if wanted(d.abs().max_element()) {
             return Ray::new(DVec3::new(0.09, -0.13, 0.07), d);
         }
     }
+}
+
+/// A direction in which light can leave: well within the critical angle of a face. Just within it R is near 1,
+/// a path outlives any roulette, and the variance is infinite.
+fn leaving(rng: &mut Stream) -> Ray {
+    within_cube(rng, |cosine| cosine > 0.85)
 }
 
 /// A direction that no face lets out.
 fn trapped(rng: &mut Stream) -> Ray {
     let critical = (1.0 - 1.0 / (INDEX * INDEX)).sqrt();
-    loop {
-        let d = any_direction(rng);
-        if d.abs().max_element() < critical - 1e-6 {
-            return Ray::new(DVec3::new(0.09, -0.13, 0.07), d);
-        }
-    }
+    within_cube(rng, |cosine| cosine < critical - 1e-6)
 }
 
 fn from_outside(rng: &mut Stream) -> Ray {
@@ -176,36 +153,18 @@ fn from_outside(rng: &mut Stream) -> Ray {
 }
 
 fn cubes() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let cube = |inside| glass_cube(inside).ok().map(Arc::new);
-    let (Some(outside), Some(inside)) = (cube(false), cube(true)) else {
-        return Vec::new();
-    };
+    let [outside, inside] = [false, true].map(|inside| valid(glass_cube(inside)));
     let n2 = INDEX * INDEX;
     vec![
-        radiance(
-            "glass/cube-outside",
-            "a glass cube under a white sky shows 1 from outside",
-            &FRESNEL,
-            (&outside, EstimatorKind::Path, from_outside),
-            1.0,
-            (1_000_000, BOUNCES),
-        ),
-        radiance(
-            "glass/cube-inside",
-            "from inside it shows n² in directions that can leave",
-            &REFRACTION,
-            (&inside, EstimatorKind::Path, leaving),
-            n2,
-            (2_400_000, BOUNCES),
-        ),
-        radiance(
-            "glass/cube-trapped",
-            "and nothing in directions that total reflection traps",
-            &FRESNEL,
-            (&inside, EstimatorKind::Path, trapped),
-            0.0,
-            (1_600_000, 0.0),
-        ),
+        radiance("glass/cube-outside", &FRESNEL, (&outside, EstimatorKind::Path, from_outside))
+            .says("a glass cube under a white sky shows 1 from outside")
+            .is((1.0, BOUNCES), 1_000_000),
+        radiance("glass/cube-inside", &REFRACTION, (&inside, EstimatorKind::Path, leaving))
+            .says("from inside it shows n² in directions that can leave")
+            .is((n2, BOUNCES), 2_400_000),
+        radiance("glass/cube-trapped", &FRESNEL, (&inside, EstimatorKind::Path, trapped))
+            .says("and nothing in directions that total reflection traps")
+            .is((0.0, 0.0), 1_600_000),
     ]
 }
 
@@ -214,16 +173,10 @@ fn vanishing() -> FamilyTrial<EstimatorSubject> {
     let scene = scene("index-matched sphere", |s| {
         floor(s, lambert(FLOOR));
         square(s, HEIGHT * DVec3::Z, 1.0, false, light(LIGHT));
-        let glass = s.surface(Surface::new(Bsdf::Glass { index: 1.0 }));
-        s.sphere(Sphere::new(DVec3::new(0.1, 0.0, 1.3), 0.5), glass);
+        ball(s, Sphere::new(DVec3::new(0.1, 0.0, 1.3), 0.5), Surface::new(Bsdf::Glass { index: 1.0 }));
     });
-    let reference = FLOOR * FRAC_1_PI * LIGHT * polygon_irradiance(&RECTANGLE);
-    radiance(
-        "glass/index-matched",
-        "a sphere of index 1 before a light changes nothing",
-        &REFRACTION,
-        (&scene, EstimatorKind::Path, |_| at_origin()),
-        reference,
-        (5_800_000, IMAGE),
-    )
+    let reference = reflected(polygon_irradiance(&RECTANGLE));
+    radiance("glass/index-matched", &REFRACTION, (&scene, EstimatorKind::Path, |_| at_origin()))
+        .says("a sphere of index 1 before a light changes nothing")
+        .is((reference, IMAGE), 5_800_000)
 }

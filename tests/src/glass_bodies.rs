@@ -1,17 +1,16 @@
 //! Pieces of glass with known answers: a slab with all its internal reflections, a prism that turns light
 //! by total reflection, a sphere of index 1 that must not be seen.
 
-use crate::glass::{INDEX, reflectance_by_angles};
+use crate::glass::{GLASS, INDEX, reflectance_by_angles};
 use crate::mean_radiance::any_direction;
 use crate::prelude::*;
-use crate::scenes::{LIGHT, floor, light, scene, square, towards_origin};
+use crate::scenes::{LIGHT, ball, floor, light, panel, scene, square, towards_origin};
 
 /// A slab of glass over a ground that emits 1.
 fn slab() -> Arc<Scene> {
-    let glass = Bsdf::Glass { index: INDEX };
     scene("glass slab", |s| {
-        floor(s, glass);
-        square(s, -0.5 * DVec3::Z, 50.0, false, Surface::new(glass));
+        floor(s, GLASS);
+        square(s, -0.5 * DVec3::Z, 50.0, false, Surface::new(GLASS));
         square(s, -3.0 * DVec3::Z, 50.0, true, light(1.0));
     })
 }
@@ -20,12 +19,11 @@ fn slab() -> Arc<Scene> {
 /// its lower leg: a ray along x meets the hypotenuse at 45° from within and is turned down.
 fn prism() -> Arc<Scene> {
     scene("glass prism", |s| {
-        let glass = s.surface(Surface::new(Bsdf::Glass { index: INDEX }));
         let [x, y, z] = [DVec3::X, 2.0 * DVec3::Y, DVec3::Z];
         let start = -DVec3::Y;
-        s.rectangle(start, [z, y], glass);
-        s.rectangle(start, [y, x], glass);
-        s.rectangle(start + x, [y, z - x], glass);
+        for (corner, edges) in [(start, [z, y]), (start, [y, x]), (start + x, [y, z - x])] {
+            panel(s, corner, edges, Surface::new(GLASS));
+        }
         square(s, DVec3::new(0.6, 0.0, -1.0), 0.2, true, light(LIGHT));
     })
 }
@@ -38,8 +36,7 @@ fn lights(sphere: bool) -> Arc<Scene> {
             square(s, centre, 0.4, true, light(radiance));
         }
         if sphere {
-            let glass = s.surface(Surface::new(Bsdf::Glass { index: 1.0 }));
-            s.sphere(Sphere::new(DVec3::ZERO, 1.0), glass);
+            ball(s, Sphere::new(DVec3::ZERO, 1.0), Surface::new(Bsdf::Glass { index: 1.0 }));
         }
     })
 }
@@ -59,42 +56,33 @@ impl Property for Vanishing {
             let aim = 0.9 * any_direction(&mut rng);
             let origin = DVec3::new(0.2, -0.3, 3.0);
             let ray = Ray::new(origin, (aim - origin).normalize());
-            let [with, without] = [0, 1].map(|i| {
-                let whitted = EstimatorKind::Whitted(5);
-                whitted.radiance(setup, &self.scenes[i], &ray, &mut rng)
-            });
+            let [with, without] =
+                [0, 1].map(|i| EstimatorKind::Whitted(5).radiance(setup, &self.scenes[i], &ray, &mut rng));
             worst = worst.max((with - without).abs().max_element());
         }
         vec![Outcome::exact("difference", RAYS, worst, 1e-12, "the worst ray")]
     }
 }
 
-/// The trials.
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let r = reflectance_by_angles(60f64.to_radians(), 1.0, INDEX);
     let r0 = ((INDEX - 1.0) / (INDEX + 1.0)).powi(2);
     let through = |r: f64| (1.0 - r) / (1.0 + r);
     vec![
-        radiance(
-            "glass/slab",
-            format!(
+        radiance("glass/slab", &FRESNEL, (&slab(), EstimatorKind::Path, |_| towards_origin(60f64.to_radians())))
+            .says(format!(
                 "a slab lets (1 − R)/(1 + R) = {:.6} of unpolarised light through at 60°, R taken \
-                     anew for light without polarisation at each face, as (12) has it",
+                 anew for light without polarisation at each face, as (12) has it",
                 through(r)
-            ),
-            &FRESNEL,
-            (&slab(), EstimatorKind::Path, |_| towards_origin(60f64.to_radians())),
-            through(r),
-            (5_600_000, SINGLE),
-        ),
+            ))
+            .is((through(r), SINGLE), 5_600_000),
         radiance(
             "glass/prism",
-            format!("a prism turns light by 90° and lets (1 − R)/(1 + R) = {:.6} through its legs", through(r0)),
             &FRESNEL,
             (&prism(), EstimatorKind::Path, |_| Ray::new(DVec3::new(-1.0, 0.0, 0.4), DVec3::X)),
-            through(r0) * LIGHT,
-            (4_600_000, SINGLE),
-        ),
+        )
+        .says(format!("a prism turns light by 90° and lets (1 − R)/(1 + R) = {:.6} through its legs", through(r0)))
+        .is((through(r0) * LIGHT, SINGLE), 4_600_000),
         trial(
             "glass/vanishing",
             "a sphere of index 1 before lights leaves the image as it is",

@@ -10,9 +10,10 @@ use whitefurnace::render::{Numbers, Sampling, render};
 use whitefurnace::scene::simple::{Cap, cavity_cap, closed_cube, furnace_under};
 
 use crate::prelude::*;
-use crate::scenes::{FLOOR, LIGHT, light, scene, seen_by, square};
+use crate::scenes::{FLOOR, LIGHT, ball, light, scene, seen_by, square, valid};
 
-/// A film of a scene, every ray through its pixel's centre, so that edges add no noise; `None` if the estimator returns what no film can hold, which is a fault.
+/// A film of a scene, every ray through its pixel's centre, so that edges add no noise; `None` if the estimator
+/// returns what no film can hold, which is a fault.
 pub(super) fn film<E: Estimator>(
     context: &Context,
     part: &str,
@@ -68,6 +69,17 @@ impl Levels {
     }
 }
 
+/// The images of an estimator and of the path tracer.
+fn with_path<E: Estimator>(
+    context: &Context,
+    part: &str,
+    frame: (&Scene, [u32; 2], Range<u32>),
+    estimator: &E,
+) -> Option<[Levels; 2]> {
+    let image = Levels::render(context, part, frame.clone(), estimator)?;
+    Some([image, Levels::render(context, "path", frame, &Path::<Standard>::default())?])
+}
+
 /// The test of the means of two images within a relative margin.
 pub(super) fn same_mean(name: &str, a: &Levels, b: &Levels, margin: f64) -> Outcome {
     let [(sa, ka), (sb, kb)] = [a, b].map(|c| (c.statistics(), &c.skewness[..]));
@@ -81,9 +93,7 @@ fn not_a_film() -> Vec<Outcome> {
 
 /// The mean of the pixels of the white furnace under a coloured sky: every one's expectation is the sky's
 /// radiance.
-struct WhiteFurnace {
-    scene: Arc<Scene>,
-}
+struct WhiteFurnace(Arc<Scene>);
 
 const SKY: DVec3 = DVec3::new(1.0, 3.0, 0.5);
 
@@ -97,7 +107,7 @@ impl Property for WhiteFurnace {
         let mut values = Values::new(1.0);
         for replication in 0..context.n(FURNACE_REPLICATIONS) {
             let part = format!("film {replication}");
-            let frame = (&*self.scene, FURNACE_SIZE, 0..1);
+            let frame = (&*self.0, FURNACE_SIZE, 0..1);
             let Some(film) = film(context, &part, frame, &Path::new(parts, Strategy::Mis)) else {
                 return not_a_film();
             };
@@ -112,9 +122,7 @@ impl Property for WhiteFurnace {
 
 /// The path tracer and the report's estimator with physical rules in the all-diffuse room: two
 /// directions of sampling, two roulettes, with and without multiple importance sampling.
-struct SameImage {
-    scene: Arc<Scene>,
-}
+struct SameImage(Arc<Scene>);
 
 const ROOM_SIZE: [u32; 2] = [32, 24];
 const ROOM_REPLICATIONS: u64 = 1_200;
@@ -135,10 +143,9 @@ fn coloured_room() -> Arc<Scene> {
         let surface = |albedo| Surface::new(Bsdf::Lambert { albedo }).absorbing(ROOM_ABSORPTION);
         let wall = s.surface(surface(DVec3::new(0.5, 0.4, 0.25)));
         closed_cube(s, 1.0, true, wall);
-        let red = s.surface(surface(DVec3::new(0.5, 0.2, 0.1)));
-        s.sphere(Sphere::new(DVec3::new(0.5, 0.1, -0.6), 0.4), red);
-        let green = s.surface(surface(DVec3::new(0.3, 0.5, 0.2)));
-        s.sphere(Sphere::new(DVec3::new(-0.1, 0.6, -0.5), 0.3), green);
+        let [red, green] = [DVec3::new(0.5, 0.2, 0.1), DVec3::new(0.3, 0.5, 0.2)].map(surface);
+        ball(s, Sphere::new(DVec3::new(0.5, 0.1, -0.6), 0.4), red);
+        ball(s, Sphere::new(DVec3::new(-0.1, 0.6, -0.5), 0.3), green);
         square(s, 0.99 * DVec3::Z, 0.4, false, light(LIGHT));
     })
 }
@@ -155,26 +162,21 @@ impl Property for SameImage {
             segments: setup.segments.unwrap_or(ROOM_SEGMENTS),
             rules: setup.rules,
         };
-        let frame = (&*self.scene, ROOM_SIZE, 0..n);
-        let a = Levels::render(context, "report", frame.clone(), &report);
-        let b = Levels::render(context, "path", frame, &Path::<Standard>::default());
-        let (Some(a), Some(b)) = (a, b) else {
-            return not_a_film();
-        };
-        let pixels = map(&a.statistics(), &b.statistics(), ROOM_SIZE[0] as usize, 1);
-        vec![
+        let frame = (&*self.0, ROOM_SIZE, 0..n);
+        let outcomes = || {
+            let [a, b] = with_path(context, "report", frame, &report)?;
+            let pixels = map(&a.statistics(), &b.statistics(), ROOM_SIZE[0] as usize, 1);
             // What the limit on segments leaves out is no reason to fail.
-            same_mean("image mean", &a, &b, IMAGE).within_delta(),
-            pixels.flatness("p-values of pixels", FLATNESS),
-        ]
+            let mean = same_mean("image mean", &a, &b, IMAGE).within_delta();
+            Some(vec![mean, pixels.flatness("p-values of pixels", FLATNESS)])
+        };
+        outcomes().unwrap_or_else(not_a_film)
     }
 }
 
 /// Whitted's estimator and the path tracer on a convex diffuse object under a light that reflects
 /// nothing: no light meets two diffuse surfaces, so Whitted leaves nothing out.
-struct Convex {
-    scene: Arc<Scene>,
-}
+struct Convex(Arc<Scene>);
 
 const CONVEX_SIZE: [u32; 2] = [32, 32];
 const CONVEX_REPLICATIONS: u64 = 2_600;
@@ -183,13 +185,9 @@ impl Property for Convex {
     fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let n = context.n(CONVEX_REPLICATIONS) as u32;
         let whitted = Whitted { parts: setup.parts, segments: setup.segments.unwrap_or(1), rules: setup.rules };
-        let frame = (&*self.scene, CONVEX_SIZE, 0..n);
-        let a = Levels::render(context, "whitted", frame.clone(), &whitted);
-        let b = Levels::render(context, "path", frame, &Path::<Standard>::default());
-        let (Some(a), Some(b)) = (a, b) else {
-            return not_a_film();
-        };
-        vec![same_mean("image mean", &a, &b, BOUNCES)]
+        let frame = (&*self.0, CONVEX_SIZE, 0..n);
+        with_path(context, "whitted", frame, &whitted)
+            .map_or_else(not_a_film, |[a, b]| vec![same_mean("image mean", &a, &b, BOUNCES)])
     }
 }
 
@@ -198,17 +196,14 @@ fn convex() -> Arc<Scene> {
     scene("convex object", |s| {
         // In other proportions than the light, so that no exchange of channels undoes the other's.
         let albedo = FLOOR * DVec3::new(0.9, 1.0, 0.5);
-        let diffuse = s.surface(Surface::new(Bsdf::Lambert { albedo }));
-        s.sphere(Sphere::new(DVec3::ZERO, 0.5), diffuse);
+        ball(s, Sphere::new(DVec3::ZERO, 0.5), Surface::new(Bsdf::Lambert { albedo }));
         square(s, 1.5 * DVec3::Z, 0.2, false, light(LIGHT));
     })
 }
 
 /// The path tracer's three strategies in a diffuse cavity with an emitting cap that ends paths: most find
 /// it, which keeps the variance of hits low.
-struct SameStrategies {
-    scene: Arc<Scene>,
-}
+struct SameStrategies(Arc<Scene>);
 
 const CAVITY_SIZE: [u32; 2] = [20, 15];
 const CAVITY_REPLICATIONS: u64 = 6_600;
@@ -216,7 +211,7 @@ const CAVITY_REPLICATIONS: u64 = 6_600;
 impl Property for SameStrategies {
     fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let n = context.n(CAVITY_REPLICATIONS) as u32;
-        let frame = (&*self.scene, CAVITY_SIZE, 0..n);
+        let frame = (&*self.0, CAVITY_SIZE, 0..n);
         let [bsdf, light, mis] = [Strategy::Bsdf, Strategy::Light, Strategy::Mis].map(|strategy| {
             let path = Path::new(setup.parts, strategy);
             Levels::render(context, &format!("{strategy:?}"), frame.clone(), &path)
@@ -228,24 +223,10 @@ impl Property for SameStrategies {
     }
 }
 
-fn strategies(scene: Scene) -> FamilyTrial<EstimatorSubject> {
-    let scene = Arc::new(scene);
-    trial(
-        "images/three-strategies",
-        "hits, shadow rays and both make the same image of a diffuse cavity with an emitting cap",
-        &MIS,
-        ["render::render, estimator::Path", "Welch"],
-        with_parts(SameStrategies { scene }),
-    )
-}
-
-/// The trials.
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let (Ok(white), Ok(cavity)) = (furnace_under(SKY), cavity_cap(0.9, Cap::Black)) else {
-        return Vec::new();
-    };
-    let white = WhiteFurnace { scene: Arc::new(white) };
-    let same = SameImage { scene: coloured_room() };
+    let white = WhiteFurnace(valid(furnace_under(SKY)));
+    let same = SameImage(coloured_room());
+    let strategies = SameStrategies(valid(cavity_cap(0.9, Cap::Black)));
     vec![
         trial(
             "images/white-furnace",
@@ -266,8 +247,14 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "of one convex diffuse object Whitted's estimator and the path tracer make the same image",
             &WHITTED,
             ["render::render, estimator::Whitted, estimator::Path", "Welch"],
-            with_parts(Convex { scene: convex() }),
+            with_parts(Convex(convex())),
         ),
-        strategies(cavity),
+        trial(
+            "images/three-strategies",
+            "hits, shadow rays and both make the same image of a diffuse cavity with an emitting cap",
+            &MIS,
+            ["render::render, estimator::Path", "Welch"],
+            with_parts(strategies),
+        ),
     ]
 }

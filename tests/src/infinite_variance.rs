@@ -9,11 +9,12 @@
 
 use whitefurnace::harness::chi_square::{CELL_DELTA, Counts, chi_square};
 use whitefurnace::harness::mean::bounded_mean;
+use whitefurnace::harness::pointwise::Largest;
 
 use crate::furnace::inside;
 use crate::prelude::*;
 use crate::roulette::{SUBJECT, WalkParts, variance, walk};
-use crate::scenes::sphere_furnace;
+use crate::scenes::{mirror, sphere_furnace};
 
 /// Albedo, for which survivals up to 0.81 have infinite variance.
 const ALBEDO: f64 = 0.9;
@@ -120,12 +121,7 @@ const SUMMED: f64 = 1e-9;
 /// the closed form's where survival exceeds the squared albedo, and elsewhere its terms never fall.
 fn boundary(context: &Context, parts: WalkParts) -> Vec<Outcome> {
     let mut rng = context.rng("walks of given length");
-    let [mut mean_error, mut moment_error] = [(0.0, String::new()), (0.0, String::new())];
-    let see = |worst: &mut (f64, String), error: f64, place: String| {
-        if error.is_nan() || error > worst.0 {
-            *worst = (error, place);
-        }
-    };
+    let [mut mean_error, mut moment_error] = [Largest::default(), Largest::default()];
     let mut pairs = 0;
     for a in [0.5, 0.75, 0.9] {
         for q in SIDES.map(|side| side * a * a) {
@@ -141,9 +137,8 @@ fn boundary(context: &Context, parts: WalkParts) -> Vec<Outcome> {
                 (0..).zip(powers).map(term)
             };
             let mean = 1.0 / (1.0 - a);
-            let place = format!("albedo {a}, survival {q}");
-            let error = (weighted(1).sum::<f64>() / mean - 1.0).abs();
-            see(&mut mean_error, error, place.clone());
+            let place = || format!("albedo {a}, survival {q}");
+            mean_error.see((weighted(1).sum::<f64>() / mean - 1.0).abs(), place);
             let second = variance(a, q) + mean * mean;
             let error = if second.is_finite() {
                 (weighted(2).sum::<f64>() / second - 1.0).abs()
@@ -152,10 +147,10 @@ fn boundary(context: &Context, parts: WalkParts) -> Vec<Outcome> {
                 let falls = |pair: &[f64]| 1.0 - pair[1] / pair[0];
                 terms.windows(2).map(falls).fold(0.0, f64::max)
             };
-            see(&mut moment_error, error, place);
+            moment_error.see(error, place);
         }
     }
-    let exact = |name, (error, place): (f64, String)| Outcome::exact(name, pairs, error, SUMMED, place);
+    let exact = |name, worst: Largest| Outcome::exact(name, pairs, worst.error, SUMMED, worst.place);
     vec![exact("mean by summation", mean_error), exact("second moment by summation", moment_error)]
 }
 
@@ -184,8 +179,7 @@ const PATHS: u64 = 3_800_000;
 /// The path tracer with survival 0.75 in a hall of emitting mirrors of reflectance 0.9: its radiance
 /// has the same law, as no direction changes it.
 pub fn hall() -> FamilyTrial<EstimatorSubject> {
-    let mirrors = Bsdf::Mirror { reflectance: DVec3::splat(ALBEDO) };
-    let probe = Probe { scene: sphere_furnace(mirrors, 0.0), kind: EstimatorKind::Path, ray: inside };
+    let probe = Probe { scene: sphere_furnace(mirror(ALBEDO), 0.0), kind: EstimatorKind::Path, ray: inside };
     trial(
         "furnace/mirrors/infinite-variance",
         format!("in a hall of mirrors of reflectance {ALBEDO} survival {SURVIVAL} gives the closed-form law"),

@@ -1,7 +1,8 @@
 //! Direct light through whole estimators: irradiance of lights of every shape in closed form, by each
 //! strategy alone and by both.
 
-use whitefurnace::harness::chi_square::{CELL_DELTA, Counts, chi_square};
+use whitefurnace::estimator::Heuristic;
+use whitefurnace::harness::chi_square::Counts;
 
 use crate::form_factors;
 use crate::mean_radiance::MeanRadiance;
@@ -10,6 +11,7 @@ use crate::scenes::{
     FLOOR, LIGHT, NEAR, RECTANGLE, SMALL_LIGHT, TRIANGLE, at_origin, corners, half_hidden_light, near_light,
     polygon_irradiance, rectangle_light, sphere_irradiance, sphere_light, three_lights, triangle_light,
 };
+use crate::streams::frequencies;
 
 /// What the floor reflects of an irradiance E, given as E/L, of a light of radiance [`LIGHT`].
 pub fn reflected(irradiance: f64) -> f64 {
@@ -23,166 +25,98 @@ pub fn three() -> f64 {
         + 4.0 * polygon_irradiance(&corners(SMALL_LIGHT, 0.4))
 }
 
-/// The trials.
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let mut trials = lights();
-    trials.extend(strategies());
-    trials.extend(form_factors::trials());
-    trials.push(weights());
-    trials.push(picks());
-    trials
+    [lights(), strategies(), form_factors::trials(), vec![weights()], vec![picks()]].into_iter().flatten().collect()
+}
+
+/// A light over the floor: the scene, E/L at the origin, and what it is.
+pub(super) type Light = (Arc<Scene>, f64, &'static str);
+
+/// A trial of what the floor's origin reflects of a light.
+pub(super) fn lit(
+    name: &'static str,
+    (scene, irradiance, light): &Light,
+    (kind, ray): (EstimatorKind, Rays),
+    equation: &'static Equation,
+    samples: u64,
+) -> FamilyTrial<EstimatorSubject> {
+    let reference = reflected(*irradiance);
+    let property = format!("a floor reflects {reference:.6} of {light}");
+    radiance(name, equation, (scene, kind, ray)).says(property).is((reference, SINGLE), samples)
 }
 
 fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let rectangle = rectangle_light(false);
-    let hidden = half_hidden_light();
+    use EstimatorKind::{Path, Report, Whitted};
     let [a, b, ..] = RECTANGLE;
     let visible_half = [a, b, b.with_y(0.0), a.with_y(0.0)];
-    let family_trial = |name, what: &str, scene, kind, irradiance, samples, equation| {
-        let reference = reflected(irradiance);
-        let property = format!("a floor reflects {reference:.6} of {what}");
-        radiance(
-            name,
-            property,
-            equation,
-            (&scene, kind, |_| at_origin()),
-            reference, // Where nothing arrives, nothing varies.
-            (samples, if reference == 0.0 { 0.0 } else { SINGLE }),
-        )
-    };
-    let square = polygon_irradiance(&RECTANGLE);
+    let square = (rectangle_light(false), polygon_irradiance(&RECTANGLE), "a square light's radiance");
+    let hidden = (half_hidden_light(), polygon_irradiance(&visible_half), "a square light that a wall hides by half");
+    let away = (rectangle_light(true), 0.0, "a light that shines the other way");
+    let triangle = (triangle_light(), polygon_irradiance(&TRIANGLE), "a slanted triangular light");
+    let sphere = (sphere_light(), sphere_irradiance(0.5, 2.0, 1.0), "a spherical light");
+    let three = (three_lights(), three(), "three lights of different size and radiance");
+    let at_origin = |kind| (kind, (|_| at_origin()) as Rays);
     vec![
-        family_trial(
-            "irradiance/rectangle",
-            "a square light's radiance",
-            Arc::clone(&rectangle),
-            EstimatorKind::Path,
-            square,
-            3_800_000,
-            &GEOMETRY,
-        ),
-        family_trial(
-            "irradiance/rectangle-report",
-            "a square light's radiance",
-            Arc::clone(&rectangle),
-            EstimatorKind::Report(2),
-            square,
-            700_000,
-            &GEOMETRY,
-        ),
-        family_trial(
-            "irradiance/rectangle-whitted",
-            "a square light's radiance",
-            rectangle,
-            EstimatorKind::Whitted(7),
-            square,
-            700_000,
-            &WHITTED,
-        ),
-        family_trial(
-            "irradiance/half-hidden",
-            "a square light that a wall hides by half",
-            Arc::clone(&hidden),
-            EstimatorKind::Path,
-            polygon_irradiance(&visible_half),
-            20_000_000,
-            &GEOMETRY,
-        ),
-        family_trial(
-            "irradiance/behind",
-            "a light that shines the other way",
-            rectangle_light(true),
-            EstimatorKind::Path,
-            0.0,
-            100_000,
-            &GEOMETRY,
-        ),
-        family_trial(
-            "irradiance/triangle",
-            "a slanted triangular light",
-            triangle_light(),
-            EstimatorKind::Path,
-            polygon_irradiance(&TRIANGLE),
-            2_600_000,
-            &GEOMETRY,
-        ),
-        family_trial(
-            "irradiance/sphere",
-            "a spherical light",
-            sphere_light(),
-            EstimatorKind::Path,
-            sphere_irradiance(0.5, 2.0, 1.0),
-            11_500_000,
-            &GEOMETRY,
-        ),
-        family_trial(
-            "irradiance/three-lights",
-            "three lights of different size and radiance",
-            three_lights(),
-            EstimatorKind::Path,
-            three(),
-            13_000_000,
-            &ESTIMATOR,
-        ),
+        lit("irradiance/rectangle", &square, at_origin(Path), &GEOMETRY, 3_800_000),
+        lit("irradiance/rectangle-report", &square, at_origin(Report(2)), &GEOMETRY, 700_000),
+        lit("irradiance/rectangle-whitted", &square, at_origin(Whitted(7)), &WHITTED, 700_000),
+        lit("irradiance/half-hidden", &hidden, at_origin(Path), &GEOMETRY, 20_000_000),
+        lit("irradiance/behind", &away, at_origin(Path), &GEOMETRY, 100_000),
+        lit("irradiance/triangle", &triangle, at_origin(Path), &GEOMETRY, 2_600_000),
+        lit("irradiance/sphere", &sphere, at_origin(Path), &GEOMETRY, 11_500_000),
+        lit("irradiance/three-lights", &three, at_origin(Path), &ESTIMATOR, 13_000_000),
     ]
 }
 
 /// One strategy of the path tracer with the other taken away and all the weight.
 fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let far = rectangle_light(false);
-    let near = near_light();
-    let family_trial = |name, property, scene, polygon: &[_], samples, alone: fn(PartTable) -> PartTable| {
+    let alone = |name, how, scene, polygon: &[_], samples, alone: fn(PartTable) -> PartTable| {
         let reference = reflected(polygon_irradiance(polygon));
-        let property = format!("{property}: a floor reflects {reference:.6} of a square light");
+        let property = format!("{how} alone: a floor reflects {reference:.6} of a square light");
         let probe = Probe { scene, kind: EstimatorKind::Path, ray: |_| at_origin() };
-        let property_of = MeanRadiance { probe, reference, delta: SINGLE * reference, samples };
+        let mean = MeanRadiance { probe, claim: (reference, SINGLE), samples };
         trial(name, property, &MIS, ["estimator::Path", "t"], move |context: &Context, subject: EstimatorSubject| {
-            let parts = alone(subject.parts.unwrap_or(CORRECT));
-            property_of.run(context, subject.with(parts))
+            mean.run(context, subject.with(alone(subject.parts.unwrap_or(CORRECT))))
         })
     };
+    // A horizontal direction has no density: the path ends after its shadow ray.
+    let shadow_rays = |table| PartTable { cosine_hemisphere: |_| DVec3::X, mis_weight: |_, _| 1.0, ..table };
+    let hits = |table| PartTable { visible: |_, _, _, _| false, mis_weight: |_, _| 1.0, ..table };
+    let far = rectangle_light(false);
     vec![
-        family_trial(
-            "irradiance/shadow-rays-alone",
-            "by shadow rays alone",
-            far,
-            &RECTANGLE,
-            700_000,
-            // A horizontal direction has no density: the path ends after its shadow ray.
-            |table| PartTable { cosine_hemisphere: |_| DVec3::X, mis_weight: |_, _| 1.0, ..table },
-        ),
-        family_trial("irradiance/hits-alone", "by hits alone", near, &NEAR, 8_000_000, |table| PartTable {
-            visible: |_, _, _, _| false,
-            mis_weight: |_, _| 1.0,
-            ..table
-        }),
+        alone("irradiance/shadow-rays-alone", "by shadow rays", far, &RECTANGLE, 700_000, shadow_rays),
+        alone("irradiance/hits-alone", "by hits", near_light(), &NEAR, 8_000_000, hits),
     ]
 }
 
 const ARGUMENTS: u64 = 10_000;
 
-/// The weights of both strategies sum to one, and are in proportion to the densities.
-struct Weights;
+/// The weights of both strategies sum to one, and are in proportion to the densities or to their squares.
+pub(super) struct Weights(pub Heuristic);
 
 impl Property for Weights {
     fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
-        let mut rng = context.rng("weights");
-        let (mut sum, mut balance) = (0.0_f64, 0.0_f64);
+        let (power, parts) = (self.0 == Heuristic::Power, setup.parts);
+        let (stream, proportion) = if power { ("power weights", "squares") } else { ("weights", "balance") };
+        let weight = |p, q| if power { parts.mis_power_weight(p, q) } else { parts.mis_weight(p, q) };
+        let times = |weight: f64, p: f64| if power { weight * p * p } else { weight * p };
+        let mut rng = context.rng(stream);
+        let (mut sum, mut unlike) = (0.0_f64, 0.0_f64);
         for _ in 0..context.arguments(ARGUMENTS) {
             let [p, q] = [uniform(&mut rng) + 1e-3, uniform(&mut rng) + 1e-3];
-            let [a, b] = [setup.parts.mis_weight(p, q), setup.parts.mis_weight(q, p)];
+            let [a, b] = [weight(p, q), weight(q, p)];
             sum = sum.max((a + b - 1.0).abs());
-            balance = balance.max((a * q - b * p).abs());
+            unlike = unlike.max((times(a, q) - times(b, p)).abs());
         }
         let exact = |name, error| Outcome::exact(name, ARGUMENTS, error, 1e-12, "the worst of random densities");
-        vec![exact("sum of weights", sum), exact("balance", balance)]
+        vec![exact("sum of weights", sum), exact(proportion, unlike)]
     }
 }
 
 fn weights() -> FamilyTrial<EstimatorSubject> {
     let property = "MIS weights sum to one and stand in proportion to the densities";
-    let subject = "radiometry::balance";
-    trial("irradiance/weights", property, &MIS, [subject, "exact"], with_parts(Weights))
+    let judged = ["radiometry::balance", "exact"];
+    trial("irradiance/weights", property, &MIS, judged, with_parts(Weights(Heuristic::Balance)))
 }
 
 const PICKS: u64 = 1_000_000;
@@ -196,10 +130,8 @@ impl Property for Picks {
         let n = context.n(PICKS);
         let mut observed = vec![0; 3];
         (0..n).for_each(|_| observed[setup.parts.pick_emitter(uniform(&mut rng), 3)] += 1);
-        let places = (0..3).map(|i| format!("emitter {i}")).collect();
-        let partition = Partition::of_masses(vec![1.0 / 3.0; 3], places);
         let counts = Counts { n, observed, ..Counts::default() };
-        vec![chi_square("picks", &partition, &counts, CELL_DELTA)]
+        vec![frequencies("picks", vec![1.0 / 3.0; 3], |i| format!("emitter {i}"), &counts)]
     }
 }
 

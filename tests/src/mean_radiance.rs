@@ -10,14 +10,36 @@ pub const BOUNCES: f64 = 0.005;
 /// δ of image means, relative.
 pub const IMAGE: f64 = 0.01;
 
+/// The mean of so many values against a reference; δ is relative to it, and 0 if every value is the reference.
+pub fn mean_of(name: &str, (reference, delta): (f64, f64), n: u64, value: impl FnMut() -> f64) -> Outcome {
+    let values = Values::collect(reference, n, value);
+    mean(name, &values, reference, Claim::Exact { delta: delta * reference })
+}
+
+/// The same of several values that are drawn together: each has a name, a reference and an absolute δ.
+pub fn means<S: AsRef<str>, const N: usize>(
+    about: [(S, f64, f64); N],
+    n: u64,
+    mut draw: impl FnMut() -> [f64; N],
+) -> Vec<Outcome> {
+    let mut all = about.each_ref().map(|(_, reference, _)| Values::new(*reference));
+    for _ in 0..n {
+        for (values, value) in all.iter_mut().zip(draw()) {
+            values.push(value);
+        }
+    }
+    let outcome = |((name, reference, delta), values): ((S, f64, f64), &Values)| {
+        mean(name.as_ref(), values, reference, Claim::Exact { delta })
+    };
+    about.into_iter().zip(&all).map(outcome).collect()
+}
+
 /// The mean [`level`] along probe rays.
 pub struct MeanRadiance {
     /// What is probed.
     pub probe: Probe,
-    /// The expectation.
-    pub reference: f64,
-    /// δ, absolute; 0 if every value is the reference.
-    pub delta: f64,
+    /// The expectation, and δ as of [`mean_of`].
+    pub claim: (f64, f64),
     /// Rays at scale 1.
     pub samples: u64,
 }
@@ -25,11 +47,8 @@ pub struct MeanRadiance {
 impl Property for MeanRadiance {
     fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let mut rng = context.rng("radiance");
-        let values = Values::collect(self.reference, context.n(self.samples), || {
-            level(&self.probe.scene, self.probe.radiance(setup, &mut rng))
-        });
-        let claim = Claim::Exact { delta: self.delta };
-        vec![mean("radiance", &values, self.reference, claim)]
+        let value = || level(&self.probe.scene, self.probe.radiance(setup, &mut rng));
+        vec![mean_of("radiance", self.claim, context.n(self.samples), value)]
     }
 }
 
@@ -42,19 +61,43 @@ pub fn path(kind: EstimatorKind) -> &'static str {
     }
 }
 
-/// A trial of the mean radiance; `delta` is relative to the reference. 0 claims that every value is the
-/// reference.
+/// Rays into a scene, from random numbers.
+pub type Rays = fn(&mut Stream) -> Ray;
+
+/// A trial of the mean radiance that an estimator finds in a scene along rays.
 pub fn radiance(
     name: &'static str,
-    property: impl Into<String>,
     equation: &'static Equation,
-    (scene, kind, ray): (&Arc<Scene>, EstimatorKind, fn(&mut Stream) -> Ray),
-    reference: f64,
-    (samples, delta): (u64, f64),
-) -> FamilyTrial<EstimatorSubject> {
-    let probe = Probe { scene: Arc::clone(scene), kind, ray };
-    let mean = MeanRadiance { probe, reference, delta: delta * reference, samples };
-    trial(name, property, equation, [path(kind), "t"], with_parts(mean))
+    (scene, kind, ray): (&Arc<Scene>, EstimatorKind, Rays),
+) -> Radiance {
+    Radiance { name, equation, probe: Probe { scene: Arc::clone(scene), kind, ray }, property: String::new() }
+}
+
+/// A trial of a mean radiance that is still to be told its [property](Self::says) and [reference](Self::is).
+pub struct Radiance {
+    name: &'static str,
+    equation: &'static Equation,
+    probe: Probe,
+    property: String,
+}
+
+impl Radiance {
+    /// With its property in words.
+    pub fn says(self, property: impl Into<String>) -> Self {
+        Self { property: property.into(), ..self }
+    }
+
+    /// The trial: reference and relative δ as in [`mean_of`], and the number of rays at scale 1.
+    pub fn is(self, claim: (f64, f64), samples: u64) -> FamilyTrial<EstimatorSubject> {
+        let Self { name, equation, probe, property } = self;
+        let judged = [path(probe.kind), "t"];
+        trial(name, property, equation, judged, with_parts(MeanRadiance { probe, claim, samples }))
+    }
+}
+
+/// The largest of some errors; unlike a maximum it keeps NaN.
+pub fn largest(errors: impl Iterator<Item = f64>) -> f64 {
+    errors.fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
 }
 
 /// A uniformly distributed direction.

@@ -9,7 +9,7 @@ use whitefurnace::sampling::cosine_hemisphere_inverse;
 
 use crate::mean_radiance::any_direction;
 use crate::prelude::*;
-use crate::scenes::{FLOOR, LIGHT, NEAR, floor, lambert, light, scene, square};
+use crate::scenes::{FLOOR, LIGHT, NEAR, ball, floor, lambert, light, panel, scene, square, triangle};
 use crate::script::Scripted;
 
 /// One side's path tracer: its parts, and what it makes of the heuristic and light sampling asked for.
@@ -38,15 +38,13 @@ fn lights() -> Arc<Scene> {
     scene("lights near and far", |s| {
         floor(s, lambert(FLOOR));
         square(s, NEAR[0].z * DVec3::Z, 2.0, false, light(LIGHT));
-        let surface = s.surface(light(LIGHT));
         let corner = DVec3::new(3.0, -1.0, 0.5);
-        s.mesh(&[corner, corner + 2.0 * DVec3::Y, corner + DVec3::new(1.0, 1.0, 1.0)], &[[0, 1, 2]], surface);
-        s.sphere(Sphere::new(DVec3::new(-4.0, 0.0, 1.0), 0.5), surface);
+        triangle(s, &[corner, corner + 2.0 * DVec3::Y, corner + DVec3::ONE], light(LIGHT));
+        ball(s, Sphere::new(DVec3::new(-4.0, 0.0, 1.0), 0.5), light(LIGHT));
         // These two have no sampling by solid angle: it falls back to area.
         let skewed = [2.0 * DVec3::Y + 0.7 * DVec3::X, DVec3::new(1.0, 0.0, 1.5)];
-        s.rectangle(DVec3::new(3.0, 3.0, 0.4), skewed, surface);
-        let dome = Sphere { zone: [-0.2, 0.4], ..Sphere::new(DVec3::new(-1.0, -4.0, 0.8), 0.6) };
-        s.sphere(dome, surface);
+        panel(s, DVec3::new(3.0, 3.0, 0.4), skewed, light(LIGHT));
+        ball(s, Sphere { zone: [-0.2, 0.4], ..Sphere::new(DVec3::new(-1.0, -4.0, 0.8), 0.6) }, light(LIGHT));
     })
 }
 
@@ -179,16 +177,15 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let on = move |context: &Context, sides: Sides| weights(context, &scene, &sides);
     let hits = |side| Sides { hits: side, ..SIDES };
     let shadows = |side| Sides { shadows: side, ..SIDES };
+    let with = |parts| Side { parts, ..SIDE };
     let other = |lights| match lights {
         LightSampling::Area => LightSampling::SolidAngle,
         LightSampling::SolidAngle => LightSampling::Area,
     };
     let balance = Side { heuristic: |_| Heuristic::Balance, ..SIDE };
-    let by_hit: &[&str] = &["irradiance/path-weights: weight of a hit", "irradiance/path-weights: sum of both"];
-    let by_shadow: &[&str] =
-        &["irradiance/path-weights: weight of a shadow ray", "irradiance/path-weights: sum of both"];
+    const BY_HIT: &str = "irradiance/path-weights: weight of a hit | sum of both";
+    const BY_SHADOW: &str = "irradiance/path-weights: weight of a shadow ray | sum of both";
     vec![Box::new(Family {
-        whole_estimator: true,
         trials: vec![trial(
             "irradiance/path-weights",
             "on every path a hit and a shadow ray have the heuristic's weights, which sum to one",
@@ -197,56 +194,28 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             on,
         )],
         faults: vec![
-            fault(
-                "hits-by-balance",
-                &MIS_POWER,
-                "hits have the weight of balance where shadow rays have that of power",
-                hits(balance),
-                by_hit,
-            ),
-            fault(
-                "shadow-rays-by-balance",
-                &MIS_POWER,
+            fault!("hits-by-balance", MIS_POWER,
+                "hits have the weight of balance where shadow rays have that of power", = hits(balance), BY_HIT),
+            fault!("shadow-rays-by-balance", MIS_POWER,
                 "shadow rays have the weight of balance where hits have that of power",
-                shadows(balance),
-                by_shadow,
-            ),
-            fault(
-                "density-of-the-other-light-sampling",
-                &SOLID_ANGLE,
+                = shadows(balance), BY_SHADOW),
+            fault!("density-of-the-other-light-sampling", SOLID_ANGLE,
                 "hits are weighted by area where shadow rays pick by solid angle, and the reverse",
-                hits(Side { lights: other, ..SIDE }),
-                by_hit,
-            ),
-            fault(
-                "number-of-lights-forgotten",
-                &MIS,
+                = hits(Side { lights: other, ..SIDE }), BY_HIT),
+            fault!("number-of-lights-forgotten", MIS,
                 "the density of a shadow ray does not know at a hit that one of five lights was picked",
-                hits(Side { parts: PartTable { pdf_of_pick: |pdf, _| pdf, ..CORRECT }, ..SIDE }),
-                by_hit,
-            ),
-            fault(
-                "hits-weighted-as-shadow-rays",
-                &MIS,
-                "the two densities change places at a hit",
-                hits(Side {
-                    parts: PartTable {
-                        mis_weight: |p, q| q / (p + q),
-                        mis_power_weight: |p, q| q * q / (p * p + q * q),
-                        ..CORRECT
-                    },
-                    ..SIDE
-                }),
-                by_hit,
-            ),
-            fault(
-                "density-of-the-other-direction",
-                &MIS,
+                = hits(with(PartTable { pdf_of_pick: |pdf, _| pdf, ..CORRECT })), BY_HIT),
+            fault!("hits-weighted-as-shadow-rays", MIS, "the two densities change places at a hit",
+                = hits(with(PartTable {
+                    mis_weight: |p, q| q / (p + q),
+                    mis_power_weight: |p, q| q * q / (p * p + q * q),
+                    ..CORRECT
+                })),
+                BY_HIT),
+            fault!("density-of-the-other-direction", MIS,
                 "a shadow ray is weighted by the uniform density of directions, not the cosine's",
-                shadows(Side { parts: PartTable { cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI, ..CORRECT }, ..SIDE }),
-                by_shadow,
-            ),
+                = shadows(with(PartTable { cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI, ..CORRECT })), BY_SHADOW),
         ],
-        ..Family::new("path weights", SIDES)
+        ..Family::whole("path weights", SIDES)
     })]
 }

@@ -17,7 +17,7 @@ pub(crate) use whitefurnace::scene::{Scene, SceneBuilder, Surface};
 pub(crate) use whitefurnace::shape::{Ray, Sphere};
 
 pub(crate) use crate::faults::{AnyFamily, Family, FamilyTrial, Fault, TrialFn, fault, trial};
-pub(crate) use crate::mean_radiance::{BOUNCES, IMAGE, SINGLE, radiance};
+pub(crate) use crate::mean_radiance::{BOUNCES, IMAGE, Rays, SINGLE, mean_of, means, radiance};
 pub(crate) use crate::subject::{
     CORRECT, Configuration, EstimatorKind, EstimatorParts, EstimatorSubject, PartTable, Probe, Property, STANDARD,
     fault, parts, with_parts,

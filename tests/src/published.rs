@@ -6,7 +6,7 @@ use whitefurnace::estimator::{Published, Quirks};
 
 use crate::furnace::inside;
 use crate::prelude::*;
-use crate::scenes::scene;
+use crate::scenes::{hollow, scene};
 
 const ALBEDO: f64 = 0.6;
 const SURVIVAL: f64 = 0.7;
@@ -16,13 +16,9 @@ const SAMPLES: u64 = 2_800_000;
 
 /// A sphere of radius 1 whose rough wall emits inwards.
 fn furnace() -> Arc<Scene> {
-    scene("rough furnace", |s| {
-        let rough = Bsdf::oren_nayar(DVec3::splat(ALBEDO), 0.5, OrenNayarForm::Corrected);
-        let wall = Surface::new(rough).emitting(DVec3::splat(RADIANCE)).absorbing(1.0 - SURVIVAL);
-        let wall = s.surface(wall);
-        let sphere = Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) };
-        s.sphere(sphere, wall);
-    })
+    let rough = Bsdf::oren_nayar(DVec3::splat(ALBEDO), 0.5, OrenNayarForm::Corrected);
+    let wall = Surface::new(rough).emitting(DVec3::splat(RADIANCE)).absorbing(1.0 - SURVIVAL);
+    scene("rough furnace", |s| hollow(s, 1.0, wall))
 }
 
 /// The mean with all quirks after so many segments: with z = cos θ uniform in [0, 1), the path goes on
@@ -41,21 +37,14 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let reference = known(SEGMENTS);
     let on = move |context: &Context, quirks: Quirks| -> Vec<Outcome> {
         let mut rng = context.rng("radiance");
-        let values = Values::collect(reference, context.n(SAMPLES), || {
+        vec![mean_of("radiance", (reference, BOUNCES), context.n(SAMPLES), || {
             let ray = inside(&mut rng);
             let hit = scene.intersect(&ray);
             Published { quirks }.radiance(&scene, &ray, hit, &mut rng).x
-        });
-        let delta = BOUNCES * reference;
-        vec![mean("radiance", &values, reference, Claim::Exact { delta })]
+        })]
     };
     let right = Quirks::default();
-    let without = |name, equation, wrong, quirks| {
-        let caught_by: &[&str] = &["furnace/published"];
-        fault(name, equation, wrong, quirks, caught_by)
-    };
     vec![Box::new(Family {
-        whole_estimator: true,
         trials: vec![trial(
             "furnace/published",
             format!("with its three quirks the radiance in a rough furnace is {reference:.6}"),
@@ -64,25 +53,14 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             on,
         )],
         faults: vec![
-            without(
-                "roulette-by-its-own-number",
-                &ROULETTE,
+            fault!("roulette-by-its-own-number", ROULETTE,
                 "the roulette has a random number of its own, not the direction's cosine",
-                Quirks { roulette_by_cosine: false, ..right },
-            ),
-            without(
-                "end-keeps-direct",
-                &ROULETTE,
-                "a path that ends keeps its direct light",
-                Quirks { end_loses_direct: false, ..right },
-            ),
-            without(
-                "cosine-once",
-                &OREN_NAYAR,
-                "rough surfaces do not multiply by the cosine once more",
-                Quirks { extra_cosine: false, ..right },
-            ),
+                = Quirks { roulette_by_cosine: false, ..right }, "furnace/published"),
+            fault!("end-keeps-direct", ROULETTE, "a path that ends keeps its direct light",
+                = Quirks { end_loses_direct: false, ..right }, "furnace/published"),
+            fault!("cosine-once", OREN_NAYAR, "rough surfaces do not multiply by the cosine once more",
+                = Quirks { extra_cosine: false, ..right }, "furnace/published"),
         ],
-        ..Family::new("published", right)
+        ..Family::whole("published", right)
     })]
 }

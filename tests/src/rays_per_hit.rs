@@ -49,9 +49,8 @@ impl Property for Mean {
     fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let reference = (1.0 - ALBEDO.powi(SEGMENTS as i32 + 1)) / (1.0 - ALBEDO);
         let mut rng = context.rng("radiance");
-        let values = Values::collect(reference, context.n(self.0.samples), || self.0.radiance(setup, &mut rng).x);
-        let delta = BOUNCES * reference;
-        vec![mean("radiance", &values, reference, Claim::Exact { delta })]
+        let value = || self.0.radiance(setup, &mut rng).x;
+        vec![mean_of("radiance", (reference, BOUNCES), context.n(self.0.samples), value)]
     }
 }
 
@@ -109,7 +108,6 @@ impl Property for Cost {
     }
 }
 
-/// The trials.
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let subject = "estimator::Report";
     let means = RAYS.into_iter().map(|(rays, samples)| {

@@ -9,6 +9,7 @@ use whitefurnace::sampler::Sampler;
 use whitefurnace::scene::Hit;
 
 use crate::prelude::*;
+use crate::scenes::seen_by;
 use crate::streams::{Pairs, collisions};
 
 /// A wide frame: a stride by its height instead of its width must show.
@@ -32,9 +33,8 @@ impl Estimator for FirstNumbers {
 }
 
 /// An empty scene whose image has pixels of side 1 at distance 1.
-fn nothing() -> Option<Arc<Scene>> {
-    let camera = Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.5 * f64::from(SIZE[1]));
-    SceneBuilder::new("nothing").build(camera).ok().map(Arc::new)
+fn nothing() -> Arc<Scene> {
+    seen_by(Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.5 * f64::from(SIZE[1])), "nothing", |_| {})
 }
 
 /// The numbers of every pixel, row by row, from a master seed and the number of the sample: first and
@@ -109,46 +109,20 @@ fn moved(scene: &Scene, seed: u64, sample: u32, from: fn(usize, usize) -> usize)
     (0..frame.len()).map(|k| frame[from(k % WIDTH, k / WIDTH)]).collect()
 }
 
-fn shared_columns(scene: &Scene, seed: u64, sample: u32) -> Vec<DVec3> {
-    moved(scene, seed, sample, |x, y| WIDTH * y + x / 2 * 2)
-}
-
-fn shared_rows(scene: &Scene, seed: u64, sample: u32) -> Vec<DVec3> {
-    moved(scene, seed, sample, |x, y| WIDTH * (y / 2 * 2) + x)
-}
-
-fn stride_of_height(scene: &Scene, seed: u64, sample: u32) -> Vec<DVec3> {
-    moved(scene, seed, sample, |x, y| SIZE[1] as usize * y + x)
-}
-
-fn shared_samples(scene: &Scene, seed: u64, sample: u32) -> Vec<DVec3> {
-    right(scene, seed, sample / 2)
-}
-
-fn same_draw(scene: &Scene, seed: u64, sample: u32) -> Vec<DVec3> {
+/// The numbers with some of each pixel's changed.
+fn changed(scene: &Scene, seed: u64, sample: u32, change: fn(&mut DVec3)) -> Vec<DVec3> {
     let mut frame = right(scene, seed, sample);
-    frame.iter_mut().for_each(|numbers| numbers.y = numbers.x);
-    frame
-}
-
-fn position_again(scene: &Scene, seed: u64, sample: u32) -> Vec<DVec3> {
-    let mut frame = right(scene, seed, sample);
-    frame.iter_mut().for_each(|numbers| numbers.x = numbers.z);
+    frame.iter_mut().for_each(change);
     frame
 }
 
 /// The streams of `render`.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    let Some(scene) = nothing() else {
-        return Vec::new();
-    };
+    let scene = nothing();
     let family_trial = |name: &str, property: &str, statistic, on: On| {
-        let subject = "render::render";
-        let name = format!("streams/render/{name}");
-        let scene = Arc::clone(&scene);
-        trial(name, property, &ESTIMATOR, [subject, statistic], move |context: &Context, numbers| {
-            on(context, &scene, numbers)
-        })
+        let (name, scene) = (format!("streams/render/{name}"), Arc::clone(&scene));
+        let on = move |context: &Context, numbers| on(context, &scene, numbers);
+        trial(name, property, &ESTIMATOR, ["render::render", statistic], on)
     };
     vec![Box::new(Family {
         trials: vec![
@@ -162,28 +136,26 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         ],
         faults: vec![
             fault!("shared-columns", ESTIMATOR, "two columns share a stream",
-                = shared_columns,
-                "streams/render/neighbours: pairs of neighbouring columns",
-                "streams/render/neighbours: correlation of neighbouring columns", "streams/render/distinct"),
+                = |scene, seed, sample| moved(scene, seed, sample, |x, y| WIDTH * y + x / 2 * 2),
+                "streams/render/neighbours: pairs of neighbouring columns | correlation of neighbouring columns",
+                "streams/render/distinct"),
             fault!("shared-rows", ESTIMATOR, "two rows share a stream",
-                = shared_rows,
-                "streams/render/neighbours: pairs of neighbouring rows",
-                "streams/render/neighbours: correlation of neighbouring rows"),
+                = |scene, seed, sample| moved(scene, seed, sample, |x, y| WIDTH * (y / 2 * 2) + x),
+                "streams/render/neighbours: pairs of neighbouring rows | correlation of neighbouring rows"),
             fault!("stride-of-height", ESTIMATOR,
                 "a pixel's number is y times the height plus x: far pixels share a stream",
-                = stride_of_height, "streams/render/distinct"),
+                = |scene, seed, sample| moved(scene, seed, sample, |x, y| SIZE[1] as usize * y + x),
+                "streams/render/distinct"),
             fault!("shared-samples", ESTIMATOR, "every second sample repeats the one before",
-                = shared_samples,
-                "streams/render/neighbours: pairs of neighbouring samples",
-                "streams/render/neighbours: correlation of neighbouring samples"),
+                = |scene, seed, sample| right(scene, seed, sample / 2),
+                "streams/render/neighbours: pairs of neighbouring samples | correlation of neighbouring samples"),
             fault!("same-draw", ESTIMATOR, "an estimator gets the same number twice",
-                = same_draw,
-                "streams/render/neighbours: pairs of neighbouring draws",
-                "streams/render/neighbours: correlation of neighbouring draws"),
+                = |scene, seed, sample| changed(scene, seed, sample, |numbers| numbers.y = numbers.x),
+                "streams/render/neighbours: pairs of neighbouring draws | correlation of neighbouring draws"),
             fault!("position-again", ESTIMATOR, "an estimator gets the numbers again that placed the ray in its pixel",
-                = position_again,
-                "streams/render/neighbours: pairs of neighbouring positions and draws",
-                "streams/render/neighbours: correlation of neighbouring positions and draws"),
+                = |scene, seed, sample| changed(scene, seed, sample, |numbers| numbers.x = numbers.z),
+                "streams/render/neighbours: pairs of neighbouring positions and draws \
+                 | correlation of neighbouring positions and draws"),
         ],
         ..Family::new("render streams", right as Numbers)
     })]

@@ -49,17 +49,11 @@ pub fn walk(rng: &mut Stream, parts: WalkParts, albedo: f64, survival: f64) -> f
     radiance
 }
 
-fn walks(context: &Context, part: &str, n: u64, parts: WalkParts, [a, q]: [f64; 2]) -> Values {
-    let mut rng = context.rng(part);
-    Values::collect(1.0 / (1.0 - a), context.n(n), || walk(&mut rng, parts, a, q))
-}
-
 /// The mean is 1/(1 − a).
-pub fn mean_is_right(context: &Context, parts: WalkParts, [a, q]: [f64; 2]) -> Vec<Outcome> {
-    let reference = 1.0 / (1.0 - a);
-    let values = walks(context, "mean", SAMPLES, parts, [a, q]);
-    let delta = MEAN_DELTA * reference;
-    vec![mean("furnace radiance", &values, reference, Claim::Exact { delta })]
+fn mean_is_right(context: &Context, parts: WalkParts, [a, q]: [f64; 2]) -> Vec<Outcome> {
+    let mut rng = context.rng("mean");
+    let claim = (1.0 / (1.0 - a), MEAN_DELTA);
+    vec![mean_of("furnace radiance", claim, context.n(SAMPLES), || walk(&mut rng, parts, a, q))]
 }
 
 /// Var = (1 + 2a m)/(1 − a²/q) − m² with m = 1/(1 − a): from X = 1 + (a/q) X′ for survivors. Infinite for
@@ -73,34 +67,34 @@ pub fn variance(a: f64, q: f64) -> f64 {
 }
 
 /// The mean of (X − m)² is the closed form of the variance.
-pub fn variance_is_right(context: &Context, parts: WalkParts, [a, q]: [f64; 2]) -> Vec<Outcome> {
-    let (m, reference) = (1.0 / (1.0 - a), variance(a, q));
+fn variance_is_right(context: &Context, parts: WalkParts, [a, q]: [f64; 2]) -> Vec<Outcome> {
     let mut rng = context.rng("variance");
-    let values = Values::collect(reference, context.n(VARIANCE_SAMPLES), || (walk(&mut rng, parts, a, q) - m).powi(2));
-    let delta = VARIANCE_DELTA * reference;
-    vec![mean("variance", &values, reference, Claim::Exact { delta })]
+    let square = || (walk(&mut rng, parts, a, q) - 1.0 / (1.0 - a)).powi(2);
+    vec![mean_of("variance", (variance(a, q), VARIANCE_DELTA), context.n(VARIANCE_SAMPLES), square)]
 }
 
 /// Two survival policies have the same mean.
-pub fn same_mean(context: &Context, parts: [WalkParts; 2], a: f64, q: [f64; 2]) -> Vec<Outcome> {
-    let first = walks(context, "first", SAMPLES, parts[0], [a, q[0]]);
-    let second = walks(context, "second", SAMPLES, parts[1], [a, q[1]]);
+fn same_mean(context: &Context, parts: [WalkParts; 2], a: f64, q: [f64; 2]) -> Vec<Outcome> {
+    let [first, second] = [0, 1].map(|i| {
+        let mut rng = context.rng(["first", "second"][i]);
+        Values::collect(1.0 / (1.0 - a), context.n(SAMPLES), || walk(&mut rng, parts[i], a, q[i]))
+    });
     let delta = MEAN_DELTA / (1.0 - a);
     vec![welch("difference of means", &first, &second, Claim::Exact { delta })]
 }
 
 /// Cutting paths after b bounces leaves (1 − a^(b+1))/(1 − a), for b from 1 to 12. The path is cut
 /// after b + `slip` bounces: 0 is right.
-pub fn truncation(context: &Context, parts: WalkParts, a: f64) -> Vec<Outcome> {
-    (1..=12)
-        .map(|b: u32| {
-            let reference = (1.0 - a.powi(b as i32 + 1)) / (1.0 - a);
-            let parts = WalkParts { longest: Some(b + parts.slip), ..parts };
-            let values = walks(context, &format!("{b} bounces"), SAMPLES / 4, parts, [a, 0.95]);
-            let delta = MEAN_DELTA * reference;
-            mean(&format!("{b} bounces"), &values, reference, Claim::Exact { delta })
-        })
-        .collect()
+fn truncation(context: &Context, parts: WalkParts, a: f64) -> Vec<Outcome> {
+    let cut = |b: u32| {
+        let reference = (1.0 - a.powi(b as i32 + 1)) / (1.0 - a);
+        let parts = WalkParts { longest: Some(b + parts.slip), ..parts };
+        let name = format!("{b} bounces");
+        let mut rng = context.rng(&name);
+        let values = Values::collect(1.0 / (1.0 - a), context.n(SAMPLES / 4), || walk(&mut rng, parts, a, 0.95));
+        mean(&name, &values, reference, Claim::Exact { delta: MEAN_DELTA * reference })
+    };
+    (1..=12).map(cut).collect()
 }
 
 /// (albedo, survival). From survival = albedo on weights are bounded, lengths geometric, and all moments
@@ -170,34 +164,22 @@ fn trials() -> Vec<FamilyTrial<WalkParts>> {
 fn faults() -> Vec<Fault<WalkParts>> {
     vec![
         fault!("no-weight", ROULETTE, "survivors are not divided by the survival",
-            WalkParts: { weight: |_| 1.0 }, "roulette/albedo-0.5/survival-0.45/mean",
-            "roulette/albedo-0.5/survival-0.5/mean", "roulette/albedo-0.5/survival-0.5/variance",
-            "roulette/albedo-0.5/survival-0.75/mean", "roulette/albedo-0.5/survival-0.75/variance",
-            "roulette/albedo-0.5/survival-0.9/variance", "roulette/albedo-0.75/survival-0.75/mean",
-            "roulette/albedo-0.75/survival-0.75/variance", "roulette/albedo-0.75/survival-0.9/variance",
-            "roulette/albedo-0.75/survival-0.95/variance", "roulette/albedo-0.9/survival-0.9/mean",
-            "roulette/albedo-0.9/survival-0.9/variance", "roulette/albedo-0.9/survival-0.95/variance",
-            "roulette/same-mean", "roulette/infinite-variance/law: values of the law",
-            "roulette/infinite-variance/law: radiance",
-            "roulette/infinite-variance/boundary: mean by summation",
-            "roulette/infinite-variance/boundary: second moment by summation",
-            "roulette/albedo-0.5/cut: 2 bounces", "roulette/albedo-0.5/cut: 3 bounces",
-            "roulette/albedo-0.5/cut: 4 bounces", "roulette/albedo-0.5/cut: 5 bounces",
-            "roulette/albedo-0.5/cut: 6 bounces", "roulette/albedo-0.5/cut: 7 bounces",
-            "roulette/albedo-0.5/cut: 8 bounces", "roulette/albedo-0.5/cut: 9 bounces",
-            "roulette/albedo-0.5/cut: 10 bounces", "roulette/albedo-0.5/cut: 11 bounces",
-            "roulette/albedo-0.5/cut: 12 bounces", "roulette/albedo-0.75/cut: 2 bounces",
-            "roulette/albedo-0.75/cut: 3 bounces", "roulette/albedo-0.75/cut: 4 bounces",
-            "roulette/albedo-0.75/cut: 5 bounces", "roulette/albedo-0.75/cut: 6 bounces",
-            "roulette/albedo-0.75/cut: 7 bounces", "roulette/albedo-0.75/cut: 8 bounces",
-            "roulette/albedo-0.75/cut: 9 bounces", "roulette/albedo-0.75/cut: 10 bounces",
-            "roulette/albedo-0.75/cut: 11 bounces", "roulette/albedo-0.75/cut: 12 bounces",
-            "roulette/albedo-0.9/cut: 2 bounces", "roulette/albedo-0.9/cut: 3 bounces",
-            "roulette/albedo-0.9/cut: 4 bounces", "roulette/albedo-0.9/cut: 5 bounces",
-            "roulette/albedo-0.9/cut: 6 bounces", "roulette/albedo-0.9/cut: 7 bounces",
-            "roulette/albedo-0.9/cut: 8 bounces", "roulette/albedo-0.9/cut: 9 bounces",
-            "roulette/albedo-0.9/cut: 10 bounces", "roulette/albedo-0.9/cut: 11 bounces",
-            "roulette/albedo-0.9/cut: 12 bounces"),
+            WalkParts: { weight: |_| 1.0 },
+            "roulette/albedo-0.5/survival-0.45/mean", "roulette/albedo-0.5/survival-0.5/mean",
+            "roulette/albedo-0.5/survival-0.5/variance", "roulette/albedo-0.5/survival-0.75/mean",
+            "roulette/albedo-0.5/survival-0.75/variance", "roulette/albedo-0.5/survival-0.9/variance",
+            "roulette/albedo-0.75/survival-0.75/mean", "roulette/albedo-0.75/survival-0.75/variance",
+            "roulette/albedo-0.75/survival-0.9/variance", "roulette/albedo-0.75/survival-0.95/variance",
+            "roulette/albedo-0.9/survival-0.9/mean", "roulette/albedo-0.9/survival-0.9/variance",
+            "roulette/albedo-0.9/survival-0.95/variance", "roulette/same-mean",
+            "roulette/infinite-variance/law: values of the law | radiance",
+            "roulette/infinite-variance/boundary: mean by summation | second moment by summation",
+            "roulette/albedo-0.5/cut: 2 bounces | 3 bounces | 4 bounces | 5 bounces | 6 bounces | 7 bounces \
+             | 8 bounces | 9 bounces | 10 bounces | 11 bounces | 12 bounces",
+            "roulette/albedo-0.75/cut: 2 bounces | 3 bounces | 4 bounces | 5 bounces | 6 bounces | 7 bounces \
+             | 8 bounces | 9 bounces | 10 bounces | 11 bounces | 12 bounces",
+            "roulette/albedo-0.9/cut: 2 bounces | 3 bounces | 4 bounces | 5 bounces | 6 bounces | 7 bounces \
+             | 8 bounces | 9 bounces | 10 bounces | 11 bounces | 12 bounces"),
         fault!("flipped", ROULETTE,
             "survives if r ≥ survival: not seen at survival 1/2, where α and 1 − α are one",
             WalkParts: { survives: |r, q| r >= q }, "roulette/albedo-0.5/survival-0.9/mean",

@@ -2,6 +2,8 @@
 
 use whitefurnace::bsdf::OrenNayarForm;
 use whitefurnace::emitter::Emitter;
+use whitefurnace::error::Error;
+use whitefurnace::frame::from_spherical;
 
 use crate::prelude::*;
 
@@ -15,6 +17,11 @@ pub const FLOOR: f64 = 0.8;
 /// Lambert of one albedo in all channels.
 pub fn lambert(albedo: f64) -> Bsdf {
     Bsdf::Lambert { albedo: DVec3::splat(albedo) }
+}
+
+/// A mirror of one reflectance in all channels.
+pub fn mirror(reflectance: f64) -> Bsdf {
+    Bsdf::Mirror { reflectance: DVec3::splat(reflectance) }
 }
 
 /// The colour of lights: powers of two, so that every channel is exactly that of a white light times its own.
@@ -49,18 +56,41 @@ pub fn scene(name: &str, parts: impl FnOnce(&mut SceneBuilder)) -> Arc<Scene> {
 pub fn seen_by(camera: Camera, name: &str, parts: impl FnOnce(&mut SceneBuilder)) -> Arc<Scene> {
     let mut builder = SceneBuilder::new(name);
     parts(&mut builder);
-    match builder.build(camera) {
+    valid(builder.build(camera))
+}
+
+/// A scene whose numbers are known to be valid.
+///
+/// # Panics
+/// If they are not.
+pub fn valid(scene: Result<Scene, Error>) -> Arc<Scene> {
+    match scene {
         Ok(scene) => Arc::new(scene),
-        Err(error) => panic!("{name}: {error}"),
+        Err(error) => panic!("{error}"),
     }
+}
+
+/// A parallelogram of its own surface.
+pub fn panel(builder: &mut SceneBuilder, corner: DVec3, edges: [DVec3; 2], surface: Surface) {
+    let surface = builder.surface(surface);
+    builder.rectangle(corner, edges, surface);
+}
+
+/// A sphere of its own surface.
+pub fn ball(builder: &mut SceneBuilder, sphere: Sphere, surface: Surface) {
+    let surface = builder.surface(surface);
+    builder.sphere(sphere, surface);
+}
+
+/// A sphere around the origin of which one sees the inside.
+pub fn hollow(builder: &mut SceneBuilder, radius: f64, surface: Surface) {
+    ball(builder, Sphere { inward: true, ..Sphere::new(DVec3::ZERO, radius) }, surface);
 }
 
 /// A horizontal square of half side `half` around (x, y, z); its front is above or below.
 pub fn square(builder: &mut SceneBuilder, centre: DVec3, half: f64, up: bool, surface: Surface) {
     let [x, y] = [DVec3::X, DVec3::Y].map(|axis| 2.0 * half * axis);
-    let corner = centre - 0.5 * (x + y);
-    let surface = builder.surface(surface);
-    builder.rectangle(corner, if up { [x, y] } else { [y, x] }, surface);
+    panel(builder, centre - 0.5 * (x + y), if up { [x, y] } else { [y, x] }, surface);
 }
 
 /// A floor that reflects by `bsdf`, its front up.
@@ -77,16 +107,16 @@ pub fn rectangle_light(up: bool) -> Arc<Scene> {
 }
 
 /// The corners of that light, counter-clockwise seen from above.
-pub const RECTANGLE: [DVec3; 4] = [
-    DVec3::new(-1.0, -1.0, HEIGHT),
-    DVec3::new(1.0, -1.0, HEIGHT),
-    DVec3::new(1.0, 1.0, HEIGHT),
-    DVec3::new(-1.0, 1.0, HEIGHT),
-];
+pub const RECTANGLE: [DVec3; 4] = level_square(1.0, HEIGHT);
 
 /// The corners of a light so near and large that most directions hit it.
-pub const NEAR: [DVec3; 4] =
-    [DVec3::new(-2.0, -2.0, 0.6), DVec3::new(2.0, -2.0, 0.6), DVec3::new(2.0, 2.0, 0.6), DVec3::new(-2.0, 2.0, 0.6)];
+pub const NEAR: [DVec3; 4] = level_square(2.0, 0.6);
+
+/// The corners of a horizontal square around the z axis.
+const fn level_square(half: f64, z: f64) -> [DVec3; 4] {
+    let corner = DVec3::new;
+    [corner(-half, -half, z), corner(half, -half, z), corner(half, half, z), corner(-half, half, z)]
+}
 
 /// The light [`NEAR`] over the floor.
 pub fn near_light() -> Arc<Scene> {
@@ -103,13 +133,14 @@ pub const TRIANGLE: [DVec3; 3] = [DVec3::new(1.0, -0.5, 1.5), DVec3::new(0.5, 1.
 pub fn triangle_light() -> Arc<Scene> {
     scene("triangle light", |s| {
         floor(s, lambert(FLOOR));
-        add_triangle(s, LIGHT);
+        triangle(s, &TRIANGLE, light(LIGHT));
     })
 }
 
-fn add_triangle(builder: &mut SceneBuilder, radiance: f64) {
-    let surface = builder.surface(light(radiance));
-    builder.mesh(&TRIANGLE, &[[0, 1, 2]], surface);
+/// One triangle of its own surface.
+pub fn triangle(builder: &mut SceneBuilder, vertices: &[DVec3; 3], surface: Surface) {
+    let surface = builder.surface(surface);
+    builder.mesh(vertices, &[[0, 1, 2]], surface);
 }
 
 /// A sphere of radius 1/2 at distance 2 overhead; only the zone that the origin sees emits and exists.
@@ -121,11 +152,8 @@ pub fn sphere_light() -> Arc<Scene> {
 }
 
 fn add_sphere(builder: &mut SceneBuilder, centre: DVec3, radiance: f64) {
-    let surface = builder.surface(light(radiance));
-    let radius = 0.5;
-    let sphere =
-        Sphere { zone: [f64::NEG_INFINITY, -radius * radius / centre.length()], ..Sphere::new(centre, radius) };
-    builder.sphere(sphere, surface);
+    let zone = [f64::NEG_INFINITY, -0.5 * 0.5 / centre.length()];
+    ball(builder, Sphere { zone, ..Sphere::new(centre, 0.5) }, light(radiance));
 }
 
 /// π R²/d² times the cosine at the receiver: E/L of a sphere wholly above the horizon.
@@ -137,7 +165,7 @@ pub fn sphere_irradiance(radius: f64, distance: f64, cosine: f64) -> f64 {
 pub fn three_lights() -> Arc<Scene> {
     scene("three lights", |s| {
         floor(s, lambert(FLOOR));
-        add_triangle(s, 0.5 * LIGHT);
+        triangle(s, &TRIANGLE, light(0.5 * LIGHT));
         add_sphere(s, 2.0 * DVec3::Z, 2.0 * LIGHT);
         square(s, SMALL_LIGHT, 0.4, false, light(4.0 * LIGHT));
     })
@@ -156,9 +184,7 @@ pub fn half_hidden_light() -> Arc<Scene> {
     scene("half hidden light", |s| {
         floor(s, lambert(FLOOR));
         square(s, HEIGHT * DVec3::Z, 1.0, false, light(LIGHT));
-        let black = s.surface(Surface::new(Bsdf::Black));
-        let corner = DVec3::new(-2.0, 0.0, 1.0);
-        s.rectangle(corner, [4.0 * DVec3::X, 2.0 * DVec3::Y], black);
+        panel(s, DVec3::new(-2.0, 0.0, 1.0), [4.0 * DVec3::X, 2.0 * DVec3::Y], Surface::new(Bsdf::Black));
     })
 }
 
@@ -167,9 +193,7 @@ pub fn walled_sky() -> Arc<Scene> {
     scene("walled sky", |s| {
         s.background(DVec3::ONE);
         floor(s, lambert(1.0));
-        let black = s.surface(Surface::new(Bsdf::Black));
-        let [x, z] = [DVec3::new(4.0, 0.0, 0.0), DVec3::new(0.0, 0.0, 3.0)];
-        s.rectangle(WALL[0], [x, z], black);
+        panel(s, WALL[0], [4.0 * DVec3::X, 3.0 * DVec3::Z], Surface::new(Bsdf::Black));
     })
 }
 
@@ -192,20 +216,24 @@ pub fn rough_floor() -> Arc<Scene> {
 pub fn eon_floor(albedo: f64) -> Arc<Scene> {
     scene("EON floor", |s| {
         s.background(DVec3::ONE);
-        let albedo = DVec3::splat(albedo);
-        let roughness = 1.0;
-        floor(s, Bsdf::Eon { albedo, roughness });
+        floor(s, Bsdf::Eon { albedo: DVec3::splat(albedo), roughness: 1.0 });
     })
 }
 
 /// The origin seen from an inclination of 25°.
 pub fn at_origin() -> Ray {
-    towards_origin(25f64.to_radians())
+    origin_from(0.5)
+}
+
+/// The same from this distance.
+pub fn origin_from(distance: f64) -> Ray {
+    let w = from_spherical(25f64.to_radians(), 4.0);
+    Ray::new(distance * w, -w)
 }
 
 /// The origin seen from a given inclination, radians, in a plane of no symmetry.
 pub fn towards_origin(inclination: f64) -> Ray {
-    let w = whitefurnace::frame::from_spherical(inclination, 4.0);
+    let w = from_spherical(inclination, 4.0);
     Ray::new(0.5 * w, -w)
 }
 
@@ -225,10 +253,6 @@ pub fn polygon_irradiance(vertices: &[DVec3]) -> f64 {
 
 /// A spherical furnace of radius 1: every wall emits 1 and reflects by `bsdf`.
 pub fn sphere_furnace(bsdf: Bsdf, absorption: f64) -> Arc<Scene> {
-    scene("sphere furnace", |s| {
-        let wall = Surface::new(bsdf).emitting(DVec3::ONE).absorbing(absorption);
-        let wall = s.surface(wall);
-        let sphere = Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) };
-        s.sphere(sphere, wall);
-    })
+    let wall = Surface::new(bsdf).emitting(DVec3::ONE).absorbing(absorption);
+    scene("sphere furnace", |s| hollow(s, 1.0, wall))
 }

@@ -9,11 +9,12 @@ use whitefurnace::estimator::Heuristic;
 use whitefurnace::frame::from_spherical;
 use whitefurnace::harness::mean::welch;
 
-use crate::irradiance::{reflected, three};
+use crate::irradiance::{Weights, lit, reflected, three};
 use crate::prelude::*;
 use crate::scenes::{
-    FLOOR, LIGHT, NEAR, RECTANGLE, TRIANGLE, floor, lambert, level, light, near_light, polygon_irradiance,
-    rectangle_light, scene, sphere_irradiance, sphere_light, square, three_lights, triangle_light,
+    FLOOR, LIGHT, NEAR, RECTANGLE, TRIANGLE, ball, floor, lambert, level, light, near_light, origin_from, panel,
+    polygon_irradiance, rectangle_light, scene, sphere_irradiance, sphere_light, square, three_lights, triangle,
+    triangle_light,
 };
 
 /// A path tracer by strategy and light sampling, with the balance heuristic.
@@ -35,68 +36,56 @@ pub const NEAR_SPHERE: [f64; 2] = [1.35, 1.5];
 
 /// The origin from so near that no light is between.
 pub(super) fn near_origin(_: &mut Stream) -> Ray {
-    let w = from_spherical(25f64.to_radians(), 4.0);
-    Ray::new(0.1 * w, -w)
+    origin_from(0.1)
 }
 
 fn near_triangle() -> Arc<Scene> {
     scene("near triangle", |s| {
         floor(s, lambert(FLOOR));
-        let surface = s.surface(light(LIGHT));
-        s.mesh(&NEAR_TRIANGLE, &[[0, 1, 2]], surface);
+        triangle(s, &NEAR_TRIANGLE, light(LIGHT));
     })
 }
 
 fn near_sphere() -> Arc<Scene> {
     scene("near sphere", |s| {
         floor(s, lambert(FLOOR));
-        let surface = s.surface(light(LIGHT));
         let [radius, height] = NEAR_SPHERE;
-        s.sphere(Sphere::new(height * DVec3::Z, radius), surface);
+        ball(s, Sphere::new(height * DVec3::Z, radius), light(LIGHT));
     })
 }
 
-/// The trials.
-pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let mut trials = lights();
-    trials.extend(penumbra());
-    trials.push(heuristics());
-    trials.push(power_weights());
-    trials
+pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
+    [lights(), penumbra(), vec![heuristics()], vec![power_weights()]].into_iter().flatten().collect()
 }
 
 /// Lights of each shape by each strategy.
 fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let square = (near_light(), polygon_irradiance(&NEAR), "square");
-    let triangle = (near_triangle(), polygon_irradiance(&NEAR_TRIANGLE), "triangular");
+    let near_square = (near_light(), polygon_irradiance(&NEAR), "a square light");
+    let near_triangle = (near_triangle(), polygon_irradiance(&NEAR_TRIANGLE), "a triangular light");
     let [radius, height] = NEAR_SPHERE;
-    let sphere = (near_sphere(), sphere_irradiance(radius, height, 1.0), "spherical");
-    let far_square = (rectangle_light(false), polygon_irradiance(&RECTANGLE), "square");
-    let far_triangle = (triangle_light(), polygon_irradiance(&TRIANGLE), "triangular");
-    let far_sphere = (sphere_light(), sphere_irradiance(0.5, 2.0, 1.0), "spherical");
-    let three = (three_lights(), three(), "threefold");
-    let family_trial = |name, (scene, irradiance, shape): &(Arc<Scene>, f64, &str), kind, equation, n| {
-        let reference = reflected(*irradiance);
-        let property = format!("a floor reflects {reference:.6} of a {shape} light");
-        radiance(name, property, equation, (scene, kind, near_origin), reference, (n, SINGLE))
-    };
+    let near_sphere = (near_sphere(), sphere_irradiance(radius, height, 1.0), "a spherical light");
+    let square = (rectangle_light(false), polygon_irradiance(&RECTANGLE), "a square light");
+    let far_triangle = (triangle_light(), polygon_irradiance(&TRIANGLE), "a triangular light");
+    let sphere = (sphere_light(), sphere_irradiance(0.5, 2.0, 1.0), "a spherical light");
+    let three = (three_lights(), three(), "a threefold light");
+    let by = |name, light, kind, equation, samples| lit(name, light, (kind, near_origin), equation, samples);
     vec![
-        family_trial("irradiance/near-square/bsdf", &square, BSDF, &MIS, 7_000_000),
-        family_trial("irradiance/square/light-area", &far_square, LIGHT_AREA, &GEOMETRY, 900_000),
-        family_trial("irradiance/near-square/light-angle", &square, LIGHT_ANGLE, &LIGHT_RECTANGLE, 2_500_000),
-        family_trial("irradiance/near-square/mis-area", &square, MIS_AREA, &MIS, 6_500_000),
-        family_trial("irradiance/near-square/mis-angle", &square, MIS_ANGLE, &LIGHT_RECTANGLE, 2_200_000),
-        family_trial("irradiance/near-triangle/bsdf", &triangle, BSDF, &MIS, 7_000_000),
-        family_trial("irradiance/triangle/light-area", &far_triangle, LIGHT_AREA, &GEOMETRY, 2_400_000),
-        family_trial("irradiance/near-triangle/light-angle", &triangle, LIGHT_ANGLE, &SOLID_ANGLE, 2_500_000),
-        family_trial("irradiance/near-triangle/mis-area", &triangle, MIS_AREA, &MIS, 6_700_000),
-        family_trial("irradiance/near-triangle/mis-angle", &triangle, MIS_ANGLE, &LIGHT_TRIANGLE, 2_200_000),
-        family_trial("irradiance/near-sphere/bsdf", &sphere, BSDF, &MIS, 11_000_000),
-        family_trial("irradiance/sphere/light-area", &far_sphere, LIGHT_AREA, &GEOMETRY, 11_500_000),
-        family_trial("irradiance/near-sphere/light-angle", &sphere, LIGHT_ANGLE, &LIGHT_SPHERE, 1_100_000),
-        family_trial("irradiance/near-sphere/mis-area", &sphere, MIS_AREA, &MIS, 11_000_000),
-        family_trial("irradiance/near-sphere/mis-angle", &sphere, MIS_ANGLE, &LIGHT_SPHERE, 2_500_000),
-        family_trial("irradiance/three-lights/light-angle", &three, LIGHT_ANGLE, &LIGHT_RECTANGLE, 13_500_000),
+        by("irradiance/near-square/bsdf", &near_square, BSDF, &MIS, 7_000_000),
+        by("irradiance/square/light-area", &square, LIGHT_AREA, &GEOMETRY, 900_000),
+        by("irradiance/near-square/light-angle", &near_square, LIGHT_ANGLE, &LIGHT_RECTANGLE, 2_500_000),
+        by("irradiance/near-square/mis-area", &near_square, MIS_AREA, &MIS, 6_500_000),
+        by("irradiance/near-square/mis-angle", &near_square, MIS_ANGLE, &LIGHT_RECTANGLE, 2_200_000),
+        by("irradiance/near-triangle/bsdf", &near_triangle, BSDF, &MIS, 7_000_000),
+        by("irradiance/triangle/light-area", &far_triangle, LIGHT_AREA, &GEOMETRY, 2_400_000),
+        by("irradiance/near-triangle/light-angle", &near_triangle, LIGHT_ANGLE, &SOLID_ANGLE, 2_500_000),
+        by("irradiance/near-triangle/mis-area", &near_triangle, MIS_AREA, &MIS, 6_700_000),
+        by("irradiance/near-triangle/mis-angle", &near_triangle, MIS_ANGLE, &LIGHT_TRIANGLE, 2_200_000),
+        by("irradiance/near-sphere/bsdf", &near_sphere, BSDF, &MIS, 11_000_000),
+        by("irradiance/sphere/light-area", &sphere, LIGHT_AREA, &GEOMETRY, 11_500_000),
+        by("irradiance/near-sphere/light-angle", &near_sphere, LIGHT_ANGLE, &LIGHT_SPHERE, 1_100_000),
+        by("irradiance/near-sphere/mis-area", &near_sphere, MIS_AREA, &MIS, 11_000_000),
+        by("irradiance/near-sphere/mis-angle", &near_sphere, MIS_ANGLE, &LIGHT_SPHERE, 2_500_000),
+        by("irradiance/three-lights/light-angle", &three, LIGHT_ANGLE, &LIGHT_RECTANGLE, 13_500_000),
     ]
 }
 
@@ -109,9 +98,7 @@ pub fn penumbra_scene() -> Arc<Scene> {
     scene("penumbra", |s| {
         floor(s, lambert(FLOOR));
         square(s, 0.6 * DVec3::Z, 2.0, false, light(LIGHT));
-        let black = s.surface(Surface::new(Bsdf::Black));
-        let corner = DVec3::new(-40.0, 0.0, EDGE);
-        s.rectangle(corner, [80.0 * DVec3::X, 40.0 * DVec3::Y], black);
+        panel(s, DVec3::new(-40.0, 0.0, EDGE), [80.0 * DVec3::X, 40.0 * DVec3::Y], Surface::new(Bsdf::Black));
     })
 }
 
@@ -131,10 +118,10 @@ pub fn to_floor(y: f64) -> Ray {
 
 fn penumbra() -> Vec<FamilyTrial<EstimatorSubject>> {
     let scene = penumbra_scene();
-    let family_trial = |name, y: f64, ray: fn(&mut Stream) -> Ray, kind, samples| {
+    let family_trial = |name, y: f64, ray: Rays, kind, samples| {
         let reference = penumbra_reference(y);
         let property = format!("in the penumbra at y = {y} the floor reflects {reference:.6}");
-        radiance(name, property, &GEOMETRY, (&scene, kind, ray), reference, (samples, SINGLE))
+        radiance(name, &GEOMETRY, (&scene, kind, ray)).says(property).is((reference, SINGLE), samples)
     };
     vec![
         family_trial("irradiance/penumbra/bright", -0.6, |_| to_floor(-0.6), LIGHT_ANGLE, 3_800_000),
@@ -166,44 +153,13 @@ impl Property for SameMean {
 }
 
 fn heuristics() -> FamilyTrial<EstimatorSubject> {
-    let samples = 5_000_000;
-    let property = SameMean { scene: near_light(), samples };
-    trial(
-        "irradiance/heuristics",
-        "balance and power heuristic have the same mean",
-        &MIS_POWER,
-        ["estimator::Path", "Welch"],
-        with_parts(property),
-    )
-}
-
-const ARGUMENTS: u64 = 10_000;
-
-/// The weights of the power heuristic sum to one and stand as the squares of the densities.
-struct PowerWeights;
-
-impl Property for PowerWeights {
-    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
-        let mut rng = context.rng("power weights");
-        let (mut sum, mut squares) = (0.0_f64, 0.0_f64);
-        for _ in 0..context.arguments(ARGUMENTS) {
-            let [p, q] = [uniform(&mut rng) + 1e-3, uniform(&mut rng) + 1e-3];
-            let weight = |p, q| setup.parts.mis_power_weight(p, q);
-            let [a, b] = [weight(p, q), weight(q, p)];
-            sum = sum.max((a + b - 1.0).abs());
-            squares = squares.max((a * q * q - b * p * p).abs());
-        }
-        let exact = |name, error| Outcome::exact(name, ARGUMENTS, error, 1e-12, "the worst of random densities");
-        vec![exact("sum of weights", sum), exact("squares", squares)]
-    }
+    let same = SameMean { scene: near_light(), samples: 5_000_000 };
+    let property = "balance and power heuristic have the same mean";
+    trial("irradiance/heuristics", property, &MIS_POWER, ["estimator::Path", "Welch"], with_parts(same))
 }
 
 fn power_weights() -> FamilyTrial<EstimatorSubject> {
-    trial(
-        "irradiance/power-weights",
-        "power weights sum to one and stand as the squares of the densities",
-        &MIS_POWER,
-        ["radiometry::power", "exact"],
-        with_parts(PowerWeights),
-    )
+    let property = "power weights sum to one and stand as the squares of the densities";
+    let judged = ["radiometry::power", "exact"];
+    trial("irradiance/power-weights", property, &MIS_POWER, judged, with_parts(Weights(Heuristic::Power)))
 }

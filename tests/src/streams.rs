@@ -70,10 +70,9 @@ pub fn gaps(context: &Context, numbers: Numbers) -> Vec<Outcome> {
             break;
         }
     }
-    let partition =
-        Partition::of_masses(vec![0.5, 0.25, 0.125, 0.125], (0..4).map(|length| format!("gap of {length}")).collect());
+    let masses = vec![0.5, 0.25, 0.125, 0.125];
     let counts = Counts { n, observed, ..Counts::default() };
-    vec![chi_square("gaps", &partition, &counts, CELL_DELTA)]
+    vec![frequencies("gaps", masses, |length| format!("gap of {length}"), &counts)]
 }
 
 /// Which two numbers are neighbours.
@@ -125,6 +124,12 @@ impl Pairs {
     }
 }
 
+/// Counts in cells of these probabilities, which are called by their numbers.
+pub fn frequencies(name: &str, masses: Vec<f64>, place: impl Fn(usize) -> String, counts: &Counts) -> Outcome {
+    let places = (0..masses.len()).map(place).collect();
+    chi_square(name, &Partition::of_masses(masses, places), counts, CELL_DELTA)
+}
+
 /// Pairs of neighbouring pixels, samples and draws.
 pub fn neighbours(context: &Context, numbers: Numbers) -> Vec<Outcome> {
     NEIGHBOURS
@@ -136,28 +141,6 @@ pub fn neighbours(context: &Context, numbers: Numbers) -> Vec<Outcome> {
             pairs.outcomes(name)
         })
         .collect()
-}
-
-// The faults.
-
-/// Only sixteen random bits.
-fn coarse(seed: u64, pixel: u32, sample: u32, draw: u32) -> f64 {
-    (right(seed, pixel, sample, draw) * 65_536.0).floor() / 65_536.0
-}
-
-/// Neighbouring pixels share a stream.
-fn shared_pixels(seed: u64, pixel: u32, sample: u32, draw: u32) -> f64 {
-    right(seed, pixel / 2, sample, draw)
-}
-
-/// Every second sample repeats the one before.
-fn shared_samples(seed: u64, pixel: u32, sample: u32, draw: u32) -> f64 {
-    right(seed, pixel, sample / 2, draw)
-}
-
-/// The same number for both draws.
-fn shared_draws(seed: u64, pixel: u32, sample: u32, _: u32) -> f64 {
-    right(seed, pixel, sample, 0)
 }
 
 /// Multiples of the golden ratio: uniform, distinct, and not random.
@@ -181,19 +164,19 @@ fn trials() -> Vec<FamilyTrial<Numbers>> {
 
 fn faults() -> Vec<Fault<Numbers>> {
     vec![
-        fault!("coarse", ESTIMATOR, "sixteen random bits", = coarse, "streams/distinct"),
+        fault!("coarse", ESTIMATOR, "sixteen random bits",
+            = |seed, pixel, sample, draw| (right(seed, pixel, sample, draw) * 65_536.0).floor() / 65_536.0,
+            "streams/distinct"),
         fault!("golden", ESTIMATOR, "multiples of the golden ratio", = golden, "streams/gaps"),
         fault!("shared-samples", ESTIMATOR, "every second sample repeats the one before",
-            = shared_samples,
-            "streams/neighbours: pairs of neighbouring samples",
-            "streams/neighbours: correlation of neighbouring samples", "streams/gaps"),
+            = |seed, pixel, sample, draw| right(seed, pixel, sample / 2, draw),
+            "streams/neighbours: pairs of neighbouring samples | correlation of neighbouring samples", "streams/gaps"),
         fault!("shared-pixels", ESTIMATOR, "neighbouring pixels share a stream",
-            = shared_pixels,
-            "streams/neighbours: pairs of neighbouring pixels",
-            "streams/neighbours: correlation of neighbouring pixels"),
+            = |seed, pixel, sample, draw| right(seed, pixel / 2, sample, draw),
+            "streams/neighbours: pairs of neighbouring pixels | correlation of neighbouring pixels"),
         fault!("shared-draws", ESTIMATOR, "the same number twice",
-            = shared_draws,
-            "streams/neighbours: pairs of neighbouring draws", "streams/neighbours: correlation of neighbouring draws"),
+            = |seed, pixel, sample, _| right(seed, pixel, sample, 0),
+            "streams/neighbours: pairs of neighbouring draws | correlation of neighbouring draws"),
     ]
 }
 

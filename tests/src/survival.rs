@@ -3,10 +3,11 @@
 
 use whitefurnace::harness::mean::welch;
 use whitefurnace::roulette::{self, HIGHEST_SURVIVAL};
-use whitefurnace::scene::simple::{CAP_SHARE, Cap, cavity_cap};
+use whitefurnace::scene::simple::{Cap, cavity_cap};
 
-use crate::furnace::off_cap;
+use crate::furnace::{off_cap, off_cap_radiance};
 use crate::prelude::*;
+use crate::scenes::valid;
 
 /// Survival probability from the throughput.
 pub type Survival = fn(DVec3) -> f64;
@@ -50,23 +51,12 @@ const WALKS: u64 = 4_500_000;
 
 /// The mean of each channel is 1/(1 − ā) with the mean albedo ā.
 fn channels(context: &Context, policy: Policy) -> Vec<Outcome> {
-    let reference = DVec3::ONE / (DVec3::ONE - 0.5 * (COLOURS[0] + COLOURS[1]));
-    let mut values = reference.to_array().map(Values::new);
+    let [x, y, z] = (DVec3::ONE / (DVec3::ONE - 0.5 * (COLOURS[0] + COLOURS[1]))).to_array();
+    let about = [("first channel", x), ("second channel", y), ("third channel", z)];
     let mut rng = context.rng("walks");
-    for _ in 0..context.n(WALKS) {
-        let radiance = walk(&mut rng, policy, |_, _, _| ());
-        for (channel, value) in values.iter_mut().zip(radiance.to_array()) {
-            channel.push(value);
-        }
-    }
-    let names = ["first channel", "second channel", "third channel"];
-    let channels = names.iter().zip(&values).zip(reference.to_array());
-    channels
-        .map(|((name, values), reference)| {
-            let delta = BOUNCES * reference;
-            mean(name, values, reference, Claim::Exact { delta })
-        })
-        .collect()
+    means(about.map(|(name, reference)| (name, reference, BOUNCES * reference)), context.n(WALKS), || {
+        walk(&mut rng, policy, |_, _, _| ()).to_array()
+    })
 }
 
 const BOUNDED_WALKS: u64 = 100_000;
@@ -88,14 +78,9 @@ fn bounds(context: &Context, policy: Policy) -> Vec<Outcome> {
             }
         });
     }
+    let excess = (highest - HIGHEST_SURVIVAL).max(0.0);
     vec![
-        Outcome::exact(
-            "survival above the highest",
-            n,
-            (highest - HIGHEST_SURVIVAL).max(0.0),
-            0.0,
-            format!("survival {highest}"),
-        ),
+        Outcome::exact("survival above the highest", n, excess, 0.0, format!("survival {highest}")),
         Outcome::exact("largest channel of a survivor", n, largest, ROUNDING, "the worst of all decisions, relative"),
     ]
 }
@@ -124,8 +109,7 @@ fn faults() -> Vec<Fault<Policy>> {
     vec![
         fault!("no-weight", ROULETTE, "survivors are not divided by the survival",
             = Policy { weight: |_| 1.0, ..BY_THROUGHPUT },
-            "roulette/by-throughput/mean: first channel", "roulette/by-throughput/mean: second channel",
-            "roulette/by-throughput/mean: third channel",
+            "roulette/by-throughput/mean: first channel | second channel | third channel",
             "roulette/by-throughput/bounds: largest channel of a survivor"),
         fault!("smallest-channel", ROULETTE, "the smallest channel decides: where it is 0, the others are lost",
             = Policy { survival: |t| t.min_element().min(HIGHEST_SURVIVAL), ..BY_THROUGHPUT },
@@ -156,7 +140,7 @@ const OTHERS: [(&str, Survival, u64); 2] =
 /// The path tracer as programs run it against the path tracer under the other policies, with the
 /// subject's parts.
 fn same_mean(context: &Context, probe: &Probe, subject: EstimatorSubject) -> Vec<Outcome> {
-    let reference = RHO * CAP_SHARE / (1.0 - RHO * (1.0 - CAP_SHARE));
+    let reference = off_cap_radiance(RHO, Cap::Black);
     let own = STANDARD.with(Standard);
     let mut rng = context.rng("survival by throughput");
     let own = Values::collect(reference, context.n(PATHS), || probe.radiance(own, &mut rng).x);
@@ -173,13 +157,13 @@ fn same_mean(context: &Context, probe: &Probe, subject: EstimatorSubject) -> Vec
 }
 
 /// The trial of the policies in a scene.
-pub fn cavity() -> Option<FamilyTrial<EstimatorSubject>> {
-    let probe = Probe { scene: Arc::new(cavity_cap(RHO, Cap::Black).ok()?), kind: EstimatorKind::Path, ray: off_cap };
-    Some(trial(
+pub fn cavity() -> FamilyTrial<EstimatorSubject> {
+    let probe = Probe { scene: valid(cavity_cap(RHO, Cap::Black)), kind: EstimatorKind::Path, ray: off_cap };
+    trial(
         "furnace/cavity/policies",
         "in a cavity the path tracer has the same mean with survival by throughput, 0.9, and 1 − α",
         &ROULETTE,
         ["estimator::Path, roulette::by_throughput", "Welch"],
         move |context, subject| same_mean(context, &probe, subject),
-    ))
+    )
 }

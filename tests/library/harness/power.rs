@@ -1,7 +1,7 @@
 //! Stated power against closed forms and against sums over whole laws.
 
 use super::*;
-use crate::reference::{fields, number};
+use crate::reference::assert_table;
 
 fn law(name: &str, a: &[f64]) -> Sensitivity {
     match name {
@@ -15,23 +15,16 @@ fn law(name: &str, a: &[f64]) -> Sensitivity {
 
 #[test]
 fn misses_are_those_of_the_laws() {
-    let mut wrong = Vec::new();
-    for row in fields(include_str!("../data/power.csv")) {
-        let parameters: Vec<f64> = row[1].split(' ').map(number).collect();
-        let [effect, expected] = [row[2], row[3]].map(number);
-        let (name, quantity) = row[0].split_once(' ').unwrap_or((row[0], "missed"));
-        let law = law(name, &parameters);
-        let found = match quantity {
-            "rejected" => 1.0 - law.miss(effect),
-            "at worst" => law.worst_miss(effect),
-            _ => law.miss(effect),
-        };
-        let error = if found == expected { 0.0 } else { (found / expected - 1.0).abs() };
-        if error.is_nan() || error > row.get(4).map_or(1e-9, |allowed| number(allowed)) {
-            wrong.push(format!("{row:?}: {found:e}, error {error:e}"));
+    assert_table(include_str!("../data/power.csv"), |row, arguments| {
+        let (effect, parameters) = arguments.split_last().expect("an effect");
+        let (name, quantity) = row.split_once(' ').unwrap_or((row, "missed"));
+        let law = law(name, parameters);
+        match quantity {
+            "rejected" => 1.0 - law.miss(*effect),
+            "at worst" => law.worst_miss(*effect),
+            _ => law.miss(*effect),
         }
-    }
-    assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+    });
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use whitefurnace::harness::tails;
 
 use crate::prelude::*;
-use crate::reference::{fields, number};
+use crate::reference::assert_table;
 
 fn evaluate(function: &str, a: &[f64]) -> f64 {
     match function {
@@ -35,22 +35,7 @@ fn evaluate(function: &str, a: &[f64]) -> f64 {
 
 #[test]
 fn tails_agree_with_reference_values() {
-    let mut wrong = Vec::new();
-    for row in fields(include_str!("../data/tails.csv")) {
-        let (function, value) = (row[0], number(row[2]));
-        let arguments: Vec<f64> = row[1].split(' ').map(number).collect();
-        let found = evaluate(function, &arguments);
-        // The finite-n Kolmogorov law is a corrected limit law with a stated absolute error of 1e-3.
-        let (error, allowed) = match row.get(3) {
-            _ if function == "kolmogorov_sf_body" => ((found - value).abs(), 1e-3),
-            allowed => ((found / value - 1.0).abs(), allowed.map_or(1e-9, |allowed| number(allowed))),
-        };
-        let same = found == value || found.is_nan() && value.is_nan();
-        if !same && (error.is_nan() || error > allowed) {
-            wrong.push(format!("{function}{arguments:?}: {found:e}, should be {value:e}, error {error:e}"));
-        }
-    }
-    assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+    assert_table(include_str!("../data/tails.csv"), evaluate);
 }
 
 #[test]

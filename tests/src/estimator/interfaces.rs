@@ -6,40 +6,22 @@ use crate::fresnel::{no_total_reflection, schlick};
 use crate::prelude::*;
 
 pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
-    let fresnel = |name, equation, wrong, fresnel: fn(f64, f64, f64) -> f64, caught_by| {
-        let table = PartTable { fresnel, ..CORRECT };
-        fault(name, equation, wrong, parts(table), caught_by)
-    };
-    let factor = |name, wrong, radiance_factor: fn(f64, f64) -> f64| {
-        let table = PartTable { radiance_factor, ..CORRECT };
-        let caught_by: &[&str] = &["glass/cube-inside", "glass/lit-from-below"];
-        fault(name, &REFRACTION, wrong, parts(table), caught_by)
-    };
     vec![
-        fresnel(
-            "only-s",
-            &FRESNEL_S,
-            "(10) alone",
-            reflectance_s,
-            &["glass/reflects-60", "glass/snell-aim", "glass/slab"],
-        ),
-        fresnel("only-p", &FRESNEL_P, "(11) alone", reflectance_p, &["glass/reflects-75", "glass/reflects-60"]),
-        fresnel("schlick", &FRESNEL, "Schlick's approximation", schlick, &["glass/reflects-60", "glass/vanishing"]),
-        fresnel(
-            "indices-swapped",
-            &FRESNEL,
-            "n₁ and n₂ exchanged in (12)",
-            |c, n1, n2| reflectance(c, n2, n1),
-            &["glass/reflects-60", "glass/reflects-85"],
-        ),
+        fault!("only-s", FRESNEL_S, "(10) alone",
+            { fresnel: reflectance_s }, "glass/reflects-60", "glass/snell-aim", "glass/slab"),
+        fault!("only-p", FRESNEL_P, "(11) alone", { fresnel: reflectance_p }, "glass/reflects-75", "glass/reflects-60"),
+        fault!("schlick", FRESNEL, "Schlick's approximation",
+            { fresnel: schlick }, "glass/reflects-60", "glass/vanishing"),
+        fault!("indices-swapped", FRESNEL, "n₁ and n₂ exchanged in (12)",
+            { fresnel: |c, n1, n2| reflectance(c, n2, n1) }, "glass/reflects-60", "glass/reflects-85"),
         fault!("no-total-reflection", FRESNEL,
             "past the critical angle a finite R, and light that leaves straight on",
-            {
-                fresnel: no_total_reflection,
-                refract: |d, n, n1, n2| Some(refract(d, n, n1, n2).unwrap_or(d))
-            }, "glass/total-reflection", "glass/cube-trapped", "glass/prism"),
-        factor("no-radiance-factor", "T = 1 − R is all that refraction does, as the report has it", |_, _| 1.0),
-        factor("radiance-factor-inverted", "(n₂/n₁)² for (n₁/n₂)²", |n1, n2| radiance_factor(n2, n1)),
+            { fresnel: no_total_reflection, refract: |d, n, n1, n2| Some(refract(d, n, n1, n2).unwrap_or(d)) },
+            "glass/total-reflection", "glass/cube-trapped", "glass/prism"),
+        fault!("no-radiance-factor", REFRACTION, "T = 1 − R is all that refraction does, as the report has it",
+            { radiance_factor: |_, _| 1.0 }, "glass/cube-inside", "glass/lit-from-below"),
+        fault!("radiance-factor-inverted", REFRACTION, "(n₂/n₁)² for (n₁/n₂)²",
+            { radiance_factor: |n1, n2| radiance_factor(n2, n1) }, "glass/cube-inside", "glass/lit-from-below"),
         fault!("snell-inverted", REFRACTION, "n₂/n₁ for n₁/n₂ in Snell's law",
             { refract: |d, n, n1, n2| refract(d, n, n2, n1) }, "glass/snell-aim"),
         fault!("not-refracted", REFRACTION, "light goes straight on into the glass",

@@ -6,54 +6,39 @@ use crate::prelude::*;
 use crate::solid_angle::{uniform_in_area, with_pdf};
 
 pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
-    let mut faults = points();
-    faults.extend(weights());
-    faults
+    [points(), weights()].into_iter().flatten().collect()
 }
 
 fn points() -> Vec<Fault<EstimatorSubject>> {
     vec![
         fault!("angle-pdf-of-area", LIGHT_RECTANGLE,
             "points by solid angle under the pdf of points by area, in the measure of area",
-            {
-                sample_solid_angle: |emitter, from, random| {
-                    with_pdf(emitter, from, random, |_| emitter.pdf_area())
-                }
-            }, "irradiance/near-square/light-angle"),
+            { sample_solid_angle: |emitter, from, random| with_pdf(emitter, from, random, |_| emitter.pdf_area()) },
+            "irradiance/near-square/light-angle"),
         fault!("area-points-angle-pdf", LIGHT_TRIANGLE,
             "points by area under the pdf of points by solid angle",
             { sample_solid_angle: uniform_in_area }, "irradiance/near-square/light-angle",
             "irradiance/near-triangle/light-angle"),
         fault!("angle-normal-flipped", LIGHT_RECTANGLE,
             "the normal of a point by solid angle is that of the light's back",
-            {
-                sample_solid_angle: |emitter, from, random| {
-                    let (light, pdf) = emitter.sample_solid_angle(from, random)?;
-                    let normal = -light.normal;
-                    Some((EmitterPoint { normal, ..light }, pdf))
-                }
-            }, "irradiance/near-square/light-angle", "irradiance/near-square/mis-angle"),
+            { sample_solid_angle: |emitter, from, random| {
+                let (light, pdf) = emitter.sample_solid_angle(from, random)?;
+                Some((EmitterPoint { normal: -light.normal, ..light }, pdf))
+            } },
+            "irradiance/near-square/light-angle", "irradiance/near-square/mis-angle"),
         fault!("angle-pick-forgotten", LIGHT_RECTANGLE,
             "the pdf by solid angle does not know that one of three lights was picked",
-            {
-                sample_solid_angle: |emitter, from, random| {
-                    with_pdf(emitter, from, random, |pdf| 3.0 * pdf)
-                }
-            }, "irradiance/three-lights/light-angle"),
+            { sample_solid_angle: |emitter, from, random| with_pdf(emitter, from, random, |pdf| 3.0 * pdf) },
+            "irradiance/three-lights/light-angle"),
         fault!("angle-of-the-rest", SOLID_ANGLE,
             "the sign of the spherical excess is wrong: the solid angle of all that is not the light",
-            {
-                sample_solid_angle: |emitter, from, random| {
-                    let sphere = 4.0 * PI;
-                    with_pdf(emitter, from, random, |pdf| 1.0 / (sphere - 1.0 / pdf))
-                }
-            }, "irradiance/near-triangle/light-angle"),
+            { sample_solid_angle: |emitter, from, random| {
+                with_pdf(emitter, from, random, |pdf| 1.0 / (4.0 * PI - 1.0 / pdf))
+            } },
+            "irradiance/near-triangle/light-angle"),
         fault!("cone-squeezed", LIGHT_SPHERE, "directions crowd at the middle of the cone",
-            {
-                sample_solid_angle: |emitter, from, [r1, r2]| {
-                    emitter.sample_solid_angle(from, [r1 * r1, r2])
-                }
-            }, "irradiance/near-sphere/light-angle"),
+            { sample_solid_angle: |emitter, from, [r1, r2]| emitter.sample_solid_angle(from, [r1 * r1, r2]) },
+            "irradiance/near-sphere/light-angle"),
     ]
 }
 

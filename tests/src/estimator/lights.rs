@@ -5,10 +5,6 @@ use whitefurnace::shape::triangle_point;
 
 use crate::prelude::*;
 
-fn squeezed(emitter: &Emitter, [r1, r2]: [f64; 2]) -> EmitterPoint {
-    emitter.sample([r1 * r1, r2])
-}
-
 /// The point on a triangle without folding the square: half of them lie beyond the edge.
 fn unfolded(emitter: &Emitter, random: [f64; 2]) -> EmitterPoint {
     match emitter.shape {
@@ -17,10 +13,6 @@ fn unfolded(emitter: &Emitter, random: [f64; 2]) -> EmitterPoint {
         }
         _ => emitter.sample(random),
     }
-}
-
-fn always_visible(_: &Scene, _: (DVec3, DVec3), _: (DVec3, DVec3), _: bool) -> bool {
-    true
 }
 
 pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
@@ -35,7 +27,7 @@ pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
             "the density of a point does not know that one of three lights was picked",
             { pdf_of_pick: |pdf, _| pdf }, "irradiance/three-lights"),
         fault!("shadows-ignored", WHITTED, "shadow rays are not traced",
-            { visible: always_visible }, "irradiance/half-hidden", "irradiance/penumbra/bright",
+            { visible: |_, _, _, _| true }, "irradiance/half-hidden", "irradiance/penumbra/bright",
             "irradiance/penumbra/middle"),
         fault!("shadows-pass-glass", MIS,
             "shadow rays pass glass, and light through glass counts as well when it is hit",
@@ -77,7 +69,8 @@ fn light_measures() -> Vec<Fault<EstimatorSubject>> {
             { emitter_pdf_area: |emitter| 2.0 * emitter.pdf_area() }, "irradiance/parallel-squares",
             "irradiance/sphere", "irradiance/rectangle"),
         fault!("light-squeezed", GEOMETRY, "points are not uniform on a light",
-            { sample_emitter: squeezed }, "irradiance/sphere", "images/convex-object"),
+            { sample_emitter: |emitter, [r1, r2]| emitter.sample([r1 * r1, r2]) },
+            "irradiance/sphere", "images/convex-object"),
         fault!("light-centre", GEOMETRY, "every shadow ray goes to the middle of the light",
             { sample_emitter: |emitter, _| emitter.sample([0.5, 0.5]) }, "irradiance/rectangle"),
         fault!("triangle-unfolded", GEOMETRY, "points with u + v > 1 on a triangular light",

@@ -29,13 +29,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     faults.extend(light_sampling::faults());
     faults.extend(interfaces::faults());
     faults.extend(configuration_faults());
-    vec![Box::new(Family {
-        whole_estimator: true,
-        trials,
-        faults,
-        equivalents: equivalents(),
-        ..Family::new("estimator", STANDARD)
-    })]
+    vec![Box::new(Family { trials, faults, equivalents: equivalents(), ..Family::whole("estimator", STANDARD) })]
 }
 
 /// Faults in how an estimator is configured.
@@ -71,9 +65,7 @@ fn equivalents() -> Vec<Fault<EstimatorSubject>> {
             { cosine_hemisphere: |[r1, r2]| cosine_hemisphere([1.0 - r1, 1.0 - r2]) }, "furnace/sky/path"),
         fault!("uniform-with-its-weight", ESTIMATOR,
             "uniform directions with the uniform pdf: another density, the same mean",
-            {
-                cosine_hemisphere: uniform_hemisphere,
-                cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI
-            }, "furnace/light/sphere"),
+            { cosine_hemisphere: uniform_hemisphere, cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI },
+            "furnace/light/sphere"),
     ]
 }

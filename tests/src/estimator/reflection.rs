@@ -1,14 +1,10 @@
 //! Faults of reflection: models and the cosine, (8), (9), (13)-(15), EON.
 
+use glam::Vec3Swizzles;
 use whitefurnace::bsdf::eon::{multiple_albedo, multiple_scattering, single_scattering};
 use whitefurnace::bsdf::{OrenNayar, OrenNayarForm};
 
 use crate::prelude::*;
-
-/// The albedo of a diffuse surface squared.
-fn squared_albedo(bsdf: &Bsdf, wo: DVec3, wi: DVec3) -> DVec3 {
-    bsdf.eval(wo, wi) * bsdf.albedo()
-}
 
 /// (14) in another form, or with other constants.
 fn oren_nayar(bsdf: &Bsdf, wo: DVec3, wi: DVec3, form: OrenNayarForm, a: fn(f64) -> f64) -> DVec3 {
@@ -39,32 +35,22 @@ pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
             { brdf: |bsdf, wo, wi| PI * bsdf.eval(wo, wi) }, "irradiance/rectangle-whitted",
             "images/convex-object"),
         fault!("channels-exchanged", LAMBERT, "red and blue of the albedo are exchanged",
-            {
-                brdf: |bsdf, wo, wi| {
-                    let f = bsdf.eval(wo, wi);
-                    DVec3::new(f.z, f.y, f.x)
-                }
-            }, "images/convex-object", "images/diffuse-room: image mean",
-            "images/diffuse-room: p-values of pixels"),
+            { brdf: |bsdf, wo, wi| bsdf.eval(wo, wi).zyx() },
+            "images/convex-object", "images/diffuse-room: image mean | p-values of pixels"),
         fault!("channels-mixed", LAMBERT, "every channel has the mean albedo",
             { brdf: |bsdf, wo, wi| DVec3::splat(bsdf.eval(wo, wi).element_sum() / 3.0) },
             "images/convex-object"),
         fault!("albedo-squared", LAMBERT, "the albedo enters twice",
-            { brdf: squared_albedo }, "furnace/path/albedo-0.75"),
+            { brdf: |bsdf, wo, wi| bsdf.eval(wo, wi) * bsdf.albedo() }, "furnace/path/albedo-0.75"),
         fault!("printed-oren-nayar", OREN_NAYAR, "sin β for tan β, as printed",
             { brdf: |bsdf, wo, wi| oren_nayar(bsdf, wo, wi, OrenNayarForm::Printed, |a| a) },
             "furnace/sky/oren-nayar"),
         fault!("oren-nayar-constant", OREN_NAYAR_CONSTANTS, "0.57 for 0.33 in A",
-            = parts(PartTable {
-                brdf: |bsdf, wo, wi| {
-                    // A = 1 − σ²/2(σ² + 0.33), solved for σ².
-                    oren_nayar(bsdf, wo, wi, OrenNayarForm::Corrected, |a| {
-                        let s2 = 0.66 * (1.0 - a) / (2.0 * a - 1.0);
-                        1.0 - s2 / (2.0 * (s2 + 0.57))
-                    })
-                },
-                ..CORRECT
-            }),
+            { brdf: |bsdf, wo, wi| oren_nayar(bsdf, wo, wi, OrenNayarForm::Corrected, |a| {
+                // A = 1 − σ²/2(σ² + 0.33), solved for σ².
+                let s2 = 0.66 * (1.0 - a) / (2.0 * a - 1.0);
+                1.0 - s2 / (2.0 * (s2 + 0.57))
+            }) },
             "furnace/sky/oren-nayar"),
         fault!("eon-single-scattering-only", EON_MULTIPLE,
             "EON without its second lobe: rough white surfaces darken",

@@ -2,9 +2,7 @@
 
 use whitefurnace::emitter::LightSampling;
 use whitefurnace::error::Error;
-use whitefurnace::estimator::{
-    Bdpt, Heuristic, ImageEstimator, LightTracer, Lookup, PhotonMapping, Report, Sppm, Whitted,
-};
+use whitefurnace::estimator::{Bdpt, Heuristic, ImageEstimator, LightTracer, Lookup, PhotonMapping, Sppm};
 
 use crate::prelude::*;
 use crate::scenes::level;
@@ -15,14 +13,15 @@ pub(super) const FRAME: [u32; 2] = [3, 2];
 /// Who looks.
 #[derive(Clone, Copy)]
 pub(super) enum Eye {
-    Path,
-    Report(u32),
-    Whitted(u32),
+    Rays(EstimatorKind),
     Photons(Lookup),
     Sppm,
     Bdpt,
     LightTracer,
 }
+
+/// The path tracer by hits alone.
+pub(super) const HITS: Eye = Eye::Rays(EstimatorKind::PathBy(Strategy::Bsdf, LightSampling::Area, Heuristic::Balance));
 
 /// Looks up all photons that there are.
 pub(super) const EVERYWHERE: f64 = 100.0;
@@ -37,31 +36,15 @@ impl Eye {
         scene: &Scene,
         (rng, seed): (&mut Stream, u64),
     ) -> Result<Vec<f64>, Error> {
-        let Configuration { parts, segments, rules } = setup;
+        let parts = setup.parts;
         let levels = |image: Vec<DVec3>| image.into_iter().map(|pixel| level(scene, pixel)).collect();
         let pass = |estimator: &dyn Fn() -> Result<Vec<DVec3>, Error>| estimator().map(levels);
         match self {
-            Self::Path => {
-                let path = Path {
-                    parts,
-                    strategy: Strategy::Bsdf,
-                    lights: LightSampling::Area,
-                    heuristic: Heuristic::Balance,
-                };
-                Ok(rays(&path, scene, rng))
-            }
-            Self::Report(limit) => {
-                let report = Report { parts, rays: 1, segments: segments.unwrap_or(limit), rules };
-                Ok(rays(&report, scene, rng))
-            }
-            Self::Whitted(limit) => {
-                let whitted = Whitted { parts, segments: segments.unwrap_or(limit), rules };
-                Ok(rays(&whitted, scene, rng))
-            }
+            Self::Rays(kind) => Ok(levels(rays(scene, rng, |ray, rng| kind.radiance(setup, scene, ray, rng)))),
             Self::Photons(lookup) => {
-                let size = (PARTICLES, EVERYWHERE);
-                let map = PhotonMapping::new(parts, scene, lookup, size, (seed, 0))?;
-                Ok(rays(&map, scene, rng))
+                let map = PhotonMapping::new(parts, scene, lookup, (PARTICLES, EVERYWHERE), (seed, 0))?;
+                let radiance = |ray: &Ray, rng: &mut Stream| map.radiance(scene, ray, scene.intersect(ray), rng);
+                Ok(levels(rays(scene, rng, radiance)))
             }
             Self::Sppm => {
                 let sppm = Sppm { parts, particles: PARTICLES, radius: EVERYWHERE };
@@ -73,15 +56,14 @@ impl Eye {
     }
 }
 
-/// A ray through a random point of each pixel.
-fn rays<E: Estimator>(estimator: &E, scene: &Scene, rng: &mut Stream) -> Vec<f64> {
+/// The radiance along a ray through a random point of each pixel.
+fn rays(scene: &Scene, rng: &mut Stream, radiance: impl Fn(&Ray, &mut Stream) -> DVec3) -> Vec<DVec3> {
     let [width, height] = FRAME;
     (0..width * height)
         .map(|pixel| {
             let [u, v] = uniform2(rng);
             let [x, y] = [pixel % width, pixel / width].map(f64::from);
-            let ray = scene.camera().ray(FRAME, x + u, y + v);
-            level(scene, estimator.radiance(scene, &ray, scene.intersect(&ray), rng))
+            radiance(&scene.camera().ray(FRAME, x + u, y + v), rng)
         })
         .collect()
 }

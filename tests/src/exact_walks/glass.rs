@@ -2,14 +2,14 @@
 
 use whitefurnace::estimator::{LightRules, Lookup};
 
-use crate::exact_walks::eye::{EVERYWHERE, Eye, PARTICLES};
-use crate::exact_walks::{ENDLESS, certain, hollow};
+use crate::exact_walks::eye::{EVERYWHERE, Eye, HITS, PARTICLES};
+use crate::exact_walks::{ENDLESS, certain};
+use crate::glass::{GLASS, INDEX};
 use crate::prelude::*;
-use crate::scenes::{LIGHT, TINT, lambert, light, seen_by};
+use crate::scenes::{self, LIGHT, TINT, hollow, lambert, light, seen_by};
 
 /// Segments of the estimators that have a limit: Whitted's tree loses R^11 < 10⁻¹³.
 const FEW_SEGMENTS: u32 = 12;
-const INDEX: f64 = 1.5;
 /// Radius of the ball in the glass.
 const BALL: f64 = 0.3;
 
@@ -19,14 +19,12 @@ fn glass(name: &str, height: f64, half: f64, up: bool, [wall, ball]: [Surface; 2
     let target = if up { eye + DVec3::Z } else { DVec3::ZERO };
     seen_by(Camera::new(eye, target, DVec3::Y, half), name, |s| {
         hollow(s, 2.0, wall);
-        let glass = s.surface(Surface::new(Bsdf::Glass { index: INDEX }));
-        s.sphere(Sphere::new(DVec3::ZERO, 0.95), glass);
-        let ball = s.surface(ball);
-        s.sphere(Sphere::new(DVec3::ZERO, BALL), ball);
+        scenes::ball(s, Sphere::new(DVec3::ZERO, 0.95), Surface::new(GLASS));
+        scenes::ball(s, Sphere::new(DVec3::ZERO, BALL), ball);
     })
 }
 
-const GLASS: &[&str] = &[
+const EQUILIBRIUM: &[&str] = &[
     "glass/equilibrium/path",
     "glass/equilibrium/photons",
     "glass/equilibrium/sppm",
@@ -55,12 +53,12 @@ pub(super) fn equilibrium() -> Vec<FamilyTrial<EstimatorSubject>> {
     };
     let photons = Eye::Photons(Lookup::Direct);
     vec![
-        family_trial(GLASS[0], "estimator::Path", Eye::Path),
-        family_trial(GLASS[1], "estimator::PhotonMapping", photons),
-        family_trial(GLASS[2], "estimator::Sppm", Eye::Sppm),
-        family_trial(GLASS[3], "estimator::Bdpt", Eye::Bdpt),
-        family_trial(RULED[0], "estimator::Report", Eye::Report(FEW_SEGMENTS)),
-        family_trial(RULED[1], "estimator::Whitted", Eye::Whitted(FEW_SEGMENTS)),
+        family_trial(EQUILIBRIUM[0], "estimator::Path", HITS),
+        family_trial(EQUILIBRIUM[1], "estimator::PhotonMapping", photons),
+        family_trial(EQUILIBRIUM[2], "estimator::Sppm", Eye::Sppm),
+        family_trial(EQUILIBRIUM[3], "estimator::Bdpt", Eye::Bdpt),
+        family_trial(RULED[0], "estimator::Report", Eye::Rays(EstimatorKind::Report(FEW_SEGMENTS))),
+        family_trial(RULED[1], "estimator::Whitted", Eye::Rays(EstimatorKind::Whitted(FEW_SEGMENTS))),
     ]
 }
 
@@ -101,14 +99,9 @@ pub(super) fn factors(table: PartTable, caught_by: &'static [&'static str]) -> V
 
 /// Faults of the trials of equilibrium.
 pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
-    let mut faults = factors(ENDLESS, GLASS);
+    let mut faults = factors(ENDLESS, EQUILIBRIUM);
     let rules = LightRules { radiance_factor: false, ..LightRules::PHYSICAL };
-    faults.push(fault(
-        "rules-without-factor",
-        &REFRACTION,
-        "the rules leave radiance as it is",
-        Configuration { rules, ..parts(ENDLESS) },
-        RULED,
-    ));
+    let subject = Configuration { rules, ..parts(ENDLESS) };
+    faults.push(fault("rules-without-factor", &REFRACTION, "the rules leave radiance as it is", subject, RULED));
     faults
 }

@@ -11,9 +11,10 @@ mod glass;
 use whitefurnace::estimator::Lookup;
 use whitefurnace::estimator::photon_map::{Kept, PhotonMap};
 
-use crate::exact_walks::eye::{Eye, PARTICLES};
+use crate::exact_walks::eye::{Eye, HITS, PARTICLES};
+use crate::mean_radiance::largest;
 use crate::prelude::*;
-use crate::scenes::{lambert, level, seen_by};
+use crate::scenes::{hollow, lambert, level, mirror, seen_by};
 
 /// Roulette that ends nothing but what is faint beyond double precision, and light that counts where
 /// paths from the eye hit it.
@@ -59,13 +60,9 @@ impl Property for Certain {
         let outcome = |(scene, expected): &(Arc<Scene>, f64)| {
             let random = (&mut rng, context.seed_of("passes"));
             let image = self.eye.image(setup, scene, random).unwrap_or_default();
-            let mut error: f64 = if image.is_empty() { f64::NAN } else { 0.0 };
-            for value in &image {
-                let off = (value / expected - 1.0).abs();
-                error = if off > error || off.is_nan() { off } else { error };
-            }
-            let n = image.len() as u64;
-            Outcome::exact(scene.name(), n, error, ROUNDING, "the worst pixel")
+            let off = image.iter().map(|value| (value / expected - 1.0).abs());
+            let error = if image.is_empty() { f64::NAN } else { largest(off) };
+            Outcome::exact(scene.name(), image.len() as u64, error, ROUNDING, "the worst pixel")
         };
         self.scenes.iter().map(outcome).collect()
     }
@@ -90,30 +87,16 @@ impl Property for Left {
             map.map(|map| level(&self.scene, map.photons().map(|photon| photon.flux).sum()))
         };
         let error = sum.map_or(f64::NAN, |sum| sum / self.expected - 1.0);
-        vec![Outcome::exact(
-            "sum over particles",
-            u64::from(PARTICLES),
-            error,
-            // Images add in multiples of 2⁻³².
-            if self.by_eye { 1e-9 } else { ROUNDING },
-            "all",
-        )]
+        // Images add in multiples of 2⁻³².
+        let tolerance = if self.by_eye { 1e-9 } else { ROUNDING };
+        vec![Outcome::exact("sum over particles", u64::from(PARTICLES), error, tolerance, "all")]
     }
-}
-
-/// A sphere around the origin of which one sees the inside.
-fn hollow(s: &mut SceneBuilder, radius: f64, surface: Surface) {
-    let surface = s.surface(surface);
-    let sphere = Sphere { inward: true, ..Sphere::new(DVec3::ZERO, radius) };
-    s.sphere(sphere, surface);
 }
 
 /// A unit cavity that emits 1 and reflects [`ALBEDO`].
 fn cavity(name: &str, bsdf: Bsdf, eye: DVec3) -> Arc<Scene> {
     let camera = Camera::new(eye, DVec3::new(0.1, 0.2, -0.1), DVec3::Z, 0.6);
-    seen_by(camera, name, |s| {
-        hollow(s, 1.0, Surface::new(bsdf).emitting(DVec3::ONE));
-    })
+    seen_by(camera, name, |s| hollow(s, 1.0, Surface::new(bsdf).emitting(DVec3::ONE)))
 }
 
 fn certain(
@@ -138,16 +121,15 @@ const OUTSIDE: DVec3 = DVec3::new(0.0, -5.0, 0.0);
 fn long() -> Vec<FamilyTrial<EstimatorSubject>> {
     let all = 1.0 / (1.0 - ALBEDO);
     let cut = all * (1.0 - ALBEDO.powi(SEGMENTS as i32));
-    let reflectance = DVec3::splat(ALBEDO);
     let mirrors = |name, subject, eye, expected: f64| {
-        let scene = cavity("mirrors", Bsdf::Mirror { reflectance }, INSIDE);
+        let scene = cavity("mirrors", mirror(ALBEDO), INSIDE);
         let property = format!("between mirrors of {ALBEDO} that emit 1 every path sees {expected:.6}");
         certain((name, subject, &PATH_LENGTH), property, eye, vec![(scene, expected)])
     };
     let diffuse = certain(
         ("furnace/long/path", "estimator::Path", &PATH_LENGTH),
         format!("in a diffuse cavity of albedo {ALBEDO} every path sees {all:.6}"),
-        Eye::Path,
+        HITS,
         vec![(cavity("diffuse cavity", lambert(ALBEDO), INSIDE), all)],
     );
     let photons = Eye::Photons(Lookup::Direct);
@@ -155,12 +137,12 @@ fn long() -> Vec<FamilyTrial<EstimatorSubject>> {
     let flux = PI * 4.0 * PI * all;
     vec![
         diffuse,
-        mirrors(MIRRORS[0], "estimator::Path", Eye::Path, all),
+        mirrors(MIRRORS[0], "estimator::Path", HITS, all),
         mirrors(MIRRORS[1], mapping, photons, all),
         mirrors(MIRRORS[2], "estimator::Sppm", Eye::Sppm, all),
         mirrors(MIRRORS[3], "estimator::Bdpt", Eye::Bdpt, all),
-        mirrors(LIMITED[0], "estimator::Report", Eye::Report(SEGMENTS), cut),
-        mirrors(LIMITED[1], "estimator::Whitted", Eye::Whitted(SEGMENTS), cut),
+        mirrors(LIMITED[0], "estimator::Report", Eye::Rays(EstimatorKind::Report(SEGMENTS)), cut),
+        mirrors(LIMITED[1], "estimator::Whitted", Eye::Rays(EstimatorKind::Whitted(SEGMENTS)), cut),
         left("furnace/long/photon-map", "estimator::photon_map::PhotonMap", false, flux, INSIDE),
     ]
 }
@@ -207,7 +189,7 @@ fn cuts(
 /// The families: long walks of every estimator, and glass.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let family = |name, table, trials, faults| -> Box<dyn AnyFamily> {
-        Box::new(Family { whole_estimator: true, trials, faults, ..Family::new(name, parts(table)) })
+        Box::new(Family { trials, faults, ..Family::whole(name, parts(table)) })
     };
     // A particle of the unit cavity leaves L A (1 + a + a² + ...) in the image.
     let splats = 4.0 * PI / (1.0 - ALBEDO);

@@ -2,25 +2,23 @@
 
 use whitefurnace::shape::{sphere_distances, sphere_distances_printed, triangle_point, triangle_residual};
 
-use crate::geometry::{CORRECT, Corners, Shapes, Solution, readable, watertight};
+use crate::geometry::{CORRECT, Corners, Shapes, Solution, Tuv, readable, watertight};
 use crate::prelude::*;
 
 /// The faults.
 pub(super) fn faults() -> Vec<Fault<Shapes>> {
-    let mut faults = triangle_faults();
-    faults.extend(sphere_faults());
-    faults
+    [triangle_faults(), sphere_faults()].into_iter().flatten().collect()
 }
 
 /// A hit behind the ray's start counts as well.
-fn behind(ray: &Ray, v: Corners, limit: f64) -> Option<(f64, f64, f64)> {
+fn behind(ray: &Ray, v: Corners, limit: f64) -> Tuv {
     let back = Ray::new(ray.origin, -ray.direction);
     let seen = watertight(&back, v, f64::INFINITY).map(|(t, u, w)| (-t, u, w));
     watertight(ray, v, limit).or(seen)
 }
 
 /// Without the test of the edge opposite V₀: what lies beyond it, in the parallelogram, is a hit.
-fn parallelogram(ray: &Ray, v: Corners, limit: f64) -> Option<(f64, f64, f64)> {
+fn parallelogram(ray: &Ray, v: Corners, limit: f64) -> Tuv {
     let beyond = [v[1] + v[2] - v[0], v[2], v[1]];
     watertight(ray, v, limit).or_else(|| {
         let (t, u, w) = watertight(ray, beyond, limit)?;
@@ -29,7 +27,7 @@ fn parallelogram(ray: &Ray, v: Corners, limit: f64) -> Option<(f64, f64, f64)> {
 }
 
 /// t of the depth of V₀ alone.
-fn depth_of_corner(ray: &Ray, v: Corners, limit: f64) -> Option<(f64, f64, f64)> {
+fn depth_of_corner(ray: &Ray, v: Corners, limit: f64) -> Tuv {
     let (_, u, w) = watertight(ray, v, limit)?;
     let t = (v[0] - ray.origin).dot(ray.direction) / ray.direction.length_squared();
     Some((t, u, w))
@@ -41,16 +39,11 @@ fn front(ray: &Ray, v: Corners) -> bool {
 }
 
 fn triangle_faults() -> Vec<Fault<Shapes>> {
-    let solution = |name, wrong, triangle: Solution| {
-        let subject = Shapes { triangle, ..CORRECT };
-        let caught_by: &[&str] = &["geometry/triangle-solution"];
-        fault(name, &TRIANGLE_SOLUTION, wrong, subject, caught_by)
+    let of = |name, wrong, triangle: Solution, caught_by| {
+        fault(name, &TRIANGLE_SOLUTION, wrong, Shapes { triangle, ..CORRECT }, caught_by)
     };
-    let edges = |name, wrong, triangle: Solution| {
-        let subject = Shapes { triangle, ..CORRECT };
-        let caught_by: &[&str] = &["geometry/triangle-edges"];
-        fault(name, &TRIANGLE_SOLUTION, wrong, subject, caught_by)
-    };
+    let solution = |name, wrong, triangle| of(name, wrong, triangle, &["geometry/triangle-solution"]);
+    let edges = |name, wrong, triangle| of(name, wrong, triangle, &["geometry/triangle-edges"]);
     vec![
         fault!("normalised", RAY, "the direction is normalised on the way",
             Shapes: { at: |ray, t| ray.origin + t * ray.direction.normalize() }, "geometry/ray"),
@@ -90,6 +83,12 @@ fn triangle_faults() -> Vec<Fault<Shapes>> {
     ]
 }
 
+/// One root of (7), if it is ahead.
+fn root(sphere: &Sphere, ray: &Ray, which: usize) -> Option<f64> {
+    let root = sphere_distances(ray, sphere.centre, sphere.radius)?[which];
+    (root > 0.0).then_some(root)
+}
+
 fn sphere_faults() -> Vec<Fault<Shapes>> {
     vec![
         fault!("radius-not-squared", SPHERE, "r for r²",
@@ -102,19 +101,9 @@ fn sphere_faults() -> Vec<Fault<Shapes>> {
             Shapes: { distances: |ray, c, r| sphere_distances(ray, c, r).map(|[a, b]| [b, a]) },
             "geometry/sphere-distance: both roots"),
         fault!("far-root", SPHERE_DISTANCE, "the far side of the sphere is seen",
-            Shapes: {
-                nearest: |sphere, ray| {
-                    let [_, far] = sphere_distances(ray, sphere.centre, sphere.radius)?;
-                    (far > 0.0).then_some(far)
-                }
-            }, "geometry/sphere-distance: the root that is seen"),
+            Shapes: { nearest: |sphere, ray| root(sphere, ray, 1) }, "geometry/sphere-distance: the root that is seen"),
         fault!("near-root-only", SPHERE_DISTANCE,
             "the root with − alone: from within, the sphere is not seen",
-            Shapes: {
-                nearest: |sphere, ray| {
-                    let [near, _] = sphere_distances(ray, sphere.centre, sphere.radius)?;
-                    (near > 0.0).then_some(near)
-                }
-            }, "geometry/sphere-distance: the root that is seen"),
+            Shapes: { nearest: |sphere, ray| root(sphere, ray, 0) }, "geometry/sphere-distance: the root that is seen"),
     ]
 }

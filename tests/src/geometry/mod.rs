@@ -6,13 +6,14 @@ mod faults;
 use whitefurnace::shape::{moller_trumbore, sphere_distances, sphere_residual, triangle_point, triangle_residual};
 use whitefurnace::watertight::Shear;
 
-use crate::mean_radiance::any_direction;
+use crate::mean_radiance::{any_direction, largest};
 use crate::prelude::*;
 
 /// The corners of a triangle.
 type Corners = [DVec3; 3];
 /// t, u, v of a ray and a triangle, for t below a limit.
-type Solution = fn(&Ray, Corners, f64) -> Option<(f64, f64, f64)>;
+type Solution = fn(&Ray, Corners, f64) -> Tuv;
+type Tuv = Option<(f64, f64, f64)>;
 
 /// (1)-(7), each replaceable.
 #[derive(Clone, Copy)]
@@ -51,17 +52,10 @@ const WRONG: f64 = 1.0;
 /// Sizes of triangles and spheres.
 const SIZES: [f64; 5] = [1e-4, 1e-2, 1.0, 1e2, 1e4];
 
-/// The largest of many errors; NaN stays.
-fn largest(context: &Context, name: &str, mut error: impl FnMut(&mut Stream) -> f64) -> Outcome {
+/// The largest error over random arguments.
+fn worst(context: &Context, name: &str, mut error: impl FnMut(&mut Stream) -> f64) -> Outcome {
     let mut rng = context.rng(name);
-    let mut worst = 0.0_f64;
-    for _ in 0..context.arguments(ARGUMENTS) {
-        let e = error(&mut rng);
-        worst = if e > worst || e.is_nan() { e } else { worst };
-        if worst.is_nan() {
-            break;
-        }
-    }
+    let worst = largest((0..context.arguments(ARGUMENTS)).map(|_| error(&mut rng)));
     Outcome::exact(name, ARGUMENTS, worst, TOLERANCE, "the worst of random arguments")
 }
 
@@ -79,7 +73,7 @@ fn corners(rng: &mut Stream) -> Corners {
 }
 
 fn ray(context: &Context, shapes: Shapes) -> Vec<Outcome> {
-    vec![largest(context, "R(t) − O = tD", |rng| {
+    vec![worst(context, "R(t) − O = tD", |rng| {
         let ray = Ray::new(any_direction(rng), between(rng, 0.5, 2.0) * any_direction(rng));
         let t = between(rng, -3.0, 3.0);
         let moved = (shapes.at)(&ray, t) - ray.origin;
@@ -89,7 +83,7 @@ fn ray(context: &Context, shapes: Shapes) -> Vec<Outcome> {
 
 /// T is V₀, V₁, V₂ at the corners and affine in u and v.
 fn point(context: &Context, shapes: Shapes) -> Vec<Outcome> {
-    vec![largest(context, "T(u, v)", |rng| {
+    vec![worst(context, "T(u, v)", |rng| {
         let v = corners(rng);
         let [a, b] = [uniform(rng), uniform(rng)];
         let along = v[0] + a * (v[1] - v[0]) + b * (v[2] - v[0]);
@@ -113,7 +107,7 @@ fn towards(rng: &mut Stream, v: Corners, [u, w]: [f64; 2], t: f64) -> Ray {
 
 /// Zero at the solution, and −D, E₁, E₂ per unit of t, u, v away from it.
 fn system(context: &Context, shapes: Shapes) -> Vec<Outcome> {
-    vec![largest(context, "left minus right of (3)", |rng| {
+    vec![worst(context, "left minus right of (3)", |rng| {
         let v = corners(rng);
         let [u, w, t] = [uniform(rng), uniform(rng), between(rng, 0.1, 3.0)];
         let ray = towards(rng, v, [u, w], t);
@@ -128,7 +122,7 @@ fn system(context: &Context, shapes: Shapes) -> Vec<Outcome> {
 /// t, u, v are what the ray was made from, for triangles of every size and directions of any length; rays
 /// beside, behind and in the plane miss, and so do those that end before.
 fn solution(context: &Context, shapes: Shapes) -> Vec<Outcome> {
-    vec![largest(context, "t, u, v", |rng| {
+    vec![worst(context, "t, u, v", |rng| {
         let unit = corners(rng);
         let size = SIZES[(uniform(rng) * 5.0) as usize];
         let v = unit.map(|corner| size * corner);
@@ -156,7 +150,7 @@ fn solution(context: &Context, shapes: Shapes) -> Vec<Outcome> {
 /// Around a closed fan of triangles, every ray into it meets one of them, also those aimed at the common
 /// vertex and at points of the edges as exactly as numbers allow.
 fn fan(context: &Context, shapes: Shapes) -> Vec<Outcome> {
-    vec![largest(context, "rays lost at edges", |rng| {
+    vec![worst(context, "rays lost at edges", |rng| {
         let pick = (uniform(rng) * f64::from(SPOKES)) as usize;
         let on_grid = uniform(rng) < 0.5;
         let hub = if on_grid { DVec3::AXES[pick % 3] } else { any_direction(rng) };
@@ -189,7 +183,7 @@ fn fan(context: &Context, shapes: Shapes) -> Vec<Outcome> {
 const SPOKES: u32 = 8;
 
 fn sphere(context: &Context, shapes: Shapes) -> Vec<Outcome> {
-    vec![largest(context, "‖x − c‖² − r²", |rng| {
+    vec![worst(context, "‖x − c‖² − r²", |rng| {
         let [centre, w] = [any_direction(rng), any_direction(rng)];
         let [r, s] = [between(rng, 0.2, 3.0), between(rng, 0.0, 3.0)];
         ((shapes.sphere)(centre + s * w, centre, r) - (s - r) * (s + r)).abs()
@@ -215,7 +209,7 @@ fn chord(rng: &mut Stream) -> (Ray, DVec3, f64, [f64; 2]) {
 
 /// x of (6) at the roots of (7) is on the sphere of (5).
 fn on_sphere(context: &Context, shapes: Shapes) -> Vec<Outcome> {
-    vec![largest(context, "‖o + dl − c‖ − r", |rng| {
+    vec![worst(context, "‖o + dl − c‖ − r", |rng| {
         let (ray, centre, r, roots) = chord(rng);
         roots.iter().map(|&d| (((shapes.at)(&ray, d) - centre).length() / r - 1.0).abs()).sum()
     })]
@@ -223,7 +217,7 @@ fn on_sphere(context: &Context, shapes: Shapes) -> Vec<Outcome> {
 
 /// Both roots, for directions of any length; misses; and the root that is seen.
 fn distances(context: &Context, shapes: Shapes) -> Vec<Outcome> {
-    let roots = largest(context, "both roots", |rng| {
+    let roots = worst(context, "both roots", |rng| {
         let (ray, centre, r, roots) = chord(rng);
         let length = between(rng, 0.5, 2.0);
         let scaled = Ray::new(ray.origin, length * ray.direction);
@@ -231,15 +225,10 @@ fn distances(context: &Context, shapes: Shapes) -> Vec<Outcome> {
         if (shapes.distances)(&beside, centre, r).is_some() {
             return WRONG;
         }
-        match (shapes.distances)(&scaled, centre, r) {
-            Some(found) => {
-                let error = |i: usize| (found[i] * length - roots[i]).abs() / r;
-                error(0) + error(1)
-            }
-            None => WRONG,
-        }
+        let error = |found: f64, root: f64| (found * length - root).abs() / r;
+        (shapes.distances)(&scaled, centre, r).map_or(WRONG, |[a, b]| error(a, roots[0]) + error(b, roots[1]))
     });
-    let seen = largest(context, "the root that is seen", |rng| {
+    let seen = worst(context, "the root that is seen", |rng| {
         let (ray, centre, r, roots) = chord(rng);
         let expected = roots.into_iter().find(|&d| d > 0.0);
         if roots.iter().any(|d| d.abs() < 1e-6 * r) {
@@ -255,14 +244,14 @@ fn distances(context: &Context, shapes: Shapes) -> Vec<Outcome> {
 }
 
 /// The watertight test, in the terms of (4).
-fn watertight(ray: &Ray, v: Corners, limit: f64) -> Option<(f64, f64, f64)> {
+fn watertight(ray: &Ray, v: Corners, limit: f64) -> Tuv {
     let vertices = v.map(|v| [v.x, v.y, v.z, 0.0]);
     let hit = Shear::new(ray).intersect(&vertices, limit)?;
     Some((hit.t, hit.weights[1], hit.weights[2]))
 }
 
 /// The readable form of (4).
-fn readable(ray: &Ray, v: Corners, limit: f64) -> Option<(f64, f64, f64)> {
+fn readable(ray: &Ray, v: Corners, limit: f64) -> Tuv {
     moller_trumbore(ray, v).filter(|(t, ..)| *t < limit)
 }
 

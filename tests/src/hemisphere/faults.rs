@@ -43,22 +43,17 @@ fn slip([r1, r2]: [f64; 2]) -> DVec3 {
     uniform_hemisphere([1.0 - (1.0 - r1).powf(1.0 / 1.05), r2])
 }
 
-fn twice(cos: f64) -> f64 {
-    2.0 * uniform_hemisphere_pdf(cos)
-}
-
 pub(super) fn uniform_faults() -> Vec<Fault<Method>> {
     let pdf: Pdf = uniform_hemisphere_pdf;
     vec![
         fault!("shared-number", HEMISPHERE_PHI, "one random number for θ and φ, as printed",
             = (shared_number, pdf),
-            "hemisphere/uniform/cells", "hemisphere/uniform/moments: mean of x",
-            "hemisphere/uniform/moments: mean of y", "hemisphere/uniform/furnaces: furnace, radiance 1 + x",
-            "hemisphere/uniform/furnaces: furnace, radiance 1 + y"),
+            "hemisphere/uniform/cells", "hemisphere/uniform/moments: mean of x | mean of y",
+            "hemisphere/uniform/furnaces: furnace, radiance 1 + x | furnace, radiance 1 + y"),
         fault!("linear-theta", HEMISPHERE_THETA, "θ = rπ/2",
             = (linear_theta, pdf),
-            "hemisphere/uniform/moments: mean of z", "hemisphere/uniform/moments: mean of z²",
-            "hemisphere/uniform/cells", "hemisphere/uniform/angles: law of cos θ"),
+            "hemisphere/uniform/moments: mean of z | mean of z²", "hemisphere/uniform/cells",
+            "hemisphere/uniform/angles: law of cos θ"),
         fault!("half-circle", HEMISPHERE_PHI, "φ over half the circle",
             = (half_circle, pdf),
             "hemisphere/uniform/angles: law of φ", "hemisphere/uniform/furnaces: furnace, radiance 1 + y"),
@@ -66,7 +61,8 @@ pub(super) fn uniform_faults() -> Vec<Fault<Method>> {
             "uniform directions with the weight of the cosine pdf: radiance 1 does not see it",
             = (uniform_hemisphere, cosine_hemisphere_pdf), "hemisphere/uniform/furnaces: furnace, radiance cos θ"),
         fault!("pdf-twice", HEMISPHERE_PDF, "the pdf is 1/π",
-            = (uniform_hemisphere, twice), "hemisphere/uniform/pdf", "hemisphere/uniform/furnaces: furnace, radiance 1"),
+            = (uniform_hemisphere, |cos| 2.0 * uniform_hemisphere_pdf(cos)),
+            "hemisphere/uniform/pdf", "hemisphere/uniform/furnaces: furnace, radiance 1"),
         fault!("cosine-for-uniform", HEMISPHERE_THETA,
             "cosine-weighted directions, called importance sampling, for (18)",
             = (cosine_hemisphere, pdf), "hemisphere/uniform/moments: mean of z"),
@@ -85,17 +81,16 @@ pub(super) fn cosine_faults() -> Vec<Fault<Method>> {
     vec![
         fault!("shared-number", COSINE_HEMISPHERE, "one random number for θ and φ",
             = (shared_number_cosine, pdf),
-            "hemisphere/cosine/cells", "hemisphere/cosine/moments: mean of x", "hemisphere/cosine/moments: mean of y"),
+            "hemisphere/cosine/cells", "hemisphere/cosine/moments: mean of x | mean of y"),
         fault!("no-root", COSINE_HEMISPHERE, "sin θ = r for sin θ = √r",
             = (no_root, pdf),
-            "hemisphere/cosine/moments: mean of z", "hemisphere/cosine/moments: mean of z²", "hemisphere/cosine/cells",
+            "hemisphere/cosine/moments: mean of z | mean of z²", "hemisphere/cosine/cells",
             "hemisphere/cosine/angles: law of cos θ"),
         fault!("half-circle", COSINE_HEMISPHERE, "φ over half the circle",
             = (half_circle_cosine, pdf), "hemisphere/cosine/angles: law of φ"),
         fault!("uniform-weight", COSINE_HEMISPHERE, "cosine directions with the weight 2 cos θ",
             = (cosine_hemisphere, uniform_hemisphere_pdf),
-            "hemisphere/cosine/furnaces: furnace, radiance 1", "hemisphere/cosine/furnaces: furnace, radiance 1 + x",
-            "hemisphere/cosine/furnaces: furnace, radiance 1 + y"),
+            "hemisphere/cosine/furnaces: furnace, radiance 1 | furnace, radiance 1 + x | furnace, radiance 1 + y"),
         fault!("uniform-sampler", COSINE_HEMISPHERE, "uniform directions with the cosine pdf's weight",
             = (uniform_hemisphere, pdf), "hemisphere/cosine/furnaces: furnace, radiance cos θ"),
         fault!("pdf-twice", HEMISPHERE_PDF, "the pdf is 2 cos θ/π",

@@ -76,20 +76,11 @@ pub fn cells(context: &Context, domain: Domain, sampler: Sampler) -> Vec<Outcome
 /// The means of x and y, 0, and of z and z². Standard deviations are at most 0.58: 1.4e-4 standard error.
 pub fn moments(context: &Context, expected: [f64; 2], sampler: Sampler) -> Vec<Outcome> {
     let mut rng = context.rng("moments");
-    let references = [0.0, 0.0, expected[0], expected[1]];
-    let mut values = references.map(Values::new);
-    for _ in 0..context.n(MEAN_SAMPLES) {
+    let about = [("mean of x", 0.0), ("mean of y", 0.0), ("mean of z", expected[0]), ("mean of z²", expected[1])];
+    means(about.map(|(name, reference)| (name, reference, MOMENT_DELTA)), context.n(MEAN_SAMPLES), || {
         let w = sampler(uniform2(&mut rng));
-        for (values, value) in values.iter_mut().zip([w.x, w.y, w.z, w.z * w.z]) {
-            values.push(value);
-        }
-    }
-    let claim = Claim::Exact { delta: MOMENT_DELTA };
-    ["mean of x", "mean of y", "mean of z", "mean of z²"]
-        .iter()
-        .zip(values.iter().zip(references))
-        .map(|(name, (values, reference))| mean(name, values, reference, claim))
-        .collect()
+        [w.x, w.y, w.z, w.z * w.z]
+    })
 }
 
 /// The laws of cos θ and φ, each alone.
@@ -119,37 +110,23 @@ const FURNACES: [Furnace; 4] = [
 /// proportion to cos θ, every value of the constant furnace is 1.
 pub fn furnaces(context: &Context, law: Domain, sampler: Sampler, pdf: Pdf) -> Vec<Outcome> {
     let mut rng = context.rng("furnaces");
-    let mut values = FURNACES.map(|(_, _, reference)| Values::new(reference));
-    for _ in 0..context.n(MEAN_SAMPLES) {
+    let mut about = FURNACES.map(|(name, _, reference)| (name, reference, FURNACE_DELTA * reference));
+    if law == Domain::CosineHemisphere {
+        about[0].2 = 0.0;
+    }
+    means(about, context.n(MEAN_SAMPLES), || {
         let w = sampler(uniform2(&mut rng));
         let weight = FRAC_1_PI * w.z / pdf(w.z);
-        for (values, (_, radiance, _)) in values.iter_mut().zip(&FURNACES) {
-            values.push(radiance(w) * weight);
-        }
-    }
-    FURNACES
-        .iter()
-        .zip(&values)
-        .enumerate()
-        .map(|(i, ((name, _, reference), values))| {
-            let constant = i == 0 && law == Domain::CosineHemisphere;
-            let delta = if constant { 0.0 } else { FURNACE_DELTA * reference };
-            mean(name, values, *reference, Claim::Exact { delta })
-        })
-        .collect()
+        FURNACES.map(|(_, radiance, _)| radiance(w) * weight)
+    })
 }
 
 /// ∫ p dω = 1 by quadrature.
 pub fn normalised(pdf: Pdf) -> Vec<Outcome> {
     let tolerance = 1e-6;
     let integral = Domain::Hemisphere.integrate_all(0.1 * tolerance, &|w| pdf(w.z));
-    vec![Outcome::exact(
-        "integral of the pdf",
-        1,
-        (integral.value - 1.0).abs(),
-        tolerance,
-        format!("the pdf integrates to {:.9}", integral.value),
-    )]
+    let found = format!("the pdf integrates to {:.9}", integral.value);
+    vec![Outcome::exact("integral of the pdf", 1, (integral.value - 1.0).abs(), tolerance, found)]
 }
 
 fn trials(law: Law) -> Vec<FamilyTrial<Method>> {

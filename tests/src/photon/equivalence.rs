@@ -9,11 +9,12 @@ use whitefurnace::scene::room::diffuse;
 use crate::photon::faults::HALVED;
 use crate::photon::{MAPPING, scenes};
 use crate::prelude::*;
+use crate::scenes::valid;
 
 /// The mean radiance along random rays by final gathering and by the path tracer.
 struct SameRadiance {
     scene: Arc<Scene>,
-    ray: fn(&mut Stream) -> Ray,
+    ray: Rays,
     particles: u32,
     radius: f64,
     /// Maps, and rays with each.
@@ -45,28 +46,15 @@ impl Property for SameRadiance {
             };
             let mut rng = stream(seed, index, 0);
             index += 1;
-            let sum: f64 = (0..self.rays)
-                .map(|_| {
-                    let ray = (self.ray)(&mut rng);
-                    photons.radiance(scene, &ray, scene.intersect(&ray), &mut rng).x
-                })
-                .sum();
-            sum / self.rays as f64
+            let seen = |_| {
+                let ray = (self.ray)(&mut rng);
+                photons.radiance(scene, &ray, scene.intersect(&ray), &mut rng).x
+            };
+            (0..self.rays).map(seen).sum::<f64>() / self.rays as f64
         });
-        let margin = self.margin * centre;
-        let claim = Claim::Approximate { margin };
+        let claim = Claim::Approximate { margin: self.margin * centre };
         vec![welch("difference of the means", &maps, &paths, claim)]
     }
-}
-
-fn family_trial(name: &'static str, property: &str, same: SameRadiance) -> FamilyTrial<EstimatorSubject> {
-    trial(
-        name,
-        format!("{property} within {} %", 100.0 * same.margin),
-        &PHOTON_DENSITY,
-        [MAPPING, "Welch, equivalence"],
-        with_parts(same),
-    )
 }
 
 /// From the room's camera to a part of its floor away from objects and walls.
@@ -85,41 +73,40 @@ fn caustic_floor(rng: &mut Stream) -> Ray {
     Ray::new(DVec3::new(radius * cos, radius * sin, 0.01), -DVec3::Z)
 }
 
-/// The trials.
 pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let mut trials = vec![family_trial(
-        "photon/caustic",
-        "photon mapping and the path tracer find the same light in the caustic of a glass sphere",
-        SameRadiance {
-            scene: scenes::caustic(1.5),
-            ray: caustic_floor,
-            particles: 512,
-            radius: 0.05,
-            maps: 15_000,
-            rays: 128,
-            paths: 3_600_000,
-            // The blur of the caustic's edge takes about half a per cent.
-            margin: 0.025,
-        },
-    )];
-    if let Ok(room) = diffuse() {
-        trials.push(family_trial(
-            "photon/diffuse-room",
-            "photon mapping and the path tracer find the same light on the floor of the diffuse room",
-            SameRadiance {
-                scene: Arc::new(room),
-                ray: room_floor,
-                particles: 1000,
-                radius: 0.1,
-                // Enough that the skewness of so few photons within the radius does not matter.
-                maps: 5_000,
-                rays: 800,
-                paths: 1_000_000,
-                margin: 0.02,
-            },
-        ));
-    }
-    trials
+    let caustic = SameRadiance {
+        scene: scenes::caustic(1.5),
+        ray: caustic_floor,
+        particles: 512,
+        radius: 0.05,
+        maps: 15_000,
+        rays: 128,
+        paths: 3_600_000,
+        // The blur of the caustic's edge takes about half a per cent.
+        margin: 0.025,
+    };
+    let room = SameRadiance {
+        scene: valid(diffuse()),
+        ray: room_floor,
+        particles: 1000,
+        radius: 0.1,
+        // Enough that the skewness of so few photons within the radius does not matter.
+        maps: 5_000,
+        rays: 800,
+        paths: 1_000_000,
+        margin: 0.02,
+    };
+    [
+        ("photon/caustic", "in the caustic of a glass sphere", caustic),
+        ("photon/diffuse-room", "on the floor of the diffuse room", room),
+    ]
+    .into_iter()
+    .map(|(name, place, same)| {
+        let percent = 100.0 * same.margin;
+        let property = format!("photon mapping and the path tracer find the same light {place} within {percent} %");
+        trial(name, property, &PHOTON_DENSITY, [MAPPING, "Welch, equivalence"], with_parts(same))
+    })
+    .collect()
 }
 
 /// What they must reject.

@@ -1,15 +1,13 @@
 //! Faults of photon mapping, each through the whole estimator.
 
+use glam::Vec3Swizzles;
 use whitefurnace::estimator::photon_map::{density, flux_share};
 use whitefurnace::sampling::uniform_hemisphere;
 
 use crate::prelude::*;
 
 pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
-    let mut faults = densities();
-    faults.extend(maps());
-    faults.extend(particles());
-    faults
+    [densities(), maps(), particles()].into_iter().flatten().collect()
 }
 
 /// Half of every photon.
@@ -63,11 +61,8 @@ fn particles() -> Vec<Fault<EstimatorSubject>> {
             { photon_flux: |flux, _, stored| flux / stored.max(1) as f64 }, "photon/furnace",
             "photon/gather"),
         fault!("channels-exchanged", PHOTON_FLUX, "red and blue of the flux are exchanged",
-            {
-                photon_flux: |flux, emitted, _| {
-                    flux_share(DVec3::new(flux.z, flux.y, flux.x), emitted)
-                }
-            }, "photon/disc", "photon/index-matched", "photon/passes"),
+            { photon_flux: |flux, emitted, _| flux_share(flux.zyx(), emitted) },
+            "photon/disc", "photon/index-matched", "photon/passes"),
         fault!("survivors-unpaid", ROULETTE, "particles that survive roulette carry no more than before",
             { roulette_weight: |_| 1.0 }, "photon/flux-balance", "photon/furnace"),
         fault!("particles-uniform", COSINE_HEMISPHERE,

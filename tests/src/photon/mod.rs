@@ -11,24 +11,19 @@ use whitefurnace::estimator::{Lookup, radius_squared};
 use whitefurnace::harness::mean::NEARLY_SYMMETRIC;
 use whitefurnace::scene::simple::{CAP_SHARE, Cap, cavity_cap, furnace_box};
 
-use crate::photon::replications::{About, Flux, Mapping, Passes, family_trial};
+use crate::furnace::off_cap_radiance;
+use crate::photon::replications::{Flux, Mapping, Passes, family_trial};
 use crate::prelude::*;
-use crate::scenes::{lambert, sphere_furnace};
+use crate::scenes::{lambert, sphere_furnace, valid};
 
 /// The families: with closed forms, and against the path tracer.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![
+        Box::new(Family { trials: trials(), faults: faults::faults(), ..Family::whole("photon", STANDARD) }),
         Box::new(Family {
-            whole_estimator: true,
-            trials: trials(),
-            faults: faults::faults(),
-            ..Family::new("photon", STANDARD)
-        }),
-        Box::new(Family {
-            whole_estimator: true,
             trials: equivalence::trials(),
             faults: equivalence::faults(),
-            ..Family::new("photon-equivalence", STANDARD)
+            ..Family::whole("photon-equivalence", STANDARD)
         }),
     ]
 }
@@ -47,11 +42,7 @@ fn spread(count: u32) -> impl Iterator<Item = DVec3> {
 const MAPPING: &str = "estimator::PhotonMapping";
 
 fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let mut trials = floors();
-    trials.extend(cavities());
-    trials.extend(fluxes());
-    trials.push(passes());
-    trials
+    [floors(), cavities(), fluxes(), vec![passes()]].into_iter().flatten().collect()
 }
 
 /// Particles per map of a floor: few do, since the mean does not depend on their number.
@@ -61,167 +52,83 @@ fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
     let gather = Lookup::Gather { caustic_particles: FEW, caustic_radius: scenes::RADIUS };
     let whole = scenes::disc_average(scenes::RADIUS, f64::INFINITY);
     let cut = scenes::disc_average(scenes::RADIUS, scenes::WALL_AT);
-    let point = scenes::at_point();
     let floor = |name, what: &str, scene, lookup, reference: f64, (rays, values)| {
-        let about = About {
-            name,
-            property: format!("a floor reflects {reference:.6} {what}"),
-            equation: &PHOTON_DENSITY,
-            subject: MAPPING,
-            reference,
-            delta: SINGLE,
-            values,
-        };
-        let mapping =
-            Mapping { scene, lookup, particles: FEW, radius: scenes::RADIUS, rays: vec![scenes::at_origin(); rays] };
-        family_trial(about, mapping)
+        let property = format!("a floor reflects {reference:.6} {what}");
+        let rays = vec![scenes::at_origin(); rays];
+        let mapping = Mapping { scene, lookup, particles: FEW, radius: scenes::RADIUS, rays };
+        family_trial((name, &PHOTON_DENSITY, MAPPING), property, (reference, SINGLE), values, mapping)
     };
+    let disc = "in the mean over the disc around a point under a light";
+    let point = "of a light by shadow rays, and nothing by photons";
+    let matched = "of a light within glass that is air, all of it caustics, in the mean over the disc";
+    let behind = "from above of a light below it";
+    let corner = "of a disc that a wall cuts, whose photons do not count";
     vec![
-        floor(
-            "photon/disc",
-            "in the mean over the disc around a point under a light",
-            scenes::over_floor(),
-            Lookup::Direct,
-            whole,
-            (1, 30_000),
-        ),
-        floor(
-            "photon/shadow-rays",
-            "of a light by shadow rays, and nothing by photons",
-            scenes::over_floor(),
-            gather,
-            point,
-            (16, 17_600),
-        ),
-        floor(
-            "photon/index-matched",
-            "of a light within glass that is air, all of it caustics, in the mean over the disc",
-            scenes::matched(),
-            gather,
-            whole,
-            (8, 40_000),
-        ),
-        floor(
-            "photon/behind",
-            "from above of a light below it",
-            scenes::under_floor(),
-            Lookup::Direct,
-            0.0,
-            (1, 27_000),
-        ),
-        floor(
-            "photon/corner",
-            "of a disc that a wall cuts, whose photons do not count",
-            scenes::corner(),
-            Lookup::Direct,
-            cut,
-            (1, 60_000),
-        ),
+        floor("photon/disc", disc, scenes::over_floor(), Lookup::Direct, whole, (1, 30_000)),
+        floor("photon/shadow-rays", point, scenes::over_floor(), gather, scenes::at_point(), (16, 17_600)),
+        floor("photon/index-matched", matched, scenes::matched(), gather, whole, (8, 40_000)),
+        floor("photon/behind", behind, scenes::under_floor(), Lookup::Direct, 0.0, (1, 27_000)),
+        floor("photon/corner", corner, scenes::corner(), Lookup::Direct, cut, (1, 60_000)),
     ]
 }
 
 fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let albedo = 0.5;
-    let rho = 0.75;
-    let centred = |count| -> Vec<Ray> { spread(count).map(|w| Ray::new(DVec3::ZERO, w)).collect() };
-    let off_cap = |count| -> Vec<Ray> {
-        spread(count).filter(|w| w.z < 0.9 - 2.0 * CAP_SHARE).map(|w| Ray::new(DVec3::ZERO, w)).collect()
+    let (albedo, rho) = (0.5, 0.75);
+    let rays = |count, below: f64| -> Vec<Ray> {
+        spread(count).filter(|w| w.z < below).map(|w| Ray::new(DVec3::ZERO, w)).collect()
     };
-    let cavity = |name, what: String, scene, lookup, rays, particles, reference: f64, values| {
-        let about = About {
-            name,
-            property: format!("{what} the radiance is {reference:.6}"),
-            equation: &PHOTON_DENSITY,
-            subject: MAPPING,
-            reference,
-            delta: BOUNCES,
-            values,
-        };
-        let mapping = Mapping { scene, lookup, particles, radius: 0.4, rays };
-        family_trial(about, mapping)
+    let cavity = |name, what: String, mapping, reference: f64, values| {
+        let property = format!("{what} the radiance is {reference:.6}");
+        family_trial((name, &PHOTON_DENSITY, MAPPING), property, (reference, BOUNCES), values, mapping)
     };
-    let mut trials = vec![cavity(
-        "photon/furnace",
-        format!("in a spherical furnace of albedo {albedo}, where lookups on curved walls are exact,"),
-        sphere_furnace(lambert(albedo), 0.0),
-        Lookup::Direct,
-        centred(64),
-        256,
-        1.0 / (1.0 - albedo),
-        NEARLY_SYMMETRIC,
-    )];
-    if let Ok(scene) = cavity_cap(rho, Cap::Reflecting) {
-        let gather = Lookup::Gather { caustic_particles: 1, caustic_radius: 0.4 };
-        trials.push(cavity(
-            "photon/gather",
-            format!("by final gathering, off the reflecting cap of a cavity of albedo {rho},"),
-            Arc::new(scene),
-            gather,
-            off_cap(128),
-            512,
-            rho * CAP_SHARE / (1.0 - rho),
-            6_400,
-        ));
-    }
-    trials
+    let furnace = Mapping {
+        scene: sphere_furnace(lambert(albedo), 0.0),
+        lookup: Lookup::Direct,
+        particles: 256,
+        radius: 0.4,
+        rays: rays(64, 1.0),
+    };
+    let gather = Mapping {
+        scene: valid(cavity_cap(rho, Cap::Reflecting)),
+        lookup: Lookup::Gather { caustic_particles: 1, caustic_radius: 0.4 },
+        particles: 512,
+        radius: 0.4,
+        rays: rays(128, 0.9 - 2.0 * CAP_SHARE),
+    };
+    let in_furnace = format!("in a spherical furnace of albedo {albedo}, where lookups on curved walls are exact,");
+    let off_cap = format!("by final gathering, off the reflecting cap of a cavity of albedo {rho},");
+    vec![
+        cavity("photon/furnace", in_furnace, furnace, 1.0 / (1.0 - albedo), NEARLY_SYMMETRIC),
+        cavity("photon/gather", off_cap, gather, off_cap_radiance(rho, Cap::Reflecting), 6_400),
+    ]
 }
 
 fn fluxes() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let about = |name, property, reference, delta, values| About {
-        name,
-        property,
-        equation: &PHOTON_FLUX,
-        subject: "estimator::photon_map::PhotonMap",
-        reference,
-        delta,
-        values,
+    let flux = |name, property, claim, values, scene, kept| {
+        let about = (name, &PHOTON_FLUX, "estimator::photon_map::PhotonMap");
+        family_trial(about, property, claim, values, Flux { scene, kept, particles: 256 })
     };
     let caustic = scenes::flux_into_glass();
-    let mut trials = vec![family_trial(
-        about(
-            "photon/flux-through-glass",
-            format!("of a light beside a glass sphere {caustic:.6} arrive as caustics: what enters leaves"),
-            caustic,
-            SINGLE,
-            18_000,
-        ),
-        Flux { scene: scenes::glass_in_cavity(), kept: Kept::Caustic, particles: 256 },
-    )];
+    let through = format!("of a light beside a glass sphere {caustic:.6} arrive as caustics: what enters leaves");
+    let glass = scenes::glass_in_cavity();
+    // A cube of side 2: π L A/(1 − a) arrive, a share a of them is reflected, the rest absorbed.
     let albedo = 0.3;
-    if let Ok(scene) = furnace_box(albedo) {
-        // A cube of side 2: π L A/(1 − a) arrive, a share a of them is reflected, the rest absorbed.
-        let arriving = PI * 24.0 / (1.0 - albedo);
-        trials.push(family_trial(
-            about(
-                "photon/flux-balance",
-                format!("in a closed box of albedo {albedo} photons of {arriving:.6} arrive"),
-                arriving,
-                BOUNCES,
-                13_000,
-            ),
-            Flux { scene: Arc::new(scene), kept: Kept::All, particles: 256 },
-        ));
-    }
-    trials
+    let arriving = PI * 24.0 / (1.0 - albedo);
+    let balance = format!("in a closed box of albedo {albedo} photons of {arriving:.6} arrive");
+    let cube = valid(furnace_box(albedo));
+    vec![
+        flux("photon/flux-through-glass", through, (caustic, SINGLE), 18_000, glass, Kept::Caustic),
+        flux("photon/flux-balance", balance, (arriving, BOUNCES), 13_000, cube, Kept::All),
+    ]
 }
 
 /// The mean of the passes' disc averages, each of its own radius.
 fn passes() -> FamilyTrial<EstimatorSubject> {
-    let count = 12;
-    let first = scenes::RADIUS;
-    let disc = |index| {
-        let radius = radius_squared(first * first, index).sqrt();
-        scenes::disc_average(radius, f64::INFINITY)
-    };
-    let reference = (0..count).map(disc).sum::<f64>() / f64::from(count);
-    let about = About {
-        name: "photon/passes",
-        property: format!("the first {count} passes reflect {reference:.6}, the mean over discs that shrink"),
-        equation: &PHOTON_RADIUS,
-        subject: "estimator::Sppm",
-        reference,
-        delta: SINGLE,
-        values: NEARLY_SYMMETRIC,
-    };
-    family_trial(about, Passes { scene: scenes::point_camera(), passes: count, particles: FEW, radius: first })
+    let (passes, radius) = (12, scenes::RADIUS);
+    let disc = |index| scenes::disc_average(radius_squared(radius * radius, index).sqrt(), f64::INFINITY);
+    let reference = (0..passes).map(disc).sum::<f64>() / f64::from(passes);
+    let property = format!("the first {passes} passes reflect {reference:.6}, the mean over discs that shrink");
+    let about = ("photon/passes", &PHOTON_RADIUS, "estimator::Sppm");
+    let series = Passes { scene: scenes::point_camera(), passes, particles: FEW, radius };
+    family_trial(about, property, (reference, SINGLE), NEARLY_SYMMETRIC, series)
 }

@@ -7,18 +7,6 @@ use whitefurnace::rng::stream;
 use crate::prelude::*;
 use crate::scenes::level;
 
-/// A trial of a mean: name, property, equation, subject, reference, relative δ (absolute if that is 0), and
-/// how many values there are at scale 1.
-pub(super) struct About {
-    pub name: &'static str,
-    pub property: String,
-    pub equation: &'static Equation,
-    pub subject: &'static str,
-    pub reference: f64,
-    pub delta: f64,
-    pub values: u64,
-}
-
 /// One value of a trial from the stream (seed, index).
 pub(super) trait Replication: Send + Sync + 'static {
     fn value<P: EstimatorParts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64;
@@ -26,29 +14,32 @@ pub(super) trait Replication: Send + Sync + 'static {
 
 struct Mean<T> {
     replication: T,
-    reference: f64,
-    delta: f64,
+    claim: (f64, f64),
     values: u64,
 }
 
 impl<T: Replication> Property for Mean<T> {
     fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let seed = context.seed_of("replication");
-        let mut values = Values::new(self.reference);
-        for index in 0..context.n(self.values) as u32 {
-            values.push(self.replication.value(setup.parts, seed, index));
-        }
-        let claim = Claim::Exact { delta: self.delta };
-        vec![mean("mean of replications", &values, self.reference, claim)]
+        let mut index = 0;
+        vec![mean_of("mean of replications", self.claim, context.n(self.values), || {
+            index += 1;
+            self.replication.value(setup.parts, seed, index - 1)
+        })]
     }
 }
 
-pub(super) fn family_trial<T: Replication>(about: About, replication: T) -> FamilyTrial<EstimatorSubject> {
-    let About { reference, values, .. } = about;
-    // Where nothing arrives, nothing varies.
-    let delta = if reference == 0.0 { 0.0 } else { about.delta };
-    let property = Mean { replication, reference, delta: delta * reference, values };
-    trial(about.name, about.property, about.equation, [about.subject, "t over independent maps"], with_parts(property))
+/// A trial of a mean: name, equation and subject, its property, reference and relative δ, and how many values
+/// there are at scale 1.
+pub(super) fn family_trial<T: Replication>(
+    (name, equation, subject): (&str, &'static Equation, &'static str),
+    property: String,
+    claim: (f64, f64),
+    values: u64,
+    replication: T,
+) -> FamilyTrial<EstimatorSubject> {
+    let mean = Mean { replication, claim, values };
+    trial(name, property, equation, [subject, "t over independent maps"], with_parts(mean))
 }
 
 /// The first channel of the mean radiance along some rays, by a map of its own.
@@ -67,14 +58,8 @@ impl Replication for Mapping {
             return f64::NAN;
         };
         let mut rng: Stream = stream(seed, index, 0);
-        let sum: f64 = self
-            .rays
-            .iter()
-            .map(|ray| {
-                let hit = self.scene.intersect(ray);
-                level(&self.scene, photons.radiance(&self.scene, ray, hit, &mut rng))
-            })
-            .sum();
+        let seen = |ray: &Ray| photons.radiance(&self.scene, ray, self.scene.intersect(ray), &mut rng);
+        let sum: f64 = self.rays.iter().map(seen).map(|radiance| level(&self.scene, radiance)).sum();
         sum / self.rays.len() as f64
     }
 }
@@ -106,9 +91,8 @@ impl Replication for Passes {
         let sppm = Sppm { parts, particles: self.particles, radius: self.radius };
         // The pass's index decides its radius, so replications differ by the seed.
         let seed = seed.wrapping_add(u64::from(index) << 32);
-        let pass = |pass| sppm.pass(&self.scene, [1, 1], seed, pass);
-        let sum: f64 =
-            (0..self.passes).map(|index| pass(index).map_or(f64::NAN, |image| level(&self.scene, image[0]))).sum();
-        sum / f64::from(self.passes)
+        let pass = |index| sppm.pass(&self.scene, [1, 1], seed, index);
+        let value = |index| pass(index).map_or(f64::NAN, |image| level(&self.scene, image[0]));
+        (0..self.passes).map(value).sum::<f64>() / f64::from(self.passes)
     }
 }

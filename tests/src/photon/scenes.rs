@@ -4,8 +4,12 @@ use std::f64::consts::FRAC_PI_2;
 
 use whitefurnace::harness::quadrature::{Rectangle, integrate};
 
+use crate::glass::GLASS;
 use crate::prelude::*;
-use crate::scenes::{FLOOR, LIGHT, corners, floor, lambert, light, polygon_irradiance, scene, square};
+use crate::scenes::{
+    FLOOR, LIGHT, ball, corners, floor, hollow, lambert, light, origin_from, panel, polygon_irradiance, scene, seen_by,
+    square,
+};
 
 /// Height and half side of the light over the floor: most of its particles land within [`RADIUS`].
 const CENTRE: DVec3 = DVec3::new(0.0, 0.0, 0.5);
@@ -23,8 +27,7 @@ fn low_light(builder: &mut SceneBuilder) {
 
 /// The origin seen from close by, below the light and the glass around it.
 pub fn at_origin() -> Ray {
-    let w = whitefurnace::frame::from_spherical(25f64.to_radians(), 4.0);
-    Ray::new(0.04 * w, -w)
+    origin_from(0.04)
 }
 
 /// A small light just over the floor.
@@ -48,9 +51,8 @@ pub fn corner() -> Arc<Scene> {
     scene("corner", |s| {
         floor(s, lambert(FLOOR));
         low_light(s);
-        let wall = s.surface(Surface::new(lambert(WALL_ALBEDO)));
-        let [y, z] = [6.0 * DVec3::Y, 3.0 * DVec3::Z];
-        s.rectangle(DVec3::new(WALL_AT, -3.0, 0.0), [z, y], wall);
+        let wall = Surface::new(lambert(WALL_ALBEDO));
+        panel(s, DVec3::new(WALL_AT, -3.0, 0.0), [3.0 * DVec3::Z, 6.0 * DVec3::Y], wall);
     })
 }
 
@@ -59,8 +61,7 @@ pub fn matched() -> Arc<Scene> {
     scene("index-matched sphere", |s| {
         floor(s, lambert(FLOOR));
         low_light(s);
-        let glass = s.surface(Surface::new(Bsdf::Glass { index: 1.0 }));
-        s.sphere(Sphere::new(CENTRE, 0.45), glass);
+        ball(s, Sphere::new(CENTRE, 0.45), Surface::new(Bsdf::Glass { index: 1.0 }));
     })
 }
 
@@ -86,11 +87,11 @@ pub fn at_point() -> f64 {
 
 /// The floor and the light, seen by a camera whose pixel is but a point: the origin.
 pub fn point_camera() -> Arc<Scene> {
-    let mut builder = SceneBuilder::new("low light, one point");
-    floor(&mut builder, lambert(FLOOR));
-    low_light(&mut builder);
-    let eye = DVec3::new(0.3, -0.1, 0.2);
-    built(builder, Camera::new(eye, DVec3::ZERO, DVec3::Z, 1e-9))
+    let camera = Camera::new(DVec3::new(0.3, -0.1, 0.2), DVec3::ZERO, DVec3::Z, 1e-9);
+    seen_by(camera, "low light, one point", |s| {
+        floor(s, lambert(FLOOR));
+        low_light(s);
+    })
 }
 
 /// Distance of the light of [`glass_in_cavity`] from the centre of the glass, and half of its side.
@@ -101,11 +102,8 @@ const GLASS_LIGHT: f64 = 0.05;
 /// albedo 0, so that photons are kept and end there.
 pub fn glass_in_cavity() -> Arc<Scene> {
     scene("glass in a cavity", |s| {
-        let inside = Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 4.0) };
-        let wall = s.surface(Surface::new(lambert(0.0)));
-        s.sphere(inside, wall);
-        let glass = s.surface(Surface::new(Bsdf::Glass { index: 1.5 }));
-        s.sphere(Sphere::new(DVec3::ZERO, 1.0), glass);
+        hollow(s, 4.0, Surface::new(lambert(0.0)));
+        ball(s, Sphere::new(DVec3::ZERO, 1.0), Surface::new(GLASS));
         let light = Surface::new(lambert(0.0)).emitting(DVec3::splat(LIGHT));
         square(s, GLASS_DISTANCE * DVec3::Z, GLASS_LIGHT, false, light);
     })
@@ -128,27 +126,21 @@ pub const CAUSTIC: f64 = 0.5;
 /// A sphere of glass of this index between a floor and an area light: a caustic that paths from the eye
 /// find, too. At index 1 there is nothing to see of the glass.
 pub fn caustic(index: f64) -> Arc<Scene> {
-    let mut builder = SceneBuilder::new("caustic");
-    let glass = builder.surface(Surface::new(Bsdf::Glass { index }));
-    builder.sphere(Sphere::new(DVec3::new(0.0, 0.0, 0.6), 0.5), glass);
-    floor_under_area_light(builder)
+    floor_under_area_light("caustic", |s| {
+        ball(s, Sphere::new(DVec3::new(0.0, 0.0, 0.6), 0.5), Surface::new(Bsdf::Glass { index }));
+    })
 }
 
 /// The same floor and light without the glass.
 pub fn no_caustic() -> Arc<Scene> {
-    floor_under_area_light(SceneBuilder::new("no caustic"))
+    floor_under_area_light("no caustic", |_| {})
 }
 
-fn floor_under_area_light(mut builder: SceneBuilder) -> Arc<Scene> {
-    floor(&mut builder, lambert(FLOOR));
-    square(&mut builder, 1.4 * DVec3::Z, 0.5, false, light(LIGHT));
-    let eye = DVec3::new(0.0, -2.6, 1.9);
-    built(builder, Camera::new(eye, DVec3::new(0.0, 0.0, 0.3), DVec3::Z, 0.4))
-}
-
-fn built(builder: SceneBuilder, camera: Camera) -> Arc<Scene> {
-    match builder.build(camera) {
-        Ok(scene) => Arc::new(scene),
-        Err(error) => panic!("{error}"),
-    }
+fn floor_under_area_light(name: &str, glass: impl FnOnce(&mut SceneBuilder)) -> Arc<Scene> {
+    let camera = Camera::new(DVec3::new(0.0, -2.6, 1.9), DVec3::new(0.0, 0.0, 0.3), DVec3::Z, 0.4);
+    seen_by(camera, name, |s| {
+        glass(s);
+        floor(s, lambert(FLOOR));
+        square(s, 1.4 * DVec3::Z, 0.5, false, light(LIGHT));
+    })
 }

@@ -5,13 +5,16 @@ use whitefurnace::scene::simple::closed_cube;
 
 use crate::prelude::*;
 use crate::radiosity::{SINGLE_PRECISION, fineness, solve};
-use crate::scenes::{LIGHT, lambert, scene, square};
+use crate::scenes::{self, LIGHT, lambert, panel, scene, square};
 
-/// What is asked of the form factors of a mesh: a number that should be 0.
+/// What should be 0 of the elements of a mesh and their rows of form factors.
+type Error = fn(&[Element], &[Vec<f64>]) -> f64;
+
+/// What is asked of the form factors of a mesh.
 struct Factors {
     scene: Arc<Scene>,
     patches: u32,
-    error: fn(&[Element], &[Vec<f64>]) -> f64,
+    error: Error,
     tolerance: f64,
 }
 
@@ -35,23 +38,26 @@ const PLATES: [f64; 2] = [0.25, 0.75];
 
 fn plates(name: &str, second: DVec3, edges: [DVec3; 2]) -> Arc<Scene> {
     scene(name, |s| {
-        let [a, b] = PLATES.map(|albedo| s.surface(Surface::new(lambert(albedo))));
-        s.rectangle(DVec3::ZERO, [DVec3::X, DVec3::Y], a);
-        s.rectangle(second, edges, b);
+        let [a, b] = PLATES.map(|albedo| Surface::new(lambert(albedo)));
+        panel(s, DVec3::ZERO, [DVec3::X, DVec3::Y], a);
+        panel(s, second, edges, b);
     })
 }
 
-/// F from the first plate to the second, less a closed form, relative to it.
+/// A F from the elements of one albedo to those of another.
+fn exchange(elements: &[Element], rows: &[Vec<f64>], from: f64, to: f64) -> f64 {
+    let pairs = elements.iter().zip(rows).filter(|(element, _)| element.albedo.x == from);
+    pairs
+        .map(|(element, row)| {
+            let there = elements.iter().zip(row).filter(|(element, _)| element.albedo.x == to);
+            element.area * there.map(|(_, f)| f).sum::<f64>()
+        })
+        .sum()
+}
+
+/// F from the first plate, whose area is 1, to the second, less a closed form, relative to it.
 fn between_plates(elements: &[Element], rows: &[Vec<f64>], reference: f64) -> f64 {
-    let of = |plate: usize| move |element: &Element| element.albedo.x == PLATES[plate];
-    let mut sum = 0.0;
-    for (from, row) in elements.iter().zip(rows).filter(|(e, _)| of(0)(e)) {
-        let pairs = elements.iter().zip(row);
-        let to_second: f64 = pairs.filter(|(e, _)| of(1)(e)).map(|(_, f)| f).sum();
-        // The plate's area is 1.
-        sum += from.area * to_second;
-    }
-    sum / reference - 1.0
+    exchange(elements, rows, PLATES[0], PLATES[1]) / reference - 1.0
 }
 
 /// F between opposite faces of a cube.
@@ -86,8 +92,7 @@ fn ball_in_room() -> Arc<Scene> {
     scene("ball in a room", |s| {
         let wall = s.surface(Surface::new(lambert(ROOM)));
         closed_cube(s, 1.0, true, wall);
-        let ball = s.surface(Surface::new(lambert(BALL)));
-        s.sphere(Sphere::new(DVec3::new(0.5, 0.45, -0.4), RADIUS), ball);
+        scenes::ball(s, Sphere::new(DVec3::new(0.5, 0.45, -0.4), RADIUS), Surface::new(lambert(BALL)));
     })
 }
 
@@ -96,21 +101,9 @@ const RADIUS: f64 = 0.4;
 /// Of the ball, all of which sees nothing but the room: A F to the room and A F from it are both its own
 /// area 4πR², and its area is that of its patches.
 fn ball(elements: &[Element], rows: &[Vec<f64>]) -> f64 {
-    let is = |albedo: f64| move |element: &Element| element.albedo.x == albedo;
-    let exchange = |from: f64, to: f64| {
-        let pairs = elements.iter().zip(rows).filter(|(e, _)| is(from)(e));
-        pairs
-            .map(|(element, row)| {
-                let there = elements.iter().zip(row).filter(|(e, _)| is(to)(e));
-                element.area * there.map(|(_, f)| f).sum::<f64>()
-            })
-            .sum::<f64>()
-    };
     let expected = 4.0 * PI * RADIUS * RADIUS;
-    [exchange(BALL, ROOM), exchange(ROOM, BALL)]
-        .into_iter()
-        .map(|found| (found / expected - 1.0).abs())
-        .fold(0.0, f64::max)
+    let off = |(from, to)| (exchange(elements, rows, from, to) / expected - 1.0).abs();
+    [(BALL, ROOM), (ROOM, BALL)].map(off).into_iter().fold(0.0, f64::max)
 }
 
 /// Σ |A_i F_ij − A_j F_ji| over all pairs, relative to Σ A_i F_ij.
@@ -156,45 +149,24 @@ pub(super) fn factors() -> Vec<FamilyTrial<EstimatorSubject>> {
     });
     let parallel = plates("parallel plates", DVec3::Z, [DVec3::Y, DVec3::X]);
     let perpendicular = plates("perpendicular plates", DVec3::ZERO, [DVec3::Y, DVec3::Z]);
-    let family_trial = |name: &str, property: String, subject: Factors| {
-        let path = "estimator::radiosity::FormFactors";
-        trial(name, property, &FORM_FACTOR, [path, "exact"], with_parts(subject))
+    let of = |name: &str, property: &str, scene, patches, error: Error, tolerance| {
+        let judged = ["estimator::radiosity::FormFactors", "exact"];
+        trial(name, property, &FORM_FACTOR, judged, with_parts(Factors { scene, patches, error, tolerance }))
     };
+    let opposite = format!("between parallel unit plates at distance 1 F = {OPPOSITE:.6}");
+    let adjacent = format!("between unit plates at a right angle with a common edge F = {NEIGHBOURS:.6}");
+    let closed = "in a closed cube the form factors from each patch add up to 1";
+    let around = "a ball near the walls of a room sends the room its area, and the room as much to the ball";
+    let mutual = "in a closed cube A_i F_ij = A_j F_ji, but for the mean over three nodes";
+    let (to_opposite, to_adjacent): (Error, Error) = (
+        |elements, rows| between_plates(elements, rows, OPPOSITE),
+        |elements, rows| between_plates(elements, rows, NEIGHBOURS),
+    );
     vec![
-        family_trial(
-            "radiosity/parallel-plates",
-            format!("between parallel unit plates at distance 1 F = {OPPOSITE:.6}"),
-            Factors {
-                scene: parallel,
-                patches: 64,
-                error: |elements, rows| between_plates(elements, rows, OPPOSITE),
-                tolerance: 1e-4,
-            },
-        ),
-        family_trial(
-            "radiosity/perpendicular-plates",
-            format!("between unit plates at a right angle with a common edge F = {NEIGHBOURS:.6}"),
-            Factors {
-                scene: perpendicular,
-                patches: 400,
-                error: |elements, rows| between_plates(elements, rows, NEIGHBOURS),
-                tolerance: SINGLE,
-            },
-        ),
-        family_trial(
-            "radiosity/closure",
-            "in a closed cube the form factors from each patch add up to 1".to_owned(),
-            Factors { scene: Arc::clone(&cube), patches: 100, error: closure, tolerance: SINGLE_PRECISION },
-        ),
-        family_trial(
-            "radiosity/ball",
-            "a ball near the walls of a room sends the room its area, and the room as much to the ball".to_owned(),
-            Factors { scene: ball_in_room(), patches: 300, error: ball, tolerance: IMAGE },
-        ),
-        family_trial(
-            "radiosity/reciprocity",
-            "in a closed cube A_i F_ij = A_j F_ji, but for the mean over three nodes".to_owned(),
-            Factors { scene: cube, patches: 400, error: reciprocity, tolerance: 0.02 },
-        ),
+        of("radiosity/parallel-plates", &opposite, parallel, 64, to_opposite, 1e-4),
+        of("radiosity/perpendicular-plates", &adjacent, perpendicular, 400, to_adjacent, SINGLE),
+        of("radiosity/closure", closed, Arc::clone(&cube), 100, closure, SINGLE_PRECISION),
+        of("radiosity/ball", around, ball_in_room(), 300, ball, IMAGE),
+        of("radiosity/reciprocity", mutual, cube, 400, reciprocity, 0.02),
     ]
 }

@@ -26,12 +26,10 @@ pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
             "radiosity/close", "radiosity/parallel-plates", "radiosity/perpendicular-plates"),
         fault!("form-factor-open", FORM_FACTOR, "the edge from the last corner to the first is left out",
             { form_factor: |normal, corners| {
-                let pairs = corners.windows(2);
                 let edge = |pair: &[DVec3]| {
-                    let across = pair[0].cross(pair[1]);
-                    pair[0].angle_between(pair[1]) * across.normalize_or_zero().dot(normal)
+                    pair[0].angle_between(pair[1]) * pair[0].cross(pair[1]).normalize_or_zero().dot(normal)
                 };
-                pairs.map(edge).sum::<f64>() * -0.5 * FRAC_1_PI
+                corners.windows(2).map(edge).sum::<f64>() * -0.5 * FRAC_1_PI
             } },
             "radiosity/reciprocity", "radiosity/perpendicular-plates"),
         fault!("horizon-not-cut", FORM_FACTOR, "the part of a polygon below the horizon counts, negatively",
@@ -71,20 +69,17 @@ pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
         fault!("sphere-cosine-missing", FORM_FACTOR, "the cosines between parts of a sphere are 1",
             { cosine: |_, _| 1.0 }, "radiosity/sphere"),
         fault!("channels-mixed", RADIOSITY, "each channel is reflected by the next one's albedo",
-            {
-                leaving: |albedo, emitted, irradiance| radiosity::leaving(albedo.yzx(), emitted, irradiance) },
+            { leaving: |albedo, emitted, irradiance| radiosity::leaving(albedo.yzx(), emitted, irradiance) },
             "radiosity/coloured"),
         fault!("emission-exchanged", RADIOSITY,
             "patches send each other what they emit, which was counted as direct light",
             { exchanged: |leaving, _| leaving },
             "radiosity/furnace-box", "radiosity/corners", "radiosity/energy"),
         fault!("emission-reflected", RADIOSITY, "the albedo is applied to what a surface emits, too",
-            {
-                leaving: |albedo, emitted, irradiance| radiosity::leaving(albedo, albedo * emitted, irradiance) },
+            { leaving: |albedo, emitted, irradiance| radiosity::leaving(albedo, albedo * emitted, irradiance) },
             "radiosity/furnace-box"),
         fault!("channels-exchanged", RADIOSITY, "red and blue of the irradiance are exchanged",
-            {
-                leaving: |albedo, emitted, e| radiosity::leaving(albedo, emitted, DVec3::new(e.z, e.y, e.x)) },
+            { leaving: |albedo, emitted, irradiance| radiosity::leaving(albedo, emitted, irradiance.zyx()) },
             "radiosity/rectangle"),
         fault!("two-sweeps", RADIOSITY, "the solution ends after two sweeps",
             { solved: |_, sweeps| sweeps >= 2 },

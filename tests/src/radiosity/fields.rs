@@ -5,10 +5,10 @@ use whitefurnace::estimator::radiosity::ReadOut;
 
 use crate::cie::{parallel_corner, upright_corner};
 use crate::prelude::*;
-use crate::radiosity::{EstimatorKind, Known, KnownRay, SINGLE_PRECISION, known};
+use crate::radiosity::{Known, KnownRay, SINGLE_PRECISION, SUBJECT};
 use crate::scenes::{
-    FLOOR, HEIGHT, LIGHT, TINT, TRIANGLE, at_origin, floor, half_hidden_light, lambert, light, rectangle_light, scene,
-    square, triangle_light,
+    FLOOR, HEIGHT, LIGHT, TINT, TRIANGLE, at_origin, ball, floor, half_hidden_light, lambert, light, origin_from,
+    panel, rectangle_light, scene, square, triangle_light,
 };
 
 /// F from the origin with the normal z to a flat light: the double integral of cos θ cos θ′/(πd²), by
@@ -23,20 +23,9 @@ fn by_quadrature(domain: Domain, corner: DVec3, [a, b]: [DVec3; 2]) -> f64 {
     domain.integrate_all(1e-9, &kernel).value
 }
 
-fn parallelogram(corner: DVec3, edges: [DVec3; 2]) -> f64 {
-    by_quadrature(Domain::Square, corner, edges)
-}
-
-/// A black surface or light as a parallelogram.
-fn panel(s: &mut SceneBuilder, corner: DVec3, edges: [DVec3; 2], surface: Surface) {
-    let surface = s.surface(surface);
-    s.rectangle(corner, edges, surface);
-}
-
 /// The origin from so near that little can come between.
-fn nearby() -> Ray {
-    let w = whitefurnace::frame::from_spherical(25f64.to_radians(), 4.0);
-    Ray::new(4e-4 * w, -w)
+fn nearby(_: &mut Stream) -> Ray {
+    origin_from(4e-4)
 }
 
 /// The origin from below.
@@ -46,38 +35,29 @@ fn from_below() -> Ray {
     Ray::new(0.1 * w, -w)
 }
 
-/// What the floor reflects if it sees a light of radiance [`LIGHT`] under the form factor F.
-fn reflected(factor: f64) -> f64 {
-    FLOOR * LIGHT * factor
-}
-
+/// What a floor reflects along each kind of ray, which sees a light of radiance [`LIGHT`] under the form factor F.
 fn family_trial(
     name: &str,
     what: &str,
     scene: Arc<Scene>,
-    rays: &[(EstimatorKind, f64)],
-    (patches, tolerance): (u32, f64),
+    rays: &[(Rays, f64)],
+    tolerance: f64,
 ) -> FamilyTrial<EstimatorSubject> {
+    let rays: Vec<_> = rays.iter().map(|&(ray, factor)| (ray, FLOOR * LIGHT * factor)).collect();
     let seen: Vec<String> = rays.iter().map(|(_, l)| format!("{l:.6}")).collect();
     let property = format!("a floor reflects {} of {what}", seen.join(" and "));
-    let rays: Vec<KnownRay> = rays.iter().map(|&(ray, l)| (ray, l * TINT)).collect();
-    let subject = Known { scene, patches, rays, tolerance, read_out: ReadOut::default() };
-    known(name, property, &FORM_FACTOR, subject)
+    let rays: Vec<KnownRay> = rays.into_iter().map(|(ray, l)| (ray, l * TINT)).collect();
+    let known = Known { scene, patches: 4, rays, tolerance, read_out: ReadOut::default() };
+    trial(name, property, &FORM_FACTOR, [SUBJECT, "exact"], with_parts(known))
 }
 
-/// One ray to the floor's origin, few patches.
+/// The same along one ray to the floor's origin.
 fn lit(name: &str, what: &str, scene: Arc<Scene>, factor: f64, tolerance: f64) -> FamilyTrial<EstimatorSubject> {
-    let rays = [((|_| at_origin()) as EstimatorKind, reflected(factor))];
-    family_trial(name, what, scene, &rays, (4, tolerance))
+    family_trial(name, what, scene, &[(|_| at_origin(), factor)], tolerance)
 }
 
-/// The trials.
 pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let mut trials = rectangles();
-    trials.extend(kinds());
-    trials.extend(hidden());
-    trials.push(both_sides());
-    trials
+    [rectangles(), kinds(), hidden(), vec![both_sides()]].into_iter().flatten().collect()
 }
 
 fn rectangles() -> Vec<FamilyTrial<EstimatorSubject>> {
@@ -92,7 +72,6 @@ fn rectangles() -> Vec<FamilyTrial<EstimatorSubject>> {
         square(s, DVec3::new(1.0 - side, 0.0, gap), 1.0, false, light(LIGHT));
     });
     let beside = parallel_corner(side, 1.0, gap) + parallel_corner(2.0 - side, 1.0, gap);
-    let near = [((|_| nearby()) as EstimatorKind, reflected(2.0 * beside))];
     vec![
         lit(
             "radiosity/rectangle",
@@ -119,8 +98,8 @@ fn rectangles() -> Vec<FamilyTrial<EstimatorSubject>> {
             "radiosity/close",
             "a light a two-thousandth of its side away",
             close,
-            &near,
-            (4, SINGLE_PRECISION),
+            &[(nearby, 2.0 * beside)],
+            SINGLE_PRECISION,
         ),
     ]
 }
@@ -139,18 +118,15 @@ fn kinds() -> Vec<FamilyTrial<EstimatorSubject>> {
     let (radius, distance) = (0.8, 1.25);
     let sphere = scene("sphere beside and above", |s| {
         square(s, DVec3::ZERO, 0.3, true, Surface::new(lambert(FLOOR)));
-        let surface = s.surface(light(LIGHT));
-        let centre = distance * DVec3::new(sin, 0.0, cos);
-        s.sphere(Sphere::new(centre, radius), surface);
+        ball(s, Sphere::new(distance * DVec3::new(sin, 0.0, cos), radius), light(LIGHT));
     });
     let share = radius / distance;
-    let seen = [((|_| nearby()) as EstimatorKind, reflected(share * share * cos))];
     vec![
         lit(
             "radiosity/skewed",
             "a skewed parallelogram of light",
             skewed,
-            parallelogram(corner, edges),
+            by_quadrature(Domain::Square, corner, edges),
             SINGLE_PRECISION,
         ),
         lit("radiosity/triangle", "a triangle of light", triangle_light(), triangle, SINGLE_PRECISION),
@@ -158,8 +134,8 @@ fn kinds() -> Vec<FamilyTrial<EstimatorSubject>> {
             "radiosity/sphere",
             "a sphere of light nearer than its patches are wide",
             sphere,
-            &seen,
-            (4, COARSE),
+            &[(nearby, share * share * cos)],
+            COARSE,
         ),
     ]
 }
@@ -204,7 +180,6 @@ fn both_sides() -> FamilyTrial<EstimatorSubject> {
     });
     let above = parallel_corner(1.0, 1.0, 1.0);
     let below = parallel_corner(1.5, 1.0, 0.8) - parallel_corner(0.5, 1.0, 0.8);
-    let rays = [((|_| at_origin()) as EstimatorKind, reflected(above)), (|_| from_below(), reflected(below))];
-    let what = "a light above and of another below";
-    family_trial("radiosity/both-sides", what, scene, &rays, (4, SINGLE_PRECISION))
+    let rays = [((|_| at_origin()) as Rays, above), (|_| from_below(), below)];
+    family_trial("radiosity/both-sides", "a light above and of another below", scene, &rays, SINGLE_PRECISION)
 }

@@ -4,7 +4,13 @@ use whitefurnace::moments::Moments;
 use whitefurnace::rng::stream;
 
 use crate::prelude::*;
-use crate::sobol::{CORRECT, Point, SobolParts, scrambled, sobol};
+use crate::sobol::{Block, CORRECT, Point, SobolParts, scrambled, sobol};
+
+/// A block in which one number comes again in place of the next.
+fn repeated(mut block: Block, one: usize) -> Block {
+    block[one + 1] = block[one];
+    block
+}
 
 /// Faults of the numbers themselves.
 pub(super) fn of_numbers() -> Vec<Fault<SobolParts>> {
@@ -23,31 +29,21 @@ pub(super) fn of_numbers() -> Vec<Fault<SobolParts>> {
             = with(|point, _| sobol(point, 0)), "sampler/independent: correlation, next block"),
         fault!("scramble-per-sample", SOBOL, "each sample has a scramble of its own: independent numbers, no net",
             = with(|point, block| {
-                let replication = point.replication ^ point.index << 16;
-                sobol(Point { replication, ..point }, block)
+                sobol(Point { replication: point.replication ^ point.index << 16, ..point }, block)
             }),
-            "sampler/stratified: elementary intervals", "sampler/stratified: intervals of one coordinate"),
+            "sampler/stratified: elementary intervals | intervals of one coordinate"),
         fault!("second-coordinate-twice", SOBOL,
             "the third number repeats the second: points on a light lie on its diagonal",
-            = with(|point, block| {
-                let mut numbers = sobol(point, block);
-                numbers[2] = numbers[1];
-                numbers
-            }),
+            = with(|point, block| repeated(sobol(point, block), 1)),
             "sampler/mean"),
         fault!("first-coordinate-twice", SOBOL, "the second number repeats the first: directions lie on a spiral",
-            = with(|point, block| {
-                let mut numbers = sobol(point, block);
-                numbers[1] = numbers[0];
-                numbers
-            }),
+            = with(|point, block| repeated(sobol(point, block), 0)),
             "sampler/independent: correlation, next coordinate"),
         fault!("last-sixteenth-empty", SOBOL,
             "numbers of [0, 15/16): the last sixteenth of every coordinate is never met",
             = with(|point, block| sobol(point, block).map(|u| u * 15.0 / 16.0)),
-            "sampler/uniform: coordinate 0", "sampler/uniform: coordinate 1", "sampler/uniform: coordinate 2",
-            "sampler/uniform: coordinate 3", "sampler/uniform: coordinate 4", "sampler/uniform: coordinate 5",
-            "sampler/uniform: coordinate 6", "sampler/uniform: coordinate 7"),
+            "sampler/uniform: coordinate 0 | coordinate 1 | coordinate 2 | coordinate 3 | coordinate 4 \
+             | coordinate 5 | coordinate 6 | coordinate 7"),
         fault!("no-fill", SOBOL, "nothing below the 23 leading bits",
             = with(|point, block| sobol(point, block).map(|u| (u * f64::from(1 << 23)).floor() / f64::from(1 << 23))),
             "sampler/uniform: low bits"),
@@ -59,24 +55,15 @@ pub(super) fn of_error_bars() -> Vec<Fault<SobolParts>> {
     vec![
         fault!("one-scramble-for-two-replications", SOBOL,
             "every second replication of a pixel is the points of the one before again",
-            SobolParts: {
-                numbers: |point, block| {
-                    let replication = point.replication / 2;
-                    sobol(
-                        Point {
-                            replication,
-                            ..point
-                        },
-                        block,
-                    )
-                }
-            }, "sampler/error-bars"),
+            SobolParts: { numbers: |point, block| {
+                sobol(Point { replication: point.replication / 2, ..point }, block)
+            } },
+            "sampler/error-bars"),
         fault!("samples-as-if-independent", SOBOL, "an error bar from single samples, which repel each other",
-            SobolParts: {
-                squared_error: |rows| {
-                    let moments: Moments = rows.iter().flatten().copied().collect();
-                    moments.variance() / moments.count() as f64
-                }
-            }, "sampler/error-bars"),
+            SobolParts: { squared_error: |rows| {
+                let moments: Moments = rows.iter().flatten().copied().collect();
+                moments.variance() / moments.count() as f64
+            } },
+            "sampler/error-bars"),
     ]
 }

@@ -3,7 +3,7 @@
 
 mod faults;
 
-use whitefurnace::harness::chi_square::{CELL_DELTA, Counts, chi_square};
+use whitefurnace::harness::chi_square::Counts;
 use whitefurnace::harness::convergence::variance_ratio;
 use whitefurnace::moments::Moments;
 use whitefurnace::rng::{seed_for, stream};
@@ -13,6 +13,7 @@ use crate::irradiance::reflected;
 use crate::prelude::*;
 use crate::scenes::{RECTANGLE, at_origin, level, polygon_irradiance, rectangle_light};
 use crate::script::{Script, Scripted};
+use crate::streams::frequencies;
 
 /// Numbers of a block.
 type Block = [f64; BLOCK as usize];
@@ -112,10 +113,8 @@ fn uniformity(context: &Context, subject: SobolParts) -> Vec<Outcome> {
         i => format!("coordinate {i}"),
     };
     let outcome = |(i, observed)| {
-        let places = (0..CELLS).map(|k| format!("{k}/{CELLS}")).collect();
-        let partition = Partition::of_masses(vec![1.0 / CELLS as f64; CELLS], places);
         let counts = Counts { n, observed, ..Counts::default() };
-        chi_square(&named(i), &partition, &counts, CELL_DELTA)
+        frequencies(&named(i), vec![1.0 / CELLS as f64; CELLS], |k| format!("{k}/{CELLS}"), &counts)
     };
     observed.into_iter().enumerate().map(outcome).collect()
 }
@@ -128,6 +127,12 @@ fn stratification(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     let seed = context.seed_of("stratified");
     let (mut two, mut one) = ((0, String::from("none")), (0, String::from("none")));
     let mut checked = 0;
+    let mut see = |most: &mut (usize, String), empty, place: String| {
+        checked += 1;
+        if empty > most.0 {
+            *most = (empty, place);
+        }
+    };
     for (replication, block) in [(0, 0), (1, 1), (2, 7), (3, LIGHT), (4, LIGHT + 3)] {
         let point = |index| Point { seed, pixel: 5, replication, index };
         let points: Vec<Block> = (0..1 << LARGEST_POWER).map(|index| (subject.numbers)(point(index), block)).collect();
@@ -139,18 +144,11 @@ fn stratification(context: &Context, subject: SobolParts) -> Vec<Outcome> {
                         [(p[0], split), (p[1], m - split)].map(|(u, bits)| (u * f64::from(1u32 << bits)) as usize);
                     (a << (m - split)) + b
                 };
-                let empty = empty_cells(first, cell);
-                checked += 1;
-                if empty > two.0 {
-                    two = (empty, format!("block {block}, 2^{m} points, 2^-{split} wide"));
-                }
+                see(&mut two, empty_cells(first, cell), format!("block {block}, 2^{m} points, 2^-{split} wide"));
             }
             for d in 0..BLOCK as usize {
                 let empty = empty_cells(first, |p| (p[d] * f64::from(1u32 << m)) as usize);
-                checked += 1;
-                if empty > one.0 {
-                    one = (empty, format!("block {block}, 2^{m} points, coordinate {d}"));
-                }
+                see(&mut one, empty, format!("block {block}, 2^{m} points, coordinate {d}"));
             }
         }
     }
@@ -176,28 +174,24 @@ const CORRELATION_DELTA: f64 = 0.005;
 /// next coordinate; a point of each scramble.
 fn independence(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     let seed = context.seed_of("independent");
-    let n = context.n(PAIRS);
     let centred = |u: f64| 12f64.sqrt() * (u - 0.5);
-    let names = ["next block", "next pixel", "next scramble", "next coordinate"];
-    let mut values = names.map(|_| Values::new(0.0));
-    for replication in 0..n as u32 {
+    let about = ["next block", "next pixel", "next scramble", "next coordinate"]
+        .map(|next| (format!("correlation, {next}"), 0.0, CORRELATION_DELTA));
+    let mut replication = 0;
+    means(about, context.n(PAIRS), || {
         let point = Point { seed, pixel: 2, replication: 2 * replication, index: replication % 512 };
         let here = (subject.numbers)(point, 1);
         let next_pixel = Point { pixel: 3, ..point };
         let next_scramble = Point { replication: 2 * replication + 1, ..point };
+        replication += 1;
         let others = [
             (subject.numbers)(point, 2)[0],
             (subject.numbers)(next_pixel, 1)[0],
             (subject.numbers)(next_scramble, 1)[0],
             here[1],
         ];
-        for (values, other) in values.iter_mut().zip(others) {
-            values.push(centred(here[0]) * centred(other));
-        }
-    }
-    let claim = Claim::Exact { delta: CORRELATION_DELTA };
-    let outcome = |(name, values)| mean(&format!("correlation, {name}"), values, 0.0, claim);
-    names.into_iter().zip(&values).map(outcome).collect()
+        others.map(|other| centred(here[0]) * centred(other))
+    })
 }
 
 /// Scrambles of the estimate's mean, and points of each.
@@ -207,12 +201,10 @@ const POINTS: u32 = 16;
 const MEAN_DELTA: f64 = 0.003;
 
 fn estimate(scene: &Scene, subject: SobolParts, point: Point) -> f64 {
-    let (parts, strategy) = (Standard, Strategy::Light);
     let ray = at_origin();
-    let hit = scene.intersect(&ray);
     let mut source = Scripted(Source::new(subject, point));
-    let radiance = Path::new(parts, strategy).radiance(scene, &ray, hit, &mut source);
-    level(scene, radiance)
+    let path = Path::new(Standard, Strategy::Light);
+    level(scene, path.radiance(scene, &ray, scene.intersect(&ray), &mut source))
 }
 
 /// The mean of a path tracer's estimates over scrambles is the closed form of the irradiance.
@@ -221,15 +213,12 @@ fn unbiased(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     let scene = rectangle_light(false);
     let reference = reflected(polygon_irradiance(&RECTANGLE));
     let mut replication = 0;
-    let values = Values::collect(reference, context.n(SCRAMBLES), || {
+    vec![mean_of("radiance over scrambles", (reference, MEAN_DELTA), context.n(SCRAMBLES), || {
         let point = |index| Point { seed, pixel: 1, replication, index };
         let sum: f64 = (0..POINTS).map(|i| estimate(&scene, subject, point(i))).sum();
         replication += 1;
         sum / f64::from(POINTS)
-    });
-    let delta = MEAN_DELTA * reference;
-    let claim = Claim::Exact { delta };
-    vec![mean("radiance over scrambles", &values, reference, claim)]
+    })]
 }
 
 /// Images of the error bar's trial. Squared errors vary more than squared bars: they take four fifths.
@@ -258,19 +247,20 @@ fn error_bars(context: &Context, subject: SobolParts) -> Vec<Outcome> {
         (0..REPLICATIONS).map(|replication| (0..FEW).map(|i| sample(replication, i)).collect()).collect()
     };
     let expected = 1e-3; // near which cubes are summed
-    let mut image = 0..;
-    let errors = Values::collect(expected, n - n / 5, || {
-        let rows = rows("errors", image.next().unwrap_or(u64::MAX));
+    let squares = |part: &str, n: u64, of: &dyn Fn(&[Vec<f64>]) -> f64| {
+        let mut images = 0..n;
+        Values::collect(expected, n, || of(&rows(part, images.next().unwrap_or(n))))
+    };
+    let error = |rows: &[Vec<f64>]| {
         let sum: f64 = rows.iter().flatten().sum();
         (sum / f64::from(REPLICATIONS * FEW) - 0.5).powi(2)
-    });
-    let mut image = 0..;
-    let bars =
-        Values::collect(expected, n / 5, || (subject.squared_error)(&rows("bars", image.next().unwrap_or(u64::MAX))));
+    };
+    let errors = squares("errors", n - n / 5, &error);
+    let bars = squares("bars", n / 5, &subject.squared_error);
     vec![variance_ratio("squared error over squared error bar", &errors, &bars, 1.0, BAR_DELTA)]
 }
 
-fn own<S: 'static>(name: &str, property: &str, statistic: &'static str, on: TrialFn<S>) -> FamilyTrial<S> {
+fn own<S: 'static>(name: &str, on: TrialFn<S>, statistic: &'static str, property: &str) -> FamilyTrial<S> {
     trial(format!("sampler/{name}"), property, &SOBOL, ["sampler::Sobol, sampler::scramble", statistic], on)
 }
 
@@ -278,18 +268,18 @@ fn trials() -> Vec<FamilyTrial<SobolParts>> {
     vec![
         own(
             "uniform",
-            "over scrambles each coordinate is uniform, below its leading bits, too",
-            "chi-square",
             uniformity,
+            "chi-square",
+            "over scrambles each coordinate is uniform, below its leading bits, too",
         ),
         own(
             "stratified",
-            "each elementary interval holds one of the first 2^m points of a scramble",
-            "exact",
             stratification,
+            "exact",
+            "each elementary interval holds one of the first 2^m points of a scramble",
         ),
-        own("independent", "blocks, pixels, scrambles and coordinates are uncorrelated", "t", independence),
-        own("mean", "the mean of 16 Sobol' points is unbiased through a path tracer", "t", unbiased),
+        own("independent", independence, "t", "blocks, pixels, scrambles and coordinates are uncorrelated"),
+        own("mean", unbiased, "t", "the mean of 16 Sobol' points is unbiased through a path tracer"),
     ]
 }
 
@@ -300,9 +290,9 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         Box::new(Family {
             trials: vec![own(
                 "error-bars",
-                "the spread of scrambles is the error of their mean",
-                "variance ratio",
                 error_bars,
+                "variance ratio",
+                "the spread of scrambles is the error of their mean",
             )],
             faults: faults::of_error_bars(),
             ..Family::new("sobol error bars", CORRECT)

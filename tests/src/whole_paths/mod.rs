@@ -156,18 +156,11 @@ fn whole_paths(context: &Context, scene: &Scene, parts: PartTable) -> Vec<Outcom
     names.into_iter().zip(worst).map(exact).collect()
 }
 
-macro_rules! by {
-    ($($outcome:literal),*) => {
-        &[$(concat!("bidirectional/whole-paths: ", $outcome)),*]
-    };
-}
-
-/// The trial.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let scene = room();
+    const BY_DENSITY: &str = "bidirectional/whole-paths: densities | weights";
     let on = move |context: &Context, parts: PartTable| whole_paths(context, &scene, parts);
     vec![Box::new(Family {
-        whole_estimator: true,
         trials: vec![trial(
             "bidirectional/whole-paths",
             "every strategy makes the same path with the densities in closed form, and the weights sum to one",
@@ -176,63 +169,30 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             on,
         )],
         faults: vec![
-            fault(
-                "number-of-lights-forgotten",
-                &MIS,
+            fault!("number-of-lights-forgotten", MIS,
                 "the density of a light's point does not know that one of four lights was picked",
-                PartTable { pdf_of_pick: |pdf, _| pdf, ..CORRECT },
-                by!("densities", "weights"),
-            ),
-            fault(
-                "importance-off-by-three-per-cent",
-                &IMPORTANCE,
-                "the camera's importance is 1.03 times too large",
-                PartTable { importance: |camera, size, w| 1.03 * camera.importance(size, w), ..CORRECT },
-                by!("densities", "weights"),
-            ),
-            fault(
-                "density-without-cosine-of-arrival",
-                &SOLID_ANGLE,
+                PartTable: { pdf_of_pick: |pdf, _| pdf }, BY_DENSITY),
+            fault!("importance-off-by-three-per-cent", IMPORTANCE, "the camera's importance is 1.03 times too large",
+                PartTable: { importance: |camera, size, w| 1.03 * camera.importance(size, w) }, BY_DENSITY),
+            fault!("density-without-cosine-of-arrival", SOLID_ANGLE,
                 "densities by area lack the cosine at the vertex that is reached",
-                PartTable { solid_angle_per_area: |_, distance_squared| 1.0 / distance_squared, ..CORRECT },
-                by!("densities", "weights"),
-            ),
-            fault(
-                "density-without-distance",
-                &GEOMETRY,
-                "densities by area lack the squared distance",
-                PartTable { solid_angle_per_area: |cosine, _| cosine, ..CORRECT },
-                by!("densities", "weights"),
-            ),
-            fault(
-                "density-of-another-direction",
-                &COSINE_HEMISPHERE,
+                PartTable: { solid_angle_per_area: |_, distance_squared| 1.0 / distance_squared }, BY_DENSITY),
+            fault!("density-without-distance", GEOMETRY, "densities by area lack the squared distance",
+                PartTable: { solid_angle_per_area: |cosine, _| cosine }, BY_DENSITY),
+            fault!("density-of-another-direction", COSINE_HEMISPHERE,
                 "directions are weighted by the uniform density, not the cosine's",
-                PartTable { cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI, ..CORRECT },
-                by!("densities", "weights"),
-            ),
-            fault(
-                "mirrors-not-skipped",
-                &PATH_DENSITY,
+                PartTable: { cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI }, BY_DENSITY),
+            fault!("mirrors-not-skipped", PATH_DENSITY,
                 "the sum counts connections at mirrors and glass, which nobody makes",
-                PartTable {
-                    strategy_weight: |path, s| {
-                        let mut path = path.to_vec();
-                        path.iter_mut().for_each(|vertex| vertex.joined = true);
-                        weight(&path, s)
-                    },
-                    ..CORRECT
-                },
-                by!("weights", "sum of weights"),
-            ),
-            fault(
-                "flux-scaled-as-radiance",
-                &REFRACTION,
-                "refraction scales the flux of particles",
-                PartTable { flux_factor: |factor| factor, ..CORRECT },
-                by!("value times density"),
-            ),
+                PartTable: { strategy_weight: |path, s| {
+                    let mut path = path.to_vec();
+                    path.iter_mut().for_each(|vertex| vertex.joined = true);
+                    weight(&path, s)
+                } },
+                "bidirectional/whole-paths: weights | sum of weights"),
+            fault!("flux-scaled-as-radiance", REFRACTION, "refraction scales the flux of particles",
+                PartTable: { flux_factor: |factor| factor }, "bidirectional/whole-paths: value times density"),
         ],
-        ..Family::new("whole paths", CORRECT)
+        ..Family::whole("whole paths", CORRECT)
     })]
 }

@@ -4,15 +4,15 @@ use whitefurnace::emitter::EmitterShape;
 use whitefurnace::frame::{Frame, azimuth};
 use whitefurnace::sampling::cosine_hemisphere_inverse;
 
+use crate::glass::{GLASS, INDEX};
 use crate::mean_radiance::any_direction;
 use crate::prelude::*;
-use crate::scenes::{FLOOR, lambert, seen_by, square};
+use crate::scenes::{FLOOR, ball, lambert, mirror, panel, seen_by, square};
 
 const EYE: DVec3 = DVec3::new(0.2, -1.8, 1.3);
 const TARGET: DVec3 = DVec3::new(0.1, 0.3, 1.0);
 const HALF_HEIGHT: f64 = 0.7;
 pub(super) const FRAME: [u32; 2] = [8, 6];
-const INDEX: f64 = 1.5;
 pub(super) const EMITTERS: usize = 4;
 
 /// Roulette that says yes to 0 and no to the numbers after the last.
@@ -27,29 +27,22 @@ pub(super) fn room() -> Arc<Scene> {
         for (height, up) in [(0.0, true), (3.0, false)] {
             square(s, height * DVec3::Z, 2.0, up, wall);
         }
-        let walls = s.surface(wall);
+        let high = 3.0 * DVec3::Z;
         for side in [-2.0, 2.0] {
-            let high = 3.0 * DVec3::Z;
-            s.rectangle(DVec3::new(side, -2.0, 0.0), [4.0 * DVec3::Y, high], walls);
-            s.rectangle(DVec3::new(-2.0, side, 0.0), [4.0 * DVec3::X, high], walls);
+            panel(s, DVec3::new(side, -2.0, 0.0), [4.0 * DVec3::Y, high], wall);
+            panel(s, DVec3::new(-2.0, side, 0.0), [4.0 * DVec3::X, high], wall);
         }
         let shining = |radiance: f64, albedo: f64| Surface::new(lambert(albedo)).emitting(DVec3::splat(radiance));
         let black = Surface::new(Bsdf::Black).emitting(DVec3::splat(400.0));
         square(s, DVec3::new(0.5, 0.4, 2.8), 0.02, false, black);
         square(s, DVec3::new(-0.5, -0.2, 2.9), 0.5, false, shining(50.0, 0.3));
-        let panel = s.surface(shining(20.0, 0.6));
-        let corner = DVec3::new(-1.9, -1.5, 0.3);
-        s.rectangle(corner, [3.0 * DVec3::Y, 2.0 * DVec3::Z], panel);
-        let core = s.surface(shining(30.0, 0.5));
+        panel(s, DVec3::new(-1.9, -1.5, 0.3), [3.0 * DVec3::Y, 2.0 * DVec3::Z], shining(20.0, 0.6));
         let centre = DVec3::new(-0.6, 0.8, 0.9);
-        s.sphere(Sphere::new(centre, 0.25), core);
-        let glass = s.surface(Surface::new(Bsdf::Glass { index: INDEX }));
-        s.sphere(Sphere::new(centre, 0.8), glass);
-        let reflectance = DVec3::splat(0.9);
-        let mirror = s.surface(Surface::new(Bsdf::Mirror { reflectance }));
-        s.sphere(Sphere::new(DVec3::new(0.9, 0.9, 0.6), 0.5), mirror);
-        let corner = DVec3::new(1.9, 1.5, 0.2);
-        s.rectangle(corner, [-3.0 * DVec3::Y, 2.5 * DVec3::Z], mirror);
+        ball(s, Sphere::new(centre, 0.25), shining(30.0, 0.5));
+        ball(s, Sphere::new(centre, 0.8), Surface::new(GLASS));
+        let mirror = Surface::new(mirror(0.9));
+        ball(s, Sphere::new(DVec3::new(0.9, 0.9, 0.6), 0.5), mirror);
+        panel(s, DVec3::new(1.9, 1.5, 0.2), [-3.0 * DVec3::Y, 2.5 * DVec3::Z], mirror);
     })
 }
 
