@@ -7,10 +7,11 @@ use registry::all_faults;
 use whitefurnace::equation;
 
 #[test]
-fn every_trial_has_a_control_and_its_own_name() {
+fn every_trial_has_a_claim_a_control_and_its_own_name() {
     let mut names = BTreeSet::new();
     for trial in &all() {
         assert!(names.insert(trial.name.clone()), "{} twice", trial.name);
+        assert!(!trial.property.is_empty(), "{} claims nothing", trial.name);
         assert!(!trial.controls.is_empty(), "{} without control", trial.name);
         let mut controls = BTreeSet::new();
         for control in &trial.controls {
