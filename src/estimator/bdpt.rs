@@ -22,8 +22,8 @@ use crate::splat::Splats;
 pub enum Connections {
     /// Every one with every other.
     All,
-    /// Of the particle with the eye, and of the eye's path with a point on a light: what lies between is left to
-    /// hits. A cheaper pass, with the same caustics.
+    /// Those of the particle with the eye, and those of the eye's path with a point on a light.
+    /// A cheaper pass, with the same caustics.
     Ends,
 }
 

@@ -153,9 +153,8 @@ impl<'a> PathVertex<'a> {
     }
 }
 
-/// w_s of [`crate::equation::PATH_DENSITY`], the balance heuristic: the weight of the strategy with `s`
-/// light vertices on the path whose vertices but the eye have these densities, in the order from the
-/// light.
+/// w_s of [`crate::equation::PATH_DENSITY`], the balance heuristic: the weight of the strategy with
+/// `s` light vertices on the path whose vertices but the eye have these densities, from the light on.
 pub fn weight(path: &[Density], s: usize) -> f64 {
     let exists = |s: usize| s == 0 || path[s - 1].joined;
     let mut sum = 1.0;
