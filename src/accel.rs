@@ -8,7 +8,7 @@
 use glam::{DVec3, Vec4};
 
 use crate::shape::{Ray, Sphere};
-use crate::watertight::{Shear, Vertices};
+use crate::watertight::{Shear, TriangleHit, Vertices};
 
 /// What rays can hit.
 #[derive(Clone, Copy, Debug)]
@@ -30,20 +30,31 @@ pub struct PrimitiveHit {
     pub weights: [f64; 3],
 }
 
+impl PrimitiveHit {
+    /// This hit or a nearer one on another primitive. Of two at the same distance it is the one that comes first
+    /// in the list, in whatever order they are tested.
+    #[inline]
+    fn or(self, primitive: u32, hit: TriangleHit) -> Self {
+        if hit.t < self.t || hit.t == self.t && primitive < self.primitive {
+            Self { primitive, t: hit.t, weights: hit.weights }
+        } else {
+            self
+        }
+    }
+}
+
 impl Primitive {
     /// A triangle.
     pub fn triangle(vertices: [DVec3; 3]) -> Self {
         Self::Triangle(vertices.map(|v| [v.x, v.y, v.z, 0.0]))
     }
 
+    /// Where a ray, also as prepared for triangles, meets it; at infinity if nowhere.
     #[inline]
-    fn intersect(&self, ray: &Ray, shear: &Shear, t_max: f64) -> Option<(f64, [f64; 3])> {
+    fn hit(&self, ray: &Ray, shear: &Shear) -> TriangleHit {
         match self {
-            Self::Triangle(vertices) => {
-                let hit = shear.intersect(vertices, t_max)?;
-                Some((hit.t, hit.weights))
-            }
-            Self::Sphere(sphere) => Some((sphere.intersect(ray, t_max)?, [0.0; 3])),
+            Self::Triangle([a, b, c]) => shear.hit([shear.project(a), shear.project(b), shear.project(c)]),
+            Self::Sphere(sphere) => TriangleHit { t: sphere.distance(ray), weights: [0.0; 3] },
         }
     }
 
@@ -163,18 +174,14 @@ impl Bvh {
     #[inline]
     pub fn closest(&self, ray: &Ray, t_max: f64) -> Option<PrimitiveHit> {
         let shear = Shear::new(ray);
-        let mut nearest = None;
-        let mut t_max = t_max;
+        let mut nearest = PrimitiveHit { primitive: 0, t: t_max, weights: [0.0; 3] };
         self.traverse(ray, t_max, |first, count| {
             for i in first..first + count {
-                if let Some((t, weights)) = self.primitives[i].intersect(ray, &shear, t_max) {
-                    t_max = t;
-                    nearest = Some((i, weights));
-                }
+                nearest = nearest.or(self.ids[i], self.primitives[i].hit(ray, &shear));
             }
-            Some(t_max)
+            Some(nearest.t)
         });
-        nearest.map(|(i, weights)| PrimitiveHit { primitive: self.ids[i], t: t_max, weights })
+        (nearest.t < t_max).then_some(nearest)
     }
 
     /// Whether any primitive for which `blocks` holds is hit with 0 < t < `t_max`.
@@ -183,8 +190,8 @@ impl Bvh {
         let shear = Shear::new(ray);
         let mut occluded = false;
         self.traverse(ray, t_max, |first, count| {
-            occluded = (first..first + count)
-                .any(|i| self.primitives[i].intersect(ray, &shear, t_max).is_some() && blocks(self.ids[i]));
+            occluded =
+                (first..first + count).any(|i| self.primitives[i].hit(ray, &shear).t < t_max && blocks(self.ids[i]));
             (!occluded).then_some(t_max)
         });
         occluded
@@ -193,14 +200,10 @@ impl Bvh {
     /// [`closest`](Self::closest) by testing every primitive.
     pub fn closest_brute_force(&self, ray: &Ray, t_max: f64) -> Option<PrimitiveHit> {
         let shear = Shear::new(ray);
-        let mut nearest: Option<PrimitiveHit> = None;
-        for (primitive, &id) in self.primitives.iter().zip(&self.ids) {
-            let limit = nearest.map_or(t_max, |hit| hit.t);
-            if let Some((t, weights)) = primitive.intersect(ray, &shear, limit) {
-                nearest = Some(PrimitiveHit { primitive: id, t, weights });
-            }
-        }
-        nearest
+        let nearest = PrimitiveHit { primitive: 0, t: t_max, weights: [0.0; 3] };
+        let primitives = self.primitives.iter().zip(&self.ids);
+        let nearest = primitives.fold(nearest, |nearest, (primitive, &id)| nearest.or(id, primitive.hit(ray, &shear)));
+        (nearest.t < t_max).then_some(nearest)
     }
 
     /// Calls `leaf(first, count)` for the leaves that the ray may meet, near ones first. It returns the

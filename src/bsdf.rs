@@ -15,6 +15,7 @@ use rand::Rng;
 pub use scattering::{BsdfSample, Model, Scattering, Vertex};
 
 use crate::estimator::Standard;
+use crate::real::{Real, Vector};
 
 /// How a surface scatters light. Albedos are per colour channel, in [0, 1].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,11 +69,11 @@ pub enum OrenNayarForm {
 
 /// A and B of (15), [`crate::equation::OREN_NAYAR_CONSTANTS`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OrenNayar {
+pub struct OrenNayar<R = f64> {
     /// A.
-    pub a: f64,
+    pub a: R,
     /// B.
-    pub b: f64,
+    pub b: R,
 }
 
 impl OrenNayar {
@@ -91,8 +92,8 @@ impl OrenNayar {
 
 /// f_r of (13), [`crate::equation::LAMBERT`], 1/sr.
 #[inline]
-pub fn lambert(albedo: DVec3) -> DVec3 {
-    albedo * FRAC_1_PI
+pub fn lambert<V: Vector>(albedo: V) -> V {
+    albedo * V::Real::splat(FRAC_1_PI)
 }
 
 /// The bracket of (14), π f_r/ρ, in the angles in which it is printed; [`crate::equation::OREN_NAYAR`].
@@ -117,10 +118,11 @@ pub fn oren_nayar_angles(
 /// The bracket of (14) without angles, as the renderer evaluates it: sin θ_in sin θ_out cos Δφ is the
 /// scalar product of the tangential parts, and tan β = sin β / max(cos θ_in, cos θ_out).
 #[inline]
-pub fn oren_nayar(constants: OrenNayar, form: OrenNayarForm, wo: DVec3, wi: DVec3) -> f64 {
-    let tangential = (wo.x * wi.x + wo.y * wi.y).max(0.0);
+pub fn oren_nayar<V: Vector>(constants: OrenNayar<V::Real>, form: OrenNayarForm, wo: V, wi: V) -> V::Real {
+    let [[x1, y1, z1], [x2, y2, z2]] = [wo.components(), wi.components()];
+    let tangential = (x1 * x2 + y1 * y2).at_least(V::Real::splat(0.0));
     let last = match form {
-        OrenNayarForm::Corrected => tangential / wo.z.max(wi.z),
+        OrenNayarForm::Corrected => tangential / z1.at_least(z2),
         OrenNayarForm::Printed => tangential,
     };
     constants.a + constants.b * last

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::real::{Real, Vector};
 use crate::shape::Ray;
 
 /// A pinhole camera with square pixels. Its image lies at distance 1 in front of the eye.
@@ -34,11 +35,14 @@ impl Camera {
     /// The ray through the point (x, y) of an image of `size` pixels, y downwards; (0, 0) is the top
     /// left corner of the first pixel.
     #[inline]
-    pub fn ray(&self, size: [u32; 2], x: f64, y: f64) -> Ray {
+    pub fn ray<R: Real>(&self, size: [u32; 2], x: R, y: R) -> Ray<R::Vector> {
         let [width, height] = size.map(f64::from);
         let scale = 2.0 * self.half_height / height;
-        let direction = self.forward + (x - 0.5 * width) * scale * self.right + (0.5 * height - y) * scale * self.up;
-        Ray::new(self.eye, direction.normalize())
+        let [forward, right, up] = [self.forward, self.right, self.up].map(R::Vector::splat_vector);
+        let across = (x - 0.5 * width) * scale;
+        let upward = (R::splat(0.5 * height) - y) * scale;
+        let direction = forward + right * across + up * upward;
+        Ray::new(R::Vector::splat_vector(self.eye), direction.normalize())
     }
 
     /// Where an image of `size` pixels shows a point; `None` outside of the image and behind the eye.

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::real::{Real, Vector};
 use crate::sampling;
 use crate::shape::{Sphere, triangle_point};
 use crate::solid_angle::{SphericalRectangle, SphericalTriangle, VisibleCap};
@@ -81,11 +82,11 @@ pub enum LightSampling {
 
 /// A point on an emitter.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EmitterPoint {
+pub struct EmitterPoint<V = DVec3> {
     /// The point.
-    pub point: DVec3,
+    pub point: V,
     /// The unit normal of its front.
-    pub normal: DVec3,
+    pub normal: V,
 }
 
 impl Emitter {
@@ -107,18 +108,19 @@ impl Emitter {
 
     /// Maps two uniform numbers to a point; its pdf with respect to area is 1/area.
     #[inline]
-    pub fn sample(&self, random: [f64; 2]) -> EmitterPoint {
+    pub fn sample<R: Real>(&self, random: [R; 2]) -> EmitterPoint<R::Vector> {
+        let all = R::Vector::splat_vector;
         match self.shape {
-            EmitterShape::Rectangle { corner, edges } => {
-                EmitterPoint { point: corner + random[0] * edges[0] + random[1] * edges[1], normal: self.normal }
+            EmitterShape::Rectangle { corner, edges: [a, b] } => {
+                EmitterPoint { point: all(corner) + all(a) * random[0] + all(b) * random[1], normal: all(self.normal) }
             }
             EmitterShape::Triangle(vertices) => {
                 let [u, v] = sampling::triangle(random);
-                EmitterPoint { point: triangle_point(vertices, u, v), normal: self.normal }
+                EmitterPoint { point: triangle_point(vertices, u, v), normal: all(self.normal) }
             }
             EmitterShape::Sphere(sphere) => {
                 let offset = sampling::sphere_zone(random, sphere.radius, sphere.heights());
-                let point = sphere.centre + offset;
+                let point = all(sphere.centre) + offset;
                 EmitterPoint { point, normal: sphere.normal(point) }
             }
         }

@@ -2,42 +2,42 @@
 
 use glam::DVec3;
 
+use crate::real::{Real, Vector};
+
 /// A right-handed orthonormal frame around a unit normal.
 #[derive(Clone, Copy, Debug)]
-pub struct Frame {
+pub struct Frame<V = DVec3> {
     /// First tangent, local x.
-    pub x: DVec3,
+    pub x: V,
     /// Second tangent, local y.
-    pub y: DVec3,
+    pub y: V,
     /// The normal, local z.
-    pub z: DVec3,
+    pub z: V,
 }
 
-impl Frame {
+impl<V: Vector> Frame<V> {
     /// The frame of a unit normal, without branches or singularities (Duff et al., "Building an
     /// Orthonormal Basis, Revisited", JCGT 6(1), 2017).
     #[inline]
-    pub fn new(n: DVec3) -> Self {
-        let sign = 1f64.copysign(n.z);
-        let a = -1.0 / (sign + n.z);
-        let b = n.x * n.y * a;
-        Self {
-            x: DVec3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x),
-            y: DVec3::new(b, sign + n.y * n.y * a, -n.y),
-            z: n,
-        }
+    pub fn new(n: V) -> Self {
+        let [x, y, z] = n.components();
+        let sign = V::Real::splat(1.0).copysign(z);
+        let a = V::Real::splat(-1.0) / (sign + z);
+        let b = x * y * a;
+        Self { x: V::of([sign * x * x * a + 1.0, sign * b, -sign * x]), y: V::of([b, sign + y * y * a, -y]), z: n }
     }
 
     /// From world to local coordinates.
     #[inline]
-    pub fn local(&self, w: DVec3) -> DVec3 {
-        DVec3::new(self.x.dot(w), self.y.dot(w), self.z.dot(w))
+    pub fn local(&self, w: V) -> V {
+        V::of([self.x.dot(w), self.y.dot(w), self.z.dot(w)])
     }
 
     /// From local to world coordinates.
     #[inline]
-    pub fn world(&self, w: DVec3) -> DVec3 {
-        w.x * self.x + w.y * self.y + w.z * self.z
+    pub fn world(&self, w: V) -> V {
+        let [x, y, z] = w.components();
+        self.x * x + self.y * y + self.z * z
     }
 }
 

@@ -7,8 +7,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::Error;
-use crate::estimator::{Estimator, ImageEstimator};
+use crate::estimator::{Estimator, ImageEstimator, Path};
 use crate::film::{Features, Film, Pixel, check_radiance};
+use crate::lanes::Lanes;
 use crate::pixel::PixelSampling;
 use crate::rng::{stream, uniform2};
 use crate::sampler::{LONGEST, Sampler, Sobol, scramble};
@@ -87,6 +88,43 @@ pub fn render<E: Estimator>(
     range: &Range<u32>,
     row_done: &(dyn Fn(u64) -> bool + Sync),
 ) -> Result<bool, Error> {
+    let frame = film.frame();
+    each_row(sampling, film, range, row_done, |[first, y], row| {
+        for (pixel, x) in row.iter_mut().zip(first..) {
+            for replication in range.clone() {
+                let position = PixelPosition { frame, x, y, replication };
+                add_replication(scene, estimator, sampling, position, pixel)
+                    .map_err(|error| error.at(|| format!(" at pixel ({x}, {y}), replication {replication}")))?;
+            }
+        }
+        Ok(())
+    })
+}
+
+/// [`render`] by the lane engine: the same bytes for the path tracer with its standard parts.
+///
+/// # Errors
+/// Those of [`render`].
+pub fn render_lanes(
+    scene: &Scene,
+    path: &Path,
+    sampling: Sampling,
+    film: &mut Film,
+    range: &Range<u32>,
+    row_done: &(dyn Fn(u64) -> bool + Sync),
+) -> Result<bool, Error> {
+    let (frame, lanes) = (film.frame(), Lanes::new(scene, path, sampling));
+    each_row(sampling, film, range, row_done, |corner, row| lanes.row((frame, corner), range, row))
+}
+
+/// Calls `add` with the place of the first pixel of each row of the film's window, and the row.
+fn each_row(
+    sampling: Sampling,
+    film: &mut Film,
+    range: &Range<u32>,
+    row_done: &(dyn Fn(u64) -> bool + Sync),
+    add: impl Fn([u32; 2], &mut [Pixel]) -> Result<(), Error> + Sync,
+) -> Result<bool, Error> {
     sampling.check(range.end)?;
     if film.samples_per_replication() != sampling.samples_per_replication() {
         return Err(Error::Option(format!(
@@ -95,7 +133,6 @@ pub fn render<E: Estimator>(
             sampling.samples_per_replication()
         )));
     }
-    let frame = film.frame();
     let window = film.window();
     let samples = u64::from(range.end - range.start) * u64::from(film.samples_per_replication());
     let row_samples = samples * u64::from(window.size[0]);
@@ -107,13 +144,7 @@ pub fn render<E: Estimator>(
             if stopped.load(Ordering::Relaxed) {
                 return Ok(());
             }
-            for (pixel, x) in row.iter_mut().zip(window.corner[0]..) {
-                for replication in range.clone() {
-                    let position = PixelPosition { frame, x, y, replication };
-                    add_replication(scene, estimator, sampling, position, pixel)
-                        .map_err(|error| error.at(|| format!(" at pixel ({x}, {y}), replication {replication}")))?;
-                }
-            }
+            add([window.corner[0], y], row)?;
             if !row_done(row_samples) {
                 stopped.store(true, Ordering::Relaxed);
             }
@@ -285,6 +316,30 @@ impl<E: Estimator> Renderer for ByRays<E> {
     }
 }
 
+/// Renders as [`ByRays`] with the path tracer does, eight paths at a time.
+#[derive(Clone, Copy, Debug)]
+pub struct ByLanes {
+    /// What a ray brings.
+    pub path: Path,
+    /// Which rays, by which random numbers.
+    pub sampling: Sampling,
+}
+
+impl Renderer for ByLanes {
+    fn samples_per_replication(&self) -> u32 {
+        self.sampling.samples_per_replication()
+    }
+    fn add(
+        &self,
+        scene: &Scene,
+        film: &mut Film,
+        range: Range<u32>,
+        done: &(dyn Fn(u64) -> bool + Sync),
+    ) -> Result<bool, Error> {
+        render_lanes(scene, &self.path, self.sampling, film, &range, done)
+    }
+}
+
 /// Renders by whole images.
 #[derive(Clone, Copy, Debug)]
 pub struct ByPasses<E> {
@@ -310,7 +365,7 @@ impl<E: ImageEstimator> Renderer for ByPasses<E> {
 }
 
 #[inline]
-fn features(scene: &Scene, hit: &Hit, ray: &Ray) -> Features {
+pub(crate) fn features(scene: &Scene, hit: &Hit, ray: &Ray) -> Features {
     Features {
         albedo: scene.surface(hit).bsdf.albedo(),
         normal: hit.normal * -hit.normal.dot(ray.direction).signum(),

@@ -15,12 +15,17 @@ pub type Stream = Xoshiro256PlusPlus;
 /// sample of it.
 pub fn stream(seed: u64, high: u32, low: u32) -> Stream {
     let mut state = [0u8; 32];
-    for (i, word) in state.chunks_exact_mut(8).enumerate() {
-        // Each word has its own key.
-        let seed = seed.wrapping_add(GOLDEN.wrapping_mul(i as u64));
-        word.copy_from_slice(&number_for(seed, high, low).to_le_bytes());
+    for (bytes, word) in state.chunks_exact_mut(8).zip(stream_state(seed, high, low)) {
+        bytes.copy_from_slice(&word.to_le_bytes());
     }
     Stream::from_seed(state)
+}
+
+/// The four words in which [`stream`] starts.
+#[inline]
+pub(crate) fn stream_state(seed: u64, high: u32, low: u32) -> [u64; 4] {
+    // Each word has its own key.
+    [0, 1, 2, 3].map(|i| number_for(seed.wrapping_add(GOLDEN.wrapping_mul(i)), high, low))
 }
 
 /// A number for a counter: for a fixed seed a bijection, so that different counters have different numbers.

@@ -2,16 +2,18 @@
 
 use glam::DVec3;
 
+use crate::real::{Real, Vector};
+
 /// The path goes on if r < survival = 1 − α, for r uniform in [0, 1): exactly with that probability.
 #[inline]
-pub fn survives(r: f64, survival: f64) -> bool {
-    r < survival
+pub fn survives<R: Real>(r: R, survival: R) -> R::Mask {
+    r.below(survival)
 }
 
 /// What a survivor's throughput is multiplied by: 1/(1 − α).
 #[inline]
-pub fn weight(survival: f64) -> f64 {
-    1.0 / survival
+pub fn weight<R: Real>(survival: R) -> R {
+    survival.inverse()
 }
 
 /// The highest survival of [`by_throughput`]: paths between perfect mirrors end, too.
@@ -24,14 +26,14 @@ pub const HIGHEST_SURVIVAL: f64 = 0.95;
 /// and the variance finite wherever albedos are at most 0.95. `throughput` is without the radiance
 /// factors of refraction, which cancel when the path leaves the glass.
 #[inline]
-pub fn by_throughput(throughput: DVec3) -> f64 {
-    throughput.max_element().min(HIGHEST_SURVIVAL)
+pub fn by_throughput<V: Vector>(throughput: V) -> V::Real {
+    throughput.max_element().at_most(V::Real::splat(HIGHEST_SURVIVAL))
 }
 
 /// The report's policy: survival 1 − α with the absorption α of the surface.
 #[inline]
-pub fn by_absorption(absorption: f64) -> f64 {
-    1.0 - absorption
+pub fn by_absorption<R: Real>(absorption: R) -> R {
+    R::splat(1.0) - absorption
 }
 
 /// The replaceable parts of Russian roulette.

@@ -8,6 +8,7 @@ use std::f64::consts::{FRAC_1_PI, PI, TAU};
 use glam::DVec3;
 
 use crate::frame::{azimuth, from_spherical};
+use crate::real::{Real, Vector, sin_cos_of_turn};
 
 /// θ of (18), [`crate::equation::HEMISPHERE_THETA`], from r in [0, 1].
 pub fn uniform_theta(r: f64) -> f64 {
@@ -24,16 +25,16 @@ pub fn uniform_phi(r: f64) -> f64 {
 /// The same map as `from_spherical(uniform_theta(r₁), uniform_phi(r₂))` without the inverse cosine:
 /// cos θ = 1 − r₁ and sin θ = √(r₁(2 − r₁)); they agree to a few roundings.
 #[inline]
-pub fn uniform_hemisphere([r1, r2]: [f64; 2]) -> DVec3 {
-    let sin_theta = (r1 * (2.0 - r1)).sqrt();
-    let (sin_phi, cos_phi) = (TAU * r2).sin_cos();
-    DVec3::new(sin_theta * cos_phi, sin_theta * sin_phi, 1.0 - r1)
+pub fn uniform_hemisphere<R: Real>([r1, r2]: [R; 2]) -> R::Vector {
+    let sin_theta = (r1 * (R::splat(2.0) - r1)).sqrt();
+    let (sin_phi, cos_phi) = sin_cos_of_turn(r2);
+    R::Vector::of([sin_theta * cos_phi, sin_theta * sin_phi, R::splat(1.0) - r1])
 }
 
 /// Its pdf 1/2π of (17), [`crate::equation::HEMISPHERE_PDF`]; 0 below the horizon.
 #[inline]
-pub fn uniform_hemisphere_pdf(cos_theta: f64) -> f64 {
-    if cos_theta >= 0.0 { 0.5 * FRAC_1_PI } else { 0.0 }
+pub fn uniform_hemisphere_pdf<R: Real>(cos_theta: R) -> R {
+    R::choose(cos_theta.below(R::splat(0.0)), R::splat(0.0), R::splat(0.5 * FRAC_1_PI))
 }
 
 /// The numbers that [`uniform_hemisphere`] maps to a direction; azimuth in [0, 1).
@@ -49,16 +50,16 @@ pub fn hemisphere_printed(r: f64) -> DVec3 {
 
 /// A cosine-weighted direction, [`crate::equation::COSINE_HEMISPHERE`].
 #[inline]
-pub fn cosine_hemisphere([r1, r2]: [f64; 2]) -> DVec3 {
+pub fn cosine_hemisphere<R: Real>([r1, r2]: [R; 2]) -> R::Vector {
     let sin_theta = r1.sqrt();
-    let (sin_phi, cos_phi) = (TAU * r2).sin_cos();
-    DVec3::new(sin_theta * cos_phi, sin_theta * sin_phi, (1.0 - r1).sqrt())
+    let (sin_phi, cos_phi) = sin_cos_of_turn(r2);
+    R::Vector::of([sin_theta * cos_phi, sin_theta * sin_phi, (R::splat(1.0) - r1).sqrt()])
 }
 
 /// Its pdf cos θ/π; 0 below the horizon.
 #[inline]
-pub fn cosine_hemisphere_pdf(cos_theta: f64) -> f64 {
-    cos_theta.max(0.0) * FRAC_1_PI
+pub fn cosine_hemisphere_pdf<R: Real>(cos_theta: R) -> R {
+    cos_theta.at_least(R::splat(0.0)) * FRAC_1_PI
 }
 
 /// The numbers that [`cosine_hemisphere`] maps to a direction; azimuth in [0, 1).
@@ -69,17 +70,18 @@ pub fn cosine_hemisphere_inverse(w: DVec3) -> [f64; 2] {
 /// A point of the zone `heights` of the sphere of radius `radius` around the origin, uniform in area
 /// (Archimedes' hat box).
 #[inline]
-pub fn sphere_zone([r1, r2]: [f64; 2], radius: f64, heights: [f64; 2]) -> DVec3 {
-    let z = heights[0] + r1 * (heights[1] - heights[0]);
-    let rho = (radius * radius - z * z).max(0.0).sqrt();
-    let (sin_phi, cos_phi) = (TAU * r2).sin_cos();
-    DVec3::new(rho * cos_phi, rho * sin_phi, z)
+pub fn sphere_zone<R: Real>([r1, r2]: [R; 2], radius: f64, heights: [f64; 2]) -> R::Vector {
+    let z = r1 * (heights[1] - heights[0]) + heights[0];
+    let rho = (R::splat(radius * radius) - z * z).at_least(R::splat(0.0)).sqrt();
+    let (sin_phi, cos_phi) = sin_cos_of_turn(r2);
+    R::Vector::of([rho * cos_phi, rho * sin_phi, z])
 }
 
 /// Barycentric (u, v) of (2), uniform in area, by folding the unit square along its diagonal.
 #[inline]
-pub fn triangle([r1, r2]: [f64; 2]) -> [f64; 2] {
-    if r1 + r2 <= 1.0 { [r1, r2] } else { [1.0 - r1, 1.0 - r2] }
+pub fn triangle<R: Real>(random: [R; 2]) -> [R; 2] {
+    let beyond = (random[0] + random[1]).above(R::splat(1.0));
+    random.map(|r| R::choose(beyond, R::splat(1.0) - r, r))
 }
 
 /// Azimuth as a share of the full turn, [0, 1).

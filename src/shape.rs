@@ -3,34 +3,37 @@
 
 use glam::DVec3;
 
+use crate::real::{Mask, Real, Vector};
+
 /// A ray R(t) = O + tD, equation [`crate::equation::RAY`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ray {
+pub struct Ray<V = DVec3> {
     /// O, where the ray starts.
-    pub origin: DVec3,
+    pub origin: V,
     /// D; a unit vector wherever t is meant as a distance.
-    pub direction: DVec3,
+    pub direction: V,
 }
 
-impl Ray {
+impl<V: Vector> Ray<V> {
     /// A ray from `origin` along `direction`.
     #[inline]
-    pub fn new(origin: DVec3, direction: DVec3) -> Self {
+    pub fn new(origin: V, direction: V) -> Self {
         Self { origin, direction }
     }
 
     /// R(t) of (1), which is also x of (6): [`crate::equation::RAY`],
     /// [`crate::equation::SPHERE_RAY`].
     #[inline]
-    pub fn at(&self, t: f64) -> DVec3 {
-        self.origin + t * self.direction
+    pub fn at(&self, t: V::Real) -> V {
+        self.origin + self.direction * t
     }
 }
 
 /// T(u, v) of (2), [`crate::equation::TRIANGLE_POINT`]; inside for u, v ≥ 0 and u + v ≤ 1.
 #[inline]
-pub fn triangle_point([v0, v1, v2]: [DVec3; 3], u: f64, v: f64) -> DVec3 {
-    (1.0 - u - v) * v0 + u * v1 + v * v2
+pub fn triangle_point<R: Real>(vertices: [DVec3; 3], u: R, v: R) -> R::Vector {
+    let [v0, v1, v2] = vertices.map(R::Vector::splat_vector);
+    v0 * (R::splat(1.0) - u - v) + v1 * u + v2 * v
 }
 
 /// Left side minus right side of (3), [`crate::equation::TRIANGLE_SYSTEM`]: zero where the ray at t
@@ -79,20 +82,31 @@ pub fn sphere_distances_printed(ray: &Ray, centre: DVec3, radius: f64) -> Option
 /// Günther and Akenine-Möller 2019).
 #[inline]
 pub fn sphere_distances(ray: &Ray, centre: DVec3, radius: f64) -> Option<[f64; 2]> {
-    let o_c = ray.origin - centre;
+    let (roots, meets) = sphere_roots(ray, centre, radius);
+    meets.then_some(roots)
+}
+
+/// The same for one ray or several, and whether the line meets the sphere: if not, the roots are NaN.
+#[inline]
+pub fn sphere_roots<V: Vector>(ray: &Ray<V>, centre: DVec3, radius: f64) -> ([V::Real; 2], <V::Real as Real>::Mask) {
+    let zero = V::Real::splat(0.0);
+    let o_c = ray.origin - V::splat_vector(centre);
     let a = ray.direction.length_squared();
     let half = ray.direction.dot(o_c);
     // Both times a, so that a miss costs no division.
-    let to_line = a * o_c - half * ray.direction;
+    let to_line = o_c * a - ray.direction * half;
     let radicand = (a * radius) * (a * radius) - to_line.length_squared();
-    if radicand < 0.0 {
-        return None;
+    let meets = !radicand.below(zero);
+    if !meets.any() {
+        return ([V::Real::splat(f64::NAN); 2], meets);
     }
     let far = -half - (radicand / a).sqrt().copysign(half);
     // The product of the roots is (‖o − c‖² − r²)/a.
     let product = o_c.length_squared() - radius * radius;
-    let roots = if far == 0.0 { [0.0, 0.0] } else { [product / far, far / a] };
-    Some(if roots[0] <= roots[1] { roots } else { [roots[1], roots[0]] })
+    let at_origin = far.equals(zero);
+    let [p, q] = [product / far, far / a].map(|root| V::Real::choose(at_origin, zero, root));
+    let in_order = !q.below(p);
+    ([V::Real::choose(in_order, p, q), V::Real::choose(in_order, q, p)], meets)
 }
 
 /// A sphere, or the zone of it between two planes z = const, as the renderer sees it.
@@ -114,19 +128,34 @@ impl Sphere {
         Self { centre, radius, zone: [f64::NEG_INFINITY, f64::INFINITY], inward: false }
     }
 
+    /// The nearest distance above 0 at which the ray meets the zone; infinite if there is none.
+    #[inline]
+    pub fn distance<V: Vector>(&self, ray: &Ray<V>) -> V::Real {
+        let none = V::Real::splat(f64::INFINITY);
+        let (roots, meets) = sphere_roots(ray, self.centre, self.radius);
+        if !meets.any() {
+            return none;
+        }
+        let [[.., o], [.., d]] = [ray.origin.components(), ray.direction.components()];
+        let [near, far] = roots.map(|t| {
+            let z = o + t * d - self.centre.z;
+            let in_zone = !z.below(V::Real::splat(self.zone[0])) & z.below(V::Real::splat(self.zone[1]));
+            V::Real::choose(t.above(V::Real::splat(0.0)) & in_zone & meets, t, none)
+        });
+        near.at_most(far)
+    }
+
     /// The nearest distance in (0, `t_max`) at which the ray meets the zone.
     #[inline]
     pub fn intersect(&self, ray: &Ray, t_max: f64) -> Option<f64> {
-        sphere_distances(ray, self.centre, self.radius)?.into_iter().find(|&t| {
-            let z = ray.origin.z + t * ray.direction.z - self.centre.z;
-            t > 0.0 && t < t_max && z >= self.zone[0] && z < self.zone[1]
-        })
+        let t = self.distance(ray);
+        (t < t_max).then_some(t)
     }
 
     /// The unit normal at a point of the sphere, on the side given by `inward`.
     #[inline]
-    pub fn normal(&self, point: DVec3) -> DVec3 {
-        let outward = (point - self.centre).normalize();
+    pub fn normal<V: Vector>(&self, point: V) -> V {
+        let outward = (point - V::splat_vector(self.centre)).normalize();
         if self.inward { -outward } else { outward }
     }
 

@@ -9,73 +9,139 @@
 //! is the true sign or it is exactly zero, and zero counts as inside. Neighbours that share an edge get
 //! exactly opposite values. Hence every ray that crosses the map is inside some triangle.
 
+use glam::DVec3;
+
+use crate::real::{LaneMask, Lanes, Lanes3, Mask, Real, Vector};
 use crate::shape::Ray;
 
 /// Vertices padded to four numbers, so that an axis index masked with 3 needs no bounds check.
 pub type Vertices = [[f64; 4]; 3];
 
+/// A vertex as a ray sees it: sheared across the direction, and its depth along the axis nearest to it.
+pub type Projected<R> = [R; 3];
+
+/// Vectors whose axes can be turned so that the one nearest to a direction is the last.
+pub trait Turn: Vector {
+    /// The order of the axes, which keeps the frame right-handed.
+    type Axes: Copy + std::fmt::Debug;
+
+    /// The order for a direction.
+    fn axes(direction: Self) -> Self::Axes;
+    /// Components in this order; the fourth is left out.
+    fn turned(components: &[Self::Real; 4], axes: Self::Axes) -> [Self::Real; 3];
+}
+
+impl Turn for DVec3 {
+    type Axes = [usize; 3];
+
+    #[inline]
+    fn axes(direction: Self) -> [usize; 3] {
+        let [x, y, z] = direction.to_array().map(f64::abs);
+        let last = if x > y && x > z {
+            0
+        } else if y > z {
+            1
+        } else {
+            2
+        };
+        let next = |axis| if axis == 2 { 0 } else { axis + 1 };
+        [next(last), next(next(last)), last]
+    }
+
+    #[inline]
+    fn turned(components: &[f64; 4], [x, y, z]: [usize; 3]) -> [f64; 3] {
+        [components[x & 3], components[y & 3], components[z & 3]]
+    }
+}
+
+impl Turn for Lanes3 {
+    /// Whether the last axis is the first, or the second.
+    type Axes = [LaneMask; 2];
+
+    #[inline]
+    fn axes(direction: Self) -> [LaneMask; 2] {
+        let [x, y, z] = direction.components().map(Real::abs);
+        let is_x = x.above(y) & x.above(z);
+        [is_x, !is_x & y.above(z)]
+    }
+
+    #[inline]
+    fn turned(&[x, y, z, _]: &[Lanes; 4], [is_x, is_y]: [LaneMask; 2]) -> [Lanes; 3] {
+        let pick = |if_x, if_y, if_z| Real::choose(is_x, if_x, Real::choose(is_y, if_y, if_z));
+        [pick(y, z, x), pick(z, x, y), pick(x, y, z)]
+    }
+}
+
 /// What is computed once per ray: the axis order and the shear that turns the direction to +z.
 #[derive(Clone, Copy, Debug)]
-pub struct Shear {
-    origin: [f64; 3],
-    axes: [usize; 3],
-    shear: [f64; 3],
+pub struct Shear<V: Turn = DVec3> {
+    origin: [V::Real; 3],
+    axes: V::Axes,
+    shear: [V::Real; 3],
 }
 
 /// A hit of the watertight test: distance in units of the direction's length, and the barycentric
 /// weights of the three vertices.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TriangleHit {
+pub struct TriangleHit<R = f64> {
     /// t of (1).
-    pub t: f64,
+    pub t: R,
     /// Weights of V₀, V₁, V₂; they sum to one up to rounding.
-    pub weights: [f64; 3],
+    pub weights: [R; 3],
 }
 
-impl Shear {
+impl<V: Turn> Shear<V> {
     /// Prepares a ray. The direction must not be zero.
     #[inline]
-    pub fn new(ray: &Ray) -> Self {
-        let d = ray.direction.to_array();
-        let magnitude = d.map(f64::abs);
-        let z = if magnitude[0] > magnitude[1] && magnitude[0] > magnitude[2] {
-            0
-        } else if magnitude[1] > magnitude[2] {
-            1
-        } else {
-            2
+    pub fn new(ray: &Ray<V>) -> Self {
+        let axes = V::axes(ray.direction);
+        let turned = |v: V| {
+            let [x, y, z] = v.components();
+            V::turned(&[x, y, z, z], axes)
         };
-        let x = if z == 2 { 0 } else { z + 1 };
-        let y = if x == 2 { 0 } else { x + 1 };
-        let o = ray.origin.to_array();
-        let inverse = 1.0 / d[z];
-        Self { origin: [o[x], o[y], o[z]], axes: [x, y, z], shear: [d[x] * inverse, d[y] * inverse, inverse] }
+        let [x, y, z] = turned(ray.direction);
+        let inverse = z.inverse();
+        Self { origin: turned(ray.origin), axes, shear: [x * inverse, y * inverse, inverse] }
     }
 
-    /// The hit with 0 < t < `t_max`, from either side, edges and vertices included.
+    /// A vertex as the ray sees it.
     #[inline]
-    pub fn intersect(&self, vertices: &Vertices, t_max: f64) -> Option<TriangleHit> {
-        let [kx, ky, kz] = self.axes.map(|k| k & 3);
-        let [ox, oy, oz] = self.origin;
-        let [sx, sy, sz] = self.shear;
-        let project = |v: &[f64; 4]| {
-            let z = v[kz] - oz;
-            [(v[kx] - ox) - sx * z, (v[ky] - oy) - sy * z, z]
-        };
-        let [a, b, c] = [project(&vertices[0]), project(&vertices[1]), project(&vertices[2])];
+    pub fn project(&self, vertex: &[V::Real; 4]) -> Projected<V::Real> {
+        let ([ox, oy, oz], [sx, sy, _]) = (self.origin, self.shear);
+        let [x, y, z] = V::turned(vertex, self.axes);
+        let z = z - oz;
+        [(x - ox) - sx * z, (y - oy) - sy * z, z]
+    }
+
+    /// The hit with t > 0, from either side, edges and vertices included, on the triangle of three projected
+    /// vertices; t is infinite where there is none.
+    #[inline]
+    pub fn hit(&self, [a, b, c]: [Projected<V::Real>; 3]) -> TriangleHit<V::Real> {
+        let (zero, none) = (V::Real::splat(0.0), V::Real::splat(f64::INFINITY));
         let u = c[0] * b[1] - c[1] * b[0];
         let v = a[0] * c[1] - a[1] * c[0];
         let w = b[0] * a[1] - b[1] * a[0];
-        if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
-            return None;
+        let one_sided =
+            |side: fn(V::Real, V::Real) -> <V::Real as Real>::Mask| side(u, zero) | side(v, zero) | side(w, zero);
+        let inside = !(one_sided(Real::below) & one_sided(Real::above));
+        if !inside.any() {
+            return TriangleHit { t: none, weights: [zero; 3] };
         }
         let determinant = u + v + w;
-        if determinant == 0.0 {
-            return None;
-        }
-        let inverse = 1.0 / determinant;
+        let inverse = determinant.inverse();
         let weights = [u * inverse, v * inverse, w * inverse];
-        let t = (weights[0] * a[2] + weights[1] * b[2] + weights[2] * c[2]) * sz;
-        (t > 0.0 && t < t_max).then_some(TriangleHit { t, weights })
+        let t = (weights[0] * a[2] + weights[1] * b[2] + weights[2] * c[2]) * self.shear[2];
+        let hit = inside & !determinant.equals(zero) & t.above(zero);
+        TriangleHit { t: V::Real::choose(hit, t, none), weights }
+    }
+}
+
+impl Shear {
+    /// The hit of one ray with 0 < t < `t_max`.
+    #[inline]
+    pub fn intersect(&self, vertices: &Vertices, t_max: f64) -> Option<TriangleHit> {
+        let [a, b, c] = vertices;
+        let hit = self.hit([self.project(a), self.project(b), self.project(c)]);
+        (hit.t < t_max).then_some(hit)
     }
 }

@@ -9,6 +9,7 @@ use rand::Rng;
 use super::Bsdf;
 use crate::frame::Frame;
 use crate::radiometry::{self, reflected};
+use crate::real::{Real, Vector};
 use crate::rng::{uniform, uniform2};
 use crate::scene::Hit;
 use crate::shape::Ray;
@@ -17,17 +18,17 @@ use crate::{fresnel, sampling};
 /// A point of a surface as light that scatters there sees it: the frame around the normal on the side from
 /// which a ray came.
 #[derive(Clone, Copy, Debug)]
-pub struct Vertex {
+pub struct Vertex<V: Vector = DVec3> {
     /// The point, world space.
-    pub point: DVec3,
+    pub point: V,
     /// Its z is the unit normal on the ray's side.
-    pub frame: Frame,
+    pub frame: Frame<V>,
     /// Unit direction of the ray that came, world space.
-    pub direction: DVec3,
+    pub direction: V,
     /// Towards where the ray came from, local, unit.
-    pub wo: DVec3,
+    pub wo: V,
     /// Whether the ray came from the side to which the surface's own normal points.
-    pub outside: bool,
+    pub outside: <V::Real as Real>::Mask,
 }
 
 impl Vertex {
@@ -48,19 +49,22 @@ impl Vertex {
     pub(crate) fn emitting(point: DVec3, normal: DVec3) -> Self {
         Self::of(point, normal, -normal)
     }
+}
 
+impl<V: Vector> Vertex<V> {
     #[inline]
-    fn of(point: DVec3, normal: DVec3, direction: DVec3) -> Self {
+    pub(crate) fn of(point: V, normal: V, direction: V) -> Self {
         let cosine = normal.dot(direction);
-        let frame = Frame::new(normal * -cosine.signum());
+        let frame = Frame::new(normal * -V::Real::splat(1.0).copysign(cosine));
         let wo = frame.local(-direction);
-        Self { point, frame, direction, wo, outside: cosine < 0.0 }
+        Self { point, frame, direction, wo, outside: cosine.below(V::Real::splat(0.0)) }
     }
 
     /// The indices of refraction on the ray's side and beyond, of a body of index `index` in air.
     #[inline]
-    pub fn indices(&self, index: f64) -> (f64, f64) {
-        if self.outside { (1.0, index) } else { (index, 1.0) }
+    pub fn indices(&self, index: V::Real) -> (V::Real, V::Real) {
+        let air = V::Real::splat(1.0);
+        (Real::choose(self.outside, air, index), Real::choose(self.outside, index, air))
     }
 }
 

@@ -5,7 +5,7 @@ pub mod simple;
 
 use glam::DVec3;
 
-use crate::accel::{Bvh, Primitive};
+use crate::accel::{Bvh, Primitive, PrimitiveHit};
 use crate::bsdf::Bsdf;
 use crate::camera::Camera;
 use crate::emitter::{Emitter, EmitterShape};
@@ -157,10 +157,20 @@ impl Scene {
         &self.bvh
     }
 
+    /// How far from a surface rays leave it.
+    pub(crate) fn offset(&self) -> f64 {
+        self.offset
+    }
+
     /// The nearest hit along a ray with a unit direction.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        let found = self.bvh.closest(ray, f64::INFINITY)?;
+        Some(self.hit(ray, &self.bvh.closest(ray, f64::INFINITY)?))
+    }
+
+    /// What a ray has met, from where.
+    #[inline]
+    pub(crate) fn hit(&self, ray: &Ray, found: &PrimitiveHit) -> Hit {
         let part = &self.parts[found.primitive as usize];
         let (point, normal) = match &part.shape {
             PartShape::Triangle { vertices, normal } => {
@@ -176,14 +186,8 @@ impl Scene {
                 (sphere.centre + sphere.radius * outward, normal)
             }
         };
-        Some(Hit {
-            t: found.t,
-            point,
-            normal,
-            primitive: found.primitive,
-            surface: part.surface,
-            emitter: part.emitter,
-        })
+        let (surface, emitter) = (part.surface, part.emitter);
+        Hit { t: found.t, point, normal, primitive: found.primitive, surface, emitter }
     }
 
     /// The radiance that an emitter shows to a ray of this direction that hit it; zero for its back and for other

@@ -1,6 +1,6 @@
 //! Fresnel reflectance (10)-(12): identities that need no reference values, and hemispherical averages.
 
-use whitefurnace::fresnel::{cos_refracted, reflectance, reflectance_p, reflectance_s};
+use whitefurnace::fresnel::{reflectance, reflectance_p, reflectance_s, squared_cos_refracted};
 use whitefurnace::harness::pointwise::Largest;
 use whitefurnace::sampling::cosine_hemisphere;
 
@@ -165,10 +165,8 @@ pub(super) fn schlick(cos_1: f64, n1: f64, n2: f64) -> f64 {
 
 /// A finite R past the critical angle, so that total reflection is missing.
 pub(super) fn no_total_reflection(cos_1: f64, n1: f64, n2: f64) -> f64 {
-    match cos_refracted(cos_1, n1, n2) {
-        Some(_) => reflectance(cos_1, n1, n2),
-        None => reflectance(1.0, n1, n2),
-    }
+    let total = squared_cos_refracted(cos_1, n1, n2) <= 0.0;
+    reflectance(if total { 1.0 } else { cos_1 }, n1, n2)
 }
 
 /// The literal (12) past the critical angle: NaN.

@@ -1,0 +1,93 @@
+//! Random numbers of several samples at once: for each lane those that the sample alone would draw.
+
+use std::array::from_fn;
+
+use crate::real::{LANES, LaneMask, Lanes};
+use crate::render::Sampling;
+use crate::rng::{stream, stream_state, uniform};
+use crate::sampler::{Sampler, Sobol, scramble};
+
+/// One sample: its pixel in the frame, its replication, and its place among the samples of that.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct SampleName {
+    pub pixel: u32,
+    pub replication: u32,
+    pub index: u32,
+}
+
+/// Where the samples in the lanes take their numbers from.
+pub(super) trait LaneSampler {
+    /// Lanes without samples.
+    fn new() -> Self;
+    /// Starts a sample in a lane.
+    fn start(&mut self, lane: usize, sampling: &Sampling, sample: SampleName);
+    /// A uniform number for each lane of the mask; the others draw none, and theirs means nothing.
+    fn uniform(&mut self, drawing: LaneMask) -> Lanes;
+    /// Says that the next numbers of a lane belong to this block.
+    fn block(&mut self, lane: usize, block: u32);
+}
+
+/// Xoshiro256++, the generator of [`crate::rng::Stream`], one for each lane.
+pub(super) struct Streams([[u64; LANES]; 4]);
+
+impl LaneSampler for Streams {
+    fn new() -> Self {
+        Self([[1; LANES]; 4])
+    }
+
+    #[inline]
+    fn start(&mut self, lane: usize, sampling: &Sampling, sample: SampleName) {
+        let number = sample.replication * sampling.samples_per_replication() + sample.index;
+        for (words, word) in self.0.iter_mut().zip(stream_state(sampling.seed, sample.pixel, number)) {
+            words[lane] = word;
+        }
+    }
+
+    #[inline]
+    fn uniform(&mut self, drawing: LaneMask) -> Lanes {
+        let mask = drawing.words();
+        let [s0, s1, s2, s3] = &mut self.0;
+        let mut numbers = [0.0; LANES];
+        for i in 0..LANES {
+            let [a, b, c, d] = [s0[i], s1[i], s2[i], s3[i]];
+            let word = a.wrapping_add(d).rotate_left(23).wrapping_add(a);
+            numbers[i] = (word >> 11) as f64 * (1.0 / (1u64 << 53) as f64);
+            let [c1, d1] = [c ^ a, d ^ b];
+            let next = [a ^ d1, b ^ c1, c1 ^ (b << 17), d1.rotate_left(45)];
+            let keep = |old: u64, new: u64| old ^ ((old ^ new) & mask[i]);
+            [s0[i], s1[i], s2[i], s3[i]] = [keep(a, next[0]), keep(b, next[1]), keep(c, next[2]), keep(d, next[3])];
+        }
+        Lanes::new(numbers)
+    }
+
+    #[inline]
+    fn block(&mut self, _lane: usize, _block: u32) {}
+}
+
+/// A Sobol' point for each lane.
+pub(super) struct Points([Sobol; LANES]);
+
+impl LaneSampler for Points {
+    fn new() -> Self {
+        Self(from_fn(|_| Sobol::new(0, 0, stream(0, 0, 0))))
+    }
+
+    #[inline]
+    fn start(&mut self, lane: usize, sampling: &Sampling, sample: SampleName) {
+        let number = sample.replication * sampling.samples_per_replication() + sample.index;
+        let fill = stream(sampling.seed, sample.pixel, number);
+        let scramble = scramble(sampling.seed, sample.pixel, sample.replication);
+        self.0[lane] = Sobol::new(sample.index as u16, scramble, fill);
+    }
+
+    #[inline]
+    fn uniform(&mut self, drawing: LaneMask) -> Lanes {
+        let bits = drawing.bits();
+        Lanes::new(from_fn(|i| if bits >> i & 1 == 1 { uniform(&mut self.0[i]) } else { 0.0 }))
+    }
+
+    #[inline]
+    fn block(&mut self, lane: usize, block: u32) {
+        self.0[lane].block(block);
+    }
+}

@@ -1,0 +1,279 @@
+//! The surfaces that rays have met, as all lanes see them at once. What few scenes have (EON, models that are not of
+//! the library, lights by solid angle) is asked for lane by lane.
+
+use std::array::from_fn;
+
+use glam::DVec3;
+
+use super::samples::LaneSampler;
+use super::scene::{LaneScene, Seen, gather3, lane3};
+use crate::bsdf::{Bsdf, OrenNayar, OrenNayarForm, Scattering, Vertex, lambert, oren_nayar};
+use crate::emitter::{EmitterPoint, LightSampling};
+use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector};
+use crate::scene::{Hit, Scene};
+use crate::shape::Ray;
+use crate::{fresnel, radiometry, sampling};
+
+/// What the rays of all lanes have met.
+pub(super) struct Surfaces<'a> {
+    here: [Option<Hit>; LANES],
+    bsdf: [&'a Bsdf; LANES],
+    pub vertex: Vertex<Lanes3>,
+    /// The unit normals of the surfaces' own fronts.
+    pub normal: Lanes3,
+    pub t: Lanes,
+    /// Where light leaves in all directions.
+    pub rough: LaneMask,
+    /// Of these, where it is sampled by the cosine.
+    cosine: LaneMask,
+    pub mirror: LaneMask,
+    pub glass: LaneMask,
+    /// The albedo or the reflectance of a mirror.
+    colour: Lanes3,
+    index: Lanes,
+    oren_nayar: OrenNayar<Lanes>,
+    printed: LaneMask,
+    /// Lanes whose f_r is evaluated one by one.
+    single: u32,
+}
+
+/// A way on from surfaces, as [`crate::bsdf::BsdfSample`].
+pub(super) struct Onward {
+    /// Where there is one.
+    pub goes_on: LaneMask,
+    pub direction: Lanes3,
+    pub weight: Lanes3,
+    /// 0 where the direction has no pdf.
+    pub pdf: Lanes,
+    pub has_pdf: LaneMask,
+    pub radiance_factor: Lanes,
+}
+
+/// Light that arrives from points picked on emitters, as in the scalar engine's next-event estimation.
+pub(super) struct Light {
+    /// Where some does.
+    pub arrives: LaneMask,
+    pub wi: Lanes3,
+    pub reflected: Lanes3,
+    pub pdf: Lanes,
+}
+
+impl<'a> Surfaces<'a> {
+    #[inline]
+    pub fn new(scene: &'a Scene, ray: &Ray<Lanes3>, here: [Option<Hit>; LANES]) -> Self {
+        let of = |number: fn(&Hit) -> f64| Lanes::new(from_fn(|i| here[i].as_ref().map_or(0.0, number)));
+        let of3 = |vector: fn(&Hit) -> DVec3| gather3(|i| here[i].as_ref().map_or(DVec3::Z, vector));
+        let bsdf: [&Bsdf; LANES] = from_fn(|i| here[i].as_ref().map_or(&Bsdf::Black, |hit| &scene.surface(hit).bsdf));
+        let is = |kind: fn(&Bsdf) -> bool| LaneMask::from_fn(|i| kind(bsdf[i]));
+        let constants = |i: usize| match *bsdf[i] {
+            Bsdf::OrenNayar { constants, .. } => constants,
+            // (14) is (13) with these.
+            _ => OrenNayar { a: 1.0, b: 0.0 },
+        };
+        let index = |i: usize| if let Bsdf::Glass { index } = *bsdf[i] { index } else { 1.0 };
+        let single = is(|bsdf| matches!(bsdf, Bsdf::Eon { .. } | Bsdf::Model(_)));
+        let (point, normal) = (of3(|hit| hit.point), of3(|hit| hit.normal));
+        Self {
+            vertex: Vertex::of(point, normal, ray.direction),
+            normal,
+            t: of(|hit| hit.t),
+            rough: is(Bsdf::is_rough),
+            cosine: is(Bsdf::is_sampled_by_cosine),
+            mirror: is(|bsdf| matches!(bsdf, Bsdf::Mirror { .. })),
+            glass: is(|bsdf| matches!(bsdf, Bsdf::Glass { .. })),
+            colour: gather3(|i| bsdf[i].albedo()),
+            index: Lanes::new(from_fn(index)),
+            oren_nayar: OrenNayar {
+                a: Lanes::new(from_fn(|i| constants(i).a)),
+                b: Lanes::new(from_fn(|i| constants(i).b)),
+            },
+            printed: is(|bsdf| matches!(bsdf, Bsdf::OrenNayar { form: OrenNayarForm::Printed, .. })),
+            single: single.bits(),
+            here,
+            bsdf,
+        }
+    }
+
+    /// The hit of a lane.
+    pub fn hit(&self, lane: usize) -> Option<&Hit> {
+        self.here[lane].as_ref()
+    }
+
+    /// Where something absorbs all light.
+    pub fn black(&self) -> LaneMask {
+        !(self.rough | self.mirror | self.glass)
+    }
+
+    /// f_r, as [`Bsdf::eval`].
+    #[inline]
+    fn brdf(&self, wi: Lanes3) -> Lanes3 {
+        let (zero, wo) = (Lanes::splat(0.0), self.vertex.wo);
+        let mut bracket = oren_nayar(self.oren_nayar, OrenNayarForm::Corrected, wo, wi);
+        if self.printed.any() {
+            let printed = oren_nayar(self.oren_nayar, OrenNayarForm::Printed, wo, wi);
+            bracket = Lanes::choose(self.printed, printed, bracket);
+        }
+        let above = wo.z.above(zero) & wi.z.above(zero);
+        let none = Lanes3::splat_vector(DVec3::ZERO);
+        let brdf = Vector::choose(above & self.rough, lambert(self.colour) * bracket, none);
+        if self.single == 0 {
+            return brdf;
+        }
+        gather3(
+            |i| {
+                if self.single >> i & 1 == 1 { self.bsdf[i].eval(lane3(wo, i), lane3(wi, i)) } else { lane3(brdf, i) }
+            },
+        )
+    }
+
+    /// The pdf of directions of rough surfaces with respect to solid angle.
+    #[inline]
+    pub fn pdf(&self, wi: Lanes3) -> Lanes {
+        let pdf = sampling::cosine_hemisphere_pdf(wi.z);
+        let models = (self.rough & !self.cosine).bits();
+        if models == 0 {
+            return pdf;
+        }
+        Lanes::new(from_fn(|i| {
+            let alone = models >> i & 1 == 1;
+            if alone { self.bsdf[i].pdf(lane3(self.vertex.wo, i), lane3(wi, i)) } else { pdf.as_array()[i] }
+        }))
+    }
+
+    /// Light by one shadow ray from each lane of the mask, all of which are rough.
+    #[inline]
+    pub fn direct_light<S: LaneSampler>(
+        &self,
+        scene: &LaneScene<'_>,
+        lights: LightSampling,
+        through_glass: bool,
+        (asking, random): (LaneMask, &mut S),
+        seen: &mut Seen,
+    ) -> Light {
+        let zero = Lanes::splat(0.0);
+        let none = Lanes3::splat_vector(DVec3::ZERO);
+        let emitters = scene.scene.emitters();
+        if emitters.is_empty() || !asking.any() {
+            return Light { arrives: LaneMask::from_bits(0), wi: none, reflected: none, pdf: zero };
+        }
+        let count = emitters.len() as f64;
+        let pick = (random.uniform(asking) * count).to_array();
+        let picked: [usize; LANES] = from_fn(|i| (pick[i] as usize).min(emitters.len() - 1));
+        let random = [random.uniform(asking), random.uniform(asking)];
+        let vertex = &self.vertex;
+        let point = picked.iter().all(|&other| other == picked[0]).then(|| emitters[picked[0]].sample(random));
+        let mut point = point.unwrap_or_else(|| {
+            let points: [EmitterPoint; LANES] =
+                from_fn(|i| emitters[picked[i]].sample(random.map(|r| r.as_array()[i])));
+            EmitterPoint { point: gather3(|i| points[i].point), normal: gather3(|i| points[i].normal) }
+        });
+        let mut by_solid_angle = [None; LANES];
+        if lights == LightSampling::SolidAngle {
+            by_solid_angle = from_fn(|i| {
+                emitters[picked[i]].sample_solid_angle(lane3(vertex.point, i), random.map(|r| r.as_array()[i]))
+            });
+            let chosen = |i: usize| {
+                let (point, normal) = (lane3(point.point, i), lane3(point.normal, i));
+                by_solid_angle[i].map_or(EmitterPoint { point, normal }, |(point, _)| point)
+            };
+            point = EmitterPoint { point: gather3(|i| chosen(i).point), normal: gather3(|i| chosen(i).normal) };
+        }
+        let to_light = point.point - vertex.point;
+        let distance_squared = to_light.length_squared();
+        let direction = to_light * distance_squared.sqrt().inverse();
+        let cosine = radiometry::cosine(vertex.frame.z, direction);
+        let cosine_at_light = radiometry::cosine(point.normal, -direction);
+        let wi = vertex.frame.local(direction);
+        let brdf = self.brdf(wi);
+        let area = |i: usize| emitters[picked[i]].pdf_area();
+        let by_area = Lanes::new(from_fn(area)) / radiometry::solid_angle_per_area(cosine_at_light, distance_squared);
+        let on_emitter =
+            Lanes::new(from_fn(|i| by_solid_angle[i].map_or(by_area.as_array()[i], |(_, pdf): (_, f64)| pdf)));
+        let pdf = on_emitter / count;
+        let dark = brdf.x.equals(zero) & brdf.y.equals(zero) & brdf.z.equals(zero);
+        let asking = asking & cosine.above(zero) & cosine_at_light.above(zero) & !dark;
+        let arrives = if asking.any() {
+            let ends = ((vertex.point, vertex.frame.z), (point.point, point.normal));
+            scene.visible(ends.0, ends.1, through_glass, asking, seen)
+        } else {
+            asking
+        };
+        let radiance = gather3(|i| emitters[picked[i]].radiance);
+        Light { arrives, wi, reflected: radiometry::reflected(brdf, radiance, cosine, pdf), pdf }
+    }
+
+    /// A way on, as [`Scattering::sample`], in world space.
+    #[inline]
+    pub fn sample<S: LaneSampler>(&self, active: LaneMask, random: &mut S) -> Onward {
+        let (zero, one) = (Lanes::splat(0.0), Lanes::splat(1.0));
+        let white = Lanes3::splat_vector(DVec3::ONE);
+        let vertex = &self.vertex;
+        let (d, n) = (vertex.direction, vertex.frame.z);
+        let mut onward = Onward {
+            goes_on: active & !self.black(),
+            direction: d,
+            weight: white,
+            pdf: zero,
+            has_pdf: active & self.rough,
+            radiance_factor: one,
+        };
+        if (active & (self.mirror | self.glass)).any() {
+            onward.direction = fresnel::mirror(d, n);
+            onward.weight = Vector::choose(self.mirror, self.colour, white);
+        }
+        let glass = active & self.glass;
+        if glass.any() {
+            let random = random.uniform(glass);
+            let (n1, n2) = vertex.indices(self.index);
+            let reflectance = fresnel::reflectance(-d.dot(n), n1, n2);
+            let (refracted, passes) = fresnel::refracted(d, n, n1, n2);
+            let refracts = glass & !random.below(reflectance) & passes;
+            onward.direction = Vector::choose(refracts, refracted, onward.direction);
+            onward.radiance_factor = Lanes::choose(refracts, fresnel::radiance_factor(n1, n2), one);
+        }
+        if onward.has_pdf.any() {
+            self.sample_rough(&mut onward, random);
+        }
+        onward
+    }
+
+    #[inline]
+    fn sample_rough<S: LaneSampler>(&self, onward: &mut Onward, random: &mut S) {
+        let rough = onward.has_pdf;
+        let random = [random.uniform(rough), random.uniform(rough)];
+        let mut wi: Lanes3 = sampling::cosine_hemisphere(random);
+        let models = (rough & !self.cosine).bits();
+        let mut lost = 0;
+        if models != 0 {
+            let own: [Option<DVec3>; LANES] = from_fn(|i| match self.bsdf[i] {
+                Bsdf::Model(model) if models >> i & 1 == 1 => {
+                    model.sample(lane3(self.vertex.wo, i), random.map(|r| r.as_array()[i]))
+                }
+                _ => Some(lane3(wi, i)),
+            });
+            lost = (0..LANES).fold(0, |lost, i| lost | u32::from(own[i].is_none()) << i);
+            wi = gather3(|i| own[i].unwrap_or(DVec3::Z));
+        }
+        let pdf = self.pdf(wi);
+        let weight = self.weighted(wi, pdf);
+        let exists = rough & !pdf.equals(Lanes::splat(0.0)) & !LaneMask::from_bits(lost);
+        onward.goes_on = onward.goes_on & (!rough | exists);
+        onward.direction = Vector::choose(rough, self.vertex.frame.world(wi), onward.direction);
+        onward.weight = Vector::choose(rough, weight, onward.weight);
+        onward.pdf = Lanes::choose(rough, pdf, onward.pdf);
+    }
+
+    /// f_r cos θ / p of a direction.
+    #[inline]
+    pub fn weighted(&self, wi: Lanes3, pdf: Lanes) -> Lanes3 {
+        let cosine = radiometry::cosine(Lanes3::splat_vector(DVec3::Z), wi);
+        radiometry::reflected(self.brdf(wi), Lanes3::splat_vector(DVec3::ONE), cosine, pdf)
+    }
+}
+
+/// Directions uniform over the hemisphere, local, and their pdf.
+#[inline]
+pub(super) fn uniform(random: [Lanes; 2]) -> (Lanes3, Lanes) {
+    let wi: Lanes3 = sampling::uniform_hemisphere(random);
+    (wi, sampling::uniform_hemisphere_pdf(wi.z))
+}
