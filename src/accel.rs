@@ -53,7 +53,7 @@ impl Primitive {
     #[inline]
     fn hit(&self, ray: &Ray, shear: &Shear) -> TriangleHit {
         match self {
-            Self::Triangle([a, b, c]) => shear.hit([shear.project(a), shear.project(b), shear.project(c)]),
+            Self::Triangle([a, b, c]) => shear.hit([&shear.project(a), &shear.project(b), &shear.project(c)]),
             Self::Sphere(sphere) => TriangleHit { t: sphere.distance(ray), weights: [0.0; 3] },
         }
     }

@@ -20,6 +20,7 @@
 //! | [`estimator`] | how: estimators made of replaceable parts |
 //! | [`render`], [`film`], [`splat`], [`image`] | the loop, the accumulators, the files |
 //! | [`rng`], [`sampler`] | streams of random numbers, Owen-scrambled Sobol' points |
+//! | [`real`] | numbers and vectors of one ray, or of eight that are followed at once |
 //! | [`frame`], [`error`] | coordinates, errors |
 //! | [`harness`] | statistics, verdicts, trials as data: put your own code on trial with it |
 //!

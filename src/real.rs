@@ -287,6 +287,17 @@ impl Real for Lanes {
     fn above(self, other: Self) -> LaneMask {
         LaneMask(self.simd_gt(other))
     }
+    // On this architecture these are single instructions, which take the bound for NaN and of two equal numbers.
+    #[cfg(target_arch = "x86_64")]
+    #[inline]
+    fn at_least(self, bound: Self) -> Self {
+        self.fast_max(bound)
+    }
+    #[cfg(target_arch = "x86_64")]
+    #[inline]
+    fn at_most(self, bound: Self) -> Self {
+        self.fast_min(bound)
+    }
     #[inline]
     fn equals(self, other: Self) -> LaneMask {
         LaneMask(self.simd_eq(other))

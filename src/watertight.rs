@@ -116,24 +116,33 @@ impl<V: Turn> Shear<V> {
     /// The hit with t > 0, from either side, edges and vertices included, on the triangle of three projected
     /// vertices; t is infinite where there is none.
     #[inline]
-    pub fn hit(&self, [a, b, c]: [Projected<V::Real>; 3]) -> TriangleHit<V::Real> {
+    pub fn hit(&self, [a, b, c]: [&Projected<V::Real>; 3]) -> TriangleHit<V::Real> {
+        self.hit_within([edge(c, b), edge(a, c), edge(b, a)], [a[2], b[2], c[2]])
+    }
+
+    /// The same by the triangle's [`edge`]s, each opposite to its vertex, and the depths of its vertices.
+    #[inline]
+    pub fn hit_within(&self, [u, v, w]: [V::Real; 3], depths: [V::Real; 3]) -> TriangleHit<V::Real> {
         let (zero, none) = (V::Real::splat(0.0), V::Real::splat(f64::INFINITY));
-        let u = c[0] * b[1] - c[1] * b[0];
-        let v = a[0] * c[1] - a[1] * c[0];
-        let w = b[0] * a[1] - b[1] * a[0];
-        let one_sided =
-            |side: fn(V::Real, V::Real) -> <V::Real as Real>::Mask| side(u, zero) | side(v, zero) | side(w, zero);
-        let inside = !(one_sided(Real::below) & one_sided(Real::above));
+        let [lowest, highest] = [u.at_most(v).at_most(w), u.at_least(v).at_least(w)];
+        let inside = !(lowest.below(zero) & highest.above(zero));
         if !inside.any() {
             return TriangleHit { t: none, weights: [zero; 3] };
         }
         let determinant = u + v + w;
         let inverse = determinant.inverse();
         let weights = [u * inverse, v * inverse, w * inverse];
-        let t = (weights[0] * a[2] + weights[1] * b[2] + weights[2] * c[2]) * self.shear[2];
+        let t = (weights[0] * depths[0] + weights[1] * depths[1] + weights[2] * depths[2]) * self.shear[2];
         let hit = inside & !determinant.equals(zero) & t.above(zero);
         TriangleHit { t: V::Real::choose(hit, t, none), weights }
     }
+}
+
+/// On which side of the edge between two projected vertices the ray passes: twice the signed area of the triangle of
+/// these two and the ray. Exchanging the vertices changes the sign and nothing else.
+#[inline]
+pub fn edge<R: Real>(a: &Projected<R>, b: &Projected<R>) -> R {
+    a[0] * b[1] - a[1] * b[0]
 }
 
 impl Shear {
@@ -141,7 +150,7 @@ impl Shear {
     #[inline]
     pub fn intersect(&self, vertices: &Vertices, t_max: f64) -> Option<TriangleHit> {
         let [a, b, c] = vertices;
-        let hit = self.hit([self.project(a), self.project(b), self.project(c)]);
+        let hit = self.hit([&self.project(a), &self.project(b), &self.project(c)]);
         (hit.t < t_max).then_some(hit)
     }
 }

@@ -63,28 +63,25 @@ pub(super) fn row<S: LaneSampler>(
         has_pdf: LaneMask::from_bits(0),
         hits: [0; LANES],
     };
-    let mut seen = Seen::new();
+    let mut seen = Seen::default();
     // Lanes that need a replication, and those that only need their next sample.
     let (mut idle, mut fresh) = (u32::MAX >> (32 - LANES), 0_u32);
     let mut busy = 0_u32;
     loop {
-        for lane in 0..LANES {
+        for (lane, work) in work.iter_mut().enumerate() {
             if idle >> lane & 1 == 1
                 && let Some((column, replication)) = next.next()
             {
                 let pixel = corner[1] * frame[0] + corner[0] + column as u32;
-                work[lane] = Work { column, sample: SampleName { pixel, replication, index: 0 }, sum: DVec3::ZERO };
+                *work = Work { column, sample: SampleName { pixel, replication, index: 0 }, sum: DVec3::ZERO };
                 idle &= !(1 << lane);
                 fresh |= 1 << lane;
             }
         }
         if fresh != 0 {
-            for lane in 0..LANES {
-                if fresh >> lane & 1 == 1 {
-                    random.start(lane, sampling, work[lane].sample);
-                    random.block(lane, 0);
-                    paths.hits[lane] = 0;
-                }
+            for (lane, work) in work.iter().enumerate().filter(|(lane, _)| fresh >> lane & 1 == 1) {
+                random.start(lane, sampling, work.sample);
+                paths.hits[lane] = 0;
             }
             let starting = LaneMask::from_bits(fresh);
             paths.start(scene.scene, sampling, (frame, corner), (&work, starting), &mut random);
@@ -99,11 +96,7 @@ pub(super) fn row<S: LaneSampler>(
                 pixels[work[lane].column].push_features(&features(scene.scene, hit, ray))
             })?;
         busy &= !ended;
-        for lane in 0..LANES {
-            if ended >> lane & 1 == 0 {
-                continue;
-            }
-            let work = &mut work[lane];
+        for (lane, work) in work.iter_mut().enumerate().filter(|(lane, _)| ended >> lane & 1 == 1) {
             let place = |error: Error| {
                 let (x, y) = (corner[0] + work.column as u32, corner[1]);
                 error.at(|| format!(" at pixel ({x}, {y}), replication {}", work.sample.replication))

@@ -10,7 +10,7 @@ use crate::bsdf::Bsdf;
 use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector};
 use crate::scene::{Geometry, Hit, Scene};
 use crate::shape::{Ray, Sphere};
-use crate::watertight::{Projected, Shear};
+use crate::watertight::{Projected, Shear, TriangleHit, edge};
 
 /// The most primitives that all lanes test.
 const SMALL: usize = 64;
@@ -35,8 +35,11 @@ pub(super) fn lane_ray(ray: &Ray<Lanes3>, lane: usize) -> Ray {
 }
 
 enum Part {
-    /// By its vertices among those of the scene.
-    Triangle([usize; 3]),
+    /// By its vertices among those of the scene, and by its edges: opposite to each vertex, in either direction.
+    Triangle {
+        vertices: [usize; 3],
+        edges: [(usize, bool); 3],
+    },
     Sphere(Sphere),
 }
 
@@ -44,34 +47,38 @@ enum Part {
 pub(super) struct LaneScene<'a> {
     pub scene: &'a Scene,
     vertices: Vec<[Lanes; 4]>,
+    /// The vertices of each edge, which the triangles on both sides of it share.
+    edges: Vec<[usize; 2]>,
     /// In the order of the scene's primitives, with whether shadow rays may pass; empty in a large scene.
     parts: Vec<(Part, bool)>,
 }
 
-/// Vertices as rays see them; one buffer serves all rays.
-pub(super) type Seen = Vec<Projected<Lanes>>;
+/// Vertices and edges as rays see them; one buffer serves all rays.
+#[derive(Default)]
+pub(super) struct Seen {
+    vertices: Vec<Projected<Lanes>>,
+    edges: Vec<Lanes>,
+}
 
 impl<'a> LaneScene<'a> {
     pub fn new(scene: &'a Scene) -> Self {
-        let mut vertices: Vec<DVec3> = Vec::new();
-        let mut parts = Vec::new();
+        let (mut vertices, mut edges, mut parts) = (Vec::new(), Vec::new(), Vec::new());
         if scene.primitives().count() <= SMALL {
             for (geometry, surface) in scene.primitives() {
                 let part = match geometry {
                     Geometry::Sphere(sphere) => Part::Sphere(sphere),
-                    // Vertices that are the same point are projected once.
-                    Geometry::Triangle(corners) => Part::Triangle(corners.map(|corner| {
-                        vertices.iter().position(|&v| v == corner).unwrap_or_else(|| {
-                            vertices.push(corner);
-                            vertices.len() - 1
-                        })
-                    })),
+                    Geometry::Triangle(corners) => {
+                        let [a, b, c] = corners.map(|corner| place_of(&mut vertices, corner));
+                        let mut edge =
+                            |from: usize, to: usize| (place_of(&mut edges, [from.min(to), from.max(to)]), from > to);
+                        Part::Triangle { vertices: [a, b, c], edges: [edge(c, b), edge(a, c), edge(b, a)] }
+                    }
                 };
                 parts.push((part, matches!(surface.bsdf, Bsdf::Glass { .. })));
             }
         }
-        let vertices = vertices.iter().map(|v| [v.x, v.y, v.z, 0.0].map(Lanes::splat)).collect();
-        Self { scene, vertices, parts }
+        let vertices = vertices.iter().map(|v: &DVec3| [v.x, v.y, v.z, 0.0].map(Lanes::splat)).collect();
+        Self { scene, vertices, edges, parts }
     }
 
     /// The nearest hits; `None` in lanes that are not `active` and where a ray meets nothing.
@@ -87,8 +94,8 @@ impl<'a> LaneScene<'a> {
         let mut weights = [Lanes::splat(0.0); 3];
         for (id, (part, _)) in self.parts.iter().enumerate() {
             match part {
-                Part::Triangle([a, b, c]) => {
-                    let hit = shear.hit([seen[*a], seen[*b], seen[*c]]);
+                Part::Triangle { vertices, edges } => {
+                    let hit = seen.hit(&shear, vertices, edges);
                     let nearer = hit.t.below(t);
                     if nearer.any() {
                         t = Lanes::choose(nearer, hit.t, t);
@@ -143,7 +150,7 @@ impl<'a> LaneScene<'a> {
                 continue;
             }
             let t = match part {
-                Part::Triangle([a, b, c]) => shear.hit([seen[*a], seen[*b], seen[*c]]).t,
+                Part::Triangle { vertices, edges } => seen.hit(&shear, vertices, edges).t,
                 Part::Sphere(sphere) => sphere.distance(&segment),
             };
             free = free & !t.below(one);
@@ -164,8 +171,28 @@ impl<'a> LaneScene<'a> {
     #[inline]
     fn see(&self, ray: &Ray<Lanes3>, seen: &mut Seen) -> Shear<Lanes3> {
         let shear = Shear::new(ray);
-        seen.clear();
-        seen.extend(self.vertices.iter().map(|vertex| shear.project(vertex)));
+        seen.vertices.clear();
+        seen.vertices.extend(self.vertices.iter().map(|vertex| shear.project(vertex)));
+        seen.edges.clear();
+        seen.edges.extend(self.edges.iter().map(|&[a, b]| edge(&seen.vertices[a], &seen.vertices[b])));
         shear
     }
+}
+
+impl Seen {
+    #[inline]
+    fn hit(&self, shear: &Shear<Lanes3>, vertices: &[usize; 3], edges: &[(usize, bool); 3]) -> TriangleHit<Lanes> {
+        let edge = |(place, reversed): (usize, bool)| if reversed { -self.edges[place] } else { self.edges[place] };
+        let ([u, v, w], [a, b, c]) = (*edges, *vertices);
+        let depth = |vertex: usize| self.vertices[vertex][2];
+        shear.hit_within([edge(u), edge(v), edge(w)], [depth(a), depth(b), depth(c)])
+    }
+}
+
+/// The place of a value in a list to which it is added if it is new.
+fn place_of<T: PartialEq>(list: &mut Vec<T>, value: T) -> usize {
+    list.iter().position(|known| *known == value).unwrap_or_else(|| {
+        list.push(value);
+        list.len() - 1
+    })
 }

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::samples::LaneSampler;
 use super::scene::{LaneScene, Seen, gather3, lane3};
-use crate::bsdf::{Bsdf, OrenNayar, OrenNayarForm, Scattering, Vertex, lambert, oren_nayar};
+use crate::bsdf::{Bsdf, OrenNayar, OrenNayarForm, Vertex, lambert, oren_nayar};
 use crate::emitter::{EmitterPoint, LightSampling};
 use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector};
 use crate::scene::{Hit, Scene};
@@ -269,11 +269,4 @@ impl<'a> Surfaces<'a> {
         let cosine = radiometry::cosine(Lanes3::splat_vector(DVec3::Z), wi);
         radiometry::reflected(self.brdf(wi), Lanes3::splat_vector(DVec3::ONE), cosine, pdf)
     }
-}
-
-/// Directions uniform over the hemisphere, local, and their pdf.
-#[inline]
-pub(super) fn uniform(random: [Lanes; 2]) -> (Lanes3, Lanes) {
-    let wi: Lanes3 = sampling::uniform_hemisphere(random);
-    (wi, sampling::uniform_hemisphere_pdf(wi.z))
 }

@@ -39,6 +39,7 @@ const SETTINGS: &[Setting] = &[
     any("scene", |job| name(job.scene)),
     any("convention", |job| name(job.convention)),
     any("estimator", |job| name(job.estimator)),
+    goes("engine", "--estimator mis, bsdf and light", Job::follows_paths, |_| String::new()),
     goes("light-sampling", "--estimator light and mis", Job::picks_lights, |job| name(job.light_sampling)),
     goes("heuristic", "--estimator mis", |job| job.estimator == EstimatorName::Mis, |job| name(job.heuristic)),
     goes("diffuse", "--scene report, and not --convention published", Job::has_white_sphere, |job| name(job.diffuse)),
@@ -160,6 +161,10 @@ impl Job {
             self.photons.check_memory(self.keeps_one_map(), &scene, self.seed)?;
         }
         Ok(())
+    }
+
+    fn follows_paths(&self) -> bool {
+        matches!(self.estimator, EstimatorName::Bsdf | EstimatorName::Light | EstimatorName::Mis)
     }
 
     fn picks_lights(&self) -> bool {

@@ -18,8 +18,8 @@ use whitefurnace::scene::room::{self, Convention, Walls};
 use whitefurnace::scene::{Scene, simple};
 
 pub use names::{
-    ConventionName, DiffuseName, EstimatorName, HeuristicName, LightSamplingName, PixelName, SamplerName, SceneName,
-    name,
+    ConventionName, DiffuseName, EngineName, EstimatorName, HeuristicName, LightSamplingName, PixelName, SamplerName,
+    SceneName, name,
 };
 pub use work::Rendered;
 
@@ -38,6 +38,9 @@ pub struct Job {
     /// How to compute it [default: mis, or report under --convention report and published]
     #[arg(long, value_enum, default_value_t = EstimatorName::Mis, hide_default_value = true)]
     pub estimator: EstimatorName,
+    /// What follows paths, for --estimator mis, bsdf and light; both write the same bytes
+    #[arg(long, value_enum, default_value_t)]
+    pub engine: EngineName,
     /// How shadow rays pick points on lights, for --estimator light and mis
     #[arg(long, value_enum, default_value_t)]
     pub light_sampling: LightSamplingName,

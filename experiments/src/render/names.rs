@@ -61,6 +61,16 @@ impl EstimatorName {
     }
 }
 
+/// What follows the paths of path tracing, as programs name it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum EngineName {
+    /// One path at a time, by the readable estimator
+    #[default]
+    Scalar,
+    /// Eight paths at a time: the same bytes, faster where the program is built for AVX2 or AVX-512
+    Lanes,
+}
+
 /// The light-transport conventions, as programs name them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ConventionName {

@@ -11,11 +11,11 @@ use whitefurnace::estimator::{
     Report, Sppm, Standard, Strategy, Whitted,
 };
 use whitefurnace::film::{Film, Pixel};
-use whitefurnace::render::{ByPasses, ByRays, Renderer};
+use whitefurnace::render::{ByLanes, ByPasses, ByRays, Renderer};
 use whitefurnace::rng::seed_for;
 use whitefurnace::scene::Scene;
 
-use super::{ConventionName, EstimatorName, HeuristicName, Job, LightSamplingName, name};
+use super::{ConventionName, EngineName, EstimatorName, HeuristicName, Job, LightSamplingName, name};
 use crate::run::progress::{Bar, interrupted};
 
 /// Largest number of replications between two looks at the error.
@@ -128,9 +128,9 @@ impl Job {
         };
         let seed = self.seed;
         Ok(match (self.estimator, self.convention) {
-            (EstimatorName::Bsdf, _) => Box::new(self.by_rays(self.path(Strategy::Bsdf))),
-            (EstimatorName::Light, _) => Box::new(self.by_rays(self.path(Strategy::Light))),
-            (EstimatorName::Mis, _) => Box::new(self.by_rays(self.path(Strategy::Mis))),
+            (EstimatorName::Bsdf, _) => self.by_paths(Strategy::Bsdf),
+            (EstimatorName::Light, _) => self.by_paths(Strategy::Light),
+            (EstimatorName::Mis, _) => self.by_paths(Strategy::Mis),
             (EstimatorName::LightTracer, _) => {
                 Box::new(ByPasses { estimator: LightTracer::<Standard>::default(), seed })
             }
@@ -162,6 +162,14 @@ impl Job {
                 Box::new(self.by_rays(Report { rays: self.rays, rules, ..Report::default() }))
             }
         })
+    }
+
+    fn by_paths(&self, strategy: Strategy) -> Box<dyn Renderer> {
+        let path = self.path(strategy);
+        match self.engine {
+            EngineName::Scalar => Box::new(self.by_rays(path)),
+            EngineName::Lanes => Box::new(ByLanes { path, sampling: self.sampling() }),
+        }
     }
 
     fn path(&self, strategy: Strategy) -> Path {

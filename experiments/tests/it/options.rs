@@ -181,6 +181,9 @@ fn rows() -> Vec<Row> {
         Row("estimator", "radiosity", RADIOSITY, |_| {}),
         Row("estimator", "whitted", PLAIN, |c| c.method = Method::Whitted(LightRules::PHYSICAL)),
         Row("estimator", "whitted", REPORT, |c| c.method = Method::Whitted(LightRules::REPORT)),
+        Row("engine", "scalar", PLAIN, |_| {}),
+        Row("engine", "lanes", PLAIN, |_| {}),
+        Row("engine", "lanes", SOBOL, |_| {}),
         Row("light-sampling", "area", PLAIN, |_| {}),
         Row("light-sampling", "solid-angle", PLAIN, |c| {
             c.method = Method::Path(Strategy::Mis, LightSampling::SolidAngle, BALANCE.1);
@@ -275,7 +278,7 @@ fn every_option_is_the_librarys_own_call() {
         let provenance = job(&command).provenance(true);
         // The file says all that decides its pixels.
         let Row(option, value, ..) = row;
-        if !["", "threads", "exposure", "out"].contains(&option) {
+        if !["", "engine", "threads", "exposure", "out"].contains(&option) {
             assert!(provenance.contains(&format!("\n{option}={value}\n")), "{command}: {provenance}");
         }
         let (exr, png) = (folder.join("own.exr"), folder.join("own.png"));
@@ -295,7 +298,7 @@ fn every_option_is_the_librarys_own_call() {
     }
     for (Row(option, value, base, _), command, picture) in &pictures {
         let (_, of_base) = bases.iter().find(|(other, _)| *other == base.0).expect("a row");
-        let same = ["threads", "out"].contains(option) || says(*base, option, value);
+        let same = ["engine", "threads", "out"].contains(option) || says(*base, option, value);
         assert_eq!(picture == of_base, same, "{command}");
     }
 }

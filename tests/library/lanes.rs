@@ -1,0 +1,329 @@
+//! The lane engine has the bits of the readable one: each function that both use, and whole images.
+
+use std::array::from_fn;
+
+use whitefurnace::bsdf::ggx::Ggx;
+use whitefurnace::bsdf::oren_nayar;
+use whitefurnace::estimator::{Heuristic, Path, Strategy as Finds};
+use whitefurnace::fresnel::{mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refracted};
+use whitefurnace::radiometry::{balance, cosine, power, reflected, solid_angle_per_area};
+use whitefurnace::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector, sin_cos_of_turn};
+use whitefurnace::render::render_lanes;
+use whitefurnace::roulette;
+use whitefurnace::sampling::{sphere_zone, triangle, uniform_hemisphere_pdf};
+use whitefurnace::shape::{sphere_roots, triangle_point};
+use whitefurnace::watertight::{Shear, Turn};
+
+use crate::prelude::*;
+
+/// A function of up to 16 numbers, for one ray or for several.
+trait Kernel {
+    fn run<R: Real>(x: &[R]) -> Vec<R>
+    where
+        R::Vector: Turn;
+}
+
+macro_rules! kernels {
+    ($($name:ident: |$x:ident| $body:expr;)*) => {
+        $(
+            struct $name;
+            impl Kernel for $name {
+                fn run<R: Real>($x: &[R]) -> Vec<R>
+                where
+                    R::Vector: Turn,
+                {
+                    $body.into_iter().collect()
+                }
+            }
+        )*
+        /// Compares every kernel on these arguments.
+        fn compare_all(arguments: &[[f64; 16]; LANES]) {
+            $(compare::<$name>(stringify!($name), arguments);)*
+        }
+    };
+}
+
+fn v<R: Real>(x: &[R]) -> R::Vector {
+    R::Vector::of([x[0], x[1], x[2]])
+}
+
+fn ray<R: Real>(x: &[R]) -> Ray<R::Vector> {
+    Ray::new(v(x), v(&x[3..]))
+}
+
+fn truth<R: Real>(mask: R::Mask) -> R {
+    R::choose(mask, R::splat(1.0), R::splat(0.0))
+}
+
+fn zone() -> Sphere {
+    Sphere { centre: DVec3::new(0.3, -0.2, 0.1), radius: 0.7, zone: [-0.4, 0.5], inward: true }
+}
+
+const CORNERS: [DVec3; 3] = [DVec3::new(-0.4, 0.1, 0.3), DVec3::new(0.9, -0.2, 0.0), DVec3::new(0.2, 0.8, -0.5)];
+
+kernels! {
+    Operations: |x| [x[0].abs(), x[0].copysign(x[1]), x[0].floor(), x[0].at_least(x[1]), x[0].at_most(x[1]),
+        x[0].inverse(), x[0].sqrt(), truth(x[0].below(x[1])), truth(x[0].above(x[1])), truth(x[0].equals(x[1])),
+        truth(!x[0].below(x[1]) & (x[0].equals(x[2]) | x[1].above(x[2])))];
+    Turns: |x| { let (sin, cos) = sin_cos_of_turn(x[0]); [sin, cos] };
+    Interface: |x| [reflectance_s(x[0], x[1], x[2]), reflectance_p(x[0], x[1], x[2]), reflectance(x[0], x[1], x[2]),
+        radiance_factor(x[1], x[2])];
+    Mirror: |x| mirror(v(x), v(&x[3..])).components();
+    Refracted: |x| {
+        let (direction, passes) = refracted(v(x), v(&x[3..]), x[6], x[7]);
+        [direction.components(), [truth(passes); 3]].concat()
+    };
+    Measures: |x| [cosine(v(x), v(&x[3..])), solid_angle_per_area(x[0], x[1]), balance(x[0], x[1]), power(x[0], x[1])];
+    Reflected: |x| reflected::<R::Vector>(v(x), v(&x[3..]), x[6], x[7]).components();
+    Directions: |x| [uniform_hemisphere([x[0], x[1]]).components(),
+        cosine_hemisphere([x[0], x[1]]).components(), sphere_zone([x[0], x[1]], 0.7, [-0.3, 0.6]).components(),
+        [uniform_hemisphere_pdf(x[0]), cosine_hemisphere_pdf(x[0]), x[0]]].concat();
+    Triangle: |x| { let [u, w] = triangle([x[0], x[1]]); [&[u, w][..], &triangle_point(CORNERS, u, w).components()].concat() };
+    Roulettes: |x| [roulette::by_throughput(v(x)), roulette::by_absorption(x[0]), roulette::weight(x[0]),
+        truth(roulette::survives(x[0], x[1]))];
+    Diffuse: |x| {
+        let constants = || OrenNayar { a: x[6], b: x[7] };
+        let bracket = |form| oren_nayar(constants(), form, v(x), v(&x[3..]));
+        [&lambert(v(x)).components()[..], &[bracket(OrenNayarForm::Corrected), bracket(OrenNayarForm::Printed)]].concat()
+    };
+    Frames: |x| {
+        let frame = Frame::<R::Vector>::new(v(x));
+        [frame.x, frame.y, frame.z, frame.local(v(&x[3..])), frame.world(v(&x[3..]))].map(Vector::components).concat()
+    };
+    Cameras: |x| {
+        let camera = Camera::new(DVec3::new(-2.0, 0.1, 0.2), DVec3::ZERO, DVec3::Z, 0.4);
+        let ray = camera.ray([40, 30], x[0], x[1]);
+        [ray.origin, ray.direction, ray.at(x[2])].map(Vector::components).concat()
+    };
+    Spheres: |x| {
+        let (roots, meets) = sphere_roots(&ray(x), DVec3::new(0.3, -0.2, 0.1), 0.7);
+        [&roots[..], &[truth(meets), zone().distance(&ray(x))], &zone().normal::<R::Vector>(v(x)).components()].concat()
+    };
+    Watertight: |x| {
+        let shear = Shear::new(&ray(x));
+        let corner = |c: DVec3| shear.project(&[c.x, c.y, c.z, 0.0].map(R::splat));
+        let [a, b, c] = CORNERS.map(corner);
+        let hit = shear.hit([&a, &b, &c]);
+        // A miss has no weights.
+        let hits = hit.t.below(R::splat(f64::INFINITY));
+        [&[hit.t][..], &hit.weights.map(|w| R::choose(hits, w, R::splat(0.0)))].concat()
+    };
+    Emitters: |x| {
+        let shapes = [EmitterShape::Rectangle { corner: CORNERS[0], edges: [DVec3::X, DVec3::new(0.1, 0.9, 0.2)] },
+            EmitterShape::Triangle(CORNERS), EmitterShape::Sphere(zone())];
+        let points = shapes.map(|shape| Emitter::new(shape, DVec3::ONE).sample([x[0], x[1]]));
+        points.map(|p| [p.point.components(), p.normal.components()].concat()).concat()
+    };
+}
+
+/// Whether a kernel has the same bits for a ray alone and for the same ray in a lane.
+fn compare<K: Kernel>(name: &str, arguments: &[[f64; 16]; LANES]) {
+    let lanes: [Lanes; 16] = from_fn(|i| Lanes::new(from_fn(|lane| arguments[lane][i])));
+    let together = K::run(&lanes);
+    for (lane, x) in arguments.iter().enumerate() {
+        for (i, (alone, together)) in K::run(x).into_iter().zip(&together).enumerate() {
+            let together = together.to_array()[lane];
+            let same = alone.to_bits() == together.to_bits() || alone.is_nan() && together.is_nan();
+            assert!(same, "{name}: result {i} is {alone:e} alone and {together:e} in lane {lane}, at {x:?}");
+        }
+    }
+}
+
+/// Numbers at the edges of what equations expect, and beyond.
+const EDGES: [f64; 18] = [
+    0.0,
+    -0.0,
+    1.0,
+    -1.0,
+    0.5,
+    0.125,
+    0.375,
+    1.5,
+    1e-300,
+    -1e-300,
+    5e-324,
+    1e300,
+    f64::INFINITY,
+    f64::NEG_INFINITY,
+    f64::NAN,
+    f64::EPSILON,
+    1.0 - f64::EPSILON,
+    2.5e-17,
+];
+
+#[test]
+fn functions_have_the_same_bits_in_every_lane() {
+    let mut rng = rng("lanes");
+    for round in 0..4_000 {
+        // A third of all rounds draws from the edges, a third mixes, a third is of unit vectors and shares.
+        let arguments = from_fn(|_| {
+            let edges = [1.0, 0.3, 0.0][round % 3];
+            let mut x = [0.0; 16].map(|_: f64| {
+                let edge = EDGES[(uniform(&mut rng) * EDGES.len() as f64) as usize];
+                if uniform(&mut rng) < edges { edge } else { between(&mut rng, -1.2, 1.2) }
+            });
+            if round % 3 == 2 {
+                let [a, b] = [unit_vector(&mut rng), unit_vector(&mut rng)];
+                x[..3].copy_from_slice(&a.to_array());
+                x[3..6].copy_from_slice(&b.to_array());
+                (x[6], x[7]) = (between(&mut rng, 1.0, 2.0), 1.0);
+            }
+            x
+        });
+        compare_all(&arguments);
+    }
+}
+
+/// A share of a turn: against the library of the platform over the whole domain.
+#[test]
+fn sines_of_turns_are_within_their_bound() {
+    let bound = 4e-16;
+    let shares = (0..=1_000_000).map(|i| f64::from(i) / 1_000_000.0);
+    let mut worst = 0.0_f64;
+    for share in shares {
+        let (sin, cos) = sin_cos_of_turn(share);
+        // The platform's argument is rounded; near a quarter turn it is taken from there.
+        let quarter = (share * 4.0).round();
+        let (s, c) = ((share - quarter / 4.0) * TAU).sin_cos();
+        let (s, c) = match quarter as u32 % 4 {
+            0 => (s, c),
+            1 => (c, -s),
+            2 => (-s, -c),
+            _ => (-c, s),
+        };
+        worst = worst.max((sin - s).abs()).max((cos - c).abs());
+    }
+    assert!(worst <= bound, "{worst:e}");
+    assert_eq!(sin_cos_of_turn(0.25), (1.0, 0.0));
+}
+
+#[test]
+fn masks_are_lane_by_lane() {
+    for bits in 0..256 {
+        let mask = LaneMask::from_bits(bits);
+        assert_eq!((mask.bits(), (!mask).bits(), mask.any()), (bits, 255 - bits, bits != 0));
+        assert_eq!(LaneMask::from_fn(|lane| bits >> lane & 1 == 1).bits(), bits);
+        let words = mask.words();
+        assert!((0..LANES).all(|lane| words[lane] == if bits >> lane & 1 == 1 { u64::MAX } else { 0 }));
+        let chosen = Lanes3::choose(mask, Lanes3::splat_vector(DVec3::X), Lanes3::splat_vector(DVec3::Y));
+        let sum: f64 = chosen.x.to_array().iter().sum();
+        assert_eq!(sum, f64::from(bits.count_ones()));
+    }
+}
+
+/// A room with every kind of surface and light: the report's walls, mirror and glass, a rough metal, EON, a light that
+/// is a triangle, one that is a sphere, and a background through a gap.
+fn crowded() -> Scene {
+    let mut s = SceneBuilder::new("crowded");
+    s.background(DVec3::new(0.1, 0.2, 0.3));
+    let walls = [
+        Bsdf::Lambert { albedo: DVec3::new(0.7, 0.5, 0.3) },
+        Bsdf::oren_nayar(DVec3::splat(0.8), 0.5, OrenNayarForm::Corrected),
+        Bsdf::oren_nayar(DVec3::splat(0.6), 0.3, OrenNayarForm::Printed),
+        Bsdf::Eon { albedo: DVec3::new(0.9, 0.8, 0.2), roughness: 0.7 },
+        Bsdf::Black,
+    ];
+    let corners = [
+        (DVec3::new(-1.0, -1.0, -1.0), [2.0 * DVec3::X, 2.0 * DVec3::Y]),
+        (DVec3::new(-1.0, -1.0, -1.0), [2.0 * DVec3::Y, 2.0 * DVec3::Z]),
+        (DVec3::new(-1.0, 1.0, -1.0), [2.0 * DVec3::X, 2.0 * DVec3::Z]),
+        (DVec3::new(1.0, -1.0, -1.0), [2.0 * DVec3::Z, 2.0 * DVec3::Y]),
+        (DVec3::new(-1.0, -1.0, 1.0), [DVec3::X, 2.0 * DVec3::Y]),
+    ];
+    for (bsdf, (corner, edges)) in walls.into_iter().zip(corners) {
+        let surface = s.surface(Surface::new(bsdf));
+        s.rectangle(corner, edges, surface);
+    }
+    let light = s.surface(Surface::new(Bsdf::Black).emitting(DVec3::new(9.0, 8.0, 7.0)));
+    s.mesh(&[DVec3::new(0.2, 0.0, 0.9), DVec3::new(0.2, 0.4, 0.9), DVec3::new(0.6, 0.0, 0.8)], &[[0, 1, 2]], light);
+    s.sphere(Sphere::new(DVec3::new(-0.6, 0.5, 0.5), 0.1), light);
+    s.rectangle(DVec3::new(0.4, 0.7, 0.2), [0.2 * DVec3::X, 0.2 * DVec3::Z], light);
+    for (x, bsdf) in [
+        (-0.5, Bsdf::Mirror { reflectance: DVec3::splat(0.9) }),
+        (0.1, Bsdf::Glass { index: 1.5 }),
+        (0.6, Bsdf::model(Ggx { reflectance: DVec3::new(0.9, 0.6, 0.3), alpha: 0.3 })),
+    ] {
+        let surface = s.surface(Surface::new(bsdf));
+        s.sphere(Sphere::new(DVec3::new(x, -0.1, -0.6), 0.28), surface);
+    }
+    s.build(Camera::new(DVec3::new(0.0, -3.5, 0.0), DVec3::ZERO, DVec3::Z, 0.4)).expect("a legal scene")
+}
+
+/// So many triangles that the lanes leave them to the hierarchy.
+fn many() -> Scene {
+    let mut s = SceneBuilder::new("many");
+    let [grey, light] = [
+        Surface::new(Bsdf::Lambert { albedo: DVec3::splat(0.6) }),
+        Surface::new(Bsdf::Black).emitting(DVec3::splat(4.0)),
+    ]
+    .map(|surface| s.surface(surface));
+    let mut rng = rng("many");
+    for _ in 0..100 {
+        let corner = in_cube(&mut rng, 1.0);
+        s.mesh(&[corner, corner + in_cube(&mut rng, 0.3), corner + in_cube(&mut rng, 0.3)], &[[0, 1, 2]], grey);
+    }
+    s.sphere(Sphere::new(DVec3::new(0.0, 0.0, 1.5), 0.4), light);
+    s.build(Camera::new(DVec3::new(0.0, -3.5, 0.0), DVec3::ZERO, DVec3::Z, 0.4)).expect("a legal scene")
+}
+
+fn assert_same_film(scene: &Scene, path: &Path, sampling: Sampling, window: Option<Window>) {
+    let film = || Film::new([23, 17], window, sampling.samples_per_replication()).expect("a legal size");
+    let (mut alone, mut together) = (film(), film());
+    let replications = 5;
+    for range in [0..1, 1..replications] {
+        render(scene, path, sampling, &mut alone, &range, &|_| true).expect("legal values");
+        render_lanes(scene, path, sampling, &mut together, &range, &|_| true).expect("legal values");
+    }
+    assert!(alone == together, "{} by {path:?}, {sampling:?}", scene.name());
+    assert!(alone.mean() > 0.0);
+}
+
+#[test]
+fn images_have_the_same_bits() {
+    let scenes = [
+        crowded(),
+        many(),
+        room::report(Convention::Physical, OrenNayarForm::Corrected).expect("a scene"),
+        room::diffuse().expect("a scene"),
+        simple::environment().expect("a scene"),
+        simple::cornell().expect("a scene"),
+        simple::cavity_cap(0.75, Cap::Reflecting).expect("a scene"),
+        simple::glass_cube(false).expect("a scene"),
+        simple::furnace_box(0.75).expect("a scene"),
+    ];
+    let seed = seed_for(master(), "lanes");
+    let plain = Sampling { pixel: Random, numbers: Numbers::Independent, seed };
+    for scene in &scenes {
+        for strategy in [Finds::Bsdf, Finds::Light, Finds::Mis] {
+            for (lights, heuristic) in
+                [(LightSampling::Area, Heuristic::Balance), (LightSampling::SolidAngle, Heuristic::Power)]
+            {
+                let path = Path { lights, heuristic, ..Path::new(Standard, strategy) };
+                assert_same_film(scene, &path, plain, None);
+            }
+        }
+        let path = Path::new(Standard, Finds::Mis);
+        for (pixel, numbers) in [
+            (Random, Numbers::Sobol(4)),
+            (Centre, Numbers::Independent),
+            (Grid(2), Numbers::Independent),
+            (Jitter(3), Numbers::Independent),
+        ] {
+            assert_same_film(scene, &path, Sampling { pixel, numbers, seed }, None);
+        }
+        assert_same_film(scene, &path, plain, Some(Window { corner: [3, 4], size: [9, 2] }));
+    }
+}
+
+/// The same numbers, too, where more threads share the rows, and a run that is stopped says so.
+#[test]
+fn rows_are_reported() {
+    let (scene, path) = (crowded(), Path::new(Standard, Finds::Mis));
+    let sampling = Sampling { pixel: Random, numbers: Numbers::Independent, seed: 1 };
+    let mut film = Film::new([8, 6], None, 1).expect("a legal size");
+    let done = |samples| samples == 8 * 3;
+    assert!(matches!(render_lanes(&scene, &path, sampling, &mut film, &(0..3), &done), Ok(true)));
+    assert!(matches!(render_lanes(&scene, &path, sampling, &mut film, &(3..4), &|_| false), Ok(false)));
+    let wrong = Sampling { pixel: Grid(2), ..sampling };
+    assert!(matches!(render_lanes(&scene, &path, wrong, &mut film, &(4..5), &|_| true), Err(Error::Option(_))));
+}
