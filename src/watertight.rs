@@ -121,7 +121,7 @@ impl<V: Turn> Shear<V> {
     }
 
     /// The same by the triangle's [`edge`]s, each opposite to its vertex, and the depths of its vertices.
-    #[inline]
+    #[inline(always)]
     pub fn hit_within(&self, [u, v, w]: [V::Real; 3], depths: [V::Real; 3]) -> TriangleHit<V::Real> {
         let (zero, none) = (V::Real::splat(0.0), V::Real::splat(f64::INFINITY));
         let [lowest, highest] = [u.at_most(v).at_most(w), u.at_least(v).at_least(w)];

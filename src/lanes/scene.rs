@@ -180,7 +180,7 @@ impl<'a> LaneScene<'a> {
 }
 
 impl Seen {
-    #[inline]
+    #[inline(always)]
     fn hit(&self, shear: &Shear<Lanes3>, vertices: &[usize; 3], edges: &[(usize, bool); 3]) -> TriangleHit<Lanes> {
         let edge = |(place, reversed): (usize, bool)| if reversed { -self.edges[place] } else { self.edges[place] };
         let ([u, v, w], [a, b, c]) = (*edges, *vertices);
