@@ -8,13 +8,13 @@ use glam::DVec3;
 use super::samples::{LaneSampler, SampleName};
 use super::scene::{LaneScene, Seen, gather3, lane_ray, lane3};
 use super::shading::Surfaces;
-use crate::emitter::LightSampling;
+use crate::emitter::{Emitter, LightSampling};
 use crate::error::Error;
 use crate::estimator::{Heuristic, LONGEST_PATH, Path, Strategy};
 use crate::film::{Pixel, check_radiance};
 use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector};
 use crate::render::{Sampling, features};
-use crate::scene::Scene;
+use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
 use crate::{radiometry, roulette};
 
@@ -26,6 +26,14 @@ struct Work {
     sample: SampleName,
     /// The radiance of the samples that are done.
     sum: DVec3,
+}
+
+impl Work {
+    /// An error of this replication, with its place in a row that starts at `corner` of the frame.
+    fn place(&self, corner: [u32; 2], error: Error) -> Error {
+        let (x, y) = (corner[0] + self.column as u32, corner[1]);
+        error.at(|| format!(" at pixel ({x}, {y}), replication {}", self.sample.replication))
+    }
 }
 
 /// The paths of all lanes.
@@ -64,9 +72,8 @@ pub(super) fn row<S: LaneSampler>(
         hits: [0; LANES],
     };
     let mut seen = Seen::default();
-    // Lanes that need a replication, and those that only need their next sample.
-    let (mut idle, mut fresh) = (u32::MAX >> (32 - LANES), 0_u32);
-    let mut busy = 0_u32;
+    // A bit for each lane: those that need a replication, that start a sample, and that are on their way.
+    let (mut idle, mut fresh, mut busy) = (u32::MAX >> (32 - LANES), 0_u32, 0_u32);
     loop {
         for (lane, work) in work.iter_mut().enumerate() {
             if idle >> lane & 1 == 1
@@ -93,22 +100,21 @@ pub(super) fn row<S: LaneSampler>(
         }
         let ended =
             paths.step((scene, path), (LaneMask::from_bits(busy), &mut random), &mut seen, |lane, hit, ray| {
-                pixels[work[lane].column].push_features(&features(scene.scene, hit, ray))
+                let work = &work[lane];
+                let pushed = pixels[work.column].push_features(&features(scene.scene, hit, ray));
+                pushed.map_err(|error| work.place(corner, error))
             })?;
         busy &= !ended;
         for (lane, work) in work.iter_mut().enumerate().filter(|(lane, _)| ended >> lane & 1 == 1) {
-            let place = |error: Error| {
-                let (x, y) = (corner[0] + work.column as u32, corner[1]);
-                error.at(|| format!(" at pixel ({x}, {y}), replication {}", work.sample.replication))
-            };
             let radiance = lane3(paths.radiance, lane);
-            check_radiance(radiance).map_err(place)?;
+            check_radiance(radiance).map_err(|error| work.place(corner, error))?;
             work.sum += radiance;
             work.sample.index += 1;
             if work.sample.index < samples {
                 fresh |= 1 << lane;
             } else {
-                pixels[work.column].push(work.sum / f64::from(samples)).map_err(place)?;
+                let pushed = pixels[work.column].push(work.sum / f64::from(samples));
+                pushed.map_err(|error| work.place(corner, error))?;
                 idle |= 1 << lane;
             }
         }
@@ -147,7 +153,7 @@ impl Paths {
         (scene, path): (&LaneScene<'_>, &Path),
         (busy, random): (LaneMask, &mut S),
         seen: &mut Seen,
-        mut first_hit: impl FnMut(usize, &crate::scene::Hit, &Ray) -> Result<(), Error>,
+        mut first_hit: impl FnMut(usize, &Hit, &Ray) -> Result<(), Error>,
     ) -> Result<u32, Error> {
         let here = scene.closest(&self.ray, busy, seen);
         let arrived = LaneMask::from_fn(|i| here[i].is_some());
@@ -217,7 +223,7 @@ impl Paths {
         let weighted = self.has_pdf & LaneMask::from_fn(|_| path.strategy == Strategy::Mis);
         let cosine = radiometry::cosine(surfaces.normal, -self.ray.direction);
         let per_area = radiometry::solid_angle_per_area(cosine, surfaces.t * surfaces.t);
-        let by_area = Lanes::new(from_fn(|i| emitter(i).map_or(1.0, crate::emitter::Emitter::pdf_area))) / per_area;
+        let by_area = Lanes::new(from_fn(|i| emitter(i).map_or(1.0, Emitter::pdf_area))) / per_area;
         let on_emitter = match path.lights {
             LightSampling::Area => by_area,
             LightSampling::SolidAngle => Lanes::new(from_fn(|i| {

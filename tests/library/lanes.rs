@@ -3,7 +3,7 @@
 use std::array::from_fn;
 
 use whitefurnace::bsdf::ggx::Ggx;
-use whitefurnace::bsdf::oren_nayar;
+use whitefurnace::bsdf::{Model, oren_nayar};
 use whitefurnace::estimator::{Heuristic, Path, Strategy as Finds};
 use whitefurnace::fresnel::{mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refracted};
 use whitefurnace::radiometry::{balance, cosine, power, reflected, solid_angle_per_area};
@@ -315,7 +315,42 @@ fn images_have_the_same_bits() {
     }
 }
 
-/// The same numbers, too, where more threads share the rows, and a run that is stopped says so.
+/// A model whose f_r is no number.
+#[derive(Debug)]
+struct Broken;
+
+impl Model for Broken {
+    fn eval(&self, _: DVec3, _: DVec3) -> DVec3 {
+        DVec3::NAN
+    }
+    fn sample(&self, _: DVec3, random: [f64; 2]) -> Option<DVec3> {
+        Some(cosine_hemisphere(random))
+    }
+    fn pdf(&self, _: DVec3, wi: DVec3) -> f64 {
+        cosine_hemisphere_pdf(wi.z)
+    }
+    fn albedo(&self) -> DVec3 {
+        DVec3::ONE
+    }
+}
+
+#[test]
+fn what_is_no_radiance_is_an_error_at_its_pixel() {
+    let mut s = SceneBuilder::new("broken");
+    s.background(DVec3::ONE);
+    let surface = s.surface(Surface::new(Bsdf::model(Broken)));
+    s.sphere(Sphere::new(DVec3::ZERO, 1.0), surface);
+    let scene = s.build(Camera::new(DVec3::new(0.0, -3.5, 0.0), DVec3::ZERO, DVec3::Z, 0.2)).expect("a legal scene");
+    let sampling = Sampling { pixel: Random, numbers: Numbers::Independent, seed: 1 };
+    let path = Path::new(Standard, Finds::Mis);
+    let film = || Film::new([1, 1], None, 1).expect("a legal size");
+    let alone = render(&scene, &path, sampling, &mut film(), &(0..3), &|_| true).expect_err("NaN");
+    let together = render_lanes(&scene, &path, sampling, &mut film(), &(0..3), &|_| true).expect_err("NaN");
+    assert_eq!(together.to_string(), alone.to_string());
+    assert!(alone.to_string().contains("at pixel (0, 0), replication 0"), "{alone}");
+}
+
+/// Rows are counted as they are done, a run that is stopped says so, and a film of another kind is refused.
 #[test]
 fn rows_are_reported() {
     let (scene, path) = (crowded(), Path::new(Standard, Finds::Mis));
