@@ -26,7 +26,7 @@ pub fn solid_angle_per_area<R: Real>(cosine_at_y: R, distance_squared: R) -> R {
 /// another strategy would draw with `other`, both with respect to the same measure.
 #[inline]
 pub fn balance<R: Real>(pdf: R, other: R) -> R {
-    (ratio(other, pdf) + 1.0).inverse()
+    (ratio(other, pdf) + 1.0).recip()
 }
 
 /// The power heuristic with exponent 2 of [`crate::equation::MIS_POWER`], arguments as [`balance`]. The
@@ -34,7 +34,7 @@ pub fn balance<R: Real>(pdf: R, other: R) -> R {
 #[inline]
 pub fn power<R: Real>(pdf: R, other: R) -> R {
     let ratio = ratio(other, pdf);
-    (ratio * ratio + 1.0).inverse()
+    (ratio * ratio + 1.0).recip()
 }
 
 /// a/b in [0, ∞] for a, b in [0, ∞], where 0/0 and ∞/∞ are 1, so that weights sum to one there, too.

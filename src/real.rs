@@ -74,7 +74,7 @@ pub trait Real:
     }
     /// 1/self.
     #[inline]
-    fn inverse(self) -> Self {
+    fn recip(self) -> Self {
         Self::splat(1.0) / self
     }
 }
@@ -115,7 +115,7 @@ pub trait Vector:
     /// v/‖v‖.
     #[inline]
     fn normalize(self) -> Self {
-        self * self.length_squared().sqrt().inverse()
+        self * self.length_squared().sqrt().recip()
     }
     /// The largest component.
     #[inline]

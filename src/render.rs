@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::estimator::{Estimator, ImageEstimator, Path};
 use crate::film::{Features, Film, Pixel, check_radiance};
-use crate::lanes::Lanes;
+use crate::lanes::Engine;
 use crate::pixel::PixelSampling;
 use crate::rng::{stream, uniform2};
 use crate::sampler::{LONGEST, Sampler, Sobol, scramble};
@@ -26,6 +26,9 @@ pub struct Sampling {
     /// The master seed.
     pub seed: u64,
 }
+
+/// Called, from any thread, with a number of samples that are done; false to stop.
+pub type Progress<'a> = &'a (dyn Fn(u64) -> bool + Sync);
 
 /// Where an estimator's random numbers come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -86,7 +89,7 @@ pub fn render<E: Estimator>(
     sampling: Sampling,
     film: &mut Film,
     range: &Range<u32>,
-    row_done: &(dyn Fn(u64) -> bool + Sync),
+    row_done: Progress<'_>,
 ) -> Result<bool, Error> {
     let frame = film.frame();
     each_row(sampling, film, range, row_done, |[first, y], row| {
@@ -111,10 +114,10 @@ pub fn render_lanes(
     sampling: Sampling,
     film: &mut Film,
     range: &Range<u32>,
-    row_done: &(dyn Fn(u64) -> bool + Sync),
+    row_done: Progress<'_>,
 ) -> Result<bool, Error> {
-    let (frame, lanes) = (film.frame(), Lanes::new(scene, path, sampling));
-    each_row(sampling, film, range, row_done, |corner, row| lanes.row((frame, corner), range, row))
+    let (frame, engine) = (film.frame(), Engine::new(scene, path, sampling));
+    each_row(sampling, film, range, row_done, |corner, row| engine.row((frame, corner), range, row))
 }
 
 /// Calls `add` with the place of the first pixel of each row of the film's window, and the row.
@@ -122,7 +125,7 @@ fn each_row(
     sampling: Sampling,
     film: &mut Film,
     range: &Range<u32>,
-    row_done: &(dyn Fn(u64) -> bool + Sync),
+    row_done: Progress<'_>,
     add: impl Fn([u32; 2], &mut [Pixel]) -> Result<(), Error> + Sync,
 ) -> Result<bool, Error> {
     sampling.check(range.end)?;
@@ -283,13 +286,7 @@ pub trait Renderer {
     ///
     /// # Errors
     /// Those of [`render`] or [`render_passes`].
-    fn add(
-        &self,
-        scene: &Scene,
-        film: &mut Film,
-        range: Range<u32>,
-        done: &(dyn Fn(u64) -> bool + Sync),
-    ) -> Result<bool, Error>;
+    fn add(&self, scene: &Scene, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error>;
 }
 
 /// Renders by single rays.
@@ -305,13 +302,7 @@ impl<E: Estimator> Renderer for ByRays<E> {
     fn samples_per_replication(&self) -> u32 {
         self.sampling.samples_per_replication()
     }
-    fn add(
-        &self,
-        scene: &Scene,
-        film: &mut Film,
-        range: Range<u32>,
-        done: &(dyn Fn(u64) -> bool + Sync),
-    ) -> Result<bool, Error> {
+    fn add(&self, scene: &Scene, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error> {
         render(scene, &self.estimator, self.sampling, film, &range, done)
     }
 }
@@ -329,13 +320,7 @@ impl Renderer for ByLanes {
     fn samples_per_replication(&self) -> u32 {
         self.sampling.samples_per_replication()
     }
-    fn add(
-        &self,
-        scene: &Scene,
-        film: &mut Film,
-        range: Range<u32>,
-        done: &(dyn Fn(u64) -> bool + Sync),
-    ) -> Result<bool, Error> {
+    fn add(&self, scene: &Scene, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error> {
         render_lanes(scene, &self.path, self.sampling, film, &range, done)
     }
 }
@@ -353,13 +338,7 @@ impl<E: ImageEstimator> Renderer for ByPasses<E> {
     fn samples_per_replication(&self) -> u32 {
         1
     }
-    fn add(
-        &self,
-        scene: &Scene,
-        film: &mut Film,
-        range: Range<u32>,
-        done: &(dyn Fn(u64) -> bool + Sync),
-    ) -> Result<bool, Error> {
+    fn add(&self, scene: &Scene, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error> {
         render_passes(scene, &self.estimator, self.seed, film, range, done)
     }
 }

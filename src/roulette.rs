@@ -13,7 +13,7 @@ pub fn survives<R: Real>(r: R, survival: R) -> R::Mask {
 /// What a survivor's throughput is multiplied by: 1/(1 − α).
 #[inline]
 pub fn weight<R: Real>(survival: R) -> R {
-    survival.inverse()
+    survival.recip()
 }
 
 /// The highest survival of [`by_throughput`]: paths between perfect mirrors end, too.

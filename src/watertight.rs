@@ -100,7 +100,7 @@ impl<V: Turn> Shear<V> {
             V::turned(&[x, y, z, z], axes)
         };
         let [x, y, z] = turned(ray.direction);
-        let inverse = z.inverse();
+        let inverse = z.recip();
         Self { origin: turned(ray.origin), axes, shear: [x * inverse, y * inverse, inverse] }
     }
 
@@ -130,7 +130,7 @@ impl<V: Turn> Shear<V> {
             return TriangleHit { t: none, weights: [zero; 3] };
         }
         let determinant = u + v + w;
-        let inverse = determinant.inverse();
+        let inverse = determinant.recip();
         let weights = [u * inverse, v * inverse, w * inverse];
         let t = (weights[0] * depths[0] + weights[1] * depths[1] + weights[2] * depths[2]) * self.shear[2];
         let hit = inside & !determinant.equals(zero) & t.above(zero);

@@ -21,13 +21,13 @@ use samples::{Points, Streams};
 use scene::LaneScene;
 
 /// A path tracer in its scene, for rows of pixels.
-pub(crate) struct Lanes<'a> {
+pub(crate) struct Engine<'a> {
     scene: LaneScene<'a>,
     path: &'a Path,
     sampling: Sampling,
 }
 
-impl<'a> Lanes<'a> {
+impl<'a> Engine<'a> {
     pub fn new(scene: &'a Scene, path: &'a Path, sampling: Sampling) -> Self {
         Self { scene: LaneScene::new(scene), path, sampling }
     }

@@ -198,7 +198,7 @@ impl Paths {
         self.factor = Lanes::choose(survives, factor, self.factor);
         self.pdf = Lanes::choose(survives, onward.pdf, self.pdf);
         self.has_pdf = onward.has_pdf;
-        let ray = scene.leave(surfaces.vertex.point, surfaces.normal, onward.direction);
+        let ray = scene.scene.leave(surfaces.vertex.point, surfaces.normal, onward.direction);
         self.ray = Ray::new(
             Vector::choose(survives, ray.origin, self.ray.origin),
             Vector::choose(survives, ray.direction, self.ray.direction),

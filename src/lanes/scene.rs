@@ -126,8 +126,8 @@ impl<'a> LaneScene<'a> {
     #[inline]
     pub fn visible(
         &self,
-        (x, normal_x): (Lanes3, Lanes3),
-        (y, normal_y): (Lanes3, Lanes3),
+        x: (Lanes3, Lanes3),
+        y: (Lanes3, Lanes3),
         through_glass: bool,
         active: LaneMask,
         seen: &mut Seen,
@@ -135,13 +135,11 @@ impl<'a> LaneScene<'a> {
         if self.parts.is_empty() {
             let bits = active.bits();
             return LaneMask::from_fn(|i| {
-                let end = |point, normal| (lane3(point, i), lane3(normal, i));
-                bits >> i & 1 == 1 && self.scene.visible(end(x, normal_x), end(y, normal_y), through_glass)
+                let end = |(point, normal)| (lane3(point, i), lane3(normal, i));
+                bits >> i & 1 == 1 && self.scene.visible(end(x), end(y), through_glass)
             });
         }
-        let start = self.leave(x, normal_x, y - x).origin;
-        let end = self.leave(y, normal_y, x - y).origin;
-        let segment = Ray::new(start, end - start);
+        let segment = self.scene.segment(x, y);
         let shear = self.see(&segment, seen);
         let one = Lanes::splat(1.0);
         let mut free = active;
@@ -159,13 +157,6 @@ impl<'a> LaneScene<'a> {
             }
         }
         free
-    }
-
-    /// The rays that leave surface points, as [`Scene::leave`].
-    #[inline]
-    pub fn leave(&self, point: Lanes3, normal: Lanes3, direction: Lanes3) -> Ray<Lanes3> {
-        let offset = Lanes::splat(self.scene.offset()).copysign(normal.dot(direction));
-        Ray::new(point + normal * offset, direction)
     }
 
     #[inline]

@@ -9,6 +9,7 @@ use super::samples::LaneSampler;
 use super::scene::{LaneScene, Seen, gather3, lane3};
 use crate::bsdf::{Bsdf, OrenNayar, OrenNayarForm, Vertex, lambert, oren_nayar};
 use crate::emitter::{EmitterPoint, LightSampling};
+use crate::estimator::{NextEvent as _, Standard};
 use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector};
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
@@ -26,8 +27,8 @@ pub(super) struct Surfaces<'a> {
     pub rough: LaneMask,
     /// Of these, where it is sampled by the cosine.
     cosine: LaneMask,
-    pub mirror: LaneMask,
-    pub glass: LaneMask,
+    mirror: LaneMask,
+    glass: LaneMask,
     /// The albedo or the reflectance of a mirror.
     colour: Lanes3,
     index: Lanes,
@@ -156,9 +157,8 @@ impl<'a> Surfaces<'a> {
         if emitters.is_empty() || !asking.any() {
             return Light { arrives: LaneMask::from_bits(0), wi: none, reflected: none, pdf: zero };
         }
-        let count = emitters.len() as f64;
-        let pick = (random.uniform(asking) * count).to_array();
-        let picked: [usize; LANES] = from_fn(|i| (pick[i] as usize).min(emitters.len() - 1));
+        let pick = random.uniform(asking).to_array();
+        let picked: [usize; LANES] = from_fn(|i| Standard.pick_emitter(pick[i], emitters.len()));
         let random = [random.uniform(asking), random.uniform(asking)];
         let vertex = &self.vertex;
         let point = picked.iter().all(|&other| other == picked[0]).then(|| emitters[picked[0]].sample(random));
@@ -180,7 +180,7 @@ impl<'a> Surfaces<'a> {
         }
         let to_light = point.point - vertex.point;
         let distance_squared = to_light.length_squared();
-        let direction = to_light * distance_squared.sqrt().inverse();
+        let direction = to_light * distance_squared.sqrt().recip();
         let cosine = radiometry::cosine(vertex.frame.z, direction);
         let cosine_at_light = radiometry::cosine(point.normal, -direction);
         let wi = vertex.frame.local(direction);
@@ -189,7 +189,7 @@ impl<'a> Surfaces<'a> {
         let by_area = Lanes::new(from_fn(area)) / radiometry::solid_angle_per_area(cosine_at_light, distance_squared);
         let on_emitter =
             Lanes::new(from_fn(|i| by_solid_angle[i].map_or(by_area.as_array()[i], |(_, pdf): (_, f64)| pdf)));
-        let pdf = on_emitter / count;
+        let pdf = on_emitter / emitters.len() as f64;
         let dark = brdf.x.equals(zero) & brdf.y.equals(zero) & brdf.z.equals(zero);
         let asking = asking & cosine.above(zero) & cosine_at_light.above(zero) & !dark;
         let arrives = if asking.any() {

@@ -10,6 +10,7 @@ use crate::bsdf::Bsdf;
 use crate::camera::Camera;
 use crate::emitter::{Emitter, EmitterShape};
 use crate::error::Error;
+use crate::real::{Real, Vector};
 use crate::shape::{Ray, Sphere};
 
 /// How a surface scatters, emits and, in the report's roulette, absorbs.
@@ -157,11 +158,6 @@ impl Scene {
         &self.bvh
     }
 
-    /// How far from a surface rays leave it.
-    pub(crate) fn offset(&self) -> f64 {
-        self.offset
-    }
-
     /// The nearest hit along a ray with a unit direction.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
@@ -210,18 +206,24 @@ impl Scene {
     /// The ray that leaves a surface point with the given unit normal, from the side that `direction`
     /// points to.
     #[inline]
-    pub fn leave(&self, point: DVec3, normal: DVec3, direction: DVec3) -> Ray {
-        let origin = point + normal * self.offset.copysign(normal.dot(direction));
-        Ray::new(origin, direction)
+    pub fn leave<V: Vector>(&self, point: V, normal: V, direction: V) -> Ray<V> {
+        let offset = V::Real::splat(self.offset).copysign(normal.dot(direction));
+        Ray::new(point + normal * offset, direction)
+    }
+
+    /// The segment from one surface point with its unit normal to another, as a ray that ends at t = 1.
+    #[inline]
+    pub(crate) fn segment<V: Vector>(&self, (x, normal_x): (V, V), (y, normal_y): (V, V)) -> Ray<V> {
+        let start = self.leave(x, normal_x, y - x).origin;
+        let end = self.leave(y, normal_y, x - y).origin;
+        Ray::new(start, end - start)
     }
 
     /// Whether the segment between two surface points with unit normals is free. Glass blocks it unless
     /// `through_glass`.
     #[inline]
-    pub fn visible(&self, (x, normal_x): (DVec3, DVec3), (y, normal_y): (DVec3, DVec3), through_glass: bool) -> bool {
-        let start = self.leave(x, normal_x, y - x).origin;
-        let end = self.leave(y, normal_y, x - y).origin;
-        let segment = Ray::new(start, end - start);
+    pub fn visible(&self, x: (DVec3, DVec3), y: (DVec3, DVec3), through_glass: bool) -> bool {
+        let segment = self.segment(x, y);
         if through_glass {
             !self.bvh.occluded(&segment, 1.0, |primitive| {
                 let surface = self.parts[primitive as usize].surface;
