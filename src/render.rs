@@ -226,7 +226,7 @@ fn look(
     let ray = scene.camera().ray(frame, corner[0] + offset[0], corner[1] + offset[1]);
     let hit = scene.intersect(&ray);
     if let Some(hit) = &hit {
-        pixel.push_features(&features(scene, hit, &ray))?;
+        pixel.push_features(&features(scene.surface(hit).bsdf.albedo(), hit.normal, hit.t, ray.direction))?;
     }
     Ok((ray, hit))
 }
@@ -343,11 +343,8 @@ impl<E: ImageEstimator> Renderer for ByPasses<E> {
     }
 }
 
+/// The features of a hit whose surface has this albedo and this normal of its front, along a ray of this direction.
 #[inline]
-pub(crate) fn features(scene: &Scene, hit: &Hit, ray: &Ray) -> Features {
-    Features {
-        albedo: scene.surface(hit).bsdf.albedo(),
-        normal: hit.normal * -hit.normal.dot(ray.direction).signum(),
-        depth: hit.t,
-    }
+pub(crate) fn features(albedo: DVec3, normal: DVec3, depth: f64, direction: DVec3) -> Features {
+    Features { albedo, normal: normal * -normal.dot(direction).signum(), depth }
 }

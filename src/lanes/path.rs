@@ -6,15 +6,15 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::samples::{LaneSampler, SampleName};
-use super::scene::{LaneScene, Seen, gather3, lane_ray, lane3};
+use super::scene::{LaneScene, Seen, gather3, lane3};
 use super::shading::Surfaces;
 use crate::emitter::{Emitter, LightSampling};
 use crate::error::Error;
 use crate::estimator::{Heuristic, LONGEST_PATH, Path, Strategy};
-use crate::film::{Pixel, check_radiance};
+use crate::film::{Features, Pixel, check_radiance};
 use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector};
 use crate::render::{Sampling, features};
-use crate::scene::{Hit, Scene};
+use crate::scene::Scene;
 use crate::shape::Ray;
 use crate::{radiometry, roulette};
 
@@ -71,7 +71,7 @@ pub(super) fn row<S: LaneSampler>(
         has_pdf: LaneMask::from_bits(0),
         hits: [0; LANES],
     };
-    let mut seen = Seen::default();
+    let mut seen = Seen::new();
     // A bit for each lane: those that need a replication, that start a sample, and that are on their way.
     let (mut idle, mut fresh, mut busy) = (u32::MAX >> (32 - LANES), 0_u32, 0_u32);
     loop {
@@ -99,10 +99,9 @@ pub(super) fn row<S: LaneSampler>(
             return Ok(());
         }
         let ended =
-            paths.step((scene, path), (LaneMask::from_bits(busy), &mut random), &mut seen, |lane, hit, ray| {
+            paths.step((scene, path), (LaneMask::from_bits(busy), &mut random), &mut seen, |lane, features| {
                 let work = &work[lane];
-                let pushed = pixels[work.column].push_features(&features(scene.scene, hit, ray));
-                pushed.map_err(|error| work.place(corner, error))
+                pixels[work.column].push_features(features).map_err(|error| work.place(corner, error))
             })?;
         busy &= !ended;
         for (lane, work) in work.iter_mut().enumerate().filter(|(lane, _)| ended >> lane & 1 == 1) {
@@ -153,27 +152,31 @@ impl Paths {
         (scene, path): (&LaneScene<'_>, &Path),
         (busy, random): (LaneMask, &mut S),
         seen: &mut Seen,
-        mut first_hit: impl FnMut(usize, &Hit, &Ray) -> Result<(), Error>,
+        mut first_hit: impl FnMut(usize, &Features) -> Result<(), Error>,
     ) -> Result<u32, Error> {
-        let here = scene.closest(&self.ray, busy, seen);
-        let arrived = LaneMask::from_fn(|i| here[i].is_some());
-        for (i, hit) in here.iter().enumerate() {
-            let Some(hit) = hit else { continue };
+        let found = scene.closest(&self.ray, busy, seen);
+        let lost = busy & !found.met;
+        if lost.any() {
+            let background = Lanes3::splat_vector(scene.scene.background());
+            let seen = self.throughput * self.factor * background;
+            self.radiance = Vector::choose(lost, self.radiance + seen, self.radiance);
+            if !found.met.any() {
+                return Ok(lost.bits());
+            }
+        }
+        let arrived = found.met;
+        let surfaces = Surfaces::new(scene, &self.ray, &found);
+        for i in lanes_of(arrived.bits()) {
             if self.hits[i] == 0 {
-                first_hit(i, hit, &lane_ray(&self.ray, i))?;
+                let [albedo, normal, direction] =
+                    [surfaces.colour, surfaces.normal, self.ray.direction].map(|v| lane3(v, i));
+                first_hit(i, &features(albedo, normal, surfaces.t.as_array()[i], direction))?;
             }
             self.hits[i] += 1;
             random.block(i, self.hits[i]);
         }
-        let endless = LaneMask::from_fn(|i| here[i].is_some() && self.hits[i] > LONGEST_PATH);
+        let endless = arrived & LaneMask::from_fn(|i| self.hits[i] > LONGEST_PATH);
         let throughput = Vector::choose(endless, Lanes3::splat_vector(DVec3::NAN), self.throughput);
-        let lost = busy & !arrived;
-        if lost.any() {
-            let background = Lanes3::splat_vector(scene.scene.background());
-            let seen = throughput * self.factor * background;
-            self.radiance = Vector::choose(lost, self.radiance + seen, self.radiance);
-        }
-        let surfaces = Surfaces::new(scene.scene, &self.ray, here);
         self.add_emission(scene.scene, path, (&surfaces, arrived), throughput);
         let black = arrived & surfaces.black();
         let asking = arrived & surfaces.rough;
@@ -215,7 +218,7 @@ impl Paths {
         (surfaces, arrived): (&Surfaces<'_>, LaneMask),
         throughput: Lanes3,
     ) {
-        let emitter = |i: usize| surfaces.hit(i).and_then(|hit| hit.emitter).map(|e| &scene.emitters()[e as usize]);
+        let emitter = |i: usize| surfaces.emitter(i).map(|emitter| &scene.emitters()[emitter as usize]);
         let emits = arrived & LaneMask::from_fn(|i| emitter(i).is_some());
         if !emits.any() {
             return;
@@ -236,13 +239,22 @@ impl Paths {
         let counts = if path.strategy == Strategy::Light { !self.has_pdf } else { emits };
         let alone = Lanes::choose(counts, Lanes::splat(1.0), Lanes::splat(0.0));
         let weight = Lanes::choose(weighted, weight(path.heuristic, self.pdf, other), alone);
-        let shown = gather3(|i| {
-            let direction = lane3(self.ray.direction, i);
-            surfaces.hit(i).map_or(DVec3::ZERO, |hit| scene.emitted(hit, direction))
-        });
+        let zero = Lanes3::splat_vector(DVec3::ZERO);
+        let front = surfaces.normal.dot(self.ray.direction).below(Lanes::splat(0.0));
+        let shown = Vector::choose(front, gather3(|i| emitter(i).map_or(DVec3::ZERO, |e| e.radiance)), zero);
         let added = self.radiance + throughput * (self.factor * weight) * shown;
         self.radiance = Vector::choose(emits, added, self.radiance);
     }
+}
+
+/// The lanes whose bits are set.
+#[inline]
+fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = bits.trailing_zeros() as usize;
+        bits &= bits.wrapping_sub(1);
+        (lane < LANES).then_some(lane)
+    })
 }
 
 /// The weight of multiple importance sampling.

@@ -6,18 +6,62 @@ use std::array::from_fn;
 use glam::DVec3;
 
 use super::samples::LaneSampler;
-use super::scene::{LaneScene, Seen, gather3, lane3};
+use super::scene::{Found, LaneScene, Met, Seen, gather3, lane3};
 use crate::bsdf::{Bsdf, OrenNayar, OrenNayarForm, Vertex, lambert, oren_nayar};
 use crate::emitter::{EmitterPoint, LightSampling};
 use crate::estimator::{NextEvent as _, Standard};
 use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector};
-use crate::scene::{Hit, Scene};
-use crate::shape::Ray;
+use crate::scene::inner_point;
+use crate::shape::{Ray, outward};
 use crate::{fresnel, radiometry, sampling};
 
-/// What the rays of all lanes have met.
+/// What lanes ask of a surface.
+pub(super) struct Material {
+    /// The albedo or the reflectance of a mirror.
+    colour: DVec3,
+    index: f64,
+    oren_nayar: OrenNayar,
+    /// A bit for each of the kinds below.
+    kinds: u8,
+}
+
+/// Light leaves in all directions.
+const ROUGH: u8 = 1;
+/// Directions are sampled by the cosine.
+const COSINE: u8 = 2;
+const MIRROR: u8 = 4;
+const GLASS: u8 = 8;
+/// (14) as it is printed.
+const PRINTED: u8 = 16;
+/// f_r is evaluated lane by lane.
+const SINGLE: u8 = 32;
+
+impl Material {
+    pub fn new(bsdf: &Bsdf) -> Self {
+        // (14) is (13) with these.
+        let (mut index, mut oren_nayar) = (1.0, OrenNayar { a: 1.0, b: 0.0 });
+        let kinds = match *bsdf {
+            Bsdf::Black => 0,
+            Bsdf::Lambert { .. } => ROUGH,
+            Bsdf::OrenNayar { constants, form, .. } => {
+                oren_nayar = constants;
+                if form == OrenNayarForm::Printed { ROUGH | PRINTED } else { ROUGH }
+            }
+            Bsdf::Mirror { .. } => MIRROR,
+            Bsdf::Glass { index: of_glass } => {
+                index = of_glass;
+                GLASS
+            }
+            Bsdf::Eon { .. } | Bsdf::Model(_) => ROUGH | SINGLE,
+        };
+        let kinds = if bsdf.is_sampled_by_cosine() { kinds | COSINE } else { kinds };
+        Self { colour: bsdf.albedo(), index, oren_nayar, kinds }
+    }
+}
+
+/// What the rays of all lanes have met; of lanes that have met nothing it means nothing.
 pub(super) struct Surfaces<'a> {
-    here: [Option<Hit>; LANES],
+    parts: [&'a Met; LANES],
     bsdf: [&'a Bsdf; LANES],
     pub vertex: Vertex<Lanes3>,
     /// The unit normals of the surfaces' own fronts.
@@ -30,7 +74,7 @@ pub(super) struct Surfaces<'a> {
     mirror: LaneMask,
     glass: LaneMask,
     /// The albedo or the reflectance of a mirror.
-    colour: Lanes3,
+    pub colour: Lanes3,
     index: Lanes,
     oren_nayar: OrenNayar<Lanes>,
     printed: LaneMask,
@@ -60,44 +104,37 @@ pub(super) struct Light {
 }
 
 impl<'a> Surfaces<'a> {
+    /// Of a scene with at least one primitive.
     #[inline]
-    pub fn new(scene: &'a Scene, ray: &Ray<Lanes3>, here: [Option<Hit>; LANES]) -> Self {
-        let of = |number: fn(&Hit) -> f64| Lanes::new(from_fn(|i| here[i].as_ref().map_or(0.0, number)));
-        let of3 = |vector: fn(&Hit) -> DVec3| gather3(|i| here[i].as_ref().map_or(DVec3::Z, vector));
-        let bsdf: [&Bsdf; LANES] = from_fn(|i| here[i].as_ref().map_or(&Bsdf::Black, |hit| &scene.surface(hit).bsdf));
-        let is = |kind: fn(&Bsdf) -> bool| LaneMask::from_fn(|i| kind(bsdf[i]));
-        let constants = |i: usize| match *bsdf[i] {
-            Bsdf::OrenNayar { constants, .. } => constants,
-            // (14) is (13) with these.
-            _ => OrenNayar { a: 1.0, b: 0.0 },
-        };
-        let index = |i: usize| if let Bsdf::Glass { index } = *bsdf[i] { index } else { 1.0 };
-        let single = is(|bsdf| matches!(bsdf, Bsdf::Eon { .. } | Bsdf::Model(_)));
-        let (point, normal) = (of3(|hit| hit.point), of3(|hit| hit.normal));
+    pub fn new(lanes: &'a LaneScene<'_>, ray: &Ray<Lanes3>, found: &Found) -> Self {
+        let parts = found.primitive.map(|primitive| &lanes.parts[primitive as usize]);
+        let (point, normal) = place(parts, ray, found);
+        let materials = parts.map(|part| &lanes.materials[part.surface as usize]);
+        let kinds = materials.map(|material| material.kinds);
+        let is = |kind: u8| found.met & LaneMask::from_fn(|i| kinds[i] & kind != 0);
+        let of = |number: fn(&Material) -> f64| Lanes::new(materials.map(number));
         Self {
             vertex: Vertex::of(point, normal, ray.direction),
             normal,
-            t: of(|hit| hit.t),
-            rough: is(Bsdf::is_rough),
-            cosine: is(Bsdf::is_sampled_by_cosine),
-            mirror: is(|bsdf| matches!(bsdf, Bsdf::Mirror { .. })),
-            glass: is(|bsdf| matches!(bsdf, Bsdf::Glass { .. })),
-            colour: gather3(|i| bsdf[i].albedo()),
-            index: Lanes::new(from_fn(index)),
-            oren_nayar: OrenNayar {
-                a: Lanes::new(from_fn(|i| constants(i).a)),
-                b: Lanes::new(from_fn(|i| constants(i).b)),
-            },
-            printed: is(|bsdf| matches!(bsdf, Bsdf::OrenNayar { form: OrenNayarForm::Printed, .. })),
-            single: single.bits(),
-            here,
-            bsdf,
+            t: found.t,
+            rough: is(ROUGH),
+            cosine: is(COSINE),
+            mirror: is(MIRROR),
+            glass: is(GLASS),
+            colour: gather3(|i| materials[i].colour),
+            index: of(|material| material.index),
+            oren_nayar: OrenNayar { a: of(|material| material.oren_nayar.a), b: of(|material| material.oren_nayar.b) },
+            printed: is(PRINTED),
+            single: is(SINGLE).bits(),
+            parts,
+            bsdf: parts.map(|part| &lanes.scene.surfaces()[part.surface as usize].bsdf),
         }
     }
 
-    /// The hit of a lane.
-    pub fn hit(&self, lane: usize) -> Option<&Hit> {
-        self.here[lane].as_ref()
+    /// The emitter in a lane, of all that the scene has.
+    #[inline]
+    pub fn emitter(&self, lane: usize) -> Option<u32> {
+        self.parts[lane].emitter
     }
 
     /// Where something absorbs all light.
@@ -269,4 +306,21 @@ impl<'a> Surfaces<'a> {
         let cosine = radiometry::cosine(Lanes3::splat_vector(DVec3::Z), wi);
         radiometry::reflected(self.brdf(wi), Lanes3::splat_vector(DVec3::ONE), cosine, pdf)
     }
+}
+
+/// Points and normals of hits, as [`Scene::intersect`](crate::scene::Scene::intersect) says them.
+#[inline]
+fn place(parts: [&Met; LANES], ray: &Ray<Lanes3>, found: &Found) -> (Lanes3, Lanes3) {
+    let point = inner_point(from_fn(|k| gather3(|i| parts[i].corners[k])), found.weights);
+    let normal = gather3(|i| parts[i].normal);
+    let curved = found.met & LaneMask::from_fn(|i| parts[i].radius != 0.0);
+    if !curved.any() {
+        return (point, normal);
+    }
+    let centre = gather3(|i| parts[i].corners[0]);
+    let radius = Lanes::new(parts.map(|part| part.radius));
+    let away = outward(ray.at(found.t), centre);
+    let facing = Vector::choose(radius.below(Lanes::splat(0.0)), -away, away);
+    let on_sphere = centre + away * radius.abs();
+    (Vector::choose(curved, on_sphere, point), Vector::choose(curved, facing, normal))
 }

@@ -238,6 +238,9 @@ fn crowded() -> Scene {
     s.mesh(&[DVec3::new(0.2, 0.0, 0.9), DVec3::new(0.2, 0.4, 0.9), DVec3::new(0.6, 0.0, 0.8)], &[[0, 1, 2]], light);
     s.sphere(Sphere::new(DVec3::new(-0.6, 0.5, 0.5), 0.1), light);
     s.rectangle(DVec3::new(0.4, 0.7, 0.2), [0.2 * DVec3::X, 0.2 * DVec3::Z], light);
+    // It stands before a light.
+    let blind = s.surface(Surface::new(walls[0]));
+    s.mesh(&[DVec3::new(0.2, 0.1, 0.8), DVec3::new(0.2, 0.4, 0.8), DVec3::new(0.5, 0.1, 0.7)], &[[0, 1, 2]], blind);
     for (x, bsdf) in [
         (-0.5, Bsdf::Mirror { reflectance: DVec3::splat(0.9) }),
         (0.1, Bsdf::Glass { index: 1.5 }),
@@ -266,6 +269,30 @@ fn many() -> Scene {
     s.build(Camera::new(DVec3::new(0.0, -3.5, 0.0), DVec3::ZERO, DVec3::Z, 0.4)).expect("a legal scene")
 }
 
+/// A net of triangles that shine differently, whose edges and vertices are met by the rays through the centres of
+/// pixels. A sphere, before or after them in the scene, touches it at the vertex that the middle ray meets.
+fn net(sphere_first: bool) -> Scene {
+    let mut s = SceneBuilder::new("net");
+    let emitting = |radiance: f64| Surface::new(Bsdf::Black).emitting(DVec3::splat(radiance));
+    let grey = s.surface(Surface::new(Bsdf::Lambert { albedo: DVec3::splat(0.5) }));
+    let touching = Sphere::new(DVec3::new(0.0, 0.5, 0.0), 0.5);
+    if sphere_first {
+        s.sphere(touching, grey);
+    }
+    let place = |i: u32| f64::from(i) / 8.0 - 0.25;
+    let vertices: Vec<DVec3> = (0..36).map(|i| DVec3::new(place(i % 6), 0.0, place(i / 6))).collect();
+    for (cell, shine) in (0..36).filter(|cell| cell % 6 < 5 && cell / 6 < 5).zip(1..) {
+        for (triangle, more) in [([cell, cell + 1, cell + 7], 0.0), ([cell, cell + 7, cell + 6], 0.5)] {
+            let surface = s.surface(emitting(f64::from(shine) + more));
+            s.mesh(&vertices, &[triangle], surface);
+        }
+    }
+    if !sphere_first {
+        s.sphere(touching, grey);
+    }
+    s.build(Camera::new(DVec3::new(0.0, -1.0, 0.0), DVec3::ZERO, DVec3::Z, 8.5 / 16.0)).expect("a legal scene")
+}
+
 fn assert_same_film(scene: &Scene, path: &Path, sampling: Sampling, window: Option<Window>) {
     let film = || Film::new([23, 17], window, sampling.samples_per_replication()).expect("a legal size");
     let (mut alone, mut together) = (film(), film());
@@ -283,6 +310,8 @@ fn images_have_the_same_bits() {
     let scenes = [
         crowded(),
         many(),
+        net(false),
+        net(true),
         room::report(Convention::Physical, OrenNayarForm::Corrected).expect("a scene"),
         room::diffuse().expect("a scene"),
         simple::environment().expect("a scene"),
