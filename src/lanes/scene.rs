@@ -120,7 +120,7 @@ impl<'a> LaneScene<'a> {
             }
         }
         let parts = scene.parts().iter().map(|part| Met::new(scene, part)).collect();
-        let materials = scene.surfaces().iter().map(|surface| Material::new(&surface.bsdf)).collect();
+        let materials = scene.surfaces().iter().map(Material::new).collect();
         Self { scene, is_small, vertices, edges, triangles, spheres, parts, materials }
     }
 

@@ -10,8 +10,10 @@ use super::scene::{Found, LaneScene, Met, Seen, gather3, lane3};
 use crate::bsdf::{Bsdf, OrenNayar, OrenNayarForm, Vertex, lambert, oren_nayar};
 use crate::emitter::{EmitterPoint, LightSampling};
 use crate::estimator::{NextEvent as _, Standard};
+use crate::film::Features;
 use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector};
-use crate::scene::inner_point;
+use crate::render::features;
+use crate::scene::{Surface, inner_point};
 use crate::shape::{Ray, outward};
 use crate::{fresnel, radiometry, sampling};
 
@@ -21,6 +23,8 @@ pub(super) struct Material {
     colour: DVec3,
     index: f64,
     oren_nayar: OrenNayar,
+    /// α of section 2.6.2.
+    absorption: f64,
     /// A bit for each of the kinds below.
     kinds: u8,
 }
@@ -37,10 +41,10 @@ const PRINTED: u8 = 16;
 const SINGLE: u8 = 32;
 
 impl Material {
-    pub fn new(bsdf: &Bsdf) -> Self {
+    pub fn new(&Surface { bsdf, absorption, .. }: &Surface) -> Self {
         // (14) is (13) with these.
         let (mut index, mut oren_nayar) = (1.0, OrenNayar { a: 1.0, b: 0.0 });
-        let kinds = match *bsdf {
+        let kinds = match bsdf {
             Bsdf::Black => 0,
             Bsdf::Lambert { .. } => ROUGH,
             Bsdf::OrenNayar { constants, form, .. } => {
@@ -55,7 +59,7 @@ impl Material {
             Bsdf::Eon { .. } | Bsdf::Model(_) => ROUGH | SINGLE,
         };
         let kinds = if bsdf.is_sampled_by_cosine() { kinds | COSINE } else { kinds };
-        Self { colour: bsdf.albedo(), index, oren_nayar, kinds }
+        Self { colour: bsdf.albedo(), index, oren_nayar, absorption, kinds }
     }
 }
 
@@ -67,6 +71,8 @@ pub(super) struct Surfaces<'a> {
     /// The unit normals of the surfaces' own fronts.
     pub normal: Lanes3,
     pub t: Lanes,
+    /// Where an emitter is.
+    pub emits: LaneMask,
     /// Where light leaves in all directions.
     pub rough: LaneMask,
     /// Of these, where it is sampled by the cosine.
@@ -74,7 +80,8 @@ pub(super) struct Surfaces<'a> {
     mirror: LaneMask,
     glass: LaneMask,
     /// The albedo or the reflectance of a mirror.
-    pub colour: Lanes3,
+    colour: Lanes3,
+    pub absorption: Lanes,
     index: Lanes,
     oren_nayar: OrenNayar<Lanes>,
     printed: LaneMask,
@@ -117,11 +124,13 @@ impl<'a> Surfaces<'a> {
             vertex: Vertex::of(point, normal, ray.direction),
             normal,
             t: found.t,
+            emits: found.met & LaneMask::from_fn(|i| parts[i].emitter.is_some()),
             rough: is(ROUGH),
             cosine: is(COSINE),
             mirror: is(MIRROR),
             glass: is(GLASS),
             colour: gather3(|i| materials[i].colour),
+            absorption: of(|material| material.absorption),
             index: of(|material| material.index),
             oren_nayar: OrenNayar { a: of(|material| material.oren_nayar.a), b: of(|material| material.oren_nayar.b) },
             printed: is(PRINTED),
@@ -135,6 +144,20 @@ impl<'a> Surfaces<'a> {
     #[inline]
     pub fn emitter(&self, lane: usize) -> Option<u32> {
         self.parts[lane].emitter
+    }
+
+    /// What emitters show to rays of this direction; zero from behind and elsewhere.
+    pub fn emitted(&self, scene: &LaneScene<'_>, direction: Lanes3) -> Lanes3 {
+        let emitters = scene.scene.emitters();
+        let radiance = gather3(|i| self.emitter(i).map_or(DVec3::ZERO, |emitter| emitters[emitter as usize].radiance));
+        let front = self.normal.dot(direction).below(Lanes::splat(0.0));
+        Vector::choose(front, radiance, Lanes3::splat_vector(DVec3::ZERO))
+    }
+
+    /// The features of a lane that a ray has met.
+    pub fn features(&self, lane: usize, ray: &Ray<Lanes3>) -> Features {
+        let [albedo, normal, direction] = [self.colour, self.normal, ray.direction].map(|v| lane3(v, lane));
+        features(albedo, normal, self.t.as_array()[lane], direction)
     }
 
     /// Where something absorbs all light.
@@ -239,22 +262,33 @@ impl<'a> Surfaces<'a> {
         Light { arrives, wi, reflected: radiometry::reflected(brdf, radiance, cosine, pdf), pdf }
     }
 
-    /// A way on, as [`Scattering::sample`], in world space.
+    /// A way on, as [`Scattering::sample`](crate::bsdf::Scattering::sample), in world space.
     #[inline]
     pub fn sample<S: LaneSampler>(&self, active: LaneMask, random: &mut S) -> Onward {
+        let mut onward = self.sample_specular(active & !self.rough, random);
+        onward.has_pdf = active & self.rough;
+        if onward.has_pdf.any() {
+            self.sample_rough(&mut onward, random);
+        }
+        onward
+    }
+
+    /// The same of mirrors and glass alone.
+    #[inline]
+    pub fn sample_specular<S: LaneSampler>(&self, active: LaneMask, random: &mut S) -> Onward {
         let (zero, one) = (Lanes::splat(0.0), Lanes::splat(1.0));
         let white = Lanes3::splat_vector(DVec3::ONE);
         let vertex = &self.vertex;
         let (d, n) = (vertex.direction, vertex.frame.z);
         let mut onward = Onward {
-            goes_on: active & !self.black(),
+            goes_on: active & (self.mirror | self.glass),
             direction: d,
             weight: white,
             pdf: zero,
-            has_pdf: active & self.rough,
+            has_pdf: LaneMask::from_bits(0),
             radiance_factor: one,
         };
-        if (active & (self.mirror | self.glass)).any() {
+        if onward.goes_on.any() {
             onward.direction = fresnel::mirror(d, n);
             onward.weight = Vector::choose(self.mirror, self.colour, white);
         }
@@ -268,10 +302,14 @@ impl<'a> Surfaces<'a> {
             onward.direction = Vector::choose(refracts, refracted, onward.direction);
             onward.radiance_factor = Lanes::choose(refracts, fresnel::radiance_factor(n1, n2), one);
         }
-        if onward.has_pdf.any() {
-            self.sample_rough(&mut onward, random);
-        }
         onward
+    }
+
+    /// A direction uniform over the hemisphere, in world space, and its weight.
+    #[inline]
+    pub fn sample_uniform(&self, random: [Lanes; 2]) -> (Lanes3, Lanes3) {
+        let wi: Lanes3 = sampling::uniform_hemisphere(random);
+        (self.vertex.frame.world(wi), self.weighted(wi, sampling::uniform_hemisphere_pdf(wi.z)))
     }
 
     #[inline]
@@ -294,7 +332,7 @@ impl<'a> Surfaces<'a> {
         let pdf = self.pdf(wi);
         let weight = self.weighted(wi, pdf);
         let exists = rough & !pdf.equals(Lanes::splat(0.0)) & !LaneMask::from_bits(lost);
-        onward.goes_on = onward.goes_on & (!rough | exists);
+        onward.goes_on = onward.goes_on | exists;
         onward.direction = Vector::choose(rough, self.vertex.frame.world(wi), onward.direction);
         onward.weight = Vector::choose(rough, weight, onward.weight);
         onward.pdf = Lanes::choose(rough, pdf, onward.pdf);
@@ -302,7 +340,7 @@ impl<'a> Surfaces<'a> {
 
     /// f_r cos θ / p of a direction.
     #[inline]
-    pub fn weighted(&self, wi: Lanes3, pdf: Lanes) -> Lanes3 {
+    fn weighted(&self, wi: Lanes3, pdf: Lanes) -> Lanes3 {
         let cosine = radiometry::cosine(Lanes3::splat_vector(DVec3::Z), wi);
         radiometry::reflected(self.brdf(wi), Lanes3::splat_vector(DVec3::ONE), cosine, pdf)
     }

@@ -183,7 +183,7 @@ fn rows() -> Vec<Row> {
         Row("estimator", "whitted", REPORT, |c| c.method = Method::Whitted(LightRules::REPORT)),
         Row("engine", "scalar", PLAIN, |_| {}),
         Row("engine", "lanes", PLAIN, |_| {}),
-        Row("engine", "lanes", SOBOL, |_| {}),
+        Row("engine", "scalar", SOBOL, |_| {}),
         Row("light-sampling", "area", PLAIN, |_| {}),
         Row("light-sampling", "solid-angle", PLAIN, |c| {
             c.method = Method::Path(Strategy::Mis, LightSampling::SolidAngle, BALANCE.1);
