@@ -43,6 +43,8 @@ pub struct Sobol {
     /// What scrambles the block.
     key: u64,
     dimension: u32,
+    /// The sequence's bits of this dimension's group of four, whose numbers are made together.
+    leading: [u32; 4],
     fill: Stream,
 }
 
@@ -55,7 +57,7 @@ impl Sobol {
     /// Point `index` of the sequence with this scramble. Points of different scrambles are independent,
     /// those of one are not: error bars come from several scrambles.
     pub fn new(index: u16, scramble: u64, fill: Stream) -> Self {
-        let mut point = Self { index, scramble, block: 0, key: 0, dimension: 0, fill };
+        let mut point = Self { index, scramble, block: 0, key: 0, dimension: 0, leading: [0; 4], fill };
         point.block(0);
         point
     }
@@ -84,8 +86,12 @@ impl TryRng for Sobol {
     }
 
     fn try_next_u64(&mut self) -> Result<u64, Infallible> {
-        let value = sobol_burley::sample(u32::from(self.index), self.dimension, self.key as u32);
-        let leading = (f64::from(value) * f64::from(1u32 << LEADING)) as u64;
+        let [group, place] = [self.dimension / 4, self.dimension % 4];
+        if place == 0 {
+            let values = sobol_burley::sample_4d(u32::from(self.index), group, self.key as u32);
+            self.leading = values.map(|value| (value * (1u32 << LEADING) as f32) as u32);
+        }
+        let leading = u64::from(self.leading[place as usize]);
         let shift = mix(self.key ^ u64::from(self.dimension)) >> (64 - LEADING);
         self.dimension += 1;
         if self.dimension == BLOCK {
