@@ -69,7 +69,7 @@ const PUBLISHED: Base = Base("--convention published", |c| {
 });
 const CORNELL: Base = Base("--scene cornell", |c| c.scene = simple::cornell());
 const JITTER: Base = Base("--pixel jitter --grid 2", |c| c.pixel = PixelSampling::Jitter(2));
-const SOBOL: Base = Base("--sampler sobol --scrambles 2", |c| c.numbers = Numbers::Sobol(2));
+const SOBOL: Base = Base("--sampler sobol", |c| c.numbers = Numbers::Sobol(1));
 const RADIOSITY: Base = Base("--scene cornell --estimator radiosity --patches 60", |c| {
     c.scene = simple::cornell();
     c.method = Method::Radiosity(60);
@@ -220,10 +220,13 @@ fn rows() -> Vec<Row> {
         Row("pixel", "jitter", PLAIN, |c| (c.pixel, c.spp) = (PixelSampling::Jitter(4), 16)),
         Row("grid", "1", JITTER, |c| c.pixel = PixelSampling::Jitter(1)),
         Row("sampler", "independent", PLAIN, |_| {}),
-        Row("sampler", "sobol", PLAIN, |c| (c.numbers, c.spp) = (Numbers::Sobol(2), 16)),
-        Row("scrambles", "4", SOBOL, |c| c.numbers = Numbers::Sobol(1)),
+        Row("sampler", "sobol", PLAIN, |c| (c.numbers, c.spp) = (Numbers::Sobol(4), 16)),
+        Row("scrambles", "2", SOBOL, |c| c.numbers = Numbers::Sobol(2)),
         Row("size", "20x10", PLAIN, |c| c.size = [20, 10]),
         Row("spp", "3", PLAIN, |c| c.spp = 3),
+        // In five scrambles, and seven.
+        Row("spp", "10", SOBOL, |c| (c.numbers, c.spp) = (Numbers::Sobol(2), 10)),
+        Row("spp", "7", SOBOL, |c| c.spp = 7),
         Row("seed", "18446744073709551615", PLAIN, |c| c.seed = u64::MAX),
         Row("threads", "3", PLAIN, |_| {}),
         Row("exposure", "-1.5", PLAIN, |c| c.display = Display::Srgb { exposure: -1.5 }),
