@@ -87,8 +87,8 @@ pub struct Job {
     pub seed: u64,
 }
 
-/// The fewest scrambles of a pixel that are made unasked. More would share fewer points each; the error bars of fewer
-/// would say so little that Student's intervals are wider, although the error is smaller: experiment `scrambles`.
+/// The fewest scrambles of a pixel that are made unasked. The more there are, the fewer points each has, and the less
+/// points gain; but Student's intervals from two or three are several times as wide (experiment `scrambles`).
 const FEW: u32 = 4;
 
 /// The largest count.
