@@ -4,7 +4,7 @@ use std::convert::Infallible;
 
 use rand::{Rng, TryRng};
 
-use crate::rng::{Stream, mix, number_for, seed_for};
+use crate::rng::{Stream, mix, number_for, seed_for, stream};
 
 /// A source of uniform numbers that knows which part of a path asks.
 ///
@@ -16,6 +16,122 @@ pub trait Sampler: Rng {
     /// Says that the next numbers belong to this block. Independent streams need not know.
     #[inline]
     fn block(&mut self, _block: u32) {}
+}
+
+/// Where an estimator's random numbers come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Numbers {
+    /// A stream of its own for each sample.
+    #[default]
+    Independent,
+    /// [`Sobol`] points; a replication is one scramble of this many for each of the pixel's positions.
+    Sobol(u32),
+}
+
+impl Numbers {
+    /// How many samples one replication has.
+    pub fn samples(self) -> u32 {
+        match self {
+            Self::Independent => 1,
+            Self::Sobol(points) => points,
+        }
+    }
+}
+
+/// A pass over a whole image: what, besides scene and frame, decides it. The pair (seed, index) is one by independent
+/// numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pass {
+    /// Where its random numbers come from. Of Sobol' points, so many consecutive passes make up a replication.
+    pub numbers: Numbers,
+    /// The master seed.
+    pub seed: u64,
+    /// Its number.
+    pub index: u32,
+}
+
+impl From<(u64, u32)> for Pass {
+    fn from((seed, index): (u64, u32)) -> Self {
+        Self { numbers: Numbers::Independent, seed, index }
+    }
+}
+
+impl Pass {
+    /// What the paths of a pixel draw from. The passes of a replication take the points of one scramble.
+    pub fn pixel(self, pixel: u32) -> Source {
+        let fill = stream(self.seed, pixel, self.index);
+        match self.numbers {
+            Numbers::Independent => Source::Independent(fill),
+            Numbers::Sobol(points) => {
+                let [replication, point] = [self.index / points, self.index % points];
+                Source::Sobol(Sobol::new(point as u16, scramble(self.seed, pixel, replication), fill))
+            }
+        }
+    }
+
+    /// What particle `number` of `count` draws from. All particles of a replication, pass after pass, take the points
+    /// of one sequence, which goes on in another scramble where it ends.
+    pub fn particle(self, number: u32, count: u32) -> Source {
+        let fill = stream(self.seed, number, self.index);
+        match self.numbers {
+            Numbers::Independent => Source::Independent(fill),
+            Numbers::Sobol(points) => {
+                let [replication, pass] = [self.index / points, self.index % points];
+                let point = u64::from(pass) * u64::from(count) + u64::from(number);
+                let [part, point] = [point / u64::from(LONGEST), point % u64::from(LONGEST)];
+                Source::Sobol(Sobol::new(point as u16, scramble(self.seed, part as u32, replication), fill))
+            }
+        }
+    }
+
+    /// The pass of the same index under the seed of a named part.
+    pub fn of(self, part: &str) -> Self {
+        Self { seed: seed_for(self.seed, part), ..self }
+    }
+}
+
+/// Random numbers of either kind.
+#[derive(Clone, Debug)]
+pub enum Source {
+    /// Of [`Numbers::Independent`].
+    Independent(Stream),
+    /// Of [`Numbers::Sobol`].
+    Sobol(Sobol),
+}
+
+impl Sampler for Source {
+    #[inline]
+    fn block(&mut self, block: u32) {
+        if let Self::Sobol(point) = self {
+            point.block(block);
+        }
+    }
+}
+
+impl TryRng for Source {
+    type Error = Infallible;
+
+    fn try_next_u32(&mut self) -> Result<u32, Infallible> {
+        match self {
+            Self::Independent(stream) => stream.try_next_u32(),
+            Self::Sobol(point) => point.try_next_u32(),
+        }
+    }
+
+    #[inline]
+    fn try_next_u64(&mut self) -> Result<u64, Infallible> {
+        match self {
+            Self::Independent(stream) => stream.try_next_u64(),
+            Self::Sobol(point) => point.try_next_u64(),
+        }
+    }
+
+    fn try_fill_bytes(&mut self, bytes: &mut [u8]) -> Result<(), Infallible> {
+        match self {
+            Self::Independent(stream) => stream.try_fill_bytes(bytes),
+            Self::Sobol(point) => point.try_fill_bytes(bytes),
+        }
+    }
 }
 
 /// Dimensions per block.
