@@ -207,7 +207,7 @@ fn renderers_fill_films_as_the_functions_do() {
     let scene = report_room();
     let tracer = LightTracer::<Standard>::default();
     let by_rays = ByRays { estimator: path(), sampling: sampling(Jitter(2)) };
-    let by_passes = ByPasses { estimator: tracer, seed: master() };
+    let by_passes = ByPasses { estimator: tracer, numbers: Numbers::Independent, seed: master() };
     let rays = rendered(&scene, &path(), FRAME, sampling(Jitter(2)), &[2..6]).expect("legal radiance");
     let images = passes(&scene, &tracer, FRAME, &[2..6]).expect("legal radiance");
     for (renderer, samples, expected) in [(&by_rays as &dyn Renderer, 4, rays), (&by_passes, 1, images)] {

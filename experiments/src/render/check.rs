@@ -52,8 +52,8 @@ const SETTINGS: &[Setting] = &[
     goes("patches", RADIOSITY, |job| job.estimator == EstimatorName::Radiosity, |job| job.patches.to_string()),
     goes("pixel", SINGLE_RAYS, |job| !job.estimator.makes_images(), |job| name(job.pixel)),
     goes("grid", "--pixel grid and jitter", Job::divides_pixels, |job| job.grid.to_string()),
-    goes("sampler", SINGLE_RAYS, |job| !job.estimator.makes_images(), |job| name(job.sampler)),
-    goes("scrambles", "--sampler sobol", |job| job.sampler == SamplerName::Sobol, |job| job.scrambles.to_string()),
+    any("sampler", |job| name(job.sampler)),
+    goes("scrambles", "--sampler sobol", |job| job.sampler == SamplerName::Sobol, |job| job.scrambles().to_string()),
     any("size", |Job { size: [width, height], .. }| format!("{width}x{height}")),
     any("window", |job| {
         let text = |Window { corner: [x, y], size: [w, h] }| format!("{w}x{h}+{x}+{y}");
@@ -134,8 +134,8 @@ impl Job {
         );
         for Setting { option, applies, value, .. } in SETTINGS {
             let value = value(self);
-            // Estimators of whole images take random points and independent numbers, which is the default.
-            let is_said = applies(self) || ["pixel", "sampler"].contains(option);
+            // Estimators of whole images take random points, which is the default.
+            let is_said = applies(self) || *option == "pixel";
             if is_said && !value.is_empty() {
                 text += &format!("{option}={value}\n");
             }
@@ -208,8 +208,8 @@ impl Job {
         if !matches!(self.pixel, PixelName::Random | PixelName::Centre) {
             return refuse("--sampler sobol goes with --pixel random and centre".to_owned());
         }
-        let Self { spp, scrambles, .. } = self;
-        if !spp.is_multiple_of(*scrambles) {
+        let (spp, scrambles) = (self.spp, self.scrambles());
+        if !spp.is_multiple_of(scrambles) {
             return refuse(format!("--spp {spp} is not a multiple of the {scrambles} scrambles: change one of them"));
         }
         if spp / scrambles > LONGEST {

@@ -13,6 +13,7 @@ use whitefurnace::estimator::{
 use whitefurnace::film::{Film, Pixel};
 use whitefurnace::render::{ByLanes, ByPasses, ByRays, LaneEstimator, Renderer};
 use whitefurnace::rng::seed_for;
+use whitefurnace::sampler::Pass;
 use whitefurnace::scene::Scene;
 
 use super::{ConventionName, EngineName, EstimatorName, HeuristicName, Job, LightSamplingName, name};
@@ -126,27 +127,33 @@ impl Job {
             ConventionName::Physical => LightRules::PHYSICAL,
             ConventionName::Report | ConventionName::Published => LightRules::REPORT,
         };
-        let seed = self.seed;
+        let (numbers, seed) = (self.sampling().numbers, self.seed);
         Ok(match (self.estimator, self.convention) {
             (EstimatorName::Bsdf, _) => self.by_paths(Strategy::Bsdf),
             (EstimatorName::Light, _) => self.by_paths(Strategy::Light),
             (EstimatorName::Mis, _) => self.by_paths(Strategy::Mis),
             (EstimatorName::LightTracer, _) => {
-                Box::new(ByPasses { estimator: LightTracer::<Standard>::default(), seed })
+                Box::new(ByPasses { estimator: LightTracer::<Standard>::default(), numbers, seed })
             }
-            (EstimatorName::Bdpt, _) => Box::new(ByPasses { estimator: Bdpt::new(Standard), seed }),
+            (EstimatorName::Bdpt, _) => Box::new(ByPasses { estimator: Bdpt::new(Standard), numbers, seed }),
             (EstimatorName::BdptEnds, _) => {
                 let estimator = Bdpt { parts: Standard, connections: Connections::Ends };
-                Box::new(ByPasses { estimator, seed })
+                Box::new(ByPasses { estimator, numbers, seed })
             }
             (EstimatorName::Photon, _) => {
                 let (map, lookup) = (self.photons.map(), self.photons.lookup(true));
-                Box::new(self.by_rays(PhotonMapping::new(Standard, scene, lookup, map, (seed, 0))?))
+                Box::new(self.by_rays(PhotonMapping::new(
+                    Standard,
+                    scene,
+                    lookup,
+                    map,
+                    Pass { numbers, seed, index: 0 },
+                )?))
             }
             (EstimatorName::Sppm, _) => {
                 let (particles, radius) = self.photons.map();
                 let estimator = Sppm { parts: Standard, particles, radius };
-                Box::new(ByPasses { estimator, seed })
+                Box::new(ByPasses { estimator, numbers, seed })
             }
             (EstimatorName::Radiosity, _) => {
                 let fineness = self.fineness();
