@@ -45,21 +45,42 @@ impl Camera {
         Ray::new(R::Vector::splat_vector(self.eye), direction.normalize())
     }
 
+    /// The direction in which it looks, a unit vector.
+    pub(crate) fn forward(&self) -> DVec3 {
+        self.forward
+    }
+
+    /// How far ahead of the eye a point is, along the line of sight.
+    #[inline]
+    pub(crate) fn depth(&self, point: DVec3) -> f64 {
+        (point - self.eye).dot(self.forward)
+    }
+
+    /// The point (x, y), as of [`ray`](Self::ray), at which an image of `size` pixels shows a point, be it beyond its
+    /// borders; `None` behind the eye.
+    #[inline]
+    pub(crate) fn image_point(&self, size: [u32; 2], point: DVec3) -> Option<[f64; 2]> {
+        let [width, height] = size.map(f64::from);
+        let depth = self.depth(point);
+        if depth <= 0.0 {
+            return None;
+        }
+        let offset = point - self.eye;
+        let scale = 2.0 * self.half_height / height;
+        let x = 0.5 * width + offset.dot(self.right) / (depth * scale);
+        let y = 0.5 * height - offset.dot(self.up) / (depth * scale);
+        Some([x, y])
+    }
+
     /// Where an image of `size` pixels shows a point; `None` outside of the image and behind the eye.
     #[inline]
     pub fn project(&self, size: [u32; 2], point: DVec3) -> Option<Projection> {
         let [width, height] = size.map(f64::from);
-        let offset = point - self.eye;
-        let depth = offset.dot(self.forward);
-        if depth <= 0.0 {
-            return None;
-        }
-        let scale = 2.0 * self.half_height / height;
-        let x = 0.5 * width + offset.dot(self.right) / (depth * scale);
-        let y = 0.5 * height - offset.dot(self.up) / (depth * scale);
+        let [x, y] = self.image_point(size, point)?;
         if !(0.0..width).contains(&x) || !(0.0..height).contains(&y) {
             return None;
         }
+        let offset = point - self.eye;
         let distance_squared = offset.length_squared();
         Some(Projection { pixel: [x as u32, y as u32], to_eye: offset / -distance_squared.sqrt(), distance_squared })
     }

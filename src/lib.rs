@@ -18,6 +18,7 @@
 //! | [`scene`], [`emitter`], [`camera`], [`accel`] | what is rendered, as plain data |
 //! | [`kd_tree`] | points by neighbourhood |
 //! | [`estimator`] | how: estimators made of replaceable parts |
+//! | [`outline`] | lights that the camera sees, at their edges |
 //! | [`render`], [`film`], [`splat`], [`image`] | the loop, the accumulators, the files |
 //! | [`rng`], [`sampler`] | streams of random numbers, Owen-scrambled Sobol' points |
 //! | [`real`] | numbers and vectors of one ray, or of eight that are followed at once |
@@ -39,7 +40,7 @@
 //! use whitefurnace::scene::simple::cornell;
 //!
 //! # fn main() -> Result<(), whitefurnace::error::Error> {
-//! let sampling = Sampling { pixel: PixelSampling::Random, numbers: Numbers::Independent, seed: 1 };
+//! let sampling = Sampling { pixel: PixelSampling::Random, numbers: Numbers::Independent, seed: 1, outlines: false };
 //! let mut film = Film::new([32, 32], None, 1)?;
 //! render(&cornell()?, &Path::new(Standard, Strategy::Mis), sampling, &mut film, &(0..4), &|_| true)?;
 //! println!("mean {:.3}, known to {:.1} %", film.mean(), 100.0 * film.relative_error());
@@ -125,6 +126,7 @@ pub mod image;
 pub mod kd_tree;
 mod lanes;
 pub mod moments;
+pub mod outline;
 pub mod pixel;
 pub mod radiometry;
 pub mod real;

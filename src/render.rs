@@ -10,6 +10,7 @@ use crate::error::Error;
 use crate::estimator::{Estimator, ImageEstimator, LightRules, Path};
 use crate::film::{Features, Film, Pixel, check_radiance};
 use crate::lanes::Engine;
+use crate::outline::{Outlines, POINTS, replaced};
 use crate::pixel::PixelSampling;
 use crate::rng::{stream, uniform2};
 use crate::sampler::{LONGEST, Pass, Sampler, Sobol, scramble};
@@ -27,6 +28,9 @@ pub struct Sampling {
     pub numbers: Numbers,
     /// The master seed.
     pub seed: u64,
+    /// Whether more points tell what emitters show directly where their outlines cross a pixel, as
+    /// [`outline`](crate::outline) says; for samples anywhere in a pixel.
+    pub outlines: bool,
 }
 
 /// Called, from any thread, with a number of samples that are done; false to stop.
@@ -54,6 +58,11 @@ impl Sampling {
         }
         if samples.checked_mul(replications).is_none() {
             return refuse(format!("with {replications} replications they are more than {}", u32::MAX));
+        }
+        if self.outlines && matches!(self.pixel, PixelSampling::Centre | PixelSampling::Grid(_)) {
+            return Err(Error::Option(
+                "points of outlines are anywhere in a pixel, and samples must be too".to_owned(),
+            ));
         }
         if film.samples_per_replication() != samples {
             return Err(Error::Option(format!(
@@ -86,11 +95,12 @@ pub fn render<E: Estimator>(
     row_done: Progress<'_>,
 ) -> Result<bool, Error> {
     let frame = film.frame();
+    let outlines = Outlines::new(scene, frame, sampling);
     each_row(sampling, film, range, row_done, |[first, y], row| {
         for (pixel, x) in row.iter_mut().zip(first..) {
             for replication in range.clone() {
                 let position = PixelPosition { frame, x, y, replication };
-                add_replication(scene, estimator, sampling, position, pixel)
+                add_replication((scene, estimator), (sampling, &outlines), position, pixel)
                     .map_err(|error| error.at(|| format!(" at pixel ({x}, {y}), replication {replication}")))?;
             }
         }
@@ -124,7 +134,8 @@ pub fn render_lanes(
     range: &Range<u32>,
     row_done: Progress<'_>,
 ) -> Result<bool, Error> {
-    let (frame, engine) = (film.frame(), Engine::new(scene, estimator, sampling));
+    let frame = film.frame();
+    let engine = Engine::new(scene, estimator, (sampling, Outlines::new(scene, frame, sampling)));
     each_row(sampling, film, range, row_done, |corner, row| engine.row((frame, corner), range, row))
 }
 
@@ -168,9 +179,8 @@ struct PixelPosition {
 
 #[inline]
 fn add_replication<E: Estimator>(
-    scene: &Scene,
-    estimator: &E,
-    sampling: Sampling,
+    of: (&Scene, &E),
+    (sampling, outlines): (Sampling, &Outlines),
     PixelPosition { frame, x, y, replication }: PixelPosition,
     pixel: &mut Pixel,
 ) -> Result<(), Error> {
@@ -184,34 +194,44 @@ fn add_replication<E: Estimator>(
     for index in 0..samples {
         let mut stream = stream(sampling.seed, here, replication * samples + index);
         let corner = [f64::from(x), f64::from(y)];
+        let more = outlines.points(here, replication, index);
         sum += match sampling.numbers {
             Numbers::Independent => {
                 let offset = sampling.pixel.position(index, uniform2(&mut stream));
-                sample(scene, estimator, (frame, corner, offset), pixel, &mut stream)?
+                sample(of, (frame, corner, offset), more, pixel, &mut stream)?
             }
             Numbers::Sobol(_) => {
                 // `Sampling::check` has seen that they are at most `LONGEST`.
                 let mut points = Sobol::new(index as u16, scramble, stream);
                 let cell = index % sampling.pixel.samples_per_replication();
                 let offset = sampling.pixel.position(cell, uniform2(&mut points));
-                sample(scene, estimator, (frame, corner, offset), pixel, &mut points)?
+                sample(of, (frame, corner, offset), more, pixel, &mut points)?
             }
         };
     }
     pixel.push(sum / f64::from(samples))
 }
 
-/// One estimate of the radiance that arrives through a point of a pixel.
+/// One estimate of the radiance that arrives through a point of a pixel, and through `more` of them if an outline
+/// crosses it.
 #[inline]
 fn sample<E: Estimator, R: Sampler>(
-    scene: &Scene,
-    estimator: &E,
+    (scene, estimator): (&Scene, &E),
     (frame, corner, offset): ([u32; 2], [f64; 2], [f64; 2]),
+    more: Option<[[f64; 2]; POINTS]>,
     pixel: &mut Pixel,
     rng: &mut R,
 ) -> Result<DVec3, Error> {
     let (ray, hit) = look(scene, (frame, corner, offset), pixel)?;
-    let radiance = estimator.radiance(scene, &ray, hit, rng);
+    let mut radiance = estimator.radiance(scene, &ray, hit, rng);
+    if let Some(points) = more {
+        let shown = |ray: &Ray, hit: Option<Hit>| hit.map_or(DVec3::ZERO, |hit| scene.emitted(&hit, ray.direction));
+        let others = points.map(|[x, y]| {
+            let ray = scene.camera().ray(frame, corner[0] + x, corner[1] + y);
+            shown(&ray, scene.intersect(&ray))
+        });
+        radiance = replaced(radiance, shown(&ray, hit), others);
+    }
     // Here, for the mean of several can hide one.
     check_radiance(radiance)?;
     Ok(radiance)
@@ -255,7 +275,7 @@ pub fn render_passes<E: ImageEstimator>(
             "an estimator of whole images cannot render a window: take the full frame".to_owned(),
         ));
     }
-    let sampling = Sampling { pixel: PixelSampling::Random, numbers, seed };
+    let sampling = Sampling { pixel: PixelSampling::Random, numbers, seed, outlines: false };
     sampling.check(range.end, film)?;
     let samples = sampling.samples_per_replication();
     for replication in range {

@@ -16,6 +16,7 @@ use std::ops::Range;
 
 use crate::error::Error;
 use crate::film::Pixel;
+use crate::outline::Outlines;
 use crate::render::{LaneEstimator, Numbers, Sampling};
 use crate::scene::Scene;
 use report::OneRayPerHit;
@@ -28,14 +29,15 @@ pub(crate) struct Engine<'a> {
     scene: LaneScene<'a>,
     estimator: LaneEstimator,
     sampling: Sampling,
+    outlines: Outlines,
 }
 
 /// A row of pixels: the corner of the first in a frame of this size.
 pub(crate) type Place = ([u32; 2], [u32; 2]);
 
 impl<'a> Engine<'a> {
-    pub fn new(scene: &'a Scene, estimator: LaneEstimator, sampling: Sampling) -> Self {
-        Self { scene: LaneScene::new(scene), estimator, sampling }
+    pub fn new(scene: &'a Scene, estimator: LaneEstimator, (sampling, outlines): (Sampling, Outlines)) -> Self {
+        Self { scene: LaneScene::new(scene), estimator, sampling, outlines }
     }
 
     /// Adds the replications `range` to a row of pixels.
@@ -57,8 +59,8 @@ impl<'a> Engine<'a> {
     ) -> Result<(), Error> {
         let of = (&self.scene, estimator);
         match self.sampling.numbers {
-            Numbers::Independent => row::<E, Streams>(of, &self.sampling, place, range, pixels),
-            Numbers::Sobol(_) => row::<E, Points>(of, &self.sampling, place, range, pixels),
+            Numbers::Independent => row::<E, Streams>(of, (&self.sampling, &self.outlines), place, range, pixels),
+            Numbers::Sobol(_) => row::<E, Points>(of, (&self.sampling, &self.outlines), place, range, pixels),
         }
     }
 }

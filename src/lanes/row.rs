@@ -10,6 +10,7 @@ use super::scene::{LaneScene, Seen, lane3};
 use super::shading::Surfaces;
 use crate::error::Error;
 use crate::film::{Pixel, check_radiance};
+use crate::outline::{Outlines, replaced};
 use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector};
 use crate::render::Sampling;
 use crate::scene::Scene;
@@ -23,6 +24,8 @@ struct Work {
     sample: SampleName,
     /// The radiance of the samples that are done.
     sum: DVec3,
+    /// What an emitter has shown to the camera ray.
+    own: DVec3,
 }
 
 impl Work {
@@ -65,7 +68,7 @@ pub(super) trait Scatter {
 /// A row of pixels: the replications `range` of each of them.
 pub(super) fn row<E: Scatter, S: LaneSampler>(
     (scene, estimator): (&LaneScene<'_>, &E),
-    sampling: &Sampling,
+    (sampling, outlines): (&Sampling, &Outlines),
     (frame, corner): ([u32; 2], [u32; 2]),
     range: &Range<u32>,
     pixels: &mut [Pixel],
@@ -92,7 +95,8 @@ pub(super) fn row<E: Scatter, S: LaneSampler>(
         for lane in lanes_of(idle) {
             if let Some((column, replication)) = next.next() {
                 let pixel = corner[1] * frame[0] + corner[0] + column as u32;
-                work[lane] = Work { column, sample: SampleName { pixel, replication, index: 0 }, sum: DVec3::ZERO };
+                let sample = SampleName { pixel, replication, index: 0 };
+                work[lane] = Work { column, sample, ..Work::default() };
                 idle &= !(1 << lane);
                 fresh |= 1 << lane;
             }
@@ -101,6 +105,7 @@ pub(super) fn row<E: Scatter, S: LaneSampler>(
             for lane in lanes_of(fresh) {
                 random.start(lane, sampling, work[lane].sample);
                 paths.hits[lane] = 0;
+                work[lane].own = DVec3::ZERO;
             }
             let starting = LaneMask::from_bits(fresh);
             paths.start(scene.scene, sampling, (frame, corner), (&work, starting), &mut random);
@@ -118,7 +123,8 @@ pub(super) fn row<E: Scatter, S: LaneSampler>(
             let surfaces = Surfaces::new(scene, &paths.ray, &found);
             for lane in lanes_of(met) {
                 if paths.hits[lane] == 0 {
-                    let work = &work[lane];
+                    let work = &mut work[lane];
+                    work.own = surfaces.emitted_in(scene, lane, &paths.ray);
                     let pushed = pixels[work.column].push_features(&surfaces.features(lane, &paths.ray));
                     pushed.map_err(|error| work.place(corner, error))?;
                 }
@@ -130,7 +136,12 @@ pub(super) fn row<E: Scatter, S: LaneSampler>(
         busy &= !ended;
         for lane in lanes_of(ended) {
             let work = &mut work[lane];
-            let radiance = lane3(paths.radiance, lane);
+            let mut radiance = lane3(paths.radiance, lane);
+            let SampleName { pixel, replication, index } = work.sample;
+            if let Some(points) = outlines.points(pixel, replication, index) {
+                let first = [corner[0] + work.column as u32, corner[1]];
+                radiance = replaced(radiance, work.own, shown(scene, (frame, first), points, &mut seen));
+            }
             check_radiance(radiance).map_err(|error| work.place(corner, error))?;
             work.sum += radiance;
             work.sample.index += 1;
@@ -143,6 +154,25 @@ pub(super) fn row<E: Scatter, S: LaneSampler>(
             }
         }
     }
+}
+
+/// What emitters show through these points of a pixel.
+fn shown(
+    scene: &LaneScene<'_>,
+    (frame, pixel): ([u32; 2], [u32; 2]),
+    points: [[f64; 2]; LANES],
+    seen: &mut Seen,
+) -> [DVec3; LANES] {
+    let [x, y] = from_fn(|axis| Lanes::new(points.map(|point| f64::from(pixel[axis]) + point[axis])));
+    let ray = scene.scene.camera().ray(frame, x, y);
+    let all = LaneMask::from_fn(|_| true);
+    let found = scene.closest(&ray, all, seen);
+    let met = found.met.bits();
+    if met == 0 {
+        return [DVec3::ZERO; LANES];
+    }
+    let surfaces = Surfaces::new(scene, &ray, &found);
+    from_fn(|lane| if met >> lane & 1 == 1 { surfaces.emitted_in(scene, lane, &ray) } else { DVec3::ZERO })
 }
 
 impl Paths {

@@ -154,6 +154,16 @@ impl<'a> Surfaces<'a> {
         Vector::choose(front, radiance, Lanes3::splat_vector(DVec3::ZERO))
     }
 
+    /// The same of one lane that has met something.
+    pub fn emitted_in(&self, scene: &LaneScene<'_>, lane: usize, ray: &Ray<Lanes3>) -> DVec3 {
+        let emitters = scene.scene.emitters();
+        let [normal, direction] = [self.normal, ray.direction].map(|v| lane3(v, lane));
+        match self.emitter(lane) {
+            Some(emitter) if normal.dot(direction) < 0.0 => emitters[emitter as usize].radiance,
+            _ => DVec3::ZERO,
+        }
+    }
+
     /// The features of a lane that a ray has met.
     pub fn features(&self, lane: usize, ray: &Ray<Lanes3>) -> Features {
         let [albedo, normal, direction] = [self.colour, self.normal, ray.direction].map(|v| lane3(v, lane));

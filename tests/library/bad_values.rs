@@ -117,7 +117,7 @@ fn features_that_are_none_are_refused() {
 }
 
 fn sampling(pixel: PixelSampling, numbers: Numbers) -> Sampling {
-    Sampling { pixel, numbers, seed: master() }
+    Sampling { pixel, numbers, seed: master(), outlines: false }
 }
 
 /// Returns 1 but for one of its calls, which returns something else.

@@ -64,7 +64,7 @@ fn image(film: &Film) -> Image {
 }
 
 fn rays<E: Estimator>(scene: &Scene, estimator: &E) -> Image {
-    let sampling = Sampling { pixel: Jitter(2), numbers: Numbers::Independent, seed: master() };
+    let sampling = Sampling { pixel: Jitter(2), numbers: Numbers::Independent, seed: master(), outlines: false };
     image(&rendered(scene, estimator, FRAME, sampling, &[0..3]).expect("legal radiance"))
 }
 

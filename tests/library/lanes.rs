@@ -328,7 +328,7 @@ fn images_have_the_same_bits() {
         simple::furnace_box(0.75).expect("a scene"),
     ];
     let seed = seed_for(master(), "lanes");
-    let plain = Sampling { pixel: Random, numbers: Numbers::Independent, seed };
+    let plain = Sampling { pixel: Random, numbers: Numbers::Independent, seed, outlines: false };
     for scene in &scenes {
         for strategy in [Finds::Bsdf, Finds::Light, Finds::Mis] {
             for (lights, heuristic) in
@@ -349,14 +349,15 @@ fn images_have_the_same_bits() {
             let rules = LightRules { shadows_pass_glass, caustics, ..LightRules::PHYSICAL };
             assert_same_film(scene, report(20, rules), plain, None);
         }
-        for (pixel, numbers) in [
-            (Random, Numbers::Sobol(4)),
-            (Centre, Numbers::Independent),
-            (Grid(2), Numbers::Independent),
-            (Jitter(3), Numbers::Independent),
+        for (pixel, numbers, outlines) in [
+            (Random, Numbers::Sobol(4), false),
+            (Random, Numbers::Sobol(3), true),
+            (Centre, Numbers::Independent, false),
+            (Grid(2), Numbers::Independent, false),
+            (Jitter(3), Numbers::Independent, true),
         ] {
-            for lanes in [path, report(7, LightRules::REPORT)] {
-                assert_same_film(scene, lanes, Sampling { pixel, numbers, seed }, None);
+            for lanes in [path, report(7, LightRules::PHYSICAL)] {
+                assert_same_film(scene, lanes, Sampling { pixel, numbers, seed, outlines }, None);
             }
         }
         assert_same_film(scene, path, plain, Some(Window { corner: [3, 4], size: [9, 2] }));
@@ -392,7 +393,7 @@ fn what_is_no_radiance_is_an_error_at_its_pixel() {
         s.sphere(Sphere::new(DVec3::ZERO, 1.0), surface);
         let camera = Camera::new(DVec3::new(0.0, -3.5, 0.0), DVec3::ZERO, DVec3::Z, 0.2);
         let scene = s.build(camera).expect("a legal scene");
-        let sampling = Sampling { pixel: Jitter(4), numbers: Numbers::Independent, seed: 1 };
+        let sampling = Sampling { pixel: Jitter(4), numbers: Numbers::Independent, seed: 1, outlines: false };
         let path = Path::new(Standard, Finds::Mis);
         let film = || Film::new([1, 1], None, 16).expect("a legal size");
         let alone = render(&scene, &path, sampling, &mut film(), &(0..1), &|_| true).expect_err("a wrong value");
@@ -407,7 +408,7 @@ fn what_is_no_radiance_is_an_error_at_its_pixel() {
 #[test]
 fn rows_are_reported() {
     let (scene, path) = (crowded(), LaneEstimator::Path(Path::new(Standard, Finds::Mis)));
-    let sampling = Sampling { pixel: Random, numbers: Numbers::Independent, seed: 1 };
+    let sampling = Sampling { pixel: Random, numbers: Numbers::Independent, seed: 1, outlines: false };
     let mut film = Film::new([8, 6], None, 1).expect("a legal size");
     let done = |samples| samples == 8 * 3;
     assert!(matches!(render_lanes(&scene, path, sampling, &mut film, &(0..3), &done), Ok(true)));

@@ -27,6 +27,7 @@ mod image;
 mod lanes; // eight paths at a time, with the bits of one
 mod models; // reflection models that are not of the library
 mod moments;
+mod outline; // edges of lights that the camera sees
 mod photon;
 mod pixel;
 mod radiometry;

@@ -15,7 +15,7 @@ fn path() -> Path {
 }
 
 fn sampling(pixel: PixelSampling) -> Sampling {
-    Sampling { pixel, numbers: Numbers::Independent, seed: master() }
+    Sampling { pixel, numbers: Numbers::Independent, seed: master(), outlines: false }
 }
 
 fn film(pixel: PixelSampling, window: Option<Window>) -> Film {

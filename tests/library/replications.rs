@@ -17,7 +17,8 @@ const REPLICATIONS: u32 = 6;
 fn samplings() -> Vec<Sampling> {
     let positions = [Centre, Grid(1), Grid(2), Grid(3), Random, Jitter(1), Jitter(2), Jitter(3)];
     let numbers = [Numbers::Independent, Numbers::Sobol(1), Numbers::Sobol(8)];
-    let with = |pixel: PixelSampling| numbers.map(|numbers| Sampling { pixel, numbers, seed: master() });
+    let with =
+        |pixel: PixelSampling| numbers.map(|numbers| Sampling { pixel, numbers, seed: master(), outlines: false });
     positions.into_iter().flat_map(with).collect()
 }
 
@@ -155,7 +156,7 @@ fn every_map_of_photons_draws_its_own_numbers() {
 #[test]
 fn more_samples_than_can_be_named_are_refused() {
     let refused = |pixel, numbers, range: std::ops::Range<u32>, hint| {
-        let sampling = Sampling { pixel, numbers, seed: 1 };
+        let sampling = Sampling { pixel, numbers, seed: 1, outlines: false };
         let found = rendered(&open(), &Path::<Standard>::default(), [1, 1], sampling, &[range]);
         assert_option_refused(found, hint);
     };
@@ -169,7 +170,7 @@ fn more_samples_than_can_be_named_are_refused() {
     refused(Jitter(2), Numbers::Sobol(LONGEST / 4 + 1), 0..1, "points");
     refused(Jitter(1 << 17), Numbers::Sobol(1 << 17), 0..1, "points");
     // The longest sequence itself is fine, in a film that knows its length.
-    let sampling = Sampling { pixel: Random, numbers: Numbers::Sobol(LONGEST), seed: 1 };
+    let sampling = Sampling { pixel: Random, numbers: Numbers::Sobol(LONGEST), seed: 1, outlines: false };
     let recorder = Recorder::default();
     assert!(rendered(&open(), &recorder, [1, 1], sampling, &[0..1]).is_ok());
     let mut other = Film::new([1, 1], None, 1).expect("a film");

@@ -20,8 +20,12 @@ pub(super) fn film<E: Estimator>(
     (scene, size, range): (&Scene, [u32; 2], Range<u32>),
     estimator: &E,
 ) -> Option<Film> {
-    let sampling =
-        Sampling { numbers: Numbers::Independent, pixel: PixelSampling::Centre, seed: context.seed_of(part) };
+    let sampling = Sampling {
+        numbers: Numbers::Independent,
+        pixel: PixelSampling::Centre,
+        seed: context.seed_of(part),
+        outlines: false,
+    };
     let mut film = Film::new(size, None, 1).ok()?;
     render(scene, estimator, sampling, &mut film, &range, &|_| true).ok()?;
     Some(film)

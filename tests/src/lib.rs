@@ -26,6 +26,7 @@ mod images;
 mod infinite_variance;
 mod irradiance;
 mod mean_radiance;
+mod outlines;
 mod path_weights;
 pub mod photon;
 mod prelude;
@@ -62,6 +63,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         render_streams::families(),
         sobol::families(),
         convergence::families(),
+        outlines::families(),
         geometry::families(),
         emitters::families(),
         solid_angle::families(),

@@ -48,7 +48,7 @@ fn failed() -> Vec<DVec3> {
 
 /// What `render` gives.
 fn right(scene: &Scene, seed: u64, sample: u32) -> Vec<DVec3> {
-    let sampling = Sampling { numbers: Source::Independent, pixel: PixelSampling::Random, seed };
+    let sampling = Sampling { numbers: Source::Independent, pixel: PixelSampling::Random, seed, outlines: false };
     let Ok(mut film) = Film::new(SIZE, None, 1) else {
         return failed();
     };

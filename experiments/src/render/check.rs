@@ -52,6 +52,7 @@ const SETTINGS: &[Setting] = &[
     goes("patches", RADIOSITY, |job| job.estimator == EstimatorName::Radiosity, |job| job.patches.to_string()),
     goes("pixel", SINGLE_RAYS, |job| !job.estimator.makes_images(), |job| name(job.pixel)),
     goes("grid", "--pixel grid and jitter", Job::divides_pixels, |job| job.grid.to_string()),
+    goes("outlines", OUTLINES, Job::shows_outlines, |job| name(job.outlines)),
     any("sampler", |job| name(job.sampler)),
     goes("scrambles", "--sampler sobol", |job| job.sampler == SamplerName::Sobol, |job| job.scrambles().to_string()),
     any("size", |Job { size: [width, height], .. }| format!("{width}x{height}")),
@@ -63,6 +64,7 @@ const SETTINGS: &[Setting] = &[
     any("seed", |job| job.seed.to_string()),
     goes("exposure", "--convention physical", |job| job.convention == ConventionName::Physical, |_| String::new()),
 ];
+const OUTLINES: &str = "--convention physical, --pixel random and jitter, and estimators of single rays";
 const RADIOSITY: &str = "--estimator radiosity";
 const PHOTONS: &str = "--estimator photon and sppm";
 const CAUSTICS: &str = "--estimator photon and --gather yes";
@@ -161,6 +163,13 @@ impl Job {
             self.photons.check_memory(self.keeps_one_map(), &scene, self.seed)?;
         }
         Ok(())
+    }
+
+    /// Whether more points can tell what lights show.
+    pub(super) fn shows_outlines(&self) -> bool {
+        self.convention == ConventionName::Physical
+            && matches!(self.pixel, PixelName::Random | PixelName::Jitter)
+            && !self.estimator.makes_images()
     }
 
     /// Whether there is a lane engine as well.

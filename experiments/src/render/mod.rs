@@ -19,8 +19,8 @@ use whitefurnace::scene::room::{self, Convention, Walls};
 use whitefurnace::scene::{Scene, simple};
 
 pub use names::{
-    ConventionName, DiffuseName, EngineName, EstimatorName, HeuristicName, LightSamplingName, PixelName, SamplerName,
-    SceneName, name,
+    ConventionName, DiffuseName, EngineName, EstimatorName, HeuristicName, LightSamplingName, OutlinesName, PixelName,
+    SamplerName, SceneName, name,
 };
 pub use work::Rendered;
 
@@ -66,6 +66,10 @@ pub struct Job {
     /// Sub-pixels along each side for --pixel grid and jitter; from 1 to 1024
     #[arg(long, default_value_t = 4, allow_hyphen_values = true, value_parser = whole::<u32>(1..=1024))]
     pub grid: u32,
+    /// Whether eight more points per sample tell what lights show directly at their outlines, for --convention physical,
+    /// --pixel random and jitter, and all estimators but bdpt, bdpt-ends, light-tracer and sppm
+    #[arg(long, value_enum, default_value_t)]
+    pub outlines: OutlinesName,
     /// Where random numbers come from
     #[arg(long, value_enum, default_value_t = SamplerName::Independent)]
     pub sampler: SamplerName,
@@ -133,7 +137,8 @@ impl Job {
             SamplerName::Independent => Numbers::Independent,
             SamplerName::Sobol => Numbers::Sobol(self.spp / self.scrambles()),
         };
-        Sampling { pixel, numbers, seed: self.seed }
+        let outlines = self.outlines == OutlinesName::Yes && self.shows_outlines();
+        Sampling { pixel, numbers, seed: self.seed, outlines }
     }
 
     /// The scene of the job.

@@ -71,6 +71,16 @@ pub enum EngineName {
     Lanes,
 }
 
+/// Whether more points tell what lights show directly, as programs name it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum OutlinesName {
+    /// Where the outline of a light crosses a pixel
+    #[default]
+    Yes,
+    /// Nowhere: the samples alone tell
+    No,
+}
+
 /// The light-transport conventions, as programs name them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ConventionName {

@@ -24,7 +24,7 @@ pub fn render_samples<E: Estimator>(
     (size, window): ([u32; 2], Option<Window>),
     samples: u32,
 ) -> Result<Film, Error> {
-    let sampling = Sampling { pixel, numbers: Numbers::Independent, seed };
+    let sampling = Sampling { pixel, numbers: Numbers::Independent, seed, outlines: false };
     let mut film = Film::new(size, window, 1)?;
     let on = |_| !interrupted();
     let complete = render(scene, estimator, sampling, &mut film, &(0..samples), &on)?;

@@ -44,6 +44,7 @@ struct Call {
     method: Method,
     pixel: PixelSampling,
     numbers: Numbers,
+    outlines: bool,
     size: [u32; 2],
     spp: u32,
     seed: u64,
@@ -60,10 +61,12 @@ const PLAIN: Base = Base("", |_| {});
 const PHOTON: Base = Base("--estimator photon --photons 3000 --radius 0.5", |c| photons(c, [3000; 2], [0.5; 2]));
 const SPPM: Base = Base("--estimator sppm --photons 3000 --radius 0.5", |c| c.method = Method::Sppm(3000, 0.5));
 const REPORT: Base = Base("--convention report", |c| {
+    c.outlines = false;
     c.method = Method::Report(1, LightRules::REPORT);
     c.display = Display::Truncated;
 });
 const PUBLISHED: Base = Base("--convention published", |c| {
+    c.outlines = false;
     c.scene = room::report(Convention::Published, OrenNayarForm::Corrected);
     c.method = Method::Published;
     c.display = Display::Truncated;
@@ -84,6 +87,7 @@ impl Base {
             method: Method::Path(Strategy::Mis, BALANCE.0, BALANCE.1),
             pixel: PixelSampling::Random,
             numbers: Numbers::Independent,
+            outlines: true,
             size: [16, 12],
             spp: 4,
             seed: 1,
@@ -118,7 +122,7 @@ impl Call {
     }
 
     fn rays(&self, estimator: impl Estimator) -> Result<Film, Error> {
-        let sampling = Sampling { pixel: self.pixel, numbers: self.numbers, seed: self.seed };
+        let sampling = Sampling { pixel: self.pixel, numbers: self.numbers, seed: self.seed, outlines: self.outlines };
         self.rendered(&ByRays { estimator, sampling })
     }
 
@@ -215,8 +219,10 @@ fn rows() -> Vec<Row> {
         Row("caustic-photons", "20000", PHOTON, |c| photons(c, [3000, 20_000], [0.5, 0.5])),
         Row("caustic-radius", "0.2", PHOTON, |c| photons(c, [3000, 3000], [0.5, 0.2])),
         Row("patches", "200", RADIOSITY, |c| c.method = Method::Radiosity(200)),
-        Row("pixel", "centre", PLAIN, |c| c.pixel = PixelSampling::Centre),
-        Row("pixel", "grid", PLAIN, |c| (c.pixel, c.spp) = (PixelSampling::Grid(4), 16)),
+        Row("outlines", "yes", PLAIN, |_| {}),
+        Row("outlines", "no", PLAIN, |c| c.outlines = false),
+        Row("pixel", "centre", PLAIN, |c| (c.pixel, c.outlines) = (PixelSampling::Centre, false)),
+        Row("pixel", "grid", PLAIN, |c| (c.pixel, c.outlines, c.spp) = (PixelSampling::Grid(4), false, 16)),
         Row("pixel", "random", PLAIN, |_| {}),
         Row("pixel", "jitter", PLAIN, |c| (c.pixel, c.spp) = (PixelSampling::Jitter(4), 16)),
         Row("grid", "1", JITTER, |c| c.pixel = PixelSampling::Jitter(1)),

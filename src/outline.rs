@@ -1,0 +1,136 @@
+//! Outlines of lights, which are the sharpest edges of an image: where one crosses a pixel, more points of the pixel
+//! than its samples have tell how much of the light is seen.
+//!
+//! What an emitter shows directly is a function E(x) of the point x of the pixel alone. Of a sample whose ray passes x,
+//! its own E(x) gives way to the mean over other points that are uniform in the pixel: the mean stays as it is
+//! for any estimator, and most of the variance of the pixel goes.
+
+use std::array::from_fn;
+
+use glam::DVec3;
+
+use crate::camera::Camera;
+use crate::emitter::EmitterShape;
+use crate::frame::Frame;
+use crate::render::Sampling;
+use crate::rng::{seed_for, stream, uniform2};
+use crate::sampler::{LONGEST, Sobol, scramble};
+use crate::scene::Scene;
+
+/// How many points stand for that of a sample.
+pub const POINTS: usize = 8;
+
+/// The corners of the polygon that stands for the outline of a sphere.
+const CORNERS: u32 = 64;
+
+/// The points for sample `index` of a replication of a pixel, in [0, 1)²: the next ones of an Owen-scrambled sequence,
+/// of which each replication has its own.
+pub fn points(seed: u64, pixel: u32, replication: u32, index: u32) -> [[f64; 2]; POINTS] {
+    let seed = seed_for(seed, "outlines");
+    let first = u64::from(index) * POINTS as u64;
+    // A sequence that ends goes on in another scramble.
+    let (part, first) = (first / u64::from(LONGEST), first % u64::from(LONGEST));
+    let scramble = scramble(seed ^ part, pixel, replication);
+    let fill = stream(seed.wrapping_add(u64::from(index)), pixel, replication);
+    from_fn(|i| uniform2(&mut Sobol::new((first as usize + i) as u16, scramble, fill.clone())))
+}
+
+/// The radiance of a sample whose `own` direct emission gives way to what the points have `shown`.
+pub fn replaced(radiance: DVec3, own: DVec3, shown: [DVec3; POINTS]) -> DVec3 {
+    let sum = shown.into_iter().fold(DVec3::ZERO, |sum, one| sum + one);
+    (radiance - own) + sum * (1.0 / POINTS as f64)
+}
+
+/// The outlines in a frame, or none.
+pub(crate) struct Outlines {
+    crossed: Vec<bool>,
+    seed: u64,
+}
+
+impl Outlines {
+    pub fn new(scene: &Scene, frame: [u32; 2], sampling: Sampling) -> Self {
+        Self { crossed: if sampling.outlines { crossed(scene, frame) } else { Vec::new() }, seed: sampling.seed }
+    }
+
+    /// The [`points`] for a sample of a pixel that an outline crosses.
+    #[inline]
+    pub fn points(&self, pixel: u32, replication: u32, index: u32) -> Option<[[f64; 2]; POINTS]> {
+        let crosses = self.crossed.get(pixel as usize).is_some_and(|&crosses| crosses);
+        crosses.then(|| points(self.seed, pixel, replication, index))
+    }
+}
+
+/// Which pixels of a frame, row by row, the outline of an emitter crosses, whatever stands before it.
+pub fn crossed(scene: &Scene, frame: [u32; 2]) -> Vec<bool> {
+    let mut crossed = vec![false; frame[0] as usize * frame[1] as usize];
+    for emitter in scene.emitters() {
+        let corners = clipped(scene.camera(), &corners(&emitter.shape, scene.camera().eye));
+        let corners: Vec<_> = corners.iter().filter_map(|&c| scene.camera().image_point(frame, c)).collect();
+        for (i, &to) in corners.iter().enumerate() {
+            let from = corners[(i + corners.len() - 1) % corners.len()];
+            mark([from, to], frame, &mut crossed);
+        }
+    }
+    crossed
+}
+
+/// The outline of a shape seen from the eye.
+fn corners(shape: &EmitterShape, eye: DVec3) -> Vec<DVec3> {
+    match *shape {
+        EmitterShape::Triangle(corners) => corners.to_vec(),
+        EmitterShape::Rectangle { corner, edges: [a, b] } => vec![corner, corner + a, corner + a + b, corner + b],
+        EmitterShape::Sphere(sphere) => {
+            let to_eye = eye - sphere.centre;
+            let cosine = sphere.radius / to_eye.length();
+            if cosine.is_nan() || cosine >= 1.0 {
+                return Vec::new();
+            }
+            // The circle in which the cone of the eye touches the sphere.
+            let frame = Frame::new(to_eye.normalize());
+            let sine = (1.0 - cosine * cosine).sqrt();
+            let corner = |i: u32| {
+                let (s, c) = (f64::from(i) * std::f64::consts::TAU / f64::from(CORNERS)).sin_cos();
+                sphere.centre + sphere.radius * frame.world(DVec3::new(sine * c, sine * s, cosine))
+            };
+            (0..CORNERS).map(corner).collect()
+        }
+    }
+}
+
+/// The part of a polygon that is not behind the eye.
+fn clipped(camera: &Camera, corners: &[DVec3]) -> Vec<DVec3> {
+    let size = corners.iter().map(|c| c.distance(camera.eye)).fold(0.0, f64::max);
+    let ahead = |corner: DVec3| camera.depth(corner) - 1e-6 * size;
+    let mut kept = Vec::new();
+    for (i, &to) in corners.iter().enumerate() {
+        let from = corners[(i + corners.len() - 1) % corners.len()];
+        let (a, b) = (ahead(from), ahead(to));
+        if (a > 0.0) != (b > 0.0) {
+            // As far as the other side is from the plane it is just ahead.
+            kept.push(from.lerp(to, (a / (a - b)).clamp(0.0, 1.0)) + 1e-9 * size * camera.forward());
+        }
+        if b > 0.0 {
+            kept.push(to);
+        }
+    }
+    kept
+}
+
+/// Marks the pixels that a segment crosses.
+fn mark([from, to]: [[f64; 2]; 2], frame: [u32; 2], crossed: &mut [bool]) {
+    let range = |axis: usize| {
+        let (low, high) = (from[axis].min(to[axis]), from[axis].max(to[axis]));
+        let pixel = |at: f64| at.clamp(0.0, f64::from(frame[axis])) as u32;
+        if high < 0.0 || low > f64::from(frame[axis]) { 0..0 } else { pixel(low)..(pixel(high) + 1).min(frame[axis]) }
+    };
+    let normal = [from[1] - to[1], to[0] - from[0]];
+    let reach = 0.5 * (normal[0].abs() + normal[1].abs());
+    for y in range(1) {
+        for x in range(0) {
+            let [dx, dy] = [f64::from(x) + 0.5 - from[0], f64::from(y) + 0.5 - from[1]];
+            if (normal[0] * dx + normal[1] * dy).abs() <= reach {
+                crossed[y as usize * frame[0] as usize + x as usize] = true;
+            }
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! Outlines of lights: which pixels they cross, the points in them, and images with them.
+
+use std::collections::BTreeSet;
+
+use whitefurnace::estimator::{Path, Strategy as Finds};
+use whitefurnace::outline::{POINTS, crossed, points, replaced};
+
+use crate::prelude::*;
+
+/// Lights that shine, seen from the origin along y by pixels of side 1/16 at distance 1, with `more` in the scene.
+fn lights(shapes: &[EmitterShape], more: impl FnOnce(&mut SceneBuilder)) -> Scene {
+    let mut s = SceneBuilder::new("lights");
+    let light = s.surface(Surface::new(Bsdf::Black).emitting(DVec3::new(1.0, 2.0, 4.0)));
+    for shape in shapes {
+        match *shape {
+            EmitterShape::Triangle(corners) => s.mesh(&corners, &[[0, 1, 2]], light),
+            EmitterShape::Rectangle { corner, edges } => s.rectangle(corner, edges, light),
+            EmitterShape::Sphere(sphere) => s.sphere(sphere, light),
+        }
+    }
+    more(&mut s);
+    s.build(Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.25)).expect("a legal scene")
+}
+
+const FRAME: [u32; 2] = [12, 8];
+
+/// By the centres of many small squares: a pixel that shows emitters through some and not all is crossed. Those
+/// that are marked touch or neighbour such a pixel.
+fn assert_marked(name: &str, scene: &Scene) {
+    let marked = crossed(scene, FRAME);
+    let fine = 64;
+    let share = |x: u32, y: u32| {
+        let sees = |i: u32| {
+            let at = |pixel: u32, i: u32| f64::from(pixel) + (f64::from(i) + 0.5) / f64::from(fine);
+            let ray = scene.camera().ray(FRAME, at(x, i % fine), at(y, i / fine));
+            scene.intersect(&ray).is_some_and(|hit| hit.emitter.is_some())
+        };
+        (0..fine * fine).filter(|&i| sees(i)).count() as f64 / f64::from(fine * fine)
+    };
+    let shares: Vec<f64> = (0..FRAME[1]).flat_map(|y| (0..FRAME[0]).map(move |x| share(x, y))).collect();
+    let at = |x: i64, y: i64| {
+        let inside = (0..12).contains(&x) && (0..8).contains(&y);
+        inside.then(|| shares[(y * 12 + x) as usize])
+    };
+    for y in 0..8 {
+        for x in 0..12 {
+            let near = (-1..=1).flat_map(|dy| (-1..=1).filter_map(move |dx| at(x + dx, y + dy)));
+            let near: Vec<f64> = near.collect();
+            let [low, high] = [near.iter().copied().fold(1.0, f64::min), near.iter().copied().fold(0.0, f64::max)];
+            let (share, marked) = (shares[(y * 12 + x) as usize], marked[(y * 12 + x) as usize]);
+            assert!(marked || share == 0.0 || share == 1.0, "{name}: ({x}, {y}) shows {share} and is not marked");
+            assert!(!marked || low < high, "{name}: ({x}, {y}) is marked, and all around it is alike");
+        }
+    }
+    assert!(marked.contains(&true) && marked.contains(&false), "{name}");
+}
+
+#[test]
+fn pixels_that_outlines_cross_are_marked() {
+    let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
+    let rectangle = |corner, a, b| EmitterShape::Rectangle { corner, edges: [a, b] };
+    for (name, shape) in [
+        ("triangle", EmitterShape::Triangle([at(-0.2, 1.0, -0.1), at(0.25, 1.0, -0.15), at(0.1, 1.0, 0.2)])),
+        ("rectangle", rectangle(at(-0.3, 1.5, -0.2), at(0.35, 0.2, 0.1), at(0.0, 0.3, 0.3))),
+        ("beyond the border", rectangle(at(-3.0, 2.0, -0.1), at(2.7, 0.0, 0.1), at(0.1, 0.0, 3.0))),
+        ("floor through the eye's plane", rectangle(at(-0.2, -1.0, -0.1), at(0.5, 0.0, 0.0), at(0.1, 4.0, 0.0))),
+        ("sphere", EmitterShape::Sphere(Sphere::new(at(0.2, 2.0, 0.1), 0.25))),
+    ] {
+        assert_marked(name, &lights(&[shape], |_| ()));
+    }
+    let around = [EmitterShape::Sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 3.0) })];
+    assert!(!crossed(&lights(&around, |_| ()), FRAME).contains(&true));
+    let behind = [rectangle(at(-1.0, -2.0, -1.0), at(2.0, 0.0, 0.0), at(0.0, 0.0, 2.0))];
+    assert!(!crossed(&lights(&behind, |_| ()), FRAME).contains(&true));
+}
+
+#[test]
+fn points_are_nets_of_their_own() {
+    let boxes = |points: &[[f64; 2]], across: f64, down: f64| {
+        let of = |&[x, y]: &[f64; 2]| ((x * across) as u32, (y * down) as u32);
+        points.iter().map(of).collect::<BTreeSet<_>>().len()
+    };
+    for replication in 0..20 {
+        // Every interval of an eighth, and over all samples of a replication of a share of these, has one point.
+        let eight = points(master(), 3, replication, 5);
+        for (across, down) in [(8.0, 1.0), (4.0, 2.0), (2.0, 4.0), (1.0, 8.0)] {
+            assert_eq!(boxes(&eight, across, down), POINTS);
+        }
+        let all: Vec<_> = (0..8).flat_map(|index| points(master(), 3, replication, index)).collect();
+        assert_eq!(boxes(&all, 8.0, 8.0), 64);
+    }
+    let first = points(master(), 3, 0, 0);
+    for other in [points(master() ^ 1, 3, 0, 0), points(master(), 4, 0, 0), points(master(), 3, 1, 0)] {
+        assert_ne!(first, other);
+    }
+    // Where a sequence ends, another goes on.
+    assert_ne!(points(master(), 3, 0, 0), points(master(), 3, 0, 8192));
+}
+
+/// The film is what its definition says, and far nearer to the share of the pixel that a light covers than its samples
+/// alone are.
+#[test]
+fn films_take_the_points() {
+    let triangle = [DVec3::new(-0.2, 1.0, -0.1), DVec3::new(0.25, 1.0, -0.15), DVec3::new(0.1, 1.0, 0.2)];
+    let scene = lights(&[EmitterShape::Triangle(triangle)], |_| ());
+    let frame = FRAME.map(|n| 4 * n);
+    let path = Path::new(Standard, Finds::Mis);
+    let sampling = |outlines| Sampling { pixel: Jitter(2), numbers: Numbers::Independent, seed: master(), outlines };
+    let film = |outlines| {
+        let mut film = Film::new(frame, None, 4).expect("a legal size");
+        render(&scene, &path, sampling(outlines), &mut film, &(0..16), &|_| true).expect("legal values");
+        film
+    };
+    let (with, without) = (film(true), film(false));
+    let marked = crossed(&scene, frame);
+    let emitted = |x: f64, y: f64| {
+        let ray = scene.camera().ray(frame, x, y);
+        scene.intersect(&ray).map_or(DVec3::ZERO, |hit| scene.emitted(&hit, ray.direction))
+    };
+    let mut errors = [0.0; 2];
+    for (here, &marked) in marked.iter().enumerate() {
+        let [x, y] = [here as u32 % frame[0], here as u32 / frame[0]].map(f64::from);
+        if !marked {
+            assert_eq!(with.pixels()[here], without.pixels()[here]);
+            continue;
+        }
+        let mut expected = DVec3::ZERO;
+        for (replication, index) in (0..16).flat_map(|replication| (0..4).map(move |index| (replication, index))) {
+            let shown = points(master(), here as u32, replication, index).map(|[u, v]| emitted(x + u, y + v));
+            expected += replaced(DVec3::ZERO, DVec3::ZERO, shown) / 64.0;
+        }
+        let found = with.pixels()[here].mean();
+        assert!(found.abs_diff_eq(expected, 1e-8), "{found} is not {expected}");
+        let fine = (0..128).map(|i| (f64::from(i) + 0.5) / 128.0);
+        let exact: DVec3 = fine.clone().flat_map(|u| fine.clone().map(move |v| emitted(x + u, y + v))).sum();
+        for (error, film) in errors.iter_mut().zip([&with, &without]) {
+            *error += (film.pixels()[here].mean() - exact / 16_384.0).length_squared();
+        }
+    }
+    assert!(errors[0] < 0.3 * errors[1], "{errors:?}");
+    for pixel in [Centre, Grid(2)] {
+        let sampling = Sampling { pixel, ..sampling(true) };
+        let mut film = Film::new(frame, None, sampling.samples_per_replication()).expect("a legal size");
+        let refused = render(&scene, &path, sampling, &mut film, &(0..1), &|_| true);
+        assert!(matches!(refused, Err(Error::Option(_))), "{refused:?}");
+    }
+}
