@@ -59,6 +59,57 @@ fn densities_in_a_sphere_are_uniform() {
     }
 }
 
+/// Keeps paths, which go straight on through every surface.
+#[derive(Default)]
+struct Straight(Recorder);
+
+impl Bidirectional for Straight {
+    fn strategy_weight(&self, path: &[Density], s: usize) -> f64 {
+        self.0.strategy_weight(path, s)
+    }
+}
+
+impl Scattering for Straight {
+    fn fresnel(&self, _: f64, _: f64, _: f64) -> f64 {
+        0.0
+    }
+    fn cosine_hemisphere(&self, _: [f64; 2]) -> DVec3 {
+        DVec3::Z
+    }
+}
+
+impl Roulette for Straight {}
+impl NextEvent for Straight {}
+
+/// From a lamp in glass straight up to paper in air, whichever end a path starts from: of the densities at the
+/// glass, which stand for Dirac distributions, the ratio is that of n² on its two sides.
+#[test]
+fn densities_at_glass_have_the_ratio_of_squared_indices() {
+    let camera = Camera::new(1.5 * DVec3::Z, 2.0 * DVec3::Z, DVec3::X, 0.5);
+    let scene = scene_from(camera, |scene| {
+        square(scene, 2.0, 0.0, true, lamp(1.0));
+        square(scene, 9.0, 1.0, true, glass(1.5));
+        square(scene, 9.0, 2.0, false, diffuse(0.9));
+    });
+    let bdpt = Bdpt::new(Straight::default());
+    bdpt.pass(&scene, FRAME, master(), 0).expect("legal values");
+    let found = bdpt.parts.0.0.into_inner().expect("no thread has panicked");
+    for by in [0, 3] {
+        let made = |(path, s): &&(Vec<Density>, usize)| path.len() == 3 && *s == by;
+        let mut count = 0;
+        for (path, _) in found.iter().filter(made) {
+            assert_relative_eq!(path[2].light / path[0].eye, 1.0 / 2.25, max_relative = 1e-9);
+            // At a distance of 1 the cosine's density 1/π is that of the area.
+            assert_relative_eq!(path[1].light, FRAC_1_PI, max_relative = 1e-9);
+            assert_relative_eq!(path[1].eye, FRAC_1_PI, max_relative = 1e-9);
+            assert_relative_eq!(path[0].light, 1.0 / 16.0, max_relative = 1e-9);
+            assert_eq!([path[0].joined, path[1].joined, path[2].joined], [false, false, true]);
+            count += 1;
+        }
+        assert!(count > 0, "none by {by}");
+    }
+}
+
 /// On the paths of the report's room, through mirror and glass, no strategy connects at them, and the
 /// weights of all that exist sum to one.
 #[test]

@@ -1,6 +1,6 @@
 //! Estimators, path by path, where every path has the same value or none.
 
-use whitefurnace::estimator::{Path, Strategy};
+use whitefurnace::estimator::{Heuristic, Path, Strategy};
 
 use crate::budget::enough;
 use crate::prelude::*;
@@ -170,6 +170,48 @@ fn direct_light_of_whitted_is_f_cos_over_pdf() {
         let d2 = (y - hit.point).length_squared();
         let expected = albedo / PI * 3.0 * 4.0 * (2.0 * 2.0) / (d2 * d2);
         assert!((found - expected).abs().max_element() <= 64.0 * U);
+    }
+}
+
+/// A small floor in the middle of a sphere that emits: shadow rays have the pdf 1/4π and bring 4 ρ L cos θ, directions
+/// of the BRDF have cos θ/π and bring ρ L. The numbers of the path say what it finds in which way.
+#[test]
+fn each_strategy_finds_its_share_of_direct_light() {
+    let (albedo, light) = (0.6, 5.0);
+    let scene = scene(|scene| {
+        square(scene, 0.5, 0.0, true, diffuse(albedo));
+        ball(scene, Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 2.0) }, lamp(light));
+    });
+    let ray = Ray::new(DVec3::Z, -DVec3::Z);
+    for (strategy, heuristic, power) in [
+        (Strategy::Bsdf, Heuristic::Balance, 1),
+        (Strategy::Light, Heuristic::Balance, 1),
+        (Strategy::Mis, Heuristic::Balance, 1),
+        (Strategy::Mis, Heuristic::Power, 2),
+    ] {
+        let path = Path { heuristic, ..Path::new(Unweighted, strategy) };
+        for i in 0..200 {
+            let mut rng = stream(master(), i, 0);
+            let found = path.radiance(&scene, &ray, scene.intersect(&ray), &mut rng.clone()).x;
+            let mut expected = 0.0;
+            // How often a way of this pdf counts what another finds with the other.
+            let share = |pdf: f64, other: f64| match strategy {
+                Strategy::Mis => 1.0 / (1.0 + (other / pdf).powi(power)),
+                _ => 1.0,
+            };
+            if strategy != Strategy::Bsdf {
+                let [_, height] = uniform2(&mut rng);
+                let _ = uniform(&mut rng);
+                let cosine = (2.0 * height - 1.0).max(0.0);
+                expected += share(0.25, cosine) * 4.0 * albedo * light * cosine;
+            }
+            let [r, _] = uniform2(&mut rng);
+            if strategy != Strategy::Light && uniform(&mut rng) < albedo {
+                expected += share((1.0 - r).sqrt(), 0.25) * albedo * light;
+            }
+            // The hit lies on the floor's diagonal, and is moved off it.
+            assert_abs_diff_eq!(found, expected, epsilon = 100.0 * EDGE_MARGIN);
+        }
     }
 }
 
