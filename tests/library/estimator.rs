@@ -5,6 +5,8 @@ use whitefurnace::estimator::{Heuristic, Path, Strategy};
 use crate::budget::enough;
 use crate::prelude::*;
 
+const LIGHTS: [LightSampling; 2] = [LightSampling::Area, LightSampling::SolidAngle];
+
 /// Roulette without its weight: a path has the value that it would have without roulette, or none.
 #[derive(Clone, Copy, Debug, Default)]
 struct Unweighted;
@@ -173,44 +175,69 @@ fn direct_light_of_whitted_is_f_cos_over_pdf() {
     }
 }
 
-/// A small floor in the middle of a sphere that emits: shadow rays have the pdf 1/4π and bring 4 ρ L cos θ, directions
-/// of the BRDF have cos θ/π and bring ρ L. The numbers of the path say what it finds in which way.
+/// A floor under, or within, one lamp of a shape: the numbers of the path say which points shadow rays pick and in
+/// which direction paths go on, and the pdfs of the two how much each counts.
 #[test]
 fn each_strategy_finds_its_share_of_direct_light() {
     let (albedo, light) = (0.6, 5.0);
-    let scene = scene(|scene| {
-        square(scene, 0.5, 0.0, true, diffuse(albedo));
-        ball(scene, Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 2.0) }, lamp(light));
-    });
-    let ray = Ray::new(DVec3::Z, -DVec3::Z);
-    for (strategy, heuristic, power) in [
+    let within = EmitterShape::Sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 2.0) });
+    let ball = EmitterShape::Sphere(Sphere::new(DVec3::new(0.3, 0.2, 1.0), 0.6));
+    let flat = EmitterShape::Rectangle { corner: DVec3::new(-1.0, -0.7, 0.8), edges: [2.0 * DVec3::Y, 2.0 * DVec3::X] };
+    let strategies = [
         (Strategy::Bsdf, Heuristic::Balance, 1),
         (Strategy::Light, Heuristic::Balance, 1),
         (Strategy::Mis, Heuristic::Balance, 1),
         (Strategy::Mis, Heuristic::Power, 2),
-    ] {
-        let path = Path { heuristic, ..Path::new(Unweighted, strategy) };
-        for i in 0..200 {
+    ];
+    for (shape, lights) in [within, ball, flat].into_iter().flat_map(|s| LIGHTS.map(|lights| (s, lights))) {
+        let scene = scene(|scene| {
+            square(scene, 0.5, 0.0, true, diffuse(albedo));
+            let lamp = scene.surface(lamp(light));
+            match shape {
+                EmitterShape::Rectangle { corner, edges } => scene.rectangle(corner, edges, lamp),
+                EmitterShape::Sphere(sphere) => scene.sphere(sphere, lamp),
+                EmitterShape::Triangle(_) => unreachable!("none"),
+            }
+        });
+        let emitter = scene.emitters()[0];
+        let ray = Ray::new(DVec3::new(0.2, 0.1, 0.3), -DVec3::Z);
+        let floor = scene.intersect(&ray).expect("the floor");
+        // The pdf, by solid angle, with which a shadow ray picks this point.
+        let pdf = |point: DVec3, normal: DVec3| {
+            let to = point - floor.point;
+            let by_angle =
+                (lights == LightSampling::SolidAngle).then(|| emitter.pdf_solid_angle(floor.point)).flatten();
+            by_angle.unwrap_or(to.length().powi(3) / (emitter.area * normal.dot(-to)))
+        };
+        for ((strategy, heuristic, power), i) in strategies.into_iter().flat_map(|s| (0..100).map(move |i| (s, i))) {
+            let path = Path { lights, heuristic, ..Path::new(Unweighted, strategy) };
             let mut rng = stream(master(), i, 0);
-            let found = path.radiance(&scene, &ray, scene.intersect(&ray), &mut rng.clone()).x;
-            let mut expected = 0.0;
-            // How often a way of this pdf counts what another finds with the other.
+            let found = path.radiance(&scene, &ray, Some(floor), &mut rng.clone()).x;
             let share = |pdf: f64, other: f64| match strategy {
                 Strategy::Mis => 1.0 / (1.0 + (other / pdf).powi(power)),
                 _ => 1.0,
             };
+            let mut expected = 0.0;
             if strategy != Strategy::Bsdf {
-                let [_, height] = uniform2(&mut rng);
                 let _ = uniform(&mut rng);
-                let cosine = (2.0 * height - 1.0).max(0.0);
-                expected += share(0.25, cosine) * 4.0 * albedo * light * cosine;
+                let random = uniform2(&mut rng);
+                let by_angle =
+                    emitter.sample_solid_angle(floor.point, random).filter(|_| lights != LightSampling::Area);
+                let point = by_angle.map_or_else(|| emitter.sample(random), |(point, _)| point);
+                let to = point.point - floor.point;
+                let cosine = to.normalize().z;
+                if cosine > 0.0 && point.normal.dot(to) < 0.0 {
+                    let pdf = pdf(point.point, point.normal);
+                    expected += share(pdf, cosine * FRAC_1_PI) * albedo * FRAC_1_PI * light * cosine / pdf;
+                }
             }
-            let [r, _] = uniform2(&mut rng);
+            let way = cosine_hemisphere::<f64>(uniform2(&mut rng));
+            let lamp = scene.onward(&floor, Frame::new(DVec3::Z).world(way)).1.filter(|hit| hit.normal.z < 0.0);
             if strategy != Strategy::Light && uniform(&mut rng) < albedo {
-                expected += share((1.0 - r).sqrt(), 0.25) * albedo * light;
+                let found = |lamp: Hit| share(way.z * FRAC_1_PI, pdf(lamp.point, lamp.normal)) * albedo * light;
+                expected += lamp.map_or(0.0, found);
             }
-            // The hit lies on the floor's diagonal, and is moved off it.
-            assert_abs_diff_eq!(found, expected, epsilon = 100.0 * EDGE_MARGIN);
+            assert_abs_diff_eq!(found, expected, epsilon = 1e-6);
         }
     }
 }

@@ -87,9 +87,9 @@ fn a_caustic_ends_at_its_first_diffuse_surface() {
     assert!((STREAMS / 2..=STREAMS).contains(&kept), "{kept}");
 }
 
-/// The reconstruction sees the background straight, and in a mirror what that reflects of it.
+/// The reconstruction and Whitted's tree see the background straight, and in a mirror what that reflects of it.
 #[test]
-fn the_reconstruction_sees_the_background() {
+fn the_background_is_seen_in_mirrors() {
     let scene = scene(|s| {
         s.background(DVec3::splat(3.0));
         square(s, 1.0, 0.0, true, reflecting(0.5));
@@ -97,5 +97,6 @@ fn the_reconstruction_sees_the_background() {
     for (z, seen) in [(1.0, 3.0), (-1.0, 1.5)] {
         let ray = Ray::new(DVec3::Z, DVec3::new(0.0, 0.1, z).normalize());
         assert!(values(&scene, &Published::default(), &ray).iter().all(|value| *value == seen));
+        assert!(values(&scene, &Whitted::new(LightRules::PHYSICAL), &ray).iter().all(|value| *value == seen));
     }
 }
