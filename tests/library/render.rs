@@ -128,6 +128,31 @@ fn pixels_are_where_they_belong() {
     }
 }
 
+/// A lamp that fills one pixel is seen in that pixel alone, by every estimator of whole images.
+#[test]
+fn passes_see_a_lamp_in_its_pixel() {
+    let camera = Camera::new(DVec3::ZERO, DVec3::X, DVec3::Z, 0.5);
+    let [x, y] = [3.0, 2.0];
+    let place = |dx: f64, dy: f64| {
+        let way = camera.ray(FRAME, x + dx, y + dy).direction;
+        way / way.x
+    };
+    let (corner, right, below) = (place(0.0, 0.0), place(1.0, 0.0), place(0.0, 1.0));
+    let scene = scene_from(camera, |scene| panel(scene, corner, [below - corner, right - corner], lamp(2.0)));
+    let sppm = Sppm { parts: Standard, particles: 1, radius: 0.1 };
+    let tracer = LightTracer::<Standard>::default();
+    let images = |index| {
+        let bdpt = Bdpt::new(Standard).pass(&scene, FRAME, master(), index);
+        [bdpt, sppm.pass(&scene, FRAME, master(), index), tracer.pass(&scene, FRAME, master(), index)]
+    };
+    for image in (0..8).flat_map(images) {
+        for (i, value) in image.expect("legal radiance").into_iter().enumerate() {
+            let known = if i == 2 * FRAME[0] as usize + 3 { 2.0 } else { 0.0 };
+            assert_abs_diff_eq!(value, DVec3::splat(known), epsilon = 1e-6);
+        }
+    }
+}
+
 #[test]
 fn features_are_those_of_the_first_hit() {
     let scene = report_room();
