@@ -1,6 +1,6 @@
 //! Estimators, path by path, where every path has the same value or none.
 
-use whitefurnace::estimator::{Heuristic, Path, Strategy};
+use whitefurnace::estimator::{Heuristic, Path, Quirks, Strategy};
 
 use crate::budget::enough;
 use crate::prelude::*;
@@ -239,6 +239,68 @@ fn each_strategy_finds_its_share_of_direct_light() {
             }
             assert_abs_diff_eq!(found, expected, epsilon = 1e-6);
         }
+    }
+}
+
+/// A small floor in the middle of a sphere that emits, where a shadow ray brings 4 L ρ cos θ: with every set of quirks
+/// the numbers of the path say what the reconstruction shows of it.
+#[test]
+fn quirks_do_what_they_say() {
+    let (albedo, light, survival) = (0.6, 5.0, 0.75);
+    let lambert = Bsdf::Lambert { albedo: DVec3::splat(albedo) };
+    let rough = Bsdf::oren_nayar(DVec3::splat(albedo), 0.4, OrenNayarForm::Corrected);
+    for (bsdf, is_rough) in [(lambert, false), (rough, true)] {
+        let scene = scene(|scene| {
+            square(scene, 0.5, 0.0, true, Surface::new(bsdf).absorbing(1.0 - survival));
+            ball(scene, Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 2.0) }, lamp(light));
+        });
+        let ray = Ray::new(DVec3::Z, -DVec3::Z);
+        for (bits, i) in (0..8).flat_map(|bits| (0..50).map(move |i| (bits, i))) {
+            let [roulette_by_cosine, end_loses_direct, extra_cosine] = [1, 2, 4].map(|bit| bits & bit != 0);
+            let published = Published { quirks: Quirks { roulette_by_cosine, end_loses_direct, extra_cosine } };
+            let mut rng = stream(master(), i, 0);
+            let found = published.radiance(&scene, &ray, scene.intersect(&ray), &mut rng.clone()).x;
+            let way: DVec3 = uniform_hemisphere(uniform2(&mut rng));
+            let number = if roulette_by_cosine { way.z } else { uniform(&mut rng) };
+            let ends = number >= survival;
+            let extra = if is_rough && extra_cosine { way.z } else { 1.0 };
+            let colour = |divided: bool| if divided { albedo / survival } else { albedo };
+            let _ = uniform(&mut rng);
+            let [height, _] = uniform2(&mut rng);
+            let direct = extra * colour(end_loses_direct) * 4.0 * light * (2.0 * height - 1.0).max(0.0);
+            // The lamp shows 1, whatever it emits.
+            let onward = extra * colour(roulette_by_cosine) * 2.0 * way.z / survival;
+            let expected = match (ends, end_loses_direct) {
+                (true, true) => 0.0,
+                (true, false) => direct,
+                (false, _) => direct + onward,
+            };
+            assert_abs_diff_eq!(found, expected, epsilon = 100.0 * EDGE_MARGIN);
+        }
+    }
+}
+
+/// Sample rays of the report from a floor under a uniform sky: each that survives brings 2 ρ cos θ/(N q).
+#[test]
+fn sample_rays_of_the_report_share_the_sky() {
+    let (albedo, survival) = (0.6, 0.75);
+    let scene = scene(|scene| {
+        scene.background(DVec3::ONE);
+        square(scene, 0.5, 0.0, true, diffuse(albedo).absorbing(1.0 - survival));
+    });
+    let ray = Ray::new(DVec3::Z, -DVec3::Z);
+    for (rays, i) in (0..4).flat_map(|rays| (0..50).map(move |i| (rays, i))) {
+        let report = Report { rays, segments: 2, ..Report::default() };
+        let mut rng = stream(master(), i, 0);
+        let found = report.radiance(&scene, &ray, scene.intersect(&ray), &mut rng.clone()).x;
+        let mut expected = 0.0;
+        for _ in 0..rays {
+            if uniform(&mut rng) < survival {
+                let way: DVec3 = uniform_hemisphere(uniform2(&mut rng));
+                expected += 2.0 * albedo * way.z / (f64::from(rays) * survival);
+            }
+        }
+        assert_abs_diff_eq!(found, expected, epsilon = 1e-12);
     }
 }
 

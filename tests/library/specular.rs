@@ -102,16 +102,28 @@ fn a_caustic_ends_at_its_first_diffuse_surface() {
     assert!((STREAMS / 2..=STREAMS).contains(&kept), "{kept}");
 }
 
-/// The reconstruction and Whitted's tree see the background straight, and in a mirror what that reflects of it.
+/// Every method of the report sees the background straight, in a mirror what that reflects of it, and from within glass
+/// with n² if its rules are physical.
 #[test]
-fn the_background_is_seen_in_mirrors() {
-    let scene = scene(|s| {
-        s.background(DVec3::splat(3.0));
-        square(s, 1.0, 0.0, true, reflecting(0.5));
-    });
-    for (z, seen) in [(1.0, 3.0), (-1.0, 1.5)] {
-        let ray = Ray::new(DVec3::Z, DVec3::new(0.0, 0.1, z).normalize());
-        assert!(values(&scene, &Published::default(), &ray).iter().all(|value| *value == seen));
-        assert!(values(&scene, &Whitted::new(LightRules::PHYSICAL), &ray).iter().all(|value| *value == seen));
+fn the_background_is_seen_straight_in_mirrors_and_through_glass() {
+    let sky = |surface: Surface| {
+        scene(|s| {
+            s.background(DVec3::splat(3.0));
+            square(s, 1.0, 0.0, true, surface);
+        })
+    };
+    let (mirror, glass) = (sky(reflecting(0.5)), sky(glass(1.5)));
+    let [up, down] = [1.0, -1.0].map(|z| Ray::new(DVec3::Z, DVec3::new(0.0, 0.1, z).normalize()));
+    let within = Ray::new(-DVec3::Z, up.direction);
+    for (rules, squared) in [(LightRules::PHYSICAL, 2.25), (LightRules::REPORT, 1.0)] {
+        let report = Report { rules, parts: All(0.0), rays: 1, segments: 7 };
+        let whitted = Whitted { rules, parts: All(0.0), segments: 7 };
+        for (scene, ray, seen) in [(&mirror, &up, 3.0), (&mirror, &down, 1.5), (&glass, &within, 3.0 * squared)] {
+            let all = [values(scene, &report, ray), values(scene, &whitted, ray)].concat();
+            assert!(all.iter().all(|value| (value - seen).abs() <= 1e-12));
+        }
+    }
+    for (ray, seen) in [(&up, 3.0), (&down, 1.5)] {
+        assert!(values(&mirror, &Published::default(), ray).iter().all(|value| *value == seen));
     }
 }
