@@ -2,7 +2,7 @@
 
 use statrs::function::gamma::ln_gamma;
 use whitefurnace::emitter::EmitterPoint;
-use whitefurnace::estimator::photon_map::{Photon, same_side};
+use whitefurnace::estimator::photon_map::{LARGEST_MAP, Photon, same_side};
 use whitefurnace::estimator::radius_squared;
 use whitefurnace::kd_tree::KdTree;
 
@@ -80,10 +80,16 @@ fn flux_is_shared_among_the_particles_that_were_emitted() {
     }
 }
 
+/// Where each particle leaves one photon, as many as fit and no more.
 #[test]
 fn a_map_that_would_not_fit_memory_is_refused_before_it_is_made() {
-    let refused = PhotonMap::new(&Standard, &room::diffuse().expect("a scene"), Kept::All, u32::MAX, (1, 0));
-    assert!(matches!(refused, Err(Error::Option(message)) if message.contains("GB")));
+    let scene = furnace(0.0);
+    let each = size_of::<(DVec3, Photon)>() + KdTree::<Photon>::BYTES;
+    let most = (LARGEST_MAP / each) as u32;
+    let check = |emitted| PhotonMap::check(&Standard, &scene, Kept::All, emitted, (1, 0));
+    assert!(check(most).is_ok());
+    assert_option_refused(check(most + 1), "about 4 GB of photons, more than the 4 GB");
+    assert_option_refused(PhotonMap::new(&Standard, &scene, Kept::All, u32::MAX, (1, 0)), "GB");
 }
 
 #[test]
@@ -117,6 +123,7 @@ fn a_pass_is_a_function_of_seed_and_index() {
 
 /// One particle, from the middle of a lamp: every way goes on along the normal, and glass reflects nothing. Whether
 /// final gathering counts emitters.
+#[derive(Clone, Copy)]
 struct Lone(bool);
 
 impl Scattering for Lone {
@@ -145,7 +152,7 @@ impl NextEvent for Lone {
 
 impl Photons for Lone {
     fn gathers_emission(&self) -> bool {
-        self.0
+        self.0 || Standard.gathers_emission()
     }
 }
 
@@ -192,8 +199,19 @@ fn one_photon_is_seen_in_every_way() {
         let ray = Ray::new(DVec3::new(0.05, 0.0, 0.6), direction);
         assert_relative_eq!(seen(scene, Lone(false), lookup, &ray), known, max_relative = 1e-9);
     }
+    let behind = Ray::new(DVec3::new(0.05, 0.0, 1.5), down);
+    assert_eq!(seen(&plain, Lone(false), Lookup::Direct, &behind), 0.0);
+    // The radius of a pass, and a pixel so small that its rays are one.
+    let camera = Camera::new(DVec3::new(0.05, 0.0, 0.6), DVec3::new(0.05, 0.0, 1.0), DVec3::X, 1e-6);
+    let scene = plain.with_camera(camera).expect("a scene");
+    for index in 0..3 {
+        let sppm = Sppm { parts: Lone(false), particles: 1, radius };
+        let found = sppm.pass(&scene, [1, 1], 1, index).expect("a pass")[0];
+        let known = by_photon(radius_squared(radius * radius, index).sqrt());
+        assert_relative_eq!(found.x, known, max_relative = 1e-9);
+    }
     // From the ceiling straight down to the lamp.
     let ray = Ray::new(DVec3::new(0.005, 0.0, 0.6), up);
-    let [without, with] = [false, true].map(|gathers| seen(&plain, Lone(gathers), gather, &ray));
+    let [without, with] = [false, true].map(|gathers| seen(&scene, Lone(gathers), gather, &ray));
     assert_relative_eq!(with - without, rho * 2.0, max_relative = 1e-9);
 }
