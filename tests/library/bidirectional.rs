@@ -174,7 +174,7 @@ impl Model for Skewed {
         None
     }
     fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
-        0.2 + 0.3 * wo.z + 0.6 * wi.z
+        0.5 + 0.3 * wo.z + 0.6 * wi.z + 0.2 * wo.dot(wi)
     }
     fn albedo(&self) -> DVec3 {
         DVec3::ONE
@@ -209,9 +209,14 @@ fn strategies_of_one_path_agree() {
         let cosine = |i: usize, j: usize| (WAY[j] - WAY[i]).z.abs() / distance(i, j);
         let per_area = |i: usize, j: usize| cosine(j, i) / distance(i, j).powi(2);
         let specular = |i: usize| i > 0 && matches!(surfaces[i], Bsdf::Mirror { .. });
+        // Normals are ±z: reflected in the surface, the angles are the same.
+        let local = |i: usize, j: usize| {
+            let way = (WAY[j] - WAY[i]).normalize();
+            way.with_z(way.z.abs())
+        };
         // Of a way from i on to j that came from k.
         let pdf = |k: Option<usize>, i: usize, j: usize| match (surfaces[i], k) {
-            (Bsdf::Model(model), Some(k)) => model.pdf(cosine(i, k) * DVec3::Z, cosine(i, j) * DVec3::Z),
+            (Bsdf::Model(model), Some(k)) => model.pdf(local(i, k), local(i, j)),
             _ if specular(i) => cosine(i, j),
             _ => cosine(i, j) * FRAC_1_PI,
         };
