@@ -181,6 +181,33 @@ impl Model for Skewed {
     }
 }
 
+/// A lamp and three surfaces where the [`WAY`] turns, seen by a pixel so small that its rays are one; and maybe a
+/// screen in the middle of the way.
+fn along_the_way(surfaces: [Bsdf; 4], screen: bool) -> Scene {
+    scene_from(Camera::new(WAY[4], WAY[3], DVec3::Y, 1e-4), |scene| {
+        let mut level = |centre: DVec3, up: bool, surface: Surface| {
+            let [x, y] = [0.2 * DVec3::X, 0.2 * DVec3::Y];
+            panel(scene, centre - 0.5 * (x + y), if up { [x, y] } else { [y, x] }, surface);
+        };
+        for (i, bsdf) in surfaces.into_iter().enumerate() {
+            let emission = if i == 0 { DVec3::splat(2.0) } else { DVec3::ZERO };
+            level(WAY[i], i % 2 == 0, Surface::new(bsdf).emitting(emission));
+        }
+        if screen {
+            level(0.5 * (WAY[1] + WAY[2]), true, Surface::new(Bsdf::Black));
+        }
+    })
+}
+
+/// No strategy makes a path through a screen.
+#[test]
+fn nothing_is_connected_through_a_screen() {
+    let scene = along_the_way([Bsdf::Black, Bsdf::model(Skewed), Bsdf::model(Skewed), Bsdf::model(Skewed)], true);
+    let bdpt = Bdpt::new(OneWay(Recorder::default(), 2));
+    assert_eq!(bdpt.pass(&scene, [1, 1], master(), 0).expect("legal values"), [DVec3::ZERO]);
+    assert!(bdpt.parts.0.0.into_inner().expect("no thread has panicked").iter().all(|(path, _)| path.len() < 4));
+}
+
 /// Every strategy that makes one path finds the densities of its vertices, and the path's measurement over the
 /// product of those by which the strategy made it.
 #[test]
@@ -195,16 +222,7 @@ fn strategies_of_one_path_agree() {
         [Bsdf::Black, skewed(), mirror(), skewed()],
         [Bsdf::Black, lambert(), skewed(), mirror()],
     ] {
-        // A pixel so small that its rays are one.
-        let camera = Camera::new(WAY[4], WAY[3], DVec3::Y, 1e-4);
-        let scene = scene_from(camera, |scene| {
-            for (i, bsdf) in surfaces.iter().enumerate() {
-                let [x, y] = [0.2 * DVec3::X, 0.2 * DVec3::Y];
-                let emission = if i == 0 { DVec3::splat(2.0) } else { DVec3::ZERO };
-                let surface = Surface::new(*bsdf).emitting(emission);
-                panel(scene, WAY[i] - 0.5 * (x + y), if i % 2 == 0 { [x, y] } else { [y, x] }, surface);
-            }
-        });
+        let scene = along_the_way(surfaces, false);
         let distance = |i: usize, j: usize| WAY[i].distance(WAY[j]);
         let cosine = |i: usize, j: usize| (WAY[j] - WAY[i]).z.abs() / distance(i, j);
         let per_area = |i: usize, j: usize| cosine(j, i) / distance(i, j).powi(2);
