@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use whitefurnace::estimator::Path;
-use whitefurnace::render::{ByPasses, ByRays, Renderer};
+use whitefurnace::render::{ByLanes, ByPasses, ByRays, Renderer};
 
 use crate::prelude::*;
 
@@ -232,10 +232,14 @@ fn renderers_fill_films_as_the_functions_do() {
     let scene = report_room();
     let tracer = LightTracer::<Standard>::default();
     let by_rays = ByRays { estimator: path(), sampling: sampling(Jitter(2)) };
+    let by_lanes = ByLanes { path: path(), sampling: sampling(Jitter(2)) };
     let by_passes = ByPasses { estimator: tracer, seed: master() };
     let rays = rendered(&scene, &path(), FRAME, sampling(Jitter(2)), &[2..6]).expect("legal radiance");
     let images = passes(&scene, &tracer, FRAME, &[2..6]).expect("legal radiance");
-    for (renderer, samples, expected) in [(&by_rays as &dyn Renderer, 4, rays), (&by_passes, 1, images)] {
+    let lanes = rays.clone();
+    for (renderer, samples, expected) in
+        [(&by_rays as &dyn Renderer, 4, rays), (&by_lanes, 4, lanes), (&by_passes, 1, images)]
+    {
         assert_eq!(renderer.samples_per_replication(), samples);
         let mut film = Film::new(FRAME, None, samples).expect("a film");
         let reported = AtomicU64::new(0);
