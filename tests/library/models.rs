@@ -1,6 +1,6 @@
 //! Models that are not of the library are rendered like its own, by every estimator, to the last bit.
 
-use whitefurnace::bsdf::Model;
+use whitefurnace::bsdf::{Model, Vertex};
 
 use crate::channels::{lambertian, physical_images, room};
 use crate::prelude::*;
@@ -33,5 +33,22 @@ fn a_model_of_ones_own_makes_the_same_images() {
         assert!(*ours == own, "{name}: not the same image");
         // These two take uniform directions, or none.
         assert_eq!(*ours == wrong, ["report", "whitted"].contains(name), "{name}: does it ask for the pdf?");
+    }
+}
+
+#[test]
+fn models_are_equal_if_they_are_one() {
+    let [one, other] = [0.5, 0.5].map(|albedo| Bsdf::model(Paper(DVec3::splat(albedo), 1.0)));
+    assert_eq!(one, one);
+    assert_ne!(one, other);
+}
+
+/// A vertex without a scene looks the same from either side of the surface.
+#[test]
+fn local_vertices_are_above_the_horizon() {
+    let wo = DVec3::new(0.6, 0.0, 0.8);
+    for outside in [true, false] {
+        let at = Vertex::local(wo, outside);
+        assert_eq!((at.wo, at.direction, at.frame.z, at.outside), (wo, -wo, DVec3::Z, outside));
     }
 }
