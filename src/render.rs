@@ -7,12 +7,14 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::Error;
-use crate::estimator::{Estimator, ImageEstimator, Path};
+use crate::estimator::{Estimator, ImageEstimator, LightRules, Path};
 use crate::film::{Features, Film, Pixel, check_radiance};
 use crate::lanes::Engine;
 use crate::pixel::PixelSampling;
 use crate::rng::{stream, uniform2};
-use crate::sampler::{LONGEST, Sampler, Sobol, scramble};
+use crate::sampler::{LONGEST, Pass, Sampler, Sobol, scramble};
+
+pub use crate::sampler::Numbers;
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
 
@@ -30,32 +32,18 @@ pub struct Sampling {
 /// Called, from any thread, with a number of samples that are done; false to stop.
 pub type Progress<'a> = &'a (dyn Fn(u64) -> bool + Sync);
 
-/// Where an estimator's random numbers come from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Numbers {
-    /// A stream of its own for each sample.
-    #[default]
-    Independent,
-    /// [`Sobol`] points; a replication is one scramble of this many for each of the pixel's positions.
-    Sobol(u32),
-}
-
 impl Sampling {
     /// How many samples one replication has: the smallest number that is independent of the next.
     pub fn samples_per_replication(&self) -> u32 {
-        let pixel = self.pixel.samples_per_replication();
-        match self.numbers {
-            Numbers::Independent => pixel,
-            Numbers::Sobol(points) => pixel.saturating_mul(points),
-        }
+        self.pixel.samples_per_replication().saturating_mul(self.numbers.samples())
     }
 
-    /// Refuses what the numbers of samples cannot name.
+    /// Refuses what the numbers of samples cannot name, and films of others.
     ///
     /// # Errors
     /// [`Error::Option`] for replications without samples, with more than [`LONGEST`] Sobol' points, or so
-    /// many up to `replications` that their samples have no 32-bit numbers.
-    fn check(&self, replications: u32) -> Result<(), Error> {
+    /// many up to `replications` that their samples have no 32-bit numbers, or not as many as the film says.
+    fn check(&self, replications: u32, film: &Film) -> Result<(), Error> {
         let samples = self.samples_per_replication();
         let refuse = |why: String| Err(Error::Option(format!("{samples} samples in a replication: {why}")));
         if samples == 0 {
@@ -66,6 +54,12 @@ impl Sampling {
         }
         if samples.checked_mul(replications).is_none() {
             return refuse(format!("with {replications} replications they are more than {}", u32::MAX));
+        }
+        if film.samples_per_replication() != samples {
+            return Err(Error::Option(format!(
+                "a film of {} samples per replication cannot take {samples}",
+                film.samples_per_replication()
+            )));
         }
         Ok(())
     }
@@ -104,19 +98,33 @@ pub fn render<E: Estimator>(
     })
 }
 
-/// [`render`] by the lane engine: the same bytes for the path tracer with its standard parts.
+/// What the lane engine follows: estimators with their standard parts.
+#[derive(Clone, Copy, Debug)]
+pub enum LaneEstimator {
+    /// The path tracer.
+    Path(Path),
+    /// [`Report`](crate::estimator::Report) with one sample ray per hit.
+    Report {
+        /// [`Report::segments`](crate::estimator::Report::segments).
+        segments: u32,
+        /// [`Report::rules`](crate::estimator::Report::rules).
+        rules: LightRules,
+    },
+}
+
+/// [`render`] by the lane engine: the same bytes.
 ///
 /// # Errors
 /// Those of [`render`].
 pub fn render_lanes(
     scene: &Scene,
-    path: &Path,
+    estimator: LaneEstimator,
     sampling: Sampling,
     film: &mut Film,
     range: &Range<u32>,
     row_done: Progress<'_>,
 ) -> Result<bool, Error> {
-    let (frame, engine) = (film.frame(), Engine::new(scene, path, sampling));
+    let (frame, engine) = (film.frame(), Engine::new(scene, estimator, sampling));
     each_row(sampling, film, range, row_done, |corner, row| engine.row((frame, corner), range, row))
 }
 
@@ -128,14 +136,7 @@ fn each_row(
     row_done: Progress<'_>,
     add: impl Fn([u32; 2], &mut [Pixel]) -> Result<(), Error> + Sync,
 ) -> Result<bool, Error> {
-    sampling.check(range.end)?;
-    if film.samples_per_replication() != sampling.samples_per_replication() {
-        return Err(Error::Option(format!(
-            "a film of {} samples per replication cannot take {}",
-            film.samples_per_replication(),
-            sampling.samples_per_replication()
-        )));
-    }
+    sampling.check(range.end, film)?;
     let window = film.window();
     let samples = u64::from(range.end - range.start) * u64::from(film.samples_per_replication());
     let row_samples = samples * u64::from(window.size[0]);
@@ -226,24 +227,24 @@ fn look(
     let ray = scene.camera().ray(frame, corner[0] + offset[0], corner[1] + offset[1]);
     let hit = scene.intersect(&ray);
     if let Some(hit) = &hit {
-        pixel.push_features(&features(scene, hit, &ray))?;
+        pixel.push_features(&features(scene.surface(hit).bsdf.albedo(), hit.normal, hit.t, ray.direction))?;
     }
     Ok((ray, hit))
 }
 
-/// Adds the passes `range` of an image estimator to a film of the full frame, each as one replication.
-/// Albedo, normal and depth are those of one camera ray per pixel and pass, the one that [`render`] sends
-/// for [`PixelSampling::Random`] and [`Numbers::Independent`], whatever rays the estimator sends itself.
-/// `pass_done` is called after each pass with its number of pixels; when it returns false, the remaining
-/// passes are left out and `Ok(false)` is returned.
+/// Adds the replications `range` of an image estimator to a film of the full frame. A replication is one pass, or the
+/// mean of as many as a scramble has points. Albedo, normal and depth are those of one camera ray per pixel and pass,
+/// the one that [`render`] sends for [`PixelSampling::Random`] and [`Numbers::Independent`], whatever rays the estimator
+/// sends itself. `pass_done` is called after each pass with its number of pixels; when it returns false, the
+/// remaining replications are left out and `Ok(false)` is returned.
 ///
 /// # Errors
-/// [`Error::Option`] for a film that is a part of its frame, or has several samples per replication; what
-/// the estimator refuses; [`Error::Radiance`] with the pixel and the pass for what no film can hold.
+/// [`Error::Option`] for a film that is a part of its frame, and as for [`render`]; what the estimator refuses;
+/// [`Error::Radiance`] with the pixel and the pass for what no film can hold.
 pub fn render_passes<E: ImageEstimator>(
     scene: &Scene,
     estimator: &E,
-    seed: u64,
+    (numbers, seed): (Numbers, u64),
     film: &mut Film,
     range: Range<u32>,
     pass_done: &dyn Fn(u64) -> bool,
@@ -254,25 +255,28 @@ pub fn render_passes<E: ImageEstimator>(
             "an estimator of whole images cannot render a window: take the full frame".to_owned(),
         ));
     }
-    if film.samples_per_replication() != 1 {
-        return Err(Error::Option(
-            "a pass is one sample per pixel: take a film of 1 sample per replication".to_owned(),
-        ));
-    }
-    for index in range {
-        let image = estimator.pass(scene, frame, seed, index)?;
-        let pixels = film.pixels_mut().par_iter_mut().zip_eq(&image);
-        pixels.enumerate().try_for_each(|(here, (pixel, value))| {
-            let here = here as u32;
-            let [x, y] = [here % frame[0], here / frame[0]];
-            let random = uniform2(&mut stream(seed, here, index));
-            let offset = PixelSampling::Random.position(0, random);
-            look(scene, (frame, [x, y].map(f64::from), offset), pixel)?;
-            let place = || format!(" at pixel ({x}, {y}), pass {index}");
-            pixel.push(*value).map_err(|error| error.at(place))
-        })?;
-        if !pass_done(image.len() as u64) {
-            return Ok(false);
+    let sampling = Sampling { pixel: PixelSampling::Random, numbers, seed };
+    sampling.check(range.end, film)?;
+    let samples = sampling.samples_per_replication();
+    for replication in range {
+        let mut sums = vec![DVec3::ZERO; film.pixels().len()];
+        let passes = replication * samples..(replication + 1) * samples;
+        for index in passes.clone() {
+            let image = estimator.image(scene, frame, Pass { numbers, seed, index })?;
+            let pixels = film.pixels_mut().par_iter_mut().zip_eq(&mut sums).zip_eq(&image);
+            pixels.enumerate().try_for_each(|(here, ((pixel, sum), value))| {
+                let here = here as u32;
+                let [x, y] = [here % frame[0], here / frame[0]];
+                let random = uniform2(&mut stream(seed, here, index));
+                let offset = PixelSampling::Random.position(0, random);
+                look(scene, (frame, [x, y].map(f64::from), offset), pixel)?;
+                *sum += value;
+                check_radiance(*value).map_err(|error| error.at(|| format!(" at pixel ({x}, {y}), pass {index}")))?;
+                if index + 1 == passes.end { pixel.push(*sum / f64::from(samples)) } else { Ok(()) }
+            })?;
+            if !pass_done(image.len() as u64) {
+                return Ok(false);
+            }
         }
     }
     Ok(true)
@@ -307,11 +311,11 @@ impl<E: Estimator> Renderer for ByRays<E> {
     }
 }
 
-/// Renders as [`ByRays`] with the path tracer does, eight paths at a time.
+/// Renders as [`ByRays`] does, eight paths at a time.
 #[derive(Clone, Copy, Debug)]
 pub struct ByLanes {
     /// What a ray brings.
-    pub path: Path,
+    pub estimator: LaneEstimator,
     /// Which rays, by which random numbers.
     pub sampling: Sampling,
 }
@@ -321,7 +325,7 @@ impl Renderer for ByLanes {
         self.sampling.samples_per_replication()
     }
     fn add(&self, scene: &Scene, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error> {
-        render_lanes(scene, &self.path, self.sampling, film, &range, done)
+        render_lanes(scene, self.estimator, self.sampling, film, &range, done)
     }
 }
 
@@ -330,24 +334,23 @@ impl Renderer for ByLanes {
 pub struct ByPasses<E> {
     /// What a pass brings.
     pub estimator: E,
+    /// Where the random numbers come from.
+    pub numbers: Numbers,
     /// The master seed.
     pub seed: u64,
 }
 
 impl<E: ImageEstimator> Renderer for ByPasses<E> {
     fn samples_per_replication(&self) -> u32 {
-        1
+        self.numbers.samples()
     }
     fn add(&self, scene: &Scene, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error> {
-        render_passes(scene, &self.estimator, self.seed, film, range, done)
+        render_passes(scene, &self.estimator, (self.numbers, self.seed), film, range, done)
     }
 }
 
+/// The features of a hit whose surface has this albedo and this normal of its front, along a ray of this direction.
 #[inline]
-pub(crate) fn features(scene: &Scene, hit: &Hit, ray: &Ray) -> Features {
-    Features {
-        albedo: scene.surface(hit).bsdf.albedo(),
-        normal: hit.normal * -hit.normal.dot(ray.direction).signum(),
-        depth: hit.t,
-    }
+pub(crate) fn features(albedo: DVec3, normal: DVec3, depth: f64, direction: DVec3) -> Features {
+    Features { albedo, normal: normal * -normal.dot(direction).signum(), depth }
 }

@@ -4,7 +4,7 @@ use std::convert::Infallible;
 
 use rand::{Rng, TryRng};
 
-use crate::rng::{Stream, mix, number_for, seed_for};
+use crate::rng::{Stream, mix, number_for, seed_for, stream};
 
 /// A source of uniform numbers that knows which part of a path asks.
 ///
@@ -16,6 +16,122 @@ pub trait Sampler: Rng {
     /// Says that the next numbers belong to this block. Independent streams need not know.
     #[inline]
     fn block(&mut self, _block: u32) {}
+}
+
+/// Where an estimator's random numbers come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Numbers {
+    /// A stream of its own for each sample.
+    #[default]
+    Independent,
+    /// [`Sobol`] points; a replication is one scramble of this many for each of the pixel's positions.
+    Sobol(u32),
+}
+
+impl Numbers {
+    /// How many samples one replication has.
+    pub fn samples(self) -> u32 {
+        match self {
+            Self::Independent => 1,
+            Self::Sobol(points) => points,
+        }
+    }
+}
+
+/// A pass over a whole image: what, besides scene and frame, decides it. The pair (seed, index) is one by independent
+/// numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pass {
+    /// Where its random numbers come from. Of Sobol' points, so many consecutive passes make up a replication.
+    pub numbers: Numbers,
+    /// The master seed.
+    pub seed: u64,
+    /// Its number.
+    pub index: u32,
+}
+
+impl From<(u64, u32)> for Pass {
+    fn from((seed, index): (u64, u32)) -> Self {
+        Self { numbers: Numbers::Independent, seed, index }
+    }
+}
+
+impl Pass {
+    /// What the paths of a pixel draw from. The passes of a replication take the points of one scramble.
+    pub fn pixel(self, pixel: u32) -> Source {
+        let fill = stream(self.seed, pixel, self.index);
+        match self.numbers {
+            Numbers::Independent => Source::Independent(fill),
+            Numbers::Sobol(points) => {
+                let [replication, point] = [self.index / points, self.index % points];
+                Source::Sobol(Sobol::new(point as u16, scramble(self.seed, pixel, replication), fill))
+            }
+        }
+    }
+
+    /// What particle `number` of `count` draws from. All particles of a replication, pass after pass, take the points
+    /// of one sequence, which goes on in another scramble where it ends.
+    pub fn particle(self, number: u32, count: u32) -> Source {
+        let fill = stream(self.seed, number, self.index);
+        match self.numbers {
+            Numbers::Independent => Source::Independent(fill),
+            Numbers::Sobol(points) => {
+                let [replication, pass] = [self.index / points, self.index % points];
+                let point = u64::from(pass) * u64::from(count) + u64::from(number);
+                let [part, point] = [point / u64::from(LONGEST), point % u64::from(LONGEST)];
+                Source::Sobol(Sobol::new(point as u16, scramble(self.seed, part as u32, replication), fill))
+            }
+        }
+    }
+
+    /// The pass of the same index under the seed of a named part.
+    pub fn of(self, part: &str) -> Self {
+        Self { seed: seed_for(self.seed, part), ..self }
+    }
+}
+
+/// Random numbers of either kind.
+#[derive(Clone, Debug)]
+pub enum Source {
+    /// Of [`Numbers::Independent`].
+    Independent(Stream),
+    /// Of [`Numbers::Sobol`].
+    Sobol(Sobol),
+}
+
+impl Sampler for Source {
+    #[inline]
+    fn block(&mut self, block: u32) {
+        if let Self::Sobol(point) = self {
+            point.block(block);
+        }
+    }
+}
+
+impl TryRng for Source {
+    type Error = Infallible;
+
+    fn try_next_u32(&mut self) -> Result<u32, Infallible> {
+        match self {
+            Self::Independent(stream) => stream.try_next_u32(),
+            Self::Sobol(point) => point.try_next_u32(),
+        }
+    }
+
+    #[inline]
+    fn try_next_u64(&mut self) -> Result<u64, Infallible> {
+        match self {
+            Self::Independent(stream) => stream.try_next_u64(),
+            Self::Sobol(point) => point.try_next_u64(),
+        }
+    }
+
+    fn try_fill_bytes(&mut self, bytes: &mut [u8]) -> Result<(), Infallible> {
+        match self {
+            Self::Independent(stream) => stream.try_fill_bytes(bytes),
+            Self::Sobol(point) => point.try_fill_bytes(bytes),
+        }
+    }
 }
 
 /// Dimensions per block.
@@ -43,6 +159,8 @@ pub struct Sobol {
     /// What scrambles the block.
     key: u64,
     dimension: u32,
+    /// The sequence's bits of this dimension's group of four, whose numbers are made together.
+    leading: [u32; 4],
     fill: Stream,
 }
 
@@ -55,7 +173,7 @@ impl Sobol {
     /// Point `index` of the sequence with this scramble. Points of different scrambles are independent,
     /// those of one are not: error bars come from several scrambles.
     pub fn new(index: u16, scramble: u64, fill: Stream) -> Self {
-        let mut point = Self { index, scramble, block: 0, key: 0, dimension: 0, fill };
+        let mut point = Self { index, scramble, block: 0, key: 0, dimension: 0, leading: [0; 4], fill };
         point.block(0);
         point
     }
@@ -84,8 +202,12 @@ impl TryRng for Sobol {
     }
 
     fn try_next_u64(&mut self) -> Result<u64, Infallible> {
-        let value = sobol_burley::sample(u32::from(self.index), self.dimension, self.key as u32);
-        let leading = (f64::from(value) * f64::from(1u32 << LEADING)) as u64;
+        let [group, place] = [self.dimension / 4, self.dimension % 4];
+        if place == 0 {
+            let values = sobol_burley::sample_4d(u32::from(self.index), group, self.key as u32);
+            self.leading = values.map(|value| (value * (1u32 << LEADING) as f32) as u32);
+        }
+        let leading = u64::from(self.leading[place as usize]);
         let shift = mix(self.key ^ u64::from(self.dimension)) >> (64 - LEADING);
         self.dimension += 1;
         if self.dimension == BLOCK {

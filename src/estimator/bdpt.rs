@@ -12,8 +12,8 @@ use super::{ImageEstimator, LightRules, Standard, Walking};
 use crate::bsdf::{Bsdf, Vertex};
 use crate::emitter::LightSampling;
 use crate::error::Error;
-use crate::rng::{stream, uniform2};
-use crate::sampler::Sampler;
+use crate::rng::uniform2;
+use crate::sampler::{Pass, Sampler};
 use crate::scene::Scene;
 use crate::splat::Splats;
 
@@ -42,10 +42,10 @@ pub struct Bdpt<P = Standard> {
 }
 
 impl<P: Walking + Bidirectional> ImageEstimator for Bdpt<P> {
-    fn pass(&self, scene: &Scene, frame: [u32; 2], seed: u64, index: u32) -> Result<Vec<DVec3>, Error> {
+    fn image(&self, scene: &Scene, frame: [u32; 2], pass: Pass) -> Result<Vec<DVec3>, Error> {
         let image = Splats::new(frame);
         (0..frame[0] * frame[1]).into_par_iter().try_for_each(|pixel| {
-            let mut rng = stream(seed, pixel, index);
+            let mut rng = pass.pixel(pixel);
             let [x, y] = [pixel % frame[0], pixel / frame[0]];
             self.pair(scene, [x, y], frame, &image, &mut rng)
                 .map_err(|error| error.at(|| format!(" at pixel ({x}, {y})")))

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::particle::{connect_to_eye, particle};
 use super::{Bidirectional, ImageEstimator, Standard, Walking};
 use crate::error::Error;
-use crate::rng::stream;
+use crate::sampler::Pass;
 use crate::scene::Scene;
 use crate::splat::Splats;
 
@@ -21,16 +21,16 @@ pub struct LightTracer<P = Standard> {
 }
 
 impl<P: Walking + Bidirectional> ImageEstimator for LightTracer<P> {
-    fn pass(&self, scene: &Scene, frame: [u32; 2], seed: u64, index: u32) -> Result<Vec<DVec3>, Error> {
+    fn image(&self, scene: &Scene, frame: [u32; 2], pass: Pass) -> Result<Vec<DVec3>, Error> {
         let image = Splats::new(frame);
         let particles = frame[0] * frame[1];
         (0..particles).into_par_iter().try_for_each(|number| {
-            let mut rng = stream(seed, number, index);
+            let mut rng = pass.particle(number, particles);
             particle(&self.parts, scene, &mut rng, |place| match connect_to_eye(&self.parts, scene, frame, &place) {
                 Some(splat) => image.add(splat.pixel, splat.value),
                 None => Ok(()),
             })
-            .map_err(|error| error.at(|| format!(" by particle {number} of pass {index}")))
+            .map_err(|error| error.at(|| format!(" by particle {number} of pass {}", pass.index)))
         })?;
         Ok(image.into_values())
     }

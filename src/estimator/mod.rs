@@ -39,7 +39,7 @@ pub use whitted::Whitted;
 use crate::bsdf::Scattering;
 use crate::error::Error;
 use crate::roulette::Roulette;
-use crate::sampler::Sampler;
+use crate::sampler::{Pass, Sampler};
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
 
@@ -57,13 +57,20 @@ pub trait Estimator: Sync {
 
 /// An estimate of a whole image at once, for methods in which one path reaches many pixels.
 pub trait ImageEstimator: Sync {
-    /// Pass `index`: one estimate of the mean radiance over each pixel of the `frame` (width, height),
-    /// row by row from the top. Passes are independent replications, each a function of its arguments
-    /// alone, whatever the threads.
+    /// One estimate of the mean radiance over each pixel of the `frame` (width, height), row by row from the top: a
+    /// function of its arguments alone, whatever the threads. Passes of different replications are independent.
     ///
     /// # Errors
     /// [`Error::Radiance`] for a value that no film can hold.
-    fn pass(&self, scene: &Scene, frame: [u32; 2], seed: u64, index: u32) -> Result<Vec<DVec3>, Error>;
+    fn image(&self, scene: &Scene, frame: [u32; 2], pass: Pass) -> Result<Vec<DVec3>, Error>;
+
+    /// Pass `index` by independent numbers, where each is a replication.
+    ///
+    /// # Errors
+    /// Those of [`image`](Self::image).
+    fn pass(&self, scene: &Scene, frame: [u32; 2], seed: u64, index: u32) -> Result<Vec<DVec3>, Error> {
+        self.image(scene, frame, (seed, index).into())
+    }
 }
 
 /// The parts that programs run: the library's own functions.

@@ -9,8 +9,7 @@ use super::{Estimator, LightRules, Walking};
 use crate::bsdf::Vertex;
 use crate::emitter::LightSampling;
 use crate::error::Error;
-use crate::rng::seed_for;
-use crate::sampler::Sampler;
+use crate::sampler::{Pass, Sampler};
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
 
@@ -55,7 +54,7 @@ struct Arrival {
 
 impl<P: Photons + Walking> PhotonMapping<P> {
     /// Sends `particles` ≥ 1 from the emitters and keeps their photons, to be looked up within `radius` > 0,
-    /// in the scene's units. The photons are functions of (seed, pass).
+    /// in the scene's units. The photons are functions of the pass.
     ///
     /// # Errors
     /// Those of [`PhotonMap::new`].
@@ -64,16 +63,14 @@ impl<P: Photons + Walking> PhotonMapping<P> {
         scene: &Scene,
         lookup: Lookup,
         (particles, radius): (u32, f64),
-        (seed, pass): (u64, u32),
+        pass: impl Into<Pass>,
     ) -> Result<Self, Error> {
+        let pass = pass.into();
         check_radius(radius)?;
         if let Lookup::Gather { caustic_radius, .. } = lookup {
             check_radius(caustic_radius)?;
         }
-        let map = |kept, particles, name| {
-            let seed = seed_for(seed, name);
-            PhotonMap::new(&parts, scene, kept, particles, (seed, pass))
-        };
+        let map = |kept, particles, name| PhotonMap::new(&parts, scene, kept, particles, pass.of(name));
         let all = map(Kept::All, particles, "photons")?;
         let caustics = match lookup {
             Lookup::Direct => None,

@@ -11,8 +11,7 @@ use super::walk::Walk;
 use crate::bsdf::{Bsdf, Scattering, Vertex};
 use crate::error::Error;
 use crate::kd_tree::KdTree;
-use crate::rng::stream;
-use crate::sampler::{LIGHT, Sampler};
+use crate::sampler::{LIGHT, Pass, Sampler, Source};
 use crate::scene::Scene;
 
 /// A particle's arrival at a diffuse surface.
@@ -109,8 +108,7 @@ pub struct PhotonMap {
 }
 
 impl PhotonMap {
-    /// Follows `emitted` ≥ 1 particles, of which number i draws from the stream (seed, i, pass), and keeps
-    /// their photons in an order that does not depend on the threads.
+    /// Follows `emitted` ≥ 1 particles, of which each draws from [`Pass::particle`], and keeps their photons in an order that does not depend on the threads.
     ///
     /// # Errors
     /// Those of [`check`](Self::check); [`Error::Radiance`] for a photon whose flux is negative or not finite,
@@ -120,9 +118,10 @@ impl PhotonMap {
         scene: &Scene,
         kept: Kept,
         emitted: u32,
-        name: (u64, u32),
+        pass: impl Into<Pass>,
     ) -> Result<Self, Error> {
-        let follow = |particle| follow(parts, scene, kept, particle, name);
+        let pass = pass.into();
+        let follow = |particle| follow(parts, scene, kept, pass.particle(particle, emitted));
         let mut photons = pilot(emitted, follow)?;
         let rest = (emitted.min(PILOT)..emitted).into_par_iter();
         photons.extend(rest.flat_map_iter(follow).collect::<Vec<_>>());
@@ -131,7 +130,7 @@ impl PhotonMap {
             photon.flux = parts.photon_flux(photon.flux, emitted, stored);
             let flux = photon.flux.to_array();
             if let Some(&value) = flux.iter().find(|flux| !(0.0..f64::INFINITY).contains(*flux)) {
-                let place = format!(" as the flux of a photon of pass {}", name.1);
+                let place = format!(" as the flux of a photon of pass {}", pass.index);
                 return Err(Error::Radiance { value, place });
             }
         }
@@ -148,9 +147,10 @@ impl PhotonMap {
         scene: &Scene,
         kept: Kept,
         emitted: u32,
-        name: (u64, u32),
+        pass: impl Into<Pass>,
     ) -> Result<(), Error> {
-        pilot(emitted, |particle| follow(parts, scene, kept, particle, name)).map(|_| ())
+        let pass = pass.into();
+        pilot(emitted, |particle| follow(parts, scene, kept, pass.particle(particle, emitted))).map(|_| ())
     }
 
     /// The photons, in the tree's order.
@@ -221,14 +221,7 @@ fn pilot(emitted: u32, follow: impl Fn(u32) -> Vec<(DVec3, Photon)>) -> Result<V
 }
 
 /// Follows one particle to its end; the flux of its photons is not yet shared among all particles.
-fn follow<P: Photons + Walking>(
-    parts: &P,
-    scene: &Scene,
-    kept: Kept,
-    particle: u32,
-    (seed, pass): (u64, u32),
-) -> Vec<(DVec3, Photon)> {
-    let mut rng = stream(seed, particle, pass);
+fn follow<P: Photons + Walking>(parts: &P, scene: &Scene, kept: Kept, mut rng: Source) -> Vec<(DVec3, Photon)> {
     let mut photons = Vec::new();
     rng.block(LIGHT);
     let Some(emission) = emit(parts, scene, &mut rng) else {

@@ -8,7 +8,8 @@ use super::photon_map::check_radius;
 use super::{Estimator, ImageEstimator, Photons, Standard, Walking};
 use crate::error::Error;
 use crate::film::check_radiance;
-use crate::rng::{seed_for, stream, uniform2};
+use crate::rng::uniform2;
+use crate::sampler::Pass;
 use crate::scene::Scene;
 
 /// α of [`crate::equation::PHOTON_RADIUS`].
@@ -36,24 +37,19 @@ pub struct Sppm<P = Standard> {
 }
 
 impl<P: Photons + Walking + Copy> ImageEstimator for Sppm<P> {
-    fn pass(&self, scene: &Scene, frame: [u32; 2], seed: u64, index: u32) -> Result<Vec<DVec3>, Error> {
+    fn image(&self, scene: &Scene, frame: [u32; 2], pass: Pass) -> Result<Vec<DVec3>, Error> {
         check_radius(self.radius)?;
         let first = self.radius * self.radius;
-        let radius = self.parts.pass_radius_squared(first, index).sqrt();
-        let photons = PhotonMapping::new(
-            self.parts,
-            scene,
-            Lookup::Direct,
-            (self.particles, radius),
-            (seed_for(seed, "pass"), index),
-        )?;
+        let radius = self.parts.pass_radius_squared(first, pass.index).sqrt();
+        let map = (self.particles, radius);
+        let photons = PhotonMapping::new(self.parts, scene, Lookup::Direct, map, pass.of("pass"))?;
         let pixels = (0..frame[0] * frame[1]).into_par_iter().map(|pixel| {
-            let mut rng = stream(seed, pixel, index);
+            let mut rng = pass.pixel(pixel);
             let [u, v] = uniform2(&mut rng);
             let [x, y] = [pixel % frame[0], pixel / frame[0]].map(f64::from);
             let ray = scene.camera().ray(frame, x + u, y + v);
             let radiance = photons.radiance(scene, &ray, scene.intersect(&ray), &mut rng);
-            let place = || format!(" at pixel ({x}, {y}), pass {index}");
+            let place = || format!(" at pixel ({x}, {y}), pass {}", pass.index);
             check_radiance(radiance).map_err(|error| error.at(place))?;
             Ok(radiance)
         });

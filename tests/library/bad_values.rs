@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use whitefurnace::estimator::{FiniteElements, LONGEST_PATH, Path, Strategy};
 use whitefurnace::film::check_radiance;
+use whitefurnace::sampler::Pass;
 use whitefurnace::splat::Splats;
 
 use crate::helpers;
@@ -158,9 +159,9 @@ fn one_bad_sample_ends_a_render() {
 struct BadPixel(f64);
 
 impl ImageEstimator for BadPixel {
-    fn pass(&self, _: &Scene, frame: [u32; 2], _: u64, index: u32) -> Result<Vec<DVec3>, Error> {
+    fn image(&self, _: &Scene, frame: [u32; 2], pass: Pass) -> Result<Vec<DVec3>, Error> {
         let mut image = vec![DVec3::ONE; (frame[0] * frame[1]) as usize];
-        image[(2 * frame[0] + 3) as usize].y = if index == 1 { self.0 } else { 1.0 };
+        image[(2 * frame[0] + 3) as usize].y = if pass.index == 1 { self.0 } else { 1.0 };
         Ok(image)
     }
 }

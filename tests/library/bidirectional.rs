@@ -326,12 +326,15 @@ fn passes_fill_whole_films_only() {
     let scene = report_room();
     let bdpt = Bdpt::new(Standard);
     let mut film = Film::new(FRAME, None, 1).expect("a film");
-    assert!(matches!(render_passes(&scene, &bdpt, 1, &mut film, 0..3, &|_| true), Ok(true)));
+    assert!(matches!(render_passes(&scene, &bdpt, (Numbers::Independent, 1), &mut film, 0..3, &|_| true), Ok(true)));
     assert!(film.pixels().iter().all(|pixel| pixel.replications() == 3));
-    assert!(matches!(render_passes(&scene, &bdpt, 1, &mut film, 3..9, &|_| false), Ok(false)));
+    assert!(matches!(render_passes(&scene, &bdpt, (Numbers::Independent, 1), &mut film, 3..9, &|_| false), Ok(false)));
     assert!(film.pixels().iter().all(|pixel| pixel.replications() == 4));
     let mut part = Film::new(FRAME, Some(Window { corner: [1, 1], size: [4, 4] }), 1).expect("a film");
-    assert!(matches!(render_passes(&scene, &bdpt, 1, &mut part, 0..1, &|_| true), Err(Error::Option(_))));
+    assert!(matches!(
+        render_passes(&scene, &bdpt, (Numbers::Independent, 1), &mut part, 0..1, &|_| true),
+        Err(Error::Option(_))
+    ));
 }
 
 /// A point on a camera ray is seen in the pixel of the ray, and the importance is one over the solid angle

@@ -226,7 +226,9 @@ pub fn passes<E: ImageEstimator>(
 ) -> Result<Film, Error> {
     let mut film = Film::new(frame, None, 1)?;
     for range in ranges {
-        assert!(render_passes(scene, estimator, master(), &mut film, range.clone(), &|_| true)?);
+        assert!(render_passes(scene, estimator, (Numbers::Independent, master()), &mut film, range.clone(), &|_| {
+            true
+        })?);
     }
     Ok(film)
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use whitefurnace::estimator::{Path, Strategy};
-use whitefurnace::sampler::{BLOCK, LIGHT, Sobol, scramble};
+use whitefurnace::sampler::{BLOCK, LIGHT, LONGEST, Pass, Sobol, Source, scramble};
 
 use crate::prelude::*;
 use crate::rng::Constant;
@@ -113,7 +113,7 @@ fn scrambles_are_distinct() {
     assert_eq!(points.len(), PIXELS as usize);
 }
 
-fn leading(points: &mut Sobol, count: u32) -> Vec<u64> {
+fn leading(points: &mut impl Rng, count: u32) -> Vec<u64> {
     (0..count).map(|_| points.next_u64() >> 41).collect()
 }
 
@@ -146,6 +146,47 @@ fn deep_blocks_have_numbers_of_their_own() {
             // Four numbers of 23 bits: none alike by chance.
             assert!(seen.insert(leading(&mut points, 4)), "block {block} repeats another");
         }
+    }
+}
+
+/// How many of 256 equal intervals are met by the first number of the light's path.
+fn strata(sources: impl Iterator<Item = Source>) -> usize {
+    let interval = |mut source: Source| {
+        source.block(LIGHT);
+        (256.0 * uniform(&mut source)) as u32
+    };
+    sources.map(interval).collect::<BTreeSet<_>>().len()
+}
+
+/// A pixel takes one sequence through the passes of a replication, and all particles of an image together another;
+/// the next replication takes others.
+#[test]
+fn replications_of_passes_are_whole_sequences() {
+    let pass = |points, index| Pass { numbers: Numbers::Sobol(points), seed: master(), index };
+    let pixel = |passes: std::ops::Range<u32>| strata(passes.map(|index| pass(256, index).pixel(7)));
+    let particles = |passes: std::ops::Range<u32>| {
+        strata(passes.flat_map(|index| (0..64).map(move |number| pass(4, index).particle(number, 64))))
+    };
+    assert_eq!([pixel(0..256), pixel(256..512), particles(0..4), particles(4..8)], [256; 4]);
+    assert!(pixel(128..384) < 256 && particles(2..6) < 256);
+    // Particle 0 of the second pass stands where the first's sequence has ended.
+    let first = |index| leading(&mut pass(2, index).particle(0, LONGEST), 4);
+    assert_ne!(first(0), first(1));
+}
+
+/// Numbers of a pass by streams are those of its pixels and particles.
+#[test]
+fn independent_passes_draw_from_streams() {
+    let pass = Pass::from((5, 3));
+    for mut source in [pass.pixel(7), pass.particle(7, 9)] {
+        source.block(LIGHT);
+        assert_eq!(
+            [source.next_u64(), source.next_u64()],
+            [(); 2].map({
+                let mut stream = stream(5, 7, 3);
+                move |()| stream.next_u64()
+            })
+        );
     }
 }
 

@@ -3,6 +3,7 @@
 
 use whitefurnace::estimator::{Bdpt, Connections, ImageEstimator, LightTracer};
 use whitefurnace::harness::mean::welch;
+use whitefurnace::sampler::{Numbers, Pass};
 
 use crate::prelude::*;
 use crate::scenes::level;
@@ -20,19 +21,13 @@ pub enum ImageEstimatorKind {
 
 impl ImageEstimatorKind {
     /// A pass by this estimator; `None` if it has values that no film can hold, which is a fault.
-    fn pass<P: EstimatorParts>(
-        self,
-        parts: P,
-        (scene, frame): (&Scene, [u32; 2]),
-        seed: u64,
-        index: u32,
-    ) -> Option<Vec<DVec3>> {
-        let pass = match self {
-            Self::LightTracer => LightTracer { parts }.pass(scene, frame, seed, index),
-            Self::Bdpt => Bdpt::new(parts).pass(scene, frame, seed, index),
-            Self::BdptEnds => Bdpt { parts, connections: Connections::Ends }.pass(scene, frame, seed, index),
+    fn pass<P: EstimatorParts>(self, parts: P, (scene, frame): (&Scene, [u32; 2]), pass: Pass) -> Option<Vec<DVec3>> {
+        let image = match self {
+            Self::LightTracer => LightTracer { parts }.image(scene, frame, pass),
+            Self::Bdpt => Bdpt::new(parts).image(scene, frame, pass),
+            Self::BdptEnds => Bdpt { parts, connections: Connections::Ends }.image(scene, frame, pass),
         };
-        pass.ok()
+        image.ok()
     }
 
     fn path(self) -> &'static str {
@@ -59,8 +54,8 @@ pub const fn whole(delta: f64) -> Region {
     Region { name: "image mean", holds: |_, _| true, delta }
 }
 
-/// A scene, an estimator of whole images, the frame, and the passes at scale 1. A pass is one value: the
-/// mean of many pixels, nearly normal.
+/// A scene, an estimator of whole images, the frame, where its numbers come from, and the replications at scale 1. A
+/// replication is one value: the mean of many pixels, nearly normal.
 #[derive(Clone)]
 pub struct Passes {
     /// The scene.
@@ -69,12 +64,14 @@ pub struct Passes {
     pub kind: ImageEstimatorKind,
     /// Width and height.
     pub frame: [u32; 2],
+    /// Independent, or so many passes to a replication.
+    pub numbers: Numbers,
     /// How many.
     pub count: u64,
 }
 
 impl Passes {
-    /// The mean [`level`] of each region, pass by pass; cubes are summed about `centre`.
+    /// The mean [`level`] of each region, replication by replication; cubes are summed about `centre`.
     fn means<P: EstimatorParts + Copy>(
         &self,
         context: &Context,
@@ -92,12 +89,17 @@ impl Passes {
             })
             .collect();
         let mut values = vec![Values::new(centre); regions.len()];
-        let seed = context.seed_of("passes");
-        for index in 0..context.n(self.count) {
-            let image = self.kind.pass(parts, (&self.scene, self.frame), seed, index as u32)?;
-            for (values, inside) in values.iter_mut().zip(&inside) {
-                let sum: DVec3 = inside.iter().map(|&i| image[i]).sum();
-                values.push(level(&self.scene, sum) / inside.len() as f64);
+        let (numbers, seed, passes) = (self.numbers, context.seed_of("passes"), self.numbers.samples());
+        for replication in 0..context.n(self.count) as u32 {
+            let mut sums = vec![DVec3::ZERO; regions.len()];
+            for index in replication * passes..(replication + 1) * passes {
+                let image = self.kind.pass(parts, (&self.scene, self.frame), Pass { numbers, seed, index })?;
+                for (sum, inside) in sums.iter_mut().zip(&inside) {
+                    *sum += inside.iter().map(|&i| image[i]).sum::<DVec3>();
+                }
+            }
+            for ((values, sum), inside) in values.iter_mut().zip(sums).zip(&inside) {
+                values.push(level(&self.scene, sum) / (inside.len() as f64 * f64::from(passes)));
             }
         }
         Some(values)

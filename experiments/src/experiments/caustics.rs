@@ -4,7 +4,7 @@
 use registry::photon::scenes::{CAUSTIC, caustic, no_caustic};
 use whitefurnace::estimator::Whitted;
 use whitefurnace::harness::mean::{Sigma, skewness_of_sum};
-use whitefurnace::render::render_passes;
+use whitefurnace::render::{Numbers, render_passes};
 
 use crate::experiments::prelude::*;
 
@@ -166,7 +166,7 @@ fn one_image(scene: &Scene, method: Method, seed: u64, effort: Effort) -> Result
             let sppm = Sppm { parts, particles: particles / samples + 1, radius: 2.0 * RADIUS };
             let mut film = Film::new(size, None, 1)?;
             let on = |_| !interrupted();
-            let complete = render_passes(scene, &sppm, seed, &mut film, 0..samples, &on)?;
+            let complete = render_passes(scene, &sppm, (Numbers::Independent, seed), &mut film, 0..samples, &on)?;
             if complete { Ok(film) } else { Err(Error::Interrupted) }
         }
     }

@@ -20,6 +20,7 @@ mod prelude;
 mod radiosity;
 mod regions;
 mod sampling_claims;
+mod scrambles;
 mod shadow_rays;
 mod speed;
 pub mod suite_seeds;
@@ -49,6 +50,7 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &diffuse::ALBEDO,
     &furnace::FURNACE,
     &convergence::CONVERGENCE,
+    &scrambles::SCRAMBLES,
     &sampling_claims::SAMPLING_CLAIMS,
     &photon_bias::PHOTON_BIAS,
     &caustics::CAUSTICS,

@@ -39,7 +39,7 @@ const SETTINGS: &[Setting] = &[
     any("scene", |job| name(job.scene)),
     any("convention", |job| name(job.convention)),
     any("estimator", |job| name(job.estimator)),
-    goes("engine", "--estimator mis, bsdf and light", Job::follows_paths, |_| String::new()),
+    goes("engine", "--estimator mis, bsdf, light, and report with --rays 1", Job::has_engines, |_| String::new()),
     goes("light-sampling", "--estimator light and mis", Job::picks_lights, |job| name(job.light_sampling)),
     goes("heuristic", "--estimator mis", |job| job.estimator == EstimatorName::Mis, |job| name(job.heuristic)),
     goes("diffuse", "--scene report, and not --convention published", Job::has_white_sphere, |job| name(job.diffuse)),
@@ -52,8 +52,8 @@ const SETTINGS: &[Setting] = &[
     goes("patches", RADIOSITY, |job| job.estimator == EstimatorName::Radiosity, |job| job.patches.to_string()),
     goes("pixel", SINGLE_RAYS, |job| !job.estimator.makes_images(), |job| name(job.pixel)),
     goes("grid", "--pixel grid and jitter", Job::divides_pixels, |job| job.grid.to_string()),
-    goes("sampler", SINGLE_RAYS, |job| !job.estimator.makes_images(), |job| name(job.sampler)),
-    goes("scrambles", "--sampler sobol", |job| job.sampler == SamplerName::Sobol, |job| job.scrambles.to_string()),
+    any("sampler", |job| name(job.sampler)),
+    goes("scrambles", "--sampler sobol", |job| job.sampler == SamplerName::Sobol, |job| job.scrambles().to_string()),
     any("size", |Job { size: [width, height], .. }| format!("{width}x{height}")),
     any("window", |job| {
         let text = |Window { corner: [x, y], size: [w, h] }| format!("{w}x{h}+{x}+{y}");
@@ -134,8 +134,8 @@ impl Job {
         );
         for Setting { option, applies, value, .. } in SETTINGS {
             let value = value(self);
-            // Estimators of whole images take random points and independent numbers, which is the default.
-            let is_said = applies(self) || ["pixel", "sampler"].contains(option);
+            // Estimators of whole images take random points, which is the default.
+            let is_said = applies(self) || *option == "pixel";
             if is_said && !value.is_empty() {
                 text += &format!("{option}={value}\n");
             }
@@ -163,8 +163,13 @@ impl Job {
         Ok(())
     }
 
-    fn follows_paths(&self) -> bool {
-        matches!(self.estimator, EstimatorName::Bsdf | EstimatorName::Light | EstimatorName::Mis)
+    /// Whether there is a lane engine as well.
+    pub(super) fn has_engines(&self) -> bool {
+        match self.estimator {
+            EstimatorName::Bsdf | EstimatorName::Light | EstimatorName::Mis => true,
+            EstimatorName::Report => self.convention != ConventionName::Published && self.rays == 1,
+            _ => false,
+        }
     }
 
     fn picks_lights(&self) -> bool {
@@ -203,8 +208,8 @@ impl Job {
         if !matches!(self.pixel, PixelName::Random | PixelName::Centre) {
             return refuse("--sampler sobol goes with --pixel random and centre".to_owned());
         }
-        let Self { spp, scrambles, .. } = self;
-        if !spp.is_multiple_of(*scrambles) {
+        let (spp, scrambles) = (self.spp, self.scrambles());
+        if !spp.is_multiple_of(scrambles) {
             return refuse(format!("--spp {spp} is not a multiple of the {scrambles} scrambles: change one of them"));
         }
         if spp / scrambles > LONGEST {

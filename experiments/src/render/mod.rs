@@ -14,6 +14,7 @@ use whitefurnace::film::Window;
 use whitefurnace::image::Display;
 use whitefurnace::pixel::PixelSampling;
 use whitefurnace::render::{Numbers, Sampling};
+use whitefurnace::sampler::LONGEST;
 use whitefurnace::scene::room::{self, Convention, Walls};
 use whitefurnace::scene::{Scene, simple};
 
@@ -38,7 +39,7 @@ pub struct Job {
     /// How to compute it [default: mis, or report under --convention report and published]
     #[arg(long, value_enum, default_value_t = EstimatorName::Mis, hide_default_value = true)]
     pub estimator: EstimatorName,
-    /// What follows paths, for --estimator mis, bsdf and light; both write the same bytes
+    /// What follows paths, for --estimator mis, bsdf, light, and report with --rays 1; both write the same bytes
     #[arg(long, value_enum, default_value_t)]
     pub engine: EngineName,
     /// How shadow rays pick points on lights, for --estimator light and mis
@@ -68,9 +69,10 @@ pub struct Job {
     /// Where random numbers come from
     #[arg(long, value_enum, default_value_t = SamplerName::Independent)]
     pub sampler: SamplerName,
-    /// Independent scrambles per pixel for --sampler sobol, which give the error bars; from 1 to 4294967295
-    #[arg(long, default_value_t = 8, allow_hyphen_values = true, value_parser = whole::<u32>(1..=ANY))]
-    pub scrambles: u32,
+    /// Independent scrambles per pixel for --sampler sobol, whose spread gives the error bars; from 1 to 4294967295
+    /// [default: the fewest from 4 on that divide --spp]
+    #[arg(long, allow_hyphen_values = true, value_parser = whole::<u32>(1..=ANY))]
+    pub scrambles: Option<u32>,
     /// Width x height in pixels; from 1x1 to 100000000 pixels in all
     #[arg(long, allow_hyphen_values = true, value_parser = parse_size, default_value = "1024x768")]
     pub size: [u32; 2],
@@ -84,6 +86,10 @@ pub struct Job {
     #[arg(long, default_value_t = 1, allow_hyphen_values = true, value_parser = whole::<u64>(0..=u64::MAX))]
     pub seed: u64,
 }
+
+/// The fewest scrambles of a pixel that are made unasked. The more there are, the fewer points each has, and the less
+/// points gain; but Student's intervals from two or three are several times as wide (experiment `scrambles`).
+const FEW: u32 = 4;
 
 /// The largest count.
 const ANY: u64 = u32::MAX as u64;
@@ -109,6 +115,13 @@ impl Job {
         }
     }
 
+    /// Scrambles of a pixel: as asked, or the fewest that leave each as many points as the others. A number of samples
+    /// that has no such divisor, as a large prime, is so many scrambles of a point each.
+    fn scrambles(&self) -> u32 {
+        let divides = |n: &u32| self.spp.is_multiple_of(*n) && self.spp / n <= LONGEST;
+        self.scrambles.unwrap_or_else(|| (FEW..=LONGEST).find(divides).unwrap_or(self.spp))
+    }
+
     fn sampling(&self) -> Sampling {
         let pixel = match self.pixel {
             PixelName::Centre => PixelSampling::Centre,
@@ -118,7 +131,7 @@ impl Job {
         };
         let numbers = match self.sampler {
             SamplerName::Independent => Numbers::Independent,
-            SamplerName::Sobol => Numbers::Sobol(self.spp / self.scrambles),
+            SamplerName::Sobol => Numbers::Sobol(self.spp / self.scrambles()),
         };
         Sampling { pixel, numbers, seed: self.seed }
     }

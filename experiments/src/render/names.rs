@@ -55,7 +55,7 @@ pub enum EstimatorName {
 pub(super) const SINGLE_RAYS: &str = "estimators of single rays, not light-tracer, bdpt, bdpt-ends and sppm";
 
 impl EstimatorName {
-    /// Whether it makes whole images, from independent numbers and random points of pixels.
+    /// Whether it makes whole images, from random points of pixels.
     pub(super) fn makes_images(self) -> bool {
         matches!(self, Self::LightTracer | Self::Bdpt | Self::BdptEnds | Self::Sppm)
     }
@@ -65,9 +65,9 @@ impl EstimatorName {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum EngineName {
     /// One path at a time, by the readable estimator
-    #[default]
     Scalar,
-    /// Eight paths at a time: the same bytes, faster where the program is built for AVX2 or AVX-512
+    /// Eight paths at a time
+    #[default]
     Lanes,
 }
 

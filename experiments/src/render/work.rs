@@ -11,8 +11,9 @@ use whitefurnace::estimator::{
     Report, Sppm, Standard, Strategy, Whitted,
 };
 use whitefurnace::film::{Film, Pixel};
-use whitefurnace::render::{ByLanes, ByPasses, ByRays, Renderer};
+use whitefurnace::render::{ByLanes, ByPasses, ByRays, LaneEstimator, Renderer};
 use whitefurnace::rng::seed_for;
+use whitefurnace::sampler::Pass;
 use whitefurnace::scene::Scene;
 
 use super::{ConventionName, EngineName, EstimatorName, HeuristicName, Job, LightSamplingName, name};
@@ -126,27 +127,33 @@ impl Job {
             ConventionName::Physical => LightRules::PHYSICAL,
             ConventionName::Report | ConventionName::Published => LightRules::REPORT,
         };
-        let seed = self.seed;
+        let (numbers, seed) = (self.sampling().numbers, self.seed);
         Ok(match (self.estimator, self.convention) {
             (EstimatorName::Bsdf, _) => self.by_paths(Strategy::Bsdf),
             (EstimatorName::Light, _) => self.by_paths(Strategy::Light),
             (EstimatorName::Mis, _) => self.by_paths(Strategy::Mis),
             (EstimatorName::LightTracer, _) => {
-                Box::new(ByPasses { estimator: LightTracer::<Standard>::default(), seed })
+                Box::new(ByPasses { estimator: LightTracer::<Standard>::default(), numbers, seed })
             }
-            (EstimatorName::Bdpt, _) => Box::new(ByPasses { estimator: Bdpt::new(Standard), seed }),
+            (EstimatorName::Bdpt, _) => Box::new(ByPasses { estimator: Bdpt::new(Standard), numbers, seed }),
             (EstimatorName::BdptEnds, _) => {
                 let estimator = Bdpt { parts: Standard, connections: Connections::Ends };
-                Box::new(ByPasses { estimator, seed })
+                Box::new(ByPasses { estimator, numbers, seed })
             }
             (EstimatorName::Photon, _) => {
                 let (map, lookup) = (self.photons.map(), self.photons.lookup(true));
-                Box::new(self.by_rays(PhotonMapping::new(Standard, scene, lookup, map, (seed, 0))?))
+                Box::new(self.by_rays(PhotonMapping::new(
+                    Standard,
+                    scene,
+                    lookup,
+                    map,
+                    Pass { numbers, seed, index: 0 },
+                )?))
             }
             (EstimatorName::Sppm, _) => {
                 let (particles, radius) = self.photons.map();
                 let estimator = Sppm { parts: Standard, particles, radius };
-                Box::new(ByPasses { estimator, seed })
+                Box::new(ByPasses { estimator, numbers, seed })
             }
             (EstimatorName::Radiosity, _) => {
                 let fineness = self.fineness();
@@ -159,16 +166,23 @@ impl Job {
             (EstimatorName::Whitted, _) => Box::new(self.by_rays(Whitted::new(rules))),
             (EstimatorName::Report, ConventionName::Published) => Box::new(self.by_rays(Published::default())),
             (EstimatorName::Report, _) => {
-                Box::new(self.by_rays(Report { rays: self.rays, rules, ..Report::default() }))
+                let report = Report { rays: self.rays, rules, ..Report::default() };
+                self.by_engine(report, LaneEstimator::Report { segments: report.segments, rules })
             }
         })
     }
 
     fn by_paths(&self, strategy: Strategy) -> Box<dyn Renderer> {
         let path = self.path(strategy);
+        self.by_engine(path, LaneEstimator::Path(path))
+    }
+
+    fn by_engine<E: Estimator + 'static>(&self, scalar: E, lanes: LaneEstimator) -> Box<dyn Renderer> {
         match self.engine {
-            EngineName::Scalar => Box::new(self.by_rays(path)),
-            EngineName::Lanes => Box::new(ByLanes { path, sampling: self.sampling() }),
+            EngineName::Lanes if self.has_engines() => {
+                Box::new(ByLanes { estimator: lanes, sampling: self.sampling() })
+            }
+            _ => Box::new(self.by_rays(scalar)),
         }
     }
 

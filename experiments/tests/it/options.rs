@@ -19,6 +19,7 @@ use whitefurnace::film::Film;
 use whitefurnace::image::{Display, write_exr, write_png};
 use whitefurnace::pixel::PixelSampling;
 use whitefurnace::render::{ByPasses, ByRays, Numbers, Renderer, Sampling};
+use whitefurnace::sampler::Pass;
 use whitefurnace::scene::room::{self, Convention};
 use whitefurnace::scene::{Scene, simple};
 
@@ -69,7 +70,7 @@ const PUBLISHED: Base = Base("--convention published", |c| {
 });
 const CORNELL: Base = Base("--scene cornell", |c| c.scene = simple::cornell());
 const JITTER: Base = Base("--pixel jitter --grid 2", |c| c.pixel = PixelSampling::Jitter(2));
-const SOBOL: Base = Base("--sampler sobol --scrambles 2", |c| c.numbers = Numbers::Sobol(2));
+const SOBOL: Base = Base("--sampler sobol", |c| c.numbers = Numbers::Sobol(1));
 const RADIOSITY: Base = Base("--scene cornell --estimator radiosity --patches 60", |c| {
     c.scene = simple::cornell();
     c.method = Method::Radiosity(60);
@@ -103,8 +104,8 @@ impl Call {
             Method::LightTracer => self.images(LightTracer::<Standard>::default()),
             Method::Bdpt(connections) => self.images(Bdpt { parts: Standard, connections }),
             Method::Photon(particles, radius, lookup) => {
-                let (map, name) = ((particles, radius), (self.seed, 0));
-                self.rays(PhotonMapping::new(Standard, scene, lookup, map, name)?)
+                let (map, pass) = ((particles, radius), Pass { numbers: self.numbers, seed: self.seed, index: 0 });
+                self.rays(PhotonMapping::new(Standard, scene, lookup, map, pass)?)
             }
             Method::Sppm(particles, radius) => self.images(Sppm { parts: Standard, particles, radius }),
             Method::Radiosity(patches) => {
@@ -122,7 +123,7 @@ impl Call {
     }
 
     fn images(&self, estimator: impl ImageEstimator) -> Result<Film, Error> {
-        self.rendered(&ByPasses { estimator, seed: self.seed })
+        self.rendered(&ByPasses { estimator, numbers: self.numbers, seed: self.seed })
     }
 
     fn rendered(&self, renderer: &dyn Renderer) -> Result<Film, Error> {
@@ -183,7 +184,7 @@ fn rows() -> Vec<Row> {
         Row("estimator", "whitted", REPORT, |c| c.method = Method::Whitted(LightRules::REPORT)),
         Row("engine", "scalar", PLAIN, |_| {}),
         Row("engine", "lanes", PLAIN, |_| {}),
-        Row("engine", "lanes", SOBOL, |_| {}),
+        Row("engine", "scalar", SOBOL, |_| {}),
         Row("light-sampling", "area", PLAIN, |_| {}),
         Row("light-sampling", "solid-angle", PLAIN, |c| {
             c.method = Method::Path(Strategy::Mis, LightSampling::SolidAngle, BALANCE.1);
@@ -220,10 +221,18 @@ fn rows() -> Vec<Row> {
         Row("pixel", "jitter", PLAIN, |c| (c.pixel, c.spp) = (PixelSampling::Jitter(4), 16)),
         Row("grid", "1", JITTER, |c| c.pixel = PixelSampling::Jitter(1)),
         Row("sampler", "independent", PLAIN, |_| {}),
-        Row("sampler", "sobol", PLAIN, |c| (c.numbers, c.spp) = (Numbers::Sobol(2), 16)),
-        Row("scrambles", "4", SOBOL, |c| c.numbers = Numbers::Sobol(1)),
+        Row("sampler", "sobol", PLAIN, |c| (c.numbers, c.spp) = (Numbers::Sobol(4), 16)),
+        Row("sampler", "sobol", PHOTON, |c| (c.numbers, c.spp) = (Numbers::Sobol(4), 16)),
+        Row("sampler", "sobol", SPPM, |c| (c.numbers, c.spp) = (Numbers::Sobol(4), 16)),
+        Row("estimator", "bdpt", SOBOL, |c| {
+            (c.method, c.numbers, c.spp) = (Method::Bdpt(Connections::All), Numbers::Sobol(4), 16)
+        }),
+        Row("scrambles", "2", SOBOL, |c| c.numbers = Numbers::Sobol(2)),
         Row("size", "20x10", PLAIN, |c| c.size = [20, 10]),
         Row("spp", "3", PLAIN, |c| c.spp = 3),
+        // In five scrambles, and seven.
+        Row("spp", "10", SOBOL, |c| (c.numbers, c.spp) = (Numbers::Sobol(2), 10)),
+        Row("spp", "7", SOBOL, |c| c.spp = 7),
         Row("seed", "18446744073709551615", PLAIN, |c| c.seed = u64::MAX),
         Row("threads", "3", PLAIN, |_| {}),
         Row("exposure", "-1.5", PLAIN, |c| c.display = Display::Srgb { exposure: -1.5 }),

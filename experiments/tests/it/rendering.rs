@@ -22,7 +22,10 @@ fn same_seed_gives_the_same_bytes_on_any_number_of_threads() {
         "--estimator photon --photons 3000 --radius 0.5 --spp 3",
         "--estimator photon --photons 3000 --gather no --sampler sobol --spp 16",
         "--estimator sppm --photons 3000 --radius 0.5 --spp 3",
+        "--estimator sppm --photons 3000 --radius 0.5 --sampler sobol --scrambles 2 --spp 4",
         "--estimator light-tracer --spp 3",
+        "--estimator light-tracer --sampler sobol --spp 8",
+        "--estimator bdpt --sampler sobol --scrambles 2 --spp 4",
         "--estimator bdpt --spp 2",
         "--scene diffuse-room --estimator radiosity --patches 60 --spp 2",
     ];

@@ -37,7 +37,7 @@ fn particles() -> Vec<Fault<EstimatorSubject>> {
             "particles that survive roulette carry on as if there were none",
             { roulette_weight: |_| 1.0 }, "bidirectional/light-tracer/furnace-box",
             "bidirectional/light-tracer/cavity-reflecting", "bidirectional/bdpt/furnace-box",
-            "bidirectional/bdpt/cavity-black"),
+            "bidirectional/bdpt/cavity-black", "bidirectional/light-tracer/sobol", "bidirectional/bdpt/sobol"),
         fault!("pick-forgotten", ESTIMATOR,
             "the density of a particle's start does not know that one of twelve triangles was picked",
             { emitter_pdf_area: |emitter| 12.0 * emitter.pdf_area() },

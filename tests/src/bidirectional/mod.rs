@@ -6,6 +6,7 @@ pub(super) mod scenes;
 mod strategies;
 
 use whitefurnace::harness::mean::NEARLY_SYMMETRIC;
+use whitefurnace::sampler::Numbers;
 use whitefurnace::scene::simple::{CAP_SHARE, Cap, environment, furnace_box};
 
 use crate::image_means::ImageEstimatorKind::{Bdpt, BdptEnds, LightTracer};
@@ -19,6 +20,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     trials.extend(specular());
     trials.extend(strategies::alone());
     trials.extend(equivalence());
+    trials.extend(sobol());
     trials.push(strategies::weights());
     vec![Box::new(Family {
         whole_estimator: true,
@@ -39,7 +41,7 @@ fn mean(
     (scene, reference): (Arc<Scene>, f64),
     (frame, count, delta): ([u32; 2], u64, f64),
 ) -> FamilyTrial<EstimatorSubject> {
-    let passes = Passes { scene, kind, frame, count };
+    let passes = Passes { scene, kind, frame, numbers: Numbers::Independent, count };
     image(name, format!("{what}: the image has mean {reference:.6}"), equation, &passes, reference, &[whole(delta)])
 }
 
@@ -73,7 +75,7 @@ fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
 /// A uniform emitter fills the image: every pixel shows its radiance, the outermost as well.
 fn frame(name: &'static str, kind: ImageEstimatorKind, count: u64) -> FamilyTrial<EstimatorSubject> {
     let (scene, reference) = scenes::emitting_plane();
-    let passes = Passes { scene, kind, frame: [24, 8], count };
+    let passes = Passes { scene, kind, frame: [24, 8], numbers: Numbers::Independent, count };
     let outer = Region { name: "outer columns", holds: |[x, _], [width, _]| x < 2 || x + 2 >= width, delta: 0.02 };
     let property = format!("an emitter that fills a wide image shows {reference} in every pixel");
     image(name, property, &IMPORTANCE, &passes, reference, &[whole(SINGLE), outer])
@@ -114,6 +116,26 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
         cavity("bidirectional/bdpt/cavity-black", Bdpt, Cap::Black, NEARLY_SYMMETRIC),
         cavity("bidirectional/bdpt-ends/cavity-black", BdptEnds, Cap::Black, NEARLY_SYMMETRIC),
         sky("bidirectional/bdpt/environment", 60_000),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+/// Sobol' points for both walks of a pixel, and for all particles of an image. The box's light comes from everywhere, so
+/// that walks which share their numbers would show.
+fn sobol() -> Vec<FamilyTrial<EstimatorSubject>> {
+    let furnace = |name, kind, (points, count)| {
+        let rho = 0.75;
+        let (scene, reference) = (Arc::new(furnace_box(rho).ok()?), 1.0 / (1.0 - rho));
+        let passes = Passes { scene, kind, frame: [8, 6], numbers: Numbers::Sobol(points), count };
+        let property =
+            format!("a closed furnace box of albedo {rho}, by Sobol' points: the image has mean {reference}");
+        Some(image(name, property, &SOBOL, &passes, reference, &[whole(IMAGE)]))
+    };
+    [
+        furnace("bidirectional/light-tracer/sobol", LightTracer, (4, NEARLY_SYMMETRIC)),
+        furnace("bidirectional/bdpt/sobol", Bdpt, (4, NEARLY_SYMMETRIC)),
     ]
     .into_iter()
     .flatten()
@@ -162,7 +184,7 @@ fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
 fn equivalence() -> Vec<FamilyTrial<EstimatorSubject>> {
     // Small frames, many of them: the noise of a sample's skewness falls with their number.
     let same = |name, kind, scene, frame, (count, frames)| {
-        let passes = Passes { scene, kind, frame, count };
+        let passes = Passes { scene, kind, frame, numbers: Numbers::Independent, count };
         let property = "an image of particles has the path tracer's mean";
         same_as_path(name, property, &RENDERING, &passes, (frames, IMAGE))
     };

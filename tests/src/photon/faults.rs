@@ -18,7 +18,7 @@ fn densities() -> Vec<Fault<EstimatorSubject>> {
     vec![
         fault!("radius-for-its-square", PHOTON_DENSITY, "the disc's area is πr",
             { photon_density: |brdf, flux, _, r2| density(brdf, flux, r2.sqrt()) }, "photon/furnace",
-            "photon/passes"),
+            "photon/passes", "photon/sobol"),
         fault!("disc-without-pi", PHOTON_DENSITY, "the disc's area is r²",
             { photon_density: |brdf, flux, _, r2| density(brdf, flux, r2 * FRAC_1_PI) }, "photon/disc"),
         fault!("cosine-twice", PHOTON_DENSITY, "flux is multiplied by the cosine, which it has met already",
@@ -34,10 +34,10 @@ fn densities() -> Vec<Fault<EstimatorSubject>> {
         fault!("round-corners", PHOTON_DENSITY, "photons of a wall count on the floor",
             { same_side: |a, b| a.dot(b) > -0.5 }, "photon/corner"),
         fault!("radius-kept", PHOTON_RADIUS, "the radius never shrinks",
-            { pass_radius_squared: |first, _| first }, "photon/passes"),
+            { pass_radius_squared: |first, _| first }, "photon/passes", "photon/sobol"),
         fault!("radius-too-fast", PHOTON_RADIUS,
             "α = 0: the area is that of pass 1 over i, and the variance never falls",
-            { pass_radius_squared: |first, index| first / f64::from(index + 1) }, "photon/passes"),
+            { pass_radius_squared: |first, index| first / f64::from(index + 1) }, "photon/passes", "photon/sobol"),
     ]
 }
 
@@ -62,7 +62,7 @@ fn particles() -> Vec<Fault<EstimatorSubject>> {
             "photon/gather"),
         fault!("channels-exchanged", PHOTON_FLUX, "red and blue of the flux are exchanged",
             { photon_flux: |flux, emitted, _| flux_share(flux.zyx(), emitted) },
-            "photon/disc", "photon/index-matched", "photon/passes"),
+            "photon/disc", "photon/index-matched", "photon/passes", "photon/sobol"),
         fault!("survivors-unpaid", ROULETTE, "particles that survive roulette carry no more than before",
             { roulette_weight: |_| 1.0 }, "photon/flux-balance", "photon/furnace"),
         fault!("particles-uniform", COSINE_HEMISPHERE,

@@ -9,6 +9,7 @@ pub mod scenes;
 use whitefurnace::estimator::photon_map::Kept;
 use whitefurnace::estimator::{Lookup, radius_squared};
 use whitefurnace::harness::mean::NEARLY_SYMMETRIC;
+use whitefurnace::sampler::Numbers;
 use whitefurnace::scene::simple::{CAP_SHARE, Cap, cavity_cap, furnace_box};
 
 use crate::furnace::off_cap_radiance;
@@ -42,7 +43,7 @@ fn spread(count: u32) -> impl Iterator<Item = DVec3> {
 const MAPPING: &str = "estimator::PhotonMapping";
 
 fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    [floors(), cavities(), fluxes(), vec![passes()]].into_iter().flatten().collect()
+    [floors(), cavities(), fluxes(), passes()].into_iter().flatten().collect()
 }
 
 /// Particles per map of a floor: few do, since the mean does not depend on their number.
@@ -122,13 +123,19 @@ fn fluxes() -> Vec<FamilyTrial<EstimatorSubject>> {
     ]
 }
 
-/// The mean of the passes' disc averages, each of its own radius.
-fn passes() -> FamilyTrial<EstimatorSubject> {
+/// The mean of the passes' disc averages, each of its own radius: by independent numbers, and by Sobol' points.
+fn passes() -> Vec<FamilyTrial<EstimatorSubject>> {
     let (passes, radius) = (12, scenes::RADIUS);
     let disc = |index| scenes::disc_average(radius_squared(radius * radius, index).sqrt(), f64::INFINITY);
     let reference = (0..passes).map(disc).sum::<f64>() / f64::from(passes);
-    let property = format!("the first {passes} passes reflect {reference:.6}, the mean over discs that shrink");
-    let about = ("photon/passes", &PHOTON_RADIUS, "estimator::Sppm");
-    let series = Passes { scene: scenes::point_camera(), passes, particles: FEW, radius };
-    family_trial(about, property, (reference, SINGLE), NEARLY_SYMMETRIC, series)
+    let series = |name, numbers, values| {
+        let property = format!("the first {passes} passes reflect {reference:.6}, the mean over discs that shrink");
+        let about = (name, &PHOTON_RADIUS, "estimator::Sppm");
+        let series = Passes { scene: scenes::point_camera(), passes, particles: FEW, radius, numbers };
+        family_trial(about, property, (reference, SINGLE), values, series)
+    };
+    vec![
+        series("photon/passes", Numbers::Independent, NEARLY_SYMMETRIC),
+        series("photon/sobol", Numbers::Sobol(passes), NEARLY_SYMMETRIC),
+    ]
 }

@@ -3,6 +3,7 @@
 use whitefurnace::estimator::photon_map::{Kept, PhotonMap};
 use whitefurnace::estimator::{ImageEstimator, Lookup, PhotonMapping, Sppm};
 use whitefurnace::rng::stream;
+use whitefurnace::sampler::{Numbers, Pass};
 
 use crate::prelude::*;
 use crate::scenes::level;
@@ -84,6 +85,7 @@ pub(super) struct Passes {
     pub passes: u32,
     pub particles: u32,
     pub radius: f64,
+    pub numbers: Numbers,
 }
 
 impl Replication for Passes {
@@ -91,7 +93,7 @@ impl Replication for Passes {
         let sppm = Sppm { parts, particles: self.particles, radius: self.radius };
         // The pass's index decides its radius, so replications differ by the seed.
         let seed = seed.wrapping_add(u64::from(index) << 32);
-        let pass = |index| sppm.pass(&self.scene, [1, 1], seed, index);
+        let pass = |index| sppm.image(&self.scene, [1, 1], Pass { numbers: self.numbers, seed, index });
         let value = |index| pass(index).map_or(f64::NAN, |image| level(&self.scene, image[0]));
         (0..self.passes).map(value).sum::<f64>() / f64::from(self.passes)
     }

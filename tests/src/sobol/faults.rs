@@ -1,5 +1,6 @@
 //! Faults of low-discrepancy numbers.
 
+use whitefurnace::harness::tails::normal_sf;
 use whitefurnace::moments::Moments;
 use whitefurnace::rng::stream;
 
@@ -58,12 +59,15 @@ pub(super) fn of_error_bars() -> Vec<Fault<SobolParts>> {
             SobolParts: { numbers: |point, block| {
                 sobol(Point { replication: point.replication / 2, ..point }, block)
             } },
-            "sampler/error-bars"),
+            "sampler/error-bars", "sampler/coverage"),
         fault!("samples-as-if-independent", SOBOL, "an error bar from single samples, which repel each other",
             SobolParts: { squared_error: |rows| {
                 let moments: Moments = rows.iter().flatten().copied().collect();
                 moments.variance() / moments.count() as f64
             } },
-            "sampler/error-bars"),
+            "sampler/error-bars", "sampler/coverage"),
+        fault!("few-as-if-many", SOBOL, "the normal distribution's interval, for a variance that is known",
+            SobolParts: { p: |error, _| 2.0 * normal_sf(error.abs()) },
+            "sampler/coverage"),
     ]
 }

@@ -1,10 +1,12 @@
 //! Low-discrepancy numbers: each coordinate is uniform, a scramble is stratified, blocks, pixels and
-//! scrambles are independent, estimates are unbiased, and error bars come from scrambles.
+//! scrambles are independent, estimates are unbiased, and error bars come from scrambles, of which few will do.
 
 mod faults;
 
 use whitefurnace::harness::chi_square::Counts;
 use whitefurnace::harness::convergence::variance_ratio;
+use whitefurnace::harness::ks::kolmogorov_smirnov;
+use whitefurnace::harness::tails::student_two_sided;
 use whitefurnace::moments::Moments;
 use whitefurnace::rng::{seed_for, stream};
 use whitefurnace::sampler::{BLOCK, LIGHT, Sampler, Sobol, scramble};
@@ -34,6 +36,8 @@ pub struct SobolParts {
     numbers: fn(Point, u32) -> Block,
     /// The square of the error bar of the mean of all samples, a row for each replication.
     squared_error: fn(&[Vec<f64>]) -> f64,
+    /// The p-value of an error of so many error bars, of so many replications.
+    p: fn(f64, u32) -> f64,
 }
 
 /// The program's numbers: those of [`Sobol`] with a scramble for each pixel and replication.
@@ -57,6 +61,7 @@ const CORRECT: SobolParts = SobolParts {
         let moments: Moments = means.collect();
         moments.variance() / rows.len() as f64
     },
+    p: |error, replications| student_two_sided(error, f64::from(replications - 1)),
 };
 
 /// A subject's numbers as an estimator takes them.
@@ -260,6 +265,33 @@ fn error_bars(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     vec![variance_ratio("squared error over squared error bar", &errors, &bars, 1.0, BAR_DELTA)]
 }
 
+/// Pixels whose intervals are looked at, the distance of the law that would matter, and of each pixel as many scrambles
+/// as `render` makes, the points of each, and the blocks that are summed.
+const PIXELS: u64 = 70_000;
+const COVERAGE_DELTA: f64 = 0.025;
+const WHOLE: (u32, u32, [u32; 2]) = (4, 8, [0, 1]);
+
+/// Student's intervals from four scrambles hold the mean as often as they say, at every level: p-values are uniform.
+/// The integrand is the sum of all numbers of two blocks: of so many terms that its means are normal, as the interval
+/// supposes.
+fn coverage(context: &Context, subject: SobolParts) -> Vec<Outcome> {
+    let seed = context.seed_of("coverage");
+    let (replications, points, blocks) = WHOLE;
+    let known = 0.5 * f64::from(BLOCK) * blocks.len() as f64;
+    let sample = |pixel, replication, index| -> f64 {
+        let point = Point { seed, pixel, replication, index };
+        blocks.iter().flat_map(|&block| (subject.numbers)(point, block)).sum()
+    };
+    let p_value = |pixel| {
+        let row = |replication| (0..points).map(|i| sample(pixel, replication, i)).collect();
+        let rows: Vec<Vec<f64>> = (0..replications).map(row).collect();
+        let mean = rows.iter().flatten().sum::<f64>() / f64::from(replications * points);
+        (subject.p)((mean - known) / (subject.squared_error)(&rows).sqrt(), replications)
+    };
+    let mut values: Vec<f64> = (0..context.n(PIXELS) as u32).map(p_value).collect();
+    vec![kolmogorov_smirnov("p-values", &mut values, |p| p, COVERAGE_DELTA)]
+}
+
 fn own<S: 'static>(name: &str, on: TrialFn<S>, statistic: &'static str, property: &str) -> FamilyTrial<S> {
     trial(format!("sampler/{name}"), property, &SOBOL, ["sampler::Sobol, sampler::scramble", statistic], on)
 }
@@ -288,12 +320,15 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![
         Box::new(Family { trials: trials(), faults: faults::of_numbers(), ..Family::new("sobol", CORRECT) }),
         Box::new(Family {
-            trials: vec![own(
-                "error-bars",
-                error_bars,
-                "variance ratio",
-                "the spread of scrambles is the error of their mean",
-            )],
+            trials: vec![
+                own("error-bars", error_bars, "variance ratio", "the spread of scrambles is the error of their mean"),
+                own(
+                    "coverage",
+                    coverage,
+                    "Kolmogorov-Smirnov",
+                    "Student's intervals from four scrambles err as often as they say",
+                ),
+            ],
             faults: faults::of_error_bars(),
             ..Family::new("sobol error bars", CORRECT)
         }),
