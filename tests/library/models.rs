@@ -52,3 +52,33 @@ fn local_vertices_are_above_the_horizon() {
         assert_eq!((at.wo, at.direction, at.frame.z, at.outside), (wo, -wo, DVec3::Z, outside));
     }
 }
+
+/// A model that would have a pdf anywhere.
+#[derive(Debug)]
+struct Anywhere;
+
+impl Model for Anywhere {
+    fn eval(&self, _: DVec3, _: DVec3) -> DVec3 {
+        DVec3::ONE
+    }
+    fn sample(&self, _: DVec3, _: [f64; 2]) -> Option<DVec3> {
+        Some(DVec3::Z)
+    }
+    fn pdf(&self, _: DVec3, _: DVec3) -> f64 {
+        1.0
+    }
+    fn albedo(&self) -> DVec3 {
+        DVec3::ONE
+    }
+}
+
+/// Models are asked for pdfs above the horizon only.
+#[test]
+fn models_have_no_pdf_below_the_horizon() {
+    let bsdf = Bsdf::model(Anywhere);
+    let heights = [-0.5, 0.0, 0.5];
+    for (wo, wi) in heights.into_iter().flat_map(|a| heights.map(|b| (a, b))) {
+        let found = Standard.pdf(&bsdf, DVec3::X.with_z(wo), DVec3::X.with_z(wi));
+        assert_eq!(found, f64::from(wo > 0.0 && wi > 0.0));
+    }
+}
