@@ -32,7 +32,7 @@ impl<T: Send> KdTree<T> {
 
 impl<T> KdTree<T> {
     /// Bytes of memory that each point takes.
-    pub(crate) const BYTES: usize = size_of::<Node<T>>();
+    pub const BYTES: usize = size_of::<Node<T>>();
 
     /// How many points there are.
     pub fn len(&self) -> usize {

@@ -33,6 +33,9 @@ pub struct Counts {
     pub missed: usize,
     /// It did not compile: no mutant.
     pub unviable: usize,
+    /// How many mutants the file has, where only a sample was tried; written by hand, as reasons are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sample_of: Option<usize>,
 }
 
 /// A mutant that no test kills.
@@ -61,6 +64,7 @@ impl Counts {
             timeout: self.timeout + other.timeout,
             missed: self.missed + other.missed,
             unviable: self.unviable + other.unviable,
+            sample_of: None,
         }
     }
 }
@@ -109,9 +113,10 @@ impl Record {
     /// The table of files and, below it, that of the survivors, as HTML.
     pub fn tables(&self) -> String {
         let counted = |name: &str, counts: &Counts| {
-            let Counts { caught, timeout, missed, .. } = counts;
+            let Counts { caught, timeout, missed, sample_of, .. } = counts;
             let [viable, caught, timeout, missed] = [&counts.viable(), caught, timeout, missed].map(usize::to_string);
-            row([name, &viable, &caught, &timeout, &missed])
+            let tried = sample_of.map_or(viable.clone(), |all| format!("{viable} (a sample of {all})"));
+            row([name, &tried, &caught, &timeout, &missed])
         };
         let files = self.files.iter().map(|(file, counts)| counted(&code(file), counts));
         let files: Vec<String> = files.chain([counted("all", &self.total())]).collect();

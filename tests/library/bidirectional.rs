@@ -3,7 +3,9 @@
 
 use std::sync::Mutex;
 
-use whitefurnace::estimator::{Density, weight};
+use whitefurnace::bsdf::{BsdfSample, Model, Vertex};
+use whitefurnace::emitter::EmitterPoint;
+use whitefurnace::estimator::{Connections, Density, weight};
 
 use crate::prelude::*;
 
@@ -55,6 +57,230 @@ fn densities_in_a_sphere_are_uniform() {
         }
         for vertex in &path[..path.len() - 1] {
             assert_abs_diff_eq!(vertex.eye, uniform, epsilon = 1e-6);
+        }
+    }
+}
+
+/// Keeps paths, which go straight on through every surface.
+#[derive(Default)]
+struct Straight(Recorder);
+
+impl Bidirectional for Straight {
+    fn strategy_weight(&self, path: &[Density], s: usize) -> f64 {
+        self.0.strategy_weight(path, s)
+    }
+}
+
+impl Scattering for Straight {
+    fn fresnel(&self, _: f64, _: f64, _: f64) -> f64 {
+        0.0
+    }
+    fn cosine_hemisphere(&self, _: [f64; 2]) -> DVec3 {
+        DVec3::Z
+    }
+}
+
+impl Roulette for Straight {}
+impl NextEvent for Straight {}
+
+/// From a lamp in glass straight up to paper in air, whichever end a path starts from: of the densities at the
+/// glass, which stand for Dirac distributions, the ratio is that of n² on its two sides.
+#[test]
+fn densities_at_glass_have_the_ratio_of_squared_indices() {
+    let camera = Camera::new(1.5 * DVec3::Z, 2.0 * DVec3::Z, DVec3::X, 0.5);
+    let scene = scene_from(camera, |scene| {
+        square(scene, 2.0, 0.0, true, lamp(1.0));
+        square(scene, 9.0, 1.0, true, glass(1.5));
+        square(scene, 9.0, 2.0, false, diffuse(0.9));
+    });
+    let bdpt = Bdpt::new(Straight::default());
+    bdpt.pass(&scene, FRAME, master(), 0).expect("legal values");
+    let found = bdpt.parts.0.0.into_inner().expect("no thread has panicked");
+    for by in [0, 3] {
+        let made = |(path, s): &&(Vec<Density>, usize)| path.len() == 3 && *s == by;
+        let mut count = 0;
+        for (path, _) in found.iter().filter(made) {
+            assert_relative_eq!(path[2].light / path[0].eye, 1.0 / 2.25, max_relative = 1e-9);
+            // At a distance of 1 the cosine's density 1/π is that of the area.
+            assert_relative_eq!(path[1].light, FRAC_1_PI, max_relative = 1e-9);
+            assert_relative_eq!(path[1].eye, FRAC_1_PI, max_relative = 1e-9);
+            assert_relative_eq!(path[0].light, 1.0 / 16.0, max_relative = 1e-9);
+            assert_eq!([path[0].joined, path[1].joined, path[2].joined], [false, false, true]);
+            count += 1;
+        }
+        assert!(count > 0, "none by {by}");
+    }
+}
+
+/// One path, from a point of a lamp to the eye.
+const WAY: [DVec3; 5] = [
+    DVec3::new(0.0, 0.0, 0.0),
+    DVec3::new(0.5, 0.3, 1.0),
+    DVec3::new(1.4, -0.2, 0.0),
+    DVec3::new(1.6, 0.4, 1.0),
+    DVec3::new(2.3, 0.1, 0.4),
+];
+
+/// Walks take the one [`WAY`] in either direction, and one strategy of it counts in full, no other path at all.
+struct OneWay(Recorder, usize);
+
+impl Bidirectional for OneWay {
+    fn strategy_weight(&self, path: &[Density], s: usize) -> f64 {
+        self.0.strategy_weight(path, s);
+        f64::from(path.len() == 4 && s == self.1)
+    }
+}
+
+impl Scattering for OneWay {
+    fn cosine_hemisphere(&self, _: [f64; 2]) -> DVec3 {
+        (WAY[1] - WAY[0]).normalize()
+    }
+    fn sample<R: Rng>(&self, bsdf: &Bsdf, at: &Vertex, _: &mut R) -> Option<BsdfSample> {
+        let i = (1..4).find(|&i| at.point.distance(WAY[i]) < 1e-3)?;
+        let ways = [i - 1, i + 1].map(|j| (WAY[j] - at.point).normalize());
+        let direction = ways[usize::from(ways[0].dot(at.direction) < -0.99)];
+        if matches!(bsdf, Bsdf::Mirror { .. }) {
+            return Some(BsdfSample { direction, weight: DVec3::ONE, pdf: None, radiance_factor: 1.0 });
+        }
+        let wi = at.frame.local(direction);
+        Some(BsdfSample { direction, ..self.weighted(bsdf, at.wo, wi, self.pdf(bsdf, at.wo, wi)) })
+    }
+}
+
+impl Roulette for OneWay {
+    fn survives(&self, _: f64, _: f64) -> bool {
+        true
+    }
+    fn roulette_weight(&self, _: f64) -> f64 {
+        1.0
+    }
+}
+
+impl NextEvent for OneWay {
+    fn sample_emitter(&self, _: &Emitter, _: [f64; 2]) -> EmitterPoint {
+        EmitterPoint { point: WAY[0], normal: DVec3::Z }
+    }
+}
+
+/// A model whose pdf depends on both directions.
+#[derive(Debug)]
+struct Skewed;
+
+impl Model for Skewed {
+    fn eval(&self, wo: DVec3, wi: DVec3) -> DVec3 {
+        DVec3::splat(0.1 + 0.3 * wo.z * wi.z)
+    }
+    fn sample(&self, _: DVec3, _: [f64; 2]) -> Option<DVec3> {
+        None
+    }
+    fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
+        0.5 + 0.3 * wo.z + 0.6 * wi.z + 0.2 * wo.dot(wi)
+    }
+    fn albedo(&self) -> DVec3 {
+        DVec3::ONE
+    }
+}
+
+/// A lamp and three surfaces where the [`WAY`] turns, seen by a pixel so small that its rays are one; and maybe a
+/// screen in the middle of the way.
+fn along_the_way(surfaces: [Bsdf; 4], screen: bool) -> Scene {
+    scene_from(Camera::new(WAY[4], WAY[3], DVec3::Y, 1e-4), |scene| {
+        let mut level = |centre: DVec3, up: bool, surface: Surface| {
+            let [x, y] = [0.2 * DVec3::X, 0.2 * DVec3::Y];
+            panel(scene, centre - 0.5 * (x + y), if up { [x, y] } else { [y, x] }, surface);
+        };
+        for (i, bsdf) in surfaces.into_iter().enumerate() {
+            let emission = if i == 0 { DVec3::splat(2.0) } else { DVec3::ZERO };
+            level(WAY[i], i % 2 == 0, Surface::new(bsdf).emitting(emission));
+        }
+        if screen {
+            level(0.5 * (WAY[1] + WAY[2]), true, Surface::new(Bsdf::Black));
+        }
+    })
+}
+
+/// No strategy makes a path through a screen.
+#[test]
+fn nothing_is_connected_through_a_screen() {
+    let scene = along_the_way([Bsdf::Black, Bsdf::model(Skewed), Bsdf::model(Skewed), Bsdf::model(Skewed)], true);
+    let bdpt = Bdpt::new(OneWay(Recorder::default(), 2));
+    assert_eq!(bdpt.pass(&scene, [1, 1], master(), 0).expect("legal values"), [DVec3::ZERO]);
+    assert!(bdpt.parts.0.0.into_inner().expect("no thread has panicked").iter().all(|(path, _)| path.len() < 4));
+}
+
+/// Every strategy that makes one path finds the densities of its vertices, and the path's measurement over the
+/// product of those by which the strategy made it.
+#[test]
+fn strategies_of_one_path_agree() {
+    let lambert = || Bsdf::Lambert { albedo: DVec3::splat(0.6) };
+    let mirror = || Bsdf::Mirror { reflectance: DVec3::ONE };
+    let skewed = || Bsdf::model(Skewed);
+    for surfaces in [
+        [Bsdf::Black, skewed(), skewed(), skewed()],
+        [mirror(), lambert(), skewed(), lambert()],
+        [Bsdf::Black, mirror(), skewed(), lambert()],
+        [Bsdf::Black, skewed(), mirror(), skewed()],
+        [Bsdf::Black, lambert(), skewed(), mirror()],
+    ] {
+        let scene = along_the_way(surfaces, false);
+        let distance = |i: usize, j: usize| WAY[i].distance(WAY[j]);
+        let cosine = |i: usize, j: usize| (WAY[j] - WAY[i]).z.abs() / distance(i, j);
+        let per_area = |i: usize, j: usize| cosine(j, i) / distance(i, j).powi(2);
+        let specular = |i: usize| i > 0 && matches!(surfaces[i], Bsdf::Mirror { .. });
+        // Normals are ±z: reflected in the surface, the angles are the same.
+        let local = |i: usize, j: usize| {
+            let way = (WAY[j] - WAY[i]).normalize();
+            way.with_z(way.z.abs())
+        };
+        // Of a way from i on to j that came from k.
+        let pdf = |k: Option<usize>, i: usize, j: usize| match (surfaces[i], k) {
+            (Bsdf::Model(model), Some(k)) => model.pdf(local(i, k), local(i, j)),
+            _ if specular(i) => cosine(i, j),
+            _ => cosine(i, j) * FRAC_1_PI,
+        };
+        let importance = 1.0 / (2e-4f64).powi(2);
+        let path: Vec<Density> = (0..4)
+            .map(|i: usize| Density {
+                light: if i == 0 { 25.0 } else { pdf(i.checked_sub(2), i - 1, i) * per_area(i - 1, i) },
+                eye: if i == 3 { importance * per_area(4, 3) } else { pdf(Some(i + 2), i + 1, i) * per_area(i + 1, i) },
+                joined: !specular(i) && (i == 3 || !specular(i + 1)),
+            })
+            .collect();
+        for s in 0..=4 {
+            for connections in [Connections::All, Connections::Ends] {
+                let bdpt = Bdpt { parts: OneWay(Recorder::default(), s), connections };
+                let image = bdpt.pass(&scene, [1, 1], master(), 0).expect("legal values");
+                let paths = bdpt.parts.0.0.into_inner().expect("no thread has panicked");
+                let found: Vec<_> = paths.iter().filter(|(path, by)| path.len() == 4 && *by == s).collect();
+                let all = connections == Connections::All;
+                let exists = (all || s < 2 || s == 4) && (s == 0 || path[s - 1].joined);
+                assert_eq!(found.len(), usize::from(exists), "{s} of {surfaces:?}, {connections:?}");
+                let Some((found, _)) = found.first() else {
+                    assert_eq!(image[0], DVec3::ZERO);
+                    continue;
+                };
+                for (i, (found, known)) in found.iter().zip(&path).enumerate() {
+                    assert_relative_eq!(found.light, known.light, max_relative = 1e-3);
+                    assert_relative_eq!(found.eye, known.eye, max_relative = 1e-3);
+                    assert_eq!(
+                        found.joined,
+                        known.joined && (all || i == 0 || i == 3),
+                        "{i} of {surfaces:?}, {connections:?}"
+                    );
+                }
+                let f = |i: usize| match surfaces[i] {
+                    Bsdf::Model(model) => model.eval(cosine(i, i - 1) * DVec3::Z, cosine(i, i + 1) * DVec3::Z).x,
+                    _ => 0.6 * FRAC_1_PI,
+                };
+                if (1..4).any(specular) {
+                    continue;
+                }
+                let geometry = (0..4).map(|i| cosine(i, i + 1) * if i < 3 { per_area(i, i + 1) } else { 1.0 });
+                let last = importance / distance(3, 4).powi(2);
+                let measured = 2.0 * f(1) * f(2) * f(3) * geometry.product::<f64>() * last;
+                let made: f64 = path.iter().enumerate().map(|(i, v)| if i < s { v.light } else { v.eye }).product();
+                assert_relative_eq!(image[0].x, measured / made, max_relative = 1e-3);
+            }
         }
     }
 }

@@ -1,9 +1,11 @@
 //! Estimators, path by path, where every path has the same value or none.
 
-use whitefurnace::estimator::{Path, Strategy};
+use whitefurnace::estimator::{Heuristic, Path, Quirks, Strategy};
 
 use crate::budget::enough;
 use crate::prelude::*;
+
+const LIGHTS: [LightSampling; 2] = [LightSampling::Area, LightSampling::SolidAngle];
 
 /// Roulette without its weight: a path has the value that it would have without roulette, or none.
 #[derive(Clone, Copy, Debug, Default)]
@@ -170,6 +172,135 @@ fn direct_light_of_whitted_is_f_cos_over_pdf() {
         let d2 = (y - hit.point).length_squared();
         let expected = albedo / PI * 3.0 * 4.0 * (2.0 * 2.0) / (d2 * d2);
         assert!((found - expected).abs().max_element() <= 64.0 * U);
+    }
+}
+
+/// A floor under, or within, one lamp of a shape: the numbers of the path say which points shadow rays pick and in
+/// which direction paths go on, and the pdfs of the two how much each counts.
+#[test]
+fn each_strategy_finds_its_share_of_direct_light() {
+    let (albedo, light) = (0.6, 5.0);
+    let within = EmitterShape::Sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 2.0) });
+    let ball = EmitterShape::Sphere(Sphere::new(DVec3::new(0.3, 0.2, 1.0), 0.6));
+    let flat = EmitterShape::Rectangle { corner: DVec3::new(-1.0, -0.7, 0.8), edges: [2.0 * DVec3::Y, 2.0 * DVec3::X] };
+    let strategies = [
+        (Strategy::Bsdf, Heuristic::Balance, 1),
+        (Strategy::Light, Heuristic::Balance, 1),
+        (Strategy::Mis, Heuristic::Balance, 1),
+        (Strategy::Mis, Heuristic::Power, 2),
+    ];
+    for (shape, lights) in [within, ball, flat].into_iter().flat_map(|s| LIGHTS.map(|lights| (s, lights))) {
+        let scene = scene(|scene| {
+            square(scene, 0.5, 0.0, true, diffuse(albedo));
+            let lamp = scene.surface(lamp(light));
+            match shape {
+                EmitterShape::Rectangle { corner, edges } => scene.rectangle(corner, edges, lamp),
+                EmitterShape::Sphere(sphere) => scene.sphere(sphere, lamp),
+                EmitterShape::Triangle(_) => unreachable!("none"),
+            }
+        });
+        let emitter = scene.emitters()[0];
+        let ray = Ray::new(DVec3::new(0.2, 0.1, 0.3), -DVec3::Z);
+        let floor = scene.intersect(&ray).expect("the floor");
+        // The pdf, by solid angle, with which a shadow ray picks this point.
+        let pdf = |point: DVec3, normal: DVec3| {
+            let to = point - floor.point;
+            let by_angle =
+                (lights == LightSampling::SolidAngle).then(|| emitter.pdf_solid_angle(floor.point)).flatten();
+            by_angle.unwrap_or(to.length().powi(3) / (emitter.area * normal.dot(-to)))
+        };
+        for ((strategy, heuristic, power), i) in strategies.into_iter().flat_map(|s| (0..100).map(move |i| (s, i))) {
+            let path = Path { lights, heuristic, ..Path::new(Unweighted, strategy) };
+            let mut rng = stream(master(), i, 0);
+            let found = path.radiance(&scene, &ray, Some(floor), &mut rng.clone()).x;
+            let share = |pdf: f64, other: f64| match strategy {
+                Strategy::Mis => 1.0 / (1.0 + (other / pdf).powi(power)),
+                _ => 1.0,
+            };
+            let mut expected = 0.0;
+            if strategy != Strategy::Bsdf {
+                let _ = uniform(&mut rng);
+                let random = uniform2(&mut rng);
+                let by_angle =
+                    emitter.sample_solid_angle(floor.point, random).filter(|_| lights != LightSampling::Area);
+                let point = by_angle.map_or_else(|| emitter.sample(random), |(point, _)| point);
+                let to = point.point - floor.point;
+                let cosine = to.normalize().z;
+                if cosine > 0.0 && point.normal.dot(to) < 0.0 {
+                    let pdf = pdf(point.point, point.normal);
+                    expected += share(pdf, cosine * FRAC_1_PI) * albedo * FRAC_1_PI * light * cosine / pdf;
+                }
+            }
+            let way = cosine_hemisphere::<f64>(uniform2(&mut rng));
+            let lamp = scene.onward(&floor, Frame::new(DVec3::Z).world(way)).1.filter(|hit| hit.normal.z < 0.0);
+            if strategy != Strategy::Light && uniform(&mut rng) < albedo {
+                let found = |lamp: Hit| share(way.z * FRAC_1_PI, pdf(lamp.point, lamp.normal)) * albedo * light;
+                expected += lamp.map_or(0.0, found);
+            }
+            assert_abs_diff_eq!(found, expected, epsilon = 1e-6);
+        }
+    }
+}
+
+/// A small floor in the middle of a sphere that emits, where a shadow ray brings 4 L ρ cos θ: with every set of quirks
+/// the numbers of the path say what the reconstruction shows of it.
+#[test]
+fn quirks_do_what_they_say() {
+    let (albedo, light, survival) = (0.6, 5.0, 0.75);
+    let lambert = Bsdf::Lambert { albedo: DVec3::splat(albedo) };
+    let rough = Bsdf::oren_nayar(DVec3::splat(albedo), 0.4, OrenNayarForm::Corrected);
+    for (bsdf, is_rough) in [(lambert, false), (rough, true)] {
+        let scene = scene(|scene| {
+            square(scene, 0.5, 0.0, true, Surface::new(bsdf).absorbing(1.0 - survival));
+            ball(scene, Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 2.0) }, lamp(light));
+        });
+        let ray = Ray::new(DVec3::Z, -DVec3::Z);
+        for (bits, i) in (0..8).flat_map(|bits| (0..50).map(move |i| (bits, i))) {
+            let [roulette_by_cosine, end_loses_direct, extra_cosine] = [1, 2, 4].map(|bit| bits & bit != 0);
+            let published = Published { quirks: Quirks { roulette_by_cosine, end_loses_direct, extra_cosine } };
+            let mut rng = stream(master(), i, 0);
+            let found = published.radiance(&scene, &ray, scene.intersect(&ray), &mut rng.clone()).x;
+            let way: DVec3 = uniform_hemisphere(uniform2(&mut rng));
+            let number = if roulette_by_cosine { way.z } else { uniform(&mut rng) };
+            let ends = number >= survival;
+            let extra = if is_rough && extra_cosine { way.z } else { 1.0 };
+            let colour = |divided: bool| if divided { albedo / survival } else { albedo };
+            let _ = uniform(&mut rng);
+            let [height, _] = uniform2(&mut rng);
+            let direct = extra * colour(end_loses_direct) * 4.0 * light * (2.0 * height - 1.0).max(0.0);
+            // The lamp shows 1, whatever it emits.
+            let onward = extra * colour(roulette_by_cosine) * 2.0 * way.z / survival;
+            let expected = match (ends, end_loses_direct) {
+                (true, true) => 0.0,
+                (true, false) => direct,
+                (false, _) => direct + onward,
+            };
+            assert_abs_diff_eq!(found, expected, epsilon = 100.0 * EDGE_MARGIN);
+        }
+    }
+}
+
+/// Sample rays of the report from a floor under a uniform sky: each that survives brings 2 ρ cos θ/(N q).
+#[test]
+fn sample_rays_of_the_report_share_the_sky() {
+    let (albedo, survival) = (0.6, 0.75);
+    let scene = scene(|scene| {
+        scene.background(DVec3::ONE);
+        square(scene, 0.5, 0.0, true, diffuse(albedo).absorbing(1.0 - survival));
+    });
+    let ray = Ray::new(DVec3::Z, -DVec3::Z);
+    for (rays, i) in (0..4).flat_map(|rays| (0..50).map(move |i| (rays, i))) {
+        let report = Report { rays, segments: 2, ..Report::default() };
+        let mut rng = stream(master(), i, 0);
+        let found = report.radiance(&scene, &ray, scene.intersect(&ray), &mut rng.clone()).x;
+        let mut expected = 0.0;
+        for _ in 0..rays {
+            if uniform(&mut rng) < survival {
+                let way: DVec3 = uniform_hemisphere(uniform2(&mut rng));
+                expected += 2.0 * albedo * way.z / (f64::from(rays) * survival);
+            }
+        }
+        assert_abs_diff_eq!(found, expected, epsilon = 1e-12);
     }
 }
 

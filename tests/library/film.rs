@@ -95,6 +95,7 @@ fn films_have_possible_sizes() {
     assert_eq!((film.frame(), film.size()), ([8, 6], [3, 2]));
     assert_eq!(film.samples_per_replication(), 4);
     assert_eq!(film.pixels().len(), 6);
+    assert!(Film::checked_window([TOO_MANY - 1, 1], None).is_ok(), "the largest");
     // A small window of a frame too large to hold.
     assert!(Film::new([1 << 15, 1 << 15], window(7, 7, 2, 2), 1).is_ok());
 }

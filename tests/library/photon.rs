@@ -1,7 +1,8 @@
 //! The kd-tree against brute force; photon maps and passes as functions of their arguments alone.
 
 use statrs::function::gamma::ln_gamma;
-use whitefurnace::estimator::photon_map::{Photon, same_side};
+use whitefurnace::emitter::EmitterPoint;
+use whitefurnace::estimator::photon_map::{LARGEST_MAP, Photon, same_side};
 use whitefurnace::estimator::radius_squared;
 use whitefurnace::kd_tree::KdTree;
 
@@ -79,10 +80,16 @@ fn flux_is_shared_among_the_particles_that_were_emitted() {
     }
 }
 
+/// Where each particle leaves one photon, as many as fit and no more.
 #[test]
 fn a_map_that_would_not_fit_memory_is_refused_before_it_is_made() {
-    let refused = PhotonMap::new(&Standard, &room::diffuse().expect("a scene"), Kept::All, u32::MAX, (1, 0));
-    assert!(matches!(refused, Err(Error::Option(message)) if message.contains("GB")));
+    let scene = furnace(0.0);
+    let each = size_of::<(DVec3, Photon)>() + KdTree::<Photon>::BYTES;
+    let most = (LARGEST_MAP / each) as u32;
+    let check = |emitted| PhotonMap::check(&Standard, &scene, Kept::All, emitted, (1, 0));
+    assert!(check(most).is_ok());
+    assert_option_refused(check(most + 1), "about 4 GB of photons, more than the 4 GB");
+    assert_option_refused(PhotonMap::new(&Standard, &scene, Kept::All, u32::MAX, (1, 0)), "GB");
 }
 
 #[test]
@@ -112,4 +119,99 @@ fn a_pass_is_a_function_of_seed_and_index() {
     assert_eq!(pass(1, 2), pass(1, 2));
     assert_ne!(pass(1, 2), pass(1, 3));
     assert_ne!(pass(1, 2), pass(2, 2));
+}
+
+/// One particle, from the middle of a lamp: every way goes on along the normal, and glass reflects nothing. Whether
+/// final gathering counts emitters.
+#[derive(Clone, Copy)]
+struct Lone(bool);
+
+impl Scattering for Lone {
+    fn fresnel(&self, _: f64, _: f64, _: f64) -> f64 {
+        0.0
+    }
+    fn cosine_hemisphere(&self, _: [f64; 2]) -> DVec3 {
+        DVec3::Z
+    }
+}
+
+impl Roulette for Lone {
+    fn survives(&self, _: f64, _: f64) -> bool {
+        true
+    }
+    fn roulette_weight(&self, _: f64) -> f64 {
+        1.0
+    }
+}
+
+impl NextEvent for Lone {
+    fn sample_emitter(&self, _: &Emitter, _: [f64; 2]) -> EmitterPoint {
+        EmitterPoint { point: DVec3::ZERO, normal: DVec3::Z }
+    }
+}
+
+impl Photons for Lone {
+    fn gathers_emission(&self) -> bool {
+        self.0 || Standard.gathers_emission()
+    }
+}
+
+/// What the eye sees of one photon on a ceiling, straight, in a mirror, from within glass, by a ray of final
+/// gathering, and as a caustic; and of the shadow ray beside it.
+#[test]
+fn one_photon_is_seen_in_every_way() {
+    let (side, radius, caustic_radius, rho) = (0.02, 0.1, 0.2, 0.6);
+    let small = |s: &mut SceneBuilder, half: f64, x: f64, z: f64, surface: Surface| {
+        panel(s, DVec3::new(x - half, -half, z), [2.0 * half * DVec3::X, 2.0 * half * DVec3::Y], surface);
+    };
+    let lit = |add: &dyn Fn(&mut SceneBuilder)| {
+        scene(|s| {
+            small(s, 0.5 * side, 0.0, 0.0, lamp(2.0));
+            square(s, 0.2, 1.0, false, diffuse(rho));
+            add(s);
+        })
+    };
+    let plain = lit(&|_| {});
+    let mirror = lit(&|s| square(s, 1.0, -0.1, true, reflecting(0.5)));
+    let glass_before = lit(&|s| small(s, 0.02, 0.05, 0.7, glass(1.5)));
+    let paper_below = lit(&|s| {
+        small(s, 0.02, 0.05, 0.7, glass(1.5));
+        small(s, 0.02, 0.05, 0.2, diffuse(0.5));
+    });
+    let glass_above = lit(&|s| small(s, 0.04, 0.0, 0.5, glass(1.5)));
+    let flux = 2.0 * PI * side * side;
+    let by_photon = |radius: f64| rho * FRAC_1_PI * flux / (PI * radius * radius);
+    let by_shadow_ray = rho * FRAC_1_PI * 2.0 * side * side / (1.0f64 + 0.05 * 0.05).powi(2);
+    let gather = Lookup::Gather { caustic_particles: 1, caustic_radius };
+    let seen = |scene: &Scene, parts: Lone, lookup: Lookup, ray: &Ray| {
+        let photons = PhotonMapping::new(parts, scene, lookup, (1, radius), (1, 0)).expect("a map");
+        photons.radiance(scene, ray, scene.intersect(ray), &mut stream(1, 0, 0)).x
+    };
+    let (up, down) = (DVec3::Z, -DVec3::Z);
+    for (scene, lookup, direction, known) in [
+        (&plain, Lookup::Direct, up, by_photon(radius)),
+        (&mirror, Lookup::Direct, down, 0.5 * by_photon(radius)),
+        (&glass_before, Lookup::Direct, up, 2.25 * by_photon(radius)),
+        (&plain, gather, up, by_shadow_ray),
+        (&paper_below, gather, down, 0.5 * 2.25 * by_photon(radius)),
+        (&glass_above, gather, up, by_photon(caustic_radius)),
+    ] {
+        let ray = Ray::new(DVec3::new(0.05, 0.0, 0.6), direction);
+        assert_relative_eq!(seen(scene, Lone(false), lookup, &ray), known, max_relative = 1e-9);
+    }
+    let behind = Ray::new(DVec3::new(0.05, 0.0, 1.5), down);
+    assert_eq!(seen(&plain, Lone(false), Lookup::Direct, &behind), 0.0);
+    // The radius of a pass, and a pixel so small that its rays are one.
+    let camera = Camera::new(DVec3::new(0.05, 0.0, 0.6), DVec3::new(0.05, 0.0, 1.0), DVec3::X, 1e-6);
+    let scene = plain.with_camera(camera).expect("a scene");
+    for index in 0..3 {
+        let sppm = Sppm { parts: Lone(false), particles: 1, radius };
+        let found = sppm.pass(&scene, [1, 1], 1, index).expect("a pass")[0];
+        let known = by_photon(radius_squared(radius * radius, index).sqrt());
+        assert_relative_eq!(found.x, known, max_relative = 1e-9);
+    }
+    // From the ceiling straight down to the lamp.
+    let ray = Ray::new(DVec3::new(0.005, 0.0, 0.6), up);
+    let [without, with] = [false, true].map(|gathers| seen(&scene, Lone(gathers), gather, &ray));
+    assert_relative_eq!(with - without, rho * 2.0, max_relative = 1e-9);
 }

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use whitefurnace::estimator::Path;
-use whitefurnace::render::{ByPasses, ByRays, Renderer};
+use whitefurnace::render::{ByLanes, ByPasses, ByRays, LaneEstimator, Renderer};
 
 use crate::prelude::*;
 
@@ -128,6 +128,31 @@ fn pixels_are_where_they_belong() {
     }
 }
 
+/// A lamp that fills one pixel is seen in that pixel alone, by every estimator of whole images.
+#[test]
+fn passes_see_a_lamp_in_its_pixel() {
+    let camera = Camera::new(DVec3::ZERO, DVec3::X, DVec3::Z, 0.5);
+    let [x, y] = [3.0, 2.0];
+    let place = |dx: f64, dy: f64| {
+        let way = camera.ray(FRAME, x + dx, y + dy).direction;
+        way / way.x
+    };
+    let (corner, right, below) = (place(0.0, 0.0), place(1.0, 0.0), place(0.0, 1.0));
+    let scene = scene_from(camera, |scene| panel(scene, corner, [below - corner, right - corner], lamp(2.0)));
+    let sppm = Sppm { parts: Standard, particles: 1, radius: 0.1 };
+    let tracer = LightTracer::<Standard>::default();
+    let images = |index| {
+        let bdpt = Bdpt::new(Standard).pass(&scene, FRAME, master(), index);
+        [bdpt, sppm.pass(&scene, FRAME, master(), index), tracer.pass(&scene, FRAME, master(), index)]
+    };
+    for image in (0..8).flat_map(images) {
+        for (i, value) in image.expect("legal radiance").into_iter().enumerate() {
+            let known = if i == 2 * FRAME[0] as usize + 3 { 2.0 } else { 0.0 };
+            assert_abs_diff_eq!(value, DVec3::splat(known), epsilon = 1e-6);
+        }
+    }
+}
+
 #[test]
 fn features_are_those_of_the_first_hit() {
     let scene = report_room();
@@ -207,10 +232,14 @@ fn renderers_fill_films_as_the_functions_do() {
     let scene = report_room();
     let tracer = LightTracer::<Standard>::default();
     let by_rays = ByRays { estimator: path(), sampling: sampling(Jitter(2)) };
+    let by_lanes = ByLanes { estimator: LaneEstimator::Path(path()), sampling: sampling(Jitter(2)) };
     let by_passes = ByPasses { estimator: tracer, numbers: Numbers::Independent, seed: master() };
     let rays = rendered(&scene, &path(), FRAME, sampling(Jitter(2)), &[2..6]).expect("legal radiance");
     let images = passes(&scene, &tracer, FRAME, &[2..6]).expect("legal radiance");
-    for (renderer, samples, expected) in [(&by_rays as &dyn Renderer, 4, rays), (&by_passes, 1, images)] {
+    let lanes = rays.clone();
+    for (renderer, samples, expected) in
+        [(&by_rays as &dyn Renderer, 4, rays), (&by_lanes, 4, lanes), (&by_passes, 1, images)]
+    {
         assert_eq!(renderer.samples_per_replication(), samples);
         let mut film = Film::new(FRAME, None, samples).expect("a film");
         let reported = AtomicU64::new(0);

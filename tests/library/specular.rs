@@ -1,6 +1,6 @@
 //! Light by way of mirrors and glass, path by path, where a path has one value or none.
 
-use whitefurnace::estimator::{Path, Strategy};
+use whitefurnace::estimator::{Density, Path, Strategy};
 
 use crate::prelude::*;
 
@@ -33,18 +33,27 @@ impl Roulette for All {
 
 impl NextEvent for All {}
 
-/// A floor and a light within glass, seen from outside: n² less than without the glass, by shadow rays and by
-/// both strategies.
+/// Of the strategies of bidirectional path tracing, shadow rays alone.
+impl Bidirectional for All {
+    fn strategy_weight(&self, _: &[Density], s: usize) -> f64 {
+        f64::from(s == 1)
+    }
+}
+
+/// A floor and a tiny light within glass, seen from outside: n² less than without the glass, by shadow rays and by
+/// both strategies, and by paths from both ends.
 #[test]
 fn shadow_rays_in_glass_have_the_radiance_factor() {
+    // A pixel so small that its rays are one.
+    let camera = Camera::new(3.0 * DVec3::Z, DVec3::ZERO, DVec3::X, 1e-6);
     let lit = |index| {
         scene(|s| {
             square(s, 9.0, 0.0, true, diffuse(0.5));
-            panel(s, DVec3::new(1.0, -1.0, 0.2), [DVec3::Z, 2.0 * DVec3::Y], lamp(4.0));
+            panel(s, DVec3::new(1.0, 0.0, 0.2), [1e-6 * DVec3::Z, 1e-6 * DVec3::Y], lamp(4e9));
             square(s, 9.0, 2.0, true, glass(index));
         })
     };
-    let [air, dense] = [1.0, 1.5].map(lit);
+    let [air, dense] = [1.0, 1.5].map(|index| lit(index).with_camera(camera).expect("a scene"));
     let down = Ray::new(3.0 * DVec3::Z, -DVec3::Z);
     for strategy in [Strategy::Light, Strategy::Mis] {
         let path = Path::new(All(0.0), strategy);
@@ -52,6 +61,12 @@ fn shadow_rays_in_glass_have_the_radiance_factor() {
         assert!(known.iter().all(|value| *value > 0.0));
         let without: Vec<f64> = found.iter().map(|value| 2.25 * value).collect();
         assert_relative_eq!(without[..], known[..], max_relative = 1e-12);
+    }
+    let bdpt = Bdpt::new(All(0.0));
+    for index in 0..20 {
+        let [found, known] = [&dense, &air].map(|scene| bdpt.pass(scene, [1, 1], master(), index).expect("legal")[0]);
+        assert!(known.x > 0.0);
+        assert_relative_eq!(2.25 * found.x, known.x, max_relative = 1e-4);
     }
 }
 
@@ -87,15 +102,28 @@ fn a_caustic_ends_at_its_first_diffuse_surface() {
     assert!((STREAMS / 2..=STREAMS).contains(&kept), "{kept}");
 }
 
-/// The reconstruction sees the background straight, and in a mirror what that reflects of it.
+/// Every method of the report sees the background straight, in a mirror what that reflects of it, and from within glass
+/// with n² if its rules are physical.
 #[test]
-fn the_reconstruction_sees_the_background() {
-    let scene = scene(|s| {
-        s.background(DVec3::splat(3.0));
-        square(s, 1.0, 0.0, true, reflecting(0.5));
-    });
-    for (z, seen) in [(1.0, 3.0), (-1.0, 1.5)] {
-        let ray = Ray::new(DVec3::Z, DVec3::new(0.0, 0.1, z).normalize());
-        assert!(values(&scene, &Published::default(), &ray).iter().all(|value| *value == seen));
+fn the_background_is_seen_straight_in_mirrors_and_through_glass() {
+    let sky = |surface: Surface| {
+        scene(|s| {
+            s.background(DVec3::splat(3.0));
+            square(s, 1.0, 0.0, true, surface);
+        })
+    };
+    let (mirror, glass) = (sky(reflecting(0.5)), sky(glass(1.5)));
+    let [up, down] = [1.0, -1.0].map(|z| Ray::new(DVec3::Z, DVec3::new(0.0, 0.1, z).normalize()));
+    let within = Ray::new(-DVec3::Z, up.direction);
+    for (rules, squared) in [(LightRules::PHYSICAL, 2.25), (LightRules::REPORT, 1.0)] {
+        let report = Report { rules, parts: All(0.0), rays: 1, segments: 7 };
+        let whitted = Whitted { rules, parts: All(0.0), segments: 7 };
+        for (scene, ray, seen) in [(&mirror, &up, 3.0), (&mirror, &down, 1.5), (&glass, &within, 3.0 * squared)] {
+            let all = [values(scene, &report, ray), values(scene, &whitted, ray)].concat();
+            assert!(all.iter().all(|value| (value - seen).abs() <= 1e-12));
+        }
+    }
+    for (ray, seen) in [(&up, 3.0), (&down, 1.5)] {
+        assert!(values(&mirror, &Published::default(), ray).iter().all(|value| *value == seen));
     }
 }
