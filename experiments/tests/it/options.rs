@@ -74,11 +74,15 @@ const PUBLISHED: Base = Base("--convention published", |c| {
 const CORNELL: Base = Base("--scene cornell", |c| c.scene = simple::cornell());
 const JITTER: Base = Base("--pixel jitter --grid 2", |c| c.pixel = PixelSampling::Jitter(2));
 const SOBOL: Base = Base("--sampler sobol", |c| c.numbers = Numbers::Sobol(1));
+/// So dark that lights are not simply white.
+const DIM: Base = Base("--scene diffuse-room --exposure -8", |c| {
+    (c.scene, c.display) = (room::diffuse(), Display::Srgb { exposure: -8.0 });
+});
 const RADIOSITY: Base = Base("--scene cornell --estimator radiosity --patches 60", |c| {
     c.scene = simple::cornell();
     c.method = Method::Radiosity(60);
 });
-const BASES: [Base; 9] = [PLAIN, PHOTON, SPPM, REPORT, PUBLISHED, CORNELL, JITTER, SOBOL, RADIOSITY];
+const BASES: [Base; 10] = [PLAIN, PHOTON, SPPM, REPORT, PUBLISHED, CORNELL, JITTER, SOBOL, DIM, RADIOSITY];
 
 impl Base {
     fn call(self) -> Call {
@@ -219,8 +223,8 @@ fn rows() -> Vec<Row> {
         Row("caustic-photons", "20000", PHOTON, |c| photons(c, [3000, 20_000], [0.5, 0.5])),
         Row("caustic-radius", "0.2", PHOTON, |c| photons(c, [3000, 3000], [0.5, 0.2])),
         Row("patches", "200", RADIOSITY, |c| c.method = Method::Radiosity(200)),
-        Row("outlines", "yes", PLAIN, |_| {}),
-        Row("outlines", "no", PLAIN, |c| c.outlines = false),
+        Row("outlines", "yes", DIM, |_| {}),
+        Row("outlines", "no", DIM, |c| c.outlines = false),
         Row("pixel", "centre", PLAIN, |c| (c.pixel, c.outlines) = (PixelSampling::Centre, false)),
         Row("pixel", "grid", PLAIN, |c| (c.pixel, c.outlines, c.spp) = (PixelSampling::Grid(4), false, 16)),
         Row("pixel", "random", PLAIN, |_| {}),
