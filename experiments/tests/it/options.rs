@@ -224,9 +224,7 @@ fn rows() -> Vec<Row> {
         Row("sampler", "sobol", PLAIN, |c| (c.numbers, c.spp) = (Numbers::Sobol(4), 16)),
         Row("sampler", "sobol", PHOTON, |c| (c.numbers, c.spp) = (Numbers::Sobol(4), 16)),
         Row("sampler", "sobol", SPPM, |c| (c.numbers, c.spp) = (Numbers::Sobol(4), 16)),
-        Row("estimator", "bdpt", SOBOL, |c| {
-            (c.method, c.numbers, c.spp) = (Method::Bdpt(Connections::All), Numbers::Sobol(4), 16)
-        }),
+        Row("estimator", "bdpt", SOBOL, |c| c.method = Method::Bdpt(Connections::All)),
         Row("scrambles", "2", SOBOL, |c| c.numbers = Numbers::Sobol(2)),
         Row("size", "20x10", PLAIN, |c| c.size = [20, 10]),
         Row("spp", "3", PLAIN, |c| c.spp = 3),
