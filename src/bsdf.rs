@@ -146,6 +146,11 @@ impl Bsdf {
         matches!(self, Self::Mirror { .. } | Self::Glass { .. })
     }
 
+    /// Whether it is glass, which some shadow rays pass.
+    pub(crate) fn is_glass(&self) -> bool {
+        matches!(self, Self::Glass { .. })
+    }
+
     /// Whether light leaves in all directions, so that shadow rays and connections find some.
     #[inline]
     pub fn is_rough(&self) -> bool {

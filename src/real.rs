@@ -197,14 +197,14 @@ impl LaneMask {
     /// From one bit for each lane, the first is the lowest.
     #[inline]
     pub fn from_bits(bits: u32) -> Self {
-        let lane = |i: usize| if bits >> i & 1 == 1 { f64::from_bits(u64::MAX) } else { 0.0 };
-        Self(Lanes::new([0, 1, 2, 3, 4, 5, 6, 7].map(lane)))
+        Self::from_fn(|i| bits >> i & 1 == 1)
     }
 
     /// From a yes or no for each lane.
     #[inline]
     pub fn from_fn(lane: impl Fn(usize) -> bool) -> Self {
-        Self::from_bits((0..LANES).fold(0, |bits, i| bits | u32::from(lane(i)) << i))
+        let number = |i: usize| if lane(i) { f64::from_bits(u64::MAX) } else { 0.0 };
+        Self(Lanes::new([0, 1, 2, 3, 4, 5, 6, 7].map(number)))
     }
 
     /// All bits set for a lane of yes, none for one of no.

@@ -7,7 +7,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::Error;
-use crate::estimator::{Estimator, ImageEstimator, Path};
+use crate::estimator::{Estimator, ImageEstimator, LightRules, Path};
 use crate::film::{Features, Film, Pixel, check_radiance};
 use crate::lanes::Engine;
 use crate::pixel::PixelSampling;
@@ -98,19 +98,33 @@ pub fn render<E: Estimator>(
     })
 }
 
-/// [`render`] by the lane engine: the same bytes for the path tracer with its standard parts.
+/// What the lane engine follows: estimators with their standard parts.
+#[derive(Clone, Copy, Debug)]
+pub enum LaneEstimator {
+    /// The path tracer.
+    Path(Path),
+    /// [`Report`](crate::estimator::Report) with one sample ray per hit.
+    Report {
+        /// [`Report::segments`](crate::estimator::Report::segments).
+        segments: u32,
+        /// [`Report::rules`](crate::estimator::Report::rules).
+        rules: LightRules,
+    },
+}
+
+/// [`render`] by the lane engine: the same bytes.
 ///
 /// # Errors
 /// Those of [`render`].
 pub fn render_lanes(
     scene: &Scene,
-    path: &Path,
+    estimator: LaneEstimator,
     sampling: Sampling,
     film: &mut Film,
     range: &Range<u32>,
     row_done: Progress<'_>,
 ) -> Result<bool, Error> {
-    let (frame, engine) = (film.frame(), Engine::new(scene, path, sampling));
+    let (frame, engine) = (film.frame(), Engine::new(scene, estimator, sampling));
     each_row(sampling, film, range, row_done, |corner, row| engine.row((frame, corner), range, row))
 }
 
@@ -213,7 +227,7 @@ fn look(
     let ray = scene.camera().ray(frame, corner[0] + offset[0], corner[1] + offset[1]);
     let hit = scene.intersect(&ray);
     if let Some(hit) = &hit {
-        pixel.push_features(&features(scene, hit, &ray))?;
+        pixel.push_features(&features(scene.surface(hit).bsdf.albedo(), hit.normal, hit.t, ray.direction))?;
     }
     Ok((ray, hit))
 }
@@ -297,11 +311,11 @@ impl<E: Estimator> Renderer for ByRays<E> {
     }
 }
 
-/// Renders as [`ByRays`] with the path tracer does, eight paths at a time.
+/// Renders as [`ByRays`] does, eight paths at a time.
 #[derive(Clone, Copy, Debug)]
 pub struct ByLanes {
     /// What a ray brings.
-    pub path: Path,
+    pub estimator: LaneEstimator,
     /// Which rays, by which random numbers.
     pub sampling: Sampling,
 }
@@ -311,7 +325,7 @@ impl Renderer for ByLanes {
         self.sampling.samples_per_replication()
     }
     fn add(&self, scene: &Scene, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error> {
-        render_lanes(scene, &self.path, self.sampling, film, &range, done)
+        render_lanes(scene, self.estimator, self.sampling, film, &range, done)
     }
 }
 
@@ -335,11 +349,8 @@ impl<E: ImageEstimator> Renderer for ByPasses<E> {
     }
 }
 
+/// The features of a hit whose surface has this albedo and this normal of its front, along a ray of this direction.
 #[inline]
-pub(crate) fn features(scene: &Scene, hit: &Hit, ray: &Ray) -> Features {
-    Features {
-        albedo: scene.surface(hit).bsdf.albedo(),
-        normal: hit.normal * -hit.normal.dot(ray.direction).signum(),
-        depth: hit.t,
-    }
+pub(crate) fn features(albedo: DVec3, normal: DVec3, depth: f64, direction: DVec3) -> Features {
+    Features { albedo, normal: normal * -normal.dot(direction).signum(), depth }
 }

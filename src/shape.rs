@@ -109,6 +109,12 @@ pub fn sphere_roots<V: Vector>(ray: &Ray<V>, centre: DVec3, radius: f64) -> ([V:
     ([V::Real::choose(in_order, p, q), V::Real::choose(in_order, q, p)], meets)
 }
 
+/// The unit normal of a sphere at one of its points, away from the centre.
+#[inline]
+pub fn outward<V: Vector>(point: V, centre: V) -> V {
+    (point - centre).normalize()
+}
+
 /// A sphere, or the zone of it between two planes z = const, as the renderer sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
@@ -155,7 +161,7 @@ impl Sphere {
     /// The unit normal at a point of the sphere, on the side given by `inward`.
     #[inline]
     pub fn normal<V: Vector>(&self, point: V) -> V {
-        let outward = (point - V::splat_vector(self.centre)).normalize();
+        let outward = outward(point, V::splat_vector(self.centre));
         if self.inward { -outward } else { outward }
     }
 

@@ -113,6 +113,12 @@ impl<V: Turn> Shear<V> {
         [(x - ox) - sx * z, (y - oy) - sy * z, z]
     }
 
+    /// The distance of what is seen at a depth, in units of the direction's length.
+    #[inline]
+    pub fn distance(&self, depth: V::Real) -> V::Real {
+        depth * self.shear[2]
+    }
+
     /// The hit with t > 0, from either side, edges and vertices included, on the triangle of three projected
     /// vertices; t is infinite where there is none.
     #[inline]
@@ -132,7 +138,7 @@ impl<V: Turn> Shear<V> {
         let determinant = u + v + w;
         let inverse = determinant.recip();
         let weights = [u * inverse, v * inverse, w * inverse];
-        let t = (weights[0] * depths[0] + weights[1] * depths[1] + weights[2] * depths[2]) * self.shear[2];
+        let t = self.distance(weights[0] * depths[0] + weights[1] * depths[1] + weights[2] * depths[2]);
         let hit = inside & !determinant.equals(zero) & t.above(zero);
         TriangleHit { t: V::Real::choose(hit, t, none), weights }
     }

@@ -36,67 +36,70 @@ impl Default for Report {
     }
 }
 
+/// A ray on the way of light to the eye.
+#[derive(Clone, Copy)]
+struct Way {
+    ray: Ray,
+    hit: Option<Hit>,
+    /// What the radiance along the ray is multiplied by.
+    throughput: DVec3,
+    /// How many segments remain; this ray is the first of them.
+    segments: u32,
+    /// Whether emitters that it hits are left to shadow rays.
+    sampled: bool,
+}
+
 impl<P: Walking> Estimator for Report<P> {
     fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3 {
-        self.arriving(scene, ray, hit, self.segments, false, rng)
+        let mut radiance = DVec3::ZERO;
+        let first = Way { ray: *ray, hit, throughput: DVec3::ONE, segments: self.segments, sampled: false };
+        self.add(scene, &first, &mut radiance, rng);
+        radiance
     }
 }
 
 impl<P: Walking> Report<P> {
-    /// Radiance along a ray, which is the first of `segments` that remain; `sampled` says whether emitters
-    /// that it hits are left to shadow rays.
-    fn arriving<R: Sampler>(
-        &self,
-        scene: &Scene,
-        ray: &Ray,
-        hit: Option<Hit>,
-        segments: u32,
-        sampled: bool,
-        rng: &mut R,
-    ) -> DVec3 {
+    /// Adds the radiance that comes by this way.
+    fn add<R: Sampler>(&self, scene: &Scene, way: &Way, radiance: &mut DVec3, rng: &mut R) {
         let parts = &self.parts;
-        let Some(here) = hit else {
-            return scene.background();
+        let Some(here) = way.hit else {
+            *radiance += way.throughput * scene.background();
+            return;
         };
-        let mut radiance = if parts.hit_counts(Strategy::Light, sampled) {
-            self.rules.seen(scene, &here, ray.direction)
-        } else {
-            DVec3::ZERO
-        };
+        if parts.hit_counts(Strategy::Light, way.sampled) {
+            *radiance += way.throughput * self.rules.seen(scene, &here, way.ray.direction);
+        }
         let surface = scene.surface(&here);
-        let next = |direction, sampled, rng: &mut R| {
-            // The first segment is always followed, even of none.
-            if segments <= 1 {
-                return DVec3::ZERO;
-            }
+        // The first segment is always followed, even of none.
+        let is_last = way.segments <= 1;
+        let onward = |direction, weight: DVec3, sampled| {
             let (ray, hit) = scene.onward(&here, direction);
-            self.arriving(scene, &ray, hit, segments - 1, sampled, rng)
+            Way { ray, hit, throughput: way.throughput * weight, segments: way.segments - 1, sampled }
         };
         let bsdf = &surface.bsdf;
-        let at = Vertex::new(&here, ray);
+        let at = Vertex::new(&here, &way.ray);
         if !bsdf.is_rough() {
-            let Some(way) = parts.sample(bsdf, &at, rng) else {
-                return radiance;
+            let Some(next) = parts.sample(bsdf, &at, rng).filter(|_| !is_last) else {
+                return;
             };
             // A shadow ray that passes through glass has looked behind it.
-            let passed = self.rules.shadows_pass_glass && way.direction.dot(at.frame.z) < 0.0;
-            let sampled = sampled && (passed || !self.rules.caustics);
-            let factor = if self.rules.radiance_factor { way.radiance_factor } else { 1.0 };
-            return radiance + factor * way.weight * next(way.direction, sampled, rng);
+            let passed = self.rules.shadows_pass_glass && next.direction.dot(at.frame.z) < 0.0;
+            let sampled = way.sampled && (passed || !self.rules.caustics);
+            let factor = if self.rules.radiance_factor { next.radiance_factor } else { 1.0 };
+            return self.add(scene, &onward(next.direction, factor * next.weight, sampled), radiance, rng);
         }
         if let Some(light) = direct_light(parts, scene, bsdf, &at, &self.rules, LightSampling::Area, rng) {
-            radiance += light.reflected;
+            *radiance += way.throughput * light.reflected;
         }
         let survival = parts.survival_by_absorption(surface.absorption);
         let share = parts.roulette_weight(survival) / f64::from(self.rays);
         for _ in 0..self.rays {
-            if segments <= 1 || !parts.survives(uniform(rng), survival) {
+            if is_last || !parts.survives(uniform(rng), survival) {
                 continue;
             }
             let sample = parts.sample_uniform(bsdf, at.wo, uniform2(rng));
             let direction = at.frame.world(sample.direction);
-            radiance += share * sample.weight * next(direction, true, rng);
+            self.add(scene, &onward(direction, share * sample.weight, true), radiance, rng);
         }
-        radiance
     }
 }

@@ -6,6 +6,8 @@
 //! a readable estimator is one of this engine. When a path ends, its lane takes the next sample.
 
 mod path;
+mod report;
+mod row;
 mod samples;
 mod scene;
 mod shading;
@@ -13,31 +15,50 @@ mod shading;
 use std::ops::Range;
 
 use crate::error::Error;
-use crate::estimator::Path;
 use crate::film::Pixel;
-use crate::render::{Numbers, Sampling};
+use crate::render::{LaneEstimator, Numbers, Sampling};
 use crate::scene::Scene;
+use report::OneRayPerHit;
+use row::{Scatter, row};
 use samples::{Points, Streams};
 use scene::LaneScene;
 
-/// A path tracer in its scene, for rows of pixels.
+/// An estimator in its scene, for rows of pixels.
 pub(crate) struct Engine<'a> {
     scene: LaneScene<'a>,
-    path: &'a Path,
+    estimator: LaneEstimator,
     sampling: Sampling,
 }
 
+/// A row of pixels: the corner of the first in a frame of this size.
+pub(crate) type Place = ([u32; 2], [u32; 2]);
+
 impl<'a> Engine<'a> {
-    pub fn new(scene: &'a Scene, path: &'a Path, sampling: Sampling) -> Self {
-        Self { scene: LaneScene::new(scene), path, sampling }
+    pub fn new(scene: &'a Scene, estimator: LaneEstimator, sampling: Sampling) -> Self {
+        Self { scene: LaneScene::new(scene), estimator, sampling }
     }
 
-    /// Adds the replications `range` to a row of pixels whose first stands at `corner` of the frame.
-    pub fn row(&self, place: ([u32; 2], [u32; 2]), range: &Range<u32>, pixels: &mut [Pixel]) -> Result<(), Error> {
-        let of = (&self.scene, self.path);
+    /// Adds the replications `range` to a row of pixels.
+    pub fn row(&self, place: Place, range: &Range<u32>, pixels: &mut [Pixel]) -> Result<(), Error> {
+        match self.estimator {
+            LaneEstimator::Path(path) => self.row_by(&path, place, range, pixels),
+            LaneEstimator::Report { segments, rules } => {
+                self.row_by(&OneRayPerHit { segments, rules }, place, range, pixels)
+            }
+        }
+    }
+
+    fn row_by<E: Scatter>(
+        &self,
+        estimator: &E,
+        place: Place,
+        range: &Range<u32>,
+        pixels: &mut [Pixel],
+    ) -> Result<(), Error> {
+        let of = (&self.scene, estimator);
         match self.sampling.numbers {
-            Numbers::Independent => path::row::<Streams>(of, &self.sampling, place, range, pixels),
-            Numbers::Sobol(_) => path::row::<Points>(of, &self.sampling, place, range, pixels),
+            Numbers::Independent => row::<E, Streams>(of, &self.sampling, place, range, pixels),
+            Numbers::Sobol(_) => row::<E, Points>(of, &self.sampling, place, range, pixels),
         }
     }
 }

@@ -1,248 +1,93 @@
 //! The path tracer of [`crate::estimator::Path`] in lanes.
 
 use std::array::from_fn;
-use std::ops::Range;
 
 use glam::DVec3;
 
-use super::samples::{LaneSampler, SampleName};
-use super::scene::{LaneScene, Seen, gather3, lane_ray, lane3};
+use super::row::{Paths, Scatter};
+use super::samples::LaneSampler;
+use super::scene::{LaneScene, Seen, lane3};
 use super::shading::Surfaces;
 use crate::emitter::{Emitter, LightSampling};
-use crate::error::Error;
 use crate::estimator::{Heuristic, LONGEST_PATH, Path, Strategy};
-use crate::film::{Pixel, check_radiance};
-use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector};
-use crate::render::{Sampling, features};
-use crate::scene::{Hit, Scene};
-use crate::shape::Ray;
+use crate::real::{LaneMask, Lanes, Lanes3, Mask, Real, Vector};
 use crate::{radiometry, roulette};
 
-/// A replication in a lane.
-#[derive(Clone, Copy, Default)]
-struct Work {
-    /// Its pixel in the row.
-    column: usize,
-    sample: SampleName,
-    /// The radiance of the samples that are done.
-    sum: DVec3,
-}
-
-impl Work {
-    /// An error of this replication, with its place in a row that starts at `corner` of the frame.
-    fn place(&self, corner: [u32; 2], error: Error) -> Error {
-        let (x, y) = (corner[0] + self.column as u32, corner[1]);
-        error.at(|| format!(" at pixel ({x}, {y}), replication {}", self.sample.replication))
-    }
-}
-
-/// The paths of all lanes.
-struct Paths {
-    ray: Ray<Lanes3>,
-    radiance: Lanes3,
-    throughput: Lanes3,
-    factor: Lanes,
-    /// The pdf of the ray's direction with respect to solid angle, where it has one.
-    pdf: Lanes,
-    has_pdf: LaneMask,
-    hits: [u32; LANES],
-}
-
-/// A row of pixels: the replications `range` of each of them.
-pub(super) fn row<S: LaneSampler>(
-    (scene, path): (&LaneScene<'_>, &Path),
-    sampling: &Sampling,
-    (frame, corner): ([u32; 2], [u32; 2]),
-    range: &Range<u32>,
-    pixels: &mut [Pixel],
-) -> Result<(), Error> {
-    let samples = sampling.samples_per_replication();
-    let columns = pixels.len();
-    let mut next = (0..columns).flat_map(|column| range.clone().map(move |replication| (column, replication)));
-    let mut random = S::new();
-    let mut work = [Work::default(); LANES];
-    let zero = Lanes3::splat_vector(DVec3::ZERO);
-    let mut paths = Paths {
-        ray: Ray::new(zero, Lanes3::splat_vector(DVec3::Z)),
-        radiance: zero,
-        throughput: zero,
-        factor: Lanes::splat(1.0),
-        pdf: Lanes::splat(0.0),
-        has_pdf: LaneMask::from_bits(0),
-        hits: [0; LANES],
-    };
-    let mut seen = Seen::default();
-    // A bit for each lane: those that need a replication, that start a sample, and that are on their way.
-    let (mut idle, mut fresh, mut busy) = (u32::MAX >> (32 - LANES), 0_u32, 0_u32);
-    loop {
-        for (lane, work) in work.iter_mut().enumerate() {
-            if idle >> lane & 1 == 1
-                && let Some((column, replication)) = next.next()
-            {
-                let pixel = corner[1] * frame[0] + corner[0] + column as u32;
-                *work = Work { column, sample: SampleName { pixel, replication, index: 0 }, sum: DVec3::ZERO };
-                idle &= !(1 << lane);
-                fresh |= 1 << lane;
-            }
-        }
-        if fresh != 0 {
-            for (lane, work) in work.iter().enumerate().filter(|(lane, _)| fresh >> lane & 1 == 1) {
-                random.start(lane, sampling, work.sample);
-                paths.hits[lane] = 0;
-            }
-            let starting = LaneMask::from_bits(fresh);
-            paths.start(scene.scene, sampling, (frame, corner), (&work, starting), &mut random);
-            busy |= fresh;
-            fresh = 0;
-        }
-        if busy == 0 {
-            return Ok(());
-        }
-        let ended =
-            paths.step((scene, path), (LaneMask::from_bits(busy), &mut random), &mut seen, |lane, hit, ray| {
-                let work = &work[lane];
-                let pushed = pixels[work.column].push_features(&features(scene.scene, hit, ray));
-                pushed.map_err(|error| work.place(corner, error))
-            })?;
-        busy &= !ended;
-        for (lane, work) in work.iter_mut().enumerate().filter(|(lane, _)| ended >> lane & 1 == 1) {
-            let radiance = lane3(paths.radiance, lane);
-            check_radiance(radiance).map_err(|error| work.place(corner, error))?;
-            work.sum += radiance;
-            work.sample.index += 1;
-            if work.sample.index < samples {
-                fresh |= 1 << lane;
-            } else {
-                let pushed = pixels[work.column].push(work.sum / f64::from(samples));
-                pushed.map_err(|error| work.place(corner, error))?;
-                idle |= 1 << lane;
-            }
-        }
-    }
-}
-
-impl Paths {
-    /// Sends camera rays in the lanes of the mask.
-    fn start<S: LaneSampler>(
-        &mut self,
-        scene: &Scene,
-        sampling: &Sampling,
-        (frame, corner): ([u32; 2], [u32; 2]),
-        (work, starting): (&[Work; LANES], LaneMask),
+impl Scatter for Path {
+    fn scatter<S: LaneSampler>(
+        &self,
+        scene: &LaneScene<'_>,
+        paths: &mut Paths,
+        (surfaces, arrived): (&Surfaces<'_>, LaneMask),
         random: &mut S,
-    ) {
-        let numbers = [random.uniform(starting), random.uniform(starting)];
-        let positions: [[f64; 2]; LANES] = from_fn(|i| {
-            let cell = work[i].sample.index % sampling.pixel.samples_per_replication();
-            sampling.pixel.position(cell, numbers.map(|r| r.as_array()[i]))
-        });
-        let x = Lanes::new(from_fn(|i| f64::from(corner[0] + work[i].column as u32) + positions[i][0]));
-        let y = Lanes::new(from_fn(|i| f64::from(corner[1]) + positions[i][1]));
-        let ray = scene.camera().ray(frame, x, y);
-        let new = |value: Lanes3, old: Lanes3| Vector::choose(starting, value, old);
-        self.ray = Ray::new(new(ray.origin, self.ray.origin), new(ray.direction, self.ray.direction));
-        self.radiance = new(Lanes3::splat_vector(DVec3::ZERO), self.radiance);
-        self.throughput = new(Lanes3::splat_vector(DVec3::ONE), self.throughput);
-        self.factor = Lanes::choose(starting, Lanes::splat(1.0), self.factor);
-        self.has_pdf = self.has_pdf & !starting;
-    }
-
-    /// Takes every busy path to its next hit and onward, and returns the lanes whose paths have ended.
-    fn step<S: LaneSampler>(
-        &mut self,
-        (scene, path): (&LaneScene<'_>, &Path),
-        (busy, random): (LaneMask, &mut S),
         seen: &mut Seen,
-        mut first_hit: impl FnMut(usize, &Hit, &Ray) -> Result<(), Error>,
-    ) -> Result<u32, Error> {
-        let here = scene.closest(&self.ray, busy, seen);
-        let arrived = LaneMask::from_fn(|i| here[i].is_some());
-        for (i, hit) in here.iter().enumerate() {
-            let Some(hit) = hit else { continue };
-            if self.hits[i] == 0 {
-                first_hit(i, hit, &lane_ray(&self.ray, i))?;
+    ) -> LaneMask {
+        for (lane, &hits) in paths.hits.iter().enumerate() {
+            if arrived.bits() >> lane & 1 == 1 {
+                random.block(lane, hits);
             }
-            self.hits[i] += 1;
-            random.block(i, self.hits[i]);
         }
-        let endless = LaneMask::from_fn(|i| here[i].is_some() && self.hits[i] > LONGEST_PATH);
-        let throughput = Vector::choose(endless, Lanes3::splat_vector(DVec3::NAN), self.throughput);
-        let lost = busy & !arrived;
-        if lost.any() {
-            let background = Lanes3::splat_vector(scene.scene.background());
-            let seen = throughput * self.factor * background;
-            self.radiance = Vector::choose(lost, self.radiance + seen, self.radiance);
-        }
-        let surfaces = Surfaces::new(scene.scene, &self.ray, here);
-        self.add_emission(scene.scene, path, (&surfaces, arrived), throughput);
-        let black = arrived & surfaces.black();
-        let asking = arrived & surfaces.rough;
-        let scattering = arrived & !black;
-        if path.strategy != Strategy::Bsdf {
-            let light = surfaces.direct_light(scene, path.lights, false, (asking, random), seen);
-            let weight = match path.strategy {
-                Strategy::Mis => weight(path.heuristic, light.pdf, surfaces.pdf(light.wi)),
+        let endless = arrived & LaneMask::from_fn(|i| paths.hits[i] > LONGEST_PATH);
+        let throughput = Vector::choose(endless, Lanes3::splat_vector(DVec3::NAN), paths.throughput);
+        add_emission(self, scene, paths, (surfaces, arrived), throughput);
+        let scattering = arrived & !surfaces.black();
+        if self.strategy != Strategy::Bsdf {
+            let asking = arrived & surfaces.rough;
+            let light = surfaces.direct_light(scene, self.lights, false, (asking, &mut *random), seen);
+            let weight = match self.strategy {
+                Strategy::Mis => weight(self.heuristic, light.pdf, surfaces.pdf(light.wi)),
                 _ => Lanes::splat(1.0),
             };
             let reflected = Vector::choose(light.arrives, light.reflected * weight, Lanes3::splat_vector(DVec3::ZERO));
-            let added = self.radiance + throughput * self.factor * reflected;
-            self.radiance = Vector::choose(scattering, added, self.radiance);
+            let added = paths.radiance + throughput * paths.factor * reflected;
+            paths.radiance = Vector::choose(scattering, added, paths.radiance);
         }
-        let onward = surfaces.sample(scattering & !endless, random);
-        let throughput = self.throughput * onward.weight;
-        let factor = self.factor * onward.radiance_factor;
+        let next = surfaces.sample(scattering & !endless, random);
+        let throughput = paths.throughput * next.weight;
         let survival = roulette::by_throughput(throughput);
-        let survives = onward.goes_on & roulette::survives(random.uniform(onward.goes_on), survival);
-        let weight = roulette::weight(survival);
-        self.throughput = Vector::choose(survives, throughput * weight, self.throughput);
-        self.factor = Lanes::choose(survives, factor, self.factor);
-        self.pdf = Lanes::choose(survives, onward.pdf, self.pdf);
-        self.has_pdf = onward.has_pdf;
-        let ray = scene.scene.leave(surfaces.vertex.point, surfaces.normal, onward.direction);
-        self.ray = Ray::new(
-            Vector::choose(survives, ray.origin, self.ray.origin),
-            Vector::choose(survives, ray.direction, self.ray.direction),
-        );
-        Ok((busy & !survives).bits())
+        let survives = next.goes_on & roulette::survives(random.uniform(next.goes_on), survival);
+        paths.factor = Lanes::choose(survives, paths.factor * next.radiance_factor, paths.factor);
+        paths.pdf = Lanes::choose(survives, next.pdf, paths.pdf);
+        paths.sampled = next.has_pdf;
+        paths.send(scene.scene, survives, surfaces, next.direction, throughput * roulette::weight(survival));
+        survives
     }
+}
 
-    /// Adds what emitters show that the paths have hit.
-    #[inline]
-    fn add_emission(
-        &mut self,
-        scene: &Scene,
-        path: &Path,
-        (surfaces, arrived): (&Surfaces<'_>, LaneMask),
-        throughput: Lanes3,
-    ) {
-        let emitter = |i: usize| surfaces.hit(i).and_then(|hit| hit.emitter).map(|e| &scene.emitters()[e as usize]);
-        let emits = arrived & LaneMask::from_fn(|i| emitter(i).is_some());
-        if !emits.any() {
-            return;
-        }
-        let weighted = self.has_pdf & LaneMask::from_fn(|_| path.strategy == Strategy::Mis);
-        let cosine = radiometry::cosine(surfaces.normal, -self.ray.direction);
-        let per_area = radiometry::solid_angle_per_area(cosine, surfaces.t * surfaces.t);
-        let by_area = Lanes::new(from_fn(|i| emitter(i).map_or(1.0, Emitter::pdf_area))) / per_area;
-        let on_emitter = match path.lights {
-            LightSampling::Area => by_area,
-            LightSampling::SolidAngle => Lanes::new(from_fn(|i| {
-                let seen = emitter(i).and_then(|emitter| emitter.pdf_solid_angle(lane3(self.ray.origin, i)));
-                seen.unwrap_or(by_area.as_array()[i])
-            })),
-        };
-        let other = on_emitter / scene.emitters().len() as f64;
-        // Light that shadow rays find is not counted when it is hit.
-        let counts = if path.strategy == Strategy::Light { !self.has_pdf } else { emits };
-        let alone = Lanes::choose(counts, Lanes::splat(1.0), Lanes::splat(0.0));
-        let weight = Lanes::choose(weighted, weight(path.heuristic, self.pdf, other), alone);
-        let shown = gather3(|i| {
-            let direction = lane3(self.ray.direction, i);
-            surfaces.hit(i).map_or(DVec3::ZERO, |hit| scene.emitted(hit, direction))
-        });
-        let added = self.radiance + throughput * (self.factor * weight) * shown;
-        self.radiance = Vector::choose(emits, added, self.radiance);
+/// Adds what emitters show that the paths have hit.
+#[inline]
+fn add_emission(
+    path: &Path,
+    scene: &LaneScene<'_>,
+    paths: &mut Paths,
+    (surfaces, arrived): (&Surfaces<'_>, LaneMask),
+    throughput: Lanes3,
+) {
+    let emits = arrived & surfaces.emits;
+    if !emits.any() {
+        return;
     }
+    let emitters = scene.scene.emitters();
+    let emitter = |i: usize| surfaces.emitter(i).map(|emitter| &emitters[emitter as usize]);
+    let weighted = paths.sampled & LaneMask::from_fn(|_| path.strategy == Strategy::Mis);
+    let cosine = radiometry::cosine(surfaces.normal, -paths.ray.direction);
+    let per_area = radiometry::solid_angle_per_area(cosine, surfaces.t * surfaces.t);
+    let by_area = Lanes::new(from_fn(|i| emitter(i).map_or(1.0, Emitter::pdf_area))) / per_area;
+    let on_emitter = match path.lights {
+        LightSampling::Area => by_area,
+        LightSampling::SolidAngle => Lanes::new(from_fn(|i| {
+            let seen = emitter(i).and_then(|emitter| emitter.pdf_solid_angle(lane3(paths.ray.origin, i)));
+            seen.unwrap_or(by_area.as_array()[i])
+        })),
+    };
+    let other = on_emitter / emitters.len() as f64;
+    // Light that shadow rays find is not counted when it is hit.
+    let counts = if path.strategy == Strategy::Light { !paths.sampled } else { emits };
+    let alone = Lanes::choose(counts, Lanes::splat(1.0), Lanes::splat(0.0));
+    let weight = Lanes::choose(weighted, weight(path.heuristic, paths.pdf, other), alone);
+    let shown = surfaces.emitted(scene, paths.ray.direction);
+    let added = paths.radiance + throughput * (paths.factor * weight) * shown;
+    paths.radiance = Vector::choose(emits, added, paths.radiance);
 }
 
 /// The weight of multiple importance sampling.

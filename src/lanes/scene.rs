@@ -1,14 +1,14 @@
-//! What several rays meet: every lane tests every primitive of a small scene, and one ray after the other goes
-//! through the hierarchy of a large one.
+//! What several rays meet: all lanes test what any of them may meet in a small scene, and one ray after the other
+//! goes through the hierarchy of a large one.
 
 use std::array::from_fn;
 
 use glam::DVec3;
 
+use super::shading::Material;
 use crate::accel::PrimitiveHit;
-use crate::bsdf::Bsdf;
-use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector};
-use crate::scene::{Geometry, Hit, Scene};
+use crate::real::{LANES, LaneMask, Lanes, Lanes3, Real, Vector};
+use crate::scene::{Part, PartShape, Scene};
 use crate::shape::{Ray, Sphere};
 use crate::watertight::{Projected, Shear, TriangleHit, edge};
 
@@ -34,91 +34,138 @@ pub(super) fn lane_ray(ray: &Ray<Lanes3>, lane: usize) -> Ray {
     Ray::new(lane3(ray.origin, lane), lane3(ray.direction, lane))
 }
 
-enum Part {
-    /// By its vertices among those of the scene, and by its edges: opposite to each vertex, in either direction.
-    Triangle {
-        vertices: [usize; 3],
-        edges: [(usize, bool); 3],
-    },
-    Sphere(Sphere),
+/// What lanes ask of a primitive that they have met.
+pub(super) struct Met {
+    /// Of a triangle; the first is the centre of a sphere.
+    pub corners: [DVec3; 3],
+    /// Of a triangle's front.
+    pub normal: DVec3,
+    /// 0 of a triangle, negative of a sphere whose normal points to its centre.
+    pub radius: f64,
+    pub surface: u32,
+    pub emitter: Option<u32>,
+}
+
+/// A primitive against which the rays of all lanes are tested.
+struct Target<T> {
+    /// Its place among those of the scene.
+    id: f64,
+    /// Whether some shadow rays pass it.
+    is_glass: bool,
+    shape: T,
+}
+
+/// A triangle by its vertices among those of the scene, and by its edges.
+struct Triangle {
+    vertices: [u8; 3],
+    /// Opposite to each vertex, and whether they run in the other direction.
+    edges: [(u8, bool); 3],
 }
 
 /// A scene as lanes see it.
 pub(super) struct LaneScene<'a> {
     pub scene: &'a Scene,
-    vertices: Vec<[Lanes; 4]>,
+    is_small: bool,
+    // The others are empty in a large scene.
+    vertices: Vec<DVec3>,
     /// The vertices of each edge, which the triangles on both sides of it share.
-    edges: Vec<[usize; 2]>,
-    /// In the order of the scene's primitives, with whether shadow rays may pass; empty in a large scene.
-    parts: Vec<(Part, bool)>,
+    edges: Vec<[u8; 2]>,
+    triangles: Vec<Target<Triangle>>,
+    spheres: Vec<Target<Sphere>>,
+    /// In the order of the scene's primitives.
+    pub parts: Vec<Met>,
+    /// In the order of the scene's surfaces.
+    pub materials: Vec<Material>,
 }
 
-/// Vertices and edges as rays see them; one buffer serves all rays.
-#[derive(Default)]
-pub(super) struct Seen {
-    vertices: Vec<Projected<Lanes>>,
-    edges: Vec<Lanes>,
+/// What rays have met first.
+pub(super) struct Found {
+    /// The lanes that have met something.
+    pub met: LaneMask,
+    /// The primitive, 0 in other lanes.
+    pub primitive: [u32; LANES],
+    pub t: Lanes,
+    /// The weights of a triangle's vertices.
+    pub weights: [Lanes; 3],
 }
+
+/// Vertices and edges as rays see them; one buffer serves all rays. It has as many places as there are indices.
+pub(super) struct Seen {
+    vertices: [Projected<Lanes>; PLACES],
+    edges: [Lanes; PLACES],
+    /// Of each vertex the lanes that have it behind them, and in the upper byte those for which it is too far.
+    outside: [u16; PLACES],
+    /// Of each edge the lanes that pass on its negative side, and in the upper byte those on its positive side.
+    sides: [u16; PLACES],
+}
+
+/// How many vertices or edges 8 bits can tell apart; [`SMALL`] triangles have fewer.
+const PLACES: usize = 256;
 
 impl<'a> LaneScene<'a> {
     pub fn new(scene: &'a Scene) -> Self {
-        let (mut vertices, mut edges, mut parts) = (Vec::new(), Vec::new(), Vec::new());
-        if scene.primitives().count() <= SMALL {
-            for (geometry, surface) in scene.primitives() {
-                let part = match geometry {
-                    Geometry::Sphere(sphere) => Part::Sphere(sphere),
-                    Geometry::Triangle(corners) => {
-                        let [a, b, c] = corners.map(|corner| place_of(&mut vertices, corner));
-                        let mut edge =
-                            |from: usize, to: usize| (place_of(&mut edges, [from.min(to), from.max(to)]), from > to);
-                        Part::Triangle { vertices: [a, b, c], edges: [edge(c, b), edge(a, c), edge(b, a)] }
-                    }
-                };
-                parts.push((part, matches!(surface.bsdf, Bsdf::Glass { .. })));
+        let (mut vertices, mut edges) = (Vec::new(), Vec::new());
+        let (mut triangles, mut spheres) = (Vec::new(), Vec::new());
+        let is_small = scene.parts().len() <= SMALL;
+        for (part, id) in scene.parts().iter().zip(0..).take_while(|_| is_small) {
+            let (id, is_glass) = (f64::from(id), scene.surfaces()[part.surface as usize].bsdf.is_glass());
+            match part.shape {
+                PartShape::Sphere(shape) => spheres.push(Target { id, is_glass, shape }),
+                PartShape::Triangle { vertices: corners, .. } => {
+                    let [a, b, c] = scene.corners(corners).map(|corner| place_of(&mut vertices, corner));
+                    let mut edge = |from: u8, to: u8| (place_of(&mut edges, [from.min(to), from.max(to)]), from > to);
+                    let shape = Triangle { vertices: [a, b, c], edges: [edge(c, b), edge(a, c), edge(b, a)] };
+                    triangles.push(Target { id, is_glass, shape });
+                }
             }
         }
-        let vertices = vertices.iter().map(|v: &DVec3| [v.x, v.y, v.z, 0.0].map(Lanes::splat)).collect();
-        Self { scene, vertices, edges, parts }
+        let parts = scene.parts().iter().map(|part| Met::new(scene, part)).collect();
+        let materials = scene.surfaces().iter().map(Material::new).collect();
+        Self { scene, is_small, vertices, edges, triangles, spheres, parts, materials }
     }
 
-    /// The nearest hits; `None` in lanes that are not `active` and where a ray meets nothing.
+    /// The nearest hits of the `active` lanes.
     #[inline]
-    pub fn closest(&self, ray: &Ray<Lanes3>, active: LaneMask, seen: &mut Seen) -> [Option<Hit>; LANES] {
-        let bits = active.bits();
-        if self.parts.is_empty() {
-            return from_fn(|i| if bits >> i & 1 == 1 { self.scene.intersect(&lane_ray(ray, i)) } else { None });
+    pub fn closest(&self, ray: &Ray<Lanes3>, active: LaneMask, seen: &mut Seen) -> Found {
+        if !self.is_small {
+            return self.closest_one_by_one(ray, active);
         }
-        let shear = self.see(ray, seen);
         let mut t = Lanes::splat(f64::INFINITY);
-        let mut primitive = Lanes::splat(-1.0);
+        let mut primitive = Lanes::splat(0.0);
         let mut weights = [Lanes::splat(0.0); 3];
-        for (id, (part, _)) in self.parts.iter().enumerate() {
-            match part {
-                Part::Triangle { vertices, edges } => {
-                    let hit = seen.hit(&shear, vertices, edges);
-                    let nearer = hit.t.below(t);
-                    if nearer.any() {
-                        t = Lanes::choose(nearer, hit.t, t);
-                        primitive = Lanes::choose(nearer, Lanes::splat(id as f64), primitive);
-                        weights = from_fn(|i| Lanes::choose(nearer, hit.weights[i], weights[i]));
-                    }
-                }
-                Part::Sphere(sphere) => {
-                    let distance = sphere.distance(ray);
-                    let nearer = distance.below(t);
-                    t = Lanes::choose(nearer, distance, t);
-                    primitive = Lanes::choose(nearer, Lanes::splat(id as f64), primitive);
-                }
-            }
+        let shear = self.see(ray, t, seen);
+        for triangle in self.candidates(active, false, seen) {
+            let hit = seen.hit(&shear, &triangle.shape);
+            let nearer = hit.t.below(t);
+            t = Lanes::choose(nearer, hit.t, t);
+            primitive = Lanes::choose(nearer, Lanes::splat(triangle.id), primitive);
+            weights = from_fn(|i| Lanes::choose(nearer, hit.weights[i], weights[i]));
         }
-        let [t, primitive] = [t.to_array(), primitive.to_array()];
-        let weights = weights.map(|w| w.to_array());
-        from_fn(|i| {
-            (bits >> i & 1 == 1 && primitive[i] >= 0.0).then(|| {
-                let found = PrimitiveHit { primitive: primitive[i] as u32, t: t[i], weights: weights.map(|w| w[i]) };
-                self.scene.hit(&lane_ray(ray, i), &found)
-            })
-        })
+        for sphere in &self.spheres {
+            let (distance, id) = (sphere.shape.distance(ray), Lanes::splat(sphere.id));
+            // Of two at the same distance it is the one that comes first in the scene.
+            let nearer = distance.below(t) | distance.equals(t) & id.below(primitive);
+            t = Lanes::choose(nearer, distance, t);
+            primitive = Lanes::choose(nearer, id, primitive);
+        }
+        let met = active & t.below(Lanes::splat(f64::INFINITY));
+        Found { met, primitive: primitive.to_array().map(|id| id as u32), t, weights }
+    }
+
+    fn closest_one_by_one(&self, ray: &Ray<Lanes3>, active: LaneMask) -> Found {
+        let bits = active.bits();
+        let hits: [Option<PrimitiveHit>; LANES] =
+            from_fn(
+                |i| {
+                    if bits >> i & 1 == 1 { self.scene.bvh().closest(&lane_ray(ray, i), f64::INFINITY) } else { None }
+                },
+            );
+        Found {
+            met: LaneMask::from_fn(|i| hits[i].is_some()),
+            primitive: from_fn(|i| hits[i].map_or(0, |hit| hit.primitive)),
+            t: Lanes::new(from_fn(|i| hits[i].map_or(f64::INFINITY, |hit| hit.t))),
+            weights: from_fn(|k| Lanes::new(from_fn(|i| hits[i].map_or(0.0, |hit| hit.weights[k])))),
+        }
     }
 
     /// In which of the `active` lanes two surface points with unit normals see each other, as
@@ -132,7 +179,7 @@ impl<'a> LaneScene<'a> {
         active: LaneMask,
         seen: &mut Seen,
     ) -> LaneMask {
-        if self.parts.is_empty() {
+        if !self.is_small {
             let bits = active.bits();
             return LaneMask::from_fn(|i| {
                 let end = |(point, normal)| (lane3(point, i), lane3(normal, i));
@@ -140,50 +187,106 @@ impl<'a> LaneScene<'a> {
             });
         }
         let segment = self.scene.segment(x, y);
-        let shear = self.see(&segment, seen);
         let one = Lanes::splat(1.0);
+        let shear = self.see(&segment, one, seen);
         let mut free = active;
-        for (part, is_glass) in &self.parts {
-            if through_glass && *is_glass {
-                continue;
-            }
-            let t = match part {
-                Part::Triangle { vertices, edges } => seen.hit(&shear, vertices, edges).t,
-                Part::Sphere(sphere) => sphere.distance(&segment),
-            };
-            free = free & !t.below(one);
-            if !free.any() {
-                break;
-            }
+        for triangle in self.candidates(active, through_glass, seen) {
+            free = free & !seen.hit(&shear, &triangle.shape).t.below(one);
+        }
+        for sphere in self.spheres.iter().filter(|sphere| !(through_glass && sphere.is_glass)) {
+            free = free & !sphere.shape.distance(&segment).below(one);
         }
         free
     }
 
+    /// Projects vertices and edges for rays that end at `limit`.
     #[inline]
-    fn see(&self, ray: &Ray<Lanes3>, seen: &mut Seen) -> Shear<Lanes3> {
+    fn see(&self, ray: &Ray<Lanes3>, limit: Lanes, seen: &mut Seen) -> Shear<Lanes3> {
         let shear = Shear::new(ray);
-        seen.vertices.clear();
-        seen.vertices.extend(self.vertices.iter().map(|vertex| shear.project(vertex)));
-        seen.edges.clear();
-        seen.edges.extend(self.edges.iter().map(|&[a, b]| edge(&seen.vertices[a], &seen.vertices[b])));
+        let zero = Lanes::splat(0.0);
+        let pair = |first: LaneMask, second: LaneMask| (first.bits() | second.bits() << LANES) as u16;
+        // The distance of a hit is a mean of those of the vertices, but for some roundings.
+        let limit = limit * (1.0 + 1e-9);
+        for ((vertex, projected), outside) in self.vertices.iter().zip(&mut seen.vertices).zip(&mut seen.outside) {
+            let [x, y, z] = vertex.to_array().map(Lanes::splat);
+            *projected = shear.project(&[x, y, z, zero]);
+            let distance = shear.distance(projected[2]);
+            *outside = pair(distance.below(zero), distance.above(limit));
+        }
+        for ((&[a, b], value), sides) in self.edges.iter().zip(&mut seen.edges).zip(&mut seen.sides) {
+            *value = edge(&seen.vertices[usize::from(a)], &seen.vertices[usize::from(b)]);
+            *sides = pair(value.below(zero), value.above(zero));
+        }
         shear
+    }
+
+    /// The triangles that a ray in an `active` lane may meet: its line passes through, and the vertices are neither
+    /// all behind it nor all too far.
+    #[inline]
+    fn candidates(
+        &self,
+        active: LaneMask,
+        through_glass: bool,
+        seen: &Seen,
+    ) -> impl Iterator<Item = &Target<Triangle>> {
+        let active = active.bits() as u8;
+        let triangles = self.triangles.iter().enumerate();
+        let mut set = triangles.fold(0_u64, |set, (place, triangle)| {
+            let counts = active & !seen.misses(&triangle.shape) != 0 && !(through_glass & triangle.is_glass);
+            set | u64::from(counts) << place
+        });
+        std::iter::from_fn(move || {
+            let next = self.triangles.get(set.trailing_zeros() as usize)?;
+            set &= set - 1;
+            Some(next)
+        })
+    }
+}
+
+impl Met {
+    fn new(scene: &Scene, &Part { surface, emitter, shape }: &Part) -> Self {
+        let (corners, normal, radius) = match shape {
+            PartShape::Triangle { vertices, normal } => (scene.corners(vertices), normal, 0.0),
+            PartShape::Sphere(Sphere { centre, radius, inward, .. }) => {
+                ([centre; 3], DVec3::Z, if inward { -radius } else { radius })
+            }
+        };
+        Self { corners, normal, radius, surface, emitter }
     }
 }
 
 impl Seen {
+    pub fn new() -> Self {
+        let zero = Lanes::splat(0.0);
+        Self { vertices: [[zero; 3]; PLACES], edges: [zero; PLACES], outside: [0; PLACES], sides: [0; PLACES] }
+    }
+
+    /// The lanes that surely miss a triangle.
+    #[inline]
+    fn misses(&self, triangle: &Triangle) -> u8 {
+        let side = |(edge, reversed): (u8, bool)| self.sides[usize::from(edge)].rotate_left(8 * u32::from(reversed));
+        let [a, b, c] = triangle.edges.map(side);
+        let [x, y, z] = triangle.vertices.map(|vertex| self.outside[usize::from(vertex)]);
+        let (sides, outside) = (a | b | c, x & y & z);
+        ((sides & sides >> 8) | outside | outside >> 8) as u8
+    }
+
     #[inline(always)]
-    fn hit(&self, shear: &Shear<Lanes3>, vertices: &[usize; 3], edges: &[(usize, bool); 3]) -> TriangleHit<Lanes> {
-        let edge = |(place, reversed): (usize, bool)| if reversed { -self.edges[place] } else { self.edges[place] };
-        let ([u, v, w], [a, b, c]) = (*edges, *vertices);
-        let depth = |vertex: usize| self.vertices[vertex][2];
-        shear.hit_within([edge(u), edge(v), edge(w)], [depth(a), depth(b), depth(c)])
+    fn hit(&self, shear: &Shear<Lanes3>, triangle: &Triangle) -> TriangleHit<Lanes> {
+        let edge = |(place, reversed): (u8, bool)| {
+            let edge = self.edges[usize::from(place)];
+            if reversed { -edge } else { edge }
+        };
+        let depth = |vertex: u8| self.vertices[usize::from(vertex)][2];
+        shear.hit_within(triangle.edges.map(edge), triangle.vertices.map(depth))
     }
 }
 
 /// The place of a value in a list to which it is added if it is new.
-fn place_of<T: PartialEq>(list: &mut Vec<T>, value: T) -> usize {
-    list.iter().position(|known| *known == value).unwrap_or_else(|| {
+fn place_of<T: PartialEq>(list: &mut Vec<T>, value: T) -> u8 {
+    let place = list.iter().position(|known| *known == value).unwrap_or_else(|| {
         list.push(value);
         list.len() - 1
-    })
+    });
+    place as u8
 }

@@ -6,23 +6,73 @@ use std::array::from_fn;
 use glam::DVec3;
 
 use super::samples::LaneSampler;
-use super::scene::{LaneScene, Seen, gather3, lane3};
+use super::scene::{Found, LaneScene, Met, Seen, gather3, lane3};
 use crate::bsdf::{Bsdf, OrenNayar, OrenNayarForm, Vertex, lambert, oren_nayar};
 use crate::emitter::{EmitterPoint, LightSampling};
 use crate::estimator::{NextEvent as _, Standard};
+use crate::film::Features;
 use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector};
-use crate::scene::{Hit, Scene};
-use crate::shape::Ray;
+use crate::render::features;
+use crate::scene::{Surface, inner_point};
+use crate::shape::{Ray, outward};
 use crate::{fresnel, radiometry, sampling};
 
-/// What the rays of all lanes have met.
+/// What lanes ask of a surface.
+pub(super) struct Material {
+    /// The albedo or the reflectance of a mirror.
+    colour: DVec3,
+    index: f64,
+    oren_nayar: OrenNayar,
+    /// α of section 2.6.2.
+    absorption: f64,
+    /// A bit for each of the kinds below.
+    kinds: u8,
+}
+
+/// Light leaves in all directions.
+const ROUGH: u8 = 1;
+/// Directions are sampled by the cosine.
+const COSINE: u8 = 2;
+const MIRROR: u8 = 4;
+const GLASS: u8 = 8;
+/// (14) as it is printed.
+const PRINTED: u8 = 16;
+/// f_r is evaluated lane by lane.
+const SINGLE: u8 = 32;
+
+impl Material {
+    pub fn new(&Surface { bsdf, absorption, .. }: &Surface) -> Self {
+        // (14) is (13) with these.
+        let (mut index, mut oren_nayar) = (1.0, OrenNayar { a: 1.0, b: 0.0 });
+        let kinds = match bsdf {
+            Bsdf::Black => 0,
+            Bsdf::Lambert { .. } => ROUGH,
+            Bsdf::OrenNayar { constants, form, .. } => {
+                oren_nayar = constants;
+                if form == OrenNayarForm::Printed { ROUGH | PRINTED } else { ROUGH }
+            }
+            Bsdf::Mirror { .. } => MIRROR,
+            Bsdf::Glass { index: of_glass } => {
+                index = of_glass;
+                GLASS
+            }
+            Bsdf::Eon { .. } | Bsdf::Model(_) => ROUGH | SINGLE,
+        };
+        let kinds = if bsdf.is_sampled_by_cosine() { kinds | COSINE } else { kinds };
+        Self { colour: bsdf.albedo(), index, oren_nayar, absorption, kinds }
+    }
+}
+
+/// What the rays of all lanes have met; of lanes that have met nothing it means nothing.
 pub(super) struct Surfaces<'a> {
-    here: [Option<Hit>; LANES],
+    parts: [&'a Met; LANES],
     bsdf: [&'a Bsdf; LANES],
     pub vertex: Vertex<Lanes3>,
     /// The unit normals of the surfaces' own fronts.
     pub normal: Lanes3,
     pub t: Lanes,
+    /// Where an emitter is.
+    pub emits: LaneMask,
     /// Where light leaves in all directions.
     pub rough: LaneMask,
     /// Of these, where it is sampled by the cosine.
@@ -31,6 +81,7 @@ pub(super) struct Surfaces<'a> {
     glass: LaneMask,
     /// The albedo or the reflectance of a mirror.
     colour: Lanes3,
+    pub absorption: Lanes,
     index: Lanes,
     oren_nayar: OrenNayar<Lanes>,
     printed: LaneMask,
@@ -60,44 +111,53 @@ pub(super) struct Light {
 }
 
 impl<'a> Surfaces<'a> {
+    /// Of a scene with at least one primitive.
     #[inline]
-    pub fn new(scene: &'a Scene, ray: &Ray<Lanes3>, here: [Option<Hit>; LANES]) -> Self {
-        let of = |number: fn(&Hit) -> f64| Lanes::new(from_fn(|i| here[i].as_ref().map_or(0.0, number)));
-        let of3 = |vector: fn(&Hit) -> DVec3| gather3(|i| here[i].as_ref().map_or(DVec3::Z, vector));
-        let bsdf: [&Bsdf; LANES] = from_fn(|i| here[i].as_ref().map_or(&Bsdf::Black, |hit| &scene.surface(hit).bsdf));
-        let is = |kind: fn(&Bsdf) -> bool| LaneMask::from_fn(|i| kind(bsdf[i]));
-        let constants = |i: usize| match *bsdf[i] {
-            Bsdf::OrenNayar { constants, .. } => constants,
-            // (14) is (13) with these.
-            _ => OrenNayar { a: 1.0, b: 0.0 },
-        };
-        let index = |i: usize| if let Bsdf::Glass { index } = *bsdf[i] { index } else { 1.0 };
-        let single = is(|bsdf| matches!(bsdf, Bsdf::Eon { .. } | Bsdf::Model(_)));
-        let (point, normal) = (of3(|hit| hit.point), of3(|hit| hit.normal));
+    pub fn new(lanes: &'a LaneScene<'_>, ray: &Ray<Lanes3>, found: &Found) -> Self {
+        let parts = found.primitive.map(|primitive| &lanes.parts[primitive as usize]);
+        let (point, normal) = place(parts, ray, found);
+        let materials = parts.map(|part| &lanes.materials[part.surface as usize]);
+        let kinds = materials.map(|material| material.kinds);
+        let is = |kind: u8| found.met & LaneMask::from_fn(|i| kinds[i] & kind != 0);
+        let of = |number: fn(&Material) -> f64| Lanes::new(materials.map(number));
         Self {
             vertex: Vertex::of(point, normal, ray.direction),
             normal,
-            t: of(|hit| hit.t),
-            rough: is(Bsdf::is_rough),
-            cosine: is(Bsdf::is_sampled_by_cosine),
-            mirror: is(|bsdf| matches!(bsdf, Bsdf::Mirror { .. })),
-            glass: is(|bsdf| matches!(bsdf, Bsdf::Glass { .. })),
-            colour: gather3(|i| bsdf[i].albedo()),
-            index: Lanes::new(from_fn(index)),
-            oren_nayar: OrenNayar {
-                a: Lanes::new(from_fn(|i| constants(i).a)),
-                b: Lanes::new(from_fn(|i| constants(i).b)),
-            },
-            printed: is(|bsdf| matches!(bsdf, Bsdf::OrenNayar { form: OrenNayarForm::Printed, .. })),
-            single: single.bits(),
-            here,
-            bsdf,
+            t: found.t,
+            emits: found.met & LaneMask::from_fn(|i| parts[i].emitter.is_some()),
+            rough: is(ROUGH),
+            cosine: is(COSINE),
+            mirror: is(MIRROR),
+            glass: is(GLASS),
+            colour: gather3(|i| materials[i].colour),
+            absorption: of(|material| material.absorption),
+            index: of(|material| material.index),
+            oren_nayar: OrenNayar { a: of(|material| material.oren_nayar.a), b: of(|material| material.oren_nayar.b) },
+            printed: is(PRINTED),
+            single: is(SINGLE).bits(),
+            parts,
+            bsdf: parts.map(|part| &lanes.scene.surfaces()[part.surface as usize].bsdf),
         }
     }
 
-    /// The hit of a lane.
-    pub fn hit(&self, lane: usize) -> Option<&Hit> {
-        self.here[lane].as_ref()
+    /// The emitter in a lane, of all that the scene has.
+    #[inline]
+    pub fn emitter(&self, lane: usize) -> Option<u32> {
+        self.parts[lane].emitter
+    }
+
+    /// What emitters show to rays of this direction; zero from behind and elsewhere.
+    pub fn emitted(&self, scene: &LaneScene<'_>, direction: Lanes3) -> Lanes3 {
+        let emitters = scene.scene.emitters();
+        let radiance = gather3(|i| self.emitter(i).map_or(DVec3::ZERO, |emitter| emitters[emitter as usize].radiance));
+        let front = self.normal.dot(direction).below(Lanes::splat(0.0));
+        Vector::choose(front, radiance, Lanes3::splat_vector(DVec3::ZERO))
+    }
+
+    /// The features of a lane that a ray has met.
+    pub fn features(&self, lane: usize, ray: &Ray<Lanes3>) -> Features {
+        let [albedo, normal, direction] = [self.colour, self.normal, ray.direction].map(|v| lane3(v, lane));
+        features(albedo, normal, self.t.as_array()[lane], direction)
     }
 
     /// Where something absorbs all light.
@@ -202,22 +262,33 @@ impl<'a> Surfaces<'a> {
         Light { arrives, wi, reflected: radiometry::reflected(brdf, radiance, cosine, pdf), pdf }
     }
 
-    /// A way on, as [`Scattering::sample`], in world space.
+    /// A way on, as [`Scattering::sample`](crate::bsdf::Scattering::sample), in world space.
     #[inline]
     pub fn sample<S: LaneSampler>(&self, active: LaneMask, random: &mut S) -> Onward {
+        let mut onward = self.sample_specular(active & !self.rough, random);
+        onward.has_pdf = active & self.rough;
+        if onward.has_pdf.any() {
+            self.sample_rough(&mut onward, random);
+        }
+        onward
+    }
+
+    /// The same of mirrors and glass alone.
+    #[inline]
+    pub fn sample_specular<S: LaneSampler>(&self, active: LaneMask, random: &mut S) -> Onward {
         let (zero, one) = (Lanes::splat(0.0), Lanes::splat(1.0));
         let white = Lanes3::splat_vector(DVec3::ONE);
         let vertex = &self.vertex;
         let (d, n) = (vertex.direction, vertex.frame.z);
         let mut onward = Onward {
-            goes_on: active & !self.black(),
+            goes_on: active & (self.mirror | self.glass),
             direction: d,
             weight: white,
             pdf: zero,
-            has_pdf: active & self.rough,
+            has_pdf: LaneMask::from_bits(0),
             radiance_factor: one,
         };
-        if (active & (self.mirror | self.glass)).any() {
+        if onward.goes_on.any() {
             onward.direction = fresnel::mirror(d, n);
             onward.weight = Vector::choose(self.mirror, self.colour, white);
         }
@@ -231,10 +302,14 @@ impl<'a> Surfaces<'a> {
             onward.direction = Vector::choose(refracts, refracted, onward.direction);
             onward.radiance_factor = Lanes::choose(refracts, fresnel::radiance_factor(n1, n2), one);
         }
-        if onward.has_pdf.any() {
-            self.sample_rough(&mut onward, random);
-        }
         onward
+    }
+
+    /// A direction uniform over the hemisphere, in world space, and its weight.
+    #[inline]
+    pub fn sample_uniform(&self, random: [Lanes; 2]) -> (Lanes3, Lanes3) {
+        let wi: Lanes3 = sampling::uniform_hemisphere(random);
+        (self.vertex.frame.world(wi), self.weighted(wi, sampling::uniform_hemisphere_pdf(wi.z)))
     }
 
     #[inline]
@@ -257,7 +332,7 @@ impl<'a> Surfaces<'a> {
         let pdf = self.pdf(wi);
         let weight = self.weighted(wi, pdf);
         let exists = rough & !pdf.equals(Lanes::splat(0.0)) & !LaneMask::from_bits(lost);
-        onward.goes_on = onward.goes_on & (!rough | exists);
+        onward.goes_on = onward.goes_on | exists;
         onward.direction = Vector::choose(rough, self.vertex.frame.world(wi), onward.direction);
         onward.weight = Vector::choose(rough, weight, onward.weight);
         onward.pdf = Lanes::choose(rough, pdf, onward.pdf);
@@ -265,8 +340,25 @@ impl<'a> Surfaces<'a> {
 
     /// f_r cos θ / p of a direction.
     #[inline]
-    pub fn weighted(&self, wi: Lanes3, pdf: Lanes) -> Lanes3 {
+    fn weighted(&self, wi: Lanes3, pdf: Lanes) -> Lanes3 {
         let cosine = radiometry::cosine(Lanes3::splat_vector(DVec3::Z), wi);
         radiometry::reflected(self.brdf(wi), Lanes3::splat_vector(DVec3::ONE), cosine, pdf)
     }
+}
+
+/// Points and normals of hits, as [`Scene::intersect`](crate::scene::Scene::intersect) says them.
+#[inline]
+fn place(parts: [&Met; LANES], ray: &Ray<Lanes3>, found: &Found) -> (Lanes3, Lanes3) {
+    let point = inner_point(from_fn(|k| gather3(|i| parts[i].corners[k])), found.weights);
+    let normal = gather3(|i| parts[i].normal);
+    let curved = found.met & LaneMask::from_fn(|i| parts[i].radius != 0.0);
+    if !curved.any() {
+        return (point, normal);
+    }
+    let centre = gather3(|i| parts[i].corners[0]);
+    let radius = Lanes::new(parts.map(|part| part.radius));
+    let away = outward(ray.at(found.t), centre);
+    let facing = Vector::choose(radius.below(Lanes::splat(0.0)), -away, away);
+    let on_sphere = centre + away * radius.abs();
+    (Vector::choose(curved, on_sphere, point), Vector::choose(curved, facing, normal))
 }

@@ -70,14 +70,14 @@ pub const OFFSET: f64 = 1.0 / 1_099_511_627_776.0;
 
 /// One primitive's place in the scene.
 #[derive(Clone, Copy, Debug)]
-struct Part {
-    surface: u32,
-    emitter: Option<u32>,
-    shape: PartShape,
+pub(crate) struct Part {
+    pub surface: u32,
+    pub emitter: Option<u32>,
+    pub shape: PartShape,
 }
 
 #[derive(Clone, Copy, Debug)]
-enum PartShape {
+pub(crate) enum PartShape {
     Triangle { vertices: [u32; 3], normal: DVec3 },
     Sphere(Sphere),
 }
@@ -146,11 +146,26 @@ impl Scene {
     pub fn primitives(&self) -> impl Iterator<Item = (Geometry, &Surface)> + '_ {
         self.parts.iter().map(|part| {
             let geometry = match part.shape {
-                PartShape::Triangle { vertices, .. } => Geometry::Triangle(vertices.map(|v| self.vertices[v as usize])),
+                PartShape::Triangle { vertices, .. } => Geometry::Triangle(self.corners(vertices)),
                 PartShape::Sphere(sphere) => Geometry::Sphere(sphere),
             };
             (geometry, &self.surfaces[part.surface as usize])
         })
+    }
+
+    /// The parts of which [`primitives`](Self::primitives) tells.
+    pub(crate) fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+
+    #[inline]
+    pub(crate) fn corners(&self, vertices: [u32; 3]) -> [DVec3; 3] {
+        vertices.map(|v| self.vertices[v as usize])
+    }
+
+    /// All surfaces, in the order of [`Hit::surface`].
+    pub(crate) fn surfaces(&self) -> &[Surface] {
+        &self.surfaces
     }
 
     /// The acceleration structure, whose brute-force twin tests use.
@@ -166,16 +181,10 @@ impl Scene {
 
     /// What a ray has met, from where.
     #[inline]
-    pub(crate) fn hit(&self, ray: &Ray, found: &PrimitiveHit) -> Hit {
+    fn hit(&self, ray: &Ray, found: &PrimitiveHit) -> Hit {
         let part = &self.parts[found.primitive as usize];
         let (point, normal) = match &part.shape {
-            PartShape::Triangle { vertices, normal } => {
-                let weights = found.weights.map(|w| w.max(EDGE_MARGIN));
-                let scale = 1.0 / (weights[0] + weights[1] + weights[2]);
-                let [a, b, c] = vertices.map(|v| self.vertices[v as usize]);
-                let point = (weights[0] * a + weights[1] * b + weights[2] * c) * scale;
-                (point, *normal)
-            }
+            PartShape::Triangle { vertices, normal } => (inner_point(self.corners(*vertices), found.weights), *normal),
             PartShape::Sphere(sphere) => {
                 let normal = sphere.normal(ray.at(found.t));
                 let outward = if sphere.inward { -normal } else { normal };
@@ -227,12 +236,20 @@ impl Scene {
         if through_glass {
             !self.bvh.occluded(&segment, 1.0, |primitive| {
                 let surface = self.parts[primitive as usize].surface;
-                !matches!(self.surfaces[surface as usize].bsdf, Bsdf::Glass { .. })
+                !self.surfaces[surface as usize].bsdf.is_glass()
             })
         } else {
             !self.bvh.occluded(&segment, 1.0, |_| true)
         }
     }
+}
+
+/// The point of a triangle with these barycentric weights, inside by [`EDGE_MARGIN`].
+#[inline]
+pub(crate) fn inner_point<V: Vector>([a, b, c]: [V; 3], weights: [V::Real; 3]) -> V {
+    let weights = weights.map(|weight| weight.at_least(V::Real::splat(EDGE_MARGIN)));
+    let scale = (weights[0] + weights[1] + weights[2]).recip();
+    (a * weights[0] + b * weights[1] + c * weights[2]) * scale
 }
 
 /// Collects a scene's parts; [`build`](Self::build) validates them.

@@ -8,7 +8,7 @@ use whitefurnace::estimator::{Heuristic, Path, Strategy as Finds};
 use whitefurnace::fresnel::{mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refracted};
 use whitefurnace::radiometry::{balance, cosine, power, reflected, solid_angle_per_area};
 use whitefurnace::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector, sin_cos_of_turn};
-use whitefurnace::render::render_lanes;
+use whitefurnace::render::{LaneEstimator, render_lanes};
 use whitefurnace::roulette;
 use whitefurnace::sampling::{sphere_zone, triangle, uniform_hemisphere_pdf};
 use whitefurnace::shape::{sphere_roots, triangle_point};
@@ -238,6 +238,9 @@ fn crowded() -> Scene {
     s.mesh(&[DVec3::new(0.2, 0.0, 0.9), DVec3::new(0.2, 0.4, 0.9), DVec3::new(0.6, 0.0, 0.8)], &[[0, 1, 2]], light);
     s.sphere(Sphere::new(DVec3::new(-0.6, 0.5, 0.5), 0.1), light);
     s.rectangle(DVec3::new(0.4, 0.7, 0.2), [0.2 * DVec3::X, 0.2 * DVec3::Z], light);
+    // It stands before a light.
+    let blind = s.surface(Surface::new(walls[0]));
+    s.mesh(&[DVec3::new(0.2, 0.1, 0.8), DVec3::new(0.2, 0.4, 0.8), DVec3::new(0.5, 0.1, 0.7)], &[[0, 1, 2]], blind);
     for (x, bsdf) in [
         (-0.5, Bsdf::Mirror { reflectance: DVec3::splat(0.9) }),
         (0.1, Bsdf::Glass { index: 1.5 }),
@@ -266,15 +269,46 @@ fn many() -> Scene {
     s.build(Camera::new(DVec3::new(0.0, -3.5, 0.0), DVec3::ZERO, DVec3::Z, 0.4)).expect("a legal scene")
 }
 
-fn assert_same_film(scene: &Scene, path: &Path, sampling: Sampling, window: Option<Window>) {
+/// A net of triangles that shine differently, whose edges and vertices are met by the rays through the centres of
+/// pixels. A sphere, before or after them in the scene, touches it at the vertex that the middle ray meets.
+fn net(sphere_first: bool) -> Scene {
+    let mut s = SceneBuilder::new("net");
+    let emitting = |radiance: f64| Surface::new(Bsdf::Black).emitting(DVec3::splat(radiance));
+    let grey = s.surface(Surface::new(Bsdf::Lambert { albedo: DVec3::splat(0.5) }));
+    let touching = Sphere::new(DVec3::new(0.0, 0.5, 0.0), 0.5);
+    if sphere_first {
+        s.sphere(touching, grey);
+    }
+    let place = |i: u32| f64::from(i) / 8.0 - 0.25;
+    let vertices: Vec<DVec3> = (0..36).map(|i| DVec3::new(place(i % 6), 0.0, place(i / 6))).collect();
+    for (cell, shine) in (0..36).filter(|cell| cell % 6 < 5 && cell / 6 < 5).zip(1..) {
+        for (triangle, more) in [([cell, cell + 1, cell + 7], 0.0), ([cell, cell + 7, cell + 6], 0.5)] {
+            let surface = s.surface(emitting(f64::from(shine) + more));
+            s.mesh(&vertices, &[triangle], surface);
+        }
+    }
+    if !sphere_first {
+        s.sphere(touching, grey);
+    }
+    s.build(Camera::new(DVec3::new(0.0, -1.0, 0.0), DVec3::ZERO, DVec3::Z, 8.5 / 16.0)).expect("a legal scene")
+}
+
+fn assert_same_film(scene: &Scene, lanes: LaneEstimator, sampling: Sampling, window: Option<Window>) {
     let film = || Film::new([23, 17], window, sampling.samples_per_replication()).expect("a legal size");
     let (mut alone, mut together) = (film(), film());
     let replications = 5;
     for range in [0..1, 1..replications] {
-        render(scene, path, sampling, &mut alone, &range, &|_| true).expect("legal values");
-        render_lanes(scene, path, sampling, &mut together, &range, &|_| true).expect("legal values");
+        match lanes {
+            LaneEstimator::Path(path) => render(scene, &path, sampling, &mut alone, &range, &|_| true),
+            LaneEstimator::Report { segments, rules } => {
+                let report = Report { parts: Standard, rays: 1, segments, rules };
+                render(scene, &report, sampling, &mut alone, &range, &|_| true)
+            }
+        }
+        .expect("legal values");
+        render_lanes(scene, lanes, sampling, &mut together, &range, &|_| true).expect("legal values");
     }
-    assert!(alone == together, "{} by {path:?}, {sampling:?}", scene.name());
+    assert!(alone == together, "{} by {lanes:?}, {sampling:?}", scene.name());
     assert!(alone.mean() > 0.0);
 }
 
@@ -283,6 +317,8 @@ fn images_have_the_same_bits() {
     let scenes = [
         crowded(),
         many(),
+        net(false),
+        net(true),
         room::report(Convention::Physical, OrenNayarForm::Corrected).expect("a scene"),
         room::diffuse().expect("a scene"),
         simple::environment().expect("a scene"),
@@ -299,19 +335,31 @@ fn images_have_the_same_bits() {
                 [(LightSampling::Area, Heuristic::Balance), (LightSampling::SolidAngle, Heuristic::Power)]
             {
                 let path = Path { lights, heuristic, ..Path::new(Standard, strategy) };
-                assert_same_film(scene, &path, plain, None);
+                assert_same_film(scene, LaneEstimator::Path(path), plain, None);
             }
         }
-        let path = Path::new(Standard, Finds::Mis);
+        let path = LaneEstimator::Path(Path::new(Standard, Finds::Mis));
+        let report = |segments, rules| LaneEstimator::Report { segments, rules };
+        for segments in [0, 1, 2, 7] {
+            assert_same_film(scene, report(segments, LightRules::PHYSICAL), plain, None);
+        }
+        assert_same_film(scene, report(7, LightRules::REPORT), plain, None);
+        // Under the other rules behind glass.
+        for (shadows_pass_glass, caustics) in [(true, true), (false, false)] {
+            let rules = LightRules { shadows_pass_glass, caustics, ..LightRules::PHYSICAL };
+            assert_same_film(scene, report(20, rules), plain, None);
+        }
         for (pixel, numbers) in [
             (Random, Numbers::Sobol(4)),
             (Centre, Numbers::Independent),
             (Grid(2), Numbers::Independent),
             (Jitter(3), Numbers::Independent),
         ] {
-            assert_same_film(scene, &path, Sampling { pixel, numbers, seed }, None);
+            for lanes in [path, report(7, LightRules::REPORT)] {
+                assert_same_film(scene, lanes, Sampling { pixel, numbers, seed }, None);
+            }
         }
-        assert_same_film(scene, &path, plain, Some(Window { corner: [3, 4], size: [9, 2] }));
+        assert_same_film(scene, path, plain, Some(Window { corner: [3, 4], size: [9, 2] }));
     }
 }
 
@@ -348,8 +396,8 @@ fn what_is_no_radiance_is_an_error_at_its_pixel() {
         let path = Path::new(Standard, Finds::Mis);
         let film = || Film::new([1, 1], None, 16).expect("a legal size");
         let alone = render(&scene, &path, sampling, &mut film(), &(0..1), &|_| true).expect_err("a wrong value");
-        let together =
-            render_lanes(&scene, &path, sampling, &mut film(), &(0..1), &|_| true).expect_err("a wrong value");
+        let together = render_lanes(&scene, LaneEstimator::Path(path), sampling, &mut film(), &(0..1), &|_| true)
+            .expect_err("a wrong value");
         assert_eq!(together.to_string(), alone.to_string());
         assert!(alone.to_string().contains("at pixel (0, 0), replication 0"), "{alone}");
     }
@@ -358,12 +406,12 @@ fn what_is_no_radiance_is_an_error_at_its_pixel() {
 /// Rows are counted as they are done, a run that is stopped says so, and a film of another kind is refused.
 #[test]
 fn rows_are_reported() {
-    let (scene, path) = (crowded(), Path::new(Standard, Finds::Mis));
+    let (scene, path) = (crowded(), LaneEstimator::Path(Path::new(Standard, Finds::Mis)));
     let sampling = Sampling { pixel: Random, numbers: Numbers::Independent, seed: 1 };
     let mut film = Film::new([8, 6], None, 1).expect("a legal size");
     let done = |samples| samples == 8 * 3;
-    assert!(matches!(render_lanes(&scene, &path, sampling, &mut film, &(0..3), &done), Ok(true)));
-    assert!(matches!(render_lanes(&scene, &path, sampling, &mut film, &(3..4), &|_| false), Ok(false)));
+    assert!(matches!(render_lanes(&scene, path, sampling, &mut film, &(0..3), &done), Ok(true)));
+    assert!(matches!(render_lanes(&scene, path, sampling, &mut film, &(3..4), &|_| false), Ok(false)));
     let wrong = Sampling { pixel: Grid(2), ..sampling };
-    assert!(matches!(render_lanes(&scene, &path, wrong, &mut film, &(4..5), &|_| true), Err(Error::Option(_))));
+    assert!(matches!(render_lanes(&scene, path, wrong, &mut film, &(4..5), &|_| true), Err(Error::Option(_))));
 }

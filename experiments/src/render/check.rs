@@ -39,7 +39,7 @@ const SETTINGS: &[Setting] = &[
     any("scene", |job| name(job.scene)),
     any("convention", |job| name(job.convention)),
     any("estimator", |job| name(job.estimator)),
-    goes("engine", "--estimator mis, bsdf and light", Job::follows_paths, |_| String::new()),
+    goes("engine", "--estimator mis, bsdf, light, and report with --rays 1", Job::has_engines, |_| String::new()),
     goes("light-sampling", "--estimator light and mis", Job::picks_lights, |job| name(job.light_sampling)),
     goes("heuristic", "--estimator mis", |job| job.estimator == EstimatorName::Mis, |job| name(job.heuristic)),
     goes("diffuse", "--scene report, and not --convention published", Job::has_white_sphere, |job| name(job.diffuse)),
@@ -163,8 +163,13 @@ impl Job {
         Ok(())
     }
 
-    fn follows_paths(&self) -> bool {
-        matches!(self.estimator, EstimatorName::Bsdf | EstimatorName::Light | EstimatorName::Mis)
+    /// Whether there is a lane engine as well.
+    pub(super) fn has_engines(&self) -> bool {
+        match self.estimator {
+            EstimatorName::Bsdf | EstimatorName::Light | EstimatorName::Mis => true,
+            EstimatorName::Report => self.convention != ConventionName::Published && self.rays == 1,
+            _ => false,
+        }
     }
 
     fn picks_lights(&self) -> bool {

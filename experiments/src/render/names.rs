@@ -65,9 +65,9 @@ impl EstimatorName {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum EngineName {
     /// One path at a time, by the readable estimator
-    #[default]
     Scalar,
-    /// Eight paths at a time: the same bytes, faster where the program is built for AVX2 or AVX-512
+    /// Eight paths at a time
+    #[default]
     Lanes,
 }
 

@@ -11,7 +11,7 @@ use whitefurnace::estimator::{
     Report, Sppm, Standard, Strategy, Whitted,
 };
 use whitefurnace::film::{Film, Pixel};
-use whitefurnace::render::{ByLanes, ByPasses, ByRays, Renderer};
+use whitefurnace::render::{ByLanes, ByPasses, ByRays, LaneEstimator, Renderer};
 use whitefurnace::rng::seed_for;
 use whitefurnace::sampler::Pass;
 use whitefurnace::scene::Scene;
@@ -166,16 +166,23 @@ impl Job {
             (EstimatorName::Whitted, _) => Box::new(self.by_rays(Whitted::new(rules))),
             (EstimatorName::Report, ConventionName::Published) => Box::new(self.by_rays(Published::default())),
             (EstimatorName::Report, _) => {
-                Box::new(self.by_rays(Report { rays: self.rays, rules, ..Report::default() }))
+                let report = Report { rays: self.rays, rules, ..Report::default() };
+                self.by_engine(report, LaneEstimator::Report { segments: report.segments, rules })
             }
         })
     }
 
     fn by_paths(&self, strategy: Strategy) -> Box<dyn Renderer> {
         let path = self.path(strategy);
+        self.by_engine(path, LaneEstimator::Path(path))
+    }
+
+    fn by_engine<E: Estimator + 'static>(&self, scalar: E, lanes: LaneEstimator) -> Box<dyn Renderer> {
         match self.engine {
-            EngineName::Scalar => Box::new(self.by_rays(path)),
-            EngineName::Lanes => Box::new(ByLanes { path, sampling: self.sampling() }),
+            EngineName::Lanes if self.has_engines() => {
+                Box::new(ByLanes { estimator: lanes, sampling: self.sampling() })
+            }
+            _ => Box::new(self.by_rays(scalar)),
         }
     }
 

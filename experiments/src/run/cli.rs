@@ -7,7 +7,7 @@ use clap::{Args, FromArgMatches, Parser};
 use whitefurnace::error::Error;
 use whitefurnace::film::LARGEST_FILM;
 
-use super::{progress, record, signals};
+use super::{processor, progress, record, signals};
 use crate::experiments::EXPERIMENTS;
 use crate::run::{self, Experiment, ExperimentResult};
 
@@ -69,6 +69,15 @@ pub fn parse<T: Parser>() -> T {
 
 /// What stands on the command line; a wrong option as by [`parse`].
 pub fn matches(command: clap::Command) -> clap::ArgMatches {
+    let missing = processor::missing();
+    if !missing.is_empty() {
+        eprintln!(
+            "error: this program is built for a processor with {}, which this one lacks: build it on this machine, or for \
+             any with RUSTFLAGS=\"\"",
+            missing.join(", ")
+        );
+        std::process::exit(2);
+    }
     or_one_line(tolerant(command).try_get_matches())
 }
 

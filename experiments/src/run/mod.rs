@@ -3,6 +3,7 @@
 pub mod accumulated;
 pub mod cli;
 pub mod pictures;
+mod processor;
 pub mod progress;
 pub mod record;
 pub mod signals;

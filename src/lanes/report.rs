@@ -1,0 +1,62 @@
+//! The report's estimator, [`crate::estimator::Report`] with one sample ray per hit, in lanes.
+
+use glam::DVec3;
+
+use super::row::{Paths, Scatter};
+use super::samples::LaneSampler;
+use super::scene::{LaneScene, Seen};
+use super::shading::Surfaces;
+use crate::emitter::LightSampling;
+use crate::estimator::LightRules;
+use crate::real::{LaneMask, Lanes, Lanes3, Mask, Real, Vector};
+use crate::roulette;
+
+/// The report's estimator without its number of sample rays.
+pub(super) struct OneRayPerHit {
+    pub segments: u32,
+    pub rules: LightRules,
+}
+
+impl Scatter for OneRayPerHit {
+    fn scatter<S: LaneSampler>(
+        &self,
+        scene: &LaneScene<'_>,
+        paths: &mut Paths,
+        (surfaces, arrived): (&Surfaces<'_>, LaneMask),
+        random: &mut S,
+        seen: &mut Seen,
+    ) -> LaneMask {
+        let (rules, rough) = (&self.rules, arrived & surfaces.rough);
+        let counts = arrived & surfaces.emits & !paths.sampled;
+        if counts.any() {
+            let mut shown = surfaces.emitted(scene, paths.ray.direction);
+            if let Some(radiance) = rules.seen {
+                let none = Lanes3::splat_vector(DVec3::ZERO);
+                let dark = shown.x.equals(none.x) & shown.y.equals(none.y) & shown.z.equals(none.z);
+                shown = Vector::choose(dark, shown, Lanes3::splat_vector(DVec3::splat(radiance)));
+            }
+            paths.radiance = Vector::choose(counts, paths.radiance + paths.throughput * shown, paths.radiance);
+        }
+        let goes_on = LaneMask::from_fn(|i| paths.hits[i] < self.segments);
+        let next = surfaces.sample_specular(arrived & !rough, random);
+        // A shadow ray that passes through glass has looked behind it.
+        let below = next.direction.dot(surfaces.vertex.frame.z).below(Lanes::splat(0.0));
+        let looked_behind =
+            LaneMask::from_fn(|_| !rules.caustics) | below & LaneMask::from_fn(|_| rules.shadows_pass_glass);
+        let factor = if rules.radiance_factor { next.radiance_factor } else { Lanes::splat(1.0) };
+        let light =
+            surfaces.direct_light(scene, LightSampling::Area, rules.shadows_pass_glass, (rough, &mut *random), seen);
+        let lit = paths.radiance + paths.throughput * light.reflected;
+        paths.radiance = Vector::choose(light.arrives, lit, paths.radiance);
+        let survival = roulette::by_absorption(surfaces.absorption);
+        let asking = rough & goes_on;
+        let survives = asking & roulette::survives(random.uniform(asking), survival);
+        let (direction, weight) = surfaces.sample_uniform([random.uniform(survives), random.uniform(survives)]);
+        let weight = Vector::choose(rough, weight * roulette::weight(survival), next.weight * factor);
+        let direction = Vector::choose(rough, direction, next.direction);
+        let goes_on = survives | next.goes_on & goes_on;
+        paths.sampled = rough | paths.sampled & looked_behind;
+        paths.send(scene.scene, goes_on, surfaces, direction, paths.throughput * weight);
+        goes_on
+    }
+}

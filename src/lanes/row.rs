@@ -1,0 +1,206 @@
+//! Rows of pixels in lanes: which sample each lane follows, and what becomes of its radiance.
+
+use std::array::from_fn;
+use std::ops::Range;
+
+use glam::DVec3;
+
+use super::samples::{LaneSampler, SampleName};
+use super::scene::{LaneScene, Seen, lane3};
+use super::shading::Surfaces;
+use crate::error::Error;
+use crate::film::{Pixel, check_radiance};
+use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector};
+use crate::render::Sampling;
+use crate::scene::Scene;
+use crate::shape::Ray;
+
+/// A replication in a lane.
+#[derive(Clone, Copy, Default)]
+struct Work {
+    /// Its pixel in the row.
+    column: usize,
+    sample: SampleName,
+    /// The radiance of the samples that are done.
+    sum: DVec3,
+}
+
+impl Work {
+    /// An error of this replication, with its place in a row that starts at `corner` of the frame.
+    fn place(&self, corner: [u32; 2], error: Error) -> Error {
+        let (x, y) = (corner[0] + self.column as u32, corner[1]);
+        error.at(|| format!(" at pixel ({x}, {y}), replication {}", self.sample.replication))
+    }
+}
+
+/// The paths of all lanes.
+pub(super) struct Paths {
+    pub ray: Ray<Lanes3>,
+    pub radiance: Lanes3,
+    pub throughput: Lanes3,
+    /// Product of the radiance factors on the way.
+    pub factor: Lanes,
+    /// Where shadow rays have looked for the light that the ray hits.
+    pub sampled: LaneMask,
+    /// The pdf of the ray's direction with respect to solid angle, where shadow rays have looked.
+    pub pdf: Lanes,
+    /// How often it has met something.
+    pub hits: [u32; LANES],
+}
+
+/// How an estimator takes paths from what they have met onward.
+pub(super) trait Scatter {
+    /// Adds to the radiance of the paths that have `arrived` at these surfaces, sends those that go on, and returns
+    /// their lanes.
+    fn scatter<S: LaneSampler>(
+        &self,
+        scene: &LaneScene<'_>,
+        paths: &mut Paths,
+        arrived: (&Surfaces<'_>, LaneMask),
+        random: &mut S,
+        seen: &mut Seen,
+    ) -> LaneMask;
+}
+
+/// A row of pixels: the replications `range` of each of them.
+pub(super) fn row<E: Scatter, S: LaneSampler>(
+    (scene, estimator): (&LaneScene<'_>, &E),
+    sampling: &Sampling,
+    (frame, corner): ([u32; 2], [u32; 2]),
+    range: &Range<u32>,
+    pixels: &mut [Pixel],
+) -> Result<(), Error> {
+    let samples = sampling.samples_per_replication();
+    let columns = pixels.len();
+    let mut next = (0..columns).flat_map(|column| range.clone().map(move |replication| (column, replication)));
+    let mut random = S::new();
+    let mut work = [Work::default(); LANES];
+    let zero = Lanes3::splat_vector(DVec3::ZERO);
+    let mut paths = Paths {
+        ray: Ray::new(zero, Lanes3::splat_vector(DVec3::Z)),
+        radiance: zero,
+        throughput: zero,
+        factor: Lanes::splat(1.0),
+        pdf: Lanes::splat(0.0),
+        sampled: LaneMask::from_bits(0),
+        hits: [0; LANES],
+    };
+    let mut seen = Seen::new();
+    // A bit for each lane: those that need a replication, that start a sample, and that are on their way.
+    let (mut idle, mut fresh, mut busy) = (u32::MAX >> (32 - LANES), 0_u32, 0_u32);
+    loop {
+        for lane in lanes_of(idle) {
+            if let Some((column, replication)) = next.next() {
+                let pixel = corner[1] * frame[0] + corner[0] + column as u32;
+                work[lane] = Work { column, sample: SampleName { pixel, replication, index: 0 }, sum: DVec3::ZERO };
+                idle &= !(1 << lane);
+                fresh |= 1 << lane;
+            }
+        }
+        if fresh != 0 {
+            for lane in lanes_of(fresh) {
+                random.start(lane, sampling, work[lane].sample);
+                paths.hits[lane] = 0;
+            }
+            let starting = LaneMask::from_bits(fresh);
+            paths.start(scene.scene, sampling, (frame, corner), (&work, starting), &mut random);
+            busy |= fresh;
+            fresh = 0;
+        }
+        if busy == 0 {
+            return Ok(());
+        }
+        let found = scene.closest(&paths.ray, LaneMask::from_bits(busy), &mut seen);
+        let met = found.met.bits();
+        let mut ended = busy & !met;
+        paths.leave(scene.scene, LaneMask::from_bits(ended));
+        if met != 0 {
+            let surfaces = Surfaces::new(scene, &paths.ray, &found);
+            for lane in lanes_of(met) {
+                if paths.hits[lane] == 0 {
+                    let work = &work[lane];
+                    let pushed = pixels[work.column].push_features(&surfaces.features(lane, &paths.ray));
+                    pushed.map_err(|error| work.place(corner, error))?;
+                }
+                paths.hits[lane] += 1;
+            }
+            let goes_on = estimator.scatter(scene, &mut paths, (&surfaces, found.met), &mut random, &mut seen);
+            ended = busy & !goes_on.bits();
+        }
+        busy &= !ended;
+        for lane in lanes_of(ended) {
+            let work = &mut work[lane];
+            let radiance = lane3(paths.radiance, lane);
+            check_radiance(radiance).map_err(|error| work.place(corner, error))?;
+            work.sum += radiance;
+            work.sample.index += 1;
+            if work.sample.index < samples {
+                fresh |= 1 << lane;
+            } else {
+                let pushed = pixels[work.column].push(work.sum / f64::from(samples));
+                pushed.map_err(|error| work.place(corner, error))?;
+                idle |= 1 << lane;
+            }
+        }
+    }
+}
+
+impl Paths {
+    /// Sends camera rays in the lanes of the mask.
+    fn start<S: LaneSampler>(
+        &mut self,
+        scene: &Scene,
+        sampling: &Sampling,
+        (frame, corner): ([u32; 2], [u32; 2]),
+        (work, starting): (&[Work; LANES], LaneMask),
+        random: &mut S,
+    ) {
+        let numbers = [random.uniform(starting), random.uniform(starting)];
+        let positions: [[f64; 2]; LANES] = from_fn(|i| {
+            let cell = work[i].sample.index % sampling.pixel.samples_per_replication();
+            sampling.pixel.position(cell, numbers.map(|r| r.as_array()[i]))
+        });
+        let x = Lanes::new(from_fn(|i| f64::from(corner[0] + work[i].column as u32) + positions[i][0]));
+        let y = Lanes::new(from_fn(|i| f64::from(corner[1]) + positions[i][1]));
+        let ray = scene.camera().ray(frame, x, y);
+        let new = |value: Lanes3, old: Lanes3| Vector::choose(starting, value, old);
+        self.ray = Ray::new(new(ray.origin, self.ray.origin), new(ray.direction, self.ray.direction));
+        self.radiance = new(Lanes3::splat_vector(DVec3::ZERO), self.radiance);
+        self.throughput = new(Lanes3::splat_vector(DVec3::ONE), self.throughput);
+        self.factor = Lanes::choose(starting, Lanes::splat(1.0), self.factor);
+        self.sampled = self.sampled & !starting;
+    }
+
+    /// Adds what the background shows to the paths of these lanes, which leave the scene.
+    fn leave(&mut self, scene: &Scene, leaving: LaneMask) {
+        if leaving.any() {
+            let shown = self.throughput * self.factor * Lanes3::splat_vector(scene.background());
+            self.radiance = Vector::choose(leaving, self.radiance + shown, self.radiance);
+        }
+    }
+
+    /// Sends the paths of these lanes on from surfaces, with this throughput.
+    pub fn send(
+        &mut self,
+        scene: &Scene,
+        on: LaneMask,
+        surfaces: &Surfaces<'_>,
+        direction: Lanes3,
+        throughput: Lanes3,
+    ) {
+        let ray = scene.leave(surfaces.vertex.point, surfaces.normal, direction);
+        let new = |value: Lanes3, old: Lanes3| Vector::choose(on, value, old);
+        self.ray = Ray::new(new(ray.origin, self.ray.origin), new(ray.direction, self.ray.direction));
+        self.throughput = new(throughput, self.throughput);
+    }
+}
+
+/// The lanes whose bits are set.
+#[inline]
+fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = bits.trailing_zeros() as usize;
+        bits &= bits.wrapping_sub(1);
+        (lane < LANES).then_some(lane)
+    })
+}
