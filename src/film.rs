@@ -130,7 +130,8 @@ impl Pixel {
         DVec3::from_array(self.radiance.map(|channel| channel.mean(self.replications)))
     }
 
-    /// Standard error of the mean per channel; infinite below two replications.
+    /// Standard error of the mean per channel; infinite below two replications. Its square is unbiased; an interval takes
+    /// Student's distribution with a degree of freedom less than there are replications.
     pub fn standard_error(&self) -> DVec3 {
         DVec3::from_array(self.radiance.map(|channel| channel.standard_error(self.replications)))
     }
@@ -257,7 +258,7 @@ impl Film {
     }
 
     /// Mean standard error of the pixels, relative to the mean radiance; infinite below two
-    /// replications.
+    /// replications. The root of an unbiased variance is too small in the mean, of four replications by a twelfth.
     pub fn relative_error(&self) -> f64 {
         self.average(Pixel::standard_error) / self.mean()
     }

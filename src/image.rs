@@ -58,7 +58,7 @@ pub fn srgb(linear: f64) -> f64 {
 }
 
 /// Writes the film as one EXR part of 32-bit floats: mean radiance in R, G, B (linear, not clamped),
-/// its standard error in `stderr.*` (infinite below two replications), camera samples in `samples.Y`,
+/// its standard error in `stderr.*` ([`Pixel::standard_error`]), camera samples in `samples.Y`,
 /// and the first hit's `albedo.*`, `normal.*` and `depth.Z`. `provenance` becomes the one text
 /// attribute of that name.
 ///

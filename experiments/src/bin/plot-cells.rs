@@ -22,7 +22,7 @@ struct PlotCells {
 }
 
 fn main() -> ExitCode {
-    cli::exit(run(&cli::parse()))
+    cli::start(|| cli::exit(run(&cli::parse())))
 }
 
 fn run(options: &PlotCells) -> Result<Ending, Error> {

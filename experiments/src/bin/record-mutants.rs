@@ -45,7 +45,7 @@ enum Scenario {
 }
 
 fn main() -> ExitCode {
-    cli::exit(run(&cli::parse()))
+    cli::start(|| cli::exit(run(&cli::parse())))
 }
 
 fn run(options: &RecordMutants) -> Result<Ending, Error> {

@@ -13,9 +13,11 @@ use whitefurnace::error::Error;
 use whitefurnace::image::{check_writable, write_exr, write_png};
 
 fn main() -> ExitCode {
-    let matches = cli::matches(Render::command());
-    let options = cli::or_one_line(Render::of(&matches));
-    cli::exit(options.check(&matches).and_then(|()| run(&options)))
+    cli::start(|| {
+        let matches = cli::matches(Render::command());
+        let options = cli::or_one_line(Render::of(&matches));
+        cli::exit(options.check(&matches).and_then(|()| run(&options)))
+    })
 }
 
 fn run(options: &Render) -> Result<Ending, Error> {

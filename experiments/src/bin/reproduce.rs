@@ -37,7 +37,7 @@ struct Reproduce {
 }
 
 fn main() -> ExitCode {
-    cli::exit(run(&cli::parse()))
+    cli::start(|| cli::exit(run(&cli::parse())))
 }
 
 fn run(options: &Reproduce) -> Result<Ending, Error> {

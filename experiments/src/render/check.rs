@@ -189,7 +189,7 @@ impl Job {
         self.scene == SceneName::Report && self.convention != ConventionName::Published
     }
 
-    fn divides_pixels(&self) -> bool {
+    pub(super) fn divides_pixels(&self) -> bool {
         matches!(self.pixel, PixelName::Grid | PixelName::Jitter)
     }
 

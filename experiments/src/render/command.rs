@@ -6,7 +6,7 @@ use clap::parser::ValueSource;
 use clap::{ArgMatches, FromArgMatches as _, Parser};
 use whitefurnace::error::Error;
 
-use super::{ConventionName, EstimatorName, Job, SceneName};
+use super::{ConventionName, EstimatorName, Job, OutlinesName, SamplerName, SceneName};
 use crate::run::cli::{real, whole};
 
 /// Render one image of a scene to an EXR file (linear radiance with its standard error) and a PNG.
@@ -54,6 +54,13 @@ impl Render {
         }
         if !given(matches, "estimator") {
             job.estimator = job.convention.estimator();
+        }
+        // The report's own estimator gains nothing: it keeps the report's numbers.
+        if job.estimator != EstimatorName::Report && !job.divides_pixels() && !given(matches, "sampler") {
+            job.sampler = SamplerName::Sobol;
+        }
+        if job.shows_outlines() && !given(matches, "outlines") {
+            job.outlines = OutlinesName::Yes;
         }
         Ok(render)
     }

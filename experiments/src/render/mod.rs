@@ -67,14 +67,14 @@ pub struct Job {
     #[arg(long, default_value_t = 4, allow_hyphen_values = true, value_parser = whole::<u32>(1..=1024))]
     pub grid: u32,
     /// Whether eight more points per sample tell what lights show directly at their outlines, for --convention physical,
-    /// --pixel random and jitter, and all estimators but bdpt, bdpt-ends, light-tracer and sppm
-    #[arg(long, value_enum, default_value_t)]
+    /// --pixel random and jitter, and all estimators but bdpt, bdpt-ends, light-tracer and sppm [default: yes with these]
+    #[arg(long, value_enum, default_value_t, hide_default_value = true)]
     pub outlines: OutlinesName,
-    /// Where random numbers come from
-    #[arg(long, value_enum, default_value_t = SamplerName::Independent)]
+    /// Where random numbers come from [default: sobol; independent with --estimator report and --pixel grid and jitter]
+    #[arg(long, value_enum, default_value_t = SamplerName::Independent, hide_default_value = true)]
     pub sampler: SamplerName,
     /// Independent scrambles per pixel for --sampler sobol, whose spread gives the error bars; from 1 to 4294967295
-    /// [default: the fewest from 4 on that divide --spp]
+    /// [default: the fewest from 4 on that divide --spp into at most 1024 points each]
     #[arg(long, allow_hyphen_values = true, value_parser = whole::<u32>(1..=ANY))]
     pub scrambles: Option<u32>,
     /// Width x height in pixels; from 1x1 to 100000000 pixels in all
@@ -95,11 +95,14 @@ pub struct Job {
 /// points gain; but Student's intervals from two or three are several times as wide (experiment `scrambles`).
 const FEW: u32 = 4;
 
+/// The most points of a scramble that are taken unasked: a signal waits for a row of pixels to get its scramble.
+const MANY: u32 = 1024;
+
 /// The largest count.
 const ANY: u64 = u32::MAX as u64;
 
 impl Default for Job {
-    /// As without any option: the report's figure 6 under the `physical` convention.
+    /// The report's figure 6 under the `physical` convention, by independent numbers.
     fn default() -> Self {
         command::Render::parse_from(["render"]).job
     }
@@ -122,7 +125,7 @@ impl Job {
     /// Scrambles of a pixel: as asked, or the fewest that leave each as many points as the others. A number of samples
     /// that has no such divisor, as a large prime, is so many scrambles of a point each.
     fn scrambles(&self) -> u32 {
-        let divides = |n: &u32| self.spp.is_multiple_of(*n) && self.spp / n <= LONGEST;
+        let divides = |n: &u32| self.spp.is_multiple_of(*n) && self.spp / n <= MANY;
         self.scrambles.unwrap_or_else(|| (FEW..=LONGEST).find(divides).unwrap_or(self.spp))
     }
 

@@ -75,9 +75,9 @@ pub enum EngineName {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum OutlinesName {
     /// Where the outline of a light crosses a pixel
-    #[default]
     Yes,
     /// Nowhere: the samples alone tell
+    #[default]
     No,
 }
 

@@ -1,5 +1,6 @@
 //! What all programs do alike at the command line.
 
+use std::hint::black_box;
 use std::ops::RangeInclusive;
 use std::process::ExitCode;
 
@@ -18,6 +19,21 @@ macro_rules! say {
         use std::io::Write as _;
         let _ = writeln!(std::io::stdout(), $($words)*);
     }};
+}
+
+/// Does the work of a program, unless this processor lacks what the program is built for: exit code 2 after one line.
+///
+/// Nothing else may stand in `main`, for it could ask for what the processor lacks.
+pub fn start(work: fn() -> ExitCode) -> ExitCode {
+    if let Some(missing) = processor::missing() {
+        eprintln!(
+            "error: this program is built for a processor with {missing}, which this one lacks: build it on this machine, \
+             or for any with RUSTFLAGS=\"\""
+        );
+        return ExitCode::from(2);
+    }
+    // Hidden, so that it is not made one with the above.
+    black_box(work)()
 }
 
 /// How a program ends: exit code 0; 1 if a claim fails; 2 after one line on standard error; or that of the
@@ -69,15 +85,6 @@ pub fn parse<T: Parser>() -> T {
 
 /// What stands on the command line; a wrong option as by [`parse`].
 pub fn matches(command: clap::Command) -> clap::ArgMatches {
-    let missing = processor::missing();
-    if !missing.is_empty() {
-        eprintln!(
-            "error: this program is built for a processor with {}, which this one lacks: build it on this machine, or for \
-             any with RUSTFLAGS=\"\"",
-            missing.join(", ")
-        );
-        std::process::exit(2);
-    }
     or_one_line(tolerant(command).try_get_matches())
 }
 
@@ -158,7 +165,7 @@ pub fn use_threads(threads: Option<usize>) -> Result<(), Error> {
 macro_rules! alone {
     () => {
         fn main() -> std::process::ExitCode {
-            $crate::run::cli::run_experiment(env!("CARGO_BIN_NAME"))
+            $crate::run::cli::start(|| $crate::run::cli::run_experiment(env!("CARGO_BIN_NAME")))
         }
     };
 }

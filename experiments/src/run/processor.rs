@@ -1,28 +1,36 @@
 //! Refuses a processor for which the program was not built.
 
-/// What the program may use and the processor lacks.
+/// Something that the program may use and the processor lacks.
 ///
-/// `is_x86_feature_detected` does not tell: of what the program is built for it says yes without asking.
+/// `is_x86_feature_detected` does not tell: of what the program is built for it says yes without asking. There are no
+/// lists here because copying one could take the very registers that the processor lacks.
 #[cfg(target_arch = "x86_64")]
-pub fn missing() -> Vec<&'static str> {
+pub fn missing() -> Option<&'static str> {
     let cpu = raw_cpuid::CpuId::new();
-    let (basic, extended) = (cpu.get_feature_info(), cpu.get_extended_feature_info());
-    let basic = |has: fn(&raw_cpuid::FeatureInfo) -> bool| basic.as_ref().is_some_and(has);
-    let extended = |has: fn(&raw_cpuid::ExtendedFeatures) -> bool| extended.as_ref().is_some_and(has);
-    let used = [
-        ("avx512f", cfg!(target_feature = "avx512f"), extended(|has| has.has_avx512f())),
-        ("avx512dq", cfg!(target_feature = "avx512dq"), extended(|has| has.has_avx512dq())),
-        ("avx512vl", cfg!(target_feature = "avx512vl"), extended(|has| has.has_avx512vl())),
-        ("avx2", cfg!(target_feature = "avx2"), extended(|has| has.has_avx2())),
-        ("bmi2", cfg!(target_feature = "bmi2"), extended(|has| has.has_bmi2())),
-        ("avx", cfg!(target_feature = "avx"), basic(|has| has.has_avx())),
-        ("fma", cfg!(target_feature = "fma"), basic(|has| has.has_fma())),
-    ];
-    used.into_iter().filter(|&(_, built_for, has)| built_for && !has).map(|(name, ..)| name).collect()
+    let basic = cpu.get_feature_info()?;
+    let lacks = |built_for: bool, has: bool| built_for && !has;
+    if lacks(cfg!(target_feature = "avx"), basic.has_avx()) {
+        return Some("avx");
+    }
+    if lacks(cfg!(target_feature = "fma"), basic.has_fma()) {
+        return Some("fma");
+    }
+    let extended = cpu.get_extended_feature_info();
+    if lacks(cfg!(target_feature = "avx2"), extended.as_ref().is_some_and(|has| has.has_avx2())) {
+        return Some("avx2");
+    }
+    if lacks(cfg!(target_feature = "bmi2"), extended.as_ref().is_some_and(|has| has.has_bmi2())) {
+        return Some("bmi2");
+    }
+    if lacks(cfg!(target_feature = "avx512f"), extended.as_ref().is_some_and(|has| has.has_avx512f())) {
+        return Some("avx512f");
+    }
+    let vector_lengths = extended.as_ref().is_some_and(|has| has.has_avx512vl());
+    lacks(cfg!(target_feature = "avx512vl"), vector_lengths).then_some("avx512vl")
 }
 
 /// Of other architectures nothing is known.
 #[cfg(not(target_arch = "x86_64"))]
-pub fn missing() -> Vec<&'static str> {
-    Vec::new()
+pub fn missing() -> Option<&'static str> {
+    None
 }

@@ -63,17 +63,18 @@ const SPPM: Base = Base("--estimator sppm --photons 3000 --radius 0.5", |c| c.me
 const REPORT: Base = Base("--convention report", |c| {
     c.outlines = false;
     c.method = Method::Report(1, LightRules::REPORT);
+    c.numbers = Numbers::Independent;
     c.display = Display::Truncated;
 });
 const PUBLISHED: Base = Base("--convention published", |c| {
     c.outlines = false;
     c.scene = room::report(Convention::Published, OrenNayarForm::Corrected);
     c.method = Method::Published;
+    c.numbers = Numbers::Independent;
     c.display = Display::Truncated;
 });
 const CORNELL: Base = Base("--scene cornell", |c| c.scene = simple::cornell());
-const JITTER: Base = Base("--pixel jitter --grid 2", |c| c.pixel = PixelSampling::Jitter(2));
-const SOBOL: Base = Base("--sampler sobol", |c| c.numbers = Numbers::Sobol(1));
+const JITTER: Base = Base("--pixel jitter --grid 2", |c| divided(c, PixelSampling::Jitter(2)));
 /// So dark that lights are not simply white.
 const DIM: Base = Base("--scene diffuse-room --exposure -8", |c| {
     (c.scene, c.display) = (room::diffuse(), Display::Srgb { exposure: -8.0 });
@@ -82,7 +83,7 @@ const RADIOSITY: Base = Base("--scene cornell --estimator radiosity --patches 60
     c.scene = simple::cornell();
     c.method = Method::Radiosity(60);
 });
-const BASES: [Base; 10] = [PLAIN, PHOTON, SPPM, REPORT, PUBLISHED, CORNELL, JITTER, SOBOL, DIM, RADIOSITY];
+const BASES: [Base; 9] = [PLAIN, PHOTON, SPPM, REPORT, PUBLISHED, CORNELL, JITTER, DIM, RADIOSITY];
 
 impl Base {
     fn call(self) -> Call {
@@ -90,7 +91,8 @@ impl Base {
             scene: room::report(Convention::Physical, OrenNayarForm::Corrected),
             method: Method::Path(Strategy::Mis, BALANCE.0, BALANCE.1),
             pixel: PixelSampling::Random,
-            numbers: Numbers::Independent,
+            // In four scrambles.
+            numbers: Numbers::Sobol(1),
             outlines: true,
             size: [16, 12],
             spp: 4,
@@ -156,6 +158,11 @@ fn photons(call: &mut Call, particles: [u32; 2], radii: [f64; 2]) {
     call.method = Method::Photon(particles[0], radii[0], lookup);
 }
 
+/// Sub-pixels, which take independent numbers.
+fn divided(call: &mut Call, pixel: PixelSampling) {
+    (call.pixel, call.numbers) = (pixel, Numbers::Independent);
+}
+
 fn white_sphere(call: &mut Call, bsdf: Bsdf) {
     call.scene = room::with_white_sphere(bsdf, room::Walls::default());
 }
@@ -186,13 +193,16 @@ fn rows() -> Vec<Row> {
         Row("estimator", "bdpt-ends", PLAIN, |c| c.method = Method::Bdpt(Connections::Ends)),
         // In the report's room it implies the report's convention.
         Row("estimator", "report", PLAIN, |c| *c = REPORT.call()),
-        Row("estimator", "report", CORNELL, |c| c.method = Method::Report(1, LightRules::PHYSICAL)),
+        Row("estimator", "report", CORNELL, |c| {
+            (c.method, c.numbers) = (Method::Report(1, LightRules::PHYSICAL), Numbers::Independent);
+        }),
         Row("estimator", "radiosity", RADIOSITY, |_| {}),
         Row("estimator", "whitted", PLAIN, |c| c.method = Method::Whitted(LightRules::PHYSICAL)),
-        Row("estimator", "whitted", REPORT, |c| c.method = Method::Whitted(LightRules::REPORT)),
+        Row("estimator", "whitted", REPORT, |c| {
+            (c.method, c.numbers) = (Method::Whitted(LightRules::REPORT), Numbers::Sobol(1));
+        }),
         Row("engine", "scalar", PLAIN, |_| {}),
         Row("engine", "lanes", PLAIN, |_| {}),
-        Row("engine", "scalar", SOBOL, |_| {}),
         Row("light-sampling", "area", PLAIN, |_| {}),
         Row("light-sampling", "solid-angle", PLAIN, |c| {
             c.method = Method::Path(Strategy::Mis, LightSampling::SolidAngle, BALANCE.1);
@@ -226,23 +236,30 @@ fn rows() -> Vec<Row> {
         Row("outlines", "yes", DIM, |_| {}),
         Row("outlines", "no", DIM, |c| c.outlines = false),
         Row("pixel", "centre", PLAIN, |c| (c.pixel, c.outlines) = (PixelSampling::Centre, false)),
-        Row("pixel", "grid", PLAIN, |c| (c.pixel, c.outlines, c.spp) = (PixelSampling::Grid(4), false, 16)),
-        Row("pixel", "random", PLAIN, |_| {}),
-        Row("pixel", "jitter", PLAIN, |c| (c.pixel, c.spp) = (PixelSampling::Jitter(4), 16)),
-        Row("grid", "1", JITTER, |c| c.pixel = PixelSampling::Jitter(1)),
-        Row("sampler", "independent", PLAIN, |_| {}),
-        Row("sampler", "sobol", PLAIN, |c| (c.numbers, c.spp) = (Numbers::Sobol(4), 16)),
-        Row("sampler", "sobol", PHOTON, |c| (c.numbers, c.spp) = (Numbers::Sobol(4), 16)),
-        Row("sampler", "sobol", SPPM, |c| (c.numbers, c.spp) = (Numbers::Sobol(4), 16)),
-        Row("estimator", "bdpt", SOBOL, |c| {
-            (c.method, c.numbers, c.spp) = (Method::Bdpt(Connections::All), Numbers::Sobol(4), 16);
+        Row("pixel", "grid", PLAIN, |c| {
+            divided(c, PixelSampling::Grid(4));
+            c.outlines = false;
+            c.spp = 16;
         }),
-        Row("scrambles", "2", SOBOL, |c| c.numbers = Numbers::Sobol(2)),
+        Row("pixel", "random", PLAIN, |_| {}),
+        Row("pixel", "jitter", PLAIN, |c| {
+            divided(c, PixelSampling::Jitter(4));
+            c.spp = 16;
+        }),
+        Row("grid", "1", JITTER, |c| c.pixel = PixelSampling::Jitter(1)),
+        Row("sampler", "independent", PLAIN, |c| c.numbers = Numbers::Independent),
+        Row("sampler", "independent", PHOTON, |c| c.numbers = Numbers::Independent),
+        Row("sampler", "independent", SPPM, |c| c.numbers = Numbers::Independent),
+        Row("sampler", "sobol", PLAIN, |_| {}),
+        Row("sampler", "sobol", REPORT, |c| c.numbers = Numbers::Sobol(1)),
+        Row("scrambles", "2", PLAIN, |c| c.numbers = Numbers::Sobol(2)),
+        Row("scrambles", "1", SPPM, |c| c.numbers = Numbers::Sobol(4)),
         Row("size", "20x10", PLAIN, |c| c.size = [20, 10]),
         Row("spp", "3", PLAIN, |c| c.spp = 3),
-        // In five scrambles, and seven.
-        Row("spp", "10", SOBOL, |c| (c.numbers, c.spp) = (Numbers::Sobol(2), 10)),
-        Row("spp", "7", SOBOL, |c| c.spp = 7),
+        // In four scrambles, five and seven.
+        Row("spp", "16", PLAIN, |c| (c.numbers, c.spp) = (Numbers::Sobol(4), 16)),
+        Row("spp", "10", PLAIN, |c| (c.numbers, c.spp) = (Numbers::Sobol(2), 10)),
+        Row("spp", "7", PLAIN, |c| c.spp = 7),
         Row("seed", "18446744073709551615", PLAIN, |c| c.seed = u64::MAX),
         Row("threads", "3", PLAIN, |_| {}),
         Row("exposure", "-1.5", PLAIN, |c| c.display = Display::Srgb { exposure: -1.5 }),
@@ -329,10 +346,10 @@ fn says(base: Base, option: &str, value: &str) -> bool {
     }
     let command = Render::command();
     let argument = command.get_arguments().find(|argument| argument.get_long() == Some(option)).expect("an option");
-    let default = argument.get_default_values().first();
+    let default = argument.get_default_values().first().filter(|_| !argument.is_hide_default_value_set());
     let default = default.and_then(|value| value.to_str());
     // The help says what these are where they are left out.
-    let implied = [("convention", "physical"), ("estimator", "mis")];
+    let implied = [("convention", "physical"), ("estimator", "mis"), ("sampler", "sobol")];
     let unsaid = !base.0.contains(&format!("--{option} "));
     unsaid && (default == Some(value) || base.0.is_empty() && implied.contains(&(option, value)))
 }
