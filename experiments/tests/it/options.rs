@@ -349,9 +349,9 @@ fn says(base: Base, option: &str, value: &str) -> bool {
     let default = argument.get_default_values().first().filter(|_| !argument.is_hide_default_value_set());
     let default = default.and_then(|value| value.to_str());
     // The help says what these are where they are left out.
-    let implied = [("convention", "physical"), ("estimator", "mis"), ("sampler", "sobol")];
+    let implied = [("convention", "physical"), ("estimator", "mis"), ("sampler", "sobol"), ("outlines", "yes")];
     let unsaid = !base.0.contains(&format!("--{option} "));
-    unsaid && (default == Some(value) || base.0.is_empty() && implied.contains(&(option, value)))
+    unsaid && (default == Some(value) || [PLAIN.0, DIM.0].contains(&base.0) && implied.contains(&(option, value)))
 }
 
 /// A new option or value needs a row.
