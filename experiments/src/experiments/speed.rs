@@ -10,11 +10,12 @@ use serde::Deserialize;
 use whitefurnace::frame::Frame;
 
 use crate::experiments::prelude::*;
+use crate::render::{EngineName, OutlinesName, SamplerName};
 
 pub(super) const SPEED: Experiment = Experiment {
     id: "speed",
     title: "camera samples and rays per second, on one thread and on all",
-    version: 1,
+    version: 2,
     equations: &[&equation::ESTIMATOR],
     run,
 };
@@ -39,14 +40,29 @@ fn run(run: &mut Run) -> Result<(), Error> {
             if matches!(estimator, EstimatorName::Photon | EstimatorName::Sppm) {
                 job.photons.photons = base.size[0] * base.size[1];
             }
-            image(run, &pools, &name(scene), job)?;
+            image(run, &pools, (&name(scene), &name(estimator)), job)?;
         }
+        variants(run, &pools, &name(scene), Job { scene, ..base })?;
     }
     let report = Job { convention: ConventionName::Report, estimator: EstimatorName::Report, ..base };
-    let rate = image(run, &pools, "seven-segments", report)?;
+    let rate = image(run, &pools, ("seven-segments", "report"), report)?;
+    image(run, &pools, ("seven-segments", "report-scalar"), Job { engine: EngineName::Scalar, ..report })?;
     run.number("figure-6.seconds", FIGURE_6 / rate);
     rays(run)?;
     peers(run)
+}
+
+/// Records `mis` one path at a time, with points for the outlines of lights, and with Sobol' points as well.
+fn variants(run: &mut Run, pools: &[(&str, ThreadPool)], scene: &str, mis: Job) -> Result<(), Error> {
+    let outlines = Job { outlines: OutlinesName::Yes, ..mis };
+    for (method, job) in [
+        ("mis-scalar", Job { engine: EngineName::Scalar, ..mis }),
+        ("mis-outlines", outlines),
+        ("mis-sobol", Job { sampler: SamplerName::Sobol, ..outlines }),
+    ] {
+        image(run, pools, (scene, method), job)?;
+    }
+    Ok(())
 }
 
 fn pool(threads: usize) -> Result<ThreadPool, Error> {
@@ -57,24 +73,23 @@ fn pool(threads: usize) -> Result<ThreadPool, Error> {
 /// Records millions of camera samples per second with each pool, maps of photons and all, and the
 /// efficiency: one over the product of a sample's variance and its time. Returns samples per second with
 /// the last pool.
-fn image(run: &mut Run, pools: &[(&str, ThreadPool)], scene: &str, job: Job) -> Result<f64, Error> {
+fn image(run: &mut Run, pools: &[(&str, ThreadPool)], (scene, method): (&str, &str), job: Job) -> Result<f64, Error> {
     let job = run.prepared(job);
     let samples = f64::from(job.size[0] * job.size[1] * job.spp);
-    let estimator = name(job.estimator);
     let mut rate = 0.0;
     for (threads, pool) in pools {
         let mut made = None;
         let seconds = least_seconds(|| {
-            made = Some(pool.install(|| run.render(&job, &estimator))?);
+            made = Some(pool.install(|| run.render(&job, method))?);
             Ok(())
         })?;
         rate = samples / seconds;
-        let key = format!("{scene}.{estimator}.{threads}");
+        let key = format!("{scene}.{method}.{threads}");
         run.number(&key, rate / 1e6);
         run.note(&key, format!("{:.3} million samples/s", rate / 1e6));
         if let (Some(film), "one") = (made, *threads) {
             let efficiency = film.pixels().len() as f64 / (squared_error(&film) * seconds);
-            run.number(&format!("{scene}.{estimator}.efficiency"), efficiency);
+            run.number(&format!("{scene}.{method}.efficiency"), efficiency);
         }
     }
     Ok(rate)
