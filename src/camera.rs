@@ -45,11 +45,6 @@ impl Camera {
         Ray::new(R::Vector::splat_vector(self.eye), direction.normalize())
     }
 
-    /// The direction in which it looks, a unit vector.
-    pub(crate) fn forward(&self) -> DVec3 {
-        self.forward
-    }
-
     /// How far ahead of the eye a point is, along the line of sight.
     #[inline]
     pub(crate) fn depth(&self, point: DVec3) -> f64 {

@@ -97,17 +97,16 @@ fn corners(shape: &EmitterShape, eye: DVec3) -> Vec<DVec3> {
     }
 }
 
-/// The part of a polygon that is not behind the eye.
+/// The part of a polygon that is ahead of the eye, by a millionth of its distance at least.
 fn clipped(camera: &Camera, corners: &[DVec3]) -> Vec<DVec3> {
-    let size = corners.iter().map(|c| c.distance(camera.eye)).fold(0.0, f64::max);
-    let ahead = |corner: DVec3| camera.depth(corner) - 1e-6 * size;
+    let farthest = corners.iter().map(|c| c.distance(camera.eye)).fold(0.0, f64::max);
+    let ahead = |corner: DVec3| camera.depth(corner) - 1e-6 * farthest;
     let mut kept = Vec::new();
     for (i, &to) in corners.iter().enumerate() {
         let from = corners[(i + corners.len() - 1) % corners.len()];
         let (a, b) = (ahead(from), ahead(to));
         if (a > 0.0) != (b > 0.0) {
-            // As far as the other side is from the plane it is just ahead.
-            kept.push(from.lerp(to, (a / (a - b)).clamp(0.0, 1.0)) + 1e-9 * size * camera.forward());
+            kept.push(from.lerp(to, a / (a - b)));
         }
         if b > 0.0 {
             kept.push(to);

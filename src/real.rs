@@ -200,6 +200,12 @@ impl LaneMask {
         Self::from_fn(|i| bits >> i & 1 == 1)
     }
 
+    /// The same for all lanes.
+    #[inline]
+    pub fn splat(all: bool) -> Self {
+        Self::from_fn(|_| all)
+    }
+
     /// From a yes or no for each lane.
     #[inline]
     pub fn from_fn(lane: impl Fn(usize) -> bool) -> Self {

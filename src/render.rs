@@ -14,10 +14,10 @@ use crate::outline::{Outlines, POINTS, replaced};
 use crate::pixel::PixelSampling;
 use crate::rng::{stream, uniform2};
 use crate::sampler::{LONGEST, Pass, Sampler, Sobol, scramble};
-
-pub use crate::sampler::Numbers;
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
+
+pub use crate::sampler::Numbers;
 
 /// What, besides scene and estimator, decides every sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -113,13 +113,17 @@ pub fn render<E: Estimator>(
 pub enum LaneEstimator {
     /// The path tracer.
     Path(Path),
-    /// [`Report`](crate::estimator::Report) with one sample ray per hit.
-    Report {
-        /// [`Report::segments`](crate::estimator::Report::segments).
-        segments: u32,
-        /// [`Report::rules`](crate::estimator::Report::rules).
-        rules: LightRules,
-    },
+    /// The report's.
+    Report(OneRayPerHit),
+}
+
+/// [`Report`](crate::estimator::Report) with one sample ray per diffuse hit.
+#[derive(Clone, Copy, Debug)]
+pub struct OneRayPerHit {
+    /// [`Report::segments`](crate::estimator::Report::segments).
+    pub segments: u32,
+    /// [`Report::rules`](crate::estimator::Report::rules).
+    pub rules: LightRules,
 }
 
 /// [`render`] by the lane engine: the same bytes.

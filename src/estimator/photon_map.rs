@@ -108,7 +108,8 @@ pub struct PhotonMap {
 }
 
 impl PhotonMap {
-    /// Follows `emitted` ≥ 1 particles, of which each draws from [`Pass::particle`], and keeps their photons in an order that does not depend on the threads.
+    /// Follows `emitted` ≥ 1 particles, of which each draws from [`Pass::particle`], and keeps their photons in an
+    /// order that does not depend on the threads.
     ///
     /// # Errors
     /// Those of [`check`](Self::check); [`Error::Radiance`] for a photon whose flux is negative or not finite,

@@ -19,7 +19,6 @@ use crate::film::Pixel;
 use crate::outline::Outlines;
 use crate::render::{LaneEstimator, Numbers, Sampling};
 use crate::scene::Scene;
-use report::OneRayPerHit;
 use row::{Scatter, row};
 use samples::{Points, Streams};
 use scene::LaneScene;
@@ -44,9 +43,7 @@ impl<'a> Engine<'a> {
     pub fn row(&self, place: Place, range: &Range<u32>, pixels: &mut [Pixel]) -> Result<(), Error> {
         match self.estimator {
             LaneEstimator::Path(path) => self.row_by(&path, place, range, pixels),
-            LaneEstimator::Report { segments, rules } => {
-                self.row_by(&OneRayPerHit { segments, rules }, place, range, pixels)
-            }
+            LaneEstimator::Report(report) => self.row_by(&report, place, range, pixels),
         }
     }
 

@@ -69,7 +69,7 @@ fn add_emission(
     }
     let emitters = scene.scene.emitters();
     let emitter = |i: usize| surfaces.emitter(i).map(|emitter| &emitters[emitter as usize]);
-    let weighted = paths.sampled & LaneMask::from_fn(|_| path.strategy == Strategy::Mis);
+    let weighted = paths.sampled & LaneMask::splat(path.strategy == Strategy::Mis);
     let cosine = radiometry::cosine(surfaces.normal, -paths.ray.direction);
     let per_area = radiometry::solid_angle_per_area(cosine, surfaces.t * surfaces.t);
     let by_area = Lanes::new(from_fn(|i| emitter(i).map_or(1.0, Emitter::pdf_area))) / per_area;

@@ -7,15 +7,9 @@ use super::samples::LaneSampler;
 use super::scene::{LaneScene, Seen};
 use super::shading::Surfaces;
 use crate::emitter::LightSampling;
-use crate::estimator::LightRules;
 use crate::real::{LaneMask, Lanes, Lanes3, Mask, Real, Vector};
+use crate::render::OneRayPerHit;
 use crate::roulette;
-
-/// The report's estimator without its number of sample rays.
-pub(super) struct OneRayPerHit {
-    pub segments: u32,
-    pub rules: LightRules,
-}
 
 impl Scatter for OneRayPerHit {
     fn scatter<S: LaneSampler>(
@@ -41,8 +35,7 @@ impl Scatter for OneRayPerHit {
         let next = surfaces.sample_specular(arrived & !rough, random);
         // A shadow ray that passes through glass has looked behind it.
         let below = next.direction.dot(surfaces.vertex.frame.z).below(Lanes::splat(0.0));
-        let looked_behind =
-            LaneMask::from_fn(|_| !rules.caustics) | below & LaneMask::from_fn(|_| rules.shadows_pass_glass);
+        let looked_behind = LaneMask::splat(!rules.caustics) | below & LaneMask::splat(rules.shadows_pass_glass);
         let factor = if rules.radiance_factor { next.radiance_factor } else { Lanes::splat(1.0) };
         let light =
             surfaces.direct_light(scene, LightSampling::Area, rules.shadows_pass_glass, (rough, &mut *random), seen);

@@ -85,7 +85,7 @@ pub(super) fn row<E: Scatter, S: LaneSampler>(
         throughput: zero,
         factor: Lanes::splat(1.0),
         pdf: Lanes::splat(0.0),
-        sampled: LaneMask::from_bits(0),
+        sampled: LaneMask::splat(false),
         hits: [0; LANES],
     };
     let mut seen = Seen::new();
@@ -165,8 +165,7 @@ fn shown(
 ) -> [DVec3; LANES] {
     let [x, y] = from_fn(|axis| Lanes::new(points.map(|point| f64::from(pixel[axis]) + point[axis])));
     let ray = scene.scene.camera().ray(frame, x, y);
-    let all = LaneMask::from_fn(|_| true);
-    let found = scene.closest(&ray, all, seen);
+    let found = scene.closest(&ray, LaneMask::splat(true), seen);
     let met = found.met.bits();
     if met == 0 {
         return [DVec3::ZERO; LANES];

@@ -34,8 +34,8 @@ pub(super) fn lane_ray(ray: &Ray<Lanes3>, lane: usize) -> Ray {
     Ray::new(lane3(ray.origin, lane), lane3(ray.direction, lane))
 }
 
-/// What lanes ask of a primitive that they have met.
-pub(super) struct Met {
+/// What lanes need of a primitive that they have hit.
+pub(super) struct PrimitiveData {
     /// Of a triangle; the first is the centre of a sphere.
     pub corners: [DVec3; 3],
     /// Of a triangle's front.
@@ -73,7 +73,7 @@ pub(super) struct LaneScene<'a> {
     triangles: Vec<Target<Triangle>>,
     spheres: Vec<Target<Sphere>>,
     /// In the order of the scene's primitives.
-    pub parts: Vec<Met>,
+    pub parts: Vec<PrimitiveData>,
     /// In the order of the scene's surfaces.
     pub materials: Vec<Material>,
 }
@@ -119,7 +119,7 @@ impl<'a> LaneScene<'a> {
                 }
             }
         }
-        let parts = scene.parts().iter().map(|part| Met::new(scene, part)).collect();
+        let parts = scene.parts().iter().map(|part| PrimitiveData::new(scene, part)).collect();
         let materials = scene.surfaces().iter().map(Material::new).collect();
         Self { scene, is_small, vertices, edges, triangles, spheres, parts, materials }
     }
@@ -243,7 +243,7 @@ impl<'a> LaneScene<'a> {
     }
 }
 
-impl Met {
+impl PrimitiveData {
     fn new(scene: &Scene, &Part { surface, emitter, shape }: &Part) -> Self {
         let (corners, normal, radius) = match shape {
             PartShape::Triangle { vertices, normal } => (scene.corners(vertices), normal, 0.0),

@@ -6,7 +6,7 @@ use std::array::from_fn;
 use glam::DVec3;
 
 use super::samples::LaneSampler;
-use super::scene::{Found, LaneScene, Met, Seen, gather3, lane3};
+use super::scene::{Found, LaneScene, PrimitiveData, Seen, gather3, lane3};
 use crate::bsdf::{Bsdf, OrenNayar, OrenNayarForm, Vertex, lambert, oren_nayar};
 use crate::emitter::{EmitterPoint, LightSampling};
 use crate::estimator::{NextEvent as _, Standard};
@@ -17,7 +17,7 @@ use crate::scene::{Surface, inner_point};
 use crate::shape::{Ray, outward};
 use crate::{fresnel, radiometry, sampling};
 
-/// What lanes ask of a surface.
+/// What lanes need of a surface.
 pub(super) struct Material {
     /// The albedo or the reflectance of a mirror.
     colour: DVec3,
@@ -65,7 +65,7 @@ impl Material {
 
 /// What the rays of all lanes have met; of lanes that have met nothing it means nothing.
 pub(super) struct Surfaces<'a> {
-    parts: [&'a Met; LANES],
+    parts: [&'a PrimitiveData; LANES],
     bsdf: [&'a Bsdf; LANES],
     pub vertex: Vertex<Lanes3>,
     /// The unit normals of the surfaces' own fronts.
@@ -225,7 +225,7 @@ impl<'a> Surfaces<'a> {
         let none = Lanes3::splat_vector(DVec3::ZERO);
         let emitters = scene.scene.emitters();
         if emitters.is_empty() || !asking.any() {
-            return Light { arrives: LaneMask::from_bits(0), wi: none, reflected: none, pdf: zero };
+            return Light { arrives: LaneMask::splat(false), wi: none, reflected: none, pdf: zero };
         }
         let pick = random.uniform(asking).to_array();
         let picked: [usize; LANES] = from_fn(|i| Standard.pick_emitter(pick[i], emitters.len()));
@@ -295,7 +295,7 @@ impl<'a> Surfaces<'a> {
             direction: d,
             weight: white,
             pdf: zero,
-            has_pdf: LaneMask::from_bits(0),
+            has_pdf: LaneMask::splat(false),
             radiance_factor: one,
         };
         if onward.goes_on.any() {
@@ -358,7 +358,7 @@ impl<'a> Surfaces<'a> {
 
 /// Points and normals of hits, as [`Scene::intersect`](crate::scene::Scene::intersect) says them.
 #[inline]
-fn place(parts: [&Met; LANES], ray: &Ray<Lanes3>, found: &Found) -> (Lanes3, Lanes3) {
+fn place(parts: [&PrimitiveData; LANES], ray: &Ray<Lanes3>, found: &Found) -> (Lanes3, Lanes3) {
     let point = inner_point(from_fn(|k| gather3(|i| parts[i].corners[k])), found.weights);
     let normal = gather3(|i| parts[i].normal);
     let curved = found.met & LaneMask::from_fn(|i| parts[i].radius != 0.0);

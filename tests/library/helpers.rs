@@ -226,9 +226,8 @@ pub fn passes<E: ImageEstimator>(
 ) -> Result<Film, Error> {
     let mut film = Film::new(frame, None, 1)?;
     for range in ranges {
-        assert!(render_passes(scene, estimator, (Numbers::Independent, master()), &mut film, range.clone(), &|_| {
-            true
-        })?);
+        let numbers = (Numbers::Independent, master());
+        assert!(render_passes(scene, estimator, numbers, &mut film, range.clone(), &|_| true)?);
     }
     Ok(film)
 }

@@ -8,7 +8,7 @@ use whitefurnace::estimator::{Heuristic, Path, Strategy as Finds};
 use whitefurnace::fresnel::{mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refracted};
 use whitefurnace::radiometry::{balance, cosine, power, reflected, solid_angle_per_area};
 use whitefurnace::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector, sin_cos_of_turn};
-use whitefurnace::render::{LaneEstimator, render_lanes};
+use whitefurnace::render::{LaneEstimator, OneRayPerHit, render_lanes};
 use whitefurnace::roulette;
 use whitefurnace::sampling::{sphere_zone, triangle, uniform_hemisphere_pdf};
 use whitefurnace::shape::{sphere_roots, triangle_point};
@@ -300,7 +300,7 @@ fn assert_same_film(scene: &Scene, lanes: LaneEstimator, sampling: Sampling, win
     for range in [0..1, 1..replications] {
         match lanes {
             LaneEstimator::Path(path) => render(scene, &path, sampling, &mut alone, &range, &|_| true),
-            LaneEstimator::Report { segments, rules } => {
+            LaneEstimator::Report(OneRayPerHit { segments, rules }) => {
                 let report = Report { parts: Standard, rays: 1, segments, rules };
                 render(scene, &report, sampling, &mut alone, &range, &|_| true)
             }
@@ -339,7 +339,7 @@ fn images_have_the_same_bits() {
             }
         }
         let path = LaneEstimator::Path(Path::new(Standard, Finds::Mis));
-        let report = |segments, rules| LaneEstimator::Report { segments, rules };
+        let report = |segments, rules| LaneEstimator::Report(OneRayPerHit { segments, rules });
         for segments in [0, 1, 2, 7] {
             assert_same_film(scene, report(segments, LightRules::PHYSICAL), plain, None);
         }

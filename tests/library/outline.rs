@@ -7,8 +7,8 @@ use whitefurnace::outline::{POINTS, crossed, points, replaced};
 
 use crate::prelude::*;
 
-/// Lights that shine, seen from the origin along y by pixels of side 1/16 at distance 1, with `more` in the scene.
-fn lights(shapes: &[EmitterShape], more: impl FnOnce(&mut SceneBuilder)) -> Scene {
+/// Lights that shine, seen from the origin along y by pixels of side 1/16 at distance 1.
+fn lights(shapes: &[EmitterShape]) -> Scene {
     let mut s = SceneBuilder::new("lights");
     let light = s.surface(Surface::new(Bsdf::Black).emitting(DVec3::new(1.0, 2.0, 4.0)));
     for shape in shapes {
@@ -18,7 +18,6 @@ fn lights(shapes: &[EmitterShape], more: impl FnOnce(&mut SceneBuilder)) -> Scen
             EmitterShape::Sphere(sphere) => s.sphere(sphere, light),
         }
     }
-    more(&mut s);
     s.build(Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.25)).expect("a legal scene")
 }
 
@@ -66,12 +65,12 @@ fn pixels_that_outlines_cross_are_marked() {
         ("floor through the eye's plane", rectangle(at(-0.2, -1.0, -0.1), at(0.5, 0.0, 0.0), at(0.1, 4.0, 0.0))),
         ("sphere", EmitterShape::Sphere(Sphere::new(at(0.2, 2.0, 0.1), 0.25))),
     ] {
-        assert_marked(name, &lights(&[shape], |_| ()));
+        assert_marked(name, &lights(&[shape]));
     }
     let around = [EmitterShape::Sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 3.0) })];
-    assert!(!crossed(&lights(&around, |_| ()), FRAME).contains(&true));
+    assert!(!crossed(&lights(&around), FRAME).contains(&true));
     let behind = [rectangle(at(-1.0, -2.0, -1.0), at(2.0, 0.0, 0.0), at(0.0, 0.0, 2.0))];
-    assert!(!crossed(&lights(&behind, |_| ()), FRAME).contains(&true));
+    assert!(!crossed(&lights(&behind), FRAME).contains(&true));
 }
 
 #[test]
@@ -102,7 +101,7 @@ fn points_are_nets_of_their_own() {
 #[test]
 fn films_take_the_points() {
     let triangle = [DVec3::new(-0.2, 1.0, -0.1), DVec3::new(0.25, 1.0, -0.15), DVec3::new(0.1, 1.0, 0.2)];
-    let scene = lights(&[EmitterShape::Triangle(triangle)], |_| ());
+    let scene = lights(&[EmitterShape::Triangle(triangle)]);
     let frame = FRAME.map(|n| 4 * n);
     let path = Path::new(Standard, Finds::Mis);
     let sampling = |outlines| Sampling { pixel: Jitter(2), numbers: Numbers::Independent, seed: master(), outlines };

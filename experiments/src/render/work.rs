@@ -11,7 +11,7 @@ use whitefurnace::estimator::{
     Report, Sppm, Standard, Strategy, Whitted,
 };
 use whitefurnace::film::{Film, Pixel};
-use whitefurnace::render::{ByLanes, ByPasses, ByRays, LaneEstimator, Renderer};
+use whitefurnace::render::{ByLanes, ByPasses, ByRays, LaneEstimator, OneRayPerHit, Renderer};
 use whitefurnace::rng::seed_for;
 use whitefurnace::sampler::Pass;
 use whitefurnace::scene::Scene;
@@ -167,7 +167,7 @@ impl Job {
             (EstimatorName::Report, ConventionName::Published) => Box::new(self.by_rays(Published::default())),
             (EstimatorName::Report, _) => {
                 let report = Report { rays: self.rays, rules, ..Report::default() };
-                self.by_engine(report, LaneEstimator::Report { segments: report.segments, rules })
+                self.by_engine(report, LaneEstimator::Report(OneRayPerHit { segments: report.segments, rules }))
             }
         })
     }
