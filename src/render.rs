@@ -13,7 +13,7 @@ use crate::lanes::Engine;
 use crate::outline::{Outlines, POINTS, replaced};
 use crate::pixel::PixelSampling;
 use crate::rng::{stream, uniform2};
-use crate::sampler::{LONGEST, Pass, Sampler, Sobol, scramble};
+use crate::sampler::{LONGEST, Pass, Sampler, Source};
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
 
@@ -40,6 +40,18 @@ impl Sampling {
     /// How many samples one replication has: the smallest number that is independent of the next.
     pub fn samples_per_replication(&self) -> u32 {
         self.pixel.samples_per_replication().saturating_mul(self.numbers.samples())
+    }
+
+    /// What sample `index` of a replication of a pixel draws from.
+    #[inline]
+    pub(crate) fn source(&self, pixel: u32, replication: u32, index: u32) -> Source {
+        let samples = self.samples_per_replication();
+        let numbers = match self.numbers {
+            Numbers::Independent => Numbers::Independent,
+            // One sequence for all positions of the pixel.
+            Numbers::Sobol(_) => Numbers::Sobol(samples),
+        };
+        Pass { numbers, seed: self.seed, index: replication * samples + index }.pixel(pixel)
     }
 
     /// Refuses what the numbers of samples cannot name, and films of others.
@@ -190,28 +202,13 @@ fn add_replication<E: Estimator>(
 ) -> Result<(), Error> {
     let samples = sampling.samples_per_replication();
     let here = y * frame[0] + x;
-    let scramble = match sampling.numbers {
-        Numbers::Independent => 0,
-        Numbers::Sobol(_) => scramble(sampling.seed, here, replication),
-    };
     let mut sum = DVec3::ZERO;
     for index in 0..samples {
-        let mut stream = stream(sampling.seed, here, replication * samples + index);
-        let corner = [f64::from(x), f64::from(y)];
+        let mut rng = sampling.source(here, replication, index);
+        let cell = index % sampling.pixel.samples_per_replication();
+        let offset = sampling.pixel.position(cell, uniform2(&mut rng));
         let more = outlines.points(here, replication, index);
-        sum += match sampling.numbers {
-            Numbers::Independent => {
-                let offset = sampling.pixel.position(index, uniform2(&mut stream));
-                sample(of, (frame, corner, offset), more, pixel, &mut stream)?
-            }
-            Numbers::Sobol(_) => {
-                // `Sampling::check` has seen that they are at most `LONGEST`.
-                let mut points = Sobol::new(index as u16, scramble, stream);
-                let cell = index % sampling.pixel.samples_per_replication();
-                let offset = sampling.pixel.position(cell, uniform2(&mut points));
-                sample(of, (frame, corner, offset), more, pixel, &mut points)?
-            }
-        };
+        sum += sample(of, (frame, [x, y].map(f64::from), offset), more, pixel, &mut rng)?;
     }
     pixel.push(sum / f64::from(samples))
 }

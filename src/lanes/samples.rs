@@ -5,7 +5,7 @@ use std::array::from_fn;
 use crate::real::{LANES, LaneMask, Lanes};
 use crate::render::Sampling;
 use crate::rng::{stream, stream_state, uniform};
-use crate::sampler::{Sampler, Sobol, scramble};
+use crate::sampler::{Sampler, Source};
 
 /// One sample: its pixel in the frame, its replication, and its place among the samples of that.
 #[derive(Clone, Copy, Debug, Default)]
@@ -64,20 +64,17 @@ impl LaneSampler for Streams {
     fn block(&mut self, _lane: usize, _block: u32) {}
 }
 
-/// A Sobol' point for each lane.
-pub(super) struct Points([Sobol; LANES]);
+/// Sobol' points, one for each lane.
+pub(super) struct Points([Source; LANES]);
 
 impl LaneSampler for Points {
     fn new() -> Self {
-        Self(from_fn(|_| Sobol::new(0, 0, stream(0, 0, 0))))
+        Self(from_fn(|_| Source::Independent(stream(0, 0, 0))))
     }
 
     #[inline]
     fn start(&mut self, lane: usize, sampling: &Sampling, sample: SampleName) {
-        let number = sample.replication * sampling.samples_per_replication() + sample.index;
-        let fill = stream(sampling.seed, sample.pixel, number);
-        let scramble = scramble(sampling.seed, sample.pixel, sample.replication);
-        self.0[lane] = Sobol::new(sample.index as u16, scramble, fill);
+        self.0[lane] = sampling.source(sample.pixel, sample.replication, sample.index);
     }
 
     #[inline]
