@@ -28,6 +28,12 @@ pub(crate) fn stream_state(seed: u64, high: u32, low: u32) -> [u64; 4] {
     [0, 1, 2, 3].map(|i| number_for(seed.wrapping_add(GOLDEN.wrapping_mul(i)), high, low))
 }
 
+/// The number of a counter that has a key of its own beside those of [`stream_state`].
+#[inline]
+pub(crate) fn scramble_for(seed: u64, high: u32, low: u32) -> u64 {
+    number_for(seed.wrapping_add(GOLDEN.wrapping_mul(4)), high, low)
+}
+
 /// A number for a counter: for a fixed seed a bijection, so that different counters have different numbers.
 #[inline]
 pub(crate) fn number_for(seed: u64, high: u32, low: u32) -> u64 {

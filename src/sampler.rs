@@ -1,10 +1,13 @@
 //! Where an estimator's random numbers come from: independent streams, or Owen-scrambled Sobol' points.
 
+use std::array::from_fn;
 use std::convert::Infallible;
+use std::sync::LazyLock;
 
 use rand::{Rng, TryRng};
+use sobol_burley::parts::{owen_scramble_rev, sobol_rev};
 
-use crate::rng::{Stream, mix, number_for, seed_for, stream};
+use crate::rng::{Stream, mix, number_for, scramble_for, seed_for, stream};
 
 /// A source of uniform numbers that knows which part of a path asks.
 ///
@@ -143,8 +146,8 @@ const OVERFLOW: u32 = 1 << 20;
 
 impl Sampler for Stream {}
 
-/// One point of a Sobol' sequence (Joe and Kuo 2008) with Owen scrambling by hash (Burley 2020),
-/// [`crate::equation::SOBOL`].
+/// One point of a Sobol' sequence (Joe and Kuo 2008) with Owen scrambling by hash (Laine and Karras 2011, Burley
+/// 2020), [`crate::equation::SOBOL`].
 ///
 /// Each block takes the first [`BLOCK`] dimensions of a sequence with scramble and shuffle of its own,
 /// so that there are as many as a path needs. The hash that scrambles and shuffles has 32 bits, too few for
@@ -153,15 +156,21 @@ impl Sampler for Stream {}
 /// others those of an independent stream.
 #[derive(Clone, Debug)]
 pub struct Sobol {
+    point: Point,
+    fill: Stream,
+}
+
+/// The numbers of a [`Sobol`] without those that fill them up.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Point {
     index: u16,
     scramble: u64,
     block: u32,
-    /// What scrambles the block.
+    /// What scrambles and shuffles the block.
     key: u64,
+    /// The shuffled index, bits reversed.
+    place: u32,
     dimension: u32,
-    /// The sequence's bits of this dimension's group of four, whose numbers are made together.
-    leading: [u32; 4],
-    fill: Stream,
 }
 
 /// The most points of one scramble: as many as indices of [`Sobol::new`].
@@ -169,28 +178,72 @@ pub const LONGEST: u32 = 1 << 16;
 /// Bits of a number that are the sequence's.
 const LEADING: u32 = 23;
 
+impl Point {
+    #[inline]
+    pub(crate) fn new(index: u16, scramble: u64) -> Self {
+        let mut point = Self { index, scramble, block: 0, key: 0, place: 0, dimension: 0 };
+        point.start(0);
+        point
+    }
+
+    /// Starts a block.
+    #[inline]
+    pub(crate) fn start(&mut self, block: u32) {
+        let key = number_for(self.scramble, block, 0);
+        let place = owen_scramble_rev(u32::from(self.index).reverse_bits(), key as u32);
+        *self = Self { block, key, place, dimension: 0, ..*self };
+    }
+
+    /// The next dimension's number of the sequence before it is scrambled, bits reversed, and what scrambles it.
+    #[inline]
+    pub(crate) fn unscrambled(&self) -> (u32, u64) {
+        let sums = &SEQUENCE[self.dimension as usize];
+        let number = (0..4).fold(0, |sum, i| sum ^ sums[i][self.place as usize >> (16 + 4 * i) & 15]);
+        (number, self.key ^ u64::from(self.dimension))
+    }
+
+    /// Goes on to the next dimension.
+    #[inline]
+    pub(crate) fn advance(&mut self) {
+        self.dimension += 1;
+        if self.dimension == BLOCK {
+            self.start(self.block.wrapping_add(OVERFLOW));
+        }
+    }
+}
+
+/// A number of the sequence scrambled, with the leading bits of `fill` after its own.
+#[inline]
+pub(crate) fn scrambled((number, key): (u32, u64), fill: u64) -> u64 {
+    let own = mix(key);
+    let leading = owen_scramble_rev(number, own as u32).reverse_bits();
+    (own ^ u64::from(leading) << 32) & !(u64::MAX >> LEADING) | fill >> LEADING
+}
+
+/// Points of the sequence, bits reversed, at the indices that have bits in one group of four only, by dimension, group
+/// and bits: the others are sums (exclusive or) of these.
+static SEQUENCE: LazyLock<[[[u32; 16]; 4]; BLOCK as usize]> = LazyLock::new(|| {
+    from_fn(|dimension| from_fn(|i| from_fn(|bits| sobol_rev((bits as u32) << (16 + 4 * i), dimension as u32))))
+});
+
 impl Sobol {
     /// Point `index` of the sequence with this scramble. Points of different scrambles are independent,
     /// those of one are not: error bars come from several scrambles.
     pub fn new(index: u16, scramble: u64, fill: Stream) -> Self {
-        let mut point = Self { index, scramble, block: 0, key: 0, dimension: 0, leading: [0; 4], fill };
-        point.block(0);
-        point
+        Self { point: Point::new(index, scramble), fill }
     }
 }
 
 /// The scramble of a pixel's replication under a master seed: a bijection, so that no two are the same.
 #[inline]
 pub fn scramble(seed: u64, pixel: u32, replication: u32) -> u64 {
-    number_for(seed_for(seed, "scramble"), pixel, replication)
+    scramble_for(seed, pixel, replication)
 }
 
 impl Sampler for Sobol {
     #[inline]
     fn block(&mut self, block: u32) {
-        self.block = block;
-        self.key = number_for(self.scramble, block, 0);
-        self.dimension = 0;
+        self.point.start(block);
     }
 }
 
@@ -202,18 +255,9 @@ impl TryRng for Sobol {
     }
 
     fn try_next_u64(&mut self) -> Result<u64, Infallible> {
-        let [group, place] = [self.dimension / 4, self.dimension % 4];
-        if place == 0 {
-            let values = sobol_burley::sample_4d(u32::from(self.index), group, self.key as u32);
-            self.leading = values.map(|value| (value * (1u32 << LEADING) as f32) as u32);
-        }
-        let leading = u64::from(self.leading[place as usize]);
-        let shift = mix(self.key ^ u64::from(self.dimension)) >> (64 - LEADING);
-        self.dimension += 1;
-        if self.dimension == BLOCK {
-            self.block(self.block.wrapping_add(OVERFLOW));
-        }
-        Ok((leading ^ shift) << (64 - LEADING) | self.fill.next_u64() >> LEADING)
+        let number = scrambled(self.point.unscrambled(), self.fill.next_u64());
+        self.point.advance();
+        Ok(number)
     }
 
     fn try_fill_bytes(&mut self, bytes: &mut [u8]) -> Result<(), Infallible> {

@@ -2,10 +2,11 @@
 
 use std::array::from_fn;
 
+use super::row::lanes_of;
 use crate::real::{LANES, LaneMask, Lanes};
 use crate::render::Sampling;
-use crate::rng::{stream, stream_state, uniform};
-use crate::sampler::{Sampler, Source};
+use crate::rng::stream_state;
+use crate::sampler::{Point, scramble, scrambled};
 
 /// One sample: its pixel in the frame, its replication, and its place among the samples of that.
 #[derive(Clone, Copy, Debug, Default)]
@@ -30,6 +31,31 @@ pub(super) trait LaneSampler {
 /// Xoshiro256++, the generator of [`crate::rng::Stream`], one for each lane.
 pub(super) struct Streams([[u64; LANES]; 4]);
 
+impl Streams {
+    /// Random bits for each lane of the mask; the streams of the others stay where they are.
+    #[inline]
+    fn words(&mut self, drawing: LaneMask) -> [u64; LANES] {
+        let mask = drawing.words();
+        let [s0, s1, s2, s3] = &mut self.0;
+        let mut words = [0; LANES];
+        for i in 0..LANES {
+            let [a, b, c, d] = [s0[i], s1[i], s2[i], s3[i]];
+            words[i] = a.wrapping_add(d).rotate_left(23).wrapping_add(a);
+            let [c1, d1] = [c ^ a, d ^ b];
+            let next = [a ^ d1, b ^ c1, c1 ^ (b << 17), d1.rotate_left(45)];
+            let keep = |old: u64, new: u64| old ^ ((old ^ new) & mask[i]);
+            [s0[i], s1[i], s2[i], s3[i]] = [keep(a, next[0]), keep(b, next[1]), keep(c, next[2]), keep(d, next[3])];
+        }
+        words
+    }
+}
+
+/// The number in [0, 1) that a generator makes of 64 bits.
+#[inline]
+fn to_unit(word: u64) -> f64 {
+    (word >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
+}
+
 impl LaneSampler for Streams {
     fn new() -> Self {
         Self([[1; LANES]; 4])
@@ -45,46 +71,45 @@ impl LaneSampler for Streams {
 
     #[inline]
     fn uniform(&mut self, drawing: LaneMask) -> Lanes {
-        let mask = drawing.words();
-        let [s0, s1, s2, s3] = &mut self.0;
-        let mut numbers = [0.0; LANES];
-        for i in 0..LANES {
-            let [a, b, c, d] = [s0[i], s1[i], s2[i], s3[i]];
-            let word = a.wrapping_add(d).rotate_left(23).wrapping_add(a);
-            numbers[i] = (word >> 11) as f64 * (1.0 / (1u64 << 53) as f64);
-            let [c1, d1] = [c ^ a, d ^ b];
-            let next = [a ^ d1, b ^ c1, c1 ^ (b << 17), d1.rotate_left(45)];
-            let keep = |old: u64, new: u64| old ^ ((old ^ new) & mask[i]);
-            [s0[i], s1[i], s2[i], s3[i]] = [keep(a, next[0]), keep(b, next[1]), keep(c, next[2]), keep(d, next[3])];
-        }
-        Lanes::new(numbers)
+        Lanes::new(self.words(drawing).map(to_unit))
     }
 
     #[inline]
     fn block(&mut self, _lane: usize, _block: u32) {}
 }
 
-/// Sobol' points, one for each lane.
-pub(super) struct Points([Source; LANES]);
+/// The points of [`crate::sampler::Sobol`], one for each lane.
+pub(super) struct Points {
+    points: [Point; LANES],
+    fill: Streams,
+}
 
 impl LaneSampler for Points {
     fn new() -> Self {
-        Self(from_fn(|_| Source::Independent(stream(0, 0, 0))))
+        Self { points: [Point::new(0, 0); LANES], fill: Streams::new() }
     }
 
     #[inline]
     fn start(&mut self, lane: usize, sampling: &Sampling, sample: SampleName) {
-        self.0[lane] = sampling.source(sample.pixel, sample.replication, sample.index);
+        self.points[lane] = Point::new(sample.index as u16, scramble(sampling.seed, sample.pixel, sample.replication));
+        self.fill.start(lane, sampling, sample);
     }
 
     #[inline]
     fn uniform(&mut self, drawing: LaneMask) -> Lanes {
-        let bits = drawing.bits();
-        Lanes::new(from_fn(|i| if bits >> i & 1 == 1 { uniform(&mut self.0[i]) } else { 0.0 }))
+        let fill = self.fill.words(drawing);
+        // Gathered first: the rest is the same for all lanes at once.
+        let gathered = from_fn::<_, LANES, _>(|i| self.points[i].unscrambled());
+        let mut numbers = [0.0; LANES];
+        for i in 0..LANES {
+            numbers[i] = to_unit(scrambled(gathered[i], fill[i]));
+        }
+        lanes_of(drawing.bits()).for_each(|lane| self.points[lane].advance());
+        Lanes::new(numbers)
     }
 
     #[inline]
     fn block(&mut self, lane: usize, block: u32) {
-        self.0[lane].block(block);
+        self.points[lane].start(block);
     }
 }
