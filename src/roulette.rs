@@ -19,15 +19,19 @@ pub fn weight<R: Real>(survival: R) -> R {
 /// The highest survival of [`by_throughput`]: paths between perfect mirrors end, too.
 pub const HIGHEST_SURVIVAL: f64 = 0.95;
 
-/// The survival policy of the path tracer: the largest channel of the throughput, at most
+/// The throughput to which roulette raises the survivors among fainter paths.
+pub const RAISED: f64 = 0.5;
+
+/// The survival policy of the path tracer: the largest channel of the throughput over [`RAISED`], at most
 /// [`HIGHEST_SURVIVAL`].
 ///
-/// A survivor's largest channel is then 1 (or the throughput divided by 0.95), so weights stay bounded
-/// and the variance finite wherever albedos are at most 0.95. `throughput` is without the radiance
-/// factors of refraction, which cancel when the path leaves the glass.
+/// Paths that are hardly fainter than they began go on, so that their number stays even over the image; of fainter ones
+/// survivors have [`RAISED`] in their largest channel. So weights stay bounded, and the variance finite wherever albedos
+/// are at most 0.95. `throughput` is without the radiance factors of refraction, which cancel when the path leaves the
+/// glass.
 #[inline]
 pub fn by_throughput<V: Vector>(throughput: V) -> V::Real {
-    throughput.max_element().at_most(V::Real::splat(HIGHEST_SURVIVAL))
+    (throughput.max_element() / RAISED).at_most(V::Real::splat(HIGHEST_SURVIVAL))
 }
 
 /// The report's policy: survival 1 − α with the absorption α of the surface.

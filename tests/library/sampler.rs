@@ -149,6 +149,15 @@ fn deep_blocks_have_numbers_of_their_own() {
     }
 }
 
+/// Blocks take the points of a sequence in orders of their own: where a point lies in one says nothing of where it lies
+/// in another. In the same order there would be 16 pairs.
+#[test]
+fn blocks_are_shuffled() {
+    let cell = |index, block| (16.0 * numbers(index, 7, block, 1)[0]) as u32;
+    let pairs: BTreeSet<[u32; 2]> = (0..256).map(|index| [cell(index, 1), cell(index, 2)]).collect();
+    assert!(pairs.len() > 100, "{}", pairs.len());
+}
+
 /// How many of 256 equal intervals are met by the first number of the light's path.
 fn strata(sources: impl Iterator<Item = Source>) -> usize {
     let interval = |mut source: Source| {

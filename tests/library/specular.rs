@@ -23,6 +23,9 @@ impl Scattering for All {
 }
 
 impl Roulette for All {
+    fn survival_by_throughput(&self, throughput: DVec3) -> f64 {
+        throughput.max_element()
+    }
     fn survives(&self, _: f64, survival: f64) -> bool {
         survival > 0.9
     }
