@@ -31,7 +31,7 @@ pub fn points(seed: u64, pixel: u32, replication: u32, index: u32) -> [[f64; 2];
     // A sequence that ends goes on in another scramble.
     let (part, first) = (first / u64::from(LONGEST), first % u64::from(LONGEST));
     let scramble = scramble(seed ^ part, pixel, replication);
-    let fill = stream(seed.wrapping_add(u64::from(index)), pixel, replication);
+    let fill = stream(seed, pixel, replication);
     from_fn(|i| uniform2(&mut Sobol::new((first as usize + i) as u16, scramble, fill.clone())))
 }
 
