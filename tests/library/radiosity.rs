@@ -278,7 +278,7 @@ fn the_light_of_a_sphere_is_that_of_its_parts() {
     let with = |surface| {
         scene(|s| {
             square(s, 0.5, 0.0, true, diffuse(0.5));
-            super::helpers::ball(s, ball, surface);
+            crate::helpers::ball(s, ball, surface);
         })
     };
     let mesh = Mesh::new(&with(diffuse(0.5).emitting(DVec3::ONE)), fineness(50, 0)).expect("a mesh");
@@ -448,20 +448,21 @@ fn form_factors_of_elements_are_those_of_their_nodes() {
 /// surfaces reflect all but nothing.
 #[test]
 fn irradiances_solve_the_equation_by_hand() {
-    let with = |albedos: [DVec3; 2]| {
+    let emitted = DVec3::new(0.5, 0.25, 0.0);
+    let with = |albedos: [DVec3; 2], light: f64| {
         scene(|s| {
             let [a, b] = albedos.map(|albedo| Surface::new(Bsdf::Lambert { albedo }));
-            square(s, 0.5, 0.0, true, a.emitting(DVec3::new(0.5, 0.25, 0.0)));
+            square(s, 0.5, 0.0, true, a.emitting(light * emitted));
             square(s, 0.5, 0.4, false, b);
-            panel(s, DVec3::new(0.6, -0.5, 0.1), [0.2 * DVec3::Z, DVec3::Y], lamp(2.0));
+            panel(s, DVec3::new(0.6, -0.5, 0.1), [0.2 * DVec3::Z, DVec3::Y], lamp(2.0 * light));
         })
     };
     let albedos = [DVec3::new(0.9, 0.5, 0.2), DVec3::new(0.3, 0.8, 0.0)];
-    let scene = with(albedos);
+    let scene = with(albedos, 1.0);
     let solved = solve(&scene, fineness(8, 0)).expect("a solution");
     let mesh = Mesh::new(&scene, fineness(8, 0)).expect("a mesh");
     let factors = FormFactors::new(&Standard, &scene, &mesh, &|_| true).expect("form factors");
-    let direct = solve(&with([DVec3::splat(1e-30); 2]), fineness(8, 0)).expect("a solution");
+    let direct = solve(&with([DVec3::splat(1e-30); 2], 1.0), fineness(8, 0)).expect("a solution");
     assert!((1..5).contains(&direct.sweeps()) && solved.sweeps() > 5, "{}, {}", direct.sweeps(), solved.sweeps());
     assert!(0.0 < solved.residual() && solved.residual() < RESIDUAL, "{}", solved.residual());
     let reflected: Vec<_> = solved.irradiances().map(|(element, e)| element.albedo * e).collect();
@@ -471,8 +472,31 @@ fn irradiances_solve_the_equation_by_hand() {
         assert!((direct + arriving - e).abs().max_element() < 1e-5, "{e}, not {direct} + {arriving}");
     }
     assert!(reflected.iter().any(|e| e.z > 0.1));
+    // Between nodes: gathered by hand, and interpolated nearly that.
+    let x = DVec3::new(0.13, -0.21, 0.0);
+    let mut arriving = irradiance(&direct, &scene, x, -DVec3::Z);
+    for (element, reflected) in mesh.elements().iter().zip(&reflected) {
+        if let Patch::Flat { polygon: whole, normal } = &element.patch
+            && normal.z < -0.9
+            && whole.corners()[0].z > 0.0
+        {
+            let relative: Vec<_> = whole.corners().iter().map(|corner| corner - x).collect();
+            arriving += polygon(DVec3::Z, &relative) * reflected;
+        }
+    }
+    let gathered = irradiance(&solved.clone().read(ReadOut::Gathered), &scene, x, -DVec3::Z);
+    let interpolated = irradiance(&solved, &scene, x, -DVec3::Z);
+    assert!((gathered - arriving).abs().max_element() < 1e-5, "{gathered}, not {arriving}");
+    let off = (interpolated - gathered).abs().max_element();
+    assert!(1e-4 < off && off < 0.1, "{off}");
+    let ray = Ray::new(x + 0.1 * DVec3::Z, -DVec3::Z);
+    let radiance = solved.radiance(&scene, &ray, scene.intersect(&ray), &mut rng("radiosity"));
+    assert!((radiance - emitted - albedos[0] * interpolated / PI).abs().max_element() < 1e-12, "{radiance}");
+    // A residual is relative.
+    let bright = solve(&with(albedos, 1024.0), fineness(8, 0)).expect("a solution");
+    assert_eq!((bright.residual(), bright.sweeps()), (solved.residual(), solved.sweeps()));
     // No light is a solution as well.
-    let dark = super::helpers::scene(|s| square(s, 0.5, 0.0, true, diffuse(0.5)));
+    let dark = crate::helpers::scene(|s| square(s, 0.5, 0.0, true, diffuse(0.5)));
     let solved = solve(&dark, fineness(1, 0)).expect("a solution");
     assert_eq!((solved.residual(), solved.sweeps()), (0.0, 1));
     assert!(solved.irradiances().all(|(_, e)| e == DVec3::ZERO));
