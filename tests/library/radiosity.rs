@@ -268,6 +268,16 @@ fn the_seen_share_of_a_light_is_that_of_its_geometry_terms() {
     let noted = Noted::new(|_| false, false);
     let solved = Radiosity::new(&noted, &dark, fineness(1, 0), &|_| true).expect("a solution");
     assert_eq!(irradiance(&solved, &dark, DVec3::ZERO, -DVec3::Z), DVec3::ZERO);
+    // Points in the plane of a light but for a billionth of the distance see nothing of it.
+    let far = scene(|s| {
+        square(s, 0.5, 0.0, true, diffuse(0.5));
+        panel(s, DVec3::new(0.0, 5e3, 0.0), [1e4 * DVec3::Y, 1e4 * DVec3::Z], lamp(1e9));
+    });
+    let solved = solve(&far, fineness(1, 0)).expect("a solution");
+    for (distance, seen) in [(1e-6, false), (1e-4, true)] {
+        let e = irradiance(&solved, &far, DVec3::new(distance, 0.0, 0.0), -DVec3::Z);
+        assert_eq!(e.x > 1e-6, seen, "{e} at {distance}");
+    }
 }
 
 /// The light of a sphere is the sum of cos θ cos θ′ A/(πd²) over parts of equal area of its patches, each patch looked
