@@ -152,9 +152,10 @@ fn at_its_nodes_interpolation_is_exact() {
     }
 }
 
-/// Of a triangle, and by Archimedes of a sphere between two heights and two meridians.
+/// Of a triangle, and by Archimedes of a sphere between two heights and two meridians, of which the inner side faces the
+/// centre.
 #[test]
-fn every_patch_has_its_own_area() {
+fn every_patch_has_its_own_area_and_side() {
     for element in Mesh::new(&medley(), fineness(60, 0)).expect("a mesh").elements() {
         let expected = match &element.patch {
             Patch::Flat { polygon, .. } => {
@@ -162,6 +163,10 @@ fn every_patch_has_its_own_area() {
                 0.5 * (b - a).cross(c - a).length()
             }
             Patch::Curved(part) => {
+                let node = nodes(&element.patch)[0];
+                let side = if part.outward { part.radius } else { -part.radius };
+                let off = (element.patch.normal(node) * side).distance(node - part.centre);
+                assert!(off < 1e-12, "the normal at {node} is off by {off}");
                 let [height, turn] = [part.heights, part.azimuths].map(|[from, to]| (to - from).abs());
                 part.radius * part.radius * height * turn
             }
