@@ -102,6 +102,8 @@ fn pixels_are_marked_along_outlines_alone() {
     for (shape, outline) in [
         triangle([at(-0.2, 1.0, -0.1), at(0.25, 1.0, -0.15), at(0.1, 1.0, 0.2)]),
         triangle([at(0.3, 1.0, 0.21), at(-0.31, 0.9, 0.13), at(0.17, 1.2, -0.19)]),
+        // An edge beyond the border, on whose continuation are pixels.
+        triangle([at(-0.45, 1.0, 0.0), at(0.3, 1.0, 0.2), at(-0.9, 1.0, 0.03)]),
         rectangle(at(-0.3, 1.5, -0.2), at(0.35, 0.2, 0.1), at(0.0, 0.3, 0.3)),
         rectangle(at(-3.0, 2.0, -0.1), at(2.7, 0.0, 0.1), at(0.1, 0.0, 3.0)),
         rectangle(at(-0.2, -1.0, -0.1), at(0.5, 0.0, 0.0), at(0.1, 4.0, 0.0)),
