@@ -152,12 +152,19 @@ fn points_are_nets_of_their_own() {
         let all: Vec<_> = (0..8).flat_map(|index| points(master(), 3, replication, index)).collect();
         assert_eq!(boxes(&all, 8.0, 8.0), 64);
     }
-    let first = points(master(), 3, 0, 0);
-    for other in [points(master() ^ 1, 3, 0, 0), points(master(), 4, 0, 0), points(master(), 3, 1, 0)] {
-        assert_ne!(first, other);
+    // By their leading bits, which are the sequence's: another one for each seed, pixel and replication, and where a
+    // sequence ends.
+    let leading = |seed: u64, pixel: u32, replication: u32, index: u32| {
+        points(seed, pixel, replication, index).map(|point| point.map(|x| (x * 65536.0) as u32))
+    };
+    for seed in (0..16).map(|i| master().wrapping_add(2 * i)) {
+        let first = leading(seed, 3, 0, 0);
+        for (seed, pixel, replication, index) in
+            [(seed ^ 1, 3, 0, 0), (seed, 4, 0, 0), (seed, 3, 1, 0), (seed, 3, 0, 8192)]
+        {
+            assert_ne!(first, leading(seed, pixel, replication, index));
+        }
     }
-    // Where a sequence ends, another goes on.
-    assert_ne!(points(master(), 3, 0, 0), points(master(), 3, 0, 8192));
 }
 
 /// The film is what its definition says, and far nearer to the share of the pixel that a light covers than its samples
