@@ -111,6 +111,7 @@ fn pixels_are_marked_along_outlines_alone() {
         rectangle(at(-9.0, 3.0, -0.33), at(18.0, 0.2, 0.0), at(0.0, 0.0, 9.0)),
         sphere(at(0.2, 2.0, 0.1), 0.25),
         sphere(at(-0.3, 1.0, -0.2), 0.3),
+        sphere(at(0.6, 4.0, -0.3), 0.9),
     ] {
         let marked = crossed(&lights(&[shape]), FRAME);
         let (mut on, mut near) = (BTreeSet::new(), BTreeSet::new());
