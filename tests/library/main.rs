@@ -23,6 +23,7 @@ mod film;
 mod frame;
 mod fresnel;
 mod geometry; // rays and triangles
+mod ggx;
 mod image;
 mod lanes; // eight paths at a time, with the bits of one
 mod models; // reflection models that are not of the library

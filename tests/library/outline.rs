@@ -73,6 +73,71 @@ fn pixels_that_outlines_cross_are_marked() {
     assert!(!crossed(&lights(&behind), FRAME).contains(&true));
 }
 
+/// A closed line through corners, as many points.
+fn line(corners: &[DVec3]) -> Vec<DVec3> {
+    let edges = corners.iter().zip(corners.iter().cycle().skip(1));
+    edges.flat_map(|(a, b)| (0..4000).map(move |i| a.lerp(*b, f64::from(i) / 4000.0))).collect()
+}
+
+/// Pixels that points of an outline lie in are marked, and none but those that they come near.
+#[test]
+fn pixels_are_marked_along_outlines_alone() {
+    let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
+    let triangle = |corners: [DVec3; 3]| (EmitterShape::Triangle(corners), line(&corners));
+    let rectangle = |corner: DVec3, a: DVec3, b: DVec3| {
+        let shape = EmitterShape::Rectangle { corner, edges: [a, b] };
+        (shape, line(&[corner, corner + a, corner + a + b, corner + b]))
+    };
+    let sphere = |centre: DVec3, radius: f64| {
+        // Where tangents from the origin touch it.
+        let distance = centre.length();
+        let axis = -centre / distance;
+        let across = axis.cross(DVec3::X).normalize();
+        let (cosine, sine) = (radius / distance, (1.0 - (radius / distance).powi(2)).sqrt());
+        let around = |turn: f64| turn.cos() * across + turn.sin() * axis.cross(across);
+        let touched = |turn| centre + radius * (cosine * axis + sine * around(turn));
+        let circle = (0..8000).map(|i| touched(TAU * f64::from(i) / 8000.0)).collect();
+        (EmitterShape::Sphere(Sphere::new(centre, radius)), circle)
+    };
+    for (shape, outline) in [
+        triangle([at(-0.2, 1.0, -0.1), at(0.25, 1.0, -0.15), at(0.1, 1.0, 0.2)]),
+        triangle([at(0.3, 1.0, 0.21), at(-0.31, 0.9, 0.13), at(0.17, 1.2, -0.19)]),
+        // An edge beyond the border, on whose continuation are pixels.
+        triangle([at(-0.45, 1.0, 0.0), at(0.3, 1.0, 0.2), at(-0.9, 1.0, 0.03)]),
+        rectangle(at(-0.3, 1.5, -0.2), at(0.35, 0.2, 0.1), at(0.0, 0.3, 0.3)),
+        rectangle(at(-3.0, 2.0, -0.1), at(2.7, 0.0, 0.1), at(0.1, 0.0, 3.0)),
+        rectangle(at(-0.2, -1.0, -0.1), at(0.5, 0.0, 0.0), at(0.1, 4.0, 0.0)),
+        rectangle(at(-0.15, -2.0, 0.05), at(-0.1, 5.0, 0.1), at(0.3, 0.1, 0.1)),
+        rectangle(at(-9.0, 3.0, -0.33), at(18.0, 0.2, 0.0), at(0.0, 0.0, 9.0)),
+        sphere(at(0.2, 2.0, 0.1), 0.25),
+        sphere(at(-0.3, 1.0, -0.2), 0.3),
+        sphere(at(0.6, 4.0, -0.3), 0.9),
+    ] {
+        let marked = crossed(&lights(&[shape]), FRAME);
+        let (mut on, mut near) = (BTreeSet::new(), BTreeSet::new());
+        for point in outline.iter().filter(|point| point.y > 0.0) {
+            let [x, y] = [6.0 + 16.0 * point.x / point.y, 4.0 - 16.0 * point.z / point.y];
+            let pixels = [-0.02, 0.02].map(|dx| [-0.02, 0.02].map(|dy| [(x + dx).floor(), (y + dy).floor()]));
+            let pixels = pixels.concat().into_iter().filter(|[x, y]| (0.0..12.0).contains(x) && (0.0..8.0).contains(y));
+            let pixels: Vec<_> = pixels.map(|[x, y]| y as usize * 12 + x as usize).collect();
+            near.extend(&pixels);
+            if pixels.len() == 4 && pixels.iter().all(|pixel| *pixel == pixels[0]) {
+                on.insert(pixels[0]);
+            }
+        }
+        let marked: BTreeSet<usize> = (0..marked.len()).filter(|&pixel| marked[pixel]).collect();
+        assert!(on.len() > 5 && on.is_subset(&marked), "{shape:?}: {:?}", on.difference(&marked));
+        assert!(marked.is_subset(&near), "{shape:?}: {:?}", marked.difference(&near));
+    }
+}
+
+#[test]
+fn what_points_show_replaces_what_a_sample_found() {
+    let shown = std::array::from_fn(|i| DVec3::new(i as f64, 1.0, 2.0 * i as f64));
+    let found = replaced(DVec3::new(5.0, 6.0, 7.0), DVec3::new(1.0, 4.0, 0.5), shown);
+    assert_eq!(found, DVec3::new(4.0 + 3.5, 2.0 + 1.0, 6.5 + 7.0));
+}
+
 #[test]
 fn points_are_nets_of_their_own() {
     let boxes = |points: &[[f64; 2]], across: f64, down: f64| {
@@ -88,12 +153,19 @@ fn points_are_nets_of_their_own() {
         let all: Vec<_> = (0..8).flat_map(|index| points(master(), 3, replication, index)).collect();
         assert_eq!(boxes(&all, 8.0, 8.0), 64);
     }
-    let first = points(master(), 3, 0, 0);
-    for other in [points(master() ^ 1, 3, 0, 0), points(master(), 4, 0, 0), points(master(), 3, 1, 0)] {
-        assert_ne!(first, other);
+    // By their leading bits, which are the sequence's: another one for each seed, pixel and replication, and where a
+    // sequence ends.
+    let leading = |seed: u64, pixel: u32, replication: u32, index: u32| {
+        points(seed, pixel, replication, index).map(|point| point.map(|x| (x * 65536.0) as u32))
+    };
+    for seed in (0..16).map(|i| master().wrapping_add(2 * i)) {
+        let first = leading(seed, 3, 0, 0);
+        for (seed, pixel, replication, index) in
+            [(seed ^ 1, 3, 0, 0), (seed, 4, 0, 0), (seed, 3, 1, 0), (seed, 3, 0, 8192)]
+        {
+            assert_ne!(first, leading(seed, pixel, replication, index));
+        }
     }
-    // Where a sequence ends, another goes on.
-    assert_ne!(points(master(), 3, 0, 0), points(master(), 3, 0, 8192));
 }
 
 /// The film is what its definition says, and far nearer to the share of the pixel that a light covers than its samples
