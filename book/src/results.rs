@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 use whitefurnace::harness::outcome::Verdict;
 
 use crate::check::fail_if;
@@ -16,7 +16,6 @@ pub struct ExperimentResult {
     /// The experiment's name, also its folder's.
     pub id: String,
     /// Its title.
-    #[serde(default)]
     pub title: String,
     /// The version that it declared.
     pub version: u32,
@@ -25,30 +24,22 @@ pub struct ExperimentResult {
     /// The master seed.
     pub seed: u64,
     /// By what counts and pixels were divided.
-    #[serde(default = "undivided")]
     pub shrink: u32,
     /// The command that repeats it.
     pub command: String,
     /// Ids of the equations that it bears on.
-    #[serde(default)]
     pub equations: Vec<String>,
     /// Every number, by name.
     pub numbers: BTreeMap<String, f64>,
     /// Files for a person, beside this one.
     pub figures: Vec<String>,
     /// The table.
-    #[serde(default)]
     pub findings: Vec<Finding>,
     /// SHA-256 of each file that was in the folder at the end, so that only what is as it was is kept.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub digests: BTreeMap<String, String>,
     /// Identifies program and options, so that only results of this very program are kept.
-    #[serde(default)]
     pub fingerprint: String,
-}
-
-fn undivided() -> u32 {
-    1
 }
 
 /// One line of an experiment's table.
@@ -59,7 +50,6 @@ pub struct Finding {
     /// The number with its unit and error.
     pub value: String,
     /// What the run says of a claim about it; `None` where nothing is claimed.
-    #[serde(default, alias = "holds", deserialize_with = "judgement")]
     pub verdict: Option<Judgement>,
     /// Whether it belongs to the last line above that is no detail; tables show details on request only.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
@@ -103,21 +93,6 @@ impl From<Verdict> for Judgement {
             Verdict::Undecided { .. } => Self::Undecided,
         }
     }
-}
-
-/// A verdict, or what earlier versions recorded: true, false, or nothing.
-fn judgement<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Judgement>, D::Error> {
-    #[derive(Deserialize)]
-    #[serde(untagged)]
-    enum Any {
-        Holds(bool),
-        Judgement(Judgement),
-    }
-    let any = Option::<Any>::deserialize(from)?;
-    Ok(any.map(|any| match any {
-        Any::Holds(holds) => holds.into(),
-        Any::Judgement(judgement) => judgement,
-    }))
 }
 
 /// All recorded results.

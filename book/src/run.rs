@@ -232,7 +232,7 @@ fn claims(recorded: Option<&ExperimentResult>, ours: &ExperimentResult) -> Strin
         let cells = pair.map(|found| {
             found.map_or("–".to_owned(), |(f, v)| format!("<strong>{}</strong> {}", v.word(), escape(&f.value)))
         });
-        let row = line([&escape(what.trim()), &cells[0], &cells[1]]);
+        let row = line([&escape(what), &cells[0], &cells[1]]);
         let verdicts = pair.map(|found| found.map(|(_, verdict)| *verdict));
         if verdicts[0] != verdicts[1] || verdicts.contains(&Some(Judgement::Fails)) {
             first.push(row);

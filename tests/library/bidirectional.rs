@@ -1,5 +1,4 @@
-//! Light paths and the camera: densities of whole paths, weights on real paths, the same image on any
-//! threads, and importance against its definition.
+//! Light paths and the camera: densities of whole paths, weights on real paths, and importance against its definition.
 
 use std::sync::Mutex;
 
@@ -306,22 +305,6 @@ fn weights_sum_to_one_on_real_paths() {
         specular += usize::from(path.iter().any(|vertex| !vertex.joined));
     }
     assert!(specular > 100, "{specular} paths meet mirror or glass");
-}
-
-fn assert_threads_do_not_matter<E: ImageEstimator>(estimator: &E) {
-    let scene = report_room();
-    let images = [1, 2, 7]
-        .map(|threads| on_threads(threads, || estimator.pass(&scene, FRAME, master(), 3).expect("legal values")));
-    assert!(images.iter().all(|image| *image == images[0]));
-    assert!(images[0].iter().any(|pixel| *pixel != DVec3::ZERO));
-    let other = estimator.pass(&scene, FRAME, master(), 4).expect("legal values");
-    assert!(other != images[0], "passes are independent");
-}
-
-#[test]
-fn threads_do_not_matter_to_passes() {
-    assert_threads_do_not_matter(&LightTracer::<Standard>::default());
-    assert_threads_do_not_matter(&Bdpt::new(Standard));
 }
 
 #[test]

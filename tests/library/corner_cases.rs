@@ -65,40 +65,6 @@ fn without_solid_angles_lights_are_sampled_by_area() {
     }
 }
 
-/// In the middle of an emitting sphere a point uniform in area is one in a uniform direction: a shadow ray
-/// brings 4 ρ L cos θ. A light too small for its solid angle brings ρ/π L A cos θ cos θ′/d².
-#[test]
-fn fallbacks_of_light_sampling_have_their_closed_form() {
-    let within = lit(|scene, light| {
-        scene.sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 2.0) }, light);
-    });
-    // The numbers are the pick, then the height on the sphere, whose cosine is that from its lower to its
-    // upper pole; what is below the floor brings nothing.
-    for (i, value) in (0..).zip(shadow_rays(&within, LightSampling::SolidAngle, 400)) {
-        let mut rng = stream(5, i, 0);
-        let [_, height] = uniform2(&mut rng);
-        let known = 4.0 * ALBEDO * LIGHT * (2.0 * height - 1.0).max(0.0);
-        // The origin is on the floor's diagonal, and the hit that far from it.
-        assert_abs_diff_eq!(value, known, epsilon = 100.0 * EDGE_MARGIN);
-    }
-    let emitter = within.emitters()[0];
-    assert_relative_eq!(emitter.pdf_area(), 1.0 / (16.0 * PI), max_relative = 1e-15);
-    assert!(emitter.seen(DVec3::ZERO).is_none());
-    let side = 5e-4;
-    for (x, height) in [(0.0, 1.0), (0.7, 1.0), (0.2, 30.0)] {
-        let corner = DVec3::new(x, 0.0, height);
-        let edges = [side * DVec3::Y, side * DVec3::X];
-        let speck = lit(|scene, light| scene.rectangle(corner, edges, light));
-        let distance_squared: f64 = x * x + height * height;
-        let cosines = height * height / distance_squared;
-        let known = ALBEDO * FRAC_1_PI * LIGHT * side * side * cosines / distance_squared;
-        for found in shadow_rays(&speck, LightSampling::SolidAngle, 20) {
-            // The point varies by the light's own size.
-            assert_relative_eq!(found, known, max_relative = 4.0 * side / height.min(1.0));
-        }
-    }
-}
-
 fn radiance<E: Estimator>(scene: &Scene, estimator: &E) -> Vec<DVec3> {
     let look = |i: u32| {
         let ray = scene.camera().ray(FRAME, f64::from(i % FRAME[0]), 2.5);

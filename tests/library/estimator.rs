@@ -100,19 +100,6 @@ fn whitted_trees_lose_only_what_the_limit_cuts() {
 }
 
 #[test]
-fn index_matched_glass_is_not_there() {
-    let scene = glass_sphere(1.0);
-    let mut rng = rng("index-matched");
-    for _ in 0..1000 {
-        let offset = 0.7 * unit_vector(&mut rng);
-        let ray = Ray::new(DVec3::new(-3.0, offset.y, offset.z), DVec3::X);
-        let whitted = Whitted::new(LightRules::PHYSICAL);
-        let found = whitted.radiance(&scene, &ray, scene.intersect(&ray), &mut rng);
-        assert!((found - 1.0).abs().max_element() <= 100.0 * U, "{found}");
-    }
-}
-
-#[test]
 fn emitters_are_seen_under_each_rule() {
     let eye = DVec3::new(12.5, 0.0, 0.0);
     let front = Ray::new(eye, (DVec3::new(4.0, 0.0, 4.999) - eye).normalize());

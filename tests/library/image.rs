@@ -89,21 +89,6 @@ fn exr_holds_every_channel() {
     assert!(image.attributes.other.is_empty());
 }
 
-#[test]
-fn the_same_film_makes_the_same_bytes() {
-    let folder = folder("bytes");
-    let paths = ["a", "b"].map(|name| folder.join(name));
-    for path in &paths {
-        write_exr(&path.with_extension("exr"), &film(), "x").expect("written");
-        write_png(&path.with_extension("png"), &film(), Display::Truncated, 1).expect("written");
-    }
-    for extension in ["exr", "png"] {
-        let [a, b] = paths.each_ref().map(|path| fs::read(path.with_extension(extension)));
-        assert_eq!(a.expect("a file"), b.expect("a file"));
-    }
-    assert_eq!(names(&folder).len(), 4, "no temporary files stay");
-}
-
 fn read_png(path: &Path) -> ([u32; 2], Vec<u8>) {
     let file = std::io::BufReader::new(File::open(path).expect("a file"));
     let mut reader = png::Decoder::new(file).read_info().expect("a PNG");

@@ -1,4 +1,4 @@
-//! The kd-tree against brute force; photon maps and passes as functions of their arguments alone.
+//! The kd-tree against brute force; photon maps and lookups, photon by photon.
 
 use statrs::function::gamma::ln_gamma;
 use whitefurnace::emitter::EmitterPoint;
@@ -45,20 +45,6 @@ fn a_large_kd_tree_does_not_depend_on_the_threads() {
 
 fn photons(kept: Kept, scene: &Scene, emitted: u32) -> Vec<Photon> {
     PhotonMap::new(&Standard, scene, kept, emitted, (3, 1)).expect("a small map").photons().copied().collect()
-}
-
-fn bits(photons: &[Photon]) -> Vec<[u64; 3]> {
-    let bits = |photon: &Photon| photon.flux.to_array().map(f64::to_bits);
-    photons.iter().map(bits).collect()
-}
-
-#[test]
-fn a_photon_map_does_not_depend_on_the_threads() {
-    let scene = room::diffuse().expect("a scene");
-    let map = |threads| bits(&on_threads(threads, || photons(Kept::All, &scene, 5000)));
-    let one = map(1);
-    assert!(one.len() > 5000);
-    assert_eq!(one, map(3));
 }
 
 #[test]
@@ -109,16 +95,6 @@ fn the_radius_of_a_pass_is_a_quotient_of_gamma_functions() {
         let log = ln_gamma(x + alpha) - ln_gamma(1.0 + alpha) - ln_gamma(x + 1.0);
         assert_relative_eq!(radius_squared(0.25, n - 1), 0.25 * log.exp(), max_relative = 1e-9);
     }
-}
-
-#[test]
-fn a_pass_is_a_function_of_seed_and_index() {
-    let scene = room::diffuse().expect("a scene");
-    let sppm = Sppm { parts: Standard, particles: 500, radius: 0.5 };
-    let pass = |seed, index| sppm.pass(&scene, [8, 6], seed, index).expect("a pass");
-    assert_eq!(pass(1, 2), pass(1, 2));
-    assert_ne!(pass(1, 2), pass(1, 3));
-    assert_ne!(pass(1, 2), pass(2, 2));
 }
 
 /// One particle, from the middle of a lamp: every way goes on along the normal, and glass reflects nothing. Whether

@@ -1,4 +1,4 @@
-//! The loop over pixels: the same bits on any threads, in any division.
+//! The loop over pixels: the same bits in any division.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -29,21 +29,6 @@ fn divided<E: Estimator>(scene: &Scene, estimator: &E, ranges: &[Range<u32>]) ->
 
 fn whole<E: Estimator>(scene: &Scene, estimator: &E, pixel: PixelSampling) -> Film {
     rendered(scene, estimator, FRAME, sampling(pixel), &[0..4]).expect("legal radiance")
-}
-
-fn assert_threads_do_not_matter<E: Estimator>(scene: &Scene, estimator: &E) {
-    let films = [1, 2, 3, 7].map(|threads| on_threads(threads, || whole(scene, estimator, Random)));
-    assert!(films.iter().all(|film| *film == films[0]));
-    assert!(films[0].mean() > 0.0);
-}
-
-#[test]
-fn threads_do_not_matter() {
-    let scene = report_room();
-    assert_threads_do_not_matter(&scene, &path());
-    assert_threads_do_not_matter(&scene, &Report::default());
-    assert_threads_do_not_matter(&scene, &Published::default());
-    assert_threads_do_not_matter(&scene, &Whitted::new(LightRules::PHYSICAL));
 }
 
 #[test]

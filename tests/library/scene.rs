@@ -152,6 +152,7 @@ fn bad_surfaces_are_refused() {
     let (albedo, form) = (DVec3::ONE, OrenNayarForm::Corrected);
     let mut bad = [1.0 + f64::EPSILON, -0.1, nan].map(diffuse).to_vec();
     bad.extend([0.0, -1.5, nan, f64::INFINITY].map(|index| Surface::new(Bsdf::Glass { index })));
+    bad.extend([-0.1, 1.01, nan, f64::INFINITY].map(|roughness| Surface::new(Bsdf::Eon { albedo, roughness })));
     bad.extend([
         Surface::new(Bsdf::Mirror { reflectance: DVec3::splat(1.1) }),
         Surface::new(Bsdf::OrenNayar { albedo, constants, form }),
@@ -195,7 +196,8 @@ fn bad_shapes_are_refused() {
 #[test]
 fn valid_borders_are_accepted() {
     let (mut scene, surface) = builder();
-    for surface in [diffuse(0.0), diffuse(1.0), Surface::new(Bsdf::Glass { index: 0.5 })] {
+    let eon = [0.0, 1.0].map(|roughness| Surface::new(Bsdf::Eon { albedo: DVec3::ONE, roughness }));
+    for surface in [diffuse(0.0), diffuse(1.0), Surface::new(Bsdf::Glass { index: 0.5 }), eon[0], eon[1]] {
         scene.surface(surface.absorbing(1.0));
     }
     scene.sphere(Sphere::new(DVec3::ZERO, 1e-12), surface);

@@ -110,12 +110,3 @@ fn no_ray_leaves_the_closed_scenes() {
         assert_closed(&scene, scene.camera().eye, 200_000, &mut rng(scene.name()));
     }
 }
-
-#[test]
-fn walks_stay_in_shells_of_any_size() {
-    for scale in SCALES {
-        for (mesh, _) in meshes() {
-            assert_closed(&scene_of(&mesh.map(|v| v * scale)), DVec3::ZERO, 20_000, &mut rng("walks"));
-        }
-    }
-}

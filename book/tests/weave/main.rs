@@ -9,8 +9,8 @@ use tempfile::TempDir;
 mod real;
 
 const RESULT: &str = r#"{
-  "id": "demo", "version": 1, "command": "cargo run --release -- --only demo",
-  "tier": "quick", "seed": 1,
+  "id": "demo", "title": "", "version": 1, "command": "cargo run --release -- --only demo",
+  "tier": "quick", "seed": 1, "shrink": 1, "equations": [], "findings": [], "fingerprint": "",
   "numbers": { "psnr": 31.41592, "count": 12345 },
   "figures": ["plot.svg", "lost.svg"]
 }"#;
@@ -146,7 +146,7 @@ fn a_damaged_figure_is_refused() {
     book.write("recorded/demo/plot.png", "no picture");
     book.says(&["plot.png:1: not a whole PNG"]);
     // So it is with the figures of a reader's own run.
-    let book = with_run(r#""numbers": {}"#, r#""numbers": {}"#);
+    let book = with_run(EMPTY, EMPTY);
     book.write("run/demo/plot.svg", "<svg>");
     book.says(&["run/demo/plot.svg:1: "]);
 }
@@ -272,13 +272,16 @@ fn formulas_survive_markdown_and_code_does_not_change() {
     assert!(html.matches("<math").count() >= 2);
 }
 
+/// No numbers and no findings.
+const EMPTY: &str = r#""numbers": {}, "findings": []"#;
+
 /// A run of the experiment `demo` with these numbers and findings.
 fn with_run(record: &str, run: &str) -> Small {
     let book = Small::new("# Page\n\n{{#run}}\n");
     for (folder, body) in [("recorded", record), ("run", run)] {
         let text = format!(
-            "{{ \"id\": \"demo\", \"version\": 1, \"command\": \"x\", \"tier\": \"quick\", \"seed\": 7, \
-             \"shrink\": 4, \"figures\": [\"plot.svg\"], {body} }}"
+            "{{ \"id\": \"demo\", \"title\": \"\", \"version\": 1, \"command\": \"x\", \"tier\": \"quick\", \"seed\": 7, \
+             \"shrink\": 4, \"equations\": [], \"figures\": [\"plot.svg\"], \"fingerprint\": \"\", {body} }}"
         );
         book.write(&format!("{folder}/demo/result.json"), &text);
         let plot = svg(&format!("<desc>{folder}</desc>"));
@@ -298,8 +301,8 @@ fn run_page(record: &str, run: &str) -> String {
 fn a_run_stands_beside_the_record() {
     let findings = r#""numbers": {}, "findings": [
         { "what": "alike", "value": "1", "verdict": "holds" },
-        { "what": "worse", "value": "2", "holds": true },
-        { "what": "a note", "value": "3", "holds": null }]"#;
+        { "what": "worse", "value": "2", "verdict": "holds" },
+        { "what": "a note", "value": "3", "verdict": null }]"#;
     let own = r#""numbers": {}, "findings": [
         { "what": "alike", "value": "1", "verdict": "holds" },
         { "what": "worse", "value": "9", "verdict": "fails" },
@@ -327,7 +330,7 @@ fn numbers_are_compared_by_the_noise_that_both_state() {
         format!(
             "\"numbers\": {{ \"x\": {x}, \"x.half\": 3.0, \"t.estimate\": 1.0, \"t.low\": 0.5, \
              \"t.high\": 1.5, \"y\": 2.0, \"y_error\": 0.1, \"plain\": {plain}, \"z\": {x}, \"z.half\": 0.0, \
-             \"r.estimate\": {x}, \"r.reference\": {plain}, \"r.low\": 0.0, \"r.high\": 1.0 }}"
+             \"r.estimate\": {x}, \"r.reference\": {plain}, \"r.low\": 0.0, \"r.high\": 1.0 }}, \"findings\": []"
         )
     };
     // Half widths of 3 each explain 4.24; standard errors count five times. Not judged: plain, z, whose half

@@ -66,11 +66,10 @@ fn run(run: &mut Run) -> Result<(), Error> {
     ];
     let effort = Effort { size: run.by_tier(SIZES[0], SIZES[1]), samples: run.by_tier(1, 2), particles };
     let mut reference = None;
-    let mut rows = Vec::new();
     for (name, method) in methods {
         let made = make(run, &caustic(1.5), (name, method), effort)?;
         write_png(&run.figure(&format!("{name}.png")), &made.film, Display::Srgb { exposure: 0.0 }, 2)?;
-        row(run, name, &made, &mut rows);
+        row(run, name, &made);
         let path = *reference.get_or_insert(made.region);
         match method {
             Method::Path(Strategy::Mis) => {}
@@ -84,18 +83,18 @@ fn run(run: &mut Run) -> Result<(), Error> {
     }
     let clear = ("mis, no glass", Method::Path(Strategy::Mis));
     let clear = make(run, &no_caustic(), clear, effort)?;
-    row(run, "no-glass", &clear, &mut rows);
+    row(run, "no-glass", &clear);
     for (name, method) in [methods[0], methods[3]] {
         let name = format!("{name} at index 1");
         let made = make(run, &caustic(1.0), (&name, method), effort)?;
-        row(run, &name.replace(" at ", "-").replace(' ', ""), &made, &mut rows);
+        row(run, &name.replace(" at ", "-").replace(' ', ""), &made);
         same(run, &format!("{name} and no glass"), (&made.region, &clear.region));
     }
-    run.csv("caustics.csv", "method,region,standard_error,noise", &rows)
+    Ok(())
 }
 
 /// Records a region's mean and the noise of a pixel.
-fn row(run: &mut Run, name: &str, made: &Made, rows: &mut Vec<String>) {
+fn row(run: &mut Run, name: &str, made: &Made) {
     let film = &made.film;
     let region = made.region.moments;
     let (mean, error, noise) = (region.mean(), region.standard_error(), film.relative_error());
@@ -104,7 +103,6 @@ fn row(run: &mut Run, name: &str, made: &Made, rows: &mut Vec<String>) {
     let value =
         format!("radiance of the caustic {mean:.4} ± {error:.4}, mean relative error of a pixel {noise_share:.2} %");
     run.note(name, value);
-    rows.push(format!("{name},{mean:e},{error:e},{noise:e}"));
 }
 
 /// Claims that two means are the same within the margin, by an interval at the experiment's family-wise

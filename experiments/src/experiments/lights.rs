@@ -75,7 +75,6 @@ fn run(run: &mut Run) -> Result<(), Error> {
 
 fn by_distance(run: &mut Run) -> Result<(), Error> {
     let samples = run.count(run.by_tier(100_000, 2_000_000)) as u32;
-    let mut rows = Vec::new();
     let mut panels = Vec::new();
     for shape in &SHAPES {
         let scenes = HEIGHTS.map(|height| (height, over_floor(shape, height)));
@@ -87,7 +86,6 @@ fn by_distance(run: &mut Run) -> Result<(), Error> {
                 relative_variance(scene, &path, seed, samples, FRAC_1_PI * (shape.irradiance)(*height))
             })?;
             for (height, variance) in HEIGHTS.into_iter().zip(&variances) {
-                rows.push(format!("{},{label},{height},{samples},{variance:e}", shape.name));
                 run.number(&format!("{}.{}.{height}", shape.name, label.replace(' ', "-")), *variance);
             }
             let points = HEIGHTS.into_iter().zip(variances).map(|(x, y)| [x, y]);
@@ -103,7 +101,6 @@ fn by_distance(run: &mut Run) -> Result<(), Error> {
         let (axes, ranges) = ([height, "relative variance"], [[0.04, 40.0], [1e-8, 1e3]]);
         panels.push(Chart::new(title, axes, ranges, series).log([true, true]));
     }
-    run.csv("lights.csv", "shape,way,height,samples,relative variance", &rows)?;
     let see = "Sampling by area: the variance rises without bound as the light comes near. By solid angle it \
                stays small, and multiple importance sampling tames both.";
     charts(&run.figure("lights.svg"), see, [900, 1260], &panels)

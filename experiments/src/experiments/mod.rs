@@ -4,7 +4,6 @@ pub mod agreement;
 mod bleeding;
 mod calibration;
 mod caustics;
-mod cie;
 mod convergence;
 mod diffuse;
 mod errata;
@@ -42,7 +41,6 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &regions::QUIRKS,
     &bleeding::BLEEDING,
     &radiosity::RADIOSITY,
-    &cie::CIE,
     &watertight::WATERTIGHT,
     &errata::ERRATA,
     &lights::LIGHTS,

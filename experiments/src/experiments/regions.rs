@@ -92,7 +92,6 @@ fn quirked_mean(run: &Run, region: &Region, quirks: Quirks) -> Result<[f64; 3], 
 }
 
 fn run(run: &mut Run) -> Result<(), Error> {
-    let mut rows = Vec::new();
     let mut panels = Vec::new();
     for (convention, stem) in CONVENTIONS {
         let mut panel = Vec::new();
@@ -108,15 +107,10 @@ fn run(run: &mut Run) -> Result<(), Error> {
                 run.note(&what, value);
             }
             record(run, stem, region, mean);
-            for (channel, c) in CHANNELS.into_iter().zip(0..) {
-                let (name, ours, theirs) = (region.name.replace(',', ""), mean[c], region.published[c]);
-                rows.push(format!("{stem},{name},{channel},{ours:.3},{theirs:.1}"));
-            }
             panel.push(difference);
         }
         panels.push((stem, panel));
     }
-    run.csv("regions.csv", "convention,region,channel,rendered,published", &rows)?;
     let about = (
         "Regions of figure 6 under three conventions, against the published image",
         "Under the convention named published all points lie within the bands; under the others many do not.",
@@ -125,11 +119,9 @@ fn run(run: &mut Run) -> Result<(), Error> {
     draw(&run.figure("regions.svg"), about, [axis, "what is allowed of “published”"], &panels)
 }
 
-const CHANNELS: [&str; 3] = ["r", "g", "b"];
-
 /// Records a number for each channel of a region.
 fn record(run: &mut Run, stem: &str, region: &Region, values: [f64; 3]) {
-    for (channel, value) in CHANNELS.into_iter().zip(values) {
+    for (channel, value) in ["r", "g", "b"].into_iter().zip(values) {
         let name = region.name.replace([' ', ','], "");
         run.number(&format!("{stem}.{name}.{channel}"), value);
     }

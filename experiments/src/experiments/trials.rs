@@ -164,7 +164,7 @@ fn recorded_verdict(recorded: Option<&ExperimentResult>, what: &str) -> String {
     let recorded = recorded.filter(|recorded| recorded.version == TRIALS.version);
     let verdict = recorded.and_then(|recorded| {
         let mut findings = recorded.findings.iter();
-        let verdict = findings.find(|finding| finding.what.trim_start() == what)?.verdict?;
+        let verdict = findings.find(|finding| finding.what == what)?.verdict?;
         Some(format!(" [{} in the recorded {} run]", verdict.word(), recorded.tier))
     });
     verdict.unwrap_or_else(|| " [not recorded]".to_owned())

@@ -25,23 +25,11 @@ use whitefurnace::scene::{Scene, simple};
 
 use crate::{folder, job, renders};
 
-/// An estimator and its settings.
-enum Method {
-    Path(Strategy, LightSampling, Heuristic),
-    LightTracer,
-    Bdpt(Connections),
-    Photon(u32, f64, Lookup),
-    Sppm(u32, f64),
-    Radiosity(u32),
-    Whitted(LightRules),
-    Report(u32, LightRules),
-    Published,
-}
-
 /// A call of the library.
 struct Call {
     scene: Result<Scene, Error>,
-    method: Method,
+    /// Renders it by some estimator.
+    film: fn(&Call) -> Result<Film, Error>,
     pixel: PixelSampling,
     numbers: Numbers,
     outlines: bool,
@@ -55,21 +43,20 @@ struct Call {
 #[derive(Clone, Copy)]
 struct Base(&'static str, fn(&mut Call));
 
-const BALANCE: (LightSampling, Heuristic) = (LightSampling::Area, Heuristic::Balance);
-
 const PLAIN: Base = Base("", |_| {});
-const PHOTON: Base = Base("--estimator photon --photons 3000 --radius 0.5", |c| photons(c, [3000; 2], [0.5; 2]));
-const SPPM: Base = Base("--estimator sppm --photons 3000 --radius 0.5", |c| c.method = Method::Sppm(3000, 0.5));
+const PHOTON: Base =
+    Base("--estimator photon --photons 3000 --radius 0.5", |c| c.film = |c| c.photons([3000; 2], [0.5; 2]));
+const SPPM: Base = Base("--estimator sppm --photons 3000 --radius 0.5", |c| c.film = |c| c.sppm(3000, 0.5));
 const REPORT: Base = Base("--convention report", |c| {
     c.outlines = false;
-    c.method = Method::Report(1, LightRules::REPORT);
+    c.film = |c| c.report(1, LightRules::REPORT);
     c.numbers = Numbers::Independent;
     c.display = Display::Truncated;
 });
 const PUBLISHED: Base = Base("--convention published", |c| {
     c.outlines = false;
     c.scene = room::report(Convention::Published, OrenNayarForm::Corrected);
-    c.method = Method::Published;
+    c.film = |c| c.rays(Published::default());
     c.numbers = Numbers::Independent;
     c.display = Display::Truncated;
 });
@@ -81,7 +68,7 @@ const DIM: Base = Base("--scene diffuse-room --exposure -8", |c| {
 });
 const RADIOSITY: Base = Base("--scene cornell --estimator radiosity --patches 60", |c| {
     c.scene = simple::cornell();
-    c.method = Method::Radiosity(60);
+    c.film = |c| c.radiosity(60);
 });
 const BASES: [Base; 9] = [PLAIN, PHOTON, SPPM, REPORT, PUBLISHED, CORNELL, JITTER, DIM, RADIOSITY];
 
@@ -89,7 +76,7 @@ impl Base {
     fn call(self) -> Call {
         let mut call = Call {
             scene: room::report(Convention::Physical, OrenNayarForm::Corrected),
-            method: Method::Path(Strategy::Mis, BALANCE.0, BALANCE.1),
+            film: |c| c.rays(Path::<Standard>::default()),
             pixel: PixelSampling::Random,
             // In four scrambles.
             numbers: Numbers::Sobol(1),
@@ -105,26 +92,31 @@ impl Base {
 }
 
 impl Call {
-    fn film(&self) -> Result<Film, Error> {
-        let scene = self.scene.as_ref().expect("a scene");
-        match self.method {
-            Method::Path(strategy, lights, heuristic) => {
-                self.rays(Path { parts: Standard, strategy, lights, heuristic })
-            }
-            Method::LightTracer => self.images(LightTracer::<Standard>::default()),
-            Method::Bdpt(connections) => self.images(Bdpt { parts: Standard, connections }),
-            Method::Photon(particles, radius, lookup) => {
-                let (map, pass) = ((particles, radius), Pass { numbers: self.numbers, seed: self.seed, index: 0 });
-                self.rays(PhotonMapping::new(Standard, scene, lookup, map, pass)?)
-            }
-            Method::Sppm(particles, radius) => self.images(Sppm { parts: Standard, particles, radius }),
-            Method::Radiosity(patches) => {
-                self.rays(Radiosity::new(Standard, scene, Fineness { patches, halvings: 0 }, &|_| true)?)
-            }
-            Method::Whitted(rules) => self.rays(Whitted::new(rules)),
-            Method::Report(rays, rules) => self.rays(Report { rays, rules, ..Report::default() }),
-            Method::Published => self.rays(Published::default()),
-        }
+    fn scene(&self) -> &Scene {
+        self.scene.as_ref().expect("a scene")
+    }
+
+    /// With these photons and radii: for all light, and for caustics.
+    fn photons(&self, particles: [u32; 2], radii: [f64; 2]) -> Result<Film, Error> {
+        let lookup = Lookup::Gather { caustic_particles: particles[1], caustic_radius: radii[1] };
+        self.looked_up((particles[0], radii[0]), lookup)
+    }
+
+    fn looked_up(&self, map: (u32, f64), lookup: Lookup) -> Result<Film, Error> {
+        let pass = Pass { numbers: self.numbers, seed: self.seed, index: 0 };
+        self.rays(PhotonMapping::new(Standard, self.scene(), lookup, map, pass)?)
+    }
+
+    fn sppm(&self, particles: u32, radius: f64) -> Result<Film, Error> {
+        self.images(Sppm { parts: Standard, particles, radius })
+    }
+
+    fn radiosity(&self, patches: u32) -> Result<Film, Error> {
+        self.rays(Radiosity::new(Standard, self.scene(), Fineness { patches, halvings: 0 }, &|_| true)?)
+    }
+
+    fn report(&self, rays: u32, rules: LightRules) -> Result<Film, Error> {
+        self.rays(Report { rays, rules, ..Report::default() })
     }
 
     fn rays(&self, estimator: impl Estimator) -> Result<Film, Error> {
@@ -139,24 +131,13 @@ impl Call {
     fn rendered(&self, renderer: &dyn Renderer) -> Result<Film, Error> {
         let each = renderer.samples_per_replication();
         let mut film = Film::new(self.size, None, each)?;
-        let scene = self.scene.as_ref().expect("a scene");
-        renderer.add(scene, &mut film, 0..self.spp / each, &|_| true)?;
+        renderer.add(self.scene(), &mut film, 0..self.spp / each, &|_| true)?;
         Ok(film)
     }
 }
 
 /// An option with a value, where it is tried, and what it changes of the call.
 struct Row(&'static str, &'static str, Base, fn(&mut Call));
-
-fn path(call: &mut Call, strategy: Strategy) {
-    call.method = Method::Path(strategy, BALANCE.0, BALANCE.1);
-}
-
-/// Photon mapping with these photons and radii: for all light, and for caustics.
-fn photons(call: &mut Call, particles: [u32; 2], radii: [f64; 2]) {
-    let lookup = Lookup::Gather { caustic_particles: particles[1], caustic_radius: radii[1] };
-    call.method = Method::Photon(particles[0], radii[0], lookup);
-}
 
 /// Sub-pixels, which take independent numbers.
 fn divided(call: &mut Call, pixel: PixelSampling) {
@@ -183,33 +164,37 @@ fn rows() -> Vec<Row> {
         Row("convention", "physical", PLAIN, |_| {}),
         Row("convention", "report", PLAIN, |c| *c = REPORT.call()),
         Row("convention", "published", PLAIN, PUBLISHED.1),
-        Row("estimator", "bsdf", PLAIN, |c| path(c, Strategy::Bsdf)),
-        Row("estimator", "light", PLAIN, |c| path(c, Strategy::Light)),
+        Row("estimator", "bsdf", PLAIN, |c| c.film = |c| c.rays(Path::new(Standard, Strategy::Bsdf))),
+        Row("estimator", "light", PLAIN, |c| c.film = |c| c.rays(Path::new(Standard, Strategy::Light))),
         Row("estimator", "mis", PLAIN, |_| {}),
-        Row("estimator", "light-tracer", CORNELL, |c| c.method = Method::LightTracer),
-        Row("estimator", "photon", SPPM, |c| photons(c, [3000, 3000], [0.5, 0.5])),
-        Row("estimator", "sppm", PHOTON, |c| c.method = Method::Sppm(3000, 0.5)),
-        Row("estimator", "bdpt", PLAIN, |c| c.method = Method::Bdpt(Connections::All)),
-        Row("estimator", "bdpt-ends", PLAIN, |c| c.method = Method::Bdpt(Connections::Ends)),
+        Row("estimator", "light-tracer", CORNELL, |c| c.film = |c| c.images(LightTracer::<Standard>::default())),
+        Row("estimator", "photon", SPPM, |c| c.film = |c| c.photons([3000, 3000], [0.5, 0.5])),
+        Row("estimator", "sppm", PHOTON, |c| c.film = |c| c.sppm(3000, 0.5)),
+        Row("estimator", "bdpt", PLAIN, |c| c.film = |c| c.images(Bdpt::new(Standard))),
+        Row("estimator", "bdpt-ends", PLAIN, |c| {
+            c.film = |c| c.images(Bdpt { parts: Standard, connections: Connections::Ends });
+        }),
         // In the report's room it implies the report's convention.
         Row("estimator", "report", PLAIN, |c| *c = REPORT.call()),
         Row("estimator", "report", CORNELL, |c| {
-            (c.method, c.numbers) = (Method::Report(1, LightRules::PHYSICAL), Numbers::Independent);
+            c.film = |c| c.report(1, LightRules::PHYSICAL);
+            c.numbers = Numbers::Independent;
         }),
         Row("estimator", "radiosity", RADIOSITY, |_| {}),
-        Row("estimator", "whitted", PLAIN, |c| c.method = Method::Whitted(LightRules::PHYSICAL)),
+        Row("estimator", "whitted", PLAIN, |c| c.film = |c| c.rays(Whitted::new(LightRules::PHYSICAL))),
         Row("estimator", "whitted", REPORT, |c| {
-            (c.method, c.numbers) = (Method::Whitted(LightRules::REPORT), Numbers::Sobol(1));
+            c.film = |c| c.rays(Whitted::new(LightRules::REPORT));
+            c.numbers = Numbers::Sobol(1);
         }),
         Row("engine", "scalar", PLAIN, |_| {}),
         Row("engine", "lanes", PLAIN, |_| {}),
         Row("light-sampling", "area", PLAIN, |_| {}),
         Row("light-sampling", "solid-angle", PLAIN, |c| {
-            c.method = Method::Path(Strategy::Mis, LightSampling::SolidAngle, BALANCE.1);
+            c.film = |c| c.rays(Path { lights: LightSampling::SolidAngle, ..Path::<Standard>::default() });
         }),
         Row("heuristic", "balance", PLAIN, |_| {}),
         Row("heuristic", "power", PLAIN, |c| {
-            c.method = Method::Path(Strategy::Mis, BALANCE.0, Heuristic::Power);
+            c.film = |c| c.rays(Path { heuristic: Heuristic::Power, ..Path::<Standard>::default() });
         }),
         Row("diffuse", "lambert", PLAIN, |c| white_sphere(c, Bsdf::Lambert { albedo: GREY })),
         Row("diffuse", "printed", PLAIN, |c| {
@@ -223,16 +208,16 @@ fn rows() -> Vec<Row> {
         Row("diffuse", "ggx", PLAIN, |c| {
             white_sphere(c, Bsdf::model(Ggx { reflectance: GREY, alpha: room::SIGMA }));
         }),
-        Row("rays", "3", REPORT, |c| c.method = Method::Report(3, LightRules::REPORT)),
-        Row("photons", "2000", SPPM, |c| c.method = Method::Sppm(2000, 0.5)),
-        Row("photons", "2000", PHOTON, |c| photons(c, [2000, 2000], [0.5, 0.5])),
-        Row("radius", "0.3", SPPM, |c| c.method = Method::Sppm(3000, 0.3)),
-        Row("radius", "0.3", PHOTON, |c| photons(c, [3000, 3000], [0.3, 0.3])),
+        Row("rays", "3", REPORT, |c| c.film = |c| c.report(3, LightRules::REPORT)),
+        Row("photons", "2000", SPPM, |c| c.film = |c| c.sppm(2000, 0.5)),
+        Row("photons", "2000", PHOTON, |c| c.film = |c| c.photons([2000, 2000], [0.5, 0.5])),
+        Row("radius", "0.3", SPPM, |c| c.film = |c| c.sppm(3000, 0.3)),
+        Row("radius", "0.3", PHOTON, |c| c.film = |c| c.photons([3000, 3000], [0.3, 0.3])),
         Row("gather", "yes", PHOTON, |_| {}),
-        Row("gather", "no", PHOTON, |c| c.method = Method::Photon(3000, 0.5, Lookup::Direct)),
-        Row("caustic-photons", "20000", PHOTON, |c| photons(c, [3000, 20_000], [0.5, 0.5])),
-        Row("caustic-radius", "0.2", PHOTON, |c| photons(c, [3000, 3000], [0.5, 0.2])),
-        Row("patches", "200", RADIOSITY, |c| c.method = Method::Radiosity(200)),
+        Row("gather", "no", PHOTON, |c| c.film = |c| c.looked_up((3000, 0.5), Lookup::Direct)),
+        Row("caustic-photons", "20000", PHOTON, |c| c.film = |c| c.photons([3000, 20_000], [0.5, 0.5])),
+        Row("caustic-radius", "0.2", PHOTON, |c| c.film = |c| c.photons([3000, 3000], [0.5, 0.2])),
+        Row("patches", "200", RADIOSITY, |c| c.film = |c| c.radiosity(200)),
         Row("outlines", "yes", DIM, |_| {}),
         Row("outlines", "no", DIM, |c| c.outlines = false),
         Row("pixel", "centre", PLAIN, |c| (c.pixel, c.outlines) = (PixelSampling::Centre, false)),
@@ -310,7 +295,7 @@ fn every_option_is_the_librarys_own_call() {
         let made = ["exr", "png"].map(|end| read(&format!("{stem}.{end}")));
 
         let call = row.call();
-        let film = call.film().expect("a film");
+        let film = (call.film)(&call).expect("a film");
         let provenance = job(&command).provenance(true);
         // The file says all that decides its pixels.
         let Row(option, value, ..) = row;

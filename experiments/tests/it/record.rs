@@ -60,7 +60,7 @@ fn recording_divides_large_pictures_and_leaves_out_large_plots() {
         .map(|i: u32| (i.wrapping_mul(2_654_435_761) >> 24) as u8 ^ (i.wrapping_mul(i) >> 7) as u8)
         .collect();
     write_rgb(&from.join("c.png"), size, &noise).expect("picture");
-    let written = r#"{"id": "demo", "title": "", "version": 1, "tier": "full", "seed": 1,
+    let written = r#"{"id": "demo", "title": "", "version": 1, "tier": "full", "seed": 1, "shrink": 1,
         "command": "", "equations": [], "numbers": {"x": 1.5}, "figures": ["a.svg", "b.svg", "c.png"],
         "findings": [], "fingerprint": "abc"}"#;
     fs::write(from.join("result.json"), written).expect("file");

@@ -66,9 +66,9 @@ fn pointwise(subject: &BsdfSubject, name: &str) -> Outcome {
     found(subject, Vec::new(), name)
 }
 
-/// How many verdicts chance could turn, in this module: two directions with two random outcomes at most, and
-/// one for all shares and means that are far within their bounds together.
-pub const ASSERTIONS: usize = 5;
+/// How many verdicts chance could turn, in this module: two subjects with two random outcomes each in two directions at
+/// most, and one for all shares and means that are far within their bounds together.
+pub const ASSERTIONS: usize = 9;
 
 /// Asserts that a share of n independent trials is known to within `reach`, after asserting that chance goes
 /// beyond it with a probability of which a hundred fit into a share of the budget.
@@ -90,21 +90,25 @@ const MASS: &str = "integral of the pdf";
 #[test]
 fn a_check_up_asks_everything() {
     let size = CheckUp { inclinations: vec![0.0, 60.0], ..small() };
-    let outcomes = check_up(&right(), &size, &context("everything"));
     let mut expected = [SANE, WEIGHTS, "reciprocity"].map(String::from).to_vec();
     for degrees in [0, 60] {
         let each = [MASS, "chi-square of samples", "furnace", "energy bound", "directional albedo"];
         expected.extend(each.map(|name| format!("{name} at {degrees} degrees")));
     }
-    assert!(outcomes.iter().map(|outcome| &outcome.name).eq(&expected));
-    // All weights are the same: the furnaces are exact.
-    assert_eq!(outcomes.iter().filter(|o| o.is_random()).count(), 2);
     assert_eq!((assertions(&size), assertions(&small())), (4, 2));
-    for outcome in &outcomes {
-        // The small sample leaves the cells open: they are held to no size, only not to be rejected.
-        let expected = outcome.name.starts_with("chi-square");
-        assert!(outcome.p >= ALPHA, "{}: {}", outcome.name, outcome.worst);
-        assert_eq!(outcome.verdict() != Verdict::Holds, expected, "{}", outcome.name);
+    // The first channel of a model as it is rendered, too.
+    let rendered = BsdfSubject::of(Bsdf::Lambert { albedo: DVec3::new(ALBEDO, 0.7, 0.9) }).albedo(|_| ALBEDO);
+    for subject in [right(), rendered] {
+        let outcomes = check_up(&subject, &size, &context("everything"));
+        assert!(outcomes.iter().map(|outcome| &outcome.name).eq(&expected));
+        // All weights are the same: the furnaces are exact.
+        assert_eq!(outcomes.iter().filter(|o| o.is_random()).count(), 2);
+        for outcome in &outcomes {
+            // The small sample leaves the cells open: they are held to no size, only not to be rejected.
+            let expected = outcome.name.starts_with("chi-square");
+            assert!(outcome.p >= ALPHA, "{}: {}", outcome.name, outcome.worst);
+            assert_eq!(outcome.verdict() != Verdict::Holds, expected, "{}", outcome.name);
+        }
     }
     // 75 degrees are a direction like any other.
     let outcomes = at_direction(&right(), &size, &context("direction"), DVec3::new(0.6, 0.0, 0.8), 75.0);
@@ -241,6 +245,7 @@ fn albedo_bound_and_furnace_are_those_of_the_quadrature() {
         BsdfSubject { sample: Box::new(|wo, random| sample(wo, random).filter(|_| random[2] < 0.5)), ..right() };
     let found = outcome(&halved, "furnace");
     assert_eq!(found.verdict(), Verdict::Fails);
+    assert_relative_eq!(found.claim.size(), small().delta * ALBEDO, max_relative = 1e-5);
     assert_share((found.estimate / ALBEDO * found.n as f64).round() as usize, found.n as usize, 0.5, 0.04);
 }
 

@@ -1,6 +1,5 @@
 //! The statistical harness, module by module: exactly where it can be, by sampling where only that shows it.
 
-pub mod bsdf_checkup; // a rough conductor, and faulty versions of it
 pub mod checkup_parts; // what each part of the check-up of BSDFs reports
 mod chi_square;
 mod convergence;
@@ -8,7 +7,7 @@ mod domain;
 mod graded;
 mod guard;
 mod ks;
-pub mod lobe_checkup; // paper, mirrors and glass, and faulty ones
+pub mod lobe_checkup; // paper, mirrors and glass, and faulty ones: check-ups from end to end
 mod mean;
 mod no_evidence; // samples that say nothing
 mod outcome;
