@@ -1,33 +1,132 @@
-//! The lane engine has the bits of the readable one: each operation of which both are made, and whole images.
+//! The lane engine has the bits of the readable one: each function that both use, and whole images.
 
 use std::array::from_fn;
 
-use whitefurnace::bsdf::Model;
+use whitefurnace::bsdf::{Model, oren_nayar};
 use whitefurnace::estimator::{Heuristic, Path, Strategy as Finds};
+use whitefurnace::fresnel::{mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refracted};
+use whitefurnace::radiometry::{balance, cosine, power, reflected, solid_angle_per_area};
 use whitefurnace::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector, sin_cos_of_turn};
 use whitefurnace::render::{LaneEstimator, OneRayPerHit, render_lanes};
-use whitefurnace::watertight::Turn;
+use whitefurnace::roulette;
+use whitefurnace::sampling::{sphere_zone, triangle, uniform_hemisphere_pdf};
+use whitefurnace::shape::{sphere_roots, triangle_point};
+use whitefurnace::watertight::{Shear, Turn};
 
 use crate::channels;
 use crate::prelude::*;
 
-/// All that equations are made of, and the turn of the axes, which is written for one ray and for lanes apart.
-fn operations<R: Real>(x: &[R]) -> Vec<R>
-where
-    R::Vector: Turn,
-{
-    let truth = |mask| R::choose(mask, R::splat(1.0), R::splat(0.0));
-    let [a, b, c] = [x[0], x[1], x[2]];
-    let mut found = vec![a + b, a - b, a * b, a / b, -a, a + 0.3, a - 0.3, a * 0.3, a / 0.3];
-    found.extend([a.abs(), a.copysign(b), a.floor(), a.at_least(b), a.at_most(b), a.recip(), a.sqrt()]);
-    found.extend([a.below(b), a.above(b), a.equals(b), !a.below(b) & (a.equals(c) | b.above(c))].map(truth));
-    let (v, w) = (R::Vector::of([a, b, c]), R::Vector::of([x[3], x[4], x[5]]));
-    found.extend([v.dot(w), v.length_squared(), v.max_element()]);
-    let turned = R::Vector::turned(&[x[3], x[4], x[5], x[6]], R::Vector::axes(v));
-    let chosen = Vector::choose(a.below(b), v, w);
-    found.extend([v + w, v - w, v * w, -v, v * x[6], v.normalize(), chosen].map(Vector::components).concat());
-    found.extend(turned);
-    found
+/// A function of up to 16 numbers, for one ray or for several.
+trait Kernel {
+    fn run<R: Real>(x: &[R]) -> Vec<R>
+    where
+        R::Vector: Turn;
+}
+
+macro_rules! kernels {
+    ($($name:ident: |$x:ident| $body:expr;)*) => {
+        $(
+            struct $name;
+            impl Kernel for $name {
+                fn run<R: Real>($x: &[R]) -> Vec<R>
+                where
+                    R::Vector: Turn,
+                {
+                    $body.into_iter().collect()
+                }
+            }
+        )*
+        /// Compares every kernel on these arguments.
+        fn compare_all(arguments: &[[f64; 16]; LANES]) {
+            $(compare::<$name>(stringify!($name), arguments);)*
+        }
+    };
+}
+
+fn v<R: Real>(x: &[R]) -> R::Vector {
+    R::Vector::of([x[0], x[1], x[2]])
+}
+
+fn ray<R: Real>(x: &[R]) -> Ray<R::Vector> {
+    Ray::new(v(x), v(&x[3..]))
+}
+
+fn truth<R: Real>(mask: R::Mask) -> R {
+    R::choose(mask, R::splat(1.0), R::splat(0.0))
+}
+
+fn zone() -> Sphere {
+    Sphere { centre: DVec3::new(0.3, -0.2, 0.1), radius: 0.7, zone: [-0.4, 0.5], inward: true }
+}
+
+const CORNERS: [DVec3; 3] = [DVec3::new(-0.4, 0.1, 0.3), DVec3::new(0.9, -0.2, 0.0), DVec3::new(0.2, 0.8, -0.5)];
+
+kernels! {
+    Operations: |x| [x[0].abs(), x[0].copysign(x[1]), x[0].floor(), x[0].at_least(x[1]), x[0].at_most(x[1]),
+        x[0].recip(), x[0].sqrt(), truth(x[0].below(x[1])), truth(x[0].above(x[1])), truth(x[0].equals(x[1])),
+        truth(!x[0].below(x[1]) & (x[0].equals(x[2]) | x[1].above(x[2])))];
+    Turns: |x| { let (sin, cos) = sin_cos_of_turn(x[0]); [sin, cos] };
+    Interface: |x| [reflectance_s(x[0], x[1], x[2]), reflectance_p(x[0], x[1], x[2]), reflectance(x[0], x[1], x[2]),
+        radiance_factor(x[1], x[2])];
+    Mirror: |x| mirror(v(x), v(&x[3..])).components();
+    Refracted: |x| {
+        let (direction, passes) = refracted(v(x), v(&x[3..]), x[6], x[7]);
+        [direction.components(), [truth(passes); 3]].concat()
+    };
+    Measures: |x| [cosine(v(x), v(&x[3..])), solid_angle_per_area(x[0], x[1]), balance(x[0], x[1]), power(x[0], x[1])];
+    Reflected: |x| reflected::<R::Vector>(v(x), v(&x[3..]), x[6], x[7]).components();
+    Directions: |x| [uniform_hemisphere([x[0], x[1]]).components(),
+        cosine_hemisphere([x[0], x[1]]).components(), sphere_zone([x[0], x[1]], 0.7, [-0.3, 0.6]).components(),
+        [uniform_hemisphere_pdf(x[0]), cosine_hemisphere_pdf(x[0]), x[0]]].concat();
+    Triangle: |x| { let [u, w] = triangle([x[0], x[1]]); [&[u, w][..], &triangle_point(CORNERS, u, w).components()].concat() };
+    Roulettes: |x| [roulette::by_throughput(v(x)), roulette::by_absorption(x[0]), roulette::weight(x[0]),
+        truth(roulette::survives(x[0], x[1]))];
+    Diffuse: |x| {
+        let constants = || OrenNayar { a: x[6], b: x[7] };
+        let bracket = |form| oren_nayar(constants(), form, v(x), v(&x[3..]));
+        [&lambert(v(x)).components()[..], &[bracket(OrenNayarForm::Corrected), bracket(OrenNayarForm::Printed)]].concat()
+    };
+    Frames: |x| {
+        let frame = Frame::<R::Vector>::new(v(x));
+        [frame.x, frame.y, frame.z, frame.local(v(&x[3..])), frame.world(v(&x[3..]))].map(Vector::components).concat()
+    };
+    Cameras: |x| {
+        let camera = Camera::new(DVec3::new(-2.0, 0.1, 0.2), DVec3::ZERO, DVec3::Z, 0.4);
+        let ray = camera.ray([40, 30], x[0], x[1]);
+        [ray.origin, ray.direction, ray.at(x[2])].map(Vector::components).concat()
+    };
+    Spheres: |x| {
+        let (roots, meets) = sphere_roots(&ray(x), DVec3::new(0.3, -0.2, 0.1), 0.7);
+        [&roots[..], &[truth(meets), zone().distance(&ray(x))], &zone().normal::<R::Vector>(v(x)).components()].concat()
+    };
+    Watertight: |x| {
+        let shear = Shear::new(&ray(x));
+        let corner = |c: DVec3| shear.project(&[c.x, c.y, c.z, 0.0].map(R::splat));
+        let [a, b, c] = CORNERS.map(corner);
+        let hit = shear.hit([&a, &b, &c]);
+        // A miss has no weights.
+        let hits = hit.t.below(R::splat(f64::INFINITY));
+        [&[hit.t][..], &hit.weights.map(|w| R::choose(hits, w, R::splat(0.0)))].concat()
+    };
+    Emitters: |x| {
+        let shapes = [EmitterShape::Rectangle { corner: CORNERS[0], edges: [DVec3::X, DVec3::new(0.1, 0.9, 0.2)] },
+            EmitterShape::Triangle(CORNERS), EmitterShape::Sphere(zone())];
+        let points = shapes.map(|shape| Emitter::new(shape, DVec3::ONE).sample([x[0], x[1]]));
+        points.map(|p| [p.point.components(), p.normal.components()].concat()).concat()
+    };
+}
+
+/// Whether a kernel has the same bits for a ray alone and for the same ray in a lane.
+fn compare<K: Kernel>(name: &str, arguments: &[[f64; 16]; LANES]) {
+    let lanes: [Lanes; 16] = from_fn(|i| Lanes::new(from_fn(|lane| arguments[lane][i])));
+    let together = K::run(&lanes);
+    for (lane, x) in arguments.iter().enumerate() {
+        for (i, (alone, together)) in K::run(x).into_iter().zip(&together).enumerate() {
+            let together = together.to_array()[lane];
+            let same = alone.to_bits() == together.to_bits() || alone.is_nan() && together.is_nan();
+            assert!(same, "{name}: result {i} is {alone:e} alone and {together:e} in lane {lane}, at {x:?}");
+        }
+    }
 }
 
 /// Numbers at the edges of what equations expect, and beyond.
@@ -37,27 +136,26 @@ const EDGES: [[f64; 7]; 2] = [
 ];
 
 #[test]
-fn operations_have_the_same_bits_in_every_lane() {
+fn functions_have_the_same_bits_in_every_lane() {
     let mut rng = rng("lanes");
     for round in 0..4_000 {
-        // A third of all rounds draws from the edges, a third mixes.
-        let edges = [1.0, 0.3, 0.0][round % 3];
-        let arguments: [[f64; 7]; LANES] = from_fn(|_| {
-            from_fn(|_| {
+        // A third of all rounds draws from the edges, a third mixes, a third is of unit vectors and shares.
+        let arguments = from_fn(|_| {
+            let edges = [1.0, 0.3, 0.0][round % 3];
+            let mut x = [0.0; 16].map(|_: f64| {
                 let [row, place, sign] = [2.0, 7.0, 2.0].map(|n: f64| (uniform(&mut rng) * n) as usize);
                 let edge = EDGES[row][place] * [1.0, -1.0][sign];
                 if uniform(&mut rng) < edges { edge } else { between(&mut rng, -1.2, 1.2) }
-            })
-        });
-        let lanes: [Lanes; 7] = from_fn(|i| Lanes::new(from_fn(|lane| arguments[lane][i])));
-        let together = operations(&lanes);
-        for (lane, x) in arguments.iter().enumerate() {
-            for (i, (alone, together)) in operations(x).into_iter().zip(&together).enumerate() {
-                let together = together.to_array()[lane];
-                let same = alone.to_bits() == together.to_bits() || alone.is_nan() && together.is_nan();
-                assert!(same, "result {i} is {alone:e} alone and {together:e} in lane {lane}, at {x:?}");
+            });
+            if round % 3 == 2 {
+                let [a, b] = [unit_vector(&mut rng), unit_vector(&mut rng)];
+                x[..3].copy_from_slice(&a.to_array());
+                x[3..6].copy_from_slice(&b.to_array());
+                (x[6], x[7]) = (between(&mut rng, 1.0, 2.0), 1.0);
             }
-        }
+            x
+        });
+        compare_all(&arguments);
     }
 }
 
