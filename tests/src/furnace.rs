@@ -66,8 +66,8 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
     let hits = by(Strategy::Bsdf, LightSampling::SolidAngle);
     let sphere = (sphere_furnace(lambert(0.9), 0.0), hits, inside as Rays);
     [
-        ("furnace/path/albedo-0.5", "closed furnace box", 0.5, cube(0.5), 2_600_000),
-        ("furnace/path/albedo-0.75", "closed furnace box", 0.75, cube(0.75), 4_400_000),
+        ("furnace/path/albedo-0.5", "closed furnace box", 0.5, cube(0.5), 1_500_000),
+        ("furnace/path/albedo-0.75", "closed furnace box", 0.75, cube(0.75), 2_800_000),
         ("furnace/path/albedo-0.9", "spherical furnace", 0.9, sphere, 6_000_000),
     ]
     .into_iter()
@@ -85,9 +85,9 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
 fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
     let (cube, sphere) = (valid(furnace_box(0.5)), sphere_furnace(lambert(0.5), 0.5));
     [
-        ("furnace/bsdf/box", &cube, Strategy::Bsdf, 3_500_000),
+        ("furnace/bsdf/box", &cube, Strategy::Bsdf, 2_000_000),
         ("furnace/light/box", &cube, Strategy::Light, 2_500_000),
-        ("furnace/light/sphere", &sphere, Strategy::Light, 2_000_000),
+        ("furnace/light/sphere", &sphere, Strategy::Light, 700_000),
     ]
     .into_iter()
     .map(|(name, scene, strategy, samples)| {
@@ -130,8 +130,8 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
 fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
     let rho = 0.75;
     [
-        ("furnace/cavity/reflecting", "reflecting", Cap::Reflecting, 6_400_000),
-        ("furnace/cavity/black", "black", Cap::Black, 3_000_000),
+        ("furnace/cavity/reflecting", "reflecting", Cap::Reflecting, 4_000_000),
+        ("furnace/cavity/black", "black", Cap::Black, 1_800_000),
     ]
     .into_iter()
     .map(|(name, what, cap, samples)| {
@@ -181,7 +181,7 @@ fn mirrors() -> Vec<FamilyTrial<EstimatorSubject>> {
     vec![
         radiance("furnace/mirrors/hall", &RENDERING, (&hall, EstimatorKind::Path, inside))
             .says(format!("in a hall of emitting mirrors of reflectance 0.75 the radiance is {hall_mean}"))
-            .is((hall_mean, BOUNCES), 5_200_000),
+            .is((hall_mean, BOUNCES), 3_200_000),
         radiance(
             "furnace/mirrors/facing",
             &ROULETTE,
