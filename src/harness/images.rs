@@ -91,6 +91,8 @@ pub struct Place {
     pub p: f64,
     /// What may be rounding, relative.
     pub rounding: f64,
+    /// Whether skewness leaves the tail at the level of its kind valid.
+    pub judged: bool,
 }
 
 impl Place {
@@ -115,12 +117,6 @@ impl Place {
     pub fn varies(&self) -> bool {
         self.standard_error > 0.0
     }
-
-    /// Whether skewness leaves the tail at a level valid.
-    pub fn judged(&self, level: f64) -> bool {
-        let term = Sigma::Estimated.skew_term(self.skewness, normal_upper(level / 2.0));
-        self.varies() && term <= LARGEST_SKEW_TERM
-    }
 }
 
 /// Places of one kind, channel by channel.
@@ -134,12 +130,14 @@ pub struct Kind {
     pub places: Vec<Place>,
     /// The level of each.
     pub level: f64,
+    /// Whether enough of those that vary are judged.
+    pub counts: bool,
 }
 
 impl Kind {
     /// The places that are judged.
     pub fn judged(&self) -> impl Iterator<Item = &Place> {
-        self.places.iter().filter(|place| place.judged(self.level))
+        self.places.iter().filter(|place| place.judged)
     }
 
     /// How many vary.
@@ -147,16 +145,14 @@ impl Kind {
         self.places.iter().filter(|place| place.varies()).count()
     }
 
-    /// Whether enough of the places are judged.
-    pub fn counts(&self) -> bool {
-        let judged = self.judged().count();
-        judged > 0 && judged as f64 >= LEAST_SHARE * self.varying() as f64
+    /// Whether a place of it differs.
+    pub fn rejects(&self, place: &Place) -> bool {
+        self.counts && place.judged && place.p < self.level
     }
 
-    /// What is rejected.
+    /// What differs.
     pub fn rejected(&self) -> impl Iterator<Item = &Place> {
-        let counts = self.counts();
-        self.judged().filter(move |place| counts && place.p < self.level)
+        self.places.iter().filter(|place| self.rejects(place))
     }
 }
 
@@ -306,16 +302,23 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
             sigmas,
             p: if standard_error > 0.0 { student_two_sided(sigmas, dof) } else { 1.0 },
             rounding: rounding / scale,
+            judged: false,
         }
     };
-    let kind = |name, grid, areas: &[Area]| Kind {
-        name,
-        grid,
-        level: rules.level / (4 * areas.len() * channels.len()) as f64,
-        places: (0..channels.len() * areas.len())
-            .into_par_iter()
-            .map(|i| place(i / areas.len(), areas[i % areas.len()]))
-            .collect(),
+    let kind = |name, grid, areas: &[Area]| {
+        let count = areas.len();
+        let level = rules.level / (4 * count * channels.len()) as f64;
+        let tail = normal_upper(level / 2.0);
+        let judge = |place: Place| {
+            let valid = Sigma::Estimated.skew_term(place.skewness, tail) <= LARGEST_SKEW_TERM;
+            Place { judged: place.varies() && valid, ..place }
+        };
+        let all = (0..channels.len() * count).into_par_iter();
+        let places = all.map(|i| judge(place(i / count, areas[i % count]))).collect();
+        let mut kind = Kind { name, grid, places, level, counts: false };
+        let judged = kind.judged().count();
+        kind.counts = judged > 0 && judged as f64 >= LEAST_SHARE * kind.varying() as f64;
+        kind
     };
     let kinds = [
         kind("image mean", [1, 1], &[whole]),
@@ -337,8 +340,8 @@ fn lacking(means: &Kind, margin: f64) -> Option<u64> {
     let lack = |place: &Place| {
         let valid_from = Sigma::Estimated.valid_from(1, place.skewness, level);
         match approximate_verdict(place.interval(level), 0.0, margin, 1) {
-            Verdict::Holds if place.judged(level) => None,
-            Verdict::Undecided { needed } if place.judged(level) => Some(needed.max(2)),
+            Verdict::Holds if place.judged => None,
+            Verdict::Undecided { needed } if place.judged => Some(needed.max(2)),
             _ => Some(valid_from),
         }
     };

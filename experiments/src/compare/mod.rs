@@ -205,7 +205,7 @@ impl Trial<'_> {
                     "two images do not tell how skewed their noise is: give three or more of a side, at best eight"
                         .to_owned()
                 } else {
-                    let invalid = means.places.iter().any(|place| place.varies() && !place.judged(means.level));
+                    let invalid = means.places.iter().any(|place| place.varies() && !place.judged);
                     let what = if invalid { "the noise is too skewed to judge the image mean" } else {
                         "nothing differs, but noise leaves the image mean uncertain by more than the margin"
                     };
@@ -232,7 +232,7 @@ impl Trial<'_> {
         for place in &means.places {
             let [low, high] = place.interval(means.level).map(percent);
             let seen = percent(place.seen(means.level)).replace('+', "");
-            let judged = if place.judged(means.level) { "" } else { "; not judged: too skewed, or without noise" };
+            let judged = if place.judged { "" } else { "; not judged: too skewed, or without noise" };
             let channel = self.channel(place.channel);
             lines.push(format!(
                 "image mean, {channel}: {} (from {low} to {high}), p {:.1e}; {seen} would have been seen{judged}",

@@ -37,7 +37,7 @@ pub(super) fn place_name(kind: &Kind, place: &Place) -> String {
 pub(super) fn kind_line(kind: &Kind) -> String {
     let (judged, rejected, varying) = (kind.judged().count(), kind.rejected().count(), kind.varying());
     let least = kind.judged().map(|place| place.p).fold(1.0, f64::min);
-    let found = if kind.counts() {
+    let found = if kind.counts {
         format!("{rejected} differ, least p {least:.1e} where {:.1e} is enough; {judged} of {varying} judged", kind.level)
     } else {
         format!("not judged: noise is too skewed in all but {judged} of {varying}")
@@ -74,18 +74,18 @@ fn numbers(trial: &Trial) -> Value {
             "sigmas": place.sigmas,
             "skewness": place.skewness,
             "p": place.p,
-            "judged": place.judged(kind.level),
+            "judged": place.judged,
         })
     };
     let kind = |kind: &Kind| {
-        let kept = |p: &&Place| kind.name != "pixel" || (p.judged(kind.level) && p.p < kind.level);
+        let kept = |p: &&Place| kind.name != "pixel" || kind.rejects(p);
         json!({
             "name": kind.name,
             "level": kind.level,
             "places": kind.places.len(),
             "varying": kind.varying(),
             "judged": kind.judged().count(),
-            "counts": kind.counts(),
+            "counts": kind.counts,
             "differ": kind.rejected().count(),
             "found": kind.places.iter().filter(kept).map(|p| place(kind, p)).collect::<Vec<_>>(),
         })
@@ -118,7 +118,7 @@ fn smallest(trial: &Trial) -> [(&'static str, Option<f64>); 2] {
     let mut judged: Vec<&Place> = tiles.judged().collect();
     judged.sort_by(|x, y| (x.standard_error / x.scale).total_cmp(&(y.standard_error / y.scale)));
     let median = judged.get(judged.len() / 2).map(|place| place.seen(tiles.level));
-    [("image mean", mean), ("median tile", median.filter(|_| tiles.counts()))]
+    [("image mean", mean), ("median tile", median.filter(|_| tiles.counts))]
 }
 
 const STYLE: &str = "
@@ -240,7 +240,7 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
             "<tr{}><td>{}<td>{}<td>{:.5}<td>{:.5}<td>{}<td>{low}<td>{high}<td>{:.2}<td>{:.1e}<td>{}",
             bad(means, place),
             trial.channel(place.channel),
-            if place.judged(means.level) { "" } else { "not judged" },
+            if place.judged { "" } else { "not judged" },
             place.means[0],
             place.means[1],
             percent(place.difference()),
@@ -254,12 +254,12 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
     let all = [means, regions, tiles, pixels].into_iter().flat_map(|kind| kind.places.iter().map(move |p| (kind, p)));
     let mut worst: Vec<(&Kind, &Place)> = all.filter(|(_, place)| place.varies()).collect();
     let strength = |(kind, place): &(&Kind, &Place)| {
-        let told = kind.counts() && place.judged(kind.level);
+        let told = kind.counts && place.judged;
         (!told, place.p / kind.level, -place.sigmas.abs())
     };
     worst.sort_by(|x, y| strength(x).partial_cmp(&strength(y)).unwrap_or(std::cmp::Ordering::Equal));
     for (kind, place) in worst.iter().take(ROWS) {
-        let told = kind.counts() && place.judged(kind.level);
+        let told = kind.counts && place.judged;
         let _ = write!(
             html,
             "<tr{}><td>{}<td>{}<td>{:.5}<td>{:.5}<td>{}<td>{:.2}<td>{:.1e}<td>{:.1e}<td>{}",
@@ -308,8 +308,7 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
 
 /// The class of a row that is rejected.
 fn bad(kind: &Kind, place: &Place) -> &'static str {
-    let rejected = kind.counts() && place.judged(kind.level) && place.p < kind.level;
-    if rejected { " class=\"bad\"" } else { "" }
+    if kind.rejects(place) { " class=\"bad\"" } else { "" }
 }
 
 /// The histogram as a drawing, with a line where it were if it were flat.
