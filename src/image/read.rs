@@ -121,9 +121,8 @@ fn exr(bytes: &[u8], layer: Option<&str>) -> Result<Picture, String> {
         places.iter().map(plane).collect()
     };
     let errors = if group.is_empty() { "stderr".to_owned() } else { format!("{group}.stderr") };
-    let is_half = |&(i, k): &(usize, usize)| {
-        matches!(image.layer_data[i].channel_data.list[k].sample_data, FlatSamples::F16(_))
-    };
+    let is_half =
+        |&(i, k): &(usize, usize)| matches!(image.layer_data[i].channel_data.list[k].sample_data, FlatSamples::F16(_));
     let corner = part.attributes.layer_position;
     Ok(Picture {
         size: [part.size.0, part.size.1],

@@ -2,7 +2,7 @@
 
 use whitefurnace::harness::bsdf_checkup::{CheckUp, assertions};
 
-use crate::harness::{bsdf_checkup, checkup_parts, lobe_checkup as lobes};
+use crate::harness::{bsdf_checkup, checkup_parts, images, lobe_checkup as lobes};
 use crate::shares::{ENOUGH, OUTSIDE};
 
 /// Asserts that a test of [`ENOUGH`] has compared enough.
@@ -19,6 +19,7 @@ fn the_shares_are_counted() {
     let check_up = assertions(&CheckUp::default());
     let counted = [
         ("checkup", check_up + bsdf_checkup::FAULTY.len()),
+        ("images", images::ASSERTIONS),
         ("lobes", lobes::PASSES.iter().sum::<usize>() + lobes::FAULTY),
         ("checkup parts", checkup_parts::ASSERTIONS),
         ("documentation", 1 + 2 * check_up + lobes::PASSES[2]),

@@ -149,7 +149,13 @@ struct Trial<'a> {
 
 /// A share in percent, with a sign.
 fn percent(share: f64) -> String {
-    let decimals = if share.abs() >= 0.0995 { 1 } else if share.abs() >= 0.00995 { 2 } else { 3 };
+    let decimals = if share.abs() >= 0.0995 {
+        1
+    } else if share.abs() >= 0.00995 {
+        2
+    } else {
+        3
+    };
     format!("{:+.decimals$} %", 100.0 * share).replace('-', "−")
 }
 
@@ -194,7 +200,7 @@ impl Trial<'_> {
                 })
             }
             Verdict::Holds => format!(
-                "no place differs, and the image mean is equal within {} %",
+                "nothing that could be judged differs, and the image mean is equal within {} %",
                 100.0 * self.rules.margin
             ),
             Verdict::Undecided { needed } => {
@@ -206,7 +212,9 @@ impl Trial<'_> {
                         .to_owned()
                 } else {
                     let invalid = means.places.iter().any(|place| place.varies() && !place.judged);
-                    let what = if invalid { "the noise is too skewed to judge the image mean" } else {
+                    let what = if invalid {
+                        "the noise is too skewed to judge the image mean"
+                    } else {
                         "nothing differs, but noise leaves the image mean uncertain by more than the margin"
                     };
                     format!("{what}; about {needed} times as many images, or samples in each, would decide")

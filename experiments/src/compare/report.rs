@@ -38,7 +38,10 @@ pub(super) fn kind_line(kind: &Kind) -> String {
     let (judged, rejected, varying) = (kind.judged().count(), kind.rejected().count(), kind.varying());
     let least = kind.judged().map(|place| place.p).fold(1.0, f64::min);
     let found = if kind.counts {
-        format!("{rejected} differ, least p {least:.1e} where {:.1e} is enough; {judged} of {varying} judged", kind.level)
+        format!(
+            "{rejected} differ, least p {least:.1e} where {:.1e} is enough; {judged} of {varying} judged",
+            kind.level
+        )
     } else {
         format!("not judged: noise is too skewed in all but {judged} of {varying}")
     };
@@ -125,10 +128,10 @@ const STYLE: &str = "
 :root{color-scheme:light dark;--bg:#fdfdfb;--fg:#1d1f23;--muted:#5c6068;--rule:#d9d9d4;--panel:#f2f2ec;--bar:#0072b2;--differ:#b3470b;--agree:#00714f;--undecided:#6a5acd}
 @media(prefers-color-scheme:dark){:root{--bg:#15181e;--fg:#d5d7dc;--muted:#9aa0aa;--rule:#343a45;--panel:#1c2028;--bar:#56b4e9;--differ:#f0905a;--agree:#4fc79b;--undecided:#a79bf0}}
 *{box-sizing:border-box}body{margin:0 auto;max-width:68rem;padding:1.5rem 1rem 4rem;background:var(--bg);color:var(--fg);font:16px/1.5 system-ui,sans-serif}
-h1{font-size:2rem;margin:0;text-transform:capitalize}h2{font-size:1.15rem;margin:2.2rem 0 .6rem}p{margin:.4rem 0;max-width:46rem}
+h1{font-size:2rem;margin:0;}h1::first-letter,header p::first-letter{text-transform:uppercase}h2{font-size:1.15rem;margin:2.2rem 0 .6rem}p{margin:.4rem 0;max-width:46rem}
 header{border-left:.5rem solid var(--tone);background:var(--panel);padding:1rem 1.2rem;border-radius:.3rem}header h1{color:var(--tone)}
 .differ{--tone:var(--differ)}.agree{--tone:var(--agree)}.undecided{--tone:var(--undecided)}
-.small{color:var(--muted);font-size:.88rem}.grid{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,21rem),1fr));gap:1.2rem}
+.small{color:var(--muted);font-size:.88rem}.grid{display:grid;gap:1.2rem}@media(min-width:42rem){.grid{grid-template-columns:1fr 1fr}}
 figure{margin:0}figure img{width:100%;display:block;image-rendering:pixelated;border:1px solid var(--rule)}figcaption{font-size:.9rem;margin-bottom:.3rem}
 .scale{display:flex;justify-content:space-between;font-size:.8rem;color:var(--muted)}.ramp{height:.6rem;margin-top:.35rem}
 .scroll{overflow-x:auto}table{border-collapse:collapse;font-size:.9rem;font-variant-numeric:tabular-nums;width:100%}th,td{text-align:right;padding:.25rem .6rem;border-bottom:1px solid var(--rule);white-space:nowrap}
@@ -143,7 +146,13 @@ fn picture(size: [usize; 2], rgb: &[u8]) -> Result<String, png::EncodingError> {
 }
 
 /// A map of signed values, with what its colours mean; NaN is grey.
-fn map(caption: &str, size: [usize; 2], values: &[f64], bound: f64, ends: [String; 2]) -> Result<String, png::EncodingError> {
+fn map(
+    caption: &str,
+    size: [usize; 2],
+    values: &[f64],
+    bound: f64,
+    ends: [String; 2],
+) -> Result<String, png::EncodingError> {
     let colour = |value: &f64| if value.is_nan() { UNKNOWN } else { diverging(value / bound) };
     let rgb: Vec<u8> = values.iter().flat_map(colour).collect();
     let stops: Vec<String> =
@@ -293,7 +302,8 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
     }
     for (what, seen) in smallest(trial) {
         if let Some(seen) = seen {
-            let _ = write!(html, "<li>{what}: a bias of {} would have been seen, but for a chance of 10 %", percent(seen));
+            let _ =
+                write!(html, "<li>{what}: a bias of {} would have been seen, but for a chance of 10 %", percent(seen));
         }
     }
     html += "</ul>";
