@@ -4,7 +4,8 @@
 //!
 //! A quarter of the level goes to each kind of place, and is divided among its places and channels (Bonferroni). A
 //! place is judged where skewness leaves the tail of its test valid ([`Sigma::skew_term`]); a kind counts where at
-//! least [`LEAST_SHARE`] of its places that vary are judged.
+//! least [`LEAST_SHARE`] of its places that vary are judged. What bends the tail of a difference is the difference of
+//! the two sides' third cumulants: renderers whose noise is alike may be skewed more, up to [`LARGEST_ALIKE`].
 //!
 //! ```
 //! use whitefurnace::harness::images::{Rules, Side, compare};
@@ -20,13 +21,16 @@
 
 use rayon::prelude::*;
 
-use super::mean::{LARGEST_SKEW_TERM, Sigma, satterthwaite, skewness_of_sum};
+use super::mean::{LARGEST_SKEW_TERM, Sigma, satterthwaite};
 use super::outcome::{Verdict, approximate_verdict};
 use super::power::Sensitivity;
 use super::tails::{normal_upper, student_two_sided, student_upper};
 
 /// The least share of the places that vary that must be judged for their kind to count.
 pub const LEAST_SHARE: f64 = 0.5;
+/// The largest term of one side's skewness where the other's takes it away: four times as far as otherwise, for the
+/// next terms of the expansion fall as the square.
+pub const LARGEST_ALIKE: f64 = 4.0 * LARGEST_SKEW_TERM;
 /// The chance to miss a bias that "would have been seen".
 pub const MISS: f64 = 0.1;
 /// Where the second image is darker than this share of its mean, differences are relative to that mean.
@@ -83,8 +87,8 @@ pub struct Place {
     pub standard_error: f64,
     /// Degrees of freedom of the standard error.
     pub dof: f64,
-    /// A bound of the skewness of the difference; NaN if unknown.
-    pub skewness: f64,
+    /// The skewness of the difference, and what it were if the sides' did not cancel; NaN if unknown.
+    pub skewness: [f64; 2],
     /// The difference in standard errors, after what may be rounding.
     pub sigmas: f64,
     /// Two-sided, before Bonferroni; 1 where nothing varies.
@@ -233,13 +237,13 @@ impl<'a> Prepared<'a> {
         Part { mean, variance, dof, independent }
     }
 
-    /// Skewness and variance of the mean of `pixels` pixels as those of a part of `of` pixels.
-    fn skewness(&self, part: &Part, of: f64, pixels: f64) -> (f64, f64, u64) {
-        let [second, third] = part.independent;
+    /// Variance and third cumulant of the mean of `pixels` pixels as those of a part of `of` pixels.
+    fn cumulants(&self, part: &Part, of: f64, pixels: f64) -> [f64; 2] {
         // A sum of few terms is as skewed as so many fewer independent ones.
         let together = if pixels > 1.0 { self.correlation } else { 1.0 };
-        let skewness = if second == 0.0 { 0.0 } else { third / second.powf(1.5) * (of / pixels * together).sqrt() };
-        (skewness, second * together, 1)
+        let more = of / pixels;
+        let [second, third] = part.independent;
+        [second * more * together, third * (more * together).powi(2)]
     }
 }
 
@@ -283,7 +287,8 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
         // A pixel's images are too few to tell of skewness: those of its tile do.
         let tile = at[1] / rules.tile * tiles_across[0] + at[0] / rules.tile;
         let (pool, of) = if pixels > 1.0 { ([a, b], pixels) } else { (of_tiles[channel][tile], area(&tiles[tile])) };
-        let sides = prepared[channel].iter().zip(&pool);
+        let [of_a, of_b] = [0, 1].map(|side| prepared[channel][side].cumulants(&pool[side], of, pixels));
+        let skewness = |third: f64| if third == 0.0 { 0.0 } else { third / (of_a[0] + of_b[0]).powf(1.5) };
         let scale = if b.mean.abs() > DARK * overall[channel] { b.mean.abs() } else { overall[channel] };
         let scale = if scale > 0.0 { scale } else { 1.0 };
         let rounding = rules.rounding * a.mean.abs().max(b.mean.abs());
@@ -298,7 +303,7 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
             scale,
             standard_error,
             dof,
-            skewness: skewness_of_sum(sides.map(|(side, part)| side.skewness(part, of, pixels))),
+            skewness: [(of_a[1] - of_b[1]).abs(), of_a[1].abs() + of_b[1].abs()].map(skewness),
             sigmas,
             p: if standard_error > 0.0 { student_two_sided(sigmas, dof) } else { 1.0 },
             rounding: rounding / scale,
@@ -310,7 +315,8 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
         let level = rules.level / (4 * count * channels.len()) as f64;
         let tail = normal_upper(level / 2.0);
         let judge = |place: Place| {
-            let valid = Sigma::Estimated.skew_term(place.skewness, tail) <= LARGEST_SKEW_TERM;
+            let [term, alike] = place.skewness.map(|skewness| Sigma::Estimated.skew_term(skewness, tail));
+            let valid = term <= LARGEST_SKEW_TERM && alike <= LARGEST_ALIKE;
             Place { judged: place.varies() && valid, ..place }
         };
         let all = (0..channels.len() * count).into_par_iter();
@@ -338,7 +344,8 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
 fn lacking(means: &Kind, margin: f64) -> Option<u64> {
     let level = means.level;
     let lack = |place: &Place| {
-        let valid_from = Sigma::Estimated.valid_from(1, place.skewness, level);
+        let [term, alike] = place.skewness;
+        let valid_from = Sigma::Estimated.valid_from(1, term.max(alike * LARGEST_SKEW_TERM / LARGEST_ALIKE), level);
         match approximate_verdict(place.interval(level), 0.0, margin, 1) {
             Verdict::Holds if place.judged => None,
             Verdict::Undecided { needed } if place.judged => Some(needed.max(2)),

@@ -204,7 +204,7 @@ impl Trial<'_> {
                 100.0 * self.rules.margin
             ),
             Verdict::Undecided { needed } => {
-                let unknown = means.places.iter().any(|place| place.varies() && place.skewness.is_nan());
+                let unknown = means.places.iter().any(|place| place.varies() && place.skewness[0].is_nan());
                 if means.varying() == 0 {
                     "no pixel varies between images, so nothing is known of their error".to_owned()
                 } else if unknown {
