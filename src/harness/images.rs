@@ -288,6 +288,9 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
         let tile = at[1] / rules.tile * tiles_across[0] + at[0] / rules.tile;
         let (pool, of) = if pixels > 1.0 { ([a, b], pixels) } else { (of_tiles[channel][tile], area(&tiles[tile])) };
         let [of_a, of_b] = [0, 1].map(|side| prepared[channel][side].cumulants(&pool[side], of, pixels));
+        let alike = of_a[1].abs() + of_b[1].abs();
+        // A bound takes nothing away from the other side.
+        let bounded = channels[channel].iter().any(|side| matches!(side, Side::Errors(..)));
         let skewness = |third: f64| if third == 0.0 { 0.0 } else { third / (of_a[0] + of_b[0]).powf(1.5) };
         let scale = if b.mean.abs() > DARK * overall[channel] { b.mean.abs() } else { overall[channel] };
         let scale = if scale > 0.0 { scale } else { 1.0 };
@@ -303,7 +306,7 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
             scale,
             standard_error,
             dof,
-            skewness: [(of_a[1] - of_b[1]).abs(), of_a[1].abs() + of_b[1].abs()].map(skewness),
+            skewness: [if bounded { alike } else { (of_a[1] - of_b[1]).abs() }, alike].map(skewness),
             sigmas,
             p: if standard_error > 0.0 { student_two_sided(sigmas, dof) } else { 1.0 },
             rounding: rounding / scale,

@@ -89,10 +89,11 @@ fn exr(bytes: &[u8], layer: Option<&str>) -> Result<Picture, String> {
         names.iter().map(one).collect()
     };
     let mut groups: Vec<&str> = channels.iter().map(|(group, ..)| group.as_str()).collect();
+    groups.sort_unstable();
     groups.dedup();
     let named = |names: &[&str]| -> Vec<&str> {
         let having = groups.iter().copied().filter(|group| find(group, names).is_some());
-        having.filter(|group| layer.map_or(true, |layer| layer == *group)).collect()
+        having.filter(|group| layer.is_none_or(|layer| layer == *group)).collect()
     };
     let (names, candidates) = match named(&RGB) {
         none if none.is_empty() => (&["Y"][..], named(&["Y"])),

@@ -140,9 +140,11 @@ svg{width:100%;height:auto;max-width:46rem}svg text{fill:var(--muted);font:12px 
 ";
 
 /// An image within the page.
-fn picture(size: [usize; 2], rgb: &[u8]) -> Result<String, png::EncodingError> {
-    let png = encode_rgb(size.map(|side| side as u32), rgb)?;
-    Ok(format!("<img alt=\"\" src=\"data:image/png;base64,{}\">", STANDARD.encode(png)))
+fn picture(size: [usize; 2], rgb: &[u8], caption: &str) -> Result<String, png::EncodingError> {
+    let data = STANDARD.encode(encode_rgb(size.map(|side| side as u32), rgb)?);
+    Ok(format!(
+        "<figure><figcaption>{caption}</figcaption><img alt=\"{caption}\" src=\"data:image/png;base64,{data}\">"
+    ))
 }
 
 /// A map of signed values, with what its colours mean; NaN is grey.
@@ -151,17 +153,17 @@ fn map(
     size: [usize; 2],
     values: &[f64],
     bound: f64,
-    ends: [String; 2],
+    labels: [&str; 3],
 ) -> Result<String, png::EncodingError> {
     let colour = |value: &f64| if value.is_nan() { UNKNOWN } else { diverging(value / bound) };
     let rgb: Vec<u8> = values.iter().flat_map(colour).collect();
     let stops: Vec<String> =
         (0..=16).map(|i| diverging(f64::from(i) / 8.0 - 1.0)).map(|[r, g, b]| format!("rgb({r},{g},{b})")).collect();
-    let [low, high] = ends;
+    let [low, middle, high] = labels;
     Ok(format!(
-        "<figure><figcaption>{caption}</figcaption>{}<div class=\"ramp\" style=\"background:linear-gradient(90deg,{})\">\
-         </div><div class=\"scale\"><span>{low}</span><span>0</span><span>{high}</span></div></figure>",
-        picture(size, &rgb)?,
+        "{}<div class=\"ramp\" style=\"background:linear-gradient(90deg,{})\">\
+         </div><div class=\"scale\"><span>{low}</span><span>{middle}</span><span>{high}</span></div></figure>",
+        picture(size, &rgb, caption)?,
         stops.join(",")
     ))
 }
@@ -173,14 +175,14 @@ fn cells(kind: &Kind, value: impl Fn(&[&Place]) -> f64) -> Vec<f64> {
 }
 
 /// The mean image of a side, sRGB, with an exposure.
-fn mean_picture(trial: &Trial, side: usize, exposure: f64) -> Result<String, png::EncodingError> {
+fn mean_picture(trial: &Trial, side: usize, exposure: f64, caption: &str) -> Result<String, png::EncodingError> {
     let pixels = &trial.found.kinds[3];
     let count = pixels.grid[0] * pixels.grid[1];
     let channels = pixels.places.len() / count;
     let value = |i: usize, channel: usize| pixels.places[channel.min(channels - 1) * count + i].means[side];
     let display = Display::Srgb { exposure };
     let rgb: Vec<u8> = (0..count).flat_map(|i| [0, 1, 2].map(|channel| display.encode(value(i, channel)))).collect();
-    picture(pixels.grid, &rgb)
+    picture(pixels.grid, &rgb, caption)
 }
 
 /// Differences relative to the second side, channels taken together.
@@ -219,29 +221,33 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
     html += "<h2>Means</h2><div class=\"grid\">";
     for (side, inputs) in [trial.a, trial.b].into_iter().enumerate() {
         let name = ["First", "Second"][side];
-        let _ = write!(
-            html,
-            "<figure><figcaption>{name}: {}, {exposure:+} stops</figcaption>{}</figure>",
-            escaped(&super::files::count(inputs)),
-            mean_picture(trial, side, exposure)?
-        );
+        let stops = if exposure == 0.0 { String::new() } else { format!(", {exposure:+} stops") };
+        let caption = format!("{name}: {}{stops}", escaped(&super::files::count(inputs)));
+        html += &mean_picture(trial, side, exposure, &caption)?;
+        html += "</figure>";
     }
     html += "</div><h2>Where they differ</h2><div class=\"grid\">";
     for kind in [tiles, pixels] {
         let values = cells(kind, relative);
         let bound = bound(&values);
-        let ends = [-bound, bound].map(percent);
-        html += &map(&format!("Difference of {}s, percent of the second", kind.name), kind.grid, &values, bound, ends)?;
+        let [low, high] = [-bound, bound].map(percent);
+        html += &map(
+            &format!("Difference of {}s, percent of the second", kind.name),
+            kind.grid,
+            &values,
+            bound,
+            [&low, "0", &high],
+        )?;
     }
     for kind in [tiles, pixels] {
         let bound = -kind.level.log10();
-        let ends = ["below", "above"].map(|end| format!("p = {:.0e}, first {end}", kind.level));
+        let [low, high] = ["below", "above"].map(|end| format!("p = {:.0e}, first {end}", kind.level));
         let caption = format!("p-values of {}s, of the channel where they are least; grey: nothing varies", kind.name);
-        html += &map(&caption, kind.grid, &cells(kind, digits), bound, ends)?;
+        html += &map(&caption, kind.grid, &cells(kind, digits), bound, [&low, "p = 1", &high])?;
     }
     html += "</div><p class=\"small\">Full colour in the lower maps is what one level for all places calls a difference.</p>";
     html += "<h2>Image mean</h2><div class=\"scroll\"><table><tr><th>channel<th><th>first<th>second<th>difference<th>from\
-             <th>to<th>σ<th>p<th>would have been seen";
+             <th>to<th>standard errors<th>p<th>would have been seen";
     for place in &means.places {
         let [low, high] = place.interval(means.level).map(percent);
         let _ = write!(
@@ -259,7 +265,7 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
         );
     }
     html += "</table></div><h2>Places, worst first</h2><div class=\"scroll\"><table><tr><th>place<th>channel<th>first\
-             <th>second<th>difference<th>σ<th>p<th>p that is enough<th>";
+             <th>second<th>difference<th>standard errors<th>p<th>p that is enough<th>";
     let all = [means, regions, tiles, pixels].into_iter().flat_map(|kind| kind.places.iter().map(move |p| (kind, p)));
     let mut worst: Vec<(&Kind, &Place)> = all.filter(|(_, place)| place.varies()).collect();
     let strength = |(kind, place): &(&Kind, &Place)| {
