@@ -91,10 +91,14 @@ fn layers_are_found_by_their_names() {
             ("far.R", 5.0),
             ("far.G", 6.0),
             ("far.B", 7.0),
+            // Names are in order, and groups not in one piece.
+            ("far.C.x", 8.0),
+            ("far.Z", 9.0),
         ],
         None,
     );
-    refused(&layered, None, "--layer among: far, view");
+    refused(&layered, None, "--layer among: far, far.C, view");
+    assert_eq!(read(&layered, Some("far")).expect("a layer").values[0], [5.0, 2.5]);
     refused(&layered, Some("near"), "no layer \"near\"");
     let picture = read(&layered, Some("view")).expect("a layer");
     assert_eq!(picture.values, [[1.0, 0.5], [2.0, 1.0], [3.0, 1.5]]);

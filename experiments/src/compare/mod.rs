@@ -248,7 +248,7 @@ impl Trial<'_> {
                 place.p
             ));
         }
-        lines.extend(others.iter().map(|kind| report::kind_line(kind)));
+        lines.extend(others.iter().map(report::kind_line));
         lines.join("\n")
     }
 }

@@ -43,7 +43,7 @@ pub(super) fn kind_line(kind: &Kind) -> String {
             kind.level
         )
     } else {
-        format!("not judged: noise is too skewed in all but {judged} of {varying}")
+        format!("undecided: skewness lets {judged} of {varying} be judged, not half")
     };
     format!("{}s: {found}", kind.name)
 }
