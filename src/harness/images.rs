@@ -21,7 +21,7 @@
 
 use rayon::prelude::*;
 
-use super::mean::{LARGEST_SKEW_TERM, Sigma, satterthwaite};
+use super::mean::{ENOUGH_EQUAL, LARGEST_SKEW_TERM, Sigma, satterthwaite};
 use super::outcome::{Verdict, approximate_verdict};
 use super::power::Sensitivity;
 use super::tails::{normal_upper, student_two_sided, student_upper};
@@ -46,6 +46,16 @@ pub enum Side<'a> {
     Errors(&'a [f64], &'a [f64]),
     /// A reference without error.
     Exact(&'a [f64]),
+}
+
+impl Side<'_> {
+    fn images(&self) -> u32 {
+        match self {
+            Self::Images(images) => images.len() as u32,
+            Self::Errors(..) => 1,
+            Self::Exact(_) => u32::MAX,
+        }
+    }
 }
 
 /// Left, top, and the first column and row that are outside.
@@ -91,7 +101,7 @@ pub struct Place {
     pub skewness: [f64; 2],
     /// The difference in standard errors, after what may be rounding.
     pub sigmas: f64,
-    /// Two-sided, before Bonferroni; 1 where nothing varies.
+    /// Two-sided, before Bonferroni; 1 where nothing varies, but 0 where [`ENOUGH_EQUAL`] constants differ.
     pub p: f64,
     /// What may be rounding, relative.
     pub rounding: f64,
@@ -117,9 +127,9 @@ impl Place {
         sensitivity.smallest_effect_at(MISS, level) / self.scale + self.rounding
     }
 
-    /// Whether any of the images show noise here.
+    /// Whether it says anything: images show noise here, or two constants that differ beyond doubt.
     pub fn varies(&self) -> bool {
-        self.standard_error > 0.0
+        self.standard_error > 0.0 || self.p == 0.0
     }
 }
 
@@ -299,6 +309,9 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
         let standard_error = (a.variance + b.variance).sqrt();
         let dof = satterthwaite([a, b].map(|side| (side.variance, side.dof)));
         let sigmas = (difference.abs() - rounding).max(0.0).copysign(difference) / standard_error;
+        // So many values that are all the same speak against another mean.
+        let values = channels[channel].iter().map(|side| side.images() as f64 * pixels).fold(f64::INFINITY, f64::min);
+        let constants_differ = difference.abs() > rounding && values >= ENOUGH_EQUAL as f64;
         Place {
             area: at,
             channel,
@@ -308,7 +321,10 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
             dof,
             skewness: [if bounded { alike } else { (of_a[1] - of_b[1]).abs() }, alike].map(skewness),
             sigmas,
-            p: if standard_error > 0.0 { student_two_sided(sigmas, dof) } else { 1.0 },
+            p: match standard_error > 0.0 {
+                true => student_two_sided(sigmas, dof),
+                false => f64::from(!constants_differ),
+            },
             rounding: rounding / scale,
             judged: false,
         }
@@ -320,7 +336,7 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
         let judge = |place: Place| {
             let [term, alike] = place.skewness.map(|skewness| Sigma::Estimated.skew_term(skewness, tail));
             let valid = term <= LARGEST_SKEW_TERM && alike <= LARGEST_ALIKE;
-            Place { judged: place.varies() && valid, ..place }
+            Place { judged: place.varies() && (valid || place.standard_error == 0.0), ..place }
         };
         let all = (0..channels.len() * count).into_par_iter();
         let places = all.map(|i| judge(place(i / count, areas[i % count]))).collect();

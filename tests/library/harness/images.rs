@@ -58,6 +58,20 @@ fn places_are_judged_by_welch() {
     assert_relative_eq!(place.dof, 0.0081 / 0.0033, max_relative = 1e-12);
 }
 
+/// Two constants differ if there are enough of them, else nothing is said; so it is of equal ones.
+#[test]
+fn constants_that_differ_are_seen() {
+    let verdict = |pixels: usize, reference: f64| {
+        let images = [vec![0.98; pixels], vec![0.98; pixels]];
+        let exact = vec![reference; pixels];
+        let side = Side::Images(images.iter().map(Vec::as_slice).collect());
+        compare(100, &[[side, Side::Exact(&exact)]], &Rules::default()).verdict
+    };
+    assert_eq!(verdict(5_000, 1.0), Verdict::Fails);
+    let unknown = Verdict::Undecided { needed: u64::MAX };
+    assert_eq!([verdict(4_900, 1.0), verdict(5_000, 0.98 * (1.0 + 1e-6))], [unknown; 2]);
+}
+
 /// What chance can turn: false alarms, whether all is judged, what is stated, and what is seen.
 pub const ASSERTIONS: usize = 4;
 
