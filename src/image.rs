@@ -1,5 +1,7 @@
 //! Image files: EXR with linear radiance and its standard error, PNG for the eye.
 
+pub mod read;
+
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};

@@ -9,6 +9,7 @@
 //! | does this number follow this law? | [`ks`] |
 //! | is the mean this closed form, or that other mean? | [`mean`] |
 //! | do two images agree? | [`welch_map`] |
+//! | do two sets of images agree? | [`images`] |
 //! | is this BSDF right? | [`bsdf_checkup`]; mirrors and glass: [`lobe_checkup`] |
 //! | how fast does the error fall, and by how much is one variance below another? | [`convergence`] |
 //! | can an expensive test stop early? | [`sequential`] |
@@ -44,6 +45,7 @@ pub mod convergence;
 pub mod domain;
 pub mod graded;
 pub mod guard;
+pub mod images;
 pub mod ks;
 pub mod lobe_checkup;
 pub mod mean;

@@ -125,13 +125,22 @@ impl Sensitivity {
     /// The probability of a miss on the worse side of the hypothesis; an effect that is impossible on
     /// one side (a probability above 1) is looked for on the other.
     pub fn worst_miss(&self, size: f64) -> f64 {
-        self.miss(size).max(self.miss(-size))
+        self.worst_miss_at(size, ALPHA)
+    }
+
+    fn worst_miss_at(&self, size: f64, alpha: f64) -> f64 {
+        self.miss_at(size, alpha).max(self.miss_at(-size, alpha))
     }
 
     /// The smallest effect that is missed with probability at most `chance`, on either side; infinite
     /// if there is none.
     pub fn smallest_effect(&self, chance: f64) -> f64 {
-        let seen = |size: f64| self.worst_miss(size) <= chance;
+        self.smallest_effect_at(chance, ALPHA)
+    }
+
+    /// The same at another level.
+    pub fn smallest_effect_at(&self, chance: f64, alpha: f64) -> f64 {
+        let seen = |size: f64| self.worst_miss_at(size, alpha) <= chance;
         if seen(f64::MIN_POSITIVE) {
             return 0.0;
         }

@@ -25,6 +25,7 @@ mod fresnel;
 mod geometry; // rays and triangles
 mod ggx;
 mod image;
+mod image_read; // EXR of other programs, PFM, and what is none
 mod lanes; // eight paths at a time, with the bits of one
 mod models; // reflection models that are not of the library
 mod moments;

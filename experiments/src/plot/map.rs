@@ -66,7 +66,7 @@ const BAR: f64 = 16.0;
 const GAP: f64 = 14.0;
 const LABELS: f64 = 74.0;
 /// The colour of cells that are not numbers: none of the scale.
-const UNKNOWN: [u8; 3] = [150, 150, 150];
+pub const UNKNOWN: [u8; 3] = [150, 150, 150];
 /// Colours of the bar.
 const STEPS: u32 = 64;
 /// A map of cells has at least so many pixels on its longer side: whoever smooths them shows cells still.

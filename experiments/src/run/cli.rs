@@ -85,7 +85,12 @@ pub fn parse<T: Parser>() -> T {
 
 /// What stands on the command line; a wrong option as by [`parse`].
 pub fn matches(command: clap::Command) -> clap::ArgMatches {
-    or_one_line(tolerant(command).try_get_matches())
+    matches_or_exit(command, 2)
+}
+
+/// The same with another exit code.
+pub fn matches_or_exit(command: clap::Command, code: u8) -> clap::ArgMatches {
+    or_exit(tolerant(command).try_get_matches(), code)
 }
 
 /// What stands after an option with a list of values is its value, be it "-1", so that the refusal names the
@@ -100,6 +105,11 @@ fn tolerant(command: clap::Command) -> clap::Command {
 
 /// The value, or one line on standard error and exit code 2.
 pub fn or_one_line<T>(parsed: Result<T, clap::Error>) -> T {
+    or_exit(parsed, 2)
+}
+
+/// The value, or one line on standard error and this exit code.
+pub fn or_exit<T>(parsed: Result<T, clap::Error>, code: u8) -> T {
     match parsed {
         Ok(options) => options,
         Err(error) if error.use_stderr() => {
@@ -107,7 +117,7 @@ pub fn or_one_line<T>(parsed: Result<T, clap::Error>) -> T {
             let lines: Vec<&str> =
                 message.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with("Usage:")).collect();
             eprintln!("{}", lines.join("; "));
-            std::process::exit(2);
+            std::process::exit(code.into());
         }
         // Help and version.
         Err(error) => error.exit(),

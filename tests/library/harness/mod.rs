@@ -6,6 +6,7 @@ mod convergence;
 mod domain;
 mod graded;
 mod guard;
+pub mod images; // two sets of images
 mod ks;
 pub mod lobe_checkup; // paper, mirrors and glass, and faulty ones: check-ups from end to end
 mod mean;

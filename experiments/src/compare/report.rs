@@ -1,0 +1,354 @@
+//! What a comparison leaves behind: one HTML file without references to others, and the numbers as JSON.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use serde_json::{Value, json};
+use whitefurnace::error::Error;
+use whitefurnace::harness::images::{Kind, Place};
+use whitefurnace::harness::outcome::Verdict;
+use whitefurnace::image::{Display, encode_rgb};
+
+use super::{Trial, percent};
+use crate::plot::map::{UNKNOWN, diverging};
+use crate::run::record::write_json;
+use crate::run::write_text;
+
+/// The page.
+pub(super) const HTML: &str = "report.html";
+/// Bins of the histogram of p-values.
+const BINS: usize = 20;
+/// Rows of the table of places.
+const ROWS: usize = 24;
+
+/// Where a place is, in words.
+pub(super) fn place_name(kind: &Kind, place: &Place) -> String {
+    let [x0, y0, x1, y1] = place.area;
+    match kind.name {
+        "image mean" => kind.name.to_owned(),
+        "pixel" => format!("pixel ({x0}, {y0})"),
+        name => format!("{name} x {x0}–{}, y {y0}–{}", x1 - 1, y1 - 1),
+    }
+}
+
+/// What a kind of places came to.
+pub(super) fn kind_line(kind: &Kind) -> String {
+    let (judged, rejected, varying) = (kind.judged().count(), kind.rejected().count(), kind.varying());
+    let least = kind.judged().map(|place| place.p).fold(1.0, f64::min);
+    let found = if kind.counts {
+        format!(
+            "{rejected} differ, least p {least:.1e} where {:.1e} is enough; {judged} of {varying} judged",
+            kind.level
+        )
+    } else {
+        format!("undecided: skewness lets {judged} of {varying} be judged, not half")
+    };
+    format!("{}s: {found}", kind.name)
+}
+
+/// Writes both files.
+pub(super) fn write(folder: &Path, trial: &Trial) -> Result<(), Error> {
+    write_json(&folder.join("compare.json"), &numbers(trial))?;
+    write_text(&folder.join(HTML), &page(trial).map_err(|error| Error::Option(error.to_string()))?)
+}
+
+/// How many p-values of pixels lie in each bin.
+fn histogram(pixels: &Kind) -> Vec<u64> {
+    let mut counts = vec![0; BINS];
+    for place in pixels.places.iter().filter(|place| place.varies()) {
+        counts[((place.p * BINS as f64) as usize).min(BINS - 1)] += 1;
+    }
+    counts
+}
+
+/// All numbers but those of single pixels that do not differ.
+fn numbers(trial: &Trial) -> Value {
+    let place = |kind: &Kind, place: &Place| {
+        json!({
+            "area": place.area,
+            "channel": trial.a[0].picture.channels[place.channel],
+            "means": place.means,
+            "difference": place.difference(),
+            "interval": place.interval(kind.level),
+            "standard_error": place.standard_error / place.scale,
+            "dof": place.dof,
+            "sigmas": place.sigmas,
+            "skewness": place.skewness,
+            "p": place.p,
+            "judged": place.judged,
+        })
+    };
+    let kind = |kind: &Kind| {
+        let kept = |p: &&Place| kind.name != "pixel" || kind.rejects(p);
+        json!({
+            "name": kind.name,
+            "level": kind.level,
+            "places": kind.places.len(),
+            "varying": kind.varying(),
+            "judged": kind.judged().count(),
+            "counts": kind.counts,
+            "differ": kind.rejected().count(),
+            "found": kind.places.iter().filter(kept).map(|p| place(kind, p)).collect::<Vec<_>>(),
+        })
+    };
+    let files = |inputs: &[super::Input]| -> Vec<Value> {
+        inputs.iter().map(|i| json!({"path": i.path.display().to_string(), "sha256": i.digest})).collect()
+    };
+    json!({
+        "verdict": trial.word(),
+        "why": trial.why(),
+        "times_as_many_images": match trial.found.verdict { Verdict::Undecided { needed } => Some(needed), _ => None },
+        "level": trial.rules.level,
+        "margin": trial.rules.margin,
+        "tile": trial.rules.tile,
+        "size": trial.a[0].picture.size,
+        "smallest_bias": smallest(trial).map(|(what, seen)| json!({"of": what, "relative": seen})),
+        "kinds": trial.found.kinds.iter().map(kind).collect::<Vec<_>>(),
+        "pixel_p_values": histogram(&trial.found.kinds[3]),
+        "a": files(trial.a),
+        "b": files(trial.b),
+        "b_is_exact": trial.exact,
+    })
+}
+
+/// The smallest biases that would have been seen: of the image mean in the channel where that is largest, and of the
+/// median tile.
+fn smallest(trial: &Trial) -> [(&'static str, Option<f64>); 2] {
+    let [means, _, tiles, _] = &trial.found.kinds;
+    let mean = means.judged().map(|place| place.seen(means.level)).reduce(f64::max);
+    let mut judged: Vec<&Place> = tiles.judged().collect();
+    judged.sort_by(|x, y| (x.standard_error / x.scale).total_cmp(&(y.standard_error / y.scale)));
+    let median = judged.get(judged.len() / 2).map(|place| place.seen(tiles.level));
+    [("image mean", mean), ("median tile", median.filter(|_| tiles.counts))]
+}
+
+const STYLE: &str = "
+:root{color-scheme:light dark;--bg:#fdfdfb;--fg:#1d1f23;--muted:#5c6068;--rule:#d9d9d4;--panel:#f2f2ec;--bar:#0072b2;--differ:#b3470b;--agree:#00714f;--undecided:#6a5acd}
+@media(prefers-color-scheme:dark){:root{--bg:#15181e;--fg:#d5d7dc;--muted:#9aa0aa;--rule:#343a45;--panel:#1c2028;--bar:#56b4e9;--differ:#f0905a;--agree:#4fc79b;--undecided:#a79bf0}}
+*{box-sizing:border-box}body{margin:0 auto;max-width:68rem;padding:1.5rem 1rem 4rem;background:var(--bg);color:var(--fg);font:16px/1.5 system-ui,sans-serif}
+h1{font-size:2rem;margin:0;}h1::first-letter,header p::first-letter{text-transform:uppercase}h2{font-size:1.15rem;margin:2.2rem 0 .6rem}p{margin:.4rem 0;max-width:46rem}
+header{border-left:.5rem solid var(--tone);background:var(--panel);padding:1rem 1.2rem;border-radius:.3rem}header h1{color:var(--tone)}
+.differ{--tone:var(--differ)}.agree{--tone:var(--agree)}.undecided{--tone:var(--undecided)}
+.small{color:var(--muted);font-size:.88rem}.grid{display:grid;gap:1.2rem}@media(min-width:42rem){.grid{grid-template-columns:1fr 1fr}}
+figure{margin:0}figure img{width:100%;display:block;image-rendering:pixelated;border:1px solid var(--rule)}figcaption{font-size:.9rem;margin-bottom:.3rem}
+.scale{display:flex;justify-content:space-between;font-size:.8rem;color:var(--muted)}.ramp{height:.6rem;margin-top:.35rem}
+.scroll{overflow-x:auto}table{border-collapse:collapse;font-size:.9rem;font-variant-numeric:tabular-nums;width:100%}th,td{text-align:right;padding:.25rem .6rem;border-bottom:1px solid var(--rule);white-space:nowrap}
+th{font-weight:600}th:first-child,td:first-child,th:nth-child(2),td:nth-child(2){text-align:left}tr.bad td{color:var(--differ);font-weight:600}
+svg{width:100%;height:auto;max-width:46rem}svg text{fill:var(--muted);font:12px system-ui,sans-serif}code{font-size:.8rem;overflow-wrap:anywhere}
+";
+
+/// An image within the page.
+fn picture(size: [usize; 2], rgb: &[u8], caption: &str) -> Result<String, png::EncodingError> {
+    let data = STANDARD.encode(encode_rgb(size.map(|side| side as u32), rgb)?);
+    Ok(format!(
+        "<figure><figcaption>{caption}</figcaption><img alt=\"{caption}\" src=\"data:image/png;base64,{data}\">"
+    ))
+}
+
+/// A map of signed values, with what its colours mean; NaN is grey.
+fn map(
+    caption: &str,
+    size: [usize; 2],
+    values: &[f64],
+    bound: f64,
+    labels: [&str; 3],
+) -> Result<String, png::EncodingError> {
+    let colour = |value: &f64| if value.is_nan() { UNKNOWN } else { diverging(value / bound) };
+    let rgb: Vec<u8> = values.iter().flat_map(colour).collect();
+    let stops: Vec<String> =
+        (0..=16).map(|i| diverging(f64::from(i) / 8.0 - 1.0)).map(|[r, g, b]| format!("rgb({r},{g},{b})")).collect();
+    let [low, middle, high] = labels;
+    Ok(format!(
+        "{}<div class=\"ramp\" style=\"background:linear-gradient(90deg,{})\">\
+         </div><div class=\"scale\"><span>{low}</span><span>{middle}</span><span>{high}</span></div></figure>",
+        picture(size, &rgb, caption)?,
+        stops.join(",")
+    ))
+}
+
+/// Of each cell of a kind of places, what a function makes of its channels.
+fn cells(kind: &Kind, value: impl Fn(&[&Place]) -> f64) -> Vec<f64> {
+    let count = kind.grid[0] * kind.grid[1];
+    (0..count).map(|i| value(&kind.places.iter().skip(i).step_by(count).collect::<Vec<_>>())).collect()
+}
+
+/// The mean image of a side, sRGB, with an exposure.
+fn mean_picture(trial: &Trial, side: usize, exposure: f64, caption: &str) -> Result<String, png::EncodingError> {
+    let pixels = &trial.found.kinds[3];
+    let count = pixels.grid[0] * pixels.grid[1];
+    let channels = pixels.places.len() / count;
+    let value = |i: usize, channel: usize| pixels.places[channel.min(channels - 1) * count + i].means[side];
+    let display = Display::Srgb { exposure };
+    let rgb: Vec<u8> = (0..count).flat_map(|i| [0, 1, 2].map(|channel| display.encode(value(i, channel)))).collect();
+    picture(pixels.grid, &rgb, caption)
+}
+
+/// Differences relative to the second side, channels taken together.
+fn relative(places: &[&Place]) -> f64 {
+    let sum = |f: fn(&Place) -> f64| places.iter().map(|place| f(place)).sum::<f64>();
+    sum(|place| place.means[0] - place.means[1]) / sum(|place| place.scale)
+}
+
+/// Signed digits of p, of the channel where it is least.
+fn digits(places: &[&Place]) -> f64 {
+    let least = places.iter().filter(|place| place.varies()).min_by(|x, y| x.p.total_cmp(&y.p));
+    least.map_or(f64::NAN, |place| -place.p.max(1e-300).log10() * place.sigmas.signum())
+}
+
+/// A round number at or above nine tenths of all magnitudes.
+fn bound(values: &[f64]) -> f64 {
+    let mut sizes: Vec<f64> = values.iter().map(|value| value.abs()).filter(|size| size.is_finite()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let size = sizes.get(sizes.len() * 9 / 10).copied().unwrap_or(1.0).clamp(1e-5, 1e5);
+    let power = 10f64.powf(size.log10().floor());
+    [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * power).find(|&b| b >= size).unwrap_or(size)
+}
+
+fn page(trial: &Trial) -> Result<String, png::EncodingError> {
+    let [means, regions, tiles, pixels] = &trial.found.kinds;
+    let mut html = format!(
+        "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\
+         <title>{word}: {why}</title><style>{STYLE}</style>\
+         <header class=\"{word}\"><h1>{word}</h1><p>{why}.</p></header>",
+        word = trial.word(),
+        why = escaped(&trial.why())
+    );
+    // Writing to a string cannot fail.
+    let overall = means.places.iter().map(|place| place.means[1].abs()).sum::<f64>() / means.places.len() as f64;
+    let exposure = if overall > 0.0 { (0.2 / overall).log2().round() } else { 0.0 };
+    html += "<h2>Means</h2><div class=\"grid\">";
+    for (side, inputs) in [trial.a, trial.b].into_iter().enumerate() {
+        let name = ["First", "Second"][side];
+        let stops = if exposure == 0.0 { String::new() } else { format!(", {exposure:+} stops") };
+        let caption = format!("{name}: {}{stops}", escaped(&super::files::count(inputs)));
+        html += &mean_picture(trial, side, exposure, &caption)?;
+        html += "</figure>";
+    }
+    html += "</div><h2>Where they differ</h2><div class=\"grid\">";
+    for kind in [tiles, pixels] {
+        let values = cells(kind, relative);
+        let bound = bound(&values);
+        let [low, high] = [-bound, bound].map(percent);
+        html += &map(
+            &format!("Difference of {}s, percent of the second", kind.name),
+            kind.grid,
+            &values,
+            bound,
+            [&low, "0", &high],
+        )?;
+    }
+    for kind in [tiles, pixels] {
+        let bound = -kind.level.log10();
+        let [low, high] = ["below", "above"].map(|end| format!("p = {:.0e}, first {end}", kind.level));
+        let caption = format!("p-values of {}s, of the channel where they are least; grey: nothing varies", kind.name);
+        html += &map(&caption, kind.grid, &cells(kind, digits), bound, [&low, "p = 1", &high])?;
+    }
+    html += "</div><p class=\"small\">Full colour in the lower maps is what one level for all places calls a difference.</p>";
+    html += "<h2>Image mean</h2><div class=\"scroll\"><table><tr><th>channel<th><th>first<th>second<th>difference<th>from\
+             <th>to<th>standard errors<th>p<th>would have been seen";
+    for place in &means.places {
+        let [low, high] = place.interval(means.level).map(percent);
+        let _ = write!(
+            html,
+            "<tr{}><td>{}<td>{}<td>{:.5}<td>{:.5}<td>{}<td>{low}<td>{high}<td>{:.2}<td>{:.1e}<td>{}",
+            bad(means, place),
+            trial.channel(place.channel),
+            if place.judged { "" } else { "not judged" },
+            place.means[0],
+            place.means[1],
+            percent(place.difference()),
+            place.sigmas,
+            place.p,
+            percent(place.seen(means.level)).replace('+', "")
+        );
+    }
+    html += "</table></div><h2>Places, worst first</h2><div class=\"scroll\"><table><tr><th>place<th>channel<th>first\
+             <th>second<th>difference<th>standard errors<th>p<th>p that is enough<th>";
+    let all = [means, regions, tiles, pixels].into_iter().flat_map(|kind| kind.places.iter().map(move |p| (kind, p)));
+    let mut worst: Vec<(&Kind, &Place)> = all.filter(|(_, place)| place.varies()).collect();
+    let strength = |(kind, place): &(&Kind, &Place)| {
+        let told = kind.counts && place.judged;
+        (!told, place.p / kind.level, -place.sigmas.abs())
+    };
+    worst.sort_by(|x, y| strength(x).partial_cmp(&strength(y)).unwrap_or(std::cmp::Ordering::Equal));
+    for (kind, place) in worst.iter().take(ROWS) {
+        let told = kind.counts && place.judged;
+        let _ = write!(
+            html,
+            "<tr{}><td>{}<td>{}<td>{:.5}<td>{:.5}<td>{}<td>{:.2}<td>{:.1e}<td>{:.1e}<td>{}",
+            bad(kind, place),
+            place_name(kind, place),
+            trial.channel(place.channel),
+            place.means[0],
+            place.means[1],
+            percent(place.difference()),
+            place.sigmas,
+            place.p,
+            kind.level,
+            if told { "" } else { "not judged" }
+        );
+    }
+    html += "</table></div><h2>p-values of pixels</h2>";
+    html += &bars(&histogram(pixels));
+    html += "<p class=\"small\">Flat where both renderers are right and the noise is not skewed; high at the left where they \
+             differ. No verdict rests on this histogram.</p><h2>How it was decided</h2>";
+    let _ = write!(
+        html,
+        "<p>Two right renderers are called different with a chance of at most {}: a quarter of it for each kind of place, \
+         divided among its places and channels. Each place is judged by Welch's test, if skewness, as the images show it, \
+         leaves its tail valid; a kind counts if at least half of its places that vary are judged. Renderers agree if no \
+         place differs and the interval of the image mean lies within ±{} %.</p><ul>",
+        trial.rules.level,
+        100.0 * trial.rules.margin
+    );
+    for kind in &trial.found.kinds {
+        let _ = write!(html, "<li>{}", kind_line(kind));
+    }
+    for (what, seen) in smallest(trial) {
+        if let Some(seen) = seen {
+            let _ =
+                write!(html, "<li>{what}: a bias of {} would have been seen, but for a chance of 10 %", percent(seen));
+        }
+    }
+    html += "</ul>";
+    for (name, inputs) in [("First", trial.a), (if trial.exact { "Reference" } else { "Second" }, trial.b)] {
+        let _ = write!(html, "<h2>{name}: files and their SHA-256</h2><p>");
+        for input in inputs {
+            let _ = write!(html, "{}<br><code>{}</code><br>", escaped(&input.path.display().to_string()), input.digest);
+        }
+    }
+    Ok(html + "</html>\n")
+}
+
+/// The class of a row that is rejected.
+fn bad(kind: &Kind, place: &Place) -> &'static str {
+    if kind.rejects(place) { " class=\"bad\"" } else { "" }
+}
+
+/// The histogram as a drawing, with a line where it were if it were flat.
+fn bars(counts: &[u64]) -> String {
+    let most = counts.iter().copied().max().unwrap_or(0).max(1) as f64;
+    let flat = counts.iter().sum::<u64>() as f64 / counts.len() as f64;
+    let height = |count: f64| 150.0 * count / most;
+    let width = 600.0 / counts.len() as f64;
+    let mut svg = String::from("<svg viewBox=\"0 0 620 190\" role=\"img\" aria-label=\"histogram of p-values\">");
+    for (i, &count) in counts.iter().enumerate() {
+        let (x, h) = (10.0 + width * i as f64, height(count as f64));
+        let (y, w) = (160.0 - h, width - 2.0);
+        let _ = write!(svg, "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" height=\"{h:.1}\" fill=\"var(--bar)\"/>");
+    }
+    let y = 160.0 - height(flat);
+    let _ = write!(
+        svg,
+        "<path d=\"M10 {y:.1}H610\" stroke=\"var(--fg)\" stroke-dasharray=\"5 4\"/><path d=\"M10 160H610\" \
+         stroke=\"var(--muted)\"/><text x=\"10\" y=\"178\">p = 0</text><text x=\"610\" y=\"178\" text-anchor=\"end\">1\
+         </text></svg>"
+    );
+    svg
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
+}

@@ -1,0 +1,147 @@
+//! Renderers on trial by their images: right ones agree, faults are named, few samples are undecided, and bad input
+//! is refused.
+
+use std::path::Path;
+use std::process::Output;
+
+use experiments::run::pictures::render_samples;
+use whitefurnace::bsdf::Scattering;
+use whitefurnace::estimator::{NextEvent, Path as PathTracer, Strategy};
+use whitefurnace::image::read::decode;
+use whitefurnace::image::write_exr;
+use whitefurnace::pixel::PixelSampling;
+use whitefurnace::roulette::Roulette;
+use whitefurnace::scene::simple::cornell;
+
+use crate::{folder, renders, run, text};
+
+fn compare(folder: &Path, options: &str) -> Output {
+    run(env!("CARGO_BIN_EXE_compare"), folder, options)
+}
+
+/// Asserts an exit code, and that a line says this.
+fn ends(folder: &Path, options: &str, code: i32, hint: &str) {
+    let output = compare(folder, options);
+    let lines = text(&output.stdout) + &text(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{options}: {lines}");
+    assert!(lines.contains(hint) && lines.lines().count() <= 10, "{hint}: {lines}");
+    assert!(code != 3 || lines.starts_with("error: ") && lines.lines().count() == 1, "{lines}");
+}
+
+/// Renders images of `SIDE` pixels across with the seeds from `first` on.
+fn images(folder: &Path, name: &str, first: u32, options: &str) {
+    for seed in first..first + 8 {
+        renders(folder, &format!("--size {SIDE}x{SIDE} {options} --seed {seed} --out {name}-{seed}.exr"));
+    }
+}
+
+const SIDE: usize = 32;
+
+/// Writes what a function makes of the channels of images as PFM: channel, column and row.
+fn changed(folder: &Path, from: &str, to: &str, first: u32, change: fn(&[f64], usize) -> f64) {
+    for seed in first..first + 8 {
+        let path = folder.join(format!("{from}-{seed}.exr"));
+        let picture = decode(&path, &std::fs::read(&path).expect("there"), None).expect("an image");
+        let mut bytes = format!("PF\n{SIDE} {SIDE}\n-1.0\n").into_bytes();
+        for y in (0..SIDE).rev() {
+            for x in 0..SIDE {
+                let value = |plane: &Vec<f64>| change(plane, y * SIDE + x) as f32;
+                bytes.extend(picture.values.iter().flat_map(|plane| value(plane).to_le_bytes()));
+            }
+        }
+        std::fs::write(folder.join(format!("{to}-{seed}.pfm")), bytes).expect("written");
+    }
+}
+
+/// A roulette whose survivors are not weighted.
+struct Weightless;
+
+impl Scattering for Weightless {}
+impl NextEvent for Weightless {}
+impl Roulette for Weightless {
+    fn roulette_weight(&self, _: f64) -> f64 {
+        1.0
+    }
+}
+
+#[test]
+fn right_renderers_agree_and_faults_are_named() {
+    let folder = folder("compare");
+    let sobol = "--scene cornell --spp 64";
+    images(&folder, "a", 1, sobol);
+    images(&folder, "b", 11, &format!("{sobol} --estimator light"));
+    ends(&folder, "--a a-*.exr --b b-*.exr --out agree", 0, "AGREE: nothing that could be judged differs");
+    let read = |file: &str| std::fs::read_to_string(folder.join(file)).expect("there");
+    let numbers: serde_json::Value = serde_json::from_str(&read("agree/compare.json")).expect("JSON");
+    assert_eq!(numbers["verdict"], "agree");
+    assert_eq!(numbers["kinds"][3]["places"], 3 * SIDE * SIDE);
+    let page = read("agree/report.html");
+    assert!(page.contains("<h1>agree</h1>") && page.matches("data:image/png").count() == 6);
+    assert!(!page.contains("http"), "the page needs no other file");
+    // Gamma applied twice, and a shift by half a pixel.
+    changed(&folder, "a", "gamma", 1, |plane, i| plane[i].powf(1.0 / 2.2));
+    ends(&folder, "--a gamma-*.pfm --b b-*.exr --out gamma", 1, "DIFFER: the image mean in ");
+    changed(&folder, "a", "shift", 1, |plane, i| 0.5 * (plane[i] + plane[if i % SIDE == 0 { i } else { i - 1 }]));
+    ends(&folder, "--a shift-*.pfm --b b-*.exr --tile 4 --out shift", 1, "DIFFER: the ");
+    let (scene, tracer) = (cornell().expect("a scene"), PathTracer::new(Weightless, Strategy::Mis));
+    for seed in 1..9 {
+        let size = [SIDE as u32; 2];
+        let film = render_samples(&scene, &tracer, (PixelSampling::Random, seed), (size, None), 64).expect("a film");
+        write_exr(&folder.join(format!("w-{seed}.exr")), &film, "").expect("written");
+    }
+    ends(&folder, "--a w-*.exr --b b-*.exr --out roulette", 1, "DIFFER: the ");
+    // Few samples, and one image on either side, by its standard errors.
+    ends(&folder, "--a a-1.exr --b b-11.exr --out one", 2, "UNDECIDED: ");
+    ends(&folder, "--a a-1.exr a-2.exr --b b-*.exr --out two", 2, "give three or more");
+}
+
+#[test]
+fn an_albedo_one_percent_off_is_named() {
+    let folder = folder("compare-albedo");
+    let options = "--scene furnace-box --spp 64";
+    images(&folder, "a", 1, options);
+    images(&folder, "b", 11, options);
+    // In a closed room of albedo ρ all radiance is E/(1 − ρ): ρ = 0.7425 in place of 0.75 gives 2.9 % less.
+    changed(&folder, "b", "dark", 11, |plane, i| plane[i] * (1.0 - 0.75) / (1.0 - 0.7425));
+    ends(&folder, "--a a-*.exr --b b-*.exr --margin 2 --out agree", 0, "AGREE");
+    ends(&folder, "--a dark-*.pfm --b a-*.exr --out differ", 1, "DIFFER: the image mean in ");
+    let numbers = std::fs::read(folder.join("differ/compare.json")).expect("there");
+    let numbers: serde_json::Value = serde_json::from_slice(&numbers).expect("JSON");
+    for mean in numbers["kinds"][0]["found"].as_array().expect("channels") {
+        let [low, high] = [0, 1].map(|end| mean["interval"][end].as_f64().expect("a number"));
+        assert!(low < -0.0291 && -0.0291 < high && high < -0.01, "{low} to {high}");
+    }
+}
+
+#[test]
+fn bad_input_gets_one_line_and_exit_code_three() {
+    let folder = folder("compare-bad");
+    for (name, size, seed) in [("a", "8x6", 1), ("b", "8x6", 2), ("wide", "9x6", 3)] {
+        renders(&folder, &format!("--size {size} --spp 4 --seed {seed} --out {name}.exr"));
+    }
+    std::fs::copy(folder.join("a.exr"), folder.join("c.exr")).expect("copied");
+    let grey = |value: f32| [&b"Pf\n1 1\n-1\n"[..], &value.to_le_bytes()].concat();
+    for (name, value) in [("one", 1.0), ("two", 2.0), ("nan", f32::NAN)] {
+        std::fs::write(folder.join(format!("{name}.pfm")), grey(value)).expect("written");
+    }
+    std::fs::write(folder.join("text.exr"), "no image").expect("written");
+    for (options, hint) in [
+        ("--a a.exr", "--b"),
+        ("--a a.exr --b b.exr --reference b.exr", "--reference"),
+        ("--a a.exr --b none-*.exr", "--b none-*.exr: no such file"),
+        ("--a a.exr --reference none.exr", "cannot read none.exr"),
+        ("--a a.exr --b wide.exr", "a.exr and wide.exr differ in size or place: 8 × 6 at (0, 0), 9 × 6 at (0, 0)"),
+        ("--a a.exr --b c.exr", "a.exr and c.exr have the same pixels"),
+        ("--a a.exr c.exr --b b.exr", "a.exr and c.exr have the same pixels"),
+        ("--a one.pfm --b two.pfm", "--a has one image, one.pfm, without standard errors"),
+        ("--a one.pfm nan.pfm --b two.pfm", "cannot read nan.pfm: pixel (0, 0), Y, is NaN"),
+        ("--a a.exr --b text.exr", "cannot read text.exr: neither EXR nor PFM"),
+        ("--a a.exr --b b.exr --layer none", "no layer \"none\""),
+        ("--a a.exr --b b.exr --region 0,0,9,6", "--region [0, 0, 9, 6] reaches beyond"),
+        ("--a a.exr --b b.exr --region 3,0,3,6", "X0 < X1"),
+        ("--a a.exr --b b.exr --level 1", "from 0.000000000001 to 0.5"),
+        ("--a a.exr --b b.exr --out a.exr", "a.exr"),
+    ] {
+        ends(&folder, options, 3, hint);
+    }
+}
