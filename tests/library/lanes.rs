@@ -2,6 +2,7 @@
 
 use std::array::from_fn;
 
+use whitefurnace::bsdf::ggx::Ggx;
 use whitefurnace::bsdf::{Model, oren_nayar};
 use whitefurnace::estimator::{Heuristic, Path, Strategy as Finds};
 use whitefurnace::fresnel::{mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refracted};
@@ -13,7 +14,6 @@ use whitefurnace::sampling::{sphere_zone, triangle, uniform_hemisphere_pdf};
 use whitefurnace::shape::{sphere_roots, triangle_point};
 use whitefurnace::watertight::{Shear, Turn};
 
-use crate::channels;
 use crate::prelude::*;
 
 /// A function of up to 16 numbers, for one ray or for several.
@@ -196,9 +196,45 @@ fn masks_are_lane_by_lane() {
     }
 }
 
-/// A room with every kind of surface and light.
+/// A room with every kind of surface and light: the report's walls, mirror and glass, a rough metal, EON, a light that
+/// is a triangle, one that is a sphere, and a background through a gap.
 fn crowded() -> Scene {
-    channels::room(|colour| colour, |light| light, false, channels::lambertian)
+    let mut s = SceneBuilder::new("crowded");
+    s.background(DVec3::new(0.1, 0.2, 0.3));
+    let walls = [
+        Bsdf::Lambert { albedo: DVec3::new(0.7, 0.5, 0.3) },
+        Bsdf::oren_nayar(DVec3::splat(0.8), 0.5, OrenNayarForm::Corrected),
+        Bsdf::oren_nayar(DVec3::splat(0.6), 0.3, OrenNayarForm::Printed),
+        Bsdf::Eon { albedo: DVec3::new(0.9, 0.8, 0.2), roughness: 0.7 },
+        Bsdf::Black,
+    ];
+    let corners = [
+        (DVec3::new(-1.0, -1.0, -1.0), [2.0 * DVec3::X, 2.0 * DVec3::Y]),
+        (DVec3::new(-1.0, -1.0, -1.0), [2.0 * DVec3::Y, 2.0 * DVec3::Z]),
+        (DVec3::new(-1.0, 1.0, -1.0), [2.0 * DVec3::X, 2.0 * DVec3::Z]),
+        (DVec3::new(1.0, -1.0, -1.0), [2.0 * DVec3::Z, 2.0 * DVec3::Y]),
+        (DVec3::new(-1.0, -1.0, 1.0), [DVec3::X, 2.0 * DVec3::Y]),
+    ];
+    for (bsdf, (corner, edges)) in walls.into_iter().zip(corners) {
+        let surface = s.surface(Surface::new(bsdf));
+        s.rectangle(corner, edges, surface);
+    }
+    let light = s.surface(Surface::new(Bsdf::Black).emitting(DVec3::new(9.0, 8.0, 7.0)));
+    s.mesh(&[DVec3::new(0.2, 0.0, 0.9), DVec3::new(0.2, 0.4, 0.9), DVec3::new(0.6, 0.0, 0.8)], &[[0, 1, 2]], light);
+    s.sphere(Sphere::new(DVec3::new(-0.6, 0.5, 0.5), 0.1), light);
+    s.rectangle(DVec3::new(0.4, 0.7, 0.2), [0.2 * DVec3::X, 0.2 * DVec3::Z], light);
+    // It stands before a light.
+    let blind = s.surface(Surface::new(walls[0]));
+    s.mesh(&[DVec3::new(0.2, 0.1, 0.8), DVec3::new(0.2, 0.4, 0.8), DVec3::new(0.5, 0.1, 0.7)], &[[0, 1, 2]], blind);
+    for (x, bsdf) in [
+        (-0.5, Bsdf::Mirror { reflectance: DVec3::splat(0.9) }),
+        (0.1, Bsdf::Glass { index: 1.5 }),
+        (0.6, Bsdf::model(Ggx { reflectance: DVec3::new(0.9, 0.6, 0.3), alpha: 0.3 })),
+    ] {
+        let surface = s.surface(Surface::new(bsdf));
+        s.sphere(Sphere::new(DVec3::new(x, -0.1, -0.6), 0.28), surface);
+    }
+    s.build(Camera::new(DVec3::new(0.0, -3.5, 0.0), DVec3::ZERO, DVec3::Z, 0.4)).expect("a legal scene")
 }
 
 /// So many triangles that the lanes leave them to the hierarchy.
