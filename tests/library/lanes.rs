@@ -294,7 +294,8 @@ fn assert_same_film(scene: &Scene, lanes: LaneEstimator, sampling: Sampling, win
         render_lanes(scene, lanes, sampling, &mut together, &range, &|_| true).expect("legal values");
     }
     assert!(alone == together, "{} by {lanes:?}, {sampling:?}", scene.name());
-    assert!(alone.mean() > 0.0);
+    // A window may see nothing.
+    assert!(window.is_some() || alone.mean() > 0.0, "{} by {lanes:?}, {sampling:?}", scene.name());
 }
 
 #[test]
