@@ -19,20 +19,20 @@ pub fn weight<R: Real>(survival: R) -> R {
 /// The highest survival of [`by_throughput`]: paths between perfect mirrors end, too.
 pub const HIGHEST_SURVIVAL: f64 = 0.95;
 
-/// The throughput to which roulette raises the survivors among fainter paths.
-pub const RAISED: f64 = 0.5;
-
-/// The survival policy of the path tracer: the largest channel of the throughput over [`RAISED`], at most
-/// [`HIGHEST_SURVIVAL`].
+/// The survival policy of walks: the largest channel of the throughput, at most [`HIGHEST_SURVIVAL`].
 ///
-/// Paths that are hardly fainter than they began go on, so that their number stays even over the image; of fainter ones
-/// survivors have [`RAISED`] in their largest channel. So weights stay bounded, and the variance finite wherever albedos
-/// are at most 0.95. `throughput` is without the radiance factors of refraction, which cancel when the path leaves the
-/// glass.
+/// A survivor's largest channel is then 1 (or the throughput divided by 0.95), so weights stay bounded
+/// and the variance finite wherever albedos are at most 0.95. `throughput` is without the radiance
+/// factors of refraction, which cancel when the path leaves the glass; the path tracer's is relative to [`RAISED`].
 #[inline]
 pub fn by_throughput<V: Vector>(throughput: V) -> V::Real {
-    (throughput.max_element() / RAISED).at_most(V::Real::splat(HIGHEST_SURVIVAL))
+    throughput.max_element().at_most(V::Real::splat(HIGHEST_SURVIVAL))
 }
+
+/// The throughput to which the path tracer raises the survivors among fainter paths: those that are hardly fainter than
+/// they began go on, so that their number stays even over the image. Walks whose every vertex is joined to others, and
+/// particles, raise theirs to 1: for them more vertices cost more than they gain.
+pub const RAISED: f64 = 0.5;
 
 /// The report's policy: survival 1 − α with the absorption α of the surface.
 #[inline]
@@ -42,7 +42,7 @@ pub fn by_absorption<R: Real>(absorption: R) -> R {
 
 /// The replaceable parts of Russian roulette.
 pub trait Roulette: Sync {
-    /// The path tracer's survival policy.
+    /// The survival policy of walks, of a throughput relative to what faint survivors are raised to.
     #[inline]
     fn survival_by_throughput(&self, throughput: DVec3) -> f64 {
         by_throughput(throughput)
@@ -63,7 +63,7 @@ pub trait Roulette: Sync {
         weight(survival)
     }
 
-    /// Roulette by throughput with one uniform number; `None` if the path ends here, else what the survivor's
+    /// Roulette by such a throughput with one uniform number; `None` if the path ends here, else what the survivor's
     /// throughput is multiplied by.
     #[inline]
     fn survive(&self, throughput: DVec3, r: f64) -> Option<f64> {

@@ -8,6 +8,7 @@ use super::walk::{Step, Walk};
 use super::{Estimator, LightRules, Standard, Walking};
 use crate::bsdf::{Bsdf, Vertex};
 use crate::emitter::LightSampling;
+use crate::roulette::RAISED;
 use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
@@ -103,7 +104,7 @@ impl<P: Walking> Path<P> {
 impl<P: Walking> Estimator for Path<P> {
     #[inline]
     fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3 {
-        let mut walk = Walk::new(scene, (*ray, hit), 0);
+        let mut walk = Walk::new(scene, (*ray, hit), 0).raising_to(RAISED);
         let mut radiance = DVec3::ZERO;
         while let Some(step) = walk.arrive(rng) {
             if step.here.emitter.is_some() {

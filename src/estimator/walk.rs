@@ -17,6 +17,8 @@ pub(super) struct Walk<'a> {
     ray: Ray,
     hit: Option<Hit>,
     throughput: DVec3,
+    /// To which throughput roulette raises faint survivors.
+    raised: f64,
     factor: f64,
     pdf: Option<f64>,
     /// The block of random numbers before that of the first hit.
@@ -47,7 +49,13 @@ impl<'a> Walk<'a> {
     #[inline]
     pub fn new(scene: &'a Scene, (ray, hit): (Ray, Option<Hit>), block: u32) -> Self {
         let (throughput, factor) = (DVec3::ONE, 1.0);
-        Self { scene, ray, hit, throughput, factor, pdf: None, block, hits: 0, ended: false }
+        Self { scene, ray, hit, throughput, raised: 1.0, factor, pdf: None, block, hits: 0, ended: false }
+    }
+
+    /// The same walk, whose faint survivors roulette raises to this throughput in place of 1.
+    #[inline]
+    pub fn raising_to(self, raised: f64) -> Self {
+        Self { raised, ..self }
     }
 
     /// The next hit; `None` where the walk has come to its end.
@@ -77,7 +85,7 @@ impl<'a> Walk<'a> {
         let next = parts.sample(&self.scene.surface(&here).bsdf, at, rng)?;
         self.throughput *= next.weight;
         self.factor *= next.radiance_factor;
-        self.throughput *= parts.survive(self.throughput, uniform(rng))?;
+        self.throughput *= parts.survive(self.throughput / self.raised, uniform(rng))?;
         self.pdf = next.pdf;
         (self.ray, self.hit) = self.scene.onward(&here, next.direction);
         Some(())

@@ -44,7 +44,7 @@ impl Scatter for Path {
         }
         let next = surfaces.sample(scattering & !endless, random);
         let throughput = paths.throughput * next.weight;
-        let survival = roulette::by_throughput(throughput);
+        let survival = roulette::by_throughput(throughput * Lanes::splat(1.0 / roulette::RAISED));
         let survives = next.goes_on & roulette::survives(random.uniform(next.goes_on), survival);
         paths.factor = Lanes::choose(survives, paths.factor * next.radiance_factor, paths.factor);
         paths.pdf = Lanes::choose(survives, next.pdf, paths.pdf);

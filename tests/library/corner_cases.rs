@@ -2,7 +2,7 @@
 //! without number.
 
 use whitefurnace::estimator::{Path, Quirks, Strategy};
-use whitefurnace::roulette::by_throughput;
+use whitefurnace::roulette::HIGHEST_SURVIVAL;
 
 use crate::prelude::*;
 use crate::rng::Constant;
@@ -101,8 +101,8 @@ fn without_emitters_it_is_dark() {
     let fineness = Fineness { patches: 3, halvings: 0 };
     none(radiance(&dark, &Radiosity::new(Standard, &dark, fineness, &|_| true).expect("a solution")));
     // A plane under a uniform sky reflects its albedo, of which a survivor of roulette brings this.
-    let brought = ALBEDO / by_throughput(DVec3::splat(ALBEDO));
-    for found in [pass(&sky), radiance(&sky, &Path::<Standard>::default())] {
+    let path = (radiance(&sky, &Path::<Standard>::default()), ALBEDO / HIGHEST_SURVIVAL);
+    for (found, brought) in [(pass(&sky), 1.0), path] {
         assert!(found.iter().any(|v| v.x > 0.0));
         for v in found {
             assert_abs_diff_eq!(v.x * (v.x - brought), 0.0, epsilon = 1e-9);

@@ -1,7 +1,7 @@
 //! Estimators, path by path, where every path has the same value or none.
 
 use whitefurnace::estimator::{Heuristic, Path, Quirks, Strategy};
-use whitefurnace::roulette::by_throughput;
+use whitefurnace::roulette::{RAISED, by_throughput};
 
 use crate::budget::enough;
 use crate::prelude::*;
@@ -221,7 +221,7 @@ fn each_strategy_finds_its_share_of_direct_light() {
             }
             let way = cosine_hemisphere::<f64>(uniform2(&mut rng));
             let lamp = scene.onward(&floor, Frame::new(DVec3::Z).world(way)).1.filter(|hit| hit.normal.z < 0.0);
-            if strategy != Strategy::Light && uniform(&mut rng) < by_throughput(DVec3::splat(albedo)) {
+            if strategy != Strategy::Light && uniform(&mut rng) < by_throughput(DVec3::splat(albedo / RAISED)) {
                 let found = |lamp: Hit| share(way.z * FRAC_1_PI, pdf(lamp.point, lamp.normal)) * albedo * light;
                 expected += lamp.map_or(0.0, found);
             }

@@ -2,7 +2,7 @@
 //! in one scene. Whatever decides the survival, the mean stays.
 
 use whitefurnace::harness::mean::welch;
-use whitefurnace::roulette::{self, HIGHEST_SURVIVAL, RAISED};
+use whitefurnace::roulette::{self, HIGHEST_SURVIVAL};
 use whitefurnace::scene::simple::{Cap, cavity_cap};
 
 use crate::furnace::{off_cap, off_cap_radiance};
@@ -63,8 +63,8 @@ const BOUNDED_WALKS: u64 = 100_000;
 /// Rounding of a division and a product.
 const ROUNDING: f64 = 1e-15;
 
-/// Survival is at most [`HIGHEST_SURVIVAL`], and a survivor's largest channel is [`RAISED`], or what it was divided by
-/// the highest survival.
+/// Survival is at most [`HIGHEST_SURVIVAL`], and a survivor's largest channel is 1, or what it was
+/// divided by the highest survival.
 fn bounds(context: &Context, policy: Policy) -> Vec<Outcome> {
     let mut rng = context.rng("bounds");
     let [mut highest, mut largest] = [0.0_f64; 2];
@@ -73,7 +73,7 @@ fn bounds(context: &Context, policy: Policy) -> Vec<Outcome> {
         walk(&mut rng, policy, |before, survival, after| {
             highest = highest.max(survival);
             if survival > 0.0 {
-                let bound = (before.max_element() / HIGHEST_SURVIVAL).max(RAISED);
+                let bound = (before.max_element() / HIGHEST_SURVIVAL).max(1.0);
                 largest = largest.max((after.max_element() / bound - 1.0).abs());
             }
         });
@@ -97,7 +97,7 @@ fn trials() -> Vec<FamilyTrial<Policy>> {
         ),
         trial(
             "roulette/by-throughput/bounds",
-            "survival is at most 0.95, and a survivor's largest channel 0.5 or what it was divided by 0.95",
+            "survival is at most 0.95, and a survivor's largest channel 1 or what it was divided by 0.95",
             &ROULETTE,
             [subject, "exact"],
             bounds,
@@ -112,13 +112,13 @@ fn faults() -> Vec<Fault<Policy>> {
             "roulette/by-throughput/mean: first channel | second channel | third channel",
             "roulette/by-throughput/bounds: largest channel of a survivor"),
         fault!("smallest-channel", ROULETTE, "the smallest channel decides: where it is 0, the others are lost",
-            = Policy { survival: |t| (t.min_element() / RAISED).min(HIGHEST_SURVIVAL), ..BY_THROUGHPUT },
+            = Policy { survival: |t| t.min_element().min(HIGHEST_SURVIVAL), ..BY_THROUGHPUT },
             "roulette/by-throughput/mean: first channel"),
         fault!("average-channel", ROULETTE, "the average of the channels decides: the mean stays, weights grow",
-            = Policy { survival: |t| (t.element_sum() / 3.0 / RAISED).min(HIGHEST_SURVIVAL), ..BY_THROUGHPUT },
+            = Policy { survival: |t| (t.element_sum() / 3.0).min(HIGHEST_SURVIVAL), ..BY_THROUGHPUT },
             "roulette/by-throughput/bounds: largest channel of a survivor"),
         fault!("immortal", ROULETTE, "no highest survival: a path between perfect mirrors never ends",
-            = Policy { survival: |t| t.max_element() / RAISED, ..BY_THROUGHPUT },
+            = Policy { survival: DVec3::max_element, ..BY_THROUGHPUT },
             "roulette/by-throughput/bounds: survival above the highest"),
     ]
 }

@@ -41,7 +41,7 @@ pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
         fault!("sum-of-four-rays", ESTIMATOR, "the sum of N = 4 sample rays, without 1/N",
             { roulette_weight: |q| 4.0 * roulette::weight(q) }, "furnace/report/rays-4"),
         fault!("black-holes", ROULETTE,
-            "survival 0 where the throughput is below 0.6: light is lost with the path",
+            "survival 0 where the throughput is below 0.3: light is lost with the path",
             { survival_by_throughput: |t| if t.max_element() < 0.6 { 0.0 } else { t.max_element().min(0.95) } },
             "furnace/path/albedo-0.5"),
     ]
