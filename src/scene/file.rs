@@ -126,12 +126,12 @@ impl SceneFile {
 /// The bytes of an ordinary file of at most this size.
 fn read(path: &Path, largest: u64) -> std::io::Result<Vec<u8>> {
     use std::io::{Error, ErrorKind};
-    let file = std::fs::File::open(path)?;
-    if !file.metadata()?.is_file() {
+    // To open a pipe would wait for its writer.
+    if !std::fs::metadata(path)?.is_file() {
         return Err(Error::new(ErrorKind::InvalidInput, "this is no ordinary file"));
     }
     let mut bytes = Vec::new();
-    file.take(largest + 1).read_to_end(&mut bytes)?;
+    std::fs::File::open(path)?.take(largest + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > largest {
         return Err(Error::new(ErrorKind::FileTooLarge, format!("it has more than {largest} bytes")));
     }
@@ -360,7 +360,11 @@ impl<'a> Reading<'a> {
         table.keys(&[keys, &["shape"]])?;
         let known = |name: &str, value: &Value| {
             let is_known = self.materials.contains(name);
-            if is_known { Ok(name.to_owned()) } else { Err(value.fault(format!(": {}", description.unknown(name)))) }
+            if is_known {
+                Ok(name.to_owned())
+            } else {
+                Err(value.fault(format!("is not known: {}", description.unknown(name))))
+            }
         };
         let material = || table.need("material").and_then(|value| known(value.text()?, &value));
         let point = |key| Ok(table.need(key)?.point()? * self.unit);
