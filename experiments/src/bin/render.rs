@@ -5,8 +5,8 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::CommandFactory as _;
-use experiments::render::Rendered;
 use experiments::render::command::Render;
+use experiments::render::{Rendered, SceneSource};
 use experiments::run::cli::{self, Ending};
 use experiments::say;
 use whitefurnace::error::Error;
@@ -29,6 +29,9 @@ fn run(options: &Render) -> Result<Ending, Error> {
         check_writable(&exr.with_extension("png"))?;
     }
     cli::begin();
+    if let SceneSource::File(file) = options.job.scene {
+        file.left_out.iter().for_each(|what| eprintln!("note: {what}"));
+    }
 
     let start = Instant::now();
     let rendered = match options.job.render("render") {
