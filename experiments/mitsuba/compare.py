@@ -6,7 +6,7 @@ Needs the Python package `mitsuba` (pip install mitsuba). From the root of the r
     experiments/mitsuba/compare.py cornell diffuse-room path/to/scene.toml
 
 A scene NAME*0.99 is rendered by Mitsuba with each diffuse albedo 1 % lower: `compare` must notice. What `compare` found
-goes into a line of text for each scene, and with --record FILE into a JSON file.
+is printed for each scene, and goes with --record FILE into a JSON file.
 """
 
 import argparse
@@ -53,7 +53,8 @@ def compare(scene, options):
     found = json.loads((folder / "compare.json").read_text())
     # The image means by channel: the difference as a share of Mitsuba's, and the interval in which it lies.
     means = {mean["channel"]: [mean["difference"], *mean["interval"]] for mean in found["kinds"][0]["found"]}
-    return {"scene": scene, "verdict": found["verdict"], "means": means}
+    return {"scene": pathlib.Path(name).stem, "albedos": float(factor or 1), "size": options.size, "spp": options.spp,
+            "images": options.seeds, "verdict": found["verdict"], "means": means}
 
 
 def main():
@@ -64,15 +65,17 @@ def main():
     parser.add_argument("--spp", type=int, default=256)
     parser.add_argument("--seeds", type=int, default=8)
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/mitsuba"))
-    parser.add_argument("--record", type=pathlib.Path, help="a JSON file for what was found")
+    parser.add_argument("--record", type=pathlib.Path, help="a JSON file for what was found; keeps other scenes")
     options = parser.parse_args()
     run("cargo", "build", "--release", "-p", "experiments", "--bins")
     mi.set_variant(options.variant)
     results = [compare(scene, options) for scene in options.scenes]
     if options.record:
-        source = (f"Mitsuba {mi.__version__}, {options.variant}: {options.size} pixels, {options.seeds} images of "
-                  f"{options.spp} samples per pixel on either side")
-        options.record.write_text(json.dumps({"source": source, "scenes": results}, indent=2) + "\n")
+        known = json.loads(options.record.read_text())["scenes"] if options.record.exists() else []
+        again = [(result["scene"], result["albedos"]) for result in results]
+        kept = [result for result in known if (result["scene"], result["albedos"]) not in again]
+        record = {"renderer": f"Mitsuba {mi.__version__}, {options.variant}", "scenes": kept + results}
+        options.record.write_text(json.dumps(record, indent=1) + "\n")
 
 
 main()
