@@ -13,6 +13,7 @@ mod compare;
 mod export;
 mod figures;
 mod graded;
+mod judge;
 mod mutants;
 mod options;
 mod record;
