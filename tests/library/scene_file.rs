@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use whitefurnace::bsdf::ggx::Ggx;
+use whitefurnace::environment::{Environment, EnvironmentMap};
 use whitefurnace::nearest::hint;
 use whitefurnace::scene::file::{Description, LARGEST_FILE, Object, SceneFile};
 
@@ -46,7 +47,7 @@ fn every_key_says_what_the_page_says() {
     ];
     let SceneFile { description, left_out, .. } = every_key();
     assert_eq!(description.name, "every key");
-    assert_eq!(description.background, DVec3::new(0.25, 0.5, 1.0));
+    assert_eq!(description.background, Environment::Uniform(DVec3::new(0.25, 0.5, 1.0)));
     let (eye, target) = (DVec3::new(0.0, -6.0, 2.0), DVec3::new(0.0, 0.0, 0.5));
     let camera = Camera::new(eye, target, DVec3::Z, (0.5 * FRAC_PI_2).tan());
     assert_eq!(description.camera, camera);
@@ -135,6 +136,42 @@ fn what_is_wrong_is_said_in_one_line_with_its_place() {
         let at = said.split_once("; line ").and_then(|(_, line)| line.parse().ok()).unwrap_or(line);
         let said = said.split("; line ").next().expect("what is said");
         assert_eq!(message, format!("scene {}, line {at}: {said}", file.display()), "{case}");
+    }
+}
+
+/// A sky of two rows and one column in each channel, scaled; and what is none.
+#[test]
+fn a_sky_is_an_image_of_all_directions() {
+    let folder = written("sky", b"", b"").parent().expect("a folder").to_owned();
+    let floats = [4.0f32, 5.0, 6.0, 1.0, 2.0, 3.0].map(f32::to_le_bytes);
+    fs::write(folder.join("sky.pfm"), [&b"PF\n1 2\n-1.0\n"[..], floats.as_flattened()].concat()).expect("written");
+    let load = |sky: &str| {
+        let text = EVERY_KEY.replace("background = [0.25, 0.5, 1]", &format!("background = {{ {sky} }}"));
+        fs::write(folder.join("scene.toml"), text).expect("written");
+        fs::write(folder.join("pyramid.obj"), PYRAMID).expect("written");
+        SceneFile::load(&folder.join("scene.toml"))
+    };
+    let pixels = [DVec3::new(1.0, 2.0, 3.0), DVec3::new(4.0, 5.0, 6.0)];
+    let map = |scale, up, front| {
+        EnvironmentMap::new([1, 2], pixels.map(|p| p * scale).to_vec(), up, front).map(Environment::Map)
+    };
+    let plain = load("image = 'sky.pfm'").expect("a scene");
+    assert_eq!(Ok(plain.description.background), map(1.0, DVec3::Z, DVec3::X));
+    let turned = load("image = 'sky.pfm', scale = 0.5, up = [0, 1, 0], front = [0, 0, 2]").expect("a scene");
+    assert_eq!(Ok(turned.description.background), map(0.5, DVec3::Y, DVec3::Z));
+    fs::write(folder.join("sky.pfm"), [&b"PF\n1 1\n-1.0\n"[..], floats[..3].as_flattened()].concat()).expect("written");
+    assert_ne!(load("image = 'sky.pfm'").expect("a scene").digest, plain.digest);
+    for (sky, hint) in [
+        ("image = 'none.pfm'", "background.image cannot be read"),
+        ("image = 'pyramid.obj'", "neither EXR nor PFM"),
+        ("image = 'sky.pfm', scale = 0", "background.scale must be a number from 0.000000001"),
+        ("image = 'sky.pfm', front = [0, 0, 1]", "up and front must not be along one line"),
+    ] {
+        let message = load(sky).err().expect(hint).to_string();
+        assert!(
+            message.contains(hint) && message.contains("scene.toml, line ") && !message.contains('\n'),
+            "{message}"
+        );
     }
 }
 

@@ -1,6 +1,5 @@
 //! What of a job makes no sense, and what a file records of it.
 
-use glam::DVec3;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::radiosity::{Fineness, Mesh, check_memory};
 use whitefurnace::film::{Film, Window};
