@@ -129,7 +129,7 @@ fn what_is_wrong_is_said_in_one_line_with_its_place() {
         let line = 1 + of[..of.find(&what).expect("there")].matches('\n').count();
         let (scene, mesh) = if in_mesh { (EVERY_KEY, &*changed) } else { (&*changed, PYRAMID) };
         let path = written("refusals", scene.as_bytes(), mesh.as_bytes());
-        let message = SceneFile::load(&path).err().expect(case).to_string();
+        let message = SceneFile::load(&path).expect_err(case).to_string();
         let file = if in_mesh { path.with_file_name("pyramid.obj") } else { path };
         assert!(!message.contains('\n'), "{case}: {message}");
         // Some stand where the table begins, not where the key should be.
@@ -167,7 +167,7 @@ fn a_sky_is_an_image_of_all_directions() {
         ("image = 'sky.pfm', scale = 0", "background.scale must be a number from 0.000000001"),
         ("image = 'sky.pfm', front = [0, 0, 1]", "up and front must not be along one line"),
     ] {
-        let message = load(sky).err().expect(hint).to_string();
+        let message = load(sky).expect_err(hint).to_string();
         assert!(
             message.contains(hint) && message.contains("scene.toml, line ") && !message.contains('\n'),
             "{message}"
@@ -179,7 +179,7 @@ fn a_sky_is_an_image_of_all_directions() {
 fn files_that_are_no_scenes_are_refused() {
     let folder = written("no scenes", b"", b"").parent().expect("a folder").to_owned();
     let refused = |path: &Path, hint: &str| {
-        let message = SceneFile::load(path).err().expect("refused").to_string();
+        let message = SceneFile::load(path).expect_err("refused").to_string();
         assert!(message.contains(hint) && !message.contains('\n'), "{message}");
         assert!(message.contains(&path.display().to_string()), "{message}");
     };
