@@ -1,6 +1,7 @@
 //! Image files: EXR with linear radiance and its standard error, PNG for the eye.
 
 pub mod read;
+pub mod unfinished;
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -10,10 +11,9 @@ use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes,
     LineOrder, Text, WritableImage,
 };
-use glam::DVec3;
 
 use crate::error::Error;
-use crate::film::{Film, Pixel};
+use crate::film::{Features, Film};
 
 /// How linear radiance becomes an 8-bit value.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,54 +60,76 @@ pub fn srgb(linear: f64) -> f64 {
 }
 
 /// Writes the film as one EXR part of 32-bit floats: mean radiance in R, G, B (linear, not clamped),
-/// its standard error in `stderr.*` ([`Pixel::standard_error`]), camera samples in `samples.Y`,
+/// its standard error in `stderr.*` ([`Pixel::standard_error`](crate::film::Pixel::standard_error)), camera samples in `samples.Y`,
 /// and the first hit's `albedo.*`, `normal.*` and `depth.Z`. `provenance` becomes the one text
 /// attribute of that name.
 ///
 /// # Errors
 /// [`Error::File`] or [`Error::Image`]; nothing is left behind then.
 pub fn write_exr(path: &Path, film: &Film, provenance: &str) -> Result<(), Error> {
-    let channel = |name: &str, value: &dyn Fn(&Pixel) -> f64| {
-        let samples = film.pixels().iter().map(|pixel| value(pixel) as f32).collect();
-        AnyChannel::new(name, FlatSamples::F32(samples))
-    };
-    let mut channels = Vec::new();
-    let mut triple = |names: [&str; 3], value: &dyn Fn(&Pixel) -> DVec3| {
-        for (axis, name) in names.into_iter().enumerate() {
-            channels.push(channel(name, &|pixel| value(pixel)[axis]));
-        }
-    };
-    triple(["R", "G", "B"], &Pixel::mean);
-    triple(["stderr.R", "stderr.G", "stderr.B"], &Pixel::standard_error);
-    triple(["albedo.R", "albedo.G", "albedo.B"], &|pixel| pixel.features().albedo);
-    triple(["normal.X", "normal.Y", "normal.Z"], &|pixel| pixel.features().normal);
-    channels.push(channel("depth.Z", &|pixel| pixel.features().depth));
-    let per_replication = f64::from(film.samples_per_replication());
-    channels.push(channel("samples.Y", &|pixel| f64::from(pixel.replications()) * per_replication));
+    let channels = channels_of(film).into_iter().map(|(name, values)| (name.to_owned(), FlatSamples::F32(values)));
+    write_channels(path, film.size(), channels, [("provenance", provenance)], Compression::ZIP16)
+}
 
+/// What the channels of an image are called.
+const CHANNELS: [&str; 14] = [
+    "R",
+    "G",
+    "B",
+    "stderr.R",
+    "stderr.G",
+    "stderr.B",
+    "albedo.R",
+    "albedo.G",
+    "albedo.B",
+    "normal.X",
+    "normal.Y",
+    "normal.Z",
+    "depth.Z",
+    "samples.Y",
+];
+
+/// The channels of an image, and their values row by row from the top.
+fn channels_of(film: &Film) -> impl IntoIterator<Item = (&'static str, Vec<f32>)> {
+    let mut columns = CHANNELS.map(|name| (name, Vec::with_capacity(film.pixels().len())));
+    let per_replication = f64::from(film.samples_per_replication());
+    for pixel in film.pixels() {
+        let Features { albedo, normal, depth } = pixel.features();
+        let vectors = [pixel.mean(), pixel.standard_error(), albedo, normal];
+        let last = [depth, f64::from(pixel.replications()) * per_replication];
+        let values = vectors.into_iter().flat_map(|vector| vector.to_array()).chain(last);
+        columns.iter_mut().zip(values).for_each(|((_, column), value)| column.push(value as f32));
+    }
+    columns
+}
+
+/// Writes an EXR of one part with these channels and text attributes.
+fn write_channels<'a>(
+    path: &Path,
+    [width, height]: [u32; 2],
+    channels: impl Iterator<Item = (String, FlatSamples)>,
+    texts: impl IntoIterator<Item = (&'a str, &'a str)>,
+    compression: Compression,
+) -> Result<(), Error> {
+    let fault = |message: String| Error::Image { action: "write", path: path.to_owned(), message };
     let mut attributes = LayerAttributes::default();
-    let text = Text::new_or_none(provenance).ok_or_else(|| Error::Image {
-        action: "write",
-        path: path.to_owned(),
-        message: "the provenance has characters outside Latin-1".to_owned(),
-    })?;
-    attributes.other.insert(Text::from("provenance"), AttributeValue::Text(text));
-    let [width, height] = film.size().map(|n| n as usize);
+    for (name, text) in texts {
+        let text =
+            Text::new_or_none(text).ok_or_else(|| fault(format!("the {name} has characters outside Latin-1")))?;
+        attributes.other.insert(Text::from(name), AttributeValue::Text(text));
+    }
     let layer = Layer::new(
-        (width, height),
+        (width as usize, height as usize),
         attributes,
-        Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing },
-        AnyChannels::sort(channels.into_iter().collect()),
+        Encoding { compression, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing },
+        AnyChannels::sort(channels.map(|(name, samples)| AnyChannel::new(name.as_str(), samples)).collect()),
     );
     let image = Image::from_layer(layer);
     write_whole(path, |file| {
-        let mut bytes = std::io::Cursor::new(Vec::new());
-        image.write().to_buffered(&mut bytes).map_err(|error| Error::Image {
-            action: "write",
-            path: path.to_owned(),
-            message: error.to_string(),
-        })?;
-        file.write_all(bytes.get_ref()).map_err(Error::file("write", path))
+        image.write().to_buffered(file).map_err(|error| match error {
+            exr::error::Error::Io(error) => Error::file("write", path)(error),
+            other => fault(other.to_string()),
+        })
     })
 }
 
@@ -155,7 +177,8 @@ pub fn encode_rgb([width, height]: [u32; 2], rgb: &[u8]) -> Result<Vec<u8>, png:
     Ok(bytes)
 }
 
-/// Writes a file whole or not at all: into a temporary file beside it, then renamed.
+/// Writes a file whole or not at all: into a temporary file beside it, which is renamed when the disk has it, so that
+/// even a power cut leaves the old file or the new one.
 ///
 /// # Errors
 /// [`Error::File`] if the file cannot be created or renamed, or what `fill` returns.
@@ -166,7 +189,7 @@ pub fn write_whole(path: &Path, fill: impl FnOnce(&mut BufWriter<File>) -> Resul
         .and_then(|file| {
             let mut file = BufWriter::new(file);
             fill(&mut file)?;
-            file.flush().map_err(Error::file("write", path))
+            file.flush().and_then(|()| file.get_ref().sync_all()).map_err(Error::file("write", path))
         })
         .and_then(|()| std::fs::rename(&temporary, path).map_err(Error::file("write", path)));
     if result.is_err() {
@@ -192,6 +215,23 @@ pub fn check_writable(path: &Path) -> Result<(), Error> {
     let temporary = temporary_beside(path);
     File::create(&temporary).map_err(Error::file("create", path))?;
     std::fs::remove_file(&temporary).map_err(Error::file("create", path))
+}
+
+/// Removes what programs that were killed left of this file, on its way to the disk.
+///
+/// # Errors
+/// [`Error::File`] if it cannot be removed.
+pub fn remove_temporaries(path: &Path) -> Result<(), Error> {
+    let (folder, own) =
+        (path.parent().unwrap_or(path), format!(".{}.", path.file_name().unwrap_or_default().display()));
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    for entry in std::fs::read_dir(folder).map_err(Error::file("read", folder))?.flatten() {
+        let name = entry.file_name();
+        if name.to_string_lossy().strip_prefix(&own).is_some_and(|rest| rest.ends_with(".tmp")) {
+            std::fs::remove_file(entry.path()).map_err(Error::file("remove", &entry.path()))?;
+        }
+    }
+    Ok(())
 }
 
 fn temporary_beside(path: &Path) -> PathBuf {
