@@ -145,21 +145,19 @@ impl Pixel {
 
     /// The words of its [`SUMS`].
     pub(crate) fn words(&self) -> [u32; WORDS] {
-        let radiance = self.radiance.map(|channel| channel.sums());
-        let narrow = [self.albedo, self.normal].map(|sums| sums.map(i128::from));
-        let mut sums = [i128::from(self.replications), i128::from(self.hits)]
-            .into_iter()
-            .chain(radiance.into_iter().flatten())
-            .chain(narrow.into_iter().flatten())
-            .chain([self.depth]);
         let mut words = [0; WORDS];
-        let mut rest = words.as_mut_slice();
-        for (_, length) in SUMS {
-            let (own, others) = rest.split_at_mut(length);
-            let sum = sums.next().unwrap_or_default();
-            own.iter_mut().enumerate().for_each(|(k, word)| *word = (sum >> (32 * k)) as u32);
-            rest = others;
+        let mut at = 0;
+        let mut put = |sum: i128, length: usize| {
+            (0..length).for_each(|k| words[at + k] = (sum >> (32 * k)) as u32);
+            at += length;
+        };
+        put(self.replications.into(), 1);
+        put(self.hits.into(), 1);
+        for channel in &self.radiance {
+            channel.sums().into_iter().for_each(|sum| put(sum, 4));
         }
+        self.albedo.iter().chain(&self.normal).for_each(|sum| put((*sum).into(), 2));
+        put(self.depth, 4);
         words
     }
 
@@ -271,6 +269,14 @@ impl Film {
             )));
         }
         Ok(window)
+    }
+
+    /// Makes this the other film, in the memory that it has.
+    pub fn assign(&mut self, other: &Self) {
+        let Self { frame, window, samples_per_replication, pixels, begun } = self;
+        (*frame, *window, *samples_per_replication) = (other.frame, other.window, other.samples_per_replication);
+        pixels.clone_from(&other.pixels);
+        begun.clone_from(&other.begun);
     }
 
     /// Width and height of the full frame in pixels.

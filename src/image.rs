@@ -13,7 +13,7 @@ use exr::prelude::{
 };
 
 use crate::error::Error;
-use crate::film::{Features, Film};
+use crate::film::{Features, Film, Pixel};
 
 /// How linear radiance becomes an 8-bit value.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,15 +60,26 @@ pub fn srgb(linear: f64) -> f64 {
 }
 
 /// Writes the film as one EXR part of 32-bit floats: mean radiance in R, G, B (linear, not clamped),
-/// its standard error in `stderr.*` ([`Pixel::standard_error`](crate::film::Pixel::standard_error)), camera samples in `samples.Y`,
+/// its standard error in `stderr.*` ([`Pixel::standard_error`]), camera samples in `samples.Y`,
 /// and the first hit's `albedo.*`, `normal.*` and `depth.Z`. `provenance` becomes the one text
 /// attribute of that name.
 ///
 /// # Errors
 /// [`Error::File`] or [`Error::Image`]; nothing is left behind then.
 pub fn write_exr(path: &Path, film: &Film, provenance: &str) -> Result<(), Error> {
-    let channels = channels_of(film).into_iter().map(|(name, values)| (name.to_owned(), FlatSamples::F32(values)));
-    write_channels(path, film.size(), channels, [("provenance", provenance)], Compression::ZIP16)
+    let mut columns = CHANNELS.map(|_| Vec::with_capacity(film.pixels().len()));
+    for pixel in film.pixels() {
+        columns.iter_mut().zip(values(film, pixel)).for_each(|(column, value)| column.push(value));
+    }
+    let channel = |(name, column)| AnyChannel::new(name, FlatSamples::F32(column));
+    let [width, height] = film.size().map(|n| n as usize);
+    let image = Image::from_layer(Layer::new(
+        (width, height),
+        attributes(path, [("provenance", provenance)])?,
+        Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing },
+        AnyChannels::sort(CHANNELS.into_iter().zip(columns).map(channel).collect()),
+    ));
+    write_whole(path, |file| image.write().to_buffered(file).map_err(codec(path)))
 }
 
 /// What the channels of an image are called.
@@ -89,48 +100,35 @@ const CHANNELS: [&str; 14] = [
     "samples.Y",
 ];
 
-/// The channels of an image, and their values row by row from the top.
-fn channels_of(film: &Film) -> impl IntoIterator<Item = (&'static str, Vec<f32>)> {
-    let mut columns = CHANNELS.map(|name| (name, Vec::with_capacity(film.pixels().len())));
-    let per_replication = f64::from(film.samples_per_replication());
-    for pixel in film.pixels() {
-        let Features { albedo, normal, depth } = pixel.features();
-        let vectors = [pixel.mean(), pixel.standard_error(), albedo, normal];
-        let last = [depth, f64::from(pixel.replications()) * per_replication];
-        let values = vectors.into_iter().flat_map(|vector| vector.to_array()).chain(last);
-        columns.iter_mut().zip(values).for_each(|((_, column), value)| column.push(value as f32));
-    }
-    columns
+/// The values of a pixel in them.
+fn values(film: &Film, pixel: &Pixel) -> [f32; CHANNELS.len()] {
+    let Features { albedo, normal, depth } = pixel.features();
+    let samples = f64::from(pixel.replications()) * f64::from(film.samples_per_replication());
+    let vectors = [pixel.mean(), pixel.standard_error(), albedo, normal];
+    let mut values = vectors.into_iter().flat_map(|vector| vector.to_array()).chain([depth, samples]);
+    CHANNELS.map(|_| values.next().unwrap_or_default() as f32)
 }
 
-/// Writes an EXR of one part with these channels and text attributes.
-fn write_channels<'a>(
-    path: &Path,
-    [width, height]: [u32; 2],
-    channels: impl Iterator<Item = (String, FlatSamples)>,
-    texts: impl IntoIterator<Item = (&'a str, &'a str)>,
-    compression: Compression,
-) -> Result<(), Error> {
-    let fault = |message: String| Error::Image { action: "write", path: path.to_owned(), message };
+/// Text attributes of a file.
+fn attributes<'a>(path: &Path, texts: impl IntoIterator<Item = (&'a str, &'a str)>) -> Result<LayerAttributes, Error> {
     let mut attributes = LayerAttributes::default();
     for (name, text) in texts {
-        let text =
-            Text::new_or_none(text).ok_or_else(|| fault(format!("the {name} has characters outside Latin-1")))?;
+        let fault = || fault(path, format!("the {name} has characters outside Latin-1"));
+        let text = Text::new_or_none(text).ok_or_else(fault)?;
         attributes.other.insert(Text::from(name), AttributeValue::Text(text));
     }
-    let layer = Layer::new(
-        (width as usize, height as usize),
-        attributes,
-        Encoding { compression, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing },
-        AnyChannels::sort(channels.map(|(name, samples)| AnyChannel::new(name.as_str(), samples)).collect()),
-    );
-    let image = Image::from_layer(layer);
-    write_whole(path, |file| {
-        image.write().to_buffered(file).map_err(|error| match error {
-            exr::error::Error::Io(error) => Error::file("write", path)(error),
-            other => fault(other.to_string()),
-        })
-    })
+    Ok(attributes)
+}
+
+fn fault(path: &Path, message: String) -> Error {
+    Error::Image { action: "write", path: path.to_owned(), message }
+}
+
+fn codec(path: &Path) -> impl FnOnce(exr::error::Error) -> Error + '_ {
+    |error| match error {
+        exr::error::Error::Io(error) => Error::file("write", path)(error),
+        other => fault(path, other.to_string()),
+    }
 }
 
 /// Writes the film's mean radiance as an 8-bit PNG, each pixel as `magnification`² equal ones.

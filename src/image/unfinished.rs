@@ -4,12 +4,18 @@ use std::collections::BTreeMap;
 use std::io::Cursor;
 use std::path::Path;
 
+use exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock};
+use exr::block::writer::{ChunkWriter, ChunksWriter as _};
+use exr::meta::BlockDescription;
+use exr::meta::attribute::{ChannelDescription, SampleType};
+use exr::meta::header::Header;
 use exr::prelude::{
-    AttributeValue, Compression, FlatSamples, Image, MetaData, ReadChannels as _, ReadLayers as _, read,
+    AttributeValue, Compression, FlatSamples, Image, LineOrder, MetaData, ReadChannels as _, ReadLayers as _, Text,
+    read,
 };
 use glam::DVec3;
 
-use super::{channels_of, write_channels};
+use super::{CHANNELS, attributes, codec, values, write_whole};
 use crate::error::Error;
 use crate::film::{Begun, Film, Pixel, SUMS, WORDS, Window};
 use crate::moments::LARGEST;
@@ -30,14 +36,40 @@ fn names() -> impl Iterator<Item = String> {
     groups.flat_map(|(group, words)| (0..words).map(move |word| format!("sums.{group}.{word}")))
 }
 
-/// FNV-1a by words: one that is changed, changes it.
-fn checksum(film: &str, notes: &Notes, words: impl Iterator<Item = u32>) -> String {
-    let texts = notes.iter().flat_map(|(name, text)| [name.as_str(), text]).chain([film]);
-    let bytes = texts.flat_map(|text| text.bytes().map(u32::from).chain([u32::MAX]));
-    let hash = bytes
-        .chain(words)
-        .fold(0xcbf2_9ce4_8422_2325_u64, |hash, word| (hash ^ u64::from(word)).wrapping_mul(0x0000_0100_0000_01b3));
-    format!("{hash:016x}")
+/// The words of the pixel with this number.
+fn words(film: &Film, at: usize) -> [u32; ALL_WORDS] {
+    let mut all = [0; ALL_WORDS];
+    all[..WORDS].copy_from_slice(&film.pixels()[at].words());
+    if let Some(begun) = &film.begun {
+        let halves = begun.sums[at].to_array().map(f64::to_bits).map(|bits| [bits as u32, (bits >> 32) as u32]);
+        all[WORDS..].copy_from_slice(halves.as_flattened());
+    }
+    all
+}
+
+/// FNV-1a by words of 64 bits, of texts and then pixels: one that is changed, changes it.
+struct Checksum(u64);
+
+impl Checksum {
+    fn of(film: &str, notes: &Notes) -> Self {
+        let mut checksum = Self(0xcbf2_9ce4_8422_2325);
+        for text in notes.iter().flat_map(|(name, text)| [name.as_str(), text]).chain([film]) {
+            text.bytes().map(u64::from).chain([u64::MAX]).for_each(|byte| checksum.add(byte));
+        }
+        checksum
+    }
+
+    fn add(&mut self, word: u64) {
+        self.0 = (self.0 ^ word).wrapping_mul(0x0000_0100_0000_01b3);
+    }
+
+    fn add_pixel(&mut self, words: &[u32; ALL_WORDS]) {
+        words.as_chunks().0.iter().for_each(|&[low, high]| self.add(u64::from(high) << 32 | u64::from(low)));
+    }
+
+    fn text(&self) -> String {
+        format!("{:016x}", self.0)
+    }
 }
 
 /// Writes a film with its exact sums, so that [`read_unfinished`] makes the very same film of it.
@@ -62,24 +94,46 @@ pub fn write_unfinished(path: &Path, film: &Film, notes: &Notes) -> Result<(), E
     let begun = film.begun.as_ref();
     let (samples, passes) = (film.samples_per_replication(), begun.map_or(0, |begun| begun.passes));
     let own = format!("{width} {height} {x} {y} {samples} {passes} {}", film.pixels().len());
-    let mut columns: [Vec<u32>; ALL_WORDS] = std::array::from_fn(|_| Vec::with_capacity(film.pixels().len()));
-    let checksum = {
-        let words = film.pixels().iter().enumerate().flat_map(|(at, pixel)| {
-            let sums = begun.map_or([0; 3], |begun| begun.sums[at].to_array().map(f64::to_bits));
-            pixel.words().into_iter().chain(sums.into_iter().flat_map(|bits| [bits as u32, (bits >> 32) as u32]))
-        });
-        let kept = words.enumerate().map(|(at, word)| {
-            columns[at % ALL_WORDS].push(word);
-            word
-        });
-        checksum(&own, notes, kept)
+    let (mut checksum, mut used) = (Checksum::of(&own, notes), [0; ALL_WORDS]);
+    for at in 0..film.pixels().len() {
+        let words = words(film, at);
+        checksum.add_pixel(&words);
+        used.iter_mut().zip(words).for_each(|(used, word)| *used |= word);
+    }
+    // In the order of their names, as the format wants them.
+    let sums = names().enumerate().filter(|&(k, _)| used[k] != 0);
+    let sums = sums.map(|(k, name)| (ChannelDescription::new(name.as_str(), SampleType::U32, false), k));
+    let shown = CHANNELS.into_iter().enumerate();
+    let shown = shown.map(|(k, name)| (ChannelDescription::new(name, SampleType::F32, false), ALL_WORDS + k));
+    let mut channels: Vec<(ChannelDescription, usize)> = sums.chain(shown).collect();
+    channels.sort_by(|(a, _), (b, _)| a.name.cmp(&b.name));
+    let (channels, columns): (_, Vec<usize>) = channels.into_iter().unzip();
+
+    let (notes, checksum) = (notes.iter().map(|(name, text)| (name.as_str(), text.as_str())), checksum.text());
+    let [width, height] = film.size().map(|n| n as usize);
+    let header = Header::new(Text::default(), (width, height), channels)
+        .with_encoding(Compression::Uncompressed, BlockDescription::ScanLines, LineOrder::Increasing)
+        .with_attributes(attributes(path, notes.chain([(FILM, own.as_str()), (CHECKSUM, &checksum)]))?);
+    let row = |y: usize| {
+        let mut bytes = vec![0; 4 * width * columns.len()];
+        for x in 0..width {
+            let (words, values) = (words(film, y * width + x), values(film, &film.pixels()[y * width + x]));
+            for (channel, &k) in bytes.chunks_exact_mut(4 * width).zip(&columns) {
+                let word = if k < ALL_WORDS { words[k] } else { values[k - ALL_WORDS].to_bits() };
+                channel[4 * x..4 * x + 4].copy_from_slice(&word.to_le_bytes());
+            }
+        }
+        CompressedScanLineBlock { y_coordinate: y as i32, compressed_pixels_le: bytes }
     };
-    let sums = names().zip(columns).filter(|(_, words)| words.iter().any(|word| *word != 0));
-    let channels = channels_of(film).into_iter().map(|(name, values)| (name.to_owned(), FlatSamples::F32(values)));
-    let channels = channels.chain(sums.map(|(name, words)| (name, FlatSamples::U32(words))));
-    let notes = notes.iter().map(|(name, text)| (name.as_str(), text.as_str()));
-    let texts = notes.chain([(FILM, own.as_str()), (CHECKSUM, &checksum)]);
-    write_channels(path, film.size(), channels, texts, Compression::Uncompressed)
+    write_whole(path, |file| {
+        let rows = |_, writer: &mut ChunkWriter<_>| {
+            (0..height).try_for_each(|y| {
+                let compressed_block = CompressedBlock::ScanLine(row(y));
+                writer.write_chunk(y, Chunk { layer_index: 0, compressed_block })
+            })
+        };
+        exr::block::write(file, [header].into_iter().collect(), true, rows).map_err(codec(path))
+    })
 }
 
 /// Reads what [`write_unfinished`] wrote.
@@ -134,18 +188,25 @@ pub fn decode_unfinished(bytes: &[u8]) -> Result<(Film, Notes), String> {
         })
     };
     let columns: Vec<Option<&[u32]>> = names().map(column).collect();
-    let word = |at: usize, k: usize| columns[k].and_then(|words| words.get(at)).copied().unwrap_or(0);
-    let words = (0..film.pixels().len()).flat_map(|at| (0..ALL_WORDS).map(move |k| (at, k)));
-    if checksum(&own, &notes, words.map(|(at, k)| word(at, k))) != expected {
+    let words = |at: usize| -> [u32; ALL_WORDS] {
+        std::array::from_fn(|k| columns[k].and_then(|words| words.get(at)).copied().unwrap_or(0))
+    };
+    let mut checksum = Checksum::of(&own, &notes);
+    (0..film.pixels().len()).for_each(|at| checksum.add_pixel(&words(at)));
+    if checksum.text() != expected {
         return Err(damaged("its sums and texts have another checksum"));
     }
     for (at, pixel) in film.pixels_mut().iter_mut().enumerate() {
-        let sums = std::array::from_fn(|k| word(at, k));
-        *pixel = Pixel::of_words(&sums).ok_or_else(|| damaged("sums that no samples have"))?;
+        let words = words(at);
+        let sums = words.first_chunk().and_then(Pixel::of_words);
+        *pixel = sums.ok_or_else(|| damaged("sums that no samples have"))?;
     }
     if passes > 0 {
-        let float = |at: usize, k: usize| f64::from_bits(u64::from(word(at, k + 1)) << 32 | u64::from(word(at, k)));
-        let sum = |at: usize| DVec3::from_array([0, 2, 4].map(|k| float(at, WORDS + k)));
+        let sum = |at: usize| {
+            let words = words(at);
+            let float = |k: usize| f64::from_bits(u64::from(words[WORDS + k + 1]) << 32 | u64::from(words[WORDS + k]));
+            DVec3::from_array([0, 2, 4].map(float))
+        };
         let sums: Vec<DVec3> = (0..film.pixels().len()).map(sum).collect();
         let most = LARGEST * f64::from(passes);
         let legal = |sum: &DVec3| sum.to_array().iter().all(|value| (-1.0..=most).contains(value));

@@ -119,10 +119,10 @@ pub fn difference(there: &str, here: &str) -> Option<String> {
 const LOSS: Duration = Duration::from_secs(9);
 /// Saving takes this share of the time, where the loss allows it; and happens at most so often.
 const SHARE: u32 = 100;
-const EVERY: Duration = Duration::from_secs(2);
+const EVERY: Duration = Duration::from_secs(1);
 
-/// How long the last file took, and what came of it.
-type Saved = (Duration, Result<(), Error>);
+/// What was saved, how long it took, and what came of it.
+type Saved = (Film, Duration, Result<(), Error>);
 
 /// Saves a film from time to time, while work goes on.
 pub struct Checkpoints {
@@ -130,6 +130,8 @@ pub struct Checkpoints {
     notes: Notes,
     next: Instant,
     saving: Option<JoinHandle<Saved>>,
+    /// The last film, whose memory the next takes.
+    copy: Option<Film>,
     failing: bool,
 }
 
@@ -137,7 +139,7 @@ impl Checkpoints {
     /// Into this file, with these texts. What a kill left of an earlier one on its way to the disk is removed.
     pub fn new(path: PathBuf, notes: Notes) -> Result<Self, Error> {
         remove_temporaries(&path)?;
-        Ok(Self { path, notes, next: Instant::now() + EVERY, saving: None, failing: false })
+        Ok(Self { path, notes, next: Instant::now() + EVERY, saving: None, copy: None, failing: false })
     }
 
     /// Whether it is time, and the last file is written.
@@ -152,17 +154,24 @@ impl Checkpoints {
         // A kill costs what is done until the next file is written.
         let most = LOSS.saturating_sub(took).max(took);
         self.next = start + (took * SHARE).clamp(EVERY.min(most), most);
-        let (path, notes, film) = (self.path.clone(), self.notes.clone(), film.clone());
+        let copy = match self.copy.take() {
+            Some(mut copy) => {
+                copy.assign(film);
+                copy
+            }
+            None => film.clone(),
+        };
+        let (path, notes) = (self.path.clone(), self.notes.clone());
         self.saving = Some(std::thread::spawn(move || {
-            let result = write_unfinished(&path, &film, &notes);
-            (start.elapsed(), result)
+            let result = write_unfinished(&path, &copy, &notes);
+            (copy, start.elapsed(), result)
         }));
     }
 
     /// Waits for the last file. A disk that is full for a while is no reason to end: what was saved stays, and the next
     /// file is tried in its time.
     pub fn finish(&mut self) -> Duration {
-        let Some(Ok((took, result))) = self.saving.take().map(JoinHandle::join) else {
+        let Some(Ok((copy, took, result))) = self.saving.take().map(JoinHandle::join) else {
             return Duration::ZERO;
         };
         if let Err(error) = &result
@@ -171,6 +180,7 @@ impl Checkpoints {
             eprintln!("warning: {error}; what was saved before stays, work goes on, and saving is tried again");
         }
         self.failing = result.is_err();
+        self.copy = Some(copy);
         took
     }
 }
