@@ -101,18 +101,13 @@ impl Unfinished {
     }
 }
 
-/// The first line in which two provenances differ, in words.
+/// The lines in which two provenances differ, in words.
 pub fn difference(there: &str, here: &str) -> Option<String> {
-    let only = |one: &'_ str, other: &str| {
-        one.lines().find(|line| !other.lines().any(|same| same == *line)).map(str::to_owned)
+    let only = |one: &str, other: &str| {
+        let lines: Vec<&str> = one.lines().filter(|line| !other.lines().any(|same| same == *line)).collect();
+        if lines.is_empty() { "nothing of it".to_owned() } else { lines.join(", ") }
     };
-    match (only(there, here), only(here, there)) {
-        (None, None) => None,
-        (there, here) => {
-            let word = |line: Option<String>| line.unwrap_or_else(|| "nothing of it".to_owned());
-            Some(format!("{} there, {} here", word(there), word(here)))
-        }
-    }
+    (there != here).then(|| format!("{} there, {} here", only(there, here), only(here, there)))
 }
 
 /// What a kill may cost at most, of work that is not yet on the disk; less a second for the samples in hand.

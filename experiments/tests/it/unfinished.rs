@@ -78,10 +78,10 @@ fn what_cannot_go_on_is_refused_and_stays() {
     let other = |from: &str, to: &str| ENDLESS.replace(from, to) + "1";
     for (options, hint) in [
         (other("64x48", "48x64"), "size=64x48 there, size=48x64 here"),
-        (other("4000000000", "8"), "spp=4000000000 there, spp=8 here"),
+        (other("4000000000", "8"), "scrambles=4000000000, spp=4000000000 there, scrambles=4, spp=8 here"),
         (other("--out", "--seed 2 --out"), "seed=1 there, seed=2 here"),
         (other("--out", "--estimator bsdf --out"), "estimator=mis there, estimator=bsdf here"),
-        (other("--out", "--shard 1/2 --out"), "there, 0..1953125 of 3906250 here"),
+        (other("--out", "--shard 1/2 --out"), "there, 0..2000000000 of 4000000000 here"),
     ] {
         refused(&resume(&options), hint);
         assert!(std::fs::read(&saved).expect("there") == good, "{options} changed the file");
@@ -150,8 +150,8 @@ fn shards_are_the_whole() {
 fn a_pilot_decides_what_spp_would_say() {
     let folder = folder("pilot");
     for (aim, options) in [
-        ("--target-error 20%", "--scene cornell --size 24x18"),
-        ("--target-error 60%", "--scene cornell --estimator light-tracer --sampler independent --size 24x18"),
+        ("--target-error 5%", "--scene cornell --size 24x18"),
+        ("--target-error 5%", "--scene cornell --estimator light-tracer --sampler independent --size 24x18"),
         ("--time 1s", "--convention report --pixel jitter --grid 3 --size 24x18"),
     ] {
         let decided = render(&folder, &format!("{options} {aim} --out a.exr"));
