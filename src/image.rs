@@ -198,7 +198,7 @@ pub fn write_whole(path: &Path, fill: impl FnOnce(&mut BufWriter<File>) -> Resul
 }
 
 /// Checks, before hours of work, that `path` can be written: its folder exists or can be made, takes a
-/// file, and `path` is not a folder.
+/// file, and `path` is not a folder. Removes what programs that were killed left of it.
 ///
 /// # Errors
 /// [`Error::File`].
@@ -212,21 +212,18 @@ pub fn check_writable(path: &Path) -> Result<(), Error> {
     }
     let temporary = temporary_beside(path);
     File::create(&temporary).map_err(Error::file("create", path))?;
-    std::fs::remove_file(&temporary).map_err(Error::file("create", path))
+    let folder = temporary.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    remove_temporaries(path, folder).map_err(Error::file("create", path))
 }
 
 /// Removes what programs that were killed left of this file, on its way to the disk.
-///
-/// # Errors
-/// [`Error::File`] if it cannot be removed.
-pub fn remove_temporaries(path: &Path) -> Result<(), Error> {
-    let (folder, own) =
-        (path.parent().unwrap_or(path), format!(".{}.", path.file_name().unwrap_or_default().display()));
-    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    for entry in std::fs::read_dir(folder).map_err(Error::file("read", folder))?.flatten() {
+fn remove_temporaries(path: &Path, folder: &Path) -> std::io::Result<()> {
+    let own = format!(".{}.", path.file_name().unwrap_or_default().display());
+    for entry in std::fs::read_dir(folder)? {
+        let entry = entry?;
         let name = entry.file_name();
         if name.to_string_lossy().strip_prefix(&own).is_some_and(|rest| rest.ends_with(".tmp")) {
-            std::fs::remove_file(entry.path()).map_err(Error::file("remove", &entry.path()))?;
+            std::fs::remove_file(entry.path())?;
         }
     }
     Ok(())

@@ -41,7 +41,7 @@ fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
     let before = samples(&film);
 
     let notes = Unfinished::notes(&job, &part, options.exposure);
-    let mut saves = Checkpoints::new(partial.clone(), notes.clone())?;
+    let mut saves = Checkpoints::new(partial.clone(), notes.clone());
     let Rendered { film, complete } = match job.go_on("render", film, &part.range, &mut saves) {
         Ok(rendered) => rendered,
         Err(Error::Interrupted) => {
@@ -58,11 +58,11 @@ fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
     } else {
         write_unfinished(exr, &film, &notes)
     };
-    written.and_then(|()| write_png(&png, &film, job.display(options.exposure), 1)).map_err(|error| {
+    let shown = written.and_then(|()| write_png(&png, &film, job.display(options.exposure), 1));
+    shown.inspect_err(|_| {
         if partial.exists() {
             eprintln!("{} holds what was saved: --resume goes on from there", partial.display());
         }
-        error
     })?;
     say(exr, &film, samples(&film) - before, start);
     if !complete {

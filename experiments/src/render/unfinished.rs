@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 
 use whitefurnace::error::Error;
 use whitefurnace::film::Film;
+use whitefurnace::image::Display;
 use whitefurnace::image::unfinished::{Notes, read_unfinished, write_unfinished};
-use whitefurnace::image::{Display, remove_temporaries};
 
 use super::Job;
 
@@ -131,10 +131,9 @@ pub struct Checkpoints {
 }
 
 impl Checkpoints {
-    /// Into this file, with these texts. What a kill left of an earlier one on its way to the disk is removed.
-    pub fn new(path: PathBuf, notes: Notes) -> Result<Self, Error> {
-        remove_temporaries(&path)?;
-        Ok(Self { path, notes, next: Instant::now() + EVERY, saving: None, copy: None, failing: false })
+    /// Into this file, with these texts.
+    pub fn new(path: PathBuf, notes: Notes) -> Self {
+        Self { path, notes, next: Instant::now() + EVERY, saving: None, copy: None, failing: false }
     }
 
     /// Whether it is time, and the last file is written.
