@@ -22,7 +22,7 @@
 //! | [`render`], [`film`], [`splat`], [`image`] | the loop, the accumulators, the files |
 //! | [`rng`], [`sampler`] | streams of random numbers, Owen-scrambled Sobol' points |
 //! | [`real`] | numbers and vectors of one ray, or of eight that are followed at once |
-//! | [`frame`], [`error`] | coordinates, errors |
+//! | [`frame`], [`error`], [`nearest`] | coordinates, errors, the name that was probably meant |
 //! | [`harness`] | statistics, verdicts, trials as data: put your own code on trial with it |
 //!
 //! The trials of this library, and the faults that they must reject, are in the crate `registry`, in the folder
@@ -96,7 +96,7 @@
 //!
 //! # Invariants
 //!
-//! - The library prints nothing and reads no clock. Only [`image`] and [`harness::trial`] touch files;
+//! - The library prints nothing and reads no clock. Only [`image`], [`scene::file`] and [`harness::trial`] touch files;
 //!   only the latter reads the environment.
 //! - Only [`rng`] makes generators. Randomness is an argument everywhere else.
 //! - Same seed, same bytes: sums on the film are integers, so no order of threads can show.
@@ -126,6 +126,7 @@ pub mod image;
 pub mod kd_tree;
 mod lanes;
 pub mod moments;
+pub mod nearest;
 pub mod outline;
 pub mod pixel;
 pub mod radiometry;

@@ -1,6 +1,6 @@
 //! The directives that exist.
 
-use crate::nearest::hint;
+use whitefurnace::nearest::hint;
 
 /// A directive that pages may use.
 pub struct Kind {

@@ -3,7 +3,7 @@
 use whitefurnace::equation::{ALL, Assessment, Equation, by_id};
 
 use crate::mathml::{Math, typeset};
-use crate::nearest::hint;
+use whitefurnace::nearest::hint;
 
 pub fn find(id: &str) -> Result<&'static Equation, String> {
     by_id(id).ok_or_else(|| format!("no equation \"{id}\" in the registry{}", hint(id, ALL.iter().map(|e| e.id))))

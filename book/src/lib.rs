@@ -30,7 +30,6 @@ mod links;
 mod listing;
 mod mathml;
 pub mod mutants;
-mod nearest;
 mod number;
 pub mod readme;
 mod registry;

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use crate::error::Problem;
-use crate::nearest::hint;
 use crate::scan::Page;
+use whitefurnace::nearest::hint;
 
 /// A link to a heading or another id, to be checked when the pages are written.
 #[derive(Debug)]

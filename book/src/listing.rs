@@ -6,7 +6,7 @@
 
 use std::path::{Component, Path};
 
-use crate::nearest::hint;
+use whitefurnace::nearest::hint;
 
 /// An item as it stands in its file, without its outer indentation.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -5,9 +5,9 @@ use std::path::Path;
 use registry::{all, all_faults};
 
 use crate::mathml::{escape, typeset};
-use crate::nearest::hint;
 use crate::results::Results;
 use crate::trace::Sources;
+use whitefurnace::nearest::hint;
 
 /// The table of all trials. `equation` gives an equation's number as a link, `recorded` a number that the
 /// experiment `trials` found.

@@ -1,6 +1,7 @@
 //! How light goes on at a surface: one interface for all models, and the parts of it that a trial can
 //! replace.
 
+use std::any::Any;
 use std::fmt::Debug;
 
 use glam::DVec3;
@@ -85,7 +86,7 @@ pub struct BsdfSample {
 
 /// A reflection model that is not of this library: opaque, reciprocal, without Dirac distributions. Local unit
 /// directions away from the surface, the normal is z; both are above the horizon.
-pub trait Model: Debug + Send + Sync {
+pub trait Model: Any + Debug + Send + Sync {
     /// f_r per colour channel, 1/sr.
     fn eval(&self, wo: DVec3, wi: DVec3) -> DVec3;
     /// A direction from two uniform numbers in [0, 1), `None` for no way on; one below the horizon is none.

@@ -176,30 +176,34 @@ impl Partition {
     }
 
     /// About `cells` cells of nearly equal probability under a density, by adaptive quadrature: fields
-    /// of a fine grid are integrated and gathered by halving. What is missing to one is the loss. The work
-    /// is bounded: a density that is too rough leaves an error that no test holds with, NaN leaves NaN.
+    /// of a fine grid are integrated and gathered by halving.
     pub fn of_pdf(domain: Domain, cells: usize, pdf: &dyn Fn(DVec3) -> f64) -> Self {
+        Self::fields(domain, MASS_TOLERANCE, pdf).gathered(cells)
+    }
+
+    /// Each field of a fine grid as a cell, by adaptive quadrature of a density to this tolerance in all. What is
+    /// missing to one is the loss. The work is bounded: a density that is too rough leaves an error that no test holds
+    /// with, NaN leaves NaN.
+    pub(crate) fn fields(domain: Domain, tolerance: f64, pdf: &dyn Fn(DVec3) -> f64) -> Self {
         let [rows, columns] = FIELDS;
-        let tolerance = MASS_TOLERANCE / (rows * columns) as f64;
+        let share = tolerance / (rows * columns) as f64;
         let (mut left, mut error) = (work(), 0.0);
         let integrate = |field| {
-            let found = domain.integrate_within(field, tolerance, &mut left, pdf);
+            let found = domain.integrate_within(field, share, &mut left, pdf);
             error += found.error;
             found.value
         };
-        let fields: Vec<f64> = grid(rows, columns).map(integrate).collect();
-        let mut partition = Self {
-            domain,
-            masses: Vec::new(),
-            places: Vec::new(),
-            loss: (1.0 - fields.iter().sum::<f64>()).max(0.0),
-            // NaN stays.
-            error: if error <= MASS_TOLERANCE { MASS_TOLERANCE } else { error },
-            rows,
-            columns,
-            cell_of: vec![0; fields.len()],
-        };
-        partition.gather(&fields, [0, rows], [0, columns], cells);
+        let masses: Vec<f64> = grid(rows, columns).map(integrate).collect();
+        // NaN stays.
+        let error = if error <= tolerance { tolerance } else { error };
+        let loss = (1.0 - masses.iter().sum::<f64>()).max(0.0);
+        Self { masses, loss, error, ..Self::equal(domain, rows, columns) }
+    }
+
+    /// About so many cells of nearly equal probability, gathered by halving from the cells of a grid.
+    pub fn gathered(&self, cells: usize) -> Self {
+        let mut partition = Self { masses: Vec::new(), places: Vec::new(), ..self.clone() };
+        partition.gather(&self.masses, [0, self.rows], [0, self.columns], cells);
         partition
     }
 
@@ -210,6 +214,21 @@ impl Partition {
         Some(self.cell_of[index(s, self.rows) * self.columns + index(b, self.columns)])
     }
 
+    /// The same cells with other probabilities, without loss.
+    pub(crate) fn weighted(self, masses: Vec<f64>) -> Self {
+        Self { masses, ..self }
+    }
+
+    /// The fields of the grid whose cells these are, row by row.
+    pub(crate) fn grid(&self) -> impl Iterator<Item = [[f64; 2]; 2]> {
+        grid(self.rows, self.columns)
+    }
+
+    /// The cell of each field of the grid, row by row.
+    pub(crate) fn cells_of_grid(&self) -> impl Iterator<Item = usize> {
+        self.cell_of.iter().copied()
+    }
+
     /// The sum of all probabilities: 1 − loss.
     pub fn mass(&self) -> f64 {
         self.masses.iter().sum()
@@ -217,8 +236,9 @@ impl Partition {
 
     /// Cuts a block of fields into `cells` cells of about equal probability.
     fn gather(&mut self, fields: &[f64], rows: [usize; 2], columns: [usize; 2], cells: usize) {
+        let all = self.columns;
         let mass = |r: [usize; 2], c: [usize; 2]| -> f64 {
-            (r[0]..r[1]).map(|i| fields[i * FIELDS[1] + c[0]..i * FIELDS[1] + c[1]].iter().sum::<f64>()).sum()
+            (r[0]..r[1]).map(|i| fields[i * all + c[0]..i * all + c[1]].iter().sum::<f64>()).sum()
         };
         let total = mass(rows, columns);
         let first = cells / 2;
@@ -235,10 +255,10 @@ impl Partition {
             }
             _ => {
                 for i in rows[0]..rows[1] {
-                    self.cell_of[i * FIELDS[1] + columns[0]..i * FIELDS[1] + columns[1]].fill(self.masses.len());
+                    self.cell_of[i * all + columns[0]..i * all + columns[1]].fill(self.masses.len());
                 }
                 self.masses.push(total);
-                self.places.push(place(rows, columns, FIELDS[0], FIELDS[1]));
+                self.places.push(place(rows, columns, self.rows, self.columns));
             }
         }
     }

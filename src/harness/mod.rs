@@ -6,6 +6,7 @@
 //! | question | answer |
 //! |---|---|
 //! | do samples follow this pdf? | [`domain::Partition`], [`chi_square`] |
+//! | do directions from any program follow this pdf? | [`directions`] |
 //! | does this number follow this law? | [`ks`] |
 //! | is the mean this closed form, or that other mean? | [`mean`] |
 //! | do two images agree? | [`welch_map`] |
@@ -42,6 +43,7 @@ pub mod batches;
 pub mod bsdf_checkup;
 pub mod chi_square;
 pub mod convergence;
+pub mod directions;
 pub mod domain;
 pub mod graded;
 pub mod guard;

@@ -1,5 +1,6 @@
 //! Scenes as plain data: surfaces, an indexed triangle mesh, spheres, emitters, a camera.
 
+pub mod file;
 pub mod room;
 pub mod simple;
 
@@ -294,8 +295,19 @@ impl SceneBuilder {
     /// Adds an indexed triangle mesh; each emitting triangle is an emitter of its own. Fronts are where
     /// the vertices run counter-clockwise. Neighbours that share an edge must share its indices.
     pub fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]], surface: SurfaceId) {
+        let first = self.vertices(vertices);
+        self.triangles(first, triangles, surface);
+    }
+
+    /// Adds vertices; returns the index of the first.
+    fn vertices(&mut self, vertices: &[DVec3]) -> u32 {
         let first = self.vertices.len() as u32;
         self.vertices.extend_from_slice(vertices);
+        first
+    }
+
+    /// Adds triangles whose indices count from the vertex `first`.
+    fn triangles(&mut self, first: u32, triangles: &[[u32; 3]], surface: SurfaceId) {
         for triangle in triangles {
             let triangle = triangle.map(|v| first.saturating_add(v));
             // An index that points nowhere is refused by `build`.
@@ -361,20 +373,15 @@ impl SceneBuilder {
                         )));
                     };
                     extent = [a, b, c].iter().fold(extent, |e, v| e.max(v.abs().max_element()));
-                    let scaled = (b - a).cross(c - a);
-                    *normal = scaled.normalize_or_zero();
-                    if !scaled.is_finite() || *normal == DVec3::ZERO {
-                        return Err(invalid(&self.name, format!(
-                            "triangle {i} ({a}, {b}, {c}) has no area or is not finite: remove it"
-                        )));
-                    }
+                    *normal = triangle_normal([a, b, c]).ok_or_else(|| {
+                        let message = format!("triangle {i} ({a}, {b}, {c}) has no area or is not finite: remove it");
+                        invalid(&self.name, message)
+                    })?;
                     Primitive::triangle([a, b, c])
                 }
                 PartShape::Sphere(sphere) => {
                     let Sphere { centre, radius, .. } = *sphere;
-                    let legal = centre.is_finite() && radius.is_finite() && radius > 0.0;
-                    // Of an empty zone it is 0 or negative, of NaN not above 0 either.
-                    if !(legal && sphere.area() > 0.0) {
+                    if !is_sound(sphere) {
                         return Err(invalid(&self.name, format!(
                             "sphere {i} (centre {centre}, radius {radius}, zone {:?}) needs finite numbers, a radius \
                              above 0, and a zone from a lower to a higher z that meets it",
@@ -429,6 +436,31 @@ impl SceneBuilder {
         }
         Ok(())
     }
+}
+
+/// The unit normal of the front; `None` without area, and for what is not finite.
+fn triangle_normal([a, b, c]: [DVec3; 3]) -> Option<DVec3> {
+    let scaled = (b - a).cross(c - a);
+    if scaled.is_finite() { scaled.try_normalize() } else { None }
+}
+
+/// Whether a sphere is finite and its zone has an area.
+fn is_sound(sphere: &Sphere) -> bool {
+    let Sphere { centre, radius, .. } = *sphere;
+    // Of an empty zone the area is 0 or negative, of NaN not above 0 either.
+    centre.is_finite() && radius.is_finite() && radius > 0.0 && sphere.area() > 0.0
+}
+
+/// Vertices and triangles of a closed box along the axes, its fronts inside or outside.
+fn cuboid(low: DVec3, high: DVec3, inward: bool) -> ([DVec3; 8], [[u32; 3]; 12]) {
+    let vertices = std::array::from_fn(|i| DVec3::select(glam::BVec3::new(i & 1 > 0, i & 2 > 0, i & 4 > 0), high, low));
+    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let triangles = std::array::from_fn(|i| {
+        let [a, b, c, d]: [u32; 4] = quads[i / 2];
+        let [a, b, c] = if i % 2 == 0 { [a, b, c] } else { [a, c, d] };
+        if inward { [a, c, b] } else { [a, b, c] }
+    });
+    (vertices, triangles)
 }
 
 fn check_camera(scene: &str, camera: &Camera) -> Result<(), Error> {

@@ -2,7 +2,7 @@
 
 use whitefurnace::harness::bsdf_checkup::{CheckUp, assertions};
 
-use crate::harness::{checkup_parts, images, lobe_checkup as lobes};
+use crate::harness::{checkup_parts, directions, images, lobe_checkup as lobes};
 use crate::shares::{ENOUGH, OUTSIDE};
 
 /// Asserts that a test of [`ENOUGH`] has compared enough.
@@ -18,10 +18,11 @@ pub fn enough(name: &str, count: usize) {
 fn the_shares_are_counted() {
     let check_up = assertions(&CheckUp::default());
     let counted = [
+        ("directions", directions::ASSERTIONS),
         ("images", images::ASSERTIONS),
         ("lobes", lobes::PASSES.iter().sum::<usize>() + lobes::FAULTY),
         ("checkup parts", checkup_parts::ASSERTIONS),
-        ("documentation", 1 + 2 * check_up + lobes::PASSES[2]),
+        ("documentation", 1 + 8 + 2 * check_up + lobes::PASSES[2]),
     ];
     assert_eq!(OUTSIDE, counted);
 }

@@ -41,6 +41,7 @@ mod roulette;
 mod sampler; // Sobol' points
 mod sampling;
 mod scene;
+mod scene_file; // scenes as data
 mod scene_tables; // every built-in scene against its table
 mod solid_angle;
 mod specular; // paths by way of mirrors and glass

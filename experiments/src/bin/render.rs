@@ -5,10 +5,10 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::CommandFactory as _;
-use experiments::render::Rendered;
 use experiments::render::command::Render;
 use experiments::render::pilot::Aim;
 use experiments::render::unfinished::{Checkpoints, Unfinished, difference};
+use experiments::render::{Rendered, SceneSource};
 use experiments::run::cli::{self, Ending};
 use experiments::say;
 use whitefurnace::error::Error;
@@ -35,6 +35,9 @@ fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
     }
     let saved = if options.resume && partial.exists() { Some(Unfinished::read(&partial)?) } else { None };
     cli::begin();
+    if let SceneSource::File(file) = options.job.scene {
+        file.left_out.iter().for_each(|what| eprintln!("note: {what}"));
+    }
     decide(options, saved.as_ref(), start)?;
     let (job, part) = (options.job, options.part()?);
     let film = saved.map_or_else(|| job.film(), |saved| same(&partial, options, saved))?;

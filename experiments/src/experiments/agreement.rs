@@ -221,7 +221,7 @@ fn render(run: &Run, case: &Case, first: u32) -> Result<Images, Error> {
     };
     let count = run.count(replications(case, run.tier())).max(2) as u32;
     let job = Job {
-        scene: case.scene,
+        scene: case.scene.into(),
         estimator: case.estimator,
         photons: if uses_photons { photons } else { Photons::default() },
         patches: if is_radiosity { patches(run) } else { Job::default().patches },

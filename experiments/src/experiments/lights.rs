@@ -128,7 +128,7 @@ fn scenes(run: &mut Run) -> Result<(), Error> {
         let mut variances = Vec::new();
         for light_sampling in ways {
             let job = run.prepared(Job {
-                scene,
+                scene: scene.into(),
                 light_sampling,
                 size: [128, 96],
                 spp: run.by_tier(64, 1024),

@@ -83,7 +83,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
             let film = |k| {
                 let seed = seed_for(run.seed(), &format!("{room}, {scrambles} scrambles, film {k}"));
                 let (sampler, scrambles, spp) = (SamplerName::Sobol, Some(scrambles), SAMPLES);
-                let job = Job { scene, sampler, scrambles, spp, size: [32, 24], ..Job::default() };
+                let job = Job { scene: scene.into(), sampler, scrambles, spp, size: [32, 24], ..Job::default() };
                 Job { seed, ..run.prepared(job) }.render(&format!("{room}, {k}"))?.whole()
             };
             let films = (0..films).map(film).collect::<Result<Vec<_>, _>>()?;

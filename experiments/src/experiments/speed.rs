@@ -36,13 +36,13 @@ fn run(run: &mut Run) -> Result<(), Error> {
             if matches!(estimator, EstimatorName::Radiosity | EstimatorName::Report) {
                 continue;
             }
-            let mut job = Job { scene, estimator, ..base };
+            let mut job = Job { scene: scene.into(), estimator, ..base };
             if matches!(estimator, EstimatorName::Photon | EstimatorName::Sppm) {
                 job.photons.photons = base.size[0] * base.size[1];
             }
             image(run, &pools, (&name(scene), &name(estimator)), job)?;
         }
-        variants(run, &pools, &name(scene), Job { scene, ..base })?;
+        variants(run, &pools, &name(scene), Job { scene: scene.into(), ..base })?;
     }
     let report = Job { convention: ConventionName::Report, estimator: EstimatorName::Report, ..base };
     let rate = image(run, &pools, ("seven-segments", "report"), report)?;

@@ -7,7 +7,7 @@ use whitefurnace::film::{Film, Window};
 use whitefurnace::sampler::LONGEST;
 
 use super::names::SINGLE_RAYS;
-use super::{ConventionName, EstimatorName, Job, PixelName, SamplerName, SceneName, name};
+use super::{ConventionName, EstimatorName, Job, PixelName, SamplerName, SceneName, SceneSource, name};
 use crate::render::photons::Gather;
 
 /// An option: what it goes with, and the value that a file records.
@@ -36,7 +36,11 @@ const fn goes(
 
 /// All that decides the pixels, in the order in which files record it.
 const SETTINGS: &[Setting] = &[
-    any("scene", |job| name(job.scene)),
+    any("scene", |job| job.scene.name()),
+    any("scene-sha256", |job| match job.scene {
+        SceneSource::Named(_) => String::new(),
+        SceneSource::File(file) => file.digest.clone(),
+    }),
     any("convention", |job| name(job.convention)),
     any("estimator", |job| name(job.estimator)),
     goes("engine", "--estimator mis, bsdf, light, and report with --rays 1", Job::has_engines, |_| String::new()),
@@ -73,7 +77,7 @@ impl Job {
     /// Refuses what makes no sense, before any work is done.
     pub fn check(&self) -> Result<(), Error> {
         let refuse = |message: String| Err(Error::Option(message));
-        let (scene, convention, estimator) = (name(self.scene), name(self.convention), name(self.estimator));
+        let (scene, convention, estimator) = (self.scene.name(), name(self.convention), name(self.estimator));
         if self.scene != SceneName::Report && self.convention != ConventionName::Physical {
             return refuse(format!(
                 "--scene {scene} is defined under --convention physical only; --convention {convention} belongs to --scene \
@@ -155,7 +159,7 @@ impl Job {
         if scene.background() != DVec3::ZERO {
             return Err(Error::Option(format!(
                 "--scene {} is lit by its background, where the particles of --estimator {} cannot start",
-                name(self.scene),
+                self.scene.name(),
                 name(self.estimator)
             )));
         }

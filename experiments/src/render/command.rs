@@ -71,7 +71,7 @@ impl Render {
     pub fn of(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let mut render = Self::from_arg_matches(matches)?;
         let job = &mut render.job;
-        let is_reports = (job.scene, job.estimator) == (SceneName::Report, EstimatorName::Report);
+        let is_reports = job.scene == SceneName::Report && job.estimator == EstimatorName::Report;
         if is_reports && !given(matches, "convention") {
             job.convention = ConventionName::Report;
         }

@@ -22,7 +22,7 @@ use whitefurnace::scene::{Scene, simple};
 
 pub use names::{
     ConventionName, DiffuseName, EngineName, EstimatorName, HeuristicName, LightSamplingName, OutlinesName, PixelName,
-    SamplerName, SceneName, name,
+    SamplerName, SceneName, SceneSource, name,
 };
 pub use work::Rendered;
 
@@ -32,9 +32,9 @@ use photons::Photons;
 /// Everything that decides the pixels of an image, as options of the command line.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct Job {
-    /// What to render
-    #[arg(long, value_enum, default_value_t = SceneName::Report)]
-    pub scene: SceneName,
+    /// What to render: a built-in scene, or a scene file that ends in .toml
+    #[arg(long, default_value = "report", value_name = "NAME|FILE.toml")]
+    pub scene: SceneSource,
     /// How light travels and is shown [default: physical, or report with --estimator report in the report's scene]
     #[arg(long, value_enum, default_value_t = ConventionName::Physical, hide_default_value = true)]
     pub convention: ConventionName,
@@ -149,7 +149,11 @@ impl Job {
 
     /// The scene of the job.
     pub fn build_scene(&self) -> Result<Scene, Error> {
-        match self.scene {
+        let scene = match self.scene {
+            SceneSource::Named(scene) => scene,
+            SceneSource::File(file) => return file.description.build(),
+        };
+        match scene {
             SceneName::Report => match self.convention {
                 ConventionName::Physical | ConventionName::Report => {
                     let albedo = DVec3::splat(room::WHITE);

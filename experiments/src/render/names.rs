@@ -1,9 +1,15 @@
 //! What the command line calls scenes, estimators and their settings.
 
-use clap::ValueEnum;
+use std::ffi::OsStr;
+use std::path::Path;
+
+use clap::builder::{EnumValueParser, PossibleValue, TypedValueParser, ValueParserFactory};
+use clap::error::ErrorKind;
+use clap::{Arg, Command, ValueEnum};
 use glam::DVec3;
 use whitefurnace::bsdf::ggx::Ggx;
 use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
+use whitefurnace::scene::file::SceneFile;
 
 /// The scenes that programs can name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -22,6 +28,68 @@ pub enum SceneName {
     GlassCube,
     /// The Cornell box
     Cornell,
+}
+
+/// What a job renders.
+#[derive(Clone, Copy, Debug)]
+pub enum SceneSource {
+    /// A built-in scene
+    Named(SceneName),
+    /// A scene file, which was read once and stays as it was: jobs are copied freely
+    File(&'static SceneFile),
+}
+
+impl From<SceneName> for SceneSource {
+    fn from(name: SceneName) -> Self {
+        Self::Named(name)
+    }
+}
+
+impl PartialEq<SceneName> for SceneSource {
+    fn eq(&self, name: &SceneName) -> bool {
+        matches!(self, Self::Named(own) if own == name)
+    }
+}
+
+impl SceneSource {
+    /// The name or path on the command line.
+    pub fn name(self) -> String {
+        match self {
+            Self::Named(scene) => name(scene),
+            Self::File(file) => file.path.display().to_string(),
+        }
+    }
+}
+
+/// Takes the name of a built-in scene, or reads the file if it ends in `.toml`.
+#[derive(Clone)]
+pub struct SceneParser;
+
+impl TypedValueParser for SceneParser {
+    type Value = SceneSource;
+
+    fn parse_ref(&self, command: &Command, arg: Option<&Arg>, value: &OsStr) -> Result<SceneSource, clap::Error> {
+        let path = Path::new(value);
+        if path.extension().is_none_or(|extension| extension != "toml") {
+            return Ok(EnumValueParser::<SceneName>::new().parse_ref(command, arg, value)?.into());
+        }
+        let refuse = |error| clap::Error::raw(ErrorKind::ValueValidation, format!("{error}\n")).with_cmd(command);
+        let file = SceneFile::load(path).map_err(refuse)?;
+        Ok(SceneSource::File(Box::leak(Box::new(file))))
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        let names = SceneName::value_variants().iter().filter_map(SceneName::to_possible_value);
+        Some(Box::new(names))
+    }
+}
+
+impl ValueParserFactory for SceneSource {
+    type Parser = SceneParser;
+
+    fn value_parser() -> SceneParser {
+        SceneParser
+    }
 }
 
 /// The estimators that programs can name, in the order of figures and tables.

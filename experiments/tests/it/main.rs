@@ -12,6 +12,7 @@ use experiments::run::{ExperimentResult, Finding, Judgement, Options, Tier};
 mod compare;
 mod figures;
 mod graded;
+mod judge;
 mod mutants;
 mod options;
 mod record;

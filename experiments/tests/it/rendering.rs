@@ -59,7 +59,7 @@ fn every_scene_renders_with_every_legal_estimator() {
         for &estimator in EstimatorName::value_variants() {
             for (gather, light_sampling) in [(Gather::Yes, Area), (Gather::No, SolidAngle)] {
                 let job = Job {
-                    scene,
+                    scene: scene.into(),
                     estimator,
                     light_sampling,
                     photons: Photons { photons: 2000, gather, ..Photons::default() },

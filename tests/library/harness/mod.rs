@@ -3,6 +3,7 @@
 pub mod checkup_parts; // what each part of the check-up of BSDFs reports
 mod chi_square;
 mod convergence;
+pub mod directions; // of any program
 mod domain;
 mod graded;
 mod guard;

@@ -101,7 +101,7 @@ impl Estimator for LeftOut {
 /// The image means of what each of [`METHODS`] leaves out of a scene, for `count` images from `first` on.
 pub(super) fn left_out(run: &Run, scene: SceneName, first: u32, count: u32) -> Result<[Values; 3], Error> {
     let job = Job {
-        scene,
+        scene: scene.into(),
         size: SIZE,
         spp: first + count,
         seed: seed_for(run.seed(), &format!("{} left out", name(scene))),

@@ -39,7 +39,7 @@ pub fn noise(run: &mut Run, [picture, plot, few, many]: [&str; 4]) -> Result<(),
     let (mut films, mut errors) = (Vec::new(), Vec::new());
     for spp in SAMPLES {
         // Without mirrors and glass: their rare bright paths make a spread of its own.
-        let job = Job { scene: SceneName::DiffuseRoom, spp, ..Job::default() };
+        let job = Job { scene: SceneName::DiffuseRoom.into(), spp, ..Job::default() };
         let film = crop(run, job, &format!("{spp} spp"), [150, 100], [side, side])?;
         // One sample has no spread.
         if spp > 1 {

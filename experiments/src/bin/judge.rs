@@ -1,0 +1,10 @@
+//! Decides whether directions follow a density.
+
+use std::process::ExitCode;
+
+use experiments::judge;
+use experiments::run::cli;
+
+fn main() -> ExitCode {
+    cli::start(judge::main)
+}

@@ -1,0 +1,325 @@
+//! The program `judge`: a sampler in any language on trial by the directions that it writes to a file.
+
+mod density;
+mod read;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{CommandFactory as _, FromArgMatches as _, Parser, ValueEnum};
+use glam::DVec3;
+use serde_json::{Value, json};
+use whitefurnace::error::Error;
+use whitefurnace::harness::directions::{Density, Directions, Sample};
+use whitefurnace::harness::domain::Domain;
+use whitefurnace::harness::outcome::{ALPHA, Outcome, Verdict};
+
+use crate::plot::trial_cells;
+use crate::run::cli::{matches_or_exit, or_exit, real};
+use crate::run::record::write_json;
+use crate::say;
+use density::Named;
+
+/// Decide whether directions follow a density: chi-square over few and many cells, means, and what the sampler itself
+/// says of weights and pdfs.
+///
+/// Examples:
+///   judge --samples directions.csv --density cosine                 a Lambert sampler
+///   judge --samples reflected.npy --density ggx:0.3,60              GGX by visible normals, seen from 60 degrees
+///   judge --samples sky.npy --table sky.csv --domain sphere         against a table
+///
+/// A file of samples is CSV or NPY (float32 or float64, of two dimensions), a row for each: x, y, z, and, if the sampler
+/// has them, its weight f cos/pdf and its pdf (1/sr). The normal is z; with ggx, light goes out in the x-z plane towards
+/// x. A sample that the sampler lost is a row 0,0,0: leave none out. Lines of a CSV that begin with # are passed over.
+///
+/// Into the folder --out go judge.json and a plot of the cells. Exit codes: 0 if the samples follow the density, 1 if
+/// not, 2 if more samples are needed to tell, 3 for bad input.
+#[derive(Parser)]
+#[command(name = "judge", version, verbatim_doc_comment)]
+pub struct Judge {
+    /// The samples
+    #[arg(long, value_name = "FILE")]
+    samples: PathBuf,
+    /// uniform-sphere, uniform-hemisphere, cosine, cosine-power:N, henyey-greenstein:G (about z), ggx-normals:ALPHA (all
+    /// normals, by their projected area), or ggx:ALPHA,DEGREES (reflected at visible normals)
+    #[arg(long, value_name = "NAME", required_unless_present = "table")]
+    density: Option<Named>,
+    /// In its place a CSV or NPY of at most a million numbers in proportion to the pdf: a row for each band of equal height
+    /// from z = 1 down, a column for each sector by azimuth from x by way of y
+    #[arg(long, value_name = "FILE", conflicts_with = "density")]
+    table: Option<PathBuf>,
+    /// What a table covers
+    #[arg(long, value_enum, default_value_t = Covered::Hemisphere, requires = "table")]
+    domain: Covered,
+    /// The columns, of x, y, z, weight, pdf and - for one that does not matter [default: a CSV's header, or these in order]
+    #[arg(long, value_delimiter = ',', allow_hyphen_values = true, value_name = "NAMES")]
+    columns: Vec<String>,
+    /// What the mean weight should be, lost samples counted as 0: the directional albedo; from 1e-9 to 1e9
+    #[arg(long, allow_hyphen_values = true, value_parser = real(1e-9..=1e9))]
+    mean_weight: Option<f64>,
+    /// How far a cell's probability and the mean weight may be off, percent, and means of x, y, z, hundredths; from 0.01
+    /// to 50
+    #[arg(long, default_value_t = 5.0, allow_hyphen_values = true, value_parser = real(0.01..=50.0))]
+    margin: f64,
+    /// Folder for the report
+    #[arg(long, value_name = "DIR", default_value = "out/judge")]
+    out: PathBuf,
+}
+
+/// What a table covers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Covered {
+    /// Directions with z of at least 0
+    Hemisphere,
+    /// All directions
+    Sphere,
+}
+
+/// For what is no sample, or an option that makes no sense.
+const BAD_INPUT: u8 = 3;
+/// The most numbers of a table.
+const LARGEST_TABLE: usize = 1_000_000;
+/// How far the length of a direction may be from 1; it is then made 1.
+const LENGTH_TOLERANCE: f64 = 1e-4;
+const NAMES: [&str; 5] = ["x", "y", "z", "weight", "pdf"];
+
+/// The whole program.
+pub fn main() -> ExitCode {
+    let matches = matches_or_exit(Judge::command(), BAD_INPUT);
+    let options = or_exit(Judge::from_arg_matches(&matches), BAD_INPUT);
+    ExitCode::from(run(&options).unwrap_or_else(|error| {
+        eprintln!("error: {error}");
+        BAD_INPUT
+    }))
+}
+
+fn run(options: &Judge) -> Result<u8, Error> {
+    let density = match (&options.density, &options.table) {
+        (Some(named), _) => named.density(),
+        (None, Some(table)) => table_of(table, options.domain)?,
+        (None, None) => unreachable!("the command line asks for one"),
+    };
+    let mut directions = Directions::new(&density);
+    let mut columns = Columns::named(&options.columns).map_err(Error::Option)?;
+    let mut names = None;
+    read::rows(&options.samples, &mut |header, row| {
+        let columns = match &mut columns {
+            Some(columns) => columns,
+            None => columns.insert(Columns::found(header, row.len())?),
+        };
+        names = Some(columns.clone());
+        directions.push(&columns.sample(row)?);
+        Ok(())
+    })?;
+    if names.is_none() {
+        return Err(Error::Option(format!("{}: no samples", options.samples.display())));
+    }
+    if options.mean_weight.is_some() && directions.mean_weight().is_none() {
+        return Err(Error::Option("--mean-weight needs samples with a column weight".to_owned()));
+    }
+    let outcomes = directions.outcomes(options.margin / 100.0, options.mean_weight);
+    report(options, &directions, &outcomes)
+}
+
+/// A table's density.
+fn table_of(path: &Path, covered: Covered) -> Result<Density, Error> {
+    let mut table: Vec<Vec<f64>> = Vec::new();
+    read::rows(path, &mut |_, row| {
+        if row.iter().any(|value| !(value.is_finite() && *value >= 0.0)) {
+            return Err("a pdf must be finite and at least 0".to_owned());
+        }
+        if table.first().is_some_and(|first| first.len() != row.len()) {
+            return Err(format!("{} numbers, where the first row has {}", row.len(), table[0].len()));
+        }
+        table.push(row.to_vec());
+        let fits = table.len() * row.len() <= LARGEST_TABLE;
+        if fits { Ok(()) } else { Err(format!("more than {LARGEST_TABLE} numbers")) }
+    })?;
+    let sum: f64 = table.iter().flatten().sum();
+    if !(sum > 0.0 && sum.is_finite()) {
+        return Err(Error::Option(format!("{}: no number above 0, or too large ones", path.display())));
+    }
+    let domain = match covered {
+        Covered::Hemisphere => Domain::Hemisphere,
+        Covered::Sphere => Domain::Sphere,
+    };
+    Ok(Density::of_table(domain, &table))
+}
+
+/// Where in a row each of [`NAMES`] stands.
+#[derive(Clone, Debug)]
+struct Columns {
+    places: [Option<usize>; NAMES.len()],
+    count: usize,
+}
+
+impl Columns {
+    /// By names; nothing if there are none.
+    fn named(names: &[String]) -> Result<Option<Self>, String> {
+        if names.is_empty() {
+            return Ok(None);
+        }
+        let mut columns = Self { places: [None; NAMES.len()], count: names.len() };
+        for (place, name) in names.iter().enumerate().filter(|(_, name)| *name != "-") {
+            match NAMES.iter().position(|known| known == name) {
+                Some(which) if columns.places[which].replace(place).is_none() => {}
+                Some(_) => return Err(format!("the column {name} is there twice")),
+                None => {
+                    return Err(format!(
+                        "no column is called {name}: there are {}, and - for others (--columns)",
+                        NAMES.join(", ")
+                    ));
+                }
+            }
+        }
+        match columns.places[..3].iter().position(Option::is_none) {
+            Some(missing) => Err(format!("there is no column {}", NAMES[missing])),
+            None => Ok(Some(columns)),
+        }
+    }
+
+    /// By a header, or in order.
+    fn found(header: Option<&[String]>, count: usize) -> Result<Self, String> {
+        if let Some(columns) = Self::named(header.unwrap_or_default())? {
+            return Ok(columns);
+        }
+        if !(3..=NAMES.len()).contains(&count) {
+            return Err(format!("{count} columns, where 3 to 5 are expected: name them by --columns"));
+        }
+        Ok(Self { places: std::array::from_fn(|which| (which < count).then_some(which)), count })
+    }
+
+    fn sample(&self, row: &[f64]) -> Result<Sample, String> {
+        if row.len() != self.count {
+            return Err(format!("{} numbers, where {} are expected", row.len(), self.count));
+        }
+        let [x, y, z, weight, pdf] = self.places.map(|place| place.map(|place| row[place]));
+        let direction = DVec3::new(x.unwrap_or(0.0), y.unwrap_or(0.0), z.unwrap_or(0.0));
+        let length = direction.length();
+        for (name, value) in NAMES[3..].iter().zip([weight, pdf]) {
+            if value.is_some_and(|value| !(value.is_finite() && value >= 0.0)) {
+                return Err(format!(
+                    "the {name} is {}, which must be finite and at least 0",
+                    value.unwrap_or_default()
+                ));
+            }
+        }
+        if length == 0.0 {
+            return Ok(Sample { direction: None, weight, pdf });
+        }
+        if (length - 1.0).abs() <= LENGTH_TOLERANCE {
+            return Ok(Sample { direction: Some(direction / length), weight, pdf });
+        }
+        Err(format!("the direction {direction} has length {length}: it must be a unit vector, or 0, 0, 0 if lost"))
+    }
+}
+
+/// Writes judge.json and the plot, prints what was found; the exit code.
+fn report(options: &Judge, directions: &Directions, outcomes: &[Outcome]) -> Result<u8, Error> {
+    let fails = outcomes.iter().find(|outcome| outcome.verdict() == Verdict::Fails);
+    let (code, word, telling) = if fails.is_some() {
+        (1, "DIFFER", fails)
+    } else if let Some(undecided) = outcomes.iter().max_by_key(|outcome| needed(outcome)).filter(|o| needed(o) > 0) {
+        (2, "UNDECIDED", Some(undecided))
+    } else {
+        (0, "AGREE", None)
+    };
+    std::fs::create_dir_all(&options.out).map_err(Error::file("create", &options.out))?;
+    let plot = options.out.join("cells.svg");
+    trial_cells::plot(&outcomes[0].cells, &format!("{}, {}", options.samples.display(), outcomes[0].name), &plot)?;
+    let random = outcomes.iter().filter(|outcome| outcome.is_random()).count();
+    let false_alarm = ALPHA * random as f64;
+    let numbers = json!({
+        "samples": options.samples.display().to_string(),
+        "n": outcomes[0].n,
+        "verdict": word.to_lowercase(),
+        "false_alarm": false_alarm,
+        "mean_weight": directions.mean_weight(),
+        "outcomes": outcomes.iter().map(outcome_numbers).collect::<Vec<_>>(),
+    });
+    write_json(&options.out.join("judge.json"), &numbers)?;
+    let why = match telling {
+        None => "the samples follow the density, as finely as is said below".to_owned(),
+        Some(outcome) if needed(outcome) > 0 => {
+            let how_many = match needed(outcome) {
+                u64::MAX => "cannot tell by more samples".to_owned(),
+                needed => format!("needs about {needed} samples"),
+            };
+            format!("nothing differs, but {} {how_many}", subject(outcome))
+        }
+        Some(outcome) => format!("{}: {}", subject(outcome), outcome.worst),
+    };
+    say!("{word}: {why}");
+    say!("{} samples; chance of a false alarm at most {false_alarm:.0e}", outcomes[0].n);
+    for outcome in outcomes {
+        say!("{}", line(outcome));
+    }
+    if let (Some([mean, error]), None) = (directions.mean_weight(), options.mean_weight) {
+        say!("mean weight: {mean:.6} ± {error:.1e}, which --mean-weight would judge");
+    }
+    say!("{}", plot.display());
+    Ok(code)
+}
+
+/// How many samples would decide; 0 for what is decided.
+fn needed(outcome: &Outcome) -> u64 {
+    match outcome.verdict() {
+        Verdict::Undecided { needed } => needed,
+        Verdict::Holds | Verdict::Fails => 0,
+    }
+}
+
+/// What an outcome is about, as the subject of a clause.
+fn subject(outcome: &Outcome) -> String {
+    match outcome.statistic {
+        "chi-square" => format!("the histogram of {}", outcome.name),
+        _ => format!("the {}", outcome.name),
+    }
+}
+
+/// A number that is not −0.
+fn plain(value: f64) -> String {
+    format!("{value:.6}").replace("-0.000000", "0.000000")
+}
+
+/// What one statistic found.
+fn line(outcome: &Outcome) -> String {
+    let Outcome { name, p, estimate, reference, .. } = outcome;
+    let word = match needed(outcome) {
+        0 => outcome.verdict().word().to_owned(),
+        u64::MAX => "undecided".to_owned(),
+        needed => format!("undecided (needs about {needed} samples)"),
+    };
+    match outcome.statistic {
+        "exact" => format!("{name}: {word}; {}", outcome.worst),
+        "chi-square" => {
+            format!("{name}: {word}, p {p:.1e}; the largest is {:+.2} % off; {}", 100.0 * estimate, outcome.worst)
+        }
+        _ => {
+            let seen = outcome.minimum_detectable_effect();
+            format!(
+                "{name}: {word}, p {p:.1e}; {}, should be {}; {seen:.1e} would be seen",
+                plain(*estimate),
+                plain(*reference)
+            )
+        }
+    }
+}
+
+fn outcome_numbers(outcome: &Outcome) -> Value {
+    json!({
+        "name": outcome.name,
+        "statistic": outcome.statistic,
+        "verdict": outcome.verdict().word(),
+        "value": outcome.value,
+        "dof": outcome.dof,
+        "p": outcome.p,
+        "n": outcome.n,
+        "estimate": outcome.estimate,
+        "reference": outcome.reference,
+        "interval": outcome.interval,
+        "claim": outcome.claim.size(),
+        "detects": outcome.minimum_detectable_effect(),
+        "worst": outcome.worst,
+    })
+}

@@ -1,0 +1,126 @@
+//! Samplers on trial by their directions: every format, every verdict, and what is refused.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use glam::DVec3;
+use npyz::WriterBuilder as _;
+use whitefurnace::rng::{stream, uniform2};
+use whitefurnace::sampling::cosine_hemisphere;
+
+use crate::{folder, run, text};
+
+/// Asserts an exit code, and that a line says this.
+fn ends(folder: &Path, options: &str, code: i32, hint: &str) {
+    let output = run(env!("CARGO_BIN_EXE_judge"), folder, options);
+    let lines = text(&output.stdout) + &text(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{options}: {lines}");
+    assert!(lines.contains(hint), "{hint}: {lines}");
+    assert!(code != 3 || lines.starts_with("error: ") && lines.lines().count() == 1, "{lines}");
+}
+
+/// Directions by their cosine, by always the same numbers.
+fn cosines(n: u32) -> Vec<DVec3> {
+    let mut rng = stream(5, 0, 0);
+    (0..n).map(|_| cosine_hemisphere(uniform2(&mut rng))).collect()
+}
+
+fn npy(path: &Path, order: npyz::Order, shape: [u64; 2], numbers: impl Iterator<Item = f64>) {
+    let file = std::fs::File::create(path).expect("a file");
+    let writer = npyz::WriteOptions::new().default_dtype().order(order).shape(&shape).writer(file);
+    let mut writer = writer.begin_nd().expect("a header");
+    writer.extend(numbers).and_then(|()| writer.finish()).expect("written");
+}
+
+#[test]
+fn samples_are_read_from_every_format_and_judged() {
+    let folder = folder("judge");
+    let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).expect("written");
+    let directions = cosines(200_000);
+    let mut rows = "# by cosine\nPDF, z, y, x\n".to_owned();
+    for DVec3 { x, y, z } in &directions {
+        writeln!(rows, "{},{z},{y},{x}", z / std::f64::consts::PI).expect("text");
+    }
+    write("header.csv", &rows);
+    ends(&folder, "--samples header.csv --density cosine", 0, "reported pdf: holds");
+    ends(&folder, "--samples header.csv --density cosine --columns pdf,x,y,z", 1, "DIFFER: ");
+    ends(&folder, "--samples header.csv --density cosine --columns -,z,y,x", 0, "AGREE: ");
+    let shape = [directions.len() as u64, 3];
+    npy(&folder.join("c.npy"), npyz::Order::C, shape, directions.iter().flat_map(|w| w.to_array()));
+    let columns = (0..3).flat_map(|axis| directions.iter().map(move |w| w[axis]));
+    npy(&folder.join("fortran.npy"), npyz::Order::Fortran, shape, columns);
+    let lines = |options: &str| text(&run(env!("CARGO_BIN_EXE_judge"), &folder, options).stdout);
+    let [c, fortran] = ["c", "fortran"].map(|name| lines(&format!("--samples {name}.npy --density cosine-power:1")));
+    assert!(c.starts_with("AGREE: ") && c == fortran, "{c}{fortran}");
+    let found = std::fs::read(folder.join("out/judge/judge.json")).expect("a report");
+    let found: serde_json::Value = serde_json::from_slice(&found).expect("JSON");
+    assert_eq!((found["n"].as_u64(), found["verdict"].as_str()), (Some(200_000), Some("agree")));
+    assert!(folder.join("out/judge/cells.svg").is_file());
+    ends(&folder, "--samples c.npy --density uniform-hemisphere", 1, "DIFFER: the histogram of ");
+    // The densities of the cosine's table are its bands' heights.
+    let table: String = (0..100).map(|i| format!("{}\n", 99.5 - f64::from(i))).collect();
+    write("table.csv", &table);
+    ends(&folder, "--samples c.npy --table table.csv", 0, "AGREE: ");
+    ends(&folder, "--samples c.npy --table table.csv --domain sphere", 1, "DIFFER: ");
+    // Weights of 1, of which half are lost; and too few samples.
+    let lost = |i: usize, w: &DVec3| {
+        if i.is_multiple_of(2) { "0,0,0,0".to_owned() } else { format!("{},{},{},1", w.x, w.y, w.z) }
+    };
+    let rows: String = directions.iter().enumerate().map(|(i, w)| lost(i, w) + "\n").collect();
+    write("lost.csv", &rows);
+    ends(&folder, "--samples lost.csv --density cosine --mean-weight 0.5", 1, "100000 samples lost, 0.0 expected");
+    ends(&folder, "--samples lost.csv --density cosine --mean-weight 0.5", 1, "mean weight: holds");
+    ends(&folder, "--samples lost.csv --density cosine --mean-weight 1", 1, "mean weight: fails");
+    let few: String = directions[..20].iter().map(|w| format!("{},{},{}\n", w.x, w.y, w.z)).collect();
+    write("few.csv", &few);
+    ends(&folder, "--samples few.csv --density cosine --margin 20", 2, "UNDECIDED: nothing differs");
+}
+
+#[test]
+fn what_is_no_sample_is_refused_in_one_line() {
+    let folder = folder("judge-bad");
+    npy(&folder.join("whole.npy"), npyz::Order::C, [5, 4], (0..20).map(f64::from));
+    let bytes = std::fs::read(folder.join("whole.npy")).expect("written");
+    for (name, bytes, hint) in [
+        ("empty.csv", &b""[..], "no samples"),
+        ("names.csv", b"x,y,w\n0,0,1\n", "no column is called w"),
+        ("twice.csv", b"x,y,y\n0,0,1\n", "there twice"),
+        ("words.csv", b"0,0,1\n0,zero,1\n", "line 2: \u{201c}zero\u{201d} is no number"),
+        ("short.csv", b"0,0,1\n0,0\n", "line: 2"),
+        ("two.csv", b"0,1\n", "2 columns, where 3 to 5 are expected"),
+        ("long.csv", b"0,0,1\n0,1,1\n", "line 2: the direction [0, 1, 1] has length 1.41"),
+        ("nan.csv", b"0,0,NaN\n", "has length NaN"),
+        ("weight.csv", b"0,0,1,-1\n", "the weight is -1"),
+        ("bytes.csv", &[0xff, 0xfe, 0x00, 0x31], "invalid utf-8"),
+        ("cut.npy", &bytes[..bytes.len() - 150], "shorter than its shape"),
+        ("header.npy", &bytes[..40], "header.npy"),
+        ("rows.npy", &bytes, "row 0: the direction [0, 1, 2] has length"),
+    ] {
+        std::fs::write(folder.join(name), bytes).expect("written");
+        ends(&folder, &format!("--samples {name} --density cosine"), 3, hint);
+    }
+    std::fs::write(folder.join("one.csv"), "0,0,1\n").expect("written");
+    for (options, hint) in [
+        ("--density cosin", "there are uniform-sphere"),
+        ("--density ggx:0.3", "not with so many numbers"),
+        ("--density ggx:3,60", "ALPHA must be from 0.01 to 1"),
+        ("--density cosine --mean-weight 1", "needs samples with a column weight"),
+        ("--density cosine --columns x,y", "no column z"),
+        ("--table empty.csv", "no number above 0"),
+        ("--table nan.csv", "line 1: a pdf must be finite"),
+        ("--table none.csv", "cannot read none.csv"),
+        ("--density cosine --out one.csv/out", "cannot create"),
+    ] {
+        std::fs::write(folder.join("empty.csv"), "").expect("written");
+        ends(&folder, &format!("--samples one.csv {options}"), 3, hint);
+    }
+    // Any bytes after the first of an array's: a line, or a verdict.
+    for i in 6..bytes.len().min(128) {
+        for byte in [b'9', 0xff] {
+            let mut damaged = bytes.clone();
+            damaged[i] = byte;
+            std::fs::write(folder.join("damaged.npy"), damaged).expect("written");
+            ends(&folder, "--samples damaged.npy --density cosine", 3, "damaged.npy");
+        }
+    }
+}

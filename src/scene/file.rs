@@ -1,0 +1,465 @@
+//! Scenes as data, and the files they are read from: TOML, with meshes from OBJ files. The page "Scene files" of the
+//! book (`book/pages/scenes.md`) has every key with its unit, range and default.
+//!
+//! ```
+//! use whitefurnace::scene::file::Description;
+//!
+//! # fn main() -> Result<(), whitefurnace::error::Error> {
+//! let mut ball = Description::parse(
+//!     "ball",
+//!     r#"
+//!     background = 1
+//!     camera = { eye = [0, -5, 0], target = [0, 0, 0], up = [0, 0, 1], fov_deg = 40 }
+//!     materials.clay = { model = "lambert", albedo = [0.8, 0.4, 0.2] }
+//!     objects = [{ shape = "sphere", material = "clay", centre = [0, 0, 0], radius = 1 }]
+//!     "#,
+//! )?;
+//! ball.surface("clay")?.absorption = 0.1;
+//! assert_eq!(ball.build()?.primitives().count(), 1);
+//! # Ok(())
+//! # }
+//! ```
+
+mod obj;
+mod reader;
+
+use std::collections::{HashMap, HashSet};
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+
+use glam::{DQuat, DVec3};
+use sha2::{Digest as _, Sha256};
+
+use super::{Scene, SceneBuilder, Surface, cuboid, invalid, is_sound, triangle_normal};
+use crate::bsdf::ggx::Ggx;
+use crate::bsdf::{Bsdf, OrenNayarForm};
+use crate::camera::Camera;
+use crate::error::Error;
+use crate::nearest::hint;
+use crate::shape::Sphere;
+use obj::Obj;
+use reader::{LARGEST, Source, Table, Value, shown};
+
+/// Largest scene file, in bytes: larger meshes belong into an OBJ file.
+pub const LARGEST_FILE: u64 = 4 << 20;
+/// Most bytes of all OBJ files of a scene.
+pub const LARGEST_OBJ: u64 = 256 << 20;
+/// Most vertices of a scene, and most triangles.
+pub const MOST: usize = 4 << 20;
+
+/// A scene as plain data, of which [`build`](Self::build) makes one that can be rendered.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Description {
+    /// Its name.
+    pub name: String,
+    /// Radiance of rays that meet nothing.
+    pub background: DVec3,
+    /// Who looks.
+    pub camera: Camera,
+    /// Surfaces by name.
+    pub materials: Vec<(String, Surface)>,
+    /// What is there.
+    pub objects: Vec<Object>,
+}
+
+/// A part of a scene; materials by name.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Object {
+    /// See [`SceneBuilder::rectangle`].
+    Rectangle {
+        /// A corner.
+        corner: DVec3,
+        /// The edges that leave it.
+        edges: [DVec3; 2],
+        /// Of what it is.
+        material: String,
+    },
+    /// See [`SceneBuilder::sphere`].
+    Sphere {
+        /// The sphere or zone.
+        sphere: Sphere,
+        /// Of what it is.
+        material: String,
+    },
+    /// See [`SceneBuilder::mesh`].
+    Mesh {
+        /// The vertices that all its triangles share.
+        vertices: Vec<DVec3>,
+        /// The triangles of each material.
+        triangles: Vec<(String, Vec<[u32; 3]>)>,
+    },
+}
+
+/// A scene that was read from files.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneFile {
+    /// What they say.
+    pub description: Description,
+    /// The scene file.
+    pub path: PathBuf,
+    /// SHA-256 of its bytes and those of its OBJ files, each after its length: other scenes have another.
+    pub digest: String,
+    /// What was left out, a line each: triangles of OBJ files that have no area.
+    pub left_out: Vec<String>,
+}
+
+impl SceneFile {
+    /// Reads a scene file and the OBJ files that it names.
+    ///
+    /// # Errors
+    /// [`Error::File`] if it cannot be read, [`Error::Scene`] with the file and line of what is wrong in it.
+    pub fn load(path: &Path) -> Result<Self, Error> {
+        let bytes = read(path, LARGEST_FILE).map_err(Error::file("read", path))?;
+        let file = path.display().to_string();
+        let text = str::from_utf8(&bytes).map_err(|error| {
+            let line = 1 + bytes[..error.valid_up_to()].iter().filter(|byte| **byte == b'\n').count();
+            reader::fault(&file, line, "this is no text in UTF-8")
+        })?;
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let (description, reading) = Reading::of(&Source { file: &file, text }, &name, folder)?;
+        let digest = reading.digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+        Ok(Self { description, path: path.to_owned(), digest, left_out: reading.left_out })
+    }
+}
+
+/// The bytes of an ordinary file of at most this size.
+fn read(path: &Path, largest: u64) -> std::io::Result<Vec<u8>> {
+    use std::io::{Error, ErrorKind};
+    // To open a pipe would wait for its writer.
+    if !std::fs::metadata(path)?.is_file() {
+        return Err(Error::new(ErrorKind::InvalidInput, "this is no ordinary file"));
+    }
+    let mut bytes = Vec::new();
+    std::fs::File::open(path)?.take(largest + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > largest {
+        return Err(Error::new(ErrorKind::FileTooLarge, format!("it has more than {largest} bytes")));
+    }
+    Ok(bytes)
+}
+
+impl Description {
+    /// The scene that a text describes, under a name if it says none. OBJ files are looked for in the current folder.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] with the line of what is wrong.
+    pub fn parse(name: &str, text: &str) -> Result<Self, Error> {
+        Ok(Reading::of(&Source { file: name, text }, name, Path::new(""))?.0)
+    }
+
+    /// The surface of a material.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] if there is none of this name.
+    pub fn surface(&mut self, material: &str) -> Result<&mut Surface, Error> {
+        let found = self.materials.iter().position(|(name, _)| name == material);
+        match found {
+            Some(i) => Ok(&mut self.materials[i].1),
+            None => Err(invalid(&self.name, self.unknown(material))),
+        }
+    }
+
+    fn unknown(&self, material: &str) -> String {
+        let names = self.materials.iter().map(|(name, _)| name);
+        format!("there is no material {}{}", shown(material), hint(material, names))
+    }
+
+    /// The scene that can be rendered.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] for a material that is not there, and as [`SceneBuilder::build`].
+    pub fn build(&self) -> Result<Scene, Error> {
+        let mut scene = SceneBuilder::new(&self.name);
+        scene.background(self.background);
+        let surfaces: HashMap<&str, _> =
+            self.materials.iter().map(|(name, surface)| (&**name, scene.surface(*surface))).collect();
+        let surface =
+            |material: &str| surfaces.get(material).copied().ok_or_else(|| invalid(&self.name, self.unknown(material)));
+        for object in &self.objects {
+            match object {
+                Object::Rectangle { corner, edges, material } => scene.rectangle(*corner, *edges, surface(material)?),
+                Object::Sphere { sphere, material } => scene.sphere(*sphere, surface(material)?),
+                Object::Mesh { vertices, triangles } => {
+                    let first = scene.vertices(vertices);
+                    for (material, triangles) in triangles {
+                        scene.triangles(first, triangles, surface(material)?);
+                    }
+                }
+            }
+        }
+        scene.build(self.camera)
+    }
+}
+
+/// The models with their own keys.
+const MODELS: [(&str, &[&str]); 7] = [
+    ("black", &[]),
+    ("lambert", &["albedo", "coefficient"]),
+    ("oren-nayar", &["albedo", "coefficient", "sigma", "form"]),
+    ("eon", &["albedo", "coefficient", "roughness"]),
+    ("mirror", &["reflectance", "coefficient"]),
+    ("glass", &["index"]),
+    ("ggx", &["reflectance", "coefficient", "alpha"]),
+];
+
+/// The shapes with their own keys.
+const SHAPES: [(&str, &[&str]); 5] = [
+    ("rectangle", &["material", "corner", "edges"]),
+    ("sphere", &["material", "centre", "radius", "zone", "inward"]),
+    ("mesh", &["vertices", "faces", "scale", "rotate", "translate"]),
+    ("box", &["material", "corners", "inward", "scale", "rotate", "translate"]),
+    ("obj", &["material", "file", "scale", "rotate", "translate"]),
+];
+
+fn surface(table: &Table) -> Result<Surface, Error> {
+    let (model, keys) = table.need("model")?.choice(&MODELS)?;
+    table.keys(&[keys, &["model", "emission", "absorption"]])?;
+    let or = |key, default| table.get(key).map_or(Ok(default), |value| value.number(0.0..=1.0));
+    let share = |key| Ok(table.need(key)?.colour(0.0..=1.0)? * or("coefficient", 1.0)?);
+    let number = |key, range| table.need(key)?.number(range);
+    let bsdf = match model {
+        "black" => Bsdf::Black,
+        "lambert" => Bsdf::Lambert { albedo: share("albedo")? },
+        "oren-nayar" => {
+            let forms = [("corrected", OrenNayarForm::Corrected), ("printed", OrenNayarForm::Printed)];
+            let form = table.get("form").map_or(Ok(OrenNayarForm::Corrected), |form| Ok(form.choice(&forms)?.1))?;
+            Bsdf::oren_nayar(share("albedo")?, number("sigma", 0.0..=1.5)?, form)
+        }
+        "eon" => Bsdf::Eon { albedo: share("albedo")?, roughness: number("roughness", 0.0..=1.0)? },
+        "mirror" => Bsdf::Mirror { reflectance: share("reflectance")? },
+        "glass" => Bsdf::Glass { index: number("index", 0.1..=10.0)? },
+        _ => Bsdf::model(Ggx { reflectance: share("reflectance")?, alpha: number("alpha", 0.001..=1.0)? }),
+    };
+    let emission = table.get("emission").map_or(Ok(DVec3::ZERO), |value| value.colour(0.0..=LARGEST))?;
+    Ok(Surface { bsdf, emission, absorption: or("absorption", 0.0)? })
+}
+
+fn camera(table: &Table, unit: f64) -> Result<Camera, Error> {
+    table.keys(&[&["eye", "target", "up", "fov_deg", "half_height"]])?;
+    let half_height = match (table.get("fov_deg"), table.get("half_height")) {
+        (Some(angle), None) => (0.5 * angle.number(0.001..=179.0)?.to_radians()).tan(),
+        (None, Some(half)) => half.number(1e-5..=1e5)?,
+        _ => return Err(table.fault("needs one of fov_deg and half_height, and not both")),
+    };
+    let point = |key| table.need(key)?.point();
+    let camera = Camera::new(point("eye")? * unit, point("target")? * unit, point("up")?, half_height);
+    let needs = || table.fault("needs a target away from the eye and an upright that is not the line of sight");
+    if camera.is_valid() { Ok(camera) } else { Err(needs()) }
+}
+
+/// How a mesh is put into the scene: scaled, rotated and moved, then taken in the file's unit.
+struct Placement {
+    scale: DVec3,
+    rotation: Option<DQuat>,
+    translation: DVec3,
+    unit: f64,
+}
+
+impl Placement {
+    fn of(table: &Table, unit: f64) -> Result<Self, Error> {
+        let rotation = |value: Value| {
+            let rotation = value.table()?;
+            rotation.keys(&[&["axis", "degrees"]])?;
+            let axis = rotation.need("axis")?.point()?.try_normalize();
+            let axis = axis.ok_or_else(|| rotation.fault("needs an axis that is not zero"))?;
+            let angle = rotation.need("degrees")?.number(-360.0..=360.0)?.to_radians();
+            Ok(DQuat::from_axis_angle(axis, angle))
+        };
+        Ok(Self {
+            scale: table.get("scale").map_or(Ok(DVec3::ONE), |scale| scale.colour(1e-9..=LARGEST))?,
+            rotation: table.get("rotate").map(rotation).transpose()?,
+            translation: table.get("translate").map_or(Ok(DVec3::ZERO), |value| value.point())?,
+            unit,
+        })
+    }
+
+    fn place(&self, vertices: &mut [DVec3]) {
+        for vertex in vertices {
+            let scaled = self.scale * *vertex;
+            *vertex = (self.rotation.map_or(scaled, |q| q * scaled) + self.translation) * self.unit;
+        }
+    }
+}
+
+/// What may still be read.
+struct Limits {
+    bytes: u64,
+    vertices: usize,
+    triangles: usize,
+}
+
+impl Limits {
+    fn vertices(&mut self, count: usize) -> Result<(), String> {
+        spend(&mut self.vertices, count, "vertices")
+    }
+
+    fn triangles(&mut self, count: usize) -> Result<(), String> {
+        spend(&mut self.triangles, count, "triangles")
+    }
+}
+
+fn spend(left: &mut usize, count: usize, what: &str) -> Result<(), String> {
+    *left = left.checked_sub(count).ok_or_else(|| format!("the scene has more than {MOST} {what}: use fewer"))?;
+    Ok(())
+}
+
+/// The triangles of a polygon, from its first corner.
+fn fan(corners: &[u32]) -> impl Iterator<Item = [u32; 3]> {
+    corners[1..].windows(2).map(|edge| [corners[0], edge[0], edge[1]])
+}
+
+/// What has been read so far.
+struct Reading<'a> {
+    folder: &'a Path,
+    unit: f64,
+    materials: HashSet<String>,
+    limits: Limits,
+    digest: Sha256,
+    left_out: Vec<String>,
+}
+
+impl<'a> Reading<'a> {
+    fn of(source: &Source, name: &str, folder: &'a Path) -> Result<(Description, Self), Error> {
+        let limits = Limits { bytes: LARGEST_OBJ, vertices: MOST, triangles: MOST };
+        let (digest, left_out, materials) = (Sha256::new(), Vec::new(), HashSet::new());
+        let mut reading = Self { folder, unit: 1.0, materials, limits, digest, left_out };
+        reading.note(source.text.as_bytes());
+        let parsed = source.parse()?;
+        let root = Table::root(source, &parsed);
+        root.keys(&[&["name", "unit", "background", "camera", "materials", "objects"]])?;
+        if let Some(unit) = root.get("unit") {
+            reading.unit = unit.number(1e-6..=1e6)?;
+        }
+        let mut description = Description {
+            name: root.get("name").map_or(Ok(name), |name| name.text())?.to_owned(),
+            background: root.get("background").map_or(Ok(DVec3::ZERO), |value| value.colour(0.0..=LARGEST))?,
+            camera: camera(&root.need("camera")?.table()?, reading.unit)?,
+            materials: Vec::new(),
+            objects: Vec::new(),
+        };
+        if let Some(materials) = root.get("materials") {
+            for (name, value) in materials.table()?.rows() {
+                if name.is_empty() || name.chars().count() > 64 || name.chars().any(char::is_control) {
+                    return Err(value.fault("needs a name of 1 to 64 printable characters"));
+                }
+                reading.materials.insert(name.to_owned());
+                description.materials.push((name.to_owned(), surface(&value.table()?)?));
+            }
+        }
+        if let Some(objects) = root.get("objects") {
+            for object in objects.array()? {
+                let object = reading.object(&object.table()?, &description)?;
+                description.objects.push(object);
+            }
+        }
+        Ok((description, reading))
+    }
+
+    fn object(&mut self, table: &Table, description: &Description) -> Result<Object, Error> {
+        let (shape, keys) = table.need("shape")?.choice(&SHAPES)?;
+        table.keys(&[keys, &["shape"]])?;
+        let known = |name: &str, value: &Value| {
+            let is_known = self.materials.contains(name);
+            if is_known {
+                Ok(name.to_owned())
+            } else {
+                Err(value.fault(format!("is not known: {}", description.unknown(name))))
+            }
+        };
+        let material = || table.need("material").and_then(|value| known(value.text()?, &value));
+        let point = |key| Ok(table.need(key)?.point()? * self.unit);
+        let inward = || table.get("inward").map_or(Ok(false), |inward| inward.truth());
+        Ok(match shape {
+            "rectangle" => {
+                let (corner, material) = (point("corner")?, material()?);
+                let edges = table.need("edges")?.two(Value::point)?.map(|edge| edge * self.unit);
+                if triangle_normal([corner, corner + edges[0], corner + edges[0] + edges[1]]).is_none() {
+                    return Err(table.fault("needs two edges that span an area"));
+                }
+                self.limits.triangles(2).map_err(|message| table.fault(message))?;
+                Object::Rectangle { corner, edges, material }
+            }
+            "sphere" => {
+                let any = f64::NEG_INFINITY..=f64::INFINITY;
+                let zone = |zone: Value| zone.two(|z| z.number(any.clone()));
+                let zone = table.get("zone").map_or(Ok([*any.start(), *any.end()]), zone)?.map(|z| z * self.unit);
+                let radius = table.need("radius")?.number(1e-9..=LARGEST)? * self.unit;
+                let sphere = Sphere { centre: point("centre")?, radius, zone, inward: inward()? };
+                if !is_sound(&sphere) {
+                    return Err(table.fault("needs a zone from a lower to a higher z that meets the sphere"));
+                }
+                Object::Sphere { sphere, material: material()? }
+            }
+            "box" => {
+                let [low, high] = table.need("corners")?.two(Value::point)?;
+                if !low.cmplt(high).all() {
+                    return Err(
+                        table.fault("needs the corner of the least x, y and z first, then that of the greatest")
+                    );
+                }
+                let (mut vertices, triangles) = cuboid(low, high, inward()?);
+                Placement::of(table, self.unit)?.place(&mut vertices);
+                let triangles = vec![(material()?, triangles.to_vec())];
+                self.limits.triangles(12).map_err(|message| table.fault(message))?;
+                Object::Mesh { vertices: vertices.to_vec(), triangles }
+            }
+            "mesh" => {
+                let list = table.need("vertices")?.array()?;
+                self.limits.vertices(list.len()).map_err(|message| table.fault(message))?;
+                let mut vertices = list.map(|vertex| vertex.point()).collect::<Result<Vec<_>, _>>()?;
+                Placement::of(table, self.unit)?.place(&mut vertices);
+                let mut triangles = Vec::new();
+                for (name, faces) in table.need("faces")?.table()?.rows() {
+                    let mut all = Vec::new();
+                    for face in faces.array()? {
+                        let corners = face.array()?.map(|corner| corner.index(vertices.len()));
+                        let corners = corners.collect::<Result<Vec<u32>, _>>()?;
+                        if corners.len() < 3 {
+                            return Err(face.fault("needs at least three corners for each face"));
+                        }
+                        self.limits.triangles(corners.len() - 2).map_err(|message| face.fault(message))?;
+                        for triangle in fan(&corners) {
+                            if triangle_normal(triangle.map(|i| vertices[i as usize])).is_none() {
+                                return Err(
+                                    face.fault(format!("has the triangle {triangle:?} without area: remove it"))
+                                );
+                            }
+                            all.push(triangle);
+                        }
+                    }
+                    triangles.push((known(name, &faces)?, all));
+                }
+                Object::Mesh { vertices, triangles }
+            }
+            _ => {
+                let (value, material) = (table.need("file")?, material()?);
+                let path = self.folder.join(value.text()?);
+                let bytes = read(&path, self.limits.bytes).map_err(|error| {
+                    value.fault(format!("cannot be read: {}: {error}", shown(&path.to_string_lossy())))
+                })?;
+                self.limits.bytes -= bytes.len() as u64;
+                self.note(&bytes);
+                let file = path.display().to_string();
+                let Obj { mut vertices, mut triangles } =
+                    obj::parse(&file, &String::from_utf8_lossy(&bytes), &mut self.limits)?;
+                Placement::of(table, self.unit)?.place(&mut vertices);
+                let before = triangles.len();
+                triangles.retain(|triangle| triangle_normal(triangle.map(|i| vertices[i as usize])).is_some());
+                let flat = before - triangles.len();
+                if triangles.is_empty() {
+                    return Err(value.fault("has no triangle with an area"));
+                }
+                if flat > 0 {
+                    self.left_out.push(format!("{file}: {flat} of {before} triangles have no area and are left out"));
+                }
+                Object::Mesh { vertices, triangles: vec![(material, triangles)] }
+            }
+        })
+    }
+
+    /// Adds the bytes of a file to what tells scenes apart.
+    fn note(&mut self, bytes: &[u8]) {
+        self.digest.update((bytes.len() as u64).to_le_bytes());
+        self.digest.update(bytes);
+    }
+}

@@ -1,0 +1,295 @@
+//! Scene files: what each key does, what is refused and in which words, and that nothing brings the loader down.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use whitefurnace::bsdf::ggx::Ggx;
+use whitefurnace::nearest::hint;
+use whitefurnace::scene::file::{Description, LARGEST_FILE, Object, SceneFile};
+
+use crate::prelude::*;
+
+const EVERY_KEY: &str = include_str!("data/scenes/every-key.toml");
+const PYRAMID: &str = include_str!("data/scenes/pyramid.obj");
+
+/// A folder of this test's own with a scene and its mesh.
+fn written(test: &str, scene: &[u8], mesh: &[u8]) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
+    fs::create_dir_all(&folder).expect("a folder");
+    fs::write(folder.join("pyramid.obj"), mesh).expect("written");
+    let path = folder.join("scene.toml");
+    fs::write(&path, scene).expect("written");
+    path
+}
+
+fn every_key() -> SceneFile {
+    SceneFile::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/library/data/scenes/every-key.toml"))
+        .expect("a scene")
+}
+
+/// The same scene in the words of the library.
+#[test]
+fn every_key_says_what_the_page_says() {
+    let rust = DVec3::new(0.25, 0.125, 0.0625);
+    let surface = |bsdf| Surface::new(bsdf);
+    let quarter = DVec3::splat(0.25);
+    let steel = Bsdf::model(Ggx { reflectance: rust, alpha: 0.25 });
+    let materials = [
+        ("black", surface(Bsdf::Black).emitting(DVec3::new(4.0, 2.0, 1.0))),
+        ("floor", surface(Bsdf::Lambert { albedo: DVec3::new(0.25, 0.125, 0.5) }).absorbing(0.25)),
+        ("chalk", surface(Bsdf::oren_nayar(DVec3::splat(0.5), 0.25, OrenNayarForm::Printed))),
+        ("plaster", surface(Bsdf::oren_nayar(quarter, 0.25, OrenNayarForm::Corrected))),
+        ("clay", surface(Bsdf::Eon { albedo: quarter, roughness: 0.75 })),
+        ("mirror", surface(Bsdf::Mirror { reflectance: quarter })),
+        ("glass", surface(Bsdf::Glass { index: 1.25 })),
+        ("brushed steel", surface(steel)),
+    ];
+    let SceneFile { description, left_out, .. } = every_key();
+    assert_eq!(description.name, "every key");
+    assert_eq!(description.background, DVec3::new(0.25, 0.5, 1.0));
+    let (eye, target) = (DVec3::new(0.0, -6.0, 2.0), DVec3::new(0.0, 0.0, 0.5));
+    let camera = Camera::new(eye, target, DVec3::Z, (0.5 * FRAC_PI_2).tan());
+    assert_eq!(description.camera, camera);
+    assert_eq!(format!("{:?}", description.materials), format!("{:?}", materials.map(|(n, s)| (n.to_owned(), s))));
+    let half = |x, y, z| 0.5 * DVec3::new(x, y, z);
+    let [rectangle, sphere, mesh, cuboid, obj] = &description.objects[..] else { panic!("five objects") };
+    let lamp = Object::Rectangle {
+        corner: half(-1.0, -1.0, 10.0),
+        edges: [half(0.0, 2.0, 0.0), half(2.0, 0.0, 0.0)],
+        material: "black".to_owned(),
+    };
+    assert_eq!(*rectangle, lamp);
+    let bowl = Sphere { zone: [f64::NEG_INFINITY, 0.25], inward: true, ..Sphere::new(half(4.0, 0.0, 2.0), 0.5) };
+    assert_eq!(*sphere, Object::Sphere { sphere: bowl, material: "glass".to_owned() });
+    let corners = [(-8.0, -8.0, -0.5), (8.0, -8.0, -0.5), (8.0, 8.0, -0.5), (-8.0, 8.0, -0.5), (0.0, 0.0, 5.5)];
+    let ground = Object::Mesh {
+        vertices: corners.map(|(x, y, z)| half(x, y, z)).to_vec(),
+        triangles: vec![
+            ("floor".to_owned(), vec![[0, 1, 2], [0, 2, 3]]),
+            ("chalk".to_owned(), vec![[2, 3, 4]]),
+            ("plaster".to_owned(), vec![]),
+        ],
+    };
+    assert_eq!(*mesh, ground);
+    // Scaled to 1 × 2 × 4, turned from x to y, then moved: x from −2 − 2 to −2, y from 0 to 1, z from 1 to 5.
+    let (low, high, volume, area) = measures(cuboid);
+    assert_abs_diff_eq!(low, half(-4.0, 0.0, 1.0), epsilon = 1e-15);
+    assert_abs_diff_eq!(high, half(-2.0, 1.0, 5.0), epsilon = 1e-15);
+    assert_abs_diff_eq!(volume, 1.0, epsilon = 1e-14);
+    assert_abs_diff_eq!(area, 28.0 / 4.0, epsilon = 1e-14);
+    // A pyramid of side and height 2, whose flat triangle is left out, in the same unit.
+    let (low, high, volume, area) = measures(obj);
+    assert_eq!((low, high), (half(0.0, -4.0, 0.0), half(2.0, -2.0, 2.0)));
+    assert_abs_diff_eq!(volume, 8.0 / 3.0 / 8.0, epsilon = 1e-15);
+    assert_abs_diff_eq!(area, (4.0 + 4.0 * 5f64.sqrt()) / 4.0, epsilon = 1e-15);
+    assert_eq!(left_out.len(), 1);
+    assert!(left_out[0].ends_with("pyramid.obj: 1 of 7 triangles have no area and are left out"), "{left_out:?}");
+    assert_eq!(description.build().expect("a scene").primitives().count(), 2 + 1 + 3 + 12 + 6);
+}
+
+/// Least and greatest coordinates, volume within fronts that point outwards, and area.
+fn measures(object: &Object) -> (DVec3, DVec3, f64, f64) {
+    let Object::Mesh { vertices, triangles } = object else { panic!("a mesh") };
+    let corners = triangles.iter().flat_map(|(_, triangles)| triangles).map(|t| t.map(|v| vertices[v as usize]));
+    let (mut volume, mut area) = (0.0, 0.0);
+    for [a, b, c] in corners {
+        volume += a.dot(b.cross(c)) / 6.0;
+        area += 0.5 * (b - a).cross(c - a).length();
+    }
+    let low = vertices.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+    (low, vertices.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max), volume, area)
+}
+
+/// A text of the scene above, what stands there instead, and what is said of it; `OBJ` for its mesh.
+#[test]
+fn what_is_wrong_is_said_in_one_line_with_its_place() {
+    for case in include_str!("data/scenes/refusals.txt").lines().filter(|line| !line.starts_with('#')) {
+        let [what, instead, said] = case.split(" => ").collect::<Vec<_>>()[..] else { panic!("{case}") };
+        let (in_mesh, what) = what.strip_prefix("OBJ ").map_or((false, what), |what| (true, what));
+        let [what, instead] = [what, instead].map(|text| text.replace("\\n", "\n"));
+        let of = if in_mesh { PYRAMID } else { EVERY_KEY };
+        assert_eq!(of.matches(&what).count(), 1, "{case}");
+        let changed = of.replace(&what, &instead);
+        let line = 1 + of[..of.find(&what).expect("there")].matches('\n').count();
+        let (scene, mesh) = if in_mesh { (EVERY_KEY, &*changed) } else { (&*changed, PYRAMID) };
+        let path = written("refusals", scene.as_bytes(), mesh.as_bytes());
+        let message = SceneFile::load(&path).expect_err(case).to_string();
+        let file = if in_mesh { path.with_file_name("pyramid.obj") } else { path };
+        assert!(!message.contains('\n'), "{case}: {message}");
+        // Some stand where the table begins, not where the key should be.
+        let at = said.split_once("; line ").and_then(|(_, line)| line.parse().ok()).unwrap_or(line);
+        let said = said.split("; line ").next().expect("what is said");
+        assert_eq!(message, format!("scene {}, line {at}: {said}", file.display()), "{case}");
+    }
+}
+
+#[test]
+fn files_that_are_no_scenes_are_refused() {
+    let folder = written("no scenes", b"", b"").parent().expect("a folder").to_owned();
+    let refused = |path: &Path, hint: &str| {
+        let message = SceneFile::load(path).expect_err("refused").to_string();
+        assert!(message.contains(hint) && !message.contains('\n'), "{message}");
+        assert!(message.contains(&path.display().to_string()), "{message}");
+    };
+    refused(&folder.join("scene.toml"), "the file needs the key camera");
+    refused(&folder.join("none.toml"), "cannot read");
+    refused(&folder, "no ordinary file");
+    let big = folder.join("big.toml");
+    fs::write(&big, vec![b'\n'; LARGEST_FILE as usize + 1]).expect("written");
+    refused(&big, "more than 4194304 bytes");
+    fs::write(&big, b"\n\nname = \"\xff\"").expect("written");
+    refused(&big, "line 3: this is no text in UTF-8");
+}
+
+/// Images of scenes that differ are told apart by the digest, wherever the difference is.
+#[test]
+fn the_digest_is_of_all_files() {
+    let digest = |scene: &str, mesh: &str| {
+        SceneFile::load(&written("digest", scene.as_bytes(), mesh.as_bytes())).expect("a scene").digest
+    };
+    let base = digest(EVERY_KEY, PYRAMID);
+    assert_eq!(base, every_key().digest);
+    assert_eq!(base.len(), 64);
+    assert_ne!(base, digest(&EVERY_KEY.replace("every key", "any key"), PYRAMID));
+    assert_ne!(base, digest(EVERY_KEY, &PYRAMID.replace("0.5 0.5 1", "0.5 0.5 2")));
+}
+
+/// What a hostile file may hold where a number stood.
+const VALUES: [&str; 16] = [
+    "nan",
+    "inf",
+    "-1",
+    "0",
+    "1e308",
+    "1e-320",
+    "1e999",
+    "99999999999999999999",
+    "-0.0",
+    "[]",
+    "{}",
+    "\"\"",
+    "true",
+    "1979-05-27",
+    "0x7fffffffffffffff",
+    "[[0]]",
+];
+
+/// A text with its n-th number, or some of its bytes, replaced.
+fn mutated(text: &str, changes: &[(f64, usize, Vec<u8>)]) -> Vec<u8> {
+    let mut bytes = text.as_bytes().to_vec();
+    for (place, kind, noise) in changes {
+        let at = ((bytes.len() - 1) as f64 * place) as usize;
+        if *kind < VALUES.len() {
+            let digit = |byte: &u8| byte.is_ascii_digit() || *byte == b'.';
+            let Some(start) = bytes[at..].iter().position(digit).map(|after| at + after) else { continue };
+            let end = start + bytes[start..].iter().position(|byte| !digit(byte)).unwrap_or(bytes.len() - start);
+            bytes.splice(start..end, VALUES[*kind].bytes());
+        } else {
+            let end = bytes.len().min(at + kind - VALUES.len());
+            bytes.splice(at..end, noise.iter().copied());
+        }
+    }
+    bytes
+}
+
+#[test]
+fn no_file_brings_the_loader_down() {
+    let change = || (0.0..1.0, 0..VALUES.len() + 12, proptest::collection::vec(any::<u8>(), 0..6));
+    let changes = || proptest::collection::vec(change(), 0..4);
+    let counts = [0, 1].map(std::sync::atomic::AtomicU32::new);
+    property("hostile scenes", 3000, &(changes(), changes()), |(scene, mesh)| {
+        let path = written("hostile", &mutated(EVERY_KEY, &scene), &mutated(PYRAMID, &mesh));
+        let loaded = SceneFile::load(&path);
+        counts[usize::from(loaded.is_ok())].fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        match loaded {
+            Ok(file) => {
+                let scene = file.description.build().expect("what was loaded can be built");
+                for (x, y) in [(0.5, 0.5), (3.5, 2.5), (2.0, 1.5)] {
+                    scene.intersect(&scene.camera().ray([4, 3], x, y));
+                }
+            }
+            Err(error) => {
+                let message = error.to_string();
+                let folder = path.parent().expect("a folder").display().to_string();
+                assert!(message.contains(&folder) && message.contains(", line "), "{message}");
+                assert!(!message.contains(['\n', '\r']) && message.len() < 1000, "{message}");
+            }
+        }
+    });
+    // Both happen often.
+    for count in counts {
+        assert!(count.into_inner() > 150);
+    }
+}
+
+#[test]
+fn more_triangles_than_fit_are_refused_at_once() {
+    // A polygon of 4097 corners, 1025 times over.
+    let vertices: String = (0..4098).map(|i| format!("v {} {} 0\n", i, i * i)).collect();
+    let polygon: String = (1..4099).map(|i| format!(" {i}")).collect();
+    let mesh = vertices + &format!("f{polygon}\n").repeat(1025);
+    let message = SceneFile::load(&written("many", EVERY_KEY.as_bytes(), mesh.as_bytes())).expect_err("too many");
+    assert!(message.to_string().contains("more than 4194304 triangles"), "{message}");
+}
+
+/// The book's page of scene files.
+fn page() -> &'static str {
+    include_str!("../../book/pages/scenes.md")
+}
+
+/// The page's example is a scene that renders, and holds what the page says of it.
+#[test]
+fn the_pages_example_renders() {
+    let example = page().split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).expect("an example");
+    let description = Description::parse("example", example).expect("a scene");
+    let sampling = Sampling { pixel: Random, numbers: Numbers::Independent, seed: master(), outlines: false };
+    let mut film = Film::new([16, 12], None, 1).expect("a film");
+    let path = whitefurnace::estimator::Path::<Standard>::default();
+    render(&description.build().expect("a scene"), &path, sampling, &mut film, &(0..16), &|_| true).expect("rendered");
+    assert!(film.pixels().iter().all(|pixel| pixel.mean().min_element() > 0.0), "light falls everywhere");
+}
+
+/// The page names every key, model and shape that the loader takes: it lists them where a wrong one is given.
+#[test]
+fn the_page_has_every_key() {
+    let mut seen = 0;
+    for (what, instead) in [
+        ("name = \"every key\"", "qqqqqqqqq = 1"),
+        ("fov_deg = 90", "qqqqqqqqqqqq = 1"),
+        ("axis = [0, 0, 2]", "qqqqqqqqqqqqqq = 1"),
+        ("model = \"black\",", "model = \"qqqqqqqqqqqqqqqqqqqqqqqqq\","),
+        ("shape = \"box\"", "shape = \"qqqqqqqqqqqqqqqqqqqqqqq\""),
+        ("form = \"printed\"", "form = \"qqqqqqqqqqqqqqqqqqqqqq\""),
+        ("emission", "qqqqqqqqqqqqqqqqqqqqq"),
+        ("absorption", "qqqqqqqqqqqqqqqqqqqqq"),
+        ("form =", "qqqqqqqqqqqqqqqqqqqqq ="),
+        ("roughness", "qqqqqqqqqqqqqqqqqqqqq"),
+        ("model = \"mirror\"", "model = \"mirror\", qqqqqqqqqqqqqqqqqqqqq = 1"),
+        ("index", "qqqqqqqqqqqqqqqqqqqqq"),
+        ("alpha", "qqqqqqqqqqqqqqqqqqqqq"),
+        ("edges", "qqqqqqqqqqqqqqqqqqqqqqqqqqqqq"),
+        ("zone", "qqqqqqqqqqqqqqqqqqqqqqqqqqqqq"),
+        ("vertices", "qqqqqqqqqqqqqqqqqqqqqqqqqqqqq"),
+        ("corners", "qqqqqqqqqqqqqqqqqqqqqqqqqqqqq"),
+        ("file", "qqqqqqqqqqqqqqqqqqqqqqqqqqqqq"),
+    ] {
+        let scene = EVERY_KEY.split_once('\n').expect("a first line").1.replacen(what, instead, 1);
+        let path = written("keys", scene.as_bytes(), PYRAMID.as_bytes());
+        let message = SceneFile::load(&path).expect_err("refused").to_string();
+        let (_, names) = message.split_once("; there is ").unwrap_or_else(|| panic!("{what}: {message}"));
+        for name in names.split(", ") {
+            assert!(page().contains(&format!("`{name}`")), "the page lacks {name}");
+            seen += 1;
+        }
+    }
+    assert!(seen > 70, "{seen}");
+}
+
+#[test]
+fn a_near_name_is_suggested_and_a_far_one_is_not() {
+    assert_eq!(hint("fresnell", ["fresnel", "sphere"]), "; did you mean \"fresnel\"?");
+    assert_eq!(hint("xyz", ["fresnel"]), "; there is fresnel");
+    assert_eq!(hint("xyz", [""; 0]), "; there are none yet");
+    assert_eq!(hint("xyz", ["long name"; 13]), "");
+    assert_eq!(hint(&"x".repeat(10_000_000), ["fresnel"]), "; there is fresnel");
+}
