@@ -324,6 +324,12 @@ impl Film {
         &self.pixels[y as usize * self.window.size[0] as usize + x as usize]
     }
 
+    /// Whether frames, windows and samples of a replication are the same.
+    pub fn is_like(&self, other: &Self) -> bool {
+        (self.frame, self.window, self.samples_per_replication)
+            == (other.frame, other.window, other.samples_per_replication)
+    }
+
     /// Adds another film's replications: exact, in any order.
     ///
     /// # Errors
@@ -333,8 +339,8 @@ impl Film {
         if self.begun.is_some() || other.begun.is_some() {
             return Err(Error::Option("a film with a replication that is only begun cannot be merged".to_owned()));
         }
-        let kind = |film: &Self| (film.frame, film.window, film.samples_per_replication);
-        if kind(self) != kind(other) {
+        if !self.is_like(other) {
+            let kind = |film: &Self| (film.frame, film.window, film.samples_per_replication);
             return Err(Error::Option(format!(
                 "films of different frames, windows or replications cannot be merged: {:?} and {:?}",
                 kind(self),

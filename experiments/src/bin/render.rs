@@ -103,7 +103,8 @@ fn same(path: &Path, options: &Render, saved: Unfinished) -> Result<Film, Error>
     let (here, part) = (options.job.provenance(false), options.part()?);
     let parts = (saved.part != part).then(|| format!("replications {} there, {part} here", saved.part));
     match difference(&saved.job, &here).or(parts) {
-        None => Ok(saved.film),
+        None if saved.film.is_like(&options.job.film()?) => Ok(saved.film),
+        None => Err(Error::Option(format!("--resume: {} has another size than it says", path.display()))),
         Some(difference) => Err(Error::Option(format!(
             "--resume: {} is of another run: {difference}; repeat its options, choose another --out, or begin afresh without \
              --resume",

@@ -86,7 +86,7 @@ impl Job {
                     let error = film.relative_error() * (4.0 * n - 3.0) / (4.0 * n - 4.0);
                     if !error.is_finite() {
                         return Err(Error::Option(
-                            "--target-error: the pilot saw no light, so that there is no relative error: take --spp"
+                            "--target-error: the pilot has no relative error, for it saw no light or has one scramble only: take --spp"
                                 .into(),
                         ));
                     }

@@ -79,7 +79,9 @@ impl Unfinished {
             _ => (display == "truncated").then_some(Display::Truncated),
         };
         match (part, display) {
-            (Some(part), Some(display)) if film.replications() <= part.range.end - part.range.start => {
+            (Some(part), Some(display))
+                if film.pixels().iter().all(|pixel| pixel.replications() <= part.range.end - part.range.start) =>
+            {
                 Ok(Self { film, job, part, display })
             }
             _ => Err(Error::Image {
@@ -115,6 +117,9 @@ const LOSS: Duration = Duration::from_secs(9);
 /// Saving takes this share of the time, where the loss allows it; and happens at most so often.
 const SHARE: u32 = 100;
 const EVERY: Duration = Duration::from_secs(1);
+
+/// The name of the thread that saves.
+pub const SAVER: &str = "saver";
 
 /// What was saved, how long it took, and what came of it.
 type Saved = (Film, Duration, Result<(), Error>);
@@ -156,10 +161,14 @@ impl Checkpoints {
             None => film.clone(),
         };
         let (path, notes) = (self.path.clone(), self.notes.clone());
-        self.saving = Some(std::thread::spawn(move || {
+        let saver = std::thread::Builder::new().name(SAVER.to_owned()).spawn(move || {
             let result = write_unfinished(&path, &copy, &notes);
             (copy, start.elapsed(), result)
-        }));
+        });
+        match saver {
+            Ok(saver) => self.saving = Some(saver),
+            Err(error) => self.said(Err(Error::file("write", &self.path)(error))),
+        }
     }
 
     /// Waits for the last file. A disk that is full for a while is no reason to end: what was saved stays, and the next
@@ -168,13 +177,19 @@ impl Checkpoints {
         let Some(Ok((copy, took, result))) = self.saving.take().map(JoinHandle::join) else {
             return Duration::ZERO;
         };
-        if let Err(error) = &result
-            && !self.failing
-        {
-            eprintln!("warning: {error}; what was saved before stays, work goes on, and saving is tried again");
-        }
-        self.failing = result.is_err();
+        self.said(result);
         self.copy = Some(copy);
         took
+    }
+    /// Warns of the first failure after a success.
+    fn said(&mut self, result: Result<(), Error>) {
+        let failing = result.is_err();
+        match result {
+            Err(error) if !self.failing => {
+                eprintln!("warning: {error}; what was saved before stays, work goes on, and saving is tried again");
+            }
+            _ => {}
+        }
+        self.failing = failing;
     }
 }
