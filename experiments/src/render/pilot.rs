@@ -20,7 +20,7 @@ pub enum Aim {
 /// The longest pilot, and the largest share of the time asked for that it takes: of both, unless the fewest samples take
 /// longer.
 const LONGEST_PILOT: Duration = Duration::from_secs(8);
-const PILOTS_SHARE: u32 = 20;
+const PILOTS_SHARE: u32 = 10;
 
 /// What is left of the time asked for, as a safeguard, and for each pixel, to write the files.
 const MARGIN: f64 = 0.02;
