@@ -25,6 +25,11 @@ impl Camera {
         Self { eye, forward, right, up: right.cross(forward), half_height }
     }
 
+    /// The unit vectors ahead, to the right and upwards, and half of the image's height at distance 1.
+    pub fn frame(&self) -> ([DVec3; 3], f64) {
+        ([self.forward, self.right, self.up], self.half_height)
+    }
+
     /// Whether it looks anywhere: finite numbers, a target away from the eye, `up` not along the line of
     /// sight, and a height above 0.
     pub(crate) fn is_valid(&self) -> bool {

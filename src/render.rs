@@ -7,7 +7,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::Error;
-use crate::estimator::{Estimator, ImageEstimator, LightRules, Path};
+use crate::estimator::{Estimator, ImageEstimator, LightRules, Path, Strategy};
 use crate::film::{Begun, Features, Film, Pixel, check_radiance};
 use crate::lanes::Engine;
 use crate::outline::{Outlines, POINTS, replaced};
@@ -139,10 +139,18 @@ pub struct OneRayPerHit {
     pub rules: LightRules,
 }
 
+/// Whether [`render_lanes`] takes this estimator in this scene: shadow rays do not look for environment maps in lanes.
+pub fn lanes_serve(scene: &Scene, estimator: &LaneEstimator) -> bool {
+    match estimator {
+        LaneEstimator::Path(path) => path.strategy == Strategy::Bsdf || scene.background().map().is_none(),
+        LaneEstimator::Report(_) => true,
+    }
+}
+
 /// [`render`] by the lane engine: the same bytes.
 ///
 /// # Errors
-/// Those of [`render`].
+/// Those of [`render`]; [`Error::Option`] for what [`lanes_serve`] does not.
 pub fn render_lanes(
     scene: &Scene,
     estimator: LaneEstimator,
@@ -151,6 +159,11 @@ pub fn render_lanes(
     range: &Range<u32>,
     done: Progress<'_>,
 ) -> Result<bool, Error> {
+    if !lanes_serve(scene, &estimator) {
+        return Err(Error::Option(
+            "shadow rays to an environment map are not followed in lanes: use `render`".to_owned(),
+        ));
+    }
     let frame = film.frame();
     let engine = Engine::new(scene, estimator, (sampling, Outlines::new(scene, frame, sampling)));
     each_row(sampling, film, range, done, |corner, range, row| engine.row((frame, corner), range, row))

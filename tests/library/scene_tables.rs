@@ -3,6 +3,7 @@
 
 use std::collections::BTreeSet;
 
+use whitefurnace::scene::file::{Description, Object};
 use whitefurnace::scene::room::Walls;
 
 use crate::camera::assert_rays;
@@ -77,7 +78,7 @@ fn check(scene: Result<Scene, Error>, name: &str, sections: &[&str], more: &str)
             _ => {}
         }
     }
-    let mut found = vec![format!("background {}", scene.background())];
+    let mut found = vec![format!("background {}", scene.background().radiance(DVec3::Z))];
     found.extend(scene.primitives().map(|(geometry, surface)| format!("{} {surface:?}", shape(geometry))));
     found.extend(scene.emitters().iter().map(light));
     assert_eq!(found.len(), expected.len(), "{name}");
@@ -103,6 +104,16 @@ fn simple_scenes() {
         }
     }
     assert_eq!(simple::CAP_SHARE, 0.25);
+}
+
+/// What the file of the report's room says itself, before a convention or a trial changes it.
+#[test]
+fn the_rooms_file_is_the_physical_room() {
+    let file = Description::parse("report", include_str!("../../src/scene/files/report.toml")).expect("a scene");
+    let room = room::report(Convention::Physical, OrenNayarForm::Corrected).expect("a scene");
+    let parts = |scene: &Scene| scene.primitives().map(|part| format!("{part:?}")).collect::<Vec<_>>();
+    assert_eq!(parts(&file.build().expect("a scene")), parts(&room));
+    assert!(file.objects.contains(&Object::Sphere { sphere: room::WHITE_SPHERE, material: "white".to_owned() }));
 }
 
 #[test]

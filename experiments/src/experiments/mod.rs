@@ -12,6 +12,7 @@ mod faults;
 mod figures;
 mod furnace;
 mod lights;
+mod mitsuba;
 mod penumbra;
 mod photon_bias;
 pub mod power;
@@ -54,6 +55,7 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &caustics::CAUSTICS,
     &shadow_rays::SHADOW_RAYS,
     &agreement::AGREEMENT,
+    &mitsuba::MITSUBA,
     &speed::SPEED,
     &trials::TRIALS,
     &faults::FAULTS,

@@ -18,6 +18,7 @@ use crate::run::cli::{real, whole};
 ///   render                                            the report's room, physically consistent
 ///   render --convention report --out out/fig6.exr     what the report's text describes
 ///   render --scene cornell --size 512x512 --spp 64    another scene, smaller and noisier
+///   render --scene room.toml                          a scene of your own: the book's page Scene files
 ///
 /// The same options give the same bytes, whatever the number of threads. An option that changes nothing
 /// together with the others is refused.

@@ -11,7 +11,9 @@ use whitefurnace::estimator::{
     Report, Sppm, Standard, Strategy, Whitted,
 };
 use whitefurnace::film::{Film, Pixel};
-use whitefurnace::render::{ByLanes, ByPasses, ByRays, LaneEstimator, OneRayPerHit, Renderer, UNINTERRUPTED};
+use whitefurnace::render::{
+    ByLanes, ByPasses, ByRays, LaneEstimator, OneRayPerHit, Renderer, UNINTERRUPTED, lanes_serve,
+};
 use whitefurnace::rng::seed_for;
 use whitefurnace::sampler::Pass;
 use whitefurnace::scene::Scene;
@@ -178,9 +180,9 @@ impl Job {
         };
         let (numbers, seed) = (self.sampling().numbers, self.seed);
         Ok(match (self.estimator, self.convention) {
-            (EstimatorName::Bsdf, _) => self.by_paths(Strategy::Bsdf),
-            (EstimatorName::Light, _) => self.by_paths(Strategy::Light),
-            (EstimatorName::Mis, _) => self.by_paths(Strategy::Mis),
+            (EstimatorName::Bsdf, _) => self.by_paths(scene, Strategy::Bsdf),
+            (EstimatorName::Light, _) => self.by_paths(scene, Strategy::Light),
+            (EstimatorName::Mis, _) => self.by_paths(scene, Strategy::Mis),
             (EstimatorName::LightTracer, _) => {
                 Box::new(ByPasses { estimator: LightTracer::<Standard>::default(), numbers, seed })
             }
@@ -216,19 +218,19 @@ impl Job {
             (EstimatorName::Report, ConventionName::Published) => Box::new(self.by_rays(Published::default())),
             (EstimatorName::Report, _) => {
                 let report = Report { rays: self.rays, rules, ..Report::default() };
-                self.by_engine(report, LaneEstimator::Report(OneRayPerHit { segments: report.segments, rules }))
+                self.by_engine(scene, report, LaneEstimator::Report(OneRayPerHit { segments: report.segments, rules }))
             }
         })
     }
 
-    fn by_paths(&self, strategy: Strategy) -> Box<dyn Renderer> {
+    fn by_paths(&self, scene: &Scene, strategy: Strategy) -> Box<dyn Renderer> {
         let path = self.path(strategy);
-        self.by_engine(path, LaneEstimator::Path(path))
+        self.by_engine(scene, path, LaneEstimator::Path(path))
     }
 
-    fn by_engine<E: Estimator + 'static>(&self, scalar: E, lanes: LaneEstimator) -> Box<dyn Renderer> {
+    fn by_engine<E: Estimator + 'static>(&self, scene: &Scene, scalar: E, lanes: LaneEstimator) -> Box<dyn Renderer> {
         match self.engine {
-            EngineName::Lanes if self.has_engines() => {
+            EngineName::Lanes if self.has_engines() && lanes_serve(scene, &lanes) => {
                 Box::new(ByLanes { estimator: lanes, sampling: self.sampling() })
             }
             _ => Box::new(self.by_rays(scalar)),

@@ -20,6 +20,7 @@ use whitefurnace::image::{Display, write_exr, write_png};
 use whitefurnace::pixel::PixelSampling;
 use whitefurnace::render::{ByPasses, ByRays, Numbers, Renderer, Sampling};
 use whitefurnace::sampler::Pass;
+use whitefurnace::scene::file::SceneFile;
 use whitefurnace::scene::room::{self, Convention};
 use whitefurnace::scene::{Scene, simple};
 
@@ -148,6 +149,7 @@ fn white_sphere(call: &mut Call, bsdf: Bsdf) {
     call.scene = room::with_white_sphere(bsdf, room::Walls::default());
 }
 
+const EVERY_KEY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/library/data/scenes/every-key.toml");
 const GREY: DVec3 = DVec3::splat(room::WHITE);
 
 fn rows() -> Vec<Row> {
@@ -161,6 +163,9 @@ fn rows() -> Vec<Row> {
         }),
         Row("scene", "glass-cube", PLAIN, |c| c.scene = simple::glass_cube(false)),
         Row("scene", "cornell", PLAIN, |c| c.scene = simple::cornell()),
+        Row("scene", EVERY_KEY, PLAIN, |c| {
+            c.scene = SceneFile::load(EVERY_KEY.as_ref()).and_then(|file| file.description.build());
+        }),
         Row("convention", "physical", PLAIN, |_| {}),
         Row("convention", "report", PLAIN, |c| *c = REPORT.call()),
         Row("convention", "published", PLAIN, PUBLISHED.1),

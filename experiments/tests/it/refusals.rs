@@ -26,6 +26,41 @@ fn bad_input_gets_one_line_exit_code_two_and_leaves_nothing() {
     }
 }
 
+#[test]
+fn scene_files_are_refused_by_line_and_told_apart() {
+    let folder = folder("scene-files");
+    let pyramid = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 1 2\n";
+    let scene = "background = 1\ncamera = { eye = [0, 0, 5], target = [0, 0, 0], up = [0, 1, 0], fov_deg = 40 }\n\
+                 materials.clay = { model = \"lambert\", albedo = 0.5 }\n\
+                 objects = [{ shape = \"obj\", material = \"clay\", file = \"one.obj\" }]\n";
+    std::fs::write(folder.join("one.obj"), pyramid).expect("written");
+    std::fs::write(folder.join("good.toml"), scene).expect("written");
+    std::fs::write(folder.join("bad.toml"), scene.replace("albedo", "albdo")).expect("written");
+    let small = "--size 4x3 --spp 2";
+    for (options, hint) in [
+        ("--scene bad.toml", "scene bad.toml, line 3: materials.clay has no key \"albdo\"; did you mean \"albedo\"?"),
+        ("--scene none.toml", "cannot read none.toml"),
+        ("--scene good.toml --convention report", "--scene good.toml is defined under --convention physical only"),
+        ("--scene good.toml --diffuse eon", "--scene report"),
+        ("--scene good.toml --estimator radiosity", "background"),
+        ("--scene good.toml --estimator light-tracer", "--scene good.toml is lit by its background"),
+    ] {
+        refused(&render(&folder, &format!("{small} {options}")), hint);
+    }
+    let bytes = |file: &str| {
+        let output = render(&folder, &format!("{small} --scene good.toml --out {file}"));
+        assert!(output.status.success());
+        let note = "note: one.obj: 1 of 2 triangles have no area and are left out\n";
+        assert_eq!(text(&output.stderr).replace('\r', ""), note);
+        text(&std::fs::read(folder.join(file)).expect("there"))
+    };
+    let first = bytes("a.exr");
+    assert!(first.contains("scene=good.toml\nscene-sha256="), "the file says what it shows");
+    assert_eq!(first, bytes("b.exr"));
+    std::fs::write(folder.join("one.obj"), format!("{pyramid}# the same, and yet another file")).expect("written");
+    assert_ne!(first, bytes("c.exr"));
+}
+
 /// What an option refuses names the range that its help states.
 #[test]
 fn ranges_stand_in_the_help() {

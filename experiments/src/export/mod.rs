@@ -1,0 +1,138 @@
+//! The program `export`: scenes in the words of other renderers. What another renderer cannot say is refused by name,
+//! never approximated.
+
+mod mitsuba;
+mod pbrt;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, ValueEnum};
+use glam::DVec3;
+use whitefurnace::environment::Environment;
+use whitefurnace::error::Error;
+use whitefurnace::scene::{Geometry, Scene, Surface};
+use whitefurnace::shape::Sphere;
+
+use crate::render::{DiffuseName, Job, SceneSource};
+use crate::run::cli::{self, Ending, parse_size, whole};
+use crate::say;
+
+/// Write a scene for another renderer, with the same camera, size of image, and box filter.
+///
+/// Examples:
+///   export --scene cornell --to mitsuba --size 256x256    then: mitsuba -m scalar_rgb out/export/scene.xml
+///   export --scene room.toml --to pbrt --out out/room     then: pbrt out/room/scene.pbrt
+///
+/// What the other renderer does not have is refused by name: no scene is approximated. `absorption` is left out, because
+/// only the report's own estimator takes it.
+#[derive(Parser)]
+#[command(name = "export", version, verbatim_doc_comment)]
+pub struct Export {
+    /// What to write: a built-in scene, or a scene file that ends in .toml
+    #[arg(long, default_value = "report", value_name = "NAME|FILE.toml")]
+    scene: SceneSource,
+    /// Diffuse model of the report's white sphere
+    #[arg(long, value_enum, default_value_t = DiffuseName::Corrected)]
+    diffuse: DiffuseName,
+    /// For which renderer
+    #[arg(long, value_enum)]
+    to: Renderer,
+    /// Width x height in pixels; from 1x1 to 100000000 pixels in all
+    #[arg(long, allow_hyphen_values = true, value_parser = parse_size, default_value = "1024x768")]
+    size: [u32; 2],
+    /// Samples per pixel; from 1 to 4294967295
+    #[arg(long, default_value_t = 64, allow_hyphen_values = true, value_parser = whole::<u32>(1..=u64::from(u32::MAX)))]
+    spp: u32,
+    /// The folder for the scene and its meshes
+    #[arg(long, value_name = "DIR", default_value = "out/export")]
+    out: PathBuf,
+}
+
+/// The renderers for which scenes can be written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Renderer {
+    /// Mitsuba 3, in a variant whose colours are RGB
+    Mitsuba,
+    /// pbrt-v4, which is spectral: grey surfaces and lights only
+    Pbrt,
+}
+
+/// The whole program.
+pub fn main() -> ExitCode {
+    cli::exit(run(&cli::parse()))
+}
+
+fn run(options: &Export) -> Result<Ending, Error> {
+    let Export { scene, diffuse, to, size, spp, ref out } = *options;
+    let job = Job { scene, diffuse, ..Job::default() };
+    let files = files(&job.build_scene()?, to, size, spp)?;
+    std::fs::create_dir_all(out).map_err(Error::file("create", out))?;
+    for (name, text) in &files {
+        let path = out.join(name);
+        std::fs::write(&path, text).map_err(Error::file("write", &path))?;
+    }
+    say!("{}: {} files", out.join(&files[0].0).display(), files.len());
+    Ok(Ending::Done)
+}
+
+/// The files of a scene by name, that of the scene first.
+pub fn files(scene: &Scene, to: Renderer, size: [u32; 2], spp: u32) -> Result<Vec<(String, String)>, Error> {
+    let files = match to {
+        Renderer::Mitsuba => mitsuba::files(scene, size, spp),
+        Renderer::Pbrt => pbrt::file(scene, size, spp).map(|text| vec![("scene.pbrt".to_owned(), text)]),
+    };
+    files.map_err(|what| {
+        let renderer = crate::render::name(to);
+        Error::Option(format!("--to {renderer} cannot say scene {}: {what}", scene.name()))
+    })
+}
+
+/// What has one surface: its triangles together, each sphere alone.
+struct Part<'s> {
+    surface: &'s Surface,
+    shape: Shape,
+}
+
+enum Shape {
+    Triangles(Vec<[DVec3; 3]>),
+    Sphere(Sphere),
+}
+
+fn parts(scene: &Scene) -> Vec<Part<'_>> {
+    let mut parts: Vec<Part> = Vec::new();
+    for (geometry, surface) in scene.primitives() {
+        match geometry {
+            Geometry::Sphere(sphere) => parts.push(Part { surface, shape: Shape::Sphere(sphere) }),
+            Geometry::Triangle(corners) => {
+                let same = parts.iter_mut().find_map(|part| match &mut part.shape {
+                    Shape::Triangles(triangles) if std::ptr::eq(part.surface, surface) => Some(triangles),
+                    _ => None,
+                });
+                match same {
+                    Some(triangles) => triangles.push(corners),
+                    None => parts.push(Part { surface, shape: Shape::Triangles(vec![corners]) }),
+                }
+            }
+        }
+    }
+    parts
+}
+
+/// The radiance of a background that is not black.
+fn background(scene: &Scene) -> Result<Option<DVec3>, String> {
+    match scene.background() {
+        Environment::Uniform(radiance) => Ok((*radiance != DVec3::ZERO).then_some(*radiance)),
+        Environment::Map(_) => Err("it has an environment map, and others put its pixels elsewhere".to_owned()),
+    }
+}
+
+/// Whether it is all of its sphere.
+fn is_whole(sphere: &Sphere) -> bool {
+    sphere.heights() == [-sphere.radius, sphere.radius]
+}
+
+/// Three numbers with a separator, each with all its digits.
+fn numbers(v: DVec3, separator: &str) -> String {
+    v.to_array().map(|x| x.to_string()).join(separator)
+}
