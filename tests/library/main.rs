@@ -47,4 +47,5 @@ mod scene_tables; // every built-in scene against its table
 mod solid_angle;
 mod specular; // paths by way of mirrors and glass
 mod sphere;
+mod unfinished; // work that was stopped, and its files
 mod watertight;
