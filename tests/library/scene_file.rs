@@ -280,7 +280,7 @@ fn more_triangles_than_fit_are_refused_at_once() {
     let vertices: String = (0..4098).map(|i| format!("v {} {} 0\n", i, i * i)).collect();
     let polygon: String = (1..4099).map(|i| format!(" {i}")).collect();
     let mesh = vertices + &format!("f{polygon}\n").repeat(1025);
-    let message = SceneFile::load(&written("many", EVERY_KEY.as_bytes(), mesh.as_bytes())).err().expect("too many");
+    let message = SceneFile::load(&written("many", EVERY_KEY.as_bytes(), mesh.as_bytes())).expect_err("too many");
     assert!(message.to_string().contains("more than 4194304 triangles"), "{message}");
 }
 
@@ -327,7 +327,7 @@ fn the_page_has_every_key() {
     ] {
         let scene = EVERY_KEY.split_once('\n').expect("a first line").1.replacen(what, instead, 1);
         let path = written("keys", scene.as_bytes(), PYRAMID.as_bytes());
-        let message = SceneFile::load(&path).err().expect("refused").to_string();
+        let message = SceneFile::load(&path).expect_err("refused").to_string();
         let (_, names) = message.split_once("; there is ").unwrap_or_else(|| panic!("{what}: {message}"));
         for name in names.split(", ") {
             assert!(page().contains(&format!("`{name}`")), "the page lacks {name}");
