@@ -3,10 +3,11 @@
 
 Needs the Python package `mitsuba` (pip install mitsuba). From the root of the repository:
 
-    experiments/mitsuba/compare.py cornell diffuse-room path/to/scene.toml
+    experiments/mitsuba/compare.py cornell diffuse-room path/to/scene.toml 'cornell*0.99'
 
-A scene NAME*0.99 is rendered by Mitsuba with each diffuse albedo 1 % lower: `compare` must notice. What `compare` found
-is printed for each scene, and goes with --record FILE into a JSON file.
+In a scene NAME*0.99 Mitsuba's diffuse albedos are 1 % lower, which `compare` must notice. What it finds is printed for
+each scene, and goes with --record FILE into a JSON file: the experiment `mitsuba` takes its numbers from
+experiments/src/experiments/mitsuba.json.
 """
 
 import argparse
