@@ -14,6 +14,7 @@ import argparse
 import json
 import pathlib
 import re
+import shutil
 import subprocess
 
 import mitsuba as mi
@@ -38,6 +39,7 @@ def darker(xml, factor):
 def compare(scene, options):
     name, _, factor = scene.partition("*")
     folder = options.out / re.sub(r"\W+", "-", f"{pathlib.Path(name).stem} {factor}").strip("-")
+    shutil.rmtree(folder, ignore_errors=True)
     common = ["--scene", name, "--size", options.size, "--spp", str(options.spp)]
     program("export", *common, "--to", "mitsuba", "--out", str(folder))
     xml = folder / "scene.xml"

@@ -433,10 +433,10 @@ impl<'a> Reading<'a> {
             }
             _ => {
                 let (value, material) = (table.need("file")?, material()?);
-                let path = self.folder.join(value.text()?);
-                let bytes = read(&path, self.limits.bytes).map_err(|error| {
-                    value.fault(format!("cannot be read: {}: {error}", shown(&path.to_string_lossy())))
-                })?;
+                let name = value.text()?;
+                let path = self.folder.join(name);
+                let bytes = read(&path, self.limits.bytes)
+                    .map_err(|error| value.fault(format!("{} cannot be read: {error}", shown(name))))?;
                 self.limits.bytes -= bytes.len() as u64;
                 self.note(&bytes);
                 let file = path.display().to_string();

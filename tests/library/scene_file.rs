@@ -154,6 +154,17 @@ fn files_that_are_no_scenes_are_refused() {
     refused(&big, "more than 4194304 bytes");
     fs::write(&big, b"\n\nname = \"\xff\"").expect("written");
     refused(&big, "line 3: this is no text in UTF-8");
+    let path = written("no scenes", EVERY_KEY.replace("pyramid.obj", "none.obj").as_bytes(), b"");
+    refused(&path, "line 57: objects.file \"none.obj\" cannot be read: ");
+    for (mesh, said) in [
+        ("v 0 0 0\nv 1 0 0\n\n", "pyramid.obj, line 3: the file ends without a face"),
+        ("", "pyramid.obj, line 1: the file ends without a face"),
+        ("v 0 0 0\nv 1 0 0\nf 1 2 1\n", "scene.toml, line 57: objects.file has no triangle with an area"),
+    ] {
+        let path = written("no scenes", EVERY_KEY.as_bytes(), mesh.as_bytes());
+        let message = SceneFile::load(&path).err().expect("refused").to_string();
+        assert!(message.ends_with(said), "{message}");
+    }
 }
 
 /// Images of scenes that differ are told apart by the digest, wherever the difference is.
