@@ -3,16 +3,18 @@
 
 Needs the Python package `mitsuba` (pip install mitsuba). From the root of the repository:
 
-    experiments/mitsuba/compare.py cornell diffuse-room path/to/scene.toml
+    experiments/mitsuba/compare.py cornell diffuse-room path/to/scene.toml 'cornell*0.99'
 
-A scene NAME*0.99 is rendered by Mitsuba with each diffuse albedo 1 % lower: `compare` must notice. What `compare` found
-is printed for each scene, and goes with --record FILE into a JSON file.
+In a scene NAME*0.99 Mitsuba's diffuse albedos are 1 % lower, which `compare` must notice. What it finds is printed for
+each scene, and goes with --record FILE into a JSON file: the experiment `mitsuba` takes its numbers from
+experiments/src/experiments/mitsuba.json.
 """
 
 import argparse
 import json
 import pathlib
 import re
+import shutil
 import subprocess
 
 import mitsuba as mi
@@ -37,6 +39,7 @@ def darker(xml, factor):
 def compare(scene, options):
     name, _, factor = scene.partition("*")
     folder = options.out / re.sub(r"\W+", "-", f"{pathlib.Path(name).stem} {factor}").strip("-")
+    shutil.rmtree(folder, ignore_errors=True)
     common = ["--scene", name, "--size", options.size, "--spp", str(options.spp)]
     program("export", *common, "--to", "mitsuba", "--out", str(folder))
     xml = folder / "scene.xml"

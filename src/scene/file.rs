@@ -381,9 +381,10 @@ impl<'a> Reading<'a> {
     /// The bytes of the file that a key names, which become a part of what tells scenes apart.
     fn bytes_of(&mut self, table: &Table, key: &str) -> Result<(PathBuf, Vec<u8>), Error> {
         let value = table.need(key)?;
-        let path = self.folder.join(value.text()?);
+        let name = value.text()?;
+        let path = self.folder.join(name);
         let bytes = read(&path, self.limits.bytes)
-            .map_err(|error| value.fault(format!("cannot be read: {}: {error}", shown(&path.to_string_lossy()))))?;
+            .map_err(|error| value.fault(format!("{} cannot be read: {error}", shown(name))))?;
         self.limits.bytes -= bytes.len() as u64;
         self.note(&bytes);
         Ok((path, bytes))

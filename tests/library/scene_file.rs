@@ -162,7 +162,7 @@ fn a_sky_is_an_image_of_all_directions() {
     fs::write(folder.join("sky.pfm"), [&b"PF\n1 1\n-1.0\n"[..], floats[..3].as_flattened()].concat()).expect("written");
     assert_ne!(load("image = 'sky.pfm'").expect("a scene").digest, plain.digest);
     for (sky, hint) in [
-        ("image = 'none.pfm'", "background.image cannot be read"),
+        ("image = 'none.pfm'", "background.image \"none.pfm\" cannot be read"),
         ("image = 'pyramid.obj'", "neither EXR nor PFM"),
         ("image = 'sky.pfm', scale = 0", "background.scale must be a number from 0.000000001"),
         ("image = 'sky.pfm', front = [0, 0, 1]", "up and front must not be along one line"),
@@ -191,6 +191,17 @@ fn files_that_are_no_scenes_are_refused() {
     refused(&big, "more than 4194304 bytes");
     fs::write(&big, b"\n\nname = \"\xff\"").expect("written");
     refused(&big, "line 3: this is no text in UTF-8");
+    let path = written("no scenes", EVERY_KEY.replace("pyramid.obj", "none.obj").as_bytes(), b"");
+    refused(&path, "line 57: objects.file \"none.obj\" cannot be read: ");
+    for (mesh, said) in [
+        ("v 0 0 0\nv 1 0 0\n\n", "pyramid.obj, line 3: the file ends without a face"),
+        ("", "pyramid.obj, line 1: the file ends without a face"),
+        ("v 0 0 0\nv 1 0 0\nf 1 2 1\n", "scene.toml, line 57: objects.file has no triangle with an area"),
+    ] {
+        let path = written("no scenes", EVERY_KEY.as_bytes(), mesh.as_bytes());
+        let message = SceneFile::load(&path).expect_err("refused").to_string();
+        assert!(message.ends_with(said), "{message}");
+    }
 }
 
 /// Images of scenes that differ are told apart by the digest, wherever the difference is.
