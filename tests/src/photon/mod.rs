@@ -85,7 +85,7 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
     let furnace = Mapping {
         scene: sphere_furnace(lambert(albedo), 0.0),
         lookup: Lookup::Direct,
-        particles: 256,
+        particles: 128,
         radius: 0.4,
         rays: rays(64, 1.0),
     };
