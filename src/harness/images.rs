@@ -5,7 +5,8 @@
 //! A quarter of the level goes to each kind of place, and is divided among its places and channels (Bonferroni). A
 //! place is judged where skewness leaves the tail of its test valid ([`Sigma::skew_term`]); a kind counts where at
 //! least [`LEAST_SHARE`] of its places that vary are judged. What bends the tail of a difference is the difference of
-//! the two sides' third cumulants: renderers whose noise is alike may be skewed more, up to [`LARGEST_ALIKE`].
+//! the two sides' third cumulants: renderers whose noise is alike may be skewed more, up to [`LARGEST_ALIKE`]. However
+//! skewed noise is, a difference that is [`FAR`] stands.
 //!
 //! ```
 //! use whitefurnace::harness::images::{Rules, Side, compare};
@@ -31,6 +32,9 @@ pub const LEAST_SHARE: f64 = 0.5;
 /// The largest term of one side's skewness where the other's takes it away: four times as far as otherwise, for the
 /// next terms of the expansion fall as the square.
 pub const LARGEST_ALIKE: f64 = 4.0 * LARGEST_SKEW_TERM;
+/// A difference of so many standard errors over the root of the level has a smaller chance than the level under any law,
+/// by Chebyshev's inequality, even if the standard error were twice what it seems.
+pub const FAR: f64 = 2.0;
 /// The chance to miss a bias that "would have been seen".
 pub const MISS: f64 = 0.1;
 /// Where the second image is darker than this share of its mean, differences are relative to that mean.
@@ -127,6 +131,11 @@ impl Place {
         sensitivity.smallest_effect_at(MISS, level) / self.scale + self.rounding
     }
 
+    /// Whether it differs whatever the law of noise is: see [`FAR`].
+    fn is_far(&self, level: f64) -> bool {
+        self.standard_error > 0.0 && self.sigmas.abs() >= FAR / level.sqrt()
+    }
+
     /// Whether it says anything: images show noise here, or two constants that differ beyond doubt.
     pub fn varies(&self) -> bool {
         self.standard_error > 0.0 || self.p == 0.0
@@ -161,7 +170,7 @@ impl Kind {
 
     /// Whether a place of it differs.
     pub fn rejects(&self, place: &Place) -> bool {
-        self.counts && place.judged && place.p < self.level
+        (self.counts || place.is_far(self.level)) && place.judged && place.p < self.level
     }
 
     /// What differs.
@@ -336,7 +345,8 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
         let judge = |place: Place| {
             let [term, alike] = place.skewness.map(|skewness| Sigma::Estimated.skew_term(skewness, tail));
             let valid = term <= LARGEST_SKEW_TERM && alike <= LARGEST_ALIKE;
-            Place { judged: place.varies() && (valid || place.standard_error == 0.0), ..place }
+            let valid = valid || place.standard_error == 0.0 || place.is_far(level);
+            Place { judged: place.varies() && valid, ..place }
         };
         let all = (0..channels.len() * count).into_par_iter();
         let places = all.map(|i| judge(place(i / count, areas[i % count]))).collect();

@@ -19,6 +19,7 @@ pub mod power;
 mod prelude;
 mod radiosity;
 mod regions;
+mod renderers;
 mod sampling_claims;
 mod scrambles;
 mod shadow_rays;
@@ -56,6 +57,7 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &shadow_rays::SHADOW_RAYS,
     &agreement::AGREEMENT,
     &mitsuba::MITSUBA,
+    &renderers::RENDERERS,
     &speed::SPEED,
     &trials::TRIALS,
     &faults::FAULTS,

@@ -11,6 +11,23 @@ fn side(images: &[[f64; 4]]) -> Side<'_> {
     Side::Images(images.iter().map(|image| &image[..]).collect())
 }
 
+/// Noise that is too skewed to judge a difference of ten standard errors does not hide one of thousands.
+#[test]
+fn a_far_difference_stands_whatever_the_noise() {
+    let rare = |brighter: f64| -> Vec<[f64; 4]> {
+        let noise = [[0.0, 0.1, 0.0, 0.1], [0.1, 0.0, 0.1, 0.0], [8.0, 0.1, 0.1, 0.0]];
+        noise.map(|image| image.map(|value| 1.0 + value + brighter)).to_vec()
+    };
+    let calm = [[1.0; 4], [1.01; 4], [1.02; 4]];
+    for (brighter, far) in [(7.0, false), (200.0, true)] {
+        let found = compare(2, &[[side(&rare(brighter)), side(&calm)]], &Rules { tile: 2, ..Rules::default() });
+        let [means, ..] = &found.kinds;
+        let place = &means.places[0];
+        assert!(place.skewness[0] > 0.5 && place.sigmas > 10.0, "{place:?}");
+        assert_eq!((place.judged, found.verdict == Verdict::Fails), (far, far), "{place:?}");
+    }
+}
+
 /// Four pixels, of which the last is the same in all; three images against four.
 #[test]
 fn places_are_judged_by_welch() {
