@@ -206,7 +206,7 @@ pub trait Scattering: Sync {
     #[inline]
     fn weighted(&self, bsdf: &Bsdf, wo: DVec3, wi: DVec3, pdf: f64) -> BsdfSample {
         let brdf = self.brdf(bsdf, wo, wi);
-        let weight = reflected(brdf, DVec3::ONE, self.cosine(DVec3::Z, wi).abs(), pdf);
+        let weight = reflected(brdf, DVec3::ONE, self.cosine(DVec3::Z, wi.with_z(wi.z.abs())), pdf);
         BsdfSample { direction: wi, weight, pdf: Some(pdf), radiance_factor: self.radiance_factor_from(bsdf, wi) }
     }
 

@@ -194,8 +194,9 @@ pub(super) fn direct_light<P: NextEvent + Scattering, R: Sampler>(
 /// The cosine between the normal and a direction towards light; rough glass takes light from behind as well.
 #[inline]
 fn cosine_towards<P: Scattering>(parts: &P, bsdf: &Bsdf, vertex: &Vertex, direction: DVec3) -> f64 {
-    let cosine = parts.cosine(vertex.frame.z, direction);
-    if bsdf.is_rough_glass() { cosine.abs() } else { cosine }
+    let normal = vertex.frame.z;
+    let behind = bsdf.is_rough_glass() && normal.dot(direction) < 0.0;
+    parts.cosine(if behind { -normal } else { normal }, direction)
 }
 
 /// One shadow ray from a diffuse vertex towards the environment map. `None` if nothing arrives.
