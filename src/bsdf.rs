@@ -1,10 +1,11 @@
-//! Reflection models: Lambert (13), Oren-Nayar (14)-(15) in two forms, [EON](eon), mirror, glass, and models
-//! that are not of this library; how light goes on at a surface.
+//! Reflection models: Lambert (13), Oren-Nayar (14)-(15) in two forms, [EON](eon), mirror, glass,
+//! [rough glass](rough_glass), and models that are not of this library; how light goes on at a surface.
 //!
 //! Directions are local unit vectors that point away from the surface, the normal is z.
 
 pub mod eon;
 pub mod ggx;
+pub mod rough_glass;
 mod scattering;
 
 use std::f64::consts::FRAC_1_PI;
@@ -16,6 +17,7 @@ pub use scattering::{BsdfSample, Model, Scattering, Vertex};
 
 use crate::estimator::Standard;
 use crate::real::{Real, Vector};
+use rough_glass::RoughGlass;
 
 /// How a surface scatters light. Albedos are per colour channel, in [0, 1].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,6 +55,8 @@ pub enum Bsdf {
         /// Index of refraction on the inner side of the surface.
         index: f64,
     },
+    /// Rough glass in air, without absorption: of the estimators only [`Path`](crate::estimator::Path) renders it.
+    RoughGlass(RoughGlass),
     /// A model that is not of this library: [`Bsdf::model`].
     Model(&'static dyn Model),
 }
@@ -157,6 +161,21 @@ impl Bsdf {
         !matches!(self, Self::Black | Self::Mirror { .. } | Self::Glass { .. })
     }
 
+    /// Whether light goes on behind the surface in all directions.
+    #[inline]
+    pub fn is_rough_glass(&self) -> bool {
+        matches!(self, Self::RoughGlass(_))
+    }
+
+    /// The same for directions relative to the side from which a ray came.
+    #[inline]
+    pub(crate) fn facing(&self, outside: bool) -> Self {
+        match *self {
+            Self::RoughGlass(glass) => Self::RoughGlass(glass.facing(outside)),
+            other => other,
+        }
+    }
+
     /// Whether directions are sampled by their cosine, whatever the other direction.
     #[inline]
     pub(crate) fn is_sampled_by_cosine(&self) -> bool {
@@ -164,10 +183,10 @@ impl Bsdf {
     }
 
     /// f_r(wo, wi) in 1/sr; zero for mirror and glass, whose light is concentrated in single directions, and
-    /// below the horizon.
+    /// below the horizon but for rough glass, whose [`facing`](RoughGlass::facing) counts.
     #[inline]
     pub fn eval(&self, wo: DVec3, wi: DVec3) -> DVec3 {
-        if wo.z <= 0.0 || wi.z <= 0.0 {
+        if wo.z <= 0.0 || (wi.z <= 0.0 && !self.is_rough_glass()) {
             return DVec3::ZERO;
         }
         match *self {
@@ -175,6 +194,7 @@ impl Bsdf {
             Self::OrenNayar { albedo, constants, form } => lambert(albedo) * oren_nayar(constants, form, wo, wi),
             Self::Eon { albedo, roughness } => FRAC_1_PI * eon::eon(albedo, roughness, wo, wi),
             Self::Black | Self::Mirror { .. } | Self::Glass { .. } => DVec3::ZERO,
+            Self::RoughGlass(glass) => DVec3::splat(glass.eval(wo, wi)),
             Self::Model(model) => model.eval(wo, wi),
         }
     }
@@ -198,7 +218,7 @@ impl Bsdf {
             Self::Black => DVec3::ZERO,
             Self::Lambert { albedo } | Self::OrenNayar { albedo, .. } | Self::Eon { albedo, .. } => albedo,
             Self::Mirror { reflectance } => reflectance,
-            Self::Glass { .. } => DVec3::ONE,
+            Self::Glass { .. } | Self::RoughGlass(_) => DVec3::ONE,
             Self::Model(model) => model.albedo(),
         }
     }

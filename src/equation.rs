@@ -146,6 +146,22 @@ equations! {
         r"D_o(m) = \frac{D(m)\,\max(0, \omega_o \cdot m)}{(1 + \Lambda(\omega_o))\cos\theta_o}, \quad p(\omega_i) = \frac{D_o(m)}{4\,\omega_o \cdot m}", None,
         "Heitz, JCGT 7(4), 2018", Added,
         "The Jacobian 1/(4 ω_o · m) turns a pdf of half vectors into one of directions.";
+    ROUGH_GLASS = "rough-glass", "", "Rough dielectric",
+        r"f = \left(F\,J_r + (1 - F)\,J_t\right)\frac{D(m)\,G_2\,(\omega_o \cdot m)}{\cos\theta_o\,\lvert\cos\theta_i\rvert}", None,
+        "Walter et al., EGSR 2007", Added,
+        "Of radiance divided by n²: what refraction does to radiance is a factor of its own. J_r counts above the surface, J_t below.";
+    ROUGH_GLASS_REFRACTION = "rough-glass.refraction", "", "Rough dielectric, normal and Jacobian of refraction",
+        r"m \propto \pm(\omega_o + n\,\omega_i), \quad J_t = \frac{n^2\,\lvert\omega_i \cdot m\rvert}{\lVert\omega_o + n\,\omega_i\rVert^2}, \quad J_r = \frac{1}{4\,\omega_o \cdot m}", None,
+        "Walter et al., EGSR 2007", Added,
+        "n is the index beyond the surface to that on the side of ω_o; m points to that side.";
+    ROUGH_GLASS_MASKING = "rough-glass.masking", "", "Rough dielectric, facets seen from opposite sides",
+        r"G_2 = \int_0^1 u^{\Lambda(\omega_o)} (1 - u)^{\Lambda(\omega_i)}\, du = B(1 + \Lambda(\omega_o), 1 + \Lambda(\omega_i))", None,
+        "Heitz, JCGT 3(2), 2014; Heitz, Hanika, d'Eon and Dachsbacher, ACM TOG 35(4), 2016", Added,
+        "u is the quantile of a facet's height: what is high is seen from above and hidden from below, where for reflection it is seen from both.";
+    ROUGH_GLASS_PDF = "rough-glass.pdf", "", "Rough dielectric, pdf by visible normals",
+        r"p(\omega_i) = D_o(m)\left(F\,J_r + (1 - F)\,J_t\right)", None,
+        "Walter et al., EGSR 2007; Heitz, JCGT 7(4), 2018", Added,
+        "A facet is chosen among those that are seen, then reflection with its own probability F: the weight is G₂ (1 + Λ(ω_o)).";
     ESTIMATOR = "estimator", "16", "Monte Carlo estimator",
         r"\langle E \rangle = \frac{1}{N}\sum_{i=1}^{N}\frac{f(X_i)}{p(X_i)}", None,
         "Dutré, Bala and Bekaert 2006", Correct,

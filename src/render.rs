@@ -139,8 +139,12 @@ pub struct OneRayPerHit {
     pub rules: LightRules,
 }
 
-/// Whether [`render_lanes`] takes this estimator in this scene: shadow rays do not look for environment maps in lanes.
+/// Whether [`render_lanes`] takes this estimator in this scene: shadow rays do not look for environment maps in lanes, and
+/// paths do not meet rough glass.
 pub fn lanes_serve(scene: &Scene, estimator: &LaneEstimator) -> bool {
+    if scene.surfaces().iter().any(|surface| surface.bsdf.is_rough_glass()) {
+        return false;
+    }
     match estimator {
         LaneEstimator::Path(path) => path.strategy == Strategy::Bsdf || scene.background().map().is_none(),
         LaneEstimator::Report(_) => true,
@@ -161,7 +165,7 @@ pub fn render_lanes(
 ) -> Result<bool, Error> {
     if !lanes_serve(scene, &estimator) {
         return Err(Error::Option(
-            "shadow rays to an environment map are not followed in lanes: use `render`".to_owned(),
+            "rough glass and shadow rays to an environment map are not followed in lanes: use `render`".to_owned(),
         ));
     }
     let frame = film.frame();

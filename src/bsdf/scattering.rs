@@ -166,20 +166,21 @@ pub trait Scattering: Sync {
         }
         match bsdf {
             Bsdf::Model(model) if wo.z > 0.0 && wi.z > 0.0 => model.pdf(wo, wi),
+            Bsdf::RoughGlass(glass) if wo.z > 0.0 => glass.pdf(wo, wi),
             _ => 0.0,
         }
     }
 
-    /// A way on from a surface that scatters in all directions, local, from two uniform numbers; `None`
-    /// where it has no density.
+    /// A way on from a surface that scatters in all directions, local, from uniform numbers, of which the third
+    /// counts for rough glass only; `None` where it has no density.
     #[inline]
-    fn sample_rough(&self, bsdf: &Bsdf, wo: DVec3, random: [f64; 2]) -> Option<BsdfSample> {
-        let wi = if bsdf.is_sampled_by_cosine() {
-            self.cosine_hemisphere(random)
-        } else if let Bsdf::Model(model) = bsdf {
-            model.sample(wo, random)?
-        } else {
-            return None;
+    fn sample_rough(&self, bsdf: &Bsdf, wo: DVec3, random: [f64; 3]) -> Option<BsdfSample> {
+        let [r1, r2, _] = random;
+        let wi = match bsdf {
+            _ if bsdf.is_sampled_by_cosine() => self.cosine_hemisphere([r1, r2]),
+            Bsdf::Model(model) => model.sample(wo, [r1, r2])?,
+            Bsdf::RoughGlass(glass) if wo.z > 0.0 => glass.sample(wo, random)?,
+            _ => return None,
         };
         let pdf = self.pdf(bsdf, wo, wi);
         (pdf != 0.0).then(|| self.weighted(bsdf, wo, wi, pdf))
@@ -192,16 +193,25 @@ pub trait Scattering: Sync {
         self.weighted(bsdf, wo, wi, self.uniform_hemisphere_pdf(wi.z))
     }
 
+    /// What radiance that arrives from a direction is multiplied by: that of refraction for rough glass, from behind.
+    #[inline]
+    fn radiance_factor_from(&self, bsdf: &Bsdf, wi: DVec3) -> f64 {
+        match bsdf {
+            Bsdf::RoughGlass(glass) if wi.z < 0.0 => self.radiance_factor(1.0, glass.index),
+            _ => 1.0,
+        }
+    }
+
     /// A direction of this pdf with its weight.
     #[inline]
     fn weighted(&self, bsdf: &Bsdf, wo: DVec3, wi: DVec3, pdf: f64) -> BsdfSample {
         let brdf = self.brdf(bsdf, wo, wi);
-        let weight = reflected(brdf, DVec3::ONE, self.cosine(DVec3::Z, wi), pdf);
-        BsdfSample { direction: wi, weight, pdf: Some(pdf), radiance_factor: 1.0 }
+        let weight = reflected(brdf, DVec3::ONE, self.cosine(DVec3::Z, wi.with_z(wi.z.abs())), pdf);
+        BsdfSample { direction: wi, weight, pdf: Some(pdf), radiance_factor: self.radiance_factor_from(bsdf, wi) }
     }
 
     /// A way on from a vertex, in world space; `None` where light is absorbed. Draws two numbers for a model
-    /// with a density, one for glass, none for a mirror.
+    /// with a density, three for rough glass, one for glass, none for a mirror.
     #[inline]
     fn sample<R: Rng>(&self, bsdf: &Bsdf, at: &Vertex, rng: &mut R) -> Option<BsdfSample> {
         match *bsdf {
@@ -214,7 +224,12 @@ pub trait Scattering: Sync {
             }),
             Bsdf::Glass { index } => Some(self.sample_glass(index, at, uniform(rng))),
             _ => {
-                let local = self.sample_rough(bsdf, at.wo, uniform2(rng))?;
+                let [r1, r2] = uniform2(rng);
+                let local = if bsdf.is_rough_glass() {
+                    self.sample_rough(&bsdf.facing(at.outside), at.wo, [r1, r2, uniform(rng)])?
+                } else {
+                    self.sample_rough(bsdf, at.wo, [r1, r2, 0.0])?
+                };
                 Some(BsdfSample { direction: at.frame.world(local.direction), ..local })
             }
         }

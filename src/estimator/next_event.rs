@@ -167,8 +167,8 @@ pub(super) fn direct_light<P: NextEvent + Scattering, R: Sampler>(
     let to_light = light.point - vertex.point;
     let distance_squared = to_light.length_squared();
     let direction = to_light * distance_squared.sqrt().recip();
-    let cosine = parts.cosine(vertex.frame.z, direction);
     let cosine_at_light = parts.cosine(light.normal, -direction);
+    let cosine = cosine_towards(parts, bsdf, vertex, direction);
     if cosine <= 0.0 || cosine_at_light <= 0.0 {
         return None;
     }
@@ -185,10 +185,18 @@ pub(super) fn direct_light<P: NextEvent + Scattering, R: Sampler>(
     }
     Some(LightSample {
         wi,
-        reflected: radiometry::reflected(brdf, emitter.radiance, cosine, pdf),
+        reflected: parts.radiance_factor_from(bsdf, wi) * radiometry::reflected(brdf, emitter.radiance, cosine, pdf),
         pdf,
         point: Some((light, point_pdf(parts, scene, emitter))),
     })
+}
+
+/// The cosine between the normal and a direction towards light; rough glass takes light from behind as well.
+#[inline]
+fn cosine_towards<P: Scattering>(parts: &P, bsdf: &Bsdf, vertex: &Vertex, direction: DVec3) -> f64 {
+    let normal = vertex.frame.z;
+    let behind = bsdf.is_rough_glass() && normal.dot(direction) < 0.0;
+    parts.cosine(if behind { -normal } else { normal }, direction)
 }
 
 /// One shadow ray from a diffuse vertex towards the environment map. `None` if nothing arrives.
@@ -201,14 +209,15 @@ pub(super) fn light_of_map<P: NextEvent + Scattering>(
     random: [f64; 2],
 ) -> Option<LightSample> {
     let (direction, pdf) = parts.sample_map(map, random);
-    let cosine = parts.cosine(vertex.frame.z, direction);
+    let cosine = cosine_towards(parts, bsdf, vertex, direction);
     let wi = vertex.frame.local(direction);
     let brdf = parts.brdf(bsdf, vertex.wo, wi);
     if cosine <= 0.0 || brdf == DVec3::ZERO || !parts.sees_background(scene, (vertex.point, vertex.frame.z), direction)
     {
         return None;
     }
-    let reflected = radiometry::reflected(brdf, map.radiance(direction), cosine, pdf);
+    let reflected =
+        parts.radiance_factor_from(bsdf, wi) * radiometry::reflected(brdf, map.radiance(direction), cosine, pdf);
     Some(LightSample { wi, reflected, pdf, point: None })
 }
 

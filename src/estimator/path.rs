@@ -102,6 +102,14 @@ impl<P: Walking> Path<P> {
         if !bsdf.is_rough() || self.strategy == Strategy::Bsdf {
             return DVec3::ZERO;
         }
+        if bsdf.is_rough_glass() {
+            return self.weighted_light(scene, &bsdf.facing(at.outside), at, rng);
+        }
+        self.weighted_light(scene, bsdf, at, rng)
+    }
+
+    #[inline]
+    fn weighted_light<R: Sampler>(&self, scene: &Scene, bsdf: &Bsdf, at: &Vertex, rng: &mut R) -> DVec3 {
         let Some(light) = self.light(scene, bsdf, at, rng) else {
             return DVec3::ZERO;
         };

@@ -142,8 +142,8 @@ impl BsdfSubject {
     pub fn of(bsdf: Bsdf) -> Self {
         Self::new(
             move |wo, wi| bsdf.eval(wo, wi).x,
-            move |wo, [r1, r2, _]| {
-                let sample = Standard.sample_rough(&bsdf, wo, [r1, r2])?;
+            move |wo, random| {
+                let sample = Standard.sample_rough(&bsdf, wo, random)?;
                 Some(SampledDirection { wi: sample.direction, weight: sample.weight.x, pdf: sample.pdf? })
             },
             move |wo, wi| bsdf.pdf(wo, wi),

@@ -56,7 +56,8 @@ impl Material {
                 index = of_glass;
                 GLASS
             }
-            Bsdf::Eon { .. } | Bsdf::Model(_) => ROUGH | SINGLE,
+            // No scene with rough glass comes here.
+            Bsdf::Eon { .. } | Bsdf::RoughGlass(_) | Bsdf::Model(_) => ROUGH | SINGLE,
         };
         let kinds = if bsdf.is_sampled_by_cosine() { kinds | COSINE } else { kinds };
         Self { colour: bsdf.albedo(), index, oren_nayar, absorption, kinds }

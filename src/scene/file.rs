@@ -32,6 +32,7 @@ use sha2::{Digest as _, Sha256};
 
 use super::{Scene, SceneBuilder, Surface, cuboid, invalid, is_sound, triangle_normal};
 use crate::bsdf::ggx::Ggx;
+use crate::bsdf::rough_glass::RoughGlass;
 use crate::bsdf::{Bsdf, OrenNayarForm};
 use crate::camera::Camera;
 use crate::environment::{Environment, EnvironmentMap};
@@ -194,13 +195,14 @@ impl Description {
 }
 
 /// The models with their own keys.
-const MODELS: [(&str, &[&str]); 7] = [
+const MODELS: [(&str, &[&str]); 8] = [
     ("black", &[]),
     ("lambert", &["albedo", "coefficient"]),
     ("oren-nayar", &["albedo", "coefficient", "sigma", "form"]),
     ("eon", &["albedo", "coefficient", "roughness"]),
     ("mirror", &["reflectance", "coefficient"]),
     ("glass", &["index"]),
+    ("rough-glass", &["index", "alpha"]),
     ("ggx", &["reflectance", "coefficient", "alpha"]),
 ];
 
@@ -230,6 +232,15 @@ fn surface(table: &Table) -> Result<Surface, Error> {
         "eon" => Bsdf::Eon { albedo: share("albedo")?, roughness: number("roughness", 0.0..=1.0)? },
         "mirror" => Bsdf::Mirror { reflectance: share("reflectance")? },
         "glass" => Bsdf::Glass { index: number("index", 0.1..=10.0)? },
+        "rough-glass" => {
+            let glass = RoughGlass { index: number("index", 0.1..=10.0)?, alpha: number("alpha", 0.001..=1.0)? };
+            if !glass.is_valid() {
+                return Err(table
+                    .need("index")?
+                    .fault("must differ from 1 by 0.001 at least: no facet bends light there"));
+            }
+            Bsdf::RoughGlass(glass)
+        }
         _ => Bsdf::model(Ggx { reflectance: share("reflectance")?, alpha: number("alpha", 0.001..=1.0)? }),
     };
     let emission = table.get("emission").map_or(Ok(DVec3::ZERO), |value| value.colour(0.0..=LARGEST))?;

@@ -432,6 +432,7 @@ impl SceneBuilder {
                 Bsdf::OrenNayar { constants, .. } => constants.a.is_finite() && constants.b.is_finite(),
                 Bsdf::Eon { roughness, .. } => (0.0..=1.0).contains(&roughness),
                 Bsdf::Glass { index } => index.is_finite() && index > 0.0,
+                Bsdf::RoughGlass(glass) => glass.is_valid(),
                 Bsdf::Black | Bsdf::Lambert { .. } | Bsdf::Mirror { .. } | Bsdf::Model(_) => true,
             };
             let valid = share(surface.bsdf.albedo())
@@ -443,7 +444,7 @@ impl SceneBuilder {
                     &self.name,
                     format!(
                         "surface {i} needs albedo, absorption and roughness in [0, 1], a finite radiance of at \
-                     least 0 and an index above 0: {surface:?}"
+                     least 0 and an index above 0, of rough glass other than 1 and an α above 0: {surface:?}"
                     ),
                 ));
             }

@@ -38,6 +38,7 @@ mod radiosity;
 mod render;
 mod replications; // numbers and error bars of every way of placing samples
 mod rng;
+mod rough_glass;
 mod roulette;
 mod sampler; // Sobol' points
 mod sampling;

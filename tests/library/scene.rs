@@ -1,5 +1,6 @@
 //! Scenes: what they contain, which way it faces, what the builder refuses.
 
+use whitefurnace::bsdf::rough_glass::RoughGlass;
 use whitefurnace::scene::OFFSET;
 
 use crate::prelude::*;
@@ -152,6 +153,7 @@ fn bad_surfaces_are_refused() {
     let (albedo, form) = (DVec3::ONE, OrenNayarForm::Corrected);
     let mut bad = [1.0 + f64::EPSILON, -0.1, nan].map(diffuse).to_vec();
     bad.extend([0.0, -1.5, nan, f64::INFINITY].map(|index| Surface::new(Bsdf::Glass { index })));
+    bad.extend([0.0, 1.0, nan].map(|index| Surface::new(Bsdf::RoughGlass(RoughGlass { index, alpha: 0.5 }))));
     bad.extend([-0.1, 1.01, nan, f64::INFINITY].map(|roughness| Surface::new(Bsdf::Eon { albedo, roughness })));
     bad.extend([
         Surface::new(Bsdf::Mirror { reflectance: DVec3::splat(1.1) }),

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use whitefurnace::bsdf::ggx::Ggx;
+use whitefurnace::bsdf::rough_glass::RoughGlass;
 use whitefurnace::environment::{Environment, EnvironmentMap};
 use whitefurnace::nearest::hint;
 use whitefurnace::scene::file::{Description, LARGEST_FILE, Object, SceneFile};
@@ -43,6 +44,7 @@ fn every_key_says_what_the_page_says() {
         ("clay", surface(Bsdf::Eon { albedo: quarter, roughness: 0.75 })),
         ("mirror", surface(Bsdf::Mirror { reflectance: quarter })),
         ("glass", surface(Bsdf::Glass { index: 1.25 })),
+        ("frosted", surface(Bsdf::RoughGlass(RoughGlass { index: 1.75, alpha: 0.5 }))),
         ("brushed steel", surface(steel)),
     ];
     let SceneFile { description, left_out, .. } = every_key();
@@ -192,11 +194,11 @@ fn files_that_are_no_scenes_are_refused() {
     fs::write(&big, b"\n\nname = \"\xff\"").expect("written");
     refused(&big, "line 3: this is no text in UTF-8");
     let path = written("no scenes", EVERY_KEY.replace("pyramid.obj", "none.obj").as_bytes(), b"");
-    refused(&path, "line 57: objects.file \"none.obj\" cannot be read: ");
+    refused(&path, "line 58: objects.file \"none.obj\" cannot be read: ");
     for (mesh, said) in [
         ("v 0 0 0\nv 1 0 0\n\n", "pyramid.obj, line 3: the file ends without a face"),
         ("", "pyramid.obj, line 1: the file ends without a face"),
-        ("v 0 0 0\nv 1 0 0\nf 1 2 1\n", "scene.toml, line 57: objects.file has no triangle with an area"),
+        ("v 0 0 0\nv 1 0 0\nf 1 2 1\n", "scene.toml, line 58: objects.file has no triangle with an area"),
     ] {
         let path = written("no scenes", EVERY_KEY.as_bytes(), mesh.as_bytes());
         let message = SceneFile::load(&path).map(|_| ()).expect_err("refused").to_string();

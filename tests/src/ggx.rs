@@ -54,7 +54,7 @@ fn ggx(reflectance: f64, alpha: f64) -> Ggx {
 }
 
 /// Λ from the tangent of the inclination.
-fn lambda(alpha: f64, w: DVec3) -> f64 {
+pub(super) fn lambda(alpha: f64, w: DVec3) -> f64 {
     let tan = w.truncate().length() / w.z;
     0.5 * ((alpha * tan).hypot(1.0) - 1.0)
 }

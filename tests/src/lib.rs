@@ -34,6 +34,7 @@ mod published;
 pub mod radiosity;
 mod rays_per_hit;
 mod render_streams;
+pub mod rough_glass;
 pub mod roulette;
 pub mod scenes;
 mod script;
@@ -58,6 +59,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         bsdf::families(),
         eon::families(),
         ggx::families(),
+        rough_glass::families(),
         roulette::families(),
         survival::families(),
         streams::families(),

@@ -10,7 +10,7 @@ use crate::scenes::{FLOOR, HEIGHT, LIGHT, RECTANGLE, TINT, at_origin, floor, lam
 use crate::scenes::{polygon_irradiance, scene, square};
 
 /// A sky of these radiances, row by row from the zenith; the middle of each row is towards x.
-fn sky(builder: &mut SceneBuilder, size: [usize; 2], pixels: Vec<DVec3>) {
+pub(super) fn sky(builder: &mut SceneBuilder, size: [usize; 2], pixels: Vec<DVec3>) {
     let map = EnvironmentMap::new(size, pixels, DVec3::Z, DVec3::X);
     builder.environment(Environment::Map(map.unwrap_or_else(|error| panic!("{error}"))));
 }

@@ -123,6 +123,7 @@ fn bsdf(bsdf: &Bsdf) -> Result<String, String> {
         )),
         Bsdf::OrenNayar { .. } => lacks("the Oren-Nayar model", "which Mitsuba does not have"),
         Bsdf::Eon { .. } => lacks("the EON model", "which Mitsuba does not have"),
+        Bsdf::RoughGlass(_) => lacks("rough glass with height-correlated masking", "which Mitsuba does not have"),
         Bsdf::Model(_) => {
             lacks("GGX with Schlick's Fresnel term and height-correlated masking", "of which Mitsuba has neither")
         }

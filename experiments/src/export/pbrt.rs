@@ -80,6 +80,7 @@ fn material(bsdf: &Bsdf) -> Result<String, String> {
         Bsdf::Mirror { .. } => lacks("a mirror whose reflectance is the same from all directions"),
         Bsdf::OrenNayar { .. } => lacks("the Oren-Nayar model"),
         Bsdf::Eon { .. } => lacks("the EON model"),
+        Bsdf::RoughGlass(_) => lacks("rough glass with height-correlated masking for opposite sides"),
         Bsdf::Model(_) => lacks("GGX with Schlick's Fresnel term"),
     }
 }

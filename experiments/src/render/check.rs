@@ -111,6 +111,16 @@ impl Job {
         if self.estimator.makes_images() && self.window.is_some() {
             return refuse(format!("--estimator {estimator} renders whole images only: leave out the window"));
         }
+        if let SceneSource::File(file) = self.scene
+            && !matches!(self.estimator, EstimatorName::Mis | EstimatorName::Bsdf | EstimatorName::Light)
+            && let Some((material, _)) = file.description.materials.iter().find(|(_, s)| s.bsdf.is_rough_glass())
+            && self.build_scene()?.primitives().any(|(_, surface)| surface.bsdf.is_rough_glass())
+        {
+            return refuse(format!(
+                "--estimator {estimator} does not take rough glass, of which the material \"{material}\" of {scene} is: take \
+                 --estimator mis, bsdf or light"
+            ));
+        }
         if self.estimator == EstimatorName::LightTracer || self.uses_photons() {
             self.check_emitters()?;
         }

@@ -22,6 +22,10 @@ const EVERY_KEY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/library/d
 #[test]
 fn what_cannot_be_said_is_refused_by_name() {
     let folder = folder("export");
+    let frosted = "camera = { eye = [0, 0, 5], target = [0, 0, 0], up = [0, 1, 0], fov_deg = 40 }\n\
+                   materials.pane = { model = \"rough-glass\", index = 1.5, alpha = 0.3 }\n\
+                   objects = [{ shape = \"sphere\", material = \"pane\", centre = [0, 0, 0], radius = 1 }]\n";
+    std::fs::write(folder.join("frosted.toml"), frosted).expect("written");
     let (oren_nayar, colour) = (Err("Oren-Nayar"), Err("spectral"));
     for (scene, [mitsuba, pbrt]) in [
         ("report", [oren_nayar, colour]),
@@ -35,6 +39,7 @@ fn what_cannot_be_said_is_refused_by_name() {
         ("glass-cube", [Ok(()), Ok(())]),
         ("cornell", [Ok(()), colour]),
         (EVERY_KEY, [Err("zone"), colour]),
+        ("frosted.toml", [Err("rough glass"), Err("rough glass")]),
     ] {
         for (to, file, expected) in [("mitsuba", "scene.xml", mitsuba), ("pbrt", "scene.pbrt", pbrt)] {
             let output = run(env!("CARGO_BIN_EXE_export"), &folder, &format!("--scene {scene} --to {to} --out {to}"));

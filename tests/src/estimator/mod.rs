@@ -1,5 +1,5 @@
 //! The family of whole estimators: its trials are in [`super::furnace`], [`super::irradiance`],
-//! [`super::strategies`], [`super::chains`], [`super::sky`], [`super::glass`] and [`super::images`]; here and below are its faults.
+//! [`super::strategies`], [`super::chains`], [`super::sky`], [`super::glass`], [`super::rough_glass`] and [`super::images`]; here and below are its faults.
 
 mod interfaces;
 mod light_sampling;
@@ -11,7 +11,7 @@ use whitefurnace::estimator::LightRules;
 use whitefurnace::sampling::{cosine_hemisphere, uniform_hemisphere};
 
 use crate::prelude::*;
-use crate::{chains, cie, furnace, glass, glass_bodies, images, irradiance, sky, strategies};
+use crate::{chains, cie, furnace, glass, glass_bodies, images, irradiance, rough_glass, sky, strategies};
 
 /// The family.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
@@ -21,6 +21,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     trials.extend(chains::trials());
     trials.extend(glass::trials());
     trials.extend(glass_bodies::trials());
+    trials.extend(rough_glass::trials());
     trials.extend(cie::trials());
     trials.extend(sky::trials());
     trials.extend(images::trials());

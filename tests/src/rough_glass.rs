@@ -1,0 +1,412 @@
+//! Rough glass: its check-up from both sides, its reciprocity, the limit of smooth glass, and a surface of it under a sky
+//! and before lights as it is rendered.
+
+use whitefurnace::bsdf::ggx::{hidden, seen_from_both, visible_normals};
+use whitefurnace::bsdf::rough_glass::{RoughGlass, refracting, seen_from_opposite};
+use whitefurnace::emitter::LightSampling;
+use whitefurnace::estimator::Heuristic;
+use whitefurnace::frame::from_spherical;
+use whitefurnace::fresnel::{mirror, reflectance, refract};
+use whitefurnace::harness::bsdf_checkup::{BsdfSubject, CheckUp, Loss, SampledDirection, check_up};
+use whitefurnace::harness::domain::MASS_TOLERANCE;
+use whitefurnace::harness::pointwise::{Largest, POINTWISE, relative, uniform3};
+use whitefurnace::sampling::uniform_hemisphere;
+
+use crate::ggx::lambda;
+use crate::glass::INDEX;
+use crate::prelude::*;
+use crate::scenes::{LIGHT, floor, hollow, light, scene, towards_origin};
+use crate::sky::sky;
+
+/// The functions of the model, so that each can be replaced.
+#[derive(Clone, Copy, Debug)]
+pub struct RoughGlassParts {
+    /// The surface as its inner or outer side sees it.
+    pub facing: fn(RoughGlass, bool) -> RoughGlass,
+    /// f.
+    pub eval: fn(&RoughGlass, DVec3, DVec3) -> f64,
+    /// A direction.
+    pub sample: fn(&RoughGlass, DVec3, [f64; 3]) -> Option<DVec3>,
+    /// Its pdf.
+    pub pdf: fn(&RoughGlass, DVec3, DVec3) -> f64,
+}
+
+/// The program's functions.
+const CORRECT: RoughGlassParts = RoughGlassParts {
+    facing: RoughGlass::facing,
+    eval: RoughGlass::eval,
+    sample: RoughGlass::sample,
+    pdf: RoughGlass::pdf,
+};
+
+const GLASS: RoughGlass = RoughGlass { index: INDEX, alpha: 0.4 };
+/// Inclinations of wo from both sides, degrees from the outer normal. Not along it, where cells are cut by azimuth alone,
+/// which does not tell above from below, nor near the critical angle, where quadrature is slow.
+const BOTH_SIDES: [f64; 5] = [10.0, 40.0, 75.0, 105.0, 165.0];
+
+/// Upside down.
+fn flipped(w: DVec3) -> DVec3 {
+    w.with_z(-w.z)
+}
+
+/// The surface for directions relative to the outer normal: wo and what else there is, relative to the side of wo.
+fn seen<const N: usize>(parts: RoughGlassParts, wo: DVec3, others: [DVec3; N]) -> (RoughGlass, DVec3, [DVec3; N]) {
+    let outside = wo.z > 0.0;
+    let turned = |w| if outside { w } else { flipped(w) };
+    ((parts.facing)(GLASS, outside), turned(wo), others.map(turned))
+}
+
+/// B(1 + a, 1 + b) as the integral of u^a (1 − u)^b over u, by the trapezoidal rule in ln(u/(1 − u)).
+fn beta(a: f64, b: f64) -> f64 {
+    const STEP: f64 = 0.5;
+    let value = |k: i32| {
+        let s = f64::from(k) * STEP;
+        (-(a + 1.0) * (-s).exp().ln_1p() - (b + 1.0) * s.exp().ln_1p()).exp()
+    };
+    STEP * (-40..=40).map(value).sum::<f64>()
+}
+
+/// The shares of flux that are reflected and transmitted, as integrals over facets, not over directions, so that no half
+/// vector and no Jacobian has a part in them: ∫ F G₂ D (o · m)/cos θ_o dm, with D in the slope of the facet.
+pub fn shares(RoughGlass { index, alpha }: RoughGlass, wo: DVec3) -> [f64; 2] {
+    let of_facets = |is_reflected: bool| {
+        let of_facet = |m: DVec3| {
+            let cosine = wo.dot(m);
+            if cosine <= 0.0 {
+                return 0.0;
+            }
+            let slope = m.truncate().length() / (alpha * m.z);
+            let d = FRAC_1_PI / (alpha * m.z * m.z * (1.0 + slope * slope)).powi(2);
+            let fresnel = reflectance(cosine, 1.0, index);
+            let share = if is_reflected {
+                let wi = 2.0 * cosine * m - wo;
+                if wi.z > 0.0 { fresnel / (1.0 + lambda(alpha, wo) + lambda(alpha, wi)) } else { 0.0 }
+            } else {
+                // Snell's law for the part along the facet.
+                let along = (cosine * m - wo) / index;
+                let wi = along - (1.0 - along.length_squared()).max(0.0).sqrt() * m;
+                if fresnel < 1.0 && wi.z < 0.0 {
+                    (1.0 - fresnel) * beta(lambda(alpha, wo), lambda(alpha, flipped(wi)))
+                } else {
+                    0.0
+                }
+            };
+            share * d * cosine / wo.z
+        };
+        Domain::Hemisphere.integrate_all(0.5 * MASS_TOLERANCE, &of_facet).value
+    };
+    [true, false].map(of_facets)
+}
+
+fn on_both_sides(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
+    let pdf = move |wo, wi| {
+        let (glass, wo, [wi]) = seen(parts, wo, [wi]);
+        (parts.pdf)(&glass, wo, wi)
+    };
+    let eval = move |wo, wi| {
+        let (glass, wo, [wi]) = seen(parts, wo, [wi]);
+        (parts.eval)(&glass, wo, wi)
+    };
+    let sample = move |wo: DVec3, random| {
+        let (glass, above, []) = seen(parts, wo, []);
+        let local = (parts.sample)(&glass, above, random)?;
+        let wi = if wo.z > 0.0 { local } else { flipped(local) };
+        let pdf = pdf(wo, wi);
+        (pdf != 0.0).then(|| SampledDirection { wi, weight: eval(wo, wi) * wi.z.abs() / pdf, pdf })
+    };
+    let subject =
+        BsdfSubject::new(eval, sample, pdf).transmits(true).reciprocal(false).loss(Loss::Allowed).albedo(|wo| {
+            let (glass, wo, []) = seen(CORRECT, wo, []);
+            shares(glass, wo).iter().sum()
+        });
+    check_up(
+        &subject,
+        &CheckUp { inclinations: BOTH_SIDES.to_vec(), samples: 5_000_000, ..CheckUp::default() },
+        context,
+    )
+}
+
+const PAIRS: u64 = 20_000;
+
+/// A random direction above the horizon, off grazing.
+fn above(rng: &mut Stream) -> DVec3 {
+    loop {
+        let w = uniform_hemisphere(uniform2(rng));
+        if w.z > 0.01 {
+            return w;
+        }
+    }
+}
+
+/// Of radiance divided by n², f is f/n² of the medium that light comes from: f(o, i) n_o²/n_i² = f(i, o) across the
+/// surface, f(o, i) = f(i, o) on one side.
+fn reciprocity(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
+    let mut rng = context.rng("pairs");
+    let mut largest = [Largest::default(), Largest::default()];
+    for _ in 0..context.arguments(PAIRS) {
+        let (wo, wi) = (above(&mut rng), above(&mut rng));
+        let back = flipped(wi);
+        let within = (parts.facing)(GLASS, false);
+        let pairs = [
+            [(parts.eval)(&GLASS, wo, wi), (parts.eval)(&GLASS, wi, wo)],
+            [(parts.eval)(&GLASS, wo, back) / (INDEX * INDEX), (parts.eval)(&within, wi, flipped(wo))],
+        ];
+        for (largest, [there, back]) in largest.iter_mut().zip(pairs) {
+            largest.see(relative(there, back), || format!("f = {there} and {back} with wo = {wo}, wi = {wi}"));
+        }
+    }
+    let outcome = |(name, found): (&str, Largest)| Outcome::exact(name, PAIRS, found.error, POINTWISE, found.place);
+    ["reflection", "transmission"].into_iter().zip(largest).map(outcome).collect()
+}
+
+/// α of a surface that is all but smooth, and by how much its directions may differ from those of smooth glass.
+const SMOOTH: (f64, f64) = (1e-7, 1e-4);
+
+/// From both sides, the third number decides between reflection and refraction as that of smooth glass does, the
+/// directions are the same, and the weight is 1.
+fn smooth(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
+    let mut rng = context.rng("directions");
+    let [mut direction, mut weight] = [(); 2].map(|()| Largest::default());
+    for _ in 0..context.arguments(PAIRS) {
+        let wo = above(&mut rng);
+        let [r1, r2, r3] = uniform3(&mut rng);
+        let outside = uniform(&mut rng) < 0.5;
+        let glass = (parts.facing)(RoughGlass { alpha: SMOOTH.0, ..GLASS }, outside);
+        let index = if outside { INDEX } else { 1.0 / INDEX };
+        let share = reflectance(wo.z, 1.0, index);
+        // Next to the critical angle, and where the choice is a matter of rounding, nothing is asked.
+        if (r3 - share).abs() < 1e-3 || (wo.z * wo.z - 1.0 + index * index).abs() < 1e-2 {
+            continue;
+        }
+        let expected = if r3 < share { None } else { refract(-wo, DVec3::Z, 1.0, index) };
+        let expected = expected.unwrap_or(mirror(-wo, DVec3::Z));
+        // Not the few facets that are steep all the same.
+        let found = (parts.sample)(&glass, wo, [0.99 * r1, r2, r3]);
+        let place = || format!("{found:?} for {expected} from {wo}, {outside}");
+        direction.see(found.map_or(f64::INFINITY, |wi| wi.distance(expected)), place);
+        let error = |wi: DVec3| relative((parts.eval)(&glass, wo, wi) * wi.z.abs(), (parts.pdf)(&glass, wo, wi));
+        weight.see(found.map_or(f64::INFINITY, error), place);
+    }
+    vec![
+        Outcome::exact("directions", PAIRS, direction.error, SMOOTH.1, direction.place),
+        Outcome::exact("weights", PAIRS, weight.error, SMOOTH.1, weight.place),
+    ]
+}
+
+fn of_model() -> Vec<FamilyTrial<RoughGlassParts>> {
+    vec![
+        trial(
+            "bsdf/rough-glass",
+            "rough glass passes the check-up from both sides and scatters what its facets do",
+            &ROUGH_GLASS_PDF,
+            ["bsdf::rough_glass::RoughGlass", "BSDF check-up"],
+            on_both_sides,
+        ),
+        trial(
+            "bsdf/rough-glass-reciprocity",
+            "f is reciprocal, across the surface but for the square of the index",
+            &ROUGH_GLASS,
+            ["bsdf::rough_glass::RoughGlass", "exact"],
+            reciprocity,
+        ),
+        trial(
+            "bsdf/rough-glass-smooth",
+            "where α goes to 0 the way on is that of smooth glass",
+            &ROUGH_GLASS_REFRACTION,
+            ["bsdf::rough_glass::RoughGlass", "exact"],
+            smooth,
+        ),
+    ]
+}
+
+/// f with another masking.
+fn masked(glass: &RoughGlass, wo: DVec3, wi: DVec3, share: f64) -> f64 {
+    let right = if wi.z > 0.0 { seen_from_both } else { seen_from_opposite }(glass.alpha, wo, wi);
+    glass.eval(wo, wi) * share / right
+}
+
+/// The normal of the facet between two directions.
+fn facet(glass: &RoughGlass, wo: DVec3, wi: DVec3) -> Option<DVec3> {
+    if wi.z > 0.0 { Some((wo + wi).normalize()) } else { refracting(glass.index, wo, wi).map(|(m, _)| m) }
+}
+
+/// The share of a facet that is reflected, or transmitted, if its cosine to wo is this.
+fn share(glass: &RoughGlass, cosine: f64, wi: DVec3) -> f64 {
+    let reflected = reflectance(cosine, 1.0, glass.index);
+    if wi.z > 0.0 { reflected } else { 1.0 - reflected }
+}
+
+/// What f is if pdf and masking are these.
+fn of_pdf(glass: &RoughGlass, wo: DVec3, wi: DVec3, pdf: f64) -> f64 {
+    if pdf == 0.0 {
+        return 0.0;
+    }
+    let seen = if wi.z > 0.0 { seen_from_both } else { seen_from_opposite }(glass.alpha, wo, wi);
+    pdf * seen * (1.0 + hidden(glass.alpha, wo)) / wi.z.abs()
+}
+
+/// The pdf with n on the wrong direction in the half vector of refraction.
+fn index_on_the_wrong_side(glass: &RoughGlass, wo: DVec3, wi: DVec3) -> f64 {
+    if wi.z > 0.0 {
+        return glass.pdf(wo, wi);
+    }
+    refracting(1.0 / glass.index, wo, wi)
+        .map_or(0.0, |(m, jacobian)| share(glass, wo.dot(m), wi) * visible_normals(glass.alpha, wo, m) * jacobian)
+}
+
+/// The same with the half vector always on one side.
+fn one_sign(glass: &RoughGlass, wo: DVec3, wi: DVec3) -> f64 {
+    if wi.z < 0.0 && glass.index < 1.0 { 0.0 } else { glass.pdf(wo, wi) }
+}
+
+/// An outcome of the check-up at each of its inclinations.
+macro_rules! at_every_angle {
+    ($name:literal) => {
+        concat!(
+            "bsdf/rough-glass: ",
+            $name,
+            " at 10 degrees | ",
+            $name,
+            " at 40 degrees | ",
+            $name,
+            " at 75 degrees | ",
+            $name,
+            " at 105 degrees | ",
+            $name,
+            " at 165 degrees"
+        )
+    };
+}
+
+fn faults() -> Vec<Fault<RoughGlassParts>> {
+    vec![
+        fault!("no-jacobian", ROUGH_GLASS_REFRACTION, "the pdf of what is refracted is that of the half vector",
+            RoughGlassParts: { pdf: |glass, wo, wi| {
+                let jacobian = if wi.z > 0.0 { None } else { refracting(glass.index, wo, wi) };
+                glass.pdf(wo, wi) / jacobian.map_or(1.0, |(_, jacobian)| jacobian)
+            } },
+            "bsdf/rough-glass: chi-square of samples at 10 degrees | chi-square of samples at 165 degrees", "bsdf/rough-glass: furnace at 10 degrees | furnace at 165 degrees"),
+        fault!("jacobian-of-the-mirror", ROUGH_GLASS_REFRACTION, "f and pdf with 1/(4 o · m) for refraction, too",
+            RoughGlassParts: {
+                pdf: mirror_jacobian,
+                eval: |glass, wo, wi| of_pdf(glass, wo, wi, mirror_jacobian(glass, wo, wi))
+            },
+            "bsdf/rough-glass: chi-square of samples at 10 degrees | chi-square of samples at 165 degrees", "bsdf/rough-glass: directional albedo at 10 degrees | directional albedo at 165 degrees"),
+        fault!("index-on-the-wrong-side", ROUGH_GLASS_REFRACTION, "n ω_o + ω_i for the half vector of refraction",
+            RoughGlassParts: {
+                pdf: index_on_the_wrong_side,
+                eval: |glass, wo, wi| of_pdf(glass, wo, wi, index_on_the_wrong_side(glass, wo, wi))
+            },
+            "bsdf/rough-glass: chi-square of samples at 10 degrees | chi-square of samples at 165 degrees", "bsdf/rough-glass: directional albedo at 40 degrees"),
+        fault!("half-vector-of-one-sign", ROUGH_GLASS_REFRACTION, "−(ω_o + n ω_i) for the normal, whichever side is denser",
+            RoughGlassParts: { pdf: one_sign, eval: |glass, wo, wi| of_pdf(glass, wo, wi, one_sign(glass, wo, wi)) },
+            "bsdf/rough-glass: directional albedo at 165 degrees"),
+        fault!("fresnel-of-the-surface", ROUGH_GLASS, "F at the surface's normal, not at the facet's",
+            RoughGlassParts: { eval: |glass, wo, wi| facet(glass, wo, wi).map_or(0.0, |m| {
+                let right = share(glass, wo.dot(m), wi);
+                if right > 0.0 { glass.eval(wo, wi) * share(glass, wo.z, wi) / right } else { 0.0 }
+            }) },
+            "bsdf/rough-glass: directional albedo at 75 degrees | directional albedo at 165 degrees",
+            "bsdf/rough-glass-reciprocity"),
+        fault!("one-sided", ROUGH_GLASS_MASKING, "masking towards the eye, none towards the light",
+            RoughGlassParts: { eval: |glass, wo, wi| masked(glass, wo, wi, 1.0 / (1.0 + hidden(glass.alpha, wo))) },
+            "bsdf/rough-glass: directional albedo at 40 degrees | directional albedo at 165 degrees",
+            "bsdf/rough-glass-reciprocity"),
+        fault!("masked-as-reflected", ROUGH_GLASS_MASKING, "1/(1 + Λ + Λ) for opposite sides, too",
+            RoughGlassParts: { eval: |glass, wo, wi| masked(glass, wo, wi, seen_from_both(glass.alpha, wo, wi)) },
+            "bsdf/rough-glass: directional albedo at 40 degrees | directional albedo at 75 degrees"),
+        fault!("uncorrelated", ROUGH_GLASS_MASKING, "masking and shadowing independent of each other",
+            RoughGlassParts: { eval: |glass, wo, wi| {
+                let [o, i] = [wo, wi].map(|w| 1.0 / (1.0 + hidden(glass.alpha, w)));
+                masked(glass, wo, wi, o * i)
+            } },
+            "bsdf/rough-glass: directional albedo at 75 degrees | directional albedo at 165 degrees"),
+        fault!("choice-not-in-the-pdf", ROUGH_GLASS_PDF, "the pdf of a facet, without that of reflection or refraction",
+            RoughGlassParts: { pdf: |glass, wo, wi| facet(glass, wo, wi).map_or(0.0, |m| {
+                let share = share(glass, wo.dot(m), wi);
+                if share > 0.0 { glass.pdf(wo, wi) / share } else { 0.0 }
+            }) },
+            "bsdf/rough-glass: chi-square of samples at 10 degrees | chi-square of samples at 165 degrees",
+            "bsdf/rough-glass: furnace at 10 degrees | furnace at 165 degrees"),
+        fault!("pdf-too-high", ROUGH_GLASS_PDF, "a pdf that is 3 % too high",
+            RoughGlassParts: { pdf: |glass, wo, wi| 1.03 * glass.pdf(wo, wi) },
+            at_every_angle!("furnace"), "bsdf/rough-glass-smooth: weights"),
+        fault!("even-choice", ROUGH_GLASS_PDF, "a facet reflects in half of all cases",
+            RoughGlassParts: { sample: |glass, wo, [r1, r2, r3]| {
+                let reflected = glass.sample(wo, [r1, r2, 0.0]);
+                if r3 < 0.5 { reflected } else { glass.sample(wo, [r1, r2, 2.0 * r3 - 1.0]) }
+            } },
+            at_every_angle!("chi-square of samples"),
+            "bsdf/rough-glass-smooth: directions"),
+        fault!("same-index-within", ROUGH_GLASS, "n, not 1/n, as seen from within",
+            RoughGlassParts: { facing: |glass, _| glass },
+            "bsdf/rough-glass: directional albedo at 165 degrees", "bsdf/rough-glass-reciprocity: transmission",
+            "bsdf/rough-glass-smooth: directions"),
+    ]
+}
+
+/// The pdf with the Jacobian of reflection for refraction.
+fn mirror_jacobian(glass: &RoughGlass, wo: DVec3, wi: DVec3) -> f64 {
+    match refracting(glass.index, wo, wi) {
+        Some((m, jacobian)) if wi.z < 0.0 => glass.pdf(wo, wi) / (jacobian * 4.0 * wo.dot(m)),
+        _ => glass.pdf(wo, wi),
+    }
+}
+
+/// From where the surface is seen, from outside and, upside down, from within.
+const INCLINATION: f64 = 1.0;
+
+/// So rough that shadow rays to all sides have a bounded variance.
+const ROUGHEST: RoughGlass = RoughGlass { index: INDEX, alpha: 1.0 };
+
+/// Radiance that leaves a surface of rough glass under a sky of radiance 1 on both sides.
+fn under_a_sky(outside: bool) -> f64 {
+    let glass = ROUGHEST.facing(outside);
+    let [reflected, transmitted] = shares(glass, from_spherical(INCLINATION, 0.0));
+    reflected + transmitted / (glass.index * glass.index)
+}
+
+/// In whole estimators.
+pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
+    let rough = Bsdf::RoughGlass(ROUGHEST);
+    let sky = scene("rough glass under a sky", |s| {
+        s.background(DVec3::ONE);
+        floor(s, rough);
+    });
+    let lights = scene("rough glass within a light", |s| {
+        floor(s, rough);
+        hollow(s, 3.0, light(LIGHT));
+    });
+    let map = scene("rough glass in an environment map", |s| {
+        floor(s, rough);
+        sky(s, [1, 1], vec![DVec3::splat(LIGHT)]);
+    });
+    let by = |strategy| EstimatorKind::PathBy(strategy, LightSampling::Area, Heuristic::Balance);
+    let from_within: Rays = |_| {
+        let Ray { origin, direction, .. } = towards_origin(INCLINATION);
+        Ray::new(flipped(origin), flipped(direction))
+    };
+    vec![
+        radiance(
+            "furnace/rough-glass",
+            &ROUGH_GLASS_MASKING,
+            (&sky, EstimatorKind::Path, |_| towards_origin(INCLINATION)),
+        )
+        .says("under a sky rough glass loses what meets a second facet, and no more")
+        .is((under_a_sky(true), BOUNCES), 3_000_000),
+        radiance("glass/rough-by-light", &ROUGH_GLASS, (&lights, by(Strategy::Light), |_| towards_origin(INCLINATION)))
+            .says("shadow rays find the light before and behind rough glass")
+            .is((LIGHT * under_a_sky(true), IMAGE), 12_000_000),
+        radiance("sky/rough-glass", &ROUGH_GLASS, (&map, by(Strategy::Light), |_| towards_origin(INCLINATION)))
+            .says("shadow rays find an environment map before and behind rough glass")
+            .is((LIGHT * under_a_sky(true), IMAGE), 12_000_000),
+        radiance("glass/rough-by-both", &ROUGH_GLASS, (&lights, by(Strategy::Mis), from_within))
+            .says("from within, directions and shadow rays find it together")
+            .is((LIGHT * under_a_sky(false), IMAGE), 3_000_000),
+    ]
+}
+
+/// The functions of rough glass.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    vec![Box::new(Family { trials: of_model(), faults: faults(), ..Family::new("rough-glass", CORRECT) })]
+}
