@@ -41,6 +41,29 @@ pub fn check_radiance(radiance: DVec3) -> Result<(), Error> {
     }
 }
 
+/// How the sums of a pixel are named in files, and of how many 32-bit words each is made, the lowest first. Of the
+/// channels of radiance first the sum, then that of the squares; what is negative is its two's complement.
+pub(crate) const SUMS: [(&str, usize); 15] = [
+    ("replications", 1),
+    ("hits", 1),
+    ("R", 4),
+    ("R2", 4),
+    ("G", 4),
+    ("G2", 4),
+    ("B", 4),
+    ("B2", 4),
+    ("albedo.R", 2),
+    ("albedo.G", 2),
+    ("albedo.B", 2),
+    ("normal.X", 2),
+    ("normal.Y", 2),
+    ("normal.Z", 2),
+    ("depth", 4),
+];
+
+/// Words of a pixel's [`SUMS`].
+pub(crate) const WORDS: usize = 42;
+
 /// A sum of counts below 2³¹.
 fn added(count: u32, more: u32) -> Result<u32, Error> {
     let sum = u64::from(count) + u64::from(more);
@@ -120,6 +143,46 @@ impl Pixel {
         Ok(())
     }
 
+    /// The words of its [`SUMS`].
+    pub(crate) fn words(&self) -> [u32; WORDS] {
+        let mut words = [0; WORDS];
+        let mut at = 0;
+        let mut put = |sum: i128, length: usize| {
+            (0..length).for_each(|k| words[at + k] = (sum >> (32 * k)) as u32);
+            at += length;
+        };
+        put(self.replications.into(), 1);
+        put(self.hits.into(), 1);
+        for channel in &self.radiance {
+            channel.sums().into_iter().for_each(|sum| put(sum, 4));
+        }
+        self.albedo.iter().chain(&self.normal).for_each(|sum| put((*sum).into(), 2));
+        put(self.depth, 4);
+        words
+    }
+
+    /// The pixel of these words; nothing if no samples have such sums.
+    pub(crate) fn of_words(words: &[u32; WORDS]) -> Option<Self> {
+        let mut rest = words.as_slice();
+        let sums = SUMS.map(|(_, length)| {
+            let (own, others) = rest.split_at(length);
+            rest = others;
+            own.iter().rev().fold(0_i128, |sum, word| sum << 32 | i128::from(*word))
+        });
+        let [replications, hits] = [sums[0], sums[1]].map(|count| i32::try_from(count).ok());
+        let (replications, hits) = (replications? as u32, hits? as u32);
+        let radiance = |c: usize| ExactMoments::of_sums([sums[2 + 2 * c], sums[3 + 2 * c]], replications);
+        let albedo = [8, 9, 10].map(|at| sums[at] as i64);
+        let normal = [11, 12, 13].map(|at| sums[at] as i64);
+        let depth = sums[14];
+        let most = |largest: f64| i128::from(hits) * i128::from(in_units(largest));
+        let legal = albedo.iter().all(|sum| (0..=most(1.0)).contains(&i128::from(*sum)))
+            && normal.iter().all(|sum| i128::from(sum.unsigned_abs()) <= most(1.0 + 1e-6))
+            && (0..=most(LARGEST)).contains(&depth);
+        let radiance = [radiance(0)?, radiance(1)?, radiance(2)?];
+        legal.then_some(Self { replications, hits, radiance, albedo, normal, depth })
+    }
+
     /// Independent replications so far.
     pub fn replications(&self) -> u32 {
         self.replications
@@ -148,12 +211,22 @@ impl Pixel {
 }
 
 /// A window of an image with its accumulators, row by row from the top.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     frame: [u32; 2],
     window: Window,
     samples_per_replication: u32,
     pixels: Vec<Pixel>,
+    pub(crate) begun: Option<Begun>,
+}
+
+/// A replication of which some passes are done, by an estimator of whole images.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Begun {
+    /// How many.
+    pub passes: u32,
+    /// For each pixel what they brought.
+    pub sums: Vec<DVec3>,
 }
 
 /// Pixels of the largest film, about 17 GB of accumulators.
@@ -168,7 +241,7 @@ impl Film {
     pub fn new(frame: [u32; 2], window: Option<Window>, samples_per_replication: u32) -> Result<Self, Error> {
         let window = Self::checked_window(frame, window)?;
         let [width, height] = window.size.map(|n| n as usize);
-        Ok(Self { frame, window, samples_per_replication, pixels: vec![Pixel::default(); width * height] })
+        Ok(Self { frame, window, samples_per_replication, pixels: vec![Pixel::default(); width * height], begun: None })
     }
 
     /// The window that a film would hold.
@@ -196,6 +269,14 @@ impl Film {
             )));
         }
         Ok(window)
+    }
+
+    /// Makes this the other film, in the memory that it has.
+    pub fn assign(&mut self, other: &Self) {
+        let Self { frame, window, samples_per_replication, pixels, begun } = self;
+        (*frame, *window, *samples_per_replication) = (other.frame, other.window, other.samples_per_replication);
+        pixels.clone_from(&other.pixels);
+        begun.clone_from(&other.begun);
     }
 
     /// Width and height of the full frame in pixels.
@@ -228,18 +309,38 @@ impl Film {
         &mut self.pixels
     }
 
+    /// Replications of the pixel that has fewest: of all pixels, but after a call that was stopped.
+    pub fn replications(&self) -> u32 {
+        self.pixels.iter().map(Pixel::replications).min().unwrap_or(0)
+    }
+
+    /// Whether all pixels have so many replications, and none is begun.
+    pub fn has_exactly(&self, replications: u32) -> bool {
+        self.begun.is_none() && self.pixels.iter().all(|pixel| pixel.replications == replications)
+    }
+
     /// The pixel at (x, y) of the film.
     pub fn pixel(&self, x: u32, y: u32) -> &Pixel {
         &self.pixels[y as usize * self.window.size[0] as usize + x as usize]
     }
 
+    /// Whether frames, windows and samples of a replication are the same.
+    pub fn is_like(&self, other: &Self) -> bool {
+        (self.frame, self.window, self.samples_per_replication)
+            == (other.frame, other.window, other.samples_per_replication)
+    }
+
     /// Adds another film's replications: exact, in any order.
     ///
     /// # Errors
-    /// [`Error::Option`] if frames, windows or replications differ, or sums are full.
+    /// [`Error::Option`] if frames, windows or replications differ, one has a replication that is only begun, or sums
+    /// are full.
     pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
-        let kind = |film: &Self| (film.frame, film.window, film.samples_per_replication);
-        if kind(self) != kind(other) {
+        if self.begun.is_some() || other.begun.is_some() {
+            return Err(Error::Option("a film with a replication that is only begun cannot be merged".to_owned()));
+        }
+        if !self.is_like(other) {
+            let kind = |film: &Self| (film.frame, film.window, film.samples_per_replication);
             return Err(Error::Option(format!(
                 "films of different frames, windows or replications cannot be merged: {:?} and {:?}",
                 kind(self),

@@ -1,6 +1,7 @@
 //! Image files: EXR with linear radiance and its standard error, PNG for the eye.
 
 pub mod read;
+pub mod unfinished;
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -10,10 +11,9 @@ use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes,
     LineOrder, Text, WritableImage,
 };
-use glam::DVec3;
 
 use crate::error::Error;
-use crate::film::{Film, Pixel};
+use crate::film::{Features, Film, Pixel};
 
 /// How linear radiance becomes an 8-bit value.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,48 +67,68 @@ pub fn srgb(linear: f64) -> f64 {
 /// # Errors
 /// [`Error::File`] or [`Error::Image`]; nothing is left behind then.
 pub fn write_exr(path: &Path, film: &Film, provenance: &str) -> Result<(), Error> {
-    let channel = |name: &str, value: &dyn Fn(&Pixel) -> f64| {
-        let samples = film.pixels().iter().map(|pixel| value(pixel) as f32).collect();
-        AnyChannel::new(name, FlatSamples::F32(samples))
-    };
-    let mut channels = Vec::new();
-    let mut triple = |names: [&str; 3], value: &dyn Fn(&Pixel) -> DVec3| {
-        for (axis, name) in names.into_iter().enumerate() {
-            channels.push(channel(name, &|pixel| value(pixel)[axis]));
-        }
-    };
-    triple(["R", "G", "B"], &Pixel::mean);
-    triple(["stderr.R", "stderr.G", "stderr.B"], &Pixel::standard_error);
-    triple(["albedo.R", "albedo.G", "albedo.B"], &|pixel| pixel.features().albedo);
-    triple(["normal.X", "normal.Y", "normal.Z"], &|pixel| pixel.features().normal);
-    channels.push(channel("depth.Z", &|pixel| pixel.features().depth));
-    let per_replication = f64::from(film.samples_per_replication());
-    channels.push(channel("samples.Y", &|pixel| f64::from(pixel.replications()) * per_replication));
-
-    let mut attributes = LayerAttributes::default();
-    let text = Text::new_or_none(provenance).ok_or_else(|| Error::Image {
-        action: "write",
-        path: path.to_owned(),
-        message: "the provenance has characters outside Latin-1".to_owned(),
-    })?;
-    attributes.other.insert(Text::from("provenance"), AttributeValue::Text(text));
+    let mut columns = CHANNELS.map(|_| Vec::with_capacity(film.pixels().len()));
+    for pixel in film.pixels() {
+        columns.iter_mut().zip(values(film, pixel)).for_each(|(column, value)| column.push(value));
+    }
+    let channel = |(name, column)| AnyChannel::new(name, FlatSamples::F32(column));
     let [width, height] = film.size().map(|n| n as usize);
-    let layer = Layer::new(
+    let image = Image::from_layer(Layer::new(
         (width, height),
-        attributes,
+        attributes(path, [("provenance", provenance)])?,
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing },
-        AnyChannels::sort(channels.into_iter().collect()),
-    );
-    let image = Image::from_layer(layer);
-    write_whole(path, |file| {
-        let mut bytes = std::io::Cursor::new(Vec::new());
-        image.write().to_buffered(&mut bytes).map_err(|error| Error::Image {
-            action: "write",
-            path: path.to_owned(),
-            message: error.to_string(),
-        })?;
-        file.write_all(bytes.get_ref()).map_err(Error::file("write", path))
-    })
+        AnyChannels::sort(CHANNELS.into_iter().zip(columns).map(channel).collect()),
+    ));
+    write_whole(path, |file| image.write().to_buffered(file).map_err(codec(path)))
+}
+
+/// What the channels of an image are called.
+const CHANNELS: [&str; 14] = [
+    "R",
+    "G",
+    "B",
+    "stderr.R",
+    "stderr.G",
+    "stderr.B",
+    "albedo.R",
+    "albedo.G",
+    "albedo.B",
+    "normal.X",
+    "normal.Y",
+    "normal.Z",
+    "depth.Z",
+    "samples.Y",
+];
+
+/// The values of a pixel in them.
+fn values(film: &Film, pixel: &Pixel) -> [f32; CHANNELS.len()] {
+    let Features { albedo, normal, depth } = pixel.features();
+    let samples = f64::from(pixel.replications()) * f64::from(film.samples_per_replication());
+    let vectors = [pixel.mean(), pixel.standard_error(), albedo, normal];
+    let mut values = vectors.into_iter().flat_map(|vector| vector.to_array()).chain([depth, samples]);
+    CHANNELS.map(|_| values.next().unwrap_or_default() as f32)
+}
+
+/// Text attributes of a file.
+fn attributes<'a>(path: &Path, texts: impl IntoIterator<Item = (&'a str, &'a str)>) -> Result<LayerAttributes, Error> {
+    let mut attributes = LayerAttributes::default();
+    for (name, text) in texts {
+        let fault = || fault(path, format!("the {name} has characters outside Latin-1"));
+        let text = Text::new_or_none(text).ok_or_else(fault)?;
+        attributes.other.insert(Text::from(name), AttributeValue::Text(text));
+    }
+    Ok(attributes)
+}
+
+fn fault(path: &Path, message: String) -> Error {
+    Error::Image { action: "write", path: path.to_owned(), message }
+}
+
+fn codec(path: &Path) -> impl FnOnce(exr::error::Error) -> Error + '_ {
+    |error| match error {
+        exr::error::Error::Io(error) => Error::file("write", path)(error),
+        other => fault(path, other.to_string()),
+    }
 }
 
 /// Writes the film's mean radiance as an 8-bit PNG, each pixel as `magnification`² equal ones.
@@ -155,7 +175,8 @@ pub fn encode_rgb([width, height]: [u32; 2], rgb: &[u8]) -> Result<Vec<u8>, png:
     Ok(bytes)
 }
 
-/// Writes a file whole or not at all: into a temporary file beside it, then renamed.
+/// Writes a file whole or not at all: into a temporary file beside it, which is renamed when the disk has it, so that
+/// even a power cut leaves the old file or the new one.
 ///
 /// # Errors
 /// [`Error::File`] if the file cannot be created or renamed, or what `fill` returns.
@@ -166,7 +187,7 @@ pub fn write_whole(path: &Path, fill: impl FnOnce(&mut BufWriter<File>) -> Resul
         .and_then(|file| {
             let mut file = BufWriter::new(file);
             fill(&mut file)?;
-            file.flush().map_err(Error::file("write", path))
+            file.flush().and_then(|()| file.get_ref().sync_all()).map_err(Error::file("write", path))
         })
         .and_then(|()| std::fs::rename(&temporary, path).map_err(Error::file("write", path)));
     if result.is_err() {
@@ -177,7 +198,7 @@ pub fn write_whole(path: &Path, fill: impl FnOnce(&mut BufWriter<File>) -> Resul
 }
 
 /// Checks, before hours of work, that `path` can be written: its folder exists or can be made, takes a
-/// file, and `path` is not a folder.
+/// file, and `path` is not a folder. Removes what programs that were killed left of it.
 ///
 /// # Errors
 /// [`Error::File`].
@@ -191,7 +212,21 @@ pub fn check_writable(path: &Path) -> Result<(), Error> {
     }
     let temporary = temporary_beside(path);
     File::create(&temporary).map_err(Error::file("create", path))?;
-    std::fs::remove_file(&temporary).map_err(Error::file("create", path))
+    let folder = temporary.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    remove_temporaries(path, folder).map_err(Error::file("create", path))
+}
+
+/// Removes what programs that were killed left of this file, on its way to the disk.
+fn remove_temporaries(path: &Path, folder: &Path) -> std::io::Result<()> {
+    let own = format!(".{}.", path.file_name().unwrap_or_default().display());
+    for entry in std::fs::read_dir(folder)? {
+        let entry = entry?;
+        let name = entry.file_name();
+        if name.to_string_lossy().strip_prefix(&own).is_some_and(|rest| rest.ends_with(".tmp")) {
+            std::fs::remove_file(entry.path())?;
+        }
+    }
+    Ok(())
 }
 
 fn temporary_beside(path: &Path) -> PathBuf {

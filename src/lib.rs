@@ -114,6 +114,7 @@ pub mod accel;
 pub mod bsdf;
 pub mod camera;
 pub mod emitter;
+pub mod environment;
 pub mod equation;
 pub mod error;
 pub mod estimator;

@@ -138,6 +138,17 @@ impl ExactMoments {
         Ok(())
     }
 
+    /// Both sums, as files keep them.
+    pub(crate) fn sums(&self) -> [i128; 2] {
+        [self.sum, self.squares]
+    }
+
+    /// What has these sums of `count` values of at least 0; nothing if no such values have them.
+    pub(crate) fn of_sums([sum, squares]: [i128; 2], count: u32) -> Option<Self> {
+        let most = i128::from(count) * i128::from(in_units(LARGEST));
+        ((0..=most).contains(&sum) && sum <= squares).then_some(Self { sum, squares })
+    }
+
     /// The mean of `count` values; 0 if there are none.
     pub fn mean(&self, count: u32) -> f64 {
         if count == 0 {

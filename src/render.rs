@@ -7,8 +7,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::Error;
-use crate::estimator::{Estimator, ImageEstimator, LightRules, Path};
-use crate::film::{Features, Film, Pixel, check_radiance};
+use crate::estimator::{Estimator, ImageEstimator, LightRules, Path, Strategy};
+use crate::film::{Begun, Features, Film, Pixel, check_radiance};
 use crate::lanes::Engine;
 use crate::outline::{Outlines, POINTS, replaced};
 use crate::pixel::PixelSampling;
@@ -33,7 +33,8 @@ pub struct Sampling {
     pub outlines: bool,
 }
 
-/// Called, from any thread, with a number of samples that are done; false to stop.
+/// Called, from any thread, with a number of samples that are done; false to stop. What was stopped goes on by the same
+/// call: pixels that have more replications than others got them by it.
 pub type Progress<'a> = &'a (dyn Fn(u64) -> bool + Sync);
 
 impl Sampling {
@@ -91,8 +92,8 @@ impl Sampling {
 /// Sample k of pixel (x, y) of the full frame draws from the stream (seed, pixel, k) and sums are
 /// exact, so neither threads nor the order or division of the ranges change the result.
 ///
-/// `row_done` is called after each row with its number of samples, from any thread; when it returns
-/// false, the remaining rows are left out and `Ok(false)` is returned.
+/// `done` is called after each row, or each [`UNINTERRUPTED`] samples of it, with their number, from any thread; when it
+/// returns false, the rest is left out and `Ok(false)` is returned: see [`Progress`].
 ///
 /// # Errors
 /// [`Error::Radiance`] with pixel and replication if the estimator returns what no film can hold;
@@ -104,11 +105,11 @@ pub fn render<E: Estimator>(
     sampling: Sampling,
     film: &mut Film,
     range: &Range<u32>,
-    row_done: Progress<'_>,
+    done: Progress<'_>,
 ) -> Result<bool, Error> {
     let frame = film.frame();
     let outlines = Outlines::new(scene, frame, sampling);
-    each_row(sampling, film, range, row_done, |[first, y], row| {
+    each_row(sampling, film, range, done, |[first, y], range, row| {
         for (pixel, x) in row.iter_mut().zip(first..) {
             for replication in range.clone() {
                 let position = PixelPosition { frame, x, y, replication };
@@ -138,46 +139,72 @@ pub struct OneRayPerHit {
     pub rules: LightRules,
 }
 
+/// Whether [`render_lanes`] takes this estimator in this scene: shadow rays do not look for environment maps in lanes.
+pub fn lanes_serve(scene: &Scene, estimator: &LaneEstimator) -> bool {
+    match estimator {
+        LaneEstimator::Path(path) => path.strategy == Strategy::Bsdf || scene.background().map().is_none(),
+        LaneEstimator::Report(_) => true,
+    }
+}
+
 /// [`render`] by the lane engine: the same bytes.
 ///
 /// # Errors
-/// Those of [`render`].
+/// Those of [`render`]; [`Error::Option`] for what [`lanes_serve`] does not.
 pub fn render_lanes(
     scene: &Scene,
     estimator: LaneEstimator,
     sampling: Sampling,
     film: &mut Film,
     range: &Range<u32>,
-    row_done: Progress<'_>,
+    done: Progress<'_>,
 ) -> Result<bool, Error> {
+    if !lanes_serve(scene, &estimator) {
+        return Err(Error::Option(
+            "shadow rays to an environment map are not followed in lanes: use `render`".to_owned(),
+        ));
+    }
     let frame = film.frame();
     let engine = Engine::new(scene, estimator, (sampling, Outlines::new(scene, frame, sampling)));
-    each_row(sampling, film, range, row_done, |corner, row| engine.row((frame, corner), range, row))
+    each_row(sampling, film, range, done, |corner, range, row| engine.row((frame, corner), range, row))
 }
 
-/// Calls `add` with the place of the first pixel of each row of the film's window, and the row.
+/// About the most samples that a thread takes between two calls of [`Progress`], but never less than a replication of a
+/// pixel.
+pub const UNINTERRUPTED: u32 = 1 << 14;
+
+/// Calls `add` with pieces of the rows of the film's window: where the first pixel is, which replications are missing,
+/// and the pixels.
 fn each_row(
     sampling: Sampling,
     film: &mut Film,
     range: &Range<u32>,
-    row_done: Progress<'_>,
-    add: impl Fn([u32; 2], &mut [Pixel]) -> Result<(), Error> + Sync,
+    done: Progress<'_>,
+    add: impl Fn([u32; 2], &Range<u32>, &mut [Pixel]) -> Result<(), Error> + Sync,
 ) -> Result<bool, Error> {
     sampling.check(range.end, film)?;
     let window = film.window();
-    let samples = u64::from(range.end - range.start) * u64::from(film.samples_per_replication());
-    let row_samples = samples * u64::from(window.size[0]);
+    let least = film.replications();
+    let samples =
+        |range: &Range<u32>| u64::from(range.end - range.start) * u64::from(sampling.samples_per_replication());
+    let at_once = (u64::from(UNINTERRUPTED) / samples(range).max(1)).max(1) as usize;
     let stopped = AtomicBool::new(false);
     film.pixels_mut()
         .par_chunks_mut(window.size[0] as usize)
         .zip(window.corner[1]..window.corner[1] + window.size[1])
         .try_for_each(|(row, y)| {
-            if stopped.load(Ordering::Relaxed) {
-                return Ok(());
-            }
-            add([window.corner[0], y], row)?;
-            if !row_done(row_samples) {
-                stopped.store(true, Ordering::Relaxed);
+            let mut x = window.corner[0];
+            let alike = |a: &Pixel, b: &Pixel| a.replications() == b.replications();
+            for piece in row.chunks_mut(at_once).flat_map(|piece| piece.chunk_by_mut(alike)) {
+                let had = range.start.saturating_add(piece[0].replications() - least);
+                let missing = had.min(range.end)..range.end;
+                if !missing.is_empty() && !stopped.load(Ordering::Relaxed) {
+                    add([x, y], &missing, piece)?;
+                    if !done(samples(&missing) * piece.len() as u64) {
+                        stopped.store(true, Ordering::Relaxed);
+                    }
+                }
+                x += piece.len() as u32;
             }
             Ok(())
         })?;
@@ -257,7 +284,8 @@ fn look(
 /// mean of as many as a scramble has points. Albedo, normal and depth are those of one camera ray per pixel and pass,
 /// the one that [`render`] sends for [`PixelSampling::Random`] and [`Numbers::Independent`], whatever rays the estimator
 /// sends itself. `pass_done` is called after each pass with its number of pixels; when it returns false, the
-/// remaining replications are left out and `Ok(false)` is returned.
+/// remaining passes are left out and `Ok(false)` is returned: the film keeps those of a replication that is begun, with
+/// which the next call goes on.
 ///
 /// # Errors
 /// [`Error::Option`] for a film that is a part of its frame, and as for [`render`]; what the estimator refuses;
@@ -280,9 +308,11 @@ pub fn render_passes<E: ImageEstimator>(
     sampling.check(range.end, film)?;
     let samples = sampling.samples_per_replication();
     for replication in range {
-        let mut sums = vec![DVec3::ZERO; film.pixels().len()];
+        let begun = film.begun.take();
+        let Begun { passes: done, mut sums } =
+            begun.unwrap_or_else(|| Begun { passes: 0, sums: vec![DVec3::ZERO; film.pixels().len()] });
         let passes = replication * samples..(replication + 1) * samples;
-        for index in passes.clone() {
+        for index in passes.clone().skip(done as usize) {
             let image = estimator.image(scene, frame, Pass { numbers, seed, index })?;
             let pixels = film.pixels_mut().par_iter_mut().zip_eq(&mut sums).zip_eq(&image);
             pixels.enumerate().try_for_each(|(here, ((pixel, sum), value))| {
@@ -296,6 +326,9 @@ pub fn render_passes<E: ImageEstimator>(
                 if index + 1 == passes.end { pixel.push(*sum / f64::from(samples)) } else { Ok(()) }
             })?;
             if !pass_done(image.len() as u64) {
+                if index + 1 < passes.end {
+                    film.begun = Some(Begun { passes: index + 1 - passes.start, sums });
+                }
                 return Ok(false);
             }
         }

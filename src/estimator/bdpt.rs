@@ -154,8 +154,10 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
             return found;
         }
         let (rules, area) = (&LightRules::PHYSICAL, LightSampling::Area);
-        if let Some(direct) = direct_light(parts, scene, bsdf, vertex, rules, area, rng) {
-            let light = &[PathVertex::emitting(&direct.point, DVec3::ZERO, direct.pdf_area)];
+        if let Some(direct) = direct_light(parts, scene, bsdf, vertex, rules, area, rng)
+            && let Some((point, pdf_area)) = &direct.point
+        {
+            let light = &[PathVertex::emitting(point, DVec3::ZERO, *pdf_area)];
             found += direct.reflected * self.weight(WholePath { light, ..path });
         }
         if self.connections == Connections::Ends {

@@ -7,6 +7,7 @@ use super::LightRules;
 use super::path::Strategy;
 use crate::bsdf::{Bsdf, Scattering, Vertex};
 use crate::emitter::{Emitter, EmitterPoint, LightSampling};
+use crate::environment::EnvironmentMap;
 use crate::radiometry;
 use crate::rng::{uniform, uniform2};
 use crate::sampler::Sampler;
@@ -52,6 +53,27 @@ pub trait NextEvent: Sync {
     fn pdf_solid_angle(&self, emitter: &Emitter, from: DVec3) -> Option<f64> {
         emitter.pdf_solid_angle(from)
     }
+    /// The probability that a shadow ray looks for the light of an environment map, not for that of one of `count`
+    /// emitters.
+    #[inline]
+    fn share_of_map(&self, count: usize) -> f64 {
+        if count == 0 { 1.0 } else { 0.5 }
+    }
+    /// A direction towards an environment map, and its pdf with respect to solid angle.
+    #[inline]
+    fn sample_map(&self, map: &EnvironmentMap, random: [f64; 2]) -> (DVec3, f64) {
+        map.sample(random)
+    }
+    /// The same pdf for any direction.
+    #[inline]
+    fn map_pdf(&self, map: &EnvironmentMap, direction: DVec3) -> f64 {
+        map.pdf(direction)
+    }
+    /// Whether a point with its normal sees the background in a direction.
+    #[inline]
+    fn sees_background(&self, scene: &Scene, x: (DVec3, DVec3), direction: DVec3) -> bool {
+        scene.sees_background(x, direction)
+    }
     /// Whether two points see each other.
     #[inline]
     fn visible(&self, scene: &Scene, x: (DVec3, DVec3), y: (DVec3, DVec3), glass: bool) -> bool {
@@ -75,7 +97,7 @@ pub trait NextEvent: Sync {
     }
 }
 
-/// Light that arrives at a vertex from a point picked on an emitter.
+/// Light that arrives at a vertex along a shadow ray.
 pub(super) struct LightSample {
     /// Towards the emitter, local.
     pub wi: DVec3,
@@ -83,10 +105,16 @@ pub(super) struct LightSample {
     pub reflected: DVec3,
     /// p with respect to solid angle.
     pub pdf: f64,
-    /// The point.
-    pub point: EmitterPoint,
-    /// The pdf of the point with respect to area, the pick included.
-    pub pdf_area: f64,
+    /// The point on an emitter and its pdf with respect to area, the pick included; `None` from the background.
+    pub point: Option<(EmitterPoint, f64)>,
+}
+
+impl LightSample {
+    /// The same as one of two kinds of light, picked with this probability.
+    #[inline]
+    pub fn picked(self, probability: f64) -> Self {
+        Self { reflected: self.reflected / probability, pdf: self.pdf * probability, ..self }
+    }
 }
 
 /// A point on an emitter that is picked among all; `None` without emitters.
@@ -159,9 +187,29 @@ pub(super) fn direct_light<P: NextEvent + Scattering, R: Sampler>(
         wi,
         reflected: radiometry::reflected(brdf, emitter.radiance, cosine, pdf),
         pdf,
-        point: light,
-        pdf_area: point_pdf(parts, scene, emitter),
+        point: Some((light, point_pdf(parts, scene, emitter))),
     })
+}
+
+/// One shadow ray from a diffuse vertex towards the environment map. `None` if nothing arrives.
+#[inline]
+pub(super) fn light_of_map<P: NextEvent + Scattering>(
+    parts: &P,
+    (scene, map): (&Scene, &EnvironmentMap),
+    bsdf: &Bsdf,
+    vertex: &Vertex,
+    random: [f64; 2],
+) -> Option<LightSample> {
+    let (direction, pdf) = parts.sample_map(map, random);
+    let cosine = parts.cosine(vertex.frame.z, direction);
+    let wi = vertex.frame.local(direction);
+    let brdf = parts.brdf(bsdf, vertex.wo, wi);
+    if cosine <= 0.0 || brdf == DVec3::ZERO || !parts.sees_background(scene, (vertex.point, vertex.frame.z), direction)
+    {
+        return None;
+    }
+    let reflected = radiometry::reflected(brdf, map.radiance(direction), cosine, pdf);
+    Some(LightSample { wi, reflected, pdf, point: None })
 }
 
 /// The pdf, with respect to solid angle, of a point uniform in area on an emitter.

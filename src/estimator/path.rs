@@ -3,11 +3,12 @@
 
 use glam::DVec3;
 
-use super::next_event::{direct_light, emitter_pdf};
+use super::next_event::{LightSample, direct_light, emitter_pdf, light_of_map};
 use super::walk::{Step, Walk};
 use super::{Estimator, LightRules, Standard, Walking};
 use crate::bsdf::{Bsdf, Vertex};
 use crate::emitter::LightSampling;
+use crate::rng::{uniform, uniform2};
 use crate::roulette::RAISED;
 use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
@@ -65,7 +66,9 @@ impl<P: Walking> Path<P> {
             (Some(pdf), Strategy::Mis, Some(index)) => {
                 let emitter = &scene.emitters()[index as usize];
                 let other = emitter_pdf(&self.parts, scene, emitter, self.lights, (&step.ray, &step.here));
-                self.weight(pdf, other)
+                let share =
+                    scene.background().map().map_or(1.0, |_| 1.0 - self.parts.share_of_map(scene.emitters().len()));
+                self.weight(pdf, share * other)
             }
             _ => f64::from(self.parts.hit_counts(self.strategy, step.pdf.is_some())),
         }
@@ -80,15 +83,26 @@ impl<P: Walking> Path<P> {
         }
     }
 
+    /// The weight of an environment map that the path hit.
+    #[inline]
+    fn weight_of_background(&self, scene: &Scene, (direction, pdf): (DVec3, Option<f64>)) -> f64 {
+        match (scene.background().map(), pdf, self.strategy) {
+            (None, ..) => 1.0,
+            (Some(map), Some(pdf), Strategy::Mis) => {
+                let share = self.parts.share_of_map(scene.emitters().len());
+                self.weight(pdf, share * self.parts.map_pdf(map, direction))
+            }
+            _ => f64::from(self.parts.hit_counts(self.strategy, pdf.is_some())),
+        }
+    }
+
     /// Light by a shadow ray from a vertex, weighted; zero for the strategy that sends none.
     #[inline]
     fn shadow_ray<R: Sampler>(&self, scene: &Scene, bsdf: &Bsdf, at: &Vertex, rng: &mut R) -> DVec3 {
         if !bsdf.is_rough() || self.strategy == Strategy::Bsdf {
             return DVec3::ZERO;
         }
-        let (parts, rules) = (&self.parts, &LightRules::PHYSICAL);
-        let light = direct_light(parts, scene, bsdf, at, rules, self.lights, rng);
-        let Some(light) = light else {
+        let Some(light) = self.light(scene, bsdf, at, rng) else {
             return DVec3::ZERO;
         };
         let weight = if self.strategy == Strategy::Mis {
@@ -98,6 +112,20 @@ impl<P: Walking> Path<P> {
             1.0
         };
         weight * light.reflected
+    }
+
+    /// Light that a shadow ray finds, on an emitter or in an environment map.
+    #[inline]
+    fn light<R: Sampler>(&self, scene: &Scene, bsdf: &Bsdf, at: &Vertex, rng: &mut R) -> Option<LightSample> {
+        let (parts, rules) = (&self.parts, &LightRules::PHYSICAL);
+        let Some(map) = scene.background().map() else {
+            return direct_light(parts, scene, bsdf, at, rules, self.lights, rng);
+        };
+        let share = parts.share_of_map(scene.emitters().len());
+        if uniform(rng) < share {
+            return light_of_map(parts, (scene, map), bsdf, at, uniform2(rng)).map(|light| light.picked(share));
+        }
+        direct_light(parts, scene, bsdf, at, rules, self.lights, rng).map(|light| light.picked(1.0 - share))
     }
 }
 
@@ -118,6 +146,6 @@ impl<P: Walking> Estimator for Path<P> {
             radiance += step.factor * step.throughput * self.shadow_ray(scene, step.bsdf, &at, rng);
             walk.scatter(&self.parts, &at, rng);
         }
-        radiance + walk.background()
+        radiance + self.weight_of_background(scene, walk.last()) * walk.background()
     }
 }

@@ -53,7 +53,7 @@ impl Estimator for Published {
         let mut throughput = DVec3::ONE;
         for segment in 1..=SEGMENTS {
             let Some(here) = hit else {
-                return radiance + throughput * scene.background();
+                return radiance + throughput * scene.background().radiance(ray.direction);
             };
             radiance += throughput * rules.seen(scene, &here, ray.direction);
             let surface = scene.surface(&here);

@@ -63,7 +63,7 @@ impl<P: Walking> Report<P> {
     fn add<R: Sampler>(&self, scene: &Scene, way: &Way, radiance: &mut DVec3, rng: &mut R) {
         let parts = &self.parts;
         let Some(here) = way.hit else {
-            *radiance += way.throughput * scene.background();
+            *radiance += way.throughput * scene.background().radiance(way.ray.direction);
             return;
         };
         if parts.hit_counts(Strategy::Light, way.sampled) {

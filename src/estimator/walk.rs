@@ -94,7 +94,14 @@ impl<'a> Walk<'a> {
     /// What the background shows at the end of a walk that left the scene, as the start sees it; else zero.
     #[inline]
     pub fn background(&self) -> DVec3 {
-        if self.ended { DVec3::ZERO } else { self.factor * self.throughput * self.scene.background() }
+        let shown = || self.scene.background().radiance(self.ray.direction);
+        if self.ended { DVec3::ZERO } else { self.factor * self.throughput * shown() }
+    }
+
+    /// The direction of the last ray, and its pdf with respect to solid angle as in [`Step::pdf`].
+    #[inline]
+    pub fn last(&self) -> (DVec3, Option<f64>) {
+        (self.ray.direction, self.pdf)
     }
 }
 

@@ -41,7 +41,7 @@ impl<P: Scattering + NextEvent> Whitted<P> {
     fn arriving<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, segments: u32, rng: &mut R) -> DVec3 {
         let parts = &self.parts;
         let Some(here) = hit else {
-            return scene.background();
+            return scene.background().radiance(ray.direction);
         };
         let next = |direction, rng: &mut R| {
             // The first segment is always followed, even of none.

@@ -6,7 +6,7 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::samples::{LaneSampler, SampleName};
-use super::scene::{LaneScene, Seen, lane3};
+use super::scene::{LaneScene, Seen, gather3, lane3};
 use super::shading::Surfaces;
 use crate::error::Error;
 use crate::film::{Pixel, check_radiance};
@@ -203,7 +203,8 @@ impl Paths {
     /// Adds what the background shows to the paths of these lanes, which leave the scene.
     fn leave(&mut self, scene: &Scene, leaving: LaneMask) {
         if leaving.any() {
-            let shown = self.throughput * self.factor * Lanes3::splat_vector(scene.background());
+            let background = gather3(|i| scene.background().radiance(lane3(self.ray.direction, i)));
+            let shown = self.throughput * self.factor * background;
             self.radiance = Vector::choose(leaving, self.radiance + shown, self.radiance);
         }
     }

@@ -34,7 +34,9 @@ use super::{Scene, SceneBuilder, Surface, cuboid, invalid, is_sound, triangle_no
 use crate::bsdf::ggx::Ggx;
 use crate::bsdf::{Bsdf, OrenNayarForm};
 use crate::camera::Camera;
+use crate::environment::{Environment, EnvironmentMap};
 use crate::error::Error;
+use crate::image;
 use crate::nearest::hint;
 use crate::shape::Sphere;
 use obj::Obj;
@@ -42,8 +44,8 @@ use reader::{LARGEST, Source, Table, Value, shown};
 
 /// Largest scene file, in bytes: larger meshes belong into an OBJ file.
 pub const LARGEST_FILE: u64 = 4 << 20;
-/// Most bytes of all OBJ files of a scene.
-pub const LARGEST_OBJ: u64 = 256 << 20;
+/// Most bytes of all other files of a scene: OBJ, EXR and PFM.
+pub const LARGEST_OTHER: u64 = 256 << 20;
 /// Most vertices of a scene, and most triangles.
 pub const MOST: usize = 4 << 20;
 
@@ -52,8 +54,8 @@ pub const MOST: usize = 4 << 20;
 pub struct Description {
     /// Its name.
     pub name: String,
-    /// Radiance of rays that meet nothing.
-    pub background: DVec3,
+    /// What rays see that meet nothing.
+    pub background: Environment,
     /// Who looks.
     pub camera: Camera,
     /// Surfaces by name.
@@ -97,14 +99,14 @@ pub struct SceneFile {
     pub description: Description,
     /// The scene file.
     pub path: PathBuf,
-    /// SHA-256 of its bytes and those of its OBJ files, each after its length: other scenes have another.
+    /// SHA-256 of its bytes and those of the files it names, each after its length: other scenes have another.
     pub digest: String,
     /// What was left out, a line each: triangles of OBJ files that have no area.
     pub left_out: Vec<String>,
 }
 
 impl SceneFile {
-    /// Reads a scene file and the OBJ files that it names.
+    /// Reads a scene file and the files that it names.
     ///
     /// # Errors
     /// [`Error::File`] if it cannot be read, [`Error::Scene`] with the file and line of what is wrong in it.
@@ -170,7 +172,7 @@ impl Description {
     /// [`Error::Scene`] for a material that is not there, and as [`SceneBuilder::build`].
     pub fn build(&self) -> Result<Scene, Error> {
         let mut scene = SceneBuilder::new(&self.name);
-        scene.background(self.background);
+        scene.environment(self.background.clone());
         let surfaces: HashMap<&str, _> =
             self.materials.iter().map(|(name, surface)| (&**name, scene.surface(*surface))).collect();
         let surface =
@@ -320,7 +322,7 @@ struct Reading<'a> {
 
 impl<'a> Reading<'a> {
     fn of(source: &Source, name: &str, folder: &'a Path) -> Result<(Description, Self), Error> {
-        let limits = Limits { bytes: LARGEST_OBJ, vertices: MOST, triangles: MOST };
+        let limits = Limits { bytes: LARGEST_OTHER, vertices: MOST, triangles: MOST };
         let (digest, left_out, materials) = (Sha256::new(), Vec::new(), HashSet::new());
         let mut reading = Self { folder, unit: 1.0, materials, limits, digest, left_out };
         reading.note(source.text.as_bytes());
@@ -332,7 +334,9 @@ impl<'a> Reading<'a> {
         }
         let mut description = Description {
             name: root.get("name").map_or(Ok(name), |name| name.text())?.to_owned(),
-            background: root.get("background").map_or(Ok(DVec3::ZERO), |value| value.colour(0.0..=LARGEST))?,
+            background: root
+                .get("background")
+                .map_or(Ok(Environment::Uniform(DVec3::ZERO)), |value| reading.background(&value))?,
             camera: camera(&root.need("camera")?.table()?, reading.unit)?,
             materials: Vec::new(),
             objects: Vec::new(),
@@ -353,6 +357,37 @@ impl<'a> Reading<'a> {
             }
         }
         Ok((description, reading))
+    }
+
+    /// One radiance, or an image of all directions.
+    fn background(&mut self, value: &Value) -> Result<Environment, Error> {
+        if !value.is_table() {
+            return Ok(Environment::Uniform(value.colour(0.0..=LARGEST)?));
+        }
+        let table = value.table()?;
+        table.keys(&[&["image", "scale", "up", "front"]])?;
+        let (image, bytes) = self.bytes_of(&table, "image")?;
+        let picture = image::read::decode(&image, &bytes, None).map_err(|error| table.fault(error))?;
+        let scale = table.get("scale").map_or(Ok(1.0), |scale| scale.number(1e-9..=LARGEST))?;
+        let axis = |key, default| table.get(key).map_or(Ok(default), |axis| axis.point());
+        let planes = &picture.values;
+        let pixel =
+            |i: usize| DVec3::new(planes[0][i], planes[1 % planes.len()][i], planes[2 % planes.len()][i]) * scale;
+        let pixels = (0..planes[0].len()).map(pixel).collect();
+        let map = EnvironmentMap::new(picture.size, pixels, axis("up", DVec3::Z)?, axis("front", DVec3::X)?);
+        map.map(Environment::Map).map_err(|message| table.fault(format!("is no environment map: {message}")))
+    }
+
+    /// The bytes of the file that a key names, which become a part of what tells scenes apart.
+    fn bytes_of(&mut self, table: &Table, key: &str) -> Result<(PathBuf, Vec<u8>), Error> {
+        let value = table.need(key)?;
+        let name = value.text()?;
+        let path = self.folder.join(name);
+        let bytes = read(&path, self.limits.bytes)
+            .map_err(|error| value.fault(format!("{} cannot be read: {error}", shown(name))))?;
+        self.limits.bytes -= bytes.len() as u64;
+        self.note(&bytes);
+        Ok((path, bytes))
     }
 
     fn object(&mut self, table: &Table, description: &Description) -> Result<Object, Error> {
@@ -433,12 +468,7 @@ impl<'a> Reading<'a> {
             }
             _ => {
                 let (value, material) = (table.need("file")?, material()?);
-                let name = value.text()?;
-                let path = self.folder.join(name);
-                let bytes = read(&path, self.limits.bytes)
-                    .map_err(|error| value.fault(format!("{} cannot be read: {error}", shown(name))))?;
-                self.limits.bytes -= bytes.len() as u64;
-                self.note(&bytes);
+                let (path, bytes) = self.bytes_of(table, "file")?;
                 let file = path.display().to_string();
                 let Obj { mut vertices, mut triangles } =
                     obj::parse(&file, &String::from_utf8_lossy(&bytes), &mut self.limits)?;

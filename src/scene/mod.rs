@@ -10,6 +10,7 @@ use crate::accel::{Bvh, Primitive, PrimitiveHit};
 use crate::bsdf::Bsdf;
 use crate::camera::Camera;
 use crate::emitter::{Emitter, EmitterShape};
+use crate::environment::Environment;
 use crate::error::Error;
 use crate::real::{Real, Vector};
 use crate::shape::{Ray, Sphere};
@@ -100,7 +101,7 @@ pub struct Scene {
     vertices: Vec<DVec3>,
     parts: Vec<Part>,
     emitters: Vec<Emitter>,
-    background: DVec3,
+    background: Environment,
     camera: Camera,
     bvh: Bvh,
     offset: f64,
@@ -132,9 +133,9 @@ impl Scene {
         &self.emitters
     }
 
-    /// Radiance of rays that meet nothing.
-    pub fn background(&self) -> DVec3 {
-        self.background
+    /// What rays see that meet nothing.
+    pub fn background(&self) -> &Environment {
+        &self.background
     }
 
     /// The surface of a hit.
@@ -213,6 +214,12 @@ impl Scene {
         (ray, self.intersect(&ray))
     }
 
+    /// Whether nothing lies between a surface point with its unit normal and the background in a direction.
+    #[inline]
+    pub fn sees_background(&self, (point, normal): (DVec3, DVec3), direction: DVec3) -> bool {
+        !self.bvh.occluded(&self.leave(point, normal, direction), f64::INFINITY, |_| true)
+    }
+
     /// The ray that leaves a surface point with the given unit normal, from the side that `direction`
     /// points to.
     #[inline]
@@ -261,7 +268,7 @@ pub struct SceneBuilder {
     vertices: Vec<DVec3>,
     parts: Vec<Part>,
     emitters: Vec<Emitter>,
-    background: DVec3,
+    background: Environment,
 }
 
 /// The index of a surface within its builder.
@@ -277,13 +284,18 @@ impl SceneBuilder {
             vertices: Vec::new(),
             parts: Vec::new(),
             emitters: Vec::new(),
-            background: DVec3::ZERO,
+            background: Environment::Uniform(DVec3::ZERO),
         }
     }
 
-    /// Sets the radiance of rays that meet nothing.
+    /// Sets the radiance of rays that meet nothing to the same everywhere.
     pub fn background(&mut self, radiance: DVec3) {
-        self.background = radiance;
+        self.environment(Environment::Uniform(radiance));
+    }
+
+    /// Sets what rays see that meet nothing.
+    pub fn environment(&mut self, environment: Environment) {
+        self.background = environment;
     }
 
     /// Adds a surface.
@@ -409,8 +421,10 @@ impl SceneBuilder {
     fn check_surfaces(&self) -> Result<(), Error> {
         let share = |v: DVec3| v.cmpge(DVec3::ZERO).all() && v.cmple(DVec3::ONE).all();
         let radiance = |v: DVec3| v.is_finite() && v.cmpge(DVec3::ZERO).all();
-        if !radiance(self.background) {
-            let message = format!("the background radiance {} must be finite and not negative", self.background);
+        if let Environment::Uniform(background) = self.background
+            && !radiance(background)
+        {
+            let message = format!("the background radiance {background} must be finite and not negative");
             return Err(invalid(&self.name, message));
         }
         for (i, surface) in self.surfaces.iter().enumerate() {

@@ -6,6 +6,7 @@ use super::file::Description;
 use super::{Scene, SceneBuilder, SurfaceId};
 use crate::bsdf::Bsdf;
 use crate::camera::Camera;
+use crate::environment::Environment;
 use crate::error::Error;
 
 /// The white furnace: a Lambert sphere of albedo 1, a perfect mirror and a glass sphere in a uniform
@@ -23,7 +24,7 @@ pub fn environment() -> Result<Scene, Error> {
 /// A radiance that is negative or not finite.
 pub fn furnace_under(sky: DVec3) -> Result<Scene, Error> {
     let scene = Description::parse("environment", include_str!("files/environment.toml"))?;
-    Description { background: sky, ..scene }.build()
+    Description { background: Environment::Uniform(sky), ..scene }.build()
 }
 
 /// A closed cube whose walls emit radiance 1 and reflect with the given albedo a < 1: the radiance is

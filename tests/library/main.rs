@@ -17,6 +17,7 @@ mod bsdf;
 mod camera;
 mod channels; // red stays red, through every estimator
 mod corner_cases; // lights without solid angle, scenes without light, limits of zero, refusals
+mod environment; // maps of all directions
 mod eon;
 mod estimator;
 mod film;
@@ -46,4 +47,5 @@ mod scene_tables; // every built-in scene against its table
 mod solid_angle;
 mod specular; // paths by way of mirrors and glass
 mod sphere;
+mod unfinished; // work that was stopped, and its files
 mod watertight;

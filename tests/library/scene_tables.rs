@@ -78,7 +78,7 @@ fn check(scene: Result<Scene, Error>, name: &str, sections: &[&str], more: &str)
             _ => {}
         }
     }
-    let mut found = vec![format!("background {}", scene.background())];
+    let mut found = vec![format!("background {}", scene.background().radiance(DVec3::Z))];
     found.extend(scene.primitives().map(|(geometry, surface)| format!("{} {surface:?}", shape(geometry))));
     found.extend(scene.emitters().iter().map(light));
     assert_eq!(found.len(), expected.len(), "{name}");

@@ -37,6 +37,7 @@ mod render_streams;
 pub mod roulette;
 pub mod scenes;
 mod script;
+mod sky;
 mod sobol;
 mod solid_angle;
 pub mod statistics;

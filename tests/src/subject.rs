@@ -8,6 +8,7 @@ use glam::DVec3;
 use whitefurnace::bsdf::{Bsdf, Scattering};
 use whitefurnace::camera::Camera;
 use whitefurnace::emitter::{Emitter, EmitterPoint, LightSampling};
+use whitefurnace::environment::EnvironmentMap;
 use whitefurnace::estimator::{
     Bidirectional, Density, Estimator, FiniteElements, Heuristic, LightRules, NextEvent, Path, Photons, Report,
     Standard, Strategy, Whitted,
@@ -81,6 +82,10 @@ table! {
         solid_angle_per_area(cosine_at_emitter: f64, distance_squared: f64) -> f64;
         sample_solid_angle(emitter: &Emitter, from: DVec3, random: [f64; 2]) -> Option<(EmitterPoint, f64)>;
         pdf_solid_angle(emitter: &Emitter, from: DVec3) -> Option<f64>;
+        share_of_map(count: usize) -> f64;
+        sample_map(map: &EnvironmentMap, random: [f64; 2]) -> (DVec3, f64);
+        map_pdf(map: &EnvironmentMap, direction: DVec3) -> f64;
+        sees_background(scene: &Scene, x: End, direction: DVec3) -> bool;
         visible(scene: &Scene, x: End, y: End, glass: bool) -> bool;
         mis_weight(pdf: f64, other: f64) -> f64;
         mis_power_weight(pdf: f64, other: f64) -> f64;

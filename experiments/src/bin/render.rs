@@ -6,21 +6,26 @@ use std::time::Instant;
 
 use clap::CommandFactory as _;
 use experiments::render::command::Render;
+use experiments::render::pilot::Aim;
+use experiments::render::unfinished::{Checkpoints, Unfinished, difference};
 use experiments::render::{Rendered, SceneSource};
 use experiments::run::cli::{self, Ending};
 use experiments::say;
 use whitefurnace::error::Error;
+use whitefurnace::film::Film;
+use whitefurnace::image::unfinished::write_unfinished;
 use whitefurnace::image::{check_writable, write_exr, write_png};
 
 fn main() -> ExitCode {
     cli::start(|| {
+        let start = Instant::now();
         let matches = cli::matches(Render::command());
-        let options = cli::or_one_line(Render::of(&matches));
-        cli::exit(options.check(&matches).and_then(|()| run(&options)))
+        let mut options = cli::or_one_line(Render::of(&matches));
+        cli::exit(options.check(&matches).and_then(|()| run(&mut options, start)))
     })
 }
 
-fn run(options: &Render) -> Result<Ending, Error> {
+fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
     // A finished image is never replaced by a part of one.
     let partial = options.out.with_extension("partial.exr");
     cli::use_threads(options.threads)?;
@@ -28,13 +33,19 @@ fn run(options: &Render) -> Result<Ending, Error> {
         check_writable(exr)?;
         check_writable(&exr.with_extension("png"))?;
     }
+    let saved = if options.resume && partial.exists() { Some(Unfinished::read(&partial)?) } else { None };
     cli::begin();
     if let SceneSource::File(file) = options.job.scene {
         file.left_out.iter().for_each(|what| eprintln!("note: {what}"));
     }
+    decide(options, saved.as_ref(), start)?;
+    let (job, part) = (options.job, options.part()?);
+    let film = saved.map_or_else(|| job.film(), |saved| same(&partial, options, saved))?;
+    let before = samples(&film);
 
-    let start = Instant::now();
-    let rendered = match options.job.render("render") {
+    let notes = Unfinished::notes(&job, &part, options.exposure);
+    let mut saves = Checkpoints::new(partial.clone(), notes.clone());
+    let Rendered { film, complete } = match job.go_on("render", film, &part.range, &mut saves) {
         Ok(rendered) => rendered,
         Err(Error::Interrupted) => {
             eprintln!("interrupted before the first sample: nothing is written");
@@ -42,34 +53,86 @@ fn run(options: &Render) -> Result<Ending, Error> {
         }
         Err(error) => return Err(error),
     };
-    if rendered.complete {
-        write(&options.out, options, &rendered, start)?;
-        return Ok(Ending::Done);
+    saves.finish();
+    let exr = if complete { &options.out } else { &partial };
+    let png = exr.with_extension("png");
+    let written = if complete && options.shard.is_none() {
+        write_exr(exr, &film, &job.provenance(true))
+    } else {
+        write_unfinished(exr, &film, &notes)
+    };
+    let shown = written.and_then(|()| write_png(&png, &film, job.display(options.exposure), 1));
+    shown.inspect_err(|_| {
+        if partial.exists() {
+            eprintln!("{} holds what was saved: --resume goes on from there", partial.display());
+        }
+    })?;
+    say(exr, &film, samples(&film) - before, start);
+    if !complete {
+        eprintln!(
+            "interrupted: these files hold the samples done so far (channel samples.Y); --resume goes on from there"
+        );
+        return Ok(Ending::Interrupted);
     }
-    write(&partial, options, &rendered, start)?;
-    eprintln!("interrupted: these files hold the samples done so far (channel samples.Y)");
-    Ok(Ending::Interrupted)
+    for file in [partial.with_extension("png"), partial] {
+        if file.exists() {
+            std::fs::remove_file(&file).map_err(Error::file("remove", &file))?;
+        }
+    }
+    Ok(Ending::Done)
 }
 
-/// Writes the EXR and the PNG, and says what they hold.
-fn write(exr: &Path, options: &Render, Rendered { film, complete }: &Rendered, start: Instant) -> Result<(), Error> {
+/// The number of samples, where a time or an error is asked for.
+fn decide(options: &mut Render, saved: Option<&Unfinished>, start: Instant) -> Result<(), Error> {
+    let time = options.time.map(|time| Aim::Time(start, time));
+    let Some(aim) = time.or(options.target_error.map(Aim::Error)) else {
+        return Ok(());
+    };
+    let decided = saved.and_then(|saved| saved.job.lines().find_map(|line| line.strip_prefix("spp=")?.parse().ok()));
+    let (spp, how) = match decided {
+        Some(spp) => (spp, "was decided when this run began"),
+        None => (options.job.decide(aim)?, "a pilot says"),
+    };
+    options.job.spp = spp;
+    say!("{how}: --spp {spp}");
+    options.job.check()
+}
+
+/// The film that was saved, if it is of this very image.
+fn same(path: &Path, options: &Render, saved: Unfinished) -> Result<Film, Error> {
+    let (here, part) = (options.job.provenance(false), options.part()?);
+    let parts = (saved.part != part).then(|| format!("replications {} there, {part} here", saved.part));
+    match difference(&saved.job, &here).or(parts) {
+        None if saved.film.is_like(&options.job.film()?) => Ok(saved.film),
+        None => Err(Error::Option(format!("--resume: {} has another size than it says", path.display()))),
+        Some(difference) => Err(Error::Option(format!(
+            "--resume: {} is of another run: {difference}; repeat its options, choose another --out, or begin afresh without \
+             --resume",
+            path.display()
+        ))),
+    }
+}
+
+fn samples(film: &Film) -> u64 {
+    let replications = film.pixels().iter().map(|pixel| u64::from(pixel.replications()));
+    replications.sum::<u64>() * u64::from(film.samples_per_replication())
+}
+
+/// Says what the files hold, of which this run took `new` samples.
+fn say(exr: &Path, film: &Film, new: u64, start: Instant) {
     let seconds = start.elapsed().as_secs_f64();
-    let png = exr.with_extension("png");
-    write_exr(exr, film, &options.job.provenance(*complete))?;
-    write_png(&png, film, options.job.display(options.exposure), 1)?;
-    let replications = film.pixels().iter().map(|p| u64::from(p.replications()));
-    let samples = replications.sum::<u64>() * u64::from(film.samples_per_replication());
     let error = film.relative_error();
     let error = if error.is_finite() {
         format!("mean relative standard error {:.2} %", 100.0 * error)
     } else {
         "no standard error: a pixel has fewer than two replications, or all is black".to_owned()
     };
+    let samples = samples(film);
+    let earlier = if new < samples { format!(" ({new} of them now)") } else { String::new() };
     say!(
-        "{} and {}: {samples} samples in {seconds:.1} s, {:.2} million/s, {error}",
+        "{} and {}: {samples} samples{earlier} in {seconds:.1} s, {:.2} million/s, {error}",
         exr.display(),
-        png.display(),
-        samples as f64 / seconds / 1e6
+        exr.with_extension("png").display(),
+        new as f64 / seconds / 1e6
     );
-    Ok(())
 }

@@ -9,7 +9,7 @@ use glam::DVec3;
 use whitefurnace::bsdf::Bsdf;
 use whitefurnace::scene::Scene;
 
-use super::{Part, Shape, is_whole, numbers, parts};
+use super::{Part, Shape, background, is_whole, numbers, parts};
 
 pub(super) fn files(scene: &Scene, [width, height]: [u32; 2], spp: u32) -> Result<Vec<(String, String)>, String> {
     let camera = scene.camera();
@@ -45,8 +45,8 @@ pub(super) fn files(scene: &Scene, [width, height]: [u32; 2], spp: u32) -> Resul
     </sensor>
 "#
     );
-    if scene.background() != DVec3::ZERO {
-        let radiance = rgb("radiance", scene.background());
+    if let Some(background) = background(scene)? {
+        let radiance = rgb("radiance", background);
         let _ = writeln!(xml, "    <emitter type=\"constant\">{radiance}</emitter>");
     }
     let mut meshes = Vec::new();

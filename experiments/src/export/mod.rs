@@ -9,6 +9,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
 use glam::DVec3;
+use whitefurnace::environment::Environment;
 use whitefurnace::error::Error;
 use whitefurnace::scene::{Geometry, Scene, Surface};
 use whitefurnace::shape::Sphere;
@@ -116,6 +117,14 @@ fn parts(scene: &Scene) -> Vec<Part<'_>> {
         }
     }
     parts
+}
+
+/// The radiance of a background that is not black.
+fn background(scene: &Scene) -> Result<Option<DVec3>, String> {
+    match scene.background() {
+        Environment::Uniform(radiance) => Ok((*radiance != DVec3::ZERO).then_some(*radiance)),
+        Environment::Map(_) => Err("it has an environment map, and others put its pixels elsewhere".to_owned()),
+    }
 }
 
 /// Whether it is all of its sphere.

@@ -6,7 +6,7 @@ use glam::DVec3;
 use whitefurnace::bsdf::Bsdf;
 use whitefurnace::scene::Scene;
 
-use super::{Part, Shape, numbers, parts};
+use super::{Part, Shape, background, numbers, parts};
 
 /// More reflections than any path has.
 const DEPTH: u32 = 1_000_000;
@@ -29,8 +29,8 @@ Integrator "path" "integer maxdepth" [ {DEPTH} ]
 WorldBegin
 "#
     );
-    if scene.background() != DVec3::ZERO {
-        let _ = writeln!(text, "LightSource \"infinite\" {}", grey("L", scene.background())?);
+    if let Some(background) = background(scene)? {
+        let _ = writeln!(text, "LightSource \"infinite\" {}", grey("L", background)?);
     }
     for Part { surface, shape } in parts(scene) {
         let _ = writeln!(text, "AttributeBegin\n{}", material(&surface.bsdf)?);

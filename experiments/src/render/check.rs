@@ -1,6 +1,5 @@
 //! What of a job makes no sense, and what a file records of it.
 
-use glam::DVec3;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::radiosity::{Fineness, Mesh, check_memory};
 use whitefurnace::film::{Film, Window};
@@ -156,7 +155,7 @@ impl Job {
     /// Refuses scenes whose light no particle carries, and more photons than fit memory.
     fn check_emitters(&self) -> Result<(), Error> {
         let scene = self.build_scene()?;
-        if scene.background() != DVec3::ZERO {
+        if !scene.background().is_black() {
             return Err(Error::Option(format!(
                 "--scene {} is lit by its background, where the particles of --estimator {} cannot start",
                 self.scene.name(),

@@ -1,11 +1,14 @@
 //! The command line of `render`.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::parser::ValueSource;
 use clap::{ArgMatches, FromArgMatches as _, Parser};
 use whitefurnace::error::Error;
 
+use super::pilot::{parse_share, parse_time};
+use super::unfinished::{Part, Shard};
 use super::{ConventionName, EstimatorName, Job, OutlinesName, SamplerName, SceneName};
 use crate::run::cli::{real, whole};
 
@@ -20,8 +23,14 @@ use crate::run::cli::{real, whole};
 /// The same options give the same bytes, whatever the number of threads. An option that changes nothing
 /// together with the others is refused.
 ///
-/// Ctrl-C, SIGTERM and SIGHUP write what is done to NAME.partial.exr and NAME.partial.png; a second
-/// Ctrl-C writes nothing. Exit codes: 0 if all is done, 2 for a wrong option or a file that cannot be
+/// What is done is saved in NAME.partial.exr every few seconds: --resume goes on from there, to the bytes
+/// of an uninterrupted run. A kill or a power cut costs at most 10 s of work, or the pass in hand of bdpt,
+/// bdpt-ends, light-tracer and sppm; photon maps and radiosity are made anew. Without --resume, a run
+/// begins afresh and replaces the file. Where it cannot be saved, work goes on, and saving is tried again.
+/// Several machines share the work by --shard, and the program merge joins the parts.
+///
+/// Ctrl-C, SIGTERM and SIGHUP save what is done, and show it in NAME.partial.png; a second
+/// Ctrl-C saves nothing. Exit codes: 0 if all is done, 2 for a wrong option or a file that cannot be
 /// written, 130 after Ctrl-C, 143 after SIGTERM, 129 after SIGHUP.
 #[derive(Parser)]
 #[command(name = "render", version, verbatim_doc_comment)]
@@ -35,6 +44,20 @@ pub struct Render {
     /// Exposure of the PNG in stops, under --convention physical; from -100 to 100
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = real(-100.0..=100.0))]
     pub exposure: f64,
+    /// Take as many samples as fit this time in all, such as 90s, 10m or 1.5h: a pilot tells, whose own samples are thrown
+    /// away; the image is that of --spp with the number that is printed; from 1s to 10000h
+    #[arg(long, value_name = "TIME", conflicts_with_all = ["spp", "target_error", "shard"], allow_hyphen_values = true, value_parser = parse_time)]
+    pub time: Option<Duration>,
+    /// Take as many samples as should leave the pixels this relative standard error in the mean, such as 1%: a pilot tells,
+    /// as for --time; from 0.0001% to 100%
+    #[arg(long, value_name = "PERCENT", conflicts_with_all = ["spp", "shard"], allow_hyphen_values = true, value_parser = parse_share)]
+    pub target_error: Option<f64>,
+    /// Go on from NAME.partial.exr, if it is there
+    #[arg(long)]
+    pub resume: bool,
+    /// Render part i of n of the samples to a file with sums, which the program merge joins with the others
+    #[arg(long, value_name = "i/n", allow_hyphen_values = true, value_parser = Shard::parse)]
+    pub shard: Option<Shard>,
     /// The EXR file; the PNG has the same name
     #[arg(long, default_value = "out/render.exr")]
     pub out: PathBuf,
@@ -63,13 +86,32 @@ impl Render {
         if job.shows_outlines() && !given(matches, "outlines") {
             job.outlines = OutlinesName::Yes;
         }
+        if render.time.is_some() || render.target_error.is_some() {
+            // Until the pilot.
+            job.spp = job.legal(1.0, f64::ceil);
+        }
         Ok(render)
+    }
+
+    /// The replications that are asked for.
+    pub fn part(&self) -> Result<Part, Error> {
+        let of = self.job.all_replications();
+        let Shard { index, count } = self.shard.unwrap_or(Shard { index: 1, count: 1 });
+        if count > of {
+            return Err(Error::Option(format!(
+                "--shard {index}/{count}: the samples of a pixel are {of} independent parts: take as many shards at most, \
+                 or more samples or --scrambles"
+            )));
+        }
+        let until = |index: u32| (u64::from(of) * u64::from(index) / u64::from(count)) as u32;
+        Ok(Part { range: until(index - 1)..until(index), of })
     }
 
     /// Refuses options that make no sense together, or do nothing.
     pub fn check(&self, matches: &ArgMatches) -> Result<(), Error> {
         self.job.check()?;
         self.job.check_effect(|id| given(matches, id))?;
+        self.part()?;
         if self.out.extension().is_none_or(|extension| extension != "exr") {
             return Err(Error::Option(format!(
                 "--out {} must end in .exr; the PNG gets the same name",

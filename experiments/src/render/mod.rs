@@ -4,6 +4,8 @@ mod check;
 pub mod command;
 mod names;
 pub mod photons;
+pub mod pilot;
+pub mod unfinished;
 mod work;
 
 use clap::{Args, Parser as _};
@@ -95,7 +97,8 @@ pub struct Job {
 /// points gain; but Student's intervals from two or three are several times as wide (experiment `scrambles`).
 const FEW: u32 = 4;
 
-/// The most points of a scramble that are taken unasked: a signal waits for a row of pixels to get its scramble.
+/// The most points of a scramble that are taken unasked: a signal, or a file that saves what is done, waits for a pixel to
+/// get its scramble.
 const MANY: u32 = 1024;
 
 /// The largest count.

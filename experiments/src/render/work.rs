@@ -11,11 +11,14 @@ use whitefurnace::estimator::{
     Report, Sppm, Standard, Strategy, Whitted,
 };
 use whitefurnace::film::{Film, Pixel};
-use whitefurnace::render::{ByLanes, ByPasses, ByRays, LaneEstimator, OneRayPerHit, Renderer};
+use whitefurnace::render::{
+    ByLanes, ByPasses, ByRays, LaneEstimator, OneRayPerHit, Renderer, UNINTERRUPTED, lanes_serve,
+};
 use whitefurnace::rng::seed_for;
 use whitefurnace::sampler::Pass;
 use whitefurnace::scene::Scene;
 
+use super::unfinished::Checkpoints;
 use super::{ConventionName, EngineName, EstimatorName, HeuristicName, Job, LightSamplingName, name};
 use crate::run::progress::{Bar, interrupted};
 
@@ -78,24 +81,72 @@ impl Job {
         self.single(&self.build_scene()?, &self.by_rays(estimator), range, &mut each)
     }
 
-    /// All replications on one film, in ranges that double up to a largest one, so that error and image are known
+    /// How many replications there are.
+    pub fn all_replications(&self) -> u32 {
+        self.spp / self.samples_per_replication()
+    }
+
+    /// How many samples each has.
+    pub fn samples_per_replication(&self) -> u32 {
+        let sampling = self.sampling();
+        if self.estimator.makes_images() { sampling.numbers.samples() } else { sampling.samples_per_replication() }
+    }
+
+    /// An empty film for them.
+    pub fn film(&self) -> Result<Film, Error> {
+        Film::new(self.size, self.window, self.samples_per_replication())
+    }
+
+    /// Adds to the film what it lacks of these replications, and saves it in the meantime.
+    pub fn go_on(
+        &self,
+        label: &str,
+        film: Film,
+        range: &Range<u32>,
+        saves: &mut Checkpoints,
+    ) -> Result<Rendered, Error> {
+        self.check()?;
+        let scene = self.build_scene()?;
+        self.rest((&scene, &*self.renderer(&scene, label)?), label, (film, range), Some(saves))
+    }
+
+    pub(super) fn whole(&self, scene: &Scene, renderer: &dyn Renderer, label: &str) -> Result<Rendered, Error> {
+        self.rest((scene, renderer), label, (self.film()?, &(0..self.all_replications())), None)
+    }
+
+    /// The missing replications of a range, in ranges that double up to a largest one, so that error and image are known
     /// early.
-    fn whole(&self, scene: &Scene, renderer: &dyn Renderer, label: &str) -> Result<Rendered, Error> {
+    fn rest(
+        &self,
+        (scene, renderer): (&Scene, &dyn Renderer),
+        label: &str,
+        (mut film, range): (Film, &Range<u32>),
+        mut saves: Option<&mut Checkpoints>,
+    ) -> Result<Rendered, Error> {
         let per_replication = renderer.samples_per_replication();
-        let mut film = Film::new(self.size, self.window, per_replication)?;
-        let replications = self.spp / per_replication;
-        let [width, height] = film.size().map(u64::from);
-        let mut bar = Bar::new(label, width * height * u64::from(self.spp), "samples");
-        let mut done = 0;
-        while done < replications {
-            let end = replications.min(done + done.clamp(1, LARGEST_RANGE));
-            if !renderer.add(scene, &mut film, done..end, &|samples| bar.advance(samples))? {
-                break;
+        let missing = |film: &Film| {
+            let missing = |pixel: &Pixel| u64::from(range.end - range.start - pixel.replications());
+            film.pixels().iter().map(missing).sum::<u64>() * u64::from(per_replication)
+        };
+        let mut bar = Bar::new(label, missing(&film), "samples");
+        let largest = (UNINTERRUPTED / per_replication).clamp(1, LARGEST_RANGE);
+        loop {
+            let had = film.replications();
+            let start = range.start + had;
+            if start >= range.end || interrupted() {
+                return Ok(Rendered { film, complete: start >= range.end });
             }
-            done = end;
+            let end = range.end.min(start + had.clamp(1, largest));
+            let due = || saves.as_ref().is_some_and(|saves| saves.due());
+            let whole = renderer.add(scene, &mut film, start..end, &|samples| bar.advance(samples) && !due())?;
+            if let Some(saves) = &mut saves
+                && !whole
+                && !interrupted()
+            {
+                saves.save(&film);
+            }
             bar.error(|| film.relative_error());
         }
-        Ok(Rendered { film, complete: done == replications })
     }
 
     /// Each replication on a film of its own.
@@ -122,16 +173,16 @@ impl Job {
     }
 
     /// The estimator that the job names, in its scene.
-    fn renderer(&self, scene: &Scene, label: &str) -> Result<Box<dyn Renderer>, Error> {
+    pub(super) fn renderer(&self, scene: &Scene, label: &str) -> Result<Box<dyn Renderer>, Error> {
         let rules = match self.convention {
             ConventionName::Physical => LightRules::PHYSICAL,
             ConventionName::Report | ConventionName::Published => LightRules::REPORT,
         };
         let (numbers, seed) = (self.sampling().numbers, self.seed);
         Ok(match (self.estimator, self.convention) {
-            (EstimatorName::Bsdf, _) => self.by_paths(Strategy::Bsdf),
-            (EstimatorName::Light, _) => self.by_paths(Strategy::Light),
-            (EstimatorName::Mis, _) => self.by_paths(Strategy::Mis),
+            (EstimatorName::Bsdf, _) => self.by_paths(scene, Strategy::Bsdf),
+            (EstimatorName::Light, _) => self.by_paths(scene, Strategy::Light),
+            (EstimatorName::Mis, _) => self.by_paths(scene, Strategy::Mis),
             (EstimatorName::LightTracer, _) => {
                 Box::new(ByPasses { estimator: LightTracer::<Standard>::default(), numbers, seed })
             }
@@ -167,19 +218,19 @@ impl Job {
             (EstimatorName::Report, ConventionName::Published) => Box::new(self.by_rays(Published::default())),
             (EstimatorName::Report, _) => {
                 let report = Report { rays: self.rays, rules, ..Report::default() };
-                self.by_engine(report, LaneEstimator::Report(OneRayPerHit { segments: report.segments, rules }))
+                self.by_engine(scene, report, LaneEstimator::Report(OneRayPerHit { segments: report.segments, rules }))
             }
         })
     }
 
-    fn by_paths(&self, strategy: Strategy) -> Box<dyn Renderer> {
+    fn by_paths(&self, scene: &Scene, strategy: Strategy) -> Box<dyn Renderer> {
         let path = self.path(strategy);
-        self.by_engine(path, LaneEstimator::Path(path))
+        self.by_engine(scene, path, LaneEstimator::Path(path))
     }
 
-    fn by_engine<E: Estimator + 'static>(&self, scalar: E, lanes: LaneEstimator) -> Box<dyn Renderer> {
+    fn by_engine<E: Estimator + 'static>(&self, scene: &Scene, scalar: E, lanes: LaneEstimator) -> Box<dyn Renderer> {
         match self.engine {
-            EngineName::Lanes if self.has_engines() => {
+            EngineName::Lanes if self.has_engines() && lanes_serve(scene, &lanes) => {
                 Box::new(ByLanes { estimator: lanes, sampling: self.sampling() })
             }
             _ => Box::new(self.by_rays(scalar)),

@@ -161,7 +161,7 @@ fn what_mitsuba_gets_is_the_scene() {
         let own: BTreeSet<String> =
             scene.primitives().map(|(geometry, of)| format!("{geometry:?} {}", surface(of))).collect();
         assert_eq!(parts, own, "{}", scene.name());
-        assert_eq!(background, scene.background());
+        assert_eq!(background, scene.background().radiance(DVec3::Z));
         for (x, y) in [(0.0, 0.0), (40.0, 0.0), (13.0, 30.0)] {
             let [a, b] = [&camera, scene.camera()].map(|camera| camera.ray([40, 30], x, y));
             assert!(a.origin == b.origin && a.direction.distance(b.direction) < 1e-12, "{}", scene.name());

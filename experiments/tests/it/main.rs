@@ -23,6 +23,8 @@ mod resumption;
 #[cfg(unix)]
 mod signals;
 mod tables;
+#[cfg(unix)]
+mod unfinished;
 
 /// A fresh folder for one test.
 fn folder(test: &str) -> PathBuf {

@@ -353,6 +353,10 @@ fn every_option_and_value_has_a_row() {
         let Some(long) = argument.get_long() else {
             continue;
         };
+        // How a run goes is tried in `unfinished`.
+        if ["time", "target-error", "resume", "shard"].contains(&long) {
+            continue;
+        }
         let tried =
             |value: Option<&str>| rows.iter().any(|row| row.0 == long && value.is_none_or(|value| row.1 == value));
         let values = argument.get_possible_values();

@@ -8,14 +8,14 @@ use experiments::run::signals;
 use crate::{folder, renders};
 
 /// A program that is at work, and what it prints on standard error.
-struct Running {
+pub struct Running {
     child: std::process::Child,
     lines: std::io::Lines<std::io::BufReader<std::process::ChildStderr>>,
 }
 
 impl Running {
     /// Starts a program with these words in a folder.
-    fn start(program: &str, words: &[&str], folder: &Path) -> Self {
+    pub fn start(program: &str, words: &[&str], folder: &Path) -> Self {
         use std::io::BufRead as _;
         let mut child = Command::new(program)
             .args(words)
@@ -29,7 +29,7 @@ impl Running {
     }
 
     /// Waits for a line that says this: however long it takes.
-    fn wait_for(&mut self, text: &str) -> String {
+    pub fn wait_for(&mut self, text: &str) -> String {
         loop {
             let line = self.lines.next().expect("it goes on").expect("a line");
             if line.contains(text) {
@@ -38,20 +38,24 @@ impl Running {
         }
     }
 
-    fn signal(&self, name: &str) {
+    pub fn signal(&self, name: &str) {
         let id = self.child.id().to_string();
         assert!(Command::new("kill").args([name, &id]).status().expect("kill").success());
     }
 
-    fn end(mut self) -> Option<i32> {
+    pub fn has_ended(&mut self) -> bool {
+        self.child.try_wait().expect("a state").is_some()
+    }
+
+    pub fn end(mut self) -> Option<i32> {
         self.child.wait().expect("the program ends").code()
     }
 }
 
 /// No machine does so many samples before somebody ends it.
-const ENDLESS: &str = "--size 64x48 --spp 4000000000 --out a.exr --threads ";
+pub const ENDLESS: &str = "--size 64x48 --spp 4000000000 --out a.exr --threads ";
 
-fn endless(folder: &Path, threads: usize) -> Running {
+pub fn endless(folder: &Path, threads: usize) -> Running {
     let options = format!("{ENDLESS}{threads}");
     let words: Vec<&str> = options.split_whitespace().collect();
     Running::start(env!("CARGO_BIN_EXE_render"), &words, folder)
@@ -91,7 +95,13 @@ fn threads_are_as_many_as_asked_for() {
     let tasks = |threads: usize| {
         let mut render = endless(&folder, threads);
         render.wait_for("% of");
-        let count = std::fs::read_dir(format!("/proc/{}/task", render.child.id())).expect("tasks").count();
+        // Another one saves what is done, now and then.
+        let is_saver = |task: &std::fs::DirEntry| {
+            std::fs::read_to_string(task.path().join("comm"))
+                .is_ok_and(|name| name.trim() == experiments::render::unfinished::SAVER)
+        };
+        let tasks = std::fs::read_dir(format!("/proc/{}/task", render.child.id())).expect("tasks");
+        let count = tasks.filter(|task| !is_saver(task.as_ref().expect("a task"))).count();
         render.signal("-TERM");
         assert_eq!(render.end(), Some(143));
         count

@@ -222,7 +222,7 @@ fn check(scene: &Scene, fineness: Fineness) -> Result<(), Error> {
             message: format!("radiosity takes Lambert and black surfaces in the dark only, and this scene has {what}"),
         })
     };
-    if scene.background() != DVec3::ZERO {
+    if !scene.background().is_black() {
         return refuse("a background that emits");
     }
     for (_, surface) in scene.primitives() {

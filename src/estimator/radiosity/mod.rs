@@ -321,7 +321,7 @@ fn arriving<P: FiniteElements + NextEvent + Scattering>(
 impl<P: FiniteElements + NextEvent + Scattering> Estimator for Radiosity<P> {
     fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, _rng: &mut R) -> DVec3 {
         let Some(hit) = hit else {
-            return scene.background();
+            return scene.background().radiance(ray.direction);
         };
         let albedo = scene.surface(&hit).bsdf.albedo();
         let irradiance = self.irradiance(scene, ray, &hit);

@@ -128,6 +128,10 @@ impl<'s> Value<'s> {
         })
     }
 
+    pub fn is_table(&self) -> bool {
+        self.value.get_ref().is_table()
+    }
+
     pub fn table(&self) -> Result<Table<'s>, Error> {
         let (source, path, at) = (self.source, Rc::clone(&self.path), self.value.span().start);
         let entries = self.value.get_ref().as_table().ok_or_else(|| self.fault("must be a table of keys"))?;

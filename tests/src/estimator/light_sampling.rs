@@ -52,7 +52,7 @@ fn weights() -> Vec<Fault<EstimatorSubject>> {
             { hit_counts: |_, _| true }, "irradiance/rectangle-report", "irradiance/square/light-area",
             "irradiance/near-triangle/light-angle", "irradiance/triangle/light-area",
             "irradiance/sphere/light-area", "furnace/light/box", "furnace/light/sphere",
-            "images/three-strategies: light and mis"),
+            "images/three-strategies: light and mis", "sky/overcast/light"),
         fault!("lost-after-mirror", MIS,
             "shadow rays alone: light that is hit by way of a mirror is lost, too",
             { hit_counts: |strategy, _| strategy != Strategy::Light }, "irradiance/after-mirror/light",

@@ -1,5 +1,5 @@
 //! The family of whole estimators: its trials are in [`super::furnace`], [`super::irradiance`],
-//! [`super::strategies`], [`super::chains`], [`super::glass`] and [`super::images`]; here and below are its faults.
+//! [`super::strategies`], [`super::chains`], [`super::sky`], [`super::glass`] and [`super::images`]; here and below are its faults.
 
 mod interfaces;
 mod light_sampling;
@@ -11,7 +11,7 @@ use whitefurnace::estimator::LightRules;
 use whitefurnace::sampling::{cosine_hemisphere, uniform_hemisphere};
 
 use crate::prelude::*;
-use crate::{chains, cie, furnace, glass, glass_bodies, images, irradiance, strategies};
+use crate::{chains, cie, furnace, glass, glass_bodies, images, irradiance, sky, strategies};
 
 /// The family.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
@@ -22,6 +22,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     trials.extend(glass::trials());
     trials.extend(glass_bodies::trials());
     trials.extend(cie::trials());
+    trials.extend(sky::trials());
     trials.extend(images::trials());
     let mut faults = reflection::faults();
     faults.extend(sampling::faults());
@@ -29,6 +30,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     faults.extend(light_sampling::faults());
     faults.extend(interfaces::faults());
     faults.extend(configuration_faults());
+    faults.extend(sky::faults());
     vec![Box::new(Family { trials, faults, equivalents: equivalents(), ..Family::whole("estimator", STANDARD) })]
 }
 

@@ -11,7 +11,7 @@ pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
         fault!("uniform-for-cosine", COSINE_HEMISPHERE, "uniform directions with the cosine pdf's weight",
             { cosine_hemisphere: uniform_hemisphere }, "irradiance/hits-alone"),
         fault!("cosine-no-root", COSINE_HEMISPHERE, "sin θ = r for sin θ = √r",
-            { cosine_hemisphere: no_root }, "furnace/sky/path"),
+            { cosine_hemisphere: no_root }, "furnace/sky/path", "sky/overcast/bsdf"),
         fault!("cosine-half-circle", COSINE_HEMISPHERE, "φ over half the circle",
             { cosine_hemisphere: half_circle_cosine }, "furnace/sky/path"),
         fault!("shared-number", HEMISPHERE_PHI, "one random number in (18) and (19)",

@@ -68,7 +68,8 @@ impl Estimator for LeftOut {
         let mut throughput = DVec3::ONE;
         let mut way = Way { segments: 1, diffuse: 0, diffuse_first: false, diffuse_last: false, emitter: false };
         loop {
-            let met = hit.map_or(scene.background(), |here| scene.emitted(&here, ray.direction));
+            let met =
+                hit.map_or(scene.background().radiance(ray.direction), |here| scene.emitted(&here, ray.direction));
             way.emitter = hit.is_some();
             let grey = (throughput * met).element_sum() / 3.0;
             let missed = METHODS.map(|method| f64::from(u8::from(!way.followed(method))));

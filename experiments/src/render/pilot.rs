@@ -1,0 +1,115 @@
+//! How many samples a run takes whose time or error is asked for: a pilot tells, whose own samples are thrown away. So
+//! the number depends on no sample of the image, and where it stops biases nothing.
+
+use std::time::{Duration, Instant};
+
+use whitefurnace::error::Error;
+use whitefurnace::rng::seed_for;
+
+use super::{FEW, Job, MANY, SamplerName};
+
+/// What decides the number of samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Aim {
+    /// From this moment on a run takes so long.
+    Time(Instant, Duration),
+    /// This relative standard error of the pixels, in the mean.
+    Error(f64),
+}
+
+/// The longest pilot, and the largest share of the time asked for that it takes: of both, unless the fewest samples take
+/// longer.
+const LONGEST_PILOT: Duration = Duration::from_secs(8);
+const PILOTS_SHARE: u32 = 10;
+
+/// What is left of the time asked for, as a safeguard, and for each pixel, to write the files.
+const MARGIN: f64 = 0.02;
+const WRITING: Duration = Duration::from_nanos(1000);
+
+/// Parses "90s", "10m" or "1.5h".
+pub fn parse_time(text: &str) -> Result<Duration, String> {
+    let units = [('s', 1.0), ('m', 60.0), ('h', 3600.0)];
+    let found = units.iter().find_map(|&(unit, seconds)| Some(seconds * text.strip_suffix(unit)?.parse::<f64>().ok()?));
+    let legal = found.filter(|seconds| (1.0..=3.6e7).contains(seconds));
+    legal
+        .map(Duration::from_secs_f64)
+        .ok_or_else(|| "must be seconds, minutes or hours such as 90s, 10m or 1.5h, from 1s to 10000h".to_owned())
+}
+
+/// Parses "1%".
+pub fn parse_share(text: &str) -> Result<f64, String> {
+    let found = text.strip_suffix('%').and_then(|number| number.parse::<f64>().ok());
+    let legal = found.filter(|percent| (1e-4..=100.0).contains(percent));
+    legal
+        .map(|percent| percent / 100.0)
+        .ok_or_else(|| "must be a percentage such as 1%, from 0.0001% to 100%".to_owned())
+}
+
+impl Job {
+    /// The next number of samples that makes sense, but never less than an error bar takes.
+    pub(super) fn legal(&self, samples: f64, round: fn(f64) -> f64) -> u32 {
+        let step = match self.sampler {
+            SamplerName::Independent => 2 * self.sampling().pixel.samples_per_replication(),
+            SamplerName::Sobol => self.scrambles.unwrap_or_else(|| FEW.max((samples / f64::from(MANY)).ceil() as u32)),
+        };
+        step * round(samples / f64::from(step)).clamp(1.0, f64::from(u32::MAX / step)) as u32
+    }
+
+    /// The samples per pixel that do what is asked.
+    pub fn decide(&self, aim: Aim) -> Result<u32, Error> {
+        let (budget, round): (_, fn(f64) -> f64) = match aim {
+            Aim::Time(_, time) => (LONGEST_PILOT.min(time / PILOTS_SHARE), f64::floor),
+            Aim::Error(_) => (LONGEST_PILOT / 2, f64::ceil),
+        };
+        let begin = Instant::now();
+        let mut spp = self.legal(1.0, f64::ceil);
+        loop {
+            let pilot = Self { seed: seed_for(self.seed, "pilot"), spp, ..*self };
+            pilot.check()?;
+            let setting_up = Instant::now();
+            let scene = pilot.build_scene()?;
+            let renderer = pilot.renderer(&scene, "pilot")?;
+            let (setup, sampling) = (setting_up.elapsed(), Instant::now());
+            let film = pilot.whole(&scene, &*renderer, "pilot")?.whole()?;
+            let (took, all) = (sampling.elapsed(), setting_up.elapsed());
+
+            let done = f64::from(spp);
+            let wanted = match aim {
+                Aim::Time(start, time) => {
+                    let pixels = film.pixels().len() as u32;
+                    let spent = start.elapsed() + setup + WRITING * pixels + time.mul_f64(MARGIN);
+                    done * time.saturating_sub(spent).as_secs_f64() / took.as_secs_f64()
+                }
+                Aim::Error(target) => {
+                    // The root of an unbiased variance is too small by this in the mean.
+                    let n = f64::from(film.replications());
+                    let error = film.relative_error() * (4.0 * n - 3.0) / (4.0 * n - 4.0);
+                    if !error.is_finite() {
+                        return Err(Error::Option(
+                            "--target-error: the pilot has no relative error, for it saw no light or has one scramble only: take --spp"
+                                .into(),
+                        ));
+                    }
+                    // At least so fast does it fall.
+                    done * (error / target).powi(2)
+                }
+            };
+            if wanted > f64::from(u32::MAX) {
+                return Err(Error::Option(format!(
+                    "this asks for {wanted:.1e} samples per pixel: at most {} are possible",
+                    u32::MAX
+                )));
+            }
+            if matches!(aim, Aim::Error(_)) && wanted <= done {
+                return Ok(spp);
+            }
+            // The next pilot takes two thirds of what is left.
+            let left = budget.saturating_sub(begin.elapsed()).as_secs_f64();
+            let factor = (left / all.as_secs_f64() / 1.5).min(8.0);
+            if factor < 2.0 {
+                return Ok(self.legal(wanted, round));
+            }
+            spp = self.legal((done * factor).min(wanted), round);
+        }
+    }
+}
