@@ -379,14 +379,18 @@ impl SceneBuilder {
                 PartShape::Triangle { vertices, normal } => {
                     let corner = |v: u32| self.vertices.get(v as usize).copied();
                     let [Some(a), Some(b), Some(c)] = vertices.map(corner) else {
-                        return Err(invalid(&self.name, format!(
-                            "triangle {i} uses vertices {vertices:?}, but there are only {}",
-                            self.vertices.len()
-                        )));
+                        return Err(invalid(
+                            &self.name,
+                            format!(
+                                "triangle {i} uses vertices {vertices:?}, but there are only {}",
+                                self.vertices.len()
+                            ),
+                        ));
                     };
                     extent = [a, b, c].iter().fold(extent, |e, v| e.max(v.abs().max_element()));
                     *normal = triangle_normal([a, b, c]).ok_or_else(|| {
-                        let message = format!("triangle {i} ({a}, {b}, {c}) has no area or is not finite: remove it");
+                        let corners = [a, b, c].map(|corner| corner.to_array());
+                        let message = format!("triangle {i}, {corners:?}, has no area or is not finite: remove it");
                         invalid(&self.name, message)
                     })?;
                     Primitive::triangle([a, b, c])
@@ -394,11 +398,15 @@ impl SceneBuilder {
                 PartShape::Sphere(sphere) => {
                     let Sphere { centre, radius, .. } = *sphere;
                     if !is_sound(sphere) {
-                        return Err(invalid(&self.name, format!(
-                            "sphere {i} (centre {centre}, radius {radius}, zone {:?}) needs finite numbers, a radius \
+                        return Err(invalid(
+                            &self.name,
+                            format!(
+                                "sphere {i} (centre {:?}, radius {radius:?}, zone {:?}) needs finite numbers, a radius \
                              above 0, and a zone from a lower to a higher z that meets it",
-                            sphere.zone
-                        )));
+                                centre.to_array(),
+                                sphere.zone
+                            ),
+                        ));
                     }
                     extent = extent.max((centre.abs() + radius).max_element());
                     Primitive::Sphere(*sphere)
@@ -424,7 +432,8 @@ impl SceneBuilder {
         if let Environment::Uniform(background) = self.background
             && !radiance(background)
         {
-            let message = format!("the background radiance {background} must be finite and not negative");
+            let message =
+                format!("the background radiance {:?} must be finite and not negative", background.to_array());
             return Err(invalid(&self.name, message));
         }
         for (i, surface) in self.surfaces.iter().enumerate() {
