@@ -27,6 +27,9 @@ m6 = { model = "oren-nayar", albedo = 0.5, sigma = 1.5 }
 /// An object by its kind, its material and nine numbers.
 type Part = (usize, usize, [f64; 9]);
 
+/// Parts, eye and target; and what the builder alone takes beyond a scene file: emission, background, image height.
+type Drawn = (Vec<Part>, [f64; 3], [f64; 3], [f64; 3]);
+
 /// What cannot be printed in a scene file is printed otherwise in Rust.
 fn toml(x: &[f64]) -> String {
     format!("{x:?}").replace("NaN", "nan")
@@ -59,12 +62,15 @@ fn text(parts: &[Part], eye: &[f64; 3], target: &[f64; 3]) -> String {
 }
 
 /// The same scene by the builder, which has its own say about numbers.
-fn built(parts: &[Part], eye: &[f64; 3], target: &[f64; 3]) -> Result<Scene, Error> {
+fn built((parts, eye, target, [emission, background, half_height]): &Drawn) -> Result<Scene, Error> {
     let head = text(&[], &[0.0; 3], &[1.0; 3]);
     let mut scene = SceneBuilder::new("built");
-    let surfaces: Vec<_> =
-        Description::parse("head", &head)?.materials.iter().map(|(_, surface)| scene.surface(*surface)).collect();
-    scene.background(DVec3::splat(0.25));
+    let surfaces: Vec<_> = Description::parse("head", &head)?
+        .materials
+        .iter()
+        .map(|(_, surface)| scene.surface(surface.emitting(*emission * surface.emission)))
+        .collect();
+    scene.background(DVec3::splat(*background));
     for (kind, material, x) in parts {
         let ([a, b, c], surface) = ([0, 3, 6].map(|i| DVec3::from_slice(&x[i..])), surfaces[*material]);
         match kind {
@@ -77,7 +83,7 @@ fn built(parts: &[Part], eye: &[f64; 3], target: &[f64; 3]) -> Result<Scene, Err
         }
     }
     let up = DVec3::new(0.1, 0.2, 1.0);
-    scene.build(Camera::new(DVec3::from_array(*eye), DVec3::from_array(*target), up, 0.6))
+    scene.build(Camera::new(DVec3::from_array(*eye), DVec3::from_array(*target), up, *half_height))
 }
 
 /// Ordinary numbers, of which many coincide, and now and then one that is not.
@@ -97,15 +103,21 @@ fn number(wild: bool) -> impl Strategy<Value = f64> {
 }
 
 /// Parts, of which some are there twice, with eye and target; all multiplied by a number that is 1 more often than not.
-fn parts() -> impl Strategy<Value = (Vec<Part>, [f64; 3], [f64; 3])> {
+fn parts() -> impl Strategy<Value = Drawn> {
     let scene = |wild: bool| {
         let part = (0..4_usize, 0..7_usize, prop::array::uniform9(number(wild)));
         let again = (prop::collection::vec(part, 1..5), any::<bool>(), 0..7_usize, 0..3_usize);
-        (again, prop::array::uniform3(number(wild)), prop::array::uniform3(number(false)), 0..12_usize)
+        (
+            again,
+            prop::array::uniform3(number(wild)),
+            prop::array::uniform3(number(false)),
+            prop::array::uniform3(number(wild)),
+            0..18_usize,
+        )
     };
-    let scales = [1e-300, 1e-100, 1e-30, 1e-9, 1e7, 1e9, 1e30, 1e100, 1e300];
+    let scales = [1e-300, 1e-100, 1e-40, 1e-30, 1e-29, 1e-15, 1e-9, 1e7, 1e9, 1e29, 1e30, 1e100, 1e300];
     prop_oneof![3 => scene(false), 2 => scene(true)].prop_map(
-        move |((mut parts, twice, material, kind), eye, target, scale)| {
+        move |((mut parts, twice, material, kind), eye, target, others, scale)| {
             if twice {
                 let (old, _, x) = parts[0];
                 // As it is, of another material, or as the camera's own place.
@@ -114,7 +126,7 @@ fn parts() -> impl Strategy<Value = (Vec<Part>, [f64; 3], [f64; 3])> {
             let scale = scales.get(scale).copied().unwrap_or(1.0);
             let scaled = |x: [f64; 9]| x.map(|x| x * scale);
             let parts = parts.into_iter().map(|(kind, material, x)| (kind, material, scaled(x))).collect();
-            (parts, eye.map(|x| x * scale), target.map(|x| x * scale))
+            (parts, eye.map(|x| x * scale), target.map(|x| x * scale), others.map(f64::abs))
         },
     )
 }
@@ -166,23 +178,23 @@ fn degenerate_scenes_are_refused_or_rendered() {
     let counts = [0; 4].map(AtomicU32::new);
     let count = |i: usize| counts[i].fetch_add(1, Ordering::Relaxed);
     let cases = context("").arguments(4000) as u32;
-    property("degenerate", cases, &parts(), |(parts, eye, target)| {
-        let text = text(&parts, &eye, &target);
+    property("degenerate", cases, &parts(), |drawn| {
+        let text = text(&drawn.0, &drawn.1, &drawn.2);
         let begun = std::time::Instant::now();
-        match Description::parse("drawn", &text).and_then(|scene| scene.build()) {
+        match Description::parse("drawn", &text) {
             Ok(scene) => {
                 count(0);
-                renders(&scene, &text);
+                renders(&scene.build().unwrap_or_else(|error| panic!("{error}\n{text}")), &text);
             }
             Err(error) => {
                 count(1);
                 refused(&error, &text);
             }
         }
-        match built(&parts, &eye, &target) {
+        match built(&drawn) {
             Ok(scene) => {
                 count(2);
-                renders(&scene, &text);
+                renders(&scene, &format!("{text}\n{:?}", drawn.3));
             }
             Err(error) => {
                 count(3);
