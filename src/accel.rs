@@ -271,9 +271,10 @@ impl Slabs {
     fn new(ray: &Ray) -> Self {
         let origin = ray.origin.as_vec3();
         let margin = origin.abs().max_element() * ORIGIN_MARGIN + f32::MIN_POSITIVE;
-        // A component of 0 would give 0 · ∞; a tiny one gives a slab that is all or nothing.
-        let direction = ray.direction.as_vec3().to_array();
-        let direction = direction.map(|d| if d.abs() < 1e-18 { 1e-18f32.copysign(d) } else { d });
+        // A component of 0 would give 0 · ∞; a tiny one gives a slab that is all or nothing. Segments may be tiny as a whole.
+        let direction = ray.direction.as_vec3();
+        let tiny = (direction.abs().max_element() * 1e-18).max(f32::MIN_POSITIVE);
+        let direction = direction.to_array().map(|d| if d.abs() < tiny { tiny.copysign(d) } else { d });
         let forward = direction.map(|d| d > 0.0);
         let shifted = |axis: usize, towards: bool| origin[axis] + if towards { margin } else { -margin };
         Self {

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::real::{Real, Vector};
+use crate::scene::LARGEST;
 use crate::shape::Ray;
 
 /// A pinhole camera with square pixels. Its image lies at distance 1 in front of the eye.
@@ -30,11 +31,12 @@ impl Camera {
         ([self.forward, self.right, self.up], self.half_height)
     }
 
-    /// Whether it looks anywhere: finite numbers, a target away from the eye, `up` not along the line of
-    /// sight, and a height above 0.
+    /// Whether it looks anywhere: numbers up to [`LARGEST`], a target away from the eye, `up` not along the line of
+    /// sight, and a height from its reciprocal.
     pub(crate) fn is_valid(&self) -> bool {
         let Self { eye, forward, right, up, half_height } = *self;
-        [eye, forward, right, up].iter().all(|v| v.is_finite()) && half_height.is_finite() && half_height > 0.0
+        [eye, forward, right, up].iter().all(|v| v.abs().max_element() <= LARGEST && v.is_finite())
+            && (LARGEST.recip()..=LARGEST).contains(&half_height)
     }
 
     /// The ray through the point (x, y) of an image of `size` pixels, y downwards; (0, 0) is the top

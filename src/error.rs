@@ -34,7 +34,7 @@ pub enum Error {
     Option(String),
     /// An estimator returned a value that no film can hold.
     #[error(
-        "an estimator returned the radiance {value}{place}; a film holds finite values from 0 to {}: \
+        "an estimator returned the radiance {value:?}{place}; a film holds finite values from 0 to {}: \
          look for a zero or infinite pdf, or a path that does not end",
         crate::moments::LARGEST
     )]

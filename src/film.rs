@@ -112,7 +112,7 @@ impl Pixel {
             && (0.0..=LARGEST).contains(&depth);
         if !legal {
             return Err(Error::Option(format!(
-                "a camera ray met a surface of albedo {albedo}, normal {normal} at distance {depth}: albedos lie \
+                "a camera ray met a surface of albedo {albedo}, normal {normal} at distance {depth:?}: albedos lie \
                  in [0, 1], normals are unit vectors and distances at most {LARGEST}"
             )));
         }

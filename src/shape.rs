@@ -167,7 +167,17 @@ impl Sphere {
 
     /// Heights of the zone's ends relative to the centre, cut to [−r, r].
     pub fn heights(&self) -> [f64; 2] {
-        self.zone.map(|z| z.clamp(-self.radius, self.radius))
+        let r = self.radius;
+        // `clamp` panics for a radius that a scene refuses later.
+        self.zone.map(|z| {
+            if z < -r {
+                -r
+            } else if z > r {
+                r
+            } else {
+                z
+            }
+        })
     }
 
     /// Area of the zone: 2πr times its height (Archimedes).

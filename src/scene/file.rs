@@ -419,7 +419,10 @@ impl<'a> Reading<'a> {
             "rectangle" => {
                 let (corner, material) = (point("corner")?, material()?);
                 let edges = table.need("edges")?.two(Value::point)?.map(|edge| edge * self.unit);
-                if triangle_normal([corner, corner + edges[0], corner + edges[0] + edges[1]]).is_none() {
+                let [right, left] = edges.map(|edge| corner + edge);
+                let opposite = right + edges[1];
+                let halves = [[corner, right, opposite], [corner, opposite, left]];
+                if halves.iter().any(|half| triangle_normal(*half).is_none()) {
                     return Err(table.fault("needs two edges that span an area"));
                 }
                 self.limits.triangles(2).map_err(|message| table.fault(message))?;
@@ -445,6 +448,9 @@ impl<'a> Reading<'a> {
                 }
                 let (mut vertices, triangles) = cuboid(low, high, inward()?);
                 Placement::of(table, self.unit)?.place(&mut vertices);
+                if triangles.iter().any(|t| triangle_normal(t.map(|i| vertices[i as usize])).is_none()) {
+                    return Err(table.fault("is so flat or so small that a side has no area"));
+                }
                 let triangles = vec![(material()?, triangles.to_vec())];
                 self.limits.triangles(12).map_err(|message| table.fault(message))?;
                 Object::Mesh { vertices: vertices.to_vec(), triangles }

@@ -69,6 +69,10 @@ pub const EDGE_MARGIN: f64 = 1.0 / 4_294_967_296.0;
 /// Rays leave a surface from this far above it, relative to the largest coordinate of the scene: some
 /// thousand roundings of a hit point, and a thousandth of [`EDGE_MARGIN`]'s step.
 pub const OFFSET: f64 = 1.0 / 1_099_511_627_776.0;
+/// The largest coordinate, radiance and image height of a scene: products of a few stay finite.
+pub const LARGEST: f64 = 1e30;
+/// The smallest area of a triangle or a zone of a sphere, that of a figure of side 1/[`LARGEST`]: its reciprocal, too.
+pub const SMALLEST_AREA: f64 = 1e-60;
 
 /// One primitive's place in the scene.
 #[derive(Clone, Copy, Debug)]
@@ -366,9 +370,9 @@ impl SceneBuilder {
     /// Validates the parts and builds the acceleration structure.
     ///
     /// # Errors
-    /// [`Error::Scene`] for a number that is not finite, an albedo, absorption or roughness outside
-    /// [0, 1], a negative radiance, an index that points nowhere, a triangle without area, a sphere without
-    /// radius or with an empty zone, a camera that looks nowhere.
+    /// [`Error::Scene`] for a coordinate or radiance that is not finite or beyond [`LARGEST`], an albedo, absorption
+    /// or roughness outside [0, 1], a negative radiance, an index that points nowhere, a triangle or a zone of a
+    /// sphere of less than [`SMALLEST_AREA`], a camera that looks nowhere.
     pub fn build(mut self, camera: Camera) -> Result<Scene, Error> {
         self.check_surfaces()?;
         check_camera(&self.name, &camera)?;
@@ -379,14 +383,20 @@ impl SceneBuilder {
                 PartShape::Triangle { vertices, normal } => {
                     let corner = |v: u32| self.vertices.get(v as usize).copied();
                     let [Some(a), Some(b), Some(c)] = vertices.map(corner) else {
-                        return Err(invalid(&self.name, format!(
-                            "triangle {i} uses vertices {vertices:?}, but there are only {}",
-                            self.vertices.len()
-                        )));
+                        return Err(invalid(
+                            &self.name,
+                            format!(
+                                "triangle {i} uses vertices {vertices:?}, but there are only {}",
+                                self.vertices.len()
+                            ),
+                        ));
                     };
                     extent = [a, b, c].iter().fold(extent, |e, v| e.max(v.abs().max_element()));
                     *normal = triangle_normal([a, b, c]).ok_or_else(|| {
-                        let message = format!("triangle {i} ({a}, {b}, {c}) has no area or is not finite: remove it");
+                        let corners = [a, b, c].map(|corner| corner.to_array());
+                        let message = format!(
+                            "triangle {i}, {corners:?}, is not finite or has an area below {SMALLEST_AREA:?}: remove it"
+                        );
                         invalid(&self.name, message)
                     })?;
                     Primitive::triangle([a, b, c])
@@ -394,16 +404,26 @@ impl SceneBuilder {
                 PartShape::Sphere(sphere) => {
                     let Sphere { centre, radius, .. } = *sphere;
                     if !is_sound(sphere) {
-                        return Err(invalid(&self.name, format!(
-                            "sphere {i} (centre {centre}, radius {radius}, zone {:?}) needs finite numbers, a radius \
-                             above 0, and a zone from a lower to a higher z that meets it",
-                            sphere.zone
-                        )));
+                        return Err(invalid(
+                            &self.name,
+                            format!(
+                                "sphere {i} (centre {:?}, radius {radius:?}, zone {:?}) needs finite numbers, a radius \
+                             above 0, and a zone from a lower to a higher z with an area of {SMALLEST_AREA:?} or more",
+                                centre.to_array(),
+                                sphere.zone
+                            ),
+                        ));
                     }
                     extent = extent.max((centre.abs() + radius).max_element());
                     Primitive::Sphere(*sphere)
                 }
             });
+        }
+        if extent > LARGEST {
+            return Err(invalid(
+                &self.name,
+                format!("it reaches to {extent:?}, and may to {LARGEST:?}: take another unit"),
+            ));
         }
         Ok(Scene {
             bvh: Bvh::new(&primitives),
@@ -420,11 +440,11 @@ impl SceneBuilder {
 
     fn check_surfaces(&self) -> Result<(), Error> {
         let share = |v: DVec3| v.cmpge(DVec3::ZERO).all() && v.cmple(DVec3::ONE).all();
-        let radiance = |v: DVec3| v.is_finite() && v.cmpge(DVec3::ZERO).all();
+        let radiance = |v: DVec3| v.cmpge(DVec3::ZERO).all() && v.cmple(DVec3::splat(LARGEST)).all();
         if let Environment::Uniform(background) = self.background
             && !radiance(background)
         {
-            let message = format!("the background radiance {background} must be finite and not negative");
+            let message = format!("the background radiance {:?} must be from 0 to {LARGEST:?}", background.to_array());
             return Err(invalid(&self.name, message));
         }
         for (i, surface) in self.surfaces.iter().enumerate() {
@@ -443,8 +463,8 @@ impl SceneBuilder {
                 return Err(invalid(
                     &self.name,
                     format!(
-                        "surface {i} needs albedo, absorption and roughness in [0, 1], a finite radiance of at \
-                     least 0 and an index above 0, of rough glass other than 1 and an α above 0: {surface:?}"
+                        "surface {i} needs albedo, absorption and roughness in [0, 1], a radiance from 0 to \
+                     {LARGEST:?} and an index above 0, of rough glass other than 1 and an α above 0: {surface:?}"
                     ),
                 ));
             }
@@ -453,17 +473,18 @@ impl SceneBuilder {
     }
 }
 
-/// The unit normal of the front; `None` without area, and for what is not finite.
+/// The unit normal of the front; `None` below [`SMALLEST_AREA`], and for what is not finite.
 fn triangle_normal([a, b, c]: [DVec3; 3]) -> Option<DVec3> {
     let scaled = (b - a).cross(c - a);
-    if scaled.is_finite() { scaled.try_normalize() } else { None }
+    let sound = scaled.is_finite() && 0.5 * scaled.length() >= SMALLEST_AREA;
+    if sound { scaled.try_normalize() } else { None }
 }
 
 /// Whether a sphere is finite and its zone has an area.
 fn is_sound(sphere: &Sphere) -> bool {
     let Sphere { centre, radius, .. } = *sphere;
     // Of an empty zone the area is 0 or negative, of NaN not above 0 either.
-    centre.is_finite() && radius.is_finite() && radius > 0.0 && sphere.area() > 0.0
+    centre.is_finite() && radius.is_finite() && radius > 0.0 && sphere.area() >= SMALLEST_AREA
 }
 
 /// Vertices and triangles of a closed box along the axes, its fronts inside or outside.
@@ -482,9 +503,11 @@ fn check_camera(scene: &str, camera: &Camera) -> Result<(), Error> {
     if camera.is_valid() {
         return Ok(());
     }
-    let needs = "its camera needs finite numbers, a target away from the eye, an upright that is not the line of \
-                 sight, and a height above 0";
-    Err(invalid(scene, needs.to_owned()))
+    let needs = format!(
+        "its camera needs numbers up to {LARGEST:?}, a target away from the eye, an upright that is not the line of \
+         sight, and a height above 0"
+    );
+    Err(invalid(scene, needs))
 }
 
 fn invalid(scene: &str, message: String) -> Error {

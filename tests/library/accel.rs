@@ -137,12 +137,15 @@ fn flat_and_axis_aligned_geometry() {
 #[test]
 fn scales_and_offsets() {
     let mut rng = rng("scales");
-    for scale in [1e-4, 1e4] {
+    for scale in [1e-30, 1e-4, 1e4, 1e30] {
         for offset in [0.0, 100.0] {
             let mesh = Mesh::globe(12, 16).map(|v| (v + offset) * scale).primitives();
             let rays: Vec<_> = rays(&mut rng, 2000)
                 .into_iter()
-                .map(|ray| Ray::new((ray.origin + offset) * scale, ray.direction))
+                .enumerate()
+                // Every other one a segment, as shadow rays are.
+                .map(|(i, ray)| (ray, if i % 2 == 0 { 1.0 } else { scale }))
+                .map(|(ray, length)| Ray::new((ray.origin + offset) * scale, ray.direction * length))
                 .collect();
             enough("scales", check_all(&mesh, &rays));
         }

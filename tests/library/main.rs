@@ -17,6 +17,7 @@ mod bsdf;
 mod camera;
 mod channels; // red stays red, through every estimator
 mod corner_cases; // lights without solid angle, scenes without light, limits of zero, refusals
+mod degenerate; // scenes that no one would draw
 mod environment; // maps of all directions
 mod eon;
 mod estimator;
