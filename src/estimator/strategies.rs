@@ -79,9 +79,13 @@ impl WholePath<'_> {
         }
         if let (Some(last), Some(density)) = (self.eye.first().or(self.light.last()), path.last_mut()) {
             let offset = self.origin - last.at.point;
-            let cosine = last.normal().dot(offset.normalize()).abs();
-            let per_area = parts.solid_angle_per_area(cosine, offset.length_squared());
-            density.eye = self.importance * per_area;
+            // Where an eye lies within an emitter, rays may meet it at the eye itself, which no particle finds.
+            density.eye = if offset == DVec3::ZERO {
+                f64::INFINITY
+            } else {
+                let cosine = last.normal().dot(offset.normalize()).abs();
+                self.importance * parts.solid_angle_per_area(cosine, offset.length_squared())
+            };
         }
         path
     }

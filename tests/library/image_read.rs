@@ -120,7 +120,7 @@ fn layers_are_found_by_their_names() {
 fn damaged_files_are_refused() {
     let files = [exr(&[("R", 1.0), ("G", 2.0), ("B", 3.0)], None), pfm("PF", "-1", f32::to_le_bytes, &[1.0; 18])];
     let damage = (0..2_usize, any::<prop::sample::Index>(), any::<u8>());
-    property("damaged images", 2000, &damage, |(file, at, byte)| {
+    property("damaged images", context("").arguments(2000) as u32, &damage, |(file, at, byte)| {
         let mut bytes = files[file].clone();
         let at = at.index(bytes.len());
         bytes[at] = byte;

@@ -191,7 +191,15 @@ fn bad_shapes_are_refused() {
     for (centre, radius) in [(o, 0.0), (o, -1.0), (o, f64::NAN), (o, f64::INFINITY), (nan, 1.0)] {
         let sphere = Sphere::new(centre, radius);
         assert_refused("sphere", |scene, surface| scene.sphere(sphere, surface));
+        assert_refused("sphere", |scene, _| ball(scene, sphere, lamp(1.0)));
     }
+    // Beyond what any scene may be made of; the words stay short.
+    let unit = Sphere::new(o, 1.0);
+    assert_refused("sphere", |scene, surface| scene.sphere(Sphere { radius: 1e-31, ..unit }, surface));
+    assert_refused("triangle", |scene, surface| scene.rectangle(o, [1e-61 * x, DVec3::Y], surface));
+    assert_refused("triangle", |scene, surface| scene.rectangle(o, [1e200 * x, 1e200 * DVec3::Y], surface));
+    assert_refused("reaches to 1e31", |scene, surface| scene.sphere(Sphere { radius: 1e31, ..unit }, surface));
+    assert_refused("background", |scene, _| scene.background(DVec3::splat(1e31)));
     assert_refused("triangle", |scene, surface| scene.rectangle(o, [x, 2.0 * x], surface));
 }
 
@@ -202,7 +210,9 @@ fn valid_borders_are_accepted() {
     for surface in [diffuse(0.0), diffuse(1.0), Surface::new(Bsdf::Glass { index: 0.5 }), eon[0], eon[1]] {
         scene.surface(surface.absorbing(1.0));
     }
-    scene.sphere(Sphere::new(DVec3::ZERO, 1e-12), surface);
+    for radius in [1e-30, 1e-12, 1e30] {
+        scene.sphere(Sphere::new(DVec3::ZERO, radius), surface);
+    }
     scene.sphere(Sphere { zone: [-0.5, 2.0], ..Sphere::new(DVec3::ZERO, 1.0) }, surface);
     assert!(scene.build(any_camera()).is_ok());
     let (empty, _) = builder();
@@ -239,8 +249,8 @@ fn empty_zones_and_cameras_that_look_nowhere_are_refused() {
         assert_refused("zone", |scene, surface| scene.sphere(sphere, surface));
     }
     let ([o, x, z], nan) = ([DVec3::ZERO, DVec3::X, DVec3::Z], DVec3::NAN);
-    let nowhere = [(o, o, z, 1.0), (o, z, z, 1.0), (o, x, o, 1.0), (nan, x, z, 1.0)].into_iter();
-    for (eye, target, up, half) in nowhere.chain([0.0, -1.0, f64::NAN].map(|half| (o, x, z, half))) {
+    let nowhere = [(o, o, z, 1.0), (o, z, z, 1.0), (o, x, o, 1.0), (nan, x, z, 1.0), (1e31 * x, o, z, 1.0)].into_iter();
+    for (eye, target, up, half) in nowhere.chain([0.0, -1.0, 1e31, f64::NAN].map(|half| (o, x, z, half))) {
         let camera = Camera::new(eye, target, up, half);
         let message = builder().0.build(camera).expect_err("refused").to_string();
         assert!(message.contains("camera") && !message.contains('\n'), "{message}");

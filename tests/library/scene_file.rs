@@ -262,7 +262,7 @@ fn no_file_brings_the_loader_down() {
     let change = || (0.0..1.0, 0..VALUES.len() + 12, proptest::collection::vec(any::<u8>(), 0..6));
     let changes = || proptest::collection::vec(change(), 0..4);
     let counts = [0, 1].map(std::sync::atomic::AtomicU32::new);
-    property("hostile scenes", 3000, &(changes(), changes()), |(scene, mesh)| {
+    property("hostile scenes", context("").arguments(3000) as u32, &(changes(), changes()), |(scene, mesh)| {
         let path = written("hostile", &mutated(EVERY_KEY, &scene), &mutated(PYRAMID, &mesh));
         let loaded = SceneFile::load(&path);
         counts[usize::from(loaded.is_ok())].fetch_add(1, std::sync::atomic::Ordering::Relaxed);
