@@ -160,7 +160,10 @@ fn bad_surfaces_are_refused() {
         Surface::new(Bsdf::OrenNayar { albedo, constants, form }),
         Surface::new(Bsdf::oren_nayar(2.0 * albedo, 0.3, form)),
     ]);
-    bad.extend([DVec3::new(1.0, -1.0, 1.0), DVec3::NAN, DVec3::INFINITY].map(|light| valid.emitting(light)));
+    bad.extend(
+        [DVec3::new(1.0, -1.0, 1.0), DVec3::NAN, DVec3::INFINITY, DVec3::splat(1e31)]
+            .map(|light| valid.emitting(light)),
+    );
     bad.extend([1.1, -0.1, nan].map(|share| valid.absorbing(share)));
     for surface in bad {
         assert_refused("surface 1", |scene, _| {
