@@ -4,8 +4,10 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use registry::bsdf::{oren_nayar_albedo, oren_nayar_printed_albedo};
 use registry::ggx::reflected;
+use registry::rough_glass::shares;
 use whitefurnace::bsdf::Vertex;
 use whitefurnace::bsdf::ggx::Ggx;
+use whitefurnace::bsdf::rough_glass::RoughGlass;
 use whitefurnace::camera::Camera;
 use whitefurnace::frame::from_spherical;
 
@@ -21,8 +23,8 @@ pub(super) const FIG2: Experiment = Experiment {
 
 pub(super) const ALBEDO: Experiment = Experiment {
     id: "albedo",
-    title: "directional albedos of four diffuse models and of rough metals, and lobes",
-    version: 2,
+    title: "directional albedos of four diffuse models, of rough metals and rough glass, and lobes",
+    version: 3,
     equations: &[
         &equation::LAMBERT,
         &equation::OREN_NAYAR,
@@ -32,6 +34,10 @@ pub(super) const ALBEDO: Experiment = Experiment {
         &equation::GGX_NORMALS,
         &equation::GGX_MASKING,
         &equation::GGX_VISIBLE,
+        &equation::ROUGH_GLASS,
+        &equation::ROUGH_GLASS_REFRACTION,
+        &equation::ROUGH_GLASS_MASKING,
+        &equation::ROUGH_GLASS_PDF,
     ],
     run: albedo,
 };
@@ -224,7 +230,30 @@ fn metals(run: &mut Run, samples: u64) -> Result<(), Error> {
     let axes = ["inclination (degrees)", "directional albedo"];
     let chart = Chart::new(title, axes, [[0.0, 90.0], [0.3, 1.05]], series);
     let see = "The rougher the metal, the more of the light is lost on a second facet.";
-    charts(&run.figure("metals.svg"), see, [900, 560], &[chart])
+    charts(&run.figure("metals.svg"), see, [900, 560], &[chart])?;
+    frosted(run, samples)
+}
+
+/// What rough glass scatters, from outside and from within: means of its own samples against quadrature over facets.
+fn frosted(run: &mut Run, samples: u64) -> Result<(), Error> {
+    let glass = RoughGlass { index: 1.5, alpha: 0.4 };
+    let bsdf = Bsdf::RoughGlass(glass);
+    let mut series = Vec::new();
+    for (colour, (side, outside)) in (0..).zip([("from outside", true), ("from within", false)]) {
+        let known =
+            |degrees: f64| shares(glass.facing(outside), from_spherical(degrees.to_radians(), 0.0)).iter().sum::<f64>();
+        let weight =
+            |wo, rng: &mut Stream| bsdf.sample(&Vertex::local(wo, outside), rng).map_or(0.0, |sample| sample.weight.x);
+        let found = sampled(seed_for(run.seed(), &format!("rough glass {side}")), samples, weight);
+        let points = compared(run, &format!("rough glass {side} against quadrature over facets"), &found, known, 2);
+        series.push(Series::curve(side, colour, [0.0, 88.0], 44, known));
+        series.push(Series::measured("", colour, points));
+    }
+    let title = format!("Flux that rough glass scatters, n = 1.5, α = 0.4: quadrature, and means of {samples} samples");
+    let axes = ["inclination (degrees)", "share of flux"];
+    let chart = Chart::new(title, axes, [[0.0, 90.0], [0.3, 1.05]], series);
+    let see = "What is missing to 1 meets a second facet.";
+    charts(&run.figure("frosted.svg"), see, [900, 560], &[chart])
 }
 
 /// Inclination of the light of the lobes, degrees.
