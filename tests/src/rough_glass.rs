@@ -391,12 +391,9 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         radiance("furnace/rough-glass", &ROUGH_GLASS_MASKING, (&uniform_sky, EstimatorKind::Path, from_outside))
             .says("under a sky rough glass loses what meets a second facet, and no more")
             .is((under_a_sky(true), BOUNCES), 3_000_000),
-        radiance("glass/rough-by-light", &ROUGH_GLASS, (&lights, by(Strategy::Light), from_within))
-            .says("from within, shadow rays find the light before and behind rough glass")
-            .is((LIGHT * under_a_sky(false), IMAGE), 24_000_000),
-        radiance("glass/rough-by-both", &ROUGH_GLASS, (&lights, by(Strategy::Mis), from_outside))
-            .says("directions and shadow rays find it together")
-            .is((LIGHT * under_a_sky(true), IMAGE), 3_000_000),
+        radiance("glass/rough-by-both", &ROUGH_GLASS, (&lights, by(Strategy::Mis), from_within))
+            .says("from within, directions and shadow rays find the light before and behind rough glass")
+            .is((LIGHT * under_a_sky(false), IMAGE), 3_000_000),
         radiance("sky/rough-glass", &ROUGH_GLASS, (&map, by(Strategy::Mis), from_outside))
             .says("they find an environment map before and behind rough glass")
             .is((LIGHT * under_a_sky(true), IMAGE), 3_000_000),
