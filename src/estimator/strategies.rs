@@ -164,15 +164,22 @@ pub fn weight(path: &[Density], s: usize) -> f64 {
     let mut sum = 1.0;
     let mut ratio = 1.0;
     for (i, vertex) in path.iter().enumerate().skip(s) {
-        ratio *= vertex.light / vertex.eye;
+        ratio = times(ratio, vertex.light, vertex.eye);
         sum += if exists(i + 1) { ratio } else { 0.0 };
     }
     ratio = 1.0;
     for (i, vertex) in path.iter().enumerate().take(s).rev() {
-        ratio *= vertex.eye / vertex.light;
+        ratio = times(ratio, vertex.eye, vertex.light);
         sum += if exists(i) { ratio } else { 0.0 };
     }
     1.0 / sum
+}
+
+/// The product of a ratio with that of two densities. Where an edge lies in a surface, densities at both its ends are 0,
+/// and 0 · ∞ would say nothing: a density of 0 is that of no walk.
+#[inline]
+fn times(ratio: f64, density: f64, other: f64) -> f64 {
+    if density == 0.0 || ratio == 0.0 { 0.0 } else { ratio * (density / other) }
 }
 
 /// The replaceable parts of connecting paths from the lights with paths from the eye.

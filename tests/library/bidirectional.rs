@@ -371,3 +371,14 @@ fn nothing_is_connected_through_glass() {
     assert!(tracer.pass(&scene, FRAME, seed, 0).is_ok());
     assert!(bdpt.pass(&scene, FRAME, seed, 0).is_ok());
 }
+
+/// An edge that lies in a surface leaves a density of 0 at both its ends: weights are numbers still.
+#[test]
+fn edges_within_surfaces_leave_weights_that_are_numbers() {
+    let density = |light, eye| Density { light, eye, joined: true };
+    let path = [density(1.0, 1.0), density(3.0, 0.0), density(0.0, 4.0), density(1.0, 0.0), density(0.0, 2.0)];
+    for s in 0..=path.len() {
+        let weight = Standard.strategy_weight(&path, s);
+        assert!((0.0..=1.0).contains(&weight), "{s}: {weight}");
+    }
+}
