@@ -118,9 +118,6 @@ const LOSS: Duration = Duration::from_secs(9);
 const SHARE: u32 = 100;
 const EVERY: Duration = Duration::from_secs(1);
 
-/// The name of the thread that saves.
-pub const SAVER: &str = "saver";
-
 /// What was saved, how long it took, and what came of it.
 type Saved = (Film, Duration, Result<(), Error>);
 
@@ -161,7 +158,7 @@ impl Checkpoints {
             None => film.clone(),
         };
         let (path, notes) = (self.path.clone(), self.notes.clone());
-        let saver = std::thread::Builder::new().name(SAVER.to_owned()).spawn(move || {
+        let saver = std::thread::Builder::new().name("saver".to_owned()).spawn(move || {
             let result = write_unfinished(&path, &copy, &notes);
             (copy, start.elapsed(), result)
         });

@@ -159,6 +159,9 @@ pub fn real(range: RangeInclusive<f64>) -> impl Fn(&str) -> Result<f64, String> 
     }
 }
 
+/// What the names of the threads that compute begin with, where their number was chosen.
+pub const WORKER: &str = "worker";
+
 /// Sets the number of threads for the whole program; all cores if `None`.
 pub fn use_threads(threads: Option<usize>) -> Result<(), Error> {
     let Some(threads) = threads else {
@@ -166,6 +169,7 @@ pub fn use_threads(threads: Option<usize>) -> Result<(), Error> {
     };
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
+        .thread_name(|i| format!("{WORKER} {i}"))
         .build_global()
         .map_err(|error| Error::Option(format!("--threads {threads} cannot be started: {error}")))
 }
