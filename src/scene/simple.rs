@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::builder::cuboid;
 use super::file::Description;
 use super::{Scene, SceneBuilder, SurfaceId};
 use crate::bsdf::Bsdf;
@@ -108,6 +109,6 @@ impl Description {
 
 /// The cube [−h, h]³ as one indexed mesh, fronts inside or outside.
 pub fn closed_cube(scene: &mut SceneBuilder, half: f64, inward: bool, surface: SurfaceId) {
-    let (vertices, triangles) = super::cuboid(DVec3::splat(-half), DVec3::splat(half), inward);
+    let (vertices, triangles) = cuboid(DVec3::splat(-half), DVec3::splat(half), inward);
     scene.mesh(&vertices, &triangles, surface);
 }

@@ -3,8 +3,8 @@
 
 use glam::DVec3;
 
-use super::Limits;
 use super::reader::{LARGEST, fault, shown};
+use super::schema::{Limits, fan};
 use crate::error::Error;
 
 /// A mesh, and how many of its triangles were left out for want of area.
@@ -41,7 +41,7 @@ pub(super) fn parse(file: &str, text: &str, limits: &mut Limits) -> Result<Obj, 
                     return Err(wrong("a face needs at least three corners".to_owned()));
                 }
                 limits.triangles(corners.len() - 2).map_err(wrong)?;
-                obj.triangles.extend(super::fan(&corners));
+                obj.triangles.extend(fan(&corners));
             }
             _ => {}
         }
