@@ -6,12 +6,12 @@ mod report;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{CommandFactory as _, FromArgMatches as _, Parser};
+use clap::Parser;
 use whitefurnace::error::Error;
 use whitefurnace::harness::images::{self, Area, Comparison, Rules, Side};
 use whitefurnace::harness::outcome::Verdict;
 
-use crate::run::cli::{matches_or_exit, or_exit, real, use_threads, whole};
+use crate::run::cli::{real, use_threads, verdict, whole};
 use crate::say;
 use files::Input;
 
@@ -69,17 +69,9 @@ fn parse_region(text: &str) -> Result<Area, String> {
     area.ok_or_else(|| "must be X0,Y0,X1,Y1 in pixels with X0 < X1 and Y0 < Y1, such as 0,0,64,32".to_owned())
 }
 
-/// For what is no image, or an option that makes no sense.
-const BAD_INPUT: u8 = 3;
-
 /// The whole program.
 pub fn main() -> ExitCode {
-    let matches = matches_or_exit(Compare::command(), BAD_INPUT);
-    let options = or_exit(Compare::from_arg_matches(&matches), BAD_INPUT);
-    ExitCode::from(run(&options).unwrap_or_else(|error| {
-        eprintln!("error: {error}");
-        BAD_INPUT
-    }))
+    verdict(run)
 }
 
 fn run(options: &Compare) -> Result<u8, Error> {

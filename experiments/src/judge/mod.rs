@@ -6,7 +6,7 @@ mod read;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{CommandFactory as _, FromArgMatches as _, Parser, ValueEnum};
+use clap::{Parser, ValueEnum};
 use glam::DVec3;
 use serde_json::{Value, json};
 use whitefurnace::error::Error;
@@ -15,7 +15,7 @@ use whitefurnace::harness::domain::Domain;
 use whitefurnace::harness::outcome::{ALPHA, Outcome, Verdict};
 
 use crate::plot::trial_cells;
-use crate::run::cli::{matches_or_exit, or_exit, real};
+use crate::run::cli::{real, verdict};
 use crate::run::record::write_json;
 use crate::say;
 use density::Named;
@@ -75,8 +75,6 @@ enum Covered {
     Sphere,
 }
 
-/// For what is no sample, or an option that makes no sense.
-const BAD_INPUT: u8 = 3;
 /// The most numbers of a table.
 const LARGEST_TABLE: usize = 1_000_000;
 /// How far the length of a direction may be from 1; it is then made 1.
@@ -85,12 +83,7 @@ const NAMES: [&str; 5] = ["x", "y", "z", "weight", "pdf"];
 
 /// The whole program.
 pub fn main() -> ExitCode {
-    let matches = matches_or_exit(Judge::command(), BAD_INPUT);
-    let options = or_exit(Judge::from_arg_matches(&matches), BAD_INPUT);
-    ExitCode::from(run(&options).unwrap_or_else(|error| {
-        eprintln!("error: {error}");
-        BAD_INPUT
-    }))
+    verdict(run)
 }
 
 fn run(options: &Judge) -> Result<u8, Error> {

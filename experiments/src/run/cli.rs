@@ -85,12 +85,18 @@ pub fn parse<T: Parser>() -> T {
 
 /// What stands on the command line; a wrong option as by [`parse`].
 pub fn matches(command: clap::Command) -> clap::ArgMatches {
-    matches_or_exit(command, 2)
+    or_one_line(tolerant(command).try_get_matches())
 }
 
-/// The same with another exit code.
-pub fn matches_or_exit(command: clap::Command, code: u8) -> clap::ArgMatches {
-    or_exit(tolerant(command).try_get_matches(), code)
+/// The whole of a program whose verdict is its exit code: 0 to 2, and 3 after one line for bad input.
+pub fn verdict<T: Parser>(run: fn(&T) -> Result<u8, Error>) -> ExitCode {
+    const BAD_INPUT: u8 = 3;
+    let matches = or_exit(tolerant(T::command()).try_get_matches(), BAD_INPUT);
+    let options = or_exit(T::from_arg_matches(&matches), BAD_INPUT);
+    ExitCode::from(run(&options).unwrap_or_else(|error| {
+        eprintln!("error: {error}");
+        BAD_INPUT
+    }))
 }
 
 /// What stands after an option with a list of values is its value, be it "-1", so that the refusal names the
@@ -109,7 +115,7 @@ pub fn or_one_line<T>(parsed: Result<T, clap::Error>) -> T {
 }
 
 /// The value, or one line on standard error and this exit code.
-pub fn or_exit<T>(parsed: Result<T, clap::Error>, code: u8) -> T {
+fn or_exit<T>(parsed: Result<T, clap::Error>, code: u8) -> T {
     match parsed {
         Ok(options) => options,
         Err(error) if error.use_stderr() => {

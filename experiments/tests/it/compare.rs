@@ -4,14 +4,7 @@
 use std::path::Path;
 use std::process::Output;
 
-use experiments::run::pictures::render_samples;
-use whitefurnace::bsdf::Scattering;
-use whitefurnace::estimator::{NextEvent, Path as PathTracer, Strategy};
 use whitefurnace::image::read::decode;
-use whitefurnace::image::write_exr;
-use whitefurnace::pixel::PixelSampling;
-use whitefurnace::roulette::Roulette;
-use whitefurnace::scene::simple::cornell;
 
 use crate::{folder, renders, run, text};
 
@@ -53,17 +46,6 @@ fn changed(folder: &Path, from: &str, to: &str, first: u32, change: fn(&[f64], u
     }
 }
 
-/// A roulette whose survivors are not weighted.
-struct Weightless;
-
-impl Scattering for Weightless {}
-impl NextEvent for Weightless {}
-impl Roulette for Weightless {
-    fn roulette_weight(&self, _: f64) -> f64 {
-        1.0
-    }
-}
-
 #[test]
 fn right_renderers_agree_and_faults_are_named() {
     let folder = folder("compare");
@@ -83,13 +65,6 @@ fn right_renderers_agree_and_faults_are_named() {
     ends(&folder, "--a gamma-*.pfm --b b-*.exr --out gamma", 1, "DIFFER: the image mean in ");
     changed(&folder, "a", "shift", 1, |plane, i| 0.5 * (plane[i] + plane[if i % SIDE == 0 { i } else { i - 1 }]));
     ends(&folder, "--a shift-*.pfm --b b-*.exr --tile 4 --out shift", 1, "DIFFER: the ");
-    let (scene, tracer) = (cornell().expect("a scene"), PathTracer::new(Weightless, Strategy::Mis));
-    for seed in 1..9 {
-        let size = [SIDE as u32; 2];
-        let film = render_samples(&scene, &tracer, (PixelSampling::Random, seed), (size, None), 64).expect("a film");
-        write_exr(&folder.join(format!("w-{seed}.exr")), &film, "").expect("written");
-    }
-    ends(&folder, "--a w-*.exr --b b-*.exr --out roulette", 1, "DIFFER: the ");
     // Few samples, and one image on either side, by its standard errors.
     ends(&folder, "--a a-1.exr --b b-11.exr --out one", 2, "UNDECIDED: ");
     ends(&folder, "--a a-1.exr a-2.exr --b b-*.exr --out two", 2, "give three or more");
