@@ -69,8 +69,9 @@ fn beta(a: f64, b: f64) -> f64 {
 }
 
 /// The shares of flux that are reflected and transmitted, as integrals over facets, not over directions, so that no half
-/// vector and no Jacobian has a part in them: ∫ F G₂ D (o · m)/cos θ_o dm, with D in the slope of the facet.
-fn shares(RoughGlass { index, alpha }: RoughGlass, wo: DVec3, tolerance: f64) -> [f64; 2] {
+/// vector and no Jacobian has a part in them: ∫ F G₂ D (o · m)/cos θ_o dm, with D in the slope of the facet;
+/// each within the tolerance.
+pub fn shares(RoughGlass { index, alpha }: RoughGlass, wo: DVec3, tolerance: f64) -> [f64; 2] {
     let of_facets = |is_reflected: bool| {
         let of_facet = |m: DVec3| {
             let cosine = wo.dot(m);

@@ -240,8 +240,9 @@ fn frosted(run: &mut Run, samples: u64) -> Result<(), Error> {
     let bsdf = Bsdf::RoughGlass(glass);
     let mut series = Vec::new();
     for (colour, (side, outside)) in (0..).zip([("from outside", true), ("from within", false)]) {
-        let known =
-            |degrees: f64| shares(glass.facing(outside), from_spherical(degrees.to_radians(), 0.0)).iter().sum::<f64>();
+        let known = |degrees: f64| {
+            shares(glass.facing(outside), from_spherical(degrees.to_radians(), 0.0), 1e-6).iter().sum::<f64>()
+        };
         let weight =
             |wo, rng: &mut Stream| bsdf.sample(&Vertex::local(wo, outside), rng).map_or(0.0, |sample| sample.weight.x);
         let found = sampled(seed_for(run.seed(), &format!("rough glass {side}")), samples, weight);
