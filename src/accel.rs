@@ -132,12 +132,17 @@ pub struct Bvh {
 impl Bvh {
     /// Builds the hierarchy with the surface-area heuristic over full sorted sweeps.
     pub fn new(primitives: &[Primitive]) -> Self {
-        let mut items: Vec<(Bounds, u32)> =
-            primitives.iter().zip(0..).map(|(primitive, id)| (primitive.bounds(), id)).collect();
+        Self::of(primitives, |_| true)
+    }
+
+    /// The same over those for which `takes` holds; all keep their places in the list.
+    pub(crate) fn of(primitives: &[Primitive], takes: impl Fn(u32) -> bool) -> Self {
+        let all = primitives.iter().zip(0..).filter(|&(_, id)| takes(id));
+        let mut items: Vec<(Bounds, u32)> = all.map(|(primitive, id)| (primitive.bounds(), id)).collect();
         let mut bvh = Self {
             nodes: Vec::new(),
-            primitives: Vec::with_capacity(primitives.len()),
-            ids: Vec::with_capacity(primitives.len()),
+            primitives: Vec::with_capacity(items.len()),
+            ids: Vec::with_capacity(items.len()),
             levels: 0,
         };
         if !items.is_empty() {

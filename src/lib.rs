@@ -123,6 +123,7 @@ pub mod form_factor;
 pub mod frame;
 pub mod fresnel;
 pub mod harness;
+mod hull;
 pub mod image;
 pub mod kd_tree;
 mod lanes;

@@ -7,13 +7,11 @@ use glam::DVec3;
 
 use super::shading::Material;
 use crate::accel::PrimitiveHit;
-use crate::real::{LANES, LaneMask, Lanes, Lanes3, Real, Vector};
+use crate::hull::SMALL;
+use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector};
 use crate::scene::{Part, PartShape, Scene};
 use crate::shape::{Ray, Sphere};
 use crate::watertight::{Projected, Shear, TriangleHit, edge};
-
-/// The most primitives that all lanes test.
-const SMALL: usize = 64;
 
 /// A vector of one lane.
 #[inline]
@@ -62,15 +60,23 @@ struct Triangle {
     edges: [(u8, bool); 3],
 }
 
+/// The triangles of a small scene, or some of them.
+#[derive(Default)]
+struct Triangles {
+    vertices: Vec<DVec3>,
+    /// The vertices of each edge, which the triangles on both sides of it share.
+    edges: Vec<[u8; 2]>,
+    targets: Vec<Target<Triangle>>,
+}
+
 /// A scene as lanes see it.
 pub(super) struct LaneScene<'a> {
     pub scene: &'a Scene,
     is_small: bool,
-    // The others are empty in a large scene.
-    vertices: Vec<DVec3>,
-    /// The vertices of each edge, which the triangles on both sides of it share.
-    edges: Vec<[u8; 2]>,
-    triangles: Vec<Target<Triangle>>,
+    // The next three are empty in a large scene.
+    triangles: Triangles,
+    /// Those that are no walls of its hull.
+    within: Triangles,
     spheres: Vec<Target<Sphere>>,
     /// In the order of the scene's primitives.
     pub parts: Vec<PrimitiveData>,
@@ -104,24 +110,25 @@ const PLACES: usize = 256;
 
 impl<'a> LaneScene<'a> {
     pub fn new(scene: &'a Scene) -> Self {
-        let (mut vertices, mut edges) = (Vec::new(), Vec::new());
-        let (mut triangles, mut spheres) = (Vec::new(), Vec::new());
+        let (mut triangles, mut within, mut spheres) = (Triangles::default(), Triangles::default(), Vec::new());
         let is_small = scene.parts().len() <= SMALL;
-        for (part, id) in scene.parts().iter().zip(0..).take_while(|_| is_small) {
-            let (id, is_glass) = (f64::from(id), scene.surfaces()[part.surface as usize].bsdf.is_glass());
+        for (id, part) in scene.parts().iter().enumerate().take_while(|_| is_small) {
+            let is_glass = scene.surfaces()[part.surface as usize].bsdf.is_glass();
+            let is_wall = scene.hull().is_some_and(|hull| hull.is_wall[id]);
+            let id = id as f64;
             match part.shape {
                 PartShape::Sphere(shape) => spheres.push(Target { id, is_glass, shape }),
-                PartShape::Triangle { vertices: corners, .. } => {
-                    let [a, b, c] = scene.corners(corners).map(|corner| place_of(&mut vertices, corner));
-                    let mut edge = |from: u8, to: u8| (place_of(&mut edges, [from.min(to), from.max(to)]), from > to);
-                    let shape = Triangle { vertices: [a, b, c], edges: [edge(c, b), edge(a, c), edge(b, a)] };
-                    triangles.push(Target { id, is_glass, shape });
+                PartShape::Triangle { vertices, .. } => {
+                    triangles.add(scene.corners(vertices), id, is_glass);
+                    if !is_wall {
+                        within.add(scene.corners(vertices), id, is_glass);
+                    }
                 }
             }
         }
         let parts = scene.parts().iter().map(|part| PrimitiveData::new(scene, part)).collect();
         let materials = scene.surfaces().iter().map(Material::new).collect();
-        Self { scene, is_small, vertices, edges, triangles, spheres, parts, materials }
+        Self { scene, is_small, triangles, within, spheres, parts, materials }
     }
 
     /// The nearest hits of the `active` lanes.
@@ -133,8 +140,8 @@ impl<'a> LaneScene<'a> {
         let mut t = Lanes::splat(f64::INFINITY);
         let mut primitive = Lanes::splat(0.0);
         let mut weights = [Lanes::splat(0.0); 3];
-        let shear = self.see(ray, t, seen);
-        for triangle in self.candidates(active, false, seen) {
+        let shear = self.triangles.see(ray, t, seen);
+        for triangle in self.triangles.candidates(active, false, seen) {
             let hit = seen.hit(&shear, &triangle.shape);
             let nearer = hit.t.below(t);
             t = Lanes::choose(nearer, hit.t, t);
@@ -188,15 +195,30 @@ impl<'a> LaneScene<'a> {
         }
         let segment = self.scene.segment(x, y);
         let one = Lanes::splat(1.0);
-        let shear = self.see(&segment, one, seen);
+        let holds = |point| self.scene.hull().map_or(LaneMask::splat(false), |hull| hull.holds(point));
+        let within = active & holds(segment.origin) & holds(segment.at(one));
         let mut free = active;
-        for triangle in self.candidates(active, through_glass, seen) {
-            free = free & !seen.hit(&shear, &triangle.shape).t.below(one);
+        for (triangles, asking) in [(&self.within, within), (&self.triangles, active & !within)] {
+            if asking.any() {
+                let shear = triangles.see(&segment, one, seen);
+                for triangle in triangles.candidates(asking, through_glass, seen) {
+                    free = free & !(asking & seen.hit(&shear, &triangle.shape).t.below(one));
+                }
+            }
         }
         for sphere in self.spheres.iter().filter(|sphere| !(through_glass && sphere.is_glass)) {
             free = free & !sphere.shape.distance(&segment).below(one);
         }
         free
+    }
+}
+
+impl Triangles {
+    fn add(&mut self, corners: [DVec3; 3], id: f64, is_glass: bool) {
+        let [a, b, c] = corners.map(|corner| place_of(&mut self.vertices, corner));
+        let mut edge = |from: u8, to: u8| (place_of(&mut self.edges, [from.min(to), from.max(to)]), from > to);
+        let shape = Triangle { vertices: [a, b, c], edges: [edge(c, b), edge(a, c), edge(b, a)] };
+        self.targets.push(Target { id, is_glass, shape });
     }
 
     /// Projects vertices and edges for rays that end at `limit`.
@@ -230,13 +252,13 @@ impl<'a> LaneScene<'a> {
         seen: &Seen,
     ) -> impl Iterator<Item = &Target<Triangle>> {
         let active = active.bits() as u8;
-        let triangles = self.triangles.iter().enumerate();
+        let triangles = self.targets.iter().enumerate();
         let mut set = triangles.fold(0_u64, |set, (place, triangle)| {
             let counts = active & !seen.misses(&triangle.shape) != 0 && !(through_glass & triangle.is_glass);
             set | u64::from(counts) << place
         });
         std::iter::from_fn(move || {
-            let next = self.triangles.get(set.trailing_zeros() as usize)?;
+            let next = self.targets.get(set.trailing_zeros() as usize)?;
             set &= set - 1;
             Some(next)
         })

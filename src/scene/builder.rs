@@ -9,6 +9,7 @@ use crate::camera::Camera;
 use crate::emitter::{Emitter, EmitterShape};
 use crate::environment::Environment;
 use crate::error::Error;
+use crate::hull::Hull;
 use crate::shape::Sphere;
 
 /// Collects a scene's parts; [`build`](Self::build) validates them.
@@ -172,8 +173,10 @@ impl SceneBuilder {
                 format!("it reaches to {extent:?}, and may to {LARGEST:?}: take another unit"),
             ));
         }
+        let offset = extent * OFFSET;
         Ok(Scene {
             bvh: Bvh::new(&primitives),
+            hull: Hull::new(&primitives, offset),
             name: self.name,
             surfaces: self.surfaces,
             vertices: self.vertices,
@@ -181,7 +184,7 @@ impl SceneBuilder {
             emitters: self.emitters,
             background: self.background,
             camera,
-            offset: extent * OFFSET,
+            offset,
         })
     }
 

@@ -15,6 +15,7 @@ use crate::camera::Camera;
 use crate::emitter::Emitter;
 use crate::environment::Environment;
 use crate::error::Error;
+use crate::hull::Hull;
 use crate::real::{Real, Vector};
 use crate::shape::{Ray, Sphere};
 use builder::check_camera;
@@ -112,6 +113,7 @@ pub struct Scene {
     background: Environment,
     camera: Camera,
     bvh: Bvh,
+    hull: Option<Hull>,
     offset: f64,
 }
 
@@ -183,6 +185,10 @@ impl Scene {
         &self.bvh
     }
 
+    pub(crate) fn hull(&self) -> Option<&Hull> {
+        self.hull.as_ref()
+    }
+
     /// The nearest hit along a ray with a unit direction.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
@@ -249,13 +255,17 @@ impl Scene {
     #[inline]
     pub fn visible(&self, x: (DVec3, DVec3), y: (DVec3, DVec3), through_glass: bool) -> bool {
         let segment = self.segment(x, y);
+        let bvh = match &self.hull {
+            Some(hull) if hull.holds(segment.origin) && hull.holds(segment.at(1.0)) => &hull.within,
+            _ => &self.bvh,
+        };
         if through_glass {
-            !self.bvh.occluded(&segment, 1.0, |primitive| {
+            !bvh.occluded(&segment, 1.0, |primitive| {
                 let surface = self.parts[primitive as usize].surface;
                 !self.surfaces[surface as usize].bsdf.is_glass()
             })
         } else {
-            !self.bvh.occluded(&segment, 1.0, |_| true)
+            !bvh.occluded(&segment, 1.0, |_| true)
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Scenes: what they contain, which way it faces, what the builder refuses.
 
+use glam::DQuat;
 use whitefurnace::bsdf::rough_glass::RoughGlass;
 use whitefurnace::scene::OFFSET;
 
@@ -283,4 +284,45 @@ fn rays_leave_spheres_by_their_extent() {
         scene(|scene| ball(scene, sphere, diffuse(0.5))).leave(DVec3::ZERO, DVec3::Z, DVec3::Z).origin.z
     };
     assert_relative_eq!(left(300.0) / left(-100.0), 350.0 / 150.0, max_relative = 4.0 * U);
+}
+
+/// Shadow rays between points within the hull of a scene pass its walls by: their answers are those of all primitives,
+/// from wherever they look.
+#[test]
+fn walls_change_no_shadow() {
+    let mut rng = rng("walls");
+    let mut found = [[0; 2]; 2];
+    for case in 0..200 {
+        let (axis, angle, shift) = (unit_vector(&mut rng), between(&mut rng, 0.0, TAU), in_cube(&mut rng, 5.0));
+        let place = |v: DVec3| DQuat::from_axis_angle(axis, angle) * v + shift;
+        let room = Mesh::cube().map(place);
+        let scene = scene(|s| {
+            let (white, clear) = (s.surface(diffuse(0.5)), s.surface(glass(1.5)));
+            // Closed, open on a side, or pierced.
+            let walls = if case % 3 == 1 { &room.triangles[2..] } else { &room.triangles };
+            s.mesh(&room.vertices, walls, white);
+            let reach = if case % 3 == 2 { 3.0 } else { 0.9 };
+            let corners = [(); 3].map(|()| place(in_cube(&mut rng, reach)));
+            s.mesh(&corners, &[[0, 1, 2]], clear);
+            s.sphere(Sphere::new(place(in_cube(&mut rng, 0.5)), 0.3), white);
+        });
+        let clear: Vec<bool> = scene.primitives().map(|(_, s)| matches!(s.bsdf, Bsdf::Glass { .. })).collect();
+        let end = |rng: &mut _| {
+            let (origin, direction) = (place(in_cube(rng, 1.5)), unit_vector(rng));
+            let hit = scene.intersect(&Ray::new(origin, direction)).filter(|_| uniform(rng) < 0.8);
+            hit.map_or((origin, direction), |hit| (hit.point, hit.normal))
+        };
+        for _ in 0..200 {
+            let (x, y) = (end(&mut rng), end(&mut rng));
+            let start = scene.leave(x.0, x.1, y.0 - x.0).origin;
+            let segment = Ray::new(start, scene.leave(y.0, y.1, x.0 - y.0).origin - start);
+            for glass in [false, true] {
+                let blocks = |id: u32| !(glass && clear[id as usize]);
+                let free = !scene.bvh().occluded(&segment, 1.0, blocks);
+                assert_eq!(scene.visible(x, y, glass), free, "case {case}: {x:?} to {y:?}");
+                found[usize::from(glass)][usize::from(free)] += 1;
+            }
+        }
+    }
+    assert!(found.as_flattened().iter().all(|&count| count > 1000), "{found:?}");
 }

@@ -1,0 +1,98 @@
+//! Walls that cast no shadow: triangles in the surface of a scene's convex hull. Nothing lies behind them, so none of
+//! them is between two points within the hull.
+
+use glam::DVec3;
+
+use crate::accel::{Bvh, Primitive};
+use crate::real::{Real, Vector};
+
+/// In a scene of more primitives the hierarchy passes walls by as fast.
+pub(crate) const SMALL: usize = 64;
+/// To look on which side of more pairs of planes points are costs more than it saves.
+const MOST: usize = 8;
+
+/// The convex hull of a scene, as far as walls lie in its surface.
+#[derive(Debug)]
+pub(crate) struct Hull {
+    slabs: Vec<Slab>,
+    /// Which primitives are walls.
+    pub is_wall: Vec<bool>,
+    /// All others.
+    pub within: Bvh,
+}
+
+/// The space between two parallel planes, n · p < `ends[0]` and −n · p < `ends[1]`; infinite where no wall is.
+#[derive(Debug)]
+struct Slab {
+    normal: DVec3,
+    ends: [f64; 2],
+}
+
+impl Hull {
+    /// The hull of a small scene with walls, whose rays leave surfaces from this far above them.
+    pub fn new(primitives: &[Primitive], offset: f64) -> Option<Self> {
+        if primitives.len() > SMALL {
+            return None;
+        }
+        let mut slabs: Vec<Slab> = Vec::new();
+        let is_wall: Vec<bool> = primitives
+            .iter()
+            .map(|primitive| {
+                let Primitive::Triangle(corners) = primitive else {
+                    return false;
+                };
+                let [a, b, c] = corners.map(|[x, y, z, _]| DVec3::new(x, y, z));
+                if slabs.iter_mut().any(|slab| slab.is_closed_by([a, b, c], primitives, offset)) {
+                    return true;
+                }
+                let mut slab = Slab { normal: (b - a).cross(c - a).normalize_or_zero(), ends: [f64::INFINITY; 2] };
+                let is_wall = slab.is_closed_by([a, b, c], primitives, offset);
+                if is_wall {
+                    slabs.push(slab);
+                }
+                is_wall
+            })
+            .collect();
+        let within = Bvh::of(primitives, |id| !is_wall[id as usize]);
+        (1..=MOST).contains(&slabs.len()).then_some(Self { slabs, is_wall, within })
+    }
+
+    /// Whether a point is within, off the walls by some roundings at least.
+    #[inline]
+    pub fn holds<V: Vector>(&self, point: V) -> <V::Real as Real>::Mask {
+        let zero = V::Real::splat(0.0);
+        self.slabs.iter().fold(zero.equals(zero), |within, slab| {
+            let height = V::splat_vector(slab.normal).dot(point);
+            let [above, below] = slab.ends.map(V::Real::splat);
+            within & height.below(above) & (-height).below(below)
+        })
+    }
+}
+
+impl Slab {
+    /// Whether a triangle lies in one of the planes, which bounds the slab then; nothing of the scene is beyond.
+    fn is_closed_by(&mut self, corners: [DVec3; 3], primitives: &[Primitive], offset: f64) -> bool {
+        let mut sides = [self.normal, -self.normal].into_iter().zip(&mut self.ends);
+        sides.any(|(normal, end)| {
+            let farthest =
+                primitives.iter().map(|primitive| reach(primitive, normal)).fold(f64::NEG_INFINITY, f64::max);
+            // The tolerance is some tens of roundings. Where a ray leaves a wall is within, what lies on the wall is not.
+            let lies = corners.iter().all(|corner| normal.dot(*corner) >= farthest - offset / 64.0);
+            if lies {
+                *end = farthest - offset / 4.0;
+            }
+            lies
+        })
+    }
+}
+
+/// The largest n · p of a primitive's points.
+fn reach(primitive: &Primitive, normal: DVec3) -> f64 {
+    match primitive {
+        Primitive::Triangle(corners) => {
+            let heights = corners.map(|[x, y, z, _]| normal.dot(DVec3::new(x, y, z)));
+            heights.into_iter().fold(f64::NEG_INFINITY, f64::max)
+        }
+        Primitive::Sphere(sphere) => normal.dot(sphere.centre) + sphere.radius,
+    }
+}
