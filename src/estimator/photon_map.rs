@@ -135,7 +135,7 @@ impl PhotonMap {
                 return Err(Error::Radiance { value, place });
             }
         }
-        Ok(Self { tree: KdTree::new(photons) })
+        Ok(Self { tree: KdTree::new(&photons) })
     }
 
     /// Refuses a map that would not fit memory.

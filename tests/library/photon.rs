@@ -8,18 +8,25 @@ use whitefurnace::kd_tree::KdTree;
 
 use crate::prelude::*;
 
-/// Every point within the radius once and no other, ties and equal points included.
+/// Points with their places as values.
+fn numbered(points: &[DVec3]) -> Vec<(DVec3, usize)> {
+    points.iter().copied().zip(0..).collect()
+}
+
+/// Every point within the radius once and no other, ties and equal points included, in the tree's order.
 #[test]
 fn a_kd_tree_finds_what_brute_force_finds() {
     let grid = prop::array::uniform3((-4i32..=4).prop_map(|i| f64::from(i) * 0.25)).prop_map(DVec3::from_array);
     let points = prop_oneof![prop::collection::vec(point(1.0), 0..200), prop::collection::vec(grid, 0..200),];
     property("kd-tree", 256, &(points, point(1.2), 0.0..1.5f64), |(points, centre, radius)| {
-        let tree = KdTree::new(points.iter().copied().zip(0..));
+        let tree = KdTree::new(&numbered(&points));
         assert_eq!(tree.len(), points.len());
         assert_eq!(tree.is_empty(), points.is_empty());
         let r2 = radius * radius;
         let mut found = Vec::new();
-        tree.within(centre, r2, |&i: &usize| found.push(i));
+        tree.within(centre, r2, |&i| found.push(i));
+        let near = |i: &usize| found.contains(i);
+        assert!(tree.values().copied().filter(near).eq(found.iter().copied()), "{found:?}");
         found.sort_unstable();
         let expected: Vec<usize> = (0..points.len()).filter(|&i| points[i].distance_squared(centre) <= r2).collect();
         assert_eq!(found, expected);
@@ -32,7 +39,7 @@ fn a_large_kd_tree_does_not_depend_on_the_threads() {
     let mut rng = stream(7, 0, 0);
     let points: Vec<DVec3> = (0..50_000).map(|_| DVec3::from_array([0; 3].map(|_| uniform(&mut rng)))).collect();
     let order = |threads| {
-        let tree = on_threads(threads, || KdTree::new(points.iter().copied().zip(0u32..)));
+        let tree = on_threads(threads, || KdTree::new(&numbered(&points)));
         let mut order = Vec::new();
         tree.within(DVec3::splat(0.5), 0.1, |&i| order.push(i));
         order
