@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file could not be read or written.
-    #[error("cannot {action} {}: {source}{}", path.display(), remedy(source))]
+    #[error("cannot {action} {}: {source}{}", path.display(), remedy(action, source))]
     File {
         /// "read", "write" or "create".
         action: &'static str,
@@ -55,8 +55,10 @@ pub enum Error {
 }
 
 /// What mends an error of the file system, where that can be said.
-fn remedy(source: &std::io::Error) -> &'static str {
+fn remedy(action: &str, source: &std::io::Error) -> &'static str {
     match source.kind() {
+        ErrorKind::NotFound | ErrorKind::NotADirectory if action == "read" => " (check its name)",
+        ErrorKind::PermissionDenied if action == "read" => " (check that it may be read)",
         ErrorKind::NotFound
         | ErrorKind::NotADirectory
         | ErrorKind::PermissionDenied

@@ -80,13 +80,13 @@ impl<T> KdTree<T> {
         let axis = usize::from(self.axes[middle]);
         let offset = centre[axis] - self.points[axis][middle];
         let near_plane = offset * offset <= radius_squared;
-        if offset <= 0.0 || near_plane {
+        if offset < 0.0 || near_plane {
             self.walk(range.start..middle, centre, radius_squared, visit);
         }
         if near_plane {
             self.scan(middle..middle + 1, centre, radius_squared, visit);
         }
-        if offset >= 0.0 || near_plane {
+        if offset > 0.0 || near_plane {
             self.walk(middle + 1..range.end, centre, radius_squared, visit);
         }
     }

@@ -107,15 +107,19 @@ fn ranges_stand_in_the_help() {
 }
 
 #[test]
-fn a_full_disk_is_no_missing_folder() {
+fn what_mends_an_error_fits_it() {
     use std::io::ErrorKind;
     use whitefurnace::error::Error;
-    let message = |kind: ErrorKind| Error::file("write", Path::new("a.exr"))(std::io::Error::from(kind)).to_string();
-    for kind in [ErrorKind::NotFound, ErrorKind::PermissionDenied] {
-        assert!(message(kind).contains("folder exists"), "{}", message(kind));
-    }
-    for kind in [ErrorKind::StorageFull, ErrorKind::Interrupted, ErrorKind::TimedOut] {
-        assert!(!message(kind).contains("folder"), "{}", message(kind));
+    for (action, kind, hint) in [
+        ("write", ErrorKind::NotFound, "folder exists"),
+        ("write", ErrorKind::PermissionDenied, "folder exists"),
+        ("write", ErrorKind::StorageFull, "make room"),
+        ("read", ErrorKind::NotFound, "check its name"),
+        ("read", ErrorKind::PermissionDenied, "may be read"),
+    ] {
+        let message = Error::file(action, Path::new("a.exr"))(std::io::Error::from(kind)).to_string();
+        assert!(message.contains(hint), "{message}");
+        assert!(message.contains("folder") == hint.contains("folder"), "{message}");
     }
 }
 
