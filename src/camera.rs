@@ -1,5 +1,7 @@
 //! A pinhole camera.
 
+use std::ops::RangeInclusive;
+
 use glam::DVec3;
 
 use crate::real::{Real, Vector};
@@ -17,6 +19,9 @@ pub struct Camera {
     half_height: f64,
 }
 
+/// Half heights of images at distance 1: beyond these, the rays' directions are known to few digits.
+pub const HALF_HEIGHTS: RangeInclusive<f64> = 1e-5..=1e5;
+
 impl Camera {
     /// Looks from `eye` to `target` with `up` as near to upright as can be; `half_height` is half of
     /// the image's height at distance 1, the tangent of half the vertical angle of view.
@@ -32,11 +37,11 @@ impl Camera {
     }
 
     /// Whether it looks anywhere: numbers up to [`LARGEST`], a target away from the eye, `up` not along the line of
-    /// sight, and a height from its reciprocal.
+    /// sight, and one of the [`HALF_HEIGHTS`].
     pub(crate) fn is_valid(&self) -> bool {
         let Self { eye, forward, right, up, half_height } = *self;
         [eye, forward, right, up].iter().all(|v| v.abs().max_element() <= LARGEST && v.is_finite())
-            && (LARGEST.recip()..=LARGEST).contains(&half_height)
+            && HALF_HEIGHTS.contains(&half_height)
     }
 
     /// The ray through the point (x, y) of an image of `size` pixels, y downwards; (0, 0) is the top

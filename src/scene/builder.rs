@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::{LARGEST, OFFSET, Part, PartShape, SMALLEST_AREA, Scene, Surface};
 use crate::accel::{Bvh, Primitive};
 use crate::bsdf::Bsdf;
-use crate::camera::Camera;
+use crate::camera::{Camera, HALF_HEIGHTS};
 use crate::emitter::{Emitter, EmitterShape};
 use crate::environment::Environment;
 use crate::error::Error;
@@ -255,7 +255,9 @@ pub(super) fn check_camera(scene: &str, camera: &Camera) -> Result<(), Error> {
     }
     let needs = format!(
         "its camera needs numbers up to {LARGEST:?}, a target away from the eye, an upright that is not the line of \
-         sight, and a height above 0"
+         sight, and half of a height at distance 1 from {:?} to {:?}",
+        HALF_HEIGHTS.start(),
+        HALF_HEIGHTS.end()
     );
     Err(invalid(scene, needs))
 }
