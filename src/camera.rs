@@ -1,7 +1,5 @@
 //! A pinhole camera.
 
-use std::ops::RangeInclusive;
-
 use glam::DVec3;
 
 use crate::real::{Real, Vector};
@@ -19,8 +17,8 @@ pub struct Camera {
     half_height: f64,
 }
 
-/// Half heights of images at distance 1: beyond these, the rays' directions are known to few digits.
-pub const HALF_HEIGHTS: RangeInclusive<f64> = 1e-5..=1e5;
+/// The largest half height at distance 1: of wider images, what rays have of the line of sight is lost to rounding.
+pub const WIDEST: f64 = 1e5;
 
 impl Camera {
     /// Looks from `eye` to `target` with `up` as near to upright as can be; `half_height` is half of
@@ -37,11 +35,11 @@ impl Camera {
     }
 
     /// Whether it looks anywhere: numbers up to [`LARGEST`], a target away from the eye, `up` not along the line of
-    /// sight, and one of the [`HALF_HEIGHTS`].
+    /// sight, and half of a height up to [`WIDEST`] from [`LARGEST`]'s reciprocal.
     pub(crate) fn is_valid(&self) -> bool {
         let Self { eye, forward, right, up, half_height } = *self;
         [eye, forward, right, up].iter().all(|v| v.abs().max_element() <= LARGEST && v.is_finite())
-            && HALF_HEIGHTS.contains(&half_height)
+            && (LARGEST.recip()..=WIDEST).contains(&half_height)
     }
 
     /// The ray through the point (x, y) of an image of `size` pixels, y downwards; (0, 0) is the top

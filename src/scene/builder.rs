@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::{LARGEST, OFFSET, Part, PartShape, SMALLEST_AREA, Scene, Surface};
 use crate::accel::{Bvh, Primitive};
 use crate::bsdf::Bsdf;
-use crate::camera::{Camera, HALF_HEIGHTS};
+use crate::camera::{Camera, WIDEST};
 use crate::emitter::{Emitter, EmitterShape};
 use crate::environment::Environment;
 use crate::error::Error;
@@ -255,9 +255,7 @@ pub(super) fn check_camera(scene: &str, camera: &Camera) -> Result<(), Error> {
     }
     let needs = format!(
         "its camera needs numbers up to {LARGEST:?}, a target away from the eye, an upright that is not the line of \
-         sight, and half of a height at distance 1 from {:?} to {:?}",
-        HALF_HEIGHTS.start(),
-        HALF_HEIGHTS.end()
+         sight, and half of a height above 0 and up to {WIDEST:?}"
     );
     Err(invalid(scene, needs))
 }

@@ -254,7 +254,7 @@ fn empty_zones_and_cameras_that_look_nowhere_are_refused() {
     }
     let ([o, x, z], nan) = ([DVec3::ZERO, DVec3::X, DVec3::Z], DVec3::NAN);
     let nowhere = [(o, o, z, 1.0), (o, z, z, 1.0), (o, x, o, 1.0), (nan, x, z, 1.0), (1e31 * x, o, z, 1.0)].into_iter();
-    for (eye, target, up, half) in nowhere.chain([0.0, -1.0, 0.9e-5, 1.1e5, f64::NAN].map(|half| (o, x, z, half))) {
+    for (eye, target, up, half) in nowhere.chain([0.0, -1.0, 1.1e5, f64::NAN].map(|half| (o, x, z, half))) {
         let camera = Camera::new(eye, target, up, half);
         let message = builder().0.build(camera).expect_err("refused").to_string();
         assert!(message.contains("camera") && !message.contains('\n'), "{message}");

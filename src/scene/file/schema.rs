@@ -12,7 +12,7 @@ use super::{Description, LARGEST_OTHER, MOST, Object, read};
 use crate::bsdf::ggx::Ggx;
 use crate::bsdf::rough_glass::RoughGlass;
 use crate::bsdf::{Bsdf, OrenNayarForm};
-use crate::camera::{Camera, HALF_HEIGHTS};
+use crate::camera::{Camera, WIDEST};
 use crate::environment::{Environment, EnvironmentMap};
 use crate::error::Error;
 use crate::image;
@@ -77,7 +77,7 @@ fn camera(table: &Table, unit: f64) -> Result<Camera, Error> {
     table.keys(&[&["eye", "target", "up", "fov_deg", "half_height"]])?;
     let half_height = match (table.get("fov_deg"), table.get("half_height")) {
         (Some(angle), None) => (0.5 * angle.number(0.001..=179.0)?.to_radians()).tan(),
-        (None, Some(half)) => half.number(HALF_HEIGHTS)?,
+        (None, Some(half)) => half.number(1e-5..=WIDEST)?,
         _ => return Err(table.fault("needs one of fov_deg and half_height, and not both")),
     };
     let point = |key| table.need(key)?.point();
