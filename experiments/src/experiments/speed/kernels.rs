@@ -125,7 +125,7 @@ fn chains<const N: usize>(run: &Run) -> Result<f64, Error> {
 /// The most bytes per second that one thread reads from memory: from an array far larger than caches, in order.
 fn bandwidth(run: &Run) -> Result<f64, Error> {
     const SUMS: usize = 8;
-    let numbers = vec![1.0; run.count(1 << 25) as usize];
+    let numbers = vec![1.0; 1 << 25];
     let ((), seconds) = least_seconds(run, || {
         let mut sums = [Lanes::splat(0.0); SUMS];
         for block in numbers.chunks_exact(SUMS * LANES) {
