@@ -21,7 +21,7 @@
 //! | [`outline`] | lights that the camera sees, at their edges |
 //! | [`render`], [`film`], [`splat`], [`image`] | the loop, the accumulators, the files |
 //! | [`rng`], [`sampler`] | streams of random numbers, Owen-scrambled Sobol' points |
-//! | [`real`] | numbers and vectors of one ray, or of eight that are followed at once |
+//! | [`real`], [`lanes`] | numbers and vectors of one ray, or of eight, and the engine that follows eight at once |
 //! | [`frame`], [`error`], [`nearest`] | coordinates, errors, the name that was probably meant |
 //! | [`harness`] | statistics, verdicts, trials as data: put your own code on trial with it |
 //!
@@ -126,7 +126,7 @@ pub mod harness;
 mod hull;
 pub mod image;
 pub mod kd_tree;
-mod lanes;
+pub mod lanes;
 pub mod moments;
 pub mod nearest;
 pub mod outline;

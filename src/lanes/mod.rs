@@ -5,6 +5,7 @@
 //! exact. So an image of this engine equals that of [`render`](crate::render::render) byte by byte, and every trial of
 //! a readable estimator is one of this engine. When a path ends, its lane takes the next sample.
 
+mod eight;
 mod path;
 mod report;
 mod row;
@@ -19,6 +20,7 @@ use crate::film::Pixel;
 use crate::outline::Outlines;
 use crate::render::{LaneEstimator, Numbers, Sampling};
 use crate::scene::Scene;
+pub use eight::EightRays;
 use row::{Scatter, row};
 use samples::{Points, Streams};
 use scene::LaneScene;

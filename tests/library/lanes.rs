@@ -6,6 +6,7 @@ use whitefurnace::bsdf::ggx::Ggx;
 use whitefurnace::bsdf::{Model, oren_nayar};
 use whitefurnace::estimator::{Heuristic, Path, Strategy as Finds};
 use whitefurnace::fresnel::{mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refracted};
+use whitefurnace::lanes::EightRays;
 use whitefurnace::radiometry::{balance, cosine, power, reflected, solid_angle_per_area};
 use whitefurnace::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector, sin_cos_of_turn};
 use whitefurnace::render::{LaneEstimator, OneRayPerHit, render_lanes};
@@ -401,4 +402,39 @@ fn rows_are_reported() {
     assert!(matches!(render_lanes(&scene, path, sampling, &mut film, &(3..4), &|_| false), Ok(false)));
     let wrong = Sampling { pixel: Grid(2), ..sampling };
     assert!(matches!(render_lanes(&scene, path, wrong, &mut film, &(4..5), &|_| true), Err(Error::Option(_))));
+}
+
+/// Eight rays at once are as far from what they meet as each alone.
+#[test]
+fn eight_rays_meet_what_each_meets() {
+    let scene = simple::cornell().expect("a legal scene");
+    let mut eight = EightRays::new(&scene).expect("few triangles");
+    for k in 0..100 {
+        let rays: [Ray; LANES] = from_fn(|i| {
+            let mut rng = stream(9, k, i as u32);
+            scene.camera().ray([8, 6], 8.0 * uniform(&mut rng), 6.0 * uniform(&mut rng))
+        });
+        let lanes = |part: fn(&Ray) -> DVec3| Lanes3::of(from_fn(|c| Lanes::new(rays.each_ref().map(|r| part(r)[c]))));
+        let together = eight.closest(&Ray::new(lanes(|r| r.origin), lanes(|r| r.direction)));
+        let alone = rays.map(|ray| scene.intersect(&ray).map_or(f64::INFINITY, |hit| hit.t));
+        assert_eq!(together.to_array(), alone);
+    }
+}
+
+/// Of a tetrahedron a ray tests two faces, four vertices and six edges, and none of it if it passes by.
+#[test]
+fn operations_are_counted() {
+    let vertices = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+    let mut s = SceneBuilder::new("tetrahedron");
+    let surface = s.surface(Surface::new(Bsdf::Black));
+    s.mesh(&vertices, &[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], surface);
+    let scene = s.build(Camera::new(DVec3::new(3.0, 3.0, 3.0), DVec3::ZERO, DVec3::Z, 0.2)).expect("a legal scene");
+    let mut eight = EightRays::new(&scene).expect("few triangles");
+    let towards = |target: DVec3| {
+        let origin = DVec3::new(0.2, 0.3, 5.0);
+        Ray::new(Lanes3::splat_vector(origin), Lanes3::splat_vector((target - origin).normalize()))
+    };
+    let all = 4 + 4 * 8 + 6 * 3;
+    assert_eq!(eight.operations(&towards(DVec3::new(0.2, 0.3, 0.0))), all + 2 * 12);
+    assert_eq!(eight.operations(&towards(DVec3::new(9.0, 0.3, 0.0))), all);
 }

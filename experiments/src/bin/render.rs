@@ -54,6 +54,8 @@ fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
         Err(error) => return Err(error),
     };
     saves.finish();
+    // With the film that was saved last: files are written without that room.
+    drop(saves);
     let exr = if complete { &options.out } else { &partial };
     let png = exr.with_extension("png");
     let written = if complete && options.shard.is_none() {
