@@ -211,15 +211,6 @@ impl<'a> LaneScene<'a> {
         }
         free
     }
-}
-
-impl Triangles {
-    fn add(&mut self, corners: [DVec3; 3], id: f64, is_glass: bool) {
-        let [a, b, c] = corners.map(|corner| place_of(&mut self.vertices, corner));
-        let mut edge = |from: u8, to: u8| (place_of(&mut self.edges, [from.min(to), from.max(to)]), from > to);
-        let shape = Triangle { vertices: [a, b, c], edges: [edge(c, b), edge(a, c), edge(b, a)] };
-        self.targets.push(Target { id, is_glass, shape });
-    }
 
     /// Whether all lanes test all of its primitives, and these are triangles.
     pub fn has_few_triangles(&self) -> bool {
@@ -230,9 +221,19 @@ impl Triangles {
     /// `project` 7 and `distance` 1 per vertex, [`edge`] 3 per edge, `hit_within` 12 per triangle that passes the masks;
     /// one is for the limit.
     pub fn operations(&self, ray: &Ray<Lanes3>, seen: &mut Seen) -> u32 {
-        self.see(ray, Lanes::splat(f64::INFINITY), seen);
-        let tested = self.candidates(LaneMask::splat(true), false, seen).count();
-        (3 + 1 + 8 * self.vertices.len() + 3 * self.edges.len() + 12 * tested) as u32
+        let Triangles { vertices, edges, .. } = &self.triangles;
+        self.triangles.see(ray, Lanes::splat(f64::INFINITY), seen);
+        let tested = self.triangles.candidates(LaneMask::splat(true), false, seen).count();
+        (3 + 1 + 8 * vertices.len() + 3 * edges.len() + 12 * tested) as u32
+    }
+}
+
+impl Triangles {
+    fn add(&mut self, corners: [DVec3; 3], id: f64, is_glass: bool) {
+        let [a, b, c] = corners.map(|corner| place_of(&mut self.vertices, corner));
+        let mut edge = |from: u8, to: u8| (place_of(&mut self.edges, [from.min(to), from.max(to)]), from > to);
+        let shape = Triangle { vertices: [a, b, c], edges: [edge(c, b), edge(a, c), edge(b, a)] };
+        self.targets.push(Target { id, is_glass, shape });
     }
 
     /// Projects vertices and edges for rays that end at `limit`.
