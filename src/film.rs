@@ -20,9 +20,9 @@ pub struct Window {
 pub struct Features {
     /// Albedo per channel, in [0, 1].
     pub albedo: DVec3,
-    /// Unit normal on the camera's side.
+    /// Unit normal on the camera's side, in world space.
     pub normal: DVec3,
-    /// Distance from the eye.
+    /// Distance from the eye, along the ray.
     pub depth: f64,
 }
 

@@ -39,11 +39,11 @@ fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
         file.left_out.iter().for_each(|what| eprintln!("note: {what}"));
     }
     decide(options, saved.as_ref(), start)?;
-    let (job, part) = (options.job, options.part()?);
+    let (job, part, camera) = (options.job, options.part()?, options.job.camera()?);
     let film = saved.map_or_else(|| job.film(), |saved| same(&partial, options, saved))?;
     let before = samples(&film);
 
-    let notes = Unfinished::notes(&job, &part, options.exposure);
+    let notes = Unfinished::notes(&job, &camera, &part, options.exposure);
     let mut saves = Checkpoints::new(partial.clone(), notes.clone());
     let Rendered { film, complete } = match job.go_on("render", film, &part.range, &mut saves) {
         Ok(rendered) => rendered,
@@ -57,7 +57,7 @@ fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
     let exr = if complete { &options.out } else { &partial };
     let png = exr.with_extension("png");
     let written = if complete && options.shard.is_none() {
-        write_exr(exr, &film, &job.provenance(true))
+        write_exr(exr, &film, &camera, &job.provenance(&camera, true))
     } else {
         write_unfinished(exr, &film, &notes)
     };
@@ -100,7 +100,7 @@ fn decide(options: &mut Render, saved: Option<&Unfinished>, start: Instant) -> R
 
 /// The film that was saved, if it is of this very image.
 fn same(path: &Path, options: &Render, saved: Unfinished) -> Result<Film, Error> {
-    let (here, part) = (options.job.provenance(false), options.part()?);
+    let (here, part) = (options.job.provenance(&options.job.camera()?, false), options.part()?);
     let parts = (saved.part != part).then(|| format!("replications {} there, {part} here", saved.part));
     match difference(&saved.job, &here).or(parts) {
         None if saved.film.is_like(&options.job.film()?) => Ok(saved.film),

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use whitefurnace::camera::Camera;
 use whitefurnace::error::Error;
 use whitefurnace::film::Film;
 use whitefurnace::image::Display;
@@ -66,6 +67,8 @@ pub struct Unfinished {
     pub part: Part,
     /// How its PNG shows it.
     pub display: Display,
+    /// What sees it.
+    pub camera: Camera,
 }
 
 impl Unfinished {
@@ -78,11 +81,11 @@ impl Unfinished {
             Some(Ok(exposure)) => Some(Display::Srgb { exposure }),
             _ => (display == "truncated").then_some(Display::Truncated),
         };
-        match (part, display) {
-            (Some(part), Some(display))
+        match (part, display, Camera::parse(&job)) {
+            (Some(part), Some(display), Some(camera))
                 if film.pixels().iter().all(|pixel| pixel.replications() <= part.range.end - part.range.start) =>
             {
-                Ok(Self { film, job, part, display })
+                Ok(Self { film, job, part, display, camera })
             }
             _ => Err(Error::Image {
                 action: "read",
@@ -93,12 +96,13 @@ impl Unfinished {
     }
 
     /// The texts that go with the film.
-    pub fn notes(job: &Job, part: &Part, exposure: f64) -> Notes {
+    pub fn notes(job: &Job, camera: &Camera, part: &Part, exposure: f64) -> Notes {
         let display = match job.display(exposure) {
             Display::Srgb { exposure } => format!("exposure {exposure}"),
             Display::Truncated => "truncated".to_owned(),
         };
-        let notes = [("provenance", job.provenance(false)), ("replications", part.to_string()), ("display", display)];
+        let provenance = job.provenance(camera, false);
+        let notes = [("provenance", provenance), ("replications", part.to_string()), ("display", display)];
         notes.map(|(name, text)| (name.to_owned(), text)).into()
     }
 }

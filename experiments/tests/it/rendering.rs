@@ -35,7 +35,8 @@ fn same_seed_gives_the_same_bytes_on_any_number_of_threads() {
             let job = job(&format!("render {case} --size 40x30 --seed {seed}"));
             let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
             let rendered = pool.install(|| job.render("")).expect("a film");
-            write_exr(&path, &rendered.film, &job.provenance(true)).expect("written");
+            let camera = job.camera().expect("a scene");
+            write_exr(&path, &rendered.film, &camera, &job.provenance(&camera, true)).expect("written");
             std::fs::read(&path).expect("the EXR is there")
         };
         let one = bytes(1, 1);
