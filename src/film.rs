@@ -324,6 +324,17 @@ impl Film {
         &self.pixels[y as usize * self.window.size[0] as usize + x as usize]
     }
 
+    /// The mean radiance of each pixel's samples so far, those of a replication that is only begun among them.
+    pub fn means_so_far(&self) -> Vec<DVec3> {
+        let Some(Begun { passes, sums }) = &self.begun else { return self.pixels.iter().map(Pixel::mean).collect() };
+        let samples = f64::from(self.samples_per_replication);
+        let mean = |(pixel, sum): (&Pixel, &DVec3)| {
+            let done = samples * f64::from(pixel.replications);
+            (pixel.mean() * done + sum) / (done + f64::from(*passes))
+        };
+        self.pixels.iter().zip(sums).map(mean).collect()
+    }
+
     /// Whether frames, windows and samples of a replication are the same.
     pub fn is_like(&self, other: &Self) -> bool {
         (self.frame, self.window, self.samples_per_replication)

@@ -8,7 +8,7 @@ use clap::CommandFactory as _;
 use experiments::render::command::Render;
 use experiments::render::pilot::Aim;
 use experiments::render::unfinished::{Checkpoints, Unfinished, difference};
-use experiments::render::{Rendered, SceneSource};
+use experiments::render::{Look, Rendered, SceneSource};
 use experiments::run::cli::{self, Ending};
 use experiments::say;
 use whitefurnace::error::Error;
@@ -29,6 +29,8 @@ fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
     // A finished image is never replaced by a part of one.
     let partial = options.out.with_extension("partial.exr");
     cli::use_threads(options.threads)?;
+    let mut previews = options.previews()?;
+    options.preview.as_deref().map_or(Ok(()), check_writable)?;
     for exr in [&options.out, &partial] {
         check_writable(exr)?;
         check_writable(&exr.with_extension("png"))?;
@@ -45,7 +47,9 @@ fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
 
     let notes = Unfinished::notes(&job, &camera, &part, options.exposure);
     let mut saves = Checkpoints::new(partial.clone(), notes.clone());
-    let Rendered { film, complete } = match job.go_on("render", film, &part.range, &mut saves) {
+    let mut looks: Vec<&mut dyn Look> = vec![&mut saves];
+    looks.extend(previews.iter_mut().map(|preview| preview as &mut dyn Look));
+    let Rendered { film, complete } = match job.go_on("render", film, &part.range, &mut looks) {
         Ok(rendered) => rendered,
         Err(Error::Interrupted) => {
             eprintln!("interrupted before the first sample: nothing is written");
@@ -67,6 +71,7 @@ fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
             eprintln!("{} holds what was saved: --resume goes on from there", partial.display());
         }
     })?;
+    previews.into_iter().for_each(|preview| preview.finish(&film));
     say(exr, &film, samples(&film) - before, start);
     if !complete {
         eprintln!(

@@ -1,6 +1,6 @@
 //! The command line of `render`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::parser::ValueSource;
@@ -8,6 +8,7 @@ use clap::{ArgMatches, FromArgMatches as _, Parser};
 use whitefurnace::error::Error;
 
 use super::pilot::{parse_share, parse_time};
+use super::preview::{Preview, TEV, parse_address};
 use super::unfinished::{Part, Shard};
 use super::{ConventionName, EstimatorName, Job, OutlinesName, SamplerName, SceneName};
 use crate::run::cli::{real, whole};
@@ -58,6 +59,12 @@ pub struct Render {
     /// Render part i of n of the samples to a file with sums, which the program merge joins with the others
     #[arg(long, value_name = "i/n", allow_hyphen_values = true, value_parser = Shard::parse)]
     pub shard: Option<Shard>,
+    /// Show the image in this PNG while it is made: about every second, row by row as samples end
+    #[arg(long, value_name = "FILE.png")]
+    pub preview: Option<PathBuf>,
+    /// Show the image while it is made in the viewer tev, which listens at 127.0.0.1:14158 unless another address is given
+    #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = TEV, value_parser = parse_address)]
+    pub tev: Option<String>,
     /// The EXR file; the PNG has the same name
     #[arg(long, default_value = "out/render.exr")]
     pub out: PathBuf,
@@ -107,6 +114,14 @@ impl Render {
         Ok(Part { range: until(index - 1)..until(index), of })
     }
 
+    /// What shows the image while it is made.
+    pub fn previews(&self) -> Result<Vec<Preview>, Error> {
+        let (size, display) = (self.job.size, self.job.display(self.exposure));
+        let tev = self.tev.as_deref().map(|address| Preview::tev(address, &self.out.display().to_string(), size));
+        let png = self.preview.clone().map(|path| Ok(Preview::png(path, size, display)));
+        tev.into_iter().chain(png).collect()
+    }
+
     /// Refuses options that make no sense together, or do nothing.
     pub fn check(&self, matches: &ArgMatches) -> Result<(), Error> {
         self.job.check()?;
@@ -117,6 +132,14 @@ impl Render {
                 "--out {} must end in .exr; the PNG gets the same name",
                 self.out.display()
             )));
+        }
+        let Some(preview) = &self.preview else { return Ok(()) };
+        let absolute = |path: &Path| std::path::absolute(path).map_err(Error::file("write", path));
+        let taken = ["png", "partial.png"].map(|end| absolute(&self.out.with_extension(end)));
+        let free = !taken.into_iter().collect::<Result<Vec<_>, _>>()?.contains(&absolute(preview)?);
+        if preview.extension().is_none_or(|extension| extension != "png") || !free {
+            let preview = preview.display();
+            return Err(Error::Option(format!("--preview {preview} must end in .png, and be no file of --out")));
         }
         Ok(())
     }

@@ -11,7 +11,7 @@ use whitefurnace::film::Film;
 use whitefurnace::image::Display;
 use whitefurnace::image::unfinished::{Notes, read_unfinished, write_unfinished};
 
-use super::Job;
+use super::{Job, Look};
 
 /// Which part of all, as `--shard i/n`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -142,13 +142,37 @@ impl Checkpoints {
         Self { path, notes, next: Instant::now() + EVERY, saving: None, copy: None, failing: false }
     }
 
-    /// Whether it is time, and the last file is written.
-    pub fn due(&self) -> bool {
+    /// Waits for the last file. A disk that is full for a while is no reason to end: what was saved stays, and the next
+    /// file is tried in its time.
+    pub fn finish(&mut self) -> Duration {
+        let Some(Ok((copy, took, result))) = self.saving.take().map(JoinHandle::join) else {
+            return Duration::ZERO;
+        };
+        self.said(result);
+        self.copy = Some(copy);
+        took
+    }
+
+    /// Warns of the first failure after a success.
+    fn said(&mut self, result: Result<(), Error>) {
+        let failing = result.is_err();
+        match result {
+            Err(error) if !self.failing => {
+                eprintln!("warning: {error}; what was saved before stays, work goes on, and saving is tried again");
+            }
+            _ => {}
+        }
+        self.failing = failing;
+    }
+}
+
+impl Look for Checkpoints {
+    /// When the last file is written, too.
+    fn due(&self) -> bool {
         Instant::now() >= self.next && self.saving.as_ref().is_none_or(JoinHandle::is_finished)
     }
 
-    /// Saves the film as it is now.
-    pub fn save(&mut self, film: &Film) {
+    fn look(&mut self, film: &Film) {
         let took = self.finish();
         let start = Instant::now();
         // A kill costs what is done until the next file is written.
@@ -170,27 +194,5 @@ impl Checkpoints {
             Ok(saver) => self.saving = Some(saver),
             Err(error) => self.said(Err(Error::file("write", &self.path)(error))),
         }
-    }
-
-    /// Waits for the last file. A disk that is full for a while is no reason to end: what was saved stays, and the next
-    /// file is tried in its time.
-    pub fn finish(&mut self) -> Duration {
-        let Some(Ok((copy, took, result))) = self.saving.take().map(JoinHandle::join) else {
-            return Duration::ZERO;
-        };
-        self.said(result);
-        self.copy = Some(copy);
-        took
-    }
-    /// Warns of the first failure after a success.
-    fn said(&mut self, result: Result<(), Error>) {
-        let failing = result.is_err();
-        match result {
-            Err(error) if !self.failing => {
-                eprintln!("warning: {error}; what was saved before stays, work goes on, and saving is tried again");
-            }
-            _ => {}
-        }
-        self.failing = failing;
     }
 }
