@@ -1,15 +1,17 @@
 //! The command line of `render`.
 
 use std::path::{Path, PathBuf};
+use std::str::FromStr as _;
 use std::time::Duration;
 
 use clap::parser::ValueSource;
 use clap::{ArgMatches, FromArgMatches as _, Parser};
 use whitefurnace::error::Error;
+use whitefurnace::shard::Shard;
 
 use super::pilot::{parse_share, parse_time};
 use super::preview::{Preview, TEV, parse_address};
-use super::unfinished::{Part, Shard};
+use super::unfinished::Part;
 use super::{ConventionName, EstimatorName, Job, OutlinesName, SamplerName, SceneName};
 use crate::run::cli::{real, whole};
 
@@ -57,7 +59,7 @@ pub struct Render {
     #[arg(long)]
     pub resume: bool,
     /// Render part i of n of the samples to a file with sums, which the program merge joins with the others
-    #[arg(long, value_name = "i/n", allow_hyphen_values = true, value_parser = Shard::parse)]
+    #[arg(long, value_name = "i/n", allow_hyphen_values = true, value_parser = Shard::from_str)]
     pub shard: Option<Shard>,
     /// Show the image in this PNG while it is made: about every second, row by row as samples end
     #[arg(long, value_name = "FILE.png")]
@@ -103,7 +105,7 @@ impl Render {
     /// The replications that are asked for.
     pub fn part(&self) -> Result<Part, Error> {
         let of = self.job.all_replications();
-        let Shard { index, count } = self.shard.unwrap_or(Shard { index: 1, count: 1 });
+        let Shard { index, count } = self.shard.unwrap_or(Shard::WHOLE);
         if count > of {
             return Err(Error::Option(format!(
                 "--shard {index}/{count}: the samples of a pixel are {of} independent parts: take as many shards at most, \

@@ -13,26 +13,6 @@ use whitefurnace::image::unfinished::{Notes, read_unfinished, write_unfinished};
 
 use super::{Job, Look};
 
-/// Which part of all, as `--shard i/n`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shard {
-    /// Which, from 1 on.
-    pub index: u32,
-    /// Of how many.
-    pub count: u32,
-}
-
-impl Shard {
-    /// Parses `i/n`.
-    pub fn parse(text: &str) -> Result<Self, String> {
-        let numbers = text.split_once('/').and_then(|(index, count)| Some((index.parse().ok()?, count.parse().ok()?)));
-        let legal = numbers.filter(|&(index, count)| (1..=count).contains(&index));
-        legal
-            .map(|(index, count)| Self { index, count })
-            .ok_or_else(|| "must be i/n, the part i of n, such as 1/4: two whole numbers, 1 ≤ i ≤ n".to_owned())
-    }
-}
-
 /// Replications of a job: those that a film is to have, and how many there are in all.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Part {
