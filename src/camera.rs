@@ -20,6 +20,10 @@ pub struct Camera {
 /// The largest half height at distance 1: of wider images, what rays have of the line of sight is lost to rounding.
 pub const WIDEST: f64 = 1e5;
 
+/// What its vectors are called in texts.
+const NAMES: [&str; 4] = ["eye", "forward", "right", "up"];
+const HALF_HEIGHT: &str = "half-height";
+
 impl Camera {
     /// Looks from `eye` to `target` with `up` as near to upright as can be; `half_height` is half of
     /// the image's height at distance 1, the tangent of half the vertical angle of view.
@@ -27,6 +31,26 @@ impl Camera {
         let forward = (target - eye).normalize();
         let right = forward.cross(up).normalize();
         Self { eye, forward, right, up: right.cross(forward), half_height }
+    }
+
+    /// The camera in full, a line `name=numbers` each, with as many digits as make the same camera again by
+    /// [`parse`](Self::parse).
+    pub fn text(&self) -> String {
+        let line = |(name, DVec3 { x, y, z }): (&str, DVec3)| format!("{name}={x} {y} {z}\n");
+        let lines = NAMES.into_iter().zip([self.eye, self.forward, self.right, self.up]).map(line);
+        lines.chain([format!("{HALF_HEIGHT}={}\n", self.half_height)]).collect()
+    }
+
+    /// The camera that a text with such lines, among others, tells.
+    pub fn parse(text: &str) -> Option<Self> {
+        let line = |name| text.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix('='));
+        let vector = |name| {
+            let numbers: Vec<f64> = line(name)?.split(' ').map(|number| number.parse().ok()).collect::<Option<_>>()?;
+            numbers.try_into().ok().map(DVec3::from_array)
+        };
+        let [eye, forward, right, up] = NAMES.map(vector);
+        let half_height = line(HALF_HEIGHT)?.parse().ok()?;
+        Some(Self { eye: eye?, forward: forward?, right: right?, up: up?, half_height }).filter(Self::is_valid)
     }
 
     /// The unit vectors ahead, to the right and upwards, and half of the image's height at distance 1.

@@ -20,9 +20,9 @@ pub struct Window {
 pub struct Features {
     /// Albedo per channel, in [0, 1].
     pub albedo: DVec3,
-    /// Unit normal on the camera's side.
+    /// Unit normal on the camera's side, in world space.
     pub normal: DVec3,
-    /// Distance from the eye.
+    /// Distance from the eye, along the ray.
     pub depth: f64,
 }
 
@@ -322,6 +322,17 @@ impl Film {
     /// The pixel at (x, y) of the film.
     pub fn pixel(&self, x: u32, y: u32) -> &Pixel {
         &self.pixels[y as usize * self.window.size[0] as usize + x as usize]
+    }
+
+    /// The mean radiance of each pixel's samples so far, those of a replication that is only begun among them.
+    pub fn means_so_far(&self) -> Vec<DVec3> {
+        let Some(Begun { passes, sums }) = &self.begun else { return self.pixels.iter().map(Pixel::mean).collect() };
+        let samples = f64::from(self.samples_per_replication);
+        let mean = |(pixel, sum): (&Pixel, &DVec3)| {
+            let done = samples * f64::from(pixel.replications);
+            (pixel.mean() * done + sum) / (done + f64::from(*passes))
+        };
+        self.pixels.iter().zip(sums).map(mean).collect()
     }
 
     /// Whether frames, windows and samples of a replication are the same.

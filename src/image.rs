@@ -12,6 +12,9 @@ use exr::prelude::{
     LineOrder, Text, WritableImage,
 };
 
+use glam::DVec4;
+
+use crate::camera::Camera;
 use crate::error::Error;
 use crate::film::{Features, Film, Pixel};
 
@@ -61,21 +64,25 @@ pub fn srgb(linear: f64) -> f64 {
 
 /// Writes the film as one EXR part of 32-bit floats: mean radiance in R, G, B (linear, not clamped),
 /// its standard error in `stderr.*` ([`Pixel::standard_error`]), camera samples in `samples.Y`,
-/// and the first hit's `albedo.*`, `normal.*` and `depth.Z`. `provenance` becomes the one text
-/// attribute of that name.
+/// and the first hit's `albedo.*`, `normal.*` and `depth.Z`, of which the attribute `comments` says what they measure.
+/// `provenance` becomes the one text attribute of that name, `camera` the standard attributes `worldToCamera` and
+/// `worldToNDC`: a point times a matrix, as a row, has coordinates to the right, upwards and ahead of the eye; or those of
+/// the image, from its top left to its bottom right corner from 0 to 1, and the reciprocal of how far ahead the point is.
 ///
 /// # Errors
 /// [`Error::File`] or [`Error::Image`]; nothing is left behind then.
-pub fn write_exr(path: &Path, film: &Film, provenance: &str) -> Result<(), Error> {
+pub fn write_exr(path: &Path, film: &Film, camera: &Camera, provenance: &str) -> Result<(), Error> {
     let mut columns = CHANNELS.map(|_| Vec::with_capacity(film.pixels().len()));
     for pixel in film.pixels() {
         columns.iter_mut().zip(values(film, pixel)).for_each(|(column, value)| column.push(value));
     }
     let channel = |(name, column)| AnyChannel::new(name, FlatSamples::F32(column));
     let [width, height] = film.size().map(|n| n as usize);
+    let [to_camera, to_image] = matrices(film, camera).map(Some);
+    let attributes = attributes(path, [("provenance", provenance)])?;
     let image = Image::from_layer(Layer::new(
         (width, height),
-        attributes(path, [("provenance", provenance)])?,
+        LayerAttributes { world_to_camera: to_camera, world_to_normalized_device: to_image, ..attributes },
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing },
         AnyChannels::sort(CHANNELS.into_iter().zip(columns).map(channel).collect()),
     ));
@@ -109,9 +116,28 @@ fn values(film: &Film, pixel: &Pixel) -> [f32; CHANNELS.len()] {
     CHANNELS.map(|_| values.next().unwrap_or_default() as f32)
 }
 
+/// From the world to the camera and to the film, which may be a part of its frame: the first index is that of the row.
+fn matrices(film: &Film, camera: &Camera) -> [[f32; 16]; 2] {
+    let ([forward, right, up], half_height) = camera.frame();
+    let [right, up, ahead] = [right, up, forward].map(|axis| axis.extend(-axis.dot(camera.eye)));
+    let [width, height] = film.frame().map(f64::from);
+    let ([left, top], [across, down]) = (film.window().corner.map(f64::from), film.size().map(f64::from));
+    let pixels = height / (2.0 * half_height);
+    let x = (right * pixels + ahead * (0.5 * width - left)) / across;
+    let y = (ahead * (0.5 * height - top) - up * pixels) / down;
+    let of_columns = |columns: [DVec4; 4]| std::array::from_fn(|at| columns[at % 4][at / 4] as f32);
+    [of_columns([right, up, ahead, DVec4::W]), of_columns([x, y, DVec4::W, ahead])]
+}
+
+/// What an image says of [`Features`].
+const COMMENTS: &str = "albedo.*, normal.* and depth.Z are means over the camera rays of a pixel that meet something, of \
+                        what they meet first; 0 where none does. albedo.*: its colour, in [0, 1]. normal.*: its unit \
+                        normal in world space, on the side of the camera. depth.Z: the distance from the eye along the \
+                        ray, not its share along the line of sight, in the unit of the world.";
+
 /// Text attributes of a file.
 fn attributes<'a>(path: &Path, texts: impl IntoIterator<Item = (&'a str, &'a str)>) -> Result<LayerAttributes, Error> {
-    let mut attributes = LayerAttributes::default();
+    let mut attributes = LayerAttributes { comments: Text::new_or_none(COMMENTS), ..LayerAttributes::default() };
     for (name, text) in texts {
         let fault = || fault(path, format!("the {name} has characters outside Latin-1"));
         let text = Text::new_or_none(text).ok_or_else(fault)?;

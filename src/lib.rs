@@ -22,7 +22,7 @@
 //! | [`render`], [`film`], [`splat`], [`image`] | the loop, the accumulators, the files |
 //! | [`rng`], [`sampler`] | streams of random numbers, Owen-scrambled Sobol' points |
 //! | [`real`], [`lanes`] | numbers and vectors of one ray, or of eight, and the engine that follows eight at once |
-//! | [`frame`], [`error`], [`nearest`] | coordinates, errors, the name that was probably meant |
+//! | [`frame`], [`error`], [`nearest`], [`shard`] | coordinates, errors, the name that was probably meant, parts of work |
 //! | [`harness`] | statistics, verdicts, trials as data: put your own code on trial with it |
 //!
 //! The trials of this library, and the faults that they must reject, are in the crate `registry`, in the folder
@@ -140,6 +140,7 @@ pub mod sampler;
 pub mod sampling;
 pub mod scene;
 pub mod shape;
+pub mod shard;
 pub mod solid_angle;
 pub mod splat;
 pub mod watertight;

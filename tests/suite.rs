@@ -1,10 +1,11 @@
 //! Every trial and every fault of the registry as a test with its own name: `furnace/sky/path` is a trial
 //! on its right subject, `furnace/sky/path!no-cosine` one of its faults.
 //!
-//! `cargo test furnace/` runs a group, `cargo test 'bsdf/eon!'` the faults of one trial.
+//! `cargo test furnace/` runs a group, `cargo test 'bsdf/eon!'` the faults of one trial. `WHITEFURNACE_SHARD=1/4` runs the
+//! first of four parts.
 
 use std::collections::HashSet;
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 use std::sync::Arc;
 
 use libtest_mimic::{Arguments, Failed, Trial as Test};
@@ -12,7 +13,9 @@ use registry::all;
 use registry::equivalents;
 use registry::faults::Pair;
 use whitefurnace::harness::outcome::Verdict;
-use whitefurnace::harness::trial::{Context, Row, Trial, check_control, check_subject, full_name, meant, refused};
+use whitefurnace::harness::trial::{
+    Context, Row, Trial, check_control, check_subject, full_name, meant, refused, shard_from_environment,
+};
 
 /// The message, for a test that is red.
 fn report(result: Result<Vec<Row>, String>) -> Result<(), Failed> {
@@ -71,10 +74,43 @@ fn accepted(pair: &Pair, context: &Context) -> Result<(), Failed> {
     Err(Failed::from(format!("\n{message}")))
 }
 
+/// Whether each test is in one of three parts, those of wrong names in none.
+fn parts() -> Result<(), Failed> {
+    let list = |shard: &str| -> Result<(Option<i32>, Vec<String>, String), Failed> {
+        let mut again = Command::new(std::env::current_exe()?);
+        let made = again.args(["--list", "--format", "terse"]).env("WHITEFURNACE_SHARD", shard).output()?;
+        let [names, said] = [made.stdout, made.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
+        Ok((made.status.code(), names.lines().map(str::to_owned).collect(), said))
+    };
+    let (_, mut all, _) = list("1/1")?;
+    let mut parts = Vec::new();
+    for shard in ["1/3", "2/3", "3/3"] {
+        let (code, part, _) = list(shard)?;
+        if code != Some(0) || part.len().abs_diff(all.len() / 3) > 1 {
+            return Err(format!("{} of {} tests in part {shard}, exit code {code:?}", part.len(), all.len()).into());
+        }
+        parts.extend(part);
+    }
+    parts.sort();
+    all.sort();
+    if parts != all || all.is_empty() {
+        return Err("the parts are not the whole".into());
+    }
+    for wrong in ["", "0/3", "4/3", "3", "1/0", "a/b"] {
+        let (code, names, said) = list(wrong)?;
+        if code != Some(2) || !names.is_empty() || said.lines().count() != 1 || !said.contains("WHITEFURNACE_SHARD is")
+        {
+            return Err(format!("part '{wrong}': exit code {code:?}, {said}").into());
+        }
+    }
+    Ok(())
+}
+
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
-    let context = match Context::from_environment() {
-        Ok(context) => context,
+    let found = Context::from_environment().and_then(|context| Ok((context, shard_from_environment()?)));
+    let (context, shard) = match found {
+        Ok(found) => found,
         Err(error) => {
             eprintln!("error: {error}");
             return ExitCode::from(2);
@@ -96,5 +132,8 @@ fn main() -> ExitCode {
         let name = full_name(&pair.trial, pair.fault.name);
         tests.push(Test::test(name, move || accepted(&pair, &context)));
     }
+    tests.push(Test::test("suite/parts", parts));
+    let mut numbers = 0..;
+    tests.retain(|_| numbers.next().is_some_and(|number| shard.has(number)));
     libtest_mimic::run(&arguments, tests).exit_code()
 }

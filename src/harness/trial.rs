@@ -8,7 +8,7 @@ pub use check::{
     assert_holds, check, check_control, check_subject, command, control_is_green, meant, refused, trial_is_green,
     write_cells,
 };
-pub use context::{Context, DEFAULT_SEED, SCALES};
+pub use context::{Context, DEFAULT_SEED, SCALES, shard_from_environment};
 
 use super::outcome::{Outcome, Verdict};
 

@@ -44,7 +44,8 @@ fn film() -> Film {
 fn exr_holds_every_channel() {
     let path = folder("exr").join("film.exr");
     let film = film();
-    write_exr(&path, &film, "seed=1\nspp=12\n").expect("written");
+    let camera = Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.5);
+    write_exr(&path, &film, &camera, "seed=1\nspp=12\n").expect("written");
     let image = read_all_flat_layers_from_file(&path).expect("readable");
     let [layer] = image.layer_data.as_slice() else {
         panic!("one part");
@@ -87,6 +88,77 @@ fn exr_holds_every_channel() {
     };
     assert_eq!((name.to_string(), text.to_string()), ("provenance".into(), "seed=1\nspp=12\n".into()));
     assert!(image.attributes.other.is_empty());
+}
+
+/// A wall 2 ahead of an eye that looks along y, seen in a window of an image of square pixels of half the distance.
+#[test]
+fn exr_says_where_the_camera_is_and_what_features_measure() {
+    let path = folder("camera").join("wall.exr");
+    let camera = Camera::new(DVec3::new(1.0, 2.0, 3.0), DVec3::new(1.0, 9.0, 3.0), DVec3::Z, 1.0);
+    let wall = |scene: &mut SceneBuilder| {
+        let albedo = DVec3::new(0.25, 0.5, 0.75);
+        panel(
+            scene,
+            DVec3::new(-9.0, 4.0, -9.0),
+            [30.0 * DVec3::X, 30.0 * DVec3::Z],
+            Surface::new(Bsdf::Lambert { albedo }),
+        );
+    };
+    let scene = scene_from(camera, wall);
+    let window = Window { corner: [2, 1], size: [2, 2] };
+    let mut film = Film::new([6, 4], Some(window), 1).expect("a film");
+    let sampling = Sampling { pixel: Centre, numbers: Numbers::Independent, seed: 1, outlines: false };
+    render(&scene, &whitefurnace::estimator::Path::<Standard>::default(), sampling, &mut film, &(0..1), &|_| true)
+        .expect("legal");
+    write_exr(&path, &film, &camera, &camera.text()).expect("written");
+    let image = read_all_flat_layers_from_file(&path).expect("readable");
+    let [layer] = image.layer_data.as_slice() else { panic!("one part") };
+    // The four pixels around the line of sight: 1/4 beside it and 1/4 above or below, at distance 1.
+    let distance = 2.0 * (1.0_f64 + 2.0 / 16.0).sqrt();
+    for (name, value) in [
+        ("albedo.R", 0.25),
+        ("albedo.G", 0.5),
+        ("albedo.B", 0.75),
+        ("normal.X", 0.0),
+        ("normal.Y", -1.0),
+        ("normal.Z", 0.0),
+        ("depth.Z", distance),
+    ] {
+        let channel = layer.channel_data.list.iter().find(|channel| channel.name.eq(name)).expect("a channel");
+        let values: Vec<f32> = channel.sample_data.values_as_f32().collect();
+        assert_eq!(values.len(), 4);
+        values.iter().for_each(|&found| assert_abs_diff_eq!(f64::from(found), value, epsilon = 1e-6));
+    }
+    let row_times = |matrix: Option<[f32; 16]>, point: [f64; 4]| -> [f64; 4] {
+        let matrix = matrix.expect("a matrix").map(f64::from);
+        std::array::from_fn(|column| (0..4).map(|row| point[row] * matrix[4 * row + column]).sum())
+    };
+    // 3 to the right, 4 up and 5 ahead.
+    let point = [4.0, 7.0, 7.0, 1.0];
+    assert_eq!(row_times(layer.attributes.world_to_camera, point), [3.0, 4.0, 5.0, 1.0]);
+    // At distance 1 the window covers 1/2 to each side.
+    let [x, y, z, w] = row_times(layer.attributes.world_to_normalized_device, point);
+    for (found, known) in [(x / w, 0.5 + 0.6), (y / w, 0.5 - 0.8), (z / w, 0.2)] {
+        assert_abs_diff_eq!(found, known, epsilon = 1e-6);
+    }
+    let comments = layer.attributes.comments.as_ref().expect("comments").to_string();
+    assert!(comments.contains("world space") && comments.contains("along the ray"), "{comments}");
+    let Some(AttributeValue::Text(text)) = layer.attributes.other.values().next() else { panic!("a text") };
+    assert_eq!(text.to_string(), "eye=1 2 3\nforward=0 1 0\nright=1 0 0\nup=0 0 1\nhalf-height=1\n");
+}
+
+#[test]
+fn cameras_are_what_their_texts_say() {
+    property("camera text", 200, &(point(5.0), point(5.0), 0.1..2.0), |(eye, target, half)| {
+        let camera = Camera::new(eye, target, DVec3::new(0.1, 0.2, 0.9), half);
+        assert_eq!(Camera::parse(&format!("seed=1\n{}spp=2\n", camera.text())), Some(camera));
+    });
+    let text = Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.5).text();
+    for (from, to) in
+        [("eye=0 0 0\n", ""), ("0 0 1", "0 0 NaN"), ("0 0 1", "0 1"), ("0 0 1", "0 0 1 1"), ("=0.5", "=0")]
+    {
+        assert!(text.contains(from) && Camera::parse(&text.replace(from, to)).is_none(), "{to}");
+    }
 }
 
 fn read_png(path: &Path) -> ([u32; 2], Vec<u8>) {
@@ -154,13 +226,14 @@ fn displays_encode_as_they_say() {
 fn nothing_is_left_behind_on_failure() {
     let folder = folder("failures");
     let film = film();
+    let camera = Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.5);
     let taken = folder.join("taken");
     fs::create_dir(&taken).expect("a folder");
     let file = folder.join("file");
     fs::write(&file, "kept").expect("a file");
     for path in [taken.clone(), folder.join("missing/film.exr"), file.join("film.exr")] {
         for result in [
-            write_exr(&path, &film, ""),
+            write_exr(&path, &film, &camera, ""),
             write_png(&path, &film, Display::Truncated, 1),
             write_whole(&path, |_| Ok(())),
         ] {
@@ -177,7 +250,7 @@ fn nothing_is_left_behind_on_failure() {
     // What was there before a failing write stays as it was.
     assert!(write_whole(&file, |_| Err(Error::Option("no".to_owned()))).is_err());
     assert_eq!(fs::read_to_string(&file).expect("a file"), "kept");
-    assert!(write_exr(&file, &film, "not Latin-1: \u{4e00}").is_err());
+    assert!(write_exr(&file, &film, &camera, "not Latin-1: \u{4e00}").is_err());
     assert_eq!(fs::read_to_string(&file).expect("a file"), "kept");
 }
 

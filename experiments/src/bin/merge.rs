@@ -62,7 +62,7 @@ fn merge(Merge { out, parts }: &Merge) -> Result<Ending, Error> {
         }
         end = range.end;
     }
-    write_exr(out, &whole.film, &whole.job.replace("\ncomplete=no\n", "\ncomplete=yes\n"))?;
+    write_exr(out, &whole.film, &whole.camera, &whole.job.replace("\ncomplete=no\n", "\ncomplete=yes\n"))?;
     write_png(&png, &whole.film, whole.display, 1)?;
     say!("{} and {}: {} parts", out.display(), png.display(), parts.len());
     Ok(Ending::Done)

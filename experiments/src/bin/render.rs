@@ -8,7 +8,7 @@ use clap::CommandFactory as _;
 use experiments::render::command::Render;
 use experiments::render::pilot::Aim;
 use experiments::render::unfinished::{Checkpoints, Unfinished, difference};
-use experiments::render::{Rendered, SceneSource};
+use experiments::render::{Look, Rendered, SceneSource};
 use experiments::run::cli::{self, Ending};
 use experiments::say;
 use whitefurnace::error::Error;
@@ -29,6 +29,8 @@ fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
     // A finished image is never replaced by a part of one.
     let partial = options.out.with_extension("partial.exr");
     cli::use_threads(options.threads)?;
+    let mut previews = options.previews()?;
+    options.preview.as_deref().map_or(Ok(()), check_writable)?;
     for exr in [&options.out, &partial] {
         check_writable(exr)?;
         check_writable(&exr.with_extension("png"))?;
@@ -39,13 +41,15 @@ fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
         file.left_out.iter().for_each(|what| eprintln!("note: {what}"));
     }
     decide(options, saved.as_ref(), start)?;
-    let (job, part) = (options.job, options.part()?);
+    let (job, part, camera) = (options.job, options.part()?, options.job.camera()?);
     let film = saved.map_or_else(|| job.film(), |saved| same(&partial, options, saved))?;
     let before = samples(&film);
 
-    let notes = Unfinished::notes(&job, &part, options.exposure);
+    let notes = Unfinished::notes(&job, &camera, &part, options.exposure);
     let mut saves = Checkpoints::new(partial.clone(), notes.clone());
-    let Rendered { film, complete } = match job.go_on("render", film, &part.range, &mut saves) {
+    let mut looks: Vec<&mut dyn Look> = vec![&mut saves];
+    looks.extend(previews.iter_mut().map(|preview| preview as &mut dyn Look));
+    let Rendered { film, complete } = match job.go_on("render", film, &part.range, &mut looks) {
         Ok(rendered) => rendered,
         Err(Error::Interrupted) => {
             eprintln!("interrupted before the first sample: nothing is written");
@@ -59,7 +63,7 @@ fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
     let exr = if complete { &options.out } else { &partial };
     let png = exr.with_extension("png");
     let written = if complete && options.shard.is_none() {
-        write_exr(exr, &film, &job.provenance(true))
+        write_exr(exr, &film, &camera, &job.provenance(&camera, true))
     } else {
         write_unfinished(exr, &film, &notes)
     };
@@ -69,6 +73,7 @@ fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
             eprintln!("{} holds what was saved: --resume goes on from there", partial.display());
         }
     })?;
+    previews.into_iter().for_each(|preview| preview.finish(&film));
     say(exr, &film, samples(&film) - before, start);
     if !complete {
         eprintln!(
@@ -102,7 +107,7 @@ fn decide(options: &mut Render, saved: Option<&Unfinished>, start: Instant) -> R
 
 /// The film that was saved, if it is of this very image.
 fn same(path: &Path, options: &Render, saved: Unfinished) -> Result<Film, Error> {
-    let (here, part) = (options.job.provenance(false), options.part()?);
+    let (here, part) = (options.job.provenance(&options.job.camera()?, false), options.part()?);
     let parts = (saved.part != part).then(|| format!("replications {} there, {part} here", saved.part));
     match difference(&saved.job, &here).or(parts) {
         None if saved.film.is_like(&options.job.film()?) => Ok(saved.film),

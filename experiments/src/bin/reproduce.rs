@@ -2,13 +2,16 @@
 
 use experiments::say;
 use std::process::ExitCode;
+use std::str::FromStr as _;
 
 use clap::Parser;
 use experiments::experiments::EXPERIMENTS;
+use experiments::experiments::suite_seeds::TOGETHER;
 use experiments::run::cli::Ending;
 use experiments::run::{self, Experiment, Tier};
 use experiments::run::{cli, record};
 use whitefurnace::error::Error;
+use whitefurnace::shard::Shard;
 
 /// Reproduce the report: render its figures, measure its claims, print a table of what was found.
 ///
@@ -25,6 +28,9 @@ struct Reproduce {
     /// Run this experiment only; may be repeated
     #[arg(long, value_name = "ID")]
     only: Vec<String>,
+    /// Run part i of n of them, in one folder --out with the others; then the same command without --shard joins them
+    #[arg(long, value_name = "i/n", allow_hyphen_values = true, conflicts_with = "update_book", value_parser = Shard::from_str)]
+    shard: Option<Shard>,
     /// List the experiments and end
     #[arg(long)]
     list: bool,
@@ -41,19 +47,29 @@ fn main() -> ExitCode {
 }
 
 fn run(options: &Reproduce) -> Result<Ending, Error> {
+    let mut chosen = choose(&options.only)?;
+    if let Some(shard) = options.shard {
+        chosen = share(&chosen, shard)?;
+    }
     if options.list {
-        for experiment in EXPERIMENTS {
+        for experiment in chosen {
             say!("{:12} {}", experiment.id, experiment.title);
         }
         return Ok(Ending::Done);
     }
-    let chosen = choose(&options.only)?;
     if options.update_book && (options.shared.tier, options.shared.shrink) != (Tier::Full, 1) {
         let refusal = "--update-book records full runs only: add --tier full and leave out --shrink";
         return Err(Error::Option(refusal.to_owned()));
     }
     cli::use_threads(options.shared.threads)?;
     cli::begin();
+    if let Some(Shard { index, count }) = options.shard {
+        let outcomes = record::run_each(&chosen, &options.shared, options.fresh, || Ok(()))?;
+        say!("\nshard {index}/{count} is done: when all are, the same command without --shard joins them");
+        let (text, none_fails) = record::verdicts(&outcomes);
+        say!("{text}");
+        return Ok(if none_fails { Ending::Done } else { Ending::ClaimFails });
+    }
     let outcomes = record::run_all(&chosen, &options.shared, options.fresh)?;
     if options.update_book {
         record::update_book(&chosen, &options.shared)?;
@@ -63,6 +79,22 @@ fn run(options: &Reproduce) -> Result<Ending, Error> {
         weave_book(&options.shared)?;
     }
     Ok(ending)
+}
+
+/// Those of this part: in turn, but experiments that write to the same folder go together.
+fn share(chosen: &[&'static Experiment], shard: Shard) -> Result<Vec<&'static Experiment>, Error> {
+    let name = |experiment: &Experiment| if TOGETHER.contains(&experiment.id) { TOGETHER[0] } else { experiment.id };
+    let mut names: Vec<&str> = chosen.iter().map(|experiment| name(experiment)).collect();
+    names.sort_by_key(|name| EXPERIMENTS.iter().position(|experiment| experiment.id == *name));
+    names.dedup();
+    if shard.count as usize > names.len() {
+        let (Shard { index, count }, parts) = (shard, names.len());
+        let refusal =
+            format!("--shard {index}/{count}: the experiments are {parts} parts: take as many shards at most");
+        return Err(Error::Option(refusal));
+    }
+    let number = |experiment: &&Experiment| names.iter().position(|other| *other == name(experiment));
+    Ok(chosen.iter().copied().filter(|experiment| number(experiment).is_some_and(|at| shard.has(at))).collect())
 }
 
 /// Weaves the book from the recorded results, with a page that sets this run beside them, and says where it

@@ -79,6 +79,9 @@ pub enum Answer {
     Red,
 }
 
+/// The experiments that draw on them: one shard runs both, since the parts in the folder are written by one at a time.
+pub const TOGETHER: [&str; 2] = ["power", "false-alarms"];
+
 /// The seeds of a run.
 pub struct Seeds {
     parts: Unfinished,

@@ -1,5 +1,6 @@
 //! What of a job makes no sense, and what a file records of it.
 
+use whitefurnace::camera::Camera;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::radiosity::{Fineness, Mesh, check_memory};
 use whitefurnace::film::{Film, Window};
@@ -72,6 +73,12 @@ const RADIOSITY: &str = "--estimator radiosity";
 const PHOTONS: &str = "--estimator photon and sppm";
 const CAUSTICS: &str = "--estimator photon and --gather yes";
 
+/// A line of text for an EXR file.
+fn latin_1(text: &str) -> String {
+    let fits = |c: &char| *c <= 'ÿ' && !c.is_control();
+    text.chars().map(|c| if fits(&c) { c.to_string() } else { c.escape_default().to_string() }).collect()
+}
+
 impl Job {
     /// Refuses what makes no sense, before any work is done.
     pub fn check(&self) -> Result<(), Error> {
@@ -140,8 +147,9 @@ impl Job {
         })
     }
 
-    /// Key=value lines of all that decides the pixels, for the EXR's attribute.
-    pub fn provenance(&self, complete: bool) -> String {
+    /// Key=value lines of all that decides the pixels, for the EXR's attribute, and of the camera. What has no place in such
+    /// lines and in Latin-1 is escaped.
+    pub fn provenance(&self, camera: &Camera, complete: bool) -> String {
         let mut text = format!(
             "program=whitefurnace\nversion={}\ncommit={}\n",
             env!("CARGO_PKG_VERSION"),
@@ -152,10 +160,18 @@ impl Job {
             // Estimators of whole images take random points, which is the default.
             let is_said = applies(self) || *option == "pixel";
             if is_said && !value.is_empty() {
-                text += &format!("{option}={value}\n");
+                text += &format!("{option}={}\n", latin_1(&value));
             }
         }
-        text + "complete=" + if complete { "yes" } else { "no" } + "\n"
+        text + &camera.text() + "complete=" + if complete { "yes" } else { "no" } + "\n"
+    }
+
+    /// The camera of its scene.
+    pub fn camera(&self) -> Result<Camera, Error> {
+        match self.scene {
+            SceneSource::File(file) => Ok(file.description.camera),
+            SceneSource::Named(_) => self.build_scene().map(|scene| *scene.camera()),
+        }
     }
 
     pub(super) fn fineness(&self) -> Fineness {

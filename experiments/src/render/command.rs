@@ -1,14 +1,17 @@
 //! The command line of `render`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::str::FromStr as _;
 use std::time::Duration;
 
 use clap::parser::ValueSource;
 use clap::{ArgMatches, FromArgMatches as _, Parser};
 use whitefurnace::error::Error;
+use whitefurnace::shard::Shard;
 
 use super::pilot::{parse_share, parse_time};
-use super::unfinished::{Part, Shard};
+use super::preview::{Preview, TEV, parse_address};
+use super::unfinished::Part;
 use super::{ConventionName, EstimatorName, Job, OutlinesName, SamplerName, SceneName};
 use crate::run::cli::{real, whole};
 
@@ -56,8 +59,14 @@ pub struct Render {
     #[arg(long)]
     pub resume: bool,
     /// Render part i of n of the samples to a file with sums, which the program merge joins with the others
-    #[arg(long, value_name = "i/n", allow_hyphen_values = true, value_parser = Shard::parse)]
+    #[arg(long, value_name = "i/n", allow_hyphen_values = true, value_parser = Shard::from_str)]
     pub shard: Option<Shard>,
+    /// Show the image in this PNG while it is made: about every second, row by row as samples end
+    #[arg(long, value_name = "FILE.png")]
+    pub preview: Option<PathBuf>,
+    /// Show the image while it is made in the viewer tev, which listens at 127.0.0.1:14158 unless another address is given
+    #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = TEV, value_parser = parse_address)]
+    pub tev: Option<String>,
     /// The EXR file; the PNG has the same name
     #[arg(long, default_value = "out/render.exr")]
     pub out: PathBuf,
@@ -96,7 +105,7 @@ impl Render {
     /// The replications that are asked for.
     pub fn part(&self) -> Result<Part, Error> {
         let of = self.job.all_replications();
-        let Shard { index, count } = self.shard.unwrap_or(Shard { index: 1, count: 1 });
+        let Shard { index, count } = self.shard.unwrap_or(Shard::WHOLE);
         if count > of {
             return Err(Error::Option(format!(
                 "--shard {index}/{count}: the samples of a pixel are {of} independent parts: take as many shards at most, \
@@ -105,6 +114,14 @@ impl Render {
         }
         let until = |index: u32| (u64::from(of) * u64::from(index) / u64::from(count)) as u32;
         Ok(Part { range: until(index - 1)..until(index), of })
+    }
+
+    /// What shows the image while it is made.
+    pub fn previews(&self) -> Result<Vec<Preview>, Error> {
+        let (size, display) = (self.job.size, self.job.display(self.exposure));
+        let tev = self.tev.as_deref().map(|address| Preview::tev(address, &self.out.display().to_string(), size));
+        let png = self.preview.clone().map(|path| Ok(Preview::png(path, size, display)));
+        tev.into_iter().chain(png).collect()
     }
 
     /// Refuses options that make no sense together, or do nothing.
@@ -117,6 +134,14 @@ impl Render {
                 "--out {} must end in .exr; the PNG gets the same name",
                 self.out.display()
             )));
+        }
+        let Some(preview) = &self.preview else { return Ok(()) };
+        let absolute = |path: &Path| std::path::absolute(path).map_err(Error::file("write", path));
+        let taken = ["png", "partial.png"].map(|end| absolute(&self.out.with_extension(end)));
+        let free = !taken.into_iter().collect::<Result<Vec<_>, _>>()?.contains(&absolute(preview)?);
+        if preview.extension().is_none_or(|extension| extension != "png") || !free {
+            let preview = preview.display();
+            return Err(Error::Option(format!("--preview {preview} must end in .png, and be no file of --out")));
         }
         Ok(())
     }

@@ -5,6 +5,7 @@ pub mod command;
 mod names;
 pub mod photons;
 pub mod pilot;
+pub mod preview;
 pub mod unfinished;
 mod work;
 
@@ -24,7 +25,7 @@ pub use names::{
     ConventionName, DiffuseName, EngineName, EstimatorName, HeuristicName, LightSamplingName, OutlinesName, PixelName,
     SamplerName, SceneName, SceneSource, name,
 };
-pub use work::Rendered;
+pub use work::{Look, Rendered};
 
 use crate::run::cli::{parse_size, whole};
 use photons::Photons;

@@ -5,32 +5,13 @@ use std::path::{Path, PathBuf};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use whitefurnace::camera::Camera;
 use whitefurnace::error::Error;
 use whitefurnace::film::Film;
 use whitefurnace::image::Display;
 use whitefurnace::image::unfinished::{Notes, read_unfinished, write_unfinished};
 
-use super::Job;
-
-/// Which part of all, as `--shard i/n`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shard {
-    /// Which, from 1 on.
-    pub index: u32,
-    /// Of how many.
-    pub count: u32,
-}
-
-impl Shard {
-    /// Parses `i/n`.
-    pub fn parse(text: &str) -> Result<Self, String> {
-        let numbers = text.split_once('/').and_then(|(index, count)| Some((index.parse().ok()?, count.parse().ok()?)));
-        let legal = numbers.filter(|&(index, count)| (1..=count).contains(&index));
-        legal
-            .map(|(index, count)| Self { index, count })
-            .ok_or_else(|| "must be i/n, the part i of n, such as 1/4: two whole numbers, 1 ≤ i ≤ n".to_owned())
-    }
-}
+use super::{Job, Look};
 
 /// Replications of a job: those that a film is to have, and how many there are in all.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -66,6 +47,8 @@ pub struct Unfinished {
     pub part: Part,
     /// How its PNG shows it.
     pub display: Display,
+    /// What sees it.
+    pub camera: Camera,
 }
 
 impl Unfinished {
@@ -78,11 +61,11 @@ impl Unfinished {
             Some(Ok(exposure)) => Some(Display::Srgb { exposure }),
             _ => (display == "truncated").then_some(Display::Truncated),
         };
-        match (part, display) {
-            (Some(part), Some(display))
+        match (part, display, Camera::parse(&job)) {
+            (Some(part), Some(display), Some(camera))
                 if film.pixels().iter().all(|pixel| pixel.replications() <= part.range.end - part.range.start) =>
             {
-                Ok(Self { film, job, part, display })
+                Ok(Self { film, job, part, display, camera })
             }
             _ => Err(Error::Image {
                 action: "read",
@@ -93,12 +76,13 @@ impl Unfinished {
     }
 
     /// The texts that go with the film.
-    pub fn notes(job: &Job, part: &Part, exposure: f64) -> Notes {
+    pub fn notes(job: &Job, camera: &Camera, part: &Part, exposure: f64) -> Notes {
         let display = match job.display(exposure) {
             Display::Srgb { exposure } => format!("exposure {exposure}"),
             Display::Truncated => "truncated".to_owned(),
         };
-        let notes = [("provenance", job.provenance(false)), ("replications", part.to_string()), ("display", display)];
+        let provenance = job.provenance(camera, false);
+        let notes = [("provenance", provenance), ("replications", part.to_string()), ("display", display)];
         notes.map(|(name, text)| (name.to_owned(), text)).into()
     }
 }
@@ -138,13 +122,37 @@ impl Checkpoints {
         Self { path, notes, next: Instant::now() + EVERY, saving: None, copy: None, failing: false }
     }
 
-    /// Whether it is time, and the last file is written.
-    pub fn due(&self) -> bool {
+    /// Waits for the last file. A disk that is full for a while is no reason to end: what was saved stays, and the next
+    /// file is tried in its time.
+    pub fn finish(&mut self) -> Duration {
+        let Some(Ok((copy, took, result))) = self.saving.take().map(JoinHandle::join) else {
+            return Duration::ZERO;
+        };
+        self.said(result);
+        self.copy = Some(copy);
+        took
+    }
+
+    /// Warns of the first failure after a success.
+    fn said(&mut self, result: Result<(), Error>) {
+        let failing = result.is_err();
+        match result {
+            Err(error) if !self.failing => {
+                eprintln!("warning: {error}; what was saved before stays, work goes on, and saving is tried again");
+            }
+            _ => {}
+        }
+        self.failing = failing;
+    }
+}
+
+impl Look for Checkpoints {
+    /// When the last file is written, too.
+    fn due(&self) -> bool {
         Instant::now() >= self.next && self.saving.as_ref().is_none_or(JoinHandle::is_finished)
     }
 
-    /// Saves the film as it is now.
-    pub fn save(&mut self, film: &Film) {
+    fn look(&mut self, film: &Film) {
         let took = self.finish();
         let start = Instant::now();
         // A kill costs what is done until the next file is written.
@@ -166,27 +174,5 @@ impl Checkpoints {
             Ok(saver) => self.saving = Some(saver),
             Err(error) => self.said(Err(Error::file("write", &self.path)(error))),
         }
-    }
-
-    /// Waits for the last file. A disk that is full for a while is no reason to end: what was saved stays, and the next
-    /// file is tried in its time.
-    pub fn finish(&mut self) -> Duration {
-        let Some(Ok((copy, took, result))) = self.saving.take().map(JoinHandle::join) else {
-            return Duration::ZERO;
-        };
-        self.said(result);
-        self.copy = Some(copy);
-        took
-    }
-    /// Warns of the first failure after a success.
-    fn said(&mut self, result: Result<(), Error>) {
-        let failing = result.is_err();
-        match result {
-            Err(error) if !self.failing => {
-                eprintln!("warning: {error}; what was saved before stays, work goes on, and saving is tried again");
-            }
-            _ => {}
-        }
-        self.failing = failing;
     }
 }

@@ -18,12 +18,19 @@ use whitefurnace::rng::seed_for;
 use whitefurnace::sampler::Pass;
 use whitefurnace::scene::Scene;
 
-use super::unfinished::Checkpoints;
 use super::{ConventionName, EngineName, EstimatorName, HeuristicName, Job, LightSamplingName, name};
 use crate::run::progress::{Bar, interrupted};
 
 /// Largest number of replications between two looks at the error.
 const LARGEST_RANGE: u32 = 16;
+
+/// What looks at a film from time to time, while work goes on.
+pub trait Look: Sync {
+    /// Whether it is time.
+    fn due(&self) -> bool;
+    /// Looks at the film as it is now.
+    fn look(&mut self, film: &Film);
+}
 
 /// A film and whether all the samples that were asked for are on it.
 pub struct Rendered {
@@ -97,21 +104,21 @@ impl Job {
         Film::new(self.size, self.window, self.samples_per_replication())
     }
 
-    /// Adds to the film what it lacks of these replications, and saves it in the meantime.
+    /// Adds to the film what it lacks of these replications; others look at it in the meantime.
     pub fn go_on(
         &self,
         label: &str,
         film: Film,
         range: &Range<u32>,
-        saves: &mut Checkpoints,
+        looks: &mut [&mut dyn Look],
     ) -> Result<Rendered, Error> {
         self.check()?;
         let scene = self.build_scene()?;
-        self.rest((&scene, &*self.renderer(&scene, label)?), label, (film, range), Some(saves))
+        self.rest((&scene, &*self.renderer(&scene, label)?), label, (film, range), looks)
     }
 
     pub(super) fn whole(&self, scene: &Scene, renderer: &dyn Renderer, label: &str) -> Result<Rendered, Error> {
-        self.rest((scene, renderer), label, (self.film()?, &(0..self.all_replications())), None)
+        self.rest((scene, renderer), label, (self.film()?, &(0..self.all_replications())), &mut [])
     }
 
     /// The missing replications of a range, in ranges that double up to a largest one, so that error and image are known
@@ -121,7 +128,7 @@ impl Job {
         (scene, renderer): (&Scene, &dyn Renderer),
         label: &str,
         (mut film, range): (Film, &Range<u32>),
-        mut saves: Option<&mut Checkpoints>,
+        looks: &mut [&mut dyn Look],
     ) -> Result<Rendered, Error> {
         let per_replication = renderer.samples_per_replication();
         let missing = |film: &Film| {
@@ -137,13 +144,10 @@ impl Job {
                 return Ok(Rendered { film, complete: start >= range.end });
             }
             let end = range.end.min(start + had.clamp(1, largest));
-            let due = || saves.as_ref().is_some_and(|saves| saves.due());
+            let due = || looks.iter().any(|look| look.due());
             let whole = renderer.add(scene, &mut film, start..end, &|samples| bar.advance(samples) && !due())?;
-            if let Some(saves) = &mut saves
-                && !whole
-                && !interrupted()
-            {
-                saves.save(&film);
+            if !whole && !interrupted() {
+                looks.iter_mut().filter(|look| look.due()).for_each(|look| look.look(&film));
             }
             bar.error(|| film.relative_error());
         }

@@ -201,7 +201,8 @@ impl Run {
     pub fn picture(&mut self, job: Job, stem: &str) -> Result<(), Error> {
         let job = self.prepared(job);
         let film = self.render(&job, stem)?;
-        write_exr(&self.folder.join(format!("{stem}.exr")), &film, &job.provenance(true))?;
+        let (exr, camera) = (self.folder.join(format!("{stem}.exr")), job.camera()?);
+        write_exr(&exr, &film, &camera, &job.provenance(&camera, true))?;
         let file = format!("{stem}.png");
         let magnification = if job.window.is_some() { CROP_MAGNIFICATION } else { 1 };
         write_png(&self.figure(&file), &film, job.display(0.0), magnification)?;

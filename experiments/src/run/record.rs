@@ -24,12 +24,22 @@ use crate::say;
 /// The largest file that the book keeps, in bytes.
 pub const LARGEST_RECORDED: u64 = 300 * 1024;
 
-/// Runs experiments one after the other and returns what they found; results of an earlier run of this very
-/// program with the same options are kept unless `fresh`. After each, `results.json` is written anew from
-/// all experiments that have a result in the folder, so that an error in a later one loses none.
+/// Runs experiments one after the other and returns what they found, as [`run_each`] does. After each, `results.json` is
+/// written anew from all experiments that have a result in the folder, so that an error in a later one loses none.
 pub fn run_all(experiments: &[&Experiment], options: &Options, fresh: bool) -> Result<Vec<ExperimentResult>, Error> {
     let results = options.out.join(RESULTS);
     check_writable(&results)?;
+    run_each(experiments, options, fresh, || write_results(&results, options))
+}
+
+/// Runs experiments one after the other, each in its own folder, and says when one is done; results of an earlier run of
+/// this very program with the same options are kept unless `fresh`.
+pub fn run_each(
+    experiments: &[&Experiment],
+    options: &Options,
+    fresh: bool,
+    done: impl Fn() -> Result<(), Error>,
+) -> Result<Vec<ExperimentResult>, Error> {
     let mut outcomes = Vec::new();
     for (i, experiment) in experiments.iter().enumerate() {
         let (Options { seed, shrink, .. }, tier) = (options, name(options.tier));
@@ -52,7 +62,7 @@ pub fn run_all(experiments: &[&Experiment], options: &Options, fresh: bool) -> R
         };
         say!("{which}{}", table(&outcome, &how, options.rows));
         outcomes.push(outcome);
-        write_results(&results, options)?;
+        done()?;
     }
     Ok(outcomes)
 }

@@ -16,6 +16,8 @@ mod graded;
 mod judge;
 mod mutants;
 mod options;
+#[cfg(unix)]
+mod preview;
 mod record;
 mod refusals;
 mod rendering;

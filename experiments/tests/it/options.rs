@@ -301,14 +301,15 @@ fn every_option_is_the_librarys_own_call() {
 
         let call = row.call();
         let film = (call.film)(&call).expect("a film");
-        let provenance = job(&command).provenance(true);
+        let camera = call.scene().camera();
+        let provenance = job(&command).provenance(camera, true);
         // The file says all that decides its pixels.
         let Row(option, value, ..) = row;
         if !["", "engine", "threads", "exposure", "out"].contains(&option) {
             assert!(provenance.contains(&format!("\n{option}={value}\n")), "{command}: {provenance}");
         }
         let (exr, png) = (folder.join("own.exr"), folder.join("own.png"));
-        write_exr(&exr, &film, &provenance).expect("written");
+        write_exr(&exr, &film, camera, &provenance).expect("written");
         write_png(&png, &film, call.display, 1).expect("written");
         let own = ["own.exr", "own.png"].map(read);
         assert!(made[0] == own[0], "{command}: the EXR is not the library's");
@@ -353,8 +354,8 @@ fn every_option_and_value_has_a_row() {
         let Some(long) = argument.get_long() else {
             continue;
         };
-        // How a run goes is tried in `unfinished`.
-        if ["time", "target-error", "resume", "shard"].contains(&long) {
+        // How a run goes is tried in `unfinished` and `preview`.
+        if ["time", "target-error", "resume", "shard", "preview", "tev"].contains(&long) {
             continue;
         }
         let tried =

@@ -7,7 +7,7 @@ use experiments::experiments::EXPERIMENTS;
 use experiments::render::command::Render;
 use experiments::run;
 
-use crate::{folder, refused, render, reproduce, text};
+use crate::{folder, refused, render, renders, reproduce, text};
 
 #[test]
 fn bad_input_gets_one_line_exit_code_two_and_leaves_nothing() {
@@ -65,6 +65,10 @@ fn scene_files_are_refused_by_line_and_told_apart() {
         });
         assert_eq!(bytes[0], bytes[1]);
     }
+    // A name that the header cannot hold as it is.
+    std::fs::copy(folder.join("good.toml"), folder.join("房.toml")).expect("copied");
+    renders(&folder, &format!("{small} --scene 房.toml --out d.exr"));
+    assert!(text(&std::fs::read(folder.join("d.exr")).expect("there")).contains("\nscene=\\u{623f}.toml\n"));
     let bytes = |file: &str| {
         let output = render(&folder, &format!("{small} --scene good.toml --out {file}"));
         assert!(output.status.success());

@@ -1,17 +1,19 @@
 //! Runs that were interrupted go on, runs that are done are kept, and evidence that accumulates is judged once.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use experiments::experiments::EXPERIMENTS;
 use experiments::experiments::agreement::AGREEMENT;
+use experiments::experiments::suite_seeds::TOGETHER;
 use experiments::run::Experiment;
 use experiments::run::accumulated::{Accumulated, level_of_look};
 use experiments::run::record::run_all;
 use whitefurnace::error::Error;
 
-use crate::{folder, quick, reproduce, text};
+use crate::{folder, quick, refused, reproduce, text};
 
 /// At which of its parts the toy is interrupted.
 static STOP: AtomicU64 = AtomicU64::new(u64::MAX);
@@ -189,6 +191,45 @@ fn results_of_one_experiment_leave_the_others() {
     assert_eq!(both, [row("fig9", 4096), row("watertight", 4096)]);
     let again = results("--shrink 2048 --only fig9");
     assert_eq!(again, [row("fig9", 2048), row("watertight", 4096)]);
+}
+
+/// At once, into one folder.
+#[test]
+fn shards_of_reproduce_are_the_whole() {
+    let [parts, whole] = ["shards-parts", "shards-whole"].map(folder);
+    let options = "--shrink 4096 --only fig9 --only watertight --only room";
+    let shard = |i: u32| reproduce(&parts, &format!("{options} --shard {i}/2"));
+    let made = std::thread::scope(|scope| {
+        [1, 2].map(|i| scope.spawn(move || shard(i))).map(|made| made.join().expect("it ran"))
+    });
+    for (made, share) in made.iter().zip([2, 1]) {
+        assert!(made.status.success(), "{}", text(&made.stderr));
+        assert_eq!(text(&made.stdout).matches(" begins: ").count(), share);
+    }
+    assert!(!parts.join("out/results.json").exists(), "a shard does not know the others");
+    let joined = reproduce(&parts, options);
+    assert_eq!(text(&joined.stdout).matches("kept from an earlier run").count(), 3);
+    assert!(reproduce(&whole, options).status.success());
+    assert!(files(&parts.join("out")) == files(&whole.join("out")));
+
+    // In as many shards as there can be, each experiment is in one, and those that share a folder are in the same.
+    let list = |shard: &str| -> Vec<String> {
+        let listed = text(&reproduce(&whole, &format!("--list --shard {shard}")).stdout);
+        listed.lines().map(|line| line.split(' ').next().expect("a name").to_owned()).collect()
+    };
+    let shards: Vec<Vec<String>> =
+        (1..EXPERIMENTS.len()).map(|i| list(&format!("{i}/{}", EXPERIMENTS.len() - 1))).collect();
+    assert!(shards.iter().all(|shard| shard.len() == 1 || *shard == TOGETHER));
+    let all: BTreeSet<&String> = shards.iter().flatten().collect();
+    assert_eq!((all.len(), shards.iter().flatten().count()), (EXPERIMENTS.len(), EXPERIMENTS.len()));
+    for (options, hint) in [
+        ("--shard 2/1", "i/n"),
+        ("--shard -1/2", "i/n"),
+        ("--only fig9 --shard 1/2", "--shard 1/2: the experiments are 1 parts"),
+        ("--shard 1/2 --update-book --tier full", "'--update-book'"),
+    ] {
+        refused(&reproduce(&whole, options), hint);
+    }
 }
 
 #[test]

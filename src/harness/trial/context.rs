@@ -2,9 +2,11 @@
 
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use crate::error::Error;
 use crate::rng::{Stream, seed_for, stream};
+use crate::shard::{EXPECTED, Shard};
 
 /// The master seed if `WHITEFURNACE_SEED` is not set.
 pub const DEFAULT_SEED: u64 = 2019;
@@ -41,24 +43,11 @@ impl Context {
     }
 
     /// Reads `WHITEFURNACE_SEED` (default [`DEFAULT_SEED`]) and `WHITEFURNACE_SCALE` (default 1).
-    /// The only place in the library that reads the environment.
+    /// Nothing else in the library reads the environment but [`shard_from_environment`].
     ///
     /// # Errors
     /// [`Error::Option`] if one of them is not a number, or the scale is not among [`SCALES`].
     pub fn from_environment() -> Result<Self, Error> {
-        fn read<T: std::str::FromStr>(
-            name: &str,
-            default: T,
-            (expected, fits): (&str, impl Fn(&T) -> bool),
-        ) -> Result<T, Error> {
-            let Some(text) = std::env::var_os(name) else {
-                return Ok(default);
-            };
-            let value = text.to_str().and_then(|text| text.trim().parse().ok());
-            value.filter(fits).ok_or_else(|| {
-                Error::Option(format!("{name} is '{}': set it to {expected}, or unset it", text.display()))
-            })
-        }
         let seeds = "a whole number from 0 to 18446744073709551615, such as 2019";
         let scales = format!("a number from {} to {}, such as 16", SCALES.start(), SCALES.end());
         Self::new(
@@ -92,4 +81,23 @@ impl Context {
     pub fn arguments(&self, count: u64) -> u64 {
         (count as f64 * self.scale.max(1.0)).round() as u64
     }
+}
+
+/// The value of a variable of the environment.
+fn read<T: FromStr>(name: &str, default: T, (expected, fits): (&str, impl Fn(&T) -> bool)) -> Result<T, Error> {
+    let Some(text) = std::env::var_os(name) else {
+        return Ok(default);
+    };
+    let value = text.to_str().and_then(|text| text.trim().parse().ok());
+    value
+        .filter(fits)
+        .ok_or_else(|| Error::Option(format!("{name} is '{}': set it to {expected}, or unset it", text.display())))
+}
+
+/// Reads `WHITEFURNACE_SHARD`: the part of a suite of tests that is to run; all if it is not set.
+///
+/// # Errors
+/// [`Error::Option`] for what is no part.
+pub fn shard_from_environment() -> Result<Shard, Error> {
+    read("WHITEFURNACE_SHARD", Shard::WHOLE, (EXPECTED, |_: &Shard| true))
 }
