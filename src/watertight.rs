@@ -119,8 +119,8 @@ impl<V: Turn> Shear<V> {
         depth * self.shear[2]
     }
 
-    /// The hit with t > 0, from either side, edges and vertices included, on the triangle of three projected
-    /// vertices; t is infinite where there is none.
+    /// The hit ahead, from either side, edges and vertices included, on the triangle of three projected vertices; t is
+    /// infinite where there is none. What is as near as rounding ([`NEAREST`]) is where the ray starts, not ahead.
     #[inline]
     pub fn hit(&self, [a, b, c]: [&Projected<V::Real>; 3]) -> TriangleHit<V::Real> {
         self.hit_within([edge(c, b), edge(a, c), edge(b, a)], [a[2], b[2], c[2]])
@@ -139,10 +139,16 @@ impl<V: Turn> Shear<V> {
         let inverse = determinant.recip();
         let weights = [u * inverse, v * inverse, w * inverse];
         let t = self.distance(weights[0] * depths[0] + weights[1] * depths[1] + weights[2] * depths[2]);
-        let hit = inside & !determinant.equals(zero) & t.above(zero);
+        let farthest = depths[0].abs().at_least(depths[1].abs()).at_least(depths[2].abs());
+        let ahead = t.above(self.distance(farthest * NEAREST).abs());
+        let hit = inside & !determinant.equals(zero) & ahead;
         TriangleHit { t: V::Real::choose(hit, t, none), weights }
     }
 }
+
+/// Relative to the farthest vertex of a triangle, a bound on the rounding of the distance at which a ray meets it: some
+/// tens of units.
+pub const NEAREST: f64 = 1.0 / 281_474_976_710_656.0;
 
 /// On which side of the edge between two projected vertices the ray passes: twice the signed area of the triangle of
 /// these two and the ray. Exchanging the vertices changes the sign and nothing else.

@@ -218,13 +218,13 @@ impl<'a> LaneScene<'a> {
     }
 
     /// The arithmetic of [`closest`](Self::closest) in one lane, without spheres. Of [`Shear`]: `new` takes 3 operations,
-    /// `project` 7 and `distance` 1 per vertex, [`edge`] 3 per edge, `hit_within` 12 per triangle that passes the masks;
+    /// `project` 7 and `distance` 1 per vertex, [`edge`] 3 per edge, `hit_within` 14 per triangle that passes the masks;
     /// one is for the limit.
     pub fn operations(&self, ray: &Ray<Lanes3>, seen: &mut Seen) -> u32 {
         let Triangles { vertices, edges, .. } = &self.triangles;
         self.triangles.see(ray, Lanes::splat(f64::INFINITY), seen);
         let tested = self.triangles.candidates(LaneMask::splat(true), false, seen).count();
-        (3 + 1 + 8 * vertices.len() + 3 * edges.len() + 12 * tested) as u32
+        (3 + 1 + 8 * vertices.len() + 3 * edges.len() + 14 * tested) as u32
     }
 }
 

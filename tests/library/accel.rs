@@ -184,3 +184,23 @@ fn hundred_thousand_triangles() {
         assert!(bvh.closest(&ray, f64::INFINITY).is_some(), "lost {ray:?}");
     }
 }
+
+/// Whether a triangle on which a ray starts is ahead of it may be a matter of rounding, and is the same for the hierarchy
+/// and for brute force.
+#[test]
+fn rays_that_start_on_a_triangle() {
+    let mut rng = rng("starts");
+    for _ in 0..20_000 {
+        let pick = |rng: &mut _, count: usize| between(rng, 0.0, count as f64) as usize;
+        // All but in a plane through the origin.
+        let mut size = DVec3::splat([1e-3, 1.0, 1e7][pick(&mut rng, 3)]);
+        size[pick(&mut rng, 3)] = [0.0, 1e-300, 1e-23][pick(&mut rng, 3)];
+        let triangle = random_triangle(&mut rng, 1.0).map(|v| v * size);
+        let [a, b, c] = triangle;
+        let [u, v] = uniform2(&mut rng).map(|r| 0.4 * r);
+        let bvh = Bvh::new(&[Primitive::triangle(triangle)]);
+        for origin in [DVec3::ZERO, a + u * (b - a) + v * (c - a)] {
+            check(&bvh, &Ray::new(origin, unit_vector(&mut rng)), f64::INFINITY);
+        }
+    }
+}

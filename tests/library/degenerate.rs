@@ -151,7 +151,7 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
         let mut film = Film::new(FRAME, None, 2).expect("a film");
         let lanes = render_lanes(scene, LaneEstimator::Path(path), sampling, &mut film, &(0..1), &|_| true);
         let eight = fits(lanes.map(|_| film), "lanes", text);
-        // A ray that leaves a needle 10⁹ times as long as wide may meet it again by rounding, or not.
+        // Where rounding is as large as what is met, each engine may meet it or not.
         assert!(far_apart || one_by_one == eight, "the engines differ\n{text}");
     }
     let area = Path { lights: LightSampling::SolidAngle, ..Path::<Standard>::new(Standard, Finds::Mis) };

@@ -72,6 +72,10 @@ fn directions_are_shared_by_radiance_and_solid_angle() {
         let share = f64::from(*count) / f64::from(N * N);
         assert_abs_diff_eq!(share, weight / all, epsilon = 1.0 / f64::from(N));
     }
+    // The last row and column, to their ends.
+    for edge in DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis, axis.with_x(-0.0), (-axis).with_y(-0.0)]) {
+        assert!(map.pdf(edge) > 0.0, "{edge}");
+    }
     let spread = Domain::Sphere.integrate_all(1e-3, &|w| map.pdf(w)).value;
     assert_abs_diff_eq!(spread, 1.0, epsilon = 1e-2);
 }

@@ -435,6 +435,6 @@ fn operations_are_counted() {
         Ray::new(Lanes3::splat_vector(origin), Lanes3::splat_vector((target - origin).normalize()))
     };
     let all = 4 + 4 * 8 + 6 * 3;
-    assert_eq!(eight.operations(&towards(DVec3::new(0.2, 0.3, 0.0))), all + 2 * 12);
+    assert_eq!(eight.operations(&towards(DVec3::new(0.2, 0.3, 0.0))), all + 2 * 14);
     assert_eq!(eight.operations(&towards(DVec3::new(9.0, 0.3, 0.0))), all);
 }

@@ -55,6 +55,11 @@ impl Job {
         step * round(samples / f64::from(step)).clamp(1.0, f64::from(u32::MAX / step)) as u32
     }
 
+    /// The same with so many samples per pixel, others than its own.
+    pub fn pilot(&self, spp: u32) -> Self {
+        Self { seed: seed_for(self.seed, "pilot"), spp, ..*self }
+    }
+
     /// The samples per pixel that do what is asked.
     pub fn decide(&self, aim: Aim) -> Result<u32, Error> {
         let (budget, round): (_, fn(f64) -> f64) = match aim {
@@ -64,7 +69,7 @@ impl Job {
         let begin = Instant::now();
         let mut spp = self.legal(1.0, f64::ceil);
         loop {
-            let pilot = Self { seed: seed_for(self.seed, "pilot"), spp, ..*self };
+            let pilot = self.pilot(spp);
             pilot.check()?;
             let setting_up = Instant::now();
             let scene = pilot.build_scene()?;

@@ -4,6 +4,8 @@ use std::path::Path;
 use std::process::Output;
 use std::time::{Duration, Instant};
 
+use experiments::render::Job;
+
 use crate::signals::{ENDLESS, Running, endless};
 use crate::{folder, refused, render, renders, run, text};
 
@@ -144,6 +146,14 @@ fn shards_are_the_whole() {
     assert_eq!(render.end(), Some(143));
     refused(&merge(&folder, "--out x.exr a.partial.exr"), "a.partial.exr is not finished");
     assert!(!folder.join("x.exr").exists());
+}
+
+/// Were they the image's own, where it stops would bias it.
+#[test]
+fn a_pilot_has_samples_of_its_own() {
+    let job = Job { seed: 7, spp: 512, ..Job::default() };
+    let pilot = job.pilot(64);
+    assert!(pilot.spp == 64 && pilot.seed != job.seed && pilot.size == job.size);
 }
 
 #[test]
