@@ -1,7 +1,7 @@
 //! The program `judge`: a sampler in any language on trial by the directions that it writes to a file.
 
 mod density;
-mod read;
+pub mod read;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -68,7 +68,7 @@ pub struct Judge {
 
 /// What a table covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Covered {
+pub enum Covered {
     /// Directions with z of at least 0
     Hemisphere,
     /// All directions
@@ -115,7 +115,10 @@ fn run(options: &Judge) -> Result<u8, Error> {
 }
 
 /// A table's density.
-fn table_of(path: &Path, covered: Covered) -> Result<Density, Error> {
+///
+/// # Errors
+/// [`Error::File`] or [`Error::Option`].
+pub fn table_of(path: &Path, covered: Covered) -> Result<Density, Error> {
     let mut table: Vec<Vec<f64>> = Vec::new();
     read::rows(path, &mut |_, row| {
         if row.iter().any(|value| !(value.is_finite() && *value >= 0.0)) {

@@ -12,7 +12,10 @@ type Each<'a> = &'a mut dyn FnMut(Option<&[String]>, &[f64]) -> Result<(), Strin
 
 /// Hands each row to `each`. What that finds wrong is told with the file and the line of a CSV, or the index of a row of
 /// an array.
-pub(super) fn rows(path: &Path, each: Each) -> Result<(), Error> {
+///
+/// # Errors
+/// [`Error::File`] or [`Error::Option`].
+pub fn rows(path: &Path, each: Each) -> Result<(), Error> {
     let open = || File::open(path).map_err(Error::file("read", path));
     let mut magic = [0; 6];
     let length = open()?.read(&mut magic).map_err(Error::file("read", path))?;
@@ -58,6 +61,9 @@ fn npy(file: BufReader<File>, bytes: u64, each: Each) -> Result<(), String> {
             array.shape()
         ));
     };
+    if columns == 0 {
+        return Err("an array without columns".to_owned());
+    }
     let size = match array.dtype().num_bytes() {
         Some(size)
             if rows.checked_mul(columns).and_then(|n| n.checked_mul(size as u64)).is_some_and(|all| all <= bytes) =>

@@ -3,9 +3,12 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use experiments::judge::read::rows;
+use experiments::judge::{Covered, table_of};
 use glam::DVec3;
 use npyz::WriterBuilder as _;
-use whitefurnace::rng::{stream, uniform2};
+use whitefurnace::harness::trial::Context;
+use whitefurnace::rng::{stream, uniform, uniform2};
 use whitefurnace::sampling::cosine_hemisphere;
 
 use crate::{folder, run, text};
@@ -92,6 +95,7 @@ fn what_is_no_sample_is_refused_in_one_line() {
         ("nan.csv", b"0,0,NaN\n", "has length NaN"),
         ("weight.csv", b"0,0,1,-1\n", "the weight is -1"),
         ("bytes.csv", &[0xff, 0xfe, 0x00, 0x31], "invalid utf-8"),
+        ("none.npy", &bytes.iter().map(|&byte| if byte == b'4' { b'0' } else { byte }).collect::<Vec<_>>(), "columns"),
         ("cut.npy", &bytes[..bytes.len() - 150], "shorter than its shape"),
         ("header.npy", &bytes[..40], "header.npy"),
         ("rows.npy", &bytes, "row 0: the direction [0, 1, 2] has length"),
@@ -114,13 +118,41 @@ fn what_is_no_sample_is_refused_in_one_line() {
         std::fs::write(folder.join("empty.csv"), "").expect("written");
         ends(&folder, &format!("--samples one.csv {options}"), 3, hint);
     }
-    // Any bytes after the first of an array's: a line, or a verdict.
-    for i in 6..bytes.len().min(128) {
-        for byte in [b'9', 0xff] {
-            let mut damaged = bytes.clone();
-            damaged[i] = byte;
-            std::fs::write(folder.join("damaged.npy"), damaged).expect("written");
-            ends(&folder, "--samples damaged.npy --density cosine", 3, "damaged.npy");
+}
+
+/// Any bytes in any place, and any end: rows that the file has room for, a table, or an error of one line.
+#[test]
+fn damaged_files_are_read_or_refused() {
+    let folder = folder("judge-damaged");
+    let mut wholes = vec![b"# heights\nx, y, z, weight\n0, 0.6, 0.8, 1\n0,0,0,0\n1e-3,0,1,2\n".to_vec()];
+    for order in [npyz::Order::C, npyz::Order::Fortran] {
+        npy(&folder.join("whole.npy"), order, [5, 4], (0..20).map(f64::from));
+        wholes.push(std::fs::read(folder.join("whole.npy")).expect("written"));
+    }
+    let context = Context::from_environment().expect("a seed").named("damaged samples");
+    let (mut rng, path) = (context.rng("damage"), folder.join("damaged"));
+    let mut found = [0; 2];
+    for _ in 0..context.arguments(3000) {
+        let mut below = |n: usize| (uniform(&mut rng) * n as f64) as usize;
+        let mut bytes = wholes[below(3)].clone();
+        for _ in 0..1 + below(3) {
+            let at = below(bytes.len());
+            bytes[at] = [b'0', b'9', b'-', b',', below(256) as u8][below(5)];
+        }
+        bytes.truncate(if below(4) == 0 { below(bytes.len()) } else { bytes.len() });
+        std::fs::write(&path, &bytes).expect("written");
+        let mut count = 0;
+        let read = rows(&path, &mut |_, row| {
+            count += row.len().max(1);
+            assert!(count <= bytes.len(), "more numbers than bytes: {bytes:?}");
+            Ok(())
+        });
+        let table = table_of(&path, Covered::Sphere).map(|_| ());
+        for result in [read, table] {
+            found[usize::from(result.is_ok())] += 1;
+            let message = result.map_or_else(|error| error.to_string(), |()| String::new());
+            assert!(message.len() < 500 && !message.contains('\n'), "{message}");
         }
     }
+    assert!(found.iter().all(|count| *count > 100), "{found:?}");
 }

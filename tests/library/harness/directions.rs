@@ -75,7 +75,7 @@ fn each_fault_is_noticed_by_its_statistic() {
     fails("below", " cells", &|i, w| only(if i == 7 { -w } else { w }));
     fails("heavy", "mean weight", &|_, w| with(w, 0.5001, w.z * FRAC_1_PI));
     fails("uneven", "mean weight", &|i, w| with(w, if i % 2 == 0 { 0.2 } else { 0.86 }, w.z * FRAC_1_PI));
-    let lost = |i: u64, w| Sample { direction: (i % 5 > 0).then_some(w), weight: Some(0.5), pdf: None };
+    let lost = |i: u64, w| Sample { direction: (!i.is_multiple_of(5)).then_some(w), weight: Some(0.5), pdf: None };
     fails("lost", "mean weight", &lost);
     fails("one pdf", "reported pdf", &|i, w| with(w, 0.5, w.z * FRAC_1_PI * if i == 9 { 1.002 } else { 1.0 }));
     fails("no number", "reported pdf", &|i, w| with(w, 0.5, if i == 9 { f64::NAN } else { w.z * FRAC_1_PI }));
