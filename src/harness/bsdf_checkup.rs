@@ -61,6 +61,7 @@
 use glam::DVec3;
 
 use super::chi_square::{CELL_DELTA, chi_square, count};
+use super::copied;
 use super::domain::{Domain, MASS_TOLERANCE, Partition};
 use super::mean::{ROUNDING, Values, every, mean};
 use super::outcome::{Claim, Outcome};
@@ -92,6 +93,17 @@ pub enum Loss {
     Declared(Box<dyn Fn(DVec3) -> f64 + Send + Sync>),
     /// As many as the pdf's integral says, which is at most one.
     Allowed,
+}
+
+impl Loss {
+    /// How far the integral of the pdf for wo is from what it may be.
+    pub(super) fn error(&self, integral: f64, wo: DVec3) -> f64 {
+        match self {
+            Self::None => (integral - 1.0).abs(),
+            Self::Declared(loss) => (integral - (1.0 - loss(copied(wo)))).abs(),
+            Self::Allowed => (integral - 1.0).max(0.0),
+        }
+    }
 }
 
 type Eval = Box<dyn Fn(DVec3, DVec3) -> f64 + Send + Sync>;
@@ -175,6 +187,18 @@ impl BsdfSubject {
         Self { albedo: Some(Box::new(albedo)), ..self }
     }
 
+    fn eval(&self, wo: DVec3, wi: DVec3) -> f64 {
+        (self.eval)(copied(wo), copied(wi))
+    }
+
+    fn sample(&self, wo: DVec3, random: [f64; 3]) -> Option<SampledDirection> {
+        (self.sample)(copied(wo), copied(random))
+    }
+
+    fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
+        (self.pdf)(copied(wo), copied(wi))
+    }
+
     fn domain(&self) -> Domain {
         if self.transmits { Domain::Sphere } else { Domain::Hemisphere }
     }
@@ -234,19 +258,19 @@ pub fn check_up(subject: &BsdfSubject, size: &CheckUp, context: &Context) -> Vec
 
 /// The checks for one outgoing direction, `degrees` from the normal.
 pub fn at_direction(subject: &BsdfSubject, size: &CheckUp, context: &Context, wo: DVec3, degrees: f64) -> Vec<Outcome> {
-    let partition = Partition::of_pdf(subject.domain(), size.cells, &|wi| (subject.pdf)(wo, wi));
-    let albedo = subject.domain().integrate_all(MASS_TOLERANCE, &|wi| (subject.eval)(wo, wi) * wi.z.abs());
+    let partition = Partition::of_pdf(subject.domain(), size.cells, &|wi| subject.pdf(wo, wi));
+    let albedo = subject.domain().integrate_all(MASS_TOLERANCE, &|wi| subject.eval(wo, wi) * wi.z.abs());
     let n = context.n(size.samples);
     let mut values = Values::new(albedo.value);
     let mut rng = context.rng(&format!("samples at {degrees}"));
     let draw = || {
-        let sample = (subject.sample)(wo, uniform3(&mut rng));
+        let sample = subject.sample(wo, uniform3(&mut rng));
         // A lost sample carries nothing, and counts.
         values.push(sample.map_or(0.0, |s| s.weight));
         sample.map(|s| s.wi)
     };
     let counts = count(&partition, n, draw, |wi| {
-        let pdf = (subject.pdf)(wo, wi);
+        let pdf = subject.pdf(wo, wi);
         pdf > 0.0 && pdf.is_finite()
     });
     let at = |what: &str| format!("{what} at {degrees} degrees");
@@ -263,7 +287,7 @@ pub fn at_direction(subject: &BsdfSubject, size: &CheckUp, context: &Context, wo
         ),
     ];
     if let Some(known) = &subject.albedo {
-        let known = known(wo);
+        let known = known(copied(wo));
         outcomes.push(Outcome::exact(
             at("directional albedo"),
             1,
@@ -276,12 +300,8 @@ pub fn at_direction(subject: &BsdfSubject, size: &CheckUp, context: &Context, wo
 }
 
 fn mass(subject: &BsdfSubject, wo: DVec3, name: &str) -> Outcome {
-    let integral = subject.domain().integrate_all(0.25 * MASS_TOLERANCE, &|wi| (subject.pdf)(wo, wi));
-    let error = match &subject.loss {
-        Loss::None => (integral.value - 1.0).abs(),
-        Loss::Declared(loss) => (integral.value - (1.0 - loss(wo))).abs(),
-        Loss::Allowed => (integral.value - 1.0).max(0.0),
-    };
+    let integral = subject.domain().integrate_all(0.25 * MASS_TOLERANCE, &|wi| subject.pdf(wo, wi));
+    let error = subject.loss.error(integral.value, wo);
     let worst = format!("the pdf integrates to {:.9} (quadrature error {:.1e})", integral.value, integral.error);
     Outcome::exact(name, 1, nan_or(integral.value, error), MASS_TOLERANCE, worst)
 }
@@ -290,7 +310,7 @@ fn mass(subject: &BsdfSubject, wo: DVec3, name: &str) -> Outcome {
 /// if by quadrature, too, f cos/pdf is the same for all directions; then each of them must be the albedo.
 fn furnace(subject: &BsdfSubject, wo: DVec3, name: &str, values: &Values, albedo: f64, delta: f64) -> Outcome {
     let deviation = |wi| {
-        let (value, pdf) = ((subject.eval)(wo, wi) * wi.z.abs(), (subject.pdf)(wo, wi));
+        let (value, pdf) = (subject.eval(wo, wi) * wi.z.abs(), subject.pdf(wo, wi));
         // f cos/pdf − albedo, weighted by the pdf; where there is no pdf, there must be no light.
         (value - albedo * pdf).abs()
     };
@@ -321,7 +341,7 @@ fn sane(subject: &BsdfSubject, size: &CheckUp, rng: &mut Stream) -> Outcome {
     for _ in 0..size.pairs {
         let [wo, wi] = [fuzzed_direction(rng, subject.transmits), fuzzed_direction(rng, subject.transmits)];
         let u = [fuzzed_number(rng), fuzzed_number(rng), fuzzed_number(rng)];
-        let (f, pdf, sample) = ((subject.eval)(wo, wi), (subject.pdf)(wo, wi), (subject.sample)(wo, u));
+        let (f, pdf, sample) = (subject.eval(wo, wi), subject.pdf(wo, wi), subject.sample(wo, u));
         let sample_ok = sample.is_none_or(|s| {
             ok(s.weight) && s.pdf > 0.0 && s.pdf.is_finite() && (s.wi.length() - 1.0).abs() < POINTWISE
         });
@@ -339,14 +359,14 @@ fn weights(subject: &BsdfSubject, size: &CheckUp, rng: &mut Stream) -> Outcome {
     let mut compared = 0;
     for _ in 0..size.pairs {
         let wo = inner_direction(rng, subject.transmits);
-        let Some(s) = (subject.sample)(wo, uniform3(rng)) else {
+        let Some(s) = subject.sample(wo, uniform3(rng)) else {
             continue;
         };
         if s.wi.z.abs() < LEAST_COSINE {
             continue;
         }
         compared += 1;
-        let [f, pdf] = [(subject.eval)(wo, s.wi), (subject.pdf)(wo, s.wi)];
+        let [f, pdf] = [subject.eval(wo, s.wi), subject.pdf(wo, s.wi)];
         let error = relative(s.weight * pdf, f * s.wi.z.abs());
         largest.see(error, || {
             format!("weight {} but f cos/pdf = {} at wo = {wo}, wi = {}", s.weight, f * s.wi.z.abs() / pdf, s.wi)
@@ -362,7 +382,7 @@ fn reciprocity(subject: &BsdfSubject, size: &CheckUp, rng: &mut Stream) -> Outco
     let mut largest = Largest::default();
     for _ in 0..size.pairs {
         let [wo, wi] = [(); 2].map(|()| inner_direction(rng, subject.transmits));
-        let [there, back] = [(subject.eval)(wo, wi), (subject.eval)(wi, wo)];
+        let [there, back] = [subject.eval(wo, wi), subject.eval(wi, wo)];
         largest
             .see(relative(there, back), || format!("f = {there} and {back} with wo = {wo}, wi = {wi} and exchanged"));
     }

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::copied;
 use super::domain::Partition;
 use super::graded::grade;
 use super::outcome::{ALPHA, Cell, Claim, Outcome};
@@ -76,7 +77,7 @@ pub fn count(
     for _ in 0..n {
         match sample() {
             None => counts.lost += 1,
-            Some(point) => match partition.cell(point).filter(|_| allowed(point)) {
+            Some(point) => match partition.cell(point).filter(|_| allowed(copied(point))) {
                 Some(cell) => counts.observed[cell] += 1,
                 None => {
                     counts.forbidden += 1;

@@ -21,6 +21,7 @@
 use glam::DVec3;
 
 use super::chi_square::{Counts, chi_square};
+use super::copied;
 use super::domain::{Domain, MASS_TOLERANCE, Partition};
 use super::mean::{Values, mean};
 use super::outcome::{ALPHA, Claim, Outcome};
@@ -50,7 +51,7 @@ impl Density {
     /// A pdf with respect to solid angle, 1/sr. What it lacks to one, samplers lose.
     pub fn new(domain: Domain, pdf: impl Fn(DVec3) -> f64 + Send + Sync + 'static) -> Self {
         let fields = Partition::fields(domain, SHARP, &pdf);
-        let moment = |f: Function| domain.integrate_all(MASS_TOLERANCE, &|w| f(w) * pdf(w)).value;
+        let moment = |f: Function| domain.integrate_all(MASS_TOLERANCE, &|w| f(w) * pdf(copied(w))).value;
         let moments = MOMENTS.map(|(_, f)| moment(f) / fields.mass());
         Self { fields, pdf: Box::new(pdf), moments }
     }
@@ -82,7 +83,7 @@ impl Density {
 
     /// The pdf with respect to solid angle, 1/sr.
     pub fn pdf(&self, direction: DVec3) -> f64 {
-        (self.pdf)(direction)
+        (self.pdf)(copied(direction))
     }
 }
 

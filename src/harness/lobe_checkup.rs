@@ -27,6 +27,7 @@ use glam::DVec3;
 
 use super::bsdf_checkup::{CheckUp, Loss};
 use super::chi_square::{CELL_DELTA, binomial};
+use super::copied;
 use super::mean::{Values, mean};
 use super::outcome::{Claim, Outcome};
 use super::pointwise::{
@@ -98,6 +99,14 @@ impl LobeSubject {
     pub fn energy_bound(self, energy_bound: f64) -> Self {
         Self { energy_bound, ..self }
     }
+
+    fn lobes(&self, wo: DVec3) -> Vec<Lobe> {
+        (self.lobes)(copied(wo))
+    }
+
+    fn sample(&self, wo: DVec3, random: [f64; 3]) -> Option<LobeSample> {
+        (self.sample)(copied(wo), copied(random))
+    }
 }
 
 /// The lobe that has this direction.
@@ -135,7 +144,7 @@ fn sane(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Outcome {
     for _ in 0..size.pairs {
         let wo = fuzzed_direction(&mut rng, subject.transmits);
         let random = [(); 3].map(|()| fuzzed_number(&mut rng));
-        let (lobes, sample) = ((subject.lobes)(wo), (subject.sample)(wo, random));
+        let (lobes, sample) = (subject.lobes(wo), subject.sample(wo, random));
         let lobe_ok = |l: &Lobe| ok(l.probability) && ok(l.share) && unit(l.direction);
         if !lobes.iter().all(lobe_ok) || !sample.is_none_or(|s| ok(s.weight) && unit(s.wi)) {
             bad = 1.0;
@@ -152,25 +161,20 @@ fn pointwise(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Vec<Ou
     let [mut sampled, mut returned] = [0; 2];
     for _ in 0..size.pairs {
         let wo = inner_direction(&mut rng, subject.transmits);
-        let lobes = (subject.lobes)(wo);
+        let lobes = subject.lobes(wo);
         let sum: f64 = lobes.iter().map(|lobe| lobe.probability).sum();
-        let error = match &subject.loss {
-            Loss::None => (sum - 1.0).abs(),
-            Loss::Declared(loss) => (sum - (1.0 - loss(wo))).abs(),
-            Loss::Allowed => sum - 1.0,
-        };
-        sums.see(error, || format!("probabilities sum to {sum} at wo = {wo}"));
+        sums.see(subject.loss.error(sum, wo), || format!("probabilities sum to {sum} at wo = {wo}"));
         let albedo: f64 = lobes.iter().map(|lobe| lobe.share).sum();
         energy.see(albedo - subject.energy_bound, || format!("shares sum to {albedo} at wo = {wo}"));
         for lobe in &lobes {
             let wi = lobe.direction;
             if wi.z.abs() > LEAST_COSINE && lobe.probability > 0.0 {
                 returned += 1;
-                let returns = lobe_of(&(subject.lobes)(wi), wo).is_some();
+                let returns = lobe_of(&subject.lobes(wi), wo).is_some();
                 back.see(if returns { 0.0 } else { 1.0 }, || format!("no lobe leads from {wi} back to wo = {wo}"));
             }
         }
-        if let Some(sample) = (subject.sample)(wo, uniform3(&mut rng)) {
+        if let Some(sample) = subject.sample(wo, uniform3(&mut rng)) {
             sampled += 1;
             match lobe_of(&lobes, sample.wi).map(|lobe| lobes[lobe]) {
                 Some(lobe) => {
@@ -196,7 +200,7 @@ const LEAST_PROBABILITY: f64 = 0.1;
 
 /// The checks by sampling for one wo.
 fn at_direction(subject: &LobeSubject, size: &CheckUp, context: &Context, wo: DVec3, place: &str) -> Vec<Outcome> {
-    let lobes = (subject.lobes)(wo);
+    let lobes = subject.lobes(wo);
     let albedo: f64 = lobes.iter().map(|lobe| lobe.share).sum();
     let n = context.n(size.samples);
     let mut rng = context.rng(&format!("samples at {place}"));
@@ -204,7 +208,7 @@ fn at_direction(subject: &LobeSubject, size: &CheckUp, context: &Context, wo: DV
     let mut values = Values::new(albedo);
     let [mut strays, mut lost] = [0_u64; 2];
     for _ in 0..n {
-        let sample = (subject.sample)(wo, uniform3(&mut rng));
+        let sample = subject.sample(wo, uniform3(&mut rng));
         // A lost sample carries nothing, and counts.
         values.push(sample.map_or(0.0, |s| s.weight));
         match sample.map(|s| lobe_of(&lobes, s.wi)) {

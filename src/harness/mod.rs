@@ -39,6 +39,8 @@
 //! });
 //! assert_eq!(outcome.verdict(), Verdict::Holds, "{}", outcome.worst);
 //! ```
+use std::hint::black_box;
+
 pub mod batches;
 pub mod bsdf_checkup;
 pub mod chi_square;
@@ -59,3 +61,9 @@ pub mod sequential;
 pub mod tails;
 pub mod trial;
 pub mod welch_map;
+
+/// An argument for a closure that is not the caller's own variable: built without `incremental`, rustc (1.95 at least)
+/// lets closures change their caller's, github.com/rust-lang/rust/issues/155241.
+fn copied<T>(argument: T) -> T {
+    black_box(argument)
+}

@@ -54,8 +54,6 @@ fn flipped(w: DVec3) -> DVec3 {
 
 /// The surface for directions relative to the outer normal: wo and what else there is, relative to the side of wo.
 fn seen<const N: usize>(parts: RoughGlassParts, wo: DVec3, others: [DVec3; N]) -> (RoughGlass, DVec3, [DVec3; N]) {
-    // Copies, whatever rustc thinks that a closure does with its arguments: see the release profile in Cargo.toml.
-    let (wo, others) = std::hint::black_box((wo, others));
     let outside = wo.z > 0.0;
     let turned = |w| if outside { w } else { flipped(w) };
     ((parts.facing)(GLASS, outside), turned(wo), others.map(turned))

@@ -1,9 +1,11 @@
 //! What each part of the BSDF check-up reports of a diffuse BSDF with one thing wrong.
 
 use std::f64::consts::FRAC_PI_4;
+use std::hint::black_box;
 use std::sync::{Arc, Mutex};
 
 use whitefurnace::harness::bsdf_checkup::{assertions, at_direction};
+use whitefurnace::harness::directions::Density;
 
 use super::*;
 
@@ -64,6 +66,42 @@ fn outcome(subject: &BsdfSubject, name: &str) -> Outcome {
 /// The pointwise checks alone: those that need no direction.
 fn pointwise(subject: &BsdfSubject, name: &str) -> Outcome {
     found(subject, Vec::new(), name)
+}
+
+/// Red only where rustc takes arguments for read-only that closures change: with `CARGO_INCREMENTAL=0`.
+#[test]
+fn closures_have_arguments_of_their_own() {
+    let subject = BsdfSubject::new(
+        |mut wo, mut wi| {
+            let f = eval(wo, wi);
+            (wo.z, wi.z) = (-wo.z, -wi.z);
+            black_box((wo, wi));
+            f
+        },
+        |mut wo, mut random| {
+            let sample = sample(wo, random);
+            (wo.z, random[0]) = (-wo.z, 0.0);
+            black_box((wo, random));
+            sample
+        },
+        |mut wo, mut wi| {
+            let pdf = pdf(wo, wi);
+            (wo.z, wi.z) = (-wo.z, -wi.z);
+            black_box((wo, wi));
+            pdf
+        },
+    )
+    .albedo(|_| ALBEDO);
+    let told = |subject| format!("{:?}", check_up(subject, &small(), &context("arguments")));
+    assert_eq!(told(&subject), told(&right()));
+    let density = Density::new(Domain::CosineHemisphere, |mut w| {
+        let pdf = cosine_hemisphere_pdf(w.z);
+        w.z = -w.z;
+        black_box(w);
+        pdf
+    });
+    let w = cosine_hemisphere([0.3, 0.6]);
+    assert_eq!([density.pdf(black_box(w)), density.pdf(w)], [cosine_hemisphere_pdf(w.z); 2]);
 }
 
 /// How many verdicts chance could turn, in this module: two subjects with two random outcomes each in two directions at
