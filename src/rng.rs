@@ -37,8 +37,24 @@ pub(crate) fn scramble_for(seed: u64, high: u32, low: u32) -> u64 {
 /// A number for a counter: for a fixed seed a bijection, so that different counters have different numbers.
 #[inline]
 pub(crate) fn number_for(seed: u64, high: u32, low: u32) -> u64 {
-    let counter = (u64::from(high) << 32) | u64::from(low);
-    mix(counter ^ mix(seed.wrapping_add(GOLDEN)))
+    Numbered::new(seed).number(high, low)
+}
+
+/// The numbers of counters for one seed, [`number_for`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Numbered(u64);
+
+impl Numbered {
+    #[inline]
+    pub fn new(seed: u64) -> Self {
+        Self(mix(seed.wrapping_add(GOLDEN)))
+    }
+
+    #[inline]
+    pub fn number(self, high: u32, low: u32) -> u64 {
+        let counter = (u64::from(high) << 32) | u64::from(low);
+        mix(counter ^ self.0)
+    }
 }
 
 /// The seed of a named part of the program (a trial, an experiment): adding or reordering names

@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 use rand::{Rng, TryRng};
 use sobol_burley::parts::{owen_scramble_rev, sobol_rev};
 
-use crate::rng::{Stream, mix, number_for, scramble_for, seed_for, stream};
+use crate::rng::{Numbered, Stream, mix, scramble_for, seed_for, stream};
 
 /// A source of uniform numbers that knows which part of a path asks.
 ///
@@ -157,20 +157,21 @@ impl Sampler for Stream {}
 #[derive(Clone, Debug)]
 pub struct Sobol {
     point: Point,
+    dimension: u32,
     fill: Stream,
 }
 
-/// The numbers of a [`Sobol`] without those that fill them up.
+/// The numbers of a [`Sobol`] in one block, without those that fill them up.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Point {
     index: u16,
-    scramble: u64,
+    /// What the keys of blocks come from.
+    numbered: Numbered,
     block: u32,
     /// What scrambles and shuffles the block.
     key: u64,
-    /// The shuffled index, bits reversed.
-    place: u32,
-    dimension: u32,
+    /// Those of the sequence by dimension, before they are scrambled, bits reversed.
+    numbers: [u32; BLOCK as usize],
 }
 
 /// The most points of one scramble: as many as indices of [`Sobol::new`].
@@ -181,7 +182,8 @@ const LEADING: u32 = 23;
 impl Point {
     #[inline]
     pub(crate) fn new(index: u16, scramble: u64) -> Self {
-        let mut point = Self { index, scramble, block: 0, key: 0, place: 0, dimension: 0 };
+        let mut point =
+            Self { index, numbered: Numbered::new(scramble), block: 0, key: 0, numbers: [0; BLOCK as usize] };
         point.start(0);
         point
     }
@@ -189,26 +191,25 @@ impl Point {
     /// Starts a block.
     #[inline]
     pub(crate) fn start(&mut self, block: u32) {
-        let key = number_for(self.scramble, block, 0);
+        let key = self.numbered.number(block, 0);
+        // The shuffled index, bits reversed.
         let place = owen_scramble_rev(u32::from(self.index).reverse_bits(), key as u32);
-        *self = Self { block, key, place, dimension: 0, ..*self };
+        let sequence = &*SEQUENCE;
+        let sums: [_; 4] = from_fn(|i| sequence[i][place as usize >> (16 + 4 * i) & 15]);
+        let numbers = from_fn(|dimension| sums.iter().fold(0, |sum, numbers| sum ^ numbers[dimension]));
+        *self = Self { block, key, numbers, ..*self };
     }
 
-    /// The next dimension's number of the sequence before it is scrambled, bits reversed, and what scrambles it.
+    /// Starts the block that follows a used one.
     #[inline]
-    pub(crate) fn unscrambled(&self) -> (u32, u64) {
-        let sums = &SEQUENCE[self.dimension as usize];
-        let number = (0..4).fold(0, |sum, i| sum ^ sums[i][self.place as usize >> (16 + 4 * i) & 15]);
-        (number, self.key ^ u64::from(self.dimension))
+    pub(crate) fn go_on(&mut self) {
+        self.start(self.block.wrapping_add(OVERFLOW));
     }
 
-    /// Goes on to the next dimension.
+    /// A dimension's number of the sequence before it is scrambled, bits reversed, and what scrambles it.
     #[inline]
-    pub(crate) fn advance(&mut self) {
-        self.dimension += 1;
-        if self.dimension == BLOCK {
-            self.start(self.block.wrapping_add(OVERFLOW));
-        }
+    pub(crate) fn unscrambled(&self, dimension: u32) -> (u32, u64) {
+        (self.numbers[(dimension % BLOCK) as usize], self.key ^ u64::from(dimension))
     }
 }
 
@@ -220,17 +221,17 @@ pub(crate) fn scrambled((number, key): (u32, u64), fill: u64) -> u64 {
     (own ^ u64::from(leading) << 32) & !(u64::MAX >> LEADING) | fill >> LEADING
 }
 
-/// Points of the sequence, bits reversed, at the indices that have bits in one group of four only, by dimension, group
-/// and bits: the others are sums (exclusive or) of these.
-static SEQUENCE: LazyLock<[[[u32; 16]; 4]; BLOCK as usize]> = LazyLock::new(|| {
-    from_fn(|dimension| from_fn(|i| from_fn(|bits| sobol_rev((bits as u32) << (16 + 4 * i), dimension as u32))))
+/// Points of the sequence, bits reversed, at the indices that have bits in one group of four only, by group and bits: the
+/// others are sums (exclusive or) of these.
+static SEQUENCE: LazyLock<[[[u32; BLOCK as usize]; 16]; 4]> = LazyLock::new(|| {
+    from_fn(|i| from_fn(|bits| from_fn(|dimension| sobol_rev((bits as u32) << (16 + 4 * i), dimension as u32))))
 });
 
 impl Sobol {
     /// Point `index` of the sequence with this scramble. Points of different scrambles are independent,
     /// those of one are not: error bars come from several scrambles.
     pub fn new(index: u16, scramble: u64, fill: Stream) -> Self {
-        Self { point: Point::new(index, scramble), fill }
+        Self { point: Point::new(index, scramble), dimension: 0, fill }
     }
 }
 
@@ -244,6 +245,7 @@ impl Sampler for Sobol {
     #[inline]
     fn block(&mut self, block: u32) {
         self.point.start(block);
+        self.dimension = 0;
     }
 }
 
@@ -255,8 +257,12 @@ impl TryRng for Sobol {
     }
 
     fn try_next_u64(&mut self) -> Result<u64, Infallible> {
-        let number = scrambled(self.point.unscrambled(), self.fill.next_u64());
-        self.point.advance();
+        let number = scrambled(self.point.unscrambled(self.dimension), self.fill.next_u64());
+        self.dimension += 1;
+        if self.dimension == BLOCK {
+            self.point.go_on();
+            self.dimension = 0;
+        }
         Ok(number)
     }
 

@@ -2,11 +2,12 @@
 
 use std::array::from_fn;
 
-use super::row::lanes_of;
+use wide::u64x8;
+
 use crate::real::{LANES, LaneMask, Lanes};
 use crate::render::Sampling;
 use crate::rng::stream_state;
-use crate::sampler::{Point, scramble, scrambled};
+use crate::sampler::{BLOCK, Point, scramble, scrambled};
 
 /// One sample: its pixel in the frame, its replication, and its place among the samples of that.
 #[derive(Clone, Copy, Debug, Default)]
@@ -29,24 +30,20 @@ pub(super) trait LaneSampler {
 }
 
 /// Xoshiro256++, the generator of [`crate::rng::Stream`], one for each lane.
-pub(super) struct Streams([[u64; LANES]; 4]);
+pub(super) struct Streams([u64x8; 4]);
 
 impl Streams {
     /// Random bits for each lane of the mask; the streams of the others stay where they are.
     #[inline]
     fn words(&mut self, drawing: LaneMask) -> [u64; LANES] {
-        let mask = drawing.words();
-        let [s0, s1, s2, s3] = &mut self.0;
-        let mut words = [0; LANES];
-        for i in 0..LANES {
-            let [a, b, c, d] = [s0[i], s1[i], s2[i], s3[i]];
-            words[i] = a.wrapping_add(d).rotate_left(23).wrapping_add(a);
-            let [c1, d1] = [c ^ a, d ^ b];
-            let next = [a ^ d1, b ^ c1, c1 ^ (b << 17), d1.rotate_left(45)];
-            let keep = |old: u64, new: u64| old ^ ((old ^ new) & mask[i]);
-            [s0[i], s1[i], s2[i], s3[i]] = [keep(a, next[0]), keep(b, next[1]), keep(c, next[2]), keep(d, next[3])];
-        }
-        words
+        let mask = u64x8::new(drawing.words());
+        let rotated = |x: u64x8, by: u32| x << by | x >> (u64::BITS - by);
+        let [a, b, c, d] = self.0;
+        let words = rotated(a + d, 23) + a;
+        let [c1, d1] = [c ^ a, d ^ b];
+        let next = [a ^ d1, b ^ c1, c1 ^ (b << 17), rotated(d1, 45)];
+        self.0 = from_fn(|k| self.0[k] ^ ((self.0[k] ^ next[k]) & mask));
+        words.to_array()
     }
 }
 
@@ -58,14 +55,14 @@ fn to_unit(word: u64) -> f64 {
 
 impl LaneSampler for Streams {
     fn new() -> Self {
-        Self([[1; LANES]; 4])
+        Self([u64x8::splat(1); 4])
     }
 
     #[inline]
     fn start(&mut self, lane: usize, sampling: &Sampling, sample: SampleName) {
         let number = sample.replication * sampling.samples_per_replication() + sample.index;
         for (words, word) in self.0.iter_mut().zip(stream_state(sampling.seed, sample.pixel, number)) {
-            words[lane] = word;
+            words.as_mut_array()[lane] = word;
         }
     }
 
@@ -81,17 +78,19 @@ impl LaneSampler for Streams {
 /// The points of [`crate::sampler::Sobol`], one for each lane.
 pub(super) struct Points {
     points: [Point; LANES],
+    dimensions: [u32; LANES],
     fill: Streams,
 }
 
 impl LaneSampler for Points {
     fn new() -> Self {
-        Self { points: [Point::new(0, 0); LANES], fill: Streams::new() }
+        Self { points: [Point::new(0, 0); LANES], dimensions: [0; LANES], fill: Streams::new() }
     }
 
     #[inline]
     fn start(&mut self, lane: usize, sampling: &Sampling, sample: SampleName) {
         self.points[lane] = Point::new(sample.index as u16, scramble(sampling.seed, sample.pixel, sample.replication));
+        self.dimensions[lane] = 0;
         self.fill.start(lane, sampling, sample);
     }
 
@@ -99,17 +98,26 @@ impl LaneSampler for Points {
     fn uniform(&mut self, drawing: LaneMask) -> Lanes {
         let fill = self.fill.words(drawing);
         // Gathered first: the rest is the same for all lanes at once.
-        let gathered = from_fn::<_, LANES, _>(|i| self.points[i].unscrambled());
+        let gathered = from_fn::<_, LANES, _>(|i| self.points[i].unscrambled(self.dimensions[i]));
         let mut numbers = [0.0; LANES];
         for i in 0..LANES {
             numbers[i] = to_unit(scrambled(gathered[i], fill[i]));
         }
-        lanes_of(drawing.bits()).for_each(|lane| self.points[lane].advance());
+        for (dimension, mask) in self.dimensions.iter_mut().zip(drawing.words()) {
+            *dimension += (mask & 1) as u32;
+        }
+        if self.dimensions.contains(&BLOCK) {
+            for (dimension, point) in self.dimensions.iter_mut().zip(&mut self.points).filter(|(d, _)| **d == BLOCK) {
+                point.go_on();
+                *dimension = 0;
+            }
+        }
         Lanes::new(numbers)
     }
 
     #[inline]
     fn block(&mut self, lane: usize, block: u32) {
         self.points[lane].start(block);
+        self.dimensions[lane] = 0;
     }
 }
