@@ -78,6 +78,20 @@ pub enum LightSampling {
     /// Uniform with respect to the solid angle under which the emitter is seen: rectangles, triangles
     /// and whole spheres from outside. All else falls back to area.
     SolidAngle,
+    /// Spheres by solid angle, flat emitters by area: of a sphere a half at least cannot be seen.
+    ByShape,
+}
+
+impl LightSampling {
+    /// Whether an emitter is sampled by solid angle from where that can be done.
+    #[inline]
+    pub fn by_solid_angle(self, emitter: &Emitter) -> bool {
+        match self {
+            Self::Area => false,
+            Self::SolidAngle => true,
+            Self::ByShape => matches!(emitter.shape, EmitterShape::Sphere(_)),
+        }
+    }
 }
 
 /// A point on an emitter.

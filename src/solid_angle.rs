@@ -9,6 +9,7 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use crate::frame::Frame;
+use crate::real::{Real, Vector, sin_cos_of_turn};
 use crate::shape::Sphere;
 
 /// Steradians below which a shape is not sampled by solid angle: sums of angles lose digits there (at
@@ -163,55 +164,61 @@ fn perpendicular(a: DVec3, b: DVec3) -> DVec3 {
 
 /// The cap of a sphere that is seen from a point outside, [`crate::equation::LIGHT_SPHERE`].
 #[derive(Clone, Copy, Debug)]
-pub struct VisibleCap {
+pub struct VisibleCap<V: Vector = DVec3> {
     centre: DVec3,
     radius: f64,
     /// Around the direction from the centre to the point.
-    frame: Frame,
+    frame: Frame<V>,
     /// Sine and cosine of the cone's half-angle.
-    sine: f64,
-    cosine: f64,
+    sine: V::Real,
+    cosine: V::Real,
     /// Its solid angle.
-    pub solid_angle: f64,
+    pub solid_angle: V::Real,
 }
 
 impl VisibleCap {
     /// The cap of a whole sphere with its normal outward; `None` for zones and inward normals, too.
     #[inline]
     pub fn new(from: DVec3, sphere: &Sphere) -> Option<Self> {
+        let (cap, exists) = Self::of(from, sphere)?;
+        exists.then_some(cap)
+    }
+}
+
+impl<V: Vector> VisibleCap<V> {
+    /// The caps from several points, and which of these see one; `None` for zones and inward normals.
+    #[inline]
+    pub fn of(from: V, sphere: &Sphere) -> Option<(Self, <V::Real as Real>::Mask)> {
         let Sphere { centre, radius, .. } = *sphere;
-        let to_point = from - centre;
-        let distance = to_point.length();
-        let whole = sphere.heights() == [-radius, radius];
-        if sphere.inward || !whole || distance <= radius {
+        if sphere.inward || sphere.heights() != [-radius, radius] {
             return None;
         }
-        let sine = radius / distance;
+        let all = V::Real::splat;
+        let to_point = from - V::splat_vector(centre);
+        let distance = to_point.length_squared().sqrt();
+        let sine = all(radius) / distance;
         let cosine = ((distance - radius) * (distance + radius)).sqrt() / distance;
-        Some(Self {
-            centre,
-            radius,
-            frame: Frame::new(to_point / distance),
-            sine,
-            cosine,
-            // 2π(1 − cos), without its cancellation.
-            solid_angle: in_reach(TAU * sine * sine / (1.0 + cosine))?,
-        })
+        // 2π(1 − cos), without its cancellation.
+        let solid_angle = sine * TAU * sine / (cosine + 1.0);
+        let exists = distance.above(all(radius)) & solid_angle.above(all(SMALLEST));
+        let frame = Frame::new(to_point * distance.recip());
+        Some((Self { centre, radius, frame, sine, cosine, solid_angle }, exists))
     }
 
     /// The point of the cap in whose direction two uniform numbers map.
     #[inline]
-    pub fn sample(&self, [r1, r2]: [f64; 2]) -> DVec3 {
+    pub fn sample(&self, [r1, r2]: [V::Real; 2]) -> V {
+        let (sine, cosine, one) = (self.sine, self.cosine, V::Real::splat(1.0));
         // 1 − cos θ of the direction, then sin θ over the sine of the cone.
-        let lost = r1 * self.sine * self.sine / (1.0 + self.cosine);
-        let square = r1 * (2.0 - lost) / (1.0 + self.cosine);
-        let (ratio, rest) = (square.sqrt(), (1.0 - square).max(0.0).sqrt());
+        let lost = r1 * sine * sine / (cosine + 1.0);
+        let square = r1 * (V::Real::splat(2.0) - lost) / (cosine + 1.0);
+        let (ratio, rest) = (square.sqrt(), (one - square).at_least(V::Real::splat(0.0)).sqrt());
         // The angle at the centre is the arc sine of that ratio less θ.
-        let (sin_theta, cos_theta) = (ratio * self.sine, 1.0 - lost);
-        let sin = (ratio * cos_theta - rest * sin_theta).max(0.0);
+        let (sin_theta, cos_theta) = (ratio * sine, one - lost);
+        let sin = (ratio * cos_theta - rest * sin_theta).at_least(V::Real::splat(0.0));
         let cos = rest * cos_theta + ratio * sin_theta;
-        let (sin_phi, cos_phi) = (TAU * r2).sin_cos();
-        let normal = self.frame.world(DVec3::new(sin * cos_phi, sin * sin_phi, cos));
-        self.centre + self.radius * normal
+        let (sin_phi, cos_phi) = sin_cos_of_turn(r2);
+        let normal = self.frame.world(V::of([sin * cos_phi, sin * sin_phi, cos]));
+        V::splat_vector(self.centre) + normal * V::Real::splat(self.radius)
     }
 }

@@ -156,10 +156,8 @@ pub(super) fn direct_light<P: NextEvent + Scattering, R: Sampler>(
     }
     let emitter = &emitters[parts.pick_emitter(uniform(rng), emitters.len())];
     let random = uniform2(rng);
-    let by_solid_angle = match lights {
-        LightSampling::SolidAngle => parts.sample_solid_angle(emitter, vertex.point, random),
-        LightSampling::Area => None,
-    };
+    let by_solid_angle =
+        if lights.by_solid_angle(emitter) { parts.sample_solid_angle(emitter, vertex.point, random) } else { None };
     let light = match by_solid_angle {
         Some((light, _)) => light,
         None => parts.sample_emitter(emitter, random),
@@ -237,10 +235,7 @@ pub(super) fn emitter_pdf<P: NextEvent + Scattering>(
     lights: LightSampling,
     (ray, hit): (&Ray, &Hit),
 ) -> f64 {
-    let by_solid_angle = match lights {
-        LightSampling::SolidAngle => parts.pdf_solid_angle(emitter, ray.origin),
-        LightSampling::Area => None,
-    };
+    let by_solid_angle = if lights.by_solid_angle(emitter) { parts.pdf_solid_angle(emitter, ray.origin) } else { None };
     let pdf = by_solid_angle.unwrap_or_else(|| {
         let cosine_at_light = parts.cosine(hit.normal, -ray.direction);
         area_pdf(parts, emitter, cosine_at_light, hit.t * hit.t)

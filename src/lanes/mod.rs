@@ -6,6 +6,7 @@
 //! a readable estimator is one of this engine. When a path ends, its lane takes the next sample.
 
 mod eight;
+mod lights;
 mod path;
 mod report;
 mod row;

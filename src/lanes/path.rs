@@ -4,11 +4,11 @@ use std::array::from_fn;
 
 use glam::DVec3;
 
+use super::lights;
 use super::row::{Paths, Scatter};
 use super::samples::LaneSampler;
-use super::scene::{LaneScene, Seen, lane3};
+use super::scene::{LaneScene, Seen};
 use super::shading::Surfaces;
-use crate::emitter::{Emitter, LightSampling};
 use crate::estimator::{Heuristic, LONGEST_PATH, Path, Strategy};
 use crate::real::{LaneMask, Lanes, Lanes3, Mask, Real, Vector};
 use crate::{radiometry, roulette};
@@ -68,18 +68,11 @@ fn add_emission(
         return;
     }
     let emitters = scene.scene.emitters();
-    let emitter = |i: usize| surfaces.emitter(i).map(|emitter| &emitters[emitter as usize]);
     let weighted = paths.sampled & LaneMask::splat(path.strategy == Strategy::Mis);
     let cosine = radiometry::cosine(surfaces.normal, -paths.ray.direction);
     let per_area = radiometry::solid_angle_per_area(cosine, surfaces.t * surfaces.t);
-    let by_area = Lanes::new(from_fn(|i| emitter(i).map_or(1.0, Emitter::pdf_area))) / per_area;
-    let on_emitter = match path.lights {
-        LightSampling::Area => by_area,
-        LightSampling::SolidAngle => Lanes::new(from_fn(|i| {
-            let seen = emitter(i).and_then(|emitter| emitter.pdf_solid_angle(lane3(paths.ray.origin, i)));
-            seen.unwrap_or(by_area.as_array()[i])
-        })),
-    };
+    let numbers = from_fn(|i| surfaces.emitter(i).map_or(0, |emitter| emitter as usize));
+    let on_emitter = lights::pdf_of_hit(emitters, path.lights, (numbers, emits), paths.ray.origin, per_area);
     let other = on_emitter / emitters.len() as f64;
     // Light that shadow rays find is not counted when it is hit.
     let counts = if path.strategy == Strategy::Light { !paths.sampled } else { emits };

@@ -5,10 +5,11 @@ use std::array::from_fn;
 
 use glam::DVec3;
 
+use super::lights::Picked;
 use super::samples::LaneSampler;
 use super::scene::{Found, LaneScene, PrimitiveData, Seen, gather3, lane3};
 use crate::bsdf::{Bsdf, OrenNayar, OrenNayarForm, Vertex, lambert, oren_nayar};
-use crate::emitter::{EmitterPoint, LightSampling};
+use crate::emitter::LightSampling;
 use crate::estimator::{NextEvent as _, Standard};
 use crate::film::Features;
 use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector};
@@ -232,23 +233,8 @@ impl<'a> Surfaces<'a> {
         let picked: [usize; LANES] = from_fn(|i| Standard.pick_emitter(pick[i], emitters.len()));
         let random = [random.uniform(asking), random.uniform(asking)];
         let vertex = &self.vertex;
-        let point = picked.iter().all(|&other| other == picked[0]).then(|| emitters[picked[0]].sample(random));
-        let mut point = point.unwrap_or_else(|| {
-            let points: [EmitterPoint; LANES] =
-                from_fn(|i| emitters[picked[i]].sample(random.map(|r| r.as_array()[i])));
-            EmitterPoint { point: gather3(|i| points[i].point), normal: gather3(|i| points[i].normal) }
-        });
-        let mut by_solid_angle = [None; LANES];
-        if lights == LightSampling::SolidAngle {
-            by_solid_angle = from_fn(|i| {
-                emitters[picked[i]].sample_solid_angle(lane3(vertex.point, i), random.map(|r| r.as_array()[i]))
-            });
-            let chosen = |i: usize| {
-                let (point, normal) = (lane3(point.point, i), lane3(point.normal, i));
-                by_solid_angle[i].map_or(EmitterPoint { point, normal }, |(point, _)| point)
-            };
-            point = EmitterPoint { point: gather3(|i| chosen(i).point), normal: gather3(|i| chosen(i).normal) };
-        }
+        let picked = Picked::new(emitters, lights, (picked, asking), vertex.point, random);
+        let point = &picked.point;
         let to_light = point.point - vertex.point;
         let distance_squared = to_light.length_squared();
         let direction = to_light * distance_squared.sqrt().recip();
@@ -256,11 +242,8 @@ impl<'a> Surfaces<'a> {
         let cosine_at_light = radiometry::cosine(point.normal, -direction);
         let wi = vertex.frame.local(direction);
         let brdf = self.brdf(wi);
-        let area = |i: usize| emitters[picked[i]].pdf_area();
-        let by_area = Lanes::new(from_fn(area)) / radiometry::solid_angle_per_area(cosine_at_light, distance_squared);
-        let on_emitter =
-            Lanes::new(from_fn(|i| by_solid_angle[i].map_or(by_area.as_array()[i], |(_, pdf): (_, f64)| pdf)));
-        let pdf = on_emitter / emitters.len() as f64;
+        let pdf =
+            picked.pdf(radiometry::solid_angle_per_area(cosine_at_light, distance_squared)) / emitters.len() as f64;
         let dark = brdf.x.equals(zero) & brdf.y.equals(zero) & brdf.z.equals(zero);
         let asking = asking & cosine.above(zero) & cosine_at_light.above(zero) & !dark;
         let arrives = if asking.any() {
@@ -269,8 +252,7 @@ impl<'a> Surfaces<'a> {
         } else {
             asking
         };
-        let radiance = gather3(|i| emitters[picked[i]].radiance);
-        Light { arrives, wi, reflected: radiometry::reflected(brdf, radiance, cosine, pdf), pdf }
+        Light { arrives, wi, reflected: radiometry::reflected(brdf, picked.radiance, cosine, pdf), pdf }
     }
 
     /// A way on, as [`Scattering::sample`](crate::bsdf::Scattering::sample), in world space.

@@ -65,6 +65,21 @@ fn without_solid_angles_lights_are_sampled_by_area() {
     }
 }
 
+#[test]
+fn by_shape_spheres_are_sampled_by_solid_angle_and_flat_lights_by_area() {
+    let by = |scene, lights| shadow_rays(scene, lights, 50);
+    let ball = lit(|scene, light| scene.sphere(Sphere::new(DVec3::new(0.2, 0.3, 1.0), 0.5), light));
+    let flat = lit(|scene, light| scene.rectangle(DVec3::Z, [DVec3::Y, DVec3::X], light));
+    for (scene, same, other) in [
+        (&ball, LightSampling::SolidAngle, LightSampling::Area),
+        (&flat, LightSampling::Area, LightSampling::SolidAngle),
+    ] {
+        let found = by(scene, LightSampling::ByShape);
+        assert_eq!(found, by(scene, same));
+        assert_ne!(found, by(scene, other));
+    }
+}
+
 fn radiance<E: Estimator>(scene: &Scene, estimator: &E) -> Vec<DVec3> {
     let look = |i: u32| {
         let ray = scene.camera().ray(FRAME, f64::from(i % FRAME[0]), 2.5);

@@ -318,9 +318,11 @@ fn images_have_the_same_bits() {
     let plain = Sampling { pixel: Random, numbers: Numbers::Independent, seed, outlines: false };
     for scene in &scenes {
         for strategy in [Finds::Bsdf, Finds::Light, Finds::Mis] {
-            for (lights, heuristic) in
-                [(LightSampling::Area, Heuristic::Balance), (LightSampling::SolidAngle, Heuristic::Power)]
-            {
+            for (lights, heuristic) in [
+                (LightSampling::Area, Heuristic::Balance),
+                (LightSampling::SolidAngle, Heuristic::Power),
+                (LightSampling::ByShape, Heuristic::Power),
+            ] {
                 let path = Path { lights, heuristic, ..Path::new(Standard, strategy) };
                 assert_same_film(scene, LaneEstimator::Path(path), plain, None);
             }

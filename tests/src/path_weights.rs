@@ -75,11 +75,14 @@ fn density(emitter: &Emitter, lights: LightSampling, from: DVec3, to: (DVec3, DV
             (TAU * sphere.radius * (high - low), whole.then(|| TAU * (1.0 - (1.0 - sine * sine).sqrt())))
         }
     };
-    let one = match (lights, angle) {
-        (LightSampling::SolidAngle, Some(angle)) => 1.0 / angle,
-        (LightSampling::SolidAngle, None) | (LightSampling::Area, _) => of_area(area),
-    };
+    let one = angle.filter(|_| by_angle(lights, emitter)).map_or_else(|| of_area(area), f64::recip);
     one / count as f64
+}
+
+/// Whether an emitter is sampled by solid angle where it can be.
+fn by_angle(lights: LightSampling, emitter: &Emitter) -> bool {
+    let is_sphere = matches!(emitter.shape, EmitterShape::Sphere(_));
+    lights == LightSampling::SolidAngle || lights == LightSampling::ByShape && is_sphere
 }
 
 /// Both weights of a path from a floor to a light, and the two densities.
@@ -104,12 +107,8 @@ fn one(
     let (pick, random) = (uniform(rng), uniform2(rng));
     let emitters = scene.emitters();
     let emitter = &emitters[(pick * emitters.len() as f64) as usize];
-    let point = match lights {
-        LightSampling::Area => emitter.sample(random),
-        LightSampling::SolidAngle => {
-            emitter.sample_solid_angle(first.point, random).map_or_else(|| emitter.sample(random), |(point, _)| point)
-        }
-    };
+    let seen = emitter.sample_solid_angle(first.point, random).filter(|_| by_angle(lights, emitter));
+    let point = seen.map_or_else(|| emitter.sample(random), |(point, _)| point);
     let free = scene.visible((first.point, first.normal), (point.point, point.normal), false);
     let towards = (point.point - first.point).normalize();
     if !free || towards.z < 1e-3 || towards.dot(point.normal) > -1e-3 {
@@ -145,7 +144,7 @@ fn weights(context: &Context, scene: &Scene, sides: &Sides) -> Vec<Outcome> {
     let mut rng = context.rng("paths");
     let (mut sum, mut hits, mut shadows) = (Largest::default(), Largest::default(), Largest::default());
     for heuristic in [Heuristic::Balance, Heuristic::Power] {
-        for lights in [LightSampling::Area, LightSampling::SolidAngle] {
+        for lights in [LightSampling::Area, LightSampling::SolidAngle, LightSampling::ByShape] {
             let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
             for _ in 0..PATHS {
                 let Some(found) = one(scene, sides, (heuristic, lights), &mut rng) else {
@@ -166,7 +165,7 @@ fn weights(context: &Context, scene: &Scene, sides: &Sides) -> Vec<Outcome> {
             }
         }
     }
-    let n = 4 * PATHS;
+    let n = 6 * PATHS;
     let exact = |name, largest: Largest| Outcome::exact(name, n, largest.error, TOLERANCE, largest.place);
     vec![exact("weight of a hit", hits), exact("weight of a shadow ray", shadows), exact("sum of both", sum)]
 }
@@ -180,7 +179,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let with = |parts| Side { parts, ..SIDE };
     let other = |lights| match lights {
         LightSampling::Area => LightSampling::SolidAngle,
-        LightSampling::SolidAngle => LightSampling::Area,
+        LightSampling::SolidAngle | LightSampling::ByShape => LightSampling::Area,
     };
     let balance = Side { heuristic: |_| Heuristic::Balance, ..SIDE };
     const BY_HIT: &str = "irradiance/path-weights: weight of a hit | sum of both";

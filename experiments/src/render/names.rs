@@ -196,19 +196,21 @@ pub enum SamplerName {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum LightSamplingName {
     /// Uniform in area
-    #[default]
     Area,
     /// Uniform in the solid angle under which the light is seen
     SolidAngle,
+    /// Spheres by solid angle, flat lights in area
+    #[default]
+    ByShape,
 }
 
 /// The heuristics of multiple importance sampling, as programs name them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum HeuristicName {
     /// In proportion to the densities
-    #[default]
     Balance,
     /// In proportion to their squares
+    #[default]
     Power,
 }
 

@@ -248,6 +248,7 @@ impl Job {
             lights: match self.light_sampling {
                 LightSamplingName::Area => LightSampling::Area,
                 LightSamplingName::SolidAngle => LightSampling::SolidAngle,
+                LightSamplingName::ByShape => LightSampling::ByShape,
             },
             heuristic: match self.heuristic {
                 HeuristicName::Balance => Heuristic::Balance,

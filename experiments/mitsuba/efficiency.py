@@ -1,0 +1,133 @@
+#!/usr/bin/env python3
+"""Measures `render` beside Mitsuba 3, in turns on one machine: samples per second, and efficiency.
+
+Needs the Python package `mitsuba` (pip install mitsuba), and LLVM for its fast variant: where it does not find one that
+it can use, DRJIT_LIBLLVM_PATH names it (tried: Debian's libllvm19). From the root of the repository:
+
+    experiments/mitsuba/efficiency.py report diffuse-room cornell path/to/scene.toml
+
+Every method renders each scene several times, with other random numbers, in as much CPU time as Mitsuba takes for its
+samples. Efficiency is one over the variance of a pixel of such images, as a share of their squared mean, times the CPU
+microseconds per pixel. Of `render` that is the whole program, start and files included; of Mitsuba it is a call that
+renders, after one that has compiled. With --record FILE the numbers go into a JSON file: the experiment `mitsuba` takes
+them from experiments/src/experiments/efficiency.json.
+"""
+
+import argparse
+import json
+import os
+import pathlib
+import resource
+import statistics
+import subprocess
+import time
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+WIDTH, HEIGHT = 256, 192
+# Those of Mitsuba's samplers that are efficient: points that belong together, and independent numbers.
+SAMPLERS = ["multijitter", "independent"]
+# Options of `render`: its defaults, and independent numbers.
+OURS = {"default": [], "independent": ["--sampler", "independent"]}
+# The room with what both renderers have.
+OPTIONS = {"report": ["--diffuse", "lambert"]}
+
+
+def of_exr(path):
+    for name, part in mi.Bitmap(str(path)).split():
+        if name.lower() in ("<root>", "mean", "radiance") and part.channel_count() >= 3:
+            return np.array(part, dtype=np.float64)[:, :, :3]
+    raise SystemExit(f"{path}: no layer of radiance")
+
+
+class Mitsuba:
+    """A sampler of Mitsuba's in a scene."""
+
+    def __init__(self, folder, sampler, samples):
+        text = (folder / "scene.xml").read_text().replace('sampler type="independent"', f'sampler type="{sampler}"')
+        path = folder / f"scene-{sampler}.xml"
+        path.write_text(text)
+        self.scene, self.samples = mi.load_file(str(path)), samples
+        self.image(0)
+
+    def image(self, seed):
+        wall, cpu = time.perf_counter(), time.process_time()
+        image = mi.render(self.scene, spp=self.samples, seed=seed)
+        dr.eval(image)
+        dr.sync_thread()
+        wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
+        return np.array(image, dtype=np.float64)[:, :, :3], wall, cpu
+
+
+class Ours:
+    """`render` with options."""
+
+    def __init__(self, folder, scene, options):
+        self.folder, self.options, self.samples = folder, ["--scene", scene, "--convention", "physical", *options], 64
+
+    def image(self, seed):
+        path = self.folder / "ours.exr"
+        command = ["target/release/render", *self.options, "--size", f"{WIDTH}x{HEIGHT}", "--spp", str(self.samples),
+                   "--seed", str(seed + 1), "--out", str(path)]
+        before, wall = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+        subprocess.run(command, check=True, capture_output=True)
+        wall, after = time.perf_counter() - wall, resource.getrusage(resource.RUSAGE_CHILDREN)
+        return of_exr(path), wall, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+    def take(self, cpu):
+        """Sets the samples that take this CPU time, a multiple of 16."""
+        self.samples = max(1, round(self.samples * cpu / self.image(0)[2] / 16)) * 16
+
+
+def measured(images):
+    """What is recorded of a method's images, each with its times and its number of samples."""
+    values = np.stack([image for image, *_ in images])
+    wall, cpu = (statistics.median(image[k] for image in images) for k in (1, 2))
+    samples = images[0][3]
+    variance = values.var(0, ddof=1).mean() / values.mean() ** 2
+    return {"samples": samples, "rate": WIDTH * HEIGHT * samples / wall / 1e6, "cpu": cpu, "mean": values.mean(),
+            "efficiency": WIDTH * HEIGHT / (variance * cpu * 1e6)}
+
+
+def compare(scene, options):
+    name = pathlib.Path(scene).stem
+    folder = options.out / name
+    added = OPTIONS.get(scene, [])
+    subprocess.run(["target/release/export", "--scene", scene, *added, "--to", "mitsuba", "--size",
+                    f"{WIDTH}x{HEIGHT}", "--out", str(folder)], check=True)
+    methods = {f"mitsuba-{sampler}": Mitsuba(folder, sampler, options.spp) for sampler in SAMPLERS}
+    cpu = methods["mitsuba-" + SAMPLERS[0]].image(1)[2]
+    for key, more in OURS.items():
+        methods[key] = Ours(folder, scene, [*added, *more])
+        methods[key].take(cpu)
+    images = {key: [] for key in methods}
+    for seed in range(2, 2 + options.images):
+        for key, method in methods.items():
+            images[key].append((*method.image(seed), method.samples))
+    found = {key: measured(of_method) for key, of_method in images.items()}
+    for key, of_method in found.items():
+        print(name, key, ", ".join(f"{what} {value:.4g}" for what, value in of_method.items()), flush=True)
+    return {"scene": name, "images": options.images, "methods": found}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scenes", nargs="+")
+    parser.add_argument("--variant", default="llvm_ad_rgb", help="of Mitsuba, with RGB colours [llvm_ad_rgb]")
+    parser.add_argument("--spp", type=int, default=256, help="samples per pixel of Mitsuba [256]")
+    parser.add_argument("--images", type=int, default=8, help="of each method [8]")
+    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/efficiency"))
+    parser.add_argument("--record", type=pathlib.Path, help="a JSON file for what was measured")
+    options = parser.parse_args()
+    subprocess.run(["cargo", "build", "--release", "-p", "experiments", "--bins"], check=True)
+    mi.set_variant(options.variant)
+    scenes = [compare(scene, options) for scene in options.scenes]
+    if options.record:
+        record = {"renderer": f"Mitsuba {mi.__version__}, {options.variant}", "threads": os.cpu_count(),
+                  "scenes": scenes}
+        options.record.write_text(json.dumps(record, indent=1) + "\n")
+
+
+main()

@@ -1,0 +1,129 @@
+//! Points on emitters for the shadow rays of all lanes, and the pdfs with which they are picked.
+
+use std::array::from_fn;
+
+use glam::DVec3;
+
+use super::scene::{gather3, lane3};
+use crate::emitter::{Emitter, EmitterPoint, EmitterShape, LightSampling};
+use crate::real::{LANES, LaneMask, Lanes, Lanes3, Real, Vector};
+use crate::solid_angle::VisibleCap;
+
+/// Points on emitters, as shadow rays from some points pick them.
+pub(super) struct Picked {
+    pub point: EmitterPoint<Lanes3>,
+    pub radiance: Lanes3,
+    pub pdf_area: Lanes,
+    /// Where the point was picked by solid angle, and its pdf with respect to that.
+    by_angle: LaneMask,
+    pdf_angle: Lanes,
+}
+
+impl Picked {
+    /// In each lane of the mask a point on the emitter of this number, seen from a point.
+    #[inline]
+    pub fn new(
+        emitters: &[Emitter],
+        lights: LightSampling,
+        (numbers, asking): ([usize; LANES], LaneMask),
+        from: Lanes3,
+        random: [Lanes; 2],
+    ) -> Self {
+        let (zero, none) = (Lanes::splat(0.0), Lanes3::splat_vector(DVec3::ZERO));
+        let mut picked = Self {
+            point: EmitterPoint { point: none, normal: none },
+            radiance: none,
+            pdf_area: zero,
+            by_angle: LaneMask::splat(false),
+            pdf_angle: zero,
+        };
+        each_of(numbers, asking, |number, here| {
+            let emitter = &emitters[number];
+            let mut point = emitter.sample(random);
+            if lights.by_solid_angle(emitter) {
+                let (seen, seen_point, pdf) = by_solid_angle(emitter, from, random);
+                point.point = Vector::choose(seen, seen_point.point, point.point);
+                point.normal = Vector::choose(seen, seen_point.normal, point.normal);
+                picked.by_angle = picked.by_angle | here & seen;
+                picked.pdf_angle = Lanes::choose(here, pdf, picked.pdf_angle);
+            }
+            picked.point.point = Vector::choose(here, point.point, picked.point.point);
+            picked.point.normal = Vector::choose(here, point.normal, picked.point.normal);
+            picked.radiance = Vector::choose(here, Lanes3::splat_vector(emitter.radiance), picked.radiance);
+            picked.pdf_area = Lanes::choose(here, Lanes::splat(emitter.pdf_area()), picked.pdf_area);
+        });
+        picked
+    }
+
+    /// The pdf on its emitter with respect to solid angle, where that of area stands for so much solid angle per area.
+    #[inline]
+    pub fn pdf(&self, per_area: Lanes) -> Lanes {
+        Lanes::choose(self.by_angle, self.pdf_angle, self.pdf_area / per_area)
+    }
+}
+
+/// The pdf with which shadow rays from these points pick what was hit on emitters of these numbers, if one of them is
+/// picked; see [`Picked::pdf`].
+#[inline]
+pub(super) fn pdf_of_hit(
+    emitters: &[Emitter],
+    lights: LightSampling,
+    (numbers, hit): ([usize; LANES], LaneMask),
+    from: Lanes3,
+    per_area: Lanes,
+) -> Lanes {
+    let mut found = Lanes::splat(1.0) / per_area;
+    each_of(numbers, hit, |number, here| {
+        let emitter = &emitters[number];
+        let mut pdf = Lanes::splat(emitter.pdf_area()) / per_area;
+        if lights.by_solid_angle(emitter) {
+            let (seen, by_angle) = pdf_by_solid_angle(emitter, from);
+            pdf = Lanes::choose(seen, by_angle, pdf);
+        }
+        found = Lanes::choose(here, pdf, found);
+    });
+    found
+}
+
+/// Hands over each of the numbers once, with the lanes that have it.
+#[inline]
+fn each_of(numbers: [usize; LANES], lanes: LaneMask, mut number: impl FnMut(usize, LaneMask)) {
+    let mut left = lanes.bits();
+    while left != 0 {
+        let next = numbers[left.trailing_zeros() as usize];
+        let here = LaneMask::from_bits(left) & LaneMask::from_fn(|i| numbers[i] == next);
+        left &= !here.bits();
+        number(next, here);
+    }
+}
+
+/// From where an emitter can be sampled by solid angle, and the points and pdfs there.
+#[inline]
+fn by_solid_angle(emitter: &Emitter, from: Lanes3, random: [Lanes; 2]) -> (LaneMask, EmitterPoint<Lanes3>, Lanes) {
+    if let EmitterShape::Sphere(sphere) = emitter.shape {
+        if let Some((cap, seen)) = VisibleCap::of(from, &sphere) {
+            let point = cap.sample(random);
+            return (seen, EmitterPoint { point, normal: sphere.normal(point) }, cap.solid_angle.recip());
+        }
+    }
+    let seen: [Option<(EmitterPoint, f64)>; LANES] =
+        from_fn(|i| emitter.sample_solid_angle(lane3(from, i), random.map(|r| r.as_array()[i])));
+    let point = |i: usize| seen[i].map_or(EmitterPoint { point: DVec3::ZERO, normal: DVec3::ZERO }, |(point, _)| point);
+    (
+        LaneMask::from_fn(|i| seen[i].is_some()),
+        EmitterPoint { point: gather3(|i| point(i).point), normal: gather3(|i| point(i).normal) },
+        Lanes::new(from_fn(|i| seen[i].map_or(0.0, |(_, pdf)| pdf))),
+    )
+}
+
+/// The same pdfs of any point on it.
+#[inline]
+fn pdf_by_solid_angle(emitter: &Emitter, from: Lanes3) -> (LaneMask, Lanes) {
+    if let EmitterShape::Sphere(sphere) = emitter.shape {
+        if let Some((cap, seen)) = VisibleCap::of(from, &sphere) {
+            return (seen, cap.solid_angle.recip());
+        }
+    }
+    let pdf: [Option<f64>; LANES] = from_fn(|i| emitter.pdf_solid_angle(lane3(from, i)));
+    (LaneMask::from_fn(|i| pdf[i].is_some()), Lanes::new(pdf.map(|pdf| pdf.unwrap_or(0.0))))
+}
