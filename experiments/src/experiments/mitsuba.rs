@@ -1,4 +1,4 @@
-//! Another renderer's images of our scenes.
+//! Another renderer's images of our scenes, and how long it takes for them.
 
 use std::collections::BTreeMap;
 
@@ -8,8 +8,8 @@ use crate::experiments::prelude::*;
 
 pub(super) const MITSUBA: Experiment = Experiment {
     id: "mitsuba",
-    title: "our images beside those of Mitsuba 3, from a record",
-    version: 1,
+    title: "our images beside those of Mitsuba 3, and their cost, from records",
+    version: 2,
     equations: &[&equation::RENDERING],
     run,
 };
@@ -35,9 +35,63 @@ struct Compared {
     means: BTreeMap<String, [f64; 3]>,
 }
 
+/// What `experiments/mitsuba/efficiency.py` measured, and not this run.
+#[derive(Deserialize)]
+struct Efficiencies {
+    renderer: String,
+    threads: u32,
+    scenes: Vec<Measured>,
+}
+
+#[derive(Deserialize)]
+struct Measured {
+    scene: String,
+    /// Of each method.
+    images: u32,
+    methods: BTreeMap<String, Method>,
+}
+
+#[derive(Deserialize)]
+struct Method {
+    /// Millions of camera samples per second, on all threads.
+    rate: f64,
+    efficiency: f64,
+}
+
 fn run(run: &mut Run) -> Result<(), Error> {
-    let record: Record = serde_json::from_str(include_str!("mitsuba.json"))
-        .map_err(|error| Error::Option(format!("mitsuba.json cannot be read: {error}")))?;
+    images(run)?;
+    efficiency(run)
+}
+
+fn read<T: for<'a> Deserialize<'a>>(name: &str, text: &str) -> Result<T, Error> {
+    serde_json::from_str(text).map_err(|error| Error::Option(format!("{name} cannot be read: {error}")))
+}
+
+fn efficiency(run: &mut Run) -> Result<(), Error> {
+    let record: Efficiencies = read("efficiency.json", include_str!("efficiency.json"))?;
+    run.note("beside", format!("{}, {} threads", record.renderer, record.threads));
+    for Measured { scene, images, methods } in record.scenes {
+        // The best of a renderer's methods, by each measure.
+        let best = |theirs: bool, of: fn(&Method) -> f64| {
+            let own = methods.iter().filter(|(name, _)| name.starts_with("mitsuba") == theirs);
+            own.map(|(_, method)| of(method)).fold(0.0, f64::max)
+        };
+        let [ours, theirs] = [false, true].map(|theirs| (best(theirs, |m| m.rate), best(theirs, |m| m.efficiency)));
+        let ratios = [ours.0 / theirs.0, ours.1 / theirs.1];
+        run.numbers(&format!("beside.{scene}.rate"), [("ours", ours.0), ("theirs", theirs.0), ("ratio", ratios[0])]);
+        run.numbers(
+            &format!("beside.{scene}.efficiency"),
+            [("ours", ours.1), ("theirs", theirs.1), ("ratio", ratios[1])],
+        );
+        let value =
+            format!("{:.2} times the samples, {:.2} times the efficiency; {images} images each", ratios[0], ratios[1]);
+        run.note(&format!("beside, {scene}"), value);
+    }
+    Ok(())
+}
+
+fn images(run: &mut Run) -> Result<(), Error> {
+    let record: Record = read("mitsuba.json", include_str!("mitsuba.json"))?;
     run.note("renderer", record.renderer);
     let (mut right, mut agree, mut wrong, mut differ) = (0.0, 0.0, 0.0, 0.0);
     for Compared { scene, albedos, size, spp, images, verdict, means } in record.scenes {
