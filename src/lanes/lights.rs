@@ -100,11 +100,11 @@ fn each_of(numbers: [usize; LANES], lanes: LaneMask, mut number: impl FnMut(usiz
 /// From where an emitter can be sampled by solid angle, and the points and pdfs there.
 #[inline]
 fn by_solid_angle(emitter: &Emitter, from: Lanes3, random: [Lanes; 2]) -> (LaneMask, EmitterPoint<Lanes3>, Lanes) {
-    if let EmitterShape::Sphere(sphere) = emitter.shape {
-        if let Some((cap, seen)) = VisibleCap::of(from, &sphere) {
-            let point = cap.sample(random);
-            return (seen, EmitterPoint { point, normal: sphere.normal(point) }, cap.solid_angle.recip());
-        }
+    if let EmitterShape::Sphere(sphere) = emitter.shape
+        && let Some((cap, seen)) = VisibleCap::of(from, &sphere)
+    {
+        let point = cap.sample(random);
+        return (seen, EmitterPoint { point, normal: sphere.normal(point) }, cap.solid_angle.recip());
     }
     let seen: [Option<(EmitterPoint, f64)>; LANES] =
         from_fn(|i| emitter.sample_solid_angle(lane3(from, i), random.map(|r| r.as_array()[i])));
@@ -119,10 +119,10 @@ fn by_solid_angle(emitter: &Emitter, from: Lanes3, random: [Lanes; 2]) -> (LaneM
 /// The same pdfs of any point on it.
 #[inline]
 fn pdf_by_solid_angle(emitter: &Emitter, from: Lanes3) -> (LaneMask, Lanes) {
-    if let EmitterShape::Sphere(sphere) = emitter.shape {
-        if let Some((cap, seen)) = VisibleCap::of(from, &sphere) {
-            return (seen, cap.solid_angle.recip());
-        }
+    if let EmitterShape::Sphere(sphere) = emitter.shape
+        && let Some((cap, seen)) = VisibleCap::of(from, &sphere)
+    {
+        return (seen, cap.solid_angle.recip());
     }
     let pdf: [Option<f64>; LANES] = from_fn(|i| emitter.pdf_solid_angle(lane3(from, i)));
     (LaneMask::from_fn(|i| pdf[i].is_some()), Lanes::new(pdf.map(|pdf| pdf.unwrap_or(0.0))))
