@@ -138,11 +138,91 @@ fn fill<I>(bencher: Bencher, input: impl Fn(u32) -> I, push: impl Fn(&mut Pixel,
 
 #[divan::bench]
 fn film_push(bencher: Bencher) {
-    fill(bencher, |i| upper(i, 0), |pixel, &value| pixel.push(value).expect("finite radiance"));
+    fill(bencher, |i| upper(i, 0).abs(), |pixel, &value| pixel.push(value).expect("finite radiance"));
 }
 
 #[divan::bench]
 fn film_push_features(bencher: Bencher) {
-    let features = |i| Features { albedo: upper(i, 0), normal: unit_vector(i), depth: f64::from(i) };
+    let features = |i| Features { albedo: upper(i, 0).abs(), normal: unit_vector(i), depth: f64::from(i) };
     fill(bencher, features, |pixel, f| pixel.push_features(f).expect("legal features"));
+}
+
+/// The same for eight at once; items are single ones.
+mod eight {
+    use std::array::from_fn;
+
+    use divan::{Bencher, black_box};
+    use glam::DVec3;
+    use whitefurnace::bsdf::{OrenNayar, OrenNayarForm, oren_nayar};
+    use whitefurnace::real::{LANES, Lanes, Lanes3, Real, Vector};
+    use whitefurnace::shape::{Ray, Sphere};
+    use whitefurnace::watertight::Shear;
+    use whitefurnace::{fresnel, sampling};
+
+    use super::{COUNT, ItemsCount, TRIANGLE, square, upper};
+
+    fn bench<I, O>(bencher: Bencher, input: impl Fn(u32) -> I, kernel: impl Fn(&I) -> O) {
+        let inputs: Vec<I> = (0..COUNT / LANES as u32).map(input).collect();
+        bencher.counter(ItemsCount::new(COUNT)).bench_local(|| inputs.iter().for_each(|i| drop(black_box(kernel(i)))));
+    }
+
+    fn numbers<const N: usize>(of: impl Fn(u32) -> [f64; N]) -> impl Fn(u32) -> [Lanes; N] {
+        move |i| {
+            let all: [[f64; N]; LANES] = from_fn(|lane| of(i * LANES as u32 + lane as u32));
+            from_fn(|k| Lanes::new(all.map(|one| one[k])))
+        }
+    }
+
+    fn vectors(of: impl Fn(u32) -> DVec3) -> impl Fn(u32) -> Lanes3 {
+        let numbers = numbers(move |i| of(i).to_array());
+        move |i| Lanes3::of(numbers(i))
+    }
+
+    fn ray(i: u32) -> Ray<Lanes3> {
+        let [origin, direction] = [|ray: Ray| ray.origin, |ray: Ray| ray.direction]
+            .map(|part: fn(Ray) -> DVec3| vectors(move |i| part(super::ray(i)))(i));
+        Ray::new(origin, direction)
+    }
+
+    #[divan::bench]
+    fn triangle_watertight(bencher: Bencher) {
+        let vertices = TRIANGLE.map(|v| [v.x, v.y, v.z, 0.0].map(Lanes::splat));
+        bench(bencher, ray, |ray| {
+            let shear = Shear::new(ray);
+            let [a, b, c] = black_box(&vertices).each_ref().map(|vertex| shear.project(vertex));
+            shear.hit([&a, &b, &c])
+        });
+    }
+
+    #[divan::bench]
+    fn sphere(bencher: Bencher) {
+        let sphere = Sphere::new(DVec3::ZERO, 1.0);
+        bench(bencher, ray, |ray| black_box(&sphere).distance(ray));
+    }
+
+    #[divan::bench]
+    fn uniform_hemisphere(bencher: Bencher) {
+        bench(bencher, numbers(square), |&r| sampling::uniform_hemisphere(r));
+    }
+
+    #[divan::bench]
+    fn cosine_hemisphere(bencher: Bencher) {
+        bench(bencher, numbers(square), |&r| sampling::cosine_hemisphere(r));
+    }
+
+    #[divan::bench]
+    fn fresnel_reflectance(bencher: Bencher) {
+        bench(bencher, numbers(square), |&[cosine, side]| {
+            let n2 = Lanes::choose(side.below(Lanes::splat(0.5)), Lanes::splat(1.0), Lanes::splat(1.5));
+            fresnel::reflectance(cosine, -n2 + 2.5, n2)
+        });
+    }
+
+    #[divan::bench(args = [OrenNayarForm::Corrected, OrenNayarForm::Printed])]
+    fn oren_nayar_bracket(bencher: Bencher, form: OrenNayarForm) {
+        let constants = OrenNayar::new(0.3);
+        let constants = OrenNayar { a: Lanes::splat(constants.a), b: Lanes::splat(constants.b) };
+        let [first, second] = [0, 1].map(|high| vectors(move |i| upper(i, high)));
+        bench(bencher, |i| (first(i), second(i)), |&(wo, wi)| oren_nayar(black_box(constants), form, wo, wi));
+    }
 }
