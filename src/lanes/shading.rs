@@ -1,5 +1,5 @@
 //! The surfaces that rays have met, as all lanes see them at once. What few scenes have (EON, models that are not of
-//! the library, lights by solid angle) is asked for lane by lane.
+//! the library) is asked for lane by lane.
 
 use std::array::from_fn;
 
