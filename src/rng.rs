@@ -37,14 +37,14 @@ pub(crate) fn scramble_for(seed: u64, high: u32, low: u32) -> u64 {
 /// A number for a counter: for a fixed seed a bijection, so that different counters have different numbers.
 #[inline]
 pub(crate) fn number_for(seed: u64, high: u32, low: u32) -> u64 {
-    Numbered::new(seed).number(high, low)
+    CounterHash::new(seed).number(high, low)
 }
 
-/// The numbers of counters for one seed, [`number_for`].
+/// The hash of counters under one seed, [`number_for`].
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Numbered(u64);
+pub(crate) struct CounterHash(u64);
 
-impl Numbered {
+impl CounterHash {
     #[inline]
     pub fn new(seed: u64) -> Self {
         Self(mix(seed.wrapping_add(GOLDEN)))

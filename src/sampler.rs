@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 use rand::{Rng, TryRng};
 use sobol_burley::parts::{owen_scramble_rev, sobol_rev};
 
-use crate::rng::{Numbered, Stream, mix, scramble_for, seed_for, stream};
+use crate::rng::{CounterHash, Stream, mix, scramble_for, seed_for, stream};
 
 /// A source of uniform numbers that knows which part of a path asks.
 ///
@@ -166,7 +166,7 @@ pub struct Sobol {
 pub(crate) struct Point {
     index: u16,
     /// What the keys of blocks come from.
-    numbered: Numbered,
+    hash: CounterHash,
     block: u32,
     /// What scrambles and shuffles the block.
     key: u64,
@@ -183,7 +183,7 @@ impl Point {
     #[inline]
     pub(crate) fn new(index: u16, scramble: u64) -> Self {
         let mut point =
-            Self { index, numbered: Numbered::new(scramble), block: 0, key: 0, numbers: [0; BLOCK as usize] };
+            Self { index, hash: CounterHash::new(scramble), block: 0, key: 0, numbers: [0; BLOCK as usize] };
         point.start(0);
         point
     }
@@ -191,7 +191,7 @@ impl Point {
     /// Starts a block.
     #[inline]
     pub(crate) fn start(&mut self, block: u32) {
-        let key = self.numbered.number(block, 0);
+        let key = self.hash.number(block, 0);
         // The shuffled index, bits reversed.
         let place = owen_scramble_rev(u32::from(self.index).reverse_bits(), key as u32);
         let sequence = &*SEQUENCE;

@@ -46,7 +46,11 @@ class Mitsuba:
     """A sampler of Mitsuba's in a scene."""
 
     def __init__(self, folder, sampler, samples):
-        text = (folder / "scene.xml").read_text().replace('sampler type="independent"', f'sampler type="{sampler}"')
+        exported = 'sampler type="independent"'
+        text = (folder / "scene.xml").read_text()
+        if exported not in text:
+            raise SystemExit(f"{folder}/scene.xml has no {exported}")
+        text = text.replace(exported, f'sampler type="{sampler}"')
         path = folder / f"scene-{sampler}.xml"
         path.write_text(text)
         self.scene, self.samples = mi.load_file(str(path)), samples
@@ -116,7 +120,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes", nargs="+")
     parser.add_argument("--variant", default="llvm_ad_rgb", help="of Mitsuba, with RGB colours [llvm_ad_rgb]")
-    parser.add_argument("--spp", type=int, default=256, help="samples per pixel of Mitsuba [256]")
+    parser.add_argument("--spp", type=int, default=256, help="samples per pixel of Mitsuba, a square [256]")
     parser.add_argument("--images", type=int, default=8, help="of each method [8]")
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/efficiency"))
     parser.add_argument("--record", type=pathlib.Path, help="a JSON file for what was measured")

@@ -51,7 +51,8 @@ pub struct Path<P = Standard> {
 }
 
 impl<P> Path<P> {
-    /// With the default light sampling and heuristic.
+    /// The plainest: points uniform in area, and the balance heuristic. The program `render` takes
+    /// [`LightSampling::ByShape`] and [`Heuristic::Power`].
     pub fn new(parts: P, strategy: Strategy) -> Self {
         Self { parts, strategy, lights: LightSampling::default(), heuristic: Heuristic::default() }
     }

@@ -49,7 +49,7 @@ const BOTH_SIDES: [f64; 5] = [10.0, 40.0, 75.0, 105.0, 165.0];
 
 /// Upside down.
 fn flipped(w: DVec3) -> DVec3 {
-    DVec3::new(w.x, w.y, -w.z)
+    w.with_z(-w.z)
 }
 
 /// The surface for directions relative to the outer normal: wo and what else there is, relative to the side of wo.

@@ -55,6 +55,7 @@ struct Measured {
 struct Method {
     /// Millions of camera samples per second, on all threads.
     rate: f64,
+    /// One over the variance of a pixel, as a share of the squared mean of the image, times CPU microseconds per pixel.
     efficiency: f64,
 }
 
