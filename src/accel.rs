@@ -5,10 +5,15 @@
 //! they are rounded outward and tested with a margin that covers the rounding of the ray, so no
 //! primitive that the double-precision test would hit is ever skipped.
 
+mod packet;
+
 use glam::{DVec3, Vec4};
 
+use crate::real::Real;
 use crate::shape::{Ray, Sphere};
-use crate::watertight::{Shear, TriangleHit, Vertices};
+use crate::watertight::{Shear, TriangleHit, Turn, Vertices};
+pub(crate) use packet::Nearest;
+pub use packet::{PacketHit, PacketStack};
 
 /// What rays can hit.
 #[derive(Clone, Copy, Debug)]
@@ -51,10 +56,13 @@ impl Primitive {
 
     /// Where a ray, also as prepared for triangles, meets it; at infinity if nowhere.
     #[inline]
-    fn hit(&self, ray: &Ray, shear: &Shear) -> TriangleHit {
+    fn hit<V: Turn>(&self, ray: &Ray<V>, shear: &Shear<V>) -> TriangleHit<V::Real> {
         match self {
-            Self::Triangle([a, b, c]) => shear.hit([&shear.project(a), &shear.project(b), &shear.project(c)]),
-            Self::Sphere(sphere) => TriangleHit { t: sphere.distance(ray), weights: [0.0; 3] },
+            Self::Triangle(vertices) => {
+                let [a, b, c] = vertices.map(|vertex| shear.project(&vertex.map(V::Real::splat)));
+                shear.hit([&a, &b, &c])
+            }
+            Self::Sphere(sphere) => TriangleHit { t: sphere.distance(ray), weights: [V::Real::splat(0.0); 3] },
         }
     }
 

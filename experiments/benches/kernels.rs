@@ -150,16 +150,18 @@ fn film_push_features(bencher: Bencher) {
 /// The same for eight at once; items are single ones.
 mod eight {
     use std::array::from_fn;
+    use std::cell::RefCell;
 
     use divan::{Bencher, black_box};
     use glam::DVec3;
+    use whitefurnace::accel::{Bvh, PacketStack};
     use whitefurnace::bsdf::{OrenNayar, OrenNayarForm, oren_nayar};
-    use whitefurnace::real::{LANES, Lanes, Lanes3, Real, Vector};
+    use whitefurnace::real::{LANES, LaneMask, Lanes, Lanes3, Real, Vector};
     use whitefurnace::shape::{Ray, Sphere};
     use whitefurnace::watertight::Shear;
     use whitefurnace::{fresnel, sampling};
 
-    use super::{COUNT, ItemsCount, TRIANGLE, square, upper};
+    use super::{COUNT, ItemsCount, TRIANGLE, large_mesh, square, upper};
 
     fn bench<I, O>(bencher: Bencher, input: impl Fn(u32) -> I, kernel: impl Fn(&I) -> O) {
         let inputs: Vec<I> = (0..COUNT / LANES as u32).map(input).collect();
@@ -198,6 +200,14 @@ mod eight {
     fn sphere(bencher: Bencher) {
         let sphere = Sphere::new(DVec3::ZERO, 1.0);
         bench(bencher, ray, |ray| black_box(&sphere).distance(ray));
+    }
+
+    /// Rays with nothing in common, the worst of packets.
+    #[divan::bench]
+    fn large_mesh_closest(bencher: Bencher) {
+        let (bvh, stack) = (Bvh::new(&large_mesh()), RefCell::new(PacketStack::default()));
+        let all = LaneMask::splat(true);
+        bench(bencher, ray, |ray| bvh.closest_of_packet(ray, all, &mut stack.borrow_mut()));
     }
 
     #[divan::bench]

@@ -20,7 +20,7 @@ impl fmt::Debug for EightRays<'_> {
 }
 
 impl<'a> EightRays<'a> {
-    /// `None` for a scene of more than 64 primitives, in which rays are followed one by one, and for one with spheres.
+    /// `None` for a scene of more than 64 primitives, in which rays go through the hierarchy, and for one with spheres.
     pub fn new(scene: &'a Scene) -> Option<Self> {
         let scene = LaneScene::new(scene);
         scene.has_few_triangles().then(|| Self { scene, seen: Box::new(Seen::new()) })

@@ -1,12 +1,12 @@
-//! What several rays meet: all lanes test what any of them may meet in a small scene, and one ray after the other
-//! goes through the hierarchy of a large one.
+//! What several rays meet: in a small scene all lanes test the list of what any of them may meet; in a larger one they go
+//! through its hierarchy, together or one after the other.
 
 use std::array::from_fn;
 
 use glam::DVec3;
 
 use super::shading::Material;
-use crate::accel::PrimitiveHit;
+use crate::accel::{Nearest, PacketHit, PacketStack, PrimitiveHit};
 use crate::hull::SMALL;
 use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector};
 use crate::scene::{Part, PartShape, Scene};
@@ -26,12 +26,6 @@ pub(super) fn gather3(of: impl Fn(usize) -> DVec3) -> Lanes3 {
     Lanes3::of([all.map(|v| v.x), all.map(|v| v.y), all.map(|v| v.z)].map(Lanes::new))
 }
 
-/// The rays of one lane.
-#[inline]
-pub(super) fn lane_ray(ray: &Ray<Lanes3>, lane: usize) -> Ray {
-    Ray::new(lane3(ray.origin, lane), lane3(ray.direction, lane))
-}
-
 /// What lanes need of a primitive that they have hit.
 pub(super) struct PrimitiveData {
     /// Of a triangle; the first is the centre of a sphere.
@@ -47,7 +41,7 @@ pub(super) struct PrimitiveData {
 /// A primitive against which the rays of all lanes are tested.
 struct Target<T> {
     /// Its place among those of the scene.
-    id: f64,
+    id: u32,
     /// Whether some shadow rays pass it.
     is_glass: bool,
     shape: T,
@@ -69,11 +63,26 @@ struct Triangles {
     targets: Vec<Target<Triangle>>,
 }
 
+/// How it is found out what rays meet. Every way has the same answers.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Search {
+    /// Rays are tested together against all primitives.
+    List,
+    /// They go through the hierarchy together.
+    Packets,
+    /// Each goes through it alone.
+    SingleRays,
+}
+
+/// In a scene of more primitives rays that have parted ways may go through the hierarchy faster alone. Measured inside a
+/// wavy sphere, the worst case: packets had 1.07 times the speed of single rays among 480 triangles, 0.92 among 2000.
+const MIDDLING: usize = 1500;
+
 /// A scene as lanes see it.
 pub(super) struct LaneScene<'a> {
     pub scene: &'a Scene,
-    is_small: bool,
-    // The next three are empty in a large scene.
+    search: Search,
+    // The next three are empty without a list.
     triangles: Triangles,
     /// Those that are no walls of its hull.
     within: Triangles,
@@ -84,17 +93,6 @@ pub(super) struct LaneScene<'a> {
     pub materials: Vec<Material>,
 }
 
-/// What rays have met first.
-pub(super) struct Found {
-    /// The lanes that have met something.
-    pub met: LaneMask,
-    /// The primitive, 0 in other lanes.
-    pub primitive: [u32; LANES],
-    pub t: Lanes,
-    /// The weights of a triangle's vertices.
-    pub weights: [Lanes; 3],
-}
-
 /// Vertices and edges as rays see them; one buffer serves all rays. It has as many places as there are indices.
 pub(super) struct Seen {
     vertices: [Projected<Lanes>; PLACES],
@@ -103,6 +101,8 @@ pub(super) struct Seen {
     outside: [u16; PLACES],
     /// Of each edge the lanes that pass on its negative side, and in the upper byte those on its positive side.
     sides: [u16; PLACES],
+    /// Of [`Search::Packets`].
+    stack: PacketStack,
 }
 
 /// How many vertices or edges 8 bits can tell apart; [`SMALL`] triangles have fewer.
@@ -111,11 +111,15 @@ const PLACES: usize = 256;
 impl<'a> LaneScene<'a> {
     pub fn new(scene: &'a Scene) -> Self {
         let (mut triangles, mut within, mut spheres) = (Triangles::default(), Triangles::default(), Vec::new());
-        let is_small = scene.parts().len() <= SMALL;
-        for (id, part) in scene.parts().iter().enumerate().take_while(|_| is_small) {
-            let is_glass = scene.surfaces()[part.surface as usize].bsdf.is_glass();
+        let search = match scene.parts().len() {
+            count if count <= SMALL => Search::List,
+            count if count <= MIDDLING => Search::Packets,
+            _ => Search::SingleRays,
+        };
+        for (id, part) in scene.parts().iter().enumerate().take_while(|_| search == Search::List) {
+            let is_glass = scene.is_glass(id as u32);
             let is_wall = scene.hull().is_some_and(|hull| hull.is_wall[id]);
-            let id = id as f64;
+            let id = id as u32;
             match part.shape {
                 PartShape::Sphere(shape) => spheres.push(Target { id, is_glass, shape }),
                 PartShape::Triangle { vertices, .. } => {
@@ -128,46 +132,34 @@ impl<'a> LaneScene<'a> {
         }
         let parts = scene.parts().iter().map(|part| PrimitiveData::new(scene, part)).collect();
         let materials = scene.surfaces().iter().map(Material::new).collect();
-        Self { scene, is_small, triangles, within, spheres, parts, materials }
+        Self { scene, search, triangles, within, spheres, parts, materials }
     }
 
     /// The nearest hits of the `active` lanes.
     #[inline]
-    pub fn closest(&self, ray: &Ray<Lanes3>, active: LaneMask, seen: &mut Seen) -> Found {
-        if !self.is_small {
-            return self.closest_one_by_one(ray, active);
+    pub fn closest(&self, ray: &Ray<Lanes3>, active: LaneMask, seen: &mut Seen) -> PacketHit {
+        match self.search {
+            Search::List => {}
+            Search::Packets => return self.scene.bvh().closest_of_packet(ray, active, &mut seen.stack),
+            Search::SingleRays => return self.closest_one_by_one(ray, active),
         }
-        let mut t = Lanes::splat(f64::INFINITY);
-        let mut primitive = Lanes::splat(0.0);
-        let mut weights = [Lanes::splat(0.0); 3];
-        let shear = self.triangles.see(ray, t, seen);
+        let mut nearest = Nearest::new();
+        let shear = self.triangles.see(ray, Lanes::splat(f64::INFINITY), seen);
         for triangle in self.triangles.candidates(active, false, seen) {
-            let hit = seen.hit(&shear, &triangle.shape);
-            let nearer = hit.t.below(t);
-            t = Lanes::choose(nearer, hit.t, t);
-            primitive = Lanes::choose(nearer, Lanes::splat(triangle.id), primitive);
-            weights = from_fn(|i| Lanes::choose(nearer, hit.weights[i], weights[i]));
+            nearest.or(triangle.id, &seen.hit(&shear, &triangle.shape));
         }
         for sphere in &self.spheres {
-            let (distance, id) = (sphere.shape.distance(ray), Lanes::splat(sphere.id));
-            // Of two at the same distance it is the one that comes first in the scene.
-            let nearer = distance.below(t) | distance.equals(t) & id.below(primitive);
-            t = Lanes::choose(nearer, distance, t);
-            primitive = Lanes::choose(nearer, id, primitive);
+            nearest.or(sphere.id, &TriangleHit { t: sphere.shape.distance(ray), weights: [Lanes::splat(0.0); 3] });
         }
-        let met = active & t.below(Lanes::splat(f64::INFINITY));
-        Found { met, primitive: primitive.to_array().map(|id| id as u32), t, weights }
+        nearest.of(active)
     }
 
-    fn closest_one_by_one(&self, ray: &Ray<Lanes3>, active: LaneMask) -> Found {
+    fn closest_one_by_one(&self, ray: &Ray<Lanes3>, active: LaneMask) -> PacketHit {
+        let alone = |i: usize| Ray::new(lane3(ray.origin, i), lane3(ray.direction, i));
         let bits = active.bits();
         let hits: [Option<PrimitiveHit>; LANES] =
-            from_fn(
-                |i| {
-                    if bits >> i & 1 == 1 { self.scene.bvh().closest(&lane_ray(ray, i), f64::INFINITY) } else { None }
-                },
-            );
-        Found {
+            from_fn(|i| if bits >> i & 1 == 1 { self.scene.bvh().closest(&alone(i), f64::INFINITY) } else { None });
+        PacketHit {
             met: LaneMask::from_fn(|i| hits[i].is_some()),
             primitive: from_fn(|i| hits[i].map_or(0, |hit| hit.primitive)),
             t: Lanes::new(from_fn(|i| hits[i].map_or(f64::INFINITY, |hit| hit.t))),
@@ -186,7 +178,7 @@ impl<'a> LaneScene<'a> {
         active: LaneMask,
         seen: &mut Seen,
     ) -> LaneMask {
-        if !self.is_small {
+        if self.search == Search::SingleRays {
             let bits = active.bits();
             return LaneMask::from_fn(|i| {
                 let end = |(point, normal)| (lane3(point, i), lane3(normal, i));
@@ -194,6 +186,10 @@ impl<'a> LaneScene<'a> {
             });
         }
         let segment = self.scene.segment(x, y);
+        if self.search == Search::Packets {
+            let blocks = |id: u32| !(through_glass && self.scene.is_glass(id));
+            return active & !self.scene.bvh().occluded_of_packet(&segment, active, blocks, &mut seen.stack);
+        }
         let one = Lanes::splat(1.0);
         let holds = |point| self.scene.hull().map_or(LaneMask::splat(false), |hull| hull.holds(point));
         let within = active & holds(segment.origin) & holds(segment.at(one));
@@ -214,7 +210,7 @@ impl<'a> LaneScene<'a> {
 
     /// Whether all lanes test all of its primitives, and these are triangles.
     pub fn has_few_triangles(&self) -> bool {
-        self.is_small && self.spheres.is_empty()
+        self.search == Search::List && self.spheres.is_empty()
     }
 
     /// The arithmetic of [`closest`](Self::closest) in one lane, without spheres. Of [`Shear`]: `new` takes 3 operations,
@@ -229,7 +225,7 @@ impl<'a> LaneScene<'a> {
 }
 
 impl Triangles {
-    fn add(&mut self, corners: [DVec3; 3], id: f64, is_glass: bool) {
+    fn add(&mut self, corners: [DVec3; 3], id: u32, is_glass: bool) {
         let [a, b, c] = corners.map(|corner| place_of(&mut self.vertices, corner));
         let mut edge = |from: u8, to: u8| (place_of(&mut self.edges, [from.min(to), from.max(to)]), from > to);
         let shape = Triangle { vertices: [a, b, c], edges: [edge(c, b), edge(a, c), edge(b, a)] };
@@ -295,7 +291,8 @@ impl PrimitiveData {
 impl Seen {
     pub fn new() -> Self {
         let zero = Lanes::splat(0.0);
-        Self { vertices: [[zero; 3]; PLACES], edges: [zero; PLACES], outside: [0; PLACES], sides: [0; PLACES] }
+        let (vertices, edges) = ([[zero; 3]; PLACES], [zero; PLACES]);
+        Self { vertices, edges, outside: [0; PLACES], sides: [0; PLACES], stack: PacketStack::default() }
     }
 
     /// The lanes that surely miss a triangle.

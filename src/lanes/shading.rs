@@ -7,7 +7,8 @@ use glam::DVec3;
 
 use super::lights::Picked;
 use super::samples::LaneSampler;
-use super::scene::{Found, LaneScene, PrimitiveData, Seen, gather3, lane3};
+use super::scene::{LaneScene, PrimitiveData, Seen, gather3, lane3};
+use crate::accel::PacketHit;
 use crate::bsdf::{Bsdf, OrenNayar, OrenNayarForm, Vertex, lambert, oren_nayar};
 use crate::emitter::LightSampling;
 use crate::estimator::{NextEvent as _, Standard};
@@ -115,7 +116,7 @@ pub(super) struct Light {
 impl<'a> Surfaces<'a> {
     /// Of a scene with at least one primitive.
     #[inline]
-    pub fn new(lanes: &'a LaneScene<'_>, ray: &Ray<Lanes3>, found: &Found) -> Self {
+    pub fn new(lanes: &'a LaneScene<'_>, ray: &Ray<Lanes3>, found: &PacketHit) -> Self {
         let parts = found.primitive.map(|primitive| &lanes.parts[primitive as usize]);
         let (point, normal) = place(parts, ray, found);
         let materials = parts.map(|part| &lanes.materials[part.surface as usize]);
@@ -341,7 +342,7 @@ impl<'a> Surfaces<'a> {
 
 /// Points and normals of hits, as [`Scene::intersect`](crate::scene::Scene::intersect) says them.
 #[inline]
-fn place(parts: [&PrimitiveData; LANES], ray: &Ray<Lanes3>, found: &Found) -> (Lanes3, Lanes3) {
+fn place(parts: [&PrimitiveData; LANES], ray: &Ray<Lanes3>, found: &PacketHit) -> (Lanes3, Lanes3) {
     let point = inner_point(from_fn(|k| gather3(|i| parts[i].corners[k])), found.weights);
     let normal = gather3(|i| parts[i].normal);
     let curved = found.met & LaneMask::from_fn(|i| parts[i].radius != 0.0);

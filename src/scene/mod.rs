@@ -250,6 +250,12 @@ impl Scene {
         Ray::new(start, end - start)
     }
 
+    /// Whether a primitive is of smooth glass.
+    pub(crate) fn is_glass(&self, primitive: u32) -> bool {
+        let surface = self.parts[primitive as usize].surface;
+        self.surfaces[surface as usize].bsdf.is_glass()
+    }
+
     /// Whether the segment between two surface points with unit normals is free. Glass blocks it unless
     /// `through_glass`.
     #[inline]
@@ -260,10 +266,7 @@ impl Scene {
             _ => &self.bvh,
         };
         if through_glass {
-            !bvh.occluded(&segment, 1.0, |primitive| {
-                let surface = self.parts[primitive as usize].surface;
-                !self.surfaces[surface as usize].bsdf.is_glass()
-            })
+            !bvh.occluded(&segment, 1.0, |primitive| !self.is_glass(primitive))
         } else {
             !bvh.occluded(&segment, 1.0, |_| true)
         }

@@ -1,6 +1,9 @@
 //! The hierarchy against its brute-force twin.
 
-use whitefurnace::accel::{Bvh, Primitive, PrimitiveHit};
+use std::array::from_fn;
+
+use whitefurnace::accel::{Bvh, PacketStack, Primitive, PrimitiveHit};
+use whitefurnace::real::{LANES, LaneMask, Lanes, Lanes3, Vector as _};
 
 use crate::budget::enough;
 use crate::prelude::*;
@@ -23,6 +26,34 @@ fn check(bvh: &Bvh, ray: &Ray, t_max: f64) -> bool {
         assert!(bvh.occluded(ray, t_max, |id| Some(id) == only));
     }
     expected.is_some()
+}
+
+/// Checks that rays hit together what each hits alone, to the last bit, and that lanes left out hit nothing.
+fn check_together(bvh: &Bvh, rays: &[Ray]) {
+    let mut stack = PacketStack::default();
+    let blocks = |primitive: u32| !primitive.is_multiple_of(3);
+    for rays in rays.chunks_exact(LANES) {
+        let lanes = |part: fn(&Ray) -> DVec3| Lanes3::of(from_fn(|k| Lanes::new(from_fn(|i| part(&rays[i])[k]))));
+        let ray = Ray::new(lanes(|ray| ray.origin), lanes(|ray| ray.direction));
+        // All of them, and each for itself: then no other ray makes sure that a box is opened.
+        for active in (0..LANES).map(|i| 1 << i).chain([(1 << LANES) - 1]) {
+            let active = LaneMask::from_bits(active);
+            let hits = bvh.closest_of_packet(&ray, active, &mut stack);
+            let occluded = bvh.occluded_of_packet(&ray, active, blocks, &mut stack);
+            let has = |mask: LaneMask, i: usize| mask.bits() >> i & 1 == 1;
+            for (i, alone) in rays.iter().enumerate() {
+                let expected = if has(active, i) { bvh.closest(alone, f64::INFINITY) } else { None };
+                let found = has(hits.met, i).then(|| PrimitiveHit {
+                    primitive: hits.primitive[i],
+                    t: hits.t.as_array()[i],
+                    weights: hits.weights.map(|weight| weight.as_array()[i]),
+                });
+                assert_eq!(found, expected, "{alone:?}");
+                assert_eq!(hits.t.as_array()[i].is_finite(), found.is_some());
+                assert_eq!(has(occluded, i), has(active, i) && bvh.occluded(alone, 1.0, blocks), "{alone:?}");
+            }
+        }
+    }
 }
 
 fn random_triangle<R: Rng>(rng: &mut R, size: f64) -> [DVec3; 3] {
@@ -51,6 +82,7 @@ fn rays<R: Rng>(rng: &mut R, count: usize) -> Vec<Ray> {
 
 fn check_all(primitives: &[Primitive], rays: &[Ray]) -> usize {
     let bvh = Bvh::new(primitives);
+    check_together(&bvh, rays);
     rays.iter()
         .enumerate()
         .filter(|(i, ray)| {
@@ -66,6 +98,7 @@ fn empty() {
     let ray = Ray::new(DVec3::ZERO, DVec3::X);
     assert_eq!(bvh.closest(&ray, f64::INFINITY), None);
     assert!(!bvh.occluded(&ray, f64::INFINITY, |_| true));
+    check_together(&bvh, &[ray; LANES]);
 }
 
 #[test]
@@ -120,16 +153,21 @@ fn flat_and_axis_aligned_geometry() {
         enough("flat", check_all(&flat, &rays(&mut rng, 4000)));
         // Rays within the plane of the faces, and aimed at their corners.
         let bvh = Bvh::new(&flat);
-        for primitive in &flat {
-            let Primitive::Triangle([a, ..]) = primitive else {
-                continue;
-            };
-            let corner = DVec3::new(a[0], a[1], a[2]);
-            let mut along = unit_vector(&mut rng);
-            along[axis] = 0.0;
-            check(&bvh, &Ray::new(corner - along, along), f64::INFINITY);
-            let origin = in_cube(&mut rng, 2.0);
-            check(&bvh, &Ray::new(origin, corner - origin), f64::INFINITY);
+        let corners = flat.iter().filter_map(|primitive| match primitive {
+            Primitive::Triangle([a, ..]) => Some(DVec3::new(a[0], a[1], a[2])),
+            Primitive::Sphere(_) => None,
+        });
+        let rays: Vec<Ray> = corners
+            .flat_map(|corner| {
+                let mut along = unit_vector(&mut rng);
+                along[axis] = 0.0;
+                let origin = in_cube(&mut rng, 2.0);
+                [Ray::new(corner - along, along), Ray::new(origin, corner - origin)]
+            })
+            .collect();
+        check_together(&bvh, &rays);
+        for ray in rays {
+            check(&bvh, &ray, f64::INFINITY);
         }
     }
 }
@@ -161,6 +199,15 @@ fn equal_primitives_are_all_there() {
     for hit in [bvh.closest(&ray, 2.0), bvh.closest_brute_force(&ray, 2.0)] {
         assert_eq!(hit.map(|hit| (hit.t, hit.primitive)), Some((1.0, 0)));
     }
+    check_together(&bvh, &[ray; LANES]);
+    // So it is if the box of another is entered first: both are in the plane z = x.
+    let inclined = |corners: [[f64; 2]; 3]| Primitive::triangle(corners.map(|[x, y]| DVec3::new(x, y, x)));
+    let [near, far] = [[[-0.5, -0.5], [0.5, -0.5], [0.0, 0.5]], [[-1.0, -1.0], [7.0, -1.0], [-1.0, 7.0]]].map(inclined);
+    let others = (2..20).map(|i| inclined([[0.0, 0.0], [0.5, 0.0], [0.0, 0.5]].map(|[x, y]| [x - f64::from(i), y])));
+    let sorted = Bvh::new(&[near, far].into_iter().chain(others).collect::<Vec<_>>());
+    let down = Ray::new(DVec3::new(0.0, 0.0, 5.0), -DVec3::Z);
+    assert_eq!(sorted.closest(&down, f64::INFINITY).map(|hit| hit.primitive), Some(0));
+    check_together(&sorted, &[down; LANES]);
     for id in 0..100 {
         assert!(bvh.occluded(&ray, 2.0, |other| other == id), "lost {id}");
     }
@@ -172,15 +219,18 @@ fn hundred_thousand_triangles() {
     let globe = Mesh::globe(225, 223).map(|v| v * DVec3::new(1.0, 0.7, 0.4));
     assert!(globe.triangles.len() > 99_000);
     let bvh = Bvh::new(&globe.primitives());
-    let mut hits = 0;
-    for ray in rays(&mut rng, 400) {
-        hits += usize::from(check(&bvh, &ray, f64::INFINITY));
-    }
-    enough("large mesh", hits);
+    let rays = rays(&mut rng, 400);
+    check_together(&bvh, &rays);
+    enough("large mesh", rays.iter().filter(|ray| check(&bvh, ray, f64::INFINITY)).count());
     // From inside, at vertices and edges: closed, so every ray meets it.
-    for _ in 0..20_000 {
-        let origin = 0.2 * in_cube(&mut rng, 1.0);
-        let ray = Ray::new(origin, border(&mut rng, &globe) - origin);
+    let aimed: Vec<Ray> = (0..20_000)
+        .map(|_| {
+            let origin = 0.2 * in_cube(&mut rng, 1.0);
+            Ray::new(origin, border(&mut rng, &globe) - origin)
+        })
+        .collect();
+    check_together(&bvh, &aimed);
+    for ray in aimed {
         assert!(bvh.closest(&ray, f64::INFINITY).is_some(), "lost {ray:?}");
     }
 }
@@ -200,7 +250,9 @@ fn rays_that_start_on_a_triangle() {
         let [u, v] = uniform2(&mut rng).map(|r| 0.4 * r);
         let bvh = Bvh::new(&[Primitive::triangle(triangle)]);
         for origin in [DVec3::ZERO, a + u * (b - a) + v * (c - a)] {
-            check(&bvh, &Ray::new(origin, unit_vector(&mut rng)), f64::INFINITY);
+            let ray = Ray::new(origin, unit_vector(&mut rng));
+            check(&bvh, &ray, f64::INFINITY);
+            check_together(&bvh, &[ray; LANES]);
         }
     }
 }

@@ -238,18 +238,24 @@ fn crowded() -> Scene {
     s.build(Camera::new(DVec3::new(0.0, -3.5, 0.0), DVec3::ZERO, DVec3::Z, 0.4)).expect("a legal scene")
 }
 
-/// So many triangles that the lanes leave them to the hierarchy.
-fn many() -> Scene {
+/// So many triangles that the lanes leave them to the hierarchy, and a ball of glass.
+fn many(count: u32) -> Scene {
     let mut s = SceneBuilder::new("many");
     let [grey, light] = [
         Surface::new(Bsdf::Lambert { albedo: DVec3::splat(0.6) }),
         Surface::new(Bsdf::Black).emitting(DVec3::splat(4.0)),
     ]
     .map(|surface| s.surface(surface));
-    let mut rng = rng("many");
-    for _ in 0..100 {
+    let glass = s.surface(Surface::new(Bsdf::Glass { index: 1.5 }));
+    s.sphere(Sphere::new(DVec3::new(0.1, 0.0, 0.7), 0.35), glass);
+    let (mut rng, size) = (rng("many"), 3.0 / f64::from(count).sqrt());
+    for _ in 0..count {
         let corner = in_cube(&mut rng, 1.0);
-        s.mesh(&[corner, corner + in_cube(&mut rng, 0.3), corner + in_cube(&mut rng, 0.3)], &[[0, 1, 2]], grey);
+        s.mesh(
+            &[corner, corner + size * in_cube(&mut rng, 1.0), corner + size * in_cube(&mut rng, 1.0)],
+            &[[0, 1, 2]],
+            grey,
+        );
     }
     s.sphere(Sphere::new(DVec3::new(0.0, 0.0, 1.5), 0.4), light);
     s.build(Camera::new(DVec3::new(0.0, -3.5, 0.0), DVec3::ZERO, DVec3::Z, 0.4)).expect("a legal scene")
@@ -303,7 +309,8 @@ fn assert_same_film(scene: &Scene, lanes: LaneEstimator, sampling: Sampling, win
 fn images_have_the_same_bits() {
     let scenes = [
         crowded(),
-        many(),
+        many(100),
+        many(1600),
         net(false),
         net(true),
         room::report(Convention::Physical, OrenNayarForm::Corrected).expect("a scene"),
