@@ -29,8 +29,9 @@ import numpy as np
 WIDTH, HEIGHT = 256, 192
 # Those of Mitsuba's samplers that are efficient: points that belong together, and independent numbers.
 SAMPLERS = ["multijitter", "independent"]
-# Options of `render`: its defaults, and independent numbers.
-OURS = {"default": [], "independent": ["--sampler", "independent"]}
+# Options of `render`: its defaults, independent numbers, and all points of a pixel in one scramble, which leaves no
+# error bars.
+OURS = {"default": [], "independent": ["--sampler", "independent"], "one-scramble": ["--scrambles", "1"]}
 # The room with what both renderers have.
 OPTIONS = {"report": ["--diffuse", "lambert"]}
 
