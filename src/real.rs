@@ -325,6 +325,21 @@ pub struct Lanes3 {
     pub z: Lanes,
 }
 
+impl Lanes3 {
+    /// From the vector of each lane.
+    #[inline]
+    pub fn from_fn(lane: impl Fn(usize) -> DVec3) -> Self {
+        let all = [0, 1, 2, 3, 4, 5, 6, 7].map(lane);
+        Self::of([all.map(|v| v.x), all.map(|v| v.y), all.map(|v| v.z)].map(Lanes::new))
+    }
+
+    /// The vector of one lane.
+    #[inline]
+    pub fn lane(self, lane: usize) -> DVec3 {
+        DVec3::from_array(self.components().map(|component| component.as_array()[lane]))
+    }
+}
+
 impl Vector for Lanes3 {
     type Real = Lanes;
 

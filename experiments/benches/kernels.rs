@@ -156,7 +156,7 @@ mod eight {
     use glam::DVec3;
     use whitefurnace::accel::{Bvh, PacketStack};
     use whitefurnace::bsdf::{OrenNayar, OrenNayarForm, oren_nayar};
-    use whitefurnace::real::{LANES, LaneMask, Lanes, Lanes3, Real, Vector};
+    use whitefurnace::real::{LANES, LaneMask, Lanes, Lanes3, Real};
     use whitefurnace::shape::{Ray, Sphere};
     use whitefurnace::watertight::Shear;
     use whitefurnace::{fresnel, sampling};
@@ -176,14 +176,12 @@ mod eight {
     }
 
     fn vectors(of: impl Fn(u32) -> DVec3) -> impl Fn(u32) -> Lanes3 {
-        let numbers = numbers(move |i| of(i).to_array());
-        move |i| Lanes3::of(numbers(i))
+        move |i| Lanes3::from_fn(|lane| of(i * LANES as u32 + lane as u32))
     }
 
     fn ray(i: u32) -> Ray<Lanes3> {
-        let [origin, direction] = [|ray: Ray| ray.origin, |ray: Ray| ray.direction]
-            .map(|part: fn(Ray) -> DVec3| vectors(move |i| part(super::ray(i)))(i));
-        Ray::new(origin, direction)
+        let [origin, direction] = [|ray: Ray| ray.origin, |ray: Ray| ray.direction];
+        Ray::new(vectors(|i| origin(super::ray(i)))(i), vectors(|i| direction(super::ray(i)))(i))
     }
 
     #[divan::bench]

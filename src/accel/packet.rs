@@ -22,7 +22,7 @@ pub struct PacketHit {
     pub primitive: [u32; LANES],
     /// t of (1), infinite in other lanes.
     pub t: Lanes,
-    /// Barycentric weights of a triangle's vertices; of spheres they mean nothing.
+    /// Barycentric weights of a triangle's vertices; zero for spheres.
     pub weights: [Lanes; 3],
 }
 

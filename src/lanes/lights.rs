@@ -5,7 +5,6 @@ use std::array::from_fn;
 
 use glam::DVec3;
 
-use super::scene::{gather3, lane3};
 use crate::emitter::{Emitter, EmitterPoint, EmitterShape, LightSampling};
 use crate::real::{LANES, LaneMask, Lanes, Lanes3, Real, Vector};
 use crate::solid_angle::VisibleCap;
@@ -108,11 +107,11 @@ fn by_solid_angle(emitter: &Emitter, from: Lanes3, random: [Lanes; 2]) -> (LaneM
         return (seen, EmitterPoint { point, normal: sphere.normal(point) }, cap.solid_angle.recip());
     }
     let seen: [Option<(EmitterPoint, f64)>; LANES] =
-        from_fn(|i| emitter.sample_solid_angle(lane3(from, i), random.map(|r| r.as_array()[i])));
+        from_fn(|i| emitter.sample_solid_angle(from.lane(i), random.map(|r| r.as_array()[i])));
     let point = |i: usize| seen[i].map_or(EmitterPoint { point: DVec3::ZERO, normal: DVec3::ZERO }, |(point, _)| point);
     (
         LaneMask::from_fn(|i| seen[i].is_some()),
-        EmitterPoint { point: gather3(|i| point(i).point), normal: gather3(|i| point(i).normal) },
+        EmitterPoint { point: Lanes3::from_fn(|i| point(i).point), normal: Lanes3::from_fn(|i| point(i).normal) },
         Lanes::new(from_fn(|i| seen[i].map_or(0.0, |(_, pdf)| pdf))),
     )
 }
@@ -125,6 +124,6 @@ fn pdf_by_solid_angle(emitter: &Emitter, from: Lanes3) -> (LaneMask, Lanes) {
     {
         return (seen, cap.solid_angle.recip());
     }
-    let pdf: [Option<f64>; LANES] = from_fn(|i| emitter.pdf_solid_angle(lane3(from, i)));
+    let pdf: [Option<f64>; LANES] = from_fn(|i| emitter.pdf_solid_angle(from.lane(i)));
     (LaneMask::from_fn(|i| pdf[i].is_some()), Lanes::new(pdf.map(|pdf| pdf.unwrap_or(0.0))))
 }

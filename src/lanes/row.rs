@@ -6,7 +6,7 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::samples::{LaneSampler, SampleName};
-use super::scene::{LaneScene, Seen, gather3, lane3};
+use super::scene::{LaneScene, Seen};
 use super::shading::Surfaces;
 use crate::error::Error;
 use crate::film::{Pixel, check_radiance};
@@ -136,7 +136,7 @@ pub(super) fn row<E: Scatter, S: LaneSampler>(
         busy &= !ended;
         for lane in lanes_of(ended) {
             let work = &mut work[lane];
-            let mut radiance = lane3(paths.radiance, lane);
+            let mut radiance = paths.radiance.lane(lane);
             let SampleName { pixel, replication, index } = work.sample;
             if let Some(points) = outlines.points(pixel, replication, index) {
                 let first = [corner[0] + work.column as u32, corner[1]];
@@ -203,7 +203,7 @@ impl Paths {
     /// Adds what the background shows to the paths of these lanes, which leave the scene.
     fn leave(&mut self, scene: &Scene, leaving: LaneMask) {
         if leaving.any() {
-            let background = gather3(|i| scene.background().radiance(lane3(self.ray.direction, i)));
+            let background = Lanes3::from_fn(|i| scene.background().radiance(self.ray.direction.lane(i)));
             let shown = self.throughput * self.factor * background;
             self.radiance = Vector::choose(leaving, self.radiance + shown, self.radiance);
         }

@@ -8,23 +8,10 @@ use glam::DVec3;
 use super::shading::Material;
 use crate::accel::{Nearest, PacketHit, PacketStack, PrimitiveHit};
 use crate::hull::SMALL;
-use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector};
+use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real};
 use crate::scene::{Part, PartShape, Scene};
 use crate::shape::{Ray, Sphere};
 use crate::watertight::{Projected, Shear, TriangleHit, edge};
-
-/// A vector of one lane.
-#[inline]
-pub(super) fn lane3(vector: Lanes3, lane: usize) -> DVec3 {
-    DVec3::from_array(vector.components().map(|component| component.as_array()[lane]))
-}
-
-/// Vectors of all lanes, from each of them.
-#[inline]
-pub(super) fn gather3(of: impl Fn(usize) -> DVec3) -> Lanes3 {
-    let all: [DVec3; LANES] = from_fn(of);
-    Lanes3::of([all.map(|v| v.x), all.map(|v| v.y), all.map(|v| v.z)].map(Lanes::new))
-}
 
 /// What lanes need of a primitive that they have hit.
 pub(super) struct PrimitiveData {
@@ -155,7 +142,7 @@ impl<'a> LaneScene<'a> {
     }
 
     fn closest_one_by_one(&self, ray: &Ray<Lanes3>, active: LaneMask) -> PacketHit {
-        let alone = |i: usize| Ray::new(lane3(ray.origin, i), lane3(ray.direction, i));
+        let alone = |i: usize| Ray::new(ray.origin.lane(i), ray.direction.lane(i));
         let bits = active.bits();
         let hits: [Option<PrimitiveHit>; LANES] =
             from_fn(|i| if bits >> i & 1 == 1 { self.scene.bvh().closest(&alone(i), f64::INFINITY) } else { None });
@@ -181,7 +168,7 @@ impl<'a> LaneScene<'a> {
         if self.search == Search::SingleRays {
             let bits = active.bits();
             return LaneMask::from_fn(|i| {
-                let end = |(point, normal)| (lane3(point, i), lane3(normal, i));
+                let end = |(point, normal): (Lanes3, Lanes3)| (point.lane(i), normal.lane(i));
                 bits >> i & 1 == 1 && self.scene.visible(end(x), end(y), through_glass)
             });
         }

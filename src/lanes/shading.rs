@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::lights::Picked;
 use super::samples::LaneSampler;
-use super::scene::{LaneScene, PrimitiveData, Seen, gather3, lane3};
+use super::scene::{LaneScene, PrimitiveData, Seen};
 use crate::accel::PacketHit;
 use crate::bsdf::{Bsdf, OrenNayar, OrenNayarForm, Vertex, lambert, oren_nayar};
 use crate::emitter::LightSampling;
@@ -132,7 +132,7 @@ impl<'a> Surfaces<'a> {
             cosine: is(COSINE),
             mirror: is(MIRROR),
             glass: is(GLASS),
-            colour: gather3(|i| materials[i].colour),
+            colour: Lanes3::from_fn(|i| materials[i].colour),
             absorption: of(|material| material.absorption),
             index: of(|material| material.index),
             oren_nayar: OrenNayar { a: of(|material| material.oren_nayar.a), b: of(|material| material.oren_nayar.b) },
@@ -152,7 +152,8 @@ impl<'a> Surfaces<'a> {
     /// What emitters show to rays of this direction; zero from behind and elsewhere.
     pub fn emitted(&self, scene: &LaneScene<'_>, direction: Lanes3) -> Lanes3 {
         let emitters = scene.scene.emitters();
-        let radiance = gather3(|i| self.emitter(i).map_or(DVec3::ZERO, |emitter| emitters[emitter as usize].radiance));
+        let radiance =
+            Lanes3::from_fn(|i| self.emitter(i).map_or(DVec3::ZERO, |emitter| emitters[emitter as usize].radiance));
         let front = self.normal.dot(direction).below(Lanes::splat(0.0));
         Vector::choose(front, radiance, Lanes3::splat_vector(DVec3::ZERO))
     }
@@ -160,7 +161,7 @@ impl<'a> Surfaces<'a> {
     /// The same of one lane that has met something.
     pub fn emitted_in(&self, scene: &LaneScene<'_>, lane: usize, ray: &Ray<Lanes3>) -> DVec3 {
         let emitters = scene.scene.emitters();
-        let [normal, direction] = [self.normal, ray.direction].map(|v| lane3(v, lane));
+        let [normal, direction] = [self.normal, ray.direction].map(|v| v.lane(lane));
         match self.emitter(lane) {
             Some(emitter) if normal.dot(direction) < 0.0 => emitters[emitter as usize].radiance,
             _ => DVec3::ZERO,
@@ -169,7 +170,7 @@ impl<'a> Surfaces<'a> {
 
     /// The features of a lane that a ray has met.
     pub fn features(&self, lane: usize, ray: &Ray<Lanes3>) -> Features {
-        let [albedo, normal, direction] = [self.colour, self.normal, ray.direction].map(|v| lane3(v, lane));
+        let [albedo, normal, direction] = [self.colour, self.normal, ray.direction].map(|v| v.lane(lane));
         features(albedo, normal, self.t.as_array()[lane], direction)
     }
 
@@ -193,11 +194,9 @@ impl<'a> Surfaces<'a> {
         if self.single == 0 {
             return brdf;
         }
-        gather3(
-            |i| {
-                if self.single >> i & 1 == 1 { self.bsdf[i].eval(lane3(wo, i), lane3(wi, i)) } else { lane3(brdf, i) }
-            },
-        )
+        Lanes3::from_fn(|i| {
+            if self.single >> i & 1 == 1 { self.bsdf[i].eval(wo.lane(i), wi.lane(i)) } else { brdf.lane(i) }
+        })
     }
 
     /// The pdf of directions of rough surfaces with respect to solid angle.
@@ -210,7 +209,7 @@ impl<'a> Surfaces<'a> {
         }
         Lanes::new(from_fn(|i| {
             let alone = models >> i & 1 == 1;
-            if alone { self.bsdf[i].pdf(lane3(self.vertex.wo, i), lane3(wi, i)) } else { pdf.as_array()[i] }
+            if alone { self.bsdf[i].pdf(self.vertex.wo.lane(i), wi.lane(i)) } else { pdf.as_array()[i] }
         }))
     }
 
@@ -316,12 +315,12 @@ impl<'a> Surfaces<'a> {
         if models != 0 {
             let own: [Option<DVec3>; LANES] = from_fn(|i| match self.bsdf[i] {
                 Bsdf::Model(model) if models >> i & 1 == 1 => {
-                    model.sample(lane3(self.vertex.wo, i), random.map(|r| r.as_array()[i]))
+                    model.sample(self.vertex.wo.lane(i), random.map(|r| r.as_array()[i]))
                 }
-                _ => Some(lane3(wi, i)),
+                _ => Some(wi.lane(i)),
             });
             lost = (0..LANES).fold(0, |lost, i| lost | u32::from(own[i].is_none()) << i);
-            wi = gather3(|i| own[i].unwrap_or(DVec3::Z));
+            wi = Lanes3::from_fn(|i| own[i].unwrap_or(DVec3::Z));
         }
         let pdf = self.pdf(wi);
         let weight = self.weighted(wi, pdf);
@@ -343,13 +342,13 @@ impl<'a> Surfaces<'a> {
 /// Points and normals of hits, as [`Scene::intersect`](crate::scene::Scene::intersect) says them.
 #[inline]
 fn place(parts: [&PrimitiveData; LANES], ray: &Ray<Lanes3>, found: &PacketHit) -> (Lanes3, Lanes3) {
-    let point = inner_point(from_fn(|k| gather3(|i| parts[i].corners[k])), found.weights);
-    let normal = gather3(|i| parts[i].normal);
+    let point = inner_point(from_fn(|k| Lanes3::from_fn(|i| parts[i].corners[k])), found.weights);
+    let normal = Lanes3::from_fn(|i| parts[i].normal);
     let curved = found.met & LaneMask::from_fn(|i| parts[i].radius != 0.0);
     if !curved.any() {
         return (point, normal);
     }
-    let centre = gather3(|i| parts[i].corners[0]);
+    let centre = Lanes3::from_fn(|i| parts[i].corners[0]);
     let radius = Lanes::new(parts.map(|part| part.radius));
     let away = outward(ray.at(found.t), centre);
     let facing = Vector::choose(radius.below(Lanes::splat(0.0)), -away, away);

@@ -423,8 +423,8 @@ fn eight_rays_meet_what_each_meets() {
             let mut rng = stream(9, k, i as u32);
             scene.camera().ray([8, 6], 8.0 * uniform(&mut rng), 6.0 * uniform(&mut rng))
         });
-        let lanes = |part: fn(&Ray) -> DVec3| Lanes3::of(from_fn(|c| Lanes::new(rays.each_ref().map(|r| part(r)[c]))));
-        let together = eight.closest(&Ray::new(lanes(|r| r.origin), lanes(|r| r.direction)));
+        let [origins, directions] = [Lanes3::from_fn(|i| rays[i].origin), Lanes3::from_fn(|i| rays[i].direction)];
+        let together = eight.closest(&Ray::new(origins, directions));
         let alone = rays.map(|ray| scene.intersect(&ray).map_or(f64::INFINITY, |hit| hit.t));
         assert_eq!(together.to_array(), alone);
     }

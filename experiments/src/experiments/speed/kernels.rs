@@ -5,7 +5,7 @@ use std::hint::black_box;
 
 use whitefurnace::frame::Frame;
 use whitefurnace::lanes::EightRays;
-use whitefurnace::real::{LANES, Lanes, Lanes3, Vector as _};
+use whitefurnace::real::{LANES, Lanes, Lanes3};
 use whitefurnace::scene::simple::cornell;
 
 use super::least_seconds;
@@ -96,8 +96,7 @@ fn bounced_rays(run: &Run, scene: &Scene) -> Vec<Ray> {
 }
 
 fn packet(rays: &[Ray]) -> Ray<Lanes3> {
-    let lanes = |of: fn(&Ray) -> DVec3| Lanes3::of(from_fn(|axis| Lanes::new(from_fn(|i| of(&rays[i])[axis]))));
-    Ray::new(lanes(|ray| ray.origin), lanes(|ray| ray.direction))
+    Ray::new(Lanes3::from_fn(|i| rays[i].origin), Lanes3::from_fn(|i| rays[i].direction))
 }
 
 /// The most additions and multiplications per second of one thread, on numbers in registers.
