@@ -1,7 +1,10 @@
 //! Surfaces that emit, and how shadow rays pick points on them.
 
+use std::f64::consts::FRAC_1_PI;
+
 use glam::DVec3;
 
+use crate::light_pick;
 use crate::real::{Real, Vector};
 use crate::sampling;
 use crate::shape::{Sphere, triangle_point};
@@ -67,6 +70,10 @@ pub struct Emitter {
     pub area: f64,
     /// The unit normal of the front of a flat shape; not used for spheres.
     normal: DVec3,
+    /// The middle of the shape.
+    centre: DVec3,
+    /// The radius of a sphere, or of the disc that has the area of a flat shape.
+    radius: f64,
 }
 
 /// How shadow rays pick points on an emitter.
@@ -80,6 +87,9 @@ pub enum LightSampling {
     SolidAngle,
     /// Spheres by solid angle, flat emitters by area: of a sphere a half at least cannot be seen.
     ByShape,
+    /// The same, on emitters that are picked by what they [may contribute](Emitter::contribution), where there are
+    /// not more than [`light_pick::MOST`].
+    ByContribution,
 }
 
 impl LightSampling {
@@ -89,8 +99,14 @@ impl LightSampling {
         match self {
             Self::Area => false,
             Self::SolidAngle => true,
-            Self::ByShape => matches!(emitter.shape, EmitterShape::Sphere(_)),
+            Self::ByShape | Self::ByContribution => matches!(emitter.shape, EmitterShape::Sphere(_)),
         }
+    }
+
+    /// Whether one of so many emitters is picked by what it may contribute, not each as often.
+    #[inline]
+    pub fn by_contribution(self, count: usize) -> bool {
+        self == Self::ByContribution && (2..=light_pick::MOST).contains(&count)
     }
 }
 
@@ -106,18 +122,42 @@ pub struct EmitterPoint<V = DVec3> {
 impl Emitter {
     /// An emitter of the given shape and radiance.
     pub fn new(shape: EmitterShape, radiance: DVec3) -> Self {
-        let (area, normal) = match shape {
-            EmitterShape::Rectangle { edges: [a, b], .. } => {
+        let flat = |across: DVec3, area: f64, centre: DVec3| {
+            (area, across.normalize_or_zero(), centre, (area * FRAC_1_PI).sqrt())
+        };
+        let (area, normal, centre, radius) = match shape {
+            EmitterShape::Rectangle { corner, edges: [a, b] } => {
                 let across = a.cross(b);
-                (across.length(), across.normalize_or_zero())
+                flat(across, across.length(), corner + 0.5 * (a + b))
             }
             EmitterShape::Triangle([a, b, c]) => {
                 let across = (b - a).cross(c - a);
-                (0.5 * across.length(), across.normalize_or_zero())
+                flat(across, 0.5 * across.length(), (a + b + c) / 3.0)
             }
-            EmitterShape::Sphere(sphere) => (sphere.area(), DVec3::ZERO),
+            EmitterShape::Sphere(sphere) => (sphere.area(), DVec3::ZERO, sphere.centre, sphere.radius),
         };
-        Self { shape, radiance, area, normal }
+        Self { shape, radiance, area, normal, centre, radius }
+    }
+
+    /// What it may bring to a point, where nothing stands between: about the irradiance of a surface that faces it,
+    /// the mean of all colours. It is above 0 wherever the emitter's front can be seen.
+    ///
+    /// C of [`crate::equation::LIGHT_PICK`]. Of a flat emitter of area A and radius a = √(A/π), from distance d of its middle and height h over its plane,
+    /// L A (h + a) / ((d + a) (d² + a²)): exact over the middle of a disc, and far away. Of a sphere of radius r,
+    /// L A/4 / max(d², r²).
+    #[inline]
+    pub fn contribution<V: Vector>(&self, from: V) -> V::Real {
+        let all = V::Real::splat;
+        let away = from - V::splat_vector(self.centre);
+        let distance_squared = away.length_squared();
+        let flux = self.radiance.element_sum() / 3.0 * self.area;
+        let squared = self.radius * self.radius;
+        if let EmitterShape::Sphere(_) = self.shape {
+            return all(0.25 * flux) / distance_squared.at_least(all(squared));
+        }
+        let height = away.dot(V::splat_vector(self.normal));
+        let attenuation = (distance_squared.sqrt() + self.radius) * (distance_squared + squared);
+        V::Real::choose(height.above(all(0.0)), (height + self.radius) * flux / attenuation, all(0.0))
     }
 
     /// Maps two uniform numbers to a point; its pdf with respect to area is 1/area.

@@ -235,6 +235,10 @@ equations! {
         r"\Omega = \frac{2\pi\sin^2\theta}{1 + \cos\theta}, \quad \sin\theta = \frac{R}{d}, \quad p = \frac{1}{\Omega}", None,
         "Shirley, Wang and Zimmerman, ACM TOG 15(1), 1996", Added,
         "The form 2π(1 - cos θ) loses all digits for far spheres; half of the points uniform in area are unseen.";
+    LIGHT_PICK = "light.pick", "", "Picks of emitters",
+        r"p_i = (1 - \varepsilon)\frac{C_i}{\sum_k C_k} + \frac{\varepsilon\,[C_i > 0]}{\#\{k : C_k > 0\}}, \quad C = \frac{L_e A\,(h + a)}{(d + a)(d^2 + a^2)}, \quad a^2 = \frac{A}{\pi}", None,
+        "Veach, PhD thesis, 1997, section 9.2", Added,
+        "What an emitter may contribute, at distance d and height h over its plane, must be above 0 wherever it can be seen.";
     PHOTON_FLUX = "photon.flux", "", "Flux of a photon",
         r"\Delta\Phi = \frac{L_e \cos\theta}{N\, p_A\, p_\omega}", None,
         "Jensen, EGWR 1996", Added,

@@ -8,11 +8,11 @@ use super::path::Strategy;
 use crate::bsdf::{Bsdf, Scattering, Vertex};
 use crate::emitter::{Emitter, EmitterPoint, LightSampling};
 use crate::environment::EnvironmentMap;
-use crate::radiometry;
 use crate::rng::{uniform, uniform2};
 use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
+use crate::{light_pick, radiometry};
 
 /// The replaceable parts of next-event estimation.
 pub trait NextEvent: Sync {
@@ -21,11 +21,22 @@ pub trait NextEvent: Sync {
     fn pick_emitter(&self, r: f64, count: usize) -> usize {
         ((r * count as f64) as usize).min(count - 1)
     }
-    /// The pdf of a point on an emitter that is picked among `count`, from its pdf on that emitter, with respect
-    /// to the same measure.
+    /// What an emitter may contribute at a point.
     #[inline]
-    fn pdf_of_pick(&self, pdf: f64, count: usize) -> f64 {
-        pdf / count as f64
+    fn contribution(&self, emitter: &Emitter, from: DVec3) -> f64 {
+        emitter.contribution(from)
+    }
+    /// Which emitter a shadow ray picks by shares, and its share.
+    #[inline]
+    fn pick_by_share(&self, r: f64, shares: &[f64]) -> (usize, f64) {
+        let (index, share) = light_pick::pick(shares, r);
+        (index as usize, share)
+    }
+    /// The pdf of a point on an emitter that is picked with this probability, from its pdf on that emitter, with
+    /// respect to the same measure.
+    #[inline]
+    fn pdf_of_pick(&self, pdf: f64, probability: f64) -> f64 {
+        pdf * probability
     }
     /// A point on an emitter.
     #[inline]
@@ -135,7 +146,47 @@ pub(super) fn pick_point<'a, P: NextEvent, R: Sampler>(
 /// The pdf, with respect to area, of a point that [`pick_point`] returns.
 #[inline]
 pub(super) fn point_pdf<P: NextEvent>(parts: &P, scene: &Scene, emitter: &Emitter) -> f64 {
-    parts.pdf_of_pick(parts.emitter_pdf_area(emitter), scene.emitters().len())
+    parts.pdf_of_pick(parts.emitter_pdf_area(emitter), evenly(scene.emitters().len()))
+}
+
+/// The probability of each of `count` emitters, picked evenly.
+#[inline]
+fn evenly(count: usize) -> f64 {
+    1.0 / count as f64
+}
+
+/// The number of the emitter that a shadow ray from a point picks, by `lights`, and the probability of that.
+#[inline]
+fn pick_from<P: NextEvent>(
+    parts: &P,
+    emitters: &[Emitter],
+    lights: LightSampling,
+    from: DVec3,
+    r: f64,
+) -> (usize, f64) {
+    let count = emitters.len();
+    if !lights.by_contribution(count) {
+        return (parts.pick_emitter(r, count), evenly(count));
+    }
+    let mut shares = [0.0; light_pick::MOST];
+    light_pick::share_all(|i| parts.contribution(&emitters[i], from), &mut shares[..count]);
+    parts.pick_by_share(r, &shares[..count])
+}
+
+/// The same probability, of the emitter of this number.
+#[inline]
+fn probability_of_pick<P: NextEvent>(
+    parts: &P,
+    emitters: &[Emitter],
+    lights: LightSampling,
+    from: DVec3,
+    index: usize,
+) -> f64 {
+    let count = emitters.len();
+    if !lights.by_contribution(count) {
+        return evenly(count);
+    }
+    light_pick::share(|i| parts.contribution(&emitters[i], from), count, index as f64)
 }
 
 /// Next-event estimation: one shadow ray from a diffuse vertex to a point picked on an emitter, by
@@ -154,8 +205,12 @@ pub(super) fn direct_light<P: NextEvent + Scattering, R: Sampler>(
     if emitters.is_empty() {
         return None;
     }
-    let emitter = &emitters[parts.pick_emitter(uniform(rng), emitters.len())];
-    let random = uniform2(rng);
+    let (pick, random) = (uniform(rng), uniform2(rng));
+    let (index, probability) = pick_from(parts, emitters, lights, vertex.point, pick);
+    if probability == 0.0 {
+        return None;
+    }
+    let emitter = &emitters[index];
     let by_solid_angle =
         if lights.by_solid_angle(emitter) { parts.sample_solid_angle(emitter, vertex.point, random) } else { None };
     let light = match by_solid_angle {
@@ -176,7 +231,7 @@ pub(super) fn direct_light<P: NextEvent + Scattering, R: Sampler>(
         Some((_, pdf)) => pdf,
         None => area_pdf(parts, emitter, cosine_at_light, distance_squared),
     };
-    let pdf = parts.pdf_of_pick(pdf_on_emitter, emitters.len());
+    let pdf = parts.pdf_of_pick(pdf_on_emitter, probability);
     let ends = ((vertex.point, vertex.frame.z), (light.point, light.normal));
     if brdf == DVec3::ZERO || !parts.visible(scene, ends.0, ends.1, rules.shadows_pass_glass) {
         return None;
@@ -185,7 +240,7 @@ pub(super) fn direct_light<P: NextEvent + Scattering, R: Sampler>(
         wi,
         reflected: parts.radiance_factor_from(bsdf, wi) * radiometry::reflected(brdf, emitter.radiance, cosine, pdf),
         pdf,
-        point: Some((light, point_pdf(parts, scene, emitter))),
+        point: Some((light, parts.pdf_of_pick(parts.emitter_pdf_area(emitter), probability))),
     })
 }
 
@@ -225,20 +280,26 @@ fn area_pdf<P: NextEvent>(parts: &P, emitter: &Emitter, cosine_at_light: f64, di
     parts.emitter_pdf_area(emitter) / parts.solid_angle_per_area(cosine_at_light, distance_squared)
 }
 
-/// The pdf, with respect to solid angle, with which [`direct_light`] picks the point of an emitter that
-/// a ray has hit.
+/// The pdf, with respect to solid angle, with which [`direct_light`] picks the point of the emitter of this number
+/// that a ray has hit.
 #[inline]
 pub(super) fn emitter_pdf<P: NextEvent + Scattering>(
     parts: &P,
     scene: &Scene,
-    emitter: &Emitter,
+    index: usize,
     lights: LightSampling,
     (ray, hit): (&Ray, &Hit),
 ) -> f64 {
+    let emitters = scene.emitters();
+    let emitter = &emitters[index];
+    let probability = probability_of_pick(parts, emitters, lights, ray.origin, index);
+    if probability == 0.0 {
+        return 0.0;
+    }
     let by_solid_angle = if lights.by_solid_angle(emitter) { parts.pdf_solid_angle(emitter, ray.origin) } else { None };
     let pdf = by_solid_angle.unwrap_or_else(|| {
         let cosine_at_light = parts.cosine(hit.normal, -ray.direction);
         area_pdf(parts, emitter, cosine_at_light, hit.t * hit.t)
     });
-    parts.pdf_of_pick(pdf, scene.emitters().len())
+    parts.pdf_of_pick(pdf, probability)
 }

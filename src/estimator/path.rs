@@ -52,7 +52,7 @@ pub struct Path<P = Standard> {
 
 impl<P> Path<P> {
     /// The plainest: points uniform in area, and the balance heuristic. The program `render` takes
-    /// [`LightSampling::ByShape`] and [`Heuristic::Power`].
+    /// [`LightSampling::ByContribution`] and [`Heuristic::Power`].
     pub fn new(parts: P, strategy: Strategy) -> Self {
         Self { parts, strategy, lights: LightSampling::default(), heuristic: Heuristic::default() }
     }
@@ -65,8 +65,7 @@ impl<P: Walking> Path<P> {
     fn weight_of_hit(&self, scene: &Scene, step: &Step<'_>) -> f64 {
         match (step.pdf, self.strategy, step.here.emitter) {
             (Some(pdf), Strategy::Mis, Some(index)) => {
-                let emitter = &scene.emitters()[index as usize];
-                let other = emitter_pdf(&self.parts, scene, emitter, self.lights, (&step.ray, &step.here));
+                let other = emitter_pdf(&self.parts, scene, index as usize, self.lights, (&step.ray, &step.here));
                 let share =
                     scene.background().map().map_or(1.0, |_| 1.0 - self.parts.share_of_map(scene.emitters().len()));
                 self.weight(pdf, share * other)

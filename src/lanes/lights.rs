@@ -6,6 +6,7 @@ use std::array::from_fn;
 use glam::DVec3;
 
 use crate::emitter::{Emitter, EmitterPoint, EmitterShape, LightSampling};
+use crate::light_pick;
 use crate::real::{LANES, LaneMask, Lanes, Lanes3, Real, Vector};
 use crate::solid_angle::VisibleCap;
 
@@ -83,6 +84,40 @@ pub(super) fn pdf_of_hit(
         found = Lanes::choose(here, pdf, found);
     });
     found
+}
+
+/// Which emitters shadow rays from some points pick, and with what probability: even picks by the first function.
+#[inline]
+pub(super) fn pick_emitters(
+    emitters: &[Emitter],
+    lights: LightSampling,
+    from: Lanes3,
+    (r, evenly): (Lanes, impl Fn(f64) -> usize),
+) -> ([usize; LANES], Lanes) {
+    let count = emitters.len();
+    if !lights.by_contribution(count) {
+        return (r.to_array().map(evenly), Lanes::splat(1.0 / count as f64));
+    }
+    let mut shares = [Lanes::splat(0.0); light_pick::MOST];
+    light_pick::share_all(|i| emitters[i].contribution(from), &mut shares[..count]);
+    let (index, share) = light_pick::pick(&shares[..count], r);
+    (index.to_array().map(|index| index as usize), share)
+}
+
+/// The probabilities with which shadow rays from these points pick emitters of these numbers.
+#[inline]
+pub(super) fn probability_of_pick(
+    emitters: &[Emitter],
+    lights: LightSampling,
+    numbers: [usize; LANES],
+    from: Lanes3,
+) -> Lanes {
+    let count = emitters.len();
+    if !lights.by_contribution(count) {
+        return Lanes::splat(1.0 / count as f64);
+    }
+    let numbers = Lanes::new(numbers.map(|number| number as f64));
+    light_pick::share(|i| emitters[i].contribution(from), count, numbers)
 }
 
 /// Hands over each of the numbers once, with the lanes that have it.

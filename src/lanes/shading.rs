@@ -5,7 +5,7 @@ use std::array::from_fn;
 
 use glam::DVec3;
 
-use super::lights::Picked;
+use super::lights::{Picked, pick_emitters};
 use super::samples::LaneSampler;
 use super::scene::{LaneScene, PrimitiveData, Seen};
 use crate::accel::PacketHit;
@@ -229,10 +229,12 @@ impl<'a> Surfaces<'a> {
         if emitters.is_empty() || !asking.any() {
             return Light { arrives: LaneMask::splat(false), wi: none, reflected: none, pdf: zero };
         }
-        let pick = random.uniform(asking).to_array();
-        let picked: [usize; LANES] = from_fn(|i| Standard.pick_emitter(pick[i], emitters.len()));
+        let pick = random.uniform(asking);
         let random = [random.uniform(asking), random.uniform(asking)];
         let vertex = &self.vertex;
+        let evenly = |r| Standard.pick_emitter(r, emitters.len());
+        let (picked, probability) = pick_emitters(emitters, lights, vertex.point, (pick, evenly));
+        let asking = asking & probability.above(zero);
         let picked = Picked::new(emitters, lights, (picked, asking), vertex.point, random);
         let point = &picked.point;
         let to_light = point.point - vertex.point;
@@ -242,8 +244,7 @@ impl<'a> Surfaces<'a> {
         let cosine_at_light = radiometry::cosine(point.normal, -direction);
         let wi = vertex.frame.local(direction);
         let brdf = self.brdf(wi);
-        let pdf =
-            picked.pdf(radiometry::solid_angle_per_area(cosine_at_light, distance_squared)) / emitters.len() as f64;
+        let pdf = picked.pdf(radiometry::solid_angle_per_area(cosine_at_light, distance_squared)) * probability;
         let dark = brdf.x.equals(zero) & brdf.y.equals(zero) & brdf.z.equals(zero);
         let asking = asking & cosine.above(zero) & cosine_at_light.above(zero) & !dark;
         let arrives = if asking.any() {

@@ -7,6 +7,7 @@ use whitefurnace::bsdf::{Model, oren_nayar};
 use whitefurnace::estimator::{Heuristic, Path, Strategy as Finds};
 use whitefurnace::fresnel::{mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refracted};
 use whitefurnace::lanes::EightRays;
+use whitefurnace::light_pick::{pick, share, share_all};
 use whitefurnace::radiometry::{balance, cosine, power, reflected, solid_angle_per_area};
 use whitefurnace::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector, sin_cos_of_turn};
 use whitefurnace::render::{LaneEstimator, OneRayPerHit, render_lanes};
@@ -114,6 +115,15 @@ kernels! {
             EmitterShape::Triangle(CORNERS), EmitterShape::Sphere(zone())];
         let points = shapes.map(|shape| Emitter::new(shape, DVec3::ONE).sample([x[0], x[1]]));
         points.map(|p| [p.point.components(), p.normal.components()].concat()).concat()
+    };
+    Picks: |x| {
+        let emitters = [EmitterShape::Rectangle { corner: CORNERS[0], edges: [DVec3::X, DVec3::new(0.1, 0.9, 0.2)] },
+            EmitterShape::Triangle(CORNERS), EmitterShape::Sphere(zone())].map(|shape| Emitter::new(shape, DVec3::ONE));
+        let from = v(&x[1..]);
+        let mut shares = [x[0]; 3];
+        share_all(|i| emitters[i].contribution(from), &mut shares);
+        let (index, picked) = pick(&shares, x[0]);
+        [index, picked, share(|i| emitters[i].contribution(from), 3, x[4].floor()), shares[0], shares[1], shares[2]]
     };
 }
 
@@ -328,7 +338,7 @@ fn images_have_the_same_bits() {
             for (lights, heuristic) in [
                 (LightSampling::Area, Heuristic::Balance),
                 (LightSampling::SolidAngle, Heuristic::Power),
-                (LightSampling::ByShape, Heuristic::Power),
+                (LightSampling::ByContribution, Heuristic::Power),
             ] {
                 let path = Path { lights, heuristic, ..Path::new(Standard, strategy) };
                 assert_same_film(scene, LaneEstimator::Path(path), plain, None);

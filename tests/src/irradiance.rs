@@ -26,7 +26,7 @@ pub fn three() -> f64 {
 }
 
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    [lights(), strategies(), form_factors::trials(), vec![weights()], vec![picks()]].into_iter().flatten().collect()
+    [lights(), strategies(), form_factors::trials(), vec![weights()], picks()].into_iter().flatten().collect()
 }
 
 /// A light over the floor: the scene, E/L at the origin, and what it is.
@@ -119,24 +119,59 @@ fn weights() -> FamilyTrial<EstimatorSubject> {
     trial("irradiance/weights", property, &MIS, judged, with_parts(Weights(Heuristic::Balance)))
 }
 
-const PICKS: u64 = 1_000_000;
+/// Shares of four emitters, one of which may not contribute.
+const SHARES: [f64; 4] = [0.4, 0.3, 0.0, 0.3];
 
-/// Each of three emitters is picked with probability 1/3.
-struct Picks;
+/// Emitters are picked with the probabilities that they say: each of three evenly, or of four by [`SHARES`].
+struct Picks {
+    by_share: bool,
+    picks: u64,
+}
 
 impl Property for Picks {
     fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
-        let mut rng = context.rng("picks");
-        let n = context.n(PICKS);
-        let mut observed = vec![0; 3];
-        (0..n).for_each(|_| observed[setup.parts.pick_emitter(uniform(&mut rng), 3)] += 1);
+        let mut rng = context.rng(if self.by_share { "picks by share" } else { "picks" });
+        let n = context.n(self.picks);
+        let shares = if self.by_share { SHARES.to_vec() } else { vec![1.0 / 3.0; 3] };
+        let mut observed = vec![0; shares.len()];
+        let mut unlike = 0.0_f64;
+        for _ in 0..n {
+            let r = uniform(&mut rng);
+            if self.by_share {
+                let (pick, share) = setup.parts.pick_by_share(r, &shares);
+                observed[pick] += 1;
+                unlike = unlike.max((share - shares[pick]).abs());
+            } else {
+                observed[setup.parts.pick_emitter(r, shares.len())] += 1;
+            }
+        }
         let counts = Counts { n, observed, ..Counts::default() };
-        vec![frequencies("picks", vec![1.0 / 3.0; 3], |i| format!("emitter {i}"), &counts)]
+        let mut outcomes = vec![frequencies("picks", shares, |i| format!("emitter {i}"), &counts)];
+        if self.by_share {
+            outcomes.push(Outcome::exact("share of the pick", n, unlike, 0.0, "the worst of all picks"));
+        }
+        outcomes
     }
 }
 
-fn picks() -> FamilyTrial<EstimatorSubject> {
-    let property = "each of three emitters is picked with probability 1/3";
-    let subject = "estimator::NextEvent::pick_emitter";
-    trial("irradiance/picks", property, &ESTIMATOR, [subject, "chi-square"], with_parts(Picks))
+fn picks() -> Vec<FamilyTrial<EstimatorSubject>> {
+    let evenly = "each of three emitters is picked with probability 1/3";
+    let by_share = "each of four emitters is picked with its share as probability, and never without one";
+    let subject = |part| [part, "chi-square"];
+    vec![
+        trial(
+            "irradiance/picks",
+            evenly,
+            &ESTIMATOR,
+            subject("estimator::NextEvent::pick_emitter"),
+            with_parts(Picks { by_share: false, picks: 1_000_000 }),
+        ),
+        trial(
+            "irradiance/picks-by-share",
+            by_share,
+            &LIGHT_PICK,
+            subject("light_pick::pick"),
+            with_parts(Picks { by_share: true, picks: 1_300_000 }),
+        ),
+    ]
 }

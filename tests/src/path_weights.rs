@@ -5,6 +5,7 @@ use whitefurnace::emitter::{Emitter, EmitterShape, LightSampling};
 use whitefurnace::estimator::Heuristic;
 use whitefurnace::frame::Frame;
 use whitefurnace::harness::pointwise::Largest;
+use whitefurnace::light_pick::EVEN;
 use whitefurnace::sampling::cosine_hemisphere_inverse;
 
 use crate::mean_radiance::any_direction;
@@ -39,8 +40,8 @@ fn lights() -> Arc<Scene> {
         floor(s, lambert(FLOOR));
         square(s, NEAR[0].z * DVec3::Z, 2.0, false, light(LIGHT));
         let corner = DVec3::new(3.0, -1.0, 0.5);
-        triangle(s, &[corner, corner + 2.0 * DVec3::Y, corner + DVec3::ONE], light(LIGHT));
-        ball(s, Sphere::new(DVec3::new(-4.0, 0.0, 1.0), 0.5), light(LIGHT));
+        triangle(s, &[corner, corner + 2.0 * DVec3::Y, corner + DVec3::ONE], light(3.0 * LIGHT));
+        ball(s, Sphere::new(DVec3::new(-4.0, 0.0, 1.0), 0.5), light(5.0 * LIGHT));
         // These two have no sampling by solid angle: it falls back to area.
         let skewed = [2.0 * DVec3::Y + 0.7 * DVec3::X, DVec3::new(1.0, 0.0, 1.5)];
         panel(s, DVec3::new(3.0, 3.0, 0.4), skewed, light(LIGHT));
@@ -55,8 +56,38 @@ fn girard(from: DVec3, corners: [DVec3; 3]) -> f64 {
     angle(a, b, c) + angle(b, c, a) + angle(c, a, b) - PI
 }
 
-/// The density, with respect to solid angle, of a shadow ray towards a point of an emitter among `count`.
-fn density(emitter: &Emitter, lights: LightSampling, from: DVec3, to: (DVec3, DVec3), count: usize) -> f64 {
+/// The probability with which a shadow ray from a point picks each of the emitters.
+fn probabilities(emitters: &[Emitter], lights: LightSampling, from: DVec3) -> Vec<f64> {
+    if lights != LightSampling::ByContribution {
+        return vec![1.0 / emitters.len() as f64; emitters.len()];
+    }
+    let irradiance = |emitter: &Emitter| {
+        let flat = |middle: DVec3, across: DVec3, area: f64| {
+            let (d, a) = (middle.distance(from), (area * FRAC_1_PI).sqrt());
+            let height = (from - middle).dot(across.normalize());
+            if height > 0.0 { area / (d * d + a * a) * (height + a) / (d + a) } else { 0.0 }
+        };
+        let of_one = match emitter.shape {
+            EmitterShape::Rectangle { corner, edges: [a, b] } => {
+                flat(corner + 0.5 * a + 0.5 * b, a.cross(b), a.cross(b).length())
+            }
+            EmitterShape::Triangle([a, b, c]) => {
+                let across = (b - a).cross(c - a);
+                flat((a + b + c) / 3.0, across, 0.5 * across.length())
+            }
+            EmitterShape::Sphere(sphere) => emitter.area / (4.0 * sphere.centre.distance_squared(from)),
+        };
+        of_one * emitter.radiance.element_sum()
+    };
+    let each: Vec<f64> = emitters.iter().map(irradiance).collect();
+    let sum: f64 = each.iter().sum();
+    let facing = each.iter().filter(|&&one| one > 0.0).count() as f64;
+    let probability = |one| if one > 0.0 { (1.0 - EVEN) * one / sum + EVEN / facing } else { 0.0 };
+    each.into_iter().map(probability).collect()
+}
+
+/// The density, with respect to solid angle, of a shadow ray towards a point of an emitter of this probability.
+fn density(emitter: &Emitter, lights: LightSampling, from: DVec3, to: (DVec3, DVec3), probability: f64) -> f64 {
     let away = to.0 - from;
     let of_area = |area: f64| away.length().powi(3) / (area * -away.dot(to.1));
     // No angle where the shape has no sampling by it.
@@ -76,13 +107,17 @@ fn density(emitter: &Emitter, lights: LightSampling, from: DVec3, to: (DVec3, DV
         }
     };
     let one = angle.filter(|_| by_angle(lights, emitter)).map_or_else(|| of_area(area), f64::recip);
-    one / count as f64
+    one * probability
 }
 
 /// Whether an emitter is sampled by solid angle where it can be.
 fn by_angle(lights: LightSampling, emitter: &Emitter) -> bool {
     let is_sphere = matches!(emitter.shape, EmitterShape::Sphere(_));
-    lights == LightSampling::SolidAngle || lights == LightSampling::ByShape && is_sphere
+    match lights {
+        LightSampling::Area => false,
+        LightSampling::SolidAngle => true,
+        LightSampling::ByShape | LightSampling::ByContribution => is_sphere,
+    }
 }
 
 /// Both weights of a path from a floor to a light, and the two densities.
@@ -106,7 +141,13 @@ fn one(
     let first = scene.intersect(&ray)?;
     let (pick, random) = (uniform(rng), uniform2(rng));
     let emitters = scene.emitters();
-    let emitter = &emitters[(pick * emitters.len() as f64) as usize];
+    let probabilities = probabilities(emitters, lights, first.point);
+    let mut left = pick;
+    let picked = probabilities.iter().position(|probability| {
+        left -= probability;
+        left < 0.0
+    })?;
+    let emitter = &emitters[picked];
     let seen = emitter.sample_solid_angle(first.point, random).filter(|_| by_angle(lights, emitter));
     let point = seen.map_or_else(|| emitter.sample(random), |(point, _)| point);
     let free = scene.visible((first.point, first.normal), (point.point, point.normal), false);
@@ -132,10 +173,12 @@ fn one(
         hit: hits(Strategy::Mis) / estimate(&sides.hits, Strategy::Bsdf, &direction(0.0)),
         shadow: shadows(Strategy::Mis) / shadows(Strategy::Light),
         bsdf: local.z * FRAC_1_PI,
-        light: density(emitter, lights, first.point, (point.point, point.normal), emitters.len()),
+        light: density(emitter, lights, first.point, (point.point, point.normal), probabilities[picked]),
     })
 }
 
+const WAYS: [LightSampling; 4] =
+    [LightSampling::Area, LightSampling::SolidAngle, LightSampling::ByShape, LightSampling::ByContribution];
 const PATHS: u64 = 4000;
 /// Of weights: their two runs differ by the rounding of directions, which grazing multiplies by 1000.
 const TOLERANCE: f64 = 1e-8;
@@ -144,7 +187,7 @@ fn weights(context: &Context, scene: &Scene, sides: &Sides) -> Vec<Outcome> {
     let mut rng = context.rng("paths");
     let (mut sum, mut hits, mut shadows) = (Largest::default(), Largest::default(), Largest::default());
     for heuristic in [Heuristic::Balance, Heuristic::Power] {
-        for lights in [LightSampling::Area, LightSampling::SolidAngle, LightSampling::ByShape] {
+        for lights in WAYS {
             let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
             for _ in 0..PATHS {
                 let Some(found) = one(scene, sides, (heuristic, lights), &mut rng) else {
@@ -165,7 +208,7 @@ fn weights(context: &Context, scene: &Scene, sides: &Sides) -> Vec<Outcome> {
             }
         }
     }
-    let n = 6 * PATHS;
+    let n = 2 * WAYS.len() as u64 * PATHS;
     let exact = |name, largest: Largest| Outcome::exact(name, n, largest.error, TOLERANCE, largest.place);
     vec![exact("weight of a hit", hits), exact("weight of a shadow ray", shadows), exact("sum of both", sum)]
 }
@@ -179,7 +222,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let with = |parts| Side { parts, ..SIDE };
     let other = |lights| match lights {
         LightSampling::Area => LightSampling::SolidAngle,
-        LightSampling::SolidAngle | LightSampling::ByShape => LightSampling::Area,
+        _ => LightSampling::Area,
     };
     let balance = Side { heuristic: |_| Heuristic::Balance, ..SIDE };
     const BY_HIT: &str = "irradiance/path-weights: weight of a hit | sum of both";
@@ -204,6 +247,10 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             fault!("number-of-lights-forgotten", MIS,
                 "the density of a shadow ray does not know at a hit that one of five lights was picked",
                 = hits(with(PartTable { pdf_of_pick: |pdf, _| pdf, ..CORRECT })), BY_HIT),
+            fault!("share-as-seen-from-elsewhere", LIGHT_PICK,
+                "the share of a light at a hit is that for the middle of the scene, not for where the path came from",
+                = hits(with(PartTable { contribution: |light, _| light.contribution(DVec3::ZERO), ..CORRECT })),
+                BY_HIT),
             fault!("hits-weighted-as-shadow-rays", MIS, "the two densities change places at a hit",
                 = hits(with(PartTable {
                     mis_weight: |p, q| q / (p + q),

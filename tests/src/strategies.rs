@@ -26,6 +26,7 @@ const BSDF: EstimatorKind = by(Strategy::Bsdf, LightSampling::Area);
 const LIGHT_AREA: EstimatorKind = by(Strategy::Light, LightSampling::Area);
 pub(super) const LIGHT_ANGLE: EstimatorKind = by(Strategy::Light, LightSampling::SolidAngle);
 const MIS_AREA: EstimatorKind = by(Strategy::Mis, LightSampling::Area);
+const LIGHT_CONTRIBUTION: EstimatorKind = by(Strategy::Light, LightSampling::ByContribution);
 pub(super) const MIS_ANGLE: EstimatorKind = by(Strategy::Mis, LightSampling::SolidAngle);
 
 /// A triangle so near and large that most directions hit it; it faces down.
@@ -86,6 +87,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         by("irradiance/near-sphere/mis-area", &near_sphere, MIS_AREA, &MIS, 11_000_000),
         by("irradiance/near-sphere/mis-angle", &near_sphere, MIS_ANGLE, &LIGHT_SPHERE, 2_500_000),
         by("irradiance/three-lights/light-angle", &three, LIGHT_ANGLE, &LIGHT_RECTANGLE, 13_500_000),
+        by("irradiance/three-lights/contribution", &three, LIGHT_CONTRIBUTION, &LIGHT_PICK, 17_500_000),
     ]
 }
 

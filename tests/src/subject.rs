@@ -76,7 +76,9 @@ table! {
     }
     NextEvent {
         pick_emitter(r: f64, count: usize) -> usize;
-        pdf_of_pick(pdf: f64, count: usize) -> f64;
+        contribution(emitter: &Emitter, from: DVec3) -> f64;
+        pick_by_share(r: f64, shares: &[f64]) -> (usize, f64);
+        pdf_of_pick(pdf: f64, probability: f64) -> f64;
         sample_emitter(emitter: &Emitter, random: [f64; 2]) -> EmitterPoint;
         emitter_pdf_area(emitter: &Emitter) -> f64;
         solid_angle_per_area(cosine_at_emitter: f64, distance_squared: f64) -> f64;

@@ -200,8 +200,10 @@ pub enum LightSamplingName {
     /// Uniform in the solid angle under which the light is seen
     SolidAngle,
     /// Spheres by solid angle, flat lights in area
-    #[default]
     ByShape,
+    /// The same, on lights that are picked by what they may contribute
+    #[default]
+    ByContribution,
 }
 
 /// The heuristics of multiple importance sampling, as programs name them.

@@ -249,6 +249,7 @@ impl Job {
                 LightSamplingName::Area => LightSampling::Area,
                 LightSamplingName::SolidAngle => LightSampling::SolidAngle,
                 LightSamplingName::ByShape => LightSampling::ByShape,
+                LightSamplingName::ByContribution => LightSampling::ByContribution,
             },
             heuristic: match self.heuristic {
                 HeuristicName::Balance => Heuristic::Balance,

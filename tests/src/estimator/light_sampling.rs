@@ -1,6 +1,7 @@
 //! Faults of lights sampled by solid angle, of the power heuristic, and of light that is hit.
 
-use whitefurnace::emitter::EmitterPoint;
+use whitefurnace::emitter::{EmitterPoint, EmitterShape};
+use whitefurnace::estimator::NextEvent as _;
 
 use crate::prelude::*;
 use crate::solid_angle::{uniform_in_area, with_pdf};
@@ -36,6 +37,27 @@ fn points() -> Vec<Fault<EstimatorSubject>> {
                 with_pdf(emitter, from, random, |pdf| 1.0 / (4.0 * PI - 1.0 / pdf))
             } },
             "irradiance/near-triangle/light-angle"),
+        fault!("spheres-have-no-share", LIGHT_PICK, "a sphere that is seen may contribute nothing",
+            { contribution: |emitter, from| match emitter.shape {
+                EmitterShape::Sphere(_) => 0.0,
+                _ => emitter.contribution(from),
+            } },
+            "irradiance/three-lights/contribution"),
+        fault!("picked-evenly-for-its-share", LIGHT_PICK, "picks are even, but count as if they were by share",
+            { pick_by_share: |r, shares| {
+                let pick = (r * shares.len() as f64) as usize;
+                (pick, shares[pick])
+            } },
+            "irradiance/picks-by-share: picks", "irradiance/three-lights/contribution"),
+        fault!("share-taken-for-even", LIGHT_PICK, "picks are by share, but count as if they were even",
+            { pick_by_share: |r, shares| (Standard.pick_by_share(r, shares).0, 1.0 / shares.len() as f64) },
+            "irradiance/picks-by-share: share of the pick"),
+        fault!("next-in-the-list", LIGHT_PICK, "the share is that of the emitter after the picked one",
+            { pick_by_share: |r, shares| {
+                let (pick, _) = Standard.pick_by_share(r, shares);
+                (pick, shares[(pick + 1) % shares.len()])
+            } },
+            "irradiance/picks-by-share: share of the pick"),
         fault!("cone-squeezed", LIGHT_SPHERE, "directions crowd at the middle of the cone",
             { sample_solid_angle: |emitter, from, [r1, r2]| emitter.sample_solid_angle(from, [r1 * r1, r2]) },
             "irradiance/near-sphere/light-angle"),

@@ -1,0 +1,100 @@
+//! What emitters may contribute, and the picks by it.
+
+use whitefurnace::light_pick::{EVEN, MOST, pick, share, share_all};
+
+use crate::prelude::*;
+
+const WHITE: DVec3 = DVec3::ONE;
+
+/// A rectangle, a triangle and a sphere of one area that look up from the origin, and that area.
+fn shapes() -> ([Emitter; 3], f64) {
+    let area: f64 = 0.8;
+    let a = area.sqrt();
+    let corner = -0.5 * a * (DVec3::X + DVec3::Y);
+    let side = (area * 4.0 / 3f64.sqrt()).sqrt();
+    let triangle = [0.0, 1.0, 2.0].map(|k| Frame::new(DVec3::Z).world(from_spherical(FRAC_PI_2, k * TAU / 3.0)));
+    let shapes = [
+        EmitterShape::Rectangle { corner, edges: [a * DVec3::X, a * DVec3::Y] },
+        EmitterShape::Triangle(triangle.map(|v| v * side / 3f64.sqrt())),
+        EmitterShape::Sphere(Sphere::new(DVec3::ZERO, (area / (4.0 * PI)).sqrt())),
+    ];
+    (shapes.map(|shape| Emitter::new(shape, WHITE)), area)
+}
+
+#[test]
+fn from_afar_a_contribution_is_irradiance() {
+    let ([rectangle, triangle, sphere], area) = shapes();
+    let mut rng = rng("contributions");
+    for _ in 0..1000 {
+        let (towards, d) = (unit_vector(&mut rng), 1e4);
+        let flat = area * towards.z.max(0.0) / (d * d);
+        for emitter in [rectangle, triangle] {
+            assert_abs_diff_eq!(emitter.contribution(d * towards), flat, epsilon = 1e-4 * area / (d * d));
+        }
+        assert_relative_eq!(sphere.contribution(d * towards), 0.25 * area / (d * d), max_relative = 1e-9);
+    }
+}
+
+#[test]
+fn over_a_light_a_contribution_is_that_of_a_disc() {
+    let ([rectangle, triangle, sphere], area) = shapes();
+    for height in [1e-3, 0.1, 1.0, 10.0] {
+        let disc = PI / (1.0 + height * height * PI / area);
+        for emitter in [rectangle, triangle] {
+            assert_relative_eq!(emitter.contribution(height * DVec3::Z), disc, max_relative = 1e-9);
+            assert_eq!(emitter.contribution(-height * DVec3::Z), 0.0);
+        }
+    }
+    // Within a sphere that shines inward.
+    assert_relative_eq!(sphere.contribution(DVec3::ZERO), PI, max_relative = 1e-9);
+}
+
+/// Each colour counts as much, and all that can be seen has some share.
+#[test]
+fn contributions_are_in_proportion_to_radiance() {
+    for emitter in shapes().0 {
+        let from = DVec3::new(3.0, 1.0, 1e-9);
+        let of = |radiance| Emitter::new(emitter.shape, radiance).contribution(from);
+        assert!(of(WHITE) > 0.0);
+        assert_relative_eq!(of(DVec3::new(6.0, 0.0, 0.0)), 2.0 * of(WHITE), max_relative = 1e-12);
+        assert_eq!(of(DVec3::new(1.0, 2.0, 3.0)), of(DVec3::new(3.0, 1.0, 2.0)));
+    }
+}
+
+/// From some contributions, 0 and the edges of what numbers can be among them.
+fn contributions() -> impl Strategy<Value = Vec<f64>> {
+    let one = prop_oneof![Just(0.0), 0.0..1.0, Just(1e300), Just(5e-324), Just(f64::INFINITY), 1e-9..1e9];
+    prop::collection::vec(one, 1..=MOST)
+}
+
+#[test]
+fn shares_sum_to_one_and_no_light_is_left_out() {
+    property("shares", 2000, &contributions(), |contributions| {
+        let mut shares = vec![0.0; contributions.len()];
+        share_all(|i| contributions[i], &mut shares);
+        let some = contributions.iter().filter(|&&c| c > 0.0).count();
+        let sum: f64 = shares.iter().sum();
+        assert_abs_diff_eq!(sum, if some > 0 { 1.0 } else { 0.0 }, epsilon = 1e-12);
+        for (i, (&contribution, &of_one)) in contributions.iter().zip(&shares).enumerate() {
+            assert_eq!(of_one > 0.0, contribution > 0.0);
+            assert!(of_one == 0.0 || of_one >= EVEN / some as f64);
+            assert_eq!(share(|i| contributions[i], contributions.len(), i as f64), of_one);
+        }
+    });
+}
+
+#[test]
+fn a_number_picks_the_share_that_it_lies_in() {
+    property("picks", 2000, &(contributions(), 0.0..1.0), |(contributions, r)| {
+        let mut shares = vec![0.0; contributions.len()];
+        share_all(|i| contributions[i], &mut shares);
+        for r in [r, 0.0, 1.0 - U] {
+            let (index, of_it) = pick(&shares, r);
+            let index = index as usize;
+            assert_eq!(of_it, shares[index]);
+            let below: f64 = shares[..index].iter().sum();
+            let within = below <= r + 1e-12 && r <= below + of_it + 1e-12;
+            assert!(within && of_it > 0.0 || contributions.iter().all(|&c| c == 0.0), "{r} in {shares:?} is {index}");
+        }
+    });
+}
