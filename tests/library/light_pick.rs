@@ -98,3 +98,12 @@ fn a_number_picks_the_share_that_it_lies_in() {
         }
     });
 }
+
+/// A single light needs no share, and of very many none is asked for one.
+#[test]
+fn a_few_lights_are_picked_by_contribution() {
+    for (count, asked) in [(1, false), (2, true), (MOST, true), (MOST + 1, false)] {
+        assert_eq!(LightSampling::ByContribution.by_contribution(count), asked);
+        assert!(!LightSampling::ByShape.by_contribution(count));
+    }
+}
