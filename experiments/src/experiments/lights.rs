@@ -1,10 +1,12 @@
-//! What solid-angle sampling of lights gains: variance by distance for each shape, and in whole scenes.
+//! What the ways of sampling lights gain: by solid angle, variance by distance for each shape, and in whole scenes; by
+//! contribution, variance along a line under several lights.
 
 use std::f64::consts::FRAC_1_PI;
 use std::sync::Arc;
 
-use registry::scenes::{corners, floor, lambert, light, polygon_irradiance, scene, sphere_irradiance};
+use registry::scenes::{corners, floor, lambert, light, polygon_irradiance, scene, sphere_irradiance, square};
 use whitefurnace::emitter::LightSampling;
+use whitefurnace::light_pick::MOST;
 use whitefurnace::scene::SurfaceId;
 
 use crate::experiments::prelude::*;
@@ -12,12 +14,13 @@ use crate::render::LightSamplingName;
 
 pub(super) const LIGHTS: Experiment = Experiment {
     id: "lights",
-    title: "variance of direct light: points on lights by area and by solid angle",
-    version: 1,
+    title: "variance of direct light: points on lights by area and by solid angle, lights by contribution",
+    version: 2,
     equations: &[
         &equation::LIGHT_RECTANGLE,
         &equation::LIGHT_TRIANGLE,
         &equation::LIGHT_SPHERE,
+        &equation::LIGHT_PICK,
         &equation::SOLID_ANGLE,
         &equation::MIS,
         &equation::MIS_POWER,
@@ -70,6 +73,7 @@ const WAYS: [(&str, Strategy, LightSampling); 4] = [
 
 fn run(run: &mut Run) -> Result<(), Error> {
     by_distance(run)?;
+    along_a_line(run)?;
     scenes(run)
 }
 
@@ -83,7 +87,8 @@ fn by_distance(run: &mut Run) -> Result<(), Error> {
             let path = Path { parts: Standard, strategy, lights, heuristic: Heuristic::Balance };
             let seed = seed_for(run.seed(), &format!("{} {label}", shape.name));
             let variances = parallel(&scenes, |(height, scene)| {
-                relative_variance(scene, &path, seed, samples, FRAC_1_PI * (shape.irradiance)(*height))
+                let reference = FRAC_1_PI * (shape.irradiance)(*height);
+                relative_variance((scene, 0.0), &path, seed, samples, reference)
             })?;
             for (height, variance) in HEIGHTS.into_iter().zip(&variances) {
                 run.number(&format!("{}.{}.{height}", shape.name, label.replace(' ', "-")), *variance);
@@ -114,10 +119,58 @@ fn over_floor(shape: &Shape, height: f64) -> Arc<Scene> {
     })
 }
 
-/// The variance of one sample of the radiance of the origin over the square of its closed form.
-fn relative_variance(scene: &Scene, path: &Path, seed: u64, samples: u32, expected: f64) -> f64 {
-    let to_origin = DVec3::new(0.1, 0.05, -1.0).normalize();
-    let ray = Ray::new(-0.02 * to_origin, to_origin);
+/// Where three lamps are over a floor; the last one shines upwards.
+const LAMPS: [DVec3; 3] = [DVec3::new(-4.0, 0.0, 1.0), DVec3::new(4.0, 0.0, 1.0), DVec3::new(0.0, 0.0, 1.0)];
+const HALF: f64 = 0.5;
+
+/// The variance of direct light on a floor, from one end to beyond the other of a row of lamps.
+fn along_a_line(run: &mut Run) -> Result<(), Error> {
+    let samples = run.count(run.by_tier(100_000, 1_000_000)) as u32;
+    let room = scene("lamps", |s| {
+        floor(s, lambert(1.0));
+        for (lamp, up) in LAMPS.into_iter().zip([false, false, true]) {
+            square(s, lamp, HALF, up, light(1.0));
+        }
+    });
+    let places: Vec<f64> = (-12..=12).map(|i| 0.5 * f64::from(i)).collect();
+    let mut series = Vec::new();
+    for (colour, (label, strategy, lights)) in [
+        ("light, each as often", Strategy::Light, LightSampling::ByShape),
+        ("light, by contribution", Strategy::Light, LightSampling::ByContribution),
+        ("mis, each as often", Strategy::Mis, LightSampling::ByShape),
+        ("mis, by contribution", Strategy::Mis, LightSampling::ByContribution),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let path = Path { parts: Standard, strategy, lights, heuristic: Heuristic::Power };
+        let seed = seed_for(run.seed(), &format!("lamps {label}"));
+        let variances = parallel(&places, |&x| {
+            let seen = |lamp: DVec3| polygon_irradiance(&corners(lamp - x * DVec3::X, HALF));
+            let reference = FRAC_1_PI * (seen(LAMPS[0]) + seen(LAMPS[1]));
+            relative_variance((&room, x), &path, seed, samples, reference)
+        })?;
+        for (x, variance) in places.iter().zip(&variances) {
+            run.number(&format!("lamps.{}.{x}", label.replace(", ", "-").replace(' ', "-")), *variance);
+        }
+        series.push(Series::new(label, colour, Mark::Line, places.iter().zip(variances).map(|(&x, y)| [x, y])));
+    }
+    let [even, shares] = [0, 1].map(|way: usize| series[way].points[4][1]);
+    let value = format!("each as often {even:.3e}, by contribution {shares:.3e}, relative to the squared mean");
+    run.number("most", MOST as f64);
+    run.note("variance by shadow rays alone under one of three lamps", value);
+    let title = "Two lamps over a floor, and one that faces away: variance of one sample, relative to the squared mean";
+    let axes = ["place on the floor (lamps at -4 and 4, height 1)", "relative variance"];
+    let chart = Chart::new(title, axes, [[-6.5, 6.5], [0.03, 10.0]], series).log([false, true]);
+    let see =
+        "Each as often: two shadow rays of three go to a lamp that is far or faces away. By contribution: few do.";
+    charts(&run.figure("picks.svg"), see, [900, 420], &[chart])
+}
+
+/// The variance of one sample of the radiance of the floor at (x, 0, 0) over the square of its closed form.
+fn relative_variance((scene, x): (&Scene, f64), path: &Path, seed: u64, samples: u32, expected: f64) -> f64 {
+    let down = DVec3::new(0.1, 0.05, -1.0).normalize();
+    let ray = Ray::new(x * DVec3::X - 0.02 * down, down);
     radiance_along(scene, path, &ray, (seed, 0), samples).variance() / (expected * expected)
 }
 
