@@ -139,12 +139,12 @@ impl Emitter {
         Self { shape, radiance, area, normal, centre, radius }
     }
 
-    /// What it may bring to a point, where nothing stands between: about the irradiance of a surface that faces it,
-    /// the mean of all colours. It is above 0 wherever the emitter's front can be seen.
+    /// What it may bring to a point, C of [`crate::equation::LIGHT_PICK`]: about the irradiance of a surface that
+    /// faces it, in the mean of all colours. It is above 0 wherever the emitter's front can be seen.
     ///
-    /// C of [`crate::equation::LIGHT_PICK`]. Of a flat emitter of area A and radius a = √(A/π), from distance d of its middle and height h over its plane,
-    /// L A (h + a) / ((d + a) (d² + a²)): exact over the middle of a disc, and far away. Of a sphere of radius r,
-    /// L A/4 / max(d², r²).
+    /// Of a flat emitter of area A and radius a = √(A/π), from distance d of its middle and height h over its plane,
+    /// L A (h + a)²/(d² + a²)²: π L where it is near, and with the square of its cosine where it is far, as what is
+    /// seen at a slant is hidden sooner. Of a sphere of radius r, L A/4 / max(d², r²).
     #[inline]
     pub fn contribution<V: Vector>(&self, from: V) -> V::Real {
         let all = V::Real::splat;
@@ -156,8 +156,8 @@ impl Emitter {
             return all(0.25 * flux) / distance_squared.at_least(all(squared));
         }
         let height = away.dot(V::splat_vector(self.normal));
-        let attenuation = (distance_squared.sqrt() + self.radius) * (distance_squared + squared);
-        V::Real::choose(height.above(all(0.0)), (height + self.radius) * flux / attenuation, all(0.0))
+        let slant = (height + self.radius) / (distance_squared + squared);
+        V::Real::choose(height.above(all(0.0)), slant * slant * flux, all(0.0))
     }
 
     /// Maps two uniform numbers to a point; its pdf with respect to area is 1/area.

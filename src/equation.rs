@@ -236,8 +236,8 @@ equations! {
         "Shirley, Wang and Zimmerman, ACM TOG 15(1), 1996", Added,
         "The form 2π(1 - cos θ) loses all digits for far spheres; half of the points uniform in area are unseen.";
     LIGHT_PICK = "light.pick", "", "Picks of emitters",
-        r"p_i = (1 - \varepsilon)\frac{C_i}{\sum_k C_k} + \frac{\varepsilon\,[C_i > 0]}{\#\{k : C_k > 0\}}, \quad C = \frac{L_e A\,(h + a)}{(d + a)(d^2 + a^2)}, \quad a^2 = \frac{A}{\pi}", None,
-        "Veach, PhD thesis, 1997, section 9.2", Added,
+        r"p_i = (1 - \varepsilon)\frac{C_i}{\sum_k C_k} + \frac{\varepsilon\,[C_i > 0]}{\#\{k : C_k > 0\}}, \quad C = L_e A \left(\frac{h + a}{d^2 + a^2}\right)^2, \quad a^2 = \frac{A}{\pi}", None,
+        "Shirley, Wang and Zimmerman, ACM TOG 15(1), 1996, with C and ε of our own", Added,
         "What an emitter may contribute, at distance d and height h over its plane, must be above 0 wherever it can be seen.";
     PHOTON_FLUX = "photon.flux", "", "Flux of a photon",
         r"\Delta\Phi = \frac{L_e \cos\theta}{N\, p_A\, p_\omega}", None,

@@ -65,7 +65,7 @@ fn probabilities(emitters: &[Emitter], lights: LightSampling, from: DVec3) -> Ve
         let flat = |middle: DVec3, across: DVec3, area: f64| {
             let (d, a) = (middle.distance(from), (area * FRAC_1_PI).sqrt());
             let height = (from - middle).dot(across.normalize());
-            if height > 0.0 { area / (d * d + a * a) * (height + a) / (d + a) } else { 0.0 }
+            if height > 0.0 { area * (height + a).powi(2) / (d * d + a * a).powi(2) } else { 0.0 }
         };
         let of_one = match emitter.shape {
             EmitterShape::Rectangle { corner, edges: [a, b] } => {

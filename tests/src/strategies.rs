@@ -87,7 +87,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         by("irradiance/near-sphere/mis-area", &near_sphere, MIS_AREA, &MIS, 11_000_000),
         by("irradiance/near-sphere/mis-angle", &near_sphere, MIS_ANGLE, &LIGHT_SPHERE, 2_500_000),
         by("irradiance/three-lights/light-angle", &three, LIGHT_ANGLE, &LIGHT_RECTANGLE, 13_500_000),
-        by("irradiance/three-lights/contribution", &three, LIGHT_CONTRIBUTION, &LIGHT_PICK, 17_500_000),
+        by("irradiance/three-lights/contribution", &three, LIGHT_CONTRIBUTION, &LIGHT_PICK, 20_500_000),
     ]
 }
 
