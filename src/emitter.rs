@@ -4,7 +4,6 @@ use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
 
-use crate::light_pick;
 use crate::real::{Real, Vector};
 use crate::sampling;
 use crate::shape::{Sphere, triangle_point};
@@ -87,8 +86,7 @@ pub enum LightSampling {
     SolidAngle,
     /// Spheres by solid angle, flat emitters by area: of a sphere a half at least cannot be seen.
     ByShape,
-    /// The same, on emitters that are picked by what they [may contribute](Emitter::contribution), where there are
-    /// not more than [`light_pick::MOST`].
+    /// The same, on emitters that are picked by what they [may contribute](Emitter::contribution).
     ByContribution,
 }
 
@@ -106,7 +104,7 @@ impl LightSampling {
     /// Whether one of so many emitters is picked by what it may contribute, not each as often.
     #[inline]
     pub fn by_contribution(self, count: usize) -> bool {
-        self == Self::ByContribution && (2..=light_pick::MOST).contains(&count)
+        self == Self::ByContribution && count > 1
     }
 }
 
@@ -150,7 +148,7 @@ impl Emitter {
         let all = V::Real::splat;
         let away = from - V::splat_vector(self.centre);
         let distance_squared = away.length_squared();
-        let flux = self.radiance.element_sum() / 3.0 * self.area;
+        let flux = self.flux();
         let squared = self.radius * self.radius;
         if let EmitterShape::Sphere(_) = self.shape {
             return all(0.25 * flux) / distance_squared.at_least(all(squared));
@@ -158,6 +156,17 @@ impl Emitter {
         let height = away.dot(V::splat_vector(self.normal));
         let slant = (height + self.radius) / (distance_squared + squared);
         V::Real::choose(height.above(all(0.0)), slant * slant * flux, all(0.0))
+    }
+
+    /// Area times radiance, in the mean of all colours.
+    #[inline]
+    fn flux(&self) -> f64 {
+        self.radiance.element_sum() / 3.0 * self.area
+    }
+
+    /// Area times radiance, the middle, and about the mean squared distance from there.
+    pub(crate) fn as_point(&self) -> (f64, DVec3, f64) {
+        (self.flux(), self.centre, self.radius * self.radius)
     }
 
     /// Maps two uniform numbers to a point; its pdf with respect to area is 1/area.

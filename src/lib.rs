@@ -127,6 +127,7 @@ mod hull;
 pub mod image;
 pub mod kd_tree;
 pub mod lanes;
+pub mod light_groups;
 pub mod light_pick;
 pub mod moments;
 pub mod nearest;

@@ -3,7 +3,8 @@
 
 use crate::real::Real;
 
-/// So many emitters at most are asked what they may contribute at a vertex; of more, each is picked as often.
+/// So many emitters at most are asked one by one what they may contribute at a vertex; more are in
+/// [groups](crate::light_groups).
 pub const MOST: usize = 64;
 /// This part of all picks is even among the emitters that may contribute at all: what they do contribute hangs on
 /// what stands between, too.

@@ -8,7 +8,7 @@
 mod bdpt;
 mod emission;
 mod light_tracer;
-mod next_event;
+pub(crate) mod next_event;
 mod particle;
 mod path;
 mod photon;

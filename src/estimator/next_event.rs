@@ -157,36 +157,46 @@ fn evenly(count: usize) -> f64 {
 
 /// The number of the emitter that a shadow ray from a point picks, by `lights`, and the probability of that.
 #[inline]
-fn pick_from<P: NextEvent>(
+pub(crate) fn pick_from<P: NextEvent>(
     parts: &P,
-    emitters: &[Emitter],
+    scene: &Scene,
     lights: LightSampling,
     from: DVec3,
     r: f64,
 ) -> (usize, f64) {
+    let emitters = scene.emitters();
     let count = emitters.len();
     if !lights.by_contribution(count) {
         return (parts.pick_emitter(r, count), evenly(count));
     }
+    let contribution = |i: usize| parts.contribution(&emitters[i], from);
+    if let Some(groups) = scene.light_groups() {
+        return groups.pick(r, from, contribution, |r, shares| parts.pick_by_share(r, shares));
+    }
     let mut shares = [0.0; light_pick::MOST];
-    light_pick::share_all(|i| parts.contribution(&emitters[i], from), &mut shares[..count]);
+    light_pick::share_all(contribution, &mut shares[..count]);
     parts.pick_by_share(r, &shares[..count])
 }
 
 /// The same probability, of the emitter of this number.
 #[inline]
-fn probability_of_pick<P: NextEvent>(
+pub(crate) fn probability_of_pick<P: NextEvent>(
     parts: &P,
-    emitters: &[Emitter],
+    scene: &Scene,
     lights: LightSampling,
     from: DVec3,
     index: usize,
 ) -> f64 {
+    let emitters = scene.emitters();
     let count = emitters.len();
     if !lights.by_contribution(count) {
         return evenly(count);
     }
-    light_pick::share(|i| parts.contribution(&emitters[i], from), count, index as f64)
+    let contribution = |i: usize| parts.contribution(&emitters[i], from);
+    match scene.light_groups() {
+        Some(groups) => groups.probability(index, from, contribution),
+        None => light_pick::share(contribution, count, index as f64),
+    }
 }
 
 /// Next-event estimation: one shadow ray from a diffuse vertex to a point picked on an emitter, by
@@ -206,7 +216,7 @@ pub(super) fn direct_light<P: NextEvent + Scattering, R: Sampler>(
         return None;
     }
     let (pick, random) = (uniform(rng), uniform2(rng));
-    let (index, probability) = pick_from(parts, emitters, lights, vertex.point, pick);
+    let (index, probability) = pick_from(parts, scene, lights, vertex.point, pick);
     if probability == 0.0 {
         return None;
     }
@@ -292,7 +302,7 @@ pub(super) fn emitter_pdf<P: NextEvent + Scattering>(
 ) -> f64 {
     let emitters = scene.emitters();
     let emitter = &emitters[index];
-    let probability = probability_of_pick(parts, emitters, lights, ray.origin, index);
+    let probability = probability_of_pick(parts, scene, lights, ray.origin, index);
     if probability == 0.0 {
         return 0.0;
     }

@@ -6,8 +6,10 @@ use std::array::from_fn;
 use glam::DVec3;
 
 use crate::emitter::{Emitter, EmitterPoint, EmitterShape, LightSampling};
+use crate::estimator::{Standard, next_event};
 use crate::light_pick;
 use crate::real::{LANES, LaneMask, Lanes, Lanes3, Real, Vector};
+use crate::scene::Scene;
 use crate::solid_angle::VisibleCap;
 
 /// Points on emitters, as shadow rays from some points pick them.
@@ -86,17 +88,20 @@ pub(super) fn pdf_of_hit(
     found
 }
 
-/// Which emitters shadow rays from some points pick, and with what probability: even picks by the first function.
+/// Which emitters shadow rays from the points of some lanes pick, and with what probability.
 #[inline]
 pub(super) fn pick_emitters(
-    emitters: &[Emitter],
+    scene: &Scene,
     lights: LightSampling,
-    from: Lanes3,
-    (r, evenly): (Lanes, impl Fn(f64) -> usize),
+    (from, asking): (Lanes3, LaneMask),
+    r: Lanes,
 ) -> ([usize; LANES], Lanes) {
+    let emitters = scene.emitters();
     let count = emitters.len();
-    if !lights.by_contribution(count) {
-        return (r.to_array().map(evenly), Lanes::splat(1.0 / count as f64));
+    if !lights.by_contribution(count) || scene.light_groups().is_some() {
+        let one = |i| next_event::pick_from(&Standard, scene, lights, from.lane(i), r.as_array()[i]);
+        let each: [_; LANES] = from_fn(|i| if asking.bits() >> i & 1 == 1 { one(i) } else { (0, 1.0) });
+        return (each.map(|(index, _)| index), Lanes::new(each.map(|(_, probability)| probability)));
     }
     let mut shares = [Lanes::splat(0.0); light_pick::MOST];
     light_pick::share_all(|i| emitters[i].contribution(from), &mut shares[..count]);
@@ -104,17 +109,19 @@ pub(super) fn pick_emitters(
     (index.to_array().map(|index| index as usize), share)
 }
 
-/// The probabilities with which shadow rays from these points pick emitters of these numbers.
+/// The probabilities with which shadow rays from these points pick the emitters of these numbers, where they were hit.
 #[inline]
 pub(super) fn probability_of_pick(
-    emitters: &[Emitter],
+    scene: &Scene,
     lights: LightSampling,
-    numbers: [usize; LANES],
+    (numbers, hit): ([usize; LANES], LaneMask),
     from: Lanes3,
 ) -> Lanes {
+    let emitters = scene.emitters();
     let count = emitters.len();
-    if !lights.by_contribution(count) {
-        return Lanes::splat(1.0 / count as f64);
+    if !lights.by_contribution(count) || scene.light_groups().is_some() {
+        let one = |i: usize| next_event::probability_of_pick(&Standard, scene, lights, from.lane(i), numbers[i]);
+        return Lanes::new(from_fn(|i| if hit.bits() >> i & 1 == 1 { one(i) } else { 1.0 }));
     }
     let numbers = Lanes::new(numbers.map(|number| number as f64));
     light_pick::share(|i| emitters[i].contribution(from), count, numbers)

@@ -73,7 +73,7 @@ fn add_emission(
     let per_area = radiometry::solid_angle_per_area(cosine, surfaces.t * surfaces.t);
     let numbers = from_fn(|i| surfaces.emitter(i).map_or(0, |emitter| emitter as usize));
     let on_emitter = lights::pdf_of_hit(emitters, path.lights, (numbers, emits), paths.ray.origin, per_area);
-    let probability = lights::probability_of_pick(emitters, path.lights, numbers, paths.ray.origin);
+    let probability = lights::probability_of_pick(scene.scene, path.lights, (numbers, emits), paths.ray.origin);
     // Behind an emitter the one is infinite and the other may be 0.
     let zero = Lanes::splat(0.0);
     let other = Lanes::choose(probability.above(zero), on_emitter * probability, zero);

@@ -11,7 +11,6 @@ use super::scene::{LaneScene, PrimitiveData, Seen};
 use crate::accel::PacketHit;
 use crate::bsdf::{Bsdf, OrenNayar, OrenNayarForm, Vertex, lambert, oren_nayar};
 use crate::emitter::LightSampling;
-use crate::estimator::{NextEvent as _, Standard};
 use crate::film::Features;
 use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector};
 use crate::render::features;
@@ -232,8 +231,7 @@ impl<'a> Surfaces<'a> {
         let pick = random.uniform(asking);
         let random = [random.uniform(asking), random.uniform(asking)];
         let vertex = &self.vertex;
-        let evenly = |r| Standard.pick_emitter(r, emitters.len());
-        let (picked, probability) = pick_emitters(emitters, lights, vertex.point, (pick, evenly));
+        let (picked, probability) = pick_emitters(scene.scene, lights, (vertex.point, asking), pick);
         let asking = asking & probability.above(zero);
         let picked = Picked::new(emitters, lights, (picked, asking), vertex.point, random);
         let point = &picked.point;

@@ -10,6 +10,8 @@ use crate::emitter::{Emitter, EmitterShape};
 use crate::environment::Environment;
 use crate::error::Error;
 use crate::hull::Hull;
+use crate::light_groups::Groups;
+use crate::light_pick::MOST;
 use crate::shape::Sphere;
 
 /// Collects a scene's parts; [`build`](Self::build) validates them.
@@ -181,6 +183,7 @@ impl SceneBuilder {
             surfaces: self.surfaces,
             vertices: self.vertices,
             parts: self.parts,
+            light_groups: (self.emitters.len() > MOST).then(|| Groups::new(&self.emitters)),
             emitters: self.emitters,
             background: self.background,
             camera,

@@ -16,6 +16,7 @@ use crate::emitter::Emitter;
 use crate::environment::Environment;
 use crate::error::Error;
 use crate::hull::Hull;
+use crate::light_groups::Groups;
 use crate::real::{Real, Vector};
 use crate::shape::{Ray, Sphere};
 use builder::check_camera;
@@ -110,6 +111,7 @@ pub struct Scene {
     vertices: Vec<DVec3>,
     parts: Vec<Part>,
     emitters: Vec<Emitter>,
+    light_groups: Option<Groups>,
     background: Environment,
     camera: Camera,
     bvh: Bvh,
@@ -136,6 +138,11 @@ impl Scene {
     /// The camera.
     pub fn camera(&self) -> &Camera {
         &self.camera
+    }
+
+    /// The emitters in groups, if they are many.
+    pub fn light_groups(&self) -> Option<&Groups> {
+        self.light_groups.as_ref()
     }
 
     /// The emitters that shadow rays can pick.

@@ -248,6 +248,27 @@ fn crowded() -> Scene {
     s.build(Camera::new(DVec3::new(0.0, -3.5, 0.0), DVec3::ZERO, DVec3::Z, 0.4)).expect("a legal scene")
 }
 
+/// A ball of so many triangles that shine that they are in groups, and a lamp.
+fn glowing() -> Scene {
+    let mut s = SceneBuilder::new("glowing");
+    let grey = s.surface(Surface::new(Bsdf::Lambert { albedo: DVec3::splat(0.6) }));
+    let [glow, lamp] = [0.5, 9.0].map(|l| s.surface(Surface::new(Bsdf::Black).emitting(DVec3::splat(l))));
+    let at = |i: u32, j: u32| {
+        let [theta, phi] = [PI * f64::from(i) / 6.0, TAU * f64::from(j) / 10.0];
+        0.5 * from_spherical(theta, phi)
+    };
+    let vertices: Vec<DVec3> = (0..=6).flat_map(|i| (0..10).map(move |j| at(i, j))).collect();
+    let face = |i: u32, j: u32| {
+        let [a, b] = [10 * i + j, 10 * i + (j + 1) % 10];
+        if i == 0 { vec![[a, a + 10, b + 10]] } else { vec![[a, a + 10, b], [b, a + 10, b + 10]] }
+    };
+    let faces: Vec<[u32; 3]> = (0..5).flat_map(|i| (0..10).flat_map(move |j| face(i, j))).collect();
+    s.mesh(&vertices, &faces, glow);
+    s.rectangle(DVec3::new(-1.0, -1.0, -1.0), [2.0 * DVec3::X, 2.0 * DVec3::Y], grey);
+    s.rectangle(DVec3::new(-0.3, -0.3, 1.0), [0.6 * DVec3::Y, 0.6 * DVec3::X], lamp);
+    s.build(Camera::new(DVec3::new(0.0, -3.5, 0.0), DVec3::ZERO, DVec3::Z, 0.4)).expect("a legal scene")
+}
+
 /// So many triangles that the lanes leave them to the hierarchy, and a ball of glass.
 fn many(count: u32) -> Scene {
     let mut s = SceneBuilder::new("many");
@@ -320,6 +341,7 @@ fn images_have_the_same_bits() {
     let scenes = [
         crowded(),
         many(100),
+        glowing(),
         many(1600),
         net(false),
         net(true),

@@ -1,5 +1,6 @@
 //! What emitters may contribute, and the picks by it.
 
+use whitefurnace::light_groups::Groups;
 use whitefurnace::light_pick::{EVEN, MOST, pick, share, share_all};
 
 use crate::prelude::*;
@@ -100,11 +101,88 @@ fn a_number_picks_the_share_that_it_lies_in() {
     });
 }
 
-/// A single light needs no share, and of very many none is asked for one.
+/// A single light needs no share.
 #[test]
-fn a_few_lights_are_picked_by_contribution() {
-    for (count, asked) in [(1, false), (2, true), (MOST, true), (MOST + 1, false)] {
+fn several_lights_are_picked_by_contribution() {
+    for (count, asked) in [(1, false), (2, true), (1000, true)] {
         assert_eq!(LightSampling::ByContribution.by_contribution(count), asked);
         assert!(!LightSampling::ByShape.by_contribution(count));
+    }
+}
+
+/// Triangles that look in all directions, and one light that is much brighter.
+fn many(count: usize, rng: &mut impl Rng) -> Vec<Emitter> {
+    let mut emitter = |radiance: f64| {
+        let centre = between(rng, 1.0, 3.0) * unit_vector(rng);
+        let corners = [(); 3].map(|()| centre + 0.2 * unit_vector(rng));
+        Emitter::new(EmitterShape::Triangle(corners), DVec3::splat(radiance))
+    };
+    (0..count).map(|i| emitter(if i == count / 3 { 500.0 } else { 1.0 })).collect()
+}
+
+#[test]
+fn in_groups_picks_have_the_probabilities_that_they_say() {
+    let mut rng = rng("groups");
+    // Up to two levels of groups; those of the last are not full.
+    for count in [MOST + 1, 100, 576, 1023, 1025, 3000] {
+        let emitters = many(count, &mut rng);
+        let groups = Groups::new(&emitters);
+        for _ in 0..3 {
+            let from = between(&mut rng, 0.0, 5.0) * unit_vector(&mut rng);
+            let contribution = |i: usize| emitters[i].contribution(from);
+            let by_share = |r: f64, shares: &[f64]| Standard.pick_by_share(r, shares);
+            // Each emitter has one interval of numbers.
+            let picks = 200_000;
+            let mut found = vec![0.0; count];
+            for k in 0..picks {
+                let r = (f64::from(k) + 0.5) / f64::from(picks);
+                let (index, probability) = groups.pick(r, from, contribution, by_share);
+                if probability > 0.0 {
+                    assert_eq!(groups.probability(index, from, contribution), probability);
+                    found[index] += 1.0 / f64::from(picks);
+                }
+            }
+            for (index, found) in found.into_iter().enumerate() {
+                let probability = groups.probability(index, from, contribution);
+                assert_eq!(probability > 0.0, contribution(index) > 0.0);
+                assert_abs_diff_eq!(found, probability, epsilon = 1.01 / f64::from(picks));
+            }
+            let bright = groups.probability(count / 3, from, contribution);
+            assert!(bright == 0.0 || bright > 3.0 / count as f64, "{bright} of {count}");
+        }
+    }
+}
+
+/// Groups are of neighbours: their members are much nearer to each other than to others.
+#[test]
+fn far_groups_are_picked_seldom() {
+    let square =
+        |x: f64| EmitterShape::Rectangle { corner: DVec3::new(x, 0.0, 1.0), edges: [0.1 * DVec3::Y, 0.1 * DVec3::X] };
+    // In no order: 700 and 11 share no factor.
+    let row: Vec<Emitter> = (0..700).map(|i| Emitter::new(square(f64::from(i * 11 % 700)), WHITE)).collect();
+    let groups = Groups::new(&row);
+    let from = DVec3::new(350.0, 0.0, 0.0);
+    let near: f64 = (0..700)
+        .filter(|i| (f64::from(i * 11 % 700) - 350.0).abs() < 30.0)
+        .map(|i| groups.probability(i as usize, from, |k| row[k].contribution(from)))
+        .sum();
+    assert!(near > 0.6, "{near}");
+}
+
+/// Emitters without any extent, in one place, of next to no light.
+#[test]
+fn degenerate_lights_have_groups() {
+    for radiance in [1.0, 1e-300, 1e300] {
+        let at = |centre: DVec3, radius: f64| {
+            Emitter::new(EmitterShape::Sphere(Sphere::new(centre, radius)), DVec3::splat(radiance))
+        };
+        let emitters: Vec<Emitter> = (0..200).map(|i| at(DVec3::splat(f64::from(i % 2)), 1e-30)).collect();
+        let groups = Groups::new(&emitters);
+        for from in [DVec3::ZERO, DVec3::splat(1e30)] {
+            let contribution = |i: usize| emitters[i].contribution(from);
+            let sum: f64 = (0..200).map(|i| groups.probability(i, from, contribution)).sum();
+            let dark = (0..200).all(|i| contribution(i) == 0.0);
+            assert_abs_diff_eq!(sum, if dark { 0.0 } else { 1.0 }, epsilon = 1e-9);
+        }
     }
 }

@@ -12,8 +12,8 @@ use whitefurnace::harness::mean::welch;
 use crate::irradiance::{Weights, lit, reflected, three};
 use crate::prelude::*;
 use crate::scenes::{
-    FLOOR, LIGHT, NEAR, RECTANGLE, TRIANGLE, ball, floor, lambert, level, light, near_light, origin_from, panel,
-    polygon_irradiance, rectangle_light, scene, sphere_irradiance, sphere_light, square, three_lights, triangle,
+    FLOOR, LIGHT, NEAR, RECTANGLE, TRIANGLE, ball, corners, floor, lambert, level, light, near_light, origin_from,
+    panel, polygon_irradiance, rectangle_light, scene, sphere_irradiance, sphere_light, square, three_lights, triangle,
     triangle_light,
 };
 
@@ -27,6 +27,7 @@ const LIGHT_AREA: EstimatorKind = by(Strategy::Light, LightSampling::Area);
 pub(super) const LIGHT_ANGLE: EstimatorKind = by(Strategy::Light, LightSampling::SolidAngle);
 const MIS_AREA: EstimatorKind = by(Strategy::Mis, LightSampling::Area);
 const LIGHT_CONTRIBUTION: EstimatorKind = by(Strategy::Light, LightSampling::ByContribution);
+const MIS_CONTRIBUTION: EstimatorKind = by(Strategy::Mis, LightSampling::ByContribution);
 pub(super) const MIS_ANGLE: EstimatorKind = by(Strategy::Mis, LightSampling::SolidAngle);
 
 /// A triangle so near and large that most directions hit it; it faces down.
@@ -45,6 +46,27 @@ fn near_triangle() -> Arc<Scene> {
         floor(s, lambert(FLOOR));
         triangle(s, &NEAR_TRIANGLE, light(LIGHT));
     })
+}
+
+/// The light [`NEAR`] as so many tiles that they are in groups; this one is [`BRIGHT`] times as bright.
+fn mosaic() -> Arc<Scene> {
+    scene("mosaic", |s| {
+        floor(s, lambert(FLOOR));
+        for (x, y) in (0..TILES).flat_map(|x| (0..TILES).map(move |y| (x, y))) {
+            let radiance = if (x, y) == (BRIGHT_TILE, BRIGHT_TILE) { BRIGHT * LIGHT } else { LIGHT };
+            square(s, tile(x, y), 2.0 / f64::from(TILES), false, light(radiance));
+        }
+    })
+}
+
+const TILES: u32 = 10;
+const BRIGHT_TILE: u32 = 2;
+const BRIGHT: f64 = 50.0;
+
+/// The centre of a tile.
+fn tile(x: u32, y: u32) -> DVec3 {
+    let along = |i: u32| 4.0 * (f64::from(i) + 0.5) / f64::from(TILES) - 2.0;
+    DVec3::new(along(x), along(y), NEAR[0].z)
 }
 
 fn near_sphere() -> Arc<Scene> {
@@ -69,6 +91,8 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
     let far_triangle = (triangle_light(), polygon_irradiance(&TRIANGLE), "a triangular light");
     let sphere = (sphere_light(), sphere_irradiance(0.5, 2.0, 1.0), "a spherical light");
     let three = (three_lights(), three(), "a threefold light");
+    let bright = polygon_irradiance(&corners(tile(BRIGHT_TILE, BRIGHT_TILE), 2.0 / f64::from(TILES)));
+    let mosaic = (mosaic(), polygon_irradiance(&NEAR) + (BRIGHT - 1.0) * bright, "a light of tiles");
     let by = |name, light, kind, equation, samples| lit(name, light, (kind, near_origin), equation, samples);
     vec![
         by("irradiance/near-square/bsdf", &near_square, BSDF, &MIS, 7_000_000),
@@ -88,6 +112,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         by("irradiance/near-sphere/mis-angle", &near_sphere, MIS_ANGLE, &LIGHT_SPHERE, 2_500_000),
         by("irradiance/three-lights/light-angle", &three, LIGHT_ANGLE, &LIGHT_RECTANGLE, 13_500_000),
         by("irradiance/three-lights/contribution", &three, LIGHT_CONTRIBUTION, &LIGHT_PICK, 20_500_000),
+        by("irradiance/mosaic/mis", &mosaic, MIS_CONTRIBUTION, &LIGHT_PICK, 2_200_000),
     ]
 }
 

@@ -48,16 +48,17 @@ fn points() -> Vec<Fault<EstimatorSubject>> {
                 let pick = (r * shares.len() as f64) as usize;
                 (pick, shares[pick])
             } },
-            "irradiance/picks-by-share: picks", "irradiance/three-lights/contribution"),
+            "irradiance/picks-by-share: picks", "irradiance/three-lights/contribution",
+            "irradiance/mosaic/mis"),
         fault!("share-taken-for-even", LIGHT_PICK, "picks are by share, but count as if they were even",
             { pick_by_share: |r, shares| (Standard.pick_by_share(r, shares).0, 1.0 / shares.len() as f64) },
-            "irradiance/picks-by-share: share of the pick"),
+            "irradiance/picks-by-share: share of the pick", "irradiance/mosaic/mis"),
         fault!("next-in-the-list", LIGHT_PICK, "the share is that of the emitter after the picked one",
             { pick_by_share: |r, shares| {
                 let (pick, _) = Standard.pick_by_share(r, shares);
                 (pick, shares[(pick + 1) % shares.len()])
             } },
-            "irradiance/picks-by-share: share of the pick"),
+            "irradiance/picks-by-share: share of the pick", "irradiance/mosaic/mis"),
         fault!("cone-squeezed", LIGHT_SPHERE, "directions crowd at the middle of the cone",
             { sample_solid_angle: |emitter, from, [r1, r2]| emitter.sample_solid_angle(from, [r1 * r1, r2]) },
             "irradiance/near-sphere/light-angle"),
