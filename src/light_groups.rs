@@ -36,7 +36,7 @@ impl Group {
     /// Of smaller ones.
     fn of(parts: impl Iterator<Item = Self> + Clone) -> Self {
         let flux: f64 = parts.clone().map(|part| part.flux).sum();
-        let share = |part: &Self| part.flux / flux;
+        let share = |part: &Self| if flux > 0.0 { part.flux / flux } else { 0.0 };
         let centre = parts.clone().map(|part| share(&part) * part.centre).sum();
         let spread = parts.map(|part| share(&part) * (part.spread + part.centre.distance_squared(centre))).sum();
         Self { flux, centre, spread }
@@ -60,7 +60,7 @@ impl Groups {
         order.iter().zip(0..).for_each(|(&emitter, at)| place[emitter as usize] = at);
         let single = |&emitter: &u32| {
             let (flux, centre, spread) = emitters[emitter as usize].as_point();
-            Group { flux: flux.max(f64::MIN_POSITIVE), centre, spread }
+            Group { flux, centre, spread }
         };
         let mut levels = vec![order.chunks(choices).map(|part| Group::of(part.iter().map(single))).collect::<Vec<_>>()];
         for _ in 2..steps {
