@@ -1,5 +1,5 @@
 //! Points on emitters for the shadow rays of all lanes, and the pdfs with which they are picked. Flat emitters by solid
-//! angle are asked for lane by lane.
+//! angle, and picks among very many emitters, are asked for lane by lane.
 
 use std::array::from_fn;
 
