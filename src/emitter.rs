@@ -148,25 +148,25 @@ impl Emitter {
         let all = V::Real::splat;
         let away = from - V::splat_vector(self.centre);
         let distance_squared = away.length_squared();
-        let flux = self.flux();
+        let strength = self.strength();
         let squared = self.radius * self.radius;
         if let EmitterShape::Sphere(_) = self.shape {
-            return all(0.25 * flux) / distance_squared.at_least(all(squared));
+            return all(0.25 * strength) / distance_squared.at_least(all(squared));
         }
         let height = away.dot(V::splat_vector(self.normal));
         let slant = (height + self.radius) / (distance_squared + squared);
-        V::Real::choose(height.above(all(0.0)), slant * slant * flux, all(0.0))
+        V::Real::choose(height.above(all(0.0)), slant * slant * strength, all(0.0))
     }
 
-    /// Area times radiance, in the mean of all colours.
+    /// Area times radiance, the mean of all colours: flux over π.
     #[inline]
-    fn flux(&self) -> f64 {
+    fn strength(&self) -> f64 {
         self.radiance.element_sum() / 3.0 * self.area
     }
 
-    /// Area times radiance, the middle, and about the mean squared distance from there.
+    /// Its area times radiance, its middle, and about the mean squared distance from there.
     pub(crate) fn as_point(&self) -> (f64, DVec3, f64) {
-        (self.flux(), self.centre, self.radius * self.radius)
+        (self.strength(), self.centre, self.radius * self.radius)
     }
 
     /// Maps two uniform numbers to a point; its pdf with respect to area is 1/area.

@@ -1,17 +1,17 @@
-//! Picks among very many emitters: neighbours are in groups, these in larger ones, and a shadow ray picks its way from the
-//! largest groups down to an emitter, at each step by what the choices may contribute.
+//! Picks among the emitters of a scene. If they are many, neighbours are in groups, these in larger ones, and a shadow ray
+//! picks its way from the largest groups down to an emitter, at each step by what the choices may contribute.
 
 use glam::DVec3;
 
 use crate::emitter::Emitter;
 use crate::light_pick::{MOST, share, share_all};
 
-/// So many choices at most are there at a step.
+/// So many choices at most are there at a step, if there are several steps.
 const CHOICES: usize = MOST / 2;
 /// The last number below 1.
 const LAST: f64 = 1.0 - f64::EPSILON / 2.0;
 
-/// Groups of groups of emitters.
+/// The emitters of a scene, in groups of groups if they are more than [`MOST`].
 #[derive(Clone, Debug)]
 pub struct Groups {
     /// The numbers of the emitters, neighbours next to each other.
@@ -26,7 +26,8 @@ pub struct Groups {
 /// Emitters as one that shines alike in all directions.
 #[derive(Clone, Copy, Debug)]
 struct Group {
-    flux: f64,
+    /// Area times radiance.
+    strength: f64,
     centre: DVec3,
     /// The mean squared distance from the centre.
     spread: f64,
@@ -35,39 +36,49 @@ struct Group {
 impl Group {
     /// Of smaller ones.
     fn of(parts: impl Iterator<Item = Self> + Clone) -> Self {
-        let flux: f64 = parts.clone().map(|part| part.flux).sum();
-        let share = |part: &Self| if flux > 0.0 { part.flux / flux } else { 0.0 };
+        let strength: f64 = parts.clone().map(|part| part.strength).sum();
+        let share = |part: &Self| if strength > 0.0 { part.strength / strength } else { 0.0 };
         let centre = parts.clone().map(|part| share(&part) * part.centre).sum();
         let spread = parts.map(|part| share(&part) * (part.spread + part.centre.distance_squared(centre))).sum();
-        Self { flux, centre, spread }
+        Self { strength, centre, spread }
     }
 
     fn contribution(&self, from: DVec3) -> f64 {
-        0.25 * self.flux / (self.centre.distance_squared(from) + self.spread)
+        0.25 * self.strength / (self.centre.distance_squared(from) + self.spread)
     }
 }
 
 impl Groups {
-    /// Of more than [`MOST`] emitters.
+    /// Of any number of emitters.
     pub fn new(emitters: &[Emitter]) -> Self {
         let count = emitters.len();
         let fits = |choices: usize, steps: u32| choices.pow(steps) >= count;
-        let steps = (2..).find(|&steps| fits(CHOICES, steps)).expect("a power that is large enough");
-        let choices = (2..).find(|&choices| fits(choices, steps)).expect("no more than at most");
+        let (mut steps, mut choices) = (1, MOST);
+        if count > MOST {
+            steps = (2..).find(|&steps| fits(CHOICES, steps)).expect("a power that is large enough");
+            choices = (2..).find(|&choices| fits(choices, steps)).expect("no more than at most");
+        }
         let mut order: Vec<u32> = (0..count as u32).collect();
         sort(&mut order, emitters, choices);
         let mut place = vec![0; count];
         order.iter().zip(0..).for_each(|(&emitter, at)| place[emitter as usize] = at);
         let single = |&emitter: &u32| {
-            let (flux, centre, spread) = emitters[emitter as usize].as_point();
-            Group { flux, centre, spread }
+            let (strength, centre, spread) = emitters[emitter as usize].as_point();
+            Group { strength, centre, spread }
         };
-        let mut levels = vec![order.chunks(choices).map(|part| Group::of(part.iter().map(single))).collect::<Vec<_>>()];
-        for _ in 2..steps {
-            let parts = &levels[levels.len() - 1];
-            levels.push(parts.chunks(choices).map(|part| Group::of(part.iter().copied())).collect());
+        let mut levels = Vec::new();
+        let mut parts: Vec<Group> = order.iter().map(single).collect();
+        for _ in 1..steps {
+            parts = parts.chunks(choices).map(|part| Group::of(part.iter().copied())).collect();
+            levels.push(parts.clone());
         }
         Self { order, place, levels, choices }
+    }
+
+    /// Whether there are several steps to an emitter, not one.
+    #[inline]
+    pub fn is_nested(&self) -> bool {
+        !self.levels.is_empty()
     }
 
     /// The choices at a step that leads to `place` among groups of this level or, without one, among emitters: where
@@ -98,6 +109,7 @@ impl Groups {
 
     /// The number of the emitter that a uniform number in [0, 1) picks from a point, and the probability of that, 0 if
     /// no emitter of its group contributes. `contribution` is an emitter's, `by_share` picks by shares.
+    #[inline]
     pub fn pick(
         &self,
         mut r: f64,
@@ -113,11 +125,11 @@ impl Groups {
             share_all(|i| self.contribution(level, first + i, (from, &contribution)), shares);
             let (index, share) = by_share(r, shares);
             probability *= share;
-            // What is left of the number is as uniform, and picks the next.
-            let below: f64 = shares[..index].iter().sum();
-            r = ((r - below) / share).clamp(0.0, LAST);
             place = first + index;
             if level.is_some() {
+                // What is left of the number is as uniform, and picks the next.
+                let below: f64 = shares[..index].iter().sum();
+                r = ((r - below) / share).clamp(0.0, LAST);
                 place *= self.choices;
             }
         }
@@ -125,6 +137,7 @@ impl Groups {
     }
 
     /// The probability with which [`pick`](Self::pick) picks the emitter of this number.
+    #[inline]
     pub fn probability(&self, index: usize, from: DVec3, contribution: impl Fn(usize) -> f64) -> f64 {
         let place = self.place[index] as usize;
         let above = |level: Option<usize>| level.map_or(place, |level| place / self.choices.pow(level as u32 + 1));

@@ -4,7 +4,7 @@
 use crate::real::Real;
 
 /// So many emitters at most are asked one by one what they may contribute at a vertex; more are in
-/// [groups](crate::light_groups).
+/// [groups](crate::light_groups) of fewer.
 pub const MOST: usize = 64;
 /// This part of all picks is even among the emitters that may contribute at all: what they do contribute hangs on
 /// what stands between, too.

@@ -170,12 +170,7 @@ pub(crate) fn pick_from<P: NextEvent>(
         return (parts.pick_emitter(r, count), evenly(count));
     }
     let contribution = |i: usize| parts.contribution(&emitters[i], from);
-    if let Some(groups) = scene.light_groups() {
-        return groups.pick(r, from, contribution, |r, shares| parts.pick_by_share(r, shares));
-    }
-    let mut shares = [0.0; light_pick::MOST];
-    light_pick::share_all(contribution, &mut shares[..count]);
-    parts.pick_by_share(r, &shares[..count])
+    scene.light_groups().pick(r, from, contribution, |r, shares| parts.pick_by_share(r, shares))
 }
 
 /// The same probability, of the emitter of this number.
@@ -192,11 +187,7 @@ pub(crate) fn probability_of_pick<P: NextEvent>(
     if !lights.by_contribution(count) {
         return evenly(count);
     }
-    let contribution = |i: usize| parts.contribution(&emitters[i], from);
-    match scene.light_groups() {
-        Some(groups) => groups.probability(index, from, contribution),
-        None => light_pick::share(contribution, count, index as f64),
-    }
+    scene.light_groups().probability(index, from, |i| parts.contribution(&emitters[i], from))
 }
 
 /// Next-event estimation: one shadow ray from a diffuse vertex to a point picked on an emitter, by

@@ -98,7 +98,7 @@ pub(super) fn pick_emitters(
 ) -> ([usize; LANES], Lanes) {
     let emitters = scene.emitters();
     let count = emitters.len();
-    if !lights.by_contribution(count) || scene.light_groups().is_some() {
+    if !lights.by_contribution(count) || scene.light_groups().is_nested() {
         let one = |i| next_event::pick_from(&Standard, scene, lights, from.lane(i), r.as_array()[i]);
         let each: [_; LANES] = from_fn(|i| if asking.bits() >> i & 1 == 1 { one(i) } else { (0, 1.0) });
         return (each.map(|(index, _)| index), Lanes::new(each.map(|(_, probability)| probability)));
@@ -119,7 +119,7 @@ pub(super) fn probability_of_pick(
 ) -> Lanes {
     let emitters = scene.emitters();
     let count = emitters.len();
-    if !lights.by_contribution(count) || scene.light_groups().is_some() {
+    if !lights.by_contribution(count) || scene.light_groups().is_nested() {
         let one = |i: usize| next_event::probability_of_pick(&Standard, scene, lights, from.lane(i), numbers[i]);
         return Lanes::new(from_fn(|i| if hit.bits() >> i & 1 == 1 { one(i) } else { 1.0 }));
     }

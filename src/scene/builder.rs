@@ -11,7 +11,6 @@ use crate::environment::Environment;
 use crate::error::Error;
 use crate::hull::Hull;
 use crate::light_groups::Groups;
-use crate::light_pick::MOST;
 use crate::shape::Sphere;
 
 /// Collects a scene's parts; [`build`](Self::build) validates them.
@@ -183,7 +182,7 @@ impl SceneBuilder {
             surfaces: self.surfaces,
             vertices: self.vertices,
             parts: self.parts,
-            light_groups: (self.emitters.len() > MOST).then(|| Groups::new(&self.emitters)),
+            light_groups: Groups::new(&self.emitters),
             emitters: self.emitters,
             background: self.background,
             camera,

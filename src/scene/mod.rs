@@ -111,7 +111,7 @@ pub struct Scene {
     vertices: Vec<DVec3>,
     parts: Vec<Part>,
     emitters: Vec<Emitter>,
-    light_groups: Option<Groups>,
+    light_groups: Groups,
     background: Environment,
     camera: Camera,
     bvh: Bvh,
@@ -140,14 +140,14 @@ impl Scene {
         &self.camera
     }
 
-    /// The emitters in groups, if they are many.
-    pub fn light_groups(&self) -> Option<&Groups> {
-        self.light_groups.as_ref()
-    }
-
     /// The emitters that shadow rays can pick.
     pub fn emitters(&self) -> &[Emitter] {
         &self.emitters
+    }
+
+    /// The same in groups.
+    pub fn light_groups(&self) -> &Groups {
+        &self.light_groups
     }
 
     /// What rays see that meet nothing.
