@@ -75,7 +75,7 @@ pub struct Emitter {
     radius: f64,
 }
 
-/// How shadow rays pick points on an emitter.
+/// How shadow rays pick emitters, by [flux](crate::light_pick::FluxPicks) if nothing else is said, and points on them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LightSampling {
     /// Uniform with respect to area.
@@ -101,7 +101,7 @@ impl LightSampling {
         }
     }
 
-    /// Whether one of so many emitters is picked by what it may contribute, not each as often.
+    /// Whether one of so many emitters is picked by what it may contribute, not by its flux.
     #[inline]
     pub fn by_contribution(self, count: usize) -> bool {
         self == Self::ByContribution && count > 1
@@ -160,7 +160,7 @@ impl Emitter {
 
     /// Area times radiance, the mean of all colours: flux over π.
     #[inline]
-    fn strength(&self) -> f64 {
+    pub(crate) fn strength(&self) -> f64 {
         self.radiance.element_sum() / 3.0 * self.area
     }
 

@@ -1,5 +1,5 @@
-//! Which emitter a shadow ray looks for: each with a share of the picks in proportion to what it may contribute, and
-//! some of them evenly, [`crate::equation::LIGHT_PICK`].
+//! Which emitter a particle starts from, by flux, and which one a shadow ray looks for: each with a share of the picks in
+//! proportion to what it may contribute, and some of them evenly, [`crate::equation::LIGHT_PICK`].
 
 use crate::real::Real;
 
@@ -11,6 +11,46 @@ pub const MOST: usize = 64;
 pub const EVEN: f64 = 0.2;
 /// Contributions are taken as within these bounds, so that neither their sum nor its inverse overflows.
 const BOUNDS: [f64; 2] = [1e-280, 1e280];
+
+/// Picks of emitters from nowhere in particular: one half in proportion to their flux, as most light is then followed,
+/// the other half evenly among those that have any, as little light near the eye may matter more.
+#[derive(Clone, Debug)]
+pub struct FluxPicks {
+    /// The share of all picks that an emitter has together with those before it.
+    up_to: Vec<f64>,
+}
+
+impl FluxPicks {
+    /// Of emitters with these fluxes, in any unit.
+    pub fn new(fluxes: &[f64]) -> Self {
+        let largest = fluxes.iter().copied().fold(0.0, f64::max).min(f64::MAX);
+        // Without any flux at all they are as good as each other.
+        let shines = |flux: f64| flux > 0.0 || largest == 0.0;
+        let relative = |flux: f64| if largest > 0.0 { flux.min(largest) / largest } else { 1.0 };
+        let sum: f64 = fluxes.iter().map(|&flux| relative(flux)).sum();
+        let shining = fluxes.iter().filter(|&&flux| shines(flux)).count() as f64;
+        let mut up_to = Vec::with_capacity(fluxes.len());
+        let mut last = 0.0;
+        for &flux in fluxes {
+            last += relative(flux) / sum + if shines(flux) { 1.0 / shining } else { 0.0 };
+            up_to.push(last);
+        }
+        up_to.iter_mut().for_each(|share| *share /= last);
+        Self { up_to }
+    }
+
+    /// The number of the emitter that a uniform number in [0, 1) picks.
+    #[inline]
+    pub fn pick(&self, r: f64) -> usize {
+        self.up_to.partition_point(|&share| share <= r)
+    }
+
+    /// The probability of that.
+    #[inline]
+    pub fn probability(&self, index: usize) -> f64 {
+        self.up_to[index] - index.checked_sub(1).map_or(0.0, |before| self.up_to[before])
+    }
+}
 
 /// What turns contributions into shares.
 #[derive(Clone, Copy)]

@@ -123,8 +123,7 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
             let at = step.vertex();
             let mut vertex = step.path_vertex(at, DVec3::ZERO);
             if let Some(emitter) = step.here.emitter {
-                let emitter = &scene.emitters()[emitter as usize];
-                vertex.start = point_pdf(&self.parts, scene, emitter);
+                vertex.start = point_pdf(&self.parts, scene, emitter as usize);
             }
             eye.push(vertex);
             let found = self.found(scene, (&step, &at), WholePath { eye: &eye, ..whole }, light, rng);

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::NextEvent;
 use super::next_event::{pick_point, point_pdf};
 use crate::bsdf::Scattering;
-use crate::emitter::{Emitter, EmitterPoint};
+use crate::emitter::EmitterPoint;
 use crate::frame::Frame;
 use crate::rng::uniform2;
 use crate::sampler::Sampler;
@@ -25,27 +25,26 @@ pub(super) struct Emission {
 /// there are no emitters or the particle carries nothing.
 #[inline]
 pub(super) fn emit<P: NextEvent + Scattering, R: Sampler>(parts: &P, scene: &Scene, rng: &mut R) -> Option<Emission> {
-    let (emitter, light) = pick_point(parts, scene, rng)?;
-    emit_from(parts, scene, emitter, &light, rng)
+    let (index, light) = pick_point(parts, scene, rng)?;
+    emit_from(parts, scene, (index, &light), rng)
 }
 
-/// Sends one particle from a point on an emitter that [`pick_point`] returned.
+/// Sends one particle from what [`pick_point`] returned.
 #[inline]
 pub(super) fn emit_from<P: NextEvent + Scattering, R: Sampler>(
     parts: &P,
     scene: &Scene,
-    emitter: &Emitter,
-    light: &EmitterPoint,
+    (index, light): (usize, &EmitterPoint),
     rng: &mut R,
 ) -> Option<Emission> {
     let wo = parts.cosine_hemisphere(uniform2(rng));
-    let pdf = point_pdf(parts, scene, emitter) * parts.cosine_hemisphere_pdf(wo.z);
+    let pdf = point_pdf(parts, scene, index) * parts.cosine_hemisphere_pdf(wo.z);
     if pdf == 0.0 {
         return None;
     }
     let direction = Frame::new(light.normal).world(wo);
     Some(Emission {
         ray: scene.leave(light.point, light.normal, direction),
-        flux: emitter.radiance * (parts.cosine(DVec3::Z, wo) / pdf),
+        flux: scene.emitters()[index].radiance * (parts.cosine(DVec3::Z, wo) / pdf),
     })
 }

@@ -8,6 +8,7 @@ use super::path::Strategy;
 use crate::bsdf::{Bsdf, Scattering, Vertex};
 use crate::emitter::{Emitter, EmitterPoint, LightSampling};
 use crate::environment::EnvironmentMap;
+use crate::light_pick::FluxPicks;
 use crate::rng::{uniform, uniform2};
 use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
@@ -16,10 +17,10 @@ use crate::{light_pick, radiometry};
 
 /// The replaceable parts of next-event estimation.
 pub trait NextEvent: Sync {
-    /// Which of `count` ≥ 1 emitters a shadow ray picks; each with probability 1/count.
+    /// Which emitter a particle starts from, or a shadow ray picks from anywhere.
     #[inline]
-    fn pick_emitter(&self, r: f64, count: usize) -> usize {
-        ((r * count as f64) as usize).min(count - 1)
+    fn pick_emitter(&self, r: f64, picks: &FluxPicks) -> usize {
+        picks.pick(r)
     }
     /// What an emitter may contribute at a point.
     #[inline]
@@ -128,31 +129,24 @@ impl LightSample {
     }
 }
 
-/// A point on an emitter that is picked among all; `None` without emitters.
+/// A point on an emitter that is picked among all, and the emitter's number; `None` without emitters.
 #[inline]
-pub(super) fn pick_point<'a, P: NextEvent, R: Sampler>(
+pub(super) fn pick_point<P: NextEvent, R: Sampler>(
     parts: &P,
-    scene: &'a Scene,
+    scene: &Scene,
     rng: &mut R,
-) -> Option<(&'a Emitter, EmitterPoint)> {
-    let emitters = scene.emitters();
-    if emitters.is_empty() {
+) -> Option<(usize, EmitterPoint)> {
+    if scene.emitters().is_empty() {
         return None;
     }
-    let emitter = &emitters[parts.pick_emitter(uniform(rng), emitters.len())];
-    Some((emitter, parts.sample_emitter(emitter, uniform2(rng))))
+    let index = parts.pick_emitter(uniform(rng), scene.flux_picks());
+    Some((index, parts.sample_emitter(&scene.emitters()[index], uniform2(rng))))
 }
 
-/// The pdf, with respect to area, of a point that [`pick_point`] returns.
+/// The pdf, with respect to area, of a point that [`pick_point`] returns on the emitter of this number.
 #[inline]
-pub(super) fn point_pdf<P: NextEvent>(parts: &P, scene: &Scene, emitter: &Emitter) -> f64 {
-    parts.pdf_of_pick(parts.emitter_pdf_area(emitter), evenly(scene.emitters().len()))
-}
-
-/// The probability of each of `count` emitters, picked evenly.
-#[inline]
-fn evenly(count: usize) -> f64 {
-    1.0 / count as f64
+pub(super) fn point_pdf<P: NextEvent>(parts: &P, scene: &Scene, index: usize) -> f64 {
+    parts.pdf_of_pick(parts.emitter_pdf_area(&scene.emitters()[index]), scene.flux_picks().probability(index))
 }
 
 /// The number of the emitter that a shadow ray from a point picks, by `lights`, and the probability of that.
@@ -167,7 +161,8 @@ pub(crate) fn pick_from<P: NextEvent>(
     let emitters = scene.emitters();
     let count = emitters.len();
     if !lights.by_contribution(count) {
-        return (parts.pick_emitter(r, count), evenly(count));
+        let index = parts.pick_emitter(r, scene.flux_picks());
+        return (index, scene.flux_picks().probability(index));
     }
     let contribution = |i: usize| parts.contribution(&emitters[i], from);
     scene.light_groups().pick(r, from, contribution, |r, shares| parts.pick_by_share(r, shares))
@@ -185,7 +180,7 @@ pub(crate) fn probability_of_pick<P: NextEvent>(
     let emitters = scene.emitters();
     let count = emitters.len();
     if !lights.by_contribution(count) {
-        return evenly(count);
+        return scene.flux_picks().probability(index);
     }
     scene.light_groups().probability(index, from, |i| parts.contribution(&emitters[i], from))
 }

@@ -21,12 +21,12 @@ pub(super) fn particle<'a, P: Walking + Bidirectional, R: Sampler>(
     mut visit: impl FnMut(PathVertex<'a>) -> Result<(), Error>,
 ) -> Result<(), Error> {
     rng.block(LIGHT);
-    let Some((emitter, light)) = pick_point(parts, scene, rng) else {
+    let Some((index, light)) = pick_point(parts, scene, rng) else {
         return Ok(());
     };
-    let pdf = point_pdf(parts, scene, emitter);
-    visit(PathVertex::emitting(&light, emitter.radiance, pdf))?;
-    let Some(Emission { ray, flux }) = emit_from(parts, scene, emitter, &light, rng) else {
+    let pdf = point_pdf(parts, scene, index);
+    visit(PathVertex::emitting(&light, scene.emitters()[index].radiance, pdf))?;
+    let Some(Emission { ray, flux }) = emit_from(parts, scene, (index, &light), rng) else {
         return Ok(());
     };
     let mut walk = Walk::new(scene, (ray, scene.intersect(&ray)), LIGHT);

@@ -145,8 +145,8 @@ impl<P: Photons + Walking> Estimator for PhotonMapping<P> {
             Some((caustics, caustic_radius)) => {
                 let bsdf = &scene.surface(&here.hit).bsdf;
                 let rules = &LightRules::PHYSICAL;
-                let area = LightSampling::Area;
-                let light = direct_light(&self.parts, scene, bsdf, &here.at, rules, area, rng);
+                let lights = LightSampling::ByContribution;
+                let light = direct_light(&self.parts, scene, bsdf, &here.at, rules, lights, rng);
                 light.map_or(DVec3::ZERO, |light| light.reflected)
                     + self.looked_up(scene, &here, caustics, *caustic_radius)
                     + self.gathered(scene, &here, rng)

@@ -11,6 +11,7 @@ use crate::environment::Environment;
 use crate::error::Error;
 use crate::hull::Hull;
 use crate::light_groups::Groups;
+use crate::light_pick::FluxPicks;
 use crate::shape::Sphere;
 
 /// Collects a scene's parts; [`build`](Self::build) validates them.
@@ -183,6 +184,7 @@ impl SceneBuilder {
             vertices: self.vertices,
             parts: self.parts,
             light_groups: Groups::new(&self.emitters),
+            flux_picks: FluxPicks::new(&self.emitters.iter().map(Emitter::strength).collect::<Vec<_>>()),
             emitters: self.emitters,
             background: self.background,
             camera,

@@ -17,6 +17,7 @@ use crate::environment::Environment;
 use crate::error::Error;
 use crate::hull::Hull;
 use crate::light_groups::Groups;
+use crate::light_pick::FluxPicks;
 use crate::real::{Real, Vector};
 use crate::shape::{Ray, Sphere};
 use builder::check_camera;
@@ -112,6 +113,7 @@ pub struct Scene {
     parts: Vec<Part>,
     emitters: Vec<Emitter>,
     light_groups: Groups,
+    flux_picks: FluxPicks,
     background: Environment,
     camera: Camera,
     bvh: Bvh,
@@ -148,6 +150,11 @@ impl Scene {
     /// The same in groups.
     pub fn light_groups(&self) -> &Groups {
         &self.light_groups
+    }
+
+    /// How often each of them is picked from nowhere in particular.
+    pub fn flux_picks(&self) -> &FluxPicks {
+        &self.flux_picks
     }
 
     /// What rays see that meet nothing.

@@ -129,17 +129,6 @@ fn facing_mirrors_end() {
 }
 
 #[test]
-fn emitters_are_picked_evenly() {
-    property("pick", 500, &(0.0..1.0, 1usize..20), |(r, count)| {
-        let pick = Standard.pick_emitter(r, count);
-        assert_eq!(pick, (r * count as f64).floor() as usize);
-        assert!(Standard.pick_emitter(1.0 - U, count) == count - 1, "never one too many");
-        // Equal shares of [0, 1).
-        assert_eq!(Standard.pick_emitter((pick as f64 + 0.5) / count as f64, count), pick);
-    });
-}
-
-#[test]
 fn direct_light_of_whitted_is_f_cos_over_pdf() {
     // One emitter far above a floor, and the point that the shadow ray draws is known from the stream.
     let albedo = DVec3::new(0.2, 0.5, 0.8);

@@ -1,7 +1,7 @@
 //! What emitters may contribute, and the picks by it.
 
 use whitefurnace::light_groups::Groups;
-use whitefurnace::light_pick::{EVEN, MOST, pick, share, share_all};
+use whitefurnace::light_pick::{EVEN, FluxPicks, MOST, pick, share, share_all};
 
 use crate::prelude::*;
 
@@ -60,6 +60,46 @@ fn contributions_are_in_proportion_to_radiance() {
         assert!(of(WHITE) > 0.0);
         assert_relative_eq!(of(DVec3::new(6.0, 0.0, 0.0)), 2.0 * of(WHITE), max_relative = 1e-12);
         assert_eq!(of(DVec3::new(1.0, 2.0, 3.0)), of(DVec3::new(3.0, 1.0, 2.0)));
+    }
+}
+
+/// Each emitter has its part of [0, 1), as wide as its share, one after the other.
+#[test]
+fn picks_by_flux_are_half_in_proportion_and_half_even() {
+    let flux = prop_oneof![Just(0.0), 1e-3..1.0, 1e3..1e6];
+    property("flux", 500, &prop::collection::vec(flux, 1..20), |fluxes| {
+        let picks = FluxPicks::new(&fluxes);
+        let sum: f64 = fluxes.iter().sum();
+        let shining = fluxes.iter().filter(|&&flux| flux > 0.0).count() as f64;
+        let mut before = 0.0;
+        for (i, &flux) in fluxes.iter().enumerate() {
+            let share = match flux {
+                _ if sum == 0.0 => 1.0 / fluxes.len() as f64,
+                0.0 => 0.0,
+                _ => 0.5 * flux / sum + 0.5 / shining,
+            };
+            assert_abs_diff_eq!(picks.probability(i), share, epsilon = 1e-14);
+            for inside in [1e-6, 0.5, 1.0 - 1e-6] {
+                assert!(share == 0.0 || picks.pick(before + inside * share) == i);
+            }
+            before += share;
+        }
+        let last = picks.pick(1.0 - U);
+        assert!(picks.probability(last) > 0.0, "{last} is never picked");
+    });
+}
+
+#[test]
+fn fluxes_too_large_to_add_have_picks() {
+    for (fluxes, shares) in [
+        ([1e308, 1e308, 0.0], [0.5, 0.5, 0.0]),
+        ([f64::INFINITY, 1e300, 0.0], [0.75, 0.25, 0.0]),
+        ([5e-324, 5e-324, 1e308], [1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0]),
+    ] {
+        let picks = FluxPicks::new(&fluxes);
+        for (i, share) in shares.into_iter().enumerate() {
+            assert_abs_diff_eq!(picks.probability(i), share, epsilon = 1e-7);
+        }
     }
 }
 

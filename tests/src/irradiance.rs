@@ -3,6 +3,7 @@
 
 use whitefurnace::estimator::Heuristic;
 use whitefurnace::harness::chi_square::Counts;
+use whitefurnace::light_pick::FluxPicks;
 
 use crate::form_factors;
 use crate::mean_radiance::MeanRadiance;
@@ -119,59 +120,50 @@ fn weights() -> FamilyTrial<EstimatorSubject> {
     trial("irradiance/weights", property, &MIS, judged, with_parts(Weights(Heuristic::Balance)))
 }
 
-/// Shares of four emitters, one of which may not contribute.
-const SHARES: [f64; 4] = [0.4, 0.3, 0.0, 0.3];
-
-/// Emitters are picked with the probabilities that they say: each of three evenly, or of four by [`SHARES`].
+/// Emitters are picked with the probabilities that they say: by given shares, or from nowhere in particular by flux.
 struct Picks {
-    by_share: bool,
-    picks: u64,
+    shares: [f64; 4],
+    by_flux: Option<FluxPicks>,
 }
 
 impl Property for Picks {
     fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
-        let mut rng = context.rng(if self.by_share { "picks by share" } else { "picks" });
-        let n = context.n(self.picks);
-        let shares = if self.by_share { SHARES.to_vec() } else { vec![1.0 / 3.0; 3] };
-        let mut observed = vec![0; shares.len()];
+        let mut rng = context.rng(if self.by_flux.is_some() { "picks" } else { "picks by share" });
+        let n = context.n(1_300_000);
+        let mut observed = vec![0; self.shares.len()];
         let mut unlike = 0.0_f64;
         for _ in 0..n {
             let r = uniform(&mut rng);
-            if self.by_share {
-                let (pick, share) = setup.parts.pick_by_share(r, &shares);
-                observed[pick] += 1;
-                unlike = unlike.max((share - shares[pick]).abs());
-            } else {
-                observed[setup.parts.pick_emitter(r, shares.len())] += 1;
-            }
+            let (pick, share) = match &self.by_flux {
+                None => setup.parts.pick_by_share(r, &self.shares),
+                Some(picks) => {
+                    let pick = setup.parts.pick_emitter(r, picks);
+                    (pick, picks.probability(pick))
+                }
+            };
+            observed[pick] += 1;
+            unlike = unlike.max((share - self.shares[pick]).abs());
         }
         let counts = Counts { n, observed, ..Counts::default() };
-        let mut outcomes = vec![frequencies("picks", shares, |i| format!("emitter {i}"), &counts)];
-        if self.by_share {
-            outcomes.push(Outcome::exact("share of the pick", n, unlike, 0.0, "the worst of all picks"));
-        }
-        outcomes
+        vec![
+            frequencies("picks", self.shares.to_vec(), |i| format!("emitter {i}"), &counts),
+            Outcome::exact("share of the pick", n, unlike, 1e-15, "the worst of all picks"),
+        ]
     }
 }
 
 fn picks() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let evenly = "each of three emitters is picked with probability 1/3";
-    let by_share = "each of four emitters is picked with its share as probability, and never without one";
-    let subject = |part| [part, "chi-square"];
+    const SHARES: [f64; 4] = [0.4, 0.3, 0.0, 0.3];
+    const FLUXES: [f64; 4] = [3.0, 2.0, 0.0, 3.0];
+    let picks = |name, of, equation, part, picks| {
+        let property = format!("each of four emitters is picked with its share {of} as probability, never without one");
+        trial(name, property, equation, [part, "chi-square"], with_parts(picks))
+    };
+    let of_flux = FLUXES.map(|flux| if flux > 0.0 { 0.5 * flux / 8.0 + 0.5 / 3.0 } else { 0.0 });
+    let by_flux = Picks { shares: of_flux, by_flux: Some(FluxPicks::new(&FLUXES)) };
+    let by_share = Picks { shares: SHARES, by_flux: None };
     vec![
-        trial(
-            "irradiance/picks",
-            evenly,
-            &ESTIMATOR,
-            subject("estimator::NextEvent::pick_emitter"),
-            with_parts(Picks { by_share: false, picks: 1_000_000 }),
-        ),
-        trial(
-            "irradiance/picks-by-share",
-            by_share,
-            &LIGHT_PICK,
-            subject("light_pick::pick"),
-            with_parts(Picks { by_share: true, picks: 1_300_000 }),
-        ),
+        picks("irradiance/picks", "by flux", &ESTIMATOR, "light_pick::FluxPicks", by_flux),
+        picks("irradiance/picks-by-share", "of what may come", &LIGHT_PICK, "light_pick::pick", by_share),
     ]
 }

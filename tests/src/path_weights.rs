@@ -10,7 +10,7 @@ use whitefurnace::sampling::cosine_hemisphere_inverse;
 
 use crate::mean_radiance::any_direction;
 use crate::prelude::*;
-use crate::scenes::{FLOOR, LIGHT, NEAR, ball, floor, lambert, light, panel, scene, square, triangle};
+use crate::scenes::{FLOOR, LIGHT, NEAR, ball, floor, lambert, light, panel, scene, shares_of_picks, square, triangle};
 use crate::script::Scripted;
 
 /// One side's path tracer: its parts, and what it makes of the heuristic and light sampling asked for.
@@ -56,10 +56,22 @@ fn girard(from: DVec3, corners: [DVec3; 3]) -> f64 {
     angle(a, b, c) + angle(b, c, a) + angle(c, a, b) - PI
 }
 
+fn area(shape: &EmitterShape) -> f64 {
+    match *shape {
+        EmitterShape::Rectangle { edges: [a, b], .. } => a.cross(b).length(),
+        EmitterShape::Triangle([a, b, c]) => 0.5 * (b - a).cross(c - a).length(),
+        EmitterShape::Sphere(sphere) => {
+            let [low, high] = sphere.zone.map(|z| z.clamp(-sphere.radius, sphere.radius));
+            TAU * sphere.radius * (high - low)
+        }
+    }
+}
+
 /// The probability with which a shadow ray from a point picks each of the emitters.
 fn probabilities(emitters: &[Emitter], lights: LightSampling, from: DVec3) -> Vec<f64> {
     if lights != LightSampling::ByContribution {
-        return vec![1.0 / emitters.len() as f64; emitters.len()];
+        let fluxes: Vec<f64> = emitters.iter().map(|emitter| area(&emitter.shape) * emitter.radiance.x).collect();
+        return shares_of_picks(&fluxes);
     }
     let irradiance = |emitter: &Emitter| {
         let flat = |middle: DVec3, across: DVec3, area: f64| {
@@ -89,25 +101,20 @@ fn probabilities(emitters: &[Emitter], lights: LightSampling, from: DVec3) -> Ve
 /// The density, with respect to solid angle, of a shadow ray towards a point of an emitter of this probability.
 fn density(emitter: &Emitter, lights: LightSampling, from: DVec3, to: (DVec3, DVec3), probability: f64) -> f64 {
     let away = to.0 - from;
-    let of_area = |area: f64| away.length().powi(3) / (area * -away.dot(to.1));
-    // No angle where the shape has no sampling by it.
-    let (area, angle) = match emitter.shape {
-        EmitterShape::Rectangle { corner, edges: [a, b] } => (
-            a.cross(b).length(),
-            (a.dot(b).abs() < 1e-9).then(|| {
-                girard(from, [corner, corner + a, corner + b]) + girard(from, [corner + a + b, corner + a, corner + b])
-            }),
-        ),
-        EmitterShape::Triangle([a, b, c]) => (0.5 * (b - a).cross(c - a).length(), Some(girard(from, [a, b, c]))),
+    // None where the shape has no sampling by it.
+    let angle = match emitter.shape {
+        EmitterShape::Rectangle { corner, edges: [a, b] } => (a.dot(b).abs() < 1e-9).then(|| {
+            girard(from, [corner, corner + a, corner + b]) + girard(from, [corner + a + b, corner + a, corner + b])
+        }),
+        EmitterShape::Triangle(corners) => Some(girard(from, corners)),
         EmitterShape::Sphere(sphere) => {
             let sine = sphere.radius / sphere.centre.distance(from);
-            let [low, high] = sphere.zone.map(|z| z.clamp(-sphere.radius, sphere.radius));
-            let whole = high - low == 2.0 * sphere.radius;
-            (TAU * sphere.radius * (high - low), whole.then(|| TAU * (1.0 - (1.0 - sine * sine).sqrt())))
+            let whole = area(&emitter.shape) == area(&EmitterShape::Sphere(Sphere::new(sphere.centre, sphere.radius)));
+            whole.then(|| TAU * (1.0 - (1.0 - sine * sine).sqrt()))
         }
     };
-    let one = angle.filter(|_| by_angle(lights, emitter)).map_or_else(|| of_area(area), f64::recip);
-    one * probability
+    let by_area = || away.length().powi(3) / (area(&emitter.shape) * -away.dot(to.1));
+    probability * angle.filter(|_| by_angle(lights, emitter)).map_or_else(by_area, f64::recip)
 }
 
 /// Whether an emitter is sampled by solid angle where it can be.

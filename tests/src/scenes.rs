@@ -171,6 +171,12 @@ pub fn three_lights() -> Arc<Scene> {
     })
 }
 
+/// How often white lights of these fluxes are picked: one half of the picks by flux, the other evenly.
+pub fn shares_of_picks(fluxes: &[f64]) -> Vec<f64> {
+    let (sum, count) = (fluxes.iter().sum::<f64>(), fluxes.len() as f64);
+    fluxes.iter().map(|flux| 0.5 * flux / sum + 0.5 / count).collect()
+}
+
 /// Where the small square light of [`three_lights`] is.
 pub const SMALL_LIGHT: DVec3 = DVec3::new(-1.5, -0.5, 1.5);
 

@@ -16,6 +16,7 @@ use whitefurnace::estimator::{
 use whitefurnace::form_factor::Polygon;
 use whitefurnace::harness::outcome::Outcome;
 use whitefurnace::harness::trial::Context;
+use whitefurnace::light_pick::FluxPicks;
 use whitefurnace::rng::Stream;
 use whitefurnace::roulette::Roulette;
 use whitefurnace::scene::Scene;
@@ -75,7 +76,7 @@ table! {
         roulette_weight(survival: f64) -> f64;
     }
     NextEvent {
-        pick_emitter(r: f64, count: usize) -> usize;
+        pick_emitter(r: f64, picks: &FluxPicks) -> usize;
         contribution(emitter: &Emitter, from: DVec3) -> f64;
         pick_by_share(r: f64, shares: &[f64]) -> (usize, f64);
         pdf_of_pick(pdf: f64, probability: f64) -> f64;

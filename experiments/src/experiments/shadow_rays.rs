@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use whitefurnace::bsdf::Scattering;
 use whitefurnace::estimator::{NextEvent, Photons};
+use whitefurnace::light_pick::FluxPicks;
 use whitefurnace::roulette;
 use whitefurnace::roulette::Roulette;
 
@@ -49,9 +50,9 @@ impl NextEvent for Counted<'_> {
         self.0.shadow.fetch_add(1, Ordering::Relaxed);
         scene.visible(x, y, glass)
     }
-    fn pick_emitter(&self, r: f64, count: usize) -> usize {
+    fn pick_emitter(&self, r: f64, picks: &FluxPicks) -> usize {
         self.0.picks.fetch_add(1, Ordering::Relaxed);
-        Standard.pick_emitter(r, count)
+        Standard.pick_emitter(r, picks)
     }
 }
 

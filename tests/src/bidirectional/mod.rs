@@ -163,7 +163,7 @@ fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
             LightTracer,
             "a ball in glass, all in equilibrium, before what is dark to particles",
             share * squared_index,
-            (SQUARE, 62_000),
+            (SQUARE, 100_000),
         ),
         glass(
             "bidirectional/bdpt/in-glass",

@@ -21,7 +21,7 @@ pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
         fault!("always-the-first", ESTIMATOR, "picks the first emitter every time, with the density of all",
             { pick_emitter: |_, _| 0 }, "irradiance/three-lights", "irradiance/picks"),
         fault!("picks-unevenly", ESTIMATOR, "the pick's number is squared",
-            { pick_emitter: |r, count| ((r * r * count as f64) as usize).min(count - 1) },
+            { pick_emitter: |r, picks| picks.pick(r * r) },
             "irradiance/picks", "irradiance/three-lights"),
         fault!("pick-probability-missing", ESTIMATOR,
             "the density of a point does not know that one of three lights was picked",

@@ -13,7 +13,7 @@ use whitefurnace::splat::Splats;
 use crate::prelude::*;
 use crate::script::{self, Scripted};
 use crate::whole_paths::path::{
-    EMITTERS, FRAME, Kind, LAST, LIVES, Vertex, by_strategy, closed_form, on_emitter, room, trace,
+    FRAME, Kind, LAST, LIVES, Vertex, by_strategy, closed_form, middle_of_picks, on_emitter, room, trace,
 };
 
 /// The numbers of each block; after the last, [`LAST`].
@@ -38,7 +38,7 @@ impl script::Script for Script<'_> {
 /// The numbers with which strategy `s` makes a path.
 fn script(scene: &Scene, path: &[Vertex], at: [f64; 2], s: usize) -> Vec<(u32, Vec<f64>)> {
     let emitter = path[0].emitter.unwrap_or(0);
-    let pick = (f64::from(emitter) + 0.5) / EMITTERS as f64;
+    let pick = middle_of_picks(scene, emitter as usize);
     let shape = &scene.emitters()[emitter as usize].shape;
     let on_light = on_emitter(shape, path[0].point).1;
     let light = vec![pick, on_light[0], on_light[1]];

@@ -1,13 +1,13 @@
 //! A room, and paths in it from a light to the eye with their densities in closed form.
 
-use whitefurnace::emitter::EmitterShape;
+use whitefurnace::emitter::{Emitter, EmitterShape};
 use whitefurnace::frame::{Frame, azimuth};
 use whitefurnace::sampling::cosine_hemisphere_inverse;
 
 use crate::glass::{GLASS, INDEX};
 use crate::mean_radiance::any_direction;
 use crate::prelude::*;
-use crate::scenes::{FLOOR, ball, lambert, mirror, panel, seen_by, square};
+use crate::scenes::{FLOOR, ball, lambert, mirror, panel, seen_by, shares_of_picks, square};
 
 const EYE: DVec3 = DVec3::new(0.2, -1.8, 1.3);
 const TARGET: DVec3 = DVec3::new(0.1, 0.3, 1.0);
@@ -171,8 +171,20 @@ pub(super) fn on_emitter(shape: &EmitterShape, point: DVec3) -> (f64, [f64; 2]) 
     }
 }
 
+/// How often each of the white emitters is picked.
+fn shares(scene: &Scene) -> Vec<f64> {
+    let flux = |emitter: &Emitter| emitter.radiance.x * on_emitter(&emitter.shape, DVec3::ZERO).0;
+    shares_of_picks(&scene.emitters().iter().map(flux).collect::<Vec<_>>())
+}
+
+/// The number in the middle of those that pick an emitter.
+pub(super) fn middle_of_picks(scene: &Scene, emitter: usize) -> f64 {
+    let shares = shares(scene);
+    shares[..emitter].iter().sum::<f64>() + 0.5 * shares[emitter]
+}
+
 /// The densities in closed form by the light's walk and the eye's, for vertices that the walk reaches in
-/// no specular way: cos θ cos θ′/(π d²), 1/(N A) on an emitter, and for the eye its share of the image's
+/// no specular way: cos θ cos θ′/(π d²), pick/A on an emitter, and for the eye its share of the image's
 /// area at distance 1.
 pub(super) fn closed_form(scene: &Scene, path: &[Vertex]) -> Vec<[Option<f64>; 2]> {
     let walk = |from: &Vertex, to: &Vertex| {
@@ -181,8 +193,8 @@ pub(super) fn closed_form(scene: &Scene, path: &[Vertex]) -> Vec<[Option<f64>; 2
         (!from.specular()).then_some(density)
     };
     let start = |x: &Vertex| {
-        let emitter = &scene.emitters()[x.emitter? as usize];
-        Some(1.0 / (EMITTERS as f64 * on_emitter(&emitter.shape, x.point).0))
+        let index = x.emitter? as usize;
+        Some(shares(scene)[index] / on_emitter(&scene.emitters()[index].shape, x.point).0)
     };
     let seen = |x: &Vertex| {
         let away = x.point - EYE;
