@@ -73,6 +73,8 @@ pub struct Emitter {
     centre: DVec3,
     /// The radius of a sphere, or of the disc that has the area of a flat shape.
     radius: f64,
+    /// Points up to this height over a flat shape may lie on it, but for rounding, and may not see it.
+    margin: f64,
 }
 
 /// How shadow rays pick emitters, by [flux](crate::light_pick::FluxPicks) if nothing else is said, and points on them.
@@ -134,11 +136,17 @@ impl Emitter {
             }
             EmitterShape::Sphere(sphere) => (sphere.area(), DVec3::ZERO, sphere.centre, sphere.radius),
         };
-        Self { shape, radiance, area, normal, centre, radius }
+        Self { shape, radiance, area, normal, centre, radius, margin: 0.0 }
+    }
+
+    /// The same in a scene whose rays leave surfaces from this height over them.
+    pub(crate) fn left_from(self, offset: f64) -> Self {
+        Self { margin: 2.0 * offset, ..self }
     }
 
     /// What it may bring to a point, C of [`crate::equation::LIGHT_PICK`]: about the irradiance of a surface that
-    /// faces it, in the mean of all colours. It is above 0 wherever the emitter's front can be seen.
+    /// faces it, in the mean of all colours. It is above 0 wherever the emitter's front can be
+    /// seen, and 0 on the emitter itself, whether a point there is rounded to either side or a ray has just left it.
     ///
     /// Of a flat emitter of area A and radius a = √(A/π), from distance d of its middle and height h over its plane,
     /// L A (h + a)²/(d² + a²)²: π L where it is near, and with the square of its cosine where it is far, as what is
@@ -155,7 +163,7 @@ impl Emitter {
         }
         let height = away.dot(V::splat_vector(self.normal));
         let slant = (height + self.radius) / (distance_squared + squared);
-        V::Real::choose(height.above(all(0.0)), slant * slant * strength, all(0.0))
+        V::Real::choose(height.above(all(self.margin)), slant * slant * strength, all(0.0))
     }
 
     /// Area times radiance, the mean of all colours: flux over π.

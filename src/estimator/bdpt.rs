@@ -4,13 +4,12 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::next_event::{direct_light, point_pdf};
+use super::next_event::{SHADOW_RAYS, direct_light, picked_pdf};
 use super::particle::{connect_to_eye, importance_per_particle, particle};
 use super::strategies::{Bidirectional, PathVertex, WholePath};
 use super::walk::{Step, Walk};
 use super::{ImageEstimator, LightRules, Standard, Walking};
 use crate::bsdf::{Bsdf, Vertex};
-use crate::emitter::LightSampling;
 use crate::error::Error;
 use crate::rng::uniform2;
 use crate::sampler::{Pass, Sampler};
@@ -87,10 +86,14 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         let mut light = Vec::new();
         particle(&self.parts, scene, rng, |place| {
             light.push(place);
+            if let [start, next] = &mut light[..] {
+                let emitter = start.emitter.map(|emitter| (emitter as usize, &start.at));
+                start.picked = emitter.map(|emitter| picked_pdf(&self.parts, scene, emitter, next.at.point));
+            }
             if let Some(splat) = connect_to_eye(&self.parts, scene, frame, &place) {
                 let (origin, importance) = (scene.camera().eye, splat.importance);
                 let path = WholePath { light: &light, eye: &[], origin, importance };
-                image.add(splat.pixel, self.weight(path) * splat.value)?;
+                image.add(splat.pixel, self.weight(scene, path) * splat.value)?;
             }
             Ok(())
         })?;
@@ -121,11 +124,7 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         let mut walk = Walk::new(scene, (ray, scene.intersect(&ray)), 0);
         while let Some(step) = walk.arrive(rng) {
             let at = step.vertex();
-            let mut vertex = step.path_vertex(at, DVec3::ZERO);
-            if let Some(emitter) = step.here.emitter {
-                vertex.start = point_pdf(&self.parts, scene, emitter as usize);
-            }
-            eye.push(vertex);
+            eye.push(step.path_vertex(at, DVec3::ZERO));
             let found = self.found(scene, (&step, &at), WholePath { eye: &eye, ..whole }, light, rng);
             radiance += step.throughput * step.factor * found;
             walk.scatter(&self.parts, &at, rng);
@@ -146,18 +145,17 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         let parts = &self.parts;
         let mut found = step.emitted(scene);
         if found != DVec3::ZERO {
-            found *= self.weight(path);
+            found *= self.weight(scene, path);
         }
         let bsdf = step.bsdf;
         if !bsdf.is_rough() {
             return found;
         }
-        let (rules, area) = (&LightRules::PHYSICAL, LightSampling::Area);
-        if let Some(direct) = direct_light(parts, scene, bsdf, vertex, rules, area, rng)
-            && let Some((point, pdf_area)) = &direct.point
+        if let Some(direct) = direct_light(parts, scene, bsdf, vertex, &LightRules::PHYSICAL, SHADOW_RAYS, rng)
+            && let Some((point, emitter)) = &direct.point
         {
-            let light = &[PathVertex::emitting(point, DVec3::ZERO, *pdf_area)];
-            found += direct.reflected * self.weight(WholePath { light, ..path });
+            let light = &[PathVertex::emitting(point, DVec3::ZERO, *emitter)];
+            found += direct.reflected * self.weight(scene, WholePath { light, ..path });
         }
         if self.connections == Connections::Ends {
             return found;
@@ -166,7 +164,7 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
             let connected = self.connect(scene, bsdf, vertex, &light[s - 1]);
             if connected != DVec3::ZERO {
                 let light = &light[..s];
-                found += connected * self.weight(WholePath { light, ..path });
+                found += connected * self.weight(scene, WholePath { light, ..path });
             }
         }
         found
@@ -197,12 +195,12 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
 
     /// The weight of the strategy that made a path of these two pieces.
     #[inline]
-    fn weight(&self, path: WholePath<'_>) -> f64 {
-        let mut densities = path.densities(&self.parts);
+    fn weight(&self, scene: &Scene, path: WholePath<'_>) -> f64 {
+        let mut densities = path.densities(&self.parts, scene);
         if self.connections == Connections::Ends
             && let [_, inner @ .., _] = &mut densities[..]
         {
-            inner.iter_mut().for_each(|density| density.joined = false);
+            inner.iter_mut().for_each(|density| density.joined = 0.0);
         }
         self.parts.strategy_weight(&densities, path.light.len())
     }

@@ -109,6 +109,9 @@ pub trait NextEvent: Sync {
     }
 }
 
+/// How shadow rays of estimators that leave no choice pick emitters and points on them.
+pub(super) const SHADOW_RAYS: LightSampling = LightSampling::ByContribution;
+
 /// Light that arrives at a vertex along a shadow ray.
 pub(super) struct LightSample {
     /// Towards the emitter, local.
@@ -117,8 +120,8 @@ pub(super) struct LightSample {
     pub reflected: DVec3,
     /// p with respect to solid angle.
     pub pdf: f64,
-    /// The point on an emitter and its pdf with respect to area, the pick included; `None` from the background.
-    pub point: Option<(EmitterPoint, f64)>,
+    /// The point on an emitter, and the emitter's number; `None` from the background.
+    pub point: Option<(EmitterPoint, usize)>,
 }
 
 impl LightSample {
@@ -236,7 +239,7 @@ pub(super) fn direct_light<P: NextEvent + Scattering, R: Sampler>(
         wi,
         reflected: parts.radiance_factor_from(bsdf, wi) * radiometry::reflected(brdf, emitter.radiance, cosine, pdf),
         pdf,
-        point: Some((light, parts.pdf_of_pick(parts.emitter_pdf_area(emitter), probability))),
+        point: Some((light, index)),
     })
 }
 
@@ -286,16 +289,45 @@ pub(super) fn emitter_pdf<P: NextEvent + Scattering>(
     lights: LightSampling,
     (ray, hit): (&Ray, &Hit),
 ) -> f64 {
-    let emitters = scene.emitters();
-    let emitter = &emitters[index];
-    let probability = probability_of_pick(parts, scene, lights, ray.origin, index);
+    let cosine_at_light = parts.cosine(hit.normal, -ray.direction);
+    pdf_from(parts, scene, index, lights, ray.origin, (cosine_at_light, hit.t * hit.t))
+}
+
+/// The same from a point at which its emitter is seen at this cosine and squared distance.
+#[inline]
+fn pdf_from<P: NextEvent>(
+    parts: &P,
+    scene: &Scene,
+    index: usize,
+    lights: LightSampling,
+    from: DVec3,
+    (cosine_at_light, distance_squared): (f64, f64),
+) -> f64 {
+    let emitter = &scene.emitters()[index];
+    let probability = probability_of_pick(parts, scene, lights, from, index);
     if probability == 0.0 {
         return 0.0;
     }
-    let by_solid_angle = if lights.by_solid_angle(emitter) { parts.pdf_solid_angle(emitter, ray.origin) } else { None };
-    let pdf = by_solid_angle.unwrap_or_else(|| {
-        let cosine_at_light = parts.cosine(hit.normal, -ray.direction);
-        area_pdf(parts, emitter, cosine_at_light, hit.t * hit.t)
-    });
+    let by_solid_angle = if lights.by_solid_angle(emitter) { parts.pdf_solid_angle(emitter, from) } else { None };
+    let pdf = by_solid_angle.unwrap_or_else(|| area_pdf(parts, emitter, cosine_at_light, distance_squared));
     parts.pdf_of_pick(pdf, probability)
+}
+
+/// The pdf, with respect to area, with which [`direct_light`] at a point picks a place on the emitter of this number by
+/// [`SHADOW_RAYS`]; 0 from behind.
+#[inline]
+pub(super) fn picked_pdf<P: NextEvent + Scattering>(
+    parts: &P,
+    scene: &Scene,
+    (index, light): (usize, &Vertex),
+    from: DVec3,
+) -> f64 {
+    let offset = light.point - from;
+    let distance_squared = offset.length_squared();
+    let cosine_at_light = parts.cosine(light.frame.z, -offset.normalize());
+    if cosine_at_light <= 0.0 {
+        return 0.0;
+    }
+    pdf_from(parts, scene, index, SHADOW_RAYS, from, (cosine_at_light, distance_squared))
+        * parts.solid_angle_per_area(cosine_at_light, distance_squared)
 }

@@ -24,8 +24,8 @@ pub(super) fn particle<'a, P: Walking + Bidirectional, R: Sampler>(
     let Some((index, light)) = pick_point(parts, scene, rng) else {
         return Ok(());
     };
-    let pdf = point_pdf(parts, scene, index);
-    visit(PathVertex::emitting(&light, scene.emitters()[index].radiance, pdf))?;
+    let carried = scene.emitters()[index].radiance / point_pdf(parts, scene, index);
+    visit(PathVertex::emitting(&light, carried, index))?;
     let Some(Emission { ray, flux }) = emit_from(parts, scene, (index, &light), rng) else {
         return Ok(());
     };

@@ -2,12 +2,11 @@
 
 use glam::DVec3;
 
-use super::next_event::direct_light;
+use super::next_event::{SHADOW_RAYS, direct_light};
 use super::photon_map::{Kept, PhotonMap, Photons, check_radius};
 use super::walk::Walk;
 use super::{Estimator, LightRules, Walking};
 use crate::bsdf::Vertex;
-use crate::emitter::LightSampling;
 use crate::error::Error;
 use crate::sampler::{Pass, Sampler};
 use crate::scene::{Hit, Scene};
@@ -145,8 +144,7 @@ impl<P: Photons + Walking> Estimator for PhotonMapping<P> {
             Some((caustics, caustic_radius)) => {
                 let bsdf = &scene.surface(&here.hit).bsdf;
                 let rules = &LightRules::PHYSICAL;
-                let lights = LightSampling::ByContribution;
-                let light = direct_light(&self.parts, scene, bsdf, &here.at, rules, lights, rng);
+                let light = direct_light(&self.parts, scene, bsdf, &here.at, rules, SHADOW_RAYS, rng);
                 light.map_or(DVec3::ZERO, |light| light.reflected)
                     + self.looked_up(scene, &here, caustics, *caustic_radius)
                     + self.gathered(scene, &here, rng)

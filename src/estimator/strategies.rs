@@ -12,6 +12,8 @@ use crate::camera::Camera;
 use crate::emitter::EmitterPoint;
 
 use super::NextEvent;
+use super::next_event::{picked_pdf, point_pdf};
+use crate::scene::Scene;
 
 /// A vertex of a path from a light or from the eye.
 #[derive(Clone, Copy, Debug)]
@@ -24,8 +26,10 @@ pub(super) struct PathVertex<'a> {
     pub carried: DVec3,
     /// n² of the medium through which its own walk came here, relative to where that began.
     pub squared_index: f64,
-    /// The pdf, with respect to area, of a path that starts here; 0 where nothing emits.
-    pub start: f64,
+    /// The emitter that is here, by its number in the scene.
+    pub emitter: Option<u32>,
+    /// [`picked_pdf`] of a particle's start from its next vertex, once that is known.
+    pub picked: Option<f64>,
 }
 
 /// How dense a vertex of a whole path is, with respect to area, given the rest of the walk.
@@ -35,8 +39,9 @@ pub struct Density {
     pub light: f64,
     /// p_E: for a walk that comes from the eye.
     pub eye: f64,
-    /// Whether a strategy joins its two walks between this vertex and the next towards the eye.
-    pub joined: bool,
+    /// 0 if no strategy joins its two walks between this vertex and the next towards the eye, else 1; at the emitter,
+    /// how densely a shadow ray from the next vertex picks this one, relative to walks that start here.
+    pub joined: f64,
 }
 
 /// A path in the two pieces that were connected.
@@ -57,13 +62,21 @@ impl WholePath<'_> {
     ///
     /// Of a mirror or glass there is one direction on either side, and the Dirac distributions of the two
     /// walks have the ratio of their n² cos θ, which stands for each (Veach 1997, 5.2).
-    pub fn densities<P: Scattering + NextEvent>(&self, parts: &P) -> Vec<Density> {
+    pub fn densities<P: Scattering + NextEvent>(&self, parts: &P, scene: &Scene) -> Vec<Density> {
         let s = self.light.len();
         let vertices = self.light.iter().chain(self.eye.iter().rev());
         // An emitter is where a walk starts, whatever it is made of.
         let specular = |i: usize, x: &PathVertex<'_>| i > 0 && x.is_specular();
-        let density = |(i, x): (usize, &PathVertex<'_>)| Density { light: x.start, eye: 0.0, joined: !specular(i, x) };
-        let mut path: Vec<Density> = vertices.clone().enumerate().map(density).collect();
+        let joined = |(i, x): (usize, &PathVertex<'_>)| f64::from(!specular(i, x));
+        let density = |joined| Density { light: 0.0, eye: 0.0, joined };
+        let mut path: Vec<Density> = vertices.clone().enumerate().map(joined).map(density).collect();
+        if let Some((x, index)) = vertices.clone().next().and_then(|x| Some((x, x.emitter? as usize))) {
+            path[0].light = point_pdf(parts, scene, index);
+            if path.len() > 1 {
+                let picked = || picked_pdf(parts, scene, (index, &x.at), self.point(1));
+                path[0].joined = x.picked.unwrap_or_else(picked) / path[0].light;
+            }
+        }
         for (i, (a, b)) in vertices.clone().zip(vertices.skip(1)).enumerate() {
             let offset = b.at.point - a.at.point;
             let (onward, distance_squared) = (offset.normalize(), offset.length_squared());
@@ -71,7 +84,7 @@ impl WholePath<'_> {
             let index = if i + 1 < s { b } else { a }.squared_index;
             let before = || i.checked_sub(1).map(|i| self.point(i));
             let after = || Some(self.point(i + 2));
-            path[i].joined &= !b.is_specular();
+            path[i].joined *= f64::from(!b.is_specular());
             path[i + 1].light = a.density(parts, specular(i, a), (onward, cos_a), index, before)
                 * parts.solid_angle_per_area(cos_b, distance_squared);
             path[i].eye = b.density(parts, b.is_specular(), (-onward, cos_b), index, after)
@@ -102,11 +115,11 @@ impl WholePath<'_> {
 }
 
 impl<'a> PathVertex<'a> {
-    /// A point on an emitter of radiance `radiance`, with the pdf of a path that starts there.
+    /// A point on the emitter of this number, from which a particle carries so much.
     #[inline]
-    pub fn emitting(point: &EmitterPoint, radiance: DVec3, start: f64) -> Self {
+    pub fn emitting(point: &EmitterPoint, carried: DVec3, emitter: usize) -> Self {
         let at = Vertex::emitting(point.point, point.normal);
-        Self { at, bsdf: None, carried: radiance / start, squared_index: 1.0, start }
+        Self { at, bsdf: None, carried, squared_index: 1.0, emitter: Some(emitter as u32), picked: None }
     }
 
     /// Unit, on the side to which the path leads.
@@ -160,19 +173,19 @@ impl<'a> PathVertex<'a> {
 /// w_s of [`crate::equation::PATH_DENSITY`], the balance heuristic: the weight of the strategy with
 /// `s` light vertices on the path whose vertices but the eye have these densities, from the light on.
 pub fn weight(path: &[Density], s: usize) -> f64 {
-    let exists = |s: usize| s == 0 || path[s - 1].joined;
-    let mut sum = 1.0;
+    let joined = |s: usize| if s == 0 { 1.0 } else { path[s - 1].joined };
+    let mut sum = joined(s);
     let mut ratio = 1.0;
     for (i, vertex) in path.iter().enumerate().skip(s) {
         ratio = times(ratio, vertex.light, vertex.eye);
-        sum += if exists(i + 1) { ratio } else { 0.0 };
+        sum += times(ratio, joined(i + 1), 1.0);
     }
     ratio = 1.0;
     for (i, vertex) in path.iter().enumerate().take(s).rev() {
         ratio = times(ratio, vertex.eye, vertex.light);
-        sum += if exists(i) { ratio } else { 0.0 };
+        sum += times(ratio, joined(i), 1.0);
     }
-    1.0 / sum
+    joined(s) / sum
 }
 
 /// The product of a ratio with that of two densities. Where an edge lies in a surface, densities at both its ends are 0,

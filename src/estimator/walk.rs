@@ -121,6 +121,7 @@ impl<'a> Step<'a> {
     /// The hit, whose [`vertex`](Self::vertex) is `at`, as a vertex of a path that does not start here.
     #[inline]
     pub fn path_vertex(&self, at: Vertex, carried: DVec3) -> PathVertex<'a> {
-        PathVertex { at, bsdf: Some(self.bsdf), carried, squared_index: 1.0 / self.factor, start: 0.0 }
+        let (squared_index, emitter) = (1.0 / self.factor, self.here.emitter);
+        PathVertex { at, bsdf: Some(self.bsdf), carried, squared_index, emitter, picked: None }
     }
 }

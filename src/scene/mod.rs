@@ -134,7 +134,8 @@ impl Scene {
     pub fn with_camera(self, camera: Camera) -> Result<Self, Error> {
         check_camera(&self.name, &camera)?;
         let offset = self.offset.max(camera.eye.abs().max_element() * OFFSET);
-        Ok(Self { camera, offset, ..self })
+        let emitters = self.emitters.into_iter().map(|emitter| emitter.left_from(offset)).collect();
+        Ok(Self { camera, offset, emitters, ..self })
     }
 
     /// The camera.

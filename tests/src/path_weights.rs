@@ -10,7 +10,7 @@ use whitefurnace::sampling::cosine_hemisphere_inverse;
 
 use crate::mean_radiance::any_direction;
 use crate::prelude::*;
-use crate::scenes::{FLOOR, LIGHT, NEAR, ball, floor, lambert, light, panel, scene, shares_of_picks, square, triangle};
+use crate::scenes::{FLOOR, LIGHT, NEAR, ball, lambert, light, panel, scene, shares_of_picks, square, triangle};
 use crate::script::Scripted;
 
 /// One side's path tracer: its parts, and what it makes of the heuristic and light sampling asked for.
@@ -33,11 +33,12 @@ pub struct Sides {
 const SIDE: Side = Side { parts: CORRECT, heuristic: |heuristic| heuristic, lights: |lights| lights };
 const SIDES: Sides = Sides { hits: SIDE, shadows: SIDE };
 
-/// A square so near that most directions hit it, and farther lights of every shape: few of the densities
-/// agree.
+/// A floor that shines, a square so near that most directions hit it, and farther lights of every shape: few of the
+/// densities agree.
 fn lights() -> Arc<Scene> {
     scene("lights near and far", |s| {
-        floor(s, lambert(FLOOR));
+        // Points on it are neither before nor behind this one, by rounding the one or the other.
+        square(s, DVec3::ZERO, 50.0, true, Surface::new(lambert(FLOOR)).emitting(DVec3::splat(0.1 * LIGHT)));
         square(s, NEAR[0].z * DVec3::Z, 2.0, false, light(LIGHT));
         let corner = DVec3::new(3.0, -1.0, 0.5);
         triangle(s, &[corner, corner + 2.0 * DVec3::Y, corner + DVec3::ONE], light(3.0 * LIGHT));
@@ -68,16 +69,18 @@ fn area(shape: &EmitterShape) -> f64 {
 }
 
 /// The probability with which a shadow ray from a point picks each of the emitters.
-fn probabilities(emitters: &[Emitter], lights: LightSampling, from: DVec3) -> Vec<f64> {
+pub(crate) fn probabilities(emitters: &[Emitter], lights: LightSampling, from: DVec3) -> Vec<f64> {
     if lights != LightSampling::ByContribution {
-        let fluxes: Vec<f64> = emitters.iter().map(|emitter| area(&emitter.shape) * emitter.radiance.x).collect();
+        let fluxes: Vec<f64> =
+            emitters.iter().map(|emitter| area(&emitter.shape) * emitter.radiance.element_sum()).collect();
         return shares_of_picks(&fluxes);
     }
     let irradiance = |emitter: &Emitter| {
         let flat = |middle: DVec3, across: DVec3, area: f64| {
             let (d, a) = (middle.distance(from), (area * FRAC_1_PI).sqrt());
             let height = (from - middle).dot(across.normalize());
-            if height > 0.0 { area * (height + a).powi(2) / (d * d + a * a).powi(2) } else { 0.0 }
+            // A point on the light is not in front of it.
+            if height > 1e-9 { area * (height + a).powi(2) / (d * d + a * a).powi(2) } else { 0.0 }
         };
         let of_one = match emitter.shape {
             EmitterShape::Rectangle { corner, edges: [a, b] } => {
@@ -99,7 +102,13 @@ fn probabilities(emitters: &[Emitter], lights: LightSampling, from: DVec3) -> Ve
 }
 
 /// The density, with respect to solid angle, of a shadow ray towards a point of an emitter of this probability.
-fn density(emitter: &Emitter, lights: LightSampling, from: DVec3, to: (DVec3, DVec3), probability: f64) -> f64 {
+pub(crate) fn density(
+    emitter: &Emitter,
+    lights: LightSampling,
+    from: DVec3,
+    to: (DVec3, DVec3),
+    probability: f64,
+) -> f64 {
     let away = to.0 - from;
     // None where the shape has no sampling by it.
     let angle = match emitter.shape {
@@ -172,6 +181,7 @@ fn one(
         Path { parts: side.parts, strategy, lights: (side.lights)(lights), heuristic: (side.heuristic)(heuristic) }
             .radiance(scene, &ray, Some(first), &mut Scripted(numbers.iter()))
             .x
+            - scene.emitted(&first, ray.direction).x
     };
     let both = |roulette| [shadow, direction(roulette)].concat();
     let shadows = |strategy| estimate(&sides.shadows, strategy, &both(ENDS));
@@ -226,6 +236,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let on = move |context: &Context, sides: Sides| weights(context, &scene, &sides);
     let hits = |side| Sides { hits: side, ..SIDES };
     let shadows = |side| Sides { shadows: side, ..SIDES };
+    let both = |side| Sides { hits: side, shadows: side };
     let with = |parts| Side { parts, ..SIDE };
     let other = |lights| match lights {
         LightSampling::Area => LightSampling::SolidAngle,
@@ -252,11 +263,18 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "hits are weighted by area where shadow rays pick by solid angle, and the reverse",
                 = hits(Side { lights: other, ..SIDE }), BY_HIT),
             fault!("number-of-lights-forgotten", MIS,
-                "the density of a shadow ray does not know at a hit that one of five lights was picked",
+                "the density of a shadow ray does not know at a hit that one of six lights was picked",
                 = hits(with(PartTable { pdf_of_pick: |pdf, _| pdf, ..CORRECT })), BY_HIT),
             fault!("share-as-seen-from-elsewhere", LIGHT_PICK,
                 "the share of a light at a hit is that for the middle of the scene, not for where the path came from",
                 = hits(with(PartTable { contribution: |light, _| light.contribution(DVec3::ZERO), ..CORRECT })),
+                BY_HIT),
+            fault!("own-light-in-front", LIGHT_PICK,
+                "on a light that shines where it is lit, rounding and the start of a ray decide whether it is in front of itself",
+                = both(with(PartTable {
+                    contribution: |light, from| Emitter::new(light.shape, light.radiance).contribution(from),
+                    ..CORRECT
+                })),
                 BY_HIT),
             fault!("hits-weighted-as-shadow-rays", MIS, "the two densities change places at a hit",
                 = hits(with(PartTable {

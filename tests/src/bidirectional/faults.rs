@@ -131,7 +131,7 @@ fn strategies() -> Vec<Fault<EstimatorSubject>> {
             {
                 strategy_weight: |path, s| {
                     let joined = |x: &Density| Density {
-                        joined: true,
+                        joined: 1.0,
                         ..*x
                     };
                     weight(&path.iter().map(joined).collect::<Vec<_>>(), s)

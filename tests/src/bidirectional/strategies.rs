@@ -94,17 +94,15 @@ impl Property for Weights {
                 .map(|_| Density {
                     light: uniform(&mut rng) + 0.01,
                     eye: uniform(&mut rng) + 0.01,
-                    joined: uniform(&mut rng) < 0.6,
+                    joined: if uniform(&mut rng) < 0.6 { uniform(&mut rng) + 0.01 } else { 0.0 },
                 })
                 .collect();
             // The density of the strategy that takes s vertices from the light; 0 if it does not exist.
             let density = |s: usize| -> f64 {
-                if s > 0 && !path[s - 1].joined {
-                    return 0.0;
-                }
                 let (light, eye) = path.split_at(s);
+                let joined = light.last().map_or(1.0, |x| x.joined);
                 let light: f64 = light.iter().map(|x| x.light).product();
-                light * eye.iter().map(|x| x.eye).product::<f64>()
+                joined * light * eye.iter().map(|x| x.eye).product::<f64>()
             };
             let all: f64 = (0..=length).map(density).sum();
             let existing = (0..=length).filter(|&s| density(s) > 0.0);

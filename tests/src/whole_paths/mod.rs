@@ -13,7 +13,7 @@ use whitefurnace::splat::Splats;
 use crate::prelude::*;
 use crate::script::{self, Scripted};
 use crate::whole_paths::path::{
-    FRAME, Kind, LAST, LIVES, Vertex, by_strategy, closed_form, middle_of_picks, on_emitter, room, trace,
+    FRAME, Kind, LAST, LIVES, Vertex, by_strategy, closed_form, middle, on_emitter, picked, room, shares, trace,
 };
 
 /// The numbers of each block; after the last, [`LAST`].
@@ -38,7 +38,7 @@ impl script::Script for Script<'_> {
 /// The numbers with which strategy `s` makes a path.
 fn script(scene: &Scene, path: &[Vertex], at: [f64; 2], s: usize) -> Vec<(u32, Vec<f64>)> {
     let emitter = path[0].emitter.unwrap_or(0);
-    let pick = middle_of_picks(scene, emitter as usize);
+    let pick = middle(&shares(scene), emitter as usize);
     let shape = &scene.emitters()[emitter as usize].shape;
     let on_light = on_emitter(shape, path[0].point).1;
     let light = vec![pick, on_light[0], on_light[1]];
@@ -49,7 +49,7 @@ fn script(scene: &Scene, path: &[Vertex], at: [f64; 2], s: usize) -> Vec<(u32, V
         (_, Some(to)) => [&x.direction(to.point)[..], &[LIVES]].concat(),
         (_, None) => Vec::new(),
     };
-    let mut blocks = vec![(0, at.map(f64::fract).to_vec()), (LIGHT, light.clone())];
+    let mut blocks = vec![(0, at.map(f64::fract).to_vec()), (LIGHT, light)];
     if s > 1 {
         blocks[1].1.extend(path[0].direction(path[1].point));
         for i in 1..s {
@@ -59,7 +59,8 @@ fn script(scene: &Scene, path: &[Vertex], at: [f64; 2], s: usize) -> Vec<(u32, V
     }
     for (number, i) in (1..).zip((s..path.len()).rev()) {
         let to = (i > s).then(|| &path[i - 1]);
-        let mut numbers = if path[i].specular() { Vec::new() } else { light.clone() };
+        let shadow_ray = || if (s, i) == (1, 1) { picked(scene, path).0 } else { [0.0; 3] };
+        let mut numbers = if path[i].specular() { Vec::new() } else { shadow_ray().to_vec() };
         numbers.extend(scatter(&path[i], to));
         blocks.push((number, numbers));
     }
@@ -116,7 +117,7 @@ fn whole_paths(context: &Context, scene: &Scene, parts: PartTable) -> Vec<Outcom
             continue;
         };
         let known = closed_form(scene, &path);
-        let by_strategy = by_strategy(&path, &known);
+        let by_strategy = by_strategy(scene, &path, &known);
         let total: f64 = by_strategy.iter().flatten().sum();
         let (mut sum, mut first) = (0.0, None);
         for (s, density) in by_strategy.iter().enumerate() {
@@ -186,10 +187,18 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "the sum counts connections at mirrors and glass, which nobody makes",
                 PartTable: { strategy_weight: |path, s| {
                     let mut path = path.to_vec();
-                    path.iter_mut().for_each(|vertex| vertex.joined = true);
+                    path.iter_mut().for_each(|vertex| vertex.joined = 1.0);
                     weight(&path, s)
                 } },
                 "bidirectional/whole-paths: weights | sum of weights"),
+            fault!("picked-as-particles-start", LIGHT_PICK,
+                "shadow rays are weighed as if they picked lights as particles do: the sum stays one, not the balance",
+                PartTable: { strategy_weight: |path, s| {
+                    let mut path = path.to_vec();
+                    path[0].joined = f64::from(path[0].joined > 0.0);
+                    weight(&path, s)
+                } },
+                "bidirectional/whole-paths: weights"),
             fault!("flux-scaled-as-radiance", REFRACTION, "refraction scales the flux of particles",
                 PartTable: { flux_factor: |factor| factor }, "bidirectional/whole-paths: value times density"),
         ],

@@ -1,11 +1,12 @@
 //! A room, and paths in it from a light to the eye with their densities in closed form.
 
-use whitefurnace::emitter::{Emitter, EmitterShape};
+use whitefurnace::emitter::{Emitter, EmitterShape, LightSampling};
 use whitefurnace::frame::{Frame, azimuth};
 use whitefurnace::sampling::cosine_hemisphere_inverse;
 
 use crate::glass::{GLASS, INDEX};
 use crate::mean_radiance::any_direction;
+use crate::path_weights::{density, probabilities};
 use crate::prelude::*;
 use crate::scenes::{FLOOR, ball, lambert, mirror, panel, seen_by, shares_of_picks, square};
 
@@ -171,16 +172,35 @@ pub(super) fn on_emitter(shape: &EmitterShape, point: DVec3) -> (f64, [f64; 2]) 
     }
 }
 
-/// How often each of the white emitters is picked.
-fn shares(scene: &Scene) -> Vec<f64> {
+/// How often each of the white emitters is picked where particles start.
+pub(super) fn shares(scene: &Scene) -> Vec<f64> {
     let flux = |emitter: &Emitter| emitter.radiance.x * on_emitter(&emitter.shape, DVec3::ZERO).0;
     shares_of_picks(&scene.emitters().iter().map(flux).collect::<Vec<_>>())
 }
 
-/// The number in the middle of those that pick an emitter.
-pub(super) fn middle_of_picks(scene: &Scene, emitter: usize) -> f64 {
-    let shares = shares(scene);
+/// The number in the middle of those that pick an emitter by shares.
+pub(super) fn middle(shares: &[f64], emitter: usize) -> f64 {
     shares[..emitter].iter().sum::<f64>() + 0.5 * shares[emitter]
+}
+
+/// The numbers with which a shadow ray from a path's second vertex, which is rough, picks its first, and the density of that.
+pub(super) fn picked(scene: &Scene, path: &[Vertex]) -> ([f64; 3], f64) {
+    const LIGHTS: LightSampling = LightSampling::ByContribution;
+    let (light, from) = (&path[0], path[1].point);
+    let index = light.emitter.map_or(0, |index| index as usize);
+    let (emitter, probabilities) = (&scene.emitters()[index], probabilities(scene.emitters(), LIGHTS, from));
+    let mut on_light = on_emitter(&emitter.shape, light.point).1;
+    if let EmitterShape::Sphere(sphere) = emitter.shape {
+        // By 1 − cos of the cone around the sphere, and around its axis.
+        let to_centre = sphere.centre - from;
+        let [towards, axis] = [light.point - from, to_centre].map(DVec3::normalize);
+        let cosine = (1.0 - (sphere.radius / to_centre.length()).powi(2)).sqrt();
+        let around = Frame::new(-axis).local(light.point - sphere.centre);
+        on_light = [0.5 * (towards - axis).length_squared() / (1.0 - cosine), azimuth(around) / TAU];
+    }
+    let by_angle = density(emitter, LIGHTS, from, (light.point, light.normal), probabilities[index]);
+    let per_area = light.cosine(from) / from.distance_squared(light.point);
+    ([middle(&probabilities, index), on_light[0], on_light[1]], by_angle * per_area)
 }
 
 /// The densities in closed form by the light's walk and the eye's, for vertices that the walk reaches in
@@ -216,8 +236,8 @@ pub(super) fn closed_form(scene: &Scene, path: &[Vertex]) -> Vec<[Option<f64>; 2
 /// The density of a path by each strategy, up to a common factor; `None` where there is none.
 ///
 /// Across mirrors and glass n² cos θ dω dA is conserved, so the two walks' densities from one end of a
-/// specular chain to the other have the ratio of the two n².
-pub(super) fn by_strategy(path: &[Vertex], known: &[[Option<f64>; 2]]) -> Vec<Option<f64>> {
+/// specular chain to the other have the ratio of the two n². A shadow ray picks its light by what it may contribute.
+pub(super) fn by_strategy(scene: &Scene, path: &[Vertex], known: &[[Option<f64>; 2]]) -> Vec<Option<f64>> {
     let factors = path.iter().zip(known).enumerate().map(|(i, (x, density))| {
         if x.specular() {
             return [1.0, 1.0];
@@ -230,9 +250,14 @@ pub(super) fn by_strategy(path: &[Vertex], known: &[[Option<f64>; 2]]) -> Vec<Op
     let open = |i: usize| path.get(i).is_none_or(|x| !x.specular());
     (0..=path.len())
         .map(|s| {
-            let light: f64 = factors[..s].iter().map(|f| f[0]).product();
+            let exists = s == 0 || (open(s - 1) && open(s));
+            let light: f64 = if exists && s == 1 && path.len() > 1 {
+                picked(scene, path).1
+            } else {
+                factors[..s].iter().map(|f| f[0]).product()
+            };
             let eye: f64 = factors[s..].iter().map(|f| f[1]).product();
-            (s == 0 || (open(s - 1) && open(s))).then_some(light * eye)
+            exists.then_some(light * eye)
         })
         .collect()
 }
