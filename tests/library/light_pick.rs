@@ -1,5 +1,6 @@
 //! What emitters may contribute, and the picks by it.
 
+use whitefurnace::emitter::EmitterPoint;
 use whitefurnace::light_groups::Groups;
 use whitefurnace::light_pick::{EVEN, FluxPicks, MOST, pick, share, share_all};
 
@@ -49,6 +50,28 @@ fn over_a_light_a_contribution_is_about_that_of_a_disc() {
     }
     // Within a sphere that shines inward.
     assert_relative_eq!(sphere.contribution(DVec3::ZERO), PI, max_relative = 1e-9);
+}
+
+/// Wherever rounding puts a point on it, and where a ray has left it, also for an eye far away.
+#[test]
+fn a_light_has_no_share_from_its_own_surface() {
+    let mut rng = rng("own surface");
+    let edges = [DVec3::new(0.7, 0.1, -0.3), DVec3::new(0.2, 1.1, 0.4)];
+    for far in [3.0, 1e9] {
+        let eye = DVec3::new(0.0, -far, 1.0);
+        let near = scene_from(Camera::new(DVec3::new(0.0, -3.0, 1.0), DVec3::ZERO, DVec3::Z, 0.5), |scene| {
+            panel(scene, DVec3::new(-0.3, 0.4, 0.2), edges, diffuse(0.5).emitting(WHITE));
+        });
+        let scene = near.with_camera(Camera::new(eye, DVec3::ZERO, DVec3::Z, 0.5)).expect("a camera");
+        let light = scene.emitters()[0];
+        for _ in 0..1000 {
+            let EmitterPoint { point, normal } = light.sample(uniform2(&mut rng));
+            for from in [point, scene.leave(point, normal, normal).origin, scene.leave(point, normal, -normal).origin] {
+                assert_eq!(light.contribution(from), 0.0);
+            }
+            assert!(light.contribution(point + 1e-2 * normal) > 0.1);
+        }
+    }
 }
 
 /// Each colour counts as much, and all that can be seen has some share.
