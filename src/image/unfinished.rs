@@ -28,6 +28,8 @@ const BEGUN: [&str; 3] = ["begun.R", "begun.G", "begun.B"];
 const ALL_WORDS: usize = WORDS + 2 * BEGUN.len();
 /// What the format itself says of a film.
 const FILM: &str = "film";
+/// Pixels whose words are written at once.
+const TOGETHER: usize = 32;
 const CHECKSUM: &str = "checksum";
 
 /// The words of a pixel in this order, by the names of their channels.
@@ -116,11 +118,17 @@ pub fn write_unfinished(path: &Path, film: &Film, notes: &Notes) -> Result<(), E
         .with_attributes(attributes(path, notes.chain([(FILM, own.as_str()), (CHECKSUM, &checksum)]))?);
     let row = |y: usize| {
         let mut bytes = vec![0; 4 * width * columns.len()];
-        for x in 0..width {
-            let (words, values) = (words(film, y * width + x), values(film, &film.pixels()[y * width + x]));
+        // Some pixels at a time: one alone would touch as many cache lines as there are channels.
+        for first in (0..width).step_by(TOGETHER) {
+            let pixels = first..width.min(first + TOGETHER);
+            let pixel = |x: usize| (words(film, y * width + x), values(film, &film.pixels()[y * width + x]));
+            let pixels: Vec<_> = pixels.map(pixel).collect();
             for (channel, &k) in bytes.chunks_exact_mut(4 * width).zip(&columns) {
-                let word = if k < ALL_WORDS { words[k] } else { values[k - ALL_WORDS].to_bits() };
-                channel[4 * x..4 * x + 4].copy_from_slice(&word.to_le_bytes());
+                let places = channel[4 * first..].as_chunks_mut().0;
+                for (place, (words, values)) in places.iter_mut().zip(&pixels) {
+                    let word = if k < ALL_WORDS { words[k] } else { values[k - ALL_WORDS].to_bits() };
+                    *place = word.to_le_bytes();
+                }
             }
         }
         CompressedScanLineBlock { y_coordinate: y as i32, compressed_pixels_le: bytes }
