@@ -36,9 +36,9 @@ fn files_keep_every_bit_of_the_sums() {
     let path = file("unfinished-sums.exr");
     let radiance = prop_oneof![point(10.0), point(LARGEST), Just(DVec3::ZERO), Just(DVec3::splat(LARGEST))];
     let pixel = (prop::collection::vec(radiance, 0..4), prop::collection::vec((point(1.0), 0.0..LARGEST), 0..3));
-    property("unfinished", 60, &prop::collection::vec(pixel, 6), |pixels| {
-        let window = Window { corner: [5, 7], size: [3, 2] };
-        let mut film = Film::new([20, 10], Some(window), 3).expect("a film");
+    property("unfinished", 60, &prop::collection::vec(pixel, 2 * 35), |pixels| {
+        let window = Window { corner: [5, 7], size: [35, 2] };
+        let mut film = Film::new([40, 10], Some(window), 3).expect("a film");
         for (pixel, (radiances, features)) in film.pixels_mut().iter_mut().zip(pixels) {
             for radiance in radiances {
                 pixel.push(radiance.abs().min(DVec3::splat(LARGEST))).expect("legal");
