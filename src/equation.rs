@@ -258,7 +258,7 @@ equations! {
     PATH_DENSITY = "path.density", "", "Density of a whole path",
         r"p_s = \prod_{i<s} p_L(x_i)\, \prod_{i \ge s} p_E(x_i), \quad w_s = \frac{p_s}{\sum_k p_k}", None,
         "Veach, thesis, 10.2, 1997; Lafortune and Willems, Compugraphics, 145-153, 1993", Added,
-        "All densities are with respect to area, so that every split of one path can be compared. Of one vertex from the light, p_L is that of a shadow ray.";
+        "All densities are with respect to area, so that every split of one path can be compared. A single vertex from the light has the density with which a shadow ray picks it.";
     FORM_FACTOR = "form-factor", "", "Form factor of a polygon",
         r"F_{x \to P} = \frac{1}{\pi}\int_P G(x,y)\, dA_y = -\frac{1}{2\pi}\sum_k \Gamma_k\, \mathbf{n}_x\cdot\frac{\mathbf{v}_k\times\mathbf{v}_{k+1}}{\lVert\mathbf{v}_k\times\mathbf{v}_{k+1}\rVert}", None,
         "Lambert, Photometria, 1760; Baum, Rushmeier and Winget, SIGGRAPH 1989", Added,
