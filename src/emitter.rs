@@ -140,7 +140,7 @@ impl Emitter {
     }
 
     /// The same in a scene whose rays leave surfaces from this height over them.
-    pub(crate) fn left_from(self, offset: f64) -> Self {
+    pub(crate) fn with_offset(self, offset: f64) -> Self {
         Self { margin: 2.0 * offset, ..self }
     }
 

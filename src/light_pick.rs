@@ -12,7 +12,7 @@ pub const EVEN: f64 = 0.2;
 /// Contributions are taken as within these bounds, so that neither their sum nor its inverse overflows.
 const BOUNDS: [f64; 2] = [1e-280, 1e280];
 
-/// Picks of emitters from nowhere in particular: one half in proportion to their flux, as most light is then followed,
+/// Picks of emitters that do not depend on a place: one half in proportion to their flux, as most light is then followed,
 /// the other half evenly among those that have any, as little light near the eye may matter more.
 #[derive(Clone, Debug)]
 pub struct FluxPicks {

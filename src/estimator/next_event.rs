@@ -17,7 +17,7 @@ use crate::{light_pick, radiometry};
 
 /// The replaceable parts of next-event estimation.
 pub trait NextEvent: Sync {
-    /// Which emitter a particle starts from, or a shadow ray picks from anywhere.
+    /// Which emitter a particle starts from, or a shadow ray picks wherever it starts.
     #[inline]
     fn pick_emitter(&self, r: f64, picks: &FluxPicks) -> usize {
         picks.pick(r)

@@ -185,7 +185,7 @@ impl SceneBuilder {
             parts: self.parts,
             light_groups: Groups::new(&self.emitters),
             flux_picks: FluxPicks::new(&self.emitters.iter().map(Emitter::strength).collect::<Vec<_>>()),
-            emitters: self.emitters.into_iter().map(|emitter| emitter.left_from(offset)).collect(),
+            emitters: self.emitters.into_iter().map(|emitter| emitter.with_offset(offset)).collect(),
             background: self.background,
             camera,
             offset,

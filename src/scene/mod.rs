@@ -134,7 +134,7 @@ impl Scene {
     pub fn with_camera(self, camera: Camera) -> Result<Self, Error> {
         check_camera(&self.name, &camera)?;
         let offset = self.offset.max(camera.eye.abs().max_element() * OFFSET);
-        let emitters = self.emitters.into_iter().map(|emitter| emitter.left_from(offset)).collect();
+        let emitters = self.emitters.into_iter().map(|emitter| emitter.with_offset(offset)).collect();
         Ok(Self { camera, offset, emitters, ..self })
     }
 
@@ -153,7 +153,7 @@ impl Scene {
         &self.light_groups
     }
 
-    /// How often each of them is picked from nowhere in particular.
+    /// Which of them is picked where no place decides.
     pub fn flux_picks(&self) -> &FluxPicks {
         &self.flux_picks
     }

@@ -168,7 +168,7 @@ fn one(
     let point = seen.map_or_else(|| emitter.sample(random), |(point, _)| point);
     let free = scene.visible((first.point, first.normal), (point.point, point.normal), false);
     let towards = (point.point - first.point).normalize();
-    if !free || towards.z < 1e-3 || towards.dot(point.normal) > -1e-2 {
+    if !free || towards.z < 1e-3 || towards.dot(point.normal) > -1e-3 {
         return None;
     }
     let local = Frame::new(first.normal).local(towards);
@@ -198,7 +198,7 @@ const WAYS: [LightSampling; 4] =
     [LightSampling::Area, LightSampling::SolidAngle, LightSampling::ByShape, LightSampling::ByContribution];
 const PATHS: u64 = 4000;
 /// Of weights: a path's ray starts 2⁻⁴⁰ of the scene beside its vertex, 5·10⁻¹² here. Where it grazes a sphere, that
-/// moves the cosine there by as much over radius and cosine: of a weight about as large as the cosine, 10⁻⁹ at most.
+/// moves the cosine there by as much over radius and cosine, and a weight of at most half the cosine by 5·10⁻⁹.
 const TOLERANCE: f64 = 1e-8;
 
 fn weights(context: &Context, scene: &Scene, sides: &Sides) -> Vec<Outcome> {
