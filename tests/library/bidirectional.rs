@@ -373,10 +373,18 @@ fn nothing_is_connected_through_glass() {
 /// An edge that lies in a surface leaves a density of 0 at both its ends: weights are numbers still.
 #[test]
 fn edges_within_surfaces_leave_weights_that_are_numbers() {
-    let density = |light, eye| Density { light, eye, joined: 1.0 };
-    let path = [density(1.0, 1.0), density(3.0, 0.0), density(0.0, 4.0), density(1.0, 0.0), density(0.0, 2.0)];
-    for s in 0..=path.len() {
-        let weight = Standard.strategy_weight(&path, s);
-        assert!((0.0..=1.0).contains(&weight), "{s}: {weight}");
+    // No shadow ray may reach the light, too.
+    for joined in [1.0, 0.0] {
+        let density = |light, eye| Density { light, eye, joined };
+        let path = [density(1.0, 1.0), density(3.0, 0.0), density(0.0, 4.0), density(1.0, 0.0), density(0.0, 2.0)];
+        for s in (0..=path.len()).filter(|&s| s == 0 || joined > 0.0) {
+            let weight = Standard.strategy_weight(&path, s);
+            assert!((0.0..=1.0).contains(&weight), "{s}: {weight}");
+        }
+        // Where the eye's walk cannot go, the light's may.
+        let path = [density(1.0, 1.0), density(2.0, 0.0)];
+        assert_eq!(Standard.strategy_weight(&path, 0), if joined == 0.0 { 1.0 } else { 0.0 });
+        let path = [density(1.0, 1.0), Density { light: 0.0, eye: 2.0, joined: 1.0 }];
+        assert_eq!(Standard.strategy_weight(&path, 2), 0.0);
     }
 }

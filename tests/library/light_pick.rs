@@ -107,8 +107,9 @@ fn picks_by_flux_are_half_in_proportion_and_half_even() {
             }
             before += share;
         }
-        let last = picks.pick(1.0 - U);
-        assert!(picks.probability(last) > 0.0, "{last} is never picked");
+        for edge in [picks.pick(0.0), picks.pick(1.0 - U)] {
+            assert!(picks.probability(edge) > 0.0, "{edge} is never picked");
+        }
     });
 }
 
