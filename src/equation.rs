@@ -203,6 +203,10 @@ equations! {
         r"I = \frac{1}{N}\sum_{i} L(\xi_i, \eta_i), \quad \text{jittered: } L\!\left(\frac{j+\xi}{n}, \frac{k+\eta}{n}\right)", None,
         "report, 2.7; Cook, ACM TOG 5(1), 1986", Trap,
         "Grid and randomness together are the jittered grid, whose error falls faster than that of random rays.";
+    ADAPTIVE = "adaptive", "", "Adaptive numbers of samples",
+        r"n_i = 1 + (n - 1)\left(1 + (1 - \varepsilon)(s_i - \langle s\rangle)\right), \quad s_i = \min\!\left(\frac{\tilde\sigma_i}{\langle\tilde\sigma\rangle}, 8\right), \quad I_i = \frac{1}{n_i}\sum_{j \le n_i} L_{ij}", None,
+        "Neyman, J. Royal Statistical Society 97(4), 558-625, 1934; Kirk and Arvo, SIGGRAPH 1991", Added,
+        "Unbiased if no sample that decides n has a share in I: the noise σ̃ is that of a pilot, averaged over neighbours.";
     GEOMETRY = "geometry", "", "Geometry term",
         r"G(x,y) = \frac{\cos\theta_x\cos\theta_y}{\lVert x-y\rVert^2}", None,
         "Kajiya 1986; Dutré, Bala and Bekaert 2006", Added,

@@ -43,8 +43,9 @@ pub fn check_radiance(radiance: DVec3) -> Result<(), Error> {
 
 /// How the sums of a pixel are named in files, and of how many 32-bit words each is made, the lowest first. Of the
 /// channels of radiance first the sum, then that of the squares; what is negative is its two's complement.
-pub(crate) const SUMS: [(&str, usize); 15] = [
+pub(crate) const SUMS: [(&str, usize); 16] = [
     ("replications", 1),
+    ("samples", 1),
     ("hits", 1),
     ("R", 4),
     ("R2", 4),
@@ -62,7 +63,7 @@ pub(crate) const SUMS: [(&str, usize); 15] = [
 ];
 
 /// Words of a pixel's [`SUMS`].
-pub(crate) const WORDS: usize = 42;
+pub(crate) const WORDS: usize = 43;
 
 /// A sum of counts below 2³¹.
 fn added(count: u32, more: u32) -> Result<u32, Error> {
@@ -75,6 +76,8 @@ fn added(count: u32, more: u32) -> Result<u32, Error> {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Pixel {
     replications: u32,
+    /// Camera rays of all replications.
+    samples: u32,
     /// Camera rays that met something.
     hits: u32,
     radiance: [ExactMoments; 3],
@@ -85,17 +88,18 @@ pub struct Pixel {
 }
 
 impl Pixel {
-    /// Adds one replication: the mean radiance of its samples.
+    /// Adds one replication: the mean radiance of so many samples.
     ///
     /// # Errors
     /// Those of [`check_radiance`]; [`Error::Option`] if the sums are full. The pixel is then useless.
     #[inline]
-    pub fn push(&mut self, radiance: DVec3) -> Result<(), Error> {
+    pub fn push(&mut self, radiance: DVec3, samples: u32) -> Result<(), Error> {
         check_radiance(radiance)?;
         for (channel, value) in self.radiance.iter_mut().zip(radiance.to_array()) {
             channel.push(value)?;
         }
         self.replications = added(self.replications, 1)?;
+        self.samples = added(self.samples, samples)?;
         Ok(())
     }
 
@@ -132,6 +136,7 @@ impl Pixel {
     #[inline]
     pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.replications = added(self.replications, other.replications)?;
+        self.samples = added(self.samples, other.samples)?;
         // Sums of as many features of at most 1, in units of 2⁻³², fit 64 bits.
         self.hits = added(self.hits, other.hits)?;
         for channel in 0..3 {
@@ -152,6 +157,7 @@ impl Pixel {
             at += length;
         };
         put(self.replications.into(), 1);
+        put(self.samples.into(), 1);
         put(self.hits.into(), 1);
         for channel in &self.radiance {
             channel.sums().into_iter().for_each(|sum| put(sum, 4));
@@ -169,23 +175,29 @@ impl Pixel {
             rest = others;
             own.iter().rev().fold(0_i128, |sum, word| sum << 32 | i128::from(*word))
         });
-        let [replications, hits] = [sums[0], sums[1]].map(|count| i32::try_from(count).ok());
-        let (replications, hits) = (replications? as u32, hits? as u32);
-        let radiance = |c: usize| ExactMoments::of_sums([sums[2 + 2 * c], sums[3 + 2 * c]], replications);
-        let albedo = [8, 9, 10].map(|at| sums[at] as i64);
-        let normal = [11, 12, 13].map(|at| sums[at] as i64);
-        let depth = sums[14];
+        let [replications, samples, hits] = [0, 1, 2].map(|at| i32::try_from(sums[at]).ok());
+        let (replications, samples, hits) = (replications? as u32, samples? as u32, hits? as u32);
+        let radiance = |c: usize| ExactMoments::of_sums([sums[3 + 2 * c], sums[4 + 2 * c]], replications);
+        let albedo = [9, 10, 11].map(|at| sums[at] as i64);
+        let normal = [12, 13, 14].map(|at| sums[at] as i64);
+        let depth = sums[15];
         let most = |largest: f64| i128::from(hits) * i128::from(in_units(largest));
-        let legal = albedo.iter().all(|sum| (0..=most(1.0)).contains(&i128::from(*sum)))
+        let legal = samples >= replications
+            && albedo.iter().all(|sum| (0..=most(1.0)).contains(&i128::from(*sum)))
             && normal.iter().all(|sum| i128::from(sum.unsigned_abs()) <= most(1.0 + 1e-6))
             && (0..=most(LARGEST)).contains(&depth);
         let radiance = [radiance(0)?, radiance(1)?, radiance(2)?];
-        legal.then_some(Self { replications, hits, radiance, albedo, normal, depth })
+        legal.then_some(Self { replications, samples, hits, radiance, albedo, normal, depth })
     }
 
     /// Independent replications so far.
     pub fn replications(&self) -> u32 {
         self.replications
+    }
+
+    /// Samples of all replications.
+    pub fn samples(&self) -> u32 {
+        self.samples
     }
 
     /// Mean radiance per channel; 0 without replications.
@@ -216,6 +228,8 @@ pub struct Film {
     frame: [u32; 2],
     window: Window,
     samples_per_replication: u32,
+    /// Of each pixel, where they differ.
+    counts: Option<Vec<u32>>,
     pixels: Vec<Pixel>,
     pub(crate) begun: Option<Begun>,
 }
@@ -241,7 +255,8 @@ impl Film {
     pub fn new(frame: [u32; 2], window: Option<Window>, samples_per_replication: u32) -> Result<Self, Error> {
         let window = Self::checked_window(frame, window)?;
         let [width, height] = window.size.map(|n| n as usize);
-        Ok(Self { frame, window, samples_per_replication, pixels: vec![Pixel::default(); width * height], begun: None })
+        let pixels = vec![Pixel::default(); width * height];
+        Ok(Self { frame, window, samples_per_replication, counts: None, pixels, begun: None })
     }
 
     /// The window that a film would hold.
@@ -273,8 +288,9 @@ impl Film {
 
     /// Makes this the other film, in the memory that it has.
     pub fn assign(&mut self, other: &Self) {
-        let Self { frame, window, samples_per_replication, pixels, begun } = self;
+        let Self { frame, window, samples_per_replication, counts, pixels, begun } = self;
         (*frame, *window, *samples_per_replication) = (other.frame, other.window, other.samples_per_replication);
+        counts.clone_from(&other.counts);
         pixels.clone_from(&other.pixels);
         begun.clone_from(&other.begun);
     }
@@ -294,9 +310,39 @@ impl Film {
         self.window.size
     }
 
-    /// Samples in one replication.
+    /// Samples in one replication of a pixel, in the mean where pixels [differ](Self::share_out).
     pub fn samples_per_replication(&self) -> u32 {
         self.samples_per_replication
+    }
+
+    /// Gives the replications of each pixel a number of samples of its own, row by row from the top; for
+    /// [`render`](crate::render::render) and [`render_lanes`](crate::render::render_lanes) with Sobol' points. Files do
+    /// not hold these numbers: a film that is read gets them anew.
+    ///
+    /// # Panics
+    /// If there are not as many counts as pixels.
+    pub fn share_out(&mut self, counts: Vec<u32>) {
+        assert_eq!(counts.len(), self.pixels.len(), "counts of samples for each pixel");
+        self.counts = Some(counts);
+    }
+
+    /// The numbers of samples that were [shared out](Self::share_out).
+    pub fn counts(&self) -> Option<&[u32]> {
+        self.counts.as_deref()
+    }
+
+    /// The pixels to add to, and the same numbers.
+    pub(crate) fn shared_mut(&mut self) -> (&mut [Pixel], Option<&[u32]>) {
+        (&mut self.pixels, self.counts.as_deref())
+    }
+
+    /// Samples that pixels lack of so many replications each.
+    pub fn missing(&self, replications: u32) -> u64 {
+        let of = |at: usize| self.counts.as_ref().map_or(self.samples_per_replication, |counts| counts[at]);
+        let missing = |(at, pixel): (usize, &Pixel)| {
+            u64::from(replications.saturating_sub(pixel.replications)) * u64::from(of(at))
+        };
+        self.pixels.iter().enumerate().map(missing).sum()
     }
 
     /// The pixels, row by row from the top.

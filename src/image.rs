@@ -74,7 +74,7 @@ pub fn srgb(linear: f64) -> f64 {
 pub fn write_exr(path: &Path, film: &Film, camera: &Camera, provenance: &str) -> Result<(), Error> {
     let mut columns = CHANNELS.map(|_| Vec::with_capacity(film.pixels().len()));
     for pixel in film.pixels() {
-        columns.iter_mut().zip(values(film, pixel)).for_each(|(column, value)| column.push(value));
+        columns.iter_mut().zip(values(pixel)).for_each(|(column, value)| column.push(value));
     }
     let channel = |(name, column)| AnyChannel::new(name, FlatSamples::F32(column));
     let [width, height] = film.size().map(|n| n as usize);
@@ -108,9 +108,9 @@ const CHANNELS: [&str; 14] = [
 ];
 
 /// The values of a pixel in them.
-fn values(film: &Film, pixel: &Pixel) -> [f32; CHANNELS.len()] {
+fn values(pixel: &Pixel) -> [f32; CHANNELS.len()] {
     let Features { albedo, normal, depth } = pixel.features();
-    let samples = f64::from(pixel.replications()) * f64::from(film.samples_per_replication());
+    let samples = f64::from(pixel.samples());
     let vectors = [pixel.mean(), pixel.standard_error(), albedo, normal];
     let mut values = vectors.into_iter().flat_map(|vector| vector.to_array()).chain([depth, samples]);
     CHANNELS.map(|_| values.next().unwrap_or_default() as f32)

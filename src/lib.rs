@@ -18,7 +18,7 @@
 //! | [`scene`], [`emitter`], [`camera`], [`accel`] | what is rendered, as plain data |
 //! | [`kd_tree`] | points by neighbourhood |
 //! | [`estimator`] | how: estimators made of replaceable parts |
-//! | [`outline`] | lights that the camera sees, at their edges |
+//! | [`outline`], [`adaptive`] | lights that the camera sees, at their edges; more samples where the noise is |
 //! | [`render`], [`film`], [`splat`], [`image`] | the loop, the accumulators, the files |
 //! | [`rng`], [`sampler`] | streams of random numbers, Owen-scrambled Sobol' points |
 //! | [`real`], [`lanes`] | numbers and vectors of one ray, or of eight, and the engine that follows eight at once |
@@ -111,6 +111,7 @@
 //! The finding of each [`equation`] says them one by one.
 
 pub mod accel;
+pub mod adaptive;
 pub mod bsdf;
 pub mod camera;
 pub mod emitter;

@@ -43,6 +43,16 @@ impl Sampling {
         self.pixel.samples_per_replication().saturating_mul(self.numbers.samples())
     }
 
+    /// The same with another number of samples in a replication; of independent numbers it is always one.
+    pub(crate) fn with_samples(self, samples: u32) -> Self {
+        match self.numbers {
+            Numbers::Independent => self,
+            Numbers::Sobol(_) => {
+                Self { numbers: Numbers::Sobol(samples / self.pixel.samples_per_replication()), ..self }
+            }
+        }
+    }
+
     /// What sample `index` of a replication of a pixel draws from.
     #[inline]
     pub(crate) fn source(&self, pixel: u32, replication: u32, index: u32) -> Source {
@@ -59,11 +69,19 @@ impl Sampling {
     ///
     /// # Errors
     /// [`Error::Option`] for replications without samples, with more than [`LONGEST`] Sobol' points, or so
-    /// many up to `replications` that their samples have no 32-bit numbers, or not as many as the film says.
+    /// many up to `replications` that their samples have no 32-bit numbers, or not as many as the film says; for numbers
+    /// that were shared out where not each sample is a point anywhere in its pixel.
     fn check(&self, replications: u32, film: &Film) -> Result<(), Error> {
-        let samples = self.samples_per_replication();
+        let own = self.samples_per_replication();
+        let counts = film.counts().unwrap_or(&[]).iter().copied().chain([own]);
+        let (fewest, samples) = counts.fold((own, own), |(low, high), n| (low.min(n), high.max(n)));
         let refuse = |why: String| Err(Error::Option(format!("{samples} samples in a replication: {why}")));
-        if samples == 0 {
+        if film.counts().is_some()
+            && (self.numbers == Numbers::Independent || self.pixel.samples_per_replication() != 1)
+        {
+            return refuse("pixels may differ in them only by Sobol' points without sub-pixels".to_owned());
+        }
+        if fewest == 0 {
             return refuse("at least 1 is needed".to_owned());
         }
         if matches!(self.numbers, Numbers::Sobol(_)) && samples > LONGEST {
@@ -77,9 +95,9 @@ impl Sampling {
                 "points of outlines are anywhere in a pixel, and samples must be too".to_owned(),
             ));
         }
-        if film.samples_per_replication() != samples {
+        if film.samples_per_replication() != own {
             return Err(Error::Option(format!(
-                "a film of {} samples per replication cannot take {samples}",
+                "a film of {} samples per replication cannot take {own}",
                 film.samples_per_replication()
             )));
         }
@@ -109,8 +127,9 @@ pub fn render<E: Estimator>(
 ) -> Result<bool, Error> {
     let frame = film.frame();
     let outlines = Outlines::new(scene, frame, sampling);
-    each_row(sampling, film, range, done, |[first, y], range, row| {
-        for (pixel, x) in row.iter_mut().zip(first..) {
+    each_row(sampling, film, range, done, |[first, y], range, row, counts| {
+        for ((pixel, x), &samples) in row.iter_mut().zip(first..).zip(counts) {
+            let sampling = sampling.with_samples(samples);
             for replication in range.clone() {
                 let position = PixelPosition { frame, x, y, replication };
                 add_replication((scene, estimator), (sampling, &outlines), position, pixel)
@@ -170,7 +189,9 @@ pub fn render_lanes(
     }
     let frame = film.frame();
     let engine = Engine::new(scene, estimator, (sampling, Outlines::new(scene, frame, sampling)));
-    each_row(sampling, film, range, done, |corner, range, row| engine.row((frame, corner), range, row))
+    each_row(sampling, film, range, done, |corner, range, row, counts| {
+        engine.row((frame, corner), range, (row, counts))
+    })
 }
 
 /// About the most samples that a thread takes between two calls of [`Progress`], but never less than a replication of a
@@ -178,40 +199,44 @@ pub fn render_lanes(
 pub const UNINTERRUPTED: u32 = 1 << 14;
 
 /// Calls `add` with pieces of the rows of the film's window: where the first pixel is, which replications are missing,
-/// and the pixels.
+/// the pixels, and how many samples a replication of each has.
 fn each_row(
     sampling: Sampling,
     film: &mut Film,
     range: &Range<u32>,
     done: Progress<'_>,
-    add: impl Fn([u32; 2], &Range<u32>, &mut [Pixel]) -> Result<(), Error> + Sync,
+    add: impl Fn([u32; 2], &Range<u32>, &mut [Pixel], &[u32]) -> Result<(), Error> + Sync,
 ) -> Result<bool, Error> {
     sampling.check(range.end, film)?;
     let window = film.window();
+    let width = window.size[0] as usize;
     let least = film.replications();
-    let samples =
-        |range: &Range<u32>| u64::from(range.end - range.start) * u64::from(sampling.samples_per_replication());
-    let at_once = (u64::from(UNINTERRUPTED) / samples(range).max(1)).max(1) as usize;
+    let per_replication = sampling.samples_per_replication();
+    let of_pixel = u64::from(range.end - range.start) * u64::from(per_replication);
+    let at_once = (u64::from(UNINTERRUPTED) / of_pixel.max(1)).max(1) as usize;
     let stopped = AtomicBool::new(false);
-    film.pixels_mut()
-        .par_chunks_mut(window.size[0] as usize)
-        .zip(window.corner[1]..window.corner[1] + window.size[1])
-        .try_for_each(|(row, y)| {
-            let mut x = window.corner[0];
-            let alike = |a: &Pixel, b: &Pixel| a.replications() == b.replications();
-            for piece in row.chunks_mut(at_once).flat_map(|piece| piece.chunk_by_mut(alike)) {
-                let had = range.start.saturating_add(piece[0].replications() - least);
-                let missing = had.min(range.end)..range.end;
-                if !missing.is_empty() && !stopped.load(Ordering::Relaxed) {
-                    add([x, y], &missing, piece)?;
-                    if !done(samples(&missing) * piece.len() as u64) {
-                        stopped.store(true, Ordering::Relaxed);
-                    }
+    let (pixels, counts) = film.shared_mut();
+    let alike = vec![per_replication; width];
+    pixels.par_chunks_mut(width).enumerate().try_for_each(|(at, row)| {
+        let mut counts = counts.map_or(&*alike, |counts| &counts[at * width..(at + 1) * width]);
+        let (mut x, y) = (window.corner[0], window.corner[1] + at as u32);
+        let same = |a: &Pixel, b: &Pixel| a.replications() == b.replications();
+        for piece in row.chunks_mut(at_once).flat_map(|piece| piece.chunk_by_mut(same)) {
+            let had = range.start.saturating_add(piece[0].replications() - least);
+            let missing = had.min(range.end)..range.end;
+            let (own, others) = counts.split_at(piece.len());
+            if !missing.is_empty() && !stopped.load(Ordering::Relaxed) {
+                add([x, y], &missing, piece, own)?;
+                let samples: u64 = own.iter().copied().map(u64::from).sum();
+                if !done(samples * u64::from(missing.end - missing.start)) {
+                    stopped.store(true, Ordering::Relaxed);
                 }
-                x += piece.len() as u32;
             }
-            Ok(())
-        })?;
+            counts = others;
+            x += piece.len() as u32;
+        }
+        Ok(())
+    })?;
     Ok(!stopped.into_inner())
 }
 
@@ -241,7 +266,7 @@ fn add_replication<E: Estimator>(
         let more = outlines.points(here, replication, index);
         sum += sample(of, (frame, [x, y].map(f64::from), offset), more, pixel, &mut rng)?;
     }
-    pixel.push(sum / f64::from(samples))
+    pixel.push(sum / f64::from(samples), samples)
 }
 
 /// One estimate of the radiance that arrives through a point of a pixel, and through `more` of them if an outline
@@ -327,7 +352,7 @@ pub fn render_passes<E: ImageEstimator>(
                 look(scene, (frame, [x, y].map(f64::from), offset), pixel)?;
                 *sum += value;
                 check_radiance(*value).map_err(|error| error.at(|| format!(" at pixel ({x}, {y}), pass {index}")))?;
-                if index + 1 == passes.end { pixel.push(*sum / f64::from(samples)) } else { Ok(()) }
+                if index + 1 == passes.end { pixel.push(*sum / f64::from(samples), samples) } else { Ok(()) }
             })?;
             if !pass_done(image.len() as u64) {
                 if index + 1 < passes.end {

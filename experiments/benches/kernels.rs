@@ -138,7 +138,7 @@ fn fill<I>(bencher: Bencher, input: impl Fn(u32) -> I, push: impl Fn(&mut Pixel,
 
 #[divan::bench]
 fn film_push(bencher: Bencher) {
-    fill(bencher, |i| upper(i, 0).abs(), |pixel, &value| pixel.push(value).expect("finite radiance"));
+    fill(bencher, |i| upper(i, 0).abs(), |pixel, &value| pixel.push(value, 1).expect("finite radiance"));
 }
 
 #[divan::bench]

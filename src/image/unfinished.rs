@@ -66,7 +66,9 @@ impl Checksum {
     }
 
     fn add_pixel(&mut self, words: &[u32; ALL_WORDS]) {
-        words.as_chunks().0.iter().for_each(|&[low, high]| self.add(u64::from(high) << 32 | u64::from(low)));
+        let (pairs, rest) = words.as_chunks();
+        pairs.iter().for_each(|&[low, high]| self.add(u64::from(high) << 32 | u64::from(low)));
+        rest.iter().for_each(|&word| self.add(word.into()));
     }
 
     fn text(&self) -> String {
@@ -78,7 +80,7 @@ impl Checksum {
 ///
 /// The file is one EXR part without compression. Viewers show the channels that [`write_exr`](super::write_exr) writes of
 /// a finished film, for what is done so far. The others are 32-bit unsigned integers: `sums.<sum>.<k>` is bits 32k to
-/// 32k + 31 of an integer in two's complement. Sums are `replications` and `hits`, counts of a pixel; `R`, `G`, `B`, over
+/// 32k + 31 of an integer in two's complement. Sums are `replications`, `samples` and `hits`, counts of a pixel; `R`, `G`, `B`, over
 /// its replications, of radiance in multiples of 2⁻³², and `R2`, `G2`, `B2` of its square in multiples of 2⁻⁶⁴;
 /// `albedo.R` to `albedo.B`, `normal.X` to `normal.Z` and `depth`, over its hits in multiples of 2⁻³²; and
 /// `begun.R` to `begun.B`, the bits of 64-bit floats: sums over the passes of a replication that is only begun. A channel
@@ -121,7 +123,7 @@ pub fn write_unfinished(path: &Path, film: &Film, notes: &Notes) -> Result<(), E
         // Some pixels at a time: one alone would touch as many cache lines as there are channels.
         for first in (0..width).step_by(TOGETHER) {
             let pixels = first..width.min(first + TOGETHER);
-            let pixel = |x: usize| (words(film, y * width + x), values(film, &film.pixels()[y * width + x]));
+            let pixel = |x: usize| (words(film, y * width + x), values(&film.pixels()[y * width + x]));
             let pixels: Vec<_> = pixels.map(pixel).collect();
             for (channel, &k) in bytes.chunks_exact_mut(4 * width).zip(&columns) {
                 let places = channel[4 * first..].as_chunks_mut().0;

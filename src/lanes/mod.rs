@@ -37,13 +37,16 @@ pub(crate) struct Engine<'a> {
 /// A row of pixels: the corner of the first in a frame of this size.
 pub(crate) type Place = ([u32; 2], [u32; 2]);
 
+/// Pixels, and how many samples a replication of each has.
+pub(crate) type PixelsAndCounts<'a> = (&'a mut [Pixel], &'a [u32]);
+
 impl<'a> Engine<'a> {
     pub fn new(scene: &'a Scene, estimator: LaneEstimator, (sampling, outlines): (Sampling, Outlines)) -> Self {
         Self { scene: LaneScene::new(scene), estimator, sampling, outlines }
     }
 
     /// Adds the replications `range` to a row of pixels.
-    pub fn row(&self, place: Place, range: &Range<u32>, pixels: &mut [Pixel]) -> Result<(), Error> {
+    pub fn row(&self, place: Place, range: &Range<u32>, pixels: PixelsAndCounts<'_>) -> Result<(), Error> {
         match self.estimator {
             LaneEstimator::Path(path) => self.row_by(&path, place, range, pixels),
             LaneEstimator::Report(report) => self.row_by(&report, place, range, pixels),
@@ -55,7 +58,7 @@ impl<'a> Engine<'a> {
         estimator: &E,
         place: Place,
         range: &Range<u32>,
-        pixels: &mut [Pixel],
+        pixels: PixelsAndCounts<'_>,
     ) -> Result<(), Error> {
         let of = (&self.scene, estimator);
         match self.sampling.numbers {

@@ -5,11 +5,12 @@ use std::ops::Range;
 
 use glam::DVec3;
 
+use super::PixelsAndCounts;
 use super::samples::{LaneSampler, SampleName};
 use super::scene::{LaneScene, Seen};
 use super::shading::Surfaces;
 use crate::error::Error;
-use crate::film::{Pixel, check_radiance};
+use crate::film::check_radiance;
 use crate::outline::{Outlines, replaced};
 use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector};
 use crate::render::Sampling;
@@ -71,9 +72,8 @@ pub(super) fn row<E: Scatter, S: LaneSampler>(
     (sampling, outlines): (&Sampling, &Outlines),
     (frame, corner): ([u32; 2], [u32; 2]),
     range: &Range<u32>,
-    pixels: &mut [Pixel],
+    (pixels, counts): PixelsAndCounts<'_>,
 ) -> Result<(), Error> {
-    let samples = sampling.samples_per_replication();
     let columns = pixels.len();
     let mut next = (0..columns).flat_map(|column| range.clone().map(move |replication| (column, replication)));
     let mut random = S::new();
@@ -103,7 +103,8 @@ pub(super) fn row<E: Scatter, S: LaneSampler>(
         }
         if fresh != 0 {
             for lane in lanes_of(fresh) {
-                random.start(lane, sampling, work[lane].sample);
+                let Work { column, sample, .. } = work[lane];
+                random.start(lane, &sampling.with_samples(counts[column]), sample);
                 paths.hits[lane] = 0;
                 work[lane].own = DVec3::ZERO;
             }
@@ -145,10 +146,11 @@ pub(super) fn row<E: Scatter, S: LaneSampler>(
             check_radiance(radiance).map_err(|error| work.place(corner, error))?;
             work.sum += radiance;
             work.sample.index += 1;
+            let samples = counts[work.column];
             if work.sample.index < samples {
                 fresh |= 1 << lane;
             } else {
-                let pushed = pixels[work.column].push(work.sum / f64::from(samples));
+                let pushed = pixels[work.column].push(work.sum / f64::from(samples), samples);
                 pushed.map_err(|error| work.place(corner, error))?;
                 idle |= 1 << lane;
             }

@@ -33,16 +33,16 @@ fn no_accumulator_takes_what_is_no_radiance() {
             radiance[channel] = bad;
             let what = format!("{radiance}");
             assert_surfaces(check_radiance(radiance), "", &what);
-            assert_surfaces(Pixel::default().push(radiance), "", &what);
+            assert_surfaces(Pixel::default().push(radiance, 1), "", &what);
             assert_surfaces(Splats::new([3, 2]).add([2, 1], radiance), "at pixel (2, 1)", &what);
         }
     }
     assert!(check_radiance(DVec3::splat(-0.5 * UNIT)).is_err());
     // Rounding may leave a hair less than nothing, which is nothing.
     let mut pixel = Pixel::default();
-    assert!(pixel.push(DVec3::splat(-0.4 * UNIT)).is_ok());
+    assert!(pixel.push(DVec3::splat(-0.4 * UNIT), 1).is_ok());
     assert_eq!(pixel.mean(), DVec3::ZERO);
-    assert!(pixel.push(DVec3::splat(LARGEST)).is_ok());
+    assert!(pixel.push(DVec3::splat(LARGEST), 1).is_ok());
 }
 
 #[test]
@@ -82,7 +82,7 @@ fn full_sums_are_refused_before_they_wrap() {
     assert_eq!((full.mean(most), full.variance(most)), (LARGEST, 0.0));
     // Counts double with every merge with itself: 2^30 is the last power below 2^31.
     let mut pixel = Pixel::default();
-    pixel.push(DVec3::ONE).expect("legal");
+    pixel.push(DVec3::ONE, 1).expect("legal");
     pixel.push_features(&Features { albedo: DVec3::ONE, normal: DVec3::Z, depth: 1e6 }).expect("legal");
     for _ in 0..30 {
         let same = pixel;

@@ -8,7 +8,7 @@ use crate::prelude::*;
 fn pixel(values: &[DVec3]) -> Pixel {
     let mut pixel = Pixel::default();
     for &value in values {
-        pixel.push(value.abs()).expect("a legal value");
+        pixel.push(value.abs(), 1).expect("a legal value");
     }
     pixel
 }
@@ -60,7 +60,7 @@ fn features_are_means_over_the_hits() {
     assert_abs_diff_eq!(found.normal, DVec3::new(0.0, -2.0, 1.0) / 3.0, epsilon = UNIT);
     assert_eq!(found.depth, 6.0);
     // Rays that met nothing do not count; replications do not matter.
-    one.push(DVec3::ONE).expect("legal");
+    one.push(DVec3::ONE, 1).expect("legal");
     assert_eq!(one.features().depth, 6.0);
 }
 
@@ -104,7 +104,7 @@ fn films_have_possible_sizes() {
 fn pixels_are_stored_row_by_row() {
     let mut film = Film::new([4, 3], None, 1).expect("a film");
     assert_eq!(film.window().size, [4, 3]);
-    film.pixels_mut()[4 * 2 + 1].push(DVec3::ONE).expect("legal");
+    film.pixels_mut()[4 * 2 + 1].push(DVec3::ONE, 1).expect("legal");
     assert_eq!(film.pixel(1, 2).replications(), 1);
     assert_eq!(film.pixels().iter().filter(|p| p.replications() == 1).count(), 1);
 }
@@ -127,8 +127,8 @@ fn averages_run_over_pixels_and_channels() {
         let [first, second] = film.pixels_mut() else {
             unreachable!("two pixels");
         };
-        first.push(DVec3::splat(value)).expect("legal");
-        second.push(DVec3::new(6.0, 0.0, 0.0)).expect("legal");
+        first.push(DVec3::splat(value), 1).expect("legal");
+        second.push(DVec3::new(6.0, 0.0, 0.0), 1).expect("legal");
     }
     // Means 2, 2, 2 and 6, 0, 0; standard errors 1, 1, 1 and 0, 0, 0.
     assert_eq!(film.mean(), 2.0);

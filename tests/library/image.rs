@@ -31,7 +31,7 @@ fn film() -> Film {
         // Error bars differ from channel to channel as well.
         for shift in [0.0, 0.5, 2.0] {
             let shift = shift * DVec3::new(1.0, 2.0, 0.3);
-            pixel.push(value + shift).expect("legal");
+            pixel.push(value + shift, 4).expect("legal");
         }
         let features =
             Features { albedo: DVec3::new(0.25, 0.5, 0.75), normal: DVec3::new(0.0, -0.6, 0.8), depth: 3.0 + i as f64 };
@@ -277,7 +277,7 @@ fn means_of_images_are_of_8_bit_values() {
         film.pixels_mut().iter_mut().zip([[[1.0, 2.5, 1020.0], [2.8, 5.5, 0.0]], [[2.9, 0.5, 0.0], [2.9, 8.5, 0.0]]])
     {
         for value in values {
-            pixel.push(DVec3::from(value.map(grey))).expect("legal");
+            pixel.push(DVec3::from(value.map(grey)), 1).expect("legal");
         }
     }
     assert_eq!(Display::Truncated.encoded_mean(&film), [1.5, 4.0, 127.5]);

@@ -317,8 +317,18 @@ fn net(sphere_first: bool) -> Scene {
 }
 
 fn assert_same_film(scene: &Scene, lanes: LaneEstimator, sampling: Sampling, window: Option<Window>) {
-    let film = || Film::new([23, 17], window, sampling.samples_per_replication()).expect("a legal size");
-    let (mut alone, mut together) = (film(), film());
+    let film = Film::new([23, 17], window, sampling.samples_per_replication()).expect("a legal size");
+    assert_same(scene, lanes, sampling, film.clone());
+    if matches!(sampling.numbers, Numbers::Sobol(_)) {
+        let mut film = film;
+        film.share_out((0..film.pixels().len() as u32).map(|at| 1 + at % 7).collect());
+        assert_same(scene, lanes, sampling, film);
+    }
+}
+
+/// The same of an empty film.
+fn assert_same(scene: &Scene, lanes: LaneEstimator, sampling: Sampling, empty: Film) {
+    let (mut alone, mut together) = (empty.clone(), empty);
     let replications = 5;
     for range in [0..1, 1..replications] {
         match lanes {
@@ -333,7 +343,7 @@ fn assert_same_film(scene: &Scene, lanes: LaneEstimator, sampling: Sampling, win
     }
     assert!(alone == together, "{} by {lanes:?}, {sampling:?}", scene.name());
     // A window may see nothing.
-    assert!(window.is_some() || alone.mean() > 0.0, "{} by {lanes:?}, {sampling:?}", scene.name());
+    assert!(alone.size() != alone.frame() || alone.mean() > 0.0, "{} by {lanes:?}, {sampling:?}", scene.name());
 }
 
 #[test]

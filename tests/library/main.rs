@@ -11,6 +11,7 @@ mod support; // the master seed and what is derived from it
 mod harness;
 
 mod accel;
+mod adaptive;
 mod bad_values; // what is no radiance surfaces as an error, from whatever accumulates it
 mod bidirectional;
 mod bsdf;

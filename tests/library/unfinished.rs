@@ -41,7 +41,7 @@ fn files_keep_every_bit_of_the_sums() {
         let mut film = Film::new([40, 10], Some(window), 3).expect("a film");
         for (pixel, (radiances, features)) in film.pixels_mut().iter_mut().zip(pixels) {
             for radiance in radiances {
-                pixel.push(radiance.abs().min(DVec3::splat(LARGEST))).expect("legal");
+                pixel.push(radiance.abs().min(DVec3::splat(LARGEST)), 3).expect("legal");
             }
             for (vector, depth) in features {
                 let normal = (vector + DVec3::splat(1e-3)).normalize();

@@ -3,6 +3,7 @@
 //! The tests and the experiments only loop over [`all`]; the faults are listed in [`crate::faults`].
 
 mod accumulators;
+mod adaptive;
 mod bidirectional;
 pub mod bsdf;
 mod chains;
@@ -66,6 +67,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         render_streams::families(),
         sobol::families(),
         convergence::families(),
+        adaptive::families(),
         outlines::families(),
         geometry::families(),
         emitters::families(),

@@ -100,7 +100,7 @@ fn decide(options: &mut Render, saved: Option<&Unfinished>, start: Instant) -> R
         Some(spp) => (spp, "was decided when this run began"),
         None => (options.job.decide(aim)?, "a pilot says"),
     };
-    options.job.spp = spp;
+    options.take(spp);
     say!("{how}: --spp {spp}");
     options.job.check()
 }
@@ -121,8 +121,7 @@ fn same(path: &Path, options: &Render, saved: Unfinished) -> Result<Film, Error>
 }
 
 fn samples(film: &Film) -> u64 {
-    let replications = film.pixels().iter().map(|pixel| u64::from(pixel.replications()));
-    replications.sum::<u64>() * u64::from(film.samples_per_replication())
+    film.pixels().iter().map(|pixel| u64::from(pixel.samples())).sum()
 }
 
 /// Says what the files hold, of which this run took `new` samples.

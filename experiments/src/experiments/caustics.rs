@@ -141,7 +141,7 @@ fn make(run: &Run, scene: &Scene, (name, method): (&str, Method), effort: Effort
         let sum: f64 = pixels.iter().map(|&i| film.pixels()[i].mean().x).sum();
         values.push(sum / pixels.len() as f64);
         for (pixel, one) in all.pixels_mut().iter_mut().zip(film.pixels()) {
-            pixel.push(one.mean())?;
+            pixel.push(one.mean(), one.samples())?;
         }
         if !bar.advance(1) {
             return Err(Error::Interrupted);

@@ -1,5 +1,6 @@
 //! The experiments, a module each; `suite_seeds` is what several of them examine.
 
+mod adaptive;
 pub mod agreement;
 mod bleeding;
 mod calibration;
@@ -51,6 +52,7 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &furnace::FURNACE,
     &convergence::CONVERGENCE,
     &scrambles::SCRAMBLES,
+    &adaptive::ADAPTIVE,
     &sampling_claims::SAMPLING_CLAIMS,
     &photon_bias::PHOTON_BIAS,
     &caustics::CAUSTICS,

@@ -150,7 +150,7 @@ fn judge(run: &mut Run, room: &str, ours: &Found, independent: &Found) {
 }
 
 /// Whether a value, of which an interval is known, lies above a limit.
-fn above([low, high]: [f64; 2], limit: f64) -> Judgement {
+pub(super) fn above([low, high]: [f64; 2], limit: f64) -> Judgement {
     if low > limit {
         Judgement::Holds
     } else if high < limit {

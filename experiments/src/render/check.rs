@@ -59,6 +59,7 @@ const SETTINGS: &[Setting] = &[
     goes("outlines", OUTLINES, Job::shows_outlines, |job| name(job.outlines)),
     any("sampler", |job| name(job.sampler)),
     goes("scrambles", "--sampler sobol", |job| job.sampler == SamplerName::Sobol, |job| job.scrambles().to_string()),
+    goes("adaptive", ADAPTIVE, Job::adapts, |job| name(job.adaptive)),
     any("size", |Job { size: [width, height], .. }| format!("{width}x{height}")),
     any("window", |job| {
         let text = |Window { corner: [x, y], size: [w, h] }| format!("{w}x{h}+{x}+{y}");
@@ -69,6 +70,7 @@ const SETTINGS: &[Setting] = &[
     goes("exposure", "--convention physical", |job| job.convention == ConventionName::Physical, |_| String::new()),
 ];
 const OUTLINES: &str = "--convention physical, --pixel random and jitter, and estimators of single rays";
+const ADAPTIVE: &str = "--estimator mis, bsdf and light, and --sampler sobol";
 const RADIOSITY: &str = "--estimator radiosity";
 const PHOTONS: &str = "--estimator photon and sppm";
 const CAUSTICS: &str = "--estimator photon and --gather yes";
@@ -199,6 +201,12 @@ impl Job {
         self.convention == ConventionName::Physical
             && matches!(self.pixel, PixelName::Random | PixelName::Jitter)
             && !self.estimator.makes_images()
+    }
+
+    /// Whether pixels can have numbers of samples of their own.
+    pub(super) fn adapts(&self) -> bool {
+        matches!(self.estimator, EstimatorName::Bsdf | EstimatorName::Light | EstimatorName::Mis)
+            && self.sampler == SamplerName::Sobol
     }
 
     /// Whether there is a lane engine as well.

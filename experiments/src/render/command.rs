@@ -12,7 +12,7 @@ use whitefurnace::shard::Shard;
 use super::pilot::{parse_share, parse_time};
 use super::preview::{Preview, TEV, parse_address};
 use super::unfinished::Part;
-use super::{ConventionName, EstimatorName, Job, OutlinesName, SamplerName, SceneName};
+use super::{AdaptiveName, ConventionName, EstimatorName, Job, OutlinesName, SamplerName, SceneName};
 use crate::run::cli::{real, whole};
 
 /// Render one image of a scene to an EXR file (linear radiance with its standard error) and a PNG.
@@ -41,6 +41,9 @@ pub struct Render {
     #[command(flatten)]
     /// What to render, and how.
     pub job: Job,
+    /// Whether the number of samples decides if pixels adapt.
+    #[arg(skip)]
+    may_adapt: bool,
     /// Threads; from 1 to 1024 [default: one per core]
     #[arg(long, allow_hyphen_values = true, value_parser = whole::<usize>(1..=1024))]
     pub threads: Option<usize>,
@@ -72,6 +75,9 @@ pub struct Render {
     pub out: PathBuf,
 }
 
+/// Samples per pixel from which on their numbers adapt unasked: a pilot of fewer costs as much as it gains, or more.
+const MANY_ENOUGH: u32 = 64;
+
 fn given(matches: &ArgMatches, id: &str) -> bool {
     matches.value_source(id) == Some(ValueSource::CommandLine)
 }
@@ -95,11 +101,21 @@ impl Render {
         if job.shows_outlines() && !given(matches, "outlines") {
             job.outlines = OutlinesName::Yes;
         }
+        render.may_adapt = job.adapts() && !given(matches, "adaptive");
+        render.take(render.job.spp);
         if render.time.is_some() || render.target_error.is_some() {
             // Until the pilot.
-            job.spp = job.legal(1.0, f64::ceil);
+            render.job.spp = render.job.legal(1.0, f64::ceil);
         }
         Ok(render)
+    }
+
+    /// Sets the number of samples, and what it implies.
+    pub fn take(&mut self, spp: u32) {
+        self.job.spp = spp;
+        if self.may_adapt {
+            self.job.adaptive = if spp < MANY_ENOUGH { AdaptiveName::No } else { AdaptiveName::Yes };
+        }
     }
 
     /// The replications that are asked for.

@@ -22,8 +22,8 @@ use whitefurnace::scene::room::{self, Convention, Walls};
 use whitefurnace::scene::{Scene, simple};
 
 pub use names::{
-    ConventionName, DiffuseName, EngineName, EstimatorName, HeuristicName, LightSamplingName, OutlinesName, PixelName,
-    SamplerName, SceneName, SceneSource, name,
+    AdaptiveName, ConventionName, DiffuseName, EngineName, EstimatorName, HeuristicName, LightSamplingName,
+    OutlinesName, PixelName, SamplerName, SceneName, SceneSource, name,
 };
 pub use work::{Look, Rendered};
 
@@ -80,13 +80,17 @@ pub struct Job {
     /// [default: the fewest from 4 on that divide --spp into at most 1024 points each]
     #[arg(long, allow_hyphen_values = true, value_parser = whole::<u32>(1..=ANY))]
     pub scrambles: Option<u32>,
+    /// Whether pixels take more samples where a pilot has seen more noise, for --estimator mis, bsdf and light, and
+    /// --sampler sobol [default: yes with these from 64 samples on]
+    #[arg(long, value_enum, default_value_t, hide_default_value = true)]
+    pub adaptive: AdaptiveName,
     /// Width x height in pixels; from 1x1 to 100000000 pixels in all
     #[arg(long, allow_hyphen_values = true, value_parser = parse_size, default_value = "1024x768")]
     pub size: [u32; 2],
     /// The part of the frame to render
     #[arg(skip)]
     pub window: Option<Window>,
-    /// Samples per pixel; from 1 to 4294967295
+    /// Samples per pixel, in the mean with --adaptive yes; from 1 to 4294967295
     #[arg(long, default_value_t = 64, allow_hyphen_values = true, value_parser = whole::<u32>(1..=ANY))]
     pub spp: u32,
     /// Seed of all random numbers; from 0 to 18446744073709551615

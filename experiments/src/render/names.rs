@@ -149,6 +149,16 @@ pub enum OutlinesName {
     No,
 }
 
+/// Whether pixels take more samples where a pilot has seen more noise, as programs name it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum AdaptiveName {
+    /// The more the larger the noise around them; --spp in the mean, and a pilot's on top
+    Yes,
+    /// All the same number
+    #[default]
+    No,
+}
+
 /// The light-transport conventions, as programs name them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ConventionName {

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use glam::DVec3;
+use whitefurnace::adaptive;
 use whitefurnace::emitter::LightSampling;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::radiosity::Mesh;
@@ -12,13 +13,13 @@ use whitefurnace::estimator::{
 };
 use whitefurnace::film::{Film, Pixel};
 use whitefurnace::render::{
-    ByLanes, ByPasses, ByRays, LaneEstimator, OneRayPerHit, Renderer, UNINTERRUPTED, lanes_serve,
+    ByLanes, ByPasses, ByRays, LaneEstimator, OneRayPerHit, Renderer, Sampling, UNINTERRUPTED, lanes_serve,
 };
 use whitefurnace::rng::seed_for;
 use whitefurnace::sampler::Pass;
 use whitefurnace::scene::Scene;
 
-use super::{ConventionName, EngineName, EstimatorName, HeuristicName, Job, LightSamplingName, name};
+use super::{AdaptiveName, ConventionName, EngineName, EstimatorName, HeuristicName, Job, LightSamplingName, name};
 use crate::run::progress::{Bar, interrupted};
 
 /// Largest number of replications between two looks at the error.
@@ -121,6 +122,24 @@ impl Job {
         self.rest((scene, renderer), label, (self.film()?, &(0..self.all_replications())), &mut [])
     }
 
+    /// Gives the pixels of a film the numbers of samples that a pilot tells, if they are to have such.
+    fn share_out(&self, scene: &Scene, film: &mut Film) -> Result<(), Error> {
+        let sampling = self.sampling();
+        let mean = sampling.samples_per_replication();
+        if self.adaptive == AdaptiveName::No || !self.adapts() || mean == 1 {
+            return Ok(());
+        }
+        let Sampling { numbers, seed, .. } = adaptive::pilot(sampling);
+        let spp = adaptive::REPLICATIONS * numbers.samples();
+        let scrambles = Some(adaptive::REPLICATIONS);
+        let pilot = Self { seed, spp, scrambles, adaptive: AdaptiveName::No, ..*self };
+        let renderer = pilot.renderer(scene, "pilot")?;
+        let seen = Film::new(film.frame(), Some(film.window()), renderer.samples_per_replication())?;
+        let seen = pilot.rest((scene, &*renderer), "pilot", (seen, &(0..adaptive::REPLICATIONS)), &mut [])?;
+        film.share_out(adaptive::counts(&seen.whole()?, mean));
+        Ok(())
+    }
+
     /// The missing replications of a range, in ranges that double up to a largest one, so that error and image are known
     /// early.
     fn rest(
@@ -130,13 +149,9 @@ impl Job {
         (mut film, range): (Film, &Range<u32>),
         looks: &mut [&mut dyn Look],
     ) -> Result<Rendered, Error> {
-        let per_replication = renderer.samples_per_replication();
-        let missing = |film: &Film| {
-            let missing = |pixel: &Pixel| u64::from(range.end - range.start - pixel.replications());
-            film.pixels().iter().map(missing).sum::<u64>() * u64::from(per_replication)
-        };
-        let mut bar = Bar::new(label, missing(&film), "samples");
-        let largest = (UNINTERRUPTED / per_replication).clamp(1, LARGEST_RANGE);
+        self.share_out(scene, &mut film)?;
+        let mut bar = Bar::new(label, film.missing(range.end - range.start), "samples");
+        let largest = (UNINTERRUPTED / renderer.samples_per_replication()).clamp(1, LARGEST_RANGE);
         loop {
             let had = film.replications();
             let start = range.start + had;
@@ -161,8 +176,10 @@ impl Job {
         range: Range<u32>,
         each: &mut dyn FnMut(&[DVec3]),
     ) -> Result<(), Error> {
+        let mut empty = Film::new(self.size, None, renderer.samples_per_replication())?;
+        self.share_out(scene, &mut empty)?;
         for index in range {
-            let mut film = Film::new(self.size, None, renderer.samples_per_replication())?;
+            let mut film = empty.clone();
             if !renderer.add(scene, &mut film, index..index + 1, &|_| !interrupted())? {
                 return Err(Error::Interrupted);
             }

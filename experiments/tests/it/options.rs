@@ -6,6 +6,7 @@ use std::collections::BTreeSet;
 use clap::CommandFactory as _;
 use experiments::render::command::Render;
 use glam::DVec3;
+use whitefurnace::adaptive::counts;
 use whitefurnace::bsdf::ggx::Ggx;
 use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
 use whitefurnace::emitter::LightSampling;
@@ -19,6 +20,7 @@ use whitefurnace::film::Film;
 use whitefurnace::image::{Display, write_exr, write_png};
 use whitefurnace::pixel::PixelSampling;
 use whitefurnace::render::{ByPasses, ByRays, Numbers, Renderer, Sampling};
+use whitefurnace::rng::seed_for;
 use whitefurnace::sampler::Pass;
 use whitefurnace::scene::file::SceneFile;
 use whitefurnace::scene::room::{self, Convention};
@@ -34,6 +36,7 @@ struct Call {
     pixel: PixelSampling,
     numbers: Numbers,
     outlines: bool,
+    adaptive: bool,
     size: [u32; 2],
     spp: u32,
     seed: u64,
@@ -79,6 +82,9 @@ const RADIOSITY: Base = Base("--scene cornell --estimator radiosity --patches 60
 const AREA: Base = Base("--light-sampling area", |c| {
     c.film = |c| c.rays(Path { lights: LightSampling::Area, ..path(Strategy::Mis) });
 });
+const ADAPTIVE: Base = Base("--adaptive yes", |c| {
+    (c.numbers, c.spp, c.adaptive) = (Numbers::Sobol(3), 12, true);
+});
 macro_rules! knot {
     () => {
         concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/library/data/scenes/knot.toml")
@@ -87,7 +93,8 @@ macro_rules! knot {
 const KNOT: &str = knot!();
 /// Three lights, one of which is a sphere.
 const LIGHTS: Base = Base(concat!("--scene ", knot!()), |c| c.scene = loaded(KNOT));
-const BASES: [Base; 11] = [PLAIN, PHOTON, SPPM, REPORT, PUBLISHED, CORNELL, JITTER, DIM, RADIOSITY, AREA, LIGHTS];
+const BASES: [Base; 12] =
+    [PLAIN, PHOTON, SPPM, REPORT, PUBLISHED, CORNELL, JITTER, DIM, RADIOSITY, AREA, LIGHTS, ADAPTIVE];
 
 impl Base {
     fn call(self) -> Call {
@@ -98,6 +105,7 @@ impl Base {
             // In four scrambles.
             numbers: Numbers::Sobol(1),
             outlines: true,
+            adaptive: false,
             size: [16, 12],
             spp: 4,
             seed: 1,
@@ -138,7 +146,19 @@ impl Call {
 
     fn rays(&self, estimator: impl Estimator) -> Result<Film, Error> {
         let sampling = Sampling { pixel: self.pixel, numbers: self.numbers, seed: self.seed, outlines: self.outlines };
-        self.rendered(&ByRays { estimator, sampling })
+        let mut renderer = ByRays { estimator, sampling };
+        if !self.adaptive {
+            return self.rendered(&renderer);
+        }
+        renderer.sampling = Sampling { numbers: Numbers::Sobol(1), seed: seed_for(self.seed, "adaptive"), ..sampling };
+        let mut pilot = Film::new(self.size, None, 1)?;
+        renderer.add(self.scene(), &mut pilot, 0..4, &|_| true)?;
+        renderer.sampling = sampling;
+        let each = self.numbers.samples();
+        let mut film = Film::new(self.size, None, each)?;
+        film.share_out(counts(&pilot, each));
+        renderer.add(self.scene(), &mut film, 0..self.spp / each, &|_| true)?;
+        Ok(film)
     }
 
     fn images(&self, estimator: impl ImageEstimator) -> Result<Film, Error> {
@@ -250,6 +270,8 @@ fn rows() -> Vec<Row> {
         Row("patches", "200", RADIOSITY, |c| c.film = |c| c.radiosity(200)),
         Row("outlines", "yes", DIM, |_| {}),
         Row("outlines", "no", DIM, |c| c.outlines = false),
+        Row("adaptive", "yes", ADAPTIVE, |_| {}),
+        Row("adaptive", "no", ADAPTIVE, |c| c.adaptive = false),
         Row("pixel", "centre", PLAIN, |c| (c.pixel, c.outlines) = (PixelSampling::Centre, false)),
         Row("pixel", "grid", PLAIN, |c| {
             divided(c, PixelSampling::Grid(4));
@@ -273,6 +295,7 @@ fn rows() -> Vec<Row> {
         Row("spp", "3", PLAIN, |c| c.spp = 3),
         // In four scrambles, five and seven.
         Row("spp", "16", PLAIN, |c| (c.numbers, c.spp) = (Numbers::Sobol(4), 16)),
+        Row("spp", "80", PLAIN, |c| (c.numbers, c.spp, c.adaptive) = (Numbers::Sobol(20), 80, true)),
         Row("spp", "10", PLAIN, |c| (c.numbers, c.spp) = (Numbers::Sobol(2), 10)),
         Row("spp", "7", PLAIN, |c| c.spp = 7),
         Row("seed", "18446744073709551615", PLAIN, |c| c.seed = u64::MAX),

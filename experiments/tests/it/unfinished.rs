@@ -115,7 +115,9 @@ fn shards_are_the_whole() {
     let all = "--scene cornell --size 12x9 --exposure 1";
     // Replications of several samples, of one, and of several passes.
     for (case, options) in
-        ["--spp 14 --scrambles 7", "--sampler independent --spp 5", "--estimator bdpt --spp 8"].into_iter().enumerate()
+        ["--spp 14 --scrambles 7", "--sampler independent --spp 5", "--estimator bdpt --spp 8", "--spp 64"]
+            .into_iter()
+            .enumerate()
     {
         let whole = format!("{all} {options} --out whole.exr");
         renders(&folder, &whole);
@@ -161,6 +163,7 @@ fn a_pilot_decides_what_spp_would_say() {
     let folder = folder("pilot");
     for (aim, options) in [
         ("--target-error 5%", "--scene cornell --size 24x18"),
+        ("--target-error 10%", "--scene cornell --size 24x18"),
         ("--target-error 5%", "--scene cornell --estimator light-tracer --sampler independent --size 24x18"),
         ("--time 1s", "--convention report --pixel jitter --grid 3 --size 24x18"),
     ] {

@@ -1,0 +1,88 @@
+//! What pixels gain from numbers of samples of their own, which a pilot tells.
+
+use whitefurnace::adaptive::REPLICATIONS;
+
+use super::scrambles::above;
+use crate::experiments::prelude::*;
+use crate::render::{AdaptiveName, OutlinesName, SamplerName};
+
+pub(super) const ADAPTIVE: Experiment = Experiment {
+    id: "adaptive",
+    title: "as many samples for all pixels, or more for those with more noise: variance",
+    version: 1,
+    equations: &[&equation::ADAPTIVE, &equation::SOBOL],
+    run,
+};
+
+/// Samples per pixel in the mean, and with those of the pilot.
+const SAMPLES: u32 = 64;
+const WITH_PILOT: u32 = SAMPLES + REPLICATIONS;
+
+/// Films whose spread is one estimate of the variance.
+const GROUP: usize = 4;
+
+fn run(run: &mut Run) -> Result<(), Error> {
+    let rooms = [SceneName::Report, SceneName::DiffuseRoom, SceneName::Cornell, SceneName::Environment];
+    let groups = run.by_tier(4, 24);
+    let mut shown = Vec::new();
+    for scene in rooms {
+        let room = name(scene);
+        let film = |adaptive, k: usize| {
+            let spp = if adaptive == AdaptiveName::Yes { SAMPLES } else { WITH_PILOT };
+            let (sampler, outlines, size) = (SamplerName::Sobol, OutlinesName::Yes, [128, 96]);
+            let job = Job { scene: scene.into(), sampler, outlines, spp, adaptive, size, ..Job::default() };
+            let seed = seed_for(run.seed(), &format!("{room}, {adaptive:?} {k}"));
+            Job { seed, ..run.prepared(job) }.render(&room)?.whole()
+        };
+        let mut variances = [Moments::default(); 2];
+        for (variances, adaptive) in variances.iter_mut().zip([AdaptiveName::No, AdaptiveName::Yes]) {
+            for group in 0..groups {
+                let films = (0..GROUP).map(|k| film(adaptive, GROUP * group + k)).collect::<Result<Vec<_>, _>>()?;
+                variances.push(variance(&films));
+            }
+        }
+        shown.push(samples(&room, &film(AdaptiveName::Yes, 0)?));
+        judge(run, &room, &variances);
+    }
+    let see = "Blue: fewer samples than the mean; vermilion: more. They go where shadows, lamps in mirrors and caustics \
+               are, and leave the background.";
+    maps(&run.figure("samples.svg"), see, [1200, 900], 2, &shown)
+}
+
+/// The mean over pixels and channels of the variance among films.
+fn variance(films: &[Film]) -> f64 {
+    let pixels = films[0].pixels().len();
+    let of = |at: usize, channel: usize| {
+        films.iter().map(|film| film.pixels()[at].mean()[channel]).collect::<Moments>().variance()
+    };
+    (0..pixels).map(|at| (0..3).map(|channel| of(at, channel)).sum::<f64>()).sum::<f64>() / (3.0 * pixels as f64)
+}
+
+/// The variance with equal numbers over that with others, of as many samples in all.
+fn judge(run: &mut Run, room: &str, [alike, adapted]: &[Moments; 2]) {
+    let gain = alike.mean() / adapted.mean();
+    let relative = |m: &Moments| m.standard_error() / m.mean();
+    let critical = student_upper(FAMILY / 2.0 / 4.0, alike.count() as f64 - 1.0);
+    let half = critical * relative(alike).hypot(relative(adapted));
+    let [low, high] = [-half, half].map(|off| gain * off.exp());
+    run.number(&format!("{room}.gain"), gain);
+    let verdict = above([low, high], 1.0);
+    let value = format!("variance {gain:.2} times smaller, interval [{low:.2}, {high:.2}]");
+    run.claim(&format!("{room}: samples go where noise is"), value, verdict);
+}
+
+/// How many samples the pixels of a film have.
+fn samples(room: &str, film: &Film) -> Map {
+    let size = film.size();
+    let [width, height] = size.map(f64::from);
+    let doublings = |samples: u32| (f64::from(samples) / f64::from(SAMPLES)).log2();
+    Map {
+        title: format!("{room}: samples of a pixel, {SAMPLES} in the mean"),
+        axes: ["pixels from the left", "pixels from the bottom"].map(str::to_owned),
+        ranges: [[0.0, width], [0.0, height]],
+        size,
+        values: film.pixels().iter().map(|pixel| doublings(pixel.samples())).collect(),
+        bound: 3.0,
+        unit: "doublings of the mean".to_owned(),
+    }
+}

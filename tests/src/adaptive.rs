@@ -1,0 +1,127 @@
+//! Adaptive sampling: numbers of samples that a pilot decides leave the mean of an image as it is.
+
+use rand::Rng as _;
+use whitefurnace::adaptive::{self, REPLICATIONS};
+use whitefurnace::film::{Film, Pixel};
+use whitefurnace::pixel::PixelSampling;
+use whitefurnace::render::{Numbers, Sampling, render};
+use whitefurnace::sampler::Sampler;
+use whitefurnace::scene::Hit;
+
+use crate::mean_radiance::means;
+use crate::prelude::*;
+use crate::scenes::seen_by;
+
+/// How an image adapts to a pilot.
+#[derive(Clone, Copy)]
+pub struct Adaptation {
+    /// How the pilot draws its samples, by how the image does.
+    pub pilot: fn(Sampling) -> Sampling,
+    /// Samples in a replication of each pixel, by the pilot's film and their mean.
+    pub counts: fn(&Film, u32) -> Vec<u32>,
+    /// The value of a pixel, by the pilot's and its own.
+    pub value: fn(&Pixel, &Pixel) -> DVec3,
+}
+
+const RIGHT: Adaptation =
+    Adaptation { pilot: adaptive::pilot, counts: adaptive::counts, value: |_, pixel| pixel.mean() };
+
+/// A row of pixels.
+const SIZE: [u32; 2] = [24, 1];
+/// Samples of a replication, in the mean.
+const SAMPLES: u32 = 4;
+
+/// Which pixel a ray passes, from the left. The camera of [`nothing`] looks along y at pixels of side 1 at distance 1.
+fn column(ray: &Ray) -> f64 {
+    (ray.direction.x / ray.direction.y + 0.5 * f64::from(SIZE[0])).floor()
+}
+
+/// An empty scene.
+fn nothing() -> Arc<Scene> {
+    seen_by(Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.5 * f64::from(SIZE[1])), "nothing", |_| {})
+}
+
+/// Noise, the brighter the more: light that one sample of sixteen finds in the first channel, an even number in the second.
+struct Noise;
+
+impl Estimator for Noise {
+    fn radiance<R: Sampler>(&self, _: &Scene, ray: &Ray, _: Option<Hit>, rng: &mut R) -> DVec3 {
+        let [rare, even] = uniform2(rng);
+        brightness(column(ray)) * DVec3::new(if rare < 0.0625 { 16.0 } else { 0.0 }, 2.0 * even, 0.0)
+    }
+}
+
+/// The mean radiance of a pixel.
+fn brightness(column: f64) -> f64 {
+    1.0 + column / 4.0
+}
+
+/// Of the row.
+const MEAN: f64 = 1.0 + (24.0 - 1.0) / 2.0 / 4.0;
+
+const IMAGES: u64 = 30_000;
+const EFFECT: f64 = 0.025;
+
+/// The means of images.
+fn images(context: &Context, scene: &Scene, subject: Adaptation) -> Vec<Outcome> {
+    let mut seeds = context.rng("images");
+    let about = ["rare", "even"].map(|name| (name, MEAN, EFFECT * MEAN));
+    means(about, context.n(IMAGES), || {
+        let seed = seeds.next_u64();
+        let numbers = Numbers::Sobol(SAMPLES);
+        let sampling = Sampling { pixel: PixelSampling::Random, numbers, seed, outlines: false };
+        image(scene, sampling, subject).unwrap_or([f64::NAN; 2])
+    })
+}
+
+/// The means of both channels over one image.
+fn image(scene: &Scene, sampling: Sampling, subject: Adaptation) -> Option<[f64; 2]> {
+    let rendered = |sampling: Sampling, counts: Option<Vec<u32>>| {
+        let mut film = Film::new(SIZE, None, sampling.samples_per_replication()).ok()?;
+        if let Some(counts) = counts {
+            film.share_out(counts);
+        }
+        render(scene, &Noise, sampling, &mut film, &(0..REPLICATIONS), &|_| true).ok()?;
+        Some(film)
+    };
+    let pilot = rendered((subject.pilot)(sampling), None)?;
+    let film = rendered(sampling, Some((subject.counts)(&pilot, SAMPLES)))?;
+    let values = pilot.pixels().iter().zip(film.pixels()).map(|(pilot, own)| (subject.value)(pilot, own));
+    let mean = values.sum::<DVec3>() / f64::from(SIZE[0]);
+    Some([mean.x, mean.y])
+}
+
+/// What both have found, by their numbers of samples.
+fn together(pilot: &Pixel, own: &Pixel) -> DVec3 {
+    let [a, b] = [pilot, own].map(|pixel| f64::from(pixel.samples()));
+    (a * pilot.mean() + b * own.mean()) / (a + b)
+}
+
+/// Numbers of samples that a pilot decides.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    let scene = nothing();
+    vec![Box::new(Family {
+        trials: vec![trial(
+            "convergence/adaptive",
+            "numbers of samples that a pilot decides leave the mean of an image as it is",
+            &ADAPTIVE,
+            ["adaptive::counts", "t"],
+            move |context: &Context, subject| images(context, &scene, subject),
+        )],
+        faults: vec![
+            fault!("pilot-kept", ADAPTIVE, "the pilot's samples have a share in the mean, by their number",
+                = Adaptation { value: together, ..RIGHT },
+                "convergence/adaptive: rare"),
+            fault!("pilot-of-the-same-samples", ADAPTIVE, "the pilot's samples are the first of the image",
+                = Adaptation { pilot: |own| Sampling { seed: own.seed, ..adaptive::pilot(own) }, ..RIGHT },
+                "convergence/adaptive: rare"),
+            fault!("by-mean-number", ADAPTIVE, "the sum of a pixel's samples is divided by the mean number of all pixels",
+                = Adaptation {
+                    value: |_, own| own.mean() * (f64::from(own.samples()) / f64::from(REPLICATIONS * SAMPLES)),
+                    ..RIGHT
+                },
+                "convergence/adaptive: rare | even"),
+        ],
+        ..Family::new("adaptation", RIGHT)
+    })]
+}
