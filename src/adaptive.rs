@@ -13,9 +13,9 @@ use crate::sampler::LONGEST;
 /// Scrambles of the pilot, whose spread tells the noise.
 pub const REPLICATIONS: u32 = 4;
 
-/// The samples of a replication for each of which the pilot has one, and the most that it has.
+/// The samples of a pixel for each of which the pilot has one, unless it has more points of a scramble or fewer.
 const SHARE: u32 = 32;
-const MOST_OF_PILOT: u32 = 8;
+const POINTS: std::ops::RangeInclusive<u32> = 1..=8;
 
 /// The share of all samples that are divided evenly: what the pilot overlooks costs at most five times the variance that
 /// it has with equal numbers.
@@ -27,11 +27,14 @@ const MOST: f64 = 8.0;
 /// How far around a pixel noise is averaged, twice: a pixel's own estimate is far too noisy.
 const REACH: usize = 3;
 
-/// How to draw the samples of the pilot, of which [`REPLICATIONS`] are taken: from other random numbers.
-pub fn pilot(sampling: Sampling) -> Sampling {
+/// How to draw the [`REPLICATIONS`] of the pilot, by how the image draws so many: from other random numbers.
+pub fn pilot(sampling: Sampling, replications: u32) -> Sampling {
     let numbers = match sampling.numbers {
         Numbers::Independent => Numbers::Independent,
-        Numbers::Sobol(points) => Numbers::Sobol((points / SHARE).clamp(1, MOST_OF_PILOT)),
+        Numbers::Sobol(points) => {
+            let share = points.saturating_mul(replications) / (SHARE * REPLICATIONS);
+            Numbers::Sobol(share.clamp(*POINTS.start(), *POINTS.end()))
+        }
     };
     Sampling { numbers, seed: seed_for(sampling.seed, "adaptive"), ..sampling }
 }

@@ -84,13 +84,16 @@ fn counts_follow_noise() {
 #[test]
 fn pilots_are_small_and_have_numbers_of_their_own() {
     let sampling = |numbers| Sampling { pixel: Random, numbers, seed: master(), outlines: true };
-    for (points, expected) in [(1, 1), (16, 1), (63, 1), (64, 2), (256, 8), (LONGEST, 8)] {
+    // Samples of a pixel: in one scramble or in several, the pilot has as many.
+    for (points, replications, expected) in
+        [(1, 4, 1), (16, 4, 1), (63, 4, 1), (64, 4, 2), (256, 1, 2), (1, 512, 4), (256, 4, 8), (LONGEST, u32::MAX, 8)]
+    {
         let own = sampling(Numbers::Sobol(points));
-        let found = pilot(own);
+        let found = pilot(own, replications);
         assert_eq!(found, Sampling { numbers: Numbers::Sobol(expected), seed: found.seed, ..own });
         assert_ne!(found.seed, own.seed);
     }
-    assert_eq!(pilot(sampling(Numbers::Independent)).numbers, Numbers::Independent);
+    assert_eq!(pilot(sampling(Numbers::Independent), 9).numbers, Numbers::Independent);
 }
 
 /// Each pixel is that of an image whose pixels all have as many samples.

@@ -16,7 +16,7 @@ use crate::scenes::seen_by;
 #[derive(Clone, Copy)]
 pub struct Adaptation {
     /// How the pilot draws its samples, by how the image does.
-    pub pilot: fn(Sampling) -> Sampling,
+    pub pilot: fn(Sampling, u32) -> Sampling,
     /// Samples in a replication of each pixel, by the pilot's film and their mean.
     pub counts: fn(&Film, u32) -> Vec<u32>,
     /// The value of a pixel, by the pilot's and its own.
@@ -84,7 +84,7 @@ fn image(scene: &Scene, sampling: Sampling, subject: Adaptation) -> Option<[f64;
         render(scene, &Noise, sampling, &mut film, &(0..REPLICATIONS), &|_| true).ok()?;
         Some(film)
     };
-    let pilot = rendered((subject.pilot)(sampling), None)?;
+    let pilot = rendered((subject.pilot)(sampling, REPLICATIONS), None)?;
     let film = rendered(sampling, Some((subject.counts)(&pilot, SAMPLES)))?;
     let values = pilot.pixels().iter().zip(film.pixels()).map(|(pilot, own)| (subject.value)(pilot, own));
     let mean = values.sum::<DVec3>() / f64::from(SIZE[0]);
@@ -113,7 +113,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 = Adaptation { value: together, ..RIGHT },
                 "convergence/adaptive: rare"),
             fault!("pilot-of-the-same-samples", ADAPTIVE, "the pilot's samples are the first of the image",
-                = Adaptation { pilot: |own| Sampling { seed: own.seed, ..adaptive::pilot(own) }, ..RIGHT },
+                = Adaptation { pilot: |own, n| Sampling { seed: own.seed, ..adaptive::pilot(own, n) }, ..RIGHT },
                 "convergence/adaptive: rare"),
             fault!("by-mean-number", ADAPTIVE, "the sum of a pixel's samples is divided by the mean number of all pixels",
                 = Adaptation {

@@ -129,7 +129,7 @@ impl Job {
         if self.adaptive == AdaptiveName::No || !self.adapts() || mean == 1 {
             return Ok(());
         }
-        let Sampling { numbers, seed, .. } = adaptive::pilot(sampling);
+        let Sampling { numbers, seed, .. } = adaptive::pilot(sampling, self.all_replications());
         let spp = adaptive::REPLICATIONS * numbers.samples();
         let scrambles = Some(adaptive::REPLICATIONS);
         let pilot = Self { seed, spp, scrambles, adaptive: AdaptiveName::No, ..*self };
