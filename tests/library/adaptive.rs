@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use whitefurnace::adaptive::{REPLICATIONS, counts, pilot};
 use whitefurnace::estimator::{Path, Strategy as Finds};
-use whitefurnace::render::{LaneEstimator, render_lanes};
+use whitefurnace::render::{LaneEstimator, UNINTERRUPTED, render_lanes};
 use whitefurnace::sampler::LONGEST;
 
 use crate::prelude::*;
@@ -96,30 +96,35 @@ fn pilots_are_small_and_have_numbers_of_their_own() {
     assert_eq!(pilot(sampling(Numbers::Independent), 9).numbers, Numbers::Independent);
 }
 
-/// Each pixel is that of an image whose pixels all have as many samples.
+/// Each pixel is that of an image whose pixels all have as many samples, where rows are taken in pieces, too.
 #[test]
 fn pixels_have_the_samples_that_they_are_given() {
     let scene = simple::cornell().expect("a scene");
     let path = Path::new(Standard, Finds::Mis);
     let sampling = |points| Sampling { pixel: Random, numbers: Numbers::Sobol(points), seed: master(), outlines: true };
     let frame = [6, 4];
-    let given: Vec<u32> = (0..24).map(|i| 1 + i % 5).collect();
-    let mut film = Film::new(frame, None, 3).expect("a film");
-    film.share_out(given.clone());
-    assert_eq!((film.counts(), film.missing(2)), (Some(&*given), 2 * u64::from(given.iter().sum::<u32>())));
-    let done = AtomicU64::new(0);
-    let count = |samples| done.fetch_add(samples, Ordering::Relaxed) < u64::MAX;
-    for range in [0..1, 1..2] {
-        assert!(render(&scene, &path, sampling(3), &mut film, &range, &count).expect("rendered"));
-    }
-    assert_eq!((film.missing(2), film.missing(3)), (0, u64::from(given.iter().sum::<u32>())));
-    assert_eq!(done.into_inner(), 2 * film.missing(3));
-    for points in 1..=5 {
-        let alike = rendered(&scene, &path, frame, sampling(points), &[0..2]).expect("rendered");
-        for (i, pixel) in film.pixels().iter().enumerate().filter(|(i, _)| given[*i] == points) {
-            assert_eq!(*pixel, alike.pixels()[i], "pixel {i}");
-            assert_eq!((pixel.samples(), pixel.replications()), (2 * points, 2));
+    for scale in [1, UNINTERRUPTED / 8] {
+        let given: Vec<u32> = (0..24).map(|i| scale * (1 + i % 5)).collect();
+        let all = u64::from(given.iter().sum::<u32>());
+        let mut film = Film::new(frame, None, 3 * scale).expect("a film");
+        film.share_out(given.clone());
+        assert_eq!((film.counts(), film.missing(2)), (Some(&*given), 2 * all));
+        let done = AtomicU64::new(0);
+        let count = |samples| done.fetch_add(samples, Ordering::Relaxed) < u64::MAX;
+        for range in [0..1, 1..2] {
+            assert!(render(&scene, &path, sampling(3 * scale), &mut film, &range, &count).expect("rendered"));
         }
+        assert_eq!((film.missing(2), film.missing(3), done.into_inner()), (0, all, 2 * all));
+        for points in (1..=5).map(|i| i * scale) {
+            let alike = rendered(&scene, &path, frame, sampling(points), &[0..2]).expect("rendered");
+            for (i, pixel) in film.pixels().iter().enumerate().filter(|(i, _)| given[*i] == points) {
+                assert_eq!(*pixel, alike.pixels()[i], "pixel {i}");
+                assert_eq!((pixel.samples(), pixel.replications()), (2 * points, 2));
+            }
+        }
+        let mut copy = Film::new([1, 1], None, 1).expect("a film");
+        copy.assign(&film);
+        assert!(copy == film);
     }
 }
 
