@@ -28,8 +28,9 @@ use crate::run::cli::{real, whole};
 ///
 /// What is done is saved in NAME.partial.exr every few seconds: --resume goes on from there, to the bytes
 /// of an uninterrupted run. A kill or a power cut costs at most 10 s of work, or the pass in hand of bdpt,
-/// bdpt-ends, light-tracer and sppm; photon maps and radiosity are made anew. Without --resume, a run
-/// begins afresh and replaces the file. Where it cannot be saved, work goes on, and saving is tried again.
+/// bdpt-ends, light-tracer and sppm; photon maps, radiosity and the pilot of --adaptive are made anew, by
+/// each shard, too. Without --resume, a run begins afresh and replaces the file. Where it cannot be saved,
+/// work goes on, and saving is tried again.
 /// Several machines share the work by --shard, and the program merge joins the parts.
 ///
 /// Ctrl-C, SIGTERM and SIGHUP save what is done, and show it in NAME.partial.png; a second
