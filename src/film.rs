@@ -182,8 +182,7 @@ impl Pixel {
         let normal = [12, 13, 14].map(|at| sums[at] as i64);
         let depth = sums[15];
         let most = |largest: f64| i128::from(hits) * i128::from(in_units(largest));
-        let legal = samples >= replications
-            && albedo.iter().all(|sum| (0..=most(1.0)).contains(&i128::from(*sum)))
+        let legal = albedo.iter().all(|sum| (0..=most(1.0)).contains(&i128::from(*sum)))
             && normal.iter().all(|sum| i128::from(sum.unsigned_abs()) <= most(1.0 + 1e-6))
             && (0..=most(LARGEST)).contains(&depth);
         let radiance = [radiance(0)?, radiance(1)?, radiance(2)?];
