@@ -49,7 +49,7 @@ fn changed(folder: &Path, from: &str, to: &str, first: u32, change: fn(&[f64], u
 #[test]
 fn right_renderers_agree_and_faults_are_named() {
     let folder = folder("compare");
-    let sobol = "--scene cornell --spp 64";
+    let sobol = "--scene cornell --spp 64 --adaptive no";
     images(&folder, "a", 1, sobol);
     images(&folder, "b", 11, &format!("{sobol} --estimator light"));
     ends(&folder, "--a a-*.exr --b b-*.exr --out agree", 0, "AGREE: nothing that could be judged differs");
