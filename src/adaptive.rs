@@ -6,19 +6,19 @@
 //! biased: what the pilot happens to see decides how much it weighs.
 
 use crate::film::{Film, Pixel};
-use crate::render::{Numbers, Sampling};
+use crate::render::Sampling;
 use crate::rng::seed_for;
 use crate::sampler::LONGEST;
 
 /// Scrambles of the pilot, whose spread tells the noise.
 pub const REPLICATIONS: u32 = 4;
 
-/// The samples of a pixel for each of which the pilot has one, unless it has more points of a scramble or fewer.
+/// The pilot has one sample for so many of a pixel, but at least one point and at most so many of each scramble.
 const SHARE: u32 = 32;
-const POINTS: std::ops::RangeInclusive<u32> = 1..=8;
+const MOST_POINTS: u32 = 8;
 
-/// The share of all samples that are divided evenly: what the pilot overlooks costs at most five times the variance that
-/// it has with equal numbers.
+/// The share of all samples that is divided evenly: so much of the mean number has each pixel, whatever the pilot
+/// overlooks there.
 const EVEN: f64 = 0.2;
 
 /// The most noise that counts, in multiples of the mean: no pixel waits for all.
@@ -27,45 +27,39 @@ const MOST: f64 = 8.0;
 /// How far around a pixel noise is averaged, twice: a pixel's own estimate is far too noisy.
 const REACH: usize = 3;
 
-/// How to draw the [`REPLICATIONS`] of the pilot, by how the image draws so many: from other random numbers.
+/// How to draw the [`REPLICATIONS`] of the pilot of an image that has so many: from other random numbers.
 pub fn pilot(sampling: Sampling, replications: u32) -> Sampling {
-    let numbers = match sampling.numbers {
-        Numbers::Independent => Numbers::Independent,
-        Numbers::Sobol(points) => {
-            let share = points.saturating_mul(replications) / (SHARE * REPLICATIONS);
-            Numbers::Sobol(share.clamp(*POINTS.start(), *POINTS.end()))
-        }
-    };
-    Sampling { numbers, seed: seed_for(sampling.seed, "adaptive"), ..sampling }
+    let samples = sampling.samples_per_replication().saturating_mul(replications);
+    let points = (samples / (SHARE * REPLICATIONS)).clamp(1, MOST_POINTS);
+    Sampling { seed: seed_for(sampling.seed, "adaptive"), ..sampling.with_samples(points) }
 }
 
-/// How many samples a replication of each pixel has, row by row from the top: at least 1 and at most [`LONGEST`], `mean` of
-/// them (no more than that) in the mean, and the more the larger the standard error is around it in the pilot's film, which
-/// needs two replications at least.
+/// How many samples a replication of each pixel has, row by row from the top: from 1 to [`LONGEST`], `mean` in the mean
+/// (which is within these, too), and the more the larger the standard error is around it in the pilot's film, of two
+/// replications at least.
 pub fn counts(pilot: &Film, mean: u32) -> Vec<u32> {
     let noise = |pixel: &Pixel| pixel.standard_error().length();
     let width = pilot.size()[0] as usize;
     // Roots are averaged, not squares: a few large values, which are there by chance, shall not take all samples.
-    let mut noise: Vec<f64> = pilot.pixels().iter().map(noise).collect();
-    for _ in 0..2 {
-        noise = blurred(&noise, width);
-    }
+    let noise: Vec<f64> = pilot.pixels().iter().map(noise).collect();
+    let noise = blurred(&blurred(&noise, width), width);
     let average = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
-    let shared = f64::from(mean.saturating_sub(1));
-    // So that no scramble has more points than there are.
-    let most = MOST.min((f64::from(LONGEST - 1) / shared - 1.0) / (1.0 - EVEN));
-    let all = average(&noise);
-    noise.iter_mut().for_each(|noise| *noise = if all > 0.0 { (*noise / all).min(most) } else { 0.0 });
-    let all = average(&noise);
+    let more = f64::from(mean.saturating_sub(1));
+    // No scramble has more points than there are.
+    let most = MOST.min((f64::from(LONGEST - 1) / more - 1.0) / (1.0 - EVEN));
+    let of_all = average(&noise);
+    let relative = |noise: f64| if of_all > 0.0 { (noise / of_all).min(most) } else { 0.0 };
+    let relative: Vec<f64> = noise.into_iter().map(relative).collect();
+    let mean_relative = average(&relative);
     let mut carried = 0.5;
-    let count = |noise: f64| {
+    let count = |relative: f64| {
         // What is rounded off goes to the next pixel.
-        carried += shared * (1.0 + (1.0 - EVEN) * (noise - all));
+        carried += more * (1.0 + (1.0 - EVEN) * (relative - mean_relative));
         let whole = f64::floor(carried);
         carried -= whole;
         1 + whole as u32
     };
-    noise.into_iter().map(count).collect()
+    relative.into_iter().map(count).collect()
 }
 
 /// The mean of what lies within [`REACH`] columns and rows of each place.

@@ -228,7 +228,7 @@ pub struct Film {
     window: Window,
     samples_per_replication: u32,
     /// Of each pixel, where they differ.
-    counts: Option<Vec<u32>>,
+    sample_counts: Option<Vec<u32>>,
     pixels: Vec<Pixel>,
     pub(crate) begun: Option<Begun>,
 }
@@ -255,7 +255,7 @@ impl Film {
         let window = Self::checked_window(frame, window)?;
         let [width, height] = window.size.map(|n| n as usize);
         let pixels = vec![Pixel::default(); width * height];
-        Ok(Self { frame, window, samples_per_replication, counts: None, pixels, begun: None })
+        Ok(Self { frame, window, samples_per_replication, sample_counts: None, pixels, begun: None })
     }
 
     /// The window that a film would hold.
@@ -287,9 +287,9 @@ impl Film {
 
     /// Makes this the other film, in the memory that it has.
     pub fn assign(&mut self, other: &Self) {
-        let Self { frame, window, samples_per_replication, counts, pixels, begun } = self;
+        let Self { frame, window, samples_per_replication, sample_counts, pixels, begun } = self;
         (*frame, *window, *samples_per_replication) = (other.frame, other.window, other.samples_per_replication);
-        counts.clone_from(&other.counts);
+        sample_counts.clone_from(&other.sample_counts);
         pixels.clone_from(&other.pixels);
         begun.clone_from(&other.begun);
     }
@@ -309,7 +309,7 @@ impl Film {
         self.window.size
     }
 
-    /// Samples in one replication of a pixel, in the mean where pixels [differ](Self::share_out).
+    /// Samples in one replication of a pixel, in the mean where pixels [differ](Self::set_sample_counts).
     pub fn samples_per_replication(&self) -> u32 {
         self.samples_per_replication
     }
@@ -320,24 +320,24 @@ impl Film {
     ///
     /// # Panics
     /// If there are not as many counts as pixels.
-    pub fn share_out(&mut self, counts: Vec<u32>) {
+    pub fn set_sample_counts(&mut self, counts: Vec<u32>) {
         assert_eq!(counts.len(), self.pixels.len(), "counts of samples for each pixel");
-        self.counts = Some(counts);
+        self.sample_counts = Some(counts);
     }
 
-    /// The numbers of samples that were [shared out](Self::share_out).
-    pub fn counts(&self) -> Option<&[u32]> {
-        self.counts.as_deref()
+    /// The numbers of samples that were [set](Self::set_sample_counts).
+    pub fn sample_counts(&self) -> Option<&[u32]> {
+        self.sample_counts.as_deref()
     }
 
     /// The pixels to add to, and the same numbers.
-    pub(crate) fn shared_mut(&mut self) -> (&mut [Pixel], Option<&[u32]>) {
-        (&mut self.pixels, self.counts.as_deref())
+    pub(crate) fn pixels_and_counts_mut(&mut self) -> (&mut [Pixel], Option<&[u32]>) {
+        (&mut self.pixels, self.sample_counts.as_deref())
     }
 
     /// Samples that pixels lack of so many replications each.
     pub fn missing(&self, replications: u32) -> u64 {
-        let of = |at: usize| self.counts.as_ref().map_or(self.samples_per_replication, |counts| counts[at]);
+        let of = |at: usize| self.sample_counts.as_ref().map_or(self.samples_per_replication, |counts| counts[at]);
         let missing = |(at, pixel): (usize, &Pixel)| {
             u64::from(replications.saturating_sub(pixel.replications)) * u64::from(of(at))
         };

@@ -70,13 +70,13 @@ impl Sampling {
     /// # Errors
     /// [`Error::Option`] for replications without samples, with more than [`LONGEST`] Sobol' points, or so
     /// many up to `replications` that their samples have no 32-bit numbers, or not as many as the film says; for numbers
-    /// that were shared out where not each sample is a point anywhere in its pixel.
+    /// of each pixel's own, but by Sobol' points without sub-pixels.
     fn check(&self, replications: u32, film: &Film) -> Result<(), Error> {
         let own = self.samples_per_replication();
-        let counts = film.counts().unwrap_or(&[]).iter().copied().chain([own]);
+        let counts = film.sample_counts().unwrap_or(&[]).iter().copied().chain([own]);
         let (fewest, samples) = counts.fold((own, own), |(low, high), n| (low.min(n), high.max(n)));
         let refuse = |why: String| Err(Error::Option(format!("{samples} samples in a replication: {why}")));
-        if film.counts().is_some()
+        if film.sample_counts().is_some()
             && (self.numbers == Numbers::Independent || self.pixel.samples_per_replication() != 1)
         {
             return refuse("pixels may differ in them only by Sobol' points without sub-pixels".to_owned());
@@ -215,7 +215,7 @@ fn each_row(
     let of_pixel = u64::from(range.end - range.start) * u64::from(per_replication);
     let at_once = (u64::from(UNINTERRUPTED) / of_pixel.max(1)).max(1) as usize;
     let stopped = AtomicBool::new(false);
-    let (pixels, counts) = film.shared_mut();
+    let (pixels, counts) = film.pixels_and_counts_mut();
     let alike = vec![per_replication; width];
     pixels.par_chunks_mut(width).enumerate().try_for_each(|(at, row)| {
         let mut counts = counts.map_or(&*alike, |counts| &counts[at * width..(at + 1) * width]);

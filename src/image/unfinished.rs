@@ -80,8 +80,8 @@ impl Checksum {
 ///
 /// The file is one EXR part without compression. Viewers show the channels that [`write_exr`](super::write_exr) writes of
 /// a finished film, for what is done so far. The others are 32-bit unsigned integers: `sums.<sum>.<k>` is bits 32k to
-/// 32k + 31 of an integer in two's complement. Sums are `replications`, `samples` and `hits`, counts of a pixel; `R`, `G`, `B`, over
-/// its replications, of radiance in multiples of 2⁻³², and `R2`, `G2`, `B2` of its square in multiples of 2⁻⁶⁴;
+/// 32k + 31 of an integer in two's complement. Sums are `replications`, `samples` and `hits`, counts of a pixel; `R`, `G`,
+/// `B`, over its replications, of radiance in multiples of 2⁻³², and `R2`, `G2`, `B2` of its square in multiples of 2⁻⁶⁴;
 /// `albedo.R` to `albedo.B`, `normal.X` to `normal.Z` and `depth`, over its hits in multiples of 2⁻³²; and
 /// `begun.R` to `begun.B`, the bits of 64-bit floats: sums over the passes of a replication that is only begun. A channel
 /// that is 0 everywhere is left out.

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use whitefurnace::adaptive::{REPLICATIONS, counts, pilot};
+use whitefurnace::adaptive::{counts, pilot};
 use whitefurnace::estimator::{Path, Strategy as Finds};
 use whitefurnace::render::{LaneEstimator, UNINTERRUPTED, render_lanes};
 use whitefurnace::sampler::LONGEST;
@@ -107,8 +107,8 @@ fn pixels_have_the_samples_that_they_are_given() {
         let given: Vec<u32> = (0..24).map(|i| scale * (1 + i % 5)).collect();
         let all = u64::from(given.iter().sum::<u32>());
         let mut film = Film::new(frame, None, 3 * scale).expect("a film");
-        film.share_out(given.clone());
-        assert_eq!((film.counts(), film.missing(2)), (Some(&*given), 2 * all));
+        film.set_sample_counts(given.clone());
+        assert_eq!((film.sample_counts(), film.missing(2)), (Some(&*given), 2 * all));
         let done = AtomicU64::new(0);
         let count = |samples| done.fetch_add(samples, Ordering::Relaxed) < u64::MAX;
         for range in [0..1, 1..2] {
@@ -134,7 +134,7 @@ fn numbers_of_samples_that_cannot_be_are_refused() {
     let refused = |pixel: PixelSampling, numbers, counts: [u32; 2], range: Range<u32>, hint: &str| {
         let sampling = Sampling { pixel, numbers, seed: 1, outlines: false };
         let mut film = Film::new([2, 1], None, sampling.samples_per_replication()).expect("a film");
-        film.share_out(counts.to_vec());
+        film.set_sample_counts(counts.to_vec());
         let path = Path::new(Standard, Finds::Mis);
         assert_option_refused(render(&scene, &path, sampling, &mut film, &range, &|_| true), hint);
         let lanes = LaneEstimator::Path(path);
@@ -150,7 +150,7 @@ fn numbers_of_samples_that_cannot_be_are_refused() {
 #[test]
 #[should_panic(expected = "counts of samples for each pixel")]
 fn each_pixel_needs_a_number() {
-    Film::new([2, 2], None, 1).expect("a film").share_out(vec![1; 3]);
+    Film::new([2, 2], None, 1).expect("a film").set_sample_counts(vec![1; 3]);
 }
 
 /// Half of an image is smooth and half has noise: the variance falls, to what the shares say.
@@ -164,5 +164,4 @@ fn noise_gets_the_samples() {
     let gain = variance(&vec![samples; 1600]) / variance(&given);
     // Half the samples of one half go to the other: at most 1.8 times as many there.
     assert!((1.5..1.8).contains(&gain), "{gain}");
-    assert_eq!(REPLICATIONS, 4);
 }

@@ -321,7 +321,7 @@ fn assert_same_film(scene: &Scene, lanes: LaneEstimator, sampling: Sampling, win
     assert_same(scene, lanes, sampling, film.clone());
     if matches!(sampling.numbers, Numbers::Sobol(_)) {
         let mut film = film;
-        film.share_out((0..film.pixels().len() as u32).map(|at| 1 + at % 7).collect());
+        film.set_sample_counts((0..film.pixels().len() as u32).map(|at| 1 + at % 7).collect());
         assert_same(scene, lanes, sampling, film);
     }
 }

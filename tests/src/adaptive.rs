@@ -79,7 +79,7 @@ fn image(scene: &Scene, sampling: Sampling, subject: Adaptation) -> Option<[f64;
     let rendered = |sampling: Sampling, counts: Option<Vec<u32>>| {
         let mut film = Film::new(SIZE, None, sampling.samples_per_replication()).ok()?;
         if let Some(counts) = counts {
-            film.share_out(counts);
+            film.set_sample_counts(counts);
         }
         render(scene, &Noise, sampling, &mut film, &(0..REPLICATIONS), &|_| true).ok()?;
         Some(film)

@@ -52,7 +52,7 @@ fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
     let Rendered { film, complete } = match job.go_on("render", film, &part.range, &mut looks) {
         Ok(rendered) => rendered,
         Err(Error::Interrupted) => {
-            eprintln!("interrupted before the first sample: nothing is written");
+            eprintln!("interrupted before the first sample of this run: no file is written");
             return Ok(Ending::Interrupted);
         }
         Err(error) => return Err(error),

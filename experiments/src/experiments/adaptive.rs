@@ -44,8 +44,8 @@ fn run(run: &mut Run) -> Result<(), Error> {
         shown.push(samples(&room, &film(AdaptiveName::Yes, 0)?));
         judge(run, &room, &variances);
     }
-    let see = "Blue: fewer samples than the mean; vermilion: more. They go where shadows, lamps in mirrors and caustics \
-               are, and leave the background.";
+    let see = "Blue: fewer samples than the mean; vermilion: more. They leave the background, and go to what glass and \
+               mirrors show.";
     maps(&run.figure("samples.svg"), see, [1200, 900], 2, &shown)
 }
 

@@ -56,14 +56,15 @@ impl Job {
         self.whole(&scene, &*self.renderer(&scene, label)?, label)
     }
 
-    /// The same with an estimator of single rays that no name of the program stands for.
+    /// The same with an estimator of single rays that no name of the program stands for, and equal numbers of samples.
     pub fn render_by(&self, estimator: impl Estimator, label: &str) -> Result<Rendered, Error> {
         self.check()?;
-        self.whole(&self.build_scene()?, &self.by_rays(estimator), label)
+        let job = Self { adaptive: AdaptiveName::No, ..*self };
+        job.whole(&self.build_scene()?, &self.by_rays(estimator), label)
     }
 
     /// Renders each replication of the range as an image of its own and shows it: pixel means row by row
-    /// from the top. A photon map is made anew for each, so that they are independent.
+    /// from the top, of equal numbers of samples. A photon map is made anew for each, so that they are independent.
     pub fn replications(&self, range: Range<u32>, mut each: impl FnMut(&[DVec3])) -> Result<(), Error> {
         self.check()?;
         let label = name(self.estimator);
@@ -123,7 +124,7 @@ impl Job {
     }
 
     /// Gives the pixels of a film the numbers of samples that a pilot tells, if they are to have such.
-    fn share_out(&self, scene: &Scene, film: &mut Film) -> Result<(), Error> {
+    fn adapt(&self, scene: &Scene, film: &mut Film) -> Result<(), Error> {
         let sampling = self.sampling();
         let mean = sampling.samples_per_replication();
         if self.adaptive == AdaptiveName::No || !self.adapts() || mean == 1 {
@@ -136,7 +137,7 @@ impl Job {
         let renderer = pilot.renderer(scene, "pilot")?;
         let seen = Film::new(film.frame(), Some(film.window()), renderer.samples_per_replication())?;
         let seen = pilot.rest((scene, &*renderer), "pilot", (seen, &(0..adaptive::REPLICATIONS)), &mut [])?;
-        film.share_out(adaptive::counts(&seen.whole()?, mean));
+        film.set_sample_counts(adaptive::counts(&seen.whole()?, mean));
         Ok(())
     }
 
@@ -149,7 +150,7 @@ impl Job {
         (mut film, range): (Film, &Range<u32>),
         looks: &mut [&mut dyn Look],
     ) -> Result<Rendered, Error> {
-        self.share_out(scene, &mut film)?;
+        self.adapt(scene, &mut film)?;
         let mut bar = Bar::new(label, film.missing(range.end - range.start), "samples");
         let largest = (UNINTERRUPTED / renderer.samples_per_replication()).clamp(1, LARGEST_RANGE);
         loop {
@@ -176,10 +177,8 @@ impl Job {
         range: Range<u32>,
         each: &mut dyn FnMut(&[DVec3]),
     ) -> Result<(), Error> {
-        let mut empty = Film::new(self.size, None, renderer.samples_per_replication())?;
-        self.share_out(scene, &mut empty)?;
         for index in range {
-            let mut film = empty.clone();
+            let mut film = Film::new(self.size, None, renderer.samples_per_replication())?;
             if !renderer.add(scene, &mut film, index..index + 1, &|_| !interrupted())? {
                 return Err(Error::Interrupted);
             }

@@ -156,7 +156,7 @@ impl Call {
         renderer.sampling = sampling;
         let each = self.numbers.samples();
         let mut film = Film::new(self.size, None, each)?;
-        film.share_out(counts(&pilot, each));
+        film.set_sample_counts(counts(&pilot, each));
         renderer.add(self.scene(), &mut film, 0..self.spp / each, &|_| true)?;
         Ok(film)
     }
