@@ -295,7 +295,8 @@ fn rows() -> Vec<Row> {
         Row("spp", "3", PLAIN, |c| c.spp = 3),
         // In four scrambles, five and seven.
         Row("spp", "16", PLAIN, |c| (c.numbers, c.spp) = (Numbers::Sobol(4), 16)),
-        Row("spp", "80", PLAIN, |c| (c.numbers, c.spp, c.adaptive) = (Numbers::Sobol(20), 80, true)),
+        Row("spp", "63", PLAIN, |c| (c.numbers, c.spp) = (Numbers::Sobol(9), 63)),
+        Row("spp", "65", PLAIN, |c| (c.numbers, c.spp, c.adaptive) = (Numbers::Sobol(13), 65, true)),
         Row("spp", "10", PLAIN, |c| (c.numbers, c.spp) = (Numbers::Sobol(2), 10)),
         Row("spp", "7", PLAIN, |c| c.spp = 7),
         Row("seed", "18446744073709551615", PLAIN, |c| c.seed = u64::MAX),
