@@ -1,21 +1,26 @@
 //! Outlines of lights, which are the sharpest edges of an image: where one crosses a pixel, more points of the pixel
 //! than its samples have tell how much of the light is seen.
 //!
-//! What an emitter shows directly is a function E(x) of the point x of the pixel alone. Of a sample whose ray passes x,
-//! its own E(x) gives way to the mean over other points that are uniform in the pixel: the mean stays as it is
-//! for any estimator, and most of the variance of the pixel goes.
+//! What an emitter shows directly, or by way of mirrors, is a function E(x) of the point x of the pixel alone. Of a sample
+//! whose ray passes x, its own E(x) gives way to the mean over other points that are uniform in the pixel: the mean stays
+//! as it is for any estimator, and most of the variance of the pixel goes. For that, camera rays follow mirrors to what
+//! is seen in them before an estimator begins.
 
 use std::array::from_fn;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
+use crate::bsdf::{Bsdf, Vertex};
 use crate::camera::Camera;
 use crate::emitter::EmitterShape;
 use crate::frame::Frame;
+use crate::fresnel;
 use crate::render::Sampling;
 use crate::rng::{seed_for, stream, uniform2};
 use crate::sampler::{LONGEST, Sobol, scramble};
-use crate::scene::Scene;
+use crate::scene::{Hit, Scene};
+use crate::shape::Ray;
 
 /// How many points stand for that of a sample.
 pub const POINTS: usize = 8;
@@ -41,15 +46,81 @@ pub fn replaced(radiance: DVec3, own: DVec3, shown: [DVec3; POINTS]) -> DVec3 {
     (radiance - own) + sum * (1.0 / POINTS as f64)
 }
 
+/// So many mirrors at most a camera ray follows before an estimator begins.
+pub const MIRRORS: u32 = 8;
+
+/// What a camera ray shows that has followed mirrors.
+#[derive(Clone, Copy, Debug)]
+pub struct View {
+    /// The ray from the last of them.
+    pub ray: Ray,
+    /// What it meets: no mirror, but for one that emits and one after [`MIRRORS`].
+    pub hit: Option<Hit>,
+    /// The product of the mirrors' reflectances.
+    pub weight: DVec3,
+    /// How many they are.
+    pub mirrors: u32,
+}
+
+impl View {
+    /// Along a ray that meets `hit`.
+    #[inline]
+    pub fn new(ray: Ray, hit: Option<Hit>) -> Self {
+        Self { ray, hit, weight: DVec3::ONE, mirrors: 0 }
+    }
+
+    /// By way of mirrors.
+    pub fn in_mirrors(mut self, scene: &Scene) -> Self {
+        while let Some((here, reflectance)) = self.hit.and_then(|hit| Some((hit, mirror(scene, &hit)?)))
+            && self.mirrors < MIRRORS
+        {
+            let at = Vertex::new(&here, &self.ray);
+            (self.ray, self.hit) = scene.onward(&here, fresnel::mirror(at.direction, at.frame.z));
+            self.weight *= reflectance;
+            self.mirrors += 1;
+        }
+        self
+    }
+
+    /// What an emitter shows.
+    #[inline]
+    pub fn emitted(&self, scene: &Scene) -> DVec3 {
+        self.hit.map_or(DVec3::ZERO, |hit| self.weight * scene.emitted(&hit, self.ray.direction))
+    }
+}
+
+/// The reflectance where there is a mirror that does not emit.
+fn mirror(scene: &Scene, hit: &Hit) -> Option<DVec3> {
+    match scene.surface(hit).bsdf {
+        Bsdf::Mirror { reflectance } if hit.emitter.is_none() => Some(reflectance),
+        _ => None,
+    }
+}
+
 /// The outlines in a frame, or none.
 pub(crate) struct Outlines {
     crossed: Vec<bool>,
     seed: u64,
+    /// Whether camera rays follow mirrors.
+    pub in_mirrors: bool,
 }
 
 impl Outlines {
-    pub fn new(scene: &Scene, frame: [u32; 2], sampling: Sampling) -> Self {
-        Self { crossed: if sampling.outlines { crossed(scene, frame) } else { Vec::new() }, seed: sampling.seed }
+    /// For an estimator that sees in mirrors or not.
+    pub fn new(scene: &Scene, frame: [u32; 2], sampling: Sampling, sees_in_mirrors: bool) -> Self {
+        let mut crossed = if sampling.outlines { crossed(scene, frame) } else { Vec::new() };
+        let in_mirrors = sees_in_mirrors && sampling.outlines && has_mirrors(scene);
+        if in_mirrors {
+            crossed.iter_mut().zip(crossed_in_mirrors(scene, frame)).for_each(|(crossed, here)| *crossed |= here);
+        }
+        Self { crossed, seed: sampling.seed, in_mirrors }
+    }
+
+    /// What a camera ray shows, in mirrors or not.
+    #[inline]
+    pub fn view(&self, scene: &Scene, ray: Ray, hit: Option<Hit>) -> View {
+        let view = View::new(ray, hit);
+        if self.in_mirrors { view.in_mirrors(scene) } else { view }
     }
 
     /// The [`points`] for a sample of a pixel that an outline crosses.
@@ -72,6 +143,28 @@ pub fn crossed(scene: &Scene, frame: [u32; 2]) -> Vec<bool> {
         }
     }
     crossed
+}
+
+fn has_mirrors(scene: &Scene) -> bool {
+    scene.surfaces().iter().any(|surface| matches!(surface.bsdf, Bsdf::Mirror { .. }))
+}
+
+/// Which pixels the outline of an emitter crosses that is seen in mirrors: those whose corners do not all show the same
+/// there. What is smaller than a pixel is not found.
+pub fn crossed_in_mirrors(scene: &Scene, frame: [u32; 2]) -> Vec<bool> {
+    let [width, height] = frame.map(|n| n as usize);
+    let shown = |x: usize, y: usize| {
+        let ray = scene.camera().ray(frame, x as f64, y as f64);
+        let view = View::new(ray, scene.intersect(&ray)).in_mirrors(scene);
+        if view.mirrors > 0 { view.emitted(scene) } else { DVec3::ZERO }
+    };
+    let corners: Vec<DVec3> =
+        (0..=height).into_par_iter().flat_map_iter(|y| (0..=width).map(move |x| shown(x, y))).collect();
+    let differ = |first: usize| {
+        let next = first + width + 1;
+        [first + 1, next, next + 1].iter().any(|&corner| corners[corner] != corners[first])
+    };
+    (0..height).flat_map(|y| (0..width).map(move |x| y * (width + 1) + x)).map(differ).collect()
 }
 
 /// The outline of a shape seen from the eye.

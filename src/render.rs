@@ -28,7 +28,7 @@ pub struct Sampling {
     pub numbers: Numbers,
     /// The master seed.
     pub seed: u64,
-    /// Whether more points tell what emitters show directly where their outlines cross a pixel, as
+    /// Whether more points tell what emitters show directly or in mirrors where their outlines cross a pixel, as
     /// [`outline`](crate::outline) says; for samples anywhere in a pixel.
     pub outlines: bool,
 }
@@ -126,7 +126,7 @@ pub fn render<E: Estimator>(
     done: Progress<'_>,
 ) -> Result<bool, Error> {
     let frame = film.frame();
-    let outlines = Outlines::new(scene, frame, sampling);
+    let outlines = Outlines::new(scene, frame, sampling, estimator.sees_in_mirrors());
     each_row(sampling, film, range, done, |[first, y], range, row, counts| {
         for ((pixel, x), &samples) in row.iter_mut().zip(first..).zip(counts) {
             let sampling = sampling.with_samples(samples);
@@ -188,7 +188,9 @@ pub fn render_lanes(
         ));
     }
     let frame = film.frame();
-    let engine = Engine::new(scene, estimator, (sampling, Outlines::new(scene, frame, sampling)));
+    let sees_in_mirrors = matches!(estimator, LaneEstimator::Path(_));
+    let outlines = Outlines::new(scene, frame, sampling, sees_in_mirrors);
+    let engine = Engine::new(scene, estimator, (sampling, outlines));
     each_row(sampling, film, range, done, |corner, range, row, counts| {
         engine.row((frame, corner), range, (row, counts))
     })
@@ -264,7 +266,7 @@ fn add_replication<E: Estimator>(
         let cell = index % sampling.pixel.samples_per_replication();
         let offset = sampling.pixel.position(cell, uniform2(&mut rng));
         let more = outlines.points(here, replication, index);
-        sum += sample(of, (frame, [x, y].map(f64::from), offset), more, pixel, &mut rng)?;
+        sum += sample(of, (frame, [x, y].map(f64::from), offset), (outlines, more), pixel, &mut rng)?;
     }
     pixel.push(sum / f64::from(samples), samples)
 }
@@ -275,19 +277,19 @@ fn add_replication<E: Estimator>(
 fn sample<E: Estimator, R: Sampler>(
     (scene, estimator): (&Scene, &E),
     (frame, corner, offset): ([u32; 2], [f64; 2], [f64; 2]),
-    more: Option<[[f64; 2]; POINTS]>,
+    (outlines, more): (&Outlines, Option<[[f64; 2]; POINTS]>),
     pixel: &mut Pixel,
     rng: &mut R,
 ) -> Result<DVec3, Error> {
     let (ray, hit) = look(scene, (frame, corner, offset), pixel)?;
-    let mut radiance = estimator.radiance(scene, &ray, hit, rng);
+    let view = outlines.view(scene, ray, hit);
+    let mut radiance = view.weight * estimator.radiance(scene, &view.ray, view.hit, rng);
     if let Some(points) = more {
-        let shown = |ray: &Ray, hit: Option<Hit>| hit.map_or(DVec3::ZERO, |hit| scene.emitted(&hit, ray.direction));
         let others = points.map(|[x, y]| {
             let ray = scene.camera().ray(frame, corner[0] + x, corner[1] + y);
-            shown(&ray, scene.intersect(&ray))
+            outlines.view(scene, ray, scene.intersect(&ray)).emitted(scene)
         });
-        radiance = replaced(radiance, shown(&ray, hit), others);
+        radiance = replaced(radiance, view.emitted(scene), others);
     }
     // Here, for the mean of several can hide one.
     check_radiance(radiance)?;

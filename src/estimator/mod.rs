@@ -53,6 +53,11 @@ pub trait Estimator: Sync {
     /// One estimate of the radiance that arrives at `ray.origin` from `ray.direction` (a unit vector),
     /// where `hit` is what [`Scene::intersect`] returns for the ray.
     fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3;
+
+    /// Whether it sees in mirrors what there is, however many there are: then a ray may follow some before it begins.
+    fn sees_in_mirrors(&self) -> bool {
+        false
+    }
 }
 
 /// An estimate of a whole image at once, for methods in which one path reaches many pixels.

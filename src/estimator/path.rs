@@ -156,4 +156,8 @@ impl<P: Walking> Estimator for Path<P> {
         }
         radiance + self.weight_of_background(scene, walk.last()) * walk.background()
     }
+
+    fn sees_in_mirrors(&self) -> bool {
+        true
+    }
 }

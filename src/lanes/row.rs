@@ -11,7 +11,7 @@ use super::scene::{LaneScene, Seen};
 use super::shading::Surfaces;
 use crate::error::Error;
 use crate::film::check_radiance;
-use crate::outline::{Outlines, replaced};
+use crate::outline::{MIRRORS, Outlines, replaced};
 use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector};
 use crate::render::Sampling;
 use crate::scene::Scene;
@@ -25,8 +25,11 @@ struct Work {
     sample: SampleName,
     /// The radiance of the samples that are done.
     sum: DVec3,
-    /// What an emitter has shown to the camera ray.
+    /// What an emitter has shown to the camera ray, directly or in mirrors.
     own: DVec3,
+    /// Of [`View`](crate::outline::View), as the next.
+    weight: DVec3,
+    mirrors: u32,
 }
 
 impl Work {
@@ -106,7 +109,7 @@ pub(super) fn row<E: Scatter, S: LaneSampler>(
                 let Work { column, sample, .. } = work[lane];
                 random.start(lane, &sampling.with_samples(counts[column]), sample);
                 paths.hits[lane] = 0;
-                work[lane].own = DVec3::ZERO;
+                (work[lane].own, work[lane].weight, work[lane].mirrors) = (DVec3::ZERO, DVec3::ONE, 0);
             }
             let starting = LaneMask::from_bits(fresh);
             paths.start(scene.scene, sampling, (frame, corner), (&work, starting), &mut random);
@@ -122,26 +125,43 @@ pub(super) fn row<E: Scatter, S: LaneSampler>(
         paths.leave(scene.scene, LaneMask::from_bits(ended));
         if met != 0 {
             let surfaces = Surfaces::new(scene, &paths.ray, &found);
+            let mirrors = if outlines.in_mirrors { surfaces.dark_mirror().bits() } else { 0 };
+            let mut followed = 0;
             for lane in lanes_of(met) {
                 if paths.hits[lane] == 0 {
                     let work = &mut work[lane];
-                    work.own = surfaces.emitted_in(scene, lane, &paths.ray);
-                    let pushed = pixels[work.column].push_features(&surfaces.features(lane, &paths.ray));
-                    pushed.map_err(|error| work.place(corner, error))?;
+                    if work.mirrors == 0 {
+                        let pushed = pixels[work.column].push_features(&surfaces.features(lane, &paths.ray));
+                        pushed.map_err(|error| work.place(corner, error))?;
+                    }
+                    if mirrors >> lane & 1 == 1 && work.mirrors < MIRRORS {
+                        work.weight *= surfaces.reflectance(lane);
+                        work.mirrors += 1;
+                        followed |= 1 << lane;
+                        continue;
+                    }
+                    work.own = work.weight * surfaces.emitted_in(scene, lane, &paths.ray);
                 }
                 paths.hits[lane] += 1;
             }
-            let goes_on = estimator.scatter(scene, &mut paths, (&surfaces, found.met), &mut random, &mut seen);
-            ended = busy & !goes_on.bits();
+            let follows = LaneMask::from_bits(followed);
+            if followed != 0 {
+                let throughput = paths.throughput;
+                paths.send(scene.scene, follows, &surfaces, surfaces.mirrored(), throughput);
+            }
+            let goes_on =
+                estimator.scatter(scene, &mut paths, (&surfaces, found.met & !follows), &mut random, &mut seen);
+            ended = busy & !goes_on.bits() & !followed;
         }
         busy &= !ended;
         for lane in lanes_of(ended) {
             let work = &mut work[lane];
-            let mut radiance = paths.radiance.lane(lane);
+            let mut radiance = work.weight * paths.radiance.lane(lane);
             let SampleName { pixel, replication, index } = work.sample;
             if let Some(points) = outlines.points(pixel, replication, index) {
                 let first = [corner[0] + work.column as u32, corner[1]];
-                radiance = replaced(radiance, work.own, shown(scene, (frame, first), points, &mut seen));
+                let shown = shown(scene, (frame, first), (points, outlines.in_mirrors), &mut seen);
+                radiance = replaced(radiance, work.own, shown);
             }
             check_radiance(radiance).map_err(|error| work.place(corner, error))?;
             work.sum += radiance;
@@ -162,18 +182,34 @@ pub(super) fn row<E: Scatter, S: LaneSampler>(
 fn shown(
     scene: &LaneScene<'_>,
     (frame, pixel): ([u32; 2], [u32; 2]),
-    points: [[f64; 2]; LANES],
+    (points, in_mirrors): ([[f64; 2]; LANES], bool),
     seen: &mut Seen,
 ) -> [DVec3; LANES] {
     let [x, y] = from_fn(|axis| Lanes::new(points.map(|point| f64::from(pixel[axis]) + point[axis])));
-    let ray = scene.scene.camera().ray(frame, x, y);
-    let found = scene.closest(&ray, LaneMask::splat(true), seen);
-    let met = found.met.bits();
-    if met == 0 {
-        return [DVec3::ZERO; LANES];
+    let mut ray = scene.scene.camera().ray(frame, x, y);
+    let (mut shown, mut weights) = ([DVec3::ZERO; LANES], [DVec3::ONE; LANES]);
+    let mut looking = LaneMask::splat(true);
+    for mirror in 0..=MIRRORS {
+        let found = scene.closest(&ray, looking, seen);
+        if !found.met.any() {
+            break;
+        }
+        let surfaces = Surfaces::new(scene, &ray, &found);
+        let follows = in_mirrors && mirror < MIRRORS;
+        looking = if follows { found.met & surfaces.dark_mirror() } else { LaneMask::splat(false) };
+        for lane in lanes_of(found.met.bits()) {
+            if looking.bits() >> lane & 1 == 1 {
+                weights[lane] *= surfaces.reflectance(lane);
+            } else {
+                shown[lane] = weights[lane] * surfaces.emitted_in(scene, lane, &ray);
+            }
+        }
+        if !looking.any() {
+            break;
+        }
+        ray = scene.scene.leave(surfaces.vertex.point, surfaces.normal, surfaces.mirrored());
     }
-    let surfaces = Surfaces::new(scene, &ray, &found);
-    from_fn(|lane| if met >> lane & 1 == 1 { surfaces.emitted_in(scene, lane, &ray) } else { DVec3::ZERO })
+    shown
 }
 
 impl Paths {

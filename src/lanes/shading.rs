@@ -173,6 +173,21 @@ impl<'a> Surfaces<'a> {
         features(albedo, normal, self.t.as_array()[lane], direction)
     }
 
+    /// Where there are mirrors that do not emit.
+    pub fn dark_mirror(&self) -> LaneMask {
+        self.mirror & !self.emits
+    }
+
+    /// How mirrors turn the rays.
+    pub fn mirrored(&self) -> Lanes3 {
+        fresnel::mirror(self.vertex.direction, self.vertex.frame.z)
+    }
+
+    /// What a mirror in a lane reflects.
+    pub fn reflectance(&self, lane: usize) -> DVec3 {
+        self.colour.lane(lane)
+    }
+
     /// Where something absorbs all light.
     pub fn black(&self) -> LaneMask {
         !(self.rough | self.mirror | self.glass)

@@ -346,6 +346,24 @@ fn assert_same(scene: &Scene, lanes: LaneEstimator, sampling: Sampling, empty: F
     assert!(alone.size() != alone.frame() || alone.mean() > 0.0, "{} by {lanes:?}, {sampling:?}", scene.name());
 }
 
+/// Lights that are seen in mirrors that face each other, in one that shines, and in a sphere.
+fn mirrors() -> Scene {
+    let mut s = SceneBuilder::new("mirrors");
+    s.background(DVec3::new(0.1, 0.2, 0.3));
+    let light = s.surface(Surface::new(Bsdf::Black).emitting(DVec3::new(3.0, 2.0, 1.0)));
+    let grey = s.surface(Surface::new(Bsdf::Lambert { albedo: DVec3::splat(0.5) }));
+    let mirror = |r: f64| Surface::new(Bsdf::Mirror { reflectance: DVec3::new(r, 0.9, 0.8) });
+    let [dark, bright] = [mirror(0.7), mirror(0.9).emitting(DVec3::splat(0.2))].map(|surface| s.surface(surface));
+    let across = [4.0 * DVec3::X, 2.0 * DVec3::Z];
+    s.rectangle(DVec3::new(-2.0, 1.5, -1.0), across, dark);
+    s.rectangle(DVec3::new(-2.0, -1.5, -1.0), across, dark);
+    s.rectangle(DVec3::new(-2.0, -1.5, -1.0), [4.0 * DVec3::X, 3.0 * DVec3::Y], grey);
+    s.rectangle(DVec3::new(1.0, -0.5, -1.0), [DVec3::Y, DVec3::Z], bright);
+    s.rectangle(DVec3::new(-0.4, -1.0, 0.9), [0.8 * DVec3::Y, 0.7 * DVec3::X], light);
+    s.sphere(Sphere::new(DVec3::new(-0.6, 0.9, -0.6), 0.4), dark);
+    s.build(Camera::new(DVec3::new(0.1, -0.2, 0.0), DVec3::Y, DVec3::Z, 0.8)).expect("a legal scene")
+}
+
 #[test]
 fn images_have_the_same_bits() {
     let scenes = [
@@ -355,6 +373,7 @@ fn images_have_the_same_bits() {
         many(1600),
         net(false),
         net(true),
+        mirrors(),
         room::report(Convention::Physical, OrenNayarForm::Corrected).expect("a scene"),
         room::diffuse().expect("a scene"),
         simple::environment().expect("a scene"),

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use whitefurnace::estimator::{Path, Strategy as Finds};
-use whitefurnace::outline::{POINTS, crossed, points, replaced};
+use whitefurnace::estimator::{LightRules, Path, Report, Strategy as Finds};
+use whitefurnace::outline::{MIRRORS, POINTS, View, crossed, crossed_in_mirrors, points, replaced};
 
 use crate::prelude::*;
 
@@ -71,6 +71,81 @@ fn pixels_that_outlines_cross_are_marked() {
     assert!(!crossed(&lights(&around), FRAME).contains(&true));
     let behind = [rectangle(at(-1.0, -2.0, -1.0), at(2.0, 0.0, 0.0), at(0.0, 0.0, 2.0))];
     assert!(!crossed(&lights(&behind), FRAME).contains(&true));
+}
+
+/// A light at distance 1, seen from the origin in a mirror at distance 1/4, which reflects this share.
+fn light_in_mirror(corners: [DVec3; 3], reflectance: DVec3) -> Scene {
+    let mut s = SceneBuilder::new("mirror");
+    let light = s.surface(Surface::new(Bsdf::Black).emitting(DVec3::new(1.0, 2.0, 4.0)));
+    let mirror = s.surface(Surface::new(Bsdf::Mirror { reflectance }));
+    let [a, b, c] = corners.map(|corner| DVec3::new(corner.x, 0.5 - corner.y, corner.z));
+    s.mesh(&[a, c, b], &[[0, 1, 2]], light);
+    s.rectangle(DVec3::new(-1.0, 0.25, -1.0), [2.0 * DVec3::X, 2.0 * DVec3::Z], mirror);
+    s.build(Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.25)).expect("a legal scene")
+}
+
+/// A light behind a mirror's glass would show the same.
+#[test]
+fn lights_in_mirrors_have_outlines_and_no_noise() {
+    let triangle = [DVec3::new(-0.2, 1.0, -0.1), DVec3::new(0.25, 1.0, -0.15), DVec3::new(0.1, 1.0, 0.2)];
+    let reflectance = DVec3::new(0.25, 0.5, 1.0);
+    let (scene, twin) = (light_in_mirror(triangle, reflectance), lights(&[EmitterShape::Triangle(triangle)]));
+    let frame = FRAME.map(|n| 4 * n);
+    let emitted = |x: f64, y: f64| {
+        let ray = twin.camera().ray(frame, x, y);
+        reflectance * twin.intersect(&ray).map_or(DVec3::ZERO, |hit| twin.emitted(&hit, ray.direction))
+    };
+    let marked = crossed_in_mirrors(&scene, frame);
+    let sampling = Sampling { pixel: Random, numbers: Numbers::Independent, seed: master(), outlines: true };
+    let mut film = Film::new(frame, None, 1).expect("a legal size");
+    let path = Path::new(Standard, Finds::Mis);
+    render(&scene, &path, sampling, &mut film, &(0..16), &|_| true).expect("legal values");
+    for (here, (&marked, pixel)) in marked.iter().zip(film.pixels()).enumerate() {
+        let [x, y] = [here as u32 % frame[0], here as u32 / frame[0]].map(f64::from);
+        let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|[u, v]| emitted(x + u, y + v));
+        assert_eq!(marked, corners.iter().any(|corner| *corner != corners[0]), "({x}, {y})");
+        let mean_of = |replication: u32| {
+            if marked {
+                points(master(), here as u32, replication, 0)
+                    .map(|[u, v]| emitted(x + u, y + v) / 8.0)
+                    .into_iter()
+                    .sum()
+            } else {
+                let [u, v] = uniform2(&mut stream(master(), here as u32, replication));
+                emitted(x + u, y + v)
+            }
+        };
+        let expected = (0..16).map(mean_of).sum::<DVec3>() / 16.0;
+        assert!(pixel.mean().abs_diff_eq(expected, 1e-12), "({x}, {y}): {} is not {expected}", pixel.mean());
+    }
+    assert!(marked.contains(&true) && crossed_in_mirrors(&twin, frame).iter().all(|marked| !marked));
+    // An estimator of paths that are no longer than this does not follow mirrors first.
+    let report = Report { segments: 1, rules: LightRules::PHYSICAL, ..Report::default() };
+    let mut film = Film::new(frame, None, 1).expect("a legal size");
+    render(&scene, &report, sampling, &mut film, &(0..1), &|_| true).expect("legal values");
+    assert_eq!(film.mean(), 0.0);
+}
+
+#[test]
+fn rays_follow_so_many_mirrors_and_none_that_emits() {
+    let room = |front: Surface| {
+        let mut s = SceneBuilder::new("facing mirrors");
+        let (front, back) =
+            (s.surface(front), s.surface(Surface::new(Bsdf::Mirror { reflectance: DVec3::splat(0.5) })));
+        s.rectangle(DVec3::new(-1.0, 1.0, -1.0), [2.0 * DVec3::X, 2.0 * DVec3::Z], front);
+        s.rectangle(DVec3::new(-1.0, -1.0, -1.0), [2.0 * DVec3::X, 2.0 * DVec3::Z], back);
+        s.build(Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.25)).expect("a legal scene")
+    };
+    let view = |scene: &Scene| {
+        let ray = Ray::new(DVec3::ZERO, DVec3::Y);
+        View::new(ray, scene.intersect(&ray)).in_mirrors(scene)
+    };
+    let mirror = Surface::new(Bsdf::Mirror { reflectance: DVec3::splat(0.5) });
+    let endless = view(&room(mirror));
+    assert_eq!((endless.mirrors, endless.weight), (MIRRORS, DVec3::splat(0.5f64.powi(MIRRORS as i32))));
+    assert!(endless.hit.is_some());
+    let emits = view(&room(mirror.emitting(DVec3::ONE)));
+    assert_eq!((emits.mirrors, emits.weight), (0, DVec3::ONE));
 }
 
 /// A closed line through corners, as many points.

@@ -69,8 +69,9 @@ pub struct Job {
     /// Sub-pixels along each side for --pixel grid and jitter; from 1 to 1024
     #[arg(long, default_value_t = 4, allow_hyphen_values = true, value_parser = whole::<u32>(1..=1024))]
     pub grid: u32,
-    /// Whether eight more points per sample tell what lights show directly at their outlines, for --convention physical,
-    /// --pixel random and jitter, and all estimators but bdpt, bdpt-ends, light-tracer and sppm [default: yes with these]
+    /// Whether eight more points per sample tell what lights show directly at their outlines (for mis, bsdf and light in
+    /// mirrors, too), for --convention physical, --pixel random and jitter, and all estimators but bdpt, bdpt-ends,
+    /// light-tracer and sppm [default: yes with these]
     #[arg(long, value_enum, default_value_t, hide_default_value = true)]
     pub outlines: OutlinesName,
     /// Where random numbers come from [default: sobol; independent with --estimator report and --pixel grid and jitter]
