@@ -16,18 +16,24 @@ pub fn weight<R: Real>(survival: R) -> R {
     survival.recip()
 }
 
-/// The highest survival of [`by_throughput`]: paths between perfect mirrors end, too.
+/// The highest survival of [`by_throughput`], but at early hits: paths between perfect mirrors end, too.
 pub const HIGHEST_SURVIVAL: f64 = 0.95;
 
-/// The survival policy of walks: the largest channel of the throughput, at most [`HIGHEST_SURVIVAL`].
+/// The survival policy of walks: the largest channel of the throughput, at most 1 at `early` hits and
+/// [`HIGHEST_SURVIVAL`] at others.
 ///
 /// A survivor's largest channel is then 1 (or the throughput divided by 0.95), so weights stay bounded
 /// and the variance finite wherever albedos are at most 0.95. `throughput` is without the radiance
 /// factors of refraction, which cancel when the path leaves the glass; the path tracer's is relative to [`RAISED`].
 #[inline]
-pub fn by_throughput<V: Vector>(throughput: V) -> V::Real {
-    throughput.max_element().at_most(V::Real::splat(HIGHEST_SURVIVAL))
+pub fn by_throughput<V: Vector>(throughput: V, early: <V::Real as Real>::Mask) -> V::Real {
+    let [one, highest] = [1.0, HIGHEST_SURVIVAL].map(V::Real::splat);
+    throughput.max_element().at_most(V::Real::choose(early, one, highest))
 }
+
+/// So many hits of `render`'s path tracer are early: a bright path that is ended there for nothing makes the others that find
+/// the same light brighter. Glass and mirrors on the way to a lamp make two or three.
+pub const EARLY: u32 = 8;
 
 /// The throughput to which the path tracer raises the survivors among fainter paths: those that are hardly fainter than
 /// they began go on, so that their number stays even over the image. Walks whose every vertex is joined to others, and
@@ -42,10 +48,11 @@ pub fn by_absorption<R: Real>(absorption: R) -> R {
 
 /// The replaceable parts of Russian roulette.
 pub trait Roulette: Sync {
-    /// The survival policy of walks, of a throughput relative to what faint survivors are raised to.
+    /// The survival policy of walks, of a throughput relative to what faint survivors are raised to, at an early hit or
+    /// not.
     #[inline]
-    fn survival_by_throughput(&self, throughput: DVec3) -> f64 {
-        by_throughput(throughput)
+    fn survival_by_throughput(&self, throughput: DVec3, early: bool) -> f64 {
+        by_throughput(throughput, early)
     }
     /// The report's survival policy.
     #[inline]
@@ -66,8 +73,8 @@ pub trait Roulette: Sync {
     /// Roulette by such a throughput with one uniform number; `None` if the path ends here, else what the survivor's
     /// throughput is multiplied by.
     #[inline]
-    fn survive(&self, throughput: DVec3, r: f64) -> Option<f64> {
-        let survival = self.survival_by_throughput(throughput);
+    fn survive(&self, throughput: DVec3, early: bool, r: f64) -> Option<f64> {
+        let survival = self.survival_by_throughput(throughput, early);
         self.survives(r, survival).then(|| self.roulette_weight(survival))
     }
 }

@@ -48,13 +48,15 @@ pub struct Path<P = Standard> {
     pub lights: LightSampling,
     /// How [`Strategy::Mis`] weights.
     pub heuristic: Heuristic,
+    /// How many hits are early for [roulette](crate::roulette::by_throughput).
+    pub early: u32,
 }
 
 impl<P> Path<P> {
-    /// The plainest: points uniform in area, and the balance heuristic. The program `render` takes
-    /// [`LightSampling::ByContribution`] and [`Heuristic::Power`].
+    /// The plainest: points uniform in area, the balance heuristic, no hits that are early. The program `render` takes
+    /// [`LightSampling::ByContribution`], [`Heuristic::Power`] and [`EARLY`](crate::roulette::EARLY).
     pub fn new(parts: P, strategy: Strategy) -> Self {
-        Self { parts, strategy, lights: LightSampling::default(), heuristic: Heuristic::default() }
+        Self { parts, strategy, lights: LightSampling::default(), heuristic: Heuristic::default(), early: 0 }
     }
 }
 
@@ -140,7 +142,7 @@ impl<P: Walking> Path<P> {
 impl<P: Walking> Estimator for Path<P> {
     #[inline]
     fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3 {
-        let mut walk = Walk::new(scene, (*ray, hit), 0).raising_to(RAISED);
+        let mut walk = Walk::new(scene, (*ray, hit), 0).raising_to(RAISED, self.early);
         let mut radiance = DVec3::ZERO;
         while let Some(step) = walk.arrive(rng) {
             if step.here.emitter.is_some() {

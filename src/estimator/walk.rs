@@ -19,6 +19,8 @@ pub(super) struct Walk<'a> {
     throughput: DVec3,
     /// To which throughput roulette raises faint survivors.
     raised: f64,
+    /// How many hits are early for roulette.
+    early: u32,
     factor: f64,
     pdf: Option<f64>,
     /// The block of random numbers before that of the first hit.
@@ -49,13 +51,14 @@ impl<'a> Walk<'a> {
     #[inline]
     pub fn new(scene: &'a Scene, (ray, hit): (Ray, Option<Hit>), block: u32) -> Self {
         let (throughput, factor) = (DVec3::ONE, 1.0);
-        Self { scene, ray, hit, throughput, raised: 1.0, factor, pdf: None, block, hits: 0, ended: false }
+        Self { scene, ray, hit, throughput, raised: 1.0, early: 0, factor, pdf: None, block, hits: 0, ended: false }
     }
 
-    /// The same walk, whose faint survivors roulette raises to this throughput in place of 1.
+    /// The same walk, whose faint survivors roulette raises to this throughput in place of 1, and whose first hits, as
+    /// many as this, are early.
     #[inline]
-    pub fn raising_to(self, raised: f64) -> Self {
-        Self { raised, ..self }
+    pub fn raising_to(self, raised: f64, early: u32) -> Self {
+        Self { raised, early, ..self }
     }
 
     /// The next hit; `None` where the walk has come to its end.
@@ -85,7 +88,7 @@ impl<'a> Walk<'a> {
         let next = parts.sample(&self.scene.surface(&here).bsdf, at, rng)?;
         self.throughput *= next.weight;
         self.factor *= next.radiance_factor;
-        self.throughput *= parts.survive(self.throughput / self.raised, uniform(rng))?;
+        self.throughput *= parts.survive(self.throughput / self.raised, self.hits <= self.early, uniform(rng))?;
         self.pdf = next.pdf;
         (self.ray, self.hit) = self.scene.onward(&here, next.direction);
         Some(())

@@ -44,7 +44,8 @@ impl Scatter for Path {
         }
         let next = surfaces.sample(scattering & !endless, random);
         let throughput = paths.throughput * next.weight;
-        let survival = roulette::by_throughput(throughput * Lanes::splat(1.0 / roulette::RAISED));
+        let early = LaneMask::from_fn(|i| paths.hits[i] <= self.early);
+        let survival = roulette::by_throughput(throughput * Lanes::splat(1.0 / roulette::RAISED), early);
         let survives = next.goes_on & roulette::survives(random.uniform(next.goes_on), survival);
         paths.factor = Lanes::choose(survives, paths.factor * next.radiance_factor, paths.factor);
         paths.pdf = Lanes::choose(survives, next.pdf, paths.pdf);

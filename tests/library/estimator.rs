@@ -210,7 +210,7 @@ fn each_strategy_finds_its_share_of_direct_light() {
             }
             let way = cosine_hemisphere::<f64>(uniform2(&mut rng));
             let lamp = scene.onward(&floor, Frame::new(DVec3::Z).world(way)).1.filter(|hit| hit.normal.z < 0.0);
-            if strategy != Strategy::Light && uniform(&mut rng) < by_throughput(DVec3::splat(albedo / RAISED)) {
+            if strategy != Strategy::Light && uniform(&mut rng) < by_throughput(DVec3::splat(albedo / RAISED), false) {
                 let found = |lamp: Hit| share(way.z * FRAC_1_PI, pdf(lamp.point, lamp.normal)) * albedo * light;
                 expected += lamp.map_or(0.0, found);
             }

@@ -81,7 +81,7 @@ kernels! {
         cosine_hemisphere([x[0], x[1]]).components(), sphere_zone([x[0], x[1]], 0.7, [-0.3, 0.6]).components(),
         [uniform_hemisphere_pdf(x[0]), cosine_hemisphere_pdf(x[0]), x[0]]].concat();
     Triangle: |x| { let [u, w] = triangle([x[0], x[1]]); [&[u, w][..], &triangle_point(CORNERS, u, w).components()].concat() };
-    Roulettes: |x| [roulette::by_throughput(v(x)), roulette::by_absorption(x[0]), roulette::weight(x[0]),
+    Roulettes: |x| [roulette::by_throughput(v(x), x[3].below(x[4])), roulette::by_absorption(x[0]), roulette::weight(x[0]),
         truth(roulette::survives(x[0], x[1]))];
     Diffuse: |x| {
         let constants = || OrenNayar { a: x[6], b: x[7] };
@@ -395,7 +395,7 @@ fn images_have_the_same_bits() {
                 assert_same_film(scene, LaneEstimator::Path(path), plain, None);
             }
         }
-        let path = LaneEstimator::Path(Path::new(Standard, Finds::Mis));
+        let path = LaneEstimator::Path(Path { early: 2, ..Path::new(Standard, Finds::Mis) });
         let report = |segments, rules| LaneEstimator::Report(OneRayPerHit { segments, rules });
         for segments in [0, 1, 2, 7] {
             assert_same_film(scene, report(segments, LightRules::PHYSICAL), plain, None);

@@ -1,5 +1,8 @@
 //! Section 2.6.2: Russian roulette.
 
+use std::cell::RefCell;
+
+use whitefurnace::estimator::{Path, Strategy as Finds};
 use whitefurnace::roulette::{HIGHEST_SURVIVAL, by_absorption, by_throughput, survives, weight};
 
 use crate::prelude::*;
@@ -31,6 +34,47 @@ fn survival_is_the_rest_of_absorption_or_bounds_weights() {
     }
     assert_eq!(HIGHEST_SURVIVAL, 0.95);
     for (throughput, survival) in [([0.0; 3], 0.0), ([0.1, 0.7, 0.3], 0.7), ([0.1, 0.2, 7.0], HIGHEST_SURVIVAL)] {
-        assert_eq!(by_throughput(DVec3::from(throughput)), survival);
+        assert_eq!(by_throughput(DVec3::from(throughput), false), survival);
+        assert_eq!(by_throughput(DVec3::from(throughput), true), throughput[1].max(throughput[2]).min(1.0));
+    }
+}
+
+thread_local! {
+    /// What the policy was asked: a throughput, and whether the hit was early.
+    static ASKED: RefCell<Vec<(f64, bool)>> = const { RefCell::new(Vec::new()) };
+}
+
+/// Paths that end at their fifth hit.
+struct Asking;
+
+impl Roulette for Asking {
+    fn survival_by_throughput(&self, throughput: DVec3, early: bool) -> f64 {
+        ASKED.with_borrow_mut(|asked| asked.push((throughput.x, early)));
+        1.0
+    }
+    fn survives(&self, _: f64, _: f64) -> bool {
+        ASKED.with_borrow(|asked| asked.len() < 5)
+    }
+}
+
+impl Scattering for Asking {}
+impl NextEvent for Asking {}
+
+#[test]
+fn the_first_hits_of_a_path_are_early() {
+    let scene = within_sphere(diffuse(0.5).emitting(DVec3::ONE));
+    let ray = Ray::new(DVec3::ZERO, DVec3::X);
+    for early in [0, 2, 9] {
+        ASKED.take();
+        let path = Path { early, ..Path::new(Asking, Finds::Bsdf) };
+        path.radiance(&scene, &ray, scene.intersect(&ray), &mut stream(master(), 0, 0));
+        let asked = ASKED.take();
+        // Relative to the half to which faint survivors are raised.
+        let expected = (1..=5).map(|hit| (2.0 * 0.5f64.powi(hit as i32), hit <= early));
+        for ((found, is_early), (throughput, should_be)) in asked.iter().zip(expected) {
+            assert_abs_diff_eq!(*found, throughput, epsilon = 1e-12);
+            assert_eq!(*is_early, should_be, "{early} hits are early");
+        }
+        assert_eq!(asked.len(), 5);
     }
 }

@@ -204,7 +204,7 @@ fn independent_passes_draw_from_streams() {
 struct Endless;
 
 impl Roulette for Endless {
-    fn survival_by_throughput(&self, throughput: DVec3) -> f64 {
+    fn survival_by_throughput(&self, throughput: DVec3, _: bool) -> f64 {
         throughput.max_element()
     }
     fn survives(&self, _: f64, throughput: f64) -> bool {

@@ -64,11 +64,18 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
     let cube = |a| (valid(furnace_box(a)), EstimatorKind::Path, in_box as Rays);
     // The longest paths, by hits alone: every wall emits, so that shadow rays would cost and bring little.
     let hits = by(Strategy::Bsdf, LightSampling::SolidAngle);
-    let sphere = (sphere_furnace(lambert(0.9), 0.0), hits, inside as Rays);
+    let sphere = |kind| (sphere_furnace(lambert(0.9), 0.0), kind, inside as Rays);
     [
         ("furnace/path/albedo-0.5", "closed furnace box", 0.5, cube(0.5), 1_500_000),
         ("furnace/path/albedo-0.75", "closed furnace box", 0.75, cube(0.75), 2_800_000),
-        ("furnace/path/albedo-0.9", "spherical furnace", 0.9, sphere, 6_000_000),
+        ("furnace/path/albedo-0.9", "spherical furnace", 0.9, sphere(hits), 6_000_000),
+        (
+            "furnace/path/early",
+            "spherical furnace without early roulette",
+            0.9,
+            sphere(EstimatorKind::PathEarly),
+            3_000_000,
+        ),
     ]
     .into_iter()
     .map(|(name, what, a, (scene, kind, ray), samples)| {

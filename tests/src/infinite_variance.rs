@@ -187,7 +187,7 @@ pub fn hall() -> FamilyTrial<EstimatorSubject> {
         ["estimator::Path", "chi-square, empirical Bernstein"],
         move |context: &Context, subject: EstimatorSubject| {
             let setup =
-                subject.with(PartTable { survival_by_throughput: |_| SURVIVAL, ..subject.parts.unwrap_or(CORRECT) });
+                subject.with(PartTable { survival_by_throughput: |_, _| SURVIVAL, ..subject.parts.unwrap_or(CORRECT) });
             let mut rng = context.rng("radiance");
             against_the_law(context.n(PATHS), 4, || probe.radiance(setup, &mut rng).x)
         },

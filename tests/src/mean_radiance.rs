@@ -55,7 +55,7 @@ impl Property for MeanRadiance {
 /// The path of an estimator of this kind.
 pub fn path(kind: EstimatorKind) -> &'static str {
     match kind {
-        EstimatorKind::Path | EstimatorKind::PathBy(..) => "estimator::Path",
+        EstimatorKind::Path | EstimatorKind::PathEarly | EstimatorKind::PathBy(..) => "estimator::Path",
         EstimatorKind::Report(_) => "estimator::Report",
         EstimatorKind::Whitted(_) => "estimator::Whitted",
     }

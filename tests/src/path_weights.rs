@@ -178,7 +178,8 @@ fn one(
     let shadow = [pick, random[0], random[1]];
     const ENDS: f64 = 0.999;
     let estimate = |side: &Side, strategy, numbers: &[f64]| {
-        Path { parts: side.parts, strategy, lights: (side.lights)(lights), heuristic: (side.heuristic)(heuristic) }
+        let path = Path::new(side.parts, strategy);
+        Path { lights: (side.lights)(lights), heuristic: (side.heuristic)(heuristic), ..path }
             .radiance(scene, &ray, Some(first), &mut Scripted(numbers.iter()))
             .x
             - scene.emitted(&first, ray.direction).x

@@ -18,7 +18,7 @@ use whitefurnace::harness::outcome::Outcome;
 use whitefurnace::harness::trial::Context;
 use whitefurnace::light_pick::FluxPicks;
 use whitefurnace::rng::Stream;
-use whitefurnace::roulette::Roulette;
+use whitefurnace::roulette::{EARLY, Roulette};
 use whitefurnace::scene::Scene;
 use whitefurnace::shape::Ray;
 
@@ -70,7 +70,7 @@ table! {
         cosine_hemisphere_pdf(cos_theta: f64) -> f64;
     }
     Roulette {
-        survival_by_throughput(throughput: DVec3) -> f64;
+        survival_by_throughput(throughput: DVec3, early: bool) -> f64;
         survival_by_absorption(absorption: f64) -> f64;
         survives(r: f64, survival: f64) -> bool;
         roulette_weight(survival: f64) -> f64;
@@ -183,8 +183,10 @@ pub fn with_parts<Q: Property>(property: Q) -> impl Fn(&Context, EstimatorSubjec
 /// Which estimator, with its own limit on segments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EstimatorKind {
-    /// [`Path`] as programs run it.
+    /// [`Path`] at its plainest.
     Path,
+    /// The same by hits alone, with the early hits of the program `render`.
+    PathEarly,
     /// [`Path`] that finds direct light in another way.
     PathBy(Strategy, LightSampling, Heuristic),
     /// [`Report`] with one sample ray.
@@ -207,7 +209,12 @@ impl EstimatorKind {
         match self {
             Self::Path => Path::new(parts, Strategy::Mis).radiance(scene, ray, hit, rng),
             Self::PathBy(strategy, lights, heuristic) => {
-                Path { parts, strategy, lights, heuristic }.radiance(scene, ray, hit, rng)
+                let path = Path::new(parts, strategy);
+                Path { lights, heuristic, ..path }.radiance(scene, ray, hit, rng)
+            }
+            Self::PathEarly => {
+                let path = Path::new(parts, Strategy::Bsdf);
+                Path { early: EARLY, ..path }.radiance(scene, ray, hit, rng)
             }
             Self::Report(segments) => Report { parts, rays: 1, segments: setup.segments.unwrap_or(segments), rules }
                 .radiance(scene, ray, hit, rng),

@@ -84,7 +84,7 @@ fn by_distance(run: &mut Run) -> Result<(), Error> {
         let scenes = HEIGHTS.map(|height| (height, over_floor(shape, height)));
         let mut series = Vec::new();
         for (colour, (label, strategy, lights)) in WAYS.into_iter().enumerate() {
-            let path = Path { parts: Standard, strategy, lights, heuristic: Heuristic::Balance };
+            let path = Path { lights, ..Path::new(Standard, strategy) };
             let seed = seed_for(run.seed(), &format!("{} {label}", shape.name));
             let variances = parallel(&scenes, |(height, scene)| {
                 let reference = FRAC_1_PI * (shape.irradiance)(*height);
@@ -143,7 +143,7 @@ fn along_a_line(run: &mut Run) -> Result<(), Error> {
     .into_iter()
     .enumerate()
     {
-        let path = Path { parts: Standard, strategy, lights, heuristic: Heuristic::Power };
+        let path = Path { lights, heuristic: Heuristic::Power, ..Path::new(Standard, strategy) };
         let seed = seed_for(run.seed(), &format!("lamps {label}"));
         let variances = parallel(&places, |&x| {
             let seen = |lamp: DVec3| polygon_irradiance(&corners(lamp - x * DVec3::X, HALF));

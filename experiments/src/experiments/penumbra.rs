@@ -19,12 +19,7 @@ const PLACES: u32 = 42;
 fn run(run: &mut Run) -> Result<(), Error> {
     let samples = run.count(run.by_tier(20_000, 500_000)) as u32;
     let scene = penumbra_scene();
-    let path = Path {
-        parts: Standard,
-        strategy: Strategy::Mis,
-        lights: LightSampling::SolidAngle,
-        heuristic: Heuristic::Balance,
-    };
+    let path = Path { lights: LightSampling::SolidAngle, ..Path::new(Standard, Strategy::Mis) };
     let seed = seed_for(run.seed(), "penumbra");
     let at = |k: u32| -2.2 + 4.1 * f64::from(k) / f64::from(PLACES - 1);
     let measured = parallel(0..PLACES, |k| radiance_along(&scene, &path, &to_floor(at(k)), (seed, k), samples))?;

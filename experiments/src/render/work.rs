@@ -16,6 +16,7 @@ use whitefurnace::render::{
     ByLanes, ByPasses, ByRays, LaneEstimator, OneRayPerHit, Renderer, Sampling, UNINTERRUPTED, lanes_serve,
 };
 use whitefurnace::rng::seed_for;
+use whitefurnace::roulette::EARLY;
 use whitefurnace::sampler::Pass;
 use whitefurnace::scene::Scene;
 
@@ -271,6 +272,7 @@ impl Job {
                 HeuristicName::Balance => Heuristic::Balance,
                 HeuristicName::Power => Heuristic::Power,
             },
+            early: EARLY,
         }
     }
 }

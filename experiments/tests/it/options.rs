@@ -21,6 +21,7 @@ use whitefurnace::image::{Display, write_exr, write_png};
 use whitefurnace::pixel::PixelSampling;
 use whitefurnace::render::{ByPasses, ByRays, Numbers, Renderer, Sampling};
 use whitefurnace::rng::seed_for;
+use whitefurnace::roulette::EARLY;
 use whitefurnace::sampler::Pass;
 use whitefurnace::scene::file::SceneFile;
 use whitefurnace::scene::room::{self, Convention};
@@ -45,7 +46,8 @@ struct Call {
 
 /// Path tracing as the program does it unasked.
 fn path(strategy: Strategy) -> Path {
-    Path { lights: LightSampling::ByContribution, heuristic: Heuristic::Power, ..Path::new(Standard, strategy) }
+    let lights = LightSampling::ByContribution;
+    Path { lights, heuristic: Heuristic::Power, early: EARLY, ..Path::new(Standard, strategy) }
 }
 
 /// Where an option is tried: as options of the program, and as what they change of a call.

@@ -72,7 +72,7 @@ fn sphere(name: &'static str, only: fn(EstimatorSubject) -> EstimatorSubject) ->
     altered(family_trial, move |subject| {
         let table = only(subject).parts.unwrap_or(CORRECT);
         Configuration {
-            parts: Some(PartTable { survival_by_throughput: |throughput| f64::from(throughput.x > 0.1), ..table }),
+            parts: Some(PartTable { survival_by_throughput: |throughput, _| f64::from(throughput.x > 0.1), ..table }),
             ..subject
         }
     })

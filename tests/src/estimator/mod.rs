@@ -63,7 +63,7 @@ fn equivalents() -> Vec<Fault<EstimatorSubject>> {
     vec![
         fault!("survival-constant", ROULETTE,
             "survival 0.9 whatever the throughput: every policy has the same mean",
-            { survival_by_throughput: |_| 0.9 }, "furnace/cavity/black"),
+            { survival_by_throughput: |_, _| 0.9 }, "furnace/cavity/black"),
         fault!("one-minus-r", COSINE_HEMISPHERE, "1 − r for r: as uniform as r",
             { cosine_hemisphere: |[r1, r2]| cosine_hemisphere([1.0 - r1, 1.0 - r2]) }, "furnace/sky/path"),
         fault!("uniform-with-its-weight", ESTIMATOR,

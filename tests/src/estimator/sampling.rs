@@ -27,7 +27,7 @@ pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
             "furnace/report/absorption-0.25", "furnace/report/seven-segments", "furnace/sky/report",
             "images/diffuse-room: image mean | p-values of pixels"),
         fault!("no-roulette-weight", ROULETTE, "survivors are not divided by the survival",
-            { roulette_weight: |_| 1.0 }, "furnace/path/albedo-0.75", "furnace/report/absorption-0.1",
+            { roulette_weight: |_| 1.0 }, "furnace/path/albedo-0.75", "furnace/path/early", "furnace/report/absorption-0.1",
             "furnace/mirrors/hall", "furnace/mirrors/facing", "furnace/cavity/policies: survival 0.9",
             "furnace/mirrors/infinite-variance: values of the law",
             "furnace/mirrors/infinite-variance: radiance", "glass/cube-outside", "images/white-furnace"),
@@ -42,7 +42,7 @@ pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
             { roulette_weight: |q| 4.0 * roulette::weight(q) }, "furnace/report/rays-4"),
         fault!("black-holes", ROULETTE,
             "survival 0 where the throughput is below 0.3: light is lost with the path",
-            { survival_by_throughput: |t| if t.max_element() < 0.6 { 0.0 } else { t.max_element().min(0.95) } },
+            { survival_by_throughput: |t, _| if t.max_element() < 0.6 { 0.0 } else { t.max_element().min(0.95) } },
             "furnace/path/albedo-0.5"),
     ]
 }

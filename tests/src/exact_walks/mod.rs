@@ -19,7 +19,7 @@ use crate::scenes::{hollow, lambert, level, mirror, seen_by};
 /// Roulette that ends nothing but what is faint beyond double precision, and light that counts where
 /// paths from the eye hit it.
 const ENDLESS: PartTable = PartTable {
-    survival_by_throughput: |throughput| throughput.max_element(),
+    survival_by_throughput: |throughput, _| throughput.max_element(),
     survives: |_, throughput| throughput > 1e-13,
     roulette_weight: |_| 1.0,
     strategy_weight: |_, s| f64::from(u8::from(s == 0)),

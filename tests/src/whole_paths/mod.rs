@@ -89,7 +89,7 @@ fn made(scene: &Scene, parts: PartTable, path: &[Vertex], at: [f64; 2], s: usize
     WANTED.set((path.len(), s));
     FOUND.with_borrow_mut(Vec::clear);
     let parts =
-        PartTable { strategy_weight: record, survival_by_throughput: |_| 0.5, roulette_weight: |_| 1.0, ..parts };
+        PartTable { strategy_weight: record, survival_by_throughput: |_, _| 0.5, roulette_weight: |_| 1.0, ..parts };
     let image = Splats::new(FRAME);
     let blocks = script(scene, path, at, s);
     let mut numbers = Scripted(Script { blocks: &blocks, block: 0, used: 0 });
