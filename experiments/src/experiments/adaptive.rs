@@ -9,23 +9,25 @@ use crate::render::{AdaptiveName, OutlinesName, SamplerName};
 pub(super) const ADAPTIVE: Experiment = Experiment {
     id: "adaptive",
     title: "as many samples for all pixels, or more for those with more noise: variance",
-    version: 1,
+    version: 2,
     equations: &[&equation::ADAPTIVE, &equation::SOBOL],
     run,
 };
 
 /// Samples per pixel in the mean, and with those of the pilot.
-const SAMPLES: u32 = 64;
+const SAMPLES: u32 = 128;
 const WITH_PILOT: u32 = SAMPLES + REPLICATIONS;
 
 /// Films whose spread is one estimate of the variance.
 const GROUP: usize = 4;
 
+/// Of which one claim each is made.
+const ROOMS: [SceneName; 3] = [SceneName::Report, SceneName::DiffuseRoom, SceneName::Cornell];
+
 fn run(run: &mut Run) -> Result<(), Error> {
-    let rooms = [SceneName::Report, SceneName::DiffuseRoom, SceneName::Cornell, SceneName::Environment];
     let groups = run.by_tier(4, 24);
     let mut shown = Vec::new();
-    for scene in rooms {
+    for scene in ROOMS {
         let room = name(scene);
         let film = |adaptive, k: usize| {
             let spp = if adaptive == AdaptiveName::Yes { SAMPLES } else { WITH_PILOT };
@@ -62,7 +64,7 @@ fn variance(films: &[Film]) -> f64 {
 fn judge(run: &mut Run, room: &str, [alike, adapted]: &[Moments; 2]) {
     let gain = alike.mean() / adapted.mean();
     let relative = |m: &Moments| m.standard_error() / m.mean();
-    let critical = student_upper(FAMILY / 2.0 / 4.0, alike.count() as f64 - 1.0);
+    let critical = student_upper(FAMILY / 2.0 / ROOMS.len() as f64, alike.count() as f64 - 1.0);
     let half = critical * relative(alike).hypot(relative(adapted));
     let [low, high] = [-half, half].map(|off| gain * off.exp());
     run.number(&format!("{room}.gain"), gain);
