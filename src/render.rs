@@ -7,7 +7,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::Error;
-use crate::estimator::{Estimator, ImageEstimator, LightRules, Path, Strategy};
+use crate::estimator::{Estimator, ImageEstimator, LightRules, Path, Strategy, Whitted};
 use crate::film::{Begun, Features, Film, Pixel, check_radiance};
 use crate::lanes::Engine;
 use crate::outline::{Outlines, POINTS, replaced};
@@ -147,6 +147,8 @@ pub enum LaneEstimator {
     Path(Path),
     /// The report's.
     Report(OneRayPerHit),
+    /// Whitted ray tracing.
+    Whitted(Whitted),
 }
 
 /// [`Report`](crate::estimator::Report) with one sample ray per diffuse hit.
@@ -166,7 +168,7 @@ pub fn lanes_serve(scene: &Scene, estimator: &LaneEstimator) -> bool {
     }
     match estimator {
         LaneEstimator::Path(path) => path.strategy == Strategy::Bsdf || scene.background().map().is_none(),
-        LaneEstimator::Report(_) => true,
+        LaneEstimator::Report(_) | LaneEstimator::Whitted(_) => true,
     }
 }
 

@@ -31,47 +31,61 @@ impl Whitted {
     }
 }
 
+/// A ray on the way of light to the eye.
+#[derive(Clone, Copy)]
+struct Way {
+    ray: Ray,
+    hit: Option<Hit>,
+    /// What the radiance along the ray is multiplied by.
+    throughput: DVec3,
+    /// How many segments remain; this ray is the first of them.
+    segments: u32,
+}
+
 impl<P: Scattering + NextEvent> Estimator for Whitted<P> {
     fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3 {
-        self.arriving(scene, ray, hit, self.segments, rng)
+        let mut radiance = DVec3::ZERO;
+        let first = Way { ray: *ray, hit, throughput: DVec3::ONE, segments: self.segments };
+        self.add(scene, &first, &mut radiance, rng);
+        radiance
     }
 }
 
 impl<P: Scattering + NextEvent> Whitted<P> {
-    fn arriving<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, segments: u32, rng: &mut R) -> DVec3 {
+    /// Adds the radiance that comes by this way: of glass first what is reflected, then what is refracted.
+    fn add<R: Sampler>(&self, scene: &Scene, way: &Way, radiance: &mut DVec3, rng: &mut R) {
         let parts = &self.parts;
-        let Some(here) = hit else {
-            return scene.background().radiance(ray.direction);
+        let Some(here) = way.hit else {
+            *radiance += way.throughput * scene.background().radiance(way.ray.direction);
+            return;
         };
-        let next = |direction, rng: &mut R| {
-            // The first segment is always followed, even of none.
-            if segments <= 1 {
-                return DVec3::ZERO;
-            }
-            let (ray, hit) = scene.onward(&here, direction);
-            self.arriving(scene, &ray, hit, segments - 1, rng)
-        };
-        let emitted = self.rules.seen(scene, &here, ray.direction);
-        let at = Vertex::new(&here, ray);
+        *radiance += way.throughput * self.rules.seen(scene, &here, way.ray.direction);
+        let at = Vertex::new(&here, &way.ray);
         let (direction, normal) = (at.direction, at.frame.z);
-        let scattered = match scene.surface(&here).bsdf {
-            Bsdf::Mirror { reflectance } => reflectance * next(parts.mirror(direction, normal), rng),
+        let mut follow = |direction, weight: DVec3, rng: &mut R| {
+            // The first segment is always followed, even of none.
+            if way.segments > 1 {
+                let (ray, hit) = scene.onward(&here, direction);
+                let next = Way { ray, hit, throughput: way.throughput * weight, segments: way.segments - 1 };
+                self.add(scene, &next, radiance, rng);
+            }
+        };
+        match scene.surface(&here).bsdf {
+            Bsdf::Mirror { reflectance } => follow(parts.mirror(direction, normal), reflectance, rng),
             Bsdf::Glass { index } => {
                 let (n1, n2) = at.indices(index);
                 let share = parts.fresnel(-direction.dot(normal), n1, n2);
-                let reflected = share * next(parts.mirror(direction, normal), rng);
-                let Some(refracted) = parts.refract(direction, normal, n1, n2) else {
-                    // From within, where no surface emits.
-                    return reflected;
-                };
-                let factor = if self.rules.radiance_factor { parts.radiance_factor(n1, n2) } else { 1.0 };
-                let transmitted = next(refracted, rng);
-                reflected + (1.0 - share) * factor * transmitted
+                follow(parts.mirror(direction, normal), DVec3::splat(share), rng);
+                if let Some(refracted) = parts.refract(direction, normal, n1, n2) {
+                    let factor = if self.rules.radiance_factor { parts.radiance_factor(n1, n2) } else { 1.0 };
+                    follow(refracted, DVec3::splat((1.0 - share) * factor), rng);
+                }
             }
-            ref bsdf if bsdf.is_rough() => direct_light(parts, scene, bsdf, &at, &self.rules, LightSampling::Area, rng)
-                .map_or(DVec3::ZERO, |light| light.reflected),
-            _ => DVec3::ZERO,
-        };
-        emitted + scattered
+            ref bsdf if bsdf.is_rough() => {
+                let light = direct_light(parts, scene, bsdf, &at, &self.rules, LightSampling::Area, rng);
+                *radiance += way.throughput * light.map_or(DVec3::ZERO, |light| light.reflected);
+            }
+            _ => {}
+        }
     }
 }

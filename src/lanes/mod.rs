@@ -13,6 +13,7 @@ mod row;
 mod samples;
 mod scene;
 mod shading;
+mod whitted;
 
 use std::ops::Range;
 
@@ -50,6 +51,7 @@ impl<'a> Engine<'a> {
         match self.estimator {
             LaneEstimator::Path(path) => self.row_by(&path, place, range, pixels),
             LaneEstimator::Report(report) => self.row_by(&report, place, range, pixels),
+            LaneEstimator::Whitted(whitted) => self.row_by(&whitted, place, range, pixels),
         }
     }
 

@@ -1,13 +1,11 @@
 //! The report's estimator, [`crate::estimator::Report`] with one sample ray per hit, in lanes.
 
-use glam::DVec3;
-
 use super::row::{Paths, Scatter};
 use super::samples::LaneSampler;
 use super::scene::{LaneScene, Seen};
 use super::shading::Surfaces;
 use crate::emitter::LightSampling;
-use crate::real::{LaneMask, Lanes, Lanes3, Mask, Real, Vector};
+use crate::real::{LaneMask, Lanes, Real, Vector};
 use crate::render::OneRayPerHit;
 use crate::roulette;
 
@@ -21,16 +19,7 @@ impl Scatter for OneRayPerHit {
         seen: &mut Seen,
     ) -> LaneMask {
         let (rules, rough) = (&self.rules, arrived & surfaces.rough);
-        let counts = arrived & surfaces.emits & !paths.sampled;
-        if counts.any() {
-            let mut shown = surfaces.emitted(scene, paths.ray.direction);
-            if let Some(radiance) = rules.seen {
-                let none = Lanes3::splat_vector(DVec3::ZERO);
-                let dark = shown.x.equals(none.x) & shown.y.equals(none.y) & shown.z.equals(none.z);
-                shown = Vector::choose(dark, shown, Lanes3::splat_vector(DVec3::splat(radiance)));
-            }
-            paths.radiance = Vector::choose(counts, paths.radiance + paths.throughput * shown, paths.radiance);
-        }
+        paths.see(surfaces.seen(scene, rules, paths.ray.direction), arrived & surfaces.emits & !paths.sampled);
         let goes_on = LaneMask::from_fn(|i| paths.hits[i] < self.segments);
         let next = surfaces.sample_specular(arrived & !rough, random);
         // A shadow ray that passes through glass has looked behind it.

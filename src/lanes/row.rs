@@ -53,6 +53,16 @@ pub(super) struct Paths {
     pub pdf: Lanes,
     /// How often it has met something.
     pub hits: [u32; LANES],
+    /// What each will follow when it has ended, the last first.
+    waiting: [Vec<Branch>; LANES],
+}
+
+/// A way on that a path of more than one takes later.
+struct Branch {
+    origin: DVec3,
+    direction: DVec3,
+    throughput: DVec3,
+    hits: u32,
 }
 
 /// How an estimator takes paths from what they have met onward.
@@ -90,6 +100,7 @@ pub(super) fn row<E: Scatter, S: LaneSampler>(
         pdf: Lanes::splat(0.0),
         sampled: LaneMask::splat(false),
         hits: [0; LANES],
+        waiting: from_fn(|_| Vec::new()),
     };
     let mut seen = Seen::new();
     // A bit for each lane: those that need a replication, that start a sample, and that are on their way.
@@ -153,6 +164,7 @@ pub(super) fn row<E: Scatter, S: LaneSampler>(
                 estimator.scatter(scene, &mut paths, (&surfaces, found.met & !follows), &mut random, &mut seen);
             ended = busy & !goes_on.bits() & !followed;
         }
+        ended &= !paths.go_back(ended);
         busy &= !ended;
         for lane in lanes_of(ended) {
             let work = &mut work[lane];
@@ -245,6 +257,47 @@ impl Paths {
             let shown = self.throughput * self.factor * background;
             self.radiance = Vector::choose(leaving, self.radiance + shown, self.radiance);
         }
+    }
+
+    /// Adds what emitters show to the paths of these lanes.
+    pub fn see(&mut self, shown: Lanes3, counts: LaneMask) {
+        if counts.any() {
+            self.radiance = Vector::choose(counts, self.radiance + self.throughput * shown, self.radiance);
+        }
+    }
+
+    /// Remembers another way on from surfaces for the paths of these lanes.
+    pub fn put_off(
+        &mut self,
+        scene: &Scene,
+        on: LaneMask,
+        surfaces: &Surfaces<'_>,
+        direction: Lanes3,
+        throughput: Lanes3,
+    ) {
+        let ray = scene.leave(surfaces.vertex.point, surfaces.normal, direction);
+        for lane in lanes_of(on.bits()) {
+            let [origin, direction, throughput] = [ray.origin, ray.direction, throughput].map(|v| v.lane(lane));
+            self.waiting[lane].push(Branch { origin, direction, throughput, hits: self.hits[lane] });
+        }
+    }
+
+    /// Sends those of these paths that have ended onto what they have put off, and returns their lanes.
+    fn go_back(&mut self, ended: u32) -> u32 {
+        let branches: [Option<Branch>; LANES] =
+            from_fn(|i| if ended >> i & 1 == 1 { self.waiting[i].pop() } else { None });
+        if branches.iter().all(Option::is_none) {
+            return 0;
+        }
+        let new =
+            |old: Lanes3, of: fn(&Branch) -> DVec3| Lanes3::from_fn(|i| branches[i].as_ref().map_or(old.lane(i), of));
+        let Ray { origin, direction, .. } = self.ray;
+        self.ray = Ray::new(new(origin, |branch| branch.origin), new(direction, |branch| branch.direction));
+        self.throughput = new(self.throughput, |branch| branch.throughput);
+        for (hits, branch) in self.hits.iter_mut().zip(&branches) {
+            *hits = branch.as_ref().map_or(*hits, |branch| branch.hits);
+        }
+        LaneMask::from_fn(|i| branches[i].is_some()).bits()
     }
 
     /// Sends the paths of these lanes on from surfaces, with this throughput.

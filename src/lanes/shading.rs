@@ -11,6 +11,7 @@ use super::scene::{LaneScene, PrimitiveData, Seen};
 use crate::accel::PacketHit;
 use crate::bsdf::{Bsdf, OrenNayar, OrenNayarForm, Vertex, lambert, oren_nayar};
 use crate::emitter::LightSampling;
+use crate::estimator::LightRules;
 use crate::film::Features;
 use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector};
 use crate::render::features;
@@ -103,6 +104,14 @@ pub(super) struct Onward {
     pub radiance_factor: Lanes,
 }
 
+/// What glass lets through.
+pub(super) struct Refracted {
+    /// Where it does.
+    pub passes: LaneMask,
+    pub direction: Lanes3,
+    pub weight: Lanes,
+}
+
 /// Light that arrives from points picked on emitters, as in the scalar engine's next-event estimation.
 pub(super) struct Light {
     /// Where some does.
@@ -157,7 +166,15 @@ impl<'a> Surfaces<'a> {
         Vector::choose(front, radiance, Lanes3::splat_vector(DVec3::ZERO))
     }
 
-    /// The same of one lane that has met something.
+    /// The same by these rules.
+    pub fn seen(&self, scene: &LaneScene<'_>, rules: &LightRules, direction: Lanes3) -> Lanes3 {
+        let radiance = self.emitted(scene, direction);
+        let none = Lanes3::splat_vector(DVec3::ZERO);
+        let dark = radiance.x.equals(none.x) & radiance.y.equals(none.y) & radiance.z.equals(none.z);
+        rules.seen.map_or(radiance, |shown| Vector::choose(dark, none, Lanes3::splat_vector(DVec3::splat(shown))))
+    }
+
+    /// What emitters show to one lane that has met something.
     pub fn emitted_in(&self, scene: &LaneScene<'_>, lane: usize, ray: &Ray<Lanes3>) -> DVec3 {
         let emitters = scene.scene.emitters();
         let [normal, direction] = [self.normal, ray.direction].map(|v| v.lane(lane));
@@ -188,9 +205,14 @@ impl<'a> Surfaces<'a> {
         self.colour.lane(lane)
     }
 
+    /// Where there are mirrors and glass.
+    pub fn smooth(&self) -> LaneMask {
+        self.mirror | self.glass
+    }
+
     /// Where something absorbs all light.
     pub fn black(&self) -> LaneMask {
-        !(self.rough | self.mirror | self.glass)
+        !(self.rough | self.smooth())
     }
 
     /// f_r, as [`Bsdf::eval`].
@@ -288,7 +310,7 @@ impl<'a> Surfaces<'a> {
         let vertex = &self.vertex;
         let (d, n) = (vertex.direction, vertex.frame.z);
         let mut onward = Onward {
-            goes_on: active & (self.mirror | self.glass),
+            goes_on: active & self.smooth(),
             direction: d,
             weight: white,
             pdf: zero,
@@ -310,6 +332,24 @@ impl<'a> Surfaces<'a> {
             onward.radiance_factor = Lanes::choose(refracts, fresnel::radiance_factor(n1, n2), one);
         }
         onward
+    }
+
+    /// Both ways on from mirrors and glass, without choice: the direction and weight of what is reflected, and of what is
+    /// refracted.
+    pub fn split(&self, radiance_factor: bool) -> ((Lanes3, Lanes3), Option<Refracted>) {
+        let (d, n) = (self.vertex.direction, self.vertex.frame.z);
+        let reflected = fresnel::mirror(d, n);
+        if !self.glass.any() {
+            return ((reflected, self.colour), None);
+        }
+        let one = Lanes::splat(1.0);
+        let (n1, n2) = self.vertex.indices(self.index);
+        let share = fresnel::reflectance(-d.dot(n), n1, n2);
+        let (direction, passes) = fresnel::refracted(d, n, n1, n2);
+        let factor = if radiance_factor { fresnel::radiance_factor(n1, n2) } else { one };
+        let refracted = Refracted { passes: self.glass & passes, direction, weight: (one - share) * factor };
+        let weight = Vector::choose(self.glass, Lanes3::splat_vector(DVec3::ONE) * share, self.colour);
+        ((reflected, weight), Some(refracted))
     }
 
     /// A direction uniform over the hemisphere, in world space, and its weight.

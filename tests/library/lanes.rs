@@ -4,7 +4,7 @@ use std::array::from_fn;
 
 use whitefurnace::bsdf::ggx::Ggx;
 use whitefurnace::bsdf::{Model, oren_nayar};
-use whitefurnace::estimator::{Heuristic, Path, Strategy as Finds};
+use whitefurnace::estimator::{Heuristic, Path, Strategy as Finds, Whitted};
 use whitefurnace::fresnel::{mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refracted};
 use whitefurnace::lanes::EightRays;
 use whitefurnace::light_pick::{pick, share, share_all};
@@ -337,6 +337,7 @@ fn assert_same(scene: &Scene, lanes: LaneEstimator, sampling: Sampling, empty: F
                 let report = Report { parts: Standard, rays: 1, segments, rules };
                 render(scene, &report, sampling, &mut alone, &range, &|_| true)
             }
+            LaneEstimator::Whitted(whitted) => render(scene, &whitted, sampling, &mut alone, &range, &|_| true),
         }
         .expect("legal values");
         render_lanes(scene, lanes, sampling, &mut together, &range, &|_| true).expect("legal values");
@@ -397,10 +398,13 @@ fn images_have_the_same_bits() {
         }
         let path = LaneEstimator::Path(Path { early: 2, ..Path::new(Standard, Finds::Mis) });
         let report = |segments, rules| LaneEstimator::Report(OneRayPerHit { segments, rules });
+        let whitted = |segments, rules| LaneEstimator::Whitted(Whitted { segments, ..Whitted::new(rules) });
         for segments in [0, 1, 2, 7] {
             assert_same_film(scene, report(segments, LightRules::PHYSICAL), plain, None);
+            assert_same_film(scene, whitted(segments, LightRules::PHYSICAL), plain, None);
         }
         assert_same_film(scene, report(7, LightRules::REPORT), plain, None);
+        assert_same_film(scene, whitted(7, LightRules::REPORT), plain, None);
         // Under the other rules behind glass.
         for (shadows_pass_glass, caustics) in [(true, true), (false, false)] {
             let rules = LightRules { shadows_pass_glass, caustics, ..LightRules::PHYSICAL };
@@ -413,7 +417,7 @@ fn images_have_the_same_bits() {
             (Grid(2), Numbers::Independent, false),
             (Jitter(3), Numbers::Independent, true),
         ] {
-            for lanes in [path, report(7, LightRules::PHYSICAL)] {
+            for lanes in [path, report(7, LightRules::PHYSICAL), whitted(7, LightRules::PHYSICAL)] {
                 assert_same_film(scene, lanes, Sampling { pixel, numbers, seed, outlines }, None);
             }
         }

@@ -43,7 +43,9 @@ const SETTINGS: &[Setting] = &[
     }),
     any("convention", |job| name(job.convention)),
     any("estimator", |job| name(job.estimator)),
-    goes("engine", "--estimator mis, bsdf, light, and report with --rays 1", Job::has_engines, |_| String::new()),
+    goes("engine", "--estimator mis, bsdf, light, whitted, and report with --rays 1", Job::has_engines, |_| {
+        String::new()
+    }),
     goes("light-sampling", "--estimator light and mis", Job::picks_lights, |job| name(job.light_sampling)),
     goes("heuristic", "--estimator mis", |job| job.estimator == EstimatorName::Mis, |job| name(job.heuristic)),
     goes("diffuse", "--scene report, and not --convention published", Job::has_white_sphere, |job| name(job.diffuse)),
@@ -212,7 +214,7 @@ impl Job {
     /// Whether there is a lane engine as well.
     pub(super) fn has_engines(&self) -> bool {
         match self.estimator {
-            EstimatorName::Bsdf | EstimatorName::Light | EstimatorName::Mis => true,
+            EstimatorName::Bsdf | EstimatorName::Light | EstimatorName::Mis | EstimatorName::Whitted => true,
             EstimatorName::Report => self.convention != ConventionName::Published && self.rays == 1,
             _ => false,
         }

@@ -235,7 +235,10 @@ impl Job {
                 let solved = Radiosity::new(Standard, scene, fineness, &node_done)?;
                 Box::new(self.by_rays(solved))
             }
-            (EstimatorName::Whitted, _) => Box::new(self.by_rays(Whitted::new(rules))),
+            (EstimatorName::Whitted, _) => {
+                let whitted = Whitted::new(rules);
+                self.by_engine(scene, whitted, LaneEstimator::Whitted(whitted))
+            }
             (EstimatorName::Report, ConventionName::Published) => Box::new(self.by_rays(Published::default())),
             (EstimatorName::Report, _) => {
                 let report = Report { rays: self.rays, rules, ..Report::default() };
