@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::estimator::{Estimator, ImageEstimator, LightRules, Path, Strategy, Whitted};
 use crate::film::{Begun, Features, Film, Pixel, check_radiance};
-use crate::lanes::Engine;
+use crate::lanes::{Engine, Walks};
 use crate::outline::{Outlines, POINTS, replaced};
 use crate::pixel::PixelSampling;
 use crate::rng::{stream, uniform2};
@@ -308,9 +308,27 @@ fn look(
     let ray = scene.camera().ray(frame, corner[0] + offset[0], corner[1] + offset[1]);
     let hit = scene.intersect(&ray);
     if let Some(hit) = &hit {
-        pixel.push_features(&features(scene.surface(hit).bsdf.albedo(), hit.normal, hit.t, ray.direction))?;
+        pixel.push_features(&features_of(scene, &ray, hit))?;
     }
     Ok((ray, hit))
+}
+
+/// The features of what a camera ray has hit.
+fn features_of(scene: &Scene, ray: &Ray, hit: &Hit) -> Features {
+    features(scene.surface(hit).bsdf.albedo(), hit.normal, hit.t, ray.direction)
+}
+
+/// The features of what is seen through these points of the frame, eight at a time in `lanes` if there are any.
+fn features_at(
+    (scene, lanes): (&Scene, Option<&Walks<'_>>),
+    frame: [u32; 2],
+    points: &[[f64; 2]],
+) -> Vec<Option<Features>> {
+    if let Some(lanes) = lanes {
+        return lanes.features(frame, points);
+    }
+    let camera_ray = |&[x, y]: &[f64; 2]| scene.camera().ray(frame, x, y);
+    points.iter().map(camera_ray).map(|ray| Some(features_of(scene, &ray, &scene.intersect(&ray)?))).collect()
 }
 
 /// Adds the replications `range` of an image estimator to a film of the full frame. A replication is one pass, or the
@@ -340,6 +358,8 @@ pub fn render_passes<E: ImageEstimator>(
     let sampling = Sampling { pixel: PixelSampling::Random, numbers, seed, outlines: false };
     sampling.check(range.end, film)?;
     let samples = sampling.samples_per_replication();
+    let lanes = Walks::new(scene);
+    let width = frame[0] as usize;
     for replication in range {
         let begun = film.begun.take();
         let Begun { passes: done, mut sums } =
@@ -347,16 +367,29 @@ pub fn render_passes<E: ImageEstimator>(
         let passes = replication * samples..(replication + 1) * samples;
         for index in passes.clone().skip(done as usize) {
             let image = estimator.image(scene, frame, Pass { numbers, seed, index })?;
-            let pixels = film.pixels_mut().par_iter_mut().zip_eq(&mut sums).zip_eq(&image);
-            pixels.enumerate().try_for_each(|(here, ((pixel, sum), value))| {
-                let here = here as u32;
-                let [x, y] = [here % frame[0], here / frame[0]];
-                let random = uniform2(&mut stream(seed, here, index));
-                let offset = PixelSampling::Random.position(0, random);
-                look(scene, (frame, [x, y].map(f64::from), offset), pixel)?;
-                *sum += value;
-                check_radiance(*value).map_err(|error| error.at(|| format!(" at pixel ({x}, {y}), pass {index}")))?;
-                if index + 1 == passes.end { pixel.push(*sum / f64::from(samples), samples) } else { Ok(()) }
+            let sums_and_values = sums.par_chunks_mut(width).zip_eq(image.par_chunks(width));
+            let rows = film.pixels_mut().par_chunks_mut(width).zip_eq(sums_and_values).enumerate();
+            rows.try_for_each(|(y, (pixels, (sums, values)))| {
+                let point = |x: u32| {
+                    let random = uniform2(&mut stream(seed, y as u32 * frame[0] + x, index));
+                    let offset = PixelSampling::Random.position(0, random);
+                    [f64::from(x) + offset[0], y as f64 + offset[1]]
+                };
+                let points: Vec<_> = (0..frame[0]).map(point).collect();
+                let seen = features_at((scene, lanes.as_ref()), frame, &points);
+                for (x, (((pixel, sum), value), seen)) in pixels.iter_mut().zip(sums).zip(values).zip(seen).enumerate()
+                {
+                    if let Some(features) = &seen {
+                        pixel.push_features(features)?;
+                    }
+                    *sum += value;
+                    check_radiance(*value)
+                        .map_err(|error| error.at(|| format!(" at pixel ({x}, {y}), pass {index}")))?;
+                    if index + 1 == passes.end {
+                        pixel.push(*sum / f64::from(samples), samples)?;
+                    }
+                }
+                Ok(())
             })?;
             if !pass_done(image.len() as u64) {
                 if index + 1 < passes.end {

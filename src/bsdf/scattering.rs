@@ -106,6 +106,11 @@ impl PartialEq for dyn Model {
 
 /// The replaceable parts of scattering, and what is made of them.
 pub trait Scattering: Sync {
+    /// Whether the lane engine may follow walks of these parts: only where nothing is replaced.
+    #[inline]
+    fn scatters_in_lanes(&self) -> bool {
+        false
+    }
     /// R of (12).
     #[inline]
     fn fresnel(&self, cos_1: f64, n1: f64, n2: f64) -> f64 {

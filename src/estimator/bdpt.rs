@@ -5,12 +5,13 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::next_event::{SHADOW_RAYS, direct_light, picked_pdf};
-use super::particle::{connect_to_eye, importance_per_particle, particle};
+use super::particle::{Passed, connect_to_eye, importance_per_particle, particles};
 use super::strategies::{Bidirectional, PathVertex, WholePath};
-use super::walk::{Step, Walk};
+use super::walk::{Met, Start, Step, follow, in_portions, lanes_for};
 use super::{ImageEstimator, LightRules, Standard, Walking};
 use crate::bsdf::{Bsdf, Vertex};
 use crate::error::Error;
+use crate::lanes::Walks;
 use crate::rng::uniform2;
 use crate::sampler::{Pass, Sampler};
 use crate::scene::Scene;
@@ -43,14 +44,25 @@ pub struct Bdpt<P = Standard> {
 impl<P: Walking + Bidirectional> ImageEstimator for Bdpt<P> {
     fn image(&self, scene: &Scene, frame: [u32; 2], pass: Pass) -> Result<Vec<DVec3>, Error> {
         let image = Splats::new(frame);
-        (0..frame[0] * frame[1]).into_par_iter().try_for_each(|pixel| {
-            let mut rng = pass.pixel(pixel);
-            let [x, y] = [pixel % frame[0], pixel / frame[0]];
-            self.pair(scene, [x, y], frame, &image, &mut rng)
-                .map_err(|error| error.at(|| format!(" at pixel ({x}, {y})")))
+        let lanes = lanes_for(&self.parts, scene);
+        in_portions(frame[0] * frame[1]).try_for_each(|pixels| {
+            let place = |pixel| [pixel % frame[0], pixel / frame[0]];
+            let pixels = pixels.map(|pixel| (place(pixel), pass.pixel(pixel)));
+            self.pairs((scene, lanes.as_ref()), pixels, (frame, &image))
         })?;
         Ok(image.into_values())
     }
+}
+
+/// The two walks of a pixel.
+struct Pair<'a> {
+    pixel: [u32; 2],
+    /// Where the particle was.
+    light: Vec<PathVertex<'a>>,
+    /// What the camera ray has met, and what its pdf is, as of [`WholePath`].
+    eye: Vec<PathVertex<'a>>,
+    importance: f64,
+    radiance: DVec3,
 }
 
 impl<P> Bdpt<P> {
@@ -68,68 +80,75 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         pixel: [u32; 2],
         frame: [u32; 2],
         image: &Splats,
-        rng: &mut R,
+        rng: R,
     ) -> Result<(), Error> {
-        let light = self.light_path(scene, frame, image, rng)?;
-        let radiance = self.eye_path(scene, frame, pixel, &light, rng);
-        image.add(pixel, radiance)
+        self.pairs((scene, None), std::iter::once((pixel, rng)), (frame, image))
     }
 
-    /// Follows a particle, adds what the eye sees of it (t = 1), and returns where it was.
-    fn light_path<'a, R: Sampler>(
+    /// The same of several pixels.
+    fn pairs<'a, R: Sampler>(
         &self,
-        scene: &'a Scene,
-        frame: [u32; 2],
-        image: &Splats,
-        rng: &mut R,
-    ) -> Result<Vec<PathVertex<'a>>, Error> {
-        let mut light = Vec::new();
-        particle(&self.parts, scene, rng, |place| {
-            light.push(place);
-            if let [start, next] = &mut light[..] {
-                let emitter = start.emitter.map(|emitter| (emitter as usize, &start.at));
-                start.picked = emitter.map(|emitter| picked_pdf(&self.parts, scene, emitter, next.at.point));
-            }
-            if let Some(splat) = connect_to_eye(&self.parts, scene, frame, &place) {
-                let (origin, importance) = (scene.camera().eye, splat.importance);
-                let path = WholePath { light: &light, eye: &[], origin, importance };
-                image.add(splat.pixel, self.weight(scene, path) * splat.value)?;
+        (scene, lanes): (&'a Scene, Option<&Walks<'a>>),
+        pixels: impl Iterator<Item = ([u32; 2], R)>,
+        (frame, image): ([u32; 2], &Splats),
+    ) -> Result<(), Error> {
+        let parts = &self.parts;
+        let named = |error: Error, [x, y]: [u32; 2]| error.at(|| format!(" at pixel ({x}, {y})"));
+        let items = pixels.map(|(pixel, rng)| {
+            let (light, eye) = (Vec::new(), Vec::new());
+            (Pair { pixel, light, eye, importance: 0.0, radiance: DVec3::ZERO }, rng)
+        });
+        let mut pairs = Vec::new();
+        particles((parts, scene, lanes), (items, |error, pair: &Pair<'_>| named(error, pair.pixel)), |passed| {
+            match passed {
+                Passed::Place(pair, place) => return self.by_particle(scene, place, &mut pair.light, (frame, image)),
+                Passed::End(pair, rng) => pairs.push((pair, rng)),
             }
             Ok(())
         })?;
-        Ok(light)
+        let eye = scene.camera().eye;
+        let starts = pairs.into_iter().map(|(mut item, mut rng)| {
+            rng.block(0);
+            let [x, y] = uniform2(&mut rng);
+            let [column, row] = item.pixel.map(f64::from);
+            let ray = scene.camera().ray(frame, column + x, row + y);
+            item.importance = importance_per_particle(parts, scene, frame, ray.direction);
+            Start { item, ray: Some(ray), block: 0, rng }
+        });
+        follow((parts, scene, lanes), starts, |met| match met {
+            Met::Hit(pair, step, at, rng) => {
+                let Pair { light, eye: vertices, importance, .. } = pair;
+                vertices.push(step.path_vertex(*at, DVec3::ZERO));
+                let path = WholePath { light: &[], eye: vertices, origin: eye, importance: *importance };
+                pair.radiance += step.throughput * step.factor * self.found(scene, (step, at), path, light, rng);
+                Ok(true)
+            }
+            Met::End(Pair { pixel, radiance, .. }, background, _) => {
+                image.add(pixel, radiance + background).map_err(|error| named(error, pixel))?;
+                Ok(false)
+            }
+        })
     }
 
-    /// The radiance through a random point of a pixel by all strategies but t = 1.
-    fn eye_path<R: Sampler>(
+    /// Adds what the eye sees of the next place of a particle (t = 1) to those where it was.
+    fn by_particle<'a>(
         &self,
         scene: &Scene,
-        frame: [u32; 2],
-        pixel: [u32; 2],
-        light: &[PathVertex<'_>],
-        rng: &mut R,
-    ) -> DVec3 {
-        rng.block(0);
-        let [x, y] = uniform2(rng);
-        let [column, row] = pixel.map(f64::from);
-        let ray = scene.camera().ray(frame, column + x, row + y);
-        let whole = WholePath {
-            light: &[],
-            eye: &[],
-            origin: ray.origin,
-            importance: importance_per_particle(&self.parts, scene, frame, ray.direction),
-        };
-        let mut radiance = DVec3::ZERO;
-        let mut eye = Vec::new();
-        let mut walk = Walk::new(scene, (ray, scene.intersect(&ray)), 0);
-        while let Some(step) = walk.arrive(rng) {
-            let at = step.vertex();
-            eye.push(step.path_vertex(at, DVec3::ZERO));
-            let found = self.found(scene, (&step, &at), WholePath { eye: &eye, ..whole }, light, rng);
-            radiance += step.throughput * step.factor * found;
-            walk.scatter(&self.parts, &at, rng);
+        place: PathVertex<'a>,
+        light: &mut Vec<PathVertex<'a>>,
+        (frame, image): ([u32; 2], &Splats),
+    ) -> Result<(), Error> {
+        light.push(place);
+        if let [start, next] = &mut light[..] {
+            let emitter = start.emitter.map(|emitter| (emitter as usize, &start.at));
+            start.picked = emitter.map(|emitter| picked_pdf(&self.parts, scene, emitter, next.at.point));
         }
-        radiance + walk.background()
+        if let Some(splat) = connect_to_eye(&self.parts, scene, frame, &place) {
+            let (origin, importance) = (scene.camera().eye, splat.importance);
+            let path = WholePath { light, eye: &[], origin, importance };
+            image.add(splat.pixel, self.weight(scene, path) * splat.value)?;
+        }
+        Ok(())
     }
 
     /// The radiance that leaves a hit of the eye's path towards the eye, by every strategy that joins the

@@ -4,7 +4,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::particle::{connect_to_eye, particle};
+use super::particle::{Passed, connect_to_eye, particles};
+use super::walk::{in_portions, lanes_for};
 use super::{Bidirectional, ImageEstimator, Standard, Walking};
 use crate::error::Error;
 use crate::sampler::Pass;
@@ -23,14 +24,19 @@ pub struct LightTracer<P = Standard> {
 impl<P: Walking + Bidirectional> ImageEstimator for LightTracer<P> {
     fn image(&self, scene: &Scene, frame: [u32; 2], pass: Pass) -> Result<Vec<DVec3>, Error> {
         let image = Splats::new(frame);
-        let particles = frame[0] * frame[1];
-        (0..particles).into_par_iter().try_for_each(|number| {
-            let mut rng = pass.particle(number, particles);
-            particle(&self.parts, scene, &mut rng, |place| match connect_to_eye(&self.parts, scene, frame, &place) {
-                Some(splat) => image.add(splat.pixel, splat.value),
-                None => Ok(()),
+        let count = frame[0] * frame[1];
+        let lanes = lanes_for(&self.parts, scene);
+        in_portions(count).try_for_each(|numbers| {
+            let items = numbers.map(|number| (number, pass.particle(number, count)));
+            let named =
+                |error: Error, number: &u32| error.at(|| format!(" by particle {number} of pass {}", pass.index));
+            particles((&self.parts, scene, lanes.as_ref()), (items, named), |passed| match passed {
+                Passed::Place(_, place) => match connect_to_eye(&self.parts, scene, frame, &place) {
+                    Some(splat) => image.add(splat.pixel, splat.value),
+                    None => Ok(()),
+                },
+                Passed::End(..) => Ok(()),
             })
-            .map_err(|error| error.at(|| format!(" by particle {number} of pass {}", pass.index)))
         })?;
         Ok(image.into_values())
     }

@@ -34,6 +34,7 @@ pub use radiosity::{FiniteElements, Radiosity};
 pub use report::Report;
 pub use sppm::{Sppm, radius_squared};
 pub use strategies::{Bidirectional, Density, weight};
+pub(crate) use walk::{Met, Start, Step};
 pub use whitted::Whitted;
 
 use crate::bsdf::Scattering;
@@ -82,7 +83,12 @@ pub trait ImageEstimator: Sync {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Standard;
 
-impl Scattering for Standard {}
+impl Scattering for Standard {
+    #[inline]
+    fn scatters_in_lanes(&self) -> bool {
+        true
+    }
+}
 impl Roulette for Standard {}
 impl NextEvent for Standard {}
 impl Photons for Standard {}

@@ -5,40 +5,63 @@ use glam::DVec3;
 use super::emission::{Emission, emit_from};
 use super::next_event::{pick_point, point_pdf};
 use super::strategies::{Bidirectional, PathVertex};
-use super::walk::Walk;
+use super::walk::{Met, Start, follow};
 use super::{NextEvent, Walking};
 use crate::bsdf::Scattering;
 use crate::error::Error;
+use crate::lanes::Walks;
 use crate::sampler::{LIGHT, Sampler};
 use crate::scene::Scene;
 
-/// Sends one particle from an emitter and shows every place where it is, the emitter first. It carries
-/// flux, which refraction does not change.
-pub(super) fn particle<'a, P: Walking + Bidirectional, R: Sampler>(
-    parts: &P,
-    scene: &'a Scene,
-    rng: &mut R,
-    mut visit: impl FnMut(PathVertex<'a>) -> Result<(), Error>,
+/// What becomes of a particle.
+pub(super) enum Passed<'m, 'a, T, R> {
+    /// It is at this place, the emitter first. It carries flux, which refraction does not change.
+    Place(&'m mut T, PathVertex<'a>),
+    /// It has ended.
+    End(T, R),
+}
+
+/// Sends particles from the emitters, one for each item, and tells of every place where they are. `named` adds to an error
+/// which item it is of.
+pub(super) fn particles<'a, P: Walking + Bidirectional, T, R: Sampler>(
+    (parts, scene, lanes): (&P, &'a Scene, Option<&Walks<'a>>),
+    (items, named): (impl Iterator<Item = (T, R)>, impl Fn(Error, &T) -> Error),
+    mut passed: impl FnMut(Passed<'_, 'a, T, R>) -> Result<(), Error>,
 ) -> Result<(), Error> {
-    rng.block(LIGHT);
-    let Some((index, light)) = pick_point(parts, scene, rng) else {
-        return Ok(());
-    };
-    let carried = scene.emitters()[index].radiance / point_pdf(parts, scene, index);
-    visit(PathVertex::emitting(&light, carried, index))?;
-    let Some(Emission { ray, flux }) = emit_from(parts, scene, (index, &light), rng) else {
-        return Ok(());
-    };
-    let mut walk = Walk::new(scene, (ray, scene.intersect(&ray)), LIGHT);
-    while let Some(step) = walk.arrive(rng) {
-        if step.endless {
-            return Err(Error::Radiance { value: f64::NAN, place: String::new() });
+    let starts = items.map(|(item, mut rng)| {
+        rng.block(LIGHT);
+        let start = pick_point(parts, scene, &mut rng).map(|(index, light)| {
+            let carried = scene.emitters()[index].radiance / point_pdf(parts, scene, index);
+            let emission = emit_from(parts, scene, (index, &light), &mut rng);
+            (PathVertex::emitting(&light, carried, index), emission)
+        });
+        let (first, emission) = start.map_or((None, None), |(first, emission)| (Some(first), emission));
+        let (ray, flux) = emission.map_or((None, DVec3::ZERO), |Emission { ray, flux }| (Some(ray), flux));
+        Start { item: (item, first, flux), ray, block: LIGHT, rng }
+    });
+    follow((parts, scene, lanes), starts, |met| match met {
+        Met::Hit((item, first, flux), step, at, _) => {
+            let flux = *flux * step.throughput * parts.flux_factor(step.factor);
+            let mut arrive = || {
+                if let Some(first) = first.take() {
+                    passed(Passed::Place(item, first))?;
+                }
+                if step.endless {
+                    return Err(Error::Radiance { value: f64::NAN, place: String::new() });
+                }
+                passed(Passed::Place(item, step.path_vertex(*at, flux)))
+            };
+            arrive().map_err(|error| named(error, item))?;
+            Ok(true)
         }
-        let at = step.vertex();
-        visit(step.path_vertex(at, flux * step.throughput * parts.flux_factor(step.factor)))?;
-        walk.scatter(parts, &at, rng);
-    }
-    Ok(())
+        Met::End((mut item, first, _), _, rng) => {
+            if let Some(first) = first {
+                passed(Passed::Place(&mut item, first)).map_err(|error| named(error, &item))?;
+            }
+            passed(Passed::End(item, rng))?;
+            Ok(false)
+        }
+    })
 }
 
 /// What the eye sees of one particle among as many as the image has pixels.

@@ -1,16 +1,18 @@
 //! Photons: where particles from the emitters arrive, and the radiance that follows from their density.
 
 use std::f64::consts::FRAC_1_PI;
+use std::ops::Range;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Walking;
-use super::emission::emit;
-use super::walk::Walk;
+use super::emission::{Emission, emit};
+use super::walk::{Met, Start, follow, in_portions, lanes_for};
 use crate::bsdf::{Bsdf, Scattering, Vertex};
 use crate::error::Error;
 use crate::kd_tree::KdTree;
+use crate::lanes::Walks;
 use crate::sampler::{LIGHT, Pass, Sampler, Source};
 use crate::scene::Scene;
 
@@ -122,10 +124,14 @@ impl PhotonMap {
         pass: impl Into<Pass>,
     ) -> Result<Self, Error> {
         let pass = pass.into();
-        let follow = |particle| follow(parts, scene, kept, pass.particle(particle, emitted));
+        let lanes = lanes_for(parts, scene);
+        let rng = |particle| pass.particle(particle, emitted);
+        let follow = |particles| follow_particles((parts, scene, lanes.as_ref()), kept, particles, rng);
         let mut photons = pilot(emitted, follow)?;
-        let rest = (emitted.min(PILOT)..emitted).into_par_iter();
-        photons.extend(rest.flat_map_iter(follow).collect::<Vec<_>>());
+        let first = emitted.min(PILOT);
+        let rest = in_portions(emitted - first).map(|part| follow(first + part.start..first + part.end));
+        let rest = rest.collect::<Result<Vec<_>, _>>()?;
+        photons.extend(rest.into_iter().flatten());
         let stored = photons.len();
         for (_, photon) in &mut photons {
             photon.flux = parts.photon_flux(photon.flux, emitted, stored);
@@ -151,7 +157,8 @@ impl PhotonMap {
         pass: impl Into<Pass>,
     ) -> Result<(), Error> {
         let pass = pass.into();
-        pilot(emitted, |particle| follow(parts, scene, kept, pass.particle(particle, emitted))).map(|_| ())
+        let rng = |particle| pass.particle(particle, emitted);
+        pilot(emitted, |particles| follow_particles((parts, scene, None), kept, particles, rng)).map(|_| ())
     }
 
     /// The photons, in the tree's order.
@@ -200,13 +207,16 @@ pub(crate) fn check_radius(radius: f64) -> Result<(), Error> {
 }
 
 /// The photons of the first particles, unless they say that those of all would not fit.
-fn pilot(emitted: u32, follow: impl Fn(u32) -> Vec<(DVec3, Photon)>) -> Result<Vec<(DVec3, Photon)>, Error> {
+fn pilot(
+    emitted: u32,
+    follow: impl Fn(Range<u32>) -> Result<Vec<(DVec3, Photon)>, Error>,
+) -> Result<Vec<(DVec3, Photon)>, Error> {
     if emitted == 0 {
         let message = "0 particles leave no photons: send at least 1".to_owned();
         return Err(Error::Option(message));
     }
     let first = emitted.min(PILOT);
-    let photons: Vec<_> = (0..first).flat_map(follow).collect();
+    let photons = follow(0..first)?;
     let each = size_of::<(DVec3, Photon)>() + KdTree::<Photon>::BYTES;
     let per_particle = (photons.len() * each) as f64 / f64::from(first);
     let bytes = per_particle * f64::from(emitted);
@@ -221,27 +231,34 @@ fn pilot(emitted: u32, follow: impl Fn(u32) -> Vec<(DVec3, Photon)>) -> Result<V
     Ok(photons)
 }
 
-/// Follows one particle to its end; the flux of its photons is not yet shared among all particles.
-fn follow<P: Photons + Walking>(parts: &P, scene: &Scene, kept: Kept, mut rng: Source) -> Vec<(DVec3, Photon)> {
-    let mut photons = Vec::new();
-    rng.block(LIGHT);
-    let Some(emission) = emit(parts, scene, &mut rng) else {
-        return photons;
-    };
-    let mut walk = Walk::new(scene, (emission.ray, scene.intersect(&emission.ray)), LIGHT);
-    let mut specular = 0;
-    while let Some(step) = walk.arrive(&mut rng) {
-        let (rough, at) = (step.bsdf.is_rough(), step.vertex());
+/// Follows these particles to their ends; the flux of their photons is not yet shared among all particles.
+fn follow_particles<P: Photons + Walking>(
+    (parts, scene, lanes): (&P, &Scene, Option<&Walks<'_>>),
+    kept: Kept,
+    particles: Range<u32>,
+    rng: impl Fn(u32) -> Source,
+) -> Result<Vec<(DVec3, Photon)>, Error> {
+    let mut photons = vec![Vec::new(); particles.len()];
+    let first = particles.start;
+    let starts = particles.map(|number| {
+        let mut rng = rng(number);
+        rng.block(LIGHT);
+        let emission = emit(parts, scene, &mut rng);
+        let (ray, flux) = emission.map_or((None, DVec3::ZERO), |Emission { ray, flux }| (Some(ray), flux));
+        Start { item: (number, flux, 0), ray, block: LIGHT, rng }
+    });
+    follow((parts, scene, lanes), starts, |met| {
+        let Met::Hit((number, flux, specular), step, at, _) = met else {
+            return Ok(false);
+        };
+        let rough = step.bsdf.is_rough();
         // An endless particle is not cut: the map refuses it.
-        if step.endless || rough && (kept == Kept::All || parts.is_caustic(specular)) {
-            let flux = emission.flux * step.throughput;
-            photons.push((step.here.point, Photon { normal: at.frame.z, from: -step.ray.direction, flux }));
+        if step.endless || rough && (kept == Kept::All || parts.is_caustic(*specular)) {
+            let photon = Photon { normal: at.frame.z, from: -step.ray.direction, flux: *flux * step.throughput };
+            photons[(*number - first) as usize].push((step.here.point, photon));
         }
-        if rough && kept == Kept::Caustic {
-            break;
-        }
-        specular += u32::from(!rough);
-        walk.scatter(parts, &at, &mut rng);
-    }
-    photons
+        *specular += u32::from(!rough);
+        Ok(!(rough && kept == Kept::Caustic))
+    })?;
+    Ok(photons.concat())
 }

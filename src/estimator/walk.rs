@@ -1,10 +1,15 @@
 //! A random walk from hit to hit, for paths from the eye and from lights alike.
 
+use std::ops::Range;
+
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::strategies::PathVertex;
 use super::{LONGEST_PATH, Walking};
 use crate::bsdf::{Bsdf, Vertex};
+use crate::error::Error;
+use crate::lanes::Walks;
 use crate::rng::uniform;
 use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
@@ -30,7 +35,7 @@ pub(super) struct Walk<'a> {
 }
 
 /// A walk at one of its hits, before it scatters.
-pub(super) struct Step<'a> {
+pub(crate) struct Step<'a> {
     /// The ray that arrived, and what it hit.
     pub ray: Ray,
     pub here: Hit,
@@ -44,6 +49,69 @@ pub(super) struct Step<'a> {
     pub pdf: Option<f64>,
     /// Whether this is the hit after [`LONGEST_PATH`], where a walk that will not end is given up.
     pub endless: bool,
+}
+
+/// A walk that is to be followed, for the sake of `item`.
+pub(crate) struct Start<T, R> {
+    pub item: T,
+    /// Its first ray; without one it ends at once.
+    pub ray: Option<Ray>,
+    /// As of [`Walk::new`].
+    pub block: u32,
+    pub rng: R,
+}
+
+/// What becomes of a walk.
+pub(crate) enum Met<'m, 'a, T, R> {
+    /// It has met a surface, whose [`Step::vertex`] is there, too.
+    Hit(&'m mut T, &'m Step<'a>, &'m Vertex, &'m mut R),
+    /// It has ended, and what the background shows there as of [`Walk::background`].
+    End(T, DVec3, R),
+}
+
+/// Follows walks, eight at a time in `lanes` if there are any. `met` is told of all their hits in order and then of
+/// their end; at a hit it says whether the walk goes on.
+pub(super) fn follow<'a, P: Walking, T, R: Sampler>(
+    (parts, scene, lanes): (&P, &'a Scene, Option<&Walks<'a>>),
+    starts: impl Iterator<Item = Start<T, R>>,
+    mut met: impl FnMut(Met<'_, 'a, T, R>) -> Result<bool, Error>,
+) -> Result<(), Error> {
+    if let Some(lanes) = lanes {
+        return lanes.follow(starts, met);
+    }
+    for Start { mut item, ray, block, mut rng } in starts {
+        let mut background = DVec3::ZERO;
+        if let Some(ray) = ray {
+            let mut walk = Walk::new(scene, (ray, scene.intersect(&ray)), block);
+            let left = loop {
+                let Some(step) = walk.arrive(&mut rng) else { break true };
+                let at = step.vertex();
+                if !met(Met::Hit(&mut item, &step, &at, &mut rng))? {
+                    break false;
+                }
+                walk.scatter(parts, &at, &mut rng);
+            };
+            if left {
+                background = walk.background();
+            }
+        }
+        met(Met::End(item, background, rng))?;
+    }
+    Ok(())
+}
+
+/// About how many walks one thread takes at a time.
+const PORTION: u32 = 512;
+
+/// The numbers below `count` in portions, in parallel.
+pub(super) fn in_portions(count: u32) -> impl IndexedParallelIterator<Item = Range<u32>> {
+    let portions = (0..count.div_ceil(PORTION)).into_par_iter();
+    portions.map(move |portion| portion * PORTION..count.min((portion * PORTION).saturating_add(PORTION)))
+}
+
+/// Lanes for walks of these parts, if they may be followed there.
+pub(super) fn lanes_for<'a, P: Walking>(parts: &P, scene: &'a Scene) -> Option<Walks<'a>> {
+    if parts.scatters_in_lanes() { Walks::new(scene) } else { None }
 }
 
 impl<'a> Walk<'a> {
@@ -123,7 +191,7 @@ impl<'a> Step<'a> {
 
     /// The hit, whose [`vertex`](Self::vertex) is `at`, as a vertex of a path that does not start here.
     #[inline]
-    pub fn path_vertex(&self, at: Vertex, carried: DVec3) -> PathVertex<'a> {
+    pub(super) fn path_vertex(&self, at: Vertex, carried: DVec3) -> PathVertex<'a> {
         let (squared_index, emitter) = (1.0 / self.factor, self.here.emitter);
         PathVertex { at, bsdf: Some(self.bsdf), carried, squared_index, emitter, picked: None }
     }

@@ -13,6 +13,7 @@ mod row;
 mod samples;
 mod scene;
 mod shading;
+mod walks;
 mod whitted;
 
 use std::ops::Range;
@@ -26,6 +27,7 @@ pub use eight::EightRays;
 use row::{Scatter, row};
 use samples::{Points, Streams};
 use scene::LaneScene;
+pub(crate) use walks::Walks;
 
 /// An estimator in its scene, for rows of pixels.
 pub(crate) struct Engine<'a> {

@@ -6,7 +6,7 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::PixelsAndCounts;
-use super::samples::{LaneSampler, SampleName};
+use super::samples::{LaneSampler, PixelSampler, SampleName};
 use super::scene::{LaneScene, Seen};
 use super::shading::Surfaces;
 use crate::error::Error;
@@ -80,7 +80,7 @@ pub(super) trait Scatter {
 }
 
 /// A row of pixels: the replications `range` of each of them.
-pub(super) fn row<E: Scatter, S: LaneSampler>(
+pub(super) fn row<E: Scatter, S: PixelSampler>(
     (scene, estimator): (&LaneScene<'_>, &E),
     (sampling, outlines): (&Sampling, &Outlines),
     (frame, corner): ([u32; 2], [u32; 2]),

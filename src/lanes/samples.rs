@@ -6,8 +6,8 @@ use wide::u64x8;
 
 use crate::real::{LANES, LaneMask, Lanes};
 use crate::render::Sampling;
-use crate::rng::stream_state;
-use crate::sampler::{BLOCK, Point, scramble, scrambled};
+use crate::rng::{stream_state, uniform};
+use crate::sampler::{BLOCK, Point, Sampler, scramble, scrambled};
 
 /// One sample: its pixel in the frame, its replication, and its place among the samples of that.
 #[derive(Clone, Copy, Debug, Default)]
@@ -17,16 +17,20 @@ pub(super) struct SampleName {
     pub index: u32,
 }
 
-/// Where the samples in the lanes take their numbers from.
+/// Where the lanes take their numbers from.
 pub(super) trait LaneSampler {
-    /// Lanes without samples.
-    fn new() -> Self;
-    /// Starts a sample in a lane.
-    fn start(&mut self, lane: usize, sampling: &Sampling, sample: SampleName);
     /// A uniform number for each lane of the mask; the others draw none, and theirs means nothing.
     fn uniform(&mut self, drawing: LaneMask) -> Lanes;
     /// Says that the next numbers of a lane belong to this block.
     fn block(&mut self, lane: usize, block: u32);
+}
+
+/// The numbers of samples of pixels.
+pub(super) trait PixelSampler: LaneSampler {
+    /// Lanes without samples.
+    fn new() -> Self;
+    /// Starts a sample in a lane.
+    fn start(&mut self, lane: usize, sampling: &Sampling, sample: SampleName);
 }
 
 /// Xoshiro256++, the generator of [`crate::rng::Stream`], one for each lane.
@@ -53,7 +57,7 @@ fn to_unit(word: u64) -> f64 {
     (word >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
 }
 
-impl LaneSampler for Streams {
+impl PixelSampler for Streams {
     fn new() -> Self {
         Self([u64x8::splat(1); 4])
     }
@@ -65,7 +69,9 @@ impl LaneSampler for Streams {
             words.as_mut_array()[lane] = word;
         }
     }
+}
 
+impl LaneSampler for Streams {
     #[inline]
     fn uniform(&mut self, drawing: LaneMask) -> Lanes {
         Lanes::new(self.words(drawing).map(to_unit))
@@ -82,7 +88,7 @@ pub(super) struct Points {
     fill: Streams,
 }
 
-impl LaneSampler for Points {
+impl PixelSampler for Points {
     fn new() -> Self {
         Self { points: [Point::new(0, 0); LANES], dimensions: [0; LANES], fill: Streams::new() }
     }
@@ -93,7 +99,9 @@ impl LaneSampler for Points {
         self.dimensions[lane] = 0;
         self.fill.start(lane, sampling, sample);
     }
+}
 
+impl LaneSampler for Points {
     #[inline]
     fn uniform(&mut self, drawing: LaneMask) -> Lanes {
         let fill = self.fill.words(drawing);
@@ -119,5 +127,29 @@ impl LaneSampler for Points {
     fn block(&mut self, lane: usize, block: u32) {
         self.points[lane].start(block);
         self.dimensions[lane] = 0;
+    }
+}
+
+/// Random numbers that each lane draws for itself.
+pub(super) struct Sources<R>(pub [Option<R>; LANES]);
+
+impl<R: Sampler> LaneSampler for Sources<R> {
+    #[inline]
+    fn uniform(&mut self, drawing: LaneMask) -> Lanes {
+        let bits = drawing.bits();
+        let mut numbers = [0.0; LANES];
+        for (lane, (number, source)) in numbers.iter_mut().zip(&mut self.0).enumerate() {
+            if bits >> lane & 1 == 1 {
+                *number = source.as_mut().map_or(0.0, uniform);
+            }
+        }
+        Lanes::new(numbers)
+    }
+
+    #[inline]
+    fn block(&mut self, lane: usize, block: u32) {
+        if let Some(source) = &mut self.0[lane] {
+            source.block(block);
+        }
     }
 }

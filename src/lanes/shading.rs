@@ -15,7 +15,7 @@ use crate::estimator::LightRules;
 use crate::film::Features;
 use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector};
 use crate::render::features;
-use crate::scene::{Surface, inner_point};
+use crate::scene::{Hit, Surface, inner_point};
 use crate::shape::{Ray, outward};
 use crate::{fresnel, radiometry, sampling};
 
@@ -149,6 +149,14 @@ impl<'a> Surfaces<'a> {
             parts,
             bsdf: parts.map(|part| &lanes.scene.surfaces()[part.surface as usize].bsdf),
         }
+    }
+
+    /// What a ray has met in a lane.
+    #[inline]
+    pub fn hit(&self, lane: usize, primitive: u32) -> Hit {
+        let (part, t) = (self.parts[lane], self.t.as_array()[lane]);
+        let [point, normal] = [self.vertex.point, self.normal].map(|v| v.lane(lane));
+        Hit { t, point, normal, primitive, surface: part.surface, emitter: part.emitter }
     }
 
     /// The emitter in a lane, of all that the scene has.

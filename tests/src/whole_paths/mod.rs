@@ -92,9 +92,9 @@ fn made(scene: &Scene, parts: PartTable, path: &[Vertex], at: [f64; 2], s: usize
         PartTable { strategy_weight: record, survival_by_throughput: |_, _| 0.5, roulette_weight: |_| 1.0, ..parts };
     let image = Splats::new(FRAME);
     let blocks = script(scene, path, at, s);
-    let mut numbers = Scripted(Script { blocks: &blocks, block: 0, used: 0 });
+    let numbers = Scripted(Script { blocks: &blocks, block: 0, used: 0 });
     let pixel = at.map(|x| x as u32);
-    Bdpt::new(parts).pair(scene, pixel, FRAME, &image, &mut numbers).ok()?;
+    Bdpt::new(parts).pair(scene, pixel, FRAME, &image, numbers).ok()?;
     let value = image.into_values().iter().map(|value| value.x).sum();
     FOUND.with_borrow_mut(|found| (found.len() == 1).then(|| (found.remove(0), value)))
 }
