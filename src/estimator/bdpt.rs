@@ -134,16 +134,16 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
     fn by_particle<'a>(
         &self,
         scene: &Scene,
-        place: PathVertex<'a>,
+        place: &PathVertex<'a>,
         light: &mut Vec<PathVertex<'a>>,
         (frame, image): ([u32; 2], &Splats),
     ) -> Result<(), Error> {
-        light.push(place);
+        light.push(*place);
         if let [start, next] = &mut light[..] {
             let emitter = start.emitter.map(|emitter| (emitter as usize, &start.at));
             start.picked = emitter.map(|emitter| picked_pdf(&self.parts, scene, emitter, next.at.point));
         }
-        if let Some(splat) = connect_to_eye(&self.parts, scene, frame, &place) {
+        if let Some(splat) = connect_to_eye(&self.parts, scene, frame, place) {
             let (origin, importance) = (scene.camera().eye, splat.importance);
             let path = WholePath { light, eye: &[], origin, importance };
             image.add(splat.pixel, self.weight(scene, path) * splat.value)?;

@@ -31,7 +31,7 @@ impl<P: Walking + Bidirectional> ImageEstimator for LightTracer<P> {
             let named =
                 |error: Error, number: &u32| error.at(|| format!(" by particle {number} of pass {}", pass.index));
             particles((&self.parts, scene, lanes.as_ref()), (items, named), |passed| match passed {
-                Passed::Place(_, place) => match connect_to_eye(&self.parts, scene, frame, &place) {
+                Passed::Place(_, place) => match connect_to_eye(&self.parts, scene, frame, place) {
                     Some(splat) => image.add(splat.pixel, splat.value),
                     None => Ok(()),
                 },

@@ -16,7 +16,7 @@ use crate::scene::Scene;
 /// What becomes of a particle.
 pub(super) enum Passed<'m, 'a, T, R> {
     /// It is at this place, the emitter first. It carries flux, which refraction does not change.
-    Place(&'m mut T, PathVertex<'a>),
+    Place(&'m mut T, &'m PathVertex<'a>),
     /// It has ended.
     End(T, R),
 }
@@ -44,19 +44,19 @@ pub(super) fn particles<'a, P: Walking + Bidirectional, T, R: Sampler>(
             let flux = *flux * step.throughput * parts.flux_factor(step.factor);
             let mut arrive = || {
                 if let Some(first) = first.take() {
-                    passed(Passed::Place(item, first))?;
+                    passed(Passed::Place(item, &first))?;
                 }
                 if step.endless {
                     return Err(Error::Radiance { value: f64::NAN, place: String::new() });
                 }
-                passed(Passed::Place(item, step.path_vertex(*at, flux)))
+                passed(Passed::Place(item, &step.path_vertex(*at, flux)))
             };
             arrive().map_err(|error| named(error, item))?;
             Ok(true)
         }
         Met::End((mut item, first, _), _, rng) => {
             if let Some(first) = first {
-                passed(Passed::Place(&mut item, first)).map_err(|error| named(error, &item))?;
+                passed(Passed::Place(&mut item, &first)).map_err(|error| named(error, &item))?;
             }
             passed(Passed::End(item, rng))?;
             Ok(false)

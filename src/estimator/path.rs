@@ -61,18 +61,18 @@ impl<P> Path<P> {
 }
 
 impl<P: Walking> Path<P> {
-    /// The weight of an emitter that the path hit. Where the direction has a pdf, a shadow ray could have found the
+    /// The weight of an emitter that the path hit. Where the ray's direction has a pdf, a shadow ray could have found the
     /// same light.
     #[inline]
-    fn weight_of_hit(&self, scene: &Scene, step: &Step<'_>) -> f64 {
-        match (step.pdf, self.strategy, step.here.emitter) {
+    fn weight_of_hit(&self, scene: &Scene, step: &Step<'_>, pdf: Option<f64>) -> f64 {
+        match (pdf, self.strategy, step.here.emitter) {
             (Some(pdf), Strategy::Mis, Some(index)) => {
                 let other = emitter_pdf(&self.parts, scene, index as usize, self.lights, (&step.ray, &step.here));
                 let share =
                     scene.background().map().map_or(1.0, |_| 1.0 - self.parts.share_of_map(scene.emitters().len()));
                 self.weight(pdf, share * other)
             }
-            _ => f64::from(self.parts.hit_counts(self.strategy, step.pdf.is_some())),
+            _ => f64::from(self.parts.hit_counts(self.strategy, pdf.is_some())),
         }
     }
 
@@ -146,7 +146,7 @@ impl<P: Walking> Estimator for Path<P> {
         let mut radiance = DVec3::ZERO;
         while let Some(step) = walk.arrive(rng) {
             if step.here.emitter.is_some() {
-                let weight = self.weight_of_hit(scene, &step);
+                let weight = self.weight_of_hit(scene, &step, walk.last().1);
                 radiance += step.factor * weight * step.throughput * step.emitted(scene);
             }
             if matches!(step.bsdf, Bsdf::Black) {

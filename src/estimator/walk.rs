@@ -45,8 +45,6 @@ pub(crate) struct Step<'a> {
     pub throughput: DVec3,
     /// Product of the radiance factors on the way.
     pub factor: f64,
-    /// The pdf of the ray's direction with respect to solid angle; `None` from the start and from mirrors and glass.
-    pub pdf: Option<f64>,
     /// Whether this is the hit after [`LONGEST_PATH`], where a walk that will not end is given up.
     pub endless: bool,
 }
@@ -137,9 +135,9 @@ impl<'a> Walk<'a> {
         rng.block(self.block + self.hits);
         let endless = self.hits > LONGEST_PATH;
         let throughput = if endless { DVec3::NAN } else { self.throughput };
-        let (ray, factor, pdf) = (self.ray, self.factor, self.pdf);
+        let (ray, factor) = (self.ray, self.factor);
         let bsdf = &self.scene.surface(&here).bsdf;
-        Some(Step { ray, here, bsdf, throughput, factor, pdf, endless })
+        Some(Step { ray, here, bsdf, throughput, factor, endless })
     }
 
     /// Goes on from the hit at which it arrived, whose [`Step::vertex`] is `at`, or ends there.
@@ -169,7 +167,8 @@ impl<'a> Walk<'a> {
         if self.ended { DVec3::ZERO } else { self.factor * self.throughput * shown() }
     }
 
-    /// The direction of the last ray, and its pdf with respect to solid angle as in [`Step::pdf`].
+    /// The direction of the last ray, and its pdf with respect to solid angle; `None` from the start and from mirrors and
+    /// glass.
     #[inline]
     pub fn last(&self) -> (DVec3, Option<f64>) {
         (self.ray.direction, self.pdf)

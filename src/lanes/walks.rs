@@ -9,7 +9,7 @@ use super::samples::{LaneSampler, Sources};
 use super::scene::{LaneScene, MIDDLING, Seen};
 use super::shading::Surfaces;
 use crate::error::Error;
-use crate::estimator::{LONGEST_PATH, Met, Start, Step};
+use crate::estimator::{Met, Start, Step};
 use crate::film::Features;
 use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector};
 use crate::roulette;
@@ -53,7 +53,6 @@ impl<'a> Walks<'a> {
         let zero = Lanes3::splat_vector(DVec3::ZERO);
         let mut ray = Ray::new(zero, Lanes3::splat_vector(DVec3::Z));
         let (mut throughput, mut factor) = (zero, Lanes::splat(1.0));
-        let (mut pdf, mut has_pdf) = (Lanes::splat(0.0), LaneMask::splat(false));
         let mut random: Sources<R> = Sources(from_fn(|_| None));
         // What walks in each lane, the block of its numbers and how often it has met something.
         let mut walks: [Option<(T, u32, u32)>; LANES] = from_fn(|_| None);
@@ -62,7 +61,7 @@ impl<'a> Walks<'a> {
             let mut started: [Option<Ray>; LANES] = [None; LANES];
             let idle = LaneMask::from_fn(|i| walks[i].is_none()).bits();
             for lane in lanes_of(idle) {
-                while let Some(Start { item, ray, block, rng }) = starts.next() {
+                for Start { item, ray, block, rng } in starts.by_ref() {
                     if ray.is_some() {
                         (walks[lane], random.0[lane], started[lane]) = (Some((item, block, 0)), Some(rng), ray);
                         break;
@@ -78,7 +77,6 @@ impl<'a> Walks<'a> {
                 ray = Ray::new(new(ray.origin, |ray| ray.origin), new(ray.direction, |ray| ray.direction));
                 throughput = Vector::choose(fresh, Lanes3::splat_vector(DVec3::ONE), throughput);
                 factor = Lanes::choose(fresh, Lanes::splat(1.0), factor);
-                has_pdf = has_pdf & !fresh;
             }
             let busy = LaneMask::from_fn(|i| walks[i].is_some());
             if !busy.any() {
@@ -96,17 +94,16 @@ impl<'a> Walks<'a> {
                     let Some(rng) = &mut random.0[lane] else { continue };
                     let ray = Ray::new(ray.origin.lane(lane), ray.direction.lane(lane));
                     let here = surfaces.hit(lane, found.primitive[lane]);
-                    let endless = *hits > LONGEST_PATH;
                     let step = Step {
                         ray,
                         here,
                         bsdf: &scene.surface(&here).bsdf,
-                        throughput: if endless { DVec3::NAN } else { throughput.lane(lane) },
+                        throughput: throughput.lane(lane),
                         factor: factor.as_array()[lane],
-                        pdf: (has_pdf.bits() >> lane & 1 == 1).then(|| pdf.as_array()[lane]),
-                        endless,
+                        // Standard roulette has ended every walk long before.
+                        endless: false,
                     };
-                    going |= u32::from(met(Met::Hit(item, &step, &step.vertex(), rng))? && !endless) << lane;
+                    going |= u32::from(met(Met::Hit(item, &step, &step.vertex(), rng))?) << lane;
                 }
                 let next = surfaces.sample(LaneMask::from_bits(going), &mut random);
                 let scattered = throughput * next.weight;
@@ -117,7 +114,6 @@ impl<'a> Walks<'a> {
                 ray = Ray::new(new(onward.origin, ray.origin), new(onward.direction, ray.direction));
                 throughput = new(scattered * roulette::weight(survival), throughput);
                 factor = Lanes::choose(survives, factor * next.radiance_factor, factor);
-                (pdf, has_pdf) = (next.pdf, next.has_pdf);
                 going = survives.bits();
             }
             for lane in lanes_of(busy.bits() & !going) {

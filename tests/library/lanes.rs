@@ -365,9 +365,9 @@ fn mirrors() -> Scene {
     s.build(Camera::new(DVec3::new(0.1, -0.2, 0.0), DVec3::Y, DVec3::Z, 0.8)).expect("a legal scene")
 }
 
-#[test]
-fn images_have_the_same_bits() {
-    let scenes = [
+/// Scenes with every surface, light and shape, in all ways in which lanes search for hits.
+pub fn scenes() -> Vec<Scene> {
+    vec![
         crowded(),
         many(100),
         glowing(),
@@ -382,7 +382,12 @@ fn images_have_the_same_bits() {
         simple::cavity_cap(0.75, Cap::Reflecting).expect("a scene"),
         simple::glass_cube(false).expect("a scene"),
         simple::furnace_box(0.75).expect("a scene"),
-    ];
+    ]
+}
+
+#[test]
+fn images_have_the_same_bits() {
+    let scenes = scenes();
     let seed = seed_for(master(), "lanes");
     let plain = Sampling { pixel: Random, numbers: Numbers::Independent, seed, outlines: false };
     for scene in &scenes {

@@ -52,4 +52,5 @@ mod solid_angle;
 mod specular; // paths by way of mirrors and glass
 mod sphere;
 mod unfinished; // work that was stopped, and its files
+mod walks; // particles and paths in lanes, with the bits of one
 mod watertight;

@@ -1,0 +1,83 @@
+//! Walks and camera rays in lanes, against the same one by one.
+
+use whitefurnace::bsdf::rough_glass::RoughGlass;
+use whitefurnace::estimator::{Connections, Walking};
+use whitefurnace::sampler::Pass;
+
+use crate::lanes::scenes;
+use crate::prelude::*;
+
+/// The standard parts under another name, which lanes do not know.
+#[derive(Clone, Copy, Debug)]
+struct OneByOne;
+
+impl Scattering for OneByOne {}
+impl Roulette for OneByOne {}
+impl NextEvent for OneByOne {}
+impl Photons for OneByOne {}
+impl Bidirectional for OneByOne {}
+
+const FRAME: [u32; 2] = [29, 23];
+
+/// Every number that walks of these parts make.
+fn made<P: Walking + Photons + Bidirectional + Copy>(parts: P, scene: &Scene, pass: Pass) -> Vec<(String, Vec<DVec3>)> {
+    let image = |name: &str, image: Result<Vec<DVec3>, Error>| (name.to_owned(), image.expect("legal values"));
+    let ends = Bdpt { parts, connections: Connections::Ends };
+    let mut all = vec![
+        image("light tracer", LightTracer { parts }.image(scene, FRAME, pass)),
+        image("bdpt", Bdpt::new(parts).image(scene, FRAME, pass)),
+        image("bdpt by ends", ends.image(scene, FRAME, pass)),
+        image("sppm", Sppm { parts, particles: 700, radius: 0.3 }.image(scene, FRAME, pass)),
+    ];
+    // More than a pilot has, and than a thread takes at a time.
+    for kept in [Kept::All, Kept::Caustic] {
+        let map = PhotonMap::new(&parts, scene, kept, 2500, pass).expect("a map");
+        let photons = map.photons().flat_map(|photon| [photon.normal, photon.from, photon.flux]);
+        all.push((format!("photons, {kept:?}"), photons.collect()));
+    }
+    all
+}
+
+/// A ball of rough glass, which is not followed in lanes.
+fn frosted() -> Scene {
+    let mut s = SceneBuilder::new("frosted");
+    let light = s.surface(Surface::new(Bsdf::Black).emitting(DVec3::ONE));
+    let frosted = s.surface(Surface::new(Bsdf::RoughGlass(RoughGlass { index: 1.5, alpha: 0.3 })));
+    let grey = s.surface(Surface::new(Bsdf::Lambert { albedo: DVec3::splat(0.5) }));
+    s.rectangle(DVec3::new(-0.5, -0.5, 2.0), [DVec3::Y, DVec3::X], light);
+    s.rectangle(DVec3::new(-2.0, -2.0, -1.0), [4.0 * DVec3::X, 4.0 * DVec3::Y], grey);
+    s.sphere(Sphere::new(DVec3::ZERO, 0.6), frosted);
+    s.build(Camera::new(DVec3::new(0.0, -3.0, 0.5), DVec3::ZERO, DVec3::Z, 0.8)).expect("a legal scene")
+}
+
+#[test]
+fn walks_have_the_same_bits() {
+    let mut lit = 0;
+    for scene in scenes().into_iter().chain([frosted()]) {
+        for (numbers, index) in [(Numbers::Independent, 3), (Numbers::Sobol(4), 6)] {
+            let pass = Pass { numbers, seed: seed_for(master(), "walks"), index };
+            for (together, alone) in made(Standard, &scene, pass).iter().zip(made(OneByOne, &scene, pass)) {
+                assert!(*together == alone, "{} by {}, {numbers:?}", scene.name(), alone.0);
+                lit += usize::from(alone.1.iter().any(|value| value.max_element() > 0.0));
+            }
+        }
+    }
+    // In some there are no lights to start from, or no caustics.
+    assert!(lit > 100, "{lit}");
+}
+
+/// What cameras see beside passes is what they see by themselves.
+#[test]
+fn features_have_the_same_bits() {
+    for scene in scenes().into_iter().chain([frosted()]) {
+        let tracer = LightTracer { parts: Standard };
+        let together = passes(&scene, &tracer, FRAME, &[0..1, 1..3]).expect("legal values");
+        let sampling = Sampling { pixel: Random, numbers: Numbers::Independent, seed: master(), outlines: false };
+        let whitted = Whitted::new(LightRules::PHYSICAL);
+        let alone = rendered(&scene, &whitted, FRAME, sampling, &[0..3]).expect("legal values");
+        for (together, alone) in together.pixels().iter().zip(alone.pixels()) {
+            let [together, alone] = [together, alone].map(|pixel| format!("{:?}", pixel.features()));
+            assert_eq!(together, alone, "{}", scene.name());
+        }
+    }
+}
