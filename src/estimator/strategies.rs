@@ -63,21 +63,22 @@ impl WholePath<'_> {
     /// Of a mirror or glass there is one direction on either side, and the Dirac distributions of the two
     /// walks have the ratio of their n² cos θ, which stands for each (Veach 1997, 5.2).
     pub fn densities<P: Scattering + NextEvent>(&self, parts: &P, scene: &Scene) -> Vec<Density> {
-        let s = self.light.len();
-        let vertices = self.light.iter().chain(self.eye.iter().rev());
+        let (s, count) = (self.light.len(), self.light.len() + self.eye.len());
+        let vertex = |i: usize| if i < s { &self.light[i] } else { &self.eye[count - 1 - i] };
         // An emitter is where a walk starts, whatever it is made of.
         let specular = |i: usize, x: &PathVertex<'_>| i > 0 && x.is_specular();
-        let joined = |(i, x): (usize, &PathVertex<'_>)| f64::from(!specular(i, x));
+        let joined = |i| f64::from(!specular(i, vertex(i)));
         let density = |joined| Density { light: 0.0, eye: 0.0, joined };
-        let mut path: Vec<Density> = vertices.clone().enumerate().map(joined).map(density).collect();
-        if let Some((x, index)) = vertices.clone().next().and_then(|x| Some((x, x.emitter? as usize))) {
+        let mut path: Vec<Density> = (0..count).map(joined).map(density).collect();
+        if let Some((x, index)) = (count > 0).then(|| vertex(0)).and_then(|x| Some((x, x.emitter? as usize))) {
             path[0].light = point_pdf(parts, scene, index);
             if path.len() > 1 {
                 let picked = || picked_pdf(parts, scene, (index, &x.at), self.point(1));
                 path[0].joined = x.picked.unwrap_or_else(picked) / path[0].light;
             }
         }
-        for (i, (a, b)) in vertices.clone().zip(vertices.skip(1)).enumerate() {
+        for i in 0..count.saturating_sub(1) {
+            let (a, b) = (vertex(i), vertex(i + 1));
             let offset = b.at.point - a.at.point;
             let (onward, distance_squared) = (offset.normalize(), offset.length_squared());
             let [cos_a, cos_b] = [a, b].map(|x| x.normal().dot(onward).abs());

@@ -129,7 +129,7 @@ impl EstimatorName {
     }
 }
 
-/// What follows the paths of path tracing, as programs name it.
+/// What follows the paths of estimators of single rays, as programs name it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum EngineName {
     /// One path at a time, by the readable estimator
