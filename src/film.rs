@@ -120,13 +120,14 @@ impl Pixel {
                  in [0, 1], normals are unit vectors and distances at most {LARGEST}"
             )));
         }
-        self.merge(&Self {
-            hits: 1,
-            albedo: albedo.to_array().map(in_units),
-            normal: normal.to_array().map(in_units),
-            depth: i128::from(in_units(depth)),
-            ..Self::default()
-        })
+        // Sums of as many features of at most 1, in units of 2⁻³², fit 64 bits.
+        self.hits = added(self.hits, 1)?;
+        for channel in 0..3 {
+            self.albedo[channel] += in_units(albedo[channel]);
+            self.normal[channel] += in_units(normal[channel]);
+        }
+        self.depth += i128::from(in_units(depth));
+        Ok(())
     }
 
     /// Adds another pixel's replications: exact, in any order.
@@ -137,7 +138,6 @@ impl Pixel {
     pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.replications = added(self.replications, other.replications)?;
         self.samples = added(self.samples, other.samples)?;
-        // Sums of as many features of at most 1, in units of 2⁻³², fit 64 bits.
         self.hits = added(self.hits, other.hits)?;
         for channel in 0..3 {
             self.radiance[channel].merge(&other.radiance[channel])?;

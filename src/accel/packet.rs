@@ -50,11 +50,10 @@ impl Nearest {
         Self { primitive: zero, t: Lanes::splat(f64::INFINITY), weights: [zero; 3] }
     }
 
-    /// Takes the hits on another primitive where they are nearer. Of two at the same distance it is the one that comes
+    /// Takes the hits on other primitives where they are nearer. Of two at the same distance it is the one that comes
     /// first in the list, in whatever order they are tested.
     #[inline]
-    pub fn or(&mut self, primitive: u32, hit: &TriangleHit<Lanes>) {
-        let primitive = Lanes::splat(f64::from(primitive));
+    pub fn or(&mut self, primitive: Lanes, hit: &TriangleHit<Lanes>) {
         let nearer = hit.t.below(self.t) | hit.t.equals(self.t) & primitive.below(self.primitive);
         self.primitive = Lanes::choose(nearer, primitive, self.primitive);
         self.t = Lanes::choose(nearer, hit.t, self.t);
@@ -85,7 +84,7 @@ impl Bvh {
         let mut nearest = Nearest::new();
         self.traverse_packet(ray, limits(active, nearest.t), stack, |leaf| {
             for i in leaf {
-                nearest.or(self.ids[i], &self.primitives[i].hit(ray, &shear));
+                nearest.or(Lanes::splat(f64::from(self.ids[i])), &self.primitives[i].hit(ray, &shear));
             }
             limits(active, nearest.t)
         });

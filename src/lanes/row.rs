@@ -55,6 +55,8 @@ pub(super) struct Paths {
     pub hits: [u32; LANES],
     /// What each will follow when it has ended, the last first.
     waiting: [Vec<Branch>; LANES],
+    /// The lanes in which something waits.
+    waits: u32,
 }
 
 /// A way on that a path of more than one takes later.
@@ -101,6 +103,7 @@ pub(super) fn row<E: Scatter, S: PixelSampler>(
         sampled: LaneMask::splat(false),
         hits: [0; LANES],
         waiting: from_fn(|_| Vec::new()),
+        waits: 0,
     };
     let mut seen = Seen::new();
     // A bit for each lane: those that need a replication, that start a sample, and that are on their way.
@@ -276,6 +279,7 @@ impl Paths {
         throughput: Lanes3,
     ) {
         let ray = scene.leave(surfaces.vertex.point, surfaces.normal, direction);
+        self.waits |= on.bits();
         for lane in lanes_of(on.bits()) {
             let [origin, direction, throughput] = [ray.origin, ray.direction, throughput].map(|v| v.lane(lane));
             self.waiting[lane].push(Branch { origin, direction, throughput, hits: self.hits[lane] });
@@ -284,11 +288,13 @@ impl Paths {
 
     /// Sends those of these paths that have ended onto what they have put off, and returns their lanes.
     fn go_back(&mut self, ended: u32) -> u32 {
-        let branches: [Option<Branch>; LANES] =
-            from_fn(|i| if ended >> i & 1 == 1 { self.waiting[i].pop() } else { None });
-        if branches.iter().all(Option::is_none) {
+        let back = ended & self.waits;
+        if back == 0 {
             return 0;
         }
+        let branches: [Option<Branch>; LANES] =
+            from_fn(|i| if back >> i & 1 == 1 { self.waiting[i].pop() } else { None });
+        self.waits = lanes_of(self.waits).filter(|&i| !self.waiting[i].is_empty()).fold(0, |bits, i| bits | 1 << i);
         let new =
             |old: Lanes3, of: fn(&Branch) -> DVec3| Lanes3::from_fn(|i| branches[i].as_ref().map_or(old.lane(i), of));
         let Ray { origin, direction, .. } = self.ray;
@@ -297,7 +303,7 @@ impl Paths {
         for (hits, branch) in self.hits.iter_mut().zip(&branches) {
             *hits = branch.as_ref().map_or(*hits, |branch| branch.hits);
         }
-        LaneMask::from_fn(|i| branches[i].is_some()).bits()
+        back
     }
 
     /// Sends the paths of these lanes on from surfaces, with this throughput.

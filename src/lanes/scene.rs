@@ -37,8 +37,12 @@ struct Target<T> {
 /// A triangle by its vertices among those of the scene, and by its edges.
 struct Triangle {
     vertices: [u8; 3],
-    /// Opposite to each vertex, and whether they run in the other direction.
-    edges: [(u8, bool); 3],
+    /// Opposite to each vertex.
+    edges: [u8; 3],
+    /// -1 for those that run in the other direction, else 1.
+    signs: [f64; 3],
+    /// By how many bits the sides of each edge are turned: 8 for those that run in the other direction.
+    turns: [u8; 3],
 }
 
 /// The triangles of a small scene, or some of them.
@@ -88,6 +92,8 @@ pub(super) struct Seen {
     outside: [u16; PLACES],
     /// Of each edge the lanes that pass on its negative side, and in the upper byte those on its positive side.
     sides: [u16; PLACES],
+    /// Triangles by their places, and the lanes that may meet them; one more than there can be.
+    candidates: [(u8, u8); SMALL + 1],
     /// Of [`Search::Packets`].
     stack: PacketStack,
 }
@@ -132,11 +138,10 @@ impl<'a> LaneScene<'a> {
         }
         let mut nearest = Nearest::new();
         let shear = self.triangles.see(ray, Lanes::splat(f64::INFINITY), seen);
-        for triangle in self.triangles.candidates(active, false, seen) {
-            nearest.or(triangle.id, &seen.hit(&shear, &triangle.shape));
-        }
+        self.triangles.hits((&shear, seen), (active, false), |ids, hit| nearest.or(ids, hit));
         for sphere in &self.spheres {
-            nearest.or(sphere.id, &TriangleHit { t: sphere.shape.distance(ray), weights: [Lanes::splat(0.0); 3] });
+            let hit = TriangleHit { t: sphere.shape.distance(ray), weights: [Lanes::splat(0.0); 3] };
+            nearest.or(Lanes::splat(f64::from(sphere.id)), &hit);
         }
         nearest.of(active)
     }
@@ -184,9 +189,7 @@ impl<'a> LaneScene<'a> {
         for (triangles, asking) in [(&self.within, within), (&self.triangles, active & !within)] {
             if asking.any() {
                 let shear = triangles.see(&segment, one, seen);
-                for triangle in triangles.candidates(asking, through_glass, seen) {
-                    free = free & !(asking & seen.hit(&shear, &triangle.shape).t.below(one));
-                }
+                triangles.hits((&shear, seen), (asking, through_glass), |_, hit| free = free & !hit.t.below(one));
             }
         }
         for sphere in self.spheres.iter().filter(|sphere| !(through_glass && sphere.is_glass)) {
@@ -201,21 +204,28 @@ impl<'a> LaneScene<'a> {
     }
 
     /// The arithmetic of [`closest`](Self::closest) in one lane, without spheres. Of [`Shear`]: `new` takes 3 operations,
-    /// `project` 7 and `distance` 1 per vertex, [`edge`] 3 per edge, `hit_within` 14 per triangle that passes the masks;
-    /// one is for the limit.
+    /// `project` 7 and `distance` 1 per vertex, [`edge`] 3 per edge, and 3 more where a triangle passes the masks;
+    /// `hit_within` 14 per portion of hits; one is for the limit.
     pub fn operations(&self, ray: &Ray<Lanes3>, seen: &mut Seen) -> u32 {
         let Triangles { vertices, edges, .. } = &self.triangles;
-        self.triangles.see(ray, Lanes::splat(f64::INFINITY), seen);
-        let tested = self.triangles.candidates(LaneMask::splat(true), false, seen).count();
-        (3 + 1 + 8 * vertices.len() + 3 * edges.len() + 14 * tested) as u32
+        let all = (LaneMask::splat(true), false);
+        let shear = self.triangles.see(ray, Lanes::splat(f64::INFINITY), seen);
+        let mut portions = 0;
+        self.triangles.hits((&shear, seen), all, |_, _| portions += 1);
+        let tested = self.triangles.list_candidates(all, seen);
+        (3 + 1 + 8 * vertices.len() + 3 * edges.len() + 3 * tested + 14 * portions) as u32
     }
 }
 
 impl Triangles {
     fn add(&mut self, corners: [DVec3; 3], id: u32, is_glass: bool) {
         let [a, b, c] = corners.map(|corner| place_of(&mut self.vertices, corner));
-        let mut edge = |from: u8, to: u8| (place_of(&mut self.edges, [from.min(to), from.max(to)]), from > to);
-        let shape = Triangle { vertices: [a, b, c], edges: [edge(c, b), edge(a, c), edge(b, a)] };
+        let ends = [[c, b], [a, c], [b, a]];
+        let edges = ends.map(|[from, to]| place_of(&mut self.edges, [from.min(to), from.max(to)]));
+        let reversed = ends.map(|[from, to]| from > to);
+        let signs = reversed.map(|turned| if turned { -1.0 } else { 1.0 });
+        let turns = reversed.map(|turned| 8 * u8::from(turned));
+        let shape = Triangle { vertices: [a, b, c], edges, signs, turns };
         self.targets.push(Target { id, is_glass, shape });
     }
 
@@ -240,26 +250,51 @@ impl Triangles {
         shear
     }
 
-    /// The triangles that a ray in an `active` lane may meet: its line passes through, and the vertices are neither
-    /// all behind it nor all too far.
+    /// Tells the hits of the `active` lanes, and on which primitives, in portions of at most one per lane.
     #[inline]
-    fn candidates(
+    fn hits(
         &self,
-        active: LaneMask,
-        through_glass: bool,
-        seen: &Seen,
-    ) -> impl Iterator<Item = &Target<Triangle>> {
+        (shear, seen): (&Shear<Lanes3>, &mut Seen),
+        (active, through_glass): (LaneMask, bool),
+        mut tell: impl FnMut(Lanes, &TriangleHit<Lanes>),
+    ) {
+        let zero = Lanes::splat(0.0);
+        // What has no area is not hit.
+        let (mut ids, mut edges, mut depths) = (zero, [zero; 3], [zero; 3]);
+        let mut taken = 0;
+        let count = self.list_candidates((active, through_glass), seen);
+        for &(place, lanes) in &seen.candidates[..count] {
+            let Target { id, shape, .. } = &self.targets[usize::from(place)];
+            if taken & lanes != 0 {
+                tell(ids, &shear.hit_within(edges, depths));
+                (edges, taken) = ([zero; 3], 0);
+            }
+            taken |= lanes;
+            let lanes = LaneMask::from_bits(u32::from(lanes));
+            ids = Lanes::choose(lanes, Lanes::splat(f64::from(*id)), ids);
+            for k in 0..3 {
+                edges[k] = Lanes::choose(lanes, seen.edges[usize::from(shape.edges[k])] * shape.signs[k], edges[k]);
+                depths[k] = Lanes::choose(lanes, seen.vertices[usize::from(shape.vertices[k])][2], depths[k]);
+            }
+        }
+        if taken != 0 {
+            tell(ids, &shear.hit_within(edges, depths));
+        }
+    }
+
+    /// Lists the triangles that a ray in an `active` lane may meet, and returns how many they are: its line passes
+    /// through, and the vertices are neither all behind it nor all too far.
+    #[inline]
+    fn list_candidates(&self, (active, through_glass): (LaneMask, bool), seen: &mut Seen) -> usize {
         let active = active.bits() as u8;
-        let triangles = self.targets.iter().enumerate();
-        let mut set = triangles.fold(0_u64, |set, (place, triangle)| {
-            let counts = active & !seen.misses(&triangle.shape) != 0 && !(through_glass & triangle.is_glass);
-            set | u64::from(counts) << place
-        });
-        std::iter::from_fn(move || {
-            let next = self.targets.get(set.trailing_zeros() as usize)?;
-            set &= set - 1;
-            Some(next)
-        })
+        let mut count = 0;
+        for (place, triangle) in self.targets.iter().enumerate() {
+            let asking = if through_glass & triangle.is_glass { 0 } else { active };
+            let lanes = asking & !seen.misses(&triangle.shape);
+            seen.candidates[count] = (place as u8, lanes);
+            count += usize::from(lanes != 0);
+        }
+        count
     }
 }
 
@@ -279,27 +314,18 @@ impl Seen {
     pub fn new() -> Self {
         let zero = Lanes::splat(0.0);
         let (vertices, edges) = ([[zero; 3]; PLACES], [zero; PLACES]);
-        Self { vertices, edges, outside: [0; PLACES], sides: [0; PLACES], stack: PacketStack::default() }
+        let (outside, sides, candidates) = ([0; PLACES], [0; PLACES], [(0, 0); SMALL + 1]);
+        Self { vertices, edges, outside, sides, candidates, stack: PacketStack::default() }
     }
 
     /// The lanes that surely miss a triangle.
     #[inline]
     fn misses(&self, triangle: &Triangle) -> u8 {
-        let side = |(edge, reversed): (u8, bool)| self.sides[usize::from(edge)].rotate_left(8 * u32::from(reversed));
-        let [a, b, c] = triangle.edges.map(side);
+        let side = |k: usize| self.sides[usize::from(triangle.edges[k])].rotate_left(u32::from(triangle.turns[k]));
+        let [a, b, c] = [side(0), side(1), side(2)];
         let [x, y, z] = triangle.vertices.map(|vertex| self.outside[usize::from(vertex)]);
         let (sides, outside) = (a | b | c, x & y & z);
         ((sides & sides >> 8) | outside | outside >> 8) as u8
-    }
-
-    #[inline(always)]
-    fn hit(&self, shear: &Shear<Lanes3>, triangle: &Triangle) -> TriangleHit<Lanes> {
-        let edge = |(place, reversed): (u8, bool)| {
-            let edge = self.edges[usize::from(place)];
-            if reversed { -edge } else { edge }
-        };
-        let depth = |vertex: u8| self.vertices[usize::from(vertex)][2];
-        shear.hit_within(triangle.edges.map(edge), triangle.vertices.map(depth))
     }
 }
 
