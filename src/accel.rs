@@ -233,7 +233,7 @@ impl Bvh {
     #[inline]
     fn traverse_with<const N: usize>(&self, ray: &Ray, t_max: f64, mut leaf: impl FnMut(usize, usize) -> Option<f64>) {
         let slabs = Slabs::new(ray);
-        let mut limit = rounded_up(t_max);
+        let mut limit = rounded_up(t_max as f32);
         let mut stack = [(0f32, 0u32); N];
         let mut waiting = 1;
         while waiting > 0 {
@@ -246,7 +246,7 @@ impl Bvh {
             let count = (child & COUNT_MASK) as usize;
             if count > 0 {
                 match leaf(first, count) {
-                    Some(t_max) => limit = rounded_up(t_max),
+                    Some(t_max) => limit = rounded_up(t_max as f32),
                     None => return,
                 }
                 continue;
@@ -321,10 +321,10 @@ fn rounded_down(x: f64) -> f32 {
     if f64::from(rounded) > x { rounded.next_down() } else { rounded }
 }
 
-/// A single-precision number above the distance x, with the slabs' relative margin.
+/// A number above the distance that was rounded to x, with the slabs' relative margin.
 #[inline]
-fn rounded_up(x: f64) -> f32 {
-    x as f32 * SLAB_MARGIN
+fn rounded_up(x: f32) -> f32 {
+    x * SLAB_MARGIN
 }
 
 /// Divides items among at most four parts, each time the part with the largest area that is too large

@@ -207,6 +207,10 @@ equations! {
         r"n_i = 1 + (n - 1)\left(1 + (1 - \varepsilon)(s_i - \langle s\rangle)\right), \quad s_i = \min\!\left(\frac{\tilde\sigma_i}{\langle\tilde\sigma\rangle}, 8\right), \quad I_i = \frac{1}{n_i}\sum_{j \le n_i} L_{ij}", None,
         "Neyman, J. Royal Statistical Society 97(4), 558-625, 1934; Kirk and Arvo, SIGGRAPH 1991", Added,
         "Unbiased if no sample that decides n has a share in I: the noise σ̃ is that of a pilot, averaged over neighbours.";
+    SINGLE_PRECISION = "single", "", "Rounding to single precision",
+        r"\mathrm{fl}(a \mathbin{\mathrm{op}} b) = (a \mathbin{\mathrm{op}} b)(1 + \delta), \quad \lvert\delta\rvert \le 2^{-24}", None,
+        "IEEE 754-2019; Higham, Accuracy and Stability of Numerical Algorithms, SIAM, 2002", Added,
+        "Of +, −, ×, ÷ and √, each result the nearest number: thousands of roundings in a path leave its radiance, unless they send it elsewhere.";
     GEOMETRY = "geometry", "", "Geometry term",
         r"G(x,y) = \frac{\cos\theta_x\cos\theta_y}{\lVert x-y\rVert^2}", None,
         "Kajiya 1986; Dutré, Bala and Bekaert 2006", Added,

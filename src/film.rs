@@ -26,6 +26,30 @@ pub struct Features {
     pub depth: f64,
 }
 
+/// Albedo and normal in multiples of [`UNIT`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FlatFeatures {
+    albedo: [i64; 3],
+    normal: [i64; 3],
+}
+
+impl FlatFeatures {
+    /// None if the albedo does not lie in [0, 1] or the normal is not a unit vector.
+    #[inline]
+    pub fn new(albedo: DVec3, normal: DVec3) -> Option<Self> {
+        let legal =
+            albedo.to_array().iter().all(|a| (0.0..=1.0).contains(a)) && (normal.length_squared() - 1.0).abs() < 1e-6;
+        let units = |v: DVec3| v.to_array().map(in_units);
+        legal.then(|| Self { albedo: units(albedo), normal: units(normal) })
+    }
+}
+
+/// Whether a film can take a depth.
+#[inline]
+pub(crate) fn is_legal_depth(depth: f64) -> bool {
+    (0.0..=LARGEST).contains(&depth)
+}
+
 /// Refuses what is no radiance: each channel must be at least 0 and at most [`LARGEST`]. Less below 0 than
 /// rounds to a multiple of [`UNIT`] passes.
 ///
@@ -111,20 +135,24 @@ impl Pixel {
     #[inline]
     pub fn push_features(&mut self, features: &Features) -> Result<(), Error> {
         let Features { albedo, normal, depth } = *features;
-        let legal = albedo.to_array().iter().all(|a| (0.0..=1.0).contains(a))
-            && (normal.length_squared() - 1.0).abs() < 1e-6
-            && (0.0..=LARGEST).contains(&depth);
-        if !legal {
-            return Err(Error::Option(format!(
+        match FlatFeatures::new(albedo, normal) {
+            Some(flat) if is_legal_depth(depth) => self.push_flat(&flat, false, depth),
+            _ => Err(Error::Option(format!(
                 "a camera ray met a surface of albedo {albedo}, normal {normal} at distance {depth:?}: albedos lie \
                  in [0, 1], normals are unit vectors and distances at most {LARGEST}"
-            )));
+            ))),
         }
+    }
+
+    /// The same of a flat surface, whose normal is turned if it shows its back, at a legal depth.
+    #[inline]
+    pub(crate) fn push_flat(&mut self, flat: &FlatFeatures, shows_back: bool, depth: f64) -> Result<(), Error> {
         // Sums of as many features of at most 1, in units of 2⁻³², fit 64 bits.
         self.hits = added(self.hits, 1)?;
+        let sign = if shows_back { -1 } else { 1 };
         for channel in 0..3 {
-            self.albedo[channel] += in_units(albedo[channel]);
-            self.normal[channel] += in_units(normal[channel]);
+            self.albedo[channel] += flat.albedo[channel];
+            self.normal[channel] += sign * flat.normal[channel];
         }
         self.depth += i128::from(in_units(depth));
         Ok(())

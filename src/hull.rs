@@ -5,6 +5,7 @@ use glam::DVec3;
 
 use crate::accel::{Bvh, Primitive};
 use crate::real::{Real, Vector};
+use crate::scene::COARSER;
 
 /// In a scene of more primitives the hierarchy passes walls by as fast.
 pub(crate) const SMALL: usize = 64;
@@ -21,11 +22,13 @@ pub(crate) struct Hull {
     pub within: Bvh,
 }
 
-/// The space between two parallel planes, n · p < `ends[0]` and −n · p < `ends[1]`; infinite where no wall is.
+/// The space between two parallel planes, n · p < `ends[0]` and −n · p < `ends[1]` but for a margin of `offset`/4;
+/// infinite where no wall is.
 #[derive(Debug)]
 struct Slab {
     normal: DVec3,
     ends: [f64; 2],
+    offset: f64,
 }
 
 impl Hull {
@@ -45,7 +48,8 @@ impl Hull {
                 if slabs.iter_mut().any(|slab| slab.is_closed_by([a, b, c], primitives, offset)) {
                     return true;
                 }
-                let mut slab = Slab { normal: (b - a).cross(c - a).normalize_or_zero(), ends: [f64::INFINITY; 2] };
+                let mut slab =
+                    Slab { normal: (b - a).cross(c - a).normalize_or_zero(), ends: [f64::INFINITY; 2], offset };
                 let is_wall = slab.is_closed_by([a, b, c], primitives, offset);
                 if is_wall {
                     slabs.push(slab);
@@ -63,7 +67,8 @@ impl Hull {
         let zero = V::Real::splat(0.0);
         self.slabs.iter().fold(zero.equals(zero), |within, slab| {
             let height = V::splat_vector(slab.normal).dot(point);
-            let [above, below] = slab.ends.map(V::Real::splat);
+            let [double, single] = [1.0, COARSER].map(|scale| slab.offset * scale / 4.0);
+            let [above, below] = slab.ends.map(|end| V::Real::by_precision(end - double, end - single));
             within & height.below(above) & (-height).below(below)
         })
     }
@@ -79,7 +84,7 @@ impl Slab {
             // The tolerance is some tens of roundings. Where a ray leaves a wall is within, what lies on the wall is not.
             let lies = corners.iter().all(|corner| normal.dot(*corner) >= farthest - offset / 64.0);
             if lies {
-                *end = farthest - offset / 4.0;
+                *end = farthest;
             }
             lies
         })

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use crate::real::{LANES, Lanes, Lanes3, Real as _, Vector as _};
+use crate::real::{LANES, Lanes, Lanes3, Real as _, Vector as _, WideMask as _};
 
 /// Points with values, as a balanced tree without pointers: the middle of a range is its root, the halves
 /// before and after it are the branches. A short range is a leaf.

@@ -11,6 +11,8 @@ pub const MOST: usize = 64;
 pub const EVEN: f64 = 0.2;
 /// Contributions are taken as within these bounds, so that neither their sum nor its inverse overflows.
 const BOUNDS: [f64; 2] = [1e-280, 1e280];
+/// The same in single precision.
+const SINGLE_BOUNDS: [f64; 2] = [1e-30, 1e30];
 
 /// Picks of emitters that do not depend on a place: one half in proportion to their flux, as most light is then followed,
 /// the other half evenly among those that have any, as little light near the eye may matter more.
@@ -68,7 +70,8 @@ impl<R: Real> Scale<R> {
         for i in 0..count {
             let contribution = contribution(i);
             let some = contribution.above(zero);
-            let bounded = contribution.at_least(R::splat(BOUNDS[0])).at_most(R::splat(BOUNDS[1]));
+            let [low, high] = [0, 1].map(|end| R::by_precision(BOUNDS[end], SINGLE_BOUNDS[end]));
+            let bounded = contribution.at_least(low).at_most(high);
             let bounded = R::choose(some, bounded, zero);
             sum = sum + bounded;
             positive = positive + R::choose(some, one, zero);

@@ -158,14 +158,21 @@ pub fn crossed_in_mirrors(scene: &Scene, frame: [u32; 2]) -> Vec<bool> {
         let view = View::new(ray, scene.intersect(&ray)).in_mirrors(scene);
         if view.mirrors > 0 { view.emitted(scene) } else { DVec3::ZERO }
     };
-    let corners: Vec<DVec3> =
-        (0..=height).into_par_iter().flat_map_iter(|y| (0..=width).map(move |x| shown(x, y))).collect();
-    let differ = |first: usize| {
-        let next = first + width + 1;
-        [first + 1, next, next + 1].iter().any(|&corner| corners[corner] != corners[first])
+    // Some rows at a time: their corners need no room for all.
+    let rows = |first: usize| {
+        let last = height.min(first + ROWS);
+        let corners: Vec<DVec3> = (first..=last).flat_map(|y| (0..=width).map(move |x| shown(x, y))).collect();
+        let differ = move |at: usize| {
+            let next = at + width + 1;
+            [at + 1, next, next + 1].iter().any(|&corner| corners[corner] != corners[at])
+        };
+        (0..last - first).flat_map(move |y| (0..width).map(move |x| y * (width + 1) + x)).map(differ)
     };
-    (0..height).flat_map(|y| (0..width).map(move |x| y * (width + 1) + x)).map(differ).collect()
+    (0..height.div_ceil(ROWS)).into_par_iter().flat_map_iter(|part| rows(part * ROWS)).collect()
 }
+
+/// Rows of pixels whose corners are looked at together.
+const ROWS: usize = 16;
 
 /// The outline of a shape seen from the eye.
 fn corners(shape: &EmitterShape, eye: DVec3) -> Vec<DVec3> {

@@ -6,6 +6,7 @@ use std::sync::LazyLock;
 
 use rand::{Rng, TryRng};
 use sobol_burley::parts::{owen_scramble_rev, sobol_rev};
+use wide::u32x8;
 
 use crate::rng::{CounterHash, Stream, mix, scramble_for, seed_for, stream};
 
@@ -163,7 +164,7 @@ pub struct Sobol {
 
 /// The numbers of a [`Sobol`] in one block, without those that fill them up.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Point {
+struct Point {
     index: u16,
     /// What the keys of blocks come from.
     hash: CounterHash,
@@ -181,7 +182,7 @@ const LEADING: u32 = 23;
 
 impl Point {
     #[inline]
-    pub(crate) fn new(index: u16, scramble: u64) -> Self {
+    fn new(index: u16, scramble: u64) -> Self {
         let mut point =
             Self { index, hash: CounterHash::new(scramble), block: 0, key: 0, numbers: [0; BLOCK as usize] };
         point.start(0);
@@ -190,27 +191,35 @@ impl Point {
 
     /// Starts a block.
     #[inline]
-    pub(crate) fn start(&mut self, block: u32) {
-        let key = self.hash.number(block, 0);
-        // The shuffled index, bits reversed.
-        let place = owen_scramble_rev(u32::from(self.index).reverse_bits(), key as u32);
-        let sequence = &*SEQUENCE;
-        let sums: [_; 4] = from_fn(|i| sequence[i][place as usize >> (16 + 4 * i) & 15]);
-        let numbers = from_fn(|dimension| sums.iter().fold(0, |sum, numbers| sum ^ numbers[dimension]));
-        *self = Self { block, key, numbers, ..*self };
+    fn start(&mut self, block: u32) {
+        let key = block_key(self.hash, block);
+        *self = Self { block, key, numbers: unscrambled(&SEQUENCE, place(self.index, key)).to_array(), ..*self };
     }
+}
 
-    /// Starts the block that follows a used one.
-    #[inline]
-    pub(crate) fn go_on(&mut self) {
-        self.start(self.block.wrapping_add(OVERFLOW));
-    }
+/// What scrambles and shuffles a block.
+#[inline]
+pub(crate) fn block_key(hash: CounterHash, block: u32) -> u64 {
+    hash.number(block, 0)
+}
 
-    /// A dimension's number of the sequence before it is scrambled, bits reversed, and what scrambles it.
-    #[inline]
-    pub(crate) fn unscrambled(&self, dimension: u32) -> (u32, u64) {
-        (self.numbers[(dimension % BLOCK) as usize], self.key ^ u64::from(dimension))
-    }
+/// The shuffled index in a block of this key, bits reversed.
+#[inline]
+pub(crate) fn place(index: u16, key: u64) -> u32 {
+    owen_scramble_rev(u32::from(index).reverse_bits(), key as u32)
+}
+
+/// The numbers of a block by dimension, before they are scrambled, bits reversed.
+#[inline]
+pub(crate) fn unscrambled(sequence: &Sequence, place: u32) -> u32x8 {
+    let numbers = |i: usize| sequence[i][place as usize >> (16 + 4 * i) & 15];
+    numbers(0) ^ numbers(1) ^ numbers(2) ^ numbers(3)
+}
+
+/// The block in which a used one goes on.
+#[inline]
+pub(crate) fn next_block(block: u32) -> u32 {
+    block.wrapping_add(OVERFLOW)
 }
 
 /// A number of the sequence scrambled, with the leading bits of `fill` after its own.
@@ -221,10 +230,16 @@ pub(crate) fn scrambled((number, key): (u32, u64), fill: u64) -> u64 {
     (own ^ u64::from(leading) << 32) & !(u64::MAX >> LEADING) | fill >> LEADING
 }
 
+/// Points of the sequence.
+pub(crate) type Sequence = [[u32x8; 16]; 4];
+
 /// Points of the sequence, bits reversed, at the indices that have bits in one group of four only, by group and bits: the
 /// others are sums (exclusive or) of these.
-static SEQUENCE: LazyLock<[[[u32; BLOCK as usize]; 16]; 4]> = LazyLock::new(|| {
-    from_fn(|i| from_fn(|bits| from_fn(|dimension| sobol_rev((bits as u32) << (16 + 4 * i), dimension as u32))))
+pub(crate) static SEQUENCE: LazyLock<Sequence> = LazyLock::new(|| {
+    from_fn(|i| {
+        let index = |bits: usize| (bits as u32) << (16 + 4 * i);
+        from_fn(|bits| u32x8::new(from_fn(|dimension| sobol_rev(index(bits), dimension as u32))))
+    })
 });
 
 impl Sobol {
@@ -257,10 +272,12 @@ impl TryRng for Sobol {
     }
 
     fn try_next_u64(&mut self) -> Result<u64, Infallible> {
-        let number = scrambled(self.point.unscrambled(self.dimension), self.fill.next_u64());
+        let Point { numbers, key, block, .. } = self.point;
+        let number = numbers[(self.dimension % BLOCK) as usize];
+        let number = scrambled((number, key ^ u64::from(self.dimension)), self.fill.next_u64());
         self.dimension += 1;
         if self.dimension == BLOCK {
-            self.point.go_on();
+            self.point.start(next_block(block));
             self.dimension = 0;
         }
         Ok(number)

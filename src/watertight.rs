@@ -11,7 +11,7 @@
 
 use glam::DVec3;
 
-use crate::real::{LaneMask, Lanes, Lanes3, Mask, Real, Vector};
+use crate::real::{Lanes3, Mask, Real, Vector};
 use crate::shape::Ray;
 
 /// Vertices padded to four numbers, so that an axis index masked with 3 needs no bounds check.
@@ -54,20 +54,20 @@ impl Turn for DVec3 {
     }
 }
 
-impl Turn for Lanes3 {
+impl<R: Real<Vector = Self>> Turn for Lanes3<R> {
     /// Whether the last axis is the first, or the second.
-    type Axes = [LaneMask; 2];
+    type Axes = [R::Mask; 2];
 
     #[inline]
-    fn axes(direction: Self) -> [LaneMask; 2] {
+    fn axes(direction: Self) -> [R::Mask; 2] {
         let [x, y, z] = direction.components().map(Real::abs);
         let is_x = x.above(y) & x.above(z);
         [is_x, !is_x & y.above(z)]
     }
 
     #[inline]
-    fn turned(&[x, y, z, _]: &[Lanes; 4], [is_x, is_y]: [LaneMask; 2]) -> [Lanes; 3] {
-        let pick = |if_x, if_y, if_z| Real::choose(is_x, if_x, Real::choose(is_y, if_y, if_z));
+    fn turned(&[x, y, z, _]: &[R; 4], [is_x, is_y]: [R::Mask; 2]) -> [R; 3] {
+        let pick = |if_x, if_y, if_z| R::choose(is_x, if_x, R::choose(is_y, if_y, if_z));
         [pick(y, z, x), pick(z, x, y), pick(x, y, z)]
     }
 }
@@ -140,7 +140,7 @@ impl<V: Turn> Shear<V> {
         let weights = [u * inverse, v * inverse, w * inverse];
         let t = self.distance(weights[0] * depths[0] + weights[1] * depths[1] + weights[2] * depths[2]);
         let farthest = depths[0].abs().at_least(depths[1].abs()).at_least(depths[2].abs());
-        let ahead = t.above(self.distance(farthest * NEAREST).abs());
+        let ahead = t.above(self.distance(farthest * V::Real::by_precision(NEAREST, SINGLE_NEAREST)).abs());
         let hit = inside & !determinant.equals(zero) & ahead;
         TriangleHit { t: V::Real::choose(hit, t, none), weights }
     }
@@ -149,6 +149,8 @@ impl<V: Turn> Shear<V> {
 /// Relative to the farthest vertex of a triangle, a bound on the rounding of the distance at which a ray meets it: 2⁻⁴⁸,
 /// sixteen machine epsilons.
 pub const NEAREST: f64 = 1.0 / 281_474_976_710_656.0;
+/// The same in single precision, 2⁻¹⁹.
+pub const SINGLE_NEAREST: f64 = 1.0 / 524_288.0;
 
 /// On which side of the edge between two projected vertices the ray passes: twice the signed area of the triangle of
 /// these two and the ray. Exchanging the vertices changes the sign and nothing else.

@@ -147,90 +147,103 @@ fn film_push_features(bencher: Bencher) {
     fill(bencher, features, |pixel, f| pixel.push_features(f).expect("legal features"));
 }
 
-/// The same for eight at once; items are single ones.
-mod eight {
-    use std::array::from_fn;
-    use std::cell::RefCell;
+/// The same for several at once; items are single ones.
+macro_rules! at_once {
+    ($module:ident, $number:ty, $count:expr) => {
+        mod $module {
+            use std::array::from_fn;
+            use std::cell::RefCell;
 
-    use divan::{Bencher, black_box};
-    use glam::DVec3;
-    use whitefurnace::accel::{Bvh, PacketStack};
-    use whitefurnace::bsdf::{OrenNayar, OrenNayarForm, oren_nayar};
-    use whitefurnace::real::{LANES, LaneMask, Lanes, Lanes3, Real};
-    use whitefurnace::shape::{Ray, Sphere};
-    use whitefurnace::watertight::Shear;
-    use whitefurnace::{fresnel, sampling};
+            use divan::{Bencher, black_box};
+            use glam::DVec3;
+            use whitefurnace::accel::{Bvh, PacketStack};
+            use whitefurnace::bsdf::{OrenNayar, OrenNayarForm, oren_nayar};
+            use whitefurnace::real::{Lanes3, Real, Wide, WideMask, WideVector};
+            use whitefurnace::shape::{Ray, Sphere};
+            use whitefurnace::watertight::Shear;
+            use whitefurnace::{fresnel, sampling};
 
-    use super::{COUNT, ItemsCount, TRIANGLE, large_mesh, square, upper};
+            use super::{COUNT, ItemsCount, TRIANGLE, large_mesh, square, upper};
 
-    fn bench<I, O>(bencher: Bencher, input: impl Fn(u32) -> I, kernel: impl Fn(&I) -> O) {
-        let inputs: Vec<I> = (0..COUNT / LANES as u32).map(input).collect();
-        bencher.counter(ItemsCount::new(COUNT)).bench_local(|| inputs.iter().for_each(|i| drop(black_box(kernel(i)))));
-    }
+            fn bench<I, O>(bencher: Bencher, input: impl Fn(u32) -> I, kernel: impl Fn(&I) -> O) {
+                let inputs: Vec<I> = (0..COUNT / $count as u32).map(input).collect();
+                bencher
+                    .counter(ItemsCount::new(COUNT))
+                    .bench_local(|| inputs.iter().for_each(|i| drop(black_box(kernel(i)))));
+            }
 
-    fn numbers<const N: usize>(of: impl Fn(u32) -> [f64; N]) -> impl Fn(u32) -> [Lanes; N] {
-        move |i| {
-            let all: [[f64; N]; LANES] = from_fn(|lane| of(i * LANES as u32 + lane as u32));
-            from_fn(|k| Lanes::new(all.map(|one| one[k])))
+            fn numbers<const N: usize>(of: impl Fn(u32) -> [f64; N]) -> impl Fn(u32) -> [$number; N] {
+                move |i| {
+                    let all: [[f64; N]; $count] = from_fn(|lane| of(i * $count as u32 + lane as u32));
+                    from_fn(|k| <$number>::from_lanes(|lane| all[lane][k]))
+                }
+            }
+
+            fn vectors(of: impl Fn(u32) -> DVec3) -> impl Fn(u32) -> Lanes3<$number> {
+                move |i| Lanes3::from_fn(|lane| of(i * $count as u32 + lane as u32))
+            }
+
+            fn ray(i: u32) -> Ray<Lanes3<$number>> {
+                let [origin, direction] = [|ray: Ray| ray.origin, |ray: Ray| ray.direction];
+                Ray::new(vectors(|i| origin(super::ray(i)))(i), vectors(|i| direction(super::ray(i)))(i))
+            }
+
+            #[divan::bench]
+            fn triangle_watertight(bencher: Bencher) {
+                let vertices = TRIANGLE.map(|v| [v.x, v.y, v.z, 0.0].map(<$number>::splat));
+                bench(bencher, ray, |ray| {
+                    let shear = Shear::new(ray);
+                    let [a, b, c] = black_box(&vertices).each_ref().map(|vertex| shear.project(vertex));
+                    shear.hit([&a, &b, &c])
+                });
+            }
+
+            #[divan::bench]
+            fn sphere(bencher: Bencher) {
+                let sphere = Sphere::new(DVec3::ZERO, 1.0);
+                bench(bencher, ray, |ray| black_box(&sphere).distance(ray));
+            }
+
+            /// Rays with nothing in common, the worst of packets.
+            #[divan::bench]
+            fn large_mesh_closest(bencher: Bencher) {
+                let (bvh, stack) = (Bvh::new(&large_mesh()), RefCell::new(PacketStack::default()));
+                let all = <$number as Real>::Mask::splat(true);
+                bench(bencher, ray, |ray| bvh.closest_of_packet(ray, all, &mut stack.borrow_mut()));
+            }
+
+            #[divan::bench]
+            fn uniform_hemisphere(bencher: Bencher) {
+                bench(bencher, numbers(square), |&r| sampling::uniform_hemisphere(r));
+            }
+
+            #[divan::bench]
+            fn cosine_hemisphere(bencher: Bencher) {
+                bench(bencher, numbers(square), |&r| sampling::cosine_hemisphere(r));
+            }
+
+            #[divan::bench]
+            fn fresnel_reflectance(bencher: Bencher) {
+                bench(bencher, numbers(square), |&[cosine, side]| {
+                    let n2 = <$number>::choose(
+                        side.below(<$number>::splat(0.5)),
+                        <$number>::splat(1.0),
+                        <$number>::splat(1.5),
+                    );
+                    fresnel::reflectance(cosine, -n2 + 2.5, n2)
+                });
+            }
+
+            #[divan::bench(args = [OrenNayarForm::Corrected, OrenNayarForm::Printed])]
+            fn oren_nayar_bracket(bencher: Bencher, form: OrenNayarForm) {
+                let constants = OrenNayar::new(0.3);
+                let constants = OrenNayar { a: <$number>::splat(constants.a), b: <$number>::splat(constants.b) };
+                let [first, second] = [0, 1].map(|high| vectors(move |i| upper(i, high)));
+                bench(bencher, |i| (first(i), second(i)), |&(wo, wi)| oren_nayar(black_box(constants), form, wo, wi));
+            }
         }
-    }
-
-    fn vectors(of: impl Fn(u32) -> DVec3) -> impl Fn(u32) -> Lanes3 {
-        move |i| Lanes3::from_fn(|lane| of(i * LANES as u32 + lane as u32))
-    }
-
-    fn ray(i: u32) -> Ray<Lanes3> {
-        let [origin, direction] = [|ray: Ray| ray.origin, |ray: Ray| ray.direction];
-        Ray::new(vectors(|i| origin(super::ray(i)))(i), vectors(|i| direction(super::ray(i)))(i))
-    }
-
-    #[divan::bench]
-    fn triangle_watertight(bencher: Bencher) {
-        let vertices = TRIANGLE.map(|v| [v.x, v.y, v.z, 0.0].map(Lanes::splat));
-        bench(bencher, ray, |ray| {
-            let shear = Shear::new(ray);
-            let [a, b, c] = black_box(&vertices).each_ref().map(|vertex| shear.project(vertex));
-            shear.hit([&a, &b, &c])
-        });
-    }
-
-    #[divan::bench]
-    fn sphere(bencher: Bencher) {
-        let sphere = Sphere::new(DVec3::ZERO, 1.0);
-        bench(bencher, ray, |ray| black_box(&sphere).distance(ray));
-    }
-
-    /// Rays with nothing in common, the worst of packets.
-    #[divan::bench]
-    fn large_mesh_closest(bencher: Bencher) {
-        let (bvh, stack) = (Bvh::new(&large_mesh()), RefCell::new(PacketStack::default()));
-        let all = LaneMask::splat(true);
-        bench(bencher, ray, |ray| bvh.closest_of_packet(ray, all, &mut stack.borrow_mut()));
-    }
-
-    #[divan::bench]
-    fn uniform_hemisphere(bencher: Bencher) {
-        bench(bencher, numbers(square), |&r| sampling::uniform_hemisphere(r));
-    }
-
-    #[divan::bench]
-    fn cosine_hemisphere(bencher: Bencher) {
-        bench(bencher, numbers(square), |&r| sampling::cosine_hemisphere(r));
-    }
-
-    #[divan::bench]
-    fn fresnel_reflectance(bencher: Bencher) {
-        bench(bencher, numbers(square), |&[cosine, side]| {
-            let n2 = Lanes::choose(side.below(Lanes::splat(0.5)), Lanes::splat(1.0), Lanes::splat(1.5));
-            fresnel::reflectance(cosine, -n2 + 2.5, n2)
-        });
-    }
-
-    #[divan::bench(args = [OrenNayarForm::Corrected, OrenNayarForm::Printed])]
-    fn oren_nayar_bracket(bencher: Bencher, form: OrenNayarForm) {
-        let constants = OrenNayar::new(0.3);
-        let constants = OrenNayar { a: Lanes::splat(constants.a), b: Lanes::splat(constants.b) };
-        let [first, second] = [0, 1].map(|high| vectors(move |i| upper(i, high)));
-        bench(bencher, |i| (first(i), second(i)), |&(wo, wi)| oren_nayar(black_box(constants), form, wo, wi));
-    }
+    };
 }
+
+at_once!(eight, whitefurnace::real::Lanes, whitefurnace::real::LANES);
+at_once!(sixteen_single, whitefurnace::real::Singles, whitefurnace::real::SINGLES);

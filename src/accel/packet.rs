@@ -1,4 +1,4 @@
-//! Eight rays that go through the hierarchy together, each with the same answer as alone.
+//! Several rays that go through the hierarchy together, each with the same answer as alone.
 //!
 //! A node is visited if any of them may meet it. Then the box of each of its children, and each primitive of a leaf,
 //! is tested against all of them at once.
@@ -6,85 +6,95 @@
 use std::array::from_fn;
 use std::ops::Range;
 
-use wide::f32x8;
-
 use super::{Bvh, COUNT_BITS, COUNT_MASK, Node, ORIGIN_MARGIN, SLAB_MARGIN, STACK, rounded_up};
-use crate::real::{LANES, LaneMask, Lanes, Lanes3, Real, Vector};
+use crate::real::{LANES, Lanes, Lanes3, Real, Scalar, Vector, Wide, WideMask};
 use crate::shape::Ray;
 use crate::watertight::{Shear, TriangleHit};
 
-/// The nearest hits of eight rays.
+/// The nearest hits of several rays.
 #[derive(Clone, Copy, Debug)]
-pub struct PacketHit {
+pub struct PacketHit<R: Real = Lanes, const N: usize = LANES> {
     /// The lanes whose ray has hit something.
-    pub met: LaneMask,
+    pub met: R::Mask,
     /// Which primitive, by its place in the list that the hierarchy was built from; 0 in other lanes.
-    pub primitive: [u32; LANES],
+    pub primitive: [u32; N],
     /// t of (1), infinite in other lanes.
-    pub t: Lanes,
+    pub t: R,
     /// Barycentric weights of a triangle's vertices; zero for spheres.
-    pub weights: [Lanes; 3],
+    pub weights: [R; 3],
 }
 
-/// What eight rays have hit so far.
-pub(crate) struct Nearest {
-    primitive: Lanes,
-    t: Lanes,
-    weights: [Lanes; 3],
+/// What several rays have hit so far.
+pub(crate) struct Nearest<R> {
+    primitive: R,
+    t: R,
+    weights: [R; 3],
 }
 
 /// Children that wait to be visited: where the rays enter their boxes, and which they are. One buffer serves all packets.
 #[derive(Clone, Debug)]
-pub struct PacketStack([(f32x8, u32); STACK]);
-
-/// Rays as the box test sees them, as [`super::Slabs`] of each.
-struct Slabs {
-    /// What the planes at the low ends are seen from, and those at the high ends.
-    origins: [[f32x8; 3]; 2],
-    inverse: [f32x8; 3],
+#[repr(align(64))]
+pub struct PacketStack<const N: usize = LANES> {
+    entered: [[f32; N]; STACK],
+    children: [u32; STACK],
 }
 
-impl Nearest {
+/// Rays as the box test sees them, as [`super::Slabs`] of each.
+struct Slabs<S> {
+    /// What the planes at the low ends are seen from, and those at the high ends.
+    origins: [[S; 3]; 2],
+    inverse: [S; 3],
+}
+
+impl<R: Real> Nearest<R> {
     pub fn new() -> Self {
-        let zero = Lanes::splat(0.0);
-        Self { primitive: zero, t: Lanes::splat(f64::INFINITY), weights: [zero; 3] }
+        let zero = R::splat(0.0);
+        Self { primitive: zero, t: R::splat(f64::INFINITY), weights: [zero; 3] }
     }
 
     /// Takes the hits on other primitives where they are nearer. Of two at the same distance it is the one that comes
     /// first in the list, in whatever order they are tested.
     #[inline]
-    pub fn or(&mut self, primitive: Lanes, hit: &TriangleHit<Lanes>) {
+    pub fn or(&mut self, primitive: R, hit: &TriangleHit<R>) {
         let nearer = hit.t.below(self.t) | hit.t.equals(self.t) & primitive.below(self.primitive);
-        self.primitive = Lanes::choose(nearer, primitive, self.primitive);
-        self.t = Lanes::choose(nearer, hit.t, self.t);
-        self.weights = from_fn(|i| Lanes::choose(nearer, hit.weights[i], self.weights[i]));
+        self.primitive = R::choose(nearer, primitive, self.primitive);
+        self.t = R::choose(nearer, hit.t, self.t);
+        self.weights = from_fn(|i| R::choose(nearer, hit.weights[i], self.weights[i]));
     }
 
     /// The hits of the `active` lanes.
     #[inline]
-    pub fn of(&self, active: LaneMask) -> PacketHit {
-        let met = active & self.t.below(Lanes::splat(f64::INFINITY));
-        let primitive = Lanes::choose(met, self.primitive, Lanes::splat(0.0)).to_array().map(|id| id as u32);
-        let t = Lanes::choose(met, self.t, Lanes::splat(f64::INFINITY));
+    pub fn of<const N: usize>(&self, active: R::Mask) -> PacketHit<R, N>
+    where
+        R: Wide<N>,
+    {
+        let met = active & self.t.below(R::splat(f64::INFINITY));
+        let primitive = R::choose(met, self.primitive, R::splat(0.0)).lanes().map(|id| id.into() as u32);
+        let t = R::choose(met, self.t, R::splat(f64::INFINITY));
         PacketHit { met, primitive, t, weights: self.weights }
     }
 }
 
-impl Default for PacketStack {
+impl<const N: usize> Default for PacketStack<N> {
     fn default() -> Self {
-        Self([(f32x8::ZERO, 0); STACK])
+        Self { entered: [[0.0; N]; STACK], children: [0; STACK] }
     }
 }
 
 impl Bvh {
     /// [`closest`](Self::closest) for each ray of the `active` lanes, without limit.
     #[inline]
-    pub fn closest_of_packet(&self, ray: &Ray<Lanes3>, active: LaneMask, stack: &mut PacketStack) -> PacketHit {
+    pub fn closest_of_packet<R: Wide<N>, const N: usize>(
+        &self,
+        ray: &Ray<Lanes3<R>>,
+        active: R::Mask,
+        stack: &mut PacketStack<N>,
+    ) -> PacketHit<R, N> {
         let shear = Shear::new(ray);
         let mut nearest = Nearest::new();
         self.traverse_packet(ray, limits(active, nearest.t), stack, |leaf| {
             for i in leaf {
-                nearest.or(Lanes::splat(f64::from(self.ids[i])), &self.primitives[i].hit(ray, &shear));
+                nearest.or(R::splat(f64::from(self.ids[i])), &self.primitives[i].hit(ray, &shear));
             }
             limits(active, nearest.t)
         });
@@ -93,14 +103,14 @@ impl Bvh {
 
     /// [`occluded`](Self::occluded) up to t = 1 for each segment of the `active` lanes; no in other lanes.
     #[inline]
-    pub fn occluded_of_packet(
+    pub fn occluded_of_packet<R: Wide<N>, const N: usize>(
         &self,
-        segment: &Ray<Lanes3>,
-        active: LaneMask,
+        segment: &Ray<Lanes3<R>>,
+        active: R::Mask,
         blocks: impl Fn(u32) -> bool,
-        stack: &mut PacketStack,
-    ) -> LaneMask {
-        let (shear, one) = (Shear::new(segment), Lanes::splat(1.0));
+        stack: &mut PacketStack<N>,
+    ) -> R::Mask {
+        let (shear, one) = (Shear::new(segment), R::splat(1.0));
         let mut free = active;
         self.traverse_packet(segment, limits(free, one), stack, |leaf| {
             for i in leaf {
@@ -116,20 +126,20 @@ impl Bvh {
     /// Calls `leaf` with the primitives that any ray may meet, near ones first. It returns the distances beyond which
     /// nothing matters to a ray any more.
     #[inline]
-    fn traverse_packet(
+    fn traverse_packet<R: Wide<N>, const N: usize>(
         &self,
-        ray: &Ray<Lanes3>,
-        mut limits: f32x8,
-        PacketStack(stack): &mut PacketStack,
-        mut leaf: impl FnMut(Range<usize>) -> f32x8,
+        ray: &Ray<Lanes3<R>>,
+        mut limits: R::Single,
+        stack: &mut PacketStack<N>,
+        mut leaf: impl FnMut(Range<usize>) -> R::Single,
     ) {
         let slabs = Slabs::new(ray);
-        stack[0] = (f32x8::ZERO, 0);
+        (stack.entered[0], stack.children[0]) = ([0.0; N], 0);
         let mut waiting = usize::from(self.levels > 0);
         while waiting > 0 {
             waiting -= 1;
-            let (near, child) = stack[waiting];
-            if near.simd_le(limits).to_bitmask() == 0 {
+            let (near, child) = (stack.entered[waiting], stack.children[waiting]);
+            if R::Single::of_lanes(near).above(limits).bits() == u32::MAX >> (32 - N) {
                 continue;
             }
             let first = (child >> COUNT_BITS) as usize;
@@ -146,7 +156,7 @@ impl Bvh {
             // The first ray that meets a box stands for all. Boxes that none meets come last.
             let mut order: [u32; 4] = from_fn(|slot| {
                 let (near, hits) = entered[slot];
-                let distance = near.as_array()[hits.trailing_zeros() as usize & 7];
+                let distance = near.lanes()[hits.trailing_zeros() as usize % N];
                 if hits == 0 { u32::MAX } else { distance.to_bits() & !3 | slot as u32 }
             });
             for [i, j] in [[0, 1], [2, 3], [0, 2], [1, 3], [1, 2]] {
@@ -155,7 +165,8 @@ impl Bvh {
             let met = entered.iter().filter(|(_, hits)| *hits != 0).count();
             for &key in order[..met].iter().rev() {
                 let slot = (key & 3) as usize;
-                stack[waiting] = (entered[slot].0, node.children[slot]);
+                stack.entered[waiting] = entered[slot].0.lanes();
+                stack.children[waiting] = node.children[slot];
                 waiting += 1;
             }
         }
@@ -164,37 +175,39 @@ impl Bvh {
 
 /// The distances beyond which nothing matters; none matters where `lanes` says no.
 #[inline]
-fn limits(lanes: LaneMask, t: Lanes) -> f32x8 {
-    let t = Lanes::choose(lanes, t, Lanes::splat(f64::NEG_INFINITY));
-    f32x8::new(t.to_array().map(rounded_up))
+fn limits<R: Wide<N>, const N: usize>(lanes: R::Mask, t: R) -> R::Single {
+    let t = R::choose(lanes, t, R::splat(f64::NEG_INFINITY));
+    R::Single::of_lanes(t.lanes().map(|t| rounded_up(t.single())))
 }
 
-impl Slabs {
+impl<S: Real> Slabs<S> {
     #[inline]
-    fn new(ray: &Ray<Lanes3>) -> Self {
-        let single = |v: Lanes3| v.components().map(|component| f32x8::new(component.to_array().map(|x| x as f32)));
-        let origin = single(ray.origin);
-        let largest = |[x, y, z]: [f32x8; 3]| x.abs().fast_max(y.abs()).fast_max(z.abs());
-        let margin = largest(origin) * f32x8::splat(ORIGIN_MARGIN) + f32x8::splat(f32::MIN_POSITIVE);
+    fn new<R: Wide<N, Single = S>, const N: usize>(ray: &Ray<Lanes3<R>>) -> Self {
+        let largest = |[x, y, z]: [S; 3]| x.abs().at_least(y.abs()).at_least(z.abs());
+        let origin = ray.origin.components().map(R::single);
+        let margin = largest(origin) * f64::from(ORIGIN_MARGIN) + f64::from(f32::MIN_POSITIVE);
         // As in the test of one ray.
-        let direction = single(ray.direction);
-        let tiny = (largest(direction) * f32x8::splat(1e-18)).fast_max(f32x8::splat(f32::MIN_POSITIVE));
-        let sign = f32x8::splat(-0.0);
-        let inverse = direction.map(|d| f32x8::ONE / (d.abs().fast_max(tiny) | (d & sign)));
+        let direction = ray.direction.components().map(R::single);
+        let tiny = (largest(direction) * 1e-18).at_least(S::splat(f32::MIN_POSITIVE.into()));
+        let inverse = direction.map(|d| d.abs().at_least(tiny).copysign(d).recip());
         Self { origins: [origin.map(|o| o + margin), origin.map(|o| o - margin)], inverse }
     }
 
     /// Where the rays enter the box of a child, and a bit for each ray that does so before its limit.
     #[inline(always)]
-    fn intersect(&self, node: &Node, slot: usize, limits: f32x8) -> (f32x8, u32) {
-        let (mut near, mut far) = (f32x8::ZERO, limits);
+    fn intersect<const N: usize>(&self, node: &Node, slot: usize, limits: S) -> (S, u32)
+    where
+        S: Wide<N>,
+    {
+        let (mut near, mut far) = (S::splat(0.0), limits);
         for axis in 0..3 {
             let [low, high] = [0, 1].map(|end| {
-                (f32x8::splat(node.planes[axis][end].as_ref()[slot]) - self.origins[end][axis]) * self.inverse[axis]
+                let plane = S::splat(node.planes[axis][end].as_ref()[slot].into());
+                (plane - self.origins[end][axis]) * self.inverse[axis]
             });
-            near = near.fast_max(low.fast_min(high));
-            far = far.fast_min(low.fast_max(high));
+            near = near.at_least(low.at_most(high));
+            far = far.at_most(low.at_least(high));
         }
-        (near, near.simd_le(far * f32x8::splat(SLAB_MARGIN)).to_bitmask())
+        (near, (!near.above(far * f64::from(SLAB_MARGIN))).bits())
     }
 }

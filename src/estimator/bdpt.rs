@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::next_event::{SHADOW_RAYS, direct_light, picked_pdf};
 use super::particle::{Passed, connect_to_eye, importance_per_particle, particles};
-use super::strategies::{Bidirectional, PathVertex, WholePath};
+use super::strategies::{Bidirectional, Density, PathVertex, WholePath};
 use super::walk::{Met, Start, Step, follow, in_portions, lanes_for};
 use super::{ImageEstimator, LightRules, Standard, Walking};
 use crate::bsdf::{Bsdf, Vertex};
@@ -98,10 +98,12 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
             let (light, eye) = (Vec::new(), Vec::new());
             (Pair { pixel, light, eye, importance: 0.0, radiance: DVec3::ZERO }, rng)
         });
-        let mut pairs = Vec::new();
+        let (mut pairs, mut densities) = (Vec::new(), Vec::new());
         particles((parts, scene, lanes), (items, |error, pair: &Pair<'_>| named(error, pair.pixel)), |passed| {
             match passed {
-                Passed::Place(pair, place) => return self.by_particle(scene, place, &mut pair.light, (frame, image)),
+                Passed::Place(pair, place) => {
+                    return self.by_particle(scene, place, (&mut pair.light, &mut densities), (frame, image));
+                }
                 Passed::End(pair, rng) => pairs.push((pair, rng)),
             }
             Ok(())
@@ -118,9 +120,10 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         follow((parts, scene, lanes), starts, |met| match met {
             Met::Hit(pair, step, at, rng) => {
                 let Pair { light, eye: vertices, importance, .. } = pair;
-                vertices.push(step.path_vertex(*at, DVec3::ZERO));
+                vertices.push(step.path_vertex(*at, DVec3::ZERO).after(parts, vertices));
                 let path = WholePath { light: &[], eye: vertices, origin: eye, importance: *importance };
-                pair.radiance += step.throughput * step.factor * self.found(scene, (step, at), path, light, rng);
+                let found = self.found(scene, (step, at), path, (light, &mut densities), rng);
+                pair.radiance += step.throughput * step.factor * found;
                 Ok(true)
             }
             Met::End(Pair { pixel, radiance, .. }, background, _) => {
@@ -135,10 +138,10 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         &self,
         scene: &Scene,
         place: &PathVertex<'a>,
-        light: &mut Vec<PathVertex<'a>>,
+        (light, densities): (&mut Vec<PathVertex<'a>>, &mut Vec<Density>),
         (frame, image): ([u32; 2], &Splats),
     ) -> Result<(), Error> {
-        light.push(*place);
+        light.push(place.after(&self.parts, light));
         if let [start, next] = &mut light[..] {
             let emitter = start.emitter.map(|emitter| (emitter as usize, &start.at));
             start.picked = emitter.map(|emitter| picked_pdf(&self.parts, scene, emitter, next.at.point));
@@ -146,7 +149,7 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         if let Some(splat) = connect_to_eye(&self.parts, scene, frame, place) {
             let (origin, importance) = (scene.camera().eye, splat.importance);
             let path = WholePath { light, eye: &[], origin, importance };
-            image.add(splat.pixel, self.weight(scene, path) * splat.value)?;
+            image.add(splat.pixel, self.weight(scene, path, densities) * splat.value)?;
         }
         Ok(())
     }
@@ -158,13 +161,13 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         scene: &Scene,
         (step, vertex): (&Step<'_>, &Vertex),
         path: WholePath<'_>,
-        light: &[PathVertex<'_>],
+        (light, densities): (&[PathVertex<'_>], &mut Vec<Density>),
         rng: &mut R,
     ) -> DVec3 {
         let parts = &self.parts;
         let mut found = step.emitted(scene);
         if found != DVec3::ZERO {
-            found *= self.weight(scene, path);
+            found *= self.weight(scene, path, densities);
         }
         let bsdf = step.bsdf;
         if !bsdf.is_rough() {
@@ -174,7 +177,7 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
             && let Some((point, emitter)) = &direct.point
         {
             let light = &[PathVertex::emitting(point, DVec3::ZERO, *emitter)];
-            found += direct.reflected * self.weight(scene, WholePath { light, ..path });
+            found += direct.reflected * self.weight(scene, WholePath { light, ..path }, densities);
         }
         if self.connections == Connections::Ends {
             return found;
@@ -183,7 +186,7 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
             let connected = self.connect(scene, bsdf, vertex, &light[s - 1]);
             if connected != DVec3::ZERO {
                 let light = &light[..s];
-                found += connected * self.weight(scene, WholePath { light, ..path });
+                found += connected * self.weight(scene, WholePath { light, ..path }, densities);
             }
         }
         found
@@ -212,15 +215,15 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         value
     }
 
-    /// The weight of the strategy that made a path of these two pieces.
+    /// The weight of the strategy that made a path of these two pieces, in a buffer for its densities.
     #[inline]
-    fn weight(&self, scene: &Scene, path: WholePath<'_>) -> f64 {
-        let mut densities = path.densities(&self.parts, scene);
+    fn weight(&self, scene: &Scene, path: WholePath<'_>, densities: &mut Vec<Density>) -> f64 {
+        path.densities(&self.parts, scene, densities);
         if self.connections == Connections::Ends
             && let [_, inner @ .., _] = &mut densities[..]
         {
             inner.iter_mut().for_each(|density| density.joined = 0.0);
         }
-        self.parts.strategy_weight(&densities, path.light.len())
+        self.parts.strategy_weight(densities, path.light.len())
     }
 }

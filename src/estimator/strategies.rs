@@ -30,6 +30,35 @@ pub(super) struct PathVertex<'a> {
     pub emitter: Option<u32>,
     /// [`picked_pdf`] of a particle's start from its next vertex, once that is known.
     pub picked: Option<f64>,
+    /// The edge to the vertex before in its own walk, if there is one.
+    edge: Option<Edge>,
+}
+
+/// The straight way from a vertex of a path to a neighbour.
+#[derive(Clone, Copy, Debug)]
+struct Edge {
+    onward: DVec3,
+    /// Between it and the normals at both ends.
+    cosines: [f64; 2],
+    /// Solid angle per area: of the first end as the other sees it, and of the other.
+    per_area: [f64; 2],
+}
+
+impl Edge {
+    #[inline]
+    fn new<P: NextEvent>(parts: &P, a: &PathVertex<'_>, b: &PathVertex<'_>) -> Self {
+        let offset = b.at.point - a.at.point;
+        let (onward, distance_squared) = (offset.normalize(), offset.length_squared());
+        let cosines = [a, b].map(|x| x.normal().dot(onward).abs());
+        let per_area = cosines.map(|cosine| parts.solid_angle_per_area(cosine, distance_squared));
+        Self { onward, cosines, per_area }
+    }
+
+    #[inline]
+    fn reversed(self) -> Self {
+        let Self { onward, cosines: [a, b], per_area: [c, d] } = self;
+        Self { onward: -onward, cosines: [b, a], per_area: [d, c] }
+    }
 }
 
 /// How dense a vertex of a whole path is, with respect to area, given the rest of the walk.
@@ -62,14 +91,15 @@ impl WholePath<'_> {
     ///
     /// Of a mirror or glass there is one direction on either side, and the Dirac distributions of the two
     /// walks have the ratio of their n² cos θ, which stands for each (Veach 1997, 5.2).
-    pub fn densities<P: Scattering + NextEvent>(&self, parts: &P, scene: &Scene) -> Vec<Density> {
+    pub fn densities<P: Scattering + NextEvent>(&self, parts: &P, scene: &Scene, path: &mut Vec<Density>) {
         let (s, count) = (self.light.len(), self.light.len() + self.eye.len());
         let vertex = |i: usize| if i < s { &self.light[i] } else { &self.eye[count - 1 - i] };
         // An emitter is where a walk starts, whatever it is made of.
         let specular = |i: usize, x: &PathVertex<'_>| i > 0 && x.is_specular();
         let joined = |i| f64::from(!specular(i, vertex(i)));
         let density = |joined| Density { light: 0.0, eye: 0.0, joined };
-        let mut path: Vec<Density> = (0..count).map(joined).map(density).collect();
+        path.clear();
+        path.extend((0..count).map(joined).map(density));
         if let Some((x, index)) = (count > 0).then(|| vertex(0)).and_then(|x| Some((x, x.emitter? as usize))) {
             path[0].light = point_pdf(parts, scene, index);
             if path.len() > 1 {
@@ -79,17 +109,15 @@ impl WholePath<'_> {
         }
         for i in 0..count.saturating_sub(1) {
             let (a, b) = (vertex(i), vertex(i + 1));
-            let offset = b.at.point - a.at.point;
-            let (onward, distance_squared) = (offset.normalize(), offset.length_squared());
-            let [cos_a, cos_b] = [a, b].map(|x| x.normal().dot(onward).abs());
+            // The walks have measured all edges but the one that joins them.
+            let known = if i + 1 < s { b.edge.map(Edge::reversed) } else { a.edge.filter(|_| i >= s) };
+            let Edge { onward, cosines: [cos_a, cos_b], per_area } = known.unwrap_or_else(|| Edge::new(parts, a, b));
             let index = if i + 1 < s { b } else { a }.squared_index;
             let before = || i.checked_sub(1).map(|i| self.point(i));
             let after = || Some(self.point(i + 2));
             path[i].joined *= f64::from(!b.is_specular());
-            path[i + 1].light = a.density(parts, specular(i, a), (onward, cos_a), index, before)
-                * parts.solid_angle_per_area(cos_b, distance_squared);
-            path[i].eye = b.density(parts, b.is_specular(), (-onward, cos_b), index, after)
-                * parts.solid_angle_per_area(cos_a, distance_squared);
+            path[i + 1].light = a.density(parts, specular(i, a), (onward, cos_a), index, before) * per_area[1];
+            path[i].eye = b.density(parts, b.is_specular(), (-onward, cos_b), index, after) * per_area[0];
         }
         if let (Some(last), Some(density)) = (self.eye.first().or(self.light.last()), path.last_mut()) {
             let offset = self.origin - last.at.point;
@@ -101,7 +129,6 @@ impl WholePath<'_> {
                 self.importance * parts.solid_angle_per_area(cosine, offset.length_squared())
             };
         }
-        path
     }
 
     /// The point of a vertex, counted from the emitter; the last is the eye.
@@ -120,7 +147,19 @@ impl<'a> PathVertex<'a> {
     #[inline]
     pub fn emitting(point: &EmitterPoint, carried: DVec3, emitter: usize) -> Self {
         let at = Vertex::emitting(point.point, point.normal);
-        Self { at, bsdf: None, carried, squared_index: 1.0, emitter: Some(emitter as u32), picked: None }
+        Self { at, bsdf: None, carried, squared_index: 1.0, emitter: Some(emitter as u32), picked: None, edge: None }
+    }
+
+    /// The same after the last of these, from which its walk came here.
+    #[inline]
+    pub fn after<P: NextEvent>(self, parts: &P, walk: &[Self]) -> Self {
+        Self { edge: walk.last().map(|before| Edge::new(parts, &self, before)), ..self }
+    }
+
+    /// A hit that does not start a path.
+    #[inline]
+    pub fn hit(at: Vertex, bsdf: &'a Bsdf, (carried, squared_index): (DVec3, f64), emitter: Option<u32>) -> Self {
+        Self { at, bsdf: Some(bsdf), carried, squared_index, emitter, picked: None, edge: None }
     }
 
     /// Unit, on the side to which the path leads.

@@ -191,7 +191,6 @@ impl<'a> Step<'a> {
     /// The hit, whose [`vertex`](Self::vertex) is `at`, as a vertex of a path that does not start here.
     #[inline]
     pub(super) fn path_vertex(&self, at: Vertex, carried: DVec3) -> PathVertex<'a> {
-        let (squared_index, emitter) = (1.0 / self.factor, self.here.emitter);
-        PathVertex { at, bsdf: Some(self.bsdf), carried, squared_index, emitter, picked: None }
+        PathVertex::hit(at, self.bsdf, (carried, 1.0 / self.factor), self.here.emitter)
     }
 }

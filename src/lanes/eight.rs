@@ -3,14 +3,14 @@
 use std::fmt;
 
 use super::scene::{LaneScene, Seen};
-use crate::real::{LaneMask, Lanes, Lanes3};
+use crate::real::{LANES, LaneMask, Lanes, Lanes3, WideMask};
 use crate::scene::Scene;
 use crate::shape::Ray;
 
 /// A small scene of triangles, all of which eight rays are tested against at once.
 pub struct EightRays<'a> {
-    scene: LaneScene<'a>,
-    seen: Box<Seen>,
+    scene: LaneScene<'a, Lanes, LANES>,
+    seen: Box<Seen<Lanes, LANES>>,
 }
 
 impl fmt::Debug for EightRays<'_> {

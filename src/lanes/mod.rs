@@ -1,4 +1,4 @@
-//! The lane engine: eight paths at a time, with the same bits as each of them alone.
+//! The lane engine: eight paths at a time, with the same bits as each of them alone, or sixteen in single precision.
 //!
 //! It follows the readable estimators vertex by vertex. All arithmetic is that of the same functions, generic over
 //! [`Real`](crate::real::Real); each sample draws the same random numbers in the same order; and a film's sums are
@@ -21,6 +21,7 @@ use std::ops::Range;
 use crate::error::Error;
 use crate::film::Pixel;
 use crate::outline::Outlines;
+use crate::real::Wide;
 use crate::render::{LaneEstimator, Numbers, Sampling};
 use crate::scene::Scene;
 pub use eight::EightRays;
@@ -30,8 +31,8 @@ use scene::LaneScene;
 pub(crate) use walks::Walks;
 
 /// An estimator in its scene, for rows of pixels.
-pub(crate) struct Engine<'a> {
-    scene: LaneScene<'a>,
+pub(crate) struct Engine<'a, R: Wide<N>, const N: usize> {
+    scene: LaneScene<'a, R, N>,
     estimator: LaneEstimator,
     sampling: Sampling,
     outlines: Outlines,
@@ -43,7 +44,7 @@ pub(crate) type Place = ([u32; 2], [u32; 2]);
 /// Pixels, and how many samples a replication of each has.
 pub(crate) type PixelsAndCounts<'a> = (&'a mut [Pixel], &'a [u32]);
 
-impl<'a> Engine<'a> {
+impl<'a, R: Wide<N>, const N: usize> Engine<'a, R, N> {
     pub fn new(scene: &'a Scene, estimator: LaneEstimator, (sampling, outlines): (Sampling, Outlines)) -> Self {
         Self { scene: LaneScene::new(scene), estimator, sampling, outlines }
     }
@@ -66,8 +67,10 @@ impl<'a> Engine<'a> {
     ) -> Result<(), Error> {
         let of = (&self.scene, estimator);
         match self.sampling.numbers {
-            Numbers::Independent => row::<E, Streams>(of, (&self.sampling, &self.outlines), place, range, pixels),
-            Numbers::Sobol(_) => row::<E, Points>(of, (&self.sampling, &self.outlines), place, range, pixels),
+            Numbers::Independent => {
+                row::<E, R, Streams<N>, N>(of, (&self.sampling, &self.outlines), place, range, pixels)
+            }
+            Numbers::Sobol(_) => row::<E, R, Points<N>, N>(of, (&self.sampling, &self.outlines), place, range, pixels),
         }
     }
 }

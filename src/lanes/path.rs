@@ -10,24 +10,20 @@ use super::samples::LaneSampler;
 use super::scene::{LaneScene, Seen};
 use super::shading::Surfaces;
 use crate::estimator::{Heuristic, LONGEST_PATH, Path, Strategy};
-use crate::real::{LaneMask, Lanes, Lanes3, Mask, Real, Vector};
+use crate::real::{Lanes3, Mask, Real, Vector, Wide, WideMask};
 use crate::{radiometry, roulette};
 
 impl Scatter for Path {
-    fn scatter<S: LaneSampler>(
+    fn scatter<R: Wide<N>, S: LaneSampler<R, N>, const N: usize>(
         &self,
-        scene: &LaneScene<'_>,
-        paths: &mut Paths,
-        (surfaces, arrived): (&Surfaces<'_>, LaneMask),
+        scene: &LaneScene<'_, R, N>,
+        paths: &mut Paths<R, N>,
+        (surfaces, arrived): (&Surfaces<'_, R, N>, R::Mask),
         random: &mut S,
-        seen: &mut Seen,
-    ) -> LaneMask {
-        for (lane, &hits) in paths.hits.iter().enumerate() {
-            if arrived.bits() >> lane & 1 == 1 {
-                random.block(lane, hits);
-            }
-        }
-        let endless = arrived & LaneMask::from_fn(|i| paths.hits[i] > LONGEST_PATH);
+        seen: &mut Seen<R, N>,
+    ) -> R::Mask {
+        random.start_blocks(arrived, &paths.hits);
+        let endless = arrived & R::Mask::from_fn(|i| paths.hits[i] > LONGEST_PATH);
         let throughput = Vector::choose(endless, Lanes3::splat_vector(DVec3::NAN), paths.throughput);
         add_emission(self, scene, paths, (surfaces, arrived), throughput);
         let scattering = arrived & !surfaces.black();
@@ -36,7 +32,7 @@ impl Scatter for Path {
             let light = surfaces.direct_light(scene, self.lights, false, (asking, &mut *random), seen);
             let weight = match self.strategy {
                 Strategy::Mis => weight(self.heuristic, light.pdf, surfaces.pdf(light.wi)),
-                _ => Lanes::splat(1.0),
+                _ => R::splat(1.0),
             };
             let reflected = Vector::choose(light.arrives, light.reflected * weight, Lanes3::splat_vector(DVec3::ZERO));
             let added = paths.radiance + throughput * paths.factor * reflected;
@@ -44,11 +40,11 @@ impl Scatter for Path {
         }
         let next = surfaces.sample(scattering & !endless, random);
         let throughput = paths.throughput * next.weight;
-        let early = LaneMask::from_fn(|i| paths.hits[i] <= self.early);
-        let survival = roulette::by_throughput(throughput * Lanes::splat(1.0 / roulette::RAISED), early);
+        let early = R::Mask::from_fn(|i| paths.hits[i] <= self.early);
+        let survival = roulette::by_throughput(throughput * R::splat(1.0 / roulette::RAISED), early);
         let survives = next.goes_on & roulette::survives(random.uniform(next.goes_on), survival);
-        paths.factor = Lanes::choose(survives, paths.factor * next.radiance_factor, paths.factor);
-        paths.pdf = Lanes::choose(survives, next.pdf, paths.pdf);
+        paths.factor = R::choose(survives, paths.factor * next.radiance_factor, paths.factor);
+        paths.pdf = R::choose(survives, next.pdf, paths.pdf);
         paths.sampled = next.has_pdf;
         paths.send(scene.scene, survives, surfaces, next.direction, throughput * roulette::weight(survival));
         survives
@@ -57,31 +53,31 @@ impl Scatter for Path {
 
 /// Adds what emitters show that the paths have hit.
 #[inline]
-fn add_emission(
+fn add_emission<R: Wide<N>, const N: usize>(
     path: &Path,
-    scene: &LaneScene<'_>,
-    paths: &mut Paths,
-    (surfaces, arrived): (&Surfaces<'_>, LaneMask),
-    throughput: Lanes3,
+    scene: &LaneScene<'_, R, N>,
+    paths: &mut Paths<R, N>,
+    (surfaces, arrived): (&Surfaces<'_, R, N>, R::Mask),
+    throughput: Lanes3<R>,
 ) {
     let emits = arrived & surfaces.emits;
     if !emits.any() {
         return;
     }
     let emitters = scene.scene.emitters();
-    let weighted = paths.sampled & LaneMask::splat(path.strategy == Strategy::Mis);
+    let weighted = paths.sampled & R::Mask::splat(path.strategy == Strategy::Mis);
     let cosine = radiometry::cosine(surfaces.normal, -paths.ray.direction);
     let per_area = radiometry::solid_angle_per_area(cosine, surfaces.t * surfaces.t);
     let numbers = from_fn(|i| surfaces.emitter(i).map_or(0, |emitter| emitter as usize));
     let on_emitter = lights::pdf_of_hit(emitters, path.lights, (numbers, emits), paths.ray.origin, per_area);
     let probability = lights::probability_of_pick(scene.scene, path.lights, (numbers, emits), paths.ray.origin);
     // Behind an emitter the one is infinite and the other may be 0.
-    let zero = Lanes::splat(0.0);
-    let other = Lanes::choose(probability.above(zero), on_emitter * probability, zero);
+    let zero = R::splat(0.0);
+    let other = R::choose(probability.above(zero), on_emitter * probability, zero);
     // Light that shadow rays find is not counted when it is hit.
     let counts = if path.strategy == Strategy::Light { !paths.sampled } else { emits };
-    let alone = Lanes::choose(counts, Lanes::splat(1.0), Lanes::splat(0.0));
-    let weight = Lanes::choose(weighted, weight(path.heuristic, paths.pdf, other), alone);
+    let alone = R::choose(counts, R::splat(1.0), R::splat(0.0));
+    let weight = R::choose(weighted, weight(path.heuristic, paths.pdf, other), alone);
     let shown = surfaces.emitted(scene, paths.ray.direction);
     let added = paths.radiance + throughput * (paths.factor * weight) * shown;
     paths.radiance = Vector::choose(emits, added, paths.radiance);
@@ -89,7 +85,7 @@ fn add_emission(
 
 /// The weight of multiple importance sampling.
 #[inline]
-fn weight(heuristic: Heuristic, pdf: Lanes, other: Lanes) -> Lanes {
+fn weight<R: Real>(heuristic: Heuristic, pdf: R, other: R) -> R {
     match heuristic {
         Heuristic::Balance => radiometry::balance(pdf, other),
         Heuristic::Power => radiometry::power(pdf, other),

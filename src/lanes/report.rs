@@ -5,27 +5,27 @@ use super::samples::LaneSampler;
 use super::scene::{LaneScene, Seen};
 use super::shading::Surfaces;
 use crate::emitter::LightSampling;
-use crate::real::{LaneMask, Lanes, Real, Vector};
+use crate::real::{Vector, Wide, WideMask};
 use crate::render::OneRayPerHit;
 use crate::roulette;
 
 impl Scatter for OneRayPerHit {
-    fn scatter<S: LaneSampler>(
+    fn scatter<R: Wide<N>, S: LaneSampler<R, N>, const N: usize>(
         &self,
-        scene: &LaneScene<'_>,
-        paths: &mut Paths,
-        (surfaces, arrived): (&Surfaces<'_>, LaneMask),
+        scene: &LaneScene<'_, R, N>,
+        paths: &mut Paths<R, N>,
+        (surfaces, arrived): (&Surfaces<'_, R, N>, R::Mask),
         random: &mut S,
-        seen: &mut Seen,
-    ) -> LaneMask {
+        seen: &mut Seen<R, N>,
+    ) -> R::Mask {
         let (rules, rough) = (&self.rules, arrived & surfaces.rough);
         paths.see(surfaces.seen(scene, rules, paths.ray.direction), arrived & surfaces.emits & !paths.sampled);
-        let goes_on = LaneMask::from_fn(|i| paths.hits[i] < self.segments);
+        let goes_on = R::Mask::from_fn(|i| paths.hits[i] < self.segments);
         let next = surfaces.sample_specular(arrived & !rough, random);
         // A shadow ray that passes through glass has looked behind it.
-        let below = next.direction.dot(surfaces.vertex.frame.z).below(Lanes::splat(0.0));
-        let looked_behind = LaneMask::splat(!rules.caustics) | below & LaneMask::splat(rules.shadows_pass_glass);
-        let factor = if rules.radiance_factor { next.radiance_factor } else { Lanes::splat(1.0) };
+        let below = next.direction.dot(surfaces.vertex.frame.z).below(R::splat(0.0));
+        let looked_behind = R::Mask::splat(!rules.caustics) | below & R::Mask::splat(rules.shadows_pass_glass);
+        let factor = if rules.radiance_factor { next.radiance_factor } else { R::splat(1.0) };
         let light =
             surfaces.direct_light(scene, LightSampling::Area, rules.shadows_pass_glass, (rough, &mut *random), seen);
         let lit = paths.radiance + paths.throughput * light.reflected;

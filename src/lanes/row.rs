@@ -11,8 +11,9 @@ use super::scene::{LaneScene, Seen};
 use super::shading::Surfaces;
 use crate::error::Error;
 use crate::film::check_radiance;
-use crate::outline::{MIRRORS, Outlines, replaced};
-use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector};
+use crate::outline::{MIRRORS, Outlines, POINTS, replaced};
+use crate::pixel::PixelSampling;
+use crate::real::{Lanes3, Mask, Vector, Wide, WideMask, WideVector};
 use crate::render::Sampling;
 use crate::scene::Scene;
 use crate::shape::Ray;
@@ -41,20 +42,20 @@ impl Work {
 }
 
 /// The paths of all lanes.
-pub(super) struct Paths {
-    pub ray: Ray<Lanes3>,
-    pub radiance: Lanes3,
-    pub throughput: Lanes3,
+pub(super) struct Paths<R: Wide<N>, const N: usize> {
+    pub ray: Ray<Lanes3<R>>,
+    pub radiance: Lanes3<R>,
+    pub throughput: Lanes3<R>,
     /// Product of the radiance factors on the way.
-    pub factor: Lanes,
+    pub factor: R,
     /// Where shadow rays have looked for the light that the ray hits.
-    pub sampled: LaneMask,
+    pub sampled: R::Mask,
     /// The pdf of the ray's direction with respect to solid angle, where shadow rays have looked.
-    pub pdf: Lanes,
+    pub pdf: R,
     /// How often it has met something.
-    pub hits: [u32; LANES],
+    pub hits: [u32; N],
     /// What each will follow when it has ended, the last first.
-    waiting: [Vec<Branch>; LANES],
+    waiting: [Vec<Branch>; N],
     /// The lanes in which something waits.
     waits: u32,
 }
@@ -71,19 +72,19 @@ struct Branch {
 pub(super) trait Scatter {
     /// Adds to the radiance of the paths that have `arrived` at these surfaces, sends those that go on, and returns
     /// their lanes.
-    fn scatter<S: LaneSampler>(
+    fn scatter<R: Wide<N>, S: LaneSampler<R, N>, const N: usize>(
         &self,
-        scene: &LaneScene<'_>,
-        paths: &mut Paths,
-        arrived: (&Surfaces<'_>, LaneMask),
+        scene: &LaneScene<'_, R, N>,
+        paths: &mut Paths<R, N>,
+        arrived: (&Surfaces<'_, R, N>, R::Mask),
         random: &mut S,
-        seen: &mut Seen,
-    ) -> LaneMask;
+        seen: &mut Seen<R, N>,
+    ) -> R::Mask;
 }
 
 /// A row of pixels: the replications `range` of each of them.
-pub(super) fn row<E: Scatter, S: PixelSampler>(
-    (scene, estimator): (&LaneScene<'_>, &E),
+pub(super) fn row<E: Scatter, R: Wide<N>, S: PixelSampler<R, N>, const N: usize>(
+    (scene, estimator): (&LaneScene<'_, R, N>, &E),
     (sampling, outlines): (&Sampling, &Outlines),
     (frame, corner): ([u32; 2], [u32; 2]),
     range: &Range<u32>,
@@ -92,22 +93,22 @@ pub(super) fn row<E: Scatter, S: PixelSampler>(
     let columns = pixels.len();
     let mut next = (0..columns).flat_map(|column| range.clone().map(move |replication| (column, replication)));
     let mut random = S::new();
-    let mut work = [Work::default(); LANES];
-    let zero = Lanes3::splat_vector(DVec3::ZERO);
-    let mut paths = Paths {
+    let mut work = [Work::default(); N];
+    let zero: Lanes3<R> = Lanes3::splat_vector(DVec3::ZERO);
+    let mut paths: Paths<R, N> = Paths {
         ray: Ray::new(zero, Lanes3::splat_vector(DVec3::Z)),
         radiance: zero,
         throughput: zero,
-        factor: Lanes::splat(1.0),
-        pdf: Lanes::splat(0.0),
-        sampled: LaneMask::splat(false),
-        hits: [0; LANES],
+        factor: R::splat(1.0),
+        pdf: R::splat(0.0),
+        sampled: R::Mask::splat(false),
+        hits: [0; N],
         waiting: from_fn(|_| Vec::new()),
         waits: 0,
     };
     let mut seen = Seen::new();
     // A bit for each lane: those that need a replication, that start a sample, and that are on their way.
-    let (mut idle, mut fresh, mut busy) = (u32::MAX >> (32 - LANES), 0_u32, 0_u32);
+    let (mut idle, mut fresh, mut busy) = (u32::MAX >> (32 - N), 0_u32, 0_u32);
     loop {
         for lane in lanes_of(idle) {
             if let Some((column, replication)) = next.next() {
@@ -125,7 +126,8 @@ pub(super) fn row<E: Scatter, S: PixelSampler>(
                 paths.hits[lane] = 0;
                 (work[lane].own, work[lane].weight, work[lane].mirrors) = (DVec3::ZERO, DVec3::ONE, 0);
             }
-            let starting = LaneMask::from_bits(fresh);
+            let starting = R::Mask::from_bits(fresh);
+            random.start_blocks(starting, &[0; N]);
             paths.start(scene.scene, sampling, (frame, corner), (&work, starting), &mut random);
             busy |= fresh;
             fresh = 0;
@@ -133,19 +135,20 @@ pub(super) fn row<E: Scatter, S: PixelSampler>(
         if busy == 0 {
             return Ok(());
         }
-        let found = scene.closest(&paths.ray, LaneMask::from_bits(busy), &mut seen);
+        let found = scene.closest(&paths.ray, R::Mask::from_bits(busy), &mut seen);
         let met = found.met.bits();
         let mut ended = busy & !met;
-        paths.leave(scene.scene, LaneMask::from_bits(ended));
+        paths.leave(scene.scene, R::Mask::from_bits(ended));
         if met != 0 {
             let surfaces = Surfaces::new(scene, &paths.ray, &found);
             let mirrors = if outlines.in_mirrors { surfaces.dark_mirror().bits() } else { 0 };
             let mut followed = 0;
+            let (shining, backs) = (surfaces.shining(), surfaces.backs());
             for lane in lanes_of(met) {
                 if paths.hits[lane] == 0 {
                     let work = &mut work[lane];
                     if work.mirrors == 0 {
-                        let pushed = pixels[work.column].push_features(&surfaces.features(lane, &paths.ray));
+                        let pushed = surfaces.push_features(lane, backs, &mut pixels[work.column]);
                         pushed.map_err(|error| work.place(corner, error))?;
                     }
                     if mirrors >> lane & 1 == 1 && work.mirrors < MIRRORS {
@@ -154,11 +157,13 @@ pub(super) fn row<E: Scatter, S: PixelSampler>(
                         followed |= 1 << lane;
                         continue;
                     }
-                    work.own = work.weight * surfaces.emitted_in(scene, lane, &paths.ray);
+                    if shining >> lane & 1 == 1 {
+                        work.own = work.weight * surfaces.shown_in(scene, lane);
+                    }
                 }
                 paths.hits[lane] += 1;
             }
-            let follows = LaneMask::from_bits(followed);
+            let follows = R::Mask::from_bits(followed);
             if followed != 0 {
                 let throughput = paths.throughput;
                 paths.send(scene.scene, follows, &surfaces, surfaces.mirrored(), throughput);
@@ -169,9 +174,10 @@ pub(super) fn row<E: Scatter, S: PixelSampler>(
         }
         ended &= !paths.go_back(ended);
         busy &= !ended;
+        let radiances = paths.radiance.components().map(R::lanes);
         for lane in lanes_of(ended) {
             let work = &mut work[lane];
-            let mut radiance = work.weight * paths.radiance.lane(lane);
+            let mut radiance = work.weight * DVec3::from_array(radiances.map(|channel| channel[lane].into()));
             let SampleName { pixel, replication, index } = work.sample;
             if let Some(points) = outlines.points(pixel, replication, index) {
                 let first = [corner[0] + work.column as u32, corner[1]];
@@ -194,16 +200,16 @@ pub(super) fn row<E: Scatter, S: PixelSampler>(
 }
 
 /// What emitters show through these points of a pixel.
-fn shown(
-    scene: &LaneScene<'_>,
+fn shown<R: Wide<N>, const N: usize>(
+    scene: &LaneScene<'_, R, N>,
     (frame, pixel): ([u32; 2], [u32; 2]),
-    (points, in_mirrors): ([[f64; 2]; LANES], bool),
-    seen: &mut Seen,
-) -> [DVec3; LANES] {
-    let [x, y] = from_fn(|axis| Lanes::new(points.map(|point| f64::from(pixel[axis]) + point[axis])));
+    (points, in_mirrors): ([[f64; 2]; POINTS], bool),
+    seen: &mut Seen<R, N>,
+) -> [DVec3; POINTS] {
+    let [x, y] = from_fn(|axis| R::from_lanes(|i| f64::from(pixel[axis]) + points[i % POINTS][axis]));
     let mut ray = scene.scene.camera().ray(frame, x, y);
-    let (mut shown, mut weights) = ([DVec3::ZERO; LANES], [DVec3::ONE; LANES]);
-    let mut looking = LaneMask::splat(true);
+    let (mut shown, mut weights) = ([DVec3::ZERO; POINTS], [DVec3::ONE; POINTS]);
+    let mut looking = R::Mask::from_fn(|i| i < POINTS);
     for mirror in 0..=MIRRORS {
         let found = scene.closest(&ray, looking, seen);
         if !found.met.any() {
@@ -211,12 +217,13 @@ fn shown(
         }
         let surfaces = Surfaces::new(scene, &ray, &found);
         let follows = in_mirrors && mirror < MIRRORS;
-        looking = if follows { found.met & surfaces.dark_mirror() } else { LaneMask::splat(false) };
+        looking = if follows { found.met & surfaces.dark_mirror() } else { R::Mask::splat(false) };
+        let shining = surfaces.shining();
         for lane in lanes_of(found.met.bits()) {
             if looking.bits() >> lane & 1 == 1 {
                 weights[lane] *= surfaces.reflectance(lane);
-            } else {
-                shown[lane] = weights[lane] * surfaces.emitted_in(scene, lane, &ray);
+            } else if shining >> lane & 1 == 1 {
+                shown[lane] = weights[lane] * surfaces.shown_in(scene, lane);
             }
         }
         if !looking.any() {
@@ -227,34 +234,39 @@ fn shown(
     shown
 }
 
-impl Paths {
+impl<R: Wide<N>, const N: usize> Paths<R, N> {
     /// Sends camera rays in the lanes of the mask.
-    fn start<S: LaneSampler>(
+    fn start<S: LaneSampler<R, N>>(
         &mut self,
         scene: &Scene,
         sampling: &Sampling,
         (frame, corner): ([u32; 2], [u32; 2]),
-        (work, starting): (&[Work; LANES], LaneMask),
+        (work, starting): (&[Work; N], R::Mask),
         random: &mut S,
     ) {
         let numbers = [random.uniform(starting), random.uniform(starting)];
-        let positions: [[f64; 2]; LANES] = from_fn(|i| {
-            let cell = work[i].sample.index % sampling.pixel.samples_per_replication();
-            sampling.pixel.position(cell, numbers.map(|r| r.as_array()[i]))
-        });
-        let x = Lanes::new(from_fn(|i| f64::from(corner[0] + work[i].column as u32) + positions[i][0]));
-        let y = Lanes::new(from_fn(|i| f64::from(corner[1]) + positions[i][1]));
+        let positions = if sampling.pixel == PixelSampling::Random {
+            numbers
+        } else {
+            let positions: [[f64; 2]; N] = from_fn(|i| {
+                let cell = work[i].sample.index % sampling.pixel.samples_per_replication();
+                sampling.pixel.position(cell, numbers.map(|r| r.lane(i)))
+            });
+            [0, 1].map(|axis| R::from_lanes(|i| positions[i][axis]))
+        };
+        let x = R::from_lanes(|i| f64::from(corner[0] + work[i].column as u32)) + positions[0];
+        let y = R::splat(f64::from(corner[1])) + positions[1];
         let ray = scene.camera().ray(frame, x, y);
-        let new = |value: Lanes3, old: Lanes3| Vector::choose(starting, value, old);
+        let new = |value: Lanes3<R>, old: Lanes3<R>| Vector::choose(starting, value, old);
         self.ray = Ray::new(new(ray.origin, self.ray.origin), new(ray.direction, self.ray.direction));
         self.radiance = new(Lanes3::splat_vector(DVec3::ZERO), self.radiance);
         self.throughput = new(Lanes3::splat_vector(DVec3::ONE), self.throughput);
-        self.factor = Lanes::choose(starting, Lanes::splat(1.0), self.factor);
+        self.factor = R::choose(starting, R::splat(1.0), self.factor);
         self.sampled = self.sampled & !starting;
     }
 
     /// Adds what the background shows to the paths of these lanes, which leave the scene.
-    fn leave(&mut self, scene: &Scene, leaving: LaneMask) {
+    fn leave(&mut self, scene: &Scene, leaving: R::Mask) {
         if leaving.any() {
             let background = Lanes3::from_fn(|i| scene.background().radiance(self.ray.direction.lane(i)));
             let shown = self.throughput * self.factor * background;
@@ -263,7 +275,7 @@ impl Paths {
     }
 
     /// Adds what emitters show to the paths of these lanes.
-    pub fn see(&mut self, shown: Lanes3, counts: LaneMask) {
+    pub fn see(&mut self, shown: Lanes3<R>, counts: R::Mask) {
         if counts.any() {
             self.radiance = Vector::choose(counts, self.radiance + self.throughput * shown, self.radiance);
         }
@@ -273,10 +285,10 @@ impl Paths {
     pub fn put_off(
         &mut self,
         scene: &Scene,
-        on: LaneMask,
-        surfaces: &Surfaces<'_>,
-        direction: Lanes3,
-        throughput: Lanes3,
+        on: R::Mask,
+        surfaces: &Surfaces<'_, R, N>,
+        direction: Lanes3<R>,
+        throughput: Lanes3<R>,
     ) {
         let ray = scene.leave(surfaces.vertex.point, surfaces.normal, direction);
         self.waits |= on.bits();
@@ -292,11 +304,11 @@ impl Paths {
         if back == 0 {
             return 0;
         }
-        let branches: [Option<Branch>; LANES] =
-            from_fn(|i| if back >> i & 1 == 1 { self.waiting[i].pop() } else { None });
+        let branches: [Option<Branch>; N] = from_fn(|i| if back >> i & 1 == 1 { self.waiting[i].pop() } else { None });
         self.waits = lanes_of(self.waits).filter(|&i| !self.waiting[i].is_empty()).fold(0, |bits, i| bits | 1 << i);
-        let new =
-            |old: Lanes3, of: fn(&Branch) -> DVec3| Lanes3::from_fn(|i| branches[i].as_ref().map_or(old.lane(i), of));
+        let new = |old: Lanes3<R>, of: fn(&Branch) -> DVec3| {
+            Lanes3::from_fn(|i| branches[i].as_ref().map_or(old.lane(i), of))
+        };
         let Ray { origin, direction, .. } = self.ray;
         self.ray = Ray::new(new(origin, |branch| branch.origin), new(direction, |branch| branch.direction));
         self.throughput = new(self.throughput, |branch| branch.throughput);
@@ -310,13 +322,13 @@ impl Paths {
     pub fn send(
         &mut self,
         scene: &Scene,
-        on: LaneMask,
-        surfaces: &Surfaces<'_>,
-        direction: Lanes3,
-        throughput: Lanes3,
+        on: R::Mask,
+        surfaces: &Surfaces<'_, R, N>,
+        direction: Lanes3<R>,
+        throughput: Lanes3<R>,
     ) {
         let ray = scene.leave(surfaces.vertex.point, surfaces.normal, direction);
-        let new = |value: Lanes3, old: Lanes3| Vector::choose(on, value, old);
+        let new = |value: Lanes3<R>, old: Lanes3<R>| Vector::choose(on, value, old);
         self.ray = Ray::new(new(ray.origin, self.ray.origin), new(ray.direction, self.ray.direction));
         self.throughput = new(throughput, self.throughput);
     }
@@ -328,6 +340,6 @@ pub(super) fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         let lane = bits.trailing_zeros() as usize;
         bits &= bits.wrapping_sub(1);
-        (lane < LANES).then_some(lane)
+        (lane < 32).then_some(lane)
     })
 }

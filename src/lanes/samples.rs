@@ -2,12 +2,13 @@
 
 use std::array::from_fn;
 
-use wide::u64x8;
+use wide::{u32x8, u64x8};
 
-use crate::real::{LANES, LaneMask, Lanes};
+use super::row::lanes_of;
+use crate::real::{LANES, LaneMask, Lanes, Real, SINGLES, Scalar, Wide, WideMask};
 use crate::render::Sampling;
-use crate::rng::{stream_state, uniform};
-use crate::sampler::{BLOCK, Point, Sampler, scramble, scrambled};
+use crate::rng::{CounterHash, stream_state, uniform};
+use crate::sampler::{BLOCK, SEQUENCE, Sampler, block_key, next_block, place, scramble, scrambled, unscrambled};
 
 /// One sample: its pixel in the frame, its replication, and its place among the samples of that.
 #[derive(Clone, Copy, Debug, Default)]
@@ -18,122 +19,233 @@ pub(super) struct SampleName {
 }
 
 /// Where the lanes take their numbers from.
-pub(super) trait LaneSampler {
+pub(super) trait LaneSampler<R: Real, const N: usize> {
     /// A uniform number for each lane of the mask; the others draw none, and theirs means nothing.
-    fn uniform(&mut self, drawing: LaneMask) -> Lanes;
-    /// Says that the next numbers of a lane belong to this block.
-    fn block(&mut self, lane: usize, block: u32);
+    fn uniform(&mut self, drawing: R::Mask) -> R;
+    /// Leaves out a number of each lane of the mask, that nothing depends on.
+    #[inline]
+    fn skip(&mut self, drawing: R::Mask) {
+        self.uniform(drawing);
+    }
+    /// Says to which blocks the next numbers of these lanes belong.
+    fn start_blocks(&mut self, starting: R::Mask, blocks: &[u32; N]);
 }
 
 /// The numbers of samples of pixels.
-pub(super) trait PixelSampler: LaneSampler {
+pub(super) trait PixelSampler<R: Real, const N: usize>: LaneSampler<R, N> {
     /// Lanes without samples.
     fn new() -> Self;
-    /// Starts a sample in a lane.
+    /// Starts a sample in a lane, whose first block must be started next.
     fn start(&mut self, lane: usize, sampling: &Sampling, sample: SampleName);
 }
 
 /// Xoshiro256++, the generator of [`crate::rng::Stream`], one for each lane.
-pub(super) struct Streams([u64x8; 4]);
+pub(super) struct Streams<const N: usize>([[u64x8; 4]; SINGLES / EIGHT]);
 
-impl Streams {
+/// Lanes of a group of streams; there are as many groups as the most lanes need.
+const EIGHT: usize = 8;
+
+impl<const N: usize> Streams<N> {
     /// Random bits for each lane of the mask; the streams of the others stay where they are.
     #[inline]
-    fn words(&mut self, drawing: LaneMask) -> [u64; LANES] {
-        let mask = u64x8::new(drawing.words());
+    fn words(&mut self, drawing: u32) -> [u64; N] {
         let rotated = |x: u64x8, by: u32| x << by | x >> (u64::BITS - by);
-        let [a, b, c, d] = self.0;
-        let words = rotated(a + d, 23) + a;
-        let [c1, d1] = [c ^ a, d ^ b];
-        let next = [a ^ d1, b ^ c1, c1 ^ (b << 17), rotated(d1, 45)];
-        self.0 = from_fn(|k| self.0[k] ^ ((self.0[k] ^ next[k]) & mask));
-        words.to_array()
+        let mut all = [0; N];
+        for group in 0..N / EIGHT {
+            let mask = eight_long_bits(drawing >> (EIGHT * group));
+            let state = &mut self.0[group];
+            let [a, b, c, d] = *state;
+            let words = rotated(a + d, 23) + a;
+            all[EIGHT * group..][..EIGHT].copy_from_slice(words.as_array());
+            let [c1, d1] = [c ^ a, d ^ b];
+            let next = [a ^ d1, b ^ c1, c1 ^ (b << 17), rotated(d1, 45)];
+            *state = from_fn(|k| mask.select(next[k], state[k]));
+        }
+        all
     }
 }
 
-/// The number in [0, 1) that a generator makes of 64 bits.
-#[inline]
-fn to_unit(word: u64) -> f64 {
-    (word >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
-}
-
-impl PixelSampler for Streams {
+impl<R: Wide<N>, const N: usize> PixelSampler<R, N> for Streams<N> {
     fn new() -> Self {
-        Self([u64x8::splat(1); 4])
+        Self([[u64x8::splat(1); 4]; SINGLES / EIGHT])
     }
 
     #[inline]
     fn start(&mut self, lane: usize, sampling: &Sampling, sample: SampleName) {
         let number = sample.replication * sampling.samples_per_replication() + sample.index;
-        for (words, word) in self.0.iter_mut().zip(stream_state(sampling.seed, sample.pixel, number)) {
-            words.as_mut_array()[lane] = word;
+        let state = stream_state(sampling.seed, sample.pixel, number);
+        for (words, word) in self.0[lane / EIGHT].iter_mut().zip(state) {
+            words.as_mut_array()[lane % EIGHT] = word;
         }
     }
 }
 
-impl LaneSampler for Streams {
+impl<R: Wide<N>, const N: usize> LaneSampler<R, N> for Streams<N> {
     #[inline]
-    fn uniform(&mut self, drawing: LaneMask) -> Lanes {
-        Lanes::new(self.words(drawing).map(to_unit))
+    fn uniform(&mut self, drawing: R::Mask) -> R {
+        R::of_lanes(self.words(drawing.bits()).map(R::Scalar::unit))
     }
 
     #[inline]
-    fn block(&mut self, _lane: usize, _block: u32) {}
+    fn start_blocks(&mut self, _: R::Mask, _: &[u32; N]) {}
 }
 
 /// The points of [`crate::sampler::Sobol`], one for each lane.
-pub(super) struct Points {
-    points: [Point; LANES],
-    dimensions: [u32; LANES],
-    fill: Streams,
+///
+/// In single precision a number has no more bits than those of the sequence and one that says the middle between this
+/// and the next.
+pub(super) struct Points<const N: usize> {
+    groups: [EightPoints; SINGLES / EIGHT],
+    fill: Streams<N>,
 }
 
-impl PixelSampler for Points {
+/// The points of some lanes.
+#[derive(Clone, Copy)]
+struct EightPoints {
+    indices: [u16; EIGHT],
+    hashes: [CounterHash; EIGHT],
+    blocks: u32x8,
+    /// What scrambles the block.
+    keys: u64x8,
+    /// By dimension, before they are scrambled.
+    numbers: [u32x8; BLOCK as usize],
+    /// What is drawn next.
+    dimensions: u32x8,
+}
+
+impl EightPoints {
     fn new() -> Self {
-        Self { points: [Point::new(0, 0); LANES], dimensions: [0; LANES], fill: Streams::new() }
+        Self {
+            indices: [0; EIGHT],
+            hashes: [CounterHash::new(0); EIGHT],
+            blocks: u32x8::ZERO,
+            keys: u64x8::ZERO,
+            numbers: [u32x8::ZERO; BLOCK as usize],
+            dimensions: u32x8::ZERO,
+        }
+    }
+
+    /// Starts blocks in the lanes whose bits are set.
+    #[inline]
+    fn start(&mut self, starting: u32, blocks: [u32; EIGHT]) {
+        let keys: [u64; EIGHT] = from_fn(|i| block_key(self.hashes[i], blocks[i]));
+        let places: [u32; EIGHT] = from_fn(|i| place(self.indices[i], keys[i]));
+        let sequence = &*SEQUENCE;
+        let rows = u32x8::transpose(places.map(|place| unscrambled(sequence, place)));
+        let mask = eight_bits(starting);
+        for (numbers, row) in self.numbers.iter_mut().zip(rows) {
+            *numbers = mask.select(row, *numbers);
+        }
+        self.dimensions = mask.select(u32x8::ZERO, self.dimensions);
+        self.blocks = mask.select(u32x8::new(blocks), self.blocks);
+        self.keys = eight_long_bits(starting).select(u64x8::new(keys), self.keys);
+    }
+
+    /// The next number of each lane that draws, before it is scrambled, and what scrambles it.
+    #[inline]
+    fn next(&self, drawing: u32) -> [(u32, u64); EIGHT] {
+        let dimensions = self.dimensions.to_array();
+        let (mut numbers, mut left) = (u32x8::ZERO, drawing);
+        while left != 0 {
+            // Most lanes draw the same dimension.
+            let dimension = dimensions[left.trailing_zeros() as usize % EIGHT];
+            let here = self.dimensions.simd_eq(u32x8::splat(dimension));
+            numbers = here.select(self.numbers[(dimension % BLOCK) as usize], numbers);
+            left &= !here.to_bitmask();
+        }
+        let (numbers, keys) = (numbers.to_array(), self.keys.to_array());
+        from_fn(|i| (numbers[i], keys[i] ^ u64::from(dimensions[i])))
+    }
+
+    /// Goes on to the next dimension in the lanes whose bits are set.
+    #[inline]
+    fn go_on(&mut self, drawing: u32) {
+        self.dimensions -= eight_bits(drawing);
+        let used = self.dimensions.simd_eq(u32x8::splat(BLOCK)).to_bitmask();
+        if used != 0 {
+            self.start(used, self.blocks.to_array().map(next_block));
+        }
+    }
+}
+
+/// All bits set where one of the lowest is, none elsewhere.
+#[inline]
+fn eight_bits(bits: u32) -> u32x8 {
+    let each = u32x8::new([1, 2, 4, 8, 16, 32, 64, 128]);
+    (u32x8::splat(bits) & each).simd_eq(each)
+}
+
+/// The same of 64 bits.
+#[inline]
+fn eight_long_bits(bits: u32) -> u64x8 {
+    let each = u64x8::new([1, 2, 4, 8, 16, 32, 64, 128]);
+    (u64x8::splat(u64::from(bits)) & each).simd_eq(each)
+}
+
+impl<R: Wide<N>, const N: usize> PixelSampler<R, N> for Points<N> {
+    fn new() -> Self {
+        let fill = PixelSampler::<R, N>::new();
+        Self { groups: [EightPoints::new(); SINGLES / EIGHT], fill }
     }
 
     #[inline]
     fn start(&mut self, lane: usize, sampling: &Sampling, sample: SampleName) {
-        self.points[lane] = Point::new(sample.index as u16, scramble(sampling.seed, sample.pixel, sample.replication));
-        self.dimensions[lane] = 0;
-        self.fill.start(lane, sampling, sample);
+        let scramble = scramble(sampling.seed, sample.pixel, sample.replication);
+        let group = &mut self.groups[lane / EIGHT];
+        (group.indices[lane % EIGHT], group.hashes[lane % EIGHT]) = (sample.index as u16, CounterHash::new(scramble));
+        if !R::IS_SINGLE {
+            PixelSampler::<R, N>::start(&mut self.fill, lane, sampling, sample);
+        }
     }
 }
 
-impl LaneSampler for Points {
+impl<R: Wide<N>, const N: usize> LaneSampler<R, N> for Points<N> {
     #[inline]
-    fn uniform(&mut self, drawing: LaneMask) -> Lanes {
-        let fill = self.fill.words(drawing);
-        // Gathered first: the rest is the same for all lanes at once.
-        let gathered = from_fn::<_, LANES, _>(|i| self.points[i].unscrambled(self.dimensions[i]));
-        let mut numbers = [0.0; LANES];
-        for i in 0..LANES {
-            numbers[i] = to_unit(scrambled(gathered[i], fill[i]));
+    fn uniform(&mut self, drawing: R::Mask) -> R {
+        let drawing = drawing.bits();
+        let fill = if R::IS_SINGLE { [MIDDLE; N] } else { self.fill.words(drawing) };
+        let mut words = [0; N];
+        for group in 0..N / EIGHT {
+            let (first, points) = (group * EIGHT, &mut self.groups[group]);
+            let own = drawing >> first & 0xFF;
+            let next = points.next(own);
+            let scrambled: [u64; EIGHT] = from_fn(|i| scrambled(next[i], fill[first + i]));
+            words[first..][..EIGHT].copy_from_slice(&scrambled);
+            points.go_on(own);
         }
-        for (dimension, mask) in self.dimensions.iter_mut().zip(drawing.words()) {
-            *dimension += (mask & 1) as u32;
+        R::of_lanes(words.map(R::Scalar::unit))
+    }
+
+    #[inline]
+    fn skip(&mut self, drawing: R::Mask) {
+        let drawing = drawing.bits();
+        if !R::IS_SINGLE {
+            self.fill.words(drawing);
         }
-        if self.dimensions.contains(&BLOCK) {
-            for (dimension, point) in self.dimensions.iter_mut().zip(&mut self.points).filter(|(d, _)| **d == BLOCK) {
-                point.go_on();
-                *dimension = 0;
+        for group in 0..N / EIGHT {
+            self.groups[group].go_on(drawing >> (group * EIGHT) & 0xFF);
+        }
+    }
+
+    #[inline]
+    fn start_blocks(&mut self, starting: R::Mask, blocks: &[u32; N]) {
+        let starting = starting.bits();
+        for group in 0..N / EIGHT {
+            let own = starting >> (group * EIGHT) & 0xFF;
+            if own != 0 {
+                self.groups[group].start(own, from_fn(|i| blocks[group * EIGHT + i]));
             }
         }
-        Lanes::new(numbers)
-    }
-
-    #[inline]
-    fn block(&mut self, lane: usize, block: u32) {
-        self.points[lane].start(block);
-        self.dimensions[lane] = 0;
     }
 }
+
+/// In place of bits that fill up a number: half of what they can add.
+const MIDDLE: u64 = 1 << 63;
 
 /// Random numbers that each lane draws for itself.
 pub(super) struct Sources<R>(pub [Option<R>; LANES]);
 
-impl<R: Sampler> LaneSampler for Sources<R> {
+impl<R: Sampler> LaneSampler<Lanes, LANES> for Sources<R> {
     #[inline]
     fn uniform(&mut self, drawing: LaneMask) -> Lanes {
         let bits = drawing.bits();
@@ -147,9 +259,11 @@ impl<R: Sampler> LaneSampler for Sources<R> {
     }
 
     #[inline]
-    fn block(&mut self, lane: usize, block: u32) {
-        if let Some(source) = &mut self.0[lane] {
-            source.block(block);
+    fn start_blocks(&mut self, starting: LaneMask, blocks: &[u32; LANES]) {
+        for lane in lanes_of(starting.bits()) {
+            if let Some(source) = &mut self.0[lane] {
+                source.block(blocks[lane]);
+            }
         }
     }
 }

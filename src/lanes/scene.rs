@@ -7,51 +7,53 @@ use glam::DVec3;
 
 use super::shading::Material;
 use crate::accel::{Nearest, PacketHit, PacketStack, PrimitiveHit};
+use crate::film::FlatFeatures;
 use crate::hull::SMALL;
-use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real};
-use crate::scene::{Part, PartShape, Scene};
+use crate::real::{Lanes3, Mask, Scalar, Wide, WideMask, WideVector};
+use crate::scene::{EDGE_MARGIN, Part, PartShape, Scene};
 use crate::shape::{Ray, Sphere};
 use crate::watertight::{Projected, Shear, TriangleHit, edge};
 
 /// What lanes need of a primitive that they have hit.
-pub(super) struct PrimitiveData {
-    /// Of a triangle; the first is the centre of a sphere.
-    pub corners: [DVec3; 3],
-    /// Of a triangle's front.
-    pub normal: DVec3,
-    /// 0 of a triangle, negative of a sphere whose normal points to its centre.
-    pub radius: f64,
+pub(super) struct PrimitiveData<T> {
+    /// Three corners of a triangle, of which the first is the centre of a sphere; the normal of a triangle's front; the
+    /// margin of a triangle for [`inner_point`](crate::scene::inner_point), or the radius of a sphere, negative if its
+    /// normal points to its centre; the colour of a [`Material`].
+    pub numbers: [T; 16],
+    pub is_sphere: bool,
+    /// Of a triangle, for the film.
+    pub features: Option<FlatFeatures>,
     pub surface: u32,
     pub emitter: Option<u32>,
 }
 
 /// A primitive against which the rays of all lanes are tested.
-struct Target<T> {
+struct Target<T, S> {
     /// Its place among those of the scene.
-    id: u32,
+    id: T,
     /// Whether some shadow rays pass it.
     is_glass: bool,
-    shape: T,
+    shape: S,
 }
 
 /// A triangle by its vertices among those of the scene, and by its edges.
-struct Triangle {
+struct Triangle<T> {
     vertices: [u8; 3],
     /// Opposite to each vertex.
     edges: [u8; 3],
     /// -1 for those that run in the other direction, else 1.
-    signs: [f64; 3],
-    /// By how many bits the sides of each edge are turned: 8 for those that run in the other direction.
-    turns: [u8; 3],
+    signs: [T; 3],
+    /// Whether the sides of each edge change places, for those that run in the other direction.
+    turns: [bool; 3],
 }
 
 /// The triangles of a small scene, or some of them.
 #[derive(Default)]
-struct Triangles {
-    vertices: Vec<DVec3>,
+struct Triangles<T> {
+    vertices: Vec<[T; 3]>,
     /// The vertices of each edge, which the triangles on both sides of it share.
     edges: Vec<[u8; 2]>,
-    targets: Vec<Target<Triangle>>,
+    targets: Vec<Target<T, Triangle<T>>>,
 }
 
 /// How it is found out what rays meet. Every way has the same answers.
@@ -70,38 +72,38 @@ enum Search {
 pub(super) const MIDDLING: usize = 1500;
 
 /// A scene as lanes see it.
-pub(super) struct LaneScene<'a> {
+pub(super) struct LaneScene<'a, R: Wide<N>, const N: usize> {
     pub scene: &'a Scene,
     search: Search,
     // The next three are empty without a list.
-    triangles: Triangles,
+    triangles: Triangles<R::Scalar>,
     /// Those that are no walls of its hull.
-    within: Triangles,
-    spheres: Vec<Target<Sphere>>,
+    within: Triangles<R::Scalar>,
+    spheres: Vec<Target<R::Scalar, Sphere>>,
     /// In the order of the scene's primitives.
-    pub parts: Vec<PrimitiveData>,
+    pub parts: Vec<PrimitiveData<R::Scalar>>,
     /// In the order of the scene's surfaces.
-    pub materials: Vec<Material>,
+    pub materials: Vec<Material<R::Scalar>>,
 }
 
 /// Vertices and edges as rays see them; one buffer serves all rays. It has as many places as there are indices.
-pub(super) struct Seen {
-    vertices: [Projected<Lanes>; PLACES],
-    edges: [Lanes; PLACES],
-    /// Of each vertex the lanes that have it behind them, and in the upper byte those for which it is too far.
-    outside: [u16; PLACES],
-    /// Of each edge the lanes that pass on its negative side, and in the upper byte those on its positive side.
-    sides: [u16; PLACES],
+pub(super) struct Seen<R, const N: usize> {
+    vertices: [Projected<R>; PLACES],
+    edges: [R; PLACES],
+    /// Of each vertex the lanes that have it behind them, and `N` bits further up those for which it is too far.
+    outside: [u32; PLACES],
+    /// Of each edge the lanes that pass on its negative side, and `N` bits further up those on its positive side.
+    sides: [u32; PLACES],
     /// Triangles by their places, and the lanes that may meet them; one more than there can be.
-    candidates: [(u8, u8); SMALL + 1],
+    candidates: [(u8, u32); SMALL + 1],
     /// Of [`Search::Packets`].
-    stack: PacketStack,
+    stack: PacketStack<N>,
 }
 
 /// How many vertices or edges 8 bits can tell apart; [`SMALL`] triangles have fewer.
 const PLACES: usize = 256;
 
-impl<'a> LaneScene<'a> {
+impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
     pub fn new(scene: &'a Scene) -> Self {
         let (mut triangles, mut within, mut spheres) = (Triangles::default(), Triangles::default(), Vec::new());
         let search = match scene.parts().len() {
@@ -112,7 +114,7 @@ impl<'a> LaneScene<'a> {
         for (id, part) in scene.parts().iter().enumerate().take_while(|_| search == Search::List) {
             let is_glass = scene.is_glass(id as u32);
             let is_wall = scene.hull().is_some_and(|hull| hull.is_wall[id]);
-            let id = id as u32;
+            let id = R::Scalar::rounded(id as f64);
             match part.shape {
                 PartShape::Sphere(shape) => spheres.push(Target { id, is_glass, shape }),
                 PartShape::Triangle { vertices, .. } => {
@@ -123,39 +125,40 @@ impl<'a> LaneScene<'a> {
                 }
             }
         }
-        let parts = scene.parts().iter().map(|part| PrimitiveData::new(scene, part)).collect();
+        let margin = |part: &Part| if R::IS_SINGLE { scene.single_edge_margin(part) } else { EDGE_MARGIN };
+        let parts = scene.parts().iter().map(|part| PrimitiveData::new(scene, part, margin(part))).collect();
         let materials = scene.surfaces().iter().map(Material::new).collect();
         Self { scene, search, triangles, within, spheres, parts, materials }
     }
 
     /// The nearest hits of the `active` lanes.
     #[inline]
-    pub fn closest(&self, ray: &Ray<Lanes3>, active: LaneMask, seen: &mut Seen) -> PacketHit {
+    pub fn closest(&self, ray: &Ray<Lanes3<R>>, active: R::Mask, seen: &mut Seen<R, N>) -> PacketHit<R, N> {
         match self.search {
             Search::List => {}
             Search::Packets => return self.scene.bvh().closest_of_packet(ray, active, &mut seen.stack),
             Search::SingleRays => return self.closest_one_by_one(ray, active),
         }
         let mut nearest = Nearest::new();
-        let shear = self.triangles.see(ray, Lanes::splat(f64::INFINITY), seen);
+        let shear = self.triangles.see(ray, None, seen);
         self.triangles.hits((&shear, seen), (active, false), |ids, hit| nearest.or(ids, hit));
         for sphere in &self.spheres {
-            let hit = TriangleHit { t: sphere.shape.distance(ray), weights: [Lanes::splat(0.0); 3] };
-            nearest.or(Lanes::splat(f64::from(sphere.id)), &hit);
+            let hit = TriangleHit { t: sphere.shape.distance(ray), weights: [R::splat(0.0); 3] };
+            nearest.or(R::all(sphere.id), &hit);
         }
         nearest.of(active)
     }
 
-    fn closest_one_by_one(&self, ray: &Ray<Lanes3>, active: LaneMask) -> PacketHit {
+    fn closest_one_by_one(&self, ray: &Ray<Lanes3<R>>, active: R::Mask) -> PacketHit<R, N> {
         let alone = |i: usize| Ray::new(ray.origin.lane(i), ray.direction.lane(i));
         let bits = active.bits();
-        let hits: [Option<PrimitiveHit>; LANES] =
+        let hits: [Option<PrimitiveHit>; N] =
             from_fn(|i| if bits >> i & 1 == 1 { self.scene.bvh().closest(&alone(i), f64::INFINITY) } else { None });
         PacketHit {
-            met: LaneMask::from_fn(|i| hits[i].is_some()),
+            met: R::Mask::from_fn(|i| hits[i].is_some()),
             primitive: from_fn(|i| hits[i].map_or(0, |hit| hit.primitive)),
-            t: Lanes::new(from_fn(|i| hits[i].map_or(f64::INFINITY, |hit| hit.t))),
-            weights: from_fn(|k| Lanes::new(from_fn(|i| hits[i].map_or(0.0, |hit| hit.weights[k])))),
+            t: R::from_lanes(|i| hits[i].map_or(f64::INFINITY, |hit| hit.t)),
+            weights: from_fn(|k| R::from_lanes(|i| hits[i].map_or(0.0, |hit| hit.weights[k]))),
         }
     }
 
@@ -164,31 +167,31 @@ impl<'a> LaneScene<'a> {
     #[inline]
     pub fn visible(
         &self,
-        x: (Lanes3, Lanes3),
-        y: (Lanes3, Lanes3),
+        x: (Lanes3<R>, Lanes3<R>),
+        y: (Lanes3<R>, Lanes3<R>),
         through_glass: bool,
-        active: LaneMask,
-        seen: &mut Seen,
-    ) -> LaneMask {
+        active: R::Mask,
+        seen: &mut Seen<R, N>,
+    ) -> R::Mask {
+        let segment = self.scene.segment(x, y);
+        let blocks = |id: u32| !(through_glass && self.scene.is_glass(id));
         if self.search == Search::SingleRays {
             let bits = active.bits();
-            return LaneMask::from_fn(|i| {
-                let end = |(point, normal): (Lanes3, Lanes3)| (point.lane(i), normal.lane(i));
-                bits >> i & 1 == 1 && self.scene.visible(end(x), end(y), through_glass)
+            return R::Mask::from_fn(|i| {
+                let alone = || Ray::new(segment.origin.lane(i), segment.direction.lane(i));
+                bits >> i & 1 == 1 && !self.scene.bvh().occluded(&alone(), 1.0, blocks)
             });
         }
-        let segment = self.scene.segment(x, y);
         if self.search == Search::Packets {
-            let blocks = |id: u32| !(through_glass && self.scene.is_glass(id));
             return active & !self.scene.bvh().occluded_of_packet(&segment, active, blocks, &mut seen.stack);
         }
-        let one = Lanes::splat(1.0);
-        let holds = |point| self.scene.hull().map_or(LaneMask::splat(false), |hull| hull.holds(point));
+        let one = R::splat(1.0);
+        let holds = |point| self.scene.hull().map_or(R::Mask::splat(false), |hull| hull.holds(point));
         let within = active & holds(segment.origin) & holds(segment.at(one));
         let mut free = active;
         for (triangles, asking) in [(&self.within, within), (&self.triangles, active & !within)] {
             if asking.any() {
-                let shear = triangles.see(&segment, one, seen);
+                let shear = triangles.see(&segment, Some(one), seen);
                 triangles.hits((&shear, seen), (asking, through_glass), |_, hit| free = free & !hit.t.below(one));
             }
         }
@@ -206,42 +209,50 @@ impl<'a> LaneScene<'a> {
     /// The arithmetic of [`closest`](Self::closest) in one lane, without spheres. Of [`Shear`]: `new` takes 3 operations,
     /// `project` 7 and `distance` 1 per vertex, [`edge`] 3 per edge, and 3 more where a triangle passes the masks;
     /// `hit_within` 14 per portion of hits; one is for the limit.
-    pub fn operations(&self, ray: &Ray<Lanes3>, seen: &mut Seen) -> u32 {
+    pub fn operations(&self, ray: &Ray<Lanes3<R>>, seen: &mut Seen<R, N>) -> u32 {
         let Triangles { vertices, edges, .. } = &self.triangles;
-        let all = (LaneMask::splat(true), false);
-        let shear = self.triangles.see(ray, Lanes::splat(f64::INFINITY), seen);
+        let all = (R::Mask::splat(true), false);
+        let shear = self.triangles.see(ray, None, seen);
         let mut portions = 0;
         self.triangles.hits((&shear, seen), all, |_, _| portions += 1);
-        let tested = self.triangles.list_candidates(all, seen);
+        let tested = self.triangles.list_candidates::<R, N>(all, seen);
         (3 + 1 + 8 * vertices.len() + 3 * edges.len() + 3 * tested + 14 * portions) as u32
     }
 }
 
-impl Triangles {
-    fn add(&mut self, corners: [DVec3; 3], id: u32, is_glass: bool) {
-        let [a, b, c] = corners.map(|corner| place_of(&mut self.vertices, corner));
+impl<T: Scalar> Triangles<T> {
+    fn add(&mut self, corners: [DVec3; 3], id: T, is_glass: bool) {
+        let rounded = |corner: DVec3| corner.to_array().map(T::rounded);
+        let [a, b, c] = corners.map(|corner| place_of(&mut self.vertices, rounded(corner)));
         let ends = [[c, b], [a, c], [b, a]];
         let edges = ends.map(|[from, to]| place_of(&mut self.edges, [from.min(to), from.max(to)]));
         let reversed = ends.map(|[from, to]| from > to);
-        let signs = reversed.map(|turned| if turned { -1.0 } else { 1.0 });
-        let turns = reversed.map(|turned| 8 * u8::from(turned));
-        let shape = Triangle { vertices: [a, b, c], edges, signs, turns };
+        let signs = reversed.map(|turned| T::rounded(if turned { -1.0 } else { 1.0 }));
+        let shape = Triangle { vertices: [a, b, c], edges, signs, turns: reversed };
         self.targets.push(Target { id, is_glass, shape });
     }
 
-    /// Projects vertices and edges for rays that end at `limit`.
+    /// Projects vertices and edges for rays that end at `limit`, if they do.
     #[inline]
-    fn see(&self, ray: &Ray<Lanes3>, limit: Lanes, seen: &mut Seen) -> Shear<Lanes3> {
+    fn see<R: Wide<N, Scalar = T>, const N: usize>(
+        &self,
+        ray: &Ray<Lanes3<R>>,
+        limit: Option<R>,
+        seen: &mut Seen<R, N>,
+    ) -> Shear<Lanes3<R>> {
         let shear = Shear::new(ray);
-        let zero = Lanes::splat(0.0);
-        let pair = |first: LaneMask, second: LaneMask| (first.bits() | second.bits() << LANES) as u16;
+        let zero = R::splat(0.0);
+        let pair = |first: R::Mask, second: R::Mask| first.bits() | second.bits() << N;
         // The distance of a hit is a mean of those of the vertices, but for some roundings.
-        let limit = limit * (1.0 + 1e-9);
+        let limit = limit.map(|limit| limit * R::by_precision(1.0 + 1e-9, 1.0 + 1e-5));
         for ((vertex, projected), outside) in self.vertices.iter().zip(&mut seen.vertices).zip(&mut seen.outside) {
-            let [x, y, z] = vertex.to_array().map(Lanes::splat);
+            let [x, y, z] = vertex.map(R::all);
             *projected = shear.project(&[x, y, z, zero]);
             let distance = shear.distance(projected[2]);
-            *outside = pair(distance.below(zero), distance.above(limit));
+            *outside = distance.below(zero).bits();
+            if let Some(limit) = limit {
+                *outside |= distance.above(limit).bits() << N;
+            }
         }
         for ((&[a, b], value), sides) in self.edges.iter().zip(&mut seen.edges).zip(&mut seen.sides) {
             *value = edge(&seen.vertices[usize::from(a)], &seen.vertices[usize::from(b)]);
@@ -252,13 +263,13 @@ impl Triangles {
 
     /// Tells the hits of the `active` lanes, and on which primitives, in portions of at most one per lane.
     #[inline]
-    fn hits(
+    fn hits<R: Wide<N, Scalar = T>, const N: usize>(
         &self,
-        (shear, seen): (&Shear<Lanes3>, &mut Seen),
-        (active, through_glass): (LaneMask, bool),
-        mut tell: impl FnMut(Lanes, &TriangleHit<Lanes>),
+        (shear, seen): (&Shear<Lanes3<R>>, &mut Seen<R, N>),
+        (active, through_glass): (R::Mask, bool),
+        mut tell: impl FnMut(R, &TriangleHit<R>),
     ) {
-        let zero = Lanes::splat(0.0);
+        let zero = R::splat(0.0);
         // What has no area is not hit.
         let (mut ids, mut edges, mut depths) = (zero, [zero; 3], [zero; 3]);
         let mut taken = 0;
@@ -270,11 +281,11 @@ impl Triangles {
                 (edges, taken) = ([zero; 3], 0);
             }
             taken |= lanes;
-            let lanes = LaneMask::from_bits(u32::from(lanes));
-            ids = Lanes::choose(lanes, Lanes::splat(f64::from(*id)), ids);
+            let lanes = R::Mask::from_bits(lanes);
+            ids = R::choose(lanes, R::all(*id), ids);
             for k in 0..3 {
-                edges[k] = Lanes::choose(lanes, seen.edges[usize::from(shape.edges[k])] * shape.signs[k], edges[k]);
-                depths[k] = Lanes::choose(lanes, seen.vertices[usize::from(shape.vertices[k])][2], depths[k]);
+                edges[k] = R::choose(lanes, seen.edges[usize::from(shape.edges[k])] * R::all(shape.signs[k]), edges[k]);
+                depths[k] = R::choose(lanes, seen.vertices[usize::from(shape.vertices[k])][2], depths[k]);
             }
         }
         if taken != 0 {
@@ -285,8 +296,12 @@ impl Triangles {
     /// Lists the triangles that a ray in an `active` lane may meet, and returns how many they are: its line passes
     /// through, and the vertices are neither all behind it nor all too far.
     #[inline]
-    fn list_candidates(&self, (active, through_glass): (LaneMask, bool), seen: &mut Seen) -> usize {
-        let active = active.bits() as u8;
+    fn list_candidates<R: Wide<N, Scalar = T>, const N: usize>(
+        &self,
+        (active, through_glass): (R::Mask, bool),
+        seen: &mut Seen<R, N>,
+    ) -> usize {
+        let active = active.bits();
         let mut count = 0;
         for (place, triangle) in self.targets.iter().enumerate() {
             let asking = if through_glass & triangle.is_glass { 0 } else { active };
@@ -298,21 +313,29 @@ impl Triangles {
     }
 }
 
-impl PrimitiveData {
-    fn new(scene: &Scene, &Part { surface, emitter, shape }: &Part) -> Self {
-        let (corners, normal, radius) = match shape {
-            PartShape::Triangle { vertices, normal } => (scene.corners(vertices), normal, 0.0),
+impl<T: Scalar> PrimitiveData<T> {
+    fn new(scene: &Scene, &Part { surface, emitter, shape }: &Part, margin: f64) -> Self {
+        let ([a, b, c], normal, radius) = match shape {
+            PartShape::Triangle { vertices, normal } => (scene.corners(vertices), normal, margin),
             PartShape::Sphere(Sphere { centre, radius, inward, .. }) => {
                 ([centre; 3], DVec3::Z, if inward { -radius } else { radius })
             }
         };
-        Self { corners, normal, radius, surface, emitter }
+        let colour = scene.surfaces()[surface as usize].bsdf.albedo();
+        let mut numbers = [T::rounded(radius); 16];
+        // The radius stays between the normal and the colour.
+        for (vector, at) in [a, b, c, normal, colour].into_iter().zip([0, 3, 6, 9, 13]) {
+            numbers[at..at + 3].copy_from_slice(&vector.to_array().map(T::rounded));
+        }
+        let is_sphere = matches!(shape, PartShape::Sphere(_));
+        let features = if is_sphere { None } else { FlatFeatures::new(colour, normal) };
+        Self { numbers, is_sphere, features, surface, emitter }
     }
 }
 
-impl Seen {
+impl<R: Wide<N>, const N: usize> Seen<R, N> {
     pub fn new() -> Self {
-        let zero = Lanes::splat(0.0);
+        let zero = R::splat(0.0);
         let (vertices, edges) = ([[zero; 3]; PLACES], [zero; PLACES]);
         let (outside, sides, candidates) = ([0; PLACES], [0; PLACES], [(0, 0); SMALL + 1]);
         Self { vertices, edges, outside, sides, candidates, stack: PacketStack::default() }
@@ -320,12 +343,15 @@ impl Seen {
 
     /// The lanes that surely miss a triangle.
     #[inline]
-    fn misses(&self, triangle: &Triangle) -> u8 {
-        let side = |k: usize| self.sides[usize::from(triangle.edges[k])].rotate_left(u32::from(triangle.turns[k]));
+    fn misses<T>(&self, triangle: &Triangle<T>) -> u32 {
+        let side = |k: usize| {
+            let sides = self.sides[usize::from(triangle.edges[k])];
+            if triangle.turns[k] { sides >> N | sides << N } else { sides }
+        };
         let [a, b, c] = [side(0), side(1), side(2)];
         let [x, y, z] = triangle.vertices.map(|vertex| self.outside[usize::from(vertex)]);
         let (sides, outside) = (a | b | c, x & y & z);
-        ((sides & sides >> 8) | outside | outside >> 8) as u8
+        (sides & sides >> N) | outside | outside >> N
     }
 }
 

@@ -11,22 +11,21 @@ use super::scene::{LaneScene, PrimitiveData, Seen};
 use crate::accel::PacketHit;
 use crate::bsdf::{Bsdf, OrenNayar, OrenNayarForm, Vertex, lambert, oren_nayar};
 use crate::emitter::LightSampling;
+use crate::error::Error;
 use crate::estimator::LightRules;
-use crate::film::Features;
-use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector};
+use crate::film::{Features, Pixel, is_legal_depth};
+use crate::real::{Lanes3, Mask, Real, Scalar, Vector, Wide, WideMask, WideVector};
 use crate::render::features;
 use crate::scene::{Hit, Surface, inner_point};
 use crate::shape::{Ray, outward};
 use crate::{fresnel, radiometry, sampling};
 
 /// What lanes need of a surface.
-pub(super) struct Material {
-    /// The albedo or the reflectance of a mirror.
-    colour: DVec3,
-    index: f64,
-    oren_nayar: OrenNayar,
+pub(super) struct Material<T> {
+    index: T,
+    oren_nayar: OrenNayar<T>,
     /// α of section 2.6.2.
-    absorption: f64,
+    absorption: T,
     /// A bit for each of the kinds below.
     kinds: u8,
 }
@@ -40,9 +39,9 @@ const GLASS: u8 = 8;
 /// (14) as it is printed.
 const PRINTED: u8 = 16;
 /// f_r is evaluated lane by lane.
-const SINGLE: u8 = 32;
+const ONE_BY_ONE: u8 = 32;
 
-impl Material {
+impl<T: Scalar> Material<T> {
     pub fn new(&Surface { bsdf, absorption, .. }: &Surface) -> Self {
         // (14) is (13) with these.
         let (mut index, mut oren_nayar) = (1.0, OrenNayar { a: 1.0, b: 0.0 });
@@ -59,93 +58,104 @@ impl Material {
                 GLASS
             }
             // No scene with rough glass comes here.
-            Bsdf::Eon { .. } | Bsdf::RoughGlass(_) | Bsdf::Model(_) => ROUGH | SINGLE,
+            Bsdf::Eon { .. } | Bsdf::RoughGlass(_) | Bsdf::Model(_) => ROUGH | ONE_BY_ONE,
         };
         let kinds = if bsdf.is_sampled_by_cosine() { kinds | COSINE } else { kinds };
-        Self { colour: bsdf.albedo(), index, oren_nayar, absorption, kinds }
+        Self {
+            index: T::rounded(index),
+            oren_nayar: OrenNayar { a: T::rounded(oren_nayar.a), b: T::rounded(oren_nayar.b) },
+            absorption: T::rounded(absorption),
+            kinds,
+        }
     }
 }
 
 /// What the rays of all lanes have met; of lanes that have met nothing it means nothing.
-pub(super) struct Surfaces<'a> {
-    parts: [&'a PrimitiveData; LANES],
-    bsdf: [&'a Bsdf; LANES],
-    pub vertex: Vertex<Lanes3>,
+pub(super) struct Surfaces<'a, R: Wide<N>, const N: usize> {
+    parts: [&'a PrimitiveData<R::Scalar>; N],
+    bsdf: [&'a Bsdf; N],
+    pub vertex: Vertex<Lanes3<R>>,
     /// The unit normals of the surfaces' own fronts.
-    pub normal: Lanes3,
-    pub t: Lanes,
+    pub normal: Lanes3<R>,
+    pub t: R,
     /// Where an emitter is.
-    pub emits: LaneMask,
+    pub emits: R::Mask,
     /// Where light leaves in all directions.
-    pub rough: LaneMask,
+    pub rough: R::Mask,
     /// Of these, where it is sampled by the cosine.
-    cosine: LaneMask,
-    mirror: LaneMask,
-    glass: LaneMask,
+    cosine: R::Mask,
+    mirror: R::Mask,
+    glass: R::Mask,
     /// The albedo or the reflectance of a mirror.
-    colour: Lanes3,
-    pub absorption: Lanes,
-    index: Lanes,
-    oren_nayar: OrenNayar<Lanes>,
-    printed: LaneMask,
+    colour: Lanes3<R>,
+    pub absorption: R,
+    index: R,
+    oren_nayar: OrenNayar<R>,
+    printed: R::Mask,
     /// Lanes whose f_r is evaluated one by one.
-    single: u32,
+    one_by_one: u32,
 }
 
 /// A way on from surfaces, as [`crate::bsdf::BsdfSample`].
-pub(super) struct Onward {
+pub(super) struct Onward<R: Real> {
     /// Where there is one.
-    pub goes_on: LaneMask,
-    pub direction: Lanes3,
-    pub weight: Lanes3,
+    pub goes_on: R::Mask,
+    pub direction: Lanes3<R>,
+    pub weight: Lanes3<R>,
     /// 0 where the direction has no pdf.
-    pub pdf: Lanes,
-    pub has_pdf: LaneMask,
-    pub radiance_factor: Lanes,
+    pub pdf: R,
+    pub has_pdf: R::Mask,
+    pub radiance_factor: R,
 }
 
+/// The direction and the weight of what mirrors and glass reflect.
+type Reflected<R> = (Lanes3<R>, Lanes3<R>);
+
 /// What glass lets through.
-pub(super) struct Refracted {
+pub(super) struct Refracted<R: Real> {
     /// Where it does.
-    pub passes: LaneMask,
-    pub direction: Lanes3,
-    pub weight: Lanes,
+    pub passes: R::Mask,
+    pub direction: Lanes3<R>,
+    pub weight: R,
 }
 
 /// Light that arrives from points picked on emitters, as in the scalar engine's next-event estimation.
-pub(super) struct Light {
+pub(super) struct Light<R: Real> {
     /// Where some does.
-    pub arrives: LaneMask,
-    pub wi: Lanes3,
-    pub reflected: Lanes3,
-    pub pdf: Lanes,
+    pub arrives: R::Mask,
+    pub wi: Lanes3<R>,
+    pub reflected: Lanes3<R>,
+    pub pdf: R,
 }
 
-impl<'a> Surfaces<'a> {
+impl<'a, R: Wide<N>, const N: usize> Surfaces<'a, R, N> {
     /// Of a scene with at least one primitive.
     #[inline]
-    pub fn new(lanes: &'a LaneScene<'_>, ray: &Ray<Lanes3>, found: &PacketHit) -> Self {
+    pub fn new(lanes: &'a LaneScene<'_, R, N>, ray: &Ray<Lanes3<R>>, found: &PacketHit<R, N>) -> Self {
         let parts = found.primitive.map(|primitive| &lanes.parts[primitive as usize]);
-        let (point, normal) = place(parts, ray, found);
+        let numbers = R::of_rows(parts.map(|part| &part.numbers));
+        let colour = Lanes3::of([numbers[13], numbers[14], numbers[15]]);
+        let curved = found.met & R::Mask::from_fn(|i| parts[i].is_sphere);
+        let (point, normal) = place(numbers, curved, ray, found);
         let materials = parts.map(|part| &lanes.materials[part.surface as usize]);
         let kinds = materials.map(|material| material.kinds);
-        let is = |kind: u8| found.met & LaneMask::from_fn(|i| kinds[i] & kind != 0);
-        let of = |number: fn(&Material) -> f64| Lanes::new(materials.map(number));
+        let is = |kind: u8| found.met & R::Mask::from_fn(|i| kinds[i] & kind != 0);
+        let of = |number: fn(&Material<R::Scalar>) -> R::Scalar| R::gather(|i| number(materials[i]));
         Self {
             vertex: Vertex::of(point, normal, ray.direction),
             normal,
             t: found.t,
-            emits: found.met & LaneMask::from_fn(|i| parts[i].emitter.is_some()),
+            emits: found.met & R::Mask::from_fn(|i| parts[i].emitter.is_some()),
             rough: is(ROUGH),
             cosine: is(COSINE),
             mirror: is(MIRROR),
             glass: is(GLASS),
-            colour: Lanes3::from_fn(|i| materials[i].colour),
+            colour,
             absorption: of(|material| material.absorption),
             index: of(|material| material.index),
             oren_nayar: OrenNayar { a: of(|material| material.oren_nayar.a), b: of(|material| material.oren_nayar.b) },
             printed: is(PRINTED),
-            single: is(SINGLE).bits(),
+            one_by_one: is(ONE_BY_ONE).bits(),
             parts,
             bsdf: parts.map(|part| &lanes.scene.surfaces()[part.surface as usize].bsdf),
         }
@@ -154,7 +164,7 @@ impl<'a> Surfaces<'a> {
     /// What a ray has met in a lane.
     #[inline]
     pub fn hit(&self, lane: usize, primitive: u32) -> Hit {
-        let (part, t) = (self.parts[lane], self.t.as_array()[lane]);
+        let (part, t) = (self.parts[lane], self.t.lane(lane));
         let [point, normal] = [self.vertex.point, self.normal].map(|v| v.lane(lane));
         Hit { t, point, normal, primitive, surface: part.surface, emitter: part.emitter }
     }
@@ -166,45 +176,61 @@ impl<'a> Surfaces<'a> {
     }
 
     /// What emitters show to rays of this direction; zero from behind and elsewhere.
-    pub fn emitted(&self, scene: &LaneScene<'_>, direction: Lanes3) -> Lanes3 {
+    pub fn emitted(&self, scene: &LaneScene<'_, R, N>, direction: Lanes3<R>) -> Lanes3<R> {
         let emitters = scene.scene.emitters();
         let radiance =
             Lanes3::from_fn(|i| self.emitter(i).map_or(DVec3::ZERO, |emitter| emitters[emitter as usize].radiance));
-        let front = self.normal.dot(direction).below(Lanes::splat(0.0));
+        let front = self.normal.dot(direction).below(R::splat(0.0));
         Vector::choose(front, radiance, Lanes3::splat_vector(DVec3::ZERO))
     }
 
     /// The same by these rules.
-    pub fn seen(&self, scene: &LaneScene<'_>, rules: &LightRules, direction: Lanes3) -> Lanes3 {
+    pub fn seen(&self, scene: &LaneScene<'_, R, N>, rules: &LightRules, direction: Lanes3<R>) -> Lanes3<R> {
         let radiance = self.emitted(scene, direction);
         let none = Lanes3::splat_vector(DVec3::ZERO);
         let dark = radiance.x.equals(none.x) & radiance.y.equals(none.y) & radiance.z.equals(none.z);
         rules.seen.map_or(radiance, |shown| Vector::choose(dark, none, Lanes3::splat_vector(DVec3::splat(shown))))
     }
 
-    /// What emitters show to one lane that has met something.
-    pub fn emitted_in(&self, scene: &LaneScene<'_>, lane: usize, ray: &Ray<Lanes3>) -> DVec3 {
+    /// A bit for each lane: which show emitters' fronts to the rays.
+    pub fn shining(&self) -> u32 {
+        (self.emits & self.normal.dot(self.vertex.direction).below(R::splat(0.0))).bits()
+    }
+
+    /// The radiance of the emitter in a lane.
+    pub fn shown_in(&self, scene: &LaneScene<'_, R, N>, lane: usize) -> DVec3 {
         let emitters = scene.scene.emitters();
-        let [normal, direction] = [self.normal, ray.direction].map(|v| v.lane(lane));
-        match self.emitter(lane) {
-            Some(emitter) if normal.dot(direction) < 0.0 => emitters[emitter as usize].radiance,
-            _ => DVec3::ZERO,
+        self.emitter(lane).map_or(DVec3::ZERO, |emitter| emitters[emitter as usize].radiance)
+    }
+
+    /// A bit for each lane: which do not show the surfaces' own fronts to the rays.
+    pub fn backs(&self) -> u32 {
+        let zero = R::splat(0.0);
+        !R::splat(1.0).copysign(self.normal.dot(self.vertex.direction)).below(zero).bits()
+    }
+
+    /// Adds the features of a lane that has met something to a pixel; `backs` are those of all lanes.
+    pub fn push_features(&self, lane: usize, backs: u32, pixel: &mut Pixel) -> Result<(), Error> {
+        let depth = self.t.lane(lane);
+        match &self.parts[lane].features {
+            Some(flat) if is_legal_depth(depth) => pixel.push_flat(flat, backs >> lane & 1 == 1, depth),
+            _ => pixel.push_features(&self.features(lane)),
         }
     }
 
     /// The features of a lane that a ray has met.
-    pub fn features(&self, lane: usize, ray: &Ray<Lanes3>) -> Features {
-        let [albedo, normal, direction] = [self.colour, self.normal, ray.direction].map(|v| v.lane(lane));
-        features(albedo, normal, self.t.as_array()[lane], direction)
+    pub fn features(&self, lane: usize) -> Features {
+        let [albedo, normal, direction] = [self.colour, self.normal, self.vertex.direction].map(|v| v.lane(lane));
+        features(albedo, normal, self.t.lane(lane), direction)
     }
 
     /// Where there are mirrors that do not emit.
-    pub fn dark_mirror(&self) -> LaneMask {
+    pub fn dark_mirror(&self) -> R::Mask {
         self.mirror & !self.emits
     }
 
     /// How mirrors turn the rays.
-    pub fn mirrored(&self) -> Lanes3 {
+    pub fn mirrored(&self) -> Lanes3<R> {
         fresnel::mirror(self.vertex.direction, self.vertex.frame.z)
     }
 
@@ -214,76 +240,84 @@ impl<'a> Surfaces<'a> {
     }
 
     /// Where there are mirrors and glass.
-    pub fn smooth(&self) -> LaneMask {
+    pub fn smooth(&self) -> R::Mask {
         self.mirror | self.glass
     }
 
     /// Where something absorbs all light.
-    pub fn black(&self) -> LaneMask {
+    pub fn black(&self) -> R::Mask {
         !(self.rough | self.smooth())
     }
 
     /// f_r, as [`Bsdf::eval`].
     #[inline]
-    fn brdf(&self, wi: Lanes3) -> Lanes3 {
-        let (zero, wo) = (Lanes::splat(0.0), self.vertex.wo);
+    fn brdf(&self, wi: Lanes3<R>) -> Lanes3<R> {
+        let (zero, wo) = (R::splat(0.0), self.vertex.wo);
         let mut bracket = oren_nayar(self.oren_nayar, OrenNayarForm::Corrected, wo, wi);
         if self.printed.any() {
             let printed = oren_nayar(self.oren_nayar, OrenNayarForm::Printed, wo, wi);
-            bracket = Lanes::choose(self.printed, printed, bracket);
+            bracket = R::choose(self.printed, printed, bracket);
         }
         let above = wo.z.above(zero) & wi.z.above(zero);
         let none = Lanes3::splat_vector(DVec3::ZERO);
         let brdf = Vector::choose(above & self.rough, lambert(self.colour) * bracket, none);
-        if self.single == 0 {
+        if self.one_by_one == 0 {
             return brdf;
         }
         Lanes3::from_fn(|i| {
-            if self.single >> i & 1 == 1 { self.bsdf[i].eval(wo.lane(i), wi.lane(i)) } else { brdf.lane(i) }
+            if self.one_by_one >> i & 1 == 1 { self.bsdf[i].eval(wo.lane(i), wi.lane(i)) } else { brdf.lane(i) }
         })
     }
 
     /// The pdf of directions of rough surfaces with respect to solid angle.
     #[inline]
-    pub fn pdf(&self, wi: Lanes3) -> Lanes {
+    pub fn pdf(&self, wi: Lanes3<R>) -> R {
         let pdf = sampling::cosine_hemisphere_pdf(wi.z);
         let models = (self.rough & !self.cosine).bits();
         if models == 0 {
             return pdf;
         }
-        Lanes::new(from_fn(|i| {
+        R::from_lanes(|i| {
             let alone = models >> i & 1 == 1;
-            if alone { self.bsdf[i].pdf(self.vertex.wo.lane(i), wi.lane(i)) } else { pdf.as_array()[i] }
-        }))
+            if alone { self.bsdf[i].pdf(self.vertex.wo.lane(i), wi.lane(i)) } else { pdf.lane(i) }
+        })
     }
 
     /// Light by one shadow ray from each lane of the mask, all of which are rough.
     #[inline]
-    pub fn direct_light<S: LaneSampler>(
+    pub fn direct_light<S: LaneSampler<R, N>>(
         &self,
-        scene: &LaneScene<'_>,
+        scene: &LaneScene<'_, R, N>,
         lights: LightSampling,
         through_glass: bool,
-        (asking, random): (LaneMask, &mut S),
-        seen: &mut Seen,
-    ) -> Light {
-        let zero = Lanes::splat(0.0);
+        (asking, random): (R::Mask, &mut S),
+        seen: &mut Seen<R, N>,
+    ) -> Light<R> {
+        let zero = R::splat(0.0);
         let none = Lanes3::splat_vector(DVec3::ZERO);
         let emitters = scene.scene.emitters();
         if emitters.is_empty() || !asking.any() {
-            return Light { arrives: LaneMask::splat(false), wi: none, reflected: none, pdf: zero };
+            return Light { arrives: R::Mask::splat(false), wi: none, reflected: none, pdf: zero };
         }
-        let pick = random.uniform(asking);
-        let random = [random.uniform(asking), random.uniform(asking)];
         let vertex = &self.vertex;
-        let (picked, probability) = pick_emitters(scene.scene, lights, (vertex.point, asking), pick);
+        // In single precision it shows that rays start above the surface: pdfs of shadow rays and of hits must be of the
+        // same point.
+        let n = vertex.frame.z;
+        let from = if R::IS_SINGLE { scene.scene.leave(vertex.point, n, n).origin } else { vertex.point };
+        let (picked, probability) = if emitters.len() == 1 {
+            random.skip(asking);
+            ([0; N], R::splat(1.0))
+        } else {
+            pick_emitters(scene.scene, lights, (from, asking), random.uniform(asking))
+        };
+        let random = [random.uniform(asking), random.uniform(asking)];
         let asking = asking & probability.above(zero);
-        let picked = Picked::new(emitters, lights, (picked, asking), vertex.point, random);
+        let picked = Picked::new(emitters, lights, (picked, asking), from, random);
         let point = &picked.point;
-        let to_light = point.point - vertex.point;
+        let to_light = point.point - from;
         let distance_squared = to_light.length_squared();
         let direction = to_light * distance_squared.sqrt().recip();
-        let cosine = radiometry::cosine(vertex.frame.z, direction);
+        let cosine = radiometry::cosine(n, direction);
         let cosine_at_light = radiometry::cosine(point.normal, -direction);
         let wi = vertex.frame.local(direction);
         let brdf = self.brdf(wi);
@@ -301,7 +335,7 @@ impl<'a> Surfaces<'a> {
 
     /// A way on, as [`Scattering::sample`](crate::bsdf::Scattering::sample), in world space.
     #[inline]
-    pub fn sample<S: LaneSampler>(&self, active: LaneMask, random: &mut S) -> Onward {
+    pub fn sample<S: LaneSampler<R, N>>(&self, active: R::Mask, random: &mut S) -> Onward<R> {
         let mut onward = self.sample_specular(active & !self.rough, random);
         onward.has_pdf = active & self.rough;
         if onward.has_pdf.any() {
@@ -312,8 +346,8 @@ impl<'a> Surfaces<'a> {
 
     /// The same of mirrors and glass alone.
     #[inline]
-    pub fn sample_specular<S: LaneSampler>(&self, active: LaneMask, random: &mut S) -> Onward {
-        let (zero, one) = (Lanes::splat(0.0), Lanes::splat(1.0));
+    pub fn sample_specular<S: LaneSampler<R, N>>(&self, active: R::Mask, random: &mut S) -> Onward<R> {
+        let (zero, one) = (R::splat(0.0), R::splat(1.0));
         let white = Lanes3::splat_vector(DVec3::ONE);
         let vertex = &self.vertex;
         let (d, n) = (vertex.direction, vertex.frame.z);
@@ -322,7 +356,7 @@ impl<'a> Surfaces<'a> {
             direction: d,
             weight: white,
             pdf: zero,
-            has_pdf: LaneMask::splat(false),
+            has_pdf: R::Mask::splat(false),
             radiance_factor: one,
         };
         if onward.goes_on.any() {
@@ -337,20 +371,20 @@ impl<'a> Surfaces<'a> {
             let (refracted, passes) = fresnel::refracted(d, n, n1, n2);
             let refracts = glass & !random.below(reflectance) & passes;
             onward.direction = Vector::choose(refracts, refracted, onward.direction);
-            onward.radiance_factor = Lanes::choose(refracts, fresnel::radiance_factor(n1, n2), one);
+            onward.radiance_factor = R::choose(refracts, fresnel::radiance_factor(n1, n2), one);
         }
         onward
     }
 
     /// Both ways on from mirrors and glass, without choice: the direction and weight of what is reflected, and of what is
     /// refracted.
-    pub fn split(&self, radiance_factor: bool) -> ((Lanes3, Lanes3), Option<Refracted>) {
+    pub fn split(&self, radiance_factor: bool) -> (Reflected<R>, Option<Refracted<R>>) {
         let (d, n) = (self.vertex.direction, self.vertex.frame.z);
         let reflected = fresnel::mirror(d, n);
         if !self.glass.any() {
             return ((reflected, self.colour), None);
         }
-        let one = Lanes::splat(1.0);
+        let one = R::splat(1.0);
         let (n1, n2) = self.vertex.indices(self.index);
         let share = fresnel::reflectance(-d.dot(n), n1, n2);
         let (direction, passes) = fresnel::refracted(d, n, n1, n2);
@@ -362,58 +396,62 @@ impl<'a> Surfaces<'a> {
 
     /// A direction uniform over the hemisphere, in world space, and its weight.
     #[inline]
-    pub fn sample_uniform(&self, random: [Lanes; 2]) -> (Lanes3, Lanes3) {
-        let wi: Lanes3 = sampling::uniform_hemisphere(random);
+    pub fn sample_uniform(&self, random: [R; 2]) -> (Lanes3<R>, Lanes3<R>) {
+        let wi: Lanes3<R> = sampling::uniform_hemisphere(random);
         (self.vertex.frame.world(wi), self.weighted(wi, sampling::uniform_hemisphere_pdf(wi.z)))
     }
 
     #[inline]
-    fn sample_rough<S: LaneSampler>(&self, onward: &mut Onward, random: &mut S) {
+    fn sample_rough<S: LaneSampler<R, N>>(&self, onward: &mut Onward<R>, random: &mut S) {
         let rough = onward.has_pdf;
         let random = [random.uniform(rough), random.uniform(rough)];
-        let mut wi: Lanes3 = sampling::cosine_hemisphere(random);
+        let mut wi: Lanes3<R> = sampling::cosine_hemisphere(random);
         let models = (rough & !self.cosine).bits();
         let mut lost = 0;
         if models != 0 {
-            let own: [Option<DVec3>; LANES] = from_fn(|i| match self.bsdf[i] {
+            let own: [Option<DVec3>; N] = from_fn(|i| match self.bsdf[i] {
                 Bsdf::Model(model) if models >> i & 1 == 1 => {
-                    model.sample(self.vertex.wo.lane(i), random.map(|r| r.as_array()[i]))
+                    model.sample(self.vertex.wo.lane(i), random.map(|r| r.lane(i)))
                 }
                 _ => Some(wi.lane(i)),
             });
-            lost = (0..LANES).fold(0, |lost, i| lost | u32::from(own[i].is_none()) << i);
+            lost = (0..N).fold(0, |lost, i| lost | u32::from(own[i].is_none()) << i);
             wi = Lanes3::from_fn(|i| own[i].unwrap_or(DVec3::Z));
         }
         let pdf = self.pdf(wi);
         let weight = self.weighted(wi, pdf);
-        let exists = rough & !pdf.equals(Lanes::splat(0.0)) & !LaneMask::from_bits(lost);
+        let exists = rough & !pdf.equals(R::splat(0.0)) & !R::Mask::from_bits(lost);
         onward.goes_on = onward.goes_on | exists;
         onward.direction = Vector::choose(rough, self.vertex.frame.world(wi), onward.direction);
         onward.weight = Vector::choose(rough, weight, onward.weight);
-        onward.pdf = Lanes::choose(rough, pdf, onward.pdf);
+        onward.pdf = R::choose(rough, pdf, onward.pdf);
     }
 
     /// f_r cos θ / p of a direction.
     #[inline]
-    fn weighted(&self, wi: Lanes3, pdf: Lanes) -> Lanes3 {
+    fn weighted(&self, wi: Lanes3<R>, pdf: R) -> Lanes3<R> {
         let cosine = radiometry::cosine(Lanes3::splat_vector(DVec3::Z), wi);
         radiometry::reflected(self.brdf(wi), Lanes3::splat_vector(DVec3::ONE), cosine, pdf)
     }
 }
 
-/// Points and normals of hits, as [`Scene::intersect`](crate::scene::Scene::intersect) says them.
+/// Points and normals of hits on primitives of these numbers, as [`Scene::intersect`](crate::scene::Scene::intersect)
+/// says them.
 #[inline]
-fn place(parts: [&PrimitiveData; LANES], ray: &Ray<Lanes3>, found: &PacketHit) -> (Lanes3, Lanes3) {
-    let point = inner_point(from_fn(|k| Lanes3::from_fn(|i| parts[i].corners[k])), found.weights);
-    let normal = Lanes3::from_fn(|i| parts[i].normal);
-    let curved = found.met & LaneMask::from_fn(|i| parts[i].radius != 0.0);
+fn place<R: Wide<N>, const N: usize>(
+    [a, b, c, d, e, f, g, h, i, x, y, z, radius, ..]: [R; 16],
+    curved: R::Mask,
+    ray: &Ray<Lanes3<R>>,
+    found: &PacketHit<R, N>,
+) -> (Lanes3<R>, Lanes3<R>) {
+    let corners = [[a, b, c], [d, e, f], [g, h, i]].map(Lanes3::of);
+    let (point, normal) = (inner_point(corners, found.weights, radius), Lanes3::of([x, y, z]));
     if !curved.any() {
         return (point, normal);
     }
-    let centre = Lanes3::from_fn(|i| parts[i].corners[0]);
-    let radius = Lanes::new(parts.map(|part| part.radius));
+    let centre = corners[0];
     let away = outward(ray.at(found.t), centre);
-    let facing = Vector::choose(radius.below(Lanes::splat(0.0)), -away, away);
+    let facing = Vector::choose(radius.below(R::splat(0.0)), -away, away);
     let on_sphere = centre + away * radius.abs();
     (Vector::choose(curved, on_sphere, point), Vector::choose(curved, facing, normal))
 }

@@ -11,14 +11,14 @@ use super::shading::Surfaces;
 use crate::error::Error;
 use crate::estimator::{Met, Start, Step};
 use crate::film::Features;
-use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector};
+use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector, WideMask, WideVector};
 use crate::roulette;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use crate::shape::Ray;
 
 /// A scene for rays in lanes.
-pub(crate) struct Walks<'a>(LaneScene<'a>);
+pub(crate) struct Walks<'a>(LaneScene<'a, Lanes, LANES>);
 
 impl<'a> Walks<'a> {
     /// None where rays are as fast alone, and where there is rough glass.
@@ -36,7 +36,7 @@ impl<'a> Walks<'a> {
             let found = self.0.closest(&ray, LaneMask::from_fn(|i| i < points.len()), &mut seen);
             let met = found.met.bits();
             let surfaces = (met != 0).then(|| Surfaces::new(&self.0, &ray, &found));
-            let of = move |i: usize| surfaces.as_ref().filter(|_| met >> i & 1 == 1).map(|s| s.features(i, &ray));
+            let of = move |i: usize| surfaces.as_ref().filter(|_| met >> i & 1 == 1).map(|s| s.features(i));
             (0..points.len()).map(of).collect::<Vec<_>>()
         });
         eight.collect()
@@ -90,7 +90,8 @@ impl<'a> Walks<'a> {
                 for lane in lanes_of(here) {
                     let Some((item, block, hits)) = &mut walks[lane] else { continue };
                     *hits += 1;
-                    random.block(lane, *block + *hits);
+                    let block = *block + *hits;
+                    random.start_blocks(LaneMask::from_bits(1 << lane), &[block; LANES]);
                     let Some(rng) = &mut random.0[lane] else { continue };
                     let ray = Ray::new(ray.origin.lane(lane), ray.direction.lane(lane));
                     let here = surfaces.hit(lane, found.primitive[lane]);

@@ -6,24 +6,24 @@ use super::scene::{LaneScene, Seen};
 use super::shading::Surfaces;
 use crate::emitter::LightSampling;
 use crate::estimator::Whitted;
-use crate::real::{LaneMask, Mask, Vector};
+use crate::real::{Mask, Vector, Wide, WideMask};
 
 impl Scatter for Whitted {
-    fn scatter<S: LaneSampler>(
+    fn scatter<R: Wide<N>, S: LaneSampler<R, N>, const N: usize>(
         &self,
-        scene: &LaneScene<'_>,
-        paths: &mut Paths,
-        (surfaces, arrived): (&Surfaces<'_>, LaneMask),
+        scene: &LaneScene<'_, R, N>,
+        paths: &mut Paths<R, N>,
+        (surfaces, arrived): (&Surfaces<'_, R, N>, R::Mask),
         random: &mut S,
-        seen: &mut Seen,
-    ) -> LaneMask {
+        seen: &mut Seen<R, N>,
+    ) -> R::Mask {
         let rules = &self.rules;
         paths.see(surfaces.seen(scene, rules, paths.ray.direction), arrived & surfaces.emits);
         let (rough, passes) = (arrived & surfaces.rough, rules.shadows_pass_glass);
         let light = surfaces.direct_light(scene, LightSampling::Area, passes, (rough, random), seen);
         let lit = paths.radiance + paths.throughput * light.reflected;
         paths.radiance = Vector::choose(light.arrives, lit, paths.radiance);
-        let goes_on = arrived & surfaces.smooth() & LaneMask::from_fn(|i| paths.hits[i] < self.segments);
+        let goes_on = arrived & surfaces.smooth() & R::Mask::from_fn(|i| paths.hits[i] < self.segments);
         if goes_on.any() {
             let ((direction, weight), refracted) = surfaces.split(rules.radiance_factor);
             let throughput = paths.throughput;

@@ -76,6 +76,13 @@ pub const EDGE_MARGIN: f64 = 1.0 / 4_294_967_296.0;
 /// Rays leave a surface from this far above it, relative to the largest coordinate of the scene: some
 /// thousand roundings of a hit point, and a thousandth of [`EDGE_MARGIN`]'s step.
 pub const OFFSET: f64 = 1.0 / 1_099_511_627_776.0;
+/// The same in single precision: 2⁻¹⁸, some tens of roundings.
+pub const SINGLE_OFFSET: f64 = 1.0 / 262_144.0;
+/// In single precision the least distance of a hit from each edge, relative to the largest coordinate: eight offsets, so
+/// that no ray starts behind a wall that rises over the edge at more than seven degrees.
+pub const SINGLE_EDGE_MARGIN: f64 = 8.0 * SINGLE_OFFSET;
+/// How much further rays leave a surface in single precision.
+pub(crate) const COARSER: f64 = SINGLE_OFFSET / OFFSET;
 /// The largest coordinate, radiance and image height of a scene: products of a few stay finite.
 pub const LARGEST: f64 = 1e30;
 /// The smallest area of a triangle or a zone of a sphere, that of a figure of side 1/[`LARGEST`]: its reciprocal, too.
@@ -215,7 +222,9 @@ impl Scene {
     fn hit(&self, ray: &Ray, found: &PrimitiveHit) -> Hit {
         let part = &self.parts[found.primitive as usize];
         let (point, normal) = match &part.shape {
-            PartShape::Triangle { vertices, normal } => (inner_point(self.corners(*vertices), found.weights), *normal),
+            PartShape::Triangle { vertices, normal } => {
+                (inner_point(self.corners(*vertices), found.weights, EDGE_MARGIN), *normal)
+            }
             PartShape::Sphere(sphere) => {
                 let normal = sphere.normal(ray.at(found.t));
                 let outward = if sphere.inward { -normal } else { normal };
@@ -253,7 +262,7 @@ impl Scene {
     /// points to.
     #[inline]
     pub fn leave<V: Vector>(&self, point: V, normal: V, direction: V) -> Ray<V> {
-        let offset = V::Real::splat(self.offset).copysign(normal.dot(direction));
+        let offset = V::Real::by_precision(self.offset, self.offset * COARSER).copysign(normal.dot(direction));
         Ray::new(point + normal * offset, direction)
     }
 
@@ -263,6 +272,35 @@ impl Scene {
         let start = self.leave(x, normal_x, y - x).origin;
         let end = self.leave(y, normal_y, x - y).origin;
         Ray::new(start, end - start)
+    }
+
+    /// The largest coordinate.
+    pub(crate) fn extent(&self) -> f64 {
+        self.offset / OFFSET
+    }
+
+    /// The smallest radius of a sphere, height of a zone of one, and height of a triangle.
+    pub(crate) fn finest_detail(&self) -> f64 {
+        self.parts.iter().map(|part| self.detail(part)).fold(f64::INFINITY, f64::min)
+    }
+
+    fn detail(&self, part: &Part) -> f64 {
+        match part.shape {
+            PartShape::Sphere(sphere) => {
+                let [low, high] = sphere.heights();
+                sphere.radius.min(high - low)
+            }
+            PartShape::Triangle { vertices, .. } => {
+                let [a, b, c] = self.corners(vertices);
+                let longest = [b - a, c - b, a - c].map(DVec3::length).into_iter().fold(0.0, f64::max);
+                (b - a).cross(c - a).length() / longest
+            }
+        }
+    }
+
+    /// [`SINGLE_EDGE_MARGIN`] as a share of the least height of a triangle.
+    pub(crate) fn single_edge_margin(&self, part: &Part) -> f64 {
+        SINGLE_EDGE_MARGIN * self.extent() / self.detail(part)
     }
 
     /// Whether a primitive is of smooth glass.
@@ -288,10 +326,10 @@ impl Scene {
     }
 }
 
-/// The point of a triangle with these barycentric weights, inside by [`EDGE_MARGIN`].
+/// The point of a triangle with these barycentric weights, inside by a margin such as [`EDGE_MARGIN`].
 #[inline]
-pub(crate) fn inner_point<V: Vector>([a, b, c]: [V; 3], weights: [V::Real; 3]) -> V {
-    let weights = weights.map(|weight| weight.at_least(V::Real::splat(EDGE_MARGIN)));
+pub(crate) fn inner_point<V: Vector>([a, b, c]: [V; 3], weights: [V::Real; 3], margin: V::Real) -> V {
+    let weights = weights.map(|weight| weight.at_least(margin));
     let scale = (weights[0] + weights[1] + weights[2]).recip();
     (a * weights[0] + b * weights[1] + c * weights[2]) * scale
 }

@@ -1,7 +1,7 @@
 //! The hierarchy against its brute-force twin.
 
 use whitefurnace::accel::{Bvh, PacketStack, Primitive, PrimitiveHit};
-use whitefurnace::real::{LANES, LaneMask, Lanes3};
+use whitefurnace::real::{LANES, LaneMask, Lanes3, WideMask as _, WideVector as _};
 
 use crate::budget::enough;
 use crate::prelude::*;
@@ -31,7 +31,7 @@ fn check_together(bvh: &Bvh, rays: &[Ray]) {
     let mut stack = PacketStack::default();
     let blocks = |primitive: u32| !primitive.is_multiple_of(3);
     for rays in rays.chunks_exact(LANES) {
-        let ray = Ray::new(Lanes3::from_fn(|i| rays[i].origin), Lanes3::from_fn(|i| rays[i].direction));
+        let ray: Ray<Lanes3> = Ray::new(Lanes3::from_fn(|i| rays[i].origin), Lanes3::from_fn(|i| rays[i].direction));
         // All of them, and each for itself: then no other ray makes sure that a box is opened.
         for active in (0..LANES).map(|i| 1 << i).chain([(1 << LANES) - 1]) {
             let active = LaneMask::from_bits(active);

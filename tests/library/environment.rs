@@ -3,7 +3,7 @@
 use whitefurnace::environment::{Environment, EnvironmentMap};
 use whitefurnace::estimator::{Path, Strategy};
 use whitefurnace::harness::domain::Domain;
-use whitefurnace::render::{ByLanes, ByRays, LaneEstimator, Renderer, lanes_serve};
+use whitefurnace::render::{ByLanes, ByRays, LaneEstimator, Precision, Renderer, lanes_serve};
 
 use crate::prelude::*;
 
@@ -110,7 +110,9 @@ fn lanes_follow_a_map_without_shadow_rays() {
         renderer.add(&scene, &mut film, 0..4, &|_| true).map(|_| film)
     };
     let by = |strategy| Path { strategy, ..Path::<Standard>::default() };
-    let lanes = |strategy| film(&ByLanes { estimator: LaneEstimator::Path(by(strategy)), sampling });
+    let lanes = |strategy| {
+        film(&ByLanes { estimator: LaneEstimator::Path(by(strategy)), sampling, precision: Precision::Double })
+    };
     let rays = film(&ByRays { estimator: by(Strategy::Bsdf), sampling }).expect("a film");
     assert_eq!(lanes(Strategy::Bsdf).expect("a film"), rays);
     assert!(rays.mean() > 0.1);

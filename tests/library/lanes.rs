@@ -9,7 +9,10 @@ use whitefurnace::fresnel::{mirror, radiance_factor, reflectance, reflectance_p,
 use whitefurnace::lanes::EightRays;
 use whitefurnace::light_pick::{pick, share, share_all};
 use whitefurnace::radiometry::{balance, cosine, power, reflected, solid_angle_per_area};
-use whitefurnace::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector, sin_cos_of_turn};
+use whitefurnace::real::{
+    EightSingles, LANES, Lanes, Lanes3, Mask, Real, SINGLES, Singles, Vector, Wide, WideMask, WideVector,
+    sin_cos_of_turn,
+};
 use whitefurnace::render::{LaneEstimator, OneRayPerHit, render_lanes};
 use whitefurnace::roulette;
 use whitefurnace::sampling::{sphere_zone, triangle, uniform_hemisphere_pdf};
@@ -19,10 +22,15 @@ use whitefurnace::watertight::{Shear, Turn};
 use crate::prelude::*;
 
 /// A function of up to 16 numbers, for one ray or for several.
-trait Kernel {
+pub trait Kernel {
     fn run<R: Real>(x: &[R]) -> Vec<R>
     where
         R::Vector: Turn;
+}
+
+/// What is asked of every kernel.
+pub trait Question {
+    fn ask<K: Kernel>(&mut self, name: &str);
 }
 
 macro_rules! kernels {
@@ -38,9 +46,9 @@ macro_rules! kernels {
                 }
             }
         )*
-        /// Compares every kernel on these arguments.
-        fn compare_all(arguments: &[[f64; 16]; LANES]) {
-            $(compare::<$name>(stringify!($name), arguments);)*
+        /// Asks this of every kernel.
+        pub fn of_every_kernel(question: &mut impl Question) {
+            $(question.ask::<$name>(stringify!($name));)*
         }
     };
 }
@@ -128,14 +136,18 @@ kernels! {
 }
 
 /// Whether a kernel has the same bits for a ray alone and for the same ray in a lane.
-fn compare<K: Kernel>(name: &str, arguments: &[[f64; 16]; LANES]) {
-    let lanes: [Lanes; 16] = from_fn(|i| Lanes::new(from_fn(|lane| arguments[lane][i])));
-    let together = K::run(&lanes);
-    for (lane, x) in arguments.iter().enumerate() {
-        for (i, (alone, together)) in K::run(x).into_iter().zip(&together).enumerate() {
-            let together = together.to_array()[lane];
-            let same = alone.to_bits() == together.to_bits() || alone.is_nan() && together.is_nan();
-            assert!(same, "{name}: result {i} is {alone:e} alone and {together:e} in lane {lane}, at {x:?}");
+struct SameBits([[f64; 16]; LANES]);
+
+impl Question for SameBits {
+    fn ask<K: Kernel>(&mut self, name: &str) {
+        let lanes: [Lanes; 16] = from_fn(|i| Lanes::new(from_fn(|lane| self.0[lane][i])));
+        let together = K::run(&lanes);
+        for (lane, x) in self.0.iter().enumerate() {
+            for (i, (alone, together)) in K::run(x).into_iter().zip(&together).enumerate() {
+                let together = together.to_array()[lane];
+                let same = alone.to_bits() == together.to_bits() || alone.is_nan() && together.is_nan();
+                assert!(same, "{name}: result {i} is {alone:e} alone and {together:e} in lane {lane}, at {x:?}");
+            }
         }
     }
 }
@@ -166,7 +178,7 @@ fn functions_have_the_same_bits_in_every_lane() {
             }
             x
         });
-        compare_all(&arguments);
+        of_every_kernel(&mut SameBits(arguments));
     }
 }
 
@@ -195,16 +207,20 @@ fn sines_of_turns_are_within_their_bound() {
 
 #[test]
 fn masks_are_lane_by_lane() {
-    for bits in 0..256 {
-        let mask = LaneMask::from_bits(bits);
-        assert_eq!((mask.bits(), (!mask).bits(), mask.any()), (bits, 255 - bits, bits != 0));
-        assert_eq!(LaneMask::from_fn(|lane| bits >> lane & 1 == 1).bits(), bits);
-        let words = mask.words();
-        assert!((0..LANES).all(|lane| words[lane] == if bits >> lane & 1 == 1 { u64::MAX } else { 0 }));
-        let chosen = Lanes3::choose(mask, Lanes3::splat_vector(DVec3::X), Lanes3::splat_vector(DVec3::Y));
-        let sum: f64 = chosen.x.to_array().iter().sum();
-        assert_eq!(sum, f64::from(bits.count_ones()));
+    fn check<R: Wide<N>, const N: usize>() {
+        let all = u32::MAX >> (32 - N);
+        for bits in 0..=all {
+            let mask = R::Mask::from_bits(bits);
+            assert_eq!((mask.bits(), (!mask).bits(), mask.any()), (bits, all - bits, bits != 0));
+            assert_eq!(R::Mask::from_fn(|lane| bits >> lane & 1 == 1).bits(), bits);
+            let chosen = R::choose(mask, R::from_lanes(|lane| lane as f64), R::splat(-1.0));
+            assert!((0..N).all(|i| chosen.lane(i) == if bits >> i & 1 == 1 { i as f64 } else { -1.0 }));
+        }
+        assert_eq!((R::Mask::splat(true).bits(), R::Mask::splat(false).bits()), (all, 0));
     }
+    check::<Lanes, LANES>();
+    check::<EightSingles, LANES>();
+    check::<Singles, SINGLES>();
 }
 
 /// A room with every kind of surface and light: the report's walls, mirror and glass, a rough metal, EON, a light that

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use whitefurnace::estimator::Path;
-use whitefurnace::render::{ByLanes, ByPasses, ByRays, LaneEstimator, Renderer};
+use whitefurnace::render::{ByLanes, ByPasses, ByRays, LaneEstimator, Precision, Renderer};
 
 use crate::prelude::*;
 
@@ -217,7 +217,8 @@ fn renderers_fill_films_as_the_functions_do() {
     let scene = report_room();
     let tracer = LightTracer::<Standard>::default();
     let by_rays = ByRays { estimator: path(), sampling: sampling(Jitter(2)) };
-    let by_lanes = ByLanes { estimator: LaneEstimator::Path(path()), sampling: sampling(Jitter(2)) };
+    let by_lanes =
+        ByLanes { estimator: LaneEstimator::Path(path()), sampling: sampling(Jitter(2)), precision: Precision::Double };
     let by_passes = ByPasses { estimator: tracer, numbers: Numbers::Independent, seed: master() };
     let rays = rendered(&scene, &path(), FRAME, sampling(Jitter(2)), &[2..6]).expect("legal radiance");
     let images = passes(&scene, &tracer, FRAME, &[2..6]).expect("legal radiance");

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use whitefurnace::estimator::{Path as Paths, Strategy};
 use whitefurnace::image::read::decode;
 use whitefurnace::image::unfinished::{Notes, decode_unfinished, read_unfinished, write_unfinished};
-use whitefurnace::render::{ByLanes, ByPasses, ByRays, LaneEstimator, Renderer};
+use whitefurnace::render::{ByLanes, ByPasses, ByRays, LaneEstimator, Precision, Renderer};
 
 use crate::prelude::*;
 
@@ -72,7 +72,14 @@ fn what_was_stopped_goes_on_to_the_same_film() {
     let renderers: [(&str, Box<dyn Renderer>); 3] = [
         ("rays", Box::new(ByRays { estimator: path, sampling: sampling(2) })),
         // A pixel at a time.
-        ("lanes", Box::new(ByLanes { estimator: LaneEstimator::Path(path), sampling: sampling(1 << 13) })),
+        (
+            "lanes",
+            Box::new(ByLanes {
+                estimator: LaneEstimator::Path(path),
+                sampling: sampling(1 << 13),
+                precision: Precision::Double,
+            }),
+        ),
         ("passes", Box::new(ByPasses { estimator: Bdpt::new(Standard), numbers: Numbers::Sobol(4), seed: master() })),
     ];
     let range = 2..4;

@@ -7,7 +7,7 @@ use whitefurnace::film::{Film, Window};
 use whitefurnace::sampler::LONGEST;
 
 use super::names::SINGLE_RAYS;
-use super::{ConventionName, EstimatorName, Job, PixelName, SamplerName, SceneName, SceneSource, name};
+use super::{ConventionName, EngineName, EstimatorName, Job, PixelName, SamplerName, SceneName, SceneSource, name};
 use crate::render::photons::Gather;
 
 /// An option: what it goes with, and the value that a file records.
@@ -43,8 +43,9 @@ const SETTINGS: &[Setting] = &[
     }),
     any("convention", |job| name(job.convention)),
     any("estimator", |job| name(job.estimator)),
-    goes("engine", "--estimator mis, bsdf, light, whitted, and report with --rays 1", Job::has_engines, |_| {
-        String::new()
+    goes("engine", "--estimator mis, bsdf, light, whitted, and report with --rays 1", Job::has_engines, |job| {
+        // The others have the same bytes.
+        if job.engine == EngineName::Single { name(job.engine) } else { String::new() }
     }),
     goes("light-sampling", "--estimator light and mis", Job::picks_lights, |job| name(job.light_sampling)),
     goes("heuristic", "--estimator mis", |job| job.estimator == EstimatorName::Mis, |job| name(job.heuristic)),

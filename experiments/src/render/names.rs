@@ -137,6 +137,8 @@ pub enum EngineName {
     /// Eight paths at a time
     #[default]
     Lanes,
+    /// Sixteen in single precision: the same paths, rounded
+    Single,
 }
 
 /// Whether more points tell what lights show directly, as programs name it.

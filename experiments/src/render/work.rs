@@ -13,7 +13,8 @@ use whitefurnace::estimator::{
 };
 use whitefurnace::film::{Film, Pixel};
 use whitefurnace::render::{
-    ByLanes, ByPasses, ByRays, LaneEstimator, OneRayPerHit, Renderer, Sampling, UNINTERRUPTED, lanes_serve,
+    ByLanes, ByPasses, ByRays, LaneEstimator, OneRayPerHit, Precision, Renderer, Sampling, UNINTERRUPTED,
+    check_singles, lanes_serve,
 };
 use whitefurnace::rng::seed_for;
 use whitefurnace::roulette::EARLY;
@@ -22,6 +23,9 @@ use whitefurnace::scene::Scene;
 
 use super::{AdaptiveName, ConventionName, EngineName, EstimatorName, HeuristicName, Job, LightSamplingName, name};
 use crate::run::progress::{Bar, interrupted};
+
+/// What renders a job.
+type Made = Result<Box<dyn Renderer>, Error>;
 
 /// Largest number of replications between two looks at the error.
 const LARGEST_RANGE: u32 = 16;
@@ -194,16 +198,16 @@ impl Job {
     }
 
     /// The estimator that the job names, in its scene.
-    pub(super) fn renderer(&self, scene: &Scene, label: &str) -> Result<Box<dyn Renderer>, Error> {
+    pub(super) fn renderer(&self, scene: &Scene, label: &str) -> Made {
         let rules = match self.convention {
             ConventionName::Physical => LightRules::PHYSICAL,
             ConventionName::Report | ConventionName::Published => LightRules::REPORT,
         };
         let (numbers, seed) = (self.sampling().numbers, self.seed);
         Ok(match (self.estimator, self.convention) {
-            (EstimatorName::Bsdf, _) => self.by_paths(scene, Strategy::Bsdf),
-            (EstimatorName::Light, _) => self.by_paths(scene, Strategy::Light),
-            (EstimatorName::Mis, _) => self.by_paths(scene, Strategy::Mis),
+            (EstimatorName::Bsdf, _) => self.by_paths(scene, Strategy::Bsdf)?,
+            (EstimatorName::Light, _) => self.by_paths(scene, Strategy::Light)?,
+            (EstimatorName::Mis, _) => self.by_paths(scene, Strategy::Mis)?,
             (EstimatorName::LightTracer, _) => {
                 Box::new(ByPasses { estimator: LightTracer::<Standard>::default(), numbers, seed })
             }
@@ -237,28 +241,32 @@ impl Job {
             }
             (EstimatorName::Whitted, _) => {
                 let whitted = Whitted::new(rules);
-                self.by_engine(scene, whitted, LaneEstimator::Whitted(whitted))
+                self.by_engine(scene, whitted, LaneEstimator::Whitted(whitted))?
             }
             (EstimatorName::Report, ConventionName::Published) => Box::new(self.by_rays(Published::default())),
             (EstimatorName::Report, _) => {
                 let report = Report { rays: self.rays, rules, ..Report::default() };
-                self.by_engine(scene, report, LaneEstimator::Report(OneRayPerHit { segments: report.segments, rules }))
+                self.by_engine(scene, report, LaneEstimator::Report(OneRayPerHit { segments: report.segments, rules }))?
             }
         })
     }
 
-    fn by_paths(&self, scene: &Scene, strategy: Strategy) -> Box<dyn Renderer> {
+    fn by_paths(&self, scene: &Scene, strategy: Strategy) -> Made {
         let path = self.path(strategy);
         self.by_engine(scene, path, LaneEstimator::Path(path))
     }
 
-    fn by_engine<E: Estimator + 'static>(&self, scene: &Scene, scalar: E, lanes: LaneEstimator) -> Box<dyn Renderer> {
-        match self.engine {
-            EngineName::Lanes if self.has_engines() && lanes_serve(scene, &lanes) => {
-                Box::new(ByLanes { estimator: lanes, sampling: self.sampling() })
+    fn by_engine<E: Estimator + 'static>(&self, scene: &Scene, scalar: E, lanes: LaneEstimator) -> Made {
+        let by = |precision| Box::new(ByLanes { estimator: lanes, sampling: self.sampling(), precision });
+        Ok(match self.engine {
+            EngineName::Lanes if self.has_engines() && lanes_serve(scene, &lanes) => by(Precision::Double),
+            EngineName::Single if self.has_engines() => {
+                check_singles(scene, &lanes)
+                    .map_err(|error| Error::Option(format!("--engine single: {error}; take --engine lanes")))?;
+                by(Precision::Single)
             }
             _ => Box::new(self.by_rays(scalar)),
-        }
+        })
     }
 
     fn path(&self, strategy: Strategy) -> Path {

@@ -1,0 +1,409 @@
+//! Numbers of several rays at once: eight in double precision, sixteen in single precision.
+
+use std::array::from_fn;
+use std::fmt::Debug;
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+
+use glam::DVec3;
+use wide::{f32x8, f32x16, f64x4, f64x8};
+
+use super::{Mask, Real, Vector};
+
+/// How many rays a [`Lanes`] number is of.
+pub const LANES: usize = 8;
+
+/// A number for each of [`LANES`] rays, in double precision.
+pub type Lanes = f64x8;
+
+/// How many rays a [`Singles`] number is of.
+pub const SINGLES: usize = 16;
+
+/// Numbers of `N` rays at once.
+pub trait Wide<const N: usize>: Real<Vector = Lanes3<Self>, Mask: WideMask<N>> {
+    /// A number of one of them.
+    type Scalar: Scalar;
+    /// As many numbers in single precision.
+    type Single: Wide<N, Scalar = f32>;
+
+    /// From the number of each lane.
+    fn of_lanes(lanes: [Self::Scalar; N]) -> Self;
+    /// The number of each lane.
+    fn lanes(self) -> [Self::Scalar; N];
+
+    /// The same number in each lane.
+    #[inline]
+    fn all(number: Self::Scalar) -> Self {
+        Self::of_lanes([number; N])
+    }
+    /// From the number of each lane.
+    #[inline]
+    fn gather(lane: impl Fn(usize) -> Self::Scalar) -> Self {
+        Self::of_lanes(from_fn(lane))
+    }
+    /// From the number of each lane, rounded.
+    #[inline]
+    fn from_lanes(lane: impl Fn(usize) -> f64) -> Self {
+        Self::gather(|i| Self::Scalar::rounded(lane(i)))
+    }
+    /// From a row of numbers for each lane; there are sixteen in a row, or eight.
+    #[inline]
+    fn of_rows<const K: usize>(rows: [&[Self::Scalar; K]; N]) -> [Self; K] {
+        from_fn(|k| Self::gather(|i| rows[i][k]))
+    }
+    /// The number of one lane.
+    #[inline]
+    fn lane(self, lane: usize) -> f64 {
+        self.lanes()[lane].into()
+    }
+    /// Rounded to single precision.
+    #[inline]
+    fn single(self) -> Self::Single {
+        Self::Single::of_lanes(self.lanes().map(Scalar::single))
+    }
+}
+
+/// A number of one lane.
+pub trait Scalar: Copy + Debug + Default + Into<f64> + PartialEq + Send + Sync {
+    /// The nearest to a number.
+    fn rounded(number: f64) -> Self;
+    /// The number in [0, 1) that a generator makes of 64 bits.
+    fn unit(word: u64) -> Self;
+    /// In single precision.
+    fn single(self) -> f32;
+}
+
+/// A yes or no for each of `N` rays.
+pub trait WideMask<const N: usize>: Mask {
+    /// From a yes or no for each lane.
+    fn from_fn(lane: impl Fn(usize) -> bool) -> Self;
+    /// One bit for each lane, the first is the lowest.
+    fn bits(self) -> u32;
+
+    /// From one bit for each lane, the first is the lowest.
+    #[inline]
+    fn from_bits(bits: u32) -> Self {
+        Self::from_fn(|i| bits >> i & 1 == 1)
+    }
+    /// The same for all lanes.
+    #[inline]
+    fn splat(all: bool) -> Self {
+        Self::from_fn(|_| all)
+    }
+}
+
+/// A vector for each of `N` rays.
+pub trait WideVector<const N: usize>: Vector {
+    /// From the vector of each lane, rounded.
+    fn from_fn(lane: impl Fn(usize) -> DVec3) -> Self;
+    /// The vector of one lane.
+    fn lane(self, lane: usize) -> DVec3;
+}
+
+impl Scalar for f64 {
+    #[inline]
+    fn rounded(number: f64) -> Self {
+        number
+    }
+    #[inline]
+    fn unit(word: u64) -> Self {
+        (word >> 11) as Self * (1.0 / (1u64 << 53) as Self)
+    }
+    #[inline]
+    fn single(self) -> f32 {
+        self as f32
+    }
+}
+
+impl Scalar for f32 {
+    #[inline]
+    fn rounded(number: f64) -> Self {
+        number as Self
+    }
+    #[inline]
+    fn unit(word: u64) -> Self {
+        (word >> 40) as Self * (1.0 / (1u64 << 24) as Self)
+    }
+    #[inline]
+    fn single(self) -> f32 {
+        self
+    }
+}
+
+/// Implements [`Real`] and [`Wide`] for numbers of a type of `wide`, and their mask.
+macro_rules! lanes {
+    ($number:ty, $wrap:expr, $inner:expr, $wide:ty, $scalar:ty, $bits:ty, $count:literal, $single:ty,
+     $mask:ident, $is_single:literal, $part:ty) => {
+        /// A yes or no for each of several rays.
+        #[derive(Clone, Copy, Debug)]
+        pub struct $mask($wide);
+
+        impl BitAnd for $mask {
+            type Output = Self;
+
+            #[inline]
+            fn bitand(self, other: Self) -> Self {
+                Self(self.0 & other.0)
+            }
+        }
+
+        impl BitOr for $mask {
+            type Output = Self;
+
+            #[inline]
+            fn bitor(self, other: Self) -> Self {
+                Self(self.0 | other.0)
+            }
+        }
+
+        impl Not for $mask {
+            type Output = Self;
+
+            #[inline]
+            fn not(self) -> Self {
+                Self(!self.0)
+            }
+        }
+
+        impl Mask for $mask {
+            #[inline]
+            fn any(self) -> bool {
+                self.0.any()
+            }
+        }
+
+        impl WideMask<$count> for $mask {
+            #[inline]
+            fn from_fn(lane: impl Fn(usize) -> bool) -> Self {
+                let number = |i: usize| if lane(i) { <$scalar>::from_bits(<$bits>::MAX) } else { 0.0 };
+                Self(<$wide>::new(from_fn(number)))
+            }
+            #[inline]
+            fn bits(self) -> u32 {
+                self.0.to_bitmask()
+            }
+        }
+
+        impl Real for $number {
+            type Mask = $mask;
+            type Vector = Lanes3<Self>;
+
+            const IS_SINGLE: bool = $is_single;
+
+            #[inline]
+            fn splat(value: f64) -> Self {
+                $wrap(<$wide>::splat(value as $scalar))
+            }
+            #[inline]
+            fn sqrt(self) -> Self {
+                $wrap($inner(self).sqrt())
+            }
+            #[inline]
+            fn abs(self) -> Self {
+                $wrap($inner(self).abs())
+            }
+            #[inline]
+            fn copysign(self, sign: Self) -> Self {
+                let bit = <$wide>::splat(-0.0);
+                $wrap(($inner(self) & !bit) | ($inner(sign) & bit))
+            }
+            #[inline]
+            fn floor(self) -> Self {
+                $wrap($inner(self).floor())
+            }
+            #[inline]
+            fn below(self, other: Self) -> $mask {
+                $mask($inner(self).simd_lt($inner(other)))
+            }
+            #[inline]
+            fn above(self, other: Self) -> $mask {
+                $mask($inner(self).simd_gt($inner(other)))
+            }
+            // On this architecture these are single instructions, which take the bound for NaN and of two equal numbers.
+            #[cfg(target_arch = "x86_64")]
+            #[inline]
+            fn at_least(self, bound: Self) -> Self {
+                $wrap($inner(self).fast_max($inner(bound)))
+            }
+            #[cfg(target_arch = "x86_64")]
+            #[inline]
+            fn at_most(self, bound: Self) -> Self {
+                $wrap($inner(self).fast_min($inner(bound)))
+            }
+            #[inline]
+            fn equals(self, other: Self) -> $mask {
+                $mask($inner(self).simd_eq($inner(other)))
+            }
+            #[inline]
+            fn choose(mask: $mask, yes: Self, no: Self) -> Self {
+                $wrap(mask.0.select($inner(yes), $inner(no)))
+            }
+        }
+
+        impl Wide<$count> for $number {
+            type Scalar = $scalar;
+            type Single = $single;
+
+            #[inline]
+            fn of_lanes(lanes: [$scalar; $count]) -> Self {
+                $wrap(<$wide>::new(lanes))
+            }
+            #[inline]
+            fn lanes(self) -> [$scalar; $count] {
+                $inner(self).to_array()
+            }
+            #[inline]
+            fn of_rows<const K: usize>(rows: [&[$scalar; K]; $count]) -> [Self; K] {
+                const PART: usize = size_of::<$part>() / size_of::<$scalar>();
+                let mut columns = [[0.0; $count]; K];
+                // In squares, which are turned in registers.
+                for (square, columns) in columns.as_chunks_mut::<PART>().0.iter_mut().enumerate() {
+                    for first in (0..$count).step_by(PART) {
+                        let row = |i: usize| <$part>::new(rows[first + i].as_chunks().0[square]);
+                        let turned = <$part>::transpose(from_fn(row));
+                        for (column, part) in columns.iter_mut().zip(turned) {
+                            column[first..first + PART].copy_from_slice(part.as_array());
+                        }
+                    }
+                }
+                columns.map(Self::of_lanes)
+            }
+        }
+    };
+}
+
+/// Numbers of a type of `wide` in single precision.
+macro_rules! singles {
+    ($(#[$what:meta])* $number:ident, $wide:ty, $count:literal, $mask:ident) => {
+        $(#[$what])*
+        #[derive(Clone, Copy, Debug)]
+        pub struct $number($wide);
+
+        lanes!($number, $number, (|number: $number| number.0), $wide, f32, u32, $count, $number, $mask, true, f32x8);
+
+        singles!(operator $number, Add, add, +);
+        singles!(operator $number, Sub, sub, -);
+        singles!(operator $number, Mul, mul, *);
+        singles!(operator $number, Div, div, /);
+
+        impl Neg for $number {
+            type Output = Self;
+
+            #[inline]
+            fn neg(self) -> Self {
+                Self(-self.0)
+            }
+        }
+    };
+    (operator $number:ident, $trait:ident, $name:ident, $sign:tt) => {
+        impl $trait for $number {
+            type Output = Self;
+
+            #[inline]
+            fn $name(self, other: Self) -> Self {
+                Self(self.0 $sign other.0)
+            }
+        }
+
+        impl $trait<f64> for $number {
+            type Output = Self;
+
+            #[inline]
+            fn $name(self, other: f64) -> Self {
+                self $sign Self::splat(other)
+            }
+        }
+    };
+}
+
+lanes!(Lanes, (|number| number), (|number: Lanes| number), f64x8, f64, u64, 8, EightSingles, LaneMask, false, f64x4);
+
+singles! {
+    /// A number for each of [`SINGLES`] rays, in single precision.
+    Singles, f32x16, 16, SinglesMask
+}
+
+singles! {
+    /// A number for each of [`LANES`] rays, in single precision.
+    EightSingles, f32x8, 8, EightSinglesMask
+}
+
+/// A vector for each of several rays.
+#[derive(Clone, Copy, Debug)]
+pub struct Lanes3<R = Lanes> {
+    /// First components.
+    pub x: R,
+    /// Second components.
+    pub y: R,
+    /// Third components.
+    pub z: R,
+}
+
+impl<R: Real<Vector = Self>> Vector for Lanes3<R> {
+    type Real = R;
+
+    #[inline]
+    fn of([x, y, z]: [R; 3]) -> Self {
+        Self { x, y, z }
+    }
+    #[inline]
+    fn components(self) -> [R; 3] {
+        [self.x, self.y, self.z]
+    }
+}
+
+impl<R: Wide<N>, const N: usize> WideVector<N> for Lanes3<R> {
+    #[inline]
+    fn from_fn(lane: impl Fn(usize) -> DVec3) -> Self {
+        let all: [DVec3; N] = from_fn(lane);
+        Self::of([0, 1, 2].map(|k| R::from_lanes(|i| all[i][k])))
+    }
+    #[inline]
+    fn lane(self, lane: usize) -> DVec3 {
+        DVec3::from_array(self.components().map(|component| component.lane(lane)))
+    }
+}
+
+impl<R: Real> Add for Lanes3<R> {
+    type Output = Self;
+
+    #[inline]
+    fn add(self, other: Self) -> Self {
+        Self { x: self.x + other.x, y: self.y + other.y, z: self.z + other.z }
+    }
+}
+
+impl<R: Real> Sub for Lanes3<R> {
+    type Output = Self;
+
+    #[inline]
+    fn sub(self, other: Self) -> Self {
+        Self { x: self.x - other.x, y: self.y - other.y, z: self.z - other.z }
+    }
+}
+
+impl<R: Real> Mul for Lanes3<R> {
+    type Output = Self;
+
+    #[inline]
+    fn mul(self, other: Self) -> Self {
+        Self { x: self.x * other.x, y: self.y * other.y, z: self.z * other.z }
+    }
+}
+
+impl<R: Real> Mul<R> for Lanes3<R> {
+    type Output = Self;
+
+    #[inline]
+    fn mul(self, factor: R) -> Self {
+        Self { x: self.x * factor, y: self.y * factor, z: self.z * factor }
+    }
+}
+
+impl<R: Real> Neg for Lanes3<R> {
+    type Output = Self;
+
+    #[inline]
+    fn neg(self) -> Self {
+        Self { x: -self.x, y: -self.y, z: -self.z }
+    }
+}
