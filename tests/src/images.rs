@@ -33,7 +33,7 @@ pub(super) fn film<E: Estimator>(
 
 /// By how much each channel counts in the one number that stands for a pixel: unequally, so that channels
 /// that are exchanged or mixed change it.
-const SHARES: DVec3 = DVec3::new(1.0 / 7.0, 2.0 / 7.0, 4.0 / 7.0);
+pub(super) const SHARES: DVec3 = DVec3::new(1.0 / 7.0, 2.0 / 7.0, 4.0 / 7.0);
 
 /// What the statistics of images ask for, of all channels in one by their [`SHARES`].
 pub(super) struct Levels {

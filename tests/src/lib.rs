@@ -39,6 +39,7 @@ pub mod rough_glass;
 pub mod roulette;
 pub mod scenes;
 mod script;
+mod singles;
 mod sky;
 mod sobol;
 mod solid_angle;
@@ -69,6 +70,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         convergence::families(),
         adaptive::families(),
         outlines::families(),
+        singles::families(),
         geometry::families(),
         emitters::families(),
         solid_angle::families(),

@@ -19,7 +19,7 @@ use whitefurnace::estimator::{
 use whitefurnace::film::Film;
 use whitefurnace::image::{Display, write_exr, write_png};
 use whitefurnace::pixel::PixelSampling;
-use whitefurnace::render::{ByPasses, ByRays, Numbers, Renderer, Sampling};
+use whitefurnace::render::{ByLanes, ByPasses, ByRays, LaneEstimator, Numbers, Precision, Renderer, Sampling};
 use whitefurnace::rng::seed_for;
 use whitefurnace::roulette::EARLY;
 use whitefurnace::sampler::Pass;
@@ -163,6 +163,11 @@ impl Call {
         Ok(film)
     }
 
+    fn singles(&self, estimator: LaneEstimator) -> Result<Film, Error> {
+        let sampling = Sampling { pixel: self.pixel, numbers: self.numbers, seed: self.seed, outlines: self.outlines };
+        self.rendered(&ByLanes { estimator, sampling, precision: Precision::Single })
+    }
+
     fn images(&self, estimator: impl ImageEstimator) -> Result<Film, Error> {
         self.rendered(&ByPasses { estimator, numbers: self.numbers, seed: self.seed })
     }
@@ -234,6 +239,7 @@ fn rows() -> Vec<Row> {
         }),
         Row("engine", "scalar", PLAIN, |_| {}),
         Row("engine", "lanes", PLAIN, |_| {}),
+        Row("engine", "single", PLAIN, |c| c.film = |c| c.singles(LaneEstimator::Path(path(Strategy::Mis)))),
         Row("light-sampling", "area", LIGHTS, AREA.1),
         Row("light-sampling", "solid-angle", LIGHTS, |c| {
             c.film = |c| c.rays(Path { lights: LightSampling::SolidAngle, ..path(Strategy::Mis) });
@@ -356,7 +362,8 @@ fn every_option_is_the_librarys_own_call() {
         let provenance = job(&command).provenance(camera, true);
         // The file says all that decides its pixels.
         let Row(option, value, ..) = row;
-        if !["", "engine", "threads", "exposure", "out"].contains(&option) {
+        let says_nothing = option == "engine" && value != "single";
+        if !says_nothing && !["", "threads", "exposure", "out"].contains(&option) {
             assert!(provenance.contains(&format!("\n{option}={value}\n")), "{command}: {provenance}");
         }
         let (exr, png) = (folder.join("own.exr"), folder.join("own.png"));
@@ -376,7 +383,8 @@ fn every_option_is_the_librarys_own_call() {
     }
     for (Row(option, value, base, _), command, picture) in &pictures {
         let (_, of_base) = bases.iter().find(|(other, _)| *other == base.0).expect("a row");
-        let same = ["engine", "threads", "out"].contains(option) || says(*base, option, value);
+        let same_bytes = ["threads", "out"].contains(option) || *option == "engine" && *value != "single";
+        let same = same_bytes || says(*base, option, value);
         assert_eq!(picture == of_base, same, "{command}");
     }
 }

@@ -47,6 +47,13 @@ fn scene_files_are_refused_by_line_and_told_apart() {
     ] {
         refused(&render(&folder, &format!("{small} {options}")), hint);
     }
+    // Single precision where it would show, before anything is rendered.
+    let far = scene.replace("[0, 0, 5]", "[0, 0, 50000]");
+    let far = far.replace("\"obj\"", "\"sphere\"").replace("file = \"one.obj\"", "centre = [0, 0, 0], radius = 0.5");
+    std::fs::write(folder.join("far.toml"), far).expect("written");
+    let said = "--engine single: the scene has a detail of 5.0e-1, too small for single precision where it reaches to \
+                50000.0; take --engine lanes";
+    refused(&render(&folder, &format!("{small} --scene far.toml --engine single")), said);
     // Those that rough glass is beyond; the report's own, which has two engines, too.
     let frosted = scene.replace("\"lambert\", albedo = 0.5", "\"rough-glass\", index = 1.5, alpha = 0.3");
     std::fs::write(folder.join("frosted.toml"), frosted).expect("written");

@@ -1,0 +1,473 @@
+//! The engine in single precision: near to double precision within stated bounds, closed where rooms are closed, and
+//! refused where it would be seen. That its images have the same mean is on trial in the registry.
+
+use std::array::from_fn;
+use std::ops::Range;
+
+use whitefurnace::accel::PacketStack;
+use whitefurnace::bsdf::rough_glass::RoughGlass;
+use whitefurnace::environment::{Environment, EnvironmentMap};
+use whitefurnace::estimator::{Heuristic, Path, Strategy as Finds};
+use whitefurnace::real::{
+    EightSingles, LANES, Lanes3, SINGLES, Scalar, Singles, Wide, WideMask, WideVector, sin_cos_of_turn,
+};
+use whitefurnace::render::{LaneEstimator, OneRayPerHit, check_singles, render_lanes, render_singles};
+use whitefurnace::scene::file::Description;
+
+use crate::lanes::{Kernel, Question, of_every_kernel, scenes};
+use crate::prelude::*;
+
+/// Unit roundoff of single precision.
+const U1: f64 = 1.0 / 16_777_216.0;
+
+/// How many roundings a kernel may be off by: each of its arguments, relative to the largest of them or 1, and each of its
+/// results. Kernels are some tens of operations long; few of their errors go the same way.
+const ROUNDINGS: f64 = 16.0;
+
+/// Errors of results below this are relative to it: a reflectance that vanishes is the square of a difference of rounded
+/// numbers.
+const FAINT: f64 = 1e-3;
+
+/// Whether every kernel is as near to its value in double precision as the value is to those of arguments that differ by
+/// [`ROUNDINGS`], one by one. Where the value jumps between them, at the edge of total reflection or of a triangle, or where
+/// it is steep, the bound is wide: no more than a share of all may be so.
+struct Near<'a> {
+    arguments: &'a [[f64; 16]; SINGLES],
+    found: &'a mut Vec<Found>,
+}
+
+/// Of a kernel: its results, those whose bound is wide, and the largest error in units of its bound.
+struct Found {
+    name: String,
+    results: u32,
+    wide: u32,
+    worst: f64,
+}
+
+/// A bound beyond this, relative to the value or absolute, says nothing.
+const WIDE_BOUND: f64 = 1e-3;
+
+/// Arguments where a kernel means something.
+fn domain(name: &str, x: &mut [f64; 16]) {
+    let share = |x: f64| (x.abs() / 1.2).min(1.0 - U1);
+    let index = |x: f64| 1.0 + x.abs();
+    match name {
+        "Turns" | "Directions" | "Triangle" | "Emitters" => (x[0], x[1]) = (share(x[0]), share(x[1])),
+        "Interface" => (x[0], x[1], x[2]) = (share(x[0]), index(x[1]), index(x[2])),
+        "Refracted" => {
+            (x[6], x[7]) = (index(x[6]), index(x[7]));
+            // Towards the front.
+            if x[0] * x[3] + x[1] * x[4] + x[2] * x[5] > 0.0 {
+                x[..3].iter_mut().for_each(|x| *x = -*x);
+            }
+        }
+        "Cameras" => (x[0], x[1]) = (40.0 * share(x[0]), 30.0 * share(x[1])),
+        "Picks" => (x[0], x[4]) = (share(x[0]), 3.0 * share(x[4])),
+        _ => {}
+    }
+    *x = x.map(|x| f64::from(x as f32));
+}
+
+impl Question for Near<'_> {
+    fn ask<K: Kernel>(&mut self, name: &str) {
+        let arguments = self.arguments.map(|mut x| {
+            domain(name, &mut x);
+            x
+        });
+        let together = K::run(&from_fn::<_, 16, _>(|i| Singles::from_lanes(|lane| arguments[lane][i])));
+        for first in [0, LANES] {
+            let eight = K::run(&from_fn::<_, 16, _>(|i| EightSingles::from_lanes(|lane| arguments[first + lane][i])));
+            for (i, (eight, sixteen)) in eight.iter().zip(&together).enumerate() {
+                let sixteen = &sixteen.lanes()[first..][..LANES];
+                let same = |(a, b): (&f32, &f32)| a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan();
+                assert!(eight.lanes().iter().zip(sixteen).all(same), "{name}: result {i}: {eight:?}, {sixteen:?}");
+            }
+        }
+        let place = self.found.iter().position(|found| found.name == name).unwrap_or_else(|| {
+            self.found.push(Found { name: name.to_owned(), results: 0, wide: 0, worst: 0.0 });
+            self.found.len() - 1
+        });
+        let found = &mut self.found[place];
+        for (lane, x) in arguments.iter().enumerate() {
+            let exact = K::run(x);
+            let mut bounds: Vec<f64> = exact.iter().map(|value| ROUNDINGS * U1 * value.abs().max(FAINT)).collect();
+            let scale = x[..8].iter().fold(1.0_f64, |scale, x| scale.max(x.abs()));
+            for (i, sign) in (0..8).flat_map(|i| [(i, 1.0), (i, -1.0)]) {
+                let mut moved = *x;
+                moved[i] += sign * ROUNDINGS * U1 * scale;
+                for ((bound, value), moved) in bounds.iter_mut().zip(&exact).zip(K::run(&moved)) {
+                    *bound += (moved - value).abs();
+                }
+            }
+            for (i, (&value, bound)) in exact.iter().zip(bounds).enumerate() {
+                found.results += 1;
+                let narrow = bound <= WIDE_BOUND * value.abs().max(1.0);
+                let single = together[i].lane(lane);
+                if single == value || single.is_nan() && value.is_nan() {
+                    continue;
+                }
+                if !narrow {
+                    found.wide += 1;
+                    continue;
+                }
+                let error = (single - value).abs() / bound;
+                found.worst = found.worst.max(error);
+                assert!(
+                    error <= 1.0,
+                    "{name}: result {i} is {single:e}, {value:e} in double precision, bound {bound:e}, at {x:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn kernels_are_within_their_roundings() {
+    let mut rng = rng("singles");
+    let mut found = Vec::new();
+    for round in 0..400 {
+        let arguments = from_fn(|_| {
+            let mut x = [0.0; 16].map(|_: f64| between(&mut rng, -1.2, 1.2));
+            if round % 2 == 1 {
+                let [a, b] = [unit_vector(&mut rng), unit_vector(&mut rng)];
+                x[..3].copy_from_slice(&a.to_array());
+                x[3..6].copy_from_slice(&b.to_array());
+            }
+            x
+        });
+        of_every_kernel(&mut Near { arguments: &arguments, found: &mut found });
+    }
+    for Found { name, results, wide, worst } in &found {
+        println!("{name}: {worst:.2} of the bound; {wide} of {results} are ill-conditioned");
+        assert!(f64::from(*wide) <= 0.01 * f64::from(*results), "{name}: {wide} of {results} say nothing");
+    }
+}
+
+/// Over the whole domain: every share that is a number of 22 bits, and those between at random.
+#[test]
+fn sines_of_turns_are_within_their_bound_in_single_precision() {
+    let mut rng = rng("single turns");
+    let mut worst = 0.0_f64;
+    for block in 0..=(1 << 22) / SINGLES {
+        let even = Singles::from_lanes(|lane| ((block * SINGLES + lane) as f64 / f64::from(1 << 22)).min(1.0));
+        let numbers: [f64; SINGLES] = from_fn(|_| uniform(&mut rng));
+        let random = Singles::from_lanes(|lane| numbers[lane]);
+        for shares in if block % 4 == 0 { [even, random] } else { [even; 2] } {
+            let (sin, cos) = sin_cos_of_turn(shares);
+            for lane in 0..SINGLES {
+                let (s, c) = sin_cos_of_turn(shares.lane(lane));
+                worst = worst.max((sin.lane(lane) - s).abs()).max((cos.lane(lane) - c).abs());
+            }
+        }
+    }
+    println!("{worst:.2e}");
+    assert!(worst <= 2e-7, "{worst:e}");
+}
+
+/// A generator's 64 bits in both precisions.
+#[test]
+fn uniform_numbers_lie_below_one_and_near() {
+    let mut rng = rng("single numbers");
+    let words = (0..64).map(|shift| u64::MAX >> shift).chain((0..64).map(|shift| u64::MAX << shift));
+    for word in words.chain((0..100_000).map(|_| rng.next_u64())) {
+        let (single, double) = (f64::from(f32::unit(word)), f64::unit(word));
+        assert!((0.0..1.0).contains(&single) && single <= double && double - single < U1, "{word:x}");
+    }
+    assert_eq!((f32::unit(u64::MAX), f32::unit(0)), (1.0 - f32::EPSILON / 2.0, 0.0));
+}
+
+fn by(sampling: Sampling, scene: &Scene, estimator: LaneEstimator, frame: [u32; 2]) -> Film {
+    let mut film = Film::new(frame, None, sampling.samples_per_replication()).expect("a legal size");
+    render_singles(scene, estimator, sampling, &mut film, &(0..1), &|_| true).expect("legal values");
+    film
+}
+
+fn plain(seed: u64) -> Sampling {
+    Sampling { pixel: Random, numbers: Numbers::Independent, seed, outlines: false }
+}
+
+/// A path by hits alone, that no roulette ends at so many hits.
+fn walk(early: u32) -> LaneEstimator {
+    LaneEstimator::Path(Path { early, ..Path::new(Standard, Finds::Bsdf) })
+}
+
+/// A closed mesh that reflects all light, in bright surroundings.
+fn sealed(mesh: &Mesh) -> Scene {
+    scene(|scene| {
+        scene.background(DVec3::splat(1000.0));
+        let white = scene.surface(diffuse(1.0));
+        scene.mesh(&mesh.vertices, &mesh.triangles, white);
+    })
+}
+
+/// Closed meshes around the origin, searched as a list, in packets and ray by ray, with the half width of a cube inside. The
+/// third has a corner of ten degrees.
+fn closed() -> [(Mesh, f64); 5] {
+    let shell = Mesh::room_shell().map(|v| v - DVec3::X);
+    let wedge = Mesh::prism(&[[-4.0, 0.0], [1.5, -0.48], [1.5, 0.48]], [-1.0, 1.0]);
+    [(Mesh::cube(), 0.99), (shell, 1.0), (wedge, 0.3), (Mesh::globe(13, 17), 0.5), (Mesh::globe(30, 30), 0.5)]
+}
+
+/// Rays aimed at edges and vertices, sixteen around each aim, and what they send on; also where coordinates are hundreds of
+/// times the height of the triangles.
+#[test]
+fn nothing_leaks_in_single_precision() {
+    let mut rng = rng("single leaks");
+    let far = DVec3::new(400.0, -800.0, 200.0);
+    let places = [1e-4, 1.0, 1e4].map(|scale| (scale, DVec3::ZERO));
+    for (scale, offset) in places.into_iter().chain([(1.0, far)]) {
+        for (mesh, half) in closed() {
+            let mesh = mesh.map(|v| v * scale + offset);
+            let mut scene = sealed(&mesh);
+            if offset == far && mesh.triangles.len() > 100 {
+                continue;
+            }
+            let mut stack = PacketStack::default();
+            for aim in 0..400 {
+                let eye = offset + scale * half * in_cube(&mut rng, 1.0);
+                let target = border(&mut rng, &mesh);
+                let look = target - eye;
+                let camera = Camera::new(eye, target, look.any_orthonormal_vector(), 1e-6);
+                scene = scene.with_camera(camera).expect("a camera");
+                let film = by(plain(aim), &scene, walk(20), [SINGLES as u32, 1]);
+                assert_eq!(film.mean(), 0.0, "from {eye} to {target}");
+                // Aimed as exactly as numbers allow: not normalised.
+                let targets: [DVec3; SINGLES] = from_fn(|_| border(&mut rng, &mesh));
+                let [origins, directions] = [Lanes3::from_fn(|_| eye), Lanes3::from_fn(|i| targets[i] - eye)];
+                let ray: Ray<Lanes3<Singles>> = Ray::new(origins, directions);
+                let hits = scene.bvh().closest_of_packet(&ray, WideMask::splat(true), &mut stack);
+                assert_eq!(hits.met.bits(), 0xFFFF, "from {eye} to {targets:?}");
+            }
+        }
+    }
+}
+
+/// Long paths in the closed scenes, whose directions are as grazing as chance makes them: by the cosine, and evenly.
+#[test]
+fn no_path_leaves_closed_scenes_in_single_precision() {
+    let even = LaneEstimator::Report(OneRayPerHit { segments: 12, rules: LightRules::PHYSICAL });
+    let inside = Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) };
+    let mut rooms: Vec<Scene> = closed().into_iter().map(|(mesh, _)| sealed(&mesh)).collect();
+    rooms.push(scene(|scene| {
+        scene.background(DVec3::splat(1000.0));
+        ball(scene, inside, diffuse(1.0));
+    }));
+    for room in &rooms {
+        for (estimator, frame) in [(walk(200), [40, 30]), (even, [128, 96])] {
+            let film = by(plain(master()), room, estimator, frame);
+            assert_eq!(film.mean(), 0.0, "{estimator:?}");
+        }
+    }
+}
+
+/// The report's room, closed by the walls that it has, in surroundings that no path sees.
+#[test]
+fn the_room_has_no_gap_in_single_precision() {
+    let text = include_str!("../../src/scene/files/report.toml");
+    let dark = Description::parse("report", text).expect("a scene");
+    let bright = Description { background: Environment::Uniform(DVec3::splat(1e4)), ..dark.clone() };
+    let [dark, bright] = [dark, bright].map(|room| room.build().expect("a scene"));
+    for estimator in all_estimators() {
+        let [dark, bright] = [&dark, &bright].map(|room| by(plain(master()), room, estimator, [96, 72]));
+        assert!(dark == bright, "{estimator:?}");
+    }
+}
+
+/// A path that leaves a convex body leaves it for good: at its own surface it would be reflected twice. Seen from near and
+/// far, near the origin and far from it, and in any direction that the cosine gives. A ray that passes an outline as near as
+/// rounding may take the back of the body for its front, and then stays within: from afar about one of twenty thousand.
+#[test]
+fn rays_do_not_hit_the_body_that_they_leave() {
+    for distance in [3.0, 100.0, 700.0] {
+        let at = DVec3::new(0.6, -0.7, 0.3).normalize() * distance;
+        let sphere = |scene: &mut SceneBuilder, centre| ball(scene, Sphere::new(centre, 1.0), diffuse(0.5));
+        let mesh = |scene: &mut SceneBuilder, mesh: Mesh, centre: DVec3| {
+            let mesh = mesh.map(|v| v + centre);
+            let grey = scene.surface(diffuse(0.5));
+            scene.mesh(&mesh.vertices, &mesh.triangles, grey);
+        };
+        for (shape, centre, eye) in (0..3).flat_map(|shape| [(shape, DVec3::ZERO, at), (shape, at, DVec3::ZERO)]) {
+            let camera = Camera::new(eye, centre, DVec3::Z, 1.2 / distance);
+            let scene = scene_from(camera, |scene| {
+                scene.background(DVec3::ONE);
+                match shape {
+                    0 => sphere(scene, centre),
+                    1 => mesh(scene, Mesh::cube(), centre),
+                    _ => mesh(scene, Mesh::globe(9, 10), centre),
+                }
+            });
+            if check_singles(&scene, &walk(9)).is_err() {
+                assert!(shape == 2 && distance > 500.0);
+                continue;
+            }
+            let film = by(plain(master()), &scene, walk(9), [128, 96]);
+            let values = film.pixels().iter().map(|pixel| pixel.mean().x);
+            let [mut hits, mut misses] = [0, 0];
+            for value in values {
+                hits += u32::from((value - 0.5).abs() < 1e-5);
+                misses += u32::from((value - 1.0).abs() < 1e-5);
+            }
+            let lost = 128 * 96 - hits - misses;
+            assert!(hits > 1000 && lost <= 12, "shape {shape} at {centre} from {eye}: {hits}, {misses}, {lost}");
+        }
+    }
+}
+
+/// Of so many samples no more differ by a thousandth, or by a hundredth: near an edge, or after a few mirrors and balls, a
+/// rounding grows. Three times what was measured in the worst scene, the report's room, and then of thousands of
+/// samples, none of which knows of another: no seed makes so many more.
+const APART: [(f64, f64); 2] = [(1e-3, 0.04), (1e-2, 0.01)];
+
+const FRAME: [u32; 2] = [64, 48];
+
+fn all_estimators() -> Vec<LaneEstimator> {
+    let path = |strategy, lights, heuristic, early| {
+        LaneEstimator::Path(Path { lights, heuristic, early, ..Path::new(Standard, strategy) })
+    };
+    vec![
+        path(Finds::Mis, LightSampling::ByContribution, Heuristic::Power, 8),
+        path(Finds::Mis, LightSampling::SolidAngle, Heuristic::Balance, 0),
+        path(Finds::Light, LightSampling::Area, Heuristic::Balance, 0),
+        path(Finds::Bsdf, LightSampling::Area, Heuristic::Balance, 0),
+        LaneEstimator::Report(OneRayPerHit { segments: 7, rules: LightRules::PHYSICAL }),
+        LaneEstimator::Report(OneRayPerHit { segments: 7, rules: LightRules::REPORT }),
+        LaneEstimator::Whitted(Whitted::new(LightRules::PHYSICAL)),
+    ]
+}
+
+/// A ball of so many triangles, in a lit room: as glass among those of which rays go through the hierarchy together, and alone.
+fn faceted(rows: u32) -> Scene {
+    scene_from(Camera::new(DVec3::new(0.0, -2.7, 0.0), DVec3::ZERO, DVec3::Z, 0.5), |s| {
+        let mesh = Mesh::globe(rows, rows);
+        let [glass, grey] = [glass(1.5), diffuse(0.6)].map(|surface| s.surface(surface));
+        s.mesh(&mesh.vertices, &mesh.triangles, glass);
+        simple::closed_cube(s, 3.0, true, grey);
+        square(s, 1.5, 2.9, false, lamp(4.0));
+    })
+}
+
+#[test]
+fn images_differ_by_rounding() {
+    let seed = seed_for(master(), "singles");
+    let many = [faceted(23), faceted(30)];
+    assert!(many[0].primitives().count() < 1500 && many[1].primitives().count() > 1500);
+    let mut taken = 0;
+    for scene in scenes().iter().chain(&many) {
+        for estimator in all_estimators() {
+            if check_singles(scene, &estimator).is_err() {
+                continue;
+            }
+            taken += 1;
+            for (numbers, outlines) in [(Numbers::Independent, false), (Numbers::Sobol(1), true)] {
+                // Points of outlines show what emitters emit.
+                let outlines = outlines
+                    && !matches!(estimator, LaneEstimator::Report(report) if report.rules == LightRules::REPORT);
+                let sampling = Sampling { numbers, outlines, ..plain(seed) };
+                let single = by(sampling, scene, estimator, FRAME);
+                let mut double = Film::new(FRAME, None, 1).expect("a legal size");
+                render_lanes(scene, estimator, sampling, &mut double, &(0..1), &|_| true).expect("legal values");
+                for (apart, share) in APART {
+                    let far = |(a, b): &(&Pixel, &Pixel)| {
+                        let [a, b] = [a, b].map(|pixel| pixel.mean());
+                        (a - b).abs().max_element() > apart * a.max(b).max_element()
+                    };
+                    let count = double.pixels().iter().zip(single.pixels()).filter(far).count();
+                    let share_found = count as f64 / f64::from(FRAME[0] * FRAME[1]);
+                    assert!(
+                        share_found <= share,
+                        "{} by {estimator:?}, {numbers:?}: {share_found} beyond {apart}",
+                        scene.name()
+                    );
+                }
+            }
+        }
+    }
+    // All but the one with splinters, and an environment that shadow rays would look for.
+    assert!(taken >= 14 * all_estimators().len(), "{taken}");
+}
+
+#[test]
+fn neither_threads_nor_ranges_nor_windows_change_bytes_in_single_precision() {
+    let seed = seed_for(master(), "singles");
+    for scene in [report_room(), faceted(23), faceted(30)] {
+        for estimator in all_estimators() {
+            for (pixel, numbers) in
+                [(Random, Numbers::Independent), (Random, Numbers::Sobol(3)), (Jitter(2), Numbers::Independent)]
+            {
+                let sampling = Sampling { pixel, numbers, ..plain(seed) };
+                let film = |window, ranges: &[Range<u32>]| {
+                    let mut film = Film::new([23, 17], window, sampling.samples_per_replication()).expect("a size");
+                    for range in ranges {
+                        render_singles(&scene, estimator, sampling, &mut film, range, &|_| true).expect("legal values");
+                    }
+                    film
+                };
+                let whole = on_threads(1, || film(None, &[0..5]));
+                assert!(whole == on_threads(3, || film(None, &[0..1, 1..3, 3..5])), "{estimator:?}");
+                let window = Window { corner: [7, 4], size: [9, 5] };
+                let part = film(Some(window), &[0..5]);
+                for (i, pixel) in part.pixels().iter().enumerate() {
+                    let (x, y) = (7 + i % 9, 4 + i / 9);
+                    assert!(*pixel == whole.pixels()[23 * y + x], "{estimator:?}: ({x}, {y})");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn what_single_precision_would_show_is_refused() {
+    let path = |strategy| LaneEstimator::Path(Path::new(Standard, strategy));
+    let of = |size: f64, detail: f64, surface| {
+        scene(|scene| {
+            ball(scene, Sphere::new(DVec3::ZERO, size), diffuse(0.5));
+            ball(scene, Sphere::new(DVec3::ZERO, detail), surface);
+        })
+    };
+    for size in [2e6, 1e-7, 1e12] {
+        assert_option_refused(check_singles(&of(size, size, diffuse(0.5)), &path(Finds::Mis)), "the scene reaches to");
+    }
+    for size in [1e-6, 1.0, 1e6] {
+        let fine = of(size, size / 1025.0, diffuse(0.5));
+        assert_option_refused(check_singles(&fine, &path(Finds::Mis)), "too small for single precision");
+        check_singles(&of(size, size / 1023.0, diffuse(0.5)), &path(Finds::Mis)).expect("coarse enough");
+    }
+    // What is far from the camera, too, and thin triangles and zones.
+    let far = of(1.0, 1.0, diffuse(0.5)).with_camera(Camera::new(5000.0 * DVec3::X, DVec3::ZERO, DVec3::Z, 0.1));
+    assert_option_refused(check_singles(&far.expect("a camera"), &path(Finds::Mis)), "too small for single precision");
+    let sliver = scene(|scene| {
+        let grey = scene.surface(diffuse(0.5));
+        scene.mesh(&[DVec3::ZERO, DVec3::X, DVec3::new(0.5, 2e-4, 0.0)], &[[0, 1, 2]], grey);
+    });
+    assert_option_refused(check_singles(&sliver, &path(Finds::Mis)), "too small for single precision");
+    let ring = Sphere { zone: [0.0, 2e-4], ..Sphere::new(DVec3::ZERO, 1.0) };
+    let ring = scene(|scene| ball(scene, ring, diffuse(0.5)));
+    assert_option_refused(check_singles(&ring, &path(Finds::Mis)), "too small for single precision");
+    let frosted = RoughGlass { index: 1.5, alpha: 0.3 };
+    let frosted = of(1.0, 1.0, Surface::new(Bsdf::RoughGlass(frosted)));
+    assert_option_refused(check_singles(&frosted, &path(Finds::Bsdf)), "rough glass");
+    let map = EnvironmentMap::new([2, 1], vec![DVec3::ONE, DVec3::splat(2.0)], DVec3::Z, DVec3::X).expect("a map");
+    let under_a_map = scene(|scene| {
+        scene.environment(Environment::Map(map));
+        ball(scene, Sphere::new(DVec3::ZERO, 1.0), diffuse(0.5));
+    });
+    assert_option_refused(check_singles(&under_a_map, &path(Finds::Mis)), "environment map");
+    check_singles(&under_a_map, &path(Finds::Bsdf)).expect("no shadow rays");
+    // What is refused is not rendered.
+    let mut film = Film::new([2, 2], None, 1).expect("a legal size");
+    let rendered = render_singles(&frosted, path(Finds::Bsdf), plain(1), &mut film, &(0..1), &|_| true);
+    assert_option_refused(rendered, "rough glass");
+    for built_in in [
+        room::report(Convention::Physical, OrenNayarForm::Corrected),
+        room::diffuse(),
+        simple::environment(),
+        simple::cornell(),
+        simple::cavity_cap(0.75, Cap::Black),
+        simple::glass_cube(false),
+        simple::glass_cube(true),
+        simple::furnace_box(0.75),
+    ] {
+        let built_in = built_in.expect("a scene");
+        all_estimators().iter().for_each(|estimator| check_singles(&built_in, estimator).expect("accepted"));
+    }
+}
