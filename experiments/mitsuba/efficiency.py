@@ -30,8 +30,9 @@ WIDTH, HEIGHT = 256, 192
 # Those of Mitsuba's samplers that are efficient: points that belong together, and independent numbers.
 SAMPLERS = ["multijitter", "independent"]
 # Options of `render`: its defaults, independent numbers, and all points of a pixel in one scramble, which leaves no
-# error bars.
+# error bars; all of them in double and in single precision.
 OURS = {"default": [], "independent": ["--sampler", "independent"], "one-scramble": ["--scrambles", "1"]}
+OURS |= {f"single-{name}": [*options, "--engine", "single"] for name, options in OURS.items()}
 # The room with what both renderers have.
 OPTIONS = {"report": ["--diffuse", "lambert"]}
 

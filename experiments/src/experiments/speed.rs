@@ -17,8 +17,8 @@ use crate::render::{EngineName, OutlinesName, SamplerName};
 pub(super) const SPEED: Experiment = Experiment {
     id: "speed",
     title: "camera samples and rays per second, what they depend on, and what a sample is worth",
-    version: 3,
-    equations: &[&equation::ESTIMATOR],
+    version: 4,
+    equations: &[&equation::ESTIMATOR, &equation::SINGLE_PRECISION],
     run,
 };
 
@@ -59,6 +59,9 @@ fn estimators(run: &mut Run) -> Result<(), Error> {
         }
         let mis = Job { scene: scene.into(), ..base };
         image(run, &pools, (&name(scene), "mis-scalar"), Job { engine: EngineName::Scalar, ..mis })?;
+        let single = Job { engine: EngineName::Single, ..mis };
+        image(run, &pools, (&name(scene), "mis-single"), single)?;
+        sobol(run, &pools, (&name(scene), "mis-single"), single)?;
         let outlines = Job { outlines: OutlinesName::Yes, ..mis };
         image(run, &pools, (&name(scene), "mis-outlines"), outlines)?;
         sobol(run, &pools, (&name(scene), "mis-outlines"), outlines)?;
@@ -67,6 +70,8 @@ fn estimators(run: &mut Run) -> Result<(), Error> {
     let rate = image(run, &pools, ("seven-segments", "report"), report)?;
     image(run, &pools, ("seven-segments", "report-scalar"), Job { engine: EngineName::Scalar, ..report })?;
     run.number("figure-6.seconds", FIGURE_6 / rate);
+    let rate = image(run, &pools, ("seven-segments", "report-single"), Job { engine: EngineName::Single, ..report })?;
+    run.number("figure-6.single.seconds", FIGURE_6 / rate);
     Ok(())
 }
 
