@@ -1,5 +1,7 @@
 //! The loop over pixels, replications and samples.
 
+mod by_lanes;
+
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -7,18 +9,21 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::Error;
-use crate::estimator::{Estimator, ImageEstimator, LightRules, Path, Strategy, Whitted};
+use crate::estimator::{Estimator, ImageEstimator};
 use crate::film::{Begun, Features, Film, Pixel, check_radiance};
-use crate::lanes::{Engine, Walks};
+use crate::lanes::Walks;
 use crate::outline::{Outlines, POINTS, replaced};
 use crate::pixel::PixelSampling;
-use crate::real::{LANES, Lanes, SINGLES, Singles, Wide};
 use crate::rng::{stream, uniform2};
 use crate::sampler::{LONGEST, Pass, Sampler, Source};
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
 
 pub use crate::sampler::Numbers;
+pub use by_lanes::{
+    ByLanes, LaneEstimator, OneRayPerHit, Precision, SINGLE_DETAIL, SINGLE_EXTENTS, check_singles, lanes_serve,
+    render_lanes,
+};
 
 /// What, besides scene and estimator, decides every sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -138,124 +143,6 @@ pub fn render<E: Estimator>(
             }
         }
         Ok(())
-    })
-}
-
-/// What the lane engine follows: estimators with their standard parts.
-#[derive(Clone, Copy, Debug)]
-pub enum LaneEstimator {
-    /// The path tracer.
-    Path(Path),
-    /// The report's.
-    Report(OneRayPerHit),
-    /// Whitted ray tracing.
-    Whitted(Whitted),
-}
-
-/// [`Report`](crate::estimator::Report) with one sample ray per diffuse hit.
-#[derive(Clone, Copy, Debug)]
-pub struct OneRayPerHit {
-    /// [`Report::segments`](crate::estimator::Report::segments).
-    pub segments: u32,
-    /// [`Report::rules`](crate::estimator::Report::rules).
-    pub rules: LightRules,
-}
-
-/// Whether [`render_lanes`] takes this estimator in this scene: shadow rays do not look for environment maps in lanes, and
-/// paths do not meet rough glass.
-pub fn lanes_serve(scene: &Scene, estimator: &LaneEstimator) -> bool {
-    if scene.surfaces().iter().any(|surface| surface.bsdf.is_rough_glass()) {
-        return false;
-    }
-    match estimator {
-        LaneEstimator::Path(path) => path.strategy == Strategy::Bsdf || scene.background().map().is_none(),
-        LaneEstimator::Report(_) | LaneEstimator::Whitted(_) => true,
-    }
-}
-
-/// [`render`] by the lane engine: the same bytes.
-///
-/// # Errors
-/// Those of [`render`]; [`Error::Option`] for what [`lanes_serve`] does not.
-pub fn render_lanes(
-    scene: &Scene,
-    estimator: LaneEstimator,
-    sampling: Sampling,
-    film: &mut Film,
-    range: &Range<u32>,
-    done: Progress<'_>,
-) -> Result<bool, Error> {
-    refuse_what_lanes_lack(scene, &estimator)?;
-    by_lanes::<Lanes, LANES>(scene, estimator, sampling, film, range, done)
-}
-
-/// Refuses scenes in which single precision would be seen: those of the lane engine, and where the largest coordinate lies
-/// outside [`SINGLE_EXTENTS`] or is more than [`SINGLE_DETAIL`] times the smallest radius or height of a primitive.
-///
-/// # Errors
-/// [`Error::Option`] that says why.
-pub fn check_singles(scene: &Scene, estimator: &LaneEstimator) -> Result<(), Error> {
-    refuse_what_lanes_lack(scene, estimator)?;
-    let (extent, detail) = (scene.extent(), scene.finest_detail());
-    let [low, high] = SINGLE_EXTENTS;
-    if !(low..=high).contains(&extent) {
-        return Err(Error::Option(format!(
-            "the scene reaches to {extent:?}, and in single precision may to {low:?} at least and {high:?} at most"
-        )));
-    }
-    if extent > detail * SINGLE_DETAIL {
-        return Err(Error::Option(format!(
-            "the scene has a detail of {detail:.1e}, too small for single precision where it reaches to {extent:?}"
-        )));
-    }
-    Ok(())
-}
-
-/// The least and the most that a scene may reach to in single precision: no product of a few lengths is lost.
-pub const SINGLE_EXTENTS: [f64; 2] = [1e-6, 1e6];
-/// In single precision rays leave surfaces from a 2¹⁸th of the scene above them: a 256th of the smallest detail or less.
-pub const SINGLE_DETAIL: f64 = 1024.0;
-
-/// [`render`] by the lane engine in single precision, sixteen samples at a time: not the same bytes, but the same paths
-/// with the same random numbers, rounded.
-///
-/// # Errors
-/// Those of [`render`] and [`check_singles`].
-pub fn render_singles(
-    scene: &Scene,
-    estimator: LaneEstimator,
-    sampling: Sampling,
-    film: &mut Film,
-    range: &Range<u32>,
-    done: Progress<'_>,
-) -> Result<bool, Error> {
-    check_singles(scene, &estimator)?;
-    by_lanes::<Singles, SINGLES>(scene, estimator, sampling, film, range, done)
-}
-
-fn refuse_what_lanes_lack(scene: &Scene, estimator: &LaneEstimator) -> Result<(), Error> {
-    if lanes_serve(scene, estimator) {
-        return Ok(());
-    }
-    Err(Error::Option(
-        "rough glass and shadow rays to an environment map are not followed in lanes: use `render`".to_owned(),
-    ))
-}
-
-fn by_lanes<R: Wide<N>, const N: usize>(
-    scene: &Scene,
-    estimator: LaneEstimator,
-    sampling: Sampling,
-    film: &mut Film,
-    range: &Range<u32>,
-    done: Progress<'_>,
-) -> Result<bool, Error> {
-    let frame = film.frame();
-    let sees_in_mirrors = matches!(estimator, LaneEstimator::Path(_));
-    let outlines = Outlines::new(scene, frame, sampling, sees_in_mirrors);
-    let engine = Engine::<R, N>::new(scene, estimator, (sampling, outlines));
-    each_row(sampling, film, range, done, |corner, range, row, counts| {
-        engine.row((frame, corner), range, (row, counts))
     })
 }
 
@@ -489,39 +376,6 @@ impl<E: Estimator> Renderer for ByRays<E> {
     }
     fn add(&self, scene: &Scene, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error> {
         render(scene, &self.estimator, self.sampling, film, &range, done)
-    }
-}
-
-/// Renders as [`ByRays`] does, several paths at a time.
-#[derive(Clone, Copy, Debug)]
-pub struct ByLanes {
-    /// What a ray brings.
-    pub estimator: LaneEstimator,
-    /// Which rays, by which random numbers.
-    pub sampling: Sampling,
-    /// In what numbers.
-    pub precision: Precision,
-}
-
-/// Of what numbers the lane engine's are.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Precision {
-    /// The same as of [`ByRays`]: [`render_lanes`].
-    #[default]
-    Double,
-    /// [`render_singles`].
-    Single,
-}
-
-impl Renderer for ByLanes {
-    fn samples_per_replication(&self) -> u32 {
-        self.sampling.samples_per_replication()
-    }
-    fn add(&self, scene: &Scene, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error> {
-        match self.precision {
-            Precision::Double => render_lanes(scene, self.estimator, self.sampling, film, &range, done),
-            Precision::Single => render_singles(scene, self.estimator, self.sampling, film, &range, done),
-        }
     }
 }
 

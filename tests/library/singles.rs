@@ -11,7 +11,7 @@ use whitefurnace::estimator::{Heuristic, Path, Strategy as Finds};
 use whitefurnace::real::{
     EightSingles, LANES, Lanes3, SINGLES, Scalar, Singles, Wide, WideMask, WideVector, sin_cos_of_turn,
 };
-use whitefurnace::render::{LaneEstimator, OneRayPerHit, check_singles, render_lanes, render_singles};
+use whitefurnace::render::{ByLanes, LaneEstimator, OneRayPerHit, Precision, Renderer, check_singles, render_lanes};
 use whitefurnace::scene::file::Description;
 
 use crate::lanes::{Kernel, Question, of_every_kernel, scenes};
@@ -176,9 +176,13 @@ fn uniform_numbers_lie_below_one_and_near() {
     assert_eq!((f32::unit(u64::MAX), f32::unit(0)), (1.0 - f32::EPSILON / 2.0, 0.0));
 }
 
+fn singles(estimator: LaneEstimator, sampling: Sampling) -> ByLanes {
+    ByLanes { estimator, sampling, precision: Precision::Single }
+}
+
 fn by(sampling: Sampling, scene: &Scene, estimator: LaneEstimator, frame: [u32; 2]) -> Film {
     let mut film = Film::new(frame, None, sampling.samples_per_replication()).expect("a legal size");
-    render_singles(scene, estimator, sampling, &mut film, &(0..1), &|_| true).expect("legal values");
+    singles(estimator, sampling).add(scene, &mut film, 0..1, &|_| true).expect("legal values");
     film
 }
 
@@ -398,7 +402,9 @@ fn neither_threads_nor_ranges_nor_windows_change_bytes_in_single_precision() {
                 let film = |window, ranges: &[Range<u32>]| {
                     let mut film = Film::new([23, 17], window, sampling.samples_per_replication()).expect("a size");
                     for range in ranges {
-                        render_singles(&scene, estimator, sampling, &mut film, range, &|_| true).expect("legal values");
+                        singles(estimator, sampling)
+                            .add(&scene, &mut film, range.clone(), &|_| true)
+                            .expect("legal values");
                     }
                     film
                 };
@@ -455,7 +461,7 @@ fn what_single_precision_would_show_is_refused() {
     check_singles(&under_a_map, &path(Finds::Bsdf)).expect("no shadow rays");
     // What is refused is not rendered.
     let mut film = Film::new([2, 2], None, 1).expect("a legal size");
-    let rendered = render_singles(&frosted, path(Finds::Bsdf), plain(1), &mut film, &(0..1), &|_| true);
+    let rendered = singles(path(Finds::Bsdf), plain(1)).add(&frosted, &mut film, 0..1, &|_| true);
     assert_option_refused(rendered, "rough glass");
     for built_in in [
         room::report(Convention::Physical, OrenNayarForm::Corrected),

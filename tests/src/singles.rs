@@ -10,7 +10,7 @@ use whitefurnace::film::Film;
 use whitefurnace::harness::mean::bounded_mean;
 use whitefurnace::pixel::PixelSampling;
 use whitefurnace::real::SINGLES;
-use whitefurnace::render::{LaneEstimator, Numbers, Sampling, render_lanes, render_singles};
+use whitefurnace::render::{ByLanes, LaneEstimator, Numbers, Precision, Renderer, Sampling, render_lanes};
 use whitefurnace::scene::file::{Description, Object};
 
 use crate::images::SHARES;
@@ -113,7 +113,8 @@ impl Image {
         let mut films = [Film::new(SIZE, None, 1).ok()?, Film::new(SIZE, None, 1).ok()?];
         let range = replication..replication + 1;
         render_lanes(scenes[0], path, sampling, &mut films[0], &range, &|_| true).ok()?;
-        render_singles(scenes[1], path, sampling, &mut films[1], &range, &|_| true).ok()?;
+        let singles = ByLanes { estimator: path, sampling, precision: Precision::Single };
+        singles.add(scenes[1], &mut films[1], range, &|_| true).ok()?;
         Some(films)
     }
 }
@@ -254,7 +255,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             format!("images/single-precision/{name}"),
             format!("{what} have the same mean in single as in double precision"),
             &SINGLE_PRECISION,
-            ["render::render_singles, render::render_lanes", "empirical Bernstein"],
+            ["render::ByLanes, render::render_lanes", "empirical Bernstein"],
             move |context: &Context, subject| image.run(context, &subject),
         )
     };

@@ -1,0 +1,153 @@
+//! The same loop by the lane engine: in double precision with the bytes of [`render`](super::render()), or in single.
+
+use std::ops::Range;
+
+use super::{Progress, Renderer, Sampling, each_row};
+use crate::error::Error;
+use crate::estimator::{LightRules, Path, Strategy, Whitted};
+use crate::film::Film;
+use crate::lanes::Engine;
+use crate::outline::Outlines;
+use crate::real::{LANES, Lanes, SINGLES, Singles, Wide};
+use crate::scene::Scene;
+
+/// What the lane engine follows: estimators with their standard parts.
+#[derive(Clone, Copy, Debug)]
+pub enum LaneEstimator {
+    /// The path tracer.
+    Path(Path),
+    /// The report's.
+    Report(OneRayPerHit),
+    /// Whitted ray tracing.
+    Whitted(Whitted),
+}
+
+/// [`Report`](crate::estimator::Report) with one sample ray per diffuse hit.
+#[derive(Clone, Copy, Debug)]
+pub struct OneRayPerHit {
+    /// [`Report::segments`](crate::estimator::Report::segments).
+    pub segments: u32,
+    /// [`Report::rules`](crate::estimator::Report::rules).
+    pub rules: LightRules,
+}
+
+/// Whether [`render_lanes`] takes this estimator in this scene: shadow rays do not look for environment maps in lanes, and
+/// paths do not meet rough glass.
+pub fn lanes_serve(scene: &Scene, estimator: &LaneEstimator) -> bool {
+    if scene.surfaces().iter().any(|surface| surface.bsdf.is_rough_glass()) {
+        return false;
+    }
+    match estimator {
+        LaneEstimator::Path(path) => path.strategy == Strategy::Bsdf || scene.background().map().is_none(),
+        LaneEstimator::Report(_) | LaneEstimator::Whitted(_) => true,
+    }
+}
+
+/// [`render`](super::render()) by the lane engine: the same bytes.
+///
+/// # Errors
+/// Those of [`render`](super::render()); [`Error::Option`] for what [`lanes_serve`] does not.
+pub fn render_lanes(
+    scene: &Scene,
+    estimator: LaneEstimator,
+    sampling: Sampling,
+    film: &mut Film,
+    range: &Range<u32>,
+    done: Progress<'_>,
+) -> Result<bool, Error> {
+    ByLanes { estimator, sampling, precision: Precision::Double }.add(scene, film, range.clone(), done)
+}
+
+/// Refuses scenes in which single precision would be seen: those of the lane engine, and where the largest coordinate lies
+/// outside [`SINGLE_EXTENTS`] or is more than [`SINGLE_DETAIL`] times the smallest radius or height of a primitive.
+///
+/// # Errors
+/// [`Error::Option`] that says why.
+pub fn check_singles(scene: &Scene, estimator: &LaneEstimator) -> Result<(), Error> {
+    refuse_what_lanes_lack(scene, estimator)?;
+    let (extent, detail) = (scene.extent(), scene.finest_detail());
+    let [low, high] = SINGLE_EXTENTS;
+    if !(low..=high).contains(&extent) {
+        return Err(Error::Option(format!(
+            "the scene reaches to {extent:?}, and in single precision may to {low:?} at least and {high:?} at most"
+        )));
+    }
+    if extent > detail * SINGLE_DETAIL {
+        return Err(Error::Option(format!(
+            "the scene has a detail of {detail:.1e}, too small for single precision where it reaches to {extent:?}"
+        )));
+    }
+    Ok(())
+}
+
+/// The least and the most that a scene may reach to in single precision: no product of a few lengths is lost.
+pub const SINGLE_EXTENTS: [f64; 2] = [1e-6, 1e6];
+/// In single precision rays leave surfaces from a 2¹⁸th of the scene above them: a 256th of the smallest detail or less.
+pub const SINGLE_DETAIL: f64 = 1024.0;
+
+fn refuse_what_lanes_lack(scene: &Scene, estimator: &LaneEstimator) -> Result<(), Error> {
+    if lanes_serve(scene, estimator) {
+        return Ok(());
+    }
+    Err(Error::Option(
+        "rough glass and shadow rays to an environment map are not followed in lanes: use `render`".to_owned(),
+    ))
+}
+
+/// Renders as [`ByRays`](super::ByRays) does, several paths at a time.
+#[derive(Clone, Copy, Debug)]
+pub struct ByLanes {
+    /// What a ray brings.
+    pub estimator: LaneEstimator,
+    /// Which rays, by which random numbers.
+    pub sampling: Sampling,
+    /// In what numbers.
+    pub precision: Precision,
+}
+
+/// Of what numbers the lane engine's are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Precision {
+    /// The same as of [`ByRays`](super::ByRays): [`render_lanes`].
+    #[default]
+    Double,
+    /// Sixteen paths at a time: the same paths by the same random numbers, rounded, where [`check_singles`] finds nothing.
+    Single,
+}
+
+impl Renderer for ByLanes {
+    fn samples_per_replication(&self) -> u32 {
+        self.sampling.samples_per_replication()
+    }
+    fn add(&self, scene: &Scene, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error> {
+        match self.precision {
+            Precision::Double => {
+                refuse_what_lanes_lack(scene, &self.estimator)?;
+                self.add_in::<Lanes, LANES>(scene, film, &range, done)
+            }
+            Precision::Single => {
+                check_singles(scene, &self.estimator)?;
+                self.add_in::<Singles, SINGLES>(scene, film, &range, done)
+            }
+        }
+    }
+}
+
+impl ByLanes {
+    fn add_in<R: Wide<N>, const N: usize>(
+        &self,
+        scene: &Scene,
+        film: &mut Film,
+        range: &Range<u32>,
+        done: Progress<'_>,
+    ) -> Result<bool, Error> {
+        let Self { estimator, sampling, .. } = *self;
+        let frame = film.frame();
+        let sees_in_mirrors = matches!(estimator, LaneEstimator::Path(_));
+        let outlines = Outlines::new(scene, frame, sampling, sees_in_mirrors);
+        let engine = Engine::<R, N>::new(scene, estimator, (sampling, outlines));
+        each_row(sampling, film, range, done, |corner, range, row, counts| {
+            engine.row((frame, corner), range, (row, counts))
+        })
+    }
+}
