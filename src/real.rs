@@ -2,7 +2,7 @@
 //!
 //! An equation is written once, as a function of any [`Real`] or [`Vector`]. Each operation of [`Lanes`] rounds as that
 //! of `f64` does, lane by lane, and no two are ever fused, so a function has the same bits for a ray alone and for the
-//! same ray in a lane; `tests/library/lanes.rs` compares them. [`Singles`] round to single precision,
+//! same ray in a lane; `tests/library/lanes` compares them. [`Singles`] round to single precision,
 //! [`crate::equation::SINGLE_PRECISION`]; `tests/library/singles.rs` bounds by how much.
 
 mod lanes;

@@ -14,7 +14,8 @@ use whitefurnace::real::{
 use whitefurnace::render::{ByLanes, LaneEstimator, OneRayPerHit, Precision, Renderer, check_singles, render_lanes};
 use whitefurnace::scene::file::Description;
 
-use crate::lanes::{Kernel, Question, of_every_kernel, scenes};
+use crate::lanes::kernels::{Kernel, Question, of_every_kernel};
+use crate::lanes::scenes::scenes;
 use crate::prelude::*;
 
 /// Unit roundoff of single precision.

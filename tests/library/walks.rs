@@ -4,7 +4,7 @@ use whitefurnace::bsdf::rough_glass::RoughGlass;
 use whitefurnace::estimator::{Connections, Walking};
 use whitefurnace::sampler::Pass;
 
-use crate::lanes::scenes;
+use crate::lanes::scenes::scenes;
 use crate::prelude::*;
 
 /// The standard parts under another name, which lanes do not know.

@@ -1,0 +1,152 @@
+//! Scenes with every surface, light and shape, in all ways in which lanes search for hits.
+
+use whitefurnace::bsdf::ggx::Ggx;
+
+use crate::prelude::*;
+
+/// A room with every kind of surface and light: the report's walls, mirror and glass, a rough metal, EON, a light that
+/// is a triangle, one that is a sphere, and a background through a gap.
+pub fn crowded() -> Scene {
+    let mut s = SceneBuilder::new("crowded");
+    s.background(DVec3::new(0.1, 0.2, 0.3));
+    let walls = [
+        Bsdf::Lambert { albedo: DVec3::new(0.7, 0.5, 0.3) },
+        Bsdf::oren_nayar(DVec3::splat(0.8), 0.5, OrenNayarForm::Corrected),
+        Bsdf::oren_nayar(DVec3::splat(0.6), 0.3, OrenNayarForm::Printed),
+        Bsdf::Eon { albedo: DVec3::new(0.9, 0.8, 0.2), roughness: 0.7 },
+        Bsdf::Black,
+    ];
+    let corners = [
+        (DVec3::new(-1.0, -1.0, -1.0), [2.0 * DVec3::X, 2.0 * DVec3::Y]),
+        (DVec3::new(-1.0, -1.0, -1.0), [2.0 * DVec3::Y, 2.0 * DVec3::Z]),
+        (DVec3::new(-1.0, 1.0, -1.0), [2.0 * DVec3::X, 2.0 * DVec3::Z]),
+        (DVec3::new(1.0, -1.0, -1.0), [2.0 * DVec3::Z, 2.0 * DVec3::Y]),
+        (DVec3::new(-1.0, -1.0, 1.0), [DVec3::X, 2.0 * DVec3::Y]),
+    ];
+    for (bsdf, (corner, edges)) in walls.into_iter().zip(corners) {
+        let surface = s.surface(Surface::new(bsdf));
+        s.rectangle(corner, edges, surface);
+    }
+    let light = s.surface(Surface::new(Bsdf::Black).emitting(DVec3::new(9.0, 8.0, 7.0)));
+    s.mesh(&[DVec3::new(0.2, 0.0, 0.9), DVec3::new(0.2, 0.4, 0.9), DVec3::new(0.6, 0.0, 0.8)], &[[0, 1, 2]], light);
+    s.sphere(Sphere::new(DVec3::new(-0.6, 0.5, 0.5), 0.1), light);
+    s.rectangle(DVec3::new(0.4, 0.7, 0.2), [0.2 * DVec3::X, 0.2 * DVec3::Z], light);
+    // It stands before a light.
+    let blind = s.surface(Surface::new(walls[0]));
+    s.mesh(&[DVec3::new(0.2, 0.1, 0.8), DVec3::new(0.2, 0.4, 0.8), DVec3::new(0.5, 0.1, 0.7)], &[[0, 1, 2]], blind);
+    for (x, bsdf) in [
+        (-0.5, Bsdf::Mirror { reflectance: DVec3::splat(0.9) }),
+        (0.1, Bsdf::Glass { index: 1.5 }),
+        (0.6, Bsdf::model(Ggx { reflectance: DVec3::new(0.9, 0.6, 0.3), alpha: 0.3 })),
+    ] {
+        let surface = s.surface(Surface::new(bsdf));
+        s.sphere(Sphere::new(DVec3::new(x, -0.1, -0.6), 0.28), surface);
+    }
+    s.build(Camera::new(DVec3::new(0.0, -3.5, 0.0), DVec3::ZERO, DVec3::Z, 0.4)).expect("a legal scene")
+}
+
+/// A ball of so many triangles that shine that they are in groups, and a lamp.
+fn glowing() -> Scene {
+    let mut s = SceneBuilder::new("glowing");
+    let grey = s.surface(Surface::new(Bsdf::Lambert { albedo: DVec3::splat(0.6) }));
+    let [glow, lamp] = [0.5, 9.0].map(|l| s.surface(Surface::new(Bsdf::Black).emitting(DVec3::splat(l))));
+    let at = |i: u32, j: u32| {
+        let [theta, phi] = [PI * f64::from(i) / 6.0, TAU * f64::from(j) / 10.0];
+        0.5 * from_spherical(theta, phi)
+    };
+    let vertices: Vec<DVec3> = (0..=6).flat_map(|i| (0..10).map(move |j| at(i, j))).collect();
+    let face = |i: u32, j: u32| {
+        let [a, b] = [10 * i + j, 10 * i + (j + 1) % 10];
+        if i == 0 { vec![[a, a + 10, b + 10]] } else { vec![[a, a + 10, b], [b, a + 10, b + 10]] }
+    };
+    let faces: Vec<[u32; 3]> = (0..5).flat_map(|i| (0..10).flat_map(move |j| face(i, j))).collect();
+    s.mesh(&vertices, &faces, glow);
+    s.rectangle(DVec3::new(-1.0, -1.0, -1.0), [2.0 * DVec3::X, 2.0 * DVec3::Y], grey);
+    s.rectangle(DVec3::new(-0.3, -0.3, 1.0), [0.6 * DVec3::Y, 0.6 * DVec3::X], lamp);
+    s.build(Camera::new(DVec3::new(0.0, -3.5, 0.0), DVec3::ZERO, DVec3::Z, 0.4)).expect("a legal scene")
+}
+
+/// So many triangles that the lanes leave them to the hierarchy, and a ball of glass.
+fn many(count: u32) -> Scene {
+    let mut s = SceneBuilder::new("many");
+    let [grey, light] = [
+        Surface::new(Bsdf::Lambert { albedo: DVec3::splat(0.6) }),
+        Surface::new(Bsdf::Black).emitting(DVec3::splat(4.0)),
+    ]
+    .map(|surface| s.surface(surface));
+    let glass = s.surface(Surface::new(Bsdf::Glass { index: 1.5 }));
+    s.sphere(Sphere::new(DVec3::new(0.1, 0.0, 0.7), 0.35), glass);
+    let (mut rng, size) = (rng("many"), 3.0 / f64::from(count).sqrt());
+    for _ in 0..count {
+        let corner = in_cube(&mut rng, 1.0);
+        s.mesh(
+            &[corner, corner + size * in_cube(&mut rng, 1.0), corner + size * in_cube(&mut rng, 1.0)],
+            &[[0, 1, 2]],
+            grey,
+        );
+    }
+    s.sphere(Sphere::new(DVec3::new(0.0, 0.0, 1.5), 0.4), light);
+    s.build(Camera::new(DVec3::new(0.0, -3.5, 0.0), DVec3::ZERO, DVec3::Z, 0.4)).expect("a legal scene")
+}
+
+/// A net of triangles that shine differently, whose edges and vertices are met by the rays through the centres of
+/// pixels. A sphere, before or after them in the scene, touches it at the vertex that the middle ray meets.
+fn net(sphere_first: bool) -> Scene {
+    let mut s = SceneBuilder::new("net");
+    let emitting = |radiance: f64| Surface::new(Bsdf::Black).emitting(DVec3::splat(radiance));
+    let grey = s.surface(Surface::new(Bsdf::Lambert { albedo: DVec3::splat(0.5) }));
+    let touching = Sphere::new(DVec3::new(0.0, 0.5, 0.0), 0.5);
+    if sphere_first {
+        s.sphere(touching, grey);
+    }
+    let place = |i: u32| f64::from(i) / 8.0 - 0.25;
+    let vertices: Vec<DVec3> = (0..36).map(|i| DVec3::new(place(i % 6), 0.0, place(i / 6))).collect();
+    for (cell, shine) in (0..36).filter(|cell| cell % 6 < 5 && cell / 6 < 5).zip(1..) {
+        for (triangle, more) in [([cell, cell + 1, cell + 7], 0.0), ([cell, cell + 7, cell + 6], 0.5)] {
+            let surface = s.surface(emitting(f64::from(shine) + more));
+            s.mesh(&vertices, &[triangle], surface);
+        }
+    }
+    if !sphere_first {
+        s.sphere(touching, grey);
+    }
+    s.build(Camera::new(DVec3::new(0.0, -1.0, 0.0), DVec3::ZERO, DVec3::Z, 8.5 / 16.0)).expect("a legal scene")
+}
+
+/// Lights that are seen in mirrors that face each other, in one that shines, and in a sphere.
+fn mirrors() -> Scene {
+    let mut s = SceneBuilder::new("mirrors");
+    s.background(DVec3::new(0.1, 0.2, 0.3));
+    let light = s.surface(Surface::new(Bsdf::Black).emitting(DVec3::new(3.0, 2.0, 1.0)));
+    let grey = s.surface(Surface::new(Bsdf::Lambert { albedo: DVec3::splat(0.5) }));
+    let mirror = |r: f64| Surface::new(Bsdf::Mirror { reflectance: DVec3::new(r, 0.9, 0.8) });
+    let [dark, bright] = [mirror(0.7), mirror(0.9).emitting(DVec3::splat(0.2))].map(|surface| s.surface(surface));
+    let across = [4.0 * DVec3::X, 2.0 * DVec3::Z];
+    s.rectangle(DVec3::new(-2.0, 1.5, -1.0), across, dark);
+    s.rectangle(DVec3::new(-2.0, -1.5, -1.0), across, dark);
+    s.rectangle(DVec3::new(-2.0, -1.5, -1.0), [4.0 * DVec3::X, 3.0 * DVec3::Y], grey);
+    s.rectangle(DVec3::new(1.0, -0.5, -1.0), [DVec3::Y, DVec3::Z], bright);
+    s.rectangle(DVec3::new(-0.4, -1.0, 0.9), [0.8 * DVec3::Y, 0.7 * DVec3::X], light);
+    s.sphere(Sphere::new(DVec3::new(-0.6, 0.9, -0.6), 0.4), dark);
+    s.build(Camera::new(DVec3::new(0.1, -0.2, 0.0), DVec3::Y, DVec3::Z, 0.8)).expect("a legal scene")
+}
+
+/// Scenes with every surface, light and shape, in all ways in which lanes search for hits.
+pub fn scenes() -> Vec<Scene> {
+    vec![
+        crowded(),
+        many(100),
+        glowing(),
+        many(1600),
+        net(false),
+        net(true),
+        mirrors(),
+        room::report(Convention::Physical, OrenNayarForm::Corrected).expect("a scene"),
+        room::diffuse().expect("a scene"),
+        simple::environment().expect("a scene"),
+        simple::cornell().expect("a scene"),
+        simple::cavity_cap(0.75, Cap::Reflecting).expect("a scene"),
+        simple::glass_cube(false).expect("a scene"),
+        simple::furnace_box(0.75).expect("a scene"),
+    ]
+}
