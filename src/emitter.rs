@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use crate::real::{Real, Vector};
 use crate::sampling;
-use crate::scene::COARSER;
+use crate::scene::offset_in;
 use crate::shape::{Sphere, triangle_point};
 use crate::solid_angle::{SphericalRectangle, SphericalTriangle, VisibleCap};
 
@@ -164,8 +164,7 @@ impl Emitter {
         }
         let height = away.dot(V::splat_vector(self.normal));
         let slant = (height + self.radius) / (distance_squared + squared);
-        let margin = V::Real::by_precision(self.margin, self.margin * COARSER);
-        V::Real::choose(height.above(margin), slant * slant * strength, all(0.0))
+        V::Real::choose(height.above(offset_in(self.margin)), slant * slant * strength, all(0.0))
     }
 
     /// Area times radiance, the mean of all colours: flux over π.

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use crate::accel::{Bvh, Primitive};
 use crate::real::{Real, Vector};
-use crate::scene::COARSER;
+use crate::scene::offset_in;
 
 /// In a scene of more primitives the hierarchy passes walls by as fast.
 pub(crate) const SMALL: usize = 64;
@@ -67,8 +67,8 @@ impl Hull {
         let zero = V::Real::splat(0.0);
         self.slabs.iter().fold(zero.equals(zero), |within, slab| {
             let height = V::splat_vector(slab.normal).dot(point);
-            let [double, single] = [1.0, COARSER].map(|scale| slab.offset * scale / 4.0);
-            let [above, below] = slab.ends.map(|end| V::Real::by_precision(end - double, end - single));
+            let margin: V::Real = offset_in(slab.offset / 4.0);
+            let [above, below] = slab.ends.map(|end| V::Real::splat(end) - margin);
             within & height.below(above) & (-height).below(below)
         })
     }

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::lights;
 use super::row::{Paths, Scatter};
-use super::samples::LaneSampler;
+use super::samples::PixelSampler;
 use super::scene::{LaneScene, Seen};
 use super::shading::Surfaces;
 use crate::estimator::{Heuristic, LONGEST_PATH, Path, Strategy};
@@ -14,7 +14,7 @@ use crate::real::{Lanes3, Mask, Real, Vector, Wide, WideMask};
 use crate::{radiometry, roulette};
 
 impl Scatter for Path {
-    fn scatter<R: Wide<N>, S: LaneSampler<R, N>, const N: usize>(
+    fn scatter<R: Wide<N>, S: PixelSampler<R, N>, const N: usize>(
         &self,
         scene: &LaneScene<'_, R, N>,
         paths: &mut Paths<R, N>,

@@ -1,7 +1,7 @@
 //! The report's estimator, [`crate::estimator::Report`] with one sample ray per hit, in lanes.
 
 use super::row::{Paths, Scatter};
-use super::samples::LaneSampler;
+use super::samples::PixelSampler;
 use super::scene::{LaneScene, Seen};
 use super::shading::Surfaces;
 use crate::emitter::LightSampling;
@@ -10,7 +10,7 @@ use crate::render::OneRayPerHit;
 use crate::roulette;
 
 impl Scatter for OneRayPerHit {
-    fn scatter<R: Wide<N>, S: LaneSampler<R, N>, const N: usize>(
+    fn scatter<R: Wide<N>, S: PixelSampler<R, N>, const N: usize>(
         &self,
         scene: &LaneScene<'_, R, N>,
         paths: &mut Paths<R, N>,

@@ -6,7 +6,7 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::PixelsAndCounts;
-use super::samples::{LaneSampler, PixelSampler, SampleName};
+use super::samples::{PixelSampler, SampleName};
 use super::scene::{LaneScene, Seen};
 use super::shading::Surfaces;
 use crate::error::Error;
@@ -72,7 +72,7 @@ struct Branch {
 pub(super) trait Scatter {
     /// Adds to the radiance of the paths that have `arrived` at these surfaces, sends those that go on, and returns
     /// their lanes.
-    fn scatter<R: Wide<N>, S: LaneSampler<R, N>, const N: usize>(
+    fn scatter<R: Wide<N>, S: PixelSampler<R, N>, const N: usize>(
         &self,
         scene: &LaneScene<'_, R, N>,
         paths: &mut Paths<R, N>,
@@ -236,7 +236,7 @@ fn shown<R: Wide<N>, const N: usize>(
 
 impl<R: Wide<N>, const N: usize> Paths<R, N> {
     /// Sends camera rays in the lanes of the mask.
-    fn start<S: LaneSampler<R, N>>(
+    fn start<S: PixelSampler<R, N>>(
         &mut self,
         scene: &Scene,
         sampling: &Sampling,

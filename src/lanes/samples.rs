@@ -4,7 +4,6 @@ use std::array::from_fn;
 
 use wide::{u32x8, u64x8};
 
-use super::row::lanes_of;
 use crate::real::{LANES, LaneMask, Lanes, Real, SINGLES, Scalar, Wide, WideMask};
 use crate::render::Sampling;
 use crate::rng::{CounterHash, stream_state, uniform};
@@ -19,7 +18,7 @@ pub(super) struct SampleName {
 }
 
 /// Where the lanes take their numbers from.
-pub(super) trait LaneSampler<R: Real, const N: usize> {
+pub(super) trait LaneSampler<R: Real> {
     /// A uniform number for each lane of the mask; the others draw none, and theirs means nothing.
     fn uniform(&mut self, drawing: R::Mask) -> R;
     /// Leaves out a number of each lane of the mask, that nothing depends on.
@@ -27,16 +26,16 @@ pub(super) trait LaneSampler<R: Real, const N: usize> {
     fn skip(&mut self, drawing: R::Mask) {
         self.uniform(drawing);
     }
-    /// Says to which blocks the next numbers of these lanes belong.
-    fn start_blocks(&mut self, starting: R::Mask, blocks: &[u32; N]);
 }
 
 /// The numbers of samples of pixels.
-pub(super) trait PixelSampler<R: Real, const N: usize>: LaneSampler<R, N> {
+pub(super) trait PixelSampler<R: Real, const N: usize>: LaneSampler<R> {
     /// Lanes without samples.
     fn new() -> Self;
     /// Starts a sample in a lane, whose first block must be started next.
     fn start(&mut self, lane: usize, sampling: &Sampling, sample: SampleName);
+    /// Says to which blocks the next numbers of these lanes belong.
+    fn start_blocks(&mut self, starting: R::Mask, blocks: &[u32; N]);
 }
 
 /// Xoshiro256++, the generator of [`crate::rng::Stream`], one for each lane.
@@ -78,16 +77,16 @@ impl<R: Wide<N>, const N: usize> PixelSampler<R, N> for Streams<N> {
             words.as_mut_array()[lane % EIGHT] = word;
         }
     }
+
+    #[inline]
+    fn start_blocks(&mut self, _: R::Mask, _: &[u32; N]) {}
 }
 
-impl<R: Wide<N>, const N: usize> LaneSampler<R, N> for Streams<N> {
+impl<R: Wide<N>, const N: usize> LaneSampler<R> for Streams<N> {
     #[inline]
     fn uniform(&mut self, drawing: R::Mask) -> R {
         R::of_lanes(self.words(drawing.bits()).map(R::Scalar::unit))
     }
-
-    #[inline]
-    fn start_blocks(&mut self, _: R::Mask, _: &[u32; N]) {}
 }
 
 /// The points of [`crate::sampler::Sobol`], one for each lane.
@@ -197,9 +196,20 @@ impl<R: Wide<N>, const N: usize> PixelSampler<R, N> for Points<N> {
             PixelSampler::<R, N>::start(&mut self.fill, lane, sampling, sample);
         }
     }
+
+    #[inline]
+    fn start_blocks(&mut self, starting: R::Mask, blocks: &[u32; N]) {
+        let starting = starting.bits();
+        for group in 0..N / EIGHT {
+            let own = starting >> (group * EIGHT) & 0xFF;
+            if own != 0 {
+                self.groups[group].start(own, from_fn(|i| blocks[group * EIGHT + i]));
+            }
+        }
+    }
 }
 
-impl<R: Wide<N>, const N: usize> LaneSampler<R, N> for Points<N> {
+impl<R: Wide<N>, const N: usize> LaneSampler<R> for Points<N> {
     #[inline]
     fn uniform(&mut self, drawing: R::Mask) -> R {
         let drawing = drawing.bits();
@@ -226,17 +236,6 @@ impl<R: Wide<N>, const N: usize> LaneSampler<R, N> for Points<N> {
             self.groups[group].go_on(drawing >> (group * EIGHT) & 0xFF);
         }
     }
-
-    #[inline]
-    fn start_blocks(&mut self, starting: R::Mask, blocks: &[u32; N]) {
-        let starting = starting.bits();
-        for group in 0..N / EIGHT {
-            let own = starting >> (group * EIGHT) & 0xFF;
-            if own != 0 {
-                self.groups[group].start(own, from_fn(|i| blocks[group * EIGHT + i]));
-            }
-        }
-    }
 }
 
 /// In place of bits that fill up a number: half of what they can add.
@@ -245,7 +244,7 @@ const MIDDLE: u64 = 1 << 63;
 /// Random numbers that each lane draws for itself.
 pub(super) struct Sources<R>(pub [Option<R>; LANES]);
 
-impl<R: Sampler> LaneSampler<Lanes, LANES> for Sources<R> {
+impl<R: Sampler> LaneSampler<Lanes> for Sources<R> {
     #[inline]
     fn uniform(&mut self, drawing: LaneMask) -> Lanes {
         let bits = drawing.bits();
@@ -257,13 +256,14 @@ impl<R: Sampler> LaneSampler<Lanes, LANES> for Sources<R> {
         }
         Lanes::new(numbers)
     }
+}
 
+impl<R: Sampler> Sources<R> {
+    /// Says that the next numbers of a lane belong to this block.
     #[inline]
-    fn start_blocks(&mut self, starting: LaneMask, blocks: &[u32; LANES]) {
-        for lane in lanes_of(starting.bits()) {
-            if let Some(source) = &mut self.0[lane] {
-                source.block(blocks[lane]);
-            }
+    pub fn block(&mut self, lane: usize, block: u32) {
+        if let Some(source) = &mut self.0[lane] {
+            source.block(block);
         }
     }
 }

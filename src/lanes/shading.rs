@@ -285,7 +285,7 @@ impl<'a, R: Wide<N>, const N: usize> Surfaces<'a, R, N> {
 
     /// Light by one shadow ray from each lane of the mask, all of which are rough.
     #[inline]
-    pub fn direct_light<S: LaneSampler<R, N>>(
+    pub fn direct_light<S: LaneSampler<R>>(
         &self,
         scene: &LaneScene<'_, R, N>,
         lights: LightSampling,
@@ -335,7 +335,7 @@ impl<'a, R: Wide<N>, const N: usize> Surfaces<'a, R, N> {
 
     /// A way on, as [`Scattering::sample`](crate::bsdf::Scattering::sample), in world space.
     #[inline]
-    pub fn sample<S: LaneSampler<R, N>>(&self, active: R::Mask, random: &mut S) -> Onward<R> {
+    pub fn sample<S: LaneSampler<R>>(&self, active: R::Mask, random: &mut S) -> Onward<R> {
         let mut onward = self.sample_specular(active & !self.rough, random);
         onward.has_pdf = active & self.rough;
         if onward.has_pdf.any() {
@@ -346,7 +346,7 @@ impl<'a, R: Wide<N>, const N: usize> Surfaces<'a, R, N> {
 
     /// The same of mirrors and glass alone.
     #[inline]
-    pub fn sample_specular<S: LaneSampler<R, N>>(&self, active: R::Mask, random: &mut S) -> Onward<R> {
+    pub fn sample_specular<S: LaneSampler<R>>(&self, active: R::Mask, random: &mut S) -> Onward<R> {
         let (zero, one) = (R::splat(0.0), R::splat(1.0));
         let white = Lanes3::splat_vector(DVec3::ONE);
         let vertex = &self.vertex;
@@ -402,7 +402,7 @@ impl<'a, R: Wide<N>, const N: usize> Surfaces<'a, R, N> {
     }
 
     #[inline]
-    fn sample_rough<S: LaneSampler<R, N>>(&self, onward: &mut Onward<R>, random: &mut S) {
+    fn sample_rough<S: LaneSampler<R>>(&self, onward: &mut Onward<R>, random: &mut S) {
         let rough = onward.has_pdf;
         let random = [random.uniform(rough), random.uniform(rough)];
         let mut wi: Lanes3<R> = sampling::cosine_hemisphere(random);

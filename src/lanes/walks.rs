@@ -90,8 +90,7 @@ impl<'a> Walks<'a> {
                 for lane in lanes_of(here) {
                     let Some((item, block, hits)) = &mut walks[lane] else { continue };
                     *hits += 1;
-                    let block = *block + *hits;
-                    random.start_blocks(LaneMask::from_bits(1 << lane), &[block; LANES]);
+                    random.block(lane, *block + *hits);
                     let Some(rng) = &mut random.0[lane] else { continue };
                     let ray = Ray::new(ray.origin.lane(lane), ray.direction.lane(lane));
                     let here = surfaces.hit(lane, found.primitive[lane]);

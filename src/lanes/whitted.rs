@@ -1,7 +1,7 @@
 //! Whitted ray tracing, [`crate::estimator::Whitted`], in lanes.
 
 use super::row::{Paths, Scatter};
-use super::samples::LaneSampler;
+use super::samples::PixelSampler;
 use super::scene::{LaneScene, Seen};
 use super::shading::Surfaces;
 use crate::emitter::LightSampling;
@@ -9,7 +9,7 @@ use crate::estimator::Whitted;
 use crate::real::{Mask, Vector, Wide, WideMask};
 
 impl Scatter for Whitted {
-    fn scatter<R: Wide<N>, S: LaneSampler<R, N>, const N: usize>(
+    fn scatter<R: Wide<N>, S: PixelSampler<R, N>, const N: usize>(
         &self,
         scene: &LaneScene<'_, R, N>,
         paths: &mut Paths<R, N>,

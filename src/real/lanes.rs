@@ -45,11 +45,8 @@ pub trait Wide<const N: usize>: Real<Vector = Lanes3<Self>, Mask: WideMask<N>> {
     fn from_lanes(lane: impl Fn(usize) -> f64) -> Self {
         Self::gather(|i| Self::Scalar::rounded(lane(i)))
     }
-    /// From a row of numbers for each lane; there are sixteen in a row, or eight.
-    #[inline]
-    fn of_rows<const K: usize>(rows: [&[Self::Scalar; K]; N]) -> [Self; K] {
-        from_fn(|k| Self::gather(|i| rows[i][k]))
-    }
+    /// From a row of numbers for each lane, as many as a multiple of eight.
+    fn of_rows<const K: usize>(rows: [&[Self::Scalar; K]; N]) -> [Self; K];
     /// The number of one lane.
     #[inline]
     fn lane(self, lane: usize) -> f64 {
@@ -254,6 +251,7 @@ macro_rules! lanes {
             #[inline]
             fn of_rows<const K: usize>(rows: [&[$scalar; K]; $count]) -> [Self; K] {
                 const PART: usize = size_of::<$part>() / size_of::<$scalar>();
+                const { assert!(K.is_multiple_of(PART)) }
                 let mut columns = [[0.0; $count]; K];
                 // In squares, which are turned in registers.
                 for (square, columns) in columns.as_chunks_mut::<PART>().0.iter_mut().enumerate() {

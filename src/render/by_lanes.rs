@@ -101,14 +101,14 @@ pub struct ByLanes {
     pub estimator: LaneEstimator,
     /// Which rays, by which random numbers.
     pub sampling: Sampling,
-    /// In what numbers.
+    /// How exactly it computes.
     pub precision: Precision,
 }
 
-/// Of what numbers the lane engine's are.
+/// How exactly the lane engine computes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Precision {
-    /// The same as of [`ByRays`](super::ByRays): [`render_lanes`].
+    /// Eight paths at a time, to the bytes of [`ByRays`](super::ByRays).
     #[default]
     Double,
     /// Sixteen paths at a time: the same paths by the same random numbers, rounded, where [`check_singles`] finds nothing.

@@ -81,8 +81,13 @@ pub const SINGLE_OFFSET: f64 = 1.0 / 262_144.0;
 /// In single precision the least distance of a hit from each edge, relative to the largest coordinate: eight offsets, so
 /// that no ray starts behind a wall that rises over the edge at more than seven degrees.
 pub const SINGLE_EDGE_MARGIN: f64 = 8.0 * SINGLE_OFFSET;
-/// How much further rays leave a surface in single precision.
-pub(crate) const COARSER: f64 = SINGLE_OFFSET / OFFSET;
+
+/// A multiple of [`OFFSET`], or as large a one of [`SINGLE_OFFSET`] in single precision.
+#[inline]
+pub(crate) fn offset_in<R: Real>(offset: f64) -> R {
+    R::by_precision(offset, offset * (SINGLE_OFFSET / OFFSET))
+}
+
 /// The largest coordinate, radiance and image height of a scene: products of a few stay finite.
 pub const LARGEST: f64 = 1e30;
 /// The smallest area of a triangle or a zone of a sphere, that of a figure of side 1/[`LARGEST`]: its reciprocal, too.
@@ -262,7 +267,7 @@ impl Scene {
     /// points to.
     #[inline]
     pub fn leave<V: Vector>(&self, point: V, normal: V, direction: V) -> Ray<V> {
-        let offset = V::Real::by_precision(self.offset, self.offset * COARSER).copysign(normal.dot(direction));
+        let offset = offset_in::<V::Real>(self.offset).copysign(normal.dot(direction));
         Ray::new(point + normal * offset, direction)
     }
 
