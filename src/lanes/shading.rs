@@ -300,24 +300,20 @@ impl<'a, R: Wide<N>, const N: usize> Surfaces<'a, R, N> {
             return Light { arrives: R::Mask::splat(false), wi: none, reflected: none, pdf: zero };
         }
         let vertex = &self.vertex;
-        // In single precision it shows that rays start above the surface: pdfs of shadow rays and of hits must be of the
-        // same point.
-        let n = vertex.frame.z;
-        let from = if R::IS_SINGLE { scene.scene.leave(vertex.point, n, n).origin } else { vertex.point };
         let (picked, probability) = if emitters.len() == 1 {
             random.skip(asking);
             ([0; N], R::splat(1.0))
         } else {
-            pick_emitters(scene.scene, lights, (from, asking), random.uniform(asking))
+            pick_emitters(scene.scene, lights, (vertex.point, asking), random.uniform(asking))
         };
         let random = [random.uniform(asking), random.uniform(asking)];
         let asking = asking & probability.above(zero);
-        let picked = Picked::new(emitters, lights, (picked, asking), from, random);
+        let picked = Picked::new(emitters, lights, (picked, asking), vertex.point, random);
         let point = &picked.point;
-        let to_light = point.point - from;
+        let to_light = point.point - vertex.point;
         let distance_squared = to_light.length_squared();
         let direction = to_light * distance_squared.sqrt().recip();
-        let cosine = radiometry::cosine(n, direction);
+        let cosine = radiometry::cosine(vertex.frame.z, direction);
         let cosine_at_light = radiometry::cosine(point.normal, -direction);
         let wi = vertex.frame.local(direction);
         let brdf = self.brdf(wi);
