@@ -90,7 +90,7 @@ fn refuse_what_lanes_lack(scene: &Scene, estimator: &LaneEstimator) -> Result<()
         return Ok(());
     }
     Err(Error::Option(
-        "rough glass and shadow rays to an environment map are not followed in lanes: use `render`".to_owned(),
+        "rough glass and shadow rays to an environment map are not followed in lanes".to_owned(),
     ))
 }
 
