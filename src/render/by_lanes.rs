@@ -89,9 +89,7 @@ fn refuse_what_lanes_lack(scene: &Scene, estimator: &LaneEstimator) -> Result<()
     if lanes_serve(scene, estimator) {
         return Ok(());
     }
-    Err(Error::Option(
-        "rough glass and shadow rays to an environment map are not followed in lanes".to_owned(),
-    ))
+    Err(Error::Option("rough glass and shadow rays to an environment map are not followed in lanes".to_owned()))
 }
 
 /// Renders as [`ByRays`](super::ByRays) does, several paths at a time.
