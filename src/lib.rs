@@ -145,5 +145,6 @@ pub mod scene;
 pub mod shape;
 pub mod shard;
 pub mod solid_angle;
+pub mod specular;
 pub mod splat;
 pub mod watertight;

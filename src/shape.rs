@@ -134,6 +134,11 @@ impl Sphere {
         Self { centre, radius, zone: [f64::NEG_INFINITY, f64::INFINITY], inward: false }
     }
 
+    /// Whether the zone is the whole sphere.
+    pub fn is_whole(&self) -> bool {
+        self.heights() == [-self.radius, self.radius]
+    }
+
     /// The nearest distance above 0 at which the ray meets the zone; infinite if there is none.
     #[inline]
     pub fn distance<V: Vector>(&self, ray: &Ray<V>) -> V::Real {

@@ -16,6 +16,7 @@ pub mod photon_map;
 mod published;
 pub mod radiosity;
 mod report;
+pub(crate) mod specular;
 mod sppm;
 mod strategies;
 mod walk;

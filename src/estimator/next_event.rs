@@ -13,6 +13,7 @@ use crate::rng::{uniform, uniform2};
 use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
+use crate::specular::{Kind, Route, SceneBody};
 use crate::{light_pick, radiometry};
 
 /// The replaceable parts of next-event estimation.
@@ -100,6 +101,16 @@ pub trait NextEvent: Sync {
     #[inline]
     fn mis_power_weight(&self, pdf: f64, other: f64) -> f64 {
         radiometry::power(pdf, other)
+    }
+    /// What is made of a route by way of a body; `None` if it is left out.
+    #[inline]
+    fn route(&self, _: &SceneBody, route: Route<DVec3>) -> Option<Route<DVec3>> {
+        Some(route)
+    }
+    /// What a body lets on where it is met at this cosine, and with what chance a path goes on there.
+    #[inline]
+    fn lets_on(&self, body: &SceneBody, cosine: f64) -> (DVec3, f64) {
+        body.body.lets_on(cosine, body.kind == Kind::Refraction)
     }
     /// Whether light that a path hits counts if it is not weighted by pdfs; `sampled` if shadow rays
     /// look for the same light (in [`Report`](super::Report): or if its rules leave it out).
@@ -200,11 +211,39 @@ pub(super) fn direct_light<P: NextEvent + Scattering, R: Sampler>(
     lights: LightSampling,
     rng: &mut R,
 ) -> Option<LightSample> {
-    let emitters = scene.emitters();
-    if emitters.is_empty() {
+    if scene.emitters().is_empty() {
         return None;
     }
-    let (pick, random) = (uniform(rng), uniform2(rng));
+    light_from(parts, scene, (bsdf, vertex), rules, lights, LightNumbers::new(rng))
+}
+
+/// The uniform numbers of a shadow ray.
+#[derive(Clone, Copy)]
+pub(super) struct LightNumbers {
+    /// Which emitter.
+    pub pick: f64,
+    /// Which point.
+    pub point: [f64; 2],
+}
+
+impl LightNumbers {
+    #[inline]
+    pub fn new<R: Sampler>(rng: &mut R) -> Self {
+        Self { pick: uniform(rng), point: uniform2(rng) }
+    }
+}
+
+/// [`direct_light`] by these numbers in a scene with emitters.
+#[inline]
+pub(super) fn light_from<P: NextEvent + Scattering>(
+    parts: &P,
+    scene: &Scene,
+    (bsdf, vertex): (&Bsdf, &Vertex),
+    rules: &LightRules,
+    lights: LightSampling,
+    LightNumbers { pick, point: random }: LightNumbers,
+) -> Option<LightSample> {
+    let emitters = scene.emitters();
     let (index, probability) = pick_from(parts, scene, lights, vertex.point, pick);
     if probability == 0.0 {
         return None;

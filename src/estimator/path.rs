@@ -3,7 +3,8 @@
 
 use glam::DVec3;
 
-use super::next_event::{LightSample, direct_light, emitter_pdf, light_of_map};
+use super::next_event::{LightNumbers, LightSample, direct_light, emitter_pdf, light_from, light_of_map};
+use super::specular::{Trail, light_by_body};
 use super::walk::{Step, Walk};
 use super::{Estimator, LightRules, Standard, Walking};
 use crate::bsdf::{Bsdf, Vertex};
@@ -50,21 +51,47 @@ pub struct Path<P = Standard> {
     pub heuristic: Heuristic,
     /// How many hits are early for [roulette](crate::roulette::by_throughput).
     pub early: u32,
+    /// Whether [`Strategy::Mis`] sends shadow rays by way of [bodies](Scene::bodies) as well, where no environment map
+    /// shines.
+    pub by_bodies: bool,
 }
 
 impl<P> Path<P> {
-    /// The plainest: points uniform in area, the balance heuristic, no hits that are early. The program `render` takes
+    /// The plainest: points uniform in area, the balance heuristic, no hits that are early, no bodies. The program `render` takes
     /// [`LightSampling::ByContribution`], [`Heuristic::Power`] and [`EARLY`](crate::roulette::EARLY).
     pub fn new(parts: P, strategy: Strategy) -> Self {
-        Self { parts, strategy, lights: LightSampling::default(), heuristic: Heuristic::default(), early: 0 }
+        Self {
+            parts,
+            strategy,
+            lights: LightSampling::default(),
+            heuristic: Heuristic::default(),
+            early: 0,
+            by_bodies: false,
+        }
     }
 }
 
 impl<P: Walking> Path<P> {
-    /// The weight of an emitter that the path hit. Where the ray's direction has a pdf, a shadow ray could have found the
-    /// same light.
+    /// Whether shadow rays go by way of bodies in a scene.
     #[inline]
-    fn weight_of_hit(&self, scene: &Scene, step: &Step<'_>, pdf: Option<f64>) -> f64 {
+    pub(crate) fn goes_by_bodies(&self, scene: &Scene) -> bool {
+        self.by_bodies
+            && self.strategy == Strategy::Mis
+            && !scene.bodies().all().is_empty()
+            && !scene.emitters().is_empty()
+            && scene.background().map().is_none()
+    }
+
+    /// The weight of an emitter that the path hit. Where the ray's direction has a pdf, a shadow ray could have found the
+    /// same light; where it comes from a body, one by way of that.
+    #[inline]
+    fn weight_of_hit(&self, scene: &Scene, step: &Step<'_>, pdf: Option<f64>, trail: &Trail) -> f64 {
+        if pdf.is_none()
+            && let Some(index) = step.here.emitter
+            && let Some((pdf, other)) = trail.pdfs(&self.parts, scene, index as usize, (step.ray.direction, &step.here))
+        {
+            return self.weight(pdf, other);
+        }
         match (pdf, self.strategy, step.here.emitter) {
             (Some(pdf), Strategy::Mis, Some(index)) => {
                 let other = emitter_pdf(&self.parts, scene, index as usize, self.lights, (&step.ray, &step.here));
@@ -112,7 +139,18 @@ impl<P: Walking> Path<P> {
 
     #[inline]
     fn weighted_light<R: Sampler>(&self, scene: &Scene, bsdf: &Bsdf, at: &Vertex, rng: &mut R) -> DVec3 {
-        let Some(light) = self.light(scene, bsdf, at, rng) else {
+        if !self.goes_by_bodies(scene) || bsdf.is_rough_glass() {
+            return self.weighted(bsdf, at, self.light(scene, bsdf, at, rng));
+        }
+        let numbers = (LightNumbers::new(rng), uniform(rng));
+        let light = light_from(&self.parts, scene, (bsdf, at), &LightRules::PHYSICAL, self.lights, numbers.0);
+        let weight = |pdf, other| self.weight(pdf, other);
+        self.weighted(bsdf, at, light) + light_by_body(&self.parts, scene, (bsdf, at), (numbers.1, numbers.0), weight)
+    }
+
+    #[inline]
+    fn weighted(&self, bsdf: &Bsdf, at: &Vertex, light: Option<LightSample>) -> DVec3 {
+        let Some(light) = light else {
             return DVec3::ZERO;
         };
         let weight = if self.strategy == Strategy::Mis {
@@ -144,9 +182,10 @@ impl<P: Walking> Estimator for Path<P> {
     fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3 {
         let mut walk = Walk::new(scene, (*ray, hit), 0).raising_to(RAISED, self.early);
         let mut radiance = DVec3::ZERO;
+        let (mut trail, follows) = (Trail::LOST, self.goes_by_bodies(scene));
         while let Some(step) = walk.arrive(rng) {
             if step.here.emitter.is_some() {
-                let weight = self.weight_of_hit(scene, &step, walk.last().1);
+                let weight = self.weight_of_hit(scene, &step, walk.last().1, &trail);
                 radiance += step.factor * weight * step.throughput * step.emitted(scene);
             }
             if matches!(step.bsdf, Bsdf::Black) {
@@ -155,6 +194,9 @@ impl<P: Walking> Estimator for Path<P> {
             let at = step.vertex();
             radiance += step.factor * step.throughput * self.shadow_ray(scene, step.bsdf, &at, rng);
             walk.scatter(&self.parts, &at, rng);
+            if follows {
+                trail.go_on((scene, step.bsdf), (&step.here, &at), walk.last());
+            }
         }
         radiance + self.weight_of_background(scene, walk.last()) * walk.background()
     }

@@ -135,7 +135,11 @@ pub(super) fn probability_of_pick<R: Wide<N>, const N: usize>(
 
 /// Hands over each of the numbers once, with the lanes that have it.
 #[inline]
-fn each_of<R: Wide<N>, const N: usize>(numbers: [usize; N], lanes: R::Mask, mut number: impl FnMut(usize, R::Mask)) {
+pub(super) fn each_of<R: Wide<N>, const N: usize>(
+    numbers: [usize; N],
+    lanes: R::Mask,
+    mut number: impl FnMut(usize, R::Mask),
+) {
     let mut left = lanes.bits();
     while left != 0 {
         let next = numbers[left.trailing_zeros() as usize];

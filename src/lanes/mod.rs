@@ -13,6 +13,7 @@ mod row;
 mod samples;
 mod scene;
 mod shading;
+mod specular;
 mod walks;
 mod whitted;
 

@@ -8,7 +8,7 @@ use super::lights;
 use super::row::{Paths, Scatter};
 use super::samples::PixelSampler;
 use super::scene::{LaneScene, Seen};
-use super::shading::Surfaces;
+use super::shading::{LightNumbers, Surfaces};
 use crate::estimator::{Heuristic, LONGEST_PATH, Path, Strategy};
 use crate::real::{Lanes3, Mask, Real, Vector, Wide, WideMask};
 use crate::{radiometry, roulette};
@@ -25,16 +25,24 @@ impl Scatter for Path {
         random.start_blocks(arrived, &paths.hits);
         let endless = arrived & R::Mask::from_fn(|i| paths.hits[i] > LONGEST_PATH);
         let throughput = Vector::choose(endless, Lanes3::splat_vector(DVec3::NAN), paths.throughput);
-        add_emission(self, scene, paths, (surfaces, arrived), throughput);
+        let by_bodies = self.goes_by_bodies(scene.scene);
+        add_emission((self, by_bodies), scene, paths, (surfaces, arrived), throughput);
         let scattering = arrived & !surfaces.black();
         if self.strategy != Strategy::Bsdf {
             let asking = arrived & surfaces.rough;
-            let light = surfaces.direct_light(scene, self.lights, false, (asking, &mut *random), seen);
-            let weight = match self.strategy {
+            let numbers = LightNumbers::new(scene.scene, asking, random);
+            let light = surfaces.light_from(scene, self.lights, false, (asking, &numbers), seen);
+            let direct = match self.strategy {
                 Strategy::Mis => weight(self.heuristic, light.pdf, surfaces.pdf(light.wi)),
                 _ => R::splat(1.0),
             };
-            let reflected = Vector::choose(light.arrives, light.reflected * weight, Lanes3::splat_vector(DVec3::ZERO));
+            let mut reflected =
+                Vector::choose(light.arrives, light.reflected * direct, Lanes3::splat_vector(DVec3::ZERO));
+            if by_bodies && asking.any() {
+                let body = random.uniform(asking);
+                let weight = |pdf, other| weight(self.heuristic, pdf, other);
+                reflected = reflected + surfaces.light_by_body(scene, asking, (body, &numbers), weight, seen);
+            }
             let added = paths.radiance + throughput * paths.factor * reflected;
             paths.radiance = Vector::choose(scattering, added, paths.radiance);
         }
@@ -46,6 +54,9 @@ impl Scatter for Path {
         paths.factor = R::choose(survives, paths.factor * next.radiance_factor, paths.factor);
         paths.pdf = R::choose(survives, next.pdf, paths.pdf);
         paths.sampled = next.has_pdf;
+        if by_bodies {
+            paths.trails.go_on(surfaces, &next, survives);
+        }
         paths.send(scene.scene, survives, surfaces, next.direction, throughput * roulette::weight(survival));
         survives
     }
@@ -54,7 +65,7 @@ impl Scatter for Path {
 /// Adds what emitters show that the paths have hit.
 #[inline]
 fn add_emission<R: Wide<N>, const N: usize>(
-    path: &Path,
+    (path, by_bodies): (&Path, bool),
     scene: &LaneScene<'_, R, N>,
     paths: &mut Paths<R, N>,
     (surfaces, arrived): (&Surfaces<'_, R, N>, R::Mask),
@@ -77,9 +88,14 @@ fn add_emission<R: Wide<N>, const N: usize>(
     // Light that shadow rays find is not counted when it is hit.
     let counts = if path.strategy == Strategy::Light { !paths.sampled } else { emits };
     let alone = R::choose(counts, R::splat(1.0), R::splat(0.0));
-    let weight = R::choose(weighted, weight(path.heuristic, paths.pdf, other), alone);
+    let mut weights = R::choose(weighted, weight(path.heuristic, paths.pdf, other), alone);
+    if by_bodies {
+        let of = (numbers, emits & !paths.sampled);
+        let (behind, pdf, other) = paths.trails.pdfs(scene, of, (surfaces.vertex.point, cosine));
+        weights = R::choose(behind, weight(path.heuristic, pdf, other), weights);
+    }
     let shown = surfaces.emitted(scene, paths.ray.direction);
-    let added = paths.radiance + throughput * (paths.factor * weight) * shown;
+    let added = paths.radiance + throughput * (paths.factor * weights) * shown;
     paths.radiance = Vector::choose(emits, added, paths.radiance);
 }
 

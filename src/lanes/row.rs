@@ -9,6 +9,7 @@ use super::PixelsAndCounts;
 use super::samples::{PixelSampler, SampleName};
 use super::scene::{LaneScene, Seen};
 use super::shading::Surfaces;
+use super::specular::Trails;
 use crate::error::Error;
 use crate::film::check_radiance;
 use crate::outline::{MIRRORS, Outlines, POINTS, replaced};
@@ -54,6 +55,7 @@ pub(super) struct Paths<R: Wide<N>, const N: usize> {
     pub pdf: R,
     /// How often it has met something.
     pub hits: [u32; N],
+    pub trails: Trails<R, N>,
     /// What each will follow when it has ended, the last first.
     waiting: [Vec<Branch>; N],
     /// The lanes in which something waits.
@@ -103,6 +105,7 @@ pub(super) fn row<E: Scatter, R: Wide<N>, S: PixelSampler<R, N>, const N: usize>
         pdf: R::splat(0.0),
         sampled: R::Mask::splat(false),
         hits: [0; N],
+        trails: Trails::new(),
         waiting: from_fn(|_| Vec::new()),
         waits: 0,
     };
@@ -124,6 +127,7 @@ pub(super) fn row<E: Scatter, R: Wide<N>, S: PixelSampler<R, N>, const N: usize>
                 let Work { column, sample, .. } = work[lane];
                 random.start(lane, &sampling.with_samples(counts[column]), sample);
                 paths.hits[lane] = 0;
+                paths.trails.start(lane);
                 (work[lane].own, work[lane].weight, work[lane].mirrors) = (DVec3::ZERO, DVec3::ONE, 0);
             }
             let starting = R::Mask::from_bits(fresh);

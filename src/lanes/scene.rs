@@ -6,6 +6,7 @@ use std::array::from_fn;
 use glam::DVec3;
 
 use super::shading::Material;
+use super::specular::BodyData;
 use crate::accel::{Nearest, PacketHit, PacketStack, PrimitiveHit};
 use crate::film::FlatFeatures;
 use crate::hull::SMALL;
@@ -25,6 +26,8 @@ pub(super) struct PrimitiveData<T> {
     pub features: Option<FlatFeatures>,
     pub surface: u32,
     pub emitter: Option<u32>,
+    /// By which [bodies](Scene::bodies) it reflects and refracts.
+    pub bodies: [u8; 2],
 }
 
 /// A primitive against which the rays of all lanes are tested.
@@ -84,6 +87,8 @@ pub(super) struct LaneScene<'a, R: Wide<N>, const N: usize> {
     pub parts: Vec<PrimitiveData<R::Scalar>>,
     /// In the order of the scene's surfaces.
     pub materials: Vec<Material<R::Scalar>>,
+    /// In the order of the scene's bodies.
+    pub bodies: Vec<BodyData<R::Scalar>>,
 }
 
 /// Vertices and edges as rays see them; one buffer serves all rays. It has as many places as there are indices.
@@ -126,9 +131,11 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
             }
         }
         let margin = |part: &Part| if R::IS_SINGLE { scene.single_edge_margin(part) } else { EDGE_MARGIN };
-        let parts = scene.parts().iter().map(|part| PrimitiveData::new(scene, part, margin(part))).collect();
+        let parts =
+            (0..).zip(scene.parts()).map(|(id, part)| PrimitiveData::new(scene, (id, part), margin(part))).collect();
         let materials = scene.surfaces().iter().map(Material::new).collect();
-        Self { scene, search, triangles, within, spheres, parts, materials }
+        let bodies = scene.bodies().all().iter().map(|body| BodyData::new(body.kind, &body.body)).collect();
+        Self { scene, search, triangles, within, spheres, parts, materials, bodies }
     }
 
     /// The nearest hits of the `active` lanes.
@@ -314,7 +321,7 @@ impl<T: Scalar> Triangles<T> {
 }
 
 impl<T: Scalar> PrimitiveData<T> {
-    fn new(scene: &Scene, &Part { surface, emitter, shape }: &Part, margin: f64) -> Self {
+    fn new(scene: &Scene, (id, &Part { surface, emitter, shape }): (u32, &Part), margin: f64) -> Self {
         let ([a, b, c], normal, radius) = match shape {
             PartShape::Triangle { vertices, normal } => (scene.corners(vertices), normal, margin),
             PartShape::Sphere(Sphere { centre, radius, inward, .. }) => {
@@ -329,7 +336,7 @@ impl<T: Scalar> PrimitiveData<T> {
         }
         let is_sphere = matches!(shape, PartShape::Sphere(_));
         let features = if is_sphere { None } else { FlatFeatures::new(colour, normal) };
-        Self { numbers, is_sphere, features, surface, emitter }
+        Self { numbers, is_sphere, features, surface, emitter, bodies: scene.bodies().of(id) }
     }
 }
 

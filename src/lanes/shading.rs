@@ -16,7 +16,7 @@ use crate::estimator::LightRules;
 use crate::film::{Features, Pixel, is_legal_depth};
 use crate::real::{Lanes3, Mask, Real, Scalar, Vector, Wide, WideMask, WideVector};
 use crate::render::features;
-use crate::scene::{Hit, Surface, inner_point};
+use crate::scene::{Hit, Scene, Surface, inner_point};
 use crate::shape::{Ray, outward};
 use crate::{fresnel, radiometry, sampling};
 
@@ -128,6 +128,32 @@ pub(super) struct Light<R: Real> {
     pub pdf: R,
 }
 
+/// The uniform numbers of shadow rays.
+pub(super) struct LightNumbers<R> {
+    /// Which emitter; of a single one nothing.
+    pub pick: R,
+    /// Which point.
+    pub point: [R; 2],
+}
+
+impl<R: Real> LightNumbers<R> {
+    /// Draws them in the lanes of the mask, in a scene with emitters.
+    #[inline]
+    pub fn new<S: LaneSampler<R>>(scene: &Scene, asking: R::Mask, random: &mut S) -> Self {
+        let zero = R::splat(0.0);
+        let pick = match scene.emitters().len() {
+            _ if !asking.any() => zero,
+            0 => return Self { pick: zero, point: [zero; 2] },
+            1 => {
+                random.skip(asking);
+                zero
+            }
+            _ => random.uniform(asking),
+        };
+        Self { pick, point: [random.uniform(asking), random.uniform(asking)] }
+    }
+}
+
 impl<'a, R: Wide<N>, const N: usize> Surfaces<'a, R, N> {
     /// Of a scene with at least one primitive.
     #[inline]
@@ -173,6 +199,12 @@ impl<'a, R: Wide<N>, const N: usize> Surfaces<'a, R, N> {
     #[inline]
     pub fn emitter(&self, lane: usize) -> Option<u32> {
         self.parts[lane].emitter
+    }
+
+    /// The bodies by which a lane's primitive reflects and refracts.
+    #[inline]
+    pub fn bodies(&self, lane: usize) -> [u8; 2] {
+        self.parts[lane].bodies
     }
 
     /// What emitters show to rays of this direction; zero from behind and elsewhere.
@@ -251,7 +283,7 @@ impl<'a, R: Wide<N>, const N: usize> Surfaces<'a, R, N> {
 
     /// f_r, as [`Bsdf::eval`].
     #[inline]
-    fn brdf(&self, wi: Lanes3<R>) -> Lanes3<R> {
+    pub fn brdf(&self, wi: Lanes3<R>) -> Lanes3<R> {
         let (zero, wo) = (R::splat(0.0), self.vertex.wo);
         let mut bracket = oren_nayar(self.oren_nayar, OrenNayarForm::Corrected, wo, wi);
         if self.printed.any() {
@@ -293,6 +325,20 @@ impl<'a, R: Wide<N>, const N: usize> Surfaces<'a, R, N> {
         (asking, random): (R::Mask, &mut S),
         seen: &mut Seen<R, N>,
     ) -> Light<R> {
+        let numbers = LightNumbers::new(scene.scene, asking, random);
+        self.light_from(scene, lights, through_glass, (asking, &numbers), seen)
+    }
+
+    /// The same by these numbers.
+    #[inline]
+    pub fn light_from(
+        &self,
+        scene: &LaneScene<'_, R, N>,
+        lights: LightSampling,
+        through_glass: bool,
+        (asking, numbers): (R::Mask, &LightNumbers<R>),
+        seen: &mut Seen<R, N>,
+    ) -> Light<R> {
         let zero = R::splat(0.0);
         let none = Lanes3::splat_vector(DVec3::ZERO);
         let emitters = scene.scene.emitters();
@@ -301,14 +347,12 @@ impl<'a, R: Wide<N>, const N: usize> Surfaces<'a, R, N> {
         }
         let vertex = &self.vertex;
         let (picked, probability) = if emitters.len() == 1 {
-            random.skip(asking);
             ([0; N], R::splat(1.0))
         } else {
-            pick_emitters(scene.scene, lights, (vertex.point, asking), random.uniform(asking))
+            pick_emitters(scene.scene, lights, (vertex.point, asking), numbers.pick)
         };
-        let random = [random.uniform(asking), random.uniform(asking)];
         let asking = asking & probability.above(zero);
-        let picked = Picked::new(emitters, lights, (picked, asking), vertex.point, random);
+        let picked = Picked::new(emitters, lights, (picked, asking), vertex.point, numbers.point);
         let point = &picked.point;
         let to_light = point.point - vertex.point;
         let distance_squared = to_light.length_squared();

@@ -13,6 +13,7 @@ use crate::hull::Hull;
 use crate::light_groups::Groups;
 use crate::light_pick::FluxPicks;
 use crate::shape::Sphere;
+use crate::specular::Bodies;
 
 /// Collects a scene's parts; [`build`](Self::build) validates them.
 #[derive(Debug)]
@@ -179,6 +180,7 @@ impl SceneBuilder {
         Ok(Scene {
             bvh: Bvh::new(&primitives),
             hull: Hull::new(&primitives, offset),
+            bodies: Bodies::new(&self.parts, &self.surfaces, |corners| corners.map(|v| self.vertices[v as usize])),
             name: self.name,
             surfaces: self.surfaces,
             vertices: self.vertices,

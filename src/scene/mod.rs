@@ -20,6 +20,7 @@ use crate::light_groups::Groups;
 use crate::light_pick::FluxPicks;
 use crate::real::{Real, Vector};
 use crate::shape::{Ray, Sphere};
+use crate::specular::Bodies;
 use builder::check_camera;
 
 /// How a surface scatters, emits and, in the report's roulette, absorbs.
@@ -126,6 +127,7 @@ pub struct Scene {
     emitters: Vec<Emitter>,
     light_groups: Groups,
     flux_picks: FluxPicks,
+    bodies: Bodies,
     background: Environment,
     camera: Camera,
     bvh: Bvh,
@@ -168,6 +170,11 @@ impl Scene {
     /// Which of them is picked where no place decides.
     pub fn flux_picks(&self) -> &FluxPicks {
         &self.flux_picks
+    }
+
+    /// The mirrors and glass by way of which shadow rays are sent.
+    pub fn bodies(&self) -> &Bodies {
+        &self.bodies
     }
 
     /// What rays see that meet nothing.

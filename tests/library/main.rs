@@ -14,6 +14,7 @@ mod accel;
 mod adaptive;
 mod bad_values; // what is no radiance surfaces as an error, from whatever accumulates it
 mod bidirectional;
+mod bodies;
 mod bsdf;
 mod camera;
 mod channels; // red stays red, through every estimator

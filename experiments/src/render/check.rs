@@ -49,6 +49,12 @@ const SETTINGS: &[Setting] = &[
     }),
     goes("light-sampling", "--estimator light and mis", Job::picks_lights, |job| name(job.light_sampling)),
     goes("heuristic", "--estimator mis", |job| job.estimator == EstimatorName::Mis, |job| name(job.heuristic)),
+    goes(
+        "specular-shadow-rays",
+        "--estimator mis",
+        |job| job.estimator == EstimatorName::Mis,
+        |job| name(job.specular_shadow_rays),
+    ),
     goes("diffuse", "--scene report, and not --convention published", Job::has_white_sphere, |job| name(job.diffuse)),
     goes("rays", "--estimator report, and not --convention published", Job::splits, |job| job.rays.to_string()),
     goes("photons", PHOTONS, Job::uses_photons, |job| job.photons.photons.to_string()),

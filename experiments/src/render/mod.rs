@@ -23,7 +23,7 @@ use whitefurnace::scene::{Scene, simple};
 
 pub use names::{
     AdaptiveName, ConventionName, DiffuseName, EngineName, EstimatorName, HeuristicName, LightSamplingName,
-    OutlinesName, PixelName, SamplerName, SceneName, SceneSource, name,
+    OutlinesName, PixelName, SamplerName, SceneName, SceneSource, SpecularName, name,
 };
 pub use work::{Look, Rendered};
 
@@ -51,6 +51,9 @@ pub struct Job {
     /// How --estimator mis weights light that is both hit and sampled
     #[arg(long, value_enum, default_value_t)]
     pub heuristic: HeuristicName,
+    /// Whether shadow rays of --estimator mis go by way of flat mirrors and of spheres of mirror and glass as well
+    #[arg(long, value_enum, default_value_t)]
+    pub specular_shadow_rays: SpecularName,
     /// Diffuse model of the report's white sphere
     #[arg(long, value_enum, default_value_t = DiffuseName::Corrected)]
     pub diffuse: DiffuseName,

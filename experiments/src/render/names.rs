@@ -228,6 +228,16 @@ pub enum HeuristicName {
     Power,
 }
 
+/// Whether shadow rays go by way of mirrors and glass as well, as programs name it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum SpecularName {
+    /// By way of flat mirrors and of spheres of mirror and glass
+    #[default]
+    Yes,
+    /// Straight ones alone
+    No,
+}
+
 /// The models of rough surfaces, as programs name them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum DiffuseName {

@@ -21,7 +21,9 @@ use whitefurnace::roulette::EARLY;
 use whitefurnace::sampler::Pass;
 use whitefurnace::scene::Scene;
 
-use super::{AdaptiveName, ConventionName, EngineName, EstimatorName, HeuristicName, Job, LightSamplingName, name};
+use super::{
+    AdaptiveName, ConventionName, EngineName, EstimatorName, HeuristicName, Job, LightSamplingName, SpecularName, name,
+};
 use crate::run::progress::{Bar, interrupted};
 
 /// What renders a job.
@@ -284,6 +286,7 @@ impl Job {
                 HeuristicName::Power => Heuristic::Power,
             },
             early: EARLY,
+            by_bodies: self.specular_shadow_rays == SpecularName::Yes,
         }
     }
 }

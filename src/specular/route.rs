@@ -1,0 +1,333 @@
+//! How light goes from a point to another by way of one body: all routes, and how they spread.
+
+use super::{Body, Kind};
+use crate::real::{Mask, Real, Vector};
+
+/// A route from x by way of a body to y.
+#[derive(Clone, Copy, Debug)]
+pub struct Route<V: Vector> {
+    /// Where there is one, if nothing stands in the way.
+    pub exists: <V::Real as Real>::Mask,
+    /// The unit direction in which it leaves x.
+    pub direction: V,
+    /// The unit direction in which it arrives at y.
+    pub arriving: V,
+    /// Where it meets the body first, and the unit normal there.
+    pub first: (V, V),
+    /// Where it leaves the body; of reflections the same.
+    pub last: (V, V),
+    /// cos α ≥ 0, between the normal and the route outside.
+    pub cosine: V::Real,
+    /// dω/dA⊥ of [`crate::equation::SPECULAR_SPREAD`]: the solid angle at x per area across the route at y.
+    pub spread: V::Real,
+}
+
+/// The most steps to a root. They get nearer from one side, so that the distance of a double root falls fourfold with
+/// each, and that of others soon in its square.
+const MOST_STEPS: u32 = 48;
+/// A step that is smaller is the last.
+const SMALL: f64 = 1e-8;
+/// The same in single precision.
+const SINGLE_SMALL: f64 = 1e-4;
+
+/// Two points as a sphere sees them whose radius is the unit of length.
+struct Pair<V: Vector> {
+    x: V,
+    y: V,
+    /// X and Y, their distances from the centre.
+    x_distance: V::Real,
+    y_distance: V::Real,
+    /// The unit vectors towards them.
+    to_x: V,
+    to_y: V,
+    /// Of Θ, the angle between these.
+    cos: V::Real,
+    sin: V::Real,
+}
+
+/// sin α and cos α, where α is the angle of incidence outside.
+#[derive(Clone, Copy)]
+struct Angle<R> {
+    sin: R,
+    cos: R,
+}
+
+/// The distances along the ray from the point nearest to the centre to x and to y, √(X² − sin² α) and √(Y² − sin² α);
+/// the cosine within the sphere.
+struct Legs<R> {
+    x: R,
+    y: R,
+    within: R,
+}
+
+impl<R: Real> Legs<R> {
+    #[inline]
+    fn new(sin: R, [x_distance, y_distance]: [R; 2], bending: R) -> Self {
+        let square = sin * sin;
+        let leg = |distance: R| (distance * distance - square).sqrt();
+        let within = R::splat(1.0) - bending * bending * square;
+        Self { x: leg(x_distance), y: leg(y_distance), within: within.sqrt() }
+    }
+
+    /// df/dα of [`crate::equation::SPECULAR_ANGLE`], as dividend and divisor.
+    #[inline]
+    fn slope(&self, cos: R, bending: R) -> [R; 2] {
+        let product = self.x * self.y;
+        let divisor = product * self.within;
+        [divisor * 2.0 - cos * (bending * product * 2.0 + self.within * (self.x + self.y)), divisor]
+    }
+
+    /// cos and sin of f(α) − τ, times XY.
+    #[inline]
+    fn residual(&self, angle: Angle<R>, bending: R, target: [R; 2]) -> [R; 2] {
+        let (sin, refracted) = (angle.sin, angle.sin * bending);
+        let turn = |[a, b]: [R; 2], [c, d]: [R; 2]| [a * c - b * d, b * c + a * d];
+        // i(α − β)
+        let bent = turn([angle.cos, sin], [self.within, -refracted]);
+        let legs = turn([self.x, -sin], [self.y, -sin]);
+        turn(turn(turn(bent, bent), legs), [target[0], -target[1]])
+    }
+}
+
+impl<V: Vector> Pair<V> {
+    #[inline]
+    fn new(x: V, y: V, centre: V, radius: V::Real) -> Self {
+        let unit = radius.recip();
+        let (x, y) = ((x - centre) * unit, (y - centre) * unit);
+        let [x_distance, y_distance] = [x, y].map(|v| v.length_squared().sqrt());
+        let (to_x, to_y) = (x * x_distance.recip(), y * y_distance.recip());
+        let cos = to_x.dot(to_y);
+        let sin = (to_y - to_x * cos).length_squared().sqrt();
+        Self { x, y, x_distance, y_distance, to_x, to_y, cos, sin }
+    }
+
+    /// Whether both points are outside and not in line with the centre.
+    #[inline]
+    fn is_outside(&self) -> <V::Real as Real>::Mask {
+        let one = V::Real::splat(1.0);
+        self.x_distance.above(one) & self.y_distance.above(one) & self.sin.above(V::Real::splat(0.0))
+    }
+
+    #[inline]
+    fn distances(&self) -> [V::Real; 2] {
+        [self.x_distance, self.y_distance]
+    }
+
+    /// The root of f(α) = τ, of which cos and sin are given, that Newton's steps find from a right angle downwards or
+    /// from α = 0 upwards; and in which of the `active` there is one.
+    ///
+    /// f is convex and f(0) = 0. From a right angle, where f(α) ≥ τ, and from 0, where f falls and 0 ≥ τ, no step passes
+    /// the root, as none is longer than Newton's; where there is none, they come to where the slope has the other sign.
+    #[inline]
+    fn root(
+        &self,
+        bending: V::Real,
+        target: [V::Real; 2],
+        upwards: bool,
+        active: <V::Real as Real>::Mask,
+    ) -> (Angle<V::Real>, <V::Real as Real>::Mask) {
+        let all = V::Real::splat;
+        let (zero, one) = (all(0.0), all(1.0));
+        let scale = self.x_distance * self.y_distance;
+        let small = V::Real::by_precision(SMALL, SINGLE_SMALL);
+        let [sin, cos] = if upwards { [zero, one] } else { [one, zero] };
+        let mut angle = Angle { sin, cos };
+        let (mut going, mut found) = (active, active);
+        for _ in 0..MOST_STEPS {
+            let legs = Legs::new(angle.sin, self.distances(), bending);
+            let [slope, divisor] = legs.slope(angle.cos, bending);
+            let [far, off] = legs.residual(angle, bending, target);
+            // Of the distance δ = f(α) − τ from 0 to 3π/2 a lower bound, 3 sin δ/(2 + cos δ) up to π.
+            let beyond = off.below(scale * -1e-3);
+            let dividend = V::Real::choose(beyond, scale * 3.0, off * 3.0);
+            let half = dividend * divisor / (V::Real::choose(beyond, scale, scale * 2.0 + far) * slope) * 0.5;
+            let right_side = if upwards { slope.below(zero) } else { slope.above(zero) };
+            let (square, double) = (half * half, half * 2.0);
+            let norm = (square + 1.0).recip();
+            let [c, s] = [(one - square) * norm, double * norm];
+            let next = Angle { sin: angle.sin * c - angle.cos * s, cos: angle.cos * c + angle.sin * s };
+            let within = !next.sin.below(zero) & !next.cos.below(zero);
+            let lost = going & !(right_side & within);
+            found = found & !lost;
+            going = going & !lost;
+            let take = |new, old| V::Real::choose(going, new, old);
+            angle = Angle { sin: take(next.sin, angle.sin), cos: take(next.cos, angle.cos) };
+            going = going & half.abs().above(small);
+            if !going.any() {
+                break;
+            }
+        }
+        (angle, found & !going)
+    }
+
+    /// dω/dA⊥ in units of the radius, and whether it is finite.
+    #[inline]
+    fn spread(&self, angle: Angle<V::Real>, bending: V::Real) -> (V::Real, <V::Real as Real>::Mask) {
+        let legs = Legs::new(angle.sin, self.distances(), bending);
+        let [slope, divisor] = legs.slope(angle.cos, bending);
+        let across = self.x_distance * self.y_distance * legs.x * legs.y * self.sin;
+        let spread = angle.sin * angle.cos * divisor / (across * slope.abs());
+        (spread, spread.above(V::Real::splat(0.0)) & spread.below(V::Real::splat(f64::INFINITY)))
+    }
+}
+
+/// Which roots of [`crate::equation::SPECULAR_ANGLE`] there can be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Root {
+    /// The reflection, or the light that is bent beyond the axis: f(α) = Θ or π − Θ.
+    Steep,
+    /// Of light that is bent less, f(α) = Θ − π, the larger.
+    Large,
+    /// The smaller.
+    Small,
+}
+
+/// All of them.
+pub const ROOTS: [Root; 3] = [Root::Steep, Root::Large, Root::Small];
+
+/// The ways between two points by spheres.
+pub struct BySphere<'a, V: Vector> {
+    body: &'a Body<V>,
+    pair: Pair<V>,
+    /// Where light goes through the sphere and is not reflected.
+    refracts: <V::Real as Real>::Mask,
+    /// Where there can be any.
+    possible: <V::Real as Real>::Mask,
+    /// For α = π/2.
+    edge: Legs<V::Real>,
+    /// Where f falls at first.
+    falls: <V::Real as Real>::Mask,
+}
+
+/// α = π/2, where light grazes the sphere.
+#[inline]
+fn grazing<R: Real>() -> Angle<R> {
+    Angle { sin: R::splat(1.0), cos: R::splat(0.0) }
+}
+
+impl<'a, V: Vector> BySphere<'a, V> {
+    /// From x to y, where `refracts` says through the sphere, among the `active`.
+    #[inline]
+    pub fn new(
+        body: &'a Body<V>,
+        (x, y): (V, V),
+        (active, refracts): (<V::Real as Real>::Mask, <V::Real as Real>::Mask),
+    ) -> Self {
+        let (zero, one) = (V::Real::splat(0.0), V::Real::splat(1.0));
+        let pair = Pair::new(x, y, body.place, body.size);
+        let possible = active & pair.is_outside();
+        let edge = Legs::new(one, pair.distances(), body.bending);
+        let level = Legs::new(zero, pair.distances(), body.bending).slope(one, body.bending)[0];
+        Self { body, pair, refracts, possible, edge, falls: level.below(zero) }
+    }
+
+    /// Where there can be a root, and cos and sin of τ.
+    #[inline]
+    fn target(&self, root: Root) -> (<V::Real as Real>::Mask, [V::Real; 2]) {
+        let Pair { cos, sin, .. } = self.pair;
+        let zero = V::Real::splat(0.0);
+        let target = match root {
+            Root::Steep => [V::Real::choose(self.refracts, -cos, cos), sin],
+            Root::Large | Root::Small => [-cos, -sin],
+        };
+        // f(π/2) is from −π to π: where it has the sign of τ, or less, the sign of the sine of the difference is that of
+        // the difference.
+        let off = |target| self.edge.residual(grazing(), self.body.bending, target)[1];
+        let low = || off([V::Real::splat(1.0), zero]).below(zero);
+        let possible = match root {
+            Root::Steep => !low() & !off(target).below(zero),
+            Root::Large => self.refracts & self.falls & !(low() & off(target).below(zero)),
+            Root::Small => self.refracts & self.falls,
+        };
+        (self.possible & possible, target)
+    }
+
+    /// The route that belongs to a root, where there is one.
+    #[inline]
+    pub fn route(&self, root: Root) -> Route<V> {
+        let one = V::Real::splat(1.0);
+        let Self { pair, body, refracts, .. } = self;
+        let (possible, target) = self.target(root);
+        let (angle, found) = if possible.any() {
+            pair.root(body.bending, target, root == Root::Small, possible)
+        } else {
+            (grazing(), possible)
+        };
+        let (spread, finite) = pair.spread(angle, body.bending);
+        let legs = Legs::new(angle.sin, pair.distances(), body.bending);
+        // Light that is bent beyond the axis goes round the other way.
+        let around = match root {
+            Root::Steep => V::Real::choose(*refracts, -one, one),
+            Root::Large | Root::Small => one,
+        };
+        // The unit normal where the sphere is met on the way from one of the points.
+        let met = |to: V, other: V, leg: V::Real, distance: V::Real| {
+            let scale = distance.recip();
+            let across = (other - to * pair.cos) * (around * angle.sin * (leg - angle.cos) * scale / pair.sin);
+            to * ((angle.cos * leg + angle.sin * angle.sin) * scale) + across
+        };
+        let first = met(pair.to_x, pair.to_y, legs.x, pair.x_distance);
+        let last = V::choose(*refracts, met(pair.to_y, pair.to_x, legs.y, pair.y_distance), first);
+        let point = |normal: V| (body.place + normal * body.size, normal);
+        Route {
+            exists: found & finite,
+            direction: (first - pair.x).normalize(),
+            arriving: (pair.y - last).normalize(),
+            first: point(first),
+            last: point(last),
+            cosine: angle.cos,
+            spread: spread / (body.size * body.size),
+        }
+    }
+}
+
+impl<V: Vector> Route<V> {
+    /// `yes` where the mask says so, else `no`.
+    #[inline]
+    pub(crate) fn choose(mask: <V::Real as Real>::Mask, yes: Self, no: Self) -> Self {
+        let both = |yes: (V, V), no: (V, V)| (V::choose(mask, yes.0, no.0), V::choose(mask, yes.1, no.1));
+        Self {
+            exists: (mask & yes.exists) | (!mask & no.exists),
+            direction: V::choose(mask, yes.direction, no.direction),
+            arriving: V::choose(mask, yes.arriving, no.arriving),
+            first: both(yes.first, no.first),
+            last: both(yes.last, no.last),
+            cosine: V::Real::choose(mask, yes.cosine, no.cosine),
+            spread: V::Real::choose(mask, yes.spread, no.spread),
+        }
+    }
+}
+
+/// The route that a flat mirror reflects at its front, where there is one if the mirror has no end.
+#[inline]
+pub fn by_flat<V: Vector>(body: &Body<V>, (x, y): (V, V), active: <V::Real as Real>::Mask) -> Route<V> {
+    let zero = V::Real::splat(0.0);
+    let normal = body.normal;
+    let [height_x, height_y] = [x, y].map(|v| (v - body.place).dot(normal));
+    let (foot_x, foot_y) = (x - normal * height_x, y - normal * height_y);
+    let between = (height_x + height_y).recip();
+    let point = (foot_x * height_y + foot_y * height_x) * between;
+    let from_image = y - (foot_x - normal * height_x);
+    let spread = from_image.length_squared().recip();
+    let direction = (point - x).normalize();
+    let exists = active & height_x.above(zero) & height_y.above(zero);
+    let (first, cosine) = ((point, normal), -direction.dot(normal));
+    Route { exists, direction, arriving: (y - point).normalize(), first, last: first, cosine, spread }
+}
+
+/// dω/dA⊥ at y of the route by way of a body that leaves x in a direction, 0 where it has none, and the cosine where it
+/// meets the body.
+#[inline]
+pub fn spread_of<V: Vector>(body: &Body<V>, kind: Kind, (x, direction, y): (V, V, V)) -> (V::Real, V::Real) {
+    let (zero, one) = (V::Real::splat(0.0), V::Real::splat(1.0));
+    if kind == Kind::Flat {
+        let image = x - body.normal * ((x - body.place).dot(body.normal) * 2.0);
+        return ((y - image).length_squared().recip(), -direction.dot(body.normal));
+    }
+    let pair = Pair::new(x, y, body.place, body.size);
+    let aside = pair.x - direction * pair.x.dot(direction);
+    let sin = aside.length_squared().sqrt();
+    let angle = Angle { sin, cos: (one - sin * sin).at_least(zero).sqrt() };
+    let (spread, finite) = pair.spread(angle, body.bending);
+    (V::Real::choose(finite & pair.is_outside(), spread / (body.size * body.size), zero), angle.cos)
+}

@@ -1,0 +1,178 @@
+//! Ways of light by one mirror or glass body: all of them are found, they obey the laws of reflection and refraction,
+//! and they spread as they do when their ends are moved.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use whitefurnace::fresnel::{mirror, refract};
+use whitefurnace::specular::{Body, BySphere, Kind, ROOTS, Root, Route, by_flat, spread_of};
+
+use crate::prelude::*;
+
+const CASES: u32 = 20_000;
+
+/// A sphere, and two points outside.
+#[derive(Debug)]
+struct Case {
+    body: Body<DVec3>,
+    refracts: bool,
+    x: DVec3,
+    y: DVec3,
+}
+
+impl Case {
+    fn new(i: u32) -> Self {
+        let mut rng = stream(master(), i, 77);
+        let mut unit = || uniform(&mut rng);
+        let refracts = unit() < 0.7;
+        let radius = 10_f64.powf(2.0 * unit() - 1.0);
+        let place = DVec3::new(unit(), unit(), unit()) * 4.0 - 2.0;
+        let index = 1.0 + 10_f64.powf(1.6 * unit() - 1.6);
+        let mut point = || {
+            let [r1, r2] = [unit(), unit()];
+            let away = from_spherical((1.0 - 2.0 * r1).acos(), 2.0 * PI * r2);
+            // Near and far.
+            place + away * radius * (1.0 + 10_f64.powf(4.0 * unit() - 3.0))
+        };
+        let (x, y) = (point(), point());
+        // Often nearly on the other side, where there are three routes.
+        let y = if unit() < 0.5 {
+            let across = place - (x - place).normalize() * (y - place).length();
+            let moved = across + (y - place) * 0.3 * unit();
+            place + (moved - place).normalize() * (y - place).length()
+        } else {
+            y
+        };
+        let bending = if refracts { index.recip() } else { 0.0 };
+        let body = Body {
+            place,
+            size: radius,
+            normal: DVec3::ZERO,
+            bending,
+            index: if refracts { index } else { 0.0 },
+            reflectance: DVec3::ONE,
+            strength: 1.0,
+        };
+        Self { body, refracts, x, y }
+    }
+
+    fn routes(&self) -> Vec<(Root, Route<DVec3>)> {
+        let ways = BySphere::new(&self.body, (self.x, self.y), (true, self.refracts));
+        let route = |root| (root, ways.route(root));
+        ROOTS.map(route).into_iter().filter(|(_, route)| route.exists).collect()
+    }
+
+    /// X, Y and Θ.
+    fn seen(&self) -> [f64; 3] {
+        let [x, y] = [self.x, self.y].map(|v| v - self.body.place);
+        [x.length() / self.body.size, y.length() / self.body.size, x.angle_between(y)]
+    }
+
+    /// f of the equation, by its arc sines.
+    fn swept(&self, alpha: f64) -> f64 {
+        let ([x, y, _], sin) = (self.seen(), alpha.sin());
+        2.0 * alpha - 2.0 * (sin * self.body.bending).asin() - (sin / x).asin() - (sin / y).asin()
+    }
+
+    /// Where a ray from x leaves the sphere, and in which direction.
+    fn follow(&self, direction: DVec3) -> Option<(DVec3, DVec3)> {
+        let sphere = Sphere::new(self.body.place, self.body.size);
+        let ray = Ray::new(self.x, direction);
+        let first = ray.at(sphere.intersect(&ray, f64::INFINITY)?);
+        let normal = sphere.normal(first);
+        if !self.refracts {
+            return Some((first, mirror(direction, normal)));
+        }
+        let inside = refract(direction, normal, 1.0, self.body.index)?;
+        let last = first - inside * (2.0 * inside.dot(normal)) * self.body.size;
+        Some((last, refract(inside, -sphere.normal(last), self.body.index, 1.0)?))
+    }
+}
+
+#[test]
+fn every_way_by_a_sphere_is_found() {
+    let mut found = [0; 4];
+    for case in (0..CASES / 10).map(Case::new) {
+        let [.., angle] = case.seen();
+        let targets = if case.refracts { vec![PI - angle, angle - PI] } else { vec![angle] };
+        const STEPS: u32 = 4_000;
+        let grid = |i: u32| FRAC_PI_2 * f64::from(i) / f64::from(STEPS);
+        let values: Vec<f64> = (0..=STEPS).map(|i| case.swept(grid(i))).collect();
+        let crossings = |target: f64| values.windows(2).filter(|w| (w[0] < target) != (w[1] < target)).count();
+        // Two roots in one step of the grid are not seen there.
+        let near_fold = targets
+            .iter()
+            .any(|target| values.windows(3).any(|w| w[1] <= w[0] && w[1] <= w[2] && (w[1] - target).abs() < 1e-6));
+        let expected: usize = targets.into_iter().map(crossings).sum();
+        let count = case.routes().len();
+        if !near_fold {
+            assert_eq!(count, expected, "{case:?}");
+        }
+        found[count] += 1;
+    }
+    assert!(found.iter().all(|&cases| cases > 20), "{found:?} cases with 0 to 3 ways");
+}
+
+#[test]
+fn ways_by_a_sphere_obey_its_laws() {
+    let mut count = 0;
+    for case in (0..CASES).map(Case::new) {
+        for (root, route) in case.routes() {
+            let Some((last, direction)) = case.follow(route.direction) else {
+                // Grazing.
+                assert!(route.cosine < 1e-5, "{root:?} misses, cosine {} of {case:?}", route.cosine);
+                continue;
+            };
+            let towards = case.y - last;
+            let miss = towards.cross(direction).length();
+            let scale = (case.y - case.x).length() + case.body.size;
+            // Moving the ray by a rounding moves its end by that over what spreads.
+            let growth = 1.0 + (route.spread * scale * scale).sqrt().recip();
+            assert!(miss < 1e-10 * scale * growth, "{root:?} misses by {miss} of {scale}, {growth}: {case:?}");
+            assert!(towards.dot(direction) > 0.0 && (route.arriving - direction).length() < 1e-7 * growth, "{case:?}");
+            count += 1;
+        }
+    }
+    assert!(count > CASES / 2, "{count} ways");
+}
+
+#[test]
+fn ways_spread_as_their_ends_move() {
+    let mut count = 0;
+    for case in (0..CASES).map(Case::new) {
+        for (root, route) in case.routes() {
+            let scale = (case.y - case.x).length();
+            let frame = Frame::new(route.arriving);
+            let moved = |by: DVec3| {
+                let moved = Case { y: case.y + by, ..Case::new(0) };
+                let moved = Case { body: case.body, refracts: case.refracts, x: case.x, ..moved };
+                moved.routes().into_iter().find(|(other, _)| *other == root).map(|(_, route)| route.direction)
+            };
+            let [x_distance, y_distance, angle] = case.seen();
+            let gap = (x_distance.min(y_distance) - 1.0) * case.body.size;
+            let step = 1e-5 * scale.min(case.body.size * angle.sin()).min(gap);
+            let ends = [frame.x, frame.y].map(|axis| [moved(axis * step), moved(axis * -step)]);
+            let [[Some(a), Some(b)], [Some(c), Some(d)]] = ends else { continue };
+            let spread = (a - b).cross(c - d).length() / (4.0 * step * step);
+            // Where it changes much over a step, next to a caustic, differences say little.
+            let even = ((a + b) * 0.5 - route.direction).length() < 1e-3 * (a - b).length()
+                && ((c + d) * 0.5 - route.direction).length() < 1e-3 * (c - d).length();
+            if even && (a - b).length() > 1e-9 && (c - d).length() > 1e-9 {
+                assert!(
+                    (spread / route.spread - 1.0).abs() < 0.02,
+                    "{root:?}: {spread} and {} of {case:?}",
+                    route.spread
+                );
+                count += 1;
+            }
+            let kind = if case.refracts { Kind::Refraction } else { Kind::Reflection };
+            let (of_ray, _) = spread_of(&case.body, kind, (case.x, route.direction, case.y));
+            let grazing = 1e-10 / (route.cosine * route.cosine);
+            assert!(
+                (of_ray / route.spread - 1.0).abs() < 1e-5 + grazing,
+                "{root:?}: {of_ray} and {} of {case:?}",
+                route.spread
+            );
+        }
+    }
+    assert!(count > CASES / 2, "{count} ways");
+}
