@@ -10,7 +10,7 @@ use crate::fresnel;
 use crate::light_pick;
 use crate::real::{Real, Vector};
 use crate::scene::{Part, PartShape, Surface};
-pub use route::{BySphere, ROOTS, Root, Route, by_flat, spread_of};
+pub use route::{BySphere, Route, by_flat, spread_of};
 
 /// So many bodies at most are asked at a vertex how large they are seen; of more the largest.
 pub const MOST: usize = 16;
@@ -39,7 +39,7 @@ pub struct Body<V: Vector> {
     pub place: V,
     /// The radius of a sphere, the area of a flat mirror.
     pub size: V::Real,
-    /// The unit normal of the front of a flat mirror.
+    /// The unit normal of the front of a flat mirror; of spheres zero.
     pub normal: V,
     /// The sine inside over the sine outside: 1/n of what goes through glass, else 0.
     pub bending: V::Real,
@@ -125,8 +125,8 @@ impl SceneBody {
         } else {
             (None, Some(BySphere::new(&self.body, ends, (true, self.kind == Kind::Refraction))))
         };
-        let curved = curved.into_iter().flat_map(|ways| ROOTS.map(|root| ways.route(root)));
-        flat.into_iter().chain(curved).filter(|route| route.exists)
+        let curved = curved.into_iter().flat_map(BySphere::routes);
+        flat.into_iter().filter(|route| route.exists).chain(curved)
     }
 
     /// Whether a point of its plane lies on a flat mirror.

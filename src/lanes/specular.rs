@@ -11,7 +11,7 @@ use super::shading::{LightNumbers, Onward, Surfaces};
 use crate::emitter::LightSampling;
 use crate::estimator::specular::Stage;
 use crate::real::{Lanes3, Mask, Scalar, Vector, Wide, WideMask};
-use crate::specular::{Body, BySphere, Kind, NONE, ROOTS, Root, Route, by_flat, spread_of};
+use crate::specular::{Body, BySphere, Kind, NONE, Route, by_flat, spread_of};
 use crate::{light_pick, radiometry};
 
 /// What lanes need of a body.
@@ -43,6 +43,24 @@ fn gather<R: Wide<N>, const N: usize>(
 }
 
 impl<R: Wide<N>, const N: usize> Surfaces<'_, R, N> {
+    /// The routes by way of flat mirrors of these numbers in the lanes of the mask; `None` if there is none.
+    #[inline]
+    fn by_flat(
+        &self,
+        scene: &LaneScene<'_, R, N>,
+        body: &Body<Lanes3<R>>,
+        (of_body, flat): ([usize; N], R::Mask),
+        ends: (Lanes3<R>, Lanes3<R>),
+    ) -> Option<Route<Lanes3<R>>> {
+        let mut route = by_flat(body, ends, flat);
+        let mut held = R::Mask::splat(false);
+        each_of::<R, N>(of_body, flat, |number, here| {
+            held = held | (here & scene.scene.bodies().all()[number].holds(route.first.0));
+        });
+        route.exists = route.exists & held;
+        route.exists.any().then_some(route)
+    }
+
     /// Light by one shadow ray by way of a body from each lane of the mask, all of which are rough; weighted.
     #[inline]
     pub fn light_by_body(
@@ -71,27 +89,41 @@ impl<R: Wide<N>, const N: usize> Surfaces<'_, R, N> {
         let light = &picked.point;
         let pdf_area = picked.pdf_area * probability * share;
         let ends = (vertex.point, light.point);
-        let ways = BySphere::new(&body, ends, (asking & !flat, refracts));
-        for root in ROOTS {
-            let mut route = ways.route(root);
-            if root == Root::Steep && flat.any() {
-                let mut reflected = by_flat(&body, ends, flat);
-                let mut held = R::Mask::splat(false);
-                each_of::<R, N>(of_body, flat, |number, here| {
-                    held = held | (here & bodies.all()[number].holds(reflected.first.0));
-                });
-                reflected.exists = reflected.exists & held;
-                route = Route::choose(flat, reflected, route);
+        let reflected = if flat.any() { self.by_flat(scene, &body, (of_body, flat), ends) } else { None };
+        let curved = asking & !flat;
+        let ways = if curved.any() { Some(BySphere::new(&body, ends, (curved, refracts))) } else { None };
+        let none = R::Mask::splat(false);
+        let roots = ways.as_ref().map(BySphere::roots);
+        // Each lane takes its own next route.
+        let mut left = roots.map_or([none; 3], |roots| roots.map(|root| root.exists));
+        let mut flat = reflected.as_ref().map_or(none, |route| route.exists);
+        loop {
+            let first = left[0];
+            let larger = left[1] & !first;
+            let smaller = left[2] & !first & !larger;
+            left = [none, left[1] & !larger, left[2] & !smaller];
+            let curved = first | larger | smaller;
+            let route = match (&reflected, &ways, roots) {
+                (Some(flat), ..) if !curved.any() => *flat,
+                (reflected, Some(ways), Some(roots)) => {
+                    let mut root = roots[0].or(first, roots[1].or(larger, roots[2]));
+                    root.exists = root.exists & curved;
+                    let route = ways.route(root, first);
+                    reflected.map_or(route, |reflected| Route::choose(flat, reflected, route))
+                }
+                _ => return sum,
+            };
+            if !(curved | flat).any() {
+                return sum;
             }
-            if !route.exists.any() {
-                continue;
-            }
+            let taken = flat;
+            flat = none;
             let wi = vertex.frame.local(route.direction);
             let brdf = self.brdf(wi);
             let cosine = radiometry::cosine(vertex.frame.z, route.direction);
             let cosine_at_light = radiometry::cosine(light.normal, -route.arriving);
             let dark = brdf.x.equals(zero) & brdf.y.equals(zero) & brdf.z.equals(zero);
-            let mut free = route.exists & cosine.above(zero) & cosine_at_light.above(zero) & !dark;
+            let mut free = (curved | taken) & route.exists & cosine.above(zero) & cosine_at_light.above(zero) & !dark;
             let pieces = [
                 ((vertex.point, vertex.frame.z), route.first, free),
                 (route.first, route.last, refracts),
@@ -109,7 +141,6 @@ impl<R: Wide<N>, const N: usize> Surfaces<'_, R, N> {
             let weighted = reflected * weight(pdf, self.pdf(wi) * chance);
             sum = sum + Vector::choose(free, weighted, Lanes3::splat_vector(DVec3::ZERO));
         }
-        sum
     }
 }
 

@@ -1,5 +1,7 @@
 //! How light goes from a point to another by way of one body: all routes, and how they spread.
 
+use glam::DVec3;
+
 use super::{Body, Kind};
 use crate::real::{Mask, Real, Vector};
 
@@ -26,7 +28,7 @@ pub struct Route<V: Vector> {
 /// each, and that of others soon in its square.
 const MOST_STEPS: u32 = 48;
 /// A step that is smaller is the last.
-const SMALL: f64 = 1e-8;
+const SMALL: f64 = 1e-6;
 /// The same in single precision.
 const SINGLE_SMALL: f64 = 1e-4;
 
@@ -171,19 +173,23 @@ impl<V: Vector> Pair<V> {
     }
 }
 
-/// Which roots of [`crate::equation::SPECULAR_ANGLE`] there can be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Root {
-    /// The reflection, or the light that is bent beyond the axis: f(α) = Θ or π − Θ.
-    Steep,
-    /// Of light that is bent less, f(α) = Θ − π, the larger.
-    Large,
-    /// The smaller.
-    Small,
+/// A root of [`crate::equation::SPECULAR_ANGLE`], where there is one.
+#[derive(Clone, Copy)]
+pub(crate) struct RootAt<V: Vector> {
+    pub exists: <V::Real as Real>::Mask,
+    angle: Angle<V::Real>,
 }
 
-/// All of them.
-pub const ROOTS: [Root; 3] = [Root::Steep, Root::Large, Root::Small];
+impl<V: Vector> RootAt<V> {
+    /// This root where the mask says so, else another.
+    #[inline]
+    pub fn or(self, mask: <V::Real as Real>::Mask, other: Self) -> Self {
+        let choose = |yes, no| V::Real::choose(mask, yes, no);
+        let (a, b) = (self.angle, other.angle);
+        let angle = Angle { sin: choose(a.sin, b.sin), cos: choose(a.cos, b.cos) };
+        Self { exists: (mask & self.exists) | (!mask & other.exists), angle }
+    }
+}
 
 /// The ways between two points by spheres.
 pub struct BySphere<'a, V: Vector> {
@@ -193,10 +199,6 @@ pub struct BySphere<'a, V: Vector> {
     refracts: <V::Real as Real>::Mask,
     /// Where there can be any.
     possible: <V::Real as Real>::Mask,
-    /// For α = π/2.
-    edge: Legs<V::Real>,
-    /// Where f falls at first.
-    falls: <V::Real as Real>::Mask,
 }
 
 /// α = π/2, where light grazes the sphere.
@@ -213,53 +215,48 @@ impl<'a, V: Vector> BySphere<'a, V> {
         (x, y): (V, V),
         (active, refracts): (<V::Real as Real>::Mask, <V::Real as Real>::Mask),
     ) -> Self {
-        let (zero, one) = (V::Real::splat(0.0), V::Real::splat(1.0));
         let pair = Pair::new(x, y, body.place, body.size);
         let possible = active & pair.is_outside();
-        let edge = Legs::new(one, pair.distances(), body.bending);
-        let level = Legs::new(zero, pair.distances(), body.bending).slope(one, body.bending)[0];
-        Self { body, pair, refracts, possible, edge, falls: level.below(zero) }
+        Self { body, pair, refracts, possible }
     }
 
-    /// Where there can be a root, and cos and sin of τ.
+    /// All roots: first that of a reflection or of light that is bent beyond the axis, f(α) = Θ or π − Θ; then those of
+    /// light that is bent less, f(α) = Θ − π, of which there are both or none.
     #[inline]
-    fn target(&self, root: Root) -> (<V::Real as Real>::Mask, [V::Real; 2]) {
-        let Pair { cos, sin, .. } = self.pair;
-        let zero = V::Real::splat(0.0);
-        let target = match root {
-            Root::Steep => [V::Real::choose(self.refracts, -cos, cos), sin],
-            Root::Large | Root::Small => [-cos, -sin],
-        };
+    pub(crate) fn roots(&self) -> [RootAt<V>; 3] {
+        let Self { pair, body, refracts, possible } = self;
+        let (zero, one) = (V::Real::splat(0.0), V::Real::splat(1.0));
+        let edge = Legs::new(one, pair.distances(), body.bending);
         // f(π/2) is from −π to π: where it has the sign of τ, or less, the sign of the sine of the difference is that of
         // the difference.
-        let off = |target| self.edge.residual(grazing(), self.body.bending, target)[1];
-        let low = || off([V::Real::splat(1.0), zero]).below(zero);
-        let possible = match root {
-            Root::Steep => !low() & !off(target).below(zero),
-            Root::Large => self.refracts & self.falls & !(low() & off(target).below(zero)),
-            Root::Small => self.refracts & self.falls,
+        let off = |target| edge.residual(grazing(), body.bending, target)[1];
+        let low = off([one, zero]).below(zero);
+        let root = |target, upwards, among: <V::Real as Real>::Mask| {
+            if !among.any() {
+                return RootAt { exists: among, angle: grazing() };
+            }
+            let (angle, exists) = pair.root(body.bending, target, upwards, among);
+            RootAt { exists, angle }
         };
-        (self.possible & possible, target)
+        let target = [V::Real::choose(*refracts, -pair.cos, pair.cos), pair.sin];
+        let first = root(target, false, *possible & !low & !off(target).below(zero));
+        let level = Legs::new(zero, pair.distances(), body.bending).slope(one, body.bending)[0];
+        let target = [-pair.cos, -pair.sin];
+        let smaller = root(target, true, *possible & *refracts & level.below(zero));
+        let above = !(low & off(target).below(zero));
+        let larger = root(target, false, smaller.exists & above);
+        [first, larger, smaller]
     }
 
-    /// The route that belongs to a root, where there is one.
+    /// The route that belongs to a root, which is the first of [`roots`](Self::roots) where `is_first` says so.
     #[inline]
-    pub fn route(&self, root: Root) -> Route<V> {
+    pub(crate) fn route(&self, RootAt { exists, angle }: RootAt<V>, is_first: <V::Real as Real>::Mask) -> Route<V> {
         let one = V::Real::splat(1.0);
         let Self { pair, body, refracts, .. } = self;
-        let (possible, target) = self.target(root);
-        let (angle, found) = if possible.any() {
-            pair.root(body.bending, target, root == Root::Small, possible)
-        } else {
-            (grazing(), possible)
-        };
         let (spread, finite) = pair.spread(angle, body.bending);
         let legs = Legs::new(angle.sin, pair.distances(), body.bending);
         // Light that is bent beyond the axis goes round the other way.
-        let around = match root {
-            Root::Steep => V::Real::choose(*refracts, -one, one),
-            Root::Large | Root::Small => one,
-        };
+        let around = V::Real::choose(*refracts & is_first, -one, one);
         // The unit normal where the sphere is met on the way from one of the points.
         let met = |to: V, other: V, leg: V::Real, distance: V::Real| {
             let scale = distance.recip();
@@ -270,7 +267,7 @@ impl<'a, V: Vector> BySphere<'a, V> {
         let last = V::choose(*refracts, met(pair.to_y, pair.to_x, legs.y, pair.y_distance), first);
         let point = |normal: V| (body.place + normal * body.size, normal);
         Route {
-            exists: found & finite,
+            exists: exists & finite,
             direction: (first - pair.x).normalize(),
             arriving: (pair.y - last).normalize(),
             first: point(first),
@@ -278,6 +275,15 @@ impl<'a, V: Vector> BySphere<'a, V> {
             cosine: angle.cos,
             spread: spread / (body.size * body.size),
         }
+    }
+}
+
+impl<'a> BySphere<'a, DVec3> {
+    /// All routes.
+    #[inline]
+    pub fn routes(self) -> impl Iterator<Item = Route<DVec3>> + use<'a> {
+        let found = (0..).zip(self.roots()).filter(|(_, root)| root.exists);
+        found.map(move |(i, root)| self.route(root, i == 0)).filter(|route| route.exists)
     }
 }
 
