@@ -116,9 +116,9 @@ pub struct SceneBody {
 }
 
 impl SceneBody {
-    /// The routes between two points.
+    /// The routes between two points; each has a number, of light that is bent beyond the axis or reflected 0.
     #[inline]
-    pub fn routes(&self, ends: (DVec3, DVec3)) -> impl Iterator<Item = Route<DVec3>> {
+    pub fn routes(&self, ends: (DVec3, DVec3)) -> impl Iterator<Item = (usize, Route<DVec3>)> {
         let (flat, curved) = if self.kind == Kind::Flat {
             let route = by_flat(&self.body, ends, true);
             (Some(Route { exists: route.exists && self.holds(route.first.0), ..route }), None)
@@ -126,7 +126,7 @@ impl SceneBody {
             (None, Some(BySphere::new(&self.body, ends, (true, self.kind == Kind::Refraction))))
         };
         let curved = curved.into_iter().flat_map(BySphere::routes);
-        flat.into_iter().filter(|route| route.exists).chain(curved)
+        flat.into_iter().filter(|route| route.exists).map(|route| (0, route)).chain(curved)
     }
 
     /// Whether a point of its plane lies on a flat mirror.

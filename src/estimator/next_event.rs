@@ -102,9 +102,9 @@ pub trait NextEvent: Sync {
     fn mis_power_weight(&self, pdf: f64, other: f64) -> f64 {
         radiometry::power(pdf, other)
     }
-    /// What is made of a route by way of a body; `None` if it is left out.
+    /// What is made of a route by way of a body, one of up to three; `None` if it is left out.
     #[inline]
-    fn route(&self, _: &SceneBody, route: Route<DVec3>) -> Option<Route<DVec3>> {
+    fn route(&self, _: &SceneBody, _number: usize, route: Route<DVec3>) -> Option<Route<DVec3>> {
         Some(route)
     }
     /// What a body lets on where it is met at this cosine, and with what chance a path goes on there.

@@ -31,9 +31,9 @@ pub(super) fn light_by_body<P: Walking>(
     let index = parts.pick_emitter(numbers.pick, scene.flux_picks());
     let emitter = &scene.emitters()[index];
     let light = parts.sample_emitter(emitter, numbers.point);
-    let pdf_area = point_pdf(parts, scene, index) * share;
-    for route in body.routes((vertex.point, light.point)) {
-        let Some(route) = parts.route(body, route) else {
+    let pdf_area = parts.pdf_of_pick(point_pdf(parts, scene, index), share);
+    for (number, route) in body.routes((vertex.point, light.point)) {
+        let Some(route) = parts.route(body, number, route) else {
             continue;
         };
         let wi = vertex.frame.local(route.direction);
@@ -131,7 +131,8 @@ impl Trail {
         let (_, chance) = parts.lets_on(body, cosine);
         let share: f64 = bodies.share_of(f64::from(number), self.from);
         let per_area = spread * parts.cosine(hit.normal, -direction);
-        let other = if spread > 0.0 { point_pdf(parts, scene, index) * share / per_area } else { 0.0 };
+        let other =
+            if spread > 0.0 { parts.pdf_of_pick(point_pdf(parts, scene, index), share) / per_area } else { 0.0 };
         Some((self.pdf * chance, other))
     }
 }

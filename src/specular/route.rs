@@ -221,7 +221,7 @@ impl<'a, V: Vector> BySphere<'a, V> {
     }
 
     /// All roots: first that of a reflection or of light that is bent beyond the axis, f(α) = Θ or π − Θ; then those of
-    /// light that is bent less, f(α) = Θ − π, of which there are both or none.
+    /// light that is bent less, f(α) = Θ − π, of which the larger one is only where the other is.
     #[inline]
     pub(crate) fn roots(&self) -> [RootAt<V>; 3] {
         let Self { pair, body, refracts, possible } = self;
@@ -279,11 +279,11 @@ impl<'a, V: Vector> BySphere<'a, V> {
 }
 
 impl<'a> BySphere<'a, DVec3> {
-    /// All routes.
+    /// All routes, by the number of their root.
     #[inline]
-    pub fn routes(self) -> impl Iterator<Item = Route<DVec3>> + use<'a> {
+    pub fn routes(self) -> impl Iterator<Item = (usize, Route<DVec3>)> + use<'a> {
         let found = (0..).zip(self.roots()).filter(|(_, root)| root.exists);
-        found.map(move |(i, root)| self.route(root, i == 0)).filter(|route| route.exists)
+        found.map(move |(number, root)| (number, self.route(root, number == 0))).filter(|(_, route)| route.exists)
     }
 }
 

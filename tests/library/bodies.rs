@@ -56,7 +56,7 @@ impl Case {
     }
 
     fn routes(&self) -> Vec<Route<DVec3>> {
-        BySphere::new(&self.body, (self.x, self.y), (true, self.refracts)).routes().collect()
+        BySphere::new(&self.body, (self.x, self.y), (true, self.refracts)).routes().map(|(_, route)| route).collect()
     }
 
     /// X, Y and Θ.

@@ -1,6 +1,7 @@
 //! Light that reaches a diffuse surface by way of a mirror or glass alone, where no shadow ray finds it:
 //! whole estimators count it once.
 
+use crate::by_bodies::BY_BODIES;
 use crate::fresnel::walsh;
 use crate::glass::{GLASS, INDEX};
 use crate::irradiance::reflected;
@@ -48,6 +49,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     vec![
         family_trial("irradiance/after-mirror/light", &mirror, LIGHT_ANGLE, &MIS, 8_000_000),
         family_trial("irradiance/after-mirror/mis", &mirror, MIS_ANGLE, &MIS, 8_000_000),
+        family_trial("irradiance/after-mirror/by-bodies", &mirror, BY_BODIES, &SPECULAR_SPREAD, 4_000_000),
         family_trial("irradiance/after-mirror/report", &mirror, REPORT, &RENDERING, 8_000_000),
         family_trial("irradiance/after-glass/mis", &glass, MIS_ANGLE, &REFRACTION, 8_000_000),
         family_trial("irradiance/after-glass/report", &glass, REPORT, &RENDERING, 9_500_000),

@@ -6,6 +6,7 @@ mod accumulators;
 mod adaptive;
 mod bidirectional;
 pub mod bsdf;
+mod by_bodies;
 mod chains;
 pub mod cie;
 pub mod convergence;

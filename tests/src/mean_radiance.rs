@@ -55,7 +55,10 @@ impl Property for MeanRadiance {
 /// The path of an estimator of this kind.
 pub fn path(kind: EstimatorKind) -> &'static str {
     match kind {
-        EstimatorKind::Path | EstimatorKind::PathEarly | EstimatorKind::PathBy(..) => "estimator::Path",
+        EstimatorKind::Path
+        | EstimatorKind::PathEarly
+        | EstimatorKind::PathBy(..)
+        | EstimatorKind::PathByBodies(..) => "estimator::Path",
         EstimatorKind::Report(_) => "estimator::Report",
         EstimatorKind::Whitted(_) => "estimator::Whitted",
     }

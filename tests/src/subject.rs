@@ -21,6 +21,7 @@ use whitefurnace::rng::Stream;
 use whitefurnace::roulette::{EARLY, Roulette};
 use whitefurnace::scene::Scene;
 use whitefurnace::shape::Ray;
+use whitefurnace::specular::{Route, SceneBody};
 
 /// Two ends of a shadow ray, or points with their normals.
 type End = (DVec3, DVec3);
@@ -92,6 +93,8 @@ table! {
         visible(scene: &Scene, x: End, y: End, glass: bool) -> bool;
         mis_weight(pdf: f64, other: f64) -> f64;
         mis_power_weight(pdf: f64, other: f64) -> f64;
+        route(body: &SceneBody, number: usize, route: Route<DVec3>) -> Option<Route<DVec3>>;
+        lets_on(body: &SceneBody, cosine: f64) -> (DVec3, f64);
         hit_counts(strategy: Strategy, sampled: bool) -> bool;
     }
     Photons {
@@ -189,6 +192,8 @@ pub enum EstimatorKind {
     PathEarly,
     /// [`Path`] that finds direct light in another way.
     PathBy(Strategy, LightSampling, Heuristic),
+    /// The same with shadow rays by way of bodies.
+    PathByBodies(LightSampling, Heuristic),
     /// [`Report`] with one sample ray.
     Report(u32),
     /// [`Whitted`].
@@ -211,6 +216,10 @@ impl EstimatorKind {
             Self::PathBy(strategy, lights, heuristic) => {
                 let path = Path::new(parts, strategy);
                 Path { lights, heuristic, ..path }.radiance(scene, ray, hit, rng)
+            }
+            Self::PathByBodies(lights, heuristic) => {
+                let path = Path::new(parts, Strategy::Mis);
+                Path { lights, heuristic, by_bodies: true, ..path }.radiance(scene, ray, hit, rng)
             }
             Self::PathEarly => {
                 let path = Path::new(parts, Strategy::Bsdf);

@@ -1,5 +1,5 @@
 //! The family of whole estimators: its trials are in [`super::furnace`], [`super::irradiance`],
-//! [`super::strategies`], [`super::chains`], [`super::sky`], [`super::glass`], [`super::rough_glass`] and [`super::images`]; here and below are its faults.
+//! [`super::strategies`], [`super::chains`], [`super::sky`], [`super::glass`], [`super::rough_glass`], [`super::images`] and [`super::by_bodies`]; here and below are its faults.
 
 mod interfaces;
 mod light_sampling;
@@ -11,7 +11,7 @@ use whitefurnace::estimator::LightRules;
 use whitefurnace::sampling::{cosine_hemisphere, uniform_hemisphere};
 
 use crate::prelude::*;
-use crate::{chains, cie, furnace, glass, glass_bodies, images, irradiance, rough_glass, sky, strategies};
+use crate::{by_bodies, chains, cie, furnace, glass, glass_bodies, images, irradiance, rough_glass, sky, strategies};
 
 /// The family.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
@@ -25,6 +25,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     trials.extend(cie::trials());
     trials.extend(sky::trials());
     trials.extend(images::trials());
+    trials.extend(by_bodies::trials());
     let mut faults = reflection::faults();
     faults.extend(sampling::faults());
     faults.extend(lights::faults());
@@ -32,6 +33,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     faults.extend(interfaces::faults());
     faults.extend(configuration_faults());
     faults.extend(sky::faults());
+    faults.extend(by_bodies::faults());
     vec![Box::new(Family { trials, faults, equivalents: equivalents(), ..Family::whole("estimator", STANDARD) })]
 }
 

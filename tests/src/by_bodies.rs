@@ -1,0 +1,164 @@
+//! Shadow rays by way of one mirror or glass body: the radiance in a closed furnace is the same whatever stands in it.
+
+use std::f64::consts::FRAC_PI_2;
+
+use whitefurnace::emitter::LightSampling;
+use whitefurnace::estimator::{Heuristic, NextEvent as _};
+use whitefurnace::fresnel::reflectance;
+use whitefurnace::specular::{Kind, Route};
+
+use crate::furnace::inside;
+use crate::glass::{GLASS, INDEX};
+use crate::prelude::*;
+use crate::scenes::{FLOOR, LIGHT, ball, hollow, lambert, light, mirror, scene, square};
+use crate::strategies::near_origin;
+
+/// The path tracer with shadow rays by way of bodies, weighted by a heuristic.
+const fn by_bodies(heuristic: Heuristic) -> EstimatorKind {
+    EstimatorKind::PathByBodies(LightSampling::ByContribution, heuristic)
+}
+
+/// By the balance heuristic.
+pub const BY_BODIES: EstimatorKind = by_bodies(Heuristic::Balance);
+
+/// Of all walls.
+const ALBEDO: f64 = 0.5;
+
+/// A sphere whose inside emits, and something in it.
+fn furnace_with(name: &str, parts: impl FnOnce(&mut SceneBuilder)) -> Arc<Scene> {
+    scene(name, |s| {
+        hollow(s, 1.0, Surface::new(lambert(ALBEDO)).emitting(DVec3::ONE));
+        parts(s);
+    })
+}
+
+/// Balls of glass, one of them nearly at the wall, where light goes by three routes.
+fn with_glass() -> Arc<Scene> {
+    furnace_with("furnace with glass", |s| {
+        for (x, radius, index) in [(-0.65, 0.2, 1.5), (0.65, 0.3, 2.0)] {
+            ball(s, Sphere::new(DVec3::new(x, 0.1, 0.2), radius), Surface::new(Bsdf::Glass { index }));
+        }
+    })
+}
+
+/// A ball and a box of mirrors.
+fn with_mirrors() -> Arc<Scene> {
+    furnace_with("furnace with mirrors", |s| {
+        ball(s, Sphere::new(DVec3::new(0.1, -0.7, 0.0), 0.2), Surface::new(mirror(1.0)));
+        let [a, b] = [DVec3::new(0.2, 0.1, 0.0), DVec3::new(-0.05, 0.1, 0.2)];
+        let surface = s.surface(Surface::new(mirror(1.0)));
+        for z in [-0.65, 0.55] {
+            s.rectangle(DVec3::new(0.0, 0.0, z), if z < 0.0 { [a, b] } else { [b, a] }, surface);
+        }
+    })
+}
+
+/// A ball of glass over a small patch at the origin, from where its centre is 1.3 radii away, and a cap of the sphere of
+/// two radii around the ball, which lights the patch through the ball alone.
+fn under_lens() -> Arc<Scene> {
+    scene("under a lens", |s| {
+        square(s, DVec3::ZERO, 1e-3, true, Surface::new(lambert(FLOOR)));
+        let centre = DVec3::new(0.0, 0.0, BELOW);
+        ball(s, Sphere::new(centre, 1.0), Surface::new(GLASS));
+        let zone = [ABOVE * CAP.cos(), f64::INFINITY];
+        ball(s, Sphere { zone, inward: true, ..Sphere::new(centre, ABOVE) }, light(LIGHT));
+    })
+}
+
+/// How far below the centre the patch is, and above it the cap, and the half angle of the cap.
+const BELOW: f64 = 1.3;
+const ABOVE: f64 = 2.0;
+const CAP: f64 = 0.4;
+
+/// What of the radiance of the cap the patch has as irradiance, over π: the sum over angles of incidence at the ball, and
+/// over numbers of reflections within it, of what arrives from the cap. The cap lies where light ends that is turned by
+/// less than its angle.
+fn through_lens() -> f64 {
+    const STEPS: u32 = 200_000;
+    let arriving = |i: u32| {
+        let alpha = FRAC_PI_2 * (f64::from(i) + 0.5) / f64::from(STEPS);
+        let (sin, cos) = alpha.sin_cos();
+        let reflected = reflectance(cos, 1.0, INDEX);
+        let within = (sin / INDEX).asin();
+        let turned = 2.0 * alpha - 2.0 * within - (sin / BELOW).asin() - (sin / ABOVE).asin();
+        let arrives = |reflections: i32| {
+            let angle = turned + f64::from(reflections) * (PI - 2.0 * within);
+            let from_top = (angle + PI).rem_euclid(TAU) - PI;
+            let passed = (1.0 - reflected).powi(2) * reflected.powi(reflections);
+            if from_top.abs() <= CAP { passed } else { 0.0 }
+        };
+        // sin ψ d(sin ψ), where sin ψ = sin α / X.
+        (0..12).map(arrives).sum::<f64>() * sin * cos / (BELOW * BELOW)
+    };
+    2.0 * (0..STEPS).map(arriving).sum::<f64>() * FRAC_PI_2 / f64::from(STEPS)
+}
+
+pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
+    let level = 1.0 / (1.0 - ALBEDO);
+    let furnace = |name, what, equation, scene: &Arc<Scene>, kind, ray, samples| {
+        let property = format!("among {what} in a furnace of albedo {ALBEDO} the radiance is {level}");
+        radiance(name, equation, (scene, kind, ray)).says(property).is((level, BOUNCES), samples)
+    };
+    let (glass, mirrors, lens) = (with_glass(), with_mirrors(), under_lens());
+    let lit = FLOOR * LIGHT * through_lens();
+    vec![
+        radiance("irradiance/by-bodies/lens", &SPECULAR_ANGLE, (&lens, BY_BODIES, near_origin))
+            .says(format!("a patch reflects {lit:.6} of a light that it sees through a ball of glass only"))
+            .is((lit, BOUNCES), 4_200_000),
+        furnace(
+            "furnace/by-bodies/glass",
+            "balls of glass",
+            &SPECULAR_ANGLE,
+            &glass,
+            BY_BODIES,
+            inside as Rays,
+            1_000_000,
+        ),
+        furnace(
+            "furnace/by-bodies/mirrors",
+            "mirrors",
+            &SPECULAR_SPREAD,
+            &mirrors,
+            BY_BODIES,
+            inside as Rays,
+            1_000_000,
+        ),
+    ]
+}
+
+pub fn faults() -> Vec<Fault<EstimatorSubject>> {
+    vec![
+        fault!("spread-doubled", SPECULAR_SPREAD, "the solid angle of a way by a body is taken for twice what it is",
+            { route: |_, _, route| Some(Route { spread: 2.0 * route.spread, ..route }) },
+            "irradiance/by-bodies/lens", "furnace/by-bodies/glass", "furnace/by-bodies/mirrors", "irradiance/after-mirror/by-bodies"),
+        fault!("spread-without-slant", SPECULAR_SPREAD, "the cosine at the body is counted twice",
+            { route: |_, _, route| Some(Route { spread: route.cosine * route.spread, ..route }) },
+            "furnace/by-bodies/glass", "irradiance/after-mirror/by-bodies"),
+        fault!("one-root", SPECULAR_ANGLE, "the search ends at the first root",
+            { route: |_, number, route| (number == 0).then_some(route) }, "irradiance/by-bodies/lens"),
+        fault!("first-root-lost", SPECULAR_ANGLE, "light that is bent beyond the axis, or reflected, is not looked for",
+            { route: |_, number, route| (number > 0).then_some(route) },
+            "furnace/by-bodies/glass", "furnace/by-bodies/mirrors", "irradiance/after-mirror/by-bodies"),
+        fault!("enters-and-stays", FRESNEL, "light is weakened where it enters a ball of glass, but not where it leaves",
+            { lets_on: |body, cosine| {
+                let (passed, chance) = Standard.lets_on(body, cosine);
+                (if body.kind == Kind::Refraction { DVec3::splat(passed.x.sqrt()) } else { passed }, chance)
+            } },
+            "irradiance/by-bodies/lens"),
+        fault!("glint-of-a-mirror", FRESNEL, "a ball of glass reflects as a mirror does",
+            { lets_on: |body, cosine| {
+                let (passed, chance) = Standard.lets_on(body, cosine);
+                (if body.kind == Kind::Reflection { DVec3::ONE } else { passed }, chance)
+            } },
+            "furnace/by-bodies/glass"),
+        fault!("mirror-twice", RENDERING, "shadow rays by way of a mirror lose its colour twice",
+            { lets_on: |body, cosine| {
+                let (passed, chance) = Standard.lets_on(body, cosine);
+                (passed * passed, chance)
+            } },
+            "irradiance/after-mirror/by-bodies", "irradiance/by-bodies/lens"),
+        fault!("body-not-picked", LIGHT_PICK, "a shadow ray by way of a body counts as if there were no other",
+            { pick_by_share: |r, shares| (Standard.pick_by_share(r, shares).0, 1.0) },
+            "irradiance/by-bodies/lens", "furnace/by-bodies/glass"),
+    ]
+}
