@@ -4,8 +4,9 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use whitefurnace::fresnel::{mirror, refract};
-use whitefurnace::specular::{Body, BySphere, Kind, Route, by_flat, spread_of};
+use whitefurnace::specular::{Body, BySphere, Kind, MOST, Route, spread_of};
 
+use crate::lanes::scenes::bodies;
 use crate::prelude::*;
 
 const CASES: u32 = 20_000;
@@ -166,4 +167,144 @@ fn ways_spread_as_their_ends_move() {
         }
     }
     assert!(count > CASES / 2, "{count} ways");
+}
+
+/// What a ray meets that left a surface, by way of up to two mirrors and glass surfaces, each taken at random.
+fn follow(scene: &Scene, ray: &Ray, rng: &mut impl Rng) -> Option<(Vec<Hit>, Hit)> {
+    let (mut met, mut ray) = (Vec::new(), *ray);
+    loop {
+        let hit = scene.intersect(&ray)?;
+        let bsdf = &scene.surface(&hit).bsdf;
+        if hit.emitter.is_some() || bsdf.is_rough() {
+            return (hit.emitter.is_some() && hit.normal.dot(ray.direction) < 0.0).then_some((met, hit));
+        }
+        let sample = bsdf.sample(&whitefurnace::bsdf::Vertex::new(&hit, &ray), rng)?;
+        met.push(hit);
+        if met.len() > 2 {
+            return None;
+        }
+        ray = scene.leave(hit.point, hit.normal, sample.direction);
+    }
+}
+
+#[test]
+fn what_paths_hit_by_way_of_a_body_shadow_rays_find() {
+    let scene = bodies(0);
+    let all = scene.bodies().all();
+    let mut found = [0; 3];
+    let mut rng = rng("paths");
+    for _ in 0..400_000 {
+        let x = in_cube(&mut rng, 0.99).with_z(-0.999);
+        let w = uniform_hemisphere(uniform2(&mut rng));
+        let Some((met, light)) = follow(&scene, &Ray::new(x, w), &mut rng) else { continue };
+        let kind = match met[..] {
+            [only] if matches!(scene.primitives().nth(only.primitive as usize), Some((Geometry::Triangle(_), _))) => {
+                Kind::Flat
+            }
+            [only] if only.normal.dot(w) < 0.0 => Kind::Reflection,
+            [first, last] if first.primitive == last.primitive => Kind::Refraction,
+            _ => continue,
+        };
+        let is_here = |place: DVec3, size: f64| {
+            let away = met[0].point - place;
+            if kind == Kind::Flat { away.length() < 1.0 } else { (away.length() - size).abs() < 1e-9 }
+        };
+        let numbers = all.iter().filter(|body| body.kind == kind && is_here(body.body.place, body.body.size));
+        let body = numbers.into_iter().next().expect("a body");
+        let (spread, cosine) = spread_of(&body.body, kind, (x, w, light.point));
+        let routes = body.routes((x, light.point));
+        let near = routes
+            .map(|(_, route)| route)
+            .min_by(|a, b| (a.direction - w).length().total_cmp(&(b.direction - w).length()));
+        let near = near.expect("a route");
+        // Of a caustic the direction is known to the root of a rounding.
+        let blur = 1e-9 + 1e-12 * spread;
+        assert!((near.direction - w).length() < 1e3 * blur, "{:?} for {w:?} by {body:?}", near.direction);
+        assert!((near.spread / spread - 1.0).abs() < 1e-4 * (1.0 + spread) && (near.cosine - cosine).abs() < 1e-4);
+        found[kind as usize] += 1;
+    }
+    assert!(found.iter().all(|&paths| paths > 100), "{found:?} by flat mirrors, reflected and refracted");
+}
+
+/// The kinds and sizes of a scene's bodies.
+fn kinds(parts: impl FnOnce(&mut SceneBuilder)) -> Vec<(Kind, f64)> {
+    let scene = scene_from(Camera::new(DVec3::new(0.0, -9.0, 0.0), DVec3::ZERO, DVec3::Z, 0.5), parts);
+    scene.bodies().all().iter().map(|body| (body.kind, body.body.size)).collect()
+}
+
+fn mirror_surface(s: &mut SceneBuilder, reflectance: f64) -> SurfaceId {
+    s.surface(Surface::new(Bsdf::Mirror { reflectance: DVec3::splat(reflectance) }))
+}
+
+#[test]
+fn bodies_are_whole_spheres_and_flat_mirrors() {
+    let ball = |index: f64, sphere: Sphere| {
+        kinds(|s| {
+            let glass = s.surface(Surface::new(Bsdf::Glass { index }));
+            s.sphere(sphere, glass);
+        })
+    };
+    let whole = Sphere::new(DVec3::ZERO, 2.0);
+    assert_eq!(ball(1.5, whole), [(Kind::Refraction, 2.0), (Kind::Reflection, 2.0)]);
+    // A bubble, a ball of air, a shell from within, and a part of a ball.
+    assert_eq!(ball(0.7, whole), []);
+    assert_eq!(ball(1.0, whole), []);
+    assert_eq!(ball(1.5, Sphere { inward: true, ..whole }), []);
+    assert_eq!(ball(1.5, Sphere { zone: [0.0, f64::INFINITY], ..whole }), []);
+    let mirrors = |reflectance: f64| {
+        kinds(|s| {
+            let mirror = mirror_surface(s, reflectance);
+            s.sphere(whole, mirror);
+            simple::closed_cube(s, 3.0, false, mirror);
+        })
+    };
+    let mut sides = vec![(Kind::Flat, 36.0); 6];
+    sides.push((Kind::Reflection, 2.0));
+    assert_eq!(mirrors(0.5), sides);
+    assert_eq!(mirrors(0.0), []);
+    // Triangles of another colour or another height are other mirrors, and one of many triangles is none.
+    let flat = |parts: &[(f64, f64)], count: u32| {
+        kinds(|s| {
+            for &(reflectance, z) in parts {
+                let mirror = mirror_surface(s, reflectance);
+                for i in 0..count {
+                    s.rectangle(DVec3::new(f64::from(i), 0.0, z), [DVec3::X, DVec3::Y], mirror);
+                }
+            }
+        })
+    };
+    assert_eq!(flat(&[(0.5, 0.0)], 3), [(Kind::Flat, 3.0)]);
+    assert_eq!(flat(&[(0.5, 0.0), (0.5, 0.1)], 3), [(Kind::Flat, 3.0); 2]);
+    assert_eq!(flat(&[(0.5, 0.0), (0.6, 0.0)], 3), [(Kind::Flat, 3.0); 2]);
+    assert_eq!(flat(&[(0.5, 0.0)], 8), [(Kind::Flat, 8.0)]);
+    assert_eq!(flat(&[(0.5, 0.0)], 9), []);
+    // Of many the largest.
+    let balls = kinds(|s| {
+        let mirror = mirror_surface(s, 0.5);
+        for i in 1..=20 {
+            s.sphere(Sphere::new(DVec3::new(0.0, 0.0, 50.0 * f64::from(i)), f64::from(i)), mirror);
+        }
+    });
+    let largest: Vec<_> = (5..=20).rev().map(|i| (Kind::Reflection, f64::from(i))).collect();
+    assert_eq!((balls.len(), balls), (MOST, largest));
+}
+
+#[test]
+fn shares_are_of_what_can_be_seen() {
+    let scene = bodies(0);
+    let all = scene.bodies().all();
+    let mut rng = rng("points");
+    for _ in 0..1000 {
+        let from = in_cube(&mut rng, 1.0);
+        let shares: [f64; MOST] = scene.bodies().shares(from);
+        let sum: f64 = shares.iter().sum();
+        assert!((sum - 1.0).abs() < 1e-12 || sum == 0.0, "{sum}");
+        for (i, body) in all.iter().enumerate() {
+            let away = from - body.body.place;
+            let faces =
+                if body.kind == Kind::Flat { away.dot(body.body.normal) > 0.0 } else { away.length() > body.body.size };
+            assert_eq!(shares[i] > 0.0, faces, "{body:?} from {from:?}");
+            assert_eq!(scene.bodies().share_of(i as f64, from), shares[i]);
+        }
+    }
 }

@@ -62,7 +62,13 @@ fn images_have_the_same_bits() {
                 assert_same_film(scene, LaneEstimator::Path(path), plain, None);
             }
         }
-        let path = LaneEstimator::Path(Path { early: 2, ..Path::new(Standard, Finds::Mis) });
+        let path = Path { early: 2, by_bodies: true, ..Path::new(Standard, Finds::Mis) };
+        for (lights, heuristic) in
+            [(LightSampling::Area, Heuristic::Balance), (LightSampling::ByContribution, Heuristic::Power)]
+        {
+            assert_same_film(scene, LaneEstimator::Path(Path { lights, heuristic, ..path }), plain, None);
+        }
+        let path = LaneEstimator::Path(path);
         let report = |segments, rules| LaneEstimator::Report(OneRayPerHit { segments, rules });
         let whitted = |segments, rules| LaneEstimator::Whitted(Whitted { segments, ..Whitted::new(rules) });
         for segments in [0, 1, 2, 7] {

@@ -131,6 +131,30 @@ fn mirrors() -> Scene {
     s.build(Camera::new(DVec3::new(0.1, -0.2, 0.0), DVec3::Y, DVec3::Z, 0.8)).expect("a legal scene")
 }
 
+/// Mirrors and balls of glass of every kind by way of which light comes, lights of two shapes, and among `count` splinters.
+pub fn bodies(count: u32) -> Scene {
+    let mut s = SceneBuilder::new("bodies");
+    let grey = s.surface(Surface::new(Bsdf::oren_nayar(DVec3::new(0.7, 0.5, 0.6), 0.4, OrenNayarForm::Corrected)));
+    let [glass, dense] = [1.5, 2.2].map(|index| s.surface(Surface::new(Bsdf::Glass { index })));
+    let mirror = s.surface(Surface::new(Bsdf::Mirror { reflectance: DVec3::new(0.9, 0.8, 0.7) }));
+    let lamp = s.surface(Surface::new(Bsdf::Lambert { albedo: DVec3::splat(0.3) }).emitting(DVec3::new(8.0, 9.0, 7.0)));
+    simple::closed_cube(&mut s, 1.0, true, grey);
+    s.sphere(Sphere::new(DVec3::new(0.3, 0.2, -0.6), 0.35), glass);
+    s.sphere(Sphere::new(DVec3::new(-0.5, 0.4, 0.1), 0.2), dense);
+    s.sphere(Sphere::new(DVec3::new(-0.5, -0.2, -0.7), 0.25), mirror);
+    s.sphere(Sphere::new(DVec3::new(0.1, 0.1, 0.5), 0.15), lamp);
+    s.rectangle(DVec3::new(-0.99, -0.3, -0.2), [0.5 * DVec3::Y, 0.5 * DVec3::Z], lamp);
+    s.rectangle(DVec3::new(0.6, 0.95, -0.8), [DVec3::new(0.3, -0.3, 0.0), 0.7 * DVec3::Z], mirror);
+    let mut rng = rng("splinters");
+    for _ in 0..count {
+        let corner = in_cube(&mut rng, 0.9);
+        let corners = [corner, corner + 0.03 * in_cube(&mut rng, 1.0), corner + 0.03 * in_cube(&mut rng, 1.0)];
+        s.mesh(&corners, &[[0, 1, 2]], grey);
+    }
+    let camera = Camera::new(DVec3::new(0.0, -0.9, 0.1), DVec3::new(0.0, 0.2, -0.2), DVec3::Z, 1.0);
+    s.build(camera).expect("a legal scene")
+}
+
 /// Scenes with every surface, light and shape, in all ways in which lanes search for hits.
 pub fn scenes() -> Vec<Scene> {
     vec![
@@ -141,6 +165,9 @@ pub fn scenes() -> Vec<Scene> {
         net(false),
         net(true),
         mirrors(),
+        bodies(0),
+        bodies(100),
+        bodies(1600),
         room::report(Convention::Physical, OrenNayarForm::Corrected).expect("a scene"),
         room::diffuse().expect("a scene"),
         simple::environment().expect("a scene"),
