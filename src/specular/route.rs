@@ -28,7 +28,7 @@ pub struct Route<V: Vector> {
 /// each, and that of others soon in its square.
 const MOST_STEPS: u32 = 48;
 /// A step that is smaller is the last.
-const SMALL: f64 = 1e-6;
+const SMALL: f64 = 1e-7;
 /// The same in single precision.
 const SINGLE_SMALL: f64 = 1e-4;
 
@@ -39,10 +39,10 @@ struct Pair<V: Vector> {
     /// X and Y, their distances from the centre.
     x_distance: V::Real,
     y_distance: V::Real,
-    /// The unit vectors towards them.
+    /// The unit vector towards x, and the one across it in the plane of x, y and the centre, on the side of y.
     to_x: V,
-    to_y: V,
-    /// Of Θ, the angle between these.
+    across: V,
+    /// Of Θ, the angle from x to y.
     cos: V::Real,
     sin: V::Real,
 }
@@ -99,8 +99,11 @@ impl<V: Vector> Pair<V> {
         let [x_distance, y_distance] = [x, y].map(|v| v.length_squared().sqrt());
         let (to_x, to_y) = (x * x_distance.recip(), y * y_distance.recip());
         let cos = to_x.dot(to_y);
-        let sin = (to_y - to_x * cos).length_squared().sqrt();
-        Self { x, y, x_distance, y_distance, to_x, to_y, cos, sin }
+        // Twice, as the first time leaves a rounding along x, which is much of what is left of y nearly in line with x.
+        let aside = to_y - to_x * cos;
+        let aside = aside - to_x * to_x.dot(aside);
+        let sin = aside.length_squared().sqrt();
+        Self { x, y, x_distance, y_distance, to_x, across: aside * sin.recip(), cos, sin }
     }
 
     /// Whether both points are outside and not in line with the centre.
@@ -257,14 +260,17 @@ impl<'a, V: Vector> BySphere<'a, V> {
         let legs = Legs::new(angle.sin, pair.distances(), body.bending);
         // Light that is bent beyond the axis goes round the other way.
         let around = V::Real::choose(*refracts & is_first, -one, one);
-        // The unit normal where the sphere is met on the way from one of the points.
-        let met = |to: V, other: V, leg: V::Real, distance: V::Real| {
+        // The unit normal where the sphere is met on the way from one of the points, from the unit vector towards it and the
+        // one across towards the other.
+        let met = |to: V, across: V, leg: V::Real, distance: V::Real| {
             let scale = distance.recip();
-            let across = (other - to * pair.cos) * (around * angle.sin * (leg - angle.cos) * scale / pair.sin);
+            let across = across * (around * angle.sin * (leg - angle.cos) * scale);
             to * ((angle.cos * leg + angle.sin * angle.sin) * scale) + across
         };
-        let first = met(pair.to_x, pair.to_y, legs.x, pair.x_distance);
-        let last = V::choose(*refracts, met(pair.to_y, pair.to_x, legs.y, pair.y_distance), first);
+        let turned = |a: V::Real, b: V::Real| pair.to_x * a + pair.across * b;
+        let first = met(pair.to_x, pair.across, legs.x, pair.x_distance);
+        let (to_y, across) = (turned(pair.cos, pair.sin), turned(pair.sin, -pair.cos));
+        let last = V::choose(*refracts, met(to_y, across, legs.y, pair.y_distance), first);
         let point = |normal: V| (body.place + normal * body.size, normal);
         Route {
             exists: exists & finite,

@@ -72,6 +72,19 @@ impl Case {
         2.0 * alpha - 2.0 * (sin * self.body.bending).asin() - (sin / x).asin() - (sin / y).asin()
     }
 
+    /// The solid angle between the routes to four points around y, per area between these.
+    fn spread_by_differences(&self, route: &Route<DVec3>, step: f64) -> Option<f64> {
+        let frame = Frame::new(route.arriving);
+        let moved = |by: DVec3| {
+            let moved = Self { body: self.body, refracts: self.refracts, x: self.x, y: self.y + by };
+            let apart = |direction: &DVec3| (*direction - route.direction).length();
+            let directions = moved.routes().into_iter().map(|route| route.direction);
+            directions.min_by(|a, b| apart(a).total_cmp(&apart(b)))
+        };
+        let [across, along] = [frame.x, frame.y].map(|axis| Some(moved(axis * step)? - moved(axis * -step)?));
+        Some(across?.cross(along?).length() / (4.0 * step * step))
+    }
+
     /// Where a ray from x leaves the sphere, and in which direction.
     fn follow(&self, direction: DVec3) -> Option<(DVec3, DVec3)> {
         let sphere = Sphere::new(self.body.place, self.body.size);
@@ -126,7 +139,12 @@ fn ways_by_a_sphere_obey_its_laws() {
             let scale = (case.y - case.x).length() + case.body.size;
             // Moving the ray by a rounding moves its end by that over what spreads.
             let growth = 1.0 + (route.spread * scale * scale).sqrt().recip();
-            assert!(miss < 1e-10 * scale * growth, "misses by {miss} of {scale}, {growth}: {case:?}");
+            assert!(
+                miss < 1e-10 * scale * growth,
+                "misses by {miss} of {scale}, {growth}, seen {:?} cosine {}: {case:?}",
+                case.seen(),
+                route.cosine
+            );
             assert!(towards.dot(direction) > 0.0 && (route.arriving - direction).length() < 1e-7 * growth, "{case:?}");
             count += 1;
         }
@@ -139,25 +157,15 @@ fn ways_spread_as_their_ends_move() {
     let mut count = 0;
     for case in (0..CASES).map(Case::new) {
         for route in case.routes() {
-            let scale = (case.y - case.x).length();
-            let frame = Frame::new(route.arriving);
-            let moved = |by: DVec3| {
-                let moved = Case { y: case.y + by, ..Case::new(0) };
-                let moved = Case { body: case.body, refracts: case.refracts, x: case.x, ..moved };
-                let routes = moved.routes().into_iter().map(|route| route.direction);
-                routes.min_by(|a, b| (a - route.direction).length().total_cmp(&(b - route.direction).length()))
-            };
             let [x_distance, y_distance, angle] = case.seen();
             let gap = (x_distance.min(y_distance) - 1.0) * case.body.size;
-            let step = 1e-5 * scale.min(case.body.size * angle.sin()).min(gap);
-            let ends = [frame.x, frame.y].map(|axis| [moved(axis * step), moved(axis * -step)]);
-            let [[Some(a), Some(b)], [Some(c), Some(d)]] = ends else { continue };
-            let spread = (a - b).cross(c - d).length() / (4.0 * step * step);
-            // Where it changes much over a step, next to a caustic, differences say little.
-            let even = ((a + b) * 0.5 - route.direction).length() < 1e-3 * (a - b).length()
-                && ((c + d) * 0.5 - route.direction).length() < 1e-3 * (c - d).length();
-            if even && (a - b).length() > 1e-9 && (c - d).length() > 1e-9 {
-                assert!((spread / route.spread - 1.0).abs() < 0.02, "{spread} and {} of {case:?}", route.spread);
+            let step = 1e-5 * (case.y - case.x).length().min(case.body.size * angle.sin()).min(gap);
+            let differences = [step, step / 4.0].map(|step| case.spread_by_differences(&route, step));
+            // Next to a caustic, where they depend on the step, differences say little.
+            if let [Some(a), Some(b)] = differences
+                && (a / b - 1.0).abs() < 1e-3
+            {
+                assert!((b / route.spread - 1.0).abs() < 0.01, "{b} and {} of {case:?}", route.spread);
                 count += 1;
             }
             let kind = if case.refracts { Kind::Refraction } else { Kind::Reflection };
@@ -212,6 +220,10 @@ fn what_paths_hit_by_way_of_a_body_shadow_rays_find() {
         let numbers = all.iter().filter(|body| body.kind == kind && is_here(body.body.place, body.body.size));
         let body = numbers.into_iter().next().expect("a body");
         let (spread, cosine) = spread_of(&body.body, kind, (x, w, light.point));
+        // On a caustic two routes are one but for a rounding, and the path's weight is all.
+        if spread > 1e4 {
+            continue;
+        }
         let routes = body.routes((x, light.point));
         let near = routes
             .map(|(_, route)| route)
@@ -219,7 +231,12 @@ fn what_paths_hit_by_way_of_a_body_shadow_rays_find() {
         let near = near.expect("a route");
         // Of a caustic the direction is known to the root of a rounding.
         let blur = 1e-9 + 1e-12 * spread;
-        assert!((near.direction - w).length() < 1e3 * blur, "{:?} for {w:?} by {body:?}", near.direction);
+        assert!(
+            (near.direction - w).length() < 1e3 * blur,
+            "{:?} for {w:?} from {x:?} to {light:?} by {body:?}, {spread} {cosine} {}",
+            near.direction,
+            near.spread
+        );
         assert!((near.spread / spread - 1.0).abs() < 1e-4 * (1.0 + spread) && (near.cosine - cosine).abs() < 1e-4);
         found[kind as usize] += 1;
     }
