@@ -243,9 +243,10 @@ impl<'a, V: Vector> BySphere<'a, V> {
         };
         let target = [V::Real::choose(*refracts, -pair.cos, pair.cos), pair.sin];
         let first = root(target, false, *possible & !low & !off(target).below(zero));
-        let level = Legs::new(zero, pair.distances(), body.bending).slope(one, body.bending)[0];
+        let [x, y] = pair.distances();
+        let slope_at_0 = x * y * (one - body.bending) * 2.0 - (x + y);
         let target = [-pair.cos, -pair.sin];
-        let smaller = root(target, true, *possible & *refracts & level.below(zero));
+        let smaller = root(target, true, *possible & *refracts & slope_at_0.below(zero));
         let above = !(low & off(target).below(zero));
         let larger = root(target, false, smaller.exists & above);
         [first, larger, smaller]
