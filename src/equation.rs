@@ -247,14 +247,14 @@ equations! {
         r"p_i = (1 - \varepsilon)\frac{C_i}{\sum_k C_k} + \frac{\varepsilon\,[C_i > 0]}{\#\{k : C_k > 0\}}, \quad C = L_e A \left(\frac{h + a}{d^2 + a^2}\right)^2, \quad a^2 = \frac{A}{\pi}", None,
         "Shirley, Wang and Zimmerman, ACM TOG 15(1), 1996, with C and ε of our own", Added,
         "What an emitter may contribute, at distance d and height h over its plane, must be above 0 wherever it can be seen.";
-    SPECULAR_ANGLE = "specular.angle", "", "Way by a sphere",
+    SPECULAR_ANGLE = "specular.angle", "", "Routes by a sphere",
         r"f(\alpha) = 2\alpha - 2\beta - \arcsin\frac{\sin\alpha}{X} - \arcsin\frac{\sin\alpha}{Y} = \tau, \quad \sin\beta = \frac{\sin\alpha}{n}, \quad \tau \in \{\Theta\} \text{ or } \{\pi - \Theta,\ \Theta - \pi\}", None,
-        "Elementary geometry; Jensen, Mitchell and Hanrahan, EGWR 1992; Walter, Zhao, Holzschuch and Bala, SIGGRAPH 2009", Added,
+        "Mitchell and Hanrahan, SIGGRAPH 1992; Walter, Zhao, Holzschuch and Bala, ACM TOG 28(3), 2009", Added,
         "Between points at distances X and Y of the centre, in radii, an angle Θ apart. A reflection has β = 0 and one root; light through glass has up to three. As f is convex, Newton's steps find all.";
-    SPECULAR_SPREAD = "specular.spread", "", "Spread of a way by a sphere",
+    SPECULAR_SPREAD = "specular.spread", "", "Spread of a route by a sphere",
         r"\frac{d\omega}{dA_\perp} = \frac{\sin\alpha\cos\alpha}{r^2\,X Y \sin\Theta\,\sqrt{X^2 - \sin^2\alpha}\,\sqrt{Y^2 - \sin^2\alpha}\,\lvert f'(\alpha)\rvert}", None,
-        "From conservation of flux in the tube of rays around the way; Walter, Zhao, Holzschuch and Bala, SIGGRAPH 2009", Added,
-        "What stands for 1/d² of a straight way. It is the same from either end, and has no bound where f' = 0: that is the caustic.";
+        "Walter, Zhao, Holzschuch and Bala, ACM TOG 28(3), 2009", Added,
+        "What stands for 1/d² of a straight route. It is the same from either end, and has no bound where f' = 0: that is the caustic.";
     PHOTON_FLUX = "photon.flux", "", "Flux of a photon",
         r"\Delta\Phi = \frac{L_e \cos\theta}{N\, p_A\, p_\omega}", None,
         "Jensen, EGWR 1996", Added,

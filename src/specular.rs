@@ -179,8 +179,8 @@ impl Bodies {
         found.truncate(MOST);
         let mut of = if found.is_empty() { Vec::new() } else { vec![[NONE; 2]; parts.len()] };
         for (number, (body, primitives)) in found.iter().enumerate() {
-            let way = usize::from(body.kind == Kind::Refraction);
-            primitives.iter().for_each(|&primitive| of[primitive][way] = number as u8);
+            let column = usize::from(body.kind == Kind::Refraction);
+            primitives.iter().for_each(|&primitive| of[primitive][column] = number as u8);
         }
         Self { all: found.into_iter().map(|(body, _)| body).collect(), of }
     }

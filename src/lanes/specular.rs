@@ -91,9 +91,9 @@ impl<R: Wide<N>, const N: usize> Surfaces<'_, R, N> {
         let ends = (vertex.point, light.point);
         let reflected = if flat.any() { self.by_flat(scene, &body, (of_body, flat), ends) } else { None };
         let curved = asking & !flat;
-        let ways = if curved.any() { Some(BySphere::new(&body, ends, (curved, refracts))) } else { None };
+        let balls = if curved.any() { Some(BySphere::new(&body, ends, (curved, refracts))) } else { None };
         let none = R::Mask::splat(false);
-        let roots = ways.as_ref().map(BySphere::roots);
+        let roots = balls.as_ref().map(BySphere::roots);
         // Each lane takes its own next route.
         let mut left = roots.map_or([none; 3], |roots| roots.map(|root| root.exists));
         let mut flat = reflected.as_ref().map_or(none, |route| route.exists);
@@ -103,12 +103,12 @@ impl<R: Wide<N>, const N: usize> Surfaces<'_, R, N> {
             let smaller = left[2] & !first & !larger;
             left = [none, left[1] & !larger, left[2] & !smaller];
             let curved = first | larger | smaller;
-            let route = match (&reflected, &ways, roots) {
+            let route = match (&reflected, &balls, roots) {
                 (Some(flat), ..) if !curved.any() => *flat,
-                (reflected, Some(ways), Some(roots)) => {
+                (reflected, Some(balls), Some(roots)) => {
                     let mut root = roots[0].or(first, roots[1].or(larger, roots[2]));
                     root.exists = root.exists & curved;
-                    let route = ways.route(root, first);
+                    let route = balls.route(root, first);
                     reflected.map_or(route, |reflected| Route::choose(flat, reflected, route))
                 }
                 _ => return sum,

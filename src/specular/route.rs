@@ -84,7 +84,7 @@ impl<R: Real> Legs<R> {
     fn residual(&self, angle: Angle<R>, bending: R, target: [R; 2]) -> [R; 2] {
         let (sin, refracted) = (angle.sin, angle.sin * bending);
         let turn = |[a, b]: [R; 2], [c, d]: [R; 2]| [a * c - b * d, b * c + a * d];
-        // i(α − β)
+        // By the angle α − β.
         let bent = turn([angle.cos, sin], [self.within, -refracted]);
         let legs = turn([self.x, -sin], [self.y, -sin]);
         turn(turn(turn(bent, bent), legs), [target[0], -target[1]])
@@ -194,7 +194,7 @@ impl<V: Vector> RootAt<V> {
     }
 }
 
-/// The ways between two points by spheres.
+/// The routes between two points by spheres.
 pub struct BySphere<'a, V: Vector> {
     body: &'a Body<V>,
     pair: Pair<V>,

@@ -1,4 +1,4 @@
-//! Ways of light by one mirror or glass body: all of them are found, they obey the laws of reflection and refraction,
+//! Routes of light by way of one mirror or glass body: all of them are found, they obey the laws of reflection and refraction,
 //! and they spread as they do when their ends are moved.
 
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -101,7 +101,7 @@ impl Case {
 }
 
 #[test]
-fn every_way_by_a_sphere_is_found() {
+fn every_route_by_a_sphere_is_found() {
     let mut found = [0; 4];
     for case in (0..CASES / 10).map(Case::new) {
         let [.., angle] = case.seen();
@@ -121,11 +121,11 @@ fn every_way_by_a_sphere_is_found() {
         }
         found[count] += 1;
     }
-    assert!(found.iter().all(|&cases| cases > 20), "{found:?} cases with 0 to 3 ways");
+    assert!(found.iter().all(|&cases| cases > 20), "{found:?} cases with 0 to 3 routes");
 }
 
 #[test]
-fn ways_by_a_sphere_obey_its_laws() {
+fn routes_by_a_sphere_obey_its_laws() {
     let mut count = 0;
     for case in (0..CASES).map(Case::new) {
         for route in case.routes() {
@@ -149,11 +149,11 @@ fn ways_by_a_sphere_obey_its_laws() {
             count += 1;
         }
     }
-    assert!(count > CASES / 2, "{count} ways");
+    assert!(count > CASES / 2, "{count} routes");
 }
 
 #[test]
-fn ways_spread_as_their_ends_move() {
+fn routes_spread_as_their_ends_move() {
     let mut count = 0;
     for case in (0..CASES).map(Case::new) {
         for route in case.routes() {
@@ -174,7 +174,7 @@ fn ways_spread_as_their_ends_move() {
             assert!((of_ray / route.spread - 1.0).abs() < 1e-5 + grazing, "{of_ray} and {} of {case:?}", route.spread);
         }
     }
-    assert!(count > CASES / 2, "{count} ways");
+    assert!(count > CASES / 2, "{count} routes");
 }
 
 /// What a ray meets that left a surface, by way of up to two mirrors and glass surfaces, each taken at random.

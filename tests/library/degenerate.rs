@@ -145,8 +145,8 @@ fn fits(film: Result<Film, Error>, what: &str, scene: &str) -> Option<Film> {
 /// Renders by every way there is.
 fn renders(scene: &Scene, text: &str, far_apart: bool) {
     let sampling = Sampling { pixel: Random, numbers: Numbers::Sobol(2), seed: 1, outlines: true };
-    for strategy in [Finds::Mis, Finds::Bsdf] {
-        let path = Path::<Standard>::new(Standard, strategy);
+    for (strategy, by_bodies) in [(Finds::Mis, false), (Finds::Mis, true), (Finds::Bsdf, false)] {
+        let path = Path { by_bodies, ..Path::<Standard>::new(Standard, strategy) };
         let one_by_one = fits(rendered(scene, &path, FRAME, sampling, &[0..1]), "path", text);
         let mut film = Film::new(FRAME, None, 2).expect("a film");
         let lanes = render_lanes(scene, LaneEstimator::Path(path), sampling, &mut film, &(0..1), &|_| true);

@@ -128,7 +128,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
 
 pub fn faults() -> Vec<Fault<EstimatorSubject>> {
     vec![
-        fault!("spread-doubled", SPECULAR_SPREAD, "the solid angle of a way by a body is taken for twice what it is",
+        fault!("spread-doubled", SPECULAR_SPREAD, "the solid angle of a route by way of a body is taken for twice what it is",
             { route: |_, _, route| Some(Route { spread: 2.0 * route.spread, ..route }) },
             "irradiance/by-bodies/lens", "furnace/by-bodies/glass", "furnace/by-bodies/mirrors", "irradiance/after-mirror/by-bodies"),
         fault!("spread-without-slant", SPECULAR_SPREAD, "the cosine at the body is counted twice",

@@ -52,7 +52,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
 }
 
 /// The mean over pixels and channels of the variance among films.
-fn variance(films: &[Film]) -> f64 {
+pub(super) fn variance(films: &[Film]) -> f64 {
     let pixels = films[0].pixels().len();
     let of = |at: usize, channel: usize| {
         films.iter().map(|film| film.pixels()[at].mean()[channel]).collect::<Moments>().variance()

@@ -24,6 +24,7 @@ mod renderers;
 mod sampling_claims;
 mod scrambles;
 mod shadow_rays;
+mod specular;
 mod speed;
 pub mod suite_seeds;
 mod trials;
@@ -57,6 +58,7 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &photon_bias::PHOTON_BIAS,
     &caustics::CAUSTICS,
     &shadow_rays::SHADOW_RAYS,
+    &specular::SPECULAR,
     &agreement::AGREEMENT,
     &mitsuba::MITSUBA,
     &renderers::RENDERERS,

@@ -12,12 +12,12 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde::Deserialize;
 
 use crate::experiments::prelude::*;
-use crate::render::{EngineName, OutlinesName, SamplerName};
+use crate::render::{EngineName, OutlinesName, SamplerName, SpecularName};
 
 pub(super) const SPEED: Experiment = Experiment {
     id: "speed",
     title: "camera samples and rays per second, what they depend on, and what a sample is worth",
-    version: 4,
+    version: 5,
     equations: &[&equation::ESTIMATOR, &equation::SINGLE_PRECISION],
     run,
 };
@@ -62,6 +62,11 @@ fn estimators(run: &mut Run) -> Result<(), Error> {
         let single = Job { engine: EngineName::Single, ..mis };
         image(run, &pools, (&name(scene), "mis-single"), single)?;
         sobol(run, &pools, (&name(scene), "mis-single"), single)?;
+        if scene == SceneName::Report {
+            let straight = Job { specular_shadow_rays: SpecularName::No, ..mis };
+            image(run, &pools, (&name(scene), "mis-straight"), straight)?;
+            sobol(run, &pools, (&name(scene), "mis-straight"), straight)?;
+        }
         let outlines = Job { outlines: OutlinesName::Yes, ..mis };
         image(run, &pools, (&name(scene), "mis-outlines"), outlines)?;
         sobol(run, &pools, (&name(scene), "mis-outlines"), outlines)?;

@@ -47,7 +47,7 @@ struct Call {
 /// Path tracing as the program does it unasked.
 fn path(strategy: Strategy) -> Path {
     let lights = LightSampling::ByContribution;
-    Path { lights, heuristic: Heuristic::Power, early: EARLY, ..Path::new(Standard, strategy) }
+    Path { lights, heuristic: Heuristic::Power, early: EARLY, by_bodies: true, ..Path::new(Standard, strategy) }
 }
 
 /// Where an option is tried: as options of the program, and as what they change of a call.
@@ -254,6 +254,10 @@ fn rows() -> Vec<Row> {
             c.film = |c| c.rays(Path { heuristic: Heuristic::Balance, ..path(Strategy::Mis) });
         }),
         Row("heuristic", "power", PLAIN, |_| {}),
+        Row("specular-shadow-rays", "yes", PLAIN, |_| {}),
+        Row("specular-shadow-rays", "no", PLAIN, |c| {
+            c.film = |c| c.rays(Path { by_bodies: false, ..path(Strategy::Mis) });
+        }),
         Row("diffuse", "lambert", PLAIN, |c| white_sphere(c, Bsdf::Lambert { albedo: GREY })),
         Row("diffuse", "printed", PLAIN, |c| {
             c.scene = room::report(Convention::Physical, OrenNayarForm::Printed);
