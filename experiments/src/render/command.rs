@@ -77,7 +77,7 @@ pub struct Render {
 }
 
 /// Samples per pixel from which on their numbers adapt unasked: a pilot of fewer costs as much as it gains, or more.
-const MANY_ENOUGH: u32 = 64;
+const MANY_ENOUGH: u32 = 32;
 
 fn given(matches: &ArgMatches, id: &str) -> bool {
     matches.value_source(id) == Some(ValueSource::CommandLine)

@@ -85,7 +85,7 @@ pub struct Job {
     #[arg(long, allow_hyphen_values = true, value_parser = whole::<u32>(1..=ANY))]
     pub scrambles: Option<u32>,
     /// Whether pixels take more samples where a pilot has seen more noise, for --estimator mis, bsdf and light, and
-    /// --sampler sobol [default: yes with these from 64 samples on]
+    /// --sampler sobol [default: yes with these from 32 samples on]
     #[arg(long, value_enum, default_value_t, hide_default_value = true)]
     pub adaptive: AdaptiveName,
     /// Width x height in pixels; from 1x1 to 100000000 pixels in all
