@@ -50,9 +50,9 @@ fn run(run: &mut Run) -> Result<(), Error> {
             spp: 16,
             ..Job::default()
         };
-        let job = Job { size: run.by_tier([128, 96], [512, 384]), ..job };
+        let job = Job { size: run.by_tier([128, 96], [256, 192]), ..job };
         let shown = run.prepared(job).render(file)?.whole()?;
-        write_png(&run.figure(file), &shown, display, 1)?;
+        write_png(&run.figure(file), &shown, display, 2)?;
     }
     Ok(())
 }

@@ -62,14 +62,13 @@ fn estimators(run: &mut Run) -> Result<(), Error> {
         let single = Job { engine: EngineName::Single, ..mis };
         image(run, &pools, (&name(scene), "mis-single"), single)?;
         sobol(run, &pools, (&name(scene), "mis-single"), single)?;
-        if scene == SceneName::Report {
-            let straight = Job { specular_shadow_rays: SpecularName::No, ..mis };
-            image(run, &pools, (&name(scene), "mis-straight"), straight)?;
-            sobol(run, &pools, (&name(scene), "mis-straight"), straight)?;
-        }
         let outlines = Job { outlines: OutlinesName::Yes, ..mis };
         image(run, &pools, (&name(scene), "mis-outlines"), outlines)?;
         sobol(run, &pools, (&name(scene), "mis-outlines"), outlines)?;
+        if scene == SceneName::Report {
+            let straight = Job { specular_shadow_rays: SpecularName::No, ..outlines };
+            sobol(run, &pools, (&name(scene), "mis-straight"), straight)?;
+        }
     }
     let report = Job { convention: ConventionName::Report, estimator: EstimatorName::Report, ..base };
     let rate = image(run, &pools, ("seven-segments", "report"), report)?;
