@@ -248,9 +248,9 @@ equations! {
         "Shirley, Wang and Zimmerman, ACM TOG 15(1), 1996, with C and ε of our own", Added,
         "What an emitter may contribute, at distance d and height h over its plane, must be above 0 wherever it can be seen.";
     SPECULAR_ANGLE = "specular.angle", "", "Routes by a sphere",
-        r"f(\alpha) = 2\alpha - 2\beta - \arcsin\frac{\sin\alpha}{X} - \arcsin\frac{\sin\alpha}{Y} = \tau, \quad \sin\beta = \frac{\sin\alpha}{n}, \quad \tau \in \{\Theta\} \text{ or } \{\pi - \Theta,\ \Theta - \pi\}", None,
+        r"f(\alpha) = 2\alpha - 2\beta - \arcsin\frac{\sin\alpha}{X} - \arcsin\frac{\sin\alpha}{Y} = \tau, \quad \sin\beta = \frac{\sin\alpha}{n}", None,
         "Mitchell and Hanrahan, SIGGRAPH 1992; Walter, Zhao, Holzschuch and Bala, ACM TOG 28(3), 2009", Added,
-        "Between points at distances X and Y of the centre, in radii, an angle Θ apart. A reflection has β = 0 and one root; light through glass has up to three. As f is convex, Newton's steps find all.";
+        "Between points at distances X and Y of the centre, in radii, an angle Θ apart. A reflection has β = 0, τ = Θ and one root; light through glass has τ = ±(π − Θ) and up to three. As f is convex, Newton's steps find all.";
     SPECULAR_SPREAD = "specular.spread", "", "Spread of a route by a sphere",
         r"\frac{d\omega}{dA_\perp} = \frac{\sin\alpha\cos\alpha}{r^2\,X Y \sin\Theta\,\sqrt{X^2 - \sin^2\alpha}\,\sqrt{Y^2 - \sin^2\alpha}\,\lvert f'(\alpha)\rvert}", None,
         "Walter, Zhao, Holzschuch and Bala, ACM TOG 28(3), 2009", Added,

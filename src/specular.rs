@@ -239,7 +239,9 @@ fn of_sphere(place: DVec3, size: f64, bsdf: Bsdf) -> impl Iterator<Item = SceneB
 
 /// Adds a triangle of a mirror to the flat mirror in whose plane it lies, or as a new one.
 fn add_flat(found: &mut Vec<Found>, primitive: usize, (corners, normal, reflectance): ([DVec3; 3], DVec3, DVec3)) {
+    // Beyond these it takes long to find the one in whose plane a triangle lies; a mesh has no plane anyway.
     const MOST_FLATS: usize = 256;
+    // Triangles of one rectangle that was turned lie in one plane but for this.
     const ROUNDING: f64 = 1e-12;
     let [a, b, c] = corners;
     let area = 0.5 * (b - a).cross(c - a).length();
