@@ -57,7 +57,7 @@ pub struct Path<P = Standard> {
 }
 
 impl<P> Path<P> {
-    /// The plainest: points uniform in area, the balance heuristic, no hits that are early, no bodies. The program `render` takes
+    /// The plainest: points uniform in area, the balance heuristic, no hits that are early, no bodies. `render` takes
     /// [`LightSampling::ByContribution`], [`Heuristic::Power`] and [`EARLY`](crate::roulette::EARLY).
     pub fn new(parts: P, strategy: Strategy) -> Self {
         Self {

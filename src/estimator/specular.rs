@@ -73,7 +73,7 @@ fn is_free<P: Walking>(
 pub(super) struct Trail {
     from: DVec3,
     direction: DVec3,
-    /// Of the direction and what was decided since, with respect to solid angle.
+    /// Of the direction, with respect to solid angle.
     pdf: f64,
     stage: Stage,
 }

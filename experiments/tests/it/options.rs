@@ -307,7 +307,9 @@ fn rows() -> Vec<Row> {
         Row("spp", "3", PLAIN, |c| c.spp = 3),
         // In four scrambles, five and seven.
         Row("spp", "16", PLAIN, |c| (c.numbers, c.spp) = (Numbers::Sobol(4), 16)),
-        Row("spp", "63", PLAIN, |c| (c.numbers, c.spp) = (Numbers::Sobol(9), 63)),
+        Row("spp", "21", PLAIN, |c| (c.numbers, c.spp) = (Numbers::Sobol(3), 21)),
+        Row("spp", "28", PLAIN, |c| (c.numbers, c.spp) = (Numbers::Sobol(7), 28)),
+        Row("spp", "32", PLAIN, |c| (c.numbers, c.spp, c.adaptive) = (Numbers::Sobol(8), 32, true)),
         Row("spp", "65", PLAIN, |c| (c.numbers, c.spp, c.adaptive) = (Numbers::Sobol(13), 65, true)),
         Row("spp", "10", PLAIN, |c| (c.numbers, c.spp) = (Numbers::Sobol(2), 10)),
         Row("spp", "7", PLAIN, |c| c.spp = 7),

@@ -82,7 +82,10 @@ fn what_cannot_go_on_is_refused_and_stays() {
         (other("64x48", "48x64"), "size=64x48 there, size=48x64 here"),
         (other("4000000000", "8"), "adaptive=yes, spp=4000000000 there, scrambles=4, adaptive=no, spp=8 here"),
         (other("--out", "--seed 2 --out"), "seed=1 there, seed=2 here"),
-        (other("--out", "--estimator bsdf --out"), "heuristic=power there, estimator=bsdf here"),
+        (
+            other("--out", "--estimator bsdf --out"),
+            "heuristic=power, specular-shadow-rays=yes there, estimator=bsdf here",
+        ),
         (other("--out", "--shard 1/2 --out"), "there, 0..2000000000 of 4000000000 here"),
     ] {
         refused(&resume(&options), hint);
