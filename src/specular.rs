@@ -3,6 +3,8 @@
 
 mod route;
 
+use std::f64::consts::{PI, TAU};
+
 use glam::DVec3;
 
 use crate::bsdf::Bsdf;
@@ -35,10 +37,12 @@ pub enum Kind {
 /// A body by its numbers, for one ray or for several of which each has its own.
 #[derive(Clone, Copy, Debug)]
 pub struct Body<V: Vector> {
-    /// The centre of a sphere, the middle of a flat mirror.
-    pub place: V,
-    /// The radius of a sphere, the area of a flat mirror.
-    pub size: V::Real,
+    /// The centre of a sphere, or of a flat mirror.
+    pub centre: V,
+    /// Of a sphere.
+    pub radius: V::Real,
+    /// Of a flat mirror.
+    pub area: V::Real,
     /// The unit normal of the front of a flat mirror; of spheres zero.
     pub normal: V,
     /// The sine inside over the sine outside: 1/n of what goes through glass, else 0.
@@ -57,8 +61,9 @@ impl<V: Vector> Body<V> {
     pub fn splat(body: &Body<DVec3>) -> Self {
         let (vector, all) = (V::splat_vector, V::Real::splat);
         Self {
-            place: vector(body.place),
-            size: all(body.size),
+            centre: vector(body.centre),
+            radius: all(body.radius),
+            area: all(body.area),
             normal: vector(body.normal),
             bending: all(body.bending),
             index: all(body.index),
@@ -72,16 +77,16 @@ impl<V: Vector> Body<V> {
     #[inline]
     pub fn share(&self, kind: Kind, from: V) -> V::Real {
         let zero = V::Real::splat(0.0);
-        let away = from - self.place;
+        let away = from - self.centre;
         let squared = away.length_squared();
         if kind == Kind::Flat {
             let height = away.dot(self.normal);
-            let solid_angle = self.size * height / (squared * squared.sqrt());
-            let seen = solid_angle.at_most(V::Real::splat(std::f64::consts::TAU));
+            let solid_angle = self.area * height / (squared * squared.sqrt());
+            let seen = solid_angle.at_most(V::Real::splat(TAU));
             return V::Real::choose(height.above(zero), seen * self.strength, zero);
         }
-        let square = self.size * self.size;
-        let seen = square * std::f64::consts::PI / squared;
+        let square = self.radius * self.radius;
+        let seen = square * PI / squared;
         V::Real::choose(squared.above(square), seen * self.strength, zero)
     }
 
@@ -171,11 +176,11 @@ impl Bodies {
         }
         found.retain(|(body, primitives)| primitives.len() <= MOST_TRIANGLES && body.body.strength > 0.0);
         // Of pairs that are as large the first stay: the order is that of the scene.
-        let size = |(body, _): &Found| match body.kind {
-            Kind::Flat => body.body.size,
-            Kind::Reflection | Kind::Refraction => body.body.size * body.body.size * std::f64::consts::PI,
+        let seen = |(SceneBody { kind, body, .. }, _): &Found| {
+            let area = if *kind == Kind::Flat { body.area } else { body.radius * body.radius * PI };
+            area * body.strength
         };
-        found.sort_by(|a, b| (size(b) * b.0.body.strength).total_cmp(&(size(a) * a.0.body.strength)));
+        found.sort_by(|a, b| seen(b).total_cmp(&seen(a)));
         found.truncate(MOST);
         let mut of = if found.is_empty() { Vec::new() } else { vec![[NONE; 2]; parts.len()] };
         for (number, (body, primitives)) in found.iter().enumerate() {
@@ -217,10 +222,10 @@ impl Bodies {
     }
 }
 
-fn of_sphere(place: DVec3, size: f64, bsdf: Bsdf) -> impl Iterator<Item = SceneBody> {
+fn of_sphere(centre: DVec3, radius: f64, bsdf: Bsdf) -> impl Iterator<Item = SceneBody> {
     let body = |kind, bending, index, reflectance, strength| SceneBody {
         kind,
-        body: Body { place, size, normal: DVec3::ZERO, bending, index, reflectance, strength },
+        body: Body { centre, radius, area: 0.0, normal: DVec3::ZERO, bending, index, reflectance, strength },
         triangles: Vec::new(),
     };
     let [reflection, refraction] = match bsdf {
@@ -245,7 +250,7 @@ fn add_flat(found: &mut Vec<Found>, primitive: usize, (corners, normal, reflecta
     const ROUNDING: f64 = 1e-12;
     let [a, b, c] = corners;
     let area = 0.5 * (b - a).cross(c - a).length();
-    let middle = (a + b + c) / 3.0;
+    let centre = (a + b + c) / 3.0;
     let edge = |from: DVec3, to: DVec3| {
         let across = normal.cross(to - from);
         (across, across.dot(from))
@@ -256,17 +261,17 @@ fn add_flat(found: &mut Vec<Found>, primitive: usize, (corners, normal, reflecta
         flat.kind == Kind::Flat
             && flat.body.reflectance == reflectance
             && flat.body.normal.dot(normal) > 1.0 - ROUNDING
-            && (middle - flat.body.place).dot(normal).abs() <= ROUNDING * extent
+            && (centre - flat.body.centre).dot(normal).abs() <= ROUNDING * extent
     });
     if let Some((flat, primitives)) = same {
-        let sum = flat.body.size + area;
-        flat.body.place = flat.body.place.lerp(middle, area / sum);
-        flat.body.size = sum;
+        let sum = flat.body.area + area;
+        flat.body.centre = flat.body.centre.lerp(centre, area / sum);
+        flat.body.area = sum;
         flat.triangles.push(edges);
         primitives.push(primitive);
     } else if found.len() < MOST_FLATS {
         let strength = reflectance.max_element();
-        let body = Body { place: middle, size: area, normal, bending: 0.0, index: 0.0, reflectance, strength };
+        let body = Body { centre, radius: 0.0, area, normal, bending: 0.0, index: 0.0, reflectance, strength };
         found.push((SceneBody { kind: Kind::Flat, body, triangles: vec![edges] }, vec![primitive]));
     }
 }

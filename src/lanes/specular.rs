@@ -22,8 +22,8 @@ pub(super) struct BodyData<T> {
 
 impl<T: Scalar> BodyData<T> {
     pub fn new(kind: Kind, body: &Body<DVec3>) -> Self {
-        let [a, b, c] = [body.place, body.normal, body.reflectance].map(|v| v.to_array());
-        let numbers = [a, b, c, [body.size, body.bending, body.index], [body.strength, 0.0, 0.0], [0.0; 3]];
+        let [a, b, c] = [body.centre, body.normal, body.reflectance].map(|v| v.to_array());
+        let numbers = [a, b, c, [body.radius, body.area, body.strength], [body.bending, body.index, 0.0], [0.0; 3]];
         Self { kind, numbers: from_fn(|i| T::rounded(numbers[i / 3][i % 3])) }
     }
 }
@@ -35,10 +35,11 @@ fn gather<R: Wide<N>, const N: usize>(
     (numbers, active): ([usize; N], R::Mask),
 ) -> (Body<Lanes3<R>>, R::Mask, R::Mask) {
     let data = numbers.map(|number| &scene.bodies[number]);
-    let [a, b, c, d, e, f, g, h, i, size, bending, index, strength, ..] = R::of_rows(data.map(|body| &body.numbers));
-    let [place, normal, reflectance] = [[a, b, c], [d, e, f], [g, h, i]].map(Lanes3::of);
+    let [a, b, c, d, e, f, g, h, i, radius, area, strength, bending, index, ..] =
+        R::of_rows(data.map(|body| &body.numbers));
+    let [centre, normal, reflectance] = [[a, b, c], [d, e, f], [g, h, i]].map(Lanes3::of);
     let is = |kind| active & R::Mask::from_fn(|i| data[i].kind == kind);
-    let body = Body { place, size, normal, bending, index, reflectance, strength };
+    let body = Body { centre, radius, area, normal, bending, index, reflectance, strength };
     (body, is(Kind::Flat), is(Kind::Refraction))
 }
 

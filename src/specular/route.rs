@@ -218,7 +218,7 @@ impl<'a, V: Vector> BySphere<'a, V> {
         (x, y): (V, V),
         (active, refracts): (<V::Real as Real>::Mask, <V::Real as Real>::Mask),
     ) -> Self {
-        let pair = Pair::new(x, y, body.place, body.size);
+        let pair = Pair::new(x, y, body.centre, body.radius);
         let possible = active & pair.is_outside();
         Self { body, pair, refracts, possible }
     }
@@ -272,7 +272,7 @@ impl<'a, V: Vector> BySphere<'a, V> {
         let first = met(pair.to_x, pair.across, legs.x, pair.x_distance);
         let (to_y, across) = (turned(pair.cos, pair.sin), turned(pair.sin, -pair.cos));
         let last = V::choose(*refracts, met(to_y, across, legs.y, pair.y_distance), first);
-        let point = |normal: V| (body.place + normal * body.size, normal);
+        let point = |normal: V| (body.centre + normal * body.radius, normal);
         Route {
             exists: exists & finite,
             direction: (first - pair.x).normalize(),
@@ -280,7 +280,7 @@ impl<'a, V: Vector> BySphere<'a, V> {
             first: point(first),
             last: point(last),
             cosine: angle.cos,
-            spread: spread / (body.size * body.size),
+            spread: spread / (body.radius * body.radius),
         }
     }
 }
@@ -316,7 +316,7 @@ impl<V: Vector> Route<V> {
 pub fn by_flat<V: Vector>(body: &Body<V>, (x, y): (V, V), active: <V::Real as Real>::Mask) -> Route<V> {
     let zero = V::Real::splat(0.0);
     let normal = body.normal;
-    let [height_x, height_y] = [x, y].map(|v| (v - body.place).dot(normal));
+    let [height_x, height_y] = [x, y].map(|v| (v - body.centre).dot(normal));
     let (foot_x, foot_y) = (x - normal * height_x, y - normal * height_y);
     let between = (height_x + height_y).recip();
     let point = (foot_x * height_y + foot_y * height_x) * between;
@@ -334,13 +334,13 @@ pub fn by_flat<V: Vector>(body: &Body<V>, (x, y): (V, V), active: <V::Real as Re
 pub fn spread_of<V: Vector>(body: &Body<V>, kind: Kind, (x, direction, y): (V, V, V)) -> (V::Real, V::Real) {
     let (zero, one) = (V::Real::splat(0.0), V::Real::splat(1.0));
     if kind == Kind::Flat {
-        let image = x - body.normal * ((x - body.place).dot(body.normal) * 2.0);
+        let image = x - body.normal * ((x - body.centre).dot(body.normal) * 2.0);
         return ((y - image).length_squared().recip(), -direction.dot(body.normal));
     }
-    let pair = Pair::new(x, y, body.place, body.size);
+    let pair = Pair::new(x, y, body.centre, body.radius);
     let aside = pair.x - direction * pair.x.dot(direction);
     let sin = aside.length_squared().sqrt();
     let angle = Angle { sin, cos: (one - sin * sin).at_least(zero).sqrt() };
     let (spread, finite) = pair.spread(angle, body.bending);
-    (V::Real::choose(finite & pair.is_outside(), spread / (body.size * body.size), zero), angle.cos)
+    (V::Real::choose(finite & pair.is_outside(), spread / (body.radius * body.radius), zero), angle.cos)
 }

@@ -1,5 +1,5 @@
-//! Routes of light by way of one mirror or glass body: all of them are found, they obey the laws of reflection and refraction,
-//! and they spread as they do when their ends are moved.
+//! Routes of light by way of one mirror or glass body: all of them are found, they obey the laws of reflection and
+//! refraction, and they spread as they do when their ends are moved.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -26,27 +26,28 @@ impl Case {
         let mut unit = || uniform(&mut rng);
         let refracts = unit() < 0.7;
         let radius = 10_f64.powf(2.0 * unit() - 1.0);
-        let place = DVec3::new(unit(), unit(), unit()) * 4.0 - 2.0;
+        let centre = DVec3::new(unit(), unit(), unit()) * 4.0 - 2.0;
         let index = 1.0 + 10_f64.powf(1.6 * unit() - 1.6);
         let mut point = || {
             let [r1, r2] = [unit(), unit()];
             let away = from_spherical((1.0 - 2.0 * r1).acos(), 2.0 * PI * r2);
             // Near and far.
-            place + away * radius * (1.0 + 10_f64.powf(4.0 * unit() - 3.0))
+            centre + away * radius * (1.0 + 10_f64.powf(4.0 * unit() - 3.0))
         };
         let (x, y) = (point(), point());
         // Often nearly on the other side, where there are three routes.
         let y = if unit() < 0.5 {
-            let across = place - (x - place).normalize() * (y - place).length();
-            let moved = across + (y - place) * 0.3 * unit();
-            place + (moved - place).normalize() * (y - place).length()
+            let across = centre - (x - centre).normalize() * (y - centre).length();
+            let moved = across + (y - centre) * 0.3 * unit();
+            centre + (moved - centre).normalize() * (y - centre).length()
         } else {
             y
         };
         let bending = if refracts { index.recip() } else { 0.0 };
         let body = Body {
-            place,
-            size: radius,
+            centre,
+            radius,
+            area: 0.0,
             normal: DVec3::ZERO,
             bending,
             index: if refracts { index } else { 0.0 },
@@ -62,8 +63,8 @@ impl Case {
 
     /// X, Y and Θ.
     fn seen(&self) -> [f64; 3] {
-        let [x, y] = [self.x, self.y].map(|v| v - self.body.place);
-        [x.length() / self.body.size, y.length() / self.body.size, x.angle_between(y)]
+        let [x, y] = [self.x, self.y].map(|v| v - self.body.centre);
+        [x.length() / self.body.radius, y.length() / self.body.radius, x.angle_between(y)]
     }
 
     /// f of the equation, by its arc sines.
@@ -87,7 +88,7 @@ impl Case {
 
     /// Where a ray from x leaves the sphere, and in which direction.
     fn follow(&self, direction: DVec3) -> Option<(DVec3, DVec3)> {
-        let sphere = Sphere::new(self.body.place, self.body.size);
+        let sphere = Sphere::new(self.body.centre, self.body.radius);
         let ray = Ray::new(self.x, direction);
         let first = ray.at(sphere.intersect(&ray, f64::INFINITY)?);
         let normal = sphere.normal(first);
@@ -95,7 +96,7 @@ impl Case {
             return Some((first, mirror(direction, normal)));
         }
         let inside = refract(direction, normal, 1.0, self.body.index)?;
-        let last = first - inside * (2.0 * inside.dot(normal)) * self.body.size;
+        let last = first - inside * (2.0 * inside.dot(normal)) * self.body.radius;
         Some((last, refract(inside, -sphere.normal(last), self.body.index, 1.0)?))
     }
 }
@@ -136,7 +137,7 @@ fn routes_by_a_sphere_obey_its_laws() {
             };
             let towards = case.y - last;
             let miss = towards.cross(direction).length();
-            let scale = (case.y - case.x).length() + case.body.size;
+            let scale = (case.y - case.x).length() + case.body.radius;
             // Moving the ray by a rounding moves its end by that over what spreads.
             let growth = 1.0 + (route.spread * scale * scale).sqrt().recip();
             assert!(
@@ -158,8 +159,8 @@ fn routes_spread_as_their_ends_move() {
     for case in (0..CASES).map(Case::new) {
         for route in case.routes() {
             let [x_distance, y_distance, angle] = case.seen();
-            let gap = (x_distance.min(y_distance) - 1.0) * case.body.size;
-            let step = 1e-5 * (case.y - case.x).length().min(case.body.size * angle.sin()).min(gap);
+            let gap = (x_distance.min(y_distance) - 1.0) * case.body.radius;
+            let step = 1e-5 * (case.y - case.x).length().min(case.body.radius * angle.sin()).min(gap);
             let differences = [step, step / 4.0].map(|step| case.spread_by_differences(&route, step));
             // Next to a caustic, where they depend on the step, differences say little.
             if let [Some(a), Some(b)] = differences
@@ -213,12 +214,11 @@ fn what_paths_hit_by_way_of_a_body_shadow_rays_find() {
             [first, last] if first.primitive == last.primitive => Kind::Refraction,
             _ => continue,
         };
-        let is_here = |place: DVec3, size: f64| {
-            let away = met[0].point - place;
-            if kind == Kind::Flat { away.length() < 1.0 } else { (away.length() - size).abs() < 1e-9 }
+        let is_here = |body: &Body<DVec3>| {
+            let distance = met[0].point.distance(body.centre);
+            if kind == Kind::Flat { distance < 1.0 } else { (distance - body.radius).abs() < 1e-9 }
         };
-        let numbers = all.iter().filter(|body| body.kind == kind && is_here(body.body.place, body.body.size));
-        let body = numbers.into_iter().next().expect("a body");
+        let body = all.iter().find(|body| body.kind == kind && is_here(&body.body)).expect("a body");
         let (spread, cosine) = spread_of(&body.body, kind, (x, w, light.point));
         // On a caustic two routes are one but for a rounding, and the path's weight is all.
         if spread > 1e4 {
@@ -243,10 +243,10 @@ fn what_paths_hit_by_way_of_a_body_shadow_rays_find() {
     assert!(found.iter().all(|&paths| paths > 100), "{found:?} by flat mirrors, reflected and refracted");
 }
 
-/// The kinds and sizes of a scene's bodies.
+/// The kinds of a scene's bodies, with the radius of a sphere or the area of a flat mirror.
 fn kinds(parts: impl FnOnce(&mut SceneBuilder)) -> Vec<(Kind, f64)> {
     let scene = scene_from(Camera::new(DVec3::new(0.0, -9.0, 0.0), DVec3::ZERO, DVec3::Z, 0.5), parts);
-    scene.bodies().all().iter().map(|body| (body.kind, body.body.size)).collect()
+    scene.bodies().all().iter().map(|body| (body.kind, body.body.radius + body.body.area)).collect()
 }
 
 fn mirror_surface(s: &mut SceneBuilder, reflectance: f64) -> SurfaceId {
@@ -317,9 +317,12 @@ fn shares_are_of_what_can_be_seen() {
         let sum: f64 = shares.iter().sum();
         assert!((sum - 1.0).abs() < 1e-12 || sum == 0.0, "{sum}");
         for (i, body) in all.iter().enumerate() {
-            let away = from - body.body.place;
-            let faces =
-                if body.kind == Kind::Flat { away.dot(body.body.normal) > 0.0 } else { away.length() > body.body.size };
+            let away = from - body.body.centre;
+            let faces = if body.kind == Kind::Flat {
+                away.dot(body.body.normal) > 0.0
+            } else {
+                away.length() > body.body.radius
+            };
             assert_eq!(shares[i] > 0.0, faces, "{body:?} from {from:?}");
             assert_eq!(scene.bodies().share_of(i as f64, from), shares[i]);
         }

@@ -2,7 +2,6 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use whitefurnace::emitter::LightSampling;
 use whitefurnace::estimator::{Heuristic, NextEvent as _};
 use whitefurnace::fresnel::reflectance;
 use whitefurnace::specular::{Kind, Route};
@@ -13,13 +12,8 @@ use crate::prelude::*;
 use crate::scenes::{FLOOR, LIGHT, ball, hollow, lambert, light, mirror, scene, square};
 use crate::strategies::near_origin;
 
-/// The path tracer with shadow rays by way of bodies, weighted by a heuristic.
-const fn by_bodies(heuristic: Heuristic) -> EstimatorKind {
-    EstimatorKind::PathByBodies(LightSampling::ByContribution, heuristic)
-}
-
-/// By the balance heuristic.
-pub const BY_BODIES: EstimatorKind = by_bodies(Heuristic::Balance);
+/// The path tracer with shadow rays by way of bodies, weighted by the balance heuristic.
+pub const BY_BODIES: EstimatorKind = EstimatorKind::PathByBodies(Heuristic::Balance);
 
 /// Of all walls.
 const ALBEDO: f64 = 0.5;
@@ -119,7 +113,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "mirrors",
             &SPECULAR_SPREAD,
             &mirrors,
-            BY_BODIES,
+            EstimatorKind::PathByBodies(Heuristic::Power),
             inside as Rays,
             1_000_000,
         ),

@@ -193,7 +193,7 @@ pub enum EstimatorKind {
     /// [`Path`] that finds direct light in another way.
     PathBy(Strategy, LightSampling, Heuristic),
     /// The same with shadow rays by way of bodies.
-    PathByBodies(LightSampling, Heuristic),
+    PathByBodies(Heuristic),
     /// [`Report`] with one sample ray.
     Report(u32),
     /// [`Whitted`].
@@ -217,9 +217,9 @@ impl EstimatorKind {
                 let path = Path::new(parts, strategy);
                 Path { lights, heuristic, ..path }.radiance(scene, ray, hit, rng)
             }
-            Self::PathByBodies(lights, heuristic) => {
+            Self::PathByBodies(heuristic) => {
                 let path = Path::new(parts, Strategy::Mis);
-                Path { lights, heuristic, by_bodies: true, ..path }.radiance(scene, ray, hit, rng)
+                Path { heuristic, by_bodies: true, ..path }.radiance(scene, ray, hit, rng)
             }
             Self::PathEarly => {
                 let path = Path::new(parts, Strategy::Bsdf);

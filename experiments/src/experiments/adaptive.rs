@@ -2,7 +2,7 @@
 
 use whitefurnace::adaptive::REPLICATIONS;
 
-use super::scrambles::above;
+use super::scrambles::gains;
 use crate::experiments::prelude::*;
 use crate::render::{AdaptiveName, OutlinesName, SamplerName};
 
@@ -44,7 +44,9 @@ fn run(run: &mut Run) -> Result<(), Error> {
             }
         }
         shown.push(samples(&room, &film(AdaptiveName::Yes, 0)?));
-        judge(run, &room, &variances);
+        let level = FAMILY / ROOMS.len() as f64;
+        let gain = gains(run, &format!("{room}: samples go where noise is"), variances.each_ref(), level);
+        run.number(&format!("{room}.gain"), gain);
     }
     let see = "Blue: fewer samples than the mean; vermilion: more. They leave the background, and go to what glass and \
                mirrors show.";
@@ -58,19 +60,6 @@ pub(super) fn variance(films: &[Film]) -> f64 {
         films.iter().map(|film| film.pixels()[at].mean()[channel]).collect::<Moments>().variance()
     };
     (0..pixels).map(|at| (0..3).map(|channel| of(at, channel)).sum::<f64>()).sum::<f64>() / (3.0 * pixels as f64)
-}
-
-/// The variance with equal numbers over that with others, of as many samples in all.
-fn judge(run: &mut Run, room: &str, [alike, adapted]: &[Moments; 2]) {
-    let gain = alike.mean() / adapted.mean();
-    let relative = |m: &Moments| m.standard_error() / m.mean();
-    let critical = student_upper(FAMILY / 2.0 / ROOMS.len() as f64, alike.count() as f64 - 1.0);
-    let half = critical * relative(alike).hypot(relative(adapted));
-    let [low, high] = [-half, half].map(|off| gain * off.exp());
-    run.number(&format!("{room}.gain"), gain);
-    let verdict = above([low, high], 1.0);
-    let value = format!("variance {gain:.2} times smaller, interval [{low:.2}, {high:.2}]");
-    run.claim(&format!("{room}: samples go where noise is"), value, verdict);
 }
 
 /// How many samples the pixels of a film have.

@@ -132,14 +132,8 @@ fn run(run: &mut Run) -> Result<(), Error> {
 /// independent samples.
 fn judge(run: &mut Run, room: &str, ours: &Found, independent: &Found) {
     let critical = |n: u64| student_upper(FAMILY / 2.0 / 8.0, n as f64 - 1.0);
-    let [a, b] = [ours, independent].map(|found| &found.variance);
-    let relative = |m: &Moments| m.standard_error() / m.mean();
-    let half = critical(a.count()) * relative(a).hypot(relative(b));
-    let gain = b.mean() / a.mean();
-    let [low, high] = [-half, half].map(|off| gain * off.exp());
-    let value = format!("variance {gain:.2} times smaller, interval [{low:.2}, {high:.2}]");
-    let verdict = above([low, high], 1.0);
-    run.claim(&format!("{room}: four scrambles gain"), value, verdict);
+    let variances = [independent, ours].map(|found| &found.variance);
+    gains(run, &format!("{room}: four scrambles gain"), variances, FAMILY / 8.0);
     let [a, b] = [ours, independent].map(|found| &found.coverage);
     let more = a.mean() - b.mean();
     let half = critical(a.count()) * a.standard_error().hypot(b.standard_error());
@@ -147,6 +141,22 @@ fn judge(run: &mut Run, room: &str, ours: &Found, independent: &Found) {
         format!("{:.3} of intervals at 0.9 hold, {:.3} of independent samples'; ± {half:.3}", a.mean(), b.mean());
     let verdict = above([more - half, more + half], -MARGIN);
     run.claim(&format!("{room}: error bars of four scrambles are as honest"), value, verdict);
+}
+
+/// The first mean over the second, and half the width of its logarithm's interval at a level.
+pub(super) fn ratio([a, b]: [&Moments; 2], level: f64) -> (f64, f64) {
+    let relative = |m: &Moments| m.standard_error() / m.mean();
+    let critical = student_upper(level / 2.0, a.count() as f64 - 1.0);
+    (a.mean() / b.mean(), critical * relative(a).hypot(relative(b)))
+}
+
+/// Claims that the second of two variances is the smaller; returns how many times.
+pub(super) fn gains(run: &mut Run, what: &str, variances: [&Moments; 2], level: f64) -> f64 {
+    let (gain, half) = ratio(variances, level);
+    let [low, high] = [-half, half].map(|off| gain * off.exp());
+    let value = format!("variance {gain:.2} times smaller, interval [{low:.2}, {high:.2}]");
+    run.claim(what, value, above([low, high], 1.0));
+    gain
 }
 
 /// Whether a value, of which an interval is known, lies above a limit.

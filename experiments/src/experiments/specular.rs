@@ -1,7 +1,7 @@
 //! What shadow rays by way of mirrors and balls of glass gain, and that the mean stays.
 
 use super::adaptive::variance;
-use super::scrambles::above;
+use super::scrambles::{above, gains, ratio};
 use crate::experiments::prelude::*;
 use crate::render::{AdaptiveName, OutlinesName, SamplerName, SpecularName};
 
@@ -22,57 +22,44 @@ const MARGIN: f64 = 0.001;
 
 fn run(run: &mut Run) -> Result<(), Error> {
     let groups = run.by_tier(4, 24);
-    let room = name(SceneName::Report);
-    let film = |specular_shadow_rays, spp, k: usize| {
+    let job = |specular_shadow_rays, spp, size| {
         let (sampler, outlines, adaptive) = (SamplerName::Sobol, OutlinesName::Yes, AdaptiveName::No);
-        let job = Job { sampler, outlines, adaptive, spp, specular_shadow_rays, size: [128, 96], ..Job::default() };
-        let seed = seed_for(run.seed(), &format!("{specular_shadow_rays:?} {spp} {k}"));
-        Job { seed, ..run.prepared(job) }.render(&room)?.whole()
+        Job { sampler, outlines, adaptive, spp, specular_shadow_rays, size, ..Job::default() }
     };
-    let ways = [SpecularName::No, SpecularName::Yes];
-    let (mut variances, mut means) = ([Moments::default(); 2], [Moments::default(); 2]);
-    for (way, (variances, means)) in ways.into_iter().zip(variances.iter_mut().zip(&mut means)) {
-        for group in 0..groups {
-            let films: Vec<Film> =
-                (0..GROUP).map(|k| film(way, SAMPLES, GROUP * group + k)).collect::<Result<_, _>>()?;
-            films.iter().for_each(|film| means.push(film.mean()));
-            variances.push(variance(&films));
-        }
-    }
-    judge(run, &variances, &means);
-    let display = Job::default().display(0.0);
-    for (way, file) in ways.into_iter().zip(["without.png", "with.png"]) {
-        let specular_shadow_rays = way;
-        let job = Job {
-            specular_shadow_rays,
-            sampler: SamplerName::Sobol,
-            outlines: OutlinesName::Yes,
-            spp: 16,
-            ..Job::default()
+    let films = |run: &Run, way: SpecularName, group: usize| {
+        let film = |k: usize| {
+            let seed = seed_for(run.seed(), &format!("{way:?} {}", GROUP * group + k));
+            Job { seed, ..run.prepared(job(way, SAMPLES, [128, 96])) }.render(&name(way))?.whole()
         };
-        let job = Job { size: run.by_tier([128, 96], [256, 192]), ..job };
-        let shown = run.prepared(job).render(file)?.whole()?;
+        (0..GROUP).map(film).collect::<Result<Vec<_>, Error>>()
+    };
+    let display = Job::default().display(0.0);
+    let (mut variances, mut means) = ([Moments::default(); 2], [Moments::default(); 2]);
+    for (i, (way, file)) in [(SpecularName::No, "without.png"), (SpecularName::Yes, "with.png")].into_iter().enumerate()
+    {
+        for group in 0..groups {
+            let films = films(run, way, group)?;
+            films.iter().for_each(|film| means[i].push(film.mean()));
+            variances[i].push(variance(&films));
+        }
+        let shown = run.prepared(job(way, 16, run.by_tier([128, 96], [256, 192]))).render(file)?.whole()?;
         write_png(&run.figure(file), &shown, display, 2)?;
     }
+    let level = FAMILY / 2.0;
+    let gain = gains(run, "shadow rays by way of mirrors and glass gain", variances.each_ref(), level);
+    run.number("gain", gain);
+    same(run, &means, level);
     Ok(())
 }
 
-/// The gain, and how far the means are apart.
-fn judge(run: &mut Run, variances: &[Moments; 2], means: &[Moments; 2]) {
-    let critical = |n: u64| student_upper(FAMILY / 4.0, n as f64 - 1.0);
-    let relative = |m: &Moments| m.standard_error() / m.mean();
-    let both = |[a, b]: &[Moments; 2]| critical(a.count()) * relative(a).hypot(relative(b));
-    let gain = variances[0].mean() / variances[1].mean();
-    let half = both(variances);
-    let [low, high] = [-half, half].map(|off| gain * off.exp());
-    run.number("gain", gain);
-    let value = format!("variance {gain:.2} times smaller, interval [{low:.2}, {high:.2}]");
-    run.claim("shadow rays by way of mirrors and glass gain", value, above([low, high], 1.0));
-    let (apart, half) = (means[1].mean() / means[0].mean() - 1.0, both(means));
+/// Claims that the means are the same within the margin.
+fn same(run: &mut Run, [without, with]: &[Moments; 2], level: f64) {
+    let (quotient, half) = ratio([with, without], level);
+    let apart = quotient - 1.0;
     run.number("apart", apart);
     run.number("half-width", half);
     let far = apart.abs();
-    let verdict = above([MARGIN - far - half, MARGIN - far + half], 0.0);
     let value = format!("{apart:+.1e} ± {half:.1e} of the mean without, {MARGIN} allowed");
+    let verdict = above([MARGIN - far - half, MARGIN - far + half], 0.0);
     run.claim("and leave the mean of the image as it is", value, verdict);
 }
