@@ -122,7 +122,9 @@ impl<V: Vector> Pair<V> {
     /// from α = 0 upwards; and in which of the `active` there is one.
     ///
     /// f is convex and f(0) = 0. From a right angle, where f(α) ≥ τ, and from 0, where f falls and 0 ≥ τ, no step passes
-    /// the root, as none is longer than Newton's; where there is none, they come to where the slope has the other sign.
+    /// the root, as none is longer than Newton's. Where there is none, they leave the range of angles or come to where the
+    /// slope has the other sign: from a right angle f(α) − τ is at most π, and no sum of steps reaches a root of τ − 2π,
+    /// for f > −π.
     #[inline]
     fn root(
         &self,
@@ -142,10 +144,8 @@ impl<V: Vector> Pair<V> {
             let legs = Legs::new(angle.sin, self.distances(), bending);
             let [slope, divisor] = legs.slope(angle.cos, bending);
             let [far, off] = legs.residual(angle, bending, target);
-            // Of the distance δ = f(α) − τ from 0 to 3π/2 a lower bound, 3 sin δ/(2 + cos δ) up to π.
-            let beyond = off.below(scale * -1e-3);
-            let dividend = V::Real::choose(beyond, scale * 3.0, off * 3.0);
-            let half = dividend * divisor / (V::Real::choose(beyond, scale, scale * 2.0 + far) * slope) * 0.5;
+            // Of the distance δ = f(α) − τ from 0 to π a lower bound is 3 sin δ/(2 + cos δ).
+            let half = off * 1.5 * divisor / ((scale * 2.0 + far) * slope);
             let right_side = if upwards { slope.below(zero) } else { slope.above(zero) };
             let (square, double) = (half * half, half * 2.0);
             let norm = (square + 1.0).recip();
@@ -229,11 +229,6 @@ impl<'a, V: Vector> BySphere<'a, V> {
     pub(crate) fn roots(&self) -> [RootAt<V>; 3] {
         let Self { pair, body, refracts, possible } = self;
         let (zero, one) = (V::Real::splat(0.0), V::Real::splat(1.0));
-        let edge = Legs::new(one, pair.distances(), body.bending);
-        // f(π/2) is from −π to π: where it has the sign of τ, or less, the sign of the sine of the difference is that of
-        // the difference.
-        let off = |target| edge.residual(grazing(), body.bending, target)[1];
-        let low = off([one, zero]).below(zero);
         let root = |target, upwards, among: <V::Real as Real>::Mask| {
             if !among.any() {
                 return RootAt { exists: among, angle: grazing() };
@@ -241,14 +236,12 @@ impl<'a, V: Vector> BySphere<'a, V> {
             let (angle, exists) = pair.root(body.bending, target, upwards, among);
             RootAt { exists, angle }
         };
-        let target = [V::Real::choose(*refracts, -pair.cos, pair.cos), pair.sin];
-        let first = root(target, false, *possible & !low & !off(target).below(zero));
+        let first = root([V::Real::choose(*refracts, -pair.cos, pair.cos), pair.sin], false, *possible);
         let [x, y] = pair.distances();
         let slope_at_0 = x * y * (one - body.bending) * 2.0 - (x + y);
         let target = [-pair.cos, -pair.sin];
         let smaller = root(target, true, *possible & *refracts & slope_at_0.below(zero));
-        let above = !(low & off(target).below(zero));
-        let larger = root(target, false, smaller.exists & above);
+        let larger = root(target, false, smaller.exists);
         [first, larger, smaller]
     }
 

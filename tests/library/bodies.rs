@@ -57,6 +57,13 @@ impl Case {
         Self { body, refracts, x, y }
     }
 
+    /// The same with y so near to the line through x and the centre.
+    fn in_line(self, offset: f64) -> Self {
+        let Body { centre, .. } = self.body;
+        let y = centre + (centre - self.x) + (self.y - centre) * offset;
+        Self { y, ..self }
+    }
+
     fn routes(&self) -> Vec<Route<DVec3>> {
         BySphere::new(&self.body, (self.x, self.y), (true, self.refracts)).routes().map(|(_, route)| route).collect()
     }
@@ -126,9 +133,24 @@ fn every_route_by_a_sphere_is_found() {
 }
 
 #[test]
+fn no_route_ends_within_the_sphere() {
+    for case in (0..CASES / 10).map(Case::new) {
+        let within =
+            |v: DVec3, share: f64| case.body.centre + (v - case.body.centre).normalize() * case.body.radius * share;
+        for share in [0.1, 0.5, 0.9, 0.999] {
+            for (x, y) in [(within(case.x, share), case.y), (case.x, within(case.y, share))] {
+                let case = Case { body: case.body, refracts: case.refracts, x, y };
+                assert!(case.routes().is_empty(), "{case:?}");
+            }
+        }
+    }
+}
+
+#[test]
 fn routes_by_a_sphere_obey_its_laws() {
     let mut count = 0;
-    for case in (0..CASES).map(Case::new) {
+    let in_line = |i: u32| Case::new(i).in_line(0.1_f64.powi(1 + i as i32 % 6));
+    for case in (0..CASES).flat_map(|i| [Case::new(i), in_line(i)]) {
         for route in case.routes() {
             let Some((last, direction)) = case.follow(route.direction) else {
                 // Grazing.
@@ -176,6 +198,46 @@ fn routes_spread_as_their_ends_move() {
         }
     }
     assert!(count > CASES / 2, "{count} routes");
+}
+
+#[test]
+fn a_flat_mirror_has_a_route_by_its_front() {
+    let (corner, edges) = (DVec3::new(-0.4, 0.1, -0.3), [DVec3::new(0.9, 0.2, 0.1), DVec3::new(-0.1, 0.3, 0.8)]);
+    let scene = scene_from(Camera::new(DVec3::new(0.0, -9.0, 0.0), DVec3::ZERO, DVec3::Z, 0.5), |s| {
+        let mirror = mirror_surface(s, 0.5);
+        s.rectangle(corner, edges, mirror);
+    });
+    let [body] = scene.bodies().all() else { panic!("one body") };
+    let normal = edges[0].cross(edges[1]).normalize();
+    let mut rng = rng("points");
+    let mut found = [0; 2];
+    for _ in 0..20_000 {
+        let [x, y] = [0, 1].map(|_| in_cube(&mut rng, 1.5));
+        let [height_x, height_y] = [x, y].map(|v| (v - corner).dot(normal));
+        // Where the line from x to the image of y meets the plane, along the edges.
+        let image = y - 2.0 * height_y * normal;
+        let met = x + (image - x) * (height_x / (height_x + height_y));
+        let across = edges.map(|edge| edge - edge.dot(normal) * normal);
+        let along = |k: usize| {
+            let dual = across[1 - k].cross(normal);
+            (met - corner).dot(dual) / across[k].dot(dual)
+        };
+        let lies = |share: f64| (0.0..1.0).contains(&share);
+        let expected = height_x > 0.0 && height_y > 0.0 && lies(along(0)) && lies(along(1));
+        let routes: Vec<_> = body.routes((x, y)).collect();
+        assert_eq!(routes.len(), usize::from(expected), "from {x:?} to {y:?}");
+        found[usize::from(expected)] += 1;
+        for (_, route) in routes {
+            assert!((route.first.0 - met).length() < 1e-12 && route.first == route.last);
+            assert!((mirror(route.direction, normal) - route.arriving).length() < 1e-9);
+            assert!((route.direction - (met - x).normalize()).length() < 1e-9);
+            assert_relative_eq!(route.spread, 1.0 / (image - x).length_squared(), max_relative = 1e-12);
+            assert_relative_eq!(route.cosine, -route.direction.dot(normal), max_relative = 1e-12);
+            let of_ray = spread_of(&body.body, body.kind, (x, route.direction, y));
+            assert_relative_eq!(of_ray.0, route.spread, max_relative = 1e-12);
+        }
+    }
+    assert!(found.iter().all(|&cases| cases > 200), "{found:?} without and with a route");
 }
 
 /// What a ray meets that left a surface, by way of up to two mirrors and glass surfaces, each taken at random.

@@ -99,13 +99,13 @@ pub fn verdict<T: Parser>(run: fn(&T) -> Result<u8, Error>) -> ExitCode {
     }))
 }
 
-/// What stands after an option with a list of values is its value, be it "-1", so that the refusal names the
-/// option.
+/// A number after an option with a list of values is its value, be it "-1", so that the refusal names the option.
+/// Another option there is none: then the value is missing.
 fn tolerant(command: clap::Command) -> clap::Command {
     command.mut_args(|argument| {
         let listed = !argument.get_possible_values().is_empty();
         // A flag has the values true and false, and takes none.
-        if listed && argument.get_action().takes_values() { argument.allow_hyphen_values(true) } else { argument }
+        if listed && argument.get_action().takes_values() { argument.allow_negative_numbers(true) } else { argument }
     })
 }
 
