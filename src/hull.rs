@@ -41,10 +41,9 @@ impl Hull {
         let is_wall: Vec<bool> = primitives
             .iter()
             .map(|primitive| {
-                let Primitive::Triangle(corners) = primitive else {
+                let Primitive::Triangle([a, b, c]) = *primitive else {
                     return false;
                 };
-                let [a, b, c] = corners.map(|[x, y, z, _]| DVec3::new(x, y, z));
                 if slabs.iter_mut().any(|slab| slab.is_closed_by([a, b, c], primitives, offset)) {
                     return true;
                 }
@@ -95,8 +94,7 @@ impl Slab {
 fn reach(primitive: &Primitive, normal: DVec3) -> f64 {
     match primitive {
         Primitive::Triangle(corners) => {
-            let heights = corners.map(|[x, y, z, _]| normal.dot(DVec3::new(x, y, z)));
-            heights.into_iter().fold(f64::NEG_INFINITY, f64::max)
+            corners.iter().map(|&corner| normal.dot(corner)).fold(f64::NEG_INFINITY, f64::max)
         }
         Primitive::Sphere(sphere) => normal.dot(sphere.centre) + sphere.radius,
     }

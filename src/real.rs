@@ -13,8 +13,8 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use glam::DVec3;
 
 pub use lanes::{
-    EightSingles, EightSinglesMask, LANES, LaneMask, Lanes, Lanes3, SINGLES, Scalar, Singles, SinglesMask, Wide,
-    WideMask, WideVector,
+    EightSingles, EightSinglesMask, FOUR, Four, FourMask, FourSingles, FourSinglesMask, LANES, LaneMask, Lanes, Lanes3,
+    SINGLES, Scalar, Singles, SinglesMask, Wide, WideMask, WideVector,
 };
 
 /// A yes or no for one ray or for each of several.

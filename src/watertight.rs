@@ -9,33 +9,54 @@
 //! is the true sign or it is exactly zero, and zero counts as inside. Neighbours that share an edge get
 //! exactly opposite values. Hence every ray that crosses the map is inside some triangle.
 
+use std::fmt::Debug;
+
 use glam::DVec3;
 
 use crate::real::{Lanes3, Mask, Real, Vector};
 use crate::shape::Ray;
 
-/// Vertices padded to four numbers, so that an axis index masked with 3 needs no bounds check.
-pub type Vertices = [[f64; 4]; 3];
-
 /// A vertex as a ray sees it: sheared across the direction, and its depth along the axis nearest to it.
 pub type Projected<R> = [R; 3];
 
+/// An order of the axes in which the one nearest to a ray's direction is the last, and the frame right-handed.
+pub trait Axes<R>: Copy + Debug {
+    /// Components in this order.
+    fn turned(self, components: [R; 3]) -> [R; 3];
+}
+
+/// Their numbers.
+impl<R: Copy> Axes<R> for [usize; 3] {
+    #[inline]
+    fn turned(self, components: [R; 3]) -> [R; 3] {
+        self.map(|axis| components[axis])
+    }
+}
+
+/// For each ray whether the last axis is the first, or the second.
+impl<R: Real> Axes<R> for [R::Mask; 2] {
+    #[inline]
+    fn turned(self, [x, y, z]: [R; 3]) -> [R; 3] {
+        let [is_x, is_y] = self;
+        let pick = |if_x, if_y, if_z| R::choose(is_x, if_x, R::choose(is_y, if_y, if_z));
+        [pick(y, z, x), pick(z, x, y), pick(x, y, z)]
+    }
+}
+
 /// Vectors whose axes can be turned so that the one nearest to a direction is the last.
 pub trait Turn: Vector {
-    /// The order of the axes, which keeps the frame right-handed.
-    type Axes: Copy + std::fmt::Debug;
+    /// What says the order of the axes.
+    type Axes: Axes<Self::Real>;
 
     /// The order for a direction.
     fn axes(direction: Self) -> Self::Axes;
-    /// Components in this order; the fourth is left out.
-    fn turned(components: &[Self::Real; 4], axes: Self::Axes) -> [Self::Real; 3];
 }
 
 impl Turn for DVec3 {
     type Axes = [usize; 3];
 
     #[inline]
-    fn axes(direction: Self) -> [usize; 3] {
+    fn axes(direction: Self) -> Self::Axes {
         let [x, y, z] = direction.to_array().map(f64::abs);
         let last = if x > y && x > z {
             0
@@ -47,38 +68,29 @@ impl Turn for DVec3 {
         let next = |axis| if axis == 2 { 0 } else { axis + 1 };
         [next(last), next(next(last)), last]
     }
-
-    #[inline]
-    fn turned(components: &[f64; 4], [x, y, z]: [usize; 3]) -> [f64; 3] {
-        [components[x & 3], components[y & 3], components[z & 3]]
-    }
 }
 
 impl<R: Real<Vector = Self>> Turn for Lanes3<R> {
-    /// Whether the last axis is the first, or the second.
     type Axes = [R::Mask; 2];
 
     #[inline]
-    fn axes(direction: Self) -> [R::Mask; 2] {
+    fn axes(direction: Self) -> Self::Axes {
         let [x, y, z] = direction.components().map(Real::abs);
         let is_x = x.above(y) & x.above(z);
         [is_x, !is_x & y.above(z)]
-    }
-
-    #[inline]
-    fn turned(&[x, y, z, _]: &[R; 4], [is_x, is_y]: [R::Mask; 2]) -> [R; 3] {
-        let pick = |if_x, if_y, if_z| R::choose(is_x, if_x, R::choose(is_y, if_y, if_z));
-        [pick(y, z, x), pick(z, x, y), pick(x, y, z)]
     }
 }
 
 /// What is computed once per ray: the axis order and the shear that turns the direction to +z.
 #[derive(Clone, Copy, Debug)]
-pub struct Shear<V: Turn = DVec3> {
-    origin: [V::Real; 3],
-    axes: V::Axes,
-    shear: [V::Real; 3],
+pub struct Shear<R = f64, A = [usize; 3]> {
+    origin: [R; 3],
+    axes: A,
+    shear: [R; 3],
 }
+
+/// Of several rays.
+pub type LaneShear<R> = Shear<R, [<R as Real>::Mask; 2]>;
 
 /// A hit of the watertight test: distance in units of the direction's length, and the barycentric
 /// weights of the three vertices.
@@ -90,46 +102,42 @@ pub struct TriangleHit<R = f64> {
     pub weights: [R; 3],
 }
 
-impl<V: Turn> Shear<V> {
+impl<R: Real, A: Axes<R>> Shear<R, A> {
     /// Prepares a ray. The direction must not be zero.
     #[inline]
-    pub fn new(ray: &Ray<V>) -> Self {
+    pub fn new<V: Turn<Real = R, Axes = A>>(ray: &Ray<V>) -> Self {
         let axes = V::axes(ray.direction);
-        let turned = |v: V| {
-            let [x, y, z] = v.components();
-            V::turned(&[x, y, z, z], axes)
-        };
-        let [x, y, z] = turned(ray.direction);
+        let [x, y, z] = axes.turned(ray.direction.components());
         let inverse = z.recip();
-        Self { origin: turned(ray.origin), axes, shear: [x * inverse, y * inverse, inverse] }
+        Self { origin: axes.turned(ray.origin.components()), axes, shear: [x * inverse, y * inverse, inverse] }
     }
 
     /// A vertex as the ray sees it.
     #[inline]
-    pub fn project(&self, vertex: &[V::Real; 4]) -> Projected<V::Real> {
+    pub fn project(&self, vertex: [R; 3]) -> Projected<R> {
         let ([ox, oy, oz], [sx, sy, _]) = (self.origin, self.shear);
-        let [x, y, z] = V::turned(vertex, self.axes);
+        let [x, y, z] = self.axes.turned(vertex);
         let z = z - oz;
         [(x - ox) - sx * z, (y - oy) - sy * z, z]
     }
 
     /// The distance of what is seen at a depth, in units of the direction's length.
     #[inline]
-    pub fn distance(&self, depth: V::Real) -> V::Real {
+    pub fn distance(&self, depth: R) -> R {
         depth * self.shear[2]
     }
 
     /// The hit ahead, from either side, edges and vertices included, on the triangle of three projected vertices; t is
     /// infinite where there is none. What is as near as rounding ([`NEAREST`]) is where the ray starts, not ahead.
     #[inline]
-    pub fn hit(&self, [a, b, c]: [&Projected<V::Real>; 3]) -> TriangleHit<V::Real> {
+    pub fn hit(&self, [a, b, c]: [&Projected<R>; 3]) -> TriangleHit<R> {
         self.hit_within([edge(c, b), edge(a, c), edge(b, a)], [a[2], b[2], c[2]])
     }
 
     /// The same by the triangle's [`edge`]s, each opposite to its vertex, and the depths of its vertices.
     #[inline(always)]
-    pub fn hit_within(&self, [u, v, w]: [V::Real; 3], depths: [V::Real; 3]) -> TriangleHit<V::Real> {
-        let (zero, none) = (V::Real::splat(0.0), V::Real::splat(f64::INFINITY));
+    pub fn hit_within(&self, [u, v, w]: [R; 3], depths: [R; 3]) -> TriangleHit<R> {
+        let (zero, none) = (R::splat(0.0), R::splat(f64::INFINITY));
         let [lowest, highest] = [u.at_most(v).at_most(w), u.at_least(v).at_least(w)];
         let inside = !(lowest.below(zero) & highest.above(zero));
         if !inside.any() {
@@ -140,9 +148,9 @@ impl<V: Turn> Shear<V> {
         let weights = [u * inverse, v * inverse, w * inverse];
         let t = self.distance(weights[0] * depths[0] + weights[1] * depths[1] + weights[2] * depths[2]);
         let farthest = depths[0].abs().at_least(depths[1].abs()).at_least(depths[2].abs());
-        let ahead = t.above(self.distance(farthest * V::Real::by_precision(NEAREST, SINGLE_NEAREST)).abs());
+        let ahead = t.above(self.distance(farthest * R::by_precision(NEAREST, SINGLE_NEAREST)).abs());
         let hit = inside & !determinant.equals(zero) & ahead;
-        TriangleHit { t: V::Real::choose(hit, t, none), weights }
+        TriangleHit { t: R::choose(hit, t, none), weights }
     }
 }
 
@@ -160,11 +168,18 @@ pub fn edge<R: Real>(a: &Projected<R>, b: &Projected<R>) -> R {
 }
 
 impl Shear {
-    /// The hit of one ray with 0 < t < `t_max`.
+    /// The same ray in every lane, each for another triangle.
     #[inline]
-    pub fn intersect(&self, vertices: &Vertices, t_max: f64) -> Option<TriangleHit> {
-        let [a, b, c] = vertices;
-        let hit = self.hit([&self.project(a), &self.project(b), &self.project(c)]);
+    pub fn splat<R: Real>(&self) -> Shear<R> {
+        let splat = |numbers: [f64; 3]| numbers.map(R::splat);
+        Shear { origin: splat(self.origin), axes: self.axes, shear: splat(self.shear) }
+    }
+
+    /// The hit of one ray with 0 < t < `t_max` on a triangle of these vertices.
+    #[inline]
+    pub fn intersect(&self, vertices: [DVec3; 3], t_max: f64) -> Option<TriangleHit> {
+        let [a, b, c] = vertices.map(|vertex| self.project(vertex.to_array()));
+        let hit = self.hit([&a, &b, &c]);
         (hit.t < t_max).then_some(hit)
     }
 }

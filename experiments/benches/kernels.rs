@@ -51,8 +51,7 @@ const TRIANGLE: [DVec3; 3] = [DVec3::new(-1.0, -1.0, 0.1), DVec3::new(1.0, -0.8,
 
 #[divan::bench]
 fn triangle_watertight(bencher: Bencher) {
-    let vertices = TRIANGLE.map(|v| [v.x, v.y, v.z, 0.0]);
-    bench(bencher, ray, |ray| Shear::new(ray).intersect(black_box(&vertices), f64::INFINITY));
+    bench(bencher, ray, |ray| Shear::new(ray).intersect(black_box(TRIANGLE), f64::INFINITY));
 }
 
 #[divan::bench]
@@ -81,7 +80,7 @@ fn large_mesh() -> Vec<Primitive> {
             let [c, d] = [at(row + 1, column), at(row + 1, column + 1)];
             [[a, c, d], [a, d, b]]
         })
-        .map(Primitive::triangle)
+        .map(Primitive::Triangle)
         .collect()
 }
 
@@ -190,10 +189,10 @@ macro_rules! at_once {
 
             #[divan::bench]
             fn triangle_watertight(bencher: Bencher) {
-                let vertices = TRIANGLE.map(|v| [v.x, v.y, v.z, 0.0].map(<$number>::splat));
+                let vertices = TRIANGLE.map(|v| v.to_array().map(<$number>::splat));
                 bench(bencher, ray, |ray| {
                     let shear = Shear::new(ray);
-                    let [a, b, c] = black_box(&vertices).each_ref().map(|vertex| shear.project(vertex));
+                    let [a, b, c] = black_box(&vertices).map(|vertex| shear.project(vertex));
                     shear.hit([&a, &b, &c])
                 });
             }

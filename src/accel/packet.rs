@@ -4,12 +4,11 @@
 //! is tested against all of them at once.
 
 use std::array::from_fn;
-use std::ops::Range;
 
-use super::{Bvh, COUNT_BITS, COUNT_MASK, Node, ORIGIN_MARGIN, SLAB_MARGIN, STACK, rounded_up};
+use super::{Bvh, Leaf, Node, ORIGIN_MARGIN, SLAB_MARGIN, STACK, on_sphere, rounded_up};
 use crate::real::{LANES, Lanes, Lanes3, Real, Scalar, Vector, Wide, WideMask};
 use crate::shape::Ray;
-use crate::watertight::{Shear, TriangleHit};
+use crate::watertight::{LaneShear, Shear, TriangleHit};
 
 /// The nearest hits of several rays.
 #[derive(Clone, Copy, Debug)]
@@ -35,6 +34,8 @@ pub(crate) struct Nearest<R> {
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub struct PacketStack<const N: usize = LANES> {
+    /// Of the first ray that meets the box, which stands for all.
+    nearest: [f32; STACK],
     entered: [[f32; N]; STACK],
     children: [u32; STACK],
 }
@@ -77,7 +78,7 @@ impl<R: Real> Nearest<R> {
 
 impl<const N: usize> Default for PacketStack<N> {
     fn default() -> Self {
-        Self { entered: [[0.0; N]; STACK], children: [0; STACK] }
+        Self { nearest: [0.0; STACK], entered: [[0.0; N]; STACK], children: [0; STACK] }
     }
 }
 
@@ -93,8 +94,11 @@ impl Bvh {
         let shear = Shear::new(ray);
         let mut nearest = Nearest::new();
         self.traverse_packet(ray, limits(active, nearest.t), stack, |leaf| {
-            for i in leaf {
-                nearest.or(R::splat(f64::from(self.ids[i])), &self.primitives[i].hit(ray, &shear));
+            for i in 0..leaf.triangle_count {
+                nearest.or(R::splat(leaf.triangles[i].into()), &leaf.hit_of_packet(i, &shear));
+            }
+            for (id, sphere) in self.spheres_of(leaf) {
+                nearest.or(R::splat((*id).into()), &on_sphere(sphere, ray));
             }
             limits(active, nearest.t)
         });
@@ -113,17 +117,18 @@ impl Bvh {
         let (shear, one) = (Shear::new(segment), R::splat(1.0));
         let mut free = active;
         self.traverse_packet(segment, limits(free, one), stack, |leaf| {
-            for i in leaf {
-                if blocks(self.ids[i]) {
-                    free = free & !self.primitives[i].hit(segment, &shear).t.below(one);
-                }
+            for i in (0..leaf.triangle_count).filter(|&i| blocks(leaf.triangles[i])) {
+                free = free & !leaf.hit_of_packet(i, &shear).t.below(one);
+            }
+            for (_, sphere) in self.spheres_of(leaf).iter().filter(|(id, _)| blocks(*id)) {
+                free = free & !sphere.distance(segment).below(one);
             }
             limits(free, one)
         });
         active & !free
     }
 
-    /// Calls `leaf` with the primitives that any ray may meet, near ones first. It returns the distances beyond which
+    /// Calls `leaf` for the leaves that any ray may meet, near ones first. It returns the distances beyond which
     /// nothing matters to a ray any more.
     #[inline]
     fn traverse_packet<R: Wide<N>, const N: usize>(
@@ -131,7 +136,7 @@ impl Bvh {
         ray: &Ray<Lanes3<R>>,
         mut limits: R::Single,
         stack: &mut PacketStack<N>,
-        mut leaf: impl FnMut(Range<usize>) -> R::Single,
+        mut leaf: impl FnMut(&Leaf) -> R::Single,
     ) {
         let slabs = Slabs::new(ray);
         (stack.entered[0], stack.children[0]) = ([0.0; N], 0);
@@ -142,34 +147,43 @@ impl Bvh {
             if R::Single::of_lanes(near).above(limits).bits() == u32::MAX >> (32 - N) {
                 continue;
             }
-            let first = (child >> COUNT_BITS) as usize;
-            let count = (child & COUNT_MASK) as usize;
-            if count > 0 {
-                limits = leaf(first..first + count);
+            let place = (child / 2) as usize;
+            if child % 2 == 1 {
+                limits = leaf(&self.leaves[place]);
                 continue;
             }
-            let node = &self.nodes[first];
-            let entered = [0, 1, 2, 3].map(|slot| {
+            let node = &self.nodes[place];
+            let bottom = waiting;
+            for slot in 0..node.child_count {
                 let (near, hits) = slabs.intersect(node, slot, limits);
-                (near, if node.children[slot] == 0 { 0 } else { hits })
-            });
-            // The first ray that meets a box stands for all. Boxes that none meets come last.
-            let mut order: [u32; 4] = from_fn(|slot| {
-                let (near, hits) = entered[slot];
-                let distance = near.lanes()[hits.trailing_zeros() as usize % N];
-                if hits == 0 { u32::MAX } else { distance.to_bits() & !3 | slot as u32 }
-            });
-            for [i, j] in [[0, 1], [2, 3], [0, 2], [1, 3], [1, 2]] {
-                (order[i], order[j]) = (order[i].min(order[j]), order[i].max(order[j]));
-            }
-            let met = entered.iter().filter(|(_, hits)| *hits != 0).count();
-            for &key in order[..met].iter().rev() {
-                let slot = (key & 3) as usize;
-                stack.entered[waiting] = entered[slot].0.lanes();
-                stack.children[waiting] = node.children[slot];
+                if hits == 0 {
+                    continue;
+                }
+                let near = near.lanes();
+                let nearest = near[hits.trailing_zeros() as usize % N];
+                let mut place = waiting;
+                while place > bottom && stack.nearest[place - 1] < nearest {
+                    stack.nearest[place] = stack.nearest[place - 1];
+                    stack.entered[place] = stack.entered[place - 1];
+                    stack.children[place] = stack.children[place - 1];
+                    place -= 1;
+                }
+                stack.nearest[place] = nearest;
+                stack.entered[place] = near;
+                stack.children[place] = node.children[slot];
                 waiting += 1;
             }
         }
+    }
+}
+
+impl Leaf {
+    /// Where rays meet one of its triangles.
+    #[inline]
+    fn hit_of_packet<R: Wide<N>, const N: usize>(&self, triangle: usize, shear: &LaneShear<R>) -> TriangleHit<R> {
+        let vertex = |vertex: usize| self.vertices[vertex].map(|axis| R::splat(axis[triangle]));
+        let [a, b, c] = [0, 1, 2].map(|i| shear.project(vertex(i)));
+        shear.hit([&a, &b, &c])
     }
 }
 
@@ -202,7 +216,7 @@ impl<S: Real> Slabs<S> {
         let (mut near, mut far) = (S::splat(0.0), limits);
         for axis in 0..3 {
             let [low, high] = [0, 1].map(|end| {
-                let plane = S::splat(node.planes[axis][end].as_ref()[slot].into());
+                let plane = S::splat(node.planes[axis][end][slot].into());
                 (plane - self.origins[end][axis]) * self.inverse[axis]
             });
             near = near.at_least(low.at_most(high));

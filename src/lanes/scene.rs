@@ -10,10 +10,10 @@ use super::specular::BodyData;
 use crate::accel::{Nearest, PacketHit, PacketStack, PrimitiveHit};
 use crate::film::FlatFeatures;
 use crate::hull::SMALL;
-use crate::real::{Lanes3, Mask, Scalar, Wide, WideMask, WideVector};
+use crate::real::{Lanes3, Mask, Scalar, Vector, Wide, WideMask};
 use crate::scene::{EDGE_MARGIN, Part, PartShape, Scene};
 use crate::shape::{Ray, Sphere};
-use crate::watertight::{Projected, Shear, TriangleHit, edge};
+use crate::watertight::{LaneShear, Projected, Shear, TriangleHit, edge};
 
 /// What lanes need of a primitive that they have hit.
 pub(super) struct PrimitiveData<T> {
@@ -59,25 +59,11 @@ struct Triangles<T> {
     targets: Vec<Target<T, Triangle<T>>>,
 }
 
-/// How it is found out what rays meet. Every way has the same answers.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Search {
-    /// Rays are tested together against all primitives.
-    List,
-    /// They go through the hierarchy together.
-    Packets,
-    /// Each goes through it alone.
-    SingleRays,
-}
-
-/// In a scene of more primitives rays that have parted ways may go through the hierarchy faster alone. Measured inside a
-/// wavy sphere, the worst case: packets had 1.07 times the speed of single rays among 480 triangles, 0.92 among 2000.
-pub(super) const MIDDLING: usize = 1500;
-
 /// A scene as lanes see it.
 pub(super) struct LaneScene<'a, R: Wide<N>, const N: usize> {
     pub scene: &'a Scene,
-    search: Search,
+    /// Rays are tested together against all primitives, not by way of the hierarchy.
+    is_small: bool,
     // The next three are empty without a list.
     triangles: Triangles<R::Scalar>,
     /// Those that are no walls of its hull.
@@ -101,7 +87,7 @@ pub(super) struct Seen<R, const N: usize> {
     sides: [u32; PLACES],
     /// Triangles by their places, and the lanes that may meet them; one more than there can be.
     candidates: [(u8, u32); SMALL + 1],
-    /// Of [`Search::Packets`].
+    /// Of rays that go through the hierarchy together.
     stack: PacketStack<N>,
 }
 
@@ -111,12 +97,8 @@ const PLACES: usize = 256;
 impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
     pub fn new(scene: &'a Scene) -> Self {
         let (mut triangles, mut within, mut spheres) = (Triangles::default(), Triangles::default(), Vec::new());
-        let search = match scene.parts().len() {
-            count if count <= SMALL => Search::List,
-            count if count <= MIDDLING => Search::Packets,
-            _ => Search::SingleRays,
-        };
-        for (id, part) in scene.parts().iter().enumerate().take_while(|_| search == Search::List) {
+        let is_small = scene.parts().len() <= SMALL;
+        for (id, part) in scene.parts().iter().enumerate().take_while(|_| is_small) {
             let is_glass = scene.is_glass(id as u32);
             let is_wall = scene.hull().is_some_and(|hull| hull.is_wall[id]);
             let id = R::Scalar::rounded(id as f64);
@@ -135,16 +117,17 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
             (0..).zip(scene.parts()).map(|(id, part)| PrimitiveData::new(scene, (id, part), margin(part))).collect();
         let materials = scene.surfaces().iter().map(Material::new).collect();
         let bodies = scene.bodies().all().iter().map(|body| BodyData::new(body.kind, &body.body)).collect();
-        Self { scene, search, triangles, within, spheres, parts, materials, bodies }
+        Self { scene, is_small, triangles, within, spheres, parts, materials, bodies }
     }
 
     /// The nearest hits of the `active` lanes.
     #[inline]
     pub fn closest(&self, ray: &Ray<Lanes3<R>>, active: R::Mask, seen: &mut Seen<R, N>) -> PacketHit<R, N> {
-        match self.search {
-            Search::List => {}
-            Search::Packets => return self.scene.bvh().closest_of_packet(ray, active, &mut seen.stack),
-            Search::SingleRays => return self.closest_one_by_one(ray, active),
+        if !self.is_small && go_together(ray.direction, active) {
+            return self.scene.bvh().closest_of_packet(ray, active, &mut seen.stack);
+        }
+        if !self.is_small {
+            return self.closest_one_by_one(ray, active);
         }
         let mut nearest = Nearest::new();
         let shear = self.triangles.see(ray, None, seen);
@@ -157,10 +140,9 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
     }
 
     fn closest_one_by_one(&self, ray: &Ray<Lanes3<R>>, active: R::Mask) -> PacketHit<R, N> {
-        let alone = |i: usize| Ray::new(ray.origin.lane(i), ray.direction.lane(i));
-        let bits = active.bits();
-        let hits: [Option<PrimitiveHit>; N] =
-            from_fn(|i| if bits >> i & 1 == 1 { self.scene.bvh().closest(&alone(i), f64::INFINITY) } else { None });
+        let (bits, rays) = (active.bits(), rays(ray));
+        let closest = |i: usize| self.scene.bvh().closest(&rays[i], f64::INFINITY);
+        let hits: [Option<PrimitiveHit>; N] = from_fn(|i| if bits >> i & 1 == 1 { closest(i) } else { None });
         PacketHit {
             met: R::Mask::from_fn(|i| hits[i].is_some()),
             primitive: from_fn(|i| hits[i].map_or(0, |hit| hit.primitive)),
@@ -182,15 +164,12 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
     ) -> R::Mask {
         let segment = self.scene.segment(x, y);
         let blocks = |id: u32| !(through_glass && self.scene.is_glass(id));
-        if self.search == Search::SingleRays {
-            let bits = active.bits();
-            return R::Mask::from_fn(|i| {
-                let alone = || Ray::new(segment.origin.lane(i), segment.direction.lane(i));
-                bits >> i & 1 == 1 && !self.scene.bvh().occluded(&alone(), 1.0, blocks)
-            });
-        }
-        if self.search == Search::Packets {
+        if !self.is_small && go_together(segment.direction, active) {
             return active & !self.scene.bvh().occluded_of_packet(&segment, active, blocks, &mut seen.stack);
+        }
+        if !self.is_small {
+            let (bits, rays) = (active.bits(), rays(&segment));
+            return R::Mask::from_fn(|i| bits >> i & 1 == 1 && !self.scene.bvh().occluded(&rays[i], 1.0, blocks));
         }
         let one = R::splat(1.0);
         let holds = |point| self.scene.hull().map_or(R::Mask::splat(false), |hull| hull.holds(point));
@@ -210,7 +189,7 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
 
     /// Whether all lanes test all of its primitives, and these are triangles.
     pub fn has_few_triangles(&self) -> bool {
-        self.search == Search::List && self.spheres.is_empty()
+        self.is_small && self.spheres.is_empty()
     }
 
     /// The arithmetic of [`closest`](Self::closest) in one lane, without spheres. Of [`Shear`]: `new` takes 3 operations,
@@ -225,6 +204,27 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
         let tested = self.triangles.list_candidates::<R, N>(all, seen);
         (3 + 1 + 8 * vertices.len() + 3 * edges.len() + 3 * tested + 14 * portions) as u32
     }
+}
+
+/// Whether rays go through a hierarchy together, which as a rule is faster than alone if in two of three directions all head
+/// for the same side. In single precision they always do: alone they are followed in double precision, and what a ray hits
+/// must not depend on the others.
+#[inline]
+fn go_together<R: Wide<N>, const N: usize>(direction: Lanes3<R>, active: R::Mask) -> bool {
+    let (active, zero): (u32, R) = (active.bits(), R::splat(0.0));
+    let is_even = |component: &R| {
+        let back = component.below(zero).bits() & active;
+        back == 0 || back == active
+    };
+    R::IS_SINGLE || direction.components().iter().filter(|component| is_even(component)).count() >= 2
+}
+
+/// The ray of each lane.
+#[inline]
+fn rays<R: Wide<N>, const N: usize>(ray: &Ray<Lanes3<R>>) -> [Ray; N] {
+    let [origins, directions] = [ray.origin, ray.direction].map(|v| v.components().map(R::lanes));
+    let of = |components: [[R::Scalar; N]; 3], i: usize| DVec3::from_array(components.map(|lanes| lanes[i].into()));
+    from_fn(|i| Ray::new(of(origins, i), of(directions, i)))
 }
 
 impl<T: Scalar> Triangles<T> {
@@ -246,15 +246,14 @@ impl<T: Scalar> Triangles<T> {
         ray: &Ray<Lanes3<R>>,
         limit: Option<R>,
         seen: &mut Seen<R, N>,
-    ) -> Shear<Lanes3<R>> {
+    ) -> LaneShear<R> {
         let shear = Shear::new(ray);
         let zero = R::splat(0.0);
         let pair = |first: R::Mask, second: R::Mask| first.bits() | second.bits() << N;
         // The distance of a hit is a mean of those of the vertices, but for some roundings.
         let limit = limit.map(|limit| limit * R::by_precision(1.0 + 1e-9, 1.0 + 1e-5));
         for ((vertex, projected), outside) in self.vertices.iter().zip(&mut seen.vertices).zip(&mut seen.outside) {
-            let [x, y, z] = vertex.map(R::all);
-            *projected = shear.project(&[x, y, z, zero]);
+            *projected = shear.project(vertex.map(R::all));
             let distance = shear.distance(projected[2]);
             *outside = distance.below(zero).bits();
             if let Some(limit) = limit {
@@ -272,7 +271,7 @@ impl<T: Scalar> Triangles<T> {
     #[inline]
     fn hits<R: Wide<N, Scalar = T>, const N: usize>(
         &self,
-        (shear, seen): (&Shear<Lanes3<R>>, &mut Seen<R, N>),
+        (shear, seen): (&LaneShear<R>, &mut Seen<R, N>),
         (active, through_glass): (R::Mask, bool),
         mut tell: impl FnMut(R, &TriangleHit<R>),
     ) {

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::row::lanes_of;
 use super::samples::{LaneSampler, Sources};
-use super::scene::{LaneScene, MIDDLING, Seen};
+use super::scene::{LaneScene, Seen};
 use super::shading::Surfaces;
 use crate::error::Error;
 use crate::estimator::{Met, Start, Step};
@@ -21,10 +21,10 @@ use crate::shape::Ray;
 pub(crate) struct Walks<'a>(LaneScene<'a, Lanes, LANES>);
 
 impl<'a> Walks<'a> {
-    /// None where rays are as fast alone, and where there is rough glass.
+    /// None where there is rough glass.
     pub fn new(scene: &'a Scene) -> Option<Self> {
-        let rough_glass = || scene.surfaces().iter().any(|surface| surface.bsdf.is_rough_glass());
-        (scene.parts().len() <= MIDDLING && !rough_glass()).then(|| Self(LaneScene::new(scene)))
+        let rough_glass = scene.surfaces().iter().any(|surface| surface.bsdf.is_rough_glass());
+        (!rough_glass).then(|| Self(LaneScene::new(scene)))
     }
 
     /// The features of what is seen through these points of a frame.

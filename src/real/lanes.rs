@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use glam::DVec3;
-use wide::{f32x8, f32x16, f64x4, f64x8};
+use wide::{f32x4, f32x8, f32x16, f64x4, f64x8};
 
 use super::{Mask, Real, Vector};
 
@@ -14,6 +14,12 @@ pub const LANES: usize = 8;
 
 /// A number for each of [`LANES`] rays, in double precision.
 pub type Lanes = f64x8;
+
+/// A number for each of [`FOUR`] triangles that one ray is tested against, in double precision.
+pub type Four = f64x4;
+
+/// How many triangles a [`Four`] number is of.
+pub const FOUR: usize = 4;
 
 /// How many rays a [`Singles`] number is of.
 pub const SINGLES: usize = 16;
@@ -271,12 +277,12 @@ macro_rules! lanes {
 
 /// Numbers of a type of `wide` in single precision.
 macro_rules! singles {
-    ($(#[$what:meta])* $number:ident, $wide:ty, $count:literal, $mask:ident) => {
+    ($(#[$what:meta])* $number:ident, $wide:ty, $count:literal, $mask:ident, $part:ty) => {
         $(#[$what])*
         #[derive(Clone, Copy, Debug)]
         pub struct $number($wide);
 
-        lanes!($number, $number, (|number: $number| number.0), $wide, f32, u32, $count, $number, $mask, true, f32x8);
+        lanes!($number, $number, (|number: $number| number.0), $wide, f32, u32, $count, $number, $mask, true, $part);
 
         singles!(operator $number, Add, add, +);
         singles!(operator $number, Sub, sub, -);
@@ -314,15 +320,21 @@ macro_rules! singles {
 }
 
 lanes!(Lanes, (|number| number), (|number: Lanes| number), f64x8, f64, u64, 8, EightSingles, LaneMask, false, f64x4);
+lanes!(Four, (|number| number), (|number: Four| number), f64x4, f64, u64, 4, FourSingles, FourMask, false, f64x4);
 
 singles! {
     /// A number for each of [`SINGLES`] rays, in single precision.
-    Singles, f32x16, 16, SinglesMask
+    Singles, f32x16, 16, SinglesMask, f32x8
 }
 
 singles! {
     /// A number for each of [`LANES`] rays, in single precision.
-    EightSingles, f32x8, 8, EightSinglesMask
+    EightSingles, f32x8, 8, EightSinglesMask, f32x8
+}
+
+singles! {
+    /// As many numbers as [`Four`], in single precision.
+    FourSingles, f32x4, 4, FourSinglesMask, f32x4
 }
 
 /// A vector for each of several rays.

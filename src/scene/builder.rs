@@ -150,7 +150,7 @@ impl SceneBuilder {
                         );
                         invalid(&self.name, message)
                     })?;
-                    Primitive::triangle([a, b, c])
+                    Primitive::Triangle([a, b, c])
                 }
                 PartShape::Sphere(sphere) => {
                     let Sphere { centre, radius, .. } = *sphere;

@@ -214,7 +214,7 @@ impl Scene {
         &self.surfaces
     }
 
-    /// The acceleration structure, whose brute-force twin tests use.
+    /// The acceleration structure.
     pub fn bvh(&self) -> &Bvh {
         &self.bvh
     }

@@ -1,22 +1,14 @@
 //! Equations (1)-(4): rays and triangles.
 
-use whitefurnace::accel::Primitive;
 use whitefurnace::shape::{moller_trumbore, triangle_point, triangle_residual};
-use whitefurnace::watertight::{Shear, TriangleHit, Vertices};
+use whitefurnace::watertight::{Shear, TriangleHit};
 
 use crate::prelude::*;
 
 const STANDARD: [DVec3; 3] = [DVec3::ZERO, DVec3::X, DVec3::Y];
 
-fn vertices(triangle: [DVec3; 3]) -> Vertices {
-    match Primitive::triangle(triangle) {
-        Primitive::Triangle(vertices) => vertices,
-        Primitive::Sphere(_) => unreachable!("a triangle was asked for"),
-    }
-}
-
 fn watertight(ray: &Ray, triangle: [DVec3; 3], t_max: f64) -> Option<TriangleHit> {
-    Shear::new(ray).intersect(&vertices(triangle), t_max)
+    Shear::new(ray).intersect(triangle, t_max)
 }
 
 fn down(x: f64, y: f64) -> Ray {

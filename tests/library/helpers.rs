@@ -59,7 +59,7 @@ impl Mesh {
 
     /// The triangles, for a hierarchy.
     pub fn primitives(&self) -> Vec<Primitive> {
-        self.triangles.iter().map(|&t| Primitive::triangle(self.corners(t))).collect()
+        self.triangles.iter().map(|&t| Primitive::Triangle(self.corners(t))).collect()
     }
 
     /// The mesh with every vertex mapped.

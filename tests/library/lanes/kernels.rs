@@ -106,7 +106,7 @@ kernels! {
     };
     Watertight: |x| {
         let shear = Shear::new(&ray(x));
-        let corner = |c: DVec3| shear.project(&[c.x, c.y, c.z, 0.0].map(R::splat));
+        let corner = |c: DVec3| shear.project(c.to_array().map(R::splat));
         let [a, b, c] = CORNERS.map(corner);
         let hit = shear.hit([&a, &b, &c]);
         // A miss has no weights.

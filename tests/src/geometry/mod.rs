@@ -245,8 +245,7 @@ fn distances(context: &Context, shapes: Shapes) -> Vec<Outcome> {
 
 /// The watertight test, in the terms of (4).
 fn watertight(ray: &Ray, v: Corners, limit: f64) -> Tuv {
-    let vertices = v.map(|v| [v.x, v.y, v.z, 0.0]);
-    let hit = Shear::new(ray).intersect(&vertices, limit)?;
+    let hit = Shear::new(ray).intersect(v, limit)?;
     Some((hit.t, hit.weights[1], hit.weights[2]))
 }
 

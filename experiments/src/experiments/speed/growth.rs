@@ -104,8 +104,8 @@ fn chart(run: &mut Run, rates: &[Vec<[f64; 2]>; 3]) -> Result<(), Error> {
     let title = "A scene of many triangles, on one thread";
     let chart = Chart::new(title, axes, ranges, series.collect()).log([true, true]);
     let see = "Three falling curves on logarithmic axes. Up to 64 triangles eight paths at a time are faster than one, and \
-               sixteen in single precision faster still. Up to 1500 the rays go through the hierarchy together, in \
-               larger scenes one by one, and all curves fall slowly.";
+               sixteen in single precision faster still. Among more, rays go through the \
+               hierarchy, and all curves fall slowly.";
     charts(&run.figure("triangles.svg"), see, [900, 520], &[chart])
 }
 
