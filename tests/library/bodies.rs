@@ -3,7 +3,9 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use whitefurnace::estimator::{Path, Strategy as Finds};
 use whitefurnace::fresnel::{mirror, refract};
+use whitefurnace::render::{LaneEstimator, render_lanes};
 use whitefurnace::specular::{Body, BySphere, Kind, MOST, Route, spread_of};
 
 use crate::lanes::scenes::bodies;
@@ -303,6 +305,116 @@ fn what_paths_hit_by_way_of_a_body_shadow_rays_find() {
         found[kind as usize] += 1;
     }
     assert!(found.iter().all(|&paths| paths > 100), "{found:?} by flat mirrors, reflected and refracted");
+}
+
+/// The mean of both engines over a patch at the origin that faces up, with parts of a scene around it.
+fn on_patch(parts: impl FnOnce(&mut SceneBuilder)) -> f64 {
+    let camera = Camera::new(DVec3::new(0.0, -0.05, 0.05), DVec3::ZERO, DVec3::Z, 0.1);
+    let scene = scene_from(camera, |s| {
+        square(s, 0.02, 0.0, true, diffuse(0.5));
+        parts(s);
+    });
+    let sampling = Sampling { pixel: Random, numbers: Numbers::Independent, seed: master(), outlines: false };
+    let path = Path { by_bodies: true, ..Path::<Standard>::new(Standard, Finds::Mis) };
+    let alone = rendered(&scene, &path, [16, 16], sampling, &[0..40]).expect("legal values");
+    let mut together = Film::new([16, 16], None, 1).expect("a film");
+    render_lanes(&scene, LaneEstimator::Path(path), sampling, &mut together, &(0..40), &|_| true)
+        .expect("legal values");
+    assert!(alone == together);
+    alone.mean()
+}
+
+/// An opaque wall across a route anywhere leaves the patch dark.
+#[test]
+fn every_part_of_a_route_is_tested_for_sight() {
+    let wall = |s: &mut SceneBuilder, corner: DVec3, edges: [DVec3; 2]| panel(s, corner, edges, diffuse(0.0));
+    let across = |s: &mut SceneBuilder, z: f64| wall(s, DVec3::new(-2.0, -2.0, z), [4.0 * DVec3::X, 4.0 * DVec3::Y]);
+    let upright = |s: &mut SceneBuilder, z: [f64; 2]| {
+        wall(s, DVec3::new(0.6, -3.0, z[0]), [6.0 * DVec3::Y, (z[1] - z[0]) * DVec3::Z]);
+    };
+    // Through a ball to a light above it: before, within and behind.
+    let centre = DVec3::new(0.0, 0.0, 1.3);
+    let lens = |s: &mut SceneBuilder| {
+        ball(s, Sphere::new(centre, 1.0), glass(1.5));
+        square(s, 0.7, 3.2, false, lamp(1.0));
+    };
+    assert!(on_patch(lens) > 0.0);
+    for z in [0.15, 2.7] {
+        assert_eq!(
+            on_patch(|s| {
+                lens(s);
+                across(s, z)
+            }),
+            0.0,
+            "a wall at {z}"
+        );
+    }
+    // No light that enters from outside comes nearer to the centre than 1/1.5.
+    assert_eq!(
+        on_patch(|s| {
+            lens(s);
+            ball(s, Sphere::new(centre, 0.9), diffuse(0.0))
+        }),
+        0.0,
+        "a kernel"
+    );
+    // By a mirror at the side to a light that looks there: before and behind.
+    let flat = |s: &mut SceneBuilder| {
+        panel(s, DVec3::new(1.0, -2.0, 0.0), [2.0 * DVec3::Z, 4.0 * DVec3::Y], reflecting(0.9));
+    };
+    let round = |s: &mut SceneBuilder| ball(s, Sphere::new(DVec3::new(1.5, 0.0, 0.55), 0.5), reflecting(0.9));
+    for mirror in [&flat as &dyn Fn(&mut SceneBuilder), &round] {
+        let lit = |s: &mut SceneBuilder| {
+            mirror(s);
+            panel(s, DVec3::new(0.2, -0.1, 0.9), [0.2 * DVec3::Y, 0.2 * DVec3::Z], lamp(1.0));
+        };
+        assert!(on_patch(lit) > 0.0);
+        for z in [[0.0, 0.55], [0.56, 3.0]] {
+            assert_eq!(
+                on_patch(|s| {
+                    lit(s);
+                    upright(s, z)
+                }),
+                0.0,
+                "a wall in {z:?}"
+            );
+        }
+    }
+}
+
+/// What shadow rays could find has no weight.
+#[derive(Clone, Copy, Debug, Default)]
+struct OnlyHits;
+
+impl NextEvent for OnlyHits {
+    fn mis_weight(&self, _: f64, _: f64) -> f64 {
+        0.0
+    }
+}
+
+impl Roulette for OnlyHits {}
+impl Scattering for OnlyHits {}
+
+/// A path that enters a ball and then leaves another, which overlaps it, takes no route of shadow rays: it keeps its weight.
+#[test]
+fn a_path_between_two_overlapping_balls_is_no_route() {
+    let scene = scene(|s| {
+        panel(s, DVec3::new(-0.2, -0.1, -0.1), [0.2 * DVec3::Y, 0.2 * DVec3::Z], diffuse(0.5));
+        for (x, radius) in [(0.0, 1.0), (1.0, 0.6)] {
+            ball(s, Sphere::new(DVec3::new(x, 0.0, 0.0), radius), glass(1.5));
+        }
+        // In the second, beyond the first.
+        panel(s, DVec3::new(1.3, -0.3, -0.3), [0.6 * DVec3::Z, 0.6 * DVec3::Y], lamp(1.0));
+    });
+    assert_eq!(scene.bodies().all().len(), 4);
+    let ray = Ray::new(DVec3::new(0.2, 0.0, 0.0), -DVec3::X);
+    let mut rng = rng("paths");
+    let mut mean = |by_bodies| {
+        let path = Path { by_bodies, ..Path::new(OnlyHits, Finds::Mis) };
+        let radiance = |_| path.radiance(&scene, &ray, scene.intersect(&ray), &mut rng).x;
+        (0..10_000).map(radiance).sum::<f64>()
+    };
+    assert!(mean(true) > 0.0 && mean(false) > 0.0);
 }
 
 /// The kinds of a scene's bodies, with the radius of a sphere or the area of a flat mirror.
