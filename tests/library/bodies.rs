@@ -308,77 +308,50 @@ fn what_paths_hit_by_way_of_a_body_shadow_rays_find() {
 }
 
 /// The mean of both engines over a patch at the origin that faces up, with parts of a scene around it.
-fn on_patch(parts: impl FnOnce(&mut SceneBuilder)) -> f64 {
+fn on_patch(parts: &[&dyn Fn(&mut SceneBuilder)]) -> f64 {
     let camera = Camera::new(DVec3::new(0.0, -0.05, 0.05), DVec3::ZERO, DVec3::Z, 0.1);
     let scene = scene_from(camera, |s| {
         square(s, 0.02, 0.0, true, diffuse(0.5));
-        parts(s);
+        parts.iter().for_each(|add| add(s));
     });
     let sampling = Sampling { pixel: Random, numbers: Numbers::Independent, seed: master(), outlines: false };
-    let path = Path { by_bodies: true, ..Path::<Standard>::new(Standard, Finds::Mis) };
+    let path = Path { by_bodies: true, ..Path::new(Standard, Finds::Mis) };
     let alone = rendered(&scene, &path, [16, 16], sampling, &[0..40]).expect("legal values");
     let mut together = Film::new([16, 16], None, 1).expect("a film");
-    render_lanes(&scene, LaneEstimator::Path(path), sampling, &mut together, &(0..40), &|_| true)
-        .expect("legal values");
+    let lanes = LaneEstimator::Path(path);
+    render_lanes(&scene, lanes, sampling, &mut together, &(0..40), &|_| true).expect("legal values");
     assert!(alone == together);
     alone.mean()
 }
 
-/// An opaque wall across a route anywhere leaves the patch dark.
+/// What is opaque and stands in all routes, in any part of them, leaves the patch dark.
 #[test]
 fn every_part_of_a_route_is_tested_for_sight() {
-    let wall = |s: &mut SceneBuilder, corner: DVec3, edges: [DVec3; 2]| panel(s, corner, edges, diffuse(0.0));
-    let across = |s: &mut SceneBuilder, z: f64| wall(s, DVec3::new(-2.0, -2.0, z), [4.0 * DVec3::X, 4.0 * DVec3::Y]);
-    let upright = |s: &mut SceneBuilder, z: [f64; 2]| {
-        wall(s, DVec3::new(0.6, -3.0, z[0]), [6.0 * DVec3::Y, (z[1] - z[0]) * DVec3::Z]);
+    let wall = |corner, edges| move |s: &mut SceneBuilder| panel(s, corner, edges, diffuse(0.0));
+    let sphere = |centre, radius, surface: fn() -> Surface| {
+        move |s: &mut SceneBuilder| ball(s, Sphere::new(centre, radius), surface())
     };
-    // Through a ball to a light above it: before, within and behind.
+    // Through a ball to a light above it: before, within and behind. No light that enters from outside comes nearer to the
+    // centre than 1/1.5.
     let centre = DVec3::new(0.0, 0.0, 1.3);
-    let lens = |s: &mut SceneBuilder| {
-        ball(s, Sphere::new(centre, 1.0), glass(1.5));
-        square(s, 0.7, 3.2, false, lamp(1.0));
-    };
-    assert!(on_patch(lens) > 0.0);
-    for z in [0.15, 2.7] {
-        assert_eq!(
-            on_patch(|s| {
-                lens(s);
-                across(s, z)
-            }),
-            0.0,
-            "a wall at {z}"
-        );
-    }
-    // No light that enters from outside comes nearer to the centre than 1/1.5.
-    assert_eq!(
-        on_patch(|s| {
-            lens(s);
-            ball(s, Sphere::new(centre, 0.9), diffuse(0.0))
-        }),
-        0.0,
-        "a kernel"
-    );
+    let lens = sphere(centre, 1.0, || glass(1.5));
+    let above = |s: &mut SceneBuilder| square(s, 0.7, 3.2, false, lamp(1.0));
+    let level = |z| wall(DVec3::new(-2.0, -2.0, z), [4.0 * DVec3::X, 4.0 * DVec3::Y]);
+    assert!(on_patch(&[&lens, &above]) > 0.0);
+    assert_eq!(on_patch(&[&lens, &above, &level(0.15)]), 0.0);
+    assert_eq!(on_patch(&[&lens, &above, &sphere(centre, 0.9, || diffuse(0.0))]), 0.0);
+    assert_eq!(on_patch(&[&lens, &above, &level(2.7)]), 0.0);
     // By a mirror at the side to a light that looks there: before and behind.
-    let flat = |s: &mut SceneBuilder| {
-        panel(s, DVec3::new(1.0, -2.0, 0.0), [2.0 * DVec3::Z, 4.0 * DVec3::Y], reflecting(0.9));
-    };
-    let round = |s: &mut SceneBuilder| ball(s, Sphere::new(DVec3::new(1.5, 0.0, 0.55), 0.5), reflecting(0.9));
+    let mirror = || reflecting(0.9);
+    let flat = |s: &mut SceneBuilder| panel(s, DVec3::new(1.0, -2.0, 0.0), [2.0 * DVec3::Z, 4.0 * DVec3::Y], mirror());
+    let round = sphere(DVec3::new(1.5, 0.0, 0.55), 0.5, mirror);
+    let aside =
+        |s: &mut SceneBuilder| panel(s, DVec3::new(0.2, -0.1, 0.9), [0.2 * DVec3::Y, 0.2 * DVec3::Z], lamp(1.0));
+    let upright = |low: f64, high: f64| wall(DVec3::new(0.6, -3.0, low), [6.0 * DVec3::Y, (high - low) * DVec3::Z]);
     for mirror in [&flat as &dyn Fn(&mut SceneBuilder), &round] {
-        let lit = |s: &mut SceneBuilder| {
-            mirror(s);
-            panel(s, DVec3::new(0.2, -0.1, 0.9), [0.2 * DVec3::Y, 0.2 * DVec3::Z], lamp(1.0));
-        };
-        assert!(on_patch(lit) > 0.0);
-        for z in [[0.0, 0.55], [0.56, 3.0]] {
-            assert_eq!(
-                on_patch(|s| {
-                    lit(s);
-                    upright(s, z)
-                }),
-                0.0,
-                "a wall in {z:?}"
-            );
-        }
+        assert!(on_patch(&[mirror, &aside]) > 0.0);
+        assert_eq!(on_patch(&[mirror, &aside, &upright(0.0, 0.55)]), 0.0);
+        assert_eq!(on_patch(&[mirror, &aside, &upright(0.56, 3.0)]), 0.0);
     }
 }
 
