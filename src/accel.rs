@@ -255,7 +255,9 @@ impl Slabs {
             near = ((plane(side) - self.near_origin[axis]) * self.inverse[axis]).at_least(near);
             far = ((plane(side ^ 1) - self.far_origin[axis]) * self.inverse[axis]).at_most(far);
         }
-        (near, (!near.above(far * EightSingles::all(SLAB_MARGIN))).bits())
+        let hits = !near.above(far * EightSingles::all(SLAB_MARGIN));
+        // A ray whose numbers are none would meet what is no child, too.
+        (near, hits.bits() & ((1 << node.child_count) - 1))
     }
 }
 

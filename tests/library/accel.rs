@@ -227,6 +227,32 @@ fn equal_primitives_are_all_there() {
 }
 
 #[test]
+fn rays_of_no_numbers_hit_nothing() {
+    let mut rng = rng("no numbers");
+    for count in [1, 9, 400] {
+        let primitives: Vec<_> = (0..count)
+            .map(|i| match i % 3 {
+                0 => Primitive::Sphere(Sphere::new(in_cube(&mut rng, 1.0), 0.1)),
+                _ => Primitive::Triangle(random_triangle(&mut rng, 0.3)),
+            })
+            .collect();
+        let bvh = Bvh::new(&primitives);
+        for number in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            for axes in 1..8 {
+                let spoilt =
+                    |v: DVec3| DVec3::from_array([0, 1, 2].map(|i| if axes >> i & 1 == 1 { number } else { v[i] }));
+                let [origin, direction] = [0, 1].map(|_| unit_vector(&mut rng));
+                for ray in [Ray::new(spoilt(origin), direction), Ray::new(origin, spoilt(direction))] {
+                    assert_eq!(bvh.closest(&ray, f64::INFINITY), None, "{ray:?}");
+                    assert!(!bvh.occluded(&ray, f64::INFINITY, |_| true), "{ray:?}");
+                    check_together(&bvh, &[ray; LANES]);
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn hundred_thousand_triangles() {
     let mut rng = rng("large mesh");
     let globe = Mesh::globe(225, 223).map(|v| v * DVec3::new(1.0, 0.7, 0.4));
