@@ -11,7 +11,7 @@ mod packet;
 
 use glam::DVec3;
 
-use crate::real::{EightSingles, Four, Real, Vector, Wide, WideMask};
+use crate::real::{EightSingles, FOUR, Four, LANES, Real, Vector, Wide, WideMask};
 use crate::shape::{Ray, Sphere};
 use crate::watertight::{Shear, TriangleHit};
 pub(crate) use packet::Nearest;
@@ -82,9 +82,9 @@ struct Leaf {
 }
 
 /// Most children of a node.
-const WIDTH: usize = 8;
+const WIDTH: usize = LANES;
 /// Most primitives in a leaf.
-const LEAF: usize = 4;
+const LEAF: usize = FOUR;
 /// Seven siblings wait per level, so this suffices for 18 levels.
 const STACK: usize = 128;
 /// A tree of up to [`SHALLOW`] levels needs this much only; clearing the larger stack would cost a small

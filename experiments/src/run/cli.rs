@@ -100,7 +100,7 @@ pub fn verdict<T: Parser>(run: fn(&T) -> Result<u8, Error>) -> ExitCode {
 }
 
 /// A number after an option with a list of values is its value, be it "-1", so that the refusal names the option.
-/// Another option there is none: then the value is missing.
+/// Another option is not: then the value is missing.
 fn tolerant(command: clap::Command) -> clap::Command {
     command.mut_args(|argument| {
         let listed = !argument.get_possible_values().is_empty();
