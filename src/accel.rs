@@ -50,9 +50,9 @@ impl PrimitiveHit {
     }
 }
 
-/// As hits on triangles are told.
+/// Where a ray meets a sphere, told as of a triangle.
 #[inline]
-fn on_sphere<V: Vector>(sphere: &Sphere, ray: &Ray<V>) -> TriangleHit<V::Real> {
+pub(crate) fn on_sphere<V: Vector>(sphere: &Sphere, ray: &Ray<V>) -> TriangleHit<V::Real> {
     TriangleHit { t: sphere.distance(ray), weights: [V::Real::splat(0.0); 3] }
 }
 
@@ -60,8 +60,7 @@ fn on_sphere<V: Vector>(sphere: &Sphere, ray: &Ray<V>) -> TriangleHit<V::Real> {
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 struct Node {
-    /// `planes[axis][0]` are the children's lower bounds, `planes[axis][1]` the upper ones; of what is no child they are
-    /// infinite, the upper below the lower.
+    /// `planes[axis][0]` are the children's lower bounds, `planes[axis][1]` the upper ones.
     planes: [[[f32; WIDTH]; 2]; 3],
     /// Twice the place of a node, or of a leaf and one more.
     children: [u32; WIDTH],
@@ -85,7 +84,7 @@ struct Leaf {
 const WIDTH: usize = LANES;
 /// Most primitives in a leaf.
 const LEAF: usize = FOUR;
-/// Seven siblings wait per level, so this suffices for 18 levels.
+/// Seven siblings wait per level, so this suffices for 18 levels: the hierarchy has fewer (`build::SORTED_DEPTH`).
 const STACK: usize = 128;
 /// A tree of up to [`SHALLOW`] levels needs this much only; clearing the larger stack would cost a small
 /// scene some 4 % of its time.
@@ -256,7 +255,6 @@ impl Slabs {
             far = ((plane(side ^ 1) - self.far_origin[axis]) * self.inverse[axis]).at_most(far);
         }
         let hits = !near.above(far * EightSingles::all(SLAB_MARGIN));
-        // A ray whose numbers are none would meet what is no child, too.
         (near, hits.bits() & ((1 << node.child_count) - 1))
     }
 }

@@ -6,8 +6,8 @@ use glam::DVec3;
 
 use super::{Bvh, LEAF, Leaf, Node, Primitive, WIDTH};
 
-/// Below this depth nodes split at the median, so that depth stays within the stack: a median level
-/// divides by eight.
+/// Below this depth nodes split at the median, so that depth stays within the stack: a median level divides by eight, and
+/// eleven of them tell apart more primitives than there are numbers for.
 const SORTED_DEPTH: u32 = 6;
 
 #[derive(Clone, Copy, Debug)]
@@ -61,8 +61,7 @@ impl Bvh {
     fn build_node(&mut self, items: &mut [(Bounds, u32)], primitives: &[Primitive], depth: u32) -> u32 {
         self.levels = self.levels.max(depth + 1);
         let index = self.nodes.len();
-        let planes = [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3];
-        let mut node = Node { planes, children: [0; WIDTH], child_count: 0 };
+        let mut node = Node { planes: [[[0.0; WIDTH]; 2]; 3], children: [0; WIDTH], child_count: 0 };
         self.nodes.push(node);
         for (slot, part) in split(items, depth).into_iter().enumerate() {
             let bounds = part.iter().fold(Bounds::EMPTY, |b, item| b.union(item.0));

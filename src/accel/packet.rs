@@ -34,7 +34,7 @@ pub(crate) struct Nearest<R> {
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub struct PacketStack<const N: usize = LANES> {
-    /// Of the first ray that meets the box, which stands for all.
+    /// Where the first ray that meets a box enters it, which orders the children of a node.
     nearest: [f32; STACK],
     entered: [[f32; N]; STACK],
     children: [u32; STACK],

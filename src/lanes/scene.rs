@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::shading::Material;
 use super::specular::BodyData;
-use crate::accel::{Nearest, PacketHit, PacketStack, PrimitiveHit};
+use crate::accel::{Nearest, PacketHit, PacketStack, PrimitiveHit, on_sphere};
 use crate::film::FlatFeatures;
 use crate::hull::SMALL;
 use crate::real::{Lanes3, Mask, Scalar, Vector, Wide, WideMask};
@@ -123,18 +123,18 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
     /// The nearest hits of the `active` lanes.
     #[inline]
     pub fn closest(&self, ray: &Ray<Lanes3<R>>, active: R::Mask, seen: &mut Seen<R, N>) -> PacketHit<R, N> {
-        if !self.is_small && go_together(ray.direction, active) {
-            return self.scene.bvh().closest_of_packet(ray, active, &mut seen.stack);
-        }
         if !self.is_small {
-            return self.closest_one_by_one(ray, active);
+            return if go_together(ray.direction, active) {
+                self.scene.bvh().closest_of_packet(ray, active, &mut seen.stack)
+            } else {
+                self.closest_one_by_one(ray, active)
+            };
         }
         let mut nearest = Nearest::new();
         let shear = self.triangles.see(ray, None, seen);
         self.triangles.hits((&shear, seen), (active, false), |ids, hit| nearest.or(ids, hit));
         for sphere in &self.spheres {
-            let hit = TriangleHit { t: sphere.shape.distance(ray), weights: [R::splat(0.0); 3] };
-            nearest.or(R::all(sphere.id), &hit);
+            nearest.or(R::all(sphere.id), &on_sphere(&sphere.shape, ray));
         }
         nearest.of(active)
     }
@@ -164,12 +164,13 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
     ) -> R::Mask {
         let segment = self.scene.segment(x, y);
         let blocks = |id: u32| !(through_glass && self.scene.is_glass(id));
-        if !self.is_small && go_together(segment.direction, active) {
-            return active & !self.scene.bvh().occluded_of_packet(&segment, active, blocks, &mut seen.stack);
-        }
         if !self.is_small {
-            let (bits, rays) = (active.bits(), rays(&segment));
-            return R::Mask::from_fn(|i| bits >> i & 1 == 1 && !self.scene.bvh().occluded(&rays[i], 1.0, blocks));
+            return if go_together(segment.direction, active) {
+                active & !self.scene.bvh().occluded_of_packet(&segment, active, blocks, &mut seen.stack)
+            } else {
+                let (bits, rays) = (active.bits(), rays(&segment));
+                R::Mask::from_fn(|i| bits >> i & 1 == 1 && !self.scene.bvh().occluded(&rays[i], 1.0, blocks))
+            };
         }
         let one = R::splat(1.0);
         let holds = |point| self.scene.hull().map_or(R::Mask::splat(false), |hull| hull.holds(point));

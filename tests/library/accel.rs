@@ -224,6 +224,12 @@ fn equal_primitives_are_all_there() {
     for id in 0..100 {
         assert!(bvh.occluded(&ray, 2.0, |other| other == id), "lost {id}");
     }
+    // However many there are, the hierarchy is no deeper than what waits has room for.
+    let many = Bvh::new(&vec![equal[0]; 3000]);
+    check_together(&many, &[ray; LANES]);
+    for id in [0, 1, 1500, 2999] {
+        assert!(many.occluded(&ray, 2.0, |other| other == id), "lost {id}");
+    }
 }
 
 #[test]

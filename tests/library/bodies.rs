@@ -357,16 +357,16 @@ fn every_part_of_a_route_is_tested_for_sight() {
 
 /// Nothing is to be weighted.
 #[derive(Clone, Copy, Debug, Default)]
-struct Unweighted;
+struct NoWeight;
 
-impl NextEvent for Unweighted {
+impl NextEvent for NoWeight {
     fn mis_weight(&self, _: f64, _: f64) -> f64 {
         f64::NAN
     }
 }
 
-impl Roulette for Unweighted {}
-impl Scattering for Unweighted {}
+impl Roulette for NoWeight {}
+impl Scattering for NoWeight {}
 
 /// A path that enters a ball and then leaves another, which overlaps it, takes no route of shadow rays: it keeps its weight.
 #[test]
@@ -381,7 +381,7 @@ fn a_path_between_two_overlapping_balls_is_no_route() {
     });
     assert_eq!(scene.bodies().all().len(), 4);
     let ray = Ray::new(DVec3::new(0.2, 0.0, 0.0), -DVec3::X);
-    let path = Path { by_bodies: true, ..Path::new(Unweighted, Finds::Mis) };
+    let path = Path { by_bodies: true, ..Path::new(NoWeight, Finds::Mis) };
     let mut rng = rng("paths");
     let sum: f64 = (0..10_000).map(|_| path.radiance(&scene, &ray, scene.intersect(&ray), &mut rng).x).sum();
     assert!(sum > 0.0, "{sum}");
