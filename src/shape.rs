@@ -100,11 +100,12 @@ pub fn sphere_roots<V: Vector>(ray: &Ray<V>, centre: DVec3, radius: f64) -> ([V:
     if !meets.any() {
         return ([V::Real::splat(f64::NAN); 2], meets);
     }
-    let far = -half - (radicand / a).sqrt().copysign(half);
+    let inverse = a.recip();
+    let far = -half - (radicand * inverse).sqrt().copysign(half);
     // The product of the roots is (‖o − c‖² − r²)/a.
     let product = o_c.length_squared() - radius * radius;
     let at_origin = far.equals(zero);
-    let [p, q] = [product / far, far / a].map(|root| V::Real::choose(at_origin, zero, root));
+    let [p, q] = [product / far, far * inverse].map(|root| V::Real::choose(at_origin, zero, root));
     let in_order = !q.below(p);
     ([V::Real::choose(in_order, p, q), V::Real::choose(in_order, q, p)], meets)
 }
@@ -114,6 +115,9 @@ pub fn sphere_roots<V: Vector>(ray: &Ray<V>, centre: DVec3, radius: f64) -> ([V:
 pub fn outward<V: Vector>(point: V, centre: V) -> V {
     (point - centre).normalize()
 }
+
+/// The zone that is the whole sphere.
+const WHOLE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
 /// A sphere, or the zone of it between two planes z = const, as the renderer sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -131,7 +135,7 @@ pub struct Sphere {
 impl Sphere {
     /// The whole sphere with its normal outward.
     pub fn new(centre: DVec3, radius: f64) -> Self {
-        Self { centre, radius, zone: [f64::NEG_INFINITY, f64::INFINITY], inward: false }
+        Self { centre, radius, zone: WHOLE, inward: false }
     }
 
     /// Whether the zone is the whole sphere.
@@ -149,9 +153,13 @@ impl Sphere {
         }
         let [[.., o], [.., d]] = [ray.origin.components(), ray.direction.components()];
         let [near, far] = roots.map(|t| {
+            let ahead = t.above(V::Real::splat(0.0)) & meets;
+            if self.zone == WHOLE {
+                return V::Real::choose(ahead, t, none);
+            }
             let z = o + t * d - self.centre.z;
             let in_zone = !z.below(V::Real::splat(self.zone[0])) & z.below(V::Real::splat(self.zone[1]));
-            V::Real::choose(t.above(V::Real::splat(0.0)) & in_zone & meets, t, none)
+            V::Real::choose(ahead & in_zone, t, none)
         });
         near.at_most(far)
     }
