@@ -22,10 +22,8 @@ use crate::{fresnel, radiometry, sampling};
 
 /// What lanes need of a surface.
 pub(super) struct Material<T> {
-    index: T,
-    oren_nayar: OrenNayar<T>,
-    /// α of section 2.6.2.
-    absorption: T,
+    /// The index of glass, A and B of (15), and α of section 2.6.2.
+    numbers: [T; 8],
     /// A bit for each of the kinds below.
     kinds: u8,
 }
@@ -61,19 +59,16 @@ impl<T: Scalar> Material<T> {
             Bsdf::Eon { .. } | Bsdf::RoughGlass(_) | Bsdf::Model(_) => ROUGH | ONE_BY_ONE,
         };
         let kinds = if bsdf.is_sampled_by_cosine() { kinds | COSINE } else { kinds };
-        Self {
-            index: T::rounded(index),
-            oren_nayar: OrenNayar { a: T::rounded(oren_nayar.a), b: T::rounded(oren_nayar.b) },
-            absorption: T::rounded(absorption),
-            kinds,
-        }
+        let [zero, numbers @ ..] = [0.0, index, oren_nayar.a, oren_nayar.b, absorption].map(T::rounded);
+        Self { numbers: from_fn(|i| numbers.get(i).copied().unwrap_or(zero)), kinds }
     }
 }
 
 /// What the rays of all lanes have met; of lanes that have met nothing it means nothing.
 pub(super) struct Surfaces<'a, R: Wide<N>, const N: usize> {
     parts: [&'a PrimitiveData<R::Scalar>; N],
-    bsdf: [&'a Bsdf; N],
+    /// All that the scene has.
+    surfaces: &'a [Surface],
     pub vertex: Vertex<Lanes3<R>>,
     /// The unit normals of the surfaces' own fronts.
     pub normal: Lanes3<R>,
@@ -166,7 +161,7 @@ impl<'a, R: Wide<N>, const N: usize> Surfaces<'a, R, N> {
         let materials = parts.map(|part| &lanes.materials[part.surface as usize]);
         let kinds = materials.map(|material| material.kinds);
         let is = |kind: u8| found.met & R::Mask::from_fn(|i| kinds[i] & kind != 0);
-        let of = |number: fn(&Material<R::Scalar>) -> R::Scalar| R::gather(|i| number(materials[i]));
+        let [index, a, b, absorption, ..] = R::of_rows(materials.map(|material| &material.numbers));
         Self {
             vertex: Vertex::of(point, normal, ray.direction),
             normal,
@@ -177,13 +172,13 @@ impl<'a, R: Wide<N>, const N: usize> Surfaces<'a, R, N> {
             mirror: is(MIRROR),
             glass: is(GLASS),
             colour,
-            absorption: of(|material| material.absorption),
-            index: of(|material| material.index),
-            oren_nayar: OrenNayar { a: of(|material| material.oren_nayar.a), b: of(|material| material.oren_nayar.b) },
+            absorption,
+            index,
+            oren_nayar: OrenNayar { a, b },
             printed: is(PRINTED),
             one_by_one: is(ONE_BY_ONE).bits(),
             parts,
-            bsdf: parts.map(|part| &lanes.scene.surfaces()[part.surface as usize].bsdf),
+            surfaces: lanes.scene.surfaces(),
         }
     }
 
@@ -193,6 +188,10 @@ impl<'a, R: Wide<N>, const N: usize> Surfaces<'a, R, N> {
         let (part, t) = (self.parts[lane], self.t.lane(lane));
         let [point, normal] = [self.vertex.point, self.normal].map(|v| v.lane(lane));
         Hit { t, point, normal, primitive, surface: part.surface, emitter: part.emitter }
+    }
+
+    fn bsdf(&self, lane: usize) -> &'a Bsdf {
+        &self.surfaces[self.parts[lane].surface as usize].bsdf
     }
 
     /// The emitter in a lane, of all that the scene has.
@@ -297,7 +296,7 @@ impl<'a, R: Wide<N>, const N: usize> Surfaces<'a, R, N> {
             return brdf;
         }
         Lanes3::from_fn(|i| {
-            if self.one_by_one >> i & 1 == 1 { self.bsdf[i].eval(wo.lane(i), wi.lane(i)) } else { brdf.lane(i) }
+            if self.one_by_one >> i & 1 == 1 { self.bsdf(i).eval(wo.lane(i), wi.lane(i)) } else { brdf.lane(i) }
         })
     }
 
@@ -311,7 +310,7 @@ impl<'a, R: Wide<N>, const N: usize> Surfaces<'a, R, N> {
         }
         R::from_lanes(|i| {
             let alone = models >> i & 1 == 1;
-            if alone { self.bsdf[i].pdf(self.vertex.wo.lane(i), wi.lane(i)) } else { pdf.lane(i) }
+            if alone { self.bsdf(i).pdf(self.vertex.wo.lane(i), wi.lane(i)) } else { pdf.lane(i) }
         })
     }
 
@@ -449,7 +448,7 @@ impl<'a, R: Wide<N>, const N: usize> Surfaces<'a, R, N> {
         let models = (rough & !self.cosine).bits();
         let mut lost = 0;
         if models != 0 {
-            let own: [Option<DVec3>; N] = from_fn(|i| match self.bsdf[i] {
+            let own: [Option<DVec3>; N] = from_fn(|i| match *self.bsdf(i) {
                 Bsdf::Model(model) if models >> i & 1 == 1 => {
                     model.sample(self.vertex.wo.lane(i), random.map(|r| r.lane(i)))
                 }
