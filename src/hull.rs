@@ -15,7 +15,8 @@ const MOST: usize = 8;
 /// The convex hull of a scene, as far as walls lie in its surface.
 #[derive(Debug)]
 pub(crate) struct Hull {
-    slabs: Vec<Slab>,
+    /// Within all of them is the hull, and perhaps more.
+    pub slabs: Vec<Slab>,
     /// Which primitives are walls.
     pub is_wall: Vec<bool>,
     /// All others.
@@ -25,9 +26,9 @@ pub(crate) struct Hull {
 /// The space between two parallel planes, n · p < `ends[0]` and −n · p < `ends[1]` but for a margin of `offset`/4;
 /// infinite where no wall is.
 #[derive(Debug)]
-struct Slab {
-    normal: DVec3,
-    ends: [f64; 2],
+pub(crate) struct Slab {
+    pub normal: DVec3,
+    pub ends: [f64; 2],
     offset: f64,
 }
 
@@ -44,12 +45,12 @@ impl Hull {
                 let Primitive::Triangle([a, b, c]) = *primitive else {
                     return false;
                 };
-                if slabs.iter_mut().any(|slab| slab.is_closed_by([a, b, c], primitives, offset)) {
+                if slabs.iter_mut().any(|slab| slab.is_closed_by([a, b, c], primitives)) {
                     return true;
                 }
                 let mut slab =
                     Slab { normal: (b - a).cross(c - a).normalize_or_zero(), ends: [f64::INFINITY; 2], offset };
-                let is_wall = slab.is_closed_by([a, b, c], primitives, offset);
+                let is_wall = slab.is_closed_by([a, b, c], primitives);
                 if is_wall {
                     slabs.push(slab);
                 }
@@ -74,16 +75,28 @@ impl Hull {
 }
 
 impl Slab {
+    /// How far from a plane is in it: some tens of roundings. Where a ray leaves a wall is within, what lies on the wall is
+    /// not.
+    pub fn tolerance(&self) -> f64 {
+        self.offset / 64.0
+    }
+
+    /// Whether all these points lie in one of the planes.
+    pub fn is_in_end(&self, side: usize, points: &[DVec3]) -> bool {
+        let normal = [self.normal, -self.normal][side];
+        points.iter().all(|point| normal.dot(*point) >= self.ends[side] - self.tolerance())
+    }
+
     /// Whether a triangle lies in one of the planes, which bounds the slab then; nothing of the scene is beyond.
-    fn is_closed_by(&mut self, corners: [DVec3; 3], primitives: &[Primitive], offset: f64) -> bool {
-        let mut sides = [self.normal, -self.normal].into_iter().zip(&mut self.ends);
-        sides.any(|(normal, end)| {
+    fn is_closed_by(&mut self, corners: [DVec3; 3], primitives: &[Primitive]) -> bool {
+        [0, 1].into_iter().any(|side| {
+            let normal = [self.normal, -self.normal][side];
             let farthest =
                 primitives.iter().map(|primitive| reach(primitive, normal)).fold(f64::NEG_INFINITY, f64::max);
-            // The tolerance is some tens of roundings. Where a ray leaves a wall is within, what lies on the wall is not.
-            let lies = corners.iter().all(|corner| normal.dot(*corner) >= farthest - offset / 64.0);
-            if lies {
-                *end = farthest;
+            let open = std::mem::replace(&mut self.ends[side], farthest);
+            let lies = self.is_in_end(side, &corners);
+            if !lies {
+                self.ends[side] = open;
             }
             lies
         })

@@ -70,7 +70,7 @@ impl<R: Real> Nearest<R> {
         R: Wide<N>,
     {
         let met = active & self.t.below(R::splat(f64::INFINITY));
-        let primitive = R::choose(met, self.primitive, R::splat(0.0)).lanes().map(|id| id.into() as u32);
+        let primitive = R::choose(met, self.primitive, R::splat(0.0)).whole();
         let t = R::choose(met, self.t, R::splat(f64::INFINITY));
         PacketHit { met, primitive, t, weights: self.weights }
     }

@@ -109,7 +109,7 @@ pub(super) fn pick_emitters<R: Wide<N>, const N: usize>(
     let mut shares = [R::splat(0.0); light_pick::MOST];
     light_pick::share_all(|i| emitters[i].contribution(from), &mut shares[..count]);
     let (index, share) = light_pick::pick(&shares[..count], r);
-    (index.lanes().map(|index| index.into() as usize), share)
+    (index.whole().map(|index| index as usize), share)
 }
 
 /// The probabilities with which shadow rays from these points pick the emitters of these numbers, where they were hit.

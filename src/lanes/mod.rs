@@ -15,6 +15,7 @@ mod scene;
 mod shading;
 mod specular;
 mod walks;
+mod walls;
 mod whitted;
 
 use std::ops::Range;

@@ -1,5 +1,5 @@
-//! What several rays meet: in a small scene all lanes test the list of what any of them may meet; in a larger one they go
-//! through its hierarchy, together or one after the other.
+//! What several rays meet: in a small scene all lanes test the list of what any of them may meet, of many walls only the one
+//! by which each leaves; in a larger one they go through its hierarchy, together or one after the other.
 
 use std::array::from_fn;
 
@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use super::shading::Material;
 use super::specular::BodyData;
+use super::walls::Walls;
 use crate::accel::{Nearest, PacketHit, PacketStack, PrimitiveHit, on_sphere};
 use crate::film::FlatFeatures;
 use crate::hull::SMALL;
@@ -64,10 +65,13 @@ pub(super) struct LaneScene<'a, R: Wide<N>, const N: usize> {
     pub scene: &'a Scene,
     /// Rays are tested together against all primitives, not by way of the hierarchy.
     is_small: bool,
-    // The next three are empty without a list.
+    // The next five are empty without a list.
     triangles: Triangles<R::Scalar>,
     /// Those that are no walls of its hull.
     within: Triangles<R::Scalar>,
+    walls: Option<Walls<'a, R::Scalar>>,
+    /// Those that `walls` does not tell apart.
+    others: Triangles<R::Scalar>,
     spheres: Vec<Target<R::Scalar, Sphere>>,
     /// In the order of the scene's primitives.
     pub parts: Vec<PrimitiveData<R::Scalar>>,
@@ -96,11 +100,14 @@ const PLACES: usize = 256;
 
 impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
     pub fn new(scene: &'a Scene) -> Self {
-        let (mut triangles, mut within, mut spheres) = (Triangles::default(), Triangles::default(), Vec::new());
+        let [mut triangles, mut within, mut others] = from_fn(|_| Triangles::default());
+        let mut spheres = Vec::new();
         let is_small = scene.parts().len() <= SMALL;
+        let walls = scene.hull().and_then(|hull| Walls::new(scene, hull));
         for (id, part) in scene.parts().iter().enumerate().take_while(|_| is_small) {
             let is_glass = scene.is_glass(id as u32);
             let is_wall = scene.hull().is_some_and(|hull| hull.is_wall[id]);
+            let is_told = walls.as_ref().is_some_and(|(_, is_told)| is_told[id]);
             let id = R::Scalar::rounded(id as f64);
             match part.shape {
                 PartShape::Sphere(shape) => spheres.push(Target { id, is_glass, shape }),
@@ -108,6 +115,9 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
                     triangles.add(scene.corners(vertices), id, is_glass);
                     if !is_wall {
                         within.add(scene.corners(vertices), id, is_glass);
+                    }
+                    if !is_told {
+                        others.add(scene.corners(vertices), id, is_glass);
                     }
                 }
             }
@@ -117,7 +127,8 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
             (0..).zip(scene.parts()).map(|(id, part)| PrimitiveData::new(scene, (id, part), margin(part))).collect();
         let materials = scene.surfaces().iter().map(Material::new).collect();
         let bodies = scene.bodies().all().iter().map(|body| BodyData::new(body.kind, &body.body)).collect();
-        Self { scene, is_small, triangles, within, spheres, parts, materials, bodies }
+        let walls = walls.map(|(walls, _)| walls);
+        Self { scene, is_small, triangles, within, walls, others, spheres, parts, materials, bodies }
     }
 
     /// The nearest hits of the `active` lanes.
@@ -131,8 +142,25 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
             };
         }
         let mut nearest = Nearest::new();
-        let shear = self.triangles.see(ray, None, seen);
-        self.triangles.hits((&shear, seen), (active, false), |ids, hit| nearest.or(ids, hit));
+        let shear = Shear::new(ray);
+        let mut left = active;
+        // In single precision all triangles are tested as fast.
+        if !R::IS_SINGLE
+            && let Some(walls) = &self.walls
+        {
+            let within = active & walls.hull.holds(ray.origin);
+            if within.any() {
+                let met = walls.meet(&self.parts, ray, (&shear, within));
+                left = active & !met.decided;
+                nearest.or(met.primitive, &met.hit);
+                self.others.see(&shear, None, seen);
+                self.others.hits((&shear, seen), (met.decided, false), |ids, hit| nearest.or(ids, hit));
+            }
+        }
+        if left.any() {
+            self.triangles.see(&shear, None, seen);
+            self.triangles.hits((&shear, seen), (left, false), |ids, hit| nearest.or(ids, hit));
+        }
         for sphere in &self.spheres {
             nearest.or(R::all(sphere.id), &on_sphere(&sphere.shape, ray));
         }
@@ -176,9 +204,10 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
         let holds = |point| self.scene.hull().map_or(R::Mask::splat(false), |hull| hull.holds(point));
         let within = active & holds(segment.origin) & holds(segment.at(one));
         let mut free = active;
+        let shear = Shear::new(&segment);
         for (triangles, asking) in [(&self.within, within), (&self.triangles, active & !within)] {
             if asking.any() {
-                let shear = triangles.see(&segment, Some(one), seen);
+                triangles.see(&shear, Some(one), seen);
                 triangles.hits((&shear, seen), (asking, through_glass), |_, hit| free = free & !hit.t.below(one));
             }
         }
@@ -193,17 +222,19 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
         self.is_small && self.spheres.is_empty()
     }
 
-    /// The arithmetic of [`closest`](Self::closest) in one lane, without spheres. Of [`Shear`]: `new` takes 3 operations,
-    /// `project` 7 and `distance` 1 per vertex, [`edge`] 3 per edge, and 3 more where a triangle passes the masks;
-    /// `hit_within` 14 per portion of hits; one is for the limit.
+    /// The arithmetic of [`closest`](Self::closest) in one lane, without spheres: [`Shear::new`] takes 3 operations.
     pub fn operations(&self, ray: &Ray<Lanes3<R>>, seen: &mut Seen<R, N>) -> u32 {
-        let Triangles { vertices, edges, .. } = &self.triangles;
-        let all = (R::Mask::splat(true), false);
-        let shear = self.triangles.see(ray, None, seen);
-        let mut portions = 0;
-        self.triangles.hits((&shear, seen), all, |_, _| portions += 1);
-        let tested = self.triangles.list_candidates::<R, N>(all, seen);
-        (3 + 1 + 8 * vertices.len() + 3 * edges.len() + 3 * tested + 14 * portions) as u32
+        let shear = Shear::new(ray);
+        let (mut left, mut count) = (R::Mask::splat(true), 3);
+        if let Some(walls) = &self.walls {
+            let within = walls.hull.holds(ray.origin);
+            if within.any() {
+                let decided = walls.meet(&self.parts, ray, (&shear, within)).decided;
+                left = !decided;
+                count += walls.operations() + self.others.operations((&shear, seen), decided);
+            }
+        }
+        if left.any() { count + self.triangles.operations((&shear, seen), left) } else { count }
     }
 }
 
@@ -244,11 +275,10 @@ impl<T: Scalar> Triangles<T> {
     #[inline]
     fn see<R: Wide<N, Scalar = T>, const N: usize>(
         &self,
-        ray: &Ray<Lanes3<R>>,
+        shear: &LaneShear<R>,
         limit: Option<R>,
         seen: &mut Seen<R, N>,
-    ) -> LaneShear<R> {
-        let shear = Shear::new(ray);
+    ) {
         let zero = R::splat(0.0);
         let pair = |first: R::Mask, second: R::Mask| first.bits() | second.bits() << N;
         // The distance of a hit is a mean of those of the vertices, but for some roundings.
@@ -265,7 +295,6 @@ impl<T: Scalar> Triangles<T> {
             *value = edge(&seen.vertices[usize::from(a)], &seen.vertices[usize::from(b)]);
             *sides = pair(value.below(zero), value.above(zero));
         }
-        shear
     }
 
     /// Tells the hits of the `active` lanes, and on which primitives, in portions of at most one per lane.
@@ -298,6 +327,21 @@ impl<T: Scalar> Triangles<T> {
         if taken != 0 {
             tell(ids, &shear.hit_within(edges, depths));
         }
+    }
+
+    /// The arithmetic of seeing them, without a limit, and of their hits in one of the `active` lanes. Of [`Shear`],
+    /// `project` takes 7 operations and `distance` 1 per vertex, [`edge`] 3 per edge, and 3 more where a triangle passes the
+    /// masks; `hit_within` 14 per portion of hits, and one is for the limit.
+    fn operations<R: Wide<N, Scalar = T>, const N: usize>(
+        &self,
+        (shear, seen): (&LaneShear<R>, &mut Seen<R, N>),
+        active: R::Mask,
+    ) -> u32 {
+        self.see(shear, None, seen);
+        let mut portions = 0;
+        self.hits((shear, seen), (active, false), |_, _| portions += 1);
+        let tested = self.list_candidates((active, false), seen);
+        (1 + 8 * self.vertices.len() + 3 * self.edges.len() + 3 * tested + 14 * portions) as u32
     }
 
     /// Lists the triangles that a ray in an `active` lane may meet, and returns how many they are: its line passes

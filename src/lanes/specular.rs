@@ -82,7 +82,7 @@ impl<R: Wide<N>, const N: usize> Surfaces<'_, R, N> {
         if !asking.any() {
             return sum;
         }
-        let of_body = number.lanes().map(|number| number.into() as usize);
+        let of_body = number.whole().map(|number| number as usize);
         let (body, flat, refracts) = gather(scene, (of_body, asking));
         let indices = if emitters.len() == 1 { [0; N] } else { from_fn(|i| flux.pick(numbers.pick.lane(i))) };
         let probability = R::from_lanes(|i| flux.probability(indices[i]));

@@ -36,6 +36,11 @@ pub trait Wide<const N: usize>: Real<Vector = Lanes3<Self>, Mask: WideMask<N>> {
     /// The number of each lane.
     fn lanes(self) -> [Self::Scalar; N];
 
+    /// The lanes of whole numbers from 0 on that fit, as such.
+    #[inline]
+    fn whole(self) -> [u32; N] {
+        self.lanes().map(Scalar::whole)
+    }
     /// The same number in each lane.
     #[inline]
     fn all(number: Self::Scalar) -> Self {
@@ -73,6 +78,8 @@ pub trait Scalar: Copy + Debug + Default + Into<f64> + PartialEq + Send + Sync {
     fn unit(word: u64) -> Self;
     /// In single precision.
     fn single(self) -> f32;
+    /// The same number, if it is a whole one from 0 on that fits.
+    fn whole(self) -> u32;
 }
 
 /// A yes or no for each of `N` rays.
@@ -115,6 +122,11 @@ impl Scalar for f64 {
     fn single(self) -> f32 {
         self as f32
     }
+    // The last bits of this sum count ones, which takes no test of what does not fit.
+    #[inline]
+    fn whole(self) -> u32 {
+        (self + (1u64 << 52) as Self).to_bits() as u32
+    }
 }
 
 impl Scalar for f32 {
@@ -129,6 +141,10 @@ impl Scalar for f32 {
     #[inline]
     fn single(self) -> f32 {
         self
+    }
+    #[inline]
+    fn whole(self) -> u32 {
+        self as u32
     }
 }
 

@@ -46,6 +46,7 @@ pub fn integral(a: f64, b: f64, mut f: impl FnMut(f64) -> f64) -> f64 {
 }
 
 /// An indexed triangle mesh.
+#[derive(Clone)]
 pub struct Mesh {
     pub vertices: Vec<DVec3>,
     pub triangles: Vec<[u32; 3]>,

@@ -2,6 +2,7 @@
 
 pub mod kernels;
 pub mod scenes;
+mod walls;
 
 use std::array::from_fn;
 
@@ -168,7 +169,7 @@ fn eight_rays_meet_what_each_meets() {
 }
 
 /// Of a tetrahedron a ray meets two faces, one after the other for all lanes meet both, four vertices and six edges; if
-/// it passes by it meets no face.
+/// it passes by it meets no face. From within a cube it is tested against three pairs of sides, three lines and a triangle.
 #[test]
 fn operations_are_counted() {
     let vertices = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
@@ -184,4 +185,11 @@ fn operations_are_counted() {
     let all = 4 + 4 * 8 + 6 * 3;
     assert_eq!(eight.operations(&towards(DVec3::new(0.2, 0.3, 0.0))), all + 2 * (3 + 14));
     assert_eq!(eight.operations(&towards(DVec3::new(9.0, 0.3, 0.0))), all);
+    let (mut s, cube) = (SceneBuilder::new("cube"), Mesh::cube());
+    let surface = s.surface(Surface::new(Bsdf::Black));
+    s.mesh(&cube.vertices, &cube.triangles, surface);
+    let scene = s.build(any_camera()).expect("a legal scene");
+    let ray = Ray::new(Lanes3::splat_vector(DVec3::ZERO), Lanes3::splat_vector(DVec3::new(0.36, 0.48, 0.8)));
+    let walls = 3 * 18 + 11 + 3 * 6 + 44;
+    assert_eq!(EightRays::new(&scene).expect("few triangles").operations(&ray), 3 + walls + 1);
 }

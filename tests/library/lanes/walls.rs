@@ -1,0 +1,84 @@
+//! Walls by which rays leave a room.
+
+use std::array::from_fn;
+
+use whitefurnace::lanes::EightRays;
+use whitefurnace::real::{LANES, Lanes3, WideVector};
+
+use crate::prelude::*;
+
+/// Rooms whose walls rays leave by: with sharp corners, with floors of more triangles than are told apart, of triangles
+/// around a point, and of such as overlap; with a window, with an open side, and with a block inside.
+fn rooms() -> Vec<Mesh> {
+    let regular =
+        |n: u32| -> Vec<[f64; 2]> { (0..n).map(|i| (TAU * f64::from(i) / f64::from(n)).sin_cos().into()).collect() };
+    let narrow = [[-4.0, 0.0], [0.0, -0.7], [1.5, -0.48], [1.5, 0.48], [0.0, 0.7]];
+    let shell = Mesh::room_shell().map(|v| v - DVec3::X);
+    let mut rooms = vec![Mesh::cube(), shell.clone(), Mesh::prism(&narrow, [-1.0, 1.0])];
+    rooms.extend([5, 8, 10].map(|n| Mesh::prism(&regular(n), [-1.0, 1.0])));
+    let with = |mesh: &Mesh, vertices: &[DVec3], triangles: &[[u32; 3]]| {
+        let (mut mesh, first) = (mesh.clone(), mesh.vertices.len() as u32);
+        mesh.vertices.extend(vertices);
+        mesh.triangles.extend(triangles.iter().map(|triangle| triangle.map(|v| first + v)));
+        mesh
+    };
+    let square = |half: f64, z: f64| {
+        [[-half, -half], [half, -half], [half, half], [-half, half]].map(|[x, y]| DVec3::new(x, y, z))
+    };
+    let without_floor = |mut mesh: Mesh| {
+        mesh.triangles.retain(|&t| !t.iter().all(|&v| mesh.vertices[v as usize].z < 0.0));
+        mesh
+    };
+    let (cube, carpet) = (Mesh::cube(), [[0, 1, 2], [0, 2, 3]]);
+    let floor = |corners: [DVec3; 4], inner: &[DVec3]| [&corners, inner].concat();
+    let star = [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]];
+    let frame = [[0, 1, 5], [0, 5, 4], [1, 2, 6], [1, 6, 5], [2, 3, 7], [2, 7, 6], [3, 0, 4], [3, 4, 7]];
+    rooms.push(with(&cube, &square(0.5, -1.0), &carpet));
+    rooms.push(with(&without_floor(cube.clone()), &floor(square(1.0, -1.0), &[DVec3::new(0.3, 0.2, -1.0)]), &star));
+    rooms.push(with(&without_floor(cube.clone()), &floor(square(1.0, -1.0), &square(0.4, -1.0)), &frame));
+    rooms.push(without_floor(shell.clone()));
+    let block = Mesh::cube().map(|v| 0.3 * v + DVec3::new(1.0, 0.5, -0.2));
+    rooms.push(with(&shell, &block.vertices, &block.triangles));
+    rooms
+}
+
+/// Walls that are told apart by where a ray leaves are hit as if all had been tested: also by rays at their edges and
+/// vertices, of any length, from anywhere within, from surfaces and from outside.
+#[test]
+fn rays_meet_walls_as_each_meets_them() {
+    let mut rng = rng("walls");
+    for (mesh, scale) in rooms().iter().flat_map(|mesh| [1e-4, 1.0, 1e4].map(|scale| (mesh, scale))) {
+        let mesh = mesh.clone().map(|v| scale * v);
+        let scene = scene(|scene| {
+            let surface = scene.surface(Surface::new(Bsdf::Black));
+            scene.mesh(&mesh.vertices, &mesh.triangles, surface);
+        });
+        let mut eight = EightRays::new(&scene).expect("few triangles");
+        for _ in 0..1500 {
+            let rays: [Ray; LANES] = from_fn(|_| {
+                let mut aim = || match uniform(&mut rng) {
+                    u if u < 0.4 => border(&mut rng, &mesh),
+                    u if u < 0.5 => DVec3::ZERO,
+                    _ => scale * in_cube(&mut rng, 1.0),
+                };
+                let (from, to) = (aim(), aim());
+                let wide = uniform(&mut rng) < 0.05;
+                let origin = if wide { 3.0 * from } else { scale * 0.9 * in_cube(&mut rng, 1.0) };
+                let ray = Ray::new(origin, (to - origin).normalize_or(DVec3::X));
+                let ray = match scene.intersect(&ray) {
+                    Some(hit) if uniform(&mut rng) < 0.6 => {
+                        let onward = (from - hit.point).normalize_or(DVec3::Z);
+                        scene.leave(hit.point, hit.normal, onward)
+                    }
+                    _ => ray,
+                };
+                let length = if uniform(&mut rng) < 0.2 { between(&mut rng, -20.0, 20.0).exp() } else { 1.0 };
+                Ray::new(ray.origin, ray.direction * length)
+            });
+            let [origins, directions] = [Lanes3::from_fn(|i| rays[i].origin), Lanes3::from_fn(|i| rays[i].direction)];
+            let together = eight.closest(&Ray::new(origins, directions));
+            let alone = rays.map(|ray| scene.bvh().closest(&ray, f64::INFINITY).map_or(f64::INFINITY, |hit| hit.t));
+            assert_eq!(together.to_array(), alone, "{rays:?}");
+        }
+    }
+}
