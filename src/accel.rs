@@ -86,10 +86,6 @@ const WIDTH: usize = LANES;
 const LEAF: usize = FOUR;
 /// Seven siblings wait per level, so this suffices for 18 levels: the hierarchy has fewer (`build::SORTED_DEPTH`).
 const STACK: usize = 128;
-/// A tree of up to [`SHALLOW`] levels needs this much only; clearing the larger stack would cost a small
-/// scene some 4 % of its time.
-const SMALL_STACK: usize = 7 * SHALLOW as usize + 1;
-const SHALLOW: u32 = 5;
 /// Rounding of the ray's origin to single precision, relative to its largest coordinate, with a margin
 /// of two.
 const ORIGIN_MARGIN: f32 = 1.0 / 8_388_608.0;
@@ -103,7 +99,6 @@ pub struct Bvh {
     leaves: Vec<Leaf>,
     /// In the order of the leaves, each with its place in the original list.
     spheres: Vec<(u32, Sphere)>,
-    levels: u32,
 }
 
 impl Leaf {
@@ -168,20 +163,11 @@ impl Bvh {
     /// Calls `leaf` for the leaves that the ray may meet, near ones first. It returns the
     /// distance beyond which nothing matters any more, or `None` to stop.
     #[inline]
-    fn traverse(&self, ray: &Ray, t_max: f64, leaf: impl FnMut(&Leaf) -> Option<f64>) {
-        match self.levels {
-            0 => {}
-            1..=SHALLOW => self.traverse_with::<SMALL_STACK>(ray, t_max, leaf),
-            _ => self.traverse_with::<STACK>(ray, t_max, leaf),
-        }
-    }
-
-    #[inline]
-    fn traverse_with<const N: usize>(&self, ray: &Ray, t_max: f64, mut leaf: impl FnMut(&Leaf) -> Option<f64>) {
+    fn traverse(&self, ray: &Ray, t_max: f64, mut leaf: impl FnMut(&Leaf) -> Option<f64>) {
         let slabs = Slabs::new(ray);
         let mut limit = rounded_up(t_max as f32);
-        let mut stack = [(0f32, 0u32); N];
-        let mut waiting = 1;
+        let mut stack = [(0f32, 0u32); STACK];
+        let mut waiting = usize::from(!self.nodes.is_empty());
         while waiting > 0 {
             waiting -= 1;
             let (near, child) = stack[waiting];

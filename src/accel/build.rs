@@ -51,7 +51,7 @@ impl Bvh {
     pub(crate) fn of(primitives: &[Primitive], takes: impl Fn(u32) -> bool) -> Self {
         let all = primitives.iter().zip(0..).filter(|&(_, id)| takes(id));
         let mut items: Vec<(Bounds, u32)> = all.map(|(primitive, id)| (Bounds::of(primitive), id)).collect();
-        let mut bvh = Self { nodes: Vec::new(), leaves: Vec::new(), spheres: Vec::new(), levels: 0 };
+        let mut bvh = Self { nodes: Vec::new(), leaves: Vec::new(), spheres: Vec::new() };
         if !items.is_empty() {
             bvh.build_node(&mut items, primitives, 0);
         }
@@ -59,7 +59,6 @@ impl Bvh {
     }
 
     fn build_node(&mut self, items: &mut [(Bounds, u32)], primitives: &[Primitive], depth: u32) -> u32 {
-        self.levels = self.levels.max(depth + 1);
         let index = self.nodes.len();
         let mut node = Node { planes: [[[0.0; WIDTH]; 2]; 3], children: [0; WIDTH], child_count: 0 };
         self.nodes.push(node);

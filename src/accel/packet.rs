@@ -140,7 +140,7 @@ impl Bvh {
     ) {
         let slabs = Slabs::new(ray);
         (stack.entered[0], stack.children[0]) = ([0.0; N], 0);
-        let mut waiting = usize::from(self.levels > 0);
+        let mut waiting = usize::from(!self.nodes.is_empty());
         while waiting > 0 {
             waiting -= 1;
             let (near, child) = (stack.entered[waiting], stack.children[waiting]);
