@@ -98,18 +98,22 @@ pub fn row<const N: usize>(cells: [&str; N]) -> String {
     format!("<tr><td>{}</td></tr>", cells.join("</td><td>"))
 }
 
-/// A table of rows that are HTML already.
+/// A table of at most five columns, with rows that are HTML already. Narrow windows show the cells of a row below each
+/// other, each with its column's name.
 pub fn table(columns: &[&str], rows: &[String]) -> String {
     let head: String = columns.iter().map(|c| format!("<th>{c}</th>")).collect();
+    let names: String = (1..).zip(columns).map(|(i, c)| format!("--column-{i}:'{c}';")).collect();
     format!(
-        "<div class=\"table-wrapper\"><table class=\"registry\"><thead><tr>{head}</tr></thead>\
+        "<div class=\"table-wrapper\"><table class=\"registry\" style=\"{names}\"><thead><tr>{head}</tr></thead>\
          <tbody>{}</tbody></table></div>",
         rows.concat()
     )
 }
 
+/// Code, whose long names may break after signs.
 pub fn code(text: &str) -> String {
-    format!("<code>{}</code>", escape(text))
+    let text = ["/", "_", "::"].iter().fold(escape(text), |text, sign| text.replace(sign, &format!("{sign}<wbr>")));
+    format!("<code>{text}</code>")
 }
 
 /// With a capital first letter.
