@@ -22,7 +22,7 @@ use crate::{fresnel, radiometry, sampling};
 
 /// What lanes need of a surface.
 pub(super) struct Material<T> {
-    /// The index of glass, A and B of (15), and α of section 2.6.2.
+    /// The index of glass, A and B of (15), and α of section 2.6.2; the others fill the row.
     numbers: [T; 8],
     /// A bit for each of the kinds below.
     kinds: u8,
