@@ -81,16 +81,21 @@ impl Slab {
         self.offset / 64.0
     }
 
+    /// The normal that points out of one of the planes.
+    fn outward(&self, side: usize) -> DVec3 {
+        if side == 0 { self.normal } else { -self.normal }
+    }
+
     /// Whether all these points lie in one of the planes.
     pub fn is_in_end(&self, side: usize, points: &[DVec3]) -> bool {
-        let normal = [self.normal, -self.normal][side];
+        let normal = self.outward(side);
         points.iter().all(|point| normal.dot(*point) >= self.ends[side] - self.tolerance())
     }
 
     /// Whether a triangle lies in one of the planes, which bounds the slab then; nothing of the scene is beyond.
     fn is_closed_by(&mut self, corners: [DVec3; 3], primitives: &[Primitive]) -> bool {
         [0, 1].into_iter().any(|side| {
-            let normal = [self.normal, -self.normal][side];
+            let normal = self.outward(side);
             let farthest =
                 primitives.iter().map(|primitive| reach(primitive, normal)).fold(f64::NEG_INFINITY, f64::max);
             let open = std::mem::replace(&mut self.ends[side], farthest);

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::shading::Material;
 use super::specular::BodyData;
-use super::walls::Walls;
+use super::walls::{Exit, Walls};
 use crate::accel::{Nearest, PacketHit, PacketStack, PrimitiveHit, on_sphere};
 use crate::film::FlatFeatures;
 use crate::hull::SMALL;
@@ -147,15 +147,12 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
         // In single precision all triangles are tested as fast.
         if !R::IS_SINGLE
             && let Some(walls) = &self.walls
+            && let Some(exit) = walls.exit(&self.parts, ray, (&shear, active))
         {
-            let within = active & walls.hull.holds(ray.origin);
-            if within.any() {
-                let met = walls.meet(&self.parts, ray, (&shear, within));
-                left = active & !met.decided;
-                nearest.or(met.primitive, &met.hit);
-                self.others.see(&shear, None, seen);
-                self.others.hits((&shear, seen), (met.decided, false), |ids, hit| nearest.or(ids, hit));
-            }
+            left = active & !exit.decided;
+            nearest.or(exit.primitive, &exit.hit);
+            self.others.see(&shear, None, seen);
+            self.others.hits((&shear, seen), (exit.decided, false), |ids, hit| nearest.or(ids, hit));
         }
         if left.any() {
             self.triangles.see(&shear, None, seen);
@@ -226,13 +223,11 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
     pub fn operations(&self, ray: &Ray<Lanes3<R>>, seen: &mut Seen<R, N>) -> u32 {
         let shear = Shear::new(ray);
         let (mut left, mut count) = (R::Mask::splat(true), 3);
-        if let Some(walls) = &self.walls {
-            let within = walls.hull.holds(ray.origin);
-            if within.any() {
-                let decided = walls.meet(&self.parts, ray, (&shear, within)).decided;
-                left = !decided;
-                count += walls.operations() + self.others.operations((&shear, seen), decided);
-            }
+        if let Some(walls) = &self.walls
+            && let Some(Exit { decided, .. }) = walls.exit(&self.parts, ray, (&shear, left))
+        {
+            left = !decided;
+            count += walls.operations() + self.others.operations((&shear, seen), decided);
         }
         if left.any() { count + self.triangles.operations((&shear, seen), left) } else { count }
     }

@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::scene::PrimitiveData;
 use crate::hull::{Hull, Slab};
-use crate::real::{Lanes3, Real, Scalar, Vector, Wide};
+use crate::real::{Lanes3, Mask, Real, Scalar, Vector, Wide};
 use crate::scene::{OFFSET, PartShape, Scene};
 use crate::shape::Ray;
 use crate::watertight::{LaneShear, TriangleHit};
@@ -25,7 +25,7 @@ const MOST: usize = 4;
 
 /// The walls of a small scene.
 pub(super) struct Walls<'a, T> {
-    pub hull: &'a Hull,
+    hull: &'a Hull,
     walls: Vec<Wall<T>>,
     /// The largest coordinate of the scene.
     extent: f64,
@@ -43,11 +43,13 @@ type Piece = (usize, [DVec3; 3]);
 /// A line in a wall: its normal, and its height along that.
 type Line = (DVec3, f64);
 
-/// What rays meet of the walls.
-pub(super) struct Met<R: Real> {
-    /// For which rays this is decided.
+/// Where rays leave the hull.
+pub(super) struct Exit<R: Real> {
+    /// The rays of which this is certain.
     pub decided: R::Mask,
+    /// The triangle there.
     pub primitive: R,
+    /// How they hit it, if they do.
     pub hit: TriangleHit<R>,
 }
 
@@ -72,14 +74,19 @@ impl<'a, T: Scalar> Walls<'a, T> {
         (count >= WORTH).then(|| (Self { hull, walls, extent: scene.extent() }, is_told))
     }
 
-    /// What rays from `within` the hull meet of the walls, whose data are among the `parts` of the scene.
+    /// Where the `active` rays leave the hull, of walls whose data are among the `parts` of the scene; `None` if none of them
+    /// starts within.
     #[inline]
-    pub fn meet<R: Wide<N, Scalar = T>, const N: usize>(
+    pub fn exit<R: Wide<N, Scalar = T>, const N: usize>(
         &self,
         parts: &[PrimitiveData<T>],
         ray: &Ray<Lanes3<R>>,
-        (shear, within): (&LaneShear<R>, R::Mask),
-    ) -> Met<R> {
+        (shear, active): (&LaneShear<R>, R::Mask),
+    ) -> Option<Exit<R>> {
+        let within = active & self.hull.holds(ray.origin);
+        if !within.any() {
+            return None;
+        }
         let (zero, never) = (R::splat(0.0), R::splat(f64::INFINITY));
         let margin = R::splat(self.extent * MARGIN);
         let [x, y, z] = ray.direction.components().map(R::abs);
@@ -104,9 +111,6 @@ impl<'a, T: Scalar> Walls<'a, T> {
             let here = (2 * number) as f64;
             wall = R::choose(nearer, R::choose(falls, R::splat(here + 1.0), R::splat(here)), wall);
         }
-        // Where no wall is, nothing is met.
-        let leaves = late.below(never);
-        let alone = other.above(late) | other.equals(never);
         let point = ray.at((early + late) * 0.5);
         let width = (late - early) * scale;
         let [a, b, c, d, e, f, g, h, i, j, k, l, triangles @ ..] =
@@ -118,16 +122,15 @@ impl<'a, T: Scalar> Walls<'a, T> {
             primitive = R::choose(above.below(zero), triangles[n], primitive);
             clear = clear & above.abs().above(width);
         }
-        primitive = R::choose(leaves, primitive, zero);
         let numbers = R::of_rows(primitive.whole().map(|place| &parts[place as usize].numbers));
         let corner = |k: usize| shear.project([numbers[3 * k], numbers[3 * k + 1], numbers[3 * k + 2]]);
         let mut hit = shear.hit([&corner(0), &corner(1), &corner(2)]);
-        let decided = within & alone & (clear | !leaves);
-        hit.t = R::choose(decided & leaves, hit.t, never);
-        Met { decided, primitive, hit }
+        let decided = within & other.above(late) & clear;
+        hit.t = R::choose(decided, hit.t, never);
+        Some(Exit { decided, primitive, hit })
     }
 
-    /// The arithmetic of [`meet`](Self::meet) in one lane: 18 operations per pair of sides, with those that say whether the
+    /// The arithmetic of [`exit`](Self::exit) in one lane: 18 operations per pair of sides, with those that say whether the
     /// ray starts within; 11 for the point and the width there, 6 for each line, and 44 for the triangle.
     pub fn operations(&self) -> u32 {
         (18 * self.hull.slabs.len() + 11 + 6 * (MOST - 1) + 44) as u32

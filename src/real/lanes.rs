@@ -36,7 +36,7 @@ pub trait Wide<const N: usize>: Real<Vector = Lanes3<Self>, Mask: WideMask<N>> {
     /// The number of each lane.
     fn lanes(self) -> [Self::Scalar; N];
 
-    /// The lanes of whole numbers from 0 on that fit, as such.
+    /// Each lane as an integer, if it is one below 2³².
     #[inline]
     fn whole(self) -> [u32; N] {
         self.lanes().map(Scalar::whole)
@@ -78,7 +78,7 @@ pub trait Scalar: Copy + Debug + Default + Into<f64> + PartialEq + Send + Sync {
     fn unit(word: u64) -> Self;
     /// In single precision.
     fn single(self) -> f32;
-    /// The same number, if it is a whole one from 0 on that fits.
+    /// As an integer, if it is one below 2³².
     fn whole(self) -> u32;
 }
 
@@ -122,7 +122,7 @@ impl Scalar for f64 {
     fn single(self) -> f32 {
         self as f32
     }
-    // The last bits of this sum count ones, which takes no test of what does not fit.
+    // The last bits of this sum are the integer; a conversion would test first whether it fits.
     #[inline]
     fn whole(self) -> u32 {
         (self + (1u64 << 52) as Self).to_bits() as u32

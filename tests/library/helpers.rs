@@ -137,6 +137,14 @@ pub fn scene(parts: impl FnOnce(&mut SceneBuilder)) -> Scene {
     scene_from(any_camera(), parts)
 }
 
+/// A scene of one black mesh.
+pub fn scene_of(mesh: &Mesh) -> Scene {
+    scene(|scene| {
+        let surface = scene.surface(Surface::new(Bsdf::Black));
+        scene.mesh(&mesh.vertices, &mesh.triangles, surface);
+    })
+}
+
 /// A scene of these parts and a camera.
 pub fn scene_from(camera: Camera, parts: impl FnOnce(&mut SceneBuilder)) -> Scene {
     let mut scene = SceneBuilder::new("test");

@@ -12,13 +12,6 @@ fn meshes() -> Vec<(Mesh, f64)> {
     vec![(Mesh::cube(), 0.99), (Mesh::globe(13, 17), 0.5), (Mesh::room_shell().map(|v| v - DVec3::X), 1.0)]
 }
 
-fn scene_of(mesh: &Mesh) -> Scene {
-    scene(|scene| {
-        let surface = scene.surface(Surface::new(Bsdf::Black));
-        scene.mesh(&mesh.vertices, &mesh.triangles, surface);
-    })
-}
-
 /// The ray from a hit's surface into the half space that it was hit from.
 fn onward(scene: &Scene, hit: &Hit, arrived: DVec3, local: DVec3) -> Ray {
     let facing = hit.normal * -hit.normal.dot(arrived).signum();

@@ -43,28 +43,34 @@ fn rooms() -> Vec<Mesh> {
 }
 
 /// Walls that are told apart by where a ray leaves are hit as if all had been tested: also by rays at their edges and
-/// vertices, of any length, from anywhere within, from surfaces and from outside.
+/// vertices, along the axes, of any length, from anywhere within, from surfaces and from outside; rays of no numbers meet
+/// nothing.
 #[test]
 fn rays_meet_walls_as_each_meets_them() {
     let mut rng = rng("walls");
-    for (mesh, scale) in rooms().iter().flat_map(|mesh| [1e-4, 1.0, 1e4].map(|scale| (mesh, scale))) {
-        let mesh = mesh.clone().map(|v| scale * v);
-        let scene = scene(|scene| {
-            let surface = scene.surface(Surface::new(Bsdf::Black));
-            scene.mesh(&mesh.vertices, &mesh.triangles, surface);
-        });
+    let places =
+        [(1e-4, DVec3::ZERO), (1.0, DVec3::ZERO), (1e4, DVec3::ZERO), (1.0, DVec3::new(1000.0, -2000.0, 500.0))];
+    for (mesh, (scale, offset)) in rooms().iter().flat_map(|mesh| places.map(|place| (mesh, place))) {
+        let mesh = mesh.clone().map(|v| scale * v + offset);
+        let scene = scene_of(&mesh);
         let mut eight = EightRays::new(&scene).expect("few triangles");
         for _ in 0..1500 {
             let rays: [Ray; LANES] = from_fn(|_| {
                 let mut aim = || match uniform(&mut rng) {
                     u if u < 0.4 => border(&mut rng, &mesh),
-                    u if u < 0.5 => DVec3::ZERO,
-                    _ => scale * in_cube(&mut rng, 1.0),
+                    u if u < 0.5 => offset,
+                    _ => offset + scale * in_cube(&mut rng, 1.0),
                 };
                 let (from, to) = (aim(), aim());
                 let wide = uniform(&mut rng) < 0.05;
-                let origin = if wide { 3.0 * from } else { scale * 0.9 * in_cube(&mut rng, 1.0) };
-                let ray = Ray::new(origin, (to - origin).normalize_or(DVec3::X));
+                let within = offset + scale * 0.9 * in_cube(&mut rng, 1.0);
+                let origin = if wide { offset + 3.0 * (from - offset) } else { within };
+                let direction = match uniform(&mut rng) {
+                    u if u < 0.05 => [DVec3::X, -DVec3::Y, DVec3::Z][(60.0 * u) as usize],
+                    u if u < 0.06 => DVec3::new(0.6, f64::NAN, 0.8),
+                    _ => (to - origin).normalize_or(DVec3::X),
+                };
+                let ray = Ray::new(origin, direction);
                 let ray = match scene.intersect(&ray) {
                     Some(hit) if uniform(&mut rng) < 0.6 => {
                         let onward = (from - hit.point).normalize_or(DVec3::Z);
