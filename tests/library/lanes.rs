@@ -169,8 +169,7 @@ fn eight_rays_meet_what_each_meets() {
 }
 
 /// Of a tetrahedron a ray meets two faces, one after the other for all lanes meet both, four vertices and six edges; if
-/// it passes by it meets no face. From within a cube it is tested against three pairs of sides, three lines and a triangle;
-/// from within a room of six walls against four pairs, also if it leaves where there is no floor.
+/// it passes by it meets no face.
 #[test]
 fn operations_are_counted() {
     let vertices = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
@@ -186,14 +185,4 @@ fn operations_are_counted() {
     let all = 4 + 4 * 8 + 6 * 3;
     assert_eq!(eight.operations(&towards(DVec3::new(0.2, 0.3, 0.0))), all + 2 * (3 + 14));
     assert_eq!(eight.operations(&towards(DVec3::new(9.0, 0.3, 0.0))), all);
-    let mut open = Mesh::room_shell().map(|v| v - DVec3::X);
-    open.triangles.retain(|t| t.iter().any(|&v| open.vertices[v as usize].z > 0.0));
-    for (mesh, pairs, direction) in
-        [(Mesh::cube(), 3, DVec3::new(0.36, 0.48, 0.8)), (open, 4, DVec3::new(0.36, 0.48, -0.8))]
-    {
-        let scene = scene_of(&mesh);
-        let ray = Ray::new(Lanes3::splat_vector(DVec3::new(0.1, 0.2, 0.0)), Lanes3::splat_vector(direction));
-        let walls = pairs * 18 + 11 + 3 * 6 + 44;
-        assert_eq!(EightRays::new(&scene).expect("few triangles").operations(&ray), 3 + walls + 1);
-    }
 }

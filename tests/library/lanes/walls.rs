@@ -7,6 +7,11 @@ use whitefurnace::real::{LANES, Lanes3, WideVector};
 
 use crate::prelude::*;
 
+fn without_floor(mut mesh: Mesh) -> Mesh {
+    mesh.triangles.retain(|&t| !t.iter().all(|&v| mesh.vertices[v as usize].z < 0.0));
+    mesh
+}
+
 /// Rooms whose walls rays leave by: with sharp corners, with floors of more triangles than are told apart, of triangles
 /// around a point, and of such as overlap; with a window, with an open side, and with a block inside.
 fn rooms() -> Vec<Mesh> {
@@ -24,10 +29,6 @@ fn rooms() -> Vec<Mesh> {
     };
     let square = |half: f64, z: f64| {
         [[-half, -half], [half, -half], [half, half], [-half, half]].map(|[x, y]| DVec3::new(x, y, z))
-    };
-    let without_floor = |mut mesh: Mesh| {
-        mesh.triangles.retain(|&t| !t.iter().all(|&v| mesh.vertices[v as usize].z < 0.0));
-        mesh
     };
     let (cube, carpet) = (Mesh::cube(), [[0, 1, 2], [0, 2, 3]]);
     let floor = |corners: [DVec3; 4], inner: &[DVec3]| [&corners, inner].concat();
@@ -86,5 +87,24 @@ fn rays_meet_walls_as_each_meets_them() {
             let alone = rays.map(|ray| scene.bvh().closest(&ray, f64::INFINITY).map_or(f64::INFINITY, |hit| hit.t));
             assert_eq!(together.to_array(), alone, "{rays:?}");
         }
+    }
+}
+
+/// From within a cube a ray is tested against three pairs of sides, three lines and a triangle; from within a room of six
+/// walls against four pairs, also if it leaves, or comes in, where there is no floor.
+#[test]
+fn rays_from_within_are_tested_against_one_triangle() {
+    let open = || without_floor(Mesh::room_shell().map(|v| v - DVec3::X));
+    for (mesh, pairs, height, [x, y, z]) in [
+        (Mesh::cube(), 3, 0.0, [0.36, 0.48, 0.8]),
+        (open(), 4, 0.0, [0.36, 0.48, 0.8]),
+        (open(), 4, 0.0, [0.36, 0.48, -0.8]),
+        (open(), 4, -9.0, [0.36, 0.48, 0.8]),
+    ] {
+        let scene = scene_of(&mesh);
+        let all = |x, y, z| Lanes3::from_fn(|_| DVec3::new(x, y, z));
+        let ray = Ray::new(all(0.1, 0.2, height), all(x, y, z));
+        let walls = pairs * 18 + 11 + 3 * 6 + 44;
+        assert_eq!(EightRays::new(&scene).expect("few triangles").operations(&ray), 3 + walls + 1, "{ray:?}");
     }
 }
