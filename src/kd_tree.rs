@@ -29,6 +29,8 @@ struct Node {
 const PARALLEL: usize = 4096;
 /// The most points of a leaf, all of which are looked at.
 const LEAF: usize = 16;
+/// The most points that have one and the same [`KdTree::place`].
+const NEIGHBOURS: usize = 512;
 
 impl<T: Copy> KdTree<T> {
     /// A tree of finite points, fewer than 2³². The same points in the same order give the same tree, whatever the
@@ -70,6 +72,17 @@ impl<T> KdTree<T> {
     #[inline]
     pub fn within(&self, centre: DVec3, radius_squared: f64, mut visit: impl FnMut(&T)) {
         self.walk(0..self.len(), centre, radius_squared, &mut visit);
+    }
+
+    /// About where in the tree's order a point would be: near most of those that lie near it.
+    pub fn place(&self, point: DVec3) -> usize {
+        let mut range = 0..self.len();
+        while range.len() > NEIGHBOURS {
+            let middle = range.start + range.len() / 2;
+            let axis = usize::from(self.axes[middle]);
+            range = if point[axis] < self.points[axis][middle] { range.start..middle } else { middle + 1..range.end };
+        }
+        range.start
     }
 
     fn walk(&self, range: Range<usize>, centre: DVec3, radius_squared: f64, visit: &mut impl FnMut(&T)) {

@@ -9,13 +9,13 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::Error;
-use crate::estimator::{Estimator, ImageEstimator};
+use crate::estimator::{Estimator, ImageEstimator, Sample};
 use crate::film::{Begun, Features, Film, Pixel, check_radiance};
 use crate::lanes::Walks;
-use crate::outline::{Outlines, POINTS, replaced};
+use crate::outline::{Outlines, replaced};
 use crate::pixel::PixelSampling;
 use crate::rng::{stream, uniform2};
-use crate::sampler::{LONGEST, Pass, Sampler, Source};
+use crate::sampler::{LONGEST, Pass, Source};
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
 
@@ -116,8 +116,8 @@ impl Sampling {
 /// Sample k of pixel (x, y) of the full frame draws from the stream (seed, pixel, k) and sums are
 /// exact, so neither threads nor the order or division of the ranges change the result.
 ///
-/// `done` is called after each row, or each [`UNINTERRUPTED`] samples of it, with their number, from any thread; when it
-/// returns false, the rest is left out and `Ok(false)` is returned: see [`Progress`].
+/// `done` is called after each part of the film, of about [`Estimator::TOGETHER`] samples or less, with their number, from
+/// any thread; when it returns false, the rest is left out and `Ok(false)` is returned: see [`Progress`].
 ///
 /// # Errors
 /// [`Error::Radiance`] with pixel and replication if the estimator returns what no film can hold;
@@ -133,132 +133,163 @@ pub fn render<E: Estimator>(
 ) -> Result<bool, Error> {
     let frame = film.frame();
     let outlines = Outlines::new(scene, frame, sampling, estimator.sees_in_mirrors());
-    each_row(sampling, film, range, done, |[first, y], range, row, counts| {
-        for ((pixel, x), &samples) in row.iter_mut().zip(first..).zip(counts) {
-            let sampling = sampling.with_samples(samples);
-            for replication in range.clone() {
-                let position = PixelPosition { frame, x, y, replication };
-                add_replication((scene, estimator), (sampling, &outlines), position, pixel)
-                    .map_err(|error| error.at(|| format!(" at pixel ({x}, {y}), replication {replication}")))?;
-            }
-        }
-        Ok(())
+    each_part((sampling, E::TOGETHER), film, range, done, |pieces| {
+        add_samples((scene, estimator), (sampling, &outlines), frame, pieces)
     })
 }
 
-/// About the most samples that a thread takes between two calls of [`Progress`], but never less than a replication of a
-/// pixel.
+/// About the most samples that a thread takes in lanes between two calls of [`Progress`], but never less than a replication
+/// of a pixel.
 pub const UNINTERRUPTED: u32 = 1 << 14;
 
-/// Calls `add` with pieces of the rows of the film's window: where the first pixel is, which replications are missing,
-/// the pixels, and how many samples a replication of each has.
-fn each_row(
-    sampling: Sampling,
+/// Neighbouring pixels of a row which lack the same replications.
+struct Piece<'a> {
+    /// Where the first is in the frame.
+    corner: [u32; 2],
+    /// The replications.
+    missing: Range<u32>,
+    pixels: &'a mut [Pixel],
+    /// How many samples a replication of each has.
+    counts: &'a [u32],
+}
+
+/// Calls `add` with parts of the film's window: pieces of its rows, of about so many samples `together` or less.
+fn each_part(
+    (sampling, together): (Sampling, u32),
     film: &mut Film,
     range: &Range<u32>,
     done: Progress<'_>,
-    add: impl Fn([u32; 2], &Range<u32>, &mut [Pixel], &[u32]) -> Result<(), Error> + Sync,
+    add: impl Fn(&mut [Piece<'_>]) -> Result<(), Error> + Sync,
 ) -> Result<bool, Error> {
     sampling.check(range.end, film)?;
     let window = film.window();
-    let width = window.size[0] as usize;
+    let [width, height] = window.size.map(|n| n as usize);
     let least = film.replications();
     let per_replication = sampling.samples_per_replication();
     let of_pixel = u64::from(range.end - range.start) * u64::from(per_replication);
-    let at_once = (u64::from(UNINTERRUPTED) / of_pixel.max(1)).max(1) as usize;
+    let at_once = (u64::from(together) / of_pixel.max(1)).max(1) as usize;
+    // Some rows at once where they are short, but enough parts for all threads.
+    let rows = (at_once / width).min(height / (PARTS_PER_THREAD * rayon::current_num_threads())).max(1);
     let stopped = AtomicBool::new(false);
     let (pixels, counts) = film.pixels_and_counts_mut();
     let alike = vec![per_replication; width];
-    pixels.par_chunks_mut(width).enumerate().try_for_each(|(at, row)| {
-        let mut counts = counts.map_or(&*alike, |counts| &counts[at * width..(at + 1) * width]);
-        let (mut x, y) = (window.corner[0], window.corner[1] + at as u32);
-        let same = |a: &Pixel, b: &Pixel| a.replications() == b.replications();
-        for piece in row.chunks_mut(at_once).flat_map(|piece| piece.chunk_by_mut(same)) {
-            let had = range.start.saturating_add(piece[0].replications() - least);
-            let missing = had.min(range.end)..range.end;
-            let (own, others) = counts.split_at(piece.len());
-            if !missing.is_empty() && !stopped.load(Ordering::Relaxed) {
-                add([x, y], &missing, piece, own)?;
-                let samples: u64 = own.iter().copied().map(u64::from).sum();
-                if !done(samples * u64::from(missing.end - missing.start)) {
-                    stopped.store(true, Ordering::Relaxed);
+    pixels.par_chunks_mut(width * rows).enumerate().try_for_each(|(band, pixels)| {
+        let mut pieces = Vec::new();
+        for (row, at) in pixels.chunks_mut(width).zip(band * rows..) {
+            let mut counts = counts.map_or(&*alike, |counts| &counts[at * width..(at + 1) * width]);
+            let [mut x, y] = [window.corner[0], window.corner[1] + at as u32];
+            let same = |a: &Pixel, b: &Pixel| a.replications() == b.replications();
+            for pixels in row.chunks_mut(at_once).flat_map(|pixels| pixels.chunk_by_mut(same)) {
+                let had = range.start.saturating_add(pixels[0].replications() - least);
+                let missing = had.min(range.end)..range.end;
+                let (own, others) = counts.split_at(pixels.len());
+                counts = others;
+                let corner = [x, y];
+                x += pixels.len() as u32;
+                if !missing.is_empty() {
+                    pieces.push(Piece { corner, missing, pixels, counts: own });
                 }
             }
-            counts = others;
-            x += piece.len() as u32;
+        }
+        let together = if rows > 1 { pieces.len() } else { 1 };
+        for pieces in pieces.chunks_mut(together.max(1)) {
+            if stopped.load(Ordering::Relaxed) {
+                break;
+            }
+            add(pieces)?;
+            let of = |piece: &Piece<'_>| {
+                let samples: u64 = piece.counts.iter().copied().map(u64::from).sum();
+                samples * u64::from(piece.missing.end - piece.missing.start)
+            };
+            if !done(pieces.iter().map(of).sum()) {
+                stopped.store(true, Ordering::Relaxed);
+            }
         }
         Ok(())
     })?;
     Ok(!stopped.into_inner())
 }
 
-/// Which replication of which pixel.
-#[derive(Clone, Copy)]
-struct PixelPosition {
-    frame: [u32; 2],
-    x: u32,
-    y: u32,
-    replication: u32,
-}
+/// So many parts or more are there for each thread where a part could be of several rows.
+const PARTS_PER_THREAD: usize = 8;
 
-#[inline]
-fn add_replication<E: Estimator>(
-    of: (&Scene, &E),
-    (sampling, outlines): (Sampling, &Outlines),
-    PixelPosition { frame, x, y, replication }: PixelPosition,
-    pixel: &mut Pixel,
-) -> Result<(), Error> {
-    let samples = sampling.samples_per_replication();
-    let here = y * frame[0] + x;
-    let mut sum = DVec3::ZERO;
-    for index in 0..samples {
-        let mut rng = sampling.source(here, replication, index);
-        let cell = index % sampling.pixel.samples_per_replication();
-        let offset = sampling.pixel.position(cell, uniform2(&mut rng));
-        let more = outlines.points(here, replication, index);
-        sum += sample(of, (frame, [x, y].map(f64::from), offset), (outlines, more), pixel, &mut rng)?;
-    }
-    pixel.push(sum / f64::from(samples), samples)
-}
+/// Which sample: the place of its pixel in a list, the replication, and its number there.
+type SampleName = (usize, u32, u32);
 
-/// One estimate of the radiance that arrives through a point of a pixel, and through `more` of them if an outline
-/// crosses it.
-#[inline]
-fn sample<E: Estimator, R: Sampler>(
+/// Adds the missing replications of some pixels: first the radiance along all camera rays, and with it the points of
+/// outlines.
+fn add_samples<E: Estimator>(
     (scene, estimator): (&Scene, &E),
-    (frame, corner, offset): ([u32; 2], [f64; 2], [f64; 2]),
-    (outlines, more): (&Outlines, Option<[[f64; 2]; POINTS]>),
-    pixel: &mut Pixel,
-    rng: &mut R,
-) -> Result<DVec3, Error> {
-    let (ray, hit) = look(scene, (frame, corner, offset), pixel)?;
-    let view = outlines.view(scene, ray, hit);
-    let mut radiance = view.weight * estimator.radiance(scene, &view.ray, view.hit, rng);
-    if let Some(points) = more {
-        let others = points.map(|[x, y]| {
-            let ray = scene.camera().ray(frame, corner[0] + x, corner[1] + y);
-            outlines.view(scene, ray, scene.intersect(&ray)).emitted(scene)
-        });
-        radiance = replaced(radiance, view.emitted(scene), others);
+    (sampling, outlines): (Sampling, &Outlines),
+    frame: [u32; 2],
+    pieces: &mut [Piece<'_>],
+) -> Result<(), Error> {
+    let camera_ray = |[x, y]: [u32; 2], [u, v]: [f64; 2]| {
+        let ray = scene.camera().ray(frame, f64::from(x) + u, f64::from(y) + v);
+        (ray, scene.intersect(&ray))
+    };
+    let (mut places, mut pixels) = (Vec::new(), Vec::new());
+    for Piece { corner: [x, y], missing, pixels: own, counts } in pieces {
+        places.extend((*x..).zip(*counts).map(|(x, &samples)| ([x, *y], &*missing, sampling.with_samples(samples))));
+        pixels.extend(own.iter_mut());
     }
-    // Here, for the mean of several can hide one.
-    check_radiance(radiance)?;
-    Ok(radiance)
-}
-
-/// The ray through a point of a pixel and what it meets, whose features the pixel takes.
-#[inline]
-fn look(
-    scene: &Scene,
-    (frame, corner, offset): ([u32; 2], [f64; 2], [f64; 2]),
-    pixel: &mut Pixel,
-) -> Result<(Ray, Option<Hit>), Error> {
-    let ray = scene.camera().ray(frame, corner[0] + offset[0], corner[1] + offset[1]);
-    let hit = scene.intersect(&ray);
-    if let Some(hit) = &hit {
-        pixel.push_features(&features_of(scene, &ray, hit))?;
+    let samples_of = |(i, &(_, missing, sampling)): (usize, &([u32; 2], &Range<u32>, Sampling))| {
+        let samples = sampling.samples_per_replication();
+        missing.clone().flat_map(move |replication| (0..samples).map(move |index| (i, replication, index)))
+    };
+    let names: Vec<SampleName> = places.iter().enumerate().flat_map(samples_of).collect();
+    let error_of = |(i, replication, _): SampleName, error: Error| {
+        let [x, y] = places[i].0;
+        error.at(|| format!(" at pixel ({x}, {y}), replication {replication}"))
+    };
+    let points_of = |(i, replication, index): SampleName| {
+        let [x, y] = places[i].0;
+        outlines.points(y * frame[0] + x, replication, index)
+    };
+    let mut refused = None;
+    // Of each sample, what its radiance is multiplied by, and what emitters show along its ray.
+    let mut views = Vec::new();
+    let samples = names.iter().map(|&name| {
+        let (i, replication, index) = name;
+        let ([x, y], _, sampling) = places[i];
+        let mut rng = sampling.source(y * frame[0] + x, replication, index);
+        let cell = index % sampling.pixel.samples_per_replication();
+        let (ray, hit) = camera_ray([x, y], sampling.pixel.position(cell, uniform2(&mut rng)));
+        if let Some(hit) = &hit
+            && let Err(error) = pixels[i].push_features(&features_of(scene, &ray, hit))
+        {
+            refused = refused.take().or(Some(error_of(name, error)));
+        }
+        let view = outlines.view(scene, ray, hit);
+        views.push((view.weight, view.emitted(scene)));
+        Sample { ray: view.ray, hit: view.hit, rng }
+    });
+    let radiances = estimator.radiances(scene, samples);
+    if let Some(error) = refused {
+        return Err(error);
     }
-    Ok((ray, hit))
+    let mut sum = DVec3::ZERO;
+    for (name, ((weight, own), radiance)) in names.iter().copied().zip(views.into_iter().zip(radiances)) {
+        let mut radiance = weight * radiance;
+        let (i, _, index) = name;
+        let (at, _, sampling) = places[i];
+        if let Some(points) = points_of(name) {
+            let shown = points.map(|point| {
+                let (ray, hit) = camera_ray(at, point);
+                outlines.view(scene, ray, hit).emitted(scene)
+            });
+            radiance = replaced(radiance, own, shown);
+        }
+        // Here, for the mean of several can hide one.
+        check_radiance(radiance).map_err(|error| error_of(name, error))?;
+        sum += radiance;
+        let samples = sampling.samples_per_replication();
+        if index + 1 == samples {
+            pixels[i].push(sum / f64::from(samples), samples).map_err(|error| error_of(name, error))?;
+            sum = DVec3::ZERO;
+        }
+    }
+    Ok(())
 }
 
 /// The features of what a camera ray has hit.

@@ -22,6 +22,13 @@ pub trait Sampler: Rng {
     fn block(&mut self, _block: u32) {}
 }
 
+impl<S: Sampler> Sampler for &mut S {
+    #[inline]
+    fn block(&mut self, block: u32) {
+        (**self).block(block);
+    }
+}
+
 /// Where an estimator's random numbers come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Numbers {

@@ -56,10 +56,29 @@ pub trait Estimator: Sync {
     /// where `hit` is what [`Scene::intersect`] returns for the ray.
     fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3;
 
+    /// About how many samples at a time are the least work.
+    const TOGETHER: u32 = 256;
+
+    /// The same along several rays, each as it is alone, in whatever order they are taken.
+    fn radiances<R: Sampler>(&self, scene: &Scene, samples: impl Iterator<Item = Sample<R>>) -> Vec<DVec3> {
+        samples.map(|Sample { ray, hit, mut rng }| self.radiance(scene, &ray, hit, &mut rng)).collect()
+    }
+
     /// Whether it sees in mirrors what there is, however many there are: then a ray may follow some before it begins.
     fn sees_in_mirrors(&self) -> bool {
         false
     }
+}
+
+/// A ray along which radiance is estimated.
+#[derive(Clone, Debug)]
+pub struct Sample<R> {
+    /// The ray, of a unit direction.
+    pub ray: Ray,
+    /// What [`Scene::intersect`] returns for it.
+    pub hit: Option<Hit>,
+    /// Its random numbers.
+    pub rng: R,
 }
 
 /// An estimate of a whole image at once, for methods in which one path reaches many pixels.

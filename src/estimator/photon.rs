@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::next_event::{SHADOW_RAYS, direct_light};
 use super::photon_map::{Kept, PhotonMap, Photons, check_radius};
 use super::walk::Walk;
-use super::{Estimator, LightRules, Walking};
+use super::{Estimator, LightRules, Sample, Walking};
 use crate::bsdf::Vertex;
 use crate::error::Error;
 use crate::sampler::{Pass, Sampler};
@@ -49,6 +49,24 @@ struct Arrival {
     throughput: DVec3,
     /// Its block of random numbers.
     block: u32,
+}
+
+/// An arrival as photons will be looked up there for a sample.
+struct Query {
+    sample: u32,
+    surface: u32,
+    point: DVec3,
+    /// Of the surface, and the direction of the ray that arrived.
+    normal: DVec3,
+    direction: DVec3,
+    throughput: DVec3,
+}
+
+impl Query {
+    fn new(sample: usize, &Arrival { hit, at, throughput, .. }: &Arrival) -> Self {
+        let Hit { point, normal, surface, .. } = hit;
+        Self { sample: sample as u32, surface, point, normal, direction: at.direction, throughput }
+    }
 }
 
 impl<P: Photons + Walking> PhotonMapping<P> {
@@ -106,50 +124,77 @@ impl<P: Photons + Walking> PhotonMapping<P> {
         None
     }
 
-    /// What a surface reflects by the photons of a map.
-    fn looked_up(&self, scene: &Scene, at: &Arrival, map: &PhotonMap, radius: f64) -> DVec3 {
-        let bsdf = &scene.surface(&at.hit).bsdf;
-        map.reflected(&self.parts, bsdf, &at.at, radius)
-    }
-
-    /// Light that a surface reflects after at least one other diffuse surface.
-    fn gathered<R: Sampler>(&self, scene: &Scene, at: &Arrival, rng: &mut R) -> DVec3 {
-        let bsdf = &scene.surface(&at.hit).bsdf;
-        let Some(next) = self.parts.sample(bsdf, &at.at, rng) else {
-            return DVec3::ZERO;
-        };
+    /// The first diffuse surface that light has met before it is scattered at this one, to be looked up there.
+    fn gather<R: Sampler>(
+        &self,
+        scene: &Scene,
+        at: &Arrival,
+        rng: &mut R,
+        mut see: impl FnMut(DVec3),
+    ) -> Option<Arrival> {
+        let next = self.parts.sample(&scene.surface(&at.hit).bsdf, &at.at, rng)?;
+        let weight = at.throughput * next.weight;
         let way = scene.onward(&at.hit, next.direction);
-        let mut radiance = DVec3::ZERO;
         let see = |emission| {
             if self.parts.gathers_emission() {
-                radiance += emission;
+                see(weight * emission);
             }
         };
-        if let Some(there) = self.arrive(scene, way, at.block, rng, see) {
-            radiance += there.throughput * self.looked_up(scene, &there, &self.all, self.radius);
+        let there = self.arrive(scene, way, at.block, rng, see)?;
+        Some(Arrival { throughput: weight * there.throughput, ..there })
+    }
+
+    /// Adds what surfaces reflect by the photons of a map: neighbours one after the other, for they share photons, which
+    /// are in the caches then.
+    fn look_up(
+        &self,
+        scene: &Scene,
+        (map, radius): (&PhotonMap, f64),
+        mut queries: Vec<Query>,
+        radiances: &mut [DVec3],
+    ) {
+        queries.sort_by_cached_key(|at| map.place(at.point));
+        for Query { sample, surface, point, normal, direction, throughput } in queries {
+            let bsdf = &scene.surfaces()[surface as usize].bsdf;
+            let vertex = Vertex::of(point, normal, direction);
+            radiances[sample as usize] += throughput * map.reflected(&self.parts, bsdf, &vertex, radius);
         }
-        next.weight * radiance
     }
 }
 
 impl<P: Photons + Walking> Estimator for PhotonMapping<P> {
+    const TOGETHER: u32 = 1 << 16;
+
     fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3 {
-        let mut radiance = DVec3::ZERO;
-        let see = |emission| radiance += emission;
-        let Some(here) = self.arrive(scene, (*ray, hit), 0, rng, see) else {
-            return radiance;
-        };
-        let reflected = match &self.caustics {
-            None => self.looked_up(scene, &here, &self.all, self.radius),
-            Some((caustics, caustic_radius)) => {
-                let bsdf = &scene.surface(&here.hit).bsdf;
-                let rules = &LightRules::PHYSICAL;
-                let light = direct_light(&self.parts, scene, bsdf, &here.at, rules, SHADOW_RAYS, rng);
-                light.map_or(DVec3::ZERO, |light| light.reflected)
-                    + self.looked_up(scene, &here, caustics, *caustic_radius)
-                    + self.gathered(scene, &here, rng)
+        self.radiances(scene, std::iter::once(Sample { ray: *ray, hit, rng }))[0]
+    }
+
+    fn radiances<R: Sampler>(&self, scene: &Scene, samples: impl Iterator<Item = Sample<R>>) -> Vec<DVec3> {
+        let (count, _) = samples.size_hint();
+        let mut radiances = Vec::with_capacity(count);
+        let [mut of_all, mut of_caustics] = [(); 2].map(|()| Vec::with_capacity(count));
+        for (i, Sample { ray, hit, mut rng }) in samples.enumerate() {
+            radiances.push(DVec3::ZERO);
+            let mut see = |emission| radiances[i] += emission;
+            let Some(here) = self.arrive(scene, (ray, hit), 0, &mut rng, &mut see) else {
+                continue;
+            };
+            if self.caustics.is_none() {
+                of_all.push(Query::new(i, &here));
+                continue;
             }
-        };
-        radiance + here.throughput * reflected
+            let bsdf = &scene.surface(&here.hit).bsdf;
+            let rules = &LightRules::PHYSICAL;
+            if let Some(light) = direct_light(&self.parts, scene, bsdf, &here.at, rules, SHADOW_RAYS, &mut rng) {
+                see(here.throughput * light.reflected);
+            }
+            of_all.extend(self.gather(scene, &here, &mut rng, see).map(|there| Query::new(i, &there)));
+            of_caustics.push(Query::new(i, &here));
+        }
+        self.look_up(scene, (&self.all, self.radius), of_all, &mut radiances);
+        if let Some((caustics, radius)) = &self.caustics {
+            self.look_up(scene, (caustics, *radius), of_caustics, &mut radiances);
+        }
+        radiances
     }
 }

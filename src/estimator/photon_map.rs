@@ -166,6 +166,11 @@ impl PhotonMap {
         self.tree.values()
     }
 
+    /// [`KdTree::place`] of a point among the photons.
+    pub(super) fn place(&self, point: DVec3) -> usize {
+        self.tree.place(point)
+    }
+
     /// The radiance that a diffuse vertex reflects, by [`crate::equation::PHOTON_DENSITY`] with the photons of a ball
     /// of the given radius.
     ///

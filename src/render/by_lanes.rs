@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Progress, Renderer, Sampling, each_row};
+use super::{Progress, Renderer, Sampling, UNINTERRUPTED, each_part};
 use crate::error::Error;
 use crate::estimator::{LightRules, Path, Strategy, Whitted};
 use crate::film::Film;
@@ -144,8 +144,9 @@ impl ByLanes {
         let sees_in_mirrors = matches!(estimator, LaneEstimator::Path(_));
         let outlines = Outlines::new(scene, frame, sampling, sees_in_mirrors);
         let engine = Engine::<R, N>::new(scene, estimator, (sampling, outlines));
-        each_row(sampling, film, range, done, |corner, range, row, counts| {
-            engine.row((frame, corner), range, (row, counts))
+        each_part((sampling, UNINTERRUPTED), film, range, done, |pieces| {
+            let mut rows = pieces.iter_mut();
+            rows.try_for_each(|row| engine.row((frame, row.corner), &row.missing, (row.pixels, row.counts)))
         })
     }
 }

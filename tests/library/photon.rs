@@ -3,8 +3,9 @@
 use statrs::function::gamma::ln_gamma;
 use whitefurnace::emitter::EmitterPoint;
 use whitefurnace::estimator::photon_map::{LARGEST_MAP, Photon, same_side};
-use whitefurnace::estimator::radius_squared;
+use whitefurnace::estimator::{Sample, radius_squared};
 use whitefurnace::kd_tree::KdTree;
+use whitefurnace::sampler::Pass;
 
 use crate::prelude::*;
 
@@ -50,6 +51,21 @@ fn a_large_kd_tree_does_not_depend_on_the_threads() {
     assert_eq!(one, order(3));
 }
 
+/// Points have places near their own, but for the few that divide the others.
+#[test]
+fn a_kd_tree_knows_about_where_points_are() {
+    let mut rng = stream(master(), 0, 0);
+    let points: Vec<DVec3> = (0..5000).map(|_| DVec3::from_array([0; 3].map(|_| uniform(&mut rng)))).collect();
+    let tree = KdTree::new(&numbered(&points));
+    let places: Vec<usize> = tree.values().map(|&i| tree.place(points[i])).collect();
+    let is_near = |(i, place): &(usize, &usize)| (**place..**place + 512).contains(i);
+    assert!(places.iter().enumerate().filter(is_near).count() >= 5000 - 15);
+    let mut different = places;
+    different.sort_unstable();
+    different.dedup();
+    assert_eq!(different.len(), 16);
+}
+
 fn photons(kept: Kept, scene: &Scene, emitted: u32) -> Vec<Photon> {
     PhotonMap::new(&Standard, scene, kept, emitted, (3, 1)).expect("a small map").photons().copied().collect()
 }
@@ -83,6 +99,26 @@ fn a_map_that_would_not_fit_memory_is_refused_before_it_is_made() {
     assert!(check(most).is_ok());
     assert_option_refused(check(most + 1), "about 4 GB of photons, more than the 4 GB");
     assert_option_refused(PhotonMap::new(&Standard, &scene, Kept::All, u32::MAX, (1, 0)), "GB");
+}
+
+/// Lookups of a whole part of an image are those of each sample alone, whatever their order.
+#[test]
+fn photons_are_looked_up_for_many_samples_as_for_one() {
+    let scene = report_room();
+    let gather = Lookup::Gather { caustic_particles: 500, caustic_radius: 0.2 };
+    for lookup in [Lookup::Direct, gather] {
+        let photons = PhotonMapping::new(Standard, &scene, lookup, (4000, 0.2), (master(), 0)).expect("a map");
+        let samples = || {
+            (0..400).map(|i| {
+                let ray = scene.camera().ray([20, 20], f64::from(i % 20) + 0.5, f64::from(i / 20) + 0.5);
+                Sample { ray, hit: scene.intersect(&ray), rng: Pass::from((master(), 1)).pixel(i) }
+            })
+        };
+        let alone = samples().map(|Sample { ray, hit, mut rng }| photons.radiance(&scene, &ray, hit, &mut rng));
+        let alone: Vec<DVec3> = alone.collect();
+        assert_eq!(photons.radiances(&scene, samples()), alone);
+        assert!(alone.iter().filter(|radiance| **radiance != DVec3::ZERO).count() > 300);
+    }
 }
 
 #[test]

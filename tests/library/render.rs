@@ -240,10 +240,10 @@ fn renderers_fill_films_as_the_functions_do() {
 }
 
 #[test]
-fn a_run_can_be_stopped_after_a_row() {
+fn a_run_can_be_stopped_after_a_part() {
     let mut target = film(Random, None);
-    let one_row = || render(&report_room(), &path(), sampling(Random), &mut target, &(0..1), &|_| false);
-    let done = on_threads(1, one_row);
+    let one_part = || render(&report_room(), &path(), sampling(Random), &mut target, &(0..1), &|_| false);
+    let done = on_threads(1, one_part);
     assert!(matches!(done, Ok(false)));
-    assert_eq!(target.pixels().iter().filter(|p| p.replications() > 0).count(), 24, "one row, then stop");
+    assert_eq!(target.pixels().iter().filter(|p| p.replications() > 0).count(), 2 * 24, "two rows, then stop");
 }
