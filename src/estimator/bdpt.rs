@@ -45,10 +45,10 @@ impl<P: Walking + Bidirectional> ImageEstimator for Bdpt<P> {
     fn image(&self, scene: &Scene, frame: [u32; 2], pass: Pass) -> Result<Vec<DVec3>, Error> {
         let image = Splats::new(frame);
         let lanes = lanes_for(&self.parts, scene);
-        in_portions(frame[0] * frame[1]).try_for_each(|pixels| {
+        in_portions(frame[0] * frame[1]).try_for_each_init(Vec::new, |spare, pixels| {
             let place = |pixel| [pixel % frame[0], pixel / frame[0]];
             let pixels = pixels.map(|pixel| (place(pixel), pass.pixel(pixel)));
-            self.pairs((scene, lanes.as_ref()), pixels, (frame, &image))
+            self.pairs((scene, lanes.as_ref()), pixels, (frame, &image), spare)
         })?;
         Ok(image.into_values())
     }
@@ -82,20 +82,21 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         image: &Splats,
         rng: R,
     ) -> Result<(), Error> {
-        self.pairs((scene, None), std::iter::once((pixel, rng)), (frame, image))
+        self.pairs((scene, None), std::iter::once((pixel, rng)), (frame, image), &mut Vec::new())
     }
 
-    /// The same of several pixels.
+    /// The same of several pixels. The buffers of walks that have ended are `spare`.
     fn pairs<'a, R: Sampler>(
         &self,
         (scene, lanes): (&'a Scene, Option<&Walks<'a>>),
         pixels: impl Iterator<Item = ([u32; 2], R)>,
         (frame, image): ([u32; 2], &Splats),
+        spare: &mut Vec<Vec<PathVertex<'a>>>,
     ) -> Result<(), Error> {
         let parts = &self.parts;
         let named = |error: Error, [x, y]: [u32; 2]| error.at(|| format!(" at pixel ({x}, {y})"));
         let items = pixels.map(|(pixel, rng)| {
-            let (light, eye) = (Vec::new(), Vec::new());
+            let [light, eye] = [(); 2].map(|()| spare.pop().unwrap_or_default());
             (Pair { pixel, light, eye, importance: 0.0, radiance: DVec3::ZERO }, rng)
         });
         let (mut pairs, mut densities) = (Vec::new(), Vec::new());
@@ -126,7 +127,11 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
                 pair.radiance += step.throughput * step.factor * found;
                 Ok(true)
             }
-            Met::End(Pair { pixel, radiance, .. }, background, _) => {
+            Met::End(Pair { pixel, radiance, light, eye, .. }, background, _) => {
+                for mut vertices in [light, eye] {
+                    vertices.clear();
+                    spare.push(vertices);
+                }
                 image.add(pixel, radiance + background).map_err(|error| named(error, pixel))?;
                 Ok(false)
             }

@@ -178,6 +178,7 @@ impl<'a> PathVertex<'a> {
     }
 
     /// Mirror or glass: no connection ends here.
+    #[inline]
     fn is_specular(&self) -> bool {
         self.bsdf.is_some_and(Bsdf::is_specular)
     }

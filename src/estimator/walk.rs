@@ -98,8 +98,8 @@ pub(super) fn follow<'a, P: Walking, T, R: Sampler>(
     Ok(())
 }
 
-/// About how many walks one thread takes at a time.
-const PORTION: u32 = 512;
+/// About how many walks one thread takes at a time: what bidirectional paths keep of them fits its caches.
+const PORTION: u32 = 256;
 
 /// The numbers below `count` in portions, in parallel.
 pub(super) fn in_portions(count: u32) -> impl IndexedParallelIterator<Item = Range<u32>> {
