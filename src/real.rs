@@ -14,7 +14,7 @@ use glam::DVec3;
 
 pub use lanes::{
     EightSingles, EightSinglesMask, FOUR, Four, FourMask, FourSingles, FourSinglesMask, LANES, LaneMask, Lanes, Lanes3,
-    SINGLES, Scalar, Singles, SinglesMask, Wide, WideMask, WideVector,
+    Row, SINGLES, Scalar, Singles, SinglesMask, Wide, WideMask, WideVector,
 };
 
 /// A yes or no for one ray or for each of several.

@@ -11,7 +11,7 @@ use super::walls::{Exit, Walls};
 use crate::accel::{Nearest, PacketHit, PacketStack, PrimitiveHit, on_sphere};
 use crate::film::FlatFeatures;
 use crate::hull::SMALL;
-use crate::real::{Lanes3, Mask, Scalar, Vector, Wide, WideMask};
+use crate::real::{Lanes3, Mask, Row, Scalar, Vector, Wide, WideMask};
 use crate::scene::{EDGE_MARGIN, Part, PartShape, Scene};
 use crate::shape::{Ray, Sphere};
 use crate::watertight::{LaneShear, Projected, Shear, TriangleHit, edge};
@@ -21,7 +21,7 @@ pub(super) struct PrimitiveData<T> {
     /// Three corners of a triangle, of which the first is the centre of a sphere; the normal of a triangle's front; the
     /// margin of a triangle for [`inner_point`](crate::scene::inner_point), or the radius of a sphere, negative if its
     /// normal points to its centre; the colour of a [`Material`].
-    pub numbers: [T; 16],
+    pub numbers: Row<T, 16>,
     pub is_sphere: bool,
     /// Of a triangle, for the film.
     pub features: Option<FlatFeatures>,
@@ -375,7 +375,7 @@ impl<T: Scalar> PrimitiveData<T> {
         }
         let is_sphere = matches!(shape, PartShape::Sphere(_));
         let features = if is_sphere { None } else { FlatFeatures::new(colour, normal) };
-        Self { numbers, is_sphere, features, surface, emitter, bodies: scene.bodies().of(id) }
+        Self { numbers: Row(numbers), is_sphere, features, surface, emitter, bodies: scene.bodies().of(id) }
     }
 }
 

@@ -14,7 +14,7 @@ use crate::emitter::LightSampling;
 use crate::error::Error;
 use crate::estimator::LightRules;
 use crate::film::{Features, Pixel, is_legal_depth};
-use crate::real::{Lanes3, Mask, Real, Scalar, Vector, Wide, WideMask, WideVector};
+use crate::real::{Lanes3, Mask, Real, Row, Scalar, Vector, Wide, WideMask, WideVector};
 use crate::render::features;
 use crate::scene::{Hit, Scene, Surface, inner_point};
 use crate::shape::{Ray, outward};
@@ -23,7 +23,7 @@ use crate::{fresnel, radiometry, sampling};
 /// What lanes need of a surface.
 pub(super) struct Material<T> {
     /// The index of glass, A and B of (15), and α of section 2.6.2; the others fill the row.
-    numbers: [T; 8],
+    numbers: Row<T, 8>,
     /// A bit for each of the kinds below.
     kinds: u8,
 }
@@ -60,7 +60,7 @@ impl<T: Scalar> Material<T> {
         };
         let kinds = if bsdf.is_sampled_by_cosine() { kinds | COSINE } else { kinds };
         let [zero, numbers @ ..] = [0.0, index, oren_nayar.a, oren_nayar.b, absorption].map(T::rounded);
-        Self { numbers: from_fn(|i| numbers.get(i).copied().unwrap_or(zero)), kinds }
+        Self { numbers: Row(from_fn(|i| numbers.get(i).copied().unwrap_or(zero))), kinds }
     }
 }
 

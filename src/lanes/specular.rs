@@ -10,21 +10,21 @@ use super::scene::{LaneScene, Seen};
 use super::shading::{LightNumbers, Onward, Surfaces};
 use crate::emitter::LightSampling;
 use crate::estimator::specular::Stage;
-use crate::real::{Lanes3, Mask, Scalar, Vector, Wide, WideMask};
+use crate::real::{Lanes3, Mask, Row, Scalar, Vector, Wide, WideMask};
 use crate::specular::{Body, BySphere, Kind, NONE, Route, by_flat, spread_of};
 use crate::{light_pick, radiometry};
 
 /// What lanes need of a body.
 pub(super) struct BodyData<T> {
     kind: Kind,
-    numbers: [T; 16],
+    numbers: Row<T, 16>,
 }
 
 impl<T: Scalar> BodyData<T> {
     pub fn new(kind: Kind, body: &Body<DVec3>) -> Self {
         let [a, b, c] = [body.centre, body.normal, body.reflectance].map(|v| v.to_array());
         let numbers = [a, b, c, [body.radius, body.area, body.strength], [body.bending, body.index, 0.0], [0.0; 3]];
-        Self { kind, numbers: from_fn(|i| T::rounded(numbers[i / 3][i % 3])) }
+        Self { kind, numbers: Row(from_fn(|i| T::rounded(numbers[i / 3][i % 3]))) }
     }
 }
 

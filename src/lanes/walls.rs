@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::scene::PrimitiveData;
 use crate::hull::{Hull, Slab};
-use crate::real::{Lanes3, Mask, Real, Scalar, Vector, Wide};
+use crate::real::{Lanes3, Mask, Real, Row, Scalar, Vector, Wide};
 use crate::scene::{OFFSET, PartShape, Scene};
 use crate::shape::Ray;
 use crate::watertight::{LaneShear, TriangleHit};
@@ -35,7 +35,7 @@ pub(super) struct Walls<'a, T> {
 /// triangle alone, what of the rest lies on the negative side of the second line in the second, and so on.
 ///
 /// Normals and heights of three lines, then four triangles by their places among the scene's primitives.
-struct Wall<T>([T; 16]);
+struct Wall<T>(Row<T, 16>);
 
 /// A triangle of a wall: its place among the scene's primitives, and its corners.
 type Piece = (usize, [DVec3; 3]);
@@ -150,7 +150,7 @@ impl<T: Scalar> Wall<T> {
         for (number, ((id, _), _)) in numbers[4 * (MOST - 1)..].iter_mut().zip(told) {
             *number = T::rounded(*id as f64);
         }
-        Self(numbers)
+        Self(Row(numbers))
     }
 }
 

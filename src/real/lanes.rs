@@ -57,7 +57,7 @@ pub trait Wide<const N: usize>: Real<Vector = Lanes3<Self>, Mask: WideMask<N>> {
         Self::gather(|i| Self::Scalar::rounded(lane(i)))
     }
     /// From a row of numbers for each lane, as many as a multiple of eight.
-    fn of_rows<const K: usize>(rows: [&[Self::Scalar; K]; N]) -> [Self; K];
+    fn of_rows<const K: usize>(rows: [&Row<Self::Scalar, K>; N]) -> [Self; K];
     /// The number of one lane.
     #[inline]
     fn lane(self, lane: usize) -> f64 {
@@ -69,6 +69,11 @@ pub trait Wide<const N: usize>: Real<Vector = Lanes3<Self>, Mask: WideMask<N>> {
         Self::Single::of_lanes(self.lanes().map(Scalar::single))
     }
 }
+
+/// Numbers that one lane takes at once, so placed that this is fast: eight lie in one line of a cache.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub struct Row<T, const K: usize>(pub [T; K]);
 
 /// A number of one lane.
 pub trait Scalar: Copy + Debug + Default + Into<f64> + PartialEq + Send + Sync {
@@ -271,14 +276,14 @@ macro_rules! lanes {
                 $inner(self).to_array()
             }
             #[inline]
-            fn of_rows<const K: usize>(rows: [&[$scalar; K]; $count]) -> [Self; K] {
+            fn of_rows<const K: usize>(rows: [&Row<$scalar, K>; $count]) -> [Self; K] {
                 const PART: usize = size_of::<$part>() / size_of::<$scalar>();
                 const { assert!(K.is_multiple_of(PART)) }
                 let mut columns = [[0.0; $count]; K];
                 // In squares, which are turned in registers.
                 for (square, columns) in columns.as_chunks_mut::<PART>().0.iter_mut().enumerate() {
                     for first in (0..$count).step_by(PART) {
-                        let row = |i: usize| <$part>::new(rows[first + i].as_chunks().0[square]);
+                        let row = |i: usize| <$part>::new(rows[first + i].0.as_chunks().0[square]);
                         let turned = <$part>::transpose(from_fn(row));
                         for (column, part) in columns.iter_mut().zip(turned) {
                             column[first..first + PART].copy_from_slice(part.as_array());

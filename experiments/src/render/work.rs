@@ -30,7 +30,7 @@ use crate::run::progress::{Bar, interrupted};
 type Made = Result<Box<dyn Renderer>, Error>;
 
 /// Largest number of replications between two looks at the error.
-const LARGEST_RANGE: u32 = 16;
+const LARGEST_RANGE: u32 = 64;
 
 /// What looks at a film from time to time, while work goes on.
 pub trait Look: Sync {
