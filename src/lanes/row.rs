@@ -148,24 +148,23 @@ pub(super) fn row<E: Scatter, R: Wide<N>, S: PixelSampler<R, N>, const N: usize>
             let mirrors = if outlines.in_mirrors { surfaces.dark_mirror().bits() } else { 0 };
             let mut followed = 0;
             let (shining, backs) = (surfaces.shining(), surfaces.backs());
-            for lane in lanes_of(met) {
-                if paths.hits[lane] == 0 {
-                    let work = &mut work[lane];
-                    if work.mirrors == 0 {
-                        let pushed = surfaces.push_features(lane, backs, &mut pixels[work.column]);
-                        pushed.map_err(|error| work.place(corner, error))?;
-                    }
-                    if mirrors >> lane & 1 == 1 && work.mirrors < MIRRORS {
-                        work.weight *= surfaces.reflectance(lane);
-                        work.mirrors += 1;
-                        followed |= 1 << lane;
-                        continue;
-                    }
-                    if shining >> lane & 1 == 1 {
-                        work.own = work.weight * surfaces.shown_in(scene, lane);
-                    }
+            let first = met & R::Mask::from_fn(|i| paths.hits[i] == 0).bits();
+            for lane in lanes_of(first) {
+                let work = &mut work[lane];
+                if work.mirrors == 0 {
+                    let pushed = surfaces.push_features(lane, backs, &mut pixels[work.column]);
+                    pushed.map_err(|error| work.place(corner, error))?;
                 }
-                paths.hits[lane] += 1;
+                if mirrors >> lane & 1 == 1 && work.mirrors < MIRRORS {
+                    work.weight *= surfaces.reflectance(lane);
+                    work.mirrors += 1;
+                    followed |= 1 << lane;
+                } else if shining >> lane & 1 == 1 {
+                    work.own = work.weight * surfaces.shown_in(scene, lane);
+                }
+            }
+            for (lane, hits) in paths.hits.iter_mut().enumerate() {
+                *hits += (met & !followed) >> lane & 1;
             }
             let follows = R::Mask::from_bits(followed);
             if followed != 0 {
