@@ -6,15 +6,22 @@ use glam::DVec3;
 
 use crate::real::{LANES, Lanes, Lanes3, Real as _, Vector as _, WideMask as _};
 
-/// Points with values, as a balanced tree without pointers: the middle of a range is its root, the halves
-/// before and after it are the branches. A short range is a leaf.
+/// Points with values, as a balanced tree without pointers: a range of points is divided near its middle by a plane, and so
+/// are both halves. A short range is a leaf.
 #[derive(Clone, Debug, Default)]
 pub struct KdTree<T> {
     /// The coordinates of all points, one axis after the other; each list ends with numbers that are no point's.
     points: [Vec<f64>; 3],
-    /// The coordinate (0 to 2) that divides the branches of a root.
-    axes: Vec<u8>,
+    /// Number i divides a range of points after the first (i + 1) [`LANES`] of all points.
+    planes: Vec<Plane>,
     values: Vec<T>,
+}
+
+/// Across an axis: no point of the first half lies beyond it, none of the second half before it.
+#[derive(Clone, Copy, Debug, Default)]
+struct Plane {
+    at: f64,
+    axis: u8,
 }
 
 /// A point on its way to its place, instead of its value.
@@ -22,13 +29,12 @@ struct Node {
     point: DVec3,
     /// Which of the points it is.
     index: u32,
-    axis: u8,
 }
 
 /// Slices at least this long are arranged by two threads.
 const PARALLEL: usize = 4096;
 /// The most points of a leaf, all of which are looked at.
-const LEAF: usize = 16;
+const LEAF: usize = 2 * LANES;
 /// The most points that have one and the same [`KdTree::place`].
 const NEIGHBOURS: usize = 512;
 
@@ -36,22 +42,20 @@ impl<T: Copy> KdTree<T> {
     /// A tree of finite points, fewer than 2³². The same points in the same order give the same tree, whatever the
     /// threads.
     pub fn new(points: &[(DVec3, T)]) -> Self {
-        let node = |(&(point, _), index)| Node { point, index, axis: 0 };
+        let node = |(&(point, _), index)| Node { point, index };
         let mut nodes: Vec<Node> = points.iter().zip(0..).map(node).collect();
-        arrange(&mut nodes);
+        let mut planes = vec![Plane::default(); nodes.len() / LANES];
+        arrange(&mut nodes, &mut planes);
         let end = [f64::NAN; LANES];
         let coordinates = |axis: usize| nodes.iter().map(|node| node.point[axis]).chain(end).collect();
-        Self {
-            points: [coordinates(0), coordinates(1), coordinates(2)],
-            axes: nodes.iter().map(|node| node.axis).collect(),
-            values: nodes.iter().map(|node| points[node.index as usize].1).collect(),
-        }
+        let values = nodes.iter().map(|node| points[node.index as usize].1).collect();
+        Self { points: [coordinates(0), coordinates(1), coordinates(2)], planes, values }
     }
 }
 
 impl<T> KdTree<T> {
     /// Bytes of memory that each point takes while the tree is made.
-    pub const BYTES: usize = size_of::<Node>() + 3 * size_of::<f64>() + 1 + size_of::<T>();
+    pub const BYTES: usize = size_of::<Node>() + 3 * size_of::<f64>() + size_of::<Plane>() / LANES + size_of::<T>();
 
     /// How many points there are.
     pub fn len(&self) -> usize {
@@ -78,9 +82,9 @@ impl<T> KdTree<T> {
     pub fn place(&self, point: DVec3) -> usize {
         let mut range = 0..self.len();
         while range.len() > NEIGHBOURS {
-            let middle = range.start + range.len() / 2;
-            let axis = usize::from(self.axes[middle]);
-            range = if point[axis] < self.points[axis][middle] { range.start..middle } else { middle + 1..range.end };
+            let middle = range.start + middle(range.len());
+            let Plane { at, axis } = self.planes[middle / LANES - 1];
+            range = if point[usize::from(axis)] < at { range.start..middle } else { middle..range.end };
         }
         range.start
     }
@@ -89,18 +93,15 @@ impl<T> KdTree<T> {
         if range.len() <= LEAF {
             return self.scan(range, centre, radius_squared, visit);
         }
-        let middle = range.start + range.len() / 2;
-        let axis = usize::from(self.axes[middle]);
-        let offset = centre[axis] - self.points[axis][middle];
-        let near_plane = offset * offset <= radius_squared;
-        if offset < 0.0 || near_plane {
+        let middle = range.start + middle(range.len());
+        let Plane { at, axis } = self.planes[middle / LANES - 1];
+        let offset = centre[usize::from(axis)] - at;
+        let is_near = offset * offset <= radius_squared;
+        if offset < 0.0 || is_near {
             self.walk(range.start..middle, centre, radius_squared, visit);
         }
-        if near_plane {
-            self.scan(middle..middle + 1, centre, radius_squared, visit);
-        }
-        if offset > 0.0 || near_plane {
-            self.walk(middle + 1..range.end, centre, radius_squared, visit);
+        if offset > 0.0 || is_near {
+            self.walk(middle..range.end, centre, radius_squared, visit);
         }
     }
 
@@ -123,8 +124,13 @@ impl<T> KdTree<T> {
     }
 }
 
-/// Puts the median along the widest axis into the middle of the slice, and so on in both halves.
-fn arrange(nodes: &mut [Node]) {
+/// After how many points a range is divided: whole [`LANES`], so that all leaves begin with some.
+fn middle(length: usize) -> usize {
+    (length / 2).next_multiple_of(LANES)
+}
+
+/// Divides the slice across its widest axis, and so on in both halves.
+fn arrange(nodes: &mut [Node], planes: &mut [Plane]) {
     if nodes.len() <= LEAF {
         return;
     }
@@ -132,13 +138,17 @@ fn arrange(nodes: &mut [Node]) {
         .iter()
         .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), node| (low.min(node.point), high.max(node.point)));
     let axis = (high - low).max_position();
-    let middle = nodes.len() / 2;
-    let (before, root, after) = nodes.select_nth_unstable_by(middle, |a, b| a.point[axis].total_cmp(&b.point[axis]));
-    root.axis = axis as u8;
+    let middle = middle(nodes.len());
+    let (_, first, _) = nodes.select_nth_unstable_by(middle, |a, b| a.point[axis].total_cmp(&b.point[axis]));
+    let plane = Plane { at: first.point[axis], axis: axis as u8 };
+    let (before, after) = nodes.split_at_mut(middle);
+    // The last of the former is none of the first half's.
+    let (planes_before, planes_after) = planes.split_at_mut(middle / LANES);
+    planes_before[middle / LANES - 1] = plane;
     if before.len() >= PARALLEL {
-        rayon::join(|| arrange(before), || arrange(after));
+        rayon::join(|| arrange(before, planes_before), || arrange(after, planes_after));
     } else {
-        arrange(before);
-        arrange(after);
+        arrange(before, planes_before);
+        arrange(after, planes_after);
     }
 }
