@@ -9,7 +9,7 @@ use crate::experiments::prelude::*;
 pub(super) const MITSUBA: Experiment = Experiment {
     id: "mitsuba",
     title: "our images beside those of Mitsuba 3, and their cost, from records",
-    version: 4,
+    version: 5,
     equations: &[&equation::RENDERING],
     run,
 };
@@ -77,12 +77,14 @@ fn efficiency(run: &mut Run) -> Result<(), Error> {
             let named = methods.iter().filter(|(name, _)| names.contains(&name.as_str()));
             named.map(|(_, method)| of(method)).fold(0.0, f64::max)
         };
-        let [ours, theirs, bare, single, single_bare] = [
+        let [ours, theirs, bare, plain, single, single_bare, single_plain] = [
             &["default", "independent"][..],
             &["mitsuba-multijitter", "mitsuba-independent"],
             &["one-scramble"],
+            &["plain"],
             &["single-default", "single-independent"],
             &["single-one-scramble"],
+            &["single-plain"],
         ]
         .map(|names| (best(names, |m| m.rate), best(names, |m| m.efficiency)));
         let ratios = [ours.0 / theirs.0, ours.1 / theirs.1];
@@ -96,18 +98,24 @@ fn efficiency(run: &mut Run) -> Result<(), Error> {
                 ("bare", single_bare.1 / theirs.1),
             ],
         );
+        run.numbers(
+            &format!("beside.{scene}.plain"),
+            [("rate", plain.0 / theirs.0), ("single-rate", single_plain.0 / theirs.0)],
+        );
         run.numbers(&format!("beside.{scene}.rate"), [("ours", ours.0), ("theirs", theirs.0), ("ratio", ratios[0])]);
         run.numbers(
             &format!("beside.{scene}.efficiency"),
             [("ours", ours.1), ("theirs", theirs.1), ("ratio", ratios[1]), ("bare", bare.1 / theirs.1)],
         );
         let value = format!(
-            "{:.2} times the samples, {:.2} times the efficiency; in single precision {:.2} and {:.2}; {images} images \
-                 each",
+            "{:.2} times the samples, {:.2} times the efficiency; in single precision {:.2} and {:.2}; by the same \
+                 method {:.2} times the samples, in single precision {:.2}; {images} images each",
             ratios[0],
             ratios[1],
             single.0 / theirs.0,
-            single.1 / theirs.1
+            single.1 / theirs.1,
+            plain.0 / theirs.0,
+            single_plain.0 / theirs.0
         );
         run.note(&format!("beside, {scene}"), value);
     }
