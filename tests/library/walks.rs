@@ -3,6 +3,7 @@
 use whitefurnace::bsdf::rough_glass::RoughGlass;
 use whitefurnace::estimator::{Connections, Walking};
 use whitefurnace::sampler::Pass;
+use whitefurnace::splat::Splats;
 
 use crate::lanes::scenes::scenes;
 use crate::prelude::*;
@@ -64,6 +65,23 @@ fn walks_have_the_same_bits() {
     }
     // In some there are no lights to start from, or no caustics.
     assert!(lit > 100, "{lit}");
+}
+
+/// Walks of one pixel know nothing of those that a thread took before.
+#[test]
+fn bidirectional_images_are_those_of_each_pixel_alone() {
+    let scene = report_room();
+    let pass = Pass { numbers: Numbers::Sobol(4), seed: master(), index: 2 };
+    for connections in [Connections::All, Connections::Ends] {
+        let bdpt = Bdpt { parts: Standard, connections };
+        let alone = Splats::new(FRAME);
+        for pixel in 0..FRAME[0] * FRAME[1] {
+            let place = [pixel % FRAME[0], pixel / FRAME[0]];
+            bdpt.pair(&scene, place, FRAME, &alone, pass.pixel(pixel)).expect("legal values");
+        }
+        let image = on_threads(1, || bdpt.image(&scene, FRAME, pass)).expect("legal values");
+        assert!(image == alone.into_values(), "{connections:?}");
+    }
 }
 
 /// What cameras see beside passes is what they see by themselves.
