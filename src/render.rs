@@ -168,8 +168,9 @@ fn each_part(
     let per_replication = sampling.samples_per_replication();
     let of_pixel = u64::from(range.end - range.start) * u64::from(per_replication);
     let at_once = (u64::from(together) / of_pixel.max(1)).max(1) as usize;
-    // Some rows at once where they are short, but enough parts for all threads.
-    let rows = (at_once / width).min(height / (PARTS_PER_THREAD * rayon::current_num_threads())).max(1);
+    // Some rows at once where more samples than theirs gain by it, but enough parts for all threads.
+    let most = height / (PARTS_PER_THREAD * rayon::current_num_threads());
+    let rows = if together > UNINTERRUPTED { (at_once / width).min(most).max(1) } else { 1 };
     let stopped = AtomicBool::new(false);
     let (pixels, counts) = film.pixels_and_counts_mut();
     let alike = vec![per_replication; width];
