@@ -89,6 +89,9 @@ const STACK: usize = 128;
 /// Rounding of the ray's origin to single precision, relative to its largest coordinate, with a margin
 /// of two.
 const ORIGIN_MARGIN: f32 = 1.0 / 8_388_608.0;
+/// What a component of a direction is at least, relative to the largest: 0 would give 0 · ∞. Rays from near the origin, whose
+/// coordinates have no rounding to allow for, thereby leave planes in which boxes end, so boxes are wider (`build::DRIFT`).
+const TINY: f32 = 1e-18;
 /// Rounding of the slab arithmetic, relative: a bound on 2γ₃ of Ize, JCGT 2(2), 2013.
 const SLAB_MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
 
@@ -216,9 +219,9 @@ impl Slabs {
     fn new(ray: &Ray) -> Self {
         let origin = ray.origin.as_vec3();
         let margin = origin.abs().max_element() * ORIGIN_MARGIN + f32::MIN_POSITIVE;
-        // A component of 0 would give 0 · ∞; a tiny one gives a slab that is all or nothing. Segments may be tiny as a whole.
+        // Segments may be tiny as a whole.
         let direction = ray.direction.as_vec3();
-        let tiny = (direction.abs().max_element() * 1e-18).max(f32::MIN_POSITIVE);
+        let tiny = (direction.abs().max_element() * TINY).max(f32::MIN_POSITIVE);
         let direction = direction.to_array().map(|d| if d.abs() < tiny { tiny.copysign(d) } else { d });
         let forward = direction.map(|d| d > 0.0);
         let shifted = |axis: usize, towards: bool| origin[axis] + if towards { margin } else { -margin };

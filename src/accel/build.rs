@@ -10,6 +10,10 @@ use super::{Bvh, LEAF, Leaf, Node, Primitive, WIDTH};
 /// eleven of them tell apart more primitives than there are numbers for.
 const SORTED_DEPTH: u32 = 6;
 
+/// By how much boxes are widened, relative to the largest coordinate of all: rays along an axis drift across it by much less
+/// (`super::TINY`).
+const DRIFT: f64 = 1.0 / 281_474_976_710_656.0;
+
 #[derive(Clone, Copy, Debug)]
 struct Bounds {
     low: DVec3,
@@ -35,6 +39,10 @@ impl Bounds {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
+    fn widened(self, by: f64) -> Self {
+        Self { low: self.low - by, high: self.high + by }
+    }
+
     fn half_area(&self) -> f64 {
         let d = (self.high - self.low).max(DVec3::ZERO);
         d.x * d.y + d.y * d.z + d.z * d.x
@@ -51,6 +59,9 @@ impl Bvh {
     pub(crate) fn of(primitives: &[Primitive], takes: impl Fn(u32) -> bool) -> Self {
         let all = primitives.iter().zip(0..).filter(|&(_, id)| takes(id));
         let mut items: Vec<(Bounds, u32)> = all.map(|(primitive, id)| (Bounds::of(primitive), id)).collect();
+        let all = items.iter().fold(Bounds::EMPTY, |all, item| all.union(item.0));
+        let drift = DRIFT * all.low.abs().max(all.high.abs()).max_element();
+        items.iter_mut().for_each(|(bounds, _)| *bounds = bounds.widened(drift));
         let mut bvh = Self { nodes: Vec::new(), leaves: Vec::new(), spheres: Vec::new() };
         if !items.is_empty() {
             bvh.build_node(&mut items, primitives, 0);

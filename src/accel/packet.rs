@@ -5,7 +5,7 @@
 
 use std::array::from_fn;
 
-use super::{Bvh, Leaf, Node, ORIGIN_MARGIN, SLAB_MARGIN, STACK, on_sphere, rounded_up};
+use super::{Bvh, Leaf, Node, ORIGIN_MARGIN, SLAB_MARGIN, STACK, TINY, on_sphere, rounded_up};
 use crate::real::{LANES, Lanes, Lanes3, Real, Scalar, Vector, Wide, WideMask};
 use crate::shape::Ray;
 use crate::watertight::{LaneShear, Shear, TriangleHit};
@@ -202,7 +202,7 @@ impl<S: Real> Slabs<S> {
         let margin = largest(origin) * f64::from(ORIGIN_MARGIN) + f64::from(f32::MIN_POSITIVE);
         // As in the test of one ray.
         let direction = ray.direction.components().map(R::single);
-        let tiny = (largest(direction) * 1e-18).at_least(S::splat(f32::MIN_POSITIVE.into()));
+        let tiny = (largest(direction) * f64::from(TINY)).at_least(S::splat(f32::MIN_POSITIVE.into()));
         let inverse = direction.map(|d| d.abs().at_least(tiny).copysign(d).recip());
         Self { origins: [origin.map(|o| o + margin), origin.map(|o| o - margin)], inverse }
     }

@@ -184,6 +184,31 @@ fn flat_and_axis_aligned_geometry() {
     }
 }
 
+/// Triangles that end in a plane through the origin, from either side, and rays within it from there and from nearby.
+#[test]
+fn rays_from_the_origin_along_sides_of_boxes() {
+    let mut rng = rng("origin");
+    for axis in 0..3 {
+        let within = |v: DVec3| v - v * DVec3::AXES[axis];
+        let triangles: Vec<[DVec3; 3]> = (0..60)
+            .map(|i| {
+                let [a, b, c] = random_triangle(&mut rng, 0.3);
+                let side = DVec3::AXES[axis] * if i % 2 == 0 { 0.1 } else { -0.1 };
+                [within(a), within(b), within(c) + side]
+            })
+            .collect();
+        let mut rays = Vec::new();
+        for _ in 0..2000 {
+            let [a, b, _] = triangles[(60.0 * uniform(&mut rng)) as usize];
+            let origin = within(in_cube(&mut rng, 1.0)) * [0.0, 1e-30, 1e-12, 1.0][(4.0 * uniform(&mut rng)) as usize];
+            rays.push(Ray::new(origin, 0.5 * (a.lerp(b, uniform(&mut rng)) - origin)));
+        }
+        let primitives: Vec<Primitive> = triangles.into_iter().map(Primitive::Triangle).collect();
+        // Each meets the edge that it aims at, halfway to where two of three may end.
+        assert!(check_all(&primitives, &rays) > 1000);
+    }
+}
+
 #[test]
 fn scales_and_offsets() {
     let mut rng = rng("scales");
