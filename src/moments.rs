@@ -102,10 +102,7 @@ pub(crate) fn full() -> Error {
 /// The nearest multiple of [`UNIT`], halves away from zero.
 #[inline]
 pub fn in_units(value: f64) -> i64 {
-    let scaled = value * (1.0 / UNIT);
-    let whole = scaled as i64;
-    // The rest is exact; adding a half to `scaled` would round odd numbers above 2⁵² to even ones.
-    whole + (2.0 * (scaled - whole as f64)) as i64
+    (value * (1.0 / UNIT)).round() as i64
 }
 
 impl ExactMoments {

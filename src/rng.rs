@@ -15,20 +15,20 @@ pub type Stream = Xoshiro256PlusPlus;
 /// sample of it.
 pub fn stream(seed: u64, high: u32, low: u32) -> Stream {
     let mut state = [0u8; 32];
-    for (bytes, word) in state.chunks_exact_mut(8).zip(stream_state(seed, high, low)) {
-        bytes.copy_from_slice(&word.to_le_bytes());
+    for (bytes, hash) in state.chunks_exact_mut(8).zip(stream_hashes(seed)) {
+        bytes.copy_from_slice(&hash.number(high, low).to_le_bytes());
     }
     Stream::from_seed(state)
 }
 
-/// The four words in which [`stream`] starts.
+/// What makes of a counter the four words in which its [`stream`] starts.
 #[inline]
-pub(crate) fn stream_state(seed: u64, high: u32, low: u32) -> [u64; 4] {
+pub(crate) fn stream_hashes(seed: u64) -> [CounterHash; 4] {
     // Each word has its own key.
-    [0, 1, 2, 3].map(|i| number_for(seed.wrapping_add(GOLDEN.wrapping_mul(i)), high, low))
+    [0, 1, 2, 3].map(|i| CounterHash::new(seed.wrapping_add(GOLDEN.wrapping_mul(i))))
 }
 
-/// The number of a counter that has a key of its own beside those of [`stream_state`].
+/// The number of a counter that has a key of its own beside those of [`stream_hashes`].
 #[inline]
 pub(crate) fn scramble_for(seed: u64, high: u32, low: u32) -> u64 {
     number_for(seed.wrapping_add(GOLDEN.wrapping_mul(4)), high, low)

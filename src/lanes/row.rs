@@ -94,7 +94,7 @@ pub(super) fn row<E: Scatter, R: Wide<N>, S: PixelSampler<R, N>, const N: usize>
 ) -> Result<(), Error> {
     let columns = pixels.len();
     let mut next = (0..columns).flat_map(|column| range.clone().map(move |replication| (column, replication)));
-    let mut random = S::new();
+    let mut random = S::new(sampling.seed);
     let mut work = [Work::default(); N];
     let zero: Lanes3<R> = Lanes3::splat_vector(DVec3::ZERO);
     let mut paths: Paths<R, N> = Paths {

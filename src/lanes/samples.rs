@@ -6,7 +6,7 @@ use wide::{u32x8, u64x8};
 
 use crate::real::{LANES, LaneMask, Lanes, Real, SINGLES, Scalar, Wide, WideMask};
 use crate::render::Sampling;
-use crate::rng::{CounterHash, stream_state, uniform};
+use crate::rng::{CounterHash, stream_hashes, uniform};
 use crate::sampler::{BLOCK, SEQUENCE, Sampler, block_key, next_block, place, scramble, scrambled, unscrambled};
 
 /// One sample: its pixel in the frame, its replication, and its place among the samples of that.
@@ -30,8 +30,8 @@ pub(super) trait LaneSampler<R: Real> {
 
 /// The numbers of samples of pixels.
 pub(super) trait PixelSampler<R: Real, const N: usize>: LaneSampler<R> {
-    /// Lanes without samples.
-    fn new() -> Self;
+    /// Lanes without samples, which draw by this seed.
+    fn new(seed: u64) -> Self;
     /// Starts a sample in a lane, whose first block must be started next.
     fn start(&mut self, lane: usize, sampling: &Sampling, sample: SampleName);
     /// Says to which blocks the next numbers of these lanes belong.
@@ -39,7 +39,10 @@ pub(super) trait PixelSampler<R: Real, const N: usize>: LaneSampler<R> {
 }
 
 /// Xoshiro256++, the generator of [`crate::rng::Stream`], one for each lane.
-pub(super) struct Streams<const N: usize>([[u64x8; 4]; SINGLES / EIGHT]);
+pub(super) struct Streams<const N: usize> {
+    groups: [[u64x8; 4]; SINGLES / EIGHT],
+    hashes: [CounterHash; 4],
+}
 
 /// Lanes of a group of streams; there are as many groups as the most lanes need.
 const EIGHT: usize = 8;
@@ -52,7 +55,7 @@ impl<const N: usize> Streams<N> {
         let mut all = [0; N];
         for group in 0..N / EIGHT {
             let mask = eight_long_bits(drawing >> (EIGHT * group));
-            let state = &mut self.0[group];
+            let state = &mut self.groups[group];
             let [a, b, c, d] = *state;
             let words = rotated(a + d, 23) + a;
             all[EIGHT * group..][..EIGHT].copy_from_slice(words.as_array());
@@ -65,16 +68,15 @@ impl<const N: usize> Streams<N> {
 }
 
 impl<R: Wide<N>, const N: usize> PixelSampler<R, N> for Streams<N> {
-    fn new() -> Self {
-        Self([[u64x8::splat(1); 4]; SINGLES / EIGHT])
+    fn new(seed: u64) -> Self {
+        Self { groups: [[u64x8::splat(1); 4]; SINGLES / EIGHT], hashes: stream_hashes(seed) }
     }
 
     #[inline]
     fn start(&mut self, lane: usize, sampling: &Sampling, sample: SampleName) {
         let number = sample.replication * sampling.samples_per_replication() + sample.index;
-        let state = stream_state(sampling.seed, sample.pixel, number);
-        for (words, word) in self.0[lane / EIGHT].iter_mut().zip(state) {
-            words.as_mut_array()[lane % EIGHT] = word;
+        for (words, hash) in self.groups[lane / EIGHT].iter_mut().zip(self.hashes) {
+            words.as_mut_array()[lane % EIGHT] = hash.number(sample.pixel, number);
         }
     }
 
@@ -182,8 +184,8 @@ fn eight_long_bits(bits: u32) -> u64x8 {
 }
 
 impl<R: Wide<N>, const N: usize> PixelSampler<R, N> for Points<N> {
-    fn new() -> Self {
-        let fill = PixelSampler::<R, N>::new();
+    fn new(seed: u64) -> Self {
+        let fill = PixelSampler::<R, N>::new(seed);
         Self { groups: [EightPoints::new(); SINGLES / EIGHT], fill }
     }
 

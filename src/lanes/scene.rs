@@ -5,7 +5,7 @@ use std::array::from_fn;
 
 use glam::DVec3;
 
-use super::shading::Material;
+use super::shading::{EMITTER, Material, SPHERE};
 use super::specular::BodyData;
 use super::walls::{Exit, Walls};
 use crate::accel::{Nearest, PacketHit, PacketStack, PrimitiveHit, on_sphere};
@@ -20,9 +20,10 @@ use crate::watertight::{LaneShear, Projected, Shear, TriangleHit, edge};
 pub(super) struct PrimitiveData<T> {
     /// Three corners of a triangle, of which the first is the centre of a sphere; the normal of a triangle's front; the
     /// margin of a triangle for [`inner_point`](crate::scene::inner_point), or the radius of a sphere, negative if its
-    /// normal points to its centre; the colour of a [`Material`].
-    pub numbers: Row<T, 16>,
-    pub is_sphere: bool,
+    /// normal points to its centre; the colour and the numbers of its [`Material`]. The others fill the row.
+    pub numbers: Row<T, 24>,
+    /// Those of its material, and more.
+    pub kinds: u8,
     /// Of a triangle, for the film.
     pub features: Option<FlatFeatures>,
     pub surface: u32,
@@ -47,7 +48,7 @@ struct Triangle<T> {
     edges: [u8; 3],
     /// -1 for those that run in the other direction, else 1.
     signs: [T; 3],
-    /// Whether the sides of each edge change places, for those that run in the other direction.
+    /// Which edges run in the other direction.
     turns: [bool; 3],
 }
 
@@ -75,8 +76,6 @@ pub(super) struct LaneScene<'a, R: Wide<N>, const N: usize> {
     spheres: Vec<Target<R::Scalar, Sphere>>,
     /// In the order of the scene's primitives.
     pub parts: Vec<PrimitiveData<R::Scalar>>,
-    /// In the order of the scene's surfaces.
-    pub materials: Vec<Material<R::Scalar>>,
     /// In the order of the scene's bodies.
     pub bodies: Vec<BodyData<R::Scalar>>,
 }
@@ -87,8 +86,9 @@ pub(super) struct Seen<R, const N: usize> {
     edges: [R; PLACES],
     /// Of each vertex the lanes that have it behind them, and `N` bits further up those for which it is too far.
     outside: [u32; PLACES],
-    /// Of each edge the lanes that pass on its negative side, and `N` bits further up those on its positive side.
-    sides: [u32; PLACES],
+    /// Of each edge the lanes that pass on its negative side, and `N` bits further up those on its positive side; then the
+    /// same of the edge in the other direction.
+    sides: [[u32; 2]; PLACES],
     /// Triangles by their places, and the lanes that may meet them; one more than there can be.
     candidates: [(u8, u32); SMALL + 1],
     /// Of rays that go through the hierarchy together.
@@ -125,10 +125,9 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
         let margin = |part: &Part| if R::IS_SINGLE { scene.single_edge_margin(part) } else { EDGE_MARGIN };
         let parts =
             (0..).zip(scene.parts()).map(|(id, part)| PrimitiveData::new(scene, (id, part), margin(part))).collect();
-        let materials = scene.surfaces().iter().map(Material::new).collect();
         let bodies = scene.bodies().all().iter().map(|body| BodyData::new(body.kind, &body.body)).collect();
         let walls = walls.map(|(walls, _)| walls);
-        Self { scene, is_small, triangles, within, walls, others, spheres, parts, materials, bodies }
+        Self { scene, is_small, triangles, within, walls, others, spheres, parts, bodies }
     }
 
     /// The nearest hits of the `active` lanes.
@@ -288,7 +287,8 @@ impl<T: Scalar> Triangles<T> {
         }
         for ((&[a, b], value), sides) in self.edges.iter().zip(&mut seen.edges).zip(&mut seen.sides) {
             *value = edge(&seen.vertices[usize::from(a)], &seen.vertices[usize::from(b)]);
-            *sides = pair(value.below(zero), value.above(zero));
+            let [negative, positive] = [value.below(zero), value.above(zero)];
+            *sides = [pair(negative, positive), pair(positive, negative)];
         }
     }
 
@@ -367,15 +367,17 @@ impl<T: Scalar> PrimitiveData<T> {
                 ([centre; 3], DVec3::Z, if inward { -radius } else { radius })
             }
         };
-        let colour = scene.surfaces()[surface as usize].bsdf.albedo();
-        let mut numbers = [T::rounded(radius); 16];
-        // The radius stays between the normal and the colour.
-        for (vector, at) in [a, b, c, normal, colour].into_iter().zip([0, 3, 6, 9, 13]) {
-            numbers[at..at + 3].copy_from_slice(&vector.to_array().map(T::rounded));
-        }
         let is_sphere = matches!(shape, PartShape::Sphere(_));
+        let of = &scene.surfaces()[surface as usize];
+        let (material, colour) = (Material::new(of), of.bsdf.albedo());
+        let flags = [(EMITTER, emitter.is_some()), (SPHERE, is_sphere)];
+        let kinds = flags.iter().fold(material.kinds, |kinds, &(kind, is)| if is { kinds | kind } else { kinds });
+        let mut numbers = [T::default(); 24];
+        let all = [a, b, c, normal].into_iter().flat_map(|vector| vector.to_array());
+        let all = all.chain([radius]).chain(colour.to_array()).chain(material.numbers);
+        numbers.iter_mut().zip(all).for_each(|(number, value)| *number = T::rounded(value));
         let features = if is_sphere { None } else { FlatFeatures::new(colour, normal) };
-        Self { numbers: Row(numbers), is_sphere, features, surface, emitter, bodies: scene.bodies().of(id) }
+        Self { numbers: Row(numbers), kinds, features, surface, emitter, bodies: scene.bodies().of(id) }
     }
 }
 
@@ -383,17 +385,14 @@ impl<R: Wide<N>, const N: usize> Seen<R, N> {
     pub fn new() -> Self {
         let zero = R::splat(0.0);
         let (vertices, edges) = ([[zero; 3]; PLACES], [zero; PLACES]);
-        let (outside, sides, candidates) = ([0; PLACES], [0; PLACES], [(0, 0); SMALL + 1]);
+        let (outside, sides, candidates) = ([0; PLACES], [[0; 2]; PLACES], [(0, 0); SMALL + 1]);
         Self { vertices, edges, outside, sides, candidates, stack: PacketStack::default() }
     }
 
     /// The lanes that surely miss a triangle.
     #[inline]
     fn misses<T>(&self, triangle: &Triangle<T>) -> u32 {
-        let side = |k: usize| {
-            let sides = self.sides[usize::from(triangle.edges[k])];
-            if triangle.turns[k] { sides >> N | sides << N } else { sides }
-        };
+        let side = |k: usize| self.sides[usize::from(triangle.edges[k])][usize::from(triangle.turns[k])];
         let [a, b, c] = [side(0), side(1), side(2)];
         let [x, y, z] = triangle.vertices.map(|vertex| self.outside[usize::from(vertex)]);
         let (sides, outside) = (a | b | c, x & y & z);

@@ -14,18 +14,18 @@ use crate::emitter::LightSampling;
 use crate::error::Error;
 use crate::estimator::LightRules;
 use crate::film::{Features, Pixel, is_legal_depth};
-use crate::real::{Lanes3, Mask, Real, Row, Scalar, Vector, Wide, WideMask, WideVector};
+use crate::real::{Lanes3, Mask, Real, Vector, Wide, WideMask, WideVector};
 use crate::render::features;
 use crate::scene::{Hit, Scene, Surface, inner_point};
 use crate::shape::{Ray, outward};
 use crate::{fresnel, radiometry, sampling};
 
 /// What lanes need of a surface.
-pub(super) struct Material<T> {
-    /// The index of glass, A and B of (15), and α of section 2.6.2; the others fill the row.
-    numbers: Row<T, 8>,
+pub(super) struct Material {
+    /// The index of glass, A and B of (15), and α of section 2.6.2.
+    pub numbers: [f64; 4],
     /// A bit for each of the kinds below.
-    kinds: u8,
+    pub kinds: u8,
 }
 
 /// Light leaves in all directions.
@@ -38,8 +38,12 @@ const GLASS: u8 = 8;
 const PRINTED: u8 = 16;
 /// f_r is evaluated lane by lane.
 const ONE_BY_ONE: u8 = 32;
+/// It emits light, whatever it is made of.
+pub(super) const EMITTER: u8 = 64;
+/// It is no triangle.
+pub(super) const SPHERE: u8 = 128;
 
-impl<T: Scalar> Material<T> {
+impl Material {
     pub fn new(&Surface { bsdf, absorption, .. }: &Surface) -> Self {
         // (14) is (13) with these.
         let (mut index, mut oren_nayar) = (1.0, OrenNayar { a: 1.0, b: 0.0 });
@@ -59,8 +63,7 @@ impl<T: Scalar> Material<T> {
             Bsdf::Eon { .. } | Bsdf::RoughGlass(_) | Bsdf::Model(_) => ROUGH | ONE_BY_ONE,
         };
         let kinds = if bsdf.is_sampled_by_cosine() { kinds | COSINE } else { kinds };
-        let [zero, numbers @ ..] = [0.0, index, oren_nayar.a, oren_nayar.b, absorption].map(T::rounded);
-        Self { numbers: Row(from_fn(|i| numbers.get(i).copied().unwrap_or(zero))), kinds }
+        Self { numbers: [index, oren_nayar.a, oren_nayar.b, absorption], kinds }
     }
 }
 
@@ -154,24 +157,21 @@ impl<'a, R: Wide<N>, const N: usize> Surfaces<'a, R, N> {
     #[inline]
     pub fn new(lanes: &'a LaneScene<'_, R, N>, ray: &Ray<Lanes3<R>>, found: &PacketHit<R, N>) -> Self {
         let parts = found.primitive.map(|primitive| &lanes.parts[primitive as usize]);
-        let numbers = R::of_rows(parts.map(|part| &part.numbers));
-        let colour = Lanes3::of([numbers[13], numbers[14], numbers[15]]);
-        let curved = found.met & R::Mask::from_fn(|i| parts[i].is_sphere);
-        let (point, normal) = place(numbers, curved, ray, found);
-        let materials = parts.map(|part| &lanes.materials[part.surface as usize]);
-        let kinds = materials.map(|material| material.kinds);
+        let [shape @ .., red, green, blue, index, a, b, absorption, _, _, _, _] =
+            R::of_rows(parts.map(|part| &part.numbers));
+        let kinds = parts.map(|part| part.kinds);
         let is = |kind: u8| found.met & R::Mask::from_fn(|i| kinds[i] & kind != 0);
-        let [index, a, b, absorption, ..] = R::of_rows(materials.map(|material| &material.numbers));
+        let (point, normal) = place(shape, is(SPHERE), ray, found);
         Self {
             vertex: Vertex::of(point, normal, ray.direction),
             normal,
             t: found.t,
-            emits: found.met & R::Mask::from_fn(|i| parts[i].emitter.is_some()),
+            emits: is(EMITTER),
             rough: is(ROUGH),
             cosine: is(COSINE),
             mirror: is(MIRROR),
             glass: is(GLASS),
-            colour,
+            colour: Lanes3::of([red, green, blue]),
             absorption,
             index,
             oren_nayar: OrenNayar { a, b },
@@ -478,7 +478,7 @@ impl<'a, R: Wide<N>, const N: usize> Surfaces<'a, R, N> {
 /// says them.
 #[inline]
 fn place<R: Wide<N>, const N: usize>(
-    [a, b, c, d, e, f, g, h, i, x, y, z, radius, ..]: [R; 16],
+    [a, b, c, d, e, f, g, h, i, x, y, z, radius]: [R; 13],
     curved: R::Mask,
     ray: &Ray<Lanes3<R>>,
     found: &PacketHit<R, N>,

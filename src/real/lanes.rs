@@ -36,11 +36,8 @@ pub trait Wide<const N: usize>: Real<Vector = Lanes3<Self>, Mask: WideMask<N>> {
     /// The number of each lane.
     fn lanes(self) -> [Self::Scalar; N];
 
-    /// Each lane as an integer, if it is one below 2³².
-    #[inline]
-    fn whole(self) -> [u32; N] {
-        self.lanes().map(Scalar::whole)
-    }
+    /// Each lane as an integer, if it is one below 2³¹.
+    fn whole(self) -> [u32; N];
     /// The same number in each lane.
     #[inline]
     fn all(number: Self::Scalar) -> Self {
@@ -83,8 +80,6 @@ pub trait Scalar: Copy + Debug + Default + Into<f64> + PartialEq + Send + Sync {
     fn unit(word: u64) -> Self;
     /// In single precision.
     fn single(self) -> f32;
-    /// As an integer, if it is one below 2³².
-    fn whole(self) -> u32;
 }
 
 /// A yes or no for each of `N` rays.
@@ -127,11 +122,6 @@ impl Scalar for f64 {
     fn single(self) -> f32 {
         self as f32
     }
-    // The last bits of this sum are the integer; a conversion would test first whether it fits.
-    #[inline]
-    fn whole(self) -> u32 {
-        (self + (1u64 << 52) as Self).to_bits() as u32
-    }
 }
 
 impl Scalar for f32 {
@@ -147,16 +137,18 @@ impl Scalar for f32 {
     fn single(self) -> f32 {
         self
     }
-    #[inline]
-    fn whole(self) -> u32 {
-        self as u32
-    }
+}
+
+/// A number as an integer, if it is one below 2³²: the last bits of this sum. A conversion would test first whether it fits.
+#[inline]
+fn last_bits(number: f64) -> u32 {
+    (number + (1u64 << 52) as f64).to_bits() as u32
 }
 
 /// Implements [`Real`] and [`Wide`] for numbers of a type of `wide`, and their mask.
 macro_rules! lanes {
     ($number:ty, $wrap:expr, $inner:expr, $wide:ty, $scalar:ty, $bits:ty, $count:literal, $single:ty,
-     $mask:ident, $is_single:literal, $part:ty) => {
+     $mask:ident, $is_single:literal, $part:ty, $whole:expr) => {
         /// A yes or no for each of several rays.
         #[derive(Clone, Copy, Debug)]
         pub struct $mask($wide);
@@ -276,6 +268,10 @@ macro_rules! lanes {
                 $inner(self).to_array()
             }
             #[inline]
+            fn whole(self) -> [u32; $count] {
+                $whole($inner(self))
+            }
+            #[inline]
             fn of_rows<const K: usize>(rows: [&Row<$scalar, K>; $count]) -> [Self; K] {
                 const PART: usize = size_of::<$part>() / size_of::<$scalar>();
                 const { assert!(K.is_multiple_of(PART)) }
@@ -303,7 +299,8 @@ macro_rules! singles {
         #[derive(Clone, Copy, Debug)]
         pub struct $number($wide);
 
-        lanes!($number, $number, (|number: $number| number.0), $wide, f32, u32, $count, $number, $mask, true, $part);
+        lanes!($number, $number, (|number: $number| number.0), $wide, f32, u32, $count, $number, $mask, true, $part,
+            (|number: $wide| number.fast_trunc_int().to_array().map(i32::cast_unsigned)));
 
         singles!(operator $number, Add, add, +);
         singles!(operator $number, Sub, sub, -);
@@ -340,8 +337,34 @@ macro_rules! singles {
     };
 }
 
-lanes!(Lanes, (|number| number), (|number: Lanes| number), f64x8, f64, u64, 8, EightSingles, LaneMask, false, f64x4);
-lanes!(Four, (|number| number), (|number: Four| number), f64x4, f64, u64, 4, FourSingles, FourMask, false, f64x4);
+lanes!(
+    Lanes,
+    (|number| number),
+    (|number: Lanes| number),
+    f64x8,
+    f64,
+    u64,
+    8,
+    EightSingles,
+    LaneMask,
+    false,
+    f64x4,
+    (|number: Lanes| number.lanes().map(last_bits))
+);
+lanes!(
+    Four,
+    (|number| number),
+    (|number: Four| number),
+    f64x4,
+    f64,
+    u64,
+    4,
+    FourSingles,
+    FourMask,
+    false,
+    f64x4,
+    (|number: Four| number.lanes().map(last_bits))
+);
 
 singles! {
     /// A number for each of [`SINGLES`] rays, in single precision.
