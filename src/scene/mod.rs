@@ -77,7 +77,9 @@ pub const EDGE_MARGIN: f64 = 1.0 / 4_294_967_296.0;
 /// Rays leave a surface from this far above it, relative to the largest coordinate of the scene: some
 /// thousand roundings of a hit point, and a thousandth of [`EDGE_MARGIN`]'s step.
 pub const OFFSET: f64 = 1.0 / 1_099_511_627_776.0;
-/// The same in single precision: 2⁻¹⁸, some tens of roundings.
+/// The same in single precision: 2⁻¹⁸, some tens of roundings. Where surfaces touch, what leaves one of them nearer than that
+/// to the other starts behind it, and may leave a closed room: of a ball on the floor the lowest part, whose share of its
+/// area is that distance over its diameter.
 pub const SINGLE_OFFSET: f64 = 1.0 / 262_144.0;
 /// In single precision the least distance of a hit from each edge, relative to the largest coordinate: eight offsets, so
 /// that no ray starts behind a wall that rises over the edge at more than seven degrees.
