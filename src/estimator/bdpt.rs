@@ -15,7 +15,7 @@ use crate::lanes::Walks;
 use crate::rng::uniform2;
 use crate::sampler::{Pass, Sampler};
 use crate::scene::Scene;
-use crate::splat::Splats;
+use crate::splat::{SplatBuffer, Splats};
 
 /// Which vertices of the two walks are connected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,10 +45,12 @@ impl<P: Walking + Bidirectional> ImageEstimator for Bdpt<P> {
     fn image(&self, scene: &Scene, frame: [u32; 2], pass: Pass) -> Result<Vec<DVec3>, Error> {
         let image = Splats::new(frame);
         let lanes = lanes_for(&self.parts, scene);
-        in_portions(frame[0] * frame[1]).try_for_each_init(Vec::new, |spare, pixels| {
+        let buffers = || (Vec::new(), image.buffer());
+        in_portions(frame[0] * frame[1]).try_for_each_init(buffers, |(spare, splats), pixels| {
             let place = |pixel| [pixel % frame[0], pixel / frame[0]];
             let pixels = pixels.map(|pixel| (place(pixel), pass.pixel(pixel)));
-            self.pairs((scene, lanes.as_ref()), pixels, (frame, &image), spare)
+            self.pairs((scene, lanes.as_ref()), pixels, (frame, splats), spare)?;
+            splats.flush()
         })?;
         Ok(image.into_values())
     }
@@ -82,7 +84,9 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         image: &Splats,
         rng: R,
     ) -> Result<(), Error> {
-        self.pairs((scene, None), std::iter::once((pixel, rng)), (frame, image), &mut Vec::new())
+        let mut splats = image.buffer();
+        self.pairs((scene, None), std::iter::once((pixel, rng)), (frame, &mut splats), &mut Vec::new())?;
+        splats.flush()
     }
 
     /// The same of several pixels. The buffers of walks that have ended are `spare`.
@@ -90,7 +94,7 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         &self,
         (scene, lanes): (&'a Scene, Option<&Walks<'a>>),
         pixels: impl Iterator<Item = ([u32; 2], R)>,
-        (frame, image): ([u32; 2], &Splats),
+        (frame, splats): ([u32; 2], &mut SplatBuffer<'_>),
         spare: &mut Vec<Vec<PathVertex<'a>>>,
     ) -> Result<(), Error> {
         let parts = &self.parts;
@@ -103,7 +107,7 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         particles((parts, scene, lanes), (items, |error, pair: &Pair<'_>| named(error, pair.pixel)), |passed| {
             match passed {
                 Passed::Place(pair, place) => {
-                    return self.by_particle(scene, place, (&mut pair.light, &mut densities), (frame, image));
+                    return self.by_particle(scene, place, (&mut pair.light, &mut densities), (frame, splats));
                 }
                 Passed::End(pair, rng) => pairs.push((pair, rng)),
             }
@@ -132,7 +136,7 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
                     vertices.clear();
                     spare.push(vertices);
                 }
-                image.add(pixel, radiance + background).map_err(|error| named(error, pixel))?;
+                splats.add(pixel, radiance + background).map_err(|error| named(error, pixel))?;
                 Ok(false)
             }
         })
@@ -144,7 +148,7 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         scene: &Scene,
         place: &PathVertex<'a>,
         (light, densities): (&mut Vec<PathVertex<'a>>, &mut Vec<Density>),
-        (frame, image): ([u32; 2], &Splats),
+        (frame, splats): ([u32; 2], &mut SplatBuffer<'_>),
     ) -> Result<(), Error> {
         light.push(place.after(&self.parts, light));
         if let [start, next] = &mut light[..] {
@@ -154,7 +158,7 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         if let Some(splat) = connect_to_eye(&self.parts, scene, frame, place) {
             let (origin, importance) = (scene.camera().eye, splat.importance);
             let path = WholePath { light, eye: &[], origin, importance };
-            image.add(splat.pixel, self.weight(scene, path, densities) * splat.value)?;
+            splats.add(splat.pixel, self.weight(scene, path, densities) * splat.value)?;
         }
         Ok(())
     }

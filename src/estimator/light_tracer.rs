@@ -26,18 +26,22 @@ impl<P: Walking + Bidirectional> ImageEstimator for LightTracer<P> {
         let image = Splats::new(frame);
         let count = frame[0] * frame[1];
         let lanes = lanes_for(&self.parts, scene);
-        in_portions(count).try_for_each(|numbers| {
-            let items = numbers.map(|number| (number, pass.particle(number, count)));
-            let named =
-                |error: Error, number: &u32| error.at(|| format!(" by particle {number} of pass {}", pass.index));
-            particles((&self.parts, scene, lanes.as_ref()), (items, named), |passed| match passed {
-                Passed::Place(_, place) => match connect_to_eye(&self.parts, scene, frame, place) {
-                    Some(splat) => image.add(splat.pixel, splat.value),
-                    None => Ok(()),
-                },
-                Passed::End(..) => Ok(()),
-            })
-        })?;
+        in_portions(count).try_for_each_init(
+            || image.buffer(),
+            |splats, numbers| {
+                let items = numbers.map(|number| (number, pass.particle(number, count)));
+                let named =
+                    |error: Error, number: &u32| error.at(|| format!(" by particle {number} of pass {}", pass.index));
+                particles((&self.parts, scene, lanes.as_ref()), (items, named), |passed| match passed {
+                    Passed::Place(_, place) => match connect_to_eye(&self.parts, scene, frame, place) {
+                        Some(splat) => splats.add(splat.pixel, splat.value),
+                        None => Ok(()),
+                    },
+                    Passed::End(..) => Ok(()),
+                })?;
+                splats.flush()
+            },
+        )?;
         Ok(image.into_values())
     }
 }

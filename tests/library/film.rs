@@ -1,5 +1,6 @@
 //! The film's accumulators: exact, mergeable in any order, and picky about sizes.
 
+use rayon::prelude::*;
 use whitefurnace::film::LARGEST_FILM;
 use whitefurnace::splat::Splats;
 
@@ -136,16 +137,22 @@ fn averages_run_over_pixels_and_channels() {
     assert_eq!(Film::new([1, 1], None, 1).expect("a film").mean(), 0.0);
 }
 
+/// Of images with fewer and with more rows than bands, also where the last band is not full.
 #[test]
 fn splats_add_up_in_their_own_pixel() {
-    let [width, height] = [3, 4];
-    let image = Splats::new([width, height]);
-    let value = |x: u32, y: u32| DVec3::new(f64::from(x), f64::from(y), 0.25);
-    for _ in 0..2 {
-        for (x, y) in (0..width).flat_map(|x| (0..height).map(move |y| (x, y))) {
-            image.add([x, y], value(x, y)).expect("legal");
-        }
+    for [width, height] in [[3, 4], [5, 16], [2, 37], [1, 1], [4, 192]] {
+        let image = Splats::new([width, height]);
+        let value = |x: u32, y: u32| DVec3::new(f64::from(x), f64::from(y), 0.25);
+        (0..6).into_par_iter().for_each_init(
+            || image.buffer(),
+            |splats, _| {
+                for (x, y) in (0..width).flat_map(|x| (0..height).map(move |y| (x, y))) {
+                    splats.add([x, y], value(x, y)).expect("legal");
+                }
+                splats.flush().expect("legal sums");
+            },
+        );
+        let rows = (0..height).flat_map(|y| (0..width).map(move |x| 6.0 * value(x, y)));
+        assert_eq!(image.into_values(), rows.collect::<Vec<_>>());
     }
-    let rows = (0..height).flat_map(|y| (0..width).map(move |x| 2.0 * value(x, y)));
-    assert_eq!(image.into_values(), rows.collect::<Vec<_>>());
 }
