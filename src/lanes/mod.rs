@@ -5,9 +5,9 @@
 //! exact. So an image of this engine equals that of [`render`](crate::render::render) byte by byte, and every trial of
 //! a readable estimator is one of this engine. When a path ends, its lane takes the next sample.
 
-mod eight;
 mod lights;
 mod path;
+mod rays;
 mod report;
 mod row;
 mod samples;
@@ -26,7 +26,7 @@ use crate::outline::Outlines;
 use crate::real::Wide;
 use crate::render::{LaneEstimator, Numbers, Sampling};
 use crate::scene::Scene;
-pub use eight::EightRays;
+pub use rays::{EightRays, LaneRays};
 use row::{Scatter, row};
 use samples::{Points, Streams};
 use scene::LaneScene;

@@ -143,9 +143,7 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
         let mut nearest = Nearest::new();
         let shear = Shear::new(ray);
         let mut left = active;
-        // In single precision all triangles are tested as fast.
-        if !R::IS_SINGLE
-            && let Some(walls) = &self.walls
+        if let Some(walls) = &self.walls
             && let Some(exit) = walls.exit(&self.parts, ray, (&shear, active))
         {
             left = active & !exit.decided;

@@ -9,13 +9,15 @@ use glam::DVec3;
 use super::scene::PrimitiveData;
 use crate::hull::{Hull, Slab};
 use crate::real::{Lanes3, Mask, Real, Row, Scalar, Vector, Wide};
-use crate::scene::{OFFSET, PartShape, Scene};
+use crate::scene::{OFFSET, PartShape, SINGLE_EDGE_MARGIN, Scene};
 use crate::shape::Ray;
 use crate::watertight::{LaneShear, TriangleHit};
 
 /// How near to an edge a ray may leave the hull and still be decided, relative to the largest coordinate of the scene;
 /// much more than rounding can move it, if it leaves at [`STEEP`] or steeper.
 const MARGIN: f64 = OFFSET;
+/// The same in single precision, 2⁻¹⁵.
+const SINGLE_MARGIN: f64 = SINGLE_EDGE_MARGIN;
 /// The least cosine between a ray and the normal of a wall that is decided.
 const STEEP: f64 = 1.0 / 32.0;
 /// To test fewer triangles one by one takes as long.
@@ -88,7 +90,7 @@ impl<'a, T: Scalar> Walls<'a, T> {
             return None;
         }
         let (zero, never) = (R::splat(0.0), R::splat(f64::INFINITY));
-        let margin = R::splat(self.extent * MARGIN);
+        let margin = R::by_precision(self.extent * MARGIN, self.extent * SINGLE_MARGIN);
         let [x, y, z] = ray.direction.components().map(R::abs);
         let scale = x.at_least(y).at_least(z);
         let steep = scale * STEEP;

@@ -2,8 +2,9 @@
 
 use std::array::from_fn;
 
-use whitefurnace::lanes::EightRays;
-use whitefurnace::real::{LANES, Lanes3, WideVector};
+use whitefurnace::accel::PacketStack;
+use whitefurnace::lanes::{EightRays, LaneRays};
+use whitefurnace::real::{LANES, Lanes, Lanes3, SINGLES, Singles, Wide, WideMask, WideVector};
 
 use crate::prelude::*;
 
@@ -43,51 +44,66 @@ fn rooms() -> Vec<Mesh> {
     rooms
 }
 
-/// Walls that are told apart by where a ray leaves are hit as if all had been tested: also by rays at their edges and
-/// vertices, along the axes, of any length, from anywhere within, from surfaces and from outside; rays of no numbers meet
-/// nothing.
-#[test]
-fn rays_meet_walls_as_each_meets_them() {
-    let mut rng = rng("walls");
-    let places =
-        [(1e-4, DVec3::ZERO), (1.0, DVec3::ZERO), (1e4, DVec3::ZERO), (1.0, DVec3::new(1000.0, -2000.0, 500.0))];
-    for (mesh, (scale, offset)) in rooms().iter().flat_map(|mesh| places.map(|place| (mesh, place))) {
-        let mesh = mesh.clone().map(|v| scale * v + offset);
+/// A ray at the walls of a room that was moved and scaled: also at its edges and vertices, along the axes, of any length,
+/// from anywhere within, from surfaces and from outside; some of no numbers.
+fn at_walls<R: Rng>(rng: &mut R, (mesh, scene): (&Mesh, &Scene), (scale, offset): (f64, DVec3)) -> Ray {
+    let mut aim = || match uniform(rng) {
+        u if u < 0.4 => border(rng, mesh),
+        u if u < 0.5 => offset,
+        _ => offset + scale * in_cube(rng, 1.0),
+    };
+    let (from, to) = (aim(), aim());
+    let wide = uniform(rng) < 0.05;
+    let within = offset + scale * 0.9 * in_cube(rng, 1.0);
+    let origin = if wide { offset + 3.0 * (from - offset) } else { within };
+    let direction = match uniform(rng) {
+        u if u < 0.05 => [DVec3::X, -DVec3::Y, DVec3::Z][(60.0 * u) as usize],
+        u if u < 0.06 => DVec3::new(0.6, f64::NAN, 0.8),
+        _ => (to - origin).normalize_or(DVec3::X),
+    };
+    let ray = Ray::new(origin, direction);
+    let ray = match scene.intersect(&ray) {
+        Some(hit) if uniform(rng) < 0.6 => {
+            let onward = (from - hit.point).normalize_or(DVec3::Z);
+            scene.leave(hit.point, hit.normal, onward)
+        }
+        _ => ray,
+    };
+    let length = if uniform(rng) < 0.2 { between(rng, -20.0, 20.0).exp() } else { 1.0 };
+    Ray::new(ray.origin, ray.direction * length)
+}
+
+/// Compares what rays meet by walls with what they meet by the hierarchy, in rooms of these sizes.
+fn meet_walls_as_each<R: Wide<N>, const N: usize>(name: &str, places: &[(f64, DVec3)]) {
+    let mut rng = rng(name);
+    let mut stack = PacketStack::default();
+    for (mesh, place) in rooms().iter().flat_map(|mesh| places.iter().map(move |place| (mesh, *place))) {
+        let mesh = mesh.clone().map(|v| place.0 * v + place.1);
         let scene = scene_of(&mesh);
-        let mut eight = EightRays::new(&scene).expect("few triangles");
+        let mut together = LaneRays::<R, N>::new(&scene).expect("few triangles");
         for _ in 0..1500 {
-            let rays: [Ray; LANES] = from_fn(|_| {
-                let mut aim = || match uniform(&mut rng) {
-                    u if u < 0.4 => border(&mut rng, &mesh),
-                    u if u < 0.5 => offset,
-                    _ => offset + scale * in_cube(&mut rng, 1.0),
-                };
-                let (from, to) = (aim(), aim());
-                let wide = uniform(&mut rng) < 0.05;
-                let within = offset + scale * 0.9 * in_cube(&mut rng, 1.0);
-                let origin = if wide { offset + 3.0 * (from - offset) } else { within };
-                let direction = match uniform(&mut rng) {
-                    u if u < 0.05 => [DVec3::X, -DVec3::Y, DVec3::Z][(60.0 * u) as usize],
-                    u if u < 0.06 => DVec3::new(0.6, f64::NAN, 0.8),
-                    _ => (to - origin).normalize_or(DVec3::X),
-                };
-                let ray = Ray::new(origin, direction);
-                let ray = match scene.intersect(&ray) {
-                    Some(hit) if uniform(&mut rng) < 0.6 => {
-                        let onward = (from - hit.point).normalize_or(DVec3::Z);
-                        scene.leave(hit.point, hit.normal, onward)
-                    }
-                    _ => ray,
-                };
-                let length = if uniform(&mut rng) < 0.2 { between(&mut rng, -20.0, 20.0).exp() } else { 1.0 };
-                Ray::new(ray.origin, ray.direction * length)
-            });
-            let [origins, directions] = [Lanes3::from_fn(|i| rays[i].origin), Lanes3::from_fn(|i| rays[i].direction)];
-            let together = eight.closest(&Ray::new(origins, directions));
-            let alone = rays.map(|ray| scene.bvh().closest(&ray, f64::INFINITY).map_or(f64::INFINITY, |hit| hit.t));
-            assert_eq!(together.to_array(), alone, "{rays:?}");
+            let rays: [Ray; N] = from_fn(|_| at_walls(&mut rng, (&mesh, &scene), place));
+            let ray = Ray::new(Lanes3::from_fn(|i| rays[i].origin), Lanes3::from_fn(|i| rays[i].direction));
+            let expected = scene.bvh().closest_of_packet(&ray, WideMask::splat(true), &mut stack);
+            assert_eq!(together.closest(&ray).lanes(), expected.t.lanes(), "{rays:?}");
         }
     }
+}
+
+/// Walls that are told apart by where a ray leaves are hit as if all had been tested; rays of no numbers meet nothing.
+#[test]
+fn rays_meet_walls_as_each_meets_them() {
+    let far = DVec3::new(1000.0, -2000.0, 500.0);
+    let places = [1e-4, 1.0, 1e4].map(|scale| (scale, DVec3::ZERO)).into_iter().chain([(1.0, far)]);
+    meet_walls_as_each::<Lanes, LANES>("walls", &places.collect::<Vec<_>>());
+}
+
+/// The same in single precision, to the last bit.
+#[test]
+fn rays_meet_walls_as_each_meets_them_in_single_precision() {
+    let places =
+        [1e-4, 1.0, 1e4].map(|scale| (scale, DVec3::ZERO)).into_iter().chain([(1.0, DVec3::new(8.0, -9.0, 7.0))]);
+    meet_walls_as_each::<Singles, SINGLES>("walls, single", &places.collect::<Vec<_>>());
 }
 
 /// From within a cube a ray is tested against three pairs of sides, three lines and a triangle; from within a room of six

@@ -1,0 +1,42 @@
+//! The lane engine's question alone, for those who measure it: what do several rays meet first?
+
+use std::fmt;
+
+use super::scene::{LaneScene, Seen};
+use crate::real::{LANES, Lanes, Lanes3, Wide, WideMask};
+use crate::scene::Scene;
+use crate::shape::Ray;
+
+/// A small scene of triangles, against which several rays are tested at once.
+pub struct LaneRays<'a, R: Wide<N>, const N: usize> {
+    scene: LaneScene<'a, R, N>,
+    seen: Box<Seen<R, N>>,
+}
+
+/// The same for eight rays in double precision.
+pub type EightRays<'a> = LaneRays<'a, Lanes, LANES>;
+
+impl<R: Wide<N>, const N: usize> fmt::Debug for LaneRays<'_, R, N> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("LaneRays").field(&self.scene.scene.name()).finish()
+    }
+}
+
+impl<'a, R: Wide<N>, const N: usize> LaneRays<'a, R, N> {
+    /// `None` for a scene of more than 64 primitives, in which rays go through the hierarchy, and for one with spheres.
+    pub fn new(scene: &'a Scene) -> Option<Self> {
+        let scene = LaneScene::new(scene);
+        scene.has_few_triangles().then(|| Self { scene, seen: Box::new(Seen::new()) })
+    }
+
+    /// How far each ray's nearest hit is, in units of its direction's length; infinite where there is none.
+    pub fn closest(&mut self, ray: &Ray<Lanes3<R>>) -> R {
+        self.scene.closest(ray, R::Mask::splat(true), &mut self.seen).t
+    }
+
+    /// How many additions, subtractions, multiplications and divisions of one lane that takes. Comparisons and choices
+    /// are not counted.
+    pub fn operations(&mut self, ray: &Ray<Lanes3<R>>) -> u32 {
+        self.scene.operations(ray, &mut self.seen)
+    }
+}
