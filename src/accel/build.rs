@@ -10,8 +10,8 @@ use super::{Bvh, LEAF, Leaf, Node, Primitive, WIDTH};
 /// eleven of them tell apart more primitives than there are numbers for.
 const SORTED_DEPTH: u32 = 6;
 
-/// By how much boxes are widened, relative to the largest coordinate of all: rays along an axis drift across it by much less
-/// (`super::TINY`).
+/// By how much boxes are widened, relative to the largest coordinate of all, 2⁻⁴⁸: rays along an axis drift across it by much
+/// less (`super::TINY`).
 const DRIFT: f64 = 1.0 / 281_474_976_710_656.0;
 
 #[derive(Clone, Copy, Debug)]
@@ -59,8 +59,8 @@ impl Bvh {
     pub(crate) fn of(primitives: &[Primitive], takes: impl Fn(u32) -> bool) -> Self {
         let all = primitives.iter().zip(0..).filter(|&(_, id)| takes(id));
         let mut items: Vec<(Bounds, u32)> = all.map(|(primitive, id)| (Bounds::of(primitive), id)).collect();
-        let all = items.iter().fold(Bounds::EMPTY, |all, item| all.union(item.0));
-        let drift = DRIFT * all.low.abs().max(all.high.abs()).max_element();
+        let bounds = items.iter().fold(Bounds::EMPTY, |bounds, item| bounds.union(item.0));
+        let drift = DRIFT * bounds.low.abs().max(bounds.high.abs()).max_element();
         items.iter_mut().for_each(|(bounds, _)| *bounds = bounds.widened(drift));
         let mut bvh = Self { nodes: Vec::new(), leaves: Vec::new(), spheres: Vec::new() };
         if !items.is_empty() {

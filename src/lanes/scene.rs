@@ -368,8 +368,8 @@ impl<T: Scalar> PrimitiveData<T> {
         let is_sphere = matches!(shape, PartShape::Sphere(_));
         let of = &scene.surfaces()[surface as usize];
         let (material, colour) = (Material::new(of), of.bsdf.albedo());
-        let flags = [(EMITTER, emitter.is_some()), (SPHERE, is_sphere)];
-        let kinds = flags.iter().fold(material.kinds, |kinds, &(kind, is)| if is { kinds | kind } else { kinds });
+        let kind = |kind: u8, is: bool| if is { kind } else { 0 };
+        let kinds = material.kinds | kind(EMITTER, emitter.is_some()) | kind(SPHERE, is_sphere);
         let mut numbers = [T::default(); 24];
         let all = [a, b, c, normal].into_iter().flat_map(|vector| vector.to_array());
         let all = all.chain([radius]).chain(colour.to_array()).chain(material.numbers);

@@ -271,7 +271,8 @@ fn no_path_leaves_closed_scenes_in_single_precision() {
 #[test]
 fn the_room_has_no_gap_in_single_precision() {
     let text = include_str!("../../src/scene/files/report.toml").replace("radius = 2\n", "radius = 1.999\n");
-    assert!(text.matches("radius = 1.999").count() == 2 && 0.001 > SINGLE_OFFSET * 13.0);
+    let largest_coordinate = 13.0;
+    assert!(text.matches("radius = 1.999").count() == 2 && 0.001 > SINGLE_OFFSET * largest_coordinate);
     let dark = Description::parse("report", &text).expect("a scene");
     let bright = Description { background: Environment::Uniform(DVec3::splat(1e4)), ..dark.clone() };
     let [dark, bright] = [dark, bright].map(|room| room.build().expect("a scene"));
