@@ -137,21 +137,22 @@ fn averages_run_over_pixels_and_channels() {
     assert_eq!(Film::new([1, 1], None, 1).expect("a film").mean(), 0.0);
 }
 
-/// Of images with fewer and with more rows than bands, also where the last band is not full.
+/// Of images with fewer and with more rows than bands, also where the last band is not full, by buffers that are flushed
+/// more than once.
 #[test]
 fn splats_add_up_in_their_own_pixel() {
     for [width, height] in [[3, 4], [5, 16], [2, 37], [1, 1], [4, 192]] {
         let image = Splats::new([width, height]);
         let value = |x: u32, y: u32| DVec3::new(f64::from(x), f64::from(y), 0.25);
-        (0..6).into_par_iter().for_each_init(
-            || image.buffer(),
-            |splats, _| {
+        (0..3).into_par_iter().for_each(|_| {
+            let mut splats = image.buffer();
+            for _ in 0..2 {
                 for (x, y) in (0..width).flat_map(|x| (0..height).map(move |y| (x, y))) {
                     splats.add([x, y], value(x, y)).expect("legal");
                 }
                 splats.flush().expect("legal sums");
-            },
-        );
+            }
+        });
         let rows = (0..height).flat_map(|y| (0..width).map(move |x| 6.0 * value(x, y)));
         assert_eq!(image.into_values(), rows.collect::<Vec<_>>());
     }
