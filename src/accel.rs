@@ -167,6 +167,11 @@ impl Bvh {
     /// distance beyond which nothing matters any more, or `None` to stop.
     #[inline]
     fn traverse(&self, ray: &Ray, t_max: f64, mut leaf: impl FnMut(&Leaf) -> Option<f64>) {
+        // Of a single leaf no box saves anything.
+        if let [all] = &self.leaves[..] {
+            leaf(all);
+            return;
+        }
         let slabs = Slabs::new(ray);
         let mut limit = rounded_up(t_max as f32);
         let mut stack = [(0f32, 0u32); STACK];

@@ -47,11 +47,11 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let mirror = (&mirror, "in a mirror", in_mirror);
     let glass = (&glass, "through glass", in_glass);
     vec![
-        family_trial("irradiance/after-mirror/light", &mirror, LIGHT_ANGLE, &MIS, 8_000_000),
-        family_trial("irradiance/after-mirror/mis", &mirror, MIS_ANGLE, &MIS, 8_000_000),
+        family_trial("irradiance/after-mirror/light", &mirror, LIGHT_ANGLE, &MIS, 2_900_000),
+        family_trial("irradiance/after-mirror/mis", &mirror, MIS_ANGLE, &MIS, 2_900_000),
         family_trial("irradiance/after-mirror/by-bodies", &mirror, BY_BODIES, &SPECULAR_SPREAD, 4_000_000),
         family_trial("irradiance/after-mirror/report", &mirror, REPORT, &RENDERING, 8_000_000),
-        family_trial("irradiance/after-glass/mis", &glass, MIS_ANGLE, &REFRACTION, 8_000_000),
+        family_trial("irradiance/after-glass/mis", &glass, MIS_ANGLE, &REFRACTION, 4_700_000),
         family_trial("irradiance/after-glass/report", &glass, REPORT, &RENDERING, 9_500_000),
     ]
 }

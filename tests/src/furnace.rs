@@ -67,14 +67,14 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
     let sphere = |kind| (sphere_furnace(lambert(0.9), 0.0), kind, inside as Rays);
     [
         ("furnace/path/albedo-0.5", "closed furnace box", 0.5, cube(0.5), 1_500_000),
-        ("furnace/path/albedo-0.75", "closed furnace box", 0.75, cube(0.75), 2_800_000),
-        ("furnace/path/albedo-0.9", "spherical furnace", 0.9, sphere(hits), 6_000_000),
+        ("furnace/path/albedo-0.75", "closed furnace box", 0.75, cube(0.75), 1_500_000),
+        ("furnace/path/albedo-0.9", "spherical furnace", 0.9, sphere(hits), 2_800_000),
         (
             "furnace/path/early",
             "spherical furnace without early roulette",
             0.9,
             sphere(EstimatorKind::PathEarly),
-            3_000_000,
+            1_700_000,
         ),
     ]
     .into_iter()
@@ -93,7 +93,7 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
     let (cube, sphere) = (valid(furnace_box(0.5)), sphere_furnace(lambert(0.5), 0.5));
     [
         ("furnace/bsdf/box", &cube, Strategy::Bsdf, 2_000_000),
-        ("furnace/light/box", &cube, Strategy::Light, 2_500_000),
+        ("furnace/light/box", &cube, Strategy::Light, 1_300_000),
         ("furnace/light/sphere", &sphere, Strategy::Light, 700_000),
     ]
     .into_iter()
@@ -137,8 +137,8 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
 fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
     let rho = 0.75;
     [
-        ("furnace/cavity/reflecting", "reflecting", Cap::Reflecting, 4_000_000),
-        ("furnace/cavity/black", "black", Cap::Black, 1_800_000),
+        ("furnace/cavity/reflecting", "reflecting", Cap::Reflecting, 2_100_000),
+        ("furnace/cavity/black", "black", Cap::Black, 970_000),
     ]
     .into_iter()
     .map(|(name, what, cap, samples)| {
@@ -188,7 +188,7 @@ fn mirrors() -> Vec<FamilyTrial<EstimatorSubject>> {
     vec![
         radiance("furnace/mirrors/hall", &RENDERING, (&hall, EstimatorKind::Path, inside))
             .says(format!("in a hall of emitting mirrors of reflectance 0.75 the radiance is {hall_mean}"))
-            .is((hall_mean, BOUNCES), 3_200_000),
+            .is((hall_mean, BOUNCES), 1_700_000),
         radiance(
             "furnace/mirrors/facing",
             &ROULETTE,

@@ -65,7 +65,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         lit("irradiance/behind", &away, at_origin(Path), &GEOMETRY, 100_000),
         lit("irradiance/triangle", &triangle, at_origin(Path), &GEOMETRY, 2_600_000),
         lit("irradiance/sphere", &sphere, at_origin(Path), &GEOMETRY, 11_500_000),
-        lit("irradiance/three-lights", &three, at_origin(Path), &ESTIMATOR, 13_000_000),
+        lit("irradiance/three-lights", &three, at_origin(Path), &ESTIMATOR, 10_500_000),
     ]
 }
 
@@ -86,7 +86,7 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
     let far = rectangle_light(false);
     vec![
         alone("irradiance/shadow-rays-alone", "by shadow rays", far, &RECTANGLE, 700_000, shadow_rays),
-        alone("irradiance/hits-alone", "by hits", near_light(), &NEAR, 8_000_000, hits),
+        alone("irradiance/hits-alone", "by hits", near_light(), &NEAR, 2_800_000, hits),
     ]
 }
 

@@ -402,10 +402,10 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             .is((seen_from_outside, BOUNCES), 3_000_000),
         radiance("glass/rough-by-both", &ROUGH_GLASS, (&lights, by(Strategy::Mis), from_within))
             .says("from within, directions and shadow rays find the light before and behind rough glass")
-            .is((LIGHT * seen_from_within, IMAGE), 3_000_000),
+            .is((LIGHT * seen_from_within, IMAGE), 1_400_000),
         radiance("sky/rough-glass", &ROUGH_GLASS, (&map, by(Strategy::Mis), from_outside))
             .says("they find an environment map before and behind rough glass")
-            .is((LIGHT * seen_from_outside, IMAGE), 3_000_000),
+            .is((LIGHT * seen_from_outside, IMAGE), 350_000),
     ]
 }
 

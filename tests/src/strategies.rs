@@ -95,22 +95,22 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
     let mosaic = (mosaic(), polygon_irradiance(&NEAR) + (BRIGHT - 1.0) * bright, "a light of tiles");
     let by = |name, light, kind, equation, samples| lit(name, light, (kind, near_origin), equation, samples);
     vec![
-        by("irradiance/near-square/bsdf", &near_square, BSDF, &MIS, 7_000_000),
+        by("irradiance/near-square/bsdf", &near_square, BSDF, &MIS, 2_800_000),
         by("irradiance/square/light-area", &square, LIGHT_AREA, &GEOMETRY, 900_000),
         by("irradiance/near-square/light-angle", &near_square, LIGHT_ANGLE, &LIGHT_RECTANGLE, 2_500_000),
-        by("irradiance/near-square/mis-area", &near_square, MIS_AREA, &MIS, 6_500_000),
+        by("irradiance/near-square/mis-area", &near_square, MIS_AREA, &MIS, 4_300_000),
         by("irradiance/near-square/mis-angle", &near_square, MIS_ANGLE, &LIGHT_RECTANGLE, 2_200_000),
-        by("irradiance/near-triangle/bsdf", &near_triangle, BSDF, &MIS, 7_000_000),
+        by("irradiance/near-triangle/bsdf", &near_triangle, BSDF, &MIS, 2_800_000),
         by("irradiance/triangle/light-area", &far_triangle, LIGHT_AREA, &GEOMETRY, 2_400_000),
         by("irradiance/near-triangle/light-angle", &near_triangle, LIGHT_ANGLE, &SOLID_ANGLE, 2_500_000),
-        by("irradiance/near-triangle/mis-area", &near_triangle, MIS_AREA, &MIS, 6_700_000),
+        by("irradiance/near-triangle/mis-area", &near_triangle, MIS_AREA, &MIS, 4_400_000),
         by("irradiance/near-triangle/mis-angle", &near_triangle, MIS_ANGLE, &LIGHT_TRIANGLE, 2_200_000),
-        by("irradiance/near-sphere/bsdf", &near_sphere, BSDF, &MIS, 11_000_000),
+        by("irradiance/near-sphere/bsdf", &near_sphere, BSDF, &MIS, 6_400_000),
         by("irradiance/sphere/light-area", &sphere, LIGHT_AREA, &GEOMETRY, 11_500_000),
         by("irradiance/near-sphere/light-angle", &near_sphere, LIGHT_ANGLE, &LIGHT_SPHERE, 1_100_000),
-        by("irradiance/near-sphere/mis-area", &near_sphere, MIS_AREA, &MIS, 11_000_000),
+        by("irradiance/near-sphere/mis-area", &near_sphere, MIS_AREA, &MIS, 6_800_000),
         by("irradiance/near-sphere/mis-angle", &near_sphere, MIS_ANGLE, &LIGHT_SPHERE, 2_500_000),
-        by("irradiance/three-lights/light-angle", &three, LIGHT_ANGLE, &LIGHT_RECTANGLE, 13_500_000),
+        by("irradiance/three-lights/light-angle", &three, LIGHT_ANGLE, &LIGHT_RECTANGLE, 10_000_000),
         by("irradiance/three-lights/contribution", &three, LIGHT_CONTRIBUTION, &LIGHT_PICK, 20_500_000),
         by("irradiance/mosaic/mis", &mosaic, MIS_CONTRIBUTION, &LIGHT_PICK, 2_200_000),
     ]
@@ -180,7 +180,7 @@ impl Property for SameMean {
 }
 
 fn heuristics() -> FamilyTrial<EstimatorSubject> {
-    let same = SameMean { scene: near_light(), samples: 5_000_000 };
+    let same = SameMean { scene: near_light(), samples: 2_300_000 };
     let property = "balance and power heuristic have the same mean";
     trial("irradiance/heuristics", property, &MIS_POWER, ["estimator::Path", "Welch"], with_parts(same))
 }

@@ -61,7 +61,7 @@ fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
         rectangle("bidirectional/light-tracer/rectangle", LightTracer, 8_000),
         rectangle("bidirectional/bdpt/rectangle", Bdpt, 8_000),
         sphere("bidirectional/light-tracer/sphere", LightTracer, 20_000),
-        sphere("bidirectional/bdpt/sphere", Bdpt, 16_000),
+        sphere("bidirectional/bdpt/sphere", Bdpt, NEARLY_SYMMETRIC),
         mean(
             ("bidirectional/bdpt/behind", Bdpt, &GEOMETRY),
             "a floor under a light that faces up",
@@ -69,8 +69,8 @@ fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
             (SQUARE, 6_000, 0.0),
         ),
         frame("bidirectional/light-tracer/frame", LightTracer, 17_000),
-        frame("bidirectional/bdpt/frame", Bdpt, 14_000),
-        frame("bidirectional/bdpt-ends/frame", BdptEnds, 14_000),
+        frame("bidirectional/bdpt/frame", Bdpt, NEARLY_SYMMETRIC),
+        frame("bidirectional/bdpt-ends/frame", BdptEnds, NEARLY_SYMMETRIC),
     ]
 }
 
@@ -137,7 +137,7 @@ fn sobol() -> Vec<FamilyTrial<EstimatorSubject>> {
     };
     [
         furnace("bidirectional/light-tracer/sobol", LightTracer, [8, 6], 4),
-        furnace("bidirectional/bdpt/sobol", Bdpt, [6, 4], 4),
+        furnace("bidirectional/bdpt/sobol", Bdpt, [4, 3], 4),
     ]
     .into_iter()
     .flatten()

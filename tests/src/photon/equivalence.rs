@@ -79,7 +79,7 @@ pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         ray: caustic_floor,
         particles: 512,
         radius: 0.05,
-        maps: 15_000,
+        maps: 9_300,
         rays: 128,
         paths: 3_600_000,
         // The blur of the caustic's edge takes about half a per cent.
