@@ -101,10 +101,8 @@ pub(super) fn integrals(
     vec![Outcome::exact(name, n, error, 2.0 * MASS_TOLERANCE, place)]
 }
 
-fn lambert_check(context: &Context, subject: BsdfSubject) -> Vec<Outcome> {
-    // Twice the usual size, for uniform sampling of Lambert: relative standard deviation 1/√3.
-    let size = CheckUp { samples: 2 * CheckUp::default().samples, ..CheckUp::default() };
-    check_up(&subject.albedo(|_| RHO), &size, context)
+fn lambert_check(context: &Context, subject: BsdfSubject, size: &CheckUp) -> Vec<Outcome> {
+    check_up(&subject.albedo(|_| RHO), size, context)
 }
 
 fn oren_nayar_check(
@@ -138,10 +136,12 @@ fn trials() -> Vec<FamilyTrial<PartTable>> {
     };
     vec![
         own("lambert", "Lambert passes the check-up and its directional albedo is ρ", &LAMBERT, |c, parts| {
-            lambert_check(c, as_rendered(parts, lambert(RHO)))
+            lambert_check(c, as_rendered(parts, lambert(RHO)), &CheckUp::default())
         }),
         own("cosine", "f_r, not f_r cos θ, is what eval returns and what is reciprocal", &COSINE, |c, parts| {
-            lambert_check(c, uniform_sampled(parts, lambert(RHO)))
+            // Twice the usual size: relative standard deviation 1/√3.
+            let size = CheckUp { samples: 2 * CheckUp::default().samples, ..CheckUp::default() };
+            lambert_check(c, uniform_sampled(parts, lambert(RHO)), &size)
         }),
         own(
             "oren-nayar",

@@ -106,7 +106,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             &glass,
             BY_BODIES,
             inside as Rays,
-            1_400_000,
+            1_200_000,
         ),
         furnace(
             "furnace/by-bodies/mirrors",
@@ -115,7 +115,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             &mirrors,
             EstimatorKind::PathByBodies(Heuristic::Power),
             inside as Rays,
-            1_000_000,
+            680_000,
         ),
     ]
 }

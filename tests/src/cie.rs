@@ -121,7 +121,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             |_| towards(DVec3::new(0.0, 0.0, 1.5), DVec3::X),
             LIGHT,
             anywhere(x, y, |a, b| upright_corner(a, b, CEILING - 1.5)),
-            6_000_000,
+            3_200_000,
         ),
         family_trial(
             "cie/roof-opening",
@@ -130,7 +130,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             |_| towards(DVec3::ZERO, DVec3::Z),
             1.0,
             opening(whole),
-            7_500_000,
+            4_300_000,
         ),
         family_trial(
             "cie/obstruction",
@@ -139,7 +139,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             |_| towards(DVec3::ZERO, DVec3::Z),
             1.0,
             opening([shadow, HALF]),
-            14_000_000,
+            9_500_000,
         ),
     ]
 }

@@ -110,8 +110,8 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
 fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
     let cut = |a: f64, segments: u32| (1.0 - a.powi(segments as i32 + 1)) / (1.0 - a);
     [
-        ("furnace/report/absorption-0.25", 0.5, 0.25, LONG, 1_600_000),
-        ("furnace/report/absorption-0.1", 0.5, 0.1, LONG, 800_000),
+        ("furnace/report/absorption-0.25", 0.5, 0.25, LONG, 700_000),
+        ("furnace/report/absorption-0.1", 0.5, 0.1, LONG, 380_000),
         ("furnace/report/albedo-0.65", 0.65, 0.05, LONG, 1_300_000),
         ("furnace/report/seven-segments", 0.75, 0.1, 7, 2_600_000),
         ("furnace/report/three-segments", 0.9, 0.1, 3, 1_000_000),

@@ -102,7 +102,7 @@ struct WhiteFurnace(Arc<Scene>);
 const SKY: DVec3 = DVec3::new(1.0, 3.0, 0.5);
 
 const FURNACE_SIZE: [u32; 2] = [48, 16];
-const FURNACE_REPLICATIONS: u64 = 15_000;
+const FURNACE_REPLICATIONS: u64 = 24_000;
 
 impl Property for WhiteFurnace {
     fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {

@@ -69,8 +69,8 @@ fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
             (SQUARE, 6_000, 0.0),
         ),
         frame("bidirectional/light-tracer/frame", LightTracer, 17_000),
-        frame("bidirectional/bdpt/frame", Bdpt, NEARLY_SYMMETRIC),
-        frame("bidirectional/bdpt-ends/frame", BdptEnds, NEARLY_SYMMETRIC),
+        frame("bidirectional/bdpt/frame", Bdpt, 11_000),
+        frame("bidirectional/bdpt-ends/frame", BdptEnds, 11_000),
     ]
 }
 
@@ -127,17 +127,17 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
 /// Sobol' points for both walks of a pixel, and for all particles of an image. The box's light comes from everywhere, so
 /// that walks which share their numbers would show.
 fn sobol() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let furnace = |name, kind, frame, points| {
+    let furnace = |name, kind, frame, count| {
         let rho = 0.75;
         let (scene, reference) = (Arc::new(furnace_box(rho).ok()?), 1.0 / (1.0 - rho));
-        let passes = Passes { scene, kind, frame, numbers: Numbers::Sobol(points), count: NEARLY_SYMMETRIC };
+        let passes = Passes { scene, kind, frame, numbers: Numbers::Sobol(4), count };
         let property =
             format!("a closed furnace box of albedo {rho}, by Sobol' points: the image has mean {reference}");
         Some(image(name, property, &SOBOL, &passes, reference, &[whole(IMAGE)]))
     };
     [
-        furnace("bidirectional/light-tracer/sobol", LightTracer, [8, 6], 4),
-        furnace("bidirectional/bdpt/sobol", Bdpt, [4, 3], 4),
+        furnace("bidirectional/light-tracer/sobol", LightTracer, [8, 6], NEARLY_SYMMETRIC),
+        furnace("bidirectional/bdpt/sobol", Bdpt, [6, 4], 10_000),
     ]
     .into_iter()
     .flatten()

@@ -91,7 +91,7 @@ pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         particles: 1000,
         radius: 0.1,
         // Enough that the skewness of so few photons within the radius does not matter.
-        maps: 5_000,
+        maps: 7_500,
         rays: 800,
         paths: 1_000_000,
         margin: 0.02,

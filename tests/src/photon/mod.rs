@@ -99,7 +99,7 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
     let in_furnace = format!("in a spherical furnace of albedo {albedo}, where lookups on curved walls are exact,");
     let off_cap = format!("by final gathering, off the reflecting cap of a cavity of albedo {rho},");
     vec![
-        cavity("photon/furnace", in_furnace, furnace, 1.0 / (1.0 - albedo), NEARLY_SYMMETRIC),
+        cavity("photon/furnace", in_furnace, furnace, 1.0 / (1.0 - albedo), 10_000),
         cavity("photon/gather", off_cap, gather, off_cap_radiance(rho, Cap::Reflecting), 6_400),
     ]
 }
@@ -131,7 +131,7 @@ fn passes() -> Vec<FamilyTrial<EstimatorSubject>> {
     let series = |name, numbers, values| {
         let property = format!("the first {passes} passes reflect {reference:.6}, the mean over discs that shrink");
         let about = (name, &PHOTON_RADIUS, "estimator::Sppm");
-        let series = Passes { scene: scenes::point_camera(), passes, particles: FEW, radius, numbers };
+        let series = Passes { scene: scenes::point_camera(), passes, particles: FEW / 2, radius, numbers };
         family_trial(about, property, (reference, SINGLE), values, series)
     };
     vec![

@@ -75,7 +75,7 @@ impl Property for Known {
 struct SameRoom(Arc<Scene>);
 
 const SIZE: [u32; 2] = [40, 30];
-const REPLICATIONS: u64 = 400;
+const REPLICATIONS: u64 = 200;
 const PATCHES: u32 = 500;
 
 impl Property for SameRoom {
