@@ -147,12 +147,13 @@ fn a_viewer_that_is_not_there_or_goes_away_or_is_stuck() {
     let mut render = Running::start(RENDER, &words.split_whitespace().collect::<Vec<_>>(), &folder);
     drop(listener.accept().expect("a renderer"));
     render.wait_for("the viewer is gone");
+    render.wait_for("% of");
     render.signal("-TERM");
     assert_eq!(render.end(), Some(143));
 
     // It takes nothing of an image that is larger than what the system keeps for it.
     let listener = listen();
-    let options = "--scene environment --size 1250x800 --spp 1 --out";
+    let options = "--scene environment --size 2000x1250 --spp 1 --out";
     let stuck = crate::render(&folder, &format!("{options} stuck.exr --tev 127.0.0.1:{}", port(&listener)));
     let said = text(&stuck.stderr);
     assert!(stuck.status.success() && said.contains("the last image was not taken in time"), "{said}");

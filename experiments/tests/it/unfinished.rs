@@ -33,6 +33,7 @@ fn what_was_killed_goes_on_to_the_same_bytes() {
     let folder = folder("killed");
     for options in ["--scene cornell --size 40x30 --outlines no", "--scene cornell --estimator bdpt --size 40x30"] {
         // So many samples take a machine of any speed two seconds or three: it saves each second.
+        const SURELY_SAVED: Duration = Duration::from_secs(3);
         let takes = |spp: u64| {
             let start = Instant::now();
             renders(&folder, &format!("{options} --spp {spp} --out whole.exr"));
@@ -48,9 +49,10 @@ fn what_was_killed_goes_on_to_the_same_bytes() {
         let (mut kills, mut threads) = (0_u32, 1);
         loop {
             let resumed = format!("{options} --spp {spp} --out a.exr --resume --threads {threads}");
+            let start = Instant::now();
             let mut render = Running::start(program, &words(&resumed), &folder);
             let before = std::fs::read(&saved).ok();
-            while !render.has_ended() && (kills == 2 || std::fs::read(&saved).ok() == before) {
+            while !render.has_ended() && (kills == 3 || std::fs::read(&saved).ok() == before) {
                 std::thread::sleep(Duration::from_millis(5));
             }
             std::thread::sleep(Duration::from_millis(u64::from(kills) * 70));
@@ -60,6 +62,7 @@ fn what_was_killed_goes_on_to_the_same_bytes() {
                     break;
                 }
                 // It was faster than when it was measured.
+                assert!(start.elapsed() < SURELY_SAVED, "{options}: nothing was saved");
                 spp *= 2;
                 takes(spp);
                 continue;
