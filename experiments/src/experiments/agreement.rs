@@ -17,13 +17,14 @@ use maps::{Maps, note_map};
 use crate::experiments::prelude::*;
 use crate::plot::agreement::{histograms, squares};
 use crate::plot::map::maps as draw_maps;
+use crate::render::OutlinesName;
 use crate::render::photons::{Gather, Photons};
 
 /// Every estimator against the reference of its scene.
 pub const AGREEMENT: Experiment = Experiment {
     id: "agreement",
     title: "estimator × scene: image means agree (accumulates over runs)",
-    version: 4,
+    version: 5,
     equations: &[&equation::RENDERING, &equation::ESTIMATOR, &equation::WHITTED, &equation::GEOMETRY],
     run,
 };
@@ -225,6 +226,8 @@ fn render(run: &Run, case: &Case, first: u32) -> Result<Images, Error> {
         estimator: case.estimator,
         photons: if uses_photons { photons } else { Photons::default() },
         patches: if is_radiosity { patches(run) } else { Job::default().patches },
+        // Most of the noise of an image's mean is that of pixels on the border of a light, but for particles.
+        outlines: OutlinesName::Yes,
         size: SIZE,
         spp: first + count,
         seed: seed_for(run.seed(), &label),

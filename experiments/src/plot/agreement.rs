@@ -28,7 +28,7 @@ pub struct Square {
     pub standing: Standing,
 }
 
-const CELL: [f64; 2] = [126.0, 44.0];
+const CELL: [f64; 2] = [138.0, 44.0];
 /// Distance of the lines of a cell.
 const LINE: f64 = 17.0;
 const LEFT: f64 = 100.0;

@@ -23,12 +23,15 @@ pub(super) fn judge(
     if let (Mean::Measured(_), EstimatorName::Mis) = (reference, case.estimator) {
         let error = 100.0 * own.standard_error() / own.mean();
         run.note(&case.label(), format!("reference, {:.6} ± {error:.3} % standard error", own.mean()));
-        return Square { text: format!("{:.4} ± {error:.2} %", own.mean()), standing: Standing::Reference };
+        return Square { text: format!("{:.4} ± {error:.3} %", own.mean()), standing: Standing::Reference };
     }
     let lack = lack.unwrap_or(Mean::Known(0.0));
     let mean = reference.value();
-    let half = |of: &[&Mean]| half_width(of, level) / mean;
     let own_mean = Mean::Measured(*total);
+    let parts = [&own_mean, &reference, &lack];
+    let skew = skew(&parts);
+    let skewed = skew > 1.0 && half_width(&parts, level) / mean > NOTHING;
+    let half = |of: &[&Mean]| if skewed { half_of_any_law(of, level) } else { half_width(of, level) } / mean;
     let difference = own.mean() / mean - 1.0;
     let shown = half(&[&own_mean, &reference]);
     let expected = -lack.value() / mean;
@@ -38,19 +41,15 @@ pub(super) fn judge(
         Claim::Biased(bias, why) => (bias, why),
         Claim::Lacks(_, why) => (margin(case.scene, run.tier()), why),
     };
-    let replications = own.count() as f64;
-    run.numbers(&key, [("difference", difference), ("half", shown), ("replications", replications), ("margin", size)]);
-    let parts = [&own_mean, &reference, &lack];
+    let n = own.count();
+    run.numbers(&key, [("difference", difference), ("half", shown), ("replications", n as f64), ("margin", size)]);
     let half = half(&parts);
     let rest = difference - expected;
     let interval = [rest - half, rest + half];
-    let n = own.count();
-    let skew = skew(&parts);
-    let verdict = if skew > 1.0 && half > NOTHING {
-        let needed = (n as f64 * skew * skew).ceil() as u64;
-        Verdict::Undecided { needed }
-    } else {
-        approximate_verdict(interval, 0.0, size, n)
+    let verdict = match approximate_verdict(interval, 0.0, size, n) {
+        // More images make skewness matter less.
+        Verdict::Undecided { .. } if skewed => Verdict::Undecided { needed: (n as f64 * skew * skew).ceil() as u64 },
+        verdict => verdict,
     };
     let mut value = format!("{:+.3} % ± {:.3} %", 100.0 * difference, 100.0 * shown);
     if let Claim::Lacks(..) = case.claim {
@@ -61,6 +60,9 @@ pub(super) fn judge(
     value += &format!(", within {:.1} %", 100.0 * size);
     if !why.is_empty() {
         value += &format!(" ({why})");
+    }
+    if skewed {
+        value += "; by Chebyshev's inequality, as they are skewed";
     }
     if let Verdict::Undecided { needed } = verdict {
         value += &format!("; needs about {needed} images");
@@ -74,7 +76,7 @@ pub(super) fn judge(
         (Verdict::Holds, _) if within(interval, margin(case.scene, run.tier())) => Standing::Agrees,
         (Verdict::Holds, _) => Standing::Biased,
     };
-    let mut text = format!("{} ± {:.2} %", signed(100.0 * difference), 100.0 * shown);
+    let mut text = format!("{} ± {:.3} %", signed(100.0 * difference), 100.0 * shown);
     if let Claim::Lacks(..) = case.claim {
         text += &format!("\nexpected {} %", signed(100.0 * expected));
     }
@@ -85,11 +87,11 @@ fn within(interval: [f64; 2], margin: f64) -> bool {
     interval.iter().all(|end| end.abs() <= margin)
 }
 
-/// With two decimals and a sign, but for what rounds to zero.
+/// With three decimals and a sign, but for what rounds to zero.
 fn signed(value: f64) -> String {
-    let text = format!("{value:+.2}");
+    let text = format!("{value:+.3}");
     match text.trim_start_matches(['+', '-']) {
-        "0.00" => "0.00".to_owned(),
+        "0.000" => "0.000".to_owned(),
         _ => text.replace('-', "−"),
     }
 }
@@ -98,23 +100,33 @@ fn signed(value: f64) -> String {
 /// by √(valid from/n), which goes with their skewness; in a sum with a share w of the variance by w^(3/2) of
 /// that, as third cumulants add.
 fn skew(means: &[&Mean; 3]) -> f64 {
-    let variance = |total: &Total| total.moments.variance() / total.moments.count() as f64;
-    let measured = || means.iter().filter_map(|mean| mean.measured());
-    let all: f64 = measured().map(variance).sum();
+    let all = standard_error(means);
     let part = |total: &Total| {
         let alone = total.valid_from as f64 / total.moments.count() as f64;
-        alone.sqrt() * (variance(total) / all).powf(1.5)
+        alone.sqrt() * (total.moments.standard_error() / all).powi(3)
     };
-    measured().map(part).sum()
+    means.iter().filter_map(|mean| mean.measured()).map(part).sum()
 }
 
 /// Half of Welch's interval of a sum or difference of means.
 fn half_width(means: &[&Mean], level: f64) -> f64 {
-    let part = |m: Moments| (m.variance() / m.count() as f64, m.count());
+    let dof = welch_satterthwaite(variances(means)).max(1.0);
+    student_upper(0.5 * level, dof) * standard_error(means)
+}
+
+/// Half of Chebyshev's interval of the same, which holds for any law of this variance.
+fn half_of_any_law(means: &[&Mean], level: f64) -> f64 {
+    standard_error(means) / level.sqrt()
+}
+
+fn standard_error(means: &[&Mean]) -> f64 {
+    variances(means).map(|(variance, _)| variance).sum::<f64>().sqrt()
+}
+
+/// Variances of the means that are measured, and how many images they are of.
+fn variances(means: &[&Mean]) -> impl Iterator<Item = (f64, u64)> {
     let measured = means.iter().filter_map(|mean| mean.measured());
-    let parts = || measured.clone().map(|total| part(total.moments));
-    let dof = welch_satterthwaite(parts()).max(1.0);
-    student_upper(0.5 * level, dof) * parts().map(|(v, _)| v).sum::<f64>().sqrt()
+    measured.map(|total| (total.moments.variance() / total.moments.count() as f64, total.moments.count()))
 }
 
 impl Mean {
