@@ -383,7 +383,7 @@ pub fn render_passes<E: ImageEstimator>(
 }
 
 /// What adds replications to films, whichever kind of estimator makes them.
-pub trait Renderer {
+pub trait Renderer: Sync {
     /// How many samples one replication has.
     fn samples_per_replication(&self) -> u32;
     /// Adds the replications `range` to every pixel of the film, as [`render`] and [`render_passes`] do.

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use glam::DVec3;
+use rayon::prelude::*;
 use whitefurnace::adaptive;
 use whitefurnace::emitter::LightSampling;
 use whitefurnace::error::Error;
@@ -31,6 +32,9 @@ type Made = Result<Box<dyn Renderer>, Error>;
 
 /// Largest number of replications between two looks at the error.
 const LARGEST_RANGE: u32 = 64;
+
+/// So many images are rendered at once, one by one.
+const AT_ONCE: u32 = 64;
 
 /// What looks at a film from time to time, while work goes on.
 pub trait Look: Sync {
@@ -72,18 +76,19 @@ impl Job {
 
     /// Renders each replication of the range as an image of its own and shows it: pixel means row by row
     /// from the top, of equal numbers of samples. A photon map is made anew for each, so that they are independent.
-    pub fn replications(&self, range: Range<u32>, mut each: impl FnMut(&[DVec3])) -> Result<(), Error> {
+    pub fn replications(&self, range: Range<u32>, each: impl FnMut(&[DVec3])) -> Result<(), Error> {
         self.check()?;
         let label = name(self.estimator);
         let scene = self.build_scene()?;
         if self.estimator != EstimatorName::Photon {
-            return self.single(&scene, &*self.renderer(&scene, &label)?, range, &mut each);
+            let renderer = self.renderer(&scene, &label)?;
+            return one_by_one(range, |index| self.image(&scene, &*renderer, index), each);
         }
-        for index in range {
+        let image = |index| {
             let job = Self { seed: seed_for(self.seed, &format!("photons {index}")), ..*self };
-            job.single(&scene, &*job.renderer(&scene, &label)?, 0..1, &mut each)?;
-        }
-        Ok(())
+            job.image(&scene, &*job.renderer(&scene, &label)?, 0)
+        };
+        one_by_one(range, image, each)
     }
 
     /// The same with an estimator of single rays that no name of the program stands for.
@@ -91,10 +96,11 @@ impl Job {
         &self,
         estimator: impl Estimator,
         range: Range<u32>,
-        mut each: impl FnMut(&[DVec3]),
+        each: impl FnMut(&[DVec3]),
     ) -> Result<(), Error> {
         self.check()?;
-        self.single(&self.build_scene()?, &self.by_rays(estimator), range, &mut each)
+        let (scene, renderer) = (self.build_scene()?, self.by_rays(estimator));
+        one_by_one(range, |index| self.image(&scene, &renderer, index), each)
     }
 
     /// How many replications there are.
@@ -177,22 +183,13 @@ impl Job {
     }
 
     /// Each replication on a film of its own.
-    fn single(
-        &self,
-        scene: &Scene,
-        renderer: &dyn Renderer,
-        range: Range<u32>,
-        each: &mut dyn FnMut(&[DVec3]),
-    ) -> Result<(), Error> {
-        for index in range {
-            let mut film = Film::new(self.size, None, renderer.samples_per_replication())?;
-            if !renderer.add(scene, &mut film, index..index + 1, &|_| !interrupted())? {
-                return Err(Error::Interrupted);
-            }
-            let image: Vec<DVec3> = film.pixels().iter().map(Pixel::mean).collect();
-            each(&image);
+    /// The means of the pixels of a replication.
+    fn image(&self, scene: &Scene, renderer: &dyn Renderer, index: u32) -> Result<Vec<DVec3>, Error> {
+        let mut film = Film::new(self.size, None, renderer.samples_per_replication())?;
+        if !renderer.add(scene, &mut film, index..index + 1, &|_| !interrupted())? {
+            return Err(Error::Interrupted);
         }
-        Ok(())
+        Ok(film.pixels().iter().map(Pixel::mean).collect())
     }
 
     fn by_rays<E: Estimator>(&self, estimator: E) -> ByRays<E> {
@@ -289,4 +286,17 @@ impl Job {
             by_bodies: self.specular_shadow_rays == SpecularName::Yes,
         }
     }
+}
+
+/// Shows images in their order. Several are rendered at once: a small one has too few rows for many threads.
+fn one_by_one(
+    range: Range<u32>,
+    image: impl Fn(u32) -> Result<Vec<DVec3>, Error> + Sync,
+    mut each: impl FnMut(&[DVec3]),
+) -> Result<(), Error> {
+    for first in range.clone().step_by(AT_ONCE as usize) {
+        let images = (first..range.end.min(first.saturating_add(AT_ONCE))).into_par_iter().map(&image);
+        images.collect::<Result<Vec<_>, _>>()?.iter().for_each(|image| each(image));
+    }
+    Ok(())
 }

@@ -109,7 +109,8 @@ pub(super) fn margin(scene: SceneName, tier: Tier) -> f64 {
 
 /// The standard deviation of an image's mean in per cent of the reference, as measured: of the estimators in the order
 /// of their names, and of what methods leave out, the largest. It decides how many images there are, and nothing else.
-/// Path tracing under a sky of 1 has nearly none, but skewed: what is here makes up for Chebyshev's intervals.
+/// Path tracing under a sky of 1 has nearly none, and so has what is left out of the glass cube, but skewed: what is here
+/// makes up for Chebyshev's intervals, or for the images that skewness asks for.
 #[rustfmt::skip]
 const NOISE: [(SceneName, [f64; 11], f64); 7] = [
     //                          mis  bsdf light l.tr. bdpt  ends phot.  sppm radi. whit. report left out
@@ -119,7 +120,7 @@ const NOISE: [(SceneName, [f64; 11], f64); 7] = [
     (SceneName::FurnaceBox,  [ 1.2,  1.3,  0.0,  2.9,  1.6,  1.9, 4.1,  6.5, 0.0,  0.0,  0.0], 0.0),
     (SceneName::CavityCap,   [ 1.3,  2.8,  1.3,  5.7,  1.7,  2.6, 2.8,  7.1, 0.0,  0.0,  3.3], 0.0),
     (SceneName::Environment, [ 1.0,  1.0,  1.0,  0.0,  0.4,  0.4, 0.0,  0.0, 0.0,  0.2,  0.5], 0.2),
-    (SceneName::GlassCube,   [ 2.0,  2.0,  2.0,  0.0,  0.5,  0.5, 0.0,  0.0, 0.0,  0.0,  0.2], 0.2),
+    (SceneName::GlassCube,   [ 2.0,  2.0,  2.0,  0.0,  0.5,  0.5, 0.0,  0.0, 0.0,  0.0,  0.2], 1.2),
 ];
 
 /// Half an interval in standard errors, at the level of a first look.

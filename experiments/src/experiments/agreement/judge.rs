@@ -114,7 +114,8 @@ fn half_width(means: &[&Mean], level: f64) -> f64 {
     student_upper(0.5 * level, dof) * standard_error(means)
 }
 
-/// Half of Chebyshev's interval of the same, which holds for any law of this variance.
+/// Half of Chebyshev's interval of the same, which holds for any law of this variance. Where it is that of k rare values
+/// among many that are all the same, the interval allows for √(k/level) more of them: hundreds, if but one was seen.
 fn half_of_any_law(means: &[&Mean], level: f64) -> f64 {
     standard_error(means) / level.sqrt()
 }
@@ -142,5 +143,38 @@ impl Mean {
             Self::Known(_) => None,
             Self::Measured(total) => Some(total),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LEVEL: f64 = 1e-5;
+
+    /// The mean of so many images, every `rare`-th of which is 2 and the others 1.
+    fn images(count: u64, rare: u64) -> Mean {
+        let mut values = Values::new(1.0);
+        (0..count).for_each(|i| values.push(if i % rare == 0 { 2.0 } else { 1.0 }));
+        Mean::Measured(Total { moments: values.moments, valid_from: values.valid_from_at(LEVEL) })
+    }
+
+    #[test]
+    fn rare_values_leave_students_interval_unsure_and_chebyshevs_wide() {
+        let known = Mean::Known(1.0);
+        let [even, few] = [images(40_000, 2), images(40_000, 10_000)];
+        assert!(skew(&[&even, &known, &known]) < 1.0);
+        assert!(skew(&[&few, &known, &known]) > 1.0);
+        // With much else it counts for little.
+        assert!(skew(&[&few, &even, &known]) < 1.0);
+        // Four were seen: √(4/level) more would be within.
+        let more = 40_000.0 * half_of_any_law(&[&few], LEVEL);
+        assert!((more / (4.0 / LEVEL).sqrt() - 1.0).abs() < 1e-3, "{more}");
+        assert!(half_width(&[&few], LEVEL) < 0.02 * half_of_any_law(&[&few], LEVEL));
+    }
+
+    #[test]
+    fn three_decimals_have_a_sign() {
+        assert_eq!([0.0004, -0.0004, 0.0126, -1.5].map(signed), ["0.000", "0.000", "+0.013", "−1.500"]);
     }
 }
