@@ -33,7 +33,7 @@ type Made = Result<Box<dyn Renderer>, Error>;
 /// Largest number of replications between two looks at the error.
 const LARGEST_RANGE: u32 = 64;
 
-/// So many images are rendered at once, one by one.
+/// So many images of replications are rendered at once.
 const AT_ONCE: u32 = 64;
 
 /// What looks at a film from time to time, while work goes on.
@@ -82,13 +82,13 @@ impl Job {
         let scene = self.build_scene()?;
         if self.estimator != EstimatorName::Photon {
             let renderer = self.renderer(&scene, &label)?;
-            return one_by_one(range, |index| self.image(&scene, &*renderer, index), each);
+            return in_order(range, |index| self.image(&scene, &*renderer, index), each);
         }
         let image = |index| {
             let job = Self { seed: seed_for(self.seed, &format!("photons {index}")), ..*self };
             job.image(&scene, &*job.renderer(&scene, &label)?, 0)
         };
-        one_by_one(range, image, each)
+        in_order(range, image, each)
     }
 
     /// The same with an estimator of single rays that no name of the program stands for.
@@ -100,7 +100,7 @@ impl Job {
     ) -> Result<(), Error> {
         self.check()?;
         let (scene, renderer) = (self.build_scene()?, self.by_rays(estimator));
-        one_by_one(range, |index| self.image(&scene, &renderer, index), each)
+        in_order(range, |index| self.image(&scene, &renderer, index), each)
     }
 
     /// How many replications there are.
@@ -182,8 +182,7 @@ impl Job {
         }
     }
 
-    /// Each replication on a film of its own.
-    /// The means of the pixels of a replication.
+    /// The means of the pixels of a replication, on a film of its own.
     fn image(&self, scene: &Scene, renderer: &dyn Renderer, index: u32) -> Result<Vec<DVec3>, Error> {
         let mut film = Film::new(self.size, None, renderer.samples_per_replication())?;
         if !renderer.add(scene, &mut film, index..index + 1, &|_| !interrupted())? {
@@ -288,8 +287,8 @@ impl Job {
     }
 }
 
-/// Shows images in their order. Several are rendered at once: a small one has too few rows for many threads.
-fn one_by_one(
+/// Shows images in their order, of which several are rendered at once: a small one has too few rows for many threads.
+fn in_order(
     range: Range<u32>,
     image: impl Fn(u32) -> Result<Vec<DVec3>, Error> + Sync,
     mut each: impl FnMut(&[DVec3]),
