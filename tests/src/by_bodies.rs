@@ -98,7 +98,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     vec![
         radiance("irradiance/by-bodies/lens", &SPECULAR_ANGLE, (&lens, BY_BODIES, near_origin))
             .says(format!("a patch reflects {lit:.6} of a light that it sees through a ball of glass only"))
-            .is((lit, BOUNCES), 4_600_000),
+            .by_points((lit, BOUNCES), 140_000),
         furnace(
             "furnace/by-bodies/glass",
             "balls of glass",

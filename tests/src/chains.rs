@@ -42,16 +42,16 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let in_glass = FLOOR * LIGHT * (1.0 - walsh(INDEX)) / (INDEX * INDEX);
     let family_trial = |name, (scene, how, reference): &(&Arc<Scene>, &str, f64), kind, equation, n| {
         let property = format!("a patch reflects {reference:.6} of a light that it sees {how} only");
-        radiance(name, equation, (scene, kind, near_origin)).says(property).is((*reference, SINGLE), n)
+        radiance(name, equation, (scene, kind, near_origin)).says(property).by_points((*reference, SINGLE), n)
     };
     let mirror = (&mirror, "in a mirror", in_mirror);
     let glass = (&glass, "through glass", in_glass);
     vec![
-        family_trial("irradiance/after-mirror/light", &mirror, LIGHT_ANGLE, &MIS, 2_900_000),
-        family_trial("irradiance/after-mirror/mis", &mirror, MIS_ANGLE, &MIS, 2_900_000),
-        family_trial("irradiance/after-mirror/by-bodies", &mirror, BY_BODIES, &SPECULAR_SPREAD, 4_000_000),
-        family_trial("irradiance/after-mirror/report", &mirror, REPORT, &RENDERING, 8_000_000),
-        family_trial("irradiance/after-glass/mis", &glass, MIS_ANGLE, &REFRACTION, 4_700_000),
-        family_trial("irradiance/after-glass/report", &glass, REPORT, &RENDERING, 9_500_000),
+        family_trial("irradiance/after-mirror/light", &mirror, LIGHT_ANGLE, &MIS, 73_000),
+        family_trial("irradiance/after-mirror/mis", &mirror, MIS_ANGLE, &MIS, 73_000),
+        family_trial("irradiance/after-mirror/by-bodies", &mirror, BY_BODIES, &SPECULAR_SPREAD, 59_000),
+        family_trial("irradiance/after-mirror/report", &mirror, REPORT, &RENDERING, 11_000),
+        family_trial("irradiance/after-glass/mis", &glass, MIS_ANGLE, &REFRACTION, 140_000),
+        family_trial("irradiance/after-glass/report", &glass, REPORT, &RENDERING, 90_000),
     ]
 }

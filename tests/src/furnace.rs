@@ -161,13 +161,13 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
     vec![
         radiance("furnace/sky/path", &COSINE_HEMISPHERE, (&walled, EstimatorKind::Path, |_| at_origin()))
             .says(property.clone())
-            .is((visible, SINGLE), 8_500_000),
+            .by_points((visible, SINGLE), 140_000),
         radiance("furnace/sky/report", &HEMISPHERE_PHI, (&walled, EstimatorKind::Report(2), |_| at_origin()))
             .says(property)
-            .is((visible, SINGLE), 17_000_000),
+            .by_points((visible, SINGLE), 330_000),
         radiance("furnace/sky/oren-nayar", &OREN_NAYAR, (&rough, EstimatorKind::Path, grazing))
             .says(format!("at 75° an Oren-Nayar floor reflects {albedo:.6} of a white sky"))
-            .is((albedo, SINGLE), 4_200_000),
+            .by_points((albedo, SINGLE), 38_000),
         radiance("furnace/sky/eon", &EON_MULTIPLE, (&eon_floor(1.0), EstimatorKind::Path, |_| at_origin()))
             .says("a white floor of EON with roughness 1 reflects all of a white sky")
             .is((1.0, SINGLE), 2_400_000),

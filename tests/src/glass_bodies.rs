@@ -75,14 +75,14 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
                  anew for light without polarisation at each face, as (12) has it",
                 through(r)
             ))
-            .is((through(r), SINGLE), 5_600_000),
+            .by_points((through(r), SINGLE), 170_000),
         radiance(
             "glass/prism",
             &FRESNEL,
             (&prism(), EstimatorKind::Path, |_| Ray::new(DVec3::new(-1.0, 0.0, 0.4), DVec3::X)),
         )
         .says(format!("a prism turns light by 90° and lets (1 − R)/(1 + R) = {:.6} through its legs", through(r0)))
-        .is((through(r0) * LIGHT, SINGLE), 4_600_000),
+        .by_points((through(r0) * LIGHT, SINGLE), 160_000),
         trial(
             "glass/vanishing",
             "a sphere of index 1 before lights leaves the image as it is",

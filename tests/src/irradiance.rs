@@ -6,7 +6,7 @@ use whitefurnace::harness::chi_square::Counts;
 use whitefurnace::light_pick::FluxPicks;
 
 use crate::form_factors;
-use crate::mean_radiance::MeanRadiance;
+use crate::mean_radiance::{Draws, MeanRadiance};
 use crate::prelude::*;
 use crate::scenes::{
     FLOOR, LIGHT, NEAR, RECTANGLE, SMALL_LIGHT, TRIANGLE, at_origin, corners, half_hidden_light, near_light,
@@ -39,11 +39,11 @@ pub(super) fn lit(
     (scene, irradiance, light): &Light,
     (kind, ray): (EstimatorKind, Rays),
     equation: &'static Equation,
-    samples: u64,
+    draws: Draws,
 ) -> FamilyTrial<EstimatorSubject> {
     let reference = reflected(*irradiance);
     let property = format!("a floor reflects {reference:.6} of {light}");
-    radiance(name, equation, (scene, kind, ray)).says(property).is((reference, SINGLE), samples)
+    radiance(name, equation, (scene, kind, ray)).says(property).drawn((reference, SINGLE), draws)
 }
 
 fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
@@ -56,26 +56,28 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
     let triangle = (triangle_light(), polygon_irradiance(&TRIANGLE), "a slanted triangular light");
     let sphere = (sphere_light(), sphere_irradiance(0.5, 2.0, 1.0), "a spherical light");
     let three = (three_lights(), three(), "three lights of different size and radiance");
-    let at_origin = |kind| (kind, (|_| at_origin()) as Rays);
+    let by = |name, light, kind, equation, scrambles| {
+        lit(name, light, (kind, |_| at_origin()), equation, Draws::Scrambles(scrambles))
+    };
     vec![
-        lit("irradiance/rectangle", &square, at_origin(Path), &GEOMETRY, 3_800_000),
-        lit("irradiance/rectangle-report", &square, at_origin(Report(2)), &GEOMETRY, 700_000),
-        lit("irradiance/rectangle-whitted", &square, at_origin(Whitted(7)), &WHITTED, 700_000),
-        lit("irradiance/half-hidden", &hidden, at_origin(Path), &GEOMETRY, 20_000_000),
-        lit("irradiance/behind", &away, at_origin(Path), &GEOMETRY, 100_000),
-        lit("irradiance/triangle", &triangle, at_origin(Path), &GEOMETRY, 2_600_000),
-        lit("irradiance/sphere", &sphere, at_origin(Path), &GEOMETRY, 11_500_000),
-        lit("irradiance/three-lights", &three, at_origin(Path), &ESTIMATOR, 10_500_000),
+        by("irradiance/rectangle", &square, Path, &GEOMETRY, 32_000),
+        by("irradiance/rectangle-report", &square, Report(2), &GEOMETRY, 11_000),
+        by("irradiance/rectangle-whitted", &square, Whitted(7), &WHITTED, 11_000),
+        by("irradiance/half-hidden", &hidden, Path, &GEOMETRY, 980_000),
+        by("irradiance/behind", &away, Path, &GEOMETRY, 11_000),
+        by("irradiance/triangle", &triangle, Path, &GEOMETRY, 70_000),
+        by("irradiance/sphere", &sphere, Path, &GEOMETRY, 52_000),
+        by("irradiance/three-lights", &three, Path, &ESTIMATOR, 200_000),
     ]
 }
 
 /// One strategy of the path tracer with the other taken away and all the weight.
 fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let alone = |name, how, scene, polygon: &[_], samples, alone: fn(PartTable) -> PartTable| {
+    let alone = |name, how, scene, polygon: &[_], scrambles, alone: fn(PartTable) -> PartTable| {
         let reference = reflected(polygon_irradiance(polygon));
         let property = format!("{how} alone: a floor reflects {reference:.6} of a square light");
         let probe = Probe { scene, kind: EstimatorKind::Path, ray: |_| at_origin() };
-        let mean = MeanRadiance { probe, claim: (reference, SINGLE), samples };
+        let mean = MeanRadiance { probe, claim: (reference, SINGLE), draws: Draws::Scrambles(scrambles) };
         trial(name, property, &MIS, ["estimator::Path", "t"], move |context: &Context, subject: EstimatorSubject| {
             mean.run(context, subject.with(alone(subject.parts.unwrap_or(CORRECT))))
         })
@@ -85,8 +87,8 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
     let hits = |table| PartTable { visible: |_, _, _, _| false, mis_weight: |_, _| 1.0, ..table };
     let far = rectangle_light(false);
     vec![
-        alone("irradiance/shadow-rays-alone", "by shadow rays", far, &RECTANGLE, 700_000, shadow_rays),
-        alone("irradiance/hits-alone", "by hits", near_light(), &NEAR, 2_800_000, hits),
+        alone("irradiance/shadow-rays-alone", "by shadow rays", far, &RECTANGLE, 11_000, shadow_rays),
+        alone("irradiance/hits-alone", "by hits", near_light(), &NEAR, 47_000, hits),
     ]
 }
 

@@ -1,5 +1,8 @@
 //! The commonest trial of a whole estimator: the mean radiance along probe rays is a closed form.
 
+use whitefurnace::rng::stream;
+use whitefurnace::sampler::{Sobol, scramble};
+
 use crate::prelude::*;
 use crate::scenes::level;
 
@@ -40,15 +43,49 @@ pub struct MeanRadiance {
     pub probe: Probe,
     /// The expectation, and δ as of [`mean_of`].
     pub claim: (f64, f64),
-    /// Rays at scale 1.
-    pub samples: u64,
+    /// How many values are drawn at scale 1, and of what.
+    pub draws: Draws,
 }
+
+/// What the values are.
+#[derive(Clone, Copy)]
+pub enum Draws {
+    /// So many rays, by independent numbers.
+    Rays(u64),
+    /// So many means of [`POINTS`] rays, by the points of a scramble of a Sobol' sequence. Each point alone is uniform,
+    /// whence the expectation is the same whatever an estimator does with it, and a smooth estimate varies much less.
+    Scrambles(u64),
+}
+
+/// Rays of a scramble.
+const POINTS: u16 = 16;
 
 impl Property for MeanRadiance {
     fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
+        let Probe { scene, kind, .. } = &self.probe;
         let mut rng = context.rng("radiance");
-        let value = || level(&self.probe.scene, self.probe.radiance(setup, &mut rng));
-        vec![mean_of("radiance", self.claim, context.n(self.samples), value)]
+        let outcome = match self.draws {
+            Draws::Rays(n) => {
+                let value = || level(scene, self.probe.radiance(setup, &mut rng));
+                mean_of("radiance", self.claim, context.n(n), value)
+            }
+            Draws::Scrambles(n) => {
+                let seed = context.seed_of("points");
+                let mut numbers = 0..;
+                let value = || {
+                    let number = numbers.next().unwrap_or_default();
+                    let mut by_point = |index: u16| {
+                        let fill = stream(seed, index.into(), number);
+                        let mut point = Sobol::new(index, scramble(seed, 0, number), fill);
+                        let ray = (self.probe.ray)(&mut rng);
+                        level(scene, kind.radiance(setup, scene, &ray, &mut point))
+                    };
+                    (0..POINTS).map(&mut by_point).sum::<f64>() / f64::from(POINTS)
+                };
+                mean_of("radiance", self.claim, context.n(n), value)
+            }
+        };
+        vec![outcome]
     }
 }
 
@@ -91,10 +128,20 @@ impl Radiance {
     }
 
     /// The trial: reference and relative δ as in [`mean_of`], and the number of rays at scale 1.
-    pub fn is(self, claim: (f64, f64), samples: u64) -> FamilyTrial<EstimatorSubject> {
+    pub fn is(self, claim: (f64, f64), rays: u64) -> FamilyTrial<EstimatorSubject> {
+        self.drawn(claim, Draws::Rays(rays))
+    }
+
+    /// The same by so many [scrambles](Draws::Scrambles).
+    pub fn by_points(self, claim: (f64, f64), scrambles: u64) -> FamilyTrial<EstimatorSubject> {
+        self.drawn(claim, Draws::Scrambles(scrambles))
+    }
+
+    /// The same by rays or scrambles.
+    pub fn drawn(self, claim: (f64, f64), draws: Draws) -> FamilyTrial<EstimatorSubject> {
         let Self { name, equation, probe, property } = self;
         let judged = [path(probe.kind), "t"];
-        trial(name, property, equation, judged, with_parts(MeanRadiance { probe, claim, samples }))
+        trial(name, property, equation, judged, with_parts(MeanRadiance { probe, claim, draws }))
     }
 }
 

@@ -19,6 +19,7 @@ use whitefurnace::harness::trial::Context;
 use whitefurnace::light_pick::FluxPicks;
 use whitefurnace::rng::Stream;
 use whitefurnace::roulette::{EARLY, Roulette};
+use whitefurnace::sampler::Sampler;
 use whitefurnace::scene::Scene;
 use whitefurnace::shape::Ray;
 use whitefurnace::specular::{Route, SceneBody};
@@ -202,12 +203,12 @@ pub enum EstimatorKind {
 
 impl EstimatorKind {
     /// One estimate of the radiance along a ray by this estimator.
-    pub fn radiance<P: EstimatorParts + Copy>(
+    pub fn radiance<P: EstimatorParts + Copy, R: Sampler>(
         self,
         setup: Configuration<P>,
         scene: &Scene,
         ray: &Ray,
-        rng: &mut Stream,
+        rng: &mut R,
     ) -> DVec3 {
         let Configuration { parts, rules, .. } = setup;
         let hit = scene.intersect(ray);
