@@ -7,8 +7,12 @@ use std::path::Path;
 use whitefurnace::error::Error;
 use whitefurnace::image::{encode_rgb, write_whole};
 
+/// Bands have a multiple of so many rows.
+const ROWS: u32 = 8;
+
 /// Writes the picture `source`, an 8-bit RGB PNG, as `STEM.band-1.png`, `STEM.band-2.png` ... in the
-/// folder `to`: as few bands as keep each file at most `largest` bytes.
+/// folder `to`: as few bands as keep each file at most `largest` bytes. But for the last one, bands have a multiple of
+/// [`ROWS`], so that a page that shows them at halves or quarters of their size has no seams between them.
 pub fn split_png(source: &Path, to: &Path, largest: u64) -> Result<(), Error> {
     let fault = |message: String| Error::Image { action: "divide", path: source.to_owned(), message };
     let file = File::open(source).map_err(Error::file("read", source))?;
@@ -22,15 +26,15 @@ pub fn split_png(source: &Path, to: &Path, largest: u64) -> Result<(), Error> {
     let stem = source.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let bands = (2..=info.height)
         .find_map(|count| {
-            let rows = info.height.div_ceil(count) as usize * info.line_size;
+            let rows = info.height.div_ceil(count).next_multiple_of(ROWS) as usize;
             let bands: Vec<Vec<u8>> = pixels
-                .chunks(rows)
+                .chunks(rows * info.line_size)
                 .map(|band| encode_rgb([info.width, (band.len() / info.line_size) as u32], band))
                 .collect::<Result<_, _>>()
                 .ok()?;
             bands.iter().all(|band| band.len() as u64 <= largest).then_some(bands)
         })
-        .ok_or_else(|| fault(format!("a row takes more than {largest} bytes")))?;
+        .ok_or_else(|| fault(format!("{ROWS} rows take more than {largest} bytes")))?;
     for (i, band) in bands.iter().enumerate() {
         let path = to.join(format!("{stem}.band-{}.png", i + 1));
         write_whole(&path, |file| file.write_all(band).map_err(Error::file("write", &path)))?;
