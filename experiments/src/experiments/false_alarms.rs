@@ -3,7 +3,7 @@
 use whitefurnace::harness::tails::binomial_interval;
 
 use crate::experiments::prelude::*;
-use crate::experiments::suite_seeds::{Answer, FAULTS_EVERY, Measure, Seed, Seeds};
+use crate::experiments::suite_seeds::{Answer, FAULTS_EVERY, Measure, Mutants, Seeds};
 
 pub(super) const FALSE_ALARMS: Experiment = Experiment {
     id: "false-alarms",
@@ -26,7 +26,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let seeds = run.count(run.by_tier(2, 200));
     let bar = Bar::new("", seeds, "seeds");
     for k in first..first + seeds {
-        accumulated.push(k, &fields(&suite.run(k)?));
+        accumulated.push(k, &fields(&suite.subjects(k)?, &suite.mutants(k)?));
         bar.advance(1);
     }
     let level = accumulated.look(FAMILY);
@@ -37,15 +37,15 @@ fn run(run: &mut Run) -> Result<(), Error> {
 
 /// The p-values that are compared are those of exact claims whose tail is valid at this scale: of an
 /// approximate claim the hypothesis of equality need not be true.
-fn fields(seed: &Seed) -> Vec<String> {
-    let measures = || seed.subjects.iter().chain(&seed.equivalents);
+fn fields(subjects: &[Measure], mutants: &Mutants) -> Vec<String> {
+    let measures = || subjects.iter().chain(&mutants.equivalents);
     let count = |wanted: Judgement| measures().filter(|measure| measure.verdict == wanted).count().to_string();
     let fails = |measure: &&Measure| measure.verdict == Judgement::Fails;
     let compared =
         || measures().filter(|measure| measure.random && !measure.approximate && measure.n >= measure.valid_from);
     let smallest = compared().min_by(|a, b| a.p.total_cmp(&b.p));
     let answers = |wanted: Answer| {
-        seed.faults.iter().filter(|(_, answer)| *answer == wanted).map(|(name, _)| name.as_str()).collect::<Vec<_>>()
+        mutants.faults.iter().filter(|(_, answer)| *answer == wanted).map(|(name, _)| name.as_str()).collect::<Vec<_>>()
     };
     let mut red: Vec<&str> = measures().filter(fails).map(|m| m.name.as_str()).collect();
     red.extend(answers(Answer::Red));
@@ -57,7 +57,7 @@ fn fields(seed: &Seed) -> Vec<String> {
         compared().count().to_string(),
         smallest.map_or(1.0, |measure| measure.p).to_string(),
         smallest.map_or("", |measure| &measure.name).replace(',', ";"),
-        seed.faults.len().to_string(),
+        mutants.faults.len().to_string(),
         answers(Answer::Rejected).len().to_string(),
         answers(Answer::Red).len().to_string(),
         red.join("; ").replace(',', ";"),

@@ -1,7 +1,7 @@
 //! The whole suite under fresh master seeds at a reduced scale: what `false-alarms` counts and `power` measures.
 //!
 //! What a seed gives is a function of the program, the run's seed and the scale. It is kept beside the
-//! experiments, so that each is paid once.
+//! experiments, so that each is paid once; `power` does without mutants, which take as long again.
 
 use registry::equivalents;
 use registry::faults::Pair;
@@ -21,12 +21,10 @@ pub const FAULTS_EVERY: u64 = 4;
 /// Powers at which graded controls are counted.
 pub const POWERS: [f64; 2] = [0.5, 0.9];
 
-/// What the suite found under one master seed.
+/// What the suite found of mutants under one master seed.
 #[derive(Serialize, Deserialize)]
-pub struct Seed {
-    /// Of right subjects.
-    pub subjects: Vec<Measure>,
-    /// Of equivalent mutants.
+pub struct Mutants {
+    /// Of those that are equivalent.
     pub equivalents: Vec<Measure>,
     /// Of faults; empty under most seeds ([`FAULTS_EVERY`]).
     pub faults: Vec<(String, Answer)>,
@@ -106,33 +104,42 @@ impl Seeds {
         })
     }
 
-    /// What the suite finds under seed number `k`.
-    pub fn run(&self, k: u64) -> Result<Seed, Error> {
-        self.parts.part(&format!("seed-{k}"), || self.make(k))
+    /// What the suite finds of right subjects under seed number `k`.
+    pub fn subjects(&self, k: u64) -> Result<Vec<Measure>, Error> {
+        self.parts.part(&format!("subjects-{k}"), || {
+            let context = self.context(k)?;
+            let subjects = parallel(&self.trials, |trial| -> Vec<Measure> {
+                let rows = run_trial(trial, &context);
+                rows.iter().map(|row| measure(&trial.name, &row.outcome)).collect()
+            })?;
+            Ok(subjects.concat())
+        })
     }
 
-    fn make(&self, k: u64) -> Result<Seed, Error> {
-        let context = Context::new(seed_for(self.master, &format!("suite {k}")), self.scale)?;
-        let subjects = parallel(&self.trials, |trial| -> Vec<Measure> {
-            let rows = run_trial(trial, &context);
-            let measure = |row| measure(&trial.name, row);
-            rows.iter().map(|row| measure(&row.outcome)).collect()
-        })?;
-        let equivalents = parallel(&self.equivalents, |pair| -> Vec<Measure> {
-            let name = full_name(&pair.trial, pair.fault.name);
-            let found = (pair.run)(&context.named(&name));
-            found.iter().map(|found| measure(&name, found)).collect()
-        })?;
-        let faults: Vec<(&Trial, &Control)> = self
-            .trials
-            .iter()
-            .filter(|_| k.is_multiple_of(FAULTS_EVERY))
-            .flat_map(|trial| trial.controls.iter().map(move |control| (trial, control)))
-            .collect();
-        let faults = parallel(&faults, |(trial, control)| {
-            (full_name(&trial.name, control.name), answer(trial, control, &context))
-        })?;
-        Ok(Seed { subjects: subjects.concat(), equivalents: equivalents.concat(), faults })
+    /// What it finds of mutants.
+    pub fn mutants(&self, k: u64) -> Result<Mutants, Error> {
+        self.parts.part(&format!("mutants-{k}"), || {
+            let context = self.context(k)?;
+            let equivalents = parallel(&self.equivalents, |pair| -> Vec<Measure> {
+                let name = full_name(&pair.trial, pair.fault.name);
+                let found = (pair.run)(&context.named(&name));
+                found.iter().map(|found| measure(&name, found)).collect()
+            })?;
+            let faults: Vec<(&Trial, &Control)> = self
+                .trials
+                .iter()
+                .filter(|_| k.is_multiple_of(FAULTS_EVERY))
+                .flat_map(|trial| trial.controls.iter().map(move |control| (trial, control)))
+                .collect();
+            let faults = parallel(&faults, |(trial, control)| {
+                (full_name(&trial.name, control.name), answer(trial, control, &context))
+            })?;
+            Ok(Mutants { equivalents: equivalents.concat(), faults })
+        })
+    }
+
+    fn context(&self, k: u64) -> Result<Context, Error> {
+        Context::new(seed_for(self.master, &format!("suite {k}")), self.scale)
     }
 }
 

@@ -88,7 +88,7 @@ pub fn graded(run: &mut Run, family: f64) -> Result<(), Error> {
     let mut by_name: BTreeMap<String, Vec<Measure>> = BTreeMap::new();
     let bar = Bar::new("", count, "seeds");
     for k in 0..count {
-        for measure in seeds.run(k)?.subjects {
+        for measure in seeds.subjects(k)? {
             if measure.random {
                 by_name.entry(measure.name.clone()).or_default().push(measure);
             }
