@@ -71,16 +71,17 @@ impl Property for MeanRadiance {
             }
             Draws::Scrambles(n) => {
                 let seed = context.seed_of("points");
-                let mut numbers = 0..;
+                let mut number = 0;
                 let value = || {
-                    let number = numbers.next().unwrap_or_default();
                     let mut by_point = |index: u16| {
                         let fill = stream(seed, index.into(), number);
                         let mut point = Sobol::new(index, scramble(seed, 0, number), fill);
                         let ray = (self.probe.ray)(&mut rng);
                         level(scene, kind.radiance(setup, scene, &ray, &mut point))
                     };
-                    (0..POINTS).map(&mut by_point).sum::<f64>() / f64::from(POINTS)
+                    let mean = (0..POINTS).map(&mut by_point).sum::<f64>() / f64::from(POINTS);
+                    number += 1;
+                    mean
                 };
                 mean_of("radiance", self.claim, context.n(n), value)
             }
