@@ -9,6 +9,7 @@
 mod build;
 mod packet;
 
+use arrayvec::ArrayVec;
 use glam::DVec3;
 
 use crate::real::{EightSingles, FOUR, Four, LANES, Real, Vector, Wide, WideMask};
@@ -172,13 +173,15 @@ impl Bvh {
             leaf(all);
             return;
         }
+        if self.nodes.is_empty() {
+            return;
+        }
         let slabs = Slabs::new(ray);
         let mut limit = rounded_up(t_max as f32);
-        let mut stack = [(0f32, 0u32); STACK];
-        let mut waiting = usize::from(!self.nodes.is_empty());
-        while waiting > 0 {
-            waiting -= 1;
-            let (near, child) = stack[waiting];
+        // Not an array: to fill that takes longer than many a ray.
+        let mut waiting = ArrayVec::<(f32, u32), STACK>::new();
+        waiting.push((0.0, 0));
+        while let Some((near, child)) = waiting.pop() {
             if near > limit {
                 continue;
             }
@@ -193,18 +196,18 @@ impl Bvh {
             let node = &self.nodes[place];
             let (near, mut hits) = slabs.intersect(node, limit);
             let near = near.lanes();
-            let bottom = waiting;
+            let bottom = waiting.len();
             while hits != 0 {
                 let slot = hits.trailing_zeros() as usize % WIDTH;
                 hits &= hits - 1;
                 let entry = (near[slot], node.children[slot]);
-                let mut place = waiting;
-                while place > bottom && stack[place - 1].0 < entry.0 {
-                    stack[place] = stack[place - 1];
+                let mut place = waiting.len();
+                waiting.push(entry);
+                while place > bottom && waiting[place - 1].0 < entry.0 {
+                    waiting[place] = waiting[place - 1];
                     place -= 1;
                 }
-                stack[place] = entry;
-                waiting += 1;
+                waiting[place] = entry;
             }
         }
     }
