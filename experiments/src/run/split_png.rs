@@ -12,7 +12,7 @@ const ROWS: u32 = 8;
 
 /// Writes the picture `source`, an 8-bit RGB PNG, as `STEM.band-1.png`, `STEM.band-2.png` ... in the
 /// folder `to`: as few bands as keep each file at most `largest` bytes. But for the last one, bands have a multiple of
-/// [`ROWS`], so that a page that shows them at halves or quarters of their size has no seams between them.
+/// eight rows, so that a page that shows them at halves or quarters of their size has no seams between them.
 pub fn split_png(source: &Path, to: &Path, largest: u64) -> Result<(), Error> {
     let fault = |message: String| Error::Image { action: "divide", path: source.to_owned(), message };
     let file = File::open(source).map_err(Error::file("read", source))?;
