@@ -178,7 +178,7 @@ impl Bvh {
         }
         let slabs = Slabs::new(ray);
         let mut limit = rounded_up(t_max as f32);
-        // Not an array: to fill that takes longer than many a ray.
+        // Not an array, which would be filled for every ray.
         let mut waiting = ArrayVec::<(f32, u32), STACK>::new();
         waiting.push((0.0, 0));
         while let Some((near, child)) = waiting.pop() {
