@@ -34,6 +34,13 @@ pub enum Kind {
     Refraction,
 }
 
+impl Kind {
+    /// How often light is scattered there.
+    pub fn bounces(self) -> u32 {
+        if self == Self::Refraction { 2 } else { 1 }
+    }
+}
+
 /// A body by its numbers, for one ray or for several of which each has its own.
 #[derive(Clone, Copy, Debug)]
 pub struct Body<V: Vector> {

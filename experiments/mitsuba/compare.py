@@ -41,6 +41,8 @@ def compare(scene, options):
     folder = options.out / re.sub(r"\W+", "-", f"{pathlib.Path(name).stem} {factor}").strip("-")
     shutil.rmtree(folder, ignore_errors=True)
     common = ["--scene", name, "--size", options.size, "--spp", str(options.spp)]
+    if options.bounces is not None:
+        common += ["--bounces", str(options.bounces)]
     program("export", *common, "--to", "mitsuba", "--out", str(folder))
     xml = folder / "scene.xml"
     if factor:
@@ -66,6 +68,7 @@ def main():
     parser.add_argument("--variant", default="scalar_rgb", help="of Mitsuba, with RGB colours [scalar_rgb]")
     parser.add_argument("--size", default="128x96")
     parser.add_argument("--spp", type=int, default=256)
+    parser.add_argument("--bounces", type=int, help="of paths at most, of both [no limit]")
     parser.add_argument("--seeds", type=int, default=8)
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/mitsuba"))
     parser.add_argument("--record", type=pathlib.Path, help="a JSON file for what was found; keeps other scenes")

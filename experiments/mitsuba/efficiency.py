@@ -101,7 +101,7 @@ def measured(images):
 def compare(scene, options):
     name = pathlib.Path(scene).stem
     folder = options.out / name
-    added = OPTIONS.get(scene, [])
+    added = OPTIONS.get(scene, []) + ([] if options.bounces is None else ["--bounces", str(options.bounces)])
     subprocess.run(["target/release/export", "--scene", scene, *added, "--to", "mitsuba", "--size",
                     f"{WIDTH}x{HEIGHT}", "--out", str(folder)], check=True)
     methods = {f"mitsuba-{sampler}": Mitsuba(folder, sampler, options.spp) for sampler in SAMPLERS}
@@ -124,6 +124,7 @@ def main():
     parser.add_argument("scenes", nargs="+")
     parser.add_argument("--variant", default="llvm_ad_rgb", help="of Mitsuba, with RGB colours [llvm_ad_rgb]")
     parser.add_argument("--spp", type=int, default=256, help="samples per pixel of Mitsuba, a square [256]")
+    parser.add_argument("--bounces", type=int, help="of paths at most, of both [no limit]")
     parser.add_argument("--images", type=int, default=8, help="of each method [8]")
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/efficiency"))
     parser.add_argument("--record", type=pathlib.Path, help="a JSON file for what was measured")

@@ -1,5 +1,5 @@
 //! The path tracer: light found by shadow rays, by directions of the BRDF's cosine, or by both with
-//! multiple importance sampling; Russian roulette, no bounce limit.
+//! multiple importance sampling; Russian roulette, and no limit on bounces unless one is set.
 
 use glam::DVec3;
 
@@ -38,7 +38,7 @@ pub enum Heuristic {
     Power,
 }
 
-/// An unbiased estimator of (8) on every scene.
+/// An unbiased estimator of (8) on every scene; with a limit on bounces, of the first terms of its Neumann series.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Path<P = Standard> {
     /// Its parts.
@@ -54,10 +54,14 @@ pub struct Path<P = Standard> {
     /// Whether [`Strategy::Mis`] sends shadow rays by way of [bodies](Scene::bodies) as well, where no environment map
     /// shines.
     pub by_bodies: bool,
+    /// How often light is scattered at most on its way from an emitter or the background to the camera; 0 leaves what is
+    /// seen directly. `None` is no limit.
+    pub bounces: Option<u32>,
 }
 
 impl<P> Path<P> {
-    /// The plainest: points uniform in area, the balance heuristic, no hits that are early, no bodies. `render` takes
+    /// The plainest: points uniform in area, the balance heuristic, no hits that are early, no bodies, no limit. `render`
+    /// takes
     /// [`LightSampling::ByContribution`], [`Heuristic::Power`] and [`EARLY`](crate::roulette::EARLY).
     pub fn new(parts: P, strategy: Strategy) -> Self {
         Self {
@@ -67,7 +71,15 @@ impl<P> Path<P> {
             heuristic: Heuristic::default(),
             early: 0,
             by_bodies: false,
+            bounces: None,
         }
+    }
+
+    /// How many more bounces there may be beyond that at the hit of this number, the first being 1; `None` if there may not
+    /// even be that one.
+    #[inline]
+    pub(crate) fn bounces_beyond(&self, hit: u32) -> Option<u32> {
+        self.bounces.unwrap_or(u32::MAX).checked_sub(hit)
     }
 }
 
@@ -80,6 +92,11 @@ impl<P: Walking> Path<P> {
             && !scene.bodies().all().is_empty()
             && !scene.emitters().is_empty()
             && scene.background().map().is_none()
+    }
+
+    /// Whether camera rays may follow mirrors before it begins: their bounces would not be counted.
+    pub(crate) fn may_see_in_mirrors(&self) -> bool {
+        self.bounces.is_none()
     }
 
     /// The weight of an emitter that the path hit. Where the ray's direction has a pdf, a shadow ray could have found the
@@ -127,25 +144,32 @@ impl<P: Walking> Path<P> {
 
     /// Light by a shadow ray from a vertex, weighted; zero for the strategy that sends none.
     #[inline]
-    fn shadow_ray<R: Sampler>(&self, scene: &Scene, bsdf: &Bsdf, at: &Vertex, rng: &mut R) -> DVec3 {
+    fn shadow_ray<R: Sampler>(&self, scene: &Scene, (bsdf, at): (&Bsdf, &Vertex), beyond: u32, rng: &mut R) -> DVec3 {
         if !bsdf.is_rough() || self.strategy == Strategy::Bsdf {
             return DVec3::ZERO;
         }
         if bsdf.is_rough_glass() {
-            return self.weighted_light(scene, &bsdf.facing(at.outside), at, rng);
+            return self.weighted_light(scene, (&bsdf.facing(at.outside), at), beyond, rng);
         }
-        self.weighted_light(scene, bsdf, at, rng)
+        self.weighted_light(scene, (bsdf, at), beyond, rng)
     }
 
     #[inline]
-    fn weighted_light<R: Sampler>(&self, scene: &Scene, bsdf: &Bsdf, at: &Vertex, rng: &mut R) -> DVec3 {
+    fn weighted_light<R: Sampler>(
+        &self,
+        scene: &Scene,
+        (bsdf, at): (&Bsdf, &Vertex),
+        beyond: u32,
+        rng: &mut R,
+    ) -> DVec3 {
         if !self.goes_by_bodies(scene) || bsdf.is_rough_glass() {
             return self.weighted(bsdf, at, self.light(scene, bsdf, at, rng));
         }
         let numbers = (LightNumbers::new(rng), uniform(rng));
         let light = light_from(&self.parts, scene, (bsdf, at), &LightRules::PHYSICAL, self.lights, numbers.0);
         let weight = |pdf, other| self.weight(pdf, other);
-        self.weighted(bsdf, at, light) + light_by_body(&self.parts, scene, (bsdf, at), (numbers.1, numbers.0), weight)
+        let by_body = light_by_body(&self.parts, scene, (bsdf, at), (numbers.1, numbers.0, beyond), weight);
+        self.weighted(bsdf, at, light) + by_body
     }
 
     #[inline]
@@ -191,8 +215,11 @@ impl<P: Walking> Estimator for Path<P> {
             if matches!(step.bsdf, Bsdf::Black) {
                 return radiance;
             }
+            let Some(beyond) = self.bounces_beyond(walk.hits()) else {
+                return radiance;
+            };
             let at = step.vertex();
-            radiance += step.factor * step.throughput * self.shadow_ray(scene, step.bsdf, &at, rng);
+            radiance += step.factor * step.throughput * self.shadow_ray(scene, (step.bsdf, &at), beyond, rng);
             walk.scatter(&self.parts, &at, rng);
             if follows {
                 trail.go_on((scene, step.bsdf), (&step.here, &at), walk.last());
@@ -202,6 +229,6 @@ impl<P: Walking> Estimator for Path<P> {
     }
 
     fn sees_in_mirrors(&self) -> bool {
-        true
+        self.may_see_in_mirrors()
     }
 }

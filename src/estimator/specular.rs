@@ -11,13 +11,13 @@ use crate::specular::{Kind, NONE, Route, SceneBody, spread_of};
 
 /// Light by one shadow ray by way of a body, from a vertex that scatters in all directions: over all routes the sum of
 /// f_r L cos θ / p, each weighted by `weight` of p and of the pdf with which a path goes there. Both are with respect to
-/// solid angle at the vertex.
+/// solid angle at the vertex. Bodies that scatter light more than `most` times are passed over.
 #[inline]
 pub(super) fn light_by_body<P: Walking>(
     parts: &P,
     scene: &Scene,
     (bsdf, vertex): (&Bsdf, &Vertex),
-    (body, numbers): (f64, LightNumbers),
+    (body, numbers, most): (f64, LightNumbers, u32),
     weight: impl Fn(f64, f64) -> f64,
 ) -> DVec3 {
     let mut sum = DVec3::ZERO;
@@ -28,6 +28,9 @@ pub(super) fn light_by_body<P: Walking>(
         return sum;
     }
     let body = &bodies.all()[number];
+    if body.kind.bounces() > most {
+        return sum;
+    }
     let index = parts.pick_emitter(numbers.pick, scene.flux_picks());
     let emitter = &scene.emitters()[index];
     let light = parts.sample_emitter(emitter, numbers.point);

@@ -167,6 +167,12 @@ impl<'a> Walk<'a> {
         if self.ended { DVec3::ZERO } else { self.factor * self.throughput * shown() }
     }
 
+    /// How many hits it has come to.
+    #[inline]
+    pub fn hits(&self) -> u32 {
+        self.hits
+    }
+
     /// The direction of the last ray, and its pdf with respect to solid angle; `None` from the start and from mirrors and
     /// glass.
     #[inline]

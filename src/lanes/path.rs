@@ -27,6 +27,8 @@ impl Scatter for Path {
         let throughput = Vector::choose(endless, Lanes3::splat_vector(DVec3::NAN), paths.throughput);
         let by_bodies = self.goes_by_bodies(scene.scene);
         add_emission((self, by_bodies), scene, paths, (surfaces, arrived), throughput);
+        let beyond = self.bounces.map(|_| paths.hits.map(|hit| self.bounces_beyond(hit)));
+        let arrived = beyond.map_or(arrived, |beyond| arrived & R::Mask::from_fn(|i| beyond[i].is_some()));
         let scattering = arrived & !surfaces.black();
         if self.strategy != Strategy::Bsdf {
             let asking = arrived & surfaces.rough;
@@ -41,7 +43,8 @@ impl Scatter for Path {
             if by_bodies && asking.any() {
                 let body = random.uniform(asking);
                 let weight = |pdf, other| weight(self.heuristic, pdf, other);
-                reflected = reflected + surfaces.light_by_body(scene, asking, (body, &numbers), weight, seen);
+                let body = (body, &numbers, beyond);
+                reflected = reflected + surfaces.light_by_body(scene, asking, body, weight, seen);
             }
             let added = paths.radiance + throughput * paths.factor * reflected;
             paths.radiance = Vector::choose(scattering, added, paths.radiance);

@@ -62,13 +62,14 @@ impl<R: Wide<N>, const N: usize> Surfaces<'_, R, N> {
         route.exists.any().then_some(route)
     }
 
-    /// Light by one shadow ray by way of a body from each lane of the mask, all of which are rough; weighted.
+    /// Light by one shadow ray by way of a body from each lane of the mask, all of which are rough; weighted. Bodies that
+    /// scatter light more often than `most` says, if it does, are passed over.
     #[inline]
     pub fn light_by_body(
         &self,
         scene: &LaneScene<'_, R, N>,
         asking: R::Mask,
-        (body, numbers): (R, &LightNumbers<R>),
+        (body, numbers, most): (R, &LightNumbers<R>, Option<[Option<u32>; N]>),
         weight: impl Fn(R, R) -> R,
         seen: &mut Seen<R, N>,
     ) -> Lanes3<R> {
@@ -78,11 +79,15 @@ impl<R: Wide<N>, const N: usize> Surfaces<'_, R, N> {
         let vertex = &self.vertex;
         let shares = bodies.shares(vertex.point);
         let (number, share) = light_pick::pick(&shares[..bodies.all().len()], body);
-        let asking = asking & share.above(zero);
+        let of_body = number.whole().map(|number| number as usize);
+        let mut asking = asking & share.above(zero);
+        if let Some(most) = most {
+            let goes = |i: usize| most[i] >= Some(scene.bodies[of_body[i]].kind.bounces());
+            asking = asking & R::Mask::from_fn(goes);
+        }
         if !asking.any() {
             return sum;
         }
-        let of_body = number.whole().map(|number| number as usize);
         let (body, flat, refracts) = gather(scene, (of_body, asking));
         let indices = if emitters.len() == 1 { [0; N] } else { from_fn(|i| flux.pick(numbers.pick.lane(i))) };
         let probability = R::from_lanes(|i| flux.probability(indices[i]));

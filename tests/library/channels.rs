@@ -74,8 +74,15 @@ fn passes<E: ImageEstimator>(scene: &Scene, estimator: &E) -> Image {
 
 /// The images of a scene by every estimator with physical rules that takes mirrors and glass.
 pub fn physical_images(scene: &Scene) -> Vec<(&'static str, Image)> {
-    let path =
-        |strategy, lights, heuristic| Path { strategy, lights, heuristic, parts: Standard, early: 1, by_bodies: false };
+    let path = |strategy, lights, heuristic| Path {
+        strategy,
+        lights,
+        heuristic,
+        parts: Standard,
+        early: 1,
+        by_bodies: false,
+        bounces: None,
+    };
     let (area, angle) = (LightSampling::Area, LightSampling::SolidAngle);
     let photons =
         |lookup| PhotonMapping::new(Standard, scene, lookup, (3000, 0.3), (master(), 0)).expect("a small map");

@@ -69,6 +69,12 @@ fn images_have_the_same_bits() {
         {
             assert_same_film(scene, LaneEstimator::Path(Path { lights, heuristic, ..path }), plain, None);
         }
+        for bounces in [0, 1, 2, 3] {
+            let path = Path { bounces: Some(bounces), ..path };
+            // So few may show nothing.
+            let window = Some(Window { corner: [0, 0], size: [23, 16] });
+            assert_same_film(scene, LaneEstimator::Path(path), Sampling { outlines: true, ..plain }, window);
+        }
         let path = LaneEstimator::Path(path);
         let report = |segments, rules| LaneEstimator::Report(OneRayPerHit { segments, rules });
         let whitted = |segments, rules| LaneEstimator::Whitted(Whitted { segments, ..Whitted::new(rules) });

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use whitefurnace::estimator::{LightRules, Path, Report, Strategy as Finds};
 use whitefurnace::outline::{MIRRORS, POINTS, View, crossed, crossed_in_mirrors, points, replaced};
+use whitefurnace::render::{ByLanes, LaneEstimator, Precision, Renderer as _};
 
 use crate::prelude::*;
 
@@ -124,6 +125,16 @@ fn lights_in_mirrors_have_outlines_and_no_noise() {
     let mut film = Film::new(frame, None, 1).expect("a legal size");
     render(&scene, &report, sampling, &mut film, &(0..1), &|_| true).expect("legal values");
     assert_eq!(film.mean(), 0.0);
+    // Nor does one whose bounces are counted.
+    for (bounces, sees) in [(0, false), (1, true)] {
+        let path = Path { bounces: Some(bounces), ..path };
+        let film = || Film::new(frame, None, 1).expect("a legal size");
+        let (mut alone, mut together) = (film(), film());
+        render(&scene, &path, sampling, &mut alone, &(0..1), &|_| true).expect("legal values");
+        let lanes = ByLanes { estimator: LaneEstimator::Path(path), sampling, precision: Precision::Double };
+        lanes.add(&scene, &mut together, 0..1, &|_| true).expect("legal values");
+        assert_eq!([alone.mean() > 0.0, together.mean() > 0.0], [sees; 2], "{bounces} bounces");
+    }
 }
 
 #[test]

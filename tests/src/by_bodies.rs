@@ -1,6 +1,7 @@
 //! Shadow rays by way of one mirror or glass body: the radiance in a closed furnace is the same whatever stands in it.
 
 use std::f64::consts::FRAC_PI_2;
+use std::ops::Range;
 
 use whitefurnace::estimator::{Heuristic, NextEvent as _};
 use whitefurnace::fresnel::reflectance;
@@ -65,9 +66,9 @@ const ABOVE: f64 = 2.0;
 const CAP: f64 = 0.4;
 
 /// What of the radiance of the cap the patch has as irradiance, over π: the sum over angles of incidence at the ball, and
-/// over numbers of reflections within it, of what arrives from the cap. The cap lies where light ends that is turned by
+/// over these numbers of reflections within it, of what arrives from the cap. The cap lies where light ends that is turned by
 /// less than its angle.
-fn through_lens() -> f64 {
+fn through_lens(reflections: Range<i32>) -> f64 {
     const STEPS: u32 = 200_000;
     let arriving = |i: u32| {
         let alpha = FRAC_PI_2 * (f64::from(i) + 0.5) / f64::from(STEPS);
@@ -82,7 +83,7 @@ fn through_lens() -> f64 {
             if from_top.abs() <= CAP { passed } else { 0.0 }
         };
         // sin ψ d(sin ψ), where sin ψ = sin α / X.
-        (0..12).map(arrives).sum::<f64>() * sin * cos / (BELOW * BELOW)
+        reflections.clone().map(arrives).sum::<f64>() * sin * cos / (BELOW * BELOW)
     };
     2.0 * (0..STEPS).map(arriving).sum::<f64>() * FRAC_PI_2 / f64::from(STEPS)
 }
@@ -94,11 +95,18 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         radiance(name, equation, (scene, kind, ray)).says(property).is((level, BOUNCES), samples)
     };
     let (glass, mirrors, lens) = (with_glass(), with_mirrors(), under_lens());
-    let lit = FLOOR * LIGHT * through_lens();
+    let [lit, straight] = [0..12, 0..1].map(|reflections| FLOOR * LIGHT * through_lens(reflections));
     vec![
         radiance("irradiance/by-bodies/lens", &SPECULAR_ANGLE, (&lens, BY_BODIES, near_origin))
             .says(format!("a patch reflects {lit:.6} of a light that it sees through a ball of glass only"))
             .by_points((lit, BOUNCES), 140_000),
+        radiance(
+            "irradiance/by-bodies/lens-four-segments",
+            &SPECULAR_ANGLE,
+            (&lens, EstimatorKind::PathWithin(4), near_origin),
+        )
+        .says(format!("without reflections within the ball it reflects {straight:.6}"))
+        .by_points((straight, BOUNCES), 140_000),
         furnace(
             "furnace/by-bodies/glass",
             "balls of glass",

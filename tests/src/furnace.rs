@@ -46,6 +46,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let mut trials = closed();
     trials.extend(strategies());
     trials.extend(reports());
+    trials.push(within());
     trials.extend(rays_per_hit::trials());
     trials.extend(cavities());
     trials.push(survival::cavity());
@@ -132,6 +133,19 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
         radiance(name, equation, probe).says(property).is((m, BOUNCES), samples)
     })
     .collect()
+}
+
+/// A path of s segments has s terms: its shadow rays are its last segment.
+fn within() -> FamilyTrial<EstimatorSubject> {
+    let (a, segments) = (0.9, 3);
+    let m = (0..segments).map(|bounces| f64::powi(a, bounces)).sum();
+    radiance(
+        "furnace/path/three-segments",
+        &PATH_LENGTH,
+        (&sphere_furnace(lambert(a), 0.0), EstimatorKind::PathWithin(3), inside),
+    )
+    .says(format!("light of at most {segments} segments in a furnace of albedo {a} is {m}"))
+    .is((m, BOUNCES), 1_400_000)
 }
 
 fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {

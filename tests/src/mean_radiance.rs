@@ -96,7 +96,8 @@ pub fn path(kind: EstimatorKind) -> &'static str {
         EstimatorKind::Path
         | EstimatorKind::PathEarly
         | EstimatorKind::PathBy(..)
-        | EstimatorKind::PathByBodies(..) => "estimator::Path",
+        | EstimatorKind::PathByBodies(..)
+        | EstimatorKind::PathWithin(..) => "estimator::Path",
         EstimatorKind::Report(_) => "estimator::Report",
         EstimatorKind::Whitted(_) => "estimator::Whitted",
     }

@@ -127,8 +127,7 @@ table! {
 pub struct Configuration<P> {
     /// The parts.
     pub parts: P,
-    /// The longest path in segments, in place of the trial's own choice (not of [`Path`], which has
-    /// no limit).
+    /// The longest path in segments, in place of the trial's own choice (not of [`Path`] without a limit).
     pub segments: Option<u32>,
     /// The light rules (not of [`Path`], which is always physical).
     pub rules: LightRules,
@@ -195,6 +194,8 @@ pub enum EstimatorKind {
     PathBy(Strategy, LightSampling, Heuristic),
     /// The same with shadow rays by way of bodies.
     PathByBodies(Heuristic),
+    /// The same by the balance heuristic, with at most so many segments: one more than bounces.
+    PathWithin(u32),
     /// [`Report`] with one sample ray.
     Report(u32),
     /// [`Whitted`].
@@ -221,6 +222,10 @@ impl EstimatorKind {
             Self::PathByBodies(heuristic) => {
                 let path = Path::new(parts, Strategy::Mis);
                 Path { heuristic, by_bodies: true, ..path }.radiance(scene, ray, hit, rng)
+            }
+            Self::PathWithin(segments) => {
+                let bounces = Some(setup.segments.unwrap_or(segments) - 1);
+                Path { by_bodies: true, bounces, ..Path::new(parts, Strategy::Mis) }.radiance(scene, ray, hit, rng)
             }
             Self::PathEarly => {
                 let path = Path::new(parts, Strategy::Bsdf);

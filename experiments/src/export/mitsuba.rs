@@ -11,7 +11,13 @@ use whitefurnace::scene::Scene;
 
 use super::{Part, Shape, background, is_whole, numbers, parts};
 
-pub(super) fn files(scene: &Scene, [width, height]: [u32; 2], spp: u32) -> Result<Vec<(String, String)>, String> {
+pub(super) fn files(
+    scene: &Scene,
+    [width, height]: [u32; 2],
+    (spp, bounces): (u32, Option<u32>),
+) -> Result<Vec<(String, String)>, String> {
+    // Segments, or -1 for no limit.
+    let depth = bounces.map_or(-1, |bounces| i64::from(bounces) + 1);
     let camera = scene.camera();
     let ([forward, _, up], half_height) = camera.frame();
     let vector = |v| numbers(v, ", ");
@@ -22,7 +28,7 @@ pub(super) fn files(scene: &Scene, [width, height]: [u32; 2], spp: u32) -> Resul
         r#"<scene version="3.0.0">
     <default name="spp" value="{spp}"/>
     <integrator type="path">
-        <integer name="max_depth" value="-1"/>
+        <integer name="max_depth" value="{depth}"/>
     </integrator>
     <sensor type="perspective">
         <string name="fov_axis" value="y"/>

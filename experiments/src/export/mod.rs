@@ -11,6 +11,7 @@ use clap::{Parser, ValueEnum};
 use glam::DVec3;
 use whitefurnace::environment::Environment;
 use whitefurnace::error::Error;
+use whitefurnace::estimator::LONGEST_PATH;
 use whitefurnace::scene::{Geometry, Scene, Surface};
 use whitefurnace::shape::Sphere;
 
@@ -44,6 +45,9 @@ pub struct Export {
     /// Samples per pixel; from 1 to 4294967295
     #[arg(long, default_value_t = 64, allow_hyphen_values = true, value_parser = whole::<u32>(1..=u64::from(u32::MAX)))]
     spp: u32,
+    /// How often light is scattered at most on its way to the camera; from 0 to 8192 [default: no limit]
+    #[arg(long, allow_hyphen_values = true, value_parser = whole::<u32>(0..=u64::from(LONGEST_PATH)))]
+    bounces: Option<u32>,
     /// The folder for the scene and its meshes
     #[arg(long, value_name = "DIR", default_value = "out/export")]
     out: PathBuf,
@@ -64,9 +68,9 @@ pub fn main() -> ExitCode {
 }
 
 fn run(options: &Export) -> Result<Ending, Error> {
-    let Export { scene, diffuse, to, size, spp, ref out } = *options;
+    let Export { scene, diffuse, to, size, spp, bounces, ref out } = *options;
     let job = Job { scene, diffuse, ..Job::default() };
-    let files = files(&job.build_scene()?, to, size, spp)?;
+    let files = files(&job.build_scene()?, to, size, (spp, bounces))?;
     std::fs::create_dir_all(out).map_err(Error::file("create", out))?;
     for (name, text) in &files {
         let path = out.join(name);
@@ -76,11 +80,16 @@ fn run(options: &Export) -> Result<Ending, Error> {
     Ok(Ending::Done)
 }
 
-/// The files of a scene by name, that of the scene first.
-pub fn files(scene: &Scene, to: Renderer, size: [u32; 2], spp: u32) -> Result<Vec<(String, String)>, Error> {
+/// The files of a scene by name, that of the scene first; `paths` are how many per pixel, and their bounces at most.
+pub fn files(
+    scene: &Scene,
+    to: Renderer,
+    size: [u32; 2],
+    paths: (u32, Option<u32>),
+) -> Result<Vec<(String, String)>, Error> {
     let files = match to {
-        Renderer::Mitsuba => mitsuba::files(scene, size, spp),
-        Renderer::Pbrt => pbrt::file(scene, size, spp).map(|text| vec![("scene.pbrt".to_owned(), text)]),
+        Renderer::Mitsuba => mitsuba::files(scene, size, paths),
+        Renderer::Pbrt => pbrt::file(scene, size, paths).map(|text| vec![("scene.pbrt".to_owned(), text)]),
     };
     files.map_err(|what| {
         let renderer = crate::render::name(to);

@@ -11,7 +11,12 @@ use super::{Part, Shape, background, numbers, parts};
 /// More reflections than any path has.
 const DEPTH: u32 = 1_000_000;
 
-pub(super) fn file(scene: &Scene, [width, height]: [u32; 2], spp: u32) -> Result<String, String> {
+pub(super) fn file(
+    scene: &Scene,
+    [width, height]: [u32; 2],
+    (spp, bounces): (u32, Option<u32>),
+) -> Result<String, String> {
+    let depth = bounces.unwrap_or(DEPTH);
     let camera = scene.camera();
     let ([forward, _, up], half_height) = camera.frame();
     let [eye, target, up] = [camera.eye, camera.eye + forward, up].map(|v| numbers(v, " "));
@@ -25,7 +30,7 @@ Camera "perspective" "float fov" [ {degrees} ]
 Film "rgb" "string filename" "scene.exr" "integer xresolution" [ {width} ] "integer yresolution" [ {height} ]
 PixelFilter "box" "float xradius" [ 0.5 ] "float yradius" [ 0.5 ]
 Sampler "independent" "integer pixelsamples" [ {spp} ]
-Integrator "path" "integer maxdepth" [ {DEPTH} ]
+Integrator "path" "integer maxdepth" [ {depth} ]
 WorldBegin
 "#
     );

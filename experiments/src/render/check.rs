@@ -55,6 +55,7 @@ const SETTINGS: &[Setting] = &[
         |job| job.estimator == EstimatorName::Mis,
         |job| name(job.specular_shadow_rays),
     ),
+    goes("bounces", PATHS, Job::traces_paths, |job| job.bounces.map_or_else(String::new, |most| most.to_string())),
     goes("diffuse", "--scene report, and not --convention published", Job::has_white_sphere, |job| name(job.diffuse)),
     goes("rays", "--estimator report, and not --convention published", Job::splits, |job| job.rays.to_string()),
     goes("photons", PHOTONS, Job::uses_photons, |job| job.photons.photons.to_string()),
@@ -80,6 +81,7 @@ const SETTINGS: &[Setting] = &[
 ];
 const OUTLINES: &str = "--convention physical, --pixel random and jitter, and estimators of single rays";
 const ADAPTIVE: &str = "--estimator mis, bsdf and light, and --sampler sobol";
+const PATHS: &str = "--estimator mis, bsdf and light";
 const RADIOSITY: &str = "--estimator radiosity";
 const PHOTONS: &str = "--estimator photon and sppm";
 const CAUSTICS: &str = "--estimator photon and --gather yes";
@@ -214,8 +216,11 @@ impl Job {
 
     /// Whether pixels can have numbers of samples of their own.
     pub(super) fn adapts(&self) -> bool {
+        self.traces_paths() && self.sampler == SamplerName::Sobol
+    }
+
+    fn traces_paths(&self) -> bool {
         matches!(self.estimator, EstimatorName::Bsdf | EstimatorName::Light | EstimatorName::Mis)
-            && self.sampler == SamplerName::Sobol
     }
 
     /// Whether there is a lane engine as well.

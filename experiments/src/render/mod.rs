@@ -13,6 +13,7 @@ use clap::{Args, Parser as _};
 use glam::DVec3;
 use whitefurnace::bsdf::OrenNayarForm;
 use whitefurnace::error::Error;
+use whitefurnace::estimator::LONGEST_PATH;
 use whitefurnace::film::Window;
 use whitefurnace::image::Display;
 use whitefurnace::pixel::PixelSampling;
@@ -54,6 +55,10 @@ pub struct Job {
     /// Whether shadow rays of --estimator mis go by way of flat mirrors and of spheres of mirror and glass as well
     #[arg(long, value_enum, default_value_t)]
     pub specular_shadow_rays: SpecularName,
+    /// How often light is scattered at most on its way to the camera, for --estimator mis, bsdf and light; 0 leaves what is
+    /// seen directly; from 0 to 8192 [default: no limit]
+    #[arg(long, allow_hyphen_values = true, value_parser = whole::<u32>(0..=u64::from(LONGEST_PATH)))]
+    pub bounces: Option<u32>,
     /// Diffuse model of the report's white sphere
     #[arg(long, value_enum, default_value_t = DiffuseName::Corrected)]
     pub diffuse: DiffuseName,

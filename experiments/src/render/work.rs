@@ -283,6 +283,7 @@ impl Job {
             },
             early: EARLY,
             by_bodies: self.specular_shadow_rays == SpecularName::Yes,
+            bounces: self.bounces,
         }
     }
 }

@@ -161,7 +161,7 @@ fn what_mitsuba_gets_is_the_scene() {
         [cornell(), room::diffuse(), environment(), furnace_box(0.75), glass_cube(false), sayable.build()];
     for scene in scenes {
         let scene = scene.expect("a scene");
-        let files = files(&scene, Renderer::Mitsuba, [40, 30], 7).expect("files");
+        let files = files(&scene, Renderer::Mitsuba, [40, 30], (7, Some(2))).expect("files");
         let (parts, background, camera) = read_back(&files);
         let own: BTreeSet<String> =
             scene.primitives().map(|(geometry, of)| format!("{geometry:?} {}", surface(of))).collect();
@@ -172,8 +172,8 @@ fn what_mitsuba_gets_is_the_scene() {
             assert!(a.origin == b.origin && a.direction.distance(b.direction) < 1e-12, "{}", scene.name());
         }
         let xml = &files[0].1;
-        for line in ["name=\"width\" value=\"40\"", "name=\"height\" value=\"30\"", "name=\"spp\" value=\"7\""] {
-            assert!(xml.contains(line), "{xml}");
+        for (name, value) in [("width", 40), ("height", 30), ("spp", 7), ("max_depth", 3)] {
+            assert!(xml.contains(&format!("name=\"{name}\" value=\"{value}\"")), "{xml}");
         }
     }
 }
@@ -181,13 +181,13 @@ fn what_mitsuba_gets_is_the_scene() {
 #[test]
 fn what_pbrt_gets_is_the_scene() {
     let text = |scene: Result<Scene, Error>, size| {
-        files(&scene.expect("a scene"), Renderer::Pbrt, size, 7).expect("a file").remove(0).1
+        files(&scene.expect("a scene"), Renderer::Pbrt, size, (7, None)).expect("a file").remove(0).1
     };
     let cavity = text(cavity_cap(0.5, Cap::Black), [30, 40]);
     for part in [
         "Scale -1 1 1\nLookAt 0.3 -0.5 0.1  ",
         "\"integer xresolution\" [ 30 ] \"integer yresolution\" [ 40 ]",
-        "Sampler \"independent\" \"integer pixelsamples\" [ 7 ]",
+        "Sampler \"independent\" \"integer pixelsamples\" [ 7 ]\nIntegrator \"path\" \"integer maxdepth\" [ 1000000 ]",
         "Material \"diffuse\" \"rgb reflectance\" [ 0.5 0.5 0.5 ]\nTranslate 0 0 0\nReverseOrientation\n\
          Shape \"sphere\" \"float radius\" [ 1 ] \"float zmin\" [ -1 ] \"float zmax\" [ 0.5 ]\n",
         "Material \"diffuse\" \"rgb reflectance\" [ 0 0 0 ]\nAreaLightSource \"diffuse\" \"rgb L\" [ 1 1 1 ]\n\

@@ -258,6 +258,9 @@ fn rows() -> Vec<Row> {
         Row("specular-shadow-rays", "no", PLAIN, |c| {
             c.film = |c| c.rays(Path { by_bodies: false, ..path(Strategy::Mis) });
         }),
+        Row("bounces", "2", PLAIN, |c| {
+            c.film = |c| c.rays(Path { bounces: Some(2), ..path(Strategy::Mis) });
+        }),
         Row("diffuse", "lambert", PLAIN, |c| white_sphere(c, Bsdf::Lambert { albedo: GREY })),
         Row("diffuse", "printed", PLAIN, |c| {
             c.scene = room::report(Convention::Physical, OrenNayarForm::Printed);
