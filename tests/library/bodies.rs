@@ -308,14 +308,14 @@ fn what_paths_hit_by_way_of_a_body_shadow_rays_find() {
 }
 
 /// The mean of both engines over a patch at the origin that faces up, with parts of a scene around it.
-fn on_patch(parts: &[&dyn Fn(&mut SceneBuilder)]) -> f64 {
+fn on_patch(bounces: Option<u32>, parts: &[&dyn Fn(&mut SceneBuilder)]) -> f64 {
     let camera = Camera::new(DVec3::new(0.0, -0.05, 0.05), DVec3::ZERO, DVec3::Z, 0.1);
     let scene = scene_from(camera, |s| {
         square(s, 0.02, 0.0, true, diffuse(0.5));
         parts.iter().for_each(|add| add(s));
     });
     let sampling = Sampling { pixel: Random, numbers: Numbers::Independent, seed: master(), outlines: false };
-    let path = Path { by_bodies: true, ..Path::new(Standard, Finds::Mis) };
+    let path = Path { by_bodies: true, bounces, ..Path::new(Standard, Finds::Mis) };
     let alone = rendered(&scene, &path, [16, 16], sampling, &[0..40]).expect("legal values");
     let mut together = Film::new([16, 16], None, 1).expect("a film");
     let lanes = LaneEstimator::Path(path);
@@ -324,9 +324,9 @@ fn on_patch(parts: &[&dyn Fn(&mut SceneBuilder)]) -> f64 {
     alone.mean()
 }
 
-/// What is opaque and stands in all routes, in any part of them, leaves the patch dark.
+/// What is opaque and stands in all routes, in any part of them, leaves the patch dark, and so do fewer bounces than any has.
 #[test]
-fn every_part_of_a_route_is_tested_for_sight() {
+fn every_part_of_a_route_is_tested_for_sight_and_counted() {
     let wall = |corner, edges| move |s: &mut SceneBuilder| panel(s, corner, edges, diffuse(0.0));
     let sphere = |centre, radius, surface: fn() -> Surface| {
         move |s: &mut SceneBuilder| ball(s, Sphere::new(centre, radius), surface())
@@ -337,10 +337,10 @@ fn every_part_of_a_route_is_tested_for_sight() {
     let lens = sphere(centre, 1.0, || glass(1.5));
     let above = |s: &mut SceneBuilder| square(s, 0.7, 3.2, false, lamp(1.0));
     let level = |z| wall(DVec3::new(-2.0, -2.0, z), [4.0 * DVec3::X, 4.0 * DVec3::Y]);
-    assert!(on_patch(&[&lens, &above]) > 0.0);
-    assert_eq!(on_patch(&[&lens, &above, &level(0.15)]), 0.0);
-    assert_eq!(on_patch(&[&lens, &above, &sphere(centre, 0.9, || diffuse(0.0))]), 0.0);
-    assert_eq!(on_patch(&[&lens, &above, &level(2.7)]), 0.0);
+    assert!(on_patch(None, &[&lens, &above]) > 0.0);
+    assert_eq!(on_patch(None, &[&lens, &above, &level(0.15)]), 0.0);
+    assert_eq!(on_patch(None, &[&lens, &above, &sphere(centre, 0.9, || diffuse(0.0))]), 0.0);
+    assert_eq!(on_patch(None, &[&lens, &above, &level(2.7)]), 0.0);
     // By a mirror at the side to a light that looks there: before and behind.
     let mirror = || reflecting(0.9);
     let flat = |s: &mut SceneBuilder| panel(s, DVec3::new(1.0, -2.0, 0.0), [2.0 * DVec3::Z, 4.0 * DVec3::Y], mirror());
@@ -349,10 +349,15 @@ fn every_part_of_a_route_is_tested_for_sight() {
         |s: &mut SceneBuilder| panel(s, DVec3::new(0.2, -0.1, 0.9), [0.2 * DVec3::Y, 0.2 * DVec3::Z], lamp(1.0));
     let upright = |low: f64, high: f64| wall(DVec3::new(0.6, -3.0, low), [6.0 * DVec3::Y, (high - low) * DVec3::Z]);
     for mirror in [&flat as &dyn Fn(&mut SceneBuilder), &round] {
-        assert!(on_patch(&[mirror, &aside]) > 0.0);
-        assert_eq!(on_patch(&[mirror, &aside, &upright(0.0, 0.55)]), 0.0);
-        assert_eq!(on_patch(&[mirror, &aside, &upright(0.56, 3.0)]), 0.0);
+        assert!(on_patch(None, &[mirror, &aside]) > 0.0);
+        assert_eq!(on_patch(None, &[mirror, &aside, &upright(0.0, 0.55)]), 0.0);
+        assert_eq!(on_patch(None, &[mirror, &aside, &upright(0.56, 3.0)]), 0.0);
+        // The patch and a mirror scatter light once each, the ball of glass twice.
+        assert!(on_patch(Some(2), &[mirror, &aside]) > 0.0);
+        assert_eq!(on_patch(Some(1), &[mirror, &aside]), 0.0);
     }
+    assert!(on_patch(Some(3), &[&lens, &above]) > 0.0);
+    assert_eq!(on_patch(Some(2), &[&lens, &above]), 0.0);
 }
 
 /// Nothing is to be weighted.
