@@ -38,7 +38,7 @@ pub enum Heuristic {
     Power,
 }
 
-/// An unbiased estimator of (8) on every scene; with a limit on bounces, of the first terms of its Neumann series.
+/// An unbiased estimator of (8) on every scene, or with a limit on bounces of the first terms of its Neumann series.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Path<P = Standard> {
     /// Its parts.
@@ -61,8 +61,7 @@ pub struct Path<P = Standard> {
 
 impl<P> Path<P> {
     /// The plainest: points uniform in area, the balance heuristic, no hits that are early, no bodies, no limit. `render`
-    /// takes
-    /// [`LightSampling::ByContribution`], [`Heuristic::Power`] and [`EARLY`](crate::roulette::EARLY).
+    /// takes [`LightSampling::ByContribution`], [`Heuristic::Power`] and [`EARLY`](crate::roulette::EARLY).
     pub fn new(parts: P, strategy: Strategy) -> Self {
         Self {
             parts,

@@ -137,12 +137,12 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
 
 /// A path of s segments has s terms: its shadow rays are its last segment.
 fn within() -> FamilyTrial<EstimatorSubject> {
-    let (a, segments) = (0.9, 3);
-    let m = (0..segments).map(|bounces| f64::powi(a, bounces)).sum();
+    let (a, segments) = (0.9, 3u32);
+    let m = (0..segments).map(|bounces| f64::powi(a, bounces as i32)).sum();
     radiance(
         "furnace/path/three-segments",
         &PATH_LENGTH,
-        (&sphere_furnace(lambert(a), 0.0), EstimatorKind::PathWithin(3), inside),
+        (&sphere_furnace(lambert(a), 0.0), EstimatorKind::PathWithin(segments), inside),
     )
     .says(format!("light of at most {segments} segments in a furnace of albedo {a} is {m}"))
     .is((m, BOUNCES), 1_400_000)

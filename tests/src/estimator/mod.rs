@@ -48,7 +48,7 @@ fn configuration_faults() -> Vec<Fault<EstimatorSubject>> {
             = segments(4),
             "furnace/report/three-segments", "furnace/path/three-segments", "furnace/report/rays-1", "furnace/report/rays-2", "furnace/report/cost-1",
             "furnace/report/cost-2", "furnace/report/cost-4"),
-        fault!("three-segments", PATH_LENGTH, "the way through a ball of glass counts as one segment less",
+        fault!("three-segments", PATH_LENGTH, "one segment less than said",
             = segments(3), "irradiance/by-bodies/lens-four-segments"),
         fault!("not-seen-in-mirrors", WHITTED, "lights are dark to rays that have met only mirrors and glass",
             = rules(LightRules { seen: Some(0.0), ..LightRules::PHYSICAL }), "glass/mirror-aim"),
