@@ -73,6 +73,8 @@ def main():
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/mitsuba"))
     parser.add_argument("--record", type=pathlib.Path, help="a JSON file for what was found; keeps other scenes")
     options = parser.parse_args()
+    if options.record and options.bounces is not None:
+        parser.error("--record is of paths without a limit: leave out --bounces")
     run("cargo", "build", "--release", "-p", "experiments", "--bins")
     mi.set_variant(options.variant)
     results = [compare(scene, options) for scene in options.scenes]

@@ -129,6 +129,8 @@ def main():
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/efficiency"))
     parser.add_argument("--record", type=pathlib.Path, help="a JSON file for what was measured")
     options = parser.parse_args()
+    if options.record and options.bounces is not None:
+        parser.error("--record is of paths without a limit: leave out --bounces")
     subprocess.run(["cargo", "build", "--release", "-p", "experiments", "--bins"], check=True)
     mi.set_variant(options.variant)
     scenes = [compare(scene, options) for scene in options.scenes]
