@@ -93,11 +93,6 @@ impl<P: Walking> Path<P> {
             && scene.background().map().is_none()
     }
 
-    /// Whether camera rays may follow mirrors before it begins: their bounces would not be counted.
-    pub(crate) fn may_see_in_mirrors(&self) -> bool {
-        self.bounces.is_none()
-    }
-
     /// The weight of an emitter that the path hit. Where the ray's direction has a pdf, a shadow ray could have found the
     /// same light; where it comes from a body, one by way of that.
     #[inline]
@@ -227,7 +222,8 @@ impl<P: Walking> Estimator for Path<P> {
         radiance + self.weight_of_background(scene, walk.last()) * walk.background()
     }
 
+    /// Bounces at mirrors that camera rays follow before it begins would not be counted.
     fn sees_in_mirrors(&self) -> bool {
-        self.may_see_in_mirrors()
+        self.bounces.is_none()
     }
 }

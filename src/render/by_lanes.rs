@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::{Progress, Renderer, Sampling, UNINTERRUPTED, each_part};
 use crate::error::Error;
-use crate::estimator::{LightRules, Path, Strategy, Whitted};
+use crate::estimator::{Estimator as _, LightRules, Path, Strategy, Whitted};
 use crate::film::Film;
 use crate::lanes::Engine;
 use crate::outline::Outlines;
@@ -141,7 +141,7 @@ impl ByLanes {
     ) -> Result<bool, Error> {
         let Self { estimator, sampling, .. } = *self;
         let frame = film.frame();
-        let sees_in_mirrors = matches!(estimator, LaneEstimator::Path(path) if path.may_see_in_mirrors());
+        let sees_in_mirrors = matches!(estimator, LaneEstimator::Path(path) if path.sees_in_mirrors());
         let outlines = Outlines::new(scene, frame, sampling, sees_in_mirrors);
         let engine = Engine::<R, N>::new(scene, estimator, (sampling, outlines));
         each_part((sampling, UNINTERRUPTED), film, range, done, |pieces| {

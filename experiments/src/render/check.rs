@@ -132,7 +132,7 @@ impl Job {
             return refuse(format!("--estimator {estimator} renders whole images only: leave out the window"));
         }
         if let SceneSource::File(file) = self.scene
-            && !matches!(self.estimator, EstimatorName::Mis | EstimatorName::Bsdf | EstimatorName::Light)
+            && !self.traces_paths()
             && let Some((material, _)) = file.description.materials.iter().find(|(_, s)| s.bsdf.is_rough_glass())
             && self.build_scene()?.primitives().any(|(_, surface)| surface.bsdf.is_rough_glass())
         {
