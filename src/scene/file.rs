@@ -100,8 +100,8 @@ pub struct SceneFile {
     pub path: PathBuf,
     /// SHA-256 of its bytes and those of the files it names, each after its length: other scenes have another.
     pub digest: String,
-    /// What was left out, a line each: triangles of OBJ files that have no area.
-    pub left_out: Vec<String>,
+    /// Facts about the reading that a user should know, one line each, such as parts that were left out.
+    pub notes: Vec<String>,
 }
 
 impl SceneFile {
@@ -120,7 +120,7 @@ impl SceneFile {
         let folder = path.parent().unwrap_or(Path::new(""));
         let (description, reading) = Reading::of(&Source { file: &file, text }, &name, folder)?;
         let digest = reading.digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
-        Ok(Self { description, path: path.to_owned(), digest, left_out: reading.left_out })
+        Ok(Self { description, path: path.to_owned(), digest, notes: reading.notes })
     }
 }
 

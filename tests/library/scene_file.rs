@@ -47,7 +47,7 @@ fn every_key_says_what_the_page_says() {
         ("frosted", surface(Bsdf::RoughGlass(RoughGlass { index: 1.75, alpha: 0.5 }))),
         ("brushed steel", surface(steel)),
     ];
-    let SceneFile { description, left_out, .. } = every_key();
+    let SceneFile { description, notes, .. } = every_key();
     assert_eq!(description.name, "every key");
     assert_eq!(description.background, Environment::Uniform(DVec3::new(0.25, 0.5, 1.0)));
     let (eye, target) = (DVec3::new(0.0, -6.0, 2.0), DVec3::new(0.0, 0.0, 0.5));
@@ -85,8 +85,8 @@ fn every_key_says_what_the_page_says() {
     assert_eq!((low, high), (half(0.0, -4.0, 0.0), half(2.0, -2.0, 2.0)));
     assert_abs_diff_eq!(volume, 8.0 / 3.0 / 8.0, epsilon = 1e-15);
     assert_abs_diff_eq!(area, (4.0 + 4.0 * 5f64.sqrt()) / 4.0, epsilon = 1e-15);
-    assert_eq!(left_out.len(), 1);
-    assert!(left_out[0].ends_with("pyramid.obj: 1 of 7 triangles have no area and are left out"), "{left_out:?}");
+    assert_eq!(notes.len(), 1);
+    assert!(notes[0].ends_with("pyramid.obj: 1 of 7 triangles have no area and are left out"), "{notes:?}");
     assert_eq!(description.build().expect("a scene").primitives().count(), 2 + 1 + 3 + 12 + 6);
 }
 
@@ -112,9 +112,9 @@ fn scenes_with_larger_meshes_load() {
         ("glass-ball.toml", 3 + 2 + 2 + 8 * 4 * 4 * 4 + 1 + 12),
         ("hollow.toml", 1 + 7 + 5 + 4 + 8 * 4 * 4 * 4),
     ] {
-        let SceneFile { description, left_out, .. } = SceneFile::load(&folder.join(name)).expect("a scene");
+        let SceneFile { description, notes, .. } = SceneFile::load(&folder.join(name)).expect("a scene");
         assert_eq!(description.build().expect("a scene").primitives().count(), parts, "{name}");
-        assert!(left_out.is_empty(), "{left_out:?}");
+        assert!(notes.is_empty(), "{notes:?}");
     }
 }
 

@@ -8,7 +8,7 @@ use clap::CommandFactory as _;
 use experiments::render::command::Render;
 use experiments::render::pilot::Aim;
 use experiments::render::unfinished::{Checkpoints, Unfinished, difference};
-use experiments::render::{Look, Rendered, SceneSource};
+use experiments::render::{Look, Rendered};
 use experiments::run::cli::{self, Ending};
 use experiments::say;
 use whitefurnace::error::Error;
@@ -37,9 +37,7 @@ fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
     }
     let saved = if options.resume && partial.exists() { Some(Unfinished::read(&partial)?) } else { None };
     cli::begin();
-    if let SceneSource::File(file) = options.job.scene {
-        file.left_out.iter().for_each(|what| eprintln!("note: {what}"));
-    }
+    options.job.scene.print_notes();
     decide(options, saved.as_ref(), start)?;
     let (job, part, camera) = (options.job, options.part()?, options.job.camera()?);
     let film = saved.map_or_else(|| job.film(), |saved| same(&partial, options, saved))?;

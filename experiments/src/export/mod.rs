@@ -70,6 +70,7 @@ pub fn main() -> ExitCode {
 fn run(options: &Export) -> Result<Ending, Error> {
     let Export { scene, diffuse, to, size, spp, bounces, ref out } = *options;
     let job = Job { scene, diffuse, ..Job::default() };
+    scene.print_notes();
     let files = files(&job.build_scene()?, to, size, (spp, bounces))?;
     std::fs::create_dir_all(out).map_err(Error::file("create", out))?;
     for (name, text) in &files {

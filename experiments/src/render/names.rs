@@ -59,6 +59,13 @@ impl SceneSource {
             Self::File(file) => file.path.display().to_string(),
         }
     }
+
+    /// Prints the notes of a scene file on standard error, a line each.
+    pub fn print_notes(self) {
+        if let Self::File(file) = self {
+            file.notes.iter().for_each(|note| eprintln!("note: {note}"));
+        }
+    }
 }
 
 /// Takes the name of a built-in scene, or reads the file if it ends in `.toml`.

@@ -154,15 +154,15 @@ pub(super) struct Reading<'a> {
     materials: HashSet<String>,
     limits: Limits,
     pub(super) digest: Sha256,
-    pub(super) left_out: Vec<String>,
+    pub(super) notes: Vec<String>,
 }
 
 impl<'a> Reading<'a> {
     pub(super) fn of(source: &Source, name: &str, folder: &'a Path) -> Result<(Description, Self), Error> {
         let limits = Limits { bytes: LARGEST_OTHER, vertices: MOST, triangles: MOST };
-        let (digest, left_out, materials) = (Sha256::new(), Vec::new(), HashSet::new());
-        let mut reading = Self { folder, unit: 1.0, materials, limits, digest, left_out };
-        reading.note(source.text.as_bytes());
+        let (digest, notes, materials) = (Sha256::new(), Vec::new(), HashSet::new());
+        let mut reading = Self { folder, unit: 1.0, materials, limits, digest, notes };
+        reading.hash(source.text.as_bytes());
         let parsed = source.parse()?;
         let root = Table::root(source, &parsed);
         root.keys(&[&["name", "unit", "background", "camera", "materials", "objects"]])?;
@@ -223,7 +223,7 @@ impl<'a> Reading<'a> {
         let bytes = read(&path, self.limits.bytes)
             .map_err(|error| value.fault(format!("{} cannot be read: {error}", shown(name))))?;
         self.limits.bytes -= bytes.len() as u64;
-        self.note(&bytes);
+        self.hash(&bytes);
         Ok((path, bytes))
     }
 
@@ -323,7 +323,7 @@ impl<'a> Reading<'a> {
                     return Err(value.fault("has no triangle with an area"));
                 }
                 if flat > 0 {
-                    self.left_out.push(format!("{file}: {flat} of {before} triangles have no area and are left out"));
+                    self.notes.push(format!("{file}: {flat} of {before} triangles have no area and are left out"));
                 }
                 Object::Mesh { vertices, triangles: vec![(material, triangles)] }
             }
@@ -331,7 +331,7 @@ impl<'a> Reading<'a> {
     }
 
     /// Adds the bytes of a file to what tells scenes apart.
-    fn note(&mut self, bytes: &[u8]) {
+    fn hash(&mut self, bytes: &[u8]) {
         self.digest.update((bytes.len() as u64).to_le_bytes());
         self.digest.update(bytes);
     }
