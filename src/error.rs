@@ -33,11 +33,7 @@ pub enum Error {
     #[error("{0}")]
     Option(String),
     /// An estimator returned a value that no film can hold.
-    #[error(
-        "an estimator returned the radiance {value:?}{place}; a film holds finite values from 0 to {}: \
-         look for a zero or infinite pdf, or a path that does not end",
-        crate::moments::LARGEST
-    )]
+    #[error("an estimator returned the radiance {value:?}{place}; {}", radiance_remedy(*value))]
     Radiance {
         /// The value.
         value: f64,
@@ -52,6 +48,17 @@ pub enum Error {
         /// What is wrong and how to mend it.
         message: String,
     },
+}
+
+/// The limit of radiances, and how a scene or an estimator can be mended.
+fn radiance_remedy(value: f64) -> String {
+    let remedy = if value.is_finite() && value > 0.0 {
+        "the scene is too bright: multiply every emission and the background (materials.NAME.emission and background of a \
+         scene file) by one factor below 1, and the image is multiplied by it; or an estimator divides by a pdf near zero"
+    } else {
+        "look for a zero or infinite pdf, or a path that does not end"
+    };
+    format!("an image holds finite values from 0 to {}: {remedy}", crate::moments::LARGEST)
 }
 
 /// What mends an error of the file system, where that can be said.

@@ -20,9 +20,14 @@
 //! # }
 //! ```
 
+mod foreign;
+mod material;
 mod obj;
+mod object;
+mod polygon;
 mod reader;
 mod schema;
+mod words;
 
 use std::collections::HashMap;
 use std::io::Read as _;

@@ -32,6 +32,7 @@ mod image;
 mod image_read; // EXR of other programs, PFM, and what is none
 mod lanes; // eight paths at a time, with the bits of one
 mod light_pick;
+mod meshes; // OBJ files and meshes as other programs write them
 mod models; // reflection models that are not of the library
 mod moments;
 mod outline; // edges of lights that the camera sees

@@ -1,34 +1,75 @@
-//! Wavefront OBJ: vertices and faces, with the line of what is wrong. All else in it (normals, textures, materials,
-//! groups, lines, points) says nothing of a surface's geometry and is left unread.
+//! Wavefront OBJ: vertices, faces and the names of their materials, with the line of what is wrong. Normals and texture
+//! coordinates say nothing of a surface's geometry; what else is left unread is counted in notes.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 use glam::DVec3;
 
+use super::foreign;
+use super::polygon::Polygons;
 use super::reader::{LARGEST, fault, shown};
-use super::schema::{Limits, fan};
+use super::schema::Limits;
 use crate::error::Error;
 
-/// A mesh, and how many of its triangles were left out for want of area.
+/// A mesh.
+#[derive(Default)]
 pub(super) struct Obj {
     pub vertices: Vec<DVec3>,
-    pub triangles: Vec<[u32; 3]>,
+    /// The names that `usemtl` gives its faces, in the order of the file.
+    pub materials: Vec<Name>,
+    /// Triangles, each with the index of its material's name.
+    pub triangles: Vec<(usize, [u32; 3])>,
+    /// Facts that a user should know, one line each.
+    pub notes: Vec<String>,
 }
 
-/// Reads a text; faces are divided into triangles from their first corner.
-pub(super) fn parse(file: &str, text: &str, limits: &mut Limits) -> Result<Obj, Error> {
-    let mut obj = Obj { vertices: Vec::new(), triangles: Vec::new() };
-    for (line, text) in (1..).zip(text.lines()) {
+/// The name of a material of some faces.
+pub(super) struct Name {
+    /// `None` for faces before the first `usemtl`.
+    pub name: Option<String>,
+    /// The line of the first of the faces.
+    pub line: usize,
+}
+
+/// Reads the bytes of a file.
+///
+/// # Errors
+/// [`Error::Scene`] with the line of what is wrong, or what the file is if it is no OBJ.
+pub(super) fn parse(file: &str, bytes: &[u8], limits: &mut Limits) -> Result<Obj, Error> {
+    if let Some(kind) = foreign::kind(bytes) {
+        return Err(fault(file, 1, format!("the file is {kind}; a Wavefront OBJ file is needed")));
+    }
+    let text = String::from_utf8_lossy(bytes);
+    // Old programs end lines by CR alone.
+    let text = if text.contains('\r') { Cow::Owned(text.replace("\r\n", "\n").replace('\r', "\n")) } else { text };
+    let (mut obj, mut polygons) = (Obj::default(), Polygons::default());
+    let (mut weighted, mut unread) = (0, BTreeMap::<String, usize>::new());
+    // The name of the present material, and its index once a face has it.
+    let (mut name, mut material) = (None, None);
+    let mut lines = (1..).zip(text.lines());
+    while let Some((line, first)) = lines.next() {
         let wrong = |message: String| fault(file, line, message);
-        let mut words = text.split('#').next().unwrap_or_default().split_ascii_whitespace();
-        match words.next() {
-            Some("v") => {
+        let (mut joined, mut piece) = (String::new(), content(first));
+        while let Some(before) = piece.trim_end().strip_suffix('\\').filter(|_| !ends_with_name(first)) {
+            joined.extend([before, " "]);
+            piece = lines.next().map_or("", |(_, next)| content(next));
+        }
+        let logical = if joined.is_empty() { Cow::from(piece) } else { Cow::from(joined + piece) };
+        let mut words = logical.split_ascii_whitespace();
+        let Some(keyword) = words.next() else { continue };
+        match keyword {
+            "v" => {
                 limits.vertices(1).map_err(wrong)?;
                 let number = |word: &str| word.parse().ok().filter(|x: &f64| x.abs() <= LARGEST);
-                let numbers: Option<Vec<f64>> = words.take(3).map(number).collect();
-                let numbers = numbers.filter(|numbers| numbers.len() == 3);
-                let needs = || wrong(format!("a vertex needs three numbers from -{LARGEST} to {LARGEST}"));
-                obj.vertices.push(DVec3::from_slice(&numbers.ok_or_else(needs)?));
+                let numbers: Option<Vec<f64>> = words.map(number).collect();
+                let numbers = numbers.filter(|numbers| (3..=8).contains(&numbers.len())).ok_or_else(|| {
+                    wrong(format!("a vertex needs three numbers from -{LARGEST} to {LARGEST} and no other words"))
+                })?;
+                weighted += usize::from(numbers.len() == 4 && numbers[3] != 1.0);
+                obj.vertices.push(DVec3::from_slice(&numbers));
             }
-            Some("f") => {
+            "f" | "fo" => {
                 let count = obj.vertices.len();
                 let corners = words.map(|word| {
                     corner(word, count).ok_or_else(|| {
@@ -41,15 +82,63 @@ pub(super) fn parse(file: &str, text: &str, limits: &mut Limits) -> Result<Obj, 
                     return Err(wrong("a face needs at least three corners".to_owned()));
                 }
                 limits.triangles(corners.len() - 2).map_err(wrong)?;
-                obj.triangles.extend(fan(&corners));
+                let triangles =
+                    polygons.add(&obj.vertices, &corners).map_err(|message| wrong(format!("the face {message}")))?;
+                let of = *material.get_or_insert_with(|| {
+                    let known = obj.materials.iter().position(|known| known.name == name);
+                    known.unwrap_or_else(|| {
+                        obj.materials.push(Name { name: name.clone(), line });
+                        obj.materials.len() - 1
+                    })
+                });
+                obj.triangles.extend(triangles.into_iter().map(|triangle| (of, triangle)));
             }
-            _ => {}
+            "usemtl" => {
+                (name, material) = (name_in(first), None);
+            }
+            "vt" | "vn" | "o" | "g" | "s" => {}
+            other => *unread.entry(shown(other)).or_default() += 1,
         }
     }
-    if obj.triangles.is_empty() {
-        return Err(fault(file, text.lines().count().max(1), "the file ends without a face"));
+    if obj.materials.is_empty() {
+        let hint = if unread.contains_key("\"newmtl\"") { ": it is a library of materials (MTL)" } else { "" };
+        return Err(fault(file, text.lines().count().max(1), format!("the file ends without a face{hint}")));
     }
+    let mut notes: Vec<String> = polygons.notes().collect();
+    if weighted > 0 {
+        notes.push(format!("{weighted} vertices have a weight other than 1, which is not used"));
+    }
+    if unread.remove("\"mtllib\"").is_some() {
+        notes.push("its mtllib is not read: the scene file has the materials, which usemtl names".to_owned());
+    }
+    if !unread.is_empty() {
+        let counts: Vec<String> = unread.iter().take(8).map(|(word, count)| format!("{word} ({count})")).collect();
+        let more = if unread.len() > 8 { " and others" } else { "" };
+        notes.push(format!("lines that are no part of a surface are left out: {}{more}", counts.join(", ")));
+    }
+    obj.notes = notes.iter().map(|note| format!("{file}: {note}")).collect();
     Ok(obj)
+}
+
+/// A line without the byte-order mark before it and the comment behind it. The `#` of a number that is none, as 1.#INF,
+/// begins no comment.
+fn content(line: &str) -> &str {
+    let line = line.trim_start_matches('\u{feff}');
+    let comment = line.match_indices('#').find(|(at, _)| !line[..*at].ends_with('.'));
+    comment.map_or(line, |(at, _)| &line[..at])
+}
+
+/// Whether a line ends with a name, in which a `\` is no continuation: it may be a path of Windows.
+fn ends_with_name(line: &str) -> bool {
+    let keyword = content(line).split_ascii_whitespace().next();
+    keyword.is_some_and(|keyword| ["o", "g", "usemtl", "mtllib"].contains(&keyword))
+}
+
+/// The name after `usemtl`, which may hold blanks and `#`, but not a blank before `#`.
+fn name_in(line: &str) -> Option<String> {
+    let name = line.trim().split_once(char::is_whitespace)?.1.trim_start();
+    let comment = name.match_indices('#').find(|(at, _)| name[..*at].ends_with([' ', '\t']));
+    Some(comment.map_or(name, |(at, _)| name[..at].trim_end()).to_owned())
 }
 
 /// The index of a corner `v`, `v/vt`, `v//vn` or `v/vt/vn`, where 1 is the first vertex and −1 the latest.

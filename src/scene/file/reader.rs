@@ -8,6 +8,7 @@ use glam::DVec3;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::words::{advice, refuse_lights};
 use crate::error::Error;
 use crate::nearest::hint;
 
@@ -31,8 +32,13 @@ impl Source<'_> {
 
     /// What is wrong at a byte of the text.
     pub fn fault(&self, at: usize, message: impl Display) -> Error {
+        fault(self.file, self.line(at), message)
+    }
+
+    /// The line of a byte of the text, from 1.
+    fn line(&self, at: usize) -> usize {
         let before = &self.text.as_bytes()[..at.min(self.text.len())];
-        fault(self.file, 1 + before.iter().filter(|byte| **byte == b'\n').count(), message)
+        1 + before.iter().filter(|byte| **byte == b'\n').count()
     }
 }
 
@@ -123,8 +129,9 @@ impl<'s> Value<'s> {
     pub fn choice<T: Copy>(&self, choices: &[(&'static str, T)]) -> Result<(&'static str, T), Error> {
         let name = self.text()?;
         choices.iter().find(|choice| choice.0 == name).copied().ok_or_else(|| {
-            let names = choices.iter().map(|choice| choice.0);
-            self.fault(format!("cannot be {}{}", shown(name), hint(name, names)))
+            let names: Vec<&str> = choices.iter().map(|choice| choice.0).collect();
+            let hint = advice(name, &names).unwrap_or_else(|| hint(name, names));
+            self.fault(format!("cannot be {}{hint}", shown(name)))
         })
     }
 
@@ -158,13 +165,19 @@ impl<'s> Table<'s> {
         self.source.fault(self.at, format!("{what} {message}"))
     }
 
+    /// A note about it, with its file and line.
+    pub fn note(&self, message: impl Display) -> String {
+        format!("{}, line {}: {} {message}", self.source.file, self.source.line(self.at), self.path)
+    }
+
     /// Refuses keys other than these.
     pub fn keys(&self, valid: &[&[&str]]) -> Result<(), Error> {
         let valid = valid.concat();
         let wrong = self.entries.keys().find(|key| !valid.contains(&key.get_ref().as_ref()));
         wrong.map_or(Ok(()), |key| {
+            refuse_lights(key.get_ref(), &self.value(key.get_ref(), &self.entries[key]))?;
             let (name, place) = (key.get_ref(), if self.path.is_empty() { "a scene" } else { &self.path });
-            let hint = hint(name, valid);
+            let hint = advice(name, &valid).unwrap_or_else(|| hint(name, valid));
             Err(self.source.fault(key.span().start, format!("{place} has no key {}{hint}", shown(name))))
         })
     }
@@ -175,7 +188,9 @@ impl<'s> Table<'s> {
 
     /// A value that must be there.
     pub fn need(&self, key: &str) -> Result<Value<'s>, Error> {
-        self.get(key).ok_or_else(|| self.fault(format!("needs the key {key}")))
+        let other = || self.entries.keys().find(|other| advice(other.get_ref(), &[key]).is_some());
+        let hint = || other().map_or(String::new(), |other| format!("; {} is not known here", shown(other.get_ref())));
+        self.get(key).ok_or_else(|| self.fault(format!("needs the key {key}{}", hint())))
     }
 
     /// All keys with their values, in the order of the file.
