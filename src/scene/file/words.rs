@@ -128,7 +128,7 @@ pub(super) fn refuse_lights(key: &str, value: &Value) -> Result<(), Error> {
     }
     table.as_ref().map_or(Ok(()), refuse_light)?;
     Err(value.fault(
-        "are not known: a light is an object whose material has emission = a radiance; background = a radiance is \
+        "says nothing here: a light is an object whose material has emission = a radiance; background = a radiance is \
          light from everywhere; in place of a point light take a small sphere",
     ))
 }
