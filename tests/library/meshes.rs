@@ -64,6 +64,9 @@ fn faces_have_their_area_and_side() {
         (square("f\t1/1/1\t2//1 3/3 4\n").replace("v -1 0", " v\t-1.0e+0 -0 "), 4.0, &[]),
         ("v 0 0 0 1.0\nv 2 0 0 0.5 0.5 0.5\nv 2 0 1 1\nf -3 -2 -1\n".to_owned(), 1.0, &[]),
         ("v 0 0 0 0.5\nv 2 0 0\nv 2 0 1\nfo 1 2 3\n".to_owned(), 1.0, &["1 vertices have a weight other than 1"]),
+        // Colours that are no numbers, and groups whose indices count back from where they stand.
+        (square("f 1 2 3 4\n").replace(" -1\n", " -1 nan nan nan\n"), 4.0, &[]),
+        (square("f -4 -3 -2 -1\n").repeat(2).replacen("v -1 0 -1", "v -3 0 -1", 1), 6.0 + 4.0, &[]),
         (u("f 1 2 3 4 5 6 7 8\n"), 2.5, &[]),
         (u("f 6 7 8 1 2 3 4 5\n"), 2.5, &[]),
         (u("f 8 7 6 5 4 3 2 1\n"), -2.5, &[]),
@@ -154,6 +157,12 @@ fn usemtl_names_materials_of_the_scene() {
         let message = loaded("usemtl", mesh.as_bytes(), "").expect_err(said).to_string();
         assert!(message.contains(said), "{message}");
     }
+    // A name that is a path of Windows goes on in no other line.
+    let path = mesh.replace("dark red # a comment", "C:\\red\\");
+    let SceneFile { description, notes, .. } =
+        loaded("usemtl", path.as_bytes(), ", material = 'lamp'").expect("a scene");
+    assert_eq!(areas(&description, "lamp").1, 6.0);
+    assert!(notes[0].contains("lacks: \"C:\\\\red\\\\\", \"#glass\""), "{notes:?}");
     let known = mesh.replace("f 1 2 3\n", "").replace("#glass", "lamp");
     let SceneFile { description, notes, .. } = loaded("usemtl", known.as_bytes(), "").expect("a scene");
     assert_eq!([areas(&description, "dark red").1, areas(&description, "lamp").1], [2.0, 2.0]);

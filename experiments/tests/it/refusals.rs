@@ -83,6 +83,13 @@ fn scene_files_are_refused_by_line_and_told_apart() {
         assert_eq!(text(&output.stderr).replace('\r', ""), note);
         text(&std::fs::read(folder.join(file)).expect("there"))
     };
+    let exported = crate::run(env!("CARGO_BIN_EXE_export"), &folder, "--scene good.toml --to mitsuba");
+    assert_eq!(text(&exported.stderr).matches("note: one.obj: 1 of 2 triangles").count(), 1);
+    // A sun that no image holds.
+    std::fs::write(folder.join("sun.toml"), scene.replace("background = 1", "background = 2e7")).expect("written");
+    let said = "an image holds finite values from 0 to 16777216: the scene is too bright: multiply every emission and the \
+                background";
+    refused(&render(&folder, &format!("{small} --scene sun.toml")), said);
     let first = bytes("a.exr");
     assert!(first.contains("scene=good.toml\nscene-sha256="), "the file says what it shows");
     assert_eq!(first, bytes("b.exr"));

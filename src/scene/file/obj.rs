@@ -61,9 +61,12 @@ pub(super) fn parse(file: &str, bytes: &[u8], limits: &mut Limits) -> Result<Obj
         match keyword {
             "v" => {
                 limits.vertices(1).map_err(wrong)?;
-                let number = |word: &str| word.parse().ok().filter(|x: &f64| x.abs() <= LARGEST);
-                let numbers: Option<Vec<f64>> = words.map(number).collect();
-                let numbers = numbers.filter(|numbers| (3..=8).contains(&numbers.len())).ok_or_else(|| {
+                let numbers: Option<Vec<f64>> = words.map(|word| word.parse().ok()).collect();
+                // Three coordinates, perhaps a weight or a colour.
+                let is_sound = |numbers: &Vec<f64>| {
+                    (3..=8).contains(&numbers.len()) && numbers[..3].iter().all(|x| x.abs() <= LARGEST)
+                };
+                let numbers = numbers.filter(is_sound).ok_or_else(|| {
                     wrong(format!("a vertex needs three numbers from -{LARGEST} to {LARGEST} and no other words"))
                 })?;
                 weighted += usize::from(numbers.len() == 4 && numbers[3] != 1.0);
