@@ -46,13 +46,13 @@ pub(super) fn kind(bytes: &[u8]) -> Option<&'static str> {
         return Some("empty");
     }
     // Binary STL may begin with any 80 bytes, by then comes the number of its triangles, of 50 bytes each.
-    let count = bytes.get(80..84).map(|count| count.iter().rev().fold(0u64, |sum, byte| sum << 8 | u64::from(*byte)));
+    let count = bytes.get(80..84).map(|count| count.iter().rev().fold(0u64, |sum, byte| (sum << 8) | u64::from(*byte)));
     if count.is_some_and(|count| bytes.len() as u64 == 84 + 50 * count) {
         return Some("an STL mesh");
     }
     let known = KINDS.iter().find(|(start, _)| text.starts_with(start)).map(|(_, kind)| *kind);
     known.or_else(|| match bytes.iter().take(4096).position(|byte| *byte == 0) {
-        Some(0 | 1) if bytes.len() % 2 == 0 => Some("text in UTF-16, or binary: save it as UTF-8"),
+        Some(0 | 1) if bytes.len().is_multiple_of(2) => Some("text in UTF-16, or binary: save it as UTF-8"),
         Some(_) => Some("a binary file"),
         None => None,
     })
