@@ -8,6 +8,10 @@
 //! the two sides' third cumulants: renderers whose noise is alike may be skewed more, up to [`LARGEST_ALIKE`]. However
 //! skewed noise is, a difference that is [`FAR`] stands.
 //!
+//! In a channel without noise, where no pixel of either side varies in [`ENOUGH_WITHOUT_NOISE`] values or more, values are
+//! compared as they stand: any difference beyond rounding is one. What images never show, such as light that is hit
+//! once in many images, is not excluded by that.
+//!
 //! ```
 //! use whitefurnace::harness::images::{Rules, Side, compare};
 //! use whitefurnace::harness::outcome::Verdict;
@@ -39,6 +43,11 @@ pub const FAR: f64 = 2.0;
 pub const MISS: f64 = 0.1;
 /// Where the second image is darker than this share of its mean, differences are relative to that mean.
 pub const DARK: f64 = 1e-3;
+
+/// The least number of values of each side, pixels times images, none of which varies, that are taken to have no noise.
+/// Independent values of one law are all the same on either side, but differ between the sides, with a chance of at
+/// most 4⁻ⁿ.
+pub const ENOUGH_WITHOUT_NOISE: f64 = 64.0;
 
 /// What is known of one renderer, in one channel: pixels row by row.
 #[derive(Clone, Debug)]
@@ -105,8 +114,11 @@ pub struct Place {
     pub skewness: [f64; 2],
     /// The difference in standard errors, after what may be rounding.
     pub sigmas: f64,
-    /// Two-sided, before Bonferroni; 1 where nothing varies, but 0 where [`ENOUGH_EQUAL`] constants differ.
+    /// Two-sided, before Bonferroni; 1 where nothing varies, but 0 where [`ENOUGH_EQUAL`] constants differ, and where
+    /// any values differ in a channel without noise.
     pub p: f64,
+    /// Whether its channel has no noise on either side: see [`ENOUGH_WITHOUT_NOISE`].
+    pub noiseless: bool,
     /// What may be rounding, relative.
     pub rounding: f64,
     /// Whether skewness leaves the tail at the level of its kind valid.
@@ -136,9 +148,10 @@ impl Place {
         self.standard_error > 0.0 && self.sigmas.abs() >= FAR / level.sqrt()
     }
 
-    /// Whether it says anything: images show noise here, or two constants that differ beyond doubt.
+    /// Whether it says anything: images show noise here, or nowhere in the channel, or two constants that differ beyond
+    /// doubt.
     pub fn varies(&self) -> bool {
-        self.standard_error > 0.0 || self.p == 0.0
+        self.standard_error > 0.0 || self.noiseless || self.p == 0.0
     }
 }
 
@@ -216,7 +229,7 @@ impl<'a> Prepared<'a> {
                 .into_par_iter()
                 .map(|i| {
                     let n = images.len() as f64;
-                    let mean = images.iter().map(|image| image[i]).sum::<f64>() / n;
+                    let mean = mean_of(images.iter().map(|image| image[i]));
                     let power = |k: i32| images.iter().map(|image| (image[i] - mean).powi(k)).sum::<f64>();
                     // Unbiased estimates, divided by n and n²; with two images 0/0: nothing is known of skewness.
                     [mean, power(2) / (n - 1.0) / n, power(3) / ((n - 1.0) * (n - 2.0)) / n]
@@ -246,7 +259,7 @@ impl<'a> Prepared<'a> {
                 let n = images.len() as f64;
                 let of = |image: &&[f64]| pixels().map(|i| image[i]).sum::<f64>() * share;
                 let means: Vec<f64> = images.iter().map(of).collect();
-                let mean = means.iter().sum::<f64>() / n;
+                let mean = mean_of(means.iter().copied());
                 let squares = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>();
                 (mean, squares / (n - 1.0) / n, n - 1.0)
             }
@@ -264,6 +277,12 @@ impl<'a> Prepared<'a> {
         let [second, third] = part.independent;
         [second * more * together, third * (more * together).powi(2)]
     }
+}
+
+/// The mean of some values, which is exact where all are the same.
+fn mean_of(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    let first = values.clone().next().unwrap_or(f64::NAN);
+    first + values.clone().map(|value| value - first).sum::<f64>() / values.count() as f64
 }
 
 fn area([x0, y0, x1, y1]: &Area) -> f64 {
@@ -295,6 +314,14 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
     regions.extend(&rules.regions);
     let prepared: Vec<[Prepared; 2]> =
         channels.iter().map(|sides| sides.each_ref().map(|side| Prepared::new(side, width, &tiles))).collect();
+    let noiseless: Vec<bool> = channels
+        .iter()
+        .zip(&prepared)
+        .map(|(of, sides)| {
+            let enough = of.iter().all(|side| f64::from(side.images()) * pixels as f64 >= ENOUGH_WITHOUT_NOISE);
+            enough && sides.iter().all(|side| side.pixels.iter().all(|[_, variance, _]| *variance == 0.0))
+        })
+        .collect();
     let parts = |channel: usize, area: &Area| prepared[channel].each_ref().map(|side| side.part(area));
     let whole = [0, 0, size[0], size[1]];
     let overall: Vec<f64> = (0..channels.len()).map(|channel| parts(channel, &whole)[1].mean.abs()).collect();
@@ -310,7 +337,8 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
         let alike = of_a[1].abs() + of_b[1].abs();
         // A bound takes nothing away from the other side.
         let bounded = channels[channel].iter().any(|side| matches!(side, Side::Errors(..)));
-        let skewness = |third: f64| if third == 0.0 { 0.0 } else { third / (of_a[0] + of_b[0]).powf(1.5) };
+        let second = of_a[0] + of_b[0];
+        let skewness = |third: f64| if third == 0.0 || second == 0.0 { 0.0 } else { third / second.powf(1.5) };
         let scale = if b.mean.abs() > DARK * overall[channel] { b.mean.abs() } else { overall[channel] };
         let scale = if scale > 0.0 { scale } else { 1.0 };
         let rounding = rules.rounding * a.mean.abs().max(b.mean.abs());
@@ -320,7 +348,8 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
         let sigmas = (difference.abs() - rounding).max(0.0).copysign(difference) / standard_error;
         // So many values that are all the same speak against another mean.
         let values = channels[channel].iter().map(|side| side.images() as f64 * pixels).fold(f64::INFINITY, f64::min);
-        let constants_differ = difference.abs() > rounding && values >= ENOUGH_EQUAL as f64;
+        let noiseless = noiseless[channel];
+        let constants_differ = difference.abs() > rounding && (noiseless || values >= ENOUGH_EQUAL as f64);
         Place {
             area: at,
             channel,
@@ -334,6 +363,7 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
                 true => student_two_sided(sigmas, dof),
                 false => f64::from(!constants_differ),
             },
+            noiseless,
             rounding: rounding / scale,
             judged: false,
         }
@@ -381,7 +411,7 @@ fn lacking(means: &Kind, margin: f64) -> Option<u64> {
             _ => Some(valid_from),
         }
     };
-    // A channel that is the same everywhere, as black, says nothing; all of them say nothing at all.
+    // Few values without noise say nothing; where all channels have no more, nothing is said at all.
     let varying: Vec<&Place> = means.places.iter().filter(|place| place.varies()).collect();
     if varying.is_empty() { Some(u64::MAX) } else { varying.into_iter().filter_map(lack).max() }
 }

@@ -75,18 +75,63 @@ fn places_are_judged_by_welch() {
     assert_relative_eq!(place.dof, 0.0081 / 0.0033, max_relative = 1e-12);
 }
 
-/// Two constants differ if there are enough of them, else nothing is said; so it is of equal ones.
+/// The verdict on two images each of 100 pixels across.
+fn verdict_of(a: [&[f64]; 2], b: [&[f64]; 2], channels: usize) -> Verdict {
+    let sides = [Side::Images(a.to_vec()), Side::Images(b.to_vec())];
+    compare(100, &vec![sides; channels], &Rules::default()).verdict
+}
+
+/// Without noise, values are compared as they stand; by the side of noise two constants differ only if there are enough
+/// of them.
 #[test]
-fn constants_that_differ_are_seen() {
-    let verdict = |pixels: usize, reference: f64| {
-        let images = [vec![0.98; pixels], vec![0.98; pixels]];
-        let exact = vec![reference; pixels];
-        let side = Side::Images(images.iter().map(Vec::as_slice).collect());
-        compare(100, &[[side, Side::Exact(&exact)]], &Rules::default()).verdict
+fn values_without_noise_are_compared_as_they_stand() {
+    // 0.1 is the mean of no number of its likes when these are added up and divided.
+    let plain = |pixels: usize| (0..pixels).map(|i| [0.1, 0.7, 3.0][i % 3]).collect::<Vec<f64>>();
+    let changed = |at: usize, factor: f64| {
+        let mut image = plain(5_000);
+        image[at] *= factor;
+        image
     };
-    assert_eq!(verdict(5_000, 1.0), Verdict::Fails);
+    let (image, dark) = (plain(5_000), vec![0.0; 5_000]);
+    for (other, expected) in [
+        (&image, Verdict::Holds),
+        (&changed(7, 1.0 + 1e-6), Verdict::Holds),
+        (&changed(7, 1.0 + 1e-4), Verdict::Fails),
+        (&dark, Verdict::Fails),
+    ] {
+        assert_eq!(verdict_of([&image; 2], [other; 2], 1), expected);
+        let three = [[Side::Images(vec![&image; 3]), Side::Exact(other)]];
+        assert_eq!(compare(100, &three, &Rules::default()).verdict, expected);
+        let errors = [[Side::Errors(&image, &dark), Side::Errors(other, &dark)]];
+        assert_eq!(compare(100, &errors, &Rules::default()).verdict, expected);
+    }
+    assert_eq!(verdict_of([&dark; 2], [&dark; 2], 3), Verdict::Holds);
+    // Too few to take them for no noise.
+    let few = [0.1; 31];
+    let side = Side::Images(vec![&few; 2]);
     let unknown = Verdict::Undecided { needed: u64::MAX };
-    assert_eq!([verdict(4_900, 1.0), verdict(5_000, 0.98 * (1.0 + 1e-6))], [unknown; 2]);
+    assert_eq!(compare(31, &[[side, Side::Exact(&[0.2; 31])]], &Rules::default()).verdict, unknown);
+}
+
+/// Beside pixels that vary, constants differ if there are enough of them, else nothing is said.
+#[test]
+fn constants_beside_noise_need_many_values() {
+    let rejected = |pixels: usize| {
+        let images = |constant: f64, first: f64| {
+            [1.0, 1.3].map(|factor| {
+                let mut image = vec![constant; pixels];
+                image[0] = first * factor;
+                image
+            })
+        };
+        let (a, b) = (images(0.98, 1.0), images(1.0, 1.1));
+        let sides = [&a, &b].map(|images| Side::Images(images.iter().map(Vec::as_slice).collect()));
+        let rules = Rules { tile: 100, regions: vec![[0, 1, 100, pixels / 100]], ..Rules::default() };
+        let found = compare(100, &[sides], &rules);
+        assert!(found.kinds[0].places[0].standard_error > 0.0 && !found.kinds[0].places[0].noiseless);
+        found.kinds[1].places.last().is_some_and(|place| place.p == 0.0)
+    };
+    assert_eq!([rejected(5_100), rejected(5_000)], [true, false]);
 }
 
 /// What chance can turn: false alarms, whether all is judged, what is stated, and what is seen.
