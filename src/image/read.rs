@@ -1,62 +1,166 @@
-//! Images of any renderer: EXR of any layout that the codec decodes, and PFM.
+//! Images of any renderer: EXR of any layout that the codec decodes, PFM and Radiance pictures.
 
-use std::io::Cursor;
+mod hdr;
+mod layers;
+mod pfm;
+
 use std::path::Path;
-
-use exr::prelude::{FlatSamples, MetaData, ReadChannels as _, ReadLayers as _, read};
 
 use crate::error::Error;
 use crate::film::LARGEST_FILM;
 
-/// What a file says of radiance.
+/// How the channels of an image are understood.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Meaning {
+    /// Linear red, green and blue.
+    Rgb,
+    /// CIE X, Y, Z, or another vector of that name.
+    Xyz,
+    /// Luminance alone.
+    Luminance,
+    /// One channel of any meaning.
+    Grey,
+    /// Three channels of any meaning, chosen by name.
+    Three,
+}
+
+/// The radiance, or what else was asked for, that a file holds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
     /// Width and height.
     pub size: [usize; 2],
     /// Where the upper left pixel lies in the frame.
     pub corner: [i32; 2],
-    /// R, G and B, or Y.
-    pub channels: Vec<&'static str>,
+    /// How its channels are understood.
+    pub meaning: Meaning,
+    /// The names of the channels in the file, with that of their layer.
+    pub channels: Vec<String>,
+    /// What else the file holds: layers, and channels without one.
+    pub left_out: Vec<String>,
     /// The values of each channel, row by row from the top.
     pub values: Vec<Vec<f64>>,
-    /// Standard errors of these, where the file has them: channels `stderr.R` and so on beside `R`.
+    /// Standard errors of these, where the file has them: channels `stderr.R` and so on beside `R`. None if one is
+    /// infinite, as that of a single sample.
     pub standard_errors: Option<Vec<Vec<f64>>>,
     /// How far values may be off by rounding, relative to them.
     pub rounding: f64,
+    /// Chromaticities x, y of red, green, blue and white: [`REC_709`] if the file states none.
+    pub primaries: [[f32; 2]; 4],
+    /// Whether the file states that it is the six sides of a cube, seen from within.
+    pub is_cube: bool,
+}
+
+/// The primaries of Rec. 709 and sRGB, which an EXR has that states none.
+pub const REC_709: [[f32; 2]; 4] = [[0.64, 0.33], [0.3, 0.6], [0.15, 0.06], [0.3127, 0.329]];
+
+impl Picture {
+    /// What each channel is: R, G, B; X, Y, Z; Y for luminance or grey; or its name.
+    pub fn labels(&self) -> Vec<&str> {
+        match self.meaning {
+            Meaning::Rgb => vec!["R", "G", "B"],
+            Meaning::Xyz => vec!["X", "Y", "Z"],
+            Meaning::Luminance | Meaning::Grey => vec!["Y"],
+            Meaning::Three => self.channels.iter().map(String::as_str).collect(),
+        }
+    }
+
+    /// Whether it has these primaries, as far as they are written with three digits.
+    pub fn has_primaries(&self, other: [[f32; 2]; 4]) -> bool {
+        self.primaries.iter().flatten().zip(other.iter().flatten()).all(|(x, y)| (x - y).abs() <= 2e-3)
+    }
+
+    /// Which channels were read, how they are understood, and what else the file holds, in words.
+    pub fn reading(&self) -> String {
+        let meaning = match self.meaning {
+            Meaning::Rgb => "RGB",
+            Meaning::Xyz => "X, Y, Z",
+            Meaning::Luminance => "luminance",
+            Meaning::Grey => "one grey channel",
+            Meaning::Three => "three channels",
+        };
+        let others = if self.left_out.is_empty() { String::new() } else { "; not read: ".to_owned() };
+        format!("{} as {meaning}{others}{}", self.channels.join(", "), listed(&self.left_out))
+    }
+
+    /// The picture whose pixel at column x and row y is that of `from(x, y)` in this one.
+    ///
+    /// # Panics
+    /// If `from` leads outside.
+    #[must_use]
+    pub fn remapped(&self, size: [usize; 2], from: impl Fn(usize, usize) -> [usize; 2]) -> Self {
+        let index = |i: usize| {
+            let [x, y] = from(i % size[0], i / size[0]);
+            y * self.size[0] + x
+        };
+        let planes = |planes: &Vec<Vec<f64>>| -> Vec<Vec<f64>> {
+            planes.iter().map(|plane| (0..size[0] * size[1]).map(|i| plane[index(i)]).collect()).collect()
+        };
+        let (values, standard_errors) = (planes(&self.values), self.standard_errors.as_ref().map(planes));
+        let (channels, left_out) = (self.channels.clone(), self.left_out.clone());
+        let &Self { corner, meaning, rounding, primaries, is_cube, .. } = self;
+        Self { size, corner, meaning, channels, left_out, values, standard_errors, rounding, primaries, is_cube }
+    }
+
+    /// The part of this size whose upper left pixel is `corner` of the frame.
+    ///
+    /// # Panics
+    /// If it is not within the picture.
+    #[must_use]
+    pub fn cropped(&self, corner: [i32; 2], size: [usize; 2]) -> Self {
+        let [left, top] = [0, 1].map(|i| (i64::from(corner[i]) - i64::from(self.corner[i])) as usize);
+        Self { corner, ..self.remapped(size, |x, y| [x + left, y + top]) }
+    }
+}
+
+/// Names for a message, the first twenty of them.
+fn listed(names: &[String]) -> String {
+    const MOST: usize = 20;
+    let more = names.len().saturating_sub(MOST);
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    names[..names.len().min(MOST)].join(", ") + &more
 }
 
 /// Sums of many 32-bit floats are off by less than this share.
 const FLOAT: f64 = 1e-5;
 /// Half a unit in the last place of a 16-bit float.
 const HALF: f64 = 1.0 / 2048.0;
-const RGB: [&str; 3] = ["R", "G", "B"];
 
 /// Decodes the bytes of a file, whose `path` is for messages. `layer` is what stands before the last dot of the
-/// channels' names; needed where no channels are called just R, G, B or Y, and several layers have these.
+/// channels' names, or one or three full names of channels with commas; `option` is how a user gives it, for messages.
+///
+/// Without `layer` the channels R, G, B that belong to none are read. If there are none, it is the one layer of R, G, B or
+/// Y that is not known to be something else, such as normals or depth, or X, Y, Z without a layer; all of these only
+/// if no other layer could be the image.
 ///
 /// # Errors
-/// [`Error::Image`]: no such format, truncated, too large, no such layer, or a value that is no finite number.
-pub fn decode(path: &Path, bytes: &[u8], layer: Option<&str>) -> Result<Picture, Error> {
+/// [`Error::Image`]: no such format, truncated, too large, no such layer, not clear which is the image, or a value that is
+/// no finite number.
+pub fn decode(path: &Path, bytes: &[u8], layer: Option<&str>, option: &str) -> Result<Picture, Error> {
     let decoded = match bytes {
-        [0x76, 0x2f, 0x31, 0x01, ..] => exr(bytes, layer),
-        [b'P', b'F' | b'f', ..] if layer.is_some() => Err("a PFM has no layers".to_owned()),
-        [b'P', b'F' | b'f', ..] => pfm(bytes),
-        _ => Err("neither EXR nor PFM".to_owned()),
+        [0x76, 0x2f, 0x31, 0x01, ..] => layers::exr(bytes, layer, option),
+        [b'P', b'F' | b'f', ..] | [b'#', b'?', ..] if layer.is_some() => {
+            Err(format!("a PFM or Radiance picture has no layers: leave out {option}"))
+        }
+        [b'P', b'F' | b'f', ..] => pfm::pfm(bytes),
+        [b'#', b'?', ..] => hdr::hdr(bytes),
+        _ => Err("neither EXR nor PFM nor Radiance picture (.hdr)".to_owned()),
     };
     decoded.and_then(finite).map_err(|message| Error::Image { action: "read", path: path.to_owned(), message })
 }
 
 /// The same picture if all its values are finite, and all standard errors at least 0.
-fn finite(picture: Picture) -> Result<Picture, String> {
+fn finite(mut picture: Picture) -> Result<Picture, String> {
     let width = picture.size[0];
     let fault = |what: &str, planes: &[Vec<f64>], good: fn(&f64) -> bool| {
         let (plane, at) = (0..planes.len()).find_map(|c| Some((c, planes[c].iter().position(|v| !good(v))?)))?;
-        let (name, value) = (picture.channels[plane], planes[plane][at]);
+        let (name, value) = (&picture.channels[plane], planes[plane][at]);
         Some(format!("pixel ({}, {}), {what}{name}, is {value}", at % width, at / width))
     };
     let errors = picture.standard_errors.as_deref().unwrap_or_default();
     let fault = fault("", &picture.values, |value| value.is_finite())
-        .or_else(|| fault("stderr.", errors, |value| value.is_finite() && *value >= 0.0));
+        .or_else(|| fault("the standard error of ", errors, |value| *value >= 0.0));
+    let known = errors.iter().flatten().all(|error| error.is_finite());
+    picture.standard_errors = picture.standard_errors.filter(|_| known);
     fault.map_or(Ok(picture), Err)
 }
 
@@ -64,112 +168,4 @@ fn finite(picture: Picture) -> Result<Picture, String> {
 fn check_size(pixels: Option<usize>) -> Result<(), String> {
     let fits = pixels.is_some_and(|pixels| (1..=LARGEST_FILM as usize).contains(&pixels));
     if fits { Ok(()) } else { Err(format!("a size that is not from 1 to {LARGEST_FILM} pixels")) }
-}
-
-fn exr(bytes: &[u8], layer: Option<&str>) -> Result<Picture, String> {
-    let text = |error: exr::error::Error| error.to_string();
-    for header in MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(text)?.headers {
-        check_size(header.layer_size.0.checked_mul(header.layer_size.1))?;
-    }
-    let reader = read().no_deep_data().largest_resolution_level().all_channels().all_layers().all_attributes();
-    let image = reader.from_buffered(Cursor::new(bytes)).map_err(text)?;
-    // All channels: what stands before the last dot, the component, and where it is.
-    let mut channels = Vec::new();
-    for (i, part) in image.layer_data.iter().enumerate() {
-        let prefix = part.attributes.layer_name.as_ref().map(|name| format!("{name}.")).unwrap_or_default();
-        for (k, channel) in part.channel_data.list.iter().enumerate() {
-            let name = format!("{prefix}{}", channel.name);
-            let (group, component) = name.rsplit_once('.').unwrap_or(("", &name));
-            channels.push((group.to_owned(), component.to_uppercase(), (i, k)));
-        }
-    }
-    // Where the channels of a group are, if it has all of them.
-    let find = |group: &str, names: &[&str]| -> Option<Vec<(usize, usize)>> {
-        let one = |name: &&str| channels.iter().find(|(g, c, _)| g == group && c == name).map(|found| found.2);
-        names.iter().map(one).collect()
-    };
-    let mut groups: Vec<&str> = channels.iter().map(|(group, ..)| group.as_str()).collect();
-    groups.sort_unstable();
-    groups.dedup();
-    let named = |names: &[&str]| -> Vec<&str> {
-        let having = groups.iter().copied().filter(|group| find(group, names).is_some());
-        having.filter(|group| layer.is_none_or(|layer| layer == *group)).collect()
-    };
-    let (names, candidates) = match named(&RGB) {
-        none if none.is_empty() => (&["Y"][..], named(&["Y"])),
-        some => (&RGB[..], some),
-    };
-    let group = match candidates[..] {
-        [one] => one,
-        _ if candidates.contains(&"") => "",
-        _ => {
-            let all: Vec<&str> = groups.into_iter().filter(|group| !group.is_empty()).collect();
-            let problem = layer.map_or("no one layer with channels R, G, B, or Y".to_owned(), |layer| {
-                format!("no layer {layer:?} with channels R, G, B, or Y")
-            });
-            return Err(format!("{problem}; choose by --layer among: {}", all.join(", ")));
-        }
-    };
-    let places = find(group, names).unwrap_or_default();
-    let part = &image.layer_data[places[0].0];
-    let planes = |places: &[(usize, usize)]| -> Result<Vec<Vec<f64>>, String> {
-        let plane = |&(i, k): &(usize, usize)| {
-            let samples = &image.layer_data[i].channel_data.list[k].sample_data;
-            let values: Vec<f64> = samples.values_as_f32().map(f64::from).collect();
-            // A subsampled channel, or one of a part of another size.
-            if values.len() == part.size.area() { Ok(values) } else { Err("channels of several sizes".to_owned()) }
-        };
-        places.iter().map(plane).collect()
-    };
-    let errors = if group.is_empty() { "stderr".to_owned() } else { format!("{group}.stderr") };
-    let is_half =
-        |&(i, k): &(usize, usize)| matches!(image.layer_data[i].channel_data.list[k].sample_data, FlatSamples::F16(_));
-    let corner = part.attributes.layer_position;
-    Ok(Picture {
-        size: [part.size.0, part.size.1],
-        corner: [corner.0, corner.1],
-        channels: if names.len() == 3 { RGB.to_vec() } else { vec!["Y"] },
-        values: planes(&places)?,
-        standard_errors: find(&errors, names).map(|places| planes(&places)).transpose()?,
-        rounding: if places.iter().any(is_half) { HALF } else { FLOAT },
-    })
-}
-
-/// Portable float map: `PF` or `Pf`, width, height and a scale, whose sign is the order of the bytes, as text; then
-/// rows of 32-bit floats from the bottom.
-fn pfm(bytes: &[u8]) -> Result<Picture, String> {
-    let mut rest = bytes;
-    let mut word = || {
-        let start = rest.iter().position(|byte| !byte.is_ascii_whitespace())?;
-        let length = rest[start..].iter().position(u8::is_ascii_whitespace)?;
-        let word = std::str::from_utf8(&rest[start..start + length]).ok()?;
-        // One white space ends the header.
-        rest = &rest[start + length + 1..];
-        Some(word)
-    };
-    let header = (word(), word().and_then(|w| w.parse().ok()), word().and_then(|h| h.parse().ok()));
-    let scale = word().and_then(|scale| scale.parse::<f64>().ok());
-    let (Some(kind @ ("PF" | "Pf")), Some(width), Some(height)) = header else {
-        return Err("no header of a PFM: PF or Pf, width, height, scale".to_owned());
-    };
-    let Some(scale) = scale.filter(|scale| scale.abs() == 1.0) else {
-        return Err("the scale of the PFM is not 1.0 or -1.0".to_owned());
-    };
-    let channels = if kind == "PF" { RGB.to_vec() } else { vec!["Y"] };
-    let pixels = usize::checked_mul(width, height);
-    check_size(pixels)?;
-    let expected = 4 * channels.len() * width * height;
-    if rest.len() != expected {
-        return Err(format!("{} bytes of pixels in place of {expected}: truncated, or another format", rest.len()));
-    }
-    let number = |bytes: &[u8]| {
-        let bytes = [bytes[0], bytes[1], bytes[2], bytes[3]];
-        f64::from(if scale < 0.0 { f32::from_le_bytes(bytes) } else { f32::from_be_bytes(bytes) })
-    };
-    let plane = |channel: usize| -> Vec<f64> {
-        let rows = rest.chunks_exact(4 * channels.len() * width).rev();
-        rows.flat_map(|row| row.chunks_exact(4).skip(channel).step_by(channels.len()).map(number)).collect()
-    };
-    let values = (0..channels.len()).map(plane).collect();
-    Ok(Picture { size: [width, height], corner: [0; 2], channels, values, standard_errors: None, rounding: FLOAT })
 }

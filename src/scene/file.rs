@@ -48,7 +48,7 @@ use schema::Reading;
 
 /// Largest scene file, in bytes: larger meshes belong into an OBJ file.
 pub const LARGEST_FILE: u64 = 4 << 20;
-/// Most bytes of all other files of a scene: OBJ, EXR and PFM.
+/// Most bytes of all other files of a scene: OBJ and images.
 pub const LARGEST_OTHER: u64 = 256 << 20;
 /// Most vertices of a scene, and most triangles.
 pub const MOST: usize = 4 << 20;

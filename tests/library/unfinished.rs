@@ -113,7 +113,7 @@ fn damaged_files_are_refused() {
     assert!(through(&path, &film) == film);
     let good = std::fs::read(&path).expect("a file");
     // Viewers and other programs see an image.
-    let picture = decode(&path, &good, None).expect("an image");
+    let picture = decode(&path, &good, None, "--layer").expect("an image");
     assert_eq!(picture.values[1][1], f64::from(film.pixel(1, 0).mean().y as f32));
     let mut refused = 0;
     let mut check = |bytes: &[u8]| match decode_unfinished(bytes) {

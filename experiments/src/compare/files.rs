@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest as _, Sha256};
 use whitefurnace::error::Error;
-use whitefurnace::image::read::{Picture, decode};
+use whitefurnace::harness::images::ENOUGH_WITHOUT_NOISE;
+use whitefurnace::image::read::{Meaning, Picture, decode};
 
 /// An image and where it is from.
 pub(super) struct Input {
@@ -22,8 +23,14 @@ pub(super) fn count(inputs: &[Input]) -> String {
     }
 }
 
+/// The layer that an option names, and the option, for messages.
+pub(super) struct Layer {
+    pub name: Option<String>,
+    pub option: &'static str,
+}
+
 /// Reads the files of these names and patterns.
-pub(super) fn read(option: &str, patterns: &[String], layer: Option<&str>) -> Result<Vec<Input>, Error> {
+pub(super) fn read(option: &str, patterns: &[String], layer: &Layer) -> Result<Vec<Input>, Error> {
     let mut inputs = Vec::new();
     for pattern in patterns {
         // A file may be called a[1].exr.
@@ -44,31 +51,167 @@ pub(super) fn read(option: &str, patterns: &[String], layer: Option<&str>) -> Re
 }
 
 /// Reads one file.
-pub(super) fn read_one(path: &Path, layer: Option<&str>) -> Result<Input, Error> {
+pub(super) fn read_one(path: &Path, layer: &Layer) -> Result<Input, Error> {
     let bytes = std::fs::read(path).map_err(Error::file("read", path))?;
     let digest = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-    Ok(Input { path: path.to_owned(), digest, picture: decode(path, &bytes, layer)? })
+    let picture = decode(path, &bytes, layer.name.as_deref(), layer.option)?;
+    if bytes.starts_with(b"#?") {
+        let path = path.display();
+        return Err(Error::Option(format!("{path} has eight bits a value, too few to judge: write EXR or PFM")));
+    }
+    Ok(Input { path: path.to_owned(), digest, picture })
 }
 
-/// Whether all images are of one frame, and no two are the same.
+/// What was read of the images of a side, each way once.
+pub(super) fn readings(inputs: &[Input]) -> String {
+    let mut all: Vec<String> = Vec::new();
+    for input in inputs {
+        let reading = input.picture.reading();
+        if !all.contains(&reading) {
+            all.push(reading);
+        }
+    }
+    all.join("; or ")
+}
+
+/// An error that names two files.
+fn fault<T>(one: &Input, other: &Input, what: &str) -> Result<T, Error> {
+    Err(Error::Option(format!("{} and {} {what}", one.path.display(), other.path.display())))
+}
+
+/// Leaves of all images the part of the frame that all of them have, if they differ there.
+///
+/// # Errors
+/// If they have no part in common, or differ and `common` is not asked for.
+pub(super) fn align(a: &mut [Input], b: &mut [Input], common: bool) -> Result<(), Error> {
+    let frame = |p: &Picture| (p.size, p.corner);
+    let first = &a[0];
+    let Some(other) = a.iter().chain(&*b).find(|input| frame(&input.picture) != frame(&first.picture)) else {
+        return Ok(());
+    };
+    let [left, top] = [0, 1].map(|i| a.iter().chain(&*b).map(|input| i64::from(input.picture.corner[i])).max());
+    let [right, bottom] = [0, 1].map(|i| {
+        let end = |input: &Input| i64::from(input.picture.corner[i]) + input.picture.size[i] as i64;
+        a.iter().chain(&*b).map(end).min()
+    });
+    let side = |low: Option<i64>, high: Option<i64>| (high? - low?).try_into().ok().filter(|side: &usize| *side > 0);
+    let words =
+        |size: [usize; 2], corner: [i32; 2]| format!("{} × {} at ({}, {})", size[0], size[1], corner[0], corner[1]);
+    let frames = |what: &str| {
+        let [one, two] = [first, other].map(|input| words(input.picture.size, input.picture.corner));
+        fault(first, other, &format!("differ in size or place: {one}, {two}{what}"))
+    };
+    let (Some(width), Some(height)) = (side(left, right), side(top, bottom)) else {
+        return frames("; no pixel is common to all");
+    };
+    let (size, corner) = ([width, height], [left, top].map(|edge| edge.unwrap_or_default() as i32));
+    if !common {
+        let moved = first.picture.corner != other.picture.corner;
+        let place = if moved { "; --ignore-place lays their upper left pixels on one another" } else { "" };
+        return frames(&format!("; --common judges the part that all have, {}{place}", words(size, corner)));
+    }
+    for input in a.iter_mut().chain(b) {
+        input.picture = input.picture.cropped(corner, size);
+    }
+    Ok(())
+}
+
+/// Refuses images that cannot be compared: other channels, other primaries, or the same noise twice.
 pub(super) fn check(a: &[Input], b: &[Input]) -> Result<(), Error> {
     let all: Vec<&Input> = a.iter().chain(b).collect();
     for (i, input) in all.iter().enumerate() {
-        let fault = |other: &Input, what: &str| {
-            Err(Error::Option(format!("{} and {} {what}", other.path.display(), input.path.display())))
-        };
         let (picture, first) = (&input.picture, &all[0].picture);
-        if (picture.size, picture.corner) != (first.size, first.corner) {
-            let frame = |p: &Picture| format!("{} × {} at ({}, {})", p.size[0], p.size[1], p.corner[0], p.corner[1]);
-            return fault(all[0], &format!("differ in size or place: {}, {}", frame(first), frame(picture)));
+        let any = picture.meaning == Meaning::Three || first.meaning == Meaning::Three;
+        if picture.labels() != first.labels() && !(any && picture.channels.len() == first.channels.len()) {
+            return fault(all[0], input, &format!("are different images: {}; {}", first.reading(), picture.reading()));
         }
-        if picture.channels != first.channels {
-            let names = |p: &Picture| p.channels.join(", ");
-            return fault(all[0], &format!("have different channels: {}; {}", names(first), names(picture)));
+        if !picture.has_primaries(first.primaries) {
+            let what = format!(
+                "have different primaries, x, y of red, green, blue and white {:?}; {:?}: convert one, or mend its attribute \
+                 chromaticities (without it they are those of Rec. 709)",
+                first.primaries, picture.primaries
+            );
+            return fault(all[0], input, &what);
         }
-        if let Some(same) = all[..i].iter().find(|other| other.picture.values == picture.values) {
-            return fault(same, "have the same pixels: a file given twice, or a seed used twice");
+        let real = |input: &Input| input.path.canonicalize().unwrap_or_else(|_| input.path.clone());
+        let is_same = |other: &&Input| real(other) == real(input) && other.picture.channels == picture.channels;
+        if all[..i].iter().any(is_same) {
+            return Err(Error::Option(format!("{} is given twice", input.path.display())));
+        }
+    }
+    for (first, second) in repeated(&all) {
+        if shares_noise(first, [a, b]) {
+            let what = if first.digest == second.digest {
+                "have the same bytes, one is a copy: each image needs a seed of its own"
+            } else {
+                "have the same pixels, a seed used twice: each image needs its own (or give an exact one as --reference)"
+            };
+            return fault(first, second, what);
         }
     }
     Ok(())
+}
+
+/// Lets one image of a side stand for it: by its standard errors, or as one without noise if all its pixels are the same.
+///
+/// # Errors
+/// If it is neither.
+pub(super) fn complete(option: &str, inputs: &mut [Input]) -> Result<(), Error> {
+    let [Input { path, picture, .. }] = inputs else { return Ok(()) };
+    if picture.standard_errors.is_none() {
+        if (picture.values[0].len() as f64) < ENOUGH_WITHOUT_NOISE
+            || !picture.values.iter().all(|plane| is_plain(plane))
+        {
+            return Err(Error::Option(format!(
+                "{option} has one image, {}, without standard errors (channels stderr.R, ...): give two or more, at best \
+                 four, or one as --reference",
+                path.display()
+            )));
+        }
+        picture.standard_errors = Some(picture.values.iter().map(|plane| vec![0.0; plane.len()]).collect());
+    }
+    Ok(())
+}
+
+/// Images with the same pixels as an earlier one, each behind that.
+fn repeated<'a>(all: &[&'a Input]) -> Vec<(&'a Input, &'a Input)> {
+    let earlier = |i: usize| all[..i].iter().find(|other| other.picture.values == all[i].picture.values);
+    (0..all.len()).filter_map(|i| Some((*earlier(i)?, all[i]))).collect()
+}
+
+/// Whether an image that is there twice has noise, so that its copies are no evidence of their own. It has none if all its
+/// pixels are the same, or if images of a side vary in no more than [`RARE`] pixels, where it has the values of most: rare
+/// events without a hit.
+fn shares_noise(image: &Input, sides: [&[Input]; 2]) -> bool {
+    let planes = &image.picture.values;
+    if image.picture.standard_errors.iter().flatten().flatten().any(|error| *error > 0.0) {
+        return true;
+    }
+    if planes.iter().all(|plane| is_plain(plane)) {
+        return false;
+    }
+    let (pixels, images) = (planes[0].len(), sides[0].len() + sides[1].len());
+    let differ = |one: &Input, other: &Input, i: usize| {
+        one.picture.values.iter().zip(&other.picture.values).any(|(one, other)| one[i] != other[i])
+    };
+    let varies = |i: usize| sides.iter().any(|side| side.iter().any(|input| differ(input, &side[0], i)));
+    let varying: Vec<usize> = (0..pixels).filter(|&i| varies(i)).collect();
+    let is_odd = |i: usize| 2 * sides.into_iter().flatten().filter(|input| differ(input, image, i)).count() >= images;
+    varying.len() as f64 > (RARE * pixels as f64).max(4.0) || varying.into_iter().any(is_odd)
+}
+
+/// The share of pixels that rare events may hit.
+const RARE: f64 = 0.01;
+
+/// Whether all values are the same.
+fn is_plain(plane: &[f64]) -> bool {
+    plane.iter().all(|value| *value == plane[0])
+}
+
+/// What is to be told of images that are the same although nothing is wrong with that.
+pub(super) fn note(a: &[Input], b: &[Input]) -> Option<String> {
+    let all: Vec<&Input> = a.iter().chain(b).collect();
+    let (first, second) = repeated(&all).into_iter().find(|(first, second)| first.digest == second.digest)?;
+    let (first, second) = (first.path.display(), second.path.display());
+    Some(format!("{first} and {second} have the same bytes: renders without noise, or one a copy of the other"))
 }

@@ -1,6 +1,7 @@
 //! The program `compare`: two renderers on trial by their images.
 
 mod files;
+mod hint;
 mod report;
 
 use std::path::PathBuf;
@@ -10,10 +11,11 @@ use clap::Parser;
 use whitefurnace::error::Error;
 use whitefurnace::harness::images::{self, Area, Comparison, Rules, Side};
 use whitefurnace::harness::outcome::Verdict;
+use whitefurnace::image::read::{Meaning, Picture};
 
 use crate::run::cli::{real, use_threads, verdict, whole};
 use crate::say;
-use files::Input;
+use files::{Input, Layer};
 
 /// Decide whether the images of two renderers agree: image mean, regions, tiles and pixels, with one bound on the
 /// chance of a false alarm for all of these.
@@ -22,9 +24,14 @@ use files::Input;
 ///   compare --a 'a-*.exr' --b 'b-*.exr'               independent renders of two programs, four or more of each
 ///   compare --a a.exr --b b.exr                       one of each, with standard errors (channels stderr.R, ...)
 ///   compare --a 'a-*.pfm' --reference exact.pfm       against an image without error
+///   compare --a 'a-*.exr' --b 'b-*.exr' --a-layer ViewLayer.Combined            by the name of a layer
 ///
-/// Images are EXR or PFM. Differences are in percent of the second. Into the folder --out go report.html, which needs
-/// no other file, and compare.json.
+/// Images are EXR or PFM. Of an EXR the channels R, G, B are read, else the one layer that can be the image; the output
+/// says which. Differences are in percent of the second. Into the folder --out go report.html, which needs no other
+/// file, and compare.json.
+///
+/// To agree, no difference may stand out of the noise, and the interval of the image means' difference must lie within
+/// --margin. A difference beyond noise is called one at any size.
 ///
 /// Exit codes: 0 if they agree, 1 if they differ, 2 if more images are needed to tell, 3 for bad input.
 #[derive(Parser)]
@@ -39,10 +46,24 @@ pub struct Compare {
     /// An image without error, in place of --b
     #[arg(long, value_name = "FILE", conflicts_with = "b")]
     reference: Option<PathBuf>,
-    /// The layer of an EXR that has several
-    #[arg(long)]
+    /// The layer of an EXR that has several, of both sides; or one or three channels by their full names, with commas
+    #[arg(long, value_name = "LAYER")]
     layer: Option<String>,
-    /// How far image means of renderers that agree may differ, percent; from 0.000001 to 100
+    /// The layer of the first side
+    #[arg(long, value_name = "LAYER")]
+    a_layer: Option<String>,
+    /// The layer of the second side, or of the reference
+    #[arg(long, value_name = "LAYER")]
+    b_layer: Option<String>,
+    /// Judge the part of the frame that all images have, where they differ in size or place; --region counts from its
+    /// corner
+    #[arg(long)]
+    common: bool,
+    /// Lay the upper left pixels of all images on one another, whatever place in the frame their files state
+    #[arg(long)]
+    ignore_place: bool,
+    /// What the interval of the image means' difference must lie within to agree, percent; a difference beyond noise is
+    /// one at any size; from 0.000001 to 100
     #[arg(long, default_value_t = 1.0, allow_hyphen_values = true, value_parser = real(1e-6..=100.0))]
     margin: f64,
     /// The chance that right renderers are called different; from 0.000000000001 to 0.5
@@ -76,35 +97,45 @@ pub fn main() -> ExitCode {
 
 fn run(options: &Compare) -> Result<u8, Error> {
     use_threads(options.threads)?;
-    let a = files::read("--a", &options.a, options.layer.as_deref())?;
-    let b = match &options.reference {
-        Some(reference) => vec![files::read_one(reference, options.layer.as_deref())?],
-        None => files::read("--b", &options.b, options.layer.as_deref())?,
+    let layer = |of: &'_ Option<String>, option: &'static str| match (of, &options.layer) {
+        (None, Some(both)) => Layer { name: Some(both.clone()), option: "--layer" },
+        (of, _) => Layer { name: of.clone(), option },
     };
+    let (a_layer, b_layer) = (layer(&options.a_layer, "--a-layer"), layer(&options.b_layer, "--b-layer"));
+    let mut a = files::read("--a", &options.a, &a_layer)?;
+    let mut b = match &options.reference {
+        Some(reference) => vec![files::read_one(reference, &b_layer)?],
+        None => files::read("--b", &options.b, &b_layer)?,
+    };
+    if options.ignore_place {
+        a.iter_mut().chain(&mut b).for_each(|input| input.picture.corner = [0; 2]);
+    }
+    files::align(&mut a, &mut b, options.common)?;
     files::check(&a, &b)?;
+    files::complete("--a", &mut a)?;
+    if options.reference.is_none() {
+        files::complete("--b", &mut b)?;
+    }
+    let (a, b, exact) = (&a[..], &b[..], options.reference.is_some());
     let [width, height] = a[0].picture.size;
     if let Some(region) = options.region.iter().find(|region| region[2] > width || region[3] > height) {
         return Err(Error::Option(format!("--region {region:?} reaches beyond the images' {width} × {height} pixels")));
     }
-    let sides = (0..a[0].picture.channels.len())
-        .map(|channel| {
-            let b = match options.reference {
-                Some(_) => Ok(Side::Exact(&b[0].picture.values[channel])),
-                None => side("--b", &b, channel),
-            };
-            Ok([side("--a", &a, channel)?, b?])
-        })
-        .collect::<Result<Vec<_>, Error>>()?;
     let rules = Rules {
         level: options.level,
         margin: options.margin / 100.0,
         tile: options.tile,
         regions: options.region.clone(),
-        rounding: a.iter().chain(&b).map(|input| input.picture.rounding).fold(0.0, f64::max),
+        rounding: a.iter().chain(b).map(|input| input.picture.rounding).fold(0.0, f64::max),
     };
     std::fs::create_dir_all(&options.out).map_err(Error::file("create", &options.out))?;
-    let found = images::compare(width, &sides, &rules);
-    let trial = Trial { a: &a, b: &b, exact: options.reference.is_some(), rules: &rules, found: &found };
+    let pictures = [a, b].map(|side| side.iter().map(|input| &input.picture).collect::<Vec<_>>());
+    let found = images::compare(width, &sides([&pictures[0], &pictures[1]], exact), &rules);
+    let hint = match found.verdict {
+        Verdict::Fails => hint::hint([&pictures[0], &pictures[1]], exact, &rules, &found),
+        _ => None,
+    };
+    let trial = Trial { a, b, exact, rules: &rules, found: &found, hint, note: files::note(a, b) };
     report::write(&options.out, &trial)?;
     say!("{}", trial.summary());
     say!("{}", options.out.join(report::HTML).display());
@@ -115,19 +146,15 @@ fn run(options: &Compare) -> Result<u8, Error> {
     })
 }
 
-/// What the images of one side say of a channel.
-fn side<'a>(option: &str, inputs: &'a [Input], channel: usize) -> Result<Side<'a>, Error> {
-    match inputs {
-        [one] => match &one.picture.standard_errors {
-            Some(errors) => Ok(Side::Errors(&one.picture.values[channel], &errors[channel])),
-            None => Err(Error::Option(format!(
-                "{option} has one image, {}, without standard errors (channels stderr.R, ...): give two or more, at best \
-                 four, or one as --reference",
-                one.path.display()
-            ))),
-        },
-        several => Ok(Side::Images(several.iter().map(|input| input.picture.values[channel].as_slice()).collect())),
-    }
+/// Both sides of each channel; the second is without error if it is `exact`.
+fn sides<'a>(pictures: [&[&'a Picture]; 2], exact: bool) -> Vec<[Side<'a>; 2]> {
+    let side = |pictures: &[&'a Picture], channel: usize, exact: bool| match (pictures, &pictures[0].standard_errors) {
+        ([one], _) if exact => Side::Exact(&one.values[channel]),
+        ([one], Some(errors)) => Side::Errors(&one.values[channel], &errors[channel]),
+        (several, _) => Side::Images(several.iter().map(|picture| picture.values[channel].as_slice()).collect()),
+    };
+    let channels = 0..pictures[0][0].channels.len();
+    channels.map(|channel| [side(pictures[0], channel, false), side(pictures[1], channel, exact)]).collect()
 }
 
 /// All that a report tells.
@@ -137,6 +164,10 @@ struct Trial<'a> {
     exact: bool,
     rules: &'a Rules,
     found: &'a Comparison,
+    /// What makes the sides agree.
+    hint: Option<String>,
+    /// What is to be told of the files.
+    note: Option<String>,
 }
 
 /// A share in percent, with a sign.
@@ -161,13 +192,28 @@ impl Trial<'_> {
         }
     }
 
-    fn channel(&self, channel: usize) -> &'static str {
-        match self.a[0].picture.channels[channel] {
-            "R" => "red",
-            "G" => "green",
-            "B" => "blue",
-            _ => "grey",
+    fn channel(&self, channel: usize) -> &str {
+        let picture = &self.a[0].picture;
+        match picture.meaning {
+            Meaning::Rgb => ["red", "green", "blue"][channel],
+            Meaning::Luminance => "luminance",
+            Meaning::Grey => "grey",
+            Meaning::Xyz | Meaning::Three => picture.labels()[channel],
         }
+    }
+
+    /// Whether no channel has noise.
+    fn is_noiseless(&self) -> bool {
+        self.found.kinds[0].places.iter().all(|place| place.noiseless)
+    }
+
+    /// What was read of the sides, a line or two.
+    fn readings(&self) -> Vec<String> {
+        let [first, second] = [self.a, self.b].map(files::readings);
+        if first == second {
+            return vec![format!("read of both: {first}")];
+        }
+        vec![format!("read of the first: {first}"), format!("read of the second: {second}")]
     }
 
     /// The reason of the verdict, a sentence.
@@ -181,15 +227,26 @@ impl Trial<'_> {
                 let strength = |(kind, place): &(&images::Kind, &images::Place)| place.p / kind.level;
                 let worst = rejected.min_by(|x, y| strength(x).total_cmp(&strength(y)));
                 worst.map_or(String::new(), |(kind, place)| {
+                    let evidence = match place.noiseless {
+                        true => "and neither side has noise".to_owned(),
+                        false => format!("p = {:.1e}, where {:.1e} is enough", place.p, kind.level),
+                    };
+                    let within = means.places.iter().all(|mean| {
+                        mean.varies() && mean.interval(means.level).iter().all(|end| end.abs() <= self.rules.margin)
+                    });
                     format!(
-                        "the {} in {} is {} off the second's (p = {:.1e}, where {:.1e} is enough)",
+                        "the {} in {} is {} off the second's ({evidence}){}",
                         report::place_name(kind, place),
                         self.channel(place.channel),
                         percent(place.difference()),
-                        place.p,
-                        kind.level
+                        if within { "; image means are within the margin, but this is more than noise" } else { "" }
                     )
                 })
+            }
+            Verdict::Holds if self.is_noiseless() => {
+                let black = means.places.iter().all(|place| place.means == [0.0; 2]);
+                let what = if black { ": all are black" } else { "" };
+                format!("neither side has noise, and no value differs by more than rounding{what}")
             }
             Verdict::Holds => format!(
                 "nothing that could be judged differs, and the image mean is equal within {} %",
@@ -198,7 +255,7 @@ impl Trial<'_> {
             Verdict::Undecided { needed } => {
                 let unknown = means.places.iter().any(|place| place.varies() && place.skewness[0].is_nan());
                 if means.varying() == 0 {
-                    "no pixel varies between images, so nothing is known of their error".to_owned()
+                    "no pixel varies between images, and these are too few values to take that for no noise".to_owned()
                 } else if unknown {
                     "two images do not tell how skewed their noise is: give three or more of a side, at best eight"
                         .to_owned()
@@ -215,20 +272,21 @@ impl Trial<'_> {
         }
     }
 
-    /// At most nine lines.
+    /// At most thirteen lines.
     fn summary(&self) -> String {
         let [means, others @ ..] = &self.found.kinds;
         let [width, height] = self.a[0].picture.size;
-        let mut lines = vec![
-            format!("{}: {}", self.word().to_uppercase(), self.why()),
-            format!(
-                "{} against {}{} of {width} × {height} pixels; chance of a false alarm at most {}",
-                files::count(self.a),
-                if self.exact { "a reference, " } else { "" },
-                files::count(self.b),
-                self.rules.level
-            ),
-        ];
+        let mut lines = vec![format!("{}: {}", self.word().to_uppercase(), self.why())];
+        lines.extend(self.hint.iter().map(|hint| format!("hint: {hint}")));
+        lines.extend(self.readings());
+        lines.extend(self.note.iter().map(|note| format!("note: {note}")));
+        lines.push(format!(
+            "{} against {}{} of {width} × {height} pixels; chance of a false alarm at most {}",
+            files::count(self.a),
+            if self.exact { "a reference, " } else { "" },
+            files::count(self.b),
+            self.rules.level
+        ));
         for place in &means.places {
             let [low, high] = place.interval(means.level).map(percent);
             let seen = percent(place.seen(means.level)).replace('+', "");

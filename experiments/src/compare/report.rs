@@ -68,7 +68,7 @@ fn numbers(trial: &Trial) -> Value {
     let place = |kind: &Kind, place: &Place| {
         json!({
             "area": place.area,
-            "channel": trial.a[0].picture.channels[place.channel],
+            "channel": trial.a[0].picture.labels()[place.channel],
             "means": place.means,
             "difference": place.difference(),
             "interval": place.interval(kind.level),
@@ -94,11 +94,22 @@ fn numbers(trial: &Trial) -> Value {
         })
     };
     let files = |inputs: &[super::Input]| -> Vec<Value> {
-        inputs.iter().map(|i| json!({"path": i.path.display().to_string(), "sha256": i.digest})).collect()
+        let file = |input: &super::Input| {
+            json!({
+                "path": input.path.display().to_string(),
+                "sha256": input.digest,
+                "channels": input.picture.channels,
+                "read": input.picture.reading(),
+                "not_read": input.picture.left_out,
+            })
+        };
+        inputs.iter().map(file).collect()
     };
     json!({
         "verdict": trial.word(),
         "why": trial.why(),
+        "hint": trial.hint,
+        "note": trial.note,
         "times_as_many_images": match trial.found.verdict { Verdict::Undecided { needed } => Some(needed), _ => None },
         "level": trial.rules.level,
         "margin": trial.rules.margin,
@@ -211,10 +222,15 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
     let mut html = format!(
         "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\
          <title>{word}: {why}</title><style>{STYLE}</style>\
-         <header class=\"{word}\"><h1>{word}</h1><p>{why}.</p></header>",
+         <header class=\"{word}\"><h1>{word}</h1><p>{why}.</p>",
         word = trial.word(),
         why = escaped(&trial.why())
     );
+    let hint = trial.hint.iter().map(|hint| format!("hint: {hint}"));
+    for line in hint.chain(trial.readings()).chain(trial.note.iter().map(|note| format!("note: {note}"))) {
+        html += &format!("<p>{}.</p>", escaped(&line));
+    }
+    html += "</header>";
     // Writing to a string cannot fail.
     let overall = means.places.iter().map(|place| place.means[1].abs()).sum::<f64>() / means.places.len() as f64;
     let exposure = if overall > 0.0 { (0.2 / overall).log2().round() } else { 0.0 };
@@ -299,7 +315,8 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
         "<p>Two right renderers are called different with a chance of at most {}: a quarter of it for each kind of place, \
          divided among its places and channels. Each place is judged by Welch's test, if skewness, as the images show it, \
          leaves its tail valid; a kind counts if at least half of its places that vary are judged. Renderers agree if no \
-         place differs and the interval of the image mean lies within ±{} %.</p><ul>",
+         place differs, however little, and the interval of the image mean's difference lies within ±{} %. Where no \
+         value varies, values are compared as they stand.</p><ul>",
         trial.rules.level,
         100.0 * trial.rules.margin
     );

@@ -81,7 +81,7 @@ fn viewer(image: &'static str, size: [usize; 2]) -> (String, Receiver<Vec<f32>>)
 
 /// R, G and B of each pixel of a file.
 fn pixels(path: &Path) -> Vec<f32> {
-    let picture = decode(path, &std::fs::read(path).expect("there"), None).expect("an image");
+    let picture = decode(path, &std::fs::read(path).expect("there"), None, "--layer").expect("an image");
     let [red, green, blue] = [0, 1, 2].map(|channel| &picture.values[channel]);
     red.iter().zip(green).zip(blue).flat_map(|((r, g), b)| [*r as f32, *g as f32, *b as f32]).collect()
 }

@@ -12,7 +12,7 @@ use super::{Description, LARGEST_OTHER, MOST, read};
 use crate::camera::{Camera, WIDEST};
 use crate::environment::{Environment, EnvironmentMap};
 use crate::error::Error;
-use crate::image;
+use crate::image::read::{self as image, Meaning, REC_709};
 
 fn camera(table: &Table, unit: f64) -> Result<Camera, Error> {
     table.keys(&[&["eye", "target", "up", "fov_deg", "half_height"]])?;
@@ -104,9 +104,30 @@ impl<'a> Reading<'a> {
             return Ok(Environment::Uniform(value.colour(0.0..=LARGEST)?));
         }
         let table = value.table()?;
-        table.keys(&[&["image", "scale", "up", "front"]])?;
+        table.keys(&[&["image", "layer", "scale", "up", "front"]])?;
         let (image, bytes) = self.bytes_of(&table, "image")?;
-        let picture = image::read::decode(&image, &bytes, None).map_err(|error| table.fault(error))?;
+        let layer = table.get("layer").map(|layer| layer.text()).transpose()?;
+        let picture = image::decode(&image, &bytes, layer, "layer").map_err(|error| table.fault(error))?;
+        if !picture.has_primaries(REC_709) {
+            let found = picture.primaries;
+            return Err(
+                table.fault(format!("has primaries {found:?}, not those of Rec. 709 and sRGB: convert its image"))
+            );
+        }
+        if picture.is_cube {
+            return Err(table.fault("is a cube map: convert its image to longitude and latitude"));
+        }
+        if !matches!(picture.meaning, Meaning::Rgb | Meaning::Luminance | Meaning::Grey) {
+            return Err(table.fault(format!("is no radiance in R, G, B, or of one channel: {}", picture.reading())));
+        }
+        let [width, height] = picture.size;
+        if width != 2 * height {
+            self.notes.push(format!(
+                "{} is {width} × {height} pixels and read by longitude and latitude, as the whole sphere, which is twice as \
+                 wide as high; if it is another map, convert it",
+                image.display()
+            ));
+        }
         let scale = table.get("scale").map_or(Ok(1.0), |scale| scale.number(1e-9..=LARGEST))?;
         let axis = |key, default| table.get(key).map_or(Ok(default), |axis| axis.point());
         let planes = &picture.values;

@@ -1,0 +1,85 @@
+//! Portable float maps.
+
+use super::{FLOAT, Meaning, Picture, REC_709, check_size};
+
+/// Reads `PF` or `Pf`, width, height and a scale, whose sign is the order of the bytes, as text; then rows of 32-bit floats
+/// from the bottom. Lines of the text may end in CR LF, and begin with # for a comment; a line's end may follow the pixels.
+///
+/// # Errors
+/// A message: no such header, a scale that is neither 1 nor -1, or pixels that do not fill the size.
+pub(super) fn pfm(bytes: &[u8]) -> Result<Picture, String> {
+    let mut at = 0;
+    let mut word = || {
+        loop {
+            at += bytes[at..].iter().position(|byte| !byte.is_ascii_whitespace())?;
+            if bytes[at] != b'#' {
+                break;
+            }
+            at += bytes[at..].iter().position(|byte| *byte == b'\n')?;
+        }
+        let length = bytes[at..].iter().position(u8::is_ascii_whitespace)?;
+        let word = std::str::from_utf8(&bytes[at..at + length]).ok()?;
+        at += length;
+        Some(word)
+    };
+    let header = (word(), word().and_then(|w| w.parse().ok()), word().and_then(|h| h.parse().ok()));
+    let scale = word().and_then(|scale| scale.parse::<f64>().ok());
+    let (Some(kind @ ("PF" | "Pf")), Some(width), Some(height), Some(scale)) = (header.0, header.1, header.2, scale)
+    else {
+        return Err("no header of a PFM: PF or Pf, width, height, scale".to_owned());
+    };
+    if scale.abs() != 1.0 {
+        return Err(format!(
+            "the scale of the PFM is {scale}, by which some programs multiply its values and some do not: multiply them or \
+             not, and write 1.0, or -1.0 for little-endian"
+        ));
+    }
+    let pixels = usize::checked_mul(width, height);
+    check_size(pixels)?;
+    let colours = if kind == "PF" { 3 } else { 1 };
+    let expected = 4 * colours * width * height;
+    let rest = pixel_bytes(&bytes[at..], expected).ok_or_else(|| {
+        let found = bytes.len() - at - 1;
+        format!("{found} bytes of pixels in place of {expected}: truncated, or another format")
+    })?;
+    let number = |bytes: &[u8]| {
+        let bytes = [bytes[0], bytes[1], bytes[2], bytes[3]];
+        f64::from(if scale < 0.0 { f32::from_le_bytes(bytes) } else { f32::from_be_bytes(bytes) })
+    };
+    let plane = |channel: usize| -> Vec<f64> {
+        let rows = rest.chunks_exact(4 * colours * width).rev();
+        rows.flat_map(|row| row.chunks_exact(4).skip(channel).step_by(colours).map(number)).collect()
+    };
+    let names = if colours == 3 { &["R", "G", "B"][..] } else { &["grey"] };
+    Ok(Picture {
+        size: [width, height],
+        corner: [0; 2],
+        meaning: if colours == 3 { Meaning::Rgb } else { Meaning::Grey },
+        channels: names.iter().map(|name| (*name).to_owned()).collect(),
+        left_out: Vec::new(),
+        values: (0..colours).map(plane).collect(),
+        standard_errors: None,
+        rounding: FLOAT,
+        primaries: REC_709,
+        is_cube: false,
+    })
+}
+
+/// The bytes of the pixels in what follows the header's last word: after one white space, or the rest of its line; before
+/// the end of the file, or a last end of a line. The number of bytes decides, for pixels may look like white space.
+fn pixel_bytes(rest: &[u8], expected: usize) -> Option<&[u8]> {
+    let blanks = rest.iter().take_while(|byte| matches!(byte, b' ' | b'\t')).count();
+    let line = match rest[blanks..] {
+        [b'\r', b'\n', ..] => blanks + 2,
+        _ => blanks + 1,
+    };
+    let starts = [1, line];
+    let exact = starts.iter().find_map(|&start| rest.get(start..).filter(|rest| rest.len() == expected));
+    let ended = || {
+        starts.iter().rev().find_map(|&start| {
+            let (pixels, end) = rest.get(start..)?.split_at_checked(expected)?;
+            matches!(end, b"\n" | b"\r\n" | b"\r").then_some(pixels)
+        })
+    };
+    exact.or_else(ended)
+}
