@@ -35,7 +35,7 @@ pub struct Picture {
     pub meaning: Meaning,
     /// The names of the channels in the file, with that of their layer.
     pub channels: Vec<String>,
-    /// What else the file holds: layers, and channels without one.
+    /// Everything else in the file: layers, and channels without one.
     pub left_out: Vec<String>,
     /// The values of each channel, row by row from the top.
     pub values: Vec<Vec<f64>>,
@@ -54,7 +54,7 @@ pub struct Picture {
 pub const REC_709: [[f32; 2]; 4] = [[0.64, 0.33], [0.3, 0.6], [0.15, 0.06], [0.3127, 0.329]];
 
 impl Picture {
-    /// What each channel is: R, G, B; X, Y, Z; Y for luminance or grey; or its name.
+    /// The kind of each channel: R, G, B; X, Y, Z; Y for luminance or grey; or its name.
     pub fn labels(&self) -> Vec<&str> {
         match self.meaning {
             Meaning::Rgb => vec!["R", "G", "B"],

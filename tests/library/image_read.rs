@@ -199,7 +199,7 @@ fn the_image_is_found_by_the_names_that_programs_use() {
     assert_eq!(picture.reading(), reading);
 }
 
-/// What may be another image than the one meant is refused, with all that would be read if it were asked for.
+/// Images that may be another than the one meant are refused, with all that would be read if it were asked for.
 #[test]
 fn what_may_be_another_image_is_refused() {
     for (names, hint) in [

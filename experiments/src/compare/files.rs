@@ -62,7 +62,7 @@ pub(super) fn read_one(path: &Path, layer: &Layer) -> Result<Input, Error> {
     Ok(Input { path: path.to_owned(), digest, picture })
 }
 
-/// What was read of the images of a side, each way once.
+/// The channels that were read of the images of a side, each way once.
 pub(super) fn readings(inputs: &[Input]) -> String {
     let mut all: Vec<String> = Vec::new();
     for input in inputs {
@@ -208,7 +208,7 @@ fn is_plain(plane: &[f64]) -> bool {
     plane.iter().all(|value| *value == plane[0])
 }
 
-/// What is to be told of images that are the same although nothing is wrong with that.
+/// A note that two images are the same although nothing is wrong with that.
 pub(super) fn note(a: &[Input], b: &[Input]) -> Option<String> {
     let all: Vec<&Input> = a.iter().chain(b).collect();
     let (first, second) = repeated(&all).into_iter().find(|(first, second)| first.digest == second.digest)?;

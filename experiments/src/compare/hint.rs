@@ -6,7 +6,7 @@ use whitefurnace::image::read::{Meaning, Picture};
 
 use super::sides;
 
-/// What may have been done to the images of a side.
+/// A change that may have been made to the images of a side.
 #[derive(Clone, Copy, Debug)]
 enum Change {
     UpsideDown,
@@ -16,7 +16,7 @@ enum Change {
     Transposed,
     /// By so many half pixels to the right and down.
     Moved([isize; 2]),
-    /// Of halves, the second side is the mean of the pixels that they lie between, not the first.
+    /// The same, but for halves the second side is the mean of the pixels that they lie between, not the first.
     MovedFrom([isize; 2]),
     RedForBlue,
     Times(f64),
@@ -173,7 +173,7 @@ fn residual(a: &Picture, b: &Picture) -> f64 {
     sum / count
 }
 
-/// What makes the sides agree, or nearly so, in words: of some changes the one that leaves least, if that is less than a
+/// The change that makes the sides agree, or nearly so, in words: of some the one that leaves least, if that is less than a
 /// quarter of the difference, and what a new comparison says of it.
 pub(super) fn hint(sides_of: [&[&Picture]; 2], exact: bool, rules: &Rules, found: &Comparison) -> Option<String> {
     let pixels = &found.kinds[3];

@@ -62,8 +62,8 @@ pub struct Compare {
     /// Lay the upper left pixels of all images on one another, whatever place in the frame their files state
     #[arg(long)]
     ignore_place: bool,
-    /// What the interval of the image means' difference must lie within to agree, percent; a difference beyond noise is
-    /// one at any size; from 0.000001 to 100
+    /// The margin, percent, within which the interval of the image means' difference must lie to agree; a difference
+    /// beyond noise is one at any size; from 0.000001 to 100
     #[arg(long, default_value_t = 1.0, allow_hyphen_values = true, value_parser = real(1e-6..=100.0))]
     margin: f64,
     /// The chance that right renderers are called different; from 0.000000000001 to 0.5
@@ -164,9 +164,9 @@ struct Trial<'a> {
     exact: bool,
     rules: &'a Rules,
     found: &'a Comparison,
-    /// What makes the sides agree.
+    /// A change that makes the sides agree.
     hint: Option<String>,
-    /// What is to be told of the files.
+    /// A note on the files.
     note: Option<String>,
 }
 
@@ -207,7 +207,7 @@ impl Trial<'_> {
         self.found.kinds[0].places.iter().all(|place| place.noiseless)
     }
 
-    /// What was read of the sides, a line or two.
+    /// The channels that were read of the sides, a line or two.
     fn readings(&self) -> Vec<String> {
         let [first, second] = [self.a, self.b].map(files::readings);
         if first == second {

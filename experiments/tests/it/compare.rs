@@ -128,7 +128,7 @@ fn bad_input_gets_one_line_and_exit_code_three() {
         ("--a a.exr --b text.exr", "cannot read text.exr: neither EXR nor PFM"),
         ("--a a.exr --b b.exr --layer none", "choose by --layer among: R,G,B, albedo, normal, samples, stderr"),
         ("--a a.exr --b b.exr --b-layer depth", "cannot read b.exr: no layer \"depth\""),
-        ("--a a.exr --b one.pfm --layer albedo", "cannot read one.pfm: a PFM has no layers: leave out --layer"),
+        ("--a a.exr --b one.pfm --layer albedo", "cannot read one.pfm: a PFM or Radiance picture has no layers: leave out --layer"),
         ("--a a.exr --b b.exr --region 0,0,9,6", "--region [0, 0, 9, 6] reaches beyond"),
         ("--a a.exr --b b.exr --region 3,0,3,6", "X0 < X1"),
         ("--a a.exr --b b.exr --level 1", "from 0.000000000001 to 0.5"),
@@ -263,7 +263,7 @@ fn the_common_part_is_compared() {
     ends(&folder, "--a crop-*.exr --b whole-*.exr --ignore-place --common", 1, "DIFFER");
 }
 
-/// What makes the sides agree is told beside the verdict that they differ.
+/// A change that makes the sides agree is told beside the verdict that they differ.
 #[test]
 fn a_hint_tells_what_makes_them_agree() {
     type Change = fn(i32, i32, u32) -> [f32; 3];

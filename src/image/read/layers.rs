@@ -13,9 +13,9 @@ struct Channel {
     place: [usize; 2],
     /// The full name, with that of the part if there are several.
     name: String,
-    /// What stands before the last dot of the name; empty without one.
+    /// The text before the last dot of the name; empty without one.
     layer: String,
-    /// What stands behind, in lower case, without dots and brackets.
+    /// The text behind it, in lower case, without dots and brackets.
     component: String,
 }
 
