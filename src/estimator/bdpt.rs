@@ -27,7 +27,10 @@ pub enum Connections {
     Ends,
 }
 
-/// One camera ray and one particle per pixel and pass, an unbiased estimator of (8) on every scene.
+/// Bidirectional path tracing, an estimator of (8): one camera ray and one particle per pixel and pass.
+///
+/// It is unbiased in exact arithmetic where no surfaces coincide. Trials show agreement with closed forms and with other
+/// estimators on their scenes, to within the δ that each states.
 ///
 /// A path with s vertices from the light and t from the eye is found when the eye's part hits an emitter
 /// (s = 0), by a shadow ray to a fresh point of an emitter (s = 1), when the particle is seen (t = 1), and

@@ -38,7 +38,10 @@ pub enum Heuristic {
     Power,
 }
 
-/// An unbiased estimator of (8) on every scene, or with a limit on bounces of the first terms of its Neumann series.
+/// A path tracer: an estimator of (8), or with a limit on bounces of the first terms of its Neumann series.
+///
+/// It is unbiased in exact arithmetic where no surfaces coincide. Trials show agreement with closed forms and with other
+/// estimators on their scenes, to within the δ that each states.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Path<P = Standard> {
     /// Its parts.

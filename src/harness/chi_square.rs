@@ -107,7 +107,9 @@ fn pearson(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Ou
     let expected: Vec<f64> =
         partition.masses.iter().map(|m| kept as f64 * if mass == 0.0 { 0.0 } else { m / mass }).collect();
     let pooled = pool(&expected, &counts.observed);
-    let statistic: f64 = pooled.iter().map(|&[e, o]| (o - e).powi(2) / e).sum();
+    // What rounding of the density explains is no deviation. Normalised, masses may be off by twice as much.
+    let deviation = |[e, o]: [f64; 2]| ((o - e).abs() - 2.0 * partition.relative * e).max(0.0);
+    let statistic: f64 = pooled.iter().map(|&cell| deviation(cell).powi(2) / cell[0]).sum();
     let dof = pooled.len().saturating_sub(1) as f64;
     let p_cells = if dof > 0.0 { chi_square_sf(statistic, dof) } else { 1.0 };
     let p_lost = lost_p(partition, counts);
@@ -197,8 +199,9 @@ pub fn pool(expected: &[f64], observed: &[u64]) -> Vec<[f64; 2]> {
 /// The two-sided exact p-value of the number of lost samples, given that the loss is known to within
 /// the partition's error.
 fn lost_p(partition: &Partition, counts: &Counts) -> f64 {
-    let most = partition.loss + partition.error;
-    let least = (partition.loss - partition.error).max(0.0);
+    let error = partition.error + partition.relative * partition.mass();
+    let most = partition.loss + error;
+    let least = (partition.loss - error).max(0.0);
     let tails = binomial_sf(counts.lost, counts.n, most).min(binomial_cdf(counts.lost, counts.n, least));
     (2.0 * tails).min(1.0)
 }
@@ -243,7 +246,13 @@ fn cells(partition: &Partition, counts: &Counts, expected: &[f64]) -> Vec<Cell> 
 
 fn describe(partition: &Partition, counts: &Counts, expected: &[f64], p_lost: f64) -> String {
     if let Some(point) = counts.example {
-        return format!("{} of {} samples where the pdf is zero, the first at {point}", counts.forbidden, counts.n);
+        let Counts { forbidden, n, .. } = counts;
+        return match partition.outside(point) {
+            Some(why) => {
+                format!("{forbidden} of {n} samples are outside or where the pdf is zero; the first, {point}, {why}")
+            }
+            None => format!("{forbidden} of {n} samples where the pdf is zero or not finite, the first at {point}"),
+        };
     }
     if p_lost < ALPHA {
         return format!("{} samples lost, {:.1} expected", counts.lost, partition.loss * counts.n as f64);

@@ -24,25 +24,32 @@ pub enum Domain {
     Triangle,
 }
 
-/// Unit vectors and borders may be missed by rounding, not by more.
+/// By so much points in double precision may miss unit length and borders: rounding, not more.
 const ROUNDING: f64 = 1e-9;
 
 impl Domain {
     /// The place of a point in the unit square; `None` outside the domain (and for NaN).
     pub fn to_square(self, p: DVec3) -> Option<[f64; 2]> {
+        self.to_square_within(p, ROUNDING)
+    }
+
+    /// The same for points that may miss unit length and borders by so much.
+    fn to_square_within(self, p: DVec3, rounding: f64) -> Option<[f64; 2]> {
         let azimuth = || {
             let turn = p.y.atan2(p.x) / TAU;
             if turn < 0.0 { turn + 1.0 } else { turn }
         };
         let inside = |yes: bool, square: [f64; 2]| yes.then_some(square);
-        let unit = (p.length_squared() - 1.0).abs() < ROUNDING;
+        let unit = (p.length_squared() - 1.0).abs() < rounding;
+        // Directions in double precision do not miss the horizon.
+        let above = p.z >= if rounding > ROUNDING { -rounding } else { 0.0 };
         match self {
             Self::Sphere => inside(unit, [0.5 * (1.0 - p.z), azimuth()]),
-            Self::Hemisphere => inside(unit && p.z >= 0.0, [1.0 - p.z, azimuth()]),
-            Self::CosineHemisphere => inside(unit && p.z >= 0.0, [p.x * p.x + p.y * p.y, azimuth()]),
+            Self::Hemisphere => inside(unit && above, [1.0 - p.z, azimuth()]),
+            Self::CosineHemisphere => inside(unit && above, [p.x * p.x + p.y * p.y, azimuth()]),
             Self::Disk => {
                 let s = p.x * p.x + p.y * p.y;
-                inside(s <= 1.0 + ROUNDING && p.z == 0.0, [s, azimuth()])
+                inside(s <= 1.0 + rounding && p.z == 0.0, [s, azimuth()])
             }
             Self::Square => {
                 let unit = 0.0..=1.0;
@@ -50,7 +57,7 @@ impl Domain {
             }
             Self::Triangle => {
                 let rest = 1.0 - p.x;
-                let yes = p.x >= 0.0 && p.y >= 0.0 && p.y <= rest + ROUNDING;
+                let yes = p.x >= 0.0 && p.y >= 0.0 && p.y <= rest + rounding;
                 inside(yes, [1.0 - rest * rest, if rest > 0.0 { p.y / rest } else { 0.0 }])
             }
         }
@@ -131,6 +138,10 @@ pub struct Partition {
     /// How exactly the probabilities are known: 0 for closed forms, else the quadrature's error, at least
     /// its tolerance.
     pub error: f64,
+    /// How far each probability may be off besides, relative to it: by the rounding of a density in single precision.
+    pub(crate) relative: f64,
+    /// By how much points may miss unit length and borders.
+    rounding: f64,
     rows: usize,
     columns: usize,
     /// For each field of the grid, its cell.
@@ -155,6 +166,8 @@ impl Partition {
                 .collect(),
             loss: 0.0,
             error: 0.0,
+            relative: 0.0,
+            rounding: ROUNDING,
             rows,
             columns,
             cell_of: (0..cells).collect(),
@@ -172,6 +185,8 @@ impl Partition {
             places,
             loss: 0.0,
             error: 0.0,
+            relative: 0.0,
+            rounding: ROUNDING,
         }
     }
 
@@ -207,9 +222,26 @@ impl Partition {
         partition
     }
 
+    /// Sets by how much points may miss unit length and borders: 1e-9 unless set, 1e-5 will do for points in single
+    /// precision.
+    pub fn rounding(self, rounding: f64) -> Self {
+        Self { rounding, ..self }
+    }
+
+    /// Why a point is outside the domain, in words that follow the point; `None` if it is inside.
+    pub(crate) fn outside(&self, point: DVec3) -> Option<String> {
+        let directions = matches!(self.domain, Domain::Sphere | Domain::Hemisphere | Domain::CosineHemisphere);
+        let length = point.length();
+        let why = || match directions && (length * length - 1.0).abs() >= self.rounding {
+            true => format!("is no unit vector to {:.0e}: its length is {length}", self.rounding),
+            false => format!("is no point of the domain {:?}", self.domain),
+        };
+        self.cell(point).is_none().then(why)
+    }
+
     /// The cell of a point; `None` outside the domain.
     pub fn cell(&self, point: DVec3) -> Option<usize> {
-        let [s, b] = self.domain.to_square(point)?;
+        let [s, b] = self.domain.to_square_within(point, self.rounding)?;
         let index = |x: f64, n: usize| ((x * n as f64) as usize).min(n - 1);
         Some(self.cell_of[index(s, self.rows) * self.columns + index(b, self.columns)])
     }

@@ -30,11 +30,11 @@ use super::chi_square::{CELL_DELTA, binomial};
 use super::copied;
 use super::mean::{Values, mean};
 use super::outcome::{Claim, Outcome};
-use super::pointwise::{
-    LEAST_COSINE, Largest, POINTWISE, fuzzed_direction, fuzzed_number, inner_direction, relative, uniform3,
-};
+use super::pointwise::{LEAST_COSINE, Largest, fuzzed_direction, fuzzed_number, inner_direction, uniform3};
+use super::roundoff::{DOUBLE, LARGEST_BOUND, NUDGE, Rounding, SINGLE, looks_single};
 use super::trial::Context;
 use crate::frame::from_spherical;
+use crate::rng::Stream;
 
 /// A direction into which light goes, for some wo.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,10 +109,70 @@ impl LobeSubject {
     }
 }
 
-/// The lobe that has this direction.
-fn lobe_of(lobes: &[Lobe], wi: DVec3) -> Option<usize> {
-    lobes.iter().position(|lobe| (lobe.direction - wi).length() <= POINTWISE)
+/// A subject with the bounds for its precision.
+struct Judged<'a> {
+    subject: &'a LobeSubject,
+    rounding: Rounding,
 }
+
+impl Judged<'_> {
+    /// The lobe that has this direction, to within so much.
+    fn lobe_of(&self, lobes: &[Lobe], wi: DVec3, conditioning: f64) -> Option<usize> {
+        let near = self.rounding.tolerance() + conditioning.min(LARGEST_BOUND);
+        lobes.iter().position(|lobe| (lobe.direction - wi).length() <= near)
+    }
+
+    fn sample(&self, wo: DVec3, random: [f64; 3]) -> Option<LobeSample> {
+        self.subject.sample(wo, random.map(|u| self.rounding.number(u)))
+    }
+
+    /// How far rounding may move lobes at wo: their directions, and their probabilities and shares relative to them.
+    /// Infinite where there are more or fewer lobes beside it, as at the edge of
+    /// total reflection; 0 in double precision.
+    fn conditioning(&self, wo: DVec3) -> f64 {
+        if !self.rounding.is_coarse() {
+            return 0.0;
+        }
+        let lobes = self.subject.lobes(wo);
+        let change = |moved: DVec3| {
+            let others = self.subject.lobes(moved);
+            let each = lobes.iter().zip(&others).map(|(a, b)| {
+                let [probability, share] =
+                    [(a.probability, b.probability), (a.share, b.share)].map(|(a, b)| self.rounding.relative(a, b));
+                (a.direction - b.direction).length().max(probability).max(share)
+            });
+            if others.len() == lobes.len() { each.fold(0.0, f64::max) } else { f64::INFINITY }
+        };
+        self.rounding.steps().into_iter().map(|step| change(wo + step)).fold(0.0, f64::max)
+    }
+}
+
+/// The bounds for the precision that is stated, or else found from the values of the subject.
+fn rounding(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Rounding {
+    let found = || {
+        let rng: &mut Stream = &mut context.rng("precision");
+        let mut quantities: [Vec<[f64; 2]>; 6] = Default::default();
+        for _ in 0..size.pairs.min(PRECISION_DIRECTIONS) {
+            let wo = inner_direction(rng, subject.transmits);
+            let nudged = wo + DVec3::splat(NUDGE);
+            for (a, b) in subject.lobes(wo).iter().zip(&subject.lobes(nudged)) {
+                let values = |l: &Lobe| [l.direction.x, l.direction.y, l.direction.z, l.probability, l.share];
+                for ((quantity, a), b) in quantities.iter_mut().zip(values(a)).zip(values(b)) {
+                    quantity.push([a, b]);
+                }
+            }
+            let random = uniform3(rng);
+            if let [Some(a), Some(b)] = [wo, nudged].map(|wo| subject.sample(wo, random)) {
+                quantities[5].push([a.wi.x, b.wi.x]);
+            }
+        }
+        if quantities.iter().any(|values| looks_single(values)) { SINGLE } else { DOUBLE }
+    };
+    Rounding::new(size.roundoff.unwrap_or_else(found))
+}
+
+/// Directions on which a subject's precision is found.
+const PRECISION_DIRECTIONS: u64 = 400;
 
 /// Everything that can be asked of a BSDF of lobes without a scene. Pointwise, on random directions: no
 /// NaN, infinite or negative value (on a fuzzed domain); probabilities that sum to one minus the loss;
@@ -121,30 +181,32 @@ fn lobe_of(lobes: &[Lobe], wi: DVec3) -> Option<usize> {
 /// of `size` (on both sides, if it transmits) a binomial test of every lobe's probability, and the
 /// furnace: the mean weight is the sum of the shares.
 pub fn check_up_lobes(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Vec<Outcome> {
-    let mut outcomes = vec![sane(subject, size, context)];
-    outcomes.extend(pointwise(subject, size, context));
+    let judged = Judged { subject, rounding: rounding(subject, size, context) };
+    let mut outcomes = vec![sane(&judged, size, context)];
+    outcomes.extend(pointwise(&judged, size, context));
     let sides: &[f64] = if subject.transmits { &[1.0, -1.0] } else { &[1.0] };
     for &side in sides {
         for (i, &degrees) in size.inclinations.iter().enumerate() {
             let wo = from_spherical(degrees.to_radians(), 0.7 + i as f64);
             let wo = wo.with_z(side * wo.z);
             let place = format!("{degrees} degrees{}", if side < 0.0 { " inside" } else { "" });
-            outcomes.extend(at_direction(subject, size, context, wo, &place));
+            outcomes.extend(at_direction(&judged, size, context, wo, &place));
         }
     }
     outcomes
 }
 
-fn sane(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Outcome {
+fn sane(judged: &Judged<'_>, size: &CheckUp, context: &Context) -> Outcome {
+    let Judged { subject, rounding } = judged;
     let mut rng = context.rng("sane");
-    let mut worst = String::from("every value is finite and not negative");
+    let mut worst = format!("every value is finite and not negative; judged as {}", rounding.words());
     let mut bad = 0.0;
     let ok = |x: f64| x.is_finite() && x >= 0.0;
-    let unit = |w: DVec3| (w.length() - 1.0).abs() < POINTWISE;
+    let unit = |w: DVec3| (w.length() - 1.0).abs() < rounding.tolerance();
     for _ in 0..size.pairs {
         let wo = fuzzed_direction(&mut rng, subject.transmits);
         let random = [(); 3].map(|()| fuzzed_number(&mut rng));
-        let (lobes, sample) = (subject.lobes(wo), subject.sample(wo, random));
+        let (lobes, sample) = (subject.lobes(wo), judged.sample(wo, random));
         let lobe_ok = |l: &Lobe| ok(l.probability) && ok(l.share) && unit(l.direction);
         if !lobes.iter().all(lobe_ok) || !sample.is_none_or(|s| ok(s.weight) && unit(s.wi)) {
             bad = 1.0;
@@ -155,10 +217,11 @@ fn sane(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Outcome {
 }
 
 /// The checks on random directions.
-fn pointwise(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Vec<Outcome> {
+fn pointwise(judged: &Judged<'_>, size: &CheckUp, context: &Context) -> Vec<Outcome> {
+    let Judged { subject, rounding } = judged;
     let mut rng = context.rng("pointwise");
     let [mut sums, mut weights, mut back, mut energy] = [(); 4].map(|()| Largest::default());
-    let [mut sampled, mut returned] = [0; 2];
+    let [mut sampled, mut returned, mut left_out] = [0; 3];
     for _ in 0..size.pairs {
         let wo = inner_direction(&mut rng, subject.transmits);
         let lobes = subject.lobes(wo);
@@ -170,36 +233,47 @@ fn pointwise(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Vec<Ou
             let wi = lobe.direction;
             if wi.z.abs() > LEAST_COSINE && lobe.probability > 0.0 {
                 returned += 1;
-                let returns = lobe_of(&subject.lobes(wi), wo).is_some();
+                let there = subject.lobes(wi);
+                let returns = judged.lobe_of(&there, wo, 0.0).is_some()
+                    || judged.lobe_of(&there, wo, judged.conditioning(wi)).is_some();
                 back.see(if returns { 0.0 } else { 1.0 }, || format!("no lobe leads from {wi} back to wo = {wo}"));
             }
         }
-        if let Some(sample) = subject.sample(wo, uniform3(&mut rng)) {
+        if let Some(sample) = judged.sample(wo, uniform3(&mut rng)) {
             sampled += 1;
-            match lobe_of(&lobes, sample.wi).map(|lobe| lobes[lobe]) {
+            let exact = judged.lobe_of(&lobes, sample.wi, 0.0);
+            match exact.or_else(|| judged.lobe_of(&lobes, sample.wi, judged.conditioning(wo))) {
                 Some(lobe) => {
-                    let error = relative(sample.weight * lobe.probability, lobe.share);
-                    weights.see(error, || format!("{sample:?} of {lobe:?} at wo = {wo}"));
+                    let lobe = lobes[lobe];
+                    let error = rounding.relative(sample.weight * lobe.probability, lobe.share);
+                    match rounding.excess(error, || judged.conditioning(wo)) {
+                        Some(excess) => {
+                            weights.see(excess, || format!("{sample:?} of {lobe:?}, off by {error:.1e}, at wo = {wo}"))
+                        }
+                        None => left_out += 1,
+                    }
                 }
                 None => weights.see(1.0, || format!("{sample:?} has the direction of no lobe at wo = {wo}")),
             }
         }
     }
-    [
+    let [sums, weights, back, energy] = [
         ("sum of probabilities", size.pairs, sums),
-        ("weight = share/probability", sampled, weights),
+        ("weight = share/probability", sampled - left_out, weights),
         ("way back", returned, back),
         ("energy bound", size.pairs, energy),
     ]
-    .map(|(name, n, l)| Outcome::exact(name, n, l.error, POINTWISE, l.place))
-    .into()
+    .map(|(name, n, l)| Outcome::exact(name, n, l.error, rounding.tolerance(), l.place));
+    vec![sums, rounding.outcome(weights, left_out), back, energy]
 }
 
 /// δ of a lobe's probability is relative to it, but never below that of a lobe of this probability.
 const LEAST_PROBABILITY: f64 = 0.1;
 
 /// The checks by sampling for one wo.
-fn at_direction(subject: &LobeSubject, size: &CheckUp, context: &Context, wo: DVec3, place: &str) -> Vec<Outcome> {
+fn at_direction(judged: &Judged<'_>, size: &CheckUp, context: &Context, wo: DVec3, place: &str) -> Vec<Outcome> {
+    let Judged { subject, rounding } = judged;
+    let conditioning = judged.conditioning(wo);
     let lobes = subject.lobes(wo);
     let albedo: f64 = lobes.iter().map(|lobe| lobe.share).sum();
     let n = context.n(size.samples);
@@ -208,10 +282,10 @@ fn at_direction(subject: &LobeSubject, size: &CheckUp, context: &Context, wo: DV
     let mut values = Values::new(albedo);
     let [mut strays, mut lost] = [0_u64; 2];
     for _ in 0..n {
-        let sample = subject.sample(wo, uniform3(&mut rng));
+        let sample = judged.sample(wo, uniform3(&mut rng));
         // A lost sample carries nothing, and counts.
         values.push(sample.map_or(0.0, |s| s.weight));
-        match sample.map(|s| lobe_of(&lobes, s.wi)) {
+        match sample.map(|s| judged.lobe_of(&lobes, s.wi, conditioning)) {
             Some(Some(lobe)) => picked[lobe] += 1,
             Some(None) => strays += 1,
             None => lost += 1,
@@ -224,9 +298,23 @@ fn at_direction(subject: &LobeSubject, size: &CheckUp, context: &Context, wo: DV
     };
     let at = |what: &str| format!("{what} at {place}");
     // Weights are share/probability, or 0 for what is lost: the same for all, or not.
-    let lossless = lobes.iter().map(|lobe| lobe.probability).sum::<f64>() > 1.0 - POINTWISE;
-    let constant = lossless && lobes.iter().all(|lobe| (lobe.share - albedo * lobe.probability).abs() <= POINTWISE);
+    let lossless = lobes.iter().map(|lobe| lobe.probability).sum::<f64>() > 1.0 - rounding.tolerance();
+    let same = |lobe: &Lobe| (lobe.share - albedo * lobe.probability).abs() <= rounding.tolerance();
+    let constant = lossless && lobes.iter().all(same);
     let claim = Claim::Exact { delta: if constant { 0.0 } else { size.delta * albedo } };
+    let furnace = if constant && rounding.is_coarse() {
+        let [found, spread] = [values.moments.mean(), values.moments.variance().sqrt()];
+        let worst = format!("mean weight {found}, varying by {spread:.1e}; each should be {albedo}");
+        Outcome::exact(
+            at("furnace"),
+            n,
+            (found - albedo).abs() + spread,
+            rounding.tolerance() + conditioning.min(LARGEST_BOUND),
+            worst,
+        )
+    } else {
+        mean(&at("furnace"), &values, albedo, claim)
+    };
     let mut outcomes = vec![
         Outcome::exact(
             at("samples of no lobe"),
@@ -235,7 +323,7 @@ fn at_direction(subject: &LobeSubject, size: &CheckUp, context: &Context, wo: DV
             0.0,
             format!("{strays} astray and {lost} lost of {n} samples"),
         ),
-        mean(&at("furnace"), &values, albedo, claim),
+        furnace,
     ];
     for (lobe, &k) in lobes.iter().zip(&picked) {
         let name = at(&format!("samples towards {:.3}", lobe.direction));

@@ -12,6 +12,7 @@
 //! | do two images agree? | [`welch_map`] |
 //! | do two sets of images agree? | [`images`] |
 //! | is this BSDF right? | [`bsdf_checkup`]; mirrors and glass: [`lobe_checkup`] |
+//! | in which precision does it compute, and what does rounding explain? | [`roundoff`] |
 //! | how fast does the error fall, and by how much is one variance below another? | [`convergence`] |
 //! | can an expensive test stop early? | [`sequential`] |
 //! | how large an effect would have been seen, how surely? | [`power`] |
@@ -57,6 +58,7 @@ pub mod outcome;
 pub mod pointwise;
 pub mod power;
 pub mod quadrature;
+pub mod roundoff;
 pub mod sequential;
 pub mod tails;
 pub mod trial;

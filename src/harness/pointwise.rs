@@ -64,13 +64,16 @@ pub(crate) fn fuzzed_direction(rng: &mut Stream, both_sides: bool) -> DVec3 {
     either_side(from_spherical(theta, phi), rng, both_sides)
 }
 
+/// The largest number below 1.
+pub(crate) const LAST_NUMBER: f64 = 1.0 - f64::EPSILON / 2.0;
+
 /// A number of [0, 1), often 0 or the largest.
 pub(crate) fn fuzzed_number(rng: &mut Stream) -> f64 {
     let [pick, r] = [uniform(rng), uniform(rng)];
     if pick < 0.1 {
         0.0
     } else if pick < 0.2 {
-        1.0 - f64::EPSILON / 2.0
+        LAST_NUMBER
     } else {
         r
     }

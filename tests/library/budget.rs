@@ -2,7 +2,7 @@
 
 use whitefurnace::harness::bsdf_checkup::{CheckUp, assertions};
 
-use crate::harness::{checkup_parts, directions, images, lobe_checkup as lobes};
+use crate::harness::{checkup_parts, directions, images, lobe_checkup as lobes, single_precision};
 use crate::shares::{ENOUGH, OUTSIDE};
 
 /// Asserts that a test of [`ENOUGH`] has compared enough.
@@ -22,7 +22,8 @@ fn the_shares_are_counted() {
         ("images", images::ASSERTIONS),
         ("lobes", lobes::PASSES.iter().sum::<usize>() + lobes::FAULTY),
         ("checkup parts", checkup_parts::ASSERTIONS),
-        ("documentation", 1 + 8 + 2 * check_up + lobes::PASSES[2]),
+        ("single precision", single_precision::ASSERTIONS),
+        ("documentation", 1 + 8 + 3 * check_up + lobes::PASSES[2]),
     ];
     assert_eq!(OUTSIDE, counted);
 }

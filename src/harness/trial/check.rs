@@ -96,11 +96,12 @@ pub fn check_subject(trial: &Trial, context: &Context) -> Result<Vec<Row>, Strin
     if message.is_empty() { Ok(found) } else { Err(message) }
 }
 
-/// What the [`guard`] has against outcomes that are to hold, a line each; nothing below scale 1.
+/// What the [`guard`] has against outcomes that are to hold, a line each; nothing where sizes are not
+/// [planned](Context::is_planned).
 pub fn refused<'a>(name: &str, outcomes: impl IntoIterator<Item = &'a Outcome>, context: &Context) -> String {
     outcomes
         .into_iter()
-        .filter(|_| context.scale >= 1.0)
+        .filter(|_| context.is_planned())
         .filter_map(guard::may_not_hold)
         .map(|why| format!("{name}: too small for the error budget: {why}\n"))
         .collect()
@@ -116,7 +117,7 @@ pub fn check_control(trial: &Trial, control: &Control, context: &Context) -> Res
         let outcomes = rows.iter().map(|row| &row.outcome);
         let near = meant(&control.rejected_by, outcomes).into_iter().filter_map(guard::may_hold);
         let message: String = near
-            .filter(|_| context.scale >= 1.0)
+            .filter(|_| context.is_planned())
             .map(|why| {
                 let name = full_name(&trial.name, control.name);
                 format!("{name}: too small for the error budget: {why}\n")

@@ -66,6 +66,12 @@ impl Context {
         seed_for(seed_for(self.seed, &self.name), part)
     }
 
+    /// Whether sizes of samples are planned for this run, so that the [`guard`](crate::harness::guard) judges them: under
+    /// the default seed, at full scale or above.
+    pub fn is_planned(&self) -> bool {
+        self.seed == DEFAULT_SEED && self.scale >= 1.0
+    }
+
     /// The random stream of a part of this trial.
     pub fn rng(&self, part: &str) -> Stream {
         stream(self.seed_of(part), 0, 0)

@@ -117,7 +117,7 @@ fn the_worst_is_named() {
     for (loss, lost, forbidden, worst) in [
         (0.0, 5, 0, "5 samples lost, 0.0 expected"),
         (0.1, 0, 0, "0 samples lost, 1000.0 expected"),
-        (0.0, 0, 7, "7 of 10007 samples where the pdf is zero, the first at [1, 0, 0]"),
+        (0.0, 0, 7, "7 of 10007 samples where the pdf is zero or not finite, the first at [1, 0, 0]"),
     ] {
         let found = chi_square("worst", &partition(loss, 0.0), &counts(lost, forbidden), 0.5);
         assert_eq!((found.worst.as_str(), found.p), (worst, 0.0));

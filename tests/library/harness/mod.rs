@@ -16,6 +16,7 @@ mod outcome;
 mod power;
 mod quadrature;
 mod sequential;
+pub mod single_precision; // subjects that compute in f32
 mod tails;
 mod trial;
 mod welch_map;

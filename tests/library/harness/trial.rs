@@ -4,8 +4,8 @@ use std::path::Path;
 use std::process::Command;
 
 use whitefurnace::harness::trial::{
-    CSV_HEADER, Control, Row, Trial, assert_holds, check, check_control, check_subject, command, control_is_green,
-    full_name, group, run_control, run_trial, trial_is_green, write_cells,
+    CSV_HEADER, Control, DEFAULT_SEED, Row, Trial, assert_holds, check, check_control, check_subject, command,
+    control_is_green, full_name, group, run_control, run_trial, trial_is_green, write_cells,
 };
 
 use super::*;
@@ -140,6 +140,34 @@ fn undecided_is_red_at_full_scale_only() {
 }
 
 /// A control counts if the outcomes that it names reject it, with numbers.
+/// Under other seeds than the default one the guard could refuse a right row by chance.
+#[test]
+fn the_guard_is_asked_where_sizes_are_planned() {
+    let small = |verdict| {
+        let sensitivity = Sensitivity::Normal { standard_error: 0.1, dof: 1e4, tests: 1 };
+        Outcome { sensitivity, n: 10_000, ..random("small", verdict) }
+    };
+    let run = move |verdict| move |_: &Context| vec![small(verdict)];
+    let small = Trial {
+        run: Box::new(run(Verdict::Holds)),
+        controls: vec![Control::new("wrong", "it is not so", run(Verdict::Fails))],
+        ..trial(Vec::new(), Vec::new())
+    };
+    for (seed, scale, refuses) in
+        [(DEFAULT_SEED, 1.0, true), (DEFAULT_SEED, 16.0, true), (DEFAULT_SEED, 0.5, false), (7, 1.0, false)]
+    {
+        let context = Context::new(seed, scale).expect("a valid scale");
+        assert_eq!(context.is_planned(), refuses);
+        let found = check_subject(&small, &context);
+        assert_eq!(
+            found.as_ref().is_err_and(|why| why.contains("too small for the error budget")),
+            refuses,
+            "{found:?}"
+        );
+        assert_eq!(found.is_ok(), !refuses);
+    }
+}
+
 #[test]
 fn a_control_is_rejected_by_the_outcomes_that_it_names() {
     let outcome = |name: &str, verdict| Row { outcome: random(name, verdict), ..row(verdict) };

@@ -58,7 +58,7 @@ fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
         mean((name, kind, &GEOMETRY), what, scenes::sphere(), (SQUARE, count, IMAGE))
     };
     vec![
-        rectangle("bidirectional/light-tracer/rectangle", LightTracer, 8_000),
+        rectangle("bidirectional/light-tracer/rectangle", LightTracer, 10_000),
         rectangle("bidirectional/bdpt/rectangle", Bdpt, 8_000),
         sphere("bidirectional/light-tracer/sphere", LightTracer, 20_000),
         sphere("bidirectional/bdpt/sphere", Bdpt, NEARLY_SYMMETRIC),
@@ -69,7 +69,7 @@ fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
             (SQUARE, 6_000, 0.0),
         ),
         frame("bidirectional/light-tracer/frame", LightTracer, 17_000),
-        frame("bidirectional/bdpt/frame", Bdpt, 11_000),
+        frame("bidirectional/bdpt/frame", Bdpt, 13_000),
         frame("bidirectional/bdpt-ends/frame", BdptEnds, 11_000),
     ]
 }
@@ -116,7 +116,7 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
         furnace("bidirectional/bdpt/furnace-box", Bdpt, ([10, 8], NEARLY_SYMMETRIC)),
         cavity("bidirectional/light-tracer/cavity-reflecting", LightTracer, Cap::Reflecting, (SQUARE, 23_500)),
         cavity("bidirectional/bdpt/cavity-black", Bdpt, Cap::Black, (SMALL, NEARLY_SYMMETRIC)),
-        cavity("bidirectional/bdpt-ends/cavity-black", BdptEnds, Cap::Black, (SMALL, NEARLY_SYMMETRIC)),
+        cavity("bidirectional/bdpt-ends/cavity-black", BdptEnds, Cap::Black, (SMALL, 10_500)),
         sky("bidirectional/bdpt/environment", 60_000),
     ]
     .into_iter()
@@ -137,7 +137,7 @@ fn sobol() -> Vec<FamilyTrial<EstimatorSubject>> {
     };
     [
         furnace("bidirectional/light-tracer/sobol", LightTracer, [8, 6], NEARLY_SYMMETRIC),
-        furnace("bidirectional/bdpt/sobol", Bdpt, [6, 4], 10_000),
+        furnace("bidirectional/bdpt/sobol", Bdpt, [6, 4], 12_000),
     ]
     .into_iter()
     .flatten()

@@ -100,7 +100,7 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
     let off_cap = format!("by final gathering, off the reflecting cap of a cavity of albedo {rho},");
     vec![
         cavity("photon/furnace", in_furnace, furnace, 1.0 / (1.0 - albedo), 10_000),
-        cavity("photon/gather", off_cap, gather, off_cap_radiance(rho, Cap::Reflecting), 6_400),
+        cavity("photon/gather", off_cap, gather, off_cap_radiance(rho, Cap::Reflecting), 8_000),
     ]
 }
 

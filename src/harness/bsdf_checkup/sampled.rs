@@ -1,0 +1,247 @@
+//! The checks of a BSDF for one outgoing direction: integrals and samples.
+
+use std::cell::Cell;
+
+use glam::DVec3;
+
+use super::{BsdfSubject, CheckUp, rounding};
+use crate::harness::chi_square::{CELL_DELTA, Counts, chi_square, count};
+use crate::harness::copied;
+use crate::harness::domain::{Domain, MASS_TOLERANCE, Partition};
+use crate::harness::mean::{ROUNDING, Values, every, mean};
+use crate::harness::outcome::{Claim, Outcome};
+use crate::harness::pointwise::uniform3;
+use crate::harness::roundoff::{LARGEST_BOUND, Rounding};
+use crate::harness::tails::binomial_sf;
+use crate::harness::trial::Context;
+
+/// Samples by which it is found how far rounding moves integrals.
+const PROBES: usize = 2000;
+/// The chance that samples which rounding put onto the horizon are taken for forbidden ones: a thousandth of a share.
+const HORIZON_LEVEL: f64 = 1e-12;
+
+/// What the precision of a subject does to its integrals for one outgoing direction.
+struct Blur {
+    rounding: Rounding,
+    /// Sampled directions, each with the relative error of f cos and of the pdf that rounding explains there; none in
+    /// double precision.
+    probes: Vec<(DVec3, f64)>,
+    /// The mean of these errors.
+    mean: f64,
+}
+
+impl Blur {
+    /// By the conditioning at samples of the subject.
+    fn new(subject: &BsdfSubject, wo: DVec3, rounding: Rounding, mut draw: impl FnMut() -> [f64; 3]) -> Self {
+        let count = if rounding.is_coarse() { PROBES } else { 0 };
+        let probes: Vec<(DVec3, f64)> = (0..count)
+            .filter_map(|_| subject.sample(wo, draw().map(|u| rounding.number(u))))
+            .map(|s| {
+                let pdf = rounding.spread(wo, s.wi, &|wo, wi| subject.pdf(wo, wi));
+                let f_cos = rounding.spread(wo, s.wi, &|wo, wi| subject.f_cos(wo, wi));
+                // Where light is zero beside a pdf, it is zero with any rounding.
+                let f_cos = if subject.eval(wo, s.wi) == 0.0 { 0.0 } else { f_cos };
+                (s.wi, (rounding.tolerance() + pdf.max(f_cos)).min(LARGEST_BOUND))
+            })
+            .collect();
+        let mean = mean_of(probes.iter().map(|(_, bound)| *bound));
+        Self { rounding, probes, mean }
+    }
+
+    /// How exactly integrals of size about one can be known.
+    fn known(&self) -> f64 {
+        MASS_TOLERANCE + self.mean
+    }
+
+    /// The outcome, unless rounding might hide half a slip of one percent: then it says nothing.
+    fn judged(&self, outcome: Outcome) -> Outcome {
+        if self.mean <= 0.5 * LARGEST_BOUND {
+            return outcome;
+        }
+        let why =
+            format!("in {} values are off by {:.1e} and more for rounding alone", self.rounding.words(), self.mean);
+        outcome.without_evidence(&why, u64::MAX)
+    }
+}
+
+/// The mean of some numbers; 0 of none.
+fn mean_of(numbers: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = numbers.fold((0.0, 0), |(sum, count), number| (sum + number, count + 1));
+    sum / f64::from(count.max(1))
+}
+
+/// The weights of samples, and the same with a control variate for those that are lost.
+struct Weights {
+    plain: Values,
+    /// A lost sample counts as the mean weight of the others, less what such samples bring in the mean.
+    controlled: Values,
+    /// The mean weight of samples that are not lost.
+    kept: f64,
+    /// The probability of a loss.
+    loss: f64,
+}
+
+impl Weights {
+    fn new(albedo: f64, partition: &Partition) -> Self {
+        let kept = albedo / partition.mass();
+        Self { plain: Values::new(albedo), controlled: Values::new(albedo), kept, loss: partition.loss }
+    }
+
+    fn push(&mut self, weight: Option<f64>) {
+        self.plain.push(weight.unwrap_or(0.0));
+        self.controlled.push(weight.unwrap_or(self.kept) - self.kept * self.loss);
+    }
+
+    /// The values whose mean is the albedo. That as many are lost as the pdf says is tested apart from them; where a few
+    /// are, they alone would make plain weights too skewed for a test.
+    fn values(self, rounding: Rounding, lost: u64) -> Values {
+        let controlled = lost > 0 && self.kept.is_finite() && self.plain.moments.variance() > 0.0;
+        let better = rounding.is_coarse() || self.plain.valid_from() > self.plain.moments.count();
+        if controlled && better { self.controlled } else { self.plain }
+    }
+}
+
+/// The checks for one outgoing direction, `degrees` from the normal.
+pub fn at_direction(subject: &BsdfSubject, size: &CheckUp, context: &Context, wo: DVec3, degrees: f64) -> Vec<Outcome> {
+    let rounding = rounding(subject, size, context);
+    let mut probes = context.rng(&format!("rounding at {degrees}"));
+    let blur = Blur::new(subject, wo, rounding, || uniform3(&mut probes));
+    let partition = partition(subject, size, wo, &blur);
+    let albedo = subject.domain().integrate_all(blur.known(), &|wi| subject.f_cos(wo, wi));
+    let n = context.n(size.samples);
+    let mut weights = Weights::new(albedo.value, &partition);
+    let mut rng = context.rng(&format!("samples at {degrees}"));
+    let draw = || {
+        let sample = subject.sample(wo, uniform3(&mut rng).map(|u| rounding.number(u)));
+        // A lost sample carries nothing, and counts.
+        weights.push(sample.map(|s| s.weight));
+        sample.map(|s| s.wi)
+    };
+    let horizon = Cell::new(0);
+    let mut counts = count(&partition, n, draw, |wi| {
+        let pdf = subject.pdf(wo, wi);
+        let rounded = pdf == 0.0 && rounding.at_horizon(wi);
+        horizon.set(horizon.get() + u64::from(rounded));
+        rounded || (pdf > 0.0 && pdf.is_finite())
+    });
+    if more_than_rounding_explains(subject, wo, rounding, &counts, horizon.get()) {
+        counts.forbidden += horizon.get();
+        counts.example.get_or_insert(DVec3::X);
+    }
+    let values = weights.values(blur.rounding, counts.lost);
+    let at = |what: &str| format!("{what} at {degrees} degrees");
+    let mut outcomes = vec![
+        mass(subject, wo, &at("integral of the pdf"), &blur),
+        chi_square(&at("chi-square of samples"), &partition, &counts, CELL_DELTA),
+        furnace(subject, wo, &at("furnace"), &values, Albedo { value: albedo.value, blur: &blur }, size.delta),
+        Outcome::exact(
+            at("energy bound"),
+            1,
+            (albedo.value - subject.energy_bound).max(0.0),
+            blur.known(),
+            format!("directional albedo {:.6}", albedo.value),
+        ),
+    ];
+    if let Some(known) = &subject.albedo {
+        let known = known(copied(wo));
+        outcomes.push(Outcome::exact(
+            at("directional albedo"),
+            1,
+            (albedo.value - known).abs(),
+            MASS_TOLERANCE + blur.known(),
+            format!("{:.9} by quadrature, {known:.9} in closed form", albedo.value),
+        ));
+    }
+    outcomes.into_iter().map(|outcome| blur.judged(outcome)).collect()
+}
+
+/// Cells of nearly equal probability under the pdf. In single precision their probabilities may be off by what rounding
+/// of the pdf explains, and by what it leaves of the quadrature's error.
+fn partition(subject: &BsdfSubject, size: &CheckUp, wo: DVec3, blur: &Blur) -> Partition {
+    let pdf = |wi| subject.pdf(wo, wi);
+    if !blur.rounding.is_coarse() {
+        return Partition::of_pdf(subject.domain(), size.cells, &pdf);
+    }
+    let fields = Partition::fields(subject.domain(), blur.known(), &pdf);
+    let mut partition = fields.gathered(size.cells).rounding(blur.rounding.tolerance());
+    let in_cell = |cell| {
+        let probes = blur.probes.iter().filter(|(wi, _)| partition.cell(*wi) == Some(cell));
+        mean_of(probes.map(|(_, bound)| *bound))
+    };
+    let relative = (partition.masses.iter().enumerate())
+        .filter(|(_, mass)| **mass > 0.0)
+        .map(|(cell, mass)| in_cell(cell) + partition.error / mass);
+    partition.relative = relative.fold(0.0, f64::max);
+    partition.error = MASS_TOLERANCE;
+    partition
+}
+
+/// Whether more samples lie on the horizon without a pdf than the pdf has near it.
+fn more_than_rounding_explains(
+    subject: &BsdfSubject,
+    wo: DVec3,
+    rounding: Rounding,
+    counts: &Counts,
+    horizon: u64,
+) -> bool {
+    let near = rounding.horizon();
+    let rows =
+        if subject.domain() == Domain::Sphere { [0.5 - 0.5 * near, 0.5 + 0.5 * near] } else { [1.0 - near, 1.0] };
+    let mass = || {
+        let integral = subject.domain().integrate([rows, [0.0, 1.0]], MASS_TOLERANCE, &|wi| subject.pdf(wo, wi));
+        integral.value + integral.error + MASS_TOLERANCE
+    };
+    horizon > 0 && binomial_sf(horizon, counts.n, mass()) < HORIZON_LEVEL
+}
+
+fn mass(subject: &BsdfSubject, wo: DVec3, name: &str, blur: &Blur) -> Outcome {
+    let integral = subject.domain().integrate_all(0.25 * blur.known(), &|wi| subject.pdf(wo, wi));
+    let error = subject.loss.error(integral.value, wo);
+    let worst = format!("the pdf integrates to {:.9} (quadrature error {:.1e})", integral.value, integral.error);
+    Outcome::exact(name, 1, nan_or(integral.value, error), blur.known(), worst)
+}
+
+/// The directional albedo by quadrature.
+struct Albedo<'a> {
+    value: f64,
+    blur: &'a Blur,
+}
+
+/// The mean weight is the albedo, as far as that is known. Weights that do not vary are right if by quadrature, too,
+/// f cos/pdf is the same for all directions; then each of them must be the albedo.
+fn furnace(subject: &BsdfSubject, wo: DVec3, name: &str, values: &Values, albedo: Albedo<'_>, delta: f64) -> Outcome {
+    let Albedo { value: albedo, blur } = albedo;
+    let deviation = |wi| {
+        // f cos/pdf − albedo, weighted by the pdf; where there is no pdf, there must be no light.
+        (subject.f_cos(wo, wi) - albedo * subject.pdf(wo, wi)).abs()
+    };
+    let known = blur.known();
+    let coarse = blur.rounding.is_coarse();
+    let spread = values.moments.variance().sqrt();
+    let least = if coarse { blur.rounding.tolerance() } else { ROUNDING };
+    let constant = || subject.domain().integrate_all(known, &deviation);
+    let estimate = values.moments.mean();
+    if spread <= least * albedo && constant().value <= 2.0 * known {
+        if coarse {
+            // All weights are the same but for rounding, and their mean is known to less than that.
+            let worst = format!("mean weight {estimate}, varying by {spread:.1e}; each should be {albedo}");
+            return Outcome::exact(name, values.moments.count(), (estimate - albedo).abs(), known, worst);
+        }
+        return every(name, values.moments, albedo, MASS_TOLERANCE);
+    }
+    let claim = Claim::Exact { delta: delta * albedo };
+    // An estimate as near as the albedo is known is equal to it, however little varies.
+    let reference = if (estimate - albedo).abs() <= known {
+        estimate
+    } else if coarse {
+        albedo + known.copysign(estimate - albedo)
+    } else {
+        albedo
+    };
+    mean(name, values, reference, claim)
+}
+
+/// `max` forgets NaN; this does not.
+fn nan_or(value: f64, error: f64) -> f64 {
+    if value.is_nan() { value } else { error }
+}
