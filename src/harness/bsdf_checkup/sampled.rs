@@ -202,6 +202,7 @@ fn mass(subject: &BsdfSubject, wo: DVec3, name: &str, blur: &Blur) -> Outcome {
 }
 
 /// The directional albedo by quadrature.
+#[derive(Clone, Copy)]
 struct Albedo<'a> {
     value: f64,
     blur: &'a Blur,
